@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "base/picture.h"
+
+#include <algorithm>
+#include <cctype>
+#include <fstream>
+
+#include "base/error.h"
+
+// The implementation is compiled here, whichever other library carries its own.
+#define STB_IMAGE_STATIC
+#define STB_IMAGE_IMPLEMENTATION
+#define STBI_ONLY_PNG
+#define STBI_ONLY_JPEG
+#define STB_IMAGE_WRITE_STATIC
+#define STB_IMAGE_WRITE_IMPLEMENTATION
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wunused-function"
+#include <stb/stb_image.h>
+#include <stb/stb_image_write.h>
+#pragma GCC diagnostic pop
+
+namespace polyhull {
+namespace {
+
+void append(void* context, void* data, int size) {
+  auto* bytes = static_cast<std::vector<std::uint8_t>*>(context);
+  const auto* begin = static_cast<const std::uint8_t*>(data);
+  bytes->insert(bytes->end(), begin, begin + size);
+}
+
+std::string lower_ending(const std::string& path) {
+  const std::size_t dot = path.rfind('.');
+  std::string ending = dot == std::string::npos ? "" : path.substr(dot + 1);
+  std::transform(ending.begin(), ending.end(), ending.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return ending;
+}
+
+}  // namespace
+
+Picture load_picture(const std::string& path, int channels) {
+  if (!std::ifstream(path)) {
+    throw Error(Error::Kind::not_found, "Picture '" + path + "' cannot be opened for reading.");
+  }
+  Picture picture;
+  int stored = 0;
+  stbi_uc* data = stbi_load(path.c_str(), &picture.width, &picture.height, &stored, channels);
+  if (!data) {
+    throw Error(Error::Kind::bad_input, "Picture '" + path + "' is not a readable PNG or JPEG file (" +
+                                            stbi_failure_reason() + ").");
+  }
+  picture.channels = channels ? channels : stored;
+  const std::size_t size =
+      static_cast<std::size_t>(picture.width) * picture.height * picture.channels;
+  picture.pixels.assign(data, data + size);
+  stbi_image_free(data);
+  return picture;
+}
+
+std::vector<std::uint8_t> encode_png(const Picture& picture) {
+  std::vector<std::uint8_t> bytes;
+  if (!stbi_write_png_to_func(append, &bytes, picture.width, picture.height, picture.channels,
+                              picture.pixels.data(), picture.width * picture.channels)) {
+    throw Error(Error::Kind::io, "A picture could not be encoded as PNG.");
+  }
+  return bytes;
+}
+
+std::vector<std::uint8_t> encode_jpeg(const Picture& picture, int quality) {
+  std::vector<std::uint8_t> bytes;
+  if (!stbi_write_jpg_to_func(append, &bytes, picture.width, picture.height, picture.channels,
+                              picture.pixels.data(), std::clamp(quality, 1, 100))) {
+    throw Error(Error::Kind::io, "A picture could not be encoded as JPEG.");
+  }
+  return bytes;
+}
+
+void save_picture(const Picture& picture, const std::string& path) {
+  const std::string ending = lower_ending(path);
+  if (ending != "png" && ending != "jpg" && ending != "jpeg") {
+    throw Error(Error::Kind::unsupported,
+                "Picture '" + path + "' cannot be written: its name must end in .png or .jpg.");
+  }
+  const std::vector<std::uint8_t> bytes =
+      ending == "png" ? encode_png(picture) : encode_jpeg(picture, 95);
+  std::ofstream file(path, std::ios::binary);
+  file.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+  file.flush();
+  if (!file) throw Error(Error::Kind::io, "Picture '" + path + "' could not be written.");
+}
+
+}  // namespace polyhull

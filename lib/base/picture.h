@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// Pictures in memory and in files (PNG, JPEG; stb_image underneath).
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace polyhull {
+
+/// Rows of 8-bit pixels without padding; channels 1 (grey), 3 (RGB) or 4 (RGBA).
+struct Picture {
+  int width = 0;
+  int height = 0;
+  int channels = 0;
+  std::vector<std::uint8_t> pixels;
+  bool empty() const { return pixels.empty(); }
+  const std::uint8_t* row(int y) const {
+    return pixels.data() + static_cast<std::size_t>(y) * width * channels;
+  }
+  std::uint8_t* row(int y) { return pixels.data() + static_cast<std::size_t>(y) * width * channels; }
+};
+
+/// Reads a PNG or JPEG file, converted to \p channels (0: as stored). Throws Error.
+Picture load_picture(const std::string& path, int channels = 0);
+
+/// Writes a PNG or JPEG file by the name's ending. Throws Error.
+void save_picture(const Picture& picture, const std::string& path);
+
+/// The picture as the bytes of a PNG or (quality 1..100) JPEG file.
+std::vector<std::uint8_t> encode_png(const Picture& picture);
+std::vector<std::uint8_t> encode_jpeg(const Picture& picture, int quality);
+
+}  // namespace polyhull

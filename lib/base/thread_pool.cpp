@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "base/thread_pool.h"
+
+#include <tbb/blocked_range.h>
+#include <tbb/info.h>
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <memory>
+#include <mutex>
+
+namespace polyhull {
+namespace {
+
+std::mutex mutex;  // protects wanted_threads
+int wanted_threads = 0;
+
+}  // namespace
+
+void set_pool_threads(int threads) {
+  std::lock_guard lock(mutex);
+  wanted_threads = std::max(threads, 0);
+}
+
+int pool_threads() {
+  std::lock_guard lock(mutex);
+  return wanted_threads > 0 ? wanted_threads : tbb::info::default_concurrency();
+}
+
+void parallel_for(std::size_t count, std::size_t grain, int max_threads,
+                  const std::function<void(std::size_t, std::size_t)>& body) {
+  if (count == 0) return;
+  int threads = pool_threads();
+  if (max_threads > 0) threads = std::min(threads, max_threads);
+  if (threads <= 1 || count <= grain) {
+    body(0, count);
+    return;
+  }
+  // Arenas are cheap handles onto the process's one set of worker threads.
+  tbb::task_arena arena(threads);
+  arena.execute([&] {
+    tbb::parallel_for(
+        tbb::blocked_range<std::size_t>(0, count, std::max<std::size_t>(grain, 1)),
+        [&](const tbb::blocked_range<std::size_t>& range) { body(range.begin(), range.end()); },
+        tbb::simple_partitioner());
+  });
+}
+
+}  // namespace polyhull

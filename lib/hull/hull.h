@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// The exact polyhedral visual hull of a set of silhouettes: the public entry.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "rig/camera.h"
+#include "silhouette/rings.h"
+
+namespace polyhull {
+
+/// One camera's silhouette, in pinhole (undistorted) pixels of that camera.
+struct Silhouette {
+  const Camera* camera = nullptr;
+  const Rings* rings = nullptr;
+};
+
+/// What to do with space that a camera does not see (outside its frame, behind it).
+enum class Unseen {
+  carve,  ///< it is outside the hull, as in the prototype
+  keep,   ///< that camera says nothing about it; needs bounds
+};
+
+struct HullOptions {
+  std::optional<Bounds> bounds;  ///< the hull is limited to this box
+  Unseen unseen = Unseen::carve;
+  double max_deviation = 0.0;  ///< world units; how far simplification may move the surface, 0 = none
+  int threads = 1;
+};
+
+/// A face of the hull: one planar polygon with holes lies on the plane of one contour edge of one
+/// camera (or of the bounds).
+struct HullFace {
+  std::int32_t view = -1;  ///< index into the silhouettes; -1: a face of the bounds
+  std::uint32_t edge = 0;  ///< index of the contour edge's first vertex in that Rings::points;
+                           ///< for bounds 0..5: -x +x -y +y -z +z
+  std::uint32_t first_triangle = 0;
+  std::uint32_t triangle_count = 0;
+};
+
+/// A closed, oriented, 2-manifold triangle mesh (outside seen counter-clockwise) with its origin kept
+/// in double precision, so that float coordinates lose nothing far from the world's origin.
+struct Hull {
+  Vec3 origin{0.0};                      ///< world position of (0, 0, 0) of the vertices
+  std::vector<Vec3f> vertices;           ///< relative to origin, world units
+  std::vector<std::uint32_t> triangles;  ///< three vertex indices each, grouped by face
+  std::vector<HullFace> faces;
+  // Loops of the polygons, for wire frames and exact use: face i has loops
+  // face_loop_ends[i-1] .. face_loop_ends[i], loop k has the vertex indices
+  // loop_vertices[loop_ends[k-1] .. loop_ends[k]].
+  std::vector<std::uint32_t> loop_vertices;
+  std::vector<std::uint32_t> loop_ends;
+  std::vector<std::uint32_t> face_loop_ends;
+  bool empty() const { return triangles.empty(); }
+};
+
+/// Counts and times of one call, for `stats`.
+struct HullStatistics {
+  std::uint32_t cameras = 0;          ///< with a silhouette that is not empty
+  std::uint32_t contour_vertices = 0;
+  std::uint64_t predicates = 0;
+  std::uint64_t exact_predicates = 0;  ///< that the floating-point filter could not decide
+  bool reused = false;                 ///< the silhouettes were the last call's: so is the hull
+  double seconds_prepare = 0, seconds_bins = 0, seconds_viewing_edges = 0, seconds_cone_edges = 0,
+         seconds_assemble = 0, seconds_triangulate = 0;
+};
+
+/// Builds hulls and keeps what can be reused from one call to the next (memory, bins, the last
+/// result). One object per stream; not for use by two threads at once.
+class HullBuilder {
+ public:
+  HullBuilder();
+  ~HullBuilder();
+  HullBuilder(HullBuilder&&) noexcept;
+  HullBuilder& operator=(HullBuilder&&) noexcept;
+
+  /// The intersection of the silhouettes' cones (and the bounds). The result is valid until the next
+  /// call. An empty silhouette in any camera gives an empty hull under Unseen::carve. Throws Error
+  /// when a camera is not finite or degenerate, or when Unseen::keep comes without bounds.
+  const Hull& build(std::span<const Silhouette> silhouettes, const HullOptions& options = {});
+
+  const HullStatistics& statistics() const;
+
+ private:
+  struct State;
+  State* state_;
+};
+
+}  // namespace polyhull

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// A rig: the calibrated cameras of one stage, and its file format (docs/formats.md).
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "rig/camera.h"
+
+namespace polyhull {
+
+struct Rig {
+  std::vector<Camera> cameras;
+  std::optional<Bounds> bounds;  ///< the working volume, in world units
+  Vec3 up{0.0, 1.0, 0.0};        ///< world direction that points up
+  std::string unit = "m";        ///< "m", "cm", "mm", "in", "ft" or a number of metres ("0.37")
+
+  /// The camera called \p name, or null.
+  const Camera* find(std::string_view name) const;
+
+  /// Metres per world unit.
+  double metres_per_unit() const;
+};
+
+/// Reads a rig file. Throws Error naming the file and what is wrong where: missing file, not JSON
+/// (line and column), wrong format or version, camera named twice, rotation not orthonormal, focal
+/// length zero, numbers that are not finite, bounds turned inside out.
+Rig load_rig(const std::string& path);
+
+/// Like load_rig() on text; \p source names it in messages.
+Rig parse_rig(std::string_view json, const std::string& source);
+
+/// The rig as its file format, indented, numbers with 17 significant digits.
+std::string rig_to_json(const Rig& rig);
+
+/// Throws Error if \p rig breaks a rule of load_rig(); for rigs made by programs.
+void validate_rig(const Rig& rig, const std::string& source);
+
+/// The built-in rig: four cameras (cam0 .. cam3) of 1024x768 around a 4 m stage, metres, y up,
+/// floor at y = 0, bounds 2.4 m wide and 2.3 m high around the origin.
+Rig default_rig();
+
+}  // namespace polyhull

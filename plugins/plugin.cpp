@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include <gst/gst.h>
+
+// One declaration and one line in plugin_init() per element, in the data's order.
+
+static gboolean plugin_init(GstPlugin* plugin) {
+  gboolean any = TRUE;
+  (void)plugin;
+  return any;
+}
+
+GST_PLUGIN_DEFINE(GST_VERSION_MAJOR, GST_VERSION_MINOR, polyhull,
+                  "Live subjects as textured visual hulls in synthetic scenes", plugin_init,
+                  PACKAGE_VERSION, "LGPL", "polyhull", "https://polyhull.example")
