@@ -1,0 +1,50 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: LGPL-2.1-or-later
+# Tests everything, from a bare Debian 12 on: installs what is missing, builds, runs all tests, then
+# builds again with the address and undefined-behaviour sanitizers and runs the library and element
+# tests there. Ends with a line "N passed, N failed, N skipped".
+#   tests/run.sh [--quick]     --quick leaves the sanitizers out
+set -euo pipefail
+source "$(dirname "$0")/../tools/prepare.sh"
+
+quick=false
+[ "${1:-}" = --quick ] && quick=true
+
+polyhull_install "${polyhull_packages_build[@]}" "${polyhull_packages_run[@]}" \
+  "${polyhull_packages_test[@]}"
+polyhull_compile "$polyhull_build"
+
+passed=0 failed=0 skipped=0
+# run_suite BUILD-DIRECTORY MESON-TEST-ARGUMENT...: adds meson's summary to the totals.
+run_suite() {
+  local directory=$1 log
+  shift
+  log=$(mktemp)
+  meson test -C "$directory" --no-rebuild --print-errorlogs "$@" 2>&1 | tee "$log" || true
+  count() { sed -n "s/^$1: *\([0-9]*\).*/\1/p" "$log" | tail -n 1; }
+  local ok fail timeout skip
+  ok=$(count Ok) fail=$(count Fail) timeout=$(count Timeout) skip=$(count Skipped)
+  if [ -z "$ok" ]; then
+    echo "meson test gave no summary"
+    fail=1
+  fi
+  passed=$((passed + ${ok:-0}))
+  failed=$((failed + ${fail:-0} + ${timeout:-0}))
+  skipped=$((skipped + ${skip:-0}))
+  rm -f "$log"
+}
+
+say "running the tests"
+run_suite "$polyhull_build"
+
+if ! $quick; then
+  polyhull_compile "$polyhull_build-sanitize" -Dsanitize=true -Dbuildtype=debugoptimized \
+    -Db_lundef=false
+  say "running the library and element tests under the sanitizers"
+  run_suite "$polyhull_build-sanitize" --suite lib --suite elements --suite stress \
+    --timeout-multiplier 4
+fi
+
+say "logs: $polyhull_build/meson-logs/testlog.txt"
+echo "$passed passed, $failed failed, $skipped skipped"
+[ "$failed" -eq 0 ]

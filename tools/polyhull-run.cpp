@@ -1,0 +1,217 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+// Runs a pipeline as gst-launch-1.0 does, shows its progress, and prints at the end where the time went:
+// per element the processor time of its streaming threads, and the `stats` of each polyhull element.
+#include <gst/gst.h>
+#include <time.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "run_profile.h"
+
+namespace {
+
+double seconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+double process_cpu_seconds() {
+  timespec now;
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+struct Run {
+  GstElement* pipeline = nullptr;
+  bool failed = false;
+  bool quiet = false;
+  std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now();
+};
+
+void print_message(const char* kind, GstMessage* message, GError* error, const char* debug) {
+  g_autofree char* where = gst_object_get_path_string(GST_MESSAGE_SRC(message));
+  std::fprintf(stderr, "\n%s: %s: %s\n", kind, where, error->message);
+  if (debug && *debug) std::fprintf(stderr, "  (%s)\n", debug);
+}
+
+void show_progress(const Run& run) {
+  gint64 position = -1;
+  if (run.quiet || !gst_element_query_position(run.pipeline, GST_FORMAT_TIME, &position)) return;
+  std::fprintf(stderr, "\r  %.2f s of the stream done in %.1f s ", static_cast<double>(position) / 1e9,
+               seconds_since(run.start));
+}
+
+// Runs until the end of the stream or an error.
+void run_to_end(Run& run) {
+  g_autoptr(GstBus) bus = gst_element_get_bus(run.pipeline);
+  if (gst_element_set_state(run.pipeline, GST_STATE_PLAYING) == GST_STATE_CHANGE_FAILURE) {
+    run.failed = true;  // the reason follows on the bus
+  }
+  for (;;) {
+    g_autoptr(GstMessage) message = gst_bus_timed_pop_filtered(
+        bus, run.failed ? 0 : GST_SECOND,
+        static_cast<GstMessageType>(GST_MESSAGE_EOS | GST_MESSAGE_ERROR | GST_MESSAGE_WARNING |
+                                    GST_MESSAGE_LATENCY));
+    if (!message) {
+      if (run.failed) return;
+      show_progress(run);
+      continue;
+    }
+    g_autoptr(GError) error = nullptr;
+    g_autofree char* debug = nullptr;
+    switch (GST_MESSAGE_TYPE(message)) {
+      case GST_MESSAGE_ERROR:
+        gst_message_parse_error(message, &error, &debug);
+        print_message("error", message, error, debug);
+        run.failed = true;
+        return;
+      case GST_MESSAGE_WARNING:
+        gst_message_parse_warning(message, &error, &debug);
+        print_message("warning", message, error, debug);
+        break;
+      case GST_MESSAGE_LATENCY:
+        gst_bin_recalculate_latency(GST_BIN(run.pipeline));
+        break;
+      default:
+        show_progress(run);
+        return;
+    }
+  }
+}
+
+// All elements, children of bins included, in the order from sources to sinks.
+std::vector<GstElement*> elements_of(GstElement* pipeline) {
+  std::vector<GstElement*> found;
+  g_autoptr(GstIterator) iterator = gst_bin_iterate_recurse(GST_BIN(pipeline));
+  GValue item = G_VALUE_INIT;
+  while (gst_iterator_next(iterator, &item) == GST_ITERATOR_OK) {
+    found.insert(found.begin(), GST_ELEMENT(g_value_get_object(&item)));
+    g_value_reset(&item);
+  }
+  g_value_unset(&item);
+  return found;
+}
+
+GstStructure* stats_of(GstElement* element) {
+  GParamSpec* property = g_object_class_find_property(G_OBJECT_GET_CLASS(element), "stats");
+  if (!property || property->value_type != GST_TYPE_STRUCTURE) return nullptr;
+  GstStructure* stats = nullptr;
+  g_object_get(element, "stats", &stats, nullptr);
+  return stats;
+}
+
+const char* factory_name(GstElement* element) {
+  GstElementFactory* factory = gst_element_get_factory(element);
+  return factory ? GST_OBJECT_NAME(factory) : "";
+}
+
+bool is_polyhull(GstElement* element) {
+  GstElementFactory* factory = gst_element_get_factory(element);
+  if (!factory) return false;
+  g_autoptr(GstPlugin) plugin = gst_plugin_feature_get_plugin(GST_PLUGIN_FEATURE(factory));
+  return plugin && g_str_equal(gst_plugin_get_name(plugin), "polyhull");
+}
+
+nlohmann::json value_to_json(const GValue* value) {
+  if (G_VALUE_HOLDS_BOOLEAN(value)) return static_cast<bool>(g_value_get_boolean(value));
+  if (G_VALUE_HOLDS_INT(value)) return g_value_get_int(value);
+  if (G_VALUE_HOLDS_UINT(value)) return g_value_get_uint(value);
+  if (G_VALUE_HOLDS_INT64(value)) return g_value_get_int64(value);
+  if (G_VALUE_HOLDS_UINT64(value)) return g_value_get_uint64(value);
+  if (G_VALUE_HOLDS_DOUBLE(value)) return g_value_get_double(value);
+  if (G_VALUE_HOLDS_STRING(value)) {
+    const char* text = g_value_get_string(value);
+    return text ? text : "";
+  }
+  g_autofree char* text = gst_value_serialize(value);
+  return text ? text : "";
+}
+
+void report(const Run& run, double wall, double cpu, const std::string& json_path) {
+  const auto times = polyhull::profile();
+  nlohmann::json json = {{"wall_seconds", wall}, {"cpu_seconds", cpu}};
+  std::uint64_t frames = 0;
+  std::printf("\n%-22s %-14s %8s %14s\n", "element", "kind", "buffers", "CPU ms/buffer");
+  const std::vector<GstElement*> elements = elements_of(run.pipeline);
+  for (GstElement* element : elements) {
+    const auto entry = times.find(GST_OBJECT_NAME(element));
+    if (entry == times.end()) continue;
+    const auto& time = entry->second;
+    const std::uint64_t buffers = std::max(time.buffers_in, time.buffers_out);
+    if (GST_OBJECT_FLAG_IS_SET(element, GST_ELEMENT_FLAG_SINK)) {
+      frames = std::max(frames, time.buffers_in);
+    }
+    const double milliseconds = buffers ? 1e3 * time.cpu_seconds / static_cast<double>(buffers) : 0.0;
+    json["elements"][GST_OBJECT_NAME(element)] = {{"kind", factory_name(element)},
+                                                  {"buffers", buffers},
+                                                  {"cpu_ms_per_buffer", milliseconds}};
+    std::printf("%-22s %-14s %8llu %14.3f\n", GST_OBJECT_NAME(element), factory_name(element),
+                static_cast<unsigned long long>(buffers), milliseconds);
+  }
+  for (GstElement* element : elements) {
+    if (!is_polyhull(element)) continue;
+    g_autoptr(GstStructure) stats = stats_of(element);
+    if (!stats) continue;
+    std::printf("\n%s:", GST_OBJECT_NAME(element));
+    for (int i = 0; i < gst_structure_n_fields(stats); ++i) {
+      const char* name = gst_structure_nth_field_name(stats, i);
+      const nlohmann::json value = value_to_json(gst_structure_get_value(stats, name));
+      json["stats"][GST_OBJECT_NAME(element)][name] = value;
+      std::printf(" %s=%s", name, value.dump().c_str());
+    }
+    std::printf("\n");
+  }
+  json["frames"] = frames;
+  std::printf("\n%llu frames in %.2f s: %.1f frames per second; processor time %.2f s\n",
+              static_cast<unsigned long long>(frames), wall, static_cast<double>(frames) / wall, cpu);
+  if (json_path.empty()) return;
+  if (FILE* file = std::fopen(json_path.c_str(), "w")) {
+    std::fputs(json.dump(2).c_str(), file);
+    std::fclose(file);
+  } else {
+    std::fprintf(stderr, "error: '%s' cannot be written\n", json_path.c_str());
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app{"Runs a pipeline as gst-launch-1.0 does and prints where the time went."};
+  std::vector<std::string> words;
+  std::string json_path;
+  Run run;
+  app.add_option("pipeline", words, "The pipeline in gst-launch-1.0's syntax")->required();
+  app.add_option("--json", json_path, "Also write the figures to this file");
+  app.add_flag("--quiet", run.quiet, "No progress line");
+  CLI11_PARSE(app, argc, argv);
+
+  gst_init(nullptr, nullptr);
+  polyhull::start_profile();
+  std::vector<const char*> arguments;
+  for (const std::string& word : words) arguments.push_back(word.c_str());
+  arguments.push_back(nullptr);
+  g_autoptr(GError) error = nullptr;
+  run.pipeline = gst_parse_launchv(arguments.data(), &error);
+  if (!run.pipeline || error) {
+    std::fprintf(stderr, "error: the pipeline cannot be built: %s\n", error ? error->message : "");
+    return 1;
+  }
+  if (!GST_IS_PIPELINE(run.pipeline)) {  // a single element
+    GstElement* pipeline = gst_pipeline_new(nullptr);
+    gst_bin_add(GST_BIN(pipeline), run.pipeline);
+    run.pipeline = pipeline;
+  }
+  run.start = std::chrono::steady_clock::now();
+  const double cpu = process_cpu_seconds();
+  run_to_end(run);
+  const double wall = seconds_since(run.start);
+  if (!run.failed) report(run, wall, process_cpu_seconds() - cpu, json_path);
+  gst_element_set_state(run.pipeline, GST_STATE_NULL);
+  gst_object_unref(run.pipeline);
+  return run.failed ? 1 : 0;
+}

@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#define GST_USE_UNSTABLE_API
+#include "run_profile.h"
+
+#include <gst/gsttracer.h>
+#include <time.h>
+
+#include <memory>
+#include <mutex>
+#include <vector>
+
+namespace polyhull {
+namespace {
+
+struct HookTracer {
+  GstTracer parent;
+};
+struct HookTracerClass {
+  GstTracerClass parent_class;
+};
+
+G_DEFINE_TYPE(HookTracer, hook_tracer, GST_TYPE_TRACER)
+void hook_tracer_class_init(HookTracerClass*) {}
+void hook_tracer_init(HookTracer*) {}
+
+double thread_seconds() {
+  timespec now;
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+using Times = std::map<std::string, ElementTime>;
+
+// One table per thread, so that the hooks never wait for each other; profile() adds them up.
+struct ThreadTimes {
+  std::mutex mutex;  // protects times against profile() while the thread runs
+  Times times;
+  std::vector<std::string> inside;  // elements whose chain functions are on this thread's stack
+  double last = thread_seconds();
+};
+
+std::mutex threads_mutex;  // protects threads
+std::vector<std::shared_ptr<ThreadTimes>> threads;
+
+ThreadTimes& this_thread() {
+  thread_local std::shared_ptr<ThreadTimes> mine = [] {
+    auto made = std::make_shared<ThreadTimes>();
+    std::lock_guard lock(threads_mutex);
+    threads.push_back(made);
+    return made;
+  }();
+  return *mine;
+}
+
+std::string element_of(GstPad* pad) {
+  if (!pad) return {};
+  g_autoptr(GstElement) element = gst_pad_get_parent_element(pad);
+  if (!element || GST_IS_BIN(element)) return {};
+  g_autofree char* name = gst_object_get_name(GST_OBJECT(element));
+  return name;
+}
+
+void spend(ThreadTimes& thread, const std::string& element) {
+  const double now = thread_seconds();
+  if (!element.empty()) thread.times[element].cpu_seconds += now - thread.last;
+  thread.last = now;
+}
+
+void push_begins(GstPad* pad, std::uint64_t buffers) {
+  const std::string from = element_of(pad);
+  g_autoptr(GstPad) peer = gst_pad_get_peer(pad);
+  const std::string to = element_of(peer);
+  ThreadTimes& thread = this_thread();
+  std::lock_guard lock(thread.mutex);
+  spend(thread, from.empty() && !thread.inside.empty() ? thread.inside.back() : from);
+  if (!from.empty()) thread.times[from].buffers_out += buffers;
+  if (!to.empty()) thread.times[to].buffers_in += buffers;
+  thread.inside.push_back(to);
+}
+
+void push_ends() {
+  ThreadTimes& thread = this_thread();
+  std::lock_guard lock(thread.mutex);
+  if (thread.inside.empty()) return;
+  spend(thread, thread.inside.back());
+  thread.inside.pop_back();
+}
+
+void before_push(GstTracer*, GstClockTime, GstPad* pad, GstBuffer*) { push_begins(pad, 1); }
+void after_push(GstTracer*, GstClockTime, GstPad*, GstFlowReturn) { push_ends(); }
+void before_push_list(GstTracer*, GstClockTime, GstPad* pad, GstBufferList* list) {
+  push_begins(pad, gst_buffer_list_length(list));
+}
+
+}  // namespace
+
+void start_profile() {
+  static GstTracer* tracer = GST_TRACER(g_object_new(hook_tracer_get_type(), nullptr));
+  gst_object_ref_sink(tracer);
+  gst_tracing_register_hook(tracer, "pad-push-pre", G_CALLBACK(before_push));
+  gst_tracing_register_hook(tracer, "pad-push-post", G_CALLBACK(after_push));
+  gst_tracing_register_hook(tracer, "pad-push-list-pre", G_CALLBACK(before_push_list));
+  gst_tracing_register_hook(tracer, "pad-push-list-post", G_CALLBACK(after_push));
+}
+
+std::map<std::string, ElementTime> profile() {
+  Times sum;
+  std::lock_guard all(threads_mutex);
+  for (const auto& thread : threads) {
+    std::lock_guard lock(thread->mutex);
+    for (const auto& [name, time] : thread->times) {
+      ElementTime& entry = sum[name];
+      entry.buffers_in += time.buffers_in;
+      entry.buffers_out += time.buffers_out;
+      entry.cpu_seconds += time.cpu_seconds;
+    }
+  }
+  return sum;
+}
+
+}  // namespace polyhull
