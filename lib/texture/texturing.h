@@ -21,17 +21,37 @@ enum class TextureMetric {
   viewing_angle,  ///< by the angle between the directions to the camera and to the viewport
 };
 
+/// What one view sees of the hull, as a small picture in that view's pinhole (undistorted) pixels:
+/// texel (i, j) stands for the pixel (x + i * step, y + j * step). A point of the surface at camera
+/// depth z is seen by the view if z is not behind the map's depth there; how much it may contribute
+/// is the map's fade, which falls to 0 at silhouette edges and occlusion boundaries, so that
+/// weights stay continuous over the surface however large the hull's triangles are.
+struct OcclusionMap {
+  float x = 0.0f;  ///< pinhole pixel of texel (0, 0)
+  float y = 0.0f;
+  float step = 1.0f;  ///< pinhole pixels from one texel to the next
+  int width = 0;      ///< texels; 0: the view sees nothing of the hull
+  int height = 0;
+  float near = 0.0f;                 ///< camera depth (z) of value 0, world units
+  float far = 1.0f;                  ///< camera depth (z) of value 65534
+  std::vector<std::uint16_t> depth;  ///< row-major; 65535: nothing there
+  std::vector<std::uint8_t> fade;    ///< row-major; 0..255 for 0..1
+  bool operator==(const OcclusionMap&) const = default;
+};
+
 /// View k of a mesh is bit k of the masks and column k of the weights; at most 64 views.
 struct Texturing {
   TextureMethod method = TextureMethod::blend;
   TextureMetric metric = TextureMetric::camera_normal;
-  std::uint32_t cameras = 2;        ///< blend of the best this many
-  Vec3f untextured{0.5f};           ///< colour (sRGB, 0..1) of what no camera sees
+  std::uint32_t cameras = 2;           ///< blend of the best this many
+  Vec3f untextured{0.5f};              ///< colour (sRGB, 0..1) of what no camera sees
   std::vector<std::uint64_t> visible;  ///< per triangle: the views that see it unoccluded
   std::vector<std::int8_t> best;       ///< per triangle: the view of method direct, -1: none
-  std::vector<float> weights;          ///< per vertex, per view: camera-normal weight faded towards
-                                       ///< occlusion, 0..1, not normalised; vertex-major
-  std::vector<Vec3f> normals;          ///< per vertex, unit length
+  std::vector<float> weights;      ///< per vertex, per view, 0..1, not normalised; vertex-major:
+                                   ///< camera_normal: the camera-normal weight, viewing_angle: 1;
+                                   ///< both reduced by the occluded share of the triangles around
+  std::vector<Vec3f> normals;      ///< per vertex, unit length
+  std::vector<OcclusionMap> maps;  ///< per view; none where occlusion is off
 };
 
 }  // namespace polyhull
