@@ -1,0 +1,201 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// Properties of an element as a table over the members of a plain settings struct. The struct's
+/// default member initialisers are the only place that holds a default: the GParamSpec reads it
+/// there. Several elements can carry the same table (silhouette carries those of the three it
+/// unites).
+///
+/// Values are written under the element's object lock; an element copies the whole struct once per
+/// frame under the same lock and works on its copy.
+#pragma once
+
+#include <gst/gst.h>
+
+#include <cmath>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <type_traits>
+
+#include "common/enums.h"
+
+namespace polyhull::element {
+
+/// When a property may be set.
+enum class Change {
+  live,  ///< any time; takes effect with the next frame; numbers can be driven by GstController
+  when_ready,  ///< only in the states NULL and READY
+};
+
+template <class Settings>
+struct Property {
+  const char* name;
+  const char* nick;
+  const char* blurb;
+  double minimum;
+  double maximum;
+  Change change;
+  GParamSpec* (*make)(const Property&);
+  bool (*set)(Settings&, const GValue*);  ///< false: the value is not a number
+  void (*get)(const Settings&, GValue*);
+};
+
+namespace detail {
+
+template <auto Member>
+struct MemberOf;
+template <class S, class T, T S::*Pointer>
+struct MemberOf<Pointer> {
+  using Settings = S;
+  using Type = T;
+};
+
+template <class T, class Settings>
+GParamSpec* make_spec(const Property<Settings>& p, const T& standard) {
+  int flags = G_PARAM_READWRITE | G_PARAM_STATIC_STRINGS;
+  flags |= p.change == Change::live ? GST_PARAM_MUTABLE_PLAYING : GST_PARAM_MUTABLE_READY;
+  if (p.change == Change::live && !std::is_same_v<T, std::string>) flags |= GST_PARAM_CONTROLLABLE;
+  const auto f = static_cast<GParamFlags>(flags);
+  if constexpr (std::is_same_v<T, bool>) {
+    return g_param_spec_boolean(p.name, p.nick, p.blurb, standard, f);
+  } else if constexpr (std::is_enum_v<T>) {
+    return g_param_spec_enum(p.name, p.nick, p.blurb, enum_type<T>(), static_cast<gint>(standard),
+                             f);
+  } else if constexpr (std::is_same_v<T, int>) {
+    return g_param_spec_int(p.name, p.nick, p.blurb, static_cast<gint>(p.minimum),
+                            static_cast<gint>(p.maximum), standard, f);
+  } else if constexpr (std::is_same_v<T, std::uint32_t>) {
+    return g_param_spec_uint(p.name, p.nick, p.blurb, static_cast<guint>(p.minimum),
+                             static_cast<guint>(p.maximum), standard, f);
+  } else if constexpr (std::is_same_v<T, std::uint64_t>) {
+    return g_param_spec_uint64(
+        p.name, p.nick, p.blurb, static_cast<guint64>(p.minimum),
+        p.maximum >= 18446744073709551615.0 ? G_MAXUINT64 : static_cast<guint64>(p.maximum),
+        standard, f);
+  } else if constexpr (std::is_same_v<T, double>) {
+    return g_param_spec_double(p.name, p.nick, p.blurb, p.minimum, p.maximum, standard, f);
+  } else {
+    static_assert(std::is_same_v<T, std::string>, "no GObject property for this type");
+    return g_param_spec_string(p.name, p.nick, p.blurb,
+                               standard.empty() ? nullptr : standard.c_str(), f);
+  }
+}
+
+template <class T>
+bool read_value(T& target, const GValue* value) {
+  if constexpr (std::is_same_v<T, bool>) {
+    target = g_value_get_boolean(value) != FALSE;
+  } else if constexpr (std::is_enum_v<T>) {
+    target = static_cast<T>(g_value_get_enum(value));
+  } else if constexpr (std::is_same_v<T, int>) {
+    target = g_value_get_int(value);
+  } else if constexpr (std::is_same_v<T, std::uint32_t>) {
+    target = g_value_get_uint(value);
+  } else if constexpr (std::is_same_v<T, std::uint64_t>) {
+    target = g_value_get_uint64(value);
+  } else if constexpr (std::is_same_v<T, double>) {
+    // GObject's range check lets NaN pass.
+    if (std::isnan(g_value_get_double(value))) return false;
+    target = g_value_get_double(value);
+  } else {
+    const gchar* text = g_value_get_string(value);
+    target = text != nullptr ? text : "";
+  }
+  return true;
+}
+
+template <class T>
+void write_value(const T& source, GValue* value) {
+  if constexpr (std::is_same_v<T, bool>) {
+    g_value_set_boolean(value, source);
+  } else if constexpr (std::is_enum_v<T>) {
+    g_value_set_enum(value, static_cast<gint>(source));
+  } else if constexpr (std::is_same_v<T, int>) {
+    g_value_set_int(value, source);
+  } else if constexpr (std::is_same_v<T, std::uint32_t>) {
+    g_value_set_uint(value, source);
+  } else if constexpr (std::is_same_v<T, std::uint64_t>) {
+    g_value_set_uint64(value, source);
+  } else if constexpr (std::is_same_v<T, double>) {
+    g_value_set_double(value, source);
+  } else {
+    g_value_set_string(value, source.empty() ? nullptr : source.c_str());
+  }
+}
+
+}  // namespace detail
+
+/// One row of a table: the property \p name over the member \p Member of the settings struct.
+/// \p minimum and \p maximum matter for numbers only.
+template <auto Member>
+constexpr auto property(const char* name, const char* nick, const char* blurb, double minimum = 0.0,
+                        double maximum = 0.0, Change change = Change::live) {
+  using Settings = typename detail::MemberOf<Member>::Settings;
+  using T = typename detail::MemberOf<Member>::Type;
+  return Property<Settings>{
+      name,
+      nick,
+      blurb,
+      minimum,
+      maximum,
+      change,
+      [](const Property<Settings>& p) { return detail::make_spec<T>(p, Settings{}.*Member); },
+      [](Settings& settings, const GValue* value) {
+        return detail::read_value<T>(settings.*Member, value);
+      },
+      [](const Settings& settings, GValue* value) {
+        detail::write_value<T>(settings.*Member, value);
+      }};
+}
+
+/// Installs \p table with the property ids \p first, \p first + 1, ...; returns the next free id.
+template <class Settings>
+guint install_properties(GObjectClass* klass, std::span<const Property<Settings>> table,
+                         guint first) {
+  for (const Property<Settings>& row : table) {
+    g_object_class_install_property(klass, first++, row.make(row));
+  }
+  return first;
+}
+
+/// Sets the property \p id of \p object if it belongs to \p table installed at \p first; false if
+/// it does not. A value that is not a number is refused with a warning and changes nothing.
+template <class Settings>
+bool set_property(GObject* object, std::span<const Property<Settings>> table, guint first,
+                  Settings& settings, guint id, const GValue* value) {
+  if (id < first || id >= first + table.size()) return false;
+  const Property<Settings>& row = table[id - first];
+  GST_OBJECT_LOCK(object);
+  const bool accepted = row.set(settings, value);
+  GST_OBJECT_UNLOCK(object);
+  if (!accepted) {
+    GST_ELEMENT_WARNING(object, LIBRARY, SETTINGS,
+                        ("The property \"%s\" was set to something that is not a number; it keeps "
+                         "its value. Set it to a number from %g to %g.",
+                         row.name, row.minimum, row.maximum),
+                        (nullptr));
+  }
+  return true;
+}
+
+/// Reads the property \p id like set_property() writes it.
+template <class Settings>
+bool get_property(GObject* object, std::span<const Property<Settings>> table, guint first,
+                  const Settings& settings, guint id, GValue* value) {
+  if (id < first || id >= first + table.size()) return false;
+  GST_OBJECT_LOCK(object);
+  table[id - first].get(settings, value);
+  GST_OBJECT_UNLOCK(object);
+  return true;
+}
+
+/// A copy of \p settings taken under the object lock of \p object.
+template <class Settings>
+Settings snapshot(gpointer object, const Settings& settings) {
+  GST_OBJECT_LOCK(object);
+  Settings copy = settings;
+  GST_OBJECT_UNLOCK(object);
+  return copy;
+}
+
+}  // namespace polyhull::element

@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// Checks that every element's test makes: states, documentation, messages.
+#pragma once
+
+#include <gst/check/gstcheck.h>
+#include <gst/gst.h>
+
+#include <string>
+
+namespace polyhull::test {
+
+/// A pipeline from a gst-launch line; fails the test where it does not parse.
+inline GstElement* parse(const std::string& line) {
+  GError* error = nullptr;
+  GstElement* pipeline = gst_parse_launch(line.c_str(), &error);
+  if (error != nullptr) ck_abort_msg("%s: %s", line.c_str(), error->message);
+  return pipeline;
+}
+
+/// What ended a run: "" for end of stream, else the error's sentence.
+inline std::string wait_for_end(GstElement* pipeline, GstClockTime timeout = 60 * GST_SECOND) {
+  GstBus* bus = gst_element_get_bus(pipeline);
+  GstMessage* message = gst_bus_timed_pop_filtered(
+      bus, timeout, static_cast<GstMessageType>(GST_MESSAGE_EOS | GST_MESSAGE_ERROR));
+  gst_object_unref(bus);
+  if (message == nullptr) return "nothing ended within the time allowed";
+  std::string result;
+  if (GST_MESSAGE_TYPE(message) == GST_MESSAGE_ERROR) {
+    GError* error = nullptr;
+    gst_message_parse_error(message, &error, nullptr);
+    result = error->message;
+    g_clear_error(&error);
+  }
+  gst_message_unref(message);
+  return result;
+}
+
+/// Runs a gst-launch line to its end and back to NULL; "" or the error's sentence.
+inline std::string run_to_end(const std::string& line, GstClockTime timeout = 60 * GST_SECOND) {
+  GstElement* pipeline = parse(line);
+  gst_element_set_state(pipeline, GST_STATE_PLAYING);
+  const std::string result = wait_for_end(pipeline, timeout);
+  gst_element_set_state(pipeline, GST_STATE_NULL);
+  gst_object_unref(pipeline);
+  return result;
+}
+
+/// Takes a pipeline from NULL to PLAYING and back \p times times, sometimes at once and sometimes
+/// after it has prerolled.
+inline void check_states(const std::string& line, int times = 50) {
+  GstElement* pipeline = parse(line);
+  for (int i = 0; i < times; ++i) {
+    fail_if(gst_element_set_state(pipeline, GST_STATE_PLAYING) == GST_STATE_CHANGE_FAILURE);
+    if (i % 2 == 0) {
+      fail_if(gst_element_get_state(pipeline, nullptr, nullptr, 20 * GST_SECOND) ==
+                  GST_STATE_CHANGE_FAILURE,
+              "round %d", i);
+    }
+    fail_unless_equals_int(gst_element_set_state(pipeline, GST_STATE_NULL),
+                           GST_STATE_CHANGE_SUCCESS);
+  }
+  gst_object_unref(pipeline);
+}
+
+/// The element says what it is and what each of its own properties does: long name, class,
+/// description, author, and for every property a nick and a sentence that ends with a full stop.
+inline void check_documented(const char* name) {
+  GstElement* element = gst_element_factory_make(name, nullptr);
+  fail_unless(element != nullptr, "there is no element %s", name);
+  GstElementClass* klass = GST_ELEMENT_GET_CLASS(element);
+  for (const char* key : {GST_ELEMENT_METADATA_LONGNAME, GST_ELEMENT_METADATA_KLASS,
+                          GST_ELEMENT_METADATA_DESCRIPTION, GST_ELEMENT_METADATA_AUTHOR}) {
+    const gchar* text = gst_element_class_get_metadata(klass, key);
+    fail_unless(text != nullptr && *text != '\0', "%s has no %s", name, key);
+  }
+  guint count = 0;
+  GParamSpec** specs = g_object_class_list_properties(G_OBJECT_GET_CLASS(element), &count);
+  for (guint i = 0; i < count; ++i) {
+    if (specs[i]->owner_type != G_OBJECT_TYPE(element)) continue;
+    const gchar* blurb = g_param_spec_get_blurb(specs[i]);
+    fail_unless(blurb != nullptr && g_str_has_suffix(blurb, "."), "%s: property %s: \"%s\"", name,
+                specs[i]->name, blurb);
+    GValue value = G_VALUE_INIT;
+    if ((specs[i]->flags & G_PARAM_READABLE) == 0) continue;
+    g_value_init(&value, specs[i]->value_type);
+    g_object_get_property(G_OBJECT(element), specs[i]->name, &value);
+    if ((specs[i]->flags & G_PARAM_WRITABLE) != 0) {
+      fail_unless(g_param_value_defaults(specs[i], &value), "%s: %s does not start at its default",
+                  name, specs[i]->name);
+    }
+    g_value_unset(&value);
+  }
+  g_free(specs);
+  gst_object_unref(element);
+}
+
+/// A counter of the element's `stats`.
+inline guint64 statistic(GstElement* element, const char* field) {
+  GstStructure* stats = nullptr;
+  g_object_get(element, "stats", &stats, nullptr);
+  guint64 value = 0;
+  const gboolean found = gst_structure_get_uint64(stats, field, &value);
+  gst_structure_free(stats);
+  fail_unless(found, "stats has no counter %s", field);
+  return value;
+}
+
+}  // namespace polyhull::test
