@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "rig/projection_matrix.h"
+
+#include <cmath>
+
+#include "base/error.h"
+
+namespace polyhull {
+namespace {
+
+Vec3 row(const ProjectionMatrix& m, int i) {
+  return {m[i][0], m[i][1], m[i][2]};
+}
+
+double determinant(const ProjectionMatrix& m) {
+  return glm::dot(row(m, 0), glm::cross(row(m, 1), row(m, 2)));
+}
+
+double size(const ProjectionMatrix& m) {
+  return glm::length(row(m, 0)) * glm::length(row(m, 1)) * glm::length(row(m, 2));
+}
+
+// Singular up to rounding. Rows of a normal camera are far from orthogonal (focal length in front
+// of one): the determinant is about (f / c)^2 of their product, 1e-12 only for absurd ones.
+bool singular(const ProjectionMatrix& m) {
+  return !(std::abs(determinant(m)) > 1e-13 * size(m));
+}
+
+Vec3 centre(const ProjectionMatrix& m) {
+  const Vec3 a = row(m, 0), b = row(m, 1), c = row(m, 2);
+  return -(m[0][3] * glm::cross(b, c) + m[1][3] * glm::cross(c, a) + m[2][3] * glm::cross(a, b)) /
+         determinant(m);
+}
+
+}  // namespace
+
+std::optional<Vec3> common_focus(std::span<const ProjectionMatrix> matrices) {
+  Mat3 sum(0.0);
+  Vec3 right(0.0);
+  int count = 0;
+  for (const ProjectionMatrix& m : matrices) {
+    if (singular(m)) continue;
+    const Vec3 axis = glm::normalize(row(m, 2));
+    const Mat3 across = Mat3(1.0) - glm::outerProduct(axis, axis);
+    sum += across;
+    right += across * centre(m);
+    ++count;
+  }
+  if (count < 2 || !(glm::determinant(sum) > 1e-9 * count * count * count)) return std::nullopt;
+  return glm::inverse(sum) * right;
+}
+
+void set_projection(Camera& camera, const ProjectionMatrix& matrix, std::optional<Vec3> focus,
+                    const std::string& where) {
+  for (const auto& r : matrix)
+    for (const double value : r)
+      if (!std::isfinite(value))
+        throw Error(Error::Kind::bad_input, where + ": P has a number that is not finite");
+  if (singular(matrix))
+    throw Error(Error::Kind::bad_input,
+                where +
+                    ": the left 3x3 block of P is singular, so P is no camera with a centre; check "
+                    "the order of its 12 numbers (three rows of four)");
+  double sign = 1.0;
+  if (focus) sign = glm::dot(row(matrix, 2), *focus) + matrix[2][3] < 0.0 ? -1.0 : 1.0;
+  if (sign * determinant(matrix) < 0.0)
+    throw Error(Error::Kind::bad_input,
+                where +
+                    ": P belongs to a left-handed frame (its determinant is negative while the "
+                    "scene lies at positive depth). Mirror the world: negate the third column of "
+                    "every camera's P (which turns Z into -Z), or re-export the calibration with "
+                    "a right-handed world and pixels counted from the top left");
+  const double scale = sign / glm::length(row(matrix, 2));
+  const Vec3 m1 = scale * row(matrix, 0), m2 = scale * row(matrix, 1), m3 = scale * row(matrix, 2);
+  const double cx = glm::dot(m1, m3), cy = glm::dot(m2, m3);
+  const Vec3 across = m2 - cy * m3;
+  const double fy = glm::length(across);
+  const Vec3 r2 = across / fy;
+  const double skew = glm::dot(m1, r2);
+  const Vec3 along = m1 - cx * m3 - skew * r2;
+  const double fx = glm::length(along);
+  const Vec3 r1 = along / fx;
+  camera.K = from_rows({fx, skew, cx, 0.0, fy, cy, 0.0, 0.0, 1.0});
+  camera.R = from_rows({r1.x, r1.y, r1.z, r2.x, r2.y, r2.z, m3.x, m3.y, m3.z});
+  const double tz = scale * matrix[2][3];
+  const double ty = (scale * matrix[1][3] - cy * tz) / fy;
+  const double tx = (scale * matrix[0][3] - skew * ty - cx * tz) / fx;
+  camera.t = Vec3(tx, ty, tz);
+}
+
+}  // namespace polyhull

@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "rig/rig.h"
+
+#include <charconv>
+#include <cmath>
+#include <set>
+
+#include "base/error.h"
+
+namespace polyhull {
+namespace {
+
+[[noreturn]] void fail(const std::string& where, const std::string& what) {
+  throw Error(Error::Kind::bad_input, where + ": " + what);
+}
+
+std::string number(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.6g", value);
+  return text;
+}
+
+bool finite(const Vec3& v) {
+  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+}
+
+void validate_intrinsics(const Camera& camera, const std::string& where) {
+  constexpr int largest_side = 32768;
+  if (camera.width < 1 || camera.height < 1 || camera.width > largest_side ||
+      camera.height > largest_side)
+    fail(where, "the picture size is " + std::to_string(camera.width) + "x" +
+                    std::to_string(camera.height) + "; each side must be 1 to 32768 pixels");
+  const auto k = to_rows(camera.K);
+  for (const double value : k)
+    if (!std::isfinite(value)) fail(where, "K has a number that is not finite");
+  if (!(k[0] > 0.0) || !(k[4] > 0.0))
+    fail(where, "the focal lengths K[0][0] and K[1][1] are " + number(k[0]) + " and " +
+                    number(k[4]) + " px; both must be positive");
+  if (k[3] != 0.0 || k[6] != 0.0 || k[7] != 0.0 || k[8] != 1.0)
+    fail(where,
+         "K must be upper triangular with K[2][2] = 1: [[fx, skew, cx], [0, fy, cy], [0, 0, 1]]");
+  const std::size_t count = camera.distortion.size();
+  if (count != 0 && count != 4 && count != 5 && count != 8 && count != 12)
+    fail(where, "distortion has " + std::to_string(count) +
+                    " coefficients; OpenCV's model takes 4 (k1 k2 p1 p2), 5 (k3), 8 (k4 k5 k6) or "
+                    "12 (s1 s2 s3 s4)");
+  for (const double value : camera.distortion)
+    if (!std::isfinite(value)) fail(where, "distortion has a number that is not finite");
+}
+
+void validate_pose(const Camera& camera, const std::string& where) {
+  for (const double value : to_rows(camera.R))
+    if (!std::isfinite(value)) fail(where, "R has a number that is not finite");
+  const Mat3 off = camera.R * glm::transpose(camera.R) - Mat3(1.0);
+  double worst = 0.0;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) worst = std::max(worst, std::abs(off[i][j]));
+  if (worst > 1e-4)
+    fail(where,
+         "R is not a rotation: its rows are not orthonormal (R R^T differs from the identity "
+         "by " +
+             number(worst) + ")");
+  if (glm::determinant(camera.R) < 0.0)
+    fail(where,
+         "R is a reflection (determinant -1): the frame is left-handed. x_cam = R X + t wants z "
+         "forward, x right, y down in a right-handed world");
+  if (!finite(camera.t)) fail(where, "t has a number that is not finite");
+}
+
+}  // namespace
+
+const Camera* Rig::find(std::string_view name) const {
+  for (const Camera& camera : cameras)
+    if (camera.name == name) return &camera;
+  return nullptr;
+}
+
+double Rig::metres_per_unit() const {
+  if (unit == "m") return 1.0;
+  if (unit == "cm") return 0.01;
+  if (unit == "mm") return 0.001;
+  if (unit == "in") return 0.0254;
+  if (unit == "ft") return 0.3048;
+  double value = 0.0;
+  const char* end = unit.data() + unit.size();
+  const auto [rest, error] = std::from_chars(unit.data(), end, value);
+  if (error != std::errc() || rest != end || !std::isfinite(value) || !(value > 0.0))
+    throw Error(Error::Kind::bad_input, "unit is \"" + unit +
+                                            "\"; expected m, cm, mm, in, ft or a positive number "
+                                            "of metres such as \"0.37\"");
+  return value;
+}
+
+void validate_rig(const Rig& rig, const std::string& source) {
+  if (rig.cameras.empty()) fail(source, "the rig has no cameras");
+  std::set<std::string_view> names;
+  for (std::size_t i = 0; i < rig.cameras.size(); ++i) {
+    const Camera& camera = rig.cameras[i];
+    const std::string where =
+        source + ": cameras[" + std::to_string(i) + "] (\"" + camera.name + "\")";
+    if (camera.name.empty()) fail(where, "the name is empty");
+    if (!names.insert(camera.name).second)
+      fail(where, "another camera has the same name; each name may occur once");
+    validate_intrinsics(camera, where);
+    validate_pose(camera, where);
+  }
+  if (rig.bounds) {
+    if (!finite(rig.bounds->min) || !finite(rig.bounds->max))
+      fail(source, "bounds has a number that is not finite");
+    for (int axis = 0; axis < 3; ++axis)
+      if (!(rig.bounds->min[axis] < rig.bounds->max[axis]))
+        fail(source,
+             std::string("bounds are inside out or flat: min is not below max in ") + "xyz"[axis]);
+  }
+  if (!finite(rig.up) || !(glm::length(rig.up) > 0.0))
+    fail(source, "up must be a direction: three finite numbers, not all zero");
+  try {
+    rig.metres_per_unit();
+  } catch (const Error& error) {
+    fail(source, error.what());
+  }
+}
+
+Rig default_rig() {
+  // Not a regular ring: opposite cameras would see the same outline twice.
+  struct Place {
+    double degrees, height;
+  };
+  constexpr Place places[] = {{30.0, 1.4}, {118.0, 1.5}, {213.0, 1.35}, {301.0, 1.45}};
+  constexpr double distance = 3.0;
+  const Vec3 target(0.0, 0.95, 0.0);
+  Rig rig;
+  for (const Place& place : places) {
+    Camera camera;
+    camera.name = "cam" + std::to_string(rig.cameras.size());
+    camera.width = 1024;
+    camera.height = 768;
+    camera.K = from_rows({700.0, 0.0, 511.5, 0.0, 700.0, 383.5, 0.0, 0.0, 1.0});
+    const double angle = glm::radians(place.degrees);
+    const Vec3 centre(distance * std::sin(angle), place.height, distance * std::cos(angle));
+    const Vec3 forward = glm::normalize(target - centre);
+    const Vec3 right = glm::normalize(glm::cross(forward, Vec3(0.0, 1.0, 0.0)));
+    const Vec3 down = glm::cross(forward, right);
+    camera.R = glm::transpose(Mat3(right, down, forward));
+    camera.t = -(camera.R * centre);
+    rig.cameras.push_back(camera);
+  }
+  rig.bounds = Bounds{Vec3(-1.2, 0.0, -1.2), Vec3(1.2, 2.3, 1.2)};
+  return rig;
+}
+
+}  // namespace polyhull
