@@ -12,9 +12,9 @@
 namespace polyhull {
 
 /// The silhouette as a set of simple, disjoint rings in full-frame pixels. Outer rings run
-/// counter-clockwise and holes clockwise as seen on screen (y down), so the silhouette is on the left
-/// of every edge as seen on screen. The region is also the even-odd union of the rings. The last
-/// vertex of a ring connects to its first; the first is not repeated.
+/// counter-clockwise and holes clockwise as seen on screen (y down), so the silhouette is on the
+/// left of every edge as seen on screen. The region is also the even-odd union of the rings. The
+/// last vertex of a ring connects to its first; the first is not repeated.
 struct Rings {
   std::vector<Vec2f> points;        ///< all rings' vertices, one ring after the other
   std::vector<std::uint32_t> ends;  ///< ends[i]: index one past the last vertex of ring i

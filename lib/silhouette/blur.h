@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// Gaussian blur of a matte, u(x) = (G_σ * alpha)(x), with the frame's border values continued
+/// outwards.
+///
+///  - fir: the kernel cut at 4σ (3.5σ above σ = 8), separable, in 16-bit fixed point with rounding
+///  at each
+///    tap; blocks whose whole neighbourhood is uniform are not touched.
+///  - box: the prototype's way (thesis 3.4.2): `passes` running means in each direction, their
+///  width with
+///    fractional ends so that the variance is exactly σ² (P. Gwosdek et al., "Theoretical
+///    foundations of Gaussian convolution by extended box filtering", SSVM 2011).
+///  - recursive: sums of cosines, each a second-order recursion (D. Charalampidis, "Recursive
+///    implementation of the Gaussian filter using truncated cosine functions", IEEE TSP 64, 2016):
+///    time independent of σ.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+
+#include "silhouette/matte.h"
+
+namespace polyhull {
+
+enum class BlurMethod : std::uint8_t { fir, box, recursive };
+
+struct BlurSettings {
+  BlurMethod method = BlurMethod::fir;
+  double sigma = 2.0;  ///< px, 0..100; 0: not blurred
+  int passes = 3;      ///< box: 1..10
+  int threshold =
+      0;  ///< 1..255: the blurred matte becomes 255 from this level on and 0 below; 0: stays grey
+};
+
+/// Delivers rows of a matte in order, top to bottom; row() may reuse its memory after `lookback`
+/// calls.
+class Blur {
+ public:
+  Blur();
+  ~Blur();
+  Blur(Blur&&) noexcept;
+  Blur& operator=(Blur&&) noexcept;
+
+  /// Throws Error (bad_input) for values out of range.
+  void set(const BlurSettings& settings);
+  const BlurSettings& settings() const;
+
+  /// True when rows can be pushed one after the other (fir); else only apply() will do.
+  bool streams() const;
+
+  /// Starts a picture for pushing. Rows [top, bottom) will be asked for; all rows outside
+  /// [first, first + count) are empty and need not be pushed.
+  void begin(int width, int height);
+
+  /// Room for the next row to be pushed: alpha (whole blocks) and states; then call push().
+  std::uint8_t* next_alpha();
+  BlockState* next_states();
+  void push();
+
+  /// The next finished row, or null when more rows must be pushed first. After the last push() all
+  /// remaining rows come. The row stays valid until the next call.
+  struct Row {
+    const std::int16_t* values;
+    const BlockState* states;
+    int y;
+  };
+  bool pull(Row& row);
+
+  /// Blurs a whole matte.
+  void apply(const Matte& matte, Field& field);
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace polyhull

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// A camera's frame as it lies in memory: borrowed planes with their format and colorimetry.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "base/vector.h"
+
+namespace polyhull {
+
+/// Layouts that can be keyed without a conversion in front. Names as in GStreamer.
+enum class FrameFormat : std::uint8_t {
+  rgbx,
+  bgrx,
+  rgba,
+  bgra,
+  rgb,
+  bgr,
+  gray8,
+  i420,
+  nv12,
+  yuy2,
+  uyvy,
+  i420_10le,  ///< ten bits in the low bits of little-endian 16-bit words
+};
+
+/// How Y'CbCr becomes R'G'B' (ignored for RGB formats).
+enum class ColourMatrix : std::uint8_t { bt601, bt709, bt2020 };
+
+/// Where 4:2:0 and 4:2:2 chroma samples lie between the luma samples.
+enum class ChromaSite : std::uint8_t {
+  left,  ///< horizontally on even columns, vertically (4:2:0) half way between rows: MPEG-2, H.264
+  centre,    ///< half way between columns (and rows): JPEG, MPEG-1
+  top_left,  ///< on even columns and even rows: BT.2020
+};
+
+/// One frame, borrowed. Pixel formats without planes of their own use planes[0] only; NV12 uses
+/// planes[1] for CbCr; I420 uses planes[1] for Cb and planes[2] for Cr. Strides are in bytes and
+/// may be negative. Any alpha in RGBA and BGRA is ignored by the keyer.
+struct FrameView {
+  FrameFormat format = FrameFormat::rgba;
+  int width = 0;
+  int height = 0;
+  std::array<const std::uint8_t*, 3> planes{};
+  std::array<std::ptrdiff_t, 3> strides{};
+  ColourMatrix matrix = ColourMatrix::bt601;
+  bool full_range = false;  ///< 0..255 instead of 16..235 / 16..240; RGB is always full range
+  ChromaSite site = ChromaSite::left;
+
+  const std::uint8_t* row(int plane, int y) const { return planes[plane] + strides[plane] * y; }
+};
+
+/// True for the formats that carry luma and chroma.
+bool is_yuv(FrameFormat format);
+
+/// The format's name as GStreamer writes it ("BGRx").
+const char* name_of(FrameFormat format);
+
+/// Throws Error (bad_input) when a plane is missing, a size is not positive or above 32767, or a
+/// stride is shorter than a row.
+void check_frame(const FrameView& frame);
+
+/// Writes pixels [x0, x1) of row \p y as R, G, B, 255 bytes, chroma interpolated between its
+/// samples. \p rgba points at the pixel x0.
+void convert_row(const FrameView& frame, int y, int x0, int x1, std::uint8_t* rgba);
+
+/// The same rows with every byte equal inside \p region? Reads both frames; formats must be the
+/// same.
+bool same_pixels(const FrameView& a, const FrameView& b, const Rectangle& region);
+
+}  // namespace polyhull

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// Key, blur, trace and approximate in one pass over the frame. The same stages, called one after
+/// the other on whole planes (Keyer::key, Blur::apply, Tracer::trace, Approximator::approximate),
+/// give the same bytes.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+
+#include "silhouette/approximate.h"
+#include "silhouette/blur.h"
+#include "silhouette/key.h"
+#include "silhouette/rings.h"
+#include "silhouette/trace.h"
+
+namespace polyhull {
+
+struct SilhouetteSettings {
+  KeySettings key;
+  BlurSettings blur;
+  TraceMethod method = TraceMethod::subpixel;
+  bool correct_curvature = true;  ///< undo the shift that the blur puts on curved boundaries
+  ApproximateSettings approximate;
+  bool reuse =
+      true;  ///< a frame equal to its predecessor inside the region of interest keeps its contours
+};
+
+/// The sigma to correct for (TraceSettings::corrected_sigma) after a blur, 0 when it is not to be
+/// corrected: no blur, or a threshold made the matte binary again.
+double corrected_sigma(const BlurSettings& blur, bool correct_curvature);
+
+/// The smallest rectangle of whole pixels that holds the rings, clipped to the frame.
+Rectangle bounding_rectangle(const Rings& rings, int width, int height);
+
+struct SilhouetteStats {
+  std::uint64_t frames = 0;
+  std::uint64_t reused = 0;  ///< frames that kept their predecessor's contours
+  std::uint64_t empty = 0;   ///< frames without foreground
+  ApproximateCounts last;
+};
+
+/// One stream's silhouettes.
+class Silhouetter {
+ public:
+  Silhouetter();
+  ~Silhouetter();
+  Silhouetter(Silhouetter&&) noexcept;
+  Silhouetter& operator=(Silhouetter&&) noexcept;
+
+  /// Throws Error (bad_input) for values out of range.
+  void set(const SilhouetteSettings& settings);
+  const SilhouetteSettings& settings() const;
+
+  /// Only the tolerance changes (adaptive); cheaper than set().
+  void set_tolerance(double tolerance);
+
+  Keyer& keyer();
+
+  /// The frame's silhouette. The reference stays valid until the next call.
+  const Rings& process(const FrameView& frame);
+
+  /// The pixels of a region (e.g. bounding_rectangle()) of the frame just processed, keyed and
+  /// despilled, with the matte as alpha, byte for byte what chromamatte puts there before any blur.
+  void write_rgba(const FrameView& frame, const Rectangle& region, std::uint8_t* rgba,
+                  std::ptrdiff_t stride);
+
+  const SilhouetteStats& stats() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace polyhull
