@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "hull_scene.h"
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <span>
+
+#include "base/error.h"
+
+namespace polyhull {
+namespace {
+
+using Json = nlohmann::json;
+
+bool inside(std::span<const Vec2f> ring, Vec2 p) {
+  bool in = false;
+  for (std::size_t i = 0; i < ring.size(); ++i) {
+    const Vec2 a(ring[i]), b(ring[i + 1 == ring.size() ? 0 : i + 1]);
+    if ((a.y > p.y) != (b.y > p.y) && p.x < a.x + (b.x - a.x) * (p.y - a.y) / (b.y - a.y)) in = !in;
+  }
+  return in;
+}
+
+Rings parse_rings(const Json& json, const std::string& where) {
+  const auto fail = [&](const std::string& what) {
+    throw Error(Error::Kind::bad_input, where + ": " + what + "; expected [ring][vertex][u, v]");
+  };
+  Rings rings;
+  if (!json.is_array()) fail("the silhouette is not an array");
+  for (const Json& ring : json) {
+    if (!ring.is_array()) fail("a ring is not an array");
+    for (const Json& point : ring) {
+      if (!point.is_array() || point.size() != 2 || !point[0].is_number() ||
+          !point[1].is_number()) {
+        fail("a vertex is not a pair of numbers");
+      }
+      const Vec2f p(point[0].get<float>(), point[1].get<float>());
+      if (!std::isfinite(p.x) || !std::isfinite(p.y)) fail("a vertex is not finite");
+      rings.points.push_back(p);
+    }
+    rings.ends.push_back(static_cast<std::uint32_t>(rings.points.size()));
+  }
+  orient_rings(rings);
+  return rings;
+}
+
+}  // namespace
+
+std::vector<Silhouette> HullScene::views() const {
+  std::vector<Silhouette> views;
+  for (std::size_t i = 0; i < silhouettes.size(); ++i)
+    views.push_back({&rig.cameras[i], &silhouettes[i]});
+  return views;
+}
+
+std::size_t HullScene::contour_vertices() const {
+  std::size_t count = 0;
+  for (const Rings& rings : silhouettes) count += rings.points.size();
+  return count;
+}
+
+void orient_rings(Rings& rings) {
+  for (std::size_t i = 0; i < rings.size(); ++i) {
+    const auto ring = rings.ring(i);
+    if (ring.empty()) continue;
+    double area = 0.0;  // positive: clockwise on screen, where y points down
+    for (std::size_t k = 0; k < ring.size(); ++k) {
+      const Vec2 a(ring[k]), b(ring[k + 1 == ring.size() ? 0 : k + 1]);
+      area += a.x * b.y - b.x * a.y;
+    }
+    bool hole = false;
+    for (std::size_t other = 0; other < rings.size(); ++other) {
+      if (other != i && inside(rings.ring(other), Vec2(ring[0]))) hole = !hole;
+    }
+    if ((area > 0.0) != hole) {
+      const std::size_t begin = i == 0 ? 0 : rings.ends[i - 1];
+      std::reverse(rings.points.begin() + static_cast<std::ptrdiff_t>(begin),
+                   rings.points.begin() + rings.ends[i]);
+    }
+  }
+}
+
+HullScene parse_hull_scene(std::string_view text, const std::string& source) {
+  try {
+    const Json json = Json::parse(text);
+    HullScene scene;
+    scene.name = json.value("name", source);
+    scene.rig = parse_rig(json.at("rig").dump(), source);
+    const Json& silhouettes = json.at("silhouettes");
+    if (silhouettes.size() != scene.rig.cameras.size()) {
+      throw Error(Error::Kind::bad_input,
+                  source + ": " + std::to_string(silhouettes.size()) + " silhouettes for " +
+                      std::to_string(scene.rig.cameras.size()) + " cameras");
+    }
+    for (std::size_t i = 0; i < silhouettes.size(); ++i) {
+      const std::string where = source + ", silhouette of camera " + scene.rig.cameras[i].name;
+      scene.silhouettes.push_back(parse_rings(silhouettes[i], where));
+    }
+    if (const auto reference = json.find("reference"); reference != json.end()) {
+      if (reference->contains("volume"))
+        scene.reference_volume = reference->at("volume").get<double>();
+      scene.reference_triangles = reference->value("triangles", std::size_t{0});
+    }
+    return scene;
+  } catch (const Json::exception& error) {
+    throw Error(Error::Kind::bad_input, source + ": not a hull scene: " + error.what());
+  }
+}
+
+HullScene load_hull_scene(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  if (!file) throw Error(Error::Kind::not_found, path + ": cannot open the scene file");
+  const std::string text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
+  return parse_hull_scene(text, path);
+}
+
+std::string hull_scene_to_json(const HullScene& scene) {
+  Json json;
+  json["name"] = scene.name;
+  json["rig"] = Json::parse(rig_to_json(scene.rig));
+  Json& silhouettes = json["silhouettes"] = Json::array();
+  for (const Rings& rings : scene.silhouettes) {
+    Json camera = Json::array();
+    for (std::size_t r = 0; r < rings.size(); ++r) {
+      Json ring = Json::array();
+      for (const Vec2f& p : rings.ring(r)) ring.push_back({double(p.x), double(p.y)});
+      camera.push_back(std::move(ring));
+    }
+    silhouettes.push_back(std::move(camera));
+  }
+  if (scene.reference_volume) json["reference"]["volume"] = *scene.reference_volume;
+  return json.dump();
+}
+
+}  // namespace polyhull
