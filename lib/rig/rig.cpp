@@ -91,6 +91,11 @@ double Rig::metres_per_unit() const {
   return value;
 }
 
+void validate_camera(const Camera& camera, const std::string& where) {
+  validate_intrinsics(camera, where);
+  validate_pose(camera, where);
+}
+
 void validate_rig(const Rig& rig, const std::string& source) {
   if (rig.cameras.empty()) fail(source, "the rig has no cameras");
   std::set<std::string_view> names;
@@ -101,8 +106,7 @@ void validate_rig(const Rig& rig, const std::string& source) {
     if (camera.name.empty()) fail(where, "the name is empty");
     if (!names.insert(camera.name).second)
       fail(where, "another camera has the same name; each name may occur once");
-    validate_intrinsics(camera, where);
-    validate_pose(camera, where);
+    validate_camera(camera, where);
   }
   if (rig.bounds) {
     if (!finite(rig.bounds->min) || !finite(rig.bounds->max))

@@ -1,0 +1,284 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "wire/mesh_payload.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "wire/mesh_generated.h"
+#include "wire/view_table.h"
+
+namespace polyhull {
+namespace {
+
+constexpr std::size_t most_textured_views = 64;
+
+[[noreturn]] void fail(const std::string& what) {
+  throw Error(Error::Kind::bad_input, "not a usable mesh: " + what);
+}
+
+bool finite(std::span<const float> numbers) {
+  return std::all_of(numbers.begin(), numbers.end(), [](float x) { return std::isfinite(x); });
+}
+
+bool finite(std::span<const Vec3f> vectors) {
+  return vectors.empty() || finite({&vectors.front().x, 3 * vectors.size()});
+}
+
+bool finite(const Vec3& v) {
+  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+}
+
+// Whether `ends` never falls and its last is `total`.
+bool partitions(std::span<const std::uint32_t> ends, std::size_t total) {
+  return std::is_sorted(ends.begin(), ends.end()) && (ends.empty() ? 0 : ends.back()) == total;
+}
+
+bool below(std::span<const std::uint32_t> indices, std::size_t limit) {
+  return std::all_of(indices.begin(), indices.end(),
+                     [limit](std::uint32_t index) { return index < limit; });
+}
+
+void validate_hull(const Mesh& mesh) {
+  const Hull& hull = mesh.hull;
+  if (!finite(hull.origin) || !finite(hull.vertices)) fail("a vertex or the origin is not finite");
+  if (hull.triangles.size() % 3 != 0) fail("the triangles' indices are no multiple of three");
+  if (!below(hull.triangles, hull.vertices.size())) fail("a triangle's index is out of range");
+  if (!below(hull.loop_vertices, hull.vertices.size())) fail("a loop's index is out of range");
+  if (!partitions(hull.loop_ends, hull.loop_vertices.size()) ||
+      !partitions(hull.face_loop_ends, hull.loop_ends.size()))
+    fail("the loops' ends contradict each other");
+  if (!hull.face_loop_ends.empty() && hull.face_loop_ends.size() != hull.faces.size())
+    fail("there must be loops for every face or for none");
+  const std::size_t triangles = hull.triangles.size() / 3;
+  for (const HullFace& face : hull.faces) {
+    if (face.view < -1 || face.view >= static_cast<std::int64_t>(mesh.views.size()))
+      fail("a face belongs to a view that is not there");
+    const std::size_t edges = face.view < 0 ? 6 : mesh.views[face.view].view.contours.points.size();
+    if (face.edge >= edges) fail("a face belongs to a contour edge that is not there");
+    if (face.first_triangle > triangles || face.triangle_count > triangles - face.first_triangle)
+      fail("a face's triangles are out of range");
+  }
+}
+
+void validate_texturing(const Mesh& mesh) {
+  const Texturing& texturing = *mesh.texturing;
+  const std::size_t triangles = mesh.hull.triangles.size() / 3;
+  const std::size_t vertices = mesh.hull.vertices.size();
+  const std::size_t views = mesh.views.size();
+  if (views > most_textured_views) fail("a textured mesh may have at most 64 views");
+  if (texturing.method != TextureMethod::direct && texturing.method != TextureMethod::blend)
+    fail("unknown texture method");
+  if (texturing.metric != TextureMetric::camera_normal &&
+      texturing.metric != TextureMetric::viewing_angle)
+    fail("unknown texture metric");
+  if (texturing.visible.size() != triangles || texturing.best.size() != triangles ||
+      texturing.weights.size() != vertices * views || texturing.normals.size() != vertices)
+    fail("the texturing does not fit the numbers of triangles, vertices and views");
+  if (!finite(texturing.weights) || !finite(texturing.normals) ||
+      !finite({&texturing.untextured.x, 3}))
+    fail("the texturing has a number that is not finite");
+  for (const std::uint64_t mask : texturing.visible)
+    if (views < most_textured_views && (mask >> views) != 0)
+      fail("a triangle is seen by a view that is not there");
+  for (const std::int8_t best : texturing.best)
+    if (best < -1 || best >= static_cast<int>(views))
+      fail("a triangle is coloured by a view that is not there");
+}
+
+template <typename T>
+std::uint32_t count(const std::vector<T>& list, std::size_t each = 1) {
+  if (list.size() * each > 0x3FFFFFFF) fail("a list is too long for a payload");
+  return static_cast<std::uint32_t>(list.size() * each);
+}
+
+flatbuffers::Offset<flatbuffers::Vector<double>> pack_vector(
+    flatbuffers::FlatBufferBuilder& builder, const Vec3& v) {
+  return builder.CreateVector(&v.x, 3);
+}
+
+flatbuffers::Offset<wire::Camera> pack_camera(flatbuffers::FlatBufferBuilder& builder,
+                                              const Camera& camera) {
+  const auto k = to_rows(camera.K);
+  const auto r = to_rows(camera.R);
+  const auto k_offset = builder.CreateVector(k.data(), k.size());
+  const auto distortion = builder.CreateVector(camera.distortion);
+  const auto r_offset = builder.CreateVector(r.data(), r.size());
+  return wire::CreateCamera(builder, k_offset, distortion, r_offset,
+                            pack_vector(builder, camera.t));
+}
+
+flatbuffers::Offset<wire::Hull> pack_hull(flatbuffers::FlatBufferBuilder& builder,
+                                          const Hull& hull) {
+  static_assert(sizeof(HullFace) == sizeof(wire::Face));
+  const auto origin = pack_vector(builder, hull.origin);
+  const auto vertices = builder.CreateVector(reinterpret_cast<const float*>(hull.vertices.data()),
+                                             count(hull.vertices, 3));
+  const auto triangles = builder.CreateVector(hull.triangles.data(), count(hull.triangles));
+  const auto faces = builder.CreateVectorOfStructs(
+      reinterpret_cast<const wire::Face*>(hull.faces.data()), count(hull.faces));
+  const auto loop_vertices =
+      builder.CreateVector(hull.loop_vertices.data(), count(hull.loop_vertices));
+  const auto loop_ends = builder.CreateVector(hull.loop_ends.data(), count(hull.loop_ends));
+  const auto face_loop_ends =
+      builder.CreateVector(hull.face_loop_ends.data(), count(hull.face_loop_ends));
+  return wire::CreateHull(builder, origin, vertices, triangles, faces, loop_vertices, loop_ends,
+                          face_loop_ends);
+}
+
+flatbuffers::Offset<wire::Texturing> pack_texturing(flatbuffers::FlatBufferBuilder& builder,
+                                                    const Texturing& texturing) {
+  const auto untextured = builder.CreateVector(&texturing.untextured.x, 3);
+  const auto visible = builder.CreateVector(texturing.visible.data(), count(texturing.visible));
+  const auto best = builder.CreateVector(texturing.best.data(), count(texturing.best));
+  const auto weights = builder.CreateVector(texturing.weights.data(), count(texturing.weights));
+  const auto normals = builder.CreateVector(
+      reinterpret_cast<const float*>(texturing.normals.data()), count(texturing.normals, 3));
+  return wire::CreateTexturing(builder, static_cast<wire::TextureMethod>(texturing.method),
+                               static_cast<wire::TextureMetric>(texturing.metric),
+                               texturing.cameras, untextured, visible, best, weights, normals);
+}
+
+template <std::size_t N, typename Element>
+std::array<Element, N> unpack_array(const flatbuffers::Vector<Element>* numbers, const char* what) {
+  if (!numbers || numbers->size() != N)
+    fail(std::string(what) + " must have " + std::to_string(N) + " numbers");
+  std::array<Element, N> result;
+  std::memcpy(result.data(), numbers->Data(), sizeof result);
+  return result;
+}
+
+Vec3 unpack_vector(const flatbuffers::Vector<double>* numbers, const char* what) {
+  const auto v = unpack_array<3>(numbers, what);
+  return {v[0], v[1], v[2]};
+}
+
+Camera unpack_camera(const wire::Camera& table, const View& view) {
+  Camera camera;
+  camera.name = view.camera;
+  camera.width = view.width;
+  camera.height = view.height;
+  camera.K = from_rows(unpack_array<9>(table.k(), "K"));
+  camera.distortion = unpack_numbers<double>(table.distortion());
+  camera.R = from_rows(unpack_array<9>(table.r(), "R"));
+  camera.t = unpack_vector(table.t(), "t");
+  return camera;
+}
+
+std::size_t packed_size(const wire::View& view) {
+  return sizeof(wire::View) + view.camera()->size() +
+         (view.points() ? sizeof(float) * view.points()->size() : 0) +
+         (view.ends() ? sizeof(std::uint32_t) * view.ends()->size() : 0);
+}
+
+Hull unpack_hull(const wire::Hull& table) {
+  Hull hull;
+  hull.origin = unpack_vector(table.origin(), "the origin");
+  hull.vertices = unpack_numbers<Vec3f>(table.vertices());
+  hull.triangles = unpack_numbers<std::uint32_t>(table.triangles());
+  if (table.faces() && table.faces()->size() > 0) {
+    hull.faces.resize(table.faces()->size());
+    std::memcpy(static_cast<void*>(hull.faces.data()), table.faces()->Data(),
+                hull.faces.size() * sizeof(HullFace));
+  }
+  hull.loop_vertices = unpack_numbers<std::uint32_t>(table.loop_vertices());
+  hull.loop_ends = unpack_numbers<std::uint32_t>(table.loop_ends());
+  hull.face_loop_ends = unpack_numbers<std::uint32_t>(table.face_loop_ends());
+  return hull;
+}
+
+Texturing unpack_texturing(const wire::Texturing& table) {
+  Texturing texturing;
+  texturing.method = static_cast<TextureMethod>(table.method());
+  texturing.metric = static_cast<TextureMetric>(table.metric());
+  texturing.cameras = table.cameras();
+  const auto grey = unpack_array<3>(table.untextured(), "the colour of what no camera sees");
+  texturing.untextured = Vec3f(grey[0], grey[1], grey[2]);
+  texturing.visible = unpack_numbers<std::uint64_t>(table.visible());
+  texturing.best = unpack_numbers<std::int8_t>(table.best());
+  texturing.weights = unpack_numbers<float>(table.weights());
+  texturing.normals = unpack_numbers<Vec3f>(table.normals());
+  return texturing;
+}
+
+}  // namespace
+
+void validate_mesh(const Mesh& mesh) {
+  if (!finite(mesh.up) || !(glm::length(mesh.up) > 0.0)) fail("up is no direction");
+  if (!std::isfinite(mesh.metres_per_unit) || !(mesh.metres_per_unit > 0.0))
+    fail("the length of its unit is not positive");
+  for (const MeshView& view : mesh.views) {
+    if (view.calibration.name != view.view.camera || view.calibration.width != view.view.width ||
+        view.calibration.height != view.view.height)
+      fail("view \"" + view.view.camera + "\" has another camera's name or size");
+    validate_view(view.view);
+    validate_camera(view.calibration, "mesh: camera \"" + view.calibration.name + "\"");
+  }
+  validate_hull(mesh);
+  if (mesh.texturing) validate_texturing(mesh);
+}
+
+std::vector<std::uint8_t> write_mesh_header(const Mesh& mesh) {
+  validate_mesh(mesh);
+  flatbuffers::FlatBufferBuilder builder(4096 + 16 * mesh.hull.vertices.size() +
+                                         8 * mesh.hull.triangles.size());
+  std::uint64_t pixels_size = 0;
+  std::vector<flatbuffers::Offset<wire::MeshView>> views;
+  for (const MeshView& view : mesh.views) {
+    const auto calibration = pack_camera(builder, view.calibration);
+    const auto packed = pack_view(builder, view.view);
+    views.push_back(wire::CreateMeshView(builder, calibration, packed));
+    pixels_size += view.view.pixels.size();
+  }
+  const auto view_list = builder.CreateVector(views);
+  const auto hull = pack_hull(builder, mesh.hull);
+  const auto up = pack_vector(builder, mesh.up);
+  flatbuffers::Offset<wire::Texturing> texturing;
+  if (mesh.texturing) texturing = pack_texturing(builder, *mesh.texturing);
+  builder.Finish(wire::CreateMesh(builder, mesh.trigger, mesh.capture_time, up,
+                                  mesh.metres_per_unit, hull, view_list, texturing));
+  return write_payload_header(PayloadKind::mesh, {builder.GetBufferPointer(), builder.GetSize()},
+                              pixels_size);
+}
+
+std::vector<std::uint8_t> write_mesh(const Mesh& mesh) {
+  std::vector<std::uint8_t> bytes = write_mesh_header(mesh);
+  for (const MeshView& view : mesh.views)
+    bytes.insert(bytes.end(), view.view.pixels.begin(), view.view.pixels.end());
+  return bytes;
+}
+
+Mesh read_mesh(std::span<const Bytes> segments) {
+  Payload payload(PayloadKind::mesh, segments);
+  const Bytes buffer = payload.flatbuffer();
+  flatbuffers::Verifier verifier(buffer.data(), buffer.size());
+  if (!wire::VerifyMeshBuffer(verifier)) fail("its FlatBuffer is damaged");
+  const wire::Mesh& table = *wire::GetMesh(buffer.data());
+  Mesh mesh;
+  mesh.trigger = table.trigger();
+  mesh.capture_time = table.capture_time();
+  mesh.up = unpack_vector(table.up(), "up");
+  mesh.metres_per_unit = table.metres_per_unit();
+  mesh.hull = unpack_hull(*table.hull());
+  if (table.views()) {
+    std::size_t unpacked = 0;
+    for (const wire::MeshView* entry : *table.views()) {
+      // In a hostile FlatBuffer a few bytes can point to the same long list again and again.
+      unpacked += packed_size(*entry->view());
+      if (unpacked > buffer.size()) fail("its views share their contents");
+      MeshView view;
+      view.view = unpack_view(*entry->view(), payload);
+      view.calibration = unpack_camera(*entry->calibration(), view.view);
+      mesh.views.push_back(std::move(view));
+    }
+  }
+  payload.finish();
+  if (table.texturing()) mesh.texturing = unpack_texturing(*table.texturing());
+  validate_mesh(mesh);
+  return mesh;
+}
+
+Mesh read_mesh(Bytes bytes) {
+  return read_mesh({&bytes, 1});
+}
+
+}  // namespace polyhull

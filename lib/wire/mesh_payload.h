@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// A Mesh as application/x-polyhull-mesh bytes, and back. Layout: payload.h; the pixel blocks are
+/// the views' pixels in the views' order.
+#pragma once
+
+#include "wire/frames.h"
+#include "wire/payload.h"
+
+namespace polyhull {
+
+/// Everything but the pixels. Throws Error for a mesh that read_mesh() would refuse.
+std::vector<std::uint8_t> write_mesh_header(const Mesh& mesh);
+
+/// The whole payload in one run.
+std::vector<std::uint8_t> write_mesh(const Mesh& mesh);
+
+/// Parses bytes from anywhere: every size, index and number is checked, also each view's and each
+/// calibration's. The views' pixels borrow from \p segments. Throws Error, see Payload.
+Mesh read_mesh(std::span<const Bytes> segments);
+
+/// The same for a payload in one run.
+Mesh read_mesh(Bytes bytes);
+
+/// Throws Error if \p mesh breaks a rule of read_mesh().
+void validate_mesh(const Mesh& mesh);
+
+}  // namespace polyhull

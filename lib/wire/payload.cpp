@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "wire/payload.h"
+
+#include <bit>
+#include <cstring>
+#include <limits>
+#include <string>
+
+#include "base/error.h"
+
+namespace polyhull {
+namespace {
+
+static_assert(std::endian::native == std::endian::little,
+              "payloads are written and read as they lie in memory");
+
+constexpr std::size_t header_alignment = 32;
+
+struct Prefix {
+  char magic[4];
+  std::uint32_t version;
+  std::uint32_t header_size;
+  std::uint32_t flatbuffer_size;
+  std::uint64_t pixels_size;
+  std::uint64_t zero;
+};
+static_assert(sizeof(Prefix) == payload_prefix_size);
+
+const char* magic(PayloadKind kind) {
+  return kind == PayloadKind::view ? "PHVW" : "PHMS";
+}
+
+[[noreturn]] void fail(const char* what, const std::string& message) {
+  throw Error(Error::Kind::bad_input, std::string("not a usable ") + what + ": " + message);
+}
+
+}  // namespace
+
+std::vector<std::uint8_t> write_payload_header(PayloadKind kind, Bytes flatbuffer,
+                                               std::uint64_t pixels_size) {
+  const std::size_t used = payload_prefix_size + flatbuffer.size();
+  const std::size_t size = (used + header_alignment - 1) / header_alignment * header_alignment;
+  if (size > std::numeric_limits<std::uint32_t>::max())
+    throw Error(Error::Kind::unsupported, "a payload's header may have at most 4 GiB");
+  Prefix prefix{};
+  std::memcpy(prefix.magic, magic(kind), 4);
+  prefix.version = payload_version;
+  prefix.header_size = static_cast<std::uint32_t>(size);
+  prefix.flatbuffer_size = static_cast<std::uint32_t>(flatbuffer.size());
+  prefix.pixels_size = pixels_size;
+  std::vector<std::uint8_t> header(size, 0);
+  std::memcpy(header.data(), &prefix, sizeof prefix);
+  if (!flatbuffer.empty())
+    std::memcpy(header.data() + payload_prefix_size, flatbuffer.data(), flatbuffer.size());
+  return header;
+}
+
+Payload::Payload(PayloadKind kind, std::span<const Bytes> segments)
+    : what_(kind == PayloadKind::view ? "view" : "mesh"), segments_(segments) {
+  std::uint64_t total = 0;
+  for (const Bytes& segment : segments) total += segment.size();
+  if (total < payload_prefix_size)
+    fail(what_, "it has " + std::to_string(total) + " bytes, its prefix alone takes " +
+                    std::to_string(payload_prefix_size));
+  const Bytes first = segments.front();
+  const auto cut = [&] {
+    throw Error(Error::Kind::unsupported,
+                std::string("the header of a ") + what_ + " is spread over several memories");
+  };
+  if (first.size() < payload_prefix_size) cut();
+  Prefix prefix;
+  std::memcpy(&prefix, first.data(), sizeof prefix);
+  if (std::memcmp(prefix.magic, magic(kind), 4) != 0)
+    fail(what_, std::string("it does not start with \"") + magic(kind) + "\"");
+  if (prefix.version != payload_version)
+    throw Error(Error::Kind::bad_input,
+                std::string("a ") + what_ + " of format version " + std::to_string(prefix.version) +
+                    " came in; this build reads version " + std::to_string(payload_version));
+  if (prefix.header_size % header_alignment != 0 || prefix.zero != 0 ||
+      prefix.header_size < payload_prefix_size ||
+      prefix.flatbuffer_size > prefix.header_size - payload_prefix_size)
+    fail(what_, "the sizes in its prefix contradict each other");
+  if (prefix.header_size > total || prefix.pixels_size != total - prefix.header_size)
+    fail(what_, "its prefix promises " + std::to_string(prefix.header_size) + " + " +
+                    std::to_string(prefix.pixels_size) + " bytes, " + std::to_string(total) +
+                    " came");
+  if (first.size() < prefix.header_size) cut();
+  flatbuffer_ = first.subspan(payload_prefix_size, prefix.flatbuffer_size);
+  if (reinterpret_cast<std::uintptr_t>(flatbuffer_.data()) % 8 != 0 && !flatbuffer_.empty()) {
+    aligned_.resize((flatbuffer_.size() + 7) / 8);
+    std::memcpy(aligned_.data(), flatbuffer_.data(), flatbuffer_.size());
+    flatbuffer_ = {reinterpret_cast<const std::uint8_t*>(aligned_.data()), flatbuffer_.size()};
+  }
+  left_ = prefix.pixels_size;
+  offset_ = prefix.header_size;
+}
+
+Bytes Payload::take_block(std::uint64_t size) {
+  if (size > left_)
+    fail(what_, "a pixel block of " + std::to_string(size) + " bytes is promised, " +
+                    std::to_string(left_) + " are left");
+  if (size == 0) return {};
+  while (offset_ == segments_[segment_].size()) {
+    ++segment_;
+    offset_ = 0;
+  }
+  const Bytes segment = segments_[segment_];
+  if (size > segment.size() - offset_)
+    throw Error(Error::Kind::unsupported,
+                std::string("the pixels of a ") + what_ + " are spread over several memories");
+  const Bytes block = segment.subspan(offset_, size);
+  offset_ += size;
+  left_ -= size;
+  return block;
+}
+
+void Payload::finish() const {
+  if (left_ != 0) fail(what_, std::to_string(left_) + " bytes of pixels belong to no view");
+}
+
+bool is_utf8(std::span<const char> text) {
+  std::size_t i = 0;
+  while (i < text.size()) {
+    const auto lead = static_cast<unsigned char>(text[i]);
+    const int more = lead < 0x80                    ? 0
+                     : lead >= 0xC2 && lead < 0xE0  ? 1
+                     : lead >= 0xE0 && lead < 0xF0  ? 2
+                     : lead >= 0xF0 && lead <= 0xF4 ? 3
+                                                    : -1;
+    if (more < 0 || lead == 0 || text.size() - i <= static_cast<std::size_t>(more)) return false;
+    std::uint32_t code = more == 0 ? lead : lead & (0x3F >> more);
+    for (int j = 1; j <= more; ++j) {
+      const auto next = static_cast<unsigned char>(text[i + j]);
+      if ((next & 0xC0) != 0x80) return false;
+      code = code << 6 | (next & 0x3F);
+    }
+    constexpr std::uint32_t smallest[] = {0, 0x80, 0x800, 0x10000};
+    if (code < smallest[more] || code > 0x10FFFF || (code >= 0xD800 && code < 0xE000)) return false;
+    i += more + 1;
+  }
+  return true;
+}
+
+}  // namespace polyhull

@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "wire/view_payload.h"
+
+#include <cmath>
+
+#include "wire/view_table.h"
+
+namespace polyhull {
+namespace {
+
+constexpr std::uint32_t largest_side = 32768;
+constexpr float largest_coordinate = 1e6f;
+constexpr std::size_t longest_name = 256;
+
+[[noreturn]] void fail(const View& view, const std::string& what) {
+  const bool printable = view.camera.size() <= longest_name && is_utf8(view.camera);
+  throw Error(Error::Kind::bad_input,
+              "view of camera \"" + (printable ? view.camera : std::string("?")) + "\": " + what);
+}
+
+void validate_rings(const View& view) {
+  std::uint32_t begin = 0;
+  for (const std::uint32_t end : view.contours.ends) {
+    if (end < begin || end - begin < 3 || end > view.contours.points.size())
+      fail(view, "a contour's end index is out of order or it has fewer than three vertices");
+    begin = end;
+  }
+  if (begin != view.contours.points.size()) fail(view, "contour vertices belong to no ring");
+  for (const Vec2f& p : view.contours.points)
+    if (!(std::abs(p.x) <= largest_coordinate) || !(std::abs(p.y) <= largest_coordinate))
+      fail(view, "a contour vertex is not finite or more than a million pixels away");
+}
+
+void validate_pixels(const View& view) {
+  const Rectangle& roi = view.roi;
+  if (view.format != PixelFormat::none && view.format != PixelFormat::rgba &&
+      view.format != PixelFormat::grey)
+    fail(view, "unknown pixel format");
+  if (roi == Rectangle{} || view.format == PixelFormat::none) {
+    if (roi != Rectangle{} || view.format != PixelFormat::none || !view.pixels.empty() ||
+        view.stride != 0)
+      fail(view, "region of interest, pixel format and pixels must be all there or all absent");
+    return;
+  }
+  if (roi.x < 0 || roi.y < 0 || roi.width < 1 || roi.height < 1 || roi.width > view.width - roi.x ||
+      roi.height > view.height - roi.y)
+    fail(view, "the region of interest " + std::to_string(roi.width) + "x" +
+                   std::to_string(roi.height) + " at (" + std::to_string(roi.x) + ", " +
+                   std::to_string(roi.y) + ") leaves the frame of " + std::to_string(view.width) +
+                   "x" + std::to_string(view.height));
+  if (view.stride < roi.width * bytes_per_pixel(view.format))
+    fail(view, "the stride of " + std::to_string(view.stride) + " bytes is shorter than a row");
+  const std::size_t most = static_cast<std::size_t>(view.stride) * roi.height;
+  if (view.pixels.size() < pixels_needed(view) || view.pixels.size() > most)
+    fail(view, std::to_string(view.pixels.size()) +
+                   " bytes of pixels came, the region of "
+                   "interest takes " +
+                   std::to_string(pixels_needed(view)) + " to " + std::to_string(most));
+}
+
+std::uint32_t size32(std::size_t size) {
+  if (size > 0x3FFFFFFF) throw Error(Error::Kind::unsupported, "a list is too long for a payload");
+  return static_cast<std::uint32_t>(size);
+}
+
+}  // namespace
+
+int bytes_per_pixel(PixelFormat format) {
+  return format == PixelFormat::rgba ? 4 : format == PixelFormat::grey ? 1 : 0;
+}
+
+std::size_t pixels_needed(const View& view) {
+  if (view.roi.empty()) return 0;
+  return static_cast<std::size_t>(view.stride) * (view.roi.height - 1) +
+         static_cast<std::size_t>(view.roi.width) * bytes_per_pixel(view.format);
+}
+
+void validate_view(const View& view) {
+  if (view.camera.size() > longest_name || !is_utf8(view.camera))
+    fail(view, "the camera's name is longer than 256 bytes or not UTF-8");
+  const auto side_is_good = [](int side) {
+    return side >= 1 && side <= static_cast<int>(largest_side);
+  };
+  if (!side_is_good(view.width) || !side_is_good(view.height))
+    fail(view, "the frame is " + std::to_string(view.width) + "x" + std::to_string(view.height) +
+                   "; each side must be 1 to 32768 pixels");
+  if (view.stride < 0 || view.stride > 0x100000) fail(view, "the stride is out of range");
+  validate_rings(view);
+  validate_pixels(view);
+}
+
+flatbuffers::Offset<wire::View> pack_view(flatbuffers::FlatBufferBuilder& builder,
+                                          const View& view) {
+  const auto camera = builder.CreateString(view.camera);
+  const Rings& rings = view.contours;
+  const auto points = builder.CreateVector(reinterpret_cast<const float*>(rings.points.data()),
+                                           size32(2 * rings.points.size()));
+  const auto ends = builder.CreateVector(rings.ends.data(), size32(rings.ends.size()));
+  return wire::CreateView(builder, camera, view.trigger, view.capture_time, view.width, view.height,
+                          view.roi.x, view.roi.y, view.roi.width, view.roi.height, points, ends,
+                          static_cast<wire::PixelFormat>(view.format), wire::PixelCoding::raw,
+                          view.stride, view.pixels.size());
+}
+
+View unpack_view(const wire::View& table, Payload& payload) {
+  const auto side = [](std::uint32_t value) {
+    if (value > 0x7FFFFFFF)
+      throw Error(Error::Kind::bad_input, "a view has a size or offset beyond 31 bits");
+    return static_cast<int>(value);
+  };
+  if (table.coding() != wire::PixelCoding::raw)
+    throw Error(Error::Kind::unsupported,
+                "a view's pixels are coded in a way this build does not "
+                "know");
+  View view;
+  view.camera = table.camera()->str();
+  view.trigger = table.trigger();
+  view.capture_time = table.capture_time();
+  view.width = side(table.width());
+  view.height = side(table.height());
+  view.roi = {side(table.roi_x()), side(table.roi_y()), side(table.roi_width()),
+              side(table.roi_height())};
+  view.contours.points = unpack_numbers<Vec2f>(table.points());
+  view.contours.ends = unpack_numbers<std::uint32_t>(table.ends());
+  view.format = static_cast<PixelFormat>(table.format());
+  view.stride = side(table.stride());
+  view.pixels = payload.take_block(table.pixels_size());
+  validate_view(view);
+  return view;
+}
+
+std::vector<std::uint8_t> write_view_header(const View& view) {
+  validate_view(view);
+  flatbuffers::FlatBufferBuilder builder(1024 + 8 * view.contours.points.size());
+  builder.Finish(pack_view(builder, view));
+  return write_payload_header(PayloadKind::view, {builder.GetBufferPointer(), builder.GetSize()},
+                              view.pixels.size());
+}
+
+std::vector<std::uint8_t> write_view(const View& view) {
+  std::vector<std::uint8_t> bytes = write_view_header(view);
+  bytes.insert(bytes.end(), view.pixels.begin(), view.pixels.end());
+  return bytes;
+}
+
+View read_view(std::span<const Bytes> segments) {
+  Payload payload(PayloadKind::view, segments);
+  const Bytes buffer = payload.flatbuffer();
+  flatbuffers::Verifier verifier(buffer.data(), buffer.size());
+  if (!wire::VerifyViewBuffer(verifier))
+    throw Error(Error::Kind::bad_input, "not a usable view: its FlatBuffer is damaged");
+  View view = unpack_view(*wire::GetView(buffer.data()), payload);
+  payload.finish();
+  return view;
+}
+
+View read_view(Bytes bytes) {
+  return read_view({&bytes, 1});
+}
+
+}  // namespace polyhull

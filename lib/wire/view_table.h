@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+// View to FlatBuffer table and back; shared by the two payloads, not installed.
+#pragma once
+
+#include <cstring>
+#include <string>
+
+#include "base/error.h"
+#include "wire/view_generated.h"
+#include "wire/view_payload.h"
+
+namespace polyhull {
+
+flatbuffers::Offset<wire::View> pack_view(flatbuffers::FlatBufferBuilder& builder,
+                                          const View& view);
+
+/// Takes the view's pixel block from \p payload and validates the whole.
+View unpack_view(const wire::View& table, Payload& payload);
+
+/// Copies a vector of numbers whose elements lie as T's members do.
+template <typename T, typename Element>
+std::vector<T> unpack_numbers(const flatbuffers::Vector<Element>* numbers) {
+  static_assert(sizeof(T) % sizeof(Element) == 0);
+  constexpr std::size_t each = sizeof(T) / sizeof(Element);
+  std::vector<T> result;
+  if (!numbers || numbers->size() == 0) return result;
+  if (numbers->size() % each != 0)
+    throw Error(Error::Kind::bad_input, "a list of " + std::to_string(numbers->size()) +
+                                            " numbers came where groups of " +
+                                            std::to_string(each) + " are expected");
+  result.resize(numbers->size() / each);
+  std::memcpy(static_cast<void*>(result.data()), numbers->Data(),
+              numbers->size() * sizeof(Element));
+  return result;
+}
+
+}  // namespace polyhull
