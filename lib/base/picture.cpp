@@ -47,13 +47,30 @@ Picture load_picture(const std::string& path, int channels) {
   int stored = 0;
   stbi_uc* data = stbi_load(path.c_str(), &picture.width, &picture.height, &stored, channels);
   if (!data) {
-    throw Error(Error::Kind::bad_input, "Picture '" + path + "' is not a readable PNG or JPEG file (" +
+    throw Error(Error::Kind::bad_input, "Picture '" + path +
+                                            "' is not a readable PNG or JPEG file (" +
                                             stbi_failure_reason() + ").");
   }
   picture.channels = channels ? channels : stored;
   const std::size_t size =
       static_cast<std::size_t>(picture.width) * picture.height * picture.channels;
   picture.pixels.assign(data, data + size);
+  stbi_image_free(data);
+  return picture;
+}
+
+Picture decode_picture(std::span<const std::uint8_t> bytes, int channels, const std::string& name) {
+  Picture picture;
+  int stored = 0;
+  stbi_uc* data = stbi_load_from_memory(bytes.data(), static_cast<int>(bytes.size()),
+                                        &picture.width, &picture.height, &stored, channels);
+  if (!data) {
+    throw Error(Error::Kind::bad_input, "The " + name + " is not a readable PNG or JPEG picture (" +
+                                            stbi_failure_reason() + ").");
+  }
+  picture.channels = channels ? channels : stored;
+  picture.pixels.assign(
+      data, data + static_cast<std::size_t>(picture.width) * picture.height * picture.channels);
   stbi_image_free(data);
   return picture;
 }
@@ -85,7 +102,8 @@ void save_picture(const Picture& picture, const std::string& path) {
   const std::vector<std::uint8_t> bytes =
       ending == "png" ? encode_png(picture) : encode_jpeg(picture, 95);
   std::ofstream file(path, std::ios::binary);
-  file.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+  file.write(reinterpret_cast<const char*>(bytes.data()),
+             static_cast<std::streamsize>(bytes.size()));
   file.flush();
   if (!file) throw Error(Error::Kind::io, "Picture '" + path + "' could not be written.");
 }

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -19,11 +20,16 @@ struct Picture {
   const std::uint8_t* row(int y) const {
     return pixels.data() + static_cast<std::size_t>(y) * width * channels;
   }
-  std::uint8_t* row(int y) { return pixels.data() + static_cast<std::size_t>(y) * width * channels; }
+  std::uint8_t* row(int y) {
+    return pixels.data() + static_cast<std::size_t>(y) * width * channels;
+  }
 };
 
 /// Reads a PNG or JPEG file, converted to \p channels (0: as stored). Throws Error.
 Picture load_picture(const std::string& path, int channels = 0);
+
+/// Decodes the bytes of a PNG or JPEG file; \p name says in errors what they are. Throws Error.
+Picture decode_picture(std::span<const std::uint8_t> bytes, int channels, const std::string& name);
 
 /// Writes a PNG or JPEG file by the name's ending. Throws Error.
 void save_picture(const Picture& picture, const std::string& path);

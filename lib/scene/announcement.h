@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 /// \file
 /// What a background's source says of each of its frames, so that composite draws with exactly the
-/// camera, lights and scene that made the picture. It travels as a sticky serialised downstream event
-/// named "polyhull-announcement" with one string field "json", sent before the first buffer it is true
-/// for (docs/formats.md).
+/// camera, lights and scene that made the picture. It travels as a sticky serialised downstream
+/// event named "polyhull-announcement" with one string field "json", sent before the first buffer
+/// it is true for (docs/formats.md).
 #pragma once
 
 #include <string>
@@ -16,11 +16,11 @@
 namespace polyhull {
 
 struct Announcement {
-  Camera viewport;             ///< the camera of the picture; world = scene coordinates, metres
-  std::string scene;           ///< name for open_scene()
-  std::vector<Light> lights;   ///< the lights as they are in this frame
-  float exposure = 1.0f;       ///< as in Scene
-  Vec3f ambient{0.0f};         ///< mean indirect irradiance over the scene's surfaces
+  Camera viewport;            ///< the camera of the picture; world = scene coordinates, metres
+  std::string scene;          ///< name for open_scene()
+  std::vector<Light> lights;  ///< the lights as they are in this frame
+  float exposure = 1.0f;      ///< as in Scene
+  Vec3f ambient{0.0f};        ///< mean indirect irradiance over the scene's surfaces
 };
 
 std::string announcement_to_json(const Announcement& announcement);

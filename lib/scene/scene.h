@@ -15,16 +15,22 @@
 
 namespace polyhull {
 
-/// glTF's metallic-roughness material. A surface of roughness below 0.05 is a mirror: its specular
-/// reflection is ideal, weighted by Schlick's Fresnel term.
+/// glTF's metallic-roughness material, as the ray tracer and composite draw it.
+///
+/// With f0 = mix(((ior - 1) / (ior + 1))^2, base colour, metallic) and Schlick's
+/// F = f0 + (1 - f0)(1 - cos)^5, cos between the direction to the eye and the normal:
+/// - roughness below 0.05 is a mirror: F times the ideally mirrored radiance plus
+///   (1 - F) (1 - metallic) base colour / pi times the irradiance;
+/// - everything else is a diffuse surface: base colour / pi times the irradiance.
+/// Both sides of every surface are drawn.
 struct Material {
   std::string name;
   Vec3f base_colour{1.0f};
   int base_colour_texture = -1;  ///< index into Scene::textures (sRGB)
   float metallic = 0.0f;
   float roughness = 1.0f;
-  float ior = 1.5f;              ///< KHR_materials_ior
-  Vec3f emission{0.0f};          ///< radiance; emissive factor times KHR_materials_emissive_strength
+  float ior = 1.5f;      ///< KHR_materials_ior
+  Vec3f emission{0.0f};  ///< radiance; emissive factor times KHR_materials_emissive_strength
   bool double_sided = false;
   /// Specular reflectance at normal incidence.
   Vec3f f0() const;
@@ -36,19 +42,21 @@ struct SceneMesh {
   std::string name;
   int material = 0;
   std::vector<Vec3f> positions;
-  std::vector<Vec3f> normals;            ///< as many as positions
+  std::vector<Vec3f> normals;              ///< as many as positions
   std::vector<Vec2f> texture_coordinates;  ///< as many as positions, or none
   std::vector<std::uint32_t> triangles;
 };
 
-/// A light. Area lights are parallelograms centre +- u +- v that shine to the side of cross(u, v) with
-/// constant radiance; point lights have u = v = 0 and intensity (W/sr) in `radiance`.
+/// A light. Area lights are parallelograms centre +- u +- v that shine to the side of cross(u, v)
+/// with constant radiance; point lights have u = v = 0 and intensity (W/sr) in `radiance`. The sun
+/// (a directional light) is an area light far away.
 struct Light {
   std::string name;
   Vec3f centre{0.0f};
   Vec3f u{0.0f};
   Vec3f v{0.0f};
   Vec3f radiance{0.0f};
+  int mesh = -1;  ///< the mesh of the scene that shows the light, -1: not to be seen
   bool is_area() const { return glm::dot(glm::cross(u, v), glm::cross(u, v)) > 0.0f; }
   bool operator==(const Light&) const = default;
 };
@@ -73,11 +81,17 @@ struct Scene {
   float exposure = 1.0f;        ///< picture value (linear, 1 = white) per radiance
 };
 
-/// Reads a glTF 2.0 file (.glb or .gltf). Throws Error: missing file, broken content, no geometry, a
-/// texture that cannot be read.
+/// Reads a glTF 2.0 file (.glb or .gltf): the default scene's triangle meshes, materials (factors,
+/// base colour texture; KHR_materials_ior, KHR_materials_emissive_strength, KHR_texture_transform),
+/// cameras and lights (KHR_lights_punctual, with `size` [w, h] in the extras an area light;
+/// parallelograms of an emissive material); `exposure` from the scene's extras, or such that a
+/// white surface under the mean direct light is shown a little below white (docs/scenes.md). Throws
+/// Error: missing file, broken content, numbers that are not finite, no geometry, a texture that
+/// cannot be read, a required extension that is not known.
 Scene load_scene(const std::string& path);
 
-/// The built-in room: a polished floor, a table, a pillar that can hide the subject, one area light.
+/// The built-in room: a polished floor, a table, a pillar that can hide the subject, one area
+/// light.
 Scene room_scene();
 
 /// load_scene(), or room_scene() for "" and "builtin:room".
@@ -85,5 +99,21 @@ Scene open_scene(const std::string& name);
 
 /// Writes \p scene as a GLB file that load_scene() reads back. Throws Error.
 void save_scene(const Scene& scene, const std::string& path);
+
+/// The planar mirrors among the scene's meshes; curved ones are left out.
+std::vector<Mirror> find_mirrors(const Scene& scene);
+
+/// Moves and scales light \p index to \p light, and the mesh that shows it (vertices and emission)
+/// with it. Throws Error for an index that the scene does not have.
+void set_light(Scene& scene, std::size_t index, const Light& light);
+
+/// The box around all meshes. Throws Error for a scene without vertices.
+Bounds scene_bounds(const Scene& scene);
+
+/// The camera at \p eye that looks at \p target, \p up upwards in the picture, with \p vertical_fov
+/// degrees from the upper to the lower edge of the picture. Throws Error where these do not make a
+/// camera (eye = target, up along the view, field of view not between 0 and 180, empty picture).
+Camera look_at(const Vec3& eye, const Vec3& target, double vertical_fov, int width, int height,
+               const Vec3& up = Vec3(0, 1, 0));
 
 }  // namespace polyhull

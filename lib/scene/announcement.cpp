@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "scene/announcement.h"
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "base/error.h"
+
+namespace polyhull {
+namespace {
+
+using nlohmann::json;
+
+constexpr const char* format = "polyhull-announcement";
+constexpr int version = 1;
+
+Error broken(const std::string& what) {
+  return Error(Error::Kind::bad_input, "A background's announcement cannot be used: " + what);
+}
+
+json numbers(const Vec3f& v) {
+  return json::array({v.x, v.y, v.z});
+}
+
+double finite_number(const json& value, const char* name) {
+  if (!value.is_number() || !std::isfinite(value.get<double>())) {
+    throw broken(std::string("'") + name + "' must hold finite numbers.");
+  }
+  return value.get<double>();
+}
+
+const json& member(const json& object, const char* name) {
+  const auto found = object.find(name);
+  if (found == object.end()) throw broken(std::string("'") + name + "' is missing.");
+  return *found;
+}
+
+template <std::size_t count>
+std::array<double, count> array_of(const json& object, const char* name) {
+  const json& value = member(object, name);
+  if (!value.is_array() || value.size() != count) {
+    throw broken(std::string("'") + name + "' must be an array of " + std::to_string(count) +
+                 " numbers.");
+  }
+  std::array<double, count> numbers;
+  for (std::size_t i = 0; i < count; ++i) numbers[i] = finite_number(value[i], name);
+  return numbers;
+}
+
+Vec3f vector_of(const json& object, const char* name) {
+  const auto v = array_of<3>(object, name);
+  return Vec3f(static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2]));
+}
+
+json camera_to_json(const Camera& camera) {
+  json out = {{"name", camera.name},     {"width", camera.width},
+              {"height", camera.height}, {"K", to_rows(camera.K)},
+              {"R", to_rows(camera.R)},  {"t", {camera.t.x, camera.t.y, camera.t.z}}};
+  if (!camera.distortion.empty()) out["distortion"] = camera.distortion;
+  return out;
+}
+
+Camera camera_from_json(const json& object) {
+  if (!object.is_object()) throw broken("'viewport' must be an object.");
+  Camera camera;
+  camera.name = object.value("name", "viewport");
+  camera.width = static_cast<int>(finite_number(member(object, "width"), "width"));
+  camera.height = static_cast<int>(finite_number(member(object, "height"), "height"));
+  if (camera.width < 1 || camera.height < 1) throw broken("the viewport's size is empty.");
+  camera.K = from_rows(array_of<9>(object, "K"));
+  camera.R = from_rows(array_of<9>(object, "R"));
+  const auto t = array_of<3>(object, "t");
+  camera.t = Vec3(t[0], t[1], t[2]);
+  if (!(camera.K[0][0] > 0.0 && camera.K[1][1] > 0.0)) {
+    throw broken("the viewport's focal length must be above 0.");
+  }
+  if (const auto found = object.find("distortion"); found != object.end()) {
+    for (const json& k : *found) camera.distortion.push_back(finite_number(k, "distortion"));
+  }
+  return camera;
+}
+
+}  // namespace
+
+std::string announcement_to_json(const Announcement& announcement) {
+  json lights = json::array();
+  for (const Light& light : announcement.lights) {
+    lights.push_back({{"name", light.name},
+                      {"centre", numbers(light.centre)},
+                      {"u", numbers(light.u)},
+                      {"v", numbers(light.v)},
+                      {"radiance", numbers(light.radiance)},
+                      {"mesh", light.mesh}});
+  }
+  const json out = {{"format", format},
+                    {"version", version},
+                    {"viewport", camera_to_json(announcement.viewport)},
+                    {"scene", announcement.scene},
+                    {"lights", lights},
+                    {"exposure", announcement.exposure},
+                    {"ambient", numbers(announcement.ambient)}};
+  // Names may hold any bytes; JSON must be UTF-8.
+  return out.dump(-1, ' ', false, json::error_handler_t::replace);
+}
+
+Announcement parse_announcement(std::string_view text) {
+  const json root = json::parse(text, nullptr, false);
+  if (!root.is_object() || root.value("format", json()) != format) {
+    throw broken("it is not JSON of the format 'polyhull-announcement'.");
+  }
+  if (root.value("version", json()) != version) {
+    throw broken("this program reads version 1 only.");
+  }
+  try {
+    Announcement announcement;
+    announcement.viewport = camera_from_json(member(root, "viewport"));
+    announcement.scene = member(root, "scene").get<std::string>();
+    for (const json& object : member(root, "lights")) {
+      if (!object.is_object()) throw broken("each light must be an object.");
+      Light light;
+      light.name = object.value("name", "");
+      light.centre = vector_of(object, "centre");
+      light.u = vector_of(object, "u");
+      light.v = vector_of(object, "v");
+      light.radiance = vector_of(object, "radiance");
+      light.mesh = object.value("mesh", -1);
+      announcement.lights.push_back(std::move(light));
+    }
+    announcement.exposure = static_cast<float>(finite_number(member(root, "exposure"), "exposure"));
+    announcement.ambient = vector_of(root, "ambient");
+    return announcement;
+  } catch (const json::exception& error) {
+    throw broken(error.what());
+  }
+}
+
+}  // namespace polyhull

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// Checked reading of glTF accessors: tinygltf hands over what the file says without holding it
+/// against the buffers' sizes.
+#pragma once
+
+#include <tiny_gltf.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace polyhull {
+
+/// Where numbers of a file lie, and words for the errors.
+struct GltfSource {
+  const tinygltf::Model& model;
+  const std::string& path;
+};
+
+/// All elements of accessor \p index as floats, \p components per element (normalised integers
+/// become 0..1 or -1..1). \p what names them in errors ("positions of mesh 'table'"). Throws Error
+/// when the accessor does not exist, has another number of components, or reaches beyond its
+/// buffer.
+std::vector<float> read_floats(const GltfSource& source, int index, std::size_t components,
+                               const std::string& what);
+
+/// All elements of a scalar accessor of unsigned integers.
+std::vector<std::uint32_t> read_indices(const GltfSource& source, int index,
+                                        const std::string& what);
+
+/// The bytes of a buffer view. Throws Error when it reaches beyond its buffer.
+struct GltfBytes {
+  const unsigned char* data;
+  std::size_t size;
+};
+GltfBytes read_view(const GltfSource& source, int index, const std::string& what);
+
+}  // namespace polyhull

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// Lights of a glTF file as area and point lights of a Scene.
+#pragma once
+
+#include <tiny_gltf.h>
+
+#include <string>
+
+#include "scene/scene.h"
+
+namespace polyhull {
+
+/// A light of KHR_lights_punctual at a node.
+struct PunctualLight {
+  const tinygltf::Light* light;
+  Mat4 to_world;
+  std::string name;
+  const tinygltf::Value* node_extras;
+};
+
+/// One light of the scene:
+/// - point: a point light; with `size` [w, h] (metres) in the light's or the node's extras an area
+/// light
+///   that shines along the node's -z with intensity/(w h) as radiance;
+/// - spot: the same, 0.2 m square where no size is given (its cone is Lambert's);
+/// - directional: the sun, an area light 100 scene sizes away, 0.53 degrees wide (`angle` in the
+/// extras,
+///   degrees, for another softness).
+/// Photometric units are taken as they are (1 lx as 1 W/m2): only the exposure differs.
+Light light_from_punctual(const PunctualLight& light, const Bounds& bounds,
+                          const std::string& path);
+
+/// Cuts each emissive mesh into its connected pieces, one mesh each.
+void split_emitters(Scene& scene);
+
+/// Adds an area light for each emissive mesh that is a parallelogram of two triangles. Other
+/// emissive meshes are seen, and light up what one bounce reaches, but are not sampled as lights.
+void find_area_lights(Scene& scene);
+
+/// The exposure at which a white surface under the mean direct light (shadows left out) is shown at
+/// 0.6 of white; 1 for a scene without light.
+float automatic_exposure(const Scene& scene);
+
+}  // namespace polyhull

@@ -1,0 +1,449 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include <tiny_gltf.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <glm/gtc/quaternion.hpp>
+#include <map>
+
+#include "base/error.h"
+#include "scene/gltf_accessor.h"
+#include "scene/gltf_lights.h"
+#include "scene/scene.h"
+
+namespace polyhull {
+namespace {
+
+constexpr int deepest_node = 200;  // a file whose nodes form a ring must end
+constexpr int camera_width = 1280, camera_height = 720;
+
+const char* const known_extensions[] = {
+    "KHR_lights_punctual",   "KHR_materials_ior",     "KHR_materials_emissive_strength",
+    "KHR_texture_transform", "KHR_mesh_quantization", "KHR_materials_specular",
+    "KHR_materials_unlit"};
+
+Error broken(const std::string& path, const std::string& what) {
+  return Error(Error::Kind::bad_input, "Scene '" + path + "' " + what);
+}
+
+/// Keeps the encoded bytes of a picture that lies in a file of its own or in the JSON text; they
+/// are decoded only where a material uses them.
+bool keep_bytes(tinygltf::Image* image, const int, std::string*, std::string*, int, int,
+                const unsigned char* bytes, int size, void*) {
+  if (image->bufferView < 0) image->image.assign(bytes, bytes + size);
+  return true;
+}
+
+double number(const tinygltf::ExtensionMap& extensions, const char* extension, const char* name,
+              double otherwise) {
+  const auto found = extensions.find(extension);
+  if (found == extensions.end() || !found->second.Has(name)) return otherwise;
+  const tinygltf::Value& value = found->second.Get(name);
+  return value.IsNumber() ? value.GetNumberAsDouble() : otherwise;
+}
+
+class Loader {
+ public:
+  Loader(const tinygltf::Model& model, const std::string& path)
+      : model_(model), path_(path), source_{model_, path_} {
+    scene_.name = path;
+  }
+
+  Scene load() {
+    for (const std::string& extension : model_.extensionsRequired) {
+      if (std::find(std::begin(known_extensions), std::end(known_extensions), extension) ==
+          std::end(known_extensions)) {
+        throw Error(
+            Error::Kind::unsupported,
+            "Scene '" + path_ + "' needs the glTF extension " + extension +
+                ", which is not supported. Export it without (for Blender: no compression).");
+      }
+    }
+    for (const tinygltf::Material& material : model_.materials) add_material(material);
+    default_material_ = static_cast<int>(scene_.materials.size());
+    scene_.materials.push_back({});
+    scene_.materials.back().name = "default";
+    add_nodes();
+    const auto no_triangles = [](const SceneMesh& mesh) { return mesh.triangles.empty(); };
+    if (std::all_of(scene_.meshes.begin(), scene_.meshes.end(), no_triangles)) {
+      throw broken(path_, "has no geometry: there is not one triangle in its nodes.");
+    }
+    split_emitters(scene_);
+    find_area_lights(scene_);
+    add_distant_lights();
+    scene_.mirrors = find_mirrors(scene_);
+    set_exposure();
+    return std::move(scene_);
+  }
+
+ private:
+  void add_material(const tinygltf::Material& in) {
+    Material out;
+    out.name = in.name;
+    const tinygltf::PbrMetallicRoughness& pbr = in.pbrMetallicRoughness;
+    for (int k = 0; k < 3; ++k) {
+      out.base_colour[k] = static_cast<float>(pbr.baseColorFactor.at(k));
+      out.emission[k] = static_cast<float>(
+          in.emissiveFactor.at(k) *
+          number(in.extensions, "KHR_materials_emissive_strength", "emissiveStrength", 1.0));
+    }
+    out.metallic = static_cast<float>(pbr.metallicFactor);
+    out.roughness = static_cast<float>(pbr.roughnessFactor);
+    out.ior = static_cast<float>(number(in.extensions, "KHR_materials_ior", "ior", 1.5));
+    out.double_sided = in.doubleSided;
+    for (const float value :
+         {out.base_colour.x, out.base_colour.y, out.base_colour.z, out.metallic, out.roughness,
+          out.ior, out.emission.x, out.emission.y, out.emission.z}) {
+      if (!std::isfinite(value) || value < 0.0f) {
+        throw broken(path_, "has a material '" + in.name +
+                                "' with a number that is not finite or is below 0.");
+      }
+    }
+    out.base_colour = glm::min(out.base_colour, Vec3f(1.0f));
+    if (pbr.baseColorTexture.index >= 0) {
+      out.base_colour_texture = add_texture(pbr.baseColorTexture, in.name);
+    }
+    scene_.materials.push_back(std::move(out));
+  }
+
+  int add_texture(const tinygltf::TextureInfo& info, const std::string& material) {
+    if (static_cast<std::size_t>(info.index) >= model_.textures.size() ||
+        model_.textures[info.index].source < 0 ||
+        static_cast<std::size_t>(model_.textures[info.index].source) >= model_.images.size()) {
+      throw broken(path_,
+                   "has a material '" + material + "' whose base colour texture does not exist.");
+    }
+    const int source = model_.textures[info.index].source;
+    if (const auto known = textures_.find(source); known != textures_.end()) return known->second;
+    const tinygltf::Image& image = model_.images[source];
+    const std::string name =
+        image.uri.empty() ? (image.name.empty() ? "image " + std::to_string(source) : image.name)
+                          : image.uri;
+    GltfBytes bytes{image.image.data(), image.image.size()};
+    if (image.bufferView >= 0)
+      bytes = read_view(source_, image.bufferView, "texture '" + name + "'");
+    if (bytes.size == 0) {
+      throw Error(Error::Kind::not_found,
+                  "Scene '" + path_ + "': the texture '" + name + "' of material '" + material +
+                      "' is missing. It is looked for beside the scene's file; "
+                      "a .glb file holds its textures itself.");
+    }
+    scene_.textures.push_back(decode_picture({bytes.data, bytes.size}, 4,
+                                             "texture '" + name + "' of scene '" + path_ + "'"));
+    const int index = static_cast<int>(scene_.textures.size()) - 1;
+    textures_[source] = index;
+    return index;
+  }
+
+  void add_nodes() {
+    if (model_.scenes.empty()) {
+      for (std::size_t i = 0; i < model_.nodes.size(); ++i) roots_.push_back(static_cast<int>(i));
+      for (const tinygltf::Node& node : model_.nodes) {
+        for (const int child : node.children) std::erase(roots_, child);
+      }
+    } else {
+      const int wanted = model_.defaultScene >= 0 ? model_.defaultScene : 0;
+      if (static_cast<std::size_t>(wanted) >= model_.scenes.size()) {
+        throw broken(path_, "names a default scene that does not exist.");
+      }
+      roots_ = model_.scenes[wanted].nodes;
+    }
+    for (const int root : roots_) add_node(root, Mat4(1.0), 0);
+  }
+
+  Mat4 local_transform(const tinygltf::Node& node) const {
+    Mat4 local(1.0);
+    if (node.matrix.size() == 16) {
+      for (int i = 0; i < 16; ++i) local[i / 4][i % 4] = node.matrix[i];
+    } else {
+      if (node.translation.size() == 3) {
+        local[3] = Vec4(node.translation[0], node.translation[1], node.translation[2], 1.0);
+      }
+      if (node.rotation.size() == 4) {
+        const glm::dquat q(node.rotation[3], node.rotation[0], node.rotation[1], node.rotation[2]);
+        if (glm::length(q) > 0.0) local *= glm::mat4_cast(glm::normalize(q));
+      }
+      if (node.scale.size() == 3) {
+        for (int k = 0; k < 3; ++k) local[k] *= node.scale[k];
+      }
+    }
+    for (int i = 0; i < 16; ++i) {
+      if (!std::isfinite(local[i / 4][i % 4])) {
+        throw broken(path_, "has a node '" + node.name + "' with a transform that is not finite.");
+      }
+    }
+    return local;
+  }
+
+  void add_node(int index, const Mat4& parent, int depth) {
+    if (index < 0 || static_cast<std::size_t>(index) >= model_.nodes.size()) {
+      throw broken(path_, "refers to node " + std::to_string(index) + ", which does not exist.");
+    }
+    if (depth > deepest_node || ++nodes_visited_ > 4 * model_.nodes.size()) {
+      throw broken(path_, "has nodes that contain one another.");
+    }
+    const tinygltf::Node& node = model_.nodes[index];
+    const Mat4 to_world = parent * local_transform(node);
+    if (node.mesh >= 0) add_mesh(node, to_world);
+    if (node.camera >= 0) add_camera(node, to_world);
+    if (const auto light = node.extensions.find("KHR_lights_punctual");
+        light != node.extensions.end() && light->second.Has("light")) {
+      const int number = light->second.Get("light").GetNumberAsInt();
+      if (number < 0 || static_cast<std::size_t>(number) >= model_.lights.size()) {
+        throw broken(path_, "has a node '" + node.name + "' with a light that does not exist.");
+      }
+      lights_.push_back({&model_.lights[number], to_world, node.name, &node.extras});
+    }
+    for (const int child : node.children) add_node(child, to_world, depth + 1);
+  }
+
+  void add_mesh(const tinygltf::Node& node, const Mat4& to_world) {
+    if (static_cast<std::size_t>(node.mesh) >= model_.meshes.size()) {
+      throw broken(path_, "has a node '" + node.name + "' with a mesh that does not exist.");
+    }
+    const tinygltf::Mesh& mesh = model_.meshes[node.mesh];
+    for (const tinygltf::Primitive& primitive : mesh.primitives) {
+      const std::string name = !node.name.empty() ? node.name : mesh.name;
+      const int mode = primitive.mode < 0 ? TINYGLTF_MODE_TRIANGLES : primitive.mode;
+      if (mode < TINYGLTF_MODE_TRIANGLES) continue;  // points and lines
+      SceneMesh out = read_primitive(primitive, mode, name);
+      out.material = primitive.material >= 0 ? primitive.material : default_material_;
+      if (out.material > default_material_) {
+        throw broken(path_, "has a mesh '" + name + "' with a material that does not exist.");
+      }
+      apply_texture_transform(primitive.material, out);
+      place(to_world, out);
+      check_finite(out);
+      scene_.meshes.push_back(std::move(out));
+    }
+  }
+
+  SceneMesh read_primitive(const tinygltf::Primitive& primitive, int mode,
+                           const std::string& name) {
+    SceneMesh out;
+    out.name = name;
+    const auto attribute = [&](const char* semantic) {
+      const auto found = primitive.attributes.find(semantic);
+      return found == primitive.attributes.end() ? -1 : found->second;
+    };
+    const std::string of = " of mesh '" + name + "'";
+    const std::vector<float> p = read_floats(source_, attribute("POSITION"), 3, "positions" + of);
+    for (std::size_t i = 0; i < p.size(); i += 3)
+      out.positions.emplace_back(p[i], p[i + 1], p[i + 2]);
+    if (attribute("NORMAL") >= 0) {
+      const std::vector<float> n = read_floats(source_, attribute("NORMAL"), 3, "normals" + of);
+      for (std::size_t i = 0; i < n.size(); i += 3)
+        out.normals.emplace_back(n[i], n[i + 1], n[i + 2]);
+    }
+    const std::string set = "TEXCOORD_" + std::to_string(texture_set(primitive.material));
+    if (attribute(set.c_str()) >= 0) {
+      const std::vector<float> t =
+          read_floats(source_, attribute(set.c_str()), 2, "texture coordinates" + of);
+      for (std::size_t i = 0; i < t.size(); i += 2)
+        out.texture_coordinates.emplace_back(t[i], t[i + 1]);
+    }
+    if ((!out.normals.empty() && out.normals.size() != out.positions.size()) ||
+        (!out.texture_coordinates.empty() &&
+         out.texture_coordinates.size() != out.positions.size())) {
+      throw broken(path_, "has a mesh '" + name + "' whose attributes differ in length.");
+    }
+    std::vector<std::uint32_t> indices;
+    if (primitive.indices >= 0) {
+      indices = read_indices(source_, primitive.indices, "indices" + of);
+    } else {
+      for (std::size_t i = 0; i < out.positions.size(); ++i) {
+        indices.push_back(static_cast<std::uint32_t>(i));
+      }
+    }
+    for (const std::uint32_t index : indices) {
+      if (index >= out.positions.size()) {
+        throw broken(path_, "has a mesh '" + name + "' with vertex index " + std::to_string(index) +
+                                " but only " + std::to_string(out.positions.size()) + " vertices.");
+      }
+    }
+    if (mode == TINYGLTF_MODE_TRIANGLES) {
+      indices.resize(indices.size() / 3 * 3);
+      out.triangles = std::move(indices);
+    } else {
+      for (std::size_t i = 2; i < indices.size(); ++i) {
+        const bool fan = mode == TINYGLTF_MODE_TRIANGLE_FAN;
+        const bool odd = !fan && i % 2 == 1;
+        const std::uint32_t a = fan ? indices[0] : indices[i - 2], b = indices[i - 1];
+        out.triangles.insert(out.triangles.end(), {odd ? b : a, odd ? a : b, indices[i]});
+      }
+    }
+    if (out.normals.empty()) make_flat(out);
+    return out;
+  }
+
+  int texture_set(int material) const {
+    if (material < 0 || static_cast<std::size_t>(material) >= model_.materials.size()) return 0;
+    return model_.materials[material].pbrMetallicRoughness.baseColorTexture.texCoord;
+  }
+
+  /// glTF asks for flat normals where a file has none: each triangle gets vertices of its own.
+  static void make_flat(SceneMesh& mesh) {
+    SceneMesh flat;
+    for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+      const std::uint32_t index = mesh.triangles[i];
+      flat.positions.push_back(mesh.positions[index]);
+      if (!mesh.texture_coordinates.empty()) {
+        flat.texture_coordinates.push_back(mesh.texture_coordinates[index]);
+      }
+    }
+    for (std::size_t i = 0; i < flat.positions.size(); i += 3) {
+      const Vec3f n = glm::cross(flat.positions[i + 1] - flat.positions[i],
+                                 flat.positions[i + 2] - flat.positions[i]);
+      flat.normals.insert(flat.normals.end(), 3, n);
+    }
+    mesh.positions = std::move(flat.positions);
+    mesh.texture_coordinates = std::move(flat.texture_coordinates);
+    mesh.normals = std::move(flat.normals);
+    for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+      mesh.triangles[i] = static_cast<std::uint32_t>(i);
+    }
+  }
+
+  void apply_texture_transform(int material, SceneMesh& mesh) const {
+    if (material < 0 || static_cast<std::size_t>(material) >= model_.materials.size()) return;
+    const tinygltf::ExtensionMap& extensions =
+        model_.materials[material].pbrMetallicRoughness.baseColorTexture.extensions;
+    const auto found = extensions.find("KHR_texture_transform");
+    if (found == extensions.end()) return;
+    const auto pair = [&](const char* name, float otherwise) {
+      Vec2f value(otherwise);
+      if (!found->second.Has(name) || found->second.Get(name).ArrayLen() != 2) return value;
+      for (int k = 0; k < 2; ++k) {
+        value[k] = static_cast<float>(found->second.Get(name).Get(k).GetNumberAsDouble());
+      }
+      return value;
+    };
+    const Vec2f offset = pair("offset", 0.0f), scale = pair("scale", 1.0f);
+    const auto angle =
+        static_cast<float>(number(extensions, "KHR_texture_transform", "rotation", 0.0));
+    const float c = std::cos(angle), s = std::sin(angle);
+    for (Vec2f& t : mesh.texture_coordinates) {
+      const Vec2f scaled = t * scale;
+      t = Vec2f(c * scaled.x + s * scaled.y, -s * scaled.x + c * scaled.y) + offset;
+    }
+  }
+
+  static void place(const Mat4& to_world, SceneMesh& mesh) {
+    const Mat3 linear(to_world);
+    const double volume = glm::determinant(linear);
+    // The cofactor matrix turns normals right under any scaling, also one that flattens the mesh.
+    const Mat3 cofactors(glm::cross(linear[1], linear[2]), glm::cross(linear[2], linear[0]),
+                         glm::cross(linear[0], linear[1]));
+    for (Vec3f& p : mesh.positions) p = Vec3f(to_world * Vec4(Vec3(p), 1.0));
+    for (Vec3f& n : mesh.normals) {
+      const Vec3 turned = cofactors * Vec3(n) * (volume < 0.0 ? -1.0 : 1.0);
+      const double length = glm::length(turned);
+      n = length > 0.0 ? Vec3f(turned / length) : Vec3f(0.0f, 1.0f, 0.0f);
+    }
+    if (volume < 0.0) {
+      for (std::size_t i = 0; i + 2 < mesh.triangles.size(); i += 3) {
+        std::swap(mesh.triangles[i + 1], mesh.triangles[i + 2]);
+      }
+    }
+  }
+
+  void check_finite(const SceneMesh& mesh) const {
+    const auto bad = [](float v) { return !std::isfinite(v); };
+    for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
+      const Vec3f& p = mesh.positions[i];
+      const Vec3f& n = mesh.normals[i];
+      if (bad(p.x) || bad(p.y) || bad(p.z) || bad(n.x) || bad(n.y) || bad(n.z)) {
+        throw broken(path_, "has a mesh '" + mesh.name + "' whose vertex " + std::to_string(i) +
+                                " is not finite (NaN or infinite).");
+      }
+    }
+    for (const Vec2f& t : mesh.texture_coordinates) {
+      if (bad(t.x) || bad(t.y)) {
+        throw broken(
+            path_, "has a mesh '" + mesh.name + "' with texture coordinates that are not finite.");
+      }
+    }
+  }
+
+  void add_camera(const tinygltf::Node& node, const Mat4& to_world) {
+    if (static_cast<std::size_t>(node.camera) >= model_.cameras.size()) return;
+    const tinygltf::Camera& in = model_.cameras[node.camera];
+    if (in.type != "perspective" || !(in.perspective.yfov > 0.0)) return;
+    const Vec3 eye(to_world[3]);
+    const Vec3 forward = -Vec3(to_world[2]);
+    Camera camera = look_at(eye, eye + forward, glm::degrees(in.perspective.yfov), camera_width,
+                            camera_height, Vec3(to_world[1]));
+    camera.name = node.name.empty() ? in.name : node.name;
+    scene_.cameras.push_back(std::move(camera));
+  }
+
+  void add_distant_lights() {
+    const Bounds bounds = scene_bounds(scene_);
+    for (const PunctualLight& light : lights_) {
+      scene_.lights.push_back(light_from_punctual(light, bounds, path_));
+    }
+  }
+
+  void set_exposure() {
+    scene_.exposure = automatic_exposure(scene_);
+    const auto take = [&](const tinygltf::Value& extras) {
+      if (!extras.IsObject() || !extras.Has("exposure")) return;
+      const auto exposure = static_cast<float>(extras.Get("exposure").GetNumberAsDouble());
+      if (!std::isfinite(exposure) || exposure <= 0.0f) {
+        throw broken(path_, "has an exposure in its extras that is not a number above 0.");
+      }
+      scene_.exposure = exposure;
+    };
+    const int wanted = std::max(model_.defaultScene, 0);
+    if (static_cast<std::size_t>(wanted) < model_.scenes.size()) take(model_.scenes[wanted].extras);
+  }
+
+  const tinygltf::Model& model_;
+  const std::string& path_;
+  GltfSource source_;
+  Scene scene_;
+  int default_material_ = 0;
+  std::map<int, int> textures_;  // glTF image to Scene::textures
+  std::vector<int> roots_;
+  std::size_t nodes_visited_ = 0;
+  std::vector<PunctualLight> lights_;
+};
+
+}  // namespace
+
+Scene load_scene(const std::string& path) {
+  if (!std::filesystem::is_regular_file(path)) {
+    throw Error(Error::Kind::not_found,
+                "Scene '" + path +
+                    "' does not exist or is not a file. Give the path of a glTF 2.0 file "
+                    "(.glb or .gltf), or none for the built-in room.");
+  }
+  std::string ending = std::filesystem::path(path).extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  if (ending != ".glb" && ending != ".gltf") {
+    throw Error(Error::Kind::unsupported,
+                "Scene '" + path + "': the name must end in .glb or .gltf (glTF 2.0).");
+  }
+  tinygltf::TinyGLTF reader;
+  reader.SetImageLoader(keep_bytes, nullptr);
+  tinygltf::Model model;
+  std::string problem, warning;
+  bool read = false;
+  try {
+    read = ending == ".glb" ? reader.LoadBinaryFromFile(&model, &problem, &warning, path)
+                            : reader.LoadASCIIFromFile(&model, &problem, &warning, path);
+  } catch (const std::exception& error) {
+    problem = error.what();
+  }
+  if (!read) {
+    while (!problem.empty() && std::isspace(static_cast<unsigned char>(problem.back()))) {
+      problem.pop_back();
+    }
+    throw broken(
+        path, "is not a readable glTF 2.0 file: " + (problem.empty() ? "broken content" : problem));
+  }
+  return Loader(model, path).load();
+}
+
+}  // namespace polyhull

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// The built-in room's pictures, computed: the same on every machine up to rounding.
+#pragma once
+
+#include "base/picture.h"
+
+namespace polyhull {
+
+/// Dark polished stone: two by two slabs with veins and joints; repeats seamlessly.
+Picture stone_texture(int size);
+
+/// Wood with grain along the first texture coordinate.
+Picture wood_texture(int size);
+
+/// An abstract landscape for the wall: hills under a low sun.
+Picture painting_texture(int width, int height);
+
+}  // namespace polyhull

@@ -1,0 +1,196 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "scene/scene.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "base/error.h"
+
+namespace polyhull {
+namespace {
+
+constexpr std::size_t most_planes_of_a_mesh = 8;  // more of them are a curved surface
+
+struct Plane {
+  Vec3f normal;
+  float offset;
+  std::vector<Vec3f> points;
+};
+
+/// The convex hull of coplanar points, counter-clockwise around the normal (Andrew's monotone
+/// chain).
+std::vector<Vec3f> outline_of(const Plane& plane) {
+  const Vec3f aside =
+      std::abs(plane.normal.x) < 0.7f ? Vec3f(1.0f, 0.0f, 0.0f) : Vec3f(0.0f, 1.0f, 0.0f);
+  const Vec3 x = glm::normalize(glm::cross(Vec3(aside), Vec3(plane.normal)));
+  const Vec3 y = glm::cross(Vec3(plane.normal), x);
+  struct Point {
+    Vec2 p;
+    Vec3f world;
+  };
+  std::vector<Point> points;
+  for (const Vec3f& world : plane.points) {
+    points.push_back({Vec2(glm::dot(x, Vec3(world)), glm::dot(y, Vec3(world))), world});
+  }
+  std::sort(points.begin(), points.end(), [](const Point& a, const Point& b) {
+    return a.p.x != b.p.x ? a.p.x < b.p.x : a.p.y < b.p.y;
+  });
+  const auto turn = [](const Vec2& o, const Vec2& a, const Vec2& b) {
+    return (a.x - o.x) * (b.y - o.y) - (a.y - o.y) * (b.x - o.x);
+  };
+  std::vector<Point> hull;
+  for (int side = 0; side < 2; ++side) {
+    const std::size_t base = hull.size();
+    for (const Point& point : points) {
+      while (hull.size() >= base + 2 &&
+             turn(hull[hull.size() - 2].p, hull.back().p, point.p) <= 1e-12) {
+        hull.pop_back();
+      }
+      hull.push_back(point);
+    }
+    hull.pop_back();  // the first of the other side
+    std::reverse(points.begin(), points.end());
+  }
+  std::vector<Vec3f> outline;
+  for (const Point& point : hull) outline.push_back(point.world);
+  return outline;
+}
+
+}  // namespace
+
+Vec3f Material::f0() const {
+  const float dielectric = (ior - 1.0f) / (ior + 1.0f);
+  return glm::mix(Vec3f(dielectric * dielectric), base_colour, metallic);
+}
+
+std::vector<Mirror> find_mirrors(const Scene& scene) {
+  std::vector<Mirror> mirrors;
+  for (std::size_t m = 0; m < scene.meshes.size(); ++m) {
+    const SceneMesh& mesh = scene.meshes[m];
+    if (!scene.materials.at(mesh.material).is_mirror()) continue;
+    std::vector<Plane> planes;
+    for (std::size_t i = 0; i + 2 < mesh.triangles.size(); i += 3) {
+      const Vec3f p[3] = {mesh.positions[mesh.triangles[i]], mesh.positions[mesh.triangles[i + 1]],
+                          mesh.positions[mesh.triangles[i + 2]]};
+      const Vec3f cross = glm::cross(p[1] - p[0], p[2] - p[0]);
+      const float size = glm::length(cross);
+      if (!(size > 0.0f)) continue;
+      const Vec3f normal = cross / size;
+      const float offset = glm::dot(normal, (p[0] + p[1] + p[2]) / 3.0f);
+      const float tolerance = 1e-4f * (1.0f + std::abs(offset));
+      auto plane = std::find_if(planes.begin(), planes.end(), [&](const Plane& other) {
+        return glm::dot(other.normal, normal) > 1.0f - 1e-6f &&
+               std::abs(other.offset - offset) < tolerance;
+      });
+      if (plane == planes.end()) {
+        planes.push_back({normal, offset, {}});
+        plane = planes.end() - 1;
+        if (planes.size() > most_planes_of_a_mesh) break;
+      }
+      plane->points.insert(plane->points.end(), p, p + 3);
+    }
+    if (planes.size() > most_planes_of_a_mesh) continue;
+    for (const Plane& plane : planes) {
+      mirrors.push_back({static_cast<int>(m), plane.normal, plane.offset, outline_of(plane)});
+    }
+  }
+  return mirrors;
+}
+
+void set_light(Scene& scene, std::size_t index, const Light& light) {
+  if (index >= scene.lights.size()) {
+    throw Error(Error::Kind::bad_input,
+                "Scene '" + scene.name + "' has " + std::to_string(scene.lights.size()) +
+                    " lights; there is no light " + std::to_string(index) + ".");
+  }
+  Light& old = scene.lights[index];
+  const int shown_by = old.mesh;
+  if (shown_by >= 0 && old.is_area() && light.is_area()) {
+    SceneMesh& mesh = scene.meshes[shown_by];
+    const Vec3f n = glm::cross(old.u, old.v);
+    const float nn = glm::dot(n, n);
+    const Vec3f new_normal = glm::normalize(glm::cross(light.u, light.v));
+    for (Vec3f& p : mesh.positions) {
+      // The vertex in the light's own coordinates a, b in -1 .. 1.
+      const Vec3f d = p - old.centre;
+      const float a = glm::dot(glm::cross(d, old.v), n) / nn;
+      const float b = glm::dot(glm::cross(old.u, d), n) / nn;
+      p = light.centre + a * light.u + b * light.v;
+    }
+    std::fill(mesh.normals.begin(), mesh.normals.end(), new_normal);
+    if (old.radiance != light.radiance) {
+      // Another mesh may have the same material: the light's mesh gets one of its own.
+      Material material = scene.materials.at(mesh.material);
+      material.emission = light.radiance;
+      const bool shared =
+          std::count_if(scene.meshes.begin(), scene.meshes.end(), [&](const SceneMesh& other) {
+            return other.material == mesh.material;
+          }) > 1;
+      if (shared) {
+        mesh.material = static_cast<int>(scene.materials.size());
+        scene.materials.push_back(material);
+      } else {
+        scene.materials[mesh.material] = material;
+      }
+    }
+  }
+  old = light;
+  old.mesh = shown_by;
+}
+
+Bounds scene_bounds(const Scene& scene) {
+  Bounds bounds{Vec3(std::numeric_limits<double>::infinity()),
+                Vec3(-std::numeric_limits<double>::infinity())};
+  for (const SceneMesh& mesh : scene.meshes) {
+    for (const Vec3f& p : mesh.positions) {
+      bounds.min = glm::min(bounds.min, Vec3(p));
+      bounds.max = glm::max(bounds.max, Vec3(p));
+    }
+  }
+  if (!(bounds.min.x <= bounds.max.x)) {
+    throw Error(Error::Kind::bad_input, "Scene '" + scene.name + "' has no geometry.");
+  }
+  return bounds;
+}
+
+Camera look_at(const Vec3& eye, const Vec3& target, double vertical_fov, int width, int height,
+               const Vec3& up) {
+  const Vec3 forward = target - eye;
+  const Vec3 right = glm::cross(forward, up);
+  const auto finite = [](const Vec3& v) {
+    return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+  };
+  if (!finite(eye) || !finite(target) || !finite(up) ||
+      !(glm::length(right) > 1e-9 * glm::length(forward) * glm::length(up))) {
+    throw Error(Error::Kind::bad_input,
+                "A viewport camera needs an eye and a target at different places, and a finite "
+                "direction of view that is not along its upward direction.");
+  }
+  if (!(vertical_fov > 0.0 && vertical_fov < 180.0) || width < 1 || height < 1) {
+    throw Error(
+        Error::Kind::bad_input,
+        "A viewport camera needs a field of view between 0 and 180 degrees and a picture of at "
+        "least 1x1 pixels; it got " +
+            std::to_string(vertical_fov) + " degrees and " + std::to_string(width) + "x" +
+            std::to_string(height) + ".");
+  }
+  Camera camera;
+  camera.name = "viewport";
+  camera.width = width;
+  camera.height = height;
+  const double focal = 0.5 * height / std::tan(vertical_fov * std::numbers::pi / 360.0);
+  camera.K = from_rows({focal, 0, 0.5 * (width - 1), 0, focal, 0.5 * (height - 1), 0, 0, 1});
+  const Vec3 x = glm::normalize(right);
+  const Vec3 z = glm::normalize(forward);
+  const Vec3 y = glm::cross(z, x);
+  camera.R = from_rows({x.x, x.y, x.z, y.x, y.y, y.z, z.x, z.y, z.z});
+  camera.t = -(camera.R * eye);
+  return camera;
+}
+
+Scene open_scene(const std::string& name) {
+  return name.empty() || name == "builtin:room" ? room_scene() : load_scene(name);
+}
+
+}  // namespace polyhull

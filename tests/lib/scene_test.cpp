@@ -1,0 +1,406 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "scene/scene.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <numbers>
+
+#include "base/error.h"
+#include "scene/announcement.h"
+#include "scene/shapes.h"
+
+namespace polyhull {
+namespace {
+
+using nlohmann::json;
+
+class SceneFile : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = std::filesystem::temp_directory_path() /
+              (std::string("polyhull_scene_") +
+               testing::UnitTest::GetInstance()->current_test_info()->name() + "_" +
+               std::to_string(getpid()));
+    std::filesystem::create_directories(folder_);
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+
+  /// A .gltf file with one triangle whose data lie in data.bin beside it.
+  json triangle_file() {
+    const float numbers[] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
+    std::ofstream(folder_ / "data.bin", std::ios::binary)
+        .write(reinterpret_cast<const char*>(numbers), sizeof numbers);
+    return {{"asset", {{"version", "2.0"}}},
+            {"scene", 0},
+            {"scenes", json::array({{{"nodes", {0}}}})},
+            {"nodes", json::array({{{"mesh", 0}, {"name", "thing"}}})},
+            {"meshes",
+             json::array({{{"primitives", json::array({{{"attributes", {{"POSITION", 0}}}}})}}})},
+            {"accessors",
+             json::array(
+                 {{{"bufferView", 0}, {"componentType", 5126}, {"count", 3}, {"type", "VEC3"}}})},
+            {"bufferViews", json::array({{{"buffer", 0}, {"byteLength", 36}}})},
+            {"buffers", json::array({{{"uri", "data.bin"}, {"byteLength", 36}}})}};
+  }
+
+  std::string write(const json& root) {
+    const std::string path = (folder_ / "scene.gltf").string();
+    std::ofstream(path) << root.dump(1);
+    return path;
+  }
+
+  /// The message with which loading fails.
+  std::string failure(const std::string& path) {
+    try {
+      load_scene(path);
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "";
+  }
+
+  std::filesystem::path folder_;
+};
+
+bool contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+TEST(Room, IsWhatItsHeaderSays) {
+  const Scene room = room_scene();
+  const Bounds bounds = scene_bounds(room);
+  EXPECT_NEAR(bounds.max.y - bounds.min.y, 3.0, 0.2);
+  EXPECT_GT(bounds.max.x - bounds.min.x, 5.5);
+  ASSERT_EQ(room.lights.size(), 1u);
+  EXPECT_TRUE(room.lights[0].is_area());
+  EXPECT_LT(glm::cross(room.lights[0].u, room.lights[0].v).y, 0.0f) << "shines downwards";
+  ASSERT_GE(room.lights[0].mesh, 0);
+  EXPECT_EQ(room.materials[room.meshes[room.lights[0].mesh].material].emission,
+            room.lights[0].radiance);
+  ASSERT_EQ(room.mirrors.size(), 1u);
+  EXPECT_NEAR(room.mirrors[0].normal.y, 1.0f, 1e-6f);
+  EXPECT_NEAR(room.mirrors[0].offset, 0.0f, 1e-6f);
+  EXPECT_EQ(room.mirrors[0].outline.size(), 4u);
+  std::size_t triangles = 0;
+  for (const SceneMesh& mesh : room.meshes) {
+    triangles += mesh.triangles.size() / 3;
+    ASSERT_EQ(mesh.normals.size(), mesh.positions.size()) << mesh.name;
+    ASSERT_EQ(mesh.texture_coordinates.size(), mesh.positions.size()) << mesh.name;
+    for (const Vec3f& n : mesh.normals) ASSERT_NEAR(glm::length(n), 1.0f, 1e-4f) << mesh.name;
+    // Shading normals and winding agree.
+    for (std::size_t i = 0; i < mesh.triangles.size(); i += 3) {
+      const Vec3f p0 = mesh.positions[mesh.triangles[i]],
+                  p1 = mesh.positions[mesh.triangles[i + 1]],
+                  p2 = mesh.positions[mesh.triangles[i + 2]];
+      const Vec3f n = mesh.normals[mesh.triangles[i]] + mesh.normals[mesh.triangles[i + 1]] +
+                      mesh.normals[mesh.triangles[i + 2]];
+      if (mesh.name != "leaves") {
+        ASSERT_GT(glm::dot(glm::cross(p1 - p0, p2 - p0), n), 0.0f) << mesh.name << " " << i / 3;
+      }
+    }
+    // Nothing stands where the subject moves.
+    if (mesh.name.starts_with("floor") || mesh.name.starts_with("ceiling") ||
+        mesh.name.starts_with("wall") || mesh.name.starts_with("lamp") || mesh.name == "skirting") {
+      continue;
+    }
+    for (const Vec3f& p : mesh.positions) {
+      ASSERT_GT(std::hypot(p.x, p.z), 0.8f) << mesh.name;
+    }
+  }
+  EXPECT_GT(triangles, 2000u);
+  EXPECT_LT(triangles, 50000u);
+}
+
+TEST_F(SceneFile, WhatIsSavedIsReadBack) {
+  Scene room = room_scene();
+  Light point;
+  point.name = "bulb";
+  point.centre = {1, 2, 3};
+  point.radiance = {5, 4, 3};
+  room.lights.push_back(point);
+  Light panel;
+  panel.name = "panel";
+  panel.centre = {-1, 2, 0.5};
+  panel.u = {0.3f, 0.1f, 0.2f};
+  panel.v = glm::normalize(glm::cross(panel.u, Vec3f(1, 2, 3))) * 0.25f;
+  panel.radiance = {7, 8, 9};
+  room.lights.push_back(panel);
+  const std::string path = (folder_ / "room.glb").string();
+  save_scene(room, path);
+  const Scene read = load_scene(path);
+  ASSERT_EQ(read.meshes.size(), room.meshes.size());
+  for (std::size_t i = 0; i < room.meshes.size(); ++i) {
+    EXPECT_EQ(read.meshes[i].name, room.meshes[i].name);
+    EXPECT_EQ(read.meshes[i].positions, room.meshes[i].positions);
+    EXPECT_EQ(read.meshes[i].triangles, room.meshes[i].triangles);
+    EXPECT_EQ(read.meshes[i].texture_coordinates, room.meshes[i].texture_coordinates);
+    const Material& a = read.materials[read.meshes[i].material];
+    const Material& b = room.materials[room.meshes[i].material];
+    EXPECT_EQ(a.name, b.name);
+    EXPECT_LT(glm::length(a.base_colour - b.base_colour), 1e-6f);
+    EXPECT_LT(glm::length(a.emission - b.emission), 1e-5f);
+    EXPECT_FLOAT_EQ(a.ior, b.ior);
+    EXPECT_FLOAT_EQ(a.roughness, b.roughness);
+    ASSERT_EQ(a.base_colour_texture < 0, b.base_colour_texture < 0);
+    if (a.base_colour_texture >= 0) {
+      EXPECT_EQ(read.textures[a.base_colour_texture].pixels,
+                room.textures[b.base_colour_texture].pixels);
+    }
+  }
+  ASSERT_EQ(read.lights.size(), 3u);
+  const auto same = [](const Light& a, const Light& b) {
+    EXPECT_LT(glm::length(a.centre - b.centre), 1e-5f) << a.name;
+    EXPECT_LT(glm::length(glm::cross(a.u, a.v) - glm::cross(b.u, b.v)), 1e-5f) << a.name;
+    EXPECT_LT(glm::length(a.radiance - b.radiance), 1e-4f) << a.name;
+    EXPECT_EQ(a.is_area(), b.is_area());
+  };
+  for (const Light& light : read.lights) {
+    for (const Light& other : room.lights) {
+      if (light.name == other.name) same(light, other);
+    }
+  }
+  EXPECT_EQ(read.lights[0].mesh, room.lights[0].mesh);
+  EXPECT_FLOAT_EQ(read.exposure, room.exposure);
+  ASSERT_EQ(read.cameras.size(), 1u);
+  EXPECT_LT(glm::length(read.cameras[0].t - room.cameras[0].t), 1e-9);
+  EXPECT_NEAR(read.cameras[0].K[1][1], room.cameras[0].K[1][1], 1e-6);
+  ASSERT_EQ(read.mirrors.size(), 1u);
+}
+
+TEST_F(SceneFile, NodeTransformsAreApplied) {
+  json root = triangle_file();
+  // parent: move by (10, 0, 0); child: scale by -2 along x (mirrors the winding), turn 90 degrees
+  // about z
+  const double s = std::sqrt(0.5);
+  root["nodes"] = json::array({{{"translation", {10, 0, 0}}, {"children", {1}}},
+                               {{"mesh", 0}, {"rotation", {0, 0, s, s}}, {"scale", {-2, 1, 1}}}});
+  const Scene scene = load_scene(write(root));
+  ASSERT_EQ(scene.meshes.size(), 1u);
+  const SceneMesh& mesh = scene.meshes[0];
+  // x -> -2x along x, turned to y; y turned to -x
+  const Vec3f expected[] = {{10, 0, 0}, {10, -2, 0}, {9, 0, 0}};
+  for (const Vec3f& e : expected) {
+    bool found = false;
+    for (const Vec3f& p : mesh.positions) found |= glm::length(p - e) < 1e-5f;
+    EXPECT_TRUE(found) << e.x << " " << e.y << " " << e.z;
+  }
+  const Vec3f p0 = mesh.positions[mesh.triangles[0]], p1 = mesh.positions[mesh.triangles[1]],
+              p2 = mesh.positions[mesh.triangles[2]];
+  EXPECT_GT(glm::dot(glm::cross(p1 - p0, p2 - p0), mesh.normals[mesh.triangles[0]]), 0.0f);
+  EXPECT_GT(mesh.normals[0].z, 0.99f) << "a mirrored mesh keeps its outside";
+}
+
+TEST_F(SceneFile, LightsOfTheExtension) {
+  json root = triangle_file();
+  root["extensionsUsed"] = {"KHR_lights_punctual"};
+  root["extensions"]["KHR_lights_punctual"]["lights"] =
+      json::array({{{"type", "point"}, {"intensity", 30.0}, {"color", {1, 0.5, 0}}},
+                   {{"type", "point"}, {"intensity", 30.0}, {"extras", {{"size", {0.5, 2.0}}}}},
+                   {{"type", "directional"}, {"intensity", 4.0}}});
+  for (int i = 0; i < 3; ++i) {
+    root["scenes"][0]["nodes"].push_back(i + 1);
+    root["nodes"].push_back({{"translation", {0, 3, 0}},
+                             {"rotation", {-std::sqrt(0.5), 0, 0, std::sqrt(0.5)}},  // -z to -y
+                             {"extensions", {{"KHR_lights_punctual", {{"light", i}}}}}});
+  }
+  const Scene scene = load_scene(write(root));
+  ASSERT_EQ(scene.lights.size(), 3u);
+  EXPECT_FALSE(scene.lights[0].is_area());
+  EXPECT_FLOAT_EQ(scene.lights[0].radiance.y, 15.0f);
+  EXPECT_TRUE(scene.lights[1].is_area());
+  const Vec3f direction = glm::normalize(glm::cross(scene.lights[1].u, scene.lights[1].v));
+  EXPECT_NEAR(direction.y, -1.0f, 1e-5f);
+  EXPECT_FLOAT_EQ(scene.lights[1].radiance.x, 30.0f);
+  const Light& sun = scene.lights[2];
+  EXPECT_GT(sun.centre.y, 50.0f);
+  // The irradiance on a surface that faces the sun is the light's intensity.
+  const float distance = glm::length(sun.centre);
+  const float area = 4.0f * glm::length(glm::cross(sun.u, sun.v));
+  EXPECT_NEAR(sun.radiance.x * area / (distance * distance), 4.0f, 0.1f);
+}
+
+TEST_F(SceneFile, EmissiveQuadsBecomeLightsEachOfItsOwn) {
+  Scene scene;
+  scene.materials.resize(2);
+  scene.materials[1].emission = {3, 2, 1};
+  scene.meshes.push_back(parallelogram("floor", 0, {0, 0, 0}, {0, 0, 4}, {4, 0, 0}));
+  SceneMesh lamps = parallelogram("lamps", 1, {0, 2, 0}, {1, 0, 0}, {0, 0, 1});
+  append(lamps, parallelogram("lamps", 1, {2, 2, 0}, {1, 0, 0}, {0, 0, 1}));
+  scene.meshes.push_back(lamps);
+  const std::string path = (folder_ / "lamps.glb").string();
+  save_scene(scene, path);
+  const Scene read = load_scene(path);
+  ASSERT_EQ(read.lights.size(), 2u);
+  for (const Light& light : read.lights) {
+    EXPECT_LT(glm::cross(light.u, light.v).y, 0.0f);
+    EXPECT_FLOAT_EQ(light.centre.y, 2.0f);
+    EXPECT_FLOAT_EQ(4.0f * glm::length(glm::cross(light.u, light.v)), 1.0f);
+  }
+}
+
+TEST(SetLight, MovesTheMeshThatShowsIt) {
+  Scene room = room_scene();
+  Light light = room.lights[0];
+  light.centre += Vec3f(0.5f, -0.2f, 0.1f);
+  light.u *= 0.5f;
+  light.radiance *= 2.0f;
+  set_light(room, 0, light);
+  const SceneMesh& mesh = room.meshes[room.lights[0].mesh];
+  Vec3f mean(0.0f);
+  for (const Vec3f& p : mesh.positions) {
+    mean += p / 4.0f;
+    EXPECT_NEAR(std::abs(p.x - light.centre.x), glm::length(light.u), 1e-5f);
+  }
+  EXPECT_LT(glm::length(mean - light.centre), 1e-5f);
+  EXPECT_EQ(room.materials[mesh.material].emission, light.radiance);
+  EXPECT_THROW(set_light(room, 1, light), Error);
+}
+
+TEST(LookAt, SeesItsTargetInTheMiddle) {
+  const Camera camera = look_at({1, 2, 3}, {0, 1, 0}, 60.0, 640, 480);
+  const Vec3 x = camera.to_camera({0, 1, 0});
+  EXPECT_NEAR(x.x, 0.0, 1e-12);
+  EXPECT_NEAR(x.y, 0.0, 1e-12);
+  EXPECT_GT(x.z, 0.0);
+  EXPECT_LT(camera.to_camera({0, 1.1, 0}).y, 0.0) << "up is up";
+  EXPECT_NEAR(glm::determinant(camera.R), 1.0, 1e-12);
+  // The upper edge of the picture is 30 degrees above the axis.
+  EXPECT_NEAR(std::atan((camera.K[2][1] + 0.5) / camera.K[1][1]), std::numbers::pi / 6, 1e-12);
+  EXPECT_THROW(look_at({1, 2, 3}, {1, 2, 3}, 60, 64, 48), Error);
+  EXPECT_THROW(look_at({0, 2, 0}, {0, 0, 0}, 60, 64, 48), Error);
+  EXPECT_THROW(look_at({1, 2, 3}, {0, 0, 0}, 180, 64, 48), Error);
+  EXPECT_THROW(look_at({NAN, 2, 3}, {0, 0, 0}, 60, 64, 48), Error);
+}
+
+TEST(Mirrors, AreFoundByPlaneAndCurvedOnesLeftOut) {
+  Scene scene;
+  scene.materials.resize(2);
+  scene.materials[1].roughness = 0.0f;
+  scene.meshes.push_back(box("mirror box", 1, Vec3f(-1.0f), Vec3f(1.0f)));
+  scene.meshes.push_back(sphere("chrome", 1, {0, 5, 0}, 1.0f, 16));
+  scene.meshes.push_back(box("dull", 0, Vec3f(-4.0f), Vec3f(-3.0f)));
+  const std::vector<Mirror> mirrors = find_mirrors(scene);
+  ASSERT_EQ(mirrors.size(), 6u);
+  for (const Mirror& mirror : mirrors) {
+    EXPECT_EQ(mirror.mesh, 0);
+    EXPECT_EQ(mirror.outline.size(), 4u);
+    EXPECT_NEAR(mirror.offset, 1.0f, 1e-6f);
+    for (const Vec3f& p : mirror.outline) EXPECT_NEAR(glm::dot(p, mirror.normal), 1.0f, 1e-6f);
+  }
+}
+
+TEST_F(SceneFile, BadFilesAreRefusedWithReasons) {
+  EXPECT_TRUE(contains(failure("/nowhere/room.glb"), "does not exist"));
+  std::ofstream(folder_ / "text.glb") << "this is not a glTF file";
+  EXPECT_TRUE(contains(failure((folder_ / "text.glb").string()), "not a readable glTF"));
+  std::ofstream(folder_ / "text.gltf") << "{ \"asset\": ";
+  EXPECT_TRUE(contains(failure((folder_ / "text.gltf").string()), "not a readable glTF"));
+  std::ofstream(folder_ / "mesh.obj") << "v 0 0 0";
+  EXPECT_TRUE(contains(failure((folder_ / "mesh.obj").string()), ".glb or .gltf"));
+
+  json root = triangle_file();
+  root["nodes"][0].erase("mesh");
+  EXPECT_TRUE(contains(failure(write(root)), "no geometry"));
+
+  root = triangle_file();
+  root["materials"] = json::array(
+      {{{"name", "brick"}, {"pbrMetallicRoughness", {{"baseColorTexture", {{"index", 0}}}}}}});
+  root["textures"] = json::array({{{"source", 0}}});
+  root["images"] = json::array({{{"uri", "brick.png"}}});
+  root["meshes"][0]["primitives"][0]["material"] = 0;
+  const std::string missing = failure(write(root));
+  EXPECT_TRUE(contains(missing, "brick.png") && contains(missing, "missing")) << missing;
+  std::ofstream(folder_ / "brick.png") << "not a picture";
+  const std::string broken = failure(write(root));
+  EXPECT_TRUE(contains(broken, "brick.png") && contains(broken, "not a readable")) << broken;
+
+  root = triangle_file();
+  root["accessors"][0]["count"] = 300;
+  EXPECT_TRUE(contains(failure(write(root)), "beyond its buffer"));
+  root = triangle_file();
+  root["accessors"][0]["byteOffset"] = 1u << 30;
+  EXPECT_TRUE(contains(failure(write(root)), "beyond its buffer"));
+  root = triangle_file();
+  root["nodes"][0]["children"] = {0};
+  EXPECT_TRUE(contains(failure(write(root)), "contain one another"));
+  root = triangle_file();
+  root["nodes"][0]["mesh"] = 7;
+  EXPECT_FALSE(failure(write(root)).empty());
+  root = triangle_file();
+  root["extensionsRequired"] = {"KHR_draco_mesh_compression"};
+  EXPECT_TRUE(contains(failure(write(root)), "KHR_draco_mesh_compression"));
+  root = triangle_file();
+  root["meshes"][0]["primitives"][0]["attributes"] = {{"NORMAL", 0}};
+  EXPECT_TRUE(contains(failure(write(root)), "positions"));
+
+  root = triangle_file();
+  const float bad[] = {0, 0, 0, 1, NAN, 0, 0, 1, 0};
+  std::ofstream(folder_ / "data.bin", std::ios::binary)
+      .write(reinterpret_cast<const char*>(bad), sizeof bad);
+  EXPECT_TRUE(contains(failure(write(root)), "not finite"));
+}
+
+TEST_F(SceneFile, AFileCutShortNeverCrashes) {
+  Scene scene;
+  scene.materials.resize(1);
+  scene.materials[0].base_colour_texture = 0;
+  scene.textures.push_back({2, 2, 4, std::vector<std::uint8_t>(16, 200)});
+  scene.meshes.push_back(box("box", 0, Vec3f(0.0f), Vec3f(1.0f)));
+  const std::string path = (folder_ / "whole.glb").string();
+  save_scene(scene, path);
+  EXPECT_NO_THROW(load_scene(path));
+  std::ifstream in(path, std::ios::binary);
+  const std::string bytes((std::istreambuf_iterator<char>(in)), {});
+  const std::string cut = (folder_ / "cut.glb").string();
+  for (std::size_t size = 0; size < bytes.size(); size += 37) {
+    std::ofstream(cut, std::ios::binary | std::ios::trunc)
+        .write(bytes.data(), static_cast<std::streamsize>(size));
+    EXPECT_THROW(load_scene(cut), Error) << size;
+  }
+}
+
+TEST(Announcement, SurvivesJson) {
+  Announcement announcement;
+  announcement.viewport = look_at({1, 2, 3}, {0, 1, 0}, 50, 1280, 720);
+  announcement.scene = "builtin:room";
+  announcement.lights = room_scene().lights;
+  announcement.exposure = 0.75f;
+  announcement.ambient = {0.1f, 0.2f, 0.3f};
+  const Announcement read = parse_announcement(announcement_to_json(announcement));
+  EXPECT_EQ(read.viewport.K, announcement.viewport.K);
+  EXPECT_EQ(read.viewport.R, announcement.viewport.R);
+  EXPECT_EQ(read.viewport.t, announcement.viewport.t);
+  EXPECT_EQ(read.viewport.width, 1280);
+  EXPECT_EQ(read.scene, announcement.scene);
+  EXPECT_EQ(read.lights, announcement.lights);
+  EXPECT_EQ(read.exposure, announcement.exposure);
+  EXPECT_EQ(read.ambient, announcement.ambient);
+}
+
+TEST(Announcement, RefusesWhatIsNone) {
+  EXPECT_THROW(parse_announcement(""), Error);
+  EXPECT_THROW(parse_announcement("[]"), Error);
+  EXPECT_THROW(parse_announcement("{\"format\":\"polyhull-announcement\",\"version\":2}"), Error);
+  EXPECT_THROW(parse_announcement("{\"format\":\"polyhull-announcement\",\"version\":1}"), Error);
+  json root = json::parse(announcement_to_json({look_at({1, 2, 3}, {0, 1, 0}, 50, 64, 48)}));
+  for (const char* name : {"viewport", "scene", "lights", "exposure", "ambient"}) {
+    json without = root;
+    without.erase(name);
+    EXPECT_THROW(parse_announcement(without.dump()), Error) << name;
+    json wrong = root;
+    wrong[name] = "7";
+    if (std::strcmp(name, "scene") != 0) {
+      EXPECT_THROW(parse_announcement(wrong.dump()), Error) << name;
+    }
+  }
+  root["viewport"]["K"][0] = 0.0;
+  EXPECT_THROW(parse_announcement(root.dump()), Error);
+}
+
+}  // namespace
+}  // namespace polyhull
