@@ -60,6 +60,18 @@ void validate_hull(const Mesh& mesh) {
   }
 }
 
+void validate_map(const OcclusionMap& map) {
+  constexpr int largest_side = 32768;
+  if (map.width < 0 || map.height < 0 || map.width > largest_side || map.height > largest_side)
+    fail("a depth map's size is out of range");
+  const std::size_t texels = static_cast<std::size_t>(map.width) * map.height;
+  if (map.depth.size() != texels || map.fade.size() != texels)
+    fail("a depth map's size contradicts its contents");
+  if (!std::isfinite(map.x) || !std::isfinite(map.y) || !std::isfinite(map.step) ||
+      !(map.step > 0.0f) || !std::isfinite(map.near) || !std::isfinite(map.far))
+    fail("a depth map's place is not finite");
+}
+
 void validate_texturing(const Mesh& mesh) {
   const Texturing& texturing = *mesh.texturing;
   const std::size_t triangles = mesh.hull.triangles.size() / 3;
@@ -77,6 +89,9 @@ void validate_texturing(const Mesh& mesh) {
   if (!finite(texturing.weights) || !finite(texturing.normals) ||
       !finite({&texturing.untextured.x, 3}))
     fail("the texturing has a number that is not finite");
+  if (!texturing.maps.empty() && texturing.maps.size() != views)
+    fail("there must be a depth map for every view or for none");
+  for (const OcclusionMap& map : texturing.maps) validate_map(map);
   for (const std::uint64_t mask : texturing.visible)
     if (views < most_textured_views && (mask >> views) != 0)
       fail("a triangle is seen by a view that is not there");
@@ -127,6 +142,14 @@ flatbuffers::Offset<wire::Hull> pack_hull(flatbuffers::FlatBufferBuilder& builde
 
 flatbuffers::Offset<wire::Texturing> pack_texturing(flatbuffers::FlatBufferBuilder& builder,
                                                     const Texturing& texturing) {
+  std::vector<flatbuffers::Offset<wire::OcclusionMap>> maps;
+  for (const OcclusionMap& map : texturing.maps) {
+    const auto depth = builder.CreateVector(map.depth.data(), count(map.depth));
+    const auto fade = builder.CreateVector(map.fade.data(), count(map.fade));
+    maps.push_back(wire::CreateOcclusionMap(builder, map.x, map.y, map.step, map.width, map.height,
+                                            map.near, map.far, depth, fade));
+  }
+  const auto map_list = builder.CreateVector(maps);
   const auto untextured = builder.CreateVector(&texturing.untextured.x, 3);
   const auto visible = builder.CreateVector(texturing.visible.data(), count(texturing.visible));
   const auto best = builder.CreateVector(texturing.best.data(), count(texturing.best));
@@ -135,7 +158,8 @@ flatbuffers::Offset<wire::Texturing> pack_texturing(flatbuffers::FlatBufferBuild
       reinterpret_cast<const float*>(texturing.normals.data()), count(texturing.normals, 3));
   return wire::CreateTexturing(builder, static_cast<wire::TextureMethod>(texturing.method),
                                static_cast<wire::TextureMetric>(texturing.metric),
-                               texturing.cameras, untextured, visible, best, weights, normals);
+                               texturing.cameras, untextured, visible, best, weights, normals,
+                               map_list);
 }
 
 template <std::size_t N, typename Element>
@@ -186,7 +210,27 @@ Hull unpack_hull(const wire::Hull& table) {
   return hull;
 }
 
-Texturing unpack_texturing(const wire::Texturing& table) {
+OcclusionMap unpack_map(const wire::OcclusionMap& table) {
+  OcclusionMap map;
+  map.x = table.x();
+  map.y = table.y();
+  map.step = table.step();
+  // Beyond 31 bits they turn negative, which validate_map() refuses.
+  map.width = static_cast<int>(table.width());
+  map.height = static_cast<int>(table.height());
+  map.near = table.near();
+  map.far = table.far();
+  map.depth = unpack_numbers<std::uint16_t>(table.depth());
+  map.fade = unpack_numbers<std::uint8_t>(table.fade());
+  return map;
+}
+
+std::size_t packed_size(const wire::OcclusionMap& map) {
+  return sizeof(wire::OcclusionMap) + (map.depth() ? 2 * map.depth()->size() : 0) +
+         (map.fade() ? map.fade()->size() : 0);
+}
+
+Texturing unpack_texturing(const wire::Texturing& table, std::size_t buffer_size) {
   Texturing texturing;
   texturing.method = static_cast<TextureMethod>(table.method());
   texturing.metric = static_cast<TextureMetric>(table.metric());
@@ -197,6 +241,14 @@ Texturing unpack_texturing(const wire::Texturing& table) {
   texturing.best = unpack_numbers<std::int8_t>(table.best());
   texturing.weights = unpack_numbers<float>(table.weights());
   texturing.normals = unpack_numbers<Vec3f>(table.normals());
+  if (table.maps()) {
+    std::size_t unpacked = 0;
+    for (const wire::OcclusionMap* map : *table.maps()) {
+      unpacked += packed_size(*map);
+      if (unpacked > buffer_size) fail("its depth maps share their contents");
+      texturing.maps.push_back(unpack_map(*map));
+    }
+  }
   return texturing;
 }
 
@@ -272,7 +324,7 @@ Mesh read_mesh(std::span<const Bytes> segments) {
     }
   }
   payload.finish();
-  if (table.texturing()) mesh.texturing = unpack_texturing(*table.texturing());
+  if (table.texturing()) mesh.texturing = unpack_texturing(*table.texturing(), buffer.size());
   validate_mesh(mesh);
   return mesh;
 }

@@ -75,6 +75,7 @@ void expect_same(const Mesh& a, const Mesh& b) {
   EXPECT_TRUE(same_bytes(a.texturing->best, b.texturing->best));
   EXPECT_TRUE(same_bytes(a.texturing->weights, b.texturing->weights));
   EXPECT_TRUE(same_bytes(a.texturing->normals, b.texturing->normals));
+  EXPECT_EQ(a.texturing->maps, b.texturing->maps);
 }
 
 TEST(ViewPayload, ComesBack) {
@@ -273,6 +274,10 @@ TEST(MeshPayload, RulesAreChecked) {
   expect_mesh_refused([](Mesh& m) { m.texturing->visible[0] = 4; }, "view that is not there");
   expect_mesh_refused([](Mesh& m) { m.texturing->weights.pop_back(); }, "does not fit");
   expect_mesh_refused([](Mesh& m) { m.texturing->weights[0] = NAN; }, "not finite");
+  expect_mesh_refused([](Mesh& m) { m.texturing->maps[0].width = 4; }, "contradicts");
+  expect_mesh_refused([](Mesh& m) { m.texturing->maps[0].width = -3; }, "out of range");
+  expect_mesh_refused([](Mesh& m) { m.texturing->maps[0].step = 0; }, "finite");
+  expect_mesh_refused([](Mesh& m) { m.texturing->maps.pop_back(); }, "for every view");
   expect_mesh_refused([](Mesh& m) { m.texturing->method = static_cast<TextureMethod>(7); },
                       "method");
 }

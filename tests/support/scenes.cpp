@@ -177,6 +177,31 @@ HullScene random_scene(std::uint64_t seed) {
   return scene;
 }
 
+HullScene tiny_scene(std::uint64_t seed) {
+  Dice dice(seed);
+  HullScene scene;
+  scene.name = "tiny " + std::to_string(seed);
+  const int count = dice.whole(2, 3);
+  for (int i = 0; i < count; ++i) {
+    const Vec3 centre = dice.direction() * dice.between(3.0, 5.0);
+    scene.rig.cameras.push_back(look_at("cam" + std::to_string(i), centre, dice.direction() * 0.2,
+                                        1000, 1024, 768, dice.between(-3, 3)));
+    const Vec2 middle = image_of_origin(scene.rig.cameras.back());
+    Rings rings;
+    const bool hole = dice.chance(0.2);
+    add_ring(rings, star(dice, middle, 100, 250, dice.whole(hole ? 5 : 3, 8)));
+    if (hole) {
+      std::vector<Vec2f> inner = star(dice, middle, 20, 50, 3);
+      std::reverse(inner.begin(), inner.end());
+      add_ring(rings, inner);
+    }
+    scene.silhouettes.push_back(rings);
+  }
+  const double reach = dice.between(0.6, 1.5);
+  scene.rig.bounds = Bounds{Vec3(-reach), Vec3(reach, reach * 0.9, reach * 1.1)};
+  return scene;
+}
+
 HullScene wild_scene(std::uint64_t seed) {
   Dice dice(seed);
   HullScene scene;

@@ -53,6 +53,10 @@ Rings wild_rings(Dice& dice, int width, int height);
 /// some seeds give special positions (coincident, collinear, coplanar, opposite, equal directions).
 HullScene random_scene(std::uint64_t seed);
 
+/// 2 or 3 cameras in general position that see one small polygon each, some with a hole: few enough
+/// planes for brute force.
+HullScene tiny_scene(std::uint64_t seed);
+
 /// 2 to 5 cameras in general position with silhouettes of wild_rings().
 HullScene wild_scene(std::uint64_t seed);
 

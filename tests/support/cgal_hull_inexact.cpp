@@ -1,0 +1,12 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "support/cgal_hull_impl.h"
+
+namespace polyhull::test {
+
+CgalHull cgal_hull_inexact(std::span<const Silhouette> silhouettes,
+                           const std::optional<Bounds>& bounds, double near, double far) {
+  return cgal_hull<CGAL::Exact_predicates_inexact_constructions_kernel>(silhouettes, bounds, near,
+                                                                        far);
+}
+
+}  // namespace polyhull::test
