@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// Runs a pipeline as gst-launch-1.0 does, shows its progress, and prints at the end where the time went:
-// per element the processor time of its streaming threads, and the `stats` of each polyhull element.
+// Runs a pipeline as gst-launch-1.0 does, shows its progress, and prints at the end where the time
+// went: per element the processor time of its streaming threads, and the `stats` of each polyhull
+// element.
 #include <gst/gst.h>
 #include <time.h>
 
@@ -42,8 +43,8 @@ void print_message(const char* kind, GstMessage* message, GError* error, const c
 void show_progress(const Run& run) {
   gint64 position = -1;
   if (run.quiet || !gst_element_query_position(run.pipeline, GST_FORMAT_TIME, &position)) return;
-  std::fprintf(stderr, "\r  %.2f s of the stream done in %.1f s ", static_cast<double>(position) / 1e9,
-               seconds_since(run.start));
+  std::fprintf(stderr, "\r  %.2f s of the stream done in %.1f s ",
+               static_cast<double>(position) / 1e9, seconds_since(run.start));
 }
 
 // Runs until the end of the stream or an error.
@@ -146,10 +147,10 @@ void report(const Run& run, double wall, double cpu, const std::string& json_pat
     if (GST_OBJECT_FLAG_IS_SET(element, GST_ELEMENT_FLAG_SINK)) {
       frames = std::max(frames, time.buffers_in);
     }
-    const double milliseconds = buffers ? 1e3 * time.cpu_seconds / static_cast<double>(buffers) : 0.0;
-    json["elements"][GST_OBJECT_NAME(element)] = {{"kind", factory_name(element)},
-                                                  {"buffers", buffers},
-                                                  {"cpu_ms_per_buffer", milliseconds}};
+    const double milliseconds =
+        buffers ? 1e3 * time.cpu_seconds / static_cast<double>(buffers) : 0.0;
+    json["elements"][GST_OBJECT_NAME(element)] = {
+        {"kind", factory_name(element)}, {"buffers", buffers}, {"cpu_ms_per_buffer", milliseconds}};
     std::printf("%-22s %-14s %8llu %14.3f\n", GST_OBJECT_NAME(element), factory_name(element),
                 static_cast<unsigned long long>(buffers), milliseconds);
   }
@@ -168,7 +169,8 @@ void report(const Run& run, double wall, double cpu, const std::string& json_pat
   }
   json["frames"] = frames;
   std::printf("\n%llu frames in %.2f s: %.1f frames per second; processor time %.2f s\n",
-              static_cast<unsigned long long>(frames), wall, static_cast<double>(frames) / wall, cpu);
+              static_cast<unsigned long long>(frames), wall, static_cast<double>(frames) / wall,
+              cpu);
   if (json_path.empty()) return;
   if (FILE* file = std::fopen(json_path.c_str(), "w")) {
     std::fputs(json.dump(2).c_str(), file);

@@ -86,8 +86,12 @@ void push_ends() {
   thread.inside.pop_back();
 }
 
-void before_push(GstTracer*, GstClockTime, GstPad* pad, GstBuffer*) { push_begins(pad, 1); }
-void after_push(GstTracer*, GstClockTime, GstPad*, GstFlowReturn) { push_ends(); }
+void before_push(GstTracer*, GstClockTime, GstPad* pad, GstBuffer*) {
+  push_begins(pad, 1);
+}
+void after_push(GstTracer*, GstClockTime, GstPad*, GstFlowReturn) {
+  push_ends();
+}
 void before_push_list(GstTracer*, GstClockTime, GstPad* pad, GstBufferList* list) {
   push_begins(pad, gst_buffer_list_length(list));
 }

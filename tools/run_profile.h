@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 /// \file
 /// Time per element of a running pipeline, by GStreamer's tracing hooks: whenever a thread hands a
-/// buffer from one element to the next, the processor time it has used since the last hand-over goes to
-/// the element it was in. What elements do on threads of their own (GL, the shared pool) is not seen
-/// here; their `stats` tell it.
+/// buffer from one element to the next, the processor time it has used since the last hand-over
+/// goes to the element it was in. What elements do on threads of their own (GL, the shared pool) is
+/// not seen here; their `stats` tell it.
 #pragma once
 
 #include <gst/gst.h>
@@ -17,7 +17,7 @@ namespace polyhull {
 struct ElementTime {
   std::uint64_t buffers_in = 0;  ///< handed to the element
   std::uint64_t buffers_out = 0;
-  double cpu_seconds = 0.0;      ///< of the streaming threads, without what lies downstream
+  double cpu_seconds = 0.0;  ///< of the streaming threads, without what lies downstream
 };
 
 /// Starts the measurement for all pipelines of the process; call once, after gst_init().

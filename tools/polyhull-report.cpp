@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+// Reads meshes as hullbuild and hulltexture send them (application/x-polyhull-mesh, one per file,
+// as multifilesink writes them) and tells what they are worth: coverage tables and contact sheets.
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+
+#include "base/error.h"
+#include "base/picture.h"
+#include "report/coverage.h"
+#include "report/sheet.h"
+#include "wire/mesh_payload.h"
+
+namespace {
+
+using namespace polyhull;
+
+// A mesh with the bytes that its pixels lie in.
+struct MeshFile {
+  std::vector<std::uint8_t> bytes;
+  Mesh mesh;
+};
+
+MeshFile read_mesh_file(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  if (!file) throw Error(Error::Kind::not_found, "Mesh file '" + path + "' cannot be opened.");
+  MeshFile result;
+  result.bytes.assign(std::istreambuf_iterator<char>(file), {});
+  result.mesh = parse_mesh_payload(result.bytes);
+  return result;
+}
+
+void print_coverage(const std::vector<report::Coverage>& rows) {
+  std::printf("%-20s %10s %10s %10s\n", "view", "mask px", "covered", "outside");
+  double least = 1.0, most = 0.0;
+  for (const report::Coverage& row : rows) {
+    std::printf("%-20s %10zu %9.3f%% %9.3f%%\n", row.camera.c_str(), row.mask,
+                100.0 * row.covered_share(), 100.0 * row.outside_share());
+    least = std::min(least, row.covered_share());
+    most = std::max(most, row.outside_share());
+  }
+  std::printf("%-20s %10s %9.3f%% %9.3f%%\n", "worst", "", 100.0 * least, 100.0 * most);
+}
+
+int coverage(const std::vector<std::string>& paths, report::Mask mask,
+             const std::string& json_path) {
+  nlohmann::json json = nlohmann::json::array();
+  for (const std::string& path : paths) {
+    const MeshFile file = read_mesh_file(path);
+    const auto rows = report::measure_coverage(file.mesh, mask);
+    std::printf("%s: %zu vertices, %zu triangles\n", path.c_str(), file.mesh.hull.vertices.size(),
+                file.mesh.hull.triangles.size() / 3);
+    print_coverage(rows);
+    for (const report::Coverage& row : rows) {
+      json.push_back({{"file", path},
+                      {"camera", row.camera},
+                      {"mask", row.mask},
+                      {"covered", row.covered},
+                      {"outside", row.outside}});
+    }
+  }
+  if (!json_path.empty()) std::ofstream(json_path) << json.dump(2) << "\n";
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app{"Coverage tables and contact sheets of meshes in files"};
+  app.require_subcommand(1);
+  std::vector<std::string> meshes, composites;
+  std::string output = "sheet.png", json_path;
+  report::SheetSettings settings;
+  bool by_matte = false;
+  CLI::App* table = app.add_subcommand("coverage", "How each camera's mask is filled by the hull");
+  table->add_option("mesh", meshes, "Mesh files")->required();
+  table->add_flag("--matte", by_matte, "Against the keyed matte instead of the contours");
+  table->add_option("--json", json_path, "Also write the table to this file");
+  CLI::App* sheet = app.add_subcommand("sheet", "Draw what each stage made of one instant");
+  sheet->add_option("mesh", meshes, "Mesh file")->required()->expected(1);
+  sheet->add_option("-o,--output", output, "Picture to write")->capture_default_str();
+  sheet->add_option("--composite", composites, "Pictures to show in the last rows");
+  sheet->add_option("--columns", settings.columns, "Cameras to show")->capture_default_str();
+  CLI11_PARSE(app, argc, argv);
+  try {
+    if (*table) {
+      return coverage(meshes, by_matte ? report::Mask::matte : report::Mask::contours, json_path);
+    }
+    for (const std::string& path : composites) settings.composites.push_back(load_picture(path));
+    const MeshFile file = read_mesh_file(meshes.front());
+    save_picture(report::draw_sheet(file.mesh, settings), output);
+    std::printf("%s\n", output.c_str());
+    return 0;
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "error: %s\n", error.what());
+    return 1;
+  }
+}
