@@ -5,7 +5,7 @@
 # tests there. Ends with a line "N passed, N failed, N skipped".
 #   tests/run.sh [--quick]     --quick leaves the sanitizers out
 set -euo pipefail
-source "$(dirname "$0")/../tools/prepare.sh"
+source "$(dirname "$0")/../pipelines/prepare.sh"
 
 quick=false
 [ "${1:-}" = --quick ] && quick=true

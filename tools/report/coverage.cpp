@@ -67,7 +67,7 @@ std::vector<Coverage> measure_coverage(const Mesh& mesh, Mask kind) {
     Coverage row;
     row.camera = view.calibration.name;
     for (std::size_t i = 0; i < mask.size() && i < hits.hits.size(); ++i) {
-      const bool hull = hits.hits[i].triangle >= 0;
+      const bool hull = hits.hits[i].hit();
       row.mask += mask[i] != 0;
       row.covered += mask[i] && hull;
       row.outside += !mask[i] && hull;

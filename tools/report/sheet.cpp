@@ -85,10 +85,10 @@ cv::Mat wire_picture(const Mesh& mesh, const HullCaster& caster, const Camera& c
   const Vec3 eye = camera.centre();
   for (int y = 0; y < camera.height; ++y) {
     for (int x = 0; x < camera.width; ++x) {
-      const Hit& hit = hits.at(x, y);
-      if (hit.triangle < 0) continue;
+      const RayHit& hit = hits.at(x, y);
+      if (!hit.hit()) continue;
       const Vec3 to_eye = glm::normalize(eye - caster.position(hit));
-      const double shade = 45.0 + 75.0 * std::abs(glm::dot(to_eye, caster.normal(hit.triangle)));
+      const double shade = 45.0 + 75.0 * std::abs(glm::dot(to_eye, glm::normalize(Vec3(hit.normal))));
       frame.at<cv::Vec3b>(y, x) = cv::Vec3b::all(static_cast<std::uint8_t>(shade));
     }
   }
@@ -136,9 +136,9 @@ bool sample(const View& view, const Vec2& pixel, Vec3& colour) {
 }
 
 // Cameras nearer to the surface normal count more (power 4), occluded ones not at all.
-Vec3 surface_colour(const Mesh& mesh, const HullCaster& caster, const Hit& hit) {
+Vec3 surface_colour(const Mesh& mesh, const HullCaster& caster, const RayHit& hit) {
   const Vec3 position = caster.position(hit);
-  const Vec3 normal = caster.normal(hit.triangle);
+  const Vec3 normal = glm::normalize(Vec3(hit.normal));
   Vec3 sum(0.0);
   double total = 0.0;
   for (const MeshView& view : mesh.views) {
@@ -162,7 +162,7 @@ cv::Mat textured_picture(const Mesh& mesh, const HullCaster& caster, const Camer
   parallel_for(camera.height, 16, 0, [&](std::size_t begin, std::size_t end) {
     for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y) {
       for (int x = 0; x < camera.width; ++x) {
-        if (hits.at(x, y).triangle < 0) continue;
+        if (!hits.at(x, y).hit()) continue;
         const Vec3 colour = surface_colour(mesh, caster, hits.at(x, y));
         frame.at<cv::Vec3b>(y, x) = {static_cast<std::uint8_t>(colour.x),
                                      static_cast<std::uint8_t>(colour.y),

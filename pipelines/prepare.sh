@@ -4,6 +4,13 @@
 
 polyhull_source=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 polyhull_build=${POLYHULL_BUILD_DIR:-$polyhull_source/build}
+# An installed copy has no sources beside it: its elements and tools are where GStreamer and PATH look,
+# and it writes below the folder it is called from.
+polyhull_installed=false
+if [ ! -f "$polyhull_source/meson.build" ]; then
+  polyhull_installed=true
+  polyhull_source=$PWD
+fi
 
 say() { printf '\033[1m==>\033[0m %s\n' "$*"; }
 fail() { printf 'error: %s\n' "$*" >&2; exit 1; }
@@ -25,6 +32,7 @@ polyhull_packages_test=(
 
 # polyhull_install PACKAGE...: installs those that are missing.
 polyhull_install() {
+  $polyhull_installed && return
   local missing=() package as_root=()
   for package in "$@"; do
     dpkg-query -W -f='${Status}' "$package" 2>/dev/null | grep -q 'ok installed' || missing+=("$package")
@@ -46,6 +54,7 @@ polyhull_install() {
 
 # polyhull_compile DIRECTORY [MESON OPTION...]: configures DIRECTORY once and builds what changed.
 polyhull_compile() {
+  $polyhull_installed && return
   local directory=$1
   shift
   if [ ! -f "$directory/build.ninja" ]; then
@@ -60,9 +69,11 @@ polyhull_compile() {
 
 # polyhull_environment: the tools and elements of the build tree, for what is run after it.
 polyhull_environment() {
-  export GST_PLUGIN_PATH="$polyhull_build/plugins${GST_PLUGIN_PATH:+:$GST_PLUGIN_PATH}"
-  export GST_REGISTRY="$polyhull_build/gst-registry.bin"
-  export PATH="$polyhull_build/tools:$PATH"
+  if ! $polyhull_installed; then
+    export GST_PLUGIN_PATH="$polyhull_build/plugins${GST_PLUGIN_PATH:+:$GST_PLUGIN_PATH}"
+    export GST_REGISTRY="$polyhull_build/gst-registry.bin"
+    export PATH="$polyhull_build/tools:$PATH"
+  fi
   if [ -z "${DISPLAY:-}${WAYLAND_DISPLAY:-}" ]; then
     # Without a display, GL runs through EGL on whatever device there is, else in software.
     export GST_GL_PLATFORM=${GST_GL_PLATFORM:-egl} GST_GL_WINDOW=${GST_GL_WINDOW:-egl-device}

@@ -1,0 +1,70 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: LGPL-2.1-or-later
+# The whole chain on a synthetic stage: four cameras see a moving figure before a green screen; the
+# figure is keyed, traced, turned into a textured hull and set into a ray-traced room, seen from a
+# viewpoint that travels around it. Starts from a bare Debian 12.
+#   pipelines/demo.sh [--live] [--seconds N]
+#     --live       show it in a window (needs a display) instead of writing files
+#     --seconds N  length of the stream, default 10
+# Writes out/demo.mp4, out/demo.png (contact sheet), out/hull.glb, out/demo.json (figures).
+set -euo pipefail
+source "$(dirname "$0")/prepare.sh"
+
+seconds=10 live=false
+while [ $# -gt 0 ]; do
+  case $1 in
+    --live) live=true ;;
+    --seconds) seconds=${2:?--seconds needs a number}; shift ;;
+    *) fail "unknown argument '$1'; usage: pipelines/demo.sh [--live] [--seconds N]" ;;
+  esac
+  shift
+done
+[[ $seconds =~ ^[0-9]+$ ]] && [ "$seconds" -gt 0 ] || fail "--seconds needs a whole number above 0"
+
+polyhull_install "${polyhull_packages_build[@]}" "${polyhull_packages_run[@]}"
+polyhull_compile "$polyhull_build"
+polyhull_environment
+
+rate=25
+frames=$((seconds * rate))
+out=$polyhull_source/out
+mkdir -p "$out"
+cameras=(cam0 cam1 cam2 cam3)
+
+# Keying, blur and contours of one camera, from the pad or element named before it.
+silhouette_of() {
+  echo "queue max-size-buffers=2 ! chromamatte name=key_$1 ! gaussblur name=blur_$1 sigma=1.5 !
+    contourfind name=contours_$1 camera=$1 tolerance=0.7 min-area=100 ! hull."
+}
+chain="hullbuild name=hull ! hulltexture name=texture ! queue max-size-buffers=2 ! tee name=meshes"
+room="scenesrc name=room orbit-radius=4.2 orbit-height=1.7 orbit-speed=18 num-buffers=$frames !
+  video/x-raw,width=1280,height=720,framerate=$rate/1 ! queue max-size-buffers=2 !
+  composite.background"
+
+synthetic_cameras() {
+  local camera
+  for camera in "${cameras[@]}"; do
+    echo "rigtestsrc name=$camera camera=$camera num-buffers=$1 noise=2 spill=0.3 unevenness=0.15
+      shadow=0.3 is-live=$live ! video/x-raw,format=I420,framerate=$rate/1 ! $(silhouette_of "$camera")"
+  done
+}
+
+if $live; then
+  [ -n "${DISPLAY:-}${WAYLAND_DISPLAY:-}" ] || fail "--live needs a display, and there is none"
+  say "showing the live chain; close the window to end"
+  # shellcheck disable=SC2046,SC2086
+  exec polyhull-run $(synthetic_cameras -1) $chain ! composite.mesh_0 \
+    ${room/num-buffers=$frames/is-live=true} composite name=composite ! videoconvert ! autovideosink
+fi
+
+started=$SECONDS
+say "running the chain: $frames frames of four 1024x768 cameras to 1280x720"
+# shellcheck disable=SC2046,SC2086
+polyhull-run --json "$out/demo.json" $(synthetic_cameras "$frames") $chain \
+  meshes. ! queue ! composite.mesh_0 \
+  meshes. ! queue ! multifilesink location="$out/demo.mesh" \
+  $room composite name=composite ! tee name=pictures \
+  pictures. ! queue ! videoconvert ! x264enc speed-preset=veryfast qp-max=28 ! h264parse ! mp4mux ! \
+  filesink location="$out/demo.mp4" \
+  pictures. ! queue ! videorate drop-only=true ! video/x-raw,framerate=1/2 ! videoconvert ! pngenc ! \
+  multifilesink location="$out/demo-%02d.png"

@@ -1,0 +1,47 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""Runs pipelines through every element under GStreamer's leaks tracer and fails if any object, buffer,
+event or message is still alive after gst_deinit()."""
+import os
+import subprocess
+import sys
+import tempfile
+
+CAMERA = ("rigtestsrc camera=cam{0} num-buffers=3 ! chromamatte ! gaussblur ! "
+          "contourfind camera=cam{0} ! h. ")
+CAMERAS = "".join(CAMERA.format(i) for i in range(4))
+PIPELINES = {
+    "nothing of ours": "videotestsrc num-buffers=3 ! fakesink",
+    "camera to contours": "rigtestsrc camera=cam0 num-buffers=3 ! chromamatte ! gaussblur ! "
+                          "contourfind camera=cam0 ! fakesink",
+    "one pass": "rigtestsrc camera=cam0 num-buffers=3 ! silhouette camera=cam0 ! fakesink",
+    "hull to files": CAMERAS + "hullbuild name=h ! hulltexture ! "
+                               "hullexport location={folder}/hull-%05d.glb",
+    "whole chain": CAMERAS + "hullbuild name=h ! hulltexture ! c.mesh_0 "
+                             "scenesrc num-buffers=3 ! video/x-raw,width=320,height=180 ! "
+                             "c.background composite name=c ! fakesink",
+    "error on the way": "rigtestsrc rig=/nowhere/rig.json camera=cam0 ! chromamatte ! fakesink",
+}
+
+
+def main():
+    failures = 0
+    for name, pipeline in PIPELINES.items():
+        with tempfile.TemporaryDirectory() as folder:
+            environment = dict(os.environ, GST_TRACERS="leaks", GST_DEBUG="GST_TRACER:7",
+                               GST_DEBUG_NO_COLOR="1")
+            result = subprocess.run(
+                ["gst-launch-1.0", "-q", *pipeline.format(folder=folder).split()],
+                env=environment, capture_output=True, text=True, timeout=240)
+        alive = [line for line in result.stderr.splitlines() if "object-alive, type-name=(string)" in line and "new format" not in line]
+        expected_failure = name == "error on the way"
+        broken = (result.returncode != 0) != expected_failure
+        print(f"{'FAILED' if alive or broken else 'ok'}: {name}: {len(alive)} objects left")
+        if alive or broken:
+            failures += 1
+            print("\n".join(alive[:20]) if alive else result.stderr[-3000:])
+    return 1 if failures else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
