@@ -28,7 +28,7 @@ MeshFile read_mesh_file(const std::string& path) {
   if (!file) throw Error(Error::Kind::not_found, "Mesh file '" + path + "' cannot be opened.");
   MeshFile result;
   result.bytes.assign(std::istreambuf_iterator<char>(file), {});
-  result.mesh = parse_mesh_payload(result.bytes);
+  result.mesh = read_mesh(result.bytes);
   return result;
 }
 

@@ -57,7 +57,7 @@ int main(int argc, char** argv) {
   while (GstSample* sample = gst_app_sink_pull_sample(GST_APP_SINK(meshes))) {
     const std::vector<std::uint8_t> bytes = bytes_of(gst_sample_get_buffer(sample));
     try {
-      const polyhull::Mesh mesh = polyhull::parse_mesh_payload(bytes);
+      const polyhull::Mesh mesh = polyhull::read_mesh(bytes);
       std::printf("mesh %d: %zu vertices, %zu views, %.4f m3\n", count, mesh.hull.vertices.size(),
                   mesh.views.size(), volume(mesh.hull));
     } catch (const polyhull::Error& problem) {
