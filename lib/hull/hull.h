@@ -31,6 +31,8 @@ struct HullOptions {
   Unseen unseen = Unseen::carve;
   double max_deviation = 0.0;  ///< world units; how far simplification may move the surface, 0 = none
   int threads = 1;
+  bool reuse = true;  ///< false: works as if nothing were known from earlier calls; the result is the
+                      ///< same bytes, and the time that of new silhouettes
 };
 
 /// A face of the hull: one planar polygon with holes lies on the plane of one contour edge of one

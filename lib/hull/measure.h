@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// What can be told of a hull's mesh by looking at it.
+#pragma once
+
+#include "hull/hull.h"
+
+namespace polyhull {
+
+/// Does every directed edge of the triangles have exactly one partner in the other direction? An
+/// empty mesh is closed.
+bool is_closed(const Hull& hull);
+
+/// The enclosed volume, world units cubed: the sum of the signed tetrahedra between the triangles
+/// and the hull's origin, in double precision. Means something only for closed meshes.
+double enclosed_volume(const Hull& hull);
+
+/// The part of the triangles whose height is below 0.2 % of their longest edge.
+double sliver_share(const Hull& hull);
+
+}  // namespace polyhull
