@@ -31,10 +31,10 @@ struct View {
   std::int64_t capture_time = no_time;  ///< ns, absolute (the pipeline clock's)
   int width = 0;                        ///< full frame
   int height = 0;
-  Rectangle roi;     ///< the part of the frame that `pixels` covers; empty: no pixels
-  Rings contours;    ///< real (distorted) full-frame pixels
+  Rectangle roi;   ///< the part of the frame that `pixels` covers; empty: no pixels
+  Rings contours;  ///< real (distorted) full-frame pixels
   PixelFormat format = PixelFormat::none;
-  int stride = 0;    ///< bytes from one row of the region of interest to the next
+  int stride = 0;  ///< bytes from one row of the region of interest to the next
   std::span<const std::uint8_t> pixels;  ///< borrowed: the caller keeps the memory
 };
 
@@ -51,7 +51,7 @@ struct Mesh {
   Vec3 up{0.0, 1.0, 0.0};               ///< from the rig, for placing in a scene
   double metres_per_unit = 1.0;
   Hull hull;
-  std::vector<MeshView> views;          ///< HullFace::view and Texturing index these
+  std::vector<MeshView> views;  ///< HullFace::view and Texturing index these
   std::optional<Texturing> texturing;
 };
 
