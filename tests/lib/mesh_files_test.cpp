@@ -291,7 +291,8 @@ TEST(Obj, BadFilesAreRefused) {
 }
 
 TEST(MeshFiles, UnwritableAndUnknown) {
-  const Mesh mesh = textured_cube().mesh;
+  const Example example = textured_cube();
+  const Mesh& mesh = example.mesh;
   for (const char* path : {"/nowhere/hull.glb", "/nowhere/hull.ply", "/nowhere/hull.obj"}) {
     try {
       write_mesh_file(mesh, path);
