@@ -1,0 +1,293 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "figure/camera_picture.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <numbers>
+
+#include "base/error.h"
+#include "base/thread_pool.h"
+
+namespace polyhull {
+namespace {
+
+/// A finely tessellated sphere of radius \p radius around the origin as an OBJ file.
+std::string sphere_file(double radius) {
+  const std::string path =
+      (std::filesystem::temp_directory_path() / "polyhull_sphere_test.obj").string();
+  std::ofstream file(path);
+  file.precision(9);
+  constexpr int rings = 160, sectors = 320;
+  file << "v 0 " << radius << " 0\n";
+  for (int i = 1; i < rings; ++i) {
+    for (int j = 0; j < sectors; ++j) {
+      const double a = std::numbers::pi * i / rings, b = 2.0 * std::numbers::pi * j / sectors;
+      file << "v " << radius * std::sin(a) * std::sin(b) << ' ' << radius * std::cos(a) << ' '
+           << radius * std::sin(a) * std::cos(b) << '\n';
+    }
+  }
+  file << "v 0 " << -radius << " 0\n";
+  const int last = 2 + (rings - 1) * sectors;
+  const auto at = [&](int i, int j) { return 2 + (i - 1) * sectors + j % sectors; };
+  for (int j = 0; j < sectors; ++j) {
+    file << "f 1 " << at(1, j) << ' ' << at(1, j + 1) << '\n';
+    file << "f " << last << ' ' << at(rings - 1, j + 1) << ' ' << at(rings - 1, j) << '\n';
+    for (int i = 1; i + 1 < rings; ++i) {
+      file << "f " << at(i, j) << ' ' << at(i + 1, j) << ' ' << at(i + 1, j + 1) << ' '
+           << at(i, j + 1) << '\n';
+    }
+  }
+  return path;
+}
+
+/// Does the ray through the real pixel (x, y) meet the sphere; z_cam of the first hit, else 0.
+double sphere_depth(const Camera& camera, const Vec3& centre, double radius, double x, double y) {
+  const Vec3 ray = camera.ray(camera.undistort({x, y}));  // z_cam = 1
+  const Vec3 o = camera.centre() - centre;
+  const double a = glm::dot(ray, ray), b = glm::dot(o, ray), c = glm::dot(o, o) - radius * radius;
+  const double d = b * b - a * c;
+  return d < 0.0 ? 0.0 : (-b - std::sqrt(d)) / a;
+}
+
+class SphereMatte : public testing::TestWithParam<bool> {};
+
+TEST_P(SphereMatte, MatchesTheAnalyticOne) {
+  constexpr double radius = 0.5;
+  Rig rig = default_rig();
+  for (Camera& camera : rig.cameras) {
+    if (GetParam()) camera.distortion = {-0.28, 0.11, 0.0012, -0.0009, -0.02};
+  }
+  const auto sphere = open_subject(sphere_file(radius));
+  ASSERT_EQ(sphere->warning(), "");
+  const Camera& camera = rig.cameras[1];
+  CameraPicture picture(rig, 1, sphere);
+  picture.set_time(0.7);
+  std::vector<std::uint8_t> matte(1024 * 768);
+  std::vector<float> depth(1024 * 768);
+  picture.matte(matte.data(), 1024);
+  picture.depth(depth.data());
+  const Vec3 centre(0, radius, 0);
+  constexpr int fine = 16;
+  double squares = 0.0, edges = 0.0, area = 0.0, true_area = 0.0, worst = 0.0, worst_depth = 0.0;
+  const Rectangle region = picture.region();
+  for (int y = region.y - 2; y < region.y + region.height + 2; ++y) {
+    for (int x = region.x - 2; x < region.x + region.width + 2; ++x) {
+      int hits = 0;
+      const int value = matte[y * 1024 + x];
+      const bool in = sphere_depth(camera, centre, radius, x, y) > 0.0;
+      const bool edge = (sphere_depth(camera, centre, radius, x - 0.8, y - 0.8) > 0.0) != in ||
+                        (sphere_depth(camera, centre, radius, x + 0.8, y + 0.8) > 0.0) != in ||
+                        (sphere_depth(camera, centre, radius, x - 0.8, y + 0.8) > 0.0) != in ||
+                        (sphere_depth(camera, centre, radius, x + 0.8, y - 0.8) > 0.0) != in;
+      double expected = in;
+      if (edge) {
+        for (int j = 0; j < fine; ++j) {
+          for (int i = 0; i < fine; ++i) {
+            hits += sphere_depth(camera, centre, radius, x + (i + (j + 0.5) / fine) / fine - 0.5,
+                                 y + (j + (i + 0.5) / fine) / fine - 0.5) > 0.0;
+          }
+        }
+        expected = hits / static_cast<double>(fine * fine);
+      }
+      const double error = value / 255.0 - expected;
+      worst = std::max(worst, std::abs(error));
+      squares += error * error;
+      edges += edge;
+      area += value / 255.0;
+      true_area += expected;
+      const double truth = sphere_depth(camera, centre, radius, x, y);
+      if (truth > 0.0 && !edge)
+        worst_depth = std::max(worst_depth, std::abs(depth[y * 1024 + x] - truth));
+    }
+  }
+  const double perimeter = 2.0 * std::sqrt(std::numbers::pi * true_area);
+  RecordProperty("bias_px_millionths", static_cast<int>(1e6 * (area - true_area) / perimeter));
+  // The polyhedron lies up to r (1 - cos(pi / 320)) = 0.02 mm inside the sphere, about 0.006 px.
+  EXPECT_LT(std::abs(area - true_area) / perimeter, 0.012)
+      << "mean displacement of the outline in px";
+  // Edges along the sample lattice can be off by half of one of its lines of eight.
+  EXPECT_LT(worst, 0.07);
+  EXPECT_LT(std::sqrt(squares / edges), 0.02);
+  EXPECT_LT(worst_depth, 0.004);
+}
+INSTANTIATE_TEST_SUITE_P(Lens, SphereMatte, testing::Bool());
+
+/// Share of points of the surface, projected into a camera, that fall onto its matte, and the share
+/// of the matte's pixels that have such a point near: the same instant in all cameras.
+TEST(CameraPicture, AllCamerasSeeTheSameInstant) {
+  const Rig rig = default_rig();
+  const auto figure = open_subject("figure");
+  for (const double time : {0.0, 2.3, 7.1}) {
+    SubjectFrame frame;
+    figure->pose(time, frame);
+    for (int c = 0; c < 4; ++c) {
+      CameraPicture picture(rig, c, figure);
+      picture.set_time(time);
+      std::vector<std::uint8_t> matte(1024 * 768), points(1024 * 768, 0);
+      picture.matte(matte.data(), 1024);
+      for (std::size_t t = 0; t < figure->triangles().size(); t += 3) {
+        for (int k = 0; k < 7; ++k) {
+          const Vec3 weights[7] = {{1, 0, 0},   {0, 1, 0},   {0, 0, 1},      {.5, .5, 0},
+                                   {0, .5, .5}, {.5, 0, .5}, {.34, .33, .33}};
+          Vec3 p(0.0);
+          for (int i = 0; i < 3; ++i)
+            p += weights[k][i] * Vec3(frame.positions[figure->triangles()[t + i]]);
+          const auto pixel = rig.cameras[c].project(p);
+          ASSERT_TRUE(pixel);
+          points[std::lround(pixel->y) * 1024 + std::lround(pixel->x)] = 1;
+        }
+      }
+      std::size_t both = 0, either = 0;
+      for (std::size_t i = 0; i < matte.size(); ++i) {
+        both += points[i] && matte[i] >= 16;
+        either += points[i] || matte[i] >= 16;
+      }
+      EXPECT_GT(static_cast<double>(both) / either, 0.97) << "camera " << c << " at " << time;
+    }
+  }
+}
+
+TEST(CameraPicture, ArmsOnHipsLeaveHoles) {
+  // At 6.9 s a ray between arm and body goes through: the matte has background enclosed by
+  // foreground.
+  const Rig rig = default_rig();
+  CameraPicture picture(rig, 0, open_subject("figure"));
+  picture.set_time(6.9);
+  std::vector<std::uint8_t> matte(1024 * 768);
+  picture.matte(matte.data(), 1024);
+  std::vector<int> stack = {0};
+  std::vector<bool> outside(matte.size(), false);
+  outside[0] = true;
+  while (!stack.empty()) {
+    const int i = stack.back();
+    stack.pop_back();
+    const int x = i % 1024, y = i / 1024;
+    for (const auto& [dx, dy] : {std::pair{1, 0}, {-1, 0}, {0, 1}, {0, -1}}) {
+      if (x + dx < 0 || x + dx > 1023 || y + dy < 0 || y + dy > 767) continue;
+      const int n = i + dx + 1024 * dy;
+      if (!outside[n] && matte[n] == 0) {
+        outside[n] = true;
+        stack.push_back(n);
+      }
+    }
+  }
+  int enclosed = 0;
+  for (std::size_t i = 0; i < matte.size(); ++i) enclosed += matte[i] == 0 && !outside[i];
+  EXPECT_GT(enclosed, 100);
+}
+
+PictureLook studio() {
+  PictureLook look;
+  look.screen = {{40, 170, 60}, 0.1};
+  look.shadow = 0.3;
+  look.spill = 0.1;
+  look.noise = 2.0;
+  look.seed = 5;
+  return look;
+}
+
+TEST(CameraPicture, SameBytesOnOneThreadAndMany) {
+  Rig rig = default_rig();
+  rig.cameras[2].distortion = {-0.1, 0.02, 0.0, 0.0};
+  std::vector<std::uint8_t> pictures[3];
+  for (int run = 0; run < 3; ++run) {
+    set_pool_threads(run == 1 ? 4 : 1);
+    CameraPicture picture(rig, 2, open_subject("figure"));
+    picture.set_time(4.4);
+    pictures[run].resize(1024 * 768 * 4);
+    picture.picture(studio(), 17, false, pictures[run].data(), 4096);
+  }
+  set_pool_threads(0);
+  EXPECT_EQ(pictures[0], pictures[1]);
+  EXPECT_EQ(pictures[0], pictures[2]);
+}
+
+TEST(CameraPicture, EachKnobDoesWhatItSays) {
+  const Rig rig = default_rig();
+  CameraPicture picture(rig, 0, open_subject("figure"));
+  picture.set_time(6.9);
+  std::vector<std::uint8_t> clean(1024 * 768 * 4), other(clean.size()), matte(1024 * 768);
+  PictureLook look;
+  look.screen = {{40, 170, 60}, 0.0};
+  picture.picture(look, 0, false, clean.data(), 4096);
+  picture.matte(matte.data(), 1024);
+  for (std::size_t i = 0; i < matte.size(); ++i) {
+    ASSERT_EQ(clean[4 * i + 3], 255);
+    if (matte[i] != 0) continue;
+    ASSERT_EQ(clean[4 * i], 40);
+    ASSERT_EQ(clean[4 * i + 1], 170);
+    ASSERT_EQ(clean[4 * i + 2], 60);
+  }
+  const auto difference = [&](bool inside, double& mean, double& deviation) {
+    double sum = 0.0, squares = 0.0, n = 0.0;
+    for (std::size_t i = 0; i < matte.size(); ++i) {
+      if (matte[i] != (inside ? 255 : 0)) continue;
+      const double d = other[4 * i + 1] - clean[4 * i + 1];
+      sum += d;
+      squares += d * d;
+      ++n;
+    }
+    mean = sum / n;
+    deviation = std::sqrt(squares / n - mean * mean);
+  };
+  double mean = 0.0, deviation = 0.0;
+  look.noise = 4.0;
+  picture.picture(look, 0, false, other.data(), 4096);
+  difference(false, mean, deviation);
+  EXPECT_NEAR(mean, 0.0, 0.05);
+  EXPECT_NEAR(deviation, std::sqrt(16.0 + 1.0 / 12.0), 0.05);
+  const auto first = other;
+  picture.picture(look, 1, false, other.data(), 4096);
+  EXPECT_NE(first, other) << "each frame has noise of its own";
+  look.noise = 0.0;
+  look.spill = 0.5;
+  picture.picture(look, 0, false, other.data(), 4096);
+  difference(true, mean, deviation);
+  EXPECT_GT(mean, 5.0);
+  difference(false, mean, deviation);
+  EXPECT_EQ(mean, 0.0);
+  look.spill = 0.0;
+  look.shadow = 0.5;
+  picture.picture(look, 0, false, other.data(), 4096);
+  difference(false, mean, deviation);
+  EXPECT_LT(mean, -0.1);
+  look.shadow = 0.0;
+  look.screen.unevenness = 0.2;
+  picture.picture(look, 0, false, other.data(), 4096);
+  difference(false, mean, deviation);
+  EXPECT_GT(deviation, 2.0);
+  look.screen.unevenness = 0.0;
+  picture.picture(look, 0, true, other.data(), 4096);
+  for (std::size_t i = 0; i < matte.size(); ++i) ASSERT_EQ(other[4 * i + 3], matte[i]);
+}
+
+TEST(CameraPicture, OddViewsDoNoHarm) {
+  // The camera inside the subject, behind it, beside it with half of it out of view, and
+  // wide-angle.
+  Rig rig = default_rig();
+  const auto figure = open_subject("figure");
+  const Vec3 places[] = {
+      {0, 1.2, 0.0}, {0, 1.2, 0.36}, {0.3, 1.2, 0.5}, {0, 1.0, -8.0}, {0.0, 3.5, 0.01}};
+  for (const Vec3& place : places) {
+    for (const double k1 : {0.0, -0.4}) {
+      Camera& camera = rig.cameras[0];
+      camera.distortion = k1 != 0.0 ? std::vector<double>{k1, 0.05, 0, 0} : std::vector<double>{};
+      camera.R = Mat3(1.0);
+      camera.t = -place;
+      CameraPicture picture(rig, 0, figure);
+      picture.set_time(0.0);
+      std::vector<std::uint8_t> matte(1024 * 768);
+      picture.matte(matte.data(), 1024);
+      const bool behind = place.z == -8.0;
+      if (behind) {
+        EXPECT_GT(picture.region().height, 50);
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace polyhull
