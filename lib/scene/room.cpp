@@ -26,7 +26,7 @@ class Room {
     painting();
     plant();
     scene_.mirrors = find_mirrors(scene_);
-    scene_.exposure = 0.80f;
+    scene_.exposure = 1.5f;
     scene_.cameras.push_back(look_at({1.15, 1.5, 2.75}, {0.0, 0.98, 0.0}, 52.0, 1280, 720));
     scene_.cameras.back().name = "entrance";
     return std::move(scene_);
@@ -249,6 +249,7 @@ class Room {
                                       {0.205f, 0.40f},   {0.20f, 0.36f}, {0.0f, 0.36f}};
     add(lathe("pot", clay, foot, pot, 40));
     const int leaf = material("leaf", Vec3f(0.085f, 0.235f, 0.055f));
+    scene_.materials[leaf].double_sided = true;
     SceneMesh leaves;
     leaves.name = "leaves";
     leaves.material = leaf;

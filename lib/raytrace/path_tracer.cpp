@@ -1,0 +1,208 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "raytrace/path_tracer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "base/thread_pool.h"
+#include "raytrace/area_light.h"
+#include "raytrace/sampling.h"
+#include "raytrace/tone.h"
+
+namespace polyhull {
+namespace {
+
+constexpr float pi = std::numbers::pi_v<float>;
+constexpr float least_throughput =
+    1e-3f;  // a mirror image fainter than this shows in no 8-bit picture
+
+float largest(const Vec3f& v) {
+  return std::max({v.x, v.y, v.z});
+}
+
+/// One path's random points: a new pair of dimensions each time.
+struct Points {
+  std::uint32_t index;
+  std::uint32_t seed;
+  Vec2f next() {
+    seed = hash(seed);
+    return sample_point(index, seed);
+  }
+};
+
+class Tracer {
+ public:
+  Tracer(const TracedScene& scene, const PathOptions& options) : scene_(scene), options_(options) {
+    exposure_ = scene.scene().exposure;
+  }
+
+  /// Linear picture value along a camera ray.
+  Vec3f picture_value(Ray ray, Points points) const {
+    Vec3f value(0.0f), throughput(1.0f);
+    for (int depth = 0; depth <= options_.mirror_depth; ++depth) {
+      const RayHit hit = scene_.caster().intersect(ray);
+      if (!hit.hit()) break;
+      if (scene_.is_subject(hit)) {
+        value += throughput * scene_.subject_colour(hit, glm::normalize(ray.direction));
+        break;
+      }
+      const Surface surface = scene_.surface(ray, hit);
+      value += throughput * glm::min(exposure_ * surface.emission, Vec3f(1.0f));
+      if (!surface.material->is_mirror()) {
+        value +=
+            throughput * scene_.base_colour(hit) * (exposure_ / pi) * irradiance(surface, points);
+        break;
+      }
+      const Vec3f f = reflectance(surface, ray);
+      const Vec3f diffuse = (Vec3f(1.0f) - f) * (1.0f - surface.material->metallic);
+      if (largest(diffuse) > 0.0f) {
+        value += throughput * diffuse * scene_.base_colour(hit) * (exposure_ / pi) *
+                 irradiance(surface, points);
+      }
+      throughput *= f;
+      if (largest(throughput) < least_throughput) break;
+      ray = reflected(ray, surface);
+    }
+    return value;
+  }
+
+ private:
+  static Vec3f reflectance(const Surface& surface, const Ray& ray) {
+    return fresnel(surface.material->f0(),
+                   -glm::dot(surface.normal, ray.direction) / glm::length(ray.direction));
+  }
+
+  Ray reflected(const Ray& ray, const Surface& surface) const {
+    Ray out;
+    out.direction = glm::reflect(ray.direction, surface.normal);
+    // At grazing angles a smoothed normal may send the ray into the body.
+    if (glm::dot(out.direction, surface.geometric) <= 0.0f) {
+      out.direction = glm::reflect(ray.direction, surface.geometric);
+    }
+    out.origin = surface.point + scene_.epsilon() * surface.geometric;
+    return out;
+  }
+
+  Vec3f start(const Surface& surface) const {
+    return surface.lifted + scene_.epsilon() * surface.geometric;
+  }
+
+  Vec3f irradiance(const Surface& surface, Points& points) const {
+    Vec3f direct(0.0f), bounced(0.0f);
+    const auto light_samples = static_cast<std::uint32_t>(options_.light_samples);
+    const auto bounce_samples = static_cast<std::uint32_t>(options_.bounce_samples);
+    const Vec3f origin = start(surface);
+    for (const Light& light : scene_.scene().lights) {
+      points.seed = hash(points.seed);
+      for (std::uint32_t k = 0; k < light_samples; ++k) {
+        direct +=
+            light_sample(scene_, light, sample_point(points.index * light_samples + k, points.seed),
+                         origin, surface.normal);
+      }
+    }
+    for (const MirroredLight& light : scene_.mirrored_lights()) {
+      points.seed = hash(points.seed);
+      for (std::uint32_t k = 0; k < light_samples; ++k) {
+        direct += mirrored_light_sample(scene_, light,
+                                        sample_point(points.index * light_samples + k, points.seed),
+                                        origin, surface.normal);
+      }
+    }
+    points.seed = hash(points.seed);
+    const auto [x, y] = tangents(surface.normal);
+    for (std::uint32_t k = 0; k < bounce_samples; ++k) {
+      const std::uint32_t index = points.index * bounce_samples + k;
+      const Vec3f local = cosine_direction(sample_point(index, points.seed));
+      Ray ray;
+      ray.direction = local.x * x + local.y * y + local.z * surface.normal;
+      ray.origin = origin;
+      bounced += bounce(ray, Points{index, hash(points.seed, 0xb5297a4dU)});
+    }
+    return direct / static_cast<float>(light_samples) +
+           bounced * (pi / static_cast<float>(bounce_samples));
+  }
+
+  /// L_1 along a ray from a diffuse point.
+  Vec3f bounce(Ray ray, Points points) const {
+    Vec3f radiance(0.0f), throughput(1.0f);
+    bool planar = true;  // lights seen directly or in one planar mirror are sampled as lights
+    for (int depth = 0; depth <= options_.mirror_depth; ++depth) {
+      const RayHit hit = scene_.caster().intersect(ray);
+      if (!hit.hit()) break;
+      if (scene_.is_subject(hit)) {
+        radiance +=
+            throughput / exposure_ * scene_.subject_colour(hit, glm::normalize(ray.direction));
+        break;
+      }
+      const Surface surface = scene_.surface(ray, hit);
+      if (surface.light < 0 || depth > 1 || !planar) radiance += throughput * surface.emission;
+      const bool mirror = surface.material->is_mirror();
+      const Vec3f f = mirror ? reflectance(surface, ray) : Vec3f(0.0f);
+      const Vec3f diffuse = (Vec3f(1.0f) - f) * (mirror ? 1.0f - surface.material->metallic : 1.0f);
+      if (largest(diffuse) > 0.0f) {
+        Vec3f direct(0.0f);
+        for (const Light& light : scene_.scene().lights) {
+          direct += light_sample(scene_, light, points.next(), start(surface), surface.normal);
+        }
+        radiance += throughput * diffuse * scene_.base_colour(hit) / pi * direct;
+      }
+      if (!mirror) break;
+      planar = scene_.is_planar_mirror(hit.mesh);
+      throughput *= f;
+      if (largest(throughput) < least_throughput) break;
+      ray = reflected(ray, surface);
+    }
+    return radiance;
+  }
+
+  const TracedScene& scene_;
+  const PathOptions& options_;
+  float exposure_;
+};
+
+}  // namespace
+
+void trace_paths(const TracedScene& scene, const Camera& camera, std::uint32_t first,
+                 std::uint32_t count, const PathOptions& options, std::span<Vec3f> sums) {
+  const Tracer tracer(scene, options);
+  const Vec3f eye(camera.centre());
+  const bool distorted = camera.has_distortion();
+  const auto width = static_cast<std::size_t>(camera.width);
+  parallel_for(static_cast<std::size_t>(camera.height), 2, options.threads,
+               [&](std::size_t begin, std::size_t end) {
+                 for (std::size_t i = begin * width; i < end * width; ++i) {
+                   const std::uint32_t seed = hash(static_cast<std::uint32_t>(i), 0x1b56c4e9U);
+                   for (std::uint32_t k = first; k < first + count; ++k) {
+                     Points points{k, seed};
+                     const Vec2f place = points.next();
+                     Vec2 pixel(static_cast<double>(i % width) + place.x - 0.5,
+                                static_cast<double>(i / width) + place.y - 0.5);
+                     if (distorted) pixel = camera.undistort(pixel);
+                     Ray ray;
+                     ray.origin = eye;
+                     ray.direction = Vec3f(camera.ray(pixel));
+                     sums[i] += tracer.picture_value(ray, points);
+                   }
+                 }
+               });
+}
+
+Picture develop(std::span<const Vec3f> sums, float samples, int width, int height) {
+  Picture picture{width, height, 4, std::vector<std::uint8_t>(4 * sums.size())};
+  const float scale = 1.0f / samples;
+  for (std::size_t i = 0; i < sums.size(); ++i) {
+    for (int k = 0; k < 3; ++k) picture.pixels[4 * i + k] = linear_to_srgb(scale * sums[i][k]);
+    picture.pixels[4 * i + 3] = 255;
+  }
+  return picture;
+}
+
+Picture trace_picture(const TracedScene& scene, const Camera& camera, std::uint32_t samples,
+                      const PathOptions& options) {
+  std::vector<Vec3f> sums(static_cast<std::size_t>(camera.width) * camera.height, Vec3f(0.0f));
+  trace_paths(scene, camera, 0, samples, options, sums);
+  return develop(sums, static_cast<float>(samples), camera.width, camera.height);
+}
+
+}  // namespace polyhull

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "raytrace/tone.h"
+
+#include <array>
+#include <cmath>
+#include <vector>
+
+namespace polyhull {
+namespace {
+
+double decode(double encoded) {
+  return encoded <= 0.04045 ? encoded / 12.92 : std::pow((encoded + 0.055) / 1.055, 2.4);
+}
+
+std::array<float, 256> make_decode_table() {
+  std::array<float, 256> table;
+  for (std::size_t i = 0; i < table.size(); ++i) {
+    table[i] = static_cast<float>(decode(static_cast<double>(i) / 255.0));
+  }
+  return table;
+}
+
+// Fine enough that a value lands on a neighbouring byte only within 1/40 of a step of the border.
+constexpr std::size_t encode_steps = 65536;
+
+std::vector<std::uint8_t> make_encode_table() {
+  std::vector<std::uint8_t> table(encode_steps + 1);
+  std::size_t value = 0;
+  for (std::size_t i = 0; i < table.size(); ++i) {
+    const double linear = static_cast<double>(i) / encode_steps;
+    while (value < 255 && linear >= decode((static_cast<double>(value) + 0.5) / 255.0)) ++value;
+    table[i] = static_cast<std::uint8_t>(value);
+  }
+  return table;
+}
+
+}  // namespace
+
+float srgb_to_linear(std::uint8_t value) {
+  static const std::array<float, 256> table = make_decode_table();
+  return table[value];
+}
+
+std::uint8_t linear_to_srgb(float linear) {
+  static const std::vector<std::uint8_t> table = make_encode_table();
+  if (!(linear > 0.0f)) return 0;
+  if (linear >= 1.0f) return 255;
+  return table[static_cast<std::size_t>(linear * encode_steps + 0.5f)];
+}
+
+}  // namespace polyhull
