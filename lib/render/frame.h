@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// One composite to be made, and what of it needs drawing.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "render/light_samples.h"
+#include "render/projection.h"
+#include "scene/scene.h"
+#include "wire/frames.h"
+
+namespace polyhull {
+
+enum class ShadowQuality {
+  off,
+  hard,  ///< one depth map from the light's middle, one look-up
+  pcss,  ///< percentage-closer soft shadows in every cell of the light
+  area,  ///< one look-up in every cell of the light: many cells, no assumption about blockers
+};
+
+enum class MirrorMode {
+  off,
+  fresnel,  ///< by the material: the subject takes the place of what the mirror showed
+  plain,    ///< mixed in with a constant share, as in the prototype
+};
+
+struct RenderSettings {
+  ShadowQuality shadow = ShadowQuality::pcss;
+  int light_samples = 9;      ///< cells of an area light: 1, 4, 9 or 16
+  int shadow_map_size = 256;  ///< texels per side
+  MirrorMode mirror = MirrorMode::fresnel;
+  float reflection_alpha = 0.3f;  ///< of MirrorMode::plain, 0..1
+  int edge_samples = 4;           ///< samples per pixel at the subject's edges: 0, 2, 4, 8
+  bool skip = true;  ///< leave out what changes nothing; the picture is the same to the bit
+  bool operator==(const RenderSettings&) const = default;
+};
+
+/// A mesh to be drawn and where.
+struct Subject {
+  const Mesh* mesh = nullptr;
+  Placement placement;
+  std::uint64_t content = 0;  ///< the same number: the same mesh as before; 0: not known
+};
+
+struct Frame {
+  int width = 0;  ///< of the picture
+  int height = 0;
+  Camera viewport;  ///< scene coordinates; resized to the picture; its lens distortion is ignored
+  std::shared_ptr<const Scene> scene;  ///< null: no geometry, no shadow, no mirror
+  std::vector<Light> lights;
+  float exposure = 1.0f;
+  Vec3f ambient{0.0f};
+  std::vector<Subject> subjects;
+  std::uint64_t background_content = 0;  ///< as Subject::content
+};
+
+/// A subject in scene coordinates.
+struct PlacedSubject {
+  const Mesh* mesh = nullptr;
+  Mat4 to_scene{1.0};         ///< from the mesh's world
+  Mat4 local_to_scene{1.0};   ///< from coordinates relative to Hull::origin
+  Mat4 from_scene{1.0};       ///< to the mesh's world
+  std::vector<Vec3f> points;  ///< the hull's vertices in scene coordinates
+  std::uint64_t content = 0;
+};
+
+/// What has to be drawn where. Rectangles are empty for what changes no pixel.
+struct Plan {
+  Mat4 clip_from_scene{1.0};
+  Vec3 eye{0.0};
+  std::vector<PlacedSubject> subjects;  ///< those with triangles
+  Rectangle subject, shadow, mirror;
+  int light = -1;         ///< the light that throws the shadow
+  int mirror_index = -1;  ///< into Scene::mirrors
+  Rectangle changed() const { return bounding(subject, bounding(shadow, mirror)); }
+  bool untouched() const { return changed().empty(); }
+};
+
+/// Finds what a frame needs. \p scene_bounds are those of the scene's geometry. Throws Error when
+/// the viewport camera is not finite or degenerate.
+Plan plan_frame(const Frame& frame, const RenderSettings& settings, const Bounds& scene_bounds);
+
+}  // namespace polyhull

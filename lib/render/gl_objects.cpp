@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "render/gl_objects.h"
+
+#include <string>
+
+#include "base/error.h"
+
+namespace polyhull::gl {
+
+void bind_texture(int unit, GLenum target, GLuint texture, GLuint sampler) {
+  glActiveTexture(GL_TEXTURE0 + static_cast<GLenum>(unit));
+  glBindTexture(target, texture);
+  glBindSampler(static_cast<GLuint>(unit), sampler);
+}
+
+void texture_parameters(GLenum target, GLenum filter) {
+  glTexParameteri(target, GL_TEXTURE_MIN_FILTER, static_cast<GLint>(filter));
+  glTexParameteri(target, GL_TEXTURE_MAG_FILTER, static_cast<GLint>(filter));
+  glTexParameteri(target, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+  glTexParameteri(target, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+}
+
+void scissor(const Rectangle& rectangle) {
+  glEnable(GL_SCISSOR_TEST);
+  glScissor(rectangle.x, rectangle.y, rectangle.width, rectangle.height);
+}
+
+void check_framebuffer(const char* what) {
+  const GLenum status = glCheckFramebufferStatus(GL_DRAW_FRAMEBUFFER);
+  if (status != GL_FRAMEBUFFER_COMPLETE) {
+    throw Error(Error::Kind::unsupported,
+                std::string("OpenGL on this machine cannot draw into the ") + what +
+                    " (framebuffer status " + std::to_string(status) + ").");
+  }
+}
+
+bool is_embedded() {
+  return !epoxy_is_desktop_gl();
+}
+
+}  // namespace polyhull::gl

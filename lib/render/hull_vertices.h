@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// The vertices of a textured hull as the shaders take them (shaders/hull.vert), made on the CPU:
+/// triangles that face the eye, each with the up to four views that weigh most on it.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "wire/frames.h"
+
+namespace polyhull {
+
+struct HullVertex {
+  Vec3f position{0.0f};                    ///< relative to Hull::origin
+  std::array<std::uint16_t, 4> weights{};  ///< 0..65535 for 0..1
+  std::array<std::uint8_t, 4> slots{};     ///< of HullDrawing::views
+};
+static_assert(sizeof(HullVertex) == 24);
+
+struct HullDrawing {
+  std::vector<HullVertex> vertices;  ///< three per triangle
+  std::vector<int> views;            ///< by slot: index into Mesh::views; only views that are used
+  std::vector<int> slot_of_view;     ///< -1: not used
+};
+
+/// Adds to \p drawing the triangles of \p mesh that face the eye at \p eye (mesh world
+/// coordinates), with the weights of its texturing's method and metric. Call once per eye with one
+/// drawing to give all of them the same slots; the new vertices follow the old. Without texturing,
+/// or where no view sees a triangle, the weights are 0. Views without RGBA pixels are not used.
+void add_hull_vertices(const Mesh& mesh, const Vec3& eye, HullDrawing& drawing);
+
+}  // namespace polyhull

@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "render/light_samples.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace polyhull {
+namespace {
+
+struct Axes {
+  Vec3 right, down, forward;
+};
+
+Axes axes_along(const Vec3& forward, const Light& light) {
+  Vec3 aside(light.u);
+  if (glm::length(glm::cross(aside, forward)) < 1e-6 * std::max(glm::length(aside), 1e-12)) {
+    aside = std::abs(forward.x) < 0.7 ? Vec3(1, 0, 0) : Vec3(0, 1, 0);
+  }
+  const Vec3 down = glm::normalize(glm::cross(forward, aside));
+  return {glm::normalize(glm::cross(down, forward)), down, forward};
+}
+
+/// A view along \p axes that holds tangents from low to high.
+LightView make_view(const Vec3& position, const Axes& axes, const Vec2& low, const Vec2& high,
+                    double near, double far) {
+  LightView out;
+  out.position = position;
+  const Mat3 R = glm::transpose(Mat3(axes.right, axes.down, axes.forward));
+  Mat4 view(R);
+  view[3] = Vec4(-(R * position), 1.0);
+  Mat4 clip(0.0);
+  clip[0][0] = 2.0 / (high.x - low.x);
+  clip[2][0] = -(high.x + low.x) / (high.x - low.x);
+  clip[1][1] = 2.0 / (high.y - low.y);
+  clip[2][1] = -(high.y + low.y) / (high.y - low.y);
+  clip[2][2] = (far + near) / (far - near);
+  clip[3][2] = -2.0 * far * near / (far - near);
+  clip[2][3] = 1.0;
+  out.clip_from_scene = clip * view;
+  Mat4 half(0.5);
+  half[3] = Vec4(0.5, 0.5, 0.5, 1.0);
+  out.map_from_scene = half * out.clip_from_scene;
+  out.inverse_from_depth = {-(far - near) / (far * near), 1.0 / near};
+  return out;
+}
+
+}  // namespace
+
+std::vector<Vec3> light_cells(const Light& light, int samples) {
+  if (!light.is_area()) return {Vec3(light.centre)};
+  const int side = std::max(1, static_cast<int>(std::lround(std::sqrt(samples))));
+  std::vector<Vec3> cells;
+  for (int j = 0; j < side; ++j) {
+    for (int i = 0; i < side; ++i) {
+      const double a = (2.0 * i + 1.0) / side - 1.0, b = (2.0 * j + 1.0) / side - 1.0;
+      cells.push_back(Vec3(light.centre) + a * Vec3(light.u) + b * Vec3(light.v));
+    }
+  }
+  return cells;
+}
+
+LightView view_of_points(const Light& light, const Vec3& position, int cells_per_side,
+                         std::span<const Vec3f> points, double far) {
+  Vec3 middle(0.0);
+  for (const Vec3f& p : points) middle += Vec3(p);
+  middle /= std::max<double>(1.0, static_cast<double>(points.size()));
+  Vec3 forward = middle - position;
+  forward = glm::length(forward) > 1e-9 ? glm::normalize(forward) : Vec3(0, -1, 0);
+  const Axes axes = axes_along(forward, light);
+  constexpr double widest = 8.0;  // tangent; what lies beyond hardly reaches the light's front
+  Vec2 low(widest), high(-widest);
+  double near = far;
+  for (const Vec3f& point : points) {
+    const Vec3 d = Vec3(point) - position;
+    const double z = glm::dot(d, axes.forward);
+    if (z <= 1e-3) {
+      low = Vec2(-widest), high = Vec2(widest), near = 1e-2;
+      continue;
+    }
+    const Vec2 tangent(glm::dot(d, axes.right) / z, glm::dot(d, axes.down) / z);
+    low = glm::min(low, tangent);
+    high = glm::max(high, tangent);
+    near = std::min(near, z);
+  }
+  low = glm::max(low, Vec2(-widest));
+  high = glm::min(high, Vec2(widest));
+  const Vec2 border = 0.01 * (high - low) + 1e-4;  // empty texels around the subject
+  near = std::max(0.99 * near, 1e-2);
+  LightView view =
+      make_view(position, axes, low - border, high + border, near, std::max(far, 2.0 * near));
+  // An offset d on the light moves the shadow ray by d (1/z_blocker - 1/z_receiver) in tangents.
+  const Vec2 scale = 1.0 / (high - low + 2.0 * border);
+  const Vec3 u = Vec3(light.u) / static_cast<double>(cells_per_side);
+  const Vec3 v = Vec3(light.v) / static_cast<double>(cells_per_side);
+  view.kernel = {glm::dot(u, axes.right) * scale.x, glm::dot(u, axes.down) * scale.y,
+                 glm::dot(v, axes.right) * scale.x, glm::dot(v, axes.down) * scale.y};
+  return view;
+}
+
+LightView wide_view(const Light& light, const Vec3& position, const Vec3& target, double far) {
+  Vec3 forward(light_normal(light));
+  if (!light.is_area()) {
+    forward = target - position;
+    forward = glm::length(forward) > 1e-9 ? glm::normalize(forward) : Vec3(0, -1, 0);
+  }
+  constexpr double tangent = 3.732;  // of 75 degrees
+  constexpr double near = 0.02;      // the lamp's own surface lies nearer
+  return make_view(position, axes_along(forward, light), Vec2(-tangent), Vec2(tangent), near,
+                   std::max(far, 1.0));
+}
+
+int main_light(std::span<const Light> lights, const Vec3& point) {
+  int best = -1;
+  double most = 0.0;
+  for (std::size_t i = 0; i < lights.size(); ++i) {
+    const Vec3 way = point - Vec3(lights[i].centre);
+    const double distance_2 = std::max(glm::dot(way, way), 1e-6);
+    const Vec3 normal(light_normal(lights[i]));
+    const double exit =
+        lights[i].is_area() ? std::max(0.0, glm::dot(normal, way) / std::sqrt(distance_2)) : 1.0;
+    const Vec3f power = light_power(lights[i]);
+    const double given = (power.x + power.y + power.z) * exit / distance_2;
+    if (given > most) most = given, best = static_cast<int>(i);
+  }
+  return best;
+}
+
+Vec3f light_normal(const Light& light) {
+  return light.is_area() ? glm::normalize(glm::cross(light.u, light.v)) : Vec3f(0.0f);
+}
+
+Vec3f light_power(const Light& light) {
+  return light.is_area() ? light.radiance * (4.0f * glm::length(glm::cross(light.u, light.v)))
+                         : light.radiance;
+}
+
+}  // namespace polyhull

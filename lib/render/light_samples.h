@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// A light cut into cells, and what its cells' centres see: the cameras of the shadow maps.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "base/vector.h"
+#include "scene/scene.h"
+
+namespace polyhull {
+
+inline constexpr int max_light_samples = 16;
+
+/// A shadow map's camera at \p position: depth d of the map and distance z along the axis follow
+/// 1/z = inverse_from_depth.x * d + inverse_from_depth.y.
+struct LightView {
+  Vec3 position{0.0};
+  Mat4 clip_from_scene{1.0};
+  Mat4 map_from_scene{1.0};  ///< to map coordinates and depth, 0..1, after division; w is z
+  Vec2 inverse_from_depth{0.0};
+  Vec4 kernel{
+      0.0};  ///< map offset per unit of inverse depth along half a cell of u (x, y) and v (z, w)
+};
+
+/// The centres of n x n equal cells of an area light (n * n = \p samples, at least 1); a point
+/// light's position alone.
+std::vector<Vec3> light_cells(const Light& light, int samples);
+
+/// A view that holds all of \p points (scene coordinates) tightly, of depths up to \p far.
+LightView view_of_points(const Light& light, const Vec3& position, int cells_per_side,
+                         std::span<const Vec3f> points, double far);
+
+/// A wide view along the light's normal (a point light's: towards \p target), 150 degrees.
+LightView wide_view(const Light& light, const Vec3& position, const Vec3& target, double far);
+
+/// The index of the light that gives the most to a surface at \p point that faces it; -1: there is
+/// none that shines there.
+int main_light(std::span<const Light> lights, const Vec3& point);
+
+/// The unit normal of an area light, 0 for a point light.
+Vec3f light_normal(const Light& light);
+
+/// Radiance times area, or a point light's intensity.
+Vec3f light_power(const Light& light);
+
+}  // namespace polyhull

@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include <algorithm>
+
+#include "render/passes.h"
+
+namespace polyhull {
+namespace {
+
+constexpr std::size_t max_lights = 8;
+
+/// The mirror's plane, moved a hair to its front so that the mirror does not show itself.
+glm::vec4 kept_side(const Mirror& mirror) {
+  return glm::vec4(mirror.normal, -mirror.offset - 1e-4f);
+}
+
+void set_lights(gl::Program& program, const Frame& frame) {
+  std::vector<glm::vec3> positions, normals, powers;
+  for (std::size_t i = 0; i < std::min(frame.lights.size(), max_lights); ++i) {
+    positions.push_back(frame.lights[i].centre);
+    normals.push_back(light_normal(frame.lights[i]));
+    powers.push_back(light_power(frame.lights[i]) * frame.exposure);
+  }
+  program.set("lights", static_cast<int>(positions.size()));
+  program.set("light_position", std::span<const glm::vec3>(positions));
+  program.set("light_normal", std::span<const glm::vec3>(normals));
+  program.set("light_power", std::span<const glm::vec3>(powers));
+}
+
+}  // namespace
+
+gl::Program hull_program(bool distortion, bool clipped) {
+  std::vector<std::string> defines{"VIEW_SLOTS " + std::to_string(view_slots)};
+  if (distortion) defines.emplace_back("DISTORTION");
+  if (clipped) defines.emplace_back("CLIPPED");
+  gl::Program program("hull.vert", "hull.frag", defines);
+  program.set_block("Views", 0);
+  return program;
+}
+
+void draw_subjects(const PassInput& in, std::size_t eye, const glm::mat4& clip_from_scene,
+                   const glm::vec4* plane, gl::Program& plain, gl::Program& distorted) {
+  for (std::size_t s = 0; s < in.subjects.size(); ++s) {
+    gl::Program& program = in.subjects[s].has_distortion() ? distorted : plain;
+    if (!program.made()) program = hull_program(in.subjects[s].has_distortion(), plane != nullptr);
+    program.use();
+    const glm::mat4 local(in.plan.subjects[s].local_to_scene);
+    program.set("clip_from_local",
+                glm::mat4(Mat4(clip_from_scene) * in.plan.subjects[s].local_to_scene));
+    program.set("scene_from_local", local);
+    if (plane) program.set("plane", *plane);
+    in.subjects[s].draw_skin(eye, program);
+  }
+}
+
+void MirrorPass::draw(const PassInput& in, GLuint background, GLuint scene_depth) {
+  const Mirror& mirror = in.frame.scene->mirrors[static_cast<std::size_t>(in.plan.mirror_index)];
+  const glm::mat4 direct(in.plan.clip_from_scene);
+  const glm::mat4 mirrored(in.plan.clip_from_scene *
+                           reflection(Vec3(mirror.normal), mirror.offset));
+  const glm::vec4 plane = kept_side(mirror);
+  if (!depth_.made()) {
+    depth_ = gl::Program("scene.vert", "depth.frag");
+    clipped_depth_ = gl::Program("scene.vert", "depth.frag", {"CLIPPED"});
+    scene_ = gl::Program("scene.vert", "mirrored_scene.frag",
+                         {"MAX_LIGHTS " + std::to_string(max_lights)}, {"material.glsl"});
+  }
+  const Rectangle& part = in.plan.mirror;
+  image_.resize(in.frame.width, in.frame.height, in.settings.edge_samples);
+
+  // The visible part of the mirror: where its surface is the scene's nearest.
+  image_.begin(part);
+  glDisable(GL_CULL_FACE);
+  glEnable(GL_DEPTH_TEST);
+  glDepthFunc(GL_LESS);
+  glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
+  depth_.use();
+  depth_.set("clip_from_scene", direct);
+  in.scene.draw();
+  glEnable(GL_STENCIL_TEST);
+  glStencilFunc(GL_ALWAYS, 1, 0xff);
+  glStencilOp(GL_KEEP, GL_KEEP, GL_REPLACE);
+  glDepthFunc(GL_EQUAL);
+  in.scene.draw_mesh(mirror.mesh);
+
+  // The mirrored scene hides the mirrored subject.
+  glStencilFunc(GL_EQUAL, 1, 0xff);
+  glStencilOp(GL_KEEP, GL_KEEP, GL_KEEP);
+  glDepthFunc(GL_LESS);
+  glClear(GL_DEPTH_BUFFER_BIT);
+  clipped_depth_.use();
+  clipped_depth_.set("clip_from_scene", mirrored);
+  clipped_depth_.set("plane", plane);
+  in.scene.draw();
+
+  glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+  glEnable(GL_CULL_FACE);
+  glCullFace(GL_BACK);
+  glFrontFace(GL_CCW);  // turned once by the framebuffer's direction and once by the mirror
+  if (!gl::is_embedded()) glEnable(GL_FRAMEBUFFER_SRGB);
+  draw_subjects(in, 1, mirrored, &plane, skin_, distorted_skin_);
+  glDisable(GL_STENCIL_TEST);
+  glDisable(GL_CULL_FACE);
+  image_.resolve(part);
+  if (!gl::is_embedded()) glDisable(GL_FRAMEBUFFER_SRGB);
+
+  if (in.settings.mirror != MirrorMode::fresnel) return;
+  shown_.resize(in.frame.width, in.frame.height);
+  shown_.bind();
+  gl::scissor(part);
+  glClearColor(0.0f, 0.0f, 0.0f, 0.0f);
+  glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+  scene_.use();
+  scene_.set("clip_from_scene", mirrored);
+  scene_.set("clip_from_scene_direct", direct);
+  scene_.set("plane", plane);
+  scene_.set("eye", glm::vec3(in.plan.eye));
+  scene_.set("ambient", in.frame.ambient * in.frame.exposure);
+  scene_.set("exposure", in.frame.exposure);
+  set_lights(scene_, in.frame);
+  gl::bind_texture(0, GL_TEXTURE_2D, background);
+  gl::bind_texture(1, GL_TEXTURE_2D, scene_depth);
+  glBindSampler(2, 0);
+  scene_.set("background", 0);
+  scene_.set("scene_depth", 1);
+  scene_.set("base_texture", 2);
+  in.scene.draw_with_materials(*in.frame.scene, scene_, 2);
+}
+
+}  // namespace polyhull

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// Time per pass: on the CPU until the commands are issued, and on the graphics processor where it
+/// can tell. GPU times are read some frames later, so that nothing waits for them.
+#pragma once
+
+#include <epoxy/gl.h>
+
+#include <array>
+#include <chrono>
+
+namespace polyhull::gl {
+
+enum class Pass { upload, shadow_maps, scene_depth, shadow, mirror, subject, blend, read_back };
+inline constexpr std::size_t pass_count = 8;
+const char* pass_name(Pass pass);
+
+class PassTimer {
+ public:
+  ~PassTimer();
+  void begin(Pass pass);
+  void end();
+  void next_frame();  ///< collects finished GPU times
+
+  double cpu_milliseconds(Pass pass) const { return cpu_[static_cast<std::size_t>(pass)]; }
+  /// Of the latest frame whose time is known; negative: not known.
+  double gpu_milliseconds(Pass pass) const { return gpu_[static_cast<std::size_t>(pass)]; }
+
+ private:
+  static constexpr std::size_t frames = 4;
+  bool available();
+  std::array<std::array<GLuint, pass_count>, frames> queries_{};
+  std::array<std::array<bool, pass_count>, frames> pending_{};
+  std::array<double, pass_count> cpu_{};
+  std::array<double, pass_count> gpu_ = {-1, -1, -1, -1, -1, -1, -1, -1};
+  std::size_t frame_ = 0;
+  std::size_t running_ = 0;
+  int available_ = -1;
+  std::chrono::steady_clock::time_point start_;
+};
+
+}  // namespace polyhull::gl

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// The passes of a composite that keep something from frame to frame.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "render/frame.h"
+#include "render/pass_timer.h"
+#include "render/program.h"
+#include "render/scene_buffers.h"
+#include "render/subject_buffers.h"
+#include "render/targets.h"
+
+namespace polyhull {
+
+/// What the passes of one frame share.
+struct PassInput {
+  const Frame& frame;
+  const Plan& plan;
+  const RenderSettings& settings;
+  const SceneBuffers& scene;
+  std::vector<SubjectBuffers>& subjects;  ///< as Plan::subjects
+  gl::PassTimer& timer;
+};
+
+/// Light that the subjects take away.
+class ShadowPass {
+ public:
+  /// Draws the depth maps.
+  void draw_maps(const PassInput& in);
+  /// Draws what is taken into the bound light layer, whose depth is the scene's.
+  void draw(const PassInput& in);
+  bool static_reused() const { return static_reused_; }
+
+ private:
+  struct StaticKey {
+    const Scene* scene = nullptr;
+    Light light;
+    std::size_t cells = 0;
+    bool operator==(const StaticKey&) const = default;
+  };
+  gl::Program& receiver(ShadowQuality quality);
+
+  gl::Program depth_of_hull_, depth_of_scene_;
+  gl::Program receivers_[4];
+  gl::DepthMaps subject_maps_, static_maps_;
+  gl::Sampler compare_, nearest_;
+  std::optional<StaticKey> static_key_;
+  std::vector<LightView> views_, static_views_;
+  bool static_reused_ = false;
+};
+
+/// The subjects' image in the plan's mirror, and what the mirror showed there.
+class MirrorPass {
+ public:
+  /// \p scene_depth is the viewport's, over the whole picture; \p background its picture.
+  void draw(const PassInput& in, GLuint background, GLuint scene_depth);
+  GLuint image() { return image_.texture(); }
+  GLuint shown() { return shown_.colour(); }
+
+ private:
+  gl::Program depth_, clipped_depth_, skin_, distorted_skin_, scene_;
+  gl::EdgeLayer image_;
+  gl::LightLayer shown_;
+};
+
+/// Sets what the hull programs need and draws all subjects for eye \p eye (0: the viewport's, 1:
+/// the mirrored one).
+void draw_subjects(const PassInput& in, std::size_t eye, const glm::mat4& clip_from_scene,
+                   const glm::vec4* plane, gl::Program& plain, gl::Program& distorted);
+
+/// The program of shaders/hull.vert and hull.frag.
+gl::Program hull_program(bool distortion, bool clipped);
+
+}  // namespace polyhull

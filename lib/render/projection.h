@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// Clip-space matrices, placing, mirroring, and the rectangles of the screen that things can touch.
+///
+/// Row 0 of a picture is row 0 of the framebuffer, so clip y points down on screen as pixels do:
+///   clip = (2 (u + 1/2) / w - 1, 2 (v + 1/2) / h - 1, ...) * z   for the pinhole pixel (u, v).
+/// Outside-counter-clockwise triangles are therefore clockwise in the framebuffer.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "base/vector.h"
+#include "rig/camera.h"
+#include "wire/frames.h"
+
+namespace polyhull {
+
+/// World to camera coordinates, homogeneous.
+Mat4 view_matrix(const Camera& camera);
+
+/// Camera coordinates to clip space for depths \p near to \p far.
+Mat4 clip_from_camera(const Camera& camera, double near, double far);
+
+/// \p camera for a picture of another size, the same field of view.
+Camera resized(const Camera& camera, int width, int height);
+
+/// Reflection at the plane dot(normal, X) = offset.
+Mat4 reflection(const Vec3& normal, double offset);
+
+/// How a subject is placed: moved by `translate` metres, turned by `rotate` degrees about x, then
+/// y, then z, and scaled, about the centre of its hull's bounding box.
+struct Placement {
+  Vec3 translate{0.0};
+  Vec3 rotate{0.0};
+  double scale = 1.0;
+  bool operator==(const Placement&) const = default;
+};
+
+/// From the mesh's world coordinates (its own up and unit) to scene metres with y up.
+Mat4 place_in_scene(const Mesh& mesh, const Placement& placement);
+
+/// The pixels that the convex hull of \p points can touch, with a margin of one pixel, cut to the
+/// picture. Points behind the eye are handled: the part of the hull in front of it counts.
+Rectangle screen_rectangle(std::span<const Vec3> points, const Mat4& clip_from_scene, int width,
+                           int height);
+
+/// The pixels that a mesh touches: as above but from its vertices one by one, the whole picture as
+/// soon as it reaches behind the eye.
+Rectangle screen_rectangle(std::span<const Vec3f> points, const Mat4& clip_from_scene, int width,
+                           int height);
+
+Rectangle intersection(const Rectangle& a, const Rectangle& b);
+Rectangle bounding(const Rectangle& a, const Rectangle& b);  ///< empty ones do not count
+
+Bounds bounds_of(std::span<const Vec3f> points);
+std::vector<Vec3> corners(const Bounds& bounds);
+
+}  // namespace polyhull

@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include <algorithm>
+#include <cmath>
+
+#include "render/passes.h"
+
+namespace polyhull {
+namespace {
+
+constexpr int static_map_size = 1024;
+
+std::vector<glm::mat4> to_float(const std::vector<LightView>& views) {
+  std::vector<glm::mat4> out;
+  for (const LightView& view : views) out.emplace_back(view.map_from_scene);
+  return out;
+}
+
+GLuint make_sampler(gl::Sampler& sampler, bool compare) {
+  if (!sampler.made()) {
+    const GLuint name = sampler.get();
+    const GLint filter = compare ? GL_LINEAR : GL_NEAREST;
+    glSamplerParameteri(name, GL_TEXTURE_MIN_FILTER, filter);
+    glSamplerParameteri(name, GL_TEXTURE_MAG_FILTER, filter);
+    glSamplerParameteri(name, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+    glSamplerParameteri(name, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+    if (compare) {
+      glSamplerParameteri(name, GL_TEXTURE_COMPARE_MODE, GL_COMPARE_REF_TO_TEXTURE);
+      glSamplerParameteri(name, GL_TEXTURE_COMPARE_FUNC, GL_LEQUAL);
+    }
+  }
+  return sampler.get();
+}
+
+}  // namespace
+
+gl::Program& ShadowPass::receiver(ShadowQuality quality) {
+  gl::Program& program = receivers_[static_cast<int>(quality)];
+  if (!program.made()) {
+    const bool soft = quality == ShadowQuality::pcss;
+    program = gl::Program("scene.vert", "shadow.frag",
+                          {"MAX_LIGHT_SAMPLES " + std::to_string(max_light_samples),
+                           soft ? "BLOCKER_TAPS 4" : "BLOCKER_TAPS 0", "FILTER_TAPS 4"},
+                          {"material.glsl"});
+  }
+  return program;
+}
+
+void ShadowPass::draw_maps(const PassInput& in) {
+  const Light& light = in.frame.lights[static_cast<std::size_t>(in.plan.light)];
+  const int wanted = in.settings.shadow == ShadowQuality::hard
+                         ? 1
+                         : std::clamp(in.settings.light_samples, 1, max_light_samples);
+  const std::vector<Vec3> cells = light_cells(light, wanted);
+  const int side = std::max(1, static_cast<int>(std::lround(std::sqrt(cells.size()))));
+  Bounds everything = in.scene.bounds();
+  std::vector<Vec3f> points;
+  for (const PlacedSubject& subject : in.plan.subjects)
+    points.insert(points.end(), subject.points.begin(), subject.points.end());
+  const Bounds people = bounds_of(points);
+  everything.min = glm::min(everything.min, people.min);
+  everything.max = glm::max(everything.max, people.max);
+  const Vec3 middle = 0.5 * (everything.min + everything.max);
+
+  if (!depth_of_hull_.made()) depth_of_hull_ = gl::Program("hull_depth.vert", "depth.frag");
+  if (!depth_of_scene_.made()) depth_of_scene_ = gl::Program("scene.vert", "depth.frag");
+  glDisable(GL_CULL_FACE);
+  glDisable(GL_STENCIL_TEST);
+  glEnable(GL_DEPTH_TEST);
+  glDepthFunc(GL_LESS);
+
+  views_.clear();
+  subject_maps_.resize(std::clamp(in.settings.shadow_map_size, 16, 4096),
+                       static_cast<int>(cells.size()));
+  depth_of_hull_.use();
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    double far = 1.0;
+    for (const Vec3& corner : corners(everything))
+      far = std::max(far, 1.05 * glm::distance(cells[i], corner));
+    views_.push_back(view_of_points(light, cells[i], side, points, far));
+    subject_maps_.begin(static_cast<int>(i));
+    for (std::size_t s = 0; s < in.subjects.size(); ++s) {
+      depth_of_hull_.set("clip_from_local", glm::mat4(views_.back().clip_from_scene *
+                                                      in.plan.subjects[s].local_to_scene));
+      in.subjects[s].draw_shape();
+    }
+  }
+
+  const StaticKey key{in.frame.scene.get(), light, cells.size()};
+  static_reused_ = in.settings.skip && static_key_ == key;
+  if (static_reused_) return;
+  static_key_ = key;
+  static_views_.clear();
+  static_maps_.resize(static_map_size, static_cast<int>(cells.size()));
+  depth_of_scene_.use();
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    double far = 1.0;
+    for (const Vec3& corner : corners(in.scene.bounds()))
+      far = std::max(far, 1.05 * glm::distance(cells[i], corner));
+    static_views_.push_back(wide_view(light, cells[i], middle, far));
+    static_maps_.begin(static_cast<int>(i));
+    depth_of_scene_.set("clip_from_scene", glm::mat4(static_views_.back().clip_from_scene));
+    in.scene.draw();
+  }
+}
+
+void ShadowPass::draw(const PassInput& in) {
+  const Light& light = in.frame.lights[static_cast<std::size_t>(in.plan.light)];
+  const std::size_t count = views_.size();
+  std::vector<glm::vec3> positions;
+  std::vector<glm::vec2> inverse;
+  std::vector<glm::vec4> kernels;
+  std::vector<float> nearest;
+  for (const LightView& view : views_) {
+    positions.emplace_back(view.position);
+    inverse.emplace_back(view.inverse_from_depth);
+    kernels.emplace_back(view.kernel);
+    nearest.push_back(static_cast<float>(view.inverse_from_depth.y));  // depth 0: the near plane
+  }
+  gl::Program& program = receiver(in.settings.shadow);
+  program.use();
+  program.set("clip_from_scene", glm::mat4(in.plan.clip_from_scene));
+  program.set("samples", static_cast<int>(count));
+  program.set("light_position", std::span<const glm::vec3>(positions));
+  program.set("subject_from_scene", std::span<const glm::mat4>(to_float(views_)));
+  program.set("static_from_scene", std::span<const glm::mat4>(to_float(static_views_)));
+  program.set("inverse_from_depth", std::span<const glm::vec2>(inverse));
+  program.set("kernel", std::span<const glm::vec4>(kernels));
+  program.set("nearest", std::span<const float>(nearest));
+  program.set("light_normal", light_normal(light));
+  program.set("light_power", light_power(light) * (in.frame.exposure / static_cast<float>(count)));
+  program.set("static_bias", 2.0f * 2.0f * 3.732f / static_map_size);
+  program.set("eye", glm::vec3(in.plan.eye));
+  gl::bind_texture(0, GL_TEXTURE_2D_ARRAY, subject_maps_.texture(), make_sampler(nearest_, false));
+  gl::bind_texture(1, GL_TEXTURE_2D_ARRAY, subject_maps_.texture(), make_sampler(compare_, true));
+  gl::bind_texture(2, GL_TEXTURE_2D_ARRAY, static_maps_.texture(), make_sampler(compare_, true));
+  glBindSampler(3, 0);
+  program.set("subject_depth", 0);
+  program.set("subject_test", 1);
+  program.set("static_test", 2);
+  program.set("base_texture", 3);
+
+  gl::scissor(in.plan.shadow);
+  glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+  glClearColor(0.0f, 0.0f, 0.0f, 0.0f);
+  glClear(GL_COLOR_BUFFER_BIT);
+  glDepthMask(GL_FALSE);
+  glDepthFunc(GL_EQUAL);
+  in.scene.draw_with_materials(*in.frame.scene, program, 3);
+  glDepthMask(GL_TRUE);
+  glDepthFunc(GL_LESS);
+  for (int unit = 0; unit < 3; ++unit) glBindSampler(static_cast<GLuint>(unit), 0);
+}
+
+}  // namespace polyhull

@@ -1,0 +1,241 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "render/subject_buffers.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <glm/gtc/packing.hpp>
+
+#include "render/projection.h"
+#include "render/view_picture.h"
+
+namespace polyhull {
+namespace {
+
+/// shaders/hull.vert's View, std140.
+struct ViewBlock {
+  glm::mat4 map_from_local{0.0f};
+  glm::vec4 colour_from_map{0.0f};
+  glm::vec4 pixel_from_map{0.0f};
+  glm::vec4 intrinsics{1.0f};
+  glm::vec4 skew_and_size{0.0f};
+  glm::vec4 origin{0.0f};
+  glm::vec4 lens[3] = {glm::vec4(0.0f), glm::vec4(0.0f), glm::vec4(0.0f)};
+};
+static_assert(sizeof(ViewBlock) == 16 * 12);
+
+float linear(float c) {
+  return c <= 0.04045f ? c / 12.92f : std::pow((c + 0.055f) / 1.055f, 2.4f);
+}
+
+int rounded_up(int size) {
+  return (size + 63) / 64 *
+         64;  // regions of interest breathe; textures should not be remade for it
+}
+
+/// Makes room for \p layers pictures of width x height in the array bound to unit 0.
+void grow(gl::Texture& texture, GLenum format, GLenum transfer, GLenum type, int width, int height,
+          int layers, int& has_width, int& has_height, int& has_layers) {
+  gl::bind_texture(0, GL_TEXTURE_2D_ARRAY, texture.get());
+  if (width <= has_width && height <= has_height && layers <= has_layers) return;
+  has_width = std::max(has_width, rounded_up(width));
+  has_height = std::max(has_height, rounded_up(height));
+  has_layers = std::max(has_layers, layers);
+  glTexImage3D(GL_TEXTURE_2D_ARRAY, 0, static_cast<GLint>(format), has_width, has_height,
+               has_layers, 0, transfer, type, nullptr);
+  gl::texture_parameters(GL_TEXTURE_2D_ARRAY, GL_LINEAR);
+}
+
+}  // namespace
+
+void SubjectBuffers::upload_shape(const Hull& hull) {
+  glBindVertexArray(shape_array_.get());
+  glBindBuffer(GL_ARRAY_BUFFER, positions_.get());
+  glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(hull.vertices.size() * sizeof(Vec3f)),
+               hull.vertices.data(), GL_STREAM_DRAW);
+  glEnableVertexAttribArray(0);
+  glVertexAttribPointer(0, 3, GL_FLOAT, GL_FALSE, sizeof(Vec3f), nullptr);
+  glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, indices_.get());
+  glBufferData(GL_ELEMENT_ARRAY_BUFFER,
+               static_cast<GLsizeiptr>(hull.triangles.size() * sizeof(std::uint32_t)),
+               hull.triangles.data(), GL_STREAM_DRAW);
+  glBindVertexArray(0);
+  shape_count_ = static_cast<GLsizei>(hull.triangles.size());
+}
+
+UploadCounts SubjectBuffers::upload_skin(const Mesh& mesh, const std::vector<Vec3>& eyes,
+                                         bool all_views) {
+  UploadCounts counts;
+  drawing_.vertices.clear();
+  drawing_.views.clear();
+  drawing_.slot_of_view.assign(mesh.views.size(), -1);
+  ranges_.clear();
+  for (const Vec3& eye : eyes) {
+    const std::size_t first = drawing_.vertices.size();
+    add_hull_vertices(mesh, eye, drawing_);
+    ranges_.push_back(
+        {static_cast<GLint>(first), static_cast<GLsizei>(drawing_.vertices.size() - first)});
+  }
+  glBindVertexArray(skin_array_.get());
+  glBindBuffer(GL_ARRAY_BUFFER, skin_.get());
+  glBufferData(GL_ARRAY_BUFFER,
+               static_cast<GLsizeiptr>(drawing_.vertices.size() * sizeof(HullVertex)),
+               drawing_.vertices.data(), GL_STREAM_DRAW);
+  const auto at = [](std::size_t offset) { return reinterpret_cast<const void*>(offset); };
+  for (GLuint i = 0; i < 3; ++i) glEnableVertexAttribArray(i);
+  glVertexAttribPointer(0, 3, GL_FLOAT, GL_FALSE, sizeof(HullVertex),
+                        at(offsetof(HullVertex, position)));
+  glVertexAttribPointer(1, 4, GL_UNSIGNED_SHORT, GL_TRUE, sizeof(HullVertex),
+                        at(offsetof(HullVertex, weights)));
+  glVertexAttribIPointer(2, 4, GL_UNSIGNED_BYTE, sizeof(HullVertex),
+                         at(offsetof(HullVertex, slots)));
+  glBindVertexArray(0);
+
+  std::vector<int> uploaded = drawing_.views;
+  for (std::size_t k = 0; k < mesh.views.size(); ++k) {
+    const View& view = mesh.views[k].view;
+    if (drawing_.slot_of_view[k] >= 0 || view.format != PixelFormat::rgba || view.pixels.empty())
+      continue;
+    if (all_views) {
+      uploaded.push_back(static_cast<int>(k));  // into layers after those in use
+    } else {
+      ++counts.pictures_skipped;
+    }
+  }
+  upload_pictures(mesh, uploaded, counts);
+  const Texturing* texturing = mesh.texturing ? &*mesh.texturing : nullptr;
+  use_maps_ = texturing && texturing->method == TextureMethod::blend &&
+              texturing->maps.size() == mesh.views.size() && !drawing_.views.empty();
+  if (use_maps_) upload_maps(mesh);
+  upload_views(mesh);
+  best_ = texturing && texturing->method == TextureMethod::blend
+              ? static_cast<int>(std::clamp<std::uint32_t>(texturing->cameras, 1, 4))
+              : 1;
+  const Vec3f grey = texturing ? texturing->untextured : Vec3f(0.5f);
+  untextured_ = {linear(grey.x), linear(grey.y), linear(grey.z)};
+  return counts;
+}
+
+void SubjectBuffers::upload_pictures(const Mesh& mesh, const std::vector<int>& views,
+                                     UploadCounts& counts) {
+  if (views.empty()) return;
+  int width = 0, height = 0;
+  for (const int k : views) {
+    const Rectangle& roi = mesh.views[static_cast<std::size_t>(k)].view.roi;
+    width = std::max(width, roi.width + 2);
+    height = std::max(height, roi.height + 2);
+  }
+  grow(pictures_, GL_SRGB8_ALPHA8, GL_RGBA, GL_UNSIGNED_BYTE, width, height,
+       static_cast<int>(views.size()), picture_width_, picture_height_, picture_layers_);
+  glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
+  glPixelStorei(GL_UNPACK_ROW_LENGTH, 0);
+  for (std::size_t layer = 0; layer < views.size(); ++layer) {
+    const View& view = mesh.views[static_cast<std::size_t>(views[layer])].view;
+    prepare_view_picture(view, staging_);
+    glTexSubImage3D(GL_TEXTURE_2D_ARRAY, 0, 0, 0, static_cast<GLint>(layer), view.roi.width + 2,
+                    view.roi.height + 2, 1, GL_RGBA, GL_UNSIGNED_BYTE, staging_.data());
+    ++counts.pictures;
+    counts.pixels += staging_.size();
+  }
+}
+
+void SubjectBuffers::upload_maps(const Mesh& mesh) {
+  const std::vector<OcclusionMap>& maps = mesh.texturing->maps;
+  int width = 1, height = 1;
+  for (const int k : drawing_.views) {
+    width = std::max(width, maps[static_cast<std::size_t>(k)].width);
+    height = std::max(height, maps[static_cast<std::size_t>(k)].height);
+  }
+  grow(maps_, GL_RG16F, GL_RG, GL_HALF_FLOAT, width, height,
+       static_cast<int>(drawing_.views.size()), map_width_, map_height_, map_layers_);
+  glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
+  float coarsest = 0.0f;
+  for (std::size_t layer = 0; layer < drawing_.views.size(); ++layer) {
+    const auto k = static_cast<std::size_t>(drawing_.views[layer]);
+    const OcclusionMap& map = maps[k];
+    if (map.width <= 0 || map.height <= 0) continue;
+    half_.resize(map.depth.size());
+    for (std::size_t i = 0; i < half_.size(); ++i) {
+      half_[i] = glm::packHalf2x16(
+          {static_cast<float>(map.depth[i]) / 65534.0f, static_cast<float>(map.fade[i]) / 255.0f});
+    }
+    glTexSubImage3D(GL_TEXTURE_2D_ARRAY, 0, 0, 0, static_cast<GLint>(layer), map.width, map.height,
+                    1, GL_RG, GL_HALF_FLOAT, half_.data());
+    const auto focal = static_cast<float>(mesh.views[k].calibration.K[0][0]);
+    coarsest = std::max(coarsest, map.step * map.near / focal / (map.far - map.near));
+  }
+  depth_tolerance_ =
+      3.0f * coarsest + 0.002f;  // the slope of a texel or two; half floats' rounding
+}
+
+void SubjectBuffers::upload_views(const Mesh& mesh) {
+  std::vector<ViewBlock> blocks(view_slots);
+  distortion_ = false;
+  for (std::size_t slot = 0; slot < drawing_.views.size(); ++slot) {
+    const auto k = static_cast<std::size_t>(drawing_.views[slot]);
+    const Camera& camera = mesh.views[k].calibration;
+    const View& view = mesh.views[k].view;
+    ViewBlock& block = blocks[slot];
+
+    // Map coordinates: of the occlusion map's layer, or of the whole frame where there is none.
+    double x = 0.0, y = 0.0, step = 1.0, width = camera.width, height = camera.height;
+    double near = 0.0, range = 1.0;
+    if (use_maps_) {
+      const OcclusionMap& map = mesh.texturing->maps[k];
+      x = map.x, y = map.y, step = map.step, width = map_width_, height = map_height_;
+      near = map.near, range = map.far - map.near;
+    }
+    const Mat3 KR = camera.K * camera.R;
+    const Vec3 shift = camera.K * camera.to_camera(mesh.hull.origin);
+    Mat4 pixel(KR);  // local to (px z, py z, z, 1)
+    pixel[3] = Vec4(shift, 1.0);
+    Mat4 map_from_pixel(0.0);
+    map_from_pixel[0][0] = 1.0 / (step * width);
+    map_from_pixel[2][0] = (0.5 - x / step) / width;
+    map_from_pixel[1][1] = 1.0 / (step * height);
+    map_from_pixel[2][1] = (0.5 - y / step) / height;
+    map_from_pixel[2][2] = 1.0;
+    map_from_pixel[2][3] = 1.0 / range;
+    map_from_pixel[3][3] = -near / range;
+    block.map_from_local = glm::mat4(map_from_pixel * pixel);
+    const glm::dvec4 pixel_from_map(step * width, step * height, x - 0.5 * step, y - 0.5 * step);
+    block.pixel_from_map = pixel_from_map;
+    // A picture's layer has a border of one pixel; texel centres lie at halves.
+    const double origin_x = view.roi.x - 1.5, origin_y = view.roi.y - 1.5;
+    const double pw = picture_width_, ph = picture_height_;
+    block.colour_from_map =
+        glm::dvec4(pixel_from_map.x / pw, pixel_from_map.y / ph, (pixel_from_map.z - origin_x) / pw,
+                   (pixel_from_map.w - origin_y) / ph);
+    block.intrinsics = glm::dvec4(camera.K[0][0], camera.K[1][1], camera.K[2][0], camera.K[2][1]);
+    block.skew_and_size = glm::dvec4(camera.K[1][0], 0.0, 1.0 / pw, 1.0 / ph);
+    block.origin = glm::dvec4(origin_x, origin_y, 0.0, 0.0);
+    for (std::size_t i = 0; i < std::min<std::size_t>(camera.distortion.size(), 12); ++i)
+      block.lens[i / 4][static_cast<int>(i % 4)] = static_cast<float>(camera.distortion[i]);
+    distortion_ = distortion_ || camera.has_distortion();
+  }
+  glBindBuffer(GL_UNIFORM_BUFFER, views_.get());
+  glBufferData(GL_UNIFORM_BUFFER, static_cast<GLsizeiptr>(blocks.size() * sizeof(ViewBlock)),
+               blocks.data(), GL_STREAM_DRAW);
+}
+
+void SubjectBuffers::draw_shape() const {
+  glBindVertexArray(shape_array_.get());
+  glDrawElements(GL_TRIANGLES, shape_count_, GL_UNSIGNED_INT, nullptr);
+}
+
+void SubjectBuffers::draw_skin(std::size_t eye, gl::Program& program) const {
+  if (eye >= ranges_.size() || ranges_[eye].count == 0) return;
+  gl::bind_texture(0, GL_TEXTURE_2D_ARRAY, pictures_.made() ? pictures_.get() : 0);
+  gl::bind_texture(1, GL_TEXTURE_2D_ARRAY, use_maps_ ? maps_.get() : 0);
+  glBindBufferBase(GL_UNIFORM_BUFFER, 0, views_.get());
+  program.set("pictures", 0);
+  program.set("maps", 1);
+  program.set("use_maps", use_maps_);
+  program.set("depth_tolerance", depth_tolerance_);
+  program.set("best", best_);
+  program.set("untextured", untextured_);
+  glBindVertexArray(skin_array_.get());
+  glDrawArrays(GL_TRIANGLES, ranges_[eye].first, ranges_[eye].count);
+}
+
+}  // namespace polyhull

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// One placed hull on the graphics processor: geometry, the pictures of the views that colour it,
+/// their occlusion maps.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "render/gl_objects.h"
+#include "render/hull_vertices.h"
+#include "render/program.h"
+
+namespace polyhull {
+
+inline constexpr int view_slots = 64;
+
+/// What upload() did, for statistics.
+struct UploadCounts {
+  std::uint64_t pictures = 0;          ///< uploaded
+  std::uint64_t pictures_skipped = 0;  ///< of views that colour nothing visible
+  std::uint64_t pixels = 0;
+};
+
+class SubjectBuffers {
+ public:
+  /// Uploads positions and triangles for shadow maps.
+  void upload_shape(const Hull& hull);
+
+  /// Uploads what the eyes in \p eyes (mesh world coordinates; the viewport's, then the mirrored
+  /// one) see. \p all_views uploads unused pictures too (skipping off).
+  UploadCounts upload_skin(const Mesh& mesh, const std::vector<Vec3>& eyes, bool all_views);
+
+  /// Draws the shape; a hull_depth program is in use.
+  void draw_shape() const;
+
+  /// Draws what eye \p eye sees; sets the hull program's uniforms that belong to the mesh. Uses
+  /// texture units 0 and 1 and uniform block binding 0.
+  void draw_skin(std::size_t eye, gl::Program& program) const;
+
+  bool has_distortion() const { return distortion_; }
+
+ private:
+  void upload_pictures(const Mesh& mesh, const std::vector<int>& views, UploadCounts& counts);
+  void upload_maps(const Mesh& mesh);
+  void upload_views(const Mesh& mesh);
+
+  struct Range {
+    GLint first = 0;
+    GLsizei count = 0;
+  };
+  mutable gl::VertexArray shape_array_, skin_array_;
+  gl::Buffer positions_, indices_, skin_;
+  mutable gl::Buffer views_;
+  mutable gl::Texture pictures_, maps_;
+  GLsizei shape_count_ = 0;
+  std::vector<Range> ranges_;
+  HullDrawing drawing_;
+  std::vector<std::uint32_t> staging_;
+  std::vector<std::uint32_t> half_;  // one occlusion map as two half floats per texel
+  int picture_width_ = 0, picture_height_ = 0, picture_layers_ = 0;
+  int map_width_ = 0, map_height_ = 0, map_layers_ = 0;
+  bool use_maps_ = false, distortion_ = false;
+  float depth_tolerance_ = 0.0f;
+  int best_ = 2;
+  Vec3f untextured_{0.5f};
+};
+
+}  // namespace polyhull

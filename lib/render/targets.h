@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// The layers that a composite is made in.
+#pragma once
+
+#include "render/gl_objects.h"
+
+namespace polyhull::gl {
+
+/// A multisampled sRGB colour buffer with depth and stencil, and the texture it is resolved into.
+class EdgeLayer {
+ public:
+  /// \p samples 0 or 1: drawn straight into the texture.
+  void resize(int width, int height, int samples);
+  void begin(const Rectangle& part);  ///< binds, limits to part, clears
+  void resolve(const Rectangle& part);
+  GLuint texture() { return texture_.get(); }
+  int samples() const { return samples_; }
+
+ private:
+  Framebuffer multi_, single_;
+  Renderbuffer colour_, depth_;
+  Texture texture_;
+  int width_ = 0, height_ = 0, samples_ = 0, wanted_ = -1;
+};
+
+/// A linear half-float colour texture with a depth texture.
+class LightLayer {
+ public:
+  void resize(int width, int height);
+  void bind();
+  GLuint colour() { return colour_.get(); }
+  GLuint depth() { return depth_.get(); }
+
+ private:
+  Framebuffer framebuffer_;
+  Texture colour_, depth_;
+  int width_ = 0, height_ = 0;
+};
+
+/// Layers of depth maps in one array texture.
+class DepthMaps {
+ public:
+  void resize(int size, int layers);
+  void begin(int layer);  ///< binds and clears
+  GLuint texture() { return texture_.get(); }
+  int size() const { return size_; }
+
+ private:
+  Framebuffer framebuffer_;
+  Texture texture_;
+  int size_ = 0, layers_ = 0;
+};
+
+}  // namespace polyhull::gl

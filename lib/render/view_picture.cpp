@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "render/view_picture.h"
+
+#include <algorithm>
+#include <bit>
+#include <cstring>
+
+namespace polyhull {
+namespace {
+
+constexpr std::uint32_t covered = 250;  // of 255: a matte pixel without background in it
+constexpr int reach = 6;                // pixels that the colour is continued
+
+std::uint32_t alpha(std::uint32_t pixel) {
+  return pixel >> 24;  // RGBA bytes read as a little-endian word
+}
+
+/// The mean colour of the covered neighbours of p; false: there is none.
+bool mean_of_neighbours(const std::vector<std::uint32_t>& pixels, std::size_t p, std::size_t stride,
+                        std::uint32_t& mean) {
+  const std::size_t around[] = {p - stride - 1, p - stride,     p - stride + 1, p - 1,
+                                p + 1,          p + stride - 1, p + stride,     p + stride + 1};
+  std::uint32_t red = 0, green = 0, blue = 0, count = 0;
+  for (const std::size_t q : around) {
+    const std::uint32_t pixel = pixels[q];
+    if (alpha(pixel) < covered) continue;
+    red += pixel & 0xff;
+    green += pixel >> 8 & 0xff;
+    blue += pixel >> 16 & 0xff;
+    ++count;
+  }
+  if (count == 0) return false;
+  const std::uint32_t half = count / 2;
+  mean = 0xff000000u | ((blue + half) / count) << 16 | ((green + half) / count) << 8 |
+         (red + half) / count;
+  return true;
+}
+
+}  // namespace
+
+void prepare_view_picture(const View& view, std::vector<std::uint32_t>& pixels) {
+  static_assert(std::endian::native == std::endian::little);
+  const auto width = static_cast<std::size_t>(view.roi.width);
+  const auto height = static_cast<std::size_t>(view.roi.height);
+  const std::size_t stride = width + 2;
+  pixels.resize(stride * (height + 2));
+  for (std::size_t y = 0; y < height; ++y) {
+    std::uint32_t* row = pixels.data() + (y + 1) * stride;
+    std::memcpy(row + 1, view.pixels.data() + y * static_cast<std::size_t>(view.stride), 4 * width);
+    row[0] = row[1];
+    row[width + 1] = row[width];
+  }
+  std::memcpy(pixels.data(), pixels.data() + stride, 4 * stride);
+  std::memcpy(pixels.data() + (height + 1) * stride, pixels.data() + height * stride, 4 * stride);
+
+  // Ring by ring: each takes the mean of what the ring before it gave.
+  std::vector<std::size_t> ring, next;
+  std::vector<std::uint32_t> colours;
+  for (std::size_t y = 1; y <= height; ++y) {
+    const std::uint32_t* row = pixels.data() + y * stride;
+    for (std::size_t x = 1; x <= width; ++x) {
+      if (alpha(row[x]) >= covered) continue;
+      const bool beside = alpha(row[x - 1]) >= covered || alpha(row[x + 1]) >= covered ||
+                          alpha(*(row + x - stride)) >= covered ||
+                          alpha(*(row + x + stride)) >= covered;
+      if (beside) ring.push_back(y * stride + x);
+    }
+  }
+  for (int round = 0; round < reach && !ring.empty(); ++round) {
+    colours.resize(ring.size());
+    for (std::size_t i = 0; i < ring.size(); ++i) {
+      if (!mean_of_neighbours(pixels, ring[i], stride, colours[i])) colours[i] = pixels[ring[i]];
+    }
+    next.clear();
+    for (std::size_t i = 0; i < ring.size(); ++i) pixels[ring[i]] = colours[i];
+    for (const std::size_t p : ring) {
+      for (const std::size_t q : {p - 1, p + 1, p - stride, p + stride}) {
+        const std::size_t x = q % stride, y = q / stride;
+        if (x < 1 || x > width || y < 1 || y > height || alpha(pixels[q]) >= covered) continue;
+        next.push_back(q);
+      }
+    }
+    std::sort(next.begin(), next.end());
+    next.erase(std::unique(next.begin(), next.end()), next.end());
+    ring.swap(next);
+  }
+}
+
+}  // namespace polyhull

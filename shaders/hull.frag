@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+// Colours a hull from its views: per fragment the best of the candidates, weighted by the vertex
+// weights, the view's fade (silhouette and occlusion edges) and its depth map. Light is blended
+// linearly: the pictures and the target are sRGB textures.
+in vec4 in_map_0;
+in vec4 in_map_1;
+in vec4 in_map_2;
+in vec4 in_map_3;
+in vec4 weights;
+flat in uvec4 slots;
+flat in vec4 colour_0;
+flat in vec4 colour_1;
+flat in vec4 colour_2;
+flat in vec4 colour_3;
+in vec3 world;
+
+#ifdef DISTORTION
+struct View {
+  mat4 map_from_local;
+  vec4 colour_from_map;
+  vec4 pixel_from_map;
+  vec4 intrinsics;
+  vec4 skew_and_size;
+  vec4 origin;
+  vec4 lens[3];
+};
+layout(std140) uniform Views { View views[VIEW_SLOTS]; };
+#endif
+
+uniform sampler2DArray pictures;
+uniform sampler2DArray maps;  // red: depth 0..1, green: fade
+uniform bool use_maps;
+uniform float depth_tolerance;  // of the map's 0..1
+uniform int best;               // blend this many
+uniform vec3 untextured;        // linear
+#ifdef CLIPPED
+uniform vec4 plane;
+#endif
+layout(location = 0) out vec4 colour;
+
+// What a silhouette edge still counts, so that a surface seen by one camera only is not left grey.
+const float rest = 0.002;
+
+float visibility(vec4 in_map, uint slot, float weight) {
+  if (weight <= 0.0 || in_map.z <= 0.0) return 0.0;
+  if (!use_maps) return weight;
+  vec4 map = texture(maps, vec3(in_map.xy / in_map.z, float(slot)));
+  float behind = in_map.w - map.r;
+  return weight * (map.g + rest) * (1.0 - smoothstep(depth_tolerance, 2.0 * depth_tolerance, behind));
+}
+
+vec2 picture_coordinate(vec4 in_map, uint slot, vec4 from_map) {
+  vec2 map = in_map.xy / in_map.z;
+#ifdef DISTORTION
+  vec4 k = views[slot].intrinsics;
+  vec2 pixel = map * views[slot].pixel_from_map.xy + views[slot].pixel_from_map.zw;
+  vec2 p;
+  p.y = (pixel.y - k.w) / k.y;
+  p.x = (pixel.x - k.z - views[slot].skew_and_size.x * p.y) / k.x;
+  vec4 a = views[slot].lens[0];
+  vec4 b = views[slot].lens[1];
+  vec4 c = views[slot].lens[2];
+  float r2 = dot(p, p);
+  float radial = (1.0 + r2 * (a.x + r2 * (a.y + r2 * b.x))) / (1.0 + r2 * (b.y + r2 * (b.z + r2 * b.w)));
+  vec2 d = p * radial;
+  d.x += 2.0 * a.z * p.x * p.y + a.w * (r2 + 2.0 * p.x * p.x) + r2 * (c.x + r2 * c.y);
+  d.y += a.z * (r2 + 2.0 * p.y * p.y) + 2.0 * a.w * p.x * p.y + r2 * (c.z + r2 * c.w);
+  vec2 real = vec2(k.x * d.x + views[slot].skew_and_size.x * d.y + k.z, k.y * d.y + k.w);
+  return (real - views[slot].origin.xy) * views[slot].skew_and_size.zw;
+#else
+  return map * from_map.xy + from_map.zw;
+#endif
+}
+
+void main() {
+#ifdef CLIPPED
+  if (dot(plane.xyz, world) + plane.w <= 0.0) discard;
+#endif
+  vec4 w = vec4(visibility(in_map_0, slots.x, weights.x), visibility(in_map_1, slots.y, weights.y),
+                visibility(in_map_2, slots.z, weights.z), visibility(in_map_3, slots.w, weights.w));
+  float all = w.x + w.y + w.z + w.w;
+
+  // The weight of the first camera that is left out is taken off the others: what enters and leaves
+  // the chosen few does so at weight zero, and the blend stays continuous (Buehler et al. 2001).
+  // (high: the winners of two pairs, low: the losers.)
+  vec2 high = max(w.xy, w.zw);
+  vec2 low = min(w.xy, w.zw);
+  float second = max(min(high.x, high.y), max(low.x, low.y));
+  float third = min(min(high.x, high.y), max(low.x, low.y));
+  float fourth = min(low.x, low.y);
+  float left_out = best == 1 ? second : best == 2 ? third : best == 3 ? fourth : 0.0;
+  vec4 chosen = max(w - left_out, 0.0) + 1e-3 * w;
+
+  vec3 sum = vec3(0.0);
+  if (chosen.x > 0.0)
+    sum += chosen.x * texture(pictures, vec3(picture_coordinate(in_map_0, slots.x, colour_0), float(slots.x))).rgb;
+  if (chosen.y > 0.0)
+    sum += chosen.y * texture(pictures, vec3(picture_coordinate(in_map_1, slots.y, colour_1), float(slots.y))).rgb;
+  if (chosen.z > 0.0)
+    sum += chosen.z * texture(pictures, vec3(picture_coordinate(in_map_2, slots.z, colour_2), float(slots.z))).rgb;
+  if (chosen.w > 0.0)
+    sum += chosen.w * texture(pictures, vec3(picture_coordinate(in_map_3, slots.w, colour_3), float(slots.w))).rgb;
+  float total = chosen.x + chosen.y + chosen.z + chosen.w;
+  vec3 textured = total > 0.0 ? sum / total : untextured;
+  colour = vec4(mix(untextured, textured, smoothstep(0.0, 0.2 * rest, all)), 1.0);
+}

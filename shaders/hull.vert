@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+// A textured hull. Every triangle has up to four views that may colour it (candidates), so that each
+// fragment can choose among them.
+layout(location = 0) in vec3 position;   // hull coordinates, relative to its origin
+layout(location = 1) in vec4 weight;     // of the candidates, at this vertex
+layout(location = 2) in uvec4 candidate; // view slots, the same at the triangle's three vertices
+
+struct View {
+  mat4 map_from_local;  // rows: map u * z, map v * z, camera depth z, map depth (0..1)
+  vec4 colour_from_map; // scale, offset: map coordinates to picture coordinates (undistorted)
+  vec4 pixel_from_map;  // scale, offset: map coordinates to pinhole pixels
+  vec4 intrinsics;      // fx, fy, cx, cy
+  vec4 skew_and_size;   // skew, unused, and pixels to picture coordinates: one pixel's width and height
+  vec4 origin;          // real pixel at picture coordinate (0, 0)
+  vec4 lens[3];         // k1 k2 p1 p2 k3 k4 k5 k6 s1 s2 s3 s4
+};
+layout(std140) uniform Views { View views[VIEW_SLOTS]; };
+
+uniform mat4 clip_from_local;
+uniform mat4 scene_from_local;
+
+out vec4 in_map_0;
+out vec4 in_map_1;
+out vec4 in_map_2;
+out vec4 in_map_3;
+out vec4 weights;
+flat out uvec4 slots;
+flat out vec4 colour_0;
+flat out vec4 colour_1;
+flat out vec4 colour_2;
+flat out vec4 colour_3;
+out vec3 world;
+
+void main() {
+  vec4 local = vec4(position, 1.0);
+  in_map_0 = views[candidate.x].map_from_local * local;
+  in_map_1 = views[candidate.y].map_from_local * local;
+  in_map_2 = views[candidate.z].map_from_local * local;
+  in_map_3 = views[candidate.w].map_from_local * local;
+  colour_0 = views[candidate.x].colour_from_map;
+  colour_1 = views[candidate.y].colour_from_map;
+  colour_2 = views[candidate.z].colour_from_map;
+  colour_3 = views[candidate.w].colour_from_map;
+  weights = weight;
+  slots = candidate;
+  world = (scene_from_local * local).xyz;
+  gl_Position = clip_from_local * local;
+}
