@@ -102,5 +102,5 @@ void main() {
     sum += chosen.w * texture(pictures, vec3(picture_coordinate(in_map_3, slots.w, colour_3), float(slots.w))).rgb;
   float total = chosen.x + chosen.y + chosen.z + chosen.w;
   vec3 textured = total > 0.0 ? sum / total : untextured;
-  colour = vec4(mix(untextured, textured, smoothstep(0.0, 0.2 * rest, all)), 1.0);
+  colour = vec4(mix(untextured, textured, smoothstep(0.0, 1e-6, all)), 1.0);
 }

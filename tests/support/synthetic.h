@@ -13,6 +13,8 @@
 #include "base/picture.h"
 #include "hull/hull.h"
 #include "rig/camera.h"
+#include "scene/scene.h"
+#include "wire/frames.h"
 
 namespace polyhull::synthetic {
 
@@ -107,5 +109,19 @@ inline Vec3f paint(const Vec3& p) {
           0.5f + 0.4f * static_cast<float>(std::sin(4.0 * p.y)),
           0.5f + 0.4f * static_cast<float>(std::cos(5.0 * p.z - 3.0 * p.x))};
 }
+
+/// A picture of \p hull as \p camera sees it, painted by paint(), on green; alpha is the coverage
+/// of the hull's own pixels (hard).
+Picture photograph(const Hull& hull, const Camera& camera);
+
+/// A mesh of \p hull with photographs by \p cameras as views; the pictures keep the pixels alive.
+struct Photographed {
+  Mesh mesh;
+  std::vector<Picture> pictures;
+};
+Photographed photographed(const Hull& hull, const std::vector<Camera>& cameras);
+
+/// A small room: floor (a mirror of its own colour), back wall, a pillar, one area light above.
+Scene small_room(bool polished);
 
 }  // namespace polyhull::synthetic
