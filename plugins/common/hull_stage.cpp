@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "common/hull_stage.h"
+
+#include <algorithm>
+#include <chrono>
+
+#include "base/error.h"
+#include "base/thread_pool.h"
+#include "hull/weld.h"
+
+namespace polyhull::element {
+namespace {
+
+class Stopwatch {
+ public:
+  double milliseconds() {
+    const auto now = std::chrono::steady_clock::now();
+    const std::chrono::duration<double, std::milli> passed = now - last_;
+    last_ = now;
+    return passed.count();
+  }
+
+ private:
+  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
+std::string names_of(const Rig& rig) {
+  std::string names;
+  for (const Camera& camera : rig.cameras) names += (names.empty() ? "" : ", ") + camera.name;
+  return names;
+}
+
+}  // namespace
+
+HullStage::HullStage(Statistics& statistics)
+    : statistics_(statistics), builder_(std::make_unique<HullBuilder>()) {
+  statistics_.declare({"sets", "cameras", "faces", "vertices", "triangles", "contour-vertices",
+                       "predicates", "exact-predicates", "hulls-reused", "empty-meshes",
+                       "lone-silhouettes"});
+  for (const char* figure : {"undistort-ms", "prepare-ms", "bins-ms", "viewing-edges-ms",
+                             "cone-edges-ms", "assemble-ms", "triangulate-ms", "pack-ms"})
+    statistics_.set(figure, 0.0);
+}
+
+void HullStage::set_rig(Rig rig) {
+  rig_ = std::move(rig);
+  reset();
+}
+
+void HullStage::reset() {
+  contours_.clear();
+  builder_ = std::make_unique<HullBuilder>();
+}
+
+void HullStage::check(const std::string& where, const std::string& name, int width,
+                      int height) const {
+  const Camera* camera = rig_.find(name);
+  if (camera == nullptr)
+    throw Error(Error::Kind::bad_input,
+                where + " brings views of camera \"" + name + "\", which the rig does not have; its "
+                "cameras are " + names_of(rig_) + ". Set the pad's property camera to one of them");
+  if (camera->width != width || camera->height != height)
+    throw Error(Error::Kind::bad_input,
+                where + ": camera \"" + name + "\" delivers pictures of " + std::to_string(width) +
+                    "x" + std::to_string(height) + ", but the rig was calibrated at " +
+                    std::to_string(camera->width) + "x" + std::to_string(camera->height) +
+                    ". Set the camera to that size or calibrate it again");
+}
+
+const UndistortedRings& HullStage::undistorted(const Camera& camera, const Rings& real) {
+  Contours& known = contours_[camera.name];
+  if (!known.known || known.real != real) {
+    known.real = real;
+    known.ideal = undistort_rings(camera, real);
+    known.known = true;
+  }
+  return known.ideal;
+}
+
+void HullStage::build_hull(GstElement* element, const HullParameters& parameters, Mesh& mesh) {
+  Stopwatch watch;
+  std::vector<const UndistortedRings*> contours;
+  std::vector<Silhouette> silhouettes;
+  std::vector<const std::string*> with_foreground;
+  for (const MeshView& view : mesh.views) {
+    contours.push_back(&undistorted(view.calibration, view.view.contours));
+    silhouettes.push_back({&view.calibration, &contours.back()->rings});
+    if (!view.view.contours.empty()) with_foreground.push_back(&view.view.camera);
+  }
+  statistics_.set("undistort-ms", watch.milliseconds());
+  statistics_.set_count("cameras", with_foreground.size());
+  if (with_foreground.size() < 2) {
+    if (with_foreground.size() == 1)
+      statistics_.warn(element, "lone-silhouettes",
+                       "Only camera \"" + *with_foreground.front() +
+                           "\" sees a foreground. A hull needs two; an empty mesh goes on. Check the "
+                           "keying of the other cameras.");
+    return;
+  }
+  HullOptions options;
+  if (parameters.use_bounds) options.bounds = rig_.bounds;
+  options.unseen = parameters.unseen;
+  options.max_deviation = parameters.max_deviation;
+  options.threads = parameters.threads > 0 ? parameters.threads : pool_threads();
+  mesh.hull = builder_->build(silhouettes, options);
+  for (HullFace& face : mesh.hull.faces)
+    if (face.view >= 0) face.edge = contours[face.view]->source[face.edge];
+  weld_vertices(mesh.hull, parameters.weld_distance);
+  const HullStatistics& figures = builder_->statistics();
+  statistics_.set_count("contour-vertices", figures.contour_vertices);
+  statistics_.count("predicates", figures.reused ? 0 : figures.predicates);
+  statistics_.count("exact-predicates", figures.reused ? 0 : figures.exact_predicates);
+  statistics_.count("hulls-reused", figures.reused);
+  statistics_.set("prepare-ms", 1e3 * figures.seconds_prepare);
+  statistics_.set("bins-ms", 1e3 * figures.seconds_bins);
+  statistics_.set("viewing-edges-ms", 1e3 * figures.seconds_viewing_edges);
+  statistics_.set("cone-edges-ms", 1e3 * figures.seconds_cone_edges);
+  statistics_.set("assemble-ms", 1e3 * figures.seconds_assemble);
+  statistics_.set("triangulate-ms", 1e3 * figures.seconds_triangulate);
+}
+
+void HullStage::report(const Mesh& mesh) {
+  statistics_.count("sets");
+  statistics_.count("empty-meshes", mesh.hull.empty());
+  statistics_.set_count("faces", mesh.hull.faces.size());
+  statistics_.set_count("vertices", mesh.hull.vertices.size());
+  statistics_.set_count("triangles", mesh.hull.triangles.size() / 3);
+}
+
+GstBuffer* HullStage::build(GstElement* element, std::vector<SetView> views,
+                            const HullParameters& parameters, std::uint64_t trigger) {
+  // The rig's order, so that the order of pads and arrival changes nothing.
+  const auto place = [&](const SetView& view) {
+    return rig_.find(view.camera) - rig_.cameras.data();
+  };
+  std::sort(views.begin(), views.end(),
+            [&](const SetView& a, const SetView& b) { return place(a) < place(b); });
+  Mesh mesh;
+  mesh.trigger = trigger;
+  mesh.up = rig_.up;
+  mesh.metres_per_unit = rig_.metres_per_unit();
+  std::vector<PixelSource> pixels;
+  mesh.views.reserve(views.size());
+  for (const SetView& entry : views) {
+    MeshView& view = mesh.views.emplace_back();
+    view.calibration = *rig_.find(entry.camera);
+    view.view = entry.view->view();
+    view.view.camera = entry.camera;
+    pixels.push_back(entry.view->pixels());
+    const std::int64_t time = view.view.capture_time;
+    if (time != no_time && (mesh.capture_time == no_time || time < mesh.capture_time))
+      mesh.capture_time = time;
+  }
+  build_hull(element, parameters, mesh);
+  Stopwatch watch;
+  GstBuffer* buffer = make_mesh_buffer(mesh, pixels);
+  statistics_.set("pack-ms", watch.milliseconds());
+  report(mesh);
+  return buffer;
+}
+
+}  // namespace polyhull::element

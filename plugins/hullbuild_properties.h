@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// What users can set on hullbuild.
+#pragma once
+
+#include <span>
+#include <string>
+
+#include "common/property_table.h"
+#include "hull/hull.h"
+
+namespace polyhull::element {
+
+enum class MissingCamera { drop_set, drop_camera, hold };
+
+struct HullSettings {
+  std::string rig;
+  std::uint64_t sync_tolerance = 8 * GST_MSECOND;
+  std::uint64_t max_wait = 50 * GST_MSECOND;
+  MissingCamera missing_camera = MissingCamera::drop_camera;
+  std::uint64_t hold_time = 500 * GST_MSECOND;
+  std::uint32_t min_cameras = 2;
+  double weld_distance = 0.0;
+  Unseen unseen = Unseen::carve;
+  bool use_bounds = true;
+  double max_deviation = 0.0;
+  std::uint32_t threads = 0;
+};
+
+/// The row of the property `rig` in the table.
+inline constexpr guint rig_row = 0;
+
+std::span<const Property<HullSettings>> hull_properties();
+
+}  // namespace polyhull::element
