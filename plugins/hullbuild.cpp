@@ -1,16 +1,18 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 /// \file
 /// hullbuild: the exact polyhedral visual hull of several cameras' silhouettes. Each request pad
-/// takes the views of one camera; views of one instant become one mesh, which also carries the views
-/// (their pixels shared, not copied) for texturing. The mesh is closed, oriented and 2-manifold.
+/// takes the views of one camera; views of one instant become one mesh, which also carries the
+/// views (their pixels shared, not copied) for texturing. The mesh is closed, oriented and
+/// 2-manifold.
 ///
-/// Properties that matter: `rig`, the calibration; `missing-camera` and `max-wait`, what happens when
-/// a camera falls out; on each pad `camera`, its name in the rig.
+/// Properties that matter: `rig`, the calibration; `missing-camera` and `max-wait`, what happens
+/// when a camera falls out; on each pad `camera`, its name in the rig.
 ///
 /// gst-launch-1.0 hullbuild name=hull ! fakesink
-///     rigtestsrc camera=cam0 num-buffers=30 ! chromamatte ! gaussblur ! contourfind camera=cam0 ! hull.
-///     rigtestsrc camera=cam1 num-buffers=30 ! chromamatte ! gaussblur ! contourfind camera=cam1 ! hull.
-///     rigtestsrc camera=cam2 num-buffers=30 ! chromamatte ! gaussblur ! contourfind camera=cam2 ! hull.
+///     rigtestsrc camera=cam0 num-buffers=30 ! chromamatte ! gaussblur ! contourfind camera=cam0 !
+///     hull. rigtestsrc camera=cam1 num-buffers=30 ! chromamatte ! gaussblur ! contourfind
+///     camera=cam1 ! hull. rigtestsrc camera=cam2 num-buffers=30 ! chromamatte ! gaussblur !
+///     contourfind camera=cam2 ! hull.
 #include "hullbuild.h"
 
 #include <gst/base/gstaggregator.h>
@@ -64,8 +66,12 @@ GType polyhull_hull_build_get_type();
 G_DEFINE_TYPE_WITH_CODE(PolyhullHullBuild, polyhull_hull_build, GST_TYPE_AGGREGATOR,
                         G_IMPLEMENT_INTERFACE(GST_TYPE_CHILD_PROXY, child_proxy_init))
 
-PolyhullHullBuild* self_of(gpointer object) { return static_cast<PolyhullHullBuild*>(object); }
-Private& private_of(gpointer object) { return *self_of(object)->priv; }
+PolyhullHullBuild* self_of(gpointer object) {
+  return static_cast<PolyhullHullBuild*>(object);
+}
+Private& private_of(gpointer object) {
+  return *self_of(object)->priv;
+}
 
 // ---- properties
 
@@ -249,13 +255,15 @@ void check_cameras(PolyhullHullBuild* self, const Pads& pads) {
     const std::string where = std::string("hullbuild's pad ") + GST_OBJECT_NAME(pad);
     if (name.empty())
       throw Error(Error::Kind::bad_input,
-                  where + " has no camera: neither its property camera nor its views name one. Set "
-                  "camera=NAME on contourfind or " + GST_OBJECT_NAME(pad) + "::camera=NAME here");
+                  where +
+                      " has no camera: neither its property camera nor its views name one. Set "
+                      "camera=NAME on contourfind or " +
+                      GST_OBJECT_NAME(pad) + "::camera=NAME here");
     for (const auto& [other, other_pad] : seen)
       if (other == name)
-        throw Error(Error::Kind::bad_input,
-                    where + " and " + other_pad + " both bring views of camera \"" + name +
-                        "\". Each pad takes another camera");
+        throw Error(Error::Kind::bad_input, where + " and " + other_pad +
+                                                " both bring views of camera \"" + name +
+                                                "\". Each pad takes another camera");
     seen.emplace_back(name, GST_OBJECT_NAME(pad));
     self->priv->stage.check(where, name, view.width, view.height);
   }
@@ -269,8 +277,8 @@ void post_dropped(PolyhullHullBuild* self, const ViewDecision& set, const char* 
   const GstClockTime time =
       set.time == no_time ? GST_CLOCK_TIME_NONE : static_cast<GstClockTime>(set.time);
   const bool live = GST_CLOCK_TIME_IS_VALID(gst_aggregator_get_latency(GST_AGGREGATOR(self)));
-  GstMessage* message =
-      gst_message_new_qos(GST_OBJECT(self), live, time, GST_CLOCK_TIME_NONE, time, GST_CLOCK_TIME_NONE);
+  GstMessage* message = gst_message_new_qos(GST_OBJECT(self), live, time, GST_CLOCK_TIME_NONE, time,
+                                            GST_CLOCK_TIME_NONE);
   gst_message_set_qos_stats(message, GST_FORMAT_BUFFERS, priv.statistics.counter("sets"),
                             priv.statistics.counter("sets-dropped-incomplete") +
                                 priv.statistics.counter("sets-dropped-few-cameras"));
@@ -282,11 +290,13 @@ std::vector<SetView> views_of(PolyhullHullBuild* self, const Pads& pads, const V
                               const HullSettings& settings) {
   std::vector<SetView> views;
   for (const std::size_t i : set.heads)
-    views.push_back({name_of(pads[i], state_of(pads[i]).view->view()), state_of(pads[i]).view.get()});
+    views.push_back(
+        {name_of(pads[i], state_of(pads[i]).view->view()), state_of(pads[i]).view.get()});
   if (settings.missing_camera != MissingCamera::hold) return views;
   for (std::size_t i = 0; i < pads.size(); ++i) {
     const HullPadState& state = state_of(pads[i]);
-    if (state.held == nullptr || std::binary_search(set.heads.begin(), set.heads.end(), i)) continue;
+    if (state.held == nullptr || std::binary_search(set.heads.begin(), set.heads.end(), i))
+      continue;
     const View& held = state.held->view();
     const std::string name = name_of(pads[i], held);
     const bool fresh = set.time == no_time || state.held_time == no_time ||
@@ -461,8 +471,7 @@ GstClockTime get_next_time(GstAggregator* aggregator) {
   }
   if (earliest == no_time) return GST_CLOCK_TIME_NONE;
   // The time kept for building is not spent waiting.
-  const auto processing =
-      static_cast<std::int64_t>(private_of(aggregator).processing.load());
+  const auto processing = static_cast<std::int64_t>(private_of(aggregator).processing.load());
   return static_cast<GstClockTime>(std::max<std::int64_t>(earliest - processing, 0));
 }
 
@@ -530,7 +539,8 @@ void install_all_properties(GObjectClass* klass) {
       klass, stats_id,
       statistics_property(
           "Counters since the start: sets (meshes sent), sets-incomplete, sets-dropped-…, views-…, "
-          "empty-meshes, hulls-reused, predicates and exact-predicates; and of the last set cameras "
+          "empty-meshes, hulls-reused, predicates and exact-predicates; and of the last set "
+          "cameras "
           "(with foreground), faces, vertices, triangles and the milliseconds each phase took."));
 }
 
@@ -572,5 +582,4 @@ void polyhull_hull_build_class_init(PolyhullHullBuildClass* klass) {
 
 }  // namespace
 
-GST_ELEMENT_REGISTER_DEFINE(hullbuild, "hullbuild", GST_RANK_NONE,
-                            polyhull_hull_build_get_type())
+GST_ELEMENT_REGISTER_DEFINE(hullbuild, "hullbuild", GST_RANK_NONE, polyhull_hull_build_get_type())

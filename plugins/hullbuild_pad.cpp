@@ -28,7 +28,9 @@ void get_property_value(GObject* object, guint id, GValue* value, GParamSpec* sp
   g_value_set_string(value, camera.empty() ? nullptr : camera.c_str());
 }
 
-void polyhull_hull_pad_init(PolyhullHullPad* self) { self->state = new HullPadState; }
+void polyhull_hull_pad_init(PolyhullHullPad* self) {
+  self->state = new HullPadState;
+}
 
 void finalize(GObject* object) {
   HullPadState* state = &state_of(object);
@@ -68,7 +70,9 @@ void HullPadState::reset() {
   last_time = no_time;
 }
 
-GType hull_pad_type() { return polyhull_hull_pad_get_type(); }
+GType hull_pad_type() {
+  return polyhull_hull_pad_get_type();
+}
 
 std::string camera_property(GstAggregatorPad* pad) {
   GST_OBJECT_LOCK(pad);

@@ -42,7 +42,9 @@ struct PolyhullHullPadClass {
 
 GType hull_pad_type();
 
-inline HullPadState& state_of(gpointer pad) { return *static_cast<PolyhullHullPad*>(pad)->state; }
+inline HullPadState& state_of(gpointer pad) {
+  return *static_cast<PolyhullHullPad*>(pad)->state;
+}
 
 /// The pad's property `camera`.
 std::string camera_property(GstAggregatorPad* pad);

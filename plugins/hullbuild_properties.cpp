@@ -31,9 +31,10 @@ std::span<const Property<HullSettings>> hull_properties() {
   using S = HullSettings;
   constexpr double longest = 60.0 * GST_SECOND;
   static const Property<S> table[] = {
-      property<&S::rig>("rig", "Rig file",
-                        "Path of the rig file with the cameras' calibration. Unset: the built-in rig "
-                        "of four cameras. A change while playing takes effect with the next set."),
+      property<&S::rig>(
+          "rig", "Rig file",
+          "Path of the rig file with the cameras' calibration. Unset: the built-in rig "
+          "of four cameras. A change while playing takes effect with the next set."),
       property<&S::sync_tolerance>(
           "sync-tolerance", "Sync tolerance",
           "How far the running times of views of one set may differ, in nanoseconds (0 to 60 s), "
@@ -51,24 +52,27 @@ std::span<const Property<HullSettings>> hull_properties() {
                               "nanoseconds (0 to 60 s); after that the hull is built without it.",
                               0, longest),
       property<&S::min_cameras>("min-cameras", "Fewest cameras",
-                                "Sets with fewer views than this (1 to 1024) are dropped.", 1, 1024),
-      property<&S::weld_distance>(
-          "weld-distance", "Weld distance",
-          "Merges vertices nearer than this, in world units (0 to 1e9). The hull is exact and closed "
-          "without it; merging can make it touch itself.",
-          0.0, 1e9),
+                                "Sets with fewer views than this (1 to 1024) are dropped.", 1,
+                                1024),
+      property<&S::weld_distance>("weld-distance", "Weld distance",
+                                  "Merges vertices nearer than this, in world units (0 to 1e9). "
+                                  "The hull is exact and closed "
+                                  "without it; merging can make it touch itself.",
+                                  0.0, 1e9),
       property<&S::unseen>("unseen", "Unseen space",
                            "What to do with space that a camera does not see."),
       property<&S::use_bounds>("use-bounds", "Use bounds",
                                "Whether the hull is limited to the rig's bounds."),
-      property<&S::max_deviation>("max-deviation", "Largest deviation",
-                                  "How far simplification may move the surface to remove slivers, in "
-                                  "world units (0 to 1e9); 0 keeps the exact hull.",
-                                  0.0, 1e9),
-      property<&S::threads>("threads", "Threads",
-                            "How many threads of the pool that all elements share may build the hull "
-                            "(1 to 256); 0 means all of them.",
-                            0, 256),
+      property<&S::max_deviation>(
+          "max-deviation", "Largest deviation",
+          "How far simplification may move the surface to remove slivers, in "
+          "world units (0 to 1e9); 0 keeps the exact hull.",
+          0.0, 1e9),
+      property<&S::threads>(
+          "threads", "Threads",
+          "How many threads of the pool that all elements share may build the hull "
+          "(1 to 256); 0 means all of them.",
+          0, 256),
   };
   return table;
 }

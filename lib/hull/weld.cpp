@@ -15,7 +15,9 @@ class Grid {
 
   // The index of a kept vertex within the distance, or that of `vertex` itself, kept from now on.
   std::uint32_t keep(const Vec3f& vertex, std::vector<Vec3f>& kept) {
-    const auto cell = [&](float x) { return static_cast<std::int64_t>(std::clamp(std::floor(x / width_), -9e17, 9e17)); };
+    const auto cell = [&](float x) {
+      return static_cast<std::int64_t>(std::clamp(std::floor(x / width_), -9e17, 9e17));
+    };
     const std::int64_t x = cell(vertex.x), y = cell(vertex.y), z = cell(vertex.z);
     std::uint32_t best = ~0u;
     for (std::int64_t i = x - 1; i <= x + 1; ++i)
@@ -23,7 +25,8 @@ class Grid {
         for (std::int64_t k = z - 1; k <= z + 1; ++k) {
           const auto [begin, end] = cells_.equal_range(key(i, j, k));
           for (auto found = begin; found != end; ++found)
-            if (found->second < best && glm::length(Vec3(kept[found->second]) - Vec3(vertex)) <= width_)
+            if (found->second < best &&
+                glm::length(Vec3(kept[found->second]) - Vec3(vertex)) <= width_)
               best = found->second;
         }
     if (best != ~0u) return best;

@@ -8,8 +8,8 @@
 namespace polyhull {
 
 /// Merges each vertex of \p hull with the first earlier one within \p distance (world units), and
-/// removes triangles and loops that vanish. The surface moves by at most \p distance but need not be a
-/// 2-manifold afterwards. A distance of 0 changes nothing.
+/// removes triangles and loops that vanish. The surface moves by at most \p distance but need not
+/// be a 2-manifold afterwards. A distance of 0 changes nothing.
 void weld_vertices(Hull& hull, double distance);
 
 }  // namespace polyhull

@@ -56,9 +56,11 @@ void HullStage::check(const std::string& where, const std::string& name, int wid
                       int height) const {
   const Camera* camera = rig_.find(name);
   if (camera == nullptr)
-    throw Error(Error::Kind::bad_input,
-                where + " brings views of camera \"" + name + "\", which the rig does not have; its "
-                "cameras are " + names_of(rig_) + ". Set the pad's property camera to one of them");
+    throw Error(Error::Kind::bad_input, where + " brings views of camera \"" + name +
+                                            "\", which the rig does not have; its "
+                                            "cameras are " +
+                                            names_of(rig_) +
+                                            ". Set the pad's property camera to one of them");
   if (camera->width != width || camera->height != height)
     throw Error(Error::Kind::bad_input,
                 where + ": camera \"" + name + "\" delivers pictures of " + std::to_string(width) +
@@ -91,10 +93,11 @@ void HullStage::build_hull(GstElement* element, const HullParameters& parameters
   statistics_.set_count("cameras", with_foreground.size());
   if (with_foreground.size() < 2) {
     if (with_foreground.size() == 1)
-      statistics_.warn(element, "lone-silhouettes",
-                       "Only camera \"" + *with_foreground.front() +
-                           "\" sees a foreground. A hull needs two; an empty mesh goes on. Check the "
-                           "keying of the other cameras.");
+      statistics_.warn(
+          element, "lone-silhouettes",
+          "Only camera \"" + *with_foreground.front() +
+              "\" sees a foreground. A hull needs two; an empty mesh goes on. Check the "
+              "keying of the other cameras.");
     return;
   }
   HullOptions options;

@@ -40,14 +40,14 @@ class HullStage {
   void set_rig(Rig rig);
   const Rig& rig() const { return rig_; }
 
-  /// Throws Error if the rig has no camera \p camera or its size is not width x height; \p where names
-  /// the pad.
+  /// Throws Error if the rig has no camera \p camera or its size is not width x height; \p where
+  /// names the pad.
   void check(const std::string& where, const std::string& camera, int width, int height) const;
 
   /// A buffer with the mesh of \p views (any order; each camera once, each checked), without times.
   /// Fewer than two views with foreground give an empty hull. Warnings are posted on \p element.
-  GstBuffer* build(GstElement* element, std::vector<SetView> views, const HullParameters& parameters,
-                   std::uint64_t trigger);
+  GstBuffer* build(GstElement* element, std::vector<SetView> views,
+                   const HullParameters& parameters, std::uint64_t trigger);
 
   /// Forgets contours and hulls of former frames.
   void reset();
