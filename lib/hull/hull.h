@@ -29,10 +29,11 @@ enum class Unseen {
 struct HullOptions {
   std::optional<Bounds> bounds;  ///< the hull is limited to this box
   Unseen unseen = Unseen::carve;
-  double max_deviation = 0.0;  ///< world units; how far simplification may move the surface, 0 = none
+  double max_deviation =
+      0.0;  ///< world units; how far simplification may move the surface, 0 = none
   int threads = 1;
-  bool reuse = true;  ///< false: works as if nothing were known from earlier calls; the result is the
-                      ///< same bytes, and the time that of new silhouettes
+  bool reuse = true;  ///< false: works as if nothing were known from earlier calls; the result is
+                      ///< the same bytes, and the time that of new silhouettes
 };
 
 /// A face of the hull: one planar polygon with holes lies on the plane of one contour edge of one
@@ -45,8 +46,8 @@ struct HullFace {
   std::uint32_t triangle_count = 0;
 };
 
-/// A closed, oriented, 2-manifold triangle mesh (outside seen counter-clockwise) with its origin kept
-/// in double precision, so that float coordinates lose nothing far from the world's origin.
+/// A closed, oriented, 2-manifold triangle mesh (outside seen counter-clockwise) with its origin
+/// kept in double precision, so that float coordinates lose nothing far from the world's origin.
 struct Hull {
   Vec3 origin{0.0};                      ///< world position of (0, 0, 0) of the vertices
   std::vector<Vec3f> vertices;           ///< relative to origin, world units
@@ -63,10 +64,11 @@ struct Hull {
 
 /// Counts and times of one call, for `stats`.
 struct HullStatistics {
-  std::uint32_t cameras = 0;          ///< with a silhouette that is not empty
+  std::uint32_t cameras = 0;  ///< with a silhouette that is not empty
   std::uint32_t contour_vertices = 0;
   std::uint64_t predicates = 0;
   std::uint64_t exact_predicates = 0;  ///< that the floating-point filter could not decide
+  std::uint64_t inconsistencies = 0;   ///< decisions that contradicted each other: always 0
   bool reused = false;                 ///< the silhouettes were the last call's: so is the hull
   double seconds_prepare = 0, seconds_bins = 0, seconds_viewing_edges = 0, seconds_cone_edges = 0,
          seconds_assemble = 0, seconds_triangulate = 0;
@@ -81,9 +83,9 @@ class HullBuilder {
   HullBuilder(HullBuilder&&) noexcept;
   HullBuilder& operator=(HullBuilder&&) noexcept;
 
-  /// The intersection of the silhouettes' cones (and the bounds). The result is valid until the next
-  /// call. An empty silhouette in any camera gives an empty hull under Unseen::carve. Throws Error
-  /// when a camera is not finite or degenerate, or when Unseen::keep comes without bounds.
+  /// The intersection of the silhouettes' cones (and the bounds). The result is valid until the
+  /// next call. An empty silhouette in any camera gives an empty hull under Unseen::carve. Throws
+  /// Error when a camera is not finite or degenerate, or when Unseen::keep comes without bounds.
   const Hull& build(std::span<const Silhouette> silhouettes, const HullOptions& options = {});
 
   const HullStatistics& statistics() const;

@@ -1,0 +1,418 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "hull/cone.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/error.h"
+#include "hull/clean_region.h"
+
+namespace polyhull::hull {
+namespace {
+
+Int128 dot(const Plane& p, const IntVec& d) {
+  return p.a * d[0] + p.b * d[1] + p.c * d[2];
+}
+
+/// Twice the exact sign of d against the plane through the origin.
+int side(const Plane& plane, const Vec3& normal, const IntVec& d) {
+  const double x = static_cast<double>(d[0]), y = static_cast<double>(d[1]),
+               z = static_cast<double>(d[2]);
+  const double value = normal.x * x + normal.y * y + normal.z * z;
+  if (std::abs(value) > 1e-14 * (std::abs(x) + std::abs(y) + std::abs(z)))
+    return value > 0 ? 1 : -1;
+  const Int128 exact = dot(plane, d);
+  return exact > 0 ? 1 : exact < 0 ? -1 : 0;
+}
+
+Plane plane_through(const IntVec& u, const IntVec& v) {
+  Plane p;
+  p.a = static_cast<Int128>(u[1]) * v[2] - static_cast<Int128>(u[2]) * v[1];
+  p.b = static_cast<Int128>(u[2]) * v[0] - static_cast<Int128>(u[0]) * v[2];
+  p.c = static_cast<Int128>(u[0]) * v[1] - static_cast<Int128>(u[1]) * v[0];
+  return p;
+}
+
+Vec3 unit_normal(const Plane& p) {
+  const Vec3 n(static_cast<double>(p.a), static_cast<double>(p.b), static_cast<double>(p.c));
+  const double length = glm::length(n);
+  return length > 0 ? n / length : Vec3(0.0);
+}
+
+/// The power of two that brings every ray below 2^38, a bit in reserve.
+double ray_scale(const Contours& contours, const Mat3& to_ray) {
+  double largest = 1e-300;
+  for (const Vec2& p : contours.points) {
+    const Vec3 d = glm::abs(to_ray * Vec3(p, 1.0));
+    largest = std::max({largest, d.x, d.y, d.z});
+  }
+  return std::ldexp(1.0, 38 - std::ilogb(largest) - 1);
+}
+
+/// The rings of one or more simple polygons as index lists into contours, without repeated and
+/// straight vertices.
+class ConeBuilder {
+ public:
+  ConeBuilder(Cone& cone, const Contours& contours) : cone_(cone), contours_(contours) {}
+
+  /// False: the rings are not simple and disjoint (cone is unfinished).
+  bool build(bool clean) {
+    rings();
+    if (folded_) return false;
+    if (!clean)
+      orient();
+    else if (glm::determinant(cone_.camera.to_ray) < 0)
+      for (std::uint32_t r = 0; r < cone_.rings; ++r) reverse(begins_[r], begins_[r + 1]);
+    cone_.grid.build(cone_.pixels, cone_.next);
+    if (!simple(clean)) return false;
+    finish();
+    return true;
+  }
+
+ private:
+  void rings() {
+    Cone& c = cone_;
+    c.pixels.clear(), c.rays.clear(), c.next.clear(), c.previous.clear(), c.ring.clear();
+    c.source.clear(), c.source_view.clear(), c.planes.clear(), c.normals.clear();
+    c.rings = 0;
+    const double scale = ray_scale(contours_, c.camera.to_ray);
+    std::uint32_t begin = 0;
+    for (std::uint32_t end : contours_.ends) {
+      points_.clear();
+      for (std::uint32_t i = begin; i < end; ++i) {
+        const Vec3 d = c.camera.to_ray * Vec3(contours_.points[i], 1.0) * scale;
+        const IntVec ray{std::llrint(d.x), std::llrint(d.y), std::llrint(d.z)};
+        // A repeated point gives way to the later one, whose edge is the real one.
+        if (!points_.empty() && points_.back().ray == ray) points_.pop_back();
+        points_.push_back({contours_.points[i], ray, contours_.source[i], contours_.view[i]});
+      }
+      while (points_.size() > 1 && points_.front().ray == points_.back().ray) points_.pop_back();
+      straighten();
+      if (points_.size() >= 3) append();
+      begin = end;
+    }
+    begins_.clear();
+    for (std::uint32_t i = 0; i < c.size(); ++i)
+      if (c.ring[i] == begins_.size()) begins_.push_back(i);
+    begins_.push_back(static_cast<std::uint32_t>(c.size()));
+  }
+
+  /// Takes out vertices on the straight line between their neighbours; notes folds.
+  void straighten() {
+    for (bool again = true; again && points_.size() >= 3;) {
+      again = false;
+      std::size_t kept = 0;
+      for (std::size_t i = 0; i < points_.size(); ++i) {
+        const Point& v = points_[i];
+        const Point& u = kept > 0 ? points_[kept - 1] : points_.back();
+        const Point& w = i + 1 < points_.size() ? points_[i + 1] : points_.front();
+        const Plane plane = plane_through(u.ray, v.ray);
+        if (dot(plane, w.ray) != 0) {
+          points_[kept++] = v;
+          continue;
+        }
+        if (glm::dot(v.pixel - u.pixel, w.pixel - v.pixel) <= 0) folded_ = true;
+        again = true;
+        if (folded_) return;
+      }
+      points_.resize(kept);
+    }
+  }
+
+  void append() {
+    Cone& c = cone_;
+    const std::uint32_t base = static_cast<std::uint32_t>(c.rays.size());
+    const std::uint32_t n = static_cast<std::uint32_t>(points_.size());
+    for (std::uint32_t i = 0; i < n; ++i) {
+      const Point& p = points_[i];
+      c.pixels.push_back(p.pixel);
+      c.rays.push_back(p.ray);
+      c.next.push_back(base + (i + 1) % n);
+      c.previous.push_back(base + (i + n - 1) % n);
+      c.ring.push_back(c.rings);
+      c.source.push_back(p.source);
+      c.source_view.push_back(p.view);
+      c.planes.push_back(plane_through(p.ray, points_[(i + 1) % n].ray));
+      c.normals.push_back(unit_normal(c.planes.back()));
+    }
+    ++c.rings;
+  }
+
+  int side_of(std::uint32_t edge, std::uint32_t vertex) const {
+    return side(cone_.planes[edge], cone_.normals[edge], cone_.rays[vertex]);
+  }
+
+  /// Whether no edge meets another; \p clean rings may touch in vertices.
+  bool simple(bool clean) const {
+    const Cone& c = cone_;
+    for (int row = 0; row < c.grid.rows(); ++row)
+      for (int column = 0; column < c.grid.columns(); ++column) {
+        const auto edges = c.grid.edges(column, row);
+        for (std::size_t i = 0; i < edges.size(); ++i)
+          for (std::size_t k = i + 1; k < edges.size(); ++k) {
+            const std::uint32_t e = edges[i], f = edges[k];
+            if (c.next[e] == f || c.next[f] == e) continue;
+            if (clean && share_end(e, f)) continue;
+            const int s0 = side_of(e, f), s1 = side_of(e, c.next[f]);
+            if (s0 * s1 > 0) continue;
+            const int t0 = side_of(f, e), t1 = side_of(f, c.next[e]);
+            if (t0 * t1 > 0) continue;
+            return false;
+          }
+      }
+    return true;
+  }
+
+  bool share_end(std::uint32_t e, std::uint32_t f) const {
+    const Cone& c = cone_;
+    const std::uint32_t g = c.next[e], h = c.next[f];
+    return c.rays[e] == c.rays[f] || c.rays[e] == c.rays[h] || c.rays[g] == c.rays[f] ||
+           c.rays[g] == c.rays[h];
+  }
+
+  /// Turns rings so that the region lies on the positive side of each plane.
+  void orient() {
+    Cone& c = cone_;
+    for (std::uint32_t r = 0; r < c.rings; ++r) {
+      std::uint32_t lowest = begins_[r];
+      for (std::uint32_t i = begins_[r]; i < begins_[r + 1]; ++i)
+        if (c.pixels[i].y < c.pixels[lowest].y ||
+            (c.pixels[i].y == c.pixels[lowest].y && c.pixels[i].x < c.pixels[lowest].x))
+          lowest = i;
+      const int turn = side_of(c.previous[lowest], c.next[lowest]);
+      const Vec2 p = c.pixels[lowest];
+      bool outer = true;
+      for (std::uint32_t i = 0; i < c.size() && c.rings > 1; ++i) {
+        if (c.ring[i] == r) continue;
+        const Vec2 a = c.pixels[i], b = c.pixels[c.next[i]];
+        if ((a.y > p.y) != (b.y > p.y) && p.x < (b.x - a.x) * (p.y - a.y) / (b.y - a.y) + a.x)
+          outer = !outer;
+      }
+      const bool positive = turn > 0;
+      if (positive != (outer != c.complement)) reverse(begins_[r], begins_[r + 1]);
+    }
+  }
+
+  void reverse(std::uint32_t begin, std::uint32_t end) {
+    Cone& c = cone_;
+    const auto turn = [&](auto& values) {
+      std::reverse(values.begin() + begin, values.begin() + end);
+    };
+    turn(c.pixels), turn(c.rays);
+    // Edges now begin at what was their end: shift them by one against the vertices.
+    const auto shift = [&](auto& values) {
+      turn(values);
+      std::rotate(values.begin() + begin, values.begin() + begin + 1, values.begin() + end);
+    };
+    shift(c.source), shift(c.source_view), shift(c.planes), shift(c.normals);
+    for (std::uint32_t i = begin; i < end; ++i) {
+      Plane& p = c.planes[i];
+      p.a = -p.a, p.b = -p.b, p.c = -p.c;
+      c.normals[i] = -c.normals[i];
+    }
+  }
+
+  void finish() {
+    Cone& c = cone_;
+    c.turn.resize(c.size());
+    for (std::uint32_t i = 0; i < c.size(); ++i)
+      c.turn[i] = static_cast<std::int8_t>(side_of(c.previous[i], c.next[i]));
+    const Int128 x = c.centre[0], y = c.centre[1], z = c.centre[2];
+    for (Plane& p : c.planes) p.o = -(p.a * x + p.b * y + p.c * z);
+    choose_axis();
+  }
+
+  /// A forward direction with a little noise of its own, so that the focal planes of different
+  /// cameras never run parallel or through each other's centres by construction of the rig.
+  void choose_axis() {
+    Cone& c = cone_;
+    std::uint64_t h = 0x9e3779b97f4a7c15u;
+    const auto mix = [&](std::int64_t v) {
+      h = (h ^ static_cast<std::uint64_t>(v)) * 0xbf58476d1ce4e5b9u;
+      h ^= h >> 29;
+    };
+    for (std::int64_t v : c.centre) mix(v);
+    for (int k = 0; k < 3; ++k) mix(std::llrint(c.camera.forward[k] * 1048576.0));
+    IntVec noisy;
+    for (int k = 0; k < 3; ++k) {
+      mix(k);
+      const std::int64_t noise = static_cast<std::int64_t>(h >> 50) - 8192;
+      c.axis[k] = std::llrint(c.camera.forward[k] * 1048576.0);
+      noisy[k] = c.axis[k] + noise;
+    }
+    const auto in_front = [&](const IntVec& axis) {
+      for (const IntVec& d : c.rays)
+        if (static_cast<Int128>(axis[0]) * d[0] + static_cast<Int128>(axis[1]) * d[1] +
+                static_cast<Int128>(axis[2]) * d[2] <=
+            0)
+          return false;
+      return true;
+    };
+    if (in_front(noisy)) c.axis = noisy;
+  }
+
+  struct Point {
+    Vec2 pixel;
+    IntVec ray;
+    std::uint32_t source;
+    std::int32_t view;
+  };
+  Cone& cone_;
+  const Contours& contours_;
+  std::vector<Point> points_;
+  std::vector<std::uint32_t> begins_;  // first vertex of each ring, and the end
+  bool folded_ = false;
+};
+
+void append_rings(Contours& contours, const ConeInput& input) {
+  const Rings& rings = *input.silhouette->rings;
+  std::uint32_t begin = 0;
+  for (std::uint32_t end : rings.ends) {
+    end = std::min<std::uint32_t>(end, static_cast<std::uint32_t>(rings.points.size()));
+    for (std::uint32_t i = begin; i < end; ++i) {
+      const Vec2f p = rings.points[i];
+      if (!std::isfinite(p.x) || !std::isfinite(p.y))
+        throw Error(Error::Kind::bad_input, "The silhouette of camera '" +
+                                                input.silhouette->camera->name +
+                                                "' has a point that is not finite (number " +
+                                                std::to_string(i) + "): expected pixels.");
+      contours.points.push_back(Vec2(p));
+      contours.source.push_back(i);
+      contours.view.push_back(input.view);
+    }
+    begin = std::max(begin, end);
+    contours.ends.push_back(static_cast<std::uint32_t>(contours.points.size()));
+  }
+}
+
+/// The frame's border as a ring; its edges are numbered after the silhouette's points.
+void append_border(Contours& contours, const ConeInput& input) {
+  const double right = input.camera->width - 0.5, bottom = input.camera->height - 0.5;
+  const Vec2 corners[4] = {{-0.5, -0.5}, {right, -0.5}, {right, bottom}, {-0.5, bottom}};
+  for (std::uint32_t i = 0; i < 4; ++i) {
+    contours.points.push_back(corners[i]);
+    contours.source.push_back(static_cast<std::uint32_t>(input.silhouette->rings->points.size()) +
+                              i);
+    contours.view.push_back(input.view);
+  }
+  contours.ends.push_back(static_cast<std::uint32_t>(contours.points.size()));
+}
+
+/// The part of each ring where weight(p) >= 0, weights linear: one side of Sutherland and Hodgman.
+template <class Weight>
+void clip(Contours& contours, Weight weight) {
+  Contours out;
+  std::uint32_t begin = 0;
+  for (std::uint32_t end : contours.ends) {
+    for (std::uint32_t i = begin; i < end; ++i) {
+      const std::uint32_t k = i + 1 < end ? i + 1 : begin;
+      const Vec2 p = contours.points[i], q = contours.points[k];
+      const double a = weight(p), b = weight(q);
+      const auto push = [&](const Vec2& x) {
+        out.points.push_back(x);
+        out.source.push_back(contours.source[i]);
+        out.view.push_back(contours.view[i]);
+      };
+      if (a >= 0) push(p);
+      if ((a >= 0) != (b >= 0)) push(p + (q - p) * (a / (a - b)));
+    }
+    out.ends.push_back(static_cast<std::uint32_t>(out.points.size()));
+    begin = end;
+  }
+  contours = std::move(out);
+}
+
+void clip_to_frame(Contours& contours, const ConeCamera& camera) {
+  const double right = camera.width - 0.5, bottom = camera.height - 0.5;
+  clip(contours, [&](const Vec2& p) { return p.x + 0.5; });
+  clip(contours, [&](const Vec2& p) { return right - p.x; });
+  clip(contours, [&](const Vec2& p) { return p.y + 0.5; });
+  clip(contours, [&](const Vec2& p) { return bottom - p.y; });
+}
+
+/// Moves rings of a camera with the same centre into the picture of \p to; what lies behind it is
+/// cut off.
+void transfer(Contours& contours, const ConeCamera& from, const ConeCamera& to) {
+  const Mat3 map = to.to_pixel * from.to_ray;
+  const auto depth = [&](const Vec2& p) {
+    const Vec3 d = from.to_ray * Vec3(p, 1.0);
+    return glm::dot(d, to.forward) - 0.02 * glm::length(d);
+  };
+  clip(contours, depth);
+  for (Vec2& p : contours.points) {
+    const Vec3 q = map * Vec3(p, 1.0);
+    p = Vec2(q) / q.z;
+  }
+}
+
+}  // namespace
+
+ConeCamera read_camera(const Camera& camera, std::size_t index) {
+  const auto fail = [&](const std::string& what) -> void {
+    throw Error(Error::Kind::bad_input, "Camera '" + camera.name + "' (number " +
+                                            std::to_string(index) + ") " + what +
+                                            "; check its K, R and t in the rig.");
+  };
+  ConeCamera c;
+  bool finite = true;
+  for (int i = 0; i < 3; ++i) {
+    finite = finite && std::isfinite(camera.t[i]);
+    for (int k = 0; k < 3; ++k)
+      finite = finite && std::isfinite(camera.K[i][k]) && std::isfinite(camera.R[i][k]);
+  }
+  if (!finite) fail("has a calibration that is not finite");
+  const auto degenerate = [](const Mat3& m) {
+    double product = 1.0;
+    for (int i = 0; i < 3; ++i) product *= glm::length(m[i]);
+    return !(std::abs(glm::determinant(m)) > 1e-12 * product) || product == 0.0;
+  };
+  if (degenerate(camera.K)) fail("has a degenerate matrix K");
+  if (degenerate(camera.R)) fail("has a degenerate rotation R");
+  c.to_pixel = camera.K * camera.R;
+  const Mat3 inverse_rotation = glm::inverse(camera.R);
+  c.to_ray = inverse_rotation * glm::inverse(camera.K);
+  c.centre = -(inverse_rotation * camera.t);
+  // Out of the picture: where the homogeneous pixel's third coordinate grows.
+  c.forward = glm::normalize(Vec3(c.to_pixel[0][2], c.to_pixel[1][2], c.to_pixel[2][2]));
+  c.width = camera.width;
+  c.height = camera.height;
+  if (!std::isfinite(c.centre.x + c.centre.y + c.centre.z) ||
+      !std::isfinite(glm::determinant(c.to_ray)))
+    fail("has a calibration beyond what numbers can hold");
+  return c;
+}
+
+IntVec frame_centre(const ConeCamera& camera, const Frame& frame) {
+  const Vec3 c = (camera.centre - frame.origin) * frame.scale;
+  return {std::llrint(c.x), std::llrint(c.y), std::llrint(c.z)};
+}
+
+void build_cone(Cone& cone, std::span<const ConeInput> inputs, const Frame& frame, Unseen unseen) {
+  cone.camera = *inputs[0].camera;
+  cone.centre = frame_centre(cone.camera, frame);
+  for (int k = 0; k < 3; ++k) cone.centre_real[k] = static_cast<double>(cone.centre[k]);
+  cone.complement = unseen == Unseen::keep;
+  cone.input_vertices = 0;
+  std::vector<Contours> layers(inputs.size());
+  bool plain = inputs.size() == 1;
+  for (std::size_t i = 0; i < inputs.size(); ++i) {
+    append_rings(layers[i], inputs[i]);
+    cone.input_vertices += static_cast<std::uint32_t>(layers[i].points.size());
+    if (cone.complement) {
+      clip_to_frame(layers[i], *inputs[i].camera);
+      append_border(layers[i], inputs[i]);
+    }
+    if (inputs[i].camera->to_pixel != cone.camera.to_pixel)
+      transfer(layers[i], *inputs[i].camera, cone.camera);
+  }
+  if (plain && ConeBuilder(cone, layers[0]).build(false)) return;
+  for (double step = 1.0; step < 1e6; step *= 8.0) {
+    const Contours clean = clean_region(layers, cone.complement, step);
+    if (ConeBuilder(cone, clean).build(true)) return;
+  }
+  throw Error(Error::Kind::unsupported, "The silhouette of camera '" +
+                                            inputs[0].silhouette->camera->name +
+                                            "' could not be made into simple rings.");
+}
+
+}  // namespace polyhull::hull

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// A uniform grid over one silhouette's edges: which edges may cross a small part of the picture,
+/// and for the parts that none crosses, whether they lie inside.
+///
+/// It is a filter only. Edges are entered with a margin of grid_margin pixels, far more than the
+/// rounding of the pixels here against the exact rays, so an answer "no edge here" is certain.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "base/vector.h"
+
+namespace polyhull::hull {
+
+/// Pixels by which edges and queries are enlarged.
+inline constexpr double grid_margin = 0.01;
+
+enum class CellState : std::uint8_t { outside, inside, unknown };
+
+class ContourGrid {
+ public:
+  /// \p next[i] is the vertex after i along its ring; edge i runs from vertex i to next[i].
+  void build(std::span<const Vec2> pixels, std::span<const std::uint32_t> next);
+
+  int columns() const { return columns_; }
+  int rows() const { return rows_; }
+
+  /// Cells that the interval covers, clamped to the grid; empty (first > last) if it misses the
+  /// grid.
+  void column_range(double from, double to, int& first, int& last) const {
+    range(from, to, origin_.x, columns_, first, last);
+  }
+  void row_range(double from, double to, int& first, int& last) const {
+    range(from, to, origin_.y, rows_, first, last);
+  }
+  double row_top(int row) const { return origin_.y + row * cell_; }
+  double cell() const { return cell_; }
+  Vec2 centre(int column, int row) const {
+    return {origin_.x + (column + 0.5) * cell_, origin_.y + (row + 0.5) * cell_};
+  }
+
+  /// How many cells with edges the block of cells holds.
+  std::uint32_t occupied(int column0, int column1, int row0, int row1) const {
+    const std::size_t stride = columns_ + 1;
+    return sum_[(row1 + 1) * stride + column1 + 1] - sum_[row0 * stride + column1 + 1] -
+           sum_[(row1 + 1) * stride + column0] + sum_[row0 * stride + column0];
+  }
+
+  std::span<const std::uint32_t> edges(int column, int row) const {
+    const std::size_t c = static_cast<std::size_t>(row) * columns_ + column;
+    return {items_.data() + starts_[c], items_.data() + starts_[c + 1]};
+  }
+
+  /// Whether the centre of the cell is inside by the even-odd rule; unknown where an edge is too
+  /// near.
+  CellState state(int column, int row) const {
+    return states_[static_cast<std::size_t>(row) * columns_ + column];
+  }
+
+ private:
+  void range(double from, double to, double origin, int count, int& first, int& last) const {
+    const double a = (from - grid_margin - origin) * inverse_,
+                 b = (to + grid_margin - origin) * inverse_;
+    first = a > 0 ? (a < count ? static_cast<int>(a) : count) : 0;
+    last = b < count ? (b >= 0 ? static_cast<int>(b) : -1) : count - 1;
+  }
+  template <class Visit>
+  void visit_cells(const Vec2& p, const Vec2& q, Visit visit) const;
+
+  Vec2 origin_{0.0};
+  double cell_ = 1.0, inverse_ = 1.0;
+  int columns_ = 0, rows_ = 0;
+  std::vector<std::uint32_t> starts_, items_, sum_;
+  std::vector<CellState> states_;
+  std::vector<double> crossings_;
+  std::vector<std::uint32_t> row_starts_;
+};
+
+}  // namespace polyhull::hull

@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// One face of the hull: what of a cone's face, or of the bounds', lies inside all other cones.
+///
+/// The face of the cone i through the rays d0, d1 from the centre C is the set of the points
+///   X = h d0' + t e' + w C',   d0' = d0/|d0|, e' = (d1-d0)/|d1-d0|, C' = (C, 1)/S,
+/// homogeneous, with h = 1: t runs along the contour edge and w is one over the depth (S: a
+/// length). A face of the box has a corner and two axes in place of d0', e' and C'. In (t, w) every
+/// plane g becomes the line A + B t + D w = 0, positive inside, with (A, B, D) = (g(d0'), g(e'),
+/// g(C')), and the faces of another cone become straight segments, the cone's silhouette pulled
+/// back.
+///
+/// The face starts as the strip between its two rays, from the far to the near plane, and is cut by
+/// one cone after the other. Its border is kept as closed loops of edges, each on the line of one
+/// plane with the inside on its left; a corner is the common point of the face's and two more
+/// planes. For a cone j:
+/// 1. the grid over the silhouette j tells which edges may meet the face's picture there; if none,
+/// the
+///    face is kept or dropped as a whole;
+/// 2. each such edge's line is crossed with the loops' edges; sorted along the line, the crossings
+///    pair up into what lies inside the face; of that, the part between the edge's two rays is new
+///    border;
+/// 3. sorted along each old edge, the crossings tell what of it is inside the cone j; edges without
+///    one follow their neighbours, loops without one are located as a whole.
+/// All of it rests on one predicate, on which side of a plane a corner lies: in doubles with an
+/// error bound first, else exactly by PlaneSet::orientation.
+///
+/// Signs. A corner of two oriented lines L, M is s (L x M) with s = +-1 such that h > 0 (L x M in
+/// the order h, t, w). Going along L with its inside on the left, M grows by -(L x M).h, so s is
+/// known from which way M is crossed, without arithmetic.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "hull/scene.h"
+
+namespace polyhull::hull {
+
+/// The loops of faces; corners by their three planes in rising order. A cone's apex is (cone, ring,
+/// apex_mark).
+using CornerKey = std::array<std::uint32_t, 3>;
+inline constexpr std::uint32_t apex_mark = 0xffffffffu;
+
+/// Line coefficients are below 1 with absolute errors below 10 units of 1.1e-16, so a product of
+/// two lines is off by less than 45 units and a determinant by less than 300: here is a factor 3
+/// more.
+inline constexpr double determinant_error = 1e-13;
+/// A tolerance that leaves every decision to exact arithmetic.
+inline constexpr double undecided = 1e300;
+
+struct FaceLoops {
+  std::vector<CornerKey> corners;
+  std::vector<std::uint32_t> loop_ends;  ///< into corners
+  std::vector<std::uint32_t> faces;      ///< numbers of faces that have loops
+  std::vector<std::uint32_t> face_ends;  ///< into loop_ends
+  std::uint64_t predicates = 0, exact = 0, broken = 0;
+  void clear() {
+    corners.clear(), loop_ends.clear(), faces.clear(), face_ends.clear();
+    predicates = exact = broken = 0;
+  }
+};
+
+class FaceClipper {
+ public:
+  /// Corners in (h, t, w) with the planes that make them; tolerance: the filter's error bound.
+  struct Corner {
+    double h, t, w, tolerance;
+    std::uint32_t plane1, plane2;
+    std::int8_t
+        sign;  ///< of the exact determinant (face, plane1, plane2, g) against g's at the corner
+    bool apex;
+  };
+  struct Line {
+    double a, b, d;
+  };
+
+  void begin(const Scene& scene);
+
+  /// Appends the face's loops, seen counter-clockwise from outside.
+  void clip(std::uint32_t face, FaceLoops& out);
+
+ private:
+  struct Edge {
+    Line line;  ///< oriented
+    std::uint32_t plane;
+    std::int8_t orientation;  ///< of the line against the plane
+    std::uint32_t from, to;   ///< corners
+  };
+  struct Picture {  ///< how chart coordinates appear to a cone
+    Vec3 a, b, d;   ///< directions from its centre
+  };
+  struct Cut {
+    Line line;
+    std::uint32_t edge;  ///< of the cone; the plane's number is base + edge
+    std::uint32_t plane;
+    std::size_t sides;   ///< into sides_, one per corner
+    Line before, after;  ///< lines of the neighbouring edges
+    bool neighbours;
+  };
+  struct Crossing {
+    std::uint32_t edge, corner, cut;
+    std::int8_t place;  ///< bit 0: before the start ray, bit 1: beyond the end ray
+  };
+
+  bool start(std::uint32_t face);
+  void start_cone_face();
+  void start_box_face();
+  bool cut_by_cone(std::uint32_t cone);
+  bool cut_by_plane(int box_face);
+  Picture picture(std::uint32_t cone) const;
+  bool gather(const Cone& cone, const Picture& p, CellState& uniform);
+  void add_cut(const Line& line, std::uint32_t edge, std::uint32_t plane);
+  bool apply_cuts(const Cone* cone, std::uint32_t cone_index, const Picture& p);
+  void cross(std::uint32_t cut, const Cone* cone, std::uint32_t base, const Picture& p,
+             bool forward);
+  bool inside_cone(std::uint32_t edge, std::uint32_t cone_index, const Picture& p);
+  bool inside_cone_exact(std::uint32_t edge, std::uint32_t cone_index, const Picture& p);
+  std::uint32_t make_corner(const Line& l, const Line& m, std::uint32_t plane1,
+                            std::uint32_t plane2, int geometric, int orientation,
+                            const Corner* from, const Corner* to, double from_value,
+                            double to_value);
+  void emit(FaceLoops& out);
+
+  /// Of the corner against the line of the plane; \p orientation: of that line against the plane.
+  int side(const Corner& v, std::uint32_t plane, const Line& line, int orientation = 1);
+  static double value(const Corner& v, const Line& l) { return l.a * v.h + l.b * v.t + l.d * v.w; }
+  Line line_of(const Vec3& normal, const Picture& p) const {
+    return {glm::dot(normal, p.a), glm::dot(normal, p.b), glm::dot(normal, p.d)};
+  }
+
+  const Scene* scene_ = nullptr;
+  std::uint32_t face_ = 0;
+  std::int32_t cone_ = -1;  ///< of the face; -1: a face of the box
+  std::uint32_t local_ = 0;
+  Vec3 axis_a_{0.0}, axis_b_{0.0}, axis_c_{0.0}, corner_{0.0};
+  double unit_ = 1.0;  ///< 1/S
+  int handed_ = 1;     ///< sign of the chart against the face's plane
+  std::vector<Corner> corners_, new_corners_;
+  std::vector<Edge> edges_, new_edges_;
+  std::vector<Cut> cuts_;
+  std::vector<std::int8_t> sides_;
+  std::vector<double> values_;
+  std::vector<Crossing> crossings_, on_cut_, on_edge_;
+  std::vector<std::uint32_t> candidates_, stamp_, next_, edge_start_;
+  std::vector<std::array<int, 2>> rows_;
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> ray_corners_;
+  std::vector<std::int8_t> state_;
+  std::vector<std::uint32_t> remap_;
+  std::uint32_t stamp_now_ = 0;
+  std::uint64_t predicates_ = 0, exact_ = 0, broken_ = 0;
+};
+
+}  // namespace polyhull::hull

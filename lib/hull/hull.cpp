@@ -1,0 +1,390 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "hull/hull.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstring>
+#include <memory>
+#include <mutex>
+#include <utility>
+
+#include "base/error.h"
+#include "base/thread_pool.h"
+#include "hull/assemble.h"
+#include "hull/cone.h"
+#include "hull/face_clipper.h"
+#include "hull/scene.h"
+#include "hull/triangulate.h"
+
+namespace polyhull {
+namespace {
+
+using hull::Cone;
+using hull::ConeCamera;
+using hull::ConeInput;
+using hull::FaceClipper;
+using hull::FaceLoops;
+using hull::Frame;
+using hull::IntVec;
+
+/// Faces handled as one piece of work.
+constexpr std::size_t faces_per_block = 32;
+/// Without bounds the hull is limited to a box this many times as large as the rig.
+constexpr double working_box = 1024.0;
+
+double seconds_now() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+/// What of a view decides its part of the hull, kept to compare with the next call's.
+struct ViewCopy {
+  Mat3 K{1.0}, R{1.0};
+  Vec3 t{0.0};
+  int width = 0, height = 0;
+  Rings rings;
+  bool same(const Silhouette& view) const {
+    const Camera& c = *view.camera;
+    return K == c.K && R == c.R && t == c.t && width == c.width && height == c.height &&
+           rings == *view.rings;
+  }
+  void copy(const Silhouette& view) {
+    const Camera& c = *view.camera;
+    K = c.K, R = c.R, t = c.t, width = c.width, height = c.height;
+    rings = *view.rings;
+  }
+};
+
+/// A prepared cone with what it was made from.
+struct CachedCone {
+  Cone cone;
+  std::vector<ViewCopy> from;
+  std::vector<std::int32_t> views;
+  Frame frame;
+  Unseen unseen = Unseen::carve;
+};
+
+template <class T>
+int compare_bytes(const T& a, const T& b) {
+  return std::memcmp(&a, &b, sizeof(T));
+}
+
+/// An order of views by their content alone, so that the hull does not depend on how they arrived.
+int compare_views(const ConeInput& a, const ConeInput& b) {
+  if (int c = compare_bytes(a.camera->centre, b.camera->centre)) return c;
+  if (int c = compare_bytes(a.camera->to_pixel, b.camera->to_pixel)) return c;
+  const Rings &x = *a.silhouette->rings, &y = *b.silhouette->rings;
+  if (x.points.size() != y.points.size()) return x.points.size() < y.points.size() ? -1 : 1;
+  if (x.ends != y.ends) return x.ends < y.ends ? -1 : 1;
+  if (int c = std::memcmp(x.points.data(), y.points.data(), x.points.size() * sizeof(Vec2f)))
+    return c;
+  return 0;
+}
+
+}  // namespace
+
+struct HullBuilder::State {
+  Hull hull;
+  HullStatistics statistics;
+  std::vector<ViewCopy> last_views;
+  HullOptions last_options;
+  bool valid = false;
+
+  std::vector<ConeCamera> cameras;
+  std::vector<std::unique_ptr<CachedCone>> cones;
+  hull::Scene scene;
+  std::vector<FaceLoops> blocks;
+  hull::Assembler assembler;
+  std::mutex mutex;  // protects the two lists of idle workers
+  std::vector<std::unique_ptr<FaceClipper>> clippers;
+  std::vector<std::unique_ptr<hull::Triangulator>> triangulators;
+  std::vector<std::vector<std::uint32_t>> triangle_blocks;
+  std::vector<Vec3> face_normals;  // out of the solid
+
+  bool unchanged(std::span<const Silhouette> views, const HullOptions& options) const;
+  void remember(std::span<const Silhouette> views, const HullOptions& options);
+  void build(std::span<const Silhouette> views, const HullOptions& options);
+  Frame choose_frame(const HullOptions& options, std::array<double, 6>& box) const;
+  void prepare(std::span<const Silhouette> views, const HullOptions& options, const Frame& frame,
+               std::vector<const Cone*>& used);
+  void clip_faces(int threads);
+  void triangulate(int threads);
+
+  template <class T>
+  std::unique_ptr<T> take(std::vector<std::unique_ptr<T>>& idle) {
+    std::lock_guard lock(mutex);
+    if (idle.empty()) return std::make_unique<T>();
+    std::unique_ptr<T> worker = std::move(idle.back());
+    idle.pop_back();
+    return worker;
+  }
+  template <class T>
+  void give(std::vector<std::unique_ptr<T>>& idle, std::unique_ptr<T> worker) {
+    std::lock_guard lock(mutex);
+    idle.push_back(std::move(worker));
+  }
+};
+
+bool HullBuilder::State::unchanged(std::span<const Silhouette> views,
+                                   const HullOptions& options) const {
+  if (!valid || views.size() != last_views.size()) return false;
+  const auto same_box = [](const std::optional<Bounds>& a, const std::optional<Bounds>& b) {
+    return a.has_value() == b.has_value() && (!a || (a->min == b->min && a->max == b->max));
+  };
+  if (!same_box(options.bounds, last_options.bounds) || options.unseen != last_options.unseen ||
+      options.max_deviation != last_options.max_deviation)
+    return false;
+  for (std::size_t i = 0; i < views.size(); ++i)
+    if (!last_views[i].same(views[i])) return false;
+  return true;
+}
+
+void HullBuilder::State::remember(std::span<const Silhouette> views, const HullOptions& options) {
+  last_views.resize(views.size());
+  for (std::size_t i = 0; i < views.size(); ++i) last_views[i].copy(views[i]);
+  last_options = options;
+  valid = true;
+}
+
+Frame HullBuilder::State::choose_frame(const HullOptions& options,
+                                       std::array<double, 6>& box) const {
+  Vec3 low(1e300), high(-1e300);
+  for (const ConeCamera& c : cameras)
+    low = glm::min(low, c.centre), high = glm::max(high, c.centre);
+  Frame frame;
+  frame.origin = 0.5 * low + 0.5 * high;
+  double reach = 0.0;
+  for (const ConeCamera& c : cameras) reach = std::max(reach, glm::length(c.centre - frame.origin));
+  Vec3 box_low(0.0), box_high(0.0);
+  if (options.bounds) {
+    box_low = options.bounds->min - frame.origin, box_high = options.bounds->max - frame.origin;
+    const double size = glm::length(options.bounds->max - options.bounds->min);
+    const double limit = 1048576.0 * std::max(reach, std::min(size, 1e12));
+    box_low = glm::clamp(box_low, Vec3(-limit), Vec3(limit));
+    box_high = glm::clamp(box_high, Vec3(-limit), Vec3(limit));
+    for (int k = 0; k < 3; ++k)
+      reach = std::max({reach, std::abs(box_low[k]), std::abs(box_high[k])});
+  } else {
+    if (!(reach > 0)) reach = 1.0;
+    box_low = Vec3(-working_box * reach), box_high = Vec3(working_box * reach);
+    reach *= working_box;
+  }
+  if (!(reach > 1e-290)) reach = 1.0;
+  frame.scale = std::ldexp(1.0, 42 - std::ilogb(reach));
+  for (int k = 0; k < 3; ++k) {
+    box[2 * k] = std::nearbyint(box_low[k] * frame.scale);
+    box[2 * k + 1] = std::nearbyint(box_high[k] * frame.scale);
+  }
+  return frame;
+}
+
+void HullBuilder::State::prepare(std::span<const Silhouette> views, const HullOptions& options,
+                                 const Frame& frame, std::vector<const Cone*>& used) {
+  std::vector<ConeInput> inputs;
+  for (std::size_t i = 0; i < views.size(); ++i)
+    inputs.push_back({&views[i], &cameras[i], static_cast<std::int32_t>(i)});
+  std::sort(inputs.begin(), inputs.end(), [](const ConeInput& a, const ConeInput& b) {
+    const int c = compare_views(a, b);
+    return c != 0 ? c < 0 : a.view < b.view;
+  });
+  // Views from one centre make one cone.
+  std::vector<std::vector<ConeInput>> groups;
+  std::vector<IntVec> centres;
+  for (const ConeInput& input : inputs) {
+    const IntVec centre = hull::frame_centre(*input.camera, frame);
+    std::size_t g = 0;
+    while (g < groups.size() && centres[g] != centre) ++g;
+    if (g == groups.size()) groups.emplace_back(), centres.push_back(centre);
+    // The same view twice is the same cone.
+    if (!groups[g].empty() && compare_views(groups[g].back(), input) == 0) continue;
+    groups[g].push_back(input);
+  }
+  std::vector<std::unique_ptr<CachedCone>> old = std::move(cones);
+  cones.clear();
+  cones.resize(groups.size());
+  std::vector<std::size_t> missing;
+  for (std::size_t g = 0; g < groups.size(); ++g) {
+    const auto& group = groups[g];
+    for (auto& candidate : old) {
+      if (!candidate || candidate->frame != frame || candidate->unseen != options.unseen ||
+          candidate->from.size() != group.size())
+        continue;
+      bool same = true;
+      for (std::size_t i = 0; i < group.size() && same; ++i)
+        same =
+            candidate->views[i] == group[i].view && candidate->from[i].same(*group[i].silhouette);
+      if (!same) continue;
+      cones[g] = std::move(candidate);
+      break;
+    }
+    if (!cones[g]) missing.push_back(g);
+  }
+  for (std::size_t g : missing) {
+    for (auto& candidate : old)
+      if (candidate) {
+        cones[g] = std::move(candidate);
+        break;
+      }
+    if (!cones[g]) cones[g] = std::make_unique<CachedCone>();
+    CachedCone& cached = *cones[g];
+    cached.frame = frame;
+    cached.unseen = options.unseen;
+    cached.from.resize(groups[g].size());
+    cached.views.resize(groups[g].size());
+    for (std::size_t i = 0; i < groups[g].size(); ++i) {
+      cached.from[i].copy(*groups[g][i].silhouette);
+      cached.views[i] = groups[g][i].view;
+    }
+  }
+  try {
+    parallel_for(
+        missing.size(), 1, std::max(1, options.threads), [&](std::size_t begin, std::size_t end) {
+          for (std::size_t i = begin; i < end; ++i)
+            hull::build_cone(cones[missing[i]]->cone, groups[missing[i]], frame, options.unseen);
+        });
+  } catch (...) {
+    cones.clear();
+    throw;
+  }
+  used.clear();
+  for (const auto& cached : cones) used.push_back(&cached->cone);
+}
+
+void HullBuilder::State::clip_faces(int threads) {
+  const std::size_t faces = scene.face_count();
+  const std::size_t count = (faces + faces_per_block - 1) / faces_per_block;
+  blocks.resize(count);
+  parallel_for(count, 1, threads, [&](std::size_t begin, std::size_t end) {
+    std::unique_ptr<FaceClipper> clipper = take(clippers);
+    clipper->begin(scene);
+    for (std::size_t b = begin; b < end; ++b) {
+      blocks[b].clear();
+      const std::size_t last = std::min(faces, (b + 1) * faces_per_block);
+      for (std::size_t f = b * faces_per_block; f < last; ++f)
+        clipper->clip(static_cast<std::uint32_t>(f), blocks[b]);
+    }
+    give(clippers, std::move(clipper));
+  });
+  for (const FaceLoops& block : blocks) {
+    statistics.predicates += block.predicates;
+    statistics.exact_predicates += block.exact;
+    statistics.inconsistencies += block.broken;
+  }
+}
+
+void HullBuilder::State::triangulate(int threads) {
+  const std::size_t faces = hull.faces.size();
+  const std::size_t count = (faces + faces_per_block - 1) / faces_per_block;
+  triangle_blocks.resize(count);
+  parallel_for(count, 4, threads, [&](std::size_t begin, std::size_t end) {
+    std::unique_ptr<hull::Triangulator> worker = take(triangulators);
+    for (std::size_t b = begin; b < end; ++b) {
+      auto& triangles = triangle_blocks[b];
+      triangles.clear();
+      const std::size_t last = std::min(faces, (b + 1) * faces_per_block);
+      for (std::size_t f = b * faces_per_block; f < last; ++f) {
+        const std::uint32_t loop_begin = f == 0 ? 0 : hull.face_loop_ends[f - 1];
+        const std::uint32_t loop_end = hull.face_loop_ends[f];
+        const std::uint32_t first = loop_begin == 0 ? 0 : hull.loop_ends[loop_begin - 1];
+        const std::uint32_t last_corner = hull.loop_ends[loop_end - 1];
+        const std::span<const std::uint32_t> loops(hull.loop_vertices.data() + first,
+                                                   last_corner - first);
+        const std::span<const std::uint32_t> ends(hull.loop_ends.data() + loop_begin,
+                                                  loop_end - loop_begin);
+        const std::size_t before = triangles.size();
+        hull.faces[f].first_triangle = static_cast<std::uint32_t>(before / 3);
+        worker->triangulate(hull.vertices, loops, ends, first, face_normals[f], triangles);
+        hull.faces[f].triangle_count = static_cast<std::uint32_t>((triangles.size() - before) / 3);
+      }
+    }
+    give(triangulators, std::move(worker));
+  });
+  for (std::size_t b = 0; b < count; ++b) {
+    const std::uint32_t base = static_cast<std::uint32_t>(hull.triangles.size() / 3);
+    const std::size_t last = std::min(faces, (b + 1) * faces_per_block);
+    for (std::size_t f = b * faces_per_block; f < last; ++f) hull.faces[f].first_triangle += base;
+    hull.triangles.insert(hull.triangles.end(), triangle_blocks[b].begin(),
+                          triangle_blocks[b].end());
+  }
+}
+
+void HullBuilder::State::build(std::span<const Silhouette> views, const HullOptions& options) {
+  double t0 = seconds_now();
+  const auto lap = [&](double& into) {
+    const double t1 = seconds_now();
+    into += t1 - t0;
+    t0 = t1;
+  };
+  statistics = {};
+  hull.vertices.clear(), hull.triangles.clear(), hull.faces.clear();
+  hull.loop_vertices.clear(), hull.loop_ends.clear(), hull.face_loop_ends.clear();
+  hull.origin = Vec3(0.0);
+  cameras.clear();
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    cameras.push_back(hull::read_camera(*views[i].camera, i));
+    statistics.contour_vertices += static_cast<std::uint32_t>(views[i].rings->points.size());
+    statistics.cameras += !views[i].rings->points.empty();
+  }
+  if (options.unseen == Unseen::keep && !options.bounds)
+    throw Error(
+        Error::Kind::bad_input,
+        "Space that cameras do not see is to be kept (unseen = keep), but the hull has no bounds: "
+        "give the rig \"bounds\" or carve.");
+  if (options.bounds)
+    for (int k = 0; k < 3; ++k) {
+      if (!std::isfinite(options.bounds->min[k]) || !std::isfinite(options.bounds->max[k]))
+        throw Error(Error::Kind::bad_input,
+                    "The hull's bounds are not finite: expected min and max per axis.");
+      if (!(options.bounds->min[k] < options.bounds->max[k])) return;
+    }
+  if (views.empty()) return;
+  if (options.unseen == Unseen::carve && statistics.cameras < views.size()) return;
+  std::array<double, 6> box;
+  const Frame frame = choose_frame(options, box);
+  std::vector<const Cone*> used;
+  prepare(views, options, frame, used);
+  lap(statistics.seconds_prepare);
+  if (options.unseen == Unseen::keep)
+    std::erase_if(used, [](const Cone* cone) { return cone->size() == 0; });
+  for (const Cone* cone : used)
+    if (cone->size() == 0) return;
+  if (!hull::build_scene(scene, used, box)) return;
+  lap(statistics.seconds_bins);
+  const int threads = std::max(1, options.threads);
+  clip_faces(threads);
+  lap(statistics.seconds_cone_edges);
+  assembler.assemble(scene, frame, blocks, hull, face_normals);
+  lap(statistics.seconds_assemble);
+  triangulate(threads);
+  lap(statistics.seconds_triangulate);
+}
+
+HullBuilder::HullBuilder() : state_(new State) {}
+HullBuilder::~HullBuilder() {
+  delete state_;
+}
+HullBuilder::HullBuilder(HullBuilder&& other) noexcept
+    : state_(std::exchange(other.state_, nullptr)) {}
+HullBuilder& HullBuilder::operator=(HullBuilder&& other) noexcept {
+  std::swap(state_, other.state_);
+  return *this;
+}
+
+const HullStatistics& HullBuilder::statistics() const {
+  return state_->statistics;
+}
+
+const Hull& HullBuilder::build(std::span<const Silhouette> silhouettes,
+                               const HullOptions& options) {
+  State& s = *state_;
+  if (s.unchanged(silhouettes, options)) {
+    s.statistics.reused = true;
+    return s.hull;
+  }
+  s.valid = false;
+  s.build(silhouettes, options);
+  s.remember(silhouettes, options);
+  return s.hull;
+}
+
+}  // namespace polyhull

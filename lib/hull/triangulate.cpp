@@ -1,0 +1,279 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "hull/triangulate.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace polyhull::hull {
+namespace {
+
+constexpr std::uint32_t none = 0xffffffffu;
+
+double cross(const Vec2& a, const Vec2& b) {
+  return a.x * b.y - a.y * b.x;
+}
+
+}  // namespace
+
+double Triangulator::turn(std::uint32_t a, std::uint32_t b, std::uint32_t c) const {
+  return cross(flat_[b] - flat_[a], flat_[c] - flat_[a]);
+}
+
+void Triangulator::triangulate(std::span<const Vec3f> vertices,
+                               std::span<const std::uint32_t> loops,
+                               std::span<const std::uint32_t> ends, std::uint32_t first,
+                               const Vec3& normal, std::vector<std::uint32_t>& triangles) {
+  const std::uint32_t count = ends.back() - first;
+  if (count == 3) {
+    triangles.insert(triangles.end(), loops.begin(), loops.begin() + 3);
+    return;
+  }
+  int axis = 0;
+  for (int k = 1; k < 3; ++k)
+    if (std::abs(normal[k]) > std::abs(normal[axis])) axis = k;
+  int u = (axis + 1) % 3, v = (axis + 2) % 3;
+  if (normal[axis] < 0) std::swap(u, v);
+  Vec3 along = Vec3(0.0);
+  along[u] = 1.0;
+  const Vec3 e1 = glm::normalize(glm::cross(normal, along)), e0 = glm::cross(e1, normal);
+  flat_.resize(count), metric_.resize(count), number_.resize(count);
+  const Vec3 origin(vertices[loops[0]]);
+  for (std::uint32_t i = 0; i < count; ++i) {
+    number_[i] = loops[i];
+    const Vec3 p = Vec3(vertices[loops[i]]) - origin;
+    flat_[i] = {p[u], p[v]};
+    metric_[i] = {glm::dot(p, e0), glm::dot(p, e1)};
+  }
+  local_.clear();
+  if (count == 4 && ends.size() == 1) {
+    // Either diagonal, whichever is allowed and rounder.
+    const auto good = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) {
+      return std::min(turn(a, b, c), turn(a, c, d));
+    };
+    const double q0 = good(0, 1, 2, 3), q1 = good(1, 2, 3, 0);
+    const bool second = q0 > 0 && q1 > 0 ? worse(0, 1, 2, 3) : q1 > q0;
+    if (second)
+      local_ = {1, 2, 3, 1, 3, 0};
+    else
+      local_ = {0, 1, 2, 0, 2, 3};
+  } else {
+    nodes_.clear(), starts_.clear(), counts_.clear();
+    std::uint32_t begin = 0;
+    for (std::uint32_t end : ends) {
+      end -= first;
+      const std::uint32_t n = end - begin;
+      for (std::uint32_t i = 0; i < n; ++i)
+        nodes_.push_back({begin + i, begin + (i + n - 1) % n, begin + (i + 1) % n});
+      starts_.push_back(begin);
+      counts_.push_back(n);
+      begin = end;
+    }
+    if (starts_.size() > 1) join_holes();
+    for (std::size_t i = 0; i < starts_.size(); ++i) cut_ears(starts_[i], counts_[i]);
+    flip_edges();
+  }
+  for (std::uint32_t i : local_) triangles.push_back(number_[i]);
+}
+
+/// Joins each hole to the outer loop around it by a bridge, so that only outer loops are left.
+void Triangulator::join_holes() {
+  const std::size_t loops = starts_.size();
+  std::vector<double> area(loops, 0.0);
+  std::vector<std::uint32_t> rightmost(loops);
+  for (std::size_t i = 0; i < loops; ++i) {
+    rightmost[i] = starts_[i];
+    for (std::uint32_t k = starts_[i]; k < starts_[i] + counts_[i]; ++k) {
+      area[i] += cross(flat_[k] - flat_[starts_[i]], flat_[nodes_[k].next] - flat_[starts_[i]]);
+      const Vec2 &p = flat_[k], &q = flat_[rightmost[i]];
+      if (p.x > q.x || (p.x == q.x && p.y > q.y)) rightmost[i] = k;
+    }
+  }
+  std::vector<std::size_t> holes;
+  for (std::size_t i = 0; i < loops; ++i)
+    if (area[i] < 0) holes.push_back(i);
+  // From the right, so that a bridge to the right only meets loops that are joined already.
+  std::sort(holes.begin(), holes.end(), [&](std::size_t a, std::size_t b) {
+    const Vec2 &p = flat_[rightmost[a]], &q = flat_[rightmost[b]];
+    return p.x != q.x ? p.x > q.x : p.y != q.y ? p.y > q.y : a < b;
+  });
+  std::vector<bool> joined(loops);
+  for (std::size_t i = 0; i < loops; ++i) joined[i] = area[i] >= 0;
+  std::vector<std::size_t> owner(loops);
+  for (std::size_t i = 0; i < loops; ++i) owner[i] = i;
+  std::vector<std::uint32_t> loop_of(nodes_.size());
+  for (std::size_t i = 0; i < loops; ++i)
+    for (std::uint32_t k = starts_[i]; k < starts_[i] + counts_[i]; ++k)
+      loop_of[k] = static_cast<std::uint32_t>(i);
+  for (std::size_t h : holes) {
+    const std::uint32_t m = rightmost[h];
+    const Vec2 p = flat_[m];
+    // The nearest edge to the right of p that runs upwards has the face on its left, where p is.
+    double best = 1e300;
+    std::uint32_t target = none;
+    const std::uint32_t total = static_cast<std::uint32_t>(nodes_.size());
+    for (std::uint32_t k = 0; k < total; ++k) {
+      if (!joined[owner[loop_of[k]]]) continue;
+      const Vec2 a = flat_[nodes_[k].vertex], b = flat_[nodes_[nodes_[k].next].vertex];
+      if (!(a.y <= p.y && b.y >= p.y && a.y != b.y)) continue;
+      const double x = a.x + (p.y - a.y) * (b.x - a.x) / (b.y - a.y);
+      if (x >= p.x && x < best) best = x, target = a.x > b.x ? k : nodes_[k].next;
+    }
+    if (target == none) continue;
+    // A vertex inside the triangle (p, crossing, target) would hide the target: take the one at the
+    // smallest angle to the right.
+    const Vec2 q(best, p.y), t = flat_[nodes_[target].vertex];
+    double smallest = 1e300, nearest = 1e300;
+    std::uint32_t chosen = target;
+    const Vec2 lower = t.y < p.y ? t : q, upper = t.y < p.y ? q : t;
+    for (std::uint32_t k = 0; k < total; ++k) {
+      if (!joined[owner[loop_of[k]]]) continue;
+      const Vec2 x = flat_[nodes_[k].vertex];
+      if (x.x < p.x) continue;
+      if (cross(lower - p, x - p) < 0 || cross(upper - lower, x - lower) < 0 ||
+          cross(p - upper, x - upper) < 0)
+        continue;
+      const Vec2 a = flat_[nodes_[nodes_[k].previous].vertex],
+                 b = flat_[nodes_[nodes_[k].next].vertex];
+      // p must lie in the node's own sector.
+      const bool convex = cross(x - a, b - x) > 0;
+      const bool left_of_in = cross(x - a, p - a) > 0, left_of_out = cross(b - x, p - x) > 0;
+      if (convex ? !(left_of_in && left_of_out) : !(left_of_in || left_of_out)) continue;
+      const double angle = std::abs(x.y - p.y) / std::max(x.x - p.x, 1e-300);
+      const double distance = glm::length(x - p);
+      if (angle < smallest || (angle == smallest && distance < nearest))
+        smallest = angle, nearest = distance, chosen = k;
+    }
+    // outer ... chosen -> m ... (around the hole) ... m' -> chosen' ...
+    const std::uint32_t m2 = total, c2 = total + 1;
+    nodes_.push_back({nodes_[m].vertex, nodes_[m].previous, c2});
+    nodes_.push_back({nodes_[chosen].vertex, m2, nodes_[chosen].next});
+    nodes_[nodes_[m].previous].next = m2;
+    nodes_[nodes_[chosen].next].previous = c2;
+    nodes_[chosen].next = m;
+    nodes_[m].previous = chosen;
+    const std::size_t into = owner[loop_of[chosen]];
+    loop_of.push_back(static_cast<std::uint32_t>(into));
+    loop_of.push_back(static_cast<std::uint32_t>(into));
+    counts_[into] += counts_[h] + 2;
+    owner[h] = into;
+    joined[h] = true;
+    for (std::size_t i = 0; i < loops; ++i)
+      if (owner[i] == h) owner[i] = into;
+  }
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < loops; ++i)
+    if (owner[i] == i && area[i] >= 0) starts_[kept] = starts_[i], counts_[kept++] = counts_[i];
+  starts_.resize(kept), counts_.resize(kept);
+}
+
+bool Triangulator::ear(std::uint32_t node) const {
+  const std::uint32_t a = nodes_[nodes_[node].previous].vertex, b = nodes_[node].vertex,
+                      c = nodes_[nodes_[node].next].vertex;
+  if (!(turn(a, b, c) > 0)) return false;
+  const Vec2 p = flat_[a], q = flat_[b], r = flat_[c];
+  const double x0 = std::min({p.x, q.x, r.x}), x1 = std::max({p.x, q.x, r.x});
+  const double y0 = std::min({p.y, q.y, r.y}), y1 = std::max({p.y, q.y, r.y});
+  for (std::uint32_t k = nodes_[nodes_[node].next].next; k != nodes_[node].previous;
+       k = nodes_[k].next) {
+    const std::uint32_t v = nodes_[k].vertex;
+    const Vec2 x = flat_[v];
+    if (x.x < x0 || x.x > x1 || x.y < y0 || x.y > y1) continue;
+    if (v == a || v == b || v == c) continue;
+    if (turn(a, b, v) >= 0 && turn(b, c, v) >= 0 && turn(c, a, v) >= 0) return false;
+  }
+  return true;
+}
+
+void Triangulator::cut_ears(std::uint32_t start, std::uint32_t count) {
+  std::uint32_t node = start, misses = 0;
+  bool any =
+      false;  // after a whole round without an ear, take what turns the right way, then anything
+  while (count > 3) {
+    const std::uint32_t previous = nodes_[node].previous, next = nodes_[node].next;
+    const bool forced = misses > 2 * count;
+    const bool loose = misses > count &&
+                       turn(nodes_[previous].vertex, nodes_[node].vertex, nodes_[next].vertex) >= 0;
+    if (forced || loose || ear(node)) {
+      any = any || forced;
+      local_.insert(local_.end(),
+                    {nodes_[previous].vertex, nodes_[node].vertex, nodes_[next].vertex});
+      nodes_[previous].next = next;
+      nodes_[next].previous = previous;
+      --count;
+      misses = 0;
+      node = nodes_[next].next;  // not the neighbour: avoids fans of thin triangles
+    } else {
+      ++misses;
+      node = next;
+    }
+  }
+  if (count == 3)
+    local_.insert(local_.end(), {nodes_[nodes_[node].previous].vertex, nodes_[node].vertex,
+                                 nodes_[nodes_[node].next].vertex});
+}
+
+/// Whether the diagonal a-c of the quadrilateral a b c d should become b-d: d lies inside the
+/// circle through a, b, c.
+bool Triangulator::worse(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) const {
+  const Vec2 p = metric_[a] - metric_[d], q = metric_[b] - metric_[d], r = metric_[c] - metric_[d];
+  const double pp = glm::dot(p, p), qq = glm::dot(q, q), rr = glm::dot(r, r);
+  const double x = pp * cross(q, r), y = qq * cross(r, p), z = rr * cross(p, q);
+  // A margin far above rounding keeps the flips from going in circles.
+  return x + y + z > 1e-9 * (std::abs(x) + std::abs(y) + std::abs(z));
+}
+
+void Triangulator::flip_edges() {
+  const std::uint32_t half_edges = static_cast<std::uint32_t>(local_.size());
+  keys_.clear();
+  opposite_.assign(half_edges, none);
+  for (std::uint32_t h = 0; h < half_edges; ++h) {
+    const std::uint32_t a = local_[h], b = local_[h % 3 == 2 ? h - 2 : h + 1];
+    keys_.push_back(static_cast<std::uint64_t>(std::min(a, b)) << 44 |
+                    static_cast<std::uint64_t>(std::max(a, b)) << 24 | h);
+  }
+  std::sort(keys_.begin(), keys_.end());
+  for (std::size_t i = 0; i + 1 < keys_.size(); ++i)
+    if (keys_[i] >> 24 == keys_[i + 1] >> 24) {
+      const std::uint32_t g = keys_[i] & 0xffffff, h = keys_[i + 1] & 0xffffff;
+      opposite_[g] = h, opposite_[h] = g;
+    }
+  stack_.clear();
+  for (std::uint32_t h = 0; h < half_edges; ++h)
+    if (opposite_[h] != none && opposite_[h] > h) stack_.push_back(h);
+  const auto following = [](std::uint32_t h) { return h % 3 == 2 ? h - 2 : h + 1; };
+  std::size_t budget =
+      64 + 16 * static_cast<std::size_t>(half_edges) * (half_edges < 64 ? half_edges : 64);
+  while (!stack_.empty() && budget-- > 0) {
+    const std::uint32_t h = stack_.back();
+    stack_.pop_back();
+    const std::uint32_t g = opposite_[h];
+    if (g == none) continue;
+    // Triangles (a, c, d) and (c, a, b) share a-c: h runs a -> c, g runs c -> a.
+    const std::uint32_t h1 = following(h), h2 = following(h1), g1 = following(g),
+                        g2 = following(g1);
+    const std::uint32_t a = local_[h], c = local_[g], d = local_[h2], b = local_[g2];
+    const double before = std::min(turn(a, c, d), turn(c, a, b));
+    const double after = std::min(turn(b, d, a), turn(b, c, d));
+    const bool repair = before <= 0 && after > before;
+    if (!repair && !(after > 0 && worse(a, b, c, d))) continue;
+    // Now (b, d, a) in place of h's triangle and (d, b, c) in place of g's.
+    const std::uint32_t cd = opposite_[h1], da = opposite_[h2], ab = opposite_[g1],
+                        bc = opposite_[g2];
+    const std::uint32_t t0 = h / 3 * 3, t1 = g / 3 * 3;
+    local_[t0] = b, local_[t0 + 1] = d, local_[t0 + 2] = a;
+    local_[t1] = d, local_[t1 + 1] = b, local_[t1 + 2] = c;
+    const auto link = [&](std::uint32_t x, std::uint32_t y) {
+      opposite_[x] = y;
+      if (y != none) opposite_[y] = x;
+    };
+    link(t0, t1);
+    link(t0 + 1, da);
+    link(t0 + 2, ab);
+    link(t1 + 1, bc);
+    link(t1 + 2, cd);
+    for (std::uint32_t x : {t0 + 1, t0 + 2, t1 + 1, t1 + 2})
+      if (opposite_[x] != none) stack_.push_back(x);
+  }
+}
+
+}  // namespace polyhull::hull

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// The constrained Delaunay triangulation of one face.
+///
+/// The loops are triangulated in the plane, by the coordinates that the vertices have after
+/// rounding to float, dropped along the face normal's largest axis: a triangle that runs the right
+/// way round there cannot be flipped. Holes are joined to their outer loops by bridges, ears are
+/// cut off, and inner edges are flipped (Lawson 1977) until each is locally Delaunay, measured in
+/// the face's own plane.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "base/vector.h"
+
+namespace polyhull::hull {
+
+class Triangulator {
+ public:
+  /// Appends the triangles of the face to \p triangles. \p loops: vertex numbers, loop k is
+  /// [ends[k-1], ends[k]) of them counted from first; outer loops counter-clockwise seen against
+  /// \p normal (out of the solid), holes clockwise.
+  void triangulate(std::span<const Vec3f> vertices, std::span<const std::uint32_t> loops,
+                   std::span<const std::uint32_t> ends, std::uint32_t first, const Vec3& normal,
+                   std::vector<std::uint32_t>& triangles);
+
+ private:
+  struct Node {
+    std::uint32_t vertex, previous, next;
+  };
+  double turn(std::uint32_t a, std::uint32_t b, std::uint32_t c) const;  // of local points
+  void join_holes();
+  void cut_ears(std::uint32_t start, std::uint32_t count);
+  bool ear(std::uint32_t node) const;
+  void flip_edges();
+  bool worse(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) const;
+
+  std::vector<Vec2> flat_;    ///< dropped along an axis, counter-clockwise from outside
+  std::vector<Vec2> metric_;  ///< in the face's plane, true lengths
+  std::vector<std::uint32_t> number_;
+  std::vector<Node> nodes_;
+  std::vector<std::uint32_t> starts_, counts_;
+  std::vector<std::uint32_t> local_;     ///< triangles by local points
+  std::vector<std::uint32_t> opposite_;  ///< half-edge numbers
+  std::vector<std::uint32_t> stack_;
+  std::vector<std::uint64_t> keys_;
+};
+
+}  // namespace polyhull::hull
