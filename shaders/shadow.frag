@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// What the subject takes away from the scene's surface: albedo / pi times the direct light of the main
-// light that the subject blocks and the scene itself does not.
+// The light that the subject takes away from the scene's surface: the part of the main light's
+// irradiance (for radiance * area = 1) that the subject blocks and the scene itself does not. Drawn at
+// half the picture's resolution; shadow_apply.frag brings it to full.
+//
+// Interleaved sampling (Keller and Heidrich 2001): each pixel of a block of 2 x 2 asks every fourth
+// sample only, and shadow_blur.frag gathers the block.
 //
 // The light is cut into `samples` cells, each with a depth map of the subject and one of the scene
 // seen from its centre. Within a cell, penumbrae follow from percentage-closer soft shadows (Fernando
@@ -9,7 +13,6 @@
 // cell * (1/z_blocker - 1/z_receiver).
 in vec3 world;
 in vec3 world_normal;
-in vec2 uv;
 
 uniform int samples;
 uniform vec3 light_position[MAX_LIGHT_SAMPLES];
@@ -19,7 +22,8 @@ uniform vec2 inverse_from_depth[MAX_LIGHT_SAMPLES];  // scale, offset: subject m
 uniform vec4 kernel[MAX_LIGHT_SAMPLES];              // map offset per inverse depth along u and v
 uniform float nearest[MAX_LIGHT_SAMPLES];            // largest 1/z of the subject
 uniform vec3 light_normal;  // 0: a point light
-uniform vec3 light_power;   // radiance * area / samples (point: intensity), times exposure
+uniform float share;        // of the light that a sample that is asked stands for
+uniform int stride;         // 4: interleaved, 1: every sample
 uniform float static_bias;  // scene units per unit of distance
 uniform vec3 eye;
 
@@ -27,7 +31,7 @@ uniform sampler2DArray subject_depth;
 uniform highp sampler2DArrayShadow subject_test;
 uniform highp sampler2DArrayShadow static_test;
 
-layout(location = 0) out vec4 taken;
+layout(location = 0) out vec4 taken;  // irradiance, 1 / view depth
 
 // Even samples of the square [-1, 1]^2 (Roberts' R2 sequence).
 vec2 tap(int i, float start) {
@@ -66,7 +70,9 @@ void main() {
   vec3 normal = normalize(world_normal);
   if (dot(normal, eye - world) < 0.0) normal = -normal;
   float irradiance = 0.0;
-  for (int j = 0; j < samples; ++j) {
+  ivec2 pixel = ivec2(gl_FragCoord.xy) & 1;
+  int first = stride == 1 ? 0 : pixel.x + 2 * pixel.y;
+  for (int j = first; j < samples; j += stride) {
     vec4 map = subject_from_scene[j] * vec4(world, 1.0);
     if (map.w <= 0.0) continue;
     vec3 coordinate = map.xyz / map.w;
@@ -87,5 +93,5 @@ void main() {
       open = texture(static_test, vec4(c.xy, float(j), c.z));
     irradiance += blocked * open * incidence * exit / distance_2;
   }
-  taken = vec4(diffuse_albedo(uv) / PI * light_power * irradiance, 1.0);
+  taken = vec4(irradiance * share, gl_FragCoord.w, 0.0, 1.0);
 }

@@ -230,10 +230,7 @@ void Compositor::State::draw_layers(const Frame& frame, const Plan& plan,
   }
   if (!plan.shadow.empty()) {
     timer.begin(Pass::shadow);
-    light.bind();
-    glEnable(GL_DEPTH_TEST);
-    glDisable(GL_CULL_FACE);
-    shadow.draw(in);
+    shadow.draw(in, light);
     timer.end();
   }
   if (!plan.mirror.empty()) {

@@ -31,8 +31,8 @@ class ShadowPass {
  public:
   /// Draws the depth maps.
   void draw_maps(const PassInput& in);
-  /// Draws what is taken into the bound light layer, whose depth is the scene's.
-  void draw(const PassInput& in);
+  /// Draws what is taken into \p light, whose depth is the scene's.
+  void draw(const PassInput& in, gl::LightLayer& light);
   bool static_reused() const { return static_reused_; }
 
  private:
@@ -43,11 +43,15 @@ class ShadowPass {
     bool operator==(const StaticKey&) const = default;
   };
   gl::Program& receiver(ShadowQuality quality);
+  void draw_irradiance(const PassInput& in);
+  void blur(const PassInput& in);
 
-  gl::Program depth_of_hull_, depth_of_scene_;
+  gl::Program depth_of_hull_, depth_of_scene_, blur_, apply_;
+  gl::LightLayer half_, gathered_;
+  gl::VertexArray nothing_;
   gl::Program receivers_[4];
   gl::DepthMaps subject_maps_, static_maps_;
-  gl::Sampler compare_, nearest_;
+  gl::Sampler compare_, nearest_, smooth_;
   std::optional<StaticKey> static_key_;
   std::vector<LightView> views_, static_views_;
   bool static_reused_ = false;

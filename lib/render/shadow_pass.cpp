@@ -15,10 +15,17 @@ std::vector<glm::mat4> to_float(const std::vector<LightView>& views) {
   return out;
 }
 
-GLuint make_sampler(gl::Sampler& sampler, bool compare) {
+/// The half picture's pixels under \p part, with one more around for the blur.
+Rectangle half_part(const Rectangle& part, int width, int height) {
+  const int x0 = part.x / 2 - 2, x1 = (part.x + part.width + 1) / 2 + 2;
+  const int y0 = part.y / 2 - 2, y1 = (part.y + part.height + 1) / 2 + 2;
+  return intersection({x0, y0, x1 - x0, y1 - y0}, {0, 0, width, height});
+}
+
+GLuint make_sampler(gl::Sampler& sampler, bool compare, bool smooth = false) {
   if (!sampler.made()) {
     const GLuint name = sampler.get();
-    const GLint filter = compare ? GL_LINEAR : GL_NEAREST;
+    const GLint filter = compare || smooth ? GL_LINEAR : GL_NEAREST;
     glSamplerParameteri(name, GL_TEXTURE_MIN_FILTER, filter);
     glSamplerParameteri(name, GL_TEXTURE_MAG_FILTER, filter);
     glSamplerParameteri(name, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
@@ -40,7 +47,7 @@ gl::Program& ShadowPass::receiver(ShadowQuality quality) {
     program = gl::Program("scene.vert", "shadow.frag",
                           {"MAX_LIGHT_SAMPLES " + std::to_string(max_light_samples),
                            soft ? "BLOCKER_TAPS 4" : "BLOCKER_TAPS 0", "FILTER_TAPS 4"},
-                          {"material.glsl"});
+                          {});
   }
   return program;
 }
@@ -103,9 +110,10 @@ void ShadowPass::draw_maps(const PassInput& in) {
   }
 }
 
-void ShadowPass::draw(const PassInput& in) {
+void ShadowPass::draw_irradiance(const PassInput& in) {
   const Light& light = in.frame.lights[static_cast<std::size_t>(in.plan.light)];
-  const std::size_t count = views_.size();
+  const int count = static_cast<int>(views_.size());
+  const int stride = count % 4 == 0 ? 4 : 1;
   std::vector<glm::vec3> positions;
   std::vector<glm::vec2> inverse;
   std::vector<glm::vec4> kernels;
@@ -116,10 +124,33 @@ void ShadowPass::draw(const PassInput& in) {
     kernels.emplace_back(view.kernel);
     nearest.push_back(static_cast<float>(view.inverse_from_depth.y));  // depth 0: the near plane
   }
+  // Pixel (i, j) of the half picture covers the full one's (2i, 2j) to (2i + 1, 2j + 1), also where
+  // the full size is odd.
+  const int width = (in.frame.width + 1) / 2, height = (in.frame.height + 1) / 2;
+  const double sx = in.frame.width / (2.0 * width), sy = in.frame.height / (2.0 * height);
+  Mat4 fit(1.0);
+  fit[0][0] = sx;
+  fit[3][0] = sx - 1.0;
+  fit[1][1] = sy;
+  fit[3][1] = sy - 1.0;
+  const glm::mat4 clip(fit * in.plan.clip_from_scene);
+  half_.resize(width, height);
+  half_.bind();
+  gl::scissor(half_part(in.plan.shadow, width, height));
+  glClearColor(0.0f, 0.0f, 0.0f, 0.0f);
+  glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+  glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
+  depth_of_scene_.use();
+  depth_of_scene_.set("clip_from_scene", clip);
+  in.scene.draw();
+  glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+
   gl::Program& program = receiver(in.settings.shadow);
   program.use();
-  program.set("clip_from_scene", glm::mat4(in.plan.clip_from_scene));
-  program.set("samples", static_cast<int>(count));
+  program.set("clip_from_scene", clip);
+  program.set("samples", count);
+  program.set("stride", stride);
+  program.set("share", static_cast<float>(stride) / static_cast<float>(count));
   program.set("light_position", std::span<const glm::vec3>(positions));
   program.set("subject_from_scene", std::span<const glm::mat4>(to_float(views_)));
   program.set("static_from_scene", std::span<const glm::mat4>(to_float(static_views_)));
@@ -127,28 +158,64 @@ void ShadowPass::draw(const PassInput& in) {
   program.set("kernel", std::span<const glm::vec4>(kernels));
   program.set("nearest", std::span<const float>(nearest));
   program.set("light_normal", light_normal(light));
-  program.set("light_power", light_power(light) * (in.frame.exposure / static_cast<float>(count)));
   program.set("static_bias", 2.0f * 2.0f * 3.732f / static_map_size);
   program.set("eye", glm::vec3(in.plan.eye));
   gl::bind_texture(0, GL_TEXTURE_2D_ARRAY, subject_maps_.texture(), make_sampler(nearest_, false));
   gl::bind_texture(1, GL_TEXTURE_2D_ARRAY, subject_maps_.texture(), make_sampler(compare_, true));
   gl::bind_texture(2, GL_TEXTURE_2D_ARRAY, static_maps_.texture(), make_sampler(compare_, true));
-  glBindSampler(3, 0);
   program.set("subject_depth", 0);
   program.set("subject_test", 1);
   program.set("static_test", 2);
-  program.set("base_texture", 3);
+  glDepthMask(GL_FALSE);
+  glDepthFunc(GL_EQUAL);
+  in.scene.draw();
+  glDepthMask(GL_TRUE);
+  glDepthFunc(GL_LESS);
+  for (int unit = 0; unit < 3; ++unit) glBindSampler(static_cast<GLuint>(unit), 0);
+}
 
+void ShadowPass::blur(const PassInput& in) {
+  const int width = (in.frame.width + 1) / 2, height = (in.frame.height + 1) / 2;
+  gathered_.resize(width, height);
+  gathered_.bind();
+  gl::scissor(half_part(in.plan.shadow, width, height));
+  glDisable(GL_DEPTH_TEST);
+  if (!blur_.made()) blur_ = gl::Program("fullscreen.vert", "shadow_blur.frag");
+  blur_.use();
+  gl::bind_texture(0, GL_TEXTURE_2D, half_.colour());
+  blur_.set("taken", 0);
+  glBindVertexArray(nothing_.get());
+  glDrawArrays(GL_TRIANGLES, 0, 3);
+  glEnable(GL_DEPTH_TEST);
+}
+
+void ShadowPass::draw(const PassInput& in, gl::LightLayer& light_layer) {
+  const Light& light = in.frame.lights[static_cast<std::size_t>(in.plan.light)];
+  glEnable(GL_DEPTH_TEST);
+  glDisable(GL_CULL_FACE);
+  draw_irradiance(in);
+  blur(in);
+
+  if (!apply_.made())
+    apply_ = gl::Program("scene.vert", "shadow_apply.frag", {}, {"material.glsl"});
+  light_layer.bind();
   gl::scissor(in.plan.shadow);
-  glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
   glClearColor(0.0f, 0.0f, 0.0f, 0.0f);
   glClear(GL_COLOR_BUFFER_BIT);
   glDepthMask(GL_FALSE);
   glDepthFunc(GL_EQUAL);
-  in.scene.draw_with_materials(*in.frame.scene, program, 3);
+  apply_.use();
+  apply_.set("clip_from_scene", glm::mat4(in.plan.clip_from_scene));
+  apply_.set("light_power", light_power(light) * in.frame.exposure);
+  apply_.set("half_size", glm::vec2((in.frame.width + 1) / 2, (in.frame.height + 1) / 2));
+  gl::bind_texture(0, GL_TEXTURE_2D, gathered_.colour(), make_sampler(smooth_, false, true));
+  apply_.set("taken", 0);
+  apply_.set("base_texture", 1);
+  glBindSampler(1, 0);
+  in.scene.draw_with_materials(*in.frame.scene, apply_, 1);
+  glBindSampler(0, 0);
   glDepthMask(GL_TRUE);
   glDepthFunc(GL_LESS);
-  for (int unit = 0; unit < 3; ++unit) glBindSampler(static_cast<GLuint>(unit), 0);
 }
 
 }  // namespace polyhull

@@ -92,7 +92,11 @@ TEST_P(CompositorTest, StandsInTheSceneLikeTheTruth) {
   const Picture truth = stage.truth();
   Compositor compositor;
   std::printf("%s\n", compositor.description().c_str());
-  const Picture result = composite(compositor, stage, {});
+  RenderSettings settings;
+  if (const char* q = std::getenv("Q")) settings.shadow = static_cast<ShadowQuality>(std::atoi(q));
+  if (const char* q = std::getenv("N")) settings.light_samples = std::atoi(q);
+  if (const char* q = std::getenv("M")) settings.shadow_map_size = std::atoi(q);
+  const Picture result = composite(compositor, stage, settings);
   keep(stage.background, "background");
   keep(truth, "truth");
   keep(result, "composite");
@@ -107,6 +111,10 @@ TEST_P(CompositorTest, StandsInTheSceneLikeTheTruth) {
 TEST_P(CompositorTest, Speed) {
   Stage stage(1280, 720);
   stage.trace_background(2, 1);
+  RenderSettings settings;
+  if (const char* q = std::getenv("Q")) settings.shadow = static_cast<ShadowQuality>(std::atoi(q));
+  if (const char* q = std::getenv("N")) settings.light_samples = std::atoi(q);
+  if (const char* q = std::getenv("M")) settings.shadow_map_size = std::atoi(q);
   Compositor compositor;
   double best = 1e9;
   std::vector<RenderStatistics::PassTime> passes;
@@ -114,7 +122,7 @@ TEST_P(CompositorTest, Speed) {
     stage.frame.viewport =
         synthetic::look_at({1.3 + 0.01 * i, 1.5, 4.2}, {0.0, 0.9, 0.0}, 1280, 720, 50.0);
     const auto start = std::chrono::steady_clock::now();
-    composite(compositor, stage, {});
+    composite(compositor, stage, settings);
     const double ms =
         std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
     if (i > 3 && ms < best) best = ms, passes = compositor.statistics().passes;
