@@ -1,11 +1,16 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gst/gst.h>
 
+#include "hullbuild.h"
+#include "hullexport.h"
+
 // One declaration and one line in plugin_init() per element, in the data's order.
 
 static gboolean plugin_init(GstPlugin* plugin) {
   gboolean any = TRUE;
   (void)plugin;
+  any |= GST_ELEMENT_REGISTER(hullbuild, plugin);
+  any |= GST_ELEMENT_REGISTER(hullexport, plugin);
   return any;
 }
 
