@@ -157,10 +157,20 @@ class ConeBuilder {
             if (s0 * s1 > 0) continue;
             const int t0 = side_of(f, e), t1 = side_of(f, c.next[e]);
             if (t0 * t1 > 0) continue;
+            if (s0 == 0 && s1 == 0 && t0 == 0 && t1 == 0 && apart_on_line(e, f)) continue;
             return false;
           }
       }
     return true;
+  }
+
+  /// Of edges on one straight line.
+  bool apart_on_line(std::uint32_t e, std::uint32_t f) const {
+    const Vec2 a = cone_.pixels[e], b = cone_.pixels[cone_.next[e]];
+    const Vec2 c = cone_.pixels[f], d = cone_.pixels[cone_.next[f]];
+    const int k = std::abs(b.x - a.x) > std::abs(b.y - a.y) ? 0 : 1;
+    return std::max(a[k], b[k]) < std::min(c[k], d[k]) ||
+           std::max(c[k], d[k]) < std::min(a[k], b[k]);
   }
 
   bool share_end(std::uint32_t e, std::uint32_t f) const {

@@ -377,7 +377,8 @@ const HullStatistics& HullBuilder::statistics() const {
 const Hull& HullBuilder::build(std::span<const Silhouette> silhouettes,
                                const HullOptions& options) {
   State& s = *state_;
-  if (s.unchanged(silhouettes, options)) {
+  if (!options.reuse) s.cones.clear();
+  if (options.reuse && s.unchanged(silhouettes, options)) {
     s.statistics.reused = true;
     return s.hull;
   }
