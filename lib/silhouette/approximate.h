@@ -13,6 +13,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <span>
 
 #include "silhouette/rings.h"
 
@@ -43,8 +44,10 @@ class Approximator {
   Approximator(Approximator&&) noexcept;
   Approximator& operator=(Approximator&&) noexcept;
 
-  /// Throws Error (bad_input) for settings out of range.
-  void approximate(const Rings& traced, const ApproximateSettings& settings, Rings& rings);
+  /// \p parents: what Tracer::finish() gave (found here when empty). Vertices are multiples of
+  /// 1/512 px. Throws Error (bad_input) for settings out of range.
+  void approximate(const Rings& traced, std::span<const std::int32_t> parents,
+                   const ApproximateSettings& settings, Rings& rings);
   const ApproximateCounts& counts() const;
 
  private:

@@ -32,8 +32,7 @@ struct BlurSettings {
       0;  ///< 1..255: the blurred matte becomes 255 from this level on and 0 below; 0: stays grey
 };
 
-/// Delivers rows of a matte in order, top to bottom; row() may reuse its memory after `lookback`
-/// calls.
+/// Blurs mattes; keeps its working memory.
 class Blur {
  public:
   Blur();
@@ -45,29 +44,28 @@ class Blur {
   void set(const BlurSettings& settings);
   const BlurSettings& settings() const;
 
-  /// True when rows can be pushed one after the other (fir); else only apply() will do.
+  /// Blurs a whole matte.
+  void apply(const Matte& matte, Field& field);
+
+  /// True when rows can be pushed one after the other (fir, or no blur); else only apply() will do.
   bool streams() const;
 
-  /// Starts a picture for pushing. Rows [top, bottom) will be asked for; all rows outside
-  /// [first, first + count) are empty and need not be pushed.
-  void begin(int width, int height);
+  /// Starts a picture of \p height rows for pushing. The last \p keep rows pulled stay valid.
+  void begin(int width, int height, int keep);
 
-  /// Room for the next row to be pushed: alpha (whole blocks) and states; then call push().
+  /// Room for the next row: alpha (whole blocks, zero beyond the width) and its states; then
+  /// push().
   std::uint8_t* next_alpha();
   BlockState* next_states();
   void push();
 
-  /// The next finished row, or null when more rows must be pushed first. After the last push() all
-  /// remaining rows come. The row stays valid until the next call.
   struct Row {
-    const std::int16_t* values;
+    const std::int16_t* values;  ///< with field_pad values on both sides
     const BlockState* states;
     int y;
   };
+  /// The next finished row; false when more rows must be pushed first, or all have been pulled.
   bool pull(Row& row);
-
-  /// Blurs a whole matte.
-  void apply(const Matte& matte, Field& field);
 
  private:
   struct State;

@@ -6,6 +6,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <vector>
 
 #include "base/vector.h"
 
@@ -70,5 +71,17 @@ void convert_row(const FrameView& frame, int y, int x0, int x1, std::uint8_t* rg
 /// The same rows with every byte equal inside \p region? Reads both frames; formats must be the
 /// same.
 bool same_pixels(const FrameView& a, const FrameView& b, const Rectangle& region);
+
+/// A frame's pixels inside a region, kept.
+class FrameCopy {
+ public:
+  void assign(const FrameView& frame, const Rectangle& region);
+  /// Of the whole frame's size; only the region's bytes are defined.
+  const FrameView& view() const { return view_; }
+
+ private:
+  FrameView view_;
+  std::array<std::vector<std::uint8_t>, 3> planes_;
+};
 
 }  // namespace polyhull

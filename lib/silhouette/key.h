@@ -83,6 +83,9 @@ struct KeySettings {
   double light_brightest =
       1.2;  ///< difference: light may rise to this multiple of the plate's, 1..4
 
+  double light_penalty =
+      0.15;  ///< difference: how much of a change of light counts as distance, 0..1
+
   std::shared_ptr<const Picture> outside_mask;  ///< grey; where it is not 0 the matte is background
   std::shared_ptr<const Picture> inside_mask;   ///< grey; where it is not 0 the matte is foreground
   Rings outside_polygon;  ///< outside these rings (even-odd) is background; empty: no restriction
@@ -138,7 +141,9 @@ class Keyer {
   /// prepare() and all rows, then close and choke.
   void key(const FrameView& frame, Matte& matte);
 
-  /// Writes the region's pixels as RGBA, \p rgba pointing at its top-left pixel.
+  /// Writes the region's pixels as RGBA, \p rgba pointing at its top-left pixel. Colours do not
+  /// depend on the matte, so that a matte blurred later finds despilled pixels beside the subject
+  /// too.
   void write_rgba(const FrameView& frame, const Matte& matte, const Rectangle& region, KeyView view,
                   std::uint8_t* rgba, std::ptrdiff_t stride) const;
 

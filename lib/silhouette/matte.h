@@ -13,7 +13,7 @@
 namespace polyhull {
 
 /// Pixels of one block: one row high, this many columns; the last block of a row may be shorter.
-inline constexpr int matte_block = 32;
+inline constexpr int matte_block = 16;
 
 /// What is known of a block. States are sets of possibilities: the state of two blocks together is
 /// their bitwise or.
@@ -52,23 +52,28 @@ inline constexpr int field_scale = 128;
 inline constexpr int field_full = 255 * field_scale;
 inline constexpr int field_half = field_full / 2;
 
+/// Room on both sides of a field's rows, holding the row's first and last value again.
+inline constexpr int field_pad = 64;
+
 /// A plane of blurred alpha, 0..field_full. Values of full and empty blocks are written too.
 struct Field {
   int width = 0;
   int height = 0;
-  std::ptrdiff_t stride = 0;  ///< in values
+  std::ptrdiff_t stride = 0;  ///< in values, field_pad on both sides included
   std::vector<std::int16_t> values;
   std::vector<BlockState> states;
 
   void resize(int new_width, int new_height);
-  std::int16_t* row(int y) { return values.data() + stride * y; }
-  const std::int16_t* row(int y) const { return values.data() + stride * y; }
+  std::int16_t* row(int y) { return values.data() + field_pad + stride * y; }
+  const std::int16_t* row(int y) const { return values.data() + field_pad + stride * y; }
   BlockState* state_row(int y) {
     return states.data() + static_cast<std::size_t>(blocks_across(width)) * y;
   }
   const BlockState* state_row(int y) const {
     return states.data() + static_cast<std::size_t>(blocks_across(width)) * y;
   }
+  /// Fills the room beside row \p y from its ends.
+  void pad_row(int y);
 };
 
 /// Finds the states of one row of \p width alpha values.

@@ -22,6 +22,7 @@ struct SilhouetteSettings {
   TraceMethod method = TraceMethod::subpixel;
   bool correct_curvature = true;  ///< undo the shift that the blur puts on curved boundaries
   ApproximateSettings approximate;
+  bool keep_matte = true;  ///< write_rgba() will be called
   bool reuse =
       true;  ///< a frame equal to its predecessor inside the region of interest keeps its contours
 };
@@ -60,10 +61,10 @@ class Silhouetter {
   /// The frame's silhouette. The reference stays valid until the next call.
   const Rings& process(const FrameView& frame);
 
-  /// The pixels of a region (e.g. bounding_rectangle()) of the frame just processed, keyed and
-  /// despilled, with the matte as alpha, byte for byte what chromamatte puts there before any blur.
+  /// The pixels of a region (e.g. bounding_rectangle()) of the frame just processed, despilled,
+  /// with the blurred matte as alpha: byte for byte what the chain of elements has there.
   void write_rgba(const FrameView& frame, const Rectangle& region, std::uint8_t* rgba,
-                  std::ptrdiff_t stride);
+                  std::ptrdiff_t stride) const;
 
   const SilhouetteStats& stats() const;
 

@@ -5,19 +5,24 @@
 /// subpixel: the matte u is known at pixel centres. Where u passes the half level between two
 /// neighbouring centres, linear interpolation gives a vertex; each square of four centres joins its
 /// vertices by one or two segments (marching squares). With two (a saddle), the mean of the four
-/// decides which corners are connected. Vertices never fall on pixel centres, so rings are simple
-/// and disjoint by construction. At the frame's border the region ends at x = -0.5, y = -0.5, x =
-/// w-0.5, y = h-0.5.
+/// decides which corners are connected. Vertices never fall on pixel centres and are multiples of
+/// 1/512 px (exact in float up to 32767), so rings are simple and disjoint by construction. At the
+/// frame's border the region ends at x = -0.5, y = -0.5, x = w-0.5, y = h-0.5.
 ///
-/// Correction of the blur's shift: blurring moves a boundary of curvature κ by σ²κ/2 towards the
-/// centre of curvature. G_σ acts as exp(σ²Δ/2); applying (1 − s²Δ/2) to the blurred matte removes
-/// the shift to second order, s² = σ² + 1/12 (a pixel's own square aperture). The product still is
-/// a smoothing filter: its frequency response (1+x)exp(−x), x = σ²ω²/2, falls monotonically from 1.
-/// Since it acts on the field and not on the line, the rings stay simple.
+/// Correction of the blur's shift: the half level of a blurred edge of curvature κ lies off the
+/// edge by (κ/2) ∫t²k(t,0)dt / ∫k(t,0)dt towards the centre of curvature, where k(t,n) is the
+/// kernel along (t) and across (n) the edge. For the Gaussian G_s that is s²κ/2; here s² = σ² +
+/// 1/12, the second term for the pixel's own square aperture (and 1/8 more for the traced line's
+/// segments, which are chords of the boundary: of mean squared length l² they lie l²/(12R) inside).
+/// Of (1 − cΔ)G_s along n = 0 the second moment is proportional to s² − c, so u − s²Δu has no shift
+/// to second order. Since this acts on the field and not on the line, the rings stay simple. The
+/// combined frequency response (1+2x)exp(−x), x = s²ω²/2, nowhere exceeds 1.22.
 #pragma once
 
 #include <cstdint>
 #include <memory>
+#include <span>
+#include <vector>
 
 #include "silhouette/matte.h"
 #include "silhouette/rings.h"
@@ -44,15 +49,20 @@ class Tracer {
 
   void begin(int width, int height, const TraceSettings& settings);
 
-  /// The next row, top to bottom; width values and blocks_across(width) states. Copies what it
-  /// needs.
+  /// How many rows pushed before must stay valid while the next is pushed (or finish() called).
+  static int rows_kept(const TraceSettings& settings);
+
+  /// The next row, top to bottom: width values with field_pad more on both sides, and their states,
+  /// both valid for the next rows_kept() pushes.
   void push(const std::int16_t* values, const BlockState* states);
 
-  /// After `height` rows: the rings, one vertex per crossing, in the order of their topmost vertex.
-  void finish(Rings& rings);
+  /// After `height` rows: the rings, one vertex per crossing, in the order of their topmost rows.
+  /// \p parents, if given: for each ring the ring directly around it, -1 for none.
+  void finish(Rings& rings, std::vector<std::int32_t>* parents = nullptr);
 
   /// begin(), push() for each row, finish().
-  void trace(const Field& field, const TraceSettings& settings, Rings& rings);
+  void trace(const Field& field, const TraceSettings& settings, Rings& rings,
+             std::vector<std::int32_t>* parents = nullptr);
 
  private:
   struct State;

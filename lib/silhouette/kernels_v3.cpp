@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+// The kernels for x86-64-v3 (AVX2).
+#include <immintrin.h>
+
+#include "silhouette/kernels.h"
+
+namespace polyhull::silhouette {
+namespace {
+
+using Vec = __m256i;
+constexpr int lanes = 16;
+
+inline Vec load(const std::int16_t* p) {
+  return _mm256_loadu_si256(reinterpret_cast<const Vec*>(p));
+}
+inline void store(std::int16_t* p, Vec v) {
+  _mm256_storeu_si256(reinterpret_cast<Vec*>(p), v);
+}
+inline Vec widen(const std::uint8_t* p) {
+  return _mm256_cvtepu8_epi16(_mm_loadu_si128(reinterpret_cast<const __m128i*>(p)));
+}
+inline Vec set16(std::int16_t v) {
+  return _mm256_set1_epi16(v);
+}
+inline Vec set32(std::int32_t v) {
+  return _mm256_set1_epi32(v);
+}
+inline Vec add16(Vec a, Vec b) {
+  return _mm256_add_epi16(a, b);
+}
+inline Vec sub16(Vec a, Vec b) {
+  return _mm256_sub_epi16(a, b);
+}
+inline Vec mul16(Vec a, Vec b) {
+  return _mm256_mullo_epi16(a, b);
+}
+inline Vec min16(Vec a, Vec b) {
+  return _mm256_min_epi16(a, b);
+}
+inline Vec add32(Vec a, Vec b) {
+  return _mm256_add_epi32(a, b);
+}
+inline Vec madd(Vec a, Vec b) {
+  return _mm256_madd_epi16(a, b);
+}
+inline Vec unpack_lo(Vec a, Vec b) {
+  return _mm256_unpacklo_epi16(a, b);
+}
+inline Vec unpack_hi(Vec a, Vec b) {
+  return _mm256_unpackhi_epi16(a, b);
+}
+template <int n>
+inline Vec shift_right32(Vec a) {
+  return _mm256_srai_epi32(a, n);
+}
+inline Vec pack32(Vec a, Vec b) {
+  return _mm256_packs_epi32(a, b);
+}
+// After packing two vectors that each were in order (not halves of an unpack).
+inline Vec in_order(Vec a) {
+  return _mm256_permute4x64_epi64(a, 0xd8);
+}
+inline std::uint32_t sign_bits(Vec a) {
+  const Vec bytes = _mm256_permute4x64_epi64(_mm256_packs_epi16(a, a), 0xd8);
+  return static_cast<std::uint32_t>(_mm_movemask_epi8(_mm256_castsi256_si128(bytes)));
+}
+inline __m128i mulhrs(__m128i a, __m128i b) {
+  return _mm_mulhrs_epi16(a, b);
+}
+
+}  // namespace
+}  // namespace polyhull::silhouette
+
+#include "silhouette/kernels_float.inc"
+#include "silhouette/kernels_simd.inc"
+
+namespace polyhull::silhouette {
+namespace {
+
+inline Vec weights_of(const std::int8_t w[4]) {
+  return _mm256_set1_epi32(
+      static_cast<std::int32_t>(static_cast<std::uint32_t>(static_cast<std::uint8_t>(w[0])) |
+                                static_cast<std::uint32_t>(static_cast<std::uint8_t>(w[1])) << 8 |
+                                static_cast<std::uint32_t>(static_cast<std::uint8_t>(w[2])) << 16 |
+                                static_cast<std::uint32_t>(static_cast<std::uint8_t>(w[3])) << 24));
+}
+
+inline Vec sums(Vec pixels, Vec weights) {
+  return _mm256_madd_epi16(_mm256_maddubs_epi16(pixels, weights), _mm256_set1_epi16(1));
+}
+
+// Signals of 16 pixels, their quarters in the order 0 2 1 3.
+inline Vec sixteen_signals(const std::uint8_t* pixels, Vec a, Vec b) {
+  const Vec p = _mm256_loadu_si256(reinterpret_cast<const Vec*>(pixels));
+  const Vec q = _mm256_loadu_si256(reinterpret_cast<const Vec*>(pixels + 32));
+  return _mm256_min_epi16(pack32(sums(p, a), sums(q, a)), pack32(sums(p, b), sums(q, b)));
+}
+
+void pixel_signal(const std::uint8_t* pixels, int count, const PixelForms& forms,
+                  std::int16_t* signal) {
+  const Vec a = weights_of(forms.a), b = weights_of(forms.b);
+  int x = 0;
+  for (; x + 16 <= count; x += 16)
+    store(signal + x, in_order(sixteen_signals(pixels + 4 * x, a, b)));
+  if (x < count) plain_kernels().pixel_signal(pixels + 4 * x, count - x, forms, signal + x);
+}
+
+void pixel_alpha(const std::uint8_t* pixels, int count, const PixelForms& forms, Ramp ramp,
+                 std::uint8_t* alpha, BlockState* block_states) {
+  const Vec a = weights_of(forms.a), b = weights_of(forms.b);
+  const Vec base = set16(ramp.base), gain = set16(ramp.gain);
+  const Vec zero = _mm256_setzero_si256(), ones = _mm256_set1_epi8(-1);
+  const Vec order = _mm256_setr_epi32(0, 4, 1, 5, 2, 6, 3, 7);
+  int x = 0;
+  for (; x + 32 <= count; x += 32) {
+    const Vec low =
+        _mm256_mulhrs_epi16(_mm256_subs_epi16(base, sixteen_signals(pixels + 4 * x, a, b)), gain);
+    const Vec high = _mm256_mulhrs_epi16(
+        _mm256_subs_epi16(base, sixteen_signals(pixels + 4 * x + 64, a, b)), gain);
+    const Vec v = _mm256_permutevar8x32_epi32(_mm256_packus_epi16(low, high), order);
+    _mm256_storeu_si256(reinterpret_cast<Vec*>(alpha + x), v);
+    const auto empty = static_cast<std::uint32_t>(_mm256_movemask_epi8(_mm256_cmpeq_epi8(v, zero)));
+    const auto full = static_cast<std::uint32_t>(_mm256_movemask_epi8(_mm256_cmpeq_epi8(v, ones)));
+    BlockState* state = block_states + x / 16;
+    state[0] = static_cast<BlockState>(block_mixed - ((empty & 0xffff) == 0xffff) * block_full -
+                                       ((full & 0xffff) == 0xffff) * block_empty);
+    state[1] = static_cast<BlockState>(block_mixed - ((empty >> 16) == 0xffff) * block_full -
+                                       ((full >> 16) == 0xffff) * block_empty);
+  }
+  if (x < count) {
+    const Vec v = in_order(
+        _mm256_mulhrs_epi16(_mm256_subs_epi16(base, sixteen_signals(pixels + 4 * x, a, b)), gain));
+    store_alpha(_mm256_castsi256_si128(v), _mm256_extracti128_si256(v, 1), alpha + x,
+                block_states + x / 16);
+  }
+}
+
+}  // namespace
+
+const Kernels& v3_kernels() {
+  static const Kernels table{"v3",           pixel_signal,  pixel_alpha,    ramp_alpha,
+                             local_alpha,    chroma_signal, double_left,    difference_alpha,
+                             states,         fir_vertical,  fir_horizontal, inside,
+                             line_deviation, edge_deviation};
+  return table;
+}
+
+}  // namespace polyhull::silhouette

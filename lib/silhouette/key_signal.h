@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// The key signal d = min(a·rgb, b·rgb) for a key colour, in real and in fixed numbers. Internal.
+#pragma once
+
+#include <array>
+
+#include "silhouette/chroma.h"
+#include "silhouette/kernels.h"
+#include "silhouette/key.h"
+
+namespace polyhull::silhouette {
+
+/// Weight vectors over R, G, B as small whole numbers: weight[i] / unit.
+struct KeySignal {
+  std::array<int, 3> a{}, b{};
+  double unit = signal_scale;  ///< fixed signal per level
+  std::array<double, 3>
+      direction{};          ///< colour of one level of spill: a·direction = b·direction = 1
+  bool chroma_only = true;  ///< a and b sum to 0: luma does not matter
+
+  double of(double red, double green, double blue) const;
+};
+
+/// The signal of a key colour. \p hue: the custom or found colour.
+KeySignal key_signal(KeyColour key, const Rgb& hue, double red_gain, double blue_gain);
+
+/// How far a colour is from grey, in levels: the largest channel minus the smallest.
+int saturation_of(const Rgb& colour);
+
+/// The signal's weights in the byte order of a four-byte format.
+PixelForms pixel_forms(const KeySignal& signal, FrameFormat format);
+
+/// The signal's weights for chroma samples of \p frame (see Kernels::chroma_signal).
+struct ChromaForms {
+  std::int16_t weights[4];
+  std::int32_t offsets[2];
+};
+ChromaForms chroma_forms(const KeySignal& signal, const FrameView& frame);
+
+}  // namespace polyhull::silhouette

@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// What a Keyer holds between frames. Internal.
+#pragma once
+
+#include <vector>
+
+#include "silhouette/key_signal.h"
+
+namespace polyhull {
+
+struct Keyer::State {
+  enum class Path : std::uint8_t {
+    pixels,     // four-byte pixels as they come
+    chroma,     // 8-bit Y'CbCr, chroma alone
+    converted,  // row by row through RGBA
+  };
+
+  KeySettings settings;
+  KeyMethod method =
+      KeyMethod::soft;  // settings.method, or difference for a key colour without hue
+
+  // Samples: kept until the settings they depend on, the frame's size or format change.
+  KeyCalibration samples;
+  double noise = 0.0;          // of the screen's signal, levels
+  Rgb hue{0, 255, 0};          // of the custom or found key colour
+  bool fresh_settings = true;  // tables must be laid out again
+  bool found = false;          // the picture has been sampled
+
+  // The frame the tables are for.
+  FrameFormat format = FrameFormat::rgba;
+  int width = 0, height = 0;
+  ColourMatrix matrix = ColourMatrix::bt601;
+  bool full_range = false;
+  ChromaSite site = ChromaSite::left;
+
+  Path path = Path::pixels;
+  Rectangle active;
+  silhouette::KeySignal signal;
+  silhouette::PixelForms forms{};
+  silhouette::ChromaForms chroma{};
+  silhouette::Ramp ramp{};
+  silhouette::DifferenceRamp difference{};
+  bool local = false;                    // base and gain differ from pixel to pixel
+  std::vector<std::int16_t> base, gain;  // rows of whole blocks
+  std::vector<std::uint8_t> plate;       // R, G, B, tolerance; rows of whole blocks
+  std::vector<std::uint8_t> allowed;     // 255 where foreground may be; empty: everywhere
+  std::vector<std::uint8_t> forced;      // 255 where foreground is forced; empty: nowhere
+
+  // Learning the plate.
+  int learning = 0, learned = 0;
+  std::vector<float> sums;                  // R, G, B and their squares
+  std::vector<std::uint8_t> learned_plate;  // R, G, B, tolerance per pixel
+
+  Matte scratch;  // morphology
+
+  std::size_t row_length() const {
+    return static_cast<std::size_t>(blocks_across(width)) * matte_block;
+  }
+  void lay_out(const FrameView& frame);
+  void sample(const FrameView& frame);
+  void lay_out_screen(const FrameView& frame);
+  void lay_out_plate();
+  void lay_out_masks();
+  void learn(const FrameView& frame);
+  void alpha_row(const FrameView& frame, int y, std::uint8_t* alpha, BlockState* states) const;
+};
+
+namespace silhouette {
+
+/// Grows (radius > 0) or shaves (radius < 0) a matte by that many px, its soft edge kept;
+/// octagonal.
+void grow(Matte& matte, double radius, Matte& scratch);
+
+/// Fills rows of whole blocks with 255 where the pixel centre is inside the rings (even-odd).
+void fill_polygon(const Rings& rings, int width, int height, std::vector<std::uint8_t>& plane);
+
+}  // namespace silhouette
+}  // namespace polyhull

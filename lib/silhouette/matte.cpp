@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "silhouette/matte.h"
+
+#include <algorithm>
+
+#include "silhouette/kernels.h"
+
+namespace polyhull {
+
+void Matte::resize(int new_width, int new_height) {
+  width = new_width;
+  height = new_height;
+  const int blocks = blocks_across(width);
+  stride = static_cast<std::ptrdiff_t>(blocks) * matte_block;
+  values.resize(static_cast<std::size_t>(stride) * height);
+  states.resize(static_cast<std::size_t>(blocks) * height);
+}
+
+void Field::resize(int new_width, int new_height) {
+  width = new_width;
+  height = new_height;
+  const int blocks = blocks_across(width);
+  stride = static_cast<std::ptrdiff_t>(blocks) * matte_block + 2 * field_pad;
+  values.resize(static_cast<std::size_t>(stride) * height);
+  states.resize(static_cast<std::size_t>(blocks) * height);
+}
+
+void Field::pad_row(int y) {
+  std::int16_t* values_row = row(y);
+  std::fill(values_row - field_pad, values_row, values_row[0]);
+  std::fill(values_row + width, values_row + stride - field_pad, values_row[width - 1]);
+}
+
+void find_states(const std::uint8_t* row, int width, BlockState* states) {
+  const int whole = width / matte_block;
+  silhouette::kernels().states(row, whole, states);
+  if (whole * matte_block == width) return;
+  BlockState state = 0;
+  for (int x = whole * matte_block; x < width; ++x)
+    state |= row[x] == 0 ? block_empty : row[x] == 255 ? block_full : block_mixed;
+  states[whole] = state;
+}
+
+void load_matte(const std::uint8_t* first, std::ptrdiff_t stride, int step, int width, int height,
+                Matte& matte) {
+  matte.resize(width, height);
+  for (int y = 0; y < height; ++y) {
+    const std::uint8_t* from = first + stride * y;
+    std::uint8_t* to = matte.row(y);
+    if (step == 1) {
+      std::copy(from, from + width, to);
+    } else {
+      for (int x = 0; x < width; ++x) to[x] = from[static_cast<std::ptrdiff_t>(x) * step];
+    }
+    std::fill(to + width, to + matte.stride, to[width - 1]);
+    find_states(to, width, matte.state_row(y));
+  }
+}
+
+void load_field(const Matte& matte, Field& field) {
+  field.resize(matte.width, matte.height);
+  for (int y = 0; y < matte.height; ++y) {
+    const std::uint8_t* from = matte.row(y);
+    std::int16_t* to = field.row(y);
+    for (int x = 0; x < matte.width; ++x) to[x] = static_cast<std::int16_t>(from[x] * field_scale);
+    field.pad_row(y);
+  }
+  field.states = matte.states;
+}
+
+void store_field_row(const std::int16_t* row, int width, int threshold, std::uint8_t* out,
+                     int step) {
+  for (int x = 0; x < width; ++x) {
+    const int level = (row[x] + field_scale / 2) / field_scale;
+    out[static_cast<std::ptrdiff_t>(x) * step] =
+        static_cast<std::uint8_t>(threshold > 0 ? (level >= threshold ? 255 : 0) : level);
+  }
+}
+
+}  // namespace polyhull

@@ -1,0 +1,202 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "silhouette/silhouette.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+namespace polyhull {
+
+double corrected_sigma(const BlurSettings& blur, bool correct_curvature) {
+  return correct_curvature && blur.threshold == 0 ? blur.sigma : 0.0;
+}
+
+Rectangle bounding_rectangle(const Rings& rings, int width, int height) {
+  if (rings.points.empty()) return {};
+  Vec2f low = rings.points[0], high = low;
+  for (const Vec2f p : rings.points) {
+    low = glm::min(low, p);
+    high = glm::max(high, p);
+  }
+  // Pixel x covers [x - 0.5, x + 0.5].
+  const int x0 = std::max(static_cast<int>(std::floor(low.x + 0.5f)), 0);
+  const int y0 = std::max(static_cast<int>(std::floor(low.y + 0.5f)), 0);
+  const int x1 = std::min(static_cast<int>(std::ceil(high.x + 0.5f)), width);
+  const int y1 = std::min(static_cast<int>(std::ceil(high.y + 0.5f)), height);
+  return {x0, y0, std::max(x1 - x0, 0), std::max(y1 - y0, 0)};
+}
+
+struct Silhouetter::State {
+  SilhouetteSettings settings;
+  Keyer keyer;
+  Blur blur;
+  Tracer tracer;
+  Approximator approximator;
+  Matte keyed;  // only where the matte needs its neighbours or the blur whole planes
+  Field field;
+  Matte blurred;  // 8 bit, with keep_matte
+  Rings traced, rings;
+  std::vector<std::int32_t> parents;
+  SilhouetteStats stats;
+
+  // Reuse: rows of the last frame are compared first; only when they were equal once is a frame
+  // copied, so that moving pictures cost nothing.
+  bool rings_valid = false;
+  bool copy_valid = false;
+  std::uint64_t last_probe = 0;
+  FrameCopy last;
+
+  void stream(const FrameView& frame, const TraceSettings& trace);
+  void planes(const FrameView& frame, const TraceSettings& trace);
+  void keep_row(int y, const std::int16_t* values, const BlockState* states);
+  bool unchanged(const FrameView& frame, bool& worth_copying);
+};
+
+Silhouetter::Silhouetter() : state_(std::make_unique<State>()) {}
+Silhouetter::~Silhouetter() = default;
+Silhouetter::Silhouetter(Silhouetter&&) noexcept = default;
+Silhouetter& Silhouetter::operator=(Silhouetter&&) noexcept = default;
+
+void Silhouetter::set(const SilhouetteSettings& settings) {
+  State& s = *state_;
+  s.keyer.set(settings.key);
+  s.blur.set(settings.blur);
+  s.settings = settings;
+  s.rings_valid = false;
+}
+
+const SilhouetteSettings& Silhouetter::settings() const {
+  return state_->settings;
+}
+
+void Silhouetter::set_tolerance(double tolerance) {
+  if (state_->settings.approximate.tolerance == tolerance) return;
+  state_->settings.approximate.tolerance = tolerance;
+  state_->rings_valid = false;
+}
+
+Keyer& Silhouetter::keyer() {
+  state_->rings_valid = false;
+  return state_->keyer;
+}
+
+const SilhouetteStats& Silhouetter::stats() const {
+  return state_->stats;
+}
+
+namespace {
+
+// A few rows of the region, hashed (FNV-1a on words).
+std::uint64_t probe_of(const FrameView& frame, const Rectangle& region) {
+  std::uint64_t hash = 1469598103934665603ull;
+  if (region.empty()) return hash;
+  constexpr int rows = 16;
+  const std::ptrdiff_t whole = std::abs(frame.strides[0]);
+  const std::ptrdiff_t begin = whole * region.x / frame.width;
+  const std::ptrdiff_t length = whole * region.width / frame.width / 8;
+  for (int i = 0; i < rows; ++i) {
+    const int y = region.y + (2 * i + 1) * region.height / (2 * rows);
+    const std::uint8_t* row = frame.row(0, y) + begin;
+    for (std::ptrdiff_t k = 0; k < length; ++k) {
+      std::uint64_t word;
+      std::memcpy(&word, row + 8 * k, 8);
+      hash = (hash ^ word) * 1099511628211ull;
+    }
+  }
+  return hash;
+}
+
+}  // namespace
+
+bool Silhouetter::State::unchanged(const FrameView& frame, bool& worth_copying) {
+  worth_copying = false;
+  if (!settings.reuse) return false;
+  const std::uint64_t probe = probe_of(frame, keyer.active());
+  const bool same_probe = probe == last_probe;
+  last_probe = probe;
+  if (!same_probe) {
+    copy_valid = false;
+    return false;
+  }
+  if (rings_valid && copy_valid && same_pixels(frame, last.view(), keyer.active())) return true;
+  worth_copying = true;
+  return false;
+}
+
+void Silhouetter::State::keep_row(int y, const std::int16_t* values, const BlockState* states) {
+  std::uint8_t* out = blurred.row(y);
+  const int blocks = blocks_across(blurred.width);
+  for (int b = 0; b < blocks;) {
+    int e = b + 1;
+    while (e < blocks && states[e] == states[b]) ++e;
+    const int x0 = b * matte_block, x1 = std::min(e * matte_block, blurred.width);
+    if (states[b] == block_mixed)
+      store_field_row(values + x0, x1 - x0, 0, out + x0, 1);
+    else
+      std::memset(out + x0, states[b] == block_full ? 255 : 0, static_cast<std::size_t>(x1 - x0));
+    b = e;
+  }
+}
+
+void Silhouetter::State::stream(const FrameView& frame, const TraceSettings& trace) {
+  keyer.prepare(frame);
+  blur.begin(frame.width, frame.height, Tracer::rows_kept(trace));
+  tracer.begin(frame.width, frame.height, trace);
+  if (settings.keep_matte) blurred.resize(frame.width, frame.height);
+  Blur::Row row;
+  for (int y = 0; y < frame.height; ++y) {
+    keyer.key_row(frame, y, blur.next_alpha(), blur.next_states());
+    blur.push();
+    while (blur.pull(row)) {
+      if (settings.keep_matte) keep_row(row.y, row.values, row.states);
+      tracer.push(row.values, row.states);
+    }
+  }
+}
+
+void Silhouetter::State::planes(const FrameView& frame, const TraceSettings& trace) {
+  keyer.key(frame, keyed);
+  blur.apply(keyed, field);
+  tracer.begin(frame.width, frame.height, trace);
+  if (settings.keep_matte) blurred.resize(frame.width, frame.height);
+  for (int y = 0; y < frame.height; ++y) {
+    if (settings.keep_matte) keep_row(y, field.row(y), field.state_row(y));
+    tracer.push(field.row(y), field.state_row(y));
+  }
+}
+
+const Rings& Silhouetter::process(const FrameView& frame) {
+  State& s = *state_;
+  check_frame(frame);
+  ++s.stats.frames;
+  bool worth_copying = false;
+  const bool learning = s.keyer.calibration().plate_frames_left > 0;
+  if (!learning && s.unchanged(frame, worth_copying)) {
+    ++s.stats.reused;
+    return s.rings;
+  }
+  s.rings_valid = false;
+  TraceSettings trace;
+  trace.method = s.settings.method;
+  trace.corrected_sigma = corrected_sigma(s.settings.blur, s.settings.correct_curvature);
+  if (s.keyer.needs_plane() || !s.blur.streams())
+    s.planes(frame, trace);
+  else
+    s.stream(frame, trace);
+  s.tracer.finish(s.traced, &s.parents);
+  s.approximator.approximate(s.traced, s.parents, s.settings.approximate, s.rings);
+  s.stats.last = s.approximator.counts();
+  if (s.rings.empty()) ++s.stats.empty;
+  // Without a valid calibration the next frame may be keyed differently although it is equal.
+  s.rings_valid = !learning;
+  s.copy_valid = worth_copying;
+  if (worth_copying) s.last.assign(frame, s.keyer.active());
+  return s.rings;
+}
+
+void Silhouetter::write_rgba(const FrameView& frame, const Rectangle& region, std::uint8_t* rgba,
+                             std::ptrdiff_t stride) const {
+  state_->keyer.write_rgba(frame, state_->blurred, region, KeyView::composite, rgba, stride);
+}
+
+}  // namespace polyhull
