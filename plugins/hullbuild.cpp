@@ -39,7 +39,6 @@ struct Private {
   HullSettings settings;  // under the object lock
 
   std::atomic<bool> rig_changed{false};
-  std::atomic<bool> flushed{false};
   std::atomic<bool> new_segment{true};
   std::atomic<GstClockTime> processing{0};  // part of the latency: what building has taken
 
@@ -437,11 +436,21 @@ void forget_streams(PolyhullHullBuild* self) {
   self->priv->sets.reset();
 }
 
+/// A stream that starts anew may repeat numbers and times.
+void forget_flushed(PolyhullHullBuild* self, const Pads& pads) {
+  for (GstAggregatorPad* pad : pads) {
+    if (!state_of(pad).flushed.exchange(false)) continue;
+    state_of(pad).reset();
+    self->priv->sets.reset();
+    self->priv->new_segment = true;
+  }
+}
+
 GstFlowReturn aggregate(GstAggregator* aggregator, gboolean timeout) {
   PolyhullHullBuild* self = self_of(aggregator);
   return guarded(GST_ELEMENT_CAST(self), GST_FLOW_ERROR, [&]() -> GstFlowReturn {
-    if (self->priv->flushed.exchange(false)) forget_streams(self);
     const Pads pads(self);
+    forget_flushed(self, pads);
     // A deadline is that of the earliest front: once fronts are dropped it says nothing.
     Step step = next_step(self, pads, timeout);
     while (step.outcome == Outcome::again) step = next_step(self, pads, false);
@@ -480,12 +489,6 @@ GstClockTime get_next_time(GstAggregator* aggregator) {
 gboolean sink_event(GstAggregator* aggregator, GstAggregatorPad* pad, GstEvent* event) {
   if (GST_EVENT_TYPE(event) == GST_EVENT_SEGMENT) private_of(aggregator).new_segment = true;
   return GST_AGGREGATOR_CLASS(polyhull_hull_build_parent_class)->sink_event(aggregator, pad, event);
-}
-
-GstFlowReturn flush(GstAggregator* aggregator) {
-  private_of(aggregator).flushed = true;
-  private_of(aggregator).new_segment = true;
-  return GST_FLOW_OK;
 }
 
 gboolean start(GstAggregator* aggregator) {
@@ -575,7 +578,6 @@ void polyhull_hull_build_class_init(PolyhullHullBuildClass* klass) {
   aggregator_class->aggregate = aggregate;
   aggregator_class->get_next_time = get_next_time;
   aggregator_class->sink_event = sink_event;
-  aggregator_class->flush = flush;
   aggregator_class->start = start;
   aggregator_class->stop = stop;
 }

@@ -39,11 +39,17 @@ void finalize(GObject* object) {
   G_OBJECT_CLASS(polyhull_hull_pad_parent_class)->finalize(object);
 }
 
+GstFlowReturn flush(GstAggregatorPad* pad, GstAggregator*) {
+  state_of(pad).flushed = true;
+  return GST_FLOW_OK;
+}
+
 void polyhull_hull_pad_class_init(PolyhullHullPadClass* klass) {
   GObjectClass* object_class = G_OBJECT_CLASS(klass);
   object_class->set_property = set_property_value;
   object_class->get_property = get_property_value;
   object_class->finalize = finalize;
+  GST_AGGREGATOR_PAD_CLASS(klass)->flush = flush;
   g_object_class_install_property(
       object_class, property_camera,
       g_param_spec_string(
@@ -84,7 +90,10 @@ std::string camera_property(GstAggregatorPad* pad) {
 std::int64_t running_time(GstAggregatorPad* pad, GstClockTime time) {
   if (!GST_CLOCK_TIME_IS_VALID(time)) return no_time;
   GST_OBJECT_LOCK(pad);
-  const GstClockTime running = gst_segment_to_running_time(&pad->segment, GST_FORMAT_TIME, time);
+  const GstClockTime running =
+      pad->segment.format != GST_FORMAT_TIME
+          ? GST_CLOCK_TIME_NONE
+          : gst_segment_to_running_time(&pad->segment, GST_FORMAT_TIME, time);
   GST_OBJECT_UNLOCK(pad);
   return GST_CLOCK_TIME_IS_VALID(running) ? static_cast<std::int64_t>(running) : no_time;
 }

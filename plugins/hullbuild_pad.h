@@ -5,6 +5,7 @@
 
 #include <gst/base/gstaggregator.h>
 
+#include <atomic>
 #include <memory>
 #include <optional>
 #include <string>
@@ -24,6 +25,7 @@ struct HullPadState {
 
   std::unique_ptr<ViewBuffer> held;  ///< the last view used, for missing-camera=hold
   std::int64_t held_time = no_time;
+  std::atomic<bool> flushed{false};  ///< set by the flushing thread: forget everything
   std::uint64_t last_trigger = no_trigger;
   std::int64_t last_time = no_time;
 

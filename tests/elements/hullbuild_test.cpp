@@ -1,0 +1,568 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include <gst/check/gstharness.h>
+#include <gst/check/gsttestclock.h>
+
+#include <functional>
+#include <memory>
+
+#include "box_views.h"
+#include "element_checks.h"
+#include "hull/measure.h"
+#include "wire/mesh_payload.h"
+
+using namespace polyhull;
+using namespace polyhull::test;
+
+namespace {
+
+constexpr GstClockTime frame_time = 40 * GST_MSECOND;
+
+// hullbuild with a harness on each pad.
+class Bench {
+ public:
+  explicit Bench(const std::string& properties = "", int cameras = 4, bool live = false) {
+    element = parse("hullbuild " + properties);
+    gst_object_ref_sink(element);
+    bus = gst_bus_new();
+    gst_element_set_bus(element, bus);
+    for (int i = 0; i < cameras; ++i) {
+      GstHarness* input = gst_harness_new_with_element(element, "sink_%u", nullptr);
+      gst_harness_set_live(input, live);
+      inputs.push_back(input);
+    }
+    output = gst_harness_new_with_element(element, nullptr, "src");
+    for (GstHarness* input : inputs)
+      gst_harness_set_src_caps_str(input, "application/x-polyhull-view");
+    gst_harness_use_testclock(output);
+    gst_harness_play(output);
+  }
+  ~Bench() {
+    gst_bus_set_flushing(bus, TRUE);
+    gst_element_set_state(element, GST_STATE_NULL);
+    for (GstHarness* input : inputs) gst_harness_teardown(input);
+    gst_harness_teardown(output);
+    gst_element_set_bus(element, nullptr);
+    gst_object_unref(bus);
+    gst_object_unref(element);
+  }
+
+  void push(int input, const View& view, GstClockTime time) {
+    GstBuffer* buffer = buffer_of(write_view(view));
+    GST_BUFFER_PTS(buffer) = time;
+    GST_BUFFER_DURATION(buffer) = frame_time;
+    gst_harness_push(inputs[input], buffer);
+  }
+  void push_box(int input, int frame, const Box& box = {}, int camera = -1) {
+    std::vector<std::uint8_t> pixels;
+    push(input, box_view(rig.cameras[camera < 0 ? input : camera], box, frame, pixels),
+         frame * frame_time);
+  }
+  std::unique_ptr<Mesh> pull() {
+    last.reset(gst_harness_pull(output));
+    fail_unless(last != nullptr, "no mesh came");
+    gst_buffer_map(last.get(), &map, GST_MAP_READ);
+    bytes.assign(map.data, map.data + map.size);
+    gst_buffer_unmap(last.get(), &map);
+    return std::make_unique<Mesh>(read_mesh(Bytes(bytes)));
+  }
+  bool nothing_more() {
+    for (int i = 0; i < 20; ++i) {
+      if (gst_harness_buffers_in_queue(output) > 0) return false;
+      g_usleep(5000);
+    }
+    return true;
+  }
+  std::string error() {
+    GstMessage* message = gst_bus_timed_pop_filtered(bus, 5 * GST_SECOND, GST_MESSAGE_ERROR);
+    if (message == nullptr) return "no error";
+    GError* found = nullptr;
+    gst_message_parse_error(message, &found, nullptr);
+    const std::string text = found->message;
+    g_clear_error(&found);
+    gst_message_unref(message);
+    return text;
+  }
+  guint messages(GstMessageType type) {
+    guint count = 0;
+    while (GstMessage* message = gst_bus_pop_filtered(bus, type)) {
+      gst_message_unref(message);
+      ++count;
+    }
+    return count;
+  }
+  guint64 count(const char* field) { return statistic(element, field); }
+
+  struct Unref {
+    void operator()(GstBuffer* buffer) const { gst_buffer_unref(buffer); }
+  };
+  Rig rig = default_rig();
+  GstElement* element;
+  GstBus* bus;
+  std::vector<GstHarness*> inputs;
+  GstHarness* output;
+  std::unique_ptr<GstBuffer, Unref> last;
+  GstMapInfo map;
+  std::vector<std::uint8_t> bytes;
+};
+
+void expect_in(const std::string& text, std::initializer_list<const char*> parts) {
+  for (const char* part : parts)
+    fail_unless(text.find(part) != std::string::npos, "\"%s\" is not in \"%s\"", part,
+                text.c_str());
+}
+
+std::string folder(const std::string& name) {
+  return (std::filesystem::temp_directory_path() / ("polyhull_hullbuild_" + name)).string();
+}
+
+}  // namespace
+
+GST_START_TEST(test_documented) {
+  check_documented("hullbuild");
+}
+GST_END_TEST
+
+GST_START_TEST(test_a_box_becomes_its_hull) {
+  Bench bench;
+  const Box box;
+  for (int i = 0; i < 4; ++i) bench.push_box(i, 0, box);
+  const auto mesh = bench.pull();
+  fail_unless(is_closed(mesh->hull));
+  const double volume = enclosed_volume(mesh->hull);
+  fail_unless(volume > box.volume() * 0.999 && volume < box.volume() * 2.0, "volume %g", volume);
+  fail_unless_equals_uint64(mesh->trigger, 0);
+  fail_unless_equals_int(mesh->views.size(), 4);
+  // Each vertex lies on or inside each silhouette: the hull reprojects into them.
+  for (int i = 0; i < 4; ++i) {
+    fail_unless(mesh->views[i].calibration.name == bench.rig.cameras[i].name);
+    const Rings outline = box_contours(bench.rig.cameras[i], box);
+    for (const Vec3f& vertex : mesh->hull.vertices) {
+      const auto p = bench.rig.cameras[i].project(mesh->hull.origin + Vec3(vertex));
+      for (std::size_t j = 0; j < outline.points.size(); ++j) {
+        const Vec2 a(outline.points[j]), b(outline.points[(j + 1) % outline.points.size()]);
+        const double side = (b.x - a.x) * (p->y - a.y) - (b.y - a.y) * (p->x - a.x);
+        fail_unless(side / glm::length(b - a) < 0.1, "a vertex leaves a silhouette");
+      }
+    }
+  }
+  // Faces name the camera and the contour edge whose plane they lie on.
+  for (const HullFace& face : mesh->hull.faces) {
+    if (face.view < 0) continue;
+    const Camera& camera = mesh->views[face.view].calibration;
+    const Rings& rings = mesh->views[face.view].view.contours;
+    const Vec2 a(rings.points[face.edge]), b(rings.points[(face.edge + 1) % rings.points.size()]);
+    const Vec3 normal = glm::normalize(glm::cross(camera.ray(a), camera.ray(b)));
+    for (std::uint32_t k = 3 * face.first_triangle;
+         k < 3 * (face.first_triangle + face.triangle_count); ++k) {
+      const Vec3 X = mesh->hull.origin + Vec3(mesh->hull.vertices[mesh->hull.triangles[k]]);
+      fail_unless(std::abs(glm::dot(normal, X - camera.centre())) < 1e-3);
+    }
+  }
+  fail_unless_equals_uint64(bench.count("sets"), 1);
+  fail_unless_equals_uint64(bench.count("cameras"), 4);
+  fail_unless(bench.count("faces") > 0);
+}
+GST_END_TEST
+
+GST_START_TEST(test_order_of_pads_and_arrival_changes_nothing) {
+  std::vector<std::uint8_t> first;
+  const int orders[][4] = {{0, 1, 2, 3}, {3, 1, 0, 2}, {2, 3, 1, 0}};
+  for (const char* threads : {"threads=1", "threads=2"})
+    for (const auto& order : orders) {
+      Bench bench(threads);
+      for (int i = 0; i < 4; ++i) bench.push_box(order[3 - i], 0, {}, order[order[3 - i]]);
+      bench.pull();
+      if (first.empty()) first = bench.bytes;
+      fail_unless(bench.bytes == first);
+    }
+}
+GST_END_TEST
+
+GST_START_TEST(test_pixels_are_shared_and_outlive_the_element) {
+  auto bench = std::make_unique<Bench>();
+  std::vector<std::uint8_t> pixels[4];
+  std::vector<gconstpointer> addresses;
+  for (int i = 0; i < 4; ++i) {
+    const View view = box_view(bench->rig.cameras[i], {}, 0, pixels[i]);
+    GstBuffer* buffer = buffer_of(write_view_header(view));
+    GstMemory* memory = gst_allocator_alloc(nullptr, view.pixels.size(), nullptr);
+    GstMapInfo map;
+    gst_memory_map(memory, &map, GST_MAP_WRITE);
+    std::copy(view.pixels.begin(), view.pixels.end(), map.data);
+    addresses.push_back(map.data);
+    gst_memory_unmap(memory, &map);
+    gst_buffer_append_memory(buffer, memory);
+    GST_BUFFER_PTS(buffer) = 0;
+    gst_harness_push(bench->inputs[i], buffer);
+  }
+  GstBuffer* mesh = gst_harness_pull(bench->output);
+  fail_unless_equals_int(gst_buffer_n_memory(mesh), 5);
+  bench.reset();
+  for (int i = 0; i < 4; ++i) {
+    GstMapInfo map;
+    gst_memory_map(gst_buffer_peek_memory(mesh, i + 1), &map, GST_MAP_READ);
+    fail_unless(map.data == addresses[i]);
+    fail_unless(std::equal(pixels[i].begin(), pixels[i].end(), map.data));
+    gst_memory_unmap(gst_buffer_peek_memory(mesh, i + 1), &map);
+  }
+  gst_buffer_unref(mesh);
+}
+GST_END_TEST
+
+GST_START_TEST(test_missing_views) {
+  // Frame 1 lacks camera 3. A queue holds one view, so camera 3 goes on first.
+  const auto feed = [](Bench& bench) {
+    for (int frame = 0; frame < 3; ++frame)
+      for (int i = 3; i >= 0; --i)
+        if (frame != 1 || i != 3) bench.push_box(i, frame);
+  };
+  {
+    Bench bench("missing-camera=drop-camera");
+    feed(bench);
+    fail_unless_equals_int(bench.pull()->views.size(), 4);
+    fail_unless_equals_int(bench.pull()->views.size(), 3);
+    fail_unless_equals_int(bench.pull()->views.size(), 4);
+    fail_unless_equals_uint64(bench.count("sets-incomplete"), 1);
+  }
+  {
+    Bench bench("missing-camera=drop-set");
+    feed(bench);
+    fail_unless_equals_uint64(bench.pull()->trigger, 0);
+    fail_unless_equals_uint64(bench.pull()->trigger, 2);
+    fail_unless_equals_uint64(bench.count("sets-dropped-incomplete"), 1);
+    fail_unless_equals_int(bench.messages(GST_MESSAGE_QOS), 1);
+  }
+  {
+    Bench bench("missing-camera=hold");
+    feed(bench);
+    bench.pull();
+    const auto mesh = bench.pull();
+    fail_unless_equals_int(mesh->views.size(), 4);
+    fail_unless_equals_uint64(mesh->views[2].view.trigger, 1);
+    fail_unless_equals_uint64(mesh->views[3].view.trigger, 0);
+    bench.pull();
+    fail_unless_equals_uint64(bench.count("views-held"), 1);
+  }
+  {
+    Bench bench("missing-camera=hold hold-time=1000000");
+    feed(bench);
+    bench.pull();
+    fail_unless_equals_int(bench.pull()->views.size(), 3);
+  }
+  {
+    Bench bench("missing-camera=drop-camera min-cameras=4");
+    feed(bench);
+    bench.pull();
+    fail_unless_equals_uint64(bench.pull()->trigger, 2);
+    fail_unless_equals_uint64(bench.count("sets-dropped-few-cameras"), 1);
+  }
+}
+GST_END_TEST
+
+GST_START_TEST(test_live_sets_wait_no_longer_than_max_wait) {
+  Bench bench("max-wait=30000000", 3, true);
+  GstTestClock* clock = gst_harness_get_testclock(bench.output);
+  bench.push_box(0, 5);
+  bench.push_box(1, 5);
+  fail_unless(bench.nothing_more());
+  // The element waits for the clock to show the views' time, 200 ms, and 30 ms.
+  GstClockID id = nullptr;
+  gst_test_clock_wait_for_next_pending_id(clock, &id);
+  fail_unless_equals_uint64(gst_clock_id_get_time(id), 230 * GST_MSECOND);
+  gst_clock_id_unref(id);
+  gst_test_clock_set_time(clock, 229 * GST_MSECOND);
+  fail_unless(bench.nothing_more());
+  gst_test_clock_set_time(clock, 230 * GST_MSECOND);
+  GstClockID done = gst_test_clock_process_next_clock_id(clock);
+  if (done != nullptr) gst_clock_id_unref(done);
+  fail_unless_equals_int(bench.pull()->views.size(), 2);
+  // Too late.
+  bench.push_box(2, 5);
+  for (int i = 0; i < 3; ++i) bench.push_box(i, 6);
+  const auto mesh = bench.pull();
+  fail_unless_equals_uint64(mesh->trigger, 6);
+  fail_unless_equals_int(mesh->views.size(), 3);
+  fail_unless_equals_uint64(bench.count("views-late"), 1);
+  gst_object_unref(clock);
+}
+GST_END_TEST
+
+GST_START_TEST(test_latency_is_reported) {
+  Bench bench("max-wait=70000000", 2, true);
+  for (GstHarness* input : bench.inputs) gst_harness_set_upstream_latency(input, 10 * GST_MSECOND);
+  bench.push_box(0, 0);
+  bench.push_box(1, 0);
+  bench.pull();
+  const GstClockTime latency = gst_harness_query_latency(bench.output);
+  fail_unless(latency >= 80 * GST_MSECOND && latency < 2 * GST_SECOND, "%" GST_TIME_FORMAT,
+              GST_TIME_ARGS(latency));
+  bench.messages(GST_MESSAGE_LATENCY);
+  g_object_set(bench.element, "max-wait", 90 * GST_MSECOND, nullptr);
+  fail_unless(bench.messages(GST_MESSAGE_LATENCY) >= 1);
+  fail_unless(gst_harness_query_latency(bench.output) >= latency + 19 * GST_MSECOND);
+}
+GST_END_TEST
+
+GST_START_TEST(test_bad_cameras_are_named) {
+  {
+    Bench bench("", 2);
+    bench.push_box(0, 0);
+    bench.push_box(1, 0, {}, 0);
+    expect_in(bench.error(), {"sink_1", "sink_0", "cam0", "Each pad takes another camera"});
+  }
+  {
+    Bench bench("", 2);
+    std::vector<std::uint8_t> pixels;
+    View view = box_view(bench.rig.cameras[0], {}, 0, pixels);
+    view.camera = "";
+    bench.push(0, view, 0);
+    bench.push_box(1, 0);
+    expect_in(bench.error(), {"sink_0", "no camera"});
+  }
+  {
+    Bench bench("", 2);
+    gst_child_proxy_set(GST_CHILD_PROXY(bench.element), "sink_0::camera", "left wing", nullptr);
+    bench.push_box(0, 0);
+    bench.push_box(1, 0);
+    expect_in(bench.error(), {"sink_0", "left wing", "cam0, cam1, cam2, cam3"});
+  }
+  {
+    Bench bench("", 2);
+    Camera camera = bench.rig.cameras[0];
+    camera.width = 640;
+    camera.height = 480;
+    std::vector<std::uint8_t> pixels;
+    bench.push(0, box_view(camera, {}, 0, pixels), 0);
+    bench.push_box(1, 0);
+    expect_in(bench.error(), {"sink_0", "cam0", "640x480", "1024x768"});
+  }
+  {
+    // The pad's property wins over the views' own name.
+    Bench bench("", 2);
+    gst_child_proxy_set(GST_CHILD_PROXY(bench.element), "sink_0::camera", "cam2", nullptr);
+    bench.push_box(0, 0, {}, 0);
+    bench.push_box(1, 0);
+    const auto mesh = bench.pull();
+    fail_unless(mesh->views[0].view.camera == "cam1" && mesh->views[1].view.camera == "cam2");
+  }
+}
+GST_END_TEST
+
+GST_START_TEST(test_bad_rigs_are_named) {
+  const std::string bad = folder("rig.json");
+  std::ofstream(bad) << "{ oops";
+  for (const auto& [rig, part] :
+       {std::pair<std::string, const char*>{"/nowhere/rig.json", "rig.json"},
+        {bad, "line 1, column"}}) {
+    GstElement* pipeline = parse("hullbuild rig=" + rig + " ! fakesink");
+    fail_unless_equals_int(gst_element_set_state(pipeline, GST_STATE_PAUSED),
+                           GST_STATE_CHANGE_FAILURE);
+    const std::string message = wait_for_end(pipeline, GST_SECOND);
+    expect_in(message, {part});
+    gst_element_set_state(pipeline, GST_STATE_NULL);
+    gst_object_unref(pipeline);
+  }
+}
+GST_END_TEST
+
+GST_START_TEST(test_hostile_views_are_dropped) {
+  Bench bench("missing-camera=drop-camera", 3);
+  std::vector<std::uint8_t> pixels;
+  std::vector<std::uint8_t> bytes = write_view(box_view(bench.rig.cameras[0], {}, 0, pixels));
+  bytes.resize(bytes.size() / 2);
+  GstBuffer* buffer = buffer_of(bytes);
+  GST_BUFFER_PTS(buffer) = 0;
+  gst_harness_push(bench.inputs[0], buffer);
+  for (int i = 1; i < 3; ++i) bench.push_box(i, 0);
+  for (std::size_t i = 32; i < bytes.size(); ++i) bytes[i] = 0xFF;
+  gst_harness_push(bench.inputs[0], buffer_of(bytes));
+  gst_harness_push(bench.inputs[0], gst_buffer_new());
+  bench.push_box(0, 0);
+  fail_unless_equals_int(bench.pull()->views.size(), 3);
+  fail_unless_equals_uint64(bench.count("views-unusable"), 3);
+  fail_unless(bench.messages(GST_MESSAGE_WARNING) >= 1);
+}
+GST_END_TEST
+
+GST_START_TEST(test_empty_full_and_lone_silhouettes) {
+  Bench bench;
+  std::vector<std::uint8_t> pixels;
+  const auto push_contours = [&](int input, int frame, const Rings& rings) {
+    View view = box_view(bench.rig.cameras[input], {}, frame, pixels);
+    view.contours = rings;
+    bench.push(input, view, frame * frame_time);
+  };
+  // Nobody there; one camera alone; two with foreground and two without.
+  for (int i = 0; i < 4; ++i) push_contours(i, 0, {});
+  fail_unless(bench.pull()->hull.empty());
+  fail_unless_equals_int(bench.messages(GST_MESSAGE_WARNING), 0);
+  for (int i = 0; i < 4; ++i)
+    push_contours(i, 1, i == 2 ? box_contours(bench.rig.cameras[2], {}) : Rings{});
+  fail_unless(bench.pull()->hull.empty());
+  fail_unless_equals_uint64(bench.count("lone-silhouettes"), 1);
+  fail_unless_equals_int(bench.messages(GST_MESSAGE_WARNING), 1);
+  for (int i = 0; i < 4; ++i)
+    push_contours(i, 2, i < 2 ? box_contours(bench.rig.cameras[i], {}) : Rings{});
+  fail_unless(bench.pull()->hull.empty());
+  fail_unless_equals_uint64(bench.count("empty-meshes"), 3);
+  // All foreground: what all cameras see, within the bounds.
+  Rings full;
+  full.points = {{-0.5f, -0.5f}, {-0.5f, 767.5f}, {1023.5f, 767.5f}, {1023.5f, -0.5f}};
+  full.ends = {4};
+  for (int i = 0; i < 4; ++i) push_contours(i, 3, full);
+  const auto mesh = bench.pull();
+  fail_unless(is_closed(mesh->hull) && !mesh->hull.empty());
+  const double volume = enclosed_volume(mesh->hull);
+  fail_unless(volume > 1.0 && volume < 2.4 * 2.4 * 2.3, "volume %g", volume);
+  // A camera inside the subject sees only foreground.
+  for (int i = 0; i < 4; ++i)
+    push_contours(i, 4, i == 0 ? full : box_contours(bench.rig.cameras[i], {}));
+  fail_unless(is_closed(bench.pull()->hull));
+}
+GST_END_TEST
+
+GST_START_TEST(test_flush_starts_anew) {
+  Bench bench;
+  for (int i = 0; i < 4; ++i) bench.push_box(i, 7);
+  bench.pull();
+  bench.push_box(0, 8);  // must not come out after the flush
+  for (GstHarness* input : bench.inputs) {
+    gst_harness_push_event(input, gst_event_new_flush_start());
+    gst_harness_push_event(input, gst_event_new_flush_stop(TRUE));
+  }
+  for (GstHarness* input : bench.inputs) {
+    GstSegment segment;
+    gst_segment_init(&segment, GST_FORMAT_TIME);
+    gst_harness_push_event(input, gst_event_new_segment(&segment));
+  }
+  for (int i = 0; i < 4; ++i) bench.push_box(i, 2);
+  const auto mesh = bench.pull();
+  fail_unless_equals_uint64(mesh->trigger, 2);
+  fail_unless_equals_int(mesh->views.size(), 4);
+  fail_unless_equals_uint64(GST_BUFFER_PTS(bench.last.get()), 2 * frame_time);
+  fail_unless_equals_uint64(bench.count("views-late"), 0);
+}
+GST_END_TEST
+
+GST_START_TEST(test_live_change_of_rig) {
+  Bench bench;
+  for (int i = 0; i < 4; ++i) bench.push_box(i, 0);
+  bench.pull();
+  Rig rig = default_rig();
+  rig.unit = "mm";
+  for (Camera& camera : rig.cameras) camera.t *= 1000.0;
+  rig.bounds.reset();
+  const std::string path = folder("metric.json");
+  std::ofstream(path) << rig_to_json(rig);
+  g_object_set(bench.element, "rig", path.c_str(), nullptr);
+  for (int i = 0; i < 4; ++i) bench.push_box(i, 1);
+  const auto mesh = bench.pull();
+  fail_unless_equals_float(mesh->metres_per_unit, 0.001);
+  fail_unless(enclosed_volume(mesh->hull) > 1e8);
+  // A rig that cannot be used leaves the former one in place.
+  g_object_set(bench.element, "rig", "/nowhere/rig.json", nullptr);
+  for (int i = 0; i < 4; ++i) bench.push_box(i, 2);
+  fail_unless_equals_float(bench.pull()->metres_per_unit, 0.001);
+  fail_unless_equals_uint64(bench.count("rigs-refused"), 1);
+}
+GST_END_TEST
+
+GST_START_TEST(test_gaps_and_ends) {
+  Bench bench("missing-camera=drop-camera", 3);
+  bench.push_box(0, 0);
+  bench.push_box(1, 0);
+  gst_harness_push_event(bench.inputs[2], gst_event_new_gap(0, frame_time));
+  fail_unless_equals_int(bench.pull()->views.size(), 2);
+  for (int i = 0; i < 3; ++i) bench.push_box(i, 1);
+  fail_unless_equals_int(bench.pull()->views.size(), 3);
+  gst_harness_push_event(bench.inputs[0], gst_event_new_eos());
+  for (int i = 1; i < 3; ++i) bench.push_box(i, 2);
+  fail_unless_equals_int(bench.pull()->views.size(), 2);
+  for (int i = 1; i < 3; ++i) gst_harness_push_event(bench.inputs[i], gst_event_new_eos());
+  GstEvent* event = nullptr;
+  do {
+    if (event != nullptr) gst_event_unref(event);
+    event = gst_harness_pull_event(bench.output);
+    fail_unless(event != nullptr, "no EOS");
+  } while (GST_EVENT_TYPE(event) != GST_EVENT_EOS);
+  gst_event_unref(event);
+}
+GST_END_TEST
+
+GST_START_TEST(test_unchanged_silhouettes_are_not_built_again) {
+  Bench bench;
+  std::vector<std::uint32_t> triangles;
+  for (int frame = 0; frame < 5; ++frame) {
+    for (int i = 0; i < 4; ++i) bench.push_box(i, frame);
+    const auto mesh = bench.pull();
+    if (frame == 0) triangles = mesh->hull.triangles;
+    fail_unless(mesh->hull.triangles == triangles);
+    fail_unless_equals_uint64(mesh->trigger, frame);
+  }
+  fail_unless_equals_uint64(bench.count("hulls-reused"), 4);
+}
+GST_END_TEST
+
+GST_START_TEST(test_states_and_two_pipelines) {
+  const std::string files = write_view_files(folder("files"), 3);
+  const std::string line = "hullbuild name=hull ! fakesink " + all_view_files(files);
+  check_states(line, 50);
+  GstElement* pipelines[] = {parse(line), parse(line)};
+  for (GstElement* pipeline : pipelines) gst_element_set_state(pipeline, GST_STATE_PLAYING);
+  for (GstElement* pipeline : pipelines) {
+    ck_assert_str_eq(wait_for_end(pipeline).c_str(), "");
+    GstElement* hull = gst_bin_get_by_name(GST_BIN(pipeline), "hull");
+    fail_unless_equals_uint64(statistic(hull, "sets"), 3);
+    gst_object_unref(hull);
+    gst_element_set_state(pipeline, GST_STATE_NULL);
+    gst_object_unref(pipeline);
+  }
+}
+GST_END_TEST
+
+GST_START_TEST(test_cameras_come_and_go) {
+  Bench bench("missing-camera=drop-camera", 2);
+  for (int frame = 0; frame < 3; ++frame) {
+    for (int i = 0; i < 2; ++i) bench.push_box(i, frame);
+    fail_unless_equals_int(bench.pull()->views.size(), 2);
+  }
+  GstHarness* third = gst_harness_new_with_element(bench.element, "sink_%u", nullptr);
+  gst_harness_set_live(third, FALSE);
+  gst_harness_set_src_caps_str(third, "application/x-polyhull-view");
+  bench.inputs.push_back(third);
+  for (int i = 0; i < 3; ++i) bench.push_box(i, 3);
+  fail_unless_equals_int(bench.pull()->views.size(), 3);
+  bench.inputs.pop_back();
+  gst_harness_teardown(third);  // releases its pad
+  fail_unless_equals_int(bench.element->numsinkpads, 2);
+  for (int i = 0; i < 2; ++i) bench.push_box(i, 4);
+  fail_unless_equals_int(bench.pull()->views.size(), 2);
+}
+GST_END_TEST
+
+static Suite* hullbuild_suite() {
+  Suite* suite = suite_create("hullbuild");
+  TCase* tests = tcase_create("general");
+  suite_add_tcase(suite, tests);
+  tcase_set_timeout(tests, 20);
+  tcase_add_test(tests, test_documented);
+  tcase_add_test(tests, test_a_box_becomes_its_hull);
+  tcase_add_test(tests, test_order_of_pads_and_arrival_changes_nothing);
+  tcase_add_test(tests, test_pixels_are_shared_and_outlive_the_element);
+  tcase_add_test(tests, test_missing_views);
+  tcase_add_test(tests, test_live_sets_wait_no_longer_than_max_wait);
+  tcase_add_test(tests, test_latency_is_reported);
+  tcase_add_test(tests, test_bad_cameras_are_named);
+  tcase_add_test(tests, test_bad_rigs_are_named);
+  tcase_add_test(tests, test_hostile_views_are_dropped);
+  tcase_add_test(tests, test_empty_full_and_lone_silhouettes);
+  tcase_add_test(tests, test_flush_starts_anew);
+  tcase_add_test(tests, test_live_change_of_rig);
+  tcase_add_test(tests, test_gaps_and_ends);
+  tcase_add_test(tests, test_unchanged_silhouettes_are_not_built_again);
+  tcase_add_test(tests, test_states_and_two_pipelines);
+  tcase_add_test(tests, test_cameras_come_and_go);
+  return suite;
+}
+
+GST_CHECK_MAIN(hullbuild)
