@@ -80,6 +80,10 @@ Keyer& Silhouetter::keyer() {
   return state_->keyer;
 }
 
+const Keyer& Silhouetter::keyer() const {
+  return state_->keyer;
+}
+
 const SilhouetteStats& Silhouetter::stats() const {
   return state_->stats;
 }

@@ -56,7 +56,9 @@ class Silhouetter {
   /// Only the tolerance changes (adaptive); cheaper than set().
   void set_tolerance(double tolerance);
 
+  /// To change the keyer beside its settings; the next frame is then processed in any case.
   Keyer& keyer();
+  const Keyer& keyer() const;
 
   /// The frame's silhouette. The reference stays valid until the next call.
   const Rings& process(const FrameView& frame);
