@@ -1,14 +1,21 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gst/gst.h>
 
+#include "chromamatte.h"
+#include "contourfind.h"
+#include "gaussblur.h"
 #include "hullbuild.h"
 #include "hullexport.h"
+#include "silhouette.h"
 
 // One declaration and one line in plugin_init() per element, in the data's order.
 
 static gboolean plugin_init(GstPlugin* plugin) {
-  gboolean any = TRUE;
-  (void)plugin;
+  gboolean any = FALSE;
+  any |= GST_ELEMENT_REGISTER(chromamatte, plugin);
+  any |= GST_ELEMENT_REGISTER(gaussblur, plugin);
+  any |= GST_ELEMENT_REGISTER(contourfind, plugin);
+  any |= GST_ELEMENT_REGISTER(silhouette, plugin);
   any |= GST_ELEMENT_REGISTER(hullbuild, plugin);
   any |= GST_ELEMENT_REGISTER(hullexport, plugin);
   return any;

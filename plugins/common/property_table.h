@@ -15,7 +15,9 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <string_view>
 #include <type_traits>
+#include <vector>
 
 #include "common/enums.h"
 
@@ -146,6 +148,17 @@ constexpr auto property(const char* name, const char* nick, const char* blurb, d
       [](const Settings& settings, GValue* value) {
         detail::write_value<T>(settings.*Member, value);
       }};
+}
+
+/// A copy of \p table in which the property \p from is called \p to; the name must be a literal.
+template <class Settings>
+std::vector<Property<Settings>> renamed(std::span<const Property<Settings>> table,
+                                        std::string_view from, const char* to) {
+  std::vector<Property<Settings>> copy(table.begin(), table.end());
+  for (Property<Settings>& row : copy) {
+    if (row.name == from) row.name = to;
+  }
+  return copy;
 }
 
 /// Installs \p table with the property ids \p first, \p first + 1, ...; returns the next free id.

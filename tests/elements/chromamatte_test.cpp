@@ -1,0 +1,430 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include <gst/app/gstappsink.h>
+#include <gst/check/gstharness.h>
+#include <gst/controller/gstdirectcontrolbinding.h>
+#include <gst/controller/gstinterpolationcontrolsource.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <numbers>
+
+#include "base/picture.h"
+#include "elements/element_checks.h"
+#include "elements/frames.h"
+
+using namespace polyhull::test;
+
+namespace {
+
+constexpr int width = 96;
+constexpr int height = 64;
+const Disk subject{40.3, 30.7, 18.0};
+const double disk_area = std::numbers::pi * 18.0 * 18.0;
+
+/// A harness around chromamatte with the properties of a gst-launch description.
+GstHarness* harness_for(const std::string& description, const char* format = "RGBx") {
+  GstHarness* h = gst_harness_new_parse(description.c_str());
+  gst_harness_set_src_caps(h, video_caps(format, width, height));
+  return h;
+}
+
+GstBuffer* pushed(GstHarness* h, const char* format, const Disk& disk, GstClockTime pts = 0) {
+  GstCaps* caps = video_caps(format, width, height);
+  GstBuffer* out = gst_harness_push_and_pull(h, disk_frame(caps, disk, pts));
+  gst_caps_unref(caps);
+  return out;
+}
+
+std::string temporary(const std::string& name) {
+  return (std::filesystem::temp_directory_path() / ("polyhull_chromamatte_" + name)).string();
+}
+
+polyhull::Picture plate_picture(int w, int h, const Colour& c) {
+  polyhull::Picture picture{w, h, 3, {}};
+  for (int i = 0; i < w * h; ++i) {
+    for (const double v : {c.r, c.g, c.b}) picture.pixels.push_back(static_cast<std::uint8_t>(v));
+  }
+  return picture;
+}
+
+}  // namespace
+
+GST_START_TEST(says_what_it_is) {
+  check_documented("chromamatte");
+}
+GST_END_TEST
+
+GST_START_TEST(goes_up_and_down) {
+  check_states(
+      "videotestsrc num-buffers=30 pattern=ball background-color=0xff1ebe3c ! "
+      "video/x-raw,format=NV12 ! chromamatte ! fakesink");
+}
+GST_END_TEST
+
+GST_START_TEST(keys_packed_formats_alike) {
+  for (const char* format : {"RGBx", "BGRx", "RGBA", "BGRA", "RGB", "BGR"}) {
+    GstHarness* h = harness_for("chromamatte", format);
+    GstBuffer* out = pushed(h, format, subject);
+    const double area = alpha_area(out, width, height);
+    fail_unless(std::abs(area - disk_area) < 0.02 * disk_area, "%s: %g instead of %g", format, area,
+                disk_area);
+    for_each_pixel(out, width, height, [&](int x, int y, const std::uint8_t* p) {
+      const double cover = disk_cover(x, y, subject.cx, subject.cy, subject.radius);
+      if (cover == 1.0 || cover == 0.0) fail_unless_equals_int(p[3], cover == 1.0 ? 255 : 0);
+      if (cover == 1.0) {
+        fail_unless(std::abs(p[0] - 200) <= 1 && std::abs(p[2] - 70) <= 1,
+                    "%s: the subject's colour", format);
+      }
+    });
+    gst_buffer_unref(out);
+    gst_harness_teardown(h);
+  }
+}
+GST_END_TEST
+
+/// Frames that videoconvert made of an RGB picture come back as that picture, whatever matrix and
+/// range.
+GST_START_TEST(honours_colorimetry) {
+  const struct {
+    const char* format;
+    const char* colorimetry;
+  } cases[] = {{"I420", "bt601"},   {"I420", "bt709"},      {"NV12", "bt709"},
+               {"NV12", "bt2020"},  {"YUY2", "bt601"},      {"UYVY", "bt709"},
+               {"I420", "1:4:5:1"}, {"I420_10LE", "bt709"}, {"NV12", "1:3:5:1"}};
+  for (const auto& c : cases) {
+    // 0xff + RRGGBB; the ball is the subject.
+    GstElement* pipeline = parse(
+        std::string("videotestsrc num-buffers=1 pattern=ball background-color=0xff28c83c "
+                    "foreground-color=0xffc85a46 ! video/x-raw,format=RGBx,width=320,height=240 ! "
+                    "videoconvert ! video/x-raw,format=") +
+        c.format + ",colorimetry=" + c.colorimetry +
+        " ! chromamatte spill=0 ! appsink name=sink sync=false");
+    GstElement* sink = gst_bin_get_by_name(GST_BIN(pipeline), "sink");
+    gst_element_set_state(pipeline, GST_STATE_PLAYING);
+    GstSample* sample = gst_app_sink_pull_sample(GST_APP_SINK(sink));
+    fail_unless(sample != nullptr, "%s %s", c.format, c.colorimetry);
+    int worst = 0;
+    int inside = 0;
+    for_each_pixel(gst_sample_get_buffer(sample), 320, 240, [&](int, int, const std::uint8_t* p) {
+      if (p[3] != 255) return;
+      // The ball's rim is mixed with the screen in the picture itself.
+      if (p[0] < 195) return;
+      ++inside;
+      worst =
+          std::max({worst, std::abs(p[0] - 0xc8), std::abs(p[1] - 0x5a), std::abs(p[2] - 0x46)});
+    });
+    fail_unless(inside > 500, "%s %s: %d pixels", c.format, c.colorimetry, inside);
+    fail_unless(worst <= 6, "%s %s: colours differ by %d", c.format, c.colorimetry, worst);
+    gst_sample_unref(sample);
+    gst_element_set_state(pipeline, GST_STATE_NULL);
+    gst_object_unref(sink);
+    gst_object_unref(pipeline);
+  }
+}
+GST_END_TEST
+
+GST_START_TEST(announces_the_transfer_of_the_camera) {
+  GstHarness* h = gst_harness_new("chromamatte");
+  gst_harness_set_src_caps_str(
+      h, "video/x-raw,format=NV12,width=64,height=48,framerate=25/1,colorimetry=bt709");
+  GstCaps* caps = video_caps("NV12", 64, 48);
+  GstVideoInfo info;
+  gst_video_info_from_caps(&info, caps);
+  gst_caps_unref(caps);
+  GstBuffer* in = gst_buffer_new_allocate(nullptr, GST_VIDEO_INFO_SIZE(&info), nullptr);
+  gst_buffer_memset(in, 0, 128, -1);
+  gst_buffer_unref(gst_harness_push_and_pull(h, in));
+  GstCaps* out = gst_pad_get_current_caps(h->sinkpad);
+  gst_video_info_from_caps(&info, out);
+  fail_unless_equals_int(GST_VIDEO_INFO_FORMAT(&info), GST_VIDEO_FORMAT_RGBA);
+  fail_unless_equals_int(info.colorimetry.matrix, GST_VIDEO_COLOR_MATRIX_RGB);
+  fail_unless_equals_int(info.colorimetry.transfer, GST_VIDEO_TRANSFER_BT709);
+  fail_unless_equals_int(info.fps_n, 25);
+  gst_caps_unref(out);
+  gst_harness_teardown(h);
+}
+GST_END_TEST
+
+GST_START_TEST(changes_size_and_format_in_the_stream) {
+  GstHarness* h = gst_harness_new("chromamatte");
+  const struct {
+    const char* format;
+    int w, h;
+  } rounds[] = {
+      {"RGBx", 64, 48}, {"BGR", 33, 21}, {"RGBA", 200, 7}, {"BGRx", 1, 1}, {"RGB", 64, 48}};
+  for (const auto& round : rounds) {
+    GstCaps* caps = video_caps(round.format, round.w, round.h);
+    gst_harness_set_src_caps(h, gst_caps_ref(caps));
+    GstBuffer* out = gst_harness_push_and_pull(
+        h, disk_frame(caps, {round.w / 2.0, round.h / 2.0, round.h / 3.0}));
+    fail_unless(out != nullptr);
+    fail_unless_equals_int(static_cast<int>(gst_buffer_get_size(out)), round.w * round.h * 4);
+    gst_buffer_unref(out);
+    gst_caps_unref(caps);
+  }
+  gst_harness_teardown(h);
+}
+GST_END_TEST
+
+GST_START_TEST(survives_flush_and_seek) {
+  GstElement* pipeline = parse(
+      "videotestsrc num-buffers=200 pattern=ball background-color=0xff1ebe3c ! "
+      "video/x-raw,format=I420 ! chromamatte name=key ! fakesink name=sink sync=false");
+  gst_element_set_state(pipeline, GST_STATE_PAUSED);
+  fail_unless_equals_int(gst_element_get_state(pipeline, nullptr, nullptr, 20 * GST_SECOND),
+                         GST_STATE_CHANGE_SUCCESS);
+  for (int i = 0; i < 10; ++i) {
+    fail_unless(gst_element_seek_simple(
+        pipeline, GST_FORMAT_TIME,
+        static_cast<GstSeekFlags>(GST_SEEK_FLAG_FLUSH | GST_SEEK_FLAG_ACCURATE),
+        (i % 5) * 500 * GST_MSECOND));
+    fail_unless_equals_int(gst_element_get_state(pipeline, nullptr, nullptr, 20 * GST_SECOND),
+                           GST_STATE_CHANGE_SUCCESS);
+  }
+  gst_element_set_state(pipeline, GST_STATE_PLAYING);
+  ck_assert_str_eq(wait_for_end(pipeline).c_str(), "");
+  gst_element_set_state(pipeline, GST_STATE_NULL);
+  gst_object_unref(pipeline);
+}
+GST_END_TEST
+
+GST_START_TEST(properties_act_on_the_next_frame) {
+  GstHarness* h = harness_for("chromamatte name=key");
+  GstElement* key = gst_harness_find_element(h, "chromamatte");
+  GstBuffer* out = pushed(h, "RGBx", subject);
+  fail_unless(alpha_area(out, width, height) > 900);
+  gst_buffer_unref(out);
+
+  g_object_set(key, "roi-x", 0, "roi-width", 10, nullptr);
+  out = pushed(h, "RGBx", subject, GST_SECOND);
+  fail_unless_equals_float(alpha_area(out, width, height), 0.0);
+  gst_buffer_unref(out);
+
+  g_object_set(key, "roi-width", 0, "inside-polygon", "-1,-1 200,-1 200,200 -1,200", nullptr);
+  out = pushed(h, "RGBx", subject, 2 * GST_SECOND);
+  fail_unless_equals_float(alpha_area(out, width, height), width * height);
+  gst_buffer_unref(out);
+
+  g_object_set(key, "inside-polygon", "", "outside-polygon", "-1,-1 40.5,-1 40.5,99 -1,99",
+               nullptr);
+  out = pushed(h, "RGBx", subject, 3 * GST_SECOND);
+  const double half = alpha_area(out, width, height);
+  fail_unless(std::abs(half - disk_area / 2) < 0.05 * disk_area, "%g", half);
+  gst_buffer_unref(out);
+  gst_object_unref(key);
+  gst_harness_teardown(h);
+}
+GST_END_TEST
+
+GST_START_TEST(a_controller_drives_properties) {
+  GstHarness* h = harness_for("chromamatte");
+  GstElement* key = gst_harness_find_element(h, "chromamatte");
+  GstControlSource* source = gst_interpolation_control_source_new();
+  g_object_set(source, "mode", GST_INTERPOLATION_MODE_NONE, nullptr);
+  fail_unless(gst_object_add_control_binding(
+      GST_OBJECT(key), gst_direct_control_binding_new_absolute(GST_OBJECT(key), "roi-x", source)));
+  auto* values = GST_TIMED_VALUE_CONTROL_SOURCE(source);
+  gst_timed_value_control_source_set(values, 0, 0.0);
+  gst_timed_value_control_source_set(values, GST_SECOND, 90.0);
+  GstBuffer* out = pushed(h, "RGBx", subject, 0);
+  fail_unless(alpha_area(out, width, height) > 900);
+  gst_buffer_unref(out);
+  out = pushed(h, "RGBx", subject, GST_SECOND);
+  fail_unless_equals_float(alpha_area(out, width, height), 0.0);
+  gst_buffer_unref(out);
+  gst_object_unref(source);
+  gst_object_unref(key);
+  gst_harness_teardown(h);
+}
+GST_END_TEST
+
+GST_START_TEST(shows_the_operator_what_it_does) {
+  for (const char* view : {"matte", "status", "spill"}) {
+    GstHarness* h = harness_for(std::string("chromamatte view=") + view);
+    GstBuffer* out = pushed(h, "RGBx", subject);
+    for_each_pixel(out, width, height, [&](int x, int y, const std::uint8_t* p) {
+      fail_unless_equals_int(p[3], 255);
+      const double cover = disk_cover(x, y, subject.cx, subject.cy, subject.radius);
+      if (std::string(view) == "spill" || (cover != 0.0 && cover != 1.0)) return;
+      for (int i = 0; i < 3; ++i) fail_unless_equals_int(p[i], cover == 1.0 ? 255 : 0);
+    });
+    gst_buffer_unref(out);
+    gst_harness_teardown(h);
+  }
+}
+GST_END_TEST
+
+GST_START_TEST(a_clean_plate_keys_without_a_screen) {
+  const std::string path = temporary("plate.png");
+  polyhull::save_picture(plate_picture(width, height, {120, 110, 100}), path);
+  Disk room = subject;
+  room.screen = {120, 110, 100};
+  GstHarness* h = harness_for("chromamatte method=difference clean-plate=" + path);
+  GstBuffer* out = pushed(h, "RGBx", room);
+  const double area = alpha_area(out, width, height);
+  fail_unless(std::abs(area - disk_area) < 0.08 * disk_area, "%g instead of %g", area, disk_area);
+  gst_buffer_unref(out);
+  // A soft shadow on the wall is no subject.
+  room.subject = {90, 82, 75};
+  out = pushed(h, "RGBx", room, GST_SECOND);
+  fail_unless_equals_float(alpha_area(out, width, height), 0.0);
+  gst_buffer_unref(out);
+  gst_harness_teardown(h);
+}
+GST_END_TEST
+
+GST_START_TEST(learns_a_clean_plate) {
+  GstHarness* h = harness_for("chromamatte method=difference learn-plate=5");
+  GstElement* key = gst_harness_find_element(h, "chromamatte");
+  Disk room = subject;
+  room.screen = {120, 110, 100};
+  Disk empty = room;
+  empty.subject = room.screen;
+  for (int i = 0; i < 5; ++i) gst_buffer_unref(pushed(h, "RGBx", empty, i * GST_SECOND));
+  fail_unless_equals_int(static_cast<int>(statistic(key, "plate-frames-left")), 0);
+  GstBuffer* out = pushed(h, "RGBx", room, 5 * GST_SECOND);
+  const double area = alpha_area(out, width, height);
+  fail_unless(std::abs(area - disk_area) < 0.08 * disk_area, "%g instead of %g", area, disk_area);
+  gst_buffer_unref(out);
+  gst_object_unref(key);
+  gst_harness_teardown(h);
+}
+GST_END_TEST
+
+/// The sentence of the error that the line ends with; fails if it ends without one.
+static std::string error_of(const std::string& properties) {
+  const std::string result = run_to_end(
+      "videotestsrc num-buffers=3 ! video/x-raw,format=RGBx,width=64,height=48 ! "
+      "chromamatte " +
+      properties + " ! fakesink");
+  fail_if(result.empty(), "%s was accepted", properties.c_str());
+  return result;
+}
+
+GST_START_TEST(bad_input_is_refused_with_a_sentence) {
+  fail_unless(error_of("clean-plate=/nowhere/plate.png").find("/nowhere/plate.png") !=
+              std::string::npos);
+  const std::string small = temporary("small.png");
+  polyhull::save_picture(plate_picture(8, 8, {0, 0, 0}), small);
+  for (const char* property : {"clean-plate", "inside-mask", "outside-mask"}) {
+    const std::string message = error_of(std::string(property) + "=" + small);
+    fail_unless(message.find("8x8") != std::string::npos &&
+                    message.find("64x48") != std::string::npos &&
+                    message.find(property) != std::string::npos,
+                "%s", message.c_str());
+  }
+  const std::string broken = temporary("broken.png");
+  std::ofstream(broken) << "no picture";
+  fail_unless(error_of("clean-plate=" + broken).find(broken) != std::string::npos);
+  error_of("outside-polygon=\"1,2 3,4\"");
+  error_of("inside-polygon=\"1,2 3,4 nan,5\"");
+  error_of("clip-black=0.8 clip-white=0.2");
+  error_of("key=colour key-colour=0x808080");
+  error_of("difference-low=50 difference-high=20");
+  fail_unless(error_of("rig=/nowhere/rig.json").find("/nowhere/rig.json") != std::string::npos);
+}
+GST_END_TEST
+
+GST_START_TEST(a_bad_value_in_the_stream_is_a_warning) {
+  GstHarness* h = harness_for("chromamatte");
+  GstElement* key = gst_harness_find_element(h, "chromamatte");
+  GstBus* bus = gst_bus_new();
+  gst_element_set_bus(h->element, bus);
+  gst_buffer_unref(pushed(h, "RGBx", subject));
+  g_object_set(key, "clean-plate", "/nowhere/plate.png", nullptr);
+  for (int i = 1; i < 4; ++i) {
+    GstBuffer* out = pushed(h, "RGBx", subject, i * GST_SECOND);
+    fail_unless(alpha_area(out, width, height) > 900);
+    gst_buffer_unref(out);
+  }
+  fail_unless_equals_int(static_cast<int>(statistic(key, "refused-settings")), 1);
+  GstMessage* message = gst_bus_pop_filtered(bus, GST_MESSAGE_WARNING);
+  fail_unless(message != nullptr);
+  gst_message_unref(message);
+  g_object_set(key, "clean-plate", nullptr, "strength", 40, nullptr);
+  gst_buffer_unref(pushed(h, "RGBx", subject, 5 * GST_SECOND));
+  fail_unless_equals_int(static_cast<int>(statistic(key, "refused-settings")), 1);
+  gst_element_set_bus(h->element, nullptr);
+  gst_object_unref(bus);
+  gst_object_unref(key);
+  gst_harness_teardown(h);
+}
+GST_END_TEST
+
+GST_START_TEST(not_a_number_changes_nothing) {
+  GstElement* key = gst_element_factory_make("chromamatte", nullptr);
+  g_object_set(key, "choke", 1.5, nullptr);
+  // GObject complains by itself; the value stays.
+  ASSERT_WARNING(g_object_set(key, "choke", std::nan(""), nullptr));
+  gdouble choke = 0.0;
+  g_object_get(key, "choke", &choke, nullptr);
+  fail_unless_equals_float(choke, 1.5);
+  gst_object_unref(key);
+}
+GST_END_TEST
+
+GST_START_TEST(a_region_outside_of_the_frame_is_empty) {
+  GstHarness* h = harness_for("chromamatte roi-x=5000 roi-y=10");
+  GstBuffer* out = pushed(h, "RGBx", subject);
+  fail_unless_equals_float(alpha_area(out, width, height), 0.0);
+  gst_buffer_unref(out);
+  gst_harness_teardown(h);
+}
+GST_END_TEST
+
+GST_START_TEST(frames_outlive_the_element) {
+  GstHarness* h = harness_for("chromamatte");
+  GstBuffer* out = pushed(h, "RGBx", subject);
+  gst_harness_teardown(h);
+  fail_unless(alpha_area(out, width, height) > 900);
+  gst_buffer_unref(out);
+}
+GST_END_TEST
+
+GST_START_TEST(trigger_numbers_and_times_pass) {
+  GstHarness* h = harness_for("chromamatte");
+  GstCaps* caps = video_caps("RGBx", width, height);
+  GstBuffer* in = disk_frame(caps, subject, 7 * GST_SECOND);
+  GST_BUFFER_OFFSET(in) = 42;
+  GstCaps* reference = gst_caps_new_empty_simple("timestamp/x-polyhull-trigger");
+  gst_buffer_add_reference_timestamp_meta(in, reference, 99, GST_CLOCK_TIME_NONE);
+  GstBuffer* out = gst_harness_push_and_pull(h, in);
+  fail_unless_equals_uint64(GST_BUFFER_OFFSET(out), 42);
+  fail_unless_equals_uint64(GST_BUFFER_PTS(out), 7 * GST_SECOND);
+  const auto* meta = gst_buffer_get_reference_timestamp_meta(out, reference);
+  fail_unless(meta != nullptr && meta->timestamp == 99);
+  gst_buffer_unref(out);
+  gst_caps_unref(reference);
+  gst_caps_unref(caps);
+  gst_harness_teardown(h);
+}
+GST_END_TEST
+
+static Suite* chromamatte_suite() {
+  Suite* suite = suite_create("chromamatte");
+  TCase* tests = tcase_create("general");
+  tcase_set_timeout(tests, 120);
+  suite_add_tcase(suite, tests);
+  tcase_add_test(tests, says_what_it_is);
+  tcase_add_test(tests, goes_up_and_down);
+  tcase_add_test(tests, keys_packed_formats_alike);
+  tcase_add_test(tests, honours_colorimetry);
+  tcase_add_test(tests, announces_the_transfer_of_the_camera);
+  tcase_add_test(tests, changes_size_and_format_in_the_stream);
+  tcase_add_test(tests, survives_flush_and_seek);
+  tcase_add_test(tests, properties_act_on_the_next_frame);
+  tcase_add_test(tests, a_controller_drives_properties);
+  tcase_add_test(tests, shows_the_operator_what_it_does);
+  tcase_add_test(tests, a_clean_plate_keys_without_a_screen);
+  tcase_add_test(tests, learns_a_clean_plate);
+  tcase_add_test(tests, bad_input_is_refused_with_a_sentence);
+  tcase_add_test(tests, a_bad_value_in_the_stream_is_a_warning);
+  tcase_add_test(tests, not_a_number_changes_nothing);
+  tcase_add_test(tests, a_region_outside_of_the_frame_is_empty);
+  tcase_add_test(tests, frames_outlive_the_element);
+  tcase_add_test(tests, trigger_numbers_and_times_pass);
+  return suite;
+}
+
+GST_CHECK_MAIN(chromamatte)
