@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 #include "raytrace/tone.h"
 
@@ -16,7 +17,7 @@ constexpr float full = 65535.0f;
 
 FilteredTexture::FilteredTexture(const Picture& picture) {
   Level base{picture.width, picture.height, {}};
-  base.texels.resize(static_cast<std::size_t>(base.width) * base.height);
+  base.texels.resize(static_cast<std::size_t>(base.width) * base.height, {});
   for (std::size_t i = 0; i < base.texels.size(); ++i) {
     for (std::size_t k = 0; k < 3; ++k) {
       base.texels[i][k] =
@@ -48,37 +49,41 @@ FilteredTexture::FilteredTexture(const Picture& picture) {
   }
 }
 
-Vec3f FilteredTexture::bilinear(std::size_t index, const Vec2f& uv) const {
+Float4 FilteredTexture::bilinear(std::size_t index, const Vec2f& uv) const {
   const Level& level = levels_[index];
   const auto place = [](float t, int size, int& first, int& second) {
-    // Texture coordinates far out would lose their fraction: wrapped first.
-    t -= std::floor(t);
-    const float x = t * static_cast<float>(size) - 0.5f;
-    const float whole = std::floor(x);
-    first = static_cast<int>(whole);
-    second = first + 1;
-    if (first < 0) first += size;
-    if (second >= size) second -= size;
-    return x - whole;
+    // Wrapped first: texture coordinates far out would lose their fraction. By way of int, as
+    // std::floor is a call of a function on plain x86-64.
+    t -= static_cast<float>(static_cast<int>(t));
+    const float x = (t < 0.0f ? t + 1.0f : t) * static_cast<float>(size) + 0.5f;
+    const int whole = static_cast<int>(x);
+    first = whole == 0 ? size - 1 : whole - 1;
+    second = whole >= size ? 0 : whole;
+    return x - static_cast<float>(whole);
   };
   int x0, x1, y0, y1;
   const float fx = place(uv.x, level.width, x0, x1), fy = place(uv.y, level.height, y0, y1);
-  const auto* row0 = &level.texels[static_cast<std::size_t>(y0) * level.width];
-  const auto* row1 = &level.texels[static_cast<std::size_t>(y1) * level.width];
-  const float w00 = (1 - fx) * (1 - fy), w10 = fx * (1 - fy), w01 = (1 - fx) * fy, w11 = fx * fy;
-  Vec3f sum;
-  for (int k = 0; k < 3; ++k) {
-    sum[k] = w00 * row0[x0][k] + w10 * row0[x1][k] + w01 * row1[x0][k] + w11 * row1[x1][k];
-  }
-  return sum / full;
+  const std::array<std::uint16_t, 4>* row0 =
+      &level.texels[static_cast<std::size_t>(y0) * level.width];
+  const std::array<std::uint16_t, 4>* row1 =
+      &level.texels[static_cast<std::size_t>(y1) * level.width];
+  const auto texel = [](const std::array<std::uint16_t, 4>& stored) {
+    using Short4 = std::uint16_t __attribute__((vector_size(8)));
+    Short4 bits;
+    std::memcpy(&bits, stored.data(), sizeof bits);
+    return __builtin_convertvector(bits, Float4);
+  };
+  const Float4 above = texel(row0[x0]) * (1.0f - fx) + texel(row0[x1]) * fx;
+  const Float4 below = texel(row1[x0]) * (1.0f - fx) + texel(row1[x1]) * fx;
+  return (above * (1.0f - fy) + below * fy) * (1.0f / full);
 }
 
-Vec3f FilteredTexture::trilinear(float level, const Vec2f& uv) const {
+Float4 FilteredTexture::trilinear(float level, const Vec2f& uv) const {
   level = std::clamp(level, 0.0f, static_cast<float>(levels_.size() - 1));
   const auto lower = static_cast<std::size_t>(level);
   const float part = level - static_cast<float>(lower);
   if (part < 0.01f || lower + 1 >= levels_.size()) return bilinear(lower, uv);
-  return glm::mix(bilinear(lower, uv), bilinear(lower + 1, uv), part);
+  return bilinear(lower, uv) * (1.0f - part) + bilinear(lower + 1, uv) * part;
 }
 
 Vec3f FilteredTexture::over(const Vec2f& uv, const Vec2f& du, const Vec2f& dv) const {
@@ -91,11 +96,11 @@ Vec3f FilteredTexture::over(const Vec2f& uv, const Vec2f& du, const Vec2f& dv) c
   const float samples = std::ceil(std::min(longer / std::max(shorter, 1.0f), most_samples));
   const float level = std::log2(std::max(longer / samples, 1.0f));
   const Vec2f step = (u_longer ? du : dv) / samples;
-  Vec3f sum(0.0f);
+  Float4 sum{};
   for (float i = 0.0f; i < samples; i += 1.0f) {
     sum += trilinear(level, uv + (i + 0.5f - 0.5f * samples) * step);
   }
-  return sum / samples;
+  return to_vector(sum / samples);
 }
 
 }  // namespace polyhull

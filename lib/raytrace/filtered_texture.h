@@ -9,6 +9,7 @@
 
 #include "base/picture.h"
 #include "base/vector.h"
+#include "raytrace/float4.h"
 
 namespace polyhull {
 
@@ -18,7 +19,7 @@ class FilteredTexture {
   explicit FilteredTexture(const Picture& picture);
 
   /// Bilinear, without filtering.
-  Vec3f at(const Vec2f& uv) const { return bilinear(0, uv); }
+  Vec3f at(const Vec2f& uv) const { return to_vector(bilinear(0, uv)); }
 
   /// The mean over the parallelogram uv +- du/2 +- dv/2 (the steps of the texture coordinates to
   /// the next pixel): trilinear samples along its longer side, as graphics cards do anisotropic
@@ -31,8 +32,8 @@ class FilteredTexture {
     int height = 0;
     std::vector<std::array<std::uint16_t, 4>> texels;
   };
-  Vec3f bilinear(std::size_t level, const Vec2f& uv) const;
-  Vec3f trilinear(float level, const Vec2f& uv) const;
+  Float4 bilinear(std::size_t level, const Vec2f& uv) const;
+  Float4 trilinear(float level, const Vec2f& uv) const;
 
   std::vector<Level> levels_;
 };

@@ -66,29 +66,21 @@ Vec3f TracedScene::subject_colour(const RayHit& hit, const Vec3f& direction) con
   return subject.colour ? subject.colour(hit.triangle, hit.u, hit.v, direction) : Vec3f(1.0f);
 }
 
-Surface TracedScene::surface(const Ray& ray, const RayHit& hit) const {
+Surface TracedScene::plain_surface(const Ray& ray, const RayHit& hit) const {
   const SceneMesh& mesh = scene_.meshes[hit.mesh];
   const std::uint32_t* corner = &mesh.triangles[3 * static_cast<std::size_t>(hit.triangle)];
-  const float weights[3] = {1.0f - hit.u - hit.v, hit.u, hit.v};
+  const float w0 = 1.0f - hit.u - hit.v;
   Surface surface;
-  Vec3f normal(0.0f);
-  for (int k = 0; k < 3; ++k) {
-    // From the corners, not along the ray: better by digits, as the ray is long.
-    surface.point += weights[k] * mesh.positions[corner[k]];
-    normal += weights[k] * mesh.normals[corner[k]];
-  }
-  surface.geometric = glm::normalize(hit.normal);
-  surface.back = glm::dot(surface.geometric, ray.direction) > 0.0f;
-  if (surface.back) surface.geometric = -surface.geometric;
+  // From the corners, not along the ray: better by digits, as the ray is long.
+  surface.point = w0 * mesh.positions[corner[0]] + hit.u * mesh.positions[corner[1]] +
+                  hit.v * mesh.positions[corner[2]];
+  const Vec3f normal = w0 * mesh.normals[corner[0]] + hit.u * mesh.normals[corner[1]] +
+                       hit.v * mesh.normals[corner[2]];
+  surface.back = glm::dot(hit.normal, ray.direction) > 0.0f;
   const float side = surface.back ? -1.0f : 1.0f;
+  surface.geometric = hit.normal * (side / glm::length(hit.normal));
   const float length = glm::length(normal);
-  surface.normal = length > 0.0f ? side * normal / length : surface.geometric;
-  surface.lifted = surface.point;
-  for (int k = 0; k < 3; ++k) {
-    const Vec3f n = side * mesh.normals[corner[k]];
-    const float below = std::min(glm::dot(surface.point - mesh.positions[corner[k]], n), 0.0f);
-    surface.lifted -= weights[k] * below * n;
-  }
+  surface.normal = length > 0.0f ? normal * (side / length) : surface.geometric;
   surface.material = &scene_.materials[mesh.material];
   surface.light = light_of_mesh_[hit.mesh];
   surface.emission = surface.material->emission;
@@ -97,6 +89,21 @@ Surface TracedScene::surface(const Ray& ray, const RayHit& hit) const {
     const Light& light = scene_.lights[surface.light];
     if (glm::dot(glm::cross(light.u, light.v), ray.direction) > 0.0f)
       surface.emission = Vec3f(0.0f);
+  }
+  return surface;
+}
+
+Surface TracedScene::surface(const Ray& ray, const RayHit& hit) const {
+  Surface surface = plain_surface(ray, hit);
+  const SceneMesh& mesh = scene_.meshes[hit.mesh];
+  const std::uint32_t* corner = &mesh.triangles[3 * static_cast<std::size_t>(hit.triangle)];
+  const float weights[3] = {1.0f - hit.u - hit.v, hit.u, hit.v};
+  const float side = surface.back ? -1.0f : 1.0f;
+  surface.lifted = surface.point;
+  for (int k = 0; k < 3; ++k) {
+    const Vec3f n = side * mesh.normals[corner[k]];
+    const float below = std::min(glm::dot(surface.point - mesh.positions[corner[k]], n), 0.0f);
+    surface.lifted -= weights[k] * below * n;
   }
   return surface;
 }

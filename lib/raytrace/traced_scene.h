@@ -73,6 +73,7 @@ class TracedScene {
 
   /// The surface at a hit that is not on a subject.
   Surface surface(const Ray& ray, const RayHit& hit) const;
+  Surface plain_surface(const Ray& ray, const RayHit& hit) const;
 
   /// The base colour at a hit, without filtering.
   Vec3f base_colour(const RayHit& hit) const;

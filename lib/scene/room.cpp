@@ -55,7 +55,7 @@ class Room {
 
   void shell() {
     const float w = 2.0f * half;
-    const int stone = material("polished stone", Vec3f(1.0f), 0.0f, texture(stone_texture(1024)));
+    const int stone = material("polished stone", Vec3f(1.0f), 0.0f, texture(stone_texture(768)));
     // Hard, dense stone under a coat of polish: about a seventh of the light is mirrored straight
     // on.
     scene_.materials[stone].ior = 2.2f;

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// The light that falls on a scene, computed once and kept on its surfaces: it does not depend on
+/// the eye, so a moving camera needs only rays to see what is where.
+///
+/// The straight light of the lamps is kept on a fine grid (SurfaceGrid) as
+///   E = sum over lights  E_unoccluded (closed form) * visible weight / whole weight
+/// over `light_samples` ways to the light; where a first few of them are all free or all blocked,
+/// at the node and its neighbours, no more are asked for. The light by mirrors and one diffuse
+/// bounce varies slowly and is kept on a coarser grid; the bounce reads the straight light where it
+/// lands. All nodes use the same ways: what error there is does not flicker from node to node.
+#pragma once
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include "raytrace/float4.h"
+#include "raytrace/surface_grid.h"
+#include "raytrace/traced_scene.h"
+
+namespace polyhull {
+
+struct LightCacheOptions {
+  float spacing = 0.025f;              ///< metres between nodes of the straight light
+  float bounce_spacing = 0.14f;        ///< metres between nodes of the bounced light
+  int first_samples = 24;              ///< ways to each light at every node
+  int light_samples = 256;             ///< ways to each light in soft shadows' edges
+  int bounce_samples = 256;            ///< directions of bounced light
+  std::size_t most_nodes = 3'000'000;  ///< for larger scenes the grid becomes coarser
+  int threads = 0;                     ///< of the pool, 0: all
+};
+
+class LightCache {
+ public:
+  /// Fills the cache. \p scene must outlive it, and have no subjects now.
+  LightCache(const TracedScene& scene, const LightCacheOptions& options = {});
+
+  /// Irradiance at a hit (of the scene, not of a subject), on the side \p back or not.
+  Vec3f irradiance(const RayHit& hit, bool back) const;
+
+  /// Multiplies everything by \p factor: what happens when all lights become brighter alike.
+  void scale(const Vec3f& factor);
+
+  /// Mean bounced irradiance over the scene's surfaces.
+  const Vec3f& mean_bounced() const { return mean_bounced_; }
+
+  std::size_t nodes() const { return fine_.size() + coarse_.size(); }
+  std::uint64_t rays() const { return rays_; }
+
+ private:
+  /// Values at the nodes of a grid, [0] for the front of the surfaces, [1] for the back of
+  /// double-sided ones (empty where there are none).
+  using Sides = std::array<std::vector<Float4>, 2>;
+
+  void fill_direct(const TracedScene& scene, const LightCacheOptions& options, bool back);
+  void ask_light(const TracedScene& scene, const LightCacheOptions& options, const Light& light,
+                 bool back, std::vector<float>& shares);
+  void fill_bounced(const TracedScene& scene, const LightCacheOptions& options, bool back);
+  void find_mean(const TracedScene& scene);
+
+  std::vector<char> double_sided_;  // by mesh
+  SurfaceGrid fine_, coarse_;
+  Sides direct_;   // on the fine grid
+  Sides bounced_;  // on the coarse grid
+  Sides all_;      // on the fine grid: what a frame looks up
+  Vec3f mean_bounced_{0.0f};
+  std::uint64_t rays_ = 0;
+};
+
+}  // namespace polyhull

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// A grid of nodes over the surfaces of a scene, for values that vary smoothly over them.
+///
+/// Each pair of triangles that make a flat parallelogram p + s a + t b carries ns x nt cells; each
+/// other large triangle is taken as a parallelogram with one side shrunk to its apex, p + s ((1 -
+/// t) a + t b), the apex opposite its shortest edge, so that long thin triangles need few nodes;
+/// triangles smaller than a cell use the mesh's vertices. Between the nodes values are bilinear
+/// (linear in small triangles).
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <vector>
+
+#include "raytrace/ray_caster.h"
+#include "scene/scene.h"
+
+namespace polyhull {
+
+class SurfaceGrid {
+ public:
+  /// Cells of about \p spacing metres; coarser where the scene would have more than \p most_nodes.
+  SurfaceGrid(const Scene& scene, float spacing, std::size_t most_nodes);
+
+  struct Node {
+    Vec3f place{0.0f};   ///< a hair inside the surface's edge
+    Vec3f normal{0.0f};  ///< unit length, on the front
+    std::uint32_t mesh = 0;
+    RayHit hit;  ///< a hit at the node: mesh, triangle, u and v
+  };
+
+  std::size_t size() const { return node_count_; }
+  float spacing() const { return spacing_; }
+
+  /// Calls visit(index, node) for nodes begin .. end - 1 in order.
+  template <typename Visit>
+  void for_nodes(const Scene& scene, std::size_t begin, std::size_t end, const Visit& visit) const {
+    std::size_t patch = patch_of(begin);
+    for (std::size_t i = begin; i < end; ++i) {
+      while (i >= first_node(patch + 1)) ++patch;
+      visit(i, node(scene, patch, i));
+    }
+  }
+
+  /// The nodes whose values make the value at a hit: value = sum weight[k] * values[index[k]].
+  struct Lookup {
+    std::uint32_t index[4];
+    float weight[4];
+  };
+  Lookup lookup(const RayHit& hit) const;
+
+  /// A block of nodes of one patch: columns 0 .. width and rows 0 .. height, node (s, t) at
+  /// first + t * stride + s.
+  struct Block {
+    std::uint32_t first, stride, width, height;
+  };
+
+  /// Calls visit(block) for blocks of at most \p step x \p step cells that tile the grid patches;
+  /// neighbouring blocks share nodes. Nodes at vertices of small triangles are in no block.
+  template <typename Visit>
+  void for_blocks(std::uint32_t step, const Visit& visit) const {
+    for (const Patch& patch : patches_) {
+      if (patch.kind == Kind::vertices) continue;
+      const std::uint32_t stride = patch.ns + 1u;
+      for (std::uint32_t t = 0; t < patch.nt; t += step) {
+        for (std::uint32_t s = 0; s < patch.ns; s += step) {
+          visit(Block{patch.first_node + t * stride + s, stride, std::min(step, patch.ns - s),
+                      std::min(step, patch.nt - t)});
+        }
+      }
+    }
+  }
+
+  /// Calls visit(begin, end) for each range of nodes that are in no block.
+  template <typename Visit>
+  void for_vertex_ranges(const Visit& visit) const {
+    for (std::size_t i = 0; i < patches_.size(); ++i) {
+      if (patches_[i].kind == Kind::vertices) visit(first_node(i), first_node(i + 1));
+    }
+  }
+
+ private:
+  enum class Kind : std::uint8_t { parallelogram, fan, vertices };
+  struct Patch {
+    std::uint32_t first_node = 0;
+    std::uint32_t mesh = 0;
+    std::uint32_t corners[4] = {};   // vertices at (s, t) = (0,0) (1,0) (0,1); fan: apex, a, b
+    std::uint32_t triangle = 0;      // the (first) triangle in its mesh
+    std::uint32_t first_vertex = 0;  // vertices: into vertex_triangles_
+    std::uint16_t ns = 0, nt = 0;
+    Kind kind = Kind::vertices;
+  };
+  /// Where a triangle finds its values.
+  struct Triangle {
+    std::uint32_t patch = 0;
+    std::uint8_t apex = 0;    // fan: which corner
+    std::uint8_t s_bits = 0;  // parallelogram: bit k is s at corner k
+    std::uint8_t t_bits = 0;
+  };
+
+  void lay_out(const Scene& scene, float spacing);
+  bool add_parallelogram(const SceneMesh& mesh, std::uint32_t mesh_index, std::size_t triangle,
+                         float spacing);
+  void add_fan(const SceneMesh& mesh, std::uint32_t mesh_index, std::size_t triangle,
+               float spacing);
+  void add_patch(Patch patch);
+  std::size_t patch_of(std::size_t node) const;
+  std::size_t first_node(std::size_t patch) const {
+    return patch < patches_.size() ? patches_[patch].first_node : node_count_;
+  }
+  Node node(const Scene& scene, std::size_t patch, std::size_t index) const;
+
+  float spacing_ = 0.0f;
+  std::size_t node_count_ = 0;
+  std::vector<Patch> patches_;
+  std::vector<Triangle> triangles_;                 // of all meshes
+  std::vector<std::uint32_t> vertex_triangles_;     // 3 * a triangle + its corner, by vertex node
+  std::vector<std::size_t> first_triangle_;         // by mesh
+  std::vector<const std::uint32_t*> mesh_indices_;  // by mesh, into the scene it was made from
+};
+
+}  // namespace polyhull
