@@ -6,12 +6,14 @@
 #include "gaussblur.h"
 #include "hullbuild.h"
 #include "hullexport.h"
+#include "rigtestsrc.h"
 #include "silhouette.h"
 
 // One declaration and one line in plugin_init() per element, in the data's order.
 
 static gboolean plugin_init(GstPlugin* plugin) {
   gboolean any = FALSE;
+  any |= GST_ELEMENT_REGISTER(rigtestsrc, plugin);
   any |= GST_ELEMENT_REGISTER(chromamatte, plugin);
   any |= GST_ELEMENT_REGISTER(gaussblur, plugin);
   any |= GST_ELEMENT_REGISTER(contourfind, plugin);

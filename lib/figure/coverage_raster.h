@@ -61,7 +61,7 @@ class CoverageRaster {
 
  private:
   struct Vertex {
-    Vec3 position;    // camera coordinates
+    Vec3 position{0.0};    // camera coordinates
     Vec2 ideal{0.0};  // pinhole pixel, where in front of the camera
     bool in_front = false;
     std::int32_t x = 0;  // 1/1024 px
@@ -71,7 +71,7 @@ class CoverageRaster {
   };
   struct Corner {
     Vertex vertex;
-    Vec3f at;
+    Vec3f at{0.0f};
   };
   struct Triangle {
     std::int32_t x[3], y[3];

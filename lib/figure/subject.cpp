@@ -34,7 +34,8 @@ const std::array<float, srgb_steps + 2>& srgb_table() {
 }  // namespace
 
 float srgb_from_linear(float linear) {
-  const float s = std::sqrt(std::clamp(linear, 0.0f, 1.0f)) * srgb_steps;
+  // Also right for what is not a number.
+  const float s = (linear > 0.0f ? std::sqrt(std::min(linear, 1.0f)) : 0.0f) * srgb_steps;
   const int i = static_cast<int>(s);
   const auto& table = srgb_table();
   return table[i] + (table[i + 1] - table[i]) * (s - static_cast<float>(i));

@@ -179,6 +179,43 @@ TEST(CameraPicture, ArmsOnHipsLeaveHoles) {
   EXPECT_GT(enclosed, 100);
 }
 
+/// The picture of a cube of few large triangles, coloured by position, does not show where they
+/// were split.
+TEST(CameraPicture, LargeTrianglesKeepTheirColours) {
+  const std::string path =
+      (std::filesystem::temp_directory_path() / "polyhull_wall_test.obj").string();
+  std::ofstream(path)
+      << "v -1 0 0 0 0 0\nv 1 0 0 1 0 0\nv 1 2 0 1 1 0\nv -1 2 0 0 1 0\nf 1 2 3\nf 1 3 4\n";
+  Rig rig = default_rig();
+  Camera& camera = rig.cameras[0];
+  camera.R = Mat3(Vec3(1, 0, 0), Vec3(0, -1, 0), Vec3(0, 0, -1));
+  camera.t = Vec3(0, 1, 3);  // from +z
+  for (const bool lens : {false, true}) {
+    camera.distortion = lens ? std::vector<double>{-0.2, 0.05, 0.0, 0.0} : std::vector<double>{};
+    CameraPicture picture(rig, 0, open_subject(path));
+    picture.set_time(0.0);
+    std::vector<std::uint8_t> pixels(1024 * 768 * 4);
+    picture.picture({}, 0, true, pixels.data(), 4096);
+    const float light = studio_light({0, 0, 1});
+    int seen = 0;
+    for (int y = 0; y < 768; y += 7) {
+      for (int x = 0; x < 1024; x += 7) {
+        const std::uint8_t* p = &pixels[(y * 1024 + x) * 4];
+        if (p[3] != 255) continue;
+        ++seen;
+        const Vec2 ideal = camera.undistort(Vec2(x, y));
+        const double u = (ideal.x - 511.5) * 3.0 / 700.0, v = (383.5 - ideal.y) * 3.0 / 700.0;
+        ASSERT_NEAR(p[0], 255.0 * srgb_from_linear(light * static_cast<float>(0.5 * (u + 1.0))),
+                    1.5);
+        ASSERT_NEAR(p[1], 255.0 * srgb_from_linear(light * static_cast<float>(0.5 * (v + 1.0))),
+                    1.5);
+      }
+    }
+    EXPECT_GT(seen, 2000);
+  }
+  std::filesystem::remove(path);
+}
+
 PictureLook studio() {
   PictureLook look;
   look.screen = {{40, 170, 60}, 0.1};
