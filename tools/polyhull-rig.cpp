@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+// polyhull-rig: calibrations of other programs as rig files, and what is wrong with a rig.
+#include <CLI/CLI.hpp>
+#include <fstream>
+#include <iostream>
+
+#include "base/error.h"
+#include "rig/check.h"
+#include "rig/import.h"
+
+namespace {
+
+using namespace polyhull;
+
+struct ImportArguments {
+  std::string format;
+  std::vector<std::string> files;
+  std::vector<double> bounds, up;
+  std::string size, unit = "m", output;
+  import::Options options;
+};
+
+const std::string& only_file(const ImportArguments& arguments) {
+  if (arguments.files.size() != 1)
+    throw Error(Error::Kind::bad_input, arguments.format + " takes one file or folder, " +
+                                            std::to_string(arguments.files.size()) + " were given");
+  return arguments.files.front();
+}
+
+Rig import_rig(const ImportArguments& arguments) {
+  if (arguments.format == "middlebury")
+    return import::middlebury(only_file(arguments), arguments.options);
+  if (arguments.format == "pmatrices")
+    return import::projection_matrices(arguments.files, arguments.options);
+  if (arguments.format == "text") return import::text(only_file(arguments), arguments.options);
+  if (arguments.format == "opencv") return import::opencv(arguments.files, arguments.options);
+  if (arguments.format == "bouguet") return import::bouguet(arguments.files, arguments.options);
+  return import::colmap(only_file(arguments), arguments.options);
+}
+
+int run_import(ImportArguments& arguments) {
+  if (!arguments.size.empty()) {
+    char rest = 0;
+    if (std::sscanf(arguments.size.c_str(), "%dx%d%c", &arguments.options.width,
+                    &arguments.options.height, &rest) != 2 ||
+        arguments.options.width < 1 || arguments.options.height < 1)
+      throw Error(Error::Kind::bad_input,
+                  "--size is \"" + arguments.size + "\"; expected WIDTHxHEIGHT, such as 720x576");
+  }
+  Rig rig = import_rig(arguments);
+  rig.unit = arguments.unit;
+  if (!arguments.up.empty()) rig.up = Vec3(arguments.up[0], arguments.up[1], arguments.up[2]);
+  if (!arguments.bounds.empty()) {
+    const std::vector<double>& b = arguments.bounds;
+    rig.bounds = Bounds{Vec3(b[0], b[1], b[2]), Vec3(b[3], b[4], b[5])};
+  }
+  validate_rig(rig, arguments.files.front());
+  const std::string json = rig_to_json(rig);
+  if (arguments.output.empty()) {
+    std::cout << json;
+  } else {
+    std::ofstream out(arguments.output);
+    if (!(out << json) || !out.flush())
+      throw Error(Error::Kind::io, "cannot write \"" + arguments.output + "\"");
+  }
+  for (const std::string& warning : examine_rig(rig).warnings)
+    std::cerr << "polyhull-rig: note: " << warning << "\n";
+  return 0;
+}
+
+int run_check(const std::string& file) {
+  const Rig rig = file.empty() ? default_rig() : load_rig(file);
+  const RigReport report = examine_rig(rig);
+  std::cout << report.table;
+  for (const std::string& warning : report.warnings) std::cout << "note: " << warning << "\n";
+  if (report.warnings.empty()) std::cout << "nothing found wrong\n";
+  return 0;
+}
+
+}  // namespace
+
+int main(int count, char** values) {
+  CLI::App app("Rig files: import other programs' calibrations, check them.", "polyhull-rig");
+  app.require_subcommand(1);
+
+  ImportArguments arguments;
+  CLI::App* import_command = app.add_subcommand(
+      "import", "Turns a calibration into a rig file on standard output, or into --output.");
+  import_command
+      ->add_option(
+          "format", arguments.format,
+          "middlebury (*_par.txt), pmatrices (3x4 matrices), text (name K distortion R t per "
+          "line), opencv (XML or YAML per camera, or intrinsics and extrinsics of a stereo "
+          "pair), bouguet (Calib_Results.m per camera), colmap (folder with cameras.txt and "
+          "images.txt)")
+      ->required()
+      ->check(CLI::IsMember({"middlebury", "pmatrices", "text", "opencv", "bouguet", "colmap"}));
+  import_command->add_option("files", arguments.files, "Files or folders to read")->required();
+  import_command->add_option("--size", arguments.size, "Size of the pictures, WIDTHxHEIGHT px");
+  import_command
+      ->add_option("--bounds", arguments.bounds,
+                   "Working volume: least x y z, greatest x y z, in the calibration's unit")
+      ->expected(6)
+      ->allow_extra_args(false);
+  import_command
+      ->add_option("--up", arguments.up, "Direction that points up: x y z (default 0 1 0)")
+      ->expected(3);
+  import_command->add_option("--unit", arguments.unit,
+                             "Unit of the calibration: m, cm, mm, in, ft or a number of metres");
+  import_command->add_option("--names", arguments.options.name,
+                             "Names for cameras without one (default cam%d)");
+  import_command->add_option("--first", arguments.options.first,
+                             "Number of the first such camera (default 0)");
+  import_command->add_option("--board", arguments.options.board,
+                             "bouguet: number of the board picture that is the world (default 1)");
+  import_command->add_option("-o,--output", arguments.output, "File to write");
+
+  std::string file;
+  CLI::App* check_command = app.add_subcommand(
+      "check", "Prints what is wrong with a rig file, or a table of its cameras.");
+  check_command->add_option("file", file, "The rig file; without one, the built-in rig");
+
+  CLI11_PARSE(app, count, values);
+  try {
+    return import_command->parsed() ? run_import(arguments) : run_check(file);
+  } catch (const Error& error) {
+    std::cerr << "polyhull-rig: " << error.what() << "\n";
+    return 1;
+  }
+}

@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "rig/check.h"
+
+#include <cmath>
+#include <cstdarg>
+#include <optional>
+
+#include "rig/lens.h"
+
+namespace polyhull {
+namespace {
+
+__attribute__((format(printf, 1, 2))) std::string format(const char* pattern, ...) {
+  char text[512];
+  va_list arguments;
+  va_start(arguments, pattern);
+  std::vsnprintf(text, sizeof text, pattern, arguments);
+  va_end(arguments);
+  return text;
+}
+
+// The point nearest to all optical axes.
+std::optional<Vec3> focus_of(const Rig& rig) {
+  if (rig.bounds) return 0.5 * (rig.bounds->min + rig.bounds->max);
+  Mat3 sum(0.0);
+  Vec3 right(0.0);
+  for (const Camera& camera : rig.cameras) {
+    const Vec3 axis = glm::transpose(camera.R) * Vec3(0, 0, 1);
+    const Mat3 across = Mat3(1.0) - glm::outerProduct(axis, axis);
+    sum += across;
+    right += across * camera.centre();
+  }
+  const double count = static_cast<double>(rig.cameras.size());
+  if (rig.cameras.size() < 2 || !(glm::determinant(sum) > 1e-9 * count * count * count))
+    return std::nullopt;
+  return glm::inverse(sum) * right;
+}
+
+struct LensReport {
+  double largest_shift = 0.0;  // px, over the frame
+  double largest_error = 0.0;  // px, of undistort and distort again, where that is possible
+  double outside_share = 0.0;  // of the frame that the model cannot undistort
+};
+
+LensReport examine_lens(const Camera& camera) {
+  constexpr int steps = 32;
+  LensReport report;
+  const Lens lens(camera);
+  if (!lens.active()) return report;
+  int outside = 0;
+  for (int i = 0; i <= steps; ++i)
+    for (int j = 0; j <= steps; ++j) {
+      const Vec2 real((camera.width - 1.0) * i / steps, (camera.height - 1.0) * j / steps);
+      const Vec2 ideal = lens.undistort(real);
+      const double error = glm::length(lens.distort(ideal) - real);
+      if (error > 0.01) {
+        ++outside;
+        continue;
+      }
+      report.largest_error = std::max(report.largest_error, error);
+      report.largest_shift = std::max(report.largest_shift, glm::length(ideal - real));
+    }
+  report.outside_share = outside / double((steps + 1) * (steps + 1));
+  return report;
+}
+
+double degrees(double radians) {
+  return radians * 180.0 / M_PI;
+}
+
+double field(double focal, double size) {
+  return degrees(2.0 * std::atan(0.5 * size / focal));
+}
+
+void examine_camera(const Rig& rig, const Camera& camera, const std::optional<Vec3>& focus,
+                    RigReport& report) {
+  const Vec3 centre = camera.centre();
+  const LensReport lens = examine_lens(camera);
+  const double distance = focus ? glm::length(*focus - centre) : NAN;
+  std::optional<Vec2> pixel;
+  if (focus) pixel = camera.project(*focus);
+  report.table += format(
+      "%-14s %4dx%-4d  %9.4g %9.4g %9.4g  %7.1f %7.1f  %5.1f x %-5.1f %9.4g  ", camera.name.c_str(),
+      camera.width, camera.height, centre.x, centre.y, centre.z, camera.K[0][0], camera.K[1][1],
+      field(camera.K[0][0], camera.width), field(camera.K[1][1], camera.height), distance);
+  if (pixel)
+    report.table += format("%7.1f %7.1f  ", pixel->x, pixel->y);
+  else
+    report.table += "      -       -  ";
+  report.table += format("%6.1f\n", lens.largest_shift);
+  const char* name = camera.name.c_str();
+  if (focus && !pixel)
+    report.warnings.push_back(format(
+        "%s looks away from the middle of the stage: its rotation or the sign of its axes is wrong",
+        name));
+  else if (pixel && (pixel->x < 0 || pixel->y < 0 || pixel->x > camera.width - 1 ||
+                     pixel->y > camera.height - 1))
+    report.warnings.push_back(
+        format("%s does not have the middle of the stage in its picture", name));
+  const double aspect = camera.K[0][0] / camera.K[1][1];
+  if (aspect < 0.8 || aspect > 1.25)
+    report.warnings.push_back(
+        format("%s has pixels that are not square: fx / fy is %.3f", name, aspect));
+  if (camera.K[2][0] < 0 || camera.K[2][1] < 0 || camera.K[2][0] > camera.width - 1 ||
+      camera.K[2][1] > camera.height - 1)
+    report.warnings.push_back(format(
+        "%s has its principal point (%.1f, %.1f) outside the picture; check the picture's size",
+        name, camera.K[2][0], camera.K[2][1]));
+  if (lens.outside_share > 0.0)
+    report.warnings.push_back(
+        format("%s: the lens model cannot be inverted on %.1f %% of the picture (its corners); a "
+               "subject there is seen distorted",
+               name, 100.0 * lens.outside_share));
+  if (lens.largest_error > 1e-6)
+    report.warnings.push_back(format("%s: undistorting and distorting again is off by %.2g px",
+                                     name, lens.largest_error));
+  if (rig.bounds && glm::all(glm::greaterThanEqual(centre, rig.bounds->min)) &&
+      glm::all(glm::lessThanEqual(centre, rig.bounds->max)))
+    report.warnings.push_back(format("%s stands inside the bounds", name));
+}
+
+void examine_pairs(const Rig& rig, const std::optional<Vec3>& focus, RigReport& report) {
+  for (std::size_t i = 0; i < rig.cameras.size(); ++i)
+    for (std::size_t j = i + 1; j < rig.cameras.size(); ++j) {
+      const Vec3 a = rig.cameras[i].centre(), b = rig.cameras[j].centre();
+      const double scale = focus ? glm::length(*focus - a) : glm::length(a);
+      if (glm::length(a - b) < 1e-3 * scale)
+        report.warnings.push_back(
+            format("%s and %s stand at the same place: the second adds nothing",
+                   rig.cameras[i].name.c_str(), rig.cameras[j].name.c_str()));
+    }
+}
+
+}  // namespace
+
+RigReport examine_rig(const Rig& rig) {
+  RigReport report;
+  const std::optional<Vec3> focus = focus_of(rig);
+  report.table += format("%zu cameras, unit %s (%g m), up (%g, %g, %g)\n", rig.cameras.size(),
+                         rig.unit.c_str(), rig.metres_per_unit(), rig.up.x, rig.up.y, rig.up.z);
+  if (rig.bounds)
+    report.table +=
+        format("bounds (%g, %g, %g) to (%g, %g, %g)\n", rig.bounds->min.x, rig.bounds->min.y,
+               rig.bounds->min.z, rig.bounds->max.x, rig.bounds->max.y, rig.bounds->max.z);
+  if (focus)
+    report.table += format("middle of the stage (%g, %g, %g)%s\n", focus->x, focus->y, focus->z,
+                           rig.bounds ? "" : ", where the optical axes meet best");
+  report.table +=
+      "name           picture          centre x         y         z       fx      fy   view in "
+      "degrees   distance  middle's pixel   lens px\n";
+  for (const Camera& camera : rig.cameras) examine_camera(rig, camera, focus, report);
+  if (rig.cameras.size() < 2) report.warnings.push_back("a hull needs at least two cameras");
+  examine_pairs(rig, focus, report);
+  return report;
+}
+
+}  // namespace polyhull
