@@ -34,11 +34,11 @@ void ContourGrid::build(std::span<const Vec2> pixels, std::span<const std::uint3
   columns_ = rows_ = 0;
   if (n == 0) return;
   const Vec2 extent = high - low;
-  // Cells about as large as an edge is long, at most 24 per edge and 2^18 in all.
+  // Cells about twice as large as an edge is long, at most 24 per edge and 2^18 in all.
   double length = 0.0;
   for (std::size_t i = 0; i < n; ++i) length += glm::length(pixels[next[i]] - pixels[i]);
   const double limit = std::min(24.0 * static_cast<double>(n) + 64.0, 262144.0);
-  cell_ = std::max({0.7 * length / static_cast<double>(n),
+  cell_ = std::max({2.0 * length / static_cast<double>(n),
                     std::sqrt((extent.x + 1e-3) * (extent.y + 1e-3) / limit),
                     (extent.x + extent.y) / limit, 1e-3});
   inverse_ = 1.0 / cell_;
@@ -47,36 +47,38 @@ void ContourGrid::build(std::span<const Vec2> pixels, std::span<const std::uint3
   columns_ = static_cast<int>((high.x + 2 * grid_margin - origin_.x) * inverse_) + 1;
   rows_ = static_cast<int>((high.y + 2 * grid_margin - origin_.y) * inverse_) + 1;
   const std::size_t cells = static_cast<std::size_t>(columns_) * rows_;
+  const std::size_t stride = static_cast<std::size_t>(columns_) + 1;
 
-  starts_.assign(cells + 1, 0);
-  for (std::size_t i = 0; i < n; ++i)
+  // Counted into the cell after, so that after placing the edges each cell's start is right.
+  cells_.assign(stride * (rows_ + 1) + 1, {0, 0});
+  segments_.resize(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    segments_[i] = {pixels[i], pixels[next[i]]};
     visit_cells(pixels[i], pixels[next[i]],
-                [&](int c, int r) { ++starts_[static_cast<std::size_t>(r) * columns_ + c + 1]; });
-  for (std::size_t c = 0; c < cells; ++c) starts_[c + 1] += starts_[c];
-  items_.resize(starts_[cells]);
+                [&](int c, int r) { ++cells_[r * stride + c + 1].start; });
+  }
+  for (std::size_t c = 1; c < cells_.size(); ++c) cells_[c].start += cells_[c - 1].start;
+  items_.resize(cells_.back().start);
   states_.assign(cells, CellState::outside);
   for (std::size_t i = 0; i < n; ++i) {
     const Vec2 p = pixels[i], q = pixels[next[i]], d = q - p;
     const double squared = std::max(glm::dot(d, d), 1e-300);
     visit_cells(p, q, [&](int c, int r) {
       const std::size_t cell = static_cast<std::size_t>(r) * columns_ + c;
-      items_[starts_[cell]++] = static_cast<std::uint32_t>(i);
+      items_[cells_[r * stride + c].start++] = static_cast<std::uint32_t>(i);
       const Vec2 m = centre(c, r);
       const Vec2 away = p + std::clamp(glm::dot(m - p, d) / squared, 0.0, 1.0) * d - m;
       if (glm::dot(away, away) < 1e-8) states_[cell] = CellState::unknown;
     });
   }
-  for (std::size_t c = cells; c > 0; --c) starts_[c] = starts_[c - 1];
-  starts_[0] = 0;
+  for (std::size_t c = cells_.size() - 1; c > 0; --c) cells_[c].start = cells_[c - 1].start;
+  cells_[0].start = 0;
 
-  const std::size_t stride = columns_ + 1;
-  sum_.assign(stride * (rows_ + 1), 0);
   for (int r = 0; r < rows_; ++r) {
     std::uint32_t in_row = 0;
     for (int c = 0; c < columns_; ++c) {
-      const std::size_t cell = static_cast<std::size_t>(r) * columns_ + c;
-      in_row += starts_[cell + 1] > starts_[cell];
-      sum_[(r + 1) * stride + c + 1] = sum_[r * stride + c + 1] + in_row;
+      in_row += cells_[r * stride + c + 1].start > cells_[r * stride + c].start;
+      cells_[(r + 1) * stride + c + 1].sum = cells_[r * stride + c + 1].sum + in_row;
     }
   }
 

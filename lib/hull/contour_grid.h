@@ -45,13 +45,13 @@ class ContourGrid {
   /// How many cells with edges the block of cells holds.
   std::uint32_t occupied(int column0, int column1, int row0, int row1) const {
     const std::size_t stride = columns_ + 1;
-    return sum_[(row1 + 1) * stride + column1 + 1] - sum_[row0 * stride + column1 + 1] -
-           sum_[(row1 + 1) * stride + column0] + sum_[row0 * stride + column0];
+    const Cell *low = cells_.data() + row0 * stride, *high = cells_.data() + (row1 + 1) * stride;
+    return high[column1 + 1].sum - low[column1 + 1].sum - high[column0].sum + low[column0].sum;
   }
 
   std::span<const std::uint32_t> edges(int column, int row) const {
-    const std::size_t c = static_cast<std::size_t>(row) * columns_ + column;
-    return {items_.data() + starts_[c], items_.data() + starts_[c + 1]};
+    const Cell* c = cells_.data() + static_cast<std::size_t>(row) * (columns_ + 1) + column;
+    return {items_.data() + c[0].start, items_.data() + c[1].start};
   }
 
   /// Whether the centre of the cell is inside by the even-odd rule; unknown where an edge is too
@@ -59,6 +59,11 @@ class ContourGrid {
   CellState state(int column, int row) const {
     return states_[static_cast<std::size_t>(row) * columns_ + column];
   }
+
+  struct Segment {
+    Vec2 a, b;
+  };
+  const Segment& segment(std::uint32_t edge) const { return segments_[edge]; }
 
  private:
   void range(double from, double to, double origin, int count, int& first, int& last) const {
@@ -73,7 +78,14 @@ class ContourGrid {
   Vec2 origin_{0.0};
   double cell_ = 1.0, inverse_ = 1.0;
   int columns_ = 0, rows_ = 0;
-  std::vector<std::uint32_t> starts_, items_, sum_;
+  /// One more column and row than there are cells: a cell's edges end where the next one's start.
+  struct Cell {
+    std::uint32_t start;  ///< into items_
+    std::uint32_t sum;    ///< occupied cells above and to the left
+  };
+  std::vector<Cell> cells_;
+  std::vector<std::uint32_t> items_;
+  std::vector<Segment> segments_;
   std::vector<CellState> states_;
   std::vector<double> crossings_;
   std::vector<std::uint32_t> row_starts_;

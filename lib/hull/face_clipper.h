@@ -78,8 +78,10 @@ class FaceClipper {
 
   void begin(const Scene& scene);
 
-  /// Appends the face's loops, seen counter-clockwise from outside.
-  void clip(std::uint32_t face, FaceLoops& out);
+  /// Appends the loops of the faces [begin, end), seen counter-clockwise from outside. Neighbouring
+  /// faces go together through one camera's picture after the other, where they need the same
+  /// parts.
+  void clip(std::uint32_t begin, std::uint32_t end, FaceLoops& out);
 
  private:
   struct Edge {
@@ -95,26 +97,52 @@ class FaceClipper {
     Line line;
     std::uint32_t edge;  ///< of the cone; the plane's number is base + edge
     std::uint32_t plane;
-    std::size_t sides;   ///< into sides_, one per corner
-    Line before, after;  ///< lines of the neighbouring edges
-    bool neighbours;
+    std::size_t sides;  ///< into sides_, one per corner
+  };
+  struct Extent {
+    double t0, t1, w0, w1;
+    bool endless;  ///< up to the apex
+  };
+  /// One face with its loops so far.
+  struct Chart {
+    std::uint32_t face = 0, local = 0;
+    std::int32_t cone = -1;  ///< of the face; -1: a face of the box
+    bool left = false;       ///< whether any of it is left
+    int handed = 1;          ///< sign of the chart against the face's plane
+    double unit = 1.0;       ///< 1/S
+    Vec3 axis_a{0.0}, axis_b{0.0}, axis_c{0.0}, corner{0.0};
+    Extent extent{};
+    std::vector<Corner> corners;
+    std::vector<Edge> edges;
   };
   struct Crossing {
     std::uint32_t edge, corner, cut;
     std::int8_t place;  ///< bit 0: before the start ray, bit 1: beyond the end ray
   };
 
+  std::size_t cone_of(std::uint32_t face) const;
   bool start(std::uint32_t face);
   void start_cone_face();
   void start_box_face();
   bool cut_by_cone(std::uint32_t cone);
   bool cut_by_plane(int box_face);
   Picture picture(std::uint32_t cone) const;
-  bool gather(const Cone& cone, const Picture& p, CellState& uniform);
+  enum class Meeting { inside, outside, perhaps };
+  Meeting gather(const Cone& cone, const Picture& p);
+  Meeting locate(const Cone& cone, const Vec2& pixel) const;
+  void update_extent();
+  const Line& cached_line(const Cone& cone, std::uint32_t edge, const Picture& p) {
+    if (line_stamp_[edge] != stamp_now_) {
+      line_stamp_[edge] = stamp_now_;
+      lines_[edge] = line_of(cone.normals[edge], p);
+    }
+    return lines_[edge];
+  }
   void add_cut(const Line& line, std::uint32_t edge, std::uint32_t plane);
   bool apply_cuts(const Cone* cone, std::uint32_t cone_index, const Picture& p);
   void cross(std::uint32_t cut, const Cone* cone, std::uint32_t base, const Picture& p,
              bool forward);
+  bool whole(const Cone* cone, std::uint32_t cone_index, const Picture& p);
   bool inside_cone(std::uint32_t edge, std::uint32_t cone_index, const Picture& p);
   bool inside_cone_exact(std::uint32_t edge, std::uint32_t cone_index, const Picture& p);
   std::uint32_t make_corner(const Line& l, const Line& m, std::uint32_t plane1,
@@ -124,26 +152,29 @@ class FaceClipper {
   void emit(FaceLoops& out);
 
   /// Of the corner against the line of the plane; \p orientation: of that line against the plane.
-  int side(const Corner& v, std::uint32_t plane, const Line& line, int orientation = 1);
+  int side(const Corner& v, std::uint32_t plane, const Line& line, int orientation = 1) {
+    ++predicates_;
+    const double x = value(v, line);
+    if (x > v.tolerance) return 1;
+    if (x < -v.tolerance) return -1;
+    return side_exactly(v, plane, orientation);
+  }
+  int side_exactly(const Corner& v, std::uint32_t plane, int orientation);
   static double value(const Corner& v, const Line& l) { return l.a * v.h + l.b * v.t + l.d * v.w; }
   Line line_of(const Vec3& normal, const Picture& p) const {
     return {glm::dot(normal, p.a), glm::dot(normal, p.b), glm::dot(normal, p.d)};
   }
 
   const Scene* scene_ = nullptr;
-  std::uint32_t face_ = 0;
-  std::int32_t cone_ = -1;  ///< of the face; -1: a face of the box
-  std::uint32_t local_ = 0;
-  Vec3 axis_a_{0.0}, axis_b_{0.0}, axis_c_{0.0}, corner_{0.0};
-  double unit_ = 1.0;  ///< 1/S
-  int handed_ = 1;     ///< sign of the chart against the face's plane
-  std::vector<Corner> corners_, new_corners_;
-  std::vector<Edge> edges_, new_edges_;
+  Chart* c_ = nullptr;  ///< the face at work
+  std::vector<Chart> charts_;
+  std::vector<Corner> new_corners_;
+  std::vector<Edge> new_edges_;
   std::vector<Cut> cuts_;
   std::vector<std::int8_t> sides_;
-  std::vector<double> values_;
   std::vector<Crossing> crossings_, on_cut_, on_edge_;
-  std::vector<std::uint32_t> candidates_, stamp_, next_, edge_start_;
+  std::vector<std::uint32_t> candidates_, stamp_, line_stamp_, next_, edge_start_;
+  std::vector<Line> lines_;
   std::vector<std::array<int, 2>> rows_;
   std::vector<std::pair<std::uint32_t, std::uint32_t>> ray_corners_;
   std::vector<std::int8_t> state_;

@@ -260,8 +260,8 @@ void HullBuilder::State::clip_faces(int threads) {
     for (std::size_t b = begin; b < end; ++b) {
       blocks[b].clear();
       const std::size_t last = std::min(faces, (b + 1) * faces_per_block);
-      for (std::size_t f = b * faces_per_block; f < last; ++f)
-        clipper->clip(static_cast<std::uint32_t>(f), blocks[b]);
+      clipper->clip(static_cast<std::uint32_t>(b * faces_per_block),
+                    static_cast<std::uint32_t>(last), blocks[b]);
     }
     give(clippers, std::move(clipper));
   });

@@ -103,6 +103,8 @@ bool build_scene(Scene& scene, std::span<const Cone* const> cones,
     set.group.insert(set.group.end(), 2, -1);
   }
 
+  scene.box_order.resize(n);
+  for (std::uint32_t i = 0; i < n; ++i) scene.box_order[i] = i;
   scene.order.resize(n);
   for (std::uint32_t i = 0; i < n; ++i) {
     auto& order = scene.order[i];

@@ -25,8 +25,9 @@ struct Scene {
   std::array<bool, 6> box_active{};  ///< which of its faces may touch the hull
   std::vector<double> near, far;     ///< along each cone's axis; near 0: from the centre on
   std::vector<std::vector<std::uint32_t>>
-      order;                 ///< for each cone the others, the most telling first
-  Vec3 low{0.0}, high{0.0};  ///< a box around the hull
+      order;                             ///< for each cone the others, the most telling first
+  std::vector<std::uint32_t> box_order;  ///< all cones, for the box
+  Vec3 low{0.0}, high{0.0};              ///< a box around the hull
 
   std::uint32_t cone_faces() const { return first_face.back(); }
   std::uint32_t box_face(int k) const { return cone_faces() + static_cast<std::uint32_t>(k); }
