@@ -2,32 +2,45 @@
 // What the keyer shows: despilled picture with matte, or one of the operator's views.
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
+#include "silhouette/colour_kernels.h"
 #include "silhouette/key_state.h"
 
 namespace polyhull {
 namespace {
 
-struct Despill {
-  int a[3], b[3];
-  int take[3];  // 2^16 per signal unit
-  int limit = 0;
+silhouette::DespillForms despill_forms(const silhouette::KeySignal& signal, double amount) {
+  silhouette::DespillForms forms;
+  for (int c = 0; c < 3; ++c) {
+    forms.a[c] = signal.a[c];
+    forms.b[c] = signal.b[c];
+    forms.take[c] = static_cast<std::int32_t>(
+        std::lround(amount * signal.direction[c] / signal.unit * 65536.0));
+  }
+  return forms;
+}
 
-  Despill(const silhouette::KeySignal& signal, double amount) {
-    for (int c = 0; c < 3; ++c) {
-      a[c] = signal.a[c];
-      b[c] = signal.b[c];
-      take[c] = static_cast<int>(std::lround(amount * signal.direction[c] / signal.unit * 65536.0));
+/// RGBA of one row's stretch, despilled, with \p alpha.
+void composite_row(const FrameView& frame, int y, int x0, int x1,
+                   const silhouette::DespillForms& despill, const std::uint8_t* alpha,
+                   std::uint8_t* out) {
+  const auto& kernels = silhouette::colour_kernels();
+  switch (frame.format) {
+    case FrameFormat::rgbx:
+    case FrameFormat::rgba:
+    case FrameFormat::bgrx:
+    case FrameFormat::bgra: {
+      const bool swap = frame.format == FrameFormat::bgrx || frame.format == FrameFormat::bgra;
+      kernels.composite(frame.row(0, y) + 4 * static_cast<std::ptrdiff_t>(x0), x1 - x0, swap,
+                        despill, alpha, out);
+      return;
     }
+    default:
+      convert_row(frame, y, x0, x1, out);
+      kernels.composite(out, x1 - x0, false, despill, alpha, out);
   }
-  void apply(std::uint8_t* p) const {
-    const int d =
-        std::min(a[0] * p[0] + a[1] * p[1] + a[2] * p[2], b[0] * p[0] + b[1] * p[1] + b[2] * p[2]);
-    if (d <= 0) return;
-    for (int c = 0; c < 3; ++c)
-      p[c] = static_cast<std::uint8_t>(std::clamp(p[c] - ((d * take[c] + 32768) >> 16), 0, 255));
-  }
-};
+}
 
 }  // namespace
 
@@ -36,26 +49,28 @@ void Keyer::write_rgba(const FrameView& frame, const Matte& matte, const Rectang
   const State& s = *state_;
   const bool despills = s.settings.spill > 0.0 && s.method != KeyMethod::difference;
   // Gains belong to the decision, not to the colour.
-  const Despill despill(silhouette::key_signal(s.settings.key, s.hue, 1.0, 1.0), s.settings.spill);
+  const silhouette::DespillForms despill =
+      despills
+          ? despill_forms(silhouette::key_signal(s.settings.key, s.hue, 1.0, 1.0), s.settings.spill)
+          : silhouette::DespillForms{};
+  std::vector<std::uint8_t> before;
   for (int j = 0; j < region.height; ++j) {
     const int y = region.y + j;
     std::uint8_t* out = rgba + stride * j;
     const std::uint8_t* alpha = matte.row(y) + region.x;
-    if (view == KeyView::composite || view == KeyView::spill)
-      convert_row(frame, y, region.x, region.x + region.width, out);
     switch (view) {
       case KeyView::composite:
-        for (int x = 0; x < region.width; ++x) {
-          if (despills) despill.apply(out + 4 * x);
-          out[4 * x + 3] = alpha[x];
-        }
+        composite_row(frame, y, region.x, region.x + region.width, despill, alpha, out);
         break;
       case KeyView::spill:
+        before.resize(static_cast<std::size_t>(region.width) * 4);
+        convert_row(frame, y, region.x, region.x + region.width, before.data());
+        composite_row(frame, y, region.x, region.x + region.width, despill, alpha, out);
         for (int x = 0; x < region.width; ++x) {
           std::uint8_t* p = out + 4 * x;
-          const std::uint8_t before[3] = {p[0], p[1], p[2]};
-          if (despills) despill.apply(p);
-          for (int c = 0; c < 3; ++c) p[c] = static_cast<std::uint8_t>(std::abs(before[c] - p[c]));
+          for (int c = 0; c < 3; ++c)
+            p[c] = static_cast<std::uint8_t>(std::abs(before[4 * x + c] - p[c]));
+          p[3] = 255;
         }
         break;
       case KeyView::matte:
