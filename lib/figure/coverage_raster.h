@@ -61,8 +61,8 @@ class CoverageRaster {
 
  private:
   struct Vertex {
-    Vec3 position{0.0};    // camera coordinates
-    Vec2 ideal{0.0};  // pinhole pixel, where in front of the camera
+    Vec3 position{0.0};  // camera coordinates
+    Vec2 ideal{0.0};     // pinhole pixel, where in front of the camera
     bool in_front = false;
     std::int32_t x = 0;  // 1/1024 px
     std::int32_t y = 0;

@@ -49,7 +49,8 @@ Figure::Figure(float step) {
   const auto value = [&](const Vec3f& p) { return skin_value(bodies, p); };
   const auto gradient = [&](const Vec3f& p) { return skin_gradient(bodies, p); };
   TriangleMesh mesh = polygonise(value, {-0.74f, -0.04f, -0.26f}, {0.74f, 1.82f, 0.24f}, step);
-  relax(mesh, value, gradient, 6);
+  relax(
+      mesh, value, [&](const Vec3f& p) { return rough_skin_gradient(bodies, p); }, 5);
 
   rest_positions_ = std::move(mesh.vertices);
   triangles_ = std::move(mesh.triangles);

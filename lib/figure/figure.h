@@ -26,7 +26,7 @@ Vec3f figure_albedo(const Vec3f& p, float width);
 class Figure : public Subject {
  public:
   /// \p step is the grid spacing of the polygonisation in metres.
-  explicit Figure(float step = 0.015f);
+  explicit Figure(float step = 0.019f);
 
   void pose(double seconds, SubjectFrame& frame) const override;
   Vec3f albedo(std::uint32_t triangle, const Vec3f& at, float width) const override;

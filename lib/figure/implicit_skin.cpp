@@ -93,4 +93,13 @@ Vec3f skin_gradient(const std::vector<SkinBody>& bodies, const Vec3f& p) {
   return Vec3f(along({h, 0, 0}), along({0, h, 0}), along({0, 0, h})) / (2.0f * h);
 }
 
+Vec3f rough_skin_gradient(const std::vector<SkinBody>& bodies, const Vec3f& p) {
+  constexpr float h = 5e-4f;
+  Vec3f sum(0.0f);
+  for (const Vec3f& e : {Vec3f(1, -1, -1), Vec3f(-1, -1, 1), Vec3f(-1, 1, -1), Vec3f(1, 1, 1)}) {
+    sum += e * skin_value(bodies, p + e * h);
+  }
+  return sum / (4.0f * h);
+}
+
 }  // namespace polyhull

@@ -41,4 +41,7 @@ float skin_value(const std::vector<SkinBody>& bodies, const Vec3f& p);
 /// The gradient of f by central differences, not normalised.
 Vec3f skin_gradient(const std::vector<SkinBody>& bodies, const Vec3f& p);
 
+/// The same from four values instead of six, a little less exact.
+Vec3f rough_skin_gradient(const std::vector<SkinBody>& bodies, const Vec3f& p);
+
 }  // namespace polyhull
