@@ -6,6 +6,7 @@
 #include "gaussblur.h"
 #include "hullbuild.h"
 #include "hullexport.h"
+#include "serialtrigger.h"
 #include "rigtestsrc.h"
 #include "silhouette.h"
 
@@ -20,6 +21,7 @@ static gboolean plugin_init(GstPlugin* plugin) {
   any |= GST_ELEMENT_REGISTER(silhouette, plugin);
   any |= GST_ELEMENT_REGISTER(hullbuild, plugin);
   any |= GST_ELEMENT_REGISTER(hullexport, plugin);
+  any |= GST_ELEMENT_REGISTER(serialtrigger, plugin);
   return any;
 }
 
