@@ -112,11 +112,18 @@ void PlaneBlur::apply(const Matte& matte, const BlurSettings& settings, Field& f
   const int w = matte.width, h = matte.height;
   const bool boxes = settings.method == BlurMethod::box;
   const BoxShape shape = box_shape(settings.sigma, settings.passes);
-  const bool recursive = !boxes && settings.sigma >= 0.5;
+  const bool recursive = !boxes && settings.sigma >= 1.5;
   const Cosines c = recursive ? cosines(settings.sigma) : Cosines{};
-  const int reach = boxes ? (shape.radius + 1) * settings.passes : recursive ? c.reach + 2 : 3;
-  // Below 0.5 px the cosines do not resolve the kernel: three taps do.
-  const double side_weight = std::exp(-0.5 / std::max(settings.sigma * settings.sigma, 1e-3));
+  const int reach = boxes ? (shape.radius + 1) * settings.passes : recursive ? c.reach + 2 : 7;
+  // Narrow kernels are summed directly: three cosines do not resolve them.
+  std::array<double, 7> direct{};
+  double total = 0.0;
+  for (int k = 0; k < 7 && !boxes && !recursive; ++k) {
+    direct[k] =
+        settings.sigma > 0.0 ? std::exp(-0.5 * k * k / (settings.sigma * settings.sigma)) : k == 0;
+    total += k == 0 ? direct[k] : 2.0 * direct[k];
+  }
+  for (double& d : direct) d /= total;
 
   const auto filter = [&](int count) {
     // padded_: reach lines, count lines, reach lines; result into result_.
@@ -142,10 +149,12 @@ void PlaneBlur::apply(const Matte& matte, const BlurSettings& settings, Field& f
     } else if (recursive) {
       cosine_lines(x, out, count, c);
     } else {
-      const double centre = 1.0 / (1.0 + 2.0 * side_weight), side = side_weight * centre;
-      for (int i = 0; i < count * lanes; ++i)
-        out[i] = static_cast<float>(centre * x[i] +
-                                    side * (static_cast<double>(x[i - lanes]) + x[i + lanes]));
+      for (int i = 0; i < count * lanes; ++i) {
+        double sum = direct[0] * x[i];
+        for (int k = 1; k < 7; ++k)
+          sum += direct[k] * (static_cast<double>(x[i - k * lanes]) + x[i + k * lanes]);
+        out[i] = static_cast<float>(sum);
+      }
     }
     return out;
   };

@@ -41,12 +41,14 @@ void RingFit::fit(std::span<const Vec2f> points, double tolerance, FitMemory& me
     sum.xx += x * x;
     sum.xy += x * y;
     sum.yy += y * y;
+    if (i > 0)
+      sum.cross += static_cast<double>(x_[i - 1]) * fy - static_cast<double>(fx) * y_[i - 1];
     memory.sums[i + 1] = sum;
   }
   margin_ = 0.002 + 2e-6 * extent;
   place_breaks();
   relax();
-  for (std::size_t r = 0; r < nodes_.size(); ++r) place_vertex(r);
+  balance();
   settle();
 }
 
@@ -114,7 +116,8 @@ int RingFit::longest(int first, int guess, double tolerance) const {
 void RingFit::place_breaks() {
   const int n = static_cast<int>(points_.size());
   // A neighbouring pair of lines meets a little farther from the curve than each line is.
-  const double tolerance = 0.96 * tolerance_ - margin_;
+  // The rest is room for balance().
+  const double tolerance = 0.88 * tolerance_ - margin_;
   int guess = 16;
   for (int at = 0; at < n;) {
     FitNode node;
@@ -176,6 +179,34 @@ void RingFit::relax() {
       nodes_[r].point = at;
     }
     fit_lines();
+  }
+}
+
+// Shifts the lines so that each edge cuts off as much area as it adds: the points of a run are not
+// evenly spaced, and what lies between the last point and the corner is not in the fit.
+void RingFit::balance() {
+  const std::size_t m = nodes_.size();
+  for (std::size_t r = 0; r < m; ++r) place_vertex(r);
+  const auto cross = [](double ax, double ay, double bx, double by) { return ax * by - bx * ay; };
+  for (int pass = 0; pass < 2; ++pass) {
+    for (std::size_t r = 0; r < m; ++r) {
+      FitNode& node = nodes_[r];
+      const int first = node.point, last = last_point(r);
+      const Vec2f va = node.vertex, vb = nodes_[r + 1 < m ? r + 1 : 0].vertex;
+      const double ax = va.x - points_[0].x, ay = va.y - points_[0].y;
+      const double bx = vb.x - points_[0].x, by = vb.y - points_[0].y;
+      const double length = std::hypot(bx - ax, by - ay);
+      if (length < 1.0) continue;
+      const double traced = memory_->sums[last + 1].cross - memory_->sums[first + 1].cross;
+      const double area = 0.5 * (cross(ax, ay, bx, by) - cross(ax, ay, x_[first], y_[first]) -
+                                 traced - cross(x_[last], y_[last], bx, by));
+      const double facing = cross(node.nx, node.ny, (bx - ax) / length, (by - ay) / length);
+      if (std::abs(facing) < 0.5) continue;
+      const double shift =
+          std::clamp(-area / (length * facing), -0.3 * tolerance_, 0.3 * tolerance_);
+      node.c += shift;
+    }
+    for (std::size_t r = 0; r < m; ++r) place_vertex(r);
   }
 }
 

@@ -18,6 +18,7 @@ inline constexpr double vertex_unit = 512.0;
 struct FitMemory {
   struct Sums {
     double x, y, xx, xy, yy;
+    double cross;  // of each point with the one before: twice the area swept from the first point
   };
   std::vector<Sums> sums;
   std::vector<int> breaks;
@@ -58,6 +59,7 @@ class RingFit {
   int longest(int first, int guess, double tolerance) const;
   void place_breaks();
   void relax();
+  void balance();
   void place_vertex(std::size_t r);
   double deviation(std::size_t r) const;
   int farthest(std::size_t r) const;
