@@ -82,7 +82,7 @@ struct Blur::State {
   RowRing<BlockState> out_states;
   std::vector<std::int16_t> vertical;  // one row with `side` values on both sides
   int side = 0;
-  std::vector<BlockState> column_states;
+  std::vector<std::uint64_t> column_words;  // states of the columns, one byte per block
   std::vector<const std::uint8_t*> window;
 
   silhouette::PlaneBlur plane;  // box and recursive
@@ -140,7 +140,7 @@ void Blur::begin(int width, int height, int keep) {
   s.out_states.resize(keep + 1, s.blocks, 0);
   s.side = s.radius + 2 * matte_block;
   s.vertical.resize(static_cast<std::size_t>(length + 2 * s.side));
-  s.column_states.resize(s.blocks);
+  s.column_words.resize(static_cast<std::size_t>(s.blocks + 7) / 8);
   s.window.resize(2 * s.radius + 1);
 }
 
@@ -179,13 +179,20 @@ void Blur::State::copy_row(int y, std::int16_t* values, BlockState* states) {
 
 void Blur::State::blur_row(int y, std::int16_t* values, BlockState* states) {
   const int top = std::max(y - radius, 0), bottom = std::min(y + radius, height - 1);
-  // The state of each block's column over the window of rows.
-  std::memcpy(column_states.data(), alpha_states.row(top), static_cast<std::size_t>(blocks));
+  // The state of each block's column over the window of rows, eight blocks at a time (rows of
+  // states have room to whole words).
+  const int words = (blocks + 7) / 8;
+  std::uint64_t* all = column_words.data();
+  std::memcpy(all, alpha_states.row(top), static_cast<std::size_t>(words) * 8);
   for (int r = top + 1; r <= bottom; ++r) {
     const BlockState* other = alpha_states.row(r);
-    BlockState* all = column_states.data();
-    for (int b = 0; b < blocks; ++b) all[b] |= other[b];
+    for (int w = 0; w < words; ++w) {
+      std::uint64_t word;
+      std::memcpy(&word, other + 8 * w, 8);
+      all[w] |= word;
+    }
   }
+  const auto* column_states = reinterpret_cast<const BlockState*>(all);
   for (int k = -radius; k <= radius; ++k)
     window[k + radius] = alpha.row(std::clamp(y + k, 0, height - 1));
 
@@ -195,7 +202,7 @@ void Blur::State::blur_row(int y, std::int16_t* values, BlockState* states) {
                 static_cast<std::int16_t>(
                     column_states[(x1 - 1) / matte_block] == block_full ? field_full : 0));
   };
-  std::memcpy(states, column_states.data(), static_cast<std::size_t>(blocks));
+  std::memcpy(states, column_states, static_cast<std::size_t>(blocks));
 
   // Intervals of columns in which something changes: mixed blocks, and the borders of two uniform
   // blocks of different kind. Intervals whose surroundings meet are filtered in one go.
@@ -210,7 +217,14 @@ void Blur::State::blur_row(int y, std::int16_t* values, BlockState* states) {
     for (int b = computed.begin / matte_block; b <= last / matte_block; ++b)
       states[b] = block_mixed;
   };
+  constexpr std::uint64_t eight = 0x0101010101010101ull;
   for (int b = 0; b < blocks; ++b) {
+    if (b % 8 == 0 && b > 0) {
+      // Eight blocks like the one before them.
+      const std::uint64_t same = eight * column_states[b - 1];
+      while (b + 8 <= blocks && all[b / 8] == same && same != eight * block_mixed) b += 8;
+      if (b >= blocks) break;
+    }
     const int x = b * matte_block;
     Interval next{x, x};
     if (column_states[b] == block_mixed)
@@ -237,6 +251,7 @@ Blur::State::Interval Blur::State::horizontal_pass(Interval changes, std::int16_
   const int end = begin + (wanted + matte_block - 1) / matte_block * matte_block;
 
   // Vertical pass over the blocks that reach into it.
+  const auto* column_states = reinterpret_cast<const BlockState*>(column_words.data());
   std::int16_t* v = vertical.data() + side;
   const int first = std::max(begin - radius, 0) / matte_block;
   const int last = std::min((end + radius + matte_block - 1) / matte_block, blocks);

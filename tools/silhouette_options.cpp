@@ -1,0 +1,209 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "silhouette_options.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <memory>
+
+#include "base/error.h"
+
+namespace polyhull {
+namespace {
+
+std::uint8_t byte(double v) {
+  return static_cast<std::uint8_t>(std::clamp(std::lround(v), 0l, 255l));
+}
+
+Rgb colour_of(const std::vector<int>& levels, const char* option) {
+  Rgb out{};
+  if (levels.size() != 3)
+    throw Error(Error::Kind::bad_input,
+                std::string(option) + " needs three levels: red green blue");
+  for (int i = 0; i < 3; ++i) {
+    if (levels[i] < 0 || levels[i] > 255)
+      throw Error(Error::Kind::bad_input, std::string(option) + ": levels are from 0 to 255");
+    out[i] = static_cast<std::uint8_t>(levels[i]);
+  }
+  return out;
+}
+
+}  // namespace
+
+FrameView FrameMemory::view() const {
+  FrameView v;
+  v.format = format;
+  v.width = width;
+  v.height = height;
+  for (int i = 0; i < 3; ++i) {
+    v.planes[i] = planes[i].empty() ? nullptr : planes[i].data();
+    v.strides[i] = strides[i];
+  }
+  return v;
+}
+
+FrameMemory pack(const Picture& picture, const std::string& format) {
+  FrameMemory out;
+  const int w = out.width = picture.width, h = out.height = picture.height;
+  const auto allocate = [&](int plane, int stride, int rows) {
+    out.strides[plane] = stride;
+    out.planes[plane].resize(static_cast<std::size_t>(stride) * rows);
+  };
+  if (format == "RGB" || format == "RGBx" || format == "BGRx") {
+    const int step = format == "RGB" ? 3 : 4;
+    const bool reversed = format == "BGRx";
+    out.format = format == "RGB" ? FrameFormat::rgb
+                 : reversed      ? FrameFormat::bgrx
+                                 : FrameFormat::rgbx;
+    allocate(0, w * step, h);
+    for (int y = 0; y < h; ++y)
+      for (int x = 0; x < w; ++x)
+        for (int c = 0; c < 3; ++c)
+          out.planes[0][static_cast<std::size_t>(y) * w * step + x * step +
+                        (reversed ? 2 - c : c)] = picture.row(y)[3 * x + c];
+    return out;
+  }
+  // BT.601, chroma as the mean of its pixels (sited left: weights 1 2 1 around the even column).
+  const auto luma = [&](int x, int y) {
+    const std::uint8_t* p = picture.row(y) + 3 * x;
+    return byte(16.0 + (65.481 * p[0] + 128.553 * p[1] + 24.966 * p[2]) / 255.0);
+  };
+  const bool halved = format == "I420" || format == "NV12";
+  const auto chroma = [&](int i, int j, bool red) {
+    double sum = 0.0, weight = 0.0;
+    for (int dy = 0; dy < (halved ? 2 : 1); ++dy)
+      for (int dx = -1; dx <= 1; ++dx) {
+        const int x = std::clamp(2 * i + dx, 0, w - 1);
+        const int y = std::min(halved ? 2 * j + dy : j, h - 1);
+        const std::uint8_t* p = picture.row(y) + 3 * x;
+        const double value = red ? 112.0 * p[0] - 93.786 * p[1] - 18.214 * p[2]
+                                 : -37.797 * p[0] - 74.203 * p[1] + 112.0 * p[2];
+        sum += value * (dx == 0 ? 2.0 : 1.0);
+        weight += dx == 0 ? 2.0 : 1.0;
+      }
+    return byte(128.0 + sum / weight / 255.0);
+  };
+  const int cw = (w + 1) / 2, ch = (h + 1) / 2;
+  if (halved) {
+    out.format = format == "I420" ? FrameFormat::i420 : FrameFormat::nv12;
+    allocate(0, w, h);
+    for (int y = 0; y < h; ++y)
+      for (int x = 0; x < w; ++x) out.planes[0][static_cast<std::size_t>(y) * w + x] = luma(x, y);
+    const bool planar = format == "I420";
+    allocate(1, planar ? cw : 2 * cw, ch);
+    if (planar) allocate(2, cw, ch);
+    for (int j = 0; j < ch; ++j)
+      for (int i = 0; i < cw; ++i) {
+        const std::size_t at = static_cast<std::size_t>(j) * cw + i;
+        (planar ? out.planes[1][at] : out.planes[1][2 * at]) = chroma(i, j, false);
+        (planar ? out.planes[2][at] : out.planes[1][2 * at + 1]) = chroma(i, j, true);
+      }
+    return out;
+  }
+  const bool yuy2 = format == "YUY2";
+  out.format = yuy2 ? FrameFormat::yuy2 : FrameFormat::uyvy;
+  allocate(0, 4 * cw, h);
+  for (int y = 0; y < h; ++y)
+    for (int i = 0; i < cw; ++i) {
+      std::uint8_t* p = out.planes[0].data() + static_cast<std::size_t>(y) * 4 * cw + 4 * i;
+      const std::uint8_t a = luma(2 * i, y), b = luma(std::min(2 * i + 1, w - 1), y);
+      const std::uint8_t cb = chroma(i, y, false), cr = chroma(i, y, true);
+      p[yuy2 ? 0 : 1] = a;
+      p[yuy2 ? 2 : 3] = b;
+      p[yuy2 ? 1 : 0] = cb;
+      p[yuy2 ? 3 : 2] = cr;
+    }
+  return out;
+}
+
+void SilhouetteOptions::add_to(CLI::App& app) {
+  KeySettings& k = settings_.key;
+  app.add_option("--key", key_, "green, blue, auto, or a colour as rrggbb in hexadecimal");
+  app.add_option("--method", method_, "soft, prototype or difference")
+      ->check(CLI::IsMember({"soft", "prototype", "difference"}));
+  app.add_option("--strength", k.strength, "prototype: margin of the key channel, 0..255");
+  app.add_option("--bright-threshold", k.bright_threshold,
+                 "prototype: R+G+B above this is foreground");
+  app.add_option("--red-gain", k.red_gain, "multiplies red for the decision, 0..4");
+  app.add_option("--blue-gain", k.blue_gain, "multiplies blue for the decision, 0..4");
+  app.add_option("--roi", roi_, "region of interest: x y width height")->expected(4);
+  app.add_option("--screen", screen_, "soft: sample of the screen, red green blue")->expected(3);
+  app.add_option("--foreground", foreground_, "soft: sample of the subject, red green blue")
+      ->expected(3);
+  app.add_flag("--uneven", k.uneven, "soft: follow slow changes of the screen over the picture");
+  app.add_option("--clip-black", k.clip_black, "alpha below this fraction is 0");
+  app.add_option("--clip-white", k.clip_white, "alpha above this fraction is 255");
+  app.add_option("--choke", k.choke, "px shaved off the matte (negative: grown)");
+  app.add_option("--close", k.close, "px: gaps up to twice this width are closed");
+  app.add_option("--spill", k.spill, "fraction of the spill removed, 0..1");
+  app.add_option("--difference-low", k.difference_low,
+                 "difference: background up to this distance");
+  app.add_option("--difference-high", k.difference_high,
+                 "difference: foreground from this distance on");
+  app.add_option("--shadow-darkest", k.shadow_darkest,
+                 "difference: light that a shadow leaves at least");
+  app.add_option("--light-brightest", k.light_brightest,
+                 "difference: most light relative to the plate");
+  app.add_option("--light-penalty", k.light_penalty,
+                 "difference: part of a change of light that counts");
+  app.add_option("--inside-mask", inside_mask_, "grey PNG: where it is not 0 is foreground");
+  app.add_option("--outside-mask", outside_mask_, "grey PNG: where it is not 0 is background");
+  app.add_option("--sigma", settings_.blur.sigma, "blur in px, 0..100");
+  app.add_option("--blur", blur_, "fir, box or recursive")
+      ->check(CLI::IsMember({"fir", "box", "recursive"}));
+  app.add_option("--passes", settings_.blur.passes, "box: passes, 1..10");
+  app.add_option("--threshold", settings_.blur.threshold,
+                 "makes the blurred matte binary, 0: stays grey");
+  app.add_option("--trace", trace_, "subpixel or binary")
+      ->check(CLI::IsMember({"subpixel", "binary"}));
+  app.add_flag("--uncorrected", uncorrected_,
+               "leave the shift that the blur puts on curved boundaries");
+  app.add_option("--tolerance", settings_.approximate.tolerance, "px, 0: every traced vertex");
+  app.add_option("--min-edges", settings_.approximate.min_edges,
+                 "rings with fewer edges are dropped");
+  app.add_option("--min-area", settings_.approximate.min_area,
+                 "px²: smaller outer rings are dropped");
+  app.add_option("--min-hole-area", settings_.approximate.min_hole_area,
+                 "px²: smaller holes are filled");
+  app.add_option("--keep-largest", settings_.approximate.keep_largest,
+                 "only so many outer rings, 0: all");
+}
+
+SilhouetteSettings SilhouetteOptions::settings() const {
+  SilhouetteSettings s = settings_;
+  if (key_ == "green") {
+    s.key.key = KeyColour::green;
+  } else if (key_ == "blue") {
+    s.key.key = KeyColour::blue;
+  } else if (key_ == "auto") {
+    s.key.key = KeyColour::automatic;
+  } else {
+    unsigned rgb = 0;
+    char rest = 0;
+    if (key_.size() != 6 || std::sscanf(key_.c_str(), "%6x%c", &rgb, &rest) != 1)
+      throw Error(Error::Kind::bad_input,
+                  "--key " + key_ +
+                      ": expected green, blue, auto or six hexadecimal digits such as 1040c0");
+    s.key.key = KeyColour::custom;
+    s.key.colour = {static_cast<std::uint8_t>(rgb >> 16), static_cast<std::uint8_t>(rgb >> 8),
+                    static_cast<std::uint8_t>(rgb)};
+  }
+  s.key.method = method_ == "soft"        ? KeyMethod::soft
+                 : method_ == "prototype" ? KeyMethod::prototype
+                                          : KeyMethod::difference;
+  if (!roi_.empty()) s.key.roi = {roi_[0], roi_[1], roi_[2], roi_[3]};
+  if (!screen_.empty()) s.key.screen = colour_of(screen_, "--screen");
+  if (!foreground_.empty()) s.key.foreground = colour_of(foreground_, "--foreground");
+  if (!inside_mask_.empty())
+    s.key.inside_mask = std::make_shared<Picture>(load_picture(inside_mask_, 1));
+  if (!outside_mask_.empty())
+    s.key.outside_mask = std::make_shared<Picture>(load_picture(outside_mask_, 1));
+  s.blur.method = blur_ == "fir"   ? BlurMethod::fir
+                  : blur_ == "box" ? BlurMethod::box
+                                   : BlurMethod::recursive;
+  s.method = trace_ == "subpixel" ? TraceMethod::subpixel : TraceMethod::binary;
+  s.correct_curvature = !uncorrected_;
+  return s;
+}
+
+}  // namespace polyhull
