@@ -55,8 +55,10 @@ class RowRing {
     stride_ = (length + 2 * pad + 31) / 32 * 32;
     values_.resize(static_cast<std::size_t>(stride_) * rows);
   }
-  T* row(int y) { return values_.data() + pad_ + stride_ * (y % rows_); }
+  T* row(int y) { return slot(y % rows_); }
+  T* slot(int i) { return values_.data() + pad_ + stride_ * i; }
   int rows() const { return rows_; }
+  void clear(T value) { std::fill(values_.begin(), values_.end(), value); }
 
  private:
   int rows_ = 1;
@@ -80,6 +82,7 @@ struct Blur::State {
   RowRing<BlockState> alpha_states;
   RowRing<std::int16_t> out;
   RowRing<BlockState> out_states;
+  RowRing<BlockState> out_stored;      // what the memory of each row in `out` holds, as states
   std::vector<std::int16_t> vertical;  // one row with `side` values on both sides
   int side = 0;
   std::vector<std::uint64_t> column_words;  // states of the columns, one byte per block
@@ -87,7 +90,8 @@ struct Blur::State {
 
   silhouette::PlaneBlur plane;  // box and recursive
 
-  void blur_row(int y, std::int16_t* values, BlockState* states);
+  // `stored`: the states of what the row's memory holds.
+  void blur_row(int y, std::int16_t* values, const BlockState* stored, BlockState* states);
   void copy_row(int y, std::int16_t* values, BlockState* states);
   void threshold_row(std::int16_t* values, BlockState* states) const;
   struct Interval {
@@ -138,6 +142,8 @@ void Blur::begin(int width, int height, int keep) {
   s.alpha_states.resize(2 * s.radius + 2, s.blocks, 0);
   s.out.resize(keep + 1, length, field_pad);
   s.out_states.resize(keep + 1, s.blocks, 0);
+  s.out_stored.resize(keep + 1, s.blocks, 0);
+  s.out_stored.clear(block_mixed);
   s.side = s.radius + 2 * matte_block;
   s.vertical.resize(static_cast<std::size_t>(length + 2 * s.side));
   s.column_words.resize(static_cast<std::size_t>(s.blocks + 7) / 8);
@@ -163,8 +169,9 @@ bool Blur::pull(Row& row) {
   if (s.radius == 0)
     s.copy_row(s.pulled, values, states);
   else
-    s.blur_row(s.pulled, values, states);
+    s.blur_row(s.pulled, values, s.out_stored.row(s.pulled), states);
   if (s.settings.threshold > 0) s.threshold_row(values, states);
+  std::memcpy(s.out_stored.row(s.pulled), states, static_cast<std::size_t>(s.blocks));
   std::fill(values - field_pad, values, values[0]);
   std::fill(values + s.width, values + s.blocks * matte_block + field_pad, values[s.width - 1]);
   row = {values, states, s.pulled++};
@@ -177,7 +184,8 @@ void Blur::State::copy_row(int y, std::int16_t* values, BlockState* states) {
   std::memcpy(states, alpha_states.row(y), static_cast<std::size_t>(blocks));
 }
 
-void Blur::State::blur_row(int y, std::int16_t* values, BlockState* states) {
+void Blur::State::blur_row(int y, std::int16_t* values, const BlockState* stored,
+                           BlockState* states) {
   const int top = std::max(y - radius, 0), bottom = std::min(y + radius, height - 1);
   // The state of each block's column over the window of rows, eight blocks at a time (rows of
   // states have room to whole words).
@@ -193,8 +201,11 @@ void Blur::State::blur_row(int y, std::int16_t* values, BlockState* states) {
     }
   }
   const auto* column_states = reinterpret_cast<const BlockState*>(all);
-  for (int k = -radius; k <= radius; ++k)
-    window[k + radius] = alpha.row(std::clamp(y + k, 0, height - 1));
+  int slot = top % alpha.rows();
+  for (int k = -radius; k <= radius; ++k) {
+    window[k + radius] = alpha.slot(slot);
+    if (y + k >= top && y + k < bottom) slot = slot + 1 < alpha.rows() ? slot + 1 : 0;
+  }
 
   const auto fill = [&](int x0, int x1) {
     if (x1 > x0)
@@ -202,7 +213,7 @@ void Blur::State::blur_row(int y, std::int16_t* values, BlockState* states) {
                 static_cast<std::int16_t>(
                     column_states[(x1 - 1) / matte_block] == block_full ? field_full : 0));
   };
-  std::memcpy(states, column_states, static_cast<std::size_t>(blocks));
+  std::memcpy(states, column_states, static_cast<std::size_t>(words) * 8);
 
   // Intervals of columns in which something changes: mixed blocks, and the borders of two uniform
   // blocks of different kind. Intervals whose surroundings meet are filtered in one go.
@@ -211,7 +222,10 @@ void Blur::State::blur_row(int y, std::int16_t* values, BlockState* states) {
   bool open = false;
   const auto process = [&] {
     const Interval computed = horizontal_pass(current, values);
-    fill(done, computed.begin);
+    // What is left of the blocks at both ends.
+    fill(std::max(computed.begin & ~(matte_block - 1), done), computed.begin);
+    done = (computed.end + matte_block - 1) & ~(matte_block - 1);
+    fill(computed.end, done);
     done = computed.end;
     const int last = std::min(current.end + radius, width) - 1;
     for (int b = computed.begin / matte_block; b <= last / matte_block; ++b)
@@ -241,7 +255,18 @@ void Blur::State::blur_row(int y, std::int16_t* values, BlockState* states) {
     }
   }
   if (open) process();
-  fill(done, width);
+
+  // Uniform blocks, where this row's memory does not hold them already from a row before.
+  for (int w = 0; w < words; ++w) {
+    std::uint64_t wanted, held;
+    std::memcpy(&wanted, states + 8 * w, 8);
+    std::memcpy(&held, stored + 8 * w, 8);
+    if (wanted == held) continue;
+    for (int b = 8 * w; b < std::min(8 * w + 8, blocks); ++b)
+      if (states[b] != block_mixed && stored[b] != states[b])
+        std::fill_n(values + b * matte_block, matte_block,
+                    static_cast<std::int16_t>(states[b] == block_full ? field_full : 0));
+  }
 }
 
 Blur::State::Interval Blur::State::horizontal_pass(Interval changes, std::int16_t* values) {

@@ -84,7 +84,9 @@ struct Tracer::State {
   // Crossings on the grid row above and below, in the order of x.
   std::vector<std::uint32_t> crossings_above, crossings_below;
 
-  // Vertices, and the next along the boundary; corner[v]: for `binary`, what the way from v passes.
+  // Vertices made so far, and the next along the boundary; corners[v]: for `binary`, what the way
+  // from v passes. The vectors are longer, so that a row of cells needs no checks.
+  std::uint32_t count = 0;
   std::vector<Vec2f> vertices, corners;
   std::vector<std::uint32_t> next;
   std::vector<std::uint32_t> left_neighbour;  // of a crossing on a row: the one before
@@ -99,12 +101,8 @@ struct Tracer::State {
   const std::int16_t* row(int y) const {
     return rows[static_cast<std::size_t>(std::clamp(y, 0, height - 1)) % rows.size()];
   }
-  std::int32_t value(int x, int y) const;
   void classify(int y);
   void cells(int y);
-  std::uint32_t horizontal_crossing(int x, int y);
-  std::uint32_t vertical_crossing(int x, int y);
-  void place(float x, float y);
   void advance(int until);
   void find_parents(const Rings& rings, std::vector<std::int32_t>& parents);
 };
@@ -157,10 +155,7 @@ void Tracer::begin(int width, int height, const TraceSettings& settings) {
   s.pieces.assign(static_cast<std::size_t>(s.words) * 4, 0);
   s.crossings_above.clear();
   s.crossings_below.clear();
-  s.vertices.clear();
-  s.corners.clear();
-  s.next.clear();
-  s.left_neighbour.clear();
+  s.count = 0;
 }
 
 void Tracer::push(const std::int16_t* values, const BlockState* states) {
@@ -188,19 +183,6 @@ void Tracer::State::advance(int until) {
     std::swap(above, below);
     std::swap(crossings_above, crossings_below);
   }
-}
-
-// The field above (>= 0) or below the half level at a pixel centre, with the blur's shift
-// corrected.
-std::int32_t Tracer::State::value(int x, int y) const {
-  x = std::clamp(x, 0, width - 1);
-  y = std::clamp(y, 0, height - 1);
-  const std::int16_t* here = row(y);
-  const std::int32_t d = here[x] - field_half;
-  if (side == 0) return d;
-  const std::int32_t around =
-      here[x - reach] + here[x + reach] + row(y - reach)[x] + row(y + reach)[x] - 4 * field_half;
-  return centre * d - side * around;
 }
 
 void Tracer::State::classify(int y) {
@@ -241,49 +223,63 @@ void Tracer::State::classify(int y) {
   word |= end << (after % 64);
 }
 
-void Tracer::State::place(float x, float y) {
-  // On a grid of 1/512 px, exact in float; the frame ends half a pixel beyond the outermost
-  // centres.
-  vertices.push_back({std::clamp(x, -0.5f, static_cast<float>(width) - 0.5f),
-                      std::clamp(y, -0.5f, static_cast<float>(height) - 0.5f)});
-  next.push_back(nothing);
-  left_neighbour.push_back(on_column);
-}
-
 namespace {
 
 // Where between two values of opposite sign the level is crossed, in (0, 1), on the vertex grid.
 // The half unit keeps it off the pixel centre when a value is 0.
-float crossing(std::int32_t a, std::int32_t b) {
-  const float t =
-      (static_cast<float>(a) + 0.5f) / static_cast<float>(static_cast<std::int64_t>(a) - b);
+inline float crossing(std::int32_t a, std::int32_t b) {
+  const float t = (static_cast<float>(a) + 0.5f) / (static_cast<float>(a) - static_cast<float>(b));
   const float snapped = static_cast<float>(static_cast<int>(t * vertex_grid + 0.5f));
   return std::clamp(snapped, 1.0f, vertex_grid - 1.0f) / vertex_grid;
 }
 
+// One row of the field with the rows that its Laplacian reaches: above (>= 0) or below the half
+// level, with the blur's shift corrected.
+struct CorrectedRow {
+  const std::int16_t *here, *up, *down;
+  int reach;
+  std::int32_t centre, side;
+  int last;
+  std::int32_t operator()(int x) const {
+    x = std::clamp(x, 0, last);
+    const std::int32_t d = here[x] - field_half;
+    if (side == 0) return d;
+    const std::int32_t around =
+        here[x - reach] + here[x + reach] + up[x] + down[x] - 4 * field_half;
+    return centre * d - side * around;
+  }
+};
+
 }  // namespace
-
-std::uint32_t Tracer::State::horizontal_crossing(int x, int y) {
-  const auto id = static_cast<std::uint32_t>(vertices.size());
-  const float t = x < 0 || x >= width - 1 ? 0.5f : crossing(value(x, y), value(x + 1, y));
-  place(static_cast<float>(x) + t, static_cast<float>(y));
-  return id;
-}
-
-std::uint32_t Tracer::State::vertical_crossing(int x, int y) {
-  const auto id = static_cast<std::uint32_t>(vertices.size());
-  const float t = y < 0 || y >= height - 1 ? 0.5f : crossing(value(x, y), value(x, y + 1));
-  place(static_cast<float>(x), static_cast<float>(y) + t);
-  return id;
-}
 
 // The cells between grid rows y and y + 1, whose bits are in above and below. Makes the crossings
 // on row y + 1 and between the rows, and links across each cell.
 void Tracer::State::cells(int y) {
-  crossings_below.clear();
-  std::size_t next_above = 0;
-  std::uint32_t last_vertical = nothing, last_horizontal = nothing;
+  const std::size_t most = count + 2 * static_cast<std::size_t>(width) + 16;
   const bool binary = settings.method == TraceMethod::binary;
+  if (vertices.size() < most) {
+    const std::size_t size = most + most / 2;
+    vertices.resize(size);
+    next.resize(size);
+    left_neighbour.resize(size);
+  }
+  if (binary && corners.size() < vertices.size()) corners.resize(vertices.size());
+  if (crossings_below.size() < static_cast<std::size_t>(width) + 8)
+    crossings_below.resize(static_cast<std::size_t>(width) + 8);
+  const auto corrected = [&](int row_y) {
+    row_y = std::clamp(row_y, 0, height - 1);
+    return CorrectedRow{row(row_y), row(row_y - reach), row(row_y + reach), reach, centre,
+                        side,       width - 1};
+  };
+  const CorrectedRow upper = corrected(y), lower = corrected(y + 1);
+  const float right_end = static_cast<float>(width) - 0.5f;
+  const float bottom_end = static_cast<float>(height) - 0.5f;
+  const float lower_y = std::clamp(static_cast<float>(y + 1), -0.5f, bottom_end);
+  const bool inner_rows = y >= 0 && y < height - 1;
+
+  std::size_t next_above = 0, made_below = 0;
+  std::uint32_t last_vertical = nothing, last_horizontal = nothing;
+  std::uint32_t id = count;
   for (int w = 0; w < words; ++w) {
     const std::uint64_t p = above[w], c = below[w];
     const std::uint64_t p1 = w + 1 < words ? above[w + 1] << 63 : 0;
@@ -294,24 +290,31 @@ void Tracer::State::cells(int y) {
       const int bit = std::countr_zero(active);
       active &= active - 1;
       const int x = (w - 1) * 64 + bit;
-      const unsigned corners_in = static_cast<unsigned>((p >> bit & 1) | (pn >> bit & 1) << 1 |
-                                                        (c >> bit & 1) << 2 | (cn >> bit & 1) << 3);
+      const unsigned in = static_cast<unsigned>((p >> bit & 1) | (pn >> bit & 1) << 1 |
+                                                (c >> bit & 1) << 2 | (cn >> bit & 1) << 3);
       std::uint32_t at[4];
-      at[left] = last_vertical;  // only used where left corners differ
-      if (((corners_in >> 1) ^ corners_in) & 1) at[top] = crossings_above[next_above++];
-      if (((corners_in >> 1) ^ corners_in) & 4) {
-        at[bottom] = horizontal_crossing(x, y + 1);
-        left_neighbour[at[bottom]] = last_horizontal;
-        last_horizontal = at[bottom];
-        crossings_below.push_back(at[bottom]);
+      at[left] = last_vertical;  // only used where the left corners differ
+      if ((in >> 1 ^ in) & 1) at[top] = crossings_above[next_above++];
+      if ((in >> 1 ^ in) & 4) {
+        const float t = x < 0 || x >= width - 1 ? 0.5f : crossing(lower(x), lower(x + 1));
+        vertices[id] = {std::clamp(static_cast<float>(x) + t, -0.5f, right_end), lower_y};
+        next[id] = nothing;
+        left_neighbour[id] = last_horizontal;
+        last_horizontal = at[bottom] = crossings_below[made_below++] = id++;
       }
-      if (((corners_in >> 2) ^ corners_in) & 2)
-        at[right] = last_vertical = vertical_crossing(x + 1, y);
+      if ((in >> 2 ^ in) & 2) {
+        const float t = inner_rows ? crossing(upper(x + 1), lower(x + 1)) : 0.5f;
+        vertices[id] = {std::clamp(static_cast<float>(x + 1), -0.5f, right_end),
+                        std::clamp(static_cast<float>(y) + t, -0.5f, bottom_end)};
+        next[id] = nothing;
+        left_neighbour[id] = on_column;
+        last_vertical = at[right] = id++;
+      }
 
       const auto link = [&](Link l, bool saddle) {
         next[at[l.from]] = at[l.to];
         if (!binary) return;
-        corners.resize(vertices.size(), Vec2f{-1e9f, -1e9f});
+        corners[at[l.from]] = Vec2f{-1e9f, -1e9f};
         if (straight(l)) return;
         // The pixels' common corner; where two ways pass it, each keeps a little to its own side.
         Vec2f corner{static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f};
@@ -320,22 +323,22 @@ void Tracer::State::cells(int y) {
           corner.x += (around.x - 0.5f) / 8.0f;
           corner.y += (around.y - 0.5f) / 8.0f;
         }
-        corner.x = std::clamp(corner.x, -0.5f, static_cast<float>(width) - 0.5f);
-        corner.y = std::clamp(corner.y, -0.5f, static_cast<float>(height) - 0.5f);
-        corners[at[l.from]] = corner;
+        corners[at[l.from]] = {std::clamp(corner.x, -0.5f, right_end),
+                               std::clamp(corner.y, -0.5f, bottom_end)};
       };
-      if (corners_in == 6 || corners_in == 9) {
-        const std::int64_t mean = static_cast<std::int64_t>(value(x, y)) + value(x + 1, y) +
-                                  value(x, y + 1) + value(x + 1, y + 1);
-        const Link* links = corners_in == 6 ? (mean >= 0 ? joined_6 : separate_6)
-                                            : (mean >= 0 ? joined_9 : separate_9);
+      if (in == 6 || in == 9) {
+        const std::int64_t mean =
+            static_cast<std::int64_t>(upper(x)) + upper(x + 1) + lower(x) + lower(x + 1);
+        const Link* links =
+            in == 6 ? (mean >= 0 ? joined_6 : separate_6) : (mean >= 0 ? joined_9 : separate_9);
         link(links[0], true);
         link(links[1], true);
       } else {
-        link(single_links[corners_in], false);
+        link(single_links[in], false);
       }
     }
   }
+  count = id;
 }
 
 void Tracer::finish(Rings& rings, std::vector<std::int32_t>* parents) {
@@ -350,8 +353,8 @@ void Tracer::finish(Rings& rings, std::vector<std::int32_t>* parents) {
   rings.clear();
   const bool binary = s.settings.method == TraceMethod::binary;
   s.first_crossing.clear();
-  s.ring_of.resize(s.vertices.size());
-  for (std::uint32_t start = 0; start < s.vertices.size(); ++start) {
+  if (s.ring_of.size() < s.count) s.ring_of.resize(s.vertices.size());
+  for (std::uint32_t start = 0; start < s.count; ++start) {
     if (s.next[start] == nothing) continue;
     const auto begin = rings.points.size();
     const auto ring = static_cast<std::int32_t>(rings.ends.size());
