@@ -55,7 +55,12 @@ void FloorShadow::cast(const SubjectFrame& frame, const std::vector<std::uint32_
     const Vec3f &a = frame.positions[triangles[t]], &b = frame.positions[triangles[t + 1]],
                 &c = frame.positions[triangles[t + 2]];
     const float longest = std::max({glm::distance(a, b), glm::distance(b, c), glm::distance(c, a)});
-    const int steps = std::clamp(static_cast<int>(longest * per_metre), 1, 4 * cells);
+    // Of triangles smaller than a cell one corner is enough: the neighbours mark the others.
+    if (longest * per_metre < 0.9f) {
+      mark(a);
+      continue;
+    }
+    const int steps = std::clamp(static_cast<int>(std::ceil(longest * per_metre)), 1, 4 * cells);
     for (int i = 0; i <= steps; ++i) {
       for (int j = 0; i + j <= steps; ++j) {
         const float s = static_cast<float>(i) / static_cast<float>(steps);
