@@ -19,6 +19,9 @@ class Assembler {
   void assemble(const Scene& scene, const Frame& frame, std::span<const FaceLoops> pieces,
                 Hull& hull, std::vector<Vec3>& normals);
 
+  /// The planes of each vertex of the last hull.
+  std::span<const CornerKey> keys() const { return keys_; }
+
   /// The corner's place in the frame, from its planes in doubles, or exactly where these meet at
   /// small angles.
   static Vec3 place(const Scene& scene, const CornerKey& key);

@@ -39,6 +39,9 @@ Vec3 unit_normal(const Plane& p) {
   return length > 0 ? n / length : Vec3(0.0);
 }
 
+/// Rings whose parts come nearer than this are cleaned; clean ones keep further apart.
+constexpr double nearest_pixels = 1e-6;
+
 /// The power of two that brings every ray below 2^38, a bit in reserve.
 double ray_scale(const Contours& contours, const Mat3& to_ray) {
   double largest = 1e-300;
@@ -153,15 +156,31 @@ class ConeBuilder {
             const std::uint32_t e = edges[i], f = edges[k];
             if (c.next[e] == f || c.next[f] == e) continue;
             if (clean && share_end(e, f)) continue;
+            if (!clean && close(e, f)) return false;
             const int s0 = side_of(e, f), s1 = side_of(e, c.next[f]);
             if (s0 * s1 > 0) continue;
             const int t0 = side_of(f, e), t1 = side_of(f, c.next[e]);
             if (t0 * t1 > 0) continue;
+            // Clean rings may touch where they have no vertex: a straight one was taken out.
+            if (clean && (s0 * s1 == 0 || t0 * t1 == 0)) continue;
             if (s0 == 0 && s1 == 0 && t0 == 0 && t1 == 0 && apart_on_line(e, f)) continue;
             return false;
           }
       }
     return true;
+  }
+
+  /// Whether an end of one edge lies so near the other that rounding could put it on either side.
+  bool close(std::uint32_t e, std::uint32_t f) const {
+    const auto near = [&](const ContourGrid::Segment& s, const Vec2& p) {
+      const Vec2 d = s.b - s.a, to = p - s.a;
+      const double length = glm::dot(d, d), off = d.x * to.y - d.y * to.x;
+      const double along = glm::dot(d, to);
+      const double reach = nearest_pixels * std::sqrt(length);
+      return std::abs(off) < reach && along > -reach && along < length + reach;
+    };
+    const ContourGrid::Segment &s = cone_.grid.segment(e), &t = cone_.grid.segment(f);
+    return near(s, t.a) || near(s, t.b) || near(t, s.a) || near(t, s.b);
   }
 
   /// Of edges on one straight line.

@@ -293,7 +293,8 @@ void HullBuilder::State::triangulate(int threads) {
                                                   loop_end - loop_begin);
         const std::size_t before = triangles.size();
         hull.faces[f].first_triangle = static_cast<std::uint32_t>(before / 3);
-        worker->triangulate(hull.vertices, loops, ends, first, face_normals[f], triangles);
+        worker->triangulate(hull.vertices, assembler.keys(), loops, ends, first, face_normals[f],
+                            triangles);
         hull.faces[f].triangle_count = static_cast<std::uint32_t>((triangles.size() - before) / 3);
       }
     }

@@ -9,6 +9,10 @@ namespace {
 
 constexpr std::uint32_t none = 0xffffffffu;
 
+std::uint64_t edge_key(std::uint32_t a, std::uint32_t b) {
+  return static_cast<std::uint64_t>(std::min(a, b)) << 32 | std::max(a, b);
+}
+
 double cross(const Vec2& a, const Vec2& b) {
   return a.x * b.y - a.y * b.x;
 }
@@ -19,10 +23,25 @@ double Triangulator::turn(std::uint32_t a, std::uint32_t b, std::uint32_t c) con
   return cross(flat_[b] - flat_[a], flat_[c] - flat_[a]);
 }
 
-void Triangulator::triangulate(std::span<const Vec3f> vertices,
+bool Triangulator::allowed(std::uint32_t a, std::uint32_t b) const {
+  const CornerKey &k = corner_keys_[number_[a]], &l = corner_keys_[number_[b]];
+  // An apex lies on all planes of its ring.
+  if (k[2] == apex_mark || l[2] == apex_mark) return true;
+  int shared = 0;
+  for (int i = 0, j = 0; i < 3 && j < 3;) {
+    if (k[i] == l[j])
+      ++shared, ++i, ++j;
+    else
+      k[i] < l[j] ? ++i : ++j;
+  }
+  return shared < 2;
+}
+
+void Triangulator::triangulate(std::span<const Vec3f> vertices, std::span<const CornerKey> keys,
                                std::span<const std::uint32_t> loops,
                                std::span<const std::uint32_t> ends, std::uint32_t first,
                                const Vec3& normal, std::vector<std::uint32_t>& triangles) {
+  corner_keys_ = keys;
   const std::uint32_t count = ends.back() - first;
   if (count == 3) {
     triangles.insert(triangles.end(), loops.begin(), loops.begin() + 3);
@@ -51,25 +70,18 @@ void Triangulator::triangulate(std::span<const Vec3f> vertices,
       return std::min(turn(a, b, c), turn(a, c, d));
     };
     const double q0 = good(0, 1, 2, 3), q1 = good(1, 2, 3, 0);
-    const bool second = q0 > 0 && q1 > 0 ? worse(0, 1, 2, 3) : q1 > q0;
+    bool second = q0 > 0 && q1 > 0 ? worse(0, 1, 2, 3) : q1 > q0;
+    if (!allowed(second ? 1 : 0, second ? 3 : 2)) second = !second;
     if (second)
       local_ = {1, 2, 3, 1, 3, 0};
     else
       local_ = {0, 1, 2, 0, 2, 3};
   } else {
-    nodes_.clear(), starts_.clear(), counts_.clear();
-    std::uint32_t begin = 0;
-    for (std::uint32_t end : ends) {
-      end -= first;
-      const std::uint32_t n = end - begin;
-      for (std::uint32_t i = 0; i < n; ++i)
-        nodes_.push_back({begin + i, begin + (i + n - 1) % n, begin + (i + 1) % n});
-      starts_.push_back(begin);
-      counts_.push_back(n);
-      begin = end;
+    careful_ = false;
+    if (!cut_loops(ends, first)) {
+      careful_ = true;
+      cut_loops(ends, first);
     }
-    if (starts_.size() > 1) join_holes();
-    for (std::size_t i = 0; i < starts_.size(); ++i) cut_ears(starts_[i], counts_[i]);
     flip_edges();
   }
   for (std::uint32_t i : local_) triangles.push_back(number_[i]);
@@ -118,7 +130,16 @@ void Triangulator::join_holes() {
       const double x = a.x + (p.y - a.y) * (b.x - a.x) / (b.y - a.y);
       if (x >= p.x && x < best) best = x, target = a.x > b.x ? k : nodes_[k].next;
     }
-    if (target == none) continue;
+    if (target == none) {
+      // Rounding has put the hole onto or across the border: any bridge will do.
+      double nearest = 1e300;
+      for (std::uint32_t k = 0; k < total; ++k) {
+        const double distance = glm::length(flat_[nodes_[k].vertex] - p);
+        if (joined[owner[loop_of[k]]] && distance < nearest) nearest = distance, target = k;
+      }
+      if (target == none) continue;
+      best = p.x;
+    }
     // A vertex inside the triangle (p, crossing, target) would hide the target: take the one at the
     // smallest angle to the right.
     const Vec2 q(best, p.y), t = flat_[nodes_[target].vertex];
@@ -162,7 +183,7 @@ void Triangulator::join_holes() {
   }
   std::size_t kept = 0;
   for (std::size_t i = 0; i < loops; ++i)
-    if (owner[i] == i && area[i] >= 0) starts_[kept] = starts_[i], counts_[kept++] = counts_[i];
+    if (owner[i] == i) starts_[kept] = starts_[i], counts_[kept++] = counts_[i];
   starts_.resize(kept), counts_.resize(kept);
 }
 
@@ -184,19 +205,46 @@ bool Triangulator::ear(std::uint32_t node) const {
   return true;
 }
 
-void Triangulator::cut_ears(std::uint32_t start, std::uint32_t count) {
+bool Triangulator::cut_loops(std::span<const std::uint32_t> ends, std::uint32_t first) {
+  local_.clear(), nodes_.clear(), starts_.clear(), counts_.clear(), used_.clear();
+  std::uint32_t begin = 0;
+  for (std::uint32_t end : ends) {
+    end -= first;
+    const std::uint32_t n = end - begin;
+    for (std::uint32_t i = 0; i < n; ++i)
+      nodes_.push_back({begin + i, begin + (i + n - 1) % n, begin + (i + 1) % n});
+    starts_.push_back(begin);
+    counts_.push_back(n);
+    begin = end;
+  }
+  if (starts_.size() > 1) join_holes();
+  if (careful_)
+    for (const Node& node : nodes_) used_.insert(edge_key(node.vertex, nodes_[node.next].vertex));
+  for (std::size_t i = 0; i < starts_.size(); ++i)
+    if (!cut_ears(starts_[i], counts_[i])) return false;
+  return true;
+}
+
+/// False: rounding has left the loop without an ear, and the work is not careful.
+bool Triangulator::cut_ears(std::uint32_t start, std::uint32_t count) {
   std::uint32_t node = start, misses = 0;
-  bool any =
-      false;  // after a whole round without an ear, take what turns the right way, then anything
+  // Where there is no ear: first also flat ones, then any that is allowed, then any. Careful work
+  // does not use an edge twice, which only loops that rounding has made to overlap could do.
   while (count > 3) {
     const std::uint32_t previous = nodes_[node].previous, next = nodes_[node].next;
-    const bool forced = misses > 2 * count;
-    const bool loose = misses > count &&
-                       turn(nodes_[previous].vertex, nodes_[node].vertex, nodes_[next].vertex) >= 0;
-    if (forced || loose || ear(node)) {
-      any = any || forced;
-      local_.insert(local_.end(),
-                    {nodes_[previous].vertex, nodes_[node].vertex, nodes_[next].vertex});
+    const std::uint32_t a = nodes_[previous].vertex, b = nodes_[node].vertex,
+                        c = nodes_[next].vertex;
+    if (misses > count && !careful_) return false;
+    bool cut = false;
+    if (misses > 4 * count)
+      cut = true;
+    else if (a != c && allowed(a, c) && !(careful_ && used_.count(edge_key(a, c)) != 0))
+      cut = misses > 2 * count || (misses > count ? turn(a, b, c) >= 0 : ear(node));
+    else if (misses > 3 * count)
+      cut = a != c && used_.count(edge_key(a, c)) == 0;
+    if (cut) {
+      local_.insert(local_.end(), {a, b, c});
+      if (careful_) used_.insert(edge_key(a, c));
       nodes_[previous].next = next;
       nodes_[next].previous = previous;
       --count;
@@ -210,6 +258,7 @@ void Triangulator::cut_ears(std::uint32_t start, std::uint32_t count) {
   if (count == 3)
     local_.insert(local_.end(), {nodes_[nodes_[node].previous].vertex, nodes_[node].vertex,
                                  nodes_[nodes_[node].next].vertex});
+  return true;
 }
 
 /// Whether the diagonal a-c of the quadrilateral a b c d should become b-d: d lies inside the
@@ -256,6 +305,12 @@ void Triangulator::flip_edges() {
     const double after = std::min(turn(b, d, a), turn(b, c, d));
     const bool repair = before <= 0 && after > before;
     if (!repair && !(after > 0 && worse(a, b, c, d))) continue;
+    if (b == d || !allowed(b, d)) continue;
+    if (careful_) {
+      if (used_.count(edge_key(b, d)) != 0) continue;
+      used_.erase(edge_key(a, c));
+      used_.insert(edge_key(b, d));
+    }
     // Now (b, d, a) in place of h's triangle and (d, b, c) in place of g's.
     const std::uint32_t cd = opposite_[h1], da = opposite_[h2], ab = opposite_[g1],
                         bc = opposite_[g2];

@@ -11,9 +11,11 @@
 
 #include <cstdint>
 #include <span>
+#include <unordered_set>
 #include <vector>
 
 #include "base/vector.h"
+#include "hull/face_clipper.h"
 
 namespace polyhull::hull {
 
@@ -22,24 +24,29 @@ class Triangulator {
   /// Appends the triangles of the face to \p triangles. \p loops: vertex numbers, loop k is
   /// [ends[k-1], ends[k]) of them counted from first; outer loops counter-clockwise seen against
   /// \p normal (out of the solid), holes clockwise.
-  void triangulate(std::span<const Vec3f> vertices, std::span<const std::uint32_t> loops,
-                   std::span<const std::uint32_t> ends, std::uint32_t first, const Vec3& normal,
-                   std::vector<std::uint32_t>& triangles);
+  void triangulate(std::span<const Vec3f> vertices, std::span<const CornerKey> keys,
+                   std::span<const std::uint32_t> loops, std::span<const std::uint32_t> ends,
+                   std::uint32_t first, const Vec3& normal, std::vector<std::uint32_t>& triangles);
 
  private:
   struct Node {
     std::uint32_t vertex, previous, next;
   };
   double turn(std::uint32_t a, std::uint32_t b, std::uint32_t c) const;  // of local points
+  bool allowed(std::uint32_t a, std::uint32_t b) const;                  ///< as an inner edge
   void join_holes();
-  void cut_ears(std::uint32_t start, std::uint32_t count);
+  bool cut_loops(std::span<const std::uint32_t> ends, std::uint32_t first);
+  bool cut_ears(std::uint32_t start, std::uint32_t count);
   bool ear(std::uint32_t node) const;
   void flip_edges();
   bool worse(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) const;
 
   std::vector<Vec2> flat_;    ///< dropped along an axis, counter-clockwise from outside
   std::vector<Vec2> metric_;  ///< in the face's plane, true lengths
+  std::span<const CornerKey> corner_keys_;
   std::vector<std::uint32_t> number_;
+  bool careful_ = false;                    ///< the loops overlap by rounding
+  std::unordered_set<std::uint64_t> used_;  ///< edges, if careful
   std::vector<Node> nodes_;
   std::vector<std::uint32_t> starts_, counts_;
   std::vector<std::uint32_t> local_;     ///< triangles by local points
