@@ -8,6 +8,7 @@
 #include "hullexport.h"
 #include "serialtrigger.h"
 #include "rigtestsrc.h"
+#include "scenesrc.h"
 #include "silhouette.h"
 
 // One declaration and one line in plugin_init() per element, in the data's order.
@@ -22,6 +23,7 @@ static gboolean plugin_init(GstPlugin* plugin) {
   any |= GST_ELEMENT_REGISTER(hullbuild, plugin);
   any |= GST_ELEMENT_REGISTER(hullexport, plugin);
   any |= GST_ELEMENT_REGISTER(serialtrigger, plugin);
+  any |= GST_ELEMENT_REGISTER(scenesrc, plugin);
   return any;
 }
 

@@ -157,16 +157,7 @@ LightCache::LightCache(const TracedScene& scene, const LightCacheOptions& option
 }
 
 Vec3f LightCache::irradiance(const RayHit& hit, bool back) const {
-  return to_vector(interpolate(fine_, all_[back && double_sided_[hit.mesh] ? 1 : 0], hit));
-}
-
-void LightCache::scale(const Vec3f& factor) {
-  for (Sides* sides : {&direct_, &bounced_, &all_}) {
-    for (std::vector<Float4>& values : *sides) {
-      for (Float4& value : values) value *= to_float4(factor);
-    }
-  }
-  mean_bounced_ *= factor;
+  return gain_ * to_vector(interpolate(fine_, all_[back && double_sided_[hit.mesh] ? 1 : 0], hit));
 }
 
 /// The share of a light that each node sees, by weight.

@@ -39,11 +39,12 @@ class LightCache {
   /// Irradiance at a hit (of the scene, not of a subject), on the side \p back or not.
   Vec3f irradiance(const RayHit& hit, bool back) const;
 
-  /// Multiplies everything by \p factor: what happens when all lights become brighter alike.
-  void scale(const Vec3f& factor);
+  /// All irradiance is \p gain times that of the scene as the cache was filled: what happens when
+  /// all lights become brighter alike.
+  void set_gain(const Vec3f& gain) { gain_ = gain; }
 
   /// Mean bounced irradiance over the scene's surfaces.
-  const Vec3f& mean_bounced() const { return mean_bounced_; }
+  Vec3f mean_bounced() const { return gain_ * mean_bounced_; }
 
   std::size_t nodes() const { return fine_.size() + coarse_.size(); }
   std::uint64_t rays() const { return rays_; }
@@ -64,6 +65,7 @@ class LightCache {
   Sides direct_;   // on the fine grid
   Sides bounced_;  // on the coarse grid
   Sides all_;      // on the fine grid: what a frame looks up
+  Vec3f gain_{1.0f};
   Vec3f mean_bounced_{0.0f};
   std::uint64_t rays_ = 0;
 };

@@ -164,28 +164,31 @@ class Tracer {
 }  // namespace
 
 void trace_paths(const TracedScene& scene, const Camera& camera, std::uint32_t first,
-                 std::uint32_t count, const PathOptions& options, std::span<Vec3f> sums) {
+                 std::uint32_t count, const PathOptions& options, std::span<Vec3f> sums,
+                 int row_begin, int row_end) {
   const Tracer tracer(scene, options);
   const Vec3f eye(camera.centre());
   const bool distorted = camera.has_distortion();
   const auto width = static_cast<std::size_t>(camera.width);
-  parallel_for(static_cast<std::size_t>(camera.height), 2, options.threads,
-               [&](std::size_t begin, std::size_t end) {
-                 for (std::size_t i = begin * width; i < end * width; ++i) {
-                   const std::uint32_t seed = hash(static_cast<std::uint32_t>(i), 0x1b56c4e9U);
-                   for (std::uint32_t k = first; k < first + count; ++k) {
-                     Points points{k, seed};
-                     const Vec2f place = points.next();
-                     Vec2 pixel(static_cast<double>(i % width) + place.x - 0.5,
-                                static_cast<double>(i / width) + place.y - 0.5);
-                     if (distorted) pixel = camera.undistort(pixel);
-                     Ray ray;
-                     ray.origin = eye;
-                     ray.direction = Vec3f(camera.ray(pixel));
-                     sums[i] += tracer.picture_value(ray, points);
-                   }
-                 }
-               });
+  const auto first_row = static_cast<std::size_t>(row_begin);
+  const std::size_t rows =
+      static_cast<std::size_t>(row_end < 0 ? camera.height : row_end) - first_row;
+  parallel_for(rows, 2, options.threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = (first_row + begin) * width; i < (first_row + end) * width; ++i) {
+      const std::uint32_t seed = hash(static_cast<std::uint32_t>(i), 0x1b56c4e9U);
+      for (std::uint32_t k = first; k < first + count; ++k) {
+        Points points{k, seed};
+        const Vec2f place = points.next();
+        Vec2 pixel(static_cast<double>(i % width) + place.x - 0.5,
+                   static_cast<double>(i / width) + place.y - 0.5);
+        if (distorted) pixel = camera.undistort(pixel);
+        Ray ray;
+        ray.origin = eye;
+        ray.direction = Vec3f(camera.ray(pixel));
+        sums[i] += tracer.picture_value(ray, points);
+      }
+    }
+  });
 }
 
 Picture develop(std::span<const Vec3f> sums, float samples, int width, int height) {

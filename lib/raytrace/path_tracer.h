@@ -34,7 +34,8 @@ struct PathOptions {
 /// row, camera.width * camera.height of them). Different samples make independent pictures whose
 /// mean converges to the reference; the result does not depend on the number of threads.
 void trace_paths(const TracedScene& scene, const Camera& camera, std::uint32_t first,
-                 std::uint32_t count, const PathOptions& options, std::span<Vec3f> sums);
+                 std::uint32_t count, const PathOptions& options, std::span<Vec3f> sums,
+                 int row_begin = 0, int row_end = -1);
 
 /// The picture after \p samples samples per pixel, RGBA with alpha 255.
 Picture trace_picture(const TracedScene& scene, const Camera& camera, std::uint32_t samples,

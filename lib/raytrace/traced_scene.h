@@ -64,6 +64,8 @@ class TracedScene {
   /// As the free set_light(), with the tree kept in step.
   void set_light(std::size_t index, const Light& light);
 
+  void set_exposure(float exposure) { scene_.exposure = exposure; }
+
   /// Replaces the subjects.
   void set_subjects(std::vector<TracedSubject> subjects);
   bool is_subject(const RayHit& hit) const { return hit.mesh >= scene_.meshes.size(); }

@@ -46,7 +46,8 @@ class Loader {
  public:
   Loader(const tinygltf::Model& model, const std::string& path)
       : model_(model), path_(path), source_{model_, path_} {
-    scene_.name = path;
+    // Others open the scene by its name, perhaps from another folder.
+    scene_.name = std::filesystem::absolute(path).lexically_normal().string();
   }
 
   Scene load() {

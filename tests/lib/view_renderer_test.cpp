@@ -95,7 +95,7 @@ TEST(LightCache, BrighterLampsScaleIt) {
   Scene scene = wall_scene();
   const TracedScene traced(scene);
   LightCache cache(traced, quick());
-  cache.scale({2.0f, 1.0f, 0.5f});
+  cache.set_gain({2.0f, 1.0f, 0.5f});
   scene.lights[0].radiance *= Vec3f(2.0f, 1.0f, 0.5f);
   const TracedScene brighter(scene);
   const LightCache expected(brighter, quick());

@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "raytrace/background.h"
+
+#include <algorithm>
+
+#include "base/error.h"
+#include "base/thread_pool.h"
+#include "raytrace/tone.h"
+
+namespace polyhull {
+namespace {
+
+constexpr float view_weight = 32.0f;  // samples that the fast view counts as
+
+bool same_camera(const Camera& a, const Camera& b) {
+  return a.width == b.width && a.height == b.height && a.K == b.K && a.R == b.R && a.t == b.t &&
+         a.distortion == b.distortion;
+}
+
+/// The factor by which all lights are brighter than the base, if that is the only difference.
+std::optional<Vec3f> common_factor(const std::vector<Light>& base, const std::vector<Light>& now) {
+  std::optional<Vec3f> factor;
+  for (std::size_t i = 0; i < base.size(); ++i) {
+    if (base[i].centre != now[i].centre || base[i].u != now[i].u || base[i].v != now[i].v)
+      return {};
+    Vec3f ratio(1.0f);
+    for (int k = 0; k < 3; ++k) {
+      if (base[i].radiance[k] > 0.0f) {
+        ratio[k] = now[i].radiance[k] / base[i].radiance[k];
+      } else if (now[i].radiance[k] > 0.0f) {
+        return {};
+      }
+    }
+    if (factor && glm::length(*factor - ratio) > 1e-5f * glm::length(ratio)) return {};
+    if (!factor) factor = ratio;
+  }
+  return factor ? factor : Vec3f(1.0f);
+}
+
+}  // namespace
+
+Background::Background(Scene scene, const BackgroundOptions& options)
+    : options_(options), traced_(std::move(scene)) {
+  const Scene& own = traced_.scene();
+  for (std::size_t m = 0; m < own.meshes.size(); ++m) {
+    const bool is_light =
+        std::any_of(own.lights.begin(), own.lights.end(),
+                    [&](const Light& light) { return light.mesh == static_cast<int>(m); });
+    other_emitters_ |= !is_light && own.materials[own.meshes[m].material].emission != Vec3f(0.0f);
+  }
+}
+
+bool Background::apply_lights(const std::vector<Light>& lights) {
+  if (lights.size() != traced_.scene().lights.size()) {
+    throw Error(Error::Kind::bad_input,
+                "A background's scene has " + std::to_string(traced_.scene().lights.size()) +
+                    " lights, but " + std::to_string(lights.size()) + " were given.");
+  }
+  bool changed = false;
+  for (std::size_t i = 0; i < lights.size(); ++i) {
+    if (lights[i] == traced_.scene().lights[i]) continue;
+    traced_.set_light(i, lights[i]);
+    changed = true;
+  }
+  if (light_ && !changed) return false;
+  const std::optional<Vec3f> factor = light_ && !other_emitters_
+                                          ? common_factor(base_lights_, traced_.scene().lights)
+                                          : std::nullopt;
+  if (factor) {
+    light_->set_gain(*factor);
+    return false;
+  }
+  light_.reset();  // the memory first
+  light_ = std::make_unique<LightCache>(traced_, options_.light);
+  base_lights_ = traced_.scene().lights;
+  return true;
+}
+
+Background::Work Background::update(const Camera& camera, const std::vector<Light>& lights,
+                                    float exposure) {
+  const bool still = camera_ && light_ && same_camera(*camera_, camera) && exposure == exposure_ &&
+                     lights == traced_.scene().lights;
+  if (still) return Work::none;
+  const bool lit = apply_lights(lights);
+  traced_.set_exposure(exposure);
+  exposure_ = exposure;
+  camera_ = camera;
+  view_.resize(static_cast<std::size_t>(camera.width) * camera.height);
+  render_view(traced_, *light_, camera, options_.view, view_, &statistics_);
+  picture_ = view_;
+  samples_ = 0;
+  rows_done_ = 0;
+  sums_.clear();
+  return lit ? Work::lit : Work::drawn;
+}
+
+bool Background::refine(int rows) {
+  if (!camera_ || rows < 1) return false;
+  if (sums_.empty()) sums_.assign(picture_.size(), Vec3f(0.0f));
+  const int end = std::min(rows_done_ + rows, camera_->height);
+  trace_paths(traced_, *camera_, samples_, 1, options_.paths, sums_, rows_done_, end);
+  rows_done_ = end;
+  if (rows_done_ < camera_->height) return false;
+  rows_done_ = 0;
+  ++samples_;
+  const float whole = view_weight + static_cast<float>(samples_);
+  for (std::size_t i = 0; i < picture_.size(); ++i) {
+    picture_[i] = (view_weight * view_[i] + sums_[i]) / whole;
+  }
+  return true;
+}
+
+void Background::write(std::uint8_t* pixels, std::size_t stride, int red) const {
+  const auto columns = static_cast<std::size_t>(width());
+  parallel_for(static_cast<std::size_t>(height()), 16, options_.view.threads,
+               [&](std::size_t begin, std::size_t end) {
+                 for (std::size_t y = begin; y < end; ++y) {
+                   std::uint8_t* out = pixels + y * stride;
+                   const Vec3f* in = &picture_[y * columns];
+                   for (std::size_t x = 0; x < columns; ++x, out += 4) {
+                     out[red] = linear_to_srgb(in[x].x);
+                     out[1] = linear_to_srgb(in[x].y);
+                     out[2 - red] = linear_to_srgb(in[x].z);
+                     out[3] = 255;
+                   }
+                 }
+               });
+}
+
+Announcement Background::announcement() const {
+  Announcement out;
+  if (camera_) out.viewport = *camera_;
+  out.scene = scene().name;
+  out.lights = scene().lights;
+  out.exposure = exposure_;
+  if (light_) out.ambient = light_->mean_bounced();
+  return out;
+}
+
+}  // namespace polyhull

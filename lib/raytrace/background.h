@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// A scene's picture for a viewport that moves or stands still, with work only where something
+/// changed.
+///
+/// A new view costs one render_view(). A view that stays can be refined towards the path tracer's
+/// picture: after n samples per pixel the picture is
+///   (32 V + n T_n) / (32 + n),  V the fast view, T_n the mean of the n samples,
+/// so the first samples' noise does not show and the limit is the exact picture. Brighter or darker
+/// lights (all by the same factor) scale the light cache; other changes of the lights fill it anew.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "raytrace/path_tracer.h"
+#include "raytrace/view_renderer.h"
+#include "scene/announcement.h"
+
+namespace polyhull {
+
+struct BackgroundOptions {
+  LightCacheOptions light;
+  ViewOptions view;
+  PathOptions paths;
+};
+
+class Background {
+ public:
+  /// Prepares the scene for rays; the light is computed with the first picture.
+  explicit Background(Scene scene, const BackgroundOptions& options = {});
+
+  const Scene& scene() const { return traced_.scene(); }
+
+  /// What update() did.
+  enum class Work {
+    none,   ///< nothing had changed: the picture is the last one
+    drawn,  ///< a new view was drawn
+    lit,    ///< the light was computed, and the view drawn
+  };
+
+  /// Makes the picture that of \p camera under \p lights (as many as the scene has) at \p exposure.
+  Work update(const Camera& camera, const std::vector<Light>& lights, float exposure);
+
+  /// Traces the next rows of the next sample of each pixel, at most \p rows of them; true when a
+  /// whole pass over the picture has been finished and the picture is a better one.
+  bool refine(int rows);
+
+  /// Samples per pixel that are in the picture.
+  std::uint32_t samples() const { return samples_; }
+
+  /// The picture, linear (1 = white), row by row.
+  const std::vector<Vec3f>& picture() const { return picture_; }
+  int width() const { return camera_ ? camera_->width : 0; }
+  int height() const { return camera_ ? camera_->height : 0; }
+
+  /// Writes the picture as 8-bit sRGB with four bytes per pixel, the fourth 255; \p red is the
+  /// place of red in a pixel (0: RGBA, 2: BGRA), \p stride the bytes from row to row.
+  void write(std::uint8_t* pixels, std::size_t stride, int red) const;
+
+  /// What composite must know of the picture.
+  Announcement announcement() const;
+
+  const ViewStatistics& view_statistics() const { return statistics_; }
+  std::uint64_t light_rays() const { return light_ ? light_->rays() : 0; }
+  std::size_t light_nodes() const { return light_ ? light_->nodes() : 0; }
+
+ private:
+  bool apply_lights(const std::vector<Light>& lights);
+
+  BackgroundOptions options_;
+  TracedScene traced_;
+  std::vector<Light> base_lights_;  // under which light_ was filled
+  bool other_emitters_ = false;     // glowing surfaces that are not lights
+  std::unique_ptr<LightCache> light_;
+  std::optional<Camera> camera_;
+  float exposure_ = 0.0f;
+  ViewStatistics statistics_;
+  std::vector<Vec3f> view_, sums_, picture_;
+  std::uint32_t samples_ = 0;
+  int rows_done_ = 0;  // of the pass under way
+};
+
+}  // namespace polyhull
