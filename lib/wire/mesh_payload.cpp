@@ -252,6 +252,25 @@ Texturing unpack_texturing(const wire::Texturing& table, std::size_t buffer_size
   return texturing;
 }
 
+// Enough room from the start: a builder that grows copies everything.
+std::size_t expected_size(const Mesh& mesh) {
+  const Hull& hull = mesh.hull;
+  std::size_t size = 4096 + sizeof(Vec3f) * hull.vertices.size() +
+                     sizeof(HullFace) * hull.faces.size() +
+                     sizeof(std::uint32_t) *
+                         (hull.triangles.size() + hull.loop_vertices.size() +
+                          hull.loop_ends.size() + hull.face_loop_ends.size());
+  for (const MeshView& view : mesh.views)
+    size += 1024 + sizeof(Vec2f) * view.view.contours.points.size() +
+            sizeof(std::uint32_t) * view.view.contours.ends.size();
+  if (!mesh.texturing) return size;
+  for (const OcclusionMap& map : mesh.texturing->maps)
+    size += 256 + sizeof(std::uint16_t) * map.depth.size() + map.fade.size();
+  return size + (sizeof(std::uint64_t) + 1) * mesh.texturing->visible.size() +
+         sizeof(float) * mesh.texturing->weights.size() +
+         sizeof(Vec3f) * mesh.texturing->normals.size();
+}
+
 }  // namespace
 
 void validate_mesh(const Mesh& mesh) {
@@ -271,8 +290,7 @@ void validate_mesh(const Mesh& mesh) {
 
 std::vector<std::uint8_t> write_mesh_header(const Mesh& mesh) {
   validate_mesh(mesh);
-  flatbuffers::FlatBufferBuilder builder(4096 + 16 * mesh.hull.vertices.size() +
-                                         8 * mesh.hull.triangles.size());
+  flatbuffers::FlatBufferBuilder builder(expected_size(mesh));
   std::uint64_t pixels_size = 0;
   std::vector<flatbuffers::Offset<wire::MeshView>> views;
   for (const MeshView& view : mesh.views) {

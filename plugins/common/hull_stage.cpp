@@ -50,6 +50,8 @@ void HullStage::set_rig(Rig rig) {
 void HullStage::reset() {
   contours_.clear();
   builder_ = std::make_unique<HullBuilder>();
+  mesh_ = Mesh();
+  hull_is_builders_ = false;
 }
 
 void HullStage::check(const std::string& where, const std::string& name, int width,
@@ -79,12 +81,12 @@ const UndistortedRings& HullStage::undistorted(const Camera& camera, const Rings
   return known.ideal;
 }
 
-void HullStage::build_hull(GstElement* element, const HullParameters& parameters, Mesh& mesh) {
+void HullStage::build_hull(GstElement* element, const HullParameters& parameters) {
   Stopwatch watch;
   std::vector<const UndistortedRings*> contours;
   std::vector<Silhouette> silhouettes;
   std::vector<const std::string*> with_foreground;
-  for (const MeshView& view : mesh.views) {
+  for (const MeshView& view : mesh_.views) {
     contours.push_back(&undistorted(view.calibration, view.view.contours));
     silhouettes.push_back({&view.calibration, &contours.back()->rings});
     if (!view.view.contours.empty()) with_foreground.push_back(&view.view.camera);
@@ -92,6 +94,8 @@ void HullStage::build_hull(GstElement* element, const HullParameters& parameters
   statistics_.set("undistort-ms", watch.milliseconds());
   statistics_.set_count("cameras", with_foreground.size());
   if (with_foreground.size() < 2) {
+    mesh_.hull = Hull();
+    hull_is_builders_ = false;
     if (with_foreground.size() == 1)
       statistics_.warn(
           element, "lone-silhouettes",
@@ -105,10 +109,16 @@ void HullStage::build_hull(GstElement* element, const HullParameters& parameters
   options.unseen = parameters.unseen;
   options.max_deviation = parameters.max_deviation;
   options.threads = parameters.threads > 0 ? parameters.threads : pool_threads();
-  mesh.hull = builder_->build(silhouettes, options);
-  for (HullFace& face : mesh.hull.faces)
-    if (face.view >= 0) face.edge = contours[face.view]->source[face.edge];
-  weld_vertices(mesh.hull, parameters.weld_distance);
+  const Hull& hull = builder_->build(silhouettes, options);
+  if (!builder_->statistics().reused || !hull_is_builders_ || welded_ != parameters.weld_distance) {
+    hull_is_builders_ = false;  // until all of the following is done
+    mesh_.hull = hull;
+    for (HullFace& face : mesh_.hull.faces)
+      if (face.view >= 0) face.edge = contours[face.view]->source[face.edge];
+    weld_vertices(mesh_.hull, parameters.weld_distance);
+    welded_ = parameters.weld_distance;
+    hull_is_builders_ = true;
+  }
   const HullStatistics& figures = builder_->statistics();
   statistics_.set_count("contour-vertices", figures.contour_vertices);
   statistics_.count("predicates", figures.reused ? 0 : figures.predicates);
@@ -122,12 +132,12 @@ void HullStage::build_hull(GstElement* element, const HullParameters& parameters
   statistics_.set("triangulate-ms", 1e3 * figures.seconds_triangulate);
 }
 
-void HullStage::report(const Mesh& mesh) {
+void HullStage::report() {
   statistics_.count("sets");
-  statistics_.count("empty-meshes", mesh.hull.empty());
-  statistics_.set_count("faces", mesh.hull.faces.size());
-  statistics_.set_count("vertices", mesh.hull.vertices.size());
-  statistics_.set_count("triangles", mesh.hull.triangles.size() / 3);
+  statistics_.count("empty-meshes", mesh_.hull.empty());
+  statistics_.set_count("faces", mesh_.hull.faces.size());
+  statistics_.set_count("vertices", mesh_.hull.vertices.size());
+  statistics_.set_count("triangles", mesh_.hull.triangles.size() / 3);
 }
 
 GstBuffer* HullStage::build(GstElement* element, std::vector<SetView> views,
@@ -138,27 +148,27 @@ GstBuffer* HullStage::build(GstElement* element, std::vector<SetView> views,
   };
   std::sort(views.begin(), views.end(),
             [&](const SetView& a, const SetView& b) { return place(a) < place(b); });
-  Mesh mesh;
-  mesh.trigger = trigger;
-  mesh.up = rig_.up;
-  mesh.metres_per_unit = rig_.metres_per_unit();
+  mesh_.trigger = trigger;
+  mesh_.up = rig_.up;
+  mesh_.metres_per_unit = rig_.metres_per_unit();
   std::vector<PixelSource> pixels;
-  mesh.views.reserve(views.size());
+  mesh_.views.clear();
+  mesh_.capture_time = no_time;
   for (const SetView& entry : views) {
-    MeshView& view = mesh.views.emplace_back();
+    MeshView& view = mesh_.views.emplace_back();
     view.calibration = *rig_.find(entry.camera);
     view.view = entry.view->view();
     view.view.camera = entry.camera;
     pixels.push_back(entry.view->pixels());
     const std::int64_t time = view.view.capture_time;
-    if (time != no_time && (mesh.capture_time == no_time || time < mesh.capture_time))
-      mesh.capture_time = time;
+    if (time != no_time && (mesh_.capture_time == no_time || time < mesh_.capture_time))
+      mesh_.capture_time = time;
   }
-  build_hull(element, parameters, mesh);
+  build_hull(element, parameters);
   Stopwatch watch;
-  GstBuffer* buffer = make_mesh_buffer(mesh, pixels);
+  GstBuffer* buffer = make_mesh_buffer(mesh_, pixels);
   statistics_.set("pack-ms", watch.milliseconds());
-  report(mesh);
+  report();
   return buffer;
 }
 

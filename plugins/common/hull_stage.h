@@ -59,13 +59,16 @@ class HullStage {
     bool known = false;
   };
   const UndistortedRings& undistorted(const Camera& camera, const Rings& real);
-  void build_hull(GstElement* element, const HullParameters& parameters, Mesh& mesh);
-  void report(const Mesh& mesh);
+  void build_hull(GstElement* element, const HullParameters& parameters);
+  void report();
 
   Statistics& statistics_;
   Rig rig_;
   std::map<std::string, Contours> contours_;
   std::unique_ptr<HullBuilder> builder_;
+  Mesh mesh_;                      // the last one; its hull stays where the builder says so
+  bool hull_is_builders_ = false;  // mesh_.hull is the builder's last result, and
+  double welded_ = 0.0;            // welded by this distance
 };
 
 }  // namespace polyhull::element
