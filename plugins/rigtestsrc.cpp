@@ -336,10 +336,25 @@ GstCaps* fixate(GstBaseSrc* source, GstCaps* caps) {
   caps = gst_caps_make_writable(caps);
   GstStructure* structure = gst_caps_get_structure(caps, 0);
   gst_structure_fixate_field_nearest_fraction(structure, "framerate", 25, 1);
-  if (gst_structure_has_field(structure, "pixel-aspect-ratio")) {
-    gst_structure_fixate_field_nearest_fraction(structure, "pixel-aspect-ratio", 1, 1);
+  caps = GST_BASE_SRC_CLASS(polyhull_rig_test_src_parent_class)->fixate(source, caps);
+  // Say outright what the format leaves to convention: the colours' coding and where the chroma
+  // lies.
+  GstVideoInfo info;
+  if (!gst_video_info_from_caps(&info, caps)) return caps;
+  GstCaps* full = gst_video_info_to_caps(&info);
+  caps = gst_caps_make_writable(caps);
+  structure = gst_caps_get_structure(caps, 0);
+  for (const char* field : {"pixel-aspect-ratio", "interlace-mode", "colorimetry", "chroma-site"}) {
+    const GValue* value = gst_structure_get_value(gst_caps_get_structure(full, 0), field);
+    if (value != nullptr && !gst_structure_has_field(structure, field)) {
+      gst_structure_set_value(structure, field, value);
+    }
   }
-  return GST_BASE_SRC_CLASS(polyhull_rig_test_src_parent_class)->fixate(source, caps);
+  gst_caps_unref(full);
+  if (GST_VIDEO_INFO_IS_YUV(&info) && !gst_structure_has_field(structure, "chroma-site")) {
+    gst_structure_set(structure, "chroma-site", G_TYPE_STRING, "mpeg2", nullptr);
+  }
+  return caps;
 }
 
 GstClockTime time_of(const GstVideoInfo& info, std::uint64_t number) {
