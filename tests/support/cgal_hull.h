@@ -16,7 +16,7 @@
 namespace polyhull::test {
 
 struct CgalHull {
-  bool done = false;  ///< false: corefinement refused (its output would not be manifold)
+  bool done = false;  ///< false: CGAL refused the cones, or its result would not be manifold
   std::vector<Vec3> vertices;
   std::vector<std::array<std::uint32_t, 3>> triangles;
   double volume = 0.0;

@@ -191,6 +191,7 @@ PlaneReport check_planes(const Hull& hull, std::span<const Silhouette> silhouett
   PlaneReport report;
   for (const HullFace& face : hull.faces) {
     Vec3 normal(0.0), through(0.0);
+    bool outward_known = true;
     if (face.view < 0) {
       if (!options.bounds || face.edge > 5) {
         ++report.bad_source;
@@ -200,17 +201,31 @@ PlaneReport check_planes(const Hull& hull, std::span<const Silhouette> silhouett
       through = face.edge % 2 ? options.bounds->max : options.bounds->min;
     } else {
       const auto view = static_cast<std::size_t>(face.view);
-      if (view >= silhouettes.size() || face.edge >= silhouettes[view].rings->points.size()) {
+      if (view >= silhouettes.size()) {
         ++report.bad_source;
         continue;
       }
       const Rings& rings = *silhouettes[view].rings;
       const Camera& camera = *silhouettes[view].camera;
-      const auto ring = std::upper_bound(rings.ends.begin(), rings.ends.end(), face.edge);
-      const std::uint32_t first = ring == rings.ends.begin() ? 0 : *(ring - 1);
-      const std::uint32_t next = face.edge + 1 == *ring ? first : face.edge + 1;
-      normal = glm::cross(camera.ray(Vec2(rings.points[face.edge])),
-                          camera.ray(Vec2(rings.points[next])));
+      const std::size_t border = face.edge - std::min<std::size_t>(face.edge, rings.points.size());
+      Vec2 p, q;
+      if (face.edge < rings.points.size()) {
+        const auto ring = std::upper_bound(rings.ends.begin(), rings.ends.end(), face.edge);
+        const std::uint32_t first = ring == rings.ends.begin() ? 0 : *(ring - 1);
+        p = Vec2(rings.points[face.edge]);
+        q = Vec2(rings.points[face.edge + 1 == *ring ? first : face.edge + 1]);
+      } else if (options.unseen == Unseen::keep && border < 4) {
+        // The frame's border: top, right, bottom, left.
+        const double right = camera.width - 0.5, bottom = camera.height - 0.5;
+        const Vec2 corners[4] = {{-0.5, -0.5}, {right, -0.5}, {right, bottom}, {-0.5, bottom}};
+        p = corners[border];
+        q = corners[(border + 1) % 4];
+        outward_known = false;
+      } else {
+        ++report.bad_source;
+        continue;
+      }
+      normal = glm::cross(camera.ray(p), camera.ray(q));
       normal = glm::length(normal) > 0.0 ? glm::normalize(normal) : normal;
       through = camera.centre();
     }
@@ -231,7 +246,7 @@ PlaneReport check_planes(const Hull& hull, std::span<const Silhouette> silhouett
     }
     report.flipped += area >= 0.0 ? backward : forward;
     // Rings of the conventions have the silhouette on their left, so normals point outward.
-    if (area < 0.0) ++report.wrong_side;
+    if (area < 0.0 && outward_known) ++report.wrong_side;
   }
   return report;
 }

@@ -1,0 +1,243 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+// Hulls without a pipeline: from a scene file (rig and silhouettes), or from a rig and mask
+// pictures, to a mesh file; prints what was made and how long each phase took.
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <filesystem>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/error.h"
+#include "base/thread_pool.h"
+#include "hull/hull.h"
+#include "hull/measure.h"
+#include "hull_scene.h"
+#include "mask_contours.h"
+#include "wire/mesh_files.h"
+
+namespace polyhull {
+namespace {
+
+struct Arguments {
+  std::string scene;
+  std::string rig;
+  std::vector<std::string> masks;
+  MaskSettings mask;
+  std::string output;
+  std::string bounds = "rig";
+  HullOptions hull;
+  bool keep_unseen = false;
+  int repeat = 1;
+  bool json = false;
+};
+
+/// The camera that \p mask belongs to: NAME=FILE, or the one whose name the file name begins with,
+/// or the next one without a mask.
+std::pair<std::size_t, std::string> assign_mask(const std::string& mask, const Rig& rig,
+                                                std::vector<bool>& taken) {
+  const auto fail = [&](const std::string& what) {
+    throw Error(Error::Kind::bad_input,
+                "--mask " + mask + ": " + what + "; give CAMERA=FILE, one per camera");
+  };
+  std::string path = mask, name;
+  if (const auto equals = mask.find('='); equals != std::string::npos) {
+    name = mask.substr(0, equals);
+    path = mask.substr(equals + 1);
+    if (!rig.find(name)) fail("the rig has no camera \"" + name + "\"");
+  }
+  for (std::size_t i = 0; i < rig.cameras.size(); ++i) {
+    const std::string& camera = rig.cameras[i].name;
+    if (!name.empty() ? camera != name : taken[i]) continue;
+    if (taken[i]) fail("camera \"" + camera + "\" has a mask already");
+    taken[i] = true;
+    return {i, path};
+  }
+  fail("there are more masks than cameras");
+  return {};
+}
+
+HullScene read_input(const Arguments& arguments) {
+  if (!arguments.scene.empty()) return load_hull_scene(arguments.scene);
+  HullScene scene;
+  Rig rig = load_rig(arguments.rig);
+  scene.name = std::filesystem::path(arguments.rig).stem().string();
+  scene.rig.bounds = rig.bounds;
+  scene.rig.up = rig.up;
+  scene.rig.unit = rig.unit;
+  // Cameras without a mask say nothing: they are left out.
+  std::vector<bool> taken(rig.cameras.size());
+  for (const std::string& mask : arguments.masks) {
+    const auto [index, path] = assign_mask(mask, rig, taken);
+    scene.rig.cameras.push_back(rig.cameras[index]);
+    scene.silhouettes.push_back(contours_of_mask(path, rig.cameras[index], arguments.mask));
+  }
+  return scene;
+}
+
+/// "rig", "none" or six numbers.
+std::optional<Bounds> read_bounds(const std::string& text, const Rig& rig) {
+  if (text == "rig") return rig.bounds;
+  if (text == "none") return std::nullopt;
+  double v[6];
+  if (std::sscanf(text.c_str(), "%lf,%lf,%lf,%lf,%lf,%lf", v, v + 1, v + 2, v + 3, v + 4, v + 5) !=
+          6 ||
+      !(v[0] < v[3] && v[1] < v[4] && v[2] < v[5])) {
+    throw Error(Error::Kind::bad_input,
+                "--bounds " + text +
+                    ": expected rig, none, or min and max as x,y,z,x,y,z with min below max");
+  }
+  return Bounds{Vec3(v[0], v[1], v[2]), Vec3(v[3], v[4], v[5])};
+}
+
+double median(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  const std::size_t n = values.size();
+  return n % 2 ? values[n / 2] : (values[n / 2 - 1] + values[n / 2]) / 2;
+}
+
+struct Phase {
+  const char* name;
+  double HullStatistics::*seconds;
+  std::vector<double> samples{};
+};
+
+int run(const Arguments& arguments) {
+  if (!arguments.output.empty() && !is_mesh_file_name(arguments.output)) {
+    throw Error(Error::Kind::bad_input, "--output " + arguments.output +
+                                            ": expected a name that ends in .ply, .glb or .obj");
+  }
+  const HullScene scene = read_input(arguments);
+  HullOptions options = arguments.hull;
+  options.bounds = read_bounds(arguments.bounds, scene.rig);
+  options.unseen = arguments.keep_unseen ? Unseen::keep : Unseen::carve;
+  options.reuse = false;  // each repetition is to be a whole hull
+  set_pool_threads(options.threads);
+  const std::vector<Silhouette> views = scene.views();
+
+  Phase phases[] = {{"prepare", &HullStatistics::seconds_prepare},
+                    {"bins", &HullStatistics::seconds_bins},
+                    {"viewing_edges", &HullStatistics::seconds_viewing_edges},
+                    {"cone_edges", &HullStatistics::seconds_cone_edges},
+                    {"assemble", &HullStatistics::seconds_assemble},
+                    {"triangulate", &HullStatistics::seconds_triangulate}};
+  HullBuilder builder;
+  std::vector<double> totals;
+  const Hull* hull = nullptr;
+  for (int i = 0; i < arguments.repeat; ++i) {
+    const auto begin = std::chrono::steady_clock::now();
+    hull = &builder.build(views, options);
+    totals.push_back(
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
+    for (Phase& phase : phases) phase.samples.push_back(builder.statistics().*phase.seconds);
+  }
+  if (!arguments.output.empty()) {
+    Mesh mesh;
+    mesh.up = scene.rig.up;
+    mesh.metres_per_unit = scene.rig.metres_per_unit();
+    mesh.hull = *hull;
+    write_mesh_file(mesh, arguments.output);
+  }
+
+  const HullStatistics& statistics = builder.statistics();
+  const double exact_share =
+      statistics.predicates ? double(statistics.exact_predicates) / double(statistics.predicates)
+                            : 0.0;
+  nlohmann::ordered_json report{{"name", scene.name},
+                                {"cameras", scene.rig.cameras.size()},
+                                {"contour_vertices", scene.contour_vertices()},
+                                {"threads", options.threads},
+                                {"repeat", arguments.repeat},
+                                {"median_ms", median(totals) * 1e3}};
+  for (const Phase& phase : phases) report["phases_ms"][phase.name] = median(phase.samples) * 1e3;
+  report["vertices"] = hull->vertices.size();
+  report["triangles"] = hull->triangles.size() / 3;
+  report["faces"] = hull->faces.size();
+  report["closed"] = is_closed(*hull);
+  report["volume"] = enclosed_volume(*hull);
+  report["sliver_share"] = sliver_share(*hull);
+  report["predicates"] = statistics.predicates;
+  report["exact_predicate_share"] = exact_share;
+  if (scene.reference_volume) report["reference_volume"] = *scene.reference_volume;
+  if (arguments.json) {
+    std::printf("%s\n", report.dump(2).c_str());
+    return 0;
+  }
+  std::printf("%s: %zu cameras, %zu contour vertices\n", scene.name.c_str(),
+              scene.rig.cameras.size(), scene.contour_vertices());
+  std::printf("%zu vertices, %zu triangles, %zu faces, %s, volume %.9g %s^3, %.2f %% slivers\n",
+              hull->vertices.size(), hull->triangles.size() / 3, hull->faces.size(),
+              is_closed(*hull) ? "closed" : "NOT CLOSED", enclosed_volume(*hull),
+              scene.rig.unit.c_str(), 100 * sliver_share(*hull));
+  std::printf("%.3f ms (median of %d, %d threads):", median(totals) * 1e3, arguments.repeat,
+              options.threads);
+  for (const Phase& phase : phases)
+    std::printf(" %s %.3f", phase.name, median(phase.samples) * 1e3);
+  std::printf("\n%.4f %% of %llu predicates needed exact arithmetic\n", exact_share * 100,
+              static_cast<unsigned long long>(statistics.predicates));
+  return 0;
+}
+
+}  // namespace
+}  // namespace polyhull
+
+int main(int argc, char** argv) {
+  CLI::App app{
+      "Builds the exact visual hull of silhouettes, without a pipeline.\n\n"
+      "  polyhull-hull SCENE.json -o hull.ply\n"
+      "  polyhull-hull --rig rig.json --mask cam0=a.png --mask cam1=b.png -o hull.glb\n\n"
+      "A scene file holds {\"rig\": {...}, \"silhouettes\": [camera][ring][vertex][u, v]} in "
+      "undistorted pixels."};
+  polyhull::Arguments arguments;
+  auto* scene =
+      app.add_option("scene", arguments.scene, "Scene file (JSON)")->check(CLI::ExistingFile);
+  auto* rig = app.add_option("--rig", arguments.rig, "Rig file, used with --mask")
+                  ->check(CLI::ExistingFile);
+  auto* masks = app.add_option("--mask", arguments.masks,
+                               "CAMERA=FILE: mask of one camera, foreground bright");
+  rig->excludes(scene)->needs(masks);
+  masks->needs(rig);
+  app.add_option("--sigma", arguments.mask.sigma, "Blur of masks before tracing, px")
+      ->check(CLI::Range(0.0, 100.0))
+      ->capture_default_str();
+  app.add_option("--tolerance", arguments.mask.tolerance,
+                 "How far polygons may leave a mask's contour, px")
+      ->check(CLI::Range(0.0, 100.0))
+      ->capture_default_str();
+  app.add_option("-o,--output", arguments.output, "Mesh file: .ply (binary, double), .glb or .obj");
+  app.add_option("--bounds", arguments.bounds,
+                 "rig, none, or x,y,z,x,y,z: the box the hull is limited to")
+      ->capture_default_str();
+  std::string unseen = "carve";
+  app.add_option("--unseen", unseen,
+                 "Space that a camera does not see: carve or keep (needs bounds)")
+      ->check(CLI::IsMember({"carve", "keep"}))
+      ->capture_default_str();
+  app.add_option("--max-deviation", arguments.hull.max_deviation,
+                 "How far simplification may move the surface, world units; 0: none")
+      ->check(CLI::Range(0.0, std::numeric_limits<double>::max()))
+      ->capture_default_str();
+  app.add_option("--threads", arguments.hull.threads, "Threads")
+      ->check(CLI::Range(1, 1024))
+      ->capture_default_str();
+  app.add_option("--repeat", arguments.repeat, "Builds the hull this often and prints median times")
+      ->check(CLI::Range(1, 1000000))
+      ->capture_default_str();
+  app.add_flag("--json", arguments.json, "Prints one JSON object");
+  CLI11_PARSE(app, argc, argv);
+  if (arguments.scene.empty() && arguments.rig.empty()) {
+    std::fprintf(stderr, "polyhull-hull: give a scene file, or --rig with --mask; see --help\n");
+    return 1;
+  }
+  arguments.keep_unseen = unseen == "keep";
+  try {
+    return polyhull::run(arguments);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "polyhull-hull: %s\n", error.what());
+    return 1;
+  }
+}
