@@ -1,0 +1,220 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+// Time and correctness of HullBuilder, with its peers in the same run, as CSV tables for
+// hull_plots.gp:
+//
+//   hull_peers.csv    the scenes of data/hull_scenes: ours, CGAL's booleans (EPICK), voxels
+//   hull_growth.csv   time against contour vertices and against cameras
+//   hull_threads.csv  time against threads
+//   hull_steady.csv   unchanged silhouettes, one camera changed, memory
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <string>
+
+#include "base/error.h"
+#include "base/thread_pool.h"
+#include "support/cgal_hull.h"
+#include "support/membership.h"
+#include "support/mesh_checks.h"
+#include "support/scenes.h"
+#include "voxel_hull.h"
+
+namespace polyhull::test {
+namespace {
+
+struct Arguments {
+  std::string data;
+  std::string output = ".";
+  std::size_t cgal_limit = 3200;
+  std::size_t points = 1000000;
+  double seconds = 1.0;
+};
+
+/// The median time of \p work in milliseconds, repeated for about \p seconds, at least three times.
+double median_ms(double seconds, const std::function<void()>& work) {
+  std::vector<double> times;
+  double total = 0.0;
+  work();  // warms up
+  while (times.size() < 3 || (total < seconds && times.size() < 1000)) {
+    const auto begin = std::chrono::steady_clock::now();
+    work();
+    times.push_back(
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
+    total += times.back();
+  }
+  std::nth_element(times.begin(), times.begin() + times.size() / 2, times.end());
+  return 1e3 * times[times.size() / 2];
+}
+
+std::FILE* open_table(const Arguments& arguments, const char* name, const char* header) {
+  const std::string path = arguments.output + "/" + name;
+  std::FILE* file = std::fopen(path.c_str(), "w");
+  if (!file) throw Error(Error::Kind::io, path + ": cannot write");
+  std::fprintf(file, "%s\n", header);
+  std::printf("\n%s\n%s\n", name, header);
+  return file;
+}
+
+/// One row to the table and to the terminal.
+template <class... Values>
+void row(std::FILE* file, const char* format, Values... values) {
+  std::fprintf(file, format, values...);
+  std::printf(format, values...);
+  std::fflush(file);
+  std::fflush(stdout);
+}
+
+double time_of(const HullScene& scene, int threads, double seconds) {
+  HullBuilder builder;
+  HullOptions options;
+  options.threads = threads;
+  options.reuse = false;
+  const auto views = scene.views();
+  return median_ms(seconds, [&] { builder.build(views, options); });
+}
+
+void compare_peers(const Arguments& arguments) {
+  std::FILE* file = open_table(
+      arguments, "hull_peers.csv",
+      "scene,cameras,contour_vertices,ms_1_thread,ms_2_threads,cgal_ms,cgal_times,voxel128_ms,"
+      "voxel128_wrong,triangles,closed,manifold,wrong_points,points,volume,volume_error,"
+      "sliver_percent,exact_percent");
+  std::vector<std::string> files;
+  for (const auto& entry : std::filesystem::directory_iterator(arguments.data + "/hull_scenes")) {
+    if (entry.path().extension() == ".json") files.push_back(entry.path().string());
+  }
+  std::sort(files.begin(), files.end());
+  for (const std::string& path : files) {
+    const HullScene scene = load_hull_scene(path);
+    const auto views = scene.views();
+    HullBuilder builder;
+    const Hull hull = builder.build(views);
+    const HullStatistics statistics = builder.statistics();
+    const MeshReport mesh = check_mesh(hull);
+    Bounds box = box_of(hull, 0.02);
+    if (scene.rig.bounds) box = join(box, *scene.rig.bounds);
+    const auto wrong = compare_membership(hull, views, {}, box, arguments.points, 12345);
+    const double one = time_of(scene, 1, arguments.seconds),
+                 two = time_of(scene, 2, arguments.seconds);
+
+    CgalHull cgal;
+    if (scene.contour_vertices() <= arguments.cgal_limit) {
+      const Vec3 centre = (box.min + box.max) * 0.5;
+      const double depth = scene.rig.cameras[0].to_camera(centre).z;
+      cgal = cgal_hull_inexact(views, std::nullopt, depth * 2.6 / 4.2, depth * 5.8 / 4.2);
+    }
+    VoxelHull voxels(box, 128);
+    const double voxel_ms = median_ms(arguments.seconds / 4, [&] { voxels.build(views); });
+    const auto voxel_wrong = compare_membership(voxels.build(views), views, {}, box, 200000, 12345);
+
+    row(file, "%s,%zu,%zu,%.3f,%.3f,%.1f,%.0f,%.2f,%.4f,%zu,%d,%d,%zu,%zu,%.9g,%.1e,%.2f,%.5f\n",
+        scene.name.c_str(), views.size(), scene.contour_vertices(), one, two,
+        cgal.done ? cgal.seconds * 1e3 : NAN, cgal.done ? cgal.seconds * 1e3 / one : NAN, voxel_ms,
+        double(voxel_wrong.wrong()) / 200000.0, mesh.triangles, int(mesh.closed()),
+        int(mesh.manifold()), wrong.wrong(), wrong.points, mesh.volume,
+        scene.reference_volume ? mesh.volume / *scene.reference_volume - 1 : NAN,
+        100 * mesh.sliver_share(),
+        100.0 * double(statistics.exact_predicates) /
+            double(std::max<std::uint64_t>(statistics.predicates, 1)));
+  }
+  std::fclose(file);
+}
+
+void measure_growth(const Arguments& arguments) {
+  std::FILE* file =
+      open_table(arguments, "hull_growth.csv", "what,cameras,contour_vertices,ms,triangles");
+  const auto measure = [&](const char* what, const HullScene& scene) {
+    HullBuilder builder;
+    const std::size_t triangles = builder.build(scene.views()).triangles.size() / 3;
+    row(file, "%s,%zu,%zu,%.3f,%zu\n", what, scene.rig.cameras.size(), scene.contour_vertices(),
+        time_of(scene, 1, arguments.seconds / 2), triangles);
+  };
+  for (double step : {32.0, 24.0, 16.0, 12.0, 8.0, 6.0, 4.0, 3.0, 2.0})
+    measure("vertices", figure_scene(8, step));
+  for (int cameras : {2, 3, 4, 6, 8, 12, 16, 24, 32}) measure("cameras", figure_scene(cameras, 8));
+  std::fclose(file);
+}
+
+void measure_threads(const Arguments& arguments) {
+  std::FILE* file = open_table(arguments, "hull_threads.csv", "scene,threads,ms,times_faster");
+  for (const HullScene& scene :
+       {figure_scene(4, 8), figure_scene(8, 8), figure_scene(8, 2), figure_scene(16, 8)}) {
+    double one = 0.0;
+    for (int threads : {1, 2, 4}) {
+      const double ms = time_of(scene, threads, arguments.seconds / 2);
+      if (threads == 1) one = ms;
+      row(file, "%s with %zu vertices,%d,%.3f,%.2f\n", scene.name.c_str(), scene.contour_vertices(),
+          threads, ms, one / ms);
+    }
+  }
+  std::fclose(file);
+}
+
+double resident_megabytes() {
+  std::ifstream statm("/proc/self/statm");
+  double total = 0, resident = 0;
+  statm >> total >> resident;
+  return resident * 4096 / 1e6;
+}
+
+void measure_steady_state(const Arguments& arguments) {
+  std::FILE* file = open_table(arguments, "hull_steady.csv",
+                               "scene,new_ms,unchanged_ms,unchanged_percent,one_changed_ms,"
+                               "one_changed_percent,resident_mb_before,resident_mb_after");
+  for (int cameras : {4, 8, 16}) {
+    // All cameras move from frame to frame; or none; or one.
+    std::vector<HullScene> frames;
+    for (int i = 0; i < 4; ++i) frames.push_back(figure_scene(cameras, 6, 0.1 * i));
+    HullBuilder builder;
+    int frame = 0;
+    const auto all = [&] { builder.build(frames[std::size_t(++frame % 4)].views()); };
+    const double fresh = median_ms(arguments.seconds, all);
+    const double before = resident_megabytes();
+    for (int i = 0; i < 200; ++i) all();
+    const double after = resident_megabytes();
+    const double unchanged =
+        median_ms(arguments.seconds / 4, [&] { builder.build(frames[0].views()); });
+    auto views = frames[0].views();
+    const double one = median_ms(arguments.seconds, [&] {
+      views[1].rings = &frames[std::size_t(++frame % 2)].silhouettes[1];
+      builder.build(views);
+    });
+    row(file, "%s with %zu vertices,%.3f,%.4f,%.2f,%.3f,%.1f,%.1f,%.1f\n", frames[0].name.c_str(),
+        frames[0].contour_vertices(), fresh, unchanged, 100 * unchanged / fresh, one,
+        100 * one / fresh, before, after);
+  }
+  std::fclose(file);
+}
+
+}  // namespace
+}  // namespace polyhull::test
+
+int main(int argc, char** argv) {
+  CLI::App app{"Times HullBuilder and its peers and writes CSV tables."};
+  polyhull::test::Arguments arguments;
+  const char* data = std::getenv("POLYHULL_DATA");
+  arguments.data = data ? data : "";
+  app.add_option("--data", arguments.data, "Folder that holds hull_scenes/ ($POLYHULL_DATA)");
+  app.add_option("--output", arguments.output, "Folder for the tables")
+      ->check(CLI::ExistingDirectory);
+  app.add_option("--cgal-limit", arguments.cgal_limit,
+                 "Contour vertices up to which CGAL runs, too");
+  app.add_option("--points", arguments.points, "Random points per scene");
+  app.add_option("--seconds", arguments.seconds, "About how long each time is measured");
+  CLI11_PARSE(app, argc, argv);
+  try {
+    polyhull::test::measure_growth(arguments);
+    polyhull::test::measure_threads(arguments);
+    polyhull::test::measure_steady_state(arguments);
+    polyhull::test::compare_peers(arguments);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "hull_benchmark: %s\n", error.what());
+    return 1;
+  }
+}

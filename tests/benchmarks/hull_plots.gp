@@ -1,0 +1,58 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
+# Draws the tables of hull_benchmark and hull_error_benchmark:
+#   gnuplot -e "tables='build/tests/benchmarks'; pictures='docs/pictures'" tests/benchmarks/hull_plots.gp
+set datafile separator ','
+set terminal pngcairo size 900,600 font 'DejaVu Sans,11'
+set grid
+set key left top
+set style data linespoints
+
+set output pictures.'/hull_growth.png'
+set multiplot layout 1,2 title 'Time of one hull, one thread'
+set logscale xy
+set xlabel 'contour vertices, 8 cameras'
+set ylabel 'ms'
+plot tables.'/hull_growth.csv' using (strcol(1) eq 'vertices' ? $3 : NaN):4 pt 7 lc 1 title 'measured', \
+     x / 200 lc 'grey' dt 2 with lines title 'linear'
+set xlabel 'cameras, one grid step of 8 px each'
+plot tables.'/hull_growth.csv' using (strcol(1) eq 'cameras' ? $2 : NaN):4 pt 7 lc 1 title 'measured', \
+     x lc 'grey' dt 2 with lines title 'linear', x * x / 8 lc 'grey' dt 3 with lines title 'quadratic'
+unset multiplot
+
+set output pictures.'/hull_peers.png'
+unset logscale
+set logscale y
+set style data histograms
+set style histogram clustered gap 1
+set style fill solid 0.8
+set xtics rotate by -40 font ',9'
+unset xlabel
+set ylabel 'ms, one thread'
+set key right top
+set title 'The same silhouettes, the same run'
+plot tables.'/hull_peers.csv' using 4:xtic(1) every ::1 title 'polyhull', \
+     '' using 8 every ::1 title 'voxels, 128 along the longest side', \
+     '' using 6 every ::1 title 'CGAL corefinement (EPICK)'
+
+set output pictures.'/hull_error.png'
+set style data linespoints
+unset title
+set xtics norotate font ',11'
+set key right top
+set multiplot layout 2,2 title 'Error against time: a body 1.67 m tall seen by 8 cameras (labels: tolerance in px, voxels along the height)'
+set logscale x
+unset logscale y
+set xlabel 'ms'
+method(name, column) = strcol(1) eq name ? column : NaN
+do for [panel in 'own others hausdorff volume'] {
+  if (panel eq 'own')       { set ylabel '1 - IoU with the body, own cameras'; set logscale y }
+  if (panel eq 'others')    { set ylabel '1 - IoU, cameras left out';          set logscale y }
+  if (panel eq 'hausdorff') { set ylabel 'Hausdorff distance to the body, mm'; unset logscale y }
+  if (panel eq 'volume')    { set ylabel 'volume / true volume';               unset logscale y }
+  value(dummy) = panel eq 'own' ? 1 - column(6) : panel eq 'others' ? 1 - column(7) : panel eq 'hausdorff' ? column(10) : column(8) / column(9)
+  plot tables.'/hull_error.csv' using 4:(method('exact', value(0))) pt 7 lc 1 title 'exact hull', \
+       '' using 4:(method('exact', value(0))):2 with labels offset 0,0.8 font ',7' notitle, \
+       '' using 4:(method('voxels', value(0))) pt 5 lc 2 title 'voxels', \
+       '' using 4:(method('voxels', value(0))):2 with labels offset 0,0.8 font ',7' notitle
+}
+unset multiplot
