@@ -18,6 +18,8 @@ inline constexpr int signal_scale = 64;
 struct PixelForms {
   std::int8_t a[4];
   std::int8_t b[4];
+  std::int16_t a_offset;  ///< added to the sums after they were saturated to 16 bit, saturating
+  std::int16_t b_offset;
 };
 
 /// alpha = clamp(((base - signal) * gain + 2^14) >> 15, 0, 255), the difference saturated to 16

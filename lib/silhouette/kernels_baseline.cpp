@@ -95,28 +95,32 @@ inline __m128i weights_of(const std::int8_t w[4]) {
 }
 
 // Signals of eight pixels.
-inline __m128i eight_signals(const std::uint8_t* pixels, __m128i a, __m128i b) {
+inline __m128i eight_signals(const std::uint8_t* pixels, __m128i a, __m128i b, __m128i a_offset,
+                             __m128i b_offset) {
   const __m128i p = load128(pixels), q = load128(pixels + 16);
-  return _mm_min_epi16(_mm_packs_epi32(four_sums(p, a), four_sums(q, a)),
-                       _mm_packs_epi32(four_sums(p, b), four_sums(q, b)));
+  return _mm_min_epi16(_mm_adds_epi16(_mm_packs_epi32(four_sums(p, a), four_sums(q, a)), a_offset),
+                       _mm_adds_epi16(_mm_packs_epi32(four_sums(p, b), four_sums(q, b)), b_offset));
 }
 
 void pixel_signal(const std::uint8_t* pixels, int count, const PixelForms& forms,
                   std::int16_t* signal) {
   const __m128i a = weights_of(forms.a), b = weights_of(forms.b);
+  const __m128i oa = _mm_set1_epi16(forms.a_offset), ob = _mm_set1_epi16(forms.b_offset);
   int x = 0;
-  for (; x + 8 <= count; x += 8) store(signal + x, eight_signals(pixels + 4 * x, a, b));
+  for (; x + 8 <= count; x += 8) store(signal + x, eight_signals(pixels + 4 * x, a, b, oa, ob));
   if (x < count) plain_kernels().pixel_signal(pixels + 4 * x, count - x, forms, signal + x);
 }
 
 void pixel_alpha(const std::uint8_t* pixels, int count, const PixelForms& forms, Ramp ramp,
                  std::uint8_t* alpha, BlockState* block_states) {
   const __m128i a = weights_of(forms.a), b = weights_of(forms.b);
+  const __m128i oa = _mm_set1_epi16(forms.a_offset), ob = _mm_set1_epi16(forms.b_offset);
   const __m128i base = _mm_set1_epi16(ramp.base), gain = _mm_set1_epi16(ramp.gain);
   for (int x = 0; x < count; x += 16)
-    store_alpha(mulhrs(_mm_subs_epi16(base, eight_signals(pixels + 4 * x, a, b)), gain),
-                mulhrs(_mm_subs_epi16(base, eight_signals(pixels + 4 * x + 32, a, b)), gain),
-                alpha + x, block_states + x / 16);
+    store_alpha(
+        mulhrs(_mm_subs_epi16(base, eight_signals(pixels + 4 * x, a, b, oa, ob)), gain),
+        mulhrs(_mm_subs_epi16(base, eight_signals(pixels + 4 * x + 32, a, b, oa, ob)), gain),
+        alpha + x, block_states + x / 16);
 }
 
 }  // namespace

@@ -20,7 +20,8 @@ std::int16_t signal_of(const std::uint8_t* p, const PixelForms& forms) {
     a += p[i] * forms.a[i];
     b += p[i] * forms.b[i];
   }
-  return static_cast<std::int16_t>(saturate16(std::min(a, b)));
+  return static_cast<std::int16_t>(std::min(saturate16(saturate16(a) + forms.a_offset),
+                                            saturate16(saturate16(b) + forms.b_offset)));
 }
 
 std::uint8_t alpha_of(std::int32_t signal, std::int32_t base, std::int32_t gain) {

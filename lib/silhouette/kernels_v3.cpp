@@ -90,33 +90,36 @@ inline Vec sums(Vec pixels, Vec weights) {
 }
 
 // Signals of 16 pixels, their quarters in the order 0 2 1 3.
-inline Vec sixteen_signals(const std::uint8_t* pixels, Vec a, Vec b) {
+inline Vec sixteen_signals(const std::uint8_t* pixels, Vec a, Vec b, Vec a_offset, Vec b_offset) {
   const Vec p = _mm256_loadu_si256(reinterpret_cast<const Vec*>(pixels));
   const Vec q = _mm256_loadu_si256(reinterpret_cast<const Vec*>(pixels + 32));
-  return _mm256_min_epi16(pack32(sums(p, a), sums(q, a)), pack32(sums(p, b), sums(q, b)));
+  return _mm256_min_epi16(_mm256_adds_epi16(pack32(sums(p, a), sums(q, a)), a_offset),
+                          _mm256_adds_epi16(pack32(sums(p, b), sums(q, b)), b_offset));
 }
 
 void pixel_signal(const std::uint8_t* pixels, int count, const PixelForms& forms,
                   std::int16_t* signal) {
   const Vec a = weights_of(forms.a), b = weights_of(forms.b);
+  const Vec oa = set16(forms.a_offset), ob = set16(forms.b_offset);
   int x = 0;
   for (; x + 16 <= count; x += 16)
-    store(signal + x, in_order(sixteen_signals(pixels + 4 * x, a, b)));
+    store(signal + x, in_order(sixteen_signals(pixels + 4 * x, a, b, oa, ob)));
   if (x < count) plain_kernels().pixel_signal(pixels + 4 * x, count - x, forms, signal + x);
 }
 
 void pixel_alpha(const std::uint8_t* pixels, int count, const PixelForms& forms, Ramp ramp,
                  std::uint8_t* alpha, BlockState* block_states) {
   const Vec a = weights_of(forms.a), b = weights_of(forms.b);
+  const Vec oa = set16(forms.a_offset), ob = set16(forms.b_offset);
   const Vec base = set16(ramp.base), gain = set16(ramp.gain);
   const Vec zero = _mm256_setzero_si256(), ones = _mm256_set1_epi8(-1);
   const Vec order = _mm256_setr_epi32(0, 4, 1, 5, 2, 6, 3, 7);
   int x = 0;
   for (; x + 32 <= count; x += 32) {
-    const Vec low =
-        _mm256_mulhrs_epi16(_mm256_subs_epi16(base, sixteen_signals(pixels + 4 * x, a, b)), gain);
+    const Vec low = _mm256_mulhrs_epi16(
+        _mm256_subs_epi16(base, sixteen_signals(pixels + 4 * x, a, b, oa, ob)), gain);
     const Vec high = _mm256_mulhrs_epi16(
-        _mm256_subs_epi16(base, sixteen_signals(pixels + 4 * x + 64, a, b)), gain);
+        _mm256_subs_epi16(base, sixteen_signals(pixels + 4 * x + 64, a, b, oa, ob)), gain);
     const Vec v = _mm256_permutevar8x32_epi32(_mm256_packus_epi16(low, high), order);
     _mm256_storeu_si256(reinterpret_cast<Vec*>(alpha + x), v);
     const auto empty = static_cast<std::uint32_t>(_mm256_movemask_epi8(_mm256_cmpeq_epi8(v, zero)));
@@ -128,8 +131,8 @@ void pixel_alpha(const std::uint8_t* pixels, int count, const PixelForms& forms,
                                        ((full >> 16) == 0xffff) * block_empty);
   }
   if (x < count) {
-    const Vec v = in_order(
-        _mm256_mulhrs_epi16(_mm256_subs_epi16(base, sixteen_signals(pixels + 4 * x, a, b)), gain));
+    const Vec v = in_order(_mm256_mulhrs_epi16(
+        _mm256_subs_epi16(base, sixteen_signals(pixels + 4 * x, a, b, oa, ob)), gain));
     store_alpha(_mm256_castsi256_si128(v), _mm256_extracti128_si256(v, 1), alpha + x,
                 block_states + x / 16);
   }

@@ -136,6 +136,14 @@ void Keyer::State::lay_out(const FrameView& frame) {
   // Sampling needs signal, and finds the hue that the signal depends on.
   sample(frame);
   signal = silhouette::key_signal(settings.key, hue, settings.red_gain, settings.blue_gain);
+  screen_level = samples.screen_signal;
+  foreground_level = samples.foreground_signal;
+  if (method == KeyMethod::soft && samples.valid) {
+    signal = silhouette::calibrated(signal, samples.screen, samples.foreground, noise);
+    const auto level = [&](const Rgb& c) { return signal.of(c[0], c[1], c[2]); };
+    screen_level = level(samples.screen);
+    foreground_level = std::min(level(samples.foreground), screen_level);
+  }
   if (method == KeyMethod::difference)
     path = Path::converted;
   else if (four_bytes)

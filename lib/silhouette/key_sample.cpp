@@ -170,12 +170,12 @@ void Keyer::State::sample(const FrameView& frame) {
 void Keyer::State::lay_out_screen(const FrameView& frame) {
   local = false;
   if (method != KeyMethod::soft) return;
-  const double range = std::max(samples.screen_signal - samples.foreground_signal, least_range);
+  const double range = std::max(screen_level - foreground_level, least_range);
   const double clip = std::min(3.0 * noise / range, 0.25);
   const double black = std::max(settings.clip_black, clip);
   const double white = std::max(std::min(settings.clip_white, 1.0 - clip), black + 0.01);
   const auto ramp_for = [&](double screen) {
-    const double local_range = std::max(screen - samples.foreground_signal, least_range);
+    const double local_range = std::max(screen - foreground_level, least_range);
     const double from = screen - black * local_range, width_levels = local_range * (white - black);
     const auto fixed = [](double v) {
       return static_cast<std::int16_t>(std::clamp(std::lround(v), -32767l, 32767l));
@@ -183,7 +183,7 @@ void Keyer::State::lay_out_screen(const FrameView& frame) {
     return silhouette::Ramp{fixed(from * signal.unit),
                             fixed(255.0 * 32768.0 / (width_levels * signal.unit))};
   };
-  ramp = ramp_for(samples.screen_signal);
+  ramp = ramp_for(screen_level);
 
   const bool plate_given = settings.plate != nullptr || !learned_plate.empty();
   if (!plate_given && !settings.uneven) return;
@@ -204,7 +204,7 @@ void Keyer::State::lay_out_screen(const FrameView& frame) {
         const std::uint8_t* p = plate.data() + 4 * (length * static_cast<std::size_t>(y) + x);
         const double d = signal.of(p[0], p[1], p[2]);
         // Where the plate shows no screen, only what is clearly no screen either can be told apart.
-        put(x, y, std::max(d, 0.3 * samples.screen_signal));
+        put(x, y, std::max(d, foreground_level + 0.3 * (screen_level - foreground_level)));
       }
     return;
   }
@@ -212,7 +212,8 @@ void Keyer::State::lay_out_screen(const FrameView& frame) {
   // The screen's signal on a coarse grid, gaps filled from their neighbours.
   constexpr int tile = 32;
   const int across = (width + tile - 1) / tile, down = (height + tile - 1) / tile;
-  std::vector<double> grid(static_cast<std::size_t>(across) * down, -1.0);
+  constexpr double nothing = -1e9;
+  std::vector<double> grid(static_cast<std::size_t>(across) * down, nothing);
   std::vector<std::uint8_t> row(4 * static_cast<std::size_t>(width));
   std::vector<std::vector<double>> found_in(across);
   for (int j = 0; j < down; ++j) {
@@ -221,7 +222,7 @@ void Keyer::State::lay_out_screen(const FrameView& frame) {
       convert_row(frame, y, 0, width, row.data());
       for (int x = 0; x < width; x += 2) {
         const double d = signal.of(row[4 * x], row[4 * x + 1], row[4 * x + 2]);
-        if (d > 0.5 * samples.screen_signal) found_in[x / tile].push_back(d);
+        if (d > 0.5 * (screen_level + foreground_level)) found_in[x / tile].push_back(d);
       }
     }
     for (int i = 0; i < across; ++i)
@@ -230,12 +231,12 @@ void Keyer::State::lay_out_screen(const FrameView& frame) {
   }
   const std::vector<double> seen = grid;
   for (double& g : grid)
-    if (g < 0.0) g = samples.screen_signal;
+    if (g == nothing) g = screen_level;
   for (int pass = 0; pass < 64; ++pass)
     for (int j = 0; j < down; ++j)
       for (int i = 0; i < across; ++i) {
         const std::size_t at = static_cast<std::size_t>(j) * across + i;
-        if (seen[at] >= 0.0) continue;
+        if (seen[at] != nothing) continue;
         double sum = 0.0;
         sum += grid[i > 0 ? at - 1 : at] + grid[i + 1 < across ? at + 1 : at];
         sum += grid[j > 0 ? at - across : at] + grid[j + 1 < down ? at + across : at];

@@ -48,8 +48,8 @@ std::array<int, 3> whole_weights(const Triple& v, double unit) {
 }  // namespace
 
 double KeySignal::of(double red, double green, double blue) const {
-  return std::min(a[0] * red + a[1] * green + a[2] * blue,
-                  b[0] * red + b[1] * green + b[2] * blue) /
+  return std::min(a[0] * red + a[1] * green + a[2] * blue + offset[0],
+                  b[0] * red + b[1] * green + b[2] * blue + offset[1]) /
          unit;
 }
 
@@ -96,6 +96,34 @@ KeySignal key_signal(KeyColour key, const Rgb& hue, double red_gain, double blue
   return signal;
 }
 
+KeySignal calibrated(const KeySignal& signal, const Rgb& screen, const Rgb& foreground,
+                     double noise) {
+  constexpr double most = 3.0;    // how much more a form's noise may weigh than the other's
+  constexpr double behind = 0.7;  // how far the weaker form stays behind at most
+  const auto value = [](const std::array<int, 3>& w, const Rgb& c) {
+    return w[0] * c[0] + w[1] * c[1] + w[2] * c[2];
+  };
+  KeySignal out = signal;
+  std::array<int, 3>* const forms[2] = {&out.a, &out.b};
+  double range[2];
+  for (int f = 0; f < 2; ++f) range[f] = value(*forms[f], screen) - value(*forms[f], foreground);
+  const int wide = range[0] >= range[1] ? 0 : 1;
+  const int narrow = 1 - wide;
+  if (range[wide] <= 0.0) return signal;
+  // The wider form is scaled down to the narrower one's range: weights can shrink, not grow.
+  const double weaker = std::max(range[narrow], range[wide] / most);
+  const double kept = std::clamp(1.0 - 4.0 * noise * signal.unit / weaker, behind, 1.0);
+  const double scale = std::min(weaker / kept / range[wide], 1.0);
+  Triple scaled;
+  for (int i = 0; i < 3; ++i) scaled[i] = (*forms[wide])[i] * scale;
+  *forms[wide] = signal.chroma_only ? whole_weights(scaled, 1.0)
+                                    : std::array<int, 3>{static_cast<int>(std::lround(scaled[0])),
+                                                         static_cast<int>(std::lround(scaled[1])),
+                                                         static_cast<int>(std::lround(scaled[2]))};
+  out.offset[wide] = value(*forms[narrow], screen) - value(*forms[wide], screen);
+  return out;
+}
+
 PixelForms pixel_forms(const KeySignal& signal, FrameFormat format) {
   const bool reversed = format == FrameFormat::bgrx || format == FrameFormat::bgra;
   PixelForms forms{};
@@ -104,6 +132,8 @@ PixelForms pixel_forms(const KeySignal& signal, FrameFormat format) {
     forms.a[at] = static_cast<std::int8_t>(signal.a[i]);
     forms.b[at] = static_cast<std::int8_t>(signal.b[i]);
   }
+  forms.a_offset = static_cast<std::int16_t>(std::clamp(signal.offset[0], -32767, 32767));
+  forms.b_offset = static_cast<std::int16_t>(std::clamp(signal.offset[1], -32767, 32767));
   return forms;
 }
 
@@ -125,7 +155,7 @@ ChromaForms chroma_forms(const KeySignal& signal, const FrameView& frame) {
     forms.weights[2 * f + 1] = fixed(cr);
     forms.offsets[f] =
         -static_cast<int>(c.chroma_zero) * 4 * (forms.weights[2 * f] + forms.weights[2 * f + 1]) +
-        128;
+        128 + (signal.offset[f] << 8);
   }
   return forms;
 }

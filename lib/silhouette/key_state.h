@@ -22,10 +22,11 @@ struct Keyer::State {
 
   // Samples: kept until the settings they depend on, the frame's size or format change.
   KeyCalibration samples;
-  double noise = 0.0;          // of the screen's signal, levels
-  Rgb hue{0, 255, 0};          // of the custom or found key colour
-  bool fresh_settings = true;  // tables must be laid out again
-  bool found = false;          // the picture has been sampled
+  double noise = 0.0;                                 // of the screen's signal, levels
+  double screen_level = 0.0, foreground_level = 0.0;  // of the calibrated signal
+  Rgb hue{0, 255, 0};                                 // of the custom or found key colour
+  bool fresh_settings = true;                         // tables must be laid out again
+  bool found = false;                                 // the picture has been sampled
 
   // The frame the tables are for.
   FrameFormat format = FrameFormat::rgba;

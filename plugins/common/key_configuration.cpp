@@ -2,7 +2,6 @@
 #include "common/key_configuration.h"
 
 #include <algorithm>
-#include <cstdio>
 #include <utility>
 
 #include "base/error.h"
@@ -12,24 +11,9 @@
 namespace polyhull::element {
 namespace {
 
-constexpr int least_saturation = 8;  // levels between the largest and the smallest channel
-
 Rgb rgb_of(std::uint32_t colour) {
   return {static_cast<std::uint8_t>(colour >> 16), static_cast<std::uint8_t>(colour >> 8),
           static_cast<std::uint8_t>(colour)};
-}
-
-/// A grey key colour has no direction to key along.
-void check_saturation(std::uint32_t colour) {
-  const Rgb rgb = rgb_of(colour);
-  const auto [low, high] = std::minmax_element(rgb.begin(), rgb.end());
-  if (*high - *low >= least_saturation) return;
-  char text[16];
-  std::snprintf(text, sizeof text, "0x%06x", static_cast<unsigned>(colour));
-  throw Error(Error::Kind::bad_input,
-              std::string("The key-colour ") + text +
-                  " is almost grey, so nothing can be keyed by it; give the colour of the screen, "
-                  "for example 0x00b140 for green.");
 }
 
 std::optional<Rgb> sample_of(int colour) {
@@ -101,7 +85,6 @@ KeySettings KeyConfiguration::settings_for(const Request& request) const {
   const int width = request.width;
   const int height = request.height;
   KeySettings s;
-  if (values.key == KeyColour::custom) check_saturation(values.key_colour);
   s.method = values.method;
   s.key = values.key;
   s.colour = rgb_of(values.key_colour);

@@ -52,8 +52,9 @@ std::span<const Property<KeyValues>> key_properties() {
       property<&KeyValues::key>("key", "Key", "Which colour the screen has."),
       property<&KeyValues::key_colour>(
           "key-colour", "Key colour",
-          "Colour of the screen as 0xRRGGBB, used with key=colour. Brightness does not matter; a "
-          "colour without saturation is refused.",
+          "Colour of the screen as 0xRRGGBB, used with key=colour. Brightness does not matter, "
+          "except that a colour without hue, such as black, is keyed by its distance as "
+          "method=difference does.",
           0, 0xffffff),
       property<&KeyValues::strength>(
           "strength", "Strength",

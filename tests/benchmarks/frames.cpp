@@ -23,7 +23,7 @@ struct Rgb {
   Plane r, g, b;
 };
 
-Rgb picture_of(const Matte& matte) {
+Rgb picture_of(const Matte& matte, double texture) {
   const Plane empty{matte.width, matte.height,
                     std::vector<double>(static_cast<std::size_t>(matte.width) * matte.height)};
   Rgb rgb{empty, empty, empty};
@@ -31,7 +31,7 @@ Rgb picture_of(const Matte& matte) {
     for (int x = 0; x < matte.width; ++x) {
       const double a = matte.row(y)[x] / 255.0;
       // Cloth: two slow waves over a skin tone, never green.
-      const double wave = 12.0 * std::sin(x * 0.05) + 10.0 * std::cos(y * 0.07);
+      const double wave = texture * (std::sin(x * 0.05) + 0.8 * std::cos(y * 0.07));
       const std::size_t i = static_cast<std::size_t>(y) * matte.width + x;
       rgb.r.values[i] = a * (190 + wave) + (1 - a) * 30;
       rgb.g.values[i] = a * (95 + 0.5 * wave) + (1 - a) * 190;
@@ -47,8 +47,9 @@ std::uint8_t byte(double value) {
 
 }  // namespace
 
-Frame frame_of(const Matte& matte, FrameFormat format, double noise, unsigned seed) {
-  Rgb rgb = picture_of(matte);
+Frame frame_of(const Matte& matte, FrameFormat format, double noise, unsigned seed,
+               double texture) {
+  Rgb rgb = picture_of(matte, texture);
   std::mt19937 random(seed);
   std::normal_distribution<double> normal(0.0, noise);
   if (noise > 0.0) {

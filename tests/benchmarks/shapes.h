@@ -47,7 +47,9 @@ struct Frame {
 
 /// The matte's subject (textured) before an even screen of colour (30, 190, 60), with Gaussian
 /// noise of standard deviation \p noise per channel.
-Frame frame_of(const Matte& matte, FrameFormat format, double noise, unsigned seed);
+/// \p texture: levels by which the subject's colours vary.
+Frame frame_of(const Matte& matte, FrameFormat format, double noise, unsigned seed,
+               double texture = 12.0);
 
 /// Distances of contours to the shape's boundary: signed, positive where the contour lies outside.
 struct ContourError {

@@ -119,31 +119,35 @@ void tolerance_table(const std::string& folder) {
   }
 }
 
+/// What noise and a subject's own colours do to the contour: an ellipse, plain or textured.
 void noise_table(const std::string& folder) {
   Table table(folder + "/silhouette_noise.csv",
-              "format,noise sd,method,mean absolute px,bias px,p99.9 px");
+              "format,subject,noise sd,method,mean absolute px,bias px,p99.9 px");
   Table bars(folder + "/silhouette_noise_bars.csv", "bar,asked,measured,held");
   const Shape shape{330.3, 330.7, 250, 0, 0, 0.7};
   const Matte matte = matte_of(shape, 660, 660);
+  const auto run = [&](FrameFormat format, double texture, double noise, KeyMethod method) {
+    SilhouetteSettings settings;
+    settings.key.method = method;
+    settings.key.strength = 40;
+    settings.approximate.tolerance = 0.0;
+    settings.approximate.min_area = 100.0;
+    Silhouetter silhouetter;
+    silhouetter.set(settings);
+    const Frame frame = frame_of(matte, format, noise, 5, texture);
+    const ContourError e = contour_error(silhouetter.process(frame.view), shape);
+    const char* subject = texture > 0.0 ? "textured" : "plain";
+    table.row("%s,%s,%g,%s,%.4f,%.4f,%.4f", name_of(format), subject, noise,
+              method == KeyMethod::soft ? "soft" : "prototype", e.mean_absolute, e.bias, e.p999);
+    if (noise != 4.0 || method != KeyMethod::soft) return;
+    bars.row("%s %s subject noise 4 mean absolute px,<= 0.03,%.4f,%s", name_of(format), subject,
+             e.mean_absolute, bar(e.mean_absolute <= 0.03));
+  };
   for (const FrameFormat format : {FrameFormat::bgrx, FrameFormat::i420, FrameFormat::nv12}) {
-    for (const double noise : {0.0, 2.0, 4.0, 8.0}) {
-      for (const KeyMethod method : {KeyMethod::prototype, KeyMethod::soft}) {
-        SilhouetteSettings settings;
-        settings.key.method = method;
-        settings.key.strength = 40;
-        settings.approximate.tolerance = 0.0;
-        settings.approximate.min_area = 100.0;
-        Silhouetter silhouetter;
-        silhouetter.set(settings);
-        const Frame frame = frame_of(matte, format, noise, 5);
-        const ContourError e = contour_error(silhouetter.process(frame.view), shape);
-        table.row("%s,%g,%s,%.4f,%.4f,%.4f", name_of(format), noise,
-                  method == KeyMethod::soft ? "soft" : "prototype", e.mean_absolute, e.bias,
-                  e.p999);
-        if (noise == 4.0 && method == KeyMethod::soft) {
-          bars.row("%s noise 4 mean absolute px,<= 0.03,%.4f,%s", name_of(format), e.mean_absolute,
-                   bar(e.mean_absolute <= 0.03));
-        }
+    for (const double texture : {0.0, 12.0}) {
+      for (const double noise : {0.0, 2.0, 4.0, 8.0}) {
+        run(format, texture, noise, KeyMethod::prototype);
+        run(format, texture, noise, KeyMethod::soft);
       }
     }
   }

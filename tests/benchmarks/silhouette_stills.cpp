@@ -32,6 +32,8 @@ std::vector<Way> ways() {
   KeySettings automatic;
   automatic.key = KeyColour::automatic;
   result.push_back({"soft key=auto", automatic});
+  automatic.uneven = true;
+  result.push_back({"soft key=auto uneven", automatic});
   KeySettings uneven;
   uneven.uneven = true;
   result.push_back({"soft uneven", uneven});

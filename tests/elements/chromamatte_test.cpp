@@ -320,7 +320,6 @@ GST_START_TEST(bad_input_is_refused_with_a_sentence) {
   error_of("outside-polygon=\"1,2 3,4\"");
   error_of("inside-polygon=\"1,2 3,4 nan,5\"");
   error_of("clip-black=0.8 clip-white=0.2");
-  error_of("key=colour key-colour=0x808080");
   error_of("difference-low=50 difference-high=20");
   fail_unless(error_of("rig=/nowhere/rig.json").find("/nowhere/rig.json") != std::string::npos);
 }
