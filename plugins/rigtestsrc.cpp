@@ -34,155 +34,31 @@
 #include "base/error.h"
 #include "common/guard.h"
 #include "common/numbered_name.h"
-#include "common/property_table.h"
 #include "common/statistics.h"
-#include "figure/camera_picture.h"
-#include "figure/yuv.h"
+#include "rigtestsrc_draw.h"
+#include "rigtestsrc_settings.h"
 
 GST_DEBUG_CATEGORY_STATIC(rigtestsrc_debug);
 #define GST_CAT_DEFAULT rigtestsrc_debug
 
 namespace polyhull::element {
 
-enum class ScreenColour { green, blue };
-enum class RigOutput { picture, keyed, matte, depth };
-
-template <>
-GType enum_type<ScreenColour>() {
-  static const GEnumValue values[] = {
-      {static_cast<gint>(ScreenColour::green), "Green screen", "green"},
-      {static_cast<gint>(ScreenColour::blue), "Blue screen", "blue"},
-      {0, nullptr, nullptr}};
-  static const GType type = register_enum("PolyhullScreenColour", values);
-  return type;
-}
-
-template <>
-GType enum_type<RigOutput>() {
-  static const GEnumValue values[] = {
-      {static_cast<gint>(RigOutput::picture), "The camera's picture", "picture"},
-      {static_cast<gint>(RigOutput::keyed), "The picture with the true matte in alpha (RGBA, BGRA)",
-       "keyed"},
-      {static_cast<gint>(RigOutput::matte),
-       "The true matte: the share of a pixel that the subject covers (GRAY8)", "matte"},
-      {static_cast<gint>(RigOutput::depth), "The true depth at the pixel's centre (GRAY16_LE)",
-       "depth"},
-      {0, nullptr, nullptr}};
-  static const GType type = register_enum("PolyhullRigOutput", values);
-  return type;
-}
-
 namespace {
 
-struct Settings {
-  std::string rig;
-  std::string camera;
-  std::string subject = "figure";
-  double subject_height = 0.0;
-  ScreenColour screen = ScreenColour::green;
-  double unevenness = 0.06;
-  double shadow = 0.25;
-  double spill = 0.05;
-  double noise = 1.0;
-  std::uint32_t seed = 0;
-  bool linear_light = false;
-  double speed = 1.0;
-  double start = 0.0;
-  RigOutput output = RigOutput::picture;
-  double depth_scale = 0.0002;
-  std::string mesh_location;
-  bool live = false;
-};
-
-constexpr Property<Settings> properties[] = {
-    property<&Settings::rig>(
-        "rig", "Rig file",
-        "Path of the rig file whose camera this is. Empty: the built-in rig, four cameras "
-        "cam0 to cam3 of 1024x768 around a stage of 4 m.",
-        0, 0, Change::when_ready),
-    property<&Settings::camera>("camera", "Camera",
-                                "Name of the camera in the rig. Empty: the rig's first camera.", 0,
-                                0, Change::when_ready),
-    property<&Settings::subject>(
-        "subject", "Subject",
-        "What stands on the stage: \"figure\", the built-in walking person, or the path of an "
-        "OBJ file with a closed surface (y up, metres), which turns once in ten seconds.",
-        0, 0, Change::when_ready),
-    property<&Settings::subject_height>(
-        "subject-height", "Subject height",
-        "Height in metres to which a subject from a file is scaled, 0 to 100. 0: its "
-        "coordinates are taken as metres.",
-        0.0, 100.0, Change::when_ready),
-    property<&Settings::screen>("screen", "Screen",
-                                "Colour of the screen behind the subject and of the floor."),
-    property<&Settings::unevenness>(
-        "unevenness", "Unevenness",
-        "Smooth change of the screen's brightness over the picture, as a share of it, 0 to "
-        "0.9. 0: the screen has one colour.",
-        0.0, 0.9),
-    property<&Settings::shadow>(
-        "shadow", "Shadow",
-        "Darkness of the subject's soft shadow on the floor, 0 (none) to 1 (black at the feet).",
-        0.0, 1.0),
-    property<&Settings::spill>(
-        "spill", "Spill",
-        "Light of the screen's colour on the subject, most at its outline and below, 0 (none) to "
-        "1 (strong). With spill a point no longer has one colour for all cameras.",
-        0.0, 1.0),
-    property<&Settings::noise>(
-        "noise", "Noise",
-        "Standard deviation of the sensor's Gaussian noise in 8-bit levels, 0 to 30. The same "
-        "for the same seed, camera and frame number.",
-        0.0, largest_noise),
-    property<&Settings::seed>("seed", "Seed", "Chooses the noise, 0 to 4294967295.", 0,
-                              4294967295.0),
-    property<&Settings::linear_light>(
-        "linear-light", "Linear light",
-        "Mix subject and screen at the outline as light, as a lens does, instead of as "
-        "picture values. A key that is linear in picture values is then slightly off."),
-    property<&Settings::speed>(
-        "speed", "Speed",
-        "Seconds of the subject's motion per second of stream time, -100 to 100. 0: it stands "
-        "still. The built-in figure repeats its motion after ten seconds.",
-        -100.0, 100.0),
-    property<&Settings::start>("start", "Start",
-                               "Second of the motion that the stream starts with, 0 to 1000000.",
-                               0.0, 1e6),
-    property<&Settings::output>("output", "Output",
-                                "What the buffers hold: the picture or the truth about it.", 0, 0,
-                                Change::when_ready),
-    property<&Settings::depth_scale>(
-        "depth-scale", "Depth scale",
-        "Metres per level of output=depth, 0.000001 to 1. Level 0 is where the subject is "
-        "not; depths beyond 65535 levels become 65535.",
-        1e-6, 1.0),
-    property<&Settings::mesh_location>(
-        "mesh-location", "Mesh location",
-        "File to which the subject's true surface is written for each frame, in the "
-        "rig's world coordinates, with the colours that its points send out: .ply or "
-        ".obj, with one %d (or %05d) for the frame number. Empty: none.",
-        0, 0, Change::when_ready),
-    property<&Settings::live>(
-        "is-live", "Is live",
-        "Deliver frames at their time, as a camera does, and skip frames when late, instead of as "
-        "fast as possible.",
-        0, 0, Change::when_ready),
-};
+using Settings = RigTestSettings;
 
 constexpr const char* picture_formats = "{ RGBx, BGRx, RGBA, BGRA, I420, NV12, YUY2, UYVY }";
 
 /// What lives from start() to stop().
 struct Stream {
-  std::unique_ptr<CameraPicture> picture;
+  RigTestDrawing drawing;
+  RigOutput output = RigOutput::picture;  // of the properties when the stream began
   std::shared_ptr<const Subject> subject;
   Rig rig;
-  RigOutput output;
   std::unique_ptr<NumberedName> mesh_name;
   GstVideoInfo info;
   std::uint64_t next_frame = 0;
-  GstClockTime wanted_time = 0;    // sought before the frame rate was known
-  std::vector<std::uint8_t> rgba;  // where the buffer has another format
-  std::vector<float> depth;
+  GstClockTime wanted_time = 0;  // sought before the frame rate was known
 };
 
 struct State {
@@ -219,7 +95,8 @@ guint stats_property = 0;
 
 void set_property_of(GObject* object, guint id, const GValue* value, GParamSpec* spec) {
   State& state = *RIG_TEST_SRC(object)->state;
-  if (!set_property<Settings>(object, properties, first_property, state.settings, id, value)) {
+  if (!set_property<Settings>(object, rig_test_properties(), first_property, state.settings, id,
+                              value)) {
     G_OBJECT_WARN_INVALID_PROPERTY_ID(object, id, spec);
     return;
   }
@@ -232,8 +109,8 @@ void get_property_of(GObject* object, guint id, GValue* value, GParamSpec* spec)
   State& state = *RIG_TEST_SRC(object)->state;
   if (id == stats_property) {
     g_value_take_boxed(value, state.statistics.structure());
-  } else if (!get_property<Settings>(object, properties, first_property, state.settings, id,
-                                     value)) {
+  } else if (!get_property<Settings>(object, rig_test_properties(), first_property, state.settings,
+                                     id, value)) {
     G_OBJECT_WARN_INVALID_PROPERTY_ID(object, id, spec);
   }
 }
@@ -262,10 +139,11 @@ gboolean open(GstBaseSrc* source) {
     const int camera = find_camera(stream.rig, settings);
     stream.subject = open_subject(settings.subject, settings.subject_height);
     stream.output = settings.output;
+    stream.drawing.metres_per_unit = stream.rig.metres_per_unit();
     if (!settings.mesh_location.empty()) {
       stream.mesh_name = std::make_unique<NumberedName>(settings.mesh_location);
     }
-    stream.picture = std::make_unique<CameraPicture>(stream.rig, camera, stream.subject);
+    stream.drawing.picture = std::make_unique<CameraPicture>(stream.rig, camera, stream.subject);
     gst_video_info_init(&stream.info);
     state.statistics.reset();
     if (!stream.subject->warning().empty()) {
@@ -304,9 +182,10 @@ GstCaps* get_caps(GstBaseSrc* source, GstCaps* filter) {
   GstCaps* caps = gst_pad_get_pad_template_caps(GST_BASE_SRC_PAD(source));
   caps = gst_caps_make_writable(caps);
   GST_OBJECT_LOCK(source);
-  const RigOutput output = state.settings.output;
-  if (state.stream.picture) {
-    const Camera& camera = state.stream.picture->camera();
+  RigOutput output = state.settings.output;
+  if (state.stream.drawing.picture) {
+    const Camera& camera = state.stream.drawing.picture->camera();
+    output = state.stream.output;
     gst_caps_set_simple(caps, "width", G_TYPE_INT, camera.width, "height", G_TYPE_INT,
                         camera.height, nullptr);
   }
@@ -447,95 +326,6 @@ gboolean decide_allocation(GstBaseSrc* source, GstQuery* query) {
   return GST_BASE_SRC_CLASS(polyhull_rig_test_src_parent_class)->decide_allocation(source, query);
 }
 
-PictureLook look_of(const Settings& settings) {
-  PictureLook look;
-  const bool green = settings.screen == ScreenColour::green;
-  const std::uint8_t colour[3] = {static_cast<std::uint8_t>(green ? 44 : 30),
-                                  static_cast<std::uint8_t>(green ? 168 : 74),
-                                  static_cast<std::uint8_t>(green ? 66 : 178)};
-  std::copy(colour, colour + 3, look.screen.colour);
-  look.screen.unevenness = settings.unevenness;
-  look.shadow = settings.shadow;
-  look.spill = settings.spill;
-  look.noise = settings.noise;
-  look.seed = settings.seed;
-  look.linear_light = settings.linear_light;
-  return look;
-}
-
-void swap_red_and_blue(std::uint8_t* pixels, int width) {
-  for (int x = 0; x < width; ++x) std::swap(pixels[4 * x], pixels[4 * x + 2]);
-}
-
-void write_yuv(const std::vector<std::uint8_t>& rgba, GstVideoFrame* frame) {
-  const GstVideoInfo& info = frame->info;
-  YuvCoding coding;
-  if (!gst_video_color_matrix_get_Kr_Kb(info.colorimetry.matrix, &coding.kr, &coding.kb)) {
-    coding.kr = 0.299;
-    coding.kb = 0.114;
-  }
-  coding.full_range = info.colorimetry.range == GST_VIDEO_COLOR_RANGE_0_255;
-  coding.left_sited = (info.chroma_site & GST_VIDEO_CHROMA_SITE_H_COSITED) != 0;
-  YuvTarget target;
-  const auto component = [&](int c) {
-    return static_cast<std::uint8_t*>(GST_VIDEO_FRAME_COMP_DATA(frame, c));
-  };
-  target.y = component(0);
-  target.y_stride = GST_VIDEO_FRAME_COMP_STRIDE(frame, 0);
-  target.y_step = GST_VIDEO_FRAME_COMP_PSTRIDE(frame, 0);
-  target.cb = component(1);
-  target.cr = component(2);
-  target.chroma_stride = GST_VIDEO_FRAME_COMP_STRIDE(frame, 1);
-  target.chroma_step = GST_VIDEO_FRAME_COMP_PSTRIDE(frame, 1);
-  target.half_height = GST_VIDEO_FORMAT_INFO_H_SUB(info.finfo, 1) == 1;
-  rgba_to_yuv(rgba.data(), static_cast<std::ptrdiff_t>(4) * info.width, info.width, info.height,
-              coding, target);
-}
-
-void write_depth(Stream& stream, double scale, GstVideoFrame* frame) {
-  const int width = GST_VIDEO_FRAME_WIDTH(frame), height = GST_VIDEO_FRAME_HEIGHT(frame);
-  stream.depth.resize(static_cast<std::size_t>(width) * height);
-  stream.picture->depth(stream.depth.data());
-  const auto levels = static_cast<float>(stream.rig.metres_per_unit() / scale);
-  for (int y = 0; y < height; ++y) {
-    auto* row = reinterpret_cast<guint16*>(
-        static_cast<std::uint8_t*>(GST_VIDEO_FRAME_PLANE_DATA(frame, 0)) +
-        static_cast<std::ptrdiff_t>(y) * GST_VIDEO_FRAME_PLANE_STRIDE(frame, 0));
-    const float* depth = stream.depth.data() + static_cast<std::size_t>(y) * width;
-    for (int x = 0; x < width; ++x) {
-      row[x] = GUINT16_TO_LE(static_cast<guint16>(std::min(depth[x] * levels + 0.5f, 65535.0f)));
-    }
-  }
-}
-
-void draw(Stream& stream, const Settings& settings, std::uint64_t number, GstVideoFrame* frame) {
-  auto* pixels = static_cast<std::uint8_t*>(GST_VIDEO_FRAME_PLANE_DATA(frame, 0));
-  const std::ptrdiff_t stride = GST_VIDEO_FRAME_PLANE_STRIDE(frame, 0);
-  const int width = GST_VIDEO_FRAME_WIDTH(frame), height = GST_VIDEO_FRAME_HEIGHT(frame);
-  if (stream.output == RigOutput::matte) {
-    stream.picture->matte(pixels, stride);
-    return;
-  }
-  if (stream.output == RigOutput::depth) {
-    write_depth(stream, settings.depth_scale, frame);
-    return;
-  }
-  const bool keyed = stream.output == RigOutput::keyed;
-  const PictureLook look = look_of(settings);
-  if (GST_VIDEO_FORMAT_INFO_IS_RGB(frame->info.finfo)) {
-    stream.picture->picture(look, number, keyed, pixels, stride);
-    const GstVideoFormat format = GST_VIDEO_FRAME_FORMAT(frame);
-    if (format == GST_VIDEO_FORMAT_BGRx || format == GST_VIDEO_FORMAT_BGRA) {
-      for (int y = 0; y < height; ++y) swap_red_and_blue(pixels + y * stride, width);
-    }
-    return;
-  }
-  stream.rgba.resize(static_cast<std::size_t>(width) * height * 4);
-  stream.picture->picture(look, number, keyed, stream.rgba.data(),
-                          static_cast<std::ptrdiff_t>(4) * width);
-  write_yuv(stream.rgba, frame);
-}
-
 /// A live camera that is late leaves frames out: to the next multiple of a power of two, so that
 /// the cameras of a rig, which are late together, leave out the same ones.
 std::uint64_t frame_after_lateness(GstBaseSrc* source, const GstVideoInfo& info,
@@ -565,7 +355,7 @@ GstFlowReturn fill(GstPushSrc* push, GstBuffer* buffer) {
     const GstVideoInfo info = stream.info;
     std::uint64_t number = stream.next_frame;
     GST_OBJECT_UNLOCK(push);
-    if (!stream.picture || GST_VIDEO_INFO_FORMAT(&info) == GST_VIDEO_FORMAT_UNKNOWN)
+    if (!stream.drawing.picture || GST_VIDEO_INFO_FORMAT(&info) == GST_VIDEO_FORMAT_UNKNOWN)
       return GST_FLOW_NOT_NEGOTIATED;
     if (gst_base_src_is_live(source)) {
       const std::uint64_t later = frame_after_lateness(source, info, number);
@@ -574,17 +364,18 @@ GstFlowReturn fill(GstPushSrc* push, GstBuffer* buffer) {
     }
     const GstClockTime pts = time_of(info, number), next = time_of(info, number + 1);
     gst_object_sync_values(GST_OBJECT(push), pts);
-    const Settings settings = snapshot(push, state.settings);
+    Settings settings = snapshot(push, state.settings);
+    settings.output = stream.output;
 
     const auto begin = std::chrono::steady_clock::now();
     const double seconds = settings.start + settings.speed * static_cast<double>(pts) / GST_SECOND;
-    stream.picture->set_time(seconds);
+    stream.drawing.picture->set_time(seconds);
     GstVideoFrame frame;
     if (!gst_video_frame_map(&frame, &info, buffer, GST_MAP_WRITE)) {
       throw Error(Error::Kind::io, "The memory of a buffer cannot be written to.");
     }
     try {
-      draw(stream, settings, number, &frame);
+      draw(stream.drawing, settings, number, &frame);
     } catch (...) {
       gst_video_frame_unmap(&frame);
       throw;
@@ -598,7 +389,7 @@ GstFlowReturn fill(GstPushSrc* push, GstBuffer* buffer) {
     }
     state.statistics.count("frames");
     state.statistics.set("last-frame-ms", spent.count());
-    const Rectangle& region = stream.picture->region();
+    const Rectangle& region = stream.drawing.picture->region();
     state.statistics.set_count("subject-pixels",
                                static_cast<std::uint64_t>(region.width) * region.height);
 
@@ -684,7 +475,7 @@ static void polyhull_rig_test_src_class_init(PolyhullRigTestSrcClass* klass) {
   object->set_property = set_property_of;
   object->get_property = get_property_of;
   object->finalize = finalize;
-  stats_property = install_properties<Settings>(object, properties, first_property);
+  stats_property = install_properties<Settings>(object, rig_test_properties(), first_property);
   g_object_class_install_property(
       object, stats_property,
       statistics_property(
