@@ -135,10 +135,11 @@ std::uint32_t FaceClipper::make_corner(const Line& l, const Line& m, std::uint32
   Corner v;
   const double u = l.b * m.d - l.d * m.b;
   if (u * geometric > 1e-9) {
+    const double inverse = 1.0 / u;
     v.h = 1.0;
-    v.t = (l.d * m.a - l.a * m.d) / u;
-    v.w = (l.a * m.b - l.b * m.a) / u;
-    v.tolerance = determinant_error / std::abs(u);
+    v.t = (l.d * m.a - l.a * m.d) * inverse;
+    v.w = (l.a * m.b - l.b * m.a) * inverse;
+    v.tolerance = determinant_error * std::abs(inverse);
   } else if (from != nullptr) {
     // Nearly parallel: a place between the ends is good enough to look around from.
     const double a = std::abs(from_value), b = std::abs(to_value);
@@ -237,14 +238,27 @@ bool FaceClipper::cut_by_cone(std::uint32_t index) {
 void FaceClipper::add_cut(const Line& line, std::uint32_t edge, std::uint32_t plane) {
   const std::size_t n = c_->corners.size(), begin = sides_.size();
   sides_.resize(begin + n);
-  int positive = 0;
+  const Corner* corners = c_->corners.data();
+  std::int8_t* sides = sides_.data() + begin;
+  const Line l = line;
+  int sum = 0, unsure = 0;
   for (std::size_t i = 0; i < n; ++i) {
-    const int sign = side(c_->corners[i], plane, line);
-    sides_[begin + i] = static_cast<std::int8_t>(sign);
-    positive += sign > 0;
+    const double x = value(corners[i], l), bound = corners[i].tolerance;
+    const int sign = (x > bound) - (x < -bound);
+    sides[i] = static_cast<std::int8_t>(sign);
+    sum += sign;
+    unsure += sign == 0;
   }
-  if (positive > 0 && positive < static_cast<int>(n))
-    cuts_.push_back({line, edge, plane, begin});
+  predicates_ += n;
+  if (unsure > 0)
+    for (std::size_t i = 0; i < n; ++i)
+      if (sides[i] == 0) {
+        sides[i] = static_cast<std::int8_t>(side_exactly(corners[i], plane, 1));
+        sum += sides[i];
+      }
+  const int all = static_cast<int>(n);
+  if (sum < all && sum > -all)
+    cuts_.push_back({l, edge, plane, begin});
   else
     sides_.resize(begin);
 }

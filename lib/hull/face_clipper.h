@@ -115,9 +115,13 @@ class FaceClipper {
     std::vector<Corner> corners;
     std::vector<Edge> edges;
   };
+  /// A cut's line with an edge; the point s (edge x cut) as it comes out of the cross product.
   struct Crossing {
-    std::uint32_t edge, corner, cut;
-    std::int8_t place;  ///< bit 0: before the start ray, bit 1: beyond the end ray
+    double h, t, w;
+    std::uint32_t edge, cut, corner;
+    std::uint32_t later;  ///< the next one of the same edge
+    std::int8_t place;    ///< bit 0: before the cut's first ray, bit 1: beyond its last
+    std::int8_t sign;     ///< s
   };
 
   std::size_t cone_of(std::uint32_t face) const;
@@ -145,6 +149,8 @@ class FaceClipper {
   bool whole(const Cone* cone, std::uint32_t cone_index, const Picture& p);
   bool inside_cone(std::uint32_t edge, std::uint32_t cone_index, const Picture& p);
   bool inside_cone_exact(std::uint32_t edge, std::uint32_t cone_index, const Picture& p);
+  int side(const Crossing& x, std::uint32_t plane, const Line& line, int orientation);
+  std::uint32_t keep(const Crossing& x);
   std::uint32_t make_corner(const Line& l, const Line& m, std::uint32_t plane1,
                             std::uint32_t plane2, int geometric, int orientation,
                             const Corner* from, const Corner* to, double from_value,
@@ -173,7 +179,7 @@ class FaceClipper {
   std::vector<Cut> cuts_;
   std::vector<std::int8_t> sides_;
   std::vector<Crossing> crossings_, on_cut_, on_edge_;
-  std::vector<std::uint32_t> candidates_, stamp_, line_stamp_, next_, edge_start_;
+  std::vector<std::uint32_t> candidates_, stamp_, line_stamp_, next_, first_on_edge_;
   std::vector<Line> lines_;
   std::vector<std::array<int, 2>> rows_;
   std::vector<std::pair<std::uint32_t, std::uint32_t>> ray_corners_;

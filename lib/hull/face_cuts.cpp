@@ -12,15 +12,43 @@ constexpr std::uint32_t nothing = 0xffffffffu;
 
 }  // namespace
 
+int FaceClipper::side(const Crossing& x, std::uint32_t plane, const Line& line, int orientation) {
+  ++predicates_;
+  const double d = line.a * x.h + line.b * x.t + line.d * x.w;
+  if (d > determinant_error) return 1;
+  if (d < -determinant_error) return -1;
+  const Edge& edge = c_->edges[x.edge];
+  Corner v{};
+  v.plane1 = edge.plane;
+  v.plane2 = cuts_[x.cut].plane;
+  v.sign = static_cast<std::int8_t>(x.sign * edge.orientation);
+  return side_exactly(v, plane, orientation);
+}
+
+/// Makes the crossing a corner.
+std::uint32_t FaceClipper::keep(const Crossing& x) {
+  const Edge& edge = c_->edges[x.edge];
+  const Cut& cut = cuts_[x.cut];
+  if (x.h <= 1e-9) {
+    const Corner from = c_->corners[edge.from], to = c_->corners[edge.to];
+    return make_corner(edge.line, cut.line, edge.plane, cut.plane, x.sign, edge.orientation, &from,
+                       &to, value(from, cut.line), value(to, cut.line));
+  }
+  const double inverse = 1.0 / x.h;
+  c_->corners.push_back({1.0, x.t * inverse, x.w * inverse, determinant_error * inverse, edge.plane,
+                         cut.plane, static_cast<std::int8_t>(x.sign * edge.orientation), false});
+  return static_cast<std::uint32_t>(c_->corners.size() - 1);
+}
+
 /// Crosses the cut's line with all edges; what it holds inside the face becomes new edges, and the
 /// crossings between the cut's rays go to crossings_.
 void FaceClipper::cross(std::uint32_t index, const Cone* cone, std::uint32_t base, const Picture& p,
                         bool forward) {
-  Cut& cut = cuts_[index];
+  const Cut cut = cuts_[index];
   const std::int8_t* sides = sides_.data() + cut.sides;
-  on_cut_.clear();
   std::uint32_t before = nothing, after = nothing, begin_ray = 0, end_ray = 0;
   Line before_line{}, after_line{};
+  int begin_turn = 1, end_turn = 1;
   if (cone != nullptr) {
     begin_ray = cut.edge;
     end_ray = cone->next[cut.edge];
@@ -28,37 +56,49 @@ void FaceClipper::cross(std::uint32_t index, const Cone* cone, std::uint32_t bas
     after = end_ray;
     before_line = cached_line(*cone, before, p);
     after_line = cached_line(*cone, after, p);
+    begin_turn = cone->turn[begin_ray];
+    end_turn = cone->turn[end_ray];
   }
-  for (std::uint32_t e = 0; e < c_->edges.size(); ++e) {
-    const Edge edge = c_->edges[e];
-    if (sides[edge.from] == sides[edge.to]) continue;
-    const Corner from = c_->corners[edge.from], to = c_->corners[edge.to];
-    const std::uint32_t corner =
-        make_corner(edge.line, cut.line, edge.plane, cut.plane, -sides[edge.to], edge.orientation,
-                    &from, &to, value(from, cut.line), value(to, cut.line));
-    std::int8_t place = 0;
+  on_cut_.clear();
+  const std::int8_t begin_bit = forward ? 1 : 2, end_bit = forward ? 2 : 1;
+  const Edge* edges = c_->edges.data();
+  const std::uint32_t n = static_cast<std::uint32_t>(c_->edges.size());
+  for (std::uint32_t e = 0; e < n; ++e) {
+    const std::int8_t end_side = sides[edges[e].to];
+    if (sides[edges[e].from] == end_side) continue;
+    const Line l = edges[e].line, m = cut.line;
+    const double s = -end_side;
+    Crossing x;
+    x.h = (l.b * m.d - l.d * m.b) * s;
+    x.t = (l.d * m.a - l.a * m.d) * s;
+    x.w = (l.a * m.b - l.b * m.a) * s;
+    x.edge = e, x.cut = index, x.corner = nothing, x.later = nothing;
+    x.sign = static_cast<std::int8_t>(-end_side);
+    x.place = 0;
     if (cone != nullptr) {
-      const Corner& x = c_->corners[corner];
-      if (side(x, base + before, before_line) != cone->turn[begin_ray]) place |= forward ? 1 : 2;
-      if (side(x, base + after, after_line) != cone->turn[end_ray]) place |= forward ? 2 : 1;
+      if (side(x, base + before, before_line, 1) != begin_turn) x.place |= begin_bit;
+      if (side(x, base + after, after_line, 1) != end_turn) x.place |= end_bit;
     }
-    on_cut_.push_back({e, corner, index, place});
+    on_cut_.push_back(x);
   }
-  // Along the line's own direction. It enters the face where the crossed edge's line grows.
-  const auto earlier = [&](const Crossing& x, const Crossing& y) {
-    const Edge& edge = c_->edges[x.edge];
-    const int growth = -sides[edge.to];
-    return side(c_->corners[y.corner], edge.plane, edge.line, edge.orientation) == growth;
-  };
-  for (std::size_t i = 1; i < on_cut_.size(); ++i)
-    for (std::size_t k = i; k > 0 && earlier(on_cut_[k], on_cut_[k - 1]); --k)
-      std::swap(on_cut_[k], on_cut_[k - 1]);
+  if (on_cut_.size() == 2) {
+    // The line enters the face where the crossed edge's line grows.
+    if (on_cut_[0].sign < 0) std::swap(on_cut_[0], on_cut_[1]);
+  } else {
+    const auto earlier = [&](const Crossing& x, const Crossing& y) {
+      const Edge& edge = c_->edges[x.edge];
+      return side(y, edge.plane, edge.line, edge.orientation) == x.sign;
+    };
+    for (std::size_t i = 1; i < on_cut_.size(); ++i)
+      for (std::size_t k = i; k > 0 && earlier(on_cut_[k], on_cut_[k - 1]); --k)
+        std::swap(on_cut_[k], on_cut_[k - 1]);
+  }
   const auto ray_corner = [&](bool first) {
     const bool begin = first == forward;  // the ray where the edge begins, in the cone's order
     const std::uint32_t ray = begin ? begin_ray : end_ray;
     for (const auto& known : ray_corners_)
       if (known.first == ray) return known.second;
-    const int geometric = cone->turn[ray] * (forward ? 1 : -1);
+    const int geometric = (begin ? begin_turn : end_turn) * (forward ? 1 : -1);
     const std::uint32_t corner = begin
                                      ? make_corner(before_line, cut.line, base + before, cut.plane,
                                                    geometric, 1, nullptr, nullptr, 0, 0)
@@ -68,20 +108,30 @@ void FaceClipper::cross(std::uint32_t index, const Cone* cone, std::uint32_t bas
     return corner;
   };
   for (std::size_t i = 0; i + 1 < on_cut_.size(); i += 2) {
-    const Crossing& x = on_cut_[i];
-    const Crossing& y = on_cut_[i + 1];
-    std::uint32_t a = nothing, b = nothing;
+    Crossing& x = on_cut_[i];
+    Crossing& y = on_cut_[i + 1];
+    std::uint32_t a, b;
     if (x.place == 0)
-      a = x.corner, b = y.place == 0 ? y.corner : ray_corner(false);
+      a = x.corner = keep(x);
+    else if (x.place == 1 && (y.place == 0 || y.place == 2))
+      a = ray_corner(true);
     else if (y.place == 0)
-      a = ray_corner(true), b = y.corner;
-    else if (x.place == 1 && y.place == 2)
-      a = ray_corner(true), b = ray_corner(false);
-    if (a != nothing) new_edges_.push_back({cut.line, cut.plane, 1, a, b});
+      a = ray_corner(true);
+    else
+      continue;
+    if (y.place == 0)
+      b = y.corner = keep(y);
+    else
+      b = ray_corner(false);
+    new_edges_.push_back({cut.line, cut.plane, 1, a, b});
+    for (const Crossing* z : {&x, &y}) {
+      if (z->place != 0) continue;
+      crossings_.push_back(*z);
+      crossings_.back().later = first_on_edge_[z->edge];
+      first_on_edge_[z->edge] = static_cast<std::uint32_t>(crossings_.size() - 1);
+    }
   }
   if (on_cut_.size() % 2 != 0) ++broken_;
-  for (const Crossing& x : on_cut_)
-    if (x.place == 0) crossings_.push_back(x);
 }
 
 /// Of loops that cross no face of the cone: whether there is just one and it lies inside.
@@ -102,7 +152,9 @@ bool FaceClipper::apply_cuts(const Cone* cone, std::uint32_t cone_index, const P
   const std::uint32_t old_corners = static_cast<std::uint32_t>(c_->corners.size());
   const std::uint32_t base = cone != nullptr ? scene_->first_face[cone_index] : 0;
   bool forward = true;
+  const std::uint32_t n = static_cast<std::uint32_t>(c_->edges.size());
   crossings_.clear();
+  first_on_edge_.assign(n, nothing);
   ray_corners_.clear();
   new_edges_.clear();
   if (!cuts_.empty()) {
@@ -133,46 +185,38 @@ bool FaceClipper::apply_cuts(const Cone* cone, std::uint32_t cone_index, const P
   }
 
   // What of each old edge stays. States: -1 unknown, 0 outside, 1 inside.
-  const std::uint32_t n = static_cast<std::uint32_t>(c_->edges.size());
   state_.assign(n, -1);
-  edge_start_.assign(n + 1, 0);
-  for (const Crossing& x : crossings_) ++edge_start_[x.edge + 1];
-  for (std::uint32_t e = 0; e < n; ++e) edge_start_[e + 1] += edge_start_[e];
-  on_edge_.resize(crossings_.size());
-  for (const Crossing& x : crossings_) on_edge_[edge_start_[x.edge]++] = x;
-  for (std::uint32_t e = n; e > 0; --e) edge_start_[e] = edge_start_[e - 1];
-  edge_start_[0] = 0;
   next_.assign(old_corners, nothing);
   for (std::uint32_t e = 0; e < n; ++e) next_[c_->edges[e].from] = e;
-
   for (std::uint32_t e = 0; e < n; ++e) {
-    const std::uint32_t begin = edge_start_[e], end = edge_start_[e + 1];
-    if (begin == end) continue;
+    if (first_on_edge_[e] == nothing) continue;
     const Edge edge = c_->edges[e];
+    on_edge_.clear();
+    for (std::uint32_t i = first_on_edge_[e]; i != nothing; i = crossings_[i].later)
+      on_edge_.push_back(crossings_[i]);
     const auto side_at = [&](const Crossing& x, std::uint32_t corner) {
       return sides_[cuts_[x.cut].sides + corner];
     };
     const auto earlier = [&](const Crossing& x, const Crossing& y) {
       const Cut& cut = cuts_[y.cut];
-      return side(c_->corners[x.corner], cut.plane, cut.line) == side_at(y, edge.from);
+      return side(x, cut.plane, cut.line, 1) == side_at(y, edge.from);
     };
-    for (std::uint32_t i = begin + 1; i < end; ++i)
-      for (std::uint32_t k = i; k > begin && earlier(on_edge_[k], on_edge_[k - 1]); --k)
+    for (std::size_t i = 1; i < on_edge_.size(); ++i)
+      for (std::size_t k = i; k > 0 && earlier(on_edge_[k], on_edge_[k - 1]); --k)
         std::swap(on_edge_[k], on_edge_[k - 1]);
-    bool inside = side_at(on_edge_[begin], edge.from) > 0;
+    bool inside = side_at(on_edge_[0], edge.from) > 0;
     std::uint32_t corner = edge.from;
-    for (std::uint32_t i = begin; i < end; ++i) {
-      if ((side_at(on_edge_[i], edge.from) > 0) != inside) ++broken_;
-      if (inside)
-        new_edges_.push_back({edge.line, edge.plane, edge.orientation, corner, on_edge_[i].corner});
+    for (const Crossing& x : on_edge_) {
+      if ((side_at(x, edge.from) > 0) != inside) ++broken_;
+      if (inside) new_edges_.push_back({edge.line, edge.plane, edge.orientation, corner, x.corner});
       inside = !inside;
-      corner = on_edge_[i].corner;
+      corner = x.corner;
     }
     if (inside) new_edges_.push_back({edge.line, edge.plane, edge.orientation, corner, edge.to});
     state_[e] = inside ? 1 : 0;  // at its end
   }
   for (std::uint32_t e = 0; e < n; ++e) {
-    if (edge_start_[e] == edge_start_[e + 1]) continue;
+    if (first_on_edge_[e] == nothing) continue;
     for (std::uint32_t k = next_[c_->edges[e].to]; k != nothing && state_[k] < 0;
          k = next_[c_->edges[k].to]) {
       state_[k] = state_[e];
