@@ -71,11 +71,17 @@ FaceClipper::Meeting FaceClipper::gather(const Cone& cone, const Picture& p) {
   if (c0 > c1 || r0 > r1) return Meeting::outside;
   if (grid.occupied(c0, c1, r0, r1) == 0)
     return grid.state(c0, r0) == CellState::inside ? Meeting::inside : Meeting::outside;
+  const Vec2 box_low = low - grid_margin, box_high = high + grid_margin;
   const auto take = [&](int column, int row) {
     for (std::uint32_t e : grid.edges(column, row)) {
       if (stamp_[e] == stamp_now_) continue;
       stamp_[e] = stamp_now_;
       const ContourGrid::Segment& segment = grid.segment(e);
+      if (std::max(segment.a.x, segment.b.x) < box_low.x ||
+          std::min(segment.a.x, segment.b.x) > box_high.x ||
+          std::max(segment.a.y, segment.b.y) < box_low.y ||
+          std::min(segment.a.y, segment.b.y) > box_high.y)
+        continue;
       if (!apart(quad, segment.a, segment.b)) candidates_.push_back(e);
     }
   };
