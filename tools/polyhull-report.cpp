@@ -9,6 +9,7 @@
 
 #include "base/error.h"
 #include "base/picture.h"
+#include "hull/measure.h"
 #include "report/coverage.h"
 #include "report/sheet.h"
 #include "wire/mesh_payload.h"
@@ -65,6 +66,20 @@ int coverage(const std::vector<std::string>& paths, report::Mask mask,
   return 0;
 }
 
+// Names each mesh that is not closed; exit status 1 if there is one.
+int closed(const std::vector<std::string>& paths) {
+  std::size_t open = 0, empty = 0;
+  for (const std::string& path : paths) {
+    const MeshFile file = read_mesh_file(path);
+    if (file.mesh.hull.empty()) ++empty;
+    if (is_closed(file.mesh.hull)) continue;
+    ++open;
+    std::printf("%s: not closed\n", path.c_str());
+  }
+  std::printf("%zu of %zu meshes closed, %zu empty\n", paths.size() - open, paths.size(), empty);
+  return open == 0 ? 0 : 1;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -83,8 +98,11 @@ int main(int argc, char** argv) {
   sheet->add_option("-o,--output", output, "Picture to write")->capture_default_str();
   sheet->add_option("--composite", composites, "Pictures to show in the last rows");
   sheet->add_option("--columns", settings.columns, "Cameras to show")->capture_default_str();
+  CLI::App* check = app.add_subcommand("closed", "Whether every edge has its partner");
+  check->add_option("mesh", meshes, "Mesh files")->required();
   CLI11_PARSE(app, argc, argv);
   try {
+    if (*check) return closed(meshes);
     if (*table) {
       return coverage(meshes, by_matte ? report::Mask::matte : report::Mask::contours, json_path);
     }

@@ -30,7 +30,8 @@ double process_cpu_seconds() {
 struct Run {
   GstElement* pipeline = nullptr;
   bool failed = false;
-  bool quiet = false;
+  bool quiet = false;  // no progress line
+  bool brief = false;  // no tables at the end
   std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now();
 };
 
@@ -137,7 +138,9 @@ void report(const Run& run, double wall, double cpu, const std::string& json_pat
   const auto times = polyhull::profile();
   nlohmann::json json = {{"wall_seconds", wall}, {"cpu_seconds", cpu}};
   std::uint64_t frames = 0;
-  std::printf("\n%-22s %-14s %8s %14s\n", "element", "kind", "buffers", "CPU ms/buffer");
+  if (!run.brief) {
+    std::printf("\n%-22s %-14s %8s %14s\n", "element", "kind", "buffers", "CPU ms/buffer");
+  }
   const std::vector<GstElement*> elements = elements_of(run.pipeline);
   for (GstElement* element : elements) {
     const auto entry = times.find(GST_OBJECT_NAME(element));
@@ -151,6 +154,7 @@ void report(const Run& run, double wall, double cpu, const std::string& json_pat
         buffers ? 1e3 * time.cpu_seconds / static_cast<double>(buffers) : 0.0;
     json["elements"][GST_OBJECT_NAME(element)] = {
         {"kind", factory_name(element)}, {"buffers", buffers}, {"cpu_ms_per_buffer", milliseconds}};
+    if (run.brief) continue;
     std::printf("%-22s %-14s %8llu %14.3f\n", GST_OBJECT_NAME(element), factory_name(element),
                 static_cast<unsigned long long>(buffers), milliseconds);
   }
@@ -158,14 +162,14 @@ void report(const Run& run, double wall, double cpu, const std::string& json_pat
     if (!is_polyhull(element)) continue;
     g_autoptr(GstStructure) stats = stats_of(element);
     if (!stats) continue;
-    std::printf("\n%s:", GST_OBJECT_NAME(element));
+    if (!run.brief) std::printf("\n%s:", GST_OBJECT_NAME(element));
     for (int i = 0; i < gst_structure_n_fields(stats); ++i) {
       const char* name = gst_structure_nth_field_name(stats, i);
       const nlohmann::json value = value_to_json(gst_structure_get_value(stats, name));
       json["stats"][GST_OBJECT_NAME(element)][name] = value;
-      std::printf(" %s=%s", name, value.dump().c_str());
+      if (!run.brief) std::printf(" %s=%s", name, value.dump().c_str());
     }
-    std::printf("\n");
+    if (!run.brief) std::printf("\n");
   }
   json["frames"] = frames;
   std::printf("\n%llu frames in %.2f s: %.1f frames per second; processor time %.2f s\n",
@@ -190,6 +194,7 @@ int main(int argc, char** argv) {
   app.add_option("pipeline", words, "The pipeline in gst-launch-1.0's syntax")->required();
   app.add_option("--json", json_path, "Also write the figures to this file");
   app.add_flag("--quiet", run.quiet, "No progress line");
+  app.add_flag("--brief", run.brief, "Only the last line of the figures");
   CLI11_PARSE(app, argc, argv);
 
   gst_init(nullptr, nullptr);
