@@ -22,6 +22,7 @@
 #include <chrono>
 
 #include "base/error.h"
+#include "base/thread_pool.h"
 #include "common/guard.h"
 #include "common/hull_stage.h"
 #include "hullbuild_pad.h"
@@ -91,6 +92,7 @@ void set_property_value(GObject* object, guint id, const GValue* value, GParamSp
     return;
   }
   if (id == first_setting + rig_row) priv.rig_changed = true;
+  if (id == first_setting + pool_row) set_pool_threads(static_cast<int>(g_value_get_uint(value)));
   update_latency(self_of(object));
 }
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "hullbuild_properties.h"
 
+#include <type_traits>
+
 namespace polyhull::element {
 
 template <>
@@ -73,7 +75,14 @@ std::span<const Property<HullSettings>> hull_properties() {
           "How many threads of the pool that all elements share may build the hull "
           "(1 to 256); 0 means all of them.",
           0, 256),
+      property<&S::pool_threads>(
+          "pool-threads", "Threads of the pool",
+          "Size of the pool of threads that all polyhull elements of the process share (1 to 256); "
+          "0 "
+          "means as many as the machine has cores. The last element to set it decides.",
+          0, 256),
   };
+  static_assert(std::extent_v<decltype(table)> == pool_row + 1);
   return table;
 }
 

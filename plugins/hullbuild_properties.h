@@ -25,10 +25,12 @@ struct HullSettings {
   bool use_bounds = true;
   double max_deviation = 0.0;
   std::uint32_t threads = 0;
+  std::uint32_t pool_threads = 0;
 };
 
-/// The row of the property `rig` in the table.
+/// Rows of the table whose properties do more than be stored.
 inline constexpr guint rig_row = 0;
+inline constexpr guint pool_row = 11;
 
 std::span<const Property<HullSettings>> hull_properties();
 

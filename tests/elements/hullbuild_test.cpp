@@ -5,6 +5,7 @@
 #include <functional>
 #include <memory>
 
+#include "base/thread_pool.h"
 #include "box_views.h"
 #include "element_checks.h"
 #include "hull/measure.h"
@@ -158,6 +159,10 @@ GST_START_TEST(test_a_box_becomes_its_hull) {
       fail_unless(std::abs(glm::dot(normal, X - camera.centre())) < 1e-3);
     }
   }
+  g_object_set(bench.element, "pool-threads", 2, nullptr);
+  fail_unless_equals_int(pool_threads(), 2);
+  g_object_set(bench.element, "pool-threads", 0, nullptr);
+  fail_unless(pool_threads() >= 1);
   fail_unless_equals_uint64(bench.count("sets"), 1);
   fail_unless_equals_uint64(bench.count("cameras"), 4);
   fail_unless(bench.count("faces") > 0);
