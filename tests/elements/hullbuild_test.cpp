@@ -449,6 +449,49 @@ GST_START_TEST(test_flush_starts_anew) {
 }
 GST_END_TEST
 
+// The mesh at which a paused pipeline stands.
+static Mesh mesh_at(GstElement* sink, GstClockTime& time, std::vector<std::uint8_t>& bytes) {
+  GstSample* sample = nullptr;
+  g_object_get(sink, "last-sample", &sample, nullptr);
+  fail_unless(sample != nullptr);
+  GstBuffer* buffer = gst_sample_get_buffer(sample);
+  time = GST_BUFFER_PTS(buffer);
+  bytes.resize(gst_buffer_get_size(buffer));
+  gst_buffer_extract(buffer, 0, bytes.data(), bytes.size());
+  gst_sample_unref(sample);
+  return read_mesh(Bytes(bytes));
+}
+
+GST_START_TEST(test_seek) {
+  std::string line = "hullbuild name=hull ! fakesink name=sink sync=true ";
+  for (const char* camera : {"cam0", "cam1"})
+    line += std::string("rigtestsrc camera=") + camera +
+            " ! video/x-raw,width=1024,height=768,framerate=25/1 ! chromamatte ! gaussblur ! "
+            "contourfind camera=" +
+            camera + " ! queue ! hull. ";
+  GstElement* pipeline = parse(line);
+  GstElement* sink = gst_bin_get_by_name(GST_BIN(pipeline), "sink");
+  gst_element_set_state(pipeline, GST_STATE_PAUSED);
+  gst_element_get_state(pipeline, nullptr, nullptr, 15 * GST_SECOND);
+  std::vector<std::uint8_t> bytes;
+  GstClockTime time = 0;
+  for (const int frame : {50, 20, 21, 0}) {
+    fail_unless(gst_element_seek_simple(
+        pipeline, GST_FORMAT_TIME,
+        static_cast<GstSeekFlags>(GST_SEEK_FLAG_FLUSH | GST_SEEK_FLAG_ACCURATE),
+        frame * frame_time));
+    gst_element_get_state(pipeline, nullptr, nullptr, 15 * GST_SECOND);
+    const Mesh mesh = mesh_at(sink, time, bytes);
+    fail_unless_equals_uint64(mesh.trigger, frame);
+    fail_unless_equals_uint64(time, frame * frame_time);
+    fail_unless_equals_int(mesh.views.size(), 2);
+  }
+  gst_element_set_state(pipeline, GST_STATE_NULL);
+  gst_object_unref(sink);
+  gst_object_unref(pipeline);
+}
+GST_END_TEST
+
 GST_START_TEST(test_live_change_of_rig) {
   Bench bench;
   for (int i = 0; i < 4; ++i) bench.push_box(i, 0);
@@ -549,7 +592,7 @@ static Suite* hullbuild_suite() {
   Suite* suite = suite_create("hullbuild");
   TCase* tests = tcase_create("general");
   suite_add_tcase(suite, tests);
-  tcase_set_timeout(tests, 20);
+  tcase_set_timeout(tests, 60);
   tcase_add_test(tests, test_documented);
   tcase_add_test(tests, test_a_box_becomes_its_hull);
   tcase_add_test(tests, test_order_of_pads_and_arrival_changes_nothing);
@@ -562,6 +605,7 @@ static Suite* hullbuild_suite() {
   tcase_add_test(tests, test_hostile_views_are_dropped);
   tcase_add_test(tests, test_empty_full_and_lone_silhouettes);
   tcase_add_test(tests, test_flush_starts_anew);
+  tcase_add_test(tests, test_seek);
   tcase_add_test(tests, test_live_change_of_rig);
   tcase_add_test(tests, test_gaps_and_ends);
   tcase_add_test(tests, test_unchanged_silhouettes_are_not_built_again);
