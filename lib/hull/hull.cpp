@@ -15,6 +15,7 @@
 #include "hull/cone.h"
 #include "hull/face_clipper.h"
 #include "hull/scene.h"
+#include "hull/simplify.h"
 #include "hull/triangulate.h"
 
 namespace polyhull {
@@ -99,6 +100,7 @@ struct HullBuilder::State {
   std::vector<std::unique_ptr<FaceClipper>> clippers;
   std::vector<std::unique_ptr<hull::Triangulator>> triangulators;
   std::vector<std::vector<std::uint32_t>> triangle_blocks;
+  hull::Simplifier simplifier;
   std::vector<Vec3> face_normals;  // out of the solid
 
   bool unchanged(std::span<const Silhouette> views, const HullOptions& options) const;
@@ -109,6 +111,7 @@ struct HullBuilder::State {
                std::vector<const Cone*>& used);
   void clip_faces(int threads);
   void triangulate(int threads);
+  bool any_broken() const;
 
   template <class T>
   std::unique_ptr<T> take(std::vector<std::unique_ptr<T>>& idle) {
@@ -309,6 +312,18 @@ void HullBuilder::State::triangulate(int threads) {
   }
 }
 
+/// Whether rounding to float has flattened or flipped a triangle.
+bool HullBuilder::State::any_broken() const {
+  for (std::size_t f = 0; f < hull.faces.size(); ++f) {
+    const std::uint32_t* t = hull.triangles.data() + 3 * hull.faces[f].first_triangle;
+    for (std::uint32_t k = 0; k < hull.faces[f].triangle_count; ++k, t += 3)
+      if (hull::Simplifier::broken(hull.vertices[t[0]], hull.vertices[t[1]], hull.vertices[t[2]],
+                                   face_normals[f]))
+        return true;
+  }
+  return false;
+}
+
 void HullBuilder::State::build(std::span<const Silhouette> views, const HullOptions& options) {
   double t0 = seconds_now();
   const auto lap = [&](double& into) {
@@ -357,6 +372,8 @@ void HullBuilder::State::build(std::span<const Silhouette> views, const HullOpti
   assembler.assemble(scene, frame, blocks, hull, face_normals);
   lap(statistics.seconds_assemble);
   triangulate(threads);
+  if (options.max_deviation > 0 || any_broken())
+    simplifier.simplify(hull, face_normals, options.max_deviation);
   lap(statistics.seconds_triangulate);
 }
 

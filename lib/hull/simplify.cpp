@@ -1,0 +1,286 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "hull/simplify.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace polyhull::hull {
+namespace {
+
+constexpr std::uint32_t none = 0xffffffffu;
+/// A sliver's height against its longest edge.
+constexpr double sliver = 0.002;
+
+}  // namespace
+
+bool Simplifier::broken(const Vec3f& a, const Vec3f& b, const Vec3f& c, const Vec3& normal) {
+  const Vec3 p(a);
+  return !(glm::dot(glm::cross(Vec3(b) - p, Vec3(c) - p), normal) > 0.0);
+}
+
+Simplifier::Shape Simplifier::shape(std::uint32_t a, std::uint32_t b, std::uint32_t c,
+                                    std::uint32_t face) const {
+  const auto& v = hull_->vertices;
+  if (broken(v[a], v[b], v[c], normals_[face])) return Shape::broken;
+  if (!slivers_) return Shape::good;
+  const Vec3 p(v[a]), q(v[b]), r(v[c]);
+  const double area = glm::length(glm::cross(q - p, r - p));
+  const double ab = glm::dot(q - p, q - p), bc = glm::dot(r - q, r - q),
+               ca = glm::dot(p - r, p - r);
+  return area < sliver * std::max({ab, bc, ca}) ? Shape::sliver : Shape::good;
+}
+
+Simplifier::Shape Simplifier::shape(std::uint32_t t) const {
+  const auto& i = hull_->triangles;
+  return shape(i[3 * t], i[3 * t + 1], i[3 * t + 2], face_of_[t]);
+}
+
+void Simplifier::connect() {
+  const auto& t = hull_->triangles;
+  const std::uint32_t half_edges = static_cast<std::uint32_t>(t.size());
+  opposite_.assign(half_edges, none);
+  leaving_.assign(hull_->vertices.size(), none);
+  // Half-edges by their lower vertex, then matched within each small list.
+  std::vector<std::uint32_t> start(hull_->vertices.size() + 1, 0), list(half_edges);
+  const auto lower = [&](std::uint32_t h) { return std::min(t[h], t[following(h)]); };
+  for (std::uint32_t h = 0; h < half_edges; ++h) ++start[lower(h) + 1];
+  for (std::size_t v = 0; v + 1 < start.size(); ++v) start[v + 1] += start[v];
+  std::vector<std::uint32_t> at(start.begin(), start.end() - 1);
+  for (std::uint32_t h = 0; h < half_edges; ++h) {
+    list[at[lower(h)]++] = h;
+    leaving_[t[h]] = h;
+  }
+  for (std::size_t v = 0; v + 1 < start.size(); ++v)
+    for (std::uint32_t i = start[v]; i < start[v + 1]; ++i)
+      for (std::uint32_t k = i + 1; k < start[v + 1]; ++k)
+        if (t[list[i]] == t[following(list[k])] && t[following(list[i])] == t[list[k]]) {
+          opposite_[list[i]] = list[k];
+          opposite_[list[k]] = list[i];
+        }
+  face_of_.resize(half_edges / 3);
+  for (std::uint32_t f = 0; f < hull_->faces.size(); ++f) {
+    const HullFace& face = hull_->faces[f];
+    for (std::uint32_t k = 0; k < face.triangle_count; ++k) face_of_[face.first_triangle + k] = f;
+  }
+  moved_.assign(hull_->vertices.size(), 0.0);
+  dead_.assign(half_edges / 3, 0);
+}
+
+std::uint32_t Simplifier::valence(std::uint32_t vertex) const {
+  std::uint32_t count = 0, h = leaving_[vertex];
+  do {
+    ++count;
+    h = turn(h);
+  } while (h != leaving_[vertex]);
+  return count;
+}
+
+bool Simplifier::joined(std::uint32_t a, std::uint32_t b) const {
+  std::uint32_t h = leaving_[a];
+  do {
+    if (to(h) == b) return true;
+    h = turn(h);
+  } while (h != leaving_[a]);
+  return false;
+}
+
+/// Moves the half-edge's start onto its end.
+bool Simplifier::collapse(std::uint32_t h) {
+  const std::uint32_t u = from(h), v = to(h), g = opposite_[h];
+  const auto& p = hull_->vertices;
+  const double length = glm::length(Vec3(p[u]) - Vec3(p[v]));
+  double moved = 0.0;
+  {
+    std::uint32_t k = leaving_[u];
+    do {
+      moved = std::max(moved, moved_[to(k)]);
+      k = turn(k);
+    } while (k != leaving_[u]);
+  }
+  moved = std::max(moved, moved_[u]) + length;
+  if (moved > limit_) return false;
+  const std::uint32_t x = to(following(h)), y = to(following(g));
+  if (x == y || valence(x) <= 3 || valence(y) <= 3) return false;
+  int before = 0, after = 0, broken_before = 0, broken_after = 0;
+  std::uint32_t k = leaving_[u];
+  do {
+    const std::uint32_t other = to(k), t = k / 3;
+    // Common neighbours are x and y alone.
+    if (other != v && other != x && other != y && joined(other, v)) return false;
+    const Shape now = shape(t);
+    before += now != Shape::good;
+    broken_before += now == Shape::broken;
+    if (t != h / 3 && t != g / 3) {
+      const std::uint32_t a = to(k), b = to(following(k));
+      const Shape then = shape(v, a, b, face_of_[t]);
+      after += then != Shape::good;
+      broken_after += then == Shape::broken;
+      const Vec3 n0 = glm::cross(Vec3(p[a]) - Vec3(p[u]), Vec3(p[b]) - Vec3(p[u]));
+      const Vec3 n1 = glm::cross(Vec3(p[a]) - Vec3(p[v]), Vec3(p[b]) - Vec3(p[v]));
+      if (now == Shape::good && glm::dot(n0, n1) < 0.7 * glm::length(n0) * glm::length(n1))
+        return false;
+    }
+    k = turn(k);
+  } while (k != leaving_[u]);
+  if (after >= before || broken_after > broken_before) return false;
+  k = leaving_[u];
+  std::vector<std::uint32_t> around;
+  do {
+    around.push_back(k);
+    k = turn(k);
+  } while (k != leaving_[u]);
+  for (std::uint32_t e : around) hull_->triangles[e] = v;
+  const auto link = [&](std::uint32_t a, std::uint32_t b) { opposite_[a] = b, opposite_[b] = a; };
+  const std::uint32_t h1 = following(h), h2 = following(h1), g1 = following(g), g2 = following(g1);
+  const std::uint32_t xv = opposite_[h1], vx = opposite_[h2], yv = opposite_[g1],
+                      vy = opposite_[g2];
+  link(xv, vx);
+  link(yv, vy);
+  leaving_[x] = xv;
+  leaving_[y] = yv;
+  leaving_[v] = vx;
+  dead_[h / 3] = dead_[g / 3] = 1;
+  k = leaving_[v];
+  do {
+    moved_[to(k)] = std::max(moved_[to(k)], moved);
+    if (shape(k / 3) != Shape::good) work_.push_back(k / 3);
+    k = turn(k);
+  } while (k != leaving_[v]);
+  moved_[v] = std::max(moved_[v], moved);
+  return true;
+}
+
+/// Gives the half-edge's triangle, which is flat with its longest edge here, over to the neighbour.
+bool Simplifier::flip(std::uint32_t h) {
+  const std::uint32_t g = opposite_[h];
+  const std::uint32_t h1 = following(h), h2 = following(h1), g1 = following(g), g2 = following(g1);
+  const std::uint32_t a = from(h), b = to(h), c = to(h1), d = to(g1);
+  if (c == d || joined(c, d) || valence(a) <= 3 || valence(b) <= 3) return false;
+  const auto& p = hull_->vertices;
+  const Vec3 edge = Vec3(p[b]) - Vec3(p[a]);
+  const double length = glm::length(edge);
+  const double height =
+      length > 0 ? glm::length(glm::cross(edge, Vec3(p[c]) - Vec3(p[a]))) / length : 0;
+  const double moved = std::max({moved_[a], moved_[b], moved_[c], moved_[d]}) + height;
+  if (moved > limit_) return false;
+  const std::uint32_t t0 = h / 3, t1 = g / 3, face = face_of_[t1];
+  const Shape n0 = shape(t0), n1 = shape(t1), m0 = shape(a, d, c, face), m1 = shape(d, b, c, face);
+  const auto count = [](Shape s, Shape t, Shape limit) { return (s >= limit) + (t >= limit); };
+  const int broken_now = count(n0, n1, Shape::broken), broken_then = count(m0, m1, Shape::broken);
+  const int bad_now = count(n0, n1, Shape::sliver), bad_then = count(m0, m1, Shape::sliver);
+  if (broken_then > broken_now || bad_then >= bad_now) return false;
+  // Triangles (a, b, c) and (b, a, d) become (a, d, c) and (d, b, c).
+  const std::uint32_t bc = opposite_[h1], ca = opposite_[h2], ad = opposite_[g1],
+                      db = opposite_[g2];
+  auto& t = hull_->triangles;
+  const std::uint32_t i = 3 * t0, k = 3 * t1;
+  t[i] = a, t[i + 1] = d, t[i + 2] = c;
+  t[k] = d, t[k + 1] = b, t[k + 2] = c;
+  face_of_[t0] = face;
+  const auto link = [&](std::uint32_t x, std::uint32_t y) { opposite_[x] = y, opposite_[y] = x; };
+  link(i, ad), link(i + 1, k + 2), link(i + 2, ca);
+  link(k, db), link(k + 1, bc);
+  leaving_[a] = i, leaving_[d] = k, leaving_[b] = k + 1, leaving_[c] = i + 2;
+  for (std::uint32_t v : {a, b, c, d}) moved_[v] = std::max(moved_[v], moved);
+  for (std::uint32_t n : {t0, t1})
+    if (shape(n) != Shape::good) work_.push_back(n);
+  return true;
+}
+
+bool Simplifier::mend(std::uint32_t t) {
+  const auto& p = hull_->vertices;
+  std::array<std::pair<double, std::uint32_t>, 3> edges;
+  for (std::uint32_t k = 0; k < 3; ++k) {
+    const std::uint32_t h = 3 * t + k;
+    edges[k] = {glm::length(Vec3(p[to(h)]) - Vec3(p[from(h)])), h};
+  }
+  std::sort(edges.begin(), edges.end());
+  for (const auto& [length, h] : {edges[0], edges[1]})
+    if (collapse(h) || collapse(opposite_[h])) return true;
+  return flip(edges[2].second);
+}
+
+void Simplifier::simplify(Hull& hull, std::span<const Vec3> normals, double max_deviation) {
+  hull_ = &hull;
+  normals_ = normals;
+  slivers_ = max_deviation > 0;
+  float largest = 0.0f;
+  for (const Vec3f& v : hull.vertices)
+    largest = std::max({largest, std::abs(v.x), std::abs(v.y), std::abs(v.z)});
+  // A coordinate is off by half a unit in its last place, 2^-24 of the largest.
+  limit_ = std::max(max_deviation, std::ldexp(static_cast<double>(largest), -21));
+  connect();
+  for (std::uint32_t o : opposite_)
+    if (o == none) return;
+  bool changed = false;
+  work_.clear();
+  for (std::uint32_t t = 0; t < face_of_.size(); ++t)
+    if (shape(t) != Shape::good) work_.push_back(t);
+  // Each success leaves fewer bad triangles, so this ends.
+  for (bool again = true; again;) {
+    again = false;
+    std::vector<std::uint32_t> round;
+    round.swap(work_);
+    std::sort(round.begin(), round.end());
+    round.erase(std::unique(round.begin(), round.end()), round.end());
+    for (std::uint32_t t : round) {
+      if (dead_[t] || shape(t) == Shape::good) continue;
+      if (mend(t))
+        again = changed = true;
+      else
+        work_.push_back(t);
+    }
+  }
+  if (changed) rebuild();
+}
+
+/// Vertices without the unused, triangles by face, and loops from where faces meet.
+void Simplifier::rebuild() {
+  Hull& hull = *hull_;
+  const std::uint32_t triangles = static_cast<std::uint32_t>(face_of_.size());
+  std::vector<std::vector<std::uint32_t>> of_face(hull.faces.size());
+  for (std::uint32_t t = 0; t < triangles; ++t)
+    if (!dead_[t]) of_face[face_of_[t]].push_back(t);
+  std::vector<char> used(hull.vertices.size(), 0);
+  for (std::uint32_t t = 0; t < triangles; ++t)
+    if (!dead_[t])
+      for (int k = 0; k < 3; ++k) used[hull.triangles[3 * t + k]] = 1;
+  std::vector<std::uint32_t> number(hull.vertices.size(), none);
+  std::uint32_t kept = 0;
+  for (std::size_t v = 0; v < number.size(); ++v)
+    if (used[v]) {
+      hull.vertices[kept] = hull.vertices[v];
+      number[v] = kept++;
+    }
+  hull.vertices.resize(kept);
+  std::vector<std::uint32_t> out;
+  std::vector<HullFace> faces;
+  hull.loop_vertices.clear(), hull.loop_ends.clear(), hull.face_loop_ends.clear();
+  std::vector<char> seen(hull.triangles.size(), 0);
+  for (std::uint32_t f = 0; f < of_face.size(); ++f) {
+    if (of_face[f].empty()) continue;
+    HullFace face = hull.faces[f];
+    face.first_triangle = static_cast<std::uint32_t>(out.size() / 3);
+    face.triangle_count = static_cast<std::uint32_t>(of_face[f].size());
+    for (std::uint32_t t : of_face[f])
+      for (int k = 0; k < 3; ++k) out.push_back(number[hull.triangles[3 * t + k]]);
+    const auto border = [&](std::uint32_t h) { return face_of_[opposite_[h] / 3] != f; };
+    for (std::uint32_t t : of_face[f])
+      for (std::uint32_t first = 3 * t; first < 3 * t + 3; ++first) {
+        if (seen[first] || !border(first)) continue;
+        for (std::uint32_t h = first; !seen[h];) {
+          seen[h] = 1;
+          hull.loop_vertices.push_back(number[hull.triangles[h]]);
+          h = following(h);
+          while (!border(h)) h = following(opposite_[h]);
+        }
+        hull.loop_ends.push_back(static_cast<std::uint32_t>(hull.loop_vertices.size()));
+      }
+    hull.face_loop_ends.push_back(static_cast<std::uint32_t>(hull.loop_ends.size()));
+    faces.push_back(face);
+  }
+  hull.triangles = std::move(out);
+  hull.faces = std::move(faces);
+}
+
+}  // namespace polyhull::hull
