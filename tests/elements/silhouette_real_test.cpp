@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+// Real frames from $POLYHULL_DATA/greenscreen: photographs with a hand-cut alpha, and a film.
+#include <gst/app/gstappsink.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+
+#include "base/picture.h"
+#include "elements/element_checks.h"
+#include "elements/frames.h"
+#include "elements/views.h"
+
+using namespace polyhull;
+using namespace polyhull::test;
+
+namespace {
+
+/// The path of a real file, or "" with a message where it is missing.
+std::string real(const std::string& name) {
+  const char* data = std::getenv("POLYHULL_DATA");
+  const std::string path = std::string(data != nullptr ? data : ".") + "/greenscreen/" + name;
+  if (std::filesystem::exists(path)) return path;
+  g_printerr("SKIPPED: the real input %s is not here\n", path.c_str());
+  return "";
+}
+
+bool have(const char* element) {
+  GstElementFactory* factory = gst_element_factory_find(element);
+  if (factory == nullptr) {
+    g_printerr("SKIPPED: the element %s is not installed\n", element);
+    return false;
+  }
+  gst_object_unref(factory);
+  return true;
+}
+
+/// Runs a line that ends in "appsink name=sink" and hands every buffer to \p take.
+void for_each_buffer(const std::string& line, const std::function<void(GstBuffer*)>& take) {
+  GstElement* pipeline = parse(line);
+  GstElement* sink = gst_bin_get_by_name(GST_BIN(pipeline), "sink");
+  g_object_set(sink, "sync", FALSE, nullptr);
+  gst_element_set_state(pipeline, GST_STATE_PLAYING);
+  while (GstSample* sample = gst_app_sink_pull_sample(GST_APP_SINK(sink))) {
+    take(gst_sample_get_buffer(sample));
+    gst_sample_unref(sample);
+  }
+  ck_assert_str_eq(wait_for_end(pipeline).c_str(), "");
+  gst_element_set_state(pipeline, GST_STATE_NULL);
+  gst_object_unref(sink);
+  gst_object_unref(pipeline);
+}
+
+}  // namespace
+
+/// The matte against the alpha cut by hand; the default must beat the prototype's rule.
+GST_START_TEST(photographs_keyed_like_by_hand) {
+  for (const char* name : {"toy_train1", "toy_train2"}) {
+    const std::string photo = real(std::string(name) + "_green.png");
+    const std::string cut = real(std::string(name) + "_alpha.png");
+    if (photo.empty() || cut.empty() || !have("pngdec")) return;
+    const Picture truth = load_picture(cut, 4);
+    const auto error_of = [&](const std::string& settings) {
+      double sum = 0.0;
+      for_each_buffer("filesrc location=" + photo +
+                          " ! pngdec ! videoconvert ! video/x-raw,format=RGBx ! chromamatte " +
+                          settings + " ! appsink name=sink",
+                      [&](GstBuffer* buffer) {
+                        for_each_pixel(buffer, truth.width, truth.height,
+                                       [&](int x, int y, const std::uint8_t* p) {
+                                         sum += std::abs(p[3] - truth.row(y)[4 * x + 3]) / 255.0;
+                                       });
+                      });
+      return sum / (truth.width * truth.height);
+    };
+    const double soft = error_of("");
+    const double automatic = error_of("key=auto");
+    const double prototype = error_of("method=prototype");
+    g_print("%s: mean absolute alpha error: soft %.4f, key=auto %.4f, prototype %.4f\n", name, soft,
+            automatic, prototype);
+    fail_unless(soft < prototype, "%s: soft %g, prototype %g", name, soft, prototype);
+    fail_unless(automatic < 0.015, "%s: %g", name, automatic);
+  }
+}
+GST_END_TEST
+
+/// A man before a yellow-green wall: in each frame of the first ten seconds one large silhouette,
+/// which does not jump; one pass and chain find the same contours.
+GST_START_TEST(a_film_becomes_views) {
+  const std::string film = real("mdn_yellow_screen_man_320x192.mp4");
+  if (film.empty() || !have("qtdemux") || !have("avdec_h264")) return;
+  const std::string front = "filesrc location=" + film + " ! qtdemux ! avdec_h264 ! ";
+  const std::string settings = "key=auto sigma=1.5 tolerance=0.5 min-area=200";
+  std::vector<ReadView> one;
+  double before = -1.0;
+  for_each_buffer(
+      front + "identity eos-after=250 ! silhouette camera=man " + settings + " ! appsink name=sink",
+      [&](GstBuffer* buffer) {
+        const ReadView read = take_view(gst_buffer_ref(buffer));
+        const double share = area_of(read.view.contours) / (320.0 * 192.0);
+        fail_unless(share > 0.2 && share < 0.8, "frame %u: %g of the picture", (unsigned)one.size(),
+                    share);
+        fail_unless(before < 0.0 || std::abs(share - before) < 0.05, "frame %u: %g after %g",
+                    (unsigned)one.size(), share, before);
+        before = share;
+        one.push_back(read);
+      });
+  fail_unless(one.size() >= 249, "%u frames", (unsigned)one.size());
+  std::size_t i = 0;
+  for_each_buffer(front +
+                      "identity eos-after=250 ! chromamatte key=auto ! gaussblur sigma=1.5 ! "
+                      "contourfind camera=man tolerance=0.5 min-area=200 ! appsink name=sink",
+                  [&](GstBuffer* buffer) {
+                    // Not the whole payload: the capture time tells when the pipeline was started.
+                    const ReadView read = take_view(gst_buffer_ref(buffer));
+                    fail_unless(i < one.size());
+                    fail_unless(read.view.contours == one[i].view.contours, "frame %u",
+                                (unsigned)i);
+                    ++i;
+                  });
+  fail_unless_equals_int(static_cast<int>(i), static_cast<int>(one.size()));
+}
+GST_END_TEST
+
+static Suite* silhouette_real_suite() {
+  Suite* suite = suite_create("silhouette_real");
+  TCase* tests = tcase_create("general");
+  tcase_set_timeout(tests, 180);
+  suite_add_tcase(suite, tests);
+  tcase_add_test(tests, photographs_keyed_like_by_hand);
+  tcase_add_test(tests, a_film_becomes_views);
+  return suite;
+}
+
+GST_CHECK_MAIN(silhouette_real)
