@@ -108,8 +108,8 @@ void examine_camera(const Rig& rig, const Camera& camera, const std::optional<Ve
         name, camera.K[2][0], camera.K[2][1]));
   if (lens.outside_share > 0.0)
     report.warnings.push_back(
-        format("%s: the lens model cannot be inverted on %.1f %% of the picture (its corners); a "
-               "subject there is seen distorted",
+        format("%s: the lens model cannot be inverted on %.1f %% of the picture (its corners): "
+               "contours there move to the rim of where it can",
                name, 100.0 * lens.outside_share));
   if (lens.largest_error > 1e-6)
     report.warnings.push_back(format("%s: undistorting and distorting again is off by %.2g px",
