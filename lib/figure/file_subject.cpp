@@ -220,7 +220,7 @@ class FileSubject : public Subject {
     const float radius = std::sqrt(p.x * p.x + p.z * p.z);
     constexpr float sector = static_cast<float>(std::numbers::pi) / 6.0f;
     const float angle = std::atan2(p.x, p.z) / sector;
-    const float meridian = std::abs(angle - std::round(angle)) * sector * radius - 0.006f * size_;
+    const float meridian = (std::abs(angle - std::round(angle)) - 0.06f) * sector * radius;
     return glm::mix(colour, dark, edge(meridian));
   }
 
