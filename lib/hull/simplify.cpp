@@ -101,7 +101,7 @@ bool Simplifier::collapse(std::uint32_t h) {
   if (moved > limit_) return false;
   const std::uint32_t x = to(following(h)), y = to(following(g));
   if (x == y || valence(x) <= 3 || valence(y) <= 3) return false;
-  int before = 0, after = 0, broken_before = 0, broken_after = 0;
+  int before = 0, after = 0;
   std::uint32_t k = leaving_[u];
   do {
     const std::uint32_t other = to(k), t = k / 3;
@@ -109,12 +109,11 @@ bool Simplifier::collapse(std::uint32_t h) {
     if (other != v && other != x && other != y && joined(other, v)) return false;
     const Shape now = shape(t);
     before += now != Shape::good;
-    broken_before += now == Shape::broken;
     if (t != h / 3 && t != g / 3) {
       const std::uint32_t a = to(k), b = to(following(k));
       const Shape then = shape(v, a, b, face_of_[t]);
       after += then != Shape::good;
-      broken_after += then == Shape::broken;
+      if (then == Shape::broken && now != Shape::broken) return false;
       const Vec3 n0 = glm::cross(Vec3(p[a]) - Vec3(p[u]), Vec3(p[b]) - Vec3(p[u]));
       const Vec3 n1 = glm::cross(Vec3(p[a]) - Vec3(p[v]), Vec3(p[b]) - Vec3(p[v]));
       if (now == Shape::good && glm::dot(n0, n1) < 0.7 * glm::length(n0) * glm::length(n1))
@@ -122,7 +121,7 @@ bool Simplifier::collapse(std::uint32_t h) {
     }
     k = turn(k);
   } while (k != leaving_[u]);
-  if (after >= before || broken_after > broken_before) return false;
+  if (after >= before) return false;
   k = leaving_[u];
   std::vector<std::uint32_t> around;
   do {
@@ -164,11 +163,14 @@ bool Simplifier::flip(std::uint32_t h) {
   const double moved = std::max({moved_[a], moved_[b], moved_[c], moved_[d]}) + height;
   if (moved > limit_) return false;
   const std::uint32_t t0 = h / 3, t1 = g / 3, face = face_of_[t1];
+  const bool merge = glm::length(Vec3(p[c]) - Vec3(p[d])) + moved <= limit_;
   const Shape n0 = shape(t0), n1 = shape(t1), m0 = shape(a, d, c, face), m1 = shape(d, b, c, face);
   const auto count = [](Shape s, Shape t, Shape limit) { return (s >= limit) + (t >= limit); };
-  const int broken_now = count(n0, n1, Shape::broken), broken_then = count(m0, m1, Shape::broken);
+  const int broken_then = count(m0, m1, Shape::broken);
   const int bad_now = count(n0, n1, Shape::sliver), bad_then = count(m0, m1, Shape::sliver);
-  if (broken_then > broken_now || bad_then >= bad_now) return false;
+  const bool better = broken_then == 0 && bad_then < bad_now;
+  if (!merge && !better) return false;
+  const std::uint32_t old_face = face_of_[t0];
   // Triangles (a, b, c) and (b, a, d) become (a, d, c) and (d, b, c).
   const std::uint32_t bc = opposite_[h1], ca = opposite_[h2], ad = opposite_[g1],
                       db = opposite_[g2];
@@ -181,6 +183,19 @@ bool Simplifier::flip(std::uint32_t h) {
   link(i, ad), link(i + 1, k + 2), link(i + 2, ca);
   link(k, db), link(k + 1, bc);
   leaving_[a] = i, leaving_[d] = k, leaving_[b] = k + 1, leaving_[c] = i + 2;
+  if (merge) {
+    // Two flat triangles back to back: their tips c and d are one point.
+    if (collapse(i + 1) || collapse(k + 2)) return true;
+  }
+  if (!better) {
+    t[i] = a, t[i + 1] = b, t[i + 2] = c;
+    t[k] = b, t[k + 1] = a, t[k + 2] = d;
+    link(i, k), link(i + 1, bc), link(i + 2, ca);
+    link(k + 1, ad), link(k + 2, db);
+    face_of_[t0] = old_face;
+    leaving_[a] = i, leaving_[b] = k, leaving_[c] = i + 2, leaving_[d] = k + 2;
+    return false;
+  }
   for (std::uint32_t v : {a, b, c, d}) moved_[v] = std::max(moved_[v], moved);
   for (std::uint32_t n : {t0, t1})
     if (shape(n) != Shape::good) work_.push_back(n);

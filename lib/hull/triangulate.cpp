@@ -199,7 +199,8 @@ bool Triangulator::ear(std::uint32_t node) const {
     const std::uint32_t v = nodes_[k].vertex;
     const Vec2 x = flat_[v];
     if (x.x < x0 || x.x > x1 || x.y < y0 || x.y > y1) continue;
-    if (v == a || v == b || v == c) continue;
+    // A vertex on top of a corner, by rounding or by a bridge, does not lie inside.
+    if (x == p || x == q || x == r) continue;
     if (turn(a, b, v) >= 0 && turn(b, c, v) >= 0 && turn(c, a, v) >= 0) return false;
   }
   return true;
