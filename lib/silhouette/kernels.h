@@ -23,10 +23,13 @@ struct PixelForms {
 };
 
 /// alpha = clamp(((base - signal) * gain + 2^14) >> 15, 0, 255), the difference saturated to 16
-/// bit.
+/// bit. A block all of whose values are at most `low` (at least `high`) becomes 0 (255) throughout:
+/// noise is silenced where there is nothing else, and edges keep their exact ramp.
 struct Ramp {
   std::int16_t base;
   std::int16_t gain;
+  std::uint8_t low = 0;
+  std::uint8_t high = 255;
 };
 
 /// Distance to a plate that may be darker or brighter: see KeyMethod::difference. alpha =
@@ -50,9 +53,10 @@ struct Kernels {
   /// Alpha and states from signals; count is a multiple of matte_block.
   void (*ramp_alpha)(const std::int16_t* signal, int count, Ramp ramp, std::uint8_t* alpha,
                      BlockState* states);
-  /// The same with a ramp per pixel.
+  /// The same with a base and a gain per pixel.
   void (*local_alpha)(const std::int16_t* signal, const std::int16_t* base,
-                      const std::int16_t* gain, int count, std::uint8_t* alpha, BlockState* states);
+                      const std::int16_t* gain, Ramp limits, int count, std::uint8_t* alpha,
+                      BlockState* states);
   /// Signals of `count` chroma samples of two rows of interleaved (cb, cr): with
   /// c = near_weight * near + far_weight * far (weights sum to 4), the min over forms i = 0, 1 of
   /// (weights[2i] * cb + weights[2i+1] * cr + offsets[i]) >> 8, saturated to 16 bit.

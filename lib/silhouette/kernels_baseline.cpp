@@ -116,11 +116,12 @@ void pixel_alpha(const std::uint8_t* pixels, int count, const PixelForms& forms,
   const __m128i a = weights_of(forms.a), b = weights_of(forms.b);
   const __m128i oa = _mm_set1_epi16(forms.a_offset), ob = _mm_set1_epi16(forms.b_offset);
   const __m128i base = _mm_set1_epi16(ramp.base), gain = _mm_set1_epi16(ramp.gain);
+  const Limits limits(ramp);
   for (int x = 0; x < count; x += 16)
     store_alpha(
         mulhrs(_mm_subs_epi16(base, eight_signals(pixels + 4 * x, a, b, oa, ob)), gain),
         mulhrs(_mm_subs_epi16(base, eight_signals(pixels + 4 * x + 32, a, b, oa, ob)), gain),
-        alpha + x, block_states + x / 16);
+        limits, alpha + x, block_states + x / 16);
 }
 
 }  // namespace

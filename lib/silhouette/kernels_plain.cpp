@@ -40,6 +40,18 @@ void states(const std::uint8_t* alpha, int blocks, BlockState* states) {
   }
 }
 
+// The states of alpha values, silenced where a block is nothing but noise.
+void silence(std::uint8_t* alpha, int count, Ramp ramp, BlockState* block_states) {
+  for (int x = 0; x < count; x += matte_block) {
+    const auto [low, high] = std::minmax_element(alpha + x, alpha + x + matte_block);
+    if (*high <= ramp.low)
+      std::fill_n(alpha + x, matte_block, std::uint8_t{0});
+    else if (*low >= ramp.high)
+      std::fill_n(alpha + x, matte_block, std::uint8_t{255});
+  }
+  states(alpha, count / matte_block, block_states);
+}
+
 void pixel_signal(const std::uint8_t* pixels, int count, const PixelForms& forms,
                   std::int16_t* signal) {
   for (int x = 0; x < count; ++x) signal[x] = signal_of(pixels + 4 * x, forms);
@@ -49,19 +61,19 @@ void pixel_alpha(const std::uint8_t* pixels, int count, const PixelForms& forms,
                  std::uint8_t* alpha, BlockState* block_states) {
   for (int x = 0; x < count; ++x)
     alpha[x] = alpha_of(signal_of(pixels + 4 * x, forms), ramp.base, ramp.gain);
-  states(alpha, count / matte_block, block_states);
+  silence(alpha, count, ramp, block_states);
 }
 
 void ramp_alpha(const std::int16_t* signal, int count, Ramp ramp, std::uint8_t* alpha,
                 BlockState* block_states) {
   for (int x = 0; x < count; ++x) alpha[x] = alpha_of(signal[x], ramp.base, ramp.gain);
-  states(alpha, count / matte_block, block_states);
+  silence(alpha, count, ramp, block_states);
 }
 
 void local_alpha(const std::int16_t* signal, const std::int16_t* base, const std::int16_t* gain,
-                 int count, std::uint8_t* alpha, BlockState* block_states) {
+                 Ramp limits, int count, std::uint8_t* alpha, BlockState* block_states) {
   for (int x = 0; x < count; ++x) alpha[x] = alpha_of(signal[x], base[x], gain[x]);
-  states(alpha, count / matte_block, block_states);
+  silence(alpha, count, limits, block_states);
 }
 
 void chroma_signal(const std::uint8_t* near_row, const std::uint8_t* far_row, int near_weight,

@@ -113,6 +113,8 @@ void pixel_alpha(const std::uint8_t* pixels, int count, const PixelForms& forms,
   const Vec oa = set16(forms.a_offset), ob = set16(forms.b_offset);
   const Vec base = set16(ramp.base), gain = set16(ramp.gain);
   const Vec zero = _mm256_setzero_si256(), ones = _mm256_set1_epi8(-1);
+  const Vec lowest = _mm256_set1_epi8(static_cast<char>(ramp.low));
+  const Vec highest = _mm256_set1_epi8(static_cast<char>(ramp.high));
   const Vec order = _mm256_setr_epi32(0, 4, 1, 5, 2, 6, 3, 7);
   int x = 0;
   for (; x + 32 <= count; x += 32) {
@@ -121,19 +123,36 @@ void pixel_alpha(const std::uint8_t* pixels, int count, const PixelForms& forms,
     const Vec high = _mm256_mulhrs_epi16(
         _mm256_subs_epi16(base, sixteen_signals(pixels + 4 * x + 64, a, b, oa, ob)), gain);
     const Vec v = _mm256_permutevar8x32_epi32(_mm256_packus_epi16(low, high), order);
-    _mm256_storeu_si256(reinterpret_cast<Vec*>(alpha + x), v);
-    const auto empty = static_cast<std::uint32_t>(_mm256_movemask_epi8(_mm256_cmpeq_epi8(v, zero)));
-    const auto full = static_cast<std::uint32_t>(_mm256_movemask_epi8(_mm256_cmpeq_epi8(v, ones)));
+    const auto empty = static_cast<std::uint32_t>(
+        _mm256_movemask_epi8(_mm256_cmpeq_epi8(_mm256_subs_epu8(v, lowest), zero)));
+    const auto full = static_cast<std::uint32_t>(
+        _mm256_movemask_epi8(_mm256_cmpeq_epi8(_mm256_subs_epu8(highest, v), zero)));
     BlockState* state = block_states + x / 16;
-    state[0] = static_cast<BlockState>(block_mixed - ((empty & 0xffff) == 0xffff) * block_full -
-                                       ((full & 0xffff) == 0xffff) * block_empty);
-    state[1] = static_cast<BlockState>(block_mixed - ((empty >> 16) == 0xffff) * block_full -
-                                       ((full >> 16) == 0xffff) * block_empty);
+    // Most of a picture is one or the other for long.
+    if (empty == 0xffffffffu) {
+      _mm256_storeu_si256(reinterpret_cast<Vec*>(alpha + x), zero);
+      state[0] = state[1] = block_empty;
+      continue;
+    }
+    if (full == 0xffffffffu) {
+      _mm256_storeu_si256(reinterpret_cast<Vec*>(alpha + x), ones);
+      state[0] = state[1] = block_full;
+      continue;
+    }
+    const auto half = [&](__m128i values, std::uint32_t is_empty, std::uint32_t is_full, int i) {
+      state[i] = is_empty == 0xffff ? block_empty : is_full == 0xffff ? block_full : block_mixed;
+      values = state[i] == block_empty  ? _mm_setzero_si128()
+               : state[i] == block_full ? _mm_set1_epi8(-1)
+                                        : values;
+      _mm_storeu_si128(reinterpret_cast<__m128i*>(alpha + x + 16 * i), values);
+    };
+    half(_mm256_castsi256_si128(v), empty & 0xffff, full & 0xffff, 0);
+    half(_mm256_extracti128_si256(v, 1), empty >> 16, full >> 16, 1);
   }
   if (x < count) {
     const Vec v = in_order(_mm256_mulhrs_epi16(
         _mm256_subs_epi16(base, sixteen_signals(pixels + 4 * x, a, b, oa, ob)), gain));
-    store_alpha(_mm256_castsi256_si128(v), _mm256_extracti128_si256(v, 1), alpha + x,
+    store_alpha(_mm256_castsi256_si128(v), _mm256_extracti128_si256(v, 1), Limits(ramp), alpha + x,
                 block_states + x / 16);
   }
 }

@@ -135,7 +135,7 @@ void Keyer::State::lay_out(const FrameView& frame) {
 
   // Sampling needs signal, and finds the hue that the signal depends on.
   sample(frame);
-  signal = silhouette::key_signal(settings.key, hue, settings.red_gain, settings.blue_gain);
+  signal = silhouette::key_signal(key, hue, settings.red_gain, settings.blue_gain);
   screen_level = samples.screen_signal;
   foreground_level = samples.foreground_signal;
   if (method == KeyMethod::soft && samples.valid) {

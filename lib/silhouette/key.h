@@ -65,8 +65,10 @@ struct KeySettings {
   std::optional<Rgb> foreground;  ///< soft: sample of the subject near its edge; unset: sampled
   bool uneven = false;  ///< soft: follow slow changes of the screen's signal over the picture
 
-  double clip_black = 0.03;  ///< alpha below this fraction is 0, 0..1; the rest is stretched
-  double clip_white = 0.97;  ///< alpha above this fraction is 255, clip_black..1
+  double clip_black =
+      0.02;  ///< alpha below this fraction is 0, 0..1; the rest is stretched. Noise
+             ///< (measured on the screen) is silenced besides, where nothing else is
+  double clip_white = 0.98;  ///< alpha above this fraction is 255, clip_black..1
 
   double choke = 0.0;  ///< px by which the matte is shaved off (negative: grown), -32..32
   double close =

@@ -155,8 +155,8 @@ void Keyer::State::alpha_row(const FrameView& frame, int y, std::uint8_t* alpha,
   }
   if (local) {
     const std::size_t at = row_length() * static_cast<std::size_t>(y) + x0;
-    run.local_alpha(memory.signal.data(), base.data() + at, gain.data() + at, end - x0, alpha + x0,
-                    states + x0 / matte_block);
+    run.local_alpha(memory.signal.data(), base.data() + at, gain.data() + at, ramp, end - x0,
+                    alpha + x0, states + x0 / matte_block);
   } else {
     run.ramp_alpha(memory.signal.data(), end - x0, ramp, alpha + x0, states + x0 / matte_block);
   }

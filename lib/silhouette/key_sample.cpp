@@ -41,29 +41,36 @@ Samples take_samples(const FrameView& frame, const Rectangle& region) {
   return out;
 }
 
-// The most frequent saturated colour; nothing when less than 3 % of the picture has any hue.
-std::optional<Rgb> dominant_hue(const Samples& samples) {
+// The most frequent saturated colour whose hue is within `nearness` of the wanted colour's (in
+// radians); nothing when less than 2 % of the picture has such a hue.
+std::optional<Rgb> dominant_hue(const Samples& samples, const Rgb& wanted, double nearness) {
   // Directions from grey in steps of 5 degrees, counted where the saturation is clear.
   constexpr int bins = 72;
   std::array<double, bins> count{};
-  const auto bin_of = [](const Rgb& c) {
-    const double angle =
-        std::atan2((c[1] - c[2]) / std::sqrt(2.0), (2.0 * c[0] - c[1] - c[2]) / std::sqrt(6.0));
-    return static_cast<int>((angle + M_PI) / (2.0 * M_PI) * bins) % bins;
+  const auto angle_of = [](const Rgb& c) {
+    return std::atan2((c[1] - c[2]) / std::sqrt(2.0), (2.0 * c[0] - c[1] - c[2]) / std::sqrt(6.0));
+  };
+  const auto bin_of = [&](const Rgb& c) {
+    return static_cast<int>((angle_of(c) + M_PI) / (2.0 * M_PI) * bins) % bins;
+  };
+  const double middle = angle_of(wanted);
+  const auto counts = [&](const Rgb& c) {
+    return silhouette::saturation_of(c) >= 32 &&
+           std::abs(std::remainder(angle_of(c) - middle, 2.0 * M_PI)) <= nearness;
   };
   for (const Rgb& c : samples.colours)
-    if (silhouette::saturation_of(c) >= 32) count[bin_of(c)] += 1.0;
+    if (counts(c)) count[bin_of(c)] += 1.0;
   int best = 0;
   double best_count = -1.0;
   for (int i = 0; i < bins; ++i) {
     const double near_count = count[(i + bins - 1) % bins] + 2.0 * count[i] + count[(i + 1) % bins];
     if (near_count > best_count) best = i, best_count = near_count;
   }
-  if (best_count < 0.03 * static_cast<double>(samples.colours.size())) return std::nullopt;
+  if (best_count < 0.02 * static_cast<double>(samples.colours.size())) return std::nullopt;
   double sum[3] = {}, n = 0.0;
   for (const Rgb& c : samples.colours) {
     const int distance = std::abs(bin_of(c) - best);
-    if (silhouette::saturation_of(c) < 32 || std::min(distance, bins - distance) > 1) continue;
+    if (!counts(c) || std::min(distance, bins - distance) > 1) continue;
     for (int i = 0; i < 3; ++i) sum[i] += c[i];
     n += 1.0;
   }
@@ -94,6 +101,7 @@ Rgb mean_colour(const Samples& samples, const std::vector<double>& signals, doub
 void Keyer::State::sample(const FrameView& frame) {
   if (found) return;
   hue = settings.colour;
+  key = settings.key;
   const bool both_given = settings.screen && settings.foreground;
   if (method == KeyMethod::difference ||
       (method == KeyMethod::prototype && settings.key != KeyColour::automatic)) {
@@ -101,15 +109,24 @@ void Keyer::State::sample(const FrameView& frame) {
     return;
   }
   samples = KeyCalibration{};
-  noise = 0.0;
+  noise = unevenness = 0.0;
   Samples taken;
   if (!both_given || settings.key == KeyColour::automatic) taken = take_samples(frame, active);
-  if (settings.key == KeyColour::automatic) {
-    const std::optional<Rgb> dominant = settings.screen ? settings.screen : dominant_hue(taken);
-    if (dominant) hue = *dominant;
+  // The signal is turned to the screen's own hue: real green cloth is not (0, 1, 0). Green and blue
+  // say where to look for it.
+  if (settings.key != KeyColour::custom) {
+    const bool any = settings.key == KeyColour::automatic;
+    const Rgb wanted = settings.key == KeyColour::blue ? Rgb{0, 0, 255} : Rgb{0, 255, 0};
+    std::optional<Rgb> screen_hue;
+    if (settings.screen && silhouette::saturation_of(*settings.screen) >= 16)
+      screen_hue = settings.screen;
+    else
+      screen_hue = dominant_hue(taken, wanted, any ? 4.0 : M_PI / 4.0);
+    hue = screen_hue.value_or(wanted);
+    if (screen_hue || any) key = KeyColour::custom;
   }
   const silhouette::KeySignal s =
-      silhouette::key_signal(settings.key, hue, settings.red_gain, settings.blue_gain);
+      silhouette::key_signal(key, hue, settings.red_gain, settings.blue_gain);
   std::vector<double> signals;
   for (const Rgb& c : taken.colours) signals.push_back(s.of(c[0], c[1], c[2]));
 
@@ -136,9 +153,18 @@ void Keyer::State::sample(const FrameView& frame) {
       for (const double d : signals)
         if (d > 0.7 * peak && d < 1.3 * peak + 8.0) cluster.push_back(d);
       screen = quantile(cluster, 0.5);
-      // From the quartiles: the tails are shadows and edges.
-      noise = (quantile(cluster, 0.75) - quantile(cluster, 0.25)) / 1.349;
-      samples.screen = mean_colour(taken, signals, screen - noise - 1.0, screen + noise + 1.0);
+      // From the quartiles: the tails are shadows and edges. What neighbours differ by is noise,
+      // the rest is light and folds.
+      const double spread = (quantile(cluster, 0.75) - quantile(cluster, 0.25)) / 1.349;
+      std::vector<double> steps;
+      for (std::size_t i = 1; i < signals.size(); ++i)
+        if (std::abs(signals[i] - screen) < 0.3 * screen &&
+            std::abs(signals[i - 1] - screen) < 0.3 * screen)
+          steps.push_back(std::abs(signals[i] - signals[i - 1]));
+      // The median of |difference| of two normal numbers is 0.954 of their deviation.
+      noise = steps.empty() ? spread : std::min(quantile(steps, 0.5) / 0.954, spread);
+      unevenness = std::sqrt(spread * spread - noise * noise);
+      samples.screen = mean_colour(taken, signals, screen - spread - 1.0, screen + spread + 1.0);
       screen_seen = true;
     }
   }
@@ -149,9 +175,24 @@ void Keyer::State::sample(const FrameView& frame) {
     samples.foreground = *settings.foreground;
     foreground = s.of(samples.foreground[0], samples.foreground[1], samples.foreground[2]);
   } else {
-    std::vector<double> cluster;
-    for (const double d : signals)
-      if (d < 0.25 * screen) cluster.push_back(d);
+    // Samples well inside the subject: all around them is foreground too, so that no mixed pixel
+    // and no interpolated chroma counts.
+    std::vector<double> cluster, near_edge;
+    const int apart = (4 + taken.step - 1) / taken.step;
+    const auto is_foreground = [&](int i, int j) {
+      return i < 0 || j < 0 || i >= taken.columns || j >= taken.rows ||
+             signals[static_cast<std::size_t>(j) * taken.columns + i] < 0.25 * screen;
+    };
+    for (int j = 0; j < taken.rows; ++j)
+      for (int i = 0; i < taken.columns; ++i) {
+        if (!is_foreground(i, j)) continue;
+        const double d = signals[static_cast<std::size_t>(j) * taken.columns + i];
+        near_edge.push_back(d);
+        if (is_foreground(i - apart, j) && is_foreground(i + apart, j) &&
+            is_foreground(i, j - apart) && is_foreground(i, j + apart))
+          cluster.push_back(d);
+      }
+    if (cluster.size() < near_edge.size() / 8) cluster = near_edge;
     if (cluster.size() > signals.size() / 500 + 8) {
       // High in the cluster, so that the subject's least colourful parts are solid too; the noise
       // that this quantile picks up is taken off again.
@@ -171,9 +212,15 @@ void Keyer::State::lay_out_screen(const FrameView& frame) {
   local = false;
   if (method != KeyMethod::soft) return;
   const double range = std::max(screen_level - foreground_level, least_range);
-  const double clip = std::min(3.0 * noise / range, 0.25);
+  // What the screen's signal spreads beyond a camera's noise is clipped, unless it is followed.
+  const bool followed = settings.uneven || settings.plate || !learned_plate.empty();
+  const double clip = followed ? 0.0 : std::min(3.0 * unevenness / range, 0.25);
   const double black = std::max(settings.clip_black, clip);
   const double white = std::max(std::min(settings.clip_white, 1.0 - clip), black + 0.01);
+  // Blocks of nothing but noise are silenced; edges keep their ramp, for clipping one side of a
+  // mixed pixel's neighbours shifts the boundary.
+  const double silence = std::clamp(2.5 * noise / (range * (white - black)), 0.03, 0.2);
+  const auto low = static_cast<std::uint8_t>(std::lround(255.0 * silence));
   const auto ramp_for = [&](double screen) {
     const double local_range = std::max(screen - foreground_level, least_range);
     const double from = screen - black * local_range, width_levels = local_range * (white - black);
@@ -181,7 +228,8 @@ void Keyer::State::lay_out_screen(const FrameView& frame) {
       return static_cast<std::int16_t>(std::clamp(std::lround(v), -32767l, 32767l));
     };
     return silhouette::Ramp{fixed(from * signal.unit),
-                            fixed(255.0 * 32768.0 / (width_levels * signal.unit))};
+                            fixed(255.0 * 32768.0 / (width_levels * signal.unit)), low,
+                            static_cast<std::uint8_t>(255 - low)};
   };
   ramp = ramp_for(screen_level);
 
@@ -222,7 +270,8 @@ void Keyer::State::lay_out_screen(const FrameView& frame) {
       convert_row(frame, y, 0, width, row.data());
       for (int x = 0; x < width; x += 2) {
         const double d = signal.of(row[4 * x], row[4 * x + 1], row[4 * x + 2]);
-        if (d > 0.5 * (screen_level + foreground_level)) found_in[x / tile].push_back(d);
+        if (d > foreground_level + 0.4 * (screen_level - foreground_level))
+          found_in[x / tile].push_back(d);
       }
     }
     for (int i = 0; i < across; ++i)
@@ -242,9 +291,19 @@ void Keyer::State::lay_out_screen(const FrameView& frame) {
         sum += grid[j > 0 ? at - across : at] + grid[j + 1 < down ? at + across : at];
         grid[at] = sum / 4.0;
       }
+  // Beyond the outermost tiles' centres the slope goes on.
+  const auto row_at = [&](int i, int j) {
+    const double* line = grid.data() + static_cast<std::size_t>(j) * across;
+    if (across < 2) return line[0];
+    if (i < 0) return 2.0 * line[0] - line[1];
+    if (i >= across) return 2.0 * line[across - 1] - line[across - 2];
+    return line[i];
+  };
   const auto at_grid = [&](int i, int j) {
-    return grid[static_cast<std::size_t>(std::clamp(j, 0, down - 1)) * across +
-                std::clamp(i, 0, across - 1)];
+    if (down < 2) return row_at(i, 0);
+    if (j < 0) return 2.0 * row_at(i, 0) - row_at(i, 1);
+    if (j >= down) return 2.0 * row_at(i, down - 1) - row_at(i, down - 2);
+    return row_at(i, j);
   };
   for (int y = 0; y < height; ++y) {
     const double v = (y + 0.5) / tile - 0.5;

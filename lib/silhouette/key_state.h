@@ -23,7 +23,9 @@ struct Keyer::State {
   // Samples: kept until the settings they depend on, the frame's size or format change.
   KeyCalibration samples;
   double noise = 0.0;                                 // of the screen's signal, levels
+  double unevenness = 0.0;                            // of the screen's signal over the picture
   double screen_level = 0.0, foreground_level = 0.0;  // of the calibrated signal
+  KeyColour key = KeyColour::green;                   // custom where the signal is turned to `hue`
   Rgb hue{0, 255, 0};                                 // of the custom or found key colour
   bool fresh_settings = true;                         // tables must be laid out again
   bool found = false;                                 // the picture has been sampled

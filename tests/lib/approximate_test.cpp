@@ -117,7 +117,7 @@ TEST(Approximate, RandomMasksStaySimple) {
 }
 
 TEST(Approximate, CombsSpiralsAndThinWalls) {
-  const int size = 80;
+  const int size = 64;
   std::vector<Matte> mattes;
   mattes.push_back(
       test::draw(size, size, [](int x, int y) { return y > 3 && y < 75 && x % 2 == 0 ? 255 : 0; }));

@@ -1,0 +1,449 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "silhouette/key.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <fstream>
+
+#include "base/error.h"
+#include "silhouette_checks.h"
+#include "silhouette_frames.h"
+
+namespace polyhull {
+namespace {
+
+using test::Colour;
+
+constexpr Colour screen_green{60, 190, 70};
+constexpr Colour skin{190, 130, 110};
+
+Colour mix(const Colour& a, const Colour& b, double t) {
+  return {a[0] + (b[0] - a[0]) * t, a[1] + (b[1] - a[1]) * t, a[2] + (b[2] - a[2]) * t};
+}
+
+Rgb rgb(const Colour& c) {
+  return {static_cast<std::uint8_t>(c[0]), static_cast<std::uint8_t>(c[1]),
+          static_cast<std::uint8_t>(c[2])};
+}
+
+// A disk of skin on a green screen, its edge mixed by coverage.
+Colour disk_scene(int x, int y) {
+  return mix(screen_green, skin, std::clamp(30.5 - std::hypot(x - 60.0, y - 45.0), 0.0, 1.0));
+}
+
+Matte key(const KeySettings& settings, const FrameView& frame) {
+  Keyer keyer;
+  keyer.set(settings);
+  Matte matte;
+  keyer.key(frame, matte);
+  return matte;
+}
+
+double area_of(const Matte& m) {
+  double sum = 0.0;
+  for (int y = 0; y < m.height; ++y)
+    for (int x = 0; x < m.width; ++x) sum += m.row(y)[x] / 255.0;
+  return sum;
+}
+
+TEST(Key, PrototypeRule) {
+  std::mt19937 random(1);
+  std::vector<Rgb> pixels(97 * 13);
+  for (Rgb& p : pixels)
+    for (auto& c : p) c = static_cast<std::uint8_t>(random());
+  const auto colour = [&](int x, int y) {
+    const Rgb& p = pixels[static_cast<std::size_t>(y) * 97 + x];
+    return Colour{double(p[0]), double(p[1]), double(p[2])};
+  };
+  for (const KeyColour hue : {KeyColour::green, KeyColour::blue})
+    for (const FrameFormat format :
+         {FrameFormat::rgbx, FrameFormat::bgrx, FrameFormat::rgb, FrameFormat::bgra}) {
+      KeySettings settings;
+      settings.method = KeyMethod::prototype;
+      settings.key = hue;
+      settings.strength = 25;
+      settings.bright_threshold = 600;
+      const test::Frame frame = test::make_frame(format, 97, 13, colour);
+      const Matte m = key(settings, frame.view);
+      for (int y = 0; y < 13; ++y)
+        for (int x = 0; x < 97; ++x) {
+          const Rgb& p = pixels[static_cast<std::size_t>(y) * 97 + x];
+          const int k = hue == KeyColour::green ? p[1] : p[2],
+                    other = hue == KeyColour::green ? p[2] : p[1];
+          const bool background = k - std::max<int>(p[0], other) > 25 && p[0] + p[1] + p[2] <= 600;
+          ASSERT_EQ(m.row(y)[x], background ? 0 : 255) << name_of(format) << " " << x << "," << y;
+        }
+    }
+}
+
+TEST(Key, GainsChangeTheDecisionOnly) {
+  // A greenish grey that a red gain of 1.5 makes foreground.
+  const auto colour = [](int, int) { return Colour{100, 140, 90}; };
+  const test::Frame frame = test::make_frame(FrameFormat::rgbx, 40, 4, colour);
+  KeySettings settings;
+  settings.method = KeyMethod::prototype;
+  EXPECT_EQ(key(settings, frame.view).row(1)[5], 0);
+  settings.red_gain = 1.5;
+  settings.spill = 0.0;
+  Keyer keyer;
+  keyer.set(settings);
+  Matte m;
+  keyer.key(frame.view, m);
+  EXPECT_EQ(m.row(1)[5], 255);
+  std::vector<std::uint8_t> out(40 * 4 * 4);
+  keyer.write_rgba(frame.view, m, {0, 0, 40, 4}, KeyView::composite, out.data(), 160);
+  EXPECT_EQ(out[0], 100);
+  EXPECT_EQ(out[1], 140);
+  EXPECT_EQ(out[2], 90);
+}
+
+TEST(Key, SoftMatteIsLinearInTheMixingFraction) {
+  // Column x shows the foreground to x / 100. Red is the larger of the other channels in both
+  // colours, so the signal has no kink.
+  static constexpr Colour screen{70, 190, 60}, subject{190, 130, 130};
+  const auto colour = [](int x, int) { return mix(screen, subject, x / 100.0); };
+  KeySettings settings;
+  settings.screen = rgb(screen);
+  settings.foreground = rgb(subject);
+  settings.clip_black = 0.0;
+  settings.clip_white = 1.0;
+  for (const FrameFormat format : test::all_formats) {
+    const test::Frame frame = test::make_frame(format, 101, 8, colour);
+    const Matte m = key(settings, frame.view);
+    for (int x = 0; x <= 100; ++x)
+      ASSERT_NEAR(m.row(4)[x], x * 2.55, 5.0) << name_of(format) << " " << x;
+  }
+  for (const ColourMatrix matrix : {ColourMatrix::bt601, ColourMatrix::bt709, ColourMatrix::bt2020})
+    for (const bool full : {false, true}) {
+      const test::Frame frame = test::make_frame(FrameFormat::nv12, 101, 8, colour, matrix, full);
+      const Matte m = key(settings, frame.view);
+      for (int x = 0; x <= 100; ++x) ASSERT_NEAR(m.row(4)[x], x * 2.55, 5.0) << x;
+    }
+}
+
+TEST(Key, SamplesThePictureItself) {
+  for (const FrameFormat format : test::all_formats) {
+    const test::Frame frame = test::make_frame(format, 121, 91, disk_scene);
+    Keyer keyer;
+    keyer.set({});
+    Matte m;
+    keyer.key(frame.view, m);
+    const KeyCalibration c = keyer.calibration();
+    EXPECT_TRUE(c.valid);
+    for (int i = 0; i < 3; ++i) {
+      EXPECT_NEAR(c.screen[i], screen_green[i], 3.0) << name_of(format);
+      EXPECT_NEAR(c.foreground[i], skin[i], 5.0) << name_of(format);
+    }
+    EXPECT_EQ(m.row(45)[60], 255);
+    EXPECT_EQ(m.row(2)[2], 0);
+    EXPECT_NEAR(area_of(m), M_PI * 30.0 * 30.0, 40.0) << name_of(format);
+  }
+}
+
+TEST(Key, FindsTheScreenColour) {
+  for (const Colour& screen :
+       {Colour{60, 190, 70}, Colour{40, 70, 190}, Colour{200, 60, 180}, Colour{190, 180, 60}}) {
+    const auto colour = [&](int x, int y) {
+      return mix(screen, {120, 118, 122},
+                 std::clamp(30.5 - std::hypot(x - 60.0, y - 45.0), 0.0, 1.0));
+    };
+    const test::Frame frame = test::make_frame(FrameFormat::bgrx, 121, 91, colour);
+    KeySettings settings;
+    settings.key = KeyColour::automatic;
+    const Matte m = key(settings, frame.view);
+    EXPECT_NEAR(area_of(m), M_PI * 30.0 * 30.0, 40.0) << screen[0];
+  }
+}
+
+TEST(Key, WithoutAScreenEverythingIsForeground) {
+  const test::Frame frame = test::make_frame(FrameFormat::rgbx, 50, 40, [](int x, int) {
+    return Colour{x * 4.0, x * 3.0, 90};
+  });
+  Keyer keyer;
+  keyer.set({});
+  Matte m;
+  keyer.key(frame.view, m);
+  EXPECT_FALSE(keyer.calibration().valid);
+  EXPECT_EQ(area_of(m), 50.0 * 40.0);
+  // The screen that comes later is found.
+  const test::Frame later =
+      test::make_frame(FrameFormat::rgbx, 50, 40, [](int, int) { return screen_green; });
+  keyer.key(later.view, m);
+  EXPECT_TRUE(keyer.calibration().valid);
+  EXPECT_EQ(area_of(m), 0.0);
+}
+
+TEST(Key, UnevenScreen) {
+  // Light falls off to a third across the picture.
+  const auto light = [](int x) { return 1.0 - 0.65 * x / 320.0; };
+  const auto cover = [](int x, int y) {
+    return std::clamp(40.5 - std::hypot(x - 160.0, y - 90.0), 0.0, 1.0);
+  };
+  const auto colour = [&](int x, int y) {
+    const double l = light(x);
+    return mix({60 * l, 190 * l, 70 * l}, {90, 80, 85}, cover(x, y));
+  };
+  const test::Frame frame = test::make_frame(FrameFormat::bgrx, 320, 180, colour);
+  const auto error = [&](const KeySettings& settings) {
+    const Matte m = key(settings, frame.view);
+    double sum = 0.0;
+    for (int y = 0; y < 180; ++y)
+      for (int x = 0; x < 320; ++x) sum += std::abs(m.row(y)[x] / 255.0 - cover(x, y));
+    return sum / 320 / 180;
+  };
+  KeySettings settings;
+  settings.clip_black = 0.0;
+  settings.clip_white = 1.0;
+  const double plain = error(settings);
+  settings.uneven = true;
+  const double followed = error(settings);
+  settings.uneven = false;
+  auto plate = std::make_shared<Picture>(Picture{320, 180, 3, {}});
+  for (int y = 0; y < 180; ++y)
+    for (int x = 0; x < 320; ++x)
+      for (const double c : {60.0, 190.0, 70.0})
+        plate->pixels.push_back(static_cast<std::uint8_t>(c * light(x)));
+  settings.plate = plate;
+  const double with_plate = error(settings);
+  std::printf("mean alpha error on an uneven screen: %.5f, followed %.5f, clean plate %.5f\n",
+              plain, followed, with_plate);
+  EXPECT_LT(followed, 0.002);
+  EXPECT_LT(with_plate, 0.001);
+  EXPECT_GT(plain, 3.0 * followed);
+}
+
+TEST(Key, DifferenceIgnoresShadows) {
+  const auto room = [](int x, int y) { return Colour{120.0 + x % 40, 150.0 + y % 30, 140.0}; };
+  auto plate = std::make_shared<Picture>(Picture{160, 100, 3, {}});
+  for (int y = 0; y < 100; ++y)
+    for (int x = 0; x < 160; ++x)
+      for (const double c : room(x, y)) plate->pixels.push_back(static_cast<std::uint8_t>(c));
+  const auto scene = [&](int x, int y) {
+    Colour c = room(x, y);
+    if (x > 100 && y > 60)
+      for (double& v : c) v *= 0.7;  // a soft shadow
+    if (std::hypot(x - 50, y - 50) < 20) return Colour{60, 50, 130};
+    return c;
+  };
+  const test::Frame frame = test::make_frame(FrameFormat::rgbx, 160, 100, scene);
+  KeySettings settings;
+  settings.method = KeyMethod::difference;
+  settings.plate = plate;
+  const Matte m = key(settings, frame.view);
+  EXPECT_EQ(m.row(50)[50], 255);
+  EXPECT_EQ(m.row(80)[130], 0) << "shadow";
+  EXPECT_NEAR(area_of(m), M_PI * 400.0, 30.0);
+  settings.shadow_darkest = 1.0;
+  EXPECT_GT(area_of(key(settings, frame.view)), M_PI * 400.0 + 1000.0)
+      << "without tolerance the shadow is seen";
+}
+
+TEST(Key, LearnsThePlateWithItsFlicker) {
+  std::mt19937 random(2);
+  const auto frame_at = [&](double lamp, bool subject) {
+    return test::make_frame(FrameFormat::rgbx, 80, 60, [&](int x, int y) {
+      if (subject && x > 30 && x < 50 && y > 20) return Colour{200, 40, 40};
+      const double glow = y < 10 ? lamp : 0.0;
+      const double noise = static_cast<double>(random() % 5) - 2.0;
+      return Colour{100 + noise, 110 + 0.9 * glow + noise, 120 + 0.2 * glow + noise};
+    });
+  };
+  Keyer keyer;
+  KeySettings settings;
+  settings.method = KeyMethod::difference;
+  keyer.set(settings);
+  keyer.learn_plate(12);
+  Matte m;
+  for (int i = 0; i < 12; ++i) {
+    const test::Frame frame = frame_at(i % 2 ? 40.0 : -40.0, false);
+    keyer.prepare(frame.view);
+  }
+  EXPECT_EQ(keyer.calibration().plate_frames_left, 0);
+  keyer.key(frame_at(40.0, true).view, m);
+  EXPECT_EQ(m.row(40)[40], 255);
+  EXPECT_EQ(m.row(40)[10], 0);
+  EXPECT_EQ(m.row(4)[10], 0) << "the lamp";
+}
+
+TEST(Key, RegionMasksAndPolygons) {
+  const test::Frame frame = test::make_frame(FrameFormat::nv12, 100, 60, [](int x, int y) {
+    return x < 70 ? skin : Colour{screen_green[0], screen_green[1] + y % 2, screen_green[2]};
+  });
+  KeySettings settings;
+  settings.roi = {7, 5, 80, 37};
+  Matte m = key(settings, frame.view);
+  for (int y = 0; y < 60; ++y)
+    for (int x = 0; x < 100; ++x)
+      ASSERT_EQ(m.row(y)[x] > 127, x >= 7 && x < 70 && y >= 5 && y < 42) << x << "," << y;
+  settings.roi = {-10, -10, 1000, 1000};
+  EXPECT_GT(area_of(key(settings, frame.view)), 68 * 60);
+  settings.roi = {200, 0, 10, 10};
+  EXPECT_EQ(area_of(key(settings, frame.view)), 0.0);
+  settings.roi = {};
+
+  settings.outside_polygon.points = {{10.f, 10.f}, {50.f, 10.f}, {50.f, 40.f}, {10.f, 40.f}};
+  settings.outside_polygon.ends = {4};
+  settings.inside_polygon.points = {{40.f, 0.f}, {90.f, 0.f}, {90.f, 20.f}, {40.f, 20.f}};
+  settings.inside_polygon.ends = {4};
+  m = key(settings, frame.view);
+  EXPECT_EQ(m.row(20)[20], 255);
+  EXPECT_EQ(m.row(5)[20], 0) << "outside the allowed polygon";
+  EXPECT_EQ(m.row(5)[80], 0) << "outside wins over inside";
+  settings.outside_polygon = {};
+  m = key(settings, frame.view);
+  EXPECT_EQ(m.row(5)[80], 255) << "forced";
+
+  auto mask = std::make_shared<Picture>(Picture{100, 60, 1, std::vector<std::uint8_t>(6000, 0)});
+  mask->row(30)[30] = 255;
+  settings.inside_polygon = {};
+  settings.outside_mask = mask;
+  m = key(settings, frame.view);
+  EXPECT_EQ(m.row(30)[30], 0);
+  EXPECT_EQ(m.row(30)[31], 255);
+  settings.outside_mask =
+      std::make_shared<Picture>(Picture{10, 6, 1, std::vector<std::uint8_t>(60, 0)});
+  EXPECT_THROW(key(settings, frame.view), Error);
+}
+
+TEST(Key, ChokeAndClose) {
+  const test::Frame frame = test::make_frame(FrameFormat::bgrx, 121, 91, [](int x, int y) {
+    return x == 60 || x == 61 ? screen_green : disk_scene(x, y);  // a slit through the disk
+  });
+  KeySettings settings;
+  const double open = area_of(key(settings, frame.view));
+  settings.close = 2.0;
+  const double closed = area_of(key(settings, frame.view));
+  EXPECT_NEAR(closed, M_PI * 900.0, 40.0);
+  EXPECT_LT(open, closed - 80.0);
+  const test::Frame disk = test::make_frame(FrameFormat::bgrx, 121, 91, disk_scene);
+  settings.close = 0.0;
+  for (const double choke : {-4.5, -1.0, 0.5, 3.0, 5.0}) {
+    settings.choke = choke;
+    const double radius = std::sqrt(area_of(key(settings, disk.view)) / M_PI);
+    EXPECT_NEAR(radius, 30.0 - choke, 0.12 * std::abs(choke) + 0.1) << choke;
+  }
+}
+
+TEST(Key, DespillAndViews) {
+  const Colour spilled{120, 170, 100};
+  const test::Frame frame = test::make_frame(
+      FrameFormat::bgrx, 40, 4, [&](int x, int) { return x < 20 ? spilled : screen_green; });
+  Keyer keyer;
+  KeySettings settings;
+  settings.screen = rgb(screen_green);
+  settings.foreground = Rgb{120, 120, 120};
+  keyer.set(settings);
+  Matte m;
+  keyer.key(frame.view, m);
+  std::vector<std::uint8_t> out(40 * 4 * 4);
+  const auto show = [&](KeyView view) {
+    keyer.write_rgba(frame.view, m, {0, 0, 40, 4}, view, out.data(), 160);
+    return std::array<int, 4>{out[0], out[1], out[2], out[3]};
+  };
+  const int alpha = m.row(0)[0];
+  EXPECT_GT(alpha, 100);
+  EXPECT_LT(alpha, 255);
+  EXPECT_EQ(show(KeyView::composite), (std::array<int, 4>{120, 120, 100, alpha}));
+  EXPECT_EQ(show(KeyView::matte), (std::array<int, 4>{alpha, alpha, alpha, 255}));
+  EXPECT_EQ(show(KeyView::spill), (std::array<int, 4>{0, 50, 0, 255}));
+  const auto status = show(KeyView::status);
+  EXPECT_NE(status[0], status[2]) << "in between is coloured";
+}
+
+TEST(Key, OddSizesAndStrides) {
+  for (const FrameFormat format : test::all_formats)
+    for (const auto& [w, h] :
+         {std::pair{1, 1}, {2, 1}, {1, 3}, {15, 2}, {16, 3}, {17, 5}, {33, 7}}) {
+      const test::Frame frame =
+          test::make_frame(format, w, h, [](int x, int) { return x % 2 ? skin : screen_green; });
+      KeySettings settings;
+      settings.screen = rgb(screen_green);
+      settings.foreground = rgb(skin);
+      const Matte m = key(settings, frame.view);
+      EXPECT_EQ(m.row(0)[0] < 200, true) << name_of(format) << w << "x" << h;
+      if (!is_yuv(format)) {
+        for (int x = 0; x < w; ++x) EXPECT_EQ(m.row(h - 1)[x], x % 2 ? 255 : 0) << name_of(format);
+      }
+    }
+}
+
+TEST(Key, RefusesNonsense) {
+  Keyer keyer;
+  KeySettings settings;
+  settings.clip_black = 0.9;
+  settings.clip_white = 0.2;
+  EXPECT_THROW(keyer.set(settings), Error);
+  settings = {};
+  settings.choke = std::nan("");
+  EXPECT_THROW(keyer.set(settings), Error);
+  settings = {};
+  settings.method = KeyMethod::difference;
+  settings.plate = std::make_shared<Picture>(Picture{3, 3, 3, std::vector<std::uint8_t>(27)});
+  keyer.set(settings);
+  const test::Frame frame =
+      test::make_frame(FrameFormat::rgbx, 8, 8, [](int, int) { return skin; });
+  Matte m;
+  EXPECT_THROW(keyer.key(frame.view, m), Error);
+  FrameView broken = frame.view;
+  broken.planes[0] = nullptr;
+  EXPECT_THROW(check_frame(broken), Error);
+  broken = frame.view;
+  broken.strides[0] = 4;
+  EXPECT_THROW(check_frame(broken), Error);
+  broken.width = 40000;
+  EXPECT_THROW(check_frame(broken), Error);
+}
+
+TEST(Key, RealPicturesWithHandCutAlpha) {
+  const char* data = std::getenv("POLYHULL_DATA");
+  const std::string folder = std::string(data ? data : "") + "/greenscreen/";
+  if (!data || !std::ifstream(folder + "toy_train1_green.png"))
+    GTEST_SKIP() << "no " << folder << "toy_train1_green.png";
+  double soft_sum = 0.0, prototype_best_sum = 0.0;
+  for (const std::string name : {"toy_train1", "toy_train2"}) {
+    const Picture picture = load_picture(folder + name + "_green.png", 3);
+    const Picture truth = load_picture(folder + name + "_alpha.png", 4);
+    const test::Frame frame =
+        test::make_frame(FrameFormat::rgbx, picture.width, picture.height, [&](int x, int y) {
+          const std::uint8_t* p = picture.row(y) + 3 * x;
+          return Colour{double(p[0]), double(p[1]), double(p[2])};
+        });
+    const auto error = [&](const KeySettings& settings) {
+      const Matte m = key(settings, frame.view);
+      double sum = 0.0;
+      for (int y = 0; y < picture.height; ++y)
+        for (int x = 0; x < picture.width; ++x)
+          sum += std::abs(m.row(y)[x] - truth.row(y)[4 * x + 3]) / 255.0;
+      return sum / picture.width / picture.height;
+    };
+    const double soft = error({});
+    KeySettings settings;
+    settings.uneven = true;
+    const double uneven = error(settings);
+    settings = {};
+    settings.key = KeyColour::automatic;
+    const double automatic = error(settings);
+    settings = {};
+    settings.method = KeyMethod::prototype;
+    const double prototype = error(settings);
+    double best = 1.0;
+    int best_strength = 0;
+    for (int strength = 5; strength < 120; strength += 5) {
+      settings.strength = strength;
+      if (error(settings) < best) best = error(settings), best_strength = strength;
+    }
+    std::printf(
+        "%s mean absolute alpha error: soft %.4f, uneven %.4f, key=auto %.4f, prototype %.4f (best "
+        "at strength %d: %.4f)\n",
+        name.c_str(), soft, uneven, automatic, prototype, best_strength, best);
+    EXPECT_LT(soft, prototype);
+    soft_sum += soft;
+    prototype_best_sum += best;
+  }
+  std::printf("mean: soft %.4f, prototype at its best strength %.4f\n", soft_sum / 2,
+              prototype_best_sum / 2);
+}
+
+}  // namespace
+}  // namespace polyhull
