@@ -187,7 +187,7 @@ void Triangulator::join_holes() {
   starts_.resize(kept), counts_.resize(kept);
 }
 
-bool Triangulator::ear(std::uint32_t node) const {
+bool Triangulator::ear(std::uint32_t node, bool loose) const {
   const std::uint32_t a = nodes_[nodes_[node].previous].vertex, b = nodes_[node].vertex,
                       c = nodes_[nodes_[node].next].vertex;
   if (!(turn(a, b, c) > 0)) return false;
@@ -199,8 +199,9 @@ bool Triangulator::ear(std::uint32_t node) const {
     const std::uint32_t v = nodes_[k].vertex;
     const Vec2 x = flat_[v];
     if (x.x < x0 || x.x > x1 || x.y < y0 || x.y > y1) continue;
-    // A vertex on top of a corner, by rounding or by a bridge, does not lie inside.
-    if (x == p || x == q || x == r) continue;
+    if (v == a || v == b || v == c) continue;
+    // A vertex on top of a corner, by rounding, may or may not lie inside.
+    if (loose && (x == p || x == q || x == r)) continue;
     if (turn(a, b, v) >= 0 && turn(b, c, v) >= 0 && turn(c, a, v) >= 0) return false;
   }
   return true;
@@ -229,20 +230,30 @@ bool Triangulator::cut_loops(std::span<const std::uint32_t> ends, std::uint32_t 
 /// False: rounding has left the loop without an ear, and the work is not careful.
 bool Triangulator::cut_ears(std::uint32_t start, std::uint32_t count) {
   std::uint32_t node = start, misses = 0;
-  // Where there is no ear: first also flat ones, then any that is allowed, then any. Careful work
-  // does not use an edge twice, which only loops that rounding has made to overlap could do.
+  // Where there is no ear: first a vertex on top of its neighbour, then ears that only a vertex on
+  // a corner hides, then what turns the right way, then any. Careful work does not use an edge
+  // twice, which only loops that rounding has made to overlap could do.
   while (count > 3) {
     const std::uint32_t previous = nodes_[node].previous, next = nodes_[node].next;
     const std::uint32_t a = nodes_[previous].vertex, b = nodes_[node].vertex,
                         c = nodes_[next].vertex;
     if (misses > count && !careful_) return false;
+    const bool unused = a != c && used_.count(edge_key(a, c)) == 0;
     bool cut = false;
-    if (misses > 4 * count)
+    if (careful_ && !unused)
+      cut = misses > 6 * count;
+    else if (!allowed(a, c))
+      cut = misses > 5 * count;
+    else if (misses > 4 * count)
       cut = true;
-    else if (a != c && allowed(a, c) && !(careful_ && used_.count(edge_key(a, c)) != 0))
-      cut = misses > 2 * count || (misses > count ? turn(a, b, c) >= 0 : ear(node));
     else if (misses > 3 * count)
-      cut = a != c && used_.count(edge_key(a, c)) == 0;
+      cut = turn(a, b, c) >= 0;
+    else if (misses > 2 * count)
+      cut = ear(node, true);
+    else if (misses > count)
+      cut = flat_[b] == flat_[a] || flat_[b] == flat_[c];
+    else
+      cut = ear(node, false);
     if (cut) {
       local_.insert(local_.end(), {a, b, c});
       if (careful_) used_.insert(edge_key(a, c));

@@ -37,7 +37,7 @@ class Triangulator {
   void join_holes();
   bool cut_loops(std::span<const std::uint32_t> ends, std::uint32_t first);
   bool cut_ears(std::uint32_t start, std::uint32_t count);
-  bool ear(std::uint32_t node) const;
+  bool ear(std::uint32_t node, bool loose) const;
   void flip_edges();
   bool worse(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) const;
 
