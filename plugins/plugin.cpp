@@ -10,6 +10,7 @@
 #include "rigtestsrc.h"
 #include "scenesrc.h"
 #include "silhouette.h"
+#include "hulltexture.h"
 
 // One declaration and one line in plugin_init() per element, in the data's order.
 
@@ -24,6 +25,7 @@ static gboolean plugin_init(GstPlugin* plugin) {
   any |= GST_ELEMENT_REGISTER(hullexport, plugin);
   any |= GST_ELEMENT_REGISTER(serialtrigger, plugin);
   any |= GST_ELEMENT_REGISTER(scenesrc, plugin);
+  any &= GST_ELEMENT_REGISTER(hulltexture, plugin);
   return any;
 }
 

@@ -154,13 +154,21 @@ void SubjectBuffers::upload_maps(const Mesh& mesh) {
     const auto k = static_cast<std::size_t>(drawing_.views[layer]);
     const OcclusionMap& map = maps[k];
     if (map.width <= 0 || map.height <= 0) continue;
-    half_.resize(map.depth.size());
-    for (std::size_t i = 0; i < half_.size(); ++i) {
-      half_[i] = glm::packHalf2x16(
-          {static_cast<float>(map.depth[i]) / 65534.0f, static_cast<float>(map.fade[i]) / 255.0f});
+    // One more row and column of zeros than the map has, for look-ups beyond it: the layer holds
+    // older maps there.
+    const int columns = std::min(map.width + 1, map_width_),
+              rows = std::min(map.height + 1, map_height_);
+    half_.assign(static_cast<std::size_t>(columns) * rows, 0);
+    for (int y = 0; y < map.height; ++y) {
+      for (int x = 0; x < map.width; ++x) {
+        const std::size_t i = static_cast<std::size_t>(y) * map.width + x;
+        half_[static_cast<std::size_t>(y) * columns + x] =
+            glm::packHalf2x16({static_cast<float>(map.depth[i]) / 65534.0f,
+                               static_cast<float>(map.fade[i]) / 255.0f});
+      }
     }
-    glTexSubImage3D(GL_TEXTURE_2D_ARRAY, 0, 0, 0, static_cast<GLint>(layer), map.width, map.height,
-                    1, GL_RG, GL_HALF_FLOAT, half_.data());
+    glTexSubImage3D(GL_TEXTURE_2D_ARRAY, 0, 0, 0, static_cast<GLint>(layer), columns, rows, 1,
+                    GL_RG, GL_HALF_FLOAT, half_.data());
     const auto focal = static_cast<float>(mesh.views[k].calibration.K[0][0]);
     coarsest = std::max(coarsest, map.step * map.near / focal / (map.far - map.near));
   }

@@ -100,6 +100,26 @@ std::vector<float> mark_jumps(const std::vector<float>& depth, int width, int he
   return distance;
 }
 
+/// 0 on texels outside the camera's frame, which hold no pixels.
+void mark_frame(std::vector<float>& distance, const OcclusionMap& map, const Camera& camera) {
+  const auto outside = [&](int x, int y) {
+    const Vec2 ideal(map.x + x * map.step, map.y + y * map.step);
+    const Vec2 real = camera.has_distortion() ? camera.distort(ideal) : ideal;
+    return !(real.x >= 0.0 && real.y >= 0.0 && real.x <= camera.width - 1.0 &&
+             real.y <= camera.height - 1.0);
+  };
+  // A map whose rim lies inside the frame does so as a whole: lenses bend no more than that here.
+  bool any = false;
+  for (int x = 0; x < map.width && !any; ++x) any = outside(x, 0) || outside(x, map.height - 1);
+  for (int y = 0; y < map.height && !any; ++y) any = outside(0, y) || outside(map.width - 1, y);
+  if (!any) return;
+  for (int y = 0; y < map.height; ++y) {
+    for (int x = 0; x < map.width; ++x) {
+      if (outside(x, y)) distance[static_cast<std::size_t>(y) * map.width + x] = 0.0f;
+    }
+  }
+}
+
 }  // namespace
 
 OcclusionMap draw_occlusion_map(const Hull& hull, const Camera& camera, int size,
@@ -160,6 +180,7 @@ OcclusionMap draw_occlusion_map(const Hull& hull, const Camera& camera, int size
 
   const auto texel_per_depth = map.step / static_cast<float>(camera.K[0][0]);
   std::vector<float> distance = mark_jumps(surface, map.width, map.height, texel_per_depth);
+  mark_frame(distance, map, camera);
   chamfer(distance, map.width, map.height);
 
   // The margin covers the soft edge of a matte and the reach of a bilinear look-up.

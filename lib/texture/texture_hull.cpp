@@ -20,6 +20,11 @@ double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
+bool same_camera(const Camera& a, const Camera& b) {
+  return a.width == b.width && a.height == b.height && a.K == b.K && a.distortion == b.distortion &&
+         a.R == b.R && a.t == b.t;
+}
+
 void check(const Hull& hull, std::span<const Camera> cameras) {
   if (cameras.size() > 64) {
     throw Error(Error::Kind::unsupported, "A mesh has " + std::to_string(cameras.size()) +
@@ -127,7 +132,7 @@ void weigh(const Hull& hull, std::span<const Camera> cameras, const std::vector<
 
 }  // namespace
 
-Texturing HullTexturer::texture(const Hull& hull, std::span<const Camera> cameras,
+Texturing HullTexturer::compute(const Hull& hull, std::span<const Camera> cameras,
                                 const TextureSettings& settings) {
   check(hull, cameras);
   Texturing out;
@@ -135,7 +140,6 @@ Texturing HullTexturer::texture(const Hull& hull, std::span<const Camera> camera
   out.metric = settings.metric;
   out.cameras = std::max<std::uint32_t>(settings.cameras, 1);
   out.untextured = settings.untextured;
-  statistics_ = {};
   if (hull.empty()) return out;
 
   const auto start = Clock::now();
@@ -168,6 +172,25 @@ Texturing HullTexturer::texture(const Hull& hull, std::span<const Camera> camera
   }
   statistics_.seconds_maps = seconds_since(mapping);
   return out;
+}
+
+const Texturing& HullTexturer::texture(const Hull& hull, std::span<const Camera> cameras,
+                                       const TextureSettings& settings) {
+  statistics_ = {};
+  const bool same =
+      made_ && settings == settings_ && hull.origin == hull_.origin &&
+      hull.vertices == hull_.vertices && hull.triangles == hull_.triangles &&
+      triangle_views(hull) == triangle_views(hull_) &&
+      std::equal(cameras.begin(), cameras.end(), cameras_.begin(), cameras_.end(), same_camera);
+  statistics_.reused = same;
+  if (same) return texturing_;
+  made_ = false;
+  texturing_ = compute(hull, cameras, settings);
+  hull_ = hull;
+  cameras_.assign(cameras.begin(), cameras.end());
+  settings_ = settings;
+  made_ = true;
+  return texturing_;
 }
 
 Texturing texture_hull(const Hull& hull, std::span<const Camera> cameras,

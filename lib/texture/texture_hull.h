@@ -25,6 +25,7 @@
 #pragma once
 
 #include <span>
+#include <vector>
 
 #include "hull/hull.h"
 #include "raytrace/ray_caster.h"
@@ -43,11 +44,13 @@ struct TextureSettings {
   int map_size = 320;  ///< texels of the longer side of an OcclusionMap
   double fade_width = 12.0;  ///< pixels of the camera over which the fade rises from 0 to 1
   int threads = 0;           ///< of the pool; 0: all
+  bool operator==(const TextureSettings&) const = default;
 };
 
 /// Times of one call, for `stats`.
 struct TextureStatistics {
   std::uint64_t rays = 0;
+  bool reused = false;  ///< nothing had changed
   double seconds_visibility = 0, seconds_maps = 0, seconds_weights = 0;
 };
 
@@ -57,13 +60,24 @@ class HullTexturer {
   /// \p cameras are the hull's views, at most 64 (HullFace::view indexes them). An empty hull gives
   /// an empty texturing. Throws Error for more than 64 cameras and for triangle indices beyond the
   /// vertices.
-  Texturing texture(const Hull& hull, std::span<const Camera> cameras,
-                    const TextureSettings& settings);
+  /// The result is valid until the next call; the same hull, cameras and settings as in the last
+  /// call give the last result at once.
+  const Texturing& texture(const Hull& hull, std::span<const Camera> cameras,
+                           const TextureSettings& settings);
 
   const TextureStatistics& statistics() const { return statistics_; }
 
  private:
+  Texturing compute(const Hull& hull, std::span<const Camera> cameras,
+                    const TextureSettings& settings);
+
   RayCaster caster_;
+  // What the last result was made of.
+  Hull hull_;
+  std::vector<Camera> cameras_;
+  TextureSettings settings_;
+  Texturing texturing_;
+  bool made_ = false;
   TextureStatistics statistics_;
 };
 

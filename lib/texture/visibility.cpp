@@ -22,6 +22,20 @@ int point_count(const Camera& camera, double depth, double longest_edge, double 
   return static_cast<int>(std::clamp(1.0 + edge_pixels / 16.0 + area_pixels / 64.0, 1.0, 32.0));
 }
 
+/// Whether the camera's frame holds the picture of the point.
+bool in_frame(const Camera& camera, const Vec3& point) {
+  const std::optional<Vec2> pixel = camera.project(point);
+  return pixel && pixel->x >= -0.5 && pixel->y >= -0.5 && pixel->x <= camera.width - 0.5 &&
+         pixel->y <= camera.height - 0.5;
+}
+
+/// A triangle that rays were cast for.
+struct Asked {
+  std::size_t index = 0;
+  std::uint32_t rays = 0;    // from its points inside the frame
+  std::uint32_t points = 0;  // in all
+};
+
 double longest_edge(const Vec3f& a, const Vec3f& b, const Vec3f& c) {
   return std::max({glm::distance(a, b), glm::distance(b, c), glm::distance(c, a)});
 }
@@ -90,7 +104,7 @@ std::vector<float> seen_shares(const Hull& hull, std::span<const Camera> cameras
     std::vector<Vec3f> points;
     std::vector<Ray> list;
     std::vector<std::uint8_t> blocked;
-    std::vector<std::pair<std::uint32_t, std::uint32_t>> asked;  // triangle, number of its rays
+    std::vector<Asked> asked;
     for (std::size_t job = begin; job < end; ++job) {
       const std::size_t k = job % views;
       const std::size_t first = job / views * grain;
@@ -111,26 +125,30 @@ std::vector<float> seen_shares(const Hull& hull, std::span<const Camera> cameras
         const double depth = cameras[k].to_camera(middle + hull.origin).z;
         if (!(cosine > edge_on) || !(depth > 0.0)) continue;
         if (!occlusion) {
-          seen[f * views + k] = 1.0f;
+          seen[f * views + k] = in_frame(cameras[k], middle + hull.origin) ? 1.0f : 0.0f;
           continue;
         }
         const int wanted =
             point_count(cameras[k], depth, longest_edge(a, b, c), 0.5 * twice_area, cosine);
         spread_points(a, b, c, wanted, points);
+        std::uint32_t inside = 0;
         for (const Vec3f& point : points) {
+          if (!in_frame(cameras[k], Vec3(point) + hull.origin)) continue;
           const Vec3f origin = point + offset * Vec3f(normal);
           list.push_back({origin, 0.0f, Vec3f(centres[k]) - origin, 1.0f});
+          ++inside;
         }
-        asked.emplace_back(static_cast<std::uint32_t>(f), static_cast<std::uint32_t>(wanted));
+        asked.push_back({f, inside, static_cast<std::uint32_t>(wanted)});
       }
       blocked.assign(list.size(), 0);
       caster.occluded(list, blocked);
       cast += list.size();
       std::size_t next = 0;
-      for (const auto& [f, number] : asked) {
+      for (const Asked& triangle : asked) {
         std::uint32_t free = 0;
-        for (std::uint32_t i = 0; i < number; ++i) free += blocked[next++] ? 0 : 1;
-        seen[f * views + k] = static_cast<float>(free) / static_cast<float>(number);
+        for (std::uint32_t i = 0; i < triangle.rays; ++i) free += blocked[next++] ? 0 : 1;
+        seen[triangle.index * views + k] =
+            static_cast<float>(free) / static_cast<float>(triangle.points);
       }
     }
   });

@@ -23,8 +23,9 @@ std::vector<std::int32_t> triangle_views(const Hull& hull);
 void spread_points(const Vec3f& a, const Vec3f& b, const Vec3f& c, int count,
                    std::vector<Vec3f>& points);
 
-/// seen_fk of texture_hull.h, triangle-major. \p caster holds the hull alone, committed. With
-/// \p occlusion off, 1 for every triangle that faces the view. \p rays counts what was cast.
+/// seen_fk of texture_hull.h, triangle-major. \p caster holds the hull alone, committed. What
+/// lies outside a view's frame is not seen. With \p occlusion off, 1 for every triangle that faces
+/// the view. \p rays counts what was cast.
 std::vector<float> seen_shares(const Hull& hull, std::span<const Camera> cameras,
                                const RayCaster& caster, bool occlusion, int threads,
                                std::uint64_t& rays);

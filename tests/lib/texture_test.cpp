@@ -204,6 +204,43 @@ TEST(Texture, MapHoldsTheNearestDepthAndFadesAtEveryEdge) {
   for (int x = 0; x < map.width; ++x) EXPECT_EQ(map.fade[x], 0);
 }
 
+TEST(Texture, WhatLiesOutsideTheFrameIsNotSeen) {
+  const Hull hull = synthetic::figure(10);
+  // Turned up: the frame ends at about the figure's middle.
+  const Camera camera = synthetic::look_at({0, 1.0, 4}, {0, 2.2, 0}, 640, 480, 40.0);
+  const Texturing texturing = texture_hull(hull, std::vector<Camera>{camera});
+  int seen = 0;
+  for (std::size_t f = 0; f < hull.triangles.size() / 3; ++f) {
+    if (!(texturing.visible[f] & 1)) continue;
+    ++seen;
+    const Vec3 middle = (corner(hull, f, 0) + corner(hull, f, 1) + corner(hull, f, 2)) / 3.0;
+    const auto pixel = camera.project(middle);
+    ASSERT_TRUE(pixel.has_value());
+    EXPECT_LT(pixel->y, 500.0);
+  }
+  EXPECT_GT(seen, 20);
+  const OcclusionMap& map = texturing.maps[0];
+  for (int y = 0; y < map.height; ++y) {
+    if (map.y + y * map.step < 479.0f) continue;
+    for (int x = 0; x < map.width; ++x)
+      EXPECT_EQ(map.fade[static_cast<std::size_t>(y) * map.width + x], 0);
+  }
+}
+
+TEST(Texture, SameHullGivesTheLastResult) {
+  const Hull hull = synthetic::figure(6);
+  std::vector<Camera> cameras = ring(2, 3.5, 1.6, {0, 1, 0});
+  HullTexturer texturer;
+  texturer.texture(hull, cameras, {});
+  EXPECT_FALSE(texturer.statistics().reused);
+  texturer.texture(hull, cameras, {});
+  EXPECT_TRUE(texturer.statistics().reused);
+  cameras[1].t.x += 0.1;
+  const Texturing moved = texturer.texture(hull, cameras, {});
+  EXPECT_FALSE(texturer.statistics().reused);
+  EXPECT_EQ(moved.weights, texture_hull(hull, cameras).weights);
+}
+
 TEST(Texture, SameResultOnOneThreadAndMany) {
   const Hull hull = synthetic::figure(12);
   const std::vector<Camera> cameras = ring(4, 3.5, 1.6, {0, 1, 0});
@@ -244,7 +281,9 @@ TEST(Texture, SpeedOf20kTriangles) {
   TextureStatistics statistics;
   for (int i = 0; i < 10; ++i) {
     const auto start = std::chrono::steady_clock::now();
-    texturer.texture(hull, cameras, {});
+    TextureSettings settings;
+    settings.fade_width += i;  // so that nothing is reused
+    texturer.texture(hull, cameras, settings);
     const double ms =
         std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
     if (ms < best) best = ms, statistics = texturer.statistics();

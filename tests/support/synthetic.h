@@ -36,7 +36,7 @@ inline Camera look_at(const Vec3& position, const Vec3& target, int width, int h
 
 /// \p count cameras on a circle of \p radius at \p height around the y axis, looking at \p target.
 inline std::vector<Camera> ring(int count, double radius, double height, const Vec3& target,
-                                int width = 640, int rows = 480, double degrees = 40.0) {
+                                int width = 640, int rows = 480, double degrees = 60.0) {
   std::vector<Camera> cameras;
   for (int i = 0; i < count; ++i) {
     const double angle = 2.0 * std::numbers::pi * i / count;

@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include <gst/check/gstcheck.h>
+#include <gst/check/gstharness.h>
+
+#include <vector>
+
+#include "element_checks.h"
+#include "synthetic.h"
+#include "texture/texture_hull.h"
+#include "wire/mesh_payload.h"
+
+using namespace polyhull;
+
+namespace {
+
+constexpr char mesh_caps[] = "application/x-polyhull-mesh";
+
+const synthetic::Photographed& subject() {
+  static const synthetic::Photographed made = synthetic::photographed(
+      synthetic::figure(8), synthetic::ring(3, 3.2, 1.5, {0, 1, 0}, 128, 128, 45.0));
+  return made;
+}
+
+GstBuffer* buffer_of(const Mesh& mesh, GstClockTime time = 0) {
+  const std::vector<std::uint8_t> bytes = write_mesh(mesh);
+  GstBuffer* buffer = gst_buffer_new_memdup(bytes.data(), bytes.size());
+  GST_BUFFER_PTS(buffer) = time;
+  GST_BUFFER_DURATION(buffer) = 40 * GST_MSECOND;
+  return buffer;
+}
+
+GstHarness* harness(const char* launch = "hulltexture") {
+  GstHarness* h = gst_harness_new_parse(launch);
+  gst_harness_set_src_caps_str(h, mesh_caps);
+  gst_harness_set_sink_caps_str(h, mesh_caps);
+  return h;
+}
+
+/// A mesh read from a buffer with the memory that its pixels borrow from.
+struct Read {
+  explicit Read(GstBuffer* buffer) : buffer(buffer) {
+    fail_unless(gst_buffer_map(buffer, &map, GST_MAP_READ));
+    mesh = read_mesh(Bytes(map.data, map.size));
+  }
+  ~Read() {
+    gst_buffer_unmap(buffer, &map);
+    gst_buffer_unref(buffer);
+  }
+  GstBuffer* buffer;
+  GstMapInfo map;
+  Mesh mesh;
+};
+
+}  // namespace
+
+GST_START_TEST(adds_what_the_library_computes) {
+  GstHarness* h = harness();
+  Read out(gst_harness_push_and_pull(h, buffer_of(subject().mesh, 7 * GST_SECOND)));
+  fail_unless_equals_uint64(GST_BUFFER_PTS(out.buffer), 7 * GST_SECOND);
+  fail_unless_equals_uint64(GST_BUFFER_DURATION(out.buffer), 40 * GST_MSECOND);
+  fail_unless(out.mesh.texturing.has_value());
+  std::vector<Camera> cameras;
+  for (const MeshView& view : subject().mesh.views) cameras.push_back(view.calibration);
+  const Texturing expected = texture_hull(subject().mesh.hull, cameras);
+  fail_unless(out.mesh.texturing->visible == expected.visible);
+  fail_unless(out.mesh.texturing->best == expected.best);
+  fail_unless(out.mesh.texturing->weights == expected.weights);
+  fail_unless(out.mesh.texturing->maps == expected.maps);
+  fail_unless(out.mesh.hull.vertices == subject().mesh.hull.vertices);
+  for (std::size_t k = 0; k < 3; ++k) {
+    const View& view = out.mesh.views[k].view;
+    const View& sent = subject().mesh.views[k].view;
+    fail_unless(view.roi == sent.roi);
+    for (int y = 0; y < view.roi.height; ++y) {
+      fail_unless(
+          std::equal(&view.pixels[static_cast<std::size_t>(y) * view.stride],
+                     &view.pixels[static_cast<std::size_t>(y) * view.stride] + 4 * view.roi.width,
+                     &sent.pixels[static_cast<std::size_t>(y) * sent.stride]));
+    }
+  }
+  gst_harness_teardown(h);
+}
+GST_END_TEST
+
+GST_START_TEST(same_hull_is_textured_once) {
+  GstHarness* h = harness();
+  for (int i = 0; i < 3; ++i)
+    gst_buffer_unref(gst_harness_push_and_pull(h, buffer_of(subject().mesh)));
+  GstElement* element = gst_harness_find_element(h, "hulltexture");
+  fail_unless_equals_uint64(test::statistic(element, "meshes"), 3);
+  fail_unless_equals_uint64(test::statistic(element, "texturings-reused"), 2);
+  g_object_set(element, "cameras", 3u, nullptr);  // live: takes effect with the next mesh
+  Read out(gst_harness_push_and_pull(h, buffer_of(subject().mesh)));
+  fail_unless_equals_int(out.mesh.texturing->cameras, 3);
+  gst_object_unref(element);
+  gst_harness_teardown(h);
+}
+GST_END_TEST
+
+GST_START_TEST(properties_reach_the_mesh) {
+  GstHarness* h = harness(
+      "hulltexture method=direct metric=viewing-angle occlusion=false untextured=0xffff0000");
+  Read out(gst_harness_push_and_pull(h, buffer_of(subject().mesh)));
+  fail_unless(out.mesh.texturing->method == TextureMethod::direct);
+  fail_unless(out.mesh.texturing->metric == TextureMetric::viewing_angle);
+  fail_unless(out.mesh.texturing->untextured == Vec3f(1.0f, 0.0f, 0.0f));
+  fail_unless(out.mesh.texturing->maps.empty());
+  gst_harness_teardown(h);
+}
+GST_END_TEST
+
+GST_START_TEST(empty_mesh_flows_on) {
+  GstHarness* h = harness();
+  Mesh empty;
+  Read out(gst_harness_push_and_pull(h, buffer_of(empty)));
+  fail_unless(out.mesh.hull.empty());
+  gst_harness_teardown(h);
+}
+GST_END_TEST
+
+GST_START_TEST(bad_payloads_are_dropped_with_a_warning) {
+  GstHarness* h = harness();
+  GstBus* bus = gst_bus_new();
+  GstElement* element = gst_harness_find_element(h, "hulltexture");
+  gst_element_set_bus(element, bus);
+  std::vector<std::uint8_t> bytes = write_mesh(subject().mesh);
+  bytes.resize(bytes.size() / 3);
+  for (const std::size_t size : {std::size_t{0}, std::size_t{3}, bytes.size()}) {
+    GstBuffer* buffer = size == 0 ? gst_buffer_new() : gst_buffer_new_memdup(bytes.data(), size);
+    fail_unless_equals_int(gst_harness_push(h, buffer), GST_FLOW_OK);
+  }
+  fail_unless_equals_int(gst_harness_buffers_received(h), 0);
+  fail_unless_equals_uint64(test::statistic(element, "meshes-unusable"), 3);
+  GstMessage* message = gst_bus_pop_filtered(bus, GST_MESSAGE_WARNING);
+  fail_unless(message != nullptr);
+  gst_message_unref(message);
+  gst_buffer_unref(gst_harness_push_and_pull(h, buffer_of(subject().mesh)));  // the stream goes on
+  gst_element_set_bus(element, nullptr);
+  gst_object_unref(bus);
+  gst_object_unref(element);
+  gst_harness_teardown(h);
+}
+GST_END_TEST
+
+GST_START_TEST(flush_eos_and_lifetime) {
+  GstHarness* h = harness();
+  GstBuffer* kept = gst_harness_push_and_pull(h, buffer_of(subject().mesh));
+  fail_unless(gst_harness_push_event(h, gst_event_new_flush_start()));
+  fail_unless(gst_harness_push_event(h, gst_event_new_flush_stop(TRUE)));
+  GstSegment segment;
+  gst_segment_init(&segment, GST_FORMAT_TIME);
+  fail_unless(gst_harness_push_event(h, gst_event_new_segment(&segment)));
+  gst_buffer_unref(gst_harness_push_and_pull(h, buffer_of(subject().mesh)));
+  fail_unless(gst_harness_push_event(h, gst_event_new_eos()));
+  gst_harness_teardown(h);
+  Read out(kept);  // outlives the element
+  fail_unless(out.mesh.texturing.has_value());
+}
+GST_END_TEST
+
+GST_START_TEST(states_and_documentation) {
+  GstElement* element = gst_element_factory_make("hulltexture", nullptr);
+  fail_unless(element != nullptr);
+  for (int i = 0; i < 50; ++i) {
+    fail_unless_equals_int(gst_element_set_state(element, GST_STATE_PLAYING),
+                           GST_STATE_CHANGE_SUCCESS);
+    fail_unless_equals_int(gst_element_set_state(element, GST_STATE_NULL),
+                           GST_STATE_CHANGE_SUCCESS);
+  }
+  gst_object_unref(element);
+  test::check_documented("hulltexture");
+}
+GST_END_TEST
+
+static Suite* hulltexture_suite() {
+  Suite* suite = suite_create("hulltexture");
+  TCase* chain = tcase_create("general");
+  tcase_add_test(chain, adds_what_the_library_computes);
+  tcase_add_test(chain, same_hull_is_textured_once);
+  tcase_add_test(chain, properties_reach_the_mesh);
+  tcase_add_test(chain, empty_mesh_flows_on);
+  tcase_add_test(chain, bad_payloads_are_dropped_with_a_warning);
+  tcase_add_test(chain, flush_eos_and_lifetime);
+  tcase_add_test(chain, states_and_documentation);
+  suite_add_tcase(suite, chain);
+  return suite;
+}
+
+GST_CHECK_MAIN(hulltexture)
