@@ -26,6 +26,7 @@ static gboolean plugin_init(GstPlugin* plugin) {
   any |= GST_ELEMENT_REGISTER(serialtrigger, plugin);
   any |= GST_ELEMENT_REGISTER(scenesrc, plugin);
   any &= GST_ELEMENT_REGISTER(hulltexture, plugin);
+  any |= GST_ELEMENT_REGISTER(hulltexture, plugin);
   return any;
 }
 
