@@ -2,6 +2,7 @@
 #include <gst/gst.h>
 
 #include "chromamatte.h"
+#include "composite.h"
 #include "contourfind.h"
 #include "gaussblur.h"
 #include "hullbuild.h"
@@ -27,6 +28,7 @@ static gboolean plugin_init(GstPlugin* plugin) {
   any |= GST_ELEMENT_REGISTER(scenesrc, plugin);
   any &= GST_ELEMENT_REGISTER(hulltexture, plugin);
   any |= GST_ELEMENT_REGISTER(hulltexture, plugin);
+  any |= GST_ELEMENT_REGISTER(composite, plugin);
   return any;
 }
 

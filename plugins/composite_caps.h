@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// The video formats of composite and where its pictures are allocated.
+#pragma once
+
+#include <gst/gl/gl.h>
+#include <gst/gst.h>
+#include <gst/video/video.h>
+
+namespace polyhull::element {
+
+inline constexpr char composite_video_caps[] =
+    "video/x-raw, format=(string)RGBA, width=(int)[1,16384], height=(int)[1,16384], "
+    "framerate=(fraction)[0/1,2147483647/1]; "
+    "video/x-raw(memory:GLMemory), format=(string)RGBA, width=(int)[1,16384], "
+    "height=(int)[1,16384], framerate=(fraction)[0/1,2147483647/1], texture-target=(string)2D";
+
+bool is_gl_caps(const GstCaps* caps);
+
+/// What composite can make of a background \p info: the same picture in either kind of memory, the
+/// background's own kind first.
+GstCaps* output_caps(const GstVideoInfo& info, bool background_on_gpu);
+
+/// Answers what the background may be: any memory, with the size and rate that those behind \p
+/// source take.
+void answer_background_caps(GstPad* pad, GstPad* source, GstQuery* query);
+
+/// Puts a pool for output pictures into an answered allocation query: textures of \p context, or
+/// system memory where it is null.
+bool decide_pool(GstQuery* query, GstGLContext* context);
+
+}  // namespace polyhull::element

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// What the parts of the element composite share: its instance, its pads at one moment, and the
+/// work of its streaming thread.
+#pragma once
+
+#include <gst/base/gstaggregator.h>
+
+#include <atomic>
+#include <vector>
+
+#include "common/statistics.h"
+#include "composite_frame.h"
+#include "composite_navigation.h"
+
+namespace polyhull::element {
+
+struct CompositePrivate {
+  explicit CompositePrivate(GstElement* element) : gl(element) {}
+  CompositeSettings settings;  // under the object lock
+  ViewportControl control;     // under the object lock
+
+  std::atomic<bool> announced{false};
+  std::atomic<bool> new_segment{true};
+
+  Statistics statistics{"composite-stats"};  // the rest belongs to the source pad's thread
+  CompositeGl gl;                            // but context queries, which it guards itself
+  FrameComposer composer{gl, statistics};
+  GstVideoInfo background_info{};
+  bool background_on_gpu = false;
+  GstVideoInfo output_info{};
+  bool output_on_gpu = false;
+  std::uint64_t next_content = 1;
+};
+
+struct PolyhullComposite {
+  GstAggregator parent;
+  CompositePrivate* priv;
+};
+
+struct PolyhullCompositeClass {
+  GstAggregatorClass parent_class;
+};
+
+inline PolyhullComposite* self_of(gpointer object) {
+  return static_cast<PolyhullComposite*>(object);
+}
+inline CompositePrivate& private_of(gpointer object) {
+  return *self_of(object)->priv;
+}
+
+/// References on the sink pads as they are now.
+struct CompositePads {
+  explicit CompositePads(gpointer element);
+  ~CompositePads();
+  CompositePads(const CompositePads&) = delete;
+  std::vector<GstAggregatorPad*> meshes;
+  GstAggregatorPad* background = nullptr;  ///< null: not requested
+};
+
+// Virtual functions of GstAggregator.
+GstFlowReturn composite_aggregate(GstAggregator* aggregator, gboolean timeout);
+GstFlowReturn composite_flush(GstAggregator* aggregator);
+gboolean composite_start(GstAggregator* aggregator);
+gboolean composite_stop(GstAggregator* aggregator);
+
+}  // namespace polyhull::element

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// The OpenGL side of composite: a context shared with the neighbours, and a Compositor that lives
+/// and works on the context's own thread.
+#pragma once
+
+#include <gst/gl/gl.h>
+
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "render/compositor.h"
+
+namespace polyhull::element {
+
+class CompositeGl {
+ public:
+  explicit CompositeGl(GstElement* element) : element_(element) {}
+  ~CompositeGl();
+  CompositeGl(const CompositeGl&) = delete;
+
+  /// The element's set_context().
+  void set_context(GstContext* context);
+
+  /// Answers a context query; false: it is not about OpenGL.
+  bool answer(GstQuery* query);
+
+  /// Finds or makes a context and the compositor. Throws Error that says what was refused.
+  void ensure();
+
+  /// Lets go of the compositor and the context.
+  void release();
+
+  /// Calls \p work with the compositor on the context's thread and waits. Exceptions come through.
+  void run(const std::function<void(Compositor&)>& work);
+
+  GstGLContext* context() const { return context_; }
+
+ private:
+  void find_context();
+  void make_context();
+
+  GstElement* element_;
+  GRecMutex mutex_ = make_mutex();  // protects the pointers below against context queries
+  GstGLDisplay* display_ = nullptr;
+  GstGLContext* other_ = nullptr;    // of the application
+  GstGLContext* context_ = nullptr;  // the one in use
+  std::unique_ptr<Compositor> compositor_;
+
+  static GRecMutex make_mutex() {
+    GRecMutex mutex;
+    g_rec_mutex_init(&mutex);
+    return mutex;
+  }
+};
+
+}  // namespace polyhull::element
