@@ -24,6 +24,8 @@
 #include <gst/video/navigation.h>
 #include <gst/video/video.h>
 
+#include <cstring>
+
 #include "base/error.h"
 #include "common/guard.h"
 #include "composite_caps.h"
@@ -93,20 +95,38 @@ void child_proxy_init(gpointer interface, gpointer) {
   proxy->get_children_count = children_count;
 }
 
-/// The aggregator wants a pad's name to be its template's with a number; there is one background.
+/// The aggregator's own way of making pads calls all of them sink_%u.
 GstAggregatorPad* create_new_pad(GstAggregator* aggregator, GstPadTemplate* pad_template,
-                                 const gchar* name, const GstCaps* caps) {
-  if (g_strcmp0(GST_PAD_TEMPLATE_NAME_TEMPLATE(pad_template), "background") != 0) {
-    return GST_AGGREGATOR_CLASS(polyhull_composite_parent_class)
-        ->create_new_pad(aggregator, pad_template, name, caps);
+                                 const gchar* name, const GstCaps*) {
+  const bool mesh = g_strcmp0(GST_PAD_TEMPLATE_NAME_TEMPLATE(pad_template), "background") != 0;
+  gchar* chosen = nullptr;
+  if (!mesh) {
+    chosen = g_strdup("background");
+  } else if (name != nullptr && g_str_has_prefix(name, "mesh_") && strchr(name, '%') == nullptr) {
+    chosen = g_strdup(name);
   }
-  GstPad* old = gst_element_get_static_pad(GST_ELEMENT_CAST(aggregator), "background");
-  if (old != nullptr) {
-    gst_object_unref(old);
-    return nullptr;
+  GST_OBJECT_LOCK(aggregator);
+  const auto taken = [&](const gchar* other) {
+    for (GList* l = GST_ELEMENT_CAST(aggregator)->pads; l != nullptr; l = l->next)
+      if (g_strcmp0(GST_OBJECT_NAME(l->data), other) == 0) return true;
+    return false;
+  };
+  if (chosen == nullptr) {
+    guint number = 0;
+    do {
+      g_free(chosen);
+      chosen = g_strdup_printf("mesh_%u", number++);
+    } while (taken(chosen));
   }
-  return GST_AGGREGATOR_PAD(g_object_new(GST_TYPE_AGGREGATOR_PAD, "name", "background", "direction",
-                                         GST_PAD_SINK, "template", pad_template, nullptr));
+  const bool free = !taken(chosen);
+  GST_OBJECT_UNLOCK(aggregator);
+  gpointer pad = nullptr;
+  if (free) {
+    pad = g_object_new(mesh ? mesh_pad_type() : GST_TYPE_AGGREGATOR_PAD, "name", chosen,
+                       "direction", GST_PAD_SINK, "template", pad_template, nullptr);
+  }
+  g_free(chosen);
+  return static_cast<GstAggregatorPad*>(pad);
 }
 
 GstPad* request_new_pad(GstElement* element, GstPadTemplate* pad_template, const gchar* name,

@@ -1,0 +1,415 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include <gst/check/gstcheck.h>
+#include <gst/check/gstharness.h>
+#include <gst/gl/gl.h>
+#include <gst/video/navigation.h>
+#include <gst/video/video.h>
+
+#include <cstring>
+#include <vector>
+
+#include "element_checks.h"
+#include "scene/announcement.h"
+#include "synthetic.h"
+#include "texture/texture_hull.h"
+#include "wire/mesh_payload.h"
+
+using namespace polyhull;
+
+namespace {
+
+constexpr int width = 320, height = 180;
+constexpr char background_caps[] = "video/x-raw,format=RGBA,width=320,height=180,framerate=25/1";
+constexpr char mesh_caps[] = "application/x-polyhull-mesh";
+
+const synthetic::Photographed& subject() {
+  static const synthetic::Photographed made = [] {
+    synthetic::Photographed out = synthetic::photographed(
+        synthetic::figure(8), synthetic::ring(3, 3.2, 1.5, {0, 1, 0}, 128, 128, 60.0));
+    std::vector<Camera> cameras;
+    for (const MeshView& view : out.mesh.views) cameras.push_back(view.calibration);
+    out.mesh.texturing = texture_hull(out.mesh.hull, cameras);
+    return out;
+  }();
+  return made;
+}
+
+GstBuffer* mesh_buffer(GstClockTime time, const Mesh& mesh = subject().mesh) {
+  const std::vector<std::uint8_t> bytes = write_mesh(mesh);
+  GstBuffer* buffer = gst_buffer_new_memdup(bytes.data(), bytes.size());
+  GST_BUFFER_PTS(buffer) = time;
+  GST_BUFFER_DURATION(buffer) = 40 * GST_MSECOND;
+  return buffer;
+}
+
+constexpr std::uint8_t grey = 90;
+
+/// A plain frame; \p padding more bytes per row than needed, told by a GstVideoMeta.
+GstBuffer* frame(GstClockTime time, int padding = 0) {
+  const gsize stride = 4 * width + static_cast<gsize>(padding);
+  GstBuffer* buffer = gst_buffer_new_allocate(nullptr, stride * height, nullptr);
+  gst_buffer_memset(buffer, 0, grey, stride * height);
+  gsize offsets[4] = {0, 0, 0, 0};
+  gint strides[4] = {static_cast<gint>(stride), 0, 0, 0};
+  gst_buffer_add_video_meta_full(buffer, GST_VIDEO_FRAME_FLAG_NONE, GST_VIDEO_FORMAT_RGBA, width,
+                                 height, 1, offsets, strides);
+  GST_BUFFER_PTS(buffer) = time;
+  GST_BUFFER_DURATION(buffer) = 40 * GST_MSECOND;
+  return buffer;
+}
+
+/// How many pixels of a frame are not the background's.
+int changed_pixels(GstBuffer* buffer) {
+  GstVideoInfo info;
+  gst_video_info_set_format(&info, GST_VIDEO_FORMAT_RGBA, width, height);
+  GstVideoFrame video;
+  fail_unless(gst_video_frame_map(&video, &info, buffer, GST_MAP_READ));
+  int count = 0;
+  for (int y = 0; y < height; ++y) {
+    const auto* row = static_cast<const std::uint8_t*>(GST_VIDEO_FRAME_PLANE_DATA(&video, 0)) +
+                      static_cast<std::ptrdiff_t>(y) * GST_VIDEO_FRAME_PLANE_STRIDE(&video, 0);
+    for (int x = 0; x < width; ++x)
+      count += row[4 * x] != grey || row[4 * x + 1] != grey || row[4 * x + 2] != grey;
+  }
+  gst_video_frame_unmap(&video);
+  return count;
+}
+
+/// composite with a background and a mesh input, fed by hand.
+struct Bench {
+  explicit Bench(bool with_mesh = true) {
+    element = gst_element_factory_make("composite", nullptr);
+    fail_unless(element != nullptr);
+    gst_object_ref_sink(element);
+    g_object_set(element, "eye-x", 0.0, "eye-y", 1.2, "eye-z", 4.0, "target-x", 0.0, "target-y",
+                 1.0, "target-z", 0.0, nullptr);
+    background = gst_harness_new_with_element(element, "background", "src");
+    gst_harness_set_src_caps_str(background, background_caps);
+    if (with_mesh) {
+      mesh = gst_harness_new_with_element(element, "mesh_%u", nullptr);
+      gst_harness_set_src_caps_str(mesh, mesh_caps);
+    }
+  }
+  ~Bench() {
+    if (mesh) gst_harness_teardown(mesh);
+    gst_harness_teardown(background);
+    gst_object_unref(element);
+  }
+  GstBuffer* pull() {
+    GstBuffer* buffer = gst_harness_pull(background);
+    fail_unless(buffer != nullptr);
+    return buffer;
+  }
+  /// Pushes a frame and the mesh after those of the frame, and takes what comes. The queue of a pad
+  /// holds one buffer: whoever pushes more waits for the frame that they belong to.
+  GstBuffer* step(GstBuffer* picture, GstBuffer* next_mesh) {
+    gst_harness_push(background, picture);
+    if (next_mesh) gst_harness_push(mesh, next_mesh);
+    return pull();
+  }
+  GstElement* element;
+  GstHarness* background;
+  GstHarness* mesh = nullptr;
+};
+
+GstClockTime frame_time(int i) {
+  return static_cast<GstClockTime>(i) * 40 * GST_MSECOND;
+}
+
+}  // namespace
+
+GST_START_TEST(draws_the_subject_and_leaves_the_rest) {
+  Bench bench;
+  gst_harness_push(bench.mesh, mesh_buffer(0));
+  for (int i = 0; i < 2; ++i) {
+    GstBuffer* out = bench.step(frame(frame_time(i), 64 * i), mesh_buffer(frame_time(i + 1)));
+    const int changed = changed_pixels(out);
+    fail_unless(changed > 500 && changed < width * height / 2, "%d pixels", changed);
+    fail_unless_equals_uint64(GST_BUFFER_PTS(out), frame_time(i));
+    fail_unless_equals_uint64(GST_BUFFER_DURATION(out), 40 * GST_MSECOND);
+    gst_buffer_unref(out);
+  }
+}
+GST_END_TEST
+
+GST_START_TEST(background_passes_until_a_mesh_comes) {
+  Bench bench;
+  gst_harness_push(bench.mesh, mesh_buffer(frame_time(2)));  // begins with the third frame
+  for (int i = 0; i < 3; ++i) {
+    GstBuffer* in = gst_buffer_ref(frame(frame_time(i)));
+    GstBuffer* out = bench.step(in, i < 2 ? nullptr : mesh_buffer(frame_time(3)));
+    if (i < 2) {
+      fail_unless(out == in, "frame %d was copied", i);
+      fail_unless_equals_int(changed_pixels(out), 0);
+    } else {
+      fail_unless(changed_pixels(out) > 500);
+    }
+    gst_buffer_unref(out);
+    gst_buffer_unref(in);
+  }
+  fail_unless_equals_uint64(test::statistic(bench.element, "passed-through"), 2);
+}
+GST_END_TEST
+
+GST_START_TEST(subject_outside_the_picture_passes_the_background) {
+  Bench bench;
+  gst_child_proxy_set(GST_CHILD_PROXY(bench.element), "mesh_0::translate-x", 500.0, nullptr);
+  gst_harness_push(bench.mesh, mesh_buffer(0));
+  GstBuffer* in = gst_buffer_ref(frame(0));
+  GstBuffer* out = bench.step(in, mesh_buffer(frame_time(1)));
+  fail_unless(out == in);
+  gst_buffer_unref(out);
+  gst_buffer_unref(in);
+}
+GST_END_TEST
+
+GST_START_TEST(placement_is_live) {
+  Bench bench;
+  GstChildProxy* proxy = GST_CHILD_PROXY(bench.element);
+  gst_harness_push(bench.mesh, mesh_buffer(0));
+  int counts[3];
+  for (int i = 0; i < 3; ++i) {
+    if (i == 1) gst_child_proxy_set(proxy, "mesh_0::scale", 0.5, nullptr);
+    if (i == 2)
+      gst_child_proxy_set(proxy, "mesh_0::scale", 1.0, "mesh_0::rotate-y", 45.0,
+                          "mesh_0::translate-z", -1.0, nullptr);
+    GstBuffer* out = bench.step(frame(frame_time(i)), mesh_buffer(frame_time(i + 1)));
+    counts[i] = changed_pixels(out);
+    gst_buffer_unref(out);
+  }
+  fail_unless(counts[1] < counts[0] / 2 && counts[1] > counts[0] / 8, "%d %d", counts[0],
+              counts[1]);
+  fail_unless(counts[2] < counts[0] && counts[2] > counts[0] / 3);
+}
+GST_END_TEST
+
+GST_START_TEST(the_mesh_shown_is_the_last_before_the_frames_end) {
+  Bench bench;
+  Mesh empty;
+  gst_harness_push(bench.mesh, mesh_buffer(0));
+  gst_harness_push(bench.background, frame(0));
+  gst_harness_push(bench.mesh, mesh_buffer(35 * GST_MSECOND, empty));  // within the first frame
+  gst_harness_push(bench.mesh, mesh_buffer(40 * GST_MSECOND));         // with the second
+  GstBuffer* out = bench.pull();
+  fail_unless_equals_int(changed_pixels(out), 0);
+  gst_buffer_unref(out);
+  out = bench.step(frame(frame_time(1)), mesh_buffer(80 * GST_MSECOND));
+  fail_unless(changed_pixels(out) > 500);
+  gst_buffer_unref(out);
+}
+GST_END_TEST
+
+GST_START_TEST(bad_payloads_do_not_stop_the_picture) {
+  Bench bench;
+  GstBuffer* bad = gst_buffer_new_memdup("nonsense", 8);
+  GST_BUFFER_PTS(bad) = 0;
+  gst_harness_push(bench.mesh, bad);
+  for (int i = 0; i < 2; ++i) {
+    GstBuffer* out = bench.step(frame(frame_time(i)), mesh_buffer(frame_time(i + 1)));
+    fail_unless(i == 0 ? changed_pixels(out) == 0 : changed_pixels(out) > 500);
+    gst_buffer_unref(out);
+  }
+  fail_unless_equals_uint64(test::statistic(bench.element, "meshes-unusable"), 1);
+}
+GST_END_TEST
+
+namespace {
+
+GstEvent* announcement_event(const std::string& json) {
+  return gst_event_new_custom(
+      GST_EVENT_CUSTOM_DOWNSTREAM_STICKY,
+      gst_structure_new("polyhull-announcement", "json", G_TYPE_STRING, json.c_str(), nullptr));
+}
+
+}  // namespace
+
+GST_START_TEST(announced_camera_counts) {
+  Bench bench;
+  Announcement announcement;
+  announcement.viewport =
+      synthetic::look_at({0, 1.0, 12.0}, {0, 1.0, 0}, width, height, 50.0);  // from afar: small
+  announcement.scene = "builtin:room";
+  announcement.lights = room_scene().lights;
+  // Outside the room nothing of the subject is seen; from inside it is.
+  gst_harness_push_event(bench.background, announcement_event(announcement_to_json(announcement)));
+  gst_harness_push(bench.mesh, mesh_buffer(0));
+  GstBuffer* out = bench.step(frame(0), mesh_buffer(frame_time(1)));
+  fail_unless_equals_int(changed_pixels(out), 0);
+  gst_buffer_unref(out);
+  announcement.viewport = room_scene().cameras[0];
+  gst_harness_push_event(bench.background, announcement_event(announcement_to_json(announcement)));
+  out = bench.step(frame(frame_time(1)), mesh_buffer(frame_time(2)));
+  fail_unless(changed_pixels(out) > 1000);
+  gst_buffer_unref(out);
+  gst_harness_push_event(bench.background, announcement_event("{nonsense"));
+  gst_buffer_unref(bench.step(frame(frame_time(2)), mesh_buffer(frame_time(3))));
+  fail_unless_equals_uint64(test::statistic(bench.element, "announcements"), 2);
+  fail_unless_equals_uint64(test::statistic(bench.element, "announcements-unusable"), 1);
+}
+GST_END_TEST
+
+GST_START_TEST(navigation_moves_the_viewport) {
+  Bench bench(false);
+  gst_harness_push(bench.background, frame(0));
+  gst_buffer_unref(bench.pull());
+  double before = 0.0, after = 0.0;
+  g_object_get(bench.element, "eye-x", &before, nullptr);
+  fail_unless(gst_harness_push_upstream_event(
+      bench.background, gst_navigation_event_new_key_press("Right", GST_NAVIGATION_MODIFIER_NONE)));
+  g_object_get(bench.element, "eye-x", &after, nullptr);
+  fail_unless(after != before);
+  gst_harness_push_upstream_event(bench.background, gst_navigation_event_new_mouse_button_press(
+                                                        1, 100, 100, GST_NAVIGATION_MODIFIER_NONE));
+  gst_harness_push_upstream_event(
+      bench.background, gst_navigation_event_new_mouse_move(140, 90, GST_NAVIGATION_MODIFIER_NONE));
+  g_object_get(bench.element, "eye-x", &before, nullptr);
+  fail_unless(after != before);
+  // With an announcement the event goes on to the background's source.
+  Announcement announcement;
+  announcement.viewport = room_scene().cameras[0];
+  announcement.scene = "builtin:room";
+  gst_harness_push_event(bench.background, announcement_event(announcement_to_json(announcement)));
+  gst_harness_push(bench.background, frame(frame_time(1)));
+  gst_buffer_unref(bench.pull());
+  while (GstEvent* old = gst_harness_try_pull_upstream_event(bench.background))
+    gst_event_unref(old);
+  gst_harness_push_upstream_event(
+      bench.background, gst_navigation_event_new_key_press("Left", GST_NAVIGATION_MODIFIER_NONE));
+  GstEvent* event = gst_harness_pull_upstream_event(bench.background);
+  fail_unless(event != nullptr && GST_EVENT_TYPE(event) == GST_EVENT_NAVIGATION);
+  gst_event_unref(event);
+  g_object_get(bench.element, "eye-x", &after, nullptr);
+  fail_unless(after == before);
+}
+GST_END_TEST
+
+GST_START_TEST(eos_flush_and_lifetime) {
+  GstBuffer* kept = nullptr;
+  {
+    Bench bench;
+    gst_harness_push(bench.mesh, mesh_buffer(0));
+    gst_harness_push_event(bench.mesh, gst_event_new_eos());  // the last mesh stays
+    gst_harness_push(bench.background, frame(0));
+    gst_buffer_unref(bench.pull());
+    gst_harness_push(bench.background, frame(frame_time(1)));
+    kept = bench.pull();
+    fail_unless(changed_pixels(kept) > 500);
+    gst_harness_push_event(bench.background, gst_event_new_eos());
+    GstEvent* event = nullptr;
+    do {
+      gst_clear_event(&event);
+      event = gst_harness_pull_event(bench.background);
+      fail_unless(event != nullptr);
+    } while (GST_EVENT_TYPE(event) != GST_EVENT_EOS);
+    gst_event_unref(event);
+  }
+  fail_unless(changed_pixels(kept) > 500);  // outlives the element
+  gst_buffer_unref(kept);
+}
+GST_END_TEST
+
+namespace {
+
+constexpr char subject_of_four[] =
+    "hullbuild name=hull ! hulltexture ! mix.mesh_0 "
+    "rigtestsrc camera=cam0 num-buffers=3 ! chromamatte ! gaussblur ! contourfind camera=cam0 ! "
+    "hull. "
+    "rigtestsrc camera=cam1 num-buffers=3 ! chromamatte ! gaussblur ! contourfind camera=cam1 ! "
+    "hull. "
+    "rigtestsrc camera=cam2 num-buffers=3 ! chromamatte ! gaussblur ! contourfind camera=cam2 ! "
+    "hull. ";
+
+std::string chain(const std::string& sink, const std::string& upload = "",
+                  const std::string& properties = "") {
+  return "composite name=mix scene=builtin:room " + properties + " ! " + sink +
+         " videotestsrc num-buffers=4 ! "
+         "video/x-raw,format=RGBA,width=320,height=180,framerate=25/1 ! " +
+         upload + " mix.background " + subject_of_four;
+}
+
+}  // namespace
+
+GST_START_TEST(whole_chain_in_every_memory) {
+  ck_assert_str_eq(test::run_to_end(chain("fakesink")).c_str(), "");
+  ck_assert_str_eq(test::run_to_end(chain("fakesink", "glupload !")).c_str(), "");
+  ck_assert_str_eq(
+      test::run_to_end(chain("video/x-raw(memory:GLMemory) ! gldownload ! fakesink")).c_str(), "");
+  ck_assert_str_eq(
+      test::run_to_end(chain("video/x-raw ! videoconvert ! fakesink", "glupload !")).c_str(), "");
+  ck_assert_str_eq(
+      test::run_to_end(
+          chain("video/x-raw(memory:GLMemory) ! glcolorconvert ! gldownload ! fakesink",
+                "glupload !"))
+          .c_str(),
+      "");
+}
+GST_END_TEST
+
+GST_START_TEST(two_pipelines_in_one_process) {
+  GstElement* first = test::parse(chain("fakesink"));
+  GstElement* second = test::parse(chain("fakesink", "glupload !"));
+  gst_element_set_state(first, GST_STATE_PLAYING);
+  gst_element_set_state(second, GST_STATE_PLAYING);
+  ck_assert_str_eq(test::wait_for_end(first).c_str(), "");
+  ck_assert_str_eq(test::wait_for_end(second).c_str(), "");
+  gst_element_set_state(first, GST_STATE_NULL);
+  gst_element_set_state(second, GST_STATE_NULL);
+  gst_object_unref(first);
+  gst_object_unref(second);
+}
+GST_END_TEST
+
+GST_START_TEST(errors_have_a_sentence) {
+  const std::string missing = test::run_to_end(
+      "composite name=mix scene=/nowhere/missing.glb ! fakesink videotestsrc num-buffers=2 ! "
+      "video/x-raw,width=64,height=48 ! videoconvert ! mix.background");
+  fail_unless(missing.find("/nowhere/missing.glb") != std::string::npos, "%s", missing.c_str());
+  const std::string nowhere = test::run_to_end(
+      "composite name=mix eye-x=1 eye-y=1 eye-z=1 target-x=1 target-y=1 target-z=1 ! fakesink "
+      "videotestsrc num-buffers=2 ! video/x-raw,width=64,height=48 ! videoconvert ! "
+      "mix.background");
+  fail_unless(nowhere.find("eye-x") != std::string::npos, "%s", nowhere.c_str());
+}
+GST_END_TEST
+
+GST_START_TEST(refused_context_is_explained) {
+  g_setenv("GST_GL_PLATFORM", "glx", TRUE);
+  g_setenv("GST_GL_WINDOW", "x11", TRUE);
+  g_setenv("DISPLAY", ":99", TRUE);
+  const std::string refused = test::run_to_end(chain("fakesink"));
+  fail_unless(refused.find("OpenGL") != std::string::npos, "%s", refused.c_str());
+}
+GST_END_TEST
+
+GST_START_TEST(states_and_documentation) {
+  test::check_documented("composite");
+  test::check_states(chain("fakesink"), 50);
+}
+GST_END_TEST
+
+static Suite* composite_suite() {
+  Suite* suite = suite_create("composite");
+  TCase* fed = tcase_create("fed by hand");
+  tcase_set_timeout(fed, 30);
+  tcase_add_test(fed, draws_the_subject_and_leaves_the_rest);
+  tcase_add_test(fed, background_passes_until_a_mesh_comes);
+  tcase_add_test(fed, subject_outside_the_picture_passes_the_background);
+  tcase_add_test(fed, placement_is_live);
+  tcase_add_test(fed, the_mesh_shown_is_the_last_before_the_frames_end);
+  tcase_add_test(fed, bad_payloads_do_not_stop_the_picture);
+  tcase_add_test(fed, announced_camera_counts);
+  tcase_add_test(fed, navigation_moves_the_viewport);
+  tcase_add_test(fed, eos_flush_and_lifetime);
+  suite_add_tcase(suite, fed);
+  TCase* whole = tcase_create("whole chain");
+  tcase_set_timeout(whole, 240);
+  tcase_add_test(whole, whole_chain_in_every_memory);
+  tcase_add_test(whole, two_pipelines_in_one_process);
+  tcase_add_test(whole, errors_have_a_sentence);
+  tcase_add_test(whole, refused_context_is_explained);
+  tcase_add_test(whole, states_and_documentation);
+  suite_add_tcase(suite, whole);
+  return suite;
+}
+
+GST_CHECK_MAIN(composite)
