@@ -184,7 +184,8 @@ void Compositor::State::draw_blend(const PassInput& in, GLuint background_textur
               in.settings.mirror == MirrorMode::plain ? in.settings.reflection_alpha : -1.0f);
   }
   // Every layer holds something only inside its own rectangle; outside it are old pixels. So the
-  // changed part is drawn in pieces, each with the layers that reach it.
+  // changed part is drawn in pieces, each with the layers that reach it; where none does, the
+  // background is copied, because the whole part is read back.
   const Rectangle parts[3] = {in.plan.shadow, in.plan.mirror, in.plan.subject};
   std::vector<int> columns, rows;
   for (const Rectangle& part : parts) {
@@ -201,7 +202,6 @@ void Compositor::State::draw_blend(const PassInput& in, GLuint background_textur
       const Rectangle piece{columns[i], rows[j], columns[i + 1] - columns[i],
                             rows[j + 1] - rows[j]};
       const auto reaches = [&](int layer) { return intersection(parts[layer], piece) == piece; };
-      if (!reaches(0) && !reaches(1) && !reaches(2)) continue;
       blend.set("has_shadow", reaches(0));
       blend.set("has_mirror", reaches(1));
       blend.set("has_subject", reaches(2));

@@ -3,13 +3,17 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstdlib>
 #include <cstring>
+#include <ctime>
 #include <memory>
 
 #include "base/error.h"
 #include "gl_context.h"
+#include "render/gl_objects.h"
 #include "render/program.h"
 #include "render/shader_sources.h"
 #include "simple_trace.h"
@@ -86,54 +90,221 @@ class CompositorTest : public ::testing::TestWithParam<bool> {
   std::unique_ptr<HeadlessContext> context_;
 };
 
+TEST_P(CompositorTest, EveryShaderCompiles) {
+  int programs = 0;
+  const std::string slots = "VIEW_SLOTS 64", samples = "MAX_LIGHT_SAMPLES 16",
+                    lights = "MAX_LIGHTS 8";
+  const auto link = [&](const char* vertex, const char* fragment, std::vector<std::string> defines,
+                        std::vector<std::string> includes = {}) {
+    EXPECT_NO_THROW(gl::Program(vertex, fragment, defines, includes)) << vertex << " " << fragment;
+    ++programs;
+  };
+  for (const char* lens : {"NO_LENS", "DISTORTION"}) {
+    link("hull.vert", "hull.frag", {slots, lens});
+    link("hull.vert", "hull.frag", {slots, lens, "CLIPPED"});
+  }
+  link("scene.vert", "depth.frag", {});
+  link("scene.vert", "depth.frag", {"CLIPPED"});
+  link("hull_depth.vert", "depth.frag", {});
+  for (const char* taps : {"BLOCKER_TAPS 0", "BLOCKER_TAPS 4"})
+    link("scene.vert", "shadow.frag", {samples, taps, "FILTER_TAPS 4"});
+  link("fullscreen.vert", "shadow_blur.frag", {});
+  link("scene.vert", "shadow_apply.frag", {}, {"material.glsl"});
+  link("scene.vert", "mirrored_scene.frag", {lights}, {"material.glsl"});
+  link("fullscreen.vert", "composite.frag", {});
+  EXPECT_EQ(glGetError(), static_cast<GLenum>(GL_NO_ERROR));
+  // Whatever is in shaders/ is one of these.
+  for (const ShaderSource& shader : shader_sources()) {
+    const std::string_view known[] = {"common.glsl",        "composite.frag",    "depth.frag",
+                                      "fullscreen.vert",    "hull.frag",         "hull.vert",
+                                      "hull_depth.vert",    "scene.vert",        "material.glsl",
+                                      "shadow.frag",        "shadow_apply.frag", "shadow_blur.frag",
+                                      "mirrored_scene.frag"};
+    EXPECT_NE(std::find(std::begin(known), std::end(known), shader.name), std::end(known))
+        << shader.name << " is not compiled by this test";
+  }
+  EXPECT_THROW(gl::Program("hull.vert", "depth.frag", {"VIEW_SLOTS nonsense"}), Error);
+}
+
 TEST_P(CompositorTest, StandsInTheSceneLikeTheTruth) {
-  Stage stage;
-  stage.trace_background();
-  const Picture truth = stage.truth();
+  Stage stage(480, 270);
+  stage.trace_background(6, 2);
+  const Picture truth = stage.truth(6, 2);
   Compositor compositor;
   std::printf("%s\n", compositor.description().c_str());
-  RenderSettings settings;
-  if (const char* q = std::getenv("Q")) settings.shadow = static_cast<ShadowQuality>(std::atoi(q));
-  if (const char* q = std::getenv("N")) settings.light_samples = std::atoi(q);
-  if (const char* q = std::getenv("M")) settings.shadow_map_size = std::atoi(q);
-  const Picture result = composite(compositor, stage, settings);
+  const Picture result = composite(compositor, stage, {});
   keep(stage.background, "background");
   keep(truth, "truth");
   keep(result, "composite");
   const double whole = synthetic::psnr(result, truth, [](int, int) { return true; });
   const double without = synthetic::psnr(stage.background, truth, [](int, int) { return true; });
-  std::printf("PSNR of the whole picture %.2f dB (background alone %.2f dB)\n", whole, without);
-  EXPECT_GT(whole, without + 6.0);
-  for (const RenderStatistics::PassTime& pass : compositor.statistics().passes)
-    std::printf("  %-12s cpu %.2f ms\n", pass.name, pass.cpu_milliseconds);
+  // Of the figure, the regions that it changes without standing there: shadow and mirror image.
+  const Plan plan = compositor.plan(stage.frame, {});
+  const auto around = [&](int x, int y) {
+    const Rectangle& r = plan.subject;
+    const bool inside = x >= r.x && x < r.x + r.width && y >= r.y && y < r.y + r.height;
+    const std::uint8_t* a = stage.background.row(y) + 4 * x;
+    const std::uint8_t* b = truth.row(y) + 4 * x;
+    return !inside && std::abs(a[0] - b[0]) + std::abs(a[1] - b[1]) + std::abs(a[2] - b[2]) > 6;
+  };
+  const double shaded = synthetic::psnr(result, truth, around);
+  const double unshaded = synthetic::psnr(stage.background, truth, around);
+  std::printf(
+      "PSNR whole %.2f dB (background %.2f), shadow and mirror image %.2f dB (background %.2f)\n",
+      whole, without, shaded, unshaded);
+  EXPECT_GT(whole, 38.0);
+  EXPECT_GT(shaded, unshaded + 10.0);
+  EXPECT_EQ(glGetError(), static_cast<GLenum>(GL_NO_ERROR));
 }
 
+TEST_P(CompositorTest, SkippingChangesNoBit) {
+  Stage stage(320, 180);
+  stage.trace_background(2, 1);
+  Compositor lazy, eager;
+  RenderSettings skip, all;
+  all.skip = false;
+  int untouched = 0, reused = 0;
+  const Vec3 eyes[] = {{1.3, 1.5, 4.2}, {1.3, 1.5, 4.2}, {1.3, 1.5, 3.0}, {-2.0, 0.4, 2.0},
+                       {0.0, 1.2, 2.2}, {2.0, 2.5, 2.0}, {1.0, 1.0, 2.5}};
+  const Vec3 targets[] = {{0, 0.9, 0},      {0, 0.9, 0},      {0, 0.3, 0},    {0, 0.9, 0},
+                          {-2.5, 1.5, 2.0}, {2.5, 2.5, -9.0}, {1.0, 9.0, 2.6}};
+  for (std::size_t i = 0; i < std::size(eyes); ++i) {
+    stage.frame.viewport = synthetic::look_at(eyes[i], targets[i], 320, 180, 55.0);
+    stage.frame.subjects[0].content = 1;
+    const Picture a = composite(lazy, stage, skip);
+    const Picture b = composite(eager, stage, all);
+    EXPECT_EQ(a.pixels, b.pixels) << "view " << i;
+    untouched += lazy.plan(stage.frame, skip).untouched();
+    reused += lazy.statistics().static_shadow_reused;
+  }
+  EXPECT_GT(untouched, 0);
+  EXPECT_GT(reused, 0);
+}
+
+TEST_P(CompositorTest, TexturesAndMemoryGiveTheSamePicture) {
+  Stage stage(320, 180);
+  stage.trace_background(2, 1);
+  Compositor compositor;
+  const Picture expected = composite(compositor, stage, {});
+  gl::Texture textures[2];
+  for (gl::Texture& texture : textures) {
+    gl::bind_texture(0, GL_TEXTURE_2D, texture.get());
+    glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA8, 320, 180, 0, GL_RGBA, GL_UNSIGNED_BYTE,
+                 stage.background.pixels.data());
+    gl::texture_parameters(GL_TEXTURE_2D, GL_LINEAR);
+  }
+  const Plan plan = compositor.plan(stage.frame, {});
+  compositor.render(stage.frame, plan, {}, textures[0].get(), textures[1].get());
+  gl::Framebuffer framebuffer;
+  glBindFramebuffer(GL_FRAMEBUFFER, framebuffer.get());
+  glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, textures[1].get(), 0);
+  Picture read = expected;
+  glReadPixels(0, 0, 320, 180, GL_RGBA, GL_UNSIGNED_BYTE, read.pixels.data());
+  EXPECT_EQ(read.pixels, expected.pixels);
+}
+
+TEST_P(CompositorTest, OnlyUsedPicturesAreUploaded) {
+  Stage stage(320, 180);
+  Hull ball;
+  synthetic::add_ellipsoid(ball, {0, 1, 0}, {0.4f, 0.4f, 0.4f}, 12);
+  stage.subject =
+      synthetic::photographed(ball, synthetic::ring(4, 3.2, 1.0, {0, 1, 0}, 128, 128, 45.0));
+  std::vector<Camera> cameras;
+  for (const MeshView& view : stage.subject.mesh.views) cameras.push_back(view.calibration);
+  TextureSettings direct;
+  direct.method = TextureMethod::direct;
+  stage.subject.mesh.texturing = texture_hull(ball, cameras, direct);
+  stage.frame.viewport = synthetic::look_at({0, 1.0, 2.0}, {0.0, 1.0, 0.0}, 320, 180, 50.0);
+  stage.trace_background(1, 1);
+  Compositor compositor;
+  RenderSettings settings;
+  settings.mirror = MirrorMode::off;
+  composite(compositor, stage, settings);
+  // The camera behind the ball colours nothing that the viewport sees.
+  EXPECT_EQ(compositor.statistics().pictures_skipped, 1u);
+  EXPECT_EQ(compositor.statistics().pictures_uploaded, 3u);
+  stage.frame.subjects[0].content = 7;
+  composite(compositor, stage, settings);
+  composite(compositor, stage, settings);
+  EXPECT_TRUE(compositor.statistics().mesh_reused);
+  EXPECT_TRUE(compositor.statistics().scene_depth_reused);
+  EXPECT_EQ(compositor.statistics().pictures_uploaded, 0u);
+}
+
+TEST_P(CompositorTest, StrangeInputIsDrawnOrRefused) {
+  Stage stage(64, 48);
+  stage.background = Picture{64, 48, 4, std::vector<std::uint8_t>(64 * 48 * 4, 100)};
+  Compositor compositor;
+  const auto draw = [&] { return composite(compositor, stage, {}); };
+  EXPECT_NO_THROW(draw());
+  Stage strange(64, 48);
+  const auto views = stage.subject.mesh.views;
+  stage.subject.mesh.views.clear();  // no views at all
+  EXPECT_NO_THROW(draw());
+  stage.subject.mesh.views = views;
+  for (MeshView& view : stage.subject.mesh.views) view.view.format = PixelFormat::none;
+  EXPECT_NO_THROW(draw());
+  stage.subject.mesh.texturing.reset();
+  EXPECT_NO_THROW(draw());
+  stage.frame.scene.reset();
+  EXPECT_NO_THROW(draw());
+  stage.frame.scene = stage.scene;
+  for (const Vec3& eye : {Vec3(0, 1, 0), Vec3(0, 1, 0.21), Vec3(0, -3, 0.01), Vec3(0.01, 9, 0)}) {
+    stage.frame.viewport =
+        synthetic::look_at(eye, {0, 1, -3}, 64, 48, 90.0);  // in it, below, above
+    EXPECT_NO_THROW(draw());
+  }
+  for (const Vec3f& place : {Vec3f(0, 1, 0), Vec3f(0, 1.95f, 0), Vec3f(0, 0, 0)}) {
+    stage.frame.lights[0].centre = place;  // inside the subject
+    EXPECT_NO_THROW(draw());
+  }
+  stage.frame.lights.clear();
+  EXPECT_NO_THROW(draw());
+  stage.frame.subjects.clear();
+  EXPECT_TRUE(compositor.plan(stage.frame, {}).untouched());
+  stage.frame.subjects.push_back({&stage.subject.mesh, {}, 0});
+  stage.frame.viewport.K[0][0] = std::nan("");
+  EXPECT_THROW(draw(), Error);
+  EXPECT_EQ(glGetError(), static_cast<GLenum>(GL_NO_ERROR));
+}
+
+/// Prints what 1280x720 costs; processor time, since others may keep the machine busy.
 TEST_P(CompositorTest, Speed) {
   Stage stage(1280, 720);
-  stage.trace_background(2, 1);
+  stage.background = Picture{1280, 720, 4, std::vector<std::uint8_t>(1280 * 720 * 4, 100)};
   RenderSettings settings;
   if (const char* q = std::getenv("Q")) settings.shadow = static_cast<ShadowQuality>(std::atoi(q));
   if (const char* q = std::getenv("N")) settings.light_samples = std::atoi(q);
   if (const char* q = std::getenv("M")) settings.shadow_map_size = std::atoi(q);
+  if (const char* q = std::getenv("R")) settings.mirror = static_cast<MirrorMode>(std::atoi(q));
+  if (const char* q = std::getenv("E")) settings.edge_samples = std::atoi(q);
   Compositor compositor;
-  double best = 1e9;
-  std::vector<RenderStatistics::PassTime> passes;
-  for (int i = 0; i < 12; ++i) {
+  std::vector<double> wall, processor;
+  for (int i = 0; i < 16; ++i) {
     stage.frame.viewport =
         synthetic::look_at({1.3 + 0.01 * i, 1.5, 4.2}, {0.0, 0.9, 0.0}, 1280, 720, 50.0);
     const auto start = std::chrono::steady_clock::now();
+    const std::clock_t used = std::clock();
     composite(compositor, stage, settings);
-    const double ms =
-        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
-    if (i > 3 && ms < best) best = ms, passes = compositor.statistics().passes;
+    if (i < 4) continue;
+    processor.push_back(1e3 * static_cast<double>(std::clock() - used) / CLOCKS_PER_SEC);
+    wall.push_back(
+        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
+            .count());
   }
-  const Plan plan = compositor.plan(stage.frame, {});
-  std::printf("1280x720: %.1f ms; subject %dx%d, shadow %dx%d, mirror %dx%d\n", best,
-              plan.subject.width, plan.subject.height, plan.shadow.width, plan.shadow.height,
-              plan.mirror.width, plan.mirror.height);
-  for (const RenderStatistics::PassTime& pass : passes)
+  std::sort(wall.begin(), wall.end());
+  std::sort(processor.begin(), processor.end());
+  const Plan plan = compositor.plan(stage.frame, settings);
+  std::printf(
+      "1280x720: fastest %.1f ms, median %.1f ms, processor time %.1f ms; subject %dx%d, shadow "
+      "%dx%d, mirror %dx%d\n",
+      wall.front(), wall[wall.size() / 2], processor[processor.size() / 2], plan.subject.width,
+      plan.subject.height, plan.shadow.width, plan.shadow.height, plan.mirror.width,
+      plan.mirror.height);
+  for (const RenderStatistics::PassTime& pass : compositor.statistics().passes)
     std::printf("  %-12s cpu %6.2f ms gpu %6.2f ms\n", pass.name, pass.cpu_milliseconds,
                 pass.gpu_milliseconds);
+  EXPECT_LT(wall.front(), 2000.0);  // the figures above count; machines differ
 }
 
 INSTANTIATE_TEST_SUITE_P(Api, CompositorTest, ::testing::Values(false, true),
