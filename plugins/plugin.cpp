@@ -26,7 +26,6 @@ static gboolean plugin_init(GstPlugin* plugin) {
   any |= GST_ELEMENT_REGISTER(hullexport, plugin);
   any |= GST_ELEMENT_REGISTER(serialtrigger, plugin);
   any |= GST_ELEMENT_REGISTER(scenesrc, plugin);
-  any &= GST_ELEMENT_REGISTER(hulltexture, plugin);
   any |= GST_ELEMENT_REGISTER(hulltexture, plugin);
   any |= GST_ELEMENT_REGISTER(composite, plugin);
   return any;
