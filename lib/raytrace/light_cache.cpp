@@ -130,7 +130,7 @@ Float4 interpolate(const SurfaceGrid& grid, const std::vector<Float4>& values, c
 }
 
 constexpr float not_asked = -1.0f;  // in place of a share of visible light
-constexpr float alike = 0.04f;      // shares that differ less may be interpolated between
+constexpr float alike = 0.12f;      // shares that differ less may be interpolated between
 
 }  // namespace
 

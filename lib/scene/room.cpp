@@ -23,7 +23,8 @@ class Room {
     pillar();
     table();
     bookshelf();
-    painting();
+    pictures();
+    bench();
     plant();
     scene_.mirrors = find_mirrors(scene_);
     scene_.exposure = 1.5f;
@@ -96,7 +97,7 @@ class Room {
         parallelogram("lamp", glow, centre - light.u - light.v, 2.0f * light.u, 2.0f * light.v));
     scene_.lights.push_back(light);
     const int metal = material("lamp frame", Vec3f(0.09f, 0.085f, 0.08f));
-    const float low = centre.y - 0.012f, t = 0.03f;
+    const float low = centre.y, t = 0.03f;  // flush: a rim would shade the lamp everywhere a little
     SceneMesh frame;
     const Vec3f c = centre;
     append(frame, box("lamp frame", metal, {c.x - a - t, low, c.z - b - t},
@@ -226,19 +227,57 @@ class Room {
     }
   }
 
-  void painting() {
+  /// A flat picture with a frame around it: \p low is its lower left corner on the wall, \p across
+  /// and \p up its edges, \p out the way from the wall into the room.
+  void framed(const char* name, int canvas, int wood, const Vec3f& low, const Vec3f& across,
+              const Vec3f& up, const Vec3f& out, float border) {
+    const Vec3f lift = 0.03f * out;
+    add(parallelogram(name, canvas, low + lift, across, up));
+    const Vec3f x = border * glm::normalize(across), y = border * glm::normalize(up);
+    const Vec3f depth = 0.055f * out;
+    SceneMesh frame;
+    const auto bar = [&](const Vec3f& a, const Vec3f& b) {
+      append(frame, box("picture frame", wood, glm::min(a, b + depth), glm::max(a, b + depth)));
+    };
+    bar(low - x - y, low + across + x);
+    bar(low + up - x, low + across + up + x + y);
+    bar(low - x, low + up);
+    bar(low + across, low + across + up + x);
+    add(std::move(frame));
+  }
+
+  void pictures() {
     const int canvas =
         material("painting", Vec3f(0.92f), 1.0f, texture(painting_texture(768, 432)));
     const int gilt = material("picture frame", Vec3f(0.36f, 0.235f, 0.085f));
-    const float x0 = -1.75f, x1 = 0.05f, y0 = 1.02f, y1 = 2.03f, z = -half + 0.03f, f = 0.05f;
-    add(parallelogram("painting", canvas, {x0, y0, z}, {x1 - x0, 0, 0}, {0, y1 - y0, 0}));
-    SceneMesh frame;
-    const float back = -half, front = -half + 0.055f;
-    append(frame, box("picture frame", gilt, {x0 - f, y0 - f, back}, {x1 + f, y0, front}));
-    append(frame, box("picture frame", gilt, {x0 - f, y1, back}, {x1 + f, y1 + f, front}));
-    append(frame, box("picture frame", gilt, {x0 - f, y0, back}, {x0, y1, front}));
-    append(frame, box("picture frame", gilt, {x1, y0, back}, {x1 + f, y1, front}));
-    add(std::move(frame));
+    framed("painting", canvas, gilt, {-1.75f, 1.02f, -half}, {1.8f, 0, 0}, {0, 1.01f, 0}, {0, 0, 1},
+           0.05f);
+    const int black = material("print frame", Vec3f(0.035f));
+    const char* const names[] = {"print 1", "print 2", "print 3"};
+    for (int i = 0; i < 3; ++i) {
+      const int print = material("print", Vec3f(1.0f), 1.0f,
+                                 texture(print_texture(320, 448, static_cast<unsigned>(i))));
+      framed(names[i], print, black, {1.62f - 0.78f * static_cast<float>(i), 1.22f, half},
+             {-0.5f, 0, 0}, {0, 0.7f, 0}, {0, 0, -1}, 0.028f);
+    }
+    const int weave = material("tapestry", Vec3f(1.0f), 1.0f, texture(tapestry_texture(384, 512)));
+    add(parallelogram("tapestry", weave, {-half + 0.02f, 0.72f, 0.75f}, {0, 0, -1.35f},
+                      {0, 1.8f, 0}));
+    add(box("tapestry rod", gilt, {-half, 2.52f, -0.66f}, {-half + 0.035f, 2.55f, 0.81f}));
+  }
+
+  void bench() {
+    const int oak = material("bench", Vec3f(0.30f, 0.155f, 0.07f));
+    SceneMesh bench;
+    const float z0 = half - 0.40f, z1 = half - 0.04f;
+    append(bench, box("bench", oak, {-0.75f, 0.40f, z0}, {1.45f, 0.45f, z1}));
+    for (const float x : {-0.62f, 1.25f}) {
+      append(bench, box("bench", oak, {x, 0.0f, z0 + 0.04f}, {x + 0.07f, 0.40f, z1 - 0.04f}));
+    }
+    append(bench, box("bench", oak, {-0.55f, 0.16f, half - 0.24f}, {1.25f, 0.21f, half - 0.20f}));
+    add(std::move(bench));
+    const int red = material("cushion", Vec3f(0.40f, 0.05f, 0.06f));
+    add(box("cushion", red, {-0.70f, 0.45f, z0 + 0.01f}, {1.40f, 0.495f, z1 - 0.01f}));
   }
 
   void plant() {

@@ -153,4 +153,60 @@ Picture painting_texture(int width, int height) {
   });
 }
 
+Picture print_texture(int width, int height, unsigned number) {
+  const float aspect = static_cast<float>(width) / static_cast<float>(height);
+  return paint(width, height, [=](float u, float v) {
+    const Vec3f paper(0.80f, 0.76f, 0.68f);
+    const float edge = std::min({u * aspect, v, (1.0f - u) * aspect, 1.0f - v});
+    if (edge < 0.07f) return paper;
+    const Vec3f inks[3][3] = {
+        {{0.62f, 0.16f, 0.06f}, {0.05f, 0.20f, 0.24f}, {0.72f, 0.48f, 0.14f}},
+        {{0.04f, 0.10f, 0.24f}, {0.66f, 0.26f, 0.10f}, {0.30f, 0.42f, 0.40f}},
+        {{0.10f, 0.22f, 0.12f}, {0.70f, 0.50f, 0.20f}, {0.46f, 0.08f, 0.08f}}};
+    const Vec3f* ink = inks[number % 3];
+    Vec3f colour = paper * 0.93f;
+    for (std::uint32_t i = 0; i < 5; ++i) {
+      const auto random = [&](int k) { return lattice(k, static_cast<int>(i), 701 + number); };
+      const float x = (0.2f + 0.6f * random(0)) * aspect, y = 0.2f + 0.6f * random(1);
+      const float radius = 0.10f + 0.14f * random(2);
+      const float distance = std::hypot(u * aspect - x, v - y);
+      const float cover = std::clamp((radius - distance) * 400.0f, 0.0f, 1.0f);
+      const bool ring = i % 2 == 1;
+      const float hole = ring ? std::clamp((0.7f * radius - distance) * 400.0f, 0.0f, 1.0f) : 0.0f;
+      // Inks are laid over one another as on a press.
+      colour =
+          glm::mix(colour, glm::mix(ink[i % 3], ink[i % 3] * colour * 1.6f, 0.6f), cover - hole);
+    }
+    return colour * (0.94f + 0.12f * noise(u * 90.0f, v * 120.0f, 128, 733));
+  });
+}
+
+Picture tapestry_texture(int width, int height) {
+  return paint(width, height, [=](float u, float v) {
+    const Vec3f yarns[] = {{0.42f, 0.34f, 0.22f},
+                           {0.030f, 0.085f, 0.115f},
+                           {0.52f, 0.30f, 0.07f},
+                           {0.055f, 0.16f, 0.15f},
+                           {0.60f, 0.52f, 0.38f}};
+    const float y = 12.0f * v;
+    const int band = static_cast<int>(y);
+    const float inside = y - static_cast<float>(band);
+    int yarn = 0;
+    if (v < 0.03f || v > 0.97f || u < 0.03f || u > 0.97f) {
+      yarn = 1;
+    } else if (band % 3 == 0) {
+      yarn = static_cast<int>(inside * 5.0f) % 2 ? 2 : 1;
+    } else if (band % 3 == 1) {
+      const float x = u * 8.0f - std::trunc(u * 8.0f);
+      const float lozenge = std::abs(x - 0.5f) + std::abs(inside - 0.5f);
+      yarn = lozenge < 0.18f ? 4 : lozenge < 0.40f ? 3 : 0;
+    } else {
+      const float step = u * 12.0f - std::trunc(u * 12.0f);
+      yarn = inside < 0.25f * (1.0f + std::trunc(3.0f * std::abs(2.0f * step - 1.0f))) ? 2 : 4;
+    }
+    const float thread = 0.90f + 0.20f * noise(u * 170.0f, v * 256.0f, 256, 811);
+    return yarns[yarn] * thread;
+  });
+}
+
 }  // namespace polyhull

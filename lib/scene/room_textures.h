@@ -16,4 +16,10 @@ Picture wood_texture(int size);
 /// An abstract landscape for the wall: hills under a low sun.
 Picture painting_texture(int width, int height);
 
+/// A print on warm white paper: overlapping discs and arcs; \p number chooses which.
+Picture print_texture(int width, int height, unsigned number);
+
+/// A woven hanging: bands of stripes, lozenges and steps in earth colours.
+Picture tapestry_texture(int width, int height);
+
 }  // namespace polyhull
