@@ -27,14 +27,11 @@
 #include <gst/video/video.h>
 
 #include <chrono>
-#include <cmath>
-#include <memory>
 
-#include "base/error.h"
 #include "common/guard.h"
 #include "common/statistics.h"
-#include "raytrace/background.h"
 #include "scenesrc_properties.h"
+#include "scenesrc_stream.h"
 
 GST_DEBUG_CATEGORY_STATIC(scenesrc_debug);
 #define GST_CAT_DEFAULT scenesrc_debug
@@ -43,22 +40,6 @@ using namespace polyhull;
 using namespace polyhull::element;
 
 namespace {
-
-constexpr int refined_rows = 8;  // between two looks at the clock
-
-/// What lives from READY to PAUSED and back.
-struct Stream {
-  std::unique_ptr<Background> background;
-  std::vector<Light> lights;    // as in the scene's file
-  float exposure = 1.0f;        // as in the scene's file
-  GstMemory* pixels = nullptr;  // of the last frame, shared with the buffers that show it
-  GstVideoFormat pixels_format = GST_VIDEO_FORMAT_UNKNOWN;
-  Camera camera;                     // the last good one; width 0: none yet
-  std::string announced;             // what downstream was last told
-  GstEvent* announcement = nullptr;  // to be sent before the next buffer
-  // Live: how late the first frame was. The base class delays all that follow by as much.
-  GstClockTime delay = GST_CLOCK_TIME_NONE;
-};
 
 struct State {
   // Under the object lock:
@@ -69,7 +50,7 @@ struct State {
   GstClockTime first_time = 0;   // of the frames counted with this frame rate
 
   Statistics statistics{"scenesrc-stats"};
-  Stream stream;  // the streaming thread's; PAUSED is entered and left without one
+  SceneStream stream;  // the streaming thread's; PAUSED is entered and left without one
 };
 
 }  // namespace
@@ -112,32 +93,13 @@ void get_property_of(GObject* object, guint id, GValue* value, GParamSpec* spec)
   }
 }
 
-void forget_pixels(Stream& stream) {
-  if (stream.pixels != nullptr) gst_memory_unref(stream.pixels);
-  stream.pixels = nullptr;
-}
-
-void close(PolyhullSceneSrc* self) {
-  Stream& stream = self->state->stream;
-  forget_pixels(stream);
-  gst_clear_event(&stream.announcement);
-  stream = Stream{};
-}
-
 /// Reads the scene. Not in GstBaseSrc::start, after whose failure the base class would post a
 /// second error that says nothing.
 bool open(PolyhullSceneSrc* self) {
   State& state = *self->state;
   const SceneSettings settings = snapshot(self, state.settings);
   return guarded(GST_ELEMENT(self), false, [&] {
-    Scene scene = open_scene(settings.scene);
-    state.stream.lights = scene.lights;
-    state.stream.exposure = scene.exposure;
-    BackgroundOptions options;
-    options.light.spacing = static_cast<float>(settings.light_spacing);
-    options.light.bounce_spacing = 5.6f * options.light.spacing;
-    options.paths.light_samples = 2;
-    state.stream.background = std::make_unique<Background>(std::move(scene), options);
+    state.stream.open(settings);
     GST_OBJECT_LOCK(self);
     gst_video_info_init(&state.info);
     state.next_frame = 0;
@@ -157,7 +119,7 @@ GstStateChangeReturn change_state(GstElement* element, GstStateChange transition
       GST_ELEMENT_CLASS(polyhull_scene_src_parent_class)->change_state(element, transition);
   if (transition == GST_STATE_CHANGE_PAUSED_TO_READY ||
       (transition == GST_STATE_CHANGE_READY_TO_PAUSED && result == GST_STATE_CHANGE_FAILURE)) {
-    close(self);
+    self->state->stream.close();
   }
   return result;
 }
@@ -202,138 +164,39 @@ gboolean set_caps(GstBaseSrc* source, GstCaps* caps) {
   return TRUE;
 }
 
-/// Running time now, or none where there is no clock or the element does not play.
-GstClockTime running_time(GstBaseSrc* source) {
-  GstClock* clock = gst_element_get_clock(GST_ELEMENT(source));
-  if (clock == nullptr) return GST_CLOCK_TIME_NONE;
-  const GstClockTime now = gst_clock_get_time(clock);
-  const GstClockTime base = gst_element_get_base_time(GST_ELEMENT(source));
-  gst_object_unref(clock);
-  return GST_STATE(source) == GST_STATE_PLAYING && now >= base ? now - base : GST_CLOCK_TIME_NONE;
-}
-
-/// Frames that a live source is too late for.
-std::uint64_t late_frames(GstBaseSrc* source, const GstVideoInfo& info, GstClockTime pts,
-                          GstClockTime delay) {
-  GstClockTime now = running_time(source);
-  if (!gst_base_src_is_live(source) || now == GST_CLOCK_TIME_NONE) return 0;
-  if (delay != GST_CLOCK_TIME_NONE) now -= std::min(now, delay);
-  const guint64 position =
-      gst_segment_position_from_running_time(&source->segment, GST_FORMAT_TIME, now);
-  if (position == GST_CLOCK_TIME_NONE || position <= pts) return 0;
-  return gst_util_uint64_scale(position - pts, info.fps_n, GST_SECOND * info.fps_d);
-}
-
-/// Makes the background's picture that of now; what it did.
-Background::Work draw(PolyhullSceneSrc* self, const SceneSettings& settings,
-                      const ViewportControl& control, const GstVideoInfo& info, GstClockTime pts) {
-  State& state = *self->state;
-  Stream& stream = state.stream;
-  Background& background = *stream.background;
-  try {
-    stream.camera = scene_viewport(settings, control, background.scene(),
-                                   static_cast<double>(pts) / GST_SECOND, info.width, info.height);
-  } catch (const Error& error) {
-    // A viewport that is impossible for a moment does not end the stream.
-    if (stream.camera.width != info.width || stream.camera.height != info.height) throw;
-    state.statistics.warn(GST_ELEMENT(self), "warnings",
-                          std::string(error.what()) + " The last viewport stays.");
-  }
-  return background.update(stream.camera, scene_lights(settings, stream.lights),
-                           stream.exposure * static_cast<float>(std::exp2(settings.exposure)));
-}
-
-/// Traces a still view further; true when the picture has become better.
-bool refine(PolyhullSceneSrc* self, const SceneSettings& settings, GstClockTime pts) {
-  Background& background = *self->state->stream.background;
-  if (background.samples() >= settings.samples || settings.refinement == Refinement::never)
-    return false;
-  if (settings.refinement == Refinement::always) return background.refine(background.height());
-  auto* source = GST_BASE_SRC(self);
-  if (!gst_base_src_is_live(source)) return false;
-  guint64 due = gst_segment_to_running_time(&source->segment, GST_FORMAT_TIME, pts);
-  const GstClockTime delay = self->state->stream.delay;
-  if (due == GST_CLOCK_TIME_NONE || delay == GST_CLOCK_TIME_NONE) return false;
-  due += delay;
-  bool better = false;
-  while (!better) {
-    const GstClockTime now = running_time(source);
-    if (now == GST_CLOCK_TIME_NONE || now + GST_MSECOND >= due) break;
-    better = background.refine(refined_rows);
-  }
-  return better;
-}
-
-/// A buffer with the background's picture; a picture that has not changed is the same memory again.
-GstBuffer* make_buffer(Stream& stream, const GstVideoInfo& info, bool changed) {
-  const GstVideoFormat format = GST_VIDEO_INFO_FORMAT(&info);
-  GstBuffer* buffer = nullptr;
-  if (changed || stream.pixels == nullptr || stream.pixels_format != format ||
-      gst_memory_get_sizes(stream.pixels, nullptr, nullptr) != info.size) {
-    buffer = gst_buffer_new_allocate(nullptr, info.size, nullptr);
-    GstMapInfo map;
-    if (buffer == nullptr || !gst_buffer_map(buffer, &map, GST_MAP_WRITE)) {
-      gst_clear_buffer(&buffer);
-      throw Error(Error::Kind::io, "There is no memory for a picture of " +
-                                       std::to_string(info.width) + "x" +
-                                       std::to_string(info.height) + ".");
-    }
-    const bool bgr = format == GST_VIDEO_FORMAT_BGRx || format == GST_VIDEO_FORMAT_BGRA;
-    stream.background->write(
-        map.data, static_cast<std::size_t>(GST_VIDEO_INFO_PLANE_STRIDE(&info, 0)), bgr ? 2 : 0);
-    gst_buffer_unmap(buffer, &map);
-    forget_pixels(stream);
-    stream.pixels = gst_buffer_get_memory(buffer, 0);
-    stream.pixels_format = format;
-  } else {
-    buffer = gst_buffer_new();
-    gst_buffer_append_memory(buffer, gst_memory_ref(stream.pixels));
-  }
-  return buffer;
-}
-
-void prepare_announcement(Stream& stream) {
-  std::string json = announcement_to_json(stream.background->announcement());
-  if (json == stream.announced) return;
-  stream.announced = std::move(json);
-  gst_clear_event(&stream.announcement);
-  stream.announcement =
-      gst_event_new_custom(GST_EVENT_CUSTOM_DOWNSTREAM_STICKY,
-                           gst_structure_new("polyhull-announcement", "json", G_TYPE_STRING,
-                                             stream.announced.c_str(), nullptr));
-}
-
 /// The base class sends a pending segment after create() and before the buffer; a sticky event of
 /// ours must come after that one, so it is sent when the buffer is on its way.
 GstPadProbeReturn announce(GstPad* pad, GstPadProbeInfo*, gpointer data) {
-  Stream& stream = SCENE_SRC(data)->state->stream;
-  if (GstEvent* event = std::exchange(stream.announcement, nullptr)) gst_pad_push_event(pad, event);
+  State& state = *SCENE_SRC(data)->state;
+  if (!state.stream.is_open()) return GST_PAD_PROBE_OK;
+  if (GstEvent* event = state.stream.take_announcement()) gst_pad_push_event(pad, event);
   return GST_PAD_PROBE_OK;
 }
 
 GstFlowReturn create(GstPushSrc* push, GstBuffer** out) {
   auto* source = GST_BASE_SRC(push);
-  PolyhullSceneSrc* self = SCENE_SRC(push);
-  State& state = *self->state;
-  Stream& stream = state.stream;
+  State& state = *SCENE_SRC(push)->state;
+  SceneStream& stream = state.stream;
+  Statistics& statistics = state.statistics;
   return guarded(GST_ELEMENT(push), GST_FLOW_ERROR, [&] {
     GST_OBJECT_LOCK(push);
     const GstVideoInfo info = state.info;
     std::uint64_t number = state.next_frame;
-    if (GST_VIDEO_INFO_FORMAT(&info) == GST_VIDEO_FORMAT_UNKNOWN || !stream.background) {
+    if (GST_VIDEO_INFO_FORMAT(&info) == GST_VIDEO_FORMAT_UNKNOWN || !stream.is_open()) {
       GST_OBJECT_UNLOCK(push);
       return GST_FLOW_NOT_NEGOTIATED;
     }
     const GstClockTime planned = time_of(state, number);
     GST_OBJECT_UNLOCK(push);
     const auto begin = std::chrono::steady_clock::now();
-    const bool first_live = gst_base_src_is_live(source) && stream.delay == GST_CLOCK_TIME_NONE;
+    const bool first_live = stream.first_live(source);
     bool lit = false;
     if (first_live) {
       // The light takes its time; which frame is due is known after that.
-      lit = draw(self, snapshot(push, state.settings), {}, info, planned) == Background::Work::lit;
+      lit = stream.draw(GST_ELEMENT(push), statistics, snapshot(push, state.settings), {}, info,
+                        planned) == Background::Work::lit;
     }
-    const std::uint64_t skipped = late_frames(source, info, planned, stream.delay);
+    const std::uint64_t skipped = stream.late_frames(source, info, planned);
     number += skipped;
     GST_OBJECT_LOCK(push);
     const GstClockTime pts = time_of(state, number), next = time_of(state, number + 1);
@@ -344,32 +207,31 @@ GstFlowReturn create(GstPushSrc* push, GstBuffer** out) {
     const ViewportControl control = state.control;
     GST_OBJECT_UNLOCK(push);
 
-    const Background::Work work = draw(self, settings, control, info, pts);
+    const Background::Work work =
+        stream.draw(GST_ELEMENT(push), statistics, settings, control, info, pts);
     lit |= work == Background::Work::lit;
-    const bool refined = work == Background::Work::none && refine(self, settings, pts);
-    GstBuffer* buffer = make_buffer(stream, info, work != Background::Work::none || refined);
-    prepare_announcement(stream);
+    const bool refined = work == Background::Work::none && stream.refine(source, settings, pts);
+    GstBuffer* buffer = stream.make_buffer(info, work != Background::Work::none || refined);
     const std::chrono::duration<double, std::milli> spent =
         std::chrono::steady_clock::now() - begin;
 
-    Statistics& statistics = state.statistics;
     statistics.count("frames");
     statistics.count("frames-skipped", skipped);
     if (work == Background::Work::none && !lit) {
       statistics.count(refined ? "frames-refined" : "frames-repeated");
     } else {
       statistics.count("frames-drawn");
-      statistics.count("rays", stream.background->view_statistics().rays);
-      statistics.count("pixels-smoothed", stream.background->view_statistics().smoothed);
+      statistics.count("rays", stream.background().view_statistics().rays);
+      statistics.count("pixels-smoothed", stream.background().view_statistics().smoothed);
       statistics.set("last-drawn-ms", spent.count());
     }
     if (lit) {
       statistics.count("light-fills");
-      statistics.count("light-rays", stream.background->light_rays());
-      statistics.set_count("light-points", stream.background->light_nodes());
+      statistics.count("light-rays", stream.background().light_rays());
+      statistics.set_count("light-points", stream.background().light_nodes());
       statistics.set("light-ms", spent.count());
     }
-    statistics.set_count("samples", stream.background->samples());
+    statistics.set_count("samples", stream.background().samples());
     statistics.set("last-frame-ms", spent.count());
 
     GST_BUFFER_PTS(buffer) = pts;
@@ -380,11 +242,7 @@ GstFlowReturn create(GstPushSrc* push, GstBuffer** out) {
     GST_OBJECT_LOCK(push);
     state.next_frame = number + 1;
     GST_OBJECT_UNLOCK(push);
-    if (first_live) {
-      const GstClockTime now = running_time(source);
-      const guint64 due = gst_segment_to_running_time(&source->segment, GST_FORMAT_TIME, pts);
-      stream.delay = now != GST_CLOCK_TIME_NONE && due < now ? now - due : 0;
-    }
+    if (first_live) stream.start_live(source, pts);
     *out = buffer;
     return GST_FLOW_OK;
   });
@@ -482,7 +340,6 @@ gboolean query(GstBaseSrc* source, GstQuery* query) {
 }
 
 void finalize(GObject* object) {
-  close(SCENE_SRC(object));
   delete SCENE_SRC(object)->state;
   G_OBJECT_CLASS(polyhull_scene_src_parent_class)->finalize(object);
 }

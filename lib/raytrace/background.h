@@ -43,6 +43,12 @@ class Background {
   /// Makes the picture that of \p camera under \p lights (as many as the scene has) at \p exposure.
   Work update(const Camera& camera, const std::vector<Light>& lights, float exposure);
 
+  /// ViewOptions::contrast; the next update() draws anew if it is another one.
+  void set_contrast(float contrast) {
+    if (contrast != options_.view.contrast) camera_.reset();
+    options_.view.contrast = contrast;
+  }
+
   /// Traces the next rows of the next sample of each pixel, at most \p rows of them; true when a
   /// whole pass over the picture has been finished and the picture is a better one.
   bool refine(int rows);
