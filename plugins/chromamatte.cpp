@@ -182,6 +182,7 @@ void configure(PolyhullChromaMatte* self) {
   priv.configuration.apply(GST_ELEMENT_CAST(self), priv.statistics, values, camera,
                            priv.layout.width, priv.layout.height,
                            [&](const KeySettings& settings) { priv.keyer.set(settings); });
+  if (priv.configuration.due_for_sampling(values.resample)) priv.keyer.recalibrate();
   if (values.learn_plate != priv.learning) {
     priv.learning = values.learn_plate;
     if (priv.learning > 0) priv.keyer.learn_plate(priv.learning);

@@ -183,6 +183,10 @@ bool configure(PolyhullSilhouette* self, const ContourValues& contour, double to
                              priv.configured = true;
                              changed = true;
                            });
+  if (priv.configuration.due_for_sampling(key.resample)) {
+    priv.silhouetter.keyer().recalibrate();
+    changed = true;
+  }
   if (key.learn_plate != priv.learning) {
     priv.learning = key.learn_plate;
     if (priv.learning > 0) priv.silhouetter.keyer().learn_plate(priv.learning);

@@ -155,6 +155,16 @@ void KeyConfiguration::apply(GstElement* element, Statistics& statistics, const 
   }
 }
 
+bool KeyConfiguration::due_for_sampling(int resample) {
+  if (resample == 0) {
+    frames_since_sampling_ = 0;
+    return false;
+  }
+  if (++frames_since_sampling_ <= resample) return false;
+  frames_since_sampling_ = 1;
+  return true;
+}
+
 void declare_key_statistics(Statistics& statistics) {
   statistics.declare(
       {"frames", "refused-settings", "screen-colour", "foreground-colour", "plate-frames-left"});

@@ -30,6 +30,9 @@ class KeyConfiguration {
              const std::string& camera, int width, int height,
              const std::function<void(const KeySettings&)>& accept);
 
+  /// Counts a frame; true when screen and foreground are to be sampled again with it.
+  bool due_for_sampling(int resample);
+
  private:
   struct Request {
     KeyValues values;
@@ -44,6 +47,7 @@ class KeyConfiguration {
   std::optional<Request> in_force_;
   std::optional<Request> refused_;
   KeySettings settings_;
+  int frames_since_sampling_ = 0;
 };
 
 /// Makes the key's entries appear in `stats`.

@@ -106,6 +106,13 @@ std::span<const Property<KeyValues>> key_properties() {
           "uneven", "Uneven screen",
           "Whether method=soft follows slow changes of the screen's colour over the picture, as "
           "uneven light makes them."),
+      property<&KeyValues::resample>(
+          "resample", "Sample again",
+          "Frames, from 0 to 100000, after which screen and foreground are sampled from the "
+          "picture "
+          "again, for cameras and lamps that change. 0 samples once, when the stream starts or a "
+          "setting changes.",
+          0, 100000),
       property<&KeyValues::clip_black>(
           "clip-black", "Clip black",
           "Matte values below this fraction, from 0 to 1, become background; the values between "

@@ -27,6 +27,7 @@ struct KeyValues {
   int screen_colour = -1;
   int foreground_colour = -1;
   bool uneven = KeySettings{}.uneven;
+  int resample = 0;
   double clip_black = KeySettings{}.clip_black;
   double clip_white = KeySettings{}.clip_white;
   double choke = KeySettings{}.choke;

@@ -302,6 +302,26 @@ static std::string error_of(const std::string& properties) {
   return result;
 }
 
+/// The lamps go down while the stream runs: sampled again, the screen is background again.
+GST_START_TEST(samples_again_when_asked_to) {
+  Disk dim = subject;
+  dim.screen = {22, 112, 40};
+  for (const int resample : {0, 3}) {
+    GstHarness* h = harness_for("chromamatte resample=" + std::to_string(resample));
+    for (int i = 0; i < 3; ++i) gst_buffer_unref(pushed(h, "RGBx", subject, i * GST_SECOND));
+    double area = 0.0;
+    for (int i = 3; i < 7; ++i) {
+      GstBuffer* out = pushed(h, "RGBx", dim, i * GST_SECOND);
+      area = alpha_area(out, width, height);
+      gst_buffer_unref(out);
+    }
+    const bool right = std::abs(area - disk_area) < 0.03 * disk_area;
+    fail_unless(right == (resample > 0), "resample=%d: %g of %g", resample, area, disk_area);
+    gst_harness_teardown(h);
+  }
+}
+GST_END_TEST
+
 GST_START_TEST(bad_input_is_refused_with_a_sentence) {
   fail_unless(error_of("clean-plate=/nowhere/plate.png").find("/nowhere/plate.png") !=
               std::string::npos);
@@ -417,6 +437,7 @@ static Suite* chromamatte_suite() {
   tcase_add_test(tests, shows_the_operator_what_it_does);
   tcase_add_test(tests, a_clean_plate_keys_without_a_screen);
   tcase_add_test(tests, learns_a_clean_plate);
+  tcase_add_test(tests, samples_again_when_asked_to);
   tcase_add_test(tests, bad_input_is_refused_with_a_sentence);
   tcase_add_test(tests, a_bad_value_in_the_stream_is_a_warning);
   tcase_add_test(tests, not_a_number_changes_nothing);
