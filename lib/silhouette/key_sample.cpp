@@ -27,7 +27,7 @@ struct Samples {
 Samples take_samples(const FrameView& frame, const Rectangle& region) {
   Samples out;
   const double pixels = static_cast<double>(region.width) * region.height;
-  out.step = std::max(1, static_cast<int>(std::sqrt(pixels / 100000.0)));
+  out.step = std::max(1, static_cast<int>(std::ceil(std::sqrt(pixels / 100000.0))));
   out.columns = (region.width + out.step - 1) / out.step;
   out.rows = (region.height + out.step - 1) / out.step;
   std::vector<std::uint8_t> row(4 * static_cast<std::size_t>(region.width));
