@@ -60,6 +60,7 @@ class ConeBuilder {
 
   /// False: the rings are not simple and disjoint (cone is unfinished).
   bool build(bool clean) {
+    clean_ = clean;
     rings();
     if (folded_) return false;
     if (!clean)
@@ -110,7 +111,12 @@ class ConeBuilder {
         const Point& u = kept > 0 ? points_[kept - 1] : points_.back();
         const Point& w = i + 1 < points_.size() ? points_[i + 1] : points_.front();
         const Plane plane = plane_through(u.ray, v.ray);
-        if (dot(plane, w.ray) != 0) {
+        // Straight in the picture counts, too: rounding the rays bends it by a hair, and the ray of
+        // such a bend is where two planes meet at no angle to speak of. (Clean rings keep theirs:
+        // another ring may touch there.)
+        const Vec2 before = v.pixel - u.pixel, after = w.pixel - v.pixel;
+        const bool straight = !clean_ && before.x * after.y == before.y * after.x;
+        if (!straight && dot(plane, w.ray) != 0) {
           points_[kept++] = v;
           continue;
         }
@@ -290,6 +296,7 @@ class ConeBuilder {
   const Contours& contours_;
   std::vector<Point> points_;
   std::vector<std::uint32_t> begins_;  // first vertex of each ring, and the end
+  bool clean_ = false;
   bool folded_ = false;
 };
 
@@ -328,8 +335,9 @@ void append_border(Contours& contours, const ConeInput& input) {
 }
 
 /// The part of each ring where weight(p) >= 0, weights linear: one side of Sutherland and Hodgman.
+/// The pieces along the cut get the number \p cut, or that of the edge that leaves there.
 template <class Weight>
-void clip(Contours& contours, Weight weight) {
+void clip(Contours& contours, Weight weight, std::int64_t cut = -1) {
   Contours out;
   std::uint32_t begin = 0;
   for (std::uint32_t end : contours.ends) {
@@ -337,13 +345,13 @@ void clip(Contours& contours, Weight weight) {
       const std::uint32_t k = i + 1 < end ? i + 1 : begin;
       const Vec2 p = contours.points[i], q = contours.points[k];
       const double a = weight(p), b = weight(q);
-      const auto push = [&](const Vec2& x) {
+      const auto push = [&](const Vec2& x, std::int64_t source) {
         out.points.push_back(x);
-        out.source.push_back(contours.source[i]);
+        out.source.push_back(source < 0 ? contours.source[i] : static_cast<std::uint32_t>(source));
         out.view.push_back(contours.view[i]);
       };
-      if (a >= 0) push(p);
-      if ((a >= 0) != (b >= 0)) push(p + (q - p) * (a / (a - b)));
+      if (a >= 0) push(p, -1);
+      if ((a >= 0) != (b >= 0)) push(p + (q - p) * (a / (a - b)), a >= 0 ? cut : -1);
     }
     out.ends.push_back(static_cast<std::uint32_t>(out.points.size()));
     begin = end;
@@ -351,12 +359,18 @@ void clip(Contours& contours, Weight weight) {
   contours = std::move(out);
 }
 
-void clip_to_frame(Contours& contours, const ConeCamera& camera) {
-  const double right = camera.width - 0.5, bottom = camera.height - 0.5;
-  clip(contours, [&](const Vec2& p) { return p.x + 0.5; });
-  clip(contours, [&](const Vec2& p) { return right - p.x; });
-  clip(contours, [&](const Vec2& p) { return p.y + 0.5; });
-  clip(contours, [&](const Vec2& p) { return bottom - p.y; });
+/// Sides of the frame are numbered as in append_border().
+void clip_to_frame(Contours& contours, const ConeInput& input) {
+  const double right = input.camera->width - 0.5, bottom = input.camera->height - 0.5;
+  const auto border = static_cast<std::int64_t>(input.silhouette->rings->points.size());
+  clip(
+      contours, [&](const Vec2& p) { return p.x + 0.5; }, border + 3);
+  clip(
+      contours, [&](const Vec2& p) { return right - p.x; }, border + 1);
+  clip(
+      contours, [&](const Vec2& p) { return p.y + 0.5; }, border);
+  clip(
+      contours, [&](const Vec2& p) { return bottom - p.y; }, border + 2);
 }
 
 /// Moves rings of a camera with the same centre into the picture of \p to; what lies behind it is
@@ -428,7 +442,7 @@ void build_cone(Cone& cone, std::span<const ConeInput> inputs, const Frame& fram
     append_rings(layers[i], inputs[i]);
     cone.input_vertices += static_cast<std::uint32_t>(layers[i].points.size());
     if (cone.complement) {
-      clip_to_frame(layers[i], *inputs[i].camera);
+      clip_to_frame(layers[i], inputs[i]);
       append_border(layers[i], inputs[i]);
     }
     if (inputs[i].camera->to_pixel != cone.camera.to_pixel)

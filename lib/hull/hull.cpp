@@ -346,12 +346,19 @@ void HullBuilder::State::build(std::span<const Silhouette> views, const HullOpti
         Error::Kind::bad_input,
         "Space that cameras do not see is to be kept (unseen = keep), but the hull has no bounds: "
         "give the rig \"bounds\" or carve.");
+  if (!(options.max_deviation >= 0.0) || !std::isfinite(options.max_deviation))
+    throw Error(Error::Kind::bad_input,
+                "The hull's largest deviation is not a number of world units, 0 or more.");
   if (options.bounds)
     for (int k = 0; k < 3; ++k) {
       if (!std::isfinite(options.bounds->min[k]) || !std::isfinite(options.bounds->max[k]))
         throw Error(Error::Kind::bad_input,
                     "The hull's bounds are not finite: expected min and max per axis.");
-      if (!(options.bounds->min[k] < options.bounds->max[k])) return;
+      if (options.bounds->min[k] > options.bounds->max[k])
+        throw Error(
+            Error::Kind::bad_input,
+            "The hull's bounds are turned inside out: expected min below max on each axis.");
+      if (options.bounds->min[k] == options.bounds->max[k]) return;
     }
   if (views.empty()) return;
   if (options.unseen == Unseen::carve && statistics.cameras < views.size()) return;
