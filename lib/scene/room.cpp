@@ -27,7 +27,7 @@ class Room {
     bench();
     plant();
     scene_.mirrors = find_mirrors(scene_);
-    scene_.exposure = 1.5f;
+    scene_.exposure = 1.8f;
     scene_.cameras.push_back(look_at({1.15, 1.5, 2.75}, {0.0, 0.98, 0.0}, 52.0, 1280, 720));
     scene_.cameras.back().name = "entrance";
     return std::move(scene_);
