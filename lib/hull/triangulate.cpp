@@ -242,18 +242,16 @@ bool Triangulator::cut_ears(std::uint32_t start, std::uint32_t count) {
     bool cut = false;
     if (careful_ && !unused)
       cut = misses > 6 * count;
-    else if (!allowed(a, c))
-      cut = misses > 5 * count;
-    else if (misses > 4 * count)
+    else if (misses > 5 * count)
       cut = true;
-    else if (misses > 3 * count)
-      cut = turn(a, b, c) >= 0;
+    else if (misses > 4 * count)
+      cut = turn(a, b, c) >= 0 && allowed(a, c);
     else if (misses > 2 * count)
-      cut = ear(node, true);
+      cut = ear(node, true) && (misses > 3 * count || allowed(a, c));
     else if (misses > count)
-      cut = flat_[b] == flat_[a] || flat_[b] == flat_[c];
+      cut = (flat_[b] == flat_[a] || flat_[b] == flat_[c]) && allowed(a, c);
     else
-      cut = ear(node, false);
+      cut = ear(node, false) && allowed(a, c);
     if (cut) {
       local_.insert(local_.end(), {a, b, c});
       if (careful_) used_.insert(edge_key(a, c));
