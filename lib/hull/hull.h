@@ -70,6 +70,7 @@ struct HullStatistics {
   std::uint64_t exact_predicates = 0;  ///< that the floating-point filter could not decide
   std::uint64_t inconsistencies = 0;   ///< decisions that contradicted each other: always 0
   bool reused = false;                 ///< the silhouettes were the last call's: so is the hull
+  /// Cleaning, rays and grids; planes and working volume; (not used); faces; vertices; triangles.
   double seconds_prepare = 0, seconds_bins = 0, seconds_viewing_edges = 0, seconds_cone_edges = 0,
          seconds_assemble = 0, seconds_triangulate = 0;
 };
@@ -84,8 +85,30 @@ class HullBuilder {
   HullBuilder& operator=(HullBuilder&&) noexcept;
 
   /// The intersection of the silhouettes' cones (and the bounds). The result is valid until the
-  /// next call. An empty silhouette in any camera gives an empty hull under Unseen::carve. Throws
-  /// Error when a camera is not finite or degenerate, or when Unseen::keep comes without bounds.
+  /// next call. An empty silhouette in any camera gives an empty hull under Unseen::carve, and so
+  /// does a call without silhouettes.
+  ///
+  /// What exactly is intersected: rays are rounded to about 2^-38 of their length and centres to
+  /// 2^-33 of the rig's size; of those the hull is exact. Rings that cross, touch or come nearer
+  /// than 1e-6 px are cleaned first by the even-odd rule, on a grid of 2^-12 px (clean_region.h).
+  /// Views from the same centre become one cone. Parts that touch in a point or an edge are apart:
+  /// each has vertices of its own. Where faces coincide, the earlier camera's (in an order that
+  /// only depends on calibrations and contours) is kept.
+  ///
+  /// Without bounds the hull is limited to a cube around the cameras' centres, 1024 times as far
+  /// away as the furthest centre is from their middle (1024 units if all centres are one): cones
+  /// that never close, as those of a single camera, end there, on faces with view -1. Cameras close
+  /// together that look at something far away should come with bounds.
+  ///
+  /// Under Unseen::keep the frame's border carves too; its four edges have the numbers
+  /// Rings::points.size() + 0..3 (top, right, bottom, left).
+  ///
+  /// Triangles that rounding to float would flatten or turn are mended by moving vertices by less
+  /// than 2^-21 of the largest coordinate. With max_deviation the slivers go too, and faces may
+  /// then leave their planes by that much.
+  ///
+  /// Throws Error when a camera or a contour is not finite or degenerate, or when Unseen::keep
+  /// comes without bounds.
   const Hull& build(std::span<const Silhouette> silhouettes, const HullOptions& options = {});
 
   const HullStatistics& statistics() const;

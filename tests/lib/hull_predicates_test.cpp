@@ -96,10 +96,9 @@ PlaneSet random_set(std::mt19937_64& random, std::int64_t limit) {
 }
 
 TEST(Orientation, IsTheSignForSmallRealPerturbations) {
-  // With e_k = 2^-(8 * 4^k), every term outweighs all later ones for entries this small. Planes
-  // scaled by 2^(sum) stay integers only for large exponents, so compare in long double pieces
-  // instead: scale each row by its own 1/e_k, which is a power of two and so does not change the
-  // sign.
+  // e_k = 2^-(12 * 2^k): the size of a subset's term is 2^-12 to the subset's number, and terms are
+  // below 24 * 2^4 < 2^9, so each outweighs all later ones. Each row is scaled by 1/e_k to
+  // integers.
   std::mt19937_64 random(3);
   int degenerate = 0;
   for (int i = 0; i < 5000; ++i) {
@@ -110,7 +109,6 @@ TEST(Orientation, IsTheSignForSmallRealPerturbations) {
       set.perturbation.push_back(random_plane(random, 3));
     }
     degenerate += determinant_sign(set.planes[0], set.planes[1], set.planes[2], set.planes[3]) == 0;
-    // Terms are below 24 * 2^4 < 2^9 in size, so steps of 2^12 between the subsets' sizes suffice.
     std::array<Plane, 4> p;
     for (int k = 0; k < 4; ++k) {
       const int shift = 12 << k;
