@@ -18,15 +18,10 @@
 #include <gst/base/gstaggregator.h>
 
 #include <algorithm>
-#include <atomic>
-#include <chrono>
 
-#include "base/error.h"
 #include "base/thread_pool.h"
 #include "common/guard.h"
-#include "common/hull_stage.h"
-#include "hullbuild_pad.h"
-#include "hullbuild_properties.h"
+#include "hullbuild_private.h"
 
 GST_DEBUG_CATEGORY_STATIC(hullbuild_debug);
 #define GST_CAT_DEFAULT hullbuild_debug
@@ -35,23 +30,6 @@ namespace {
 
 using namespace polyhull;
 using namespace polyhull::element;
-
-struct Private {
-  HullSettings settings;  // under the object lock
-
-  std::atomic<bool> rig_changed{false};
-  std::atomic<bool> new_segment{true};
-  std::atomic<GstClockTime> processing{0};  // part of the latency: what building has taken
-
-  Statistics statistics{"hullbuild-stats"};  // the rest belongs to the source pad's thread
-  HullStage stage{statistics};
-  ViewSets sets;
-};
-
-struct PolyhullHullBuild {
-  GstAggregator parent;
-  Private* priv;
-};
 
 struct PolyhullHullBuildClass {
   GstAggregatorClass parent_class;
@@ -66,23 +44,10 @@ GType polyhull_hull_build_get_type();
 G_DEFINE_TYPE_WITH_CODE(PolyhullHullBuild, polyhull_hull_build, GST_TYPE_AGGREGATOR,
                         G_IMPLEMENT_INTERFACE(GST_TYPE_CHILD_PROXY, child_proxy_init))
 
-PolyhullHullBuild* self_of(gpointer object) {
-  return static_cast<PolyhullHullBuild*>(object);
-}
-Private& private_of(gpointer object) {
-  return *self_of(object)->priv;
-}
-
 // ---- properties
 
-void update_latency(PolyhullHullBuild* self) {
-  const GstClockTime wait = snapshot(self, self->priv->settings).max_wait;
-  gst_aggregator_set_latency(GST_AGGREGATOR(self), wait + self->priv->processing,
-                             GST_CLOCK_TIME_NONE);
-}
-
 void set_property_value(GObject* object, guint id, const GValue* value, GParamSpec* spec) {
-  Private& priv = private_of(object);
+  HullBuildState& priv = private_of(object);
   if (id == force_live_id) {
     gst_aggregator_set_force_live(GST_AGGREGATOR(object), g_value_get_boolean(value));
     return;
@@ -97,7 +62,7 @@ void set_property_value(GObject* object, guint id, const GValue* value, GParamSp
 }
 
 void get_property_value(GObject* object, guint id, GValue* value, GParamSpec* spec) {
-  Private& priv = private_of(object);
+  HullBuildState& priv = private_of(object);
   if (id == stats_id) {
     g_value_take_boxed(value, priv.statistics.structure());
   } else if (id == force_live_id) {
@@ -144,342 +109,17 @@ void release_pad(GstElement* element, GstPad* pad) {
   GST_ELEMENT_CLASS(polyhull_hull_build_parent_class)->release_pad(element, pad);
 }
 
-/// References on the sink pads as they are now.
-class Pads {
- public:
-  explicit Pads(gpointer element) {
-    GST_OBJECT_LOCK(element);
-    for (GList* l = GST_ELEMENT_CAST(element)->sinkpads; l != nullptr; l = l->next)
-      pads_.push_back(GST_AGGREGATOR_PAD(gst_object_ref(l->data)));
-    GST_OBJECT_UNLOCK(element);
-  }
-  ~Pads() {
-    for (GstAggregatorPad* pad : pads_) gst_object_unref(pad);
-  }
-  Pads(const Pads&) = delete;
-  Pads& operator=(const Pads&) = delete;
-  std::size_t size() const { return pads_.size(); }
-  GstAggregatorPad* operator[](std::size_t i) const { return pads_[i]; }
-  auto begin() const { return pads_.begin(); }
-  auto end() const { return pads_.end(); }
-
- private:
-  std::vector<GstAggregatorPad*> pads_;
-};
-
-// ---- fronts of the queues
-
-bool is_gap(GstBuffer* buffer) {
-  return GST_BUFFER_FLAG_IS_SET(buffer, GST_BUFFER_FLAG_GAP) && gst_buffer_get_size(buffer) == 0;
-}
-
-std::string name_of(GstAggregatorPad* pad, const View& view) {
-  std::string name = camera_property(pad);
-  return name.empty() ? view.camera : name;
-}
-
-ViewHead head_of_gap(GstAggregatorPad* pad, GstBuffer* buffer) {
-  ViewHead head;
-  head.state = ViewHead::State::gap;
-  const GstClockTime begin = GST_BUFFER_PTS(buffer);
-  const GstClockTime length = GST_BUFFER_DURATION(buffer);
-  head.time = running_time(pad, begin);
-  head.gap_end = GST_CLOCK_TIME_IS_VALID(begin) && GST_CLOCK_TIME_IS_VALID(length)
-                     ? running_time(pad, begin + length)
-                     : head.time;
-  return head;
-}
-
-ViewHead head_of_view(GstAggregatorPad* pad, GstBuffer* buffer) {
-  HullPadState& state = state_of(pad);
-  ViewHead head;
-  head.state = ViewHead::State::view;
-  head.trigger = state.view->view().trigger;
-  head.time = running_time(
-      pad, GST_BUFFER_PTS_IS_VALID(buffer) ? GST_BUFFER_PTS(buffer) : GST_BUFFER_DTS(buffer));
-  head.repeated = head.trigger != no_trigger ? head.trigger == state.last_trigger
-                                             : head.time != no_time && head.time == state.last_time;
-  return head;
-}
-
-/// Parses the front of the pad's queue unless that has been done; drops what is no view.
-ViewHead look_at(PolyhullHullBuild* self, GstAggregatorPad* pad) {
-  HullPadState& state = state_of(pad);
-  for (;;) {
-    GstBuffer* buffer = gst_aggregator_pad_peek_buffer(pad);
-    if (buffer == nullptr) {
-      state.forget_front();
-      ViewHead head;
-      if (gst_aggregator_pad_is_eos(pad)) head.state = ViewHead::State::ended;
-      return head;
-    }
-    if (buffer == state.parsed) {
-      gst_buffer_unref(buffer);
-      return state.head;
-    }
-    state.forget_front();
-    if (is_gap(buffer)) {
-      state.head = head_of_gap(pad, buffer);
-      state.parsed = buffer;
-      return state.head;
-    }
-    try {
-      state.view = std::make_unique<ViewBuffer>(buffer);
-      state.head = head_of_view(pad, buffer);
-      state.parsed = buffer;
-      return state.head;
-    } catch (const Error& error) {
-      gst_buffer_unref(buffer);
-      gst_aggregator_pad_drop_buffer(pad);
-      self->priv->statistics.warn(
-          GST_ELEMENT_CAST(self), "views-unusable",
-          std::string("A buffer on ") + GST_OBJECT_NAME(pad) + " was dropped: " + error.what());
-    }
-  }
-}
-
-void drop_fronts(const Pads& pads, const std::vector<std::size_t>& which) {
-  for (const std::size_t i : which) {
-    state_of(pads[i]).forget_front();
-    gst_aggregator_pad_drop_buffer(pads[i]);
-  }
-}
-
-/// Each pad with a view has a camera of the rig, of the right size, and no two have the same.
-void check_cameras(PolyhullHullBuild* self, const Pads& pads) {
-  std::vector<std::pair<std::string, const char*>> seen;
-  for (GstAggregatorPad* pad : pads) {
-    const HullPadState& state = state_of(pad);
-    if (state.view == nullptr) continue;
-    const View& view = state.view->view();
-    const std::string name = name_of(pad, view);
-    const std::string where = std::string("hullbuild's pad ") + GST_OBJECT_NAME(pad);
-    if (name.empty())
-      throw Error(Error::Kind::bad_input,
-                  where +
-                      " has no camera: neither its property camera nor its views name one. Set "
-                      "camera=NAME on contourfind or " +
-                      GST_OBJECT_NAME(pad) + "::camera=NAME here");
-    for (const auto& [other, other_pad] : seen)
-      if (other == name)
-        throw Error(Error::Kind::bad_input, where + " and " + other_pad +
-                                                " both bring views of camera \"" + name +
-                                                "\". Each pad takes another camera");
-    seen.emplace_back(name, GST_OBJECT_NAME(pad));
-    self->priv->stage.check(where, name, view.width, view.height);
-  }
-}
-
-// ---- sets
-
-void post_dropped(PolyhullHullBuild* self, const ViewDecision& set, const char* counter) {
-  Private& priv = *self->priv;
-  priv.statistics.count(counter);
-  const GstClockTime time =
-      set.time == no_time ? GST_CLOCK_TIME_NONE : static_cast<GstClockTime>(set.time);
-  const bool live = GST_CLOCK_TIME_IS_VALID(gst_aggregator_get_latency(GST_AGGREGATOR(self)));
-  GstMessage* message = gst_message_new_qos(GST_OBJECT(self), live, time, GST_CLOCK_TIME_NONE, time,
-                                            GST_CLOCK_TIME_NONE);
-  gst_message_set_qos_stats(message, GST_FORMAT_BUFFERS, priv.statistics.counter("sets"),
-                            priv.statistics.counter("sets-dropped-incomplete") +
-                                priv.statistics.counter("sets-dropped-few-cameras"));
-  gst_element_post_message(GST_ELEMENT_CAST(self), message);
-}
-
-/// The views to build from: the set's, and held ones of missing cameras.
-std::vector<SetView> views_of(PolyhullHullBuild* self, const Pads& pads, const ViewDecision& set,
-                              const HullSettings& settings) {
-  std::vector<SetView> views;
-  for (const std::size_t i : set.heads)
-    views.push_back(
-        {name_of(pads[i], state_of(pads[i]).view->view()), state_of(pads[i]).view.get()});
-  if (settings.missing_camera != MissingCamera::hold) return views;
-  for (std::size_t i = 0; i < pads.size(); ++i) {
-    const HullPadState& state = state_of(pads[i]);
-    if (state.held == nullptr || std::binary_search(set.heads.begin(), set.heads.end(), i))
-      continue;
-    const View& held = state.held->view();
-    const std::string name = name_of(pads[i], held);
-    const bool fresh = set.time == no_time || state.held_time == no_time ||
-                       set.time - state.held_time <= static_cast<std::int64_t>(settings.hold_time);
-    const Camera* camera = self->priv->stage.rig().find(name);
-    if (!fresh || camera == nullptr || camera->width != held.width || camera->height != held.height)
-      continue;
-    views.push_back({name, state.held.get()});
-    self->priv->statistics.count("views-held");
-  }
-  return views;
-}
-
-/// Removes the set's views from the queues, keeping those that may be held.
-void take_views(const Pads& pads, const ViewDecision& set, const HullSettings& settings) {
-  for (const std::size_t i : set.heads) {
-    HullPadState& state = state_of(pads[i]);
-    state.last_trigger = state.head.trigger;
-    state.last_time = state.head.time;
-    if (settings.missing_camera == MissingCamera::hold) {
-      state.held = std::move(state.view);
-      state.held_time = state.head.time;
-    } else {
-      state.held.reset();
-    }
-  }
-  drop_fronts(pads, set.heads);
-}
-
-void stamp(PolyhullHullBuild* self, const Pads& pads, const ViewDecision& set, GstBuffer* buffer) {
-  GstAggregatorPad* pad = pads[set.heads.front()];
-  if (self->priv->new_segment.exchange(false)) {
-    GST_OBJECT_LOCK(pad);
-    const GstSegment segment = pad->segment;
-    GST_OBJECT_UNLOCK(pad);
-    if (segment.format == GST_FORMAT_TIME)
-      gst_aggregator_update_segment(GST_AGGREGATOR(self), &segment);
-  }
-  GST_BUFFER_DURATION(buffer) = GST_BUFFER_DURATION(state_of(pad).parsed);
-  if (set.time == no_time) return;
-  GstSegment& segment = GST_AGGREGATOR_PAD(GST_AGGREGATOR(self)->srcpad)->segment;
-  const GstClockTime position =
-      gst_segment_position_from_running_time(&segment, GST_FORMAT_TIME, set.time);
-  GST_BUFFER_PTS(buffer) =
-      GST_CLOCK_TIME_IS_VALID(position) ? position : static_cast<GstClockTime>(set.time);
-}
-
-/// Building takes time that a live sink must know of. Grows in steps, so that it changes rarely.
-void account(PolyhullHullBuild* self, std::chrono::steady_clock::duration taken) {
-  const GstClockTime time = std::chrono::nanoseconds(taken).count();
-  self->priv->statistics.set("set-ms", time * 1e-6);
-  if (time <= self->priv->processing) return;
-  self->priv->processing = time + time / 2;
-  update_latency(self);
-}
-
-void load_changed_rig(PolyhullHullBuild* self, const HullSettings& settings) {
-  Private& priv = *self->priv;
-  if (!priv.rig_changed.exchange(false)) return;
-  try {
-    priv.stage.set_rig(settings.rig.empty() ? default_rig() : load_rig(settings.rig));
-  } catch (const Error& error) {
-    priv.statistics.warn(GST_ELEMENT_CAST(self), "rigs-refused",
-                         std::string("The former rig stays in use: ") + error.what());
-  }
-}
-
-enum class Outcome { again, need_data, ended, dropped, made };
-
-struct Step {
-  Outcome outcome;
-  GstBuffer* buffer = nullptr;
-};
-
-Step build_set(PolyhullHullBuild* self, const Pads& pads, const ViewDecision& set,
-               const HullSettings& settings) {
-  Private& priv = *self->priv;
-  const auto begin = std::chrono::steady_clock::now();
-  const bool complete = set.heads.size() == pads.size();
-  if (!complete && settings.missing_camera == MissingCamera::drop_set) {
-    take_views(pads, set, settings);
-    post_dropped(self, set, "sets-dropped-incomplete");
-    // Once a camera has ended no set can be complete any more.
-    for (GstAggregatorPad* pad : pads)
-      if (gst_aggregator_pad_is_eos(pad)) return {Outcome::ended};
-    return {Outcome::dropped};
-  }
-  std::vector<SetView> views = views_of(self, pads, set, settings);
-  if (views.size() < settings.min_cameras) {
-    take_views(pads, set, settings);
-    post_dropped(self, set, "sets-dropped-few-cameras");
-    return {Outcome::dropped};
-  }
-  if (!complete) priv.statistics.count("sets-incomplete");
-  const HullParameters parameters{settings.weld_distance, settings.max_deviation, settings.unseen,
-                                  settings.use_bounds, static_cast<int>(settings.threads)};
-  GstBuffer* buffer =
-      priv.stage.build(GST_ELEMENT_CAST(self), std::move(views), parameters, set.trigger);
-  stamp(self, pads, set, buffer);
-  take_views(pads, set, settings);
-  account(self, std::chrono::steady_clock::now() - begin);
-  return {Outcome::made, buffer};
-}
-
-Step next_step(PolyhullHullBuild* self, const Pads& pads, bool deadline_passed) {
-  Private& priv = *self->priv;
-  std::vector<ViewHead> heads;
-  for (GstAggregatorPad* pad : pads) heads.push_back(look_at(self, pad));
-  const HullSettings settings = snapshot(self, priv.settings);
-  load_changed_rig(self, settings);
-  check_cameras(self, pads);
-  const ViewDecision decision =
-      priv.sets.next(heads, static_cast<std::int64_t>(settings.sync_tolerance), deadline_passed);
-  using Kind = ViewDecision::Kind;
-  switch (decision.kind) {
-    case Kind::wait:
-      return {Outcome::need_data};
-    case Kind::end:
-      return {Outcome::ended};
-    case Kind::set:
-      if (decision.time != no_time) gst_object_sync_values(GST_OBJECT(self), decision.time);
-      return build_set(self, pads, decision, snapshot(self, priv.settings));
-    case Kind::drop_late:
-      priv.statistics.count("views-late", decision.heads.size());
-      break;
-    case Kind::drop_duplicate:
-      priv.statistics.count("views-duplicate", decision.heads.size());
-      break;
-    case Kind::drop_gaps:
-      break;
-  }
-  drop_fronts(pads, decision.heads);
-  return {Outcome::again};
-}
-
-void forget_streams(PolyhullHullBuild* self) {
-  for (GstAggregatorPad* pad : Pads(self)) state_of(pad).reset();
-  self->priv->sets.reset();
-}
-
-/// A stream that starts anew may repeat numbers and times.
-void forget_flushed(PolyhullHullBuild* self, const Pads& pads) {
-  for (GstAggregatorPad* pad : pads) {
-    if (!state_of(pad).flushed.exchange(false)) continue;
-    state_of(pad).reset();
-    self->priv->sets.reset();
-    self->priv->new_segment = true;
-  }
-}
+// ---- data
 
 GstFlowReturn aggregate(GstAggregator* aggregator, gboolean timeout) {
   PolyhullHullBuild* self = self_of(aggregator);
-  return guarded(GST_ELEMENT_CAST(self), GST_FLOW_ERROR, [&]() -> GstFlowReturn {
-    const Pads pads(self);
-    forget_flushed(self, pads);
-    // A deadline is that of the earliest front: once fronts are dropped it says nothing.
-    Step step = next_step(self, pads, timeout);
-    while (step.outcome == Outcome::again) step = next_step(self, pads, false);
-    switch (step.outcome) {
-      case Outcome::ended:
-        return GST_FLOW_EOS;
-      case Outcome::made:
-        return gst_aggregator_finish_buffer(aggregator, step.buffer);
-      case Outcome::dropped:
-        return GST_FLOW_OK;
-      default:
-        return GST_AGGREGATOR_FLOW_NEED_DATA;
-    }
-  });
+  return guarded(GST_ELEMENT_CAST(self), GST_FLOW_ERROR,
+                 [&]() -> GstFlowReturn { return send_next_set(self, timeout); });
 }
 
 /// Running time of the earliest view that waits; the base class adds the latency.
 GstClockTime get_next_time(GstAggregator* aggregator) {
-  std::int64_t earliest = no_time;
-  for (GstAggregatorPad* pad : Pads(aggregator)) {
-    GstBuffer* buffer = gst_aggregator_pad_peek_buffer(pad);
-    if (buffer == nullptr) continue;
-    const std::int64_t time =
-        is_gap(buffer) ? no_time : running_time(pad, GST_BUFFER_DTS_OR_PTS(buffer));
-    gst_buffer_unref(buffer);
-    if (time != no_time && (earliest == no_time || time < earliest)) earliest = time;
-  }
+  const std::int64_t earliest = earliest_time(aggregator);
   if (earliest == no_time) return GST_CLOCK_TIME_NONE;
   // The time kept for building is not spent waiting.
   const auto processing = static_cast<std::int64_t>(private_of(aggregator).processing.load());
@@ -495,7 +135,7 @@ gboolean sink_event(GstAggregator* aggregator, GstAggregatorPad* pad, GstEvent* 
 
 gboolean start(GstAggregator* aggregator) {
   PolyhullHullBuild* self = self_of(aggregator);
-  Private& priv = *self->priv;
+  HullBuildState& priv = *self->priv;
   return guarded(GST_ELEMENT_CAST(self), gboolean{FALSE}, [&]() -> gboolean {
     const HullSettings settings = snapshot(self, priv.settings);
     priv.rig_changed = false;
@@ -516,7 +156,7 @@ gboolean stop(GstAggregator* aggregator) {
 }
 
 void polyhull_hull_build_init(PolyhullHullBuild* self) {
-  self->priv = new Private;
+  self->priv = new HullBuildState;
   self->priv->statistics.declare({"sets-incomplete", "sets-dropped-incomplete",
                                   "sets-dropped-few-cameras", "views-late", "views-duplicate",
                                   "views-held", "views-unusable", "rigs-refused"});
