@@ -2,6 +2,7 @@
 #include "silhouette/blur.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstring>
 #include <vector>
@@ -85,6 +86,7 @@ struct Blur::State {
   RowRing<BlockState> out_stored;      // what the memory of each row in `out` holds, as states
   std::vector<std::int16_t> vertical;  // one row with `side` values on both sides
   int side = 0;
+  std::vector<RowRing<BlockState>> unions;  // see push()
   std::vector<std::uint64_t> column_words;  // states of the columns, one byte per block
   std::vector<const std::uint8_t*> window;
 
@@ -93,6 +95,19 @@ struct Blur::State {
   // `stored`: the states of what the row's memory holds.
   void blur_row(int y, std::int16_t* values, const BlockState* stored, BlockState* states);
   void copy_row(int y, std::int16_t* values, BlockState* states);
+  BlockState* states_level(int level, int y) {
+    return level == 0 ? alpha_states.row(y) : unions[static_cast<std::size_t>(level) - 1].row(y);
+  }
+  // Eight blocks at a time: rows of states have room to whole words.
+  void unite(const BlockState* a, const BlockState* b, BlockState* out) const {
+    for (int w = 0; w < (blocks + 7) / 8; ++w) {
+      std::uint64_t u, v;
+      std::memcpy(&u, a + 8 * w, 8);
+      std::memcpy(&v, b + 8 * w, 8);
+      u |= v;
+      std::memcpy(out + 8 * w, &u, 8);
+    }
+  }
   void threshold_row(std::int16_t* values, BlockState* states) const;
   struct Interval {
     int begin, end;
@@ -140,6 +155,8 @@ void Blur::begin(int width, int height, int keep) {
   const std::ptrdiff_t length = static_cast<std::ptrdiff_t>(s.blocks) * matte_block;
   s.alpha.resize(2 * s.radius + 2, length, 0);
   s.alpha_states.resize(2 * s.radius + 2, s.blocks, 0);
+  s.unions.resize(std::bit_width(static_cast<unsigned>(2 * s.radius + 1)) - 1);
+  for (auto& level : s.unions) level.resize(2 * s.radius + 2, s.blocks, 0);
   s.out.resize(keep + 1, length, field_pad);
   s.out_states.resize(keep + 1, s.blocks, 0);
   s.out_stored.resize(keep + 1, s.blocks, 0);
@@ -157,7 +174,15 @@ BlockState* Blur::next_states() {
   return state_->alpha_states.row(state_->pushed);
 }
 void Blur::push() {
-  ++state_->pushed;
+  State& s = *state_;
+  // unions[l - 1] of a row: of the 2^l rows that end with it.
+  for (int l = 1; l <= static_cast<int>(s.unions.size()); ++l) {
+    const int before = s.pushed - (1 << (l - 1));
+    const BlockState* latest = s.states_level(l - 1, s.pushed);
+    s.unite(latest, before >= 0 ? s.states_level(l - 1, before) : latest,
+            s.unions[static_cast<std::size_t>(l) - 1].row(s.pushed));
+  }
+  ++s.pushed;
 }
 
 bool Blur::pull(Row& row) {
@@ -187,19 +212,13 @@ void Blur::State::copy_row(int y, std::int16_t* values, BlockState* states) {
 void Blur::State::blur_row(int y, std::int16_t* values, const BlockState* stored,
                            BlockState* states) {
   const int top = std::max(y - radius, 0), bottom = std::min(y + radius, height - 1);
-  // The state of each block's column over the window of rows, eight blocks at a time (rows of
-  // states have room to whole words).
+  // The state of each block's column over the window of rows: of two runs of rows, a power of two
+  // long, that together cover it.
   const int words = (blocks + 7) / 8;
   std::uint64_t* all = column_words.data();
-  std::memcpy(all, alpha_states.row(top), static_cast<std::size_t>(words) * 8);
-  for (int r = top + 1; r <= bottom; ++r) {
-    const BlockState* other = alpha_states.row(r);
-    for (int w = 0; w < words; ++w) {
-      std::uint64_t word;
-      std::memcpy(&word, other + 8 * w, 8);
-      all[w] |= word;
-    }
-  }
+  const int level = std::bit_width(static_cast<unsigned>(bottom - top + 1)) - 1;
+  unite(states_level(level, bottom), states_level(level, top + (1 << level) - 1),
+        reinterpret_cast<BlockState*>(all));
   const auto* column_states = reinterpret_cast<const BlockState*>(all);
   int slot = top % alpha.rows();
   for (int k = -radius; k <= radius; ++k) {
