@@ -60,8 +60,8 @@ class FrameComposer {
   std::optional<Announcement> announcement_;
   std::string scene_name_;
   std::shared_ptr<const Scene> scene_;
-  Frame frame_;
-  Plan plan_;
+  RenderFrame frame_;
+  RenderPlan plan_;
   RenderSettings settings_;
 };
 

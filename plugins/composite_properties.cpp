@@ -171,7 +171,7 @@ std::span<const Property<PlacementSettings>> placement_properties() {
   return table;
 }
 
-Placement placement(const PlacementSettings& s) {
+SubjectPlacement placement(const PlacementSettings& s) {
   return {
       {s.translate_x, s.translate_y, s.translate_z}, {s.rotate_x, s.rotate_y, s.rotate_z}, s.scale};
 }

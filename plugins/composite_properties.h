@@ -46,6 +46,6 @@ struct PlacementSettings {
 
 std::span<const Property<PlacementSettings>> placement_properties();
 
-Placement placement(const PlacementSettings& settings);
+SubjectPlacement placement(const PlacementSettings& settings);
 
 }  // namespace polyhull::element

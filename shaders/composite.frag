@@ -24,7 +24,8 @@ void main() {
   vec3 taken = has_shadow ? texelFetch(shadow, pixel, 0).rgb : vec3(0.0);
   vec4 image = has_mirror ? texelFetch(mirror, pixel, 0) : vec4(0.0);
   vec4 front = has_subject ? texelFetch(subject, pixel, 0) : vec4(0.0);
-  if (front.a == 0.0 && image.a == 0.0 && taken == vec3(0.0)) {
+  // Less than a sixth of the smallest step of the darkest values is no change.
+  if (front.a == 0.0 && image.a == 0.0 && all(lessThan(taken, vec3(4e-5)))) {
     colour = coded;
     return;
   }

@@ -44,5 +44,5 @@ void main() {
     float exit = light_normal[i] == vec3(0.0) ? 1.0 : max(-dot(light_normal[i], direction), 0.0);
     sum += light_power[i] * max(dot(normal, direction), 0.0) * exit / distance_2;
   }
-  radiance = vec4(min(diffuse_albedo(uv) / PI * sum + emission * exposure, 1.0), 1.0);
+  radiance = vec4(min(diffuse_albedo(uv, dot(normal, normalize(mirrored_eye - world))) / PI * sum + emission * exposure, 1.0), 1.0);
 }

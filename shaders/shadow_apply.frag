@@ -2,9 +2,11 @@
 // The light that is missing from the picture: albedo / pi times the irradiance taken, brought from half
 // to full resolution without crossing from one surface to another.
 in vec3 world;
+in vec3 world_normal;
 in vec2 uv;
 uniform sampler2D taken;   // half resolution: irradiance, 1 / depth; linear filter
 uniform vec2 half_size;    // of its used part, texels
+uniform vec3 eye;
 uniform vec3 light_power;  // radiance * area (point: intensity), times exposure
 layout(location = 0) out vec4 missing;
 
@@ -31,5 +33,6 @@ void main() {
     }
     irradiance = sum / weight;
   }
-  missing = vec4(diffuse_albedo(uv) / PI * light_power * irradiance, 1.0);
+  float cosine = abs(dot(normalize(world_normal), normalize(eye - world)));
+  missing = vec4(diffuse_albedo(uv, cosine) / PI * light_power * irradiance, 1.0);
 }

@@ -52,24 +52,25 @@ struct Compositor::State {
   gl::PassTimer timer;
   RenderStatistics statistics;
 
-  void use_scene(const Frame& frame);
-  void upload_subjects(const Frame& frame, const Plan& plan, const RenderSettings& settings);
+  void use_scene(const RenderFrame& frame);
+  void upload_subjects(const RenderFrame& frame, const RenderPlan& plan,
+                       const RenderSettings& settings);
   void draw_scene_depth(const PassInput& in);
-  void draw_layers(const Frame& frame, const Plan& plan, const RenderSettings& settings,
+  void draw_layers(const RenderFrame& frame, const RenderPlan& plan, const RenderSettings& settings,
                    GLuint background_texture);
   void draw_front(const PassInput& in);
   void draw_blend(const PassInput& in, GLuint background_texture, GLuint to);
-  void finish(const Plan& plan);
+  void finish(const RenderPlan& plan);
 };
 
-void Compositor::State::use_scene(const Frame& frame) {
+void Compositor::State::use_scene(const RenderFrame& frame) {
   if (frame.scene == scene_held) return;
   scene_held = frame.scene;
   depth_key.reset();
   if (scene_held) scene.load(*scene_held);
 }
 
-void Compositor::State::upload_subjects(const Frame& frame, const Plan& plan,
+void Compositor::State::upload_subjects(const RenderFrame& frame, const RenderPlan& plan,
                                         const RenderSettings& settings) {
   subjects.resize(plan.subjects.size());
   skin_keys.resize(plan.subjects.size());
@@ -211,7 +212,7 @@ void Compositor::State::draw_blend(const PassInput& in, GLuint background_textur
   }
 }
 
-void Compositor::State::draw_layers(const Frame& frame, const Plan& plan,
+void Compositor::State::draw_layers(const RenderFrame& frame, const RenderPlan& plan,
                                     const RenderSettings& settings, GLuint background_texture) {
   const PassInput in{frame, plan, settings, scene, subjects, timer};
   glDisable(GL_BLEND);
@@ -245,7 +246,7 @@ void Compositor::State::draw_layers(const Frame& frame, const Plan& plan,
   }
 }
 
-void Compositor::State::finish(const Plan& plan) {
+void Compositor::State::finish(const RenderPlan& plan) {
   // What others in this context may not expect.
   glDisable(GL_SCISSOR_TEST);
   glDisable(GL_DEPTH_TEST);
@@ -287,7 +288,7 @@ Compositor::~Compositor() {
   delete state_;
 }
 
-Plan Compositor::plan(const Frame& frame, const RenderSettings& settings) {
+RenderPlan Compositor::plan(const RenderFrame& frame, const RenderSettings& settings) {
   if (frame.scene != state_->bounds_held) {
     state_->bounds_held = frame.scene;
     std::vector<Vec3f> points;
@@ -300,8 +301,8 @@ Plan Compositor::plan(const Frame& frame, const RenderSettings& settings) {
   return plan_frame(frame, settings, state_->scene_bounds);
 }
 
-void Compositor::render(const Frame& frame, const Plan& plan, const RenderSettings& settings,
-                        unsigned background, unsigned target) {
+void Compositor::render(const RenderFrame& frame, const RenderPlan& plan,
+                        const RenderSettings& settings, unsigned background, unsigned target) {
   State& s = *state_;
   s.statistics = {};
   s.timer.next_frame();
@@ -325,9 +326,9 @@ void Compositor::render(const Frame& frame, const Plan& plan, const RenderSettin
   s.finish(plan);
 }
 
-void Compositor::render(const Frame& frame, const Plan& plan, const RenderSettings& settings,
-                        const std::uint8_t* background, int background_stride, std::uint8_t* target,
-                        int target_stride) {
+void Compositor::render(const RenderFrame& frame, const RenderPlan& plan,
+                        const RenderSettings& settings, const std::uint8_t* background,
+                        int background_stride, std::uint8_t* target, int target_stride) {
   State& s = *state_;
   s.statistics = {};
   s.timer.next_frame();

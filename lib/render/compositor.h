@@ -50,19 +50,19 @@ class Compositor {
   Compositor(const Compositor&) = delete;
   Compositor& operator=(const Compositor&) = delete;
 
-  /// What \p frame needs; where Plan::untouched() the background is the result and no render() is
-  /// needed. Needs no context.
-  Plan plan(const Frame& frame, const RenderSettings& settings);
+  /// What \p frame needs; where RenderPlan::untouched() the background is the result and no
+  /// render() is needed. Needs no context.
+  RenderPlan plan(const RenderFrame& frame, const RenderSettings& settings);
 
   /// Draws into the RGBA8 texture \p target of the frame's size; \p background another such
   /// texture.
-  void render(const Frame& frame, const Plan& plan, const RenderSettings& settings,
+  void render(const RenderFrame& frame, const RenderPlan& plan, const RenderSettings& settings,
               unsigned background, unsigned target);
 
   /// Reads \p background and writes the changed part of \p target, both RGBA rows of at least 4 *
   /// width bytes, \p stride bytes apart (a multiple of 4). They may be the same memory; where they
   /// are not, \p target holds the background already.
-  void render(const Frame& frame, const Plan& plan, const RenderSettings& settings,
+  void render(const RenderFrame& frame, const RenderPlan& plan, const RenderSettings& settings,
               const std::uint8_t* background, int background_stride, std::uint8_t* target,
               int target_stride);
 

@@ -49,7 +49,7 @@ std::vector<Vec3> shadow_volume(const Light& light, const Bounds& subject, const
   return volume;
 }
 
-PlacedSubject place(const Subject& subject) {
+PlacedSubject place(const RenderSubject& subject) {
   PlacedSubject out;
   const Mesh& mesh = *subject.mesh;
   out.mesh = &mesh;
@@ -65,7 +65,7 @@ PlacedSubject place(const Subject& subject) {
 }
 
 /// The pixels in which \p mirror can show the subjects.
-Rectangle mirror_rectangle(const Mirror& mirror, const Plan& plan, const Frame& frame) {
+Rectangle mirror_rectangle(const Mirror& mirror, const RenderPlan& plan, const RenderFrame& frame) {
   const Vec3 normal(mirror.normal);
   if (glm::dot(normal, plan.eye) <= mirror.offset) return {};
   std::vector<Vec3> outline(mirror.outline.begin(), mirror.outline.end());
@@ -90,13 +90,14 @@ int area(const Rectangle& r) {
 
 }  // namespace
 
-Plan plan_frame(const Frame& frame, const RenderSettings& settings, const Bounds& scene_bounds) {
+RenderPlan plan_frame(const RenderFrame& frame, const RenderSettings& settings,
+                      const Bounds& scene_bounds) {
   check_viewport(frame.viewport);
-  Plan plan;
+  RenderPlan plan;
   plan.eye = frame.viewport.centre();
   Bounds everything = scene_bounds;
   Bounds people;
-  for (const Subject& subject : frame.subjects) {
+  for (const RenderSubject& subject : frame.subjects) {
     if (!subject.mesh || subject.mesh->hull.empty()) continue;
     plan.subjects.push_back(place(subject));
     const Bounds own = bounds_of(plan.subjects.back().points);

@@ -42,13 +42,13 @@ struct RenderSettings {
 };
 
 /// A mesh to be drawn and where.
-struct Subject {
+struct RenderSubject {
   const Mesh* mesh = nullptr;
-  Placement placement;
+  SubjectPlacement placement;
   std::uint64_t content = 0;  ///< the same number: the same mesh as before; 0: not known
 };
 
-struct Frame {
+struct RenderFrame {
   int width = 0;  ///< of the picture
   int height = 0;
   Camera viewport;  ///< scene coordinates; resized to the picture; its lens distortion is ignored
@@ -56,8 +56,8 @@ struct Frame {
   std::vector<Light> lights;
   float exposure = 1.0f;
   Vec3f ambient{0.0f};
-  std::vector<Subject> subjects;
-  std::uint64_t background_content = 0;  ///< as Subject::content
+  std::vector<RenderSubject> subjects;
+  std::uint64_t background_content = 0;  ///< as RenderSubject::content
 };
 
 /// A subject in scene coordinates.
@@ -71,7 +71,7 @@ struct PlacedSubject {
 };
 
 /// What has to be drawn where. Rectangles are empty for what changes no pixel.
-struct Plan {
+struct RenderPlan {
   Mat4 clip_from_scene{1.0};
   Vec3 eye{0.0};
   std::vector<PlacedSubject> subjects;  ///< those with triangles
@@ -84,6 +84,7 @@ struct Plan {
 
 /// Finds what a frame needs. \p scene_bounds are those of the scene's geometry. Throws Error when
 /// the viewport camera is not finite or degenerate.
-Plan plan_frame(const Frame& frame, const RenderSettings& settings, const Bounds& scene_bounds);
+RenderPlan plan_frame(const RenderFrame& frame, const RenderSettings& settings,
+                      const Bounds& scene_bounds);
 
 }  // namespace polyhull

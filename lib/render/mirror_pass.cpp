@@ -13,7 +13,7 @@ glm::vec4 kept_side(const Mirror& mirror) {
   return glm::vec4(mirror.normal, -mirror.offset - 1e-4f);
 }
 
-void set_lights(gl::Program& program, const Frame& frame) {
+void set_lights(gl::Program& program, const RenderFrame& frame) {
   std::vector<glm::vec3> positions, normals, powers;
   for (std::size_t i = 0; i < std::min(frame.lights.size(), max_lights); ++i) {
     positions.push_back(frame.lights[i].centre);

@@ -18,11 +18,11 @@ namespace polyhull {
 
 /// What the passes of one frame share.
 struct PassInput {
-  const Frame& frame;
-  const Plan& plan;
+  const RenderFrame& frame;
+  const RenderPlan& plan;
   const RenderSettings& settings;
   const SceneBuffers& scene;
-  std::vector<SubjectBuffers>& subjects;  ///< as Plan::subjects
+  std::vector<SubjectBuffers>& subjects;  ///< as RenderPlan::subjects
   gl::PassTimer& timer;
 };
 

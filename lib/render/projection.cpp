@@ -77,7 +77,7 @@ Mat4 reflection(const Vec3& normal, double offset) {
   return m;
 }
 
-Mat4 place_in_scene(const Mesh& mesh, const Placement& placement) {
+Mat4 place_in_scene(const Mesh& mesh, const SubjectPlacement& placement) {
   // The rig's up turned to +y along the shorter way; upside down, about x.
   const Vec3 up = glm::normalize(mesh.up);
   const Vec3 y(0.0, 1.0, 0.0);

@@ -30,15 +30,15 @@ Mat4 reflection(const Vec3& normal, double offset);
 
 /// How a subject is placed: moved by `translate` metres, turned by `rotate` degrees about x, then
 /// y, then z, and scaled, about the centre of its hull's bounding box.
-struct Placement {
+struct SubjectPlacement {
   Vec3 translate{0.0};
   Vec3 rotate{0.0};
   double scale = 1.0;
-  bool operator==(const Placement&) const = default;
+  bool operator==(const SubjectPlacement&) const = default;
 };
 
 /// From the mesh's world coordinates (its own up and unit) to scene metres with y up.
-Mat4 place_in_scene(const Mesh& mesh, const Placement& placement);
+Mat4 place_in_scene(const Mesh& mesh, const SubjectPlacement& placement);
 
 /// The pixels that the convex hull of \p points can touch, with a margin of one pixel, cut to the
 /// picture. Points behind the eye are handled: the part of the hull in front of it counts.

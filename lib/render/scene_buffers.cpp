@@ -99,6 +99,7 @@ void SceneBuffers::draw_with_materials(const Scene& scene, gl::Program& program,
     program.set("base_colour", material.base_colour);
     program.set("metallic", material.metallic);
     program.set("emission", material.emission);
+    program.set("mirror", material.is_mirror());
     program.set("look_up", !material.is_mirror());
     program.set("has_texture", has_texture);
     program.set("f0", material.f0());

@@ -206,6 +206,7 @@ void ShadowPass::draw(const PassInput& in, gl::LightLayer& light_layer) {
   glDepthFunc(GL_EQUAL);
   apply_.use();
   apply_.set("clip_from_scene", glm::mat4(in.plan.clip_from_scene));
+  apply_.set("eye", glm::vec3(in.plan.eye));
   apply_.set("light_power", light_power(light) * in.frame.exposure);
   apply_.set("half_size", glm::vec2((in.frame.width + 1) / 2, (in.frame.height + 1) / 2));
   gl::bind_texture(0, GL_TEXTURE_2D, gathered_.colour(), make_sampler(smooth_, false, true));

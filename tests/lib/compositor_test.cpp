@@ -31,7 +31,7 @@ constexpr Vec3f ambient(0.35f, 0.33f, 0.3f);
 struct Stage {
   std::shared_ptr<const Scene> scene;
   synthetic::Photographed subject;
-  Frame frame;
+  RenderFrame frame;
   Picture background;
 
   explicit Stage(int width = 640, int height = 360, bool polished = true) {
@@ -57,7 +57,7 @@ struct Stage {
   }
   Picture truth(int light_side = 8, int pixel_side = 2) const {
     synthetic::SimpleTrace trace(*scene, ambient);
-    const Plan plan = plan_frame(frame, {}, {});
+    const RenderPlan plan = plan_frame(frame, {}, {});
     const Mat4 back = plan.subjects[0].from_scene;
     trace.add_subject(plan.subjects[0].points, subject.mesh.hull.triangles, [back](const Vec3f& p) {
       return synthetic::paint(Vec3(back * Vec4(Vec3(p), 1.0)));
@@ -69,7 +69,7 @@ struct Stage {
 /// Renders \p stage over its background.
 Picture composite(Compositor& compositor, const Stage& stage, const RenderSettings& settings) {
   Picture out = stage.background;
-  const Plan plan = compositor.plan(stage.frame, settings);
+  const RenderPlan plan = compositor.plan(stage.frame, settings);
   compositor.render(stage.frame, plan, settings, stage.background.pixels.data(),
                     4 * stage.background.width, out.pixels.data(), 4 * out.width);
   return out;
@@ -139,7 +139,7 @@ TEST_P(CompositorTest, StandsInTheSceneLikeTheTruth) {
   const double whole = synthetic::psnr(result, truth, [](int, int) { return true; });
   const double without = synthetic::psnr(stage.background, truth, [](int, int) { return true; });
   // Of the figure, the regions that it changes without standing there: shadow and mirror image.
-  const Plan plan = compositor.plan(stage.frame, {});
+  const RenderPlan plan = compositor.plan(stage.frame, {});
   const auto around = [&](int x, int y) {
     const Rectangle& r = plan.subject;
     const bool inside = x >= r.x && x < r.x + r.width && y >= r.y && y < r.y + r.height;
@@ -193,7 +193,7 @@ TEST_P(CompositorTest, TexturesAndMemoryGiveTheSamePicture) {
                  stage.background.pixels.data());
     gl::texture_parameters(GL_TEXTURE_2D, GL_LINEAR);
   }
-  const Plan plan = compositor.plan(stage.frame, {});
+  const RenderPlan plan = compositor.plan(stage.frame, {});
   compositor.render(stage.frame, plan, {}, textures[0].get(), textures[1].get());
   gl::Framebuffer framebuffer;
   glBindFramebuffer(GL_FRAMEBUFFER, framebuffer.get());
@@ -294,7 +294,7 @@ TEST_P(CompositorTest, Speed) {
   }
   std::sort(wall.begin(), wall.end());
   std::sort(processor.begin(), processor.end());
-  const Plan plan = compositor.plan(stage.frame, settings);
+  const RenderPlan plan = compositor.plan(stage.frame, settings);
   std::printf(
       "1280x720: fastest %.1f ms, median %.1f ms, processor time %.1f ms; subject %dx%d, shadow "
       "%dx%d, mirror %dx%d\n",

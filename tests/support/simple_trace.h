@@ -105,13 +105,15 @@ class SimpleTrace {
       }
     }
     Vec3f out = material.emission;
-    out += material.base_colour * (1.0f - material.metallic) * irradiance / 3.14159265f;
+    const Vec3f scattered = material.base_colour * irradiance / 3.14159265f;
+    if (!material.is_mirror()) return scene_.exposure * (out + scattered);
+    const float cosine = std::clamp(-glm::dot(ray.direction, normal), 0.0f, 1.0f);
+    const Vec3f f0 = material.f0();
+    const Vec3f fresnel = f0 + (1.0f - f0) * std::pow(1.0f - cosine, 5.0f);
+    out += scattered * (1.0f - fresnel) * (1.0f - material.metallic);
     out *= scene_.exposure;
-    if (material.is_mirror() && depth < 3) {
+    if (depth < 3) {
       const Vec3f reflected = glm::reflect(ray.direction, normal);
-      const float cosine = std::clamp(-glm::dot(ray.direction, normal), 0.0f, 1.0f);
-      const Vec3f f0 = material.f0();
-      const Vec3f fresnel = f0 + (1.0f - f0) * std::pow(1.0f - cosine, 5.0f);
       out += fresnel * radiance({point, 1e-3f, reflected}, light_side, depth + 1);
     }
     return out;
