@@ -133,6 +133,7 @@ std::vector<Piece> unite(std::vector<Segment>& segments) {
 /// left of it) lie: the parity of the pieces further that way.
 std::vector<std::uint64_t> layers_below(const std::vector<Piece>& pieces) {
   std::vector<std::uint64_t> result(pieces.size(), 0);
+  if (pieces.empty()) return result;
   for (const bool vertical : {false, true}) {
     const auto along = [&](const Point& p) { return vertical ? p.y : p.x; };
     const auto across = [&](const Point& p) { return vertical ? p.x : p.y; };
