@@ -243,8 +243,9 @@ void Blur::State::blur_row(int y, std::int16_t* values, const BlockState* stored
     const Interval computed = horizontal_pass(current, values);
     // What is left of the blocks at both ends.
     fill(std::max(computed.begin & ~(matte_block - 1), done), computed.begin);
-    done = (computed.end + matte_block - 1) & ~(matte_block - 1);
-    fill(computed.end, done);
+    const int length = blocks * matte_block;
+    const int block_end = (computed.end + matte_block - 1) & ~(matte_block - 1);
+    fill(std::min(computed.end, length), std::min(block_end, length));
     done = computed.end;
     const int last = std::min(current.end + radius, width) - 1;
     for (int b = computed.begin / matte_block; b <= last / matte_block; ++b)
