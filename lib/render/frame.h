@@ -32,7 +32,7 @@ enum class MirrorMode {
 
 struct RenderSettings {
   ShadowQuality shadow = ShadowQuality::pcss;
-  int light_samples = 16;     ///< cells of an area light: 1, 4, 9 or 16
+  int light_samples = 4;      ///< cells of an area light: 1, 4, 9 or 16
   int shadow_map_size = 256;  ///< texels per side
   MirrorMode mirror = MirrorMode::fresnel;
   float reflection_alpha = 0.3f;  ///< of MirrorMode::plain, 0..1

@@ -137,9 +137,18 @@ int run(int argc, char** argv) {
   const Picture truth = trace_picture(traced, camera, samples, options);
   const std::vector<int> region = regions(traced, camera);
 
+  // Where the hull is drawn though the figure is not there, neither shadow nor mirror image is
+  // judged.
+  RayCaster hull;
+  const RenderPlan placed = plan_frame(frame, {}, {});
+  hull.add_mesh(placed.subjects.at(0).points, mesh.hull.triangles);
+  hull.commit();
+  const auto hull_stands = [&](int x, int y) {
+    return hull.intersect({Vec3f(camera.centre()), 0.0f, Vec3f(camera.ray({x, y}))}).hit();
+  };
   const auto at = [&](int x, int y) { return region[static_cast<std::size_t>(y) * width + x]; };
   const auto shaded = [&](int x, int y) {
-    if (at(x, y) != 0) return false;
+    if (at(x, y) != 0 || hull_stands(x, y)) return false;
     int difference = 0;
     for (int c = 0; c < 3; ++c)
       difference += std::abs(truth.row(y)[4 * x + c] - background.row(y)[4 * x + c]);
@@ -152,7 +161,7 @@ int run(int argc, char** argv) {
   };
   print("whole picture", [](int, int) { return true; });
   print("subject", [&](int x, int y) { return at(x, y) == 1; });
-  print("mirror image", [&](int x, int y) { return at(x, y) == 2; });
+  print("mirror image", [&](int x, int y) { return at(x, y) == 2 && !hull_stands(x, y); });
   print("shadow", shaded);
   save_picture(side_by_side(composite, truth, background), output);
   std::printf("%s: composite and truth, their difference (times 4) and the background\n",
