@@ -111,11 +111,17 @@ void add_hull_vertices(const Mesh& mesh, const Vec3& eye, HullDrawing& drawing) 
         }
       }
     } else if (textured) {
-      ranked.clear();
-      for (std::size_t k = 0; k < views; ++k) {
-        const float top =
-            std::max({weights(corner[0], k), weights(corner[1], k), weights(corner[2], k)});
-        if (top > 0.0f && glm::dot(cross, centres[k] - a) > 0.0f) ranked.emplace_back(top, k);
+      // A sliver that leans away from every camera takes the colours of the surface around it,
+      // whose weights its vertices share.
+      for (const bool facing_only : {true, false}) {
+        ranked.clear();
+        for (std::size_t k = 0; k < views; ++k) {
+          const float top =
+              std::max({weights(corner[0], k), weights(corner[1], k), weights(corner[2], k)});
+          if (top > 0.0f && (!facing_only || glm::dot(cross, centres[k] - a) > 0.0f))
+            ranked.emplace_back(top, k);
+        }
+        if (!ranked.empty()) break;
       }
       const std::size_t kept = std::min(ranked.size(), most);
       std::partial_sort(ranked.begin(), ranked.begin() + static_cast<std::ptrdiff_t>(kept),
