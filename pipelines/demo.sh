@@ -22,7 +22,7 @@ done
 [[ $seconds =~ ^[0-9]+$ ]] && [ "$seconds" -gt 0 ] || fail "--seconds needs a whole number above 0"
 
 polyhull_install "${polyhull_packages_build[@]}" "${polyhull_packages_run[@]}"
-polyhull_compile "$polyhull_build"
+polyhull_programs
 polyhull_environment
 
 rate=25

@@ -52,7 +52,8 @@ polyhull_install() {
     apt-get install -y -q --no-install-recommends "${missing[@]}"
 }
 
-# polyhull_compile DIRECTORY [MESON OPTION...]: configures DIRECTORY once and builds what changed.
+# polyhull_compile DIRECTORY [MESON OPTION...]: configures DIRECTORY with these options and builds
+# everything that changed.
 polyhull_compile() {
   $polyhull_installed && return
   local directory=$1
@@ -60,11 +61,22 @@ polyhull_compile() {
   if [ ! -f "$directory/build.ninja" ]; then
     say "configuring $directory"
     meson setup "$directory" "$polyhull_source" "$@"
-  elif [ $# -gt 0 ]; then
-    meson configure "$directory" "$@"
+  else
+    meson configure "$directory" "$@" >/dev/null
   fi
   say "building $directory (nothing to do where nothing changed)"
   ninja -C "$directory"
+}
+
+# polyhull_programs: builds the plugin and the tools only.
+polyhull_programs() {
+  $polyhull_installed && return
+  if [ ! -f "$polyhull_build/build.ninja" ]; then
+    say "configuring $polyhull_build"
+    meson setup "$polyhull_build" "$polyhull_source" -Dtests=false
+  fi
+  say "building the plugin and the tools (nothing to do where nothing changed)"
+  ninja -C "$polyhull_build" programs
 }
 
 # polyhull_environment: the tools and elements of the build tree, for what is run after it.

@@ -40,7 +40,7 @@ case $codec in
 esac
 
 polyhull_install "${polyhull_packages_build[@]}" "${polyhull_packages_run[@]}"
-polyhull_compile "$polyhull_build"
+polyhull_programs
 polyhull_environment
 
 folder=${folder:-$polyhull_source/out/recording}

@@ -14,7 +14,7 @@ source "$(dirname "$0")/prepare.sh"
 folder=$(cd "$1" && pwd)
 
 polyhull_install "${polyhull_packages_build[@]}" "${polyhull_packages_run[@]}"
-polyhull_compile "$polyhull_build"
+polyhull_programs
 polyhull_environment
 out=$polyhull_source/out
 mkdir -p "$out/room-meshes"

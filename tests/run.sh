@@ -12,7 +12,7 @@ quick=false
 
 polyhull_install "${polyhull_packages_build[@]}" "${polyhull_packages_run[@]}" \
   "${polyhull_packages_test[@]}"
-polyhull_compile "$polyhull_build"
+polyhull_compile "$polyhull_build" -Dtests=true
 
 passed=0 failed=0 skipped=0
 # run_suite BUILD-DIRECTORY MESON-TEST-ARGUMENT...: adds meson's summary to the totals.
@@ -38,7 +38,7 @@ say "running the tests"
 run_suite "$polyhull_build"
 
 if ! $quick; then
-  polyhull_compile "$polyhull_build-sanitize" -Dsanitize=true -Dbuildtype=debugoptimized \
+  polyhull_compile "$polyhull_build-sanitize" -Dtests=true -Dsanitize=true -Dbuildtype=debugoptimized \
     -Db_lundef=false
   say "running the library and element tests under the sanitizers"
   run_suite "$polyhull_build-sanitize" --suite lib --suite elements --suite stress \
