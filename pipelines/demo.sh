@@ -62,12 +62,12 @@ rm -f "$out"/demo-*.png
 # shellcheck disable=SC2046,SC2086
 polyhull-run --brief --json "$out/demo.json" $(synthetic_cameras "$frames") $chain \
   meshes. ! queue max-size-buffers=2 ! composite.mesh_0 \
-  meshes. ! queue max-size-buffers=2 ! multifilesink location="$out/demo.mesh" \
+  meshes. ! queue max-size-buffers=2 ! multifilesink async=false location="$out/demo.mesh" \
   $room composite name=composite ! tee name=pictures \
   pictures. ! queue max-size-buffers=2 ! videoconvert ! x264enc speed-preset=veryfast ! h264parse ! \
-  mp4mux ! filesink location="$out/demo.mp4" \
+  mp4mux ! filesink async=false location="$out/demo.mp4" \
   pictures. ! queue max-size-buffers=2 ! videorate drop-only=true ! video/x-raw,framerate=2/5 ! \
-  videoconvert ! pngenc ! multifilesink location="$out/demo-%02d.png"
+  videoconvert ! pngenc ! multifilesink async=false location="$out/demo-%02d.png"
 
 say "drawing the contact sheet, writing the hull"
 sheet=()

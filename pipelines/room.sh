@@ -42,15 +42,15 @@ say "building a hull for every frame and setting it into the room"
 # shellcheck disable=SC2086
 polyhull-run --json "$out/room-figures.json" $cameras \
   hullbuild name=hull rig="$out/room.json" ! hulltexture ! tee name=meshes \
-  meshes. ! queue max-size-buffers=4 ! multifilesink location="$out/room-meshes/%03d.mesh" \
+  meshes. ! queue max-size-buffers=4 ! multifilesink async=false location="$out/room-meshes/%03d.mesh" \
   meshes. ! queue max-size-buffers=4 ! composite.mesh_0 \
   scenesrc path=orbit orbit-radius=3.2 orbit-height=1.5 orbit-speed=20 target-y=0.75 num-buffers=214 ! \
   video/x-raw,width=1280,height=720,framerate=25/1 ! queue max-size-buffers=4 ! composite.background \
   composite name=composite mesh_0::translate-x=-0.35 mesh_0::translate-z=-0.1 ! tee name=pictures \
   pictures. ! queue ! videoconvert ! x264enc speed-preset=veryfast ! h264parse ! mp4mux ! \
-  filesink location="$out/room.mp4" \
+  filesink async=false location="$out/room.mp4" \
   pictures. ! queue ! videorate drop-only=true ! video/x-raw,framerate=1/2 ! videoconvert ! pngenc ! \
-  multifilesink location="$out/room-%d.png"
+  multifilesink async=false location="$out/room-%d.png"
 
 say "how the hull fills the masks"
 polyhull-report coverage "$out"/room-meshes/{040,200,400}.mesh --json "$out/room-coverage.json"

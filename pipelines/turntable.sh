@@ -57,7 +57,7 @@ done
 # shellcheck disable=SC2086
 polyhull-run --quiet --brief $cameras hullbuild name=hull rig="$out/$name.json" ! hulltexture ! \
   tee name=meshes \
-  meshes. ! queue ! filesink location="$out/$name.mesh" \
+  meshes. ! queue ! filesink async=false location="$out/$name.mesh" \
   meshes. ! queue ! hullexport location="$out/$name.glb"
 polyhull-report coverage "$out/$name.mesh" --json "$out/$name-coverage.json"
 
@@ -69,9 +69,9 @@ polyhull-run filesrc location="$out/$name.mesh" blocksize=1073741824 ! applicati
   video/x-raw,width=1280,height=720,framerate=25/1 ! queue max-size-buffers=2 ! composite.background \
   composite name=composite $place ! tee name=pictures \
   pictures. ! queue ! videoconvert ! x264enc speed-preset=veryfast ! h264parse ! mp4mux ! \
-  filesink location="$out/$name.mp4" \
+  filesink async=false location="$out/$name.mp4" \
   pictures. ! queue ! videorate drop-only=true ! video/x-raw,framerate=1/2 ! videoconvert ! pngenc ! \
-  multifilesink location="$out/$name-%d.png"
+  multifilesink async=false location="$out/$name-%d.png"
 polyhull-report sheet "$out/$name.mesh" -o "$out/$name.png" \
   --composite "$out/$name-0.png" --composite "$out/$name-1.png" \
   --composite "$out/$name-2.png" --composite "$out/$name-3.png"
