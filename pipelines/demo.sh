@@ -60,7 +60,7 @@ fi
 say "running the chain: $frames frames of four 1024x768 cameras to 1280x720"
 rm -f "$out"/demo-*.png
 # shellcheck disable=SC2046,SC2086
-polyhull-run --brief --json "$out/demo.json" $(synthetic_cameras "$frames") $chain \
+polyhull-run --brief --count composite --json "$out/demo.json" $(synthetic_cameras "$frames") $chain \
   meshes. ! queue max-size-buffers=2 ! composite.mesh_0 \
   meshes. ! queue max-size-buffers=2 ! multifilesink async=false location="$out/demo.mesh" \
   $room composite name=composite ! tee name=pictures \
@@ -86,8 +86,8 @@ for camera in "${cameras[@]}"; do
 done
 # The room stands still, so that its picture costs nothing after the first: what counts is the chain.
 # shellcheck disable=SC2086
-polyhull-run --json "$out/demo-recorded.json" $recorded $chain meshes. ! composite.mesh_0 \
-  scenesrc name=room refinement=none num-buffers=50 ! video/x-raw,width=1280,height=720,framerate=25/1 ! \
+polyhull-run --count composite --json "$out/demo-recorded.json" $recorded $chain meshes. ! composite.mesh_0 \
+  scenesrc name=room refinement=never num-buffers=50 ! video/x-raw,width=1280,height=720,framerate=25/1 ! \
   queue max-size-buffers=2 ! composite.background composite name=composite ! fakesink
 rm -rf "$out/recording" "$out/recording.log" "$out"/demo-[0-9][0-9].png
 

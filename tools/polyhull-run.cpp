@@ -30,8 +30,9 @@ double process_cpu_seconds() {
 struct Run {
   GstElement* pipeline = nullptr;
   bool failed = false;
-  bool quiet = false;  // no progress line
-  bool brief = false;  // no tables at the end
+  bool quiet = false;    // no progress line
+  bool brief = false;    // no tables at the end
+  std::string count_at;  // the element whose buffers are the frames; empty: the sinks
   std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now();
 };
 
@@ -147,9 +148,10 @@ void report(const Run& run, double wall, double cpu, const std::string& json_pat
     if (entry == times.end()) continue;
     const auto& time = entry->second;
     const std::uint64_t buffers = std::max(time.buffers_in, time.buffers_out);
-    if (GST_OBJECT_FLAG_IS_SET(element, GST_ELEMENT_FLAG_SINK)) {
-      frames = std::max(frames, time.buffers_in);
-    }
+    const bool counted = run.count_at.empty()
+                             ? GST_OBJECT_FLAG_IS_SET(element, GST_ELEMENT_FLAG_SINK)
+                             : run.count_at == GST_OBJECT_NAME(element);
+    if (counted) frames = std::max(frames, std::max(time.buffers_out, time.buffers_in));
     const double milliseconds =
         buffers ? 1e3 * time.cpu_seconds / static_cast<double>(buffers) : 0.0;
     json["elements"][GST_OBJECT_NAME(element)] = {
@@ -194,6 +196,8 @@ int main(int argc, char** argv) {
   app.add_option("pipeline", words, "The pipeline in gst-launch-1.0's syntax")->required();
   app.add_option("--json", json_path, "Also write the figures to this file");
   app.add_flag("--quiet", run.quiet, "No progress line");
+  app.add_option("--count", run.count_at,
+                 "Name of the element whose buffers count as frames (default: the busiest sink)");
   app.add_flag("--brief", run.brief, "Only the last line of the figures");
   CLI11_PARSE(app, argc, argv);
 

@@ -88,7 +88,8 @@ cv::Mat wire_picture(const Mesh& mesh, const HullCaster& caster, const Camera& c
       const RayHit& hit = hits.at(x, y);
       if (!hit.hit()) continue;
       const Vec3 to_eye = glm::normalize(eye - caster.position(hit));
-      const double shade = 45.0 + 75.0 * std::abs(glm::dot(to_eye, glm::normalize(Vec3(hit.normal))));
+      const double shade =
+          45.0 + 75.0 * std::abs(glm::dot(to_eye, glm::normalize(Vec3(hit.normal))));
       frame.at<cv::Vec3b>(y, x) = cv::Vec3b::all(static_cast<std::uint8_t>(shade));
     }
   }
@@ -198,6 +199,36 @@ Camera beside(const Camera& camera, const Vec3& centre, const Vec3& up, double d
   return turned;
 }
 
+// The part of a frame to show: \p subject and some room around it, in the tile's shape.
+cv::Rect cropped(cv::Rect subject, const cv::Size& tile, const cv::Size& frame) {
+  if (subject.empty()) return {0, 0, frame.width, frame.height};
+  const double aspect = static_cast<double>(tile.width) / tile.height;
+  double height = 1.15 * std::max<double>(subject.height, subject.width / aspect);
+  height = std::min({height, static_cast<double>(frame.height), frame.width / aspect});
+  const int h = std::max(2, static_cast<int>(height));
+  const int w = std::max(2, static_cast<int>(height * aspect));
+  const int x = std::clamp(subject.x + (subject.width - w) / 2, 0, std::max(0, frame.width - w));
+  const int y = std::clamp(subject.y + (subject.height - h) / 2, 0, std::max(0, frame.height - h));
+  return cv::Rect(x, y, w, h) & cv::Rect(0, 0, frame.width, frame.height);
+}
+
+cv::Rect around(const Rings& rings) {
+  std::vector<cv::Point> points;
+  for (const Vec2f& p : rings.points) points.emplace_back(cvRound(p.x), cvRound(p.y));
+  return points.empty() ? cv::Rect() : cv::boundingRect(points);
+}
+
+cv::Rect around(const HullCaster& caster, const Camera& camera) {
+  const HitPicture hits = caster.cast(camera);
+  std::vector<cv::Point> points;
+  for (int y = 0; y < hits.height; ++y) {
+    for (int x = 0; x < hits.width; ++x) {
+      if (hits.at(x, y).hit()) points.emplace_back(x, y);
+    }
+  }
+  return points.empty() ? cv::Rect() : cv::boundingRect(points);
+}
+
 void place(cv::Mat& sheet, const cv::Mat& tile, const cv::Rect& where, const std::string& label) {
   cv::Mat scaled;
   cv::resize(tile, scaled, where.size(), 0, 0, cv::INTER_AREA);
@@ -253,17 +284,22 @@ Picture draw_sheet(const Mesh& mesh, const SheetSettings& settings) {
         mesh.views[static_cast<std::size_t>(column) * mesh.views.size() / columns];
     const Camera novel = beside(view.calibration, centre, mesh.up, beside_degrees);
     const std::string& name = view.calibration.name;
-    auto at = [&](int row) {
-      return cv::Rect(column * (tile_width + gap), row * (tile_height + gap), tile_width,
-                      tile_height);
+    const cv::Size tile(tile_width, tile_height);
+    const cv::Size frame(view.view.width, view.view.height);
+    const cv::Rect seen = cropped(around(view.view.contours), tile, frame);
+    const cv::Rect turned = cropped(around(caster, novel), tile, frame);
+    auto put = [&](int row, const cv::Mat& picture, const cv::Rect& part,
+                   const std::string& label) {
+      const cv::Rect where(column * (tile_width + gap), row * (tile_height + gap), tile_width,
+                           tile_height);
+      place(sheet, picture(part), where, label);
     };
-    place(sheet, camera_picture(view.view), at(0), name + ": picture sent");
-    place(sheet, matte_picture(view.view), at(1), name + ": matte");
-    place(sheet, contour_picture(view.view), at(2),
-          name + ": " + std::to_string(view.view.contours.points.size()) + " contour vertices");
-    place(sheet, wire_picture(mesh, caster, novel), at(3), "hull, 25 degrees beside " + name);
-    place(sheet, textured_picture(mesh, caster, novel), at(4),
-          "textured, 25 degrees beside " + name);
+    put(0, camera_picture(view.view), seen, name + ": picture sent");
+    put(1, matte_picture(view.view), seen, name + ": matte");
+    put(2, contour_picture(view.view), seen,
+        name + ": " + std::to_string(view.view.contours.points.size()) + " contour vertices");
+    put(3, wire_picture(mesh, caster, novel), turned, "hull, 25 degrees beside " + name);
+    put(4, textured_picture(mesh, caster, novel), turned, "textured, 25 degrees beside " + name);
   }
   for (std::size_t i = 0; i < settings.composites.size(); ++i) {
     place(sheet, as_mat(settings.composites[i]), composite_places[i], "composite");
