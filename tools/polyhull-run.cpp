@@ -139,6 +139,7 @@ void report(const Run& run, double wall, double cpu, const std::string& json_pat
   const auto times = polyhull::profile();
   nlohmann::json json = {{"wall_seconds", wall}, {"cpu_seconds", cpu}};
   std::uint64_t frames = 0;
+  double span = 0.0;  // seconds from the first frame to the last
   if (!run.brief) {
     std::printf("\n%-22s %-14s %8s %14s\n", "element", "kind", "buffers", "CPU ms/buffer");
   }
@@ -151,7 +152,11 @@ void report(const Run& run, double wall, double cpu, const std::string& json_pat
     const bool counted = run.count_at.empty()
                              ? GST_OBJECT_FLAG_IS_SET(element, GST_ELEMENT_FLAG_SINK)
                              : run.count_at == GST_OBJECT_NAME(element);
-    if (counted) frames = std::max(frames, std::max(time.buffers_out, time.buffers_in));
+    const std::uint64_t handed_on = time.buffers_out ? time.buffers_out : time.buffers_in;
+    if (counted && handed_on > frames) {
+      frames = handed_on;
+      span = time.last - time.first;
+    }
     const double milliseconds =
         buffers ? 1e3 * time.cpu_seconds / static_cast<double>(buffers) : 0.0;
     json["elements"][GST_OBJECT_NAME(element)] = {
@@ -174,9 +179,11 @@ void report(const Run& run, double wall, double cpu, const std::string& json_pat
     if (!run.brief) std::printf("\n");
   }
   json["frames"] = frames;
-  std::printf("\n%llu frames in %.2f s: %.1f frames per second; processor time %.2f s\n",
-              static_cast<unsigned long long>(frames), wall, static_cast<double>(frames) / wall,
-              cpu);
+  const double rate = span > 0.0 ? static_cast<double>(frames - 1) / span : 0.0;
+  json["frames_per_second"] = rate;
+  std::printf(
+      "\n%llu frames in %.2f s, %.1f frames per second after the first; processor time %.2f s\n",
+      static_cast<unsigned long long>(frames), wall, rate, cpu);
   if (json_path.empty()) return;
   if (FILE* file = std::fopen(json_path.c_str(), "w")) {
     std::fputs(json.dump(2).c_str(), file);

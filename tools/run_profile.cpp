@@ -5,6 +5,7 @@
 #include <gst/gsttracer.h>
 #include <time.h>
 
+#include <algorithm>
 #include <memory>
 #include <mutex>
 #include <vector>
@@ -23,10 +24,19 @@ G_DEFINE_TYPE(HookTracer, hook_tracer, GST_TYPE_TRACER)
 void hook_tracer_class_init(HookTracerClass*) {}
 void hook_tracer_init(HookTracer*) {}
 
-double thread_seconds() {
+double seconds_of(clockid_t clock) {
   timespec now;
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  clock_gettime(clock, &now);
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+double thread_seconds() {
+  return seconds_of(CLOCK_THREAD_CPUTIME_ID);
+}
+
+void note_time(ElementTime& element) {
+  element.last = seconds_of(CLOCK_MONOTONIC);
+  if (element.first == 0.0) element.first = element.last;
 }
 
 using Times = std::map<std::string, ElementTime>;
@@ -73,8 +83,14 @@ void push_begins(GstPad* pad, std::uint64_t buffers) {
   ThreadTimes& thread = this_thread();
   std::lock_guard lock(thread.mutex);
   spend(thread, from.empty() && !thread.inside.empty() ? thread.inside.back() : from);
-  if (!from.empty()) thread.times[from].buffers_out += buffers;
-  if (!to.empty()) thread.times[to].buffers_in += buffers;
+  if (!from.empty()) {
+    thread.times[from].buffers_out += buffers;
+    note_time(thread.times[from]);
+  }
+  if (!to.empty()) {
+    thread.times[to].buffers_in += buffers;
+    if (thread.times[to].buffers_out == 0) note_time(thread.times[to]);
+  }
   thread.inside.push_back(to);
 }
 
@@ -117,6 +133,10 @@ std::map<std::string, ElementTime> profile() {
       entry.buffers_in += time.buffers_in;
       entry.buffers_out += time.buffers_out;
       entry.cpu_seconds += time.cpu_seconds;
+      entry.last = std::max(entry.last, time.last);
+      if (entry.first == 0.0 || (time.first > 0.0 && time.first < entry.first)) {
+        entry.first = time.first;
+      }
     }
   }
   return sum;
