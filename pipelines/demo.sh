@@ -37,7 +37,7 @@ silhouette_of() {
     contourfind name=contours_$1 camera=$1 tolerance=0.7 min-area=100 ! hull."
 }
 chain="hullbuild name=hull ! hulltexture name=texture ! queue max-size-buffers=2 ! tee name=meshes"
-room="scenesrc name=room orbit-radius=4.2 orbit-height=1.7 orbit-speed=18 num-buffers=$frames !
+room="scenesrc name=room path=orbit orbit-speed=36 num-buffers=$frames !
   video/x-raw,width=1280,height=720,framerate=$rate/1 ! queue max-size-buffers=2 !
   composite.background"
 

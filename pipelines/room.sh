@@ -44,7 +44,7 @@ polyhull-run --json "$out/room-figures.json" $cameras \
   hullbuild name=hull rig="$out/room.json" ! hulltexture ! tee name=meshes \
   meshes. ! queue max-size-buffers=4 ! multifilesink async=false location="$out/room-meshes/%03d.mesh" \
   meshes. ! queue max-size-buffers=4 ! composite.mesh_0 \
-  scenesrc path=orbit orbit-radius=3.2 orbit-height=1.5 orbit-speed=20 target-y=0.75 num-buffers=214 ! \
+  scenesrc path=orbit orbit-speed=20 target-y=0.75 num-buffers=214 ! \
   video/x-raw,width=1280,height=720,framerate=25/1 ! queue max-size-buffers=4 ! composite.background \
   composite name=composite mesh_0::translate-x=-0.35 mesh_0::translate-z=-0.1 ! tee name=pictures \
   pictures. ! queue ! videoconvert ! x264enc speed-preset=veryfast ! h264parse ! mp4mux ! \

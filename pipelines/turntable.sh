@@ -26,11 +26,11 @@ if [ -f "$folder/dino_Ps_metric.txt" ]; then
   name=oxford_dino
   pictures=("$folder"/images/viff.*.png)
   polyhull-rig import pmatrices "$folder/dino_Ps_metric.txt" --size 720x576 --names viff.%03d \
-    --bounds -0.07 -0.12 0.38 0.07 0.055 0.6 --up 0 0 1 --unit 7 -o "$out/$name.json"
-  # Blue cloth; a dark border at the picture's right edge, first and last rows.
-  key="key=blue roi-x=4 roi-y=6 roi-width=690 roi-height=562"
+    --bounds -0.07 -0.12 0.38 0.07 0.055 0.6 --up 0 0 -1 --unit 7 -o "$out/$name.json"
+  # Dull blue cloth, so both colours are given; a dark border at the right edge, first and last rows.
+  key="key=blue screen-colour=0x425270 foreground-colour=0x6e6862 clip-black=0.25 clip-white=0.9 roi-x=4 roi-y=6 roi-width=690 roi-height=562"
   contours="sigma=0.6 ! contourfind tolerance=0.25 min-area=400"
-  place="mesh_0::translate-y=-2.68"
+  place="mesh_0::translate-y=4.05"
 elif [ -f "$folder/dinoSR_par.txt" ]; then
   name=middlebury_dino
   pictures=("$folder"/dinoSR0*.png)
@@ -40,7 +40,7 @@ elif [ -f "$folder/dinoSR_par.txt" ]; then
   # Black velvet: whatever differs from black, the dimly lit support below difference-low.
   key="method=difference key=colour key-colour=0x000000 difference-low=30 difference-high=60 close=5"
   contours="sigma=1 ! contourfind tolerance=0.25 min-area=3000"
-  place="mesh_0::translate-y=0.29"
+  place="mesh_0::translate-x=0.375 mesh_0::translate-y=0.283 mesh_0::translate-z=0.32"
 else
   fail "'$folder' holds neither dino_Ps_metric.txt (Oxford) nor dinoSR_par.txt (Middlebury)"
 fi
@@ -65,7 +65,7 @@ say "flying around it"
 # shellcheck disable=SC2086
 polyhull-run filesrc location="$out/$name.mesh" blocksize=1073741824 ! application/x-polyhull-mesh ! \
   composite.mesh_0 \
-  scenesrc path=orbit orbit-radius=3 orbit-height=1.5 orbit-speed=45 target-y=0.65 num-buffers=200 ! \
+  scenesrc path=orbit orbit-speed=45 target-y=0.75 num-buffers=200 ! \
   video/x-raw,width=1280,height=720,framerate=25/1 ! queue max-size-buffers=2 ! composite.background \
   composite name=composite $place ! tee name=pictures \
   pictures. ! queue ! videoconvert ! x264enc speed-preset=veryfast ! h264parse ! mp4mux ! \

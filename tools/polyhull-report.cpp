@@ -33,6 +33,19 @@ MeshFile read_mesh_file(const std::string& path) {
   return result;
 }
 
+// In the rig's world coordinates and unit.
+void print_extent(const Hull& hull) {
+  if (hull.empty()) return;
+  Vec3f low = hull.vertices.front(), high = low;
+  for (const Vec3f& vertex : hull.vertices) {
+    low = glm::min(low, vertex);
+    high = glm::max(high, vertex);
+  }
+  const Vec3 from = hull.origin + Vec3(low), to = hull.origin + Vec3(high);
+  std::printf("from (%.4g, %.4g, %.4g) to (%.4g, %.4g, %.4g)\n", from.x, from.y, from.z, to.x, to.y,
+              to.z);
+}
+
 void print_coverage(const std::vector<report::Coverage>& rows) {
   std::printf("%-20s %10s %10s %10s\n", "view", "mask px", "covered", "outside");
   double least = 1.0, most = 0.0;
@@ -53,6 +66,7 @@ int coverage(const std::vector<std::string>& paths, report::Mask mask,
     const auto rows = report::measure_coverage(file.mesh, mask);
     std::printf("%s: %zu vertices, %zu triangles\n", path.c_str(), file.mesh.hull.vertices.size(),
                 file.mesh.hull.triangles.size() / 3);
+    print_extent(file.mesh.hull);
     print_coverage(rows);
     for (const report::Coverage& row : rows) {
       json.push_back({{"file", path},
