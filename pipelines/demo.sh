@@ -6,7 +6,8 @@
 #   pipelines/demo.sh [--live] [--seconds N]
 #     --live       show it in a window (needs a display) instead of writing files
 #     --seconds N  length of the stream, default 10
-# Writes out/demo.mp4, out/demo.png (contact sheet), out/hull.glb, out/demo.json (figures).
+# Writes out/demo.mp4, out/demo.png (contact sheet), out/hull.glb, out/demo-truth-*.png (composite beside
+# the path-traced truth), out/demo.json and out/demo-recorded.json (figures).
 set -euo pipefail
 source "$(dirname "$0")/prepare.sh"
 
@@ -77,6 +78,17 @@ gst-launch-1.0 -q filesrc location="$out/demo.mesh" blocksize=1073741824 ! \
   application/x-polyhull-mesh ! hullexport location="$out/hull.glb"
 polyhull-report coverage "$out/demo.mesh"
 
+say "holding two composites against the path-traced truth (same room, true figure)"
+for index in 0 2; do
+  picture=$(printf '%s/demo-%02d.png' "$out" "$index")
+  [ -f "$picture" ] || continue
+  # Picture N is 2.5 N seconds into the stream; the viewport is where scenesrc's orbit has it then.
+  read -r time x z <<<"$(awk -v n="$index" 'BEGIN {
+    t = 2.5 * n; a = 36 * t * atan2(0, -1) / 180; printf "%g %.9f %.9f", t, 2.7 * sin(a), 2.7 * cos(a) }')"
+  echo "at $time s:"
+  polyhull-truth "$picture" --seconds "$time" --eye "$x" 1.5 "$z" -o "$out/demo-truth-$index.png"
+done
+
 say "measuring the whole chain from recorded files"
 "$(dirname "$0")/record.sh" --seconds 2 "$out/recording" >"$out/recording.log" 2>&1 ||
   { cat "$out/recording.log" >&2; fail "the recording failed"; }
@@ -92,4 +104,4 @@ polyhull-run --count composite --json "$out/demo-recorded.json" $recorded $chain
 rm -rf "$out/recording" "$out/recording.log" "$out"/demo-[0-9][0-9].png
 
 say "made:"
-ls -l "$out"/demo.{mp4,png,json} "$out/hull.glb" "$out/demo-recorded.json"
+ls -l "$out"/demo.{mp4,png,json} "$out"/demo-truth-*.png "$out/hull.glb" "$out/demo-recorded.json"
