@@ -184,9 +184,10 @@ void install_all_properties(GObjectClass* klass) {
       klass, stats_id,
       statistics_property(
           "Counters since the start: sets (meshes sent), sets-incomplete, sets-dropped-…, views-…, "
-          "empty-meshes, hulls-reused, predicates and exact-predicates; and of the last set "
-          "cameras "
-          "(with foreground), faces, vertices, triangles and the milliseconds each phase took."));
+          "empty-meshes, lone-silhouettes (one camera sees a foreground), full-silhouettes "
+          "(foreground fills the frame), hulls-reused, predicates and exact-predicates; and of "
+          "the last set cameras (with foreground), faces, vertices, triangles and the milliseconds "
+          "each phase took."));
 }
 
 void polyhull_hull_build_class_init(PolyhullHullBuildClass* klass) {

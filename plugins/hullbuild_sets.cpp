@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <chrono>
+#include <string>
 
 #include "base/error.h"
 #include "hullbuild_private.h"
@@ -8,9 +9,8 @@
 namespace polyhull::element {
 namespace {
 
-void post_dropped(PolyhullHullBuild* self, const ViewDecision& set, const char* counter) {
+void post_dropped(PolyhullHullBuild* self, const ViewDecision& set) {
   HullBuildState& priv = *self->priv;
-  priv.statistics.count(counter);
   const GstClockTime time =
       set.time == no_time ? GST_CLOCK_TIME_NONE : static_cast<GstClockTime>(set.time);
   const bool live = GST_CLOCK_TIME_IS_VALID(gst_aggregator_get_latency(GST_AGGREGATOR(self)));
@@ -115,7 +115,8 @@ Step build_set(PolyhullHullBuild* self, const Pads& pads, const ViewDecision& se
   const bool complete = set.heads.size() == pads.size();
   if (!complete && settings.missing_camera == MissingCamera::drop_set) {
     take_views(pads, set, settings);
-    post_dropped(self, set, "sets-dropped-incomplete");
+    priv.statistics.count("sets-dropped-incomplete");
+    post_dropped(self, set);
     // Once a camera has ended no set can be complete any more.
     for (GstAggregatorPad* pad : pads)
       if (gst_aggregator_pad_is_eos(pad)) return {Outcome::ended};
@@ -124,7 +125,12 @@ Step build_set(PolyhullHullBuild* self, const Pads& pads, const ViewDecision& se
   std::vector<SetView> views = views_of(self, pads, set, settings);
   if (views.size() < settings.min_cameras) {
     take_views(pads, set, settings);
-    post_dropped(self, set, "sets-dropped-few-cameras");
+    priv.statistics.warn(GST_ELEMENT_CAST(self), "sets-dropped-few-cameras",
+                         "A set was dropped: of the " + std::to_string(settings.min_cameras) +
+                             " views that min-cameras asks for it has " +
+                             std::to_string(views.size()) +
+                             ". Connect more cameras, or look for what keeps their views away.");
+    post_dropped(self, set);
     return {Outcome::dropped};
   }
   if (!complete) priv.statistics.count("sets-incomplete");

@@ -7,6 +7,7 @@
 #include "base/error.h"
 #include "base/thread_pool.h"
 #include "hull/weld.h"
+#include "silhouette/trace.h"
 
 namespace polyhull::element {
 namespace {
@@ -24,6 +25,13 @@ class Stopwatch {
   std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
 
+/// Whether all but half a per cent of the frame is foreground (a blur may round the corners).
+bool fills_frame(const View& view) {
+  double area = 0.0;
+  for (std::size_t i = 0; i < view.contours.size(); ++i) area += ring_area(view.contours.ring(i));
+  return area > 0.995 * view.width * view.height;
+}
+
 std::string names_of(const Rig& rig) {
   std::string names;
   for (const Camera& camera : rig.cameras) names += (names.empty() ? "" : ", ") + camera.name;
@@ -36,7 +44,7 @@ HullStage::HullStage(Statistics& statistics)
     : statistics_(statistics), builder_(std::make_unique<HullBuilder>()) {
   statistics_.declare({"sets", "cameras", "faces", "vertices", "triangles", "contour-vertices",
                        "predicates", "exact-predicates", "hulls-reused", "empty-meshes",
-                       "lone-silhouettes"});
+                       "lone-silhouettes", "full-silhouettes"});
   for (const char* figure : {"undistort-ms", "prepare-ms", "bins-ms", "viewing-edges-ms",
                              "cone-edges-ms", "assemble-ms", "triangulate-ms", "pack-ms"})
     statistics_.set(figure, 0.0);
@@ -90,6 +98,12 @@ void HullStage::build_hull(GstElement* element, const HullParameters& parameters
     contours.push_back(&undistorted(view.calibration, view.view.contours));
     silhouettes.push_back({&view.calibration, &contours.back()->rings});
     if (!view.view.contours.empty()) with_foreground.push_back(&view.view.camera);
+    if (fills_frame(view.view))
+      statistics_.warn(element, "full-silhouettes",
+                       "All that camera \"" + view.view.camera +
+                           "\" sees is foreground: its silhouette is the whole frame and says "
+                           "nothing about the subject. Check its keying, and that it does not "
+                           "stand inside the subject.");
   }
   statistics_.set("undistort-ms", watch.milliseconds());
   statistics_.set_count("cameras", with_foreground.size());

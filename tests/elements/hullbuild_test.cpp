@@ -260,6 +260,7 @@ GST_START_TEST(test_missing_views) {
     bench.pull();
     fail_unless_equals_uint64(bench.pull()->trigger, 2);
     fail_unless_equals_uint64(bench.count("sets-dropped-few-cameras"), 1);
+    fail_unless_equals_int(bench.messages(GST_MESSAGE_WARNING), 1);
   }
 }
 GST_END_TEST
@@ -419,10 +420,13 @@ GST_START_TEST(test_empty_full_and_lone_silhouettes) {
   fail_unless(is_closed(mesh->hull) && !mesh->hull.empty());
   const double volume = enclosed_volume(mesh->hull);
   fail_unless(volume > 1.0 && volume < 2.4 * 2.4 * 2.3, "volume %g", volume);
+  fail_unless_equals_uint64(bench.count("full-silhouettes"), 4);
   // A camera inside the subject sees only foreground.
   for (int i = 0; i < 4; ++i)
     push_contours(i, 4, i == 0 ? full : box_contours(bench.rig.cameras[i], {}));
   fail_unless(is_closed(bench.pull()->hull));
+  fail_unless_equals_uint64(bench.count("full-silhouettes"), 5);
+  fail_unless(bench.messages(GST_MESSAGE_WARNING) >= 1);
 }
 GST_END_TEST
 
