@@ -62,8 +62,11 @@ std::span<const Property<CompositeSettings>> composite_properties() {
       property<&S::target_z>("target-z", "Target z",
                              "Point that the viewport looks at, z, in metres (-1e6 to 1e6).", -far,
                              far),
-      property<&S::field_of_view>("field-of-view", "Field of view",
-                                  "Horizontal angle of view in degrees (1 to 170).", 1, 170),
+      property<&S::field_of_view>(
+          "field-of-view", "Field of view",
+          "Angle from the lower to the upper edge of the picture, in degrees (1 to "
+          "170).",
+          1, 170),
       property<&S::exposure>(
           "exposure", "Exposure",
           "Picture value (1 is white) per unit of the scene's radiance (0 to 1e6), where the "
@@ -133,7 +136,7 @@ Camera viewport_camera(const CompositeSettings& s, int width, int height) {
   camera.height = height;
   camera.R = glm::transpose(Mat3(right, glm::cross(forward, right), forward));
   camera.t = -(camera.R * eye);
-  const double focal = 0.5 * width / std::tan(0.5 * s.field_of_view * std::numbers::pi / 180.0);
+  const double focal = 0.5 * height / std::tan(0.5 * s.field_of_view * std::numbers::pi / 180.0);
   camera.K =
       from_rows({focal, 0.0, 0.5 * (width - 1), 0.0, focal, 0.5 * (height - 1), 0.0, 0.0, 1.0});
   return camera;
