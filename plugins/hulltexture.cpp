@@ -25,6 +25,7 @@
 #include "common/payload_buffer.h"
 #include "common/property_table.h"
 #include "common/statistics.h"
+#include "common/transform.h"
 #include "texture/texture_hull.h"
 
 GST_DEBUG_CATEGORY_STATIC(hulltexture_debug);
@@ -207,9 +208,7 @@ GstFlowReturn generate_output(GstBaseTransform* transform, GstBuffer** out) {
   if (!in) return GST_FLOW_OK;
   const GstFlowReturn result =
       guarded(GST_ELEMENT_CAST(transform), GST_FLOW_ERROR, [&]() -> GstFlowReturn {
-        const GstClockTime time =
-            gst_segment_to_stream_time(&transform->segment, GST_FORMAT_TIME, GST_BUFFER_PTS(in));
-        if (GST_CLOCK_TIME_IS_VALID(time)) gst_object_sync_values(GST_OBJECT(transform), time);
+        sync_controlled_properties(transform, in);
         // A gap in the stream has nothing to texture.
         if (GST_BUFFER_FLAG_IS_SET(in, GST_BUFFER_FLAG_GAP) && gst_buffer_get_size(in) == 0) {
           *out = gst_buffer_ref(in);

@@ -19,8 +19,10 @@ inline void add_template(GstElementClass* klass, const char* name, GstPadDirecti
 /// Sets the properties that a GstController drives to their values at \p buffer; for
 /// GstBaseTransformClass::before_transform.
 inline void sync_controlled_properties(GstBaseTransform* base, GstBuffer* buffer) {
-  const GstClockTime time = gst_segment_to_stream_time(&base->segment, base->segment.format,
-                                                       GST_BUFFER_TIMESTAMP(buffer));
+  // A file's bytes have no time.
+  if (base->segment.format != GST_FORMAT_TIME) return;
+  const GstClockTime time =
+      gst_segment_to_stream_time(&base->segment, GST_FORMAT_TIME, GST_BUFFER_TIMESTAMP(buffer));
   if (GST_CLOCK_TIME_IS_VALID(time)) gst_object_sync_values(GST_OBJECT_CAST(base), time);
 }
 
