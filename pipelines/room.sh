@@ -34,8 +34,8 @@ for number in 1 2 3 4; do
   cameras+=" filesrc location=$folder/$camera/video.avi ! avidemux ! avdec_mpeg4 ! videorate !
     video/x-raw,framerate=50/1 ! queue max-size-buffers=4 !
     chromamatte method=difference clean-plate=$out/room-plate$number.png
-      difference-low=15 difference-high=45 close=3 rig=$out/room.json camera=$camera !
-    gaussblur sigma=2 ! contourfind camera=$camera tolerance=0.7 min-area=600 ! hull."
+      shadow-darkest=0.5 difference-low=10 difference-high=28 close=4 choke=0.5 rig=$out/room.json camera=$camera !
+    gaussblur sigma=2 ! contourfind camera=$camera tolerance=0.7 keep-largest=1 min-hole-area=100 ! hull."
 done
 
 say "building a hull for every frame and setting it into the room"
