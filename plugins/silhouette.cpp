@@ -294,7 +294,8 @@ void polyhull_silhouette_class_init(PolyhullSilhouetteClass* klass) {
   stats_id = install_properties(object_class, contour_table(), first_contour);
   g_object_class_install_property(
       object_class, stats_id,
-      statistics_property("What the stats of chromamatte and contourfind hold."));
+      statistics_property("Counters since the element started, and figures of the last frame: all "
+                          "that the stats of chromamatte and contourfind hold."));
 
   auto* element_class = GST_ELEMENT_CLASS(klass);
   gst_element_class_set_static_metadata(
