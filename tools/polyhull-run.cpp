@@ -155,7 +155,7 @@ void report(const Run& run, double wall, double cpu, const std::string& json_pat
     const std::uint64_t handed_on = time.buffers_out ? time.buffers_out : time.buffers_in;
     if (counted && handed_on > frames) {
       frames = handed_on;
-      span = time.last - time.first;
+      span = time.buffers_out ? time.last_out - time.first_out : time.last_in - time.first_in;
     }
     const double milliseconds =
         buffers ? 1e3 * time.cpu_seconds / static_cast<double>(buffers) : 0.0;

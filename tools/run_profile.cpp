@@ -34,9 +34,15 @@ double thread_seconds() {
   return seconds_of(CLOCK_THREAD_CPUTIME_ID);
 }
 
-void note_time(ElementTime& element) {
-  element.last = seconds_of(CLOCK_MONOTONIC);
-  if (element.first == 0.0) element.first = element.last;
+void note_now(double& first, double& last) {
+  last = seconds_of(CLOCK_MONOTONIC);
+  if (first == 0.0) first = last;
+}
+
+void widen(double& first, double& last, double other_first, double other_last) {
+  if (other_first == 0.0) return;
+  first = first == 0.0 ? other_first : std::min(first, other_first);
+  last = std::max(last, other_last);
 }
 
 using Times = std::map<std::string, ElementTime>;
@@ -85,11 +91,11 @@ void push_begins(GstPad* pad, std::uint64_t buffers) {
   spend(thread, from.empty() && !thread.inside.empty() ? thread.inside.back() : from);
   if (!from.empty()) {
     thread.times[from].buffers_out += buffers;
-    note_time(thread.times[from]);
+    note_now(thread.times[from].first_out, thread.times[from].last_out);
   }
   if (!to.empty()) {
     thread.times[to].buffers_in += buffers;
-    if (thread.times[to].buffers_out == 0) note_time(thread.times[to]);
+    note_now(thread.times[to].first_in, thread.times[to].last_in);
   }
   thread.inside.push_back(to);
 }
@@ -133,10 +139,8 @@ std::map<std::string, ElementTime> profile() {
       entry.buffers_in += time.buffers_in;
       entry.buffers_out += time.buffers_out;
       entry.cpu_seconds += time.cpu_seconds;
-      entry.last = std::max(entry.last, time.last);
-      if (entry.first == 0.0 || (time.first > 0.0 && time.first < entry.first)) {
-        entry.first = time.first;
-      }
+      widen(entry.first_in, entry.last_in, time.first_in, time.last_in);
+      widen(entry.first_out, entry.last_out, time.first_out, time.last_out);
     }
   }
   return sum;

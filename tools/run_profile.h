@@ -17,9 +17,10 @@ namespace polyhull {
 struct ElementTime {
   std::uint64_t buffers_in = 0;  ///< handed to the element
   std::uint64_t buffers_out = 0;
-  double first =
-      0.0;  ///< when the first and the last buffer were handed on (out; sinks: in), seconds
-  double last = 0.0;         ///< of the monotonic clock
+  double first_in = 0.0;  ///< when the first and the last buffer came and left,
+  double last_in = 0.0;   ///< seconds of the monotonic clock
+  double first_out = 0.0;
+  double last_out = 0.0;
   double cpu_seconds = 0.0;  ///< of the streaming threads, without what lies downstream
 };
 
