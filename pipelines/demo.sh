@@ -38,7 +38,7 @@ silhouette_of() {
     contourfind name=contours_$1 camera=$1 tolerance=0.7 min-area=100 ! hull."
 }
 chain="hullbuild name=hull ! hulltexture name=texture ! queue max-size-buffers=2 ! tee name=meshes"
-room="scenesrc name=room path=orbit orbit-speed=36 num-buffers=$frames !
+room="scenesrc name=room path=orbit orbit-start=30 orbit-speed=36 num-buffers=$frames !
   video/x-raw,width=1280,height=720,framerate=$rate/1 ! queue max-size-buffers=2 !
   composite.background"
 
@@ -67,24 +67,26 @@ polyhull-run --brief --count composite --json "$out/demo.json" $(synthetic_camer
   $room composite name=composite ! tee name=pictures \
   pictures. ! queue max-size-buffers=2 ! videoconvert ! x264enc speed-preset=veryfast ! h264parse ! \
   mp4mux ! filesink async=false location="$out/demo.mp4" \
-  pictures. ! queue max-size-buffers=2 ! videorate drop-only=true ! video/x-raw,framerate=2/5 ! \
+  pictures. ! queue max-size-buffers=2 ! videorate drop-only=true ! video/x-raw,framerate=4/5 ! \
   videoconvert ! pngenc ! multifilesink async=false location="$out/demo-%02d.png"
 
 say "drawing the contact sheet, writing the hull"
 sheet=()
-for picture in "$out"/demo-*.png; do sheet+=(--composite "$picture"); done
+for picture in "$out"/demo-0[0246].png; do
+  [ -f "$picture" ] && sheet+=(--composite "$picture")
+done
 polyhull-report sheet "$out/demo.mesh" -o "$out/demo.png" "${sheet[@]}"
 gst-launch-1.0 -q filesrc location="$out/demo.mesh" blocksize=1073741824 ! \
   application/x-polyhull-mesh ! hullexport location="$out/hull.glb"
 polyhull-report coverage "$out/demo.mesh"
 
 say "holding two composites against the path-traced truth (same room, true figure)"
-for index in 0 2; do
+for index in 0 1; do # before a camera, and between two
   picture=$(printf '%s/demo-%02d.png' "$out" "$index")
   [ -f "$picture" ] || continue
-  # Picture N is 2.5 N seconds into the stream; the viewport is where scenesrc's orbit has it then.
+  # Picture N is 1.25 N seconds into the stream; the viewport is where scenesrc's orbit has it then.
   read -r time x z <<<"$(awk -v n="$index" 'BEGIN {
-    t = 2.5 * n; a = 36 * t * atan2(0, -1) / 180; printf "%g %.9f %.9f", t, 2.7 * sin(a), 2.7 * cos(a) }')"
+    t = 1.25 * n; a = (30 + 36 * t) * atan2(0, -1) / 180; printf "%g %.9f %.9f", t, 2.7 * sin(a), 2.7 * cos(a) }')"
   echo "at $time s:"
   polyhull-truth "$picture" --seconds "$time" --eye "$x" 1.5 "$z" -o "$out/demo-truth-$index.png"
 done
