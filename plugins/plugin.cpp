@@ -33,4 +33,4 @@ static gboolean plugin_init(GstPlugin* plugin) {
 
 GST_PLUGIN_DEFINE(GST_VERSION_MAJOR, GST_VERSION_MINOR, polyhull,
                   "Live subjects as textured visual hulls in synthetic scenes", plugin_init,
-                  PACKAGE_VERSION, "LGPL", "polyhull", "https://polyhull.example")
+                  PACKAGE_VERSION, "LGPL", "polyhull", "polyhull")
