@@ -38,7 +38,7 @@ say "running the tests"
 run_suite "$polyhull_build"
 
 if ! $quick; then
-  polyhull_compile "$polyhull_build-sanitize" -Dtests=true -Dsanitize=true -Dbuildtype=debugoptimized \
+  polyhull_compile "$polyhull_build-sanitize" -Dtests=true -Dsanitize=true -Dbuildtype=plain -Doptimization=1 \
     -Db_lundef=false
   say "running the library and element tests under the sanitizers"
   run_suite "$polyhull_build-sanitize" --suite lib --suite elements --suite stress \
