@@ -77,9 +77,8 @@ int compare_views(const ConeInput& a, const ConeInput& b) {
   const Rings &x = *a.silhouette->rings, &y = *b.silhouette->rings;
   if (x.points.size() != y.points.size()) return x.points.size() < y.points.size() ? -1 : 1;
   if (x.ends != y.ends) return x.ends < y.ends ? -1 : 1;
-  if (int c = std::memcmp(x.points.data(), y.points.data(), x.points.size() * sizeof(Vec2f)))
-    return c;
-  return 0;
+  if (x.points.empty()) return 0;  // no memory to compare: data() may be null
+  return std::memcmp(x.points.data(), y.points.data(), x.points.size() * sizeof(Vec2f));
 }
 
 }  // namespace

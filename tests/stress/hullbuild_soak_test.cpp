@@ -210,7 +210,9 @@ TEST(HullbuildSoak, AMovingFigureWithCamerasThatComeAndGo) {
   gst_object_unref(pipeline);
   EXPECT_GT(arrivals.meshes, frames / 2);
   EXPECT_EQ(arrivals.unsound, 0);
+#ifndef __SANITIZE_ADDRESS__  // which holds freed memory back; there the leak check judges
   EXPECT_LT(end, after_a_quarter + after_a_quarter / 20 + 4000000);
+#endif
 }
 
 }  // namespace
