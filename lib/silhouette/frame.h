@@ -72,6 +72,10 @@ void convert_row(const FrameView& frame, int y, int x0, int x1, std::uint8_t* rg
 /// same.
 bool same_pixels(const FrameView& a, const FrameView& b, const Rectangle& region);
 
+/// A hash (FNV-1a on words) of 16 rows of the first plane inside \p region, which must lie in the
+/// frame: frames with different hashes differ.
+std::uint64_t hash_of_some_rows(const FrameView& frame, const Rectangle& region);
+
 /// A frame's pixels inside a region, kept.
 class FrameCopy {
  public:

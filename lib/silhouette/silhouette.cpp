@@ -44,6 +44,8 @@ struct Silhouetter::State {
   bool rings_valid = false;
   bool copy_valid = false;
   std::uint64_t last_probe = 0;
+  FrameFormat last_format = FrameFormat{};
+  int last_width = 0, last_height = 0;
   FrameCopy last;
 
   void stream(const FrameView& frame, const TraceSettings& trace);
@@ -88,34 +90,18 @@ const SilhouetteStats& Silhouetter::stats() const {
   return state_->stats;
 }
 
-namespace {
-
-// A few rows of the region, hashed (FNV-1a on words).
-std::uint64_t probe_of(const FrameView& frame, const Rectangle& region) {
-  std::uint64_t hash = 1469598103934665603ull;
-  if (region.empty()) return hash;
-  constexpr int rows = 16;
-  const std::ptrdiff_t whole = std::abs(frame.strides[0]);
-  const std::ptrdiff_t begin = whole * region.x / frame.width;
-  const std::ptrdiff_t length = whole * region.width / frame.width / 8;
-  for (int i = 0; i < rows; ++i) {
-    const int y = region.y + (2 * i + 1) * region.height / (2 * rows);
-    const std::uint8_t* row = frame.row(0, y) + begin;
-    for (std::ptrdiff_t k = 0; k < length; ++k) {
-      std::uint64_t word;
-      std::memcpy(&word, row + 8 * k, 8);
-      hash = (hash ^ word) * 1099511628211ull;
-    }
-  }
-  return hash;
-}
-
-}  // namespace
-
 bool Silhouetter::State::unchanged(const FrameView& frame, bool& worth_copying) {
   worth_copying = false;
   if (!settings.reuse) return false;
-  const std::uint64_t probe = probe_of(frame, keyer.active());
+  const bool same_shape =
+      frame.format == last_format && frame.width == last_width && frame.height == last_height;
+  last_format = frame.format, last_width = frame.width, last_height = frame.height;
+  if (!same_shape) {  // the region still is that of the frame before
+    copy_valid = false;
+    last_probe = 0;
+    return false;
+  }
+  const std::uint64_t probe = hash_of_some_rows(frame, keyer.active());
   const bool same_probe = probe == last_probe;
   last_probe = probe;
   if (!same_probe) {
