@@ -330,18 +330,13 @@ std::string chain(const std::string& sink, const std::string& upload = "",
 }  // namespace
 
 GST_START_TEST(whole_chain_in_every_memory) {
-  ck_assert_str_eq(test::run_to_end(chain("fakesink")).c_str(), "");
-  ck_assert_str_eq(test::run_to_end(chain("fakesink", "glupload !")).c_str(), "");
-  ck_assert_str_eq(
-      test::run_to_end(chain("video/x-raw(memory:GLMemory) ! gldownload ! fakesink")).c_str(), "");
-  ck_assert_str_eq(
-      test::run_to_end(chain("video/x-raw ! videoconvert ! fakesink", "glupload !")).c_str(), "");
-  ck_assert_str_eq(
-      test::run_to_end(
-          chain("video/x-raw(memory:GLMemory) ! glcolorconvert ! gldownload ! fakesink",
-                "glupload !"))
-          .c_str(),
-      "");
+  test::check_ended(test::run_to_end(chain("fakesink")));
+  test::check_ended(test::run_to_end(chain("fakesink", "glupload !")));
+  test::check_ended(
+      test::run_to_end(chain("video/x-raw(memory:GLMemory) ! gldownload ! fakesink")));
+  test::check_ended(test::run_to_end(chain("video/x-raw ! videoconvert ! fakesink", "glupload !")));
+  test::check_ended(test::run_to_end(chain(
+      "video/x-raw(memory:GLMemory) ! glcolorconvert ! gldownload ! fakesink", "glupload !")));
 }
 GST_END_TEST
 
@@ -350,8 +345,8 @@ GST_START_TEST(two_pipelines_in_one_process) {
   GstElement* second = test::parse(chain("fakesink", "glupload !"));
   gst_element_set_state(first, GST_STATE_PLAYING);
   gst_element_set_state(second, GST_STATE_PLAYING);
-  ck_assert_str_eq(test::wait_for_end(first).c_str(), "");
-  ck_assert_str_eq(test::wait_for_end(second).c_str(), "");
+  test::check_ended(test::wait_for_end(first));
+  test::check_ended(test::wait_for_end(second));
   gst_element_set_state(first, GST_STATE_NULL);
   gst_element_set_state(second, GST_STATE_NULL);
   gst_object_unref(first);

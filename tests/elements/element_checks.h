@@ -46,6 +46,11 @@ inline std::string run_to_end(const std::string& line, GstClockTime timeout = 60
   return result;
 }
 
+/// Fails the test where wait_for_end() or run_to_end() gave an error's sentence.
+inline void check_ended(const std::string& end) {
+  fail_unless(end.empty(), "%s", end.c_str());
+}
+
 /// Takes a pipeline from NULL to PLAYING and back \p times times, sometimes at once and sometimes
 /// after it has prerolled.
 inline void check_states(const std::string& line, int times = 50) {

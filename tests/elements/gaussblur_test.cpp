@@ -299,7 +299,7 @@ GST_START_TEST(survives_flush_and_seek) {
                                         i * 300 * GST_MSECOND));
   }
   gst_element_set_state(pipeline, GST_STATE_PLAYING);
-  ck_assert_str_eq(wait_for_end(pipeline).c_str(), "");
+  check_ended(wait_for_end(pipeline));
   gst_element_set_state(pipeline, GST_STATE_NULL);
   gst_object_unref(pipeline);
 }

@@ -562,7 +562,7 @@ GST_START_TEST(test_states_and_two_pipelines) {
   GstElement* pipelines[] = {parse(line), parse(line)};
   for (GstElement* pipeline : pipelines) gst_element_set_state(pipeline, GST_STATE_PLAYING);
   for (GstElement* pipeline : pipelines) {
-    ck_assert_str_eq(wait_for_end(pipeline).c_str(), "");
+    check_ended(wait_for_end(pipeline));
     GstElement* hull = gst_bin_get_by_name(GST_BIN(pipeline), "hull");
     fail_unless_equals_uint64(statistic(hull, "sets"), 3);
     gst_object_unref(hull);

@@ -78,14 +78,14 @@ GST_END_TEST
 
 GST_START_TEST(test_numbered_sequence) {
   const std::string out = folder("sequence");
-  ck_assert_str_eq(run_to_end(export_line("location=" + out + "/hull-%05d.obj")).c_str(), "");
+  check_ended(run_to_end(export_line("location=" + out + "/hull-%05d.obj")));
   for (int i = 1; i < frames; ++i) {
     const auto name = [&](int k) { return out + "/hull-0000" + std::to_string(k) + ".obj"; };
     const double moved = middle_of(name(i)) - middle_of(name(i - 1));
     fail_unless(moved > 0.003 && moved < 0.03, "moved by %g", moved);
   }
   fail_unless(!std::filesystem::exists(out + "/hull-00005.obj"));
-  ck_assert_str_eq(run_to_end(export_line("every=2 location=" + out + "/e%d.ply")).c_str(), "");
+  check_ended(run_to_end(export_line("every=2 location=" + out + "/e%d.ply")));
   fail_unless(std::filesystem::exists(out + "/e2.ply") &&
               !std::filesystem::exists(out + "/e3.ply"));
   // Nothing half written is left.
@@ -96,9 +96,8 @@ GST_END_TEST
 
 GST_START_TEST(test_first_and_last) {
   const std::string out = folder("one");
-  ck_assert_str_eq(run_to_end(export_line("location=" + out + "/last.obj")).c_str(), "");
-  ck_assert_str_eq(run_to_end(export_line("keep=first location=" + out + "/first.obj")).c_str(),
-                   "");
+  check_ended(run_to_end(export_line("location=" + out + "/last.obj")));
+  check_ended(run_to_end(export_line("keep=first location=" + out + "/first.obj")));
   const double moved = middle_of(out + "/last.obj") - middle_of(out + "/first.obj");
   fail_unless(moved > 0.02 && moved < 0.08, "moved by %g", moved);
 }
@@ -209,15 +208,13 @@ GST_START_TEST(test_over_the_network) {
   const auto sink = [&](const std::string& name) {
     return "multifilesink location=" + out + "/" + name + "%d ";
   };
-  ck_assert_str_eq(
-      run_to_end("hullbuild name=hull ! " + sink("direct") + all_view_files(views())).c_str(), "");
+  check_ended(run_to_end("hullbuild name=hull ! " + sink("direct") + all_view_files(views())));
 
   int port = 20000 + getpid() % 20000;
   std::string server, client = "hullbuild name=hull ! gdppay ! gdpdepay ! " + sink("network");
   for (const Camera& camera : default_rig().cameras) {
     const std::string at = " host=127.0.0.1 port=" + std::to_string(++port) + " ";
-    server += view_files(views(), camera.name) +
-              "! gdppay ! tcpserversink sync=false" + at;
+    server += view_files(views(), camera.name) + "! gdppay ! tcpserversink sync=false" + at;
     client += "tcpclientsrc " + at + "! gdpdepay ! queue ! hull. ";
   }
   // The server has to listen before clients come, and keeps what it has for them.
@@ -230,7 +227,7 @@ GST_START_TEST(test_over_the_network) {
   gst_element_set_state(server_pipeline, GST_STATE_PLAYING);
   g_usleep(1000000);
   gst_element_set_state(server_pipeline, GST_STATE_NULL);
-  ck_assert_str_eq(wait_for_end(client_pipeline, 20 * GST_SECOND).c_str(), "");
+  check_ended(wait_for_end(client_pipeline, 20 * GST_SECOND));
   gst_element_set_state(client_pipeline, GST_STATE_NULL);
   gst_object_unref(client_pipeline);
   gst_object_unref(server_pipeline);

@@ -45,7 +45,7 @@ void for_each_buffer(const std::string& line, const std::function<void(GstBuffer
     take(gst_sample_get_buffer(sample));
     gst_sample_unref(sample);
   }
-  ck_assert_str_eq(wait_for_end(pipeline).c_str(), "");
+  check_ended(wait_for_end(pipeline));
   gst_element_set_state(pipeline, GST_STATE_NULL);
   gst_object_unref(sink);
   gst_object_unref(pipeline);

@@ -272,7 +272,7 @@ GST_START_TEST(properties_change_while_frames_run) {
     const std::string end = wait_for_end(pipeline);
     done = true;
     fiddler.join();
-    ck_assert_str_eq(end.c_str(), "");
+    check_ended(end);
     gst_element_set_state(pipeline, GST_STATE_NULL);
     gst_object_unref(pipeline);
   }
