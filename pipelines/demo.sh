@@ -38,7 +38,7 @@ silhouette_of() {
     contourfind name=contours_$1 camera=$1 tolerance=0.7 min-area=100 ! hull."
 }
 chain="hullbuild name=hull ! hulltexture name=texture ! queue max-size-buffers=2 ! tee name=meshes"
-room="scenesrc name=room path=orbit orbit-start=30 orbit-speed=36 num-buffers=$frames !
+room="scenesrc name=room path=orbit orbit-start=30 orbit-speed=45 num-buffers=$frames !
   video/x-raw,width=1280,height=720,framerate=$rate/1 ! queue max-size-buffers=2 !
   composite.background"
 
@@ -67,12 +67,12 @@ polyhull-run --brief --count composite --json "$out/demo.json" $(synthetic_camer
   $room composite name=composite ! tee name=pictures \
   pictures. ! queue max-size-buffers=2 ! videoconvert ! x264enc speed-preset=veryfast ! h264parse ! \
   mp4mux ! filesink async=false location="$out/demo.mp4" \
-  pictures. ! queue max-size-buffers=2 ! videorate drop-only=true ! video/x-raw,framerate=4/5 ! \
+  pictures. ! queue max-size-buffers=2 ! videorate drop-only=true ! video/x-raw,framerate=1/1 ! \
   videoconvert ! pngenc ! multifilesink async=false location="$out/demo-%02d.png"
 
 say "drawing the contact sheet, writing the hull"
 sheet=()
-for picture in "$out"/demo-0[0246].png; do
+for picture in "$out"/demo-0[0146].png; do
   [ -f "$picture" ] && sheet+=(--composite "$picture")
 done
 polyhull-report sheet "$out/demo.mesh" -o "$out/demo.png" "${sheet[@]}"
@@ -84,11 +84,11 @@ say "holding two composites against the path-traced truth (same room, true figur
 for index in 0 1; do # before a camera, and between two
   picture=$(printf '%s/demo-%02d.png' "$out" "$index")
   [ -f "$picture" ] || continue
-  # Picture N is 1.25 N seconds into the stream; the viewport is where scenesrc's orbit has it then.
-  read -r time x z <<<"$(awk -v n="$index" 'BEGIN {
-    t = 1.25 * n; a = (30 + 36 * t) * atan2(0, -1) / 180; printf "%g %.9f %.9f", t, 2.7 * sin(a), 2.7 * cos(a) }')"
-  echo "at $time s:"
-  polyhull-truth "$picture" --seconds "$time" --eye "$x" 1.5 "$z" -o "$out/demo-truth-$index.png"
+  # Picture N is N seconds into the stream; the viewport is where scenesrc's orbit has it then.
+  read -r x z <<<"$(awk -v t="$index" 'BEGIN {
+    a = (30 + 45 * t) * atan2(0, -1) / 180; printf "%.9f %.9f", 2.7 * sin(a), 2.7 * cos(a) }')"
+  echo "at $index s:"
+  polyhull-truth "$picture" --seconds "$index" --eye "$x" 1.5 "$z" -o "$out/demo-truth-$index.png"
 done
 
 say "measuring the whole chain from recorded files"

@@ -4,6 +4,7 @@
 // element.
 #include <gst/gst.h>
 #include <time.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -34,6 +35,7 @@ struct Run {
   bool brief = false;    // no tables at the end
   std::string count_at;  // the element whose buffers are the frames; empty: the sinks
   std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now();
+  double next_progress = 10.0;  // seconds since start
 };
 
 void print_message(const char* kind, GstMessage* message, GError* error, const char* debug) {
@@ -42,11 +44,18 @@ void print_message(const char* kind, GstMessage* message, GError* error, const c
   if (debug && *debug) std::fprintf(stderr, "  (%s)\n", debug);
 }
 
-void show_progress(const Run& run) {
+// On a terminal one line that is written over; in a file a line every ten seconds.
+void show_progress(Run& run) {
   gint64 position = -1;
   if (run.quiet || !gst_element_query_position(run.pipeline, GST_FORMAT_TIME, &position)) return;
-  std::fprintf(stderr, "\r  %.2f s of the stream done in %.1f s ",
-               static_cast<double>(position) / 1e9, seconds_since(run.start));
+  const bool terminal = isatty(STDERR_FILENO) != 0;
+  const double now = seconds_since(run.start);
+  if (!terminal && now < run.next_progress) return;
+  run.next_progress = now + 10.0;
+  std::fprintf(stderr,
+               terminal ? "\r  %.2f s of the stream done in %.1f s "
+                        : "  %.2f s of the stream done in %.1f s\n",
+               static_cast<double>(position) / 1e9, now);
 }
 
 // Runs until the end of the stream or an error.
