@@ -315,6 +315,7 @@ void polyhull_composite_class_init(PolyhullCompositeClass* klass) {
   object_class->get_property = get_property_value;
   object_class->finalize = finalize;
   install_all_properties(object_class);
+  prefer_egl_device_without_display();
 
   GstElementClass* element_class = GST_ELEMENT_CLASS(klass);
   gst_element_class_set_static_metadata(element_class, "Scene compositor",

@@ -10,9 +10,9 @@ namespace polyhull::element {
 namespace {
 
 constexpr char refused[] =
-    "composite could not get an OpenGL context (%s). Check that OpenGL works here; on machines "
-    "without "
-    "a display set GST_GL_PLATFORM=egl GST_GL_WINDOW=egl-device in the environment.";
+    "composite could not get an OpenGL context (%s). Check that OpenGL works here; "
+    "GST_GL_PLATFORM and GST_GL_WINDOW in the environment choose the way to it, such as egl and "
+    "egl-device on machines without a display.";
 
 Error refusal(const std::string& reason) {
   gchar* text = g_strdup_printf(refused, reason.c_str());
@@ -53,6 +53,13 @@ void on_thread(GstGLContext* context, const std::function<void()>& work) {
 }
 
 }  // namespace
+
+void prefer_egl_device_without_display() {
+  for (const char* name : {"DISPLAY", "WAYLAND_DISPLAY", "GST_GL_PLATFORM", "GST_GL_WINDOW"})
+    if (g_getenv(name)) return;
+  g_setenv("GST_GL_PLATFORM", "egl", FALSE);
+  g_setenv("GST_GL_WINDOW", "egl-device", FALSE);
+}
 
 CompositeGl::~CompositeGl() {
   release();

@@ -14,6 +14,11 @@
 
 namespace polyhull::element {
 
+/// Where the environment names no display and no way to OpenGL, sets GST_GL_PLATFORM=egl and
+/// GST_GL_WINDOW=egl-device: what GStreamer 1.22 chooses by itself there crashes. To be called
+/// before other threads run.
+void prefer_egl_device_without_display();
+
 class CompositeGl {
  public:
   explicit CompositeGl(GstElement* element) : element_(element) {}

@@ -215,9 +215,15 @@ gboolean write_last(PolyhullHullExport* self) {
 gboolean event(GstBaseSink* base, GstEvent* event) {
   // The base class takes the event, and posts EOS when it has returned: the file is complete by
   // then.
-  if (GST_EVENT_TYPE(event) == GST_EVENT_EOS && !write_last(self_of(base))) {
-    gst_event_unref(event);
-    return FALSE;
+  if (GST_EVENT_TYPE(event) == GST_EVENT_EOS) {
+    PolyhullHullExport* self = self_of(base);
+    if (!write_last(self)) {
+      gst_event_unref(event);
+      return FALSE;
+    }
+    if (self->priv->meshes == 0)
+      GST_ELEMENT_WARNING(self, STREAM, FAILED,
+                          ("The stream ended before a mesh came: no file was written."), (nullptr));
   }
   return GST_BASE_SINK_CLASS(polyhull_hull_export_parent_class)->event(base, event);
 }

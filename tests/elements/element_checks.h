@@ -6,6 +6,7 @@
 #include <gst/check/gstcheck.h>
 #include <gst/gst.h>
 
+#include <algorithm>
 #include <string>
 
 namespace polyhull::test {
@@ -52,8 +53,11 @@ inline void check_ended(const std::string& end) {
 }
 
 /// Takes a pipeline from NULL to PLAYING and back \p times times, sometimes at once and sometimes
-/// after it has prerolled.
+/// after it has prerolled; ten times at most under the sanitizers, which take their time.
 inline void check_states(const std::string& line, int times = 50) {
+#ifdef __SANITIZE_ADDRESS__
+  times = std::min(times, 10);
+#endif
   GstElement* pipeline = parse(line);
   for (int i = 0; i < times; ++i) {
     fail_if(gst_element_set_state(pipeline, GST_STATE_PLAYING) == GST_STATE_CHANGE_FAILURE);

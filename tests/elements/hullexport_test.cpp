@@ -94,6 +94,25 @@ GST_START_TEST(test_numbered_sequence) {
 }
 GST_END_TEST
 
+GST_START_TEST(test_nothing_to_write_is_told) {
+  const std::string out = folder("nothing");
+  GstElement* pipeline =
+      parse("fakesrc num-buffers=0 ! application/x-polyhull-mesh ! hullexport location=" + out +
+            "/hull.glb");
+  gst_element_set_state(pipeline, GST_STATE_PLAYING);
+  GstBus* bus = gst_element_get_bus(pipeline);
+  GstMessage* message = gst_bus_timed_pop_filtered(
+      bus, 20 * GST_SECOND, static_cast<GstMessageType>(GST_MESSAGE_WARNING | GST_MESSAGE_ERROR));
+  fail_unless(message != nullptr && GST_MESSAGE_TYPE(message) == GST_MESSAGE_WARNING);
+  gst_message_unref(message);
+  check_ended(wait_for_end(pipeline));
+  gst_element_set_state(pipeline, GST_STATE_NULL);
+  gst_object_unref(bus);
+  gst_object_unref(pipeline);
+  fail_unless(!std::filesystem::exists(out + "/hull.glb"));
+}
+GST_END_TEST
+
 GST_START_TEST(test_first_and_last) {
   const std::string out = folder("one");
   check_ended(run_to_end(export_line("location=" + out + "/last.obj")));
@@ -242,6 +261,7 @@ static Suite* hullexport_suite() {
   tcase_set_timeout(tests, 40);
   tcase_add_test(tests, test_documented);
   tcase_add_test(tests, test_numbered_sequence);
+  tcase_add_test(tests, test_nothing_to_write_is_told);
   tcase_add_test(tests, test_first_and_last);
   tcase_add_test(tests, test_last_is_written_without_end_of_stream);
   tcase_add_test(tests, test_files_are_announced);
