@@ -7,8 +7,9 @@
 /// traced point of a run lies within ε of its edge and every point of the edge within ε of the run:
 /// then the Hausdorff distance between polygon and traced ring is at most ε. A least-squares line
 /// runs through the middle of its points, so the shape neither shrinks nor grows (chords of a
-/// convex arc all lie inside). Finally edges that would cross are found, and their runs refined,
-/// until no two edges of any rings meet.
+/// convex arc all lie inside); where the tolerance holds a corner back, at tips above all, the
+/// other corners give the ring its area back. Finally edges that would cross are found, and their
+/// runs refined, until no two edges of any rings meet.
 #pragma once
 
 #include <cstdint>

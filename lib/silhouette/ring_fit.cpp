@@ -7,14 +7,11 @@
 #include "silhouette/kernels.h"
 
 namespace polyhull::silhouette {
-namespace {
 
 Vec2f snapped(double x, double y) {
   return {static_cast<float>(std::round(x * vertex_unit) / vertex_unit),
           static_cast<float>(std::round(y * vertex_unit) / vertex_unit)};
 }
-
-}  // namespace
 
 void RingFit::fit(std::span<const Vec2f> points, double tolerance, FitMemory& memory) {
   points_ = points;
@@ -50,6 +47,7 @@ void RingFit::fit(std::span<const Vec2f> points, double tolerance, FitMemory& me
   relax();
   balance();
   settle();
+  restore_area();
 }
 
 // The least-squares line through traced points [first, last].

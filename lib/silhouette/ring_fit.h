@@ -14,6 +14,9 @@ namespace polyhull::silhouette {
 /// Vertices of approximated rings are multiples of 1/this px.
 inline constexpr double vertex_unit = 512.0;
 
+/// The nearest point with such coordinates.
+Vec2f snapped(double x, double y);
+
 /// Working memory shared by the fits of a frame.
 struct FitMemory {
   struct Sums {
@@ -60,10 +63,15 @@ class RingFit {
   void place_breaks();
   void relax();
   void balance();
+  void restore_area();
+  double excess(std::size_t r) const;
+  bool try_vertex(std::size_t r, Vec2f to);
+  void grow_at(std::size_t r, double area);
   void place_vertex(std::size_t r);
   double deviation(std::size_t r) const;
   int farthest(std::size_t r) const;
   void insert(std::size_t r, int point);
+  std::size_t after(std::size_t r) const { return r + 1 < nodes_.size() ? r + 1 : 0; }
   int last_point(std::size_t r) const {
     return r + 1 < nodes_.size() ? nodes_[r + 1].point : static_cast<int>(points_.size());
   }
