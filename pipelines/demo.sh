@@ -96,7 +96,7 @@ say "measuring the whole chain from recorded files"
   { cat "$out/recording.log" >&2; fail "the recording failed"; }
 recorded=""
 for camera in "${cameras[@]}"; do
-  recorded+=" filesrc location=$out/recording/$camera.y4m ! y4mdec ! $(silhouette_of "$camera")"
+  recorded+=" filesrc location=$out/recording/$camera.y4m blocksize=1179648 ! y4mdec ! $(silhouette_of "$camera")"
 done
 # The room stands still, so that its picture costs nothing after the first: what counts is the chain.
 # shellcheck disable=SC2086

@@ -39,7 +39,7 @@ elif [ -f "$folder/dinoSR_par.txt" ]; then
     -o "$out/$name.json"
   # Black velvet: whatever differs from black, the dimly lit support below difference-low.
   key="method=difference key=colour key-colour=0x000000 difference-low=30 difference-high=60 close=5"
-  contours="sigma=1 ! contourfind tolerance=0.25 keep-largest=1 min-hole-area=100"
+  contours="sigma=1 ! contourfind tolerance=0.25 keep-largest=1 min-hole-area=3000"
   place="mesh_0::translate-x=0.375 mesh_0::translate-y=0.283 mesh_0::translate-z=0.32"
 else
   fail "'$folder' holds neither dino_Ps_metric.txt (Oxford) nor dinoSR_par.txt (Middlebury)"

@@ -20,10 +20,6 @@
  */
 #include "rigtestsrc.h"
 
-#include <gst/base/gstpushsrc.h>
-#include <gst/video/gstvideopool.h>
-#include <gst/video/video.h>
-
 #include <algorithm>
 #include <array>
 #include <chrono>
@@ -33,70 +29,32 @@
 
 #include "base/error.h"
 #include "common/guard.h"
-#include "common/numbered_name.h"
-#include "common/statistics.h"
-#include "rigtestsrc_draw.h"
-#include "rigtestsrc_settings.h"
+#include "rigtestsrc_private.h"
 
 GST_DEBUG_CATEGORY_STATIC(rigtestsrc_debug);
 #define GST_CAT_DEFAULT rigtestsrc_debug
 
-namespace polyhull::element {
-
-namespace {
-
-using Settings = RigTestSettings;
-
-constexpr const char* picture_formats = "{ RGBx, BGRx, RGBA, BGRA, I420, NV12, YUY2, UYVY }";
-
-/// What lives from start() to stop().
-struct Stream {
-  RigTestDrawing drawing;
-  RigOutput output = RigOutput::picture;  // of the properties when the stream began
-  std::shared_ptr<const Subject> subject;
-  Rig rig;
-  std::unique_ptr<NumberedName> mesh_name;
-  GstVideoInfo info;
-  std::uint64_t next_frame = 0;
-  GstClockTime wanted_time = 0;  // sought before the frame rate was known
-};
-
-struct State {
-  Settings settings;  // under the object lock
-  Statistics statistics{"rigtestsrc-stats"};
-  Stream stream;  // the streaming thread's; start() and stop() run without it. Under the object
-                  // lock: info, next_frame
-};
-
-}  // namespace
-}  // namespace polyhull::element
-
 using namespace polyhull;
 using namespace polyhull::element;
 
-struct PolyhullRigTestSrc {
-  GstPushSrc parent;
-  State* state;
-};
-struct PolyhullRigTestSrcClass {
-  GstPushSrcClass parent_class;
-};
-
 G_DEFINE_TYPE(PolyhullRigTestSrc, polyhull_rig_test_src, GST_TYPE_PUSH_SRC)
-#define RIG_TEST_SRC(object) (reinterpret_cast<PolyhullRigTestSrc*>(object))
 
 GST_ELEMENT_REGISTER_DEFINE(rigtestsrc, "rigtestsrc", GST_RANK_NONE,
                             polyhull_rig_test_src_get_type())
 
 namespace {
 
+GstBaseSrcClass* parent_class() {
+  return GST_BASE_SRC_CLASS(polyhull_rig_test_src_parent_class);
+}
+
 constexpr guint first_property = 1;
 guint stats_property = 0;
 
 void set_property_of(GObject* object, guint id, const GValue* value, GParamSpec* spec) {
-  State& state = *RIG_TEST_SRC(object)->state;
-  if (!set_property<Settings>(object, rig_test_properties(), first_property, state.settings, id,
-                              value)) {
+  RigTestState& state = *RIG_TEST_SRC(object)->state;
+  if (!set_property<RigTestSettings>(object, rig_test_properties(), first_property, state.settings,
+                                     id, value)) {
     G_OBJECT_WARN_INVALID_PROPERTY_ID(object, id, spec);
     return;
   }
@@ -106,16 +64,16 @@ void set_property_of(GObject* object, guint id, const GValue* value, GParamSpec*
 }
 
 void get_property_of(GObject* object, guint id, GValue* value, GParamSpec* spec) {
-  State& state = *RIG_TEST_SRC(object)->state;
+  RigTestState& state = *RIG_TEST_SRC(object)->state;
   if (id == stats_property) {
     g_value_take_boxed(value, state.statistics.structure());
-  } else if (!get_property<Settings>(object, rig_test_properties(), first_property, state.settings,
-                                     id, value)) {
+  } else if (!get_property<RigTestSettings>(object, rig_test_properties(), first_property,
+                                            state.settings, id, value)) {
     G_OBJECT_WARN_INVALID_PROPERTY_ID(object, id, spec);
   }
 }
 
-int find_camera(const Rig& rig, const Settings& settings) {
+int find_camera(const Rig& rig, const RigTestSettings& settings) {
   if (settings.camera.empty()) return 0;
   std::string names;
   for (std::size_t i = 0; i < rig.cameras.size(); ++i) {
@@ -131,10 +89,10 @@ int find_camera(const Rig& rig, const Settings& settings) {
 /// Opens rig and subject. Not in GstBaseSrc::start, after whose failure the base class would post a
 /// second error that says nothing.
 gboolean open(GstBaseSrc* source) {
-  State& state = *RIG_TEST_SRC(source)->state;
-  const Settings settings = snapshot(source, state.settings);
+  RigTestState& state = *RIG_TEST_SRC(source)->state;
+  const RigTestSettings settings = snapshot(source, state.settings);
   return guarded(GST_ELEMENT(source), FALSE, [&] {
-    Stream stream;
+    RigTestStream stream;
     stream.rig = settings.rig.empty() ? default_rig() : load_rig(settings.rig);
     const int camera = find_camera(stream.rig, settings);
     stream.subject = open_subject(settings.subject, settings.subject_height);
@@ -157,10 +115,10 @@ gboolean open(GstBaseSrc* source) {
 }
 
 void close(GstBaseSrc* source) {
-  State& state = *RIG_TEST_SRC(source)->state;
+  RigTestState& state = *RIG_TEST_SRC(source)->state;
   GST_OBJECT_LOCK(source);
-  Stream old = std::move(state.stream);
-  state.stream = Stream{};
+  RigTestStream old = std::move(state.stream);
+  state.stream = RigTestStream{};
   GST_OBJECT_UNLOCK(source);
 }
 
@@ -175,155 +133,6 @@ GstStateChangeReturn change_state(GstElement* element, GstStateChange transition
     close(source);
   }
   return result;
-}
-
-GstCaps* get_caps(GstBaseSrc* source, GstCaps* filter) {
-  State& state = *RIG_TEST_SRC(source)->state;
-  GstCaps* caps = gst_pad_get_pad_template_caps(GST_BASE_SRC_PAD(source));
-  caps = gst_caps_make_writable(caps);
-  GST_OBJECT_LOCK(source);
-  RigOutput output = state.settings.output;
-  if (state.stream.drawing.picture) {
-    const Camera& camera = state.stream.drawing.picture->camera();
-    output = state.stream.output;
-    gst_caps_set_simple(caps, "width", G_TYPE_INT, camera.width, "height", G_TYPE_INT,
-                        camera.height, nullptr);
-  }
-  GST_OBJECT_UNLOCK(source);
-  GValue formats = G_VALUE_INIT;
-  const char* allowed = output == RigOutput::picture ? picture_formats
-                        : output == RigOutput::keyed ? "{ RGBA, BGRA }"
-                        : output == RigOutput::matte ? "GRAY8"
-                                                     : "GRAY16_LE";
-  if (*allowed == '{') {
-    g_value_init(&formats, GST_TYPE_LIST);
-  } else {
-    g_value_init(&formats, G_TYPE_STRING);
-  }
-  gst_value_deserialize(&formats, allowed);
-  gst_caps_set_value(caps, "format", &formats);
-  g_value_unset(&formats);
-  if (filter != nullptr) {
-    GstCaps* both = gst_caps_intersect_full(filter, caps, GST_CAPS_INTERSECT_FIRST);
-    gst_caps_unref(caps);
-    caps = both;
-  }
-  return caps;
-}
-
-GstCaps* fixate(GstBaseSrc* source, GstCaps* caps) {
-  caps = gst_caps_make_writable(caps);
-  GstStructure* structure = gst_caps_get_structure(caps, 0);
-  gst_structure_fixate_field_nearest_fraction(structure, "framerate", 25, 1);
-  caps = GST_BASE_SRC_CLASS(polyhull_rig_test_src_parent_class)->fixate(source, caps);
-  // Say outright what the format leaves to convention: the colours' coding and where the chroma
-  // lies.
-  GstVideoInfo info;
-  if (!gst_video_info_from_caps(&info, caps)) return caps;
-  GstCaps* full = gst_video_info_to_caps(&info);
-  caps = gst_caps_make_writable(caps);
-  structure = gst_caps_get_structure(caps, 0);
-  for (const char* field : {"pixel-aspect-ratio", "interlace-mode", "colorimetry", "chroma-site"}) {
-    const GValue* value = gst_structure_get_value(gst_caps_get_structure(full, 0), field);
-    if (value != nullptr && !gst_structure_has_field(structure, field)) {
-      gst_structure_set_value(structure, field, value);
-    }
-  }
-  gst_caps_unref(full);
-  if (GST_VIDEO_INFO_IS_YUV(&info) && !gst_structure_has_field(structure, "chroma-site")) {
-    gst_structure_set(structure, "chroma-site", G_TYPE_STRING, "mpeg2", nullptr);
-  }
-  return caps;
-}
-
-GstClockTime time_of(const GstVideoInfo& info, std::uint64_t number) {
-  return gst_util_uint64_scale(number, GST_SECOND * info.fps_d, info.fps_n);
-}
-
-/// The frame that is on show at \p time.
-std::uint64_t frame_at(const GstVideoInfo& info, GstClockTime time) {
-  const std::uint64_t number = gst_util_uint64_scale(time, info.fps_n, GST_SECOND * info.fps_d);
-  return time_of(info, number + 1) <= time ? number + 1 : number;
-}
-
-gboolean set_caps(GstBaseSrc* source, GstCaps* caps) {
-  State& state = *RIG_TEST_SRC(source)->state;
-  GstVideoInfo info;
-  if (!gst_video_info_from_caps(&info, caps) || GST_VIDEO_INFO_FPS_N(&info) <= 0) {
-    GST_ELEMENT_ERROR(source, STREAM, FORMAT,
-                      ("A rig's camera cannot deliver %" GST_PTR_FORMAT
-                       ": raw video with a frame rate above 0 is expected.",
-                       static_cast<void*>(caps)),
-                      (nullptr));
-    return FALSE;
-  }
-  GST_OBJECT_LOCK(source);
-  // A new frame rate goes on at the same time.
-  Stream& stream = state.stream;
-  if (GST_VIDEO_INFO_FORMAT(&stream.info) != GST_VIDEO_FORMAT_UNKNOWN) {
-    const double seconds =
-        static_cast<double>(stream.next_frame) * stream.info.fps_d / stream.info.fps_n;
-    stream.next_frame =
-        static_cast<std::uint64_t>(std::ceil(seconds * info.fps_n / info.fps_d - 1e-9));
-  } else {
-    stream.next_frame = frame_at(info, stream.wanted_time);
-  }
-  stream.info = info;
-  GST_OBJECT_UNLOCK(source);
-  gst_base_src_set_blocksize(source, static_cast<guint>(info.size));
-  return TRUE;
-}
-
-gboolean negotiate(GstBaseSrc* source) {
-  GstPad* pad = GST_BASE_SRC_PAD(source);
-  GstCaps* offered = gst_pad_query_caps(pad, nullptr);
-  GstCaps* possible = gst_pad_peer_query_caps(pad, offered);
-  const bool none = gst_caps_is_empty(possible);
-  gst_caps_unref(possible);
-  if (none) {
-    GstCaps* wanted = gst_pad_peer_query_caps(pad, nullptr);
-    gchar* wanted_text = gst_caps_to_string(wanted);
-    gchar* offered_text = gst_caps_to_string(offered);
-    GST_ELEMENT_ERROR(
-        source, STREAM, FORMAT,
-        ("What follows does not take the picture of this camera, whose size is the rig's. It "
-         "offers %s; wanted is %s.",
-         offered_text, wanted_text),
-        (nullptr));
-    g_free(offered_text);
-    g_free(wanted_text);
-    gst_caps_unref(wanted);
-  }
-  gst_caps_unref(offered);
-  return !none && GST_BASE_SRC_CLASS(polyhull_rig_test_src_parent_class)->negotiate(source);
-}
-
-gboolean decide_allocation(GstBaseSrc* source, GstQuery* query) {
-  GstCaps* caps = nullptr;
-  gst_query_parse_allocation(query, &caps, nullptr);
-  GstVideoInfo info;
-  if (caps == nullptr || !gst_video_info_from_caps(&info, caps)) return FALSE;
-  GstBufferPool* pool = nullptr;
-  guint size = static_cast<guint>(info.size), least = 0, most = 0;
-  const bool offered = gst_query_get_n_allocation_pools(query) > 0;
-  if (offered) {
-    gst_query_parse_nth_allocation_pool(query, 0, &pool, &size, &least, &most);
-    size = std::max(size, static_cast<guint>(info.size));
-  }
-  if (pool == nullptr) pool = gst_video_buffer_pool_new();
-  GstStructure* config = gst_buffer_pool_get_config(pool);
-  gst_buffer_pool_config_set_params(config, caps, size, least, most);
-  if (gst_query_find_allocation_meta(query, GST_VIDEO_META_API_TYPE, nullptr)) {
-    gst_buffer_pool_config_add_option(config, GST_BUFFER_POOL_OPTION_VIDEO_META);
-  }
-  gst_buffer_pool_set_config(pool, config);
-  if (offered) {
-    gst_query_set_nth_allocation_pool(query, 0, pool, size, least, most);
-  } else {
-    gst_query_add_allocation_pool(query, pool, size, least, most);
-  }
-  gst_object_unref(pool);
-  return GST_BASE_SRC_CLASS(polyhull_rig_test_src_parent_class)->decide_allocation(source, query);
 }
 
 /// A live camera that is late leaves frames out: to the next multiple of a power of two, so that
@@ -348,8 +157,8 @@ std::uint64_t frame_after_lateness(GstBaseSrc* source, const GstVideoInfo& info,
 
 GstFlowReturn fill(GstPushSrc* push, GstBuffer* buffer) {
   auto* source = GST_BASE_SRC(push);
-  State& state = *RIG_TEST_SRC(push)->state;
-  Stream& stream = state.stream;
+  RigTestState& state = *RIG_TEST_SRC(push)->state;
+  RigTestStream& stream = state.stream;
   return guarded(GST_ELEMENT(push), GST_FLOW_ERROR, [&] {
     GST_OBJECT_LOCK(push);
     const GstVideoInfo info = stream.info;
@@ -362,9 +171,9 @@ GstFlowReturn fill(GstPushSrc* push, GstBuffer* buffer) {
       state.statistics.count("frames-skipped", later - number);
       number = later;
     }
-    const GstClockTime pts = time_of(info, number), next = time_of(info, number + 1);
+    const GstClockTime pts = time_of_frame(info, number), next = time_of_frame(info, number + 1);
     gst_object_sync_values(GST_OBJECT(push), pts);
-    Settings settings = snapshot(push, state.settings);
+    RigTestSettings settings = snapshot(push, state.settings);
     settings.output = stream.output;
 
     const auto begin = std::chrono::steady_clock::now();
@@ -421,10 +230,10 @@ gboolean do_seek(GstBaseSrc* source, GstSegment* segment) {
     GST_WARNING_OBJECT(source, "Playing backwards is not supported.");
     return FALSE;
   }
-  State& state = *RIG_TEST_SRC(source)->state;
+  RigTestState& state = *RIG_TEST_SRC(source)->state;
   segment->time = segment->start;
   GST_OBJECT_LOCK(source);
-  Stream& stream = state.stream;
+  RigTestStream& stream = state.stream;
   stream.wanted_time = segment->position;
   if (GST_VIDEO_INFO_FORMAT(&stream.info) != GST_VIDEO_FORMAT_UNKNOWN) {
     stream.next_frame = frame_at(stream.info, segment->position);
@@ -435,7 +244,7 @@ gboolean do_seek(GstBaseSrc* source, GstSegment* segment) {
 
 gboolean query(GstBaseSrc* source, GstQuery* query) {
   if (GST_QUERY_TYPE(query) == GST_QUERY_CONVERT) {
-    State& state = *RIG_TEST_SRC(source)->state;
+    RigTestState& state = *RIG_TEST_SRC(source)->state;
     GstFormat from, to;
     gint64 value = 0, result = 0;
     gst_query_parse_convert(query, &from, &value, &to, nullptr);
@@ -460,7 +269,7 @@ void finalize(GObject* object) {
 }  // namespace
 
 static void polyhull_rig_test_src_init(PolyhullRigTestSrc* self) {
-  self->state = new State;
+  self->state = new RigTestState;
   gst_video_info_init(&self->state->stream.info);
   self->state->statistics.declare({"frames", "frames-skipped", "subject-pixels", "warnings"});
   gst_base_src_set_format(GST_BASE_SRC(self), GST_FORMAT_TIME);
@@ -475,7 +284,8 @@ static void polyhull_rig_test_src_class_init(PolyhullRigTestSrcClass* klass) {
   object->set_property = set_property_of;
   object->get_property = get_property_of;
   object->finalize = finalize;
-  stats_property = install_properties<Settings>(object, rig_test_properties(), first_property);
+  stats_property =
+      install_properties<RigTestSettings>(object, rig_test_properties(), first_property);
   g_object_class_install_property(
       object, stats_property,
       statistics_property(
@@ -497,11 +307,15 @@ static void polyhull_rig_test_src_class_init(PolyhullRigTestSrcClass* klass) {
       element, gst_pad_template_new("src", GST_PAD_SRC, GST_PAD_ALWAYS, template_caps));
   gst_caps_unref(template_caps);
   element->change_state = change_state;
-  source->negotiate = negotiate;
-  source->get_caps = get_caps;
-  source->set_caps = set_caps;
-  source->fixate = fixate;
-  source->decide_allocation = decide_allocation;
+  source->negotiate = [](GstBaseSrc* self) { return rig_test_negotiate(self, parent_class()); };
+  source->get_caps = rig_test_get_caps;
+  source->set_caps = rig_test_set_caps;
+  source->fixate = [](GstBaseSrc* self, GstCaps* caps) {
+    return rig_test_fixate(self, caps, parent_class());
+  };
+  source->decide_allocation = [](GstBaseSrc* self, GstQuery* query) {
+    return rig_test_decide_allocation(self, query, parent_class());
+  };
   source->get_times = get_times;
   source->is_seekable = is_seekable;
   source->do_seek = do_seek;

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// What the files of rigtestsrc share.
+#pragma once
+
+#include <gst/base/gstpushsrc.h>
+#include <gst/video/video.h>
+
+#include <cstdint>
+#include <memory>
+
+#include "common/numbered_name.h"
+#include "common/statistics.h"
+#include "rigtestsrc_draw.h"
+#include "rigtestsrc_settings.h"
+
+namespace polyhull::element {
+
+/// What lives from start() to stop().
+struct RigTestStream {
+  RigTestDrawing drawing;
+  RigOutput output = RigOutput::picture;  // of the properties when the stream began
+  std::shared_ptr<const Subject> subject;
+  Rig rig;
+  std::unique_ptr<NumberedName> mesh_name;
+  GstVideoInfo info;
+  std::uint64_t next_frame = 0;
+  GstClockTime wanted_time = 0;  // sought before the frame rate was known
+};
+
+struct RigTestState {
+  RigTestSettings settings;  // under the object lock
+  Statistics statistics{"rigtestsrc-stats"};
+  RigTestStream stream;  // the streaming thread's; start() and stop() run without it. Under the
+                         // object lock: info, next_frame
+};
+
+}  // namespace polyhull::element
+
+struct PolyhullRigTestSrc {
+  GstPushSrc parent;
+  polyhull::element::RigTestState* state;
+};
+struct PolyhullRigTestSrcClass {
+  GstPushSrcClass parent_class;
+};
+
+#define RIG_TEST_SRC(object) (reinterpret_cast<PolyhullRigTestSrc*>(object))
+
+namespace polyhull::element {
+
+/// The virtual methods of GstBaseSrc that negotiate. \p parent is the class whose methods these
+/// go on to.
+GstCaps* rig_test_get_caps(GstBaseSrc* source, GstCaps* filter);
+GstCaps* rig_test_fixate(GstBaseSrc* source, GstCaps* caps, GstBaseSrcClass* parent);
+gboolean rig_test_set_caps(GstBaseSrc* source, GstCaps* caps);
+gboolean rig_test_negotiate(GstBaseSrc* source, GstBaseSrcClass* parent);
+gboolean rig_test_decide_allocation(GstBaseSrc* source, GstQuery* query, GstBaseSrcClass* parent);
+
+/// The time of frame \p number, ns.
+GstClockTime time_of_frame(const GstVideoInfo& info, std::uint64_t number);
+
+/// The frame that is on show at \p time (ns).
+std::uint64_t frame_at(const GstVideoInfo& info, GstClockTime time);
+
+}  // namespace polyhull::element
