@@ -8,6 +8,7 @@
 
 #include "base/thread_pool.h"
 #include "figure/coverage_samples.h"
+#include "rig/lens.h"
 
 namespace polyhull {
 
@@ -88,12 +89,13 @@ void CoverageRaster::find_valid_region(const Camera& camera) {
   }
   valid_min_ = Vec2(1e30);
   valid_max_ = Vec2(-1e30);
+  const Lens lens_model(camera);
   constexpr int steps = 64;
   for (int i = 0; i <= steps; ++i) {
     const double s = static_cast<double>(i) / steps;
     for (const Vec2& real : {Vec2(o + (w - o) * s, o), Vec2(o + (w - o) * s, h),
                              Vec2(o, o + (h - o) * s), Vec2(w, o + (h - o) * s)}) {
-      const Vec2 ideal = camera.undistort(real);
+      const Vec2 ideal = lens_model.undistort(real);
       valid_min_ = glm::min(valid_min_, ideal);
       valid_max_ = glm::max(valid_max_, ideal);
     }

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "base/thread_pool.h"
+#include "rig/lens.h"
 
 namespace polyhull {
 namespace {
@@ -119,6 +120,7 @@ void Screen::find_floor(const Camera& camera, const Placement& placement) {
   // Undoing the distortion takes long; between the nodes of a coarse grid rays are interpolated,
   // which for a soft shadow is close enough.
   constexpr int node = 16;
+  const Lens lens(camera);
   const int columns = camera.width / node + 2, rows = camera.height / node + 2;
   std::vector<Vec3f> rays(static_cast<std::size_t>(columns) * rows);
   parallel_for(rows, 4, 0, [&](std::size_t first, std::size_t last) {
@@ -126,7 +128,7 @@ void Screen::find_floor(const Camera& camera, const Placement& placement) {
       for (int i = 0; i < columns; ++i) {
         const Vec2 pixel(i * node, static_cast<double>(j) * node);
         rays[j * columns + i] =
-            Vec3f(to_stage * camera.ray(camera.has_distortion() ? camera.undistort(pixel) : pixel));
+            Vec3f(to_stage * camera.ray(lens.active() ? lens.undistort(pixel) : pixel));
       }
     }
   });

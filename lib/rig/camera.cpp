@@ -31,7 +31,7 @@ Vec3 Camera::ray(const Vec2& ideal) const {
 }
 
 Vec2 Camera::distort(const Vec2& ideal) const {
-  return has_distortion() ? Lens(*this).distort(ideal) : ideal;
+  return has_distortion() ? Distortion(*this).distort(ideal) : ideal;
 }
 
 Vec2 Camera::undistort(const Vec2& real) const {

@@ -61,7 +61,7 @@ std::vector<double> roots(Polynomial p, double limit) {
 
 }  // namespace
 
-Lens::Lens(const Camera& camera)
+Distortion::Distortion(const Camera& camera)
     : fx_(camera.K[0][0]),
       fy_(camera.K[1][1]),
       skew_(camera.K[1][0]),
@@ -72,6 +72,9 @@ Lens::Lens(const Camera& camera)
     k_[i] = camera.distortion[i];
     active_ = active_ || k_[i] != 0.0;
   }
+}
+
+Lens::Lens(const Camera& camera) : Distortion(camera) {
   if (!active_) return;
   // d/dr [r A(s)/B(s)] with s = r^2 has the sign of A B + 2 s (A' B - A B').
   const Polynomial a{1.0, k_[0], k_[1], k_[4]};
@@ -91,22 +94,22 @@ Lens::Lens(const Camera& camera)
   rim_image_ = radial(invertible_radius_);
 }
 
-Vec2 Lens::normalised(const Vec2& pixel) const {
+Vec2 Distortion::normalised(const Vec2& pixel) const {
   const double y = (pixel.y - cy_) / fy_;
   return {(pixel.x - cx_ - skew_ * y) / fx_, y};
 }
 
-Vec2 Lens::pixel(const Vec2& p) const {
+Vec2 Distortion::pixel(const Vec2& p) const {
   return {fx_ * p.x + skew_ * p.y + cx_, fy_ * p.y + cy_};
 }
 
-double Lens::radial(double r) const {
+double Distortion::radial(double r) const {
   const double s = r * r;
   return r * (1.0 + s * (k_[0] + s * (k_[1] + s * k_[4]))) /
          (1.0 + s * (k_[5] + s * (k_[6] + s * k_[7])));
 }
 
-Vec2 Lens::bend(const Vec2& p) const {
+Vec2 Distortion::bend(const Vec2& p) const {
   const double s = p.x * p.x + p.y * p.y;
   const double q =
       (1.0 + s * (k_[0] + s * (k_[1] + s * k_[4]))) / (1.0 + s * (k_[5] + s * (k_[6] + s * k_[7])));
@@ -115,7 +118,7 @@ Vec2 Lens::bend(const Vec2& p) const {
           p.y * q + k_[2] * (s + 2.0 * p.y * p.y) + 2.0 * k_[3] * xy + s * (k_[10] + s * k_[11])};
 }
 
-Vec2 Lens::distort(const Vec2& ideal) const {
+Vec2 Distortion::distort(const Vec2& ideal) const {
   return active_ ? pixel(bend(normalised(ideal))) : ideal;
 }
 

@@ -20,36 +20,46 @@
 
 namespace polyhull {
 
-/// The distortion of one camera, prepared for many points. Works on pixels.
-class Lens {
+/// The distortion of one camera: the formula alone, cheap to make. Works on pixels.
+class Distortion {
  public:
-  explicit Lens(const Camera& camera);
+  explicit Distortion(const Camera& camera);
 
   /// Whether the model moves any point at all.
   bool active() const { return active_; }
 
-  /// Radius of the invertible disk in normalised coordinates; at most 1000.
-  double invertible_radius() const { return invertible_radius_; }
-
   /// Pinhole pixel to real pixel, by the formula, also outside the invertible disk.
   Vec2 distort(const Vec2& ideal) const;
+
+ protected:
+  Vec2 normalised(const Vec2& pixel) const;
+  Vec2 pixel(const Vec2& normalised) const;
+  Vec2 bend(const Vec2& p) const;
+  double radial(double r) const;
+
+  double fx_, fy_, skew_, cx_, cy_;
+  std::array<double, 12> k_{};  // k1 k2 p1 p2 k3 k4 k5 k6 s1 s2 s3 s4
+  bool active_ = false;
+};
+
+/// The distortion and its inverse. Making one solves for the invertible disk (microseconds): make
+/// one per camera, not per point.
+class Lens : public Distortion {
+ public:
+  explicit Lens(const Camera& camera);
+
+  /// Radius of the invertible disk in normalised coordinates; at most 1000.
+  double invertible_radius() const { return invertible_radius_; }
 
   /// Real pixel to pinhole pixel, to 1e-9 px; where the real pixel has no original inside the
   /// invertible disk, the point of the disk's rim whose image is nearest.
   Vec2 undistort(const Vec2& real) const;
 
  private:
-  Vec2 normalised(const Vec2& pixel) const;
-  Vec2 pixel(const Vec2& normalised) const;
-  Vec2 bend(const Vec2& p) const;
-  double radial(double r) const;
   double invert_radial(double distorted_radius) const;
   bool newton(const Vec2& target, Vec2& p) const;
   Vec2 nearest_on_rim(const Vec2& target) const;
 
-  double fx_, fy_, skew_, cx_, cy_;
-  std::array<double, 12> k_{};  // k1 k2 p1 p2 k3 k4 k5 k6 s1 s2 s3 s4
-  bool active_ = false;
   double invertible_radius_ = 0.0;
   double rim_image_ = 0.0;  // radial(invertible_radius_)
 };

@@ -2,6 +2,7 @@
 #include "report/hull_caster.h"
 
 #include "base/thread_pool.h"
+#include "rig/lens.h"
 
 namespace polyhull::report {
 
@@ -14,12 +15,14 @@ HitPicture HullCaster::cast(const Camera& camera) const {
   HitPicture picture{camera.width, camera.height, {}};
   picture.hits.resize(static_cast<std::size_t>(camera.width) * camera.height);
   const Vec3 origin = camera.centre() - hull_.origin;
+  const Lens lens(camera);
   parallel_for(camera.height, 16, 0, [&](std::size_t begin, std::size_t end) {
     std::vector<Ray> rays(camera.width);
     for (std::size_t y = begin; y < end; ++y) {
       for (int x = 0; x < camera.width; ++x) {
         rays[x].origin = origin;
-        rays[x].direction = camera.ray(camera.undistort(Vec2(x, static_cast<double>(y))));
+        const Vec2 pixel(x, static_cast<double>(y));
+        rays[x].direction = camera.ray(lens.active() ? lens.undistort(pixel) : pixel);
       }
       caster_.intersect(rays, std::span(picture.hits).subspan(y * camera.width, camera.width));
     }
