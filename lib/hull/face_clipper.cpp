@@ -12,6 +12,8 @@ void FaceClipper::begin(const Scene& scene) {
   stamp_.assign(largest, 0);
   line_stamp_.assign(largest, 0);
   lines_.resize(largest);
+  piece_at_ray_.assign(largest, 0);
+  candidates_.resize(largest + 1);
   stamp_now_ = 0;
 }
 
@@ -28,8 +30,7 @@ std::size_t FaceClipper::cone_of(std::uint32_t face) const {
 
 bool FaceClipper::start(std::uint32_t face) {
   c_->face = face;
-  c_->corners.clear();
-  c_->edges.clear();
+  c_->nodes.clear();
   const Scene& s = *scene_;
   if (face >= s.cone_faces()) {
     if (!s.box_active[face - s.cone_faces()]) return false;
@@ -77,25 +78,21 @@ void FaceClipper::start_cone_face() {
   const std::uint32_t far_plane = s.far_plane(c_->cone), near_plane = s.near_plane(c_->cone);
   const int turn_left = c.turn[begin], turn_right = c.turn[end];
   // far (left to right), right ray (up to near), near, left ray (down).
-  const std::uint32_t v0 =
+  const Corner v0 =
       make_corner(left_line, far_line, left, far_plane, 1, turn_left, nullptr, nullptr, 0, 0);
-  const std::uint32_t v1 =
+  const Corner v1 =
       make_corner(far_line, right_line, far_plane, right, 1, turn_right, nullptr, nullptr, 0, 0);
-  std::uint32_t v2, v3;
+  Corner v2{0, 0, 1, determinant_error, 0, 0, 1, true}, v3 = v2;  // the apex
   if (s.near[c_->cone] > 0) {
     v2 = make_corner(right_line, near_line, right, near_plane, 1, turn_right, nullptr, nullptr, 0,
                      0);
     v3 = make_corner(near_line, left_line, near_plane, left, 1, turn_left, nullptr, nullptr, 0, 0);
-  } else {
-    v2 = static_cast<std::uint32_t>(c_->corners.size());
-    v3 = v2 + 1;
-    c_->corners.push_back({0, 0, 1, determinant_error, 0, 0, 1, true});
-    c_->corners.push_back({0, 0, 1, determinant_error, 0, 0, 1, true});
   }
-  c_->edges.push_back({far_line, far_plane, 1, v0, v1});
-  c_->edges.push_back({right_line, right, static_cast<std::int8_t>(turn_right), v1, v2});
-  c_->edges.push_back({near_line, near_plane, 1, v2, v3});
-  c_->edges.push_back({left_line, left, static_cast<std::int8_t>(turn_left), v3, v0});
+  c_->nodes.push_back({v0, {far_line, far_plane, 1}});
+  c_->nodes.push_back({v1, {right_line, right, static_cast<std::int8_t>(turn_right)}});
+  c_->nodes.push_back({v2, {near_line, near_plane, 1}});
+  c_->nodes.push_back({v3, {left_line, left, static_cast<std::int8_t>(turn_left)}});
+  c_->loop_ends.assign(1, 4);
 }
 
 void FaceClipper::start_box_face() {
@@ -118,20 +115,21 @@ void FaceClipper::start_box_face() {
   const Line left{0, 1, 0}, right{wide * c_->unit, -1, 0}, bottom{0, 0, 1},
       top{high * c_->unit, 0, -1};
   const std::uint32_t pl = s.box_face(2 * u), pr = pl + 1, pb = s.box_face(2 * v), pt = pb + 1;
-  const std::uint32_t v0 = make_corner(left, bottom, pl, pb, 1, 1, nullptr, nullptr, 0, 0);
-  const std::uint32_t v1 = make_corner(bottom, right, pb, pr, 1, 1, nullptr, nullptr, 0, 0);
-  const std::uint32_t v2 = make_corner(right, top, pr, pt, 1, 1, nullptr, nullptr, 0, 0);
-  const std::uint32_t v3 = make_corner(top, left, pt, pl, 1, 1, nullptr, nullptr, 0, 0);
-  c_->edges.push_back({bottom, pb, 1, v0, v1});
-  c_->edges.push_back({right, pr, 1, v1, v2});
-  c_->edges.push_back({top, pt, 1, v2, v3});
-  c_->edges.push_back({left, pl, 1, v3, v0});
+  const Corner v0 = make_corner(left, bottom, pl, pb, 1, 1, nullptr, nullptr, 0, 0);
+  const Corner v1 = make_corner(bottom, right, pb, pr, 1, 1, nullptr, nullptr, 0, 0);
+  const Corner v2 = make_corner(right, top, pr, pt, 1, 1, nullptr, nullptr, 0, 0);
+  const Corner v3 = make_corner(top, left, pt, pl, 1, 1, nullptr, nullptr, 0, 0);
+  c_->nodes.push_back({v0, {bottom, pb, 1}});
+  c_->nodes.push_back({v1, {right, pr, 1}});
+  c_->nodes.push_back({v2, {top, pt, 1}});
+  c_->nodes.push_back({v3, {left, pl, 1}});
+  c_->loop_ends.assign(1, 4);
 }
 
-std::uint32_t FaceClipper::make_corner(const Line& l, const Line& m, std::uint32_t plane1,
-                                       std::uint32_t plane2, int geometric, int orientation,
-                                       const Corner* from, const Corner* to, double from_value,
-                                       double to_value) {
+FaceClipper::Corner FaceClipper::make_corner(const Line& l, const Line& m, std::uint32_t plane1,
+                                             std::uint32_t plane2, int geometric, int orientation,
+                                             const Corner* from, const Corner* to,
+                                             double from_value, double to_value) {
   Corner v;
   const double u = l.b * m.d - l.d * m.b;
   if (u * geometric > 1e-9) {
@@ -161,8 +159,7 @@ std::uint32_t FaceClipper::make_corner(const Line& l, const Line& m, std::uint32
   v.plane2 = plane2;
   v.sign = static_cast<std::int8_t>(geometric * orientation);
   v.apex = false;
-  c_->corners.push_back(v);
-  return static_cast<std::uint32_t>(c_->corners.size() - 1);
+  return v;
 }
 
 void FaceClipper::clip(std::uint32_t begin, std::uint32_t end, FaceLoops& out) {
@@ -211,62 +208,30 @@ bool FaceClipper::cut_by_plane(int k) {
                             : Picture{(c_->corner - origin) * c_->unit, c_->axis_b, c_->axis_c};
   // The starting rectangle of a box face already lies on its neighbours.
   if (c_->cone < 0) return true;
-  cuts_.clear();
-  sides_.clear();
-  add_cut(line_of(normal, p), 0, s.box_face(k));
-  if (cuts_.empty()) {
-    const Line line = line_of(normal, p);
-    return side(c_->corners[c_->edges[0].from], s.box_face(k), line) > 0;
-  }
-  return apply_cuts(nullptr, 0, p);
+  const Line line = line_of(normal, p);
+  begin_cuts(nullptr, 0, p);
+  add_cut(line, 0, s.box_face(k));
+  if (cuts_.empty()) return side(c_->nodes[0].corner, s.box_face(k), line) > 0;
+  return apply_cuts();
 }
 
 bool FaceClipper::cut_by_cone(std::uint32_t index) {
   const Cone& cone = *scene_->cones[index];
   const Picture p = picture(index);
-  candidates_.clear();
   const Meeting meeting = gather(cone, p);
   if (meeting == Meeting::inside) return !cone.complement;
   if (meeting == Meeting::outside) return cone.complement;
-  cuts_.clear();
-  sides_.clear();
-  const std::uint32_t base = scene_->first_face[index];
-  for (std::uint32_t e : candidates_) add_cut(cached_line(cone, e, p), e, base + e);
-  return apply_cuts(&cone, index, p);
-}
-
-void FaceClipper::add_cut(const Line& line, std::uint32_t edge, std::uint32_t plane) {
-  const std::size_t n = c_->corners.size(), begin = sides_.size();
-  sides_.resize(begin + n);
-  const Corner* corners = c_->corners.data();
-  std::int8_t* sides = sides_.data() + begin;
-  const Line l = line;
-  int sum = 0, unsure = 0;
-  for (std::size_t i = 0; i < n; ++i) {
-    const double x = value(corners[i], l), bound = corners[i].tolerance;
-    const int sign = (x > bound) - (x < -bound);
-    sides[i] = static_cast<std::int8_t>(sign);
-    sum += sign;
-    unsure += sign == 0;
-  }
-  predicates_ += n;
-  if (unsure > 0)
-    for (std::size_t i = 0; i < n; ++i)
-      if (sides[i] == 0) {
-        sides[i] = static_cast<std::int8_t>(side_exactly(corners[i], plane, 1));
-        sum += sides[i];
-      }
-  const int all = static_cast<int>(n);
-  if (sum < all && sum > -all)
-    cuts_.push_back({l, edge, plane, begin});
-  else
-    sides_.resize(begin);
+  begin_cuts(&cone, scene_->first_face[index], p);
+  for (std::uint32_t i = 0; i < candidate_count_; ++i)
+    add_cut(cached_line(candidates_[i]), candidates_[i], base_ + candidates_[i]);
+  return apply_cuts();
 }
 
 /// Where the corners lie in (t, w); kept as it was where they are not known well.
 void FaceClipper::update_extent() {
   Extent now{1e300, -1e300, 1e300, -1e300, false};
-  for (const Corner& v : c_->corners) {
+  for (const Node& node : c_->nodes) {
+    const Corner& v = node.corner;
     if (v.apex) {
       now.endless = true;
       continue;
@@ -289,6 +254,45 @@ int FaceClipper::side_exactly(const Corner& v, std::uint32_t plane, int orientat
            scene_->set.orientation(c_->face, v.plane1, v.plane2, plane);
   }
   return sign != 0 ? sign : 1;
+}
+
+void FaceClipper::emit(FaceLoops& out) {
+  // A cone's chart and the lower faces of the box are seen from inside, so their loops turn around.
+  const bool reverse = c_->cone >= 0 || c_->handed > 0;
+  bool any = false;
+  std::uint32_t k = 0;
+  for (const std::uint32_t loop_end : c_->loop_ends) {
+    const std::size_t begin = out.corners.size();
+    for (; k < loop_end; ++k) {
+      const Corner& v = c_->nodes[k].corner;
+      CornerKey key;
+      if (v.apex) {
+        key = {static_cast<std::uint32_t>(c_->cone), scene_->cones[c_->cone]->ring[c_->local],
+               apex_mark};
+        if (out.corners.size() > begin && out.corners.back() == key) continue;
+      } else {
+        key = {c_->face, v.plane1, v.plane2};
+        if (key[1] > key[2]) std::swap(key[1], key[2]);
+        if (key[0] > key[1]) std::swap(key[0], key[1]);
+        if (key[1] > key[2]) std::swap(key[1], key[2]);
+      }
+      out.corners.push_back(key);
+    }
+    if (out.corners.size() > begin + 1 && out.corners.back() == out.corners[begin])
+      out.corners.pop_back();
+    if (out.corners.size() < begin + 3) {
+      out.corners.resize(begin);
+      ++broken_;
+      continue;
+    }
+    if (reverse) std::reverse(out.corners.begin() + begin, out.corners.end());
+    out.loop_ends.push_back(static_cast<std::uint32_t>(out.corners.size()));
+    any = true;
+  }
+  if (any) {
+    out.faces.push_back(c_->face);
+    out.face_ends.push_back(static_cast<std::uint32_t>(out.loop_ends.size()));
+  }
 }
 
 }  // namespace polyhull::hull

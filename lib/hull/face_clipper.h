@@ -18,10 +18,11 @@
 /// the
 ///    face is kept or dropped as a whole;
 /// 2. each such edge's line is crossed with the loops' edges; sorted along the line, the crossings
-///    pair up into what lies inside the face; of that, the part between the edge's two rays is new
-///    border;
-/// 3. sorted along each old edge, the crossings tell what of it is inside the cone j; edges without
-///    one follow their neighbours, loops without one are located as a whole.
+///    pair up into what lies inside the face; of that, the part between the edge's two rays is a
+///    piece of new border;
+/// 3. sorted along each old edge, the crossings tell where it enters and leaves the cone j: the new
+///    loops follow old edges from where they enter to where they leave, and pieces from there to
+///    the next entry (Weiler and Atherton 1977). Loops without a crossing are located as a whole.
 /// All of it rests on one predicate, on which side of a plane a corner lies: in doubles with an
 /// error bound first, else exactly by PlaneSet::orientation.
 ///
@@ -88,7 +89,11 @@ class FaceClipper {
     Line line;  ///< oriented
     std::uint32_t plane;
     std::int8_t orientation;  ///< of the line against the plane
-    std::uint32_t from, to;   ///< corners
+  };
+  /// A corner of a loop and the edge to the next one.
+  struct Node {
+    Corner corner;
+    Edge edge;
   };
   struct Picture {  ///< how chart coordinates appear to a cone
     Vec3 a, b, d;   ///< directions from its centre
@@ -97,7 +102,6 @@ class FaceClipper {
     Line line;
     std::uint32_t edge;  ///< of the cone; the plane's number is base + edge
     std::uint32_t plane;
-    std::size_t sides;  ///< into sides_, one per corner
   };
   struct Extent {
     double t0, t1, w0, w1;
@@ -112,16 +116,24 @@ class FaceClipper {
     double unit = 1.0;       ///< 1/S
     Vec3 axis_a{0.0}, axis_b{0.0}, axis_c{0.0}, corner{0.0};
     Extent extent{};
-    std::vector<Corner> corners;
-    std::vector<Edge> edges;
+    std::vector<Node> nodes;               ///< one loop after the other
+    std::vector<std::uint32_t> loop_ends;  ///< into nodes
   };
   /// A cut's line with an edge; the point s (edge x cut) as it comes out of the cross product.
   struct Crossing {
     double h, t, w;
-    std::uint32_t edge, cut, corner;
+    std::uint32_t node, cut;
     std::uint32_t later;  ///< the next one of the same edge
+    std::uint32_t piece;  ///< that begins here
     std::int8_t place;    ///< bit 0: before the cut's first ray, bit 1: beyond its last
-    std::int8_t sign;     ///< s
+    std::int8_t sign;     ///< s; positive where the loop leaves the cone
+    bool done;
+  };
+  /// What of a cut is new border.
+  struct Piece {
+    std::uint32_t cut;
+    std::uint32_t from, to;  ///< crossings, or the cut's rays
+    bool done;
   };
 
   std::size_t cone_of(std::uint32_t face) const;
@@ -135,23 +147,29 @@ class FaceClipper {
   Meeting gather(const Cone& cone, const Picture& p);
   Meeting locate(const Cone& cone, const Vec2& pixel) const;
   void update_extent();
-  const Line& cached_line(const Cone& cone, std::uint32_t edge, const Picture& p) {
+  const Line& cached_line(std::uint32_t edge) {
     if (line_stamp_[edge] != stamp_now_) {
       line_stamp_[edge] = stamp_now_;
-      lines_[edge] = line_of(cone.normals[edge], p);
+      lines_[edge] = line_of(cone_->normals[edge], picture_);
     }
     return lines_[edge];
   }
+  void begin_cuts(const Cone* cone, std::uint32_t base, const Picture& p);
   void add_cut(const Line& line, std::uint32_t edge, std::uint32_t plane);
-  bool apply_cuts(const Cone* cone, std::uint32_t cone_index, const Picture& p);
-  void cross(std::uint32_t cut, const Cone* cone, std::uint32_t base, const Picture& p,
-             bool forward);
-  bool whole(const Cone* cone, std::uint32_t cone_index, const Picture& p);
-  bool inside_cone(std::uint32_t edge, std::uint32_t cone_index, const Picture& p);
-  bool inside_cone_exact(std::uint32_t edge, std::uint32_t cone_index, const Picture& p);
+  bool apply_cuts();
+  bool runs_forward() const;
+  void cross(std::uint32_t cut);
+  void sort_crossings(std::uint32_t node);
+  bool loop_inside(std::uint32_t begin, std::uint32_t end);
+  bool follow(std::uint32_t crossing);
+  bool follow_pieces(std::uint32_t& piece, std::uint32_t last);
+  bool inside_cone(std::uint32_t node);
+  bool inside_cone_exact(std::uint32_t node);
+  std::uint32_t following(std::uint32_t node) const;
   int side(const Crossing& x, std::uint32_t plane, const Line& line, int orientation);
-  std::uint32_t keep(const Crossing& x);
-  std::uint32_t make_corner(const Line& l, const Line& m, std::uint32_t plane1,
+  Corner corner_at(const Crossing& x);
+  Corner corner_at_ray(std::uint32_t ray);
+  static Corner make_corner(const Line& l, const Line& m, std::uint32_t plane1,
                             std::uint32_t plane2, int geometric, int orientation,
                             const Corner* from, const Corner* to, double from_value,
                             double to_value);
@@ -167,24 +185,35 @@ class FaceClipper {
   }
   int side_exactly(const Corner& v, std::uint32_t plane, int orientation);
   static double value(const Corner& v, const Line& l) { return l.a * v.h + l.b * v.t + l.d * v.w; }
-  Line line_of(const Vec3& normal, const Picture& p) const {
+  static Line line_of(const Vec3& normal, const Picture& p) {
     return {glm::dot(normal, p.a), glm::dot(normal, p.b), glm::dot(normal, p.d)};
+  }
+  /// Whether the corner of \p node is on the inner side of the cut.
+  bool inner(std::uint32_t cut, std::uint32_t node) const {
+    return masks_[cut * words_ + (node >> 6)] >> (node & 63) & 1;
   }
 
   const Scene* scene_ = nullptr;
-  Chart* c_ = nullptr;  ///< the face at work
+  Chart* c_ = nullptr;          ///< the face at work
+  const Cone* cone_ = nullptr;  ///< that cuts it; null: a plane of the box does
+  std::uint32_t base_ = 0;      ///< the cone's first plane
+  Picture picture_{};
+  bool forward_ = true;  ///< whether the cone's edges run as the new border's
   std::vector<Chart> charts_;
-  std::vector<Corner> new_corners_;
-  std::vector<Edge> new_edges_;
+  std::vector<Node> new_nodes_;
+  std::vector<std::uint32_t> new_loop_ends_;
   std::vector<Cut> cuts_;
-  std::vector<std::int8_t> sides_;
-  std::vector<Crossing> crossings_, on_cut_, on_edge_;
-  std::vector<std::uint32_t> candidates_, stamp_, line_stamp_, next_, first_on_edge_;
+  std::size_t words_ = 0;             ///< of a mask
+  std::vector<std::uint64_t> masks_;  ///< of each cut one bit per node: inner()
+  std::vector<Crossing> crossings_, on_cut_;
+  std::vector<Piece> pieces_;
+  std::vector<std::uint32_t> on_edge_, first_on_edge_;
+  std::vector<std::uint32_t> candidates_;
+  std::uint32_t candidate_count_ = 0;
+  std::vector<std::uint32_t> stamp_, line_stamp_;
   std::vector<Line> lines_;
+  std::vector<std::uint32_t> piece_at_ray_;  ///< the piece that begins there, if of this cone
   std::vector<std::array<int, 2>> rows_;
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> ray_corners_;
-  std::vector<std::int8_t> state_;
-  std::vector<std::uint32_t> remap_;
   std::uint32_t stamp_now_ = 0;
   std::uint64_t predicates_ = 0, exact_ = 0, broken_ = 0;
 };

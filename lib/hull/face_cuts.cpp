@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // The part of FaceClipper that cuts the loops by one cone's edges.
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 #include "hull/face_clipper.h"
@@ -17,7 +18,7 @@ int FaceClipper::side(const Crossing& x, std::uint32_t plane, const Line& line, 
   const double d = line.a * x.h + line.b * x.t + line.d * x.w;
   if (d > determinant_error) return 1;
   if (d < -determinant_error) return -1;
-  const Edge& edge = c_->edges[x.edge];
+  const Edge& edge = c_->nodes[x.node].edge;
   Corner v{};
   v.plane1 = edge.plane;
   v.plane2 = cuts_[x.cut].plane;
@@ -25,276 +26,301 @@ int FaceClipper::side(const Crossing& x, std::uint32_t plane, const Line& line, 
   return side_exactly(v, plane, orientation);
 }
 
-/// Makes the crossing a corner.
-std::uint32_t FaceClipper::keep(const Crossing& x) {
-  const Edge& edge = c_->edges[x.edge];
+std::uint32_t FaceClipper::following(std::uint32_t node) const {
+  ++node;
+  std::uint32_t begin = 0;
+  for (const std::uint32_t end : c_->loop_ends) {
+    if (node == end) return begin;
+    begin = end;
+  }
+  return node;
+}
+
+FaceClipper::Corner FaceClipper::corner_at(const Crossing& x) {
+  const Edge& edge = c_->nodes[x.node].edge;
   const Cut& cut = cuts_[x.cut];
   if (x.h <= 1e-9) {
-    const Corner from = c_->corners[edge.from], to = c_->corners[edge.to];
+    const Corner &from = c_->nodes[x.node].corner, &to = c_->nodes[following(x.node)].corner;
     return make_corner(edge.line, cut.line, edge.plane, cut.plane, x.sign, edge.orientation, &from,
                        &to, value(from, cut.line), value(to, cut.line));
   }
   const double inverse = 1.0 / x.h;
-  c_->corners.push_back({1.0, x.t * inverse, x.w * inverse, determinant_error * inverse, edge.plane,
-                         cut.plane, static_cast<std::int8_t>(x.sign * edge.orientation), false});
-  return static_cast<std::uint32_t>(c_->corners.size() - 1);
+  return {1.0,
+          x.t * inverse,
+          x.w * inverse,
+          determinant_error * inverse,
+          edge.plane,
+          cut.plane,
+          static_cast<std::int8_t>(x.sign * edge.orientation),
+          false};
 }
 
-/// Crosses the cut's line with all edges; what it holds inside the face becomes new edges, and the
+FaceClipper::Corner FaceClipper::corner_at_ray(std::uint32_t ray) {
+  const std::uint32_t before = cone_->previous[ray];
+  return make_corner(cached_line(before), cached_line(ray), base_ + before, base_ + ray,
+                     forward_ ? cone_->turn[ray] : -cone_->turn[ray], 1, nullptr, nullptr, 0, 0);
+}
+
+/// Crosses the cut's line with all edges; what it holds inside the face becomes pieces, and the
 /// crossings between the cut's rays go to crossings_.
-void FaceClipper::cross(std::uint32_t index, const Cone* cone, std::uint32_t base, const Picture& p,
-                        bool forward) {
+void FaceClipper::cross(std::uint32_t index) {
   const Cut cut = cuts_[index];
-  const std::int8_t* sides = sides_.data() + cut.sides;
-  std::uint32_t before = nothing, after = nothing, begin_ray = 0, end_ray = 0;
+  std::uint32_t before = 0, after = 0;
   Line before_line{}, after_line{};
   int begin_turn = 1, end_turn = 1;
-  if (cone != nullptr) {
-    begin_ray = cut.edge;
-    end_ray = cone->next[cut.edge];
-    before = cone->previous[cut.edge];
-    after = end_ray;
-    before_line = cached_line(*cone, before, p);
-    after_line = cached_line(*cone, after, p);
-    begin_turn = cone->turn[begin_ray];
-    end_turn = cone->turn[end_ray];
+  if (cone_ != nullptr) {
+    before = cone_->previous[cut.edge];
+    after = cone_->next[cut.edge];
+    before_line = cached_line(before);
+    after_line = cached_line(after);
+    begin_turn = cone_->turn[cut.edge];
+    end_turn = cone_->turn[after];
   }
   on_cut_.clear();
-  const std::int8_t begin_bit = forward ? 1 : 2, end_bit = forward ? 2 : 1;
-  const Edge* edges = c_->edges.data();
-  const std::uint32_t n = static_cast<std::uint32_t>(c_->edges.size());
-  for (std::uint32_t e = 0; e < n; ++e) {
-    const std::int8_t end_side = sides[edges[e].to];
-    if (sides[edges[e].from] == end_side) continue;
-    const Line l = edges[e].line, m = cut.line;
-    const double s = -end_side;
-    Crossing x;
-    x.h = (l.b * m.d - l.d * m.b) * s;
-    x.t = (l.d * m.a - l.a * m.d) * s;
-    x.w = (l.a * m.b - l.b * m.a) * s;
-    x.edge = e, x.cut = index, x.corner = nothing, x.later = nothing;
-    x.sign = static_cast<std::int8_t>(-end_side);
-    x.place = 0;
-    if (cone != nullptr) {
-      if (side(x, base + before, before_line, 1) != begin_turn) x.place |= begin_bit;
-      if (side(x, base + after, after_line, 1) != end_turn) x.place |= end_bit;
+  const std::int8_t begin_bit = forward_ ? 1 : 2, end_bit = forward_ ? 2 : 1;
+  const Node* nodes = c_->nodes.data();
+  const std::uint64_t* mask = masks_.data() + index * words_;
+  for (std::uint32_t word = 0; word < words_; ++word) {
+    // The bit of the next corner along its loop.
+    std::uint64_t next = mask[word] >> 1;
+    if (word + 1 < words_) next |= mask[word + 1] << 63;
+    std::uint32_t begin = 0;
+    for (const std::uint32_t end : c_->loop_ends) {
+      if ((end - 1) >> 6 == word) {
+        const std::uint64_t bit = std::uint64_t{1} << ((end - 1) & 63);
+        next = inner(index, begin) ? next | bit : next & ~bit;
+      }
+      begin = end;
     }
-    on_cut_.push_back(x);
+    for (std::uint64_t change = mask[word] ^ next; change != 0; change &= change - 1) {
+      Crossing x;
+      x.node = word * 64 + static_cast<std::uint32_t>(std::countr_zero(change));
+      x.sign = next & change & -change ? -1 : 1;
+      const Line l = nodes[x.node].edge.line, m = cut.line;
+      const double s = x.sign;
+      x.h = (l.b * m.d - l.d * m.b) * s;
+      x.t = (l.d * m.a - l.a * m.d) * s;
+      x.w = (l.a * m.b - l.b * m.a) * s;
+      x.cut = index, x.later = nothing, x.piece = nothing;
+      x.done = false;
+      x.place = 0;
+      if (cone_ != nullptr) {
+        if (side(x, base_ + before, before_line, 1) != begin_turn) x.place |= begin_bit;
+        if (side(x, base_ + after, after_line, 1) != end_turn) x.place |= end_bit;
+      }
+      on_cut_.push_back(x);
+    }
   }
   if (on_cut_.size() == 2) {
     // The line enters the face where the crossed edge's line grows.
     if (on_cut_[0].sign < 0) std::swap(on_cut_[0], on_cut_[1]);
   } else {
     const auto earlier = [&](const Crossing& x, const Crossing& y) {
-      const Edge& edge = c_->edges[x.edge];
-      return side(y, edge.plane, edge.line, edge.orientation) == x.sign;
+      const Edge& own = c_->nodes[x.node].edge;
+      return side(y, own.plane, own.line, own.orientation) == x.sign;
     };
     for (std::size_t i = 1; i < on_cut_.size(); ++i)
       for (std::size_t k = i; k > 0 && earlier(on_cut_[k], on_cut_[k - 1]); --k)
         std::swap(on_cut_[k], on_cut_[k - 1]);
   }
-  const auto ray_corner = [&](bool first) {
-    const bool begin = first == forward;  // the ray where the edge begins, in the cone's order
-    const std::uint32_t ray = begin ? begin_ray : end_ray;
-    for (const auto& known : ray_corners_)
-      if (known.first == ray) return known.second;
-    const int geometric = (begin ? begin_turn : end_turn) * (forward ? 1 : -1);
-    const std::uint32_t corner = begin
-                                     ? make_corner(before_line, cut.line, base + before, cut.plane,
-                                                   geometric, 1, nullptr, nullptr, 0, 0)
-                                     : make_corner(cut.line, after_line, cut.plane, base + after,
-                                                   geometric, 1, nullptr, nullptr, 0, 0);
-    ray_corners_.push_back({ray, corner});
-    return corner;
+  const auto keep = [&](Crossing& x) {
+    const std::uint32_t number = static_cast<std::uint32_t>(crossings_.size());
+    x.later = first_on_edge_[x.node];
+    first_on_edge_[x.node] = number;
+    crossings_.push_back(x);
+    return number;
   };
   for (std::size_t i = 0; i + 1 < on_cut_.size(); i += 2) {
     Crossing& x = on_cut_[i];
     Crossing& y = on_cut_[i + 1];
-    std::uint32_t a, b;
+    if (x.place != 0 && y.place != 0 && !(x.place == 1 && y.place == 2)) continue;
+    const std::uint32_t number = static_cast<std::uint32_t>(pieces_.size());
     if (x.place == 0)
-      a = x.corner = keep(x);
-    else if (x.place == 1 && (y.place == 0 || y.place == 2))
-      a = ray_corner(true);
-    else if (y.place == 0)
-      a = ray_corner(true);
+      x.piece = number;
     else
-      continue;
-    if (y.place == 0)
-      b = y.corner = keep(y);
-    else
-      b = ray_corner(false);
-    new_edges_.push_back({cut.line, cut.plane, 1, a, b});
-    for (const Crossing* z : {&x, &y}) {
-      if (z->place != 0) continue;
-      crossings_.push_back(*z);
-      crossings_.back().later = first_on_edge_[z->edge];
-      first_on_edge_[z->edge] = static_cast<std::uint32_t>(crossings_.size() - 1);
-    }
+      piece_at_ray_[forward_ ? cut.edge : after] = number;
+    const std::uint32_t from = x.place == 0 ? keep(x) : nothing;
+    const std::uint32_t to = y.place == 0 ? keep(y) : nothing;
+    pieces_.push_back({index, from, to, false});
   }
   if (on_cut_.size() % 2 != 0) ++broken_;
 }
 
-/// Of loops that cross no face of the cone: whether there is just one and it lies inside.
-bool FaceClipper::whole(const Cone* cone, std::uint32_t cone_index, const Picture& p) {
-  const std::uint32_t n = static_cast<std::uint32_t>(c_->edges.size());
-  if (cone == nullptr) return false;
-  next_.assign(c_->corners.size(), nothing);
-  for (std::uint32_t e = 0; e < n; ++e) next_[c_->edges[e].from] = e;
-  std::uint32_t length = 0, e = 0;
-  do {
-    e = next_[c_->edges[e].to];
-    ++length;
-  } while (e != 0 && e != nothing && length < n);
-  return length == n && e == 0 && inside_cone(0, cone_index, p);
+/// Brings the crossings of the node's edge into their order along it.
+void FaceClipper::sort_crossings(std::uint32_t node) {
+  on_edge_.clear();
+  for (std::uint32_t i = first_on_edge_[node]; i != nothing; i = crossings_[i].later)
+    on_edge_.push_back(i);
+  const auto earlier = [&](const Crossing& x, const Crossing& y) {
+    const Cut& cut = cuts_[y.cut];
+    return (side(x, cut.plane, cut.line, 1) > 0) == inner(y.cut, node);
+  };
+  for (std::size_t i = 1; i < on_edge_.size(); ++i)
+    for (std::size_t k = i; k > 0 && earlier(crossings_[on_edge_[k]], crossings_[on_edge_[k - 1]]);
+         --k)
+      std::swap(on_edge_[k], on_edge_[k - 1]);
+  first_on_edge_[node] = on_edge_[0];
+  for (std::size_t i = 0; i < on_edge_.size(); ++i)
+    crossings_[on_edge_[i]].later = i + 1 < on_edge_.size() ? on_edge_[i + 1] : nothing;
 }
 
-bool FaceClipper::apply_cuts(const Cone* cone, std::uint32_t cone_index, const Picture& p) {
-  const std::uint32_t old_corners = static_cast<std::uint32_t>(c_->corners.size());
-  const std::uint32_t base = cone != nullptr ? scene_->first_face[cone_index] : 0;
-  bool forward = true;
-  const std::uint32_t n = static_cast<std::uint32_t>(c_->edges.size());
-  crossings_.clear();
+/// Appends the pieces from \p piece on, from ray to ray, up to one that ends at a crossing or to
+/// \p last; \p piece becomes that. False if one is missing.
+bool FaceClipper::follow_pieces(std::uint32_t& piece, std::uint32_t last) {
+  for (;;) {
+    Piece& now = pieces_[piece];
+    if (now.done) return false;
+    now.done = true;
+    if (now.to != nothing) return last == nothing;
+    const std::uint32_t edge = cuts_[now.cut].edge;
+    const std::uint32_t ray = forward_ ? cone_->next[edge] : edge;
+    piece = piece_at_ray_[ray];
+    if (piece >= pieces_.size() || pieces_[piece].from != nothing) return false;
+    const Cut& cut = cuts_[pieces_[piece].cut];
+    if ((forward_ ? cut.edge : cone_->next[cut.edge]) != ray) return false;
+    new_nodes_.push_back({corner_at_ray(ray), {cut.line, cut.plane, 1}});
+    if (piece == last) return true;
+  }
+}
+
+/// Appends the new loop that enters the cone at the crossing. False if it does not close.
+bool FaceClipper::follow(std::uint32_t first) {
+  for (std::uint32_t at = first;;) {
+    Crossing& in = crossings_[at];
+    if (in.done) return false;
+    in.done = true;
+    new_nodes_.push_back({corner_at(in), c_->nodes[in.node].edge});
+    std::uint32_t out = in.later;
+    for (std::uint32_t node = in.node; out == nothing; out = first_on_edge_[node]) {
+      node = following(node);
+      new_nodes_.push_back(c_->nodes[node]);
+    }
+    std::uint32_t piece = crossings_[out].piece;
+    if (piece == nothing) return false;
+    const Cut& cut = cuts_[pieces_[piece].cut];
+    new_nodes_.push_back({corner_at(crossings_[out]), {cut.line, cut.plane, 1}});
+    if (!follow_pieces(piece, nothing)) return false;
+    at = pieces_[piece].to;
+    if (at == first) return true;
+  }
+}
+
+/// Of a loop that crosses no face of the cone.
+bool FaceClipper::loop_inside(std::uint32_t begin, std::uint32_t end) {
+  if (cone_ == nullptr) return inner(0, begin);
+  while (begin + 1 < end && c_->nodes[begin].corner.apex) ++begin;
+  return inside_cone(begin);
+}
+
+/// Whether, seen from the solid's side of the face, the cone's edges run as the chart's do.
+bool FaceClipper::runs_forward() const {
+  double x;
+  if (c_->cone >= 0) {
+    const Cone& own = *scene_->cones[c_->cone];
+    x = glm::dot(own.normals[c_->local], cone_->centre_real - own.centre_real) * c_->unit;
+  } else {
+    const int k = static_cast<int>(c_->face - scene_->cone_faces());
+    x = (cone_->centre_real[k / 2] - scene_->box[k]) * c_->unit * c_->handed;
+  }
+  if (!(std::abs(x) > 1e-14))
+    x = scene_->set.side_of_point(c_->face, cone_->centre[0], cone_->centre[1], cone_->centre[2]);
+  return (x > 0 ? 1 : -1) * c_->handed < 0;
+}
+
+void FaceClipper::begin_cuts(const Cone* cone, std::uint32_t base, const Picture& p) {
+  cone_ = cone, base_ = base, picture_ = p;
+  words_ = (c_->nodes.size() + 63) / 64;
+  cuts_.clear();
+  masks_.clear();
+}
+
+/// Keeps the line as a cut if it has corners on both sides.
+void FaceClipper::add_cut(const Line& line, std::uint32_t edge, std::uint32_t plane) {
+  const Node* nodes = c_->nodes.data();
+  const std::size_t n = c_->nodes.size(), begin = masks_.size();
+  const Line l = line;
+  bool any = false, all = true;
+  for (std::size_t first = 0; first < n; first += 64) {
+    const std::size_t count = std::min<std::size_t>(64, n - first);
+    std::uint64_t above = 0, sure = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      const Corner& v = nodes[first + i].corner;
+      const double x = value(v, l);
+      above |= static_cast<std::uint64_t>(x > 0) << i;
+      sure |= static_cast<std::uint64_t>(std::abs(x) > v.tolerance) << i;
+    }
+    const std::uint64_t full = ~std::uint64_t{0} >> (64 - count);
+    for (std::uint64_t rest = full & ~sure; rest != 0; rest &= rest - 1) {
+      const std::uint64_t bit = rest & -rest;
+      const bool positive =
+          side_exactly(nodes[first + std::countr_zero(rest)].corner, plane, 1) > 0;
+      above = positive ? above | bit : above & ~bit;
+    }
+    any = any || above != 0;
+    all = all && above == full;
+    masks_.push_back(above);
+  }
+  predicates_ += n;
+  if (any && !all)
+    cuts_.push_back({l, edge, plane});
+  else
+    masks_.resize(begin);
+}
+
+/// Makes of the loops what the cuts and the cone leave of them; false if that is nothing.
+bool FaceClipper::apply_cuts() {
+  Chart& chart = *c_;
+  const std::uint32_t n = static_cast<std::uint32_t>(chart.nodes.size());
+  crossings_.clear(), pieces_.clear();
   first_on_edge_.assign(n, nothing);
-  ray_corners_.clear();
-  new_edges_.clear();
   if (!cuts_.empty()) {
-    if (cone != nullptr) {
-      // Seen from the solid's side of the face, the cone's edges run against the chart.
-      int above;
-      double x;
-      if (c_->cone >= 0) {
-        const Cone& own = *scene_->cones[c_->cone];
-        x = glm::dot(own.normals[c_->local], cone->centre_real - own.centre_real) * c_->unit;
-      } else {
-        const int k = static_cast<int>(c_->face - scene_->cone_faces());
-        x = (cone->centre_real[k / 2] - scene_->box[k]) * c_->unit * c_->handed;
-      }
-      if (std::abs(x) > 1e-14)
-        above = x > 0 ? 1 : -1;
-      else
-        above =
-            scene_->set.side_of_point(c_->face, cone->centre[0], cone->centre[1], cone->centre[2]);
-      forward = above * c_->handed < 0;
-    }
-    for (std::uint32_t i = 0; i < cuts_.size(); ++i) cross(i, cone, base, p, forward);
+    forward_ = cone_ == nullptr || runs_forward();
+    for (std::uint32_t i = 0; i < cuts_.size(); ++i) cross(i);
   }
+  if (!crossings_.empty())
+    for (std::uint32_t i = 0; i < n; ++i)
+      if (first_on_edge_[i] != nothing && crossings_[first_on_edge_[i]].later != nothing)
+        sort_crossings(i);
 
-  if (crossings_.empty() && new_edges_.empty() && whole(cone, cone_index, p)) {
-    c_->corners.resize(old_corners);
-    return true;
-  }
-
-  // What of each old edge stays. States: -1 unknown, 0 outside, 1 inside.
-  state_.assign(n, -1);
-  next_.assign(old_corners, nothing);
-  for (std::uint32_t e = 0; e < n; ++e) next_[c_->edges[e].from] = e;
-  for (std::uint32_t e = 0; e < n; ++e) {
-    if (first_on_edge_[e] == nothing) continue;
-    const Edge edge = c_->edges[e];
-    on_edge_.clear();
-    for (std::uint32_t i = first_on_edge_[e]; i != nothing; i = crossings_[i].later)
-      on_edge_.push_back(crossings_[i]);
-    const auto side_at = [&](const Crossing& x, std::uint32_t corner) {
-      return sides_[cuts_[x.cut].sides + corner];
-    };
-    const auto earlier = [&](const Crossing& x, const Crossing& y) {
-      const Cut& cut = cuts_[y.cut];
-      return side(x, cut.plane, cut.line, 1) == side_at(y, edge.from);
-    };
-    for (std::size_t i = 1; i < on_edge_.size(); ++i)
-      for (std::size_t k = i; k > 0 && earlier(on_edge_[k], on_edge_[k - 1]); --k)
-        std::swap(on_edge_[k], on_edge_[k - 1]);
-    bool inside = side_at(on_edge_[0], edge.from) > 0;
-    std::uint32_t corner = edge.from;
-    for (const Crossing& x : on_edge_) {
-      if ((side_at(x, edge.from) > 0) != inside) ++broken_;
-      if (inside) new_edges_.push_back({edge.line, edge.plane, edge.orientation, corner, x.corner});
-      inside = !inside;
-      corner = x.corner;
-    }
-    if (inside) new_edges_.push_back({edge.line, edge.plane, edge.orientation, corner, edge.to});
-    state_[e] = inside ? 1 : 0;  // at its end
-  }
-  for (std::uint32_t e = 0; e < n; ++e) {
-    if (first_on_edge_[e] == nothing) continue;
-    for (std::uint32_t k = next_[c_->edges[e].to]; k != nothing && state_[k] < 0;
-         k = next_[c_->edges[k].to]) {
-      state_[k] = state_[e];
-      if (state_[k] == 1) new_edges_.push_back(c_->edges[k]);
-    }
-  }
-  for (std::uint32_t e = 0; e < n; ++e) {
-    if (state_[e] >= 0) continue;
-    bool inside;
-    if (cone != nullptr) {
-      inside = inside_cone(e, cone_index, p);
+  new_nodes_.clear(), new_loop_ends_.clear();
+  const auto close = [&](bool good) {
+    const std::size_t begin = new_loop_ends_.empty() ? 0 : new_loop_ends_.back();
+    if (good) {
+      new_loop_ends_.push_back(static_cast<std::uint32_t>(new_nodes_.size()));
     } else {
-      inside = !cuts_.empty() && sides_[cuts_[0].sides + c_->edges[e].from] > 0;
+      ++broken_;
+      new_nodes_.resize(begin);
     }
-    for (std::uint32_t k = e; k != nothing && state_[k] < 0; k = next_[c_->edges[k].to]) {
-      state_[k] = inside;
-      if (inside) new_edges_.push_back(c_->edges[k]);
-    }
+  };
+  for (std::uint32_t i = 0; i < crossings_.size(); ++i)
+    if (crossings_[i].sign < 0 && !crossings_[i].done) close(follow(i));
+  for (std::uint32_t i = 0; i < pieces_.size(); ++i) {
+    // Rings of the cone inside the face.
+    if (pieces_[i].done || pieces_[i].from != nothing) continue;
+    std::uint32_t piece = i;
+    close(follow_pieces(piece, i));
   }
-  c_->edges.swap(new_edges_);
-  if (c_->edges.empty()) return false;
-
-  // Only the corners that are still in use.
-  remap_.assign(c_->corners.size(), nothing);
-  new_corners_.clear();
-  for (Edge& e : c_->edges)
-    for (std::uint32_t* v : {&e.from, &e.to}) {
-      if (remap_[*v] == nothing) {
-        remap_[*v] = static_cast<std::uint32_t>(new_corners_.size());
-        new_corners_.push_back(c_->corners[*v]);
-      }
-      *v = remap_[*v];
+  std::uint32_t begin = 0;
+  bool changed = !pieces_.empty();
+  for (const std::uint32_t end : chart.loop_ends) {
+    bool crossed = false;
+    if (!crossings_.empty())
+      for (std::uint32_t i = begin; i < end && !crossed; ++i)
+        crossed = first_on_edge_[i] != nothing;
+    if (!crossed && loop_inside(begin, end)) {
+      new_nodes_.insert(new_nodes_.end(), chart.nodes.begin() + begin, chart.nodes.begin() + end);
+      close(true);
+    } else {
+      changed = true;
     }
-  c_->corners.swap(new_corners_);
+    begin = end;
+  }
+  if (!changed) return true;
+  chart.nodes.swap(new_nodes_);
+  chart.loop_ends.swap(new_loop_ends_);
+  if (chart.nodes.empty()) return false;
   update_extent();
   return true;
-}
-
-void FaceClipper::emit(FaceLoops& out) {
-  const std::uint32_t n = static_cast<std::uint32_t>(c_->edges.size());
-  next_.assign(c_->corners.size(), nothing);
-  for (std::uint32_t e = 0; e < n; ++e) next_[c_->edges[e].from] = e;
-  state_.assign(n, 0);
-  // A cone's chart and the lower faces of the box are seen from inside, so their loops turn around.
-  const bool reverse = c_->cone >= 0 || c_->handed > 0;
-  bool any = false;
-  for (std::uint32_t e = 0; e < n; ++e) {
-    if (state_[e] != 0) continue;
-    const std::size_t begin = out.corners.size();
-    for (std::uint32_t k = e; k != nothing && state_[k] == 0; k = next_[c_->edges[k].to]) {
-      state_[k] = 1;
-      const Corner& v = c_->corners[c_->edges[k].from];
-      CornerKey key;
-      if (v.apex) {
-        key = {static_cast<std::uint32_t>(c_->cone), scene_->cones[c_->cone]->ring[c_->local],
-               apex_mark};
-        if (out.corners.size() > begin && out.corners.back() == key) continue;
-      } else {
-        key = {c_->face, v.plane1, v.plane2};
-        std::sort(key.begin(), key.end());
-      }
-      out.corners.push_back(key);
-    }
-    if (out.corners.size() > begin + 1 && out.corners.back() == out.corners[begin])
-      out.corners.pop_back();
-    if (out.corners.size() < begin + 3) {
-      out.corners.resize(begin);
-      ++broken_;
-      continue;
-    }
-    if (reverse) std::reverse(out.corners.begin() + begin, out.corners.end());
-    out.loop_ends.push_back(static_cast<std::uint32_t>(out.corners.size()));
-    any = true;
-  }
-  if (any) {
-    out.faces.push_back(c_->face);
-    out.face_ends.push_back(static_cast<std::uint32_t>(out.loop_ends.size()));
-  }
 }
 
 }  // namespace polyhull::hull

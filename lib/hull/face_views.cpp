@@ -44,6 +44,7 @@ bool apart(const std::array<Vec2, 4>& q, const Vec2& a, const Vec2& b) {
 /// Finds the edges of the cone that may meet the face, or that there is none.
 FaceClipper::Meeting FaceClipper::gather(const Cone& cone, const Picture& p) {
   ++stamp_now_;
+  candidate_count_ = 0;
   const Mat3& m = cone.camera.to_pixel;
   const Vec3 a = m * p.a, b = m * p.b, d = m * p.d;
   const Extent& x = c_->extent;
@@ -61,7 +62,7 @@ FaceClipper::Meeting FaceClipper::gather(const Cone& cone, const Picture& p) {
     }
   }
   if (all) {
-    for (std::uint32_t e = 0; e < cone.size(); ++e) candidates_.push_back(e);
+    for (std::uint32_t e = 0; e < cone.size(); ++e) candidates_[candidate_count_++] = e;
     return Meeting::perhaps;
   }
   const ContourGrid& grid = cone.grid;
@@ -82,7 +83,7 @@ FaceClipper::Meeting FaceClipper::gather(const Cone& cone, const Picture& p) {
           std::max(segment.a.y, segment.b.y) < box_low.y ||
           std::min(segment.a.y, segment.b.y) > box_high.y)
         continue;
-      if (!apart(quad, segment.a, segment.b)) candidates_.push_back(e);
+      if (!apart(quad, segment.a, segment.b)) candidates_[candidate_count_++] = e;
     }
   };
   if (c0 == c1 || r0 == r1 || (c1 - c0 + 1) * (r1 - r0 + 1) <= 12) {
@@ -115,7 +116,7 @@ FaceClipper::Meeting FaceClipper::gather(const Cone& cone, const Picture& p) {
     for (int r = r0; r <= r1; ++r)
       for (int c = rows_[r - r0][0]; c <= rows_[r - r0][1]; ++c) take(c, r);
   }
-  if (!candidates_.empty()) return Meeting::perhaps;
+  if (candidate_count_ > 0) return Meeting::perhaps;
   // No edge meets the quadrilateral: any of its points tells.
   for (const Vec2& corner : quad) {
     const Meeting meeting = locate(cone, corner);
@@ -150,12 +151,12 @@ FaceClipper::Meeting FaceClipper::locate(const Cone& cone, const Vec2& x) const 
   return inside ? Meeting::inside : Meeting::outside;
 }
 
-/// Whether the loop of \p edge, which crosses no face of the cone, lies inside it.
-bool FaceClipper::inside_cone(std::uint32_t edge, std::uint32_t cone_index, const Picture& p) {
-  const Cone& cone = *scene_->cones[cone_index];
+/// Whether the loop of the node, which crosses no face of the cone, lies inside it.
+bool FaceClipper::inside_cone(std::uint32_t node) {
+  const Cone& cone = *cone_;
+  const Picture& p = picture_;
   const Mat3& m = cone.camera.to_pixel;
-  while (c_->corners[c_->edges[edge].from].apex) edge = next_[c_->edges[edge].to];
-  const Corner& v = c_->corners[c_->edges[edge].from];
+  const Corner& v = c_->nodes[node].corner;
   if (v.tolerance < 1e-9) {
     const Vec3 d = v.h * p.a + v.t * p.b + v.w * p.d;
     const Vec3 q = m * d;
@@ -166,18 +167,18 @@ bool FaceClipper::inside_cone(std::uint32_t edge, std::uint32_t cone_index, cons
       if (meeting != Meeting::perhaps) return (meeting == Meeting::inside) != cone.complement;
     }
   }
-  return inside_cone_exact(edge, cone_index, p);
+  return inside_cone_exact(node);
 }
 
 /// The same from all edges of the cone: along the edge's line from its first corner to infinity,
 /// that end which is behind the cone's centre and so outside, count the faces on the way.
-bool FaceClipper::inside_cone_exact(std::uint32_t edge, std::uint32_t cone_index,
-                                    const Picture& p) {
+bool FaceClipper::inside_cone_exact(std::uint32_t node) {
   const Scene& s = *scene_;
-  const Cone& cone = *s.cones[cone_index];
-  const std::uint32_t base = s.first_face[cone_index];
-  const Edge e = c_->edges[edge];
-  const Corner from = c_->corners[e.from];
+  const Cone& cone = *cone_;
+  const Picture& p = picture_;
+  const std::uint32_t base = base_;
+  const Edge e = c_->nodes[node].edge;
+  const Corner from = c_->nodes[node].corner;
   // The line's point at infinity: the plane at infinity is w = 0 in a cone's chart, h = 0 in a
   // box's.
   const Line infinite = c_->cone >= 0 ? Line{0, 0, 1} : Line{1, 0, 0};
