@@ -50,8 +50,12 @@ class ContourGrid {
   }
 
   std::span<const std::uint32_t> edges(int column, int row) const {
-    const Cell* c = cells_.data() + static_cast<std::size_t>(row) * (columns_ + 1) + column;
-    return {items_.data() + c[0].start, items_.data() + c[1].start};
+    return edges(column, column, row);
+  }
+  /// Those of the cells from \p column0 to \p column1; edges may occur several times.
+  std::span<const std::uint32_t> edges(int column0, int column1, int row) const {
+    const Cell* c = cells_.data() + static_cast<std::size_t>(row) * (columns_ + 1);
+    return {items_.data() + c[column0].start, items_.data() + c[column1 + 1].start};
   }
 
   /// Whether the centre of the cell is inside by the even-odd rule; unknown where an edge is too

@@ -79,9 +79,8 @@ class FaceClipper {
 
   void begin(const Scene& scene);
 
-  /// Appends the loops of the faces [begin, end), seen counter-clockwise from outside. Neighbouring
-  /// faces go together through one camera's picture after the other, where they need the same
-  /// parts.
+  /// Appends the loops of the faces [begin, end), seen counter-clockwise from outside. The result
+  /// depends on the block only, not on what was clipped before.
   void clip(std::uint32_t begin, std::uint32_t end, FaceLoops& out);
 
  private:
@@ -107,17 +106,19 @@ class FaceClipper {
     double t0, t1, w0, w1;
     bool endless;  ///< up to the apex
   };
-  /// One face with its loops so far.
+  /// Loops that lie apart from the face's others along the rays.
+  struct Part {
+    std::vector<Node> nodes;               ///< one loop after the other
+    std::vector<std::uint32_t> loop_ends;  ///< into nodes
+    Extent extent;
+  };
+  /// The face at work.
   struct Chart {
     std::uint32_t face = 0, local = 0;
     std::int32_t cone = -1;  ///< of the face; -1: a face of the box
-    bool left = false;       ///< whether any of it is left
     int handed = 1;          ///< sign of the chart against the face's plane
     double unit = 1.0;       ///< 1/S
     Vec3 axis_a{0.0}, axis_b{0.0}, axis_c{0.0}, corner{0.0};
-    Extent extent{};
-    std::vector<Node> nodes;               ///< one loop after the other
-    std::vector<std::uint32_t> loop_ends;  ///< into nodes
   };
   /// A cut's line with an edge; the point s (edge x cut) as it comes out of the cross product.
   struct Crossing {
@@ -140,21 +141,24 @@ class FaceClipper {
   bool start(std::uint32_t face);
   void start_cone_face();
   void start_box_face();
-  bool cut_by_cone(std::uint32_t cone);
-  bool cut_by_plane(int box_face);
-  Picture picture(std::uint32_t cone) const;
+  void add_rectangle(const std::array<Node, 4>& nodes);
+  void cut_by_box();
+  void cut_by_cones(std::vector<std::uint32_t>& order);
+  bool cut_part();
+  void divide(std::size_t part);
+  void to_front(std::vector<std::uint32_t>& order);
+  void look_at(std::uint32_t cone);
   enum class Meeting { inside, outside, perhaps };
-  Meeting gather(const Cone& cone, const Picture& p);
+  Meeting gather();
   Meeting locate(const Cone& cone, const Vec2& pixel) const;
-  void update_extent();
   const Line& cached_line(std::uint32_t edge) {
-    if (line_stamp_[edge] != stamp_now_) {
-      line_stamp_[edge] = stamp_now_;
+    if (line_stamp_[edge] != look_now_) {
+      line_stamp_[edge] = look_now_;
       lines_[edge] = line_of(cone_->normals[edge], picture_);
     }
     return lines_[edge];
   }
-  void begin_cuts(const Cone* cone, std::uint32_t base, const Picture& p);
+  void begin_cuts();
   void add_cut(const Line& line, std::uint32_t edge, std::uint32_t plane);
   bool apply_cuts();
   bool runs_forward() const;
@@ -194,27 +198,37 @@ class FaceClipper {
   }
 
   const Scene* scene_ = nullptr;
-  Chart* c_ = nullptr;          ///< the face at work
+  Chart chart_;
+  std::vector<Part> parts_;  ///< the first part_count_ are in use
+  std::size_t part_count_ = 0;
+  Part* part_ = nullptr;        ///< at work
   const Cone* cone_ = nullptr;  ///< that cuts it; null: a plane of the box does
   std::uint32_t base_ = 0;      ///< the cone's first plane
   Picture picture_{};
+  Vec3 pixel_a_{0.0}, pixel_b_{0.0}, pixel_d_{0.0};  ///< picture_ in homogeneous pixels
   bool forward_ = true;  ///< whether the cone's edges run as the new border's
-  std::vector<Chart> charts_;
+  std::vector<std::uint32_t> order_, new_order_;
+  std::vector<std::uint8_t> bounds_face_;  ///< of each cone, whether the last face has its planes
+  struct Loop {
+    Extent extent;
+    std::uint32_t begin, end;
+  };
+  std::vector<Loop> loops_;
   std::vector<Node> new_nodes_;
   std::vector<std::uint32_t> new_loop_ends_;
   std::vector<Cut> cuts_;
   std::size_t words_ = 0;             ///< of a mask
   std::vector<std::uint64_t> masks_;  ///< of each cut one bit per node: inner()
-  std::vector<Crossing> crossings_, on_cut_;
+  std::vector<Crossing> crossings_;
   std::vector<Piece> pieces_;
-  std::vector<std::uint32_t> on_edge_, first_on_edge_;
+  std::vector<std::uint32_t> on_cut_, on_edge_, first_on_edge_;  ///< crossings
   std::vector<std::uint32_t> candidates_;
   std::uint32_t candidate_count_ = 0;
   std::vector<std::uint32_t> stamp_, line_stamp_;
   std::vector<Line> lines_;
   std::vector<std::uint32_t> piece_at_ray_;  ///< the piece that begins there, if of this cone
   std::vector<std::array<int, 2>> rows_;
-  std::uint32_t stamp_now_ = 0;
+  std::uint32_t stamp_now_ = 0, look_now_ = 0;
   std::uint64_t predicates_ = 0, exact_ = 0, broken_ = 0;
 };
 

@@ -16,9 +16,9 @@ constexpr std::uint32_t nothing = 0xffffffffu;
 int FaceClipper::side(const Crossing& x, std::uint32_t plane, const Line& line, int orientation) {
   ++predicates_;
   const double d = line.a * x.h + line.b * x.t + line.d * x.w;
-  if (d > determinant_error) return 1;
-  if (d < -determinant_error) return -1;
-  const Edge& edge = c_->nodes[x.node].edge;
+  const int sign = (d > determinant_error) - (d < -determinant_error);
+  if (sign != 0) return sign;
+  const Edge& edge = part_->nodes[x.node].edge;
   Corner v{};
   v.plane1 = edge.plane;
   v.plane2 = cuts_[x.cut].plane;
@@ -29,7 +29,7 @@ int FaceClipper::side(const Crossing& x, std::uint32_t plane, const Line& line, 
 std::uint32_t FaceClipper::following(std::uint32_t node) const {
   ++node;
   std::uint32_t begin = 0;
-  for (const std::uint32_t end : c_->loop_ends) {
+  for (const std::uint32_t end : part_->loop_ends) {
     if (node == end) return begin;
     begin = end;
   }
@@ -37,10 +37,10 @@ std::uint32_t FaceClipper::following(std::uint32_t node) const {
 }
 
 FaceClipper::Corner FaceClipper::corner_at(const Crossing& x) {
-  const Edge& edge = c_->nodes[x.node].edge;
+  const Edge& edge = part_->nodes[x.node].edge;
   const Cut& cut = cuts_[x.cut];
   if (x.h <= 1e-9) {
-    const Corner &from = c_->nodes[x.node].corner, &to = c_->nodes[following(x.node)].corner;
+    const Corner &from = part_->nodes[x.node].corner, &to = part_->nodes[following(x.node)].corner;
     return make_corner(edge.line, cut.line, edge.plane, cut.plane, x.sign, edge.orientation, &from,
                        &to, value(from, cut.line), value(to, cut.line));
   }
@@ -62,9 +62,9 @@ FaceClipper::Corner FaceClipper::corner_at_ray(std::uint32_t ray) {
 }
 
 /// Crosses the cut's line with all edges; what it holds inside the face becomes pieces, and the
-/// crossings between the cut's rays go to crossings_.
+/// crossings between the cut's rays are entered with their edges.
 void FaceClipper::cross(std::uint32_t index) {
-  const Cut cut = cuts_[index];
+  const Cut& cut = cuts_[index];
   std::uint32_t before = 0, after = 0;
   Line before_line{}, after_line{};
   int begin_turn = 1, end_turn = 1;
@@ -77,26 +77,26 @@ void FaceClipper::cross(std::uint32_t index) {
     end_turn = cone_->turn[after];
   }
   on_cut_.clear();
-  const std::int8_t begin_bit = forward_ ? 1 : 2, end_bit = forward_ ? 2 : 1;
-  const Node* nodes = c_->nodes.data();
+  const Line m = cut.line;
   const std::uint64_t* mask = masks_.data() + index * words_;
   for (std::uint32_t word = 0; word < words_; ++word) {
     // The bit of the next corner along its loop.
     std::uint64_t next = mask[word] >> 1;
     if (word + 1 < words_) next |= mask[word + 1] << 63;
     std::uint32_t begin = 0;
-    for (const std::uint32_t end : c_->loop_ends) {
+    for (const std::uint32_t end : part_->loop_ends) {
       if ((end - 1) >> 6 == word) {
         const std::uint64_t bit = std::uint64_t{1} << ((end - 1) & 63);
-        next = inner(index, begin) ? next | bit : next & ~bit;
+        next = (next & ~bit) | (inner(index, begin) ? bit : 0);
       }
       begin = end;
     }
     for (std::uint64_t change = mask[word] ^ next; change != 0; change &= change - 1) {
-      Crossing x;
+      on_cut_.push_back(static_cast<std::uint32_t>(crossings_.size()));
+      Crossing& x = crossings_.emplace_back();
       x.node = word * 64 + static_cast<std::uint32_t>(std::countr_zero(change));
       x.sign = next & change & -change ? -1 : 1;
-      const Line l = nodes[x.node].edge.line, m = cut.line;
+      const Line& l = part_->nodes[x.node].edge.line;
       const double s = x.sign;
       x.h = (l.b * m.d - l.d * m.b) * s;
       x.t = (l.d * m.a - l.a * m.d) * s;
@@ -105,42 +105,41 @@ void FaceClipper::cross(std::uint32_t index) {
       x.done = false;
       x.place = 0;
       if (cone_ != nullptr) {
-        if (side(x, base_ + before, before_line, 1) != begin_turn) x.place |= begin_bit;
-        if (side(x, base_ + after, after_line, 1) != end_turn) x.place |= end_bit;
+        const bool first = side(x, base_ + before, before_line, 1) != begin_turn;
+        const bool last = side(x, base_ + after, after_line, 1) != end_turn;
+        x.place = static_cast<std::int8_t>(forward_ ? first + 2 * last : last + 2 * first);
       }
-      on_cut_.push_back(x);
     }
   }
   if (on_cut_.size() == 2) {
     // The line enters the face where the crossed edge's line grows.
-    if (on_cut_[0].sign < 0) std::swap(on_cut_[0], on_cut_[1]);
+    if (crossings_[on_cut_[0]].sign < 0) std::swap(on_cut_[0], on_cut_[1]);
   } else {
     const auto earlier = [&](const Crossing& x, const Crossing& y) {
-      const Edge& own = c_->nodes[x.node].edge;
-      return side(y, own.plane, own.line, own.orientation) == x.sign;
+      const Edge& edge = part_->nodes[x.node].edge;
+      return side(y, edge.plane, edge.line, edge.orientation) == x.sign;
     };
     for (std::size_t i = 1; i < on_cut_.size(); ++i)
-      for (std::size_t k = i; k > 0 && earlier(on_cut_[k], on_cut_[k - 1]); --k)
+      for (std::size_t k = i; k > 0 && earlier(crossings_[on_cut_[k]], crossings_[on_cut_[k - 1]]);
+           --k)
         std::swap(on_cut_[k], on_cut_[k - 1]);
   }
-  const auto keep = [&](Crossing& x) {
-    const std::uint32_t number = static_cast<std::uint32_t>(crossings_.size());
+  const auto enter = [&](std::uint32_t number) {
+    Crossing& x = crossings_[number];
+    if (x.place != 0) return nothing;
     x.later = first_on_edge_[x.node];
     first_on_edge_[x.node] = number;
-    crossings_.push_back(x);
     return number;
   };
   for (std::size_t i = 0; i + 1 < on_cut_.size(); i += 2) {
-    Crossing& x = on_cut_[i];
-    Crossing& y = on_cut_[i + 1];
+    Crossing &x = crossings_[on_cut_[i]], &y = crossings_[on_cut_[i + 1]];
     if (x.place != 0 && y.place != 0 && !(x.place == 1 && y.place == 2)) continue;
     const std::uint32_t number = static_cast<std::uint32_t>(pieces_.size());
     if (x.place == 0)
       x.piece = number;
     else
       piece_at_ray_[forward_ ? cut.edge : after] = number;
-    const std::uint32_t from = x.place == 0 ? keep(x) : nothing;
-    const std::uint32_t to = y.place == 0 ? keep(y) : nothing;
+    const std::uint32_t from = enter(on_cut_[i]), to = enter(on_cut_[i + 1]);
     pieces_.push_back({index, from, to, false});
   }
   if (on_cut_.size() % 2 != 0) ++broken_;
@@ -189,11 +188,11 @@ bool FaceClipper::follow(std::uint32_t first) {
     Crossing& in = crossings_[at];
     if (in.done) return false;
     in.done = true;
-    new_nodes_.push_back({corner_at(in), c_->nodes[in.node].edge});
+    new_nodes_.push_back({corner_at(in), part_->nodes[in.node].edge});
     std::uint32_t out = in.later;
     for (std::uint32_t node = in.node; out == nothing; out = first_on_edge_[node]) {
       node = following(node);
-      new_nodes_.push_back(c_->nodes[node]);
+      new_nodes_.push_back(part_->nodes[node]);
     }
     std::uint32_t piece = crossings_[out].piece;
     if (piece == nothing) return false;
@@ -205,39 +204,43 @@ bool FaceClipper::follow(std::uint32_t first) {
   }
 }
 
-/// Of a loop that crosses no face of the cone.
+/// Of a loop that crosses no face of the cone: any of its corners tells, best one known well.
 bool FaceClipper::loop_inside(std::uint32_t begin, std::uint32_t end) {
   if (cone_ == nullptr) return inner(0, begin);
-  while (begin + 1 < end && c_->nodes[begin].corner.apex) ++begin;
-  return inside_cone(begin);
+  std::uint32_t best = begin;
+  for (std::uint32_t i = begin; i < end; ++i) {
+    const Corner &v = part_->nodes[i].corner, &b = part_->nodes[best].corner;
+    if (!v.apex && (b.apex || v.tolerance < b.tolerance)) best = i;
+  }
+  return inside_cone(best);
 }
 
 /// Whether, seen from the solid's side of the face, the cone's edges run as the chart's do.
 bool FaceClipper::runs_forward() const {
   double x;
-  if (c_->cone >= 0) {
-    const Cone& own = *scene_->cones[c_->cone];
-    x = glm::dot(own.normals[c_->local], cone_->centre_real - own.centre_real) * c_->unit;
+  if (chart_.cone >= 0) {
+    const Cone& own = *scene_->cones[chart_.cone];
+    x = glm::dot(own.normals[chart_.local], cone_->centre_real - own.centre_real) * chart_.unit;
   } else {
-    const int k = static_cast<int>(c_->face - scene_->cone_faces());
-    x = (cone_->centre_real[k / 2] - scene_->box[k]) * c_->unit * c_->handed;
+    const int k = static_cast<int>(chart_.face - scene_->cone_faces());
+    x = (cone_->centre_real[k / 2] - scene_->box[k]) * chart_.unit * chart_.handed;
   }
   if (!(std::abs(x) > 1e-14))
-    x = scene_->set.side_of_point(c_->face, cone_->centre[0], cone_->centre[1], cone_->centre[2]);
-  return (x > 0 ? 1 : -1) * c_->handed < 0;
+    x = scene_->set.side_of_point(chart_.face, cone_->centre[0], cone_->centre[1],
+                                  cone_->centre[2]);
+  return (x > 0 ? 1 : -1) * chart_.handed < 0;
 }
 
-void FaceClipper::begin_cuts(const Cone* cone, std::uint32_t base, const Picture& p) {
-  cone_ = cone, base_ = base, picture_ = p;
-  words_ = (c_->nodes.size() + 63) / 64;
+void FaceClipper::begin_cuts() {
+  words_ = (part_->nodes.size() + 63) / 64;
   cuts_.clear();
   masks_.clear();
 }
 
 /// Keeps the line as a cut if it has corners on both sides.
 void FaceClipper::add_cut(const Line& line, std::uint32_t edge, std::uint32_t plane) {
-  const Node* nodes = c_->nodes.data();
-  const std::size_t n = c_->nodes.size(), begin = masks_.size();
+  const Node* nodes = part_->nodes.data();
+  const std::size_t n = part_->nodes.size(), begin = masks_.size();
   const Line l = line;
   bool any = false, all = true;
   for (std::size_t first = 0; first < n; first += 64) {
@@ -269,15 +272,13 @@ void FaceClipper::add_cut(const Line& line, std::uint32_t edge, std::uint32_t pl
 
 /// Makes of the loops what the cuts and the cone leave of them; false if that is nothing.
 bool FaceClipper::apply_cuts() {
-  Chart& chart = *c_;
-  const std::uint32_t n = static_cast<std::uint32_t>(chart.nodes.size());
+  const std::uint32_t n = static_cast<std::uint32_t>(part_->nodes.size());
   crossings_.clear(), pieces_.clear();
   first_on_edge_.assign(n, nothing);
   if (!cuts_.empty()) {
-    forward_ = cone_ == nullptr || runs_forward();
     for (std::uint32_t i = 0; i < cuts_.size(); ++i) cross(i);
   }
-  if (!crossings_.empty())
+  if (!pieces_.empty())
     for (std::uint32_t i = 0; i < n; ++i)
       if (first_on_edge_[i] != nothing && crossings_[first_on_edge_[i]].later != nothing)
         sort_crossings(i);
@@ -293,7 +294,7 @@ bool FaceClipper::apply_cuts() {
     }
   };
   for (std::uint32_t i = 0; i < crossings_.size(); ++i)
-    if (crossings_[i].sign < 0 && !crossings_[i].done) close(follow(i));
+    if (crossings_[i].sign < 0 && crossings_[i].place == 0 && !crossings_[i].done) close(follow(i));
   for (std::uint32_t i = 0; i < pieces_.size(); ++i) {
     // Rings of the cone inside the face.
     if (pieces_[i].done || pieces_[i].from != nothing) continue;
@@ -301,14 +302,15 @@ bool FaceClipper::apply_cuts() {
     close(follow_pieces(piece, i));
   }
   std::uint32_t begin = 0;
-  bool changed = !pieces_.empty();
-  for (const std::uint32_t end : chart.loop_ends) {
+  const bool crossed_any = !pieces_.empty();
+  bool changed = crossed_any;
+  for (const std::uint32_t end : part_->loop_ends) {
     bool crossed = false;
-    if (!crossings_.empty())
+    if (crossed_any)
       for (std::uint32_t i = begin; i < end && !crossed; ++i)
         crossed = first_on_edge_[i] != nothing;
     if (!crossed && loop_inside(begin, end)) {
-      new_nodes_.insert(new_nodes_.end(), chart.nodes.begin() + begin, chart.nodes.begin() + end);
+      new_nodes_.insert(new_nodes_.end(), part_->nodes.begin() + begin, part_->nodes.begin() + end);
       close(true);
     } else {
       changed = true;
@@ -316,11 +318,9 @@ bool FaceClipper::apply_cuts() {
     begin = end;
   }
   if (!changed) return true;
-  chart.nodes.swap(new_nodes_);
-  chart.loop_ends.swap(new_loop_ends_);
-  if (chart.nodes.empty()) return false;
-  update_extent();
-  return true;
+  part_->nodes.swap(new_nodes_);
+  part_->loop_ends.swap(new_loop_ends_);
+  return !part_->nodes.empty();
 }
 
 }  // namespace polyhull::hull

@@ -15,41 +15,79 @@ double reach(const Vec2& a) {
   return std::abs(a.x) + std::abs(a.y);
 }
 
-/// Whether all of a convex quadrilateral and a segment lie apart by the grid's margin, on two sides
-/// of the segment's line or of a side of the quadrilateral.
-bool apart(const std::array<Vec2, 4>& q, const Vec2& a, const Vec2& b) {
-  const Vec2 d = b - a;
-  const double margin = grid_margin * reach(d);
-  int above = 0, below = 0;
-  for (const Vec2& x : q) {
-    const double s = cross2(d, x - a);
-    above += s > margin, below += s < -margin;
+/// What of the picture a face covers, and whether an edge comes near. Written without branches:
+/// which of its tests an edge fails is random.
+struct Quadrilateral {
+  std::array<double, 4> x, y;
+  Vec2 low{1e300}, high{-1e300};
+  struct {
+    double x = 0, y = 0, offset = 1, margin = 0;  ///< positive on the quadrilateral
+  } side[2];                                      ///< those along the rays: corners 1-2 and 3-0
+
+  void set_corner(int k, const Vec2& p) {
+    x[k] = p.x, y[k] = p.y;
+    low = glm::min(low, p), high = glm::max(high, p);
   }
-  if (above == 4 || below == 4) return true;
-  for (int k = 1; k < 4; k += 2) {
-    // The sides along the rays: corners 1-2 and 3-0, with the quadrilateral on one side.
-    const Vec2 from = q[k], side = q[(k + 1) & 3] - from;
-    const double size = reach(side);
-    if (size < 1e-3) continue;
-    const double s0 = cross2(side, a - from), s1 = cross2(side, b - from);
-    const double own = cross2(side, q[(k + 2) & 3] - from) + cross2(side, q[(k + 3) & 3] - from);
-    const double edge = grid_margin * size;
-    if (own >= 0 ? s0 < -edge && s1 < -edge : s0 > edge && s1 > edge) return true;
+
+  void finish() {
+    for (int k = 0; k < 2; ++k) {
+      const int i = 2 * k + 1, j = (2 * k + 2) & 3;
+      const double dx = x[j] - x[i], dy = y[j] - y[i];
+      const double size = std::abs(dx) + std::abs(dy);
+      if (size < 1e-3) continue;
+      const double offset = dy * x[i] - dx * y[i];
+      const int p = (i + 2) & 3, q = (j + 2) & 3;
+      const double own = dx * (y[p] + y[q]) - dy * (x[p] + x[q]) + 2 * offset;
+      const double sign = own >= 0 ? 1 : -1;
+      side[k] = {-dy * sign, dx * sign, offset * sign, grid_margin * size};
+    }
+    low -= grid_margin, high += grid_margin;
   }
-  return false;
-}
+
+  /// False if the quadrilateral and the segment lie apart by the grid's margin: on two sides of the
+  /// segment's line or of a side along the rays, or of a line along the axes.
+  bool meets(const ContourGrid::Segment& s) const {
+    const double dx = s.b.x - s.a.x, dy = s.b.y - s.a.y, offset = dx * s.a.y - dy * s.a.x;
+    const double margin = grid_margin * (std::abs(dx) + std::abs(dy));
+    std::array<double, 4> v;
+    for (int k = 0; k < 4; ++k) v[k] = dx * y[k] - dy * x[k] - offset;
+    bool apart = (least(least(v[0], v[1]), least(v[2], v[3])) > margin) |
+                 (most(most(v[0], v[1]), most(v[2], v[3])) < -margin);
+    for (const auto& n : side)
+      apart |= most(n.x * s.a.x + n.y * s.a.y, n.x * s.b.x + n.y * s.b.y) + n.offset < -n.margin;
+    apart |= (most(s.a.x, s.b.x) < low.x) | (least(s.a.x, s.b.x) > high.x) |
+             (most(s.a.y, s.b.y) < low.y) | (least(s.a.y, s.b.y) > high.y);
+    return !apart;
+  }
+
+ private:
+  static double least(double a, double b) { return a < b ? a : b; }
+  static double most(double a, double b) { return a > b ? a : b; }
+};
 
 }  // namespace
 
-/// Finds the edges of the cone that may meet the face, or that there is none.
-FaceClipper::Meeting FaceClipper::gather(const Cone& cone, const Picture& p) {
+/// Has the other cone look at the face.
+void FaceClipper::look_at(std::uint32_t index) {
+  ++look_now_;
+  cone_ = scene_->cones[index];
+  base_ = scene_->first_face[index];
+  const Vec3 to = (chart_.corner - cone_->centre_real) * chart_.unit;
+  picture_ = chart_.cone >= 0 ? Picture{chart_.axis_a, chart_.axis_b, to}
+                              : Picture{to, chart_.axis_b, chart_.axis_c};
+  const Mat3& m = cone_->camera.to_pixel;
+  pixel_a_ = m * picture_.a, pixel_b_ = m * picture_.b, pixel_d_ = m * picture_.d;
+  forward_ = runs_forward();
+}
+
+/// Finds the edges of the cone that may meet the part, or that there is none.
+FaceClipper::Meeting FaceClipper::gather() {
   ++stamp_now_;
   candidate_count_ = 0;
-  const Mat3& m = cone.camera.to_pixel;
-  const Vec3 a = m * p.a, b = m * p.b, d = m * p.d;
-  const Extent& x = c_->extent;
-  std::array<Vec2, 4> quad;
-  Vec2 low(1e300), high(-1e300);
+  const Cone& cone = *cone_;
+  const Vec3 a = pixel_a_, b = pixel_b_, d = pixel_d_;
+  const Extent& x = part_->extent;
+  Quadrilateral quad;
   bool all = x.endless;
   if (!all) {
     const double t[4] = {x.t0, x.t1, x.t1, x.t0}, w[4] = {x.w0, x.w0, x.w1, x.w1};
@@ -57,8 +95,7 @@ FaceClipper::Meeting FaceClipper::gather(const Cone& cone, const Picture& p) {
       const Vec3 q = a + t[k] * b + w[k] * d;
       const double size = std::abs(a.z) + std::abs(b.z * t[k]) + std::abs(d.z * w[k]);
       all = all || !(q.z > 1e-6 * size);
-      quad[k] = Vec2(q) * (1.0 / q.z);
-      low = glm::min(low, quad[k]), high = glm::max(high, quad[k]);
+      quad.set_corner(k, Vec2(q) * (1.0 / q.z));
     }
   }
   if (all) {
@@ -67,33 +104,30 @@ FaceClipper::Meeting FaceClipper::gather(const Cone& cone, const Picture& p) {
   }
   const ContourGrid& grid = cone.grid;
   int c0, c1, r0, r1;
-  grid.column_range(low.x, high.x, c0, c1);
-  grid.row_range(low.y, high.y, r0, r1);
+  grid.column_range(quad.low.x, quad.high.x, c0, c1);
+  grid.row_range(quad.low.y, quad.high.y, r0, r1);
   if (c0 > c1 || r0 > r1) return Meeting::outside;
   if (grid.occupied(c0, c1, r0, r1) == 0)
     return grid.state(c0, r0) == CellState::inside ? Meeting::inside : Meeting::outside;
-  const Vec2 box_low = low - grid_margin, box_high = high + grid_margin;
-  const auto take = [&](int column, int row) {
-    for (std::uint32_t e : grid.edges(column, row)) {
-      if (stamp_[e] == stamp_now_) continue;
-      stamp_[e] = stamp_now_;
-      const ContourGrid::Segment& segment = grid.segment(e);
-      if (std::max(segment.a.x, segment.b.x) < box_low.x ||
-          std::min(segment.a.x, segment.b.x) > box_high.x ||
-          std::max(segment.a.y, segment.b.y) < box_low.y ||
-          std::min(segment.a.y, segment.b.y) > box_high.y)
-        continue;
-      if (!apart(quad, segment.a, segment.b)) candidates_[candidate_count_++] = e;
+  quad.finish();
+  const std::uint32_t now = stamp_now_;
+  std::uint32_t count = 0;
+  const auto take = [&](int column0, int column1, int row) {
+    if (column0 > column1) return;
+    for (const std::uint32_t e : grid.edges(column0, column1, row)) {
+      candidates_[count] = e;
+      count += (stamp_[e] != now) & quad.meets(grid.segment(e));
+      stamp_[e] = now;
     }
   };
   if (c0 == c1 || r0 == r1 || (c1 - c0 + 1) * (r1 - r0 + 1) <= 12) {
-    for (int r = r0; r <= r1; ++r)
-      for (int c = c0; c <= c1; ++c) take(c, r);
+    for (int r = r0; r <= r1; ++r) take(c0, c1, r);
   } else {
     // The columns that the quadrilateral spans in each row of cells.
     rows_.assign(static_cast<std::size_t>(r1 - r0) + 1, {c1 + 1, c0 - 1});
     for (int k = 0; k < 4; ++k) {
-      const Vec2 from = quad[k], to = quad[(k + 1) & 3];
+      const int next = (k + 1) & 3;
+      const Vec2 from(quad.x[k], quad.y[k]), to(quad.x[next], quad.y[next]);
       int first, last;
       grid.row_range(std::min(from.y, to.y), std::max(from.y, to.y), first, last);
       const double dy = to.y - from.y;
@@ -113,13 +147,13 @@ FaceClipper::Meeting FaceClipper::gather(const Cone& cone, const Picture& p) {
         row[1] = std::max(row[1], std::min(cb, c1));
       }
     }
-    for (int r = r0; r <= r1; ++r)
-      for (int c = rows_[r - r0][0]; c <= rows_[r - r0][1]; ++c) take(c, r);
+    for (int r = r0; r <= r1; ++r) take(rows_[r - r0][0], rows_[r - r0][1], r);
   }
-  if (candidate_count_ > 0) return Meeting::perhaps;
+  candidate_count_ = count;
+  if (count > 0) return Meeting::perhaps;
   // No edge meets the quadrilateral: any of its points tells.
-  for (const Vec2& corner : quad) {
-    const Meeting meeting = locate(cone, corner);
+  for (int k = 0; k < 4; ++k) {
+    const Meeting meeting = locate(cone, Vec2(quad.x[k], quad.y[k]));
     if (meeting != Meeting::perhaps) return meeting;
   }
   return Meeting::perhaps;
@@ -156,7 +190,7 @@ bool FaceClipper::inside_cone(std::uint32_t node) {
   const Cone& cone = *cone_;
   const Picture& p = picture_;
   const Mat3& m = cone.camera.to_pixel;
-  const Corner& v = c_->nodes[node].corner;
+  const Corner& v = part_->nodes[node].corner;
   if (v.tolerance < 1e-9) {
     const Vec3 d = v.h * p.a + v.t * p.b + v.w * p.d;
     const Vec3 q = m * d;
@@ -177,11 +211,11 @@ bool FaceClipper::inside_cone_exact(std::uint32_t node) {
   const Cone& cone = *cone_;
   const Picture& p = picture_;
   const std::uint32_t base = base_;
-  const Edge e = c_->nodes[node].edge;
-  const Corner from = c_->nodes[node].corner;
+  const Edge e = part_->nodes[node].edge;
+  const Corner from = part_->nodes[node].corner;
   // The line's point at infinity: the plane at infinity is w = 0 in a cone's chart, h = 0 in a
   // box's.
-  const Line infinite = c_->cone >= 0 ? Line{0, 0, 1} : Line{1, 0, 0};
+  const Line infinite = chart_.cone >= 0 ? Line{0, 0, 1} : Line{1, 0, 0};
   Corner to{};
   to.h = e.line.b * infinite.d - e.line.d * infinite.b;
   to.t = e.line.d * infinite.a - e.line.a * infinite.d;
