@@ -45,35 +45,39 @@ BoxShape box_shape(double sigma, int passes) {
   return {r, static_cast<float>(f), static_cast<float>(whole + 2.0 * f)};
 }
 
-// Charalampidis 2016: the Gaussian as three cosines over [-N, N], each from a second-order
+// Charalampidis 2016: the Gaussian as a few cosines over [-N, N], each from a second-order
 // recursion y[i] = n_k (x[i+N-1] + x[i-N-1]) + 2 cos(w_k) y[i-1] - y[i-2].
+constexpr int terms = 4;
 struct Cosines {
   int reach;
-  std::array<double, 3> feed, turn;
+  std::array<double, terms> feed, turn;
 };
 
 Cosines cosines(double sigma) {
   // Section 2.2 of the paper: N and the frequencies pi (2k-1) / (2N); amplitudes by least squares
-  // against the Gaussian with the DC gain fixed to 1.
-  const int n = static_cast<int>(std::lround(3.2795 * sigma + 0.2546));
-  std::array<double, 3> w;
-  for (int k = 0; k < 3; ++k) w[k] = M_PI * (2 * k + 1) / (2.0 * n);
+  // against the Gaussian with the DC gain fixed to 1. The first cosine left out weighs
+  // exp(-(pi (2 terms + 1) sigma / (2N))^2 / 2), what is cut off beyond N exp(-(N / sigma)^2 / 2):
+  // equal at N = 3.76 sigma, both 0.085 %.
+  const int n =
+      static_cast<int>(std::lround(std::sqrt(M_PI * (2 * terms + 1) / 2.0) * sigma + 0.25));
+  std::array<double, terms> w;
+  for (int k = 0; k < terms; ++k) w[k] = M_PI * (2 * k + 1) / (2.0 * n);
   // The cosines are orthogonal over (-N, N), so each amplitude is a projection.
-  std::array<double, 3> amplitude{};
+  std::array<double, terms> amplitude{};
   double norm = 0.0;
   for (int i = -n + 1; i < n; ++i) norm += std::cos(w[0] * i) * std::cos(w[0] * i);
   double total = 0.0;
   for (int i = -4 * n; i <= 4 * n; ++i) total += std::exp(-0.5 * i * i / (sigma * sigma));
-  for (int k = 0; k < 3; ++k) {
+  for (int k = 0; k < terms; ++k) {
     for (int i = -n + 1; i < n; ++i)
       amplitude[k] += std::cos(w[k] * i) * std::exp(-0.5 * i * i / (sigma * sigma)) / total;
     amplitude[k] /= norm;
   }
   double gain = 0.0;
   for (int i = -n + 1; i < n; ++i)
-    for (int k = 0; k < 3; ++k) gain += amplitude[k] * std::cos(w[k] * i);
+    for (int k = 0; k < terms; ++k) gain += amplitude[k] * std::cos(w[k] * i);
   Cosines out{n, {}, {}};
-  for (int k = 0; k < 3; ++k) {
+  for (int k = 0; k < terms; ++k) {
     // h[i] = A cos(w i) on |i| < N has zeros at +-N, so (1 - 2 cos w z^-1 + z^-2) leaves of it only
     // A cos(w (N-1)) at i = -(N-1) and at i = N+1.
     out.feed[k] = amplitude[k] / gain * std::cos(w[k] * (n - 1));
@@ -86,12 +90,12 @@ void cosine_lines(const float* x, float* out, int count, const Cosines& c) {
   // From rest at line -N-1 of the border values: line 0 then has its whole kernel behind it, and a
   // value's way out of the recursion, 2N lines after its way in, is due from line 0 on.
   const int n = c.reach;
-  std::array<std::array<double, lanes>, 3> last{}, before{};
+  std::array<std::array<double, lanes>, terms> last{}, before{};
   for (int i = -2 * n; i < count; ++i) {
     const float* ahead = x + (i + n - 1) * lanes;
     const float* behind = x + (i - n - 1) * lanes;
     std::array<double, lanes> sum{};
-    for (int k = 0; k < 3; ++k) {
+    for (int k = 0; k < terms; ++k) {
       const double feed = c.feed[k], turn = c.turn[k];
       for (int l = 0; l < lanes; ++l) {
         const double in = static_cast<double>(ahead[l]) + (i >= 0 ? behind[l] : 0.0);
@@ -115,7 +119,7 @@ void PlaneBlur::apply(const Matte& matte, const BlurSettings& settings, Field& f
   const bool recursive = !boxes && settings.sigma >= 1.5;
   const Cosines c = recursive ? cosines(settings.sigma) : Cosines{};
   const int reach = boxes ? (shape.radius + 1) * settings.passes : recursive ? c.reach + 2 : 7;
-  // Narrow kernels are summed directly: three cosines do not resolve them.
+  // Narrow kernels are summed directly: a few cosines do not resolve them.
   std::array<double, 7> direct{};
   double total = 0.0;
   for (int k = 0; k < 7 && !boxes && !recursive; ++k) {

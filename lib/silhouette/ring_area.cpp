@@ -4,8 +4,8 @@
 // Corners held back by the tolerance, at tips above all, cut more off than they add. With e_r the
 // signed area between edge r and its run, the sum of all e_r is the difference of the rings' areas.
 // Moving corner v between its neighbours a and b by s along the normal of ab changes the area by
-// s |ab| / 2, so each corner in turn takes half of what its two edges lack, and after that every
-// corner its share of what the whole ring lacks: as far as both edges stay within the tolerance.
+// s |ab| / 2. Every corner takes the same share of what the ring lacks, as far as both its edges
+// stay within the tolerance.
 #include <algorithm>
 #include <cmath>
 
@@ -39,60 +39,76 @@ bool RingFit::try_vertex(std::size_t r, Vec2f to) {
   const FitNode old = node;
   const double px = static_cast<double>(to.x) - points_[0].x;
   const double py = static_cast<double>(to.y) - points_[0].y;
-  const auto distance = [&](int i) { return std::hypot(x_[i] - px, y_[i] - py); };
-  int at = node.point;
-  double nearest = distance(at);
+  const auto distance = [&](int i) {
+    return (x_[i] - px) * (x_[i] - px) + (y_[i] - py) * (y_[i] - py);
+  };
+  double nearest = distance(node.point);
   if (r > 0) {  // runs do not reach across point 0
     const int low = nodes_[before].point + 1, high = last_point(r) - 1;
     for (const int direction : {-1, 1})
-      for (int i = at + direction; i >= low && i <= high; i += direction) {
+      for (int i = old.point + direction; i >= low && i <= high; i += direction) {
         const double d = distance(i);
         if (d >= nearest) break;
         nearest = d;
-        at = i;
+        node.point = i;
       }
   }
   const double most = tolerance_ - margin_;
-  if (nearest > most) return false;
-  node.vertex = to;
-  node.point = at;
-  node.pinned = false;
-  if (deviation(before) <= most && deviation(r) <= most) return true;
+  if (nearest <= most * most) {
+    node.vertex = to;
+    // Points come no farther from an edge than its end moves; only where that is too much, or
+    // points change sides of the corner, they are looked at.
+    const double step = node.point == old.point ? glm::distance(old.vertex, to) : 2.0 * most;
+    double left = nodes_[before].deviation + step, right = old.deviation + step;
+    if (left > most) left = deviation(before);
+    if (left <= most && right > most) right = deviation(r);
+    if (left <= most && right <= most) {
+      nodes_[before].deviation = left;
+      node.deviation = right;
+      node.pinned = false;
+      return true;
+    }
+  }
   node = old;
   return false;
 }
 
-// Moves corner r so that the ring's area grows by `area` (in the formula's orientation), or by as
-// much of it as goes.
-void RingFit::grow_at(std::size_t r, double area) {
+// Moves corner r so that the ring's area grows by `area` (in the formula's orientation), unless
+// that breaks the tolerance.
+bool RingFit::grow_at(std::size_t r, double area) {
   const Vec2f a = nodes_[r == 0 ? nodes_.size() - 1 : r - 1].vertex, b = nodes_[after(r)].vertex;
   const double dx = static_cast<double>(b.x) - a.x, dy = static_cast<double>(b.y) - a.y;
-  const double chord = std::hypot(dx, dy);
-  if (chord < 1.0) return;
+  const double chord = std::sqrt(dx * dx + dy * dy);
+  if (chord < 1.0) return false;
   // cross(n, b - a) = |ab| for n = (dy, -dx) / |ab|.
-  double step = std::clamp(2.0 * area / chord, -0.5 * tolerance_, 0.5 * tolerance_);
+  const double step = std::clamp(2.0 * area / chord, -0.5 * tolerance_, 0.5 * tolerance_) / chord;
   const Vec2f v = nodes_[r].vertex;
-  for (int attempt = 0; attempt < 3 && std::abs(step) > 1.0 / vertex_unit; ++attempt, step *= 0.5)
-    if (try_vertex(r, snapped(v.x + step * dy / chord, v.y - step * dx / chord))) return;
+  return try_vertex(r, snapped(v.x + step * dy, v.y - step * dx));
 }
 
 void RingFit::restore_area() {
+  constexpr double enough = 0.02;  // px of bias that are left
   const std::size_t m = nodes_.size();
   if (m < 3) return;
-  for (int sweep = 0; sweep < 2; ++sweep)
-    for (std::size_t r = 0; r < m; ++r)
-      grow_at(r, -0.5 * (excess(r == 0 ? m - 1 : r - 1) + excess(r)));
-  for (int sweep = 0; sweep < 6; ++sweep) {
-    double lacking = 0.0, chords = 0.0;
+  marked.assign(m, 0);  // corners that cannot move
+  for (int sweep = 0; sweep < 4; ++sweep) {
+    double lacking = 0.0, all = 0.0, chords = 0.0;
     for (std::size_t r = 0; r < m; ++r) {
       lacking -= excess(r);
-      chords += glm::distance(nodes_[r == 0 ? m - 1 : r - 1].vertex, nodes_[after(r)].vertex);
+      const double chord =
+          glm::distance(nodes_[r == 0 ? m - 1 : r - 1].vertex, nodes_[after(r)].vertex);
+      all += chord;
+      if (marked[r] == 0) chords += chord;
     }
-    if (chords <= 0.0 || std::abs(lacking) < 0.002 * chords) return;
+    // Chords span two edges each.
+    if (std::abs(lacking) <= 0.5 * enough * all || chords <= 0.0) return;
     // What some corners cannot take the others get in the next sweep.
-    for (std::size_t r = 0; r < m; ++r)
-      grow_at(r, lacking / chords *
-                     glm::distance(nodes_[r == 0 ? m - 1 : r - 1].vertex, nodes_[after(r)].vertex));
+    for (std::size_t r = 0; r < m; ++r) {
+      if (marked[r] != 0) continue;
+      const double chord =
+          glm::distance(nodes_[r == 0 ? m - 1 : r - 1].vertex, nodes_[after(r)].vertex);
+      marked[r] = !grow_at(r, lacking * chord / chords);
+    }
   }
 }
 

@@ -297,7 +297,8 @@ void RingFit::settle() {
       continue;
     }
     nodes_[r].dirty = false;
-    if (deviation(r) <= tolerance_ - margin_ || !refine(r)) {
+    nodes_[r].deviation = deviation(r);
+    if (nodes_[r].deviation <= tolerance_ - margin_ || !refine(r)) {
       ++r;
       continue;
     }

@@ -33,6 +33,7 @@ struct FitNode {
   bool pinned = false;  ///< the corner is that point itself
   bool dirty = true;    ///< the run has not been checked against its edge
   Vec2f vertex{};
+  double deviation = 0.0;              ///< of the run's traced points from its edge, at most, px
   double nx = 0.0, ny = 0.0, c = 0.0;  ///< the run's line, relative to the ring's first point
 };
 
@@ -66,7 +67,7 @@ class RingFit {
   void restore_area();
   double excess(std::size_t r) const;
   bool try_vertex(std::size_t r, Vec2f to);
-  void grow_at(std::size_t r, double area);
+  bool grow_at(std::size_t r, double area);
   void place_vertex(std::size_t r);
   double deviation(std::size_t r) const;
   int farthest(std::size_t r) const;

@@ -90,7 +90,7 @@ TEST(Blur, ErrorAgainstDoublePrecision) {
     const double recursive = largest_error(m, BlurMethod::recursive, sigma);
     std::printf("%8g %8.3f %8.3f %8.3f\n", sigma, fir, box, recursive);
     EXPECT_LE(fir, sigma <= 8.0 ? 0.15 : 0.5) << sigma;
-    EXPECT_LE(recursive, 1.0) << sigma;
+    EXPECT_LE(recursive, 0.5) << sigma;
     if (sigma >= 1.0) {
       EXPECT_LE(box, 8.0) << sigma;
     }
@@ -112,7 +112,7 @@ TEST(Blur, EverySizeAndPlace) {
     });
     EXPECT_LE(largest_error(m, BlurMethod::fir, sigma), 0.3)
         << w << "x" << h << " sigma " << sigma << " kind " << kind;
-    EXPECT_LE(largest_error(m, BlurMethod::recursive, sigma), 1.5)
+    EXPECT_LE(largest_error(m, BlurMethod::recursive, sigma), 0.5)
         << w << "x" << h << " sigma " << sigma;
   }
 }
