@@ -104,8 +104,8 @@ class HullBuilder {
   /// Rings::points.size() + 0..3 (top, right, bottom, left).
   ///
   /// Triangles that rounding to float would flatten or turn are mended by moving vertices by less
-  /// than 2^-21 of the largest coordinate. With max_deviation the slivers go too, and faces may
-  /// then leave their planes by that much.
+  /// than 2^-21 of the largest coordinate: none is left. With max_deviation the slivers go too, and
+  /// faces may then leave their planes by that much; triangles do not come to cross by it.
   ///
   /// Throws Error when a camera or a contour is not finite or degenerate, or when Unseen::keep
   /// comes without bounds.

@@ -3,34 +3,27 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace polyhull::hull {
 namespace {
 
 constexpr std::uint32_t none = 0xffffffffu;
-/// A sliver's height against its longest edge.
-constexpr double sliver = 0.002;
 
 }  // namespace
 
 bool Simplifier::broken(const Vec3f& a, const Vec3f& b, const Vec3f& c, const Vec3& normal) {
-  const Vec3 p(a);
-  return !(glm::dot(glm::cross(Vec3(b) - p, Vec3(c) - p), normal) > 0.0);
+  return shape_of(Vec3(a), Vec3(b), Vec3(c), normal) == Shape::broken;
 }
 
-Simplifier::Shape Simplifier::shape(std::uint32_t a, std::uint32_t b, std::uint32_t c,
-                                    std::uint32_t face) const {
+Shape Simplifier::shape(std::uint32_t a, std::uint32_t b, std::uint32_t c,
+                        std::uint32_t face) const {
   const auto& v = hull_->vertices;
-  if (broken(v[a], v[b], v[c], normals_[face])) return Shape::broken;
-  if (!slivers_) return Shape::good;
-  const Vec3 p(v[a]), q(v[b]), r(v[c]);
-  const double area = glm::length(glm::cross(q - p, r - p));
-  const double ab = glm::dot(q - p, q - p), bc = glm::dot(r - q, r - q),
-               ca = glm::dot(p - r, p - r);
-  return area < sliver * std::max({ab, bc, ca}) ? Shape::sliver : Shape::good;
+  const Shape found = shape_of(Vec3(v[a]), Vec3(v[b]), Vec3(v[c]), normals_[face]);
+  return found == Shape::sliver && !slivers_ ? Shape::good : found;
 }
 
-Simplifier::Shape Simplifier::shape(std::uint32_t t) const {
+Shape Simplifier::shape(std::uint32_t t) const {
   const auto& i = hull_->triangles;
   return shape(i[3 * t], i[3 * t + 1], i[3 * t + 2], face_of_[t]);
 }
@@ -66,6 +59,26 @@ void Simplifier::connect() {
   dead_.assign(half_edges / 3, 0);
 }
 
+/// Whether each half-edge has its partner and each vertex one fan. Without that walks around a
+/// vertex need not end.
+bool Simplifier::manifold() const {
+  std::vector<std::uint32_t> leaving(hull_->vertices.size(), 0);
+  for (std::size_t h = 0; h < opposite_.size(); ++h) {
+    if (opposite_[h] == none || opposite_[opposite_[h]] != h) return false;
+    ++leaving[hull_->triangles[h]];
+  }
+  for (std::size_t v = 0; v < leaving.size(); ++v) {
+    if (leaving[v] == 0) continue;
+    std::uint32_t h = leaving_[v];
+    do {
+      if (leaving[v]-- == 0) return false;
+      h = turn(h);
+    } while (h != leaving_[v]);
+    if (leaving[v] != 0) return false;
+  }
+  return true;
+}
+
 std::uint32_t Simplifier::valence(std::uint32_t vertex) const {
   std::uint32_t count = 0, h = leaving_[vertex];
   do {
@@ -84,20 +97,32 @@ bool Simplifier::joined(std::uint32_t a, std::uint32_t b) const {
   return false;
 }
 
+/// Whether the triangles of the half-edges \p around, which leave one vertex, would cross others or
+/// each other if that vertex were \p v. Two of them vanish.
+bool Simplifier::would_cross(std::span<const std::uint32_t> around, std::uint32_t v,
+                             std::uint32_t gone0, std::uint32_t gone1) {
+  const auto& t = hull_->triangles;
+  const std::uint32_t u = from(around[0]);
+  std::vector<Corners> fresh;
+  for (std::uint32_t k : around)
+    if (k / 3 != gone0 && k / 3 != gone1) fresh.push_back({v, to(k), to(following(k))});
+  const auto skip = [&](std::uint32_t s) {
+    return dead_[s] || t[3 * s] == u || t[3 * s + 1] == u || t[3 * s + 2] == u;
+  };
+  for (std::size_t i = 0; i < fresh.size(); ++i) {
+    if (guard_.crosses(fresh[i], skip)) return true;
+    for (std::size_t j = 0; j < i; ++j)
+      if (triangles_cross(hull_->vertices, fresh[i], fresh[j])) return true;
+  }
+  return false;
+}
+
 /// Moves the half-edge's start onto its end.
 bool Simplifier::collapse(std::uint32_t h) {
   const std::uint32_t u = from(h), v = to(h), g = opposite_[h];
   const auto& p = hull_->vertices;
   const double length = glm::length(Vec3(p[u]) - Vec3(p[v]));
-  double moved = 0.0;
-  {
-    std::uint32_t k = leaving_[u];
-    do {
-      moved = std::max(moved, moved_[to(k)]);
-      k = turn(k);
-    } while (k != leaving_[u]);
-  }
-  moved = std::max(moved, moved_[u]) + length;
+  const double moved = moved_[u] + length;
   if (moved > limit_) return false;
   const std::uint32_t x = to(following(h)), y = to(following(g));
   if (x == y || valence(x) <= 3 || valence(y) <= 3) return false;
@@ -113,22 +138,28 @@ bool Simplifier::collapse(std::uint32_t h) {
       const std::uint32_t a = to(k), b = to(following(k));
       const Shape then = shape(v, a, b, face_of_[t]);
       after += then != Shape::good;
-      if (then == Shape::broken && now != Shape::broken) return false;
+      if (slivers_ && then == Shape::broken && now != Shape::broken) return false;
       const Vec3 n0 = glm::cross(Vec3(p[a]) - Vec3(p[u]), Vec3(p[b]) - Vec3(p[u]));
       const Vec3 n1 = glm::cross(Vec3(p[a]) - Vec3(p[v]), Vec3(p[b]) - Vec3(p[v]));
-      if (now == Shape::good && glm::dot(n0, n1) < 0.7 * glm::length(n0) * glm::length(n1))
+      if (slivers_ && now == Shape::good &&
+          glm::dot(n0, n1) < 0.7 * glm::length(n0) * glm::length(n1))
         return false;
     }
     k = turn(k);
   } while (k != leaving_[u]);
-  if (after >= before) return false;
-  k = leaving_[u];
+  // Within the rounding any collapse that breaks no more than there was is progress: it leaves two
+  // triangles fewer.
+  if (slivers_ ? after >= before : after > before) return false;
   std::vector<std::uint32_t> around;
+  k = leaving_[u];
   do {
     around.push_back(k);
     k = turn(k);
   } while (k != leaving_[u]);
+  if (guarded_ && would_cross(around, v, h / 3, g / 3)) return false;
   for (std::uint32_t e : around) hull_->triangles[e] = v;
+  if (guarded_)
+    for (std::uint32_t e : around) guard_.update(e / 3);
   const auto link = [&](std::uint32_t a, std::uint32_t b) { opposite_[a] = b, opposite_[b] = a; };
   const std::uint32_t h1 = following(h), h2 = following(h1), g1 = following(g), g2 = following(g1);
   const std::uint32_t xv = opposite_[h1], vx = opposite_[h2], yv = opposite_[g1],
@@ -141,7 +172,6 @@ bool Simplifier::collapse(std::uint32_t h) {
   dead_[h / 3] = dead_[g / 3] = 1;
   k = leaving_[v];
   do {
-    moved_[to(k)] = std::max(moved_[to(k)], moved);
     if (shape(k / 3) != Shape::good) work_.push_back(k / 3);
     k = turn(k);
   } while (k != leaving_[v]);
@@ -160,7 +190,7 @@ bool Simplifier::flip(std::uint32_t h) {
   const double length = glm::length(edge);
   const double height =
       length > 0 ? glm::length(glm::cross(edge, Vec3(p[c]) - Vec3(p[a]))) / length : 0;
-  const double moved = std::max({moved_[a], moved_[b], moved_[c], moved_[d]}) + height;
+  const double moved = std::max({moved_[a], moved_[b], moved_[c]}) + 2 * height;
   if (moved > limit_) return false;
   const std::uint32_t t0 = h / 3, t1 = g / 3, face = face_of_[t1];
   const bool merge = glm::length(Vec3(p[c]) - Vec3(p[d])) + moved <= limit_;
@@ -170,6 +200,12 @@ bool Simplifier::flip(std::uint32_t h) {
   const int bad_now = count(n0, n1, Shape::sliver), bad_then = count(m0, m1, Shape::sliver);
   const bool better = broken_then == 0 && bad_then < bad_now;
   if (!merge && !better) return false;
+  bool crossing = false;
+  if (guarded_ && better) {
+    const auto skip = [&](std::uint32_t s) { return dead_[s] || s == t0 || s == t1; };
+    crossing = guard_.crosses({a, d, c}, skip) || guard_.crosses({d, b, c}, skip);
+    if (crossing && !merge) return false;
+  }
   const std::uint32_t old_face = face_of_[t0];
   // Triangles (a, b, c) and (b, a, d) become (a, d, c) and (d, b, c).
   const std::uint32_t bc = opposite_[h1], ca = opposite_[h2], ad = opposite_[g1],
@@ -183,20 +219,26 @@ bool Simplifier::flip(std::uint32_t h) {
   link(i, ad), link(i + 1, k + 2), link(i + 2, ca);
   link(k, db), link(k + 1, bc);
   leaving_[a] = i, leaving_[d] = k, leaving_[b] = k + 1, leaving_[c] = i + 2;
+  const auto tell_guard = [&] {
+    if (guarded_) guard_.update(t0), guard_.update(t1);
+  };
+  tell_guard();
+  const double moved_before = std::exchange(moved_[c], moved);
   if (merge) {
     // Two flat triangles back to back: their tips c and d are one point.
     if (collapse(i + 1) || collapse(k + 2)) return true;
   }
-  if (!better) {
+  if (!better || crossing) {
     t[i] = a, t[i + 1] = b, t[i + 2] = c;
     t[k] = b, t[k + 1] = a, t[k + 2] = d;
     link(i, k), link(i + 1, bc), link(i + 2, ca);
     link(k + 1, ad), link(k + 2, db);
     face_of_[t0] = old_face;
     leaving_[a] = i, leaving_[b] = k, leaving_[c] = i + 2, leaving_[d] = k + 2;
+    moved_[c] = moved_before;
+    tell_guard();
     return false;
   }
-  for (std::uint32_t v : {a, b, c, d}) moved_[v] = std::max(moved_[v], moved);
   for (std::uint32_t n : {t0, t1})
     if (shape(n) != Shape::good) work_.push_back(n);
   return true;
@@ -215,26 +257,58 @@ bool Simplifier::mend(std::uint32_t t) {
   return flip(edges[2].second);
 }
 
-void Simplifier::simplify(Hull& hull, std::span<const Vec3> normals, double max_deviation) {
-  hull_ = &hull;
-  normals_ = normals;
-  slivers_ = max_deviation > 0;
-  float largest = 0.0f;
-  for (const Vec3f& v : hull.vertices)
-    largest = std::max({largest, std::abs(v.x), std::abs(v.y), std::abs(v.z)});
-  // A coordinate is off by half a unit in its last place, 2^-24 of the largest.
-  limit_ = std::max(max_deviation, std::ldexp(static_cast<double>(largest), -21));
-  connect();
-  for (std::uint32_t o : opposite_)
-    if (o == none) return;
+/// Moves a corner of a broken triangle by a few steps of the float grid, if that leaves fewer
+/// broken triangles around it, or as many that are turned less.
+bool Simplifier::nudge(std::uint32_t t) {
+  constexpr int reach = 3;
+  for (std::uint32_t k = 0; k < 3; ++k) {
+    const std::uint32_t u = hull_->triangles[3 * t + k];
+    const auto broken_around = [&] {
+      std::pair<int, double> count{0, 0.0};  // and how far they are turned
+      std::uint32_t h = leaving_[u];
+      do {
+        const std::uint32_t* c = &hull_->triangles[h / 3 * 3];
+        const auto& v = hull_->vertices;
+        const Vec3 &n = normals_[face_of_[h / 3]], p(v[c[0]]), q(v[c[1]]), r(v[c[2]]);
+        if (shape_of(p, q, r, n) == Shape::broken) {
+          ++count.first;
+          count.second -= glm::dot(glm::cross(q - p, r - p), n);
+        }
+        h = turn(h);
+      } while (h != leaving_[u]);
+      return count;
+    };
+    const Vec3f old = hull_->vertices[u];
+    Vec3f best = old;
+    auto least = broken_around();
+    double moved = 0.0;
+    for (int x = -reach; x <= reach; ++x)
+      for (int y = -reach; y <= reach; ++y)
+        for (int z = -reach; z <= reach; ++z) {
+          const double distance = step_ * std::sqrt(double(x * x + y * y + z * z));
+          if (moved_[u] + distance > limit_) continue;
+          hull_->vertices[u] = Vec3f(Vec3(old) + step_ * Vec3(x, y, z));
+          const auto count = broken_around();
+          if (count < least) least = count, moved = distance, best = hull_->vertices[u];
+        }
+    hull_->vertices[u] = best;
+    if (moved == 0.0) continue;
+    moved_[u] += moved;
+    return true;
+  }
+  return false;
+}
+
+/// Mends while anything can be mended: each success leaves fewer bad triangles, so this ends.
+bool Simplifier::mend_all() {
   bool changed = false;
   work_.clear();
   for (std::uint32_t t = 0; t < face_of_.size(); ++t)
-    if (shape(t) != Shape::good) work_.push_back(t);
-  // Each success leaves fewer bad triangles, so this ends.
+    if (!dead_[t] && shape(t) != Shape::good) work_.push_back(t);
+  std::vector<std::uint32_t> round;
   for (bool again = true; again;) {
     again = false;
-    std::vector<std::uint32_t> round;
+    round.clear();
     round.swap(work_);
     std::sort(round.begin(), round.end());
     round.erase(std::unique(round.begin(), round.end()), round.end());
@@ -245,6 +319,35 @@ void Simplifier::simplify(Hull& hull, std::span<const Vec3> normals, double max_
       else
         work_.push_back(t);
     }
+  }
+  return changed;
+}
+
+void Simplifier::simplify(Hull& hull, std::span<const Vec3> normals, double max_deviation) {
+  hull_ = &hull;
+  normals_ = normals;
+  float largest = 0.0f;
+  for (const Vec3f& v : hull.vertices)
+    largest = std::max({largest, std::abs(v.x), std::abs(v.y), std::abs(v.z)});
+  // A coordinate is off by half a unit in its last place, 2^-24 of the largest.
+  const double rounding = std::ldexp(static_cast<double>(largest), -21);
+  step_ = std::ldexp(1.0, std::ilogb(std::max(largest, 1e-30f)) - 23);
+  connect();
+  if (!manifold()) return;
+  // First what is broken, within the rounding, then slivers.
+  slivers_ = guarded_ = false;
+  limit_ = rounding;
+  bool changed = mend_all();
+  for (bool again = true; again;) {
+    again = false;
+    for (std::uint32_t t = 0; t < face_of_.size(); ++t)
+      if (!dead_[t] && shape(t) == Shape::broken && nudge(t)) again = true;
+  }
+  if (max_deviation > rounding) {
+    slivers_ = guarded_ = true;
+    limit_ = max_deviation;
+    guard_.build(hull.vertices, hull.triangles);
+    changed = mend_all() || changed;
   }
   if (changed) rebuild();
 }

@@ -5,9 +5,16 @@
 /// A bad triangle loses its shortest edge (half-edge collapse of one end onto the other) or its
 /// longest (edge flip). Both keep the mesh closed and manifold: a collapse needs the ends to have
 /// exactly two common neighbours with more than three edges each, a flip that the new edge does not
-/// exist. A collapse moves no point of the surface further than the edge is long, a flip not
-/// further than the triangle is high; each vertex carries the sum of what moved its surroundings,
-/// and nothing is done that would take it beyond the limit.
+/// exist.
+///
+/// How far the surface has moved is kept as one number per vertex, m, which bounds the distance at
+/// a point of a triangle by the mean of its corners' m with the point's barycentric coordinates as
+/// weights. Collapsing u onto v takes each point of the triangles around u to the point with the
+/// same coordinates in v's place, so m(v) := max(m(v), m(u) + |uv|), and no other changes. A flip
+/// of the edge a-b for the flat triangle (a, b, c) of height h is the move of c by h onto the edge
+/// and back: m(c) := max(m(a), m(b), m(c)) + 2 h. Nothing is done that would take a number beyond
+/// the limit, nor, for slivers, anything that would make triangles cross. A triangle that is still
+/// broken has a corner moved by a few steps of the float grid.
 #pragma once
 
 #include <array>
@@ -16,7 +23,9 @@
 #include <vector>
 
 #include "base/vector.h"
+#include "hull/crossing_guard.h"
 #include "hull/hull.h"
+#include "hull/triangle_shape.h"
 
 namespace polyhull::hull {
 
@@ -31,11 +40,15 @@ class Simplifier {
   void simplify(Hull& hull, std::span<const Vec3> normals, double max_deviation);
 
  private:
-  enum class Shape { good, sliver, broken };
   Shape shape(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t face) const;
   Shape shape(std::uint32_t triangle) const;
   void connect();
+  bool manifold() const;
+  bool mend_all();
   bool mend(std::uint32_t triangle);
+  bool nudge(std::uint32_t triangle);
+  bool would_cross(std::span<const std::uint32_t> around, std::uint32_t v, std::uint32_t gone0,
+                   std::uint32_t gone1);
   bool collapse(std::uint32_t half_edge);
   bool flip(std::uint32_t half_edge);
   bool joined(std::uint32_t a, std::uint32_t b) const;
@@ -50,7 +63,10 @@ class Simplifier {
   Hull* hull_ = nullptr;
   std::span<const Vec3> normals_;
   double limit_ = 0.0;
-  bool slivers_ = false;
+  double step_ = 0.0;     ///< of the float grid at the largest coordinate
+  bool slivers_ = false;  ///< they count as bad, too
+  bool guarded_ = false;  ///< nothing may make triangles cross
+  CrossingGuard guard_;
   std::vector<std::uint32_t> opposite_, leaving_, face_of_;
   std::vector<double> moved_;
   std::vector<char> dead_;

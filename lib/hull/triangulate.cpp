@@ -24,24 +24,13 @@ double Triangulator::turn(std::uint32_t a, std::uint32_t b, std::uint32_t c) con
 }
 
 bool Triangulator::allowed(std::uint32_t a, std::uint32_t b) const {
-  const CornerKey &k = corner_keys_[number_[a]], &l = corner_keys_[number_[b]];
-  // An apex lies on all planes of its ring.
-  if (k[2] == apex_mark || l[2] == apex_mark) return true;
-  int shared = 0;
-  for (int i = 0, j = 0; i < 3 && j < 3;) {
-    if (k[i] == l[j])
-      ++shared, ++i, ++j;
-    else
-      k[i] < l[j] ? ++i : ++j;
-  }
-  return shared < 2;
+  return may_join(local_keys_[a], local_keys_[b]);
 }
 
 void Triangulator::triangulate(std::span<const Vec3f> vertices, std::span<const CornerKey> keys,
                                std::span<const std::uint32_t> loops,
                                std::span<const std::uint32_t> ends, std::uint32_t first,
                                const Vec3& normal, std::vector<std::uint32_t>& triangles) {
-  corner_keys_ = keys;
   const std::uint32_t count = ends.back() - first;
   if (count == 3) {
     triangles.insert(triangles.end(), loops.begin(), loops.begin() + 3);
@@ -56,13 +45,21 @@ void Triangulator::triangulate(std::span<const Vec3f> vertices, std::span<const 
   along[u] = 1.0;
   const Vec3 e1 = glm::normalize(glm::cross(normal, along)), e0 = glm::cross(e1, normal);
   flat_.resize(count), metric_.resize(count), number_.resize(count);
+  points_.resize(count), local_keys_.resize(count);
   const Vec3 origin(vertices[loops[0]]);
   for (std::uint32_t i = 0; i < count; ++i) {
     number_[i] = loops[i];
     const Vec3 p = Vec3(vertices[loops[i]]) - origin;
     flat_[i] = {p[u], p[v]};
     metric_[i] = {glm::dot(p, e0), glm::dot(p, e1)};
+    points_[i] = p;
+    local_keys_[i] = keys[loops[i]];
   }
+  double largest = 0.0;
+  for (const std::uint32_t v : number_)
+    for (int k = 0; k < 3; ++k)
+      largest = std::max(largest, std::abs(static_cast<double>(vertices[v][k])));
+  rounding_ = std::ldexp(largest, -23);
   local_.clear();
   if (count == 4 && ends.size() == 1) {
     // Either diagonal, whichever is allowed and rounder.
@@ -84,32 +81,44 @@ void Triangulator::triangulate(std::span<const Vec3f> vertices, std::span<const 
     }
     flip_edges();
   }
+  for (std::size_t t = 0; t < local_.size(); t += 3)
+    if (shape_of(points_[local_[t]], points_[local_[t + 1]], points_[local_[t + 2]], normal) !=
+        Shape::good) {
+      optimizer_.improve(points_, local_keys_, normal, rounding_, local_);
+      break;
+    }
   for (std::uint32_t i : local_) triangles.push_back(number_[i]);
 }
 
 /// Joins each hole to the outer loop around it by a bridge, so that only outer loops are left.
 void Triangulator::join_holes() {
   const std::size_t loops = starts_.size();
-  std::vector<double> area(loops, 0.0);
+  std::vector<double> area(loops, 0.0), perimeter(loops, 0.0);
   std::vector<std::uint32_t> rightmost(loops);
   for (std::size_t i = 0; i < loops; ++i) {
     rightmost[i] = starts_[i];
     for (std::uint32_t k = starts_[i]; k < starts_[i] + counts_[i]; ++k) {
       area[i] += cross(flat_[k] - flat_[starts_[i]], flat_[nodes_[k].next] - flat_[starts_[i]]);
+      perimeter[i] += glm::length(flat_[nodes_[k].next] - flat_[k]);
       const Vec2 &p = flat_[k], &q = flat_[rightmost[i]];
       if (p.x > q.x || (p.x == q.x && p.y > q.y)) rightmost[i] = k;
     }
   }
+  // A loop whose direction rounding may have turned gets triangles of its own: joining what is no
+  // hole would tie two parts of the surface together, closing a tiny hole harms nothing.
+  std::vector<char> hole(loops);
   std::vector<std::size_t> holes;
-  for (std::size_t i = 0; i < loops; ++i)
-    if (area[i] < 0) holes.push_back(i);
+  for (std::size_t i = 0; i < loops; ++i) {
+    hole[i] = area[i] < -8 * rounding_ * perimeter[i];
+    if (hole[i]) holes.push_back(i);
+  }
   // From the right, so that a bridge to the right only meets loops that are joined already.
   std::sort(holes.begin(), holes.end(), [&](std::size_t a, std::size_t b) {
     const Vec2 &p = flat_[rightmost[a]], &q = flat_[rightmost[b]];
     return p.x != q.x ? p.x > q.x : p.y != q.y ? p.y > q.y : a < b;
   });
   std::vector<bool> joined(loops);
-  for (std::size_t i = 0; i < loops; ++i) joined[i] = area[i] >= 0;
+  for (std::size_t i = 0; i < loops; ++i) joined[i] = !hole[i];
   std::vector<std::size_t> owner(loops);
   for (std::size_t i = 0; i < loops; ++i) owner[i] = i;
   std::vector<std::uint32_t> loop_of(nodes_.size());

@@ -6,7 +6,8 @@
 /// rounding to float, dropped along the face normal's largest axis: a triangle that runs the right
 /// way round there cannot be flipped. Holes are joined to their outer loops by bridges, ears are
 /// cut off, and inner edges are flipped (Lawson 1977) until each is locally Delaunay, measured in
-/// the face's own plane.
+/// the face's own plane. Where slivers or turned triangles are left, PatchOptimizer looks for
+/// better.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +16,7 @@
 #include <vector>
 
 #include "base/vector.h"
-#include "hull/face_clipper.h"
+#include "hull/patch_optimizer.h"
 
 namespace polyhull::hull {
 
@@ -43,8 +44,11 @@ class Triangulator {
 
   std::vector<Vec2> flat_;    ///< dropped along an axis, counter-clockwise from outside
   std::vector<Vec2> metric_;  ///< in the face's plane, true lengths
-  std::span<const CornerKey> corner_keys_;
+  std::vector<Vec3> points_;  ///< against the first
+  std::vector<CornerKey> local_keys_;
+  PatchOptimizer optimizer_;
   std::vector<std::uint32_t> number_;
+  double rounding_ = 0.0;                   ///< bound of the error of the vertices' coordinates
   bool careful_ = false;                    ///< the loops overlap by rounding
   std::unordered_set<std::uint64_t> used_;  ///< edges, if careful
   std::vector<Node> nodes_;
