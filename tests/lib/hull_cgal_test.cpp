@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "support/cgal_hull.h"
+#include "support/cgal_self_intersections.h"
 #include "support/degenerate_scenes.h"
 #include "support/hull_expectations.h"
 #include "support/rational_hull.h"
@@ -97,6 +98,28 @@ TEST(HullReference, DegenerateVolumeIsThatOfExactBooleans) {
     EXPECT_NEAR(mesh.volume, truth.volume, 1e-6 * truth.volume + 1e-9 * size) << scene.name;
   }
   EXPECT_GE(compared, 25u);
+}
+
+TEST(HullReference, SimplificationMakesNoTrianglesCross) {
+  HullBuilder builder;
+  const auto compare = [&](const HullScene& scene, HullOptions options) {
+    const auto views = scene.views();
+    const std::size_t before = count_self_intersections(builder.build(views, options));
+    const double size = glm::length(scene.rig.bounds->max - scene.rig.bounds->min);
+    for (double relative : {1e-5, 1e-4, 1e-3, 1e-2}) {
+      options.max_deviation = relative * size;
+      const Hull& hull = builder.build(views, options);
+      EXPECT_TRUE(check_mesh(hull).sound()) << scene.name << ": " << check_mesh(hull).describe();
+      EXPECT_LE(count_self_intersections(hull), before) << scene.name << ", " << relative;
+    }
+  };
+  compare(figure_scene(4, 6), {});
+  compare(figure_scene(9, 10, 0.7), {});
+  compare(knot_scene(5, 8), {});
+  for (std::uint64_t seed = 0; seed < 60; ++seed) {
+    const HullScene scene = random_scene(seed);
+    compare(scene, within(scene));
+  }
 }
 
 }  // namespace
