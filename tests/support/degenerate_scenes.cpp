@@ -139,6 +139,12 @@ void add_positions(std::vector<DegenerateScene>& all) {
   tele.see(at({0, 0, -4}, 5, 1e6), corners_of(speck)).see(at({4, 0, 0}, 0, 1e6), corners_of(speck));
   tele.see(at({0, -4, 0}, 3, 1e6), corners_of(speck));
   all.push_back({"focal length of a million pixels", tele.scene});
+  Builder mixed;
+  mixed.see(at({0, 0, -4}, 5, 1.0), corners_of(speck))
+      .see(at({4, 0, 0}, 0, 1e6), corners_of(speck));
+  mixed.see(at({0, -4, 0}, 3, 1024), corners_of(unit_box));
+  mixed.scene.silhouettes[0] = one(rectangle(511, 383, 513, 385));
+  all.push_back({"focal lengths of one and a million pixels", mixed.scene});
 }
 
 void add_planes(std::vector<DegenerateScene>& all) {
@@ -172,7 +178,15 @@ void add_rings(std::vector<DegenerateScene>& all) {
   add_ring(nested, turned(rectangle(450, 350, 550, 450)));
   all.push_back({"nested islands", with(nested)});
   all.push_back({"three hundred components", with(many_squares(20, 15, 8, 20))});
+  all.push_back({"two thousand components", with(many_squares(50, 40, 8, 16))});
+  HullScene grids = three_axes().scene;
+  for (Rings& rings : grids.silhouettes) rings = many_squares(7, 7, 12, 40);
+  all.push_back({"components in all cameras", grids});
   all.push_back({"one-pixel blobs", with(many_squares(5, 5, 1, 40))});
+  Rings walls = one(rectangle(300, 200, 700, 600));
+  add_ring(walls, turned(rectangle(301, 201, 500, 599)));
+  add_ring(walls, turned(rectangle(501, 201, 699, 599)));
+  all.push_back({"holes with one-pixel walls", with(walls)});
   all.push_back({"one-pixel wall", with(one(rectangle(512, 100, 513, 700)))});
   Rings border = one(rectangle(-0.5f, -0.5f, 1023.5f, 767.5f));
   all.push_back({"whole frame", with(border)});
@@ -235,6 +249,7 @@ void add_scales(std::vector<DegenerateScene>& all) {
     all.push_back({name + ", box", moved(box, scale, Vec3(0.0))});
   }
   all.push_back({"origin a million away", moved(figure, 1.0, Vec3(1e6, -2e6, 3e6))});
+  all.push_back({"origin 1e9 away, figure", moved(figure, 1.0, Vec3(1e9, -7e8, 3e8))});
   all.push_back({"origin 1e9 away", moved(box, 1.0, Vec3(0x1p30, -0x1p30, 0x1p29))});
 }
 
