@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+// What the silhouette elements take from memory per frame once the stream runs. GStreamer makes
+// buffers, events and metas of its own, all small; planes, views and pixels must come from what is
+// there already. Mallocs are counted here, so the sanitizers' own malloc leaves nothing to count.
+#include <gst/check/gstharness.h>
+
+#include <atomic>
+#include <cmath>
+#include <cstdio>
+
+#include "elements/element_checks.h"
+#include "elements/frames.h"
+
+using namespace polyhull;
+using namespace polyhull::test;
+
+#if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__)
+namespace {
+std::atomic<bool> counting{false};
+std::atomic<long> taken{0};
+std::atomic<std::size_t> largest{0};
+void note(std::size_t size) {
+  if (!counting.load(std::memory_order_relaxed)) return;
+  taken.fetch_add(1, std::memory_order_relaxed);
+  if (size > largest.load()) largest = size;
+}
+}  // namespace
+
+extern "C" {
+void* __libc_malloc(std::size_t size);
+void* __libc_calloc(std::size_t count, std::size_t size);
+void* __libc_realloc(void* memory, std::size_t size);
+void* __libc_memalign(std::size_t alignment, std::size_t size);
+void* malloc(std::size_t size) {
+  note(size);
+  return __libc_malloc(size);
+}
+void* calloc(std::size_t count, std::size_t size) {
+  note(count * size);
+  return __libc_calloc(count, size);
+}
+void* realloc(void* memory, std::size_t size) {
+  note(size);
+  return __libc_realloc(memory, size);
+}
+void* aligned_alloc(std::size_t alignment, std::size_t size) {
+  note(size);
+  return __libc_memalign(alignment, size);
+}
+int posix_memalign(void** memory, std::size_t alignment, std::size_t size) {
+  note(size);
+  *memory = __libc_memalign(alignment, size);
+  return *memory != nullptr ? 0 : 12;
+}
+}
+
+GST_START_TEST(small_pieces_only_once_the_stream_runs) {
+  constexpr int width = 640, height = 480;
+  constexpr std::size_t small = 4096;
+  // The counter sees what it must see.
+  counting = true;
+  std::vector<char> seen(100000);
+  counting = false;
+  fail_unless(taken >= 1 && largest >= seen.size());
+  for (const char* line :
+       {"silhouette camera=c", "silhouette camera=c blur-method=recursive", "chromamatte",
+        "chromamatte ! gaussblur", "chromamatte ! gaussblur ! contourfind camera=c"}) {
+    for (const char* format : {"BGRx", "NV12", "YUY2"}) {
+      GstHarness* h = gst_harness_new_parse(line);
+      GstCaps* caps = video_caps(format, width, height);
+      GstVideoInfo info;
+      gst_video_info_from_caps(&info, caps);
+      gst_harness_set_src_caps(h, gst_caps_ref(caps));
+      GstBuffer* frames[3];
+      for (int i = 0; i < 3; ++i) {
+        frames[i] = gst_buffer_new_allocate(nullptr, GST_VIDEO_INFO_SIZE(&info), nullptr);
+        GstMapInfo map;
+        gst_buffer_map(frames[i], &map, GST_MAP_WRITE);
+        // A grey square before green, in each format's bytes.
+        for (int y = 0; y < height; ++y)
+          for (int x = 0; x < width; ++x) {
+            const bool in = std::abs(x - 300 - 9 * i) < 120 && std::abs(y - 240) < 150;
+            if (std::string(format) == "BGRx") {
+              std::uint8_t* p = map.data + (y * width + x) * 4;
+              p[0] = in ? 120 : 60;
+              p[1] = in ? 120 : 190;
+              p[2] = in ? 120 : 30;
+            } else if (std::string(format) == "YUY2") {
+              std::uint8_t* p = map.data + (y * width + x) * 2;
+              p[0] = in ? 120 : 130;
+              p[1] = in ? 128 : x % 2 == 0 ? 90 : 70;
+            } else {
+              map.data[y * width + x] = in ? 120 : 130;
+              map.data[width * height + y / 2 * width + x] = in ? 128 : x % 2 == 0 ? 90 : 70;
+            }
+          }
+        gst_buffer_unmap(frames[i], &map);
+      }
+      GstClockTime time = 0;
+      const auto push = [&](int i) {
+        GstBuffer* in = gst_buffer_copy(frames[i % 3]);
+        GST_BUFFER_PTS(in) = time += GST_SECOND / 30;
+        GstBuffer* out = gst_harness_push_and_pull(h, in);
+        fail_unless(out != nullptr);
+        gst_buffer_unref(out);
+      };
+      for (int i = 0; i < 12; ++i) push(i);
+      taken = 0;
+      largest = 0;
+      constexpr int rounds = 30;
+      counting = true;
+      for (int i = 0; i < rounds; ++i) push(i);
+      counting = false;
+      std::printf("%-50s %s: %.1f mallocs per frame, the largest of %zu bytes\n", line, format,
+                  static_cast<double>(taken) / rounds, largest.load());
+      fail_unless(largest <= small, "%s, %s: %zu bytes at once", line, format, largest.load());
+      for (GstBuffer* frame : frames) gst_buffer_unref(frame);
+      gst_caps_unref(caps);
+      gst_harness_teardown(h);
+    }
+  }
+}
+GST_END_TEST
+#endif
+
+static Suite* silhouette_allocation_suite() {
+  Suite* suite = suite_create("silhouette_allocation");
+  TCase* tests = tcase_create("general");
+  suite_add_tcase(suite, tests);
+#if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__)
+  tcase_add_test(tests, small_pieces_only_once_the_stream_runs);
+#endif
+  return suite;
+}
+
+GST_CHECK_MAIN(silhouette_allocation)
