@@ -54,12 +54,7 @@ void FaceClipper::start_cone_face() {
   // Depths are in units of the far plane's, so that w is at least about 1.
   const Vec3 axis = real(c.axis);
   const double axis_length = glm::length(axis);
-  double largest = s.far[chart_.cone] / axis_length;
-  for (const Cone* other : s.cones)
-    largest = std::max(largest, glm::length(other->centre_real - chart_.corner));
-  for (int k = 0; k < 6; ++k)
-    if (s.box_active[k]) largest = std::max(largest, std::abs(s.box[k] - chart_.corner[k / 2]));
-  chart_.unit = 1.0 / largest;
+  chart_.unit = 1.0 / s.reach[chart_.cone];
   chart_.handed = 1;
 
   const double width = along / length;  // t of the second ray
@@ -186,7 +181,6 @@ void FaceClipper::cut_by_box() {
   const Scene& s = *scene_;
   part_ = &parts_[0];
   cone_ = nullptr;
-  forward_ = true;
   for (int k = 0; k < 6; ++k) {
     if (!s.box_active[k]) continue;
     Vec3 normal(0.0), origin(0.0);
@@ -209,15 +203,14 @@ void FaceClipper::cut_by_box() {
 void FaceClipper::cut_by_cones(std::vector<std::uint32_t>& order) {
   for (const std::uint32_t other : order) {
     look_at(other);
-    std::size_t kept = 0;
-    for (std::size_t i = 0, old = part_count_; i < old; ++i) {
+    for (std::size_t i = part_count_; i-- > 0;) {
       part_ = &parts_[i];
-      if (!cut_part()) continue;
-      if (kept != i) std::swap(parts_[kept], parts_[i]);
-      ++kept;
+      changed_ = false;
+      if (!cut_part())
+        std::swap(parts_[i], parts_[--part_count_]);
+      else if (changed_)
+        divide(i);
     }
-    part_count_ = kept;
-    for (std::size_t i = 0; i < kept; ++i) divide(i);
     if (part_count_ == 0) return;
   }
 }

@@ -171,7 +171,7 @@ class FaceClipper {
   bool inside_cone_exact(std::uint32_t node);
   std::uint32_t following(std::uint32_t node) const;
   int side(const Crossing& x, std::uint32_t plane, const Line& line, int orientation);
-  Corner corner_at(const Crossing& x);
+  void append(const Crossing& x, const Edge& edge);
   Corner corner_at_ray(std::uint32_t ray);
   static Corner make_corner(const Line& l, const Line& m, std::uint32_t plane1,
                             std::uint32_t plane2, int geometric, int orientation,
@@ -201,6 +201,7 @@ class FaceClipper {
   Chart chart_;
   std::vector<Part> parts_;  ///< the first part_count_ are in use
   std::size_t part_count_ = 0;
+  bool changed_ = false;        ///< whether the cuts have changed the part
   Part* part_ = nullptr;        ///< at work
   const Cone* cone_ = nullptr;  ///< that cuts it; null: a plane of the box does
   std::uint32_t base_ = 0;      ///< the cone's first plane
@@ -222,6 +223,8 @@ class FaceClipper {
   std::vector<Crossing> crossings_;
   std::vector<Piece> pieces_;
   std::vector<std::uint32_t> on_cut_, on_edge_, first_on_edge_;  ///< crossings
+  std::vector<std::uint32_t> entries_;  ///< crossings where loops enter the cone
+  std::vector<std::uint32_t> crowded_;  ///< nodes whose edges have several crossings
   std::vector<std::uint32_t> candidates_;
   std::uint32_t candidate_count_ = 0;
   std::vector<std::uint32_t> stamp_, line_stamp_;

@@ -36,23 +36,26 @@ std::uint32_t FaceClipper::following(std::uint32_t node) const {
   return node;
 }
 
-FaceClipper::Corner FaceClipper::corner_at(const Crossing& x) {
-  const Edge& edge = part_->nodes[x.node].edge;
+/// Makes the crossing a corner of the new loops, with \p edge behind it. (Written in place: parts
+/// copied out of the pipeline of stores would stall.)
+void FaceClipper::append(const Crossing& x, const Edge& edge) {
+  const Edge& own = part_->nodes[x.node].edge;
   const Cut& cut = cuts_[x.cut];
-  if (x.h <= 1e-9) {
+  Node& node = new_nodes_.emplace_back();
+  node.edge = edge;
+  Corner& v = node.corner;
+  if (x.h > 1e-9) {
+    const double inverse = 1.0 / x.h;
+    v.h = 1.0, v.t = x.t * inverse, v.w = x.w * inverse;
+    v.tolerance = determinant_error * inverse;
+    v.plane1 = own.plane, v.plane2 = cut.plane;
+    v.sign = static_cast<std::int8_t>(x.sign * own.orientation);
+    v.apex = false;
+  } else {
     const Corner &from = part_->nodes[x.node].corner, &to = part_->nodes[following(x.node)].corner;
-    return make_corner(edge.line, cut.line, edge.plane, cut.plane, x.sign, edge.orientation, &from,
-                       &to, value(from, cut.line), value(to, cut.line));
+    v = make_corner(own.line, cut.line, own.plane, cut.plane, x.sign, own.orientation, &from, &to,
+                    value(from, cut.line), value(to, cut.line));
   }
-  const double inverse = 1.0 / x.h;
-  return {1.0,
-          x.t * inverse,
-          x.w * inverse,
-          determinant_error * inverse,
-          edge.plane,
-          cut.plane,
-          static_cast<std::int8_t>(x.sign * edge.orientation),
-          false};
 }
 
 FaceClipper::Corner FaceClipper::corner_at_ray(std::uint32_t ray) {
@@ -129,6 +132,8 @@ void FaceClipper::cross(std::uint32_t index) {
     if (x.place != 0) return nothing;
     x.later = first_on_edge_[x.node];
     first_on_edge_[x.node] = number;
+    if (x.later != nothing && crossings_[x.later].later == nothing) crowded_.push_back(x.node);
+    if (x.sign < 0) entries_.push_back(number);
     return number;
   };
   for (std::size_t i = 0; i + 1 < on_cut_.size(); i += 2) {
@@ -188,7 +193,7 @@ bool FaceClipper::follow(std::uint32_t first) {
     Crossing& in = crossings_[at];
     if (in.done) return false;
     in.done = true;
-    new_nodes_.push_back({corner_at(in), part_->nodes[in.node].edge});
+    append(in, part_->nodes[in.node].edge);
     std::uint32_t out = in.later;
     for (std::uint32_t node = in.node; out == nothing; out = first_on_edge_[node]) {
       node = following(node);
@@ -197,7 +202,7 @@ bool FaceClipper::follow(std::uint32_t first) {
     std::uint32_t piece = crossings_[out].piece;
     if (piece == nothing) return false;
     const Cut& cut = cuts_[pieces_[piece].cut];
-    new_nodes_.push_back({corner_at(crossings_[out]), {cut.line, cut.plane, 1}});
+    append(crossings_[out], {cut.line, cut.plane, 1});
     if (!follow_pieces(piece, nothing)) return false;
     at = pieces_[piece].to;
     if (at == first) return true;
@@ -273,15 +278,14 @@ void FaceClipper::add_cut(const Line& line, std::uint32_t edge, std::uint32_t pl
 /// Makes of the loops what the cuts and the cone leave of them; false if that is nothing.
 bool FaceClipper::apply_cuts() {
   const std::uint32_t n = static_cast<std::uint32_t>(part_->nodes.size());
-  crossings_.clear(), pieces_.clear();
+  crossings_.clear(), pieces_.clear(), entries_.clear(), crowded_.clear();
   first_on_edge_.assign(n, nothing);
   if (!cuts_.empty()) {
+    forward_ = cone_ == nullptr || runs_forward();
     for (std::uint32_t i = 0; i < cuts_.size(); ++i) cross(i);
   }
-  if (!pieces_.empty())
-    for (std::uint32_t i = 0; i < n; ++i)
-      if (first_on_edge_[i] != nothing && crossings_[first_on_edge_[i]].later != nothing)
-        sort_crossings(i);
+  if (pieces_.empty() && part_->loop_ends.size() == 1) return loop_inside(0, n);
+  for (const std::uint32_t node : crowded_) sort_crossings(node);
 
   new_nodes_.clear(), new_loop_ends_.clear();
   const auto close = [&](bool good) {
@@ -293,8 +297,8 @@ bool FaceClipper::apply_cuts() {
       new_nodes_.resize(begin);
     }
   };
-  for (std::uint32_t i = 0; i < crossings_.size(); ++i)
-    if (crossings_[i].sign < 0 && crossings_[i].place == 0 && !crossings_[i].done) close(follow(i));
+  for (const std::uint32_t entry : entries_)
+    if (!crossings_[entry].done) close(follow(entry));
   for (std::uint32_t i = 0; i < pieces_.size(); ++i) {
     // Rings of the cone inside the face.
     if (pieces_[i].done || pieces_[i].from != nothing) continue;
@@ -318,6 +322,7 @@ bool FaceClipper::apply_cuts() {
     begin = end;
   }
   if (!changed) return true;
+  changed_ = true;
   part_->nodes.swap(new_nodes_);
   part_->loop_ends.swap(new_loop_ends_);
   return !part_->nodes.empty();

@@ -15,18 +15,27 @@ double reach(const Vec2& a) {
   return std::abs(a.x) + std::abs(a.y);
 }
 
+/// Two doubles worked on at once (an extension of GCC and Clang for every machine).
+typedef double Pair __attribute__((vector_size(16)));
+
+Pair least(const Pair& a, const Pair& b) {
+  return a < b ? a : b;
+}
+Pair most(const Pair& a, const Pair& b) {
+  return a > b ? a : b;
+}
+
 /// What of the picture a face covers, and whether an edge comes near. Written without branches:
 /// which of its tests an edge fails is random.
 struct Quadrilateral {
   std::array<double, 4> x, y;
-  Vec2 low{1e300}, high{-1e300};
-  struct {
-    double x = 0, y = 0, offset = 1, margin = 0;  ///< positive on the quadrilateral
-  } side[2];                                      ///< those along the rays: corners 1-2 and 3-0
+  Pair low{1e300, 1e300}, high{-1e300, -1e300};
+  /// The lines of the sides along the rays, corners 1-2 and 3-0, positive on the quadrilateral.
+  Pair side_x{}, side_y{}, side_offset{1, 1};
 
   void set_corner(int k, const Vec2& p) {
     x[k] = p.x, y[k] = p.y;
-    low = glm::min(low, p), high = glm::max(high, p);
+    low = least(low, Pair{p.x, p.y}), high = most(high, Pair{p.x, p.y});
   }
 
   void finish() {
@@ -39,30 +48,32 @@ struct Quadrilateral {
       const int p = (i + 2) & 3, q = (j + 2) & 3;
       const double own = dx * (y[p] + y[q]) - dy * (x[p] + x[q]) + 2 * offset;
       const double sign = own >= 0 ? 1 : -1;
-      side[k] = {-dy * sign, dx * sign, offset * sign, grid_margin * size};
+      side_x[k] = -dy * sign, side_y[k] = dx * sign;
+      side_offset[k] = offset * sign + grid_margin * size;
     }
     low -= grid_margin, high += grid_margin;
   }
 
   /// False if the quadrilateral and the segment lie apart by the grid's margin: on two sides of the
-  /// segment's line or of a side along the rays, or of a line along the axes.
+  /// segment's line or of a side along the rays.
   bool meets(const ContourGrid::Segment& s) const {
     const double dx = s.b.x - s.a.x, dy = s.b.y - s.a.y, offset = dx * s.a.y - dy * s.a.x;
     const double margin = grid_margin * (std::abs(dx) + std::abs(dy));
-    std::array<double, 4> v;
-    for (int k = 0; k < 4; ++k) v[k] = dx * y[k] - dy * x[k] - offset;
-    bool apart = (least(least(v[0], v[1]), least(v[2], v[3])) > margin) |
-                 (most(most(v[0], v[1]), most(v[2], v[3])) < -margin);
-    for (const auto& n : side)
-      apart |= most(n.x * s.a.x + n.y * s.a.y, n.x * s.b.x + n.y * s.b.y) + n.offset < -n.margin;
-    apart |= (most(s.a.x, s.b.x) < low.x) | (least(s.a.x, s.b.x) > high.x) |
-             (most(s.a.y, s.b.y) < low.y) | (least(s.a.y, s.b.y) > high.y);
-    return !apart;
+    const Pair v = dx * Pair{y[0], y[1]} - dy * Pair{x[0], x[1]} - offset;
+    const Pair w = dx * Pair{y[2], y[3]} - dy * Pair{x[2], x[3]} - offset;
+    const Pair l = least(v, w), h = most(v, w);
+    bool apart = ((l[0] > margin) & (l[1] > margin)) | ((h[0] < -margin) & (h[1] < -margin));
+    const Pair beyond =
+        most(side_x * s.a.x + side_y * s.a.y, side_x * s.b.x + side_y * s.b.y) + side_offset;
+    return !(apart | (beyond[0] < 0) | (beyond[1] < 0));
   }
 
- private:
-  static double least(double a, double b) { return a < b ? a : b; }
-  static double most(double a, double b) { return a > b ? a : b; }
+  /// The same of the boxes around them.
+  bool near(const ContourGrid::Segment& s) const {
+    const Pair a{s.a.x, s.a.y}, b{s.b.x, s.b.y};
+    const auto outside = (most(a, b) < low) | (least(a, b) > high);
+    return (outside[0] | outside[1]) == 0;
+  }
 };
 
 }  // namespace
@@ -77,7 +88,6 @@ void FaceClipper::look_at(std::uint32_t index) {
                               : Picture{to, chart_.axis_b, chart_.axis_c};
   const Mat3& m = cone_->camera.to_pixel;
   pixel_a_ = m * picture_.a, pixel_b_ = m * picture_.b, pixel_d_ = m * picture_.d;
-  forward_ = runs_forward();
 }
 
 /// Finds the edges of the cone that may meet the part, or that there is none.
@@ -104,8 +114,8 @@ FaceClipper::Meeting FaceClipper::gather() {
   }
   const ContourGrid& grid = cone.grid;
   int c0, c1, r0, r1;
-  grid.column_range(quad.low.x, quad.high.x, c0, c1);
-  grid.row_range(quad.low.y, quad.high.y, r0, r1);
+  grid.column_range(quad.low[0], quad.high[0], c0, c1);
+  grid.row_range(quad.low[1], quad.high[1], r0, r1);
   if (c0 > c1 || r0 > r1) return Meeting::outside;
   if (grid.occupied(c0, c1, r0, r1) == 0)
     return grid.state(c0, r0) == CellState::inside ? Meeting::inside : Meeting::outside;
@@ -116,7 +126,7 @@ FaceClipper::Meeting FaceClipper::gather() {
     if (column0 > column1) return;
     for (const std::uint32_t e : grid.edges(column0, column1, row)) {
       candidates_[count] = e;
-      count += (stamp_[e] != now) & quad.meets(grid.segment(e));
+      count += (stamp_[e] != now) & quad.near(grid.segment(e));
       stamp_[e] = now;
     }
   };
@@ -149,8 +159,12 @@ FaceClipper::Meeting FaceClipper::gather() {
     }
     for (int r = r0; r <= r1; ++r) take(rows_[r - r0][0], rows_[r - r0][1], r);
   }
-  candidate_count_ = count;
-  if (count > 0) return Meeting::perhaps;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const std::uint32_t e = candidates_[i];
+    candidates_[candidate_count_] = e;
+    candidate_count_ += quad.meets(grid.segment(e));
+  }
+  if (candidate_count_ > 0) return Meeting::perhaps;
   // No edge meets the quadrilateral: any of its points tells.
   for (int k = 0; k < 4; ++k) {
     const Meeting meeting = locate(cone, Vec2(quad.x[k], quad.y[k]));

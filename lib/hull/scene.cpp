@@ -103,6 +103,17 @@ bool build_scene(Scene& scene, std::span<const Cone* const> cones,
     set.group.insert(set.group.end(), 2, -1);
   }
 
+  scene.reach.resize(n);
+  for (std::uint32_t i = 0; i < n; ++i) {
+    const Vec3 centre = cones[i]->centre_real;
+    double& reach = scene.reach[i];
+    reach = scene.far[i] / glm::length(real(cones[i]->axis));
+    for (const Cone* other : cones)
+      reach = std::max(reach, glm::length(other->centre_real - centre));
+    for (int k = 0; k < 6; ++k)
+      if (scene.box_active[k]) reach = std::max(reach, std::abs(box[k] - centre[k / 2]));
+  }
+
   scene.box_order.resize(n);
   for (std::uint32_t i = 0; i < n; ++i) scene.box_order[i] = i;
   scene.order.resize(n);

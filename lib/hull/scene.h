@@ -24,6 +24,7 @@ struct Scene {
   std::array<double, 6> box{};       ///< min and max per axis in the frame's units, whole numbers
   std::array<bool, 6> box_active{};  ///< which of its faces may touch the hull
   std::vector<double> near, far;     ///< along each cone's axis; near 0: from the centre on
+  std::vector<double> reach;  ///< from each cone's centre to the furthest of what its faces meet
   std::vector<std::vector<std::uint32_t>>
       order;                             ///< for each cone the others, the most telling first
   std::vector<std::uint32_t> box_order;  ///< all cones, for the box
