@@ -43,7 +43,8 @@ double total_length(const Rings& rings);
 double one_sided_distance(const Rings& from, const Rings& to, double step);
 
 /// The area of the half level's region by marching squares in double precision, cell by cell from
-/// the field alone, half cells at the frame's border included.
+/// the field alone, half cells at the frame's border included. The level lies half a unit of the
+/// field below field_half.
 double marching_area(const Field& field);
 
 /// The first pixel whose centre lies on the wrong side of the rings (even-odd): it must be inside
