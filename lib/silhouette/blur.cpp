@@ -87,7 +87,7 @@ struct Blur::State {
   std::vector<std::int16_t> vertical;  // one row with `side` values on both sides
   int side = 0;
   std::vector<RowRing<BlockState>> unions;  // see push()
-  std::vector<std::uint64_t> column_words;  // states of the columns, one byte per block
+  std::vector<BlockState> column_states;    // over the window of rows
   std::vector<const std::uint8_t*> window;
 
   silhouette::PlaneBlur plane;  // box and recursive
@@ -98,15 +98,9 @@ struct Blur::State {
   BlockState* states_level(int level, int y) {
     return level == 0 ? alpha_states.row(y) : unions[static_cast<std::size_t>(level) - 1].row(y);
   }
-  // Eight blocks at a time: rows of states have room to whole words.
-  void unite(const BlockState* a, const BlockState* b, BlockState* out) const {
-    for (int w = 0; w < (blocks + 7) / 8; ++w) {
-      std::uint64_t u, v;
-      std::memcpy(&u, a + 8 * w, 8);
-      std::memcpy(&v, b + 8 * w, 8);
-      u |= v;
-      std::memcpy(out + 8 * w, &u, 8);
-    }
+  // To whole words: rows of states have that room.
+  void unite(const BlockState* a, const BlockState* b, BlockState* __restrict out) const {
+    for (int i = 0; i < (blocks + 15) / 16 * 16; ++i) out[i] = a[i] | b[i];
   }
   void threshold_row(std::int16_t* values, BlockState* states) const;
   struct Interval {
@@ -163,7 +157,7 @@ void Blur::begin(int width, int height, int keep) {
   s.out_stored.clear(block_mixed);
   s.side = s.radius + 2 * matte_block;
   s.vertical.resize(static_cast<std::size_t>(length + 2 * s.side));
-  s.column_words.resize(static_cast<std::size_t>(s.blocks + 7) / 8);
+  s.column_states.resize(static_cast<std::size_t>(s.blocks + 15) / 16 * 16);
   s.window.resize(2 * s.radius + 1);
 }
 
@@ -214,12 +208,9 @@ void Blur::State::blur_row(int y, std::int16_t* values, const BlockState* stored
   const int top = std::max(y - radius, 0), bottom = std::min(y + radius, height - 1);
   // The state of each block's column over the window of rows: of two runs of rows, a power of two
   // long, that together cover it.
-  const int words = (blocks + 7) / 8;
-  std::uint64_t* all = column_words.data();
   const int level = std::bit_width(static_cast<unsigned>(bottom - top + 1)) - 1;
   unite(states_level(level, bottom), states_level(level, top + (1 << level) - 1),
-        reinterpret_cast<BlockState*>(all));
-  const auto* column_states = reinterpret_cast<const BlockState*>(all);
+        column_states.data());
   int slot = top % alpha.rows();
   for (int k = -radius; k <= radius; ++k) {
     window[k + radius] = alpha.slot(slot);
@@ -232,7 +223,7 @@ void Blur::State::blur_row(int y, std::int16_t* values, const BlockState* stored
                 static_cast<std::int16_t>(
                     column_states[(x1 - 1) / matte_block] == block_full ? field_full : 0));
   };
-  std::memcpy(states, column_states, static_cast<std::size_t>(words) * 8);
+  std::memcpy(states, column_states.data(), static_cast<std::size_t>(blocks));
 
   // Intervals of columns in which something changes: mixed blocks, and the borders of two uniform
   // blocks of different kind. Intervals whose surroundings meet are filtered in one go.
@@ -251,20 +242,13 @@ void Blur::State::blur_row(int y, std::int16_t* values, const BlockState* stored
     for (int b = computed.begin / matte_block; b <= last / matte_block; ++b)
       states[b] = block_mixed;
   };
-  constexpr std::uint64_t eight = 0x0101010101010101ull;
-  for (int b = 0; b < blocks; ++b) {
-    if (b % 8 == 0 && b > 0) {
-      // Eight blocks like the one before them.
-      const std::uint64_t same = eight * column_states[b - 1];
-      while (b + 8 <= blocks && all[b / 8] == same && same != eight * block_mixed) b += 8;
-      if (b >= blocks) break;
-    }
+  for (int b = 0, e; b < blocks; b = e) {
+    e = run_end(column_states.data(), b, blocks);
     const int x = b * matte_block;
     Interval next{x, x};
     if (column_states[b] == block_mixed)
-      next.end = x + matte_block;
-    else if (b == 0 || (column_states[b] | column_states[b - 1]) != block_mixed ||
-             column_states[b - 1] == block_mixed)
+      next.end = e * matte_block;
+    else if (b == 0 || column_states[b - 1] == block_mixed)
       continue;
     if (open && next.begin - radius <= current.end + radius + matte_block) {
       current.end = next.end;
@@ -277,15 +261,11 @@ void Blur::State::blur_row(int y, std::int16_t* values, const BlockState* stored
   if (open) process();
 
   // Uniform blocks, where this row's memory does not hold them already from a row before.
-  for (int w = 0; w < words; ++w) {
-    std::uint64_t wanted, held;
-    std::memcpy(&wanted, states + 8 * w, 8);
-    std::memcpy(&held, stored + 8 * w, 8);
-    if (wanted == held) continue;
-    for (int b = 8 * w; b < std::min(8 * w + 8, blocks); ++b)
-      if (states[b] != block_mixed && stored[b] != states[b])
-        std::fill_n(values + b * matte_block, matte_block,
-                    static_cast<std::int16_t>(states[b] == block_full ? field_full : 0));
+  for (int b = 0, e; b < blocks; b = e) {
+    e = run_end(states, b, blocks);
+    if (states[b] != block_mixed && (stored[b] != states[b] || run_end(stored, b, e) != e))
+      std::fill(values + b * matte_block, values + e * matte_block,
+                static_cast<std::int16_t>(states[b] == block_full ? field_full : 0));
   }
 }
 
@@ -296,13 +276,11 @@ Blur::State::Interval Blur::State::horizontal_pass(Interval changes, std::int16_
   const int end = begin + (wanted + matte_block - 1) / matte_block * matte_block;
 
   // Vertical pass over the blocks that reach into it.
-  const auto* column_states = reinterpret_cast<const BlockState*>(column_words.data());
   std::int16_t* v = vertical.data() + side;
   const int first = std::max(begin - radius, 0) / matte_block;
   const int last = std::min((end + radius + matte_block - 1) / matte_block, blocks);
   for (int i = first; i < last;) {
-    int j = i + 1;
-    while (j < last && column_states[j] == column_states[i]) ++j;
+    const int j = run_end(column_states.data(), i, last);
     if (column_states[i] == block_mixed)
       kernels().fir_vertical(window.data(), radius, weights.data(), i * matte_block,
                              j * matte_block, v);

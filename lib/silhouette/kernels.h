@@ -41,6 +41,12 @@ struct DifferenceRamp {
   float light_penalty;  ///< distance per level of light that a shadow took or a lamp added
 };
 
+/// See Kernels::find_changes; column 0 is bit 0 of the first word.
+struct CellChanges {
+  std::int32_t *on_row, *between, *cells;
+  int on_row_count, between_count, cells_count;
+};
+
 struct Kernels {
   const char* name;
 
@@ -91,6 +97,16 @@ struct Kernels {
   void (*inside)(const std::int16_t* up, const std::int16_t* row, const std::int16_t* down,
                  int reach, std::int16_t centre, std::int16_t side, int begin, int end,
                  std::uint16_t* bits);
+
+  /// What changes between two rows of inside bits, `words` words and one more that is 0: the
+  /// columns of changes to the right on the row below, those of changes between the rows, and the
+  /// cells with any, as 16 * column + their four corners (see trace_cells.cpp), each ascending.
+  /// Writes up to four entries more.
+  void (*find_changes)(const std::uint64_t* above, const std::uint64_t* below, int words,
+                       CellChanges& changes);
+  /// Where the level is crossed between values a >= 0 > b or a < 0 <= b one px apart: in (0, 1), a
+  /// multiple of 1/512. The half unit keeps it off the pixel centre when a value is 0.
+  void (*crossing_offsets)(const std::int32_t* a, const std::int32_t* b, int count, float* offsets);
 
   /// max |nx x + ny y - c|.
   float (*line_deviation)(const float* x, const float* y, int count, float nx, float ny, float c);

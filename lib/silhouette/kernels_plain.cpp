@@ -131,10 +131,10 @@ void inside(const std::int16_t* up, const std::int16_t* row, const std::int16_t*
 }  // namespace
 
 const Kernels& plain_kernels() {
-  static const Kernels table{"plain",        pixel_signal,  pixel_alpha,    ramp_alpha,
-                             local_alpha,    chroma_signal, double_left,    difference_alpha,
-                             states,         fir_vertical,  fir_horizontal, inside,
-                             line_deviation, edge_deviation};
+  static const Kernels table{"plain",      pixel_signal,     pixel_alpha,    ramp_alpha,
+                             local_alpha,  chroma_signal,    double_left,    difference_alpha,
+                             states,       fir_vertical,     fir_horizontal, inside,
+                             find_changes, crossing_offsets, line_deviation, edge_deviation};
   return table;
 }
 

@@ -68,13 +68,30 @@ void load_field(const Matte& matte, Field& field) {
   field.states = matte.states;
 }
 
+namespace {
+
+// Rounded to 8 bit, each through `shown`; the unit step is a loop of its own for the vectoriser.
+template <typename Shown>
+void store_levels(const std::int16_t* __restrict row, int width, std::uint8_t* __restrict out,
+                  std::ptrdiff_t step, const Shown& shown) {
+  const auto level = [](std::int16_t value) {
+    return static_cast<std::uint8_t>(static_cast<std::uint16_t>(value + field_scale / 2) /
+                                     static_cast<unsigned>(field_scale));
+  };
+  if (step == 1)
+    for (int x = 0; x < width; ++x) out[x] = shown(level(row[x]));
+  else
+    for (int x = 0; x < width; ++x) out[x * step] = shown(level(row[x]));
+}
+
+}  // namespace
+
 void store_field_row(const std::int16_t* row, int width, int threshold, std::uint8_t* out,
                      int step) {
-  for (int x = 0; x < width; ++x) {
-    const int level = (row[x] + field_scale / 2) / field_scale;
-    out[static_cast<std::ptrdiff_t>(x) * step] =
-        static_cast<std::uint8_t>(threshold > 0 ? (level >= threshold ? 255 : 0) : level);
-  }
+  if (threshold <= 0) return store_levels(row, width, out, step, [](std::uint8_t v) { return v; });
+  const auto least = static_cast<std::uint8_t>(std::min(threshold, 255));
+  store_levels(row, width, out, step,
+               [=](std::uint8_t v) { return static_cast<std::uint8_t>(v >= least ? 255 : 0); });
 }
 
 }  // namespace polyhull

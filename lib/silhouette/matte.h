@@ -4,8 +4,10 @@
 /// plainly background or plainly foreground, and every stage works only where it is neither.
 #pragma once
 
+#include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <vector>
 
 #include "base/vector.h"
@@ -24,6 +26,24 @@ inline constexpr BlockState block_mixed = 3;
 
 inline int blocks_across(int width) {
   return (width + matte_block - 1) / matte_block;
+}
+
+/// One past the last block of the run of equal states that begins with block \p begin.
+inline int run_end(const BlockState* states, int begin, int blocks) {
+  const BlockState state = states[begin];
+  int end = begin + 1;
+  for (; end + 8 <= blocks; end += 8) {
+    std::uint64_t eight;
+    std::memcpy(&eight, states + end, 8);
+    eight ^= 0x0101010101010101ull * state;
+    if (eight == 0) continue;
+    if constexpr (std::endian::native == std::endian::little)
+      return end + std::countr_zero(eight) / 8;
+    else
+      return end + std::countl_zero(eight) / 8;
+  }
+  while (end < blocks && states[end] == state) ++end;
+  return end;
 }
 
 /// A plane of 8-bit alpha, 255 foreground, 0 background. Rows are `stride` apart.

@@ -50,6 +50,7 @@ struct Silhouetter::State {
 
   void stream(const FrameView& frame, const TraceSettings& trace);
   void planes(const FrameView& frame, const TraceSettings& trace);
+  void keep_size(int width, int height);
   void keep_row(int y, const std::int16_t* values, const BlockState* states);
   bool unchanged(const FrameView& frame, bool& worth_copying);
 };
@@ -115,24 +116,31 @@ bool Silhouetter::State::unchanged(const FrameView& frame, bool& worth_copying) 
 
 void Silhouetter::State::keep_row(int y, const std::int16_t* values, const BlockState* states) {
   std::uint8_t* out = blurred.row(y);
+  BlockState* held = blurred.state_row(y);
   const int blocks = blocks_across(blurred.width);
-  for (int b = 0; b < blocks;) {
-    int e = b + 1;
-    while (e < blocks && states[e] == states[b]) ++e;
-    const int x0 = b * matte_block, x1 = std::min(e * matte_block, blurred.width);
+  for (int b = 0, e; b < blocks; b = e) {
+    e = run_end(states, b, blocks);
+    const int x0 = b * matte_block, x1 = e * matte_block;  // rows are whole blocks
     if (states[b] == block_mixed)
       store_field_row(values + x0, x1 - x0, 0, out + x0, 1);
-    else
+    else if (held[b] != states[b] || run_end(held, b, e) != e)
       std::memset(out + x0, states[b] == block_full ? 255 : 0, static_cast<std::size_t>(x1 - x0));
-    b = e;
   }
+  std::memcpy(held, states, static_cast<std::size_t>(blocks));
+}
+
+// Room for the blurred matte of a picture of this size; uniform blocks stay from frame to frame.
+void Silhouetter::State::keep_size(int width, int height) {
+  if (!settings.keep_matte || (blurred.width == width && blurred.height == height)) return;
+  blurred.resize(width, height);
+  std::fill(blurred.states.begin(), blurred.states.end(), block_mixed);
 }
 
 void Silhouetter::State::stream(const FrameView& frame, const TraceSettings& trace) {
   keyer.prepare(frame);
   blur.begin(frame.width, frame.height, Tracer::rows_kept(trace));
   tracer.begin(frame.width, frame.height, trace);
-  if (settings.keep_matte) blurred.resize(frame.width, frame.height);
+  keep_size(frame.width, frame.height);
   Blur::Row row;
   for (int y = 0; y < frame.height; ++y) {
     keyer.key_row(frame, y, blur.next_alpha(), blur.next_states());
@@ -148,7 +156,7 @@ void Silhouetter::State::planes(const FrameView& frame, const TraceSettings& tra
   keyer.key(frame, keyed);
   blur.apply(keyed, field);
   tracer.begin(frame.width, frame.height, trace);
-  if (settings.keep_matte) blurred.resize(frame.width, frame.height);
+  keep_size(frame.width, frame.height);
   for (int y = 0; y < frame.height; ++y) {
     if (settings.keep_matte) keep_row(y, field.row(y), field.state_row(y));
     tracer.push(field.row(y), field.state_row(y));
