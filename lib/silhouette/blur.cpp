@@ -51,12 +51,12 @@ template <typename T>
 class RowRing {
  public:
   void resize(int rows, std::ptrdiff_t length, std::ptrdiff_t pad) {
-    rows_ = rows;
+    rows_ = static_cast<int>(std::bit_ceil(static_cast<unsigned>(rows)));
     pad_ = pad;
     stride_ = (length + 2 * pad + 31) / 32 * 32;
-    values_.resize(static_cast<std::size_t>(stride_) * rows);
+    values_.resize(static_cast<std::size_t>(stride_) * rows_);
   }
-  T* row(int y) { return slot(y % rows_); }
+  T* row(int y) { return slot(y & (rows_ - 1)); }
   T* slot(int i) { return values_.data() + pad_ + stride_ * i; }
   int rows() const { return rows_; }
   void clear(T value) { std::fill(values_.begin(), values_.end(), value); }
@@ -83,18 +83,23 @@ struct Blur::State {
   RowRing<BlockState> alpha_states;
   RowRing<std::int16_t> out;
   RowRing<BlockState> out_states;
-  RowRing<BlockState> out_stored;      // what the memory of each row in `out` holds, as states
   std::vector<std::int16_t> vertical;  // one row with `side` values on both sides
   int side = 0;
   std::vector<RowRing<BlockState>> unions;  // see push()
-  std::vector<BlockState> column_states;    // over the window of rows
+  int side_blocks = 0;                      // that the radius reaches
+  std::vector<BlockState> column_states;    // over the window of rows, 0 beside the row
+  std::vector<std::uint16_t> mixed_out, mixed_columns;
   std::vector<const std::uint8_t*> window;
 
   silhouette::PlaneBlur plane;  // box and recursive
 
-  // `stored`: the states of what the row's memory holds.
-  void blur_row(int y, std::int16_t* values, const BlockState* stored, BlockState* states);
-  void copy_row(int y, std::int16_t* values, BlockState* states);
+  // One finished row; states tells before what the memory of values holds.
+  template <typename Rows>
+  void blur_row(int y, const Rows& alpha_row, std::int16_t* values, BlockState* states);
+  void copy_row(const std::uint8_t* alpha_row, int y, std::int16_t* values, BlockState* states);
+  template <typename Rows>
+  void finish_row(int y, const Rows& alpha_row, std::int16_t* values, BlockState* states);
+  void push_states();
   BlockState* states_level(int level, int y) {
     return level == 0 ? alpha_states.row(y) : unions[static_cast<std::size_t>(level) - 1].row(y);
   }
@@ -103,11 +108,6 @@ struct Blur::State {
     for (int i = 0; i < (blocks + 15) / 16 * 16; ++i) out[i] = a[i] | b[i];
   }
   void threshold_row(std::int16_t* values, BlockState* states) const;
-  struct Interval {
-    int begin, end;
-  };
-  // Filters the columns within the radius of where something changes; returns those written.
-  Interval horizontal_pass(Interval changes, std::int16_t* values);
 };
 
 Blur::Blur() : state_(std::make_unique<State>()) {}
@@ -153,11 +153,14 @@ void Blur::begin(int width, int height, int keep) {
   for (auto& level : s.unions) level.resize(2 * s.radius + 2, s.blocks, 0);
   s.out.resize(keep + 1, length, field_pad);
   s.out_states.resize(keep + 1, s.blocks, 0);
-  s.out_stored.resize(keep + 1, s.blocks, 0);
-  s.out_stored.clear(block_mixed);
+  s.out_states.clear(block_mixed);
   s.side = s.radius + 2 * matte_block;
   s.vertical.resize(static_cast<std::size_t>(length + 2 * s.side));
-  s.column_states.resize(static_cast<std::size_t>(s.blocks + 15) / 16 * 16);
+  s.side_blocks = (s.radius + matte_block - 1) / matte_block;
+  s.column_states.assign(static_cast<std::size_t>((s.blocks + 15) / 16 * 16 + 2 * s.side_blocks),
+                         0);
+  s.mixed_out.resize(static_cast<std::size_t>(s.blocks));
+  s.mixed_columns.resize(static_cast<std::size_t>(s.blocks));
   s.window.resize(2 * s.radius + 1);
 }
 
@@ -168,132 +171,107 @@ BlockState* Blur::next_states() {
   return state_->alpha_states.row(state_->pushed);
 }
 void Blur::push() {
-  State& s = *state_;
+  state_->push_states();
+}
+
+void Blur::State::push_states() {
   // unions[l - 1] of a row: of the 2^l rows that end with it.
-  for (int l = 1; l <= static_cast<int>(s.unions.size()); ++l) {
-    const int before = s.pushed - (1 << (l - 1));
-    const BlockState* latest = s.states_level(l - 1, s.pushed);
-    s.unite(latest, before >= 0 ? s.states_level(l - 1, before) : latest,
-            s.unions[static_cast<std::size_t>(l) - 1].row(s.pushed));
+  for (int l = 1; l <= static_cast<int>(unions.size()); ++l) {
+    const int before = pushed - (1 << (l - 1));
+    const BlockState* latest = states_level(l - 1, pushed);
+    unite(latest, before >= 0 ? states_level(l - 1, before) : latest,
+          unions[static_cast<std::size_t>(l) - 1].row(pushed));
   }
-  ++s.pushed;
+  ++pushed;
 }
 
 bool Blur::pull(Row& row) {
   State& s = *state_;
   if (s.pulled >= s.height || (s.pushed < s.height && s.pushed <= s.pulled + s.radius))
     return false;
-  std::int16_t* values = s.out.row(s.pulled);
-  BlockState* states = s.out_states.row(s.pulled);
-  if (s.radius == 0)
-    s.copy_row(s.pulled, values, states);
-  else
-    s.blur_row(s.pulled, values, s.out_stored.row(s.pulled), states);
-  if (s.settings.threshold > 0) s.threshold_row(values, states);
-  std::memcpy(s.out_stored.row(s.pulled), states, static_cast<std::size_t>(s.blocks));
-  std::fill(values - field_pad, values, values[0]);
-  std::fill(values + s.width, values + s.blocks * matte_block + field_pad, values[s.width - 1]);
-  row = {values, states, s.pulled++};
+  row = {s.out.row(s.pulled), s.out_states.row(s.pulled), s.pulled};
+  s.finish_row(
+      s.pulled, [&](int y) { return s.alpha.row(y); }, s.out.row(s.pulled),
+      s.out_states.row(s.pulled));
+  ++s.pulled;
   return true;
 }
 
-void Blur::State::copy_row(int y, std::int16_t* values, BlockState* states) {
-  const std::uint8_t* from = alpha.row(y);
-  for (int x = 0; x < width; ++x) values[x] = static_cast<std::int16_t>(from[x] * field_scale);
+template <typename Rows>
+void Blur::State::finish_row(int y, const Rows& alpha_row, std::int16_t* values,
+                             BlockState* states) {
+  if (radius == 0)
+    copy_row(alpha_row(y), y, values, states);
+  else
+    blur_row(y, alpha_row, values, states);
+  if (settings.threshold > 0) threshold_row(values, states);
+  std::fill(values - field_pad, values, values[0]);
+  std::fill(values + width, values + blocks * matte_block + field_pad, values[width - 1]);
+}
+
+void Blur::State::copy_row(const std::uint8_t* alpha_row, int y, std::int16_t* values,
+                           BlockState* states) {
+  for (int x = 0; x < width; ++x) values[x] = static_cast<std::int16_t>(alpha_row[x] * field_scale);
   std::memcpy(states, alpha_states.row(y), static_cast<std::size_t>(blocks));
 }
 
-void Blur::State::blur_row(int y, std::int16_t* values, const BlockState* stored,
-                           BlockState* states) {
+template <typename Rows>
+void Blur::State::blur_row(int y, const Rows& alpha_row, std::int16_t* values, BlockState* states) {
   const int top = std::max(y - radius, 0), bottom = std::min(y + radius, height - 1);
   // The state of each block's column over the window of rows: of two runs of rows, a power of two
   // long, that together cover it.
+  BlockState* const columns = column_states.data() + side_blocks;
   const int level = std::bit_width(static_cast<unsigned>(bottom - top + 1)) - 1;
-  unite(states_level(level, bottom), states_level(level, top + (1 << level) - 1),
-        column_states.data());
-  int slot = top % alpha.rows();
-  for (int k = -radius; k <= radius; ++k) {
-    window[k + radius] = alpha.slot(slot);
-    if (y + k >= top && y + k < bottom) slot = slot + 1 < alpha.rows() ? slot + 1 : 0;
-  }
+  unite(states_level(level, bottom), states_level(level, top + (1 << level) - 1), columns);
+  std::fill(columns + blocks, column_states.data() + column_states.size(), BlockState{0});
 
-  const auto fill = [&](int x0, int x1) {
-    if (x1 > x0)
-      std::fill(values + x0, values + x1,
-                static_cast<std::int16_t>(
-                    column_states[(x1 - 1) / matte_block] == block_full ? field_full : 0));
+  // A block is uniform when all that the filter reaches is alike. What this row's memory holds
+  // already is not written again.
+  const auto uniform = [](BlockState state) {
+    return static_cast<std::int16_t>(state == block_full ? field_full : 0);
   };
-  std::memcpy(states, column_states.data(), static_cast<std::size_t>(blocks));
-
-  // Intervals of columns in which something changes: mixed blocks, and the borders of two uniform
-  // blocks of different kind. Intervals whose surroundings meet are filtered in one go.
-  int done = 0;
-  Interval current{};
-  bool open = false;
-  const auto process = [&] {
-    const Interval computed = horizontal_pass(current, values);
-    // What is left of the blocks at both ends.
-    fill(std::max(computed.begin & ~(matte_block - 1), done), computed.begin);
-    const int length = blocks * matte_block;
-    const int block_end = (computed.end + matte_block - 1) & ~(matte_block - 1);
-    fill(std::min(computed.end, length), std::min(block_end, length));
-    done = computed.end;
-    const int last = std::min(current.end + radius, width) - 1;
-    for (int b = computed.begin / matte_block; b <= last / matte_block; ++b)
-      states[b] = block_mixed;
+  const auto eight_at = [](const BlockState* from) {
+    std::uint64_t eight;
+    std::memcpy(&eight, from, 8);
+    return eight;
   };
-  for (int b = 0, e; b < blocks; b = e) {
-    e = run_end(column_states.data(), b, blocks);
-    const int x = b * matte_block;
-    Interval next{x, x};
-    if (column_states[b] == block_mixed)
-      next.end = e * matte_block;
-    else if (b == 0 || column_states[b - 1] == block_mixed)
+  for (int b = 0; b < blocks; b += 8) {
+    std::uint64_t eight = eight_at(columns + b);
+    for (int k = 1; k <= side_blocks; ++k)
+      eight |= eight_at(columns + b - k) | eight_at(columns + b + k);
+    BlockState now[8];
+    std::memcpy(now, &eight, 8);
+    const int count = std::min(8, blocks - b);
+    if (count == 8 ? eight == eight_at(states + b)
+                   : std::memcmp(now, states + b, static_cast<std::size_t>(count)) == 0)
       continue;
-    if (open && next.begin - radius <= current.end + radius + matte_block) {
-      current.end = next.end;
-    } else {
-      if (open) process();
-      current = next;
-      open = true;
-    }
+    for (int i = 0; i < count; ++i)
+      if (now[i] != block_mixed && now[i] != states[b + i])
+        std::fill_n(values + (b + i) * matte_block, matte_block, uniform(now[i]));
+    std::memcpy(states + b, now, static_cast<std::size_t>(count));
   }
-  if (open) process();
+  const int mixed = mixed_blocks(states, blocks, mixed_out.data());
+  if (mixed == 0) return;
 
-  // Uniform blocks, where this row's memory does not hold them already from a row before.
-  for (int b = 0, e; b < blocks; b = e) {
-    e = run_end(states, b, blocks);
-    if (states[b] != block_mixed && (stored[b] != states[b] || run_end(stored, b, e) != e))
-      std::fill(values + b * matte_block, values + e * matte_block,
-                static_cast<std::int16_t>(states[b] == block_full ? field_full : 0));
-  }
-}
-
-Blur::State::Interval Blur::State::horizontal_pass(Interval changes, std::int16_t* values) {
-  const int length = blocks * matte_block;
-  const int begin = std::max(changes.begin - radius, 0);
-  const int wanted = std::min(changes.end + radius, length) - begin;
-  const int end = begin + (wanted + matte_block - 1) / matte_block * matte_block;
-
-  // Vertical pass over the blocks that reach into it.
+  // Vertical pass over the mixed columns; the others are known.
   std::int16_t* v = vertical.data() + side;
-  const int first = std::max(begin - radius, 0) / matte_block;
-  const int last = std::min((end + radius + matte_block - 1) / matte_block, blocks);
-  for (int i = first; i < last;) {
-    const int j = run_end(column_states.data(), i, last);
-    if (column_states[i] == block_mixed)
-      kernels().fir_vertical(window.data(), radius, weights.data(), i * matte_block,
-                             j * matte_block, v);
-    else
-      std::fill(v + i * matte_block, v + j * matte_block,
-                column_states[i] == block_full ? vertical_full : std::int16_t{0});
-    i = j;
+  const int first = std::max(mixed_out[0] - side_blocks, 0);
+  const int last = std::min(mixed_out[mixed - 1] + side_blocks + 1, blocks);
+  for (int b = first; b < last; ++b)
+    std::fill_n(v + b * matte_block, matte_block,
+                static_cast<std::int16_t>(columns[b] == block_full ? vertical_full : 0));
+  for (int k = -radius; k <= radius; ++k)
+    window[k + radius] = alpha_row(std::clamp(y + k, top, bottom));
+  int filtered = 0;
+  for (int i = 0; i < mixed; ++i) {
+    mixed_columns[filtered] = mixed_out[i];
+    filtered += columns[mixed_out[i]] == block_mixed;
   }
+  kernels().fir_vertical(window.data(), radius, weights.data(), mixed_columns.data(), filtered, v);
   // The frame's border values go on outwards.
-  if (begin < radius) std::fill(v - side, v, v[0]);
-  if (end + radius > width) std::fill(v + width, v + length + side, v[width - 1]);
-  kernels().fir_horizontal(v, radius, weights.data(), begin, end, values);
-  return {begin, end};
+  if (first == 0) std::fill(v - side, v, v[0]);
+  if (last == blocks) std::fill(v + width, v + blocks * matte_block + side, v[width - 1]);
+  kernels().fir_horizontal(v, radius, weights.data(), mixed_out.data(), mixed, values);
 }
 
 void Blur::State::threshold_row(std::int16_t* values, BlockState* states) const {
@@ -315,20 +293,13 @@ void Blur::apply(const Matte& matte, Field& field) {
   field.resize(matte.width, matte.height);
   if (streams()) {
     begin(matte.width, matte.height, 1);
-    int next = 0;
-    const auto take = [&] {
-      Row row;
-      while (pull(row)) {
-        std::memcpy(field.row(row.y) - field_pad, row.values - field_pad,
-                    static_cast<std::size_t>(field.stride) * sizeof(std::int16_t));
-        std::memcpy(field.state_row(row.y), row.states, static_cast<std::size_t>(s.blocks));
+    for (int y = 0, next = 0; y < matte.height; ++y) {
+      for (; next < matte.height && next <= y + s.radius; ++next) {
+        std::memcpy(next_states(), matte.state_row(next), static_cast<std::size_t>(s.blocks));
+        push();
       }
-    };
-    for (; next < matte.height; ++next) {
-      std::memcpy(next_alpha(), matte.row(next), static_cast<std::size_t>(matte.stride));
-      std::memcpy(next_states(), matte.state_row(next), static_cast<std::size_t>(s.blocks));
-      push();
-      take();
+      s.finish_row(
+          y, [&](int row) { return matte.row(row); }, field.row(y), field.state_row(y));
     }
     return;
   }

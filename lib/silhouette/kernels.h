@@ -81,22 +81,21 @@ struct Kernels {
   /// States of whole blocks of alpha.
   void (*states)(const std::uint8_t* alpha, int blocks, BlockState* states);
 
-  /// out[x] = (sum over k of weights[k] * (rows[r-k][x] + rows[r+k][x]) + 2^8) >> 9 for x in
-  /// [begin, end), the centre row once; both multiples of matte_block. weights has radius+1 entries
-  /// and one 0 after them (rows one row more on both sides, never used otherwise); weights[0] + 2 *
-  /// the rest is 2^15.
+  /// out[x] = (sum over k of weights[k] * (rows[r-k][x] + rows[r+k][x]) + 2^8) >> 9 for the columns
+  /// of `count` blocks, the centre row once. weights has radius+1 entries and one 0 after them;
+  /// weights[0] + 2 * the rest is 2^15. radius is at most 400.
   void (*fir_vertical)(const std::uint8_t* const* rows, int radius, const std::int16_t* weights,
-                       int begin, int end, std::int16_t* out);
+                       const std::uint16_t* blocks, int count, std::int16_t* out);
   /// The same along a row, values 64 per level in, 128 per level out: shifted by 14.
-  void (*fir_horizontal)(const std::int16_t* in, int radius, const std::int16_t* weights, int begin,
-                         int end, std::int16_t* out);
+  void (*fir_horizontal)(const std::int16_t* in, int radius, const std::int16_t* weights,
+                         const std::uint16_t* blocks, int count, std::int16_t* out);
 
-  /// Bits of [begin, end) (multiples of 16) whose corrected value is not negative, bit 0 of bits[0]
-  /// being x = begin: with d = value - field_half,
+  /// For each listed block, bits[block]: its columns whose corrected value is not negative, the
+  /// first in bit 0: with d = value - field_half,
   /// centre * d(x) - side * (d(x-reach) + d(x+reach) + up + down) >= 0.
   void (*inside)(const std::int16_t* up, const std::int16_t* row, const std::int16_t* down,
-                 int reach, std::int16_t centre, std::int16_t side, int begin, int end,
-                 std::uint16_t* bits);
+                 int reach, std::int16_t centre, std::int16_t side, const std::uint16_t* blocks,
+                 int count, std::uint16_t* bits);
 
   /// What changes between two rows of inside bits, `words` words and one more that is 0: the
   /// columns of changes to the right on the row below, those of changes between the rows, and the

@@ -96,8 +96,9 @@ void double_left(const std::int16_t* signal, int count, std::int16_t* out) {
 }
 
 void fir_vertical(const std::uint8_t* const* rows, int radius, const std::int16_t* weights,
-                  int begin, int end, std::int16_t* out) {
-  for (int x = begin; x < end; ++x) {
+                  const std::uint16_t* blocks, int count, std::int16_t* out) {
+  for (int i = 0; i < count * matte_block; ++i) {
+    const int x = blocks[i / matte_block] * matte_block + i % matte_block;
     std::int32_t sum = weights[0] * rows[radius][x];
     for (int k = 1; k <= radius; ++k)
       sum += weights[k] * (rows[radius - k][x] + rows[radius + k][x]);
@@ -105,9 +106,10 @@ void fir_vertical(const std::uint8_t* const* rows, int radius, const std::int16_
   }
 }
 
-void fir_horizontal(const std::int16_t* in, int radius, const std::int16_t* weights, int begin,
-                    int end, std::int16_t* out) {
-  for (int x = begin; x < end; ++x) {
+void fir_horizontal(const std::int16_t* in, int radius, const std::int16_t* weights,
+                    const std::uint16_t* blocks, int count, std::int16_t* out) {
+  for (int i = 0; i < count * matte_block; ++i) {
+    const int x = blocks[i / matte_block] * matte_block + i % matte_block;
     std::int32_t sum = weights[0] * in[x];
     for (int k = 1; k <= radius; ++k) sum += weights[k] * (in[x - k] + in[x + k]);
     out[x] = static_cast<std::int16_t>((sum + (1 << 13)) >> 14);
@@ -115,8 +117,10 @@ void fir_horizontal(const std::int16_t* in, int radius, const std::int16_t* weig
 }
 
 void inside(const std::int16_t* up, const std::int16_t* row, const std::int16_t* down, int reach,
-            std::int16_t centre, std::int16_t side, int begin, int end, std::uint16_t* bits) {
-  for (int x = begin; x < end; x += 16, ++bits) {
+            std::int16_t centre, std::int16_t side, const std::uint16_t* blocks, int count,
+            std::uint16_t* bits) {
+  for (int b = 0; b < count; ++b) {
+    const int x = blocks[b] * matte_block;
     std::uint32_t word = 0;
     for (int i = x; i < x + 16; ++i) {
       const std::int32_t around =
@@ -124,7 +128,7 @@ void inside(const std::int16_t* up, const std::int16_t* row, const std::int16_t*
       const std::int32_t value = centre * (row[i] - field_half) - side * around;
       word |= static_cast<std::uint32_t>(value >= 0) << (i - x);
     }
-    *bits = static_cast<std::uint16_t>(word);
+    bits[blocks[b]] = static_cast<std::uint16_t>(word);
   }
 }
 

@@ -17,12 +17,13 @@ void Matte::resize(int new_width, int new_height) {
 }
 
 void Field::resize(int new_width, int new_height) {
+  if (width == new_width && height == new_height) return;
   width = new_width;
   height = new_height;
   const int blocks = blocks_across(width);
   stride = static_cast<std::ptrdiff_t>(blocks) * matte_block + 2 * field_pad;
   values.resize(static_cast<std::size_t>(stride) * height);
-  states.resize(static_cast<std::size_t>(blocks) * height);
+  states.assign(static_cast<std::size_t>(blocks) * height, block_mixed);
 }
 
 void Field::pad_row(int y) {

@@ -46,6 +46,25 @@ inline int run_end(const BlockState* states, int begin, int blocks) {
   return end;
 }
 
+/// The mixed blocks of a row, ascending; returns how many. Without a branch for each block, since
+/// where they are cannot be foretold.
+inline int mixed_blocks(const BlockState* states, int blocks, std::uint16_t* list) {
+  constexpr int step = 8;
+  int count = 0, b = 0;
+  const auto take = [&](int i) {
+    list[count] = static_cast<std::uint16_t>(i);
+    count += states[i] == block_mixed;
+  };
+  for (; b + step <= blocks; b += step) {
+    std::uint64_t eight;
+    std::memcpy(&eight, states + b, step);
+    if ((eight & eight >> 1 & 0x0101010101010101ull) == 0) continue;
+    for (int i = 0; i < step; ++i) take(b + i);
+  }
+  for (; b < blocks; ++b) take(b);
+  return count;
+}
+
 /// A plane of 8-bit alpha, 255 foreground, 0 background. Rows are `stride` apart.
 struct Matte {
   int width = 0;
@@ -83,6 +102,7 @@ struct Field {
   std::vector<std::int16_t> values;
   std::vector<BlockState> states;
 
+  /// Sets the size; a field of that size stays as it is, else all its blocks are mixed.
   void resize(int new_width, int new_height);
   std::int16_t* row(int y) { return values.data() + field_pad + stride * y; }
   const std::int16_t* row(int y) const { return values.data() + field_pad + stride * y; }

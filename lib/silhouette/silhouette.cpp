@@ -115,17 +115,17 @@ bool Silhouetter::State::unchanged(const FrameView& frame, bool& worth_copying) 
 }
 
 void Silhouetter::State::keep_row(int y, const std::int16_t* values, const BlockState* states) {
-  std::uint8_t* out = blurred.row(y);
   BlockState* held = blurred.state_row(y);
   const int blocks = blocks_across(blurred.width);
-  for (int b = 0, e; b < blocks; b = e) {
-    e = run_end(states, b, blocks);
-    const int x0 = b * matte_block, x1 = e * matte_block;  // rows are whole blocks
-    if (states[b] == block_mixed)
-      store_field_row(values + x0, x1 - x0, 0, out + x0, 1);
-    else if (held[b] != states[b] || run_end(held, b, e) != e)
-      std::memset(out + x0, states[b] == block_full ? 255 : 0, static_cast<std::size_t>(x1 - x0));
-  }
+  // From the first to the last block that is not what it was: what lies between costs less than to
+  // go around it.
+  const auto stays = [&](int b) { return states[b] == held[b] && states[b] != block_mixed; };
+  int begin = 0, end = blocks;
+  while (begin < end && stays(begin)) ++begin;
+  while (end > begin && stays(end - 1)) --end;
+  if (begin == end) return;
+  const int x0 = begin * matte_block, x1 = end * matte_block;  // rows are whole blocks
+  store_field_row(values + x0, x1 - x0, 0, blurred.row(y) + x0, 1);
   std::memcpy(held, states, static_cast<std::size_t>(blocks));
 }
 
@@ -136,18 +136,51 @@ void Silhouetter::State::keep_size(int width, int height) {
   std::fill(blurred.states.begin(), blurred.states.end(), block_mixed);
 }
 
+namespace {
+
+// The bytes of a row's active columns, asked from memory a few lines at a time while the row before
+// is still being worked on: the hardware's own prefetching stops between two rows.
+class RowAhead {
+ public:
+  RowAhead(const FrameView& frame, const Rectangle& active) : frame_(frame), active_(active) {}
+
+  void begin(int y) {
+    const bool any = y >= active_.y && y < active_.y + active_.height && frame_.strides[0] > 0;
+    const std::ptrdiff_t pixel = std::abs(frame_.strides[0]) / frame_.width;
+    at_ = any ? frame_.row(0, y) + pixel * active_.x : nullptr;
+    end_ = any ? at_ + pixel * active_.width : nullptr;
+  }
+  void some() {
+    constexpr std::ptrdiff_t line = 64, lines = 30;
+    for (int i = 0; i < lines && at_ < end_; ++i, at_ += line) __builtin_prefetch(at_);
+  }
+
+ private:
+  const FrameView& frame_;
+  Rectangle active_;
+  const std::uint8_t *at_ = nullptr, *end_ = nullptr;
+};
+
+}  // namespace
+
 void Silhouetter::State::stream(const FrameView& frame, const TraceSettings& trace) {
   keyer.prepare(frame);
   blur.begin(frame.width, frame.height, Tracer::rows_kept(trace));
   tracer.begin(frame.width, frame.height, trace);
   keep_size(frame.width, frame.height);
   Blur::Row row;
+  RowAhead ahead(frame, keyer.active());
   for (int y = 0; y < frame.height; ++y) {
     keyer.key_row(frame, y, blur.next_alpha(), blur.next_states());
+    ahead.begin(y + 1);
+    ahead.some();
     blur.push();
     while (blur.pull(row)) {
+      ahead.some();
       if (settings.keep_matte) keep_row(row.y, row.values, row.states);
+      ahead.some();
       tracer.push(row.values, row.states);
+      ahead.some();
     }
   }
 }

@@ -43,6 +43,7 @@ void Tracer::begin(int width, int height, const TraceSettings& settings) {
   s.width = width;
   s.height = height;
   s.blocks = blocks_across(width);
+  s.mixed_list.resize(static_cast<std::size_t>(s.blocks));
   s.words = (width + 63) / 64 + 2;
   s.reach = reach_of(settings);
   s.centre = 1;
@@ -107,14 +108,11 @@ void Tracer::State::classify(int y) {
   std::uint16_t* out = pieces.data() + 4;  // the first word is beyond the frame
   const std::int16_t* up = row(y - reach);
   const std::int16_t* down = row(y + reach);
-  for (int b = 0, e; b < blocks; b = e) {
-    e = run_end(states, b, blocks);
-    if (states[b] == block_mixed)
-      kernels().inside(up, here, down, reach, centre, side, b * matte_block, e * matte_block,
-                       out + b);
-    else  // keeps its side: the correction only moves it farther from the half level
-      std::fill(out + b, out + e, static_cast<std::uint16_t>(states[b] == block_full ? 0xffff : 0));
-  }
+  // A uniform block keeps its side: the correction only moves it farther from the half level.
+  for (int b = 0; b < blocks; ++b)
+    out[b] = static_cast<std::uint16_t>(states[b] == block_full ? 0xffff : 0);
+  const int mixed = mixed_blocks(states, blocks, mixed_list.data());
+  kernels().inside(up, here, down, reach, centre, side, mixed_list.data(), mixed, out);
   for (int w = 1; w < words - 1; ++w) {
     const std::uint16_t* p = pieces.data() + 4 * w;
     below[w] = static_cast<std::uint64_t>(p[0]) | static_cast<std::uint64_t>(p[1]) << 16 |

@@ -38,7 +38,7 @@ struct Tracer::State {
   // Bits of two rows of the grid, 64 columns to a word; word 0 and the last hold what is beyond the
   // frame.
   std::vector<std::uint64_t> above, below;
-  std::vector<std::uint16_t> pieces;
+  std::vector<std::uint16_t> pieces, mixed_list;
   // Of one row of cells: what changes, and the values on both sides of a crossing.
   silhouette::CellChanges changes{};
   std::vector<std::int32_t> columns, near_values, far_values;

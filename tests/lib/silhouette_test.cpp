@@ -303,9 +303,13 @@ TEST(Silhouette, KernelsAgree) {
       std::vector<std::uint8_t> alpha, states;
       std::vector<std::int16_t> values;
       std::vector<std::uint16_t> bits;
+      std::vector<std::int32_t> places;
       std::vector<float> numbers;
       bool operator==(const Out&) const = default;
     };
+    const std::uint64_t random_bits[] = {random() * 0x100000001ull, random() * 0x10001ull,
+                                         random() * 0x100000001ull, random() * 0x1000001ull};
+    const std::uint16_t blocks[] = {1, 2, 5, 7};
     const auto run = [&](const Kernels& k) {
       Out out;
       std::vector<std::uint8_t> alpha(n), states(n / matte_block);
@@ -332,17 +336,30 @@ TEST(Silhouette, KernelsAgree) {
       keep();
       k.states(pixels.data(), n / matte_block, states.data());
       keep();
-      k.fir_vertical(rows.data(), radius, weights.data(), 16, 128, line.data());
+      k.fir_vertical(rows.data(), radius, weights.data(), blocks, 4, line.data());
       keep();
-      k.fir_horizontal(narrow.data() + 64, radius, weights.data(), 0, 160, line.data());
+      k.fir_horizontal(narrow.data() + 64, radius, weights.data(), blocks, 4, line.data());
       keep();
       out.bits.resize(n / 16);
       k.inside(values.data() + 64, values.data() + 80, values.data() + 96, 3, 900,
-               static_cast<std::int16_t>(round % 2 ? 97 : 0), 16, 176, out.bits.data());
+               static_cast<std::int16_t>(round % 2 ? 97 : 0), blocks, 4, out.bits.data());
+      const std::vector<std::uint64_t> above{random_bits[0], random_bits[1] | 5, 0, ~0ull >> 9, 0};
+      const std::vector<std::uint64_t> below{random_bits[2], ~0ull, 0, random_bits[3] >> 1, 0};
+      std::vector<std::int32_t> lists(3 * 260);
+      CellChanges changes{lists.data(), lists.data() + 260, lists.data() + 520, 0, 0, 0};
+      k.find_changes(above.data(), below.data(), 4, changes);
+      out.places.assign(changes.on_row, changes.on_row + changes.on_row_count);
+      out.places.insert(out.places.end(), changes.between, changes.between + changes.between_count);
+      out.places.insert(out.places.end(), changes.cells, changes.cells + changes.cells_count);
+      std::vector<std::int32_t> first(37), second(37);
+      for (int i = 0; i < 37; ++i) first[i] = values[i], second[i] = -1 - values[i + 60];
+      std::vector<float> crossings(37);
+      k.crossing_offsets(first.data(), second.data(), 37, crossings.data());
       std::vector<float> x(37), y(37);
       for (int i = 0; i < 37; ++i) x[i] = values[i] / 512.0f, y[i] = values[i + 40] / 512.0f;
       out.numbers = {k.line_deviation(x.data(), y.data(), 37, 0.6f, 0.8f, 3.0f),
                      k.edge_deviation(x.data(), y.data(), 37, 1.0f, 2.0f, 0.8f, -0.6f, 20.0f)};
+      out.numbers.insert(out.numbers.end(), crossings.begin(), crossings.end());
       return out;
     };
     const Out want = run(plain);
@@ -352,6 +369,7 @@ TEST(Silhouette, KernelsAgree) {
       EXPECT_EQ(got.states, want.states) << k->name << " round " << round;
       EXPECT_EQ(got.values, want.values) << k->name << " round " << round;
       EXPECT_EQ(got.bits, want.bits) << k->name << " round " << round;
+      EXPECT_EQ(got.places, want.places) << k->name << " round " << round;
       EXPECT_EQ(got.numbers, want.numbers) << k->name << " round " << round;
       if (::testing::Test::HasFailure()) return;
     }
