@@ -73,6 +73,10 @@ struct Kernels {
   /// signal[count].
   void (*double_left)(const std::int16_t* signal, int count, std::int16_t* out);
 
+  /// ramp_alpha() of what double_left() makes of signals, half as many as pixels.
+  void (*doubled_alpha)(const std::int16_t* signal, int count, Ramp ramp, std::uint8_t* alpha,
+                        BlockState* states);
+
   /// Alpha of RGBA pixels against plate pixels (R, G, B, tolerance); count is a multiple of
   /// matte_block.
   void (*difference_alpha)(const std::uint8_t* pixels, const std::uint8_t* plate, int count,

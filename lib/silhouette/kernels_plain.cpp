@@ -95,6 +95,15 @@ void double_left(const std::int16_t* signal, int count, std::int16_t* out) {
   }
 }
 
+void doubled_alpha(const std::int16_t* signal, int count, Ramp ramp, std::uint8_t* alpha,
+                   BlockState* block_states) {
+  for (int x = 0; x < count; x += matte_block) {
+    std::int16_t doubled[matte_block];
+    double_left(signal + x / 2, matte_block / 2, doubled);
+    ramp_alpha(doubled, matte_block, ramp, alpha + x, block_states + x / matte_block);
+  }
+}
+
 void fir_vertical(const std::uint8_t* const* rows, int radius, const std::int16_t* weights,
                   const std::uint16_t* blocks, int count, std::int16_t* out) {
   for (int i = 0; i < count * matte_block; ++i) {
@@ -135,10 +144,10 @@ void inside(const std::int16_t* up, const std::int16_t* row, const std::int16_t*
 }  // namespace
 
 const Kernels& plain_kernels() {
-  static const Kernels table{"plain",      pixel_signal,     pixel_alpha,    ramp_alpha,
-                             local_alpha,  chroma_signal,    double_left,    difference_alpha,
-                             states,       fir_vertical,     fir_horizontal, inside,
-                             find_changes, crossing_offsets, line_deviation, edge_deviation};
+  static const Kernels table{
+      "plain",     pixel_signal,  pixel_alpha,      ramp_alpha,     local_alpha,   chroma_signal,
+      double_left, doubled_alpha, difference_alpha, states,         fir_vertical,  fir_horizontal,
+      inside,      find_changes,  crossing_offsets, line_deviation, edge_deviation};
   return table;
 }
 

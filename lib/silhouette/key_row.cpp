@@ -50,9 +50,10 @@ const std::uint8_t* chroma_pairs(const FrameView& frame, int row, int c0, int c1
   return memory;
 }
 
-// Signals of columns [x0, x1), x0 even, from chroma.
-void chroma_row(const FrameView& frame, int y, const silhouette::ChromaForms& forms, int x0, int x1,
-                RowMemory& memory) {
+// Signals of the chroma samples of columns [x0, x1), x0 even: one for two columns, the ends of the
+// row repeated beside it.
+const std::int16_t* chroma_row(const FrameView& frame, int y, const silhouette::ChromaForms& forms,
+                               int x0, int x1, RowMemory& memory) {
   const silhouette::ChromaRows rows = silhouette::chroma_rows(frame, y);
   const int available = silhouette::chroma_width(frame);
   // One more sample on each side for the interpolation.
@@ -63,15 +64,17 @@ void chroma_row(const FrameView& frame, int y, const silhouette::ChromaForms& fo
       rows.far_row == rows.near_row
           ? near_row
           : chroma_pairs(frame, rows.far_row, c0, c1, memory.far_chroma.data());
-  std::int16_t* half = memory.half.data() + 8;  // half[-1] and half[count] repeat the ends
+  std::int16_t* half = memory.half.data() + 8;
   kernels().chroma_signal(near_row, far_row, rows.near_weight, rows.far_weight, c1 - c0,
                           forms.weights, forms.offsets, half);
   half[-1] = half[0];
   half[c1 - c0] = half[c1 - c0 - 1];
-  const std::int16_t* from = half + (x0 / 2 - c0);
-  const int count = (x1 - x0 + 1) / 2;
-  std::int16_t* out = memory.signal.data();
-  if (frame.site != ChromaSite::centre) return kernels().double_left(from, count, out);
+  return half + (x0 / 2 - c0);
+}
+
+// Signals of `count` pairs of columns from those of their chroma samples.
+void double_row(ChromaSite site, const std::int16_t* from, int count, std::int16_t* out) {
+  if (site != ChromaSite::centre) return kernels().double_left(from, count, out);
   for (int i = 0; i < count; ++i) {
     out[2 * i] = static_cast<std::int16_t>((from[i - 1] + 3 * from[i] + 2) >> 2);
     out[2 * i + 1] = static_cast<std::int16_t>((3 * from[i] + from[i + 1] + 2) >> 2);
@@ -134,10 +137,14 @@ void Keyer::State::alpha_row(const FrameView& frame, int y, std::uint8_t* alpha,
     return;
   }
 
-  if (path == Path::chroma)
-    chroma_row(frame, y, chroma, x0, stop, memory);
-  else
+  if (path == Path::chroma) {
+    const std::int16_t* half = chroma_row(frame, y, chroma, x0, stop, memory);
+    if (!local && frame.site != ChromaSite::centre && stop == end)
+      return run.doubled_alpha(half, end - x0, ramp, alpha + x0, states + x0 / matte_block);
+    double_row(frame.site, half, (stop - x0 + 1) / 2, memory.signal.data());
+  } else {
     run.pixel_signal(pixels, stop - x0, forms, memory.signal.data());
+  }
   std::fill(memory.signal.data() + (stop - x0), memory.signal.data() + (end - x0), 0);
 
   if (method == KeyMethod::prototype) {

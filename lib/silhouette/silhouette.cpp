@@ -145,7 +145,9 @@ class RowAhead {
   RowAhead(const FrameView& frame, const Rectangle& active) : frame_(frame), active_(active) {}
 
   void begin(int y) {
-    const bool any = y >= active_.y && y < active_.y + active_.height && frame_.strides[0] > 0;
+    // Of luma and chroma hardly more than the chroma is read.
+    const bool any = !is_yuv(frame_.format) && y >= active_.y && y < active_.y + active_.height &&
+                     frame_.strides[0] > 0;
     const std::ptrdiff_t pixel = std::abs(frame_.strides[0]) / frame_.width;
     at_ = any ? frame_.row(0, y) + pixel * active_.x : nullptr;
     end_ = any ? at_ + pixel * active_.width : nullptr;

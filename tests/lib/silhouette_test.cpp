@@ -332,6 +332,8 @@ TEST(Silhouette, KernelsAgree) {
       keep();
       k.double_left(signal.data(), n - 5, line.data());
       keep();
+      k.doubled_alpha(signal.data(), n, ramp, alpha.data(), states.data());
+      keep();
       k.difference_alpha(pixels.data(), plate.data(), n, difference, alpha.data());
       keep();
       k.states(pixels.data(), n / matte_block, states.data());
