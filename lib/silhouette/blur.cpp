@@ -227,9 +227,8 @@ void Blur::State::blur_row(int y, const Rows& alpha_row, std::int16_t* values, B
 
   // A block is uniform when all that the filter reaches is alike. What this row's memory holds
   // already is not written again.
-  const auto uniform = [](BlockState state) {
-    return static_cast<std::int16_t>(state == block_full ? field_full : 0);
-  };
+  int changes = 0;
+  std::uint16_t* const changed = mixed_out.data();  // before it is needed for the mixed
   const auto eight_at = [](const BlockState* from) {
     std::uint64_t eight;
     std::memcpy(&eight, from, 8);
@@ -245,11 +244,15 @@ void Blur::State::blur_row(int y, const Rows& alpha_row, std::int16_t* values, B
     if (count == 8 ? eight == eight_at(states + b)
                    : std::memcmp(now, states + b, static_cast<std::size_t>(count)) == 0)
       continue;
-    for (int i = 0; i < count; ++i)
-      if (now[i] != block_mixed && now[i] != states[b + i])
-        std::fill_n(values + (b + i) * matte_block, matte_block, uniform(now[i]));
+    for (int i = 0; i < count; ++i) {
+      changed[changes] = static_cast<std::uint16_t>(b + i);
+      changes += now[i] != block_mixed && now[i] != states[b + i];
+    }
     std::memcpy(states + b, now, static_cast<std::size_t>(count));
   }
+  for (int i = 0; i < changes; ++i)
+    std::fill_n(values + changed[i] * matte_block, matte_block,
+                static_cast<std::int16_t>(states[changed[i]] == block_full ? field_full : 0));
   const int mixed = mixed_blocks(states, blocks, mixed_out.data());
   if (mixed == 0) return;
 
