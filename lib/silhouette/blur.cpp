@@ -229,19 +229,14 @@ void Blur::State::blur_row(int y, const Rows& alpha_row, std::int16_t* values, B
   // already is not written again.
   int changes = 0;
   std::uint16_t* const changed = mixed_out.data();  // before it is needed for the mixed
-  const auto eight_at = [](const BlockState* from) {
-    std::uint64_t eight;
-    std::memcpy(&eight, from, 8);
-    return eight;
-  };
   for (int b = 0; b < blocks; b += 8) {
-    std::uint64_t eight = eight_at(columns + b);
+    std::uint64_t eight = eight_states(columns + b);
     for (int k = 1; k <= side_blocks; ++k)
-      eight |= eight_at(columns + b - k) | eight_at(columns + b + k);
+      eight |= eight_states(columns + b - k) | eight_states(columns + b + k);
     BlockState now[8];
     std::memcpy(now, &eight, 8);
     const int count = std::min(8, blocks - b);
-    if (count == 8 ? eight == eight_at(states + b)
+    if (count == 8 ? eight == eight_states(states + b)
                    : std::memcmp(now, states + b, static_cast<std::size_t>(count)) == 0)
       continue;
     for (int i = 0; i < count; ++i) {

@@ -4,7 +4,6 @@
 /// plainly background or plainly foreground, and every stage works only where it is neither.
 #pragma once
 
-#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -28,22 +27,16 @@ inline int blocks_across(int width) {
   return (width + matte_block - 1) / matte_block;
 }
 
-/// One past the last block of the run of equal states that begins with block \p begin.
-inline int run_end(const BlockState* states, int begin, int blocks) {
-  const BlockState state = states[begin];
-  int end = begin + 1;
-  for (; end + 8 <= blocks; end += 8) {
-    std::uint64_t eight;
-    std::memcpy(&eight, states + end, 8);
-    eight ^= 0x0101010101010101ull * state;
-    if (eight == 0) continue;
-    if constexpr (std::endian::native == std::endian::little)
-      return end + std::countr_zero(eight) / 8;
-    else
-      return end + std::countl_zero(eight) / 8;
-  }
-  while (end < blocks && states[end] == state) ++end;
-  return end;
+/// Eight states as one number.
+inline std::uint64_t eight_states(const BlockState* from) {
+  std::uint64_t eight;
+  std::memcpy(&eight, from, 8);
+  return eight;
+}
+
+/// Is any of eight_states() mixed?
+inline bool any_mixed(std::uint64_t eight) {
+  return (eight & eight >> 1 & 0x0101010101010101ull) != 0;
 }
 
 /// The mixed blocks of a row, ascending; returns how many. Without a branch for each block, since
@@ -56,9 +49,7 @@ inline int mixed_blocks(const BlockState* states, int blocks, std::uint16_t* lis
     count += states[i] == block_mixed;
   };
   for (; b + step <= blocks; b += step) {
-    std::uint64_t eight;
-    std::memcpy(&eight, states + b, step);
-    if ((eight & eight >> 1 & 0x0101010101010101ull) == 0) continue;
+    if (!any_mixed(eight_states(states + b))) continue;
     for (int i = 0; i < step; ++i) take(b + i);
   }
   for (; b < blocks; ++b) take(b);

@@ -117,12 +117,15 @@ bool Silhouetter::State::unchanged(const FrameView& frame, bool& worth_copying) 
 void Silhouetter::State::keep_row(int y, const std::int16_t* values, const BlockState* states) {
   BlockState* held = blurred.state_row(y);
   const int blocks = blocks_across(blurred.width);
-  // From the first to the last block that is not what it was: what lies between costs less than to
-  // go around it.
-  const auto stays = [&](int b) { return states[b] == held[b] && states[b] != block_mixed; };
+  // From the first to the last of eight blocks that are not what they were: what lies between costs
+  // less than to go around it.
+  const auto stay = [&](int b) {
+    const std::uint64_t eight = eight_states(states + b);
+    return eight == eight_states(held + b) && !any_mixed(eight);
+  };
   int begin = 0, end = blocks;
-  while (begin < end && stays(begin)) ++begin;
-  while (end > begin && stays(end - 1)) --end;
+  while (begin + 8 <= end && stay(begin)) begin += 8;
+  while (end - 8 >= begin && stay(end - 8)) end -= 8;
   if (begin == end) return;
   const int x0 = begin * matte_block, x1 = end * matte_block;  // rows are whole blocks
   store_field_row(values + x0, x1 - x0, 0, blurred.row(y) + x0, 1);
