@@ -216,13 +216,18 @@ GST_END_TEST
 /// Properties are set from another thread while frames run; nothing tears, crashes or stops.
 GST_START_TEST(properties_change_while_frames_run) {
   for (const char* line :
-       {"videotestsrc num-buffers=150 pattern=smpte100 ! "
+       {"videotestsrc num-buffers=300 pattern=smpte100 ! "
         "video/x-raw,format=NV12,width=320,height=240 "
         "! silhouette name=a ! fakesink",
-        "videotestsrc num-buffers=150 pattern=ball ! video/x-raw,format=BGRx,width=320,height=240 "
+        "videotestsrc num-buffers=300 pattern=ball ! video/x-raw,format=BGRx,width=320,height=240 "
         "! "
         "chromamatte name=a ! gaussblur name=b ! contourfind name=c ! fakesink"}) {
     GstElement* pipeline = parse(line);
+    // From the first frame on, settings that contradict each other are refused and the stream goes
+    // on; a stream cannot begin with them.
+    gst_element_set_state(pipeline, GST_STATE_PLAYING);
+    fail_unless_equals_int(gst_element_get_state(pipeline, nullptr, nullptr, 20 * GST_SECOND),
+                           GST_STATE_CHANGE_SUCCESS);
     std::atomic<bool> done{false};
     std::thread fiddler([&] {
       std::mt19937 random(9);
@@ -268,7 +273,6 @@ GST_START_TEST(properties_change_while_frames_run) {
         std::this_thread::sleep_for(std::chrono::microseconds(300));
       }
     });
-    gst_element_set_state(pipeline, GST_STATE_PLAYING);
     const std::string end = wait_for_end(pipeline);
     done = true;
     fiddler.join();
