@@ -9,12 +9,23 @@
 #include <algorithm>
 #include <memory>
 #include <mutex>
+#include <vector>
 
 namespace polyhull {
 namespace {
 
 std::mutex mutex;  // protects wanted_threads
 int wanted_threads = 0;
+
+/// The calling thread's own handle onto the process's one set of worker threads. It is kept:
+/// workers hardly ever join an arena that is made for one call.
+tbb::task_arena& own_arena(int threads) {
+  thread_local std::vector<std::unique_ptr<tbb::task_arena>> arenas;
+  const std::size_t index = static_cast<std::size_t>(threads);
+  if (arenas.size() <= index) arenas.resize(index + 1);
+  if (!arenas[index]) arenas[index] = std::make_unique<tbb::task_arena>(threads);
+  return *arenas[index];
+}
 
 }  // namespace
 
@@ -37,9 +48,7 @@ void parallel_for(std::size_t count, std::size_t grain, int max_threads,
     body(0, count);
     return;
   }
-  // Arenas are cheap handles onto the process's one set of worker threads.
-  tbb::task_arena arena(threads);
-  arena.execute([&] {
+  own_arena(threads).execute([&] {
     tbb::parallel_for(
         tbb::blocked_range<std::size_t>(0, count, std::max<std::size_t>(grain, 1)),
         [&](const tbb::blocked_range<std::size_t>& range) { body(range.begin(), range.end()); },
