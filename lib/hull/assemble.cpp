@@ -69,7 +69,7 @@ std::uint32_t Assembler::number(const CornerKey& key) {
   if (keys_.size() * 2 >= table_.size()) grow();
   std::size_t slot = hash(key) & (table_.size() - 1);
   while (table_[slot] != empty_slot) {
-    if (keys_[table_[slot]] == key) return table_[slot];
+    if (same(keys_[table_[slot]], key)) return table_[slot];
     slot = (slot + 1) & (table_.size() - 1);
   }
   table_[slot] = static_cast<std::uint32_t>(keys_.size());

@@ -326,7 +326,7 @@ void FaceClipper::emit(FaceLoops& out) {
         if (v.apex) {
           key = {static_cast<std::uint32_t>(chart_.cone),
                  scene_->cones[chart_.cone]->ring[chart_.local], apex_mark};
-          if (out.corners.size() > begin && out.corners.back() == key) continue;
+          if (out.corners.size() > begin && same(out.corners.back(), key)) continue;
         } else {
           key = {chart_.face, v.plane1, v.plane2};
           if (key[1] > key[2]) std::swap(key[1], key[2]);
@@ -335,7 +335,7 @@ void FaceClipper::emit(FaceLoops& out) {
         }
         out.corners.push_back(key);
       }
-      if (out.corners.size() > begin + 1 && out.corners.back() == out.corners[begin])
+      if (out.corners.size() > begin + 1 && same(out.corners.back(), out.corners[begin]))
         out.corners.pop_back();
       if (out.corners.size() < begin + 3) {
         out.corners.resize(begin);

@@ -43,6 +43,10 @@ namespace polyhull::hull {
 /// apex_mark).
 using CornerKey = std::array<std::uint32_t, 3>;
 inline constexpr std::uint32_t apex_mark = 0xffffffffu;
+/// Equality without the call to memcmp() that == of arrays is.
+inline bool same(const CornerKey& a, const CornerKey& b) {
+  return ((a[0] ^ b[0]) | (a[1] ^ b[1]) | (a[2] ^ b[2])) == 0;
+}
 
 /// Line coefficients are below 1 with absolute errors below 10 units of 1.1e-16, so a product of
 /// two lines is off by less than 45 units and a determinant by less than 300: here is a factor 3
