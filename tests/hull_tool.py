@@ -86,7 +86,7 @@ def main():
         want = expected_volume()
         assert report["closed"] and abs(report["volume"] / want - 1) < 1e-4, (report, want)
         assert report["cameras"] == 2 and report["contour_vertices"] == 8 and report["median_ms"] > 0, report
-        assert set(report["phases_ms"]) == {"prepare", "bins", "viewing_edges", "cone_edges", "assemble",
+        assert set(report["phases_ms"]) == {"prepare", "scene", "faces", "assemble",
                                             "triangulate"}, report
         assert 0 <= report["exact_predicate_share"] <= 1, report
         assert "closed" in run(scene)

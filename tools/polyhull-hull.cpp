@@ -120,9 +120,8 @@ int run(const Arguments& arguments) {
   const std::vector<Silhouette> views = scene.views();
 
   Phase phases[] = {{"prepare", &HullStatistics::seconds_prepare},
-                    {"bins", &HullStatistics::seconds_bins},
-                    {"viewing_edges", &HullStatistics::seconds_viewing_edges},
-                    {"cone_edges", &HullStatistics::seconds_cone_edges},
+                    {"scene", &HullStatistics::seconds_scene},
+                    {"faces", &HullStatistics::seconds_faces},
                     {"assemble", &HullStatistics::seconds_assemble},
                     {"triangulate", &HullStatistics::seconds_triangulate}};
   HullBuilder builder;

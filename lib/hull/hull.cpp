@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <cstring>
 #include <memory>
 #include <mutex>
 #include <utility>
@@ -12,7 +11,7 @@
 #include "base/error.h"
 #include "base/thread_pool.h"
 #include "hull/assemble.h"
-#include "hull/cone.h"
+#include "hull/cone_cache.h"
 #include "hull/face_clipper.h"
 #include "hull/scene.h"
 #include "hull/simplify.h"
@@ -23,11 +22,10 @@ namespace {
 
 using hull::Cone;
 using hull::ConeCamera;
-using hull::ConeInput;
 using hull::FaceClipper;
 using hull::FaceLoops;
 using hull::Frame;
-using hull::IntVec;
+using hull::ViewCopy;
 
 /// Faces handled as one piece of work.
 constexpr std::size_t faces_per_block = 32;
@@ -36,49 +34,6 @@ constexpr double working_box = 1024.0;
 
 double seconds_now() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
-
-/// What of a view decides its part of the hull, kept to compare with the next call's.
-struct ViewCopy {
-  Mat3 K{1.0}, R{1.0};
-  Vec3 t{0.0};
-  int width = 0, height = 0;
-  Rings rings;
-  bool same(const Silhouette& view) const {
-    const Camera& c = *view.camera;
-    return K == c.K && R == c.R && t == c.t && width == c.width && height == c.height &&
-           rings == *view.rings;
-  }
-  void copy(const Silhouette& view) {
-    const Camera& c = *view.camera;
-    K = c.K, R = c.R, t = c.t, width = c.width, height = c.height;
-    rings = *view.rings;
-  }
-};
-
-/// A prepared cone with what it was made from.
-struct CachedCone {
-  Cone cone;
-  std::vector<ViewCopy> from;
-  std::vector<std::int32_t> views;
-  Frame frame;
-  Unseen unseen = Unseen::carve;
-};
-
-template <class T>
-int compare_bytes(const T& a, const T& b) {
-  return std::memcmp(&a, &b, sizeof(T));
-}
-
-/// An order of views by their content alone, so that the hull does not depend on how they arrived.
-int compare_views(const ConeInput& a, const ConeInput& b) {
-  if (int c = compare_bytes(a.camera->centre, b.camera->centre)) return c;
-  if (int c = compare_bytes(a.camera->to_pixel, b.camera->to_pixel)) return c;
-  const Rings &x = *a.silhouette->rings, &y = *b.silhouette->rings;
-  if (x.points.size() != y.points.size()) return x.points.size() < y.points.size() ? -1 : 1;
-  if (x.ends != y.ends) return x.ends < y.ends ? -1 : 1;
-  if (x.points.empty()) return 0;  // no memory to compare: data() may be null
-  return std::memcmp(x.points.data(), y.points.data(), x.points.size() * sizeof(Vec2f));
 }
 
 }  // namespace
@@ -91,7 +46,8 @@ struct HullBuilder::State {
   bool valid = false;
 
   std::vector<ConeCamera> cameras;
-  std::vector<std::unique_ptr<CachedCone>> cones;
+  hull::ConeCache cones;
+  std::vector<const Cone*> used;
   hull::Scene scene;
   std::vector<FaceLoops> blocks;
   hull::Assembler assembler;
@@ -106,8 +62,6 @@ struct HullBuilder::State {
   void remember(std::span<const Silhouette> views, const HullOptions& options);
   void build(std::span<const Silhouette> views, const HullOptions& options);
   Frame choose_frame(const HullOptions& options, std::array<double, 6>& box) const;
-  void prepare(std::span<const Silhouette> views, const HullOptions& options, const Frame& frame,
-               std::vector<const Cone*>& used);
   void clip_faces(int threads);
   void triangulate(int threads);
   bool any_broken() const;
@@ -178,78 +132,6 @@ Frame HullBuilder::State::choose_frame(const HullOptions& options,
     box[2 * k + 1] = std::nearbyint(box_high[k] * frame.scale);
   }
   return frame;
-}
-
-void HullBuilder::State::prepare(std::span<const Silhouette> views, const HullOptions& options,
-                                 const Frame& frame, std::vector<const Cone*>& used) {
-  std::vector<ConeInput> inputs;
-  for (std::size_t i = 0; i < views.size(); ++i)
-    inputs.push_back({&views[i], &cameras[i], static_cast<std::int32_t>(i)});
-  std::sort(inputs.begin(), inputs.end(), [](const ConeInput& a, const ConeInput& b) {
-    const int c = compare_views(a, b);
-    return c != 0 ? c < 0 : a.view < b.view;
-  });
-  // Views from one centre make one cone.
-  std::vector<std::vector<ConeInput>> groups;
-  std::vector<IntVec> centres;
-  for (const ConeInput& input : inputs) {
-    const IntVec centre = hull::frame_centre(*input.camera, frame);
-    std::size_t g = 0;
-    while (g < groups.size() && centres[g] != centre) ++g;
-    if (g == groups.size()) groups.emplace_back(), centres.push_back(centre);
-    // The same view twice is the same cone.
-    if (!groups[g].empty() && compare_views(groups[g].back(), input) == 0) continue;
-    groups[g].push_back(input);
-  }
-  std::vector<std::unique_ptr<CachedCone>> old = std::move(cones);
-  cones.clear();
-  cones.resize(groups.size());
-  std::vector<std::size_t> missing;
-  for (std::size_t g = 0; g < groups.size(); ++g) {
-    const auto& group = groups[g];
-    for (auto& candidate : old) {
-      if (!candidate || candidate->frame != frame || candidate->unseen != options.unseen ||
-          candidate->from.size() != group.size())
-        continue;
-      bool same = true;
-      for (std::size_t i = 0; i < group.size() && same; ++i)
-        same =
-            candidate->views[i] == group[i].view && candidate->from[i].same(*group[i].silhouette);
-      if (!same) continue;
-      cones[g] = std::move(candidate);
-      break;
-    }
-    if (!cones[g]) missing.push_back(g);
-  }
-  for (std::size_t g : missing) {
-    for (auto& candidate : old)
-      if (candidate) {
-        cones[g] = std::move(candidate);
-        break;
-      }
-    if (!cones[g]) cones[g] = std::make_unique<CachedCone>();
-    CachedCone& cached = *cones[g];
-    cached.frame = frame;
-    cached.unseen = options.unseen;
-    cached.from.resize(groups[g].size());
-    cached.views.resize(groups[g].size());
-    for (std::size_t i = 0; i < groups[g].size(); ++i) {
-      cached.from[i].copy(*groups[g][i].silhouette);
-      cached.views[i] = groups[g][i].view;
-    }
-  }
-  try {
-    parallel_for(
-        missing.size(), 1, std::max(1, options.threads), [&](std::size_t begin, std::size_t end) {
-          for (std::size_t i = begin; i < end; ++i)
-            hull::build_cone(cones[missing[i]]->cone, groups[missing[i]], frame, options.unseen);
-        });
-  } catch (...) {
-    cones.clear();
-    throw;
-  }
-  used.clear();
-  for (const auto& cached : cones) used.push_back(&cached->cone);
 }
 
 void HullBuilder::State::clip_faces(int threads) {
@@ -363,18 +245,17 @@ void HullBuilder::State::build(std::span<const Silhouette> views, const HullOpti
   if (options.unseen == Unseen::carve && statistics.cameras < views.size()) return;
   std::array<double, 6> box;
   const Frame frame = choose_frame(options, box);
-  std::vector<const Cone*> used;
-  prepare(views, options, frame, used);
+  cones.prepare(views, cameras, frame, options.unseen, std::max(1, options.threads), used);
   lap(statistics.seconds_prepare);
   if (options.unseen == Unseen::keep)
     std::erase_if(used, [](const Cone* cone) { return cone->size() == 0; });
   for (const Cone* cone : used)
     if (cone->size() == 0) return;
   if (!hull::build_scene(scene, used, box)) return;
-  lap(statistics.seconds_bins);
+  lap(statistics.seconds_scene);
   const int threads = std::max(1, options.threads);
   clip_faces(threads);
-  lap(statistics.seconds_cone_edges);
+  lap(statistics.seconds_faces);
   assembler.assemble(scene, frame, blocks, hull, face_normals);
   lap(statistics.seconds_assemble);
   triangulate(threads);

@@ -70,9 +70,10 @@ struct HullStatistics {
   std::uint64_t exact_predicates = 0;  ///< that the floating-point filter could not decide
   std::uint64_t inconsistencies = 0;   ///< decisions that contradicted each other: always 0
   bool reused = false;                 ///< the silhouettes were the last call's: so is the hull
-  /// Cleaning, rays and grids; planes and working volume; (not used); faces; vertices; triangles.
-  double seconds_prepare = 0, seconds_bins = 0, seconds_viewing_edges = 0, seconds_cone_edges = 0,
-         seconds_assemble = 0, seconds_triangulate = 0;
+  /// Cleaning, rays and grids of what has changed; working volume and planes by number; clipping of
+  /// the faces; vertices; triangles.
+  double seconds_prepare = 0, seconds_scene = 0, seconds_faces = 0, seconds_assemble = 0,
+         seconds_triangulate = 0;
 };
 
 /// Builds hulls and keeps what can be reused from one call to the next (memory, bins, the last

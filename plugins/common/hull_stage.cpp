@@ -45,8 +45,8 @@ HullStage::HullStage(Statistics& statistics)
   statistics_.declare({"sets", "cameras", "faces", "vertices", "triangles", "contour-vertices",
                        "predicates", "exact-predicates", "hulls-reused", "empty-meshes",
                        "lone-silhouettes", "full-silhouettes"});
-  for (const char* figure : {"undistort-ms", "prepare-ms", "bins-ms", "viewing-edges-ms",
-                             "cone-edges-ms", "assemble-ms", "triangulate-ms", "pack-ms"})
+  for (const char* figure : {"undistort-ms", "prepare-ms", "scene-ms", "faces-ms", "assemble-ms",
+                             "triangulate-ms", "pack-ms"})
     statistics_.set(figure, 0.0);
 }
 
@@ -139,9 +139,8 @@ void HullStage::build_hull(GstElement* element, const HullParameters& parameters
   statistics_.count("exact-predicates", figures.reused ? 0 : figures.exact_predicates);
   statistics_.count("hulls-reused", figures.reused);
   statistics_.set("prepare-ms", 1e3 * figures.seconds_prepare);
-  statistics_.set("bins-ms", 1e3 * figures.seconds_bins);
-  statistics_.set("viewing-edges-ms", 1e3 * figures.seconds_viewing_edges);
-  statistics_.set("cone-edges-ms", 1e3 * figures.seconds_cone_edges);
+  statistics_.set("scene-ms", 1e3 * figures.seconds_scene);
+  statistics_.set("faces-ms", 1e3 * figures.seconds_faces);
   statistics_.set("assemble-ms", 1e3 * figures.seconds_assemble);
   statistics_.set("triangulate-ms", 1e3 * figures.seconds_triangulate);
 }
