@@ -11,6 +11,7 @@ namespace polyhull {
 namespace {
 
 constexpr std::size_t most_textured_views = 64;
+constexpr std::size_t most_coefficients = 12;  // of a camera's distortion
 
 [[noreturn]] void fail(const std::string& what) {
   throw Error(Error::Kind::bad_input, "not a usable mesh: " + what);
@@ -182,6 +183,10 @@ Camera unpack_camera(const wire::Camera& table, const View& view) {
   camera.width = view.width;
   camera.height = view.height;
   camera.K = from_rows(unpack_array<9>(table.k(), "K"));
+  // Looked at before it is copied: in a hostile FlatBuffer all cameras can share one long list.
+  if (table.distortion() && table.distortion()->size() > most_coefficients)
+    fail("camera \"" + view.camera + "\" has " + std::to_string(table.distortion()->size()) +
+         " distortion coefficients");
   camera.distortion = unpack_numbers<double>(table.distortion());
   camera.R = from_rows(unpack_array<9>(table.r(), "R"));
   camera.t = unpack_vector(table.t(), "t");
@@ -257,9 +262,8 @@ std::size_t expected_size(const Mesh& mesh) {
   const Hull& hull = mesh.hull;
   std::size_t size = 4096 + sizeof(Vec3f) * hull.vertices.size() +
                      sizeof(HullFace) * hull.faces.size() +
-                     sizeof(std::uint32_t) *
-                         (hull.triangles.size() + hull.loop_vertices.size() +
-                          hull.loop_ends.size() + hull.face_loop_ends.size());
+                     sizeof(std::uint32_t) * (hull.triangles.size() + hull.loop_vertices.size() +
+                                              hull.loop_ends.size() + hull.face_loop_ends.size());
   for (const MeshView& view : mesh.views)
     size += 1024 + sizeof(Vec2f) * view.view.contours.points.size() +
             sizeof(std::uint32_t) * view.view.contours.ends.size();

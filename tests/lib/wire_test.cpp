@@ -309,6 +309,31 @@ TEST(MeshPayload, SharedContentsAreRefused) {
   }
 }
 
+// Nor cameras that share one long list of distortion coefficients.
+TEST(MeshPayload, SharedDistortionIsRefused) {
+  flatbuffers::FlatBufferBuilder builder;
+  const auto view = wire::CreateView(builder, builder.CreateString("x"), 0, 0, 64, 48);
+  const double identity[] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+  const auto camera =
+      wire::CreateCamera(builder, builder.CreateVector(identity, 9),
+                         builder.CreateVector(std::vector<double>(100000, 0.0)),
+                         builder.CreateVector(identity, 9), builder.CreateVector(identity, 3));
+  const auto entry = wire::CreateMeshView(builder, camera, view);
+  const auto views = builder.CreateVector(std::vector(100000, entry));  // 80 GB as a list each
+  const auto hull = wire::CreateHull(builder, builder.CreateVector(identity, 3));
+  builder.Finish(
+      wire::CreateMesh(builder, 0, 0, builder.CreateVector(identity, 3), 1.0, hull, views));
+  const std::vector<std::uint8_t> bytes =
+      write_payload_header(PayloadKind::mesh, {builder.GetBufferPointer(), builder.GetSize()}, 0);
+  try {
+    read_mesh(Bytes(bytes));
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_NE(std::string(error.what()).find("distortion coefficients"), std::string::npos)
+        << error.what();
+  }
+}
+
 TEST(Payload, Utf8) {
   const auto check = [](std::string_view text) { return is_utf8({text.data(), text.size()}); };
   EXPECT_TRUE(check(""));
