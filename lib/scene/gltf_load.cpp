@@ -14,7 +14,8 @@
 namespace polyhull {
 namespace {
 
-constexpr int deepest_node = 200;  // a file whose nodes form a ring must end
+constexpr int deepest_node = 200;                   // a file whose nodes form a ring must end
+constexpr float largest_texture_coordinate = 1e6f;  // floats beyond have no fraction to speak of
 constexpr int camera_width = 1280, camera_height = 720;
 
 const char* const known_extensions[] = {
@@ -358,10 +359,12 @@ class Loader {
                                 " is not finite (NaN or infinite).");
       }
     }
+    const auto wild = [](float v) { return !(std::abs(v) <= largest_texture_coordinate); };
     for (const Vec2f& t : mesh.texture_coordinates) {
-      if (bad(t.x) || bad(t.y)) {
-        throw broken(
-            path_, "has a mesh '" + mesh.name + "' with texture coordinates that are not finite.");
+      if (wild(t.x) || wild(t.y)) {
+        throw broken(path_, "has a mesh '" + mesh.name +
+                                "' with texture coordinates that are not finite or that repeat a "
+                                "texture more than a million times.");
       }
     }
   }

@@ -345,6 +345,25 @@ TEST_F(SceneFile, BadFilesAreRefusedWithReasons) {
   EXPECT_TRUE(contains(failure(write(root)), "not finite"));
 }
 
+// The ray tracer's look-up takes whole repetitions off by way of an int.
+TEST_F(SceneFile, RefusesWildTextureCoordinates) {
+  Scene scene;
+  scene.materials.resize(1);
+  scene.materials[0].base_colour_texture = 0;
+  scene.textures.push_back({2, 2, 4, std::vector<std::uint8_t>(16, 200)});
+  scene.meshes.push_back(box("box", 0, Vec3f(0.0f), Vec3f(1.0f)));
+  SceneMesh& mesh = scene.meshes[0];
+  const std::string path = (folder_ / "wild.glb").string();
+  mesh.texture_coordinates.assign(mesh.positions.size(), Vec2f(-1000.0f, 1000.0f));
+  save_scene(scene, path);
+  EXPECT_EQ(failure(path), "");
+  for (const float wild : {3e9f, -1e30f, INFINITY}) {
+    mesh.texture_coordinates.back().y = wild;
+    save_scene(scene, path);
+    EXPECT_TRUE(contains(failure(path), "texture coordinates")) << wild;
+  }
+}
+
 TEST_F(SceneFile, AFileCutShortNeverCrashes) {
   Scene scene;
   scene.materials.resize(1);
