@@ -23,9 +23,19 @@ SurfaceGrid::SurfaceGrid(const Scene& scene, float spacing, std::size_t most_nod
     spacing_ = spacing;
     lay_out(scene, spacing);
     spacing *= 1.5f;
-    // Vertices do not become fewer: a scene of many small triangles is as large as it is.
-  } while (node_count_ > most_nodes && spacing < 1e3f * spacing_ &&
-           patches_.size() < node_count_ / 8);
+  } while (node_count_ > most_nodes && can_be_coarser());
+}
+
+/// Whether larger cells save nodes worth the name. Vertices do not become fewer: a scene of many
+/// small triangles is as large as it is.
+bool SurfaceGrid::can_be_coarser() const {
+  std::size_t grids = 0, nodes = 0;
+  for (const Patch& patch : patches_) {
+    if (patch.kind == Kind::vertices) continue;
+    ++grids;
+    nodes += (patch.ns + 1u) * (patch.nt + 1u);
+  }
+  return nodes > 8 * grids;
 }
 
 void SurfaceGrid::add_patch(Patch patch) {

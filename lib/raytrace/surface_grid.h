@@ -100,6 +100,7 @@ class SurfaceGrid {
   };
 
   void lay_out(const Scene& scene, float spacing);
+  bool can_be_coarser() const;
   bool add_parallelogram(const SceneMesh& mesh, std::uint32_t mesh_index, std::size_t triangle,
                          float spacing);
   void add_fan(const SceneMesh& mesh, std::uint32_t mesh_index, std::size_t triangle,

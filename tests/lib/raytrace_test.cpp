@@ -10,6 +10,7 @@
 #include "raytrace/filtered_texture.h"
 #include "raytrace/path_tracer.h"
 #include "raytrace/sampling.h"
+#include "raytrace/surface_grid.h"
 #include "raytrace/tone.h"
 #include "scene/shapes.h"
 
@@ -124,6 +125,30 @@ TEST(FilteredTexture, WideFootprintsGiveTheMean) {
   EXPECT_NEAR(texture.over({0.3f, 0.3f}, {0.1f, 0.1f}, {0.0f, 1.0f}).x, 0.5f, 0.01f);
   EXPECT_NEAR(texture.at({0.5f / 64, 0.5f / 64}).x, 1.0f, 1e-3f);
   EXPECT_NEAR(texture.at({1.5f / 64 + 7, 0.5f / 64 - 3}).x, 0.0f, 1e-3f);
+}
+
+TEST(SurfaceGrid, TakesAsManyVerticesAsThereAreAndStops) {
+  // Triangles smaller than a cell: larger cells save none of their vertices.
+  constexpr std::uint32_t side = 60;
+  Scene scene;
+  scene.materials.push_back(diffuse(Vec3f(0.5f)));
+  SceneMesh& mesh = scene.meshes.emplace_back();
+  for (std::uint32_t j = 0; j <= side; ++j) {
+    for (std::uint32_t i = 0; i <= side; ++i) {
+      const float x = 0.01f * static_cast<float>(i), z = 0.01f * static_cast<float>(j);
+      mesh.positions.emplace_back(x, 0.1f * x * x + 0.2f * z * z, z);
+      mesh.normals.emplace_back(glm::normalize(Vec3f(-0.2f * x, 1.0f, -0.4f * z)));
+    }
+  }
+  for (std::uint32_t j = 0; j < side; ++j) {
+    for (std::uint32_t i = 0; i < side; ++i) {
+      const std::uint32_t a = j * (side + 1) + i, b = a + 1, c = a + side + 1, d = c + 1;
+      mesh.triangles.insert(mesh.triangles.end(), {a, c, b, b, c, d});
+    }
+  }
+  const SurfaceGrid grid(scene, 0.5f, 100);
+  EXPECT_EQ(grid.size(), mesh.positions.size());
+  EXPECT_EQ(grid.spacing(), 0.5f);
 }
 
 TEST(PathTracer, FloorUnderALampIsTheClosedForm) {
