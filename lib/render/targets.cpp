@@ -22,6 +22,9 @@ void EdgeLayer::resize(int width, int height, int samples) {
   glBindFramebuffer(GL_FRAMEBUFFER, single_.get());
   glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, texture_.get(), 0);
 
+  // Left from when this one was drawn into: depth with other samples than the colour is an error.
+  glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_STENCIL_ATTACHMENT, GL_RENDERBUFFER, 0);
+
   glBindFramebuffer(GL_FRAMEBUFFER, samples_ ? multi_.get() : single_.get());
   glBindRenderbuffer(GL_RENDERBUFFER, depth_.get());
   glRenderbufferStorageMultisample(GL_RENDERBUFFER, samples_, GL_DEPTH24_STENCIL8, width, height);

@@ -181,6 +181,21 @@ TEST_P(CompositorTest, SkippingChangesNoBit) {
   EXPECT_GT(reused, 0);
 }
 
+// Every number of samples draws what it draws at first, whatever was drawn before.
+TEST_P(CompositorTest, EdgeSamplesChangeWhileItRuns) {
+  Stage stage(320, 180);
+  stage.trace_background(1, 1);
+  Compositor changing;
+  for (const int samples : {4, 0, 4, 1, 2, 0, 8}) {
+    RenderSettings settings;
+    settings.edge_samples = samples;
+    Compositor fresh;
+    EXPECT_EQ(composite(changing, stage, settings).pixels, composite(fresh, stage, settings).pixels)
+        << samples;
+    EXPECT_EQ(glGetError(), static_cast<GLenum>(GL_NO_ERROR)) << samples;
+  }
+}
+
 TEST_P(CompositorTest, TexturesAndMemoryGiveTheSamePicture) {
   Stage stage(320, 180);
   stage.trace_background(2, 1);
