@@ -66,7 +66,6 @@ void ShadowPass::draw_maps(const PassInput& in) {
   const Bounds people = bounds_of(points);
   everything.min = glm::min(everything.min, people.min);
   everything.max = glm::max(everything.max, people.max);
-  const Vec3 middle = 0.5 * (everything.min + everything.max);
 
   if (!depth_of_hull_.made()) depth_of_hull_ = gl::Program("hull_depth.vert", "depth.frag");
   if (!depth_of_scene_.made()) depth_of_scene_ = gl::Program("scene.vert", "depth.frag");
@@ -97,6 +96,8 @@ void ShadowPass::draw_maps(const PassInput& in) {
   if (static_reused_) return;
   static_key_ = key;
   static_views_.clear();
+  // The scene's alone: subjects move, and these maps stay.
+  const Vec3 middle = 0.5 * (in.scene.bounds().min + in.scene.bounds().max);
   static_maps_.resize(static_map_size, static_cast<int>(cells.size()));
   depth_of_scene_.use();
   for (std::size_t i = 0; i < cells.size(); ++i) {

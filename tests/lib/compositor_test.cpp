@@ -181,6 +181,25 @@ TEST_P(CompositorTest, SkippingChangesNoBit) {
   EXPECT_GT(reused, 0);
 }
 
+// The maps of what the scene itself hides from a lamp stay while subjects move.
+TEST_P(CompositorTest, SkippingChangesNoBitUnderAPointLight) {
+  Stage stage(320, 180);
+  stage.trace_background(1, 1);
+  stage.frame.lights[0].u = stage.frame.lights[0].v = Vec3f(0.0f);
+  Compositor lazy, eager;
+  RenderSettings skip, all;
+  all.skip = false;
+  int reused = 0;
+  for (int i = 0; i < 3; ++i) {
+    stage.frame.subjects[0].placement.translate = Vec3(-0.3 * i, 0.0, 0.2 * i);
+    const Picture a = composite(lazy, stage, skip);
+    const Picture b = composite(eager, stage, all);
+    EXPECT_EQ(a.pixels, b.pixels) << "place " << i;
+    reused += lazy.statistics().static_shadow_reused;
+  }
+  EXPECT_EQ(reused, 2);
+}
+
 // Every number of samples draws what it draws at first, whatever was drawn before.
 TEST_P(CompositorTest, EdgeSamplesChangeWhileItRuns) {
   Stage stage(320, 180);
