@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "base/error.h"
 
@@ -36,13 +37,13 @@ std::vector<Vec3> shadow_volume(const Light& light, const Bounds& subject, const
   for (const Vec3& source : {c - u - v, c - u + v, c + u - v, c + u + v}) {
     for (const Vec3& corner : box) {
       const Vec3 way = corner - source;
-      double leave = 1.0;
+      double leave = std::numeric_limits<double>::infinity();
       for (int axis = 0; axis < 3; ++axis) {
         if (way[axis] == 0.0) continue;
         const double wall = way[axis] > 0.0 ? scene.max[axis] : scene.min[axis];
-        const double at = (wall - source[axis]) / way[axis];
-        leave = axis == 0 ? at : std::min(leave, at);
+        leave = std::min(leave, (wall - source[axis]) / way[axis]);
       }
+      if (!std::isfinite(leave)) continue;  // the light lies in the corner
       volume.push_back(source + std::max(leave, 1.0) * 1.01 * way);
     }
   }

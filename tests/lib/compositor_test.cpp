@@ -215,6 +215,23 @@ TEST_P(CompositorTest, EdgeSamplesChangeWhileItRuns) {
   }
 }
 
+// A lamp straight above a side of the subject's box: its rays there have no part along x.
+TEST_P(CompositorTest, ShadowUnderALampInAPlaneOfTheBox) {
+  Stage stage(320, 180);
+  RenderPlan plan = plan_frame(stage.frame, {}, {});
+  double low = 1e9;
+  for (const Vec3f& p : plan.subjects[0].points) low = std::min<double>(low, p.x);
+  stage.frame.lights[0].u = stage.frame.lights[0].v = Vec3f(0.0f);
+  stage.frame.lights[0].centre = Vec3f(static_cast<float>(low), 2.4f, 0.1f);
+  Compositor compositor;
+  const Rectangle exact = compositor.plan(stage.frame, {}).shadow;
+  stage.frame.lights[0].centre.x += 1e-4f;
+  const Rectangle beside = compositor.plan(stage.frame, {}).shadow;
+  EXPECT_LE(std::abs(exact.x - beside.x), 1);
+  EXPECT_LE(std::abs(exact.y + exact.height - beside.y - beside.height), 1);
+  EXPECT_LE(std::abs(exact.width - beside.width), 2);
+}
+
 TEST_P(CompositorTest, TexturesAndMemoryGiveTheSamePicture) {
   Stage stage(320, 180);
   stage.trace_background(2, 1);
