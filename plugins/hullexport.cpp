@@ -221,15 +221,25 @@ gboolean event(GstBaseSink* base, GstEvent* event) {
       gst_event_unref(event);
       return FALSE;
     }
-    if (self->priv->meshes == 0)
+    const Private& priv = *self->priv;
+    const bool wants_first =
+        !priv.name->numbered() && snapshot(self, priv.settings).keep == KeptMesh::first;
+    if (priv.meshes == 0) {
       GST_ELEMENT_WARNING(self, STREAM, FAILED,
                           ("The stream ended before a mesh came: no file was written."), (nullptr));
+    } else if (wants_first && !priv.first_written) {
+      GST_ELEMENT_WARNING(self, STREAM, FAILED,
+                          ("No file was written: all meshes of the stream were empty. Look for "
+                           "what keeps the cameras from seeing a foreground."),
+                          (nullptr));
+    }
   }
   return GST_BASE_SINK_CLASS(polyhull_hull_export_parent_class)->event(base, event);
 }
 
-gboolean start(GstBaseSink* base) {
-  PolyhullHullExport* self = self_of(base);
+/// Looks at what is to be written. Not in GstBaseSink::start, after whose failure the base class
+/// would post a second error that says nothing.
+gboolean open(PolyhullHullExport* self) {
   Private& priv = *self->priv;
   return guarded(GST_ELEMENT_CAST(self), gboolean{FALSE}, [&]() -> gboolean {
     const std::string location = snapshot(self, priv.settings).location;
@@ -256,6 +266,12 @@ gboolean start(GstBaseSink* base) {
 
 gboolean stop(GstBaseSink* base) {
   return write_last(self_of(base));
+}
+
+GstStateChangeReturn change_state(GstElement* element, GstStateChange transition) {
+  if (transition == GST_STATE_CHANGE_READY_TO_PAUSED && !open(self_of(element)))
+    return GST_STATE_CHANGE_FAILURE;
+  return GST_ELEMENT_CLASS(polyhull_hull_export_parent_class)->change_state(element, transition);
 }
 
 void polyhull_hull_export_init(PolyhullHullExport* self) {
@@ -287,6 +303,7 @@ void polyhull_hull_export_class_init(PolyhullHullExportClass* klass) {
   gst_element_class_set_static_metadata(element_class, "Hull exporter", "Sink/File",
                                         "Writes hulls as GLB (textured), PLY or OBJ files",
                                         "polyhull");
+  element_class->change_state = change_state;
   GstCaps* caps = gst_caps_from_string(mesh_caps);
   gst_element_class_add_pad_template(
       element_class, gst_pad_template_new("sink", GST_PAD_SINK, GST_PAD_ALWAYS, caps));
@@ -294,7 +311,6 @@ void polyhull_hull_export_class_init(PolyhullHullExportClass* klass) {
   GstBaseSinkClass* base_class = GST_BASE_SINK_CLASS(klass);
   base_class->render = render;
   base_class->event = event;
-  base_class->start = start;
   base_class->stop = stop;
 }
 

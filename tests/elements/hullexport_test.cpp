@@ -113,6 +113,40 @@ GST_START_TEST(test_nothing_to_write_is_told) {
 }
 GST_END_TEST
 
+// A refusal is one error, and only empty meshes for keep=first are told of.
+GST_START_TEST(test_one_message_each) {
+  const auto count = [](const std::string& line, GstMessageType type) {
+    GstElement* pipeline = parse(line);
+    GstBus* bus = gst_element_get_bus(pipeline);
+    if (gst_element_set_state(pipeline, GST_STATE_PLAYING) != GST_STATE_CHANGE_FAILURE) {
+      gst_message_unref(gst_bus_timed_pop_filtered(bus, 20 * GST_SECOND, GST_MESSAGE_ASYNC_DONE));
+      g_usleep(200000);
+    }
+    int found = 0;
+    while (GstMessage* message = gst_bus_pop_filtered(bus, type)) {
+      ++found;
+      gst_message_unref(message);
+    }
+    gst_element_set_state(pipeline, GST_STATE_NULL);
+    gst_object_unref(bus);
+    gst_object_unref(pipeline);
+    return found;
+  };
+  fail_unless_equals_int(count("fakesrc ! hullexport", GST_MESSAGE_ERROR), 1);
+  const std::string out = folder("empty");
+  const std::vector<std::uint8_t> bytes = write_mesh(Mesh());
+  std::ofstream(out + "/0.mesh", std::ios::binary)
+      .write(reinterpret_cast<const char*>(bytes.data()),
+             static_cast<std::streamsize>(bytes.size()));
+  const std::string line = "multifilesrc stop-index=0 location=" + out +
+                           "/%d.mesh caps=application/x-polyhull-mesh ! hullexport location=" + out;
+  fail_unless_equals_int(count(line + "/first.glb keep=first", GST_MESSAGE_WARNING), 1);
+  fail_unless(!std::filesystem::exists(out + "/first.glb"));
+  fail_unless_equals_int(count(line + "/last.glb", GST_MESSAGE_WARNING), 0);
+  fail_unless(std::filesystem::exists(out + "/last.glb"));
+}
+GST_END_TEST
+
 GST_START_TEST(test_first_and_last) {
   const std::string out = folder("one");
   check_ended(run_to_end(export_line("location=" + out + "/last.obj")));
@@ -262,6 +296,7 @@ static Suite* hullexport_suite() {
   tcase_add_test(tests, test_documented);
   tcase_add_test(tests, test_numbered_sequence);
   tcase_add_test(tests, test_nothing_to_write_is_told);
+  tcase_add_test(tests, test_one_message_each);
   tcase_add_test(tests, test_first_and_last);
   tcase_add_test(tests, test_last_is_written_without_end_of_stream);
   tcase_add_test(tests, test_files_are_announced);
