@@ -147,6 +147,11 @@ void release_pad(GstElement* element, GstPad* pad) {
 
 GstFlowReturn update_src_caps(GstAggregator* aggregator, GstCaps* wanted, GstCaps** result) {
   CompositePrivate& priv = private_of(aggregator);
+  const bool linked = guarded(GST_ELEMENT_CAST(aggregator), false, [&] {
+    check_background(CompositePads(aggregator));
+    return true;
+  });
+  if (!linked) return GST_FLOW_ERROR;
   if (GST_VIDEO_INFO_FORMAT(&priv.background_info) != GST_VIDEO_FORMAT_RGBA)
     return GST_AGGREGATOR_FLOW_NEED_DATA;
   GstCaps* own = output_caps(priv.background_info, priv.background_on_gpu);
@@ -345,7 +350,7 @@ void polyhull_composite_class_init(PolyhullCompositeClass* klass) {
   GstAggregatorClass* aggregator_class = GST_AGGREGATOR_CLASS(klass);
   aggregator_class->create_new_pad = create_new_pad;
   aggregator_class->aggregate = composite_aggregate;
-  aggregator_class->get_next_time = gst_aggregator_simple_get_next_time;
+  aggregator_class->get_next_time = composite_next_time;
   aggregator_class->update_src_caps = update_src_caps;
   aggregator_class->negotiated_src_caps = negotiated_src_caps;
   aggregator_class->decide_allocation = decide_allocation;

@@ -173,16 +173,19 @@ CompositePads::~CompositePads() {
   if (background) gst_object_unref(background);
 }
 
+void check_background(const CompositePads& pads) {
+  if (pads.background) return;
+  throw Error(Error::Kind::bad_input,
+              "composite has no background. Link a video source, such as scenesrc, to its pad "
+              "background.");
+}
+
 GstFlowReturn composite_aggregate(GstAggregator* aggregator, gboolean timeout) {
   PolyhullComposite* self = self_of(aggregator);
   CompositePrivate& priv = *self->priv;
   const auto step = [&]() -> GstFlowReturn {
     const CompositePads pads(self);
-    if (!pads.background) {
-      throw Error(Error::Kind::bad_input,
-                  "composite has no background. Link a video source, such as scenesrc, to its pad "
-                  "background.");
-    }
+    check_background(pads);
     GstBuffer* frame = gst_aggregator_pad_peek_buffer(pads.background);
     if (!frame) return has_ended(pads.background) ? GST_FLOW_EOS : GST_AGGREGATOR_FLOW_NEED_DATA;
     const GstClockTime end = end_of_frame(priv, pads.background, frame);
@@ -218,6 +221,18 @@ GstFlowReturn composite_aggregate(GstAggregator* aggregator, gboolean timeout) {
   return guarded(GST_ELEMENT_CAST(self), GST_FLOW_ERROR, step);
 }
 
+/// A frame is due when the background's is. While none waits there is no deadline: with that of the
+/// last frame the base class would ask again and again without a pause.
+GstClockTime composite_next_time(GstAggregator* aggregator) {
+  const CompositePads pads(aggregator);
+  if (has_ended(pads.background)) return gst_aggregator_simple_get_next_time(aggregator);
+  GstBuffer* frame = gst_aggregator_pad_peek_buffer(pads.background);
+  if (!frame) return GST_CLOCK_TIME_NONE;
+  const GstClockTime begin = running_time(pads.background, GST_BUFFER_PTS(frame));
+  gst_buffer_unref(frame);
+  return GST_CLOCK_TIME_IS_VALID(begin) ? begin : gst_aggregator_simple_get_next_time(aggregator);
+}
+
 GstFlowReturn composite_flush(GstAggregator* aggregator) {
   private_of(aggregator).new_segment = true;
   return GST_FLOW_OK;
@@ -228,8 +243,7 @@ gboolean composite_start(GstAggregator* aggregator) {
   priv.statistics.reset();
   priv.new_segment = true;
   priv.announced = false;
-  priv.background_info = {};
-  priv.output_info = {};
+  priv.forget_formats();
   return TRUE;
 }
 

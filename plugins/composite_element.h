@@ -16,7 +16,12 @@
 namespace polyhull::element {
 
 struct CompositePrivate {
-  explicit CompositePrivate(GstElement* element) : gl(element) {}
+  explicit CompositePrivate(GstElement* element) : gl(element) { forget_formats(); }
+  /// Both formats unknown; a GstVideoInfo of zeros may not be asked for its format.
+  void forget_formats() {
+    gst_video_info_init(&background_info);
+    gst_video_info_init(&output_info);
+  }
   CompositeSettings settings;  // under the object lock
   ViewportControl control;     // under the object lock
 
@@ -26,9 +31,9 @@ struct CompositePrivate {
   Statistics statistics{"composite-stats"};  // the rest belongs to the source pad's thread
   CompositeGl gl;                            // but context queries, which it guards itself
   FrameComposer composer{gl, statistics};
-  GstVideoInfo background_info{};
+  GstVideoInfo background_info;
   bool background_on_gpu = false;
-  GstVideoInfo output_info{};
+  GstVideoInfo output_info;
   bool output_on_gpu = false;
   std::uint64_t next_content = 1;
 };
@@ -58,8 +63,12 @@ struct CompositePads {
   GstAggregatorPad* background = nullptr;  ///< null: not requested
 };
 
+/// Throws Error where there is no pad for the background.
+void check_background(const CompositePads& pads);
+
 // Virtual functions of GstAggregator.
 GstFlowReturn composite_aggregate(GstAggregator* aggregator, gboolean timeout);
+GstClockTime composite_next_time(GstAggregator* aggregator);
 GstFlowReturn composite_flush(GstAggregator* aggregator);
 gboolean composite_start(GstAggregator* aggregator);
 gboolean composite_stop(GstAggregator* aggregator);

@@ -5,7 +5,9 @@
 #include <gst/video/navigation.h>
 #include <gst/video/video.h>
 
+#include <cmath>
 #include <cstring>
+#include <ctime>
 #include <vector>
 
 #include "element_checks.h"
@@ -308,6 +310,33 @@ GST_START_TEST(eos_flush_and_lifetime) {
 }
 GST_END_TEST
 
+// Nothing comes from the background for a while: no frame, no crash, and no work meanwhile.
+GST_START_TEST(live_without_a_background_frame_waits) {
+  GstElement* element = GST_ELEMENT(g_object_new(
+      gst_element_factory_get_element_type(GST_ELEMENT_FACTORY(
+          gst_registry_find_feature(gst_registry_get(), "composite", GST_TYPE_ELEMENT_FACTORY))),
+      "force-live", TRUE, nullptr));
+  gst_object_ref_sink(element);
+  GstHarness* background = gst_harness_new_with_element(element, "background", "src");
+  GstHarness* mesh = gst_harness_new_with_element(element, "mesh_%u", nullptr);
+  gst_harness_set_src_caps_str(mesh, mesh_caps);
+  gst_harness_use_systemclock(background);
+  gst_harness_play(background);
+  gst_harness_push(mesh, mesh_buffer(0));
+  g_usleep(100000);
+  const std::clock_t before = std::clock();
+  g_usleep(500000);
+  const double busy = static_cast<double>(std::clock() - before) / CLOCKS_PER_SEC;
+  fail_unless(busy < 0.2, "busy for %.2f s of 0.5 s", busy);
+  gst_harness_set_src_caps_str(background, background_caps);
+  gst_harness_push(background, frame(0));
+  gst_buffer_unref(gst_harness_pull(background));
+  gst_harness_teardown(mesh);
+  gst_harness_teardown(background);
+  gst_object_unref(element);
+}
+GST_END_TEST
+
 namespace {
 
 constexpr char subject_of_four[] =
@@ -364,6 +393,9 @@ GST_START_TEST(errors_have_a_sentence) {
       "videotestsrc num-buffers=2 ! video/x-raw,width=64,height=48 ! videoconvert ! "
       "mix.background");
   fail_unless(nowhere.find("eye-x") != std::string::npos, "%s", nowhere.c_str());
+  const std::string alone =
+      test::run_to_end("composite name=mix ! fakesink " + std::string(subject_of_four));
+  fail_unless(alone.find("no background") != std::string::npos, "%s", alone.c_str());
 }
 GST_END_TEST
 
@@ -393,6 +425,7 @@ static Suite* composite_suite() {
   tcase_add_test(fed, announced_camera_counts);
   tcase_add_test(fed, navigation_moves_the_viewport);
   tcase_add_test(fed, eos_flush_and_lifetime);
+  tcase_add_test(fed, live_without_a_background_frame_waits);
   suite_add_tcase(suite, fed);
   TCase* whole = tcase_create("whole chain");
   tcase_set_timeout(whole, 240);
