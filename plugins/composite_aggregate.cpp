@@ -22,6 +22,17 @@ GstClockTime running_time(GstAggregatorPad* pad, GstClockTime time) {
   return running;
 }
 
+/// What a GstController counts in: a seek does not set it back, as it does running time.
+GstClockTime stream_time(GstAggregatorPad* pad, GstClockTime time) {
+  GST_OBJECT_LOCK(pad);
+  const GstClockTime stream =
+      GST_CLOCK_TIME_IS_VALID(time) && pad->segment.format == GST_FORMAT_TIME
+          ? gst_segment_to_stream_time(&pad->segment, GST_FORMAT_TIME, time)
+          : GST_CLOCK_TIME_NONE;
+  GST_OBJECT_UNLOCK(pad);
+  return stream;
+}
+
 bool is_gap(GstBuffer* buffer) {
   return GST_BUFFER_FLAG_IS_SET(buffer, GST_BUFFER_FLAG_GAP) && gst_buffer_get_size(buffer) == 0;
 }
@@ -202,10 +213,10 @@ GstFlowReturn composite_aggregate(GstAggregator* aggregator, gboolean timeout) {
       gst_buffer_unref(frame);
       return GST_FLOW_OK;
     }
-    const GstClockTime begin = running_time(pads.background, GST_BUFFER_PTS(frame));
-    if (GST_CLOCK_TIME_IS_VALID(begin)) gst_object_sync_values(GST_OBJECT(self), begin);
-    for (GstAggregatorPad* pad : pads.meshes) {
-      if (GST_CLOCK_TIME_IS_VALID(begin)) gst_object_sync_values(GST_OBJECT(pad), begin);
+    const GstClockTime now = stream_time(pads.background, GST_BUFFER_PTS(frame));
+    if (GST_CLOCK_TIME_IS_VALID(now)) {
+      gst_object_sync_values(GST_OBJECT(self), now);
+      for (GstAggregatorPad* pad : pads.meshes) gst_object_sync_values(GST_OBJECT(pad), now);
     }
     const auto start = std::chrono::steady_clock::now();
     const CompositeSettings settings = snapshot(self, priv.settings);

@@ -144,6 +144,19 @@ Step build_set(PolyhullHullBuild* self, const Pads& pads, const ViewDecision& se
   return {Outcome::made, buffer};
 }
 
+/// Sets the properties that a GstController drives to their values at the stream time of the front
+/// of \p pad.
+void sync_controlled_properties(PolyhullHullBuild* self, GstAggregatorPad* pad) {
+  const GstClockTime time = GST_BUFFER_DTS_OR_PTS(state_of(pad).parsed);
+  if (!GST_CLOCK_TIME_IS_VALID(time)) return;
+  GST_OBJECT_LOCK(pad);
+  const GstClockTime stream = pad->segment.format == GST_FORMAT_TIME
+                                  ? gst_segment_to_stream_time(&pad->segment, GST_FORMAT_TIME, time)
+                                  : GST_CLOCK_TIME_NONE;
+  GST_OBJECT_UNLOCK(pad);
+  if (GST_CLOCK_TIME_IS_VALID(stream)) gst_object_sync_values(GST_OBJECT(self), stream);
+}
+
 Step next_step(PolyhullHullBuild* self, const Pads& pads, bool deadline_passed) {
   HullBuildState& priv = *self->priv;
   std::vector<ViewHead> heads;
@@ -160,7 +173,7 @@ Step next_step(PolyhullHullBuild* self, const Pads& pads, bool deadline_passed) 
     case Kind::end:
       return {Outcome::ended};
     case Kind::set:
-      if (decision.time != no_time) gst_object_sync_values(GST_OBJECT(self), decision.time);
+      sync_controlled_properties(self, pads[decision.heads.front()]);
       return build_set(self, pads, decision, snapshot(self, priv.settings));
     case Kind::drop_late:
       priv.statistics.count("views-late", decision.heads.size());

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gst/check/gstcheck.h>
 #include <gst/check/gstharness.h>
+#include <gst/controller/gstdirectcontrolbinding.h>
+#include <gst/controller/gstinterpolationcontrolsource.h>
 #include <gst/gl/gl.h>
 #include <gst/video/navigation.h>
 #include <gst/video/video.h>
@@ -337,6 +339,29 @@ GST_START_TEST(live_without_a_background_frame_waits) {
 }
 GST_END_TEST
 
+// After a seek a controlled property has the value of the place sought, as stream time says.
+GST_START_TEST(controllers_count_stream_time) {
+  Bench bench(false);
+  GstControlSource* source = gst_interpolation_control_source_new();
+  g_object_set(source, "mode", GST_INTERPOLATION_MODE_LINEAR, nullptr);
+  gst_timed_value_control_source_set(GST_TIMED_VALUE_CONTROL_SOURCE(source), 0, 0.0);
+  gst_timed_value_control_source_set(GST_TIMED_VALUE_CONTROL_SOURCE(source), 10 * GST_SECOND, 10.0);
+  gst_object_add_control_binding(
+      GST_OBJECT(bench.element),
+      gst_direct_control_binding_new_absolute(GST_OBJECT(bench.element), "eye-x", source));
+  gst_object_unref(source);
+  GstSegment segment;
+  gst_segment_init(&segment, GST_FORMAT_TIME);
+  segment.start = segment.time = segment.position = 4 * GST_SECOND;
+  gst_harness_push_event(bench.background, gst_event_new_segment(&segment));
+  gst_harness_push(bench.background, frame(4 * GST_SECOND));
+  gst_buffer_unref(bench.pull());
+  gdouble x = 0.0;
+  g_object_get(bench.element, "eye-x", &x, nullptr);
+  fail_unless(std::abs(x - 4.0) < 1e-9, "%g", x);
+}
+GST_END_TEST
+
 namespace {
 
 constexpr char subject_of_four[] =
@@ -426,6 +451,7 @@ static Suite* composite_suite() {
   tcase_add_test(fed, navigation_moves_the_viewport);
   tcase_add_test(fed, eos_flush_and_lifetime);
   tcase_add_test(fed, live_without_a_background_frame_waits);
+  tcase_add_test(fed, controllers_count_stream_time);
   suite_add_tcase(suite, fed);
   TCase* whole = tcase_create("whole chain");
   tcase_set_timeout(whole, 240);
