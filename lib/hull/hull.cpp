@@ -126,6 +126,11 @@ Frame HullBuilder::State::choose_frame(const HullOptions& options,
     reach *= working_box;
   }
   if (!(reach > 1e-290)) reach = 1.0;
+  if (!(reach < 1e35))
+    throw Error(
+        Error::Kind::bad_input,
+        "The cameras' centres or the bounds are more than 1e35 units apart, beyond what the "
+        "hull's coordinates can hold: expected a calibration in metres or a similar unit.");
   frame.scale = std::ldexp(1.0, 42 - std::ilogb(reach));
   for (int k = 0; k < 3; ++k) {
     box[2 * k] = std::nearbyint(box_low[k] * frame.scale);

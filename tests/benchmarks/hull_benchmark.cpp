@@ -30,6 +30,9 @@ namespace {
 
 struct Arguments {
   std::string data;
+  std::string parts = "growth,threads,steady,peers";
+  std::vector<std::string> only{""};  ///< prefixes of the scenes of the peers' table
+  bool append = false;                ///< to the tables, without their heads
   std::string output = ".";
   std::size_t cgal_limit = 3200;
   std::size_t points = 1000000;
@@ -54,9 +57,9 @@ double median_ms(double seconds, const std::function<void()>& work) {
 
 std::FILE* open_table(const Arguments& arguments, const char* name, const char* header) {
   const std::string path = arguments.output + "/" + name;
-  std::FILE* file = std::fopen(path.c_str(), "w");
+  std::FILE* file = std::fopen(path.c_str(), arguments.append ? "a" : "w");
   if (!file) throw Error(Error::Kind::io, path + ": cannot write");
-  std::fprintf(file, "%s\n", header);
+  if (!arguments.append) std::fprintf(file, "%s\n", header);
   std::printf("\n%s\n%s\n", name, header);
   return file;
 }
@@ -87,7 +90,11 @@ void compare_peers(const Arguments& arguments) {
       "sliver_percent,exact_percent");
   std::vector<std::string> files;
   for (const auto& entry : std::filesystem::directory_iterator(arguments.data + "/hull_scenes")) {
-    if (entry.path().extension() == ".json") files.push_back(entry.path().string());
+    const std::string name = entry.path().stem().string();
+    const bool wanted =
+        std::any_of(arguments.only.begin(), arguments.only.end(),
+                    [&](const std::string& prefix) { return name.rfind(prefix, 0) == 0; });
+    if (entry.path().extension() == ".json" && wanted) files.push_back(entry.path().string());
   }
   std::sort(files.begin(), files.end());
   for (const std::string& path : files) {
@@ -205,14 +212,21 @@ int main(int argc, char** argv) {
       ->check(CLI::ExistingDirectory);
   app.add_option("--cgal-limit", arguments.cgal_limit,
                  "Contour vertices up to which CGAL runs, too");
+  app.add_option("--parts", arguments.parts, "Which tables: growth,threads,steady,peers");
+  app.add_option("--only", arguments.only, "Peers: scenes whose names begin with one of these")
+      ->delimiter(',');
+  app.add_flag("--append", arguments.append, "Add rows to the tables instead of new ones");
   app.add_option("--points", arguments.points, "Random points per scene");
   app.add_option("--seconds", arguments.seconds, "About how long each time is measured");
   CLI11_PARSE(app, argc, argv);
   try {
-    polyhull::test::measure_growth(arguments);
-    polyhull::test::measure_threads(arguments);
-    polyhull::test::measure_steady_state(arguments);
-    polyhull::test::compare_peers(arguments);
+    const auto wanted = [&](const char* part) {
+      return arguments.parts.find(part) != std::string::npos;
+    };
+    if (wanted("growth")) polyhull::test::measure_growth(arguments);
+    if (wanted("threads")) polyhull::test::measure_threads(arguments);
+    if (wanted("steady")) polyhull::test::measure_steady_state(arguments);
+    if (wanted("peers")) polyhull::test::compare_peers(arguments);
   } catch (const std::exception& error) {
     std::fprintf(stderr, "hull_benchmark: %s\n", error.what());
     return 1;

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
 # Draws the tables of hull_benchmark and hull_error_benchmark:
+# tests/benchmarks/hull.sh runs all of it.
 #   gnuplot -e "tables='build/tests/benchmarks'; pictures='docs/pictures'" tests/benchmarks/hull_plots.gp
 set datafile separator ','
 set terminal pngcairo size 900,600 font 'DejaVu Sans,11'
@@ -7,7 +8,7 @@ set grid
 set key left top
 set style data linespoints
 
-set output pictures.'/hull_growth.png'
+set output pictures.'/hull-growth.png'
 set multiplot layout 1,2 title 'Time of one hull, one thread'
 set logscale xy
 set xlabel 'contour vertices, 8 cameras'
@@ -19,7 +20,7 @@ plot tables.'/hull_growth.csv' using (strcol(1) eq 'cameras' ? $2 : NaN):4 pt 7 
      x lc 'grey' dt 2 with lines title 'linear', x * x / 8 lc 'grey' dt 3 with lines title 'quadratic'
 unset multiplot
 
-set output pictures.'/hull_peers.png'
+set output pictures.'/hull-peers.png'
 unset logscale
 set logscale y
 set style data histograms
@@ -34,7 +35,7 @@ plot tables.'/hull_peers.csv' using 4:xtic(1) every ::1 title 'polyhull', \
      '' using 8 every ::1 title 'voxels, 128 along the longest side', \
      '' using 6 every ::1 title 'CGAL corefinement (EPICK)'
 
-set output pictures.'/hull_error.png'
+set output pictures.'/hull-error.png'
 set style data linespoints
 unset title
 set xtics norotate font ',11'
@@ -56,3 +57,16 @@ do for [panel in 'own others hausdorff volume'] {
        '' using 4:(method('voxels', value(0))):2 with labels offset 0,0.8 font ',7' notitle
 }
 unset multiplot
+
+set output pictures.'/hull-slivers.png'
+set key outside right top font ',9'
+set logscale x
+set format x '%g'
+unset logscale y
+set xlabel 'max-deviation, relative to the diagonal of the hull (0 drawn at 1e-7)'
+set ylabel 'slivers, % of the triangles'
+set title 'Slivers (height below 0.2 % of the longest edge) against max-deviation'
+scenes = system("cut -d, -f1 ".tables."/hull_slivers.csv | grep -v '^scene' | sort -u")
+plot for [scene in scenes] tables.'/hull_slivers.csv' \
+  using ($2 > 0 ? $2 : 1e-7):(strcol(1) eq scene ? $5 : NaN) title scene noenhanced, \
+  1 lc 'black' dt 2 with lines title '1 %'

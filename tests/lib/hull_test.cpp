@@ -287,6 +287,10 @@ TEST(Hull, RefusesWhatIsNotFiniteOrDegenerate) {
   expect_refused("t", [&](HullScene& s, HullOptions&) { s.rig.cameras[1].t.z = infinity; });
   expect_refused("K", [&](HullScene& s, HullOptions&) { s.rig.cameras[1].K[2][0] = nan; });
   expect_refused("focal length", [&](HullScene& s, HullOptions&) { s.rig.cameras[1].K[0][0] = 0; });
+  expect_refused("far beyond float", [&](HullScene& s, HullOptions& o) {
+    s.rig.cameras[1].t.z = 1e60;
+    o.bounds.reset();
+  });
   expect_refused("rotation", [&](HullScene& s, HullOptions&) { s.rig.cameras[1].R = Mat3(0.0); });
   expect_refused("contour",
                  [&](HullScene& s, HullOptions&) { s.silhouettes[0].points[3].x = std::nanf(""); });

@@ -34,7 +34,9 @@ inline std::vector<std::array<std::uint32_t, 3>> triangulate_region(const Rings&
   }
   for (std::size_t r = 0, begin = 0; r < rings.size(); begin = rings.ends[r++]) {
     for (std::size_t i = begin; i < rings.ends[r]; ++i) {
-      triangulation.insert_constraint(handles[i], handles[i + 1 == rings.ends[r] ? begin : i + 1]);
+      const auto next = handles[i + 1 == rings.ends[r] ? begin : i + 1];
+      // The same point twice is no edge; a build without CGAL's checks crashes on it.
+      if (next != handles[i]) triangulation.insert_constraint(handles[i], next);
     }
   }
   // Nesting: walk from the outside; each constraint crossed turns inside and outside round.
