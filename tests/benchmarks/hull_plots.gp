@@ -26,7 +26,7 @@ set logscale y
 set style data histograms
 set style histogram clustered gap 1
 set style fill solid 0.8
-set xtics rotate by -40 font ',9'
+set xtics rotate by -40 font ',9' noenhanced
 unset xlabel
 set ylabel 'ms, one thread'
 set key right top
@@ -38,23 +38,24 @@ plot tables.'/hull_peers.csv' using 4:xtic(1) every ::1 title 'polyhull', \
 set output pictures.'/hull-error.png'
 set style data linespoints
 unset title
-set xtics norotate font ',11'
+set xtics norotate font ',11' enhanced
 set key right top
 set multiplot layout 2,2 title 'Error against time: a body 1.67 m tall seen by 8 cameras (labels: tolerance in px, voxels along the height)'
 set logscale x
 unset logscale y
 set xlabel 'ms'
 method(name, column) = strcol(1) eq name ? column : NaN
-do for [panel in 'own others hausdorff volume'] {
-  if (panel eq 'own')       { set ylabel '1 - IoU with the body, own cameras'; set logscale y }
-  if (panel eq 'others')    { set ylabel '1 - IoU, cameras left out';          set logscale y }
-  if (panel eq 'hausdorff') { set ylabel 'Hausdorff distance to the body, mm'; unset logscale y }
-  if (panel eq 'volume')    { set ylabel 'volume / true volume';               unset logscale y }
-  value(dummy) = panel eq 'own' ? 1 - column(6) : panel eq 'others' ? 1 - column(7) : panel eq 'hausdorff' ? column(10) : column(8) / column(9)
-  plot tables.'/hull_error.csv' using 4:(method('exact', value(0))) pt 7 lc 1 title 'exact hull', \
-       '' using 4:(method('exact', value(0))):2 with labels offset 0,0.8 font ',7' notitle, \
-       '' using 4:(method('voxels', value(0))) pt 5 lc 2 title 'voxels', \
-       '' using 4:(method('voxels', value(0))):2 with labels offset 0,0.8 font ',7' notitle
+array label[4] = ['1 - IoU with the body, own cameras', '1 - IoU, cameras left out', \
+                  'Hausdorff distance to the body, mm', 'volume / true volume']
+quantity(panel) = panel == 1 ? 1 - column(6) : panel == 2 ? 1 - column(7) : panel == 3 ? column(10) : column(8) / column(9)
+do for [panel = 1:4] {
+  set ylabel label[panel]
+  unset logscale y
+  if (panel <= 2) { set logscale y }
+  plot tables.'/hull_error.csv' using 4:(method('exact', quantity(panel))) pt 7 lc 1 title 'exact hull', \
+       '' using 4:(method('exact', quantity(panel))):2 with labels offset 0,0.8 font ',7' notitle, \
+       '' using 4:(method('voxels', quantity(panel))) pt 5 lc 2 title 'voxels', \
+       '' using 4:(method('voxels', quantity(panel))):2 with labels offset 0,0.8 font ',7' notitle
 }
 unset multiplot
 
@@ -67,6 +68,7 @@ set xlabel 'max-deviation, relative to the diagonal of the hull (0 drawn at 1e-7
 set ylabel 'slivers, % of the triangles'
 set title 'Slivers (height below 0.2 % of the longest edge) against max-deviation'
 scenes = system("cut -d, -f1 ".tables."/hull_slivers.csv | grep -v '^scene' | sort -u")
+set yrange [0:6]
 plot for [scene in scenes] tables.'/hull_slivers.csv' \
   using ($2 > 0 ? $2 : 1e-7):(strcol(1) eq scene ? $5 : NaN) title scene noenhanced, \
   1 lc 'black' dt 2 with lines title '1 %'
