@@ -14,7 +14,23 @@
 using namespace polyhull;
 using namespace polyhull::test;
 
-#if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__)
+// GCC and Clang tell of the address sanitizer in different ways.
+#if defined(__SANITIZE_ADDRESS__)
+#define POLYHULL_OWN_MALLOC 0
+#elif defined(__has_feature)
+#if __has_feature(address_sanitizer)
+#define POLYHULL_OWN_MALLOC 0
+#endif
+#endif
+#if !defined(POLYHULL_OWN_MALLOC)
+#if defined(__GLIBC__)
+#define POLYHULL_OWN_MALLOC 1
+#else
+#define POLYHULL_OWN_MALLOC 0
+#endif
+#endif
+
+#if POLYHULL_OWN_MALLOC
 namespace {
 std::atomic<bool> counting{false};
 std::atomic<long> taken{0};
@@ -127,7 +143,7 @@ static Suite* silhouette_allocation_suite() {
   Suite* suite = suite_create("silhouette_allocation");
   TCase* tests = tcase_create("general");
   suite_add_tcase(suite, tests);
-#if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__)
+#if POLYHULL_OWN_MALLOC
   tcase_add_test(tests, small_pieces_only_once_the_stream_runs);
 #endif
   return suite;

@@ -11,6 +11,22 @@
 #include "silhouette/silhouette.h"
 #include "silhouette_frames.h"
 
+// GCC and Clang tell of the address sanitizer in different ways.
+#if defined(__SANITIZE_ADDRESS__)
+#define POLYHULL_OWN_MALLOC 0
+#elif defined(__has_feature)
+#if __has_feature(address_sanitizer)
+#define POLYHULL_OWN_MALLOC 0
+#endif
+#endif
+#if !defined(POLYHULL_OWN_MALLOC)
+#if defined(__GLIBC__)
+#define POLYHULL_OWN_MALLOC 1
+#else
+#define POLYHULL_OWN_MALLOC 0
+#endif
+#endif
+
 namespace {
 std::atomic<bool> counting{false};
 std::atomic<long> taken{0};
@@ -19,7 +35,7 @@ void note() {
 }
 }  // namespace
 
-#if defined(__SANITIZE_ADDRESS__) || !defined(__GLIBC__)
+#if !POLYHULL_OWN_MALLOC
 void* operator new(std::size_t size) {
   note();
   void* memory = std::malloc(size != 0 ? size : 1);
