@@ -314,10 +314,8 @@ GST_END_TEST
 
 // Nothing comes from the background for a while: no frame, no crash, and no work meanwhile.
 GST_START_TEST(live_without_a_background_frame_waits) {
-  GstElement* element = GST_ELEMENT(g_object_new(
-      gst_element_factory_get_element_type(GST_ELEMENT_FACTORY(
-          gst_registry_find_feature(gst_registry_get(), "composite", GST_TYPE_ELEMENT_FACTORY))),
-      "force-live", TRUE, nullptr));
+  GstElement* element = gst_element_factory_make_full("composite", "force-live", TRUE, nullptr);
+  fail_unless(element != nullptr);
   gst_object_ref_sink(element);
   GstHarness* background = gst_harness_new_with_element(element, "background", "src");
   GstHarness* mesh = gst_harness_new_with_element(element, "mesh_%u", nullptr);
