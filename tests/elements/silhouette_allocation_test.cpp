@@ -1,83 +1,26 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // What the silhouette elements take from memory per frame once the stream runs. GStreamer makes
 // buffers, events and metas of its own, all small; planes, views and pixels must come from what is
-// there already. Mallocs are counted here, so the sanitizers' own malloc leaves nothing to count.
+// there already.
 #include <gst/check/gstharness.h>
 
-#include <atomic>
 #include <cmath>
 #include <cstdio>
 
 #include "elements/element_checks.h"
 #include "elements/frames.h"
+#include "support/malloc_counter.h"
 
 using namespace polyhull;
 using namespace polyhull::test;
-
-// GCC and Clang tell of the address sanitizer in different ways.
-#if defined(__SANITIZE_ADDRESS__)
-#define POLYHULL_OWN_MALLOC 0
-#elif defined(__has_feature)
-#if __has_feature(address_sanitizer)
-#define POLYHULL_OWN_MALLOC 0
-#endif
-#endif
-#if !defined(POLYHULL_OWN_MALLOC)
-#if defined(__GLIBC__)
-#define POLYHULL_OWN_MALLOC 1
-#else
-#define POLYHULL_OWN_MALLOC 0
-#endif
-#endif
-
-#if POLYHULL_OWN_MALLOC
-namespace {
-std::atomic<bool> counting{false};
-std::atomic<long> taken{0};
-std::atomic<std::size_t> largest{0};
-void note(std::size_t size) {
-  if (!counting.load(std::memory_order_relaxed)) return;
-  taken.fetch_add(1, std::memory_order_relaxed);
-  if (size > largest.load()) largest = size;
-}
-}  // namespace
-
-extern "C" {
-void* __libc_malloc(std::size_t size);
-void* __libc_calloc(std::size_t count, std::size_t size);
-void* __libc_realloc(void* memory, std::size_t size);
-void* __libc_memalign(std::size_t alignment, std::size_t size);
-void* malloc(std::size_t size) {
-  note(size);
-  return __libc_malloc(size);
-}
-void* calloc(std::size_t count, std::size_t size) {
-  note(count * size);
-  return __libc_calloc(count, size);
-}
-void* realloc(void* memory, std::size_t size) {
-  note(size);
-  return __libc_realloc(memory, size);
-}
-void* aligned_alloc(std::size_t alignment, std::size_t size) {
-  note(size);
-  return __libc_memalign(alignment, size);
-}
-int posix_memalign(void** memory, std::size_t alignment, std::size_t size) {
-  note(size);
-  *memory = __libc_memalign(alignment, size);
-  return *memory != nullptr ? 0 : 12;
-}
-}
 
 GST_START_TEST(small_pieces_only_once_the_stream_runs) {
   constexpr int width = 640, height = 480;
   constexpr std::size_t small = 4096;
   // The counter sees what it must see.
-  counting = true;
-  std::vector<char> seen(100000);
-  counting = false;
-  fail_unless(taken >= 1 && largest >= seen.size());
+  std::vector<char> seen;
+  const MallocCount self = count_mallocs([&] { seen.resize(100000); });
+  fail_unless(self.taken >= 1 && self.largest >= seen.size());
   for (const char* line :
        {"silhouette camera=c", "silhouette camera=c blur-method=recursive", "chromamatte",
         "chromamatte ! gaussblur", "chromamatte ! gaussblur ! contourfind camera=c"}) {
@@ -121,15 +64,14 @@ GST_START_TEST(small_pieces_only_once_the_stream_runs) {
         gst_buffer_unref(out);
       };
       for (int i = 0; i < 12; ++i) push(i);
-      taken = 0;
-      largest = 0;
       constexpr int rounds = 30;
-      counting = true;
-      for (int i = 0; i < rounds; ++i) push(i);
-      counting = false;
+      const MallocCount count = count_mallocs([&] {
+        for (int i = 0; i < rounds; ++i) push(i);
+      });
       std::printf("%-50s %s: %.1f mallocs per frame, the largest of %zu bytes\n", line, format,
-                  static_cast<double>(taken) / rounds, largest.load());
-      fail_unless(largest <= small, "%s, %s: %zu bytes at once", line, format, largest.load());
+                  static_cast<double>(count.taken) / rounds, count.largest);
+      fail_unless(count.largest <= small, "%s, %s: %zu bytes at once", line, format,
+                  count.largest);
       for (GstBuffer* frame : frames) gst_buffer_unref(frame);
       gst_caps_unref(caps);
       gst_harness_teardown(h);
@@ -137,15 +79,12 @@ GST_START_TEST(small_pieces_only_once_the_stream_runs) {
   }
 }
 GST_END_TEST
-#endif
 
 static Suite* silhouette_allocation_suite() {
   Suite* suite = suite_create("silhouette_allocation");
   TCase* tests = tcase_create("general");
   suite_add_tcase(suite, tests);
-#if POLYHULL_OWN_MALLOC
-  tcase_add_test(tests, small_pieces_only_once_the_stream_runs);
-#endif
+  if (counts_malloc()) tcase_add_test(tests, small_pieces_only_once_the_stream_runs);
   return suite;
 }
 

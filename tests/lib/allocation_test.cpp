@@ -1,90 +1,20 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// No memory is taken per frame once the sizes have been seen. This program counts every operator
-// new, and outside of the address sanitizer every malloc, of itself and of the libraries it uses.
+// No memory is taken per frame once the sizes have been seen.
 #include <gtest/gtest.h>
 
-#include <atomic>
 #include <cmath>
-#include <cstdlib>
-#include <new>
 
 #include "silhouette/silhouette.h"
 #include "silhouette_frames.h"
-
-// GCC and Clang tell of the address sanitizer in different ways.
-#if defined(__SANITIZE_ADDRESS__)
-#define POLYHULL_OWN_MALLOC 0
-#elif defined(__has_feature)
-#if __has_feature(address_sanitizer)
-#define POLYHULL_OWN_MALLOC 0
-#endif
-#endif
-#if !defined(POLYHULL_OWN_MALLOC)
-#if defined(__GLIBC__)
-#define POLYHULL_OWN_MALLOC 1
-#else
-#define POLYHULL_OWN_MALLOC 0
-#endif
-#endif
-
-namespace {
-std::atomic<bool> counting{false};
-std::atomic<long> taken{0};
-void note() {
-  if (counting.load(std::memory_order_relaxed)) taken.fetch_add(1, std::memory_order_relaxed);
-}
-}  // namespace
-
-#if !POLYHULL_OWN_MALLOC
-void* operator new(std::size_t size) {
-  note();
-  void* memory = std::malloc(size != 0 ? size : 1);
-  if (memory == nullptr) throw std::bad_alloc();
-  return memory;
-}
-void operator delete(void* memory) noexcept {
-  std::free(memory);
-}
-void operator delete(void* memory, std::size_t) noexcept {
-  std::free(memory);
-}
-#else
-extern "C" {
-void* __libc_malloc(std::size_t size);
-void* __libc_calloc(std::size_t count, std::size_t size);
-void* __libc_realloc(void* memory, std::size_t size);
-void* __libc_memalign(std::size_t alignment, std::size_t size);
-void* malloc(std::size_t size) {
-  note();
-  return __libc_malloc(size);
-}
-void* calloc(std::size_t count, std::size_t size) {
-  note();
-  return __libc_calloc(count, size);
-}
-void* realloc(void* memory, std::size_t size) {
-  note();
-  return __libc_realloc(memory, size);
-}
-void* aligned_alloc(std::size_t alignment, std::size_t size) {
-  note();
-  return __libc_memalign(alignment, size);
-}
-}
-#endif
+#include "support/malloc_counter.h"
 
 namespace polyhull {
 namespace {
 
 using test::Colour;
 
-template <class Work>
-long allocations(const Work& work) {
-  taken = 0;
-  counting = true;
-  work();
-  counting = false;
-  return taken;
+long allocations(const std::function<void()>& work) {
+  return test::count_mallocs(work).taken;
 }
 
 // A figure with limbs, a hole and specks, at another place in each picture.
