@@ -9,36 +9,6 @@
 namespace polyhull {
 namespace {
 
-// The Gaussian in double precision, cut at 8 sigma, border values continued.
-std::vector<double> exact(const Matte& m, double sigma) {
-  const int reach = static_cast<int>(std::ceil(8.0 * sigma)) + 1;
-  std::vector<double> kernel;
-  double total = 0.0;
-  for (int k = -reach; k <= reach; ++k) {
-    kernel.push_back(std::exp(-0.5 * k * k / (sigma * sigma)));
-    total += kernel.back();
-  }
-  for (double& k : kernel) k /= total;
-  const int w = m.width, h = m.height;
-  std::vector<double> columns(static_cast<std::size_t>(w) * h), out(columns.size());
-  for (int y = 0; y < h; ++y)
-    for (int x = 0; x < w; ++x) {
-      double sum = 0.0;
-      for (int k = -reach; k <= reach; ++k)
-        sum += kernel[k + reach] * m.row(std::clamp(y + k, 0, h - 1))[x];
-      columns[static_cast<std::size_t>(y) * w + x] = sum;
-    }
-  for (int y = 0; y < h; ++y)
-    for (int x = 0; x < w; ++x) {
-      double sum = 0.0;
-      for (int k = -reach; k <= reach; ++k)
-        sum += kernel[k + reach] *
-               columns[static_cast<std::size_t>(y) * w + std::clamp(x + k, 0, w - 1)];
-      out[static_cast<std::size_t>(y) * w + x] = sum;
-    }
-  return out;
-}
-
 double largest_error(const Matte& m, BlurMethod method, double sigma, int passes = 3) {
   Blur blur;
   BlurSettings settings;
@@ -48,7 +18,7 @@ double largest_error(const Matte& m, BlurMethod method, double sigma, int passes
   blur.set(settings);
   Field field;
   blur.apply(m, field);
-  const std::vector<double> truth = sigma > 0.0 ? exact(m, sigma) : std::vector<double>();
+  const std::vector<double> truth = sigma > 0.0 ? test::exact_blur(m, sigma) : std::vector<double>();
   double most = 0.0;
   for (int y = 0; y < m.height; ++y)
     for (int x = 0; x < m.width; ++x) {
@@ -144,7 +114,7 @@ TEST(Blur, ThresholdMakesTheMatteBinary) {
   blur.set(settings);
   Field field;
   blur.apply(m, field);
-  const std::vector<double> truth = exact(m, settings.sigma);
+  const std::vector<double> truth = test::exact_blur(m, settings.sigma);
   for (int y = 0; y < 80; ++y)
     for (int x = 0; x < 100; ++x) {
       const double want = truth[static_cast<std::size_t>(y) * 100 + x];

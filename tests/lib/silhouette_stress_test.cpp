@@ -11,33 +11,6 @@
 namespace polyhull {
 namespace {
 
-// The Gaussian in double precision, cut at 8 sigma, border values continued.
-std::vector<double> exact_blur(const Matte& m, double sigma) {
-  const int reach = static_cast<int>(std::ceil(8.0 * sigma)) + 1;
-  std::vector<double> kernel;
-  double total = 0.0;
-  for (int k = -reach; k <= reach; ++k)
-    total += kernel.emplace_back(std::exp(-0.5 * k * k / (sigma * sigma)));
-  const int w = m.width, h = m.height;
-  std::vector<double> columns(static_cast<std::size_t>(w) * h), out(columns.size());
-  for (int y = 0; y < h; ++y)
-    for (int x = 0; x < w; ++x) {
-      double sum = 0.0;
-      for (int k = -reach; k <= reach; ++k)
-        sum += kernel[k + reach] * m.row(std::clamp(y + k, 0, h - 1))[x];
-      columns[static_cast<std::size_t>(y) * w + x] = sum / total;
-    }
-  for (int y = 0; y < h; ++y)
-    for (int x = 0; x < w; ++x) {
-      double sum = 0.0;
-      for (int k = -reach; k <= reach; ++k)
-        sum += kernel[k + reach] *
-               columns[static_cast<std::size_t>(y) * w + std::clamp(x + k, 0, w - 1)];
-      out[static_cast<std::size_t>(y) * w + x] = sum / total;
-    }
-  return out;
-}
-
 struct Case {
   const char* name;
   int width, height;
@@ -94,7 +67,7 @@ TEST(SilhouetteStress, PatternsAgainstExactReferences) {
       const std::string name = std::string(c.name) + ", sigma " + std::to_string(sigma);
       const Matte matte = test::draw(c.width, c.height, c.level);
       const std::vector<double> want =
-          sigma > 0.0 ? exact_blur(matte, sigma) : std::vector<double>();
+          sigma > 0.0 ? test::exact_blur(matte, sigma) : std::vector<double>();
       Field field;
       for (const BlurMethod method : {BlurMethod::recursive, BlurMethod::fir}) {
         Blur blur;
