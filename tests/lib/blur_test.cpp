@@ -18,7 +18,8 @@ double largest_error(const Matte& m, BlurMethod method, double sigma, int passes
   blur.set(settings);
   Field field;
   blur.apply(m, field);
-  const std::vector<double> truth = sigma > 0.0 ? test::exact_blur(m, sigma) : std::vector<double>();
+  const std::vector<double> truth =
+      sigma > 0.0 ? test::exact_blur(m, sigma) : std::vector<double>();
   double most = 0.0;
   for (int y = 0; y < m.height; ++y)
     for (int x = 0; x < m.width; ++x) {

@@ -52,7 +52,8 @@ inline Matte soft_disk(int size, double cx, double cy, double radius) {
   });
 }
 
-/// The matte under a Gaussian in double precision, cut at 8 sigma, border values continued; row by row.
+/// The matte under a Gaussian in double precision, cut at 8 sigma, border values continued; row by
+/// row.
 inline std::vector<double> exact_blur(const Matte& m, double sigma) {
   const int reach = static_cast<int>(std::ceil(8.0 * sigma)) + 1;
   std::vector<double> kernel;

@@ -282,6 +282,25 @@ TEST(MeshPayload, RulesAreChecked) {
                       "method");
 }
 
+/// Finishes a mesh with these views; reading it must fail with `words` in the message.
+void expect_views_refused(
+    flatbuffers::FlatBufferBuilder& builder,
+    flatbuffers::Offset<flatbuffers::Vector<flatbuffers::Offset<wire::MeshView>>> views,
+    const char* words) {
+  const double origin[] = {0, 0, 0};
+  const auto hull = wire::CreateHull(builder, builder.CreateVector(origin, 3));
+  builder.Finish(
+      wire::CreateMesh(builder, 0, 0, builder.CreateVector(origin, 3), 1.0, hull, views));
+  const std::vector<std::uint8_t> bytes =
+      write_payload_header(PayloadKind::mesh, {builder.GetBufferPointer(), builder.GetSize()}, 0);
+  try {
+    read_mesh(Bytes(bytes));
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_NE(std::string(error.what()).find(words), std::string::npos) << error.what();
+  }
+}
+
 // A few bytes that point to one long list many times must not unpack to gigabytes.
 TEST(MeshPayload, SharedContentsAreRefused) {
   flatbuffers::FlatBufferBuilder builder;
@@ -295,18 +314,7 @@ TEST(MeshPayload, SharedContentsAreRefused) {
                          builder.CreateVector(identity, 9), builder.CreateVector(identity, 3));
   const auto entry = wire::CreateMeshView(builder, camera, view);
   const auto views = builder.CreateVector(std::vector(200000, entry));
-  const auto hull = wire::CreateHull(builder, builder.CreateVector(identity, 3));
-  builder.Finish(
-      wire::CreateMesh(builder, 0, 0, builder.CreateVector(identity, 3), 1.0, hull, views));
-  const std::vector<std::uint8_t> bytes =
-      write_payload_header(PayloadKind::mesh, {builder.GetBufferPointer(), builder.GetSize()}, 0);
-  try {
-    read_mesh(Bytes(bytes));
-    FAIL();
-  } catch (const Error& error) {
-    EXPECT_NE(std::string(error.what()).find("share their contents"), std::string::npos)
-        << error.what();
-  }
+  expect_views_refused(builder, views, "share their contents");
 }
 
 // Nor cameras that share one long list of distortion coefficients.
@@ -320,18 +328,7 @@ TEST(MeshPayload, SharedDistortionIsRefused) {
                          builder.CreateVector(identity, 9), builder.CreateVector(identity, 3));
   const auto entry = wire::CreateMeshView(builder, camera, view);
   const auto views = builder.CreateVector(std::vector(100000, entry));  // 80 GB as a list each
-  const auto hull = wire::CreateHull(builder, builder.CreateVector(identity, 3));
-  builder.Finish(
-      wire::CreateMesh(builder, 0, 0, builder.CreateVector(identity, 3), 1.0, hull, views));
-  const std::vector<std::uint8_t> bytes =
-      write_payload_header(PayloadKind::mesh, {builder.GetBufferPointer(), builder.GetSize()}, 0);
-  try {
-    read_mesh(Bytes(bytes));
-    FAIL();
-  } catch (const Error& error) {
-    EXPECT_NE(std::string(error.what()).find("distortion coefficients"), std::string::npos)
-        << error.what();
-  }
+  expect_views_refused(builder, views, "distortion coefficients");
 }
 
 TEST(Payload, Utf8) {
