@@ -28,6 +28,7 @@
 
 #include "base/error.h"
 #include "common/guard.h"
+#include "common/video_pool.h"
 #include "composite_caps.h"
 #include "composite_element.h"
 
@@ -172,7 +173,7 @@ gboolean decide_allocation(GstAggregator* aggregator, GstQuery* query) {
   CompositePrivate& priv = private_of(aggregator);
   return guarded(GST_ELEMENT_CAST(aggregator), gboolean{FALSE}, [&]() -> gboolean {
     if (priv.output_on_gpu) priv.gl.ensure();
-    return decide_pool(query, priv.output_on_gpu ? priv.gl.context() : nullptr);
+    return decide_video_pool(query, priv.output_on_gpu ? priv.gl.context() : nullptr);
   });
 }
 

@@ -12,25 +12,26 @@
 namespace polyhull::element {
 namespace {
 
-GstClockTime running_time(GstAggregatorPad* pad, GstClockTime time) {
+using SegmentTime = guint64 (*)(const GstSegment*, GstFormat, guint64);
+
+/// `time` of the pad's segment as `convert` counts it; none where there is no time.
+GstClockTime time_of(GstAggregatorPad* pad, GstClockTime time, SegmentTime convert) {
   GST_OBJECT_LOCK(pad);
-  const GstClockTime running =
+  const GstClockTime converted =
       GST_CLOCK_TIME_IS_VALID(time) && pad->segment.format == GST_FORMAT_TIME
-          ? gst_segment_to_running_time(&pad->segment, GST_FORMAT_TIME, time)
+          ? convert(&pad->segment, GST_FORMAT_TIME, time)
           : GST_CLOCK_TIME_NONE;
   GST_OBJECT_UNLOCK(pad);
-  return running;
+  return converted;
+}
+
+GstClockTime running_time(GstAggregatorPad* pad, GstClockTime time) {
+  return time_of(pad, time, gst_segment_to_running_time);
 }
 
 /// What a GstController counts in: a seek does not set it back, as it does running time.
 GstClockTime stream_time(GstAggregatorPad* pad, GstClockTime time) {
-  GST_OBJECT_LOCK(pad);
-  const GstClockTime stream =
-      GST_CLOCK_TIME_IS_VALID(time) && pad->segment.format == GST_FORMAT_TIME
-          ? gst_segment_to_stream_time(&pad->segment, GST_FORMAT_TIME, time)
-          : GST_CLOCK_TIME_NONE;
-  GST_OBJECT_UNLOCK(pad);
-  return stream;
+  return time_of(pad, time, gst_segment_to_stream_time);
 }
 
 bool is_gap(GstBuffer* buffer) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 /// \file
-/// The video formats of composite and where its pictures are allocated.
+/// The video formats of composite.
 #pragma once
 
 #include <gst/gl/gl.h>
@@ -24,9 +24,5 @@ GstCaps* output_caps(const GstVideoInfo& info, bool background_on_gpu);
 /// Answers what the background may be: any memory, with the size and rate that those behind \p
 /// source take.
 void answer_background_caps(GstPad* pad, GstPad* source, GstQuery* query);
-
-/// Puts a pool for output pictures into an answered allocation query: textures of \p context, or
-/// system memory where it is null.
-bool decide_pool(GstQuery* query, GstGLContext* context);
 
 }  // namespace polyhull::element

@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // rigtestsrc's negotiation: the size is the camera's, the formats are the output's.
-#include <gst/video/gstvideopool.h>
-
-#include <algorithm>
 #include <cmath>
 
+#include "common/video_pool.h"
 #include "rigtestsrc_private.h"
 
 namespace polyhull::element {
@@ -135,31 +133,7 @@ gboolean rig_test_negotiate(GstBaseSrc* source, GstBaseSrcClass* parent) {
 }
 
 gboolean rig_test_decide_allocation(GstBaseSrc* source, GstQuery* query, GstBaseSrcClass* parent) {
-  GstCaps* caps = nullptr;
-  gst_query_parse_allocation(query, &caps, nullptr);
-  GstVideoInfo info;
-  if (caps == nullptr || !gst_video_info_from_caps(&info, caps)) return FALSE;
-  GstBufferPool* pool = nullptr;
-  guint size = static_cast<guint>(info.size), least = 0, most = 0;
-  const bool offered = gst_query_get_n_allocation_pools(query) > 0;
-  if (offered) {
-    gst_query_parse_nth_allocation_pool(query, 0, &pool, &size, &least, &most);
-    size = std::max(size, static_cast<guint>(info.size));
-  }
-  if (pool == nullptr) pool = gst_video_buffer_pool_new();
-  GstStructure* config = gst_buffer_pool_get_config(pool);
-  gst_buffer_pool_config_set_params(config, caps, size, least, most);
-  if (gst_query_find_allocation_meta(query, GST_VIDEO_META_API_TYPE, nullptr)) {
-    gst_buffer_pool_config_add_option(config, GST_BUFFER_POOL_OPTION_VIDEO_META);
-  }
-  gst_buffer_pool_set_config(pool, config);
-  if (offered) {
-    gst_query_set_nth_allocation_pool(query, 0, pool, size, least, most);
-  } else {
-    gst_query_add_allocation_pool(query, pool, size, least, most);
-  }
-  gst_object_unref(pool);
-  return parent->decide_allocation(source, query);
+  return decide_video_pool(query, nullptr) && parent->decide_allocation(source, query);
 }
 
 }  // namespace polyhull::element

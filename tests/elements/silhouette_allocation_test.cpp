@@ -70,8 +70,7 @@ GST_START_TEST(small_pieces_only_once_the_stream_runs) {
       });
       std::printf("%-50s %s: %.1f mallocs per frame, the largest of %zu bytes\n", line, format,
                   static_cast<double>(count.taken) / rounds, count.largest);
-      fail_unless(count.largest <= small, "%s, %s: %zu bytes at once", line, format,
-                  count.largest);
+      fail_unless(count.largest <= small, "%s, %s: %zu bytes at once", line, format, count.largest);
       for (GstBuffer* frame : frames) gst_buffer_unref(frame);
       gst_caps_unref(caps);
       gst_harness_teardown(h);

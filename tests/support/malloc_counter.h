@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// Counts what a piece of work takes from memory. Linking malloc_counter.cpp puts the program's malloc,
-// and so operator new and the libraries' mallocs, under the count. The address sanitizer has its own
-// malloc: there only operator new is counted.
+// Counts what a piece of work takes from memory. Linking malloc_counter.cpp puts the program's
+// malloc, and so operator new and the libraries' mallocs, under the count. The address sanitizer
+// has its own malloc: there only operator new is counted.
 #pragma once
 
 #include <cstddef>
