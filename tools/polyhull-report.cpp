@@ -126,7 +126,7 @@ int main(int argc, char** argv) {
     std::printf("%s\n", output.c_str());
     return 0;
   } catch (const std::exception& error) {
-    std::fprintf(stderr, "error: %s\n", error.what());
+    std::fprintf(stderr, "polyhull-report: %s\n", error.what());
     return 1;
   }
 }

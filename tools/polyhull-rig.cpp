@@ -123,7 +123,7 @@ int main(int count, char** values) {
   CLI11_PARSE(app, count, values);
   try {
     return import_command->parsed() ? run_import(arguments) : run_check(file);
-  } catch (const Error& error) {
+  } catch (const std::exception& error) {
     std::cerr << "polyhull-rig: " << error.what() << "\n";
     return 1;
   }

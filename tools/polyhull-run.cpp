@@ -198,7 +198,7 @@ void report(const Run& run, double wall, double cpu, const std::string& json_pat
     std::fputs(json.dump(2).c_str(), file);
     std::fclose(file);
   } else {
-    std::fprintf(stderr, "error: '%s' cannot be written\n", json_path.c_str());
+    std::fprintf(stderr, "polyhull-run: '%s' cannot be written\n", json_path.c_str());
   }
 }
 
@@ -225,7 +225,7 @@ int main(int argc, char** argv) {
   g_autoptr(GError) error = nullptr;
   run.pipeline = gst_parse_launchv(arguments.data(), &error);
   if (!run.pipeline || error) {
-    std::fprintf(stderr, "error: the pipeline cannot be built: %s\n", error ? error->message : "");
+    std::fprintf(stderr, "polyhull-run: the pipeline cannot be built: %s\n", error ? error->message : "");
     return 1;
   }
   if (!GST_IS_PIPELINE(run.pipeline)) {  // a single element

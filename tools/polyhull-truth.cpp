@@ -187,7 +187,7 @@ int main(int argc, char** argv) {
   try {
     return run(argc, argv);
   } catch (const std::exception& error) {
-    std::fprintf(stderr, "error: %s\n", error.what());
+    std::fprintf(stderr, "polyhull-truth: %s\n", error.what());
     return 1;
   }
 }
