@@ -77,7 +77,6 @@ class PulseThread {
   void run();
   bool wait_for_turn(PulseParameters& parameters, std::int64_t& planned);
   void give_pulse(const PulseParameters& parameters, std::int64_t planned);
-  bool sleep_until(std::int64_t clock_time);
   void find_device(const PulseParameters& parameters);
 
   std::unique_ptr<SerialLine> line_;

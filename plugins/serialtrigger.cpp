@@ -147,15 +147,22 @@ PulseParameters parameters_of(PolyhullSerialTrigger* self) {
 /// on.
 void pass_on(PolyhullSerialTrigger* self) {
   Private& priv = *self->priv;
-  const std::scoped_lock lock(priv.thread_mutex);
-  if (priv.thread == nullptr) return;
-  const PulseParameters parameters = parameters_of(self);
-  try {
-    parameters.check();
-    priv.thread->set(parameters);
-  } catch (const Error& error) {
+  std::string refused;
+  {
+    const std::scoped_lock lock(priv.thread_mutex);
+    if (priv.thread == nullptr) return;
+    const PulseParameters parameters = parameters_of(self);
+    try {
+      parameters.check();
+      priv.thread->set(parameters);
+    } catch (const Error& error) {
+      refused = error.what();
+    }
+  }
+  // Without the lock: a synchronous bus handler may set properties.
+  if (!refused.empty()) {
     priv.statistics.warn(GST_ELEMENT_CAST(self), "changes-refused",
-                         std::string("The pulses go on as they were: ") + error.what());
+                         "The pulses go on as they were: " + refused);
   }
 }
 

@@ -37,7 +37,7 @@ class ShadowPass {
 
  private:
   struct StaticKey {
-    const Scene* scene = nullptr;
+    std::shared_ptr<const Scene> scene;  // held, so that no other scene takes its address
     Light light;
     std::size_t cells = 0;
     bool operator==(const StaticKey&) const = default;

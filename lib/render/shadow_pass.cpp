@@ -91,7 +91,7 @@ void ShadowPass::draw_maps(const PassInput& in) {
     }
   }
 
-  const StaticKey key{in.frame.scene.get(), light, cells.size()};
+  const StaticKey key{in.frame.scene, light, cells.size()};
   static_reused_ = in.settings.skip && static_key_ == key;
   if (static_reused_) return;
   static_key_ = key;

@@ -21,10 +21,17 @@ void draw(const Corner& a, const Corner& b, const Corner& c, int width, int heig
   // down.
   const float area = (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
   if (!(area < 0.0f)) return;
-  const int x0 = std::max(0, static_cast<int>(std::ceil(std::min({a.x, b.x, c.x}))));
-  const int x1 = std::min(width - 1, static_cast<int>(std::floor(std::max({a.x, b.x, c.x}))));
-  const int y0 = std::max(0, static_cast<int>(std::ceil(std::min({a.y, b.y, c.y}))));
-  const int y1 = std::min(height - 1, static_cast<int>(std::floor(std::max({a.y, b.y, c.y}))));
+  // Clamped as floats: a corner just before the camera may lie beyond what an int holds.
+  const auto first = [](float v, int size) {
+    return static_cast<int>(std::ceil(std::clamp(v, 0.0f, static_cast<float>(size))));
+  };
+  const auto last = [](float v, int size) {
+    return static_cast<int>(std::floor(std::clamp(v, -1.0f, static_cast<float>(size - 1))));
+  };
+  const int x0 = first(std::min({a.x, b.x, c.x}), width);
+  const int x1 = last(std::max({a.x, b.x, c.x}), width);
+  const int y0 = first(std::min({a.y, b.y, c.y}), height);
+  const int y1 = last(std::max({a.y, b.y, c.y}), height);
   if (x0 > x1 || y0 > y1) return;
   const float scale = 1.0f / area;
   // Barycentric coordinates are linear in x and y; 1/depth with them.
@@ -45,7 +52,7 @@ void draw(const Corner& a, const Corner& b, const Corner& c, int width, int heig
   }
 }
 
-/// Distance in texels to the nearest texel that is 0 in \p distance, by the 5-7-11 chamfer.
+/// Distance in texels to the nearest texel that is 0 in \p distance, by a chamfer of steps 1 and 1.4.
 void chamfer(std::vector<float>& distance, int width, int height) {
   constexpr float straight = 1.0f, diagonal = 1.4f;
   const auto at = [&](int x, int y) -> float& {
