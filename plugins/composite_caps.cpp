@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "composite_caps.h"
 
+#include <initializer_list>
+
 namespace polyhull::element {
 namespace {
 

@@ -85,6 +85,18 @@ float component(const unsigned char* p, int type, std::size_t k, bool normalised
 
 }  // namespace
 
+Error broken_scene(const std::string& path, const std::string& what) {
+  return Error(Error::Kind::bad_input, "Scene '" + path + "' " + what);
+}
+
+double gltf_number(const tinygltf::ExtensionMap& extensions, const char* extension,
+                   const char* name, double otherwise) {
+  const auto found = extensions.find(extension);
+  if (found == extensions.end() || !found->second.Has(name)) return otherwise;
+  const tinygltf::Value& value = found->second.Get(name);
+  return value.IsNumber() ? value.GetNumberAsDouble() : otherwise;
+}
+
 GltfBytes read_view(const GltfSource& source, int index, const std::string& what) {
   const tinygltf::Model& model = source.model;
   if (index < 0 || static_cast<std::size_t>(index) >= model.bufferViews.size()) {

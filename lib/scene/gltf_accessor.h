@@ -11,6 +11,8 @@
 #include <string>
 #include <vector>
 
+#include "base/error.h"
+
 namespace polyhull {
 
 /// Where numbers of a file lie, and words for the errors.
@@ -18,6 +20,13 @@ struct GltfSource {
   const tinygltf::Model& model;
   const std::string& path;
 };
+
+/// The error that "Scene 'path' " + \p what tells.
+Error broken_scene(const std::string& path, const std::string& what);
+
+/// A number of a glTF extension; \p otherwise where it is missing or no number.
+double gltf_number(const tinygltf::ExtensionMap& extensions, const char* extension,
+                   const char* name, double otherwise);
 
 /// All elements of accessor \p index as floats, \p components per element (normalised integers
 /// become 0..1 or -1..1). \p what names them in errors ("positions of mesh 'table'"). Throws Error

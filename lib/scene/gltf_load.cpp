@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <filesystem>
 #include <glm/gtc/quaternion.hpp>
-#include <map>
 
 #include "base/error.h"
 #include "scene/gltf_accessor.h"
 #include "scene/gltf_lights.h"
+#include "scene/gltf_materials.h"
 #include "scene/scene.h"
 
 namespace polyhull {
@@ -23,24 +23,12 @@ const char* const known_extensions[] = {
     "KHR_texture_transform", "KHR_mesh_quantization", "KHR_materials_specular",
     "KHR_materials_unlit"};
 
-Error broken(const std::string& path, const std::string& what) {
-  return Error(Error::Kind::bad_input, "Scene '" + path + "' " + what);
-}
-
 /// Keeps the encoded bytes of a picture that lies in a file of its own or in the JSON text; they
 /// are decoded only where a material uses them.
 bool keep_bytes(tinygltf::Image* image, const int, std::string*, std::string*, int, int,
                 const unsigned char* bytes, int size, void*) {
   if (image->bufferView < 0) image->image.assign(bytes, bytes + size);
   return true;
-}
-
-double number(const tinygltf::ExtensionMap& extensions, const char* extension, const char* name,
-              double otherwise) {
-  const auto found = extensions.find(extension);
-  if (found == extensions.end() || !found->second.Has(name)) return otherwise;
-  const tinygltf::Value& value = found->second.Get(name);
-  return value.IsNumber() ? value.GetNumberAsDouble() : otherwise;
 }
 
 class Loader {
@@ -61,14 +49,14 @@ class Loader {
                 ", which is not supported. Export it without (for Blender: no compression).");
       }
     }
-    for (const tinygltf::Material& material : model_.materials) add_material(material);
+    add_materials(source_, scene_);
     default_material_ = static_cast<int>(scene_.materials.size());
     scene_.materials.push_back({});
     scene_.materials.back().name = "default";
     add_nodes();
     const auto no_triangles = [](const SceneMesh& mesh) { return mesh.triangles.empty(); };
     if (std::all_of(scene_.meshes.begin(), scene_.meshes.end(), no_triangles)) {
-      throw broken(path_, "has no geometry: there is not one triangle in its nodes.");
+      throw broken_scene(path_, "has no geometry: there is not one triangle in its nodes.");
     }
     split_emitters(scene_);
     find_area_lights(scene_);
@@ -79,64 +67,6 @@ class Loader {
   }
 
  private:
-  void add_material(const tinygltf::Material& in) {
-    Material out;
-    out.name = in.name;
-    const tinygltf::PbrMetallicRoughness& pbr = in.pbrMetallicRoughness;
-    for (int k = 0; k < 3; ++k) {
-      out.base_colour[k] = static_cast<float>(pbr.baseColorFactor.at(k));
-      out.emission[k] = static_cast<float>(
-          in.emissiveFactor.at(k) *
-          number(in.extensions, "KHR_materials_emissive_strength", "emissiveStrength", 1.0));
-    }
-    out.metallic = static_cast<float>(pbr.metallicFactor);
-    out.roughness = static_cast<float>(pbr.roughnessFactor);
-    out.ior = static_cast<float>(number(in.extensions, "KHR_materials_ior", "ior", 1.5));
-    out.double_sided = in.doubleSided;
-    for (const float value :
-         {out.base_colour.x, out.base_colour.y, out.base_colour.z, out.metallic, out.roughness,
-          out.ior, out.emission.x, out.emission.y, out.emission.z}) {
-      if (!std::isfinite(value) || value < 0.0f) {
-        throw broken(path_, "has a material '" + in.name +
-                                "' with a number that is not finite or is below 0.");
-      }
-    }
-    out.base_colour = glm::min(out.base_colour, Vec3f(1.0f));
-    if (pbr.baseColorTexture.index >= 0) {
-      out.base_colour_texture = add_texture(pbr.baseColorTexture, in.name);
-    }
-    scene_.materials.push_back(std::move(out));
-  }
-
-  int add_texture(const tinygltf::TextureInfo& info, const std::string& material) {
-    if (static_cast<std::size_t>(info.index) >= model_.textures.size() ||
-        model_.textures[info.index].source < 0 ||
-        static_cast<std::size_t>(model_.textures[info.index].source) >= model_.images.size()) {
-      throw broken(path_,
-                   "has a material '" + material + "' whose base colour texture does not exist.");
-    }
-    const int source = model_.textures[info.index].source;
-    if (const auto known = textures_.find(source); known != textures_.end()) return known->second;
-    const tinygltf::Image& image = model_.images[source];
-    const std::string name =
-        image.uri.empty() ? (image.name.empty() ? "image " + std::to_string(source) : image.name)
-                          : image.uri;
-    GltfBytes bytes{image.image.data(), image.image.size()};
-    if (image.bufferView >= 0)
-      bytes = read_view(source_, image.bufferView, "texture '" + name + "'");
-    if (bytes.size == 0) {
-      throw Error(Error::Kind::not_found,
-                  "Scene '" + path_ + "': the texture '" + name + "' of material '" + material +
-                      "' is missing. It is looked for beside the scene's file; "
-                      "a .glb file holds its textures itself.");
-    }
-    scene_.textures.push_back(decode_picture({bytes.data, bytes.size}, 4,
-                                             "texture '" + name + "' of scene '" + path_ + "'"));
-    const int index = static_cast<int>(scene_.textures.size()) - 1;
-    textures_[source] = index;
-    return index;
-  }
-
   void add_nodes() {
     if (model_.scenes.empty()) {
       for (std::size_t i = 0; i < model_.nodes.size(); ++i) roots_.push_back(static_cast<int>(i));
@@ -146,7 +76,7 @@ class Loader {
     } else {
       const int wanted = model_.defaultScene >= 0 ? model_.defaultScene : 0;
       if (static_cast<std::size_t>(wanted) >= model_.scenes.size()) {
-        throw broken(path_, "names a default scene that does not exist.");
+        throw broken_scene(path_, "names a default scene that does not exist.");
       }
       roots_ = model_.scenes[wanted].nodes;
     }
@@ -171,7 +101,8 @@ class Loader {
     }
     for (int i = 0; i < 16; ++i) {
       if (!std::isfinite(local[i / 4][i % 4])) {
-        throw broken(path_, "has a node '" + node.name + "' with a transform that is not finite.");
+        throw broken_scene(path_,
+                           "has a node '" + node.name + "' with a transform that is not finite.");
       }
     }
     return local;
@@ -179,10 +110,11 @@ class Loader {
 
   void add_node(int index, const Mat4& parent, int depth) {
     if (index < 0 || static_cast<std::size_t>(index) >= model_.nodes.size()) {
-      throw broken(path_, "refers to node " + std::to_string(index) + ", which does not exist.");
+      throw broken_scene(path_,
+                         "refers to node " + std::to_string(index) + ", which does not exist.");
     }
     if (depth > deepest_node || ++nodes_visited_ > 4 * model_.nodes.size()) {
-      throw broken(path_, "has nodes that contain one another.");
+      throw broken_scene(path_, "has nodes that contain one another.");
     }
     const tinygltf::Node& node = model_.nodes[index];
     const Mat4 to_world = parent * local_transform(node);
@@ -192,7 +124,8 @@ class Loader {
         light != node.extensions.end() && light->second.Has("light")) {
       const int number = light->second.Get("light").GetNumberAsInt();
       if (number < 0 || static_cast<std::size_t>(number) >= model_.lights.size()) {
-        throw broken(path_, "has a node '" + node.name + "' with a light that does not exist.");
+        throw broken_scene(path_,
+                           "has a node '" + node.name + "' with a light that does not exist.");
       }
       lights_.push_back({&model_.lights[number], to_world, node.name, &node.extras});
     }
@@ -201,7 +134,7 @@ class Loader {
 
   void add_mesh(const tinygltf::Node& node, const Mat4& to_world) {
     if (static_cast<std::size_t>(node.mesh) >= model_.meshes.size()) {
-      throw broken(path_, "has a node '" + node.name + "' with a mesh that does not exist.");
+      throw broken_scene(path_, "has a node '" + node.name + "' with a mesh that does not exist.");
     }
     const tinygltf::Mesh& mesh = model_.meshes[node.mesh];
     for (const tinygltf::Primitive& primitive : mesh.primitives) {
@@ -211,7 +144,7 @@ class Loader {
       SceneMesh out = read_primitive(primitive, mode, name);
       out.material = primitive.material >= 0 ? primitive.material : default_material_;
       if (out.material > default_material_) {
-        throw broken(path_, "has a mesh '" + name + "' with a material that does not exist.");
+        throw broken_scene(path_, "has a mesh '" + name + "' with a material that does not exist.");
       }
       apply_texture_transform(primitive.material, out);
       place(to_world, out);
@@ -247,7 +180,7 @@ class Loader {
     if ((!out.normals.empty() && out.normals.size() != out.positions.size()) ||
         (!out.texture_coordinates.empty() &&
          out.texture_coordinates.size() != out.positions.size())) {
-      throw broken(path_, "has a mesh '" + name + "' whose attributes differ in length.");
+      throw broken_scene(path_, "has a mesh '" + name + "' whose attributes differ in length.");
     }
     std::vector<std::uint32_t> indices;
     if (primitive.indices >= 0) {
@@ -259,8 +192,9 @@ class Loader {
     }
     for (const std::uint32_t index : indices) {
       if (index >= out.positions.size()) {
-        throw broken(path_, "has a mesh '" + name + "' with vertex index " + std::to_string(index) +
-                                " but only " + std::to_string(out.positions.size()) + " vertices.");
+        throw broken_scene(path_, "has a mesh '" + name + "' with vertex index " +
+                                      std::to_string(index) + " but only " +
+                                      std::to_string(out.positions.size()) + " vertices.");
       }
     }
     if (mode == TINYGLTF_MODE_TRIANGLES) {
@@ -322,7 +256,7 @@ class Loader {
     };
     const Vec2f offset = pair("offset", 0.0f), scale = pair("scale", 1.0f);
     const auto angle =
-        static_cast<float>(number(extensions, "KHR_texture_transform", "rotation", 0.0));
+        static_cast<float>(gltf_number(extensions, "KHR_texture_transform", "rotation", 0.0));
     const float c = std::cos(angle), s = std::sin(angle);
     for (Vec2f& t : mesh.texture_coordinates) {
       const Vec2f scaled = t * scale;
@@ -355,16 +289,17 @@ class Loader {
       const Vec3f& p = mesh.positions[i];
       const Vec3f& n = mesh.normals[i];
       if (bad(p.x) || bad(p.y) || bad(p.z) || bad(n.x) || bad(n.y) || bad(n.z)) {
-        throw broken(path_, "has a mesh '" + mesh.name + "' whose vertex " + std::to_string(i) +
-                                " is not finite (NaN or infinite).");
+        throw broken_scene(path_, "has a mesh '" + mesh.name + "' whose vertex " +
+                                      std::to_string(i) + " is not finite (NaN or infinite).");
       }
     }
     const auto wild = [](float v) { return !(std::abs(v) <= largest_texture_coordinate); };
     for (const Vec2f& t : mesh.texture_coordinates) {
       if (wild(t.x) || wild(t.y)) {
-        throw broken(path_, "has a mesh '" + mesh.name +
-                                "' with texture coordinates that are not finite or that repeat a "
-                                "texture more than a million times.");
+        throw broken_scene(path_,
+                           "has a mesh '" + mesh.name +
+                               "' with texture coordinates that are not finite or that repeat a "
+                               "texture more than a million times.");
       }
     }
   }
@@ -394,7 +329,7 @@ class Loader {
       if (!extras.IsObject() || !extras.Has("exposure")) return;
       const auto exposure = static_cast<float>(extras.Get("exposure").GetNumberAsDouble());
       if (!std::isfinite(exposure) || exposure <= 0.0f) {
-        throw broken(path_, "has an exposure in its extras that is not a number above 0.");
+        throw broken_scene(path_, "has an exposure in its extras that is not a number above 0.");
       }
       scene_.exposure = exposure;
     };
@@ -407,7 +342,6 @@ class Loader {
   GltfSource source_;
   Scene scene_;
   int default_material_ = 0;
-  std::map<int, int> textures_;  // glTF image to Scene::textures
   std::vector<int> roots_;
   std::size_t nodes_visited_ = 0;
   std::vector<PunctualLight> lights_;
@@ -444,7 +378,7 @@ Scene load_scene(const std::string& path) {
     while (!problem.empty() && std::isspace(static_cast<unsigned char>(problem.back()))) {
       problem.pop_back();
     }
-    throw broken(
+    throw broken_scene(
         path, "is not a readable glTF 2.0 file: " + (problem.empty() ? "broken content" : problem));
   }
   return Loader(model, path).load();
