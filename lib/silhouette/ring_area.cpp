@@ -26,7 +26,7 @@ double RingFit::excess(std::size_t r) const {
   const int first = a.point, last = last_point(r);
   const double ax = a.vertex.x - points_[0].x, ay = a.vertex.y - points_[0].y;
   const double bx = b.vertex.x - points_[0].x, by = b.vertex.y - points_[0].y;
-  const double traced = memory_->sums[last + 1].cross - memory_->sums[first + 1].cross;
+  const double traced = memory_->sums[last + 1].cross() - memory_->sums[first + 1].cross();
   return 0.5 * (cross(ax, ay, bx, by) - cross(ax, ay, x_[first], y_[first]) - traced -
                 cross(x_[last], y_[last], bx, by));
 }

@@ -2,6 +2,7 @@
 #include "silhouette/ring_fit.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 #include "silhouette/kernels.h"
@@ -22,24 +23,32 @@ void RingFit::fit(std::span<const Vec2f> points, double tolerance, FitMemory& me
   x_.resize(n + 1);
   y_.resize(n + 1);
   memory.sums.resize(n + 2);
+  const Vec2f origin = points[0];
+  for (std::size_t i = 0; i < n; ++i) {
+    x_[i] = points[i].x - origin.x;
+    y_[i] = points[i].y - origin.y;
+  }
+  x_[n] = y_[n] = 0.0f;
+  // The largest coordinate: floats without their sign are ordered as their bits are.
+  std::int32_t largest = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    const std::int32_t x = std::bit_cast<std::int32_t>(x_[i]) & 0x7fffffff;
+    const std::int32_t y = std::bit_cast<std::int32_t>(y_[i]) & 0x7fffffff;
+    largest = std::max(largest, std::max(x, y));
+  }
+  const float extent = std::bit_cast<float>(largest);
+
+  using Pair = FitMemory::Pair;
   FitMemory::Sums sum{};
   memory.sums[0] = sum;
-  const Vec2f origin = points[0];
-  float extent = 0.0f;
+  Pair last{};
   for (std::size_t i = 0; i <= n; ++i) {
-    const Vec2f p = i < n ? points[i] : points[0];
-    const float fx = p.x - origin.x, fy = p.y - origin.y;
-    x_[i] = fx;
-    y_[i] = fy;
-    extent = std::max(extent, std::max(std::abs(fx), std::abs(fy)));
-    const double x = fx, y = fy;
-    sum.x += x;
-    sum.y += y;
-    sum.xx += x * x;
-    sum.xy += x * y;
-    sum.yy += y * y;
-    if (i > 0)
-      sum.cross += static_cast<double>(x_[i - 1]) * fy - static_cast<double>(fx) * y_[i - 1];
+    const Pair p = {x_[i], y_[i]}, turned = {p[1], p[0]};
+    const Pair around = last * turned, product = p * turned;
+    sum.x_y += p;
+    sum.xx_yy += p * p;
+    sum.cross_xy += Pair{around[0] - around[1], product[0]};
+    last = p;
     memory.sums[i + 1] = sum;
   }
   margin_ = 0.002 + 2e-6 * extent;
@@ -54,10 +63,10 @@ void RingFit::fit(std::span<const Vec2f> points, double tolerance, FitMemory& me
 RingFit::Line RingFit::line_of(int first, int last) const {
   const FitMemory::Sums &a = memory_->sums[first], &b = memory_->sums[last + 1];
   const double n = last + 1 - first;
-  const double mx = (b.x - a.x) / n, my = (b.y - a.y) / n;
-  const double sxx = (b.xx - a.xx) / n - mx * mx;
-  const double sxy = (b.xy - a.xy) / n - mx * my;
-  const double syy = (b.yy - a.yy) / n - my * my;
+  const double mx = (b.x() - a.x()) / n, my = (b.y() - a.y()) / n;
+  const double sxx = (b.xx() - a.xx()) / n - mx * mx;
+  const double sxy = (b.xy() - a.xy()) / n - mx * my;
+  const double syy = (b.yy() - a.yy()) / n - my * my;
   // The normal is the eigenvector of the smaller eigenvalue.
   const double d = sxx - syy, e = 2.0 * sxy, h = std::sqrt(d * d + e * e);
   double nx = 0.0, ny = 1.0;
@@ -195,7 +204,7 @@ void RingFit::balance() {
       const double bx = vb.x - points_[0].x, by = vb.y - points_[0].y;
       const double length = std::hypot(bx - ax, by - ay);
       if (length < 1.0) continue;
-      const double traced = memory_->sums[last + 1].cross - memory_->sums[first + 1].cross;
+      const double traced = memory_->sums[last + 1].cross() - memory_->sums[first + 1].cross();
       const double area = 0.5 * (cross(ax, ay, bx, by) - cross(ax, ay, x_[first], y_[first]) -
                                  traced - cross(x_[last], y_[last], bx, by));
       const double facing = cross(node.nx, node.ny, (bx - ax) / length, (by - ay) / length);

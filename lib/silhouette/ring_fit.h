@@ -19,9 +19,17 @@ Vec2f snapped(double x, double y);
 
 /// Working memory shared by the fits of a frame.
 struct FitMemory {
+  // Two numbers at a time: the sums over many points are most of the work.
+  using Pair = double __attribute__((vector_size(16)));
   struct Sums {
-    double x, y, xx, xy, yy;
-    double cross;  // of each point with the one before: twice the area swept from the first point
+    Pair x_y, xx_yy;
+    Pair cross_xy;  // cross of each point with the one before: twice the area swept from the first
+    double x() const { return x_y[0]; }
+    double y() const { return x_y[1]; }
+    double xx() const { return xx_yy[0]; }
+    double yy() const { return xx_yy[1]; }
+    double cross() const { return cross_xy[0]; }
+    double xy() const { return cross_xy[1]; }
   };
   std::vector<Sums> sums;
   std::vector<int> breaks;

@@ -176,11 +176,12 @@ void Tracer::finish(Rings& rings, std::vector<std::int32_t>* parents) {
 void Tracer::State::find_parents(const Rings& rings, std::vector<std::int32_t>& parents) {
   parents.assign(rings.size(), -1);
   holes.resize(rings.size());
-  for (std::size_t i = 0; i < rings.size(); ++i) holes[i] = ring_area(rings.ring(i)) < 0.0;
   std::size_t row = 0;
   for (std::size_t i = 0; i < rings.size(); ++i) {
     const std::uint32_t first = first_crossing[i];
     while (row + 1 < row_begins.size() && row_begins[row + 1] <= first) ++row;
+    // Crossings on a row lead in and out by turns.
+    holes[i] = (first - row_begins[row]) & 1;
     if (first == row_begins[row]) continue;
     const auto other = static_cast<std::size_t>(ring_of[first - 1]);
     parents[i] = holes[i] == holes[other] ? parents[other] : static_cast<std::int32_t>(other);
@@ -196,14 +197,18 @@ void Tracer::trace(const Field& field, const TraceSettings& settings, Rings& rin
 
 double ring_area(std::span<const Vec2f> ring) {
   if (ring.size() < 3) return 0.0;
-  // Counter-clockwise on screen, y down, is negative in the shoelace formula.
-  double sum = 0.0;
-  Vec2f last = ring.back();
-  for (const Vec2f& p : ring) {
+  // Counter-clockwise on screen, y down, is negative in the shoelace formula. Four sums, so that one
+  // addition need not wait for the other.
+  double sums[4] = {};
+  const auto add = [&](double& sum, Vec2f last, Vec2f p) {
     sum += static_cast<double>(p.x) * last.y - static_cast<double>(last.x) * p.y;
-    last = p;
-  }
-  return 0.5 * sum;
+  };
+  std::size_t i = 1;
+  for (; i + 4 <= ring.size(); i += 4)
+    for (std::size_t k = 0; k < 4; ++k) add(sums[k], ring[i + k - 1], ring[i + k]);
+  for (; i < ring.size(); ++i) add(sums[0], ring[i - 1], ring[i]);
+  add(sums[1], ring.back(), ring.front());
+  return 0.5 * ((sums[0] + sums[1]) + (sums[2] + sums[3]));
 }
 
 }  // namespace polyhull
