@@ -102,7 +102,8 @@ std::string parents_fault(const Rings& rings, const std::vector<std::int32_t>& p
 
 // The area against a reference that does not trace.
 std::string area_fault(const MaskTrial& trial, const Field& field, const Rings& rings) {
-  double want = 0.0, allowed = 0.0;
+  AreaBounds want{};
+  double allowed = 0.0;
   if (trial.trace.method == TraceMethod::subpixel) {
     // Vertices keep to multiples of 1/512 px and off the pixels' centres.
     want = marching_area(field);
@@ -112,16 +113,18 @@ std::string area_fault(const MaskTrial& trial, const Field& field, const Rings& 
     const auto in = [&](int x, int y) { return field.row(y)[x] >= field_half; };
     for (int y = 0; y < field.height; ++y)
       for (int x = 0; x < field.width; ++x) {
-        want += in(x, y);
+        want.least += in(x, y);
         touches |= x > 0 && y > 0 && in(x, y) == in(x - 1, y - 1) && in(x - 1, y) == in(x, y - 1) &&
                    in(x, y) != in(x - 1, y);
       }
+    want.most = want.least;
     // Where two pixels touch at a corner, rings keep 1/16 px to their own side of it.
     allowed = 1e-6 + (touches ? total_length(rings) / 8.0 : 0.0);
   }
   const double got = total_area(rings);
-  if (std::abs(got - want) <= allowed) return {};
-  return "area " + std::to_string(got) + " instead of " + std::to_string(want);
+  if (want.excess(got) <= allowed) return {};
+  return "area " + std::to_string(got) + " instead of " + std::to_string(want.least) + " to " +
+         std::to_string(want.most);
 }
 
 }  // namespace

@@ -171,12 +171,13 @@ double one_sided_distance(const Rings& from, const Rings& to, double step) {
   return most;
 }
 
-double marching_area(const Field& field) {
+namespace {
+
+double area_above(const Field& field, double level) {
   const int w = field.width, h = field.height;
-  // Whole values at or above the half level are inside, so the level lies half a unit below it.
   // Beyond the frame the border's values go on, up to half a pixel.
   const auto value = [&](int x, int y) {
-    return field.row(std::clamp(y, 0, h - 1))[std::clamp(x, 0, w - 1)] - field_half + 0.5;
+    return field.row(std::clamp(y, 0, h - 1))[std::clamp(x, 0, w - 1)] - level;
   };
   double area = 0.0;
   for (int y = -1; y < h; ++y)
@@ -213,7 +214,7 @@ double marching_area(const Field& field) {
       };
       const bool saddle = inside == 2 && (c[0].v >= 0.0) == (c[2].v >= 0.0);
       if (saddle) {
-        const bool joined = c[0].v + c[1].v + c[2].v + c[3].v >= 2.0;
+        const bool joined = c[0].v + c[1].v + c[2].v + c[3].v >= 0.0;
         const int first = (c[0].v >= 0.0) == joined ? 1 : 0;  // corners cut off, or all there is
         const double pieces = own(first) + own(first + 2);
         area += joined ? whole - pieces : pieces;
@@ -236,6 +237,12 @@ double marching_area(const Field& field) {
       area += 0.5 * twice;
     }
   return area;
+}
+
+}  // namespace
+
+AreaBounds marching_area(const Field& field) {
+  return {area_above(field, field_half), area_above(field, field_half - 1 + 1e-6)};
 }
 
 std::string misplaced_pixel(const Rings& rings, const Field& field) {

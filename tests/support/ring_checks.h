@@ -4,6 +4,7 @@
 /// fuzzers alike.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -42,10 +43,18 @@ double total_length(const Rings& rings);
 /// The largest distance of points along `from` (at most `step` apart) to the rings `to`.
 double one_sided_distance(const Rings& from, const Rings& to, double step);
 
-/// The area of the half level's region by marching squares in double precision, cell by cell from
-/// the field alone, half cells at the frame's border included. The level lies half a unit of the
-/// field below field_half.
-double marching_area(const Field& field);
+/// Between what the area of the half level's region may be.
+struct AreaBounds {
+  double least, most;
+  /// How far \p area lies outside, 0 inside.
+  double excess(double area) const { return std::max({least - area, area - most, 0.0}); }
+};
+
+/// By marching squares in double precision, cell by cell from the field alone, half cells at the
+/// frame's border included. Values are whole numbers, those from field_half on are inside: any
+/// level above field_half - 1 and up to field_half is the half level of such a field. The area
+/// shrinks as the level rises, so the two ends of that range bound it.
+AreaBounds marching_area(const Field& field);
 
 /// The first pixel whose centre lies on the wrong side of the rings (even-odd): it must be inside
 /// exactly where the field is at or above the half level. Empty when there is none.
