@@ -124,14 +124,15 @@ GstCaps* transform_caps(GstBaseTransform* base, GstPadDirection direction, GstCa
   return result;
 }
 
-/// RGBA has no matrix and full range; transfer and primaries remain those of the camera.
+/// RGBA has no matrix; luma and chroma have become full range, and transfer and primaries remain
+/// those of the camera.
 GstCaps* fixate_caps(GstBaseTransform* base, GstPadDirection direction, GstCaps* caps,
                      GstCaps* other) {
   GstVideoInfo info;
   if (direction == GST_PAD_SINK && gst_video_info_from_caps(&info, caps)) {
     GstVideoColorimetry colour = GST_VIDEO_INFO_COLORIMETRY(&info);
     colour.matrix = GST_VIDEO_COLOR_MATRIX_RGB;
-    colour.range = GST_VIDEO_COLOR_RANGE_0_255;
+    if (GST_VIDEO_INFO_IS_YUV(&info)) colour.range = GST_VIDEO_COLOR_RANGE_0_255;
     gchar* text = gst_video_colorimetry_to_string(&colour);
     if (text != nullptr) {
       GstCaps* coloured = gst_caps_copy(other);

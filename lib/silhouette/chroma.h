@@ -17,6 +17,11 @@ struct ChromaRows {
   int far_weight = 0;
 };
 
+/// Do chroma samples lie half way between two columns?
+inline bool between_columns(ChromaSite site) {
+  return site == ChromaSite::centre || site == ChromaSite::top;
+}
+
 /// For luma row \p y; 4:2:2 formats have one chroma row per luma row.
 ChromaRows chroma_rows(const FrameView& frame, int y);
 

@@ -37,6 +37,8 @@ PlaneShape shape_of(FrameFormat format) {
       return {1, 2};
     case FrameFormat::i420_10le:
       return {3, 2};
+    case FrameFormat::v210:
+      break;  // no whole bytes per pixel: see row_bytes()
   }
   return {1, 4};
 }
@@ -53,6 +55,7 @@ Span row_bytes(FrameFormat format, int plane, int x0, int x1) {
     return {2 * c0, 2 * c1};  // NV12's pairs, I420_10LE's words
   }
   if (format == FrameFormat::yuy2 || format == FrameFormat::uyvy) return {4 * c0, 4 * c1};
+  if (format == FrameFormat::v210) return {16 * (x0 / 6), 16 * ((x1 + 5) / 6)};  // six pixels
   const int bytes = shape_of(format).bytes;
   return {static_cast<std::ptrdiff_t>(bytes) * x0, static_cast<std::ptrdiff_t>(bytes) * x1};
 }
@@ -66,10 +69,19 @@ bool is_yuv(FrameFormat format) {
     case FrameFormat::yuy2:
     case FrameFormat::uyvy:
     case FrameFormat::i420_10le:
+    case FrameFormat::v210:
       return true;
     default:
       return false;
   }
+}
+
+bool is_422(FrameFormat format) {
+  return format == FrameFormat::yuy2 || format == FrameFormat::uyvy || format == FrameFormat::v210;
+}
+
+bool is_ten_bit(FrameFormat format) {
+  return format == FrameFormat::i420_10le || format == FrameFormat::v210;
 }
 
 const char* name_of(FrameFormat format) {
@@ -98,6 +110,8 @@ const char* name_of(FrameFormat format) {
       return "UYVY";
     case FrameFormat::i420_10le:
       return "I420_10LE";
+    case FrameFormat::v210:
+      return "v210";
   }
   return "unknown";
 }
@@ -128,7 +142,7 @@ template <typename Body>
 bool each_row(const FrameView& frame, const Rectangle& region, const Body& body) {
   if (region.empty()) return true;
   const bool yuv = is_yuv(frame.format);
-  const bool halved = yuv && frame.format != FrameFormat::yuy2 && frame.format != FrameFormat::uyvy;
+  const bool halved = yuv && !is_422(frame.format);
   const int x0 = yuv ? std::max(region.x - 2, 0) : region.x;
   const int x1 = std::min(region.x + region.width + (yuv ? 3 : 0), frame.width);
   for (int plane = 0; plane < shape_of(frame.format).planes; ++plane) {

@@ -26,6 +26,7 @@ enum class FrameFormat : std::uint8_t {
   yuy2,
   uyvy,
   i420_10le,  ///< ten bits in the low bits of little-endian 16-bit words
+  v210,       ///< 4:2:2, three samples of ten bits in each little-endian 32-bit word
 };
 
 /// How Y'CbCr becomes R'G'B' (ignored for RGB formats).
@@ -36,6 +37,7 @@ enum class ChromaSite : std::uint8_t {
   left,  ///< horizontally on even columns, vertically (4:2:0) half way between rows: MPEG-2, H.264
   centre,    ///< half way between columns (and rows): JPEG, MPEG-1
   top_left,  ///< on even columns and even rows: BT.2020
+  top,       ///< half way between columns, on even rows
 };
 
 /// One frame, borrowed. Pixel formats without planes of their own use planes[0] only; NV12 uses
@@ -48,7 +50,7 @@ struct FrameView {
   std::array<const std::uint8_t*, 3> planes{};
   std::array<std::ptrdiff_t, 3> strides{};
   ColourMatrix matrix = ColourMatrix::bt601;
-  bool full_range = false;  ///< 0..255 instead of 16..235 / 16..240; RGB is always full range
+  bool full_range = false;  ///< 0..255 instead of 16..235 / 16..240; RGB is taken as it is
   ChromaSite site = ChromaSite::left;
 
   const std::uint8_t* row(int plane, int y) const { return planes[plane] + strides[plane] * y; }
@@ -56,6 +58,13 @@ struct FrameView {
 
 /// True for the formats that carry luma and chroma.
 bool is_yuv(FrameFormat format);
+
+/// True for the formats with a chroma sample of its own for every second pixel of every row
+/// (4:2:2).
+bool is_422(FrameFormat format);
+
+/// True for the formats whose samples have ten bits instead of eight.
+bool is_ten_bit(FrameFormat format);
 
 /// The format's name as GStreamer writes it ("BGRx").
 const char* name_of(FrameFormat format);

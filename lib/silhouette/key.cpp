@@ -148,8 +148,7 @@ void Keyer::State::lay_out(const FrameView& frame) {
     path = Path::converted;
   else if (four_bytes)
     path = Path::pixels;
-  else if (is_yuv(format) && format != FrameFormat::i420_10le && method == KeyMethod::soft &&
-           signal.chroma_only)
+  else if (is_yuv(format) && !is_ten_bit(format) && method == KeyMethod::soft && signal.chroma_only)
     path = Path::chroma;
   else
     path = Path::converted;

@@ -74,7 +74,7 @@ const std::int16_t* chroma_row(const FrameView& frame, int y, const silhouette::
 
 // Signals of `count` pairs of columns from those of their chroma samples.
 void double_row(ChromaSite site, const std::int16_t* from, int count, std::int16_t* out) {
-  if (site != ChromaSite::centre) return kernels().double_left(from, count, out);
+  if (!silhouette::between_columns(site)) return kernels().double_left(from, count, out);
   for (int i = 0; i < count; ++i) {
     out[2 * i] = static_cast<std::int16_t>((from[i - 1] + 3 * from[i] + 2) >> 2);
     out[2 * i + 1] = static_cast<std::int16_t>((3 * from[i] + from[i + 1] + 2) >> 2);
@@ -139,7 +139,7 @@ void Keyer::State::alpha_row(const FrameView& frame, int y, std::uint8_t* alpha,
 
   if (path == Path::chroma) {
     const std::int16_t* half = chroma_row(frame, y, chroma, x0, stop, memory);
-    if (!local && frame.site != ChromaSite::centre && stop == end)
+    if (!local && !silhouette::between_columns(frame.site) && stop == end)
       return run.doubled_alpha(half, end - x0, ramp, alpha + x0, states + x0 / matte_block);
     double_row(frame.site, half, (stop - x0 + 1) / 2, memory.signal.data());
   } else {

@@ -34,6 +34,8 @@ FrameFormat format_of(GstVideoFormat format) {
       return FrameFormat::uyvy;
     case GST_VIDEO_FORMAT_I420_10LE:
       return FrameFormat::i420_10le;
+    case GST_VIDEO_FORMAT_v210:
+      return FrameFormat::v210;
     default:
       throw Error(Error::Kind::unsupported, std::string("The video format ") +
                                                 gst_video_format_to_string(format) +
@@ -58,7 +60,7 @@ ChromaSite site_of(const GstVideoInfo& info) {
   if (site == GST_VIDEO_CHROMA_SITE_UNKNOWN) return ChromaSite::left;
   const bool horizontal = (site & GST_VIDEO_CHROMA_SITE_H_COSITED) != 0;
   const bool vertical = (site & GST_VIDEO_CHROMA_SITE_V_COSITED) != 0;
-  if (horizontal && vertical) return ChromaSite::top_left;
+  if (vertical) return horizontal ? ChromaSite::top_left : ChromaSite::top;
   return horizontal ? ChromaSite::left : ChromaSite::centre;
 }
 

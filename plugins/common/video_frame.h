@@ -9,7 +9,7 @@
 
 /// Formats that chromamatte and silhouette take, for GST_VIDEO_CAPS_MAKE; fastest first.
 #define POLYHULL_KEYABLE_FORMATS \
-  "{ NV12, I420, BGRx, RGBx, BGRA, RGBA, YUY2, UYVY, RGB, BGR, I420_10LE, GRAY8 }"
+  "{ NV12, I420, BGRx, RGBx, BGRA, RGBA, YUY2, UYVY, RGB, BGR, I420_10LE, v210, GRAY8 }"
 
 namespace polyhull::element {
 

@@ -89,9 +89,9 @@ GST_START_TEST(honours_colorimetry) {
   const struct {
     const char* format;
     const char* colorimetry;
-  } cases[] = {{"I420", "bt601"},   {"I420", "bt709"},      {"NV12", "bt709"},
-               {"NV12", "bt2020"},  {"YUY2", "bt601"},      {"UYVY", "bt709"},
-               {"I420", "1:4:5:1"}, {"I420_10LE", "bt709"}, {"NV12", "1:3:5:1"}};
+  } cases[] = {{"I420", "bt601"},   {"I420", "bt709"}, {"NV12", "bt709"},   {"NV12", "bt2020"},
+               {"YUY2", "bt601"},   {"UYVY", "bt709"}, {"I420", "1:4:5:1"}, {"I420_10LE", "bt709"},
+               {"NV12", "1:3:5:1"}, {"v210", "bt709"}};
   for (const auto& c : cases) {
     // 0xff + RRGGBB; the ball is the subject.
     GstElement* pipeline = parse(

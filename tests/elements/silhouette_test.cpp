@@ -146,7 +146,7 @@ GST_END_TEST
 
 GST_START_TEST(same_bytes_as_the_chain_in_every_format) {
   for (const char* format : {"RGBx", "BGRx", "RGBA", "BGRA", "RGB", "BGR", "I420", "NV12", "YUY2",
-                             "UYVY", "I420_10LE"}) {
+                             "UYVY", "I420_10LE", "v210"}) {
     check_identical({}, format);
   }
 }

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <random>
 #include <string>
@@ -13,6 +14,9 @@
 
 namespace polyhull {
 namespace {
+
+constexpr std::array yuv_formats = {FrameFormat::i420, FrameFormat::nv12,      FrameFormat::yuy2,
+                                    FrameFormat::uyvy, FrameFormat::i420_10le, FrameFormat::v210};
 
 struct Stored {
   FrameView view;
@@ -28,9 +32,10 @@ Stored random_frame(FrameFormat format, int width, int height, unsigned seed) {
   const int chroma = (width + 1) / 2;
   const bool planar = format == FrameFormat::i420 || format == FrameFormat::i420_10le;
   const int unit = format == FrameFormat::i420_10le ? 2 : 1;
-  const bool packed = format == FrameFormat::yuy2 || format == FrameFormat::uyvy;
+  const bool packed = is_422(format);
+  const int bytes = format == FrameFormat::v210 ? (width + 5) / 6 * 16 : chroma * 4;
   const int rows[3] = {height, packed ? 0 : (height + 1) / 2, planar ? (height + 1) / 2 : 0};
-  const int strides[3] = {packed ? chroma * 4 + 5 : width * unit + 3,
+  const int strides[3] = {packed ? bytes + 5 : width * unit + 3,
                           planar ? chroma * unit + 7 : chroma * 2 + 1, chroma * unit + 9};
   std::mt19937 random(seed);
   for (int i = 0; i < 3; ++i) {
@@ -44,13 +49,19 @@ Stored random_frame(FrameFormat format, int width, int height, unsigned seed) {
 
 double sample(const FrameView& f, int plane, int row, int i, int step, int offset) {
   const std::uint8_t* p = f.row(plane, row);
+  if (f.format == FrameFormat::v210) {  // Cb, Y, Cr, Y in UYVY's order, ten bits each
+    const int bit = (i * step + offset) / 3 * 32 + (i * step + offset) % 3 * 10;
+    int value = 0;
+    for (int k = 0; k < 10; ++k) value |= (p[(bit + k) / 8] >> (bit + k) % 8 & 1) << k;
+    return value;
+  }
   if (f.format == FrameFormat::i420_10le) return p[2 * i] + 256 * (p[2 * i + 1] & 3);
   return p[i * step + offset];
 }
 
 /// Chroma at the luma sample (x, y), bilinear between the samples by where the site has them.
 double chroma_at(const FrameView& f, int which, int x, int y) {
-  const bool packed = f.format == FrameFormat::yuy2 || f.format == FrameFormat::uyvy;
+  const bool packed = is_422(f.format);
   const auto stored = [&](int i, int j) {
     i = std::clamp(i, 0, (f.width + 1) / 2 - 1);
     if (packed) {
@@ -60,8 +71,10 @@ double chroma_at(const FrameView& f, int which, int x, int y) {
     if (f.format == FrameFormat::nv12) return sample(f, 1, j, i, 2, which);
     return sample(f, 1 + which, j, i, 1, 0);
   };
-  const double u = f.site == ChromaSite::centre ? (x - 0.5) / 2 : x / 2.0;
-  const double v = packed ? y : f.site == ChromaSite::top_left ? y / 2.0 : (y - 0.5) / 2;
+  const bool beside = f.site == ChromaSite::centre || f.site == ChromaSite::top;
+  const bool below = f.site == ChromaSite::centre || f.site == ChromaSite::left;
+  const double u = beside ? (x - 0.5) / 2 : x / 2.0;
+  const double v = packed ? y : below ? (y - 0.5) / 2 : y / 2.0;
   const int i = static_cast<int>(std::floor(u)), j = static_cast<int>(std::floor(v));
   const double s = u - i, t = v - j;
   const double top = (1 - s) * stored(i, j) + s * stored(i + 1, j);
@@ -73,10 +86,11 @@ void exact_pixel(const FrameView& f, int x, int y, double rgb[3]) {
   double kr = 0.299, kb = 0.114;
   if (f.matrix == ColourMatrix::bt709) kr = 0.2126, kb = 0.0722;
   if (f.matrix == ColourMatrix::bt2020) kr = 0.2627, kb = 0.0593;
-  const double unit = f.format == FrameFormat::i420_10le ? 4.0 : 1.0;
-  const double largest = f.format == FrameFormat::i420_10le ? 1023.0 : 255.0;
-  const int step = f.format == FrameFormat::yuy2 || f.format == FrameFormat::uyvy ? 2 : 1;
-  const double stored = sample(f, 0, y, x, step, f.format == FrameFormat::uyvy ? 1 : 0);
+  const double unit = is_ten_bit(f.format) ? 4.0 : 1.0;
+  const double largest = is_ten_bit(f.format) ? 1023.0 : 255.0;
+  const int step = is_422(f.format) ? 2 : 1;
+  const int offset = f.format == FrameFormat::uyvy || f.format == FrameFormat::v210 ? 1 : 0;
+  const double stored = sample(f, 0, y, x, step, offset);
   const double luma = f.full_range ? stored / largest : (stored / unit - 16) / 219;
   const double range = f.full_range ? largest : 224 * unit;
   const double cb = (chroma_at(f, 0, x, y) - 128 * unit) / range;
@@ -96,14 +110,16 @@ std::vector<const silhouette::ColourKernels*> variants() {
 }
 
 TEST(Colour, FramesBecomeRgbWithinALevelOfTheExactColour) {
-  for (const FrameFormat format : {FrameFormat::i420, FrameFormat::nv12, FrameFormat::yuy2,
-                                   FrameFormat::uyvy, FrameFormat::i420_10le}) {
-    for (const ChromaSite site : {ChromaSite::left, ChromaSite::centre, ChromaSite::top_left}) {
-      for (const int width : {1, 2, 3, 37, 513}) {
+  for (const FrameFormat format : yuv_formats) {
+    for (const ChromaSite site :
+         {ChromaSite::left, ChromaSite::centre, ChromaSite::top_left, ChromaSite::top}) {
+      for (const int width : {1, 2, 3, 8, 37, 513}) {
         Stored s = random_frame(format, width, 5, static_cast<unsigned>(width));
         s.view.site = site;
         s.view.full_range = width % 2 == 0;
-        s.view.matrix = width == 37 ? ColourMatrix::bt601 : ColourMatrix::bt709;
+        s.view.matrix = width == 37  ? ColourMatrix::bt601
+                        : width == 3 ? ColourMatrix::bt2020
+                                     : ColourMatrix::bt709;
         std::vector<std::uint8_t> row(static_cast<std::size_t>(width) * 4);
         for (int y = 0; y < 5; ++y) {
           convert_row(s.view, y, 0, width, row.data());
@@ -124,8 +140,7 @@ TEST(Colour, FramesBecomeRgbWithinALevelOfTheExactColour) {
 }
 
 TEST(Colour, PartsOfARowAndInstructionSetsGiveTheSameBytes) {
-  for (const FrameFormat format : {FrameFormat::i420, FrameFormat::nv12, FrameFormat::yuy2,
-                                   FrameFormat::uyvy, FrameFormat::i420_10le}) {
+  for (const FrameFormat format : yuv_formats) {
     constexpr int width = 701;
     Stored s = random_frame(format, width, 4, 11);
     s.view.site = ChromaSite::centre;

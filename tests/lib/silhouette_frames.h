@@ -69,7 +69,7 @@ inline Frame make_frame(FrameFormat format, int width, int height,
   double kr = 0.299, kb = 0.114;
   if (matrix == ColourMatrix::bt709) kr = 0.2126, kb = 0.0722;
   if (matrix == ColourMatrix::bt2020) kr = 0.2627, kb = 0.0593;
-  const bool ten = format == FrameFormat::i420_10le;
+  const bool ten = is_ten_bit(format);
   const double unit = ten ? 4.0 : 1.0, top = ten ? 1023.0 : 255.0;
   const auto luma_of = [&](const Colour& c) {
     return (kr * c[0] + (1 - kr - kb) * c[1] + kb * c[2]) / 255.0;
@@ -78,7 +78,7 @@ inline Frame make_frame(FrameFormat format, int width, int height,
     const double l = luma_of(at(x, y));
     return full_range ? l * top : (16.0 + 219.0 * l) * unit;
   };
-  const bool halved = format != FrameFormat::yuy2 && format != FrameFormat::uyvy;
+  const bool halved = !is_422(format);
   // Chroma sited left: weights 1 2 1 around the even column, both rows in 4:2:0.
   const auto chroma = [&](int i, int j, int which) {
     double sum = 0.0, weight = 0.0;
@@ -104,6 +104,22 @@ inline Frame make_frame(FrameFormat format, int width, int height,
         p[first + 2] = byte(luma(2 * i + 1, y));
         p[1 - first] = byte(chroma(i, y, 0));
         p[3 - first] = byte(chroma(i, y, 1));
+      }
+    return frame;
+  }
+  if (format == FrameFormat::v210) {
+    allocate(0, (width + 5) / 6 * 16, height);
+    for (int y = 0; y < height; ++y)
+      for (int k = 0; k < 4 * cw; ++k) {  // Cb, Y, Cr, Y
+        const double value = k % 2 ? luma(k / 2, y) : chroma(k / 4, y, k / 2 % 2);
+        std::uint8_t* word =
+            frame.planes[0].data() + static_cast<std::size_t>(y) * v.strides[0] + k / 3 * 4;
+        const std::uint32_t bits =
+            static_cast<std::uint32_t>(std::clamp(std::lround(value), 0l, 1023l)) << k % 3 * 10;
+        for (int b = 0; b < 4; ++b) {
+          if (k % 3 == 0) word[b] = 0;
+          word[b] = static_cast<std::uint8_t>(word[b] | bits >> 8 * b);
+        }
       }
     return frame;
   }
@@ -133,8 +149,8 @@ inline Frame make_frame(FrameFormat format, int width, int height,
 }
 
 inline constexpr std::array all_formats = {
-    FrameFormat::rgbx, FrameFormat::bgrx, FrameFormat::rgba,     FrameFormat::bgra,
-    FrameFormat::rgb,  FrameFormat::bgr,  FrameFormat::i420,     FrameFormat::nv12,
-    FrameFormat::yuy2, FrameFormat::uyvy, FrameFormat::i420_10le};
+    FrameFormat::rgbx, FrameFormat::bgrx, FrameFormat::rgba,      FrameFormat::bgra,
+    FrameFormat::rgb,  FrameFormat::bgr,  FrameFormat::i420,      FrameFormat::nv12,
+    FrameFormat::yuy2, FrameFormat::uyvy, FrameFormat::i420_10le, FrameFormat::v210};
 
 }  // namespace polyhull::test
