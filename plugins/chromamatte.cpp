@@ -221,7 +221,7 @@ GstFlowReturn transform_frame(GstVideoFilter* filter, GstVideoFrame* in, GstVide
               static_cast<std::uint8_t*>(GST_VIDEO_FRAME_PLANE_DATA(out, 0)),
               GST_VIDEO_FRAME_PLANE_STRIDE(out, 0));
     if (view == KeyView::composite) set_matte(out->buffer, {matte, nullptr, 0.0});
-    report_calibration(priv.keyer.calibration(), priv.statistics);
+    report_calibration(priv.keyer.calibration(), GST_ELEMENT_CAST(self), priv.statistics);
     priv.statistics.count("frames");
     return GST_FLOW_OK;
   });
@@ -252,8 +252,8 @@ void polyhull_chroma_matte_class_init(PolyhullChromaMatteClass* klass) {
   g_object_class_install_property(
       object_class, stats_id,
       statistics_property(
-          "Counters since the element started: frames keyed, warnings, the colours found for "
-          "screen "
+          "Counters since the element started: frames keyed, warnings, frames keyed without the "
+          "screen or the clean plate that the method needs, the colours found for screen "
           "and foreground (as 0xRRGGBB) with their key signal in levels, and how many frames the "
           "clean plate is still learned from."));
 

@@ -208,7 +208,8 @@ GstBuffer* make_view(PolyhullSilhouette* self, const GstVideoFrame& video) {
   const bool reused = stats.reused != priv.reused;
   priv.reused = stats.reused;
   report_contours(priv.statistics, stats.last, reused, tolerance);
-  report_calibration(std::as_const(priv.silhouetter).keyer().calibration(), priv.statistics);
+  report_calibration(std::as_const(priv.silhouetter).keyer().calibration(), GST_ELEMENT_CAST(self),
+                     priv.statistics);
   if (view.roi.empty()) {
     priv.sent.forget();
     return priv.writer.write(view, nullptr, video.buffer);

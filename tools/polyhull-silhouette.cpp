@@ -9,6 +9,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <thread>
+#include <utility>
 
 #include "base/error.h"
 #include "base/picture.h"
@@ -152,6 +153,7 @@ int run(int argc, char** argv) {
   std::vector<Rings> results(threads);
   std::vector<ApproximateCounts> counts(threads);
   std::vector<std::string> failures(threads);
+  KeyLack lacks = KeyLack::nothing;
   const auto begin = Clock::now();
   const auto stream = [&](int t) {
     try {
@@ -165,6 +167,7 @@ int run(int argc, char** argv) {
             std::chrono::duration<double, std::milli>(Clock::now() - t0).count());
       }
       counts[t] = silhouetter.stats().last;
+      if (t == 0) lacks = std::as_const(silhouetter).keyer().calibration().lacks;
     } catch (const std::exception& error) {
       failures[t] = error.what();
     }
@@ -187,6 +190,17 @@ int run(int argc, char** argv) {
     std::cout << rings_json(results[0], picture.width, picture.height) << "\n";
   else if (!output.empty())
     write_file(output, rings_json(results[0], picture.width, picture.height).dump());
+
+  if (lacks == KeyLack::screen)
+    std::fprintf(stderr,
+                 "polyhull-silhouette: no screen of the key's colour was found in %s, so all of it "
+                 "is foreground; give its colour with --key or --screen\n",
+                 picture_path.c_str());
+  if (lacks == KeyLack::plate)
+    std::fprintf(stderr,
+                 "polyhull-silhouette: --method difference without --plate takes pure green or "
+                 "blue for the background; give a picture of the empty stage with --plate, or the "
+                 "background's colour with --key\n");
 
   Keyer keyer;
   keyer.set(settings.key);

@@ -99,7 +99,18 @@ bool Keyer::needs_plane() const {
 KeyCalibration Keyer::calibration() const {
   KeyCalibration out = state_->samples;
   out.plate_frames_left = state_->learning - state_->learned;
+  out.lacks = state_->lack();
   return out;
+}
+
+KeyLack Keyer::State::lack() const {
+  if (width == 0) return KeyLack::nothing;  // no frame yet
+  if (method != KeyMethod::difference) return found ? KeyLack::nothing : KeyLack::screen;
+  // A key colour or a screen given by hand says itself what the background is, and while the plate
+  // is being learned there is none yet.
+  const bool known = settings.plate || !learned_plate.empty() || settings.screen ||
+                     settings.key == KeyColour::custom || learning > 0;
+  return known ? KeyLack::nothing : KeyLack::plate;
 }
 
 void Keyer::prepare(const FrameView& frame) {

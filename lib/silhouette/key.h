@@ -94,9 +94,17 @@ struct KeySettings {
   Rings inside_polygon;   ///< inside these rings is foreground
 };
 
+/// What the method needs and the last frame was keyed without.
+enum class KeyLack : std::uint8_t {
+  nothing,
+  screen,  ///< soft, automatic: no screen was found yet, so everything is foreground
+  plate,   ///< difference: no clean plate, so the distance is that to a pure green or blue
+};
+
 /// What the keyer measured or was told; for properties, stats and reports.
 struct KeyCalibration {
   bool valid = false;              ///< samples found (or given)
+  KeyLack lacks = KeyLack::nothing;
   Rgb screen{};                    ///< colour of the screen
   Rgb foreground{};                ///< colour of the foreground
   double screen_signal = 0.0;      ///< d_s in levels

@@ -66,6 +66,7 @@ struct Keyer::State {
   void lay_out_plate();
   void lay_out_masks();
   void learn(const FrameView& frame);
+  KeyLack lack() const;
   void alpha_row(const FrameView& frame, int y, std::uint8_t* alpha, BlockState* states) const;
 };
 

@@ -166,13 +166,26 @@ bool KeyConfiguration::due_for_sampling(int resample) {
 }
 
 void declare_key_statistics(Statistics& statistics) {
-  statistics.declare(
-      {"frames", "refused-settings", "screen-colour", "foreground-colour", "plate-frames-left"});
+  statistics.declare({"frames", "refused-settings", "frames-without-screen", "frames-without-plate",
+                      "screen-colour", "foreground-colour", "plate-frames-left"});
   statistics.set("screen-signal", 0.0);
   statistics.set("foreground-signal", 0.0);
 }
 
-void report_calibration(const KeyCalibration& calibration, Statistics& statistics) {
+void report_calibration(const KeyCalibration& calibration, GstElement* element,
+                        Statistics& statistics) {
+  if (calibration.lacks == KeyLack::screen) {
+    statistics.warn(element, "frames-without-screen",
+                    "No screen of the key's colour was found in the picture, so all of it counts "
+                    "as foreground until one is seen; set key to the screen's colour (or to auto), "
+                    "or give its colour as screen-colour.");
+  } else if (calibration.lacks == KeyLack::plate) {
+    statistics.warn(element, "frames-without-plate",
+                    "The difference method has no clean plate to compare with and takes pure "
+                    "green or blue for the background; set clean-plate to a picture of the empty "
+                    "stage or learn-plate to a number of frames, or set key=colour with "
+                    "key-colour for a background of one colour.");
+  }
   const auto packed = [](const Rgb& c) {
     return static_cast<std::uint64_t>(c[0]) << 16 | static_cast<std::uint64_t>(c[1]) << 8 | c[2];
   };

@@ -53,7 +53,8 @@ class KeyConfiguration {
 /// Makes the key's entries appear in `stats`.
 void declare_key_statistics(Statistics& statistics);
 
-/// Writes what the keyer measured to `stats`.
-void report_calibration(const KeyCalibration& calibration, Statistics& statistics);
+/// Writes what the keyer measured to `stats`, and warns on \p element of what it lacks.
+void report_calibration(const KeyCalibration& calibration, GstElement* element,
+                        Statistics& statistics);
 
 }  // namespace polyhull::element

@@ -371,6 +371,53 @@ GST_START_TEST(a_bad_value_in_the_stream_is_a_warning) {
 }
 GST_END_TEST
 
+/// Frames keyed without what the method needs are counted, and a person reads what to set.
+GST_START_TEST(says_what_the_method_lacks) {
+  const struct {
+    const char *properties, *counter, *remedy;
+    bool screen;  // in the picture
+    int counted;  // of four frames
+  } cases[] = {
+      {"method=difference", "frames-without-plate", "clean-plate", true, 4},
+      {"method=difference key=auto", "frames-without-plate", "learn-plate", true, 4},
+      {"method=difference learn-plate=2", "frames-without-plate", "", true, 0},
+      {"method=difference learn-plate=9", "frames-without-plate", "", true, 0},
+      {"method=difference key=colour key-colour=0x1ebe3c", "frames-without-plate", "", true, 0},
+      {"key=colour key-colour=0", "frames-without-plate", "", true, 0},
+      {"", "frames-without-screen", "", true, 0},
+      {"", "frames-without-screen", "to auto", false, 4},
+      {"key=blue", "frames-without-screen", "screen-colour", true, 4},
+      {"screen-colour=0x1ebe3c", "frames-without-screen", "", false, 0},
+      {"method=prototype", "frames-without-screen", "", false, 0},
+  };
+  for (const auto& c : cases) {
+    GstHarness* h = harness_for(std::string("chromamatte ") + c.properties);
+    GstElement* key = gst_harness_find_element(h, "chromamatte");
+    GstBus* bus = gst_bus_new();
+    gst_element_set_bus(h->element, bus);
+    Disk disk = subject;
+    if (!c.screen) disk.screen = {110, 105, 100};
+    for (int i = 0; i < 4; ++i) gst_buffer_unref(pushed(h, "RGBx", disk, i * GST_SECOND));
+    fail_unless_equals_int(static_cast<int>(statistic(key, c.counter)), c.counted);
+    GstMessage* message = gst_bus_pop_filtered(bus, GST_MESSAGE_WARNING);
+    fail_unless((message != nullptr) == (c.counted > 0), "%s", c.properties);
+    if (message != nullptr) {
+      GError* error = nullptr;
+      gst_message_parse_warning(message, &error, nullptr);
+      fail_unless(std::string(error->message).find(c.remedy) != std::string::npos, "%s: %s",
+                  c.properties, error->message);
+      g_error_free(error);
+      gst_message_unref(message);
+      fail_unless(gst_bus_pop_filtered(bus, GST_MESSAGE_WARNING) == nullptr, "said twice");
+    }
+    gst_element_set_bus(h->element, nullptr);
+    gst_object_unref(bus);
+    gst_object_unref(key);
+    gst_harness_teardown(h);
+  }
+}
+GST_END_TEST
+
 GST_START_TEST(not_a_number_changes_nothing) {
   GstElement* key = gst_element_factory_make("chromamatte", nullptr);
   g_object_set(key, "choke", 1.5, nullptr);
@@ -440,6 +487,7 @@ static Suite* chromamatte_suite() {
   tcase_add_test(tests, samples_again_when_asked_to);
   tcase_add_test(tests, bad_input_is_refused_with_a_sentence);
   tcase_add_test(tests, a_bad_value_in_the_stream_is_a_warning);
+  tcase_add_test(tests, says_what_the_method_lacks);
   tcase_add_test(tests, not_a_number_changes_nothing);
   tcase_add_test(tests, a_region_outside_of_the_frame_is_empty);
   tcase_add_test(tests, frames_outlive_the_element);
