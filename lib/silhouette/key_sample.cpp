@@ -13,6 +13,8 @@ namespace {
 constexpr double least_range =
     8.0;  // levels between screen and foreground; keeps the gain in 16 bit
 
+constexpr double most_spread = 0.1;  // alpha that the subject's least solid parts may lack
+
 std::uint8_t level(double v) {
   return static_cast<std::uint8_t>(std::clamp(std::lround(v), 0l, 255l));
 }
@@ -109,7 +111,7 @@ void Keyer::State::sample(const FrameView& frame) {
     return;
   }
   samples = KeyCalibration{};
-  noise = unevenness = 0.0;
+  noise = unevenness = spread_inside = 0.0;
   Samples taken;
   if (!both_given || settings.key == KeyColour::automatic) taken = take_samples(frame, active);
   // The signal is turned to the screen's own hue: real green cloth is not (0, 1, 0). Green and blue
@@ -194,10 +196,15 @@ void Keyer::State::sample(const FrameView& frame) {
       }
     if (cluster.size() < near_edge.size() / 8) cluster = near_edge;
     if (cluster.size() > signals.size() / 500 + 8) {
-      // High in the cluster, so that the subject's least colourful parts are solid too; the noise
-      // that this quantile picks up is taken off again.
-      foreground =
-          std::max(quantile(cluster, 0.9) - 1.28 * std::min(noise, 8.0), quantile(cluster, 0.5));
+      // The subject's least solid parts: high in the cluster, less the noise that this quantile
+      // picks up.
+      const double least = quantile(cluster, 0.9) - 1.28 * std::min(noise, 8.0);
+      // What prevails along the edge is nearer to the middle of the cluster, and a foreground that
+      // is not the edge's moves the contour. What those parts then lack is made up for where whole
+      // blocks are silenced.
+      foreground = std::max(least - most_spread * (screen - least), quantile(cluster, 0.5));
+      spread_inside =
+          std::clamp((least - foreground) / std::max(screen - foreground, 1.0), 0.0, most_spread);
       samples.foreground = mean_colour(taken, signals, foreground - 8.0, foreground + 8.0);
     }
   }
@@ -221,6 +228,7 @@ void Keyer::State::lay_out_screen(const FrameView& frame) {
   // mixed pixel's neighbours shifts the boundary.
   const double silence = std::clamp(2.5 * noise / (range * (white - black)), 0.03, 0.2);
   const auto low = static_cast<std::uint8_t>(std::lround(255.0 * silence));
+  const auto high = static_cast<std::uint8_t>(std::lround(255.0 * (1.0 - silence - spread_inside)));
   const auto ramp_for = [&](double screen) {
     const double local_range = std::max(screen - foreground_level, least_range);
     const double from = screen - black * local_range, width_levels = local_range * (white - black);
@@ -228,8 +236,7 @@ void Keyer::State::lay_out_screen(const FrameView& frame) {
       return static_cast<std::int16_t>(std::clamp(std::lround(v), -32767l, 32767l));
     };
     return silhouette::Ramp{fixed(from * signal.unit),
-                            fixed(255.0 * 32768.0 / (width_levels * signal.unit)), low,
-                            static_cast<std::uint8_t>(255 - low)};
+                            fixed(255.0 * 32768.0 / (width_levels * signal.unit)), low, high};
   };
   ramp = ramp_for(screen_level);
 

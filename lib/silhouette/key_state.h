@@ -22,8 +22,9 @@ struct Keyer::State {
 
   // Samples: kept until the settings they depend on, the frame's size or format change.
   KeyCalibration samples;
-  double noise = 0.0;                                 // of the screen's signal, levels
-  double unevenness = 0.0;                            // of the screen's signal over the picture
+  double noise = 0.0;          // of the screen's signal, levels
+  double unevenness = 0.0;     // of the screen's signal over the picture
+  double spread_inside = 0.0;  // by which the subject's least solid parts stay below alpha 1
   double screen_level = 0.0, foreground_level = 0.0;  // of the calibrated signal
   KeyColour key = KeyColour::green;                   // custom where the signal is turned to `hue`
   Rgb hue{0, 255, 0};                                 // of the custom or found key colour
