@@ -28,6 +28,7 @@
 
 #include "base/error.h"
 #include "common/guard.h"
+#include "common/pads_as_children.h"
 #include "common/video_pool.h"
 #include "composite_caps.h"
 #include "composite_element.h"
@@ -45,10 +46,9 @@ guint force_live_id;
 guint stats_id;
 GParamSpec* camera_specs[camera_rows];
 
-void child_proxy_init(gpointer interface, gpointer);
 GType polyhull_composite_get_type();
 G_DEFINE_TYPE_WITH_CODE(PolyhullComposite, polyhull_composite, GST_TYPE_AGGREGATOR,
-                        G_IMPLEMENT_INTERFACE(GST_TYPE_CHILD_PROXY, child_proxy_init))
+                        G_IMPLEMENT_INTERFACE(GST_TYPE_CHILD_PROXY, pads_as_children))
 
 // ---- properties
 
@@ -73,28 +73,7 @@ void get_property_value(GObject* object, guint id, GValue* value, GParamSpec* sp
   }
 }
 
-// ---- pads, also as children for mesh_0::translate-x
-
-GObject* child_by_index(GstChildProxy* proxy, guint index) {
-  GST_OBJECT_LOCK(proxy);
-  gpointer pad = g_list_nth_data(GST_ELEMENT_CAST(proxy)->sinkpads, index);
-  if (pad != nullptr) gst_object_ref(pad);
-  GST_OBJECT_UNLOCK(proxy);
-  return static_cast<GObject*>(pad);
-}
-
-guint children_count(GstChildProxy* proxy) {
-  GST_OBJECT_LOCK(proxy);
-  const guint count = GST_ELEMENT_CAST(proxy)->numsinkpads;
-  GST_OBJECT_UNLOCK(proxy);
-  return count;
-}
-
-void child_proxy_init(gpointer interface, gpointer) {
-  auto* proxy = static_cast<GstChildProxyInterface*>(interface);
-  proxy->get_child_by_index = child_by_index;
-  proxy->get_children_count = children_count;
-}
+// ---- pads
 
 /// The aggregator's own way of making pads calls all of them sink_%u.
 GstAggregatorPad* create_new_pad(GstAggregator* aggregator, GstPadTemplate* pad_template,

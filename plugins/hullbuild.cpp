@@ -21,6 +21,7 @@
 
 #include "base/thread_pool.h"
 #include "common/guard.h"
+#include "common/pads_as_children.h"
 #include "hullbuild_private.h"
 
 GST_DEBUG_CATEGORY_STATIC(hullbuild_debug);
@@ -39,10 +40,9 @@ enum { first_setting = 1 };
 guint force_live_id;
 guint stats_id;
 
-void child_proxy_init(gpointer interface, gpointer);
 GType polyhull_hull_build_get_type();
 G_DEFINE_TYPE_WITH_CODE(PolyhullHullBuild, polyhull_hull_build, GST_TYPE_AGGREGATOR,
-                        G_IMPLEMENT_INTERFACE(GST_TYPE_CHILD_PROXY, child_proxy_init))
+                        G_IMPLEMENT_INTERFACE(GST_TYPE_CHILD_PROXY, pads_as_children))
 
 // ---- properties
 
@@ -72,28 +72,7 @@ void get_property_value(GObject* object, guint id, GValue* value, GParamSpec* sp
   }
 }
 
-// ---- pads as children, for sink_0::camera
-
-GObject* child_by_index(GstChildProxy* proxy, guint index) {
-  GST_OBJECT_LOCK(proxy);
-  gpointer pad = g_list_nth_data(GST_ELEMENT_CAST(proxy)->sinkpads, index);
-  if (pad != nullptr) gst_object_ref(pad);
-  GST_OBJECT_UNLOCK(proxy);
-  return static_cast<GObject*>(pad);
-}
-
-guint children_count(GstChildProxy* proxy) {
-  GST_OBJECT_LOCK(proxy);
-  const guint count = GST_ELEMENT_CAST(proxy)->numsinkpads;
-  GST_OBJECT_UNLOCK(proxy);
-  return count;
-}
-
-void child_proxy_init(gpointer interface, gpointer) {
-  auto* proxy = static_cast<GstChildProxyInterface*>(interface);
-  proxy->get_child_by_index = child_by_index;
-  proxy->get_children_count = children_count;
-}
+// ---- pads
 
 GstPad* request_new_pad(GstElement* element, GstPadTemplate* pad_template, const gchar* name,
                         const GstCaps* caps) {
