@@ -94,21 +94,22 @@ struct Kernels {
   void (*fir_horizontal)(const std::int16_t* in, int radius, const std::int16_t* weights,
                          const std::uint16_t* blocks, int count, std::int16_t* out);
 
-  /// For each listed block, bits[block]: its columns whose corrected value is not negative, the
-  /// first in bit 0: with d = value - field_half,
-  /// centre * d(x) - side * (d(x-reach) + d(x+reach) + up + down) >= 0.
+  /// The columns' corrected values for each listed block: with d = value - field_half,
+  /// corrected[x] = centre * d(x) - side * (d(x-reach) + d(x+reach) + up + down); bits[block]: which
+  /// are not negative, the first in bit 0.
   void (*inside)(const std::int16_t* up, const std::int16_t* row, const std::int16_t* down,
                  int reach, std::int16_t centre, std::int16_t side, const std::uint16_t* blocks,
-                 int count, std::uint16_t* bits);
+                 int count, std::int32_t* corrected, std::uint16_t* bits);
 
-  /// What changes between two rows of inside bits, `words` words and one more that is 0: the
-  /// columns of changes to the right on the row below, those of changes between the rows, and the
-  /// cells with any, as 16 * column + their four corners (see trace_cells.cpp), each ascending.
-  /// Writes up to four entries more.
+  /// What changes between two rows of inside bits, `words` words (a multiple of 4) and one more that
+  /// is 0: the columns of changes to the right on the row below, those of changes between the rows,
+  /// and the cells with any, as 16 * column + their four corners (see trace_cells.cpp), each
+  /// ascending. Writes one entry more.
   void (*find_changes)(const std::uint64_t* above, const std::uint64_t* below, int words,
                        CellChanges& changes);
   /// Where the level is crossed between values a >= 0 > b or a < 0 <= b one px apart: in (0, 1), a
-  /// multiple of 1/512. The half unit keeps it off the pixel centre when a value is 0.
+  /// multiple of 1/512. The half unit keeps it off the pixel centre when a value is 0. Reads and
+  /// writes up to seven entries more.
   void (*crossing_offsets)(const std::int32_t* a, const std::int32_t* b, int count, float* offsets);
 
   /// max |nx x + ny y - c|.

@@ -59,6 +59,15 @@ inline Vec pack32(Vec a, Vec b) {
 inline Vec in_order(Vec a) {
   return a;
 }
+// 32-bit numbers for the lanes of a vector, as unpacking its halves orders them; pack32() and
+// store_wide() restore the order.
+struct Wide {
+  Vec lo, hi;
+};
+inline void store_wide(std::int32_t* p, const Wide& wide) {
+  _mm_storeu_si128(reinterpret_cast<Vec*>(p), wide.lo);
+  _mm_storeu_si128(reinterpret_cast<Vec*>(p + 4), wide.hi);
+}
 inline std::uint32_t sign_bits(Vec a) {
   return static_cast<std::uint32_t>(_mm_movemask_epi8(_mm_packs_epi16(a, a))) & 0xffu;
 }

@@ -127,7 +127,7 @@ void fir_horizontal(const std::int16_t* in, int radius, const std::int16_t* weig
 
 void inside(const std::int16_t* up, const std::int16_t* row, const std::int16_t* down, int reach,
             std::int16_t centre, std::int16_t side, const std::uint16_t* blocks, int count,
-            std::uint16_t* bits) {
+            std::int32_t* corrected, std::uint16_t* bits) {
   for (int b = 0; b < count; ++b) {
     const int x = blocks[b] * matte_block;
     std::uint32_t word = 0;
@@ -135,6 +135,7 @@ void inside(const std::int16_t* up, const std::int16_t* row, const std::int16_t*
       const std::int32_t around =
           row[i - reach] + row[i + reach] + up[i] + down[i] - 4 * field_half;
       const std::int32_t value = centre * (row[i] - field_half) - side * around;
+      corrected[i] = value;
       word |= static_cast<std::uint32_t>(value >= 0) << (i - x);
     }
     bits[blocks[b]] = static_cast<std::uint16_t>(word);

@@ -60,6 +60,20 @@ inline Vec pack32(Vec a, Vec b) {
 inline Vec in_order(Vec a) {
   return _mm256_permute4x64_epi64(a, 0xd8);
 }
+// 32-bit numbers for the lanes of a vector, as unpacking its halves orders them; pack32() and
+// store_wide() restore the order.
+struct Wide {
+  Vec lo, hi;
+};
+inline void store_wide(std::int32_t* p, const Wide& wide) {
+  const auto quarter = [](std::int32_t* to, __m128i v) {
+    _mm_storeu_si128(reinterpret_cast<__m128i*>(to), v);
+  };
+  quarter(p, _mm256_castsi256_si128(wide.lo));
+  quarter(p + 4, _mm256_castsi256_si128(wide.hi));
+  quarter(p + 8, _mm256_extracti128_si256(wide.lo, 1));
+  quarter(p + 12, _mm256_extracti128_si256(wide.hi, 1));
+}
 inline std::uint32_t sign_bits(Vec a) {
   const Vec bytes = _mm256_permute4x64_epi64(_mm256_packs_epi16(a, a), 0xd8);
   return static_cast<std::uint32_t>(_mm_movemask_epi8(_mm256_castsi256_si128(bytes)));

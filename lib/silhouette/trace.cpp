@@ -2,7 +2,9 @@
 #include "silhouette/trace.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstring>
 
 #include "silhouette/kernels.h"
 #include "silhouette/trace_state.h"
@@ -44,7 +46,7 @@ void Tracer::begin(int width, int height, const TraceSettings& settings) {
   s.height = height;
   s.blocks = blocks_across(width);
   s.mixed_list.resize(static_cast<std::size_t>(s.blocks));
-  s.words = (width + 63) / 64 + 2;
+  s.words = ((width + 63) / 64 + 2 + 3) / 4 * 4;
   s.reach = reach_of(settings);
   s.centre = 1;
   s.side = 0;
@@ -60,17 +62,19 @@ void Tracer::begin(int width, int height, const TraceSettings& settings) {
   s.pushed = s.classified = 0;
   s.rows.assign(static_cast<std::size_t>(s.depth()), nullptr);
   s.row_states.assign(static_cast<std::size_t>(s.depth()), nullptr);
-  s.above.assign(s.words + 1, 0);  // find_changes() reads one more
-  s.below.assign(s.words + 1, 0);
+  s.above.assign(static_cast<std::size_t>(s.words) + 1, 0);  // find_changes() reads one more
+  s.below.assign(static_cast<std::size_t>(s.words) + 1, 0);
+  s.values_above.resize(static_cast<std::size_t>(s.words) * 64);
+  s.values_below.resize(static_cast<std::size_t>(s.words) * 64);
   s.pieces.assign(static_cast<std::size_t>(s.words) * 4, 0);
   const std::size_t columns = static_cast<std::size_t>(s.words) * 64 + 4;
   s.columns.resize(3 * columns);
   s.changes.on_row = s.columns.data();
   s.changes.between = s.changes.on_row + columns;
   s.changes.cells = s.changes.between + columns;
-  s.near_values.resize(columns);
-  s.far_values.resize(columns);
-  s.offsets.resize(columns);
+  s.near_values.resize(2 * columns + 8);
+  s.far_values.resize(2 * columns + 8);
+  s.offsets.resize(2 * columns + 8);
   s.count = s.row_above = s.row_below = 0;
   s.row_begins.clear();
 }
@@ -98,13 +102,14 @@ void Tracer::State::advance(int until) {
       cells(classified - 1);
     }
     std::swap(above, below);
+    std::swap(values_above, values_below);
     row_above = row_below;
   }
 }
 
 void Tracer::State::classify(int y) {
   const std::int16_t* here = row(y);
-  const BlockState* states = row_states[static_cast<std::size_t>(y) % rows.size()];
+  const BlockState* states = this->states(y);
   std::uint16_t* out = pieces.data() + 4;  // the first word is beyond the frame
   const std::int16_t* up = row(y - reach);
   const std::int16_t* down = row(y + reach);
@@ -112,12 +117,10 @@ void Tracer::State::classify(int y) {
   for (int b = 0; b < blocks; ++b)
     out[b] = static_cast<std::uint16_t>(states[b] == block_full ? 0xffff : 0);
   const int mixed = mixed_blocks(states, blocks, mixed_list.data());
-  kernels().inside(up, here, down, reach, centre, side, mixed_list.data(), mixed, out);
-  for (int w = 1; w < words - 1; ++w) {
-    const std::uint16_t* p = pieces.data() + 4 * w;
-    below[w] = static_cast<std::uint64_t>(p[0]) | static_cast<std::uint64_t>(p[1]) << 16 |
-               static_cast<std::uint64_t>(p[2]) << 32 | static_cast<std::uint64_t>(p[3]) << 48;
-  }
+  kernels().inside(up, here, down, reach, centre, side, mixed_list.data(), mixed,
+                   values_below.data(), out);
+  static_assert(std::endian::native == std::endian::little);  // four pieces are a word
+  std::memcpy(below.data() + 1, out, static_cast<std::size_t>(words - 2) * 8);
   // One copy of the border values on both sides, then outside.
   const std::uint64_t first = below[1] & 1;
   below[0] = first << 63;
@@ -136,6 +139,7 @@ void Tracer::finish(Rings& rings, std::vector<std::int32_t>* parents) {
   State& s = *state_;
   // `above` now holds the last row: its copy, then what lies outside the frame.
   s.below = s.above;
+  s.values_below = s.values_above;
   s.cells(s.height - 1);
   s.row_above = s.row_below;
   std::fill(s.below.begin(), s.below.end(), 0);
@@ -146,26 +150,29 @@ void Tracer::finish(Rings& rings, std::vector<std::int32_t>* parents) {
   s.first_crossing.clear();
   if (s.ring_of.size() < s.count) s.ring_of.resize(s.vertices.size());
   if (rings.points.capacity() < s.count) rings.points.reserve(s.vertices.size());
+  rings.points.resize(s.count);
   std::uint32_t* const next = s.next.data();
+  std::int32_t* const ring_of = s.ring_of.data();
   const Vec2f* const passed = binary ? s.corners.data() : s.vertices.data();
+  Vec2f* const points = rings.points.data();
+  Vec2f* end = points;
   for (std::uint32_t start = 0; start < s.count; ++start) {
     if (next[start] == taken) continue;
-    const auto begin = rings.points.size();
+    Vec2f* const begin = end;
     const auto ring = static_cast<std::int32_t>(rings.ends.size());
     for (std::uint32_t v = start; next[v] != taken;) {
       const Vec2f p = passed[v];
-      if ((!binary || p.x > -1e8f) && (rings.points.size() == begin || rings.points.back() != p))
-        rings.points.push_back(p);
-      s.ring_of[v] = ring;
+      if ((!binary || p.x > -1e8f) && (end == begin || end[-1] != p)) *end++ = p;
+      ring_of[v] = ring;
       const std::uint32_t to = next[v];
       next[v] = taken;
       v = to;
     }
-    while (rings.points.size() > begin + 1 && rings.points.back() == rings.points[begin])
-      rings.points.pop_back();
-    rings.ends.push_back(static_cast<std::uint32_t>(rings.points.size()));
+    while (end > begin + 1 && end[-1] == *begin) --end;
+    rings.ends.push_back(static_cast<std::uint32_t>(end - points));
     s.first_crossing.push_back(start);
   }
+  rings.points.resize(static_cast<std::size_t>(end - points));
   if (parents) s.find_parents(rings, *parents);
 }
 

@@ -2,6 +2,7 @@
 // Marching squares between two rows: where the half level is crossed, and how the crossings of a
 // cell are joined.
 #include <array>
+#include <cstring>
 
 #include "silhouette/kernels.h"
 #include "silhouette/trace_state.h"
@@ -74,62 +75,98 @@ void Tracer::State::cells(int y) {
   row_begins.push_back(count);
   row_below = count;
   kernels().find_changes(above.data(), below.data(), words, changes);
-  cross_row(y + 1);
-  const std::uint32_t first_between = count;
-  cross_columns(y);
+  if (changes.cells_count == 0) return;
+  const std::uint32_t first_between = count + static_cast<std::uint32_t>(changes.on_row_count);
+  cross(y);
   if (binary)
     link_cells<true>(y, first_between);
   else
     link_cells<false>(y, first_between);
 }
 
-// Crossings on grid row y, whose bits are in below.
-void Tracer::State::cross_row(int y) {
-  const int made = changes.on_row_count;
-  const std::int32_t* const columns = changes.on_row;
-  const CorrectedRow value = corrected(y);
-  // Beside the frame lies a copy of its border, and then the outside.
-  const int first = made > 0 && columns[0] < 64 ? 1 : 0;
-  const int last = made > 0 && columns[made - 1] - 64 >= width - 1 ? made - 1 : made;
-  for (int i = first; i < last; ++i) {
-    near_values[i] = value(columns[i] - 64);
-    far_values[i] = value(columns[i] - 63);
+// Crossings on grid row y + 1, whose bits are in below, and then those between grid rows y and
+// y + 1.
+void Tracer::State::cross(int y) {
+  const int on = changes.on_row_count, between = changes.between_count, all = on + between;
+  const int last_column = width - 1;
+  const bool inner = y >= 0 && y < height - 1;  // both rows are the frame's
+  std::int32_t* const here = near_values.data();
+  std::int32_t* const there = far_values.data();
+  // Beside the frame lies a copy of its border, and then the outside, where the region ends.
+  struct Ends {
+    bool left, right;
+  };
+  const auto clamp_ends = [](std::int32_t* columns, int made, int last) {
+    const Ends ends{made > 0 && columns[0] < 64, made > 0 && columns[made - 1] - 64 > last};
+    if (ends.left) columns[0] = 64;
+    if (ends.right) columns[made - 1] = 64 + std::max(last, 0);
+    return ends;
+  };
+  std::int32_t* const on_row = changes.on_row;
+  std::int32_t* const columns = changes.between;
+  const Ends on_ends = clamp_ends(on_row, on, last_column - 1);
+  const Ends between_ends = clamp_ends(columns, between, last_column);
+  // A value that classify() has left, or, in a uniform block, what it would be.
+  struct Values {
+    const std::int32_t* mixed;
+    const BlockState* states;
+    CorrectedRow uniform;
+    std::int32_t operator()(std::ptrdiff_t x) const {
+      if (states[x / matte_block] == block_mixed) [[likely]]
+        return mixed[x];
+      return uniform(x);
+    }
+  };
+  const Values upper{values_above.data(), states(y), corrected(y)};
+  const Values lower{values_below.data(), states(y + 1), corrected(y + 1)};
+  for (int i = 0; i < on; ++i) {
+    const std::int32_t x = on_row[i] - 64;
+    here[i] = lower(x);
+    there[i] = lower(x + 1);
   }
-  kernels().crossing_offsets(near_values.data() + first, far_values.data() + first, last - first,
-                             offsets.data() + first);
-  const float row_y = std::clamp(static_cast<float>(y), -0.5f, static_cast<float>(height) - 0.5f);
+  for (int i = 0; i < between; ++i) {
+    const std::int32_t x = columns[i] - 64;
+    here[on + i] = upper(x);
+    there[on + i] = lower(x);
+  }
+  kernels().crossing_offsets(here, there, all, offsets.data());
+
+  const float left_end = -0.5f, right_end = static_cast<float>(width) - 0.5f;
+  const float row_y =
+      std::clamp(static_cast<float>(y + 1), -0.5f, static_cast<float>(height) - 0.5f);
+  const float* offset = offsets.data();
   Vec2f* out = vertices.data() + count;
-  for (int i = first; i < last; ++i)
-    out[i] = {static_cast<float>(columns[i] - 64) + offsets[i], row_y};
-  if (first > 0) out[0] = {-0.5f, row_y};
-  if (last < made) out[last] = {static_cast<float>(width) - 0.5f, row_y};
-  count += static_cast<std::uint32_t>(made);
+  count += static_cast<std::uint32_t>(all);
+  const auto place_ends = [&](const Ends& ends, int made) {
+    if (ends.left) out[0].x = left_end;
+    if (ends.right) out[made - 1].x = right_end;
+  };
+  for (int i = 0; i < on; ++i) out[i] = {static_cast<float>(on_row[i] - 64) + offset[i], row_y};
+  place_ends(on_ends, on);
+  out += on;
+  offset += on;
+  const float outer_y = y < 0 ? -0.5f : static_cast<float>(height) - 0.5f;
+  for (int i = 0; i < between; ++i)
+    out[i] = {static_cast<float>(columns[i] - 64),
+              inner ? static_cast<float>(y) + offset[i] : outer_y};
+  place_ends(between_ends, between);
 }
 
-// Crossings between grid rows y and y + 1.
-void Tracer::State::cross_columns(int y) {
-  const int made = changes.between_count;
-  const std::int32_t* const columns = changes.between;
-  Vec2f* out = vertices.data() + count;
-  count += static_cast<std::uint32_t>(made);
-  const float right_end = static_cast<float>(width) - 0.5f;
-  const auto column_of = [&](int i) {
-    return std::clamp(static_cast<float>(columns[i] - 64), -0.5f, right_end);
-  };
-  if (y < 0 || y >= height - 1) {
-    const float row_y = y < 0 ? -0.5f : static_cast<float>(height) - 0.5f;
-    for (int i = 0; i < made; ++i) out[i] = {column_of(i), row_y};
-    return;
+namespace {
+
+// The next crossing of each side of a cell, and how far each goes on with the cell's corners.
+using Next = std::uint32_t __attribute__((vector_size(16)));
+constexpr std::array<std::array<std::uint32_t, 4>, 16> steps = [] {
+  std::array<std::array<std::uint32_t, 4>, 16> out{};
+  for (unsigned in = 0; in < 16; ++in) {
+    out[in][top] = (in >> 1 ^ in) & 1;
+    out[in][left] = out[in][right] = (in >> 3 ^ in >> 1) & 1;
+    out[in][bottom] = (in >> 3 ^ in >> 2) & 1;
   }
-  const CorrectedRow upper = corrected(y), lower = corrected(y + 1);
-  for (int i = 0; i < made; ++i) {
-    const int x = std::clamp(columns[i] - 64, 0, width - 1);
-    near_values[i] = upper(x);
-    far_values[i] = lower(x);
-  }
-  kernels().crossing_offsets(near_values.data(), far_values.data(), made, offsets.data());
-  for (int i = 0; i < made; ++i) out[i] = {column_of(i), static_cast<float>(y) + offsets[i]};
-}
+  return out;
+}();
+
+}  // namespace
 
 template <bool binary>
 void Tracer::State::link_cells(int y, std::uint32_t first_between) {
@@ -140,20 +177,23 @@ void Tracer::State::link_cells(int y, std::uint32_t first_between) {
   };
   const float right_end = static_cast<float>(width) - 0.5f;
   const float bottom_end = static_cast<float>(height) - 0.5f;
-  std::uint32_t on_top = row_above, on_bottom = row_below, between = first_between;
+  // Where a side has no crossing, its entry is not used.
+  Next at = {row_above, first_between - 1, first_between, row_below};
   std::uint32_t* const links = next.data();
-  for (int i = 0; i < changes.cells_count; ++i) {
-    const int x = (changes.cells[i] >> 4) - 64;
-    const unsigned in = changes.cells[i] & 15;
-    // The next crossing of each side; where there is none, the entry is not used.
-    const std::uint32_t at[4] = {on_top, between - 1, between, on_bottom};
-    on_top += (in >> 1 ^ in) & 1;
-    on_bottom += (in >> 3 ^ in >> 2) & 1;
-    between += (in >> 3 ^ in >> 1) & 1;
+  const std::int32_t* const cell = changes.cells;
+  const int made = changes.cells_count;
+  for (int i = 0; i < made; ++i) {
+    const unsigned in = cell[i] & 15;
+    std::uint32_t now[4];
+    std::memcpy(now, &at, sizeof now);
+    Next step;
+    std::memcpy(&step, steps[in].data(), sizeof step);
+    at += step;
     const auto link = [&](Link l, bool saddle) {
-      links[at[l.from]] = at[l.to];
+      links[now[l.from]] = now[l.to];
       if (!binary) return;
-      corners[at[l.from]] = Vec2f{-1e9f, -1e9f};
+      const int x = (cell[i] >> 4) - 64;
+      corners[now[l.from]] = Vec2f{-1e9f, -1e9f};
       if (straight(l)) return;
       // The pixels' common corner; where two ways pass it, each keeps a little to its own side.
       Vec2f corner{static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f};
@@ -162,14 +202,14 @@ void Tracer::State::link_cells(int y, std::uint32_t first_between) {
         corner.x += (around.x - 0.5f) / 8.0f;
         corner.y += (around.y - 0.5f) / 8.0f;
       }
-      corners[at[l.from]] = {std::clamp(corner.x, -0.5f, right_end),
-                             std::clamp(corner.y, -0.5f, bottom_end)};
+      corners[now[l.from]] = {std::clamp(corner.x, -0.5f, right_end),
+                              std::clamp(corner.y, -0.5f, bottom_end)};
     };
     if (in != 6 && in != 9) {
       link(single_links[in], false);
       continue;
     }
-    const bool joined = inside_on_mean(x);
+    const bool joined = inside_on_mean((cell[i] >> 4) - 64);
     const Link* const both =
         in == 6 ? (joined ? joined_6 : separate_6) : (joined ? joined_9 : separate_9);
     link(both[0], true);

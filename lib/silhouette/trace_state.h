@@ -38,6 +38,8 @@ struct Tracer::State {
   // Bits of two rows of the grid, 64 columns to a word; word 0 and the last hold what is beyond the
   // frame.
   std::vector<std::uint64_t> above, below;
+  // The corrected values of both rows, of mixed blocks only.
+  std::vector<std::int32_t> values_above, values_below;
   std::vector<std::uint16_t> pieces, mixed_list;
   // Of one row of cells: what changes, and the values on both sides of a crossing.
   silhouette::CellChanges changes{};
@@ -72,10 +74,12 @@ struct Tracer::State {
             side,
             (centre - 4 * side) * field_half};
   }
+  const BlockState* states(int y) const {
+    return row_states[static_cast<std::size_t>(std::clamp(y, 0, height - 1)) % rows.size()];
+  }
   void classify(int y);
   void cells(int y);
-  void cross_row(int y);
-  void cross_columns(int y);
+  void cross(int y);
   template <bool binary>
   void link_cells(int y, std::uint32_t first_between);
   void advance(int until);

@@ -303,7 +303,7 @@ TEST(Silhouette, KernelsAgree) {
       std::vector<std::uint8_t> alpha, states;
       std::vector<std::int16_t> values;
       std::vector<std::uint16_t> bits;
-      std::vector<std::int32_t> places;
+      std::vector<std::int32_t> corrected, places;
       std::vector<float> numbers;
       bool operator==(const Out&) const = default;
     };
@@ -343,8 +343,10 @@ TEST(Silhouette, KernelsAgree) {
       k.fir_horizontal(narrow.data() + 64, radius, weights.data(), blocks, 4, line.data());
       keep();
       out.bits.resize(n / 16);
+      out.corrected.resize(n);
       k.inside(values.data() + 64, values.data() + 80, values.data() + 96, 3, 900,
-               static_cast<std::int16_t>(round % 2 ? 97 : 0), blocks, 4, out.bits.data());
+               static_cast<std::int16_t>(round % 2 ? 97 : 0), blocks, 4, out.corrected.data(),
+               out.bits.data());
       const std::vector<std::uint64_t> above{random_bits[0], random_bits[1] | 5, 0, ~0ull >> 9, 0};
       const std::vector<std::uint64_t> below{random_bits[2], ~0ull, 0, random_bits[3] >> 1, 0};
       std::vector<std::int32_t> lists(3 * 260);
@@ -353,9 +355,9 @@ TEST(Silhouette, KernelsAgree) {
       out.places.assign(changes.on_row, changes.on_row + changes.on_row_count);
       out.places.insert(out.places.end(), changes.between, changes.between + changes.between_count);
       out.places.insert(out.places.end(), changes.cells, changes.cells + changes.cells_count);
-      std::vector<std::int32_t> first(37), second(37);
-      for (int i = 0; i < 37; ++i) first[i] = values[i], second[i] = -1 - values[i + 60];
-      std::vector<float> crossings(37);
+      std::vector<std::int32_t> first(40), second(40);
+      for (int i = 0; i < 40; ++i) first[i] = values[i], second[i] = -1 - values[i + 60];
+      std::vector<float> crossings(40);
       k.crossing_offsets(first.data(), second.data(), 37, crossings.data());
       std::vector<float> x(37), y(37);
       for (int i = 0; i < 37; ++i) x[i] = values[i] / 512.0f, y[i] = values[i + 40] / 512.0f;
@@ -371,6 +373,7 @@ TEST(Silhouette, KernelsAgree) {
       EXPECT_EQ(got.states, want.states) << k->name << " round " << round;
       EXPECT_EQ(got.values, want.values) << k->name << " round " << round;
       EXPECT_EQ(got.bits, want.bits) << k->name << " round " << round;
+      EXPECT_EQ(got.corrected, want.corrected) << k->name << " round " << round;
       EXPECT_EQ(got.places, want.places) << k->name << " round " << round;
       EXPECT_EQ(got.numbers, want.numbers) << k->name << " round " << round;
       if (::testing::Test::HasFailure()) return;
