@@ -43,6 +43,11 @@ Vec3 unit_normal(const Plane& p) {
 /// Rings whose parts come nearer than this are cleaned; clean ones keep further apart.
 constexpr double nearest_pixels = 1e-6;
 
+/// Pictures whose rays fit their pixels less well are refused: the grid over the pixels, and what
+/// is decided there, would not hold for the rays. (At 1,000 px focal length that is a point 300,000
+/// px away; a frame of 1,024 px needs 0.004 px.)
+constexpr double largest_pixel_error = 0.1 * grid_margin;
+
 /// The power of two that brings every ray below 2^38, a bit in reserve.
 double ray_scale(const Contours& contours, const Mat3& to_ray) {
   double largest = 1e-300;
@@ -183,7 +188,7 @@ class ConeBuilder {
       const Vec2 d = s.b - s.a, to = p - s.a;
       const double length = glm::dot(d, d), off = d.x * to.y - d.y * to.x;
       const double along = glm::dot(d, to);
-      const double reach = nearest_pixels * std::sqrt(length);
+      const double reach = (nearest_pixels + 2 * cone_.pixel_error) * std::sqrt(length);
       return std::abs(off) < reach && along > -reach && along < length + reach;
     };
     const ContourGrid::Segment &s = cone_.grid.segment(e), &t = cone_.grid.segment(f);
@@ -301,6 +306,23 @@ class ConeBuilder {
   bool folded_ = false;
 };
 
+/// A ray of the depth \p scale, which is the pixel's homogeneous coordinate, is off by half a unit
+/// in each component.
+void measure_pixels(Cone& cone, std::span<const Contours> layers) {
+  const Mat3& m = cone.camera.to_pixel;
+  const auto row = [&](int k) { return glm::length(Vec3(m[0][k], m[1][k], m[2][k])); };
+  cone.pixel_scale = std::max(row(0), row(1)), cone.depth_scale = row(2);
+  cone.pixel_error = 0.0;
+  for (const Contours& layer : layers) {
+    double furthest = 0.0;
+    for (const Vec2& p : layer.points)
+      furthest = std::max({furthest, std::abs(p.x), std::abs(p.y)});
+    const double error =
+        (cone.pixel_scale + furthest * cone.depth_scale) / ray_scale(layer, cone.camera.to_ray);
+    if (!layer.points.empty()) cone.pixel_error = std::max(cone.pixel_error, error);
+  }
+}
+
 }  // namespace
 
 ConeCamera read_camera(const Camera& camera, std::size_t index) {
@@ -354,6 +376,13 @@ void build_cone(Cone& cone, std::span<const ConeInput> inputs, const Frame& fram
     layers.push_back(view_contours(input, cone.camera, cone.complement));
     cone.input_vertices += static_cast<std::uint32_t>(input.silhouette->rings->points.size());
   }
+  measure_pixels(cone, layers);
+  if (!(cone.pixel_error < largest_pixel_error))
+    throw Error(
+        Error::Kind::bad_input,
+        "The silhouette of camera '" + inputs[0].silhouette->camera->name +
+            "' reaches too far to the side for its focal length (rays almost at right angles "
+            "to the view): check K in the rig, and that the contours are in its pixels.");
   if (layers.size() == 1 && ConeBuilder(cone, layers[0]).build(false)) return;
   for (double step = 1.0; step < 1e6; step *= 8.0) {
     const Contours clean = clean_region(layers, cone.complement, step);

@@ -53,6 +53,8 @@ struct Cone {
   bool complement = false;  ///< the solid is what the rings do not hold (Unseen::keep)
   ContourGrid grid;
   std::uint32_t input_vertices = 0;
+  double pixel_scale = 0, depth_scale = 0;  ///< lengths of the rows of camera.to_pixel
+  double pixel_error = 0;                   ///< how far rounding the rays may have moved a pixel
 
   std::size_t size() const { return rays.size(); }
 };

@@ -154,7 +154,7 @@ void FaceClipper::add_rectangle(const std::array<Node, 4>& nodes) {
   part_count_ = 1;
   parts_[0].nodes.assign(nodes.begin(), nodes.end());
   parts_[0].loop_ends.assign(1, 4);
-  parts_[0].extent = {0, 0, 0, 0, false};
+  parts_[0].extent = {0, 0, 0, 0, 0, true};  // until divide() knows better
   divide(0);
 }
 
@@ -233,7 +233,7 @@ void FaceClipper::divide(std::size_t index) {
   loops_.clear();
   std::uint32_t begin = 0;
   for (const std::uint32_t end : part.loop_ends) {
-    Extent now{1e300, -1e300, 1e300, -1e300, false};
+    Extent now{1e300, -1e300, 1e300, -1e300, 0, false};
     for (std::uint32_t i = begin; i < end; ++i) {
       const Corner& v = part.nodes[i].corner;
       if (v.apex) {
@@ -243,6 +243,7 @@ void FaceClipper::divide(std::size_t index) {
       if (v.tolerance > 1e-9) return;
       now.t0 = std::min(now.t0, v.t), now.t1 = std::max(now.t1, v.t);
       now.w0 = std::min(now.w0, v.w), now.w1 = std::max(now.w1, v.w);
+      now.error = std::max(now.error, v.tolerance);
     }
     loops_.push_back({now, begin, end});
     begin = end;
@@ -258,7 +259,7 @@ void FaceClipper::divide(std::size_t index) {
   };
   const auto join = [](Extent& a, const Extent& b) {
     a.t0 = std::min(a.t0, b.t0), a.t1 = std::max(a.t1, b.t1), a.w1 = std::max(a.w1, b.w1);
-    a.endless = a.endless || b.endless;
+    a.error = std::max(a.error, b.error), a.endless = a.endless || b.endless;
   };
   for (; group < loops_.size() && !apart(part.extent, loops_[group].extent); ++group)
     join(part.extent, loops_[group].extent);

@@ -108,7 +108,8 @@ class FaceClipper {
   };
   struct Extent {
     double t0, t1, w0, w1;
-    bool endless;  ///< up to the apex
+    double error;  ///< the largest of the corners' tolerances
+    bool endless;  ///< up to the apex, or not known
   };
   /// Loops that lie apart from the face's others along the rays.
   struct Part {
@@ -154,7 +155,8 @@ class FaceClipper {
   void look_at(std::uint32_t cone);
   enum class Meeting { inside, outside, perhaps };
   Meeting gather();
-  Meeting locate(const Cone& cone, const Vec2& pixel) const;
+  Meeting locate(const Cone& cone, const Vec2& pixel, double error) const;
+  double pixel_error(double tolerance, double sum, const Vec2& pixel, double z) const;
   const Line& cached_line(std::uint32_t edge) {
     if (line_stamp_[edge] != look_now_) {
       line_stamp_[edge] = look_now_;

@@ -25,6 +25,14 @@ Pair most(const Pair& a, const Pair& b) {
   return a > b ? a : b;
 }
 
+/// Points known to this many pixels can be located: the grid's centres of cells keep twice as far
+/// from all edges.
+constexpr double locatable = 5e-5;
+
+double larger(double a, double b) {
+  return std::max(std::abs(a), std::abs(b));
+}
+
 /// What of the picture a face covers, and whether an edge comes near. Written without branches:
 /// which of its tests an edge fails is random.
 struct Quadrilateral {
@@ -90,6 +98,15 @@ void FaceClipper::look_at(std::uint32_t index) {
   pixel_a_ = m * picture_.a, pixel_b_ = m * picture_.b, pixel_d_ = m * picture_.d;
 }
 
+/// How far off the pixel of (1, t, w) can be, whose coordinates add up to \p sum, at the depth \p
+/// z. A corner's tolerance is twenty times the error of a cross product over the same determinant,
+/// and that error comes to each coordinate once for itself and once for the determinant.
+double FaceClipper::pixel_error(double tolerance, double sum, const Vec2& pixel, double z) const {
+  const double e = 0.05 * tolerance * (3 + sum);
+  if (!(z > 2 * e * cone_->depth_scale)) return 1e300;
+  return 2 * e * (cone_->pixel_scale + larger(pixel.x, pixel.y) * cone_->depth_scale) / z;
+}
+
 /// Finds the edges of the cone that may meet the part, or that there is none.
 FaceClipper::Meeting FaceClipper::gather() {
   ++stamp_now_;
@@ -99,14 +116,19 @@ FaceClipper::Meeting FaceClipper::gather() {
   const Extent& x = part_->extent;
   Quadrilateral quad;
   bool all = x.endless;
+  double error = 0.0;  // of the corners, in pixels
   if (!all) {
     const double t[4] = {x.t0, x.t1, x.t1, x.t0}, w[4] = {x.w0, x.w0, x.w1, x.w1};
+    double nearest = 1e300;
     for (int k = 0; k < 4; ++k) {
       const Vec3 q = a + t[k] * b + w[k] * d;
-      const double size = std::abs(a.z) + std::abs(b.z * t[k]) + std::abs(d.z * w[k]);
-      all = all || !(q.z > 1e-6 * size);
+      nearest = std::min(nearest, q.z);
       quad.set_corner(k, Vec2(q) * (1.0 / q.z));
     }
+    error = pixel_error(x.error, larger(x.t0, x.t1) + larger(x.w0, x.w1),
+                        Vec2(larger(quad.low[0], quad.high[0]), larger(quad.low[1], quad.high[1])),
+                        nearest);
+    all = !(error < 0.5 * grid_margin);
   }
   if (all) {
     for (std::uint32_t e = 0; e < cone.size(); ++e) candidates_[candidate_count_++] = e;
@@ -167,14 +189,16 @@ FaceClipper::Meeting FaceClipper::gather() {
   if (candidate_count_ > 0) return Meeting::perhaps;
   // No edge meets the quadrilateral: any of its points tells.
   for (int k = 0; k < 4; ++k) {
-    const Meeting meeting = locate(cone, Vec2(quad.x[k], quad.y[k]));
+    const Meeting meeting = locate(cone, Vec2(quad.x[k], quad.y[k]), error);
     if (meeting != Meeting::perhaps) return meeting;
   }
   return Meeting::perhaps;
 }
 
-/// Where the point lies, if doubles can tell.
-FaceClipper::Meeting FaceClipper::locate(const Cone& cone, const Vec2& x) const {
+/// Where the point lies, which is off by \p error pixels at most, if doubles can tell.
+FaceClipper::Meeting FaceClipper::locate(const Cone& cone, const Vec2& x, double error) const {
+  const double tiny = 1e-6 + cone.pixel_error + error;
+  if (!(tiny < locatable)) return Meeting::perhaps;
   const ContourGrid& grid = cone.grid;
   int c0, c1, r0, r1;
   grid.column_range(x.x, x.x, c0, c1);
@@ -184,7 +208,7 @@ FaceClipper::Meeting FaceClipper::locate(const Cone& cone, const Vec2& x) const 
   // Count the edges between here and the middle of the cell.
   const Vec2 middle = grid.centre(c0, r0), away = middle - x;
   bool inside = grid.state(c0, r0) == CellState::inside;
-  const double tiny = 1e-6, close = tiny * reach(away);
+  const double close = tiny * reach(away);
   for (std::uint32_t e : grid.edges(c0, r0)) {
     const auto [a, b] = grid.segment(e);
     const double near = tiny * reach(b - a);
@@ -202,18 +226,14 @@ FaceClipper::Meeting FaceClipper::locate(const Cone& cone, const Vec2& x) const 
 /// Whether the loop of the node, which crosses no face of the cone, lies inside it.
 bool FaceClipper::inside_cone(std::uint32_t node) {
   const Cone& cone = *cone_;
-  const Picture& p = picture_;
-  const Mat3& m = cone.camera.to_pixel;
   const Corner& v = part_->nodes[node].corner;
   if (v.tolerance < 1e-9) {
-    const Vec3 d = v.h * p.a + v.t * p.b + v.w * p.d;
-    const Vec3 q = m * d;
-    const double size = std::abs(m[0][2] * d.x) + std::abs(m[1][2] * d.y) + std::abs(m[2][2] * d.z);
-    if (q.z < -1e-6 * size) return cone.complement;
-    if (q.z > 1e-6 * size) {
-      const Meeting meeting = locate(cone, Vec2(q) / q.z);
-      if (meeting != Meeting::perhaps) return (meeting == Meeting::inside) != cone.complement;
-    }
+    const Vec3 q = v.h * pixel_a_ + v.t * pixel_b_ + v.w * pixel_d_;
+    const Vec2 pixel = Vec2(q) / q.z;
+    const double sum = std::abs(v.t) + std::abs(v.w);
+    if (pixel_error(v.tolerance, sum, pixel, -q.z) < 1e300) return cone.complement;  // behind
+    const Meeting meeting = locate(cone, pixel, pixel_error(v.tolerance, sum, pixel, q.z));
+    if (meeting != Meeting::perhaps) return (meeting == Meeting::inside) != cone.complement;
   }
   return inside_cone_exact(node);
 }

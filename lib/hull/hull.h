@@ -108,8 +108,9 @@ class HullBuilder {
   /// than 2^-21 of the largest coordinate: none is left. With max_deviation the slivers go too, and
   /// faces may then leave their planes by that much; triangles do not come to cross by it.
   ///
-  /// Throws Error when a camera or a contour is not finite or degenerate, or when Unseen::keep
-  /// comes without bounds.
+  /// Throws Error when a camera or a contour is not finite or degenerate, when a contour reaches so
+  /// far to the side that rays at 2^-38 do not hold its pixels to 1/1000 (at 1,000 px focal length
+  /// a point 300,000 px away), or when Unseen::keep comes without bounds.
   const Hull& build(std::span<const Silhouette> silhouettes, const HullOptions& options = {});
 
   const HullStatistics& statistics() const;

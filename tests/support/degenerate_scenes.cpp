@@ -145,6 +145,10 @@ void add_positions(std::vector<DegenerateScene>& all) {
   mixed.see(at({0, -4, 0}, 3, 1024), corners_of(unit_box));
   mixed.scene.silhouettes[0] = one(rectangle(511, 383, 513, 385));
   all.push_back({"focal lengths of one and a million pixels", mixed.scene});
+  Builder oblique;  // a face from straight ahead to almost across, close behind its camera
+  oblique.add(at({0, 0, -2.0625}, 5, 1.0), one({{512, 384}, {512, 700}, {1000, 384}}));
+  oblique.see(at({0.5, 0, -4}, 5), corners_of(unit_box));
+  all.push_back({"rays from straight ahead to across", oblique.scene});
 }
 
 void add_planes(std::vector<DegenerateScene>& all) {
