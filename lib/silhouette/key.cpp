@@ -220,12 +220,12 @@ void Keyer::key(const FrameView& frame, Matte& matte) {
   for (int y = 0; y < frame.height; ++y) {
     std::uint8_t* row = matte.row(y);
     const bool inside_rows = y >= s.active.y && y < s.active.y + s.active.height;
-    for (int x = 0; x < frame.width; ++x)
-      if (!inside_rows || x < s.active.x || x >= s.active.x + s.active.width) row[x] = 0;
-    if (!s.allowed.empty()) {
-      const std::uint8_t* a = s.allowed.data() + s.row_length() * static_cast<std::size_t>(y);
-      for (int x = 0; x < frame.width; ++x) row[x] &= a[x];
-    }
+    const int x0 = inside_rows ? s.active.x : 0;
+    const int x1 = inside_rows ? s.active.x + s.active.width : 0;
+    const std::uint8_t* allowed =
+        s.allowed.empty() ? nullptr
+                          : s.allowed.data() + s.row_length() * static_cast<std::size_t>(y);
+    silhouette::limit_row(row, frame.width, x0, x1, allowed);
     find_states(row, frame.width, matte.state_row(y));
   }
 }

@@ -77,6 +77,9 @@ namespace silhouette {
 /// octagonal.
 void grow(Matte& matte, double radius, Matte& scratch);
 
+/// Clears what of a row lies outside columns [x0, x1), or where \p allowed (null: everywhere) is 0.
+void limit_row(std::uint8_t* row, int width, int x0, int x1, const std::uint8_t* allowed);
+
 /// Fills rows of whole blocks with 255 where the pixel centre is inside the rings (even-odd).
 void fill_polygon(const Rings& rings, int width, int height, std::vector<std::uint8_t>& plane);
 

@@ -42,6 +42,16 @@ void step(const Matte& from, Matte& to, bool eight) {
   }
 }
 
+// Moves values towards those grown by a fraction of 256.
+void blend(std::uint8_t* __restrict values, const std::uint8_t* __restrict grown, std::size_t count,
+           int weight) {
+  const auto to = static_cast<std::uint16_t>(weight);
+  const auto from = static_cast<std::uint16_t>(256 - weight);
+  for (std::size_t i = 0; i < count; ++i)
+    values[i] = static_cast<std::uint8_t>(
+        static_cast<std::uint16_t>(values[i] * from + grown[i] * to + 128) >> 8);
+}
+
 template <bool larger>
 void steps(Matte& matte, double radius, Matte& scratch) {
   scratch.resize(matte.width, matte.height);
@@ -56,9 +66,7 @@ void steps(Matte& matte, double radius, Matte& scratch) {
   if (rest <= 0.0) return;
   step<larger>(matte, scratch, whole % 5 == 1 || whole % 5 == 3);
   const int weight = static_cast<int>(std::lround(rest * 256.0));
-  for (std::size_t i = 0; i < matte.values.size(); ++i)
-    matte.values[i] = static_cast<std::uint8_t>(
-        (matte.values[i] * (256 - weight) + scratch.values[i] * weight + 128) >> 8);
+  blend(matte.values.data(), scratch.values.data(), matte.values.size(), weight);
 }
 
 }  // namespace
@@ -68,6 +76,14 @@ void grow(Matte& matte, double radius, Matte& scratch) {
     steps<true>(matte, radius, scratch);
   else
     steps<false>(matte, -radius, scratch);
+}
+
+void limit_row(std::uint8_t* __restrict row, int width, int x0, int x1,
+               const std::uint8_t* __restrict allowed) {
+  std::fill(row, row + x0, 0);
+  std::fill(row + x1, row + width, 0);
+  if (allowed == nullptr) return;
+  for (int x = x0; x < x1; ++x) row[x] &= allowed[x];
 }
 
 void fill_polygon(const Rings& rings, int width, int height, std::vector<std::uint8_t>& plane) {
