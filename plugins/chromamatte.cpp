@@ -23,6 +23,7 @@
 #include "common/key_configuration.h"
 #include "common/key_properties.h"
 #include "common/matte_meta.h"
+#include "common/recycling_allocator.h"
 #include "common/statistics.h"
 #include "common/transform.h"
 #include "common/video_frame.h"
@@ -160,6 +161,28 @@ gboolean set_info(GstVideoFilter* filter, GstCaps*, GstVideoInfo* in, GstCaps*, 
   });
 }
 
+/// Frames from memory that notes who writes to it (see common/matte_meta.h), unless the elements
+/// behind want them in memory of their own.
+gboolean decide_allocation(GstBaseTransform* base, GstQuery* query) {
+  GstAllocator* wanted = nullptr;
+  GstAllocationParams params;
+  gst_allocation_params_init(&params);
+  const bool any = gst_query_get_n_allocation_params(query) > 0;
+  if (any) gst_query_parse_nth_allocation_param(query, 0, &wanted, &params);
+  if (wanted != nullptr) {
+    gst_object_unref(wanted);
+  } else if (params.align < 64) {
+    GstAllocator* allocator = make_recycling_allocator();
+    if (any)
+      gst_query_set_nth_allocation_param(query, 0, allocator, &params);
+    else
+      gst_query_add_allocation_param(query, allocator, &params);
+    gst_object_unref(allocator);
+  }
+  return GST_BASE_TRANSFORM_CLASS(polyhull_chroma_matte_parent_class)
+      ->decide_allocation(base, query);
+}
+
 gboolean start(GstBaseTransform* base) {
   Private& priv = *self_of(base)->priv;
   priv.keyer = Keyer();
@@ -268,6 +291,7 @@ void polyhull_chroma_matte_class_init(PolyhullChromaMatteClass* klass) {
   auto* base_class = GST_BASE_TRANSFORM_CLASS(klass);
   base_class->transform_caps = transform_caps;
   base_class->fixate_caps = fixate_caps;
+  base_class->decide_allocation = decide_allocation;
   base_class->start = start;
   base_class->stop = stop;
   base_class->before_transform = sync_controlled_properties;

@@ -107,7 +107,9 @@ MatteContent content_of(Private& priv, const GstVideoFrame& frame) {
       static_cast<const std::uint8_t*>(GST_VIDEO_FRAME_PLANE_DATA(&frame, 0)) + (rgba ? 3 : 0);
   const std::ptrdiff_t stride = GST_VIDEO_FRAME_PLANE_STRIDE(&frame, 0);
   const MatteContent* attached = get_matte(frame.buffer, width, height);
-  if (attached != nullptr && is_alpha_of(*attached, first, stride, step)) return *attached;
+  if (attached != nullptr &&
+      (is_unwritten(frame.buffer) || is_alpha_of(*attached, first, stride, step)))
+    return *attached;
   auto matte = priv.mattes.take();
   load_matte(first, stride, step, width, height, *matte);
   return {matte, nullptr, 0.0};

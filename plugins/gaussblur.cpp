@@ -34,7 +34,8 @@ struct Private {
   BlurSettings values;  // under the object lock
 
   Statistics statistics{"gaussblur-stats"};
-  Blur blur;  // the rest belongs to the streaming thread
+  Blur blur;               // the rest belongs to the streaming thread
+  bool unwritten = false;  // the frame has its matte as it was attached
   Matte read;
   PlanePool<Field> fields;
 };
@@ -109,7 +110,7 @@ void blur_frame(Private& priv, const BlurSettings& values, GstVideoFrame* frame)
   const MatteContent* content = get_matte(frame->buffer, width, height);
   std::shared_ptr<const Matte> attached;
   if (content != nullptr && content->matte != nullptr &&
-      is_alpha_of(*content, first, stride, step)) {
+      (priv.unwritten || is_alpha_of(*content, first, stride, step))) {
     attached = content->matte;
   } else {
     load_matte(first, stride, step, width, height, priv.read);
@@ -135,6 +136,8 @@ GstFlowReturn transform_frame_ip(GstVideoFilter* filter, GstVideoFrame* frame) {
 void before_transform(GstBaseTransform* base, GstBuffer* buffer) {
   PolyhullGaussBlur* self = self_of(base);
   sync_controlled_properties(base, buffer);
+  // Before the base class maps the frame for writing.
+  self->priv->unwritten = is_unwritten(buffer);
   const BlurSettings values = snapshot(self, self->priv->values);
   const bool idle = values.sigma == 0.0 && values.threshold == 0;
   gst_base_transform_set_passthrough(base, idle);

@@ -7,6 +7,8 @@
 #include <cstring>
 #include <utility>
 
+#include "common/recycling_allocator.h"
+
 namespace polyhull::element {
 namespace {
 
@@ -43,7 +45,11 @@ gboolean transform(GstBuffer* target, GstMeta* meta, GstBuffer*, GQuark type, gp
   if (!GST_META_TRANSFORM_IS_COPY(type)) return FALSE;
   const auto* copy = static_cast<GstMetaTransformCopy*>(data);
   if (copy->region) return FALSE;
-  set_matte(target, *reinterpret_cast<MatteMeta*>(meta)->content);
+  // With the stamp of the memory it was made for: only a buffer of that memory has it.
+  const MatteContent& content = *reinterpret_cast<MatteMeta*>(meta)->content;
+  set_matte(target, content);
+  reinterpret_cast<MatteMeta*>(gst_buffer_get_meta(target, api_type()))->content->stamp =
+      content.stamp;
   return TRUE;
 }
 
@@ -51,6 +57,12 @@ const GstMetaInfo* meta_info() {
   static const GstMetaInfo* const info = gst_meta_register(
       api_type(), "PolyhullMatteMeta", sizeof(MatteMeta), initialise, free_content, transform);
   return info;
+}
+
+bool is_uniform(const std::uint8_t* alpha, int step, int count, std::uint8_t value) {
+  unsigned different = 0;
+  for (int i = 0; i < count; ++i) different |= value ^ alpha[i * step];
+  return different == 0;
 }
 
 bool block_matches(const std::uint8_t* values, const std::uint8_t* alpha, int step, int count) {
@@ -74,12 +86,12 @@ bool plane_matches(const Plane& plane, const std::uint8_t* first, std::ptrdiff_t
     const std::uint8_t* alpha = first + stride * y;
     for (int block = 0; block < blocks; ++block) {
       const int x = block * matte_block;
-      if (states[block] == block_mixed) {
-        const int count = std::min(matte_block, plane.width - x);
-        if (!block_matches(values + x, alpha + x * step, step, count)) return false;
-      } else if (y % 8 == 0 && alpha[x * step] != (states[block] == block_full ? 255 : 0)) {
-        return false;
-      }
+      const int count = std::min(matte_block, plane.width - x);
+      const std::uint8_t* at = alpha + static_cast<std::ptrdiff_t>(x) * step;
+      const bool same = states[block] == block_mixed
+                            ? block_matches(values + x, at, step, count)
+                            : is_uniform(at, step, count, states[block] == block_full ? 255 : 0);
+      if (!same) return false;
     }
   }
   return true;
@@ -120,7 +132,15 @@ bool same_content(const MatteContent& a, const MatteContent& b) {
 void set_matte(GstBuffer* buffer, MatteContent content) {
   GstMeta* meta = gst_buffer_get_meta(buffer, api_type());
   if (meta == nullptr) meta = gst_buffer_add_meta(buffer, meta_info(), nullptr);
+  content.stamp = write_stamp(buffer);
   *reinterpret_cast<MatteMeta*>(meta)->content = std::move(content);
+}
+
+bool is_unwritten(GstBuffer* buffer) {
+  const GstMeta* meta = gst_buffer_get_meta(buffer, api_type());
+  if (meta == nullptr) return false;
+  const std::uint64_t stamp = reinterpret_cast<const MatteMeta*>(meta)->content->stamp;
+  return stamp != 0 && stamp == write_stamp(buffer);
 }
 
 const MatteContent* get_matte(GstBuffer* buffer, int width, int height) {

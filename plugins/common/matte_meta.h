@@ -7,8 +7,10 @@
 /// back from a file or a wire. Beside it this meta carries what the alpha was made of: the plane
 /// with its block states, so that the next element need not gather it from every fourth byte of the
 /// frame, and after the blur the field with 7 more bits than the alpha has, so that the contours
-/// lose nothing to rounding. Elements that change pixels drop the meta (it is tagged as depending
-/// on memory, size and colour); then the alpha is read instead.
+/// lose nothing to rounding. Elements that make new frames drop the meta (it is tagged as depending
+/// on memory, size and colour), and then the alpha is read instead. Those that draw into a frame in
+/// place keep it: whether somebody may have written since shows the frame's memory, which
+/// chromamatte takes from an allocator that notes it; where it may be so, the alpha is compared.
 #pragma once
 
 #include <gst/gst.h>
@@ -28,19 +30,23 @@ struct MatteContent {
   std::shared_ptr<const Matte> matte;  ///< not blurred, or blurred and thresholded
   std::shared_ptr<const Field> field;  ///< blurred
   double sigma = 0.0;                  ///< px; what it was blurred with
+  std::uint64_t stamp = 0;             ///< set_matte()'s: write_stamp() of the buffer then
 };
 
-/// Attaches \p content to \p buffer (writable), instead of any that is there.
+/// Attaches \p content to \p buffer (writable), instead of any that is there. To be called when the
+/// pixels are written, or mapped for the last time.
 void set_matte(GstBuffer* buffer, MatteContent content);
 
 /// The content attached to \p buffer if its planes have the size given, else null. Valid as long as
 /// the buffer is held.
 const MatteContent* get_matte(GstBuffer* buffer, int width, int height);
 
+/// Whether nobody has mapped the memory of \p buffer for writing since a matte was attached to it;
+/// false, too, where that cannot be known.
+bool is_unwritten(GstBuffer* buffer);
+
 /// Whether the alpha in every \p step-th byte from \p first on, rows \p stride bytes apart, still
-/// is what \p content was attached for: an element that draws into a frame in place keeps the
-/// metas. Looks at every value of mixed blocks, and in every eighth row at one value of each
-/// uniform block.
+/// is what \p content was attached for. Looks at every value.
 bool is_alpha_of(const MatteContent& content, const std::uint8_t* first, std::ptrdiff_t stride,
                  int step);
 

@@ -2,6 +2,7 @@
 #include "common/recycling_allocator.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cstdlib>
 #include <mutex>
 #include <vector>
@@ -16,7 +17,8 @@ constexpr std::size_t most_kept = 16;
 struct Block {
   GstMemory memory;  // must be first: GStreamer sees only this
   guint8* data;
-  gsize capacity;  // 0: shares its parent's data
+  gsize capacity;  // 0: shares its parent's data, read-only
+  std::atomic<std::uint64_t> stamp;
 };
 
 struct Private {
@@ -95,8 +97,13 @@ void release(GstAllocator* allocator, GstMemory* memory) {
   if (dropped != nullptr) destroy(dropped);
 }
 
-gpointer map(GstMemory* memory, gsize, GstMapFlags) {
-  return reinterpret_cast<Block*>(memory)->data;
+gpointer map(GstMemory* memory, gsize, GstMapFlags flags) {
+  static std::atomic<std::uint64_t> last{0};
+  auto* block = reinterpret_cast<Block*>(memory);
+  // Whoever reads the stamp got the memory after it was unmapped, by a pad or a queue.
+  if ((flags & GST_MAP_WRITE) != 0)
+    block->stamp.store(last.fetch_add(1, std::memory_order_relaxed) + 1, std::memory_order_relaxed);
+  return block->data;
 }
 
 void unmap(GstMemory*) {}
@@ -146,6 +153,13 @@ GstAllocator* make_recycling_allocator() {
   auto* allocator =
       static_cast<GstAllocator*>(g_object_new(polyhull_recycling_allocator_get_type(), nullptr));
   return static_cast<GstAllocator*>(gst_object_ref_sink(allocator));
+}
+
+std::uint64_t write_stamp(GstBuffer* buffer) {
+  if (gst_buffer_n_memory(buffer) != 1) return 0;
+  GstMemory* memory = gst_buffer_peek_memory(buffer, 0);
+  if (G_OBJECT_TYPE(memory->allocator) != polyhull_recycling_allocator_get_type()) return 0;
+  return reinterpret_cast<Block*>(memory)->stamp.load(std::memory_order_relaxed);
 }
 
 }  // namespace polyhull::element

@@ -9,6 +9,7 @@
 
 #include "elements/element_checks.h"
 #include "elements/frames.h"
+#include "elements/views.h"
 
 using namespace polyhull::test;
 
@@ -17,12 +18,6 @@ namespace {
 constexpr int width = 75;
 constexpr int height = 52;
 const Disk subject{33.3, 24.7, 16.0};
-
-std::vector<std::uint8_t> bytes_of(GstBuffer* buffer) {
-  std::vector<std::uint8_t> bytes(gst_buffer_get_size(buffer));
-  gst_buffer_extract(buffer, 0, bytes.data(), bytes.size());
-  return bytes;
-}
 
 /// The Gaussian of a plane in double precision, border values continued.
 std::vector<double> exact_blur(const std::vector<double>& plane, int w, int h, double sigma) {
@@ -235,6 +230,49 @@ GST_START_TEST(the_attached_matte_changes_nothing) {
 }
 GST_END_TEST
 
+/// One pixel, wherever it is drawn into a keyed or blurred frame in place, is seen by the elements
+/// behind; also in a copy, whose memory tells nothing of writes.
+GST_START_TEST(one_pixel_drawn_in_place_is_seen) {
+  for (const char* front : {"chromamatte", "chromamatte ! gaussblur sigma=1.5"}) {
+    GstHarness* key = gst_harness_new_parse(front);
+    GstHarness* blur = gst_harness_new_parse("gaussblur sigma=2.5");
+    GstHarness* find = gst_harness_new_parse(
+        "contourfind camera=c min-area=0 min-edges=3 tolerance=0 reuse=false");
+    gst_harness_set_src_caps(key, video_caps("RGBx", width, height));
+    gst_harness_set_src_caps(blur, video_caps("RGBA", width, height));
+    gst_harness_set_src_caps(find, video_caps("RGBA", width, height));
+    for (const auto& [x, y] : {std::pair{13, 9}, {width - 1, height - 1}, {40, 31}, {0, 0}}) {
+      for (const bool copied : {false, true}) {
+        GstBuffer* drawn = pushed(key, "RGBx", subject);
+        if (copied) {
+          GstBuffer* copy = gst_buffer_copy_deep(drawn);
+          gst_buffer_unref(drawn);
+          drawn = copy;
+        }
+        GstMapInfo map;
+        fail_unless(gst_buffer_map(drawn, &map, GST_MAP_READWRITE));
+        std::uint8_t& alpha = map.data[(y * width + x) * 4 + 3];
+        alpha = alpha < 128 ? 255 : 0;
+        gst_buffer_unmap(drawn, &map);
+        const std::vector<std::uint8_t> bytes = bytes_of(drawn);
+        GstBuffer* bare = gst_buffer_new_allocate(nullptr, bytes.size(), nullptr);
+        gst_buffer_fill(bare, 0, bytes.data(), bytes.size());
+
+        const std::size_t rings =
+            take_view(gst_harness_push_and_pull(find, gst_buffer_ref(drawn))).view.contours.size();
+        fail_unless_equals_int(static_cast<int>(rings), 2);
+        GstBuffer* from_drawn = gst_harness_push_and_pull(blur, drawn);
+        GstBuffer* from_bare = gst_harness_push_and_pull(blur, bare);
+        fail_unless(bytes_of(from_drawn) == bytes_of(from_bare), "%s at %d,%d", front, x, y);
+        gst_buffer_unref(from_drawn);
+        gst_buffer_unref(from_bare);
+      }
+    }
+    for (GstHarness* h : {key, blur, find}) gst_harness_teardown(h);
+  }
+}
+GST_END_TEST
+
 GST_START_TEST(changes_size_and_format_in_the_stream) {
   GstHarness* h = gst_harness_new_parse("gaussblur sigma=2");
   const struct {
@@ -327,6 +365,7 @@ static Suite* gaussblur_suite() {
   tcase_add_test(tests, nothing_to_do_passes_the_buffer_through);
   tcase_add_test(tests, a_shared_frame_is_not_written_to);
   tcase_add_test(tests, the_attached_matte_changes_nothing);
+  tcase_add_test(tests, one_pixel_drawn_in_place_is_seen);
   tcase_add_test(tests, changes_size_and_format_in_the_stream);
   tcase_add_test(tests, a_controller_drives_sigma);
   tcase_add_test(tests, not_a_number_changes_nothing);
