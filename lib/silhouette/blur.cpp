@@ -10,29 +10,34 @@
 #include "base/error.h"
 #include "silhouette/blur_plane.h"
 #include "silhouette/kernels.h"
+#include "silhouette/row_ahead.h"
 
 namespace polyhull {
 namespace {
 
 using silhouette::kernels;
 
+using Sixteen = std::uint8_t __attribute__((vector_size(16)));
+
 constexpr int vertical_scale = 64;  // units per level between the two passes
 constexpr std::int16_t vertical_full = 255 * vertical_scale;
 
-// Weights of a Gaussian cut at `radius`, in 2^-15, so rounded that their running sum is right to
-// half a unit: the error of an edge's flank then does not grow with the radius. One 0 follows.
+// Weights of a Gaussian that ends at `radius`, in 2^-15. What lies beyond is put onto the last: an
+// edge then has its exact value wherever the kernel reaches across it, and is off by the tail where
+// it does not. They are so rounded that their running sum is right to half a unit: the error of an
+// edge's flank does not grow with the radius. One 0 follows.
 std::vector<std::int16_t> fir_weights(double sigma, int radius) {
-  std::vector<double> exact(radius + 1);
-  double total = 0.0;
-  for (int k = 0; k <= radius; ++k) {
-    exact[k] = std::exp(-0.5 * k * k / (sigma * sigma));
-    total += k == 0 ? exact[k] : 2.0 * exact[k];
-  }
+  const auto gaussian = [&](int k) { return std::exp(-0.5 * k * k / (sigma * sigma)); };
+  double beyond = 0.0;
+  for (int k = radius + static_cast<int>(std::ceil(8.0 * sigma)); k > radius; --k)
+    beyond += gaussian(k);
+  double total = 1.0 + 2.0 * beyond;
+  for (int k = 1; k <= radius; ++k) total += 2.0 * gaussian(k);
   std::vector<std::int16_t> weights(radius + 2, 0);
-  double tail = 0.0;
+  double tail = beyond / total * 32768.0;
   long rounded_tail = 0;
   for (int k = radius; k >= 1; --k) {
-    tail += exact[k] / total * 32768.0;
+    tail += gaussian(k) / total * 32768.0;
     const long now = std::lround(tail);
     weights[k] = static_cast<std::int16_t>(now - rounded_tail);
     rounded_tail = now;
@@ -42,8 +47,7 @@ std::vector<std::int16_t> fir_weights(double sigma, int radius) {
 }
 
 int fir_radius(double sigma) {
-  const double reach = sigma <= 8.0 ? 4.0 : 3.5;
-  return std::max(1, static_cast<int>(std::ceil(reach * sigma)));
+  return std::max(1, static_cast<int>(std::ceil(3.5 * sigma)));
 }
 
 // A row kept in a ring, with room on both sides.
@@ -79,6 +83,7 @@ struct Blur::State {
   // The picture being pushed.
   int width = 0, height = 0, blocks = 0;
   int pushed = 0, pulled = 0;
+  silhouette::RowAhead* ahead = nullptr;  // of the row being pulled
   RowRing<std::uint8_t> alpha;
   RowRing<BlockState> alpha_states;
   RowRing<std::int16_t> out;
@@ -88,6 +93,8 @@ struct Blur::State {
   std::vector<RowRing<BlockState>> unions;  // see push()
   int side_blocks = 0;                      // that the radius reaches
   std::vector<BlockState> column_states;    // over the window of rows, 0 beside the row
+  std::vector<BlockState> reached_states;   // over all that the filter reaches
+  std::vector<BlockState> vertical_states;  // what the blocks of `vertical` hold
   std::vector<std::uint16_t> mixed_out, mixed_columns;
   std::vector<const std::uint8_t*> window;
 
@@ -103,9 +110,27 @@ struct Blur::State {
   BlockState* states_level(int level, int y) {
     return level == 0 ? alpha_states.row(y) : unions[static_cast<std::size_t>(level) - 1].row(y);
   }
-  // To whole words: rows of states have that room.
-  void unite(const BlockState* a, const BlockState* b, BlockState* __restrict out) const {
-    for (int i = 0; i < (blocks + 15) / 16 * 16; ++i) out[i] = a[i] | b[i];
+  // Sixteen at a time: rows of states have that room.
+  void unite(const BlockState* a, const BlockState* b, BlockState* out) const {
+    for (int i = 0, end = blocks; i < end; i += 16) {
+      Sixteen one, other;
+      std::memcpy(&one, a + i, sizeof one);
+      std::memcpy(&other, b + i, sizeof other);
+      one |= other;
+      std::memcpy(out + i, &one, sizeof one);
+    }
+  }
+  // Calls change(block) for each block whose state in `now` is not that in `before`.
+  template <typename Change>
+  void each_changed(const BlockState* now, const BlockState* before, const Change& change) const {
+    const int end = blocks;
+    int b = 0;
+    for (; b + 8 <= end; b += 8)
+      if (eight_states(now + b) != eight_states(before + b))
+        for (int i = b; i < b + 8; ++i)
+          if (now[i] != before[i]) change(i);
+    for (; b < end; ++b)
+      if (now[b] != before[b]) change(b);
   }
   void threshold_row(std::int16_t* values, BlockState* states) const;
 };
@@ -159,8 +184,10 @@ void Blur::begin(int width, int height, int keep) {
   s.side_blocks = (s.radius + matte_block - 1) / matte_block;
   s.column_states.assign(static_cast<std::size_t>((s.blocks + 15) / 16 * 16 + 2 * s.side_blocks),
                          0);
-  s.mixed_out.resize(static_cast<std::size_t>(s.blocks));
-  s.mixed_columns.resize(static_cast<std::size_t>(s.blocks));
+  s.reached_states.resize(static_cast<std::size_t>((s.blocks + 15) / 16 * 16));
+  s.vertical_states.assign(static_cast<std::size_t>(s.blocks), 0);
+  s.mixed_out.resize(static_cast<std::size_t>(s.blocks) + 1);
+  s.mixed_columns.resize(static_cast<std::size_t>(s.blocks) + 1);
   s.window.resize(2 * s.radius + 1);
 }
 
@@ -175,21 +202,36 @@ void Blur::push() {
 }
 
 void Blur::State::push_states() {
-  // unions[l - 1] of a row: of the 2^l rows that end with it.
-  for (int l = 1; l <= static_cast<int>(unions.size()); ++l) {
-    const int before = pushed - (1 << (l - 1));
-    const BlockState* latest = states_level(l - 1, pushed);
-    unite(latest, before >= 0 ? states_level(l - 1, before) : latest,
-          unions[static_cast<std::size_t>(l) - 1].row(pushed));
+  // unions[l - 1] of a row: of the 2^l rows that end with it, or of as many as there are.
+  constexpr std::size_t most_levels = 16;
+  const BlockState* before[most_levels];
+  BlockState* united[most_levels];
+  const std::size_t levels = unions.size();
+  for (std::size_t l = 0; l < levels; ++l) {
+    before[l] = states_level(static_cast<int>(l), std::max(pushed - (1 << l), 0));
+    united[l] = unions[l].row(pushed);
+  }
+  const BlockState* const latest = states_level(0, pushed);
+  for (int i = 0, end = blocks; i < end; i += 16) {
+    Sixteen sum, more;
+    std::memcpy(&sum, latest + i, sizeof sum);
+    for (std::size_t l = 0; l < levels; ++l) {
+      if (pushed >= 1 << l) {
+        std::memcpy(&more, before[l] + i, sizeof more);
+        sum |= more;
+      }
+      std::memcpy(united[l] + i, &sum, sizeof sum);
+    }
   }
   ++pushed;
 }
 
-bool Blur::pull(Row& row) {
+bool Blur::pull(Row& row, silhouette::RowAhead* ahead) {
   State& s = *state_;
   if (s.pulled >= s.height || (s.pushed < s.height && s.pushed <= s.pulled + s.radius))
     return false;
   row = {s.out.row(s.pulled), s.out_states.row(s.pulled), s.pulled};
+  s.ahead = ahead;
   s.finish_row(
       s.pulled, [&](int y) { return s.alpha.row(y); }, s.out.row(s.pulled),
       s.out_states.row(s.pulled));
@@ -217,6 +259,8 @@ void Blur::State::copy_row(const std::uint8_t* alpha_row, int y, std::int16_t* v
 
 template <typename Rows>
 void Blur::State::blur_row(int y, const Rows& alpha_row, std::int16_t* values, BlockState* states) {
+  // Copies: the compiler must take it that a state written to memory could change a member.
+  const int blocks = this->blocks, side_blocks = this->side_blocks, radius = this->radius;
   const int top = std::max(y - radius, 0), bottom = std::min(y + radius, height - 1);
   // The state of each block's column over the window of rows: of two runs of rows, a power of two
   // long, that together cover it.
@@ -225,50 +269,52 @@ void Blur::State::blur_row(int y, const Rows& alpha_row, std::int16_t* values, B
   unite(states_level(level, bottom), states_level(level, top + (1 << level) - 1), columns);
   std::fill(columns + blocks, column_states.data() + column_states.size(), BlockState{0});
 
-  // A block is uniform when all that the filter reaches is alike. What this row's memory holds
-  // already is not written again.
-  int changes = 0;
-  std::uint16_t* const changed = mixed_out.data();  // before it is needed for the mixed
-  for (int b = 0; b < blocks; b += 8) {
-    std::uint64_t eight = eight_states(columns + b);
-    for (int k = 1; k <= side_blocks; ++k)
-      eight |= eight_states(columns + b - k) | eight_states(columns + b + k);
-    BlockState now[8];
-    std::memcpy(now, &eight, 8);
-    const int count = std::min(8, blocks - b);
-    if (count == 8 ? eight == eight_states(states + b)
-                   : std::memcmp(now, states + b, static_cast<std::size_t>(count)) == 0)
-      continue;
-    for (int i = 0; i < count; ++i) {
-      changed[changes] = static_cast<std::uint16_t>(b + i);
-      changes += now[i] != block_mixed && now[i] != states[b + i];
-    }
-    std::memcpy(states + b, now, static_cast<std::size_t>(count));
+  // A block is uniform when all that the filter reaches is alike.
+  BlockState* const reached = reached_states.data();
+  for (int i = 0; i < blocks; i += 16) {
+    const auto at = [&](int k) {
+      Sixteen sixteen;
+      std::memcpy(&sixteen, columns + i + k, sizeof sixteen);
+      return sixteen;
+    };
+    Sixteen sum = at(0);
+    for (int k = 1; k <= side_blocks; ++k) sum |= at(-k) | at(k);
+    std::memcpy(reached + i, &sum, sizeof sum);
   }
-  for (int i = 0; i < changes; ++i)
-    std::fill_n(values + changed[i] * matte_block, matte_block,
-                static_cast<std::int16_t>(states[changed[i]] == block_full ? field_full : 0));
-  const int mixed = mixed_blocks(states, blocks, mixed_out.data());
+  silhouette::some_of(ahead);
+  // What a row's memory holds already is not written again.
+  const auto fill_block = [](std::int16_t* row, int b, std::int16_t value) {
+    std::fill_n(row + b * matte_block, matte_block, value);
+  };
+  each_changed(reached, states, [&](int b) {
+    if (reached[b] != block_mixed)
+      fill_block(values, b, reached[b] == block_full ? field_full : std::int16_t{0});
+    states[b] = reached[b];
+  });
+  const int mixed = kernels().mixed_blocks(states, blocks, mixed_out.data());
   if (mixed == 0) return;
 
   // Vertical pass over the mixed columns; the others are known.
+  silhouette::some_of(ahead);
   std::int16_t* v = vertical.data() + side;
-  const int first = std::max(mixed_out[0] - side_blocks, 0);
-  const int last = std::min(mixed_out[mixed - 1] + side_blocks + 1, blocks);
-  for (int b = first; b < last; ++b)
-    std::fill_n(v + b * matte_block, matte_block,
-                static_cast<std::int16_t>(columns[b] == block_full ? vertical_full : 0));
-  for (int k = -radius; k <= radius; ++k)
-    window[k + radius] = alpha_row(std::clamp(y + k, top, bottom));
-  int filtered = 0;
-  for (int i = 0; i < mixed; ++i) {
-    mixed_columns[filtered] = mixed_out[i];
-    filtered += columns[mixed_out[i]] == block_mixed;
+  BlockState* const held = vertical_states.data();
+  each_changed(columns, held, [&](int b) {
+    if (columns[b] != block_mixed)
+      fill_block(v, b, columns[b] == block_full ? vertical_full : std::int16_t{0});
+    held[b] = columns[b];
+  });
+  const int filtered = kernels().mixed_blocks(columns, blocks, mixed_columns.data());
+  if (filtered > 0) {
+    for (int k = -radius; k <= radius; ++k)
+      window[k + radius] = alpha_row(std::clamp(y + k, top, bottom));
+    kernels().fir_vertical(window.data(), radius, weights.data(), mixed_columns.data(), filtered,
+                           v);
   }
-  kernels().fir_vertical(window.data(), radius, weights.data(), mixed_columns.data(), filtered, v);
+  silhouette::some_of(ahead);
   // The frame's border values go on outwards.
-  if (first == 0) std::fill(v - side, v, v[0]);
-  if (last == blocks) std::fill(v + width, v + blocks * matte_block + side, v[width - 1]);
+  if (mixed_out[0] <= side_blocks) std::fill(v - side, v, v[0]);
+  if (mixed_out[mixed - 1] + side_blocks >= blocks - 1)
+    std::fill(v + width, v + blocks * matte_block + side, v[width - 1]);
   kernels().fir_horizontal(v, radius, weights.data(), mixed_out.data(), mixed, values);
 }
 
@@ -291,6 +337,7 @@ void Blur::apply(const Matte& matte, Field& field) {
   field.resize(matte.width, matte.height);
   if (streams()) {
     begin(matte.width, matte.height, 1);
+    s.ahead = nullptr;
     for (int y = 0, next = 0; y < matte.height; ++y) {
       for (; next < matte.height && next <= y + s.radius; ++next) {
         std::memcpy(next_states(), matte.state_row(next), static_cast<std::size_t>(s.blocks));

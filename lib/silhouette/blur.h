@@ -3,9 +3,8 @@
 /// Gaussian blur of a matte, u(x) = (G_σ * alpha)(x), with the frame's border values continued
 /// outwards.
 ///
-///  - fir: the kernel cut at 4σ (3.5σ above σ = 8), separable, in 16-bit fixed point with rounding
-///  at each
-///    tap; blocks whose whole neighbourhood is uniform are not touched.
+///  - fir: the kernel cut at 3.5σ, what lies beyond put onto its last taps; separable, in 16-bit
+///    fixed point; blocks whose whole neighbourhood is uniform are not touched.
 ///  - box: the prototype's way (thesis 3.4.2): `passes` running means in each direction, their
 ///  width with
 ///    fractional ends so that the variance is exactly σ² (P. Gwosdek et al., "Theoretical
@@ -21,6 +20,10 @@
 #include "silhouette/matte.h"
 
 namespace polyhull {
+
+namespace silhouette {
+class RowAhead;
+}
 
 enum class BlurMethod : std::uint8_t { fir, box, recursive };
 
@@ -65,7 +68,8 @@ class Blur {
     int y;
   };
   /// The next finished row; false when more rows must be pushed first, or all have been pulled.
-  bool pull(Row& row);
+  /// \p ahead, if given: what is asked from memory meanwhile.
+  bool pull(Row& row, silhouette::RowAhead* ahead = nullptr);
 
  private:
   struct State;

@@ -85,6 +85,12 @@ struct Kernels {
   /// States of whole blocks of alpha.
   void (*states)(const std::uint8_t* alpha, int blocks, BlockState* states);
 
+  /// The mixed ones of a row of blocks, ascending; returns how many. Writes one entry more.
+  int (*mixed_blocks)(const BlockState* states, int blocks, std::uint16_t* list);
+  /// A field's values rounded to 8 bit, in the columns of `count` blocks.
+  void (*levels)(const std::int16_t* values, const std::uint16_t* blocks, int count,
+                 std::uint8_t* out);
+
   /// out[x] = (sum over k of weights[k] * (rows[r-k][x] + rows[r+k][x]) + 2^8) >> 9 for the columns
   /// of `count` blocks, the centre row once. weights has radius+1 entries and one 0 after them;
   /// weights[0] + 2 * the rest is 2^15. radius is at most 400.

@@ -137,9 +137,10 @@ void pixel_alpha(const std::uint8_t* pixels, int count, const PixelForms& forms,
 
 const Kernels& baseline_kernels() {
   static const Kernels table{
-      "baseline",  pixel_signal,  pixel_alpha,      ramp_alpha,     local_alpha,   chroma_signal,
-      double_left, doubled_alpha, difference_alpha, states,         fir_vertical,  fir_horizontal,
-      inside,      find_changes,  crossing_offsets, line_deviation, edge_deviation};
+      "baseline",     pixel_signal, pixel_alpha,    ramp_alpha,       local_alpha,
+      chroma_signal,  double_left,  doubled_alpha,  difference_alpha, states,
+      mixed_blocks, levels, fir_vertical, fir_horizontal, inside,           find_changes,
+      crossing_offsets, line_deviation, edge_deviation};
   return table;
 }
 

@@ -2,6 +2,8 @@
 // The kernels for x86-64-v3 (AVX2).
 #include <immintrin.h>
 
+#include <algorithm>
+
 #include "silhouette/kernels.h"
 
 namespace polyhull::silhouette {
@@ -121,6 +123,24 @@ void pixel_signal(const std::uint8_t* pixels, int count, const PixelForms& forms
   if (x < count) plain_kernels().pixel_signal(pixels + 4 * x, count - x, forms, signal + x);
 }
 
+// Signals above `empty_above` have an alpha of ramp.low at most, signals below `full_below` one of
+// ramp.high at least: Ramp's formula solved for the signal.
+struct SureSignals {
+  std::int16_t empty_above = 32767, full_below = -32768;
+  explicit SureSignals(Ramp ramp) {
+    if (ramp.gain <= 0) return;
+    const auto to16 = [](std::int32_t v) {
+      return static_cast<std::int16_t>(std::clamp(v, -32768, 32767));
+    };
+    // The difference is at most (that bound): alpha is at most low, and at least high from the other
+    // on.
+    const std::int32_t most = ((ramp.low + 1) * 32768 - 16384 - 1) / ramp.gain;
+    const std::int32_t least = (ramp.high * 32768 - 16384 + ramp.gain - 1) / ramp.gain;
+    if (most < 32767) empty_above = to16(ramp.base - most - 1);
+    if (ramp.high > 0 && least <= 32767) full_below = to16(ramp.base - least + 1);
+  }
+};
+
 void pixel_alpha(const std::uint8_t* pixels, int count, const PixelForms& forms, Ramp ramp,
                  std::uint8_t* alpha, BlockState* block_states) {
   const Vec a = weights_of(forms.a), b = weights_of(forms.b);
@@ -130,29 +150,32 @@ void pixel_alpha(const std::uint8_t* pixels, int count, const PixelForms& forms,
   const Vec lowest = _mm256_set1_epi8(static_cast<char>(ramp.low));
   const Vec highest = _mm256_set1_epi8(static_cast<char>(ramp.high));
   const Vec order = _mm256_setr_epi32(0, 4, 1, 5, 2, 6, 3, 7);
-  int x = 0;
+  const SureSignals sure(ramp);
+  const Vec surely_empty = set16(sure.empty_above), surely_full = set16(sure.full_below);
+  const auto everywhere = [](Vec mask) { return _mm256_movemask_epi8(mask) == -1; };
+  std::ptrdiff_t x = 0;
   for (; x + 32 <= count; x += 32) {
-    const Vec low = _mm256_mulhrs_epi16(
-        _mm256_subs_epi16(base, sixteen_signals(pixels + 4 * x, a, b, oa, ob)), gain);
-    const Vec high = _mm256_mulhrs_epi16(
-        _mm256_subs_epi16(base, sixteen_signals(pixels + 4 * x + 64, a, b, oa, ob)), gain);
+    const Vec first = sixteen_signals(pixels + 4 * x, a, b, oa, ob);
+    const Vec second = sixteen_signals(pixels + 4 * x + 64, a, b, oa, ob);
+    BlockState* state = block_states + x / 16;
+    // Most of a picture is one or the other for long, which its signals tell without their alpha.
+    if (everywhere(_mm256_cmpgt_epi16(min16(first, second), surely_empty))) {
+      _mm256_storeu_si256(reinterpret_cast<Vec*>(alpha + x), zero);
+      state[0] = state[1] = block_empty;
+      continue;
+    }
+    if (everywhere(_mm256_cmpgt_epi16(surely_full, _mm256_max_epi16(first, second)))) {
+      _mm256_storeu_si256(reinterpret_cast<Vec*>(alpha + x), ones);
+      state[0] = state[1] = block_full;
+      continue;
+    }
+    const Vec low = _mm256_mulhrs_epi16(_mm256_subs_epi16(base, first), gain);
+    const Vec high = _mm256_mulhrs_epi16(_mm256_subs_epi16(base, second), gain);
     const Vec v = _mm256_permutevar8x32_epi32(_mm256_packus_epi16(low, high), order);
     const auto empty = static_cast<std::uint32_t>(
         _mm256_movemask_epi8(_mm256_cmpeq_epi8(_mm256_subs_epu8(v, lowest), zero)));
     const auto full = static_cast<std::uint32_t>(
         _mm256_movemask_epi8(_mm256_cmpeq_epi8(_mm256_subs_epu8(highest, v), zero)));
-    BlockState* state = block_states + x / 16;
-    // Most of a picture is one or the other for long.
-    if (empty == 0xffffffffu) {
-      _mm256_storeu_si256(reinterpret_cast<Vec*>(alpha + x), zero);
-      state[0] = state[1] = block_empty;
-      continue;
-    }
-    if (full == 0xffffffffu) {
-      _mm256_storeu_si256(reinterpret_cast<Vec*>(alpha + x), ones);
-      state[0] = state[1] = block_full;
-      continue;
-    }
     const auto half = [&](__m128i values, std::uint32_t is_empty, std::uint32_t is_full, int i) {
       state[i] = is_empty == 0xffff ? block_empty : is_full == 0xffff ? block_full : block_mixed;
       values = state[i] == block_empty  ? _mm_setzero_si128()
@@ -203,12 +226,11 @@ void doubled_alpha_pairs(const std::int16_t* signal, int count, Ramp ramp, std::
 }  // namespace
 
 const Kernels& v3_kernels() {
-  static const Kernels table{"v3",           pixel_signal,        pixel_alpha,
-                             ramp_alpha,     local_alpha,         chroma_signal,
-                             double_left,    doubled_alpha_pairs, difference_alpha,
-                             states,         fir_vertical,        fir_horizontal,
-                             inside,         find_changes,        crossing_offsets,
-                             line_deviation, edge_deviation};
+  static const Kernels table{
+      "v3",           pixel_signal, pixel_alpha,         ramp_alpha,       local_alpha,
+      chroma_signal,  double_left,  doubled_alpha_pairs, difference_alpha, states,
+      mixed_blocks, levels, fir_vertical, fir_horizontal,      inside,           find_changes,
+      crossing_offsets, line_deviation, edge_deviation};
   return table;
 }
 

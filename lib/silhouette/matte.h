@@ -4,7 +4,6 @@
 /// plainly background or plainly foreground, and every stage works only where it is neither.
 #pragma once
 
-#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -38,26 +37,6 @@ inline std::uint64_t eight_states(const BlockState* from) {
 /// Is any of eight_states() mixed?
 inline bool any_mixed(std::uint64_t eight) {
   return (eight & eight >> 1 & 0x0101010101010101ull) != 0;
-}
-
-/// The mixed blocks of a row, ascending; returns how many.
-inline int mixed_blocks(const BlockState* states, int blocks, std::uint16_t* list) {
-  constexpr int step = 8;
-  int count = 0, b = 0;
-  for (; b + step <= blocks; b += step) {
-    const std::uint64_t eight = eight_states(states + b);
-    const std::uint64_t mixed = eight & eight >> 1 & 0x0101010101010101ull;
-    if (mixed == 0) continue;
-    // The lowest bits of the eight bytes side by side, the first lowest.
-    for (auto bits = static_cast<unsigned>((mixed * 0x0102040810204080ull) >> 56); bits != 0;
-         bits &= bits - 1)
-      list[count++] = static_cast<std::uint16_t>(b + std::countr_zero(bits));
-  }
-  for (; b < blocks; ++b) {
-    list[count] = static_cast<std::uint16_t>(b);
-    count += states[b] == block_mixed;
-  }
-  return count;
 }
 
 /// A plane of 8-bit alpha, 255 foreground, 0 background. Rows are `stride` apart.

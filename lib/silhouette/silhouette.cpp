@@ -5,6 +5,9 @@
 #include <cmath>
 #include <cstring>
 
+#include "silhouette/kernels.h"
+#include "silhouette/row_ahead.h"
+
 namespace polyhull {
 
 double corrected_sigma(const BlurSettings& blur, bool correct_curvature) {
@@ -35,6 +38,7 @@ struct Silhouetter::State {
   Matte keyed;  // only where the matte needs its neighbours or the blur whole planes
   Field field;
   Matte blurred;  // 8 bit, with keep_matte
+  std::vector<std::uint16_t> mixed_list;
   Rings traced, rings;
   std::vector<std::int32_t> parents;
   SilhouetteStats stats;
@@ -116,55 +120,42 @@ bool Silhouetter::State::unchanged(const FrameView& frame, bool& worth_copying) 
 
 void Silhouetter::State::keep_row(int y, const std::int16_t* values, const BlockState* states) {
   BlockState* held = blurred.state_row(y);
+  std::uint8_t* out = blurred.row(y);
   const int blocks = blocks_across(blurred.width);
-  // From the first to the last of eight blocks that are not what they were: what lies between costs
-  // less than to go around it.
-  const auto stay = [&](int b) {
-    const std::uint64_t eight = eight_states(states + b);
-    return eight == eight_states(held + b) && !any_mixed(eight);
+  int b = 0;
+  const auto keep = [&](int block) {
+    if (states[block] != held[block] && states[block] != block_mixed)
+      std::memset(out + block * matte_block, states[block] == block_full ? 255 : 0, matte_block);
+    held[block] = states[block];
   };
-  int begin = 0, end = blocks;
-  while (begin + 8 <= end && stay(begin)) begin += 8;
-  while (end - 8 >= begin && stay(end - 8)) end -= 8;
-  if (begin == end) return;
-  const int x0 = begin * matte_block, x1 = end * matte_block;  // rows are whole blocks
-  store_field_row(values + x0, x1 - x0, 0, blurred.row(y) + x0, 1);
-  std::memcpy(held, states, static_cast<std::size_t>(blocks));
+  for (; b + 8 <= blocks; b += 8)
+    if (eight_states(states + b) != eight_states(held + b))
+      for (int i = b; i < b + 8; ++i) keep(i);
+  for (; b < blocks; ++b) keep(b);
+  const int mixed = silhouette::kernels().mixed_blocks(states, blocks, mixed_list.data());
+  silhouette::kernels().levels(values, mixed_list.data(), mixed, out);
 }
 
 // Room for the blurred matte of a picture of this size; uniform blocks stay from frame to frame.
 void Silhouetter::State::keep_size(int width, int height) {
   if (!settings.keep_matte || (blurred.width == width && blurred.height == height)) return;
   blurred.resize(width, height);
+  mixed_list.resize(static_cast<std::size_t>(blocks_across(width)) + 1);
   std::fill(blurred.states.begin(), blurred.states.end(), block_mixed);
 }
 
 namespace {
 
-// The bytes of a row's active columns, asked from memory a few lines at a time while the row before
-// is still being worked on: the hardware's own prefetching stops between two rows.
-class RowAhead {
- public:
-  RowAhead(const FrameView& frame, const Rectangle& active) : frame_(frame), active_(active) {}
-
-  void begin(int y) {
-    // Of luma and chroma hardly more than the chroma is read.
-    const bool any = !is_yuv(frame_.format) && y >= active_.y && y < active_.y + active_.height &&
-                     frame_.strides[0] > 0;
-    const std::ptrdiff_t pixel = std::abs(frame_.strides[0]) / frame_.width;
-    at_ = any ? frame_.row(0, y) + pixel * active_.x : nullptr;
-    end_ = any ? at_ + pixel * active_.width : nullptr;
-  }
-  void some() {
-    constexpr std::ptrdiff_t line = 64, lines = 30;
-    for (int i = 0; i < lines && at_ < end_; ++i, at_ += line) __builtin_prefetch(at_);
-  }
-
- private:
-  const FrameView& frame_;
-  Rectangle active_;
-  const std::uint8_t *at_ = nullptr, *end_ = nullptr;
-};
+// The bytes of row y's active columns are asked for.
+void ask_for(const FrameView& frame, const Rectangle& active, int y, silhouette::RowAhead& ahead) {
+  // Of luma and chroma hardly more than the chroma is read.
+  if (is_yuv(frame.format) || y < active.y || y >= active.y + active.height ||
+      frame.strides[0] <= 0)
+    return;
+  const std::ptrdiff_t pixel = frame.strides[0] / frame.width;
+  const std::uint8_t* const begin = frame.row(0, y) + pixel * active.x;
+  ahead.begin(begin, begin + pixel * active.width);
+}
 
 }  // namespace
 
@@ -174,19 +165,18 @@ void Silhouetter::State::stream(const FrameView& frame, const TraceSettings& tra
   tracer.begin(frame.width, frame.height, trace);
   keep_size(frame.width, frame.height);
   Blur::Row row;
-  RowAhead ahead(frame, keyer.active());
+  silhouette::RowAhead ahead;
   for (int y = 0; y < frame.height; ++y) {
     keyer.key_row(frame, y, blur.next_alpha(), blur.next_states());
-    ahead.begin(y + 1);
+    ask_for(frame, keyer.active(), y + 1, ahead);
     ahead.some();
     blur.push();
-    while (blur.pull(row)) {
-      ahead.some();
+    while (blur.pull(row, &ahead)) {
       if (settings.keep_matte) keep_row(row.y, row.values, row.states);
       ahead.some();
-      tracer.push(row.values, row.states);
-      ahead.some();
+      tracer.push(row.values, row.states, &ahead);
     }
+    ahead.rest();
   }
 }
 

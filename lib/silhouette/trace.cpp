@@ -45,7 +45,7 @@ void Tracer::begin(int width, int height, const TraceSettings& settings) {
   s.width = width;
   s.height = height;
   s.blocks = blocks_across(width);
-  s.mixed_list.resize(static_cast<std::size_t>(s.blocks));
+  s.mixed_list.resize(static_cast<std::size_t>(s.blocks) + 1);
   s.words = ((width + 63) / 64 + 2 + 3) / 4 * 4;
   s.reach = reach_of(settings);
   s.centre = 1;
@@ -79,8 +79,10 @@ void Tracer::begin(int width, int height, const TraceSettings& settings) {
   s.row_begins.clear();
 }
 
-void Tracer::push(const std::int16_t* values, const BlockState* states) {
+void Tracer::push(const std::int16_t* values, const BlockState* states,
+                  silhouette::RowAhead* ahead) {
   State& s = *state_;
+  s.ahead = ahead;
   s.rows[static_cast<std::size_t>(s.pushed) % s.rows.size()] = values;
   s.row_states[static_cast<std::size_t>(s.pushed) % s.rows.size()] = states;
   ++s.pushed;
@@ -116,7 +118,8 @@ void Tracer::State::classify(int y) {
   // A uniform block keeps its side: the correction only moves it farther from the half level.
   for (int b = 0; b < blocks; ++b)
     out[b] = static_cast<std::uint16_t>(states[b] == block_full ? 0xffff : 0);
-  const int mixed = mixed_blocks(states, blocks, mixed_list.data());
+  const int mixed = kernels().mixed_blocks(states, blocks, mixed_list.data());
+  silhouette::some_of(ahead);
   kernels().inside(up, here, down, reach, centre, side, mixed_list.data(), mixed,
                    values_below.data(), out);
   static_assert(std::endian::native == std::endian::little);  // four pieces are a word
@@ -137,6 +140,7 @@ void Tracer::State::classify(int y) {
 
 void Tracer::finish(Rings& rings, std::vector<std::int32_t>* parents) {
   State& s = *state_;
+  s.ahead = nullptr;
   // `above` now holds the last row: its copy, then what lies outside the frame.
   s.below = s.above;
   s.values_below = s.values_above;

@@ -29,6 +29,10 @@
 
 namespace polyhull {
 
+namespace silhouette {
+class RowAhead;
+}
+
 enum class TraceMethod : std::uint8_t {
   subpixel,
   binary,  ///< the outline of the pixels at or above the half level, along their sides
@@ -53,8 +57,10 @@ class Tracer {
   static int rows_kept(const TraceSettings& settings);
 
   /// The next row, top to bottom: width values with field_pad more on both sides, and their states,
-  /// both valid for the next rows_kept() pushes.
-  void push(const std::int16_t* values, const BlockState* states);
+  /// both valid for the next rows_kept() pushes. \p ahead, if given: what is asked from memory
+  /// meanwhile.
+  void push(const std::int16_t* values, const BlockState* states,
+            silhouette::RowAhead* ahead = nullptr);
 
   /// After `height` rows: the rings, one vertex per crossing, in the order of their topmost rows.
   /// \p parents, if given: for each ring the ring directly around it, -1 for none.

@@ -74,10 +74,13 @@ void Tracer::State::cells(int y) {
   if (binary && corners.size() < vertices.size()) corners.resize(vertices.size());
   row_begins.push_back(count);
   row_below = count;
+  silhouette::some_of(ahead);
   kernels().find_changes(above.data(), below.data(), words, changes);
   if (changes.cells_count == 0) return;
   const std::uint32_t first_between = count + static_cast<std::uint32_t>(changes.on_row_count);
+  silhouette::some_of(ahead);
   cross(y);
+  silhouette::some_of(ahead);
   if (binary)
     link_cells<true>(y, first_between);
   else

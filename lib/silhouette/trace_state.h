@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "silhouette/kernels.h"
+#include "silhouette/row_ahead.h"
 #include "silhouette/trace.h"
 
 namespace polyhull {
@@ -29,6 +30,8 @@ struct Tracer::State {
   int width = 0, height = 0, blocks = 0, words = 0;
   int reach = 1;
   std::int16_t centre = 1, side = 0;
+
+  silhouette::RowAhead* ahead = nullptr;  // of the row being pushed
 
   int pushed = 0;                         // rows given
   int classified = 0;                     // rows whose bits are known

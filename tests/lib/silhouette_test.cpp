@@ -310,6 +310,9 @@ TEST(Silhouette, KernelsAgree) {
     const std::uint64_t random_bits[] = {random() * 0x100000001ull, random() * 0x10001ull,
                                          random() * 0x100000001ull, random() * 0x1000001ull};
     const std::uint16_t blocks[] = {1, 2, 5, 7};
+    std::vector<BlockState> block_states(1 + random() % 150);
+    for (auto& state : block_states)
+      state = std::array{block_full, block_empty, block_mixed}[random() % 3];
     const auto run = [&](const Kernels& k) {
       Out out;
       std::vector<std::uint8_t> alpha(n), states(n / matte_block);
@@ -342,11 +345,17 @@ TEST(Silhouette, KernelsAgree) {
       keep();
       k.fir_horizontal(narrow.data() + 64, radius, weights.data(), blocks, 4, line.data());
       keep();
-      out.bits.resize(n / 16);
+      out.bits.resize(block_states.size() + 1);
+      out.bits.resize(static_cast<std::size_t>(k.mixed_blocks(
+          block_states.data(), static_cast<int>(block_states.size()), out.bits.data())));
+      k.levels(values.data(), blocks, 4, alpha.data());
+      keep();
+      const std::size_t mixed = out.bits.size();
+      out.bits.resize(mixed + n / 16);
       out.corrected.resize(n);
       k.inside(values.data() + 64, values.data() + 80, values.data() + 96, 3, 900,
                static_cast<std::int16_t>(round % 2 ? 97 : 0), blocks, 4, out.corrected.data(),
-               out.bits.data());
+               out.bits.data() + mixed);
       const std::vector<std::uint64_t> above{random_bits[0], random_bits[1] | 5, 0, ~0ull >> 9, 0};
       const std::vector<std::uint64_t> below{random_bits[2], ~0ull, 0, random_bits[3] >> 1, 0};
       std::vector<std::int32_t> lists(3 * 260);
