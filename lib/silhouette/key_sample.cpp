@@ -85,6 +85,26 @@ double quantile(std::vector<double>& v, double q) {
   return *at;
 }
 
+// How much a screen's signal spreads, in levels.
+struct Spread {
+  double noise, unevenness;
+};
+
+// Of the signals near \p screen; \p cluster is a copy of those, in any order.
+Spread spread_of(const std::vector<double>& signals, std::vector<double>& cluster, double screen) {
+  // From the quartiles: the tails are shadows and edges. What neighbours differ by is noise, the
+  // rest is light and folds.
+  const double spread = (quantile(cluster, 0.75) - quantile(cluster, 0.25)) / 1.349;
+  std::vector<double> steps;
+  for (std::size_t i = 1; i < signals.size(); ++i)
+    if (std::abs(signals[i] - screen) < 0.3 * screen &&
+        std::abs(signals[i - 1] - screen) < 0.3 * screen)
+      steps.push_back(std::abs(signals[i] - signals[i - 1]));
+  // The median of |difference| of two normal numbers is 0.954 of their deviation.
+  const double noise = steps.empty() ? spread : std::min(quantile(steps, 0.5) / 0.954, spread);
+  return {noise, std::sqrt(spread * spread - noise * noise)};
+}
+
 // The mean colour of the samples whose signal is within [low, high].
 Rgb mean_colour(const Samples& samples, const std::vector<double>& signals, double low,
                 double high) {
@@ -132,41 +152,43 @@ void Keyer::State::sample(const FrameView& frame) {
   std::vector<double> signals;
   for (const Rgb& c : taken.colours) signals.push_back(s.of(c[0], c[1], c[2]));
 
-  // The screen is the peak of the signals clearly on the key's side of grey.
   double screen = 0.0;
   bool screen_seen = false;
+  std::vector<double> cluster;
+  const auto near_screen = [&] {
+    cluster.clear();
+    for (const double d : signals)
+      if (d > 0.7 * screen && d < 1.3 * screen + 8.0) cluster.push_back(d);
+    return static_cast<double>(cluster.size()) >= 0.02 * static_cast<double>(signals.size());
+  };
   if (settings.screen) {
     samples.screen = *settings.screen;
     screen = s.of(samples.screen[0], samples.screen[1], samples.screen[2]);
     screen_seen = true;
+    if (!signals.empty() && screen >= 16.0 && near_screen()) {
+      const Spread spread = spread_of(signals, cluster, screen);
+      noise = spread.noise;
+      unevenness = spread.unevenness;
+    }
   } else if (!signals.empty()) {
+    // The peak of the signals clearly on the key's side of grey.
     std::array<double, 256> histogram{};
     for (const double d : signals)
       if (d >= 0.0) histogram[static_cast<std::size_t>(std::min(d, 255.0))] += 1.0;
     double best = 0.0;
-    int peak = 0;
     for (int i = 16; i < 256; ++i) {
       double sum = 0.0;
       for (int k = std::max(i - 6, 0); k <= std::min(i + 6, 255); ++k) sum += histogram[k];
-      if (sum > best) best = sum, peak = i;
+      if (sum > best) best = sum, screen = i;
     }
     if (best >= 0.02 * static_cast<double>(signals.size())) {
-      std::vector<double> cluster;
-      for (const double d : signals)
-        if (d > 0.7 * peak && d < 1.3 * peak + 8.0) cluster.push_back(d);
+      near_screen();
       screen = quantile(cluster, 0.5);
-      // From the quartiles: the tails are shadows and edges. What neighbours differ by is noise,
-      // the rest is light and folds.
-      const double spread = (quantile(cluster, 0.75) - quantile(cluster, 0.25)) / 1.349;
-      std::vector<double> steps;
-      for (std::size_t i = 1; i < signals.size(); ++i)
-        if (std::abs(signals[i] - screen) < 0.3 * screen &&
-            std::abs(signals[i - 1] - screen) < 0.3 * screen)
-          steps.push_back(std::abs(signals[i] - signals[i - 1]));
-      // The median of |difference| of two normal numbers is 0.954 of their deviation.
-      noise = steps.empty() ? spread : std::min(quantile(steps, 0.5) / 0.954, spread);
-      unevenness = std::sqrt(spread * spread - noise * noise);
-      samples.screen = mean_colour(taken, signals, screen - spread - 1.0, screen + spread + 1.0);
+      const Spread spread = spread_of(signals, cluster, screen);
+      noise = spread.noise;
+      unevenness = spread.unevenness;
+      const double within = std::hypot(noise, unevenness) + 1.0;
+      samples.screen = mean_colour(taken, signals, screen - within, screen + within);
       screen_seen = true;
     }
   }
@@ -179,7 +201,8 @@ void Keyer::State::sample(const FrameView& frame) {
   } else {
     // Samples well inside the subject: all around them is foreground too, so that no mixed pixel
     // and no interpolated chroma counts.
-    std::vector<double> cluster, near_edge;
+    std::vector<double> near_edge;
+    cluster.clear();
     const int apart = (4 + taken.step - 1) / taken.step;
     const auto is_foreground = [&](int i, int j) {
       return i < 0 || j < 0 || i >= taken.columns || j >= taken.rows ||

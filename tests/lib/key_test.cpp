@@ -368,6 +368,34 @@ TEST(Key, OddSizesAndStrides) {
     }
 }
 
+TEST(Key, AGivenScreenIsAsQuietAsASampledOne) {
+  // Uneven and noisy: what the screen spreads around the colour given is measured all the same.
+  std::mt19937 random(8);
+  std::normal_distribution<double> noise(0.0, 5.0);
+  const auto cover = [](int x, int y) {
+    return std::clamp(30.5 - std::hypot(x - 60.0, y - 45.0), 0.0, 1.0);
+  };
+  const test::Frame frame = test::make_frame(FrameFormat::bgrx, 121, 91, [&](int x, int y) {
+    const double light = 1.0 + 0.08 * std::sin(x * 0.05);
+    Colour c = mix({60 * light, 190 * light, 70 * light}, skin, cover(x, y));
+    for (double& v : c) v += noise(random);
+    return c;
+  });
+  const auto error = [&](const KeySettings& settings) {
+    const Matte m = key(settings, frame.view);
+    double sum = 0.0;
+    for (int y = 0; y < 91; ++y)
+      for (int x = 0; x < 121; ++x) sum += std::abs(m.row(y)[x] / 255.0 - cover(x, y));
+    return sum / 121 / 91;
+  };
+  const double sampled = error({});
+  KeySettings settings;
+  settings.screen = rgb(screen_green);
+  const double given = error(settings);
+  std::printf("mean alpha error, screen sampled %.5f, given %.5f\n", sampled, given);
+  EXPECT_LT(given, 1.2 * sampled);
+}
+
 TEST(Key, RefusesNonsense) {
   Keyer keyer;
   KeySettings settings;
@@ -424,6 +452,51 @@ TEST(Key, RealPicturesWithHandCutAlpha) {
     settings = {};
     settings.key = KeyColour::automatic;
     const double automatic = error(settings);
+
+    // Colours a person might give, out of the parts that the truth calls subject or screen: by how
+    // green they are, from the least to the most.
+    const auto colour_at = [&](bool subject, double quantile) {
+      std::vector<std::pair<int, Rgb>> found;
+      for (int y = 0; y < picture.height; ++y)
+        for (int x = 0; x < picture.width; ++x) {
+          const int alpha = truth.row(y)[4 * x + 3];
+          const std::uint8_t* p = picture.row(y) + 3 * x;
+          if (alpha == (subject ? 255 : 0))
+            found.push_back({p[1] - std::max(p[0], p[2]), {p[0], p[1], p[2]}});
+        }
+      std::sort(found.begin(), found.end());
+      const std::size_t around = found.size() / 50;
+      const auto middle =
+          static_cast<std::size_t>(quantile * static_cast<double>(found.size() - 1));
+      double sum[3] = {}, n = 0.0;
+      for (std::size_t i = middle - std::min(middle, around);
+           i < std::min(middle + around, found.size()); ++i, n += 1.0)
+        for (int c = 0; c < 3; ++c) sum[c] += found[i].second[c];
+      return Rgb{static_cast<std::uint8_t>(sum[0] / n), static_cast<std::uint8_t>(sum[1] / n),
+                 static_cast<std::uint8_t>(sum[2] / n)};
+    };
+    // What docs/keying.md advises against is worse: a subject's part that reflects the screen, the
+    // screen's most colourful part.
+    std::vector<double> foregrounds, screens;
+    for (const double quantile : {0.25, 0.5, 0.9, 0.97}) {
+      settings = {};
+      settings.foreground = colour_at(true, quantile);
+      foregrounds.push_back(error(settings));
+    }
+    for (const double quantile : {0.1, 0.5, 0.9}) {
+      settings = {};
+      settings.screen = colour_at(false, quantile);
+      screens.push_back(error(settings));
+      EXPECT_LT(screens.back(), 2.0 * soft) << "screen at " << quantile;
+    }
+    EXPECT_LT(soft, 0.8 * foregrounds[3]);
+    EXPECT_LT(screens[0], screens[2]);
+    std::printf("%s given, from the least to the most green: foreground", name.c_str());
+    for (const double e : foregrounds) std::printf(" %.4f", e);
+    std::printf(", screen");
+    for (const double e : screens) std::printf(" %.4f", e);
+    std::printf("\n");
+
     settings = {};
     settings.method = KeyMethod::prototype;
     const double prototype = error(settings);
