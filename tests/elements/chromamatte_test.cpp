@@ -217,6 +217,61 @@ GST_START_TEST(properties_act_on_the_next_frame) {
 }
 GST_END_TEST
 
+/// Pictures, polygons and the rig's bounds rule in and out, each by itself and all at once.
+GST_START_TEST(garbage_mattes_rule_in_and_out) {
+  // Columns 0 to 29 are masked; the box, 10 units away, covers columns 20 to 60 and rows 10 to 40.
+  const std::string mask = temporary("mask.png"), rig = temporary("rig.json");
+  polyhull::Picture left{width, height, 1, std::vector<std::uint8_t>(width * height, 0)};
+  for (int y = 0; y < height; ++y) std::fill_n(left.row(y), 30, 255);
+  polyhull::save_picture(left, mask);
+  std::ofstream(rig)
+      << R"({"format":"polyhull-rig","version":1,"cameras":[{"name":"left","width":96,
+    "height":64,"K":[[100,0,0],[0,100,0],[0,0,1]],"R":[[1,0,0],[0,1,0],[0,0,1]],"t":[0,0,0]}],
+    "bounds":{"min":[2,1,10],"max":[6,4,10.000001]}})";
+  const auto masked = [](int x, int) { return x < 30; };
+  const auto boxed = [](int x, int y) { return x >= 20 && x <= 60 && y >= 10 && y <= 40; };
+  const auto near_box = [](int x, int y) {  // a pixel's centre on the box's edge is either
+    return (std::abs(x - 20) < 2 || std::abs(x - 60) < 2 || std::abs(y - 10) < 2 ||
+            std::abs(y - 40) < 2);
+  };
+  const std::string polygon = "outside-polygon=\"-1,24.5 99,24.5 99,99 -1,99\"";
+  const struct {
+    std::string properties;
+    std::function<bool(int, int)> in, out;
+  } cases[] = {
+      {"inside-mask=" + mask, masked, [](int, int) { return false; }},
+      {"outside-mask=" + mask, [](int, int) { return false; }, masked},
+      {"rig=" + rig + " camera=left", [](int, int) { return false; },
+       [&](int x, int y) { return !boxed(x, y); }},
+      {"name=left rig=" + rig, [](int, int) { return false; },
+       [&](int x, int y) { return !boxed(x, y); }},
+      {"rig=" + rig + " camera=left outside-mask=" + mask + " " + polygon +
+           " inside-polygon=\"-1,-1 99,-1 99,99 -1,99\"",
+       [](int, int) { return true; },
+       [&](int x, int y) { return !boxed(x, y) || masked(x, y) || y < 25; }},
+  };
+  GstHarness* plain = harness_for("chromamatte");
+  GstBuffer* free = pushed(plain, "RGBx", subject);
+  std::vector<int> alpha;
+  for_each_pixel(free, width, height,
+                 [&](int, int, const std::uint8_t* p) { alpha.push_back(p[3]); });
+  gst_buffer_unref(free);
+  gst_harness_teardown(plain);
+  for (const auto& c : cases) {
+    GstHarness* h = harness_for("chromamatte " + c.properties);
+    GstBuffer* out = pushed(h, "RGBx", subject);
+    for_each_pixel(out, width, height, [&](int x, int y, const std::uint8_t* p) {
+      if (c.properties.find("rig=") != std::string::npos && near_box(x, y)) return;
+      const int expected = c.out(x, y) ? 0 : c.in(x, y) ? 255 : alpha[y * width + x];
+      fail_unless(p[3] == expected, "%s: %d instead of %d at %d,%d", c.properties.c_str(), p[3],
+                  expected, x, y);
+    });
+    gst_buffer_unref(out);
+    gst_harness_teardown(h);
+  }
+}
+GST_END_TEST
+
 GST_START_TEST(a_controller_drives_properties) {
   GstHarness* h = harness_for("chromamatte");
   GstElement* key = gst_harness_find_element(h, "chromamatte");
@@ -480,6 +535,7 @@ static Suite* chromamatte_suite() {
   tcase_add_test(tests, changes_size_and_format_in_the_stream);
   tcase_add_test(tests, survives_flush_and_seek);
   tcase_add_test(tests, properties_act_on_the_next_frame);
+  tcase_add_test(tests, garbage_mattes_rule_in_and_out);
   tcase_add_test(tests, a_controller_drives_properties);
   tcase_add_test(tests, shows_the_operator_what_it_does);
   tcase_add_test(tests, a_clean_plate_keys_without_a_screen);

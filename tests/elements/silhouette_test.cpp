@@ -262,6 +262,43 @@ GST_START_TEST(reuse_changes_nothing_but_the_time) {
 }
 GST_END_TEST
 
+/// QoS events coarsen and refine the one pass's polygons as they do contourfind's.
+GST_START_TEST(late_frames_coarsen_the_contours) {
+  const Pictures pictures("BGRx");
+  GstHarness* chain = gst_harness_new_parse(
+      "chromamatte ! gaussblur ! contourfind camera=c adaptive=true tolerance=0.3");
+  GstHarness* one = gst_harness_new_parse("silhouette camera=c adaptive=true tolerance=0.3");
+  gst_harness_set_src_caps(chain, pictures.caps());
+  gst_harness_set_src_caps(one, pictures.caps());
+  std::size_t points[3];
+  int event = 0;
+  const auto send = [&](double proportion, int until) {
+    for (; event < until; ++event)
+      for (GstHarness* h : {chain, one})
+        gst_harness_push_upstream_event(
+            h, gst_event_new_qos(GST_QOS_TYPE_OVERFLOW, proportion, 0, event * GST_SECOND / 30));
+  };
+  for (int round = 0; round < 3; ++round) {
+    if (round == 1) send(1.5, 120);
+    if (round == 2) send(0.3, 3000);
+    // Later than the events tell of, or the base class drops it.
+    const auto frame = [&] {
+      GstBuffer* buffer = pictures.frame(round);
+      GST_BUFFER_PTS(buffer) = round * 150 * GST_SECOND;
+      return buffer;
+    };
+    const ReadView a = take_view(gst_harness_push_and_pull(chain, frame()));
+    const ReadView b = take_view(gst_harness_push_and_pull(one, frame()));
+    fail_unless(a.bytes == b.bytes, "round %d", round);
+    points[round] = b.view.contours.points.size();
+  }
+  fail_unless(points[1] < points[0] && points[1] < points[2], "%u, %u, %u vertices",
+              (unsigned)points[0], (unsigned)points[1], (unsigned)points[2]);
+  gst_harness_teardown(chain);
+  gst_harness_teardown(one);
+}
+GST_END_TEST
+
 GST_START_TEST(the_clean_plate_works_like_the_chain) {
   const std::string path =
       (std::filesystem::temp_directory_path() / "polyhull_silhouette_plate.png").string();
@@ -351,6 +388,7 @@ static Suite* silhouette_suite() {
   tcase_add_test(tests, same_bytes_as_the_chain_with_every_setting);
   tcase_add_test(tests, settings_that_change_in_the_stream_change_both);
   tcase_add_test(tests, reuse_changes_nothing_but_the_time);
+  tcase_add_test(tests, late_frames_coarsen_the_contours);
   tcase_add_test(tests, the_clean_plate_works_like_the_chain);
   tcase_add_test(tests, bad_input_is_refused_with_a_sentence);
   tcase_add_test(tests, changes_size_and_format_in_the_stream);

@@ -122,6 +122,27 @@ TEST(Key, SoftMatteIsLinearInTheMixingFraction) {
     }
 }
 
+TEST(Key, ClipsStretchWhatIsBetween) {
+  static constexpr Colour screen{70, 190, 60}, subject{190, 130, 130};
+  const test::Frame frame = test::make_frame(
+      FrameFormat::rgbx, 101, 4, [](int x, int) { return mix(screen, subject, x / 100.0); });
+  KeySettings settings;
+  settings.screen = rgb(screen);
+  settings.foreground = rgb(subject);
+  for (const auto& [black, white] : {std::pair{0.0, 1.0}, {0.2, 0.8}, {0.0, 0.5}, {0.6, 1.0}}) {
+    settings.clip_black = black;
+    settings.clip_white = white;
+    const Matte m = key(settings, frame.view);
+    for (int x = 0; x <= 100; ++x) {
+      const double alpha = 255.0 * std::clamp((x / 100.0 - black) / (white - black), 0.0, 1.0);
+      // Whole blocks of 16 within 3 % of an end are silenced.
+      const bool end = alpha < 12.0 || alpha > 243.0;
+      ASSERT_NEAR(m.row(1)[x], alpha, end ? 12.0 : 2.5 / (white - black))
+          << black << " to " << white << " at " << x;
+    }
+  }
+}
+
 TEST(Key, SamplesThePictureItself) {
   for (const FrameFormat format : test::all_formats) {
     const test::Frame frame = test::make_frame(format, 121, 91, disk_scene);
@@ -151,8 +172,18 @@ TEST(Key, FindsTheScreenColour) {
     const test::Frame frame = test::make_frame(FrameFormat::bgrx, 121, 91, colour);
     KeySettings settings;
     settings.key = KeyColour::automatic;
-    const Matte m = key(settings, frame.view);
-    EXPECT_NEAR(area_of(m), M_PI * 30.0 * 30.0, 40.0) << screen[0];
+    EXPECT_NEAR(area_of(key(settings, frame.view)), M_PI * 30.0 * 30.0, 40.0) << screen[0];
+    settings.key = KeyColour::custom;
+    settings.colour = rgb(screen);
+    EXPECT_NEAR(area_of(key(settings, frame.view)), M_PI * 30.0 * 30.0, 40.0) << screen[0];
+    // Green and blue find their own screen only; before another all is foreground.
+    for (const KeyColour hue : {KeyColour::green, KeyColour::blue}) {
+      settings.key = hue;
+      const bool own =
+          hue == KeyColour::green ? screen[1] == 190 && screen[0] == 60 : screen[2] == 190;
+      EXPECT_NEAR(area_of(key(settings, frame.view)), own ? M_PI * 30.0 * 30.0 : 121.0 * 91.0, 40.0)
+          << screen[0] << " hue " << int(hue);
+    }
   }
 }
 
@@ -206,10 +237,27 @@ TEST(Key, UnevenScreen) {
         plate->pixels.push_back(static_cast<std::uint8_t>(c * light(x)));
   settings.plate = plate;
   const double with_plate = error(settings);
-  std::printf("mean alpha error on an uneven screen: %.5f, followed %.5f, clean plate %.5f\n",
-              plain, followed, with_plate);
+  // The same plate, learned from frames of the empty stage.
+  const test::Frame stage = test::make_frame(FrameFormat::bgrx, 320, 180, [&](int x, int) {
+    return Colour{60 * light(x), 190 * light(x), 70 * light(x)};
+  });
+  settings.plate = nullptr;
+  Keyer keyer;
+  keyer.set(settings);
+  keyer.learn_plate(3);
+  for (int i = 0; i < 3; ++i) keyer.prepare(stage.view);
+  Matte learned;
+  keyer.key(frame.view, learned);
+  double with_learned = 0.0;
+  for (int y = 0; y < 180; ++y)
+    for (int x = 0; x < 320; ++x)
+      with_learned += std::abs(learned.row(y)[x] / 255.0 - cover(x, y)) / 320 / 180;
+  std::printf(
+      "mean alpha error on an uneven screen: %.5f, followed %.5f, clean plate %.5f, learned %.5f\n",
+      plain, followed, with_plate, with_learned);
   EXPECT_LT(followed, 0.002);
   EXPECT_LT(with_plate, 0.001);
+  EXPECT_LT(with_learned, 0.004);
   EXPECT_GT(plain, 3.0 * followed);
 }
 
@@ -301,6 +349,15 @@ TEST(Key, RegionMasksAndPolygons) {
   m = key(settings, frame.view);
   EXPECT_EQ(m.row(30)[30], 0);
   EXPECT_EQ(m.row(30)[31], 255);
+  settings.outside_mask = nullptr;
+  settings.inside_mask = mask;
+  mask->row(30)[30] = 0;
+  mask->row(10)[85] = 255;  // before the screen
+  m = key(settings, frame.view);
+  EXPECT_EQ(m.row(10)[85], 255);
+  EXPECT_EQ(m.row(10)[84], 0);
+  EXPECT_EQ(m.row(10)[86], 0);
+  settings.inside_mask = nullptr;
   settings.outside_mask =
       std::make_shared<Picture>(Picture{10, 6, 1, std::vector<std::uint8_t>(60, 0)});
   EXPECT_THROW(key(settings, frame.view), Error);
@@ -347,8 +404,10 @@ TEST(Key, DespillAndViews) {
   EXPECT_EQ(show(KeyView::composite), (std::array<int, 4>{120, 120, 100, alpha}));
   EXPECT_EQ(show(KeyView::matte), (std::array<int, 4>{alpha, alpha, alpha, 255}));
   EXPECT_EQ(show(KeyView::spill), (std::array<int, 4>{0, 50, 0, 255}));
-  const auto status = show(KeyView::status);
-  EXPECT_NE(status[0], status[2]) << "in between is coloured";
+  EXPECT_EQ(show(KeyView::status), (std::array<int, 4>{alpha, 64, 255 - alpha, 255}));
+  const std::uint8_t* background = out.data() + 4 * 30;
+  EXPECT_EQ((std::array<int, 4>{background[0], background[1], background[2], background[3]}),
+            (std::array<int, 4>{0, 0, 0, 255}));
 }
 
 TEST(Key, OddSizesAndStrides) {
