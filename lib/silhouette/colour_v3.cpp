@@ -4,7 +4,7 @@
 namespace polyhull::silhouette {
 
 const ColourKernels& v3_colour_kernels() {
-  static const ColourKernels table{convert_yuv, composite};
+  static const ColourKernels table{convert_yuv, composite_yuv, composite};
   return table;
 }
 

@@ -13,10 +13,10 @@ namespace {
 silhouette::DespillForms despill_forms(const silhouette::KeySignal& signal, double amount) {
   silhouette::DespillForms forms;
   for (int c = 0; c < 3; ++c) {
-    forms.a[c] = signal.a[c];
-    forms.b[c] = signal.b[c];
-    forms.take[c] = static_cast<std::int32_t>(
-        std::lround(amount * signal.direction[c] / signal.unit * 65536.0));
+    forms.a[c] = static_cast<std::int16_t>(signal.a[c]);
+    forms.b[c] = static_cast<std::int16_t>(signal.b[c]);
+    forms.take[c] = static_cast<std::int16_t>(
+        std::lround(amount * signal.direction[c] / signal.unit * 32768.0));
   }
   return forms;
 }
@@ -36,9 +36,14 @@ void composite_row(const FrameView& frame, int y, int x0, int x1,
                         despill, alpha, out);
       return;
     }
-    default:
+    case FrameFormat::rgb:
+    case FrameFormat::bgr:
+    case FrameFormat::gray8:
       convert_row(frame, y, x0, x1, out);
       kernels.composite(out, x1 - x0, false, despill, alpha, out);
+      return;
+    default:
+      kernels.composite_yuv(frame, y, x0, x1, despill, alpha, out);
   }
 }
 

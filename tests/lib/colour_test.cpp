@@ -174,7 +174,7 @@ TEST(Colour, CompositeTakesSpillAwayAndPutsAlphaIn) {
   for (std::uint8_t& b : alpha) b = static_cast<std::uint8_t>(random());
   for (const silhouette::ColourKernels* kernels : variants()) {
     for (const bool swap : {false, true}) {
-      for (const int take : {0, 700}) {  // of 1024: a level of the signal has 64 units
+      for (const std::int16_t take : {0, 350}) {  // of 512: a level of the signal has 64 units
         const silhouette::DespillForms green{{-64, 64, 0}, {0, 64, -64}, {0, take, 0}};
         std::vector<std::uint8_t> out(count * 4);
         kernels->composite(pixels.data(), count, swap, green, alpha.data(), out.data());
@@ -183,7 +183,7 @@ TEST(Colour, CompositeTakesSpillAwayAndPutsAlphaIn) {
           const int b = pixels[4 * i + (swap ? 0 : 2)];
           const double spill = std::max(std::min(g - r, g - b), 0);
           ASSERT_EQ(out[4 * i], r);
-          ASSERT_NEAR(out[4 * i + 1], std::max(g - spill * take / 1024.0, 0.0), 0.51);
+          ASSERT_NEAR(out[4 * i + 1], std::max(g - spill * take / 512.0, 0.0), 0.51);
           ASSERT_EQ(out[4 * i + 2], b);
           ASSERT_EQ(out[4 * i + 3], alpha[i]);
         }
