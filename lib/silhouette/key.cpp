@@ -2,7 +2,9 @@
 #include "silhouette/key.h"
 
 #include <algorithm>
+#include <climits>
 #include <cmath>
+#include <cstdio>
 #include <string>
 
 #include "base/error.h"
@@ -11,33 +13,46 @@
 namespace polyhull {
 namespace {
 
-void require(bool good, const std::string& what) {
-  if (!good) throw Error(Error::Kind::bad_input, "key settings: " + what);
+std::string text_of(double v) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%g", v);
+  return text;
 }
 
-bool within(double v, double low, double high) {
-  return v >= low && v <= high;
-}  // false for NaN
+// False for NaN, too.
+void within(double v, double low, double high, const char* name) {
+  if (v >= low && v <= high) return;
+  throw Error(Error::Kind::bad_input, std::string("The key's ") + name + " is " + text_of(v) +
+                                          "; give a value from " + text_of(low) + " to " +
+                                          text_of(high) + ".");
+}
+
+void below(double low, double high, const char* low_name, const char* high_name) {
+  if (low < high) return;
+  throw Error(Error::Kind::bad_input, std::string("The key's ") + low_name + " (" + text_of(low) +
+                                          ") is not below its " + high_name + " (" + text_of(high) +
+                                          "); lower the one or raise the other.");
+}
 
 void check(const KeySettings& s) {
-  require(s.strength >= 0 && s.strength <= 255, "strength must be from 0 to 255");
-  require(s.bright_threshold >= 0 && s.bright_threshold <= 765,
-          "bright threshold must be from 0 to 765");
-  require(within(s.red_gain, 0.0, 4.0) && within(s.blue_gain, 0.0, 4.0),
-          "red and blue gain must be from 0 to 4");
-  require(within(s.clip_black, 0.0, 1.0) && within(s.clip_white, 0.0, 1.0) &&
-              s.clip_white > s.clip_black,
-          "clip black must be below clip white, both from 0 to 1");
-  require(within(s.choke, -32.0, 32.0), "choke must be from -32 to 32 px");
-  require(within(s.close, 0.0, 32.0), "close must be from 0 to 32 px");
-  require(within(s.spill, 0.0, 1.0), "spill must be from 0 to 1");
-  require(within(s.difference_low, 0.0, 442.0) && within(s.difference_high, 0.0, 442.0) &&
-              s.difference_high > s.difference_low,
-          "difference low must be below difference high, both from 0 to 442 levels");
-  require(within(s.shadow_darkest, 0.0, 1.0), "shadow darkest must be from 0 to 1");
-  require(within(s.light_brightest, 1.0, 4.0), "light brightest must be from 1 to 4");
-  require(within(s.light_penalty, 0.0, 1.0), "light penalty must be from 0 to 1");
-  require(s.roi.width >= 0 && s.roi.height >= 0, "the region of interest has a negative size");
+  within(s.strength, 0, 255, "strength");
+  within(s.bright_threshold, 0, 765, "bright-threshold");
+  within(s.red_gain, 0.0, 4.0, "red-gain");
+  within(s.blue_gain, 0.0, 4.0, "blue-gain");
+  within(s.clip_black, 0.0, 1.0, "clip-black");
+  within(s.clip_white, 0.0, 1.0, "clip-white");
+  below(s.clip_black, s.clip_white, "clip-black", "clip-white");
+  within(s.choke, -32.0, 32.0, "choke");
+  within(s.close, 0.0, 32.0, "close");
+  within(s.spill, 0.0, 1.0, "spill");
+  within(s.difference_low, 0.0, 442.0, "difference-low");
+  within(s.difference_high, 0.0, 442.0, "difference-high");
+  below(s.difference_low, s.difference_high, "difference-low", "difference-high");
+  within(s.shadow_darkest, 0.0, 1.0, "shadow-darkest");
+  within(s.light_brightest, 1.0, 4.0, "light-brightest");
+  within(s.light_penalty, 0.0, 1.0, "light-penalty");
+  within(s.roi.width, 0, INT_MAX, "region of interest's width");
+  within(s.roi.height, 0, INT_MAX, "region of interest's height");
 }
 
 // What the samples taken from a picture depend on.

@@ -24,7 +24,13 @@ std::optional<Rgb> sample_of(int colour) {
 std::shared_ptr<const Picture> read(const std::string& path, const char* property, int channels,
                                     int width, int height) {
   if (path.empty()) return nullptr;
-  auto picture = std::make_shared<Picture>(load_picture(path, channels));
+  std::shared_ptr<Picture> picture;
+  try {
+    picture = std::make_shared<Picture>(load_picture(path, channels));
+  } catch (const Error& error) {
+    throw Error(error.kind(), std::string(error.what()) + " Set " + property +
+                                  " to a PNG or JPEG file of the frames' size, or leave it empty.");
+  }
   if (picture->width != width || picture->height != height) {
     throw Error(Error::Kind::bad_input,
                 "The picture \"" + path + "\" given as " + property + " has " +
@@ -37,7 +43,15 @@ std::shared_ptr<const Picture> read(const std::string& path, const char* propert
 
 /// What the rig's bounds leave of the camera's view.
 Rings outline_of_bounds(const std::string& path, const std::string& name, int width, int height) {
-  const Rig rig = load_rig(path);
+  const Rig rig = [&] {
+    try {
+      return load_rig(path);
+    } catch (const Error& error) {
+      throw Error(error.kind(), std::string(error.what()) +
+                                    "; the property rig wants a rig file with bounds, as "
+                                    "polyhull-rig writes it, or nothing.");
+    }
+  }();
   if (!rig.bounds) {
     throw Error(Error::Kind::bad_input, "The rig file \"" + path +
                                             "\" has no bounds, so it limits no view; add bounds to "
@@ -45,9 +59,11 @@ Rings outline_of_bounds(const std::string& path, const std::string& name, int wi
   }
   const Camera* camera = rig.find(name);
   if (camera == nullptr) {
+    std::string names;
+    for (const Camera& known : rig.cameras) names += (names.empty() ? "" : ", ") + known.name;
     throw Error(Error::Kind::bad_input, "The rig file \"" + path + "\" has no camera called \"" +
-                                            name +
-                                            "\"; set the property camera to one of its cameras.");
+                                            name + "\"; set the property camera to one of its (" +
+                                            names + ").");
   }
   if (camera->width != width || camera->height != height) {
     throw Error(Error::Kind::bad_input,

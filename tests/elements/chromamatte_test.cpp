@@ -354,6 +354,11 @@ static std::string error_of(const std::string& properties) {
       "chromamatte " +
       properties + " ! fakesink");
   fail_if(result.empty(), "%s was accepted", properties.c_str());
+  // It says what to do.
+  bool remedy = false;
+  for (const char* verb : {"give ", "set ", "Set ", "lower ", "write ", "add ", "use ", "wants "})
+    remedy |= result.find(verb) != std::string::npos;
+  fail_unless(remedy, "%s", result.c_str());
   return result;
 }
 
@@ -394,7 +399,10 @@ GST_START_TEST(bad_input_is_refused_with_a_sentence) {
   fail_unless(error_of("clean-plate=" + broken).find(broken) != std::string::npos);
   error_of("outside-polygon=\"1,2 3,4\"");
   error_of("inside-polygon=\"1,2 3,4 nan,5\"");
-  error_of("clip-black=0.8 clip-white=0.2");
+  const std::string clip = error_of("clip-black=0.8 clip-white=0.2");
+  fail_unless(clip.find("clip-black (0.8)") != std::string::npos &&
+                  clip.find("clip-white (0.2)") != std::string::npos,
+              "%s", clip.c_str());
   error_of("difference-low=50 difference-high=20");
   fail_unless(error_of("rig=/nowhere/rig.json").find("/nowhere/rig.json") != std::string::npos);
 }
