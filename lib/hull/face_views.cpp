@@ -241,7 +241,6 @@ bool FaceClipper::inside_cone(std::uint32_t node) {
 /// The same from all edges of the cone: along the edge's line from its first corner to infinity,
 /// that end which is behind the cone's centre and so outside, count the faces on the way.
 bool FaceClipper::inside_cone_exact(std::uint32_t node) {
-  const Scene& s = *scene_;
   const Cone& cone = *cone_;
   const Picture& p = picture_;
   const std::uint32_t base = base_;
@@ -259,7 +258,7 @@ bool FaceClipper::inside_cone_exact(std::uint32_t node) {
   int sign = glm::dot(cone.camera.forward, direction) > 0 ? -1 : 1;
   to.h *= sign, to.t *= sign, to.w *= sign;
   to.plane1 = e.plane;
-  to.plane2 = s.infinity();
+  to.plane2 = scene_->infinity();
   to.sign = static_cast<std::int8_t>(sign * e.orientation);
   to.apex = false;
   bool inside = cone.complement;
@@ -268,15 +267,17 @@ bool FaceClipper::inside_cone_exact(std::uint32_t node) {
     const int s0 = side(from, base + k, line), s1 = side(to, base + k, line);
     if (s0 == s1) continue;
     const std::uint32_t before = cone.previous[k], after = cone.next[k];
-    Corner x{};
-    x.plane1 = e.plane, x.plane2 = base + k;
-    x.apex = false;
-    const double a = std::abs(value(from, line)), b = std::abs(value(to, line));
-    x.h = b * from.h + a * to.h, x.t = b * from.t + a * to.t, x.w = b * from.w + a * to.w;
-    x.tolerance = undecided;
     // to = sign (e x infinity) and k's line has the sign s1 there, so det(e, k, infinity) has the
     // sign of -s1 sign; x = s (e x k) is on infinity's positive side.
-    x.sign = static_cast<std::int8_t>(-s1 * sign * e.orientation);
+    const int s = -s1 * sign;
+    Corner x{};
+    x.h = s * (e.line.b * line.d - e.line.d * line.b);
+    x.t = s * (e.line.d * line.a - e.line.a * line.d);
+    x.w = s * (e.line.a * line.b - e.line.b * line.a);
+    x.tolerance = determinant_error;
+    x.plane1 = e.plane, x.plane2 = base + k;
+    x.sign = static_cast<std::int8_t>(s * e.orientation);
+    x.apex = false;
     if (side(x, base + before, line_of(cone.normals[before], p)) == cone.turn[k] &&
         side(x, base + after, line_of(cone.normals[after], p)) == cone.turn[after])
       inside = !inside;
