@@ -15,6 +15,10 @@ Int128 dot(const Plane& p, const IntVec& d) {
   return p.a * d[0] + p.b * d[1] + p.c * d[2];
 }
 
+Vec3 real(const IntVec& v) {
+  return {static_cast<double>(v[0]), static_cast<double>(v[1]), static_cast<double>(v[2])};
+}
+
 /// Twice the exact sign of d against the plane through the origin.
 int side(const Plane& plane, const Vec3& normal, const IntVec& d) {
   const double x = static_cast<double>(d[0]), y = static_cast<double>(d[1]),
@@ -43,9 +47,14 @@ Vec3 unit_normal(const Plane& p) {
 /// Rings whose parts come nearer than this are cleaned; clean ones keep further apart.
 constexpr double nearest_pixels = 1e-6;
 
+/// Where rounding a ray moves its pixel by more, the ray's own pixel is taken, which fits it 2^11
+/// times better: as well as doubles can tell.
+constexpr double coarse_pixels = 1e-6;
+constexpr double own_pixel_error = 0x1p-11;
+
 /// Pictures whose rays fit their pixels less well are refused: the grid over the pixels, and what
-/// is decided there, would not hold for the rays. (At 1,000 px focal length that is a point 300,000
-/// px away; a frame of 1,024 px needs 0.004 px.)
+/// is decided there, would not hold for the rays. (At 1,000 px focal length that is a point 15
+/// million px away.)
 constexpr double largest_pixel_error = 0.1 * grid_margin;
 
 /// The power of two that brings every ray below 2^38, a bit in reserve.
@@ -140,7 +149,7 @@ class ConeBuilder {
     const std::uint32_t n = static_cast<std::uint32_t>(points_.size());
     for (std::uint32_t i = 0; i < n; ++i) {
       const Point& p = points_[i];
-      c.pixels.push_back(p.pixel);
+      c.pixels.push_back(c.own_pixels ? pixel_of(p.ray) : p.pixel);
       c.rays.push_back(p.ray);
       c.next.push_back(base + (i + 1) % n);
       c.previous.push_back(base + (i + n - 1) % n);
@@ -151,6 +160,11 @@ class ConeBuilder {
       c.normals.push_back(unit_normal(c.planes.back()));
     }
     ++c.rings;
+  }
+
+  Vec2 pixel_of(const IntVec& ray) const {
+    const Vec3 q = cone_.camera.to_pixel * real(ray);
+    return Vec2(q) / q.z;
   }
 
   int side_of(std::uint32_t edge, std::uint32_t vertex) const {
@@ -306,6 +320,7 @@ class ConeBuilder {
   bool folded_ = false;
 };
 
+/// How far rounding moves pixels.
 /// A ray of the depth \p scale, which is the pixel's homogeneous coordinate, is off by half a unit
 /// in each component.
 void measure_pixels(Cone& cone, std::span<const Contours> layers) {
@@ -321,49 +336,11 @@ void measure_pixels(Cone& cone, std::span<const Contours> layers) {
         (cone.pixel_scale + furthest * cone.depth_scale) / ray_scale(layer, cone.camera.to_ray);
     if (!layer.points.empty()) cone.pixel_error = std::max(cone.pixel_error, error);
   }
+  cone.own_pixels = cone.pixel_error > coarse_pixels;
+  if (cone.own_pixels) cone.pixel_error *= own_pixel_error;
 }
 
 }  // namespace
-
-ConeCamera read_camera(const Camera& camera, std::size_t index) {
-  const auto fail = [&](const std::string& what) -> void {
-    throw Error(Error::Kind::bad_input, "Camera '" + camera.name + "' (number " +
-                                            std::to_string(index) + ") " + what +
-                                            "; check its K, R and t in the rig.");
-  };
-  ConeCamera c;
-  bool finite = true;
-  for (int i = 0; i < 3; ++i) {
-    finite = finite && std::isfinite(camera.t[i]);
-    for (int k = 0; k < 3; ++k)
-      finite = finite && std::isfinite(camera.K[i][k]) && std::isfinite(camera.R[i][k]);
-  }
-  if (!finite) fail("has a calibration that is not finite");
-  const auto degenerate = [](const Mat3& m) {
-    double product = 1.0;
-    for (int i = 0; i < 3; ++i) product *= glm::length(m[i]);
-    return !(std::abs(glm::determinant(m)) > 1e-12 * product) || product == 0.0;
-  };
-  if (degenerate(camera.K)) fail("has a degenerate matrix K");
-  if (degenerate(camera.R)) fail("has a degenerate rotation R");
-  c.to_pixel = camera.K * camera.R;
-  const Mat3 inverse_rotation = glm::inverse(camera.R);
-  c.to_ray = inverse_rotation * glm::inverse(camera.K);
-  c.centre = -(inverse_rotation * camera.t);
-  // Out of the picture: where the homogeneous pixel's third coordinate grows.
-  c.forward = glm::normalize(Vec3(c.to_pixel[0][2], c.to_pixel[1][2], c.to_pixel[2][2]));
-  c.width = camera.width;
-  c.height = camera.height;
-  if (!std::isfinite(c.centre.x + c.centre.y + c.centre.z) ||
-      !std::isfinite(glm::determinant(c.to_ray)))
-    fail("has a calibration beyond what numbers can hold");
-  return c;
-}
-
-IntVec frame_centre(const ConeCamera& camera, const Frame& frame) {
-  const Vec3 c = (camera.centre - frame.origin) * frame.scale;
-  return {std::llrint(c.x), std::llrint(c.y), std::llrint(c.z)};
-}
 
 void build_cone(Cone& cone, std::span<const ConeInput> inputs, const Frame& frame, Unseen unseen) {
   cone.camera = *inputs[0].camera;

@@ -54,7 +54,8 @@ struct Cone {
   ContourGrid grid;
   std::uint32_t input_vertices = 0;
   double pixel_scale = 0, depth_scale = 0;  ///< lengths of the rows of camera.to_pixel
-  double pixel_error = 0;                   ///< how far rounding the rays may have moved a pixel
+  double pixel_error = 0;                   ///< how far a ray may be off its pixel
+  bool own_pixels = false;  ///< pixels are those of the rounded rays, not of the contours
 
   std::size_t size() const { return rays.size(); }
 };

@@ -105,12 +105,13 @@ class HullBuilder {
   /// Rings::points.size() + 0..3 (top, right, bottom, left).
   ///
   /// Triangles that rounding to float would flatten or turn are mended by moving vertices by less
-  /// than 2^-21 of the largest coordinate: none is left. With max_deviation the slivers go too, and
+  /// than 2^-21 of the largest coordinate, and whole parts smaller than that are dropped if they
+  /// have such triangles: none is left. With max_deviation the slivers go too, and
   /// faces may then leave their planes by that much; triangles do not come to cross by it.
   ///
   /// Throws Error when a camera or a contour is not finite or degenerate, when a contour reaches so
-  /// far to the side that rays at 2^-38 do not hold its pixels to 1/1000 (at 1,000 px focal length
-  /// a point 300,000 px away), or when Unseen::keep comes without bounds.
+  /// far to the side that its rays can hardly be told from right angles to the view (at 1,000 px
+  /// focal length a point 15 million px away), or when Unseen::keep comes without bounds.
   const Hull& build(std::span<const Silhouette> silhouettes, const HullOptions& options = {});
 
   const HullStatistics& statistics() const;

@@ -5,10 +5,18 @@
 #include <cmath>
 #include <utility>
 
+#include "hull/settle.h"
+
 namespace polyhull::hull {
 namespace {
 
-constexpr std::uint32_t none = 0xffffffffu;
+/// One try at what is broken. Collapses may use up what vertices could have moved, so these may
+/// move first; a finer grid has more places for them.
+struct Way {
+  bool settle_first;
+  double grid;
+};
+constexpr std::array<Way, 4> ways{{{false, 1.0}, {true, 1.0}, {false, 0.5}, {true, 0.5}}};
 
 }  // namespace
 
@@ -26,57 +34,6 @@ Shape Simplifier::shape(std::uint32_t a, std::uint32_t b, std::uint32_t c,
 Shape Simplifier::shape(std::uint32_t t) const {
   const auto& i = hull_->triangles;
   return shape(i[3 * t], i[3 * t + 1], i[3 * t + 2], face_of_[t]);
-}
-
-void Simplifier::connect() {
-  const auto& t = hull_->triangles;
-  const std::uint32_t half_edges = static_cast<std::uint32_t>(t.size());
-  opposite_.assign(half_edges, none);
-  leaving_.assign(hull_->vertices.size(), none);
-  // Half-edges by their lower vertex, then matched within each small list.
-  std::vector<std::uint32_t> start(hull_->vertices.size() + 1, 0), list(half_edges);
-  const auto lower = [&](std::uint32_t h) { return std::min(t[h], t[following(h)]); };
-  for (std::uint32_t h = 0; h < half_edges; ++h) ++start[lower(h) + 1];
-  for (std::size_t v = 0; v + 1 < start.size(); ++v) start[v + 1] += start[v];
-  std::vector<std::uint32_t> at(start.begin(), start.end() - 1);
-  for (std::uint32_t h = 0; h < half_edges; ++h) {
-    list[at[lower(h)]++] = h;
-    leaving_[t[h]] = h;
-  }
-  for (std::size_t v = 0; v + 1 < start.size(); ++v)
-    for (std::uint32_t i = start[v]; i < start[v + 1]; ++i)
-      for (std::uint32_t k = i + 1; k < start[v + 1]; ++k)
-        if (t[list[i]] == t[following(list[k])] && t[following(list[i])] == t[list[k]]) {
-          opposite_[list[i]] = list[k];
-          opposite_[list[k]] = list[i];
-        }
-  face_of_.resize(half_edges / 3);
-  for (std::uint32_t f = 0; f < hull_->faces.size(); ++f) {
-    const HullFace& face = hull_->faces[f];
-    for (std::uint32_t k = 0; k < face.triangle_count; ++k) face_of_[face.first_triangle + k] = f;
-  }
-  moved_.assign(hull_->vertices.size(), 0.0);
-  dead_.assign(half_edges / 3, 0);
-}
-
-/// Whether each half-edge has its partner and each vertex one fan. Without that walks around a
-/// vertex need not end.
-bool Simplifier::manifold() const {
-  std::vector<std::uint32_t> leaving(hull_->vertices.size(), 0);
-  for (std::size_t h = 0; h < opposite_.size(); ++h) {
-    if (opposite_[h] == none || opposite_[opposite_[h]] != h) return false;
-    ++leaving[hull_->triangles[h]];
-  }
-  for (std::size_t v = 0; v < leaving.size(); ++v) {
-    if (leaving[v] == 0) continue;
-    std::uint32_t h = leaving_[v];
-    do {
-      if (leaving[v]-- == 0) return false;
-      h = turn(h);
-    } while (h != leaving_[v]);
-    if (leaving[v] != 0) return false;
-  }
-  return true;
 }
 
 std::uint32_t Simplifier::valence(std::uint32_t vertex) const {
@@ -257,48 +214,6 @@ bool Simplifier::mend(std::uint32_t t) {
   return flip(edges[2].second);
 }
 
-/// Moves a corner of a broken triangle by a few steps of the float grid, if that leaves fewer
-/// broken triangles around it, or as many that are turned less.
-bool Simplifier::nudge(std::uint32_t t) {
-  constexpr int reach = 3;
-  for (std::uint32_t k = 0; k < 3; ++k) {
-    const std::uint32_t u = hull_->triangles[3 * t + k];
-    const auto broken_around = [&] {
-      std::pair<int, double> count{0, 0.0};  // and how far they are turned
-      std::uint32_t h = leaving_[u];
-      do {
-        const std::uint32_t* c = &hull_->triangles[h / 3 * 3];
-        const auto& v = hull_->vertices;
-        const Vec3 &n = normals_[face_of_[h / 3]], p(v[c[0]]), q(v[c[1]]), r(v[c[2]]);
-        if (shape_of(p, q, r, n) == Shape::broken) {
-          ++count.first;
-          count.second -= glm::dot(glm::cross(q - p, r - p), n);
-        }
-        h = turn(h);
-      } while (h != leaving_[u]);
-      return count;
-    };
-    const Vec3f old = hull_->vertices[u];
-    Vec3f best = old;
-    auto least = broken_around();
-    double moved = 0.0;
-    for (int x = -reach; x <= reach; ++x)
-      for (int y = -reach; y <= reach; ++y)
-        for (int z = -reach; z <= reach; ++z) {
-          const double distance = step_ * std::sqrt(double(x * x + y * y + z * z));
-          if (moved_[u] + distance > limit_) continue;
-          hull_->vertices[u] = Vec3f(Vec3(old) + step_ * Vec3(x, y, z));
-          const auto count = broken_around();
-          if (count < least) least = count, moved = distance, best = hull_->vertices[u];
-        }
-    hull_->vertices[u] = best;
-    if (moved == 0.0) continue;
-    moved_[u] += moved;
-    return true;
-  }
-  return false;
-}
-
 /// Mends while anything can be mended: each success leaves fewer bad triangles, so this ends.
 bool Simplifier::mend_all() {
   bool changed = false;
@@ -323,6 +238,51 @@ bool Simplifier::mend_all() {
   return changed;
 }
 
+/// Takes out whole parts with broken triangles that are smaller than any move: rounding has left
+/// them nothing to be seen.
+bool Simplifier::drop_specks() {
+  bool any = false;
+  std::vector<std::uint32_t> part;
+  for (std::uint32_t first = 0; first < face_of_.size(); ++first) {
+    if (dead_[first] || shape(first) != Shape::broken) continue;
+    const Vec3 middle(hull_->vertices[hull_->triangles[3 * first]]);
+    bool small = true;
+    part.assign(1, first);
+    for (std::size_t i = 0; i < part.size() && small; ++i)
+      for (std::uint32_t h = 3 * part[i]; h < 3 * part[i] + 3; ++h) {
+        small = small && glm::length(Vec3(hull_->vertices[from(h)]) - middle) <= 0.5 * limit_;
+        const std::uint32_t next = opposite_[h] / 3;
+        if (std::find(part.begin(), part.end(), next) == part.end()) part.push_back(next);
+      }
+    if (!small) continue;
+    for (const std::uint32_t t : part) dead_[t] = 1;
+    any = true;
+  }
+  return any;
+}
+
+std::vector<std::uint32_t> Simplifier::all_broken() const {
+  std::vector<std::uint32_t> broken;
+  for (std::uint32_t t = 0; t < face_of_.size(); ++t)
+    if (!dead_[t] && shape(t) == Shape::broken) broken.push_back(t);
+  return broken;
+}
+
+/// Moves vertices around what is still broken; how many triangles stay so.
+std::size_t Simplifier::settle_all(double grid) {
+  const std::vector<std::uint32_t> broken = all_broken();
+  if (broken.empty()) return 0;
+  std::vector<Vec3f>& vertices = hull_->vertices;
+  const std::vector<Vec3f> from = vertices;
+  const SettlingMesh mesh{vertices, hull_->triangles, face_of_, normals_, opposite_,   leaving_,
+                          from,     moved_,           limit_,   step_,    grid * step_};
+  for (const std::uint32_t t : broken)
+    if (shape(t) == Shape::broken) settle(mesh, t);
+  for (std::size_t v = 0; v < from.size(); ++v)
+    moved_[v] += glm::length(Vec3(vertices[v]) - Vec3(from[v]));
+  return all_broken().size();
+}
+
 void Simplifier::simplify(Hull& hull, std::span<const Vec3> normals, double max_deviation) {
   hull_ = &hull;
   normals_ = normals;
@@ -337,11 +297,29 @@ void Simplifier::simplify(Hull& hull, std::span<const Vec3> normals, double max_
   // First what is broken, within the rounding, then slivers.
   slivers_ = guarded_ = false;
   limit_ = rounding;
-  bool changed = mend_all();
-  for (bool again = true; again;) {
-    again = false;
-    for (std::uint32_t t = 0; t < face_of_.size(); ++t)
-      if (!dead_[t] && shape(t) == Shape::broken && nudge(t)) again = true;
+  bool changed = false;
+  const auto mend_broken = [&](const Way& way) {
+    if (way.settle_first) settle_all(way.grid);
+    changed = mend_all();
+    changed = drop_specks() || changed;
+    return settle_all(way.grid);
+  };
+  const std::vector<Vec3f> vertices = hull.vertices;
+  const std::vector<std::uint32_t> triangles = hull.triangles;
+  const auto start_again = [&] {
+    hull.vertices = vertices, hull.triangles = triangles;
+    connect();
+  };
+  std::array<std::size_t, ways.size()> left{};
+  std::size_t tried = 0;
+  for (; tried < ways.size(); ++tried) {
+    if (tried > 0) start_again();
+    left[tried] = mend_broken(ways[tried]);
+    if (left[tried] == 0) break;
+  }
+  if (tried == ways.size()) {
+    start_again();
+    mend_broken(ways[std::min_element(left.begin(), left.end()) - left.begin()]);
   }
   if (max_deviation > rounding) {
     slivers_ = guarded_ = true;
@@ -350,55 +328,6 @@ void Simplifier::simplify(Hull& hull, std::span<const Vec3> normals, double max_
     changed = mend_all() || changed;
   }
   if (changed) rebuild();
-}
-
-/// Vertices without the unused, triangles by face, and loops from where faces meet.
-void Simplifier::rebuild() {
-  Hull& hull = *hull_;
-  const std::uint32_t triangles = static_cast<std::uint32_t>(face_of_.size());
-  std::vector<std::vector<std::uint32_t>> of_face(hull.faces.size());
-  for (std::uint32_t t = 0; t < triangles; ++t)
-    if (!dead_[t]) of_face[face_of_[t]].push_back(t);
-  std::vector<char> used(hull.vertices.size(), 0);
-  for (std::uint32_t t = 0; t < triangles; ++t)
-    if (!dead_[t])
-      for (int k = 0; k < 3; ++k) used[hull.triangles[3 * t + k]] = 1;
-  std::vector<std::uint32_t> number(hull.vertices.size(), none);
-  std::uint32_t kept = 0;
-  for (std::size_t v = 0; v < number.size(); ++v)
-    if (used[v]) {
-      hull.vertices[kept] = hull.vertices[v];
-      number[v] = kept++;
-    }
-  hull.vertices.resize(kept);
-  std::vector<std::uint32_t> out;
-  std::vector<HullFace> faces;
-  hull.loop_vertices.clear(), hull.loop_ends.clear(), hull.face_loop_ends.clear();
-  std::vector<char> seen(hull.triangles.size(), 0);
-  for (std::uint32_t f = 0; f < of_face.size(); ++f) {
-    if (of_face[f].empty()) continue;
-    HullFace face = hull.faces[f];
-    face.first_triangle = static_cast<std::uint32_t>(out.size() / 3);
-    face.triangle_count = static_cast<std::uint32_t>(of_face[f].size());
-    for (std::uint32_t t : of_face[f])
-      for (int k = 0; k < 3; ++k) out.push_back(number[hull.triangles[3 * t + k]]);
-    const auto border = [&](std::uint32_t h) { return face_of_[opposite_[h] / 3] != f; };
-    for (std::uint32_t t : of_face[f])
-      for (std::uint32_t first = 3 * t; first < 3 * t + 3; ++first) {
-        if (seen[first] || !border(first)) continue;
-        for (std::uint32_t h = first; !seen[h];) {
-          seen[h] = 1;
-          hull.loop_vertices.push_back(number[hull.triangles[h]]);
-          h = following(h);
-          while (!border(h)) h = following(opposite_[h]);
-        }
-        hull.loop_ends.push_back(static_cast<std::uint32_t>(hull.loop_vertices.size()));
-      }
-    hull.face_loop_ends.push_back(static_cast<std::uint32_t>(hull.loop_ends.size()));
-    faces.push_back(face);
-  }
-  hull.triangles = std::move(out);
-  hull.faces = std::move(faces);
 }
 
 }  // namespace polyhull::hull

@@ -13,8 +13,9 @@
 /// same coordinates in v's place, so m(v) := max(m(v), m(u) + |uv|), and no other changes. A flip
 /// of the edge a-b for the flat triangle (a, b, c) of height h is the move of c by h onto the edge
 /// and back: m(c) := max(m(a), m(b), m(c)) + 2 h. Nothing is done that would take a number beyond
-/// the limit, nor, for slivers, anything that would make triangles cross. A triangle that is still
-/// broken has a corner moved by a few steps of the float grid.
+/// the limit, nor, for slivers, anything that would make triangles cross. Where triangles are still
+/// broken, vertices are moved by a few steps of the float grid (settle.h). Whole parts smaller than
+/// the limit with broken triangles are dropped.
 #pragma once
 
 #include <array>
@@ -46,7 +47,9 @@ class Simplifier {
   bool manifold() const;
   bool mend_all();
   bool mend(std::uint32_t triangle);
-  bool nudge(std::uint32_t triangle);
+  std::vector<std::uint32_t> all_broken() const;
+  bool drop_specks();
+  std::size_t settle_all(double grid);
   bool would_cross(std::span<const std::uint32_t> around, std::uint32_t v, std::uint32_t gone0,
                    std::uint32_t gone1);
   bool collapse(std::uint32_t half_edge);

@@ -298,7 +298,7 @@ TEST(Hull, RefusesWhatIsNotFiniteOrDegenerate) {
     s.silhouettes[0].points[3].y = std::numeric_limits<float>::infinity();
   });
   expect_refused("contour far to the side",
-                 [&](HullScene& s, HullOptions&) { s.silhouettes[0].points[3].x = 1e7f; });
+                 [&](HullScene& s, HullOptions&) { s.silhouettes[0].points[3].x = 1e9f; });
   expect_refused("bounds", [&](HullScene&, HullOptions& o) { o.bounds->max.x = nan; });
   expect_refused("bounds",
                  [&](HullScene&, HullOptions& o) { std::swap(o.bounds->min, o.bounds->max); });

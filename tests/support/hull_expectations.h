@@ -65,6 +65,7 @@ inline void expect_right(const Hull& hull, std::span<const Silhouette> views,
   if (expect.deviation == 0.0) {
     const PlaneReport planes = check_planes(hull, views, options);
     EXPECT_EQ(planes.bad_source, 0u) << what;
+    EXPECT_EQ(mesh.flat_triangles, 0u) << what << ": triangles without area";
     EXPECT_LE(planes.worst_distance, 4 * rounding) << what;
     EXPECT_EQ(planes.flipped, 0u)
         << what << ": " << planes.flipped << " of " << planes.checked << " triangles flipped";
