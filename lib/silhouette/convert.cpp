@@ -48,7 +48,9 @@ ColourCoefficients colour_coefficients(const FrameView& frame) {
 
 const ColourKernels& colour_kernels() {
 #if defined(__x86_64__)
-  if (&kernels() == &v3_kernels()) return v3_colour_kernels();
+  // Not by the processor alone: POLYHULL_ISA may have asked for less.
+  if (&kernels() != &plain_kernels() && &kernels() != &baseline_kernels())
+    return v3_colour_kernels();
 #endif
   return plain_colour_kernels();
 }

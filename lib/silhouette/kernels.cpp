@@ -12,6 +12,8 @@ const Kernels& choose() {
   if (wanted && std::strcmp(wanted, "plain") == 0) return plain_kernels();
 #if defined(__x86_64__)
   if (wanted && std::strcmp(wanted, "baseline") == 0) return baseline_kernels();
+  const bool v3 = wanted && std::strcmp(wanted, "v3") == 0;
+  if (v4_supported() && !v3) return v4_kernels();
   if (v3_supported()) return v3_kernels();
   return baseline_kernels();
 #else
@@ -25,6 +27,11 @@ const Kernels& choose() {
 bool v3_supported() {
   return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("bmi") &&
          __builtin_cpu_supports("bmi2") && __builtin_cpu_supports("fma");
+}
+
+bool v4_supported() {
+  return v3_supported() && __builtin_cpu_supports("avx512bw") &&
+         __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512vnni");
 }
 #endif
 

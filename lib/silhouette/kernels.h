@@ -131,9 +131,11 @@ const Kernels& plain_kernels();
 const Kernels& baseline_kernels();
 const Kernels& v3_kernels();  ///< only where v3_supported()
 bool v3_supported();
+const Kernels& v4_kernels();  ///< only where v4_supported()
+bool v4_supported();
 #endif
 
-/// The best for this machine; POLYHULL_ISA=plain|baseline|v3 in the environment overrides (read
+/// The best for this machine; POLYHULL_ISA=plain|baseline|v3|v4 in the environment overrides (read
 /// once).
 const Kernels& kernels();
 

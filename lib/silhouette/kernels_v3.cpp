@@ -2,9 +2,8 @@
 // The kernels for x86-64-v3 (AVX2).
 #include <immintrin.h>
 
-#include <algorithm>
-
 #include "silhouette/kernels.h"
+#include "silhouette/sure_signals.h"
 
 namespace polyhull::silhouette {
 namespace {
@@ -123,24 +122,6 @@ void pixel_signal(const std::uint8_t* pixels, int count, const PixelForms& forms
   if (x < count) plain_kernels().pixel_signal(pixels + 4 * x, count - x, forms, signal + x);
 }
 
-// Signals above `empty_above` have an alpha of ramp.low at most, signals below `full_below` one of
-// ramp.high at least: Ramp's formula solved for the signal.
-struct SureSignals {
-  std::int16_t empty_above = 32767, full_below = -32768;
-  explicit SureSignals(Ramp ramp) {
-    if (ramp.gain <= 0) return;
-    const auto to16 = [](std::int32_t v) {
-      return static_cast<std::int16_t>(std::clamp(v, -32768, 32767));
-    };
-    // The difference is at most (that bound): alpha is at most low, and at least high from the other
-    // on.
-    const std::int32_t most = ((ramp.low + 1) * 32768 - 16384 - 1) / ramp.gain;
-    const std::int32_t least = (ramp.high * 32768 - 16384 + ramp.gain - 1) / ramp.gain;
-    if (most < 32767) empty_above = to16(ramp.base - most - 1);
-    if (ramp.high > 0 && least <= 32767) full_below = to16(ramp.base - least + 1);
-  }
-};
-
 void pixel_alpha(const std::uint8_t* pixels, int count, const PixelForms& forms, Ramp ramp,
                  std::uint8_t* alpha, BlockState* block_states) {
   const Vec a = weights_of(forms.a), b = weights_of(forms.b);
@@ -227,10 +208,10 @@ void doubled_alpha_pairs(const std::int16_t* signal, int count, Ramp ramp, std::
 
 const Kernels& v3_kernels() {
   static const Kernels table{
-      "v3",           pixel_signal, pixel_alpha,         ramp_alpha,       local_alpha,
-      chroma_signal,  double_left,  doubled_alpha_pairs, difference_alpha, states,
-      mixed_blocks, levels, fir_vertical, fir_horizontal,      inside,           find_changes,
-      crossing_offsets, line_deviation, edge_deviation};
+      "v3",          pixel_signal,     pixel_alpha,         ramp_alpha,       local_alpha,
+      chroma_signal, double_left,      doubled_alpha_pairs, difference_alpha, states,
+      mixed_blocks,  levels,           fir_vertical,        fir_horizontal,   inside,
+      find_changes,  crossing_offsets, line_deviation,      edge_deviation};
   return table;
 }
 

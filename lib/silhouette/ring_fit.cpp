@@ -62,17 +62,18 @@ void RingFit::fit(std::span<const Vec2f> points, double tolerance, FitMemory& me
 // The least-squares line through traced points [first, last].
 RingFit::Line RingFit::line_of(int first, int last) const {
   const FitMemory::Sums &a = memory_->sums[first], &b = memory_->sums[last + 1];
-  const double n = last + 1 - first;
-  const double mx = (b.x() - a.x()) / n, my = (b.y() - a.y()) / n;
-  const double sxx = (b.xx() - a.xx()) / n - mx * mx;
-  const double sxy = (b.xy() - a.xy()) / n - mx * my;
-  const double syy = (b.yy() - a.yy()) / n - my * my;
+  const double share = 1.0 / (last + 1 - first);
+  const double mx = (b.x() - a.x()) * share, my = (b.y() - a.y()) * share;
+  const double sxx = (b.xx() - a.xx()) * share - mx * mx;
+  const double sxy = (b.xy() - a.xy()) * share - mx * my;
+  const double syy = (b.yy() - a.yy()) * share - my * my;
   // The normal is the eigenvector of the smaller eigenvalue.
   const double d = sxx - syy, e = 2.0 * sxy, h = std::sqrt(d * d + e * e);
   double nx = 0.0, ny = 1.0;
   if (h > 1e-12) {
-    const double cosine = std::sqrt(std::max(0.5 * (1.0 + std::abs(d) / h), 0.5));
-    const double sine = 0.5 * e / (h * cosine);
+    // Of the half angle: cosine² = (1 + |d| / h) / 2, sine cosine = e / (2h).
+    const double larger = h + std::abs(d), length = 1.0 / std::sqrt(2.0 * h * larger);
+    const double cosine = larger * length, sine = e * length;
     // Direction (cosine, sine) for d > 0, (|sine|, ±cosine) for d < 0.
     if (d >= 0.0)
       nx = -sine, ny = cosine;

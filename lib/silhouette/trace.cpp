@@ -208,8 +208,8 @@ void Tracer::trace(const Field& field, const TraceSettings& settings, Rings& rin
 
 double ring_area(std::span<const Vec2f> ring) {
   if (ring.size() < 3) return 0.0;
-  // Counter-clockwise on screen, y down, is negative in the shoelace formula. Four sums, so that one
-  // addition need not wait for the other.
+  // Counter-clockwise on screen, y down, is negative in the shoelace formula. Four sums, so that
+  // one addition need not wait for the other.
   double sums[4] = {};
   const auto add = [&](double& sum, Vec2f last, Vec2f p) {
     sum += static_cast<double>(p.x) * last.y - static_cast<double>(last.x) * p.y;

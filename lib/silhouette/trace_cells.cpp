@@ -100,7 +100,7 @@ void Tracer::State::cross(int y) {
     bool left, right;
   };
   const auto clamp_ends = [](std::int32_t* columns, int made, int last) {
-    const Ends ends{made > 0 && columns[0] < 64, made > 0 && columns[made - 1] - 64 > last};
+    const Ends ends{made > 0 && columns[0]<64, made> 0 && columns[made - 1] - 64 > last};
     if (ends.left) columns[0] = 64;
     if (ends.right) columns[made - 1] = 64 + std::max(last, 0);
     return ends;
