@@ -119,6 +119,17 @@ def main():
         assert json.loads(run("--rig", rig, "--mask", masks[0], "--mask", masks[1], "--json"))["volume"] == \
             traced["volume"]
 
+        # Files that begin with a camera's name, in another order than the rig's: a wide and a narrow one.
+        named = [os.path.join(folder, name) for name in ("side-0001.png", "front-0001.png")]
+        write_mask(named[0], 256, 128, 768, 640)
+        write_mask(named[1], 384, 128, 640, 640)
+        hulls = [os.path.join(folder, name) for name in ("named.obj", "told.obj")]
+        run("--rig", rig, "--mask", named[0], "--mask", named[1], "-o", hulls[0])
+        run("--rig", rig, "--mask", "front=" + named[1], "--mask", "side=" + named[0], "-o", hulls[1])
+        vertices = [[line for line in open(path) if line.startswith("v ")] for path in hulls]
+        assert vertices[0] and vertices[0] == vertices[1]
+        assert "already" in run("--rig", rig, "--mask", named[0], "--mask", "side=" + masks[1], fails=True)
+
         assert "nobody" in run("--rig", rig, "--mask", "nobody=" + masks[0], fails=True)
         assert "masks" in run("--rig", rig, *(["--mask", masks[0]] * 3), fails=True)
         run("--rig", rig, "--mask", "front=" + rig, fails=True)

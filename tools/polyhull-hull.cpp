@@ -36,29 +36,32 @@ struct Arguments {
   bool json = false;
 };
 
-/// The camera that \p mask belongs to: NAME=FILE, or the one whose name the file name begins with,
-/// or the next one without a mask.
+/// The camera that \p mask belongs to: CAMERA=FILE names it; else the one, of the longest name,
+/// with whose name the file's begins; else the first one without a mask.
 std::pair<std::size_t, std::string> assign_mask(const std::string& mask, const Rig& rig,
                                                 std::vector<bool>& taken) {
   const auto fail = [&](const std::string& what) {
     throw Error(Error::Kind::bad_input,
                 "--mask " + mask + ": " + what + "; give CAMERA=FILE, one per camera");
   };
-  std::string path = mask, name;
-  if (const auto equals = mask.find('='); equals != std::string::npos) {
-    name = mask.substr(0, equals);
-    path = mask.substr(equals + 1);
-    if (!rig.find(name)) fail("the rig has no camera \"" + name + "\"");
-  }
-  for (std::size_t i = 0; i < rig.cameras.size(); ++i) {
+  const auto equals = mask.find('=');
+  const bool named = equals != std::string::npos;
+  const std::string path = named ? mask.substr(equals + 1) : mask;
+  const std::string name =
+      named ? mask.substr(0, equals) : std::filesystem::path(path).filename().string();
+  std::optional<std::size_t> found, free;
+  for (std::size_t i = rig.cameras.size(); i-- > 0;) {
     const std::string& camera = rig.cameras[i].name;
-    if (!name.empty() ? camera != name : taken[i]) continue;
-    if (taken[i]) fail("camera \"" + camera + "\" has a mask already");
-    taken[i] = true;
-    return {i, path};
+    const bool fits = named ? camera == name : !camera.empty() && name.starts_with(camera);
+    if (fits && (!found || camera.size() > rig.cameras[*found].name.size())) found = i;
+    if (!taken[i]) free = i;
   }
-  fail("there are more masks than cameras");
-  return {};
+  if (named && !found) fail("the rig has no camera \"" + name + "\"");
+  if (!found) found = free;
+  if (!found) fail("there are more masks than cameras");
+  if (taken[*found]) fail("camera \"" + rig.cameras[*found].name + "\" has a mask already");
+  taken[*found] = true;
+  return {*found, path};
 }
 
 HullScene read_input(const Arguments& arguments) {
@@ -196,8 +199,10 @@ int main(int argc, char** argv) {
       app.add_option("scene", arguments.scene, "Scene file (JSON)")->check(CLI::ExistingFile);
   auto* rig = app.add_option("--rig", arguments.rig, "Rig file, used with --mask")
                   ->check(CLI::ExistingFile);
-  auto* masks = app.add_option("--mask", arguments.masks,
-                               "CAMERA=FILE: mask of one camera, foreground bright");
+  auto* masks = app.add_option(
+      "--mask", arguments.masks,
+      "CAMERA=FILE: mask of one camera, foreground bright; a FILE alone goes to the camera "
+      "with whose name it begins, else to the next one without a mask");
   rig->excludes(scene)->needs(masks);
   masks->needs(rig);
   app.add_option("--sigma", arguments.mask.sigma, "Blur of masks before tracing, px")

@@ -289,7 +289,10 @@ const Hull& HullBuilder::build(std::span<const Silhouette> silhouettes,
   State& s = *state_;
   if (!options.reuse) s.cones.clear();
   if (options.reuse && s.unchanged(silhouettes, options)) {
-    s.statistics.reused = true;
+    // Nothing was decided and no time was spent.
+    s.statistics = {.cameras = s.statistics.cameras,
+                    .contour_vertices = s.statistics.contour_vertices,
+                    .reused = true};
     return s.hull;
   }
   s.valid = false;

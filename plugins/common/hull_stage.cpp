@@ -110,6 +110,7 @@ void HullStage::build_hull(GstElement* element, const HullParameters& parameters
   if (with_foreground.size() < 2) {
     mesh_.hull = Hull();
     hull_is_builders_ = false;
+    report_hull({});
     if (with_foreground.size() == 1)
       statistics_.warn(
           element, "lone-silhouettes",
@@ -133,10 +134,13 @@ void HullStage::build_hull(GstElement* element, const HullParameters& parameters
     welded_ = parameters.weld_distance;
     hull_is_builders_ = true;
   }
-  const HullStatistics& figures = builder_->statistics();
+  report_hull(builder_->statistics());
+}
+
+void HullStage::report_hull(const HullStatistics& figures) {
   statistics_.set_count("contour-vertices", figures.contour_vertices);
-  statistics_.count("predicates", figures.reused ? 0 : figures.predicates);
-  statistics_.count("exact-predicates", figures.reused ? 0 : figures.exact_predicates);
+  statistics_.count("predicates", figures.predicates);
+  statistics_.count("exact-predicates", figures.exact_predicates);
   statistics_.count("hulls-reused", figures.reused);
   statistics_.set("prepare-ms", 1e3 * figures.seconds_prepare);
   statistics_.set("scene-ms", 1e3 * figures.seconds_scene);

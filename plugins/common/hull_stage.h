@@ -60,6 +60,7 @@ class HullStage {
   };
   const UndistortedRings& undistorted(const Camera& camera, const Rings& real);
   void build_hull(GstElement* element, const HullParameters& parameters);
+  void report_hull(const HullStatistics& figures);
   void report();
 
   Statistics& statistics_;

@@ -411,6 +411,7 @@ GST_START_TEST(test_empty_full_and_lone_silhouettes) {
     push_contours(i, 2, i < 2 ? box_contours(bench.rig.cameras[i], {}) : Rings{});
   fail_unless(bench.pull()->hull.empty());
   fail_unless_equals_uint64(bench.count("empty-meshes"), 3);
+  fail_unless_equals_uint64(bench.count("triangles"), 0);
   // All foreground: what all cameras see, within the bounds.
   Rings full;
   full.points = {{-0.5f, -0.5f}, {-0.5f, 767.5f}, {1023.5f, 767.5f}, {1023.5f, -0.5f}};
@@ -552,6 +553,14 @@ GST_START_TEST(test_unchanged_silhouettes_are_not_built_again) {
     fail_unless_equals_uint64(mesh->trigger, frame);
   }
   fail_unless_equals_uint64(bench.count("hulls-reused"), 4);
+  // Times are the last set's, which was not built.
+  GstStructure* stats = nullptr;
+  g_object_get(bench.element, "stats", &stats, nullptr);
+  gdouble faces = -1;
+  fail_unless(gst_structure_get_double(stats, "faces-ms", &faces));
+  gst_structure_free(stats);
+  fail_unless(faces == 0.0, "%g ms", faces);
+  fail_unless(bench.count("contour-vertices") > 0);
 }
 GST_END_TEST
 

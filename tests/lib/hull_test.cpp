@@ -92,6 +92,8 @@ TEST(Hull, UnchangedSilhouettesAreReused) {
   EXPECT_FALSE(builder.statistics().reused);
   EXPECT_TRUE(same_bytes(builder.build(scene.views()), first));
   EXPECT_TRUE(builder.statistics().reused);
+  EXPECT_EQ(builder.statistics().predicates, 0u) << "figures are of the last call";
+  EXPECT_EQ(builder.statistics().seconds_faces + builder.statistics().seconds_triangulate, 0.0);
   // Equal content at another address is unchanged, too.
   HullScene copy = scene;
   EXPECT_TRUE(same_bytes(builder.build(copy.views()), first));
