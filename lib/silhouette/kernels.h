@@ -87,7 +87,7 @@ struct Kernels {
 
   /// The mixed ones of a row of blocks, ascending; returns how many. Writes one entry more.
   int (*mixed_blocks)(const BlockState* states, int blocks, std::uint16_t* list);
-  /// A field's values rounded to 8 bit, in the columns of `count` blocks.
+  /// A field's values rounded to 8 bit: those of `count` blocks, one block after the other.
   void (*levels)(const std::int16_t* values, const std::uint16_t* blocks, int count,
                  std::uint8_t* out);
 

@@ -114,7 +114,7 @@ int mixed_blocks(const BlockState* states, int blocks, std::uint16_t* list) {
 void levels(const std::int16_t* values, const std::uint16_t* blocks, int count, std::uint8_t* out) {
   for (int i = 0; i < count * matte_block; ++i) {
     const int x = blocks[i / matte_block] * matte_block + i % matte_block;
-    out[x] = static_cast<std::uint8_t>((values[x] + field_scale / 2) / field_scale);
+    out[i] = static_cast<std::uint8_t>((values[x] + field_scale / 2) / field_scale);
   }
 }
 

@@ -3,9 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 
-#include "silhouette/kernels.h"
+#include "silhouette/kept_matte.h"
 #include "silhouette/row_ahead.h"
 
 namespace polyhull {
@@ -37,8 +36,7 @@ struct Silhouetter::State {
   Approximator approximator;
   Matte keyed;  // only where the matte needs its neighbours or the blur whole planes
   Field field;
-  Matte blurred;  // 8 bit, with keep_matte
-  std::vector<std::uint16_t> mixed_list;
+  silhouette::KeptMatte kept;  // with keep_matte
   Rings traced, rings;
   std::vector<std::int32_t> parents;
   SilhouetteStats stats;
@@ -54,8 +52,6 @@ struct Silhouetter::State {
 
   void stream(const FrameView& frame, const TraceSettings& trace);
   void planes(const FrameView& frame, const TraceSettings& trace);
-  void keep_size(int width, int height);
-  void keep_row(int y, const std::int16_t* values, const BlockState* states);
   bool unchanged(const FrameView& frame, bool& worth_copying);
 };
 
@@ -118,32 +114,6 @@ bool Silhouetter::State::unchanged(const FrameView& frame, bool& worth_copying) 
   return false;
 }
 
-void Silhouetter::State::keep_row(int y, const std::int16_t* values, const BlockState* states) {
-  BlockState* held = blurred.state_row(y);
-  std::uint8_t* out = blurred.row(y);
-  const int blocks = blocks_across(blurred.width);
-  int b = 0;
-  const auto keep = [&](int block) {
-    if (states[block] != held[block] && states[block] != block_mixed)
-      std::memset(out + block * matte_block, states[block] == block_full ? 255 : 0, matte_block);
-    held[block] = states[block];
-  };
-  for (; b + 8 <= blocks; b += 8)
-    if (eight_states(states + b) != eight_states(held + b))
-      for (int i = b; i < b + 8; ++i) keep(i);
-  for (; b < blocks; ++b) keep(b);
-  const int mixed = silhouette::kernels().mixed_blocks(states, blocks, mixed_list.data());
-  silhouette::kernels().levels(values, mixed_list.data(), mixed, out);
-}
-
-// Room for the blurred matte of a picture of this size; uniform blocks stay from frame to frame.
-void Silhouetter::State::keep_size(int width, int height) {
-  if (!settings.keep_matte || (blurred.width == width && blurred.height == height)) return;
-  blurred.resize(width, height);
-  mixed_list.resize(static_cast<std::size_t>(blocks_across(width)) + 1);
-  std::fill(blurred.states.begin(), blurred.states.end(), block_mixed);
-}
-
 namespace {
 
 // The bytes of row y's active columns are asked for.
@@ -163,7 +133,7 @@ void Silhouetter::State::stream(const FrameView& frame, const TraceSettings& tra
   keyer.prepare(frame);
   blur.begin(frame.width, frame.height, Tracer::rows_kept(trace));
   tracer.begin(frame.width, frame.height, trace);
-  keep_size(frame.width, frame.height);
+  if (settings.keep_matte) kept.begin(frame.width, frame.height);
   Blur::Row row;
   silhouette::RowAhead ahead;
   for (int y = 0; y < frame.height; ++y) {
@@ -172,7 +142,7 @@ void Silhouetter::State::stream(const FrameView& frame, const TraceSettings& tra
     ahead.some();
     blur.push();
     while (blur.pull(row, &ahead)) {
-      if (settings.keep_matte) keep_row(row.y, row.values, row.states);
+      if (settings.keep_matte) kept.add_row(row.values, row.states);
       ahead.some();
       tracer.push(row.values, row.states, &ahead);
     }
@@ -184,9 +154,9 @@ void Silhouetter::State::planes(const FrameView& frame, const TraceSettings& tra
   keyer.key(frame, keyed);
   blur.apply(keyed, field);
   tracer.begin(frame.width, frame.height, trace);
-  keep_size(frame.width, frame.height);
+  if (settings.keep_matte) kept.begin(frame.width, frame.height);
   for (int y = 0; y < frame.height; ++y) {
-    if (settings.keep_matte) keep_row(y, field.row(y), field.state_row(y));
+    if (settings.keep_matte) kept.add_row(field.row(y), field.state_row(y));
     tracer.push(field.row(y), field.state_row(y));
   }
 }
@@ -222,7 +192,11 @@ const Rings& Silhouetter::process(const FrameView& frame) {
 
 void Silhouetter::write_rgba(const FrameView& frame, const Rectangle& region, std::uint8_t* rgba,
                              std::ptrdiff_t stride) const {
-  state_->keyer.write_rgba(frame, state_->blurred, region, KeyView::composite, rgba, stride);
+  for (int j = 0; j < region.height; ++j) {
+    const int y = region.y + j;
+    state_->keyer.write_rgba(frame, state_->kept.row(y), {region.x, y, region.width, 1},
+                             KeyView::composite, rgba + stride * j, stride);
+  }
 }
 
 }  // namespace polyhull
