@@ -24,9 +24,7 @@ struct RealPlane {
 
 RealPlane real_plane(const Scene& scene, std::uint32_t plane, const Vec3& middle) {
   if (plane < scene.cone_faces()) {
-    const std::size_t cone =
-        std::upper_bound(scene.first_face.begin(), scene.first_face.end(), plane) -
-        scene.first_face.begin() - 1;
+    const std::size_t cone = static_cast<std::size_t>(scene.set.group[plane]);
     const Cone& c = *scene.cones[cone];
     const Vec3 n = c.normals[plane - scene.first_face[cone]];
     return {n, glm::dot(n, c.centre_real - middle)};

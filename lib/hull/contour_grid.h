@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "base/vector.h"
+#include "hull/pair.h"
 
 namespace polyhull::hull {
 
@@ -36,6 +37,20 @@ class ContourGrid {
   void row_range(double from, double to, int& first, int& last) const {
     range(from, to, origin_.y, rows_, first, last);
   }
+  /// A rectangle of cells; empty beside the grid.
+  struct Block {
+    int column0, column1, row0, row1;
+    bool empty() const { return column0 > column1 || row0 > row1; }
+  };
+  /// Those that the box from \p low to \p high covers; its margin is the caller's.
+  Block block(Pair low, Pair high) const {
+    const Pair origin{origin_.x, origin_.y}, none{0.0, 0.0};
+    const Pair count{static_cast<double>(columns_), static_cast<double>(rows_)};
+    const Pair first = least(count, most(none, (low - origin) * inverse_));
+    const Pair end = least(count, most(none, (high - origin) * inverse_ + 1.0));
+    return {static_cast<int>(first[0]), static_cast<int>(end[0]) - 1, static_cast<int>(first[1]),
+            static_cast<int>(end[1]) - 1};
+  }
   double row_top(int row) const { return origin_.y + row * cell_; }
   double cell() const { return cell_; }
   Vec2 centre(int column, int row) const {
@@ -43,10 +58,17 @@ class ContourGrid {
   }
 
   /// How many cells with edges the block of cells holds.
-  std::uint32_t occupied(int column0, int column1, int row0, int row1) const {
+  std::uint32_t occupied(const Block& b) const {
     const std::size_t stride = columns_ + 1;
-    const Cell *low = cells_.data() + row0 * stride, *high = cells_.data() + (row1 + 1) * stride;
-    return high[column1 + 1].sum - low[column1 + 1].sum - high[column0].sum + low[column0].sum;
+    const Cell *low = cells_.data() + b.row0 * stride,
+               *high = cells_.data() + (b.row1 + 1) * stride;
+    return high[b.column1 + 1].sum - low[b.column1 + 1].sum - high[b.column0].sum +
+           low[b.column0].sum;
+  }
+  /// Whether the point lies in a cell without edges, or beside the grid.
+  bool empty_at(const Vec2& p) const {
+    const Block at = block(Pair{p.x, p.y}, Pair{p.x, p.y});
+    return at.empty() || occupied(at) == 0;
   }
 
   std::span<const std::uint32_t> edges(int column, int row) const {

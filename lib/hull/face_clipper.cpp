@@ -18,11 +18,6 @@ void FaceClipper::begin(const Scene& scene) {
   bounds_face_.assign(scene.cones.size(), 0);
 }
 
-std::size_t FaceClipper::cone_of(std::uint32_t face) const {
-  const auto& first = scene_->first_face;
-  return std::upper_bound(first.begin(), first.end(), face) - first.begin() - 1;
-}
-
 bool FaceClipper::start(std::uint32_t face) {
   chart_.face = face;
   const Scene& s = *scene_;
@@ -31,7 +26,7 @@ bool FaceClipper::start(std::uint32_t face) {
     start_box_face();
     return true;
   }
-  chart_.cone = static_cast<std::int32_t>(cone_of(face));
+  chart_.cone = s.set.group[face];
   chart_.local = face - s.first_face[chart_.cone];
   if (s.far[chart_.cone] <= 0) return false;
   start_cone_face();

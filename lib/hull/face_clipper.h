@@ -142,7 +142,6 @@ class FaceClipper {
     bool done;
   };
 
-  std::size_t cone_of(std::uint32_t face) const;
   bool start(std::uint32_t face);
   void start_cone_face();
   void start_box_face();
@@ -154,7 +153,9 @@ class FaceClipper {
   void to_front(std::vector<std::uint32_t>& order);
   void look_at(std::uint32_t cone);
   enum class Meeting { inside, outside, perhaps };
+  struct Quadrilateral;
   Meeting gather();
+  Meeting gather_edges(Quadrilateral& quad, const ContourGrid::Block& block, double error);
   Meeting locate(const Cone& cone, const Vec2& pixel, double error) const;
   double pixel_error(double tolerance, double sum, const Vec2& pixel, double z) const;
   const Line& cached_line(std::uint32_t edge) {
@@ -224,7 +225,12 @@ class FaceClipper {
   std::vector<Node> new_nodes_;
   std::vector<std::uint32_t> new_loop_ends_;
   std::vector<Cut> cuts_;
-  std::size_t words_ = 0;             ///< of a mask
+  std::size_t words_ = 0;  ///< of a mask
+  /// Two corners of the part; of an odd number the last one twice.
+  struct CornerPair {
+    Pair h, t, w, tolerance;
+  };
+  std::vector<CornerPair> packed_;
   std::vector<std::uint64_t> masks_;  ///< of each cut one bit per node: inner()
   std::vector<Crossing> crossings_;
   std::vector<Piece> pieces_;

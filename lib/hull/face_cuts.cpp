@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "hull/face_clipper.h"
+#include "hull/pair.h"
 
 namespace polyhull::hull {
 namespace {
@@ -240,6 +241,13 @@ void FaceClipper::begin_cuts() {
   words_ = (part_->nodes.size() + 63) / 64;
   cuts_.clear();
   masks_.clear();
+  const std::size_t n = part_->nodes.size();
+  packed_.resize((n + 1) / 2);
+  for (std::size_t i = 0; i < n; i += 2) {
+    const Corner &v = part_->nodes[i].corner, &u = part_->nodes[i + 1 < n ? i + 1 : i].corner;
+    packed_[i / 2] = {Pair{v.h, u.h}, Pair{v.t, u.t}, Pair{v.w, u.w},
+                      Pair{v.tolerance, u.tolerance}};
+  }
 }
 
 /// Keeps the line as a cut if it has corners on both sides.
@@ -251,13 +259,14 @@ void FaceClipper::add_cut(const Line& line, std::uint32_t edge, std::uint32_t pl
   for (std::size_t first = 0; first < n; first += 64) {
     const std::size_t count = std::min<std::size_t>(64, n - first);
     std::uint64_t above = 0, sure = 0;
-    for (std::size_t i = 0; i < count; ++i) {
-      const Corner& v = nodes[first + i].corner;
-      const double x = value(v, l);
-      above |= static_cast<std::uint64_t>(x > 0) << i;
-      sure |= static_cast<std::uint64_t>(std::abs(x) > v.tolerance) << i;
+    const CornerPair* corners = packed_.data() + first / 2;
+    for (std::size_t i = 0; i < count; i += 2, ++corners) {
+      const Pair x = l.a * corners->h + l.b * corners->t + l.d * corners->w;
+      above |= static_cast<std::uint64_t>(bits(x > 0.0)) << i;
+      sure |= static_cast<std::uint64_t>(bits(absolute(x) > corners->tolerance)) << i;
     }
     const std::uint64_t full = ~std::uint64_t{0} >> (64 - count);
+    above &= full;
     for (std::uint64_t rest = full & ~sure; rest != 0; rest &= rest - 1) {
       const std::uint64_t bit = rest & -rest;
       const bool positive =

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "hull/face_clipper.h"
+#include "hull/pair.h"
 
 namespace polyhull::hull {
 namespace {
@@ -15,16 +16,6 @@ double reach(const Vec2& a) {
   return std::abs(a.x) + std::abs(a.y);
 }
 
-/// Two doubles worked on at once (an extension of GCC and Clang for every machine).
-typedef double Pair __attribute__((vector_size(16)));
-
-Pair least(const Pair& a, const Pair& b) {
-  return a < b ? a : b;
-}
-Pair most(const Pair& a, const Pair& b) {
-  return a > b ? a : b;
-}
-
 /// Points known to this many pixels can be located: the grid's centres of cells keep twice as far
 /// from all edges.
 constexpr double locatable = 5e-5;
@@ -33,33 +24,54 @@ double larger(double a, double b) {
   return std::max(std::abs(a), std::abs(b));
 }
 
+}  // namespace
+
 /// What of the picture a face covers, and whether an edge comes near. Written without branches:
 /// which of its tests an edge fails is random.
-struct Quadrilateral {
-  std::array<double, 4> x, y;
-  Pair low{1e300, 1e300}, high{-1e300, -1e300};
-  /// The lines of the sides along the rays, corners 1-2 and 3-0, positive on the quadrilateral.
-  Pair side_x{}, side_y{}, side_offset{1, 1};
+struct FaceClipper::Quadrilateral {
+  /// The corners at the far end of the rays and at the near end, each along the contour edge.
+  Pair far_x, far_y, near_x, near_y;
+  Pair low, high;  ///< the box around them, with the grid's margin
+  /// The lines of the sides along the rays, positive on the quadrilateral.
+  Pair side_x{}, side_y{}, side_offset{};
 
-  void set_corner(int k, const Vec2& p) {
-    x[k] = p.x, y[k] = p.y;
-    low = least(low, Pair{p.x, p.y}), high = most(high, Pair{p.x, p.y});
+  /// Where the extent appears; returns the least depth of its corners (up to 0: the rest is
+  /// meaningless).
+  double project(const Vec3& a, const Vec3& b, const Vec3& d, const Extent& e) {
+    const Pair t{e.t0, e.t1};
+    const Pair x = a.x + t * b.x, y = a.y + t * b.y, z = a.z + t * b.z;
+    const Pair far_z = z + e.w0 * d.z, near_z = z + e.w1 * d.z;
+    const Pair far_inverse = 1.0 / far_z, near_inverse = 1.0 / near_z;
+    far_x = (x + e.w0 * d.x) * far_inverse, far_y = (y + e.w0 * d.y) * far_inverse;
+    near_x = (x + e.w1 * d.x) * near_inverse, near_y = (y + e.w1 * d.y) * near_inverse;
+    const Pair low_x = least(far_x, near_x), high_x = most(far_x, near_x);
+    const Pair low_y = least(far_y, near_y), high_y = most(far_y, near_y);
+    low = least(firsts(low_x, low_y), seconds(low_x, low_y)) - grid_margin;
+    high = most(firsts(high_x, high_y), seconds(high_x, high_y)) + grid_margin;
+    const Pair depth = least(far_z, near_z);
+    return std::min(depth[0], depth[1]);
   }
 
-  void finish() {
-    for (int k = 0; k < 2; ++k) {
-      const int i = 2 * k + 1, j = (2 * k + 2) & 3;
-      const double dx = x[j] - x[i], dy = y[j] - y[i];
-      const double size = std::abs(dx) + std::abs(dy);
-      if (size < 1e-3) continue;
-      const double offset = dy * x[i] - dx * y[i];
-      const int p = (i + 2) & 3, q = (j + 2) & 3;
-      const double own = dx * (y[p] + y[q]) - dy * (x[p] + x[q]) + 2 * offset;
-      const double sign = own >= 0 ? 1 : -1;
-      side_x[k] = -dy * sign, side_y[k] = dx * sign;
-      side_offset[k] = offset * sign + grid_margin * size;
-    }
-    low -= grid_margin, high += grid_margin;
+  /// Around the quadrilateral.
+  Vec2 corner(int k) const {
+    const int end = k == 1 || k == 2;
+    return k < 2 ? Vec2(far_x[end], far_y[end]) : Vec2(near_x[end], near_y[end]);
+  }
+
+  void find_sides() {
+    // From the far to the near end at the second ray, back at the first.
+    const Pair from_x{far_x[1], near_x[0]}, from_y{far_y[1], near_y[0]};
+    const Pair to_x{near_x[1], far_x[0]}, to_y{near_y[1], far_y[0]};
+    const Pair dx = to_x - from_x, dy = to_y - from_y;
+    const Pair size = absolute(dx) + absolute(dy);
+    const Pair offset = dy * from_x - dx * from_y;
+    const Pair other_x = swapped(from_x + to_x), other_y = swapped(from_y + to_y);
+    const Pair own = dx * other_y - dy * other_x + 2.0 * offset;
+    const Pair sign = own >= 0.0 ? Pair{1, 1} : Pair{-1, -1};
+    const auto short_side = size < 1e-3;
+    side_x = short_side ? Pair{} : -dy * sign;
+    side_y = short_side ? Pair{} : dx * sign;
+    side_offset = short_side ? Pair{1, 1} : offset * sign + grid_margin * size;
   }
 
   /// False if the quadrilateral and the segment lie apart by the grid's margin: on two sides of the
@@ -67,24 +79,20 @@ struct Quadrilateral {
   bool meets(const ContourGrid::Segment& s) const {
     const double dx = s.b.x - s.a.x, dy = s.b.y - s.a.y, offset = dx * s.a.y - dy * s.a.x;
     const double margin = grid_margin * (std::abs(dx) + std::abs(dy));
-    const Pair v = dx * Pair{y[0], y[1]} - dy * Pair{x[0], x[1]} - offset;
-    const Pair w = dx * Pair{y[2], y[3]} - dy * Pair{x[2], x[3]} - offset;
-    const Pair l = least(v, w), h = most(v, w);
-    bool apart = ((l[0] > margin) & (l[1] > margin)) | ((h[0] < -margin) & (h[1] < -margin));
+    const Pair v = dx * far_y - dy * far_x - offset;
+    const Pair w = dx * near_y - dy * near_x - offset;
     const Pair beyond =
         most(side_x * s.a.x + side_y * s.a.y, side_x * s.b.x + side_y * s.b.y) + side_offset;
-    return !(apart | (beyond[0] < 0) | (beyond[1] < 0));
+    const bool apart = both(least(v, w) > margin) | both(most(v, w) < -margin);
+    return !(apart | any(beyond < 0.0));
   }
 
   /// The same of the boxes around them.
   bool near(const ContourGrid::Segment& s) const {
     const Pair a{s.a.x, s.a.y}, b{s.b.x, s.b.y};
-    const auto outside = (most(a, b) < low) | (least(a, b) > high);
-    return (outside[0] | outside[1]) == 0;
+    return (bits(most(a, b) < low) | bits(least(a, b) > high)) == 0;
   }
 };
-
-}  // namespace
 
 /// Has the other cone look at the face.
 void FaceClipper::look_at(std::uint32_t index) {
@@ -92,8 +100,10 @@ void FaceClipper::look_at(std::uint32_t index) {
   cone_ = scene_->cones[index];
   base_ = scene_->first_face[index];
   const Vec3 to = (chart_.corner - cone_->centre_real) * chart_.unit;
-  picture_ = chart_.cone >= 0 ? Picture{chart_.axis_a, chart_.axis_b, to}
-                              : Picture{to, chart_.axis_b, chart_.axis_c};
+  if (chart_.cone >= 0)
+    picture_ = {chart_.axis_a, chart_.axis_b, to};
+  else
+    picture_ = {to, chart_.axis_b, chart_.axis_c};
   const Mat3& m = cone_->camera.to_pixel;
   pixel_a_ = m * picture_.a, pixel_b_ = m * picture_.b, pixel_d_ = m * picture_.d;
 }
@@ -109,40 +119,37 @@ double FaceClipper::pixel_error(double tolerance, double sum, const Vec2& pixel,
 
 /// Finds the edges of the cone that may meet the part, or that there is none.
 FaceClipper::Meeting FaceClipper::gather() {
-  ++stamp_now_;
-  candidate_count_ = 0;
   const Cone& cone = *cone_;
-  const Vec3 a = pixel_a_, b = pixel_b_, d = pixel_d_;
   const Extent& x = part_->extent;
   Quadrilateral quad;
-  bool all = x.endless;
-  double error = 0.0;  // of the corners, in pixels
-  if (!all) {
-    const double t[4] = {x.t0, x.t1, x.t1, x.t0}, w[4] = {x.w0, x.w0, x.w1, x.w1};
-    double nearest = 1e300;
-    for (int k = 0; k < 4; ++k) {
-      const Vec3 q = a + t[k] * b + w[k] * d;
-      nearest = std::min(nearest, q.z);
-      quad.set_corner(k, Vec2(q) * (1.0 / q.z));
-    }
+  double error = 1e300;  // of the corners, in pixels
+  if (!x.endless) {
+    const double depth = quad.project(pixel_a_, pixel_b_, pixel_d_, x);
     error = pixel_error(x.error, larger(x.t0, x.t1) + larger(x.w0, x.w1),
                         Vec2(larger(quad.low[0], quad.high[0]), larger(quad.low[1], quad.high[1])),
-                        nearest);
-    all = !(error < 0.5 * grid_margin);
+                        depth);
   }
-  if (all) {
-    for (std::uint32_t e = 0; e < cone.size(); ++e) candidates_[candidate_count_++] = e;
+  if (!(error < 0.5 * grid_margin)) {
+    for (std::uint32_t e = 0; e < cone.size(); ++e) candidates_[e] = e;
+    candidate_count_ = static_cast<std::uint32_t>(cone.size());
     return Meeting::perhaps;
   }
   const ContourGrid& grid = cone.grid;
-  int c0, c1, r0, r1;
-  grid.column_range(quad.low[0], quad.high[0], c0, c1);
-  grid.row_range(quad.low[1], quad.high[1], r0, r1);
-  if (c0 > c1 || r0 > r1) return Meeting::outside;
-  if (grid.occupied(c0, c1, r0, r1) == 0)
-    return grid.state(c0, r0) == CellState::inside ? Meeting::inside : Meeting::outside;
-  quad.finish();
-  const std::uint32_t now = stamp_now_;
+  const ContourGrid::Block block = grid.block(quad.low, quad.high);
+  if (block.empty()) return Meeting::outside;
+  if (grid.occupied(block) == 0)
+    return grid.state(block.column0, block.row0) == CellState::inside ? Meeting::inside
+                                                                      : Meeting::outside;
+  return gather_edges(quad, block, error);
+}
+
+/// The same where the box around the part's picture has edges in its \p block of cells.
+FaceClipper::Meeting FaceClipper::gather_edges(Quadrilateral& quad, const ContourGrid::Block& block,
+                                               double error) {
+  const Cone& cone = *cone_;
+  const ContourGrid& grid = cone.grid;
+  const auto [c0, c1, r0, r1] = block;
+  const std::uint32_t now = ++stamp_now_;
   std::uint32_t count = 0;
   const auto take = [&](int column0, int column1, int row) {
     if (column0 > column1) return;
@@ -158,8 +165,7 @@ FaceClipper::Meeting FaceClipper::gather() {
     // The columns that the quadrilateral spans in each row of cells.
     rows_.assign(static_cast<std::size_t>(r1 - r0) + 1, {c1 + 1, c0 - 1});
     for (int k = 0; k < 4; ++k) {
-      const int next = (k + 1) & 3;
-      const Vec2 from(quad.x[k], quad.y[k]), to(quad.x[next], quad.y[next]);
+      const Vec2 from = quad.corner(k), to = quad.corner((k + 1) & 3);
       int first, last;
       grid.row_range(std::min(from.y, to.y), std::max(from.y, to.y), first, last);
       const double dy = to.y - from.y;
@@ -181,17 +187,22 @@ FaceClipper::Meeting FaceClipper::gather() {
     }
     for (int r = r0; r <= r1; ++r) take(rows_[r - r0][0], rows_[r - r0][1], r);
   }
+  candidate_count_ = 0;
+  if (count > 0) quad.find_sides();
   for (std::uint32_t i = 0; i < count; ++i) {
     const std::uint32_t e = candidates_[i];
     candidates_[candidate_count_] = e;
     candidate_count_ += quad.meets(grid.segment(e));
   }
   if (candidate_count_ > 0) return Meeting::perhaps;
-  // No edge meets the quadrilateral: any of its points tells.
-  for (int k = 0; k < 4; ++k) {
-    const Meeting meeting = locate(cone, Vec2(quad.x[k], quad.y[k]), error);
-    if (meeting != Meeting::perhaps) return meeting;
-  }
+  // No edge meets the quadrilateral: any of its points tells, soonest one far from all edges.
+  for (const bool anywhere : {false, true})
+    for (int k = 0; k < 4; ++k) {
+      const Vec2 corner = quad.corner(k);
+      if (!anywhere && !grid.empty_at(corner)) continue;
+      const Meeting meeting = locate(cone, corner, error);
+      if (meeting != Meeting::perhaps) return meeting;
+    }
   return Meeting::perhaps;
 }
 

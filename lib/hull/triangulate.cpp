@@ -8,6 +8,7 @@ namespace polyhull::hull {
 namespace {
 
 constexpr std::uint32_t none = 0xffffffffu;
+constexpr std::uint32_t bridge = 0x80000000u;
 
 std::uint64_t edge_key(std::uint32_t a, std::uint32_t b) {
   return static_cast<std::uint64_t>(std::min(a, b)) << 32 | std::max(a, b);
@@ -92,48 +93,40 @@ void Triangulator::triangulate(std::span<const Vec3f> vertices, std::span<const 
 
 /// Joins each hole to the outer loop around it by a bridge, so that only outer loops are left.
 void Triangulator::join_holes() {
-  const std::size_t loops = starts_.size();
-  std::vector<double> area(loops, 0.0), perimeter(loops, 0.0);
-  std::vector<std::uint32_t> rightmost(loops);
-  for (std::size_t i = 0; i < loops; ++i) {
-    rightmost[i] = starts_[i];
+  const std::uint32_t loops = static_cast<std::uint32_t>(starts_.size());
+  loops_.clear(), holes_.clear(), loop_of_.clear();
+  for (std::uint32_t i = 0; i < loops; ++i) {
+    Loop& loop = loops_.emplace_back(Loop{0.0, 0.0, starts_[i], i, false, false});
     for (std::uint32_t k = starts_[i]; k < starts_[i] + counts_[i]; ++k) {
-      area[i] += cross(flat_[k] - flat_[starts_[i]], flat_[nodes_[k].next] - flat_[starts_[i]]);
-      perimeter[i] += glm::length(flat_[nodes_[k].next] - flat_[k]);
-      const Vec2 &p = flat_[k], &q = flat_[rightmost[i]];
-      if (p.x > q.x || (p.x == q.x && p.y > q.y)) rightmost[i] = k;
+      loop.area += cross(flat_[k] - flat_[starts_[i]], flat_[nodes_[k].next] - flat_[starts_[i]]);
+      loop.perimeter += glm::length(flat_[nodes_[k].next] - flat_[k]);
+      const Vec2 &p = flat_[k], &q = flat_[loop.rightmost];
+      if (p.x > q.x || (p.x == q.x && p.y > q.y)) loop.rightmost = k;
+      loop_of_.push_back(i);
     }
-  }
-  // A loop whose direction rounding may have turned gets triangles of its own: joining what is no
-  // hole would tie two parts of the surface together, closing a tiny hole harms nothing.
-  std::vector<char> hole(loops);
-  std::vector<std::size_t> holes;
-  for (std::size_t i = 0; i < loops; ++i) {
-    hole[i] = area[i] < -8 * rounding_ * perimeter[i];
-    if (hole[i]) holes.push_back(i);
+    // A loop whose direction rounding may have turned gets triangles of its own: joining what is no
+    // hole would tie two parts of the surface together, closing a tiny hole harms nothing.
+    loop.hole = loop.area < -8 * rounding_ * loop.perimeter;
+    loop.joined = !loop.hole;
+    if (loop.hole) holes_.push_back(i);
   }
   // From the right, so that a bridge to the right only meets loops that are joined already.
-  std::sort(holes.begin(), holes.end(), [&](std::size_t a, std::size_t b) {
-    const Vec2 &p = flat_[rightmost[a]], &q = flat_[rightmost[b]];
+  std::sort(holes_.begin(), holes_.end(), [&](std::uint32_t a, std::uint32_t b) {
+    const Vec2 &p = flat_[loops_[a].rightmost], &q = flat_[loops_[b].rightmost];
     return p.x != q.x ? p.x > q.x : p.y != q.y ? p.y > q.y : a < b;
   });
-  std::vector<bool> joined(loops);
-  for (std::size_t i = 0; i < loops; ++i) joined[i] = !hole[i];
-  std::vector<std::size_t> owner(loops);
-  for (std::size_t i = 0; i < loops; ++i) owner[i] = i;
-  std::vector<std::uint32_t> loop_of(nodes_.size());
-  for (std::size_t i = 0; i < loops; ++i)
-    for (std::uint32_t k = starts_[i]; k < starts_[i] + counts_[i]; ++k)
-      loop_of[k] = static_cast<std::uint32_t>(i);
-  for (std::size_t h : holes) {
-    const std::uint32_t m = rightmost[h];
+  const auto joined = [&](std::uint32_t node) {
+    return loops_[loops_[loop_of_[node]].owner].joined;
+  };
+  for (const std::uint32_t h : holes_) {
+    const std::uint32_t m = loops_[h].rightmost;
     const Vec2 p = flat_[m];
     // The nearest edge to the right of p that runs upwards has the face on its left, where p is.
     double best = 1e300;
     std::uint32_t target = none;
     const std::uint32_t total = static_cast<std::uint32_t>(nodes_.size());
     for (std::uint32_t k = 0; k < total; ++k) {
-      if (!joined[owner[loop_of[k]]]) continue;
+      if (!joined(k)) continue;
       const Vec2 a = flat_[nodes_[k].vertex], b = flat_[nodes_[nodes_[k].next].vertex];
       if (!(a.y <= p.y && b.y >= p.y && a.y != b.y)) continue;
       const double x = a.x + (p.y - a.y) * (b.x - a.x) / (b.y - a.y);
@@ -144,7 +137,7 @@ void Triangulator::join_holes() {
       double nearest = 1e300;
       for (std::uint32_t k = 0; k < total; ++k) {
         const double distance = glm::length(flat_[nodes_[k].vertex] - p);
-        if (joined[owner[loop_of[k]]] && distance < nearest) nearest = distance, target = k;
+        if (joined(k) && distance < nearest) nearest = distance, target = k;
       }
       if (target == none) continue;
       best = p.x;
@@ -156,7 +149,7 @@ void Triangulator::join_holes() {
     std::uint32_t chosen = target;
     const Vec2 lower = t.y < p.y ? t : q, upper = t.y < p.y ? q : t;
     for (std::uint32_t k = 0; k < total; ++k) {
-      if (!joined[owner[loop_of[k]]]) continue;
+      if (!joined(k)) continue;
       const Vec2 x = flat_[nodes_[k].vertex];
       if (x.x < p.x) continue;
       if (cross(lower - p, x - p) < 0 || cross(upper - lower, x - lower) < 0 ||
@@ -175,24 +168,24 @@ void Triangulator::join_holes() {
     }
     // outer ... chosen -> m ... (around the hole) ... m' -> chosen' ...
     const std::uint32_t m2 = total, c2 = total + 1;
-    nodes_.push_back({nodes_[m].vertex, nodes_[m].previous, c2});
-    nodes_.push_back({nodes_[chosen].vertex, m2, nodes_[chosen].next});
+    nodes_.push_back({nodes_[m].vertex, nodes_[m].previous, c2, bridge + chosen});
+    nodes_.push_back({nodes_[chosen].vertex, m2, nodes_[chosen].next, nodes_[chosen].beyond});
+    if (nodes_[c2].beyond != none) nodes_[nodes_[c2].beyond - bridge].beyond = bridge + c2;
+    nodes_[chosen].beyond = bridge + m2;
     nodes_[nodes_[m].previous].next = m2;
     nodes_[nodes_[chosen].next].previous = c2;
     nodes_[chosen].next = m;
     nodes_[m].previous = chosen;
-    const std::size_t into = owner[loop_of[chosen]];
-    loop_of.push_back(static_cast<std::uint32_t>(into));
-    loop_of.push_back(static_cast<std::uint32_t>(into));
+    const std::uint32_t into = loops_[loop_of_[chosen]].owner;
+    loop_of_.insert(loop_of_.end(), 2, into);
     counts_[into] += counts_[h] + 2;
-    owner[h] = into;
-    joined[h] = true;
-    for (std::size_t i = 0; i < loops; ++i)
-      if (owner[i] == h) owner[i] = into;
+    loops_[h].joined = true;
+    for (Loop& loop : loops_)
+      if (loop.owner == h) loop.owner = into;
   }
   std::size_t kept = 0;
-  for (std::size_t i = 0; i < loops; ++i)
-    if (owner[i] == i) starts_[kept] = starts_[i], counts_[kept++] = counts_[i];
+  for (std::uint32_t i = 0; i < loops; ++i)
+    if (loops_[i].owner == i) starts_[kept] = starts_[i], counts_[kept++] = counts_[i];
   starts_.resize(kept), counts_.resize(kept);
 }
 
@@ -217,13 +210,15 @@ bool Triangulator::ear(std::uint32_t node, bool loose) const {
 }
 
 bool Triangulator::cut_loops(std::span<const std::uint32_t> ends, std::uint32_t first) {
-  local_.clear(), nodes_.clear(), starts_.clear(), counts_.clear(), used_.clear();
+  local_.clear(), opposite_.clear(), nodes_.clear(), starts_.clear(), counts_.clear(),
+      used_.clear();
   std::uint32_t begin = 0;
   for (std::uint32_t end : ends) {
     end -= first;
     const std::uint32_t n = end - begin;
-    for (std::uint32_t i = 0; i < n; ++i)
-      nodes_.push_back({begin + i, begin + (i + n - 1) % n, begin + (i + 1) % n});
+    for (std::uint32_t i = begin; i < end; ++i) nodes_.push_back({i, i - 1, i + 1, none});
+    nodes_[begin].previous = end - 1;
+    nodes_[end - 1].next = begin;
     starts_.push_back(begin);
     counts_.push_back(n);
     begin = end;
@@ -262,10 +257,11 @@ bool Triangulator::cut_ears(std::uint32_t start, std::uint32_t count) {
     else
       cut = ear(node, false) && allowed(a, c);
     if (cut) {
-      local_.insert(local_.end(), {a, b, c});
+      add_triangle(previous, node, next);
       if (careful_) used_.insert(edge_key(a, c));
       nodes_[previous].next = next;
       nodes_[next].previous = previous;
+      nodes_[previous].beyond = static_cast<std::uint32_t>(local_.size()) - 1;
       --count;
       misses = 0;
       node = nodes_[next].next;  // not the neighbour: avoids fans of thin triangles
@@ -274,10 +270,33 @@ bool Triangulator::cut_ears(std::uint32_t start, std::uint32_t count) {
       node = next;
     }
   }
-  if (count == 3)
-    local_.insert(local_.end(), {nodes_[nodes_[node].previous].vertex, nodes_[node].vertex,
-                                 nodes_[nodes_[node].next].vertex});
+  if (count == 3) {
+    const std::uint32_t next = nodes_[node].next;
+    add_triangle(nodes_[node].previous, node, next);
+    join_side(next, static_cast<std::uint32_t>(local_.size()) - 1);
+  }
   return true;
+}
+
+/// The triangle of three nodes in a row, with the sides that they begin but for the last's.
+void Triangulator::add_triangle(std::uint32_t first, std::uint32_t second, std::uint32_t third) {
+  const std::uint32_t half_edge = static_cast<std::uint32_t>(local_.size());
+  local_.insert(local_.end(), {nodes_[first].vertex, nodes_[second].vertex, nodes_[third].vertex});
+  opposite_.insert(opposite_.end(), 3, none);
+  join_side(first, half_edge);
+  join_side(second, half_edge + 1);
+}
+
+/// The half-edge is the triangles' side of the edge from the node to the next.
+void Triangulator::join_side(std::uint32_t node, std::uint32_t half_edge) {
+  const std::uint32_t beyond = nodes_[node].beyond;
+  if (beyond == none) return;
+  if (beyond >= bridge) {
+    nodes_[beyond - bridge].beyond = half_edge;
+  } else {
+    opposite_[half_edge] = beyond;
+    opposite_[beyond] = half_edge;
+  }
 }
 
 /// Whether the diagonal a-c of the quadrilateral a b c d should become b-d: d lies inside the
@@ -292,19 +311,6 @@ bool Triangulator::worse(std::uint32_t a, std::uint32_t b, std::uint32_t c, std:
 
 void Triangulator::flip_edges() {
   const std::uint32_t half_edges = static_cast<std::uint32_t>(local_.size());
-  keys_.clear();
-  opposite_.assign(half_edges, none);
-  for (std::uint32_t h = 0; h < half_edges; ++h) {
-    const std::uint32_t a = local_[h], b = local_[h % 3 == 2 ? h - 2 : h + 1];
-    keys_.push_back(static_cast<std::uint64_t>(std::min(a, b)) << 44 |
-                    static_cast<std::uint64_t>(std::max(a, b)) << 24 | h);
-  }
-  std::sort(keys_.begin(), keys_.end());
-  for (std::size_t i = 0; i + 1 < keys_.size(); ++i)
-    if (keys_[i] >> 24 == keys_[i + 1] >> 24) {
-      const std::uint32_t g = keys_[i] & 0xffffff, h = keys_[i + 1] & 0xffffff;
-      opposite_[g] = h, opposite_[h] = g;
-    }
   stack_.clear();
   for (std::uint32_t h = 0; h < half_edges; ++h)
     if (opposite_[h] != none && opposite_[h] > h) stack_.push_back(h);

@@ -32,12 +32,23 @@ class Triangulator {
  private:
   struct Node {
     std::uint32_t vertex, previous, next;
+    /// Of the edge to the next node: none on the border, else the half-edge beyond it, or for a
+    /// bridge that has no triangle yet `bridge` plus the node of its other side.
+    std::uint32_t beyond;
+  };
+  /// A loop as join_holes() sees it.
+  struct Loop {
+    double area, perimeter;
+    std::uint32_t rightmost, owner;  ///< node; the loop that it has become a part of
+    bool hole, joined;
   };
   double turn(std::uint32_t a, std::uint32_t b, std::uint32_t c) const;  // of local points
   bool allowed(std::uint32_t a, std::uint32_t b) const;                  ///< as an inner edge
   void join_holes();
   bool cut_loops(std::span<const std::uint32_t> ends, std::uint32_t first);
   bool cut_ears(std::uint32_t start, std::uint32_t count);
+  void add_triangle(std::uint32_t first, std::uint32_t second, std::uint32_t third);
+  void join_side(std::uint32_t node, std::uint32_t half_edge);
   bool ear(std::uint32_t node, bool loose) const;
   void flip_edges();
   bool worse(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) const;
@@ -54,9 +65,10 @@ class Triangulator {
   std::vector<Node> nodes_;
   std::vector<std::uint32_t> starts_, counts_;
   std::vector<std::uint32_t> local_;     ///< triangles by local points
-  std::vector<std::uint32_t> opposite_;  ///< half-edge numbers
+  std::vector<std::uint32_t> opposite_;  ///< half-edge numbers; none on the border
   std::vector<std::uint32_t> stack_;
-  std::vector<std::uint64_t> keys_;
+  std::vector<Loop> loops_;
+  std::vector<std::uint32_t> holes_, loop_of_;
 };
 
 }  // namespace polyhull::hull
