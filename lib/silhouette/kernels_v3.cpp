@@ -175,25 +175,22 @@ void pixel_alpha(const std::uint8_t* pixels, int count, const PixelForms& forms,
   }
 }
 
-// Two blocks at a time while both are empty or both full.
+// Two blocks at a time while both are empty or both full: what lies between two samples lies
+// between theirs.
 void doubled_alpha_pairs(const std::int16_t* signal, int count, Ramp ramp, std::uint8_t* alpha,
                          BlockState* block_states) {
-  const Vec base = set16(ramp.base), gain = set16(ramp.gain);
   const Vec zero = _mm256_setzero_si256(), ones = _mm256_set1_epi8(-1);
-  const Vec lowest = _mm256_set1_epi8(static_cast<char>(ramp.low));
-  const Vec highest = _mm256_set1_epi8(static_cast<char>(ramp.high));
-  const auto at = [&](const std::int16_t* s) {
-    return _mm256_mulhrs_epi16(_mm256_subs_epi16(base, load(s)), gain);
-  };
+  const SureSignals sure(ramp);
+  const Vec surely_empty = set16(sure.empty_above), surely_full = set16(sure.full_below);
+  const auto everywhere = [](Vec mask) { return _mm256_movemask_epi8(mask) == -1; };
   std::ptrdiff_t x = 0;
   for (; x + 32 <= count; x += 32) {
     const std::int16_t* from = signal + (x >> 1);
-    const Vec v = _mm256_packus_epi16(at(from), at(from + 1));
-    const Vec above = _mm256_subs_epu8(v, lowest), below = _mm256_subs_epu8(highest, v);
-    if (_mm256_testz_si256(above, above)) {
+    const Vec first = load(from), second = load(from + 1);
+    if (everywhere(_mm256_cmpgt_epi16(min16(first, second), surely_empty))) {
       _mm256_storeu_si256(reinterpret_cast<Vec*>(alpha + x), zero);
       block_states[x >> 4] = block_states[(x >> 4) + 1] = block_empty;
-    } else if (_mm256_testz_si256(below, below)) {
+    } else if (everywhere(_mm256_cmpgt_epi16(surely_full, _mm256_max_epi16(first, second)))) {
       _mm256_storeu_si256(reinterpret_cast<Vec*>(alpha + x), ones);
       block_states[x >> 4] = block_states[(x >> 4) + 1] = block_full;
     } else {

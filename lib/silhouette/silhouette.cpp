@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "silhouette/chroma.h"
 #include "silhouette/kept_matte.h"
 #include "silhouette/row_ahead.h"
 
@@ -116,15 +117,21 @@ bool Silhouetter::State::unchanged(const FrameView& frame, bool& worth_copying) 
 
 namespace {
 
-// The bytes of row y's active columns are asked for.
+// The bytes that keying row y's active columns reads first are asked for.
 void ask_for(const FrameView& frame, const Rectangle& active, int y, silhouette::RowAhead& ahead) {
-  // Of luma and chroma hardly more than the chroma is read.
-  if (is_yuv(frame.format) || y < active.y || y >= active.y + active.height ||
-      frame.strides[0] <= 0)
-    return;
-  const std::ptrdiff_t pixel = frame.strides[0] / frame.width;
-  const std::uint8_t* const begin = frame.row(0, y) + pixel * active.x;
-  ahead.begin(begin, begin + pixel * active.width);
+  if (y < active.y || y >= active.y + active.height) return;
+  const auto ask = [&](int plane, int row, int columns) {
+    const std::ptrdiff_t stride = frame.strides[plane];
+    if (stride <= 0) return;
+    const std::uint8_t* const begin = frame.row(plane, row);
+    ahead.begin(begin + stride * active.x / columns,
+                begin + stride * (active.x + active.width) / columns);
+  };
+  if (!is_yuv(frame.format) || is_422(frame.format)) return ask(0, y, frame.width);
+  // Hardly more than the chroma is read: every second row needs one that no row before did.
+  const silhouette::ChromaRows rows = silhouette::chroma_rows(frame, y);
+  if (frame.format == FrameFormat::nv12 && rows.far_row > rows.near_row)
+    ask(1, rows.far_row, frame.width);
 }
 
 }  // namespace
