@@ -170,15 +170,15 @@ bool PatchOptimizer::solve() {
   for (std::uint32_t t : patch_) now = now + cost_of(t);
   if (costs_[n - 1].bad >= now.bad) return false;
   result_.clear();
-  std::vector<std::pair<std::size_t, std::size_t>> open{{0, n - 1}};
-  while (!open.empty()) {
-    const auto [i, j] = open.back();
-    open.pop_back();
+  open_.assign(1, {0, n - 1});
+  while (!open_.empty()) {
+    const auto [i, j] = open_.back();
+    open_.pop_back();
     if (j - i < 2) continue;
     const std::size_t k = middle_[i * n + j];
     result_.insert(result_.end(), {loop_[i], loop_[k], loop_[j]});
-    open.emplace_back(i, k);
-    open.emplace_back(k, j);
+    open_.emplace_back(i, k);
+    open_.emplace_back(k, j);
   }
   std::sort(patch_.begin(), patch_.end());
   for (std::size_t i = 0; i < patch_.size(); ++i)

@@ -20,6 +20,7 @@
 
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "hull/face_clipper.h"
@@ -74,6 +75,7 @@ class PatchOptimizer {
   std::vector<Cost> costs_;                 ///< n x n
   std::vector<std::uint32_t> middle_;       ///< n x n: the best k; none: unusable
   std::vector<std::uint32_t> result_;
+  std::vector<std::pair<std::size_t, std::size_t>> open_;  ///< sides of the loop still to follow
 };
 
 }  // namespace polyhull::hull

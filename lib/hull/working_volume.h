@@ -4,6 +4,8 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
+#include <utility>
 #include <vector>
 
 #include "base/vector.h"
@@ -18,17 +20,22 @@ class WorkingVolume {
   /// Keeps the part where normal.x + offset >= 0.
   void cut(const Vec3& normal, double offset);
 
-  bool empty() const { return faces_.empty(); }
+  bool empty() const { return corners_.empty(); }
 
   /// All corners (some more than once).
   template <class Visit>
   void visit_corners(Visit visit) const {
-    for (const auto& face : faces_)
-      for (const Vec3& corner : face) visit(corner);
+    for (const Vec3& corner : corners_) visit(corner);
   }
 
  private:
-  std::vector<std::vector<Vec3>> faces_;
+  /// The faces' corners, one face after the other, and where each face ends in them.
+  std::vector<Vec3> corners_;
+  std::vector<std::size_t> ends_;
+  std::vector<Vec3> kept_, rim_;  ///< at work in cut()
+  std::vector<std::size_t> kept_ends_;
+  std::vector<double> values_;
+  std::vector<std::pair<double, Vec3>> sorted_;
 };
 
 }  // namespace polyhull::hull
