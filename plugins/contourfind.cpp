@@ -47,6 +47,7 @@ struct Private {
   ContourStage stage;
   PlanePool<Matte> mattes;
   ViewWriter writer;
+  View view;  // that of the last frame; its memory is used again
 };
 
 struct PolyhullContourFind {
@@ -119,7 +120,8 @@ GstBuffer* make_view(PolyhullContourFind* self, const GstVideoFrame& frame) {
   Private& priv = *self->priv;
   const ContourValues values = snapshot(self, priv.values);
   const double tolerance = tolerance_of(values, priv.control);
-  View view = begin_view(GST_BASE_TRANSFORM_CAST(self), values, frame);
+  View& view = priv.view;
+  begin_view(GST_BASE_TRANSFORM_CAST(self), values, frame, view);
   view.contours = priv.stage.find(content_of(priv, frame), values, tolerance);
   view.roi = bounding_rectangle(view.contours, view.width, view.height);
   report_contours(priv.statistics, priv.stage.counts(), priv.stage.reused(), tolerance);

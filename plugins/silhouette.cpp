@@ -70,6 +70,7 @@ struct Private {
   int learning = 0;
   std::uint64_t reused = 0;
   ViewWriter writer;
+  View view;  // that of the last frame; its memory is used again
   Sent sent;
 };
 
@@ -201,7 +202,8 @@ GstBuffer* make_view(PolyhullSilhouette* self, const GstVideoFrame& video) {
   const double tolerance = tolerance_of(values, priv.control);
   const bool changed = configure(self, values, tolerance);
   const FrameView frame = frame_view(priv.layout, video);
-  View view = begin_view(GST_BASE_TRANSFORM_CAST(self), values, video);
+  View& view = priv.view;
+  begin_view(GST_BASE_TRANSFORM_CAST(self), values, video, view);
   view.contours = priv.silhouetter.process(frame);
   view.roi = bounding_rectangle(view.contours, view.width, view.height);
   const SilhouetteStats& stats = priv.silhouetter.stats();

@@ -131,7 +131,9 @@ View unpack_view(const wire::View& table, Payload& payload) {
 
 std::vector<std::uint8_t> write_view_header(const View& view) {
   validate_view(view);
-  flatbuffers::FlatBufferBuilder builder(1024 + 8 * view.contours.points.size());
+  // Keeps its memory for the next view: they are made once per frame.
+  static thread_local flatbuffers::FlatBufferBuilder builder;
+  builder.Clear();
   builder.Finish(pack_view(builder, view));
   return write_payload_header(PayloadKind::view, {builder.GetBufferPointer(), builder.GetSize()},
                               view.pixels.size());

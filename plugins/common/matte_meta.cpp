@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <new>
 #include <utility>
 
 #include "common/recycling_allocator.h"
@@ -14,7 +15,7 @@ namespace {
 
 struct MatteMeta {
   GstMeta meta;
-  MatteContent* content;
+  MatteContent content;  // in the meta's own memory: one allocation less per frame
 };
 
 GType api_type() {
@@ -31,12 +32,12 @@ GType api_type() {
 }
 
 gboolean initialise(GstMeta* meta, gpointer, GstBuffer*) {
-  reinterpret_cast<MatteMeta*>(meta)->content = new MatteContent;
+  new (&reinterpret_cast<MatteMeta*>(meta)->content) MatteContent;
   return TRUE;
 }
 
 void free_content(GstMeta* meta, GstBuffer*) {
-  delete reinterpret_cast<MatteMeta*>(meta)->content;
+  reinterpret_cast<MatteMeta*>(meta)->content.~MatteContent();
 }
 
 const GstMetaInfo* meta_info();
@@ -46,9 +47,9 @@ gboolean transform(GstBuffer* target, GstMeta* meta, GstBuffer*, GQuark type, gp
   const auto* copy = static_cast<GstMetaTransformCopy*>(data);
   if (copy->region) return FALSE;
   // With the stamp of the memory it was made for: only a buffer of that memory has it.
-  const MatteContent& content = *reinterpret_cast<MatteMeta*>(meta)->content;
+  const MatteContent& content = reinterpret_cast<MatteMeta*>(meta)->content;
   set_matte(target, content);
-  reinterpret_cast<MatteMeta*>(gst_buffer_get_meta(target, api_type()))->content->stamp =
+  reinterpret_cast<MatteMeta*>(gst_buffer_get_meta(target, api_type()))->content.stamp =
       content.stamp;
   return TRUE;
 }
@@ -133,20 +134,20 @@ void set_matte(GstBuffer* buffer, MatteContent content) {
   GstMeta* meta = gst_buffer_get_meta(buffer, api_type());
   if (meta == nullptr) meta = gst_buffer_add_meta(buffer, meta_info(), nullptr);
   content.stamp = write_stamp(buffer);
-  *reinterpret_cast<MatteMeta*>(meta)->content = std::move(content);
+  reinterpret_cast<MatteMeta*>(meta)->content = std::move(content);
 }
 
 bool is_unwritten(GstBuffer* buffer) {
   const GstMeta* meta = gst_buffer_get_meta(buffer, api_type());
   if (meta == nullptr) return false;
-  const std::uint64_t stamp = reinterpret_cast<const MatteMeta*>(meta)->content->stamp;
+  const std::uint64_t stamp = reinterpret_cast<const MatteMeta*>(meta)->content.stamp;
   return stamp != 0 && stamp == write_stamp(buffer);
 }
 
 const MatteContent* get_matte(GstBuffer* buffer, int width, int height) {
   GstMeta* meta = gst_buffer_get_meta(buffer, api_type());
   if (meta == nullptr) return nullptr;
-  const MatteContent* content = reinterpret_cast<MatteMeta*>(meta)->content;
+  const MatteContent* content = &reinterpret_cast<MatteMeta*>(meta)->content;
   const auto fits = [&](const auto& plane) {
     return plane != nullptr && plane->width == width && plane->height == height;
   };

@@ -2,6 +2,7 @@
 #include "common/view_element.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "common/trigger.h"
 #include "common/view_writer.h"
@@ -26,8 +27,12 @@ GstCaps* view_transform_caps(GstBaseTransform* base, GstPadDirection direction, 
   return result;
 }
 
-View begin_view(GstBaseTransform* base, const ContourValues& values, const GstVideoFrame& frame) {
-  View view;
+void begin_view(GstBaseTransform* base, const ContourValues& values, const GstVideoFrame& frame,
+                View& view) {
+  Rings contours = std::move(view.contours);
+  contours.clear();
+  view = View();
+  view.contours = std::move(contours);
   view.camera = values.camera.empty() ? GST_OBJECT_NAME(base) : values.camera;
   view.width = GST_VIDEO_FRAME_WIDTH(&frame);
   view.height = GST_VIDEO_FRAME_HEIGHT(&frame);
@@ -35,7 +40,6 @@ View begin_view(GstBaseTransform* base, const ContourValues& values, const GstVi
                                      values.trigger == TriggerSource::automatic);
   view.trigger = values.trigger == TriggerSource::none ? no_trigger : capture.trigger;
   view.capture_time = capture.time;
-  return view;
 }
 
 double tolerance_of(const ContourValues& values, const ToleranceControl& control) {

@@ -19,7 +19,8 @@ GstCaps* view_transform_caps(GstBaseTransform* base, GstPadDirection direction, 
                              GstCaps* filter);
 
 /// Camera name, trigger number, capture time and size of the frame that \p base transforms.
-View begin_view(GstBaseTransform* base, const ContourValues& values, const GstVideoFrame& frame);
+void begin_view(GstBaseTransform* base, const ContourValues& values, const GstVideoFrame& frame,
+                View& view);
 
 /// The tolerance to use now.
 double tolerance_of(const ContourValues& values, const ToleranceControl& control);
