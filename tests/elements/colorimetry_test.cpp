@@ -143,6 +143,7 @@ GST_START_TEST(every_coding_becomes_its_colours) {
         GstHarness* rgb = gst_harness_new_parse(key);
         gst_harness_set_src_caps(rgb, video_caps("RGBx", width, height));
         GstBuffer* exact = gst_buffer_new_allocate(nullptr, width * height * 4, nullptr);
+        gst_buffer_memset(exact, 0, 255, -1);
         GstMapInfo map;
         gst_buffer_map(exact, &map, GST_MAP_WRITE);
         double worst = 0.0;
