@@ -149,6 +149,19 @@ TEST(HullStress, RandomRigs) {
                    Unseen::carve);
 }
 
+// Cameras at one place whose views are far apart: in the picture of the one, the other's silhouette
+// lies up to 50 focal lengths to the side, where rounded rays miss their pixels by up to a pixel.
+TEST(HullStress, ViewsFromOneCentreFarToTheSide) {
+  HullBuilder builder;
+  for (std::uint64_t seed : {3159, 5985, 5997, 7107, 9230}) {
+    const HullScene scene = random_scene(seed);
+    const auto views = scene.views();
+    const HullOptions options = options_of(scene);
+    expect_right(builder.build(views, options), views, options, scene.name,
+                 {.points = 5000, .seed = seed, .snapped = true});
+  }
+}
+
 TEST(HullStress, RandomRigsThatKeepWhatIsUnseen) {
   expect_all_right("random rigs, keep", scaled(50), random_scene, {.points = 1000, .simple = false},
                    Unseen::keep);
@@ -175,16 +188,34 @@ TEST(HullStress, RandomRigsAtAnyScale) {
                    Unseen::carve);
 }
 
+/// 10^3 to 10^9 units from the origin.
+HullScene far_scene(std::uint64_t seed) {
+  Dice dice(seed ^ 0xfa2);
+  HullScene scene =
+      moved(random_scene(seed), 1.0, dice.direction() * std::pow(10.0, dice.whole(3, 9)));
+  scene.name += " far";
+  return scene;
+}
+
 TEST(HullStress, RandomRigsFarAway) {
-  const auto make = [](std::uint64_t seed) {
-    Dice dice(seed ^ 0xfa2);
-    HullScene scene =
-        moved(random_scene(seed), 1.0, dice.direction() * std::pow(10.0, dice.whole(3, 9)));
-    scene.name += " far";
-    return scene;
-  };
-  expect_all_right("random rigs, far", scaled(30), make, {.points = 0, .snapped = true},
+  expect_all_right("random rigs, far", scaled(30), far_scene, {.points = 0, .snapped = true},
                    Unseen::carve);
+}
+
+// Features as small as a float's steps: turned triangles that need several vertices to move, other
+// diagonals, a finer grid (keep 1714, 3435), and parts that shrink to a point (far 431, 2149).
+TEST(HullStress, NoTriangleStaysTurnedOrFlat) {
+  HullBuilder builder;
+  const auto expect = [&](const HullScene& scene, Unseen unseen) {
+    const auto views = scene.views();
+    const HullOptions options = options_of(scene, unseen);
+    const bool keep = unseen == Unseen::keep;
+    expect_right(builder.build(views, options), views, options, scene.name,
+                 {.points = 0, .simple = !keep, .snapped = true});
+  };
+  for (std::uint64_t seed : {2725, 5463}) expect(random_scene(seed), Unseen::carve);
+  for (std::uint64_t seed : {1714, 3435, 4581}) expect(random_scene(seed), Unseen::keep);
+  for (std::uint64_t seed : {431, 1375, 2149, 2204, 2725}) expect(far_scene(seed), Unseen::carve);
 }
 
 TEST(HullStress, RandomOrderOfRandomRigs) {
