@@ -96,7 +96,7 @@ GstFlowReturn aggregate(GstAggregator* aggregator, gboolean timeout) {
                  [&]() -> GstFlowReturn { return send_next_set(self, timeout); });
 }
 
-/// Running time of the earliest view that waits; the base class adds the latency.
+/// Running time of what waits the longest; the base class adds the latency.
 GstClockTime get_next_time(GstAggregator* aggregator) {
   const std::int64_t earliest = earliest_time(aggregator);
   if (earliest == no_time) return GST_CLOCK_TIME_NONE;

@@ -107,16 +107,16 @@ void check_cameras(PolyhullHullBuild* self, const Pads& pads) {
 }
 
 std::int64_t earliest_time(gpointer element) {
-  std::int64_t earliest = no_time;
+  std::int64_t view = no_time, gap = no_time;
   for (GstAggregatorPad* pad : Pads(element)) {
     GstBuffer* buffer = gst_aggregator_pad_peek_buffer(pad);
     if (buffer == nullptr) continue;
-    const std::int64_t time =
-        is_gap(buffer) ? no_time : running_time(pad, GST_BUFFER_DTS_OR_PTS(buffer));
+    std::int64_t& earliest = is_gap(buffer) ? gap : view;
+    const std::int64_t time = running_time(pad, GST_BUFFER_DTS_OR_PTS(buffer));
     gst_buffer_unref(buffer);
     if (time != no_time && (earliest == no_time || time < earliest)) earliest = time;
   }
-  return earliest;
+  return view != no_time ? view : gap;
 }
 
 }  // namespace polyhull::element

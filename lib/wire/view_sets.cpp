@@ -73,15 +73,23 @@ ViewDecision ViewSets::next(std::span<const ViewHead> heads, std::int64_t tolera
       set.time = set.time == no_time ? heads[i].time : std::min(set.time, heads[i].time);
     if (set.trigger == no_trigger) set.trigger = heads[i].trigger;
   }
-  // A gap that ends before the set says nothing about it.
-  const auto gaps = where(heads, [&](const ViewHead& h) {
-    return h.state == State::gap && (set.time == no_time || h.gap_end <= set.time);
-  });
-  if (!gaps.empty()) return {Kind::drop_gaps, gaps, no_time, no_trigger};
   const auto in_state = [](State state) {
     return [state](const ViewHead& h) { return h.state == state; };
   };
   const bool waiting = std::any_of(heads.begin(), heads.end(), in_state(State::waiting));
+  // A gap that ends before the set says nothing about it. Where there are only gaps the first to
+  // end goes: the others still speak for their cameras when that one's views come, and without them
+  // those would wait for cameras that have nothing to send.
+  std::int64_t over = set.time;
+  if (set.heads.empty() && waiting && !deadline_passed)
+    return {Kind::wait, {}, no_time, no_trigger};
+  if (set.heads.empty())
+    for (const ViewHead& h : heads)
+      if (h.state == State::gap) over = over == no_time ? h.gap_end : std::min(over, h.gap_end);
+  const auto gaps = where(heads, [&](const ViewHead& h) {
+    return h.state == State::gap && (over == no_time || h.gap_end <= over);
+  });
+  if (!gaps.empty()) return {Kind::drop_gaps, gaps, no_time, no_trigger};
   if (set.heads.empty()) {
     const bool ended =
         !heads.empty() && std::all_of(heads.begin(), heads.end(), in_state(State::ended));

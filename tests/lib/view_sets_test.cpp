@@ -104,7 +104,22 @@ TEST(ViewSets, GapsTellThatACameraHasNothing) {
   ViewSets sets;
   expect(sets, {timed(100 * ms), gap(90 * ms, 150 * ms)}, Kind::set, {0});
   expect(sets, {timed(150 * ms), gap(90 * ms, 150 * ms)}, Kind::drop_gaps, {1});
-  expect(sets, {waiting(), gap(150 * ms, 190 * ms)}, Kind::drop_gaps, {1});
+  // A gap alone is kept while a view may come that it speaks about, up to the deadline.
+  expect(sets, {waiting(), gap(150 * ms, 190 * ms)}, Kind::wait);
+  expect(sets, {waiting(), gap(150 * ms, 190 * ms)}, Kind::drop_gaps, {1}, true);
+}
+
+// The camera that is behind may have views yet for the time of the others' gaps: dropping those
+// would make it wait for cameras that said they had nothing.
+TEST(ViewSets, OfGapsAloneTheFirstToEndGoes) {
+  ViewSets sets;
+  expect(sets, {gap(0, 40 * ms), gap(200 * ms, 240 * ms), gap(240 * ms, 280 * ms)}, Kind::drop_gaps,
+         {0});
+  expect(sets, {waiting(), gap(200 * ms, 240 * ms), gap(240 * ms, 280 * ms)}, Kind::wait);
+  expect(sets, {timed(210 * ms), gap(200 * ms, 240 * ms), gap(240 * ms, 280 * ms)}, Kind::set, {0});
+  expect(sets, {ended(), gap(200 * ms, 240 * ms), gap(200 * ms, 240 * ms)}, Kind::drop_gaps,
+         {1, 2});
+  expect(sets, {ended(), ended(), ended()}, Kind::end);
 }
 
 TEST(ViewSets, EndedCamerasAreNotWaitedFor) {
