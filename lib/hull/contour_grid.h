@@ -51,6 +51,9 @@ class ContourGrid {
     return {static_cast<int>(first[0]), static_cast<int>(end[0]) - 1, static_cast<int>(first[1]),
             static_cast<int>(end[1]) - 1};
   }
+  /// Places and the margin in units of cells, from the grid's corner.
+  Vec2 in_cells(const Vec2& p) const { return (p - origin_) * inverse_; }
+  double margin_in_cells() const { return grid_margin * inverse_; }
   double row_top(int row) const { return origin_.y + row * cell_; }
   double cell() const { return cell_; }
   Vec2 centre(int column, int row) const {

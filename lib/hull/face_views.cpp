@@ -163,26 +163,29 @@ FaceClipper::Meeting FaceClipper::gather_edges(Quadrilateral& quad, const Contou
     for (int r = r0; r <= r1; ++r) take(c0, c1, r);
   } else {
     // The columns that the quadrilateral spans in each row of cells.
+    const double leftmost = c0, rightmost = c1, top = r0, bottom = r1;
     rows_.assign(static_cast<std::size_t>(r1 - r0) + 1, {c1 + 1, c0 - 1});
     for (int k = 0; k < 4; ++k) {
-      const Vec2 from = quad.corner(k), to = quad.corner((k + 1) & 3);
-      int first, last;
-      grid.row_range(std::min(from.y, to.y), std::max(from.y, to.y), first, last);
-      const double dy = to.y - from.y;
-      const double slope = std::abs(dy) > 2 * grid_margin ? (to.x - from.x) / dy : 0.0;
-      for (int r = std::max(first, r0); r <= std::min(last, r1); ++r) {
-        double xa = from.x, xb = to.x;
-        if (slope != 0.0) {
-          const double top = grid.row_top(r) - grid_margin;
-          const double bottom = grid.row_top(r + 1) + grid_margin;
-          xa = from.x + (std::clamp(from.y, top, bottom) - from.y) * slope;
-          xb = from.x + (std::clamp(to.y, top, bottom) - from.y) * slope;
-        }
-        int ca, cb;
-        grid.column_range(std::min(xa, xb), std::max(xa, xb), ca, cb);
+      // In cells, downwards.
+      Vec2 from = grid.in_cells(quad.corner(k)), to = grid.in_cells(quad.corner((k + 1) & 3));
+      if (from.y > to.y) std::swap(from, to);
+      const double margin = grid.margin_in_cells(), dy = to.y - from.y;
+      const double least_x = std::clamp(std::min(from.x, to.x) - margin, leftmost, rightmost + 1);
+      const double most_x = std::clamp(std::max(from.x, to.x) + margin, leftmost - 1, rightmost);
+      // How far the line is to the left and to the right of where it enters a row.
+      const bool level = dy <= 2 * margin;
+      const double slope = level ? 0.0 : (to.x - from.x) / dy;
+      const double left = std::min(slope, 0.0) - margin - std::abs(slope) * margin;
+      const double right = std::max(slope, 0.0) + margin + std::abs(slope) * margin;
+      const int first = static_cast<int>(std::clamp(from.y - margin, top, bottom + 1));
+      const int last = static_cast<int>(std::clamp(to.y + margin, top - 1, bottom));
+      for (int r = first; r <= last; ++r) {
+        const double x = from.x + (r - from.y) * slope;
+        const double low = level ? least_x : std::clamp(x + left, least_x, rightmost + 1);
+        const double high = level ? most_x : std::clamp(x + right, leftmost - 1, most_x);
         auto& row = rows_[r - r0];
-        row[0] = std::min(row[0], std::max(ca, c0));
-        row[1] = std::max(row[1], std::min(cb, c1));
+        row[0] = std::min(row[0], static_cast<int>(low));
+        row[1] = std::max(row[1], static_cast<int>(high));
       }
     }
     for (int r = r0; r <= r1; ++r) take(rows_[r - r0][0], rows_[r - r0][1], r);
