@@ -56,6 +56,8 @@ constexpr double own_pixel_error = 0x1p-11;
 /// is decided there, would not hold for the rays. (At 1,000 px focal length that is a point 15
 /// million px away.)
 constexpr double largest_pixel_error = 0.1 * grid_margin;
+/// The same of rays that are less deep than this, of 2^38 units: at 2^-18 to right angles.
+constexpr double least_depth = 0x1p20;
 
 /// The power of two that brings every ray below 2^38, a bit in reserve.
 double ray_scale(const Contours& contours, const Mat3& to_ray) {
@@ -87,6 +89,9 @@ class ConeBuilder {
     finish();
     return true;
   }
+
+  /// Of a cone that was built: whether a whole-numbered axis has all rays before it.
+  bool all_in_front() const { return all_in_front_; }
 
  private:
   void rings() {
@@ -304,6 +309,7 @@ class ConeBuilder {
       return true;
     };
     if (in_front(noisy)) c.axis = noisy;
+    all_in_front_ = in_front(c.axis);
   }
 
   struct Point {
@@ -318,6 +324,7 @@ class ConeBuilder {
   std::vector<std::uint32_t> begins_;  // first vertex of each ring, and the end
   bool clean_ = false;
   bool folded_ = false;
+  bool all_in_front_ = true;  // Cone::axis is what it should be
 };
 
 /// How far rounding moves pixels.
@@ -332,8 +339,10 @@ void measure_pixels(Cone& cone, std::span<const Contours> layers) {
     double furthest = 0.0;
     for (const Vec2& p : layer.points)
       furthest = std::max({furthest, std::abs(p.x), std::abs(p.y)});
-    const double error =
-        (cone.pixel_scale + furthest * cone.depth_scale) / ray_scale(layer, cone.camera.to_ray);
+    const double scale = ray_scale(layer, cone.camera.to_ray);
+    const double error = scale < least_depth * cone.depth_scale
+                             ? 1e300
+                             : (cone.pixel_scale + furthest * cone.depth_scale) / scale;
     if (!layer.points.empty()) cone.pixel_error = std::max(cone.pixel_error, error);
   }
   cone.own_pixels = cone.pixel_error > coarse_pixels;
@@ -353,18 +362,25 @@ void build_cone(Cone& cone, std::span<const ConeInput> inputs, const Frame& fram
     layers.push_back(view_contours(input, cone.camera, cone.complement));
     cone.input_vertices += static_cast<std::uint32_t>(input.silhouette->rings->points.size());
   }
+  const auto refuse_unless = [&](bool possible) {
+    if (!possible)
+      throw Error(
+          Error::Kind::bad_input,
+          "The silhouette of camera '" + inputs[0].silhouette->camera->name +
+              "' reaches too far to the side for its focal length (rays almost at right angles "
+              "to the view): check K in the rig, and that the contours are in its pixels.");
+  };
   measure_pixels(cone, layers);
-  if (!(cone.pixel_error < largest_pixel_error))
-    throw Error(
-        Error::Kind::bad_input,
-        "The silhouette of camera '" + inputs[0].silhouette->camera->name +
-            "' reaches too far to the side for its focal length (rays almost at right angles "
-            "to the view): check K in the rig, and that the contours are in its pixels.");
-  if (layers.size() == 1 && ConeBuilder(cone, layers[0]).build(false)) return;
-  for (double step = 1.0; step < 1e6; step *= 8.0) {
-    const Contours clean = clean_region(layers, cone.complement, step);
-    if (ConeBuilder(cone, clean).build(true)) return;
-  }
+  refuse_unless(cone.pixel_error < largest_pixel_error);
+  const auto build = [&](const Contours& contours, bool clean) {
+    ConeBuilder builder(cone, contours);
+    const bool built = builder.build(clean);
+    refuse_unless(!built || builder.all_in_front());
+    return built;
+  };
+  if (layers.size() == 1 && build(layers[0], false)) return;
+  for (double step = 1.0; step < 1e6; step *= 8.0)
+    if (build(clean_region(layers, cone.complement, step), true)) return;
   throw Error(Error::Kind::unsupported, "The silhouette of camera '" +
                                             inputs[0].silhouette->camera->name +
                                             "' could not be made into simple rings.");

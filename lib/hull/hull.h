@@ -110,8 +110,9 @@ class HullBuilder {
   /// faces may then leave their planes by that much; triangles do not come to cross by it.
   ///
   /// Throws Error when a camera or a contour is not finite or degenerate, when a contour reaches so
-  /// far to the side that its rays can hardly be told from right angles to the view (at 1,000 px
-  /// focal length a point 15 million px away), or when Unseen::keep comes without bounds.
+  /// far to the side that its rays can hardly be told from right angles to the view (below 2^-18;
+  /// at 1,000 px focal length a point 15 million px away), or when Unseen::keep comes without
+  /// bounds.
   const Hull& build(std::span<const Silhouette> silhouettes, const HullOptions& options = {});
 
   const HullStatistics& statistics() const;
