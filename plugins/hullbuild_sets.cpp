@@ -212,11 +212,15 @@ void forget_streams(PolyhullHullBuild* self) {
 }
 
 GstFlowReturn send_next_set(PolyhullHullBuild* self, bool deadline_passed) {
-  const Pads pads(self);
-  forget_flushed(self, pads);
-  // A deadline is that of the earliest front: once fronts are dropped it says nothing.
-  Step step = next_step(self, pads, deadline_passed);
-  while (step.outcome == Outcome::again) step = next_step(self, pads, false);
+  Step step{Outcome::again};
+  while (step.outcome == Outcome::again) {
+    // The pads of this moment: what the others have must not be dropped past a camera that joins.
+    const Pads pads(self);
+    forget_flushed(self, pads);
+    step = next_step(self, pads, deadline_passed);
+    // A deadline is that of the earliest front: once fronts are dropped it says nothing.
+    deadline_passed = false;
+  }
   switch (step.outcome) {
     case Outcome::ended:
       return GST_FLOW_EOS;

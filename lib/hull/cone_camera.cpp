@@ -27,6 +27,9 @@ ConeCamera read_camera(const Camera& camera, std::size_t index) {
     return !(std::abs(glm::determinant(m)) > 1e-12 * product) || product == 0.0;
   };
   if (degenerate(camera.K)) fail("has a degenerate matrix K");
+  const double across = glm::length(camera.K[0]), down = glm::length(camera.K[1]);
+  if (!(across <= 1e6 * down && down <= 1e6 * across))
+    fail("has a matrix K whose focal lengths along x and y differ more than a million times");
   if (degenerate(camera.R)) fail("has a degenerate rotation R");
   c.to_pixel = camera.K * camera.R;
   const Mat3 inverse_rotation = glm::inverse(camera.R);

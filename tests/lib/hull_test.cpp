@@ -299,8 +299,11 @@ TEST(Hull, RefusesWhatIsNotFiniteOrDegenerate) {
   expect_refused("contour", [&](HullScene& s, HullOptions&) {
     s.silhouettes[0].points[3].y = std::numeric_limits<float>::infinity();
   });
-  expect_refused("rays at right angles to the view",
-                 [&](HullScene& s, HullOptions&) { s.rig.cameras[1].K[0][0] = 2e-5; });
+  expect_refused("rays at right angles to the view", [&](HullScene& s, HullOptions&) {
+    s.rig.cameras[1].K[0][0] = s.rig.cameras[1].K[1][1] = 2e-5;
+  });
+  expect_refused("focal lengths that differ by far",
+                 [&](HullScene& s, HullOptions&) { s.rig.cameras[1].K[0][0] = 1e-4; });
   expect_refused("contour far to the side",
                  [&](HullScene& s, HullOptions&) { s.silhouettes[0].points[3].x = 1e9f; });
   expect_refused("bounds", [&](HullScene&, HullOptions& o) { o.bounds->max.x = nan; });

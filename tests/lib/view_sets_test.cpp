@@ -119,6 +119,8 @@ TEST(ViewSets, OfGapsAloneTheFirstToEndGoes) {
   expect(sets, {timed(210 * ms), gap(200 * ms, 240 * ms), gap(240 * ms, 280 * ms)}, Kind::set, {0});
   expect(sets, {ended(), gap(200 * ms, 240 * ms), gap(200 * ms, 240 * ms)}, Kind::drop_gaps,
          {1, 2});
+  expect(sets, {gap(200 * ms, 240 * ms), gap(no_time, no_time), gap(240 * ms, 280 * ms)},
+         Kind::drop_gaps, {1});
   expect(sets, {ended(), ended(), ended()}, Kind::end);
 }
 
