@@ -124,13 +124,20 @@ CgalHull cgal_hull(std::span<const Silhouette> silhouettes, const std::optional<
     cones.push_back(cgal_cone<Kernel>(silhouette, near, far));
   if (bounds) cones.push_back(cgal_box<Kernel>(*bounds));
   const auto begin = std::chrono::steady_clock::now();
-  CgalMesh<Kernel> mesh = cones.empty() ? CgalMesh<Kernel>() : cones.front();
-  for (std::size_t i = 1; i < cones.size(); ++i) {
-    CgalMesh<Kernel> next;
-    if (!pmp::corefine_and_compute_intersection(mesh, cones[i], next)) return result;
-    mesh = std::move(next);
-    mesh.collect_garbage();
+  // In pairs, their results in pairs again: edges that one boolean leaves inside a face are cut by
+  // all after it, so a chain of booleans takes several times longer.
+  while (cones.size() > 1) {
+    std::vector<CgalMesh<Kernel>> both;
+    for (std::size_t i = 0; i + 1 < cones.size(); i += 2) {
+      both.emplace_back();
+      if (!pmp::corefine_and_compute_intersection(cones[i], cones[i + 1], both.back()))
+        return result;
+      both.back().collect_garbage();
+    }
+    if (cones.size() % 2 == 1) both.push_back(std::move(cones.back()));
+    cones = std::move(both);
   }
+  const CgalMesh<Kernel> mesh = cones.empty() ? CgalMesh<Kernel>() : std::move(cones.front());
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   result.done = true;
   for (auto v : mesh.vertices()) {
