@@ -6,6 +6,9 @@
 //   hull_growth.csv   time against contour vertices and against cameras
 //   hull_threads.csv  time against threads
 //   hull_steady.csv   unchanged silhouettes, one camera changed, memory
+#include <sys/wait.h>
+#include <unistd.h>
+
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
@@ -53,6 +56,25 @@ double median_ms(double seconds, const std::function<void()>& work) {
   }
   std::nth_element(times.begin(), times.begin() + times.size() / 2, times.end());
   return 1e3 * times[times.size() / 2];
+}
+
+/// The time of CGAL's booleans; NaN where it refuses the cones. In a process of its own, because
+/// without its checks CGAL crashes on some that it should refuse.
+double cgal_ms(std::span<const Silhouette> views, double near, double far) {
+  int ends[2];
+  if (pipe(ends) != 0) throw Error(Error::Kind::io, "no pipe for CGAL's time");
+  const pid_t child = fork();
+  if (child == 0) {
+    const CgalHull hull = cgal_hull_inexact(views, std::nullopt, near, far);
+    if (hull.done && write(ends[1], &hull.seconds, sizeof hull.seconds) < 0) _exit(1);
+    _exit(0);
+  }
+  close(ends[1]);
+  double seconds = NAN;
+  if (child < 0 || read(ends[0], &seconds, sizeof seconds) != sizeof seconds) seconds = NAN;
+  close(ends[0]);
+  if (child > 0) waitpid(child, nullptr, 0);
+  return seconds * 1e3;
 }
 
 std::FILE* open_table(const Arguments& arguments, const char* name, const char* header) {
@@ -110,20 +132,19 @@ void compare_peers(const Arguments& arguments) {
     const double one = time_of(scene, 1, arguments.seconds),
                  two = time_of(scene, 2, arguments.seconds);
 
-    CgalHull cgal;
+    double cgal = NAN;
     if (scene.contour_vertices() <= arguments.cgal_limit) {
       const Vec3 centre = (box.min + box.max) * 0.5;
       const double depth = scene.rig.cameras[0].to_camera(centre).z;
-      cgal = cgal_hull_inexact(views, std::nullopt, depth * 2.6 / 4.2, depth * 5.8 / 4.2);
+      cgal = cgal_ms(views, depth * 2.6 / 4.2, depth * 5.8 / 4.2);
     }
     VoxelHull voxels(box, 128);
     const double voxel_ms = median_ms(arguments.seconds / 4, [&] { voxels.build(views); });
     const auto voxel_wrong = compare_membership(voxels.build(views), views, {}, box, 200000, 12345);
 
     row(file, "%s,%zu,%zu,%.3f,%.3f,%.1f,%.0f,%.2f,%.4f,%zu,%d,%d,%zu,%zu,%.9g,%.1e,%.2f,%.5f\n",
-        scene.name.c_str(), views.size(), scene.contour_vertices(), one, two,
-        cgal.done ? cgal.seconds * 1e3 : NAN, cgal.done ? cgal.seconds * 1e3 / one : NAN, voxel_ms,
-        double(voxel_wrong.wrong()) / 200000.0, mesh.triangles, int(mesh.closed()),
+        scene.name.c_str(), views.size(), scene.contour_vertices(), one, two, cgal, cgal / one,
+        voxel_ms, double(voxel_wrong.wrong()) / 200000.0, mesh.triangles, int(mesh.closed()),
         int(mesh.manifold()), wrong.wrong(), wrong.points, mesh.volume,
         scene.reference_volume ? mesh.volume / *scene.reference_volume - 1 : NAN,
         100 * mesh.sliver_share(),
