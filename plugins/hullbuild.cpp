@@ -136,9 +136,9 @@ gboolean stop(GstAggregator* aggregator) {
 
 void polyhull_hull_build_init(PolyhullHullBuild* self) {
   self->priv = new HullBuildState;
-  self->priv->statistics.declare({"sets-incomplete", "sets-dropped-incomplete",
-                                  "sets-dropped-few-cameras", "views-late", "views-duplicate",
-                                  "views-held", "views-unusable", "rigs-refused"});
+  self->priv->statistics.declare(
+      {"sets-incomplete", "sets-dropped-incomplete", "sets-dropped-few-cameras", "sets-refused",
+       "views-late", "views-duplicate", "views-held", "views-unusable", "rigs-refused"});
   update_latency(self);
 }
 

@@ -111,8 +111,10 @@ std::int64_t earliest_time(gpointer element) {
   for (GstAggregatorPad* pad : Pads(element)) {
     GstBuffer* buffer = gst_aggregator_pad_peek_buffer(pad);
     if (buffer == nullptr) continue;
+    // A gap is waited for to its end: up to there it speaks for its camera.
     std::int64_t& earliest = is_gap(buffer) ? gap : view;
-    const std::int64_t time = running_time(pad, GST_BUFFER_DTS_OR_PTS(buffer));
+    const std::int64_t time = is_gap(buffer) ? head_of_gap(pad, buffer).gap_end
+                                             : running_time(pad, GST_BUFFER_DTS_OR_PTS(buffer));
     gst_buffer_unref(buffer);
     if (time != no_time && (earliest == no_time || time < earliest)) earliest = time;
   }

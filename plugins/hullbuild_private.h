@@ -80,8 +80,8 @@ void drop_fronts(const Pads& pads, const std::vector<std::size_t>& which);
 /// have the same.
 void check_cameras(PolyhullHullBuild* self, const Pads& pads);
 
-/// Running time of the earliest view that waits, without views of the earliest gap, no_time for
-/// none.
+/// Running time of the earliest view that waits, without views that of the earliest gap's end,
+/// no_time for none.
 std::int64_t earliest_time(gpointer element);
 
 // ---- hullbuild_sets.cpp

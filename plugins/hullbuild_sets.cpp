@@ -18,7 +18,8 @@ void post_dropped(PolyhullHullBuild* self, const ViewDecision& set) {
                                             GST_CLOCK_TIME_NONE);
   gst_message_set_qos_stats(message, GST_FORMAT_BUFFERS, priv.statistics.counter("sets"),
                             priv.statistics.counter("sets-dropped-incomplete") +
-                                priv.statistics.counter("sets-dropped-few-cameras"));
+                                priv.statistics.counter("sets-dropped-few-cameras") +
+                                priv.statistics.counter("sets-refused"));
   gst_element_post_message(GST_ELEMENT_CAST(self), message);
 }
 
@@ -136,8 +137,18 @@ Step build_set(PolyhullHullBuild* self, const Pads& pads, const ViewDecision& se
   if (!complete) priv.statistics.count("sets-incomplete");
   const HullParameters parameters{settings.weld_distance, settings.max_deviation, settings.unseen,
                                   settings.use_bounds, static_cast<int>(settings.threads)};
-  GstBuffer* buffer =
-      priv.stage.build(GST_ELEMENT_CAST(self), std::move(views), parameters, set.trigger);
+  GstBuffer* buffer = nullptr;
+  try {
+    buffer = priv.stage.build(GST_ELEMENT_CAST(self), std::move(views), parameters, set.trigger);
+  } catch (const Error& error) {
+    // One odd silhouette does not end the stream; what is wrong with the settings does.
+    if (error.kind() != Error::Kind::unsupported) throw;
+    take_views(pads, set, settings);
+    priv.statistics.warn(GST_ELEMENT_CAST(self), "sets-refused",
+                         std::string("A set was dropped: ") + error.what());
+    post_dropped(self, set);
+    return {Outcome::dropped};
+  }
   stamp(self, pads, set, buffer);
   take_views(pads, set, settings);
   account(self, std::chrono::steady_clock::now() - begin);

@@ -130,6 +130,12 @@ def main():
         assert vertices[0] and vertices[0] == vertices[1]
         assert "already" in run("--rig", rig, "--mask", named[0], "--mask", "side=" + masks[1], fails=True)
 
+        # A name goes before the order, and cam10 is not cam1.
+        other = os.path.join(folder, "sidelong.png")
+        write_mask(other, 256, 128, 768, 640)
+        run("--rig", rig, "--mask", other, "--mask", named[0], "--mask", named[1], fails=True)
+        run("--rig", rig, "--mask", other, "--mask", named[0])
+        assert "--bounds" in run("--rig", rig, "--mask", named[0], "--bounds", "0,0,0,1,1,1,7", fails=True)
         assert "nobody" in run("--rig", rig, "--mask", "nobody=" + masks[0], fails=True)
         assert "masks" in run("--rig", rig, *(["--mask", masks[0]] * 3), fails=True)
         run("--rig", rig, "--mask", "front=" + rig, fails=True)

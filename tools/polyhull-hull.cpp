@@ -36,32 +36,51 @@ struct Arguments {
   bool json = false;
 };
 
-/// The camera that \p mask belongs to: CAMERA=FILE names it; else the one, of the longest name,
-/// with whose name the file's begins; else the first one without a mask.
-std::pair<std::size_t, std::string> assign_mask(const std::string& mask, const Rig& rig,
-                                                std::vector<bool>& taken) {
-  const auto fail = [&](const std::string& what) {
+/// Whether a file \p name is named after the camera: cam1.png and cam1_left.png after cam1,
+/// cam10.png not.
+bool belongs(const std::string& name, const std::string& camera) {
+  return !camera.empty() && name.starts_with(camera) &&
+         (name.size() == camera.size() ||
+          !std::isalnum(static_cast<unsigned char>(name[camera.size()])));
+}
+
+/// Which camera each mask belongs to, and the masks' files: CAMERA=FILE names it; else it is the
+/// one, of the longest name, that the file is named after; masks without either go to the cameras
+/// that are left, in the rig's order.
+std::vector<std::pair<std::size_t, std::string>> assign_masks(const std::vector<std::string>& masks,
+                                                              const Rig& rig) {
+  const auto fail = [](const std::string& mask, const std::string& what) {
     throw Error(Error::Kind::bad_input,
                 "--mask " + mask + ": " + what + "; give CAMERA=FILE, one per camera");
   };
-  const auto equals = mask.find('=');
-  const bool named = equals != std::string::npos;
-  const std::string path = named ? mask.substr(equals + 1) : mask;
-  const std::string name =
-      named ? mask.substr(0, equals) : std::filesystem::path(path).filename().string();
-  std::optional<std::size_t> found, free;
-  for (std::size_t i = rig.cameras.size(); i-- > 0;) {
-    const std::string& camera = rig.cameras[i].name;
-    const bool fits = named ? camera == name : !camera.empty() && name.starts_with(camera);
-    if (fits && (!found || camera.size() > rig.cameras[*found].name.size())) found = i;
-    if (!taken[i]) free = i;
+  const std::size_t none = rig.cameras.size();
+  std::vector<bool> taken(rig.cameras.size());
+  std::vector<std::pair<std::size_t, std::string>> result;
+  for (const std::string& mask : masks) {
+    const auto equals = mask.find('=');
+    const bool named = equals < mask.find('/');
+    const std::string path = named ? mask.substr(equals + 1) : mask;
+    const std::string name =
+        named ? mask.substr(0, equals) : std::filesystem::path(path).filename().string();
+    std::size_t found = none;
+    for (std::size_t i = 0; i < rig.cameras.size(); ++i) {
+      const std::string& camera = rig.cameras[i].name;
+      const bool fits = named ? camera == name : belongs(name, camera);
+      if (fits && (found == none || camera.size() > rig.cameras[found].name.size())) found = i;
+    }
+    if (named && found == none) fail(mask, "the rig has no camera \"" + name + "\"");
+    if (found != none && taken[found])
+      fail(mask, "camera \"" + rig.cameras[found].name + "\" has a mask already");
+    if (found != none) taken[found] = true;
+    result.emplace_back(found, path);
   }
-  if (named && !found) fail("the rig has no camera \"" + name + "\"");
-  if (!found) found = free;
-  if (!found) fail("there are more masks than cameras");
-  if (taken[*found]) fail("camera \"" + rig.cameras[*found].name + "\" has a mask already");
-  taken[*found] = true;
-  return {*found, path};
+  for (auto& [camera, path] : result) {
+    if (camera != none) continue;
+    camera = static_cast<std::size_t>(std::find(taken.begin(), taken.end(), false) - taken.begin());
+    if (camera == none) fail(path, "there are more masks than cameras");
+    taken[camera] = true;
+  }
+  return result;
 }
 
 HullScene read_input(const Arguments& arguments) {
@@ -73,9 +92,7 @@ HullScene read_input(const Arguments& arguments) {
   scene.rig.up = rig.up;
   scene.rig.unit = rig.unit;
   // Cameras without a mask say nothing: they are left out.
-  std::vector<bool> taken(rig.cameras.size());
-  for (const std::string& mask : arguments.masks) {
-    const auto [index, path] = assign_mask(mask, rig, taken);
+  for (const auto& [index, path] : assign_masks(arguments.masks, rig)) {
     scene.rig.cameras.push_back(rig.cameras[index]);
     scene.silhouettes.push_back(contours_of_mask(path, rig.cameras[index], arguments.mask));
   }
@@ -87,8 +104,10 @@ std::optional<Bounds> read_bounds(const std::string& text, const Rig& rig) {
   if (text == "rig") return rig.bounds;
   if (text == "none") return std::nullopt;
   double v[6];
-  if (std::sscanf(text.c_str(), "%lf,%lf,%lf,%lf,%lf,%lf", v, v + 1, v + 2, v + 3, v + 4, v + 5) !=
-          6 ||
+  int end = 0;
+  if (std::sscanf(text.c_str(), "%lf,%lf,%lf,%lf,%lf,%lf%n", v, v + 1, v + 2, v + 3, v + 4, v + 5,
+                  &end) != 6 ||
+      static_cast<std::size_t>(end) != text.size() ||
       !(v[0] < v[3] && v[1] < v[4] && v[2] < v[5])) {
     throw Error(Error::Kind::bad_input,
                 "--bounds " + text +

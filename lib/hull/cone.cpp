@@ -365,7 +365,7 @@ void build_cone(Cone& cone, std::span<const ConeInput> inputs, const Frame& fram
   const auto refuse_unless = [&](bool possible) {
     if (!possible)
       throw Error(
-          Error::Kind::bad_input,
+          Error::Kind::unsupported,
           "The silhouette of camera '" + inputs[0].silhouette->camera->name +
               "' reaches too far to the side for its focal length (rays almost at right angles "
               "to the view): check K in the rig, and that the contours are in its pixels.");

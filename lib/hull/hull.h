@@ -106,13 +106,13 @@ class HullBuilder {
   ///
   /// Triangles that rounding to float would flatten or turn are mended by moving vertices by less
   /// than 2^-21 of the largest coordinate, and whole parts smaller than that are dropped if they
-  /// have such triangles: none is left. With max_deviation the slivers go too, and
-  /// faces may then leave their planes by that much; triangles do not come to cross by it.
+  /// have such triangles; none was left in any scene tried. With max_deviation the slivers go too,
+  /// and faces may then leave their planes by that much; triangles do not come to cross by it.
   ///
-  /// Throws Error when a camera or a contour is not finite or degenerate, when a contour reaches so
-  /// far to the side that its rays can hardly be told from right angles to the view (below 2^-18;
-  /// at 1,000 px focal length a point 15 million px away), or when Unseen::keep comes without
-  /// bounds.
+  /// Throws Error (bad_input) when a camera or a contour is not finite or degenerate, when a
+  /// camera's two focal lengths differ more than a million times, or when Unseen::keep comes
+  /// without bounds; Error (unsupported) when a contour reaches so far to the side that its rays
+  /// hardly tell its pixels apart: with a focal length of 1,000 px that is some 15 million px away.
   const Hull& build(std::span<const Silhouette> silhouettes, const HullOptions& options = {});
 
   const HullStatistics& statistics() const;

@@ -160,8 +160,13 @@ bool each_row(const FrameView& frame, const Rectangle& region, const Body& body)
 
 }  // namespace
 
+bool same_layout(const FrameView& a, const FrameView& b) {
+  return a.format == b.format && a.width == b.width && a.height == b.height &&
+         a.matrix == b.matrix && a.full_range == b.full_range && a.site == b.site;
+}
+
 bool same_pixels(const FrameView& a, const FrameView& b, const Rectangle& region) {
-  if (a.format != b.format || a.width != b.width || a.height != b.height) return false;
+  if (!same_layout(a, b)) return false;
   return each_row(a, region, [&](int plane, int y, Span bytes) {
     return std::memcmp(a.row(plane, y) + bytes.begin, b.row(plane, y) + bytes.begin,
                        static_cast<std::size_t>(bytes.end - bytes.begin)) == 0;

@@ -77,6 +77,9 @@ void check_frame(const FrameView& frame);
 /// samples. \p rgba points at the pixel x0.
 void convert_row(const FrameView& frame, int y, int x0, int x1, std::uint8_t* rgba);
 
+/// Whether equal bytes are equal colours: format, size, colorimetry and chroma site agree.
+bool same_layout(const FrameView& a, const FrameView& b);
+
 /// The same rows with every byte equal inside \p region? Reads both frames; formats must be the
 /// same.
 bool same_pixels(const FrameView& a, const FrameView& b, const Rectangle& region);

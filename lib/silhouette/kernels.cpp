@@ -31,6 +31,7 @@ bool v3_supported() {
 
 bool v4_supported() {
   return v3_supported() && __builtin_cpu_supports("avx512bw") &&
+         __builtin_cpu_supports("avx512cd") && __builtin_cpu_supports("avx512dq") &&
          __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512vnni");
 }
 #endif

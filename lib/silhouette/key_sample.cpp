@@ -2,6 +2,7 @@
 // Sampling the picture for screen and foreground, and the ramps from signal to alpha.
 #include <algorithm>
 #include <array>
+#include <cassert>
 #include <cmath>
 
 #include "base/error.h"
@@ -79,7 +80,9 @@ std::optional<Rgb> dominant_hue(const Samples& samples, const Rgb& wanted, doubl
   return Rgb{level(sum[0] / n), level(sum[1] / n), level(sum[2] / n)};
 }
 
+// The q-quantile of at least one number.
 double quantile(std::vector<double>& v, double q) {
+  assert(!v.empty());
   const auto at = v.begin() + static_cast<std::ptrdiff_t>(q * static_cast<double>(v.size() - 1));
   std::nth_element(v.begin(), at, v.end());
   return *at;
@@ -181,8 +184,8 @@ void Keyer::State::sample(const FrameView& frame) {
       for (int k = std::max(i - 6, 0); k <= std::min(i + 6, 255); ++k) sum += histogram[k];
       if (sum > best) best = sum, screen = i;
     }
-    if (best >= 0.02 * static_cast<double>(signals.size())) {
-      near_screen();
+    // A tint of so little colour that its peak is not even near its own bin is no screen.
+    if (best >= 0.02 * static_cast<double>(signals.size()) && near_screen()) {
       screen = quantile(cluster, 0.5);
       const Spread spread = spread_of(signals, cluster, screen);
       noise = spread.noise;

@@ -34,11 +34,6 @@ inline std::uint64_t eight_states(const BlockState* from) {
   return eight;
 }
 
-/// Is any of eight_states() mixed?
-inline bool any_mixed(std::uint64_t eight) {
-  return (eight & eight >> 1 & 0x0101010101010101ull) != 0;
-}
-
 /// A plane of 8-bit alpha, 255 foreground, 0 background. Rows are `stride` apart.
 struct Matte {
   int width = 0;

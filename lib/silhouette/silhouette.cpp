@@ -47,8 +47,7 @@ struct Silhouetter::State {
   bool rings_valid = false;
   bool copy_valid = false;
   std::uint64_t last_probe = 0;
-  FrameFormat last_format = FrameFormat{};
-  int last_width = 0, last_height = 0;
+  FrameView last_layout;  // its pixels may be gone
   FrameCopy last;
 
   void stream(const FrameView& frame, const TraceSettings& trace);
@@ -95,10 +94,9 @@ const SilhouetteStats& Silhouetter::stats() const {
 bool Silhouetter::State::unchanged(const FrameView& frame, bool& worth_copying) {
   worth_copying = false;
   if (!settings.reuse) return false;
-  const bool same_shape =
-      frame.format == last_format && frame.width == last_width && frame.height == last_height;
-  last_format = frame.format, last_width = frame.width, last_height = frame.height;
-  if (!same_shape) {  // the region still is that of the frame before
+  const bool same = same_layout(frame, last_layout);
+  last_layout = frame;
+  if (!same) {  // the region still is that of the frame before
     copy_valid = false;
     last_probe = 0;
     return false;

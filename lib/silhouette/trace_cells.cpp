@@ -100,7 +100,7 @@ void Tracer::State::cross(int y) {
     bool left, right;
   };
   const auto clamp_ends = [](std::int32_t* columns, int made, int last) {
-    const Ends ends{made > 0 && columns[0]<64, made> 0 && columns[made - 1] - 64 > last};
+    const Ends ends{(made > 0) && (columns[0] < 64), (made > 0) && (columns[made - 1] > last + 64)};
     if (ends.left) columns[0] = 64;
     if (ends.right) columns[made - 1] = 64 + std::max(last, 0);
     return ends;
@@ -127,12 +127,12 @@ void Tracer::State::cross(int y) {
     here[i] = lower(x);
     there[i] = lower(x + 1);
   }
-  for (int i = 0; i < between; ++i) {
+  for (int i = 0; inner && i < between; ++i) {  // others lie on the frame's rim
     const std::int32_t x = columns[i] - 64;
     here[on + i] = upper(x);
     there[on + i] = lower(x);
   }
-  kernels().crossing_offsets(here, there, all, offsets.data());
+  kernels().crossing_offsets(here, there, inner ? all : on, offsets.data());
 
   const float left_end = -0.5f, right_end = static_cast<float>(width) - 0.5f;
   const float row_y =

@@ -79,12 +79,16 @@ ViewDecision ViewSets::next(std::span<const ViewHead> heads, std::int64_t tolera
   };
   const bool waiting = std::any_of(heads.begin(), heads.end(), in_state(State::waiting));
   // A gap that ends before the set says nothing about it. Where there are only gaps the first to
-  // end goes, one without times before all others: the others still speak for their cameras when
-  // that one's views come, and without them those would wait for cameras that have nothing to send.
+  // end goes, one without times, which tells nothing, at once: the others still speak for their
+  // cameras when that one's views come, and without them those would wait for cameras that have
+  // nothing to send.
   constexpr std::int64_t end_of_time = std::numeric_limits<std::int64_t>::max();
   static_assert(no_time < 0);
   std::int64_t over = set.time == no_time ? end_of_time : set.time;
   if (set.heads.empty()) {
+    const auto untimed = where(
+        heads, [](const ViewHead& h) { return h.state == State::gap && h.gap_end == no_time; });
+    if (!untimed.empty()) return {Kind::drop_gaps, untimed, no_time, no_trigger};
     if (waiting && !deadline_passed) return {Kind::wait, {}, no_time, no_trigger};
     for (const ViewHead& h : heads)
       if (h.state == State::gap) over = std::min(over, h.gap_end);

@@ -293,6 +293,42 @@ GST_START_TEST(test_live_sets_wait_no_longer_than_max_wait) {
 }
 GST_END_TEST
 
+/// A long gap speaks for its camera to its end, also when the deadline of its begin has passed.
+GST_START_TEST(test_long_gaps_count_in_live_streams) {
+  Bench bench("missing-camera=drop-camera max-wait=30000000", 3, true);
+  GstTestClock* clock = gst_harness_get_testclock(bench.output);
+  gst_harness_push_event(bench.inputs[2], gst_event_new_gap(200 * GST_MSECOND, GST_SECOND));
+  GstClockID id = nullptr;
+  gst_test_clock_wait_for_next_pending_id(clock, &id);
+  fail_unless_equals_uint64(gst_clock_id_get_time(id), 1230 * GST_MSECOND);
+  gst_clock_id_unref(id);
+  gst_test_clock_set_time(clock, 600 * GST_MSECOND);
+  for (int i = 0; i < 2; ++i) bench.push_box(i, 16);  // 640 ms, to wait for until 670 ms at most
+  fail_if(bench.nothing_more(), "hullbuild waits for the camera that said it has nothing");
+  fail_unless_equals_int(bench.pull()->views.size(), 2);
+  gst_object_unref(clock);
+}
+GST_END_TEST
+
+GST_START_TEST(test_odd_silhouettes_cost_their_set_only) {
+  Rig wide = default_rig();
+  for (Camera& camera : wide.cameras) camera.K[0][0] = camera.K[1][1] = 1.0;
+  const std::string path = folder("wide") + ".json";
+  std::ofstream(path) << rig_to_json(wide);
+  Bench bench("rig=" + path, 2);
+  bench.rig = wide;
+  std::vector<std::uint8_t> pixels;
+  View odd = box_view(wide.cameras[0], {}, 0, pixels);
+  odd.contours.points[0].x = 9e5f;
+  bench.push(0, odd, 0);
+  bench.push_box(1, 0);
+  for (int i = 0; i < 2; ++i) bench.push_box(i, 1);
+  fail_unless_equals_uint64(bench.pull()->trigger, 1);
+  fail_unless_equals_uint64(bench.count("sets-refused"), 1);
+  fail_unless(bench.messages(GST_MESSAGE_WARNING) >= 1);
+}
+GST_END_TEST
+
 GST_START_TEST(test_latency_is_reported) {
   Bench bench("max-wait=70000000", 2, true);
   for (GstHarness* input : bench.inputs) gst_harness_set_upstream_latency(input, 10 * GST_MSECOND);
@@ -612,6 +648,8 @@ static Suite* hullbuild_suite() {
   tcase_add_test(tests, test_pixels_are_shared_and_outlive_the_element);
   tcase_add_test(tests, test_missing_views);
   tcase_add_test(tests, test_live_sets_wait_no_longer_than_max_wait);
+  tcase_add_test(tests, test_long_gaps_count_in_live_streams);
+  tcase_add_test(tests, test_odd_silhouettes_cost_their_set_only);
   tcase_add_test(tests, test_latency_is_reported);
   tcase_add_test(tests, test_bad_cameras_are_named);
   tcase_add_test(tests, test_bad_rigs_are_named);

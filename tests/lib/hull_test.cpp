@@ -302,8 +302,12 @@ TEST(Hull, RefusesWhatIsNotFiniteOrDegenerate) {
   expect_refused("rays at right angles to the view", [&](HullScene& s, HullOptions&) {
     s.rig.cameras[1].K[0][0] = s.rig.cameras[1].K[1][1] = 2e-5;
   });
-  expect_refused("focal lengths that differ by far",
-                 [&](HullScene& s, HullOptions&) { s.rig.cameras[1].K[0][0] = 1e-4; });
+  // With silhouettes around the principal point, so that nothing else is amiss.
+  expect_refused("focal lengths that differ by far", [&](HullScene& s, HullOptions&) {
+    Camera& camera = s.rig.cameras[1];
+    camera.K[0][0] = 1e-4;
+    for (Vec2f& p : s.silhouettes[1].points) p.x = float(camera.K[2][0] + 1e-7 * (p.x - 512));
+  });
   expect_refused("contour far to the side",
                  [&](HullScene& s, HullOptions&) { s.silhouettes[0].points[3].x = 1e9f; });
   expect_refused("bounds", [&](HullScene&, HullOptions& o) { o.bounds->max.x = nan; });

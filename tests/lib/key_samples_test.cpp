@@ -126,6 +126,28 @@ TEST(KeySamples, WithoutAScreenEverythingIsForeground) {
   EXPECT_EQ(area_of(m), 0.0);
 }
 
+// Rooms without a screen have tints, too.
+TEST(KeySamples, FaintTintsAreNoScreen) {
+  for (const KeyColour colour : {KeyColour::green, KeyColour::blue, KeyColour::automatic})
+    for (int tint = 0; tint <= 40; ++tint)
+      for (const int grain : {0, 1, 5}) {
+        const auto paint = [&](int x, int y) {
+          const double g = grain * ((x * 7 + y * 13) % 5 - 2.0);
+          Colour c{100 + g, 100 + g, 100 + g};
+          c[colour == KeyColour::blue ? 2 : 1] += tint;
+          return c;
+        };
+        KeySettings settings;
+        settings.key = colour;
+        const Matte m = key(settings, test::make_frame(FrameFormat::rgbx, 64, 48, paint).view);
+        // All is screen or all is subject, whatever the tint.
+        const int level = m.row(0)[0];
+        EXPECT_TRUE(level == 0 || level == 255) << tint << " " << level;
+        if (tint <= 8) EXPECT_EQ(level, 255) << tint;
+        if (tint >= 30) EXPECT_EQ(level, 0) << tint;
+      }
+}
+
 TEST(KeySamples, UnevenScreen) {
   // Light falls off to a third across the picture.
   const auto light = [](int x) { return 1.0 - 0.65 * x / 320.0; };

@@ -143,6 +143,11 @@ TEST(Silhouette, EqualFramesKeepTheirContours) {
     for (int i = 0; i < 3; ++i) with.process(frame.view);
     without.set(settings);
     EXPECT_EQ(with.process(frame.view), without.process(frame.view));
+    // And other colours of the same bytes.
+    if (is_yuv(format)) {
+      frame.view.matrix = ColourMatrix::bt2020;
+      EXPECT_EQ(with.process(frame.view), without.process(frame.view));
+    }
     // And another picture.
     frame = figure(format, 200, 150, 1.0);
     EXPECT_EQ(with.process(frame.view), without.process(frame.view));

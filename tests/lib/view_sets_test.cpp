@@ -121,6 +121,7 @@ TEST(ViewSets, OfGapsAloneTheFirstToEndGoes) {
          {1, 2});
   expect(sets, {gap(200 * ms, 240 * ms), gap(no_time, no_time), gap(240 * ms, 280 * ms)},
          Kind::drop_gaps, {1});
+  expect(sets, {waiting(), gap(no_time, no_time)}, Kind::drop_gaps, {1});
   expect(sets, {ended(), ended(), ended()}, Kind::end);
 }
 
