@@ -84,7 +84,7 @@ class ConeBuilder {
       orient();
     else if (glm::determinant(cone_.camera.to_ray) < 0)
       for (std::uint32_t r = 0; r < cone_.rings; ++r) reverse(begins_[r], begins_[r + 1]);
-    cone_.grid.build(cone_.pixels, cone_.next);
+    cone_.grid.build(cone_.pixels, cone_.next, cone_.pixel_error);
     if (!simple(clean)) return false;
     finish();
     return true;
@@ -176,30 +176,51 @@ class ConeBuilder {
     return side(cone_.planes[edge], cone_.normals[edge], cone_.rays[vertex]);
   }
 
-  /// Whether no edge meets another; \p clean rings may touch in vertices.
-  bool simple(bool clean) const {
-    const Cone& c = cone_;
+  /// Whether no edge meets another; \p clean rings may touch in vertices. In each cell edges are
+  /// compared from left to right as far as their boxes overlap: where many tiny edges share a cell,
+  /// most pairs are never looked at. At worst, with many edges above one another in one cell, all
+  /// pairs are, but only their boxes.
+  bool simple(bool clean) {
+    Cone& c = cone_;
+    c.compared_pairs = 0;
+    const double reach = 2 * nearest();
     for (int row = 0; row < c.grid.rows(); ++row)
       for (int column = 0; column < c.grid.columns(); ++column) {
-        const auto edges = c.grid.edges(column, row);
-        for (std::size_t i = 0; i < edges.size(); ++i)
-          for (std::size_t k = i + 1; k < edges.size(); ++k) {
-            const std::uint32_t e = edges[i], f = edges[k];
-            if (c.next[e] == f || c.next[f] == e) continue;
-            if (clean && share_end(e, f)) continue;
-            if (!clean && close(e, f)) return false;
-            const int s0 = side_of(e, f), s1 = side_of(e, c.next[f]);
-            if (s0 * s1 > 0) continue;
-            const int t0 = side_of(f, e), t1 = side_of(f, c.next[e]);
-            if (t0 * t1 > 0) continue;
-            // Clean rings may touch where they have no vertex: a straight one was taken out.
-            if (clean && (s0 * s1 == 0 || t0 * t1 == 0)) continue;
-            if (s0 == 0 && s1 == 0 && t0 == 0 && t1 == 0 && apart_on_line(e, f)) continue;
-            return false;
+        boxes_.clear();
+        for (const std::uint32_t e : c.grid.edges(column, row)) {
+          const ContourGrid::Segment& s = c.grid.segment(e);
+          boxes_.push_back({glm::min(s.a, s.b) - reach, glm::max(s.a, s.b) + reach, e});
+        }
+        std::sort(boxes_.begin(), boxes_.end(),
+                  [](const EdgeBox& a, const EdgeBox& b) { return a.low.x < b.low.x; });
+        for (std::size_t i = 0; i < boxes_.size(); ++i)
+          for (std::size_t k = i + 1; k < boxes_.size() && boxes_[k].low.x <= boxes_[i].high.x;
+               ++k) {
+            ++c.compared_pairs;
+            if (boxes_[k].low.y > boxes_[i].high.y || boxes_[k].high.y < boxes_[i].low.y) continue;
+            if (meet(boxes_[i].edge, boxes_[k].edge, clean)) return false;
           }
       }
     return true;
   }
+
+  /// Whether two edges meet where they may not.
+  bool meet(std::uint32_t e, std::uint32_t f, bool clean) const {
+    const Cone& c = cone_;
+    if (c.next[e] == f || c.next[f] == e) return false;
+    if (clean && share_end(e, f)) return false;
+    if (!clean && close(e, f)) return true;
+    const int s0 = side_of(e, f), s1 = side_of(e, c.next[f]);
+    if (s0 * s1 > 0) return false;
+    const int t0 = side_of(f, e), t1 = side_of(f, c.next[e]);
+    if (t0 * t1 > 0) return false;
+    // Clean rings may touch where they have no vertex: a straight one was taken out.
+    if (clean && (s0 * s1 == 0 || t0 * t1 == 0)) return false;
+    return s0 != 0 || s1 != 0 || t0 != 0 || t1 != 0 || !apart_on_line(e, f);
+  }
+
+  /// Pixels that edges of rings which are not cleaned keep apart.
+  double nearest() const { return nearest_pixels + 2 * cone_.pixel_error; }
 
   /// Whether an end of one edge lies so near the other that rounding could put it on either side.
   bool close(std::uint32_t e, std::uint32_t f) const {
@@ -207,7 +228,7 @@ class ConeBuilder {
       const Vec2 d = s.b - s.a, to = p - s.a;
       const double length = glm::dot(d, d), off = d.x * to.y - d.y * to.x;
       const double along = glm::dot(d, to);
-      const double reach = (nearest_pixels + 2 * cone_.pixel_error) * std::sqrt(length);
+      const double reach = nearest() * std::sqrt(length);
       return std::abs(off) < reach && along > -reach && along < length + reach;
     };
     const ContourGrid::Segment &s = cone_.grid.segment(e), &t = cone_.grid.segment(f);
@@ -320,7 +341,12 @@ class ConeBuilder {
   };
   Cone& cone_;
   const Contours& contours_;
+  struct EdgeBox {
+    Vec2 low, high;
+    std::uint32_t edge;
+  };
   std::vector<Point> points_;
+  std::vector<EdgeBox> boxes_;
   std::vector<std::uint32_t> begins_;  // first vertex of each ring, and the end
   bool clean_ = false;
   bool folded_ = false;

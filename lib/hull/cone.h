@@ -53,6 +53,7 @@ struct Cone {
   bool complement = false;  ///< the solid is what the rings do not hold (Unseen::keep)
   ContourGrid grid;
   std::uint32_t input_vertices = 0;
+  std::uint64_t compared_pairs = 0;         ///< of edges, to see that the rings are simple
   double pixel_scale = 0, depth_scale = 0;  ///< lengths of the rows of camera.to_pixel
   double pixel_error = 0;                   ///< how far a ray may be off its pixel
   bool own_pixels = false;  ///< pixels are those of the rounded rays, not of the contours

@@ -11,12 +11,12 @@ void ContourGrid::visit_cells(const Vec2& p, const Vec2& q, Visit visit) const {
   int row0, row1;
   row_range(std::min(p.y, q.y), std::max(p.y, q.y), row0, row1);
   const double dy = q.y - p.y, slope = dy != 0.0 ? (q.x - p.x) / dy : 0.0;
-  const bool steep_enough = std::abs(dy) > 2 * grid_margin;
+  const bool steep_enough = std::abs(dy) > 2 * margin_;
   for (int row = row0; row <= row1; ++row) {
     double xa = p.x, xb = q.x;
     if (steep_enough) {
       // The part of the segment in this row, enlarged by the margin.
-      const double top = row_top(row) - grid_margin, bottom = row_top(row + 1) + grid_margin;
+      const double top = row_top(row) - margin_, bottom = row_top(row + 1) + margin_;
       const double ya = std::clamp(p.y, top, bottom), yb = std::clamp(q.y, top, bottom);
       xa = p.x + (ya - p.y) * slope;
       xb = p.x + (yb - p.y) * slope;
@@ -27,7 +27,8 @@ void ContourGrid::visit_cells(const Vec2& p, const Vec2& q, Visit visit) const {
   }
 }
 
-void ContourGrid::build(std::span<const Vec2> pixels, std::span<const std::uint32_t> next) {
+void ContourGrid::build(std::span<const Vec2> pixels, std::span<const std::uint32_t> next,
+                        double pixel_error) {
   const std::size_t n = pixels.size();
   Vec2 low(1e300), high(-1e300);
   for (const Vec2& p : pixels) low = glm::min(low, p), high = glm::max(high, p);
@@ -41,11 +42,13 @@ void ContourGrid::build(std::span<const Vec2> pixels, std::span<const std::uint3
   cell_ = std::max({2.0 * length / static_cast<double>(n),
                     std::sqrt((extent.x + 1e-3) * (extent.y + 1e-3) / limit),
                     (extent.x + extent.y) / limit, 1e-3});
+  margin_ = std::max(std::min(grid_margin, 0.25 * cell_), 10.0 * pixel_error);
+  cell_ = std::max(cell_, 4.0 * margin_);
   inverse_ = 1.0 / cell_;
   // Off the lattice of round coordinates, so that cell centres seldom fall onto edges.
-  origin_ = low - Vec2(0.3137, 0.2719) * cell_ - Vec2(2 * grid_margin);
-  columns_ = static_cast<int>((high.x + 2 * grid_margin - origin_.x) * inverse_) + 1;
-  rows_ = static_cast<int>((high.y + 2 * grid_margin - origin_.y) * inverse_) + 1;
+  origin_ = low - Vec2(0.3137, 0.2719) * cell_ - Vec2(2 * margin_);
+  columns_ = static_cast<int>((high.x + 2 * margin_ - origin_.x) * inverse_) + 1;
+  rows_ = static_cast<int>((high.y + 2 * margin_ - origin_.y) * inverse_) + 1;
   const std::size_t cells = static_cast<std::size_t>(columns_) * rows_;
   const std::size_t stride = static_cast<std::size_t>(columns_) + 1;
 

@@ -3,8 +3,11 @@
 /// A uniform grid over one silhouette's edges: which edges may cross a small part of the picture,
 /// and for the parts that none crosses, whether they lie inside.
 ///
-/// It is a filter only. Edges are entered with a margin of grid_margin pixels, far more than the
-/// rounding of the pixels here against the exact rays, so an answer "no edge here" is certain.
+/// It is a filter only. Edges are entered with a margin, far more than the rounding of the pixels
+/// here against the exact rays, so an answer "no edge here" is certain. Cells are four times as
+/// wide as it at least, so that an edge lies in few cells: where edges are short, the margin is
+/// smaller. A ring of edges of about equal length lies in a few cells per edge, whatever its size
+/// (cells are not below 0.001 px: rings smaller than that share a few cells).
 #pragma once
 
 #include <cstdint>
@@ -16,15 +19,17 @@
 
 namespace polyhull::hull {
 
-/// Pixels by which edges and queries are enlarged.
+/// Pixels by which edges and queries are enlarged, at most; where edges are shorter than twice this
+/// it is less, but ten times what rays may be off their pixels at least.
 inline constexpr double grid_margin = 0.01;
 
 enum class CellState : std::uint8_t { outside, inside, unknown };
 
 class ContourGrid {
  public:
-  /// \p next[i] is the vertex after i along its ring; edge i runs from vertex i to next[i].
-  void build(std::span<const Vec2> pixels, std::span<const std::uint32_t> next);
+  /// \p next[i] is the vertex after i along its ring; edge i runs from vertex i to next[i]. Rays
+  /// may be off their pixels by \p pixel_error.
+  void build(std::span<const Vec2> pixels, std::span<const std::uint32_t> next, double pixel_error);
 
   int columns() const { return columns_; }
   int rows() const { return rows_; }
@@ -53,7 +58,8 @@ class ContourGrid {
   }
   /// Places and the margin in units of cells, from the grid's corner.
   Vec2 in_cells(const Vec2& p) const { return (p - origin_) * inverse_; }
-  double margin_in_cells() const { return grid_margin * inverse_; }
+  double margin() const { return margin_; }
+  double margin_in_cells() const { return margin_ * inverse_; }
   double row_top(int row) const { return origin_.y + row * cell_; }
   double cell() const { return cell_; }
   Vec2 centre(int column, int row) const {
@@ -96,8 +102,7 @@ class ContourGrid {
 
  private:
   void range(double from, double to, double origin, int count, int& first, int& last) const {
-    const double a = (from - grid_margin - origin) * inverse_,
-                 b = (to + grid_margin - origin) * inverse_;
+    const double a = (from - margin_ - origin) * inverse_, b = (to + margin_ - origin) * inverse_;
     first = a > 0 ? (a < count ? static_cast<int>(a) : count) : 0;
     last = b < count ? (b >= 0 ? static_cast<int>(b) : -1) : count - 1;
   }
@@ -105,7 +110,7 @@ class ContourGrid {
   void visit_cells(const Vec2& p, const Vec2& q, Visit visit) const;
 
   Vec2 origin_{0.0};
-  double cell_ = 1.0, inverse_ = 1.0;
+  double cell_ = 1.0, inverse_ = 1.0, margin_ = grid_margin;
   int columns_ = 0, rows_ = 0;
   /// One more column and row than there are cells: a cell's edges end where the next one's start.
   struct Cell {

@@ -31,7 +31,8 @@ double larger(double a, double b) {
 struct FaceClipper::Quadrilateral {
   /// The corners at the far end of the rays and at the near end, each along the contour edge.
   Pair far_x, far_y, near_x, near_y;
-  Pair low, high;  ///< the box around them, with the grid's margin
+  double margin;   ///< the grid's
+  Pair low, high;  ///< the box around them, with the margin
   /// The lines of the sides along the rays, positive on the quadrilateral.
   Pair side_x{}, side_y{}, side_offset{};
 
@@ -46,8 +47,8 @@ struct FaceClipper::Quadrilateral {
     near_x = (x + e.w1 * d.x) * near_inverse, near_y = (y + e.w1 * d.y) * near_inverse;
     const Pair low_x = least(far_x, near_x), high_x = most(far_x, near_x);
     const Pair low_y = least(far_y, near_y), high_y = most(far_y, near_y);
-    low = least(firsts(low_x, low_y), seconds(low_x, low_y)) - grid_margin;
-    high = most(firsts(high_x, high_y), seconds(high_x, high_y)) + grid_margin;
+    low = least(firsts(low_x, low_y), seconds(low_x, low_y)) - margin;
+    high = most(firsts(high_x, high_y), seconds(high_x, high_y)) + margin;
     const Pair depth = least(far_z, near_z);
     return std::min(depth[0], depth[1]);
   }
@@ -68,22 +69,22 @@ struct FaceClipper::Quadrilateral {
     const Pair other_x = swapped(from_x + to_x), other_y = swapped(from_y + to_y);
     const Pair own = dx * other_y - dy * other_x + 2.0 * offset;
     const Pair sign = own >= 0.0 ? Pair{1, 1} : Pair{-1, -1};
-    const auto short_side = size < 1e-3;
+    const auto short_side = size < 0.1 * margin;
     side_x = short_side ? Pair{} : -dy * sign;
     side_y = short_side ? Pair{} : dx * sign;
-    side_offset = short_side ? Pair{1, 1} : offset * sign + grid_margin * size;
+    side_offset = short_side ? Pair{1, 1} : offset * sign + margin * size;
   }
 
   /// False if the quadrilateral and the segment lie apart by the grid's margin: on two sides of the
   /// segment's line or of a side along the rays.
   bool meets(const ContourGrid::Segment& s) const {
     const double dx = s.b.x - s.a.x, dy = s.b.y - s.a.y, offset = dx * s.a.y - dy * s.a.x;
-    const double margin = grid_margin * (std::abs(dx) + std::abs(dy));
+    const double apart_by = margin * (std::abs(dx) + std::abs(dy));
     const Pair v = dx * far_y - dy * far_x - offset;
     const Pair w = dx * near_y - dy * near_x - offset;
     const Pair beyond =
         most(side_x * s.a.x + side_y * s.a.y, side_x * s.b.x + side_y * s.b.y) + side_offset;
-    const bool apart = both(least(v, w) > margin) | both(most(v, w) < -margin);
+    const bool apart = both(least(v, w) > apart_by) | both(most(v, w) < -apart_by);
     return !(apart | any(beyond < 0.0));
   }
 
@@ -121,7 +122,9 @@ double FaceClipper::pixel_error(double tolerance, double sum, const Vec2& pixel,
 FaceClipper::Meeting FaceClipper::gather() {
   const Cone& cone = *cone_;
   const Extent& x = part_->extent;
+  const ContourGrid& grid = cone.grid;
   Quadrilateral quad;
+  quad.margin = grid.margin();
   double error = 1e300;  // of the corners, in pixels
   if (!x.endless) {
     const double depth = quad.project(pixel_a_, pixel_b_, pixel_d_, x);
@@ -129,12 +132,11 @@ FaceClipper::Meeting FaceClipper::gather() {
                         Vec2(larger(quad.low[0], quad.high[0]), larger(quad.low[1], quad.high[1])),
                         depth);
   }
-  if (!(error < 0.5 * grid_margin)) {
+  if (!(error < 0.5 * grid.margin())) {
     for (std::uint32_t e = 0; e < cone.size(); ++e) candidates_[e] = e;
     candidate_count_ = static_cast<std::uint32_t>(cone.size());
     return Meeting::perhaps;
   }
-  const ContourGrid& grid = cone.grid;
   const ContourGrid::Block block = grid.block(quad.low, quad.high);
   if (block.empty()) return Meeting::outside;
   if (grid.occupied(block) == 0)
