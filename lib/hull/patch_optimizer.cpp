@@ -57,6 +57,7 @@ PatchOptimizer::Cost PatchOptimizer::cost_of(std::uint32_t t) const {
 
 void PatchOptimizer::connect() {
   const std::uint32_t half_edges = static_cast<std::uint32_t>(triangles_.size());
+  joined_half_edges_ += half_edges;
   opposite_.assign(half_edges, none);
   sorted_.clear();
   for (std::uint32_t h = 0; h < half_edges; ++h) {
@@ -65,6 +66,9 @@ void PatchOptimizer::connect() {
                       static_cast<std::uint64_t>(std::max(a, b)) << 24 | h);
   }
   std::sort(sorted_.begin(), sorted_.end());
+  tangled_ = false;
+  for (std::size_t i = 0; i + 2 < sorted_.size(); ++i)
+    tangled_ |= sorted_[i] >> 24 == sorted_[i + 2] >> 24;
   for (std::size_t i = 0; i + 1 < sorted_.size(); ++i)
     if (sorted_[i] >> 24 == sorted_[i + 1] >> 24) {
       const std::uint32_t g = sorted_[i] & 0xffffff, h = sorted_[i + 1] & 0xffffff;
@@ -123,19 +127,56 @@ void PatchOptimizer::find_sides() {
       const std::uint32_t h = j == i + 1 ? side_[i] : side_[n - 1];
       if (!border || opposite_[h] != none) set(i, j, clear_side);
     }
-  const auto place = [&](std::uint32_t v) {
-    return static_cast<std::size_t>(std::find(loop_.begin(), loop_.end(), v) - loop_.begin());
-  };
-  for (std::uint32_t h = 0; h < triangles_.size(); ++h) {
-    if (std::find(patch_.begin(), patch_.end(), h / 3) != patch_.end()) continue;
-    const std::size_t i = place(triangles_[h]);
-    if (i == n) continue;
-    const std::size_t j = place(triangles_[following(h)]);
-    if (j == n) continue;
-    const std::size_t apart = i < j ? j - i : i - j;
-    const bool border = apart == 1 || apart + 1 == n;
-    if (!border) set(i, j, taken_side);
+  // Edges that the triangles beside the patch have.
+  if (3 * patch_.size() == triangles_.size()) return;
+  if (!counted_) {
+    edges_.clear(triangles_.size());
+    for (std::uint32_t h = 0; h < triangles_.size(); ++h)
+      edges_.add(triangles_[h], triangles_[following(h)]);
+    counted_ = true;
   }
+  count_patch(-1);
+  for (std::size_t i = 0; i < n; ++i)
+    for (std::size_t j = i + 2; j < n; ++j)
+      if ((i > 0 || j + 1 < n) && edges_.contains(loop_[i], loop_[j])) set(i, j, taken_side);
+  count_patch(1);
+}
+
+/// Enters the half-edges of the patch's triangles into edges_, or takes them out.
+void PatchOptimizer::count_patch(int sign) {
+  for (const std::uint32_t t : patch_)
+    for (std::uint32_t h = 3 * t; h < 3 * t + 3; ++h) {
+      const std::uint32_t a = triangles_[h], b = triangles_[following(h)];
+      sign > 0 ? edges_.add(a, b) : edges_.remove(a, b);
+    }
+}
+
+/// Joins the half-edges of the patch's new triangles with each other and with what lies beyond the
+/// patch's border: beyond_[i] at the edge from loop_[i].
+void PatchOptimizer::connect_patch() {
+  joined_half_edges_ += 3 * patch_.size();
+  open_half_edges_.clear();
+  const std::size_t n = loop_.size();
+  for (const std::uint32_t t : patch_)
+    for (std::uint32_t h = 3 * t; h < 3 * t + 3; ++h) {
+      const std::uint32_t a = triangles_[h], b = triangles_[following(h)];
+      const std::size_t i = std::find(loop_.begin(), loop_.end(), a) - loop_.begin();
+      if (loop_[(i + 1) % n] == b) {
+        opposite_[h] = beyond_[i];
+        if (beyond_[i] != none) opposite_[beyond_[i]] = h;
+        continue;
+      }
+      const auto other = std::find_if(
+          open_half_edges_.begin(), open_half_edges_.end(),
+          [&](std::uint32_t g) { return triangles_[g] == b && triangles_[following(g)] == a; });
+      if (other == open_half_edges_.end()) {
+        open_half_edges_.push_back(h);
+      } else {
+        opposite_[h] = *other, opposite_[*other] = h;
+        *other = open_half_edges_.back();
+        open_half_edges_.pop_back();
+      }
+    }
 }
 
 /// Replaces the patch's triangles if there is anything better.
@@ -181,8 +222,13 @@ bool PatchOptimizer::solve() {
     open_.emplace_back(k, j);
   }
   std::sort(patch_.begin(), patch_.end());
+  beyond_.clear();
+  for (const std::uint32_t h : side_) beyond_.push_back(opposite_[h]);
+  if (counted_) count_patch(-1);
   for (std::size_t i = 0; i < patch_.size(); ++i)
     for (std::size_t k = 0; k < 3; ++k) triangles_[3 * patch_[i] + k] = result_[3 * i + k];
+  if (counted_) count_patch(1);
+  tangled_ ? connect() : connect_patch();
   return true;
 }
 
@@ -191,18 +237,19 @@ void PatchOptimizer::improve(std::span<const Vec3> points, std::span<const Corne
                              std::span<std::uint32_t> triangles) {
   rounding_ = rounding;
   points_ = points, keys_ = keys, normal_ = normal, triangles_ = triangles;
+  joined_half_edges_ = seen_triangles_ = 0;
   if (triangles.size() < 6) return;
   connect();
+  counted_ = false;
   const std::uint32_t count = static_cast<std::uint32_t>(triangles.size() / 3);
   // Each success leaves fewer bad triangles, so this ends.
   for (bool again = true; again;) {
     again = false;
+    seen_triangles_ += count;
     for (std::uint32_t t = 0; t < count; ++t) {
       if (cost_of(t).bad == 0) continue;
       gather(t);
-      if (patch_.size() < 2 || !solve()) continue;
-      connect();
-      again = true;
+      if (patch_.size() >= 2 && solve()) again = true;
     }
   }
 }

@@ -13,6 +13,9 @@
 /// crossing diagonals is needed: a triangulation of a simple polygon's loop whose triangles all run
 /// the right way round covers each of its points once.
 ///
+/// A patch that is mended costs what lies in it, not what the face holds. All triangles are gone
+/// through again until nothing changes.
+///
 /// Corners that may not be joined by any edge (see may_join) are joined here by edges that have the
 /// face's inside clearly on both sides: good triangles, higher than any rounding. On another face
 /// there cannot be such an edge, too, for the faces would cross.
@@ -23,6 +26,7 @@
 #include <utility>
 #include <vector>
 
+#include "hull/edge_counts.h"
 #include "hull/face_clipper.h"
 #include "hull/triangle_shape.h"
 
@@ -41,6 +45,11 @@ class PatchOptimizer {
   void improve(std::span<const Vec3> points, std::span<const CornerKey> keys, const Vec3& normal,
                double rounding, std::span<std::uint32_t> triangles);
 
+  /// Of the last call: half-edges that were joined with what lies beyond them, and triangles that
+  /// were looked at.
+  std::uint64_t joined_half_edges() const { return joined_half_edges_; }
+  std::uint64_t seen_triangles() const { return seen_triangles_; }
+
  private:
   struct Cost {
     std::uint32_t bad =
@@ -58,6 +67,8 @@ class PatchOptimizer {
   Cost cost_of(std::uint32_t triangle) const;
   bool clear(std::uint32_t a, std::uint32_t b, std::uint32_t c) const;
   void connect();
+  void connect_patch();
+  void count_patch(int sign);
   void gather(std::uint32_t triangle);
   void find_sides();
   bool solve();
@@ -67,13 +78,19 @@ class PatchOptimizer {
   Vec3 normal_{0.0};
   double rounding_ = 0.0;
   std::span<std::uint32_t> triangles_;
-  std::vector<std::uint64_t> sorted_;       ///< half-edges by their two vertices
-  std::vector<std::uint32_t> opposite_;     ///< half-edge numbers
+  std::vector<std::uint64_t> sorted_;    ///< half-edges by their two vertices
+  std::vector<std::uint32_t> opposite_;  ///< half-edge numbers
+  std::uint64_t joined_half_edges_ = 0, seen_triangles_ = 0;
+  bool tangled_ = false;  ///< three half-edges or more have the same two vertices
+  bool counted_ = false;  ///< edges_ holds the face's edges
+  EdgeCounts edges_;
   std::vector<std::uint32_t> patch_;        ///< triangles
   std::vector<std::uint32_t> loop_, side_;  ///< the patch's border: vertices, half-edges from each
-  std::vector<Side> sides_;                 ///< n x n
-  std::vector<Cost> costs_;                 ///< n x n
-  std::vector<std::uint32_t> middle_;       ///< n x n: the best k; none: unusable
+  std::vector<std::uint32_t> beyond_;       ///< half-edges beyond the border
+  std::vector<std::uint32_t> open_half_edges_;  ///< of connect_patch()
+  std::vector<Side> sides_;                     ///< n x n
+  std::vector<Cost> costs_;                     ///< n x n
+  std::vector<std::uint32_t> middle_;           ///< n x n: the best k; none: unusable
   std::vector<std::uint32_t> result_;
   std::vector<std::pair<std::size_t, std::size_t>> open_;  ///< sides of the loop still to follow
 };

@@ -3,6 +3,7 @@
 // anywhere, and must not keep a hull busy with the square of their vertices.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <utility>
@@ -10,6 +11,7 @@
 
 #include "hull/cone.h"
 #include "hull/hull.h"
+#include "hull/patch_optimizer.h"
 #include "support/mesh_checks.h"
 #include "support/scenes.h"
 
@@ -66,6 +68,44 @@ TEST(HullWork, FacesOfTinyContoursAreFoundByTheGrid) {
     const Hull& hull = builder.build(scene.views());
     EXPECT_TRUE(check_mesh(hull).sound()) << check_mesh(hull).describe();
     EXPECT_LT(builder.statistics().predicates / 4000, most) << "radius " << radius;
+  }
+}
+
+TEST(HullWork, PatchesOfLargeFacesAreMendedWhereTheyAre) {
+  // Triangles between two rows of points, joined so that most are slivers.
+  for (const int n : {1000, 10000}) {
+    std::vector<Vec3> points;
+    std::vector<hull::CornerKey> keys;
+    for (int i = 0; i < n; ++i)
+      for (const double y : {0.0, 0.01}) {
+        points.emplace_back(i, y, 0.0);
+        const std::uint32_t plane = 3u * static_cast<std::uint32_t>(keys.size());
+        keys.push_back({plane, plane + 1, plane + 2});
+      }
+    // In groups of 10, all of the lower row from one corner above, then all of the upper row.
+    std::vector<std::uint32_t> triangles;
+    const auto below = [](int i) { return 2u * i; };
+    const auto above = [](int i) { return 2u * i + 1; };
+    for (int group = 0; group + 1 < n; group += 10) {
+      const int end = std::min(group + 10, n - 1);
+      for (int i = group; i < end; ++i)
+        triangles.insert(triangles.end(), {below(i), below(i + 1), above(group)});
+      for (int i = group; i < end; ++i)
+        triangles.insert(triangles.end(), {above(i), below(end), above(i + 1)});
+    }
+    hull::PatchOptimizer optimizer;
+    const auto bad = [&] {
+      std::size_t count = 0;
+      for (std::size_t t = 0; t < triangles.size(); t += 3)
+        count += hull::shape_of(points[triangles[t]], points[triangles[t + 1]],
+                                points[triangles[t + 2]], Vec3(0, 0, 1)) != hull::Shape::good;
+      return count;
+    };
+    EXPECT_GT(bad(), triangles.size() / 3 / 2) << "work to do";
+    optimizer.improve(points, keys, Vec3(0, 0, 1), 1e-9, triangles);
+    EXPECT_EQ(bad(), 0u);
+    EXPECT_LT(optimizer.joined_half_edges(), 5 * triangles.size()) << n;
+    EXPECT_LT(optimizer.seen_triangles(), 2 * triangles.size()) << n;
   }
 }
 
