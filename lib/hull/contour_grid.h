@@ -61,7 +61,6 @@ class ContourGrid {
   double margin() const { return margin_; }
   double margin_in_cells() const { return margin_ * inverse_; }
   double row_top(int row) const { return origin_.y + row * cell_; }
-  double cell() const { return cell_; }
   Vec2 centre(int column, int row) const {
     return {origin_.x + (column + 0.5) * cell_, origin_.y + (row + 0.5) * cell_};
   }

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "hull/half_edge.h"
+
 namespace polyhull::hull {
 namespace {
 
@@ -11,10 +13,6 @@ constexpr std::uint32_t none = 0xffffffffu;
 constexpr std::uint32_t turned_cost = 1u << 20, flat_cost = 1u << 10, sliver_cost = 1;
 /// Corners of a patch, at most: its triangulations take time with the third power.
 constexpr std::size_t patch_corners = 24;
-
-std::uint32_t following(std::uint32_t h) {
-  return h % 3 == 2 ? h - 2 : h + 1;
-}
 
 }  // namespace
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "hull/half_edge.h"
 #include "hull/triangle_shape.h"
 
 namespace polyhull::hull {
@@ -13,10 +14,6 @@ namespace {
 constexpr int rounds = 32, rings = 3;
 /// The height that triangles should have, in steps of the grid.
 constexpr double least_height = 0.5;
-
-std::uint32_t following(std::uint32_t h) {
-  return h % 3 == 2 ? h - 2 : h + 1;
-}
 
 class Settling {
  public:

@@ -25,6 +25,7 @@
 
 #include "base/vector.h"
 #include "hull/crossing_guard.h"
+#include "hull/half_edge.h"
 #include "hull/hull.h"
 #include "hull/triangle_shape.h"
 
@@ -57,7 +58,6 @@ class Simplifier {
   bool joined(std::uint32_t a, std::uint32_t b) const;
   std::uint32_t valence(std::uint32_t vertex) const;
   void rebuild();
-  static std::uint32_t following(std::uint32_t h) { return h % 3 == 2 ? h - 2 : h + 1; }
   std::uint32_t from(std::uint32_t h) const { return hull_->triangles[h]; }
   std::uint32_t to(std::uint32_t h) const { return hull_->triangles[following(h)]; }
   /// The next half-edge that leaves the same vertex.
