@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "silhouette/kernels.h"
+#include "silhouette/store_blocks.h"
 #include "silhouette/sure_signals.h"
 
 namespace polyhull::silhouette {
@@ -58,15 +59,7 @@ void pixel_alpha(const std::uint8_t* pixels, int count, const PixelForms& forms,
         _mm256_permutevar8x32_epi32(_mm512_maskz_cvtusepi16_epi8(0xffffffffu, positive), order);
     const std::uint32_t empty = _mm256_cmple_epu8_mask(v, lowest);
     const std::uint32_t full = _mm256_cmpge_epu8_mask(v, highest);
-    const auto half = [&](__m128i values, std::uint32_t is_empty, std::uint32_t is_full, int i) {
-      state[i] = is_empty == 0xffff ? block_empty : is_full == 0xffff ? block_full : block_mixed;
-      values = state[i] == block_empty  ? _mm_setzero_si128()
-               : state[i] == block_full ? _mm_set1_epi8(-1)
-                                        : values;
-      _mm_storeu_si128(reinterpret_cast<__m128i*>(alpha + x + 16 * i), values);
-    };
-    half(_mm256_castsi256_si128(v), empty & 0xffff, full & 0xffff, 0);
-    half(_mm256_extracti128_si256(v, 1), empty >> 16, full >> 16, 1);
+    store_two_blocks(v, empty, full, alpha + x, state);
   }
   if (x < count)
     v3_kernels().pixel_alpha(pixels + 4 * x, static_cast<int>(count - x), forms, ramp, alpha + x,
