@@ -143,8 +143,11 @@ TEST(KeySamples, FaintTintsAreNoScreen) {
         // All is screen or all is subject, whatever the tint.
         const int level = m.row(0)[0];
         EXPECT_TRUE(level == 0 || level == 255) << tint << " " << level;
-        if (tint <= 8) EXPECT_EQ(level, 255) << tint;
-        if (tint >= 30) EXPECT_EQ(level, 0) << tint;
+        if (tint <= 8) {
+          EXPECT_EQ(level, 255) << tint;
+        } else if (tint >= 30) {
+          EXPECT_EQ(level, 0) << tint;
+        }
       }
 }
 
