@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+// What live timing rests on: how late things come, which frames are wanted, how many can be done.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <random>
+#include <vector>
+
+#include "live/frame_grid.h"
+#include "live/lateness_window.h"
+#include "live/pace.h"
+
+namespace polyhull {
+namespace {
+
+constexpr std::int64_t ms = 1'000'000, second = 1000 * ms, frame = 40 * ms;
+
+TEST(LatenessWindow, HoldsTheLargestOfItsSpanAndForgetsIt) {
+  LatenessWindow window(16 * second);
+  EXPECT_FALSE(window.largest(0));
+  window.add(1 * second, 30 * ms);
+  window.add(1 * second, 10 * ms);
+  window.add(5 * second, 20 * ms);
+  EXPECT_EQ(window.largest(5 * second), 30 * ms);
+  EXPECT_EQ(window.largest(16 * second), 30 * ms);
+  EXPECT_EQ(window.largest(17 * second), 20 * ms);
+  EXPECT_FALSE(window.largest(30 * second));
+  window.add(31 * second, -5 * ms);
+  EXPECT_EQ(window.largest(31 * second), -5 * ms);
+  window.reset();
+  window.add(31 * second, 7 * ms);
+  EXPECT_FALSE(window.largest(2 * second)) << "a clock that was set back";
+  EXPECT_EQ(window.largest(31 * second), 7 * ms);
+}
+
+TEST(LatenessWindow, AgreesWithAPlainListToASlot) {
+  std::mt19937 random(3);
+  LatenessWindow window(8 * second);
+  std::vector<std::pair<std::int64_t, std::int64_t>> all;
+  for (std::int64_t now = 0; now < 60 * second; now += random() % (400 * ms)) {
+    const std::int64_t value = random() % second;
+    window.add(now, value);
+    all.emplace_back(now, value);
+    std::int64_t least = 0, most = 0;
+    for (const auto& [time, other] : all) {
+      if (time > now - 8 * second) most = std::max(most, other);
+      if (time > now - 8 * second + 500 * ms) least = std::max(least, other);
+    }
+    EXPECT_GE(*window.largest(now), least);
+    EXPECT_LE(*window.largest(now), most);
+  }
+}
+
+TEST(FrameGrid, CamerasApartByLessThanHalfAFrameLeaveOutTheSameInstants) {
+  for (const std::int64_t step : {1, 2, 4, 8})
+    for (const std::int64_t anchor : {std::int64_t{0}, 7 * frame, 1000 * frame + 3 * ms}) {
+      const FrameGrid grid{anchor, frame, step};
+      for (int number = -40; number < 40; ++number)
+        for (const std::int64_t apart : {-19 * ms, std::int64_t{0}, 19 * ms})
+          EXPECT_EQ(grid.wanted(anchor + number * frame + apart), number % step == 0)
+              << step << " " << number << " " << apart;
+    }
+  EXPECT_TRUE((FrameGrid{5, 0, 4}.wanted(123)));
+}
+
+TEST(FrameGrids, ChangeAtAnInstantNotWhenTheyHearOfIt) {
+  FrameGrids grids;
+  grids.change({0, frame, 2}, 10 * frame);
+  EXPECT_TRUE(grids.wanted(9 * frame));
+  EXPECT_FALSE(grids.wanted(11 * frame));
+  grids.change({0, frame, 1}, 20 * frame);
+  EXPECT_FALSE(grids.wanted(19 * frame));
+  EXPECT_TRUE(grids.wanted(21 * frame));
+}
+
+/// Runs a stage that can do \p possible of the stream's frames for \p seconds; returns the share of
+/// instants that were lost in the last half.
+double share_lost(Pace& pace, double possible, double seconds) {
+  double credit = 0.0;
+  int wanted = 0, lost = 0;
+  const auto frames = static_cast<int>(seconds * 25);
+  for (int number = 0; number < frames; ++number) {
+    credit = std::min(credit + possible, 1.9);
+    if (number % pace.step() != 0) continue;
+    const bool done = credit >= 0.999;
+    if (done) credit -= 1.0;
+    if (number > frames / 2) ++wanted, lost += !done;
+    pace.note(number * frame, !done);
+  }
+  return static_cast<double>(lost) / wanted;
+}
+
+TEST(Pace, FindsWhatCanBeDone) {
+  for (const auto& [possible, step] :
+       {std::pair{1.0, 1}, {0.97, 1}, {0.7, 2}, {0.5, 2}, {0.3, 4}, {0.13, 8}}) {
+    Pace pace;
+    const double lost = share_lost(pace, possible, 120);
+    EXPECT_LT(lost, 0.125) << possible;
+    EXPECT_EQ(pace.step(), step) << possible;
+  }
+}
+
+TEST(Pace, GoesBackWhenTheLoadIsOver) {
+  Pace pace;
+  std::int64_t number = 0;
+  for (; number < 250; ++number) pace.note(number * frame, number % 2 == 0);
+  EXPECT_GT(pace.step(), 1);
+  for (; number < 250 + 25 * 12; ++number) pace.note(number * frame, false);
+  EXPECT_EQ(pace.step(), 1);
+}
+
+TEST(Pace, DoesNotJudgeTheFirstSecondOrSingleLosses) {
+  Pace pace;
+  for (int number = 0; number < 25; ++number) EXPECT_FALSE(pace.note(number * frame, true));
+  for (int number = 25; number < 500; ++number)
+    EXPECT_FALSE(pace.note(number * frame, number % 20 == 0)) << number;
+}
+
+}  // namespace
+}  // namespace polyhull
