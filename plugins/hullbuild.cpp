@@ -17,8 +17,6 @@
 
 #include <gst/base/gstaggregator.h>
 
-#include <algorithm>
-
 #include "base/thread_pool.h"
 #include "common/guard.h"
 #include "common/pads_as_children.h"
@@ -58,7 +56,7 @@ void set_property_value(GObject* object, guint id, const GValue* value, GParamSp
   }
   if (id == first_setting + rig_row) priv.rig_changed = true;
   if (id == first_setting + pool_row) set_pool_threads(static_cast<int>(g_value_get_uint(value)));
-  update_latency(self_of(object));
+  priv.timing.update(snapshot(object, priv.settings).live());
 }
 
 void get_property_value(GObject* object, guint id, GValue* value, GParamSpec* spec) {
@@ -96,20 +94,35 @@ GstFlowReturn aggregate(GstAggregator* aggregator, gboolean timeout) {
                  [&]() -> GstFlowReturn { return send_next_set(self, timeout); });
 }
 
-/// Running time of what waits the longest; the base class adds the latency.
 GstClockTime get_next_time(GstAggregator* aggregator) {
-  const std::int64_t earliest = earliest_time(aggregator);
-  if (earliest == no_time) return GST_CLOCK_TIME_NONE;
-  // The time kept for building is not spent waiting.
-  const auto processing = static_cast<std::int64_t>(private_of(aggregator).processing.load());
-  return static_cast<GstClockTime>(std::max<std::int64_t>(earliest - processing, 0));
+  PolyhullHullBuild* self = self_of(aggregator);
+  const std::int64_t deadline = next_deadline(self, Pads(self));
+  return deadline == no_time ? GST_CLOCK_TIME_NONE : self->priv->timing.wake_at(deadline);
 }
 
 // ---- events and states
 
 gboolean sink_event(GstAggregator* aggregator, GstAggregatorPad* pad, GstEvent* event) {
-  if (GST_EVENT_TYPE(event) == GST_EVENT_SEGMENT) private_of(aggregator).new_segment = true;
+  if (GST_EVENT_TYPE(event) == GST_EVENT_SEGMENT) {
+    private_of(aggregator).new_segment = true;
+    live_state_of(pad).told = 0;  // whoever begins here has not heard of the pace
+  }
   return GST_AGGREGATOR_CLASS(polyhull_hull_build_parent_class)->sink_event(aggregator, pad, event);
+}
+
+gboolean src_event(GstAggregator* aggregator, GstEvent* event) {
+  private_of(aggregator).pace.hear(event);
+  if (gst_event_has_name(event, pace_event_name)) {
+    gst_event_unref(event);
+    return TRUE;
+  }
+  return GST_AGGREGATOR_CLASS(polyhull_hull_build_parent_class)->src_event(aggregator, event);
+}
+
+gboolean src_query(GstAggregator* aggregator, GstQuery* query) {
+  if (GST_QUERY_TYPE(query) == GST_QUERY_LATENCY)
+    return private_of(aggregator).timing.answer(query);
+  return GST_AGGREGATOR_CLASS(polyhull_hull_build_parent_class)->src_query(aggregator, query);
 }
 
 gboolean start(GstAggregator* aggregator) {
@@ -120,26 +133,29 @@ gboolean start(GstAggregator* aggregator) {
     priv.rig_changed = false;
     priv.stage.set_rig(settings.rig.empty() ? default_rig() : load_rig(settings.rig));
     priv.statistics.reset();
-    priv.processing = 0;
     priv.new_segment = true;
+    priv.words.reset();
     forget_streams(self);
-    update_latency(self);
+    priv.timing.start(settings.live());
+    priv.pace.start();
+    priv.watch.start();
     return TRUE;
   });
 }
 
 gboolean stop(GstAggregator* aggregator) {
+  private_of(aggregator).watch.stop();
   forget_streams(self_of(aggregator));
   private_of(aggregator).stage.reset();
   return TRUE;
 }
 
 void polyhull_hull_build_init(PolyhullHullBuild* self) {
-  self->priv = new HullBuildState;
+  self->priv = new HullBuildState(GST_AGGREGATOR(self));
   self->priv->statistics.declare(
       {"sets-incomplete", "sets-dropped-incomplete", "sets-dropped-few-cameras", "sets-refused",
-       "views-late", "views-duplicate", "views-held", "views-unusable", "rigs-refused"});
-  update_latency(self);
+       "sets-overdue", "sets-unwanted", "views-late", "views-duplicate", "views-held",
+       "views-unusable", "rigs-refused", "frame-step"});
 }
 
 void finalize(GObject* object) {
@@ -200,6 +216,8 @@ void polyhull_hull_build_class_init(PolyhullHullBuildClass* klass) {
   aggregator_class->aggregate = aggregate;
   aggregator_class->get_next_time = get_next_time;
   aggregator_class->sink_event = sink_event;
+  aggregator_class->src_event = src_event;
+  aggregator_class->src_query = src_query;
   aggregator_class->start = start;
   aggregator_class->stop = stop;
 }

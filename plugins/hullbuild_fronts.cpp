@@ -1,39 +1,33 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
+#include <algorithm>
+
 #include "base/error.h"
 #include "hullbuild_private.h"
 
 namespace polyhull::element {
 namespace {
 
-ViewHead head_of_gap(GstAggregatorPad* pad, GstBuffer* buffer) {
+constexpr std::int64_t start_time = GST_SECOND;
+
+ViewHead head_of_gap(const Arrival& gap) {
   ViewHead head;
   head.state = ViewHead::State::gap;
-  const GstClockTime begin = GST_BUFFER_PTS(buffer);
-  const GstClockTime length = GST_BUFFER_DURATION(buffer);
-  head.time = running_time(pad, begin);
-  head.gap_end = GST_CLOCK_TIME_IS_VALID(begin) && GST_CLOCK_TIME_IS_VALID(length)
-                     ? running_time(pad, begin + length)
-                     : head.time;
+  head.time = gap.time();
+  head.gap_end = gap.end();
   return head;
 }
 
-ViewHead head_of_view(GstAggregatorPad* pad, GstBuffer* buffer) {
-  HullPadState& state = state_of(pad);
+ViewHead head_of_view(const HullPadState& state) {
   ViewHead head;
   head.state = ViewHead::State::view;
   head.trigger = state.view->view().trigger;
-  head.time = running_time(
-      pad, GST_BUFFER_PTS_IS_VALID(buffer) ? GST_BUFFER_PTS(buffer) : GST_BUFFER_DTS(buffer));
+  head.time = state.parsed.time();
   head.repeated = head.trigger != no_trigger ? head.trigger == state.last_trigger
                                              : head.time != no_time && head.time == state.last_time;
   return head;
 }
 
 }  // namespace
-
-bool is_gap(GstBuffer* buffer) {
-  return GST_BUFFER_FLAG_IS_SET(buffer, GST_BUFFER_FLAG_GAP) && gst_buffer_get_size(buffer) == 0;
-}
 
 std::string name_of(GstAggregatorPad* pad, const View& view) {
   std::string name = camera_property(pad);
@@ -43,42 +37,36 @@ std::string name_of(GstAggregatorPad* pad, const View& view) {
 ViewHead look_at(PolyhullHullBuild* self, GstAggregatorPad* pad) {
   HullPadState& state = state_of(pad);
   for (;;) {
-    GstBuffer* buffer = gst_aggregator_pad_peek_buffer(pad);
-    if (buffer == nullptr) {
+    const Arrival* front = peek(pad);
+    state.ended = front == nullptr && gst_aggregator_pad_is_eos(pad);
+    if (front == nullptr) {
       state.forget_front();
       ViewHead head;
-      if (gst_aggregator_pad_is_eos(pad)) head.state = ViewHead::State::ended;
+      if (state.ended) head.state = ViewHead::State::ended;
       return head;
     }
-    if (buffer == state.parsed) {
-      gst_buffer_unref(buffer);
-      return state.head;
-    }
+    if (front->buffer == state.parsed.buffer) return state.head;
     state.forget_front();
-    if (is_gap(buffer)) {
-      state.head = head_of_gap(pad, buffer);
-      state.parsed = buffer;
-      return state.head;
-    }
+    const Arrival arrival{front->buffer, front->segment};
     try {
-      state.view = std::make_unique<ViewBuffer>(buffer);
-      state.head = head_of_view(pad, buffer);
-      state.parsed = buffer;
-      return state.head;
+      if (!arrival.gap()) state.view = std::make_unique<ViewBuffer>(arrival.buffer);
     } catch (const Error& error) {
-      gst_buffer_unref(buffer);
-      gst_aggregator_pad_drop_buffer(pad);
+      pop(pad);
       self->priv->statistics.warn(
           GST_ELEMENT_CAST(self), "views-unusable",
           std::string("A buffer on ") + GST_OBJECT_NAME(pad) + " was dropped: " + error.what());
+      continue;
     }
+    state.parsed = {gst_buffer_ref(arrival.buffer), arrival.segment};
+    state.head = state.view ? head_of_view(state) : head_of_gap(arrival);
+    return state.head;
   }
 }
 
 void drop_fronts(const Pads& pads, const std::vector<std::size_t>& which) {
   for (const std::size_t i : which) {
     state_of(pads[i]).forget_front();
-    gst_aggregator_pad_drop_buffer(pads[i]);
+    pop(pads[i]);
   }
 }
 
@@ -102,23 +90,39 @@ void check_cameras(PolyhullHullBuild* self, const Pads& pads) {
                                                 " both bring views of camera \"" + name +
                                                 "\". Each pad takes another camera");
     seen.emplace_back(name, GST_OBJECT_NAME(pad));
+    GST_OBJECT_LOCK(pad);
+    state_of(pad).name = name;
+    GST_OBJECT_UNLOCK(pad);
     self->priv->stage.check(where, name, view.width, view.height);
   }
 }
 
-std::int64_t earliest_time(gpointer element) {
+std::int64_t next_deadline(PolyhullHullBuild* self, const Pads& pads) {
+  HullBuildState& priv = *self->priv;
   std::int64_t view = no_time, gap = no_time;
-  for (GstAggregatorPad* pad : Pads(element)) {
-    GstBuffer* buffer = gst_aggregator_pad_peek_buffer(pad);
-    if (buffer == nullptr) continue;
+  bool all = true, new_camera = false;
+  for (GstAggregatorPad* pad : pads) {
+    if (live_state_of(pad).flushed) return 0;
+    const Arrival* front = peek(pad);
+    if (front == nullptr) {
+      const bool ended = gst_aggregator_pad_is_eos(pad);
+      all = all && ended;
+      new_camera = new_camera || (!ended && !state_of(pad).delivered);
+      continue;
+    }
     // A gap is waited for to its end: up to there it speaks for its camera.
-    std::int64_t& earliest = is_gap(buffer) ? gap : view;
-    const std::int64_t time = is_gap(buffer) ? head_of_gap(pad, buffer).gap_end
-                                             : running_time(pad, GST_BUFFER_DTS_OR_PTS(buffer));
-    gst_buffer_unref(buffer);
+    std::int64_t& earliest = front->gap() ? gap : view;
+    const std::int64_t time = front->gap() ? front->end() : front->time();
     if (time != no_time && (earliest == no_time || time < earliest)) earliest = time;
   }
-  return view != no_time ? view : gap;
+  if (all) return 0;
+  const std::int64_t earliest = view != no_time ? view : gap;
+  if (earliest == no_time) return no_time;
+  // In the first second cameras are still coming up, and nothing is known of them.
+  const bool starting = new_camera && view != no_time &&
+                        (priv.first_time == no_time || earliest - priv.first_time < start_time);
+  return earliest + (starting ? std::max(priv.timing.wait(), priv.start_wait.load())
+                              : priv.timing.wait());
 }
 
 }  // namespace polyhull::element

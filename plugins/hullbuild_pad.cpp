@@ -6,7 +6,7 @@ namespace {
 
 enum { property_camera = 1 };
 
-G_DEFINE_TYPE(PolyhullHullPad, polyhull_hull_pad, GST_TYPE_AGGREGATOR_PAD)
+G_DEFINE_TYPE(PolyhullHullPad, polyhull_hull_pad, live_pad_type())
 
 void set_property_value(GObject* object, guint id, const GValue* value, GParamSpec* spec) {
   if (id != property_camera) {
@@ -39,17 +39,11 @@ void finalize(GObject* object) {
   G_OBJECT_CLASS(polyhull_hull_pad_parent_class)->finalize(object);
 }
 
-GstFlowReturn flush(GstAggregatorPad* pad, GstAggregator*) {
-  state_of(pad).flushed = true;
-  return GST_FLOW_OK;
-}
-
 void polyhull_hull_pad_class_init(PolyhullHullPadClass* klass) {
   GObjectClass* object_class = G_OBJECT_CLASS(klass);
   object_class->set_property = set_property_value;
   object_class->get_property = get_property_value;
   object_class->finalize = finalize;
-  GST_AGGREGATOR_PAD_CLASS(klass)->flush = flush;
   g_object_class_install_property(
       object_class, property_camera,
       g_param_spec_string(
@@ -65,7 +59,7 @@ void polyhull_hull_pad_class_init(PolyhullHullPadClass* klass) {
 
 void HullPadState::forget_front() {
   view.reset();
-  gst_clear_buffer(&parsed);
+  gst_clear_buffer(&parsed.buffer);
 }
 
 void HullPadState::reset() {
@@ -74,6 +68,8 @@ void HullPadState::reset() {
   held_time = no_time;
   last_trigger = no_trigger;
   last_time = no_time;
+  missed_since = no_time;
+  delivered = ended = false;
 }
 
 GType hull_pad_type() {
@@ -85,17 +81,6 @@ std::string camera_property(GstAggregatorPad* pad) {
   std::string camera = state_of(pad).camera;
   GST_OBJECT_UNLOCK(pad);
   return camera;
-}
-
-std::int64_t running_time(GstAggregatorPad* pad, GstClockTime time) {
-  if (!GST_CLOCK_TIME_IS_VALID(time)) return no_time;
-  GST_OBJECT_LOCK(pad);
-  const GstClockTime running =
-      pad->segment.format != GST_FORMAT_TIME
-          ? GST_CLOCK_TIME_NONE
-          : gst_segment_to_running_time(&pad->segment, GST_FORMAT_TIME, time);
-  GST_OBJECT_UNLOCK(pad);
-  return GST_CLOCK_TIME_IS_VALID(running) ? static_cast<std::int64_t>(running) : no_time;
 }
 
 }  // namespace polyhull::element

@@ -10,6 +10,7 @@
 #include <optional>
 #include <string>
 
+#include "common/live_pad.h"
 #include "common/payload_buffer.h"
 #include "wire/view_sets.h"
 
@@ -19,27 +20,32 @@ namespace polyhull::element {
 struct HullPadState {
   std::string camera;  ///< property, under the pad's object lock; empty: the view's own name
 
-  std::unique_ptr<ViewBuffer> view;  ///< the parsed front of the queue
-  GstBuffer* parsed = nullptr;       ///< whose front it is (a reference)
+  Arrival parsed;                    ///< what came first, once it has been looked at
+  std::unique_ptr<ViewBuffer> view;  ///< ... parsed; null for a gap
   ViewHead head;
+  bool ended = false;  ///< nothing will come
 
   std::unique_ptr<ViewBuffer> held;  ///< the last view used, for missing-camera=hold
   std::int64_t held_time = no_time;
-  std::atomic<bool> flushed{false};  ///< set by the flushing thread: forget everything
-  std::uint64_t last_trigger = no_trigger;
+  std::uint64_t last_trigger = no_trigger;  ///< of the last view that was in time
   std::int64_t last_time = no_time;
+  bool delivered = false;                ///< a view of it has been in a set
+  std::int64_t missed_since = no_time;   ///< sets have lacked it from this running time on
+
+  std::string name;                    ///< of its camera, under the pad's object lock
+  std::atomic<std::uint64_t> late{0};  ///< views that came after their set had gone
 
   void forget_front();
   void reset();
 };
 
 struct PolyhullHullPad {
-  GstAggregatorPad parent;
+  PolyhullLivePad parent;
   HullPadState* state;
 };
 
 struct PolyhullHullPadClass {
-  GstAggregatorPadClass parent_class;
+  PolyhullLivePadClass parent_class;
 };
 
 GType hull_pad_type();
@@ -50,8 +56,5 @@ inline HullPadState& state_of(gpointer pad) {
 
 /// The pad's property `camera`.
 std::string camera_property(GstAggregatorPad* pad);
-
-/// Running time of \p time in the pad's segment, no_time where it has none.
-std::int64_t running_time(GstAggregatorPad* pad, GstClockTime time);
 
 }  // namespace polyhull::element

@@ -9,22 +9,36 @@
 #include <vector>
 
 #include "common/hull_stage.h"
+#include "common/input_watch.h"
+#include "common/live_pace.h"
+#include "common/live_timing.h"
 #include "hullbuild_pad.h"
 #include "hullbuild_properties.h"
+#include "hullbuild_words.h"
 
 namespace polyhull::element {
 
 /// The element's state.
 struct HullBuildState {
+  explicit HullBuildState(GstAggregator* element)
+      : timing(element),
+        pace(GST_ELEMENT_CAST(element), statistics),
+        watch(GST_ELEMENT_CAST(element)) {}
+
   HullSettings settings;  // under the object lock
 
   std::atomic<bool> rig_changed{false};
   std::atomic<bool> new_segment{true};
-  std::atomic<GstClockTime> processing{0};  // part of the latency: what building has taken
+  std::atomic<std::int64_t> start_wait{0};  // for cameras that have not sent anything yet
 
-  Statistics statistics{"hullbuild-stats"};  // the rest belongs to the source pad's thread
-  HullStage stage{statistics};
+  Statistics statistics{"hullbuild-stats"};
+  LiveTiming timing;
+  LivePace pace;
+  InputWatch watch;
+  HullStage stage{statistics};  // this and the rest belong to the source pad's thread
   ViewSets sets;
+  std::int64_t first_time = no_time;  // of the stream's first view
+  HullWords words;
 };
 
 struct PolyhullHullBuild {
@@ -64,9 +78,6 @@ class Pads {
 
 // ---- hullbuild_fronts.cpp
 
-/// Whether the buffer stands for a GAP event.
-bool is_gap(GstBuffer* buffer);
-
 /// The camera that the pad's views count as: the pad's property, else the view's own name.
 std::string name_of(GstAggregatorPad* pad, const View& view);
 
@@ -80,14 +91,11 @@ void drop_fronts(const Pads& pads, const std::vector<std::size_t>& which);
 /// have the same.
 void check_cameras(PolyhullHullBuild* self, const Pads& pads);
 
-/// Running time of the earliest view that waits, without views that of the earliest gap's end,
-/// no_time for none.
-std::int64_t earliest_time(gpointer element);
+/// Running time until which what waits is waited for in a live stream: no_time where nothing waits
+/// that has a time, 0 where all cameras have something there.
+std::int64_t next_deadline(PolyhullHullBuild* self, const Pads& pads);
 
 // ---- hullbuild_sets.cpp
-
-/// Reports max-wait and the time that building takes as latency.
-void update_latency(PolyhullHullBuild* self);
 
 /// Forgets all pads' views and the last set.
 void forget_streams(PolyhullHullBuild* self);

@@ -13,6 +13,10 @@ GType enum_type<MissingCamera>() {
        "drop-camera"},
       {static_cast<gint>(MissingCamera::hold),
        "Use the missing camera's last view for up to hold-time", "hold"},
+      {static_cast<gint>(MissingCamera::freeze),
+       "Drop sets that are not complete for up to hold-time, so that the last whole one stays on "
+       "the screen, then build without the missing cameras",
+       "freeze"},
       {0, nullptr, nullptr}};
   static const GType type = register_enum("PolyhullMissingCamera", values);
   return type;
@@ -42,17 +46,27 @@ std::span<const Property<HullSettings>> hull_properties() {
           "How far the running times of views of one set may differ, in nanoseconds (0 to 60 s), "
           "where views carry no trigger number. Keep it below half the time between frames.",
           0, longest),
-      property<&S::max_wait>("max-wait", "Longest wait",
-                             "How long a live set waits for missing views beyond the sources' "
-                             "latency, in nanoseconds (0 to 60 s). It is part of the latency that "
-                             "the element reports.",
-                             0, longest),
+      property<&S::max_wait>(
+          "max-wait", "Longest wait",
+          "How long a live set waits for missing views beyond the sources' latency, in nanoseconds "
+          "(0 to 60 s). Unset (18446744073709551615): as long as the cameras have shown to need in "
+          "the last ten seconds, up to max-latency. It is part of the latency that the element "
+          "reports.",
+          0, static_cast<double>(G_MAXUINT64)),
+      property<&S::max_latency>(
+          "max-latency", "Largest latency",
+          "How late views may come, in nanoseconds (0 to 60 s), to be waited for where max-wait is "
+          "unset. Views that come later are of no use: their whole instant is dropped, for all "
+          "cameras.",
+          0, longest),
       property<&S::missing_camera>("missing-camera", "Missing camera",
                                    "What to do with a set that lacks the view of a camera."),
-      property<&S::hold_time>("hold-time", "Hold time",
-                              "For how long missing-camera=hold uses a camera's last view, in "
-                              "nanoseconds (0 to 60 s); after that the hull is built without it.",
-                              0, longest),
+      property<&S::hold_time>(
+          "hold-time", "Hold time",
+          "For how long missing-camera=freeze keeps the last whole set, and missing-camera=hold a "
+          "camera's last view, in nanoseconds (0 to 60 s); after that the hull is built without "
+          "the camera.",
+          0, longest),
       property<&S::min_cameras>("min-cameras", "Fewest cameras",
                                 "Sets with fewer views than this (1 to 1024) are dropped.", 1,
                                 1024),

@@ -6,18 +6,20 @@
 #include <span>
 #include <string>
 
+#include "common/live_timing.h"
 #include "common/property_table.h"
 #include "hull/hull.h"
 
 namespace polyhull::element {
 
-enum class MissingCamera { drop_set, drop_camera, hold };
+enum class MissingCamera { drop_set, drop_camera, hold, freeze };
 
 struct HullSettings {
   std::string rig;
   std::uint64_t sync_tolerance = 8 * GST_MSECOND;
-  std::uint64_t max_wait = 50 * GST_MSECOND;
-  MissingCamera missing_camera = MissingCamera::drop_camera;
+  std::uint64_t max_wait = LiveSettings{}.max_wait;
+  std::uint64_t max_latency = LiveSettings{}.max_latency;
+  MissingCamera missing_camera = MissingCamera::freeze;
   std::uint64_t hold_time = 500 * GST_MSECOND;
   std::uint32_t min_cameras = 2;
   double weld_distance = 0.0;
@@ -26,11 +28,13 @@ struct HullSettings {
   double max_deviation = 0.0;
   std::uint32_t threads = 0;
   std::uint32_t pool_threads = 0;
+
+  LiveSettings live() const { return {max_wait, max_latency}; }
 };
 
 /// Rows of the table whose properties do more than be stored.
 inline constexpr guint rig_row = 0;
-inline constexpr guint pool_row = 11;
+inline constexpr guint pool_row = 12;
 
 std::span<const Property<HullSettings>> hull_properties();
 

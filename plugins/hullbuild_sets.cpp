@@ -19,6 +19,7 @@ void post_dropped(PolyhullHullBuild* self, const ViewDecision& set) {
   gst_message_set_qos_stats(message, GST_FORMAT_BUFFERS, priv.statistics.counter("sets"),
                             priv.statistics.counter("sets-dropped-incomplete") +
                                 priv.statistics.counter("sets-dropped-few-cameras") +
+                                priv.statistics.counter("sets-overdue") +
                                 priv.statistics.counter("sets-refused"));
   gst_element_post_message(GST_ELEMENT_CAST(self), message);
 }
@@ -54,6 +55,7 @@ void take_views(const Pads& pads, const ViewDecision& set, const HullSettings& s
     HullPadState& state = state_of(pads[i]);
     state.last_trigger = state.head.trigger;
     state.last_time = state.head.time;
+    state.delivered = true;
     if (settings.missing_camera == MissingCamera::hold) {
       state.held = std::move(state.view);
       state.held_time = state.head.time;
@@ -65,30 +67,16 @@ void take_views(const Pads& pads, const ViewDecision& set, const HullSettings& s
 }
 
 void stamp(PolyhullHullBuild* self, const Pads& pads, const ViewDecision& set, GstBuffer* buffer) {
-  GstAggregatorPad* pad = pads[set.heads.front()];
-  if (self->priv->new_segment.exchange(false)) {
-    GST_OBJECT_LOCK(pad);
-    const GstSegment segment = pad->segment;
-    GST_OBJECT_UNLOCK(pad);
-    if (segment.format == GST_FORMAT_TIME)
-      gst_aggregator_update_segment(GST_AGGREGATOR(self), &segment);
-  }
-  GST_BUFFER_DURATION(buffer) = GST_BUFFER_DURATION(state_of(pad).parsed);
+  const Arrival& first = state_of(pads[set.heads.front()]).parsed;
+  if (self->priv->new_segment.exchange(false) && first.segment.format == GST_FORMAT_TIME)
+    gst_aggregator_update_segment(GST_AGGREGATOR(self), &first.segment);
+  GST_BUFFER_DURATION(buffer) = GST_BUFFER_DURATION(first.buffer);
   if (set.time == no_time) return;
   GstSegment& segment = GST_AGGREGATOR_PAD(GST_AGGREGATOR(self)->srcpad)->segment;
   const GstClockTime position =
       gst_segment_position_from_running_time(&segment, GST_FORMAT_TIME, set.time);
   GST_BUFFER_PTS(buffer) =
       GST_CLOCK_TIME_IS_VALID(position) ? position : static_cast<GstClockTime>(set.time);
-}
-
-/// Building takes time that a live sink must know of. Grows in steps, so that it changes rarely.
-void account(PolyhullHullBuild* self, std::chrono::steady_clock::duration taken) {
-  const GstClockTime time = std::chrono::nanoseconds(taken).count();
-  self->priv->statistics.set("set-ms", time * 1e-6);
-  if (time <= self->priv->processing) return;
-  self->priv->processing = time + time / 2;
-  update_latency(self);
 }
 
 void load_changed_rig(PolyhullHullBuild* self, const HullSettings& settings) {
@@ -102,69 +90,177 @@ void load_changed_rig(PolyhullHullBuild* self, const HullSettings& settings) {
   }
 }
 
-enum class Outcome { again, need_data, ended, dropped, made };
+enum class Outcome { again, need_data, ended, made };
 
 struct Step {
   Outcome outcome;
   GstBuffer* buffer = nullptr;
 };
 
+/// What became of an instant, for the pace: its views are as far apart as a view lasts.
+void note_pace(PolyhullHullBuild* self, const Pads& pads, const ViewDecision& set, bool lost) {
+  const GstBuffer* first = state_of(pads[set.heads.front()]).parsed.buffer;
+  if (set.time != no_time && GST_BUFFER_DURATION_IS_VALID(first))
+    self->priv->pace.note(set.time, static_cast<std::int64_t>(GST_BUFFER_DURATION(first)), lost);
+}
+
+Step drop_set(PolyhullHullBuild* self, const Pads& pads, const ViewDecision& set,
+              const HullSettings& settings, const char* counter) {
+  take_views(pads, set, settings);
+  self->priv->statistics.count(counter);
+  post_dropped(self, set);
+  return {Outcome::again};
+}
+
+/// Notes which cameras the set has and lacks; returns those that it lacks.
+std::vector<AbsentCamera> absent_cameras(PolyhullHullBuild* self, const Pads& pads,
+                                         const ViewDecision& set) {
+  const std::int64_t now = running_time_now(GST_ELEMENT_CAST(self));
+  std::vector<AbsentCamera> absent;
+  for (std::size_t i = 0; i < pads.size(); ++i) {
+    HullPadState& state = state_of(pads[i]);
+    if (std::binary_search(set.heads.begin(), set.heads.end(), i)) {
+      state.missed_since = no_time;
+      continue;
+    }
+    if (state.missed_since == no_time) state.missed_since = set.time;
+    AbsentCamera camera{state.name.empty() ? GST_OBJECT_NAME(pads[i]) : state.name};
+    camera.ended = state.ended;
+    camera.known = state.delivered || state.view != nullptr;
+    if (set.time != no_time) camera.missed = set.time - state.missed_since;
+    const std::int64_t arrival = live_state_of(pads[i]).punctuality.last_arrival();
+    camera.silent = now != no_time && arrival != no_time ? now - arrival : camera.missed;
+    absent.push_back(std::move(camera));
+  }
+  return absent;
+}
+
+/// Whether a camera that the set lacks has sent a later view: it has left this instant out.
+bool later_views_wait(const Pads& pads, const ViewDecision& set) {
+  for (std::size_t i = 0; i < pads.size(); ++i)
+    if (state_of(pads[i]).view != nullptr &&
+        !std::binary_search(set.heads.begin(), set.heads.end(), i))
+      return true;
+  return false;
+}
+
+/// Whether a live set comes when nobody can use it any more, and newer views wait.
+bool is_overdue(PolyhullHullBuild* self, const Pads& pads, const ViewDecision& set) {
+  HullBuildState& priv = *self->priv;
+  const std::int64_t now = running_time_now(GST_ELEMENT_CAST(self));
+  if (now == no_time || set.time == no_time) return false;
+  if (priv.pace.too_late(set.time)) return true;
+  const Arrival& first = state_of(pads[set.heads.front()]).parsed;
+  if (now <= std::max(first.end(), set.time) + priv.timing.latency()) return false;
+  return later_views_wait(pads, set) ||
+         std::any_of(pads.begin(), pads.end(), more_wait);
+}
+
+/// Whether an incomplete set must not be built, by missing-camera. A camera that sends, but too late
+/// or not everything, is waited for ten times as long as one that is silent.
+bool must_be_whole(const std::vector<AbsentCamera>& absent, const HullSettings& settings) {
+  if (settings.missing_camera == MissingCamera::drop_set) return true;
+  if (settings.missing_camera != MissingCamera::freeze) return false;
+  const auto hold = static_cast<std::int64_t>(settings.hold_time);
+  return std::any_of(absent.begin(), absent.end(), [&](const AbsentCamera& camera) {
+    if (camera.ended || !camera.known) return false;
+    return camera.missed <= hold || (camera.silent <= hold && camera.missed <= 10 * hold);
+  });
+}
+
+/// Once a camera has ended no set can be complete any more.
+bool any_ended(const Pads& pads) {
+  return std::any_of(pads.begin(), pads.end(),
+                     [](GstAggregatorPad* pad) { return state_of(pad).ended; });
+}
+
 Step build_set(PolyhullHullBuild* self, const Pads& pads, const ViewDecision& set,
                const HullSettings& settings) {
   HullBuildState& priv = *self->priv;
+  GstElement* element = GST_ELEMENT_CAST(self);
   const auto begin = std::chrono::steady_clock::now();
-  const bool complete = set.heads.size() == pads.size();
-  if (!complete && settings.missing_camera == MissingCamera::drop_set) {
-    take_views(pads, set, settings);
-    priv.statistics.count("sets-dropped-incomplete");
-    post_dropped(self, set);
-    // Once a camera has ended no set can be complete any more.
-    for (GstAggregatorPad* pad : pads)
-      if (gst_aggregator_pad_is_eos(pad)) return {Outcome::ended};
-    return {Outcome::dropped};
+  if (priv.timing.live() && set.time != no_time) {
+    if (priv.first_time == no_time) priv.first_time = set.time;
+    if (!priv.pace.wanted(set.time))
+      return drop_set(self, pads, set, settings, "sets-unwanted");
+    if (is_overdue(self, pads, set)) {
+      note_pace(self, pads, set, true);
+      return drop_set(self, pads, set, settings, "sets-overdue");
+    }
+  }
+  const std::vector<AbsentCamera> absent = absent_cameras(self, pads, set);
+  priv.words.absent(element, absent);
+  if (!absent.empty() && must_be_whole(absent, settings)) {
+    // A camera that has left this instant out could not keep up; one that is silent may be gone.
+    if (later_views_wait(pads, set)) note_pace(self, pads, set, true);
+    const Step dropped = drop_set(self, pads, set, settings, "sets-dropped-incomplete");
+    const bool over = settings.missing_camera == MissingCamera::drop_set && any_ended(pads);
+    return over ? Step{Outcome::ended} : dropped;
   }
   std::vector<SetView> views = views_of(self, pads, set, settings);
-  if (views.size() < settings.min_cameras) {
+  const std::size_t used = views.size();
+  if (used < settings.min_cameras) {
     take_views(pads, set, settings);
-    priv.statistics.warn(GST_ELEMENT_CAST(self), "sets-dropped-few-cameras",
+    priv.statistics.warn(element, "sets-dropped-few-cameras",
                          "A set was dropped: of the " + std::to_string(settings.min_cameras) +
-                             " views that min-cameras asks for it has " +
-                             std::to_string(views.size()) +
+                             " views that min-cameras asks for it has " + std::to_string(used) +
                              ". Connect more cameras, or look for what keeps their views away.");
     post_dropped(self, set);
-    return {Outcome::dropped};
+    return {Outcome::again};
   }
-  if (!complete) priv.statistics.count("sets-incomplete");
   const HullParameters parameters{settings.weld_distance, settings.max_deviation, settings.unseen,
                                   settings.use_bounds, static_cast<int>(settings.threads)};
   GstBuffer* buffer = nullptr;
   try {
-    buffer = priv.stage.build(GST_ELEMENT_CAST(self), std::move(views), parameters, set.trigger);
+    buffer = priv.stage.build(element, std::move(views), parameters, set.trigger);
   } catch (const Error& error) {
     // One odd silhouette does not end the stream; what is wrong with the settings does.
     if (error.kind() != Error::Kind::unsupported) throw;
     take_views(pads, set, settings);
-    priv.statistics.warn(GST_ELEMENT_CAST(self), "sets-refused",
+    priv.statistics.warn(element, "sets-refused",
                          std::string("A set was dropped: ") + error.what());
     post_dropped(self, set);
-    return {Outcome::dropped};
+    return {Outcome::again};
   }
+  if (!absent.empty()) priv.statistics.count("sets-incomplete");
+  priv.words.built(element, set.time, used, absent);
+  if (priv.stage.all_see_foreground()) priv.words.hull(element, used, priv.stage.is_empty());
+  note_pace(self, pads, set, false);
   stamp(self, pads, set, buffer);
   take_views(pads, set, settings);
-  account(self, std::chrono::steady_clock::now() - begin);
+  const auto taken = std::chrono::steady_clock::now() - begin;
+  priv.timing.note_work(taken);
+  priv.statistics.set("set-ms", std::chrono::duration<double, std::milli>(taken).count());
   return {Outcome::made, buffer};
+}
+
+/// Views that came after their set had gone.
+void count_late(PolyhullHullBuild* self, const Pads& pads, const std::vector<std::size_t>& which,
+                const HullSettings& settings) {
+  HullBuildState& priv = *self->priv;
+  priv.statistics.count("views-late", which.size());
+  const std::int64_t now = running_time_now(GST_ELEMENT_CAST(self));
+  for (const std::size_t i : which) ++state_of(pads[i]).late;
+  if (!priv.timing.live() || now == no_time) return;
+  const HullPadState& first = state_of(pads[which.front()]);
+  // In the first second nothing was known of the cameras.
+  if (priv.first_time == no_time || first.head.time < priv.first_time + GST_SECOND) return;
+  std::vector<CameraLateness> cameras;
+  for (GstAggregatorPad* pad : pads) {
+    const auto latest = live_state_of(pad).punctuality.latest(now);
+    cameras.push_back({state_of(pad).name, latest.value_or(settings.max_latency), !latest});
+  }
+  priv.words.late(GST_ELEMENT_CAST(self), now, first.name, cameras, priv.timing.wait(),
+                  GST_CLOCK_TIME_IS_VALID(settings.max_wait));
+  const GstBuffer* buffer = first.parsed.buffer;
+  if (first.head.time != no_time && GST_BUFFER_DURATION_IS_VALID(buffer))
+    priv.pace.note(first.head.time, static_cast<std::int64_t>(GST_BUFFER_DURATION(buffer)), true);
 }
 
 /// Sets the properties that a GstController drives to their values at the stream time of the front
 /// of \p pad.
 void sync_controlled_properties(PolyhullHullBuild* self, GstAggregatorPad* pad) {
-  const GstClockTime time = GST_BUFFER_DTS_OR_PTS(state_of(pad).parsed);
-  if (!GST_CLOCK_TIME_IS_VALID(time)) return;
-  GST_OBJECT_LOCK(pad);
-  const GstClockTime stream = pad->segment.format == GST_FORMAT_TIME
-                                  ? gst_segment_to_stream_time(&pad->segment, GST_FORMAT_TIME, time)
-                                  : GST_CLOCK_TIME_NONE;
-  GST_OBJECT_UNLOCK(pad);
+  const GstClockTime stream = state_of(pad).parsed.stream_time();
   if (GST_CLOCK_TIME_IS_VALID(stream)) gst_object_sync_values(GST_OBJECT(self), stream);
 }
 
@@ -187,7 +283,7 @@ Step next_step(PolyhullHullBuild* self, const Pads& pads, bool deadline_passed) 
       sync_controlled_properties(self, pads[decision.heads.front()]);
       return build_set(self, pads, decision, snapshot(self, priv.settings));
     case Kind::drop_late:
-      priv.statistics.count("views-late", decision.heads.size());
+      count_late(self, pads, decision.heads, settings);
       break;
     case Kind::drop_duplicate:
       priv.statistics.count("views-duplicate", decision.heads.size());
@@ -202,43 +298,57 @@ Step next_step(PolyhullHullBuild* self, const Pads& pads, bool deadline_passed) 
 /// A stream that starts anew may repeat numbers and times.
 void forget_flushed(PolyhullHullBuild* self, const Pads& pads) {
   for (GstAggregatorPad* pad : pads) {
-    if (!state_of(pad).flushed.exchange(false)) continue;
+    if (!live_state_of(pad).flushed.exchange(false)) continue;
     state_of(pad).reset();
     self->priv->sets.reset();
+    self->priv->first_time = no_time;
     self->priv->new_segment = true;
   }
 }
 
+/// Whether what waits the longest has been waited for long enough.
+bool is_due(PolyhullHullBuild* self, const Pads& pads) {
+  const std::int64_t now = running_time_now(GST_ELEMENT_CAST(self));
+  const std::int64_t deadline = next_deadline(self, pads);
+  return now != no_time && deadline != no_time && now >= deadline;
+}
+
 }  // namespace
 
-void update_latency(PolyhullHullBuild* self) {
-  const GstClockTime wait = snapshot(self, self->priv->settings).max_wait;
-  gst_aggregator_set_latency(GST_AGGREGATOR(self), wait + self->priv->processing,
-                             GST_CLOCK_TIME_NONE);
-}
-
 void forget_streams(PolyhullHullBuild* self) {
-  for (GstAggregatorPad* pad : Pads(self)) state_of(pad).reset();
+  for (GstAggregatorPad* pad : Pads(self)) {
+    state_of(pad).reset();
+  }
   self->priv->sets.reset();
+  self->priv->first_time = no_time;
 }
 
-GstFlowReturn send_next_set(PolyhullHullBuild* self, bool deadline_passed) {
+GstFlowReturn send_next_set(PolyhullHullBuild* self, bool timeout) {
+  HullBuildState& priv = *self->priv;
+  const bool live = priv.timing.live();
+  if (live) {
+    const HullSettings settings = snapshot(self, priv.settings);
+    priv.timing.update(settings.live());
+    priv.start_wait = static_cast<std::int64_t>(
+        GST_CLOCK_TIME_IS_VALID(settings.max_wait) ? 0 : settings.max_latency);
+    priv.pace.set_patience(std::max(static_cast<std::int64_t>(settings.max_latency),
+                                    priv.timing.wait()));
+    priv.pace.tell_sources();
+  }
   Step step{Outcome::again};
   while (step.outcome == Outcome::again) {
     // The pads of this moment: what the others have must not be dropped past a camera that joins.
     const Pads pads(self);
     forget_flushed(self, pads);
-    step = next_step(self, pads, deadline_passed);
+    step = next_step(self, pads, live ? is_due(self, pads) : timeout);
     // A deadline is that of the earliest front: once fronts are dropped it says nothing.
-    deadline_passed = false;
+    timeout = false;
   }
   switch (step.outcome) {
     case Outcome::ended:
       return GST_FLOW_EOS;
     case Outcome::made:
       return gst_aggregator_finish_buffer(GST_AGGREGATOR(self), step.buffer);
-    case Outcome::dropped:
-      return GST_FLOW_OK;
     default:
       return GST_AGGREGATOR_FLOW_NEED_DATA;
   }

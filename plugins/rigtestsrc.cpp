@@ -21,9 +21,7 @@
 #include "rigtestsrc.h"
 
 #include <algorithm>
-#include <array>
 #include <chrono>
-#include <cmath>
 #include <memory>
 #include <vector>
 
@@ -102,7 +100,9 @@ gboolean open(GstBaseSrc* source) {
       stream.mesh_name = std::make_unique<NumberedName>(settings.mesh_location);
     }
     stream.drawing.picture = std::make_unique<CameraPicture>(stream.rig, camera, stream.subject);
+    stream.camera_seed = static_cast<std::uint64_t>(camera) << 32;
     gst_video_info_init(&stream.info);
+    state.clock.reset();
     state.statistics.reset();
     if (!stream.subject->warning().empty()) {
       state.statistics.warn(GST_ELEMENT(source), "warnings", stream.subject->warning());
@@ -135,56 +135,29 @@ GstStateChangeReturn change_state(GstElement* element, GstStateChange transition
   return result;
 }
 
-/// A live camera that is late leaves frames out: to the next multiple of a power of two, so that
-/// the cameras of a rig, which are late together, leave out the same ones.
-std::uint64_t frame_after_lateness(GstBaseSrc* source, const GstVideoInfo& info,
-                                   std::uint64_t number) {
-  GstClock* clock = gst_element_get_clock(GST_ELEMENT(source));
-  if (clock == nullptr) return number;
-  const GstClockTime now = gst_clock_get_time(clock),
-                     base = gst_element_get_base_time(GST_ELEMENT(source));
-  gst_object_unref(clock);
-  if (GST_STATE(source) != GST_STATE_PLAYING || now < base) return number;
-  const std::uint64_t running =
-      gst_segment_to_position(&source->segment, GST_FORMAT_TIME, now - base);
-  if (running == GST_CLOCK_TIME_NONE) return number;
-  const std::uint64_t due = gst_util_uint64_scale(running, info.fps_n, GST_SECOND * info.fps_d);
-  if (due <= number + 1) return number;
-  std::uint64_t step = 1;
-  while (step < due - number && step < 64) step *= 2;
-  return (due + step - 1) / step * step;
-}
-
 GstFlowReturn fill(GstPushSrc* push, GstBuffer* buffer) {
-  auto* source = GST_BASE_SRC(push);
   RigTestState& state = *RIG_TEST_SRC(push)->state;
   RigTestStream& stream = state.stream;
   return guarded(GST_ELEMENT(push), GST_FLOW_ERROR, [&] {
-    GST_OBJECT_LOCK(push);
-    const GstVideoInfo info = stream.info;
-    std::uint64_t number = stream.next_frame;
-    GST_OBJECT_UNLOCK(push);
+    const GstVideoInfo info = snapshot(push, stream.info);
     if (!stream.drawing.picture || GST_VIDEO_INFO_FORMAT(&info) == GST_VIDEO_FORMAT_UNKNOWN)
       return GST_FLOW_NOT_NEGOTIATED;
-    if (gst_base_src_is_live(source)) {
-      const std::uint64_t later = frame_after_lateness(source, info, number);
-      state.statistics.count("frames-skipped", later - number);
-      number = later;
-    }
-    const GstClockTime pts = time_of_frame(info, number), next = time_of_frame(info, number + 1);
-    gst_object_sync_values(GST_OBJECT(push), pts);
+    const FrameClock::Frame next = state.clock.next();
+    state.statistics.count("frames-skipped", next.late);
+    state.statistics.count("frames-unwanted", next.unwanted);
+    gst_object_sync_values(GST_OBJECT(push), next.time);
     RigTestSettings settings = snapshot(push, state.settings);
     settings.output = stream.output;
 
     const auto begin = std::chrono::steady_clock::now();
-    const double seconds = settings.start + settings.speed * static_cast<double>(pts) / GST_SECOND;
+    const double seconds = settings.start + settings.speed * static_cast<double>(next.time) / GST_SECOND;
     stream.drawing.picture->set_time(seconds);
     GstVideoFrame frame;
     if (!gst_video_frame_map(&frame, &info, buffer, GST_MAP_WRITE)) {
       throw Error(Error::Kind::io, "The memory of a buffer cannot be written to.");
     }
     try {
-      draw(stream.drawing, settings, number, &frame);
+      draw(stream.drawing, settings, next.number, &frame);
     } catch (...) {
       gst_video_frame_unmap(&frame);
       throw;
@@ -194,7 +167,7 @@ GstFlowReturn fill(GstPushSrc* push, GstBuffer* buffer) {
         std::chrono::steady_clock::now() - begin;
     if (stream.mesh_name) {
       write_truth_mesh(truth_mesh(*stream.subject, stream.rig, seconds),
-                       stream.mesh_name->name(number));
+                       stream.mesh_name->name(next.number));
     }
     state.statistics.count("frames");
     state.statistics.set("last-frame-ms", spent.count());
@@ -202,49 +175,29 @@ GstFlowReturn fill(GstPushSrc* push, GstBuffer* buffer) {
     state.statistics.set_count("subject-pixels",
                                static_cast<std::uint64_t>(region.width) * region.height);
 
-    GST_BUFFER_PTS(buffer) = pts;
-    GST_BUFFER_DTS(buffer) = GST_CLOCK_TIME_NONE;
-    GST_BUFFER_DURATION(buffer) = next - pts;
-    GST_BUFFER_OFFSET(buffer) = number;
-    GST_BUFFER_OFFSET_END(buffer) = number + 1;
-    GST_OBJECT_LOCK(push);
-    stream.next_frame = number + 1;
-    GST_OBJECT_UNLOCK(push);
+    state.clock.set_delay({settings.delay, settings.jitter, stream.camera_seed + settings.seed});
+    state.clock.finish(next, buffer);
     return GST_FLOW_OK;
   });
-}
-
-void get_times(GstBaseSrc* source, GstBuffer* buffer, GstClockTime* begin, GstClockTime* end) {
-  *begin = *end = GST_CLOCK_TIME_NONE;
-  if (!gst_base_src_is_live(source)) return;
-  *begin = GST_BUFFER_PTS(buffer);
-  *end = GST_BUFFER_PTS(buffer) + GST_BUFFER_DURATION(buffer);
 }
 
 gboolean is_seekable(GstBaseSrc*) {
   return TRUE;
 }
 
-gboolean do_seek(GstBaseSrc* source, GstSegment* segment) {
-  if (segment->rate < 0.0) {
-    GST_WARNING_OBJECT(source, "Playing backwards is not supported.");
-    return FALSE;
-  }
-  RigTestState& state = *RIG_TEST_SRC(source)->state;
-  segment->time = segment->start;
-  GST_OBJECT_LOCK(source);
-  RigTestStream& stream = state.stream;
-  stream.wanted_time = segment->position;
-  if (GST_VIDEO_INFO_FORMAT(&stream.info) != GST_VIDEO_FORMAT_UNKNOWN) {
-    stream.next_frame = frame_at(stream.info, segment->position);
-  }
-  GST_OBJECT_UNLOCK(source);
-  return TRUE;
+FrameClock& clock_of(GstBaseSrc* source) {
+  return RIG_TEST_SRC(source)->state->clock;
+}
+
+gboolean event(GstBaseSrc* source, GstEvent* event) {
+  if (clock_of(source).hear(event)) return TRUE;
+  return GST_BASE_SRC_CLASS(polyhull_rig_test_src_parent_class)->event(source, event);
 }
 
 gboolean query(GstBaseSrc* source, GstQuery* query) {
+  RigTestState& state = *RIG_TEST_SRC(source)->state;
+  if (GST_QUERY_TYPE(query) == GST_QUERY_LATENCY) return state.clock.answer_latency(query);
   if (GST_QUERY_TYPE(query) == GST_QUERY_CONVERT) {
-    RigTestState& state = *RIG_TEST_SRC(source)->state;
     GstFormat from, to;
     gint64 value = 0, result = 0;
     gst_query_parse_convert(query, &from, &value, &to, nullptr);
@@ -269,9 +222,9 @@ void finalize(GObject* object) {
 }  // namespace
 
 static void polyhull_rig_test_src_init(PolyhullRigTestSrc* self) {
-  self->state = new RigTestState;
+  self->state = new RigTestState(GST_BASE_SRC(self));
   gst_video_info_init(&self->state->stream.info);
-  self->state->statistics.declare({"frames", "frames-skipped", "subject-pixels", "warnings"});
+  self->state->statistics.declare({"frames", "frames-skipped", "frames-unwanted", "subject-pixels", "warnings"});
   gst_base_src_set_format(GST_BASE_SRC(self), GST_FORMAT_TIME);
   gst_base_src_set_live(GST_BASE_SRC(self), self->state->settings.live);
 }
@@ -290,6 +243,7 @@ static void polyhull_rig_test_src_class_init(PolyhullRigTestSrcClass* klass) {
       object, stats_property,
       statistics_property(
           "Counters since the start: frames, frames-skipped (left out when live and late), "
+          "frames-unwanted (left out because what follows cannot keep up), "
           "subject-pixels (area of the rectangle around the subject in the last frame), warnings, "
           "last-frame-ms (time to draw the last frame, in milliseconds)."));
   gst_element_class_set_static_metadata(
@@ -316,9 +270,13 @@ static void polyhull_rig_test_src_class_init(PolyhullRigTestSrcClass* klass) {
   source->decide_allocation = [](GstBaseSrc* self, GstQuery* query) {
     return rig_test_decide_allocation(self, query, parent_class());
   };
-  source->get_times = get_times;
+  source->get_times = [](GstBaseSrc* self, GstBuffer* buffer, GstClockTime* begin,
+                         GstClockTime* end) { clock_of(self).get_times(buffer, begin, end); };
   source->is_seekable = is_seekable;
-  source->do_seek = do_seek;
+  source->do_seek = [](GstBaseSrc* self, GstSegment* segment) -> gboolean {
+    return clock_of(self).seek(segment);
+  };
+  source->event = event;
   source->query = query;
   GST_PUSH_SRC_CLASS(klass)->fill = fill;
   gst_type_mark_as_plugin_api(polyhull_rig_test_src_get_type(), static_cast<GstPluginAPIFlags>(0));

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // rigtestsrc's negotiation: the size is the camera's, the formats are the output's.
-#include <cmath>
-
 #include "common/video_pool.h"
 #include "rigtestsrc_private.h"
 
@@ -71,15 +69,6 @@ GstCaps* rig_test_fixate(GstBaseSrc* source, GstCaps* caps, GstBaseSrcClass* par
   return caps;
 }
 
-GstClockTime time_of_frame(const GstVideoInfo& info, std::uint64_t number) {
-  return gst_util_uint64_scale(number, GST_SECOND * info.fps_d, info.fps_n);
-}
-
-std::uint64_t frame_at(const GstVideoInfo& info, GstClockTime time) {
-  const std::uint64_t number = gst_util_uint64_scale(time, info.fps_n, GST_SECOND * info.fps_d);
-  return time_of_frame(info, number + 1) <= time ? number + 1 : number;
-}
-
 gboolean rig_test_set_caps(GstBaseSrc* source, GstCaps* caps) {
   RigTestState& state = *RIG_TEST_SRC(source)->state;
   GstVideoInfo info;
@@ -92,18 +81,9 @@ gboolean rig_test_set_caps(GstBaseSrc* source, GstCaps* caps) {
     return FALSE;
   }
   GST_OBJECT_LOCK(source);
-  // A new frame rate goes on at the same time.
-  RigTestStream& stream = state.stream;
-  if (GST_VIDEO_INFO_FORMAT(&stream.info) != GST_VIDEO_FORMAT_UNKNOWN) {
-    const double seconds =
-        static_cast<double>(stream.next_frame) * stream.info.fps_d / stream.info.fps_n;
-    stream.next_frame =
-        static_cast<std::uint64_t>(std::ceil(seconds * info.fps_n / info.fps_d - 1e-9));
-  } else {
-    stream.next_frame = frame_at(info, stream.wanted_time);
-  }
-  stream.info = info;
+  state.stream.info = info;
   GST_OBJECT_UNLOCK(source);
+  state.clock.set_rate(GST_VIDEO_INFO_FPS_N(&info), GST_VIDEO_INFO_FPS_D(&info));
   gst_base_src_set_blocksize(source, static_cast<guint>(info.size));
   return TRUE;
 }

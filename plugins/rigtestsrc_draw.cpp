@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "figure/stamp.h"
 #include "figure/yuv.h"
 
 namespace polyhull::element {
@@ -86,8 +87,14 @@ void draw(RigTestDrawing& drawing, const RigTestSettings& settings, std::uint64_
   }
   const bool keyed = settings.output == RigOutput::keyed;
   const PictureLook look = look_of(settings);
+  const auto stamp = [&](std::uint8_t* rgba, std::ptrdiff_t row) {
+    if (settings.stamp)
+      draw_stamp(static_cast<std::uint16_t>(number), drawing.picture->region(), rgba, row, width,
+                 height);
+  };
   if (GST_VIDEO_FORMAT_INFO_IS_RGB(frame->info.finfo)) {
     drawing.picture->picture(look, number, keyed, pixels, stride);
+    stamp(pixels, stride);
     const GstVideoFormat format = GST_VIDEO_FRAME_FORMAT(frame);
     if (format == GST_VIDEO_FORMAT_BGRx || format == GST_VIDEO_FORMAT_BGRA) {
       for (int y = 0; y < height; ++y) swap_red_and_blue(pixels + y * stride, width);
@@ -97,6 +104,7 @@ void draw(RigTestDrawing& drawing, const RigTestSettings& settings, std::uint64_
   drawing.rgba.resize(static_cast<std::size_t>(width) * height * 4);
   drawing.picture->picture(look, number, keyed, drawing.rgba.data(),
                            static_cast<std::ptrdiff_t>(4) * width);
+  stamp(drawing.rgba.data(), static_cast<std::ptrdiff_t>(4) * width);
   write_yuv(drawing.rgba, frame);
 }
 

@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <memory>
 
+#include "common/frame_clock.h"
 #include "common/numbered_name.h"
 #include "common/statistics.h"
 #include "rigtestsrc_draw.h"
@@ -23,16 +24,16 @@ struct RigTestStream {
   std::shared_ptr<const Subject> subject;
   Rig rig;
   std::unique_ptr<NumberedName> mesh_name;
-  GstVideoInfo info;
-  std::uint64_t next_frame = 0;
-  GstClockTime wanted_time = 0;  // sought before the frame rate was known
+  std::uint64_t camera_seed = 0;  // tells this camera's jitter from the others'
+  GstVideoInfo info;              // under the object lock
 };
 
 struct RigTestState {
+  explicit RigTestState(GstBaseSrc* source) : clock(source) {}
   RigTestSettings settings;  // under the object lock
   Statistics statistics{"rigtestsrc-stats"};
-  RigTestStream stream;  // the streaming thread's; start() and stop() run without it. Under the
-                         // object lock: info, next_frame
+  FrameClock clock;
+  RigTestStream stream;  // the streaming thread's; PAUSED is entered and left without one
 };
 
 }  // namespace polyhull::element
@@ -56,11 +57,5 @@ GstCaps* rig_test_fixate(GstBaseSrc* source, GstCaps* caps, GstBaseSrcClass* par
 gboolean rig_test_set_caps(GstBaseSrc* source, GstCaps* caps);
 gboolean rig_test_negotiate(GstBaseSrc* source, GstBaseSrcClass* parent);
 gboolean rig_test_decide_allocation(GstBaseSrc* source, GstQuery* query, GstBaseSrcClass* parent);
-
-/// The time of frame \p number, ns.
-GstClockTime time_of_frame(const GstVideoInfo& info, std::uint64_t number);
-
-/// The frame that is on show at \p time (ns).
-std::uint64_t frame_at(const GstVideoInfo& info, GstClockTime time);
 
 }  // namespace polyhull::element

@@ -100,11 +100,25 @@ constexpr Property<RigTestSettings> properties[] = {
         "rig's world coordinates, with the colours that its points send out: .ply or "
         ".obj, with one %d (or %05d) for the frame number. Empty: none.",
         0, 0, Change::when_ready),
+    property<&RigTestSettings::stamp>(
+        "stamp", "Stamp",
+        "Draw the frame number into the picture, as a label on the subject's chest that programs "
+        "can read, so that tests see which instant a picture shows."),
     property<&RigTestSettings::live>(
         "is-live", "Is live",
         "Deliver frames at their time, as a camera does, and skip frames when late, instead of as "
-        "fast as possible.",
+        "fast as possible. Frame n has the time n / framerate, whenever the source was started.",
         0, 0, Change::when_ready),
+    property<&RigTestSettings::delay>(
+        "delay", "Delay",
+        "How much later than its time stamp says a live frame is sent, as cameras need for "
+        "exposure and transfer, in nanoseconds (0 to 10 s). Reported as latency.",
+        0, 10.0 * GST_SECOND),
+    property<&RigTestSettings::jitter>(
+        "jitter", "Jitter",
+        "How much the delay varies from frame to frame, to both sides, in nanoseconds (0 to 1 s); "
+        "the same for the same seed, camera and frame number.",
+        0, 1.0 * GST_SECOND),
 };
 
 }  // namespace

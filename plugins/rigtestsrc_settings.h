@@ -31,7 +31,10 @@ struct RigTestSettings {
   RigOutput output = RigOutput::picture;
   double depth_scale = 0.0002;
   std::string mesh_location;
+  bool stamp = false;
   bool live = false;
+  std::uint64_t delay = 0;
+  std::uint64_t jitter = 0;
 };
 
 /// One row per property of RigTestSettings.

@@ -28,6 +28,7 @@
 
 #include <chrono>
 
+#include "common/frame_clock.h"
 #include "common/guard.h"
 #include "common/statistics.h"
 #include "scenesrc_properties.h"
@@ -42,14 +43,14 @@ using namespace polyhull::element;
 namespace {
 
 struct State {
+  explicit State(GstBaseSrc* source) : clock(source) {}
   // Under the object lock:
   SceneSettings settings;
   ViewportControl control;
   GstVideoInfo info;
-  std::uint64_t next_frame = 0;  // since first_time
-  GstClockTime first_time = 0;   // of the frames counted with this frame rate
 
   Statistics statistics{"scenesrc-stats"};
+  FrameClock clock;
   SceneStream stream;  // the streaming thread's; PAUSED is entered and left without one
 };
 
@@ -102,10 +103,9 @@ bool open(PolyhullSceneSrc* self) {
     state.stream.open(settings);
     GST_OBJECT_LOCK(self);
     gst_video_info_init(&state.info);
-    state.next_frame = 0;
-    state.first_time = 0;
     state.control = ViewportControl{};
     GST_OBJECT_UNLOCK(self);
+    state.clock.reset();
     state.statistics.reset();
     return true;
   });
@@ -136,11 +136,6 @@ GstCaps* fixate(GstBaseSrc* source, GstCaps* caps) {
   return GST_BASE_SRC_CLASS(polyhull_scene_src_parent_class)->fixate(source, caps);
 }
 
-GstClockTime time_of(const State& state, std::uint64_t number) {
-  return state.first_time +
-         gst_util_uint64_scale(number, GST_SECOND * state.info.fps_d, state.info.fps_n);
-}
-
 gboolean set_caps(GstBaseSrc* source, GstCaps* caps) {
   State& state = *SCENE_SRC(source)->state;
   GstVideoInfo info;
@@ -153,13 +148,9 @@ gboolean set_caps(GstBaseSrc* source, GstCaps* caps) {
     return FALSE;
   }
   GST_OBJECT_LOCK(source);
-  if (GST_VIDEO_INFO_FORMAT(&state.info) != GST_VIDEO_FORMAT_UNKNOWN) {
-    // A new frame rate goes on at the same time.
-    state.first_time = time_of(state, state.next_frame);
-    state.next_frame = 0;
-  }
   state.info = info;
   GST_OBJECT_UNLOCK(source);
+  state.clock.set_rate(GST_VIDEO_INFO_FPS_N(&info), GST_VIDEO_INFO_FPS_D(&info));
   gst_base_src_set_blocksize(source, static_cast<guint>(info.size));
   return TRUE;
 }
@@ -179,28 +170,18 @@ GstFlowReturn create(GstPushSrc* push, GstBuffer** out) {
   SceneStream& stream = state.stream;
   Statistics& statistics = state.statistics;
   return guarded(GST_ELEMENT(push), GST_FLOW_ERROR, [&] {
-    GST_OBJECT_LOCK(push);
-    const GstVideoInfo info = state.info;
-    std::uint64_t number = state.next_frame;
-    if (GST_VIDEO_INFO_FORMAT(&info) == GST_VIDEO_FORMAT_UNKNOWN || !stream.is_open()) {
-      GST_OBJECT_UNLOCK(push);
+    const GstVideoInfo info = snapshot(push, state.info);
+    if (GST_VIDEO_INFO_FORMAT(&info) == GST_VIDEO_FORMAT_UNKNOWN || !stream.is_open())
       return GST_FLOW_NOT_NEGOTIATED;
-    }
-    const GstClockTime planned = time_of(state, number);
-    GST_OBJECT_UNLOCK(push);
     const auto begin = std::chrono::steady_clock::now();
-    const bool first_live = stream.first_live(source);
     bool lit = false;
-    if (first_live) {
+    if (gst_base_src_is_live(source) && !stream.is_lit()) {
       // The light takes its time; which frame is due is known after that.
       lit = stream.draw(GST_ELEMENT(push), statistics, snapshot(push, state.settings), {}, info,
-                        planned) == Background::Work::lit;
+                        state.clock.next().time) == Background::Work::lit;
     }
-    const std::uint64_t skipped = stream.late_frames(source, info, planned);
-    number += skipped;
-    GST_OBJECT_LOCK(push);
-    const GstClockTime pts = time_of(state, number), next = time_of(state, number + 1);
-    GST_OBJECT_UNLOCK(push);
+    const FrameClock::Frame next = state.clock.next();
+    const GstClockTime pts = next.time;
     gst_object_sync_values(GST_OBJECT(push), pts);
     GST_OBJECT_LOCK(push);
     const SceneSettings settings = state.settings;
@@ -210,13 +191,14 @@ GstFlowReturn create(GstPushSrc* push, GstBuffer** out) {
     const Background::Work work =
         stream.draw(GST_ELEMENT(push), statistics, settings, control, info, pts);
     lit |= work == Background::Work::lit;
-    const bool refined = work == Background::Work::none && stream.refine(source, settings, pts);
+    const bool refined = work == Background::Work::none && stream.refine(source, settings, state.clock.due(next));
     GstBuffer* buffer = stream.make_buffer(info, work != Background::Work::none || refined);
     const std::chrono::duration<double, std::milli> spent =
         std::chrono::steady_clock::now() - begin;
 
     statistics.count("frames");
-    statistics.count("frames-skipped", skipped);
+    statistics.count("frames-skipped", next.late);
+    statistics.count("frames-unwanted", next.unwanted);
     if (work == Background::Work::none && !lit) {
       statistics.count(refined ? "frames-refined" : "frames-repeated");
     } else {
@@ -234,22 +216,15 @@ GstFlowReturn create(GstPushSrc* push, GstBuffer** out) {
     statistics.set_count("samples", stream.background().samples());
     statistics.set("last-frame-ms", spent.count());
 
-    GST_BUFFER_PTS(buffer) = pts;
-    GST_BUFFER_DTS(buffer) = GST_CLOCK_TIME_NONE;
-    GST_BUFFER_DURATION(buffer) = next - pts;
-    GST_BUFFER_OFFSET(buffer) = number;
-    GST_BUFFER_OFFSET_END(buffer) = number + 1;
-    GST_OBJECT_LOCK(push);
-    state.next_frame = number + 1;
-    GST_OBJECT_UNLOCK(push);
-    if (first_live) stream.start_live(source, pts);
+    state.clock.finish(next, buffer);
     *out = buffer;
     return GST_FLOW_OK;
   });
 }
 
-/// Mouse and keys from downstream.
+/// Mouse, keys and the pace from downstream.
 gboolean handle_event(GstBaseSrc* source, GstEvent* event) {
+  if (SCENE_SRC(source)->state->clock.hear(event)) return TRUE;
   if (GST_EVENT_TYPE(event) != GST_EVENT_NAVIGATION) {
     return GST_BASE_SRC_CLASS(polyhull_scene_src_parent_class)->event(source, event);
   }
@@ -290,40 +265,16 @@ gboolean handle_event(GstBaseSrc* source, GstEvent* event) {
   return TRUE;
 }
 
-void get_times(GstBaseSrc* source, GstBuffer* buffer, GstClockTime* begin, GstClockTime* end) {
-  *begin = *end = GST_CLOCK_TIME_NONE;
-  if (!gst_base_src_is_live(source)) return;
-  *begin = GST_BUFFER_PTS(buffer);
-  *end = GST_BUFFER_PTS(buffer) + GST_BUFFER_DURATION(buffer);
-}
-
-gboolean is_seekable(GstBaseSrc* source) {
-  return !gst_base_src_is_live(source);
-}
-
-gboolean do_seek(GstBaseSrc* source, GstSegment* segment) {
-  if (segment->rate < 0.0) {
-    GST_WARNING_OBJECT(source, "Playing backwards is not supported.");
-    return FALSE;
-  }
-  State& state = *SCENE_SRC(source)->state;
-  segment->time = segment->start;
-  GST_OBJECT_LOCK(source);
-  // Counted from time 0 again; before the frame rate is known that is all there is to say.
-  state.first_time = 0;
-  state.next_frame = 0;
-  if (GST_VIDEO_INFO_FORMAT(&state.info) != GST_VIDEO_FORMAT_UNKNOWN) {
-    state.next_frame =
-        gst_util_uint64_scale(segment->position, state.info.fps_n, GST_SECOND * state.info.fps_d);
-    if (time_of(state, state.next_frame + 1) <= segment->position) ++state.next_frame;
-  } else {
-    state.first_time = segment->position;
-  }
-  GST_OBJECT_UNLOCK(source);
+gboolean is_seekable(GstBaseSrc*) {
   return TRUE;
 }
 
+FrameClock& clock_of(GstBaseSrc* source) {
+  return SCENE_SRC(source)->state->clock;
+}
+
 gboolean query(GstBaseSrc* source, GstQuery* query) {
+  if (GST_QUERY_TYPE(query) == GST_QUERY_LATENCY) return clock_of(source).answer_latency(query);
   if (GST_QUERY_TYPE(query) != GST_QUERY_CONVERT) {
     return GST_BASE_SRC_CLASS(polyhull_scene_src_parent_class)->query(source, query);
   }
@@ -347,10 +298,10 @@ void finalize(GObject* object) {
 }  // namespace
 
 static void polyhull_scene_src_init(PolyhullSceneSrc* self) {
-  self->state = new State;
+  self->state = new State(GST_BASE_SRC(self));
   gst_video_info_init(&self->state->info);
   self->state->statistics.declare({"frames", "frames-drawn", "frames-refined", "frames-repeated",
-                                   "frames-skipped", "light-fills", "light-points", "light-rays",
+                                   "frames-skipped", "frames-unwanted", "light-fills", "light-points", "light-rays",
                                    "rays", "pixels-smoothed", "samples", "warnings"});
   gst_base_src_set_format(GST_BASE_SRC(self), GST_FORMAT_TIME);
   gst_base_src_set_live(GST_BASE_SRC(self), self->state->settings.live);
@@ -371,7 +322,7 @@ static void polyhull_scene_src_class_init(PolyhullSceneSrcClass* klass) {
       statistics_property(
           "Counters since the start: frames, frames-drawn (new views), frames-refined, "
           "frames-repeated (nothing had changed: no work), frames-skipped (left out when live and "
-          "late), rays and pixels-smoothed (of drawn frames), samples (per pixel, in the picture "
+          "late), frames-unwanted (left out because what follows cannot keep up), rays and pixels-smoothed (of drawn frames), samples (per pixel, in the picture "
           "now), light-fills (how often the light was computed), light-rays, light-points, "
           "warnings; "
           "and times in milliseconds: last-frame-ms, last-drawn-ms, light-ms."));
@@ -390,9 +341,12 @@ static void polyhull_scene_src_class_init(PolyhullSceneSrcClass* klass) {
   source->set_caps = set_caps;
   source->fixate = fixate;
   source->event = handle_event;
-  source->get_times = get_times;
+  source->get_times = [](GstBaseSrc* self, GstBuffer* buffer, GstClockTime* begin,
+                         GstClockTime* end) { clock_of(self).get_times(buffer, begin, end); };
   source->is_seekable = is_seekable;
-  source->do_seek = do_seek;
+  source->do_seek = [](GstBaseSrc* self, GstSegment* segment) -> gboolean {
+    return clock_of(self).seek(segment);
+  };
   source->query = query;
   GST_PUSH_SRC_CLASS(klass)->create = create;
   gst_type_mark_as_plugin_api(polyhull_scene_src_get_type(), static_cast<GstPluginAPIFlags>(0));

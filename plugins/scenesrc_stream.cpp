@@ -5,23 +5,16 @@
 #include <cmath>
 
 #include "base/error.h"
+#include "common/live_pad.h"
 
 namespace polyhull::element {
 namespace {
 
-constexpr int refined_rows = 8;         // between two looks at the clock
+constexpr int refined_rows = 4;         // between two looks at the clock
+constexpr int refined_share = 5;        // of the time until a live frame leaves, one part
 constexpr float bounce_spacing = 5.6f;  // of the spacing of the straight light
 
 }  // namespace
-
-GstClockTime running_time(GstBaseSrc* source) {
-  GstClock* clock = gst_element_get_clock(GST_ELEMENT(source));
-  if (clock == nullptr) return GST_CLOCK_TIME_NONE;
-  const GstClockTime now = gst_clock_get_time(clock);
-  const GstClockTime base = gst_element_get_base_time(GST_ELEMENT(source));
-  gst_object_unref(clock);
-  return GST_STATE(source) == GST_STATE_PLAYING && now >= base ? now - base : GST_CLOCK_TIME_NONE;
-}
 
 void SceneStream::open(const SceneSettings& settings) {
   close();
@@ -41,7 +34,6 @@ void SceneStream::close() {
   background_.reset();
   camera_ = Camera{};
   announced_.clear();
-  delay_ = GST_CLOCK_TIME_NONE;
 }
 
 void SceneStream::forget_pixels() {
@@ -65,21 +57,20 @@ Background::Work SceneStream::draw(GstElement* element, Statistics& statistics,
                              exposure_ * static_cast<float>(std::exp2(settings.exposure)));
 }
 
-bool SceneStream::refine(GstBaseSrc* source, const SceneSettings& settings, GstClockTime pts) {
+bool SceneStream::refine(GstBaseSrc* source, const SceneSettings& settings, GstClockTime due) {
   if (background_->samples() >= settings.samples || settings.refinement == Refinement::never) {
     return false;
   }
   if (settings.refinement == Refinement::always) return background_->refine(background_->height());
-  if (!gst_base_src_is_live(source)) return false;
-  guint64 due = gst_segment_to_running_time(&source->segment, GST_FORMAT_TIME, pts);
-  if (due == GST_CLOCK_TIME_NONE || delay_ == GST_CLOCK_TIME_NONE) return false;
-  due += delay_;
+  if (!GST_CLOCK_TIME_IS_VALID(due)) return false;
+  // A part of the time that is left: cameras and compositor want the processor, too.
+  const std::int64_t begin = running_time_now(GST_ELEMENT_CAST(source));
+  if (begin == no_time) return false;
+  const std::int64_t end = begin + (static_cast<std::int64_t>(due) - begin) / refined_share;
   bool better = false;
-  while (!better) {
-    const GstClockTime now = running_time(source);
-    if (now == GST_CLOCK_TIME_NONE || now + GST_MSECOND >= due) break;
+  for (std::int64_t now = begin; !better && now != no_time && now < end;
+       now = running_time_now(GST_ELEMENT_CAST(source)))
     better = background_->refine(refined_rows);
-  }
   return better;
 }
 
@@ -108,27 +99,6 @@ GstBuffer* SceneStream::make_buffer(const GstVideoInfo& info, bool changed) {
   pixels_ = gst_buffer_get_memory(buffer, 0);
   pixels_format_ = format;
   return buffer;
-}
-
-bool SceneStream::first_live(GstBaseSrc* source) const {
-  return gst_base_src_is_live(source) && delay_ == GST_CLOCK_TIME_NONE;
-}
-
-void SceneStream::start_live(GstBaseSrc* source, GstClockTime pts) {
-  const GstClockTime now = running_time(source);
-  const guint64 due = gst_segment_to_running_time(&source->segment, GST_FORMAT_TIME, pts);
-  delay_ = now != GST_CLOCK_TIME_NONE && due < now ? now - due : 0;
-}
-
-std::uint64_t SceneStream::late_frames(GstBaseSrc* source, const GstVideoInfo& info,
-                                       GstClockTime pts) const {
-  GstClockTime now = running_time(source);
-  if (!gst_base_src_is_live(source) || now == GST_CLOCK_TIME_NONE) return 0;
-  if (delay_ != GST_CLOCK_TIME_NONE) now -= std::min(now, delay_);
-  const guint64 position =
-      gst_segment_position_from_running_time(&source->segment, GST_FORMAT_TIME, now);
-  if (position == GST_CLOCK_TIME_NONE || position <= pts) return 0;
-  return gst_util_uint64_scale(position - pts, info.fps_n, GST_SECOND * info.fps_d);
 }
 
 GstEvent* SceneStream::take_announcement() {

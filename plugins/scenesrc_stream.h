@@ -16,9 +16,6 @@
 
 namespace polyhull::element {
 
-/// Running time now, or none where there is no clock or the element does not play.
-GstClockTime running_time(GstBaseSrc* source);
-
 /// Opened and closed with the state PAUSED; otherwise the streaming thread's.
 class SceneStream {
  public:
@@ -37,22 +34,16 @@ class SceneStream {
   Background::Work draw(GstElement* element, Statistics& statistics, const SceneSettings& settings,
                         const ViewportControl& control, const GstVideoInfo& info, GstClockTime pts);
 
-  /// Traces a still view further as the settings and the time allow; true when the picture has
-  /// become better.
-  bool refine(GstBaseSrc* source, const SceneSettings& settings, GstClockTime pts);
+  /// Traces a still view further as the settings allow, in a live stream until running time is
+  /// \p due; true when the picture has become better.
+  bool refine(GstBaseSrc* source, const SceneSettings& settings, GstClockTime due);
 
   /// A buffer with the background's picture; a picture that has not changed is the same memory
   /// again.
   GstBuffer* make_buffer(const GstVideoInfo& info, bool changed);
 
-  /// Whether the first frame of a live stream is still to be made.
-  bool first_live(GstBaseSrc* source) const;
-
-  /// Notes how late the first live frame is: the base class delays all that follow by as much.
-  void start_live(GstBaseSrc* source, GstClockTime pts);
-
-  /// Frames that a live source is too late for.
-  std::uint64_t late_frames(GstBaseSrc* source, const GstVideoInfo& info, GstClockTime pts) const;
+  /// Whether there has been a picture: the light is computed.
+  bool is_lit() const { return camera_.width > 0; }
 
   /// The event that must go downstream before the next buffer, or null; the caller owns it.
   GstEvent* take_announcement();
@@ -67,7 +58,6 @@ class SceneStream {
   GstVideoFormat pixels_format_ = GST_VIDEO_FORMAT_UNKNOWN;
   Camera camera_;          // the last good one; width 0: none yet
   std::string announced_;  // what downstream was last told
-  GstClockTime delay_ = GST_CLOCK_TIME_NONE;
 };
 
 }  // namespace polyhull::element

@@ -8,8 +8,10 @@ namespace {
 
 constexpr std::int64_t second = 1'000'000'000;
 constexpr std::int64_t judged_at_least = second / 2;  // time, and
-constexpr int judged_instants = 6;                    // instants before a judgement
-constexpr std::int64_t first_patience = 2 * second, last_patience = 64 * second;
+constexpr int judged_instants = 12;                   // instants before a judgement
+constexpr int largest_share = 5;                      // one in so many may be lost
+constexpr std::int64_t first_patience = 2 * second, last_patience = 16 * second;
+constexpr std::int64_t settling = second;  // until what had piled up is gone
 constexpr std::int64_t trial_time = 3 * second;  // in which a trial shows whether it fails
 
 }  // namespace
@@ -28,7 +30,7 @@ bool Pace::note(std::int64_t time, bool lost) {
   if (time < begin_) return false;
   ++instants_;
   lost_ += lost;
-  if (lost) clean_ = time;
+  if (largest_share * lost_ > instants_) clean_ = time;
   if (step_ > 1 && time - clean_ >= patience_) {
     step_ /= 2;
     trial_ = clean_ = time;
@@ -36,7 +38,7 @@ bool Pace::note(std::int64_t time, bool lost) {
     return true;
   }
   if (instants_ < judged_instants || time - begin_ < judged_at_least) return false;
-  const bool too_many = 8 * lost_ > instants_;
+  const bool too_many = largest_share * lost_ > instants_;
   start_counting(time);
   const bool tried = trial_ >= 0;
   const bool trial_over = tried && time - trial_ > trial_time;
@@ -45,6 +47,7 @@ bool Pace::note(std::int64_t time, bool lost) {
     trial_ = -1;
     clean_ = time;
     step_ *= 2;
+    start_counting(time + settling);
     return true;
   }
   if (trial_over) trial_ = -1;

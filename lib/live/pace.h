@@ -4,9 +4,9 @@
 ///
 /// A stage that cannot keep up loses instants: they come too late, or single cameras leave them
 /// out. Losing them at the end costs all the work that was done for them, and leaves an uneven
-/// rhythm. So where more than one in eight is lost, every second frame is asked for from then on,
-/// then every fourth and so on. After a time without loss twice as many are tried; a trial that
-/// fails doubles the time until the next one (2 s to 64 s), so that what cannot be done is not
+/// rhythm. So where more than one in five is lost, every second frame is asked for from then on,
+/// then every fourth and so on. After a time with few losses twice as many are tried; a trial that
+/// fails doubles the time until the next one (2 s to 16 s), so that what cannot be done is not
 /// tried all the time.
 #pragma once
 
@@ -33,7 +33,7 @@ class Pace {
   int step_ = 1;
   bool started_ = false;
   std::int64_t begin_ = 0;    // of what is counted
-  std::int64_t clean_ = 0;    // nothing was lost since
+  std::int64_t clean_ = 0;    // since then no more than a few were lost
   std::int64_t trial_ = -1;   // when the last trial began, -1: none that may still fail
   std::int64_t patience_ = 2'000'000'000;
   int instants_ = 0, lost_ = 0;

@@ -149,6 +149,12 @@ void HullStage::report_hull(const HullStatistics& figures) {
   statistics_.set("triangulate-ms", 1e3 * figures.seconds_triangulate);
 }
 
+bool HullStage::all_see_foreground() const {
+  return mesh_.views.size() >= 2 &&
+         std::none_of(mesh_.views.begin(), mesh_.views.end(),
+                      [](const MeshView& view) { return view.view.contours.empty(); });
+}
+
 void HullStage::report() {
   statistics_.count("sets");
   statistics_.count("empty-meshes", mesh_.hull.empty());

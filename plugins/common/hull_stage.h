@@ -49,6 +49,11 @@ class HullStage {
   GstBuffer* build(GstElement* element, std::vector<SetView> views,
                    const HullParameters& parameters, std::uint64_t trigger);
 
+  /// Of the last set: whether its hull is empty, and whether each of its views, two at least, has a
+  /// foreground.
+  bool is_empty() const { return mesh_.hull.empty(); }
+  bool all_see_foreground() const;
+
   /// Forgets contours and hulls of former frames.
   void reset();
 

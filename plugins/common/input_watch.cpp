@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "common/input_watch.h"
+
+#include <string>
+#include <vector>
+
+#include "common/live_pad.h"
+
+namespace polyhull::element {
+namespace {
+
+// A scene takes its time for the first light.
+constexpr gint64 unlinked_patience = 3 * G_USEC_PER_SEC, patience = 8 * G_USEC_PER_SEC;
+
+/// A pad that keeps the others waiting, and why.
+struct Silent {
+  std::string pad;
+  bool linked;
+  bool ever;
+};
+
+/// The pads on which nothing waits, while on another something does.
+std::vector<Silent> silent_pads(GstElement* element) {
+  std::vector<Silent> silent;
+  bool others_wait = false;
+  const gint64 now = g_get_monotonic_time();
+  GST_OBJECT_LOCK(element);
+  for (GList* l = element->sinkpads; l != nullptr; l = l->next) {
+    LivePadState& state = live_state_of(l->data);
+    const gint64 last = state.last_buffer;
+    auto* pad = GST_AGGREGATOR_PAD(l->data);
+    if (gst_aggregator_pad_has_buffer(pad)) {
+      others_wait = true;
+    } else if (!gst_aggregator_pad_is_eos(pad) && !state.said_silent) {
+      const bool linked = gst_pad_is_linked(GST_PAD(pad)) != FALSE;
+      if (now - last <= (linked ? patience : unlinked_patience)) continue;
+      silent.push_back({GST_OBJECT_NAME(pad), linked, state.begun.load()});
+      state.said_silent = true;
+    }
+  }
+  if (!others_wait) {  // nobody is kept waiting
+    for (GList* l = element->sinkpads; l != nullptr; l = l->next)
+      live_state_of(l->data).said_silent = false;
+    silent.clear();
+  }
+  GST_OBJECT_UNLOCK(element);
+  return silent;
+}
+
+gboolean look(GstClock*, GstClockTime, GstClockID, gpointer data) {
+  auto* element = static_cast<GstElement*>(data);
+  for (const Silent& silent : silent_pads(element)) {
+    const std::string why =
+        !silent.linked ? "which is not linked to anything. Link it or do not request it"
+        : silent.ever  ? "where nothing has come for eight seconds. Look for what has stopped there"
+                       : "where nothing has come yet. Look whether its source runs, and that every "
+                         "source starts playing with the pipeline";
+    GST_ELEMENT_WARNING(element, STREAM, FAILED,
+                        ("%s waits for its input %s, %s.", GST_OBJECT_NAME(element),
+                         silent.pad.c_str(), why.c_str()),
+                        (nullptr));
+  }
+  return TRUE;
+}
+
+}  // namespace
+
+void InputWatch::start() {
+  stop();
+  GST_OBJECT_LOCK(element_);
+  for (GList* l = element_->sinkpads; l != nullptr; l = l->next) {
+    live_state_of(l->data).last_buffer = g_get_monotonic_time();
+    live_state_of(l->data).said_silent = false;
+  }
+  GST_OBJECT_UNLOCK(element_);
+  GstClock* clock = gst_system_clock_obtain();
+  id_ = gst_clock_new_periodic_id(clock, gst_clock_get_time(clock) + GST_SECOND, GST_SECOND);
+  gst_object_unref(clock);
+  gst_clock_id_wait_async(id_, look, gst_object_ref(element_), gst_object_unref);
+}
+
+void InputWatch::stop() {
+  if (id_ == nullptr) return;
+  gst_clock_id_unschedule(id_);
+  gst_clock_id_unref(id_);
+  id_ = nullptr;
+}
+
+}  // namespace polyhull::element

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// What hullbuild tells people about its cameras: each fault once, when it begins, with the
+/// camera's name, numbers and what to do; not with every set.
+#pragma once
+
+#include <gst/gst.h>
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace polyhull::element {
+
+/// A camera that a set lacks.
+struct AbsentCamera {
+  std::string name;         ///< of the camera, or of its pad while it has none
+  bool ended = false;       ///< its stream has ended
+  bool known = false;       ///< it has sent something
+  std::int64_t missed = 0;  ///< ns for which sets have lacked it
+  std::int64_t silent = 0;  ///< ns since something came from it
+};
+
+/// A camera and how late its views come.
+struct CameraLateness {
+  std::string name;
+  std::int64_t latest = 0;  ///< ns, of the last ten seconds; beyond the limit where too_late
+  bool too_late = false;    ///< later than can be waited for
+};
+
+/// Messages go out as warnings of the element. For one thread.
+class HullWords {
+ public:
+  void reset() { *this = HullWords(); }
+
+  /// A set at running time \p now (ns) was built from \p used cameras without \p absent (none: it
+  /// was whole).
+  void built(GstElement* element, std::int64_t now, std::size_t used,
+             const std::vector<AbsentCamera>& absent);
+
+  /// Cameras that have ended, or sent nothing for a second, while others go on.
+  void absent(GstElement* element, const std::vector<AbsentCamera>& cameras);
+
+  /// A view came after its set had gone. \p wait: how long sets are waited for, ns; \p by_hand:
+  /// max-wait says so.
+  void late(GstElement* element, std::int64_t now, const std::string& camera,
+            const std::vector<CameraLateness>& cameras, std::int64_t wait, bool by_hand);
+
+  /// All \p used cameras of a set see a foreground; \p empty: yet its hull is.
+  void hull(GstElement* element, std::size_t used, bool empty);
+
+ private:
+  std::string absent_;           // the names last said to be missing
+  std::int64_t absent_at_ = -1;  // when
+  std::map<std::string, bool> gone_;
+  std::int64_t late_at_ = -1;
+  int empty_hulls_ = 0;
+};
+
+}  // namespace polyhull::element
