@@ -102,7 +102,7 @@ GstAggregatorPad* create_new_pad(GstAggregator* aggregator, GstPadTemplate* pad_
   GST_OBJECT_UNLOCK(aggregator);
   gpointer pad = nullptr;
   if (free) {
-    pad = g_object_new(mesh ? mesh_pad_type() : GST_TYPE_AGGREGATOR_PAD, "name", chosen,
+    pad = g_object_new(mesh ? mesh_pad_type() : live_pad_type(), "name", chosen,
                        "direction", GST_PAD_SINK, "template", pad_template, nullptr);
   }
   g_free(chosen);
@@ -175,6 +175,8 @@ gboolean sink_query(GstAggregator* aggregator, GstAggregatorPad* pad, GstQuery* 
 gboolean src_query(GstAggregator* aggregator, GstQuery* query) {
   if (GST_QUERY_TYPE(query) == GST_QUERY_CONTEXT && private_of(aggregator).gl.answer(query))
     return TRUE;
+  if (GST_QUERY_TYPE(query) == GST_QUERY_LATENCY)
+    return private_of(aggregator).timing.answer(query);
   return GST_AGGREGATOR_CLASS(polyhull_composite_parent_class)->src_query(aggregator, query);
 }
 
@@ -209,6 +211,8 @@ gboolean take_caps(PolyhullComposite* self, GstEvent* event) {
 
 gboolean sink_event(GstAggregator* aggregator, GstAggregatorPad* pad, GstEvent* event) {
   PolyhullComposite* self = self_of(aggregator);
+  // Whoever begins here has not heard of the pace.
+  if (GST_EVENT_TYPE(event) == GST_EVENT_SEGMENT) live_state_of(pad).told = 0;
   if (!is_mesh_pad(pad)) {
     if (GST_EVENT_TYPE(event) == GST_EVENT_CAPS && !take_caps(self, event)) {
       gst_event_unref(event);
@@ -227,6 +231,11 @@ gboolean sink_event(GstAggregator* aggregator, GstAggregatorPad* pad, GstEvent* 
 
 gboolean src_event(GstAggregator* aggregator, GstEvent* event) {
   PolyhullComposite* self = self_of(aggregator);
+  self->priv->pace.hear(event);
+  if (gst_event_has_name(event, pace_event_name)) {
+    gst_event_unref(event);
+    return TRUE;
+  }
   if (GST_EVENT_TYPE(event) != GST_EVENT_NAVIGATION)
     return GST_AGGREGATOR_CLASS(polyhull_composite_parent_class)->src_event(aggregator, event);
   if (self->priv->announced) {
@@ -248,7 +257,8 @@ gboolean src_event(GstAggregator* aggregator, GstEvent* event) {
 
 void polyhull_composite_init(PolyhullComposite* self) {
   self->priv = new CompositePrivate(GST_ELEMENT_CAST(self));
-  self->priv->statistics.declare({"frames", "passed-through", "drawn", "no-mesh", "meshes",
+  self->priv->statistics.declare({"frames", "frames-overdue", "frames-unwanted", "frame-step",
+                                  "passed-through", "drawn", "no-mesh", "meshes",
                                   "meshes-unusable", "announcements", "announcements-unusable",
                                   "subject-skipped", "shadow-skipped", "mirror-skipped",
                                   "scene-depth-reused", "static-shadow-reused", "mesh-reused",
@@ -284,8 +294,10 @@ void install_all_properties(GObjectClass* klass) {
   g_object_class_install_property(
       klass, stats_id,
       statistics_property(
-          "Counters since the start: frames, passed-through (the background went out untouched), "
-          "drawn, "
+          "Counters since the start: frames, frames-overdue (left out because they came too late to "
+          "be used), frames-unwanted (left out because not all can be drawn), frame-step (every "
+          "how many frames of the background one is drawn), passed-through (the background went "
+          "out untouched), drawn, "
           "no-mesh, meshes, meshes-unusable, announcements, announcements-unusable, …-skipped and "
           "…-reused (work left out), pictures-uploaded and -skipped, bytes-uploaded; and of the "
           "last "
@@ -319,7 +331,7 @@ void polyhull_composite_class_init(PolyhullCompositeClass* klass) {
                                                      meshes, mesh_pad_type()));
   gst_element_class_add_pad_template(
       element_class, gst_pad_template_new_with_gtype("background", GST_PAD_SINK, GST_PAD_REQUEST,
-                                                     video, GST_TYPE_AGGREGATOR_PAD));
+                                                     video, live_pad_type()));
   gst_element_class_add_pad_template(
       element_class, gst_pad_template_new_with_gtype("src", GST_PAD_SRC, GST_PAD_ALWAYS, video,
                                                      GST_TYPE_AGGREGATOR_PAD));

@@ -12,47 +12,29 @@
 namespace polyhull::element {
 namespace {
 
-using SegmentTime = guint64 (*)(const GstSegment*, GstFormat, guint64);
+/// A background's frame that waits: its time, and the time up to which it is shown.
+struct WaitingFrame {
+  const Arrival* arrival = nullptr;  ///< null: none waits
+  std::int64_t begin = no_time, end = no_time;
+};
 
-/// `time` of the pad's segment as `convert` counts it; none where there is no time.
-GstClockTime time_of(GstAggregatorPad* pad, GstClockTime time, SegmentTime convert) {
-  GST_OBJECT_LOCK(pad);
-  const GstClockTime converted =
-      GST_CLOCK_TIME_IS_VALID(time) && pad->segment.format == GST_FORMAT_TIME
-          ? convert(&pad->segment, GST_FORMAT_TIME, time)
-          : GST_CLOCK_TIME_NONE;
-  GST_OBJECT_UNLOCK(pad);
-  return converted;
-}
-
-GstClockTime running_time(GstAggregatorPad* pad, GstClockTime time) {
-  return time_of(pad, time, gst_segment_to_running_time);
-}
-
-/// What a GstController counts in: a seek does not set it back, as it does running time.
-GstClockTime stream_time(GstAggregatorPad* pad, GstClockTime time) {
-  return time_of(pad, time, gst_segment_to_stream_time);
-}
-
-bool is_gap(GstBuffer* buffer) {
-  return GST_BUFFER_FLAG_IS_SET(buffer, GST_BUFFER_FLAG_GAP) && gst_buffer_get_size(buffer) == 0;
-}
-
-/// Running time at which the frame ends; none where the frame has no time.
-GstClockTime end_of_frame(const CompositePrivate& priv, GstAggregatorPad* pad, GstBuffer* frame) {
-  GstClockTime duration = GST_BUFFER_DURATION(frame);
+WaitingFrame waiting_frame(const CompositePrivate& priv, GstAggregatorPad* pad) {
+  WaitingFrame frame;
+  frame.arrival = peek(pad);
+  if (frame.arrival == nullptr) return frame;
+  frame.begin = frame.arrival->time();
+  if (frame.begin == no_time) return frame;
+  frame.end = frame.arrival->end();
   const int rate = GST_VIDEO_INFO_FPS_N(&priv.background_info);
-  if (!GST_CLOCK_TIME_IS_VALID(duration) && rate > 0) {
-    duration =
-        gst_util_uint64_scale_int(GST_SECOND, GST_VIDEO_INFO_FPS_D(&priv.background_info), rate);
-  }
-  const GstClockTime begin = running_time(pad, GST_BUFFER_PTS(frame));
-  if (!GST_CLOCK_TIME_IS_VALID(begin)) return GST_CLOCK_TIME_NONE;
+  if (frame.end == frame.begin && rate > 0)
+    frame.end += static_cast<std::int64_t>(gst_util_uint64_scale_int(
+        GST_SECOND, GST_VIDEO_INFO_FPS_D(&priv.background_info), rate));
   // A frame without length lasts an instant.
-  return begin + (GST_CLOCK_TIME_IS_VALID(duration) ? std::max<GstClockTime>(duration, 1) : 1);
+  frame.end = std::max(frame.end, frame.begin + 1);
+  return frame;
 }
 
-void show(PolyhullComposite* self, GstAggregatorPad* pad, GstBuffer* buffer, GstClockTime time) {
+void show(PolyhullComposite* self, GstAggregatorPad* pad, GstBuffer* buffer, std::int64_t time) {
   CompositePrivate& priv = *self->priv;
   MeshPadState& state = mesh_state_of(pad);
   try {
@@ -67,39 +49,45 @@ void show(PolyhullComposite* self, GstAggregatorPad* pad, GstBuffer* buffer, Gst
   }
 }
 
-/// Takes from the pad what belongs to a frame that ends at \p end: the last mesh that begins
-/// before. False: more may come that belongs to it.
-bool catch_up(PolyhullComposite* self, GstAggregatorPad* pad, GstClockTime end) {
-  if (mesh_state_of(pad).flushed.exchange(false)) mesh_state_of(pad).mesh.reset();
-  for (;;) {
-    GstBuffer* buffer = gst_aggregator_pad_peek_buffer(pad);
-    if (!buffer) return gst_aggregator_pad_is_eos(pad);
-    const GstClockTime time = running_time(pad, GST_BUFFER_PTS(buffer));
-    const bool later = GST_CLOCK_TIME_IS_VALID(time) && GST_CLOCK_TIME_IS_VALID(end) && time >= end;
-    if (!later) {
-      gst_aggregator_pad_drop_buffer(pad);
-      if (!is_gap(buffer)) show(self, pad, buffer, time);
-    }
-    gst_buffer_unref(buffer);
-    if (later) return true;
-    // Without times, one mesh goes with one frame.
-    if (!GST_CLOCK_TIME_IS_VALID(time) || !GST_CLOCK_TIME_IS_VALID(end)) return true;
+/// Whether nothing more can come to \p pad that belongs to a frame that ends at \p end. A live mesh
+/// is believed to last as long as it says; in files, where nothing hurries, the next one tells.
+bool is_settled(GstAggregatorPad* pad, std::int64_t end, bool live) {
+  const Arrival* next = peek(pad);
+  if (next == nullptr) {
+    const MeshPadState& state = mesh_state_of(pad);
+    return gst_aggregator_pad_is_eos(pad) ||
+           (live && end != no_time && state.end != no_time && state.end >= end);
   }
+  const std::int64_t time = next->time();
+  return time != no_time && end != no_time && time >= end;
 }
 
-bool has_ended(GstAggregatorPad* pad) {
-  return !pad || gst_aggregator_pad_is_eos(pad);
+/// Takes from the pad what belongs to a frame that ends at \p end: the last mesh that begins
+/// before. False: more may come that belongs to it.
+bool catch_up(PolyhullComposite* self, GstAggregatorPad* pad, std::int64_t end, bool live) {
+  MeshPadState& state = mesh_state_of(pad);
+  while (!is_settled(pad, end, live)) {
+    const Arrival* next = peek(pad);
+    if (next == nullptr) return false;
+    const std::int64_t time = next->time();
+    state.end = next->end();
+    if (!next->gap()) show(self, pad, next->buffer, time);
+    pop(pad);
+    // Without times, one mesh goes with one frame.
+    if (time == no_time || end == no_time) return true;
+  }
+  return true;
 }
 
 /// The meshes that are shown with a frame that ends at \p end.
-std::vector<GstAggregatorPad*> shown(const CompositePads& pads, GstClockTime end,
+std::vector<GstAggregatorPad*> shown(const CompositePads& pads, std::int64_t end,
                                      std::uint64_t max_age) {
   std::vector<GstAggregatorPad*> out;
   for (GstAggregatorPad* pad : pads.meshes) {
     const MeshPadState& state = mesh_state_of(pad);
     if (!state.mesh || state.mesh->mesh().hull.empty()) continue;
-    const bool aged = GST_CLOCK_TIME_IS_VALID(state.time) && GST_CLOCK_TIME_IS_VALID(end) &&
-                      end > state.time && end - state.time > max_age;
+    const bool aged = state.time != no_time && end != no_time && end > state.time &&
+                      static_cast<std::uint64_t>(end - state.time) > max_age;
     if (!aged) out.push_back(pad);
   }
   return out;
@@ -156,13 +144,79 @@ GstBuffer* compose(PolyhullComposite* self, GstBuffer* frame,
   return output;
 }
 
-void follow_segment(PolyhullComposite* self, GstAggregatorPad* background) {
-  if (!self->priv->new_segment.exchange(false)) return;
-  GST_OBJECT_LOCK(background);
-  const GstSegment segment = background->segment;
-  GST_OBJECT_UNLOCK(background);
-  if (segment.format == GST_FORMAT_TIME)
+void forget_flushed(const CompositePads& pads) {
+  for (GstAggregatorPad* pad : pads.meshes) {
+    if (!live_state_of(pad).flushed.exchange(false)) continue;
+    mesh_state_of(pad).mesh.reset();
+    mesh_state_of(pad).end = no_time;
+  }
+}
+
+/// Leaves out the frames of a live background that nobody can use: whole, before anything is done
+/// for them.
+void drop_useless(PolyhullComposite* self, GstAggregatorPad* background) {
+  CompositePrivate& priv = *self->priv;
+  const std::int64_t now = running_time_now(GST_ELEMENT_CAST(self));
+  for (;;) {
+    const WaitingFrame frame = waiting_frame(priv, background);
+    if (frame.arrival == nullptr || frame.begin == no_time || now == no_time) return;
+    const bool unwanted = !priv.pace.wanted(frame.begin);
+    const bool overdue = priv.pace.too_late(frame.begin) ||
+                         (more_wait(background) && now > frame.end + priv.timing.latency());
+    if (!unwanted && !overdue) return;
+    priv.statistics.count(unwanted ? "frames-unwanted" : "frames-overdue");
+    if (!unwanted) priv.pace.note(frame.begin, frame.end - frame.begin, true);
+    pop(background);
+  }
+}
+
+/// A frame that is sent, or the reason why none is.
+struct Made {
+  GstBuffer* buffer = nullptr;
+  GstFlowReturn flow = GST_FLOW_OK;
+};
+
+Made make_frame(PolyhullComposite* self, const CompositePads& pads, bool live, bool timeout) {
+  CompositePrivate& priv = *self->priv;
+  const auto start = std::chrono::steady_clock::now();
+  const WaitingFrame frame = waiting_frame(priv, pads.background);
+  if (frame.arrival == nullptr)
+    return {nullptr, gst_aggregator_pad_is_eos(pads.background) ? GST_FLOW_EOS
+                                                                : GST_AGGREGATOR_FLOW_NEED_DATA};
+  bool complete = true;
+  for (GstAggregatorPad* pad : pads.meshes)
+    complete = catch_up(self, pad, frame.end, live) && complete;
+  const std::int64_t now = running_time_now(GST_ELEMENT_CAST(self));
+  const bool due = live && frame.begin != no_time && now != no_time
+                       ? now >= frame.begin + priv.timing.wait()
+                       : timeout;
+  if (!complete && !due) return {nullptr, GST_AGGREGATOR_FLOW_NEED_DATA};
+  const GstClockTime stream_time = frame.arrival->stream_time();
+  const GstSegment segment = frame.arrival->segment;
+  const bool gap = frame.arrival->gap();
+  GstBuffer* picture = gst_buffer_ref(frame.arrival->buffer);
+  pop(pads.background);
+  if (gap) {
+    gst_buffer_unref(picture);
+    return {};
+  }
+  if (GST_CLOCK_TIME_IS_VALID(stream_time)) {
+    gst_object_sync_values(GST_OBJECT(self), stream_time);
+    for (GstAggregatorPad* pad : pads.meshes)
+      gst_object_sync_values(GST_OBJECT(pad), stream_time);
+  }
+  const CompositeSettings settings = snapshot(self, priv.settings);
+  GstBuffer* out = compose(self, picture, shown(pads, frame.end, settings.max_mesh_age));
+  if (!out) return {nullptr, GST_FLOW_FLUSHING};
+  const auto taken = std::chrono::steady_clock::now() - start;
+  priv.statistics.count("frames");
+  priv.statistics.set("frame-ms", std::chrono::duration<double, std::milli>(taken).count());
+  priv.timing.note_work(taken);
+  if (live && frame.begin != no_time)
+    priv.pace.note(frame.begin, frame.end - frame.begin, false);
+  if (priv.new_segment.exchange(false) && segment.format == GST_FORMAT_TIME)
     gst_aggregator_update_segment(GST_AGGREGATOR(self), &segment);
+  return {out, GST_FLOW_OK};
 }
 
 }  // namespace
@@ -195,54 +249,42 @@ void check_background(const CompositePads& pads) {
 GstFlowReturn composite_aggregate(GstAggregator* aggregator, gboolean timeout) {
   PolyhullComposite* self = self_of(aggregator);
   CompositePrivate& priv = *self->priv;
-  const auto step = [&]() -> GstFlowReturn {
+  return guarded(GST_ELEMENT(self), GST_FLOW_ERROR, [&]() -> GstFlowReturn {
     const CompositePads pads(self);
     check_background(pads);
-    GstBuffer* frame = gst_aggregator_pad_peek_buffer(pads.background);
-    if (!frame) return has_ended(pads.background) ? GST_FLOW_EOS : GST_AGGREGATOR_FLOW_NEED_DATA;
-    const GstClockTime end = end_of_frame(priv, pads.background, frame);
-    bool complete = true;
-    for (GstAggregatorPad* pad : pads.meshes) complete = catch_up(self, pad, end) && complete;
-    if (!complete && !timeout) {
-      gst_buffer_unref(frame);
-      return GST_AGGREGATOR_FLOW_NEED_DATA;
+    forget_flushed(pads);
+    const bool live = priv.timing.live();
+    if (live) {
+      const LiveSettings settings = snapshot(self, priv.settings).live();
+      priv.timing.update(settings);
+      priv.pace.set_patience(std::max(static_cast<std::int64_t>(settings.max_latency),
+                                      priv.timing.wait()));
+      priv.pace.tell_sources();
+      drop_useless(self, pads.background);
     }
-    gst_buffer_unref(frame);
-    frame = gst_aggregator_pad_pop_buffer(pads.background);
-    if (!frame) return GST_AGGREGATOR_FLOW_NEED_DATA;  // flushed meanwhile
-    if (is_gap(frame)) {
-      gst_buffer_unref(frame);
-      return GST_FLOW_OK;
-    }
-    const GstClockTime now = stream_time(pads.background, GST_BUFFER_PTS(frame));
-    if (GST_CLOCK_TIME_IS_VALID(now)) {
-      gst_object_sync_values(GST_OBJECT(self), now);
-      for (GstAggregatorPad* pad : pads.meshes) gst_object_sync_values(GST_OBJECT(pad), now);
-    }
-    const auto start = std::chrono::steady_clock::now();
-    const CompositeSettings settings = snapshot(self, priv.settings);
-    GstBuffer* out = compose(self, frame, shown(pads, end, settings.max_mesh_age));
-    if (!out) return GST_FLOW_FLUSHING;
-    priv.statistics.count("frames");
-    priv.statistics.set("frame-ms", std::chrono::duration<double, std::milli>(
-                                        std::chrono::steady_clock::now() - start)
-                                        .count());
-    follow_segment(self, pads.background);
-    return gst_aggregator_finish_buffer(aggregator, out);
-  };
-  return guarded(GST_ELEMENT_CAST(self), GST_FLOW_ERROR, step);
+    const Made made = make_frame(self, pads, live, timeout);
+    return made.buffer ? gst_aggregator_finish_buffer(aggregator, made.buffer) : made.flow;
+  });
 }
 
 /// A frame is due when the background's is. While none waits there is no deadline: with that of the
 /// last frame the base class would ask again and again without a pause.
 GstClockTime composite_next_time(GstAggregator* aggregator) {
+  const CompositePrivate& priv = private_of(aggregator);
   const CompositePads pads(aggregator);
-  if (has_ended(pads.background)) return gst_aggregator_simple_get_next_time(aggregator);
-  GstBuffer* frame = gst_aggregator_pad_peek_buffer(pads.background);
-  if (!frame) return GST_CLOCK_TIME_NONE;
-  const GstClockTime begin = running_time(pads.background, GST_BUFFER_PTS(frame));
-  gst_buffer_unref(frame);
-  return GST_CLOCK_TIME_IS_VALID(begin) ? begin : gst_aggregator_simple_get_next_time(aggregator);
+  if (!pads.background) return priv.timing.wake_at(0);
+  const WaitingFrame frame = waiting_frame(priv, pads.background);
+  if (frame.arrival == nullptr) {
+    if (gst_aggregator_pad_is_eos(pads.background)) return priv.timing.wake_at(0);
+    return GST_CLOCK_TIME_NONE;
+  }
+  if (frame.begin == no_time) return priv.timing.wake_at(0);
+  for (GstAggregatorPad* pad : pads.meshes) {
+    const bool waits = peek(pad) == nullptr;
+    if (waits && !is_settled(pad, frame.end, true))
+      return priv.timing.wake_at(frame.begin + priv.timing.wait());
+  }
+  return priv.timing.wake_at(0);
 }
 
 GstFlowReturn composite_flush(GstAggregator* aggregator) {
@@ -256,14 +298,19 @@ gboolean composite_start(GstAggregator* aggregator) {
   priv.new_segment = true;
   priv.announced = false;
   priv.forget_formats();
+  priv.timing.start(snapshot(aggregator, priv.settings).live());
+  priv.pace.start();
+  priv.watch.start();
   return TRUE;
 }
 
 gboolean composite_stop(GstAggregator* aggregator) {
   CompositePrivate& priv = private_of(aggregator);
-  for (GstAggregatorPad* pad : CompositePads(aggregator).meshes) {
+  priv.watch.stop();
+  const CompositePads pads(aggregator);
+  for (GstAggregatorPad* pad : pads.meshes) {
     mesh_state_of(pad).mesh.reset();
-    mesh_state_of(pad).time = GST_CLOCK_TIME_NONE;
+    mesh_state_of(pad).time = mesh_state_of(pad).end = no_time;
   }
   return guarded(GST_ELEMENT_CAST(aggregator), gboolean{FALSE}, [&]() -> gboolean {
     priv.gl.release();

@@ -9,6 +9,9 @@
 #include <atomic>
 #include <vector>
 
+#include "common/input_watch.h"
+#include "common/live_pace.h"
+#include "common/live_timing.h"
 #include "common/statistics.h"
 #include "composite_frame.h"
 #include "composite_navigation.h"
@@ -16,7 +19,10 @@
 namespace polyhull::element {
 
 struct CompositePrivate {
-  explicit CompositePrivate(GstElement* element) : gl(element) { forget_formats(); }
+  explicit CompositePrivate(GstElement* element)
+      : timing(GST_AGGREGATOR(element)), pace(element, statistics), watch(element), gl(element) {
+    forget_formats();
+  }
   /// Both formats unknown; a GstVideoInfo of zeros may not be asked for its format.
   void forget_formats() {
     gst_video_info_init(&background_info);
@@ -28,8 +34,11 @@ struct CompositePrivate {
   std::atomic<bool> announced{false};
   std::atomic<bool> new_segment{true};
 
-  Statistics statistics{"composite-stats"};  // the rest belongs to the source pad's thread
-  CompositeGl gl;                            // but context queries, which it guards itself
+  Statistics statistics{"composite-stats"};
+  LiveTiming timing;
+  LivePace pace;
+  InputWatch watch;
+  CompositeGl gl;  // this and the rest belong to the source pad's thread; it guards context queries
   FrameComposer composer{gl, statistics};
   GstVideoInfo background_info;
   bool background_on_gpu = false;

@@ -6,7 +6,7 @@ namespace {
 
 enum { first_placement = 1 };
 
-G_DEFINE_TYPE(PolyhullMeshPad, polyhull_mesh_pad, GST_TYPE_AGGREGATOR_PAD)
+G_DEFINE_TYPE(PolyhullMeshPad, polyhull_mesh_pad, live_pad_type())
 
 void set_property_value(GObject* object, guint id, const GValue* value, GParamSpec* spec) {
   if (!set_property(object, placement_properties(), first_placement,
@@ -29,17 +29,11 @@ void finalize(GObject* object) {
   G_OBJECT_CLASS(polyhull_mesh_pad_parent_class)->finalize(object);
 }
 
-GstFlowReturn flush(GstAggregatorPad* pad, GstAggregator*) {
-  mesh_state_of(pad).flushed = true;
-  return GST_FLOW_OK;
-}
-
 void polyhull_mesh_pad_class_init(PolyhullMeshPadClass* klass) {
   GObjectClass* object_class = G_OBJECT_CLASS(klass);
   object_class->set_property = set_property_value;
   object_class->get_property = get_property_value;
   object_class->finalize = finalize;
-  GST_AGGREGATOR_PAD_CLASS(klass)->flush = flush;
   install_properties(object_class, placement_properties(), first_placement);
 }
 

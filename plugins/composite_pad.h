@@ -5,9 +5,9 @@
 
 #include <gst/base/gstaggregator.h>
 
-#include <atomic>
 #include <memory>
 
+#include "common/live_pad.h"
 #include "common/payload_buffer.h"
 #include "composite_properties.h"
 
@@ -17,19 +17,19 @@ namespace polyhull::element {
 struct MeshPadState {
   PlacementSettings placement;  ///< properties, under the pad's object lock
 
-  std::unique_ptr<MeshBuffer> mesh;         ///< the one shown; null: none yet
-  std::uint64_t content = 0;                ///< its number, never used twice
-  GstClockTime time = GST_CLOCK_TIME_NONE;  ///< its running time
-  std::atomic<bool> flushed{false};         ///< set by the flushing thread: forget it
+  std::unique_ptr<MeshBuffer> mesh;  ///< the one shown; null: none yet
+  std::uint64_t content = 0;         ///< its number, never used twice
+  std::int64_t time = no_time;       ///< its running time
+  std::int64_t end = no_time;        ///< up to when nothing newer is to be expected
 };
 
 struct PolyhullMeshPad {
-  GstAggregatorPad parent;
+  PolyhullLivePad parent;
   MeshPadState* state;
 };
 
 struct PolyhullMeshPadClass {
-  GstAggregatorPadClass parent_class;
+  PolyhullLivePadClass parent_class;
 };
 
 GType mesh_pad_type();

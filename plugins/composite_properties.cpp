@@ -103,6 +103,11 @@ std::span<const Property<CompositeSettings>> composite_properties() {
                                  "nanoseconds, before it is no "
                                  "longer shown (0 to 18446744073709551615, which is for ever).",
                                  0, 18446744073709551615.0),
+      property<&S::max_latency>(
+          "max-latency", "Largest latency",
+          "How late meshes and frames may come, in nanoseconds (0 to 60 s), to be waited for in a "
+          "live stream. The wait fits itself to what has come in the last ten seconds.",
+          0, 60.0 * GST_SECOND),
   };
   return table;
 }

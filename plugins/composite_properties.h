@@ -6,6 +6,7 @@
 #include <span>
 #include <string>
 
+#include "common/live_timing.h"
 #include "common/property_table.h"
 #include "render/frame.h"
 
@@ -26,6 +27,9 @@ struct CompositeSettings {
   bool skip = RenderSettings{}.skip;
   bool navigate = true;
   std::uint64_t max_mesh_age = G_MAXUINT64;
+  std::uint64_t max_latency = LiveSettings{}.max_latency;
+
+  LiveSettings live() const { return {GST_CLOCK_TIME_NONE, max_latency}; }
 };
 
 /// The rows of the viewport's camera in the table, eye-x to field-of-view.
