@@ -10,6 +10,7 @@
 # the path-traced truth), out/demo.json and out/demo-recorded.json (figures).
 set -euo pipefail
 source "$(dirname "$0")/prepare.sh"
+polyhull_help "$@"
 
 seconds=10 live=false
 while [ $# -gt 0 ]; do

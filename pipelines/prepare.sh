@@ -15,6 +15,16 @@ fi
 say() { printf '\033[1m==>\033[0m %s\n' "$*"; }
 fail() { printf 'error: %s\n' "$*" >&2; exit 1; }
 
+# polyhull_help ARGUMENT...: where one of them asks for help, prints the calling script's header and ends.
+polyhull_help() {
+  local argument
+  for argument in "$@"; do
+    case $argument in
+      -h | --help) sed -n '3,/^[^#]/s/^# \{0,1\}//p' "$0"; exit 0 ;;
+    esac
+  done
+}
+
 polyhull_packages_build=(
   g++ meson ninja-build pkg-config python3
   libgstreamer1.0-dev libgstreamer-plugins-base1.0-dev libgstreamer-plugins-bad1.0-dev
@@ -28,6 +38,7 @@ polyhull_packages_run=(
 )
 polyhull_packages_test=(
   libgtest-dev libgmp-dev libcgal-dev python3-gi gir1.2-gstreamer-1.0 gir1.2-gst-plugins-base-1.0
+  python3-flatbuffers
 )
 
 # polyhull_install PACKAGE...: installs those that are missing.

@@ -11,9 +11,11 @@
 #     --codec y4m     uncompressed (default): reading costs next to nothing; 30 MB per camera and second
 #     --codec ffv1    lossless in Matroska, about a third of that, slower to read
 #     --truth         also the subject's true surface per frame (truth/mesh-00000.ply ...) and mattes
-# Writes FOLDER/NAME.y4m or FOLDER/NAME.mkv; default folder: out/recording.
+# Writes FOLDER/NAME.y4m or FOLDER/NAME.mkv for each camera, and FOLDER/rig.json for hullbuild; default
+# folder: out/recording.
 set -euo pipefail
 source "$(dirname "$0")/prepare.sh"
+polyhull_help "$@"
 
 rig="" cameras="cam0 cam1 cam2 cam3" seconds=4 rate=25 codec=y4m truth=false folder=""
 usage="usage: pipelines/record.sh [--rig FILE] [--cameras \"A B\"] [--seconds N] [--rate N] [--codec y4m|ffv1] [--truth] [FOLDER]"
@@ -30,6 +32,8 @@ while [ $# -gt 0 ]; do
   esac
   shift
 done
+twice=$(tr -s ' ' '\n' <<<"$cameras" | sort | uniq -d | head -n 1)
+[ -z "$twice" ] || fail "camera '$twice' is named twice: both recordings would be written to one file"
 for number in "$seconds" "$rate"; do
   [[ $number =~ ^[0-9]+$ ]] && [ "$number" -gt 0 ] || fail "'$number' is no whole number above 0; $usage"
 done
@@ -48,6 +52,11 @@ mkdir -p "$folder"
 frames=$((seconds * rate))
 caps="framerate=$rate/1"
 say "recording $frames frames of: $cameras"
+if [ -z "$rig" ]; then
+  polyhull-rig default -o "$folder/rig.json"
+elif ! [ "$rig" -ef "$folder/rig.json" ]; then
+  cp "$rig" "$folder/rig.json"
+fi
 sources=()
 for camera in $cameras; do
   sources+=(rigtestsrc ${rig:+rig="$rig"} "camera=$camera" "num-buffers=$frames" noise=2 spill=0.1 '!'

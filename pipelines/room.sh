@@ -8,6 +8,7 @@
 # camera's mask in frames 40, 200 and 400.
 set -euo pipefail
 source "$(dirname "$0")/prepare.sh"
+polyhull_help "$@"
 
 [ $# -eq 1 ] || fail "usage: pipelines/room.sh FOLDER"
 [ -f "$1/calibration_resolved.txt" ] || fail "'$1' does not hold calibration_resolved.txt"

@@ -9,6 +9,7 @@
 # mask keyed in each view.
 set -euo pipefail
 source "$(dirname "$0")/prepare.sh"
+polyhull_help "$@"
 
 [ $# -eq 1 ] || fail "usage: pipelines/turntable.sh FOLDER"
 [ -d "$1" ] || fail "folder '$1' does not exist"

@@ -25,6 +25,7 @@
 #include <optional>
 
 #include "base/error.h"
+#include "common/claimed_location.h"
 #include "common/guard.h"
 #include "common/numbered_name.h"
 #include "common/payload_buffer.h"
@@ -70,8 +71,9 @@ struct Private {
   Settings settings;  // under the object lock
 
   Statistics statistics{"hullexport-stats"};
-  std::optional<NumberedName> name;  // the rest belongs to the streaming thread
-  GstBuffer* last = nullptr;         // for keep=last, until the end
+  std::optional<ClaimedLocation> claim;  // from READY to PAUSED until the element stops
+  std::optional<NumberedName> name;      // the rest belongs to the streaming thread
+  GstBuffer* last = nullptr;             // for keep=last, until the end
   bool first_written = false;
   std::uint64_t meshes = 0;  // that came in
   std::uint64_t index = 0;   // of the next file
@@ -247,6 +249,7 @@ gboolean open(PolyhullHullExport* self) {
       throw Error(Error::Kind::not_found,
                   "hullexport has no file to write; set location=hull-%05d.glb or the like");
     priv.name.emplace(location);
+    priv.claim.reset();
     if (!is_mesh_file_name(priv.name->name(0)))
       throw Error(Error::Kind::unsupported,
                   "\"" + location +
@@ -257,6 +260,7 @@ gboolean open(PolyhullHullExport* self) {
     if (access(folder.c_str(), W_OK | X_OK) != 0)
       throw Error(Error::Kind::io, "the folder of \"" + location +
                                        "\" cannot be written to: " + std::strerror(errno));
+    priv.claim.emplace(location);
     priv.statistics.reset();
     priv.first_written = false;
     priv.meshes = priv.index = 0;
@@ -265,7 +269,9 @@ gboolean open(PolyhullHullExport* self) {
 }
 
 gboolean stop(GstBaseSink* base) {
-  return write_last(self_of(base));
+  const gboolean written = write_last(self_of(base));
+  self_of(base)->priv->claim.reset();
+  return written;
 }
 
 GstStateChangeReturn change_state(GstElement* element, GstStateChange transition) {

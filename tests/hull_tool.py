@@ -18,6 +18,13 @@ def run(*arguments, fails=False):
     return result.stderr if fails else result.stdout
 
 
+def said(*arguments):
+    """What a run that succeeds writes beside its output."""
+    result = subprocess.run([TOOL, *arguments], capture_output=True, text=True)
+    assert result.returncode == 0, (arguments, result.stderr)
+    return result.stderr
+
+
 def camera(name, rotation, centre):
     t = [-sum(row[k] * centre[k] for k in range(3)) for row in rotation]
     return {"name": name, "width": 1024, "height": 768, "K": [[1024, 0, 512], [0, 1024, 384], [0, 0, 1]],
@@ -129,6 +136,20 @@ def main():
         vertices = [[line for line in open(path) if line.startswith("v ")] for path in hulls]
         assert vertices[0] and vertices[0] == vertices[1]
         assert "already" in run("--rig", rig, "--mask", named[0], "--mask", "side=" + masks[1], fails=True)
+
+        # Masks of one name lie in folders named after the cameras; what goes by order is said, and a file
+        # that serves two cameras.
+        for name, left in (("side", 256), ("front", 384)):
+            os.mkdir(os.path.join(folder, name))
+            write_mask(os.path.join(folder, name, "mask.png"), left, 128, 1024 - left, 640)
+        same = ["--mask", os.path.join(folder, "side", "mask.png"), "--mask", os.path.join(folder, "front", "mask.png")]
+        run("--rig", rig, *same, "-o", hulls[0])
+        assert [line for line in open(hulls[0]) if line.startswith("v ")] == vertices[1]
+        assert said("--rig", rig, *same) == ""
+        told = said("--rig", rig, "--mask", masks[1], "--mask", masks[0])
+        assert "order: front=" + masks[1] + ", side=" + masks[0] in told, told
+        told = said("--rig", rig, "--mask", "front=" + masks[1], "--mask", "side=" + masks[1])
+        assert masks[1] + ' is the mask of both "front" and "side"' in told, told
 
         # A name goes before the order, and cam10 is not cam1.
         other = os.path.join(folder, "sidelong.png")

@@ -6,9 +6,13 @@
 #   tests/run.sh [--quick]     --quick leaves the sanitizers out
 set -euo pipefail
 source "$(dirname "$0")/../pipelines/prepare.sh"
+polyhull_help "$@"
 
 quick=false
-[ "${1:-}" = --quick ] && quick=true
+for argument in "$@"; do
+  [ "$argument" = --quick ] || fail "unknown argument '$argument'; usage: tests/run.sh [--quick]"
+  quick=true
+done
 
 polyhull_install "${polyhull_packages_build[@]}" "${polyhull_packages_run[@]}" \
   "${polyhull_packages_test[@]}"

@@ -38,6 +38,18 @@ Rig import_rig(const ImportArguments& arguments) {
   return import::colmap(only_file(arguments), arguments.options);
 }
 
+void write_rig(const Rig& rig, const std::string& path) {
+  const std::string json = rig_to_json(rig);
+  if (path.empty()) {
+    std::cout << json;
+    return;
+  }
+  std::ofstream out(path);
+  if (!(out << json) || !out.flush())
+    throw Error(Error::Kind::io,
+                "cannot write \"" + path + "\": check that the folder exists and is writable");
+}
+
 int run_import(ImportArguments& arguments) {
   if (!arguments.size.empty()) {
     char rest = 0;
@@ -55,14 +67,7 @@ int run_import(ImportArguments& arguments) {
     rig.bounds = Bounds{Vec3(b[0], b[1], b[2]), Vec3(b[3], b[4], b[5])};
   }
   validate_rig(rig, arguments.files.front());
-  const std::string json = rig_to_json(rig);
-  if (arguments.output.empty()) {
-    std::cout << json;
-  } else {
-    std::ofstream out(arguments.output);
-    if (!(out << json) || !out.flush())
-      throw Error(Error::Kind::io, "cannot write \"" + arguments.output + "\"");
-  }
+  write_rig(rig, arguments.output);
   for (const std::string& warning : examine_rig(rig).warnings)
     std::cerr << "polyhull-rig: note: " << warning << "\n";
   return 0;
@@ -120,8 +125,19 @@ int main(int count, char** values) {
       "check", "Prints what is wrong with a rig file, or a table of its cameras.");
   check_command->add_option("file", file, "The rig file; without one, the built-in rig");
 
+  std::string default_output;
+  CLI::App* default_command =
+      app.add_subcommand("default",
+                         "Writes the built-in rig of four cameras on standard output, or into "
+                         "--output: a rig file to start from.");
+  default_command->add_option("-o,--output", default_output, "File to write");
+
   CLI11_PARSE(app, count, values);
   try {
+    if (default_command->parsed()) {
+      write_rig(default_rig(), default_output);
+      return 0;
+    }
     return import_command->parsed() ? run_import(arguments) : run_check(file);
   } catch (const std::exception& error) {
     std::cerr << "polyhull-rig: " << error.what() << "\n";

@@ -40,7 +40,9 @@ def main():
     bus.connect("message", on_message)
     pipeline.set_state(Gst.State.PLAYING)
     loop.run()
-    print(pipeline.get_by_name("composite").get_property("stats").to_string())
+    stats = pipeline.get_by_name("composite").get_property("stats")
+    print(f"{stats.get_value('frames')} frames, the last one in {stats.get_value('frame-ms'):.1f} ms; all of it:")
+    print(stats.to_string())
     pipeline.set_state(Gst.State.NULL)
     for text in failed:
         print(text, file=sys.stderr)

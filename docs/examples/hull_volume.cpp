@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// An application that embeds the chain: two threads of GStreamer do the work, the application reads the
-// meshes from an appsink with the core library and changes a property while the stream runs.
-//   g++ -std=c++20 hull_volume.cpp $(pkg-config --cflags --libs polyhull gstreamer-app-1.0) -o hull_volume
+// An application that embeds the chain: two threads of GStreamer do the work, the application reads
+// the meshes from an appsink with the core library, changes a property while the stream runs, and
+// reads numbers of hullbuild's stats at the end.
+//   g++ -std=c++20 hull_volume.cpp $(pkg-config --cflags --libs polyhull gstreamer-app-1.0) -o
+//   hull_volume
 #include <gst/app/gstappsink.h>
 #include <gst/gst.h>
 
@@ -33,6 +35,20 @@ std::vector<std::uint8_t> bytes_of(GstBuffer* buffer) {
   return bytes;
 }
 
+// One counter and one figure of the element's stats. Asked for with the other type, or by a name
+// that the element does not have, they are not there.
+void print_stats(GstElement* hull) {
+  GstStructure* stats = nullptr;
+  g_object_get(hull, "stats", &stats, nullptr);
+  guint64 sets = 0;
+  double milliseconds = 0.0;
+  if (gst_structure_get_uint64(stats, "sets", &sets) &&
+      gst_structure_get_double(stats, "faces-ms", &milliseconds))
+    std::printf("%" G_GUINT64_FORMAT " hulls, the last one's faces took %.2f ms\n", sets,
+                milliseconds);
+  gst_structure_free(stats);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -50,6 +66,7 @@ int main(int argc, char** argv) {
     return 1;
   }
   GstElement* contours = gst_bin_get_by_name(GST_BIN(pipeline), "contours_cam0");
+  GstElement* hull = gst_bin_get_by_name(GST_BIN(pipeline), "hull");
   GstElement* meshes = gst_bin_get_by_name(GST_BIN(pipeline), "meshes");
   gst_element_set_state(pipeline, GST_STATE_PLAYING);
 
@@ -67,8 +84,10 @@ int main(int argc, char** argv) {
     ++count;
     g_object_set(contours, "tolerance", 0.5 + 0.5 * count, nullptr);  // coarser from frame to frame
   }
+  print_stats(hull);
   gst_element_set_state(pipeline, GST_STATE_NULL);
   gst_object_unref(contours);
+  gst_object_unref(hull);
   gst_object_unref(meshes);
   gst_object_unref(pipeline);
   return count > 0 ? 0 : 1;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string_view>
 
 #include "wire/mesh_generated.h"
 #include "wire/view_table.h"
@@ -275,6 +276,17 @@ std::size_t expected_size(const Mesh& mesh) {
          sizeof(Vec3f) * mesh.texturing->normals.size();
 }
 
+// Whoever shows, counts or writes by a camera's name would take one for the other.
+void check_names(const std::vector<MeshView>& views) {
+  std::vector<std::string_view> names;
+  for (const MeshView& view : views) names.push_back(view.view.camera);
+  std::sort(names.begin(), names.end());
+  const auto twice = std::adjacent_find(names.begin(), names.end());
+  if (twice != names.end())
+    fail("two of its views are of camera \"" + std::string(*twice) +
+         "\"; each camera may have one view");
+}
+
 }  // namespace
 
 void validate_mesh(const Mesh& mesh) {
@@ -288,6 +300,7 @@ void validate_mesh(const Mesh& mesh) {
     validate_view(view.view);
     validate_camera(view.calibration, "mesh: camera \"" + view.calibration.name + "\"");
   }
+  check_names(mesh.views);
   validate_hull(mesh);
   if (mesh.texturing) validate_texturing(mesh);
 }

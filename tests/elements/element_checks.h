@@ -72,6 +72,22 @@ inline void check_states(const std::string& line, int times = 50) {
   gst_object_unref(pipeline);
 }
 
+/// As docs/embedding.md says: a field of `stats` is a double by its name, else a guint64.
+inline void check_statistic_types(GstElement* element) {
+  if (g_object_class_find_property(G_OBJECT_GET_CLASS(element), "stats") == nullptr) return;
+  GstStructure* stats = nullptr;
+  g_object_get(element, "stats", &stats, nullptr);
+  for (gint i = 0; i < gst_structure_n_fields(stats); ++i) {
+    const std::string name = gst_structure_nth_field_name(stats, static_cast<guint>(i));
+    const bool figure = name.ends_with("-ms") || name.ends_with("-us") || name == "tolerance" ||
+                        name == "screen-signal" || name == "foreground-signal";
+    const GType type = gst_structure_get_field_type(stats, name.c_str());
+    fail_unless(type == (figure ? G_TYPE_DOUBLE : G_TYPE_UINT64), "stats has %s as %s",
+                name.c_str(), g_type_name(type));
+  }
+  gst_structure_free(stats);
+}
+
 /// The element says what it is and what each of its own properties does: long name, class,
 /// description, author, and for every property a nick and a sentence that ends with a full stop.
 inline void check_documented(const char* name) {
@@ -101,6 +117,7 @@ inline void check_documented(const char* name) {
     g_value_unset(&value);
   }
   g_free(specs);
+  check_statistic_types(element);
   gst_object_unref(element);
 }
 

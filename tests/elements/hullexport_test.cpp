@@ -207,6 +207,12 @@ GST_START_TEST(test_refusals) {
             {"/nowhere/hull.glb", "No such file"});
   for (const char* name : {"%s.glb", "%d-%d.glb", "%n.glb", "%", "%5.glb", "%999d.glb", "%x.glb"})
     expect_in(refusal(std::string("fakesrc ! hullexport location=/tmp/") + name), {"%05d"});
+  // Two that write one file, which only its spelling hides; one after the other they may.
+  const std::string both = folder("both");
+  const std::string twice = "fakesrc num-buffers=0 ! hullexport location=" + both +
+                            "/h.ply fakesrc num-buffers=0 ! hullexport location=" + both;
+  expect_in(refusal(twice + "/./h.ply"), {"h.ply", "already writes"});
+  for (int i = 0; i < 2; ++i) check_ended(run_to_end(twice + "/h.obj"));
   // Lost while it runs: the folder vanishes.
   const std::string out = folder("vanishes");
   GstElement* pipeline = parse(export_line("location=" + out + "/%d.ply"));

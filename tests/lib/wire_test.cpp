@@ -270,6 +270,11 @@ TEST(MeshPayload, RulesAreChecked) {
   expect_mesh_refused([](Mesh& m) { m.views[0].calibration.K[0][0] = 0; }, "focal length");
   expect_mesh_refused([](Mesh& m) { m.views[0].calibration.R[0][0] += 0.1; }, "orthonormal");
   expect_mesh_refused([](Mesh& m) { m.views[0].calibration.width = 65; }, "size");
+  expect_mesh_refused(
+      [](Mesh& m) {
+        m.views[1].calibration.name = m.views[1].view.camera = m.views[0].view.camera;
+      },
+      "two of its views are of camera");
   expect_mesh_refused([](Mesh& m) { m.texturing->best[0] = 2; }, "view that is not there");
   expect_mesh_refused([](Mesh& m) { m.texturing->visible[0] = 4; }, "view that is not there");
   expect_mesh_refused([](Mesh& m) { m.texturing->weights.pop_back(); }, "does not fit");

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// Files that elements of this process write, so that no two write the same.
+#pragma once
+
+#include <filesystem>
+#include <mutex>
+#include <set>
+#include <string>
+
+#include "base/error.h"
+
+namespace polyhull::element {
+
+/// One location, held as long as this lives.
+class ClaimedLocation {
+ public:
+  /// \throw Error where another element holds \p location, a path or a pattern of paths.
+  explicit ClaimedLocation(const std::string& location)
+      : path_(std::filesystem::absolute(location).lexically_normal().string()) {
+    const std::scoped_lock lock(mutex_);
+    if (!taken_.insert(path_).second)
+      throw Error(Error::Kind::bad_input, "another element already writes \"" + location +
+                                              "\", and their files would replace each other; "
+                                              "give each a location of its own");
+  }
+  ~ClaimedLocation() {
+    const std::scoped_lock lock(mutex_);
+    taken_.erase(path_);
+  }
+  ClaimedLocation(const ClaimedLocation&) = delete;
+  ClaimedLocation& operator=(const ClaimedLocation&) = delete;
+
+ private:
+  inline static std::mutex mutex_;  // protects taken_
+  inline static std::set<std::string> taken_;
+  std::string path_;
+};
+
+}  // namespace polyhull::element
