@@ -144,12 +144,15 @@ GstBuffer* compose(PolyhullComposite* self, GstBuffer* frame,
   return output;
 }
 
-void forget_flushed(const CompositePads& pads) {
+void forget_flushed(PolyhullComposite* self, const CompositePads& pads) {
+  bool flushed = pads.background && live_state_of(pads.background).flushed.exchange(false);
   for (GstAggregatorPad* pad : pads.meshes) {
     if (!live_state_of(pad).flushed.exchange(false)) continue;
     mesh_state_of(pad).mesh.reset();
     mesh_state_of(pad).end = no_time;
+    flushed = true;
   }
+  if (flushed) self->priv->pace.start();  // running time may have been set back
 }
 
 /// Leaves out the frames of a live background that nobody can use: whole, before anything is done
@@ -252,7 +255,7 @@ GstFlowReturn composite_aggregate(GstAggregator* aggregator, gboolean timeout) {
   return guarded(GST_ELEMENT(self), GST_FLOW_ERROR, [&]() -> GstFlowReturn {
     const CompositePads pads(self);
     check_background(pads);
-    forget_flushed(pads);
+    forget_flushed(self, pads);
     const bool live = priv.timing.live();
     if (live) {
       const LiveSettings settings = snapshot(self, priv.settings).live();

@@ -9,6 +9,9 @@
 namespace polyhull::element {
 namespace {
 
+/// Two opposite cameras of four make a wall across the stage (docs/missing-camera.md).
+constexpr std::size_t automatic_fewest = 3;
+
 void post_dropped(PolyhullHullBuild* self, const ViewDecision& set) {
   HullBuildState& priv = *self->priv;
   const GstClockTime time =
@@ -199,10 +202,12 @@ Step build_set(PolyhullHullBuild* self, const Pads& pads, const ViewDecision& se
   }
   std::vector<SetView> views = views_of(self, pads, set, settings);
   const std::size_t used = views.size();
-  if (used < settings.min_cameras) {
+  const std::size_t fewest = settings.min_cameras > 0 ? settings.min_cameras
+                                                       : std::min(automatic_fewest, pads.size());
+  if (used < fewest) {
     take_views(pads, set, settings);
     priv.statistics.warn(element, "sets-dropped-few-cameras",
-                         "A set was dropped: of the " + std::to_string(settings.min_cameras) +
+                         "A set was dropped: of the " + std::to_string(fewest) +
                              " views that min-cameras asks for it has " + std::to_string(used) +
                              ". Connect more cameras, or look for what keeps their views away.");
     post_dropped(self, set);
@@ -303,6 +308,7 @@ void forget_flushed(PolyhullHullBuild* self, const Pads& pads) {
     self->priv->sets.reset();
     self->priv->first_time = no_time;
     self->priv->new_segment = true;
+    self->priv->pace.start();  // running time may have been set back
   }
 }
 

@@ -70,6 +70,7 @@ class FrameClock {
  private:
   GstClockTime time_of(std::uint64_t number) const;
   std::int64_t running_time_of(std::uint64_t number) const;
+  bool knows_time() const;
   void report(std::int64_t now, std::int64_t late);
 
   GstBaseSrc* source_;
@@ -77,6 +78,8 @@ class FrameClock {
   int rate_n_ = 0, rate_d_ = 1;
   std::uint64_t next_ = 0;
   GstClockTime sought_ = 0;  // before the rate was known
+  GstClockTime base_at_seek_ = GST_CLOCK_TIME_NONE;
+  gint64 seek_time_ = 0;     // monotonic µs
   bool first_ = true;        // no frame has been made yet
   bool unsynced_ = true;     // no frame has been through get_times() yet
   Delay delay_;

@@ -77,14 +77,22 @@ void LiveTiming::update(const LiveSettings& settings) {
   const std::int64_t limit =
       sources + static_cast<std::int64_t>(by_hand ? settings.max_wait : settings.max_latency);
   make_room(limit + spare_room);
-  std::optional<std::int64_t> lateness;
+  // The latest input, and what the most punctual one needs beyond what its source says: the time of
+  // the stages between.
+  std::optional<std::int64_t> latest, stages;
   for_each_pad(element_, [&](LivePadState& pad) {
     pad.punctuality.set_limit(limit);
-    if (const auto latest = pad.punctuality.latest(now))
-      lateness = std::max(lateness.value_or(*latest), *latest);
+    const auto lateness = pad.punctuality.latest(now);
+    if (!lateness) return;
+    latest = std::max(latest.value_or(*lateness), *lateness);
+    const std::int64_t beyond = *lateness - pad.punctuality.reported();
+    stages = std::min(stages.value_or(beyond), beyond);
   });
-  const std::int64_t needed = lateness ? *lateness + margin : unknown_wait;
-  wait_ = extra_ + (by_hand ? limit : std::clamp<std::int64_t>(needed, 0, limit));
+  if (by_hand) {
+    wait_ = extra_ + limit + (stages.value_or(0) > 0 ? *stages + margin : 0);
+  } else {
+    wait_ = extra_ + std::clamp<std::int64_t>(latest ? *latest + margin : unknown_wait, 0, limit);
+  }
   work_time_ = now != no_time ? work_.largest(now).value_or(0) : 0;
   const std::int64_t latency = std::max(sources, wait_.load()) + work_time_;
   if (latency > latency_ || latency < latency_ - steady) {

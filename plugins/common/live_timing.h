@@ -3,7 +3,8 @@
 /// When a live aggregator stops waiting, and the latency that follows from it.
 ///
 /// An instant t is waited for until t + wait. The wait is what the inputs have shown to need, the
-/// largest lateness of the last ten seconds and 6 ms, or what is set by hand; the pads hold as much
+/// largest lateness of the last ten seconds and 6 ms, or what is set by hand beyond the latency of
+/// the sources and of the stages between; the pads hold as much
 /// as has to wait. The element reports the latency max(sources' latency, wait) + work, work being the longest time that one instant has
 /// taken of late.
 #pragma once

@@ -81,20 +81,25 @@ std::string spindle() {
   return path.string();
 }
 
-std::string line_of(const LiveOptions& options) {
-  const std::string rig = ring_rig(options);
-  const std::string subject = options.figure ? "figure" : spindle();
-  std::string line = "hullbuild name=hull rig=" + rig + " " + options.hull + " ! " + options.tail;
-  for (int i = 0; i < options.cameras; ++i) {
-    const std::string name = "cam" + std::to_string(i);
-    const int delay =
-        options.delays.empty() ? 0 : options.delays[static_cast<std::size_t>(i) % options.delays.size()];
-    line += " rigtestsrc name=" + name + " rig=" + rig + " camera=" + name +
-            " subject=" + subject + " is-live=true stamp=true shadow=0 unevenness=0 noise=0 spill=0 delay=" + std::to_string(delay) +
-            "000000 jitter=" + std::to_string(options.jitter) +
-            "000000 ! video/x-raw,format=RGBx,framerate=" + std::to_string(options.rate) + "/1 ! " +
-            options.branch + " camera=" + name + " ! hull.sink_" + std::to_string(i);
-  }
+/// Camera \p i up to its views.
+std::string camera_line(const LiveOptions& options, int i) {
+  const std::string name = "cam" + std::to_string(i);
+  const int delay = options.delays.empty()
+                        ? 0
+                        : options.delays[static_cast<std::size_t>(i) % options.delays.size()];
+  return "rigtestsrc name=" + name + " rig=" + ring_rig(options) + " camera=" + name +
+         " subject=" + (options.figure ? "figure" : spindle()) +
+         " is-live=true stamp=true shadow=0 unevenness=0 noise=0 spill=0 delay=" +
+         std::to_string(delay) + "000000 jitter=" + std::to_string(options.jitter) + "000000 " +
+         options.source + " ! video/x-raw,format=RGBx,framerate=" + std::to_string(options.rate) +
+         "/1 ! " + options.branch + " camera=" + name;
+}
+
+std::string line_of(const LiveOptions& options, int linked) {
+  std::string line =
+      "hullbuild name=hull rig=" + ring_rig(options) + " " + options.hull + " ! " + options.tail;
+  for (int i = 0; i < linked; ++i)
+    line += " " + camera_line(options, i) + " ! hull.sink_" + std::to_string(i);
   return line;
 }
 
@@ -116,7 +121,8 @@ bool LiveSet::mixed() const {
 
 LiveLine::LiveLine(const LiveOptions& options) : options_(options) {
   GError* error = nullptr;
-  const std::string line = line_of(options);
+  joined_ = options.linked < 0 ? options.cameras : options.linked;
+  const std::string line = line_of(options, joined_);
   pipeline_ = gst_parse_launch(line.c_str(), &error);
   if (error != nullptr) {
     std::fprintf(stderr, "%s\n%s\n", line.c_str(), error->message);
@@ -191,6 +197,15 @@ void LiveLine::play(double seconds) {
 void LiveLine::pause() {
   gst_element_set_state(pipeline_, GST_STATE_PAUSED);
   gst_element_get_state(pipeline_, nullptr, nullptr, 5 * GST_SECOND);
+}
+
+void LiveLine::join() {
+  GstElement* camera =
+      gst_parse_bin_from_description(camera_line(options_, joined_).c_str(), TRUE, nullptr);
+  gst_bin_add(GST_BIN(pipeline_), camera);
+  gst_element_link_pads(camera, "src", hull_, ("sink_" + std::to_string(joined_)).c_str());
+  gst_element_sync_state_with_parent(camera);
+  ++joined_;
 }
 
 void LiveLine::stop() {

@@ -22,6 +22,8 @@ struct LiveOptions {
   int jitter = 0;           ///< ms
   /// From each camera to hullbuild.
   std::string branch = "queue ! silhouette sigma=1 tolerance=1";
+  std::string source;  ///< further properties of rigtestsrc
+  int linked = -1;     ///< so many of the cameras from the start, -1: all
   std::string hull;  ///< properties of hullbuild
   /// From hullbuild on.
   std::string tail = "fakesink sync=true";
@@ -52,6 +54,8 @@ class LiveLine {
   /// Plays on for \p seconds, as an application does: LATENCY messages are followed.
   void play(double seconds);
   void pause();
+  /// One camera more, while playing: the next of those that are not linked yet.
+  void join();
   void stop();
 
   /// Keeps \p threads cores busy for \p seconds, from now on, while play() goes on.
@@ -66,14 +70,15 @@ class LiveLine {
   double latency() const;
   guint64 statistic(const char* element, const char* name) const;
   GstElement* element(const char* name) const;  ///< a new reference
-  std::vector<std::string> warnings() const { return warnings_; }
-  std::string error() const { return error_; }
+  const std::vector<std::string>& warnings() const { return warnings_; }
+  const std::string& error() const { return error_; }
   GstElement* pipeline() { return pipeline_; }
 
  private:
   static GstPadProbeReturn mesh_comes(GstPad* pad, GstPadProbeInfo* info, gpointer data);
 
   LiveOptions options_;
+  int joined_ = 0;
   GstElement* pipeline_;
   GstElement* hull_;
   std::vector<std::string> warnings_;
