@@ -22,6 +22,7 @@
 #include "common/guard.h"
 #include "common/key_configuration.h"
 #include "common/key_properties.h"
+#include "common/live_pace.h"
 #include "common/matte_meta.h"
 #include "common/recycling_allocator.h"
 #include "common/statistics.h"
@@ -57,6 +58,7 @@ struct Private {
   CameraValues camera;
 
   Statistics statistics{"chromamatte-stats"};
+  PaceFilter pace;
   FrameView layout;  // the rest belongs to the streaming thread
   KeyConfiguration configuration;
   Keyer keyer;
@@ -188,6 +190,7 @@ gboolean start(GstBaseTransform* base) {
   priv.keyer = Keyer();
   priv.configuration = KeyConfiguration();
   priv.learning = 0;
+  priv.pace.reset();
   priv.statistics.reset();
   return TRUE;
 }
@@ -250,9 +253,25 @@ GstFlowReturn transform_frame(GstVideoFilter* filter, GstVideoFrame* in, GstVide
   });
 }
 
+GstFlowReturn submit_input_buffer(GstBaseTransform* base, gboolean discontinuous,
+                                  GstBuffer* input) {
+  Private& priv = *self_of(base)->priv;
+  return submit_wanted(base, priv.pace, priv.statistics,
+                       GST_BASE_TRANSFORM_CLASS(polyhull_chroma_matte_parent_class), discontinuous,
+                       input);
+}
+
+gboolean src_event(GstBaseTransform* base, GstEvent* event) {
+  self_of(base)->priv->pace.hear(event);
+  return GST_BASE_TRANSFORM_CLASS(polyhull_chroma_matte_parent_class)->src_event(base, event);
+}
+
 void polyhull_chroma_matte_init(PolyhullChromaMatte* self) {
   self->priv = new Private;
   declare_key_statistics(self->priv->statistics);
+  self->priv->statistics.declare({"frames-unwanted"});
+  // Frames are left out for all cameras alike, by the pace; not by each for itself.
+  gst_base_transform_set_qos_enabled(GST_BASE_TRANSFORM(self), FALSE);
 }
 
 void finalize(GObject* object) {
@@ -275,7 +294,8 @@ void polyhull_chroma_matte_class_init(PolyhullChromaMatteClass* klass) {
   g_object_class_install_property(
       object_class, stats_id,
       statistics_property(
-          "Counters since the element started: frames keyed, warnings, frames keyed without the "
+          "Counters since the element started: frames keyed, frames-unwanted (left out in a live "
+          "stream because what follows cannot keep up), warnings, frames keyed without the "
           "screen or the clean plate that the method needs, the colours found for screen "
           "and foreground (as 0xRRGGBB) with their key signal in levels, and how many frames the "
           "clean plate is still learned from."));
@@ -295,6 +315,8 @@ void polyhull_chroma_matte_class_init(PolyhullChromaMatteClass* klass) {
   base_class->start = start;
   base_class->stop = stop;
   base_class->before_transform = sync_controlled_properties;
+  base_class->submit_input_buffer = submit_input_buffer;
+  base_class->src_event = src_event;
   base_class->passthrough_on_same_caps = FALSE;
   auto* filter_class = GST_VIDEO_FILTER_CLASS(klass);
   filter_class->set_info = set_info;

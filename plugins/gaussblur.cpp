@@ -158,6 +158,8 @@ gboolean stop(GstBaseTransform* base) {
 void polyhull_gauss_blur_init(PolyhullGaussBlur* self) {
   self->priv = new Private;
   self->priv->statistics.declare({"frames", "passed-through"});
+  // A frame left out here would be missing from its set.
+  gst_base_transform_set_qos_enabled(GST_BASE_TRANSFORM(self), FALSE);
 }
 
 void finalize(GObject* object) {

@@ -59,10 +59,33 @@ void set_property_value(GObject* object, guint id, const GValue* value, GParamSp
   priv.timing.update(snapshot(object, priv.settings).live());
 }
 
+/// The counters, and for each camera how late its views come.
+GstStructure* statistics_of(PolyhullHullBuild* self) {
+  HullBuildState& priv = *self->priv;
+  GstStructure* stats = priv.statistics.structure();
+  gst_structure_set(stats, "wait-ms", G_TYPE_DOUBLE, 1e-6 * static_cast<double>(priv.timing.wait()),
+                    "latency-ms", G_TYPE_DOUBLE,
+                    1e-6 * static_cast<double>(priv.timing.latency()), nullptr);
+  const std::int64_t now = running_time_now(GST_ELEMENT_CAST(self));
+  for (GstAggregatorPad* pad : Pads(self)) {
+    GST_OBJECT_LOCK(pad);
+    std::string name = state_of(pad).name;
+    GST_OBJECT_UNLOCK(pad);
+    if (name.empty()) name = GST_OBJECT_NAME(pad);
+    const auto late = live_state_of(pad).punctuality.latest(now);
+    gst_structure_set(stats, ("late-views-" + name).c_str(), G_TYPE_UINT64,
+                      static_cast<guint64>(state_of(pad).late.load()), nullptr);
+    if (late)
+      gst_structure_set(stats, ("lateness-ms-" + name).c_str(), G_TYPE_DOUBLE,
+                        1e-6 * static_cast<double>(*late), nullptr);
+  }
+  return stats;
+}
+
 void get_property_value(GObject* object, guint id, GValue* value, GParamSpec* spec) {
   HullBuildState& priv = private_of(object);
   if (id == stats_id) {
-    g_value_take_boxed(value, priv.statistics.structure());
+    g_value_take_boxed(value, statistics_of(self_of(object)));
   } else if (id == force_live_id) {
     g_value_set_boolean(value, gst_aggregator_get_force_live(GST_AGGREGATOR(object)));
   } else if (!get_property(object, hull_properties(), first_setting, priv.settings, id, value)) {
@@ -178,11 +201,16 @@ void install_all_properties(GObjectClass* klass) {
   g_object_class_install_property(
       klass, stats_id,
       statistics_property(
-          "Counters since the start: sets (meshes sent), sets-incomplete, sets-dropped-…, views-…, "
+          "Counters since the start: sets (meshes sent), sets-incomplete, sets-dropped-…, "
+          "sets-overdue (came when nobody could use them), sets-unwanted (left out because not all "
+          "can be done), views-…, "
           "empty-meshes, lone-silhouettes (one camera sees a foreground), full-silhouettes "
           "(foreground fills the frame), hulls-reused, predicates and exact-predicates; and of "
           "the last set cameras (with foreground), faces, vertices, triangles and the milliseconds "
-          "each phase took."));
+          "each phase took. Live: wait-ms and latency-ms as they are now, frame-step (every how "
+          "many instants one is asked for), and of each camera lateness-ms-NAME, the most that a "
+          "view of the last ten seconds came after its instant, and late-views-NAME, views that "
+          "came after their set had gone."));
 }
 
 void polyhull_hull_build_class_init(PolyhullHullBuildClass* klass) {

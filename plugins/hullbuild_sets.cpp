@@ -257,8 +257,12 @@ void count_late(PolyhullHullBuild* self, const Pads& pads, const std::vector<std
   }
   priv.words.late(GST_ELEMENT_CAST(self), now, first.name, cameras, priv.timing.wait(),
                   GST_CLOCK_TIME_IS_VALID(settings.max_wait));
+  // What the wait can follow is no overload yet.
   const GstBuffer* buffer = first.parsed.buffer;
-  if (first.head.time != no_time && GST_BUFFER_DURATION_IS_VALID(buffer))
+  const bool hopeless = first.head.time != no_time &&
+                        now - first.head.time > priv.timing.wait() &&
+                        now - first.head.time > static_cast<std::int64_t>(settings.max_latency);
+  if (hopeless && GST_BUFFER_DURATION_IS_VALID(buffer))
     priv.pace.note(first.head.time, static_cast<std::int64_t>(GST_BUFFER_DURATION(buffer)), true);
 }
 

@@ -20,6 +20,7 @@
 #include "common/guard.h"
 #include "common/key_configuration.h"
 #include "common/key_properties.h"
+#include "common/live_pace.h"
 #include "common/payload_buffer.h"
 #include "common/statistics.h"
 #include "common/tolerance_control.h"
@@ -61,6 +62,7 @@ struct Private {
 
   Statistics statistics{"silhouette-stats"};
   ToleranceControl control;
+  PaceFilter pace;
   GstVideoInfo info;  // the rest belongs to the streaming thread
   FrameView layout;
   KeyConfiguration configuration;
@@ -246,8 +248,17 @@ GstFlowReturn transform(GstBaseTransform*, GstBuffer*, GstBuffer*) {
   return GST_FLOW_OK;
 }
 
+GstFlowReturn submit_input_buffer(GstBaseTransform* base, gboolean discontinuous,
+                                  GstBuffer* input) {
+  Private& priv = *self_of(base)->priv;
+  return submit_wanted(base, priv.pace, priv.statistics,
+                       GST_BASE_TRANSFORM_CLASS(polyhull_silhouette_parent_class), discontinuous,
+                       input);
+}
+
 gboolean src_event(GstBaseTransform* base, GstEvent* event) {
   Private& priv = *self_of(base)->priv;
+  priv.pace.hear(event);
   if (GST_EVENT_TYPE(event) == GST_EVENT_QOS) {
     const ContourValues values = snapshot(base, priv.contour);
     if (values.adaptive) priv.control.observe(event, values.target_rate);
@@ -263,6 +274,7 @@ gboolean start(GstBaseTransform* base) {
   priv.learning = 0;
   priv.reused = 0;
   priv.control.reset();
+  priv.pace.reset();
   priv.statistics.reset();
   return TRUE;
 }
@@ -279,6 +291,7 @@ void polyhull_silhouette_init(PolyhullSilhouette* self) {
   gst_video_info_init(&self->priv->info);
   declare_contour_statistics(self->priv->statistics);
   declare_key_statistics(self->priv->statistics);
+  self->priv->statistics.declare({"frames-unwanted"});
 }
 
 void finalize(GObject* object) {
@@ -316,6 +329,7 @@ void polyhull_silhouette_class_init(PolyhullSilhouetteClass* klass) {
   base_class->transform = transform;
   base_class->before_transform = sync_controlled_properties;
   base_class->src_event = src_event;
+  base_class->submit_input_buffer = submit_input_buffer;
   base_class->start = start;
   base_class->stop = stop;
   base_class->passthrough_on_same_caps = FALSE;

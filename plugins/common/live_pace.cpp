@@ -64,6 +64,17 @@ void PaceFilter::reset() {
   patience_ = INT64_MAX;
 }
 
+GstFlowReturn submit_wanted(GstBaseTransform* transform, const PaceFilter& pace,
+                            Statistics& statistics, GstBaseTransformClass* parent,
+                            gboolean discontinuous, GstBuffer* input) {
+  const std::int64_t time = Arrival{input, transform->segment}.time();
+  if (pace.wanted(time, running_time_now(GST_ELEMENT_CAST(transform))))
+    return parent->submit_input_buffer(transform, discontinuous, input);
+  statistics.count("frames-unwanted");
+  gst_buffer_unref(input);
+  return GST_BASE_TRANSFORM_FLOW_DROPPED;
+}
+
 LivePace::LivePace(GstElement* element, Statistics& statistics)
     : element_(element), statistics_(statistics) {}
 

@@ -8,6 +8,7 @@
 /// is already too late.
 #pragma once
 
+#include <gst/base/gstbasetransform.h>
 #include <gst/gst.h>
 
 #include <atomic>
@@ -49,6 +50,12 @@ class PaceFilter {
   FrameGrids grids_;
   std::int64_t patience_ = INT64_MAX;
 };
+
+/// For submit_input_buffer of a GstBaseTransform: passes \p input on to \p parent where it is
+/// wanted; what is not counts in \p statistics as frames-unwanted and goes no further.
+GstFlowReturn submit_wanted(GstBaseTransform* transform, const PaceFilter& pace,
+                            Statistics& statistics, GstBaseTransformClass* parent,
+                            gboolean discontinuous, GstBuffer* input);
 
 /// The pace of one aggregator, which tells its sources.
 class LivePace {

@@ -148,6 +148,7 @@ TEST(HullbuildSoak, AMovingFigureWithCamerasThatComeAndGo) {
   ASSERT_NE(hullbuild, nullptr) << "the plugin is not found: GST_PLUGIN_PATH";
   gst_util_set_object_arg(G_OBJECT(hullbuild), "rig", rig.c_str());
   gst_util_set_object_arg(G_OBJECT(hullbuild), "missing-camera", "drop-camera");
+  gst_util_set_object_arg(G_OBJECT(hullbuild), "min-cameras", "2");
   g_object_set(sink, "sync", FALSE, "signal-handoffs", TRUE, nullptr);
   Arrivals arrivals;
   g_signal_connect(sink, "handoff", G_CALLBACK(on_mesh), &arrivals);
