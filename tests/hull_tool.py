@@ -137,7 +137,7 @@ def main():
         run("--rig", rig, "--mask", other, "--mask", named[0])
         assert "--bounds" in run("--rig", rig, "--mask", named[0], "--bounds", "0,0,0,1,1,1,7", fails=True)
         assert "nobody" in run("--rig", rig, "--mask", "nobody=" + masks[0], fails=True)
-        assert "masks" in run("--rig", rig, *(["--mask", masks[0]] * 3), fails=True)
+        assert "more files" in run("--rig", rig, *(["--mask", masks[0]] * 3), fails=True)
         run("--rig", rig, "--mask", "front=" + rig, fails=True)
         run(fails=True)
         run("/nowhere.json", fails=True)

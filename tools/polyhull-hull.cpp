@@ -14,6 +14,7 @@
 
 #include "base/error.h"
 #include "base/thread_pool.h"
+#include "camera_files.h"
 #include "hull/hull.h"
 #include "hull/measure.h"
 #include "hull_scene.h"
@@ -36,53 +37,6 @@ struct Arguments {
   bool json = false;
 };
 
-/// Whether a file \p name is named after the camera: cam1.png and cam1_left.png after cam1,
-/// cam10.png not.
-bool belongs(const std::string& name, const std::string& camera) {
-  return !camera.empty() && name.starts_with(camera) &&
-         (name.size() == camera.size() ||
-          !std::isalnum(static_cast<unsigned char>(name[camera.size()])));
-}
-
-/// Which camera each mask belongs to, and the masks' files: CAMERA=FILE names it; else it is the
-/// one, of the longest name, that the file is named after; masks without either go to the cameras
-/// that are left, in the rig's order.
-std::vector<std::pair<std::size_t, std::string>> assign_masks(const std::vector<std::string>& masks,
-                                                              const Rig& rig) {
-  const auto fail = [](const std::string& mask, const std::string& what) {
-    throw Error(Error::Kind::bad_input,
-                "--mask " + mask + ": " + what + "; give CAMERA=FILE, one per camera");
-  };
-  const std::size_t none = rig.cameras.size();
-  std::vector<bool> taken(rig.cameras.size());
-  std::vector<std::pair<std::size_t, std::string>> result;
-  for (const std::string& mask : masks) {
-    const auto equals = mask.find('=');
-    const bool named = equals < mask.find('/');
-    const std::string path = named ? mask.substr(equals + 1) : mask;
-    const std::string name =
-        named ? mask.substr(0, equals) : std::filesystem::path(path).filename().string();
-    std::size_t found = none;
-    for (std::size_t i = 0; i < rig.cameras.size(); ++i) {
-      const std::string& camera = rig.cameras[i].name;
-      const bool fits = named ? camera == name : belongs(name, camera);
-      if (fits && (found == none || camera.size() > rig.cameras[found].name.size())) found = i;
-    }
-    if (named && found == none) fail(mask, "the rig has no camera \"" + name + "\"");
-    if (found != none && taken[found])
-      fail(mask, "camera \"" + rig.cameras[found].name + "\" has a mask already");
-    if (found != none) taken[found] = true;
-    result.emplace_back(found, path);
-  }
-  for (auto& [camera, path] : result) {
-    if (camera != none) continue;
-    camera = static_cast<std::size_t>(std::find(taken.begin(), taken.end(), false) - taken.begin());
-    if (camera == none) fail(path, "there are more masks than cameras");
-    taken[camera] = true;
-  }
-  return result;
-}
-
 HullScene read_input(const Arguments& arguments) {
   if (!arguments.scene.empty()) return load_hull_scene(arguments.scene);
   HullScene scene;
@@ -92,7 +46,7 @@ HullScene read_input(const Arguments& arguments) {
   scene.rig.up = rig.up;
   scene.rig.unit = rig.unit;
   // Cameras without a mask say nothing: they are left out.
-  for (const auto& [index, path] : assign_masks(arguments.masks, rig)) {
+  for (const auto& [index, path] : assign_files(arguments.masks, rig, "--mask")) {
     scene.rig.cameras.push_back(rig.cameras[index]);
     scene.silhouettes.push_back(contours_of_mask(path, rig.cameras[index], arguments.mask));
   }
