@@ -53,7 +53,7 @@ frames=$((seconds * rate))
 caps="framerate=$rate/1"
 say "recording $frames frames of: $cameras"
 if [ -z "$rig" ]; then
-  polyhull-rig default -o "$folder/rig.json"
+  polyhull-rig export -o "$folder/rig.json"
 elif ! [ "$rig" -ef "$folder/rig.json" ]; then
   cp "$rig" "$folder/rig.json"
 fi

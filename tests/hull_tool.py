@@ -149,7 +149,7 @@ def main():
         told = said("--rig", rig, "--mask", masks[1], "--mask", masks[0])
         assert "order: front=" + masks[1] + ", side=" + masks[0] in told, told
         told = said("--rig", rig, "--mask", "front=" + masks[1], "--mask", "side=" + masks[1])
-        assert masks[1] + ' is the mask of both "front" and "side"' in told, told
+        assert masks[1] + ' is the picture of both "front" and "side"' in told, told
 
         # A name goes before the order, and cam10 is not cam1.
         other = os.path.join(folder, "sidelong.png")
@@ -158,7 +158,7 @@ def main():
         run("--rig", rig, "--mask", other, "--mask", named[0])
         assert "--bounds" in run("--rig", rig, "--mask", named[0], "--bounds", "0,0,0,1,1,1,7", fails=True)
         assert "nobody" in run("--rig", rig, "--mask", "nobody=" + masks[0], fails=True)
-        assert "masks" in run("--rig", rig, *(["--mask", masks[0]] * 3), fails=True)
+        assert "more files" in run("--rig", rig, *(["--mask", masks[0]] * 3), fails=True)
         run("--rig", rig, "--mask", "front=" + rig, fails=True)
         run(fails=True)
         run("/nowhere.json", fails=True)

@@ -14,6 +14,7 @@
 
 #include "base/error.h"
 #include "base/thread_pool.h"
+#include "camera_files.h"
 #include "hull/hull.h"
 #include "hull/measure.h"
 #include "hull_scene.h"
@@ -36,93 +37,6 @@ struct Arguments {
   bool json = false;
 };
 
-/// Whether a file \p name is named after the camera: cam1.png and cam1_left.png after cam1,
-/// cam10.png not.
-bool belongs(const std::string& name, const std::string& camera) {
-  return !camera.empty() && name.starts_with(camera) &&
-         (name.size() == camera.size() ||
-          !std::isalnum(static_cast<unsigned char>(name[camera.size()])));
-}
-
-/// The camera of the longest name that \p name is named after; the number of cameras: none.
-std::size_t camera_of(const std::string& name, const Rig& rig) {
-  std::size_t found = rig.cameras.size();
-  for (std::size_t i = 0; i < rig.cameras.size(); ++i) {
-    const std::string& camera = rig.cameras[i].name;
-    if (belongs(name, camera) &&
-        (found == rig.cameras.size() || camera.size() > rig.cameras[found].name.size()))
-      found = i;
-  }
-  return found;
-}
-
-using AssignedMasks = std::vector<std::pair<std::size_t, std::string>>;
-
-/// Says what a reader of the command may have meant otherwise: which masks went by order
-/// (\p ordered, their indices) and which file serves two cameras.
-void say_doubts(const AssignedMasks& masks, const std::vector<std::size_t>& ordered,
-                const Rig& rig) {
-  std::string list;
-  for (const std::size_t i : ordered)
-    list += (list.empty() ? "" : ", ") + rig.cameras[masks[i].first].name + "=" + masks[i].second;
-  if (!list.empty())
-    std::fprintf(stderr,
-                 "polyhull-hull: note: these masks are named after no camera and go by the rig's "
-                 "order: %s\n",
-                 list.c_str());
-  for (std::size_t i = 0; i < masks.size(); ++i)
-    for (std::size_t k = 0; k < i; ++k)
-      if (masks[i].second == masks[k].second)
-        std::fprintf(stderr, "polyhull-hull: warning: %s is the mask of both \"%s\" and \"%s\"\n",
-                     masks[i].second.c_str(), rig.cameras[masks[k].first].name.c_str(),
-                     rig.cameras[masks[i].first].name.c_str());
-}
-
-/// Which camera each mask belongs to, and the masks' files: CAMERA=FILE names it; else it is the
-/// one, of the longest name, that the file is named after, or else the file's folder; masks without
-/// any of these go to the cameras that are left, in the rig's order.
-AssignedMasks assign_masks(const std::vector<std::string>& masks, const Rig& rig) {
-  const auto fail = [](const std::string& mask, const std::string& what) {
-    throw Error(Error::Kind::bad_input,
-                "--mask " + mask + ": " + what + "; give CAMERA=FILE, one per camera");
-  };
-  const std::size_t none = rig.cameras.size();
-  std::vector<bool> taken(rig.cameras.size());
-  AssignedMasks result;
-  std::vector<std::size_t> ordered;
-  for (const std::string& mask : masks) {
-    const auto equals = mask.find('=');
-    const bool named = equals < mask.find('/');
-    const std::string path = named ? mask.substr(equals + 1) : mask;
-    std::size_t found = none;
-    if (named) {
-      const std::string name = mask.substr(0, equals);
-      const auto camera = std::find_if(rig.cameras.begin(), rig.cameras.end(),
-                                       [&](const Camera& each) { return each.name == name; });
-      found = static_cast<std::size_t>(camera - rig.cameras.begin());
-      if (found == none) fail(mask, "the rig has no camera \"" + name + "\"");
-    } else {
-      const std::filesystem::path file(path);
-      found = camera_of(file.filename().string(), rig);
-      if (found == none) found = camera_of(file.parent_path().filename().string(), rig);
-    }
-    if (found != none && taken[found])
-      fail(mask, "camera \"" + rig.cameras[found].name + "\" has a mask already");
-    if (found != none) taken[found] = true;
-    result.emplace_back(found, path);
-  }
-  for (std::size_t i = 0; i < result.size(); ++i) {
-    auto& [camera, path] = result[i];
-    if (camera != none) continue;
-    ordered.push_back(i);
-    camera = static_cast<std::size_t>(std::find(taken.begin(), taken.end(), false) - taken.begin());
-    if (camera == none) fail(path, "there are more masks than cameras");
-    taken[camera] = true;
-  }
-  say_doubts(result, ordered, rig);
-  return result;
-}
-
 HullScene read_input(const Arguments& arguments) {
   if (!arguments.scene.empty()) return load_hull_scene(arguments.scene);
   HullScene scene;
@@ -132,7 +46,7 @@ HullScene read_input(const Arguments& arguments) {
   scene.rig.up = rig.up;
   scene.rig.unit = rig.unit;
   // Cameras without a mask say nothing: they are left out.
-  for (const auto& [index, path] : assign_masks(arguments.masks, rig)) {
+  for (const auto& [index, path] : assign_files(arguments.masks, rig, "--mask", "polyhull-hull")) {
     scene.rig.cameras.push_back(rig.cameras[index]);
     scene.silhouettes.push_back(contours_of_mask(path, rig.cameras[index], arguments.mask));
   }

@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// polyhull-rig: calibrations of other programs as rig files, and what is wrong with a rig.
+// polyhull-rig: calibrations of other programs as rig files, what is wrong with a rig, and the
+// built-in rig as a file.
 #include <CLI/CLI.hpp>
 #include <fstream>
 #include <iostream>
 
 #include "base/error.h"
+#include "camera_files.h"
+#include "mask_contours.h"
 #include "rig/check.h"
+#include "rig/check_pictures.h"
 #include "rig/import.h"
 
 namespace {
@@ -38,7 +42,8 @@ Rig import_rig(const ImportArguments& arguments) {
   return import::colmap(only_file(arguments), arguments.options);
 }
 
-void write_rig(const Rig& rig, const std::string& path) {
+// To a file, or to standard output where \p path is empty.
+void write(const Rig& rig, const std::string& path) {
   const std::string json = rig_to_json(rig);
   if (path.empty()) {
     std::cout << json;
@@ -46,8 +51,13 @@ void write_rig(const Rig& rig, const std::string& path) {
   }
   std::ofstream out(path);
   if (!(out << json) || !out.flush())
-    throw Error(Error::Kind::io,
-                "cannot write \"" + path + "\": check that the folder exists and is writable");
+    throw Error(Error::Kind::io, "cannot write \"" + path +
+                                     "\"; check that the folder exists and may be written to");
+}
+
+// The built-in rig where \p file is empty.
+Rig rig_of(const std::string& file) {
+  return file.empty() ? default_rig() : load_rig(file);
 }
 
 int run_import(ImportArguments& arguments) {
@@ -67,15 +77,24 @@ int run_import(ImportArguments& arguments) {
     rig.bounds = Bounds{Vec3(b[0], b[1], b[2]), Vec3(b[3], b[4], b[5])};
   }
   validate_rig(rig, arguments.files.front());
-  write_rig(rig, arguments.output);
+  write(rig, arguments.output);
   for (const std::string& warning : examine_rig(rig).warnings)
     std::cerr << "polyhull-rig: note: " << warning << "\n";
   return 0;
 }
 
-int run_check(const std::string& file) {
-  const Rig rig = file.empty() ? default_rig() : load_rig(file);
-  const RigReport report = examine_rig(rig);
+int run_check(const std::string& file, const std::vector<std::string>& files,
+              const MaskSettings& settings) {
+  const Rig rig = rig_of(file);
+  RigReport report = examine_rig(rig);
+  if (!files.empty()) {
+    std::vector<CameraPictureRings> pictures;
+    for (const auto& [camera, path] : assign_files(files, rig, "--pictures", "polyhull-rig"))
+      pictures.push_back({camera, contours_of_picture(path, rig.cameras[camera], settings)});
+    RigReport pictured = examine_pictures(rig, pictures);
+    report.table += pictured.table;
+    for (std::string& warning : pictured.warnings) report.warnings.push_back(std::move(warning));
+  }
   std::cout << report.table;
   for (const std::string& warning : report.warnings) std::cout << "note: " << warning << "\n";
   if (report.warnings.empty()) std::cout << "nothing found wrong\n";
@@ -124,21 +143,36 @@ int main(int count, char** values) {
   CLI::App* check_command = app.add_subcommand(
       "check", "Prints what is wrong with a rig file, or a table of its cameras.");
   check_command->add_option("file", file, "The rig file; without one, the built-in rig");
+  std::vector<std::string> pictures;
+  MaskSettings mask;
+  check_command->add_option(
+      "--pictures", pictures,
+      "CAMERA=FILE ...: pictures (PNG, JPEG) of one subject at one instant, to find cameras that "
+      "contradict each other: masks (grey, or alpha) or pictures before a coloured screen; a FILE "
+      "alone goes to the camera with whose name it begins, else to the next one without a picture");
+  check_command
+      ->add_option("--keep-largest", mask.keep_largest,
+                   "Looks at this many pieces of each picture's matte only, the largest; 0: all")
+      ->check(CLI::Range(0, 1000))
+      ->capture_default_str();
+  check_command->add_option("--sigma", mask.sigma, "Blur of the pictures' mattes, px")
+      ->check(CLI::Range(0.0, 100.0))
+      ->capture_default_str();
 
-  std::string default_output;
-  CLI::App* default_command =
-      app.add_subcommand("default",
-                         "Writes the built-in rig of four cameras on standard output, or into "
-                         "--output: a rig file to start from.");
-  default_command->add_option("-o,--output", default_output, "File to write");
+  std::string exported, export_output;
+  CLI::App* export_command = app.add_subcommand(
+      "export",
+      "Writes the built-in rig, or a normalised copy of a rig file (K, R and t instead of P, true "
+      "rotations, up and unit written out), to standard output or into --output.");
+  export_command->add_option("file", exported, "The rig file; without one, the built-in rig");
+  export_command->add_option("-o,--output", export_output, "File to write");
 
   CLI11_PARSE(app, count, values);
   try {
-    if (default_command->parsed()) {
-      write_rig(default_rig(), default_output);
-      return 0;
-    }
-    return import_command->parsed() ? run_import(arguments) : run_check(file);
+    if (import_command->parsed()) return run_import(arguments);
+    if (check_command->parsed()) return run_check(file, pictures, mask);
+    write(rig_of(exported), export_output);
+    return 0;
   } catch (const std::exception& error) {
     std::cerr << "polyhull-rig: " << error.what() << "\n";
     return 1;

@@ -179,6 +179,10 @@ void Keyer::key_row(const FrameView& frame, int y, std::uint8_t* alpha, BlockSta
     return;
   }
   s.alpha_row(frame, y, alpha, states);
+  if (s.method == KeyMethod::soft)
+    silhouette::quieten_row(s.quiet, x0 / matte_block * matte_block,
+                            std::min(((x1 - 1) / matte_block + 1) * matte_block, frame.width),
+                            alpha, states);
 
   // Left, right and inside the blocks at the ends: background outside the region of interest.
   const int first = x0 / matte_block, last = (x1 - 1) / matte_block;

@@ -265,6 +265,7 @@ void Keyer::State::lay_out_screen(const FrameView& frame) {
                             fixed(255.0 * 32768.0 / (width_levels * signal.unit)), low, high};
   };
   ramp = ramp_for(screen_level);
+  quiet = silhouette::quiet_for(low, high);
 
   const bool plate_given = settings.plate != nullptr || !learned_plate.empty();
   if (!plate_given && !settings.uneven) return;

@@ -3,11 +3,31 @@
 /// What a Keyer holds between frames. Internal.
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include "silhouette/key_signal.h"
 
 namespace polyhull {
+namespace silhouette {
+
+/// What is nearly background or nearly foreground, made plain away from edges. Kernels silence only
+/// whole blocks (see Ramp); a face that is nearly solid would show their outlines.
+struct Quiet {
+  bool active = false;                    ///< else whole blocks do: their steps are not seen
+  std::uint8_t dark = 0;                  ///< alpha up to this is nearly background
+  std::uint8_t bright = 255;              ///< alpha from this on is nearly foreground
+  std::array<std::uint8_t, 256> value{};  ///< alpha far from edges; continuous in alpha
+};
+
+/// \p low and \p high: what is silenced in whole blocks, see Ramp.
+Quiet quiet_for(std::uint8_t low, std::uint8_t high);
+
+/// Silences the mixed blocks of columns [begin, end) of a row, except beside edges; \p begin is the
+/// first column of a block. Reads and writes \p states.
+void quieten_row(const Quiet& quiet, int begin, int end, std::uint8_t* alpha, BlockState* states);
+
+}  // namespace silhouette
 
 struct Keyer::State {
   enum class Path : std::uint8_t {
@@ -44,6 +64,7 @@ struct Keyer::State {
   silhouette::PixelForms forms{};
   silhouette::ChromaForms chroma{};
   silhouette::Ramp ramp{};
+  silhouette::Quiet quiet;
   silhouette::DifferenceRamp difference{};
   bool local = false;                    // base and gain differ from pixel to pixel
   std::vector<std::int16_t> base, gain;  // rows of whole blocks

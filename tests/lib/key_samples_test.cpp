@@ -207,6 +207,35 @@ TEST(KeySamples, UnevenScreen) {
   EXPECT_GT(plain, 3.0 * followed);
 }
 
+// A subject whose least solid parts stay below alpha 1: they are made solid without showing in
+// which blocks of 16 pixels that was done.
+TEST(KeySamples, ANearlySolidSubjectShowsNoBlocks) {
+  static constexpr Colour screen{60, 190, 70}, cloth{90, 80, 85};
+  const auto tint = [](int x, int y) {
+    return 0.10 + 0.06 * std::sin(x * 0.11) * std::cos(y * 0.13);
+  };
+  for (const FrameFormat format : test::all_formats) {
+    const test::Frame frame = test::make_frame(format, 250, 120, [&](int x, int y) {
+      if (x < 70) return screen;
+      return mix(cloth, screen, y < 60 ? tint(x, y) : 0.0);
+    });
+    const Matte m = key({}, frame.view);
+    int largest = 0;
+    for (int y = 0; y < 56; ++y) {
+      for (int x = 82; x < 250; ++x) {
+        largest = std::max(largest, std::abs(m.row(y)[x] - m.row(y)[x - 1]));
+        ASSERT_GE(m.row(y)[x], 200) << name_of(format) << " at " << x << "," << y;
+      }
+      for (int x = 0; x < 66; ++x) ASSERT_EQ(m.row(y)[x], 0) << x << "," << y;
+      std::vector<BlockState> states(blocks_across(250));
+      find_states(m.row(y), 250, states.data());
+      for (int i = 0; i < blocks_across(250); ++i) ASSERT_EQ(m.state_row(y)[i], states[i]) << i;
+    }
+    EXPECT_LE(largest, 9) << name_of(format);
+    std::printf("%s: largest step inside the subject %d\n", name_of(format), largest);
+  }
+}
+
 TEST(KeySamples, AGivenScreenIsAsQuietAsASampledOne) {
   // Uneven and noisy: what the screen spreads around the colour given is measured all the same.
   std::mt19937 random(8);

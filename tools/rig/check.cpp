@@ -2,38 +2,19 @@
 #include "rig/check.h"
 
 #include <cmath>
-#include <cstdarg>
 #include <optional>
 
+#include "rig/format.h"
 #include "rig/lens.h"
+#include "rig/plausible.h"
 
 namespace polyhull {
 namespace {
 
-__attribute__((format(printf, 1, 2))) std::string format(const char* pattern, ...) {
-  char text[512];
-  va_list arguments;
-  va_start(arguments, pattern);
-  std::vsnprintf(text, sizeof text, pattern, arguments);
-  va_end(arguments);
-  return text;
-}
-
-// The point nearest to all optical axes.
+// The middle of the stage.
 std::optional<Vec3> focus_of(const Rig& rig) {
   if (rig.bounds) return 0.5 * (rig.bounds->min + rig.bounds->max);
-  Mat3 sum(0.0);
-  Vec3 right(0.0);
-  for (const Camera& camera : rig.cameras) {
-    const Vec3 axis = glm::transpose(camera.R) * Vec3(0, 0, 1);
-    const Mat3 across = Mat3(1.0) - glm::outerProduct(axis, axis);
-    sum += across;
-    right += across * camera.centre();
-  }
-  const double count = static_cast<double>(rig.cameras.size());
-  if (rig.cameras.size() < 2 || !(glm::determinant(sum) > 1e-9 * count * count * count))
-    return std::nullopt;
-  return glm::inverse(sum) * right;
+  return common_point(rig);
 }
 
 struct LensReport {
@@ -151,6 +132,7 @@ RigReport examine_rig(const Rig& rig) {
   for (const Camera& camera : rig.cameras) examine_camera(rig, camera, focus, report);
   if (rig.cameras.size() < 2) report.warnings.push_back("a hull needs at least two cameras");
   examine_pairs(rig, focus, report);
+  for (std::string& note : implausible_sizes(rig)) report.warnings.push_back(std::move(note));
   return report;
 }
 

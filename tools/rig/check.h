@@ -15,6 +15,7 @@ struct RigReport {
   std::vector<std::string> warnings;  ///< what is probably wrong, a sentence each
 };
 
+/// The table, and what is wrong or implausible (see plausible.h too). \p rig must be valid.
 RigReport examine_rig(const Rig& rig);
 
 }  // namespace polyhull

@@ -1,0 +1,113 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""polyhull-rig as a program: export, check, and check --pictures on masks of a box."""
+import json
+import os
+import struct
+import subprocess
+import sys
+import tempfile
+import zlib
+
+TOOL = sys.argv[1]
+
+
+def run(*arguments, fails=False):
+    result = subprocess.run([TOOL, *arguments], capture_output=True, text=True)
+    assert (result.returncode != 0) == fails, (arguments, result.stdout, result.stderr)
+    return result.stderr if fails else result.stdout
+
+
+def dot(a, b):
+    return sum(p * q for p, q in zip(a, b))
+
+
+def project(camera, point):
+    x, y, z = (dot(row, point) + t for row, t in zip(camera["R"], camera["t"]))
+    k = camera["K"]
+    return k[0][0] * x / z + k[0][2], k[1][1] * y / z + k[1][2]
+
+
+def write_grey(path, width, height, rows):
+    def chunk(kind, data):
+        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+    with open(path, "wb") as file:
+        file.write(b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 0, 0, 0, 0)) +
+                   chunk(b"IDAT", zlib.compress(b"".join(b"\0" + row for row in rows), 1)) + chunk(b"IEND", b""))
+
+
+def write_mask(path, camera, low, high):
+    """The silhouette of an axis-aligned box: the convex outline of its corners, row by row."""
+    corners = [project(camera, [(low, high)[i >> axis & 1][axis] for axis in range(3)]) for i in range(8)]
+    width, rows = camera["width"], []
+    for y in range(camera["height"]):
+        crossed = [a[0] + (b[0] - a[0]) * (y - a[1]) / (b[1] - a[1])
+                   for a in corners for b in corners if a[1] <= y < b[1]]
+        left, right = (max(0, int(min(crossed)) + 1), min(width, int(max(crossed)) + 1)) if crossed else (0, 0)
+        rows.append(bytes(left) + b"\xff" * max(0, right - left) + bytes(width - max(left, right)))
+    write_grey(path, width, camera["height"], rows)
+
+
+def main():
+    with tempfile.TemporaryDirectory() as folder:
+        text = run("export")
+        rig = json.loads(text)
+        assert [camera["name"] for camera in rig["cameras"]] == ["cam0", "cam1", "cam2", "cam3"], text
+        assert rig["format"] == "polyhull-rig" and rig["unit"] == "m" and "bounds" in rig, text
+
+        # The copy is the same rig, and so is the copy of a copy; P becomes K, R and t.
+        copy = os.path.join(folder, "copy.json")
+        assert run("export", "-o", copy) == ""
+        assert run("export", copy) == text
+        assert "nothing found wrong" in run("check", copy)
+        for camera in rig["cameras"]:
+            columns = [*zip(*camera["R"]), camera["t"]]
+            camera["P"] = [[dot(row, column) for column in columns] for row in camera["K"]]
+            for field in ("K", "R", "t"):
+                del camera[field]
+        with open(copy, "w") as file:
+            json.dump(rig, file)
+        again = json.loads(run("export", copy))
+        for camera, truth in zip(again["cameras"], json.loads(text)["cameras"]):
+            assert all(abs(a - b) < 1e-9 for a, b in zip(camera["t"], truth["t"])), camera
+        assert "/nowhere/rig.json" in run("export", "/nowhere/rig.json", fails=True)
+        assert "/nowhere/x.json" in run("export", "-o", "/nowhere/x.json", fails=True)
+
+        # Another unit than the file says.
+        rig = json.loads(text)
+        rig["unit"] = "mm"
+        with open(copy, "w") as file:
+            json.dump(rig, file)
+        note = run("check", copy)
+        assert "note: the cameras stand 0.00" in note and "too near" in note and "--unit m," in note, note
+
+        # A box off the middle of the stage.
+        cameras = json.loads(text)["cameras"]
+        masks = {}
+        for camera in cameras:
+            masks[camera["name"]] = os.path.join(folder, camera["name"] + ".png")
+            write_mask(masks[camera["name"]], camera, [0.1, 0.0, -0.4], [0.5, 1.6, 0.2])
+        good = run("check", "--pictures", *masks.values())
+        assert "nothing found wrong" in good and "hull of the other cameras" in good, good
+        swapped = dict(masks, cam1=masks["cam3"], cam3=masks["cam1"])
+        note = run("check", "--pictures", *(f"{name}={path}" for name, path in swapped.items()))
+        assert "cam1 and cam3 look swapped" in note, note
+        # Three cameras of four, in an order of their own.
+        some = run("check", "--pictures", masks["cam2"], masks["cam0"], masks["cam3"])
+        assert "nothing found wrong" in some and "cam1  " not in some.split("pictures:")[1], some
+
+        note = run("check", "--pictures", "cam9=" + masks["cam0"], fails=True)
+        assert "cam9" in note and "cam0, cam1, cam2, cam3" in note, note
+        assert "two cameras" in run("check", "--pictures", masks["cam0"], fails=True)
+        small = os.path.join(folder, "small.png")
+        write_grey(small, 8, 8, [bytes(8)] * 8)
+        note = run("check", "--pictures", "cam0=" + small, masks["cam1"], fails=True)
+        assert "small.png" in note and "8x8" in note and "1024x768" in note, note
+        empty = os.path.join(folder, "empty.png")
+        write_grey(empty, 1024, 768, [bytes(1024)] * 768)
+        note = run("check", "--pictures", "cam0=" + empty, masks["cam1"], fails=True)
+        assert "empty.png" in note and "no subject" in note, note
+    print("ok")
+
+
+main()

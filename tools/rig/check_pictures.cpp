@@ -1,0 +1,209 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "rig/check_pictures.h"
+
+#include <algorithm>
+#include <functional>
+#include <numeric>
+
+#include "base/error.h"
+#include "mask_contours.h"
+#include "rig/format.h"
+#include "rig/ray_cover.h"
+
+namespace polyhull {
+namespace {
+
+// Up to this share of a silhouette may be unexplained: keying that lost an arm, a shadow kept.
+constexpr double tolerable = 0.04;
+// An explanation must leave at most this part of what was unexplained.
+constexpr double convincing = 0.4;
+
+// The worst of the shares, and all of them together to tell explanations apart.
+struct Score {
+  double worst = 0.0, sum = 0.0;
+  bool good(const Score& before) const {
+    return worst <= tolerable && worst <= convincing * before.worst;
+  }
+};
+
+struct Explanation {
+  Score score;
+  std::string sentence;
+};
+
+class PictureCheck {
+ public:
+  PictureCheck(const Rig& rig, const std::vector<CameraPictureRings>& pictures)
+      : rig_(rig), pictures_(pictures) {
+    // The time grows with the square of the number of cameras, and so does that of an exchange.
+    samples_ = static_cast<int>(std::clamp<std::size_t>(2000 / pictures.size(), 60, 400));
+  }
+
+  RigReport run();
+
+ private:
+  const Camera& camera(std::size_t i) const { return rig_.cameras[pictures_[i].camera]; }
+  const char* name(std::size_t i) const { return camera(i).name.c_str(); }
+
+  // The views with picture \p from[i] given to the camera of picture i, changed by \p change.
+  std::vector<SeenSubject> views(
+      const std::vector<std::size_t>& from,
+      const std::function<void(std::size_t, Rings&)>& change = {}) const {
+    std::vector<SeenSubject> result;
+    for (std::size_t i = 0; i < from.size(); ++i) {
+      Rings rings = pictures_[from[i]].rings;
+      if (change) change(i, rings);
+      undistort(rings, camera(i));
+      result.push_back({&camera(i), std::move(rings)});
+    }
+    return result;
+  }
+  std::vector<SeenSubject> as_given() const {
+    std::vector<std::size_t> from(pictures_.size());
+    std::iota(from.begin(), from.end(), 0u);
+    return views(from);
+  }
+  Score score_of(const std::vector<SeenSubject>& views, const std::optional<Bounds>& bounds) const {
+    Score score;
+    for (const double share : unexplained_shares(views, bounds, samples_)) {
+      score.worst = std::max(score.worst, share);
+      score.sum += share;
+    }
+    return score;
+  }
+  Score without(std::size_t i) const {
+    std::vector<SeenSubject> others = as_given();
+    others.erase(others.begin() + static_cast<std::ptrdiff_t>(i));
+    return score_of(others, rig_.bounds);
+  }
+
+  void try_bounds();
+  void try_exchanges(const std::vector<std::size_t>& suspects);
+  void try_turning(const std::vector<std::size_t>& suspects);
+  void try_leaving_out();
+  void keep(const Score& score, std::string sentence) {
+    if (score.good(before_)) found_.push_back({score, std::move(sentence)});
+  }
+
+  const Rig& rig_;
+  const std::vector<CameraPictureRings>& pictures_;
+  int samples_ = 0;
+  Score before_;
+  std::vector<Explanation> found_;
+};
+
+void PictureCheck::try_bounds() {
+  if (!rig_.bounds) return;
+  keep(score_of(as_given(), std::nullopt),
+       "the pictures agree with each other but not with the bounds: the subject stands outside of "
+       "them, or they are in another unit or axes than the cameras");
+}
+
+void PictureCheck::try_exchanges(const std::vector<std::size_t>& suspects) {
+  for (std::size_t a = 0; a < suspects.size(); ++a)
+    for (std::size_t b = a + 1; b < suspects.size(); ++b) {
+      const std::size_t i = std::min(suspects[a], suspects[b]),
+                        k = std::max(suspects[a], suspects[b]);
+      if (camera(i).width != camera(k).width || camera(i).height != camera(k).height) continue;
+      std::vector<std::size_t> from(pictures_.size());
+      std::iota(from.begin(), from.end(), 0u);
+      std::swap(from[i], from[k]);
+      keep(score_of(views(from), rig_.bounds),
+           format("%s and %s look swapped: exchanging their pictures makes all agree", name(i),
+                  name(k)));
+    }
+}
+
+void PictureCheck::try_turning(const std::vector<std::size_t>& suspects) {
+  std::vector<std::size_t> from(pictures_.size());
+  std::iota(from.begin(), from.end(), 0u);
+  for (const std::size_t i : suspects)
+    for (const bool turned : {false, true}) {
+      const auto change = [&](std::size_t which, Rings& rings) {
+        if (which != i) return;
+        for (Vec2f& p : rings.points) {
+          p.x = static_cast<float>(camera(i).width - 1) - p.x;
+          if (turned) p.y = static_cast<float>(camera(i).height - 1) - p.y;
+        }
+      };
+      keep(score_of(views(from, change), rig_.bounds),
+           format("the picture of %s looks %s: %s it makes all agree", name(i),
+                  turned ? "upside down" : "mirrored",
+                  turned ? "turning it by 180 degrees" : "mirroring it from left to right"));
+    }
+}
+
+void PictureCheck::try_leaving_out() {
+  // Any two pictures nearly agree, so what is left says something from three on.
+  if (pictures_.size() < 4) return;
+  for (std::size_t i = 0; i < pictures_.size(); ++i)
+    keep(without(i), format("%s contradicts the others, which agree among themselves: its "
+                            "calibration (or its unit), its picture or the instant of it is wrong",
+                            name(i)));
+}
+
+RigReport PictureCheck::run() {
+  RigReport report;
+  const std::vector<double> shares = unexplained_shares(as_given(), rig_.bounds, samples_);
+  report.table =
+      "pictures: the part of each silhouette that the hull of the other cameras does not "
+      "explain\n";
+  for (std::size_t i = 0; i < shares.size(); ++i) {
+    report.table += format("%-14s %6.2f %%\n", name(i), 100.0 * shares[i]);
+    before_.worst = std::max(before_.worst, shares[i]);
+    before_.sum += shares[i];
+  }
+  if (before_.worst <= tolerable) return report;
+
+  // The cameras without which the rest agrees best are the ones to suspect; all of a few.
+  constexpr std::size_t most = 8;
+  std::vector<std::size_t> suspects(pictures_.size());
+  std::iota(suspects.begin(), suspects.end(), 0u);
+  if (suspects.size() > most) {
+    std::vector<double> rest;
+    for (const std::size_t i : suspects) rest.push_back(without(i).sum);
+    std::stable_sort(suspects.begin(), suspects.end(),
+                     [&](std::size_t a, std::size_t b) { return rest[a] < rest[b]; });
+    suspects.resize(most);
+  }
+  try_bounds();
+  if (found_.empty()) {
+    try_exchanges(suspects);
+    try_turning(suspects);
+  }
+  if (found_.empty()) try_leaving_out();
+
+  const std::string contradiction =
+      format("the pictures contradict each other (up to %.1f %% of a silhouette): ",
+             100.0 * before_.worst);
+  std::sort(found_.begin(), found_.end(),
+            [](const Explanation& a, const Explanation& b) { return a.score.sum < b.score.sum; });
+  if (found_.empty()) {
+    report.warnings.push_back(contradiction +
+                              "no single exchange, mirroring or camera explains it; check that all "
+                              "show the same instant, "
+                              "and that the masks show the subject only (--keep-largest 1 leaves "
+                              "out what else there is), "
+                              "then the calibration");
+    return report;
+  }
+  std::string sentence = contradiction + found_.front().sentence;
+  // Others that explain it nearly as well are named, too.
+  for (std::size_t i = 1; i < found_.size(); ++i)
+    if (found_[i].score.sum < 2.0 * found_.front().score.sum + 0.005)
+      sentence += "; or " + found_[i].sentence;
+  report.warnings.push_back(std::move(sentence));
+  return report;
+}
+
+}  // namespace
+
+RigReport examine_pictures(const Rig& rig, const std::vector<CameraPictureRings>& pictures) {
+  if (pictures.size() < 2)
+    throw Error(Error::Kind::bad_input,
+                "comparing pictures takes at least two cameras' pictures, " +
+                    std::to_string(pictures.size()) + " were given");
+  return PictureCheck(rig, pictures).run();
+}
+
+}  // namespace polyhull

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// Whether a rig and pictures of the same instant fit together.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "rig/check.h"
+#include "silhouette/rings.h"
+
+namespace polyhull {
+
+/// One camera's picture of the subject.
+struct CameraPictureRings {
+  std::size_t camera = 0;  ///< its number in the rig
+  Rings rings;             ///< the silhouette in pixels of the picture, distortion and all
+};
+
+/// What the silhouettes say of each other and of \p rig: per camera the part that the hull of the
+/// others does not explain and, where it is more than keying can be blamed for, the likeliest of
+/// these reasons, each tried out: two pictures exchanged, one picture mirrored or on its head,
+/// bounds that the subject is not in, one camera that contradicts the others. Throws Error for
+/// fewer than two pictures.
+///
+/// A wrong unit of the whole rig cannot be seen in pictures (all lengths grow alike) except by the
+/// bounds; examine_rig() looks for it.
+RigReport examine_pictures(const Rig& rig, const std::vector<CameraPictureRings>& pictures);
+
+}  // namespace polyhull

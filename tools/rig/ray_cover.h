@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// How far silhouettes agree: the part of each that the hull of the others does not explain.
+///
+/// The subject lies in the hull H of the other views, so its silhouette S lies in H's. A pixel of S
+/// is explained if its ray meets H, that is if some point of the ray projects into all the other
+/// silhouettes. Along the ray each of those is a set of intervals (where the ray's image enters and
+/// leaves its rings); the ray meets H where all sets overlap (W. Matusik et al., "Image-based
+/// visual hulls", SIGGRAPH 2000). No mesh is made, so views can be exchanged and left out cheaply.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "rig/camera.h"
+#include "silhouette/rings.h"
+
+namespace polyhull {
+
+/// One camera's picture: what is needed of it. The camera must outlive it.
+struct SeenSubject {
+  const Camera* camera = nullptr;
+  Rings rings;  ///< in pinhole pixels, without distortion
+};
+
+/// For each view, the share (0..1) of its silhouette that the hull of the others leaves
+/// unexplained, by \p samples rays or a few more or less; 0 where a silhouette is empty or so thin
+/// that it has no ray. Points nearer than a few pixels to the silhouette's outline are not asked.
+///
+/// With \p bounds the hull is limited to them and what a camera does not see may be subject;
+/// without, what a camera does not see is none (hullbuild's unseen=keep and carve).
+std::vector<double> unexplained_shares(const std::vector<SeenSubject>& views,
+                                       const std::optional<Bounds>& bounds, int samples);
+
+}  // namespace polyhull
