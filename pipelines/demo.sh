@@ -3,32 +3,38 @@
 # The whole chain on a synthetic stage: four cameras see a moving figure before a green screen; the
 # figure is keyed, traced, turned into a textured hull and set into a ray-traced room, seen from a
 # viewpoint that travels around it. Starts from a bare Debian 12.
-#   pipelines/demo.sh [--live] [--seconds N]
-#     --live       show it in a window (needs a display) instead of writing files
-#     --seconds N  length of the stream, default 10
+#   pipelines/demo.sh [--live [--sink ELEMENT]] [--seconds N]
+#     --live          show it live, 640x360 at 10 frames/s, in a window instead of writing files
+#     --sink ELEMENT  where --live shows it, for example "fakesink sync=true" where there is no display;
+#                     default: autovideosink
+#     --seconds N     length of the stream; default 10, live until it is stopped
 # Writes out/demo.mp4, out/demo.png (contact sheet), out/hull.glb, out/demo-truth-*.png (composite beside
 # the path-traced truth), out/demo.json and out/demo-recorded.json (figures).
 set -euo pipefail
 source "$(dirname "$0")/prepare.sh"
 polyhull_help "$@"
 
-seconds=10 live=false
+seconds="" live=false sink=""
 while [ $# -gt 0 ]; do
   case $1 in
     --live) live=true ;;
+    --sink) sink=${2:?--sink needs an element}; shift ;;
     --seconds) seconds=${2:?--seconds needs a number}; shift ;;
-    *) fail "unknown argument '$1'; usage: pipelines/demo.sh [--live] [--seconds N]" ;;
+    *) fail "unknown argument '$1'; usage: pipelines/demo.sh [--live [--sink ELEMENT]] [--seconds N]" ;;
   esac
   shift
 done
-[[ $seconds =~ ^[0-9]+$ ]] && [ "$seconds" -gt 0 ] || fail "--seconds needs a whole number above 0"
+[[ ${seconds:-1} =~ ^[0-9]+$ ]] && [ "${seconds:-1}" -gt 0 ] || fail "--seconds needs a whole number above 0"
+[ -z "$sink" ] || $live || fail "--sink says where --live shows its pictures; add --live"
 
 polyhull_install "${polyhull_packages_build[@]}" "${polyhull_packages_run[@]}"
 polyhull_programs
 polyhull_environment
 
 rate=25
-frames=$((seconds * rate))
+$live && rate=10
+length=${seconds:+$((seconds * rate))}
+frames=${length:-$((10 * rate))}
 out=$polyhull_source/out
 mkdir -p "$out"
 cameras=(cam0 cam1 cam2 cam3)
@@ -52,11 +58,14 @@ synthetic_cameras() {
 }
 
 if $live; then
-  [ -n "${DISPLAY:-}${WAYLAND_DISPLAY:-}" ] || fail "--live needs a display, and there is none"
-  say "showing the live chain; close the window to end"
+  [ -n "$sink${DISPLAY:-}${WAYLAND_DISPLAY:-}" ] ||
+    fail "--live needs a display, and there is none; --sink \"fakesink sync=true\" runs it without"
+  say "showing the live chain; close the window or press Ctrl-C to end"
   # shellcheck disable=SC2046,SC2086
-  exec polyhull-run $(synthetic_cameras -1) $chain ! composite.mesh_0 \
-    ${room/num-buffers=$frames/is-live=true} composite name=composite ! videoconvert ! autovideosink
+  exec polyhull-run $(synthetic_cameras "${length:--1}") $chain ! composite.mesh_0 \
+    scenesrc name=room is-live=true num-buffers="${length:--1}" ! \
+    video/x-raw,width=640,height=360,framerate=$rate/1 ! composite.background \
+    composite name=composite ! videoconvert ! queue max-size-buffers=2 ! ${sink:-autovideosink}
 fi
 
 say "running the chain: $frames frames of four 1024x768 cameras to 1280x720"

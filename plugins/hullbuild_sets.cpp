@@ -9,6 +9,9 @@
 namespace polyhull::element {
 namespace {
 
+/// A machine may be busy for a moment: what has piled up then is soon done, and better late than not.
+constexpr std::int64_t a_moment = 100 * GST_MSECOND;
+
 /// Two opposite cameras of four make a wall across the stage (docs/missing-camera.md).
 constexpr std::size_t automatic_fewest = 3;
 
@@ -154,7 +157,8 @@ bool is_overdue(PolyhullHullBuild* self, const Pads& pads, const ViewDecision& s
   if (now == no_time || set.time == no_time) return false;
   if (priv.pace.too_late(set.time)) return true;
   const Arrival& first = state_of(pads[set.heads.front()]).parsed;
-  if (now <= std::max(first.end(), set.time) + priv.timing.latency()) return false;
+  const std::int64_t interval = std::max(first.end() - set.time, a_moment);
+  if (now <= set.time + interval + priv.timing.latency()) return false;
   return later_views_wait(pads, set) ||
          std::any_of(pads.begin(), pads.end(), more_wait);
 }

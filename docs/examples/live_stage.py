@@ -23,10 +23,9 @@ CAMERA = ("rigtestsrc is-live=true camera=cam{0} ! video/x-raw,framerate={1}/1 !
 
 class Stage:
     def __init__(self, sink):
-        # Cameras that run free, without a common trigger, are up to a frame apart: max-wait lasts as long.
         cameras = " ".join(CAMERA.format(i, RATE) for i in range(4))
         self.pipeline = Gst.parse_launch(
-            f"{cameras} hullbuild name=hull max-wait={Gst.SECOND // RATE} ! hulltexture ! queue max-size-buffers=2 ! composite.mesh_0 "
+            f"{cameras} hullbuild name=hull ! hulltexture ! queue max-size-buffers=2 ! composite.mesh_0 "
             f"scenesrc is-live=true light-spacing=0.1 ! video/x-raw,width=640,height=360,framerate={RATE}/1 ! "
             f"queue max-size-buffers=2 ! composite.background composite name=composite ! videoconvert ! {sink}")
         self.loop = GLib.MainLoop()
