@@ -9,7 +9,8 @@ namespace polyhull::element {
 
 /// Registers an enumeration once. \p values must be static and end with {0, nullptr, nullptr}; each
 /// value's name is a sentence for people, its nick what users type. Marked as part of the plugin's
-/// interface, so that the documentation tools list it.
+/// interface, so that the documentation tools list it. A text that is none of the values, as in
+/// `chromamatte key=yellow`, makes a warning that lists them.
 GType register_enum(const char* type_name, const GEnumValue* values);
 
 /// The GObject type of the C++ enumeration T: specialised where T gets a property.

@@ -49,7 +49,11 @@ GType enum_type<KeyView>() {
 std::span<const Property<KeyValues>> key_properties() {
   static constexpr std::array table{
       property<&KeyValues::method>("method", "Method", "How the matte is made."),
-      property<&KeyValues::key>("key", "Key", "Which colour the screen has."),
+      property<&KeyValues::key>(
+          "key", "Key",
+          "Which colour the screen has: green or blue, for which any shade is found in the "
+          "picture; "
+          "auto for yellow, red and every other hue; or colour, for the one in key-colour."),
       property<&KeyValues::key_colour>(
           "key-colour", "Key colour",
           "Colour of the screen as 0xRRGGBB, used with key=colour. Brightness does not matter, "

@@ -192,6 +192,48 @@ GST_START_TEST(trigger_numbers_and_times_pass) {
 }
 GST_END_TEST
 
+/// What a user sees who asks for a colour that has no name: what the property takes instead.
+GST_START_TEST(an_unknown_key_is_answered_with_the_known_ones) {
+  std::string said;
+  const guint handler = g_log_set_handler(
+      nullptr, G_LOG_LEVEL_WARNING,
+      [](const gchar*, GLogLevelFlags, const gchar* text, gpointer to) {
+        *static_cast<std::string*>(to) += text;
+      },
+      &said);
+  GError* error = nullptr;
+  GstElement* made = gst_parse_launch("chromamatte key=yellow", &error);
+  fail_unless(error != nullptr);
+  g_clear_error(&error);
+  if (made != nullptr) gst_object_unref(made);
+  for (const char* part : {"key", "\"yellow\"", "green", "blue", "colour", "key-colour", "auto"})
+    fail_unless(said.find(part) != std::string::npos, "%s not in: %s", part, said.c_str());
+  said.clear();
+  made = gst_parse_launch("chromamatte key=3 method=difference view=Nothing", &error);
+  fail_unless(error != nullptr);
+  g_clear_error(&error);
+  if (made != nullptr) gst_object_unref(made);
+  fail_unless(said.find("view") != std::string::npos && said.find("status") != std::string::npos &&
+                  said.find("auto") == std::string::npos,
+              "%s", said.c_str());
+  g_log_remove_handler(nullptr, handler);
+
+  // Nicks, names and numbers are taken; values come back as their nicks.
+  made = gst_parse_launch("chromamatte key=3 method=difference view=status", nullptr);
+  GValue key = G_VALUE_INIT;
+  g_value_init(&key, g_type_from_name("PolyhullKeyColour"));
+  g_object_get_property(G_OBJECT(made), "key", &key);
+  gchar* text = gst_value_serialize(&key);
+  fail_unless_equals_string(text, "auto");
+  g_free(text);
+  fail_unless(gst_value_deserialize(&key, "Blue screen"));
+  fail_unless_equals_int(g_value_get_enum(&key), 1);
+  fail_unless(gst_value_compare(&key, &key) == GST_VALUE_EQUAL);
+  g_value_unset(&key);
+  gst_object_unref(made);
+}
+GST_END_TEST
+
 static Suite* chromamatte_suite() {
   Suite* suite = suite_create("chromamatte");
   TCase* tests = tcase_create("general");
@@ -207,6 +249,7 @@ static Suite* chromamatte_suite() {
   tcase_add_test(tests, shows_the_operator_what_it_does);
   tcase_add_test(tests, frames_outlive_the_element);
   tcase_add_test(tests, trigger_numbers_and_times_pass);
+  tcase_add_test(tests, an_unknown_key_is_answered_with_the_known_ones);
   return suite;
 }
 

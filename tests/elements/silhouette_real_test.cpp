@@ -154,6 +154,48 @@ GST_START_TEST(a_nearly_solid_face_shows_no_blocks) {
 }
 GST_END_TEST
 
+/// What docs/keying.md advises for skin before a screen of nearly its hue: the face becomes solid,
+/// the wall empty, and with half the removal of spill the face keeps its colour.
+GST_START_TEST(skin_before_a_yellow_wall) {
+  const std::string film = real("mdn_yellow_screen_man_320x192.mp4");
+  if (film.empty() || !have("qtdemux") || !have("avdec_h264")) return;
+  struct Look {
+    double face = 0.0, wall = 0.0, red = 0.0, blue = 0.0;
+  };
+  const auto look_of = [&](const std::string& settings) {
+    Look look;
+    double face = 0.0, wall = 0.0;
+    for_each_buffer("filesrc location=" + film +
+                        " ! qtdemux ! avdec_h264 ! identity eos-after=200 ! chromamatte key=auto " +
+                        settings + " ! appsink name=sink",
+                    [&](GstBuffer* buffer) {
+                      for_each_pixel(buffer, 320, 192, [&](int x, int y, const std::uint8_t* p) {
+                        if (x >= 112 && x < 176 && y >= 35 && y < 120) {
+                          face += 1.0;
+                          look.face += p[3] < 250;
+                          look.red += p[0];
+                          look.blue += p[2];
+                        } else if ((x < 70 || x >= 230) && y < 100) {
+                          wall += 1.0;
+                          look.wall += p[3] > 5;
+                        }
+                      });
+                    });
+    look = {look.face / face, look.wall / wall, look.red / face, look.blue / face};
+    g_print("%s: face below 250: %.1f %%, wall above 5: %.1f %%, red - blue %.0f\n",
+            settings.c_str(), 100.0 * look.face, 100.0 * look.wall, look.red - look.blue);
+    return look;
+  };
+  const Look plain = look_of("spill=1");
+  const Look advised = look_of("screen-colour=0xb1b108 foreground-colour=0xc39366 spill=0.5");
+  const Look filmed = look_of("spill=0");
+  fail_unless(advised.face < 0.02 && advised.face < 0.4 * plain.face, "%g", advised.face);
+  fail_unless(advised.wall < 0.01, "%g", advised.wall);
+  fail_unless(advised.red - advised.blue > 0.6 * (filmed.red - filmed.blue));
+  fail_unless(advised.red - advised.blue > plain.red - plain.blue + 15.0);
+}
+GST_END_TEST
+
 static Suite* silhouette_real_suite() {
   Suite* suite = suite_create("silhouette_real");
   TCase* tests = tcase_create("general");
@@ -162,6 +204,7 @@ static Suite* silhouette_real_suite() {
   tcase_add_test(tests, photographs_keyed_like_by_hand);
   tcase_add_test(tests, a_film_becomes_views);
   tcase_add_test(tests, a_nearly_solid_face_shows_no_blocks);
+  tcase_add_test(tests, skin_before_a_yellow_wall);
   return suite;
 }
 
