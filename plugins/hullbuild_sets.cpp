@@ -121,7 +121,8 @@ Step drop_set(PolyhullHullBuild* self, const Pads& pads, const ViewDecision& set
 /// Notes which cameras the set has and lacks; returns those that it lacks.
 std::vector<AbsentCamera> absent_cameras(PolyhullHullBuild* self, const Pads& pads,
                                          const ViewDecision& set) {
-  const std::int64_t now = running_time_now(GST_ELEMENT_CAST(self));
+  const std::int64_t now =
+      self->priv->timing.live() ? running_time_now(GST_ELEMENT_CAST(self)) : no_time;
   std::vector<AbsentCamera> absent;
   for (std::size_t i = 0; i < pads.size(); ++i) {
     HullPadState& state = state_of(pads[i]);

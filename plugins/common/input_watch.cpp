@@ -29,7 +29,7 @@ std::vector<Silent> silent_pads(GstElement* element) {
     LivePadState& state = live_state_of(l->data);
     const gint64 last = state.last_buffer;
     auto* pad = GST_AGGREGATOR_PAD(l->data);
-    if (gst_aggregator_pad_has_buffer(pad)) {
+    if (gst_aggregator_pad_has_buffer(pad) || now - last < G_USEC_PER_SEC) {
       others_wait = true;
     } else if (!gst_aggregator_pad_is_eos(pad) && !state.said_silent) {
       const bool linked = gst_pad_is_linked(GST_PAD(pad)) != FALSE;

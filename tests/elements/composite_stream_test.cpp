@@ -4,6 +4,8 @@
 #include <gst/check/gstharness.h>
 #include <gst/video/video.h>
 
+#include <cstring>
+
 #include "element_checks.h"
 
 using namespace polyhull;
@@ -120,11 +122,40 @@ GST_START_TEST(draws_without_a_display) {
 }
 GST_END_TEST
 
+/// An input that keeps the others waiting is named, once.
+GST_START_TEST(says_which_input_it_waits_for) {
+  GstElement* pipeline = test::parse(
+      "videotestsrc ! video/x-raw,format=RGBA,width=64,height=48 ! composite.background "
+      "composite name=composite ! fakesink");
+  GstElement* composite = gst_bin_get_by_name(GST_BIN(pipeline), "composite");
+  GstPad* pad = gst_element_request_pad_simple(composite, "mesh_7");
+  gst_element_set_state(pipeline, GST_STATE_PLAYING);
+  GstBus* bus = gst_element_get_bus(pipeline);
+  GstMessage* message = gst_bus_timed_pop_filtered(bus, 8 * GST_SECOND, GST_MESSAGE_WARNING);
+  fail_unless(message != nullptr, "nothing was said");
+  GError* warning = nullptr;
+  gst_message_parse_warning(message, &warning, nullptr);
+  fail_unless(strstr(warning->message, "composite waits for its input mesh_7") &&
+                  strstr(warning->message, "not linked"),
+              "%s", warning->message);
+  g_clear_error(&warning);
+  gst_message_unref(message);
+  fail_unless(gst_bus_timed_pop_filtered(bus, 2 * GST_SECOND, GST_MESSAGE_WARNING) == nullptr);
+  gst_object_unref(bus);
+  gst_element_set_state(pipeline, GST_STATE_NULL);
+  gst_element_release_request_pad(composite, pad);
+  gst_object_unref(pad);
+  gst_object_unref(composite);
+  gst_object_unref(pipeline);
+}
+GST_END_TEST
+
 static Suite* composite_stream_suite() {
   Suite* suite = suite_create("composite in a stream");
   TCase* tests = tcase_create("general");
   tcase_set_timeout(tests, 60);
   tcase_add_test(tests, takes_a_new_size_in_the_stream);
+  tcase_add_test(tests, says_which_input_it_waits_for);
   tcase_add_test(tests, survives_seeks);
   tcase_add_test(tests, tells_the_latency_of_a_live_stream);
   tcase_add_test(tests, draws_without_a_display);

@@ -92,6 +92,18 @@ class Bench {
     }
     return count;
   }
+  /// The sentences of the warnings since the last call.
+  std::vector<std::string> warnings() {
+    std::vector<std::string> texts;
+    while (GstMessage* message = gst_bus_pop_filtered(bus, GST_MESSAGE_WARNING)) {
+      GError* found = nullptr;
+      gst_message_parse_warning(message, &found, nullptr);
+      texts.emplace_back(found->message);
+      g_clear_error(&found);
+      gst_message_unref(message);
+    }
+    return texts;
+  }
   guint64 count(const char* field) { return statistic(element, field); }
 
   struct Unref {
@@ -468,6 +480,57 @@ GST_START_TEST(test_empty_full_and_lone_silhouettes) {
 }
 GST_END_TEST
 
+/// Silhouettes that meet nowhere: a rig that is not this stage's, or swapped cameras. Said once.
+GST_START_TEST(test_silhouettes_without_a_common_point_are_said) {
+  Bench bench;
+  Box elsewhere;
+  elsewhere.centre.x = 1.2;
+  for (int frame = 0; frame < 8; ++frame) {
+    for (int i = 0; i < 4; ++i) bench.push_box(i, frame, i < 2 ? Box{} : elsewhere);
+    fail_unless(bench.pull()->hull.empty());
+  }
+  const std::vector<std::string> warnings = bench.warnings();
+  fail_unless_equals_int(warnings.size(), 1);
+  expect_in(warnings[0], {"All 4 cameras", "no point of space in common", "swapped", "unit"});
+}
+GST_END_TEST
+
+/// A set that lacks cameras is dropped for hold-time, then built; that is said once, by name.
+GST_START_TEST(test_freeze_drops_for_a_moment_and_then_builds) {
+  Bench bench("missing-camera=freeze hold-time=80000000", 4);
+  for (int i = 0; i < 4; ++i) bench.push_box(i, 0);
+  fail_unless_equals_int(bench.pull()->views.size(), 4);
+  gst_harness_push_event(bench.inputs[3], gst_event_new_gap(frame_time, 20 * frame_time));
+  for (int frame = 1; frame <= 6; ++frame)
+    for (int i = 0; i < 3; ++i) bench.push_box(i, frame);
+  // Missed at 40, 80 and 120 ms; 120 is 80 after the first.
+  fail_unless_equals_uint64(bench.pull()->trigger, 4);
+  for (int frame = 5; frame <= 6; ++frame) {
+    const auto mesh = bench.pull();
+    fail_unless_equals_uint64(mesh->trigger, frame);
+    fail_unless_equals_int(mesh->views.size(), 3);
+  }
+  fail_unless_equals_uint64(bench.count("sets-dropped-incomplete"), 3);
+  fail_unless_equals_uint64(bench.count("sets-incomplete"), 3);
+  const std::vector<std::string> warnings = bench.warnings();
+  fail_unless_equals_int(warnings.size(), 1);
+  expect_in(warnings[0], {"from 3 cameras, without cam3", "missing-camera"});
+}
+GST_END_TEST
+
+GST_START_TEST(test_fewer_than_three_of_many_are_no_set) {
+  Bench bench("min-cameras=0", 4);
+  for (int i = 0; i < 2; ++i) gst_harness_push_event(bench.inputs[i], gst_event_new_eos());
+  for (int i = 2; i < 4; ++i) bench.push_box(i, 0);
+  for (int i = 2; i < 4; ++i) gst_harness_push_event(bench.inputs[i], gst_event_new_eos());
+  fail_unless(bench.nothing_more());
+  fail_unless_equals_uint64(bench.count("sets-dropped-few-cameras"), 1);
+  Bench two("min-cameras=0", 2);
+  for (int i = 0; i < 2; ++i) two.push_box(i, 0);
+  fail_unless_equals_int(two.pull()->views.size(), 2);
+}
+GST_END_TEST
+
 GST_START_TEST(test_flush_starts_anew) {
   Bench bench;
   for (int i = 0; i < 4; ++i) bench.push_box(i, 7);
@@ -656,6 +719,9 @@ static Suite* hullbuild_suite() {
   tcase_add_test(tests, test_bad_rigs_are_named);
   tcase_add_test(tests, test_hostile_views_are_dropped);
   tcase_add_test(tests, test_empty_full_and_lone_silhouettes);
+  tcase_add_test(tests, test_silhouettes_without_a_common_point_are_said);
+  tcase_add_test(tests, test_freeze_drops_for_a_moment_and_then_builds);
+  tcase_add_test(tests, test_fewer_than_three_of_many_are_no_set);
   tcase_add_test(tests, test_flush_starts_anew);
   tcase_add_test(tests, test_seek);
   tcase_add_test(tests, test_live_change_of_rig);
