@@ -47,8 +47,10 @@ std::vector<Silent> silent_pads(GstElement* element) {
   return silent;
 }
 
+/// The clock's thread may outlast the element.
 gboolean look(GstClock*, GstClockTime, GstClockID, gpointer data) {
-  auto* element = static_cast<GstElement*>(data);
+  auto* element = static_cast<GstElement*>(g_weak_ref_get(static_cast<GWeakRef*>(data)));
+  if (element == nullptr) return FALSE;
   for (const Silent& silent : silent_pads(element)) {
     const std::string why =
         !silent.linked ? "which is not linked to anything. Link it or do not request it"
@@ -60,7 +62,13 @@ gboolean look(GstClock*, GstClockTime, GstClockID, gpointer data) {
                          silent.pad.c_str(), why.c_str()),
                         (nullptr));
   }
+  gst_object_unref(element);
   return TRUE;
+}
+
+void forget(gpointer data) {
+  g_weak_ref_clear(static_cast<GWeakRef*>(data));
+  delete static_cast<GWeakRef*>(data);
 }
 
 }  // namespace
@@ -76,7 +84,9 @@ void InputWatch::start() {
   GstClock* clock = gst_system_clock_obtain();
   id_ = gst_clock_new_periodic_id(clock, gst_clock_get_time(clock) + GST_SECOND, GST_SECOND);
   gst_object_unref(clock);
-  gst_clock_id_wait_async(id_, look, gst_object_ref(element_), gst_object_unref);
+  auto* weak = new GWeakRef;
+  g_weak_ref_init(weak, element_);
+  gst_clock_id_wait_async(id_, look, weak, forget);
 }
 
 void InputWatch::stop() {
