@@ -25,10 +25,10 @@ void undistort(Rings& rings, const Camera& camera);
 Rings contours_of_mask(const std::string& path, const Camera& camera, const MaskSettings& settings);
 
 /// The contours of the subject in a mask, as contours_of_mask() reads it, or in a picture of the
-/// subject before a coloured screen, which is keyed (KeyColour::automatic); in pixels of the picture,
-/// distortion and all. Pieces of less than a thousandth of the largest one's area are left out.
-/// Throws Error when the picture cannot be read, is not of the camera's size, shows no screen, or
-/// holds no subject.
+/// subject before a coloured screen, which is keyed (KeyColour::automatic); in pixels of the
+/// picture, distortion and all. Pieces of less than a thousandth of the largest one's area are left
+/// out. Throws Error when the picture cannot be read, is not of the camera's size, shows no screen,
+/// or holds no subject.
 Rings contours_of_picture(const std::string& path, const Camera& camera,
                           const MaskSettings& settings);
 
