@@ -152,14 +152,16 @@ void forget_flushed(PolyhullComposite* self, const CompositePads& pads) {
     mesh_state_of(pad).end = no_time;
     flushed = true;
   }
-  if (flushed) self->priv->pace.start();  // running time may have been set back
+  if (!flushed) return;
+  self->priv->timing.flushed();
+  self->priv->pace.start();  // running time may have been set back
 }
 
 /// Leaves out the frames of a live background that nobody can use: whole, before anything is done
 /// for them.
 void drop_useless(PolyhullComposite* self, GstAggregatorPad* background) {
   CompositePrivate& priv = *self->priv;
-  const std::int64_t now = running_time_now(GST_ELEMENT_CAST(self));
+  const std::int64_t now = priv.timing.now();
   for (;;) {
     const WaitingFrame frame = waiting_frame(priv, background);
     if (frame.arrival == nullptr || frame.begin == no_time || now == no_time) return;
@@ -189,7 +191,7 @@ Made make_frame(PolyhullComposite* self, const CompositePads& pads, bool live, b
   bool complete = true;
   for (GstAggregatorPad* pad : pads.meshes)
     complete = catch_up(self, pad, frame.end, live) && complete;
-  const std::int64_t now = running_time_now(GST_ELEMENT_CAST(self));
+  const std::int64_t now = priv.timing.now();
   const bool due = live && frame.begin != no_time && now != no_time
                        ? now >= frame.begin + priv.timing.wait()
                        : timeout;
@@ -260,8 +262,7 @@ GstFlowReturn composite_aggregate(GstAggregator* aggregator, gboolean timeout) {
     if (live) {
       const LiveSettings settings = snapshot(self, priv.settings).live();
       priv.timing.update(settings);
-      priv.pace.set_patience(std::max(static_cast<std::int64_t>(settings.max_latency),
-                                      priv.timing.wait()));
+      priv.pace.set_patience(std::max(priv.timing.limit(), priv.timing.wait()));
       priv.pace.tell_sources();
       drop_useless(self, pads.background);
     }
@@ -285,7 +286,9 @@ GstClockTime composite_next_time(GstAggregator* aggregator) {
   for (GstAggregatorPad* pad : pads.meshes) {
     const bool waits = peek(pad) == nullptr;
     if (waits && !is_settled(pad, frame.end, true))
-      return priv.timing.wake_at(frame.begin + priv.timing.wait());
+      return priv.timing.now() == no_time
+                 ? GST_CLOCK_TIME_NONE
+                 : priv.timing.wake_at(frame.begin + priv.timing.wait());
   }
   return priv.timing.wake_at(0);
 }
@@ -311,7 +314,9 @@ gboolean composite_stop(GstAggregator* aggregator) {
   CompositePrivate& priv = private_of(aggregator);
   priv.watch.stop();
   const CompositePads pads(aggregator);
+  if (pads.background) gst_clear_buffer(&live_state_of(pads.background).front.buffer);
   for (GstAggregatorPad* pad : pads.meshes) {
+    gst_clear_buffer(&live_state_of(pad).front.buffer);
     mesh_state_of(pad).mesh.reset();
     mesh_state_of(pad).time = mesh_state_of(pad).end = no_time;
   }

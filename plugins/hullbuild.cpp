@@ -72,7 +72,7 @@ GstStructure* statistics_of(PolyhullHullBuild* self) {
     std::string name = state_of(pad).name;
     GST_OBJECT_UNLOCK(pad);
     if (name.empty()) name = GST_OBJECT_NAME(pad);
-    const auto late = live_state_of(pad).punctuality.latest(now);
+    const auto late = live_state_of(pad).punctuality.latest_of_all(now);
     gst_structure_set(stats, ("late-views-" + name).c_str(), G_TYPE_UINT64,
                       static_cast<guint64>(state_of(pad).late.load()), nullptr);
     if (late)

@@ -99,6 +99,7 @@ void check_cameras(PolyhullHullBuild* self, const Pads& pads) {
 
 std::int64_t next_deadline(PolyhullHullBuild* self, const Pads& pads) {
   HullBuildState& priv = *self->priv;
+  if (pads.size() == 0) return no_time;
   std::int64_t view = no_time, gap = no_time;
   bool all = true, new_camera = false;
   for (GstAggregatorPad* pad : pads) {
@@ -116,6 +117,7 @@ std::int64_t next_deadline(PolyhullHullBuild* self, const Pads& pads) {
     if (time != no_time && (earliest == no_time || time < earliest)) earliest = time;
   }
   if (all) return 0;
+  if (priv.timing.now() == no_time) return no_time;
   const std::int64_t earliest = view != no_time ? view : gap;
   if (earliest == no_time) return no_time;
   // In the first second cameras are still coming up, and nothing is known of them.

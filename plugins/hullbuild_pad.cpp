@@ -70,6 +70,7 @@ void HullPadState::reset() {
   last_time = no_time;
   missed_since = no_time;
   delivered = ended = false;
+  late = 0;
 }
 
 GType hull_pad_type() {

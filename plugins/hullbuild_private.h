@@ -23,7 +23,7 @@ struct HullBuildState {
   explicit HullBuildState(GstAggregator* element)
       : timing(element),
         pace(GST_ELEMENT_CAST(element), statistics),
-        watch(GST_ELEMENT_CAST(element)) {}
+        watch(GST_ELEMENT_CAST(element), InputWatch::In::files) {}
 
   HullSettings settings;  // under the object lock
 
@@ -38,6 +38,8 @@ struct HullBuildState {
   HullStage stage{statistics};  // this and the rest belong to the source pad's thread
   ViewSets sets;
   std::int64_t first_time = no_time;  // of the stream's first view
+  std::int64_t last_time = no_time;   // of the last instant, and
+  std::int64_t interval = 0;          // the least time between two, where views have no length
   HullWords words;
 };
 

@@ -3,6 +3,7 @@
 /// What users can set on hullbuild.
 #pragma once
 
+#include <algorithm>
 #include <span>
 #include <string>
 
@@ -29,7 +30,10 @@ struct HullSettings {
   std::uint32_t threads = 0;
   std::uint32_t pool_threads = 0;
 
-  LiveSettings live() const { return {max_wait, max_latency}; }
+  LiveSettings live() const {
+    const bool by_hand = GST_CLOCK_TIME_IS_VALID(max_wait);
+    return {by_hand ? std::min<std::uint64_t>(max_wait, 60 * GST_SECOND) : max_wait, max_latency};
+  }
 };
 
 /// Rows of the table whose properties do more than be stored.

@@ -103,11 +103,20 @@ struct Step {
   GstBuffer* buffer = nullptr;
 };
 
-/// What became of an instant, for the pace: its views are as far apart as a view lasts.
+/// What became of an instant, for the pace: its views are as far apart as a view lasts, or, where
+/// they do not say how long, as the instants before.
 void note_pace(PolyhullHullBuild* self, const Pads& pads, const ViewDecision& set, bool lost) {
-  const GstBuffer* first = state_of(pads[set.heads.front()]).parsed.buffer;
-  if (set.time != no_time && GST_BUFFER_DURATION_IS_VALID(first))
-    self->priv->pace.note(set.time, static_cast<std::int64_t>(GST_BUFFER_DURATION(first)), lost);
+  if (set.time == no_time) return;
+  HullBuildState& priv = *self->priv;
+  std::int64_t interval = state_of(pads[set.heads.front()]).parsed.end() - set.time;
+  if (interval <= 0) {
+    if (priv.last_time != no_time && set.time > priv.last_time &&
+        (priv.interval == 0 || set.time - priv.last_time < priv.interval))
+      priv.interval = set.time - priv.last_time;
+    interval = priv.interval;
+  }
+  priv.last_time = set.time;
+  priv.pace.note(set.time, interval, lost);
 }
 
 Step drop_set(PolyhullHullBuild* self, const Pads& pads, const ViewDecision& set,
@@ -122,7 +131,9 @@ Step drop_set(PolyhullHullBuild* self, const Pads& pads, const ViewDecision& set
 std::vector<AbsentCamera> absent_cameras(PolyhullHullBuild* self, const Pads& pads,
                                          const ViewDecision& set) {
   const std::int64_t now =
-      self->priv->timing.live() ? running_time_now(GST_ELEMENT_CAST(self)) : no_time;
+      self->priv->timing.live() ? self->priv->timing.now() : no_time;
+  const std::int64_t interval =
+      set.time != no_time ? state_of(pads[set.heads.front()]).parsed.end() - set.time : 0;
   std::vector<AbsentCamera> absent;
   for (std::size_t i = 0; i < pads.size(); ++i) {
     HullPadState& state = state_of(pads[i]);
@@ -130,11 +141,13 @@ std::vector<AbsentCamera> absent_cameras(PolyhullHullBuild* self, const Pads& pa
       state.missed_since = no_time;
       continue;
     }
-    if (state.missed_since == no_time) state.missed_since = set.time;
+    if (state.missed_since == no_time && set.time != no_time)
+      state.missed_since = set.time - interval;
     AbsentCamera camera{state.name.empty() ? GST_OBJECT_NAME(pads[i]) : state.name};
     camera.ended = state.ended;
     camera.known = state.delivered || state.view != nullptr;
-    if (set.time != no_time) camera.missed = set.time - state.missed_since;
+    // Without times there is nothing to hold a picture by.
+    camera.missed = set.time != no_time ? set.time - state.missed_since : INT64_MAX;
     const std::int64_t arrival = live_state_of(pads[i]).punctuality.last_arrival();
     camera.silent = now != no_time && arrival != no_time ? now - arrival : camera.missed;
     absent.push_back(std::move(camera));
@@ -154,7 +167,7 @@ bool later_views_wait(const Pads& pads, const ViewDecision& set) {
 /// Whether a live set comes when nobody can use it any more, and newer views wait.
 bool is_overdue(PolyhullHullBuild* self, const Pads& pads, const ViewDecision& set) {
   HullBuildState& priv = *self->priv;
-  const std::int64_t now = running_time_now(GST_ELEMENT_CAST(self));
+  const std::int64_t now = self->priv->timing.now();
   if (now == no_time || set.time == no_time) return false;
   if (priv.pace.too_late(set.time)) return true;
   const Arrival& first = state_of(pads[set.heads.front()]).parsed;
@@ -200,7 +213,8 @@ Step build_set(PolyhullHullBuild* self, const Pads& pads, const ViewDecision& se
   priv.words.absent(element, absent);
   if (!absent.empty() && must_be_whole(absent, settings)) {
     // A camera that has left this instant out could not keep up; one that is silent may be gone.
-    if (later_views_wait(pads, set)) note_pace(self, pads, set, true);
+    // More thinning than by two does not mend a camera that leaves frames out.
+    if (later_views_wait(pads, set) && !priv.pace.thins()) note_pace(self, pads, set, true);
     const Step dropped = drop_set(self, pads, set, settings, "sets-dropped-incomplete");
     const bool over = settings.missing_camera == MissingCamera::drop_set && any_ended(pads);
     return over ? Step{Outcome::ended} : dropped;
@@ -211,10 +225,8 @@ Step build_set(PolyhullHullBuild* self, const Pads& pads, const ViewDecision& se
                                                        : std::min(automatic_fewest, pads.size());
   if (used < fewest) {
     take_views(pads, set, settings);
-    priv.statistics.warn(element, "sets-dropped-few-cameras",
-                         "A set was dropped: of the " + std::to_string(fewest) +
-                             " views that min-cameras asks for it has " + std::to_string(used) +
-                             ". Connect more cameras, or look for what keeps their views away.");
+    priv.statistics.count("sets-dropped-few-cameras");
+    priv.words.too_few(element, set.time, used, fewest);
     post_dropped(self, set);
     return {Outcome::again};
   }
@@ -249,7 +261,7 @@ void count_late(PolyhullHullBuild* self, const Pads& pads, const std::vector<std
                 const HullSettings& settings) {
   HullBuildState& priv = *self->priv;
   priv.statistics.count("views-late", which.size());
-  const std::int64_t now = running_time_now(GST_ELEMENT_CAST(self));
+  const std::int64_t now = self->priv->timing.now();
   for (const std::size_t i : which) ++state_of(pads[i]).late;
   if (!priv.timing.live() || now == no_time) return;
   const HullPadState& first = state_of(pads[which.front()]);
@@ -257,18 +269,18 @@ void count_late(PolyhullHullBuild* self, const Pads& pads, const std::vector<std
   if (priv.first_time == no_time || first.head.time < priv.first_time + GST_SECOND) return;
   std::vector<CameraLateness> cameras;
   for (GstAggregatorPad* pad : pads) {
-    const auto latest = live_state_of(pad).punctuality.latest(now);
-    cameras.push_back({state_of(pad).name, latest.value_or(settings.max_latency), !latest});
+    const auto latest = live_state_of(pad).punctuality.latest_of_all(now);
+    if (latest)
+      cameras.push_back({state_of(pad).name, *latest, *latest > priv.timing.limit()});
   }
   priv.words.late(GST_ELEMENT_CAST(self), now, first.name, cameras, priv.timing.wait(),
                   GST_CLOCK_TIME_IS_VALID(settings.max_wait));
   // What the wait can follow is no overload yet.
-  const GstBuffer* buffer = first.parsed.buffer;
+  const std::int64_t interval = first.parsed.end() - first.head.time;
   const bool hopeless = first.head.time != no_time &&
                         now - first.head.time > priv.timing.wait() &&
-                        now - first.head.time > static_cast<std::int64_t>(settings.max_latency);
-  if (hopeless && GST_BUFFER_DURATION_IS_VALID(buffer))
-    priv.pace.note(first.head.time, static_cast<std::int64_t>(GST_BUFFER_DURATION(buffer)), true);
+                        now - first.head.time > priv.timing.limit();
+  if (hopeless) priv.pace.note(first.head.time, interval, true);
 }
 
 /// Sets the properties that a GstController drives to their values at the stream time of the front
@@ -315,15 +327,16 @@ void forget_flushed(PolyhullHullBuild* self, const Pads& pads) {
     if (!live_state_of(pad).flushed.exchange(false)) continue;
     state_of(pad).reset();
     self->priv->sets.reset();
-    self->priv->first_time = no_time;
+    self->priv->first_time = self->priv->last_time = no_time;
     self->priv->new_segment = true;
+    self->priv->timing.flushed();
     self->priv->pace.start();  // running time may have been set back
   }
 }
 
 /// Whether what waits the longest has been waited for long enough.
 bool is_due(PolyhullHullBuild* self, const Pads& pads) {
-  const std::int64_t now = running_time_now(GST_ELEMENT_CAST(self));
+  const std::int64_t now = self->priv->timing.now();
   const std::int64_t deadline = next_deadline(self, pads);
   return now != no_time && deadline != no_time && now >= deadline;
 }
@@ -332,10 +345,12 @@ bool is_due(PolyhullHullBuild* self, const Pads& pads) {
 
 void forget_streams(PolyhullHullBuild* self) {
   for (GstAggregatorPad* pad : Pads(self)) {
+    gst_clear_buffer(&live_state_of(pad).front.buffer);
     state_of(pad).reset();
   }
   self->priv->sets.reset();
-  self->priv->first_time = no_time;
+  self->priv->first_time = self->priv->last_time = no_time;
+  self->priv->interval = 0;
 }
 
 GstFlowReturn send_next_set(PolyhullHullBuild* self, bool timeout) {
@@ -346,8 +361,7 @@ GstFlowReturn send_next_set(PolyhullHullBuild* self, bool timeout) {
     priv.timing.update(settings.live());
     priv.start_wait = static_cast<std::int64_t>(
         GST_CLOCK_TIME_IS_VALID(settings.max_wait) ? 0 : settings.max_latency);
-    priv.pace.set_patience(std::max(static_cast<std::int64_t>(settings.max_latency),
-                                    priv.timing.wait()));
+    priv.pace.set_patience(std::max(priv.timing.limit(), priv.timing.wait()));
     priv.pace.tell_sources();
   }
   Step step{Outcome::again};

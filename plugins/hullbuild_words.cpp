@@ -63,6 +63,15 @@ void HullWords::built(GstElement* element, std::int64_t now, std::size_t used,
                     "min-cameras says how many are too few.");
 }
 
+void HullWords::too_few(GstElement* element, std::int64_t now, std::size_t used,
+                        std::size_t fewest) {
+  if (few_at_ >= 0 && now - few_at_ < again_after) return;
+  few_at_ = now;
+  warn(element, "Sets are dropped, and the last picture stays: of the " + std::to_string(fewest) +
+                    " views that min-cameras asks for they have " + std::to_string(used) +
+                    ". Connect more cameras, or look for what keeps their views away.");
+}
+
 void HullWords::absent(GstElement* element, const std::vector<AbsentCamera>& cameras) {
   for (const AbsentCamera& camera : cameras) {
     bool& said = gone_[camera.name];
@@ -82,8 +91,7 @@ void HullWords::late(GstElement* element, std::int64_t now, const std::string& c
   std::string list;
   bool too_late = false;
   for (const CameraLateness& entry : cameras) {
-    list += (list.empty() ? "" : ", ") + entry.name + " " +
-            (entry.too_late ? "more than " : "") + milliseconds(entry.latest);
+    list += (list.empty() ? "" : ", ") + entry.name + " " + milliseconds(entry.latest);
     too_late = too_late || entry.too_late;
   }
   std::string remedy = "The wait follows by itself, now " + milliseconds(wait) + ".";

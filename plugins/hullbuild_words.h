@@ -25,7 +25,7 @@ struct AbsentCamera {
 /// A camera and how late its views come.
 struct CameraLateness {
   std::string name;
-  std::int64_t latest = 0;  ///< ns, of the last ten seconds; beyond the limit where too_late
+  std::int64_t latest = 0;  ///< ns, of the last ten seconds
   bool too_late = false;    ///< later than can be waited for
 };
 
@@ -38,6 +38,9 @@ class HullWords {
   /// was whole).
   void built(GstElement* element, std::int64_t now, std::size_t used,
              const std::vector<AbsentCamera>& absent);
+
+  /// A set at running time \p now (ns) of \p used cameras was dropped, \p fewest being asked for.
+  void too_few(GstElement* element, std::int64_t now, std::size_t used, std::size_t fewest);
 
   /// Cameras that have ended, or sent nothing for a second, while others go on.
   void absent(GstElement* element, const std::vector<AbsentCamera>& cameras);
@@ -54,7 +57,7 @@ class HullWords {
   std::string absent_;           // the names last said to be missing
   std::int64_t absent_at_ = -1;  // when
   std::map<std::string, bool> gone_;
-  std::int64_t late_at_ = -1;
+  std::int64_t late_at_ = -1, few_at_ = -1;
   int empty_hulls_ = 0;
 };
 

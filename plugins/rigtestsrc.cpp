@@ -59,6 +59,11 @@ void set_property_of(GObject* object, guint id, const GValue* value, GParamSpec*
   if (g_str_equal(spec->name, "is-live")) {
     gst_base_src_set_live(GST_BASE_SRC(object), g_value_get_boolean(value));
   }
+  GST_OBJECT_LOCK(object);
+  const FrameClock::Delay delay{state.settings.delay, state.settings.jitter,
+                                state.stream.camera_seed + state.settings.seed};
+  GST_OBJECT_UNLOCK(object);
+  state.clock.set_delay(delay);
 }
 
 void get_property_of(GObject* object, guint id, GValue* value, GParamSpec* spec) {
@@ -101,6 +106,7 @@ gboolean open(GstBaseSrc* source) {
     }
     stream.drawing.picture = std::make_unique<CameraPicture>(stream.rig, camera, stream.subject);
     stream.camera_seed = static_cast<std::uint64_t>(camera) << 32;
+    state.clock.set_delay({settings.delay, settings.jitter, stream.camera_seed + settings.seed});
     gst_video_info_init(&stream.info);
     state.clock.reset();
     state.statistics.reset();
@@ -175,7 +181,6 @@ GstFlowReturn fill(GstPushSrc* push, GstBuffer* buffer) {
     state.statistics.set_count("subject-pixels",
                                static_cast<std::uint64_t>(region.width) * region.height);
 
-    state.clock.set_delay({settings.delay, settings.jitter, stream.camera_seed + settings.seed});
     state.clock.finish(next, buffer);
     return GST_FLOW_OK;
   });

@@ -18,7 +18,7 @@ struct FrameGrid {
   std::int64_t interval = 0;  ///< between frames, ns; 0: every frame is wanted
   std::int64_t step = 1;      ///< every step-th frame is wanted
 
-  /// Whether the frame at running time \p time (ns) is wanted.
+  /// Whether the frame at running time \p time (ns) is wanted; one without a time (INT64_MIN) is.
   bool wanted(std::int64_t time) const;
 
   /// Time between wanted frames, ns.

@@ -68,7 +68,8 @@ bool FrameClock::seek(GstSegment* segment) {
   const std::scoped_lock lock(mutex_);
   grids_.reset();  // running time may be set back
   lateness_.reset();
-  base_at_seek_ = gst_element_get_base_time(GST_ELEMENT_CAST(source_));
+  base_at_seek_ =
+      first_ ? GST_CLOCK_TIME_NONE : gst_element_get_base_time(GST_ELEMENT_CAST(source_));
   seek_time_ = g_get_monotonic_time();
   sought_ = segment->position;
   if (rate_n_ == 0) return true;
@@ -79,8 +80,15 @@ bool FrameClock::seek(GstSegment* segment) {
 }
 
 void FrameClock::set_delay(const Delay& delay) {
-  const std::scoped_lock lock(mutex_);
-  delay_ = delay;
+  bool changed = false;
+  {
+    const std::scoped_lock lock(mutex_);
+    changed = delay.delay + delay.jitter != delay_.delay + delay_.jitter;
+    delay_ = delay;
+  }
+  if (changed && gst_base_src_is_live(source_))
+    gst_element_post_message(GST_ELEMENT_CAST(source_),
+                             gst_message_new_latency(GST_OBJECT_CAST(source_)));
 }
 
 /// After a flushing seek the pipeline sets running time back when its sinks have got something; until

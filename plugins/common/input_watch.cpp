@@ -19,38 +19,53 @@ struct Silent {
   bool ever;
 };
 
-/// The pads on which nothing waits, while on another something does.
+/// The pads on which nothing waits, while others are kept waiting.
 std::vector<Silent> silent_pads(GstElement* element) {
   std::vector<Silent> silent;
+  std::vector<LivePadState*> states;
   bool others_wait = false;
   const gint64 now = g_get_monotonic_time();
   GST_OBJECT_LOCK(element);
+  const bool playing = GST_STATE_TARGET(element) == GST_STATE_PLAYING;
   for (GList* l = element->sinkpads; l != nullptr; l = l->next) {
     LivePadState& state = live_state_of(l->data);
+    if (!playing) state.last_buffer = now;  // what is paused is silent
     const gint64 last = state.last_buffer;
     auto* pad = GST_AGGREGATOR_PAD(l->data);
     if (gst_aggregator_pad_has_buffer(pad) || now - last < G_USEC_PER_SEC) {
       others_wait = true;
-    } else if (!gst_aggregator_pad_is_eos(pad) && !state.said_silent) {
-      const bool linked = gst_pad_is_linked(GST_PAD(pad)) != FALSE;
-      if (now - last <= (linked ? patience : unlinked_patience)) continue;
-      silent.push_back({GST_OBJECT_NAME(pad), linked, state.begun.load()});
-      state.said_silent = true;
+      continue;
     }
+    if (gst_aggregator_pad_is_eos(pad) || state.said_silent) continue;
+    const bool linked = gst_pad_is_linked(GST_PAD(pad)) != FALSE;
+    if (now - last <= (linked ? patience : unlinked_patience)) continue;
+    silent.push_back({GST_OBJECT_NAME(pad), linked, state.begun.load()});
+    states.push_back(&state);
   }
-  if (!others_wait) {  // nobody is kept waiting
-    for (GList* l = element->sinkpads; l != nullptr; l = l->next)
-      live_state_of(l->data).said_silent = false;
+  if (playing && others_wait) {
+    for (LivePadState* state : states) state->said_silent = true;
+  } else {
     silent.clear();
   }
   GST_OBJECT_UNLOCK(element);
   return silent;
 }
 
-/// The clock's thread may outlast the element.
+/// What the clock's thread has: it may outlast the element.
+struct Watched {
+  GWeakRef element;
+  InputWatch::In in;
+};
+
 gboolean look(GstClock*, GstClockTime, GstClockID, gpointer data) {
-  auto* element = static_cast<GstElement*>(g_weak_ref_get(static_cast<GWeakRef*>(data)));
+  auto* watched = static_cast<Watched*>(data);
+  auto* element = static_cast<GstElement*>(g_weak_ref_get(&watched->element));
   if (element == nullptr) return FALSE;
+  const bool live = GST_CLOCK_TIME_IS_VALID(gst_aggregator_get_latency(GST_AGGREGATOR(element)));
+  if (live && watched->in == InputWatch::In::files) {
+    gst_object_unref(element);
+    return TRUE;
+  }
   for (const Silent& silent : silent_pads(element)) {
     const std::string why =
         !silent.linked ? "which is not linked to anything. Link it or do not request it"
@@ -67,8 +82,8 @@ gboolean look(GstClock*, GstClockTime, GstClockID, gpointer data) {
 }
 
 void forget(gpointer data) {
-  g_weak_ref_clear(static_cast<GWeakRef*>(data));
-  delete static_cast<GWeakRef*>(data);
+  g_weak_ref_clear(&static_cast<Watched*>(data)->element);
+  delete static_cast<Watched*>(data);
 }
 
 }  // namespace
@@ -84,9 +99,10 @@ void InputWatch::start() {
   GstClock* clock = gst_system_clock_obtain();
   id_ = gst_clock_new_periodic_id(clock, gst_clock_get_time(clock) + GST_SECOND, GST_SECOND);
   gst_object_unref(clock);
-  auto* weak = new GWeakRef;
-  g_weak_ref_init(weak, element_);
-  gst_clock_id_wait_async(id_, look, weak, forget);
+  auto* watched = new Watched;
+  g_weak_ref_init(&watched->element, element_);
+  watched->in = in_;
+  gst_clock_id_wait_async(id_, look, watched, forget);
 }
 
 void InputWatch::stop() {

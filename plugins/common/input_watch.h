@@ -8,11 +8,14 @@
 
 namespace polyhull::element {
 
-/// For an element whose sink pads are live pads. Each silent pad is named in one warning, again
+/// For an aggregator whose sink pads are live pads. Each silent pad is named in one warning, again
 /// only after something has come there.
 class InputWatch {
  public:
-  explicit InputWatch(GstElement* element) : element_(element) {}
+  /// Where silence is worth a word: an element may have its own words for live inputs.
+  enum class In { files, all_streams };
+
+  explicit InputWatch(GstElement* element, In in = In::all_streams) : element_(element), in_(in) {}
   ~InputWatch() { stop(); }
   InputWatch(const InputWatch&) = delete;
   InputWatch& operator=(const InputWatch&) = delete;
@@ -23,6 +26,7 @@ class InputWatch {
 
  private:
   GstElement* element_;
+  In in_;
   GstClockID id_ = nullptr;
 };
 

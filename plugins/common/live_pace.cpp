@@ -15,7 +15,7 @@ constexpr std::int64_t lead = 100'000'000;
 
 /// The longer of two grids; \p second where they are the same.
 const FrameGrid& sparser(const FrameGrid& first, const FrameGrid& second) {
-  return first.step > 1 && first.period() > second.period() ? first : second;
+  return first.step > 1 && (second.step <= 1 || first.period() > second.period()) ? first : second;
 }
 
 }  // namespace
@@ -85,6 +85,8 @@ void LivePace::start() {
   own_ = downstream_ = FrameGrid();
   grids_.reset();
   now_.grid = FrameGrid();
+  now_.from = INT64_MIN;  // at once, whatever running time is from here on
+  kept_ = INT64_MIN;
   ++version_;
   statistics_.set_count("frame-step", 1);
 }
@@ -101,12 +103,13 @@ void LivePace::hear(GstEvent* event) {
   if (parse_pace_event(event, change)) {
     const std::scoped_lock lock(mutex_);
     downstream_ = change.grid;
-    if (&sparser(own_, downstream_) == &own_ || downstream_ == now_.grid) return;
-    grids_.change(downstream_, change.from);
-    now_.grid = downstream_;
+    const FrameGrid grid = sparser(own_, downstream_);
+    if (grid == now_.grid) return;
+    grids_.change(grid, change.from);
+    now_.grid = grid;
     now_.from = change.from;
     ++version_;
-    statistics_.set_count("frame-step", static_cast<std::uint64_t>(downstream_.step));
+    statistics_.set_count("frame-step", static_cast<std::uint64_t>(grid.step));
     return;
   }
   if (GST_EVENT_TYPE(event) != GST_EVENT_QOS) return;
@@ -125,10 +128,13 @@ bool LivePace::wanted(std::int64_t time) const {
 }
 
 void LivePace::note(std::int64_t time, std::int64_t interval, bool lost) {
-  if (interval <= 0 || !pace_.note(time, lost)) return;
+  if (interval <= 0) return;
+  if (!lost) kept_ = time;
+  if (!pace_.note(time, lost)) return;
   const std::int64_t now = running_time_now(element_);
   const std::scoped_lock lock(mutex_);
-  own_ = {time, interval, pace_.step()};
+  // A camera that is slow by half has sent what was kept.
+  own_ = {kept_ != INT64_MIN ? kept_ : time, interval, pace_.step()};
   const FrameGrid grid = sparser(own_, downstream_);
   if (grid == now_.grid) return;
   now_.grid = grid;

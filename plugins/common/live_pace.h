@@ -81,13 +81,17 @@ class LivePace {
   /// between its instants (ns; 0: unknown, nothing is decided).
   void note(std::int64_t time, std::int64_t interval, bool lost);
 
+  /// Whether the element itself asks for fewer frames than there are.
+  bool thins() const { return pace_.step() > 1; }
+
   /// Tells the sources of the pads that do not know it yet. The streaming thread's, no lock held.
   void tell_sources();
 
  private:
   GstElement* element_;
   Statistics& statistics_;
-  Pace pace_;  // the streaming thread's
+  Pace pace_;  // these two: the streaming thread's
+  std::int64_t kept_ = INT64_MIN;  // the last instant that was not lost
   std::atomic<std::int64_t> earliest_{INT64_MIN};
   mutable std::mutex mutex_;  // protects the rest
   FrameGrid own_, downstream_;

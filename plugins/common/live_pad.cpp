@@ -35,6 +35,7 @@ bool Arrival::gap() const {
 void Punctuality::note(std::int64_t now, std::int64_t time) {
   const std::scoped_lock lock(mutex_);
   last_arrival_ = now;
+  all_.add(now, now - time);
   if (now - time <= limit_) window_.add(now, now - time);
 }
 
@@ -53,6 +54,11 @@ std::optional<std::int64_t> Punctuality::latest(std::int64_t now) const {
   return window_.largest(now);
 }
 
+std::optional<std::int64_t> Punctuality::latest_of_all(std::int64_t now) const {
+  const std::scoped_lock lock(mutex_);
+  return all_.largest(now);
+}
+
 std::int64_t Punctuality::last_arrival() const {
   const std::scoped_lock lock(mutex_);
   return last_arrival_;
@@ -66,6 +72,7 @@ std::int64_t Punctuality::reported() const {
 void Punctuality::reset() {
   const std::scoped_lock lock(mutex_);
   window_.reset();
+  all_.reset();
   last_arrival_ = no_time;
 }
 
@@ -147,8 +154,9 @@ const Arrival* peek(GstAggregatorPad* pad) {
   Arrival& front = live_state_of(pad).front;
   GstBuffer* buffer = gst_aggregator_pad_peek_buffer(pad);
   gst_clear_buffer(&front.buffer);
-  // The segment is written by the streaming thread only, which this is.
+  GST_OBJECT_LOCK(pad);
   front = {buffer, pad->segment};
+  GST_OBJECT_UNLOCK(pad);
   return buffer != nullptr ? &front : nullptr;
 }
 

@@ -45,6 +45,8 @@ class Punctuality {
 
   /// How late buffers came at most in the last ten seconds, ns; none: none came.
   std::optional<std::int64_t> latest(std::int64_t now) const;
+  /// The same with those beyond the limit.
+  std::optional<std::int64_t> latest_of_all(std::int64_t now) const;
   /// Running time when the last buffer came, no_time: none has.
   std::int64_t last_arrival() const;
   std::int64_t reported() const;
@@ -52,7 +54,7 @@ class Punctuality {
 
  private:
   mutable std::mutex mutex_;  // protects all below
-  LatenessWindow window_;
+  LatenessWindow window_, all_;
   std::int64_t last_arrival_ = no_time;
   std::int64_t limit_ = INT64_MAX;
   std::int64_t reported_ = 0;

@@ -37,14 +37,31 @@ void for_each_pad(GstAggregator* element, Body&& body) {
 LiveTiming::LiveTiming(GstAggregator* element) : element_(element) {}
 
 void LiveTiming::start(const LiveSettings& settings) {
-  work_.reset();
-  work_time_ = 0;
-  latency_ = 0;
+  {
+    const std::scoped_lock lock(mutex_);
+    work_.reset();
+    work_time_ = 0;
+    latency_ = 0;
+    base_at_flush_ = GST_CLOCK_TIME_NONE;
+  }
   for_each_pad(element_, [](LivePadState& pad) {
     pad.punctuality.reset();
     pad.begun = false;
+    pad.last_buffer = g_get_monotonic_time();
   });
   update(settings);
+}
+
+void LiveTiming::flushed() {
+  base_at_flush_ = gst_element_get_base_time(GST_ELEMENT_CAST(element_));
+  flush_time_ = g_get_monotonic_time();
+}
+
+std::int64_t LiveTiming::now() const {
+  const bool known =
+      base_at_flush_ != gst_element_get_base_time(GST_ELEMENT_CAST(element_)) ||
+      g_get_monotonic_time() - flush_time_ > G_USEC_PER_SEC;
+  return known ? running_time_now(GST_ELEMENT_CAST(element_)) : no_time;
 }
 
 bool LiveTiming::live() const {
@@ -65,23 +82,32 @@ void LiveTiming::make_room(std::int64_t room) {
   g_object_set(element_, "min-upstream-latency", static_cast<guint64>(room), nullptr);
   // The base class looks at it when it asks upstream.
   GstQuery* query = gst_query_new_latency();
-  ask_base(query);
+  answered_ = ask_base(query) || answered_;
   gst_query_unref(query);
 }
 
 void LiveTiming::update(const LiveSettings& settings) {
+  const bool playing = live();
+  if (!learn(settings, playing)) return;
+  gst_element_post_message(GST_ELEMENT_CAST(element_),
+                           gst_message_new_latency(GST_OBJECT_CAST(element_)));
+}
+
+bool LiveTiming::learn(const LiveSettings& settings, bool playing) {
+  const std::scoped_lock lock(mutex_);
   const std::int64_t now = running_time_now(GST_ELEMENT_CAST(element_));
   const std::int64_t sources = reported_by_sources();
   extra_ = static_cast<std::int64_t>(property_of(element_, "latency"));
   const bool by_hand = GST_CLOCK_TIME_IS_VALID(settings.max_wait);
   const std::int64_t limit =
       sources + static_cast<std::int64_t>(by_hand ? settings.max_wait : settings.max_latency);
-  make_room(limit + spare_room);
+  limit_ = limit;
+  make_room(playing ? limit + spare_room : 0);  // a file may wait
   // The latest input, and what the most punctual one needs beyond what its source says: the time of
   // the stages between.
   std::optional<std::int64_t> latest, stages;
   for_each_pad(element_, [&](LivePadState& pad) {
-    pad.punctuality.set_limit(limit);
+    pad.punctuality.set_limit(by_hand ? INT64_MAX : limit);
     const auto lateness = pad.punctuality.latest(now);
     if (!lateness) return;
     latest = std::max(latest.value_or(*lateness), *lateness);
@@ -97,13 +123,14 @@ void LiveTiming::update(const LiveSettings& settings) {
   const std::int64_t latency = std::max(sources, wait_.load()) + work_time_;
   if (latency > latency_ || latency < latency_ - steady) {
     latency_ = latency;
-    gst_element_post_message(GST_ELEMENT_CAST(element_),
-                             gst_message_new_latency(GST_OBJECT_CAST(element_)));
+    return true;
   }
+  return false;
 }
 
 void LiveTiming::note_work(std::chrono::steady_clock::duration taken) {
   const std::int64_t now = running_time_now(GST_ELEMENT_CAST(element_));
+  const std::scoped_lock lock(mutex_);
   if (now != no_time) work_.add(now, std::chrono::nanoseconds(taken).count());
 }
 
@@ -114,6 +141,7 @@ bool LiveTiming::ask_base(GstQuery* query) {
 
 bool LiveTiming::answer(GstQuery* query) {
   if (!ask_base(query)) return false;
+  answered_ = true;
   gboolean live = FALSE;
   gst_query_parse_latency(query, &live, nullptr, nullptr);
   const std::int64_t least = std::max(reported_by_sources(), wait_.load()) + work_time_;
@@ -125,7 +153,8 @@ bool LiveTiming::answer(GstQuery* query) {
 
 GstClockTime LiveTiming::wake_at(std::int64_t deadline) const {
   // Unsigned, and back where it was after the base class's addition.
-  const std::int64_t added = std::max(reported_by_sources(), room_.load()) + extra_;
+  const std::int64_t sources = answered_ ? std::max(reported_by_sources(), room_.load()) : 0;
+  const std::int64_t added = sources + extra_;
   return static_cast<GstClockTime>(std::max<std::int64_t>(deadline, 0) - added);
 }
 

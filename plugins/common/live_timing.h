@@ -14,6 +14,7 @@
 #include <atomic>
 #include <chrono>
 #include <cstdint>
+#include <mutex>
 
 #include "live/lateness_window.h"
 
@@ -33,6 +34,13 @@ class LiveTiming {
   /// At the start of the stream.
   void start(const LiveSettings& settings);
 
+  /// After a flush the pipeline may set running time back, when its sinks have got something: until
+  /// then the clock says nothing.
+  void flushed();
+
+  /// Running time, no_time where it is not known.
+  std::int64_t now() const;
+
   /// Whether deadlines count. Not to be asked in get_next_time.
   bool live() const;
 
@@ -46,6 +54,8 @@ class LiveTiming {
   std::int64_t wait() const { return wait_; }
   /// The latency that is reported, ns.
   std::int64_t latency() const { return latency_; }
+  /// How late anything may come to be waited for, ns.
+  std::int64_t limit() const { return limit_; }
 
   /// Answers a LATENCY query in the place of the base class.
   bool answer(GstQuery* query);
@@ -55,15 +65,20 @@ class LiveTiming {
 
  private:
   std::int64_t reported_by_sources() const;
+  bool learn(const LiveSettings& settings, bool playing);  // true: the latency has changed
   void make_room(std::int64_t room);
   bool ask_base(GstQuery* query);
 
   GstAggregator* element_;
-  LatenessWindow work_;  // the streaming thread's
-  std::atomic<std::int64_t> wait_{0}, work_time_{0}, latency_{0};
+  std::mutex mutex_;  // one thread learns at a time; protects work_
+  LatenessWindow work_;
+  std::atomic<std::int64_t> wait_{0}, work_time_{0}, latency_{0}, limit_{0};
   // How much the pads hold, which the base class takes for the sources' latency (its property
   // min-upstream-latency) and adds to deadlines, as it adds its property latency.
   std::atomic<std::int64_t> room_{0}, extra_{0};
+  std::atomic<GstClockTime> base_at_flush_{GST_CLOCK_TIME_NONE};
+  std::atomic<gint64> flush_time_{0};  // monotonic µs
+  std::atomic<bool> answered_{false};  // upstream has answered, so the base class knows them
 };
 
 }  // namespace polyhull::element

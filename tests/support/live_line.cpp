@@ -43,7 +43,7 @@ std::string ring_rig(const LiveOptions& options) {
   }
   const std::string path =
       (std::filesystem::temp_directory_path() /
-       ("polyhull_live_" + std::to_string(options.cameras) + "_" + std::to_string(options.width) +
+       ("polyhull_live_" + std::to_string(::getuid()) + "_" + std::to_string(options.cameras) + "_" + std::to_string(options.width) +
         "x" + std::to_string(options.height) + ".json"))
           .string();
   const std::string partial = path + "." + std::to_string(::getpid());
@@ -55,7 +55,8 @@ std::string ring_rig(const LiveOptions& options) {
 /// A spindle of 1.7 m as an OBJ file, quickly drawn: machines shall be busy with the line, not with
 /// its cameras. Returns its path.
 std::string spindle() {
-  const auto path = std::filesystem::temp_directory_path() / "polyhull_live_spindle.obj";
+  const auto path = std::filesystem::temp_directory_path() /
+                    ("polyhull_live_" + std::to_string(::getuid()) + "_spindle.obj");
   const std::string partial = path.string() + "." + std::to_string(::getpid());
   std::ofstream file(partial);
   constexpr int around = 10, rows = 6;
