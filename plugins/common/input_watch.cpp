@@ -19,14 +19,26 @@ struct Silent {
   bool ever;
 };
 
+/// Whether the pipeline is to play: its elements are told so only when all have their first buffer.
+bool is_to_play(GstElement* element) {
+  auto* top = GST_OBJECT(gst_object_ref(element));
+  while (GstObject* parent = gst_object_get_parent(top)) {
+    gst_object_unref(top);
+    top = parent;
+  }
+  const bool playing = GST_STATE_TARGET(top) == GST_STATE_PLAYING;
+  gst_object_unref(top);
+  return playing;
+}
+
 /// The pads on which nothing waits, while others are kept waiting.
 std::vector<Silent> silent_pads(GstElement* element) {
   std::vector<Silent> silent;
   std::vector<LivePadState*> states;
   bool others_wait = false;
   const gint64 now = g_get_monotonic_time();
+  const bool playing = is_to_play(element);
   GST_OBJECT_LOCK(element);
-  const bool playing = GST_STATE_TARGET(element) == GST_STATE_PLAYING;
   for (GList* l = element->sinkpads; l != nullptr; l = l->next) {
     LivePadState& state = live_state_of(l->data);
     if (!playing) state.last_buffer = now;  // what is paused is silent
