@@ -205,7 +205,8 @@ Step build_set(PolyhullHullBuild* self, const Pads& pads, const ViewDecision& se
     if (!priv.pace.wanted(set.time))
       return drop_set(self, pads, set, settings, "sets-unwanted");
     if (is_overdue(self, pads, set)) {
-      note_pace(self, pads, set, true);
+      // Where a sink is what is late, whoever draws for it sets the pace.
+      if (!priv.pace.too_late(set.time)) note_pace(self, pads, set, true);
       return drop_set(self, pads, set, settings, "sets-overdue");
     }
   }
