@@ -262,7 +262,7 @@ GstFlowReturn composite_aggregate(GstAggregator* aggregator, gboolean timeout) {
     if (live) {
       const LiveSettings settings = snapshot(self, priv.settings).live();
       priv.timing.update(settings);
-      priv.pace.set_patience(std::max(priv.timing.limit(), priv.timing.wait()));
+      priv.pace.set_patience(std::max(priv.timing.limit(), priv.timing.wait()) + GST_SECOND);
       priv.pace.tell_sources();
       drop_useless(self, pads.background);
     }

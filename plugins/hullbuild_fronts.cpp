@@ -108,7 +108,7 @@ std::int64_t next_deadline(PolyhullHullBuild* self, const Pads& pads) {
     if (front == nullptr) {
       const bool ended = gst_aggregator_pad_is_eos(pad);
       all = all && ended;
-      new_camera = new_camera || (!ended && !state_of(pad).delivered);
+      new_camera = new_camera || (!ended && state_of(pad).last_time == no_time);
       continue;
     }
     // A gap is waited for to its end: up to there it speaks for its camera.

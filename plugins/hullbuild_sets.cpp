@@ -326,7 +326,9 @@ Step next_step(PolyhullHullBuild* self, const Pads& pads, bool deadline_passed) 
 void forget_flushed(PolyhullHullBuild* self, const Pads& pads) {
   for (GstAggregatorPad* pad : pads) {
     if (!live_state_of(pad).flushed.exchange(false)) continue;
+    const bool delivered = state_of(pad).delivered;
     state_of(pad).reset();
+    state_of(pad).delivered = delivered;  // it is still the camera that it was
     self->priv->sets.reset();
     self->priv->first_time = self->priv->last_time = no_time;
     self->priv->new_segment = true;
@@ -362,7 +364,10 @@ GstFlowReturn send_next_set(PolyhullHullBuild* self, bool timeout) {
     priv.timing.update(settings.live());
     priv.start_wait = static_cast<std::int64_t>(
         GST_CLOCK_TIME_IS_VALID(settings.max_wait) ? 0 : settings.max_latency);
-    priv.pace.set_patience(std::max(priv.timing.limit(), priv.timing.wait()));
+    // What is only a little too late shall arrive here, to be counted and named.
+    priv.pace.set_patience(std::max({priv.timing.limit(), priv.timing.wait(),
+                                     static_cast<std::int64_t>(settings.max_latency)}) +
+                           GST_SECOND);
     priv.pace.tell_sources();
   }
   Step step{Outcome::again};
