@@ -3,8 +3,6 @@
 
 #include <algorithm>
 
-#include "common/live_pad.h"
-
 namespace polyhull::element {
 namespace {
 
@@ -68,9 +66,11 @@ bool FrameClock::seek(GstSegment* segment) {
   const std::scoped_lock lock(mutex_);
   grids_.reset();  // running time may be set back
   lateness_.reset();
-  base_at_seek_ =
-      first_ ? GST_CLOCK_TIME_NONE : gst_element_get_base_time(GST_ELEMENT_CAST(source_));
-  seek_time_ = g_get_monotonic_time();
+  if (first_) {
+    clock_.reset();
+  } else {
+    clock_.flushed();
+  }
   sought_ = segment->position;
   if (rate_n_ == 0) return true;
   // The frame that is on show then.
@@ -91,18 +91,10 @@ void FrameClock::set_delay(const Delay& delay) {
                              gst_message_new_latency(GST_OBJECT_CAST(source_)));
 }
 
-/// After a flushing seek the pipeline sets running time back when its sinks have got something; until
-/// then the clock says nothing.
-bool FrameClock::knows_time() const {
-  return base_at_seek_ != gst_element_get_base_time(GST_ELEMENT_CAST(source_)) ||
-         g_get_monotonic_time() - seek_time_ > G_USEC_PER_SEC;
-}
-
 FrameClock::Frame FrameClock::next() {
   const bool live = gst_base_src_is_live(source_);
   const std::scoped_lock lock(mutex_);
-  const std::int64_t now =
-      live && knows_time() ? running_time_now(GST_ELEMENT_CAST(source_)) : no_time;
+  const std::int64_t now = live ? clock_.now() : no_time;
   Frame frame;
   frame.number = next_;
   const std::int64_t begin = running_time_of(next_);
@@ -171,7 +163,7 @@ void FrameClock::report(std::int64_t now, std::int64_t late) {
   bool changed = false;
   {
     const std::scoped_lock lock(mutex_);
-    if (!unsynced_ && knows_time()) lateness_.add(now, std::max<std::int64_t>(late, 0));
+    if (!unsynced_ && clock_.now() != no_time) lateness_.add(now, std::max<std::int64_t>(late, 0));
     const std::int64_t latency = lateness_.largest(now).value_or(0);
     changed = std::abs(latency - reported_) > steady;
     if (changed) reported_ = latency;

@@ -16,6 +16,7 @@
 #include <utility>
 
 #include "common/live_pace.h"
+#include "common/live_pad.h"
 #include "live/frame_grid.h"
 #include "live/lateness_window.h"
 
@@ -39,7 +40,7 @@ class FrameClock {
     std::int64_t of(std::uint64_t number) const;
   };
 
-  explicit FrameClock(GstBaseSrc* source) : source_(source) {}
+  explicit FrameClock(GstBaseSrc* source) : source_(source), clock_(GST_ELEMENT_CAST(source)) {}
 
   /// From the start on: rate unknown, frame 0.
   void reset();
@@ -70,16 +71,14 @@ class FrameClock {
  private:
   GstClockTime time_of(std::uint64_t number) const;
   std::int64_t running_time_of(std::uint64_t number) const;
-  bool knows_time() const;
   void report(std::int64_t now, std::int64_t late);
 
   GstBaseSrc* source_;
+  FlushedClock clock_;
   mutable std::mutex mutex_;  // protects all below
   int rate_n_ = 0, rate_d_ = 1;
   std::uint64_t next_ = 0;
   GstClockTime sought_ = 0;  // before the rate was known
-  GstClockTime base_at_seek_ = GST_CLOCK_TIME_NONE;
-  gint64 seek_time_ = 0;     // monotonic µs
   bool first_ = true;        // no frame has been made yet
   bool unsynced_ = true;     // no frame has been through get_times() yet
   Delay delay_;

@@ -180,4 +180,15 @@ std::int64_t running_time_now(GstElement* element) {
   return static_cast<std::int64_t>(now - base);
 }
 
+void FlushedClock::flushed() {
+  base_at_flush_ = gst_element_get_base_time(element_);
+  flush_time_ = g_get_monotonic_time();
+}
+
+std::int64_t FlushedClock::now() const {
+  const bool known = base_at_flush_ != gst_element_get_base_time(element_) ||
+                     g_get_monotonic_time() - flush_time_ > G_USEC_PER_SEC;
+  return known ? running_time_now(element_) : no_time;
+}
+
 }  // namespace polyhull::element

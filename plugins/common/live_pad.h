@@ -102,4 +102,20 @@ inline bool more_wait(GstAggregatorPad* pad) {
 /// Running time of \p element's clock now, no_time where it has no clock or has not started.
 std::int64_t running_time_now(GstElement* element);
 
+/// The same for an element that is sought. After a flush the pipeline may set running time back,
+/// when its sinks have got something: until then, a second at most, the clock says nothing.
+class FlushedClock {
+ public:
+  explicit FlushedClock(GstElement* element) : element_(element) {}
+  void flushed();
+  void reset() { base_at_flush_ = GST_CLOCK_TIME_NONE; }
+  /// Running time, no_time where it is not known.
+  std::int64_t now() const;
+
+ private:
+  GstElement* element_;
+  std::atomic<GstClockTime> base_at_flush_{GST_CLOCK_TIME_NONE};
+  std::atomic<gint64> flush_time_{0};  // monotonic µs
+};
+
 }  // namespace polyhull::element

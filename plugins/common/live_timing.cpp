@@ -3,8 +3,6 @@
 
 #include <algorithm>
 
-#include "common/live_pad.h"
-
 namespace polyhull::element {
 namespace {
 
@@ -34,7 +32,7 @@ void for_each_pad(GstAggregator* element, Body&& body) {
 
 }  // namespace
 
-LiveTiming::LiveTiming(GstAggregator* element) : element_(element) {}
+LiveTiming::LiveTiming(GstAggregator* element) : element_(element), clock_(GST_ELEMENT_CAST(element)) {}
 
 void LiveTiming::start(const LiveSettings& settings) {
   {
@@ -42,7 +40,7 @@ void LiveTiming::start(const LiveSettings& settings) {
     work_.reset();
     work_time_ = 0;
     latency_ = 0;
-    base_at_flush_ = GST_CLOCK_TIME_NONE;
+    clock_.reset();
   }
   for_each_pad(element_, [](LivePadState& pad) {
     pad.punctuality.reset();
@@ -50,18 +48,6 @@ void LiveTiming::start(const LiveSettings& settings) {
     pad.last_buffer = g_get_monotonic_time();
   });
   update(settings);
-}
-
-void LiveTiming::flushed() {
-  base_at_flush_ = gst_element_get_base_time(GST_ELEMENT_CAST(element_));
-  flush_time_ = g_get_monotonic_time();
-}
-
-std::int64_t LiveTiming::now() const {
-  const bool known =
-      base_at_flush_ != gst_element_get_base_time(GST_ELEMENT_CAST(element_)) ||
-      g_get_monotonic_time() - flush_time_ > G_USEC_PER_SEC;
-  return known ? running_time_now(GST_ELEMENT_CAST(element_)) : no_time;
 }
 
 bool LiveTiming::live() const {

@@ -16,6 +16,7 @@
 #include <cstdint>
 #include <mutex>
 
+#include "common/live_pad.h"
 #include "live/lateness_window.h"
 
 namespace polyhull::element {
@@ -34,12 +35,11 @@ class LiveTiming {
   /// At the start of the stream.
   void start(const LiveSettings& settings);
 
-  /// After a flush the pipeline may set running time back, when its sinks have got something: until
-  /// then the clock says nothing.
-  void flushed();
+  /// After a flush.
+  void flushed() { clock_.flushed(); }
 
   /// Running time, no_time where it is not known.
-  std::int64_t now() const;
+  std::int64_t now() const { return clock_.now(); }
 
   /// Whether deadlines count. Not to be asked in get_next_time.
   bool live() const;
@@ -76,8 +76,7 @@ class LiveTiming {
   // How much the pads hold, which the base class takes for the sources' latency (its property
   // min-upstream-latency) and adds to deadlines, as it adds its property latency.
   std::atomic<std::int64_t> room_{0}, extra_{0};
-  std::atomic<GstClockTime> base_at_flush_{GST_CLOCK_TIME_NONE};
-  std::atomic<gint64> flush_time_{0};  // monotonic µs
+  FlushedClock clock_;
   std::atomic<bool> answered_{false};  // upstream has answered, so the base class knows them
 };
 
