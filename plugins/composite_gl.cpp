@@ -2,9 +2,11 @@
 #include "composite_gl.h"
 
 #include <exception>
+#include <mutex>
 #include <utility>
 
 #include "base/error.h"
+#include "render/gl_objects.h"
 
 namespace polyhull::element {
 namespace {
@@ -45,9 +47,18 @@ void run_job(GstGLContext*, gpointer data) {
   }
 }
 
-/// On the context's thread; exceptions come through.
+/// On the context's thread; exceptions come through. One at a time in this process where Mesa's
+/// software rasteriser draws: each of its contexts looks into the lists of all others without a
+/// lock when it samples or maps a texture (lp_setup_is_resource_referenced, Mesa 22.3), and crashes
+/// when another one is drawing.
 void on_thread(GstGLContext* context, const std::function<void()>& work) {
-  Job job{&work, nullptr};
+  static std::mutex software_rasteriser;
+  const std::function<void()> alone = [&work] {
+    std::unique_lock lock(software_rasteriser, std::defer_lock);
+    if (gl::is_software()) lock.lock();
+    work();
+  };
+  Job job{&alone, nullptr};
   gst_gl_context_thread_add(context, run_job, &job);
   if (job.thrown) std::rethrow_exception(job.thrown);
 }

@@ -40,6 +40,7 @@ struct HullBuildState {
   std::int64_t first_time = no_time;  // of the stream's first view
   std::int64_t last_time = no_time;   // of the last instant, and
   std::int64_t interval = 0;          // the least time between two, where views have no length
+  std::vector<std::int64_t> unexplained;  // dropped instants whose camera may only be silent
   HullWords words;
 };
 

@@ -116,7 +116,31 @@ void note_pace(PolyhullHullBuild* self, const Pads& pads, const ViewDecision& se
     interval = priv.interval;
   }
   priv.last_time = set.time;
+  for (const std::int64_t time : priv.unexplained) priv.pace.note(time, interval, true);
+  priv.unexplained.clear();
   priv.pace.note(set.time, interval, lost);
+}
+
+/// Whether a camera that the set lacks has sent a later view: it has left this instant out.
+bool later_views_wait(const Pads& pads, const ViewDecision& set) {
+  for (std::size_t i = 0; i < pads.size(); ++i)
+    if (state_of(pads[i]).view != nullptr &&
+        !std::binary_search(set.heads.begin(), set.heads.end(), i))
+      return true;
+  return false;
+}
+
+/// Notes that \p set lacks a camera. One that has left this instant out could not keep up; one that
+/// is silent may be gone, and is judged when it sends again. More thinning than by two does not mend
+/// a camera that leaves frames out.
+void note_left_out(PolyhullHullBuild* self, const Pads& pads, const ViewDecision& set) {
+  HullBuildState& priv = *self->priv;
+  if (priv.pace.thins() || set.time == no_time) return;
+  if (later_views_wait(pads, set)) {
+    note_pace(self, pads, set, true);
+  } else {
+    priv.unexplained.push_back(set.time);
+  }
 }
 
 Step drop_set(PolyhullHullBuild* self, const Pads& pads, const ViewDecision& set,
@@ -153,15 +177,6 @@ std::vector<AbsentCamera> absent_cameras(PolyhullHullBuild* self, const Pads& pa
     absent.push_back(std::move(camera));
   }
   return absent;
-}
-
-/// Whether a camera that the set lacks has sent a later view: it has left this instant out.
-bool later_views_wait(const Pads& pads, const ViewDecision& set) {
-  for (std::size_t i = 0; i < pads.size(); ++i)
-    if (state_of(pads[i]).view != nullptr &&
-        !std::binary_search(set.heads.begin(), set.heads.end(), i))
-      return true;
-  return false;
 }
 
 /// Whether a live set comes when nobody can use it any more, and newer views wait.
@@ -213,9 +228,7 @@ Step build_set(PolyhullHullBuild* self, const Pads& pads, const ViewDecision& se
   const std::vector<AbsentCamera> absent = absent_cameras(self, pads, set);
   priv.words.absent(element, absent);
   if (!absent.empty() && must_be_whole(absent, settings)) {
-    // A camera that has left this instant out could not keep up; one that is silent may be gone.
-    // More thinning than by two does not mend a camera that leaves frames out.
-    if (later_views_wait(pads, set) && !priv.pace.thins()) note_pace(self, pads, set, true);
+    note_left_out(self, pads, set);
     const Step dropped = drop_set(self, pads, set, settings, "sets-dropped-incomplete");
     const bool over = settings.missing_camera == MissingCamera::drop_set && any_ended(pads);
     return over ? Step{Outcome::ended} : dropped;
@@ -245,7 +258,11 @@ Step build_set(PolyhullHullBuild* self, const Pads& pads, const ViewDecision& se
     post_dropped(self, set);
     return {Outcome::again};
   }
-  if (!absent.empty()) priv.statistics.count("sets-incomplete");
+  // Who has been silent for this long is gone.
+  if (!absent.empty()) {
+    priv.statistics.count("sets-incomplete");
+    priv.unexplained.clear();
+  }
   priv.words.built(element, set.time, used, absent);
   if (priv.stage.all_see_foreground()) priv.words.hull(element, used, priv.stage.is_empty());
   note_pace(self, pads, set, false);
@@ -354,6 +371,7 @@ void forget_streams(PolyhullHullBuild* self) {
   self->priv->sets.reset();
   self->priv->first_time = self->priv->last_time = no_time;
   self->priv->interval = 0;
+  self->priv->unexplained.clear();
 }
 
 GstFlowReturn send_next_set(PolyhullHullBuild* self, bool timeout) {

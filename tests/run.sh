@@ -18,7 +18,7 @@ polyhull_install "${polyhull_packages_build[@]}" "${polyhull_packages_run[@]}" \
   "${polyhull_packages_test[@]}"
 polyhull_compile "$polyhull_build" -Dtests=true
 
-passed=0 failed=0 skipped=0
+passed=0 failed=0 skipped=0 broken=
 # run_suite BUILD-DIRECTORY MESON-TEST-ARGUMENT...: adds meson's summary to the totals.
 run_suite() {
   local directory=$1 log
@@ -35,6 +35,9 @@ run_suite() {
   passed=$((passed + ${ok:-0}))
   failed=$((failed + ${fail:-0} + ${timeout:-0}))
   skipped=$((skipped + ${skip:-0}))
+  broken+=$(grep -E '^ *[0-9]+/[0-9]+ .* (FAIL|ERROR|TIMEOUT) ' "$log" || true)
+  # gst-check's lines that say which check failed, and where.
+  broken+=$(grep -hE '^[^ ]+:[0-9]+:[EF]:' "$directory/meson-logs/testlog.txt" | sed 's/^/\n  /' || true)
   rm -f "$log"
 }
 
@@ -49,6 +52,7 @@ if ! $quick; then
     --timeout-multiplier 4
 fi
 
+[ -z "$broken" ] || printf 'What failed:\n%b\n' "$broken"
 say "logs: $polyhull_build/meson-logs/testlog.txt"
 echo "$passed passed, $failed failed, $skipped skipped"
 [ "$failed" -eq 0 ]

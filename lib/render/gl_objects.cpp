@@ -2,6 +2,7 @@
 #include "render/gl_objects.h"
 
 #include <string>
+#include <string_view>
 
 #include "base/error.h"
 
@@ -36,6 +37,11 @@ void check_framebuffer(const char* what) {
 
 bool is_embedded() {
   return !epoxy_is_desktop_gl();
+}
+
+bool is_software() {
+  const auto* renderer = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
+  return renderer != nullptr && std::string_view(renderer).find("llvmpipe") != std::string_view::npos;
 }
 
 }  // namespace polyhull::gl

@@ -85,4 +85,7 @@ void check_framebuffer(const char* what);
 /// Whether the current context is OpenGL ES.
 bool is_embedded();
 
+/// Whether the current context is drawn by Mesa's software rasteriser.
+bool is_software();
+
 }  // namespace polyhull::gl
