@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gst/gst.h>
 
-#include "chromamatte.h"
-#include "composite.h"
-#include "contourfind.h"
-#include "gaussblur.h"
-#include "hullbuild.h"
-#include "hullexport.h"
-#include "serialtrigger.h"
-#include "rigtestsrc.h"
-#include "scenesrc.h"
-#include "silhouette.h"
-#include "hulltexture.h"
+#include "plugins/chromamatte/chromamatte.h"
+#include "plugins/composite/composite.h"
+#include "plugins/contourfind/contourfind.h"
+#include "plugins/gaussblur/gaussblur.h"
+#include "plugins/hullbuild/hullbuild.h"
+#include "plugins/hullexport/hullexport.h"
+#include "plugins/hulltexture/hulltexture.h"
+#include "plugins/rigtestsrc/rigtestsrc.h"
+#include "plugins/scenesrc/scenesrc.h"
+#include "plugins/serialtrigger/serialtrigger.h"
+#include "plugins/silhouette/silhouette.h"
 
 // One declaration and one line in plugin_init() per element, in the data's order.
 

@@ -14,9 +14,9 @@
 #include <string_view>
 #include <vector>
 
+#include "base/rings.h"
 #include "hull/hull.h"
 #include "rig/rig.h"
-#include "silhouette/rings.h"
 
 namespace polyhull {
 

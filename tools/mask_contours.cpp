@@ -7,10 +7,10 @@
 
 #include "base/error.h"
 #include "base/picture.h"
-#include "silhouette/approximate.h"
-#include "silhouette/blur.h"
+#include "silhouette/blur/blur.h"
+#include "silhouette/contour/approximate.h"
+#include "silhouette/contour/trace.h"
 #include "silhouette/silhouette.h"
-#include "silhouette/trace.h"
 
 namespace polyhull {
 namespace {

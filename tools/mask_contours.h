@@ -5,8 +5,8 @@
 
 #include <string>
 
+#include "base/rings.h"
 #include "rig/camera.h"
-#include "silhouette/rings.h"
 
 namespace polyhull {
 

@@ -15,11 +15,11 @@
 #include "base/error.h"
 #include "base/thread_pool.h"
 #include "camera_files.h"
+#include "files/mesh_files.h"
 #include "hull/hull.h"
 #include "hull/measure.h"
 #include "hull_scene.h"
 #include "mask_contours.h"
-#include "wire/mesh_files.h"
 
 namespace polyhull {
 namespace {

@@ -11,6 +11,7 @@
 #include "rig/check.h"
 #include "rig/check_pictures.h"
 #include "rig/import.h"
+#include "studio/cameras/default_rig.h"
 
 namespace {
 
@@ -57,7 +58,7 @@ void write(const Rig& rig, const std::string& path) {
 
 // The built-in rig where \p file is empty.
 Rig rig_of(const std::string& file) {
-  return file.empty() ? default_rig() : load_rig(file);
+  return open_rig(file);
 }
 
 int run_import(ImportArguments& arguments) {

@@ -13,10 +13,12 @@
 
 #include "base/error.h"
 #include "base/picture.h"
-#include "figure/subject.h"
 #include "raytrace/path_tracer.h"
 #include "rig/rig.h"
 #include "scene/scene.h"
+#include "studio/cameras/default_rig.h"
+#include "studio/figure/subject.h"
+#include "studio/room/room.h"
 
 using namespace polyhull;
 

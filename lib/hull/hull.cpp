@@ -10,12 +10,12 @@
 
 #include "base/error.h"
 #include "base/thread_pool.h"
-#include "hull/assemble.h"
-#include "hull/cone_cache.h"
-#include "hull/face_clipper.h"
-#include "hull/scene.h"
-#include "hull/simplify.h"
-#include "hull/triangulate.h"
+#include "hull/cones/cone_cache.h"
+#include "hull/faces/clipping_problem.h"
+#include "hull/faces/face_clipper.h"
+#include "hull/surface/assemble.h"
+#include "hull/surface/simplify.h"
+#include "hull/surface/triangulate.h"
 
 namespace polyhull {
 namespace {

@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "base/rings.h"
 #include "rig/camera.h"
-#include "silhouette/rings.h"
 
 namespace polyhull {
 

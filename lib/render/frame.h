@@ -10,10 +10,10 @@
 #include <string>
 #include <vector>
 
+#include "mesh/mesh.h"
 #include "render/light_samples.h"
 #include "render/projection.h"
 #include "scene/scene.h"
-#include "wire/frames.h"
 
 namespace polyhull {
 

@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "wire/frames.h"
+#include "mesh/mesh.h"
 
 namespace polyhull {
 

@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "base/vector.h"
+#include "mesh/mesh.h"
 #include "rig/camera.h"
-#include "wire/frames.h"
 
 namespace polyhull {
 

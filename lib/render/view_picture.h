@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "wire/frames.h"
+#include "mesh/view.h"
 
 namespace polyhull {
 

@@ -42,8 +42,4 @@ void validate_rig(const Rig& rig, const std::string& source);
 /// Throws Error, naming \p where, if \p camera alone breaks a rule of load_rig().
 void validate_camera(const Camera& camera, const std::string& where);
 
-/// The built-in rig: four cameras (cam0 .. cam3) of 1024x768 around a 4 m stage, metres, y up,
-/// floor at y = 0, bounds 2.4 m wide and 2.3 m high around the origin.
-Rig default_rig();
-
 }  // namespace polyhull

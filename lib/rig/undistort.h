@@ -3,8 +3,8 @@
 /// Contours from real pixels to pinhole pixels.
 #pragma once
 
+#include "base/rings.h"
 #include "rig/camera.h"
-#include "silhouette/rings.h"
 
 namespace polyhull {
 

@@ -189,8 +189,4 @@ Camera look_at(const Vec3& eye, const Vec3& target, double vertical_fov, int wid
   return camera;
 }
 
-Scene open_scene(const std::string& name) {
-  return name.empty() || name == "builtin:room" ? room_scene() : load_scene(name);
-}
-
 }  // namespace polyhull

@@ -90,13 +90,6 @@ struct Scene {
 /// cannot be read, a required extension that is not known.
 Scene load_scene(const std::string& path);
 
-/// The built-in room: a polished floor, a table, a pillar that can hide the subject, one area
-/// light.
-Scene room_scene();
-
-/// load_scene(), or room_scene() for "" and "builtin:room".
-Scene open_scene(const std::string& name);
-
 /// Writes \p scene as a GLB file that load_scene() reads back. Throws Error.
 void save_scene(const Scene& scene, const std::string& path);
 

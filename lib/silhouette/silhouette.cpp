@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "silhouette/chroma.h"
-#include "silhouette/kept_matte.h"
-#include "silhouette/row_ahead.h"
+#include "silhouette/blur/kept_matte.h"
+#include "silhouette/pixels/chroma.h"
+#include "silhouette/pixels/row_ahead.h"
 
 namespace polyhull {
 

@@ -8,11 +8,11 @@
 #include <cstdint>
 #include <memory>
 
-#include "silhouette/approximate.h"
-#include "silhouette/blur.h"
-#include "silhouette/key.h"
-#include "silhouette/rings.h"
-#include "silhouette/trace.h"
+#include "base/rings.h"
+#include "silhouette/blur/blur.h"
+#include "silhouette/contour/approximate.h"
+#include "silhouette/contour/trace.h"
+#include "silhouette/key/key.h"
 
 namespace polyhull {
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <string_view>
 
+#include "rig/rig.h"
 #include "wire/mesh_generated.h"
 #include "wire/view_table.h"
 

@@ -4,7 +4,7 @@
 /// the views' pixels in the views' order.
 #pragma once
 
-#include "wire/frames.h"
+#include "mesh/mesh.h"
 #include "wire/payload.h"
 
 namespace polyhull {

@@ -3,7 +3,7 @@
 /// A View as application/x-polyhull-view bytes, and back. Layout: payload.h.
 #pragma once
 
-#include "wire/frames.h"
+#include "mesh/view.h"
 #include "wire/payload.h"
 
 namespace polyhull {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "common/enums.h"
+#include "plugins/common/enums.h"
 
 #include <string>
 

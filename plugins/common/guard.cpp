@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "common/guard.h"
+#include "plugins/common/guard.h"
 
 #include <new>
 

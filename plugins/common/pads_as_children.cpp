@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "common/pads_as_children.h"
+#include "plugins/common/pads_as_children.h"
 
 #include <gst/base/gstaggregator.h>
 #include <gst/gst.h>

@@ -19,7 +19,7 @@
 #include <type_traits>
 #include <vector>
 
-#include "common/enums.h"
+#include "plugins/common/enums.h"
 
 namespace polyhull::element {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "common/statistics.h"
+#include "plugins/common/statistics.h"
 
 #include <cstring>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "common/trigger.h"
+#include "plugins/common/trigger.h"
 
-#include "wire/frames.h"
+#include "mesh/view.h"
 
 namespace polyhull::element {
 namespace {

@@ -13,10 +13,10 @@
 #include <functional>
 
 #include "base/error.h"
-#include "silhouette/approximate.h"
-#include "silhouette/blur.h"
+#include "silhouette/blur/blur.h"
+#include "silhouette/contour/approximate.h"
+#include "silhouette/contour/trace.h"
 #include "silhouette/silhouette.h"
-#include "silhouette/trace.h"
 #include "support/scenes.h"
 #include "true_body.h"
 #include "voxel_hull.h"

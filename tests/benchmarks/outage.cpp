@@ -6,9 +6,10 @@
 #include <cmath>
 #include <numbers>
 
-#include "figure/camera_picture.h"
-#include "silhouette/approximate.h"
+#include "silhouette/contour/approximate.h"
 #include "silhouette/silhouette.h"
+#include "studio/cameras/camera_picture.h"
+#include "studio/cameras/default_rig.h"
 
 namespace polyhull::benchmark {
 namespace {

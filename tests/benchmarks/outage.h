@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "base/picture.h"
-#include "figure/coverage_raster.h"
 #include "hull/hull.h"
 #include "rig/rig.h"
+#include "studio/cameras/coverage_raster.h"
 
 namespace polyhull::benchmark {
 

@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "silhouette/frame.h"
-#include "silhouette/matte.h"
-#include "silhouette/rings.h"
+#include "base/rings.h"
+#include "silhouette/pixels/frame.h"
+#include "silhouette/pixels/matte.h"
 
 namespace polyhull::benchmark {
 

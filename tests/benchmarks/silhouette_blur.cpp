@@ -9,7 +9,7 @@
 
 #include "benchmarks/measure.h"
 #include "benchmarks/shapes.h"
-#include "silhouette/blur.h"
+#include "silhouette/blur/blur.h"
 
 using namespace polyhull;
 using namespace polyhull::benchmark;

@@ -7,7 +7,7 @@
 
 #include "base/picture.h"
 #include "benchmarks/measure.h"
-#include "silhouette/key.h"
+#include "silhouette/key/key.h"
 
 using namespace polyhull;
 using namespace polyhull::benchmark;

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "rig/rig.h"
+#include "studio/cameras/default_rig.h"
 #include "wire/view_payload.h"
 
 namespace polyhull::test {

@@ -14,6 +14,7 @@
 
 #include "element_checks.h"
 #include "scene/announcement.h"
+#include "studio/room/room.h"
 #include "synthetic.h"
 #include "texture/texture_hull.h"
 #include "wire/mesh_payload.h"

@@ -9,6 +9,7 @@
 #include "box_views.h"
 #include "element_checks.h"
 #include "hull/measure.h"
+#include "studio/cameras/default_rig.h"
 #include "wire/mesh_payload.h"
 
 using namespace polyhull;

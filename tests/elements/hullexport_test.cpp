@@ -7,9 +7,10 @@
 #include "base/error.h"
 #include "box_views.h"
 #include "element_checks.h"
+#include "files/obj_reader.h"
 #include "hull/measure.h"
+#include "studio/cameras/default_rig.h"
 #include "wire/mesh_payload.h"
-#include "wire/obj_reader.h"
 
 using namespace polyhull;
 using namespace polyhull::test;

@@ -9,6 +9,7 @@
 
 #include "element_checks.h"
 #include "rig/rig.h"
+#include "studio/cameras/default_rig.h"
 
 using namespace polyhull;
 using namespace polyhull::test;

@@ -13,7 +13,7 @@
 
 #include "element_checks.h"
 #include "scene/announcement.h"
-#include "scene/shapes.h"
+#include "studio/room/shapes.h"
 
 using namespace polyhull;
 using namespace polyhull::test;

@@ -11,7 +11,7 @@
 #include <span>
 #include <vector>
 
-#include "wire/frames.h"
+#include "mesh/view.h"
 #include "wire/view_payload.h"
 
 namespace polyhull::test {

@@ -5,6 +5,7 @@
 #include <iostream>
 
 #include "../lib/wire_examples.h"
+#include "studio/cameras/default_rig.h"
 #include "wire/mesh_payload.h"
 #include "wire/view_payload.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "figure/camera_picture.h"
+#include "studio/cameras/camera_picture.h"
 
 #include <gtest/gtest.h>
 
@@ -10,6 +10,7 @@
 
 #include "base/error.h"
 #include "base/thread_pool.h"
+#include "studio/cameras/default_rig.h"
 
 namespace polyhull {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "figure/figure.h"
+#include "studio/figure/figure.h"
 
 #include <gtest/gtest.h>
 
@@ -11,7 +11,8 @@
 
 #include "base/error.h"
 #include "base/thread_pool.h"
-#include "figure/polygonise.h"
+#include "studio/cameras/default_rig.h"
+#include "studio/figure/polygonise.h"
 
 namespace polyhull {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "wire/mesh_files.h"
+#include "files/mesh_files.h"
 
 #include <gtest/gtest.h>
 #include <tiny_gltf.h>
@@ -12,8 +12,9 @@
 
 #include "base/error.h"
 #include "base/picture.h"
+#include "files/obj_reader.h"
 #include "rig/rig.h"
-#include "wire/obj_reader.h"
+#include "studio/cameras/default_rig.h"
 #include "wire_examples.h"
 
 namespace polyhull {

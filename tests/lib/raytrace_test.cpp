@@ -12,7 +12,8 @@
 #include "raytrace/sampling.h"
 #include "raytrace/surface_grid.h"
 #include "raytrace/tone.h"
-#include "scene/shapes.h"
+#include "studio/room/room.h"
+#include "studio/room/shapes.h"
 
 namespace polyhull {
 namespace {

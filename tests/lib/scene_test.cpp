@@ -12,7 +12,8 @@
 
 #include "base/error.h"
 #include "scene/announcement.h"
-#include "scene/shapes.h"
+#include "studio/room/room.h"
+#include "studio/room/shapes.h"
 
 namespace polyhull {
 namespace {

@@ -7,7 +7,8 @@
 
 #include "raytrace/area_light.h"
 #include "raytrace/path_tracer.h"
-#include "scene/shapes.h"
+#include "studio/room/room.h"
+#include "studio/room/shapes.h"
 
 namespace polyhull {
 namespace {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // The table of docs/elements/hullbuild: what becomes of missing, late, duplicate and out-of-order
 // views.
-#include "wire/view_sets.h"
+#include "mesh/view_sets.h"
 
 #include <gtest/gtest.h>
 

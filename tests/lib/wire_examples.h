@@ -4,7 +4,8 @@
 
 #include <numeric>
 
-#include "wire/frames.h"
+#include "mesh/mesh.h"
+#include "studio/cameras/default_rig.h"
 
 namespace polyhull::examples {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "figure/yuv.h"
+#include "studio/cameras/yuv.h"
 
 #include <gtest/gtest.h>
 

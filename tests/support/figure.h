@@ -6,8 +6,8 @@
 #include <functional>
 #include <vector>
 
+#include "base/rings.h"
 #include "rig/camera.h"
-#include "silhouette/rings.h"
 
 namespace polyhull::test {
 

@@ -13,8 +13,9 @@
 
 #include <unistd.h>
 
-#include "figure/stamp.h"
 #include "rig/rig.h"
+#include "studio/cameras/default_rig.h"
+#include "studio/cameras/stamp.h"
 #include "wire/mesh_payload.h"
 
 namespace polyhull::test {

@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
-#include "silhouette/approximate.h"
-#include "silhouette/blur.h"
-#include "silhouette/trace.h"
+#include "silhouette/blur/blur.h"
+#include "silhouette/contour/approximate.h"
+#include "silhouette/contour/trace.h"
 
 namespace polyhull::test {
 

@@ -5,7 +5,7 @@
 #include <array>
 #include <cmath>
 
-#include "silhouette/trace.h"
+#include "silhouette/contour/trace.h"
 
 namespace polyhull::test {
 namespace {

@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "silhouette/matte.h"
-#include "silhouette/rings.h"
+#include "base/rings.h"
+#include "silhouette/pixels/matte.h"
 
 namespace polyhull::test {
 

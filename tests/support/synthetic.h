@@ -12,9 +12,9 @@
 
 #include "base/picture.h"
 #include "hull/hull.h"
+#include "mesh/mesh.h"
 #include "rig/camera.h"
 #include "scene/scene.h"
-#include "wire/frames.h"
 
 namespace polyhull::synthetic {
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "wire/frames.h"
+#include "mesh/mesh.h"
 
 namespace polyhull::report {
 

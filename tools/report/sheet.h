@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "base/picture.h"
-#include "wire/frames.h"
+#include "mesh/mesh.h"
 
 namespace polyhull::report {
 

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "base/rings.h"
 #include "rig/check.h"
-#include "silhouette/rings.h"
 
 namespace polyhull {
 

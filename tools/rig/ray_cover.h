@@ -12,8 +12,8 @@
 #include <optional>
 #include <vector>
 
+#include "base/rings.h"
 #include "rig/camera.h"
-#include "silhouette/rings.h"
 
 namespace polyhull {
 

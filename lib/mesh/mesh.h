@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// The content of one application/x-polyhull-mesh buffer, in memory: the hull of one instant with
+/// its views. wire/mesh_payload.h turns it into bytes and back.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "hull/hull.h"
+#include "mesh/view.h"
+#include "rig/camera.h"
+#include "texture/texturing.h"
+
+namespace polyhull {
+
+/// A view inside a mesh: with the calibration it was used with.
+struct MeshView {
+  Camera calibration;
+  View view;
+};
+
+/// One instant: the hull, its views, and after hulltexture the texturing.
+struct Mesh {
+  std::uint64_t trigger = no_trigger;
+  std::int64_t capture_time = no_time;  ///< of the set: its earliest view
+  Vec3 up{0.0, 1.0, 0.0};               ///< from the rig, for placing in a scene
+  double metres_per_unit = 1.0;
+  Hull hull;
+  std::vector<MeshView> views;  ///< HullFace::view and Texturing index these
+  std::optional<Texturing> texturing;
+};
+
+}  // namespace polyhull

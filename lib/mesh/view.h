@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// The content of one application/x-polyhull-view buffer, in memory: what one camera saw at one
+/// instant. wire/view_payload.h turns it into bytes and back.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+
+#include "base/rings.h"
+#include "base/vector.h"
+
+namespace polyhull {
+
+inline constexpr std::uint64_t no_trigger = ~std::uint64_t{0};
+inline constexpr std::int64_t no_time = INT64_MIN;
+
+enum class PixelFormat : std::uint8_t { none, rgba, grey };
+
+/// One camera at one instant.
+struct View {
+  std::string camera;
+  std::uint64_t trigger = no_trigger;
+  std::int64_t capture_time = no_time;  ///< ns, absolute (the pipeline clock's)
+  int width = 0;                        ///< full frame
+  int height = 0;
+  Rectangle roi;   ///< the part of the frame that `pixels` covers; empty: no pixels
+  Rings contours;  ///< real (distorted) full-frame pixels
+  PixelFormat format = PixelFormat::none;
+  int stride = 0;  ///< bytes from one row of the region of interest to the next
+  std::span<const std::uint8_t> pixels;  ///< borrowed: the caller keeps the memory
+};
+
+}  // namespace polyhull

@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// Keying: which pixels show the subject, as 8-bit alpha.
+///
+/// The key signal of a pixel is d = min(a·rgb, b·rgb) with two weight vectors that each sum to 0,
+/// so grey has d = 0 at any brightness and d grows with saturation towards the key colour. For
+/// green a = G − R and b = G − B, hence d = G − max(R, B), the prototype's signal; for another hue
+/// the pair is rotated about the grey axis. d needs no luma, so for Y'CbCr formats it is formed
+/// from chroma alone.
+///
+///  - KeyMethod::prototype (thesis 3.4.1): background where d > strength, unless R+G+B >
+///  bright_threshold.
+///  - KeyMethod::soft: alpha = (d_s − d) / (d_s − d_f), d_s the signal of the screen and d_f that
+///  of the
+///    foreground: linear in the mixing fraction of a pixel that shows both, so the half level lies
+///    on the true edge. Both are sampled from the picture unless given. With a clean plate (or
+///    `uneven`) d_s is the plate's (the learned map's) value at that pixel.
+///  - KeyMethod::difference: no screen at all: alpha grows with the colour distance between the
+///  pixel and
+///    the clean plate (or, without one, the key colour), where the plate may be darkened to
+///    `shadow_darkest` or brightened to `light_brightest` of itself first: a shadow scales all
+///    channels alike.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <optional>
+
+#include "base/picture.h"
+#include "base/rings.h"
+#include "base/vector.h"
+#include "silhouette/pixels/frame.h"
+#include "silhouette/pixels/matte.h"
+
+namespace polyhull {
+
+enum class KeyMethod : std::uint8_t { prototype, soft, difference };
+enum class KeyColour : std::uint8_t { green, blue, custom, automatic };
+
+/// What write_rgba() shows.
+enum class KeyView : std::uint8_t {
+  composite,  ///< the despilled picture with the matte as alpha
+  matte,      ///< the matte as opaque grey
+  status,     ///< background black, foreground white, in between coloured by alpha
+  spill,      ///< what despill takes away, opaque
+};
+
+using Rgb = std::array<std::uint8_t, 3>;
+
+struct KeySettings {
+  KeyMethod method = KeyMethod::soft;
+  KeyColour key = KeyColour::green;
+  Rgb colour{0, 255, 0};  ///< with KeyColour::custom
+
+  int strength = 30;           ///< prototype: margin of the key channel, 0..255
+  int bright_threshold = 700;  ///< prototype: R+G+B above this is foreground, 0..765
+
+  double red_gain = 1.0;   ///< multiplies red for the decision only, 0..4
+  double blue_gain = 1.0;  ///< multiplies blue for the decision only, 0..4
+
+  Rectangle roi;  ///< outside is background; empty: the whole frame
+
+  std::optional<Rgb> screen;      ///< soft: sample of the screen; unset: sampled from the picture
+  std::optional<Rgb> foreground;  ///< soft: sample of the subject near its edge; unset: sampled
+  bool uneven = false;  ///< soft: follow slow changes of the screen's signal over the picture
+
+  double clip_black =
+      0.02;  ///< alpha below this fraction is 0, 0..1; the rest is stretched. Noise
+             ///< (measured on the screen) is silenced besides, where nothing else is
+  double clip_white = 0.98;  ///< alpha above this fraction is 255, clip_black..1
+
+  double choke = 0.0;  ///< px by which the matte is shaved off (negative: grown), -32..32
+  double close =
+      0.0;  ///< px: gaps and holes up to twice this width are closed (grown, then choked), 0..32
+
+  double spill = 1.0;  ///< fraction of the key colour's spill removed from the kept pixels, 0..1
+
+  std::shared_ptr<const Picture> plate;  ///< clean plate (RGB or RGBA), the frame's size
+  double difference_low =
+      12.0;  ///< difference: distance in levels up to which a pixel is background
+  double difference_high = 36.0;  ///< difference: distance from which it is foreground
+  double shadow_darkest =
+      0.5;  ///< difference: a shadow keeps at least this fraction of the light, 0..1
+  double light_brightest =
+      1.2;  ///< difference: light may rise to this multiple of the plate's, 1..4
+
+  double light_penalty =
+      0.15;  ///< difference: how much of a change of light counts as distance, 0..1
+
+  std::shared_ptr<const Picture> outside_mask;  ///< grey; where it is not 0 the matte is background
+  std::shared_ptr<const Picture> inside_mask;   ///< grey; where it is not 0 the matte is foreground
+  Rings outside_polygon;  ///< outside these rings (even-odd) is background; empty: no restriction
+  Rings inside_polygon;   ///< inside these rings is foreground
+};
+
+/// What the method needs and the last frame was keyed without.
+enum class KeyLack : std::uint8_t {
+  nothing,
+  screen,  ///< soft, automatic: no screen was found yet, so everything is foreground
+  plate,   ///< difference: no clean plate, so the distance is that to a pure green or blue
+};
+
+/// What the keyer measured or was told; for properties, stats and reports.
+struct KeyCalibration {
+  bool valid = false;              ///< samples found (or given)
+  KeyLack lacks = KeyLack::nothing;
+  Rgb screen{};                    ///< colour of the screen
+  Rgb foreground{};                ///< colour of the foreground
+  double screen_signal = 0.0;      ///< d_s in levels
+  double foreground_signal = 0.0;  ///< d_f in levels
+  int plate_frames_left = 0;       ///< frames still to be averaged into the clean plate
+};
+
+/// Keys the frames of one stream. Use from one thread at a time; key_row() is const and may run on
+/// several threads after prepare().
+class Keyer {
+ public:
+  Keyer();
+  ~Keyer();
+  Keyer(Keyer&&) noexcept;
+  Keyer& operator=(Keyer&&) noexcept;
+
+  /// Takes new settings; samples taken from the picture are kept unless what they depend on
+  /// changed. Throws Error (bad_input) for values out of range.
+  void set(const KeySettings& settings);
+  const KeySettings& settings() const;
+
+  /// Averages the next \p frames frames into the clean plate (with their variation, so that
+  /// flickering lamps are tolerated); meanwhile every frame is keyed with what was there before.
+  void learn_plate(int frames);
+
+  /// Samples the picture again at the next frame.
+  void recalibrate();
+
+  /// Once per frame, before key_row(): samples the picture if needed, learns the plate, lays out
+  /// the per-row tables. Throws Error when the plate's or a mask's size is not the frame's.
+  void prepare(const FrameView& frame);
+
+  /// The frame's part that can be foreground: region of interest and garbage mattes clipped to the
+  /// frame.
+  Rectangle active() const;
+
+  /// True when the matte of a row depends on its neighbours (choke, close): only key() will do.
+  bool needs_plane() const;
+
+  /// Alpha and block states of the whole row \p y (frame.width values). Values are rounded up to
+  /// whole blocks: \p alpha must have room for blocks_across(width) * matte_block.
+  void key_row(const FrameView& frame, int y, std::uint8_t* alpha, BlockState* states) const;
+
+  /// prepare() and all rows, then close and choke.
+  void key(const FrameView& frame, Matte& matte);
+
+  /// Writes the region's pixels as RGBA, \p rgba pointing at its top-left pixel. Colours do not
+  /// depend on the matte, so that a matte blurred later finds despilled pixels beside the subject
+  /// too.
+  void write_rgba(const FrameView& frame, const Matte& matte, const Rectangle& region, KeyView view,
+                  std::uint8_t* rgba, std::ptrdiff_t stride) const;
+
+  KeyCalibration calibration() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace polyhull

@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+// What the keyer shows: despilled picture with matte, or one of the operator's views.
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "silhouette/key/key_state.h"
+#include "silhouette/pixels/colour_kernels.h"
+
+namespace polyhull {
+namespace {
+
+silhouette::DespillForms despill_forms(const silhouette::KeySignal& signal, double amount) {
+  silhouette::DespillForms forms;
+  for (int c = 0; c < 3; ++c) {
+    forms.a[c] = static_cast<std::int16_t>(signal.a[c]);
+    forms.b[c] = static_cast<std::int16_t>(signal.b[c]);
+    forms.take[c] = static_cast<std::int16_t>(
+        std::lround(amount * signal.direction[c] / signal.unit * 32768.0));
+  }
+  return forms;
+}
+
+/// RGBA of one row's stretch, despilled, with \p alpha.
+void composite_row(const FrameView& frame, int y, int x0, int x1,
+                   const silhouette::DespillForms& despill, const std::uint8_t* alpha,
+                   std::uint8_t* out) {
+  const auto& kernels = silhouette::colour_kernels();
+  switch (frame.format) {
+    case FrameFormat::rgbx:
+    case FrameFormat::rgba:
+    case FrameFormat::bgrx:
+    case FrameFormat::bgra: {
+      const bool swap = frame.format == FrameFormat::bgrx || frame.format == FrameFormat::bgra;
+      kernels.composite(frame.row(0, y) + 4 * static_cast<std::ptrdiff_t>(x0), x1 - x0, swap,
+                        despill, alpha, out);
+      return;
+    }
+    case FrameFormat::rgb:
+    case FrameFormat::bgr:
+    case FrameFormat::gray8:
+      convert_row(frame, y, x0, x1, out);
+      kernels.composite(out, x1 - x0, false, despill, alpha, out);
+      return;
+    default:
+      kernels.composite_yuv(frame, y, x0, x1, despill, alpha, out);
+  }
+}
+
+}  // namespace
+
+void Keyer::write_rgba(const FrameView& frame, const Matte& matte, const Rectangle& region,
+                       KeyView view, std::uint8_t* rgba, std::ptrdiff_t stride) const {
+  const State& s = *state_;
+  const bool despills = s.settings.spill > 0.0 && s.method != KeyMethod::difference;
+  // Gains belong to the decision, not to the colour.
+  const silhouette::DespillForms despill =
+      despills
+          ? despill_forms(silhouette::key_signal(s.settings.key, s.hue, 1.0, 1.0), s.settings.spill)
+          : silhouette::DespillForms{};
+  std::vector<std::uint8_t> before;
+  for (int j = 0; j < region.height; ++j) {
+    const int y = region.y + j;
+    std::uint8_t* out = rgba + stride * j;
+    const std::uint8_t* alpha = matte.row(y) + region.x;
+    switch (view) {
+      case KeyView::composite:
+        composite_row(frame, y, region.x, region.x + region.width, despill, alpha, out);
+        break;
+      case KeyView::spill:
+        before.resize(static_cast<std::size_t>(region.width) * 4);
+        convert_row(frame, y, region.x, region.x + region.width, before.data());
+        composite_row(frame, y, region.x, region.x + region.width, despill, alpha, out);
+        for (int x = 0; x < region.width; ++x) {
+          std::uint8_t* p = out + 4 * x;
+          for (int c = 0; c < 3; ++c)
+            p[c] = static_cast<std::uint8_t>(std::abs(before[4 * x + c] - p[c]));
+          p[3] = 255;
+        }
+        break;
+      case KeyView::matte:
+        for (int x = 0; x < region.width; ++x) {
+          out[4 * x] = out[4 * x + 1] = out[4 * x + 2] = alpha[x];
+          out[4 * x + 3] = 255;
+        }
+        break;
+      case KeyView::status:
+        for (int x = 0; x < region.width; ++x) {
+          std::uint8_t* p = out + 4 * x;
+          const std::uint8_t v = alpha[x];
+          // Black, white, and between them blue (nearly background) to red (nearly foreground).
+          const bool between = v != 0 && v != 255;
+          p[0] = v;
+          p[1] = between ? 64 : v;
+          p[2] = between ? static_cast<std::uint8_t>(255 - v) : v;
+          p[3] = 255;
+        }
+        break;
+    }
+  }
+}
+
+}  // namespace polyhull

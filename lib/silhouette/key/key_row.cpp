@@ -1,0 +1,213 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+// Keying of one row, from each kind of format.
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "silhouette/key/key_state.h"
+
+namespace polyhull {
+namespace {
+
+using silhouette::kernels;
+
+// Working memory of one thread, kept between rows.
+struct RowMemory {
+  std::vector<std::uint8_t> pixels;
+  std::vector<std::uint8_t> near_chroma, far_chroma;
+  std::vector<std::int16_t> half, signal;
+  void fit(std::size_t length) {
+    if (signal.size() >= length + 64) return;
+    pixels.resize(4 * length);
+    near_chroma.resize(length + 64);
+    far_chroma.resize(length + 64);
+    half.resize(length + 64);
+    signal.resize(length + 64);
+  }
+};
+
+RowMemory& row_memory(std::size_t length) {
+  static thread_local RowMemory memory;
+  memory.fit(length);
+  return memory;
+}
+
+// Chroma samples [c0, c1) of a row as interleaved pairs: NV12's own memory, or gathered.
+const std::uint8_t* chroma_pairs(const FrameView& frame, int row, int c0, int c1,
+                                 std::uint8_t* memory) {
+  if (frame.format == FrameFormat::nv12) return frame.row(1, row) + 2 * c0;
+  if (frame.format == FrameFormat::i420) {
+    const std::uint8_t* cb = frame.row(1, row);
+    const std::uint8_t* cr = frame.row(2, row);
+    for (int i = c0; i < c1; ++i) {
+      memory[2 * (i - c0)] = cb[i];
+      memory[2 * (i - c0) + 1] = cr[i];
+    }
+    return memory;
+  }
+  const std::uint8_t* from = frame.row(0, row) + (frame.format == FrameFormat::yuy2 ? 1 : 0);
+  for (int i = 2 * c0; i < 2 * c1; ++i) memory[i - 2 * c0] = from[2 * i];
+  return memory;
+}
+
+// Signals of the chroma samples of columns [x0, x1), x0 even: one for two columns, the ends of the
+// row repeated beside it.
+const std::int16_t* chroma_row(const FrameView& frame, int y, const silhouette::ChromaForms& forms,
+                               int x0, int x1, RowMemory& memory) {
+  const silhouette::ChromaRows rows = silhouette::chroma_rows(frame, y);
+  const int available = silhouette::chroma_width(frame);
+  // One more sample on each side for the interpolation.
+  const int c0 = std::max(x0 / 2 - 1, 0), c1 = std::min((x1 + 1) / 2 + 1, available);
+  const std::uint8_t* near_row =
+      chroma_pairs(frame, rows.near_row, c0, c1, memory.near_chroma.data());
+  const std::uint8_t* far_row =
+      rows.far_row == rows.near_row
+          ? near_row
+          : chroma_pairs(frame, rows.far_row, c0, c1, memory.far_chroma.data());
+  std::int16_t* half = memory.half.data() + 8;
+  kernels().chroma_signal(near_row, far_row, rows.near_weight, rows.far_weight, c1 - c0,
+                          forms.weights, forms.offsets, half);
+  half[-1] = half[0];
+  half[c1 - c0] = half[c1 - c0 - 1];
+  return half + (x0 / 2 - c0);
+}
+
+// Signals of `count` pairs of columns from those of their chroma samples.
+void double_row(ChromaSite site, const std::int16_t* from, int count, std::int16_t* out) {
+  if (!silhouette::between_columns(site)) return kernels().double_left(from, count, out);
+  for (int i = 0; i < count; ++i) {
+    out[2 * i] = static_cast<std::int16_t>((from[i - 1] + 3 * from[i] + 2) >> 2);
+    out[2 * i + 1] = static_cast<std::int16_t>((3 * from[i] + from[i + 1] + 2) >> 2);
+  }
+}
+
+// The prototype's rule: background where the signal is above the strength, unless the pixel is
+// bright.
+void prototype_alpha(const std::uint8_t* pixels, const std::int16_t* signal, int count,
+                     int strength, const int sum_weights[3], int bright, std::uint8_t* alpha) {
+  for (int x = 0; x < count; ++x) {
+    const std::uint8_t* p = pixels + 4 * x;
+    const int sum = p[0] * sum_weights[0] + p[1] * sum_weights[1] + p[2] * sum_weights[2];
+    alpha[x] = signal[x] <= strength || sum > bright ? 255 : 0;
+  }
+}
+
+}  // namespace
+
+void Keyer::State::alpha_row(const FrameView& frame, int y, std::uint8_t* alpha,
+                             BlockState* states) const {
+  // Whole blocks around the active columns; the last block of a row may reach past the frame.
+  const int x0 = active.x / matte_block * matte_block;
+  const int x1 = active.x + active.width;
+  const int whole = x0 + (x1 - x0) / matte_block * matte_block;
+  const int end = whole == x1 ? x1 : whole + matte_block;
+  RowMemory& memory = row_memory(row_length());
+  const silhouette::Kernels& run = kernels();
+
+  if (path == Path::pixels && method == KeyMethod::soft && !local) {
+    const std::uint8_t* pixels = frame.row(0, y);
+    const int direct = std::min(end, frame.width / matte_block * matte_block);
+    if (direct > x0)
+      run.pixel_alpha(pixels + 4 * x0, direct - x0, forms, ramp, alpha + x0,
+                      states + x0 / matte_block);
+    if (direct < end) {
+      std::uint8_t last[4 * matte_block] = {};
+      std::memcpy(last, pixels + 4 * direct, static_cast<std::size_t>(4 * (frame.width - direct)));
+      run.pixel_alpha(last, matte_block, forms, ramp, alpha + direct,
+                      states + direct / matte_block);
+    }
+    return;
+  }
+
+  const int stop = std::min(end, frame.width);  // real pixels
+  const std::uint8_t* pixels = nullptr;
+  if (path == Path::pixels) {
+    pixels = frame.row(0, y) + 4 * static_cast<std::ptrdiff_t>(x0);
+  } else if (path == Path::converted) {
+    convert_row(frame, y, x0, stop, memory.pixels.data());
+    std::fill(memory.pixels.data() + 4 * (stop - x0), memory.pixels.data() + 4 * (end - x0), 0);
+    pixels = memory.pixels.data();
+  }
+
+  if (method == KeyMethod::difference) {
+    run.difference_alpha(pixels,
+                         plate.data() + 4 * (row_length() * static_cast<std::size_t>(y) + x0),
+                         end - x0, difference, alpha + x0);
+    run.states(alpha + x0, (end - x0) / matte_block, states + x0 / matte_block);
+    return;
+  }
+
+  if (path == Path::chroma) {
+    const std::int16_t* half = chroma_row(frame, y, chroma, x0, stop, memory);
+    if (!local && !silhouette::between_columns(frame.site) && stop == end)
+      return run.doubled_alpha(half, end - x0, ramp, alpha + x0, states + x0 / matte_block);
+    double_row(frame.site, half, (stop - x0 + 1) / 2, memory.signal.data());
+  } else {
+    run.pixel_signal(pixels, stop - x0, forms, memory.signal.data());
+  }
+  std::fill(memory.signal.data() + (stop - x0), memory.signal.data() + (end - x0), 0);
+
+  if (method == KeyMethod::prototype) {
+    const bool reversed =
+        path == Path::pixels && (format == FrameFormat::bgrx || format == FrameFormat::bgra);
+    const int red = static_cast<int>(std::lround(settings.red_gain * 256.0));
+    const int blue = static_cast<int>(std::lround(settings.blue_gain * 256.0));
+    const int weights[3] = {reversed ? blue : red, 256, reversed ? red : blue};
+    prototype_alpha(pixels, memory.signal.data(), stop - x0,
+                    static_cast<int>(settings.strength * signal.unit), weights,
+                    settings.bright_threshold * 256, alpha + x0);
+    std::fill(alpha + stop, alpha + end, 0);
+    run.states(alpha + x0, (end - x0) / matte_block, states + x0 / matte_block);
+    return;
+  }
+  if (local) {
+    const std::size_t at = row_length() * static_cast<std::size_t>(y) + x0;
+    run.local_alpha(memory.signal.data(), base.data() + at, gain.data() + at, ramp, end - x0,
+                    alpha + x0, states + x0 / matte_block);
+  } else {
+    run.ramp_alpha(memory.signal.data(), end - x0, ramp, alpha + x0, states + x0 / matte_block);
+  }
+}
+
+void Keyer::key_row(const FrameView& frame, int y, std::uint8_t* alpha, BlockState* states) const {
+  const State& s = *state_;
+  const int blocks = blocks_across(frame.width);
+  const int x0 = s.active.x, x1 = s.active.x + s.active.width;
+  if (s.active.empty() || y < s.active.y || y >= s.active.y + s.active.height) {
+    std::fill(alpha, alpha + blocks * matte_block, 0);
+    std::fill(states, states + blocks, block_empty);
+    return;
+  }
+  s.alpha_row(frame, y, alpha, states);
+  if (s.method == KeyMethod::soft)
+    silhouette::quieten_row(s.quiet, x0 / matte_block * matte_block,
+                            std::min(((x1 - 1) / matte_block + 1) * matte_block, frame.width),
+                            alpha, states);
+
+  // Left, right and inside the blocks at the ends: background outside the region of interest.
+  const int first = x0 / matte_block, last = (x1 - 1) / matte_block;
+  std::fill(alpha, alpha + x0, 0);
+  std::fill(states, states + first, block_empty);
+  std::fill(alpha + x1, alpha + blocks * matte_block, 0);
+  std::fill(states + last + 1, states + blocks, block_empty);
+
+  if (!s.allowed.empty() || !s.forced.empty()) {
+    const std::size_t at = s.row_length() * static_cast<std::size_t>(y);
+    if (!s.forced.empty())
+      for (int x = x0; x < x1; ++x) alpha[x] |= s.forced[at + x];
+    if (!s.allowed.empty())
+      for (int x = x0; x < x1; ++x) alpha[x] &= s.allowed[at + x];
+    find_states(alpha + first * matte_block,
+                std::min((last + 1) * matte_block, frame.width) - first * matte_block,
+                states + first);
+    return;
+  }
+  const auto again = [&](int block) {
+    const int begin = block * matte_block;
+    find_states(alpha + begin, std::min(matte_block, frame.width - begin), states + block);
+  };
+  if (x0 % matte_block != 0) again(first);
+  if (x1 % matte_block != 0) again(last);
+}
+
+}  // namespace polyhull

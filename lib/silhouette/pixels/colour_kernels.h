@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// The inner loops that turn frames into RGBA, compiled for several instruction sets from one
+/// source. All variants give the same bytes: everything is integer arithmetic. Internal.
+#pragma once
+
+#include <cstdint>
+
+#include "silhouette/pixels/frame.h"
+
+namespace polyhull::silhouette {
+
+/// What despill takes away: with d = min(a . rgb, b . rgb), which must fit 16 bit, where d > 0
+/// channel c loses (d * take[c] + 2^14) >> 15, clamped to a byte. All take 0: nothing.
+struct DespillForms {
+  std::int16_t a[3] = {};
+  std::int16_t b[3] = {};
+  std::int16_t take[3] = {};
+};
+
+struct ColourKernels {
+  /// Pixels [x0, x1) of row y of a Y'CbCr frame as R, G, B, 255.
+  void (*convert_yuv)(const FrameView& frame, int y, int x0, int x1, std::uint8_t* rgba);
+
+  /// The same, despilled, with alpha[x - x0] as alpha.
+  void (*composite_yuv)(const FrameView& frame, int y, int x0, int x1, const DespillForms& despill,
+                        const std::uint8_t* alpha, std::uint8_t* rgba);
+
+  /// `count` four-byte pixels as R, G, B (bytes 0 and 2 exchanged with \p swap), despilled, with
+  /// alpha[i] as alpha. \p pixels and \p rgba may be the same.
+  void (*composite)(const std::uint8_t* pixels, int count, bool swap, const DespillForms& despill,
+                    const std::uint8_t* alpha, std::uint8_t* rgba);
+};
+
+const ColourKernels& plain_colour_kernels();
+#if defined(__x86_64__)
+const ColourKernels& v3_colour_kernels();  ///< only where v3_supported()
+#endif
+
+/// Those of the instruction set that kernels() chose.
+const ColourKernels& colour_kernels();
+
+}  // namespace polyhull::silhouette

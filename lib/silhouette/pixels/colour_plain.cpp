@@ -1,0 +1,11 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "silhouette/pixels/colour_kernels.inc"
+
+namespace polyhull::silhouette {
+
+const ColourKernels& plain_colour_kernels() {
+  static const ColourKernels table{convert_yuv, composite_yuv, composite};
+  return table;
+}
+
+}  // namespace polyhull::silhouette

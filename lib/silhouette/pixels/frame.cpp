@@ -1,0 +1,207 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "silhouette/pixels/frame.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <cstring>
+#include <string>
+
+#include "base/error.h"
+
+namespace polyhull {
+namespace {
+
+struct PlaneShape {
+  int planes;
+  int bytes;  // per pixel of plane 0
+};
+
+PlaneShape shape_of(FrameFormat format) {
+  switch (format) {
+    case FrameFormat::rgbx:
+    case FrameFormat::bgrx:
+    case FrameFormat::rgba:
+    case FrameFormat::bgra:
+      return {1, 4};
+    case FrameFormat::rgb:
+    case FrameFormat::bgr:
+      return {1, 3};
+    case FrameFormat::gray8:
+      return {1, 1};
+    case FrameFormat::i420:
+      return {3, 1};
+    case FrameFormat::nv12:
+      return {2, 1};
+    case FrameFormat::yuy2:
+    case FrameFormat::uyvy:
+      return {1, 2};
+    case FrameFormat::i420_10le:
+      return {3, 2};
+    case FrameFormat::v210:
+      break;  // no whole bytes per pixel: see row_bytes()
+  }
+  return {1, 4};
+}
+
+// The part of a plane's row that holds columns [x0, x1), in bytes.
+struct Span {
+  std::ptrdiff_t begin, end;
+};
+
+Span row_bytes(FrameFormat format, int plane, int x0, int x1) {
+  const int c0 = x0 / 2, c1 = (x1 + 1) / 2;
+  if (plane > 0) {
+    if (format == FrameFormat::i420) return {c0, c1};
+    return {2 * c0, 2 * c1};  // NV12's pairs, I420_10LE's words
+  }
+  if (format == FrameFormat::yuy2 || format == FrameFormat::uyvy) return {4 * c0, 4 * c1};
+  if (format == FrameFormat::v210) return {16 * (x0 / 6), 16 * ((x1 + 5) / 6)};  // six pixels
+  const int bytes = shape_of(format).bytes;
+  return {static_cast<std::ptrdiff_t>(bytes) * x0, static_cast<std::ptrdiff_t>(bytes) * x1};
+}
+
+}  // namespace
+
+bool is_yuv(FrameFormat format) {
+  switch (format) {
+    case FrameFormat::i420:
+    case FrameFormat::nv12:
+    case FrameFormat::yuy2:
+    case FrameFormat::uyvy:
+    case FrameFormat::i420_10le:
+    case FrameFormat::v210:
+      return true;
+    default:
+      return false;
+  }
+}
+
+bool is_422(FrameFormat format) {
+  return format == FrameFormat::yuy2 || format == FrameFormat::uyvy || format == FrameFormat::v210;
+}
+
+bool is_ten_bit(FrameFormat format) {
+  return format == FrameFormat::i420_10le || format == FrameFormat::v210;
+}
+
+const char* name_of(FrameFormat format) {
+  switch (format) {
+    case FrameFormat::rgbx:
+      return "RGBx";
+    case FrameFormat::bgrx:
+      return "BGRx";
+    case FrameFormat::rgba:
+      return "RGBA";
+    case FrameFormat::bgra:
+      return "BGRA";
+    case FrameFormat::rgb:
+      return "RGB";
+    case FrameFormat::bgr:
+      return "BGR";
+    case FrameFormat::gray8:
+      return "GRAY8";
+    case FrameFormat::i420:
+      return "I420";
+    case FrameFormat::nv12:
+      return "NV12";
+    case FrameFormat::yuy2:
+      return "YUY2";
+    case FrameFormat::uyvy:
+      return "UYVY";
+    case FrameFormat::i420_10le:
+      return "I420_10LE";
+    case FrameFormat::v210:
+      return "v210";
+  }
+  return "unknown";
+}
+
+void check_frame(const FrameView& frame) {
+  const auto fail = [&](const std::string& what) {
+    throw Error(Error::Kind::bad_input, std::string("frame (") + name_of(frame.format) + ", " +
+                                            std::to_string(frame.width) + "x" +
+                                            std::to_string(frame.height) + "): " + what);
+  };
+  if (frame.width < 1 || frame.height < 1 || frame.width > 32767 || frame.height > 32767)
+    fail("width and height must be from 1 to 32767");
+  for (int plane = 0; plane < shape_of(frame.format).planes; ++plane) {
+    if (!frame.planes[plane]) fail("plane " + std::to_string(plane) + " is missing");
+    const Span bytes = row_bytes(frame.format, plane, 0, frame.width);
+    if (frame.height > 1 && std::abs(frame.strides[plane]) < bytes.end)
+      fail("the stride of plane " + std::to_string(plane) + " is " +
+           std::to_string(frame.strides[plane]) + " bytes, a row needs " +
+           std::to_string(bytes.end));
+  }
+}
+
+namespace {
+
+// Calls body(plane, y, bytes) for the rows of all planes that hold the region, one chroma sample
+// more on each side because interpolation reaches that far, until it returns false.
+template <typename Body>
+bool each_row(const FrameView& frame, const Rectangle& region, const Body& body) {
+  if (region.empty()) return true;
+  const bool yuv = is_yuv(frame.format);
+  const bool halved = yuv && !is_422(frame.format);
+  const int x0 = yuv ? std::max(region.x - 2, 0) : region.x;
+  const int x1 = std::min(region.x + region.width + (yuv ? 3 : 0), frame.width);
+  for (int plane = 0; plane < shape_of(frame.format).planes; ++plane) {
+    int y0 = region.y, y1 = region.y + region.height;
+    if (plane > 0 && halved) {
+      y0 = std::max(y0 / 2 - 1, 0);
+      y1 = std::min((y1 + 1) / 2 + 1, (frame.height + 1) / 2);
+    }
+    const Span bytes = row_bytes(frame.format, plane, x0, x1);
+    for (int y = y0; y < y1; ++y)
+      if (!body(plane, y, bytes)) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+bool same_layout(const FrameView& a, const FrameView& b) {
+  return a.format == b.format && a.width == b.width && a.height == b.height &&
+         a.matrix == b.matrix && a.full_range == b.full_range && a.site == b.site;
+}
+
+bool same_pixels(const FrameView& a, const FrameView& b, const Rectangle& region) {
+  if (!same_layout(a, b)) return false;
+  return each_row(a, region, [&](int plane, int y, Span bytes) {
+    return std::memcmp(a.row(plane, y) + bytes.begin, b.row(plane, y) + bytes.begin,
+                       static_cast<std::size_t>(bytes.end - bytes.begin)) == 0;
+  });
+}
+
+std::uint64_t hash_of_some_rows(const FrameView& frame, const Rectangle& region) {
+  std::uint64_t hash = 1469598103934665603ull;
+  if (region.empty()) return hash;
+  constexpr int rows = 16;
+  const Span bytes = row_bytes(frame.format, 0, region.x, region.x + region.width);
+  for (int i = 0; i < rows; ++i) {
+    const std::uint8_t* row = frame.row(0, region.y + (2 * i + 1) * region.height / (2 * rows));
+    for (std::ptrdiff_t k = bytes.begin; k + 8 <= bytes.end; k += 8) {
+      std::uint64_t word;
+      std::memcpy(&word, row + k, 8);
+      hash = (hash ^ word) * 1099511628211ull;
+    }
+  }
+  return hash;
+}
+
+void FrameCopy::assign(const FrameView& frame, const Rectangle& region) {
+  view_ = frame;
+  for (int plane = 0; plane < shape_of(frame.format).planes; ++plane) {
+    view_.strides[plane] = row_bytes(frame.format, plane, 0, frame.width).end;
+    planes_[plane].resize(static_cast<std::size_t>(view_.strides[plane]) * frame.height);
+    view_.planes[plane] = planes_[plane].data();
+  }
+  each_row(frame, region, [&](int plane, int y, Span bytes) {
+    std::memcpy(planes_[plane].data() + view_.strides[plane] * y + bytes.begin,
+                frame.row(plane, y) + bytes.begin,
+                static_cast<std::size_t>(bytes.end - bytes.begin));
+    return true;
+  });
+}
+
+}  // namespace polyhull

@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// Sink pads of aggregators in live streams: they know how late what comes is, and what their sources
+/// say of latency. LiveTiming makes them hold what has to wait for other inputs.
+#pragma once
+
+#include <gst/base/gstaggregator.h>
+
+#include <atomic>
+#include <cstdint>
+#include <mutex>
+#include <optional>
+
+#include "live/lateness_window.h"
+#include "mesh/view.h"
+
+namespace polyhull::element {
+
+/// A buffer that waits, with the segment that its times belong to.
+struct Arrival {
+  GstBuffer* buffer = nullptr;
+  GstSegment segment;
+
+  /// \p time of the segment as running time, no_time where there is none.
+  std::int64_t running_time(GstClockTime time) const;
+  /// Running time of the buffer (its DTS where it has one), no_time where there is none.
+  std::int64_t time() const { return running_time(GST_BUFFER_DTS_OR_PTS(buffer)); }
+  /// Running time at which the buffer ends, that of its begin where it has no length.
+  std::int64_t end() const;
+  /// Stream time of the buffer: what a GstController counts in.
+  GstClockTime stream_time() const;
+  /// Whether it stands for a GAP event.
+  bool gap() const;
+};
+
+/// How late the buffers of one pad come, and what its sources say of it. May be used by any thread.
+class Punctuality {
+ public:
+  /// Notes a buffer of running time \p time that comes at \p now (ns). One that is later than
+  /// the limit is no measure for the others.
+  void note(std::int64_t now, std::int64_t time);
+  void set_limit(std::int64_t limit);
+  /// Notes the least latency that the sources report, ns.
+  void note_reported(std::int64_t latency);
+
+  /// How late buffers came at most in the last ten seconds, ns; none: none came.
+  std::optional<std::int64_t> latest(std::int64_t now) const;
+  /// The same with those beyond the limit.
+  std::optional<std::int64_t> latest_of_all(std::int64_t now) const;
+  /// Running time when the last buffer came, no_time: none has.
+  std::int64_t last_arrival() const;
+  std::int64_t reported() const;
+  void reset();
+
+ private:
+  mutable std::mutex mutex_;  // protects all below
+  LatenessWindow window_, all_;
+  std::int64_t last_arrival_ = no_time;
+  std::int64_t limit_ = INT64_MAX;
+  std::int64_t reported_ = 0;
+};
+
+struct LivePadState {
+  Arrival front;  ///< what peek() has shown, with a reference; the streaming thread's
+  Punctuality punctuality;
+  std::uint64_t told = 0;  ///< version of the pace that its source knows; the streaming thread's
+  std::atomic<bool> flushed{false};  ///< set by the flushing thread: forget everything
+  std::atomic<bool> begun{false};    ///< a buffer has come
+  std::atomic<int> queued{0};        ///< buffers, without those of GAP events
+  std::atomic<gint64> last_buffer{g_get_monotonic_time()};  ///< when one came, monotonic µs
+  std::atomic<bool> said_silent{false};                     ///< the pad's silence has been said
+};
+
+struct PolyhullLivePad {
+  GstAggregatorPad parent;
+  LivePadState* live;
+};
+
+struct PolyhullLivePadClass {
+  GstAggregatorPadClass parent_class;
+};
+
+/// The type; pads with more to them derive from it.
+GType live_pad_type();
+
+inline LivePadState& live_state_of(gpointer pad) {
+  return *static_cast<PolyhullLivePad*>(pad)->live;
+}
+
+/// What came first of what waits on \p pad, null: nothing. Valid until the next call for the pad.
+/// The streaming thread's.
+const Arrival* peek(GstAggregatorPad* pad);
+
+/// Removes what came first.
+void pop(GstAggregatorPad* pad);
+
+/// Whether more than one buffer waits.
+inline bool more_wait(GstAggregatorPad* pad) {
+  return live_state_of(pad).queued > 1;
+}
+
+/// Running time of \p element's clock now, no_time where it has no clock or has not started.
+std::int64_t running_time_now(GstElement* element);
+
+/// The same for an element that is sought. After a flush the pipeline may set running time back,
+/// when its sinks have got something: until then, a second at most, the clock says nothing.
+class FlushedClock {
+ public:
+  explicit FlushedClock(GstElement* element) : element_(element) {}
+  void flushed();
+  void reset() { base_at_flush_ = GST_CLOCK_TIME_NONE; }
+  /// Running time, no_time where it is not known.
+  std::int64_t now() const;
+
+ private:
+  GstElement* element_;
+  std::atomic<GstClockTime> base_at_flush_{GST_CLOCK_TIME_NONE};
+  std::atomic<gint64> flush_time_{0};  // monotonic µs
+};
+
+}  // namespace polyhull::element

@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "plugins/common/memory/payload_buffer.h"
+
+#include <utility>
+
+#include "base/error.h"
+#include "wire/mesh_payload.h"
+#include "wire/view_payload.h"
+
+namespace polyhull::element {
+namespace {
+
+// Reads memory by memory; only bytes that were cut elsewhere than between blocks are joined.
+template <class Read>
+auto read_segments(MappedBuffer& mapped, Read read) {
+  try {
+    return read(mapped.segments());
+  } catch (const Error& error) {
+    if (error.kind() != Error::Kind::unsupported || mapped.segments().size() < 2) throw;
+  }
+  mapped.join();
+  return read(mapped.segments());
+}
+
+void append_header(GstBuffer* buffer, std::vector<std::uint8_t> header) {
+  auto* bytes = new std::vector<std::uint8_t>(std::move(header));
+  gst_buffer_append_memory(
+      buffer, gst_memory_new_wrapped(
+                  GST_MEMORY_FLAG_READONLY, bytes->data(), bytes->size(), 0, bytes->size(), bytes,
+                  [](gpointer data) { delete static_cast<std::vector<std::uint8_t>*>(data); }));
+}
+
+void append_pixels(GstBuffer* buffer, const View& view, const PixelSource& source) {
+  const gsize size = view.pixels.size();
+  if (size == 0) return;
+  if (source.buffer != nullptr &&
+      gst_buffer_copy_into(buffer, source.buffer, GST_BUFFER_COPY_MEMORY, source.offset, size)) {
+    // A pool must not hand the frame's memory out again while it is seen here.
+    gst_buffer_add_parent_buffer_meta(buffer, source.buffer);
+    return;
+  }
+  GstMemory* memory = gst_allocator_alloc(nullptr, size, nullptr);
+  GstMapInfo map;
+  if (memory == nullptr || !gst_memory_map(memory, &map, GST_MAP_WRITE))
+    throw Error(Error::Kind::io, "no memory for a view's pixels");
+  std::copy(view.pixels.begin(), view.pixels.end(), map.data);
+  gst_memory_unmap(memory, &map);
+  gst_buffer_append_memory(buffer, memory);
+}
+
+}  // namespace
+
+MappedBuffer::MappedBuffer(GstBuffer* buffer) : buffer_(gst_buffer_ref(buffer)) {
+  const guint count = gst_buffer_n_memory(buffer);
+  maps_.reserve(count);
+  for (guint i = 0; i < count; ++i) {
+    GstMapInfo map;
+    if (!gst_memory_map(gst_buffer_peek_memory(buffer, i), &map, GST_MAP_READ)) {
+      unmap();
+      throw Error(Error::Kind::io, "a buffer's memory cannot be read");
+    }
+    maps_.push_back(map);
+    segments_.emplace_back(map.data, map.size);
+  }
+}
+
+MappedBuffer::~MappedBuffer() {
+  unmap();
+}
+
+MappedBuffer::MappedBuffer(MappedBuffer&& other) noexcept
+    : buffer_(std::exchange(other.buffer_, nullptr)),
+      maps_(std::move(other.maps_)),
+      joined_(other.joined_),
+      is_joined_(std::exchange(other.is_joined_, false)),
+      segments_(std::move(other.segments_)) {
+  other.maps_.clear();
+  other.segments_.clear();
+}
+
+MappedBuffer& MappedBuffer::operator=(MappedBuffer&& other) noexcept {
+  if (this != &other) {
+    unmap();
+    buffer_ = std::exchange(other.buffer_, nullptr);
+    maps_ = std::exchange(other.maps_, {});
+    joined_ = other.joined_;
+    is_joined_ = std::exchange(other.is_joined_, false);
+    segments_ = std::exchange(other.segments_, {});
+  }
+  return *this;
+}
+
+void MappedBuffer::join() {
+  GstMapInfo map;
+  if (!gst_buffer_map(buffer_, &map, GST_MAP_READ))
+    throw Error(Error::Kind::io, "a buffer's memories cannot be joined");
+  for (GstMapInfo& part : maps_) gst_memory_unmap(part.memory, &part);
+  maps_.clear();
+  joined_ = map;
+  is_joined_ = true;
+  segments_ = {Bytes(map.data, map.size)};
+}
+
+void MappedBuffer::unmap() {
+  for (GstMapInfo& map : maps_) gst_memory_unmap(map.memory, &map);
+  maps_.clear();
+  segments_.clear();
+  if (is_joined_) gst_buffer_unmap(buffer_, &joined_);
+  is_joined_ = false;
+  if (buffer_ != nullptr) gst_buffer_unref(std::exchange(buffer_, nullptr));
+}
+
+ViewBuffer::ViewBuffer(GstBuffer* buffer)
+    : mapped_(buffer),
+      view_(read_segments(mapped_, [](std::span<const Bytes> s) { return read_view(s); })) {}
+
+PixelSource ViewBuffer::pixels() const {
+  return {buffer(), gst_buffer_get_size(buffer()) - view_.pixels.size()};
+}
+
+MeshBuffer::MeshBuffer(GstBuffer* buffer)
+    : mapped_(buffer),
+      mesh_(read_segments(mapped_, [](std::span<const Bytes> s) { return read_mesh(s); })) {}
+
+PixelSource MeshBuffer::pixels(std::size_t view) const {
+  gsize offset = gst_buffer_get_size(buffer());
+  for (std::size_t i = mesh_.views.size(); i-- > view;) offset -= mesh_.views[i].view.pixels.size();
+  return {buffer(), offset};
+}
+
+GstBuffer* make_view_buffer(const View& view, PixelSource pixels) {
+  std::vector<std::uint8_t> header = write_view_header(view);
+  GstBuffer* buffer = gst_buffer_new();
+  append_header(buffer, std::move(header));
+  append_pixels(buffer, view, pixels);
+  return buffer;
+}
+
+GstBuffer* make_mesh_buffer(const Mesh& mesh, std::span<const PixelSource> pixels) {
+  std::vector<std::uint8_t> header = write_mesh_header(mesh);
+  GstBuffer* buffer = gst_buffer_new();
+  append_header(buffer, std::move(header));
+  for (std::size_t i = 0; i < mesh.views.size(); ++i)
+    append_pixels(buffer, mesh.views[i].view, i < pixels.size() ? pixels[i] : PixelSource{});
+  return buffer;
+}
+
+}  // namespace polyhull::element

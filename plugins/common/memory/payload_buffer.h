@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// Views and meshes in GstBuffers. The first memory of a buffer holds the payload's header, each
+/// pixel block is a memory of its own that is shared with where it came from: from contourfind to
+/// composite no pixel is copied. Buffers from a wire hold everything in one memory and are read the
+/// same way.
+#pragma once
+
+#include <gst/gst.h>
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "mesh/mesh.h"
+#include "wire/payload.h"
+
+namespace polyhull::element {
+
+inline constexpr char view_caps[] = "application/x-polyhull-view";
+inline constexpr char mesh_caps[] = "application/x-polyhull-mesh";
+
+/// Bytes [offset, …) of \p buffer hold a view's pixels; null: copy View::pixels.
+struct PixelSource {
+  GstBuffer* buffer = nullptr;
+  gsize offset = 0;
+};
+
+/// A buffer mapped for reading, memory by memory. Keeps a reference on it.
+class MappedBuffer {
+ public:
+  /// Throws Error if a memory cannot be mapped.
+  explicit MappedBuffer(GstBuffer* buffer);
+  ~MappedBuffer();
+  MappedBuffer(MappedBuffer&& other) noexcept;
+  MappedBuffer& operator=(MappedBuffer&& other) noexcept;
+
+  GstBuffer* buffer() const { return buffer_; }
+  std::span<const Bytes> segments() const { return segments_; }
+
+  /// Maps the buffer again as one segment, which copies where it has several memories.
+  void join();
+
+ private:
+  void unmap();
+
+  GstBuffer* buffer_ = nullptr;
+  std::vector<GstMapInfo> maps_;
+  GstMapInfo joined_{};
+  bool is_joined_ = false;
+  std::vector<Bytes> segments_;
+};
+
+/// A view read from a buffer; View::pixels stays valid as long as this object.
+class ViewBuffer {
+ public:
+  /// Throws Error for bytes that are not a view.
+  explicit ViewBuffer(GstBuffer* buffer);
+  const View& view() const { return view_; }
+  GstBuffer* buffer() const { return mapped_.buffer(); }
+  PixelSource pixels() const;
+
+ private:
+  MappedBuffer mapped_;
+  View view_;
+};
+
+/// A mesh read from a buffer; the views' pixels stay valid as long as this object.
+class MeshBuffer {
+ public:
+  /// Throws Error for bytes that are not a mesh.
+  explicit MeshBuffer(GstBuffer* buffer);
+  const Mesh& mesh() const { return mesh_; }
+  GstBuffer* buffer() const { return mapped_.buffer(); }
+  PixelSource pixels(std::size_t view) const;
+
+ private:
+  MappedBuffer mapped_;
+  Mesh mesh_;
+};
+
+/// A new buffer (without times and flags) that holds \p view with its pixels shared from \p pixels.
+/// Throws Error for a view that breaks a rule of validate_view().
+GstBuffer* make_view_buffer(const View& view, PixelSource pixels = {});
+
+/// A new buffer (without times and flags) that holds \p mesh. \p pixels: one source per view, or
+/// none to copy. Throws Error for a mesh that breaks a rule of validate_mesh().
+GstBuffer* make_mesh_buffer(const Mesh& mesh, std::span<const PixelSource> pixels = {});
+
+}  // namespace polyhull::element

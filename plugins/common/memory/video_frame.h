@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// GStreamer's video formats and mapped frames as the library's.
+#pragma once
+
+#include <gst/video/video.h>
+
+#include "silhouette/pixels/frame.h"
+
+/// Formats that chromamatte and silhouette take, for GST_VIDEO_CAPS_MAKE; fastest first.
+#define POLYHULL_KEYABLE_FORMATS \
+  "{ NV12, I420, BGRx, RGBx, BGRA, RGBA, YUY2, UYVY, RGB, BGR, I420_10LE, v210, GRAY8 }"
+
+namespace polyhull::element {
+
+/// Format, size and colorimetry of \p info without planes. Colorimetry that the caps leave open is
+/// what GStreamer assumes for the size (BT.601 below HD, BT.709 from there on).
+/// Throws Error (unsupported) for a format that cannot be keyed.
+FrameView frame_template(const GstVideoInfo& info);
+
+/// \p layout with the planes of \p frame, which must stay mapped while the result is used.
+FrameView frame_view(const FrameView& layout, const GstVideoFrame& frame);
+
+/// A buffer mapped for reading as a video frame, unmapped when it goes out of scope.
+class MappedFrame {
+ public:
+  /// Throws Error (io) where the buffer cannot be mapped or is too small for \p info.
+  MappedFrame(const GstVideoInfo& info, GstBuffer* buffer);
+  ~MappedFrame();
+  MappedFrame(const MappedFrame&) = delete;
+  MappedFrame& operator=(const MappedFrame&) = delete;
+  const GstVideoFrame& frame() const { return frame_; }
+
+ private:
+  GstVideoFrame frame_;
+};
+
+}  // namespace polyhull::element

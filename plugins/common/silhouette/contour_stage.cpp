@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "plugins/common/silhouette/contour_stage.h"
+
+#include <tuple>
+
+namespace polyhull::element {
+namespace {
+
+auto tie(const TraceSettings& trace, const ApproximateSettings& a) {
+  return std::make_tuple(trace.method, trace.corrected_sigma, a.tolerance, a.min_edges, a.min_area,
+                         a.min_hole_area, a.keep_largest);
+}
+
+}  // namespace
+
+bool ContourStage::Settings::operator==(const Settings& other) const {
+  return tie(trace, approximate) == tie(other.trace, other.approximate);
+}
+
+const Rings& ContourStage::find(const MatteContent& content, const ContourValues& values,
+                                double tolerance) {
+  const Settings settings{{values.method, values.correct_curvature ? content.sigma : 0.0},
+                          values.approximation(tolerance)};
+  const bool known = before_.matte != nullptr || before_.field != nullptr;
+  reused_ = values.reuse && known && settings == settings_ && same_content(content, before_);
+  if (reused_) return rings_;
+
+  if (content.field != nullptr) {
+    tracer_.trace(*content.field, settings.trace, traced_, &parents_);
+  } else {
+    load_field(*content.matte, unblurred_);
+    tracer_.trace(unblurred_, settings.trace, traced_, &parents_);
+  }
+  approximator_.approximate(traced_, parents_, settings.approximate, rings_);
+  settings_ = settings;
+  before_ = values.reuse ? content : MatteContent{};
+  return rings_;
+}
+
+void ContourStage::reset() {
+  before_ = {};
+}
+
+}  // namespace polyhull::element

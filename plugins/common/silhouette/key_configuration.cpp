@@ -1,0 +1,216 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "plugins/common/silhouette/key_configuration.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "base/error.h"
+#include "rig/rig.h"
+#include "silhouette/key/garbage_matte.h"
+
+namespace polyhull::element {
+namespace {
+
+Rgb rgb_of(std::uint32_t colour) {
+  return {static_cast<std::uint8_t>(colour >> 16), static_cast<std::uint8_t>(colour >> 8),
+          static_cast<std::uint8_t>(colour)};
+}
+
+std::optional<Rgb> sample_of(int colour) {
+  if (colour < 0) return std::nullopt;
+  return rgb_of(static_cast<std::uint32_t>(colour));
+}
+
+std::shared_ptr<const Picture> read(const std::string& path, const char* property, int channels,
+                                    int width, int height) {
+  if (path.empty()) return nullptr;
+  std::shared_ptr<Picture> picture;
+  try {
+    picture = std::make_shared<Picture>(load_picture(path, channels));
+  } catch (const Error& error) {
+    throw Error(error.kind(), std::string(error.what()) + " Set " + property +
+                                  " to a PNG or JPEG file of the frames' size, or leave it empty.");
+  }
+  if (picture->width != width || picture->height != height) {
+    throw Error(Error::Kind::bad_input,
+                "The picture \"" + path + "\" given as " + property + " has " +
+                    std::to_string(picture->width) + "x" + std::to_string(picture->height) +
+                    " pixels, but the frames have " + std::to_string(width) + "x" +
+                    std::to_string(height) + "; give a picture of the frames' size.");
+  }
+  return picture;
+}
+
+/// What the rig's bounds leave of the camera's view.
+Rings outline_of_bounds(const std::string& path, const std::string& name, int width, int height) {
+  const Rig rig = [&] {
+    try {
+      return load_rig(path);
+    } catch (const Error& error) {
+      throw Error(error.kind(), std::string(error.what()) +
+                                    "; the property rig wants a rig file with bounds, as "
+                                    "polyhull-rig writes it, or nothing.");
+    }
+  }();
+  if (!rig.bounds) {
+    throw Error(Error::Kind::bad_input, "The rig file \"" + path +
+                                            "\" has no bounds, so it limits no view; add bounds to "
+                                            "it or leave the property rig empty.");
+  }
+  const Camera* camera = rig.find(name);
+  if (camera == nullptr) {
+    std::string names;
+    for (const Camera& known : rig.cameras) names += (names.empty() ? "" : ", ") + known.name;
+    throw Error(Error::Kind::bad_input, "The rig file \"" + path + "\" has no camera called \"" +
+                                            name + "\"; set the property camera to one of its (" +
+                                            names + ").");
+  }
+  if (camera->width != width || camera->height != height) {
+    throw Error(Error::Kind::bad_input,
+                "The camera \"" + name + "\" of \"" + path + "\" has frames of " +
+                    std::to_string(camera->width) + "x" + std::to_string(camera->height) +
+                    " pixels, but " + std::to_string(width) + "x" + std::to_string(height) +
+                    " arrive; use the rig file of this camera's picture size.");
+  }
+  return bounds_outline(*camera, *rig.bounds);
+}
+
+}  // namespace
+
+std::shared_ptr<const Picture> KeyConfiguration::outside_mask(const Request& request,
+                                                              Rings& outside) const {
+  const auto [values, camera, width, height] = request;
+  auto mask = read(values.outside_mask, "outside-mask", 1, width, height);
+  if (values.rig.empty()) return mask;
+  Rings outline = outline_of_bounds(values.rig, camera, width, height);
+  if (outline.empty()) return mask;
+  if (outside.empty()) {
+    outside = std::move(outline);
+    return mask;
+  }
+  // Two restrictions at once: the keyer knows one set of polygons, so the bounds go into the mask.
+  auto both = std::make_shared<Picture>(polygon_mask(outline, width, height, true));
+  if (mask != nullptr) {
+    for (std::size_t i = 0; i < both->pixels.size(); ++i) both->pixels[i] |= mask->pixels[i];
+  }
+  return both;
+}
+
+KeySettings KeyConfiguration::settings_for(const Request& request) const {
+  const KeyValues& values = request.values;
+  const int width = request.width;
+  const int height = request.height;
+  KeySettings s;
+  s.method = values.method;
+  s.key = values.key;
+  s.colour = rgb_of(values.key_colour);
+  s.strength = values.strength;
+  s.bright_threshold = values.bright_threshold;
+  s.red_gain = values.red_gain;
+  s.blue_gain = values.blue_gain;
+  if (values.roi_x != 0 || values.roi_y != 0 || values.roi_width != 0 || values.roi_height != 0) {
+    // Not clipped here: a region that misses the frame leaves nothing, it does not mean "all of
+    // it".
+    s.roi = {values.roi_x, values.roi_y,
+             values.roi_width != 0 ? values.roi_width : std::max(width - values.roi_x, 1),
+             values.roi_height != 0 ? values.roi_height : std::max(height - values.roi_y, 1)};
+  }
+  s.screen = sample_of(values.screen_colour);
+  s.foreground = sample_of(values.foreground_colour);
+  s.uneven = values.uneven;
+  s.clip_black = values.clip_black;
+  s.clip_white = values.clip_white;
+  s.choke = values.choke;
+  s.close = values.close;
+  s.spill = values.spill;
+  s.difference_low = values.difference_low;
+  s.difference_high = values.difference_high;
+  s.shadow_darkest = values.shadow_darkest;
+  s.light_brightest = values.light_brightest;
+  s.inside_polygon = parse_polygons(values.inside_polygon);
+
+  const bool same_size = in_force_ && width == in_force_->width && height == in_force_->height;
+  const KeyValues before = same_size ? in_force_->values : KeyValues{};
+  s.plate = same_size && values.clean_plate == before.clean_plate
+                ? settings_.plate
+                : read(values.clean_plate, "clean-plate", 3, width, height);
+  s.inside_mask = same_size && values.inside_mask == before.inside_mask
+                      ? settings_.inside_mask
+                      : read(values.inside_mask, "inside-mask", 1, width, height);
+  if (same_size && values.outside_mask == before.outside_mask && values.rig == before.rig &&
+      values.outside_polygon == before.outside_polygon && request.camera == in_force_->camera) {
+    s.outside_mask = settings_.outside_mask;
+    s.outside_polygon = settings_.outside_polygon;
+  } else {
+    s.outside_polygon = parse_polygons(values.outside_polygon);
+    s.outside_mask = outside_mask(request, s.outside_polygon);
+  }
+  return s;
+}
+
+void KeyConfiguration::apply(GstElement* element, Statistics& statistics, const KeyValues& values,
+                             const std::string& camera, int width, int height,
+                             const std::function<void(const KeySettings&)>& accept) {
+  const auto is = [&](const std::optional<Request>& request) {
+    return request && request->width == width && request->height == height &&
+           request->values == values && request->camera == camera;
+  };
+  if (is(in_force_) || is(refused_)) return;
+  Request request{values, camera, width, height};
+  try {
+    KeySettings settings = settings_for(request);
+    accept(settings);
+    settings_ = std::move(settings);
+    in_force_ = std::move(request);
+    refused_.reset();
+  } catch (const Error& error) {
+    if (!in_force_ || in_force_->width != width || in_force_->height != height) throw;
+    refused_ = std::move(request);
+    statistics.warn(element, "refused-settings",
+                    std::string(error.what()) + " Keying goes on with the settings of before.");
+  }
+}
+
+bool KeyConfiguration::due_for_sampling(int resample) {
+  if (resample == 0) {
+    frames_since_sampling_ = 0;
+    return false;
+  }
+  if (++frames_since_sampling_ <= resample) return false;
+  frames_since_sampling_ = 1;
+  return true;
+}
+
+void declare_key_statistics(Statistics& statistics) {
+  statistics.declare({"frames", "refused-settings", "frames-without-screen", "frames-without-plate",
+                      "screen-colour", "foreground-colour", "plate-frames-left"});
+  statistics.set("screen-signal", 0.0);
+  statistics.set("foreground-signal", 0.0);
+}
+
+void report_calibration(const KeyCalibration& calibration, GstElement* element,
+                        Statistics& statistics) {
+  if (calibration.lacks == KeyLack::screen) {
+    statistics.warn(element, "frames-without-screen",
+                    "No screen of the key's colour was found in the picture, so all of it counts "
+                    "as foreground until one is seen; set key to the screen's colour (or to auto), "
+                    "or give its colour as screen-colour.");
+  } else if (calibration.lacks == KeyLack::plate) {
+    statistics.warn(element, "frames-without-plate",
+                    "The difference method has no clean plate to compare with and takes pure "
+                    "green or blue for the background; set clean-plate to a picture of the empty "
+                    "stage or learn-plate to a number of frames, or set key=colour with "
+                    "key-colour for a background of one colour.");
+  }
+  const auto packed = [](const Rgb& c) {
+    return static_cast<std::uint64_t>(c[0]) << 16 | static_cast<std::uint64_t>(c[1]) << 8 | c[2];
+  };
+  statistics.set_count("screen-colour", packed(calibration.screen));
+  statistics.set_count("foreground-colour", packed(calibration.foreground));
+  statistics.set("screen-signal", calibration.screen_signal);
+  statistics.set("foreground-signal", calibration.foreground_signal);
+  statistics.set_count("plate-frames-left",
+                       static_cast<std::uint64_t>(calibration.plate_frames_left));
+}
+
+}  // namespace polyhull::element

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "plugins/common/silhouette/view_element.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "plugins/common/silhouette/view_writer.h"
+#include "plugins/common/trigger.h"
+
+namespace polyhull::element {
+namespace {
+
+constexpr double largest_tolerance = 100.0;  // px, what the approximation takes
+
+}  // namespace
+
+GstCaps* view_transform_caps(GstBaseTransform* base, GstPadDirection direction, GstCaps* caps,
+                             GstCaps* filter) {
+  GstCaps* result = direction == GST_PAD_SINK
+                        ? view_caps_of(caps)
+                        : gst_pad_get_pad_template_caps(GST_BASE_TRANSFORM_SINK_PAD(base));
+  if (filter != nullptr) {
+    GstCaps* filtered = gst_caps_intersect_full(filter, result, GST_CAPS_INTERSECT_FIRST);
+    gst_caps_unref(result);
+    result = filtered;
+  }
+  return result;
+}
+
+void begin_view(GstBaseTransform* base, const ContourValues& values, const GstVideoFrame& frame,
+                View& view) {
+  Rings contours = std::move(view.contours);
+  contours.clear();
+  view = View();
+  view.contours = std::move(contours);
+  view.camera = values.camera.empty() ? GST_OBJECT_NAME(base) : values.camera;
+  view.width = GST_VIDEO_FRAME_WIDTH(&frame);
+  view.height = GST_VIDEO_FRAME_HEIGHT(&frame);
+  const Capture capture = capture_of(GST_ELEMENT_CAST(base), base->segment, frame.buffer,
+                                     values.trigger == TriggerSource::automatic);
+  view.trigger = values.trigger == TriggerSource::none ? no_trigger : capture.trigger;
+  view.capture_time = capture.time;
+}
+
+double tolerance_of(const ContourValues& values, const ToleranceControl& control) {
+  if (!values.adaptive) return values.tolerance;
+  return std::min(control.tolerance(values.tolerance), largest_tolerance);
+}
+
+const char* const contour_statistics_blurb =
+    "Counters since the element started: frames, frames without foreground, frames that took over "
+    "the contours of the one before, and of the last frame the rings and points traced, the rings "
+    "and points sent, the rings dropped, and the tolerance used in pixels.";
+
+void declare_contour_statistics(Statistics& statistics) {
+  statistics.declare({"frames", "empty", "reused", "traced-rings", "traced-points", "rings",
+                      "points", "dropped-rings", "crossings"});
+  statistics.set("tolerance", 0.0);
+}
+
+void report_contours(Statistics& statistics, const ApproximateCounts& counts, bool reused,
+                     double tolerance) {
+  statistics.count("frames");
+  statistics.count("empty", counts.rings == 0 ? 1 : 0);
+  statistics.count("reused", reused ? 1 : 0);
+  statistics.set_count("traced-rings", counts.traced_rings);
+  statistics.set_count("traced-points", counts.traced_points);
+  statistics.set_count("rings", counts.rings);
+  statistics.set_count("points", counts.points);
+  statistics.set_count("dropped-rings", counts.dropped_rings);
+  statistics.set_count("crossings", counts.crossings);
+  statistics.set("tolerance", tolerance);
+}
+
+}  // namespace polyhull::element

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "plugins/composite/caps.h"
+
+#include <initializer_list>
+
+namespace polyhull::element {
+namespace {
+
+GstCaps* with_both_memories(const GstCaps* shape, bool gpu_first) {
+  GstCaps* gpu = gst_caps_copy(shape);
+  gst_caps_set_features_simple(gpu,
+                               gst_caps_features_from_string(GST_CAPS_FEATURE_MEMORY_GL_MEMORY));
+  gst_caps_set_simple(gpu, "texture-target", G_TYPE_STRING, "2D", nullptr);
+  GstCaps* system = gst_caps_copy(shape);
+  return gpu_first ? gst_caps_merge(gpu, system) : gst_caps_merge(system, gpu);
+}
+
+}  // namespace
+
+bool is_gl_caps(const GstCaps* caps) {
+  const GstCapsFeatures* features = gst_caps_get_features(caps, 0);
+  return features && gst_caps_features_contains(features, GST_CAPS_FEATURE_MEMORY_GL_MEMORY);
+}
+
+GstCaps* output_caps(const GstVideoInfo& info, bool background_on_gpu) {
+  GstCaps* shape = gst_video_info_to_caps(const_cast<GstVideoInfo*>(&info));
+  gst_structure_remove_field(gst_caps_get_structure(shape, 0), "texture-target");
+  GstCaps* caps = with_both_memories(shape, background_on_gpu);
+  gst_caps_unref(shape);
+  return caps;
+}
+
+void answer_background_caps(GstPad* pad, GstPad* source, GstQuery* query) {
+  GstCaps* filter = nullptr;
+  gst_query_parse_caps(query, &filter);
+  GstCaps* own = gst_pad_get_pad_template_caps(pad);
+  GstCaps* peer = gst_pad_peer_query_caps(source, nullptr);
+  GstCaps* result = nullptr;
+  if (peer && !gst_caps_is_any(peer)) {
+    // Of what comes after, only the shape of the picture counts here.
+    GstCaps* shapes = gst_caps_new_empty();
+    for (guint i = 0; i < gst_caps_get_size(peer); ++i) {
+      const GstStructure* from = gst_caps_get_structure(peer, i);
+      if (!gst_structure_has_name(from, "video/x-raw")) continue;
+      GstStructure* shape =
+          gst_structure_new("video/x-raw", "format", G_TYPE_STRING, "RGBA", nullptr);
+      for (const char* field : {"width", "height", "framerate", "pixel-aspect-ratio"}) {
+        if (const GValue* value = gst_structure_get_value(from, field))
+          gst_structure_set_value(shape, field, value);
+      }
+      gst_caps_append_structure(shapes, shape);
+    }
+    GstCaps* both = with_both_memories(shapes, false);
+    result = gst_caps_intersect_full(both, own, GST_CAPS_INTERSECT_FIRST);
+    gst_caps_unref(both);
+    gst_caps_unref(shapes);
+  } else {
+    result = gst_caps_ref(own);
+  }
+  if (filter) {
+    GstCaps* filtered = gst_caps_intersect_full(filter, result, GST_CAPS_INTERSECT_FIRST);
+    gst_caps_unref(result);
+    result = filtered;
+  }
+  gst_query_set_caps_result(query, result);
+  gst_caps_unref(result);
+  gst_caps_unref(own);
+  gst_clear_caps(&peer);
+}
+
+}  // namespace polyhull::element

@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "plugins/composite/frame.h"
+
+#include <gst/gl/gl.h>
+
+#include <cmath>
+#include <cstring>
+
+#include "base/error.h"
+#include "studio/room/room.h"
+
+namespace polyhull::element {
+namespace {
+
+/// A buffer mapped as a video frame.
+class MappedFrame {
+ public:
+  MappedFrame(GstBuffer* buffer, const GstVideoInfo& info, GstMapFlags flags) {
+    if (!gst_video_frame_map(&frame_, const_cast<GstVideoInfo*>(&info), buffer, flags))
+      throw Error(Error::Kind::io, "A video frame of composite could not be mapped into memory.");
+  }
+  ~MappedFrame() { gst_video_frame_unmap(&frame_); }
+  MappedFrame(const MappedFrame&) = delete;
+  std::uint8_t* data() {
+    return static_cast<std::uint8_t*>(GST_VIDEO_FRAME_PLANE_DATA(&frame_, 0));
+  }
+  int stride() const { return GST_VIDEO_FRAME_PLANE_STRIDE(&frame_, 0); }
+  /// Of a frame mapped with GST_MAP_GL.
+  guint texture() { return *static_cast<guint*>(frame_.data[0]); }
+
+ private:
+  GstVideoFrame frame_;
+};
+
+constexpr GstMapFlags on_gpu(GstMapFlags flags) {
+  return static_cast<GstMapFlags>(flags | GST_MAP_GL);
+}
+
+/// Statistics keep string literals: one pair per pass, in the order of RenderStatistics.
+constexpr const char* cpu_names[] = {"upload-ms", "shadow-maps-ms", "scene-depth-ms",
+                                     "shadow-ms", "mirror-ms",      "subject-ms",
+                                     "blend-ms",  "read-back-ms"};
+constexpr const char* gpu_names[] = {"upload-gpu-ms", "shadow-maps-gpu-ms", "scene-depth-gpu-ms",
+                                     "shadow-gpu-ms", "mirror-gpu-ms",      "subject-gpu-ms",
+                                     "blend-gpu-ms",  "read-back-gpu-ms"};
+
+}  // namespace
+
+std::shared_ptr<const Scene> FrameComposer::open(const std::string& name) {
+  if (!scene_ || scene_name_ != name) {
+    scene_.reset();
+    scene_ = std::make_shared<const Scene>(open_scene(name));
+    scene_name_ = name;
+  }
+  return scene_;
+}
+
+void FrameComposer::announce(std::optional<Announcement> announcement) {
+  if (announcement) open(announcement->scene);
+  announcement_ = std::move(announcement);
+}
+
+void FrameComposer::prepare(const CompositeSettings& settings, const GstVideoInfo& info,
+                            const std::vector<GstAggregatorPad*>& meshes) {
+  settings_ = render_settings(settings);
+  frame_.width = GST_VIDEO_INFO_WIDTH(&info);
+  frame_.height = GST_VIDEO_INFO_HEIGHT(&info);
+  frame_.subjects.clear();
+  for (GstAggregatorPad* pad : meshes) {
+    const MeshPadState& state = mesh_state_of(pad);
+    const PlacementSettings placed = snapshot(pad, state.placement);
+    frame_.subjects.push_back({&state.mesh->mesh(), placement(placed), state.content});
+  }
+  if (announcement_) {
+    frame_.viewport = announcement_->viewport;
+    frame_.scene = open(announcement_->scene);
+    frame_.lights = announcement_->lights;
+    frame_.exposure = announcement_->exposure;
+    frame_.ambient = announcement_->ambient;
+  } else {
+    frame_.viewport = viewport_camera(settings, frame_.width, frame_.height);
+    frame_.scene = settings.scene.empty() ? nullptr : open(settings.scene);
+    frame_.lights = frame_.scene ? frame_.scene->lights : std::vector<Light>();
+    frame_.exposure = settings.exposure > 0.0 ? static_cast<float>(settings.exposure)
+                      : frame_.scene          ? frame_.scene->exposure
+                                              : 1.0f;
+    frame_.ambient = Vec3f(0.0f);
+  }
+  // Without a mesh no context is needed, nor made.
+  plan_ = {};
+  if (frame_.subjects.empty()) return;
+  gl_.ensure();
+  gl_.run([this](Compositor& compositor) { plan_ = compositor.plan(frame_, settings_); });
+}
+
+void FrameComposer::draw(const FrameBuffers& buffers, GstBuffer* output) {
+  if (buffers.background_on_gpu && buffers.output_on_gpu) {
+    draw_on_gpu(buffers, output);
+  } else {
+    draw_in_memory(buffers, output);
+  }
+}
+
+void FrameComposer::draw_on_gpu(const FrameBuffers& buffers, GstBuffer* output) {
+  // What other threads of other contexts draw must be finished.
+  if (GstGLSyncMeta* sync = gst_buffer_get_gl_sync_meta(buffers.background))
+    gst_gl_sync_meta_wait(sync, gl_.context());
+  MappedFrame background(buffers.background, *buffers.info, on_gpu(GST_MAP_READ));
+  MappedFrame target(output, *buffers.info, on_gpu(GST_MAP_WRITE));
+  gl_.run([&](Compositor& compositor) {
+    compositor.render(frame_, plan_, settings_, background.texture(), target.texture());
+    report(compositor);
+  });
+  if (GstGLSyncMeta* sync = gst_buffer_get_gl_sync_meta(output))
+    gst_gl_sync_meta_set_sync_point(sync, gl_.context());
+}
+
+void FrameComposer::draw_in_memory(const FrameBuffers& buffers, GstBuffer* output) {
+  const auto draw = [&](const std::uint8_t* from, int from_stride, std::uint8_t* to,
+                        int to_stride) {
+    if (from_stride % 4 != 0 || to_stride % 4 != 0)
+      throw Error(
+          Error::Kind::unsupported,
+          "composite got a picture whose rows are not a multiple of four bytes apart. Put a "
+          "videoconvert in front of it.");
+    gl_.run([&](Compositor& compositor) {
+      compositor.render(frame_, plan_, settings_, from, from_stride, to, to_stride);
+      report(compositor);
+    });
+  };
+  if (output == buffers.background) {
+    MappedFrame both(output, *buffers.info, GST_MAP_READWRITE);
+    draw(both.data(), both.stride(), both.data(), both.stride());
+    return;
+  }
+  MappedFrame background(buffers.background, *buffers.info, GST_MAP_READ);
+  MappedFrame target(output, *buffers.info, GST_MAP_READWRITE);
+  const std::size_t row = 4 * static_cast<std::size_t>(frame_.width);
+  for (int y = 0; y < frame_.height; ++y)
+    std::memcpy(target.data() + static_cast<std::ptrdiff_t>(y) * target.stride(),
+                background.data() + static_cast<std::ptrdiff_t>(y) * background.stride(), row);
+  draw(background.data(), background.stride(), target.data(), target.stride());
+}
+
+void FrameComposer::report(const Compositor& compositor) {
+  const RenderStatistics& s = compositor.statistics();
+  for (std::size_t i = 0; i < s.passes.size() && i < std::size(cpu_names); ++i) {
+    statistics_.set(cpu_names[i], s.passes[i].cpu_milliseconds);
+    statistics_.set(gpu_names[i], s.passes[i].gpu_milliseconds);
+  }
+  statistics_.count("drawn");
+  statistics_.count("pictures-uploaded", s.pictures_uploaded);
+  statistics_.count("pictures-skipped", s.pictures_skipped);
+  statistics_.count("bytes-uploaded", s.bytes_uploaded);
+  if (s.subject_skipped) statistics_.count("subject-skipped");
+  if (s.shadow_skipped) statistics_.count("shadow-skipped");
+  if (s.mirror_skipped) statistics_.count("mirror-skipped");
+  if (s.scene_depth_reused) statistics_.count("scene-depth-reused");
+  if (s.static_shadow_reused) statistics_.count("static-shadow-reused");
+  if (s.mesh_reused) statistics_.count("mesh-reused");
+}
+
+void FrameComposer::reset() {
+  announcement_.reset();
+  scene_.reset();
+  scene_name_.clear();
+  frame_ = {};
+  plan_ = {};
+}
+
+}  // namespace polyhull::element

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// What composite does with one frame, apart from queues and negotiation: the scene and the
+/// viewport that are true for it, and the drawing.
+#pragma once
+
+#include <gst/video/video.h>
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "plugins/common/statistics.h"
+#include "plugins/composite/gl.h"
+#include "plugins/composite/pad.h"
+#include "plugins/composite/properties.h"
+#include "scene/announcement.h"
+
+namespace polyhull::element {
+
+/// The pictures of one frame: buffers with the formats they have.
+struct FrameBuffers {
+  GstBuffer* background = nullptr;
+  const GstVideoInfo* info = nullptr;  ///< RGBA; of both, apart from what metas say
+  bool background_on_gpu = false;
+  bool output_on_gpu = false;
+};
+
+class FrameComposer {
+ public:
+  FrameComposer(CompositeGl& gl, Statistics& statistics) : gl_(gl), statistics_(statistics) {}
+
+  /// The announcement that is true from now on; nullopt: none. Throws Error if its scene cannot be
+  /// opened.
+  void announce(std::optional<Announcement> announcement);
+  bool announced() const { return announcement_.has_value(); }
+
+  /// Gets the frame ready: what is to be drawn. \p meshes are the pads with a mesh to show.
+  void prepare(const CompositeSettings& settings, const GstVideoInfo& info,
+               const std::vector<GstAggregatorPad*>& meshes);
+
+  /// Whether the background is the result as it is.
+  bool untouched() const { return plan_.untouched(); }
+
+  /// Draws what prepare() found. \p output holds the background already where it is in system
+  /// memory and not the same buffer. Throws Error.
+  void draw(const FrameBuffers& buffers, GstBuffer* output);
+
+  void reset();
+
+ private:
+  std::shared_ptr<const Scene> open(const std::string& name);
+  void draw_on_gpu(const FrameBuffers& buffers, GstBuffer* output);
+  void draw_in_memory(const FrameBuffers& buffers, GstBuffer* output);
+  void report(const Compositor& compositor);
+
+  CompositeGl& gl_;
+  Statistics& statistics_;
+  std::optional<Announcement> announcement_;
+  std::string scene_name_;
+  std::shared_ptr<const Scene> scene_;
+  RenderFrame frame_;
+  RenderPlan plan_;
+  RenderSettings settings_;
+};
+
+}  // namespace polyhull::element

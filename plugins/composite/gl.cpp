@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "plugins/composite/gl.h"
+
+#include <exception>
+#include <mutex>
+#include <utility>
+
+#include "base/error.h"
+#include "render/gl_objects.h"
+
+namespace polyhull::element {
+namespace {
+
+constexpr char refused[] =
+    "composite could not get an OpenGL context (%s). Check that OpenGL works here; "
+    "GST_GL_PLATFORM and GST_GL_WINDOW in the environment choose the way to it, such as egl and "
+    "egl-device on machines without a display.";
+
+Error refusal(const std::string& reason) {
+  gchar* text = g_strdup_printf(refused, reason.c_str());
+  Error error(Error::Kind::unsupported, text);
+  g_free(text);
+  return error;
+}
+
+class Locked {
+ public:
+  explicit Locked(GRecMutex& mutex) : mutex_(mutex) { g_rec_mutex_lock(&mutex_); }
+  ~Locked() { g_rec_mutex_unlock(&mutex_); }
+  Locked(const Locked&) = delete;
+
+ private:
+  GRecMutex& mutex_;
+};
+
+struct Job {
+  const std::function<void()>* work;
+  std::exception_ptr thrown;
+};
+
+void run_job(GstGLContext*, gpointer data) {
+  auto* job = static_cast<Job*>(data);
+  try {
+    (*job->work)();
+  } catch (...) {
+    job->thrown = std::current_exception();
+  }
+}
+
+/// On the context's thread; exceptions come through. One at a time in this process where Mesa's
+/// software rasteriser draws: each of its contexts looks into the lists of all others without a
+/// lock when it samples or maps a texture (lp_setup_is_resource_referenced, Mesa 22.3), and crashes
+/// when another one is drawing.
+void on_thread(GstGLContext* context, const std::function<void()>& work) {
+  static std::mutex software_rasteriser;
+  const std::function<void()> alone = [&work] {
+    std::unique_lock lock(software_rasteriser, std::defer_lock);
+    if (gl::is_software()) lock.lock();
+    work();
+  };
+  Job job{&alone, nullptr};
+  gst_gl_context_thread_add(context, run_job, &job);
+  if (job.thrown) std::rethrow_exception(job.thrown);
+}
+
+}  // namespace
+
+void prefer_egl_device_without_display() {
+  for (const char* name : {"DISPLAY", "WAYLAND_DISPLAY", "GST_GL_PLATFORM", "GST_GL_WINDOW"})
+    if (g_getenv(name)) return;
+  g_setenv("GST_GL_PLATFORM", "egl", FALSE);
+  g_setenv("GST_GL_WINDOW", "egl-device", FALSE);
+}
+
+CompositeGl::~CompositeGl() {
+  release();
+  gst_clear_object(&other_);
+  gst_clear_object(&display_);
+  g_rec_mutex_clear(&mutex_);
+}
+
+void CompositeGl::set_context(GstContext* context) {
+  Locked lock(mutex_);
+  gst_gl_handle_set_context(element_, context, &display_, &other_);
+  if (display_)
+    gst_gl_display_filter_gl_api(display_,
+                                 static_cast<GstGLAPI>(GST_GL_API_OPENGL3 | GST_GL_API_GLES2));
+}
+
+bool CompositeGl::answer(GstQuery* query) {
+  Locked lock(mutex_);
+  return gst_gl_handle_context_query(element_, query, display_, context_, other_);
+}
+
+void CompositeGl::find_context() {
+  // Neighbours ask us for the same at the same time: not under the lock.
+  if (!gst_gl_ensure_element_data(element_, &display_, &other_))
+    throw refusal("there is no display that OpenGL can use");
+  gst_gl_display_filter_gl_api(display_,
+                               static_cast<GstGLAPI>(GST_GL_API_OPENGL3 | GST_GL_API_GLES2));
+  GstGLContext* found = nullptr;
+  gst_gl_query_local_gl_context(element_, GST_PAD_SRC, &found);
+  if (!found) gst_gl_query_local_gl_context(element_, GST_PAD_SINK, &found);
+  if (found && found->display != display_) gst_clear_object(&found);
+  Locked lock(mutex_);
+  context_ = found;
+}
+
+void CompositeGl::make_context() {
+  GST_OBJECT_LOCK(display_);
+  GstGLContext* context = gst_gl_display_get_gl_context_for_thread(display_, nullptr);
+  GError* problem = nullptr;
+  while (!context && !problem) {
+    if (!gst_gl_display_create_context(display_, other_, &context, &problem)) break;
+    // Another element may have been quicker.
+    if (gst_gl_display_add_context(display_, context)) break;
+    gst_clear_object(&context);
+    context = gst_gl_display_get_gl_context_for_thread(display_, nullptr);
+  }
+  GST_OBJECT_UNLOCK(display_);
+  if (!context) {
+    const std::string reason = problem ? problem->message : "no reason was given";
+    g_clear_error(&problem);
+    throw refusal(reason);
+  }
+  Locked lock(mutex_);
+  context_ = context;
+}
+
+void CompositeGl::ensure() {
+  if (compositor_) return;
+  if (!context_) find_context();
+  if (!context_) make_context();
+  on_thread(context_, [this] { compositor_ = std::make_unique<Compositor>(); });
+}
+
+void CompositeGl::run(const std::function<void(Compositor&)>& work) {
+  on_thread(context_, [&] { work(*compositor_); });
+}
+
+void CompositeGl::release() {
+  if (compositor_) on_thread(context_, [this] { compositor_.reset(); });
+  Locked lock(mutex_);
+  gst_clear_object(&context_);
+}
+
+}  // namespace polyhull::element

@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include <algorithm>
+
+#include "base/error.h"
+#include "plugins/hullbuild/private.h"
+
+namespace polyhull::element {
+namespace {
+
+constexpr std::int64_t start_time = GST_SECOND;
+
+ViewHead head_of_gap(const Arrival& gap) {
+  ViewHead head;
+  head.state = ViewHead::State::gap;
+  head.time = gap.time();
+  head.gap_end = gap.end();
+  return head;
+}
+
+ViewHead head_of_view(const HullPadState& state) {
+  ViewHead head;
+  head.state = ViewHead::State::view;
+  head.trigger = state.view->view().trigger;
+  head.time = state.parsed.time();
+  head.repeated = head.trigger != no_trigger ? head.trigger == state.last_trigger
+                                             : head.time != no_time && head.time == state.last_time;
+  return head;
+}
+
+}  // namespace
+
+std::string name_of(GstAggregatorPad* pad, const View& view) {
+  std::string name = camera_property(pad);
+  return name.empty() ? view.camera : name;
+}
+
+ViewHead look_at(PolyhullHullBuild* self, GstAggregatorPad* pad) {
+  HullPadState& state = state_of(pad);
+  for (;;) {
+    const Arrival* front = peek(pad);
+    state.ended = front == nullptr && gst_aggregator_pad_is_eos(pad);
+    if (front == nullptr) {
+      state.forget_front();
+      ViewHead head;
+      if (state.ended) head.state = ViewHead::State::ended;
+      return head;
+    }
+    if (front->buffer == state.parsed.buffer) return state.head;
+    state.forget_front();
+    const Arrival arrival{front->buffer, front->segment};
+    try {
+      if (!arrival.gap()) state.view = std::make_unique<ViewBuffer>(arrival.buffer);
+    } catch (const Error& error) {
+      pop(pad);
+      self->priv->statistics.warn(
+          GST_ELEMENT_CAST(self), "views-unusable",
+          std::string("A buffer on ") + GST_OBJECT_NAME(pad) + " was dropped: " + error.what());
+      continue;
+    }
+    state.parsed = {gst_buffer_ref(arrival.buffer), arrival.segment};
+    state.head = state.view ? head_of_view(state) : head_of_gap(arrival);
+    return state.head;
+  }
+}
+
+void drop_fronts(const Pads& pads, const std::vector<std::size_t>& which) {
+  for (const std::size_t i : which) {
+    state_of(pads[i]).forget_front();
+    pop(pads[i]);
+  }
+}
+
+void check_cameras(PolyhullHullBuild* self, const Pads& pads) {
+  std::vector<std::pair<std::string, const char*>> seen;
+  for (GstAggregatorPad* pad : pads) {
+    const HullPadState& state = state_of(pad);
+    if (state.view == nullptr) continue;
+    const View& view = state.view->view();
+    const std::string name = name_of(pad, view);
+    const std::string where = std::string("hullbuild's pad ") + GST_OBJECT_NAME(pad);
+    if (name.empty())
+      throw Error(Error::Kind::bad_input,
+                  where +
+                      " has no camera: neither its property camera nor its views name one. Set "
+                      "camera=NAME on contourfind or " +
+                      GST_OBJECT_NAME(pad) + "::camera=NAME here");
+    for (const auto& [other, other_pad] : seen)
+      if (other == name)
+        throw Error(Error::Kind::bad_input, where + " and " + other_pad +
+                                                " both bring views of camera \"" + name +
+                                                "\". Each pad takes another camera");
+    seen.emplace_back(name, GST_OBJECT_NAME(pad));
+    GST_OBJECT_LOCK(pad);
+    state_of(pad).name = name;
+    GST_OBJECT_UNLOCK(pad);
+    self->priv->stage.check(where, name, view.width, view.height);
+  }
+}
+
+std::int64_t next_deadline(PolyhullHullBuild* self, const Pads& pads) {
+  HullBuildState& priv = *self->priv;
+  if (pads.size() == 0) return no_time;
+  std::int64_t view = no_time, gap = no_time;
+  bool all = true, new_camera = false;
+  for (GstAggregatorPad* pad : pads) {
+    if (live_state_of(pad).flushed) return 0;
+    const Arrival* front = peek(pad);
+    if (front == nullptr) {
+      const bool ended = gst_aggregator_pad_is_eos(pad);
+      all = all && ended;
+      new_camera = new_camera || (!ended && state_of(pad).last_time == no_time);
+      continue;
+    }
+    // A gap is waited for to its end: up to there it speaks for its camera.
+    std::int64_t& earliest = front->gap() ? gap : view;
+    const std::int64_t time = front->gap() ? front->end() : front->time();
+    if (time != no_time && (earliest == no_time || time < earliest)) earliest = time;
+  }
+  if (all) return 0;
+  if (priv.timing.now() == no_time) return no_time;
+  const std::int64_t earliest = view != no_time ? view : gap;
+  if (earliest == no_time) return no_time;
+  // In the first second cameras are still coming up, and nothing is known of them.
+  const bool starting = new_camera && view != no_time &&
+                        (priv.first_time == no_time || earliest - priv.first_time < start_time);
+  return earliest + (starting ? std::max(priv.timing.wait(), priv.start_wait.load())
+                              : priv.timing.wait());
+}
+
+}  // namespace polyhull::element

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// The sink pads of hullbuild: one camera each.
+#pragma once
+
+#include <gst/base/gstaggregator.h>
+
+#include <atomic>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "mesh/view_sets.h"
+#include "plugins/common/live/live_pad.h"
+#include "plugins/common/memory/payload_buffer.h"
+
+namespace polyhull::element {
+
+/// What a pad knows; belongs to the element's streaming thread except where said.
+struct HullPadState {
+  std::string camera;  ///< property, under the pad's object lock; empty: the view's own name
+
+  Arrival parsed;                    ///< what came first, once it has been looked at
+  std::unique_ptr<ViewBuffer> view;  ///< ... parsed; null for a gap
+  ViewHead head;
+  bool ended = false;  ///< nothing will come
+
+  std::unique_ptr<ViewBuffer> held;  ///< the last view used, for missing-camera=hold
+  std::int64_t held_time = no_time;
+  std::uint64_t last_trigger = no_trigger;  ///< of the last view that was in time
+  std::int64_t last_time = no_time;
+  bool delivered = false;                ///< a view of it has been in a set
+  std::int64_t missed_since = no_time;   ///< sets have lacked it from this running time on
+
+  std::string name;                    ///< of its camera, under the pad's object lock
+  std::atomic<std::uint64_t> late{0};  ///< views that came after their set had gone
+
+  void forget_front();
+  void reset();
+};
+
+struct PolyhullHullPad {
+  PolyhullLivePad parent;
+  HullPadState* state;
+};
+
+struct PolyhullHullPadClass {
+  PolyhullLivePadClass parent_class;
+};
+
+GType hull_pad_type();
+
+inline HullPadState& state_of(gpointer pad) {
+  return *static_cast<PolyhullHullPad*>(pad)->state;
+}
+
+/// The pad's property `camera`.
+std::string camera_property(GstAggregatorPad* pad);
+
+}  // namespace polyhull::element

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// What users can set on hullbuild.
+#pragma once
+
+#include <algorithm>
+#include <span>
+#include <string>
+
+#include "hull/hull.h"
+#include "plugins/common/live/live_timing.h"
+#include "plugins/common/property_table.h"
+
+namespace polyhull::element {
+
+enum class MissingCamera { drop_set, drop_camera, hold, freeze };
+
+struct HullSettings {
+  std::string rig;
+  std::uint64_t sync_tolerance = 8 * GST_MSECOND;
+  std::uint64_t max_wait = LiveSettings{}.max_wait;
+  std::uint64_t max_latency = LiveSettings{}.max_latency;
+  MissingCamera missing_camera = MissingCamera::freeze;
+  std::uint64_t hold_time = 100 * GST_MSECOND;
+  std::uint32_t min_cameras = 0;
+  double weld_distance = 0.0;
+  Unseen unseen = Unseen::carve;
+  bool use_bounds = true;
+  double max_deviation = 0.0;
+  std::uint32_t threads = 0;
+  std::uint32_t pool_threads = 0;
+
+  LiveSettings live() const {
+    const bool by_hand = GST_CLOCK_TIME_IS_VALID(max_wait);
+    return {by_hand ? std::min<std::uint64_t>(max_wait, 60 * GST_SECOND) : max_wait, max_latency};
+  }
+};
+
+/// Rows of the table whose properties do more than be stored.
+inline constexpr guint rig_row = 0;
+inline constexpr guint pool_row = 12;
+
+std::span<const Property<HullSettings>> hull_properties();
+
+}  // namespace polyhull::element

@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "plugins/hullbuild/words.h"
+
+#include <cstdio>
+
+namespace polyhull::element {
+namespace {
+
+constexpr std::int64_t second = GST_SECOND;
+constexpr std::int64_t again_after = 60 * second;  // the same words
+constexpr std::int64_t silence = second;           // that is worth a word
+constexpr int empty_in_a_row = 5;                  // one may be a subject that has just left
+
+void warn(GstElement* element, const std::string& text) {
+  GST_ELEMENT_WARNING(element, STREAM, FAILED, ("%s", text.c_str()), (nullptr));
+}
+
+std::string number(double value, const char* unit, int digits) {
+  char text[48];
+  std::snprintf(text, sizeof text, "%.*f %s", digits, value, unit);
+  return text;
+}
+
+std::string milliseconds(std::int64_t time) {
+  return number(static_cast<double>(time) * 1e-6, "ms", 0);
+}
+
+std::string seconds(std::int64_t time) {
+  return number(static_cast<double>(time) * 1e-9, "s", 1);
+}
+
+std::string reason(const AbsentCamera& camera) {
+  if (camera.ended) return "has ended";
+  if (!camera.known) return "has not sent anything yet";
+  if (camera.silent < camera.missed / 2)
+    return "has sent nothing in time for " + seconds(camera.missed);
+  return "has sent nothing for " + seconds(camera.silent);
+}
+
+std::string list_of(const std::vector<AbsentCamera>& cameras, bool with_reasons) {
+  std::string text;
+  for (const AbsentCamera& camera : cameras) {
+    text += (text.empty() ? "" : ", ") + camera.name;
+    if (with_reasons) text += " (" + reason(camera) + ")";
+  }
+  return text;
+}
+
+}  // namespace
+
+void HullWords::built(GstElement* element, std::int64_t now, std::size_t used,
+                      const std::vector<AbsentCamera>& absent) {
+  if (absent.empty()) return;
+  const std::string names = list_of(absent, false);
+  if (names == absent_ && now - absent_at_ < again_after) return;
+  absent_ = names;
+  absent_at_ = now;
+  for (const AbsentCamera& camera : absent) gone_[camera.name] = true;
+  warn(element, "The hull is built from " + std::to_string(used) + " cameras, without " +
+                    list_of(absent, true) +
+                    ": it is larger than the subject where they would have cut it. Look after "
+                    "these cameras. missing-camera=drop-set keeps the last whole hull instead, "
+                    "min-cameras says how many are too few.");
+}
+
+void HullWords::too_few(GstElement* element, std::int64_t now, std::size_t used,
+                        std::size_t fewest) {
+  if (few_at_ >= 0 && now - few_at_ < again_after) return;
+  few_at_ = now;
+  warn(element, "Sets are dropped, and the last picture stays: of the " + std::to_string(fewest) +
+                    " views that min-cameras asks for they have " + std::to_string(used) +
+                    ". Connect more cameras, or look for what keeps their views away.");
+}
+
+void HullWords::absent(GstElement* element, const std::vector<AbsentCamera>& cameras) {
+  for (const AbsentCamera& camera : cameras) {
+    bool& said = gone_[camera.name];
+    const bool gone = camera.ended || (camera.known && camera.silent > silence);
+    if (gone && !said)
+      warn(element, "Camera " + camera.name + " " + reason(camera) +
+                        " while the others go on. Look for its cable, its trigger, and what "
+                        "stands between it and hullbuild.");
+    said = gone || (said && camera.missed > silence);
+  }
+}
+
+void HullWords::late(GstElement* element, std::int64_t now, const std::string& camera,
+                     const std::vector<CameraLateness>& cameras, std::int64_t wait, bool by_hand) {
+  if (late_at_ >= 0 && now - late_at_ < again_after) return;
+  late_at_ = now;
+  std::string list;
+  bool too_late = false;
+  for (const CameraLateness& entry : cameras) {
+    list += (list.empty() ? "" : ", ") + entry.name + " " + milliseconds(entry.latest);
+    too_late = too_late || entry.too_late;
+  }
+  std::string remedy = "The wait follows by itself, now " + milliseconds(wait) + ".";
+  if (by_hand) {
+    remedy = "max-wait makes it " + milliseconds(wait) +
+             "; raise it, or leave it unset and the wait fits itself to the cameras.";
+  } else if (too_late) {
+    remedy = "That is beyond max-latency: raise it, or look for what holds the camera up (a full "
+             "queue, the network, a machine that cannot keep up).";
+  }
+  warn(element, "A view of camera " + camera +
+                    " came after its set had gone, and its instant is lost. Views come at most so "
+                    "late after their instant: " +
+                    list + ". " + remedy);
+}
+
+void HullWords::hull(GstElement* element, std::size_t used, bool empty) {
+  if (!empty) {
+    empty_hulls_ = 0;
+    return;
+  }
+  if (++empty_hulls_ != empty_in_a_row) return;
+  warn(element, "All " + std::to_string(used) +
+                    " cameras see a foreground, but their silhouettes have no point of space in "
+                    "common: the hull is empty. Most likely the rig file is that of another "
+                    "set-up, its unit is wrong (millimetres read as metres), or two cameras are "
+                    "swapped. `polyhull-rig check RIG --pictures` finds which.");
+}
+
+}  // namespace polyhull::element

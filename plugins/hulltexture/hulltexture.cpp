@@ -1,0 +1,284 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// hulltexture: finds which cameras colour which part of a hull, and how much. It adds the
+/// visibility of every triangle in every view, a weight for every vertex and view, and for every
+/// view a small map of what it sees, with which composite colours each fragment. The pictures
+/// themselves pass through uncopied.
+///
+/// Properties that matter: `method`, one camera per triangle or a blend; `cameras`, how many are
+/// blended; `occlusion`, which can be turned off for speed; `fade-width`, how softly a camera's
+/// share ends at the rim of what it sees.
+///
+/// gst-launch-1.0 hullbuild name=hull ! hulltexture method=blend cameras=2 ! fakesink
+///     rigtestsrc camera=cam0 num-buffers=30 ! chromamatte ! gaussblur ! contourfind camera=cam0 !
+///     hull. rigtestsrc camera=cam1 num-buffers=30 ! chromamatte ! gaussblur ! contourfind
+///     camera=cam1 ! hull. rigtestsrc camera=cam2 num-buffers=30 ! chromamatte ! gaussblur !
+///     contourfind camera=cam2 ! hull.
+#include "plugins/hulltexture/hulltexture.h"
+
+#include <gst/base/gstbasetransform.h>
+
+#include <memory>
+
+#include "base/error.h"
+#include "plugins/common/guard.h"
+#include "plugins/common/memory/payload_buffer.h"
+#include "plugins/common/property_table.h"
+#include "plugins/common/statistics.h"
+#include "plugins/common/transform.h"
+#include "texture/texture_hull.h"
+
+GST_DEBUG_CATEGORY_STATIC(hulltexture_debug);
+#define GST_CAT_DEFAULT hulltexture_debug
+
+namespace polyhull::element {
+
+template <>
+GType enum_type<TextureMethod>() {
+  static const GEnumValue values[] = {
+      {static_cast<gint>(TextureMethod::direct), "The one best camera of each triangle", "direct"},
+      {static_cast<gint>(TextureMethod::blend), "The best cameras, weighted point by point",
+       "blend"},
+      {0, nullptr, nullptr}};
+  static const GType type = register_enum("PolyhullTextureMethod", values);
+  return type;
+}
+
+template <>
+GType enum_type<TextureMetric>() {
+  static const GEnumValue values[] = {
+      {static_cast<gint>(TextureMetric::camera_normal),
+       "By the angle between the surface's normal and the direction to the camera",
+       "camera-normal"},
+      {static_cast<gint>(TextureMetric::viewing_angle),
+       "By the angle between the directions to the camera and to the viewport", "viewing-angle"},
+      {0, nullptr, nullptr}};
+  static const GType type = register_enum("PolyhullTextureMetric", values);
+  return type;
+}
+
+}  // namespace polyhull::element
+
+namespace {
+
+using namespace polyhull;
+using namespace polyhull::element;
+
+struct Settings {
+  TextureMethod method = TextureMethod::blend;
+  TextureMetric metric = TextureMetric::camera_normal;
+  std::uint32_t cameras = 2;
+  bool occlusion = true;
+  std::uint32_t untextured = 0xff808080u;  // ARGB, as GStreamer's colour properties
+  double fade_width = TextureSettings{}.fade_width;
+  int map_size = TextureSettings{}.map_size;
+  std::uint32_t threads = 0;
+};
+
+const Property<Settings> table[] = {
+    property<&Settings::method>("method", "Method", "How the cameras' pictures are put together."),
+    property<&Settings::metric>("metric", "Metric",
+                                "By which angle a blend prefers one camera to another."),
+    property<&Settings::cameras>("cameras", "Cameras",
+                                 "How many cameras are blended at each point (1 to 64): the best "
+                                 "ones. composite uses at most "
+                                 "four.",
+                                 1, 64),
+    property<&Settings::occlusion>("occlusion", "Occlusion",
+                                   "Whether a camera colours only what it sees. Without, a camera "
+                                   "also colours what lies hidden "
+                                   "behind something else; faster."),
+    property<&Settings::untextured>(
+        "untextured", "Untextured colour",
+        "The colour of what no camera sees, as big-endian ARGB (0 to 0xffffffff; alpha is not "
+        "used).",
+        0, 4294967295.0),
+    property<&Settings::fade_width>(
+        "fade-width", "Fade width",
+        "Over how many pixels of a camera its share rises from none at the rim of what it sees to "
+        "all (0 to 200).",
+        0, 200),
+    property<&Settings::map_size>("map-size", "Map size",
+                                  "Texels of the longer side of the map of what a camera sees (16 "
+                                  "to 2048): more draw the rims "
+                                  "of what hides finer, and cost time.",
+                                  16, 2048),
+    property<&Settings::threads>(
+        "threads", "Threads",
+        "How many threads of the pool that all elements share may work (1 to 256); 0 means all of "
+        "them.",
+        0, 256),
+};
+constexpr std::span<const Property<Settings>> properties(table);
+
+struct Private {
+  Settings settings;  // under the object lock
+  Statistics statistics{"hulltexture-stats"};
+  std::unique_ptr<HullTexturer> texturer;  // of the streaming thread
+};
+
+struct PolyhullHullTexture {
+  GstBaseTransform parent;
+  Private* priv;
+};
+
+struct PolyhullHullTextureClass {
+  GstBaseTransformClass parent_class;
+};
+
+enum { first_setting = 1 };
+guint stats_id;
+
+GType polyhull_hull_texture_get_type();
+G_DEFINE_TYPE(PolyhullHullTexture, polyhull_hull_texture, GST_TYPE_BASE_TRANSFORM)
+
+Private& private_of(gpointer object) {
+  return *static_cast<PolyhullHullTexture*>(object)->priv;
+}
+
+void set_property_value(GObject* object, guint id, const GValue* value, GParamSpec* spec) {
+  if (!set_property(object, properties, first_setting, private_of(object).settings, id, value))
+    G_OBJECT_WARN_INVALID_PROPERTY_ID(object, id, spec);
+}
+
+void get_property_value(GObject* object, guint id, GValue* value, GParamSpec* spec) {
+  Private& priv = private_of(object);
+  if (id == stats_id) {
+    g_value_take_boxed(value, priv.statistics.structure());
+  } else if (!get_property(object, properties, first_setting, priv.settings, id, value)) {
+    G_OBJECT_WARN_INVALID_PROPERTY_ID(object, id, spec);
+  }
+}
+
+TextureSettings to_texture_settings(const Settings& settings) {
+  TextureSettings out;
+  out.method = settings.method;
+  out.metric = settings.metric;
+  out.cameras = settings.cameras;
+  out.occlusion = settings.occlusion;
+  const std::uint32_t c = settings.untextured;
+  out.untextured = Vec3f(c >> 16 & 0xff, c >> 8 & 0xff, c & 0xff) / 255.0f;
+  out.fade_width = settings.fade_width;
+  out.map_size = settings.map_size;
+  out.threads = static_cast<int>(settings.threads);
+  return out;
+}
+
+void report(Private& priv, const TextureStatistics& times) {
+  priv.statistics.count("meshes");
+  if (times.reused) priv.statistics.count("texturings-reused");
+  priv.statistics.count("rays", times.rays);
+  priv.statistics.set("visibility-ms", 1e3 * times.seconds_visibility);
+  priv.statistics.set("weights-ms", 1e3 * times.seconds_weights);
+  priv.statistics.set("maps-ms", 1e3 * times.seconds_maps);
+}
+
+/// The buffer with its texturing; null: it is no mesh and was dropped.
+GstBuffer* texture_buffer(GstBaseTransform* transform, GstBuffer* buffer) {
+  Private& priv = private_of(transform);
+  std::optional<MeshBuffer> in;
+  try {
+    in.emplace(buffer);
+  } catch (const Error& error) {
+    priv.statistics.warn(GST_ELEMENT_CAST(transform), "meshes-unusable",
+                         std::string("A buffer was dropped: ") + error.what());
+    return nullptr;
+  }
+  Mesh mesh = in->mesh();
+  std::vector<Camera> cameras;
+  for (const MeshView& view : mesh.views) cameras.push_back(view.calibration);
+  const Settings settings = snapshot(transform, priv.settings);
+  mesh.texturing = priv.texturer->texture(mesh.hull, cameras, to_texture_settings(settings));
+  report(priv, priv.texturer->statistics());
+  std::vector<PixelSource> pixels;
+  for (std::size_t k = 0; k < mesh.views.size(); ++k) pixels.push_back(in->pixels(k));
+  GstBuffer* out = make_mesh_buffer(mesh, pixels);
+  gst_buffer_copy_into(
+      out, buffer,
+      static_cast<GstBufferCopyFlags>(GST_BUFFER_COPY_FLAGS | GST_BUFFER_COPY_TIMESTAMPS |
+                                      GST_BUFFER_COPY_META),
+      0, -1);
+  return out;
+}
+
+GstFlowReturn generate_output(GstBaseTransform* transform, GstBuffer** out) {
+  *out = nullptr;
+  GstBuffer* in = transform->queued_buf;
+  transform->queued_buf = nullptr;
+  if (!in) return GST_FLOW_OK;
+  const GstFlowReturn result =
+      guarded(GST_ELEMENT_CAST(transform), GST_FLOW_ERROR, [&]() -> GstFlowReturn {
+        sync_controlled_properties(transform, in);
+        // A gap in the stream has nothing to texture.
+        if (GST_BUFFER_FLAG_IS_SET(in, GST_BUFFER_FLAG_GAP) && gst_buffer_get_size(in) == 0) {
+          *out = gst_buffer_ref(in);
+          return GST_FLOW_OK;
+        }
+        *out = texture_buffer(transform, in);
+        return GST_FLOW_OK;
+      });
+  gst_buffer_unref(in);
+  return result;
+}
+
+gboolean start(GstBaseTransform* transform) {
+  return guarded(GST_ELEMENT_CAST(transform), gboolean{FALSE}, [&]() -> gboolean {
+    Private& priv = private_of(transform);
+    priv.statistics.reset();
+    priv.texturer = std::make_unique<HullTexturer>();
+    return TRUE;
+  });
+}
+
+gboolean stop(GstBaseTransform* transform) {
+  private_of(transform).texturer.reset();
+  return TRUE;
+}
+
+void polyhull_hull_texture_init(PolyhullHullTexture* self) {
+  self->priv = new Private;
+  self->priv->statistics.declare({"meshes", "texturings-reused", "rays", "meshes-unusable"});
+  // Every mesh gets a header of its own; the caps stay.
+  gst_base_transform_set_in_place(GST_BASE_TRANSFORM(self), FALSE);
+  gst_base_transform_set_passthrough(GST_BASE_TRANSFORM(self), FALSE);
+}
+
+void finalize(GObject* object) {
+  delete static_cast<PolyhullHullTexture*>(static_cast<gpointer>(object))->priv;
+  G_OBJECT_CLASS(polyhull_hull_texture_parent_class)->finalize(object);
+}
+
+void polyhull_hull_texture_class_init(PolyhullHullTextureClass* klass) {
+  GST_DEBUG_CATEGORY_INIT(hulltexture_debug, "hulltexture", 0, "textures visual hulls");
+  GObjectClass* object_class = G_OBJECT_CLASS(klass);
+  object_class->set_property = set_property_value;
+  object_class->get_property = get_property_value;
+  object_class->finalize = finalize;
+  stats_id = install_properties(object_class, properties, first_setting);
+  g_object_class_install_property(
+      object_class, stats_id,
+      statistics_property(
+          "Counters since the start: meshes, texturings-reused (the hull had not changed), rays "
+          "cast "
+          "for visibility, meshes-unusable; and of the last mesh the milliseconds for visibility, "
+          "weights and maps."));
+  GstElementClass* element_class = GST_ELEMENT_CLASS(klass);
+  gst_element_class_set_static_metadata(
+      element_class, "Visual hull texturing", "Filter/Video",
+      "Finds which cameras colour which part of a visual hull, with occlusion", "polyhull");
+  GstCaps* caps = gst_caps_from_string(mesh_caps);
+  gst_element_class_add_pad_template(
+      element_class, gst_pad_template_new("sink", GST_PAD_SINK, GST_PAD_ALWAYS, caps));
+  gst_element_class_add_pad_template(
+      element_class, gst_pad_template_new("src", GST_PAD_SRC, GST_PAD_ALWAYS, caps));
+  gst_caps_unref(caps);
+  GstBaseTransformClass* transform_class = GST_BASE_TRANSFORM_CLASS(klass);
+  transform_class->generate_output = generate_output;
+  transform_class->start = start;
+  transform_class->stop = stop;
+}
+
+}  // namespace
+
+GST_ELEMENT_REGISTER_DEFINE(hulltexture, "hulltexture", GST_RANK_NONE,
+                            polyhull_hull_texture_get_type())

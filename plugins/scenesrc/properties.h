@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// The properties of scenesrc, and the viewport and lights that follow from them.
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "plugins/common/property_table.h"
+#include "scene/scene.h"
+#include "scene/viewport_control.h"
+
+namespace polyhull::element {
+
+enum class ViewportPath { still, orbit };
+enum class Refinement { automatic, always, never };
+
+/// Defaults show the built-in room from its entrance.
+struct SceneSettings {
+  std::string scene;
+  std::string camera;
+  ViewportPath path = ViewportPath::still;
+  double eye_x = 1.15, eye_y = 1.5, eye_z = 2.75;
+  double target_x = 0.0, target_y = 0.98, target_z = 0.0;
+  double fov = 52.0;
+  double orbit_radius = 2.7, orbit_height = 1.5, orbit_speed = 12.0, orbit_start = 0.0;
+  double light_intensity = 1.0;
+  double light_x = 0.0, light_y = 0.0, light_z = 0.0;
+  double exposure = 0.0;
+  Refinement refinement = Refinement::automatic;
+  std::uint32_t samples = 256;
+  double smoothing = 0.045;
+  double light_spacing = 0.025;
+  bool live = false;
+};
+
+std::span<const Property<SceneSettings>> scene_properties();
+
+/// The viewport at stream time \p seconds, for a picture of \p width x \p height square pixels.
+/// Throws Error when the settings make none (eye = target, no such camera in the scene).
+Camera scene_viewport(const SceneSettings& settings, const ViewportControl& control,
+                      const Scene& scene, double seconds, int width, int height);
+
+/// \p lights, as the scene's file has them, brightened and the first one moved.
+std::vector<Light> scene_lights(const SceneSettings& settings, std::vector<Light> lights);
+
+}  // namespace polyhull::element

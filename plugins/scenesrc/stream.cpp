@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "plugins/scenesrc/stream.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/error.h"
+#include "plugins/common/live/live_pad.h"
+#include "studio/room/room.h"
+
+namespace polyhull::element {
+namespace {
+
+constexpr int refined_rows = 4;         // between two looks at the clock
+constexpr int refined_share = 5;        // of the time until a live frame leaves, one part
+constexpr float bounce_spacing = 5.6f;  // of the spacing of the straight light
+
+}  // namespace
+
+void SceneStream::open(const SceneSettings& settings) {
+  close();
+  Scene scene = open_scene(settings.scene);
+  lights_ = scene.lights;
+  exposure_ = scene.exposure;
+  BackgroundOptions options;
+  options.light.spacing = static_cast<float>(settings.light_spacing);
+  options.light.bounce_spacing = bounce_spacing * options.light.spacing;
+  options.view.contrast = static_cast<float>(settings.smoothing);
+  options.paths.light_samples = 2;
+  background_ = std::make_unique<Background>(std::move(scene), options);
+}
+
+void SceneStream::close() {
+  forget_pixels();
+  background_.reset();
+  camera_ = Camera{};
+  announced_.clear();
+}
+
+void SceneStream::forget_pixels() {
+  if (pixels_ != nullptr) gst_memory_unref(pixels_);
+  pixels_ = nullptr;
+}
+
+Background::Work SceneStream::draw(GstElement* element, Statistics& statistics,
+                                   const SceneSettings& settings, const ViewportControl& control,
+                                   const GstVideoInfo& info, GstClockTime pts) {
+  try {
+    camera_ = scene_viewport(settings, control, background_->scene(),
+                             static_cast<double>(pts) / GST_SECOND, info.width, info.height);
+  } catch (const Error& error) {
+    // A viewport that is impossible for a moment does not end the stream.
+    if (camera_.width != info.width || camera_.height != info.height) throw;
+    statistics.warn(element, "warnings", std::string(error.what()) + " The last viewport stays.");
+  }
+  background_->set_contrast(static_cast<float>(settings.smoothing));
+  return background_->update(camera_, scene_lights(settings, lights_),
+                             exposure_ * static_cast<float>(std::exp2(settings.exposure)));
+}
+
+bool SceneStream::refine(GstBaseSrc* source, const SceneSettings& settings, GstClockTime due) {
+  if (background_->samples() >= settings.samples || settings.refinement == Refinement::never) {
+    return false;
+  }
+  if (settings.refinement == Refinement::always) return background_->refine(background_->height());
+  if (!GST_CLOCK_TIME_IS_VALID(due)) return false;
+  // A part of the time that is left: cameras and compositor want the processor, too.
+  const std::int64_t begin = running_time_now(GST_ELEMENT_CAST(source));
+  if (begin == no_time) return false;
+  const std::int64_t end = begin + (static_cast<std::int64_t>(due) - begin) / refined_share;
+  bool better = false;
+  for (std::int64_t now = begin; !better && now != no_time && now < end;
+       now = running_time_now(GST_ELEMENT_CAST(source)))
+    better = background_->refine(refined_rows);
+  return better;
+}
+
+GstBuffer* SceneStream::make_buffer(const GstVideoInfo& info, bool changed) {
+  const GstVideoFormat format = GST_VIDEO_INFO_FORMAT(&info);
+  GstBuffer* buffer = nullptr;
+  if (!changed && pixels_ != nullptr && pixels_format_ == format &&
+      gst_memory_get_sizes(pixels_, nullptr, nullptr) == info.size) {
+    buffer = gst_buffer_new();
+    gst_buffer_append_memory(buffer, gst_memory_ref(pixels_));
+    return buffer;
+  }
+  buffer = gst_buffer_new_allocate(nullptr, info.size, nullptr);
+  GstMapInfo map;
+  if (buffer == nullptr || !gst_buffer_map(buffer, &map, GST_MAP_WRITE)) {
+    gst_clear_buffer(&buffer);
+    throw Error(Error::Kind::io, "There is no memory for a picture of " +
+                                     std::to_string(info.width) + "x" +
+                                     std::to_string(info.height) + ".");
+  }
+  const bool bgr = format == GST_VIDEO_FORMAT_BGRx || format == GST_VIDEO_FORMAT_BGRA;
+  background_->write(map.data, static_cast<std::size_t>(GST_VIDEO_INFO_PLANE_STRIDE(&info, 0)),
+                     bgr ? 2 : 0);
+  gst_buffer_unmap(buffer, &map);
+  forget_pixels();
+  pixels_ = gst_buffer_get_memory(buffer, 0);
+  pixels_format_ = format;
+  return buffer;
+}
+
+GstEvent* SceneStream::take_announcement() {
+  std::string json = announcement_to_json(background_->announcement());
+  if (json == announced_) return nullptr;
+  announced_ = std::move(json);
+  return gst_event_new_custom(GST_EVENT_CUSTOM_DOWNSTREAM_STICKY,
+                              gst_structure_new("polyhull-announcement", "json", G_TYPE_STRING,
+                                                announced_.c_str(), nullptr));
+}
+
+}  // namespace polyhull::element

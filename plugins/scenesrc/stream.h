@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// What scenesrc has while it streams: the background, its last picture and what was said of it.
+#pragma once
+
+#include <gst/base/gstbasesrc.h>
+#include <gst/video/video.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "plugins/common/statistics.h"
+#include "plugins/scenesrc/properties.h"
+#include "raytrace/background.h"
+
+namespace polyhull::element {
+
+/// Opened and closed with the state PAUSED; otherwise the streaming thread's.
+class SceneStream {
+ public:
+  SceneStream() = default;
+  ~SceneStream() { close(); }
+  SceneStream(const SceneStream&) = delete;
+
+  /// Reads the scene. Throws Error.
+  void open(const SceneSettings& settings);
+  void close();
+  bool is_open() const { return background_ != nullptr; }
+  Background& background() { return *background_; }
+
+  /// Makes the background's picture that of stream time \p pts; what it did. An impossible viewport
+  /// throws Error at first, and is a warning once there has been a possible one.
+  Background::Work draw(GstElement* element, Statistics& statistics, const SceneSettings& settings,
+                        const ViewportControl& control, const GstVideoInfo& info, GstClockTime pts);
+
+  /// Traces a still view further as the settings allow, in a live stream until running time is
+  /// \p due; true when the picture has become better.
+  bool refine(GstBaseSrc* source, const SceneSettings& settings, GstClockTime due);
+
+  /// A buffer with the background's picture; a picture that has not changed is the same memory
+  /// again.
+  GstBuffer* make_buffer(const GstVideoInfo& info, bool changed);
+
+  /// Whether there has been a picture: the light is computed.
+  bool is_lit() const { return camera_.width > 0; }
+
+  /// The event that must go downstream before the next buffer, or null; the caller owns it.
+  GstEvent* take_announcement();
+
+ private:
+  void forget_pixels();
+
+  std::unique_ptr<Background> background_;
+  std::vector<Light> lights_;    // as in the scene's file
+  float exposure_ = 1.0f;        // as in the scene's file
+  GstMemory* pixels_ = nullptr;  // of the last frame, shared with the buffers that show it
+  GstVideoFormat pixels_format_ = GST_VIDEO_FORMAT_UNKNOWN;
+  Camera camera_;          // the last good one; width 0: none yet
+  std::string announced_;  // what downstream was last told
+};
+
+}  // namespace polyhull::element

@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// The thread that gives pulses at absolute times.
+///
+/// Pulse times form a grid on the pipeline's clock: t0 + n * period, computed exactly from the
+/// rate's fraction, so that errors do not add up. The thread sleeps until the time on
+/// CLOCK_MONOTONIC that the pipeline's clock shows to be the next one; the relation of the clocks
+/// is measured anew for each pulse, so that a network or PTP clock is followed.
+#pragma once
+
+#include <gst/gst.h>
+
+#include <condition_variable>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+
+#include "plugins/serialtrigger/serial_line.h"
+
+namespace polyhull::element {
+
+struct PulseParameters {
+  std::string device;
+  std::uint32_t baud = 9600;
+  PulseMode mode = PulseMode::zeros;
+  int rate_numerator = 15;  ///< pulses per second; 0: only on demand
+  int rate_denominator = 1;
+  std::int64_t pulse = 2000000;  ///< ns
+
+  /// Time between pulses, ns; 0 on demand.
+  std::int64_t period() const;
+  /// How long a pulse really takes: whole bytes for zeros.
+  std::int64_t pulse_taken() const;
+  /// Throws Error for a pulse that does not fit into the period with a millisecond to spare.
+  void check() const;
+};
+
+struct Pulse {
+  std::uint64_t number = 0;
+  std::int64_t time = 0;      ///< on the pipeline's clock, ns: its start
+  std::int64_t lateness = 0;  ///< start minus the planned time, ns; on demand: minus the demand
+};
+
+/// What the thread reports; called on the thread.
+struct PulseListener {
+  std::function<void(const Pulse&)> pulsed;
+  std::function<void(std::uint64_t count)>
+      skipped;                    ///< grid times that passed while it was held up
+  std::function<void()> blocked;  ///< the device takes no bytes
+  std::function<void(const std::string& why)> lost;  ///< the device went away; it is tried again
+  std::function<void()> returned;                    ///< and came back
+};
+
+class PulseThread {
+ public:
+  /// Starts. \p line is open. Takes a reference on \p clock.
+  PulseThread(std::unique_ptr<SerialLine> line, const PulseParameters& parameters, GstClock* clock,
+              std::uint64_t first_number, PulseListener listener);
+  /// Ends the pulse and the thread.
+  ~PulseThread();
+
+  /// Other rate or pulse length from the next pulse on (checked; same device, baud and mode).
+  void set(const PulseParameters& parameters);
+
+  /// One pulse as soon as may be.
+  void fire();
+
+  /// Whether the system granted real-time scheduling.
+  bool real_time() const { return real_time_; }
+
+  /// Stops, and gives back the line (null while the device is lost) and the next number.
+  std::unique_ptr<SerialLine> stop(std::uint64_t& next_number);
+
+ private:
+  void run();
+  bool wait_for_turn(PulseParameters& parameters, std::int64_t& planned);
+  void give_pulse(const PulseParameters& parameters, std::int64_t planned);
+  void find_device(const PulseParameters& parameters);
+
+  std::unique_ptr<SerialLine> line_;
+  GstClock* clock_;
+  std::uint64_t number_;
+  PulseListener listener_;
+  bool real_time_ = false;
+
+  std::mutex mutex_;  // protects the following
+  std::condition_variable changed_;
+  PulseParameters parameters_;
+  bool new_grid_ = true;
+  bool stopping_ = false;
+  int demands_ = 0;
+  std::int64_t demanded_ = 0;  // clock time of the oldest demand
+
+  std::int64_t origin_ = 0;  // of the grid; the thread's own
+  std::int64_t slot_ = 0;
+  std::thread thread_;
+};
+
+}  // namespace polyhull::element

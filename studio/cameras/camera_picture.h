@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// The picture that a camera of a rig takes of a subject in front of a coloured screen, and the
+/// truth about it: matte and depth.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+
+#include "studio/cameras/coverage_raster.h"
+#include "studio/cameras/sensor_noise.h"
+#include "studio/cameras/studio.h"
+#include "studio/figure/subject.h"
+
+namespace polyhull {
+
+/// How the studio and the camera spoil the picture. All values 0: an ideal one.
+struct PictureLook {
+  Screen::Look screen;
+  double shadow = 0.0;  ///< 0..1, how dark the subject's shadow on the floor is
+  double spill = 0.0;   ///< 0..1, light of the screen's colour on the subject, most at its outline
+  double noise = 0.0;   ///< standard deviation in 8-bit levels
+  std::uint32_t seed = 0;     ///< of the noise
+  bool linear_light = false;  ///< outlines mix light (as in a lens) instead of picture values
+};
+
+/// Draws one camera of a rig. Keeps what frames have in common. Not for use by two threads at once.
+class CameraPicture {
+ public:
+  /// \p index is the camera's number in \p rig. Throws Error if there is no such camera.
+  CameraPicture(const Rig& rig, int index, std::shared_ptr<const Subject> subject);
+
+  /// The subject's surface of the frames to come. Cheap where nothing changed.
+  void set_time(double seconds);
+
+  /// RGBA rows of \p stride bytes; \p frame numbers the noise. Alpha is 255 or, where
+  /// \p matte_in_alpha, the true matte.
+  void picture(const PictureLook& look, std::uint64_t frame, bool matte_in_alpha,
+               std::uint8_t* pixels, std::ptrdiff_t stride);
+
+  /// The true matte: the share of each pixel that the subject covers, 0..255.
+  void matte(std::uint8_t* pixels, std::ptrdiff_t stride);
+
+  /// z_cam in world units at each pixel's centre, 0 where the subject is not; rows without padding.
+  void depth(float* values);
+
+  const Camera& camera() const { return camera_; }
+  const SubjectFrame& surface() const { return surface_; }
+  const Subject& subject() const { return *subject_; }
+
+  /// The smallest rectangle that holds the subject in the frame drawn last.
+  const Rectangle& region() const { return region_; }
+
+ private:
+  CoverageRaster::Mesh mesh() const;
+  Vec3f shade(const PictureLook& look, const Vec3f& screen_light, const Fragment& fragment) const;
+
+  Camera camera_;
+  int index_;
+  Placement placement_;
+  double metres_per_unit_;
+  std::shared_ptr<const Subject> subject_;
+  Vec3f eye_{0.0f};          // in stage coordinates
+  float pixel_size_ = 0.0f;  // metres at one world unit of depth
+  double time_ = 0.0;
+  bool posed_ = false;
+  bool shadow_cast_ = false;
+  SubjectFrame surface_;
+  CoverageRaster raster_;
+  Screen screen_;
+  Screen::Look screen_look_;
+  bool screen_ready_ = false;
+  FloorShadow shadow_;
+  SensorNoise noise_;
+  Rectangle region_;
+};
+
+}  // namespace polyhull

@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "studio/figure/subject.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "base/error.h"
+#include "studio/figure/figure.h"
+#include "studio/figure/file_subject.h"
+
+namespace polyhull {
+namespace {
+
+constexpr int srgb_steps = 4096;
+
+float srgb_exact(float linear) {
+  return linear <= 0.0031308f ? 12.92f * linear : 1.055f * std::pow(linear, 1.0f / 2.4f) - 0.055f;
+}
+
+/// sRGB codes over the square root of the linear value, where the curve is almost straight.
+const std::array<float, srgb_steps + 2>& srgb_table() {
+  static const auto table = [] {
+    std::array<float, srgb_steps + 2> t;
+    for (int i = 0; i < srgb_steps + 2; ++i) {
+      const float root = static_cast<float>(i) / srgb_steps;
+      t[i] = srgb_exact(root * root);
+    }
+    return t;
+  }();
+  return table;
+}
+
+}  // namespace
+
+float srgb_from_linear(float linear) {
+  // Also right for what is not a number.
+  const float s = (linear > 0.0f ? std::sqrt(std::min(linear, 1.0f)) : 0.0f) * srgb_steps;
+  const int i = static_cast<int>(s);
+  const auto& table = srgb_table();
+  return table[i] + (table[i + 1] - table[i]) * (s - static_cast<float>(i));
+}
+
+float linear_from_srgb(float code) {
+  return code <= 0.04045f ? code / 12.92f : std::pow((code + 0.055f) / 1.055f, 2.4f);
+}
+
+std::shared_ptr<const Subject> open_subject(const std::string& name, double height) {
+  if (!name.empty() && name != "figure") return load_subject(name, height);
+  static const std::shared_ptr<const Subject> figure = std::make_shared<const Figure>();
+  return figure;
+}
+
+float studio_light(const Vec3f& normal) {
+  static const Vec3f key = glm::normalize(Vec3f(0.45f, 0.65f, 0.60f));
+  return 0.66f + 0.13f * normal.y + 0.26f * std::max(glm::dot(normal, key), 0.0f);
+}
+
+Vec3f outgoing_colour(const Subject& subject, const SubjectFrame& frame, std::uint32_t triangle,
+                      const Vec3f& at, float width) {
+  const std::uint32_t* v = &subject.triangles()[3 * static_cast<std::size_t>(triangle)];
+  const Vec3f n = glm::normalize(frame.normals[v[0]] * at.x + frame.normals[v[1]] * at.y +
+                                 frame.normals[v[2]] * at.z);
+  const Vec3f linear = subject.albedo(triangle, at, width) * studio_light(n);
+  return {srgb_from_linear(linear.x), srgb_from_linear(linear.y), srgb_from_linear(linear.z)};
+}
+
+Placement placement_for(const Rig& rig) {
+  Placement placement;
+  const Vec3 up = glm::normalize(rig.up);
+  // The shortest turn from +y to the rig's up.
+  const Vec3 axis = glm::cross(Vec3(0, 1, 0), up);
+  const double c = up.y;
+  Mat3 turn(1.0);
+  if (c < -1.0 + 1e-12) {
+    turn = Mat3(Vec3(1, 0, 0), Vec3(0, -1, 0), Vec3(0, 0, -1));
+  } else if (glm::length(axis) > 1e-12) {
+    const Mat3 k(Vec3(0, axis.z, -axis.y), Vec3(-axis.z, 0, axis.x), Vec3(axis.y, -axis.x, 0));
+    turn = Mat3(1.0) + k + k * k * (1.0 / (1.0 + c));
+  }
+  placement.linear = turn * (1.0 / rig.metres_per_unit());
+  if (rig.bounds) {
+    const Bounds& b = *rig.bounds;
+    const bool holds = glm::all(glm::lessThanEqual(b.min, Vec3(0.0))) &&
+                       glm::all(glm::greaterThanEqual(b.max, Vec3(0.0)));
+    if (!holds) {
+      const Vec3 middle = 0.5 * (b.min + b.max), half = 0.5 * (b.max - b.min);
+      placement.origin = middle - up * glm::dot(glm::abs(up), half);
+    }
+  }
+  return placement;
+}
+
+TruthMesh truth_mesh(const Subject& subject, const Rig& rig, double seconds) {
+  SubjectFrame frame;
+  subject.pose(seconds, frame);
+  const Placement place = placement_for(rig);
+  const Mat3 turn = place.linear * rig.metres_per_unit();
+  TruthMesh mesh;
+  mesh.triangles = subject.triangles();
+  const std::size_t count = frame.positions.size();
+  mesh.positions.resize(count);
+  mesh.normals.resize(count);
+  mesh.colours.assign(count, Vec3f(0.5f));
+  for (std::size_t i = 0; i < count; ++i) {
+    mesh.positions[i] = Vec3f(place(Vec3(frame.positions[i])));
+    mesh.normals[i] = Vec3f(turn * Vec3(frame.normals[i]));
+  }
+  std::vector<bool> done(count, false);
+  for (std::size_t t = 0; t < mesh.triangles.size(); t += 3) {
+    for (int k = 0; k < 3; ++k) {
+      const std::uint32_t v = mesh.triangles[t + k];
+      if (done[v]) continue;
+      done[v] = true;
+      Vec3f at(0.0f);
+      at[k] = 1.0f;
+      const float edge =
+          glm::distance(frame.positions[v], frame.positions[mesh.triangles[t + (k + 1) % 3]]);
+      mesh.colours[v] =
+          outgoing_colour(subject, frame, static_cast<std::uint32_t>(t / 3), at, edge);
+    }
+  }
+  return mesh;
+}
+
+}  // namespace polyhull

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// The scene that ships: where a subject stands when no other scene is named.
+#pragma once
+
+#include <string>
+
+#include "scene/scene.h"
+
+namespace polyhull {
+
+/// The built-in room: a polished floor, a table, a pillar that can hide the subject, one area
+/// light.
+Scene room_scene();
+
+/// load_scene(), or room_scene() for "" and "builtin:room".
+Scene open_scene(const std::string& name);
+
+}  // namespace polyhull

@@ -1,0 +1,212 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "studio/room/room_textures.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "base/thread_pool.h"
+#include "base/vector.h"
+
+namespace polyhull {
+namespace {
+
+std::uint32_t mixed(std::uint32_t x) {
+  x ^= x >> 16;
+  x *= 0x7feb352dU;
+  x ^= x >> 15;
+  x *= 0x846ca68bU;
+  return x ^ (x >> 16);
+}
+
+/// A random number in 0..1 for each whole place.
+float lattice(int x, int y, std::uint32_t seed) {
+  return static_cast<float>(mixed(static_cast<std::uint32_t>(x) +
+                                  mixed(static_cast<std::uint32_t>(y) + mixed(seed))) >>
+                            8) *
+         0x1p-24f;
+}
+
+/// Smooth noise in 0..1 that repeats after \p period in both directions.
+float noise(float x, float y, int period, std::uint32_t seed) {
+  // std::floor is a call of a function on plain x86-64; places here are far inside an int.
+  const auto down = [](float value) {
+    const auto whole = static_cast<float>(static_cast<int>(value));
+    return whole > value ? whole - 1.0f : whole;
+  };
+  const float fx = down(x), fy = down(y);
+  const auto smooth = [](float t) { return t * t * t * (t * (t * 6.0f - 15.0f) + 10.0f); };
+  const float u = smooth(x - fx), v = smooth(y - fy);
+  const auto wrap = [&](float value) {
+    const int i = static_cast<int>(value);
+    if (i >= 0 && i < period) return i;
+    const int rest = i % period;
+    return rest < 0 ? rest + period : rest;
+  };
+  const int x0 = wrap(fx), x1 = wrap(fx + 1), y0 = wrap(fy), y1 = wrap(fy + 1);
+  const float a = std::lerp(lattice(x0, y0, seed), lattice(x1, y0, seed), u);
+  const float b = std::lerp(lattice(x0, y1, seed), lattice(x1, y1, seed), u);
+  return std::lerp(a, b, v);
+}
+
+/// Octaves of noise over the unit square, \p period cells in the first; about 0..1, mean 0.5.
+float clouds(float x, float y, int period, int octaves, std::uint32_t seed) {
+  float sum = 0.0f, weight = 0.5f, total = 0.0f;
+  for (int i = 0; i < octaves; ++i) {
+    sum += weight * noise(x * static_cast<float>(period), y * static_cast<float>(period), period,
+                          seed + static_cast<std::uint32_t>(i));
+    total += weight;
+    weight *= 0.5f;
+    period *= 2;
+  }
+  return sum / total;
+}
+
+std::array<std::uint8_t, 4096> make_srgb_table() {
+  std::array<std::uint8_t, 4096> table;
+  for (std::size_t i = 0; i < table.size(); ++i) {
+    const double v = (static_cast<double>(i) + 0.5) / static_cast<double>(table.size());
+    const double encoded = v <= 0.0031308 ? 12.92 * v : 1.055 * std::pow(v, 1.0 / 2.4) - 0.055;
+    table[i] = static_cast<std::uint8_t>(std::lround(255.0 * encoded));
+  }
+  return table;
+}
+
+std::uint8_t srgb_byte(float linear) {
+  static const std::array<std::uint8_t, 4096> table = make_srgb_table();
+  return table[static_cast<std::size_t>(std::clamp(linear * 4096.0f, 0.0f, 4095.0f))];
+}
+
+template <typename Colour>
+Picture paint(int width, int height, const Colour& colour) {
+  Picture picture{width, height, 4, std::vector<std::uint8_t>(4u * width * height)};
+  parallel_for(static_cast<std::size_t>(height), 16, 0, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t y = begin; y < end; ++y) {
+      std::uint8_t* pixel = picture.row(static_cast<int>(y));
+      for (int x = 0; x < width; ++x, pixel += 4) {
+        const Vec3f c = colour((static_cast<float>(x) + 0.5f) / static_cast<float>(width),
+                               (static_cast<float>(y) + 0.5f) / static_cast<float>(height));
+        for (int k = 0; k < 3; ++k) pixel[k] = srgb_byte(c[k]);
+        pixel[3] = 255;
+      }
+    }
+  });
+  return picture;
+}
+
+}  // namespace
+
+Picture stone_texture(int size) {
+  return paint(size, size, [](float u, float v) {
+    const int tile = (u < 0.5f ? 0 : 1) + (v < 0.5f ? 0 : 2);
+    const auto seed = static_cast<std::uint32_t>(100 + 20 * tile);
+    // Each slab is cut from another place of the quarry and laid in another direction.
+    const float x = tile % 3 == 0 ? u : v, y = tile % 3 == 0 ? v : 1.0f - u;
+    const float bend_x = clouds(x, y, 4, 3, seed) - 0.5f,
+                bend_y = clouds(x, y, 4, 3, seed + 7) - 0.5f;
+    const float cloud = clouds(x + 0.12f * bend_x, y + 0.12f * bend_y, 6, 5, seed + 13);
+    const float ridge =
+        std::abs(clouds(x + 0.35f * bend_x, y + 0.35f * bend_y, 3, 3, seed + 29) - 0.5f);
+    const float vein =
+        std::exp(-ridge * ridge * 9000.0f) * std::clamp(3.0f * cloud - 1.0f, 0.0f, 1.0f);
+    const bool light = tile == 0 || tile == 3;
+    Vec3f colour = light ? Vec3f(0.125f, 0.120f, 0.112f) : Vec3f(0.046f, 0.050f, 0.056f);
+    colour *= 0.62f + 0.76f * cloud;
+    colour = glm::mix(colour, Vec3f(0.34f, 0.31f, 0.26f), 0.55f * vein);
+    const auto to_joint = [](float t) { return std::min({t, std::abs(t - 0.5f), 1.0f - t}); };
+    const float joint = std::min(to_joint(u), to_joint(v));
+    const float in_joint = std::clamp((0.0021f - joint) / 0.0008f, 0.0f, 1.0f);
+    return glm::mix(colour, Vec3f(0.018f), in_joint);
+  });
+}
+
+Picture wood_texture(int size) {
+  return paint(size, size, [](float u, float v) {
+    const float bend = clouds(u, v, 2, 3, 501) - 0.5f;
+    const float rings = v * 14.0f + 2.6f * bend;
+    const float ring = rings - std::floor(rings);
+    const float fibre = noise(u * 12.0f, v * 192.0f, 192, 511);
+    const float grain = clouds(u, v, 8, 4, 521);
+    const float dark = 0.55f * ring * ring + 0.25f * fibre + 0.2f * grain;
+    return glm::mix(Vec3f(0.42f, 0.225f, 0.095f), Vec3f(0.155f, 0.066f, 0.026f), dark);
+  });
+}
+
+Picture painting_texture(int width, int height) {
+  return paint(width, height, [](float u, float v) {
+    const float brush = clouds(u * 0.999f, v * 0.999f, 24, 4, 601) - 0.5f;
+    Vec3f colour = glm::mix(Vec3f(0.10f, 0.22f, 0.36f), Vec3f(0.92f, 0.52f, 0.22f),
+                            std::clamp(1.45f * v + 0.25f * brush, 0.0f, 1.0f));
+    const float dx = 1.6f * (u - 0.67f), dy = v - 0.42f;
+    const float sun = std::sqrt(dx * dx + dy * dy);
+    colour =
+        glm::mix(Vec3f(1.0f, 0.86f, 0.55f), colour, std::clamp((sun - 0.105f) * 90.0f, 0.0f, 1.0f));
+    const Vec3f hills[] = {{0.42f, 0.22f, 0.24f}, {0.20f, 0.12f, 0.22f}, {0.05f, 0.07f, 0.13f}};
+    for (int i = 0; i < 3; ++i) {
+      const float f = static_cast<float>(i);
+      const float ridge =
+          0.56f + 0.13f * f + 0.10f * std::sin(u * (5.0f - f) + 2.1f * f) +
+          0.10f * (clouds(u, 0.37f, 8, 4, 611 + 7 * static_cast<std::uint32_t>(i)) - 0.5f);
+      if (v > ridge) colour = hills[i] * (0.8f + 0.55f * (v - ridge) + 0.6f * brush);
+    }
+    return colour;
+  });
+}
+
+Picture print_texture(int width, int height, unsigned number) {
+  const float aspect = static_cast<float>(width) / static_cast<float>(height);
+  return paint(width, height, [=](float u, float v) {
+    const Vec3f paper(0.80f, 0.76f, 0.68f);
+    const float edge = std::min({u * aspect, v, (1.0f - u) * aspect, 1.0f - v});
+    if (edge < 0.07f) return paper;
+    const Vec3f inks[3][3] = {
+        {{0.62f, 0.16f, 0.06f}, {0.05f, 0.20f, 0.24f}, {0.72f, 0.48f, 0.14f}},
+        {{0.04f, 0.10f, 0.24f}, {0.66f, 0.26f, 0.10f}, {0.30f, 0.42f, 0.40f}},
+        {{0.10f, 0.22f, 0.12f}, {0.70f, 0.50f, 0.20f}, {0.46f, 0.08f, 0.08f}}};
+    const Vec3f* ink = inks[number % 3];
+    Vec3f colour = paper * 0.93f;
+    for (std::uint32_t i = 0; i < 5; ++i) {
+      const auto random = [&](int k) { return lattice(k, static_cast<int>(i), 701 + number); };
+      const float x = (0.2f + 0.6f * random(0)) * aspect, y = 0.2f + 0.6f * random(1);
+      const float radius = 0.10f + 0.14f * random(2);
+      const float distance = std::hypot(u * aspect - x, v - y);
+      const float cover = std::clamp((radius - distance) * 400.0f, 0.0f, 1.0f);
+      const bool ring = i % 2 == 1;
+      const float hole = ring ? std::clamp((0.7f * radius - distance) * 400.0f, 0.0f, 1.0f) : 0.0f;
+      // Inks are laid over one another as on a press.
+      colour =
+          glm::mix(colour, glm::mix(ink[i % 3], ink[i % 3] * colour * 1.6f, 0.6f), cover - hole);
+    }
+    return colour * (0.94f + 0.12f * noise(u * 90.0f, v * 120.0f, 128, 733));
+  });
+}
+
+Picture tapestry_texture(int width, int height) {
+  return paint(width, height, [=](float u, float v) {
+    const Vec3f yarns[] = {{0.42f, 0.34f, 0.22f},
+                           {0.030f, 0.085f, 0.115f},
+                           {0.52f, 0.30f, 0.07f},
+                           {0.055f, 0.16f, 0.15f},
+                           {0.60f, 0.52f, 0.38f}};
+    const float y = 12.0f * v;
+    const int band = static_cast<int>(y);
+    const float inside = y - static_cast<float>(band);
+    int yarn = 0;
+    if (v < 0.03f || v > 0.97f || u < 0.03f || u > 0.97f) {
+      yarn = 1;
+    } else if (band % 3 == 0) {
+      yarn = static_cast<int>(inside * 5.0f) % 2 ? 2 : 1;
+    } else if (band % 3 == 1) {
+      const float x = u * 8.0f - std::trunc(u * 8.0f);
+      const float lozenge = std::abs(x - 0.5f) + std::abs(inside - 0.5f);
+      yarn = lozenge < 0.18f ? 4 : lozenge < 0.40f ? 3 : 0;
+    } else {
+      const float step = u * 12.0f - std::trunc(u * 12.0f);
+      yarn = inside < 0.25f * (1.0f + std::trunc(3.0f * std::abs(2.0f * step - 1.0f))) ? 2 : 4;
+    }
+    const float thread = 0.90f + 0.20f * noise(u * 170.0f, v * 256.0f, 256, 811);
+    return yarns[yarn] * thread;
+  });
+}
+
+}  // namespace polyhull

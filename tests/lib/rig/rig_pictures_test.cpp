@@ -1,0 +1,209 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+// polyhull-rig check --pictures: cameras that contradict each other are found and named, good rigs
+// are not.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+
+#include "base/error.h"
+#include "base/picture.h"
+#include "camera_files.h"
+#include "mask_contours.h"
+#include "rig/check_pictures.h"
+#include "rig/import.h"
+#include "studio/cameras/camera_picture.h"
+#include "studio/cameras/default_rig.h"
+#include "studio/figure/figure.h"
+
+namespace polyhull {
+namespace {
+
+std::string all_of(const std::vector<std::string>& warnings) {
+  std::string all;
+  for (const std::string& warning : warnings) all += warning + "\n";
+  return all;
+}
+
+// The true mattes or the pictures of all cameras of a rig at one instant, as files.
+std::vector<std::string> files_of(const Rig& rig, double seconds, bool coloured) {
+  static const auto figure = std::make_shared<Figure>();
+  const auto folder = std::filesystem::temp_directory_path() / "polyhull_rig_pictures";
+  std::filesystem::create_directories(folder);
+  std::vector<std::string> files;
+  for (std::size_t i = 0; i < rig.cameras.size(); ++i) {
+    const Camera& camera = rig.cameras[i];
+    CameraPicture drawn(rig, static_cast<int>(i), figure);
+    drawn.set_time(seconds);
+    Picture picture{camera.width, camera.height, coloured ? 4 : 1, {}};
+    picture.pixels.resize(static_cast<std::size_t>(camera.width) * camera.height *
+                          picture.channels);
+    if (coloured) {
+      PictureLook look;
+      look.screen.colour[0] = 40, look.screen.colour[1] = 170, look.screen.colour[2] = 60;
+      look.screen.unevenness = 0.1;
+      look.shadow = 0.2;
+      look.noise = 3.0;
+      drawn.picture(look, 0, false, picture.row(0), 4 * camera.width);
+    } else {
+      drawn.matte(picture.row(0), camera.width);
+    }
+    files.push_back((folder / (camera.name + (coloured ? "_colour.png" : ".png"))).string());
+    save_picture(picture, files.back());
+  }
+  return files;
+}
+
+std::vector<CameraPictureRings> rings_of(const Rig& rig, const std::vector<std::string>& files) {
+  std::vector<CameraPictureRings> pictures;
+  for (const auto& [camera, path] : assign_files(files, rig, "--pictures", "polyhull-rig"))
+    pictures.push_back({camera, contours_of_picture(path, rig.cameras[camera], {})});
+  return pictures;
+}
+
+std::string said(const Rig& rig, const std::vector<CameraPictureRings>& pictures) {
+  return all_of(examine_pictures(rig, pictures).warnings);
+}
+
+bool names(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+constexpr double instants[] = {0.0, 2.7, 5.9};
+
+TEST(RigPictures, AGoodRigIsNeverNamed) {
+  for (const double seconds : instants)
+    for (const bool bounds : {true, false}) {
+      Rig rig = default_rig();
+      if (!bounds) rig.bounds.reset();
+      EXPECT_EQ(said(rig, rings_of(rig, files_of(rig, seconds, false))), "") << seconds;
+    }
+  for (const double seconds : {0.0, 4.1})
+    EXPECT_EQ(said(default_rig(), rings_of(default_rig(), files_of(default_rig(), seconds, true))),
+              "")
+        << seconds;
+}
+
+TEST(RigPictures, LensDistortionIsTakenOut) {
+  Rig rig = default_rig();
+  for (Camera& camera : rig.cameras) camera.distortion = {-0.2, 0.04, 1e-3, -1e-3};
+  EXPECT_EQ(said(rig, rings_of(rig, files_of(rig, 1.3, false))), "");
+}
+
+TEST(RigPictures, SwappedPicturesAreNamed) {
+  for (const double seconds : instants)
+    for (const bool bounds : {true, false}) {
+      Rig rig = default_rig();
+      if (!bounds) rig.bounds.reset();
+      const std::vector<CameraPictureRings> good = rings_of(rig, files_of(rig, seconds, false));
+      for (std::size_t i = 0; i < 4; ++i)
+        for (std::size_t k = i + 1; k < 4; ++k) {
+          auto pictures = good;
+          std::swap(pictures[i].rings, pictures[k].rings);
+          const std::string text = said(rig, pictures);
+          EXPECT_TRUE(
+              names(text, rig.cameras[i].name + " and " + rig.cameras[k].name + " look swapped"))
+              << seconds << " " << bounds << ": " << i << " " << k << ": " << text
+              << examine_pictures(rig, pictures).table;
+          EXPECT_FALSE(names(text, "; or")) << text;
+        }
+    }
+}
+
+TEST(RigPictures, MirroredAndTurnedPicturesAreNamed) {
+  const Rig rig = default_rig();
+  for (const double seconds : instants) {
+    const std::vector<CameraPictureRings> good = rings_of(rig, files_of(rig, seconds, false));
+    for (std::size_t i = 0; i < 4; ++i)
+      for (const bool turned : {false, true}) {
+        auto pictures = good;
+        for (Vec2f& p : pictures[i].rings.points) {
+          p.x = 1023 - p.x;
+          if (turned) p.y = 767 - p.y;
+        }
+        const std::string text = said(rig, pictures);
+        EXPECT_TRUE(names(text, "the picture of " + rig.cameras[i].name + " looks " +
+                                    (turned ? "upside down" : "mirrored")))
+            << seconds << ": " << i << ": " << text << examine_pictures(rig, pictures).table;
+        EXPECT_FALSE(names(text, "; or")) << text;
+      }
+  }
+}
+
+TEST(RigPictures, RealPicturesAreNamedWhenSwappedOnly) {
+  const char* data = std::getenv("POLYHULL_DATA");
+  const std::string folder = std::string(data ? data : "") + "/oxford_dino/";
+  if (!std::filesystem::exists(folder + "silhouettes_derived"))
+    GTEST_SKIP() << "needs oxford_dino under $POLYHULL_DATA";
+  import::Options options;
+  options.width = 720;
+  options.height = 576;
+  options.name = "viff.%03d";
+  const Rig rig = import::projection_matrices({folder + "dino_Ps_metric.txt"}, options);
+  std::vector<std::string> files;
+  for (std::size_t i = 0; i < rig.cameras.size(); i += 4)
+    files.push_back(folder + "silhouettes_derived/" + rig.cameras[i].name + ".png");
+  std::vector<CameraPictureRings> pictures = rings_of(rig, files);
+  EXPECT_EQ(said(rig, pictures), "");
+  std::swap(pictures[1].rings, pictures[2].rings);
+  EXPECT_TRUE(names(said(rig, pictures), "viff.004 and viff.008 look swapped"))
+      << said(rig, pictures);
+}
+
+TEST(RigPictures, AMaskIsReadFromItsGreyItsAlphaOrItsColours) {
+  const Rig rig = default_rig();
+  const std::string plain = files_of(rig, 0.0, false)[0];
+  const Picture matte = load_picture(plain, 1);
+  const Rings expected = contours_of_picture(plain, rig.cameras[0], {});
+  const std::string path =
+      (std::filesystem::temp_directory_path() / "polyhull_rig_pictures" / "kind.png").string();
+  for (const int channels : {3, 4}) {
+    for (const bool in_alpha : {false, true}) {
+      if (channels == 3 && in_alpha) continue;
+      Picture picture{matte.width, matte.height, channels, {}};
+      for (const std::uint8_t v : matte.pixels)
+        for (int c = 0; c < channels; ++c)
+          picture.pixels.push_back(c == 3 ? (in_alpha ? v : 255) : (in_alpha ? 90 : v));
+      save_picture(picture, path);
+      EXPECT_EQ(contours_of_picture(path, rig.cameras[0], {}), expected) << channels << in_alpha;
+    }
+  }
+  // Grey with a few coloured pixels of all hues is neither a mask nor a picture that can be keyed.
+  Picture neither{1024, 768, 3, std::vector<std::uint8_t>(3 * 1024 * 768, 120)};
+  for (std::size_t i = 0; i < neither.pixels.size(); i += 200) neither.pixels[i] = 255;
+  save_picture(neither, path);
+  try {
+    contours_of_picture(path, rig.cameras[0], {});
+    ADD_FAILURE() << "no error";
+  } catch (const Error& error) {
+    EXPECT_TRUE(names(error.what(), "kind.png: no coloured screen")) << error.what();
+    EXPECT_TRUE(names(error.what(), "mask")) << error.what();
+  }
+}
+
+TEST(RigPictures, TooFewAreRefused) {
+  EXPECT_THROW(examine_pictures(default_rig(), {}), Error);
+}
+
+TEST(RigPictures, ACameraWithAWrongUnitIsNamed) {
+  for (const double seconds : instants) {
+    const std::vector<CameraPictureRings> pictures =
+        rings_of(default_rig(), files_of(default_rig(), seconds, false));
+    for (std::size_t i = 0; i < 4; ++i)
+      for (const double factor : {1000.0, 1.0 / 25.4, 1.3}) {
+        Rig rig = default_rig();
+        rig.cameras[i].t *= factor;
+        const std::string text = said(rig, pictures);
+        EXPECT_TRUE(names(text, rig.cameras[i].name + " contradicts the others"))
+            << seconds << ": " << i << " x" << factor << ": " << text;
+      }
+    Rig rig = default_rig();
+    rig.bounds->min *= 0.001;
+    rig.bounds->max *= 0.001;
+    EXPECT_TRUE(names(said(rig, pictures), "not with the bounds")) << said(rig, pictures);
+  }
+}
+
+}  // namespace
+}  // namespace polyhull
