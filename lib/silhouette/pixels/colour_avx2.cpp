@@ -3,7 +3,7 @@
 
 namespace polyhull::silhouette {
 
-const ColourKernels& v3_colour_kernels() {
+const ColourKernels& avx2_colour_kernels() {
   static const ColourKernels table{convert_yuv, composite_yuv, composite};
   return table;
 }

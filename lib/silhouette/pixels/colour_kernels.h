@@ -34,7 +34,7 @@ struct ColourKernels {
 
 const ColourKernels& plain_colour_kernels();
 #if defined(__x86_64__)
-const ColourKernels& v3_colour_kernels();  ///< only where v3_supported()
+const ColourKernels& avx2_colour_kernels();  ///< only where avx2_supported()
 #endif
 
 /// Those of the instruction set that kernels() chose.

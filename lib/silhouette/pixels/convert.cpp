@@ -50,7 +50,7 @@ const ColourKernels& colour_kernels() {
 #if defined(__x86_64__)
   // Not by the processor alone: POLYHULL_ISA may have asked for less.
   if (&kernels() != &plain_kernels() && &kernels() != &baseline_kernels())
-    return v3_colour_kernels();
+    return avx2_colour_kernels();
 #endif
   return plain_colour_kernels();
 }

@@ -12,9 +12,9 @@ const Kernels& choose() {
   if (wanted && std::strcmp(wanted, "plain") == 0) return plain_kernels();
 #if defined(__x86_64__)
   if (wanted && std::strcmp(wanted, "baseline") == 0) return baseline_kernels();
-  const bool v3 = wanted && std::strcmp(wanted, "v3") == 0;
-  if (v4_supported() && !v3) return v4_kernels();
-  if (v3_supported()) return v3_kernels();
+  const bool avx2_only = wanted && std::strcmp(wanted, "avx2") == 0;
+  if (avx512_supported() && !avx2_only) return avx512_kernels();
+  if (avx2_supported()) return avx2_kernels();
   return baseline_kernels();
 #else
   return plain_kernels();
@@ -24,13 +24,13 @@ const Kernels& choose() {
 }  // namespace
 
 #if defined(__x86_64__)
-bool v3_supported() {
+bool avx2_supported() {
   return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("bmi") &&
          __builtin_cpu_supports("bmi2") && __builtin_cpu_supports("fma");
 }
 
-bool v4_supported() {
-  return v3_supported() && __builtin_cpu_supports("avx512bw") &&
+bool avx512_supported() {
+  return avx2_supported() && __builtin_cpu_supports("avx512bw") &&
          __builtin_cpu_supports("avx512cd") && __builtin_cpu_supports("avx512dq") &&
          __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512vnni");
 }

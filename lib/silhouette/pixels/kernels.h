@@ -129,13 +129,13 @@ struct Kernels {
 const Kernels& plain_kernels();
 #if defined(__x86_64__)
 const Kernels& baseline_kernels();
-const Kernels& v3_kernels();  ///< only where v3_supported()
-bool v3_supported();
-const Kernels& v4_kernels();  ///< only where v4_supported()
-bool v4_supported();
+const Kernels& avx2_kernels();  ///< only where avx2_supported()
+bool avx2_supported();
+const Kernels& avx512_kernels();  ///< only where avx512_supported()
+bool avx512_supported();
 #endif
 
-/// The best for this machine; POLYHULL_ISA=plain|baseline|v3|v4 in the environment overrides (read
+/// The best for this machine; POLYHULL_ISA=plain|baseline|avx2|avx512 in the environment overrides (read
 /// once).
 const Kernels& kernels();
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // The key for x86-64-v4 with the instructions for dot products (AVX-512 BW and VNNI); all else is
-// as for v3.
+// as for AVX2.
 #include <immintrin.h>
 
 #include <cstring>
@@ -62,16 +62,16 @@ void pixel_alpha(const std::uint8_t* pixels, int count, const PixelForms& forms,
     store_two_blocks(v, empty, full, alpha + x, state);
   }
   if (x < count)
-    v3_kernels().pixel_alpha(pixels + 4 * x, static_cast<int>(count - x), forms, ramp, alpha + x,
+    avx2_kernels().pixel_alpha(pixels + 4 * x, static_cast<int>(count - x), forms, ramp, alpha + x,
                              block_states + x / 16);
 }
 
 }  // namespace
 
-const Kernels& v4_kernels() {
+const Kernels& avx512_kernels() {
   static const Kernels table = [] {
-    Kernels kernels = v3_kernels();
-    kernels.name = "v4";
+    Kernels kernels = avx2_kernels();
+    kernels.name = "avx512";
     kernels.pixel_alpha = pixel_alpha;
     return kernels;
   }();

@@ -104,7 +104,7 @@ void exact_pixel(const FrameView& f, int x, int y, double rgb[3]) {
 std::vector<const silhouette::ColourKernels*> variants() {
   std::vector<const silhouette::ColourKernels*> all{&silhouette::plain_colour_kernels()};
 #if defined(__x86_64__)
-  if (silhouette::v3_supported()) all.push_back(&silhouette::v3_colour_kernels());
+  if (silhouette::avx2_supported()) all.push_back(&silhouette::avx2_colour_kernels());
 #endif
   return all;
 }

@@ -283,8 +283,8 @@ TEST(Silhouette, KernelsAgree) {
   using namespace silhouette;
   std::mt19937 random(6);
   std::vector<const Kernels*> others = {&baseline_kernels()};
-  if (v3_supported()) others.push_back(&v3_kernels());
-  if (v4_supported()) others.push_back(&v4_kernels());
+  if (avx2_supported()) others.push_back(&avx2_kernels());
+  if (avx512_supported()) others.push_back(&avx512_kernels());
   const Kernels& plain = plain_kernels();
   constexpr int n = 176;
   std::vector<std::uint8_t> pixels(8 * n + 64), plate(4 * n);
