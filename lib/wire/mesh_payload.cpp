@@ -125,45 +125,102 @@ flatbuffers::Offset<wire::Camera> pack_camera(flatbuffers::FlatBufferBuilder& bu
                             pack_vector(builder, camera.t));
 }
 
-flatbuffers::Offset<wire::Hull> pack_hull(flatbuffers::FlatBufferBuilder& builder,
-                                          const Hull& hull) {
-  static_assert(sizeof(HullFace) == sizeof(wire::Face));
-  const auto origin = pack_vector(builder, hull.origin);
-  const auto vertices = builder.CreateVector(reinterpret_cast<const float*>(hull.vertices.data()),
-                                             count(hull.vertices, 3));
-  const auto triangles = builder.CreateVector(hull.triangles.data(), count(hull.triangles));
-  const auto faces = builder.CreateVectorOfStructs(
-      reinterpret_cast<const wire::Face*>(hull.faces.data()), count(hull.faces));
-  const auto loop_vertices =
-      builder.CreateVector(hull.loop_vertices.data(), count(hull.loop_vertices));
-  const auto loop_ends = builder.CreateVector(hull.loop_ends.data(), count(hull.loop_ends));
-  const auto face_loop_ends =
-      builder.CreateVector(hull.face_loop_ends.data(), count(hull.face_loop_ends));
-  return wire::CreateHull(builder, origin, vertices, triangles, faces, loop_vertices, loop_ends,
-                          face_loop_ends);
+// Enough room from the start: a builder that grows copies everything.
+std::size_t expected_size(const Mesh& mesh) {
+  const Hull& hull = mesh.hull;
+  std::size_t size = 4096 + sizeof(Vec3f) * hull.vertices.size() +
+                     sizeof(HullFace) * hull.faces.size() +
+                     sizeof(std::uint32_t) * (hull.triangles.size() + hull.loop_vertices.size() +
+                                              hull.loop_ends.size() + hull.face_loop_ends.size());
+  for (const MeshView& view : mesh.views)
+    size += 1024 + sizeof(Vec2f) * view.view.contours.points.size() +
+            sizeof(std::uint32_t) * view.view.contours.ends.size();
+  if (!mesh.texturing) return size;
+  for (const OcclusionMap& map : mesh.texturing->maps)
+    size += 256 + sizeof(std::uint16_t) * map.depth.size() + map.fade.size();
+  return size + (sizeof(std::uint64_t) + 1) * mesh.texturing->visible.size() +
+         sizeof(float) * mesh.texturing->weights.size() +
+         sizeof(Vec3f) * mesh.texturing->normals.size();
 }
 
-flatbuffers::Offset<wire::Texturing> pack_texturing(flatbuffers::FlatBufferBuilder& builder,
-                                                    const Texturing& texturing) {
-  std::vector<flatbuffers::Offset<wire::OcclusionMap>> maps;
-  for (const OcclusionMap& map : texturing.maps) {
-    const auto depth = builder.CreateVector(map.depth.data(), count(map.depth));
-    const auto fade = builder.CreateVector(map.fade.data(), count(map.fade));
-    maps.push_back(wire::CreateOcclusionMap(builder, map.x, map.y, map.step, map.width, map.height,
-                                            map.near, map.far, depth, fade));
+/// Writes a mesh's FlatBuffer, or only lays it out: the long lists get their room, but not their
+/// contents, so that its size is known at once.
+class MeshPacker {
+ public:
+  MeshPacker(const Mesh& mesh, bool layout_only)
+      : builder_(expected_size(mesh)), layout_only_(layout_only) {
+    pack(mesh);
   }
-  const auto map_list = builder.CreateVector(maps);
-  const auto untextured = builder.CreateVector(&texturing.untextured.x, 3);
-  const auto visible = builder.CreateVector(texturing.visible.data(), count(texturing.visible));
-  const auto best = builder.CreateVector(texturing.best.data(), count(texturing.best));
-  const auto weights = builder.CreateVector(texturing.weights.data(), count(texturing.weights));
-  const auto normals = builder.CreateVector(
-      reinterpret_cast<const float*>(texturing.normals.data()), count(texturing.normals, 3));
-  return wire::CreateTexturing(builder, static_cast<wire::TextureMethod>(texturing.method),
-                               static_cast<wire::TextureMetric>(texturing.metric),
-                               texturing.cameras, untextured, visible, best, weights, normals,
-                               map_list);
-}
+  Bytes bytes() const { return {builder_.GetBufferPointer(), builder_.GetSize()}; }
+
+ private:
+  template <typename Element>
+  flatbuffers::Offset<flatbuffers::Vector<Element>> list(const Element* data, std::uint32_t size) {
+    if (!layout_only_) return builder_.CreateVector(data, size);
+    Element* room = nullptr;
+    return builder_.CreateUninitializedVector(size, &room);
+  }
+  template <typename Element>
+  auto list(const std::vector<Element>& elements) {
+    return list(elements.data(), count(elements));
+  }
+  auto list(const std::vector<Vec3f>& vectors) {
+    return list(reinterpret_cast<const float*>(vectors.data()), count(vectors, 3));
+  }
+
+  flatbuffers::Offset<wire::Hull> pack_hull(const Hull& hull) {
+    static_assert(sizeof(HullFace) == sizeof(wire::Face));
+    const auto origin = pack_vector(builder_, hull.origin);
+    const auto vertices = list(hull.vertices);
+    const auto triangles = list(hull.triangles);
+    const auto faces = builder_.CreateVectorOfStructs(
+        reinterpret_cast<const wire::Face*>(hull.faces.data()), count(hull.faces));
+    const auto loop_vertices = list(hull.loop_vertices);
+    const auto loop_ends = list(hull.loop_ends);
+    const auto face_loop_ends = list(hull.face_loop_ends);
+    return wire::CreateHull(builder_, origin, vertices, triangles, faces, loop_vertices, loop_ends,
+                            face_loop_ends);
+  }
+
+  flatbuffers::Offset<wire::Texturing> pack_texturing(const Texturing& texturing) {
+    std::vector<flatbuffers::Offset<wire::OcclusionMap>> maps;
+    for (const OcclusionMap& map : texturing.maps) {
+      const auto depth = list(map.depth);
+      const auto fade = list(map.fade);
+      maps.push_back(wire::CreateOcclusionMap(builder_, map.x, map.y, map.step, map.width,
+                                              map.height, map.near, map.far, depth, fade));
+    }
+    const auto map_list = builder_.CreateVector(maps);
+    const auto untextured = builder_.CreateVector(&texturing.untextured.x, 3);
+    const auto visible = list(texturing.visible);
+    const auto best = list(texturing.best);
+    const auto weights = list(texturing.weights);
+    const auto normals = list(texturing.normals);
+    return wire::CreateTexturing(builder_, static_cast<wire::TextureMethod>(texturing.method),
+                                 static_cast<wire::TextureMetric>(texturing.metric),
+                                 texturing.cameras, untextured, visible, best, weights, normals,
+                                 map_list);
+  }
+
+  void pack(const Mesh& mesh) {
+    std::vector<flatbuffers::Offset<wire::MeshView>> views;
+    for (const MeshView& view : mesh.views) {
+      const auto calibration = pack_camera(builder_, view.calibration);
+      const auto packed = pack_view(builder_, view.view);
+      views.push_back(wire::CreateMeshView(builder_, calibration, packed));
+    }
+    const auto view_list = builder_.CreateVector(views);
+    const auto hull = pack_hull(mesh.hull);
+    const auto up = pack_vector(builder_, mesh.up);
+    flatbuffers::Offset<wire::Texturing> texturing;
+    if (mesh.texturing) texturing = pack_texturing(*mesh.texturing);
+    builder_.Finish(wire::CreateMesh(builder_, mesh.trigger, mesh.capture_time, up,
+                                     mesh.metres_per_unit, hull, view_list, texturing));
+  }
+
+  flatbuffers::FlatBufferBuilder builder_;
+  bool layout_only_;
+};
 
 template <std::size_t N, typename Element>
 std::array<Element, N> unpack_array(const flatbuffers::Vector<Element>* numbers, const char* what) {
@@ -259,24 +316,6 @@ Texturing unpack_texturing(const wire::Texturing& table, std::size_t buffer_size
   return texturing;
 }
 
-// Enough room from the start: a builder that grows copies everything.
-std::size_t expected_size(const Mesh& mesh) {
-  const Hull& hull = mesh.hull;
-  std::size_t size = 4096 + sizeof(Vec3f) * hull.vertices.size() +
-                     sizeof(HullFace) * hull.faces.size() +
-                     sizeof(std::uint32_t) * (hull.triangles.size() + hull.loop_vertices.size() +
-                                              hull.loop_ends.size() + hull.face_loop_ends.size());
-  for (const MeshView& view : mesh.views)
-    size += 1024 + sizeof(Vec2f) * view.view.contours.points.size() +
-            sizeof(std::uint32_t) * view.view.contours.ends.size();
-  if (!mesh.texturing) return size;
-  for (const OcclusionMap& map : mesh.texturing->maps)
-    size += 256 + sizeof(std::uint16_t) * map.depth.size() + map.fade.size();
-  return size + (sizeof(std::uint64_t) + 1) * mesh.texturing->visible.size() +
-         sizeof(float) * mesh.texturing->weights.size() +
-         sizeof(Vec3f) * mesh.texturing->normals.size();
-}
-
 // Whoever shows, counts or writes by a camera's name would take one for the other.
 void check_names(const std::vector<MeshView>& views) {
   std::vector<std::string_view> names;
@@ -308,24 +347,13 @@ void validate_mesh(const Mesh& mesh) {
 
 std::vector<std::uint8_t> write_mesh_header(const Mesh& mesh) {
   validate_mesh(mesh);
-  flatbuffers::FlatBufferBuilder builder(expected_size(mesh));
   std::uint64_t pixels_size = 0;
-  std::vector<flatbuffers::Offset<wire::MeshView>> views;
-  for (const MeshView& view : mesh.views) {
-    const auto calibration = pack_camera(builder, view.calibration);
-    const auto packed = pack_view(builder, view.view);
-    views.push_back(wire::CreateMeshView(builder, calibration, packed));
-    pixels_size += view.view.pixels.size();
-  }
-  const auto view_list = builder.CreateVector(views);
-  const auto hull = pack_hull(builder, mesh.hull);
-  const auto up = pack_vector(builder, mesh.up);
-  flatbuffers::Offset<wire::Texturing> texturing;
-  if (mesh.texturing) texturing = pack_texturing(builder, *mesh.texturing);
-  builder.Finish(wire::CreateMesh(builder, mesh.trigger, mesh.capture_time, up,
-                                  mesh.metres_per_unit, hull, view_list, texturing));
-  return write_payload_header(PayloadKind::mesh, {builder.GetBufferPointer(), builder.GetSize()},
-                              pixels_size);
+  for (const MeshView& view : mesh.views) pixels_size += view.view.pixels.size();
+  return write_payload_header(PayloadKind::mesh, MeshPacker(mesh, false).bytes(), pixels_size);
+}
+
+std::size_t mesh_header_size(const Mesh& mesh) {
+  return payload_header_size(MeshPacker(mesh, true).bytes().size());
 }
 
 std::vector<std::uint8_t> write_mesh(const Mesh& mesh) {

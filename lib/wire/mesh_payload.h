@@ -12,6 +12,9 @@ namespace polyhull {
 /// Everything but the pixels. Throws Error for a mesh that read_mesh() would refuse.
 std::vector<std::uint8_t> write_mesh_header(const Mesh& mesh);
 
+/// The number of bytes that write_mesh_header() makes of a valid mesh, without making them.
+std::size_t mesh_header_size(const Mesh& mesh);
+
 /// The whole payload in one run.
 std::vector<std::uint8_t> write_mesh(const Mesh& mesh);
 

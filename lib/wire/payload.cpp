@@ -36,10 +36,14 @@ const char* magic(PayloadKind kind) {
 
 }  // namespace
 
+std::size_t payload_header_size(std::size_t flatbuffer_size) {
+  const std::size_t used = payload_prefix_size + flatbuffer_size;
+  return (used + header_alignment - 1) / header_alignment * header_alignment;
+}
+
 std::vector<std::uint8_t> write_payload_header(PayloadKind kind, Bytes flatbuffer,
                                                std::uint64_t pixels_size) {
-  const std::size_t used = payload_prefix_size + flatbuffer.size();
-  const std::size_t size = (used + header_alignment - 1) / header_alignment * header_alignment;
+  const std::size_t size = payload_header_size(flatbuffer.size());
   if (size > std::numeric_limits<std::uint32_t>::max())
     throw Error(Error::Kind::unsupported, "a payload's header may have at most 4 GiB");
   Prefix prefix{};

@@ -31,6 +31,9 @@ inline constexpr std::uint32_t payload_version = 1;
 
 enum class PayloadKind { view, mesh };
 
+/// The size H of the header around a FlatBuffer of \p flatbuffer_size bytes.
+std::size_t payload_header_size(std::size_t flatbuffer_size);
+
 /// The header of a payload around a finished FlatBuffer.
 std::vector<std::uint8_t> write_payload_header(PayloadKind kind, Bytes flatbuffer,
                                                std::uint64_t pixels_size);

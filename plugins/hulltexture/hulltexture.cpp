@@ -192,7 +192,7 @@ GstBuffer* texture_buffer(GstBaseTransform* transform, GstBuffer* buffer) {
   report(priv, priv.texturer->statistics());
   std::vector<PixelSource> pixels;
   for (std::size_t k = 0; k < mesh.views.size(); ++k) pixels.push_back(in->pixels(k));
-  GstBuffer* out = make_mesh_buffer(mesh, pixels);
+  GstBuffer* out = make_mesh_buffer(std::move(mesh), pixels);
   gst_buffer_copy_into(
       out, buffer,
       static_cast<GstBufferCopyFlags>(GST_BUFFER_COPY_FLAGS | GST_BUFFER_COPY_TIMESTAMPS |

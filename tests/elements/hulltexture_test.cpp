@@ -53,6 +53,35 @@ struct Read {
 
 }  // namespace
 
+// Between elements of one process a mesh is an object; its bytes come when somebody reads them,
+// whole or in parts, and an element that gets only those makes the same of them.
+GST_START_TEST(bytes_are_made_when_they_are_read) {
+  GstHarness* h = harness();
+  GstBuffer* buffer = gst_harness_push_and_pull(h, buffer_of(subject().mesh));
+  fail_unless(gst_memory_is_type(gst_buffer_peek_memory(buffer, 0), "polyhull-mesh"));
+  // As an object, through a second element (which makes the texturing anew).
+  GstHarness* second = harness();
+  Read again(gst_harness_push_and_pull(second, gst_buffer_ref(buffer)));
+  // A part, before the whole has been read.
+  GstBuffer* part = gst_buffer_copy_region(buffer, GST_BUFFER_COPY_MEMORY, 32, 100);
+  fail_unless_equals_uint64(gst_buffer_get_size(part), 100);
+  GstBuffer* copied = gst_buffer_copy_deep(buffer);
+  fail_if(gst_memory_is_type(gst_buffer_peek_memory(copied, 0), "polyhull-mesh"));
+  const gsize size = gst_buffer_get_size(buffer);
+  Read whole(buffer);
+  fail_unless_equals_uint64(whole.map.size, size);
+  fail_unless(gst_buffer_memcmp(part, 0, whole.map.data + 32, 100) == 0);
+  fail_unless(gst_buffer_memcmp(copied, 0, whole.map.data, size) == 0);
+  fail_unless(gst_buffer_memcmp(again.buffer, 0, whole.map.data, size) == 0);
+  const std::vector<std::uint8_t> bytes = write_mesh(whole.mesh);
+  fail_unless(bytes.size() == size && std::equal(bytes.begin(), bytes.end(), whole.map.data));
+  gst_buffer_unref(part);
+  gst_buffer_unref(copied);
+  gst_harness_teardown(second);
+  gst_harness_teardown(h);
+}
+GST_END_TEST
+
 GST_START_TEST(adds_what_the_library_computes) {
   GstHarness* h = harness();
   Read out(gst_harness_push_and_pull(h, buffer_of(subject().mesh, 7 * GST_SECOND)));
@@ -175,6 +204,7 @@ GST_END_TEST
 static Suite* hulltexture_suite() {
   Suite* suite = suite_create("hulltexture");
   TCase* chain = tcase_create("general");
+  tcase_add_test(chain, bytes_are_made_when_they_are_read);
   tcase_add_test(chain, adds_what_the_library_computes);
   tcase_add_test(chain, same_hull_is_textured_once);
   tcase_add_test(chain, properties_reach_the_mesh);

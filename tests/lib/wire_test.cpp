@@ -112,6 +112,16 @@ TEST(MeshPayload, ComesBack) {
   expect_same(read_mesh(Bytes(bytes)), mesh);
 }
 
+// What memory a header takes is known before its bytes are made.
+TEST(MeshPayload, HeaderSizeIsKnownBefore) {
+  Mesh mesh = example_mesh();
+  EXPECT_EQ(mesh_header_size(mesh), write_mesh_header(mesh).size());
+  mesh.texturing.reset();
+  EXPECT_EQ(mesh_header_size(mesh), write_mesh_header(mesh).size());
+  mesh.hull = Hull{};
+  EXPECT_EQ(mesh_header_size(mesh), write_mesh_header(mesh).size());
+}
+
 TEST(MeshPayload, PixelsInMemoriesOfTheirOwnAreNotCopied) {
   const Mesh mesh = example_mesh();
   const std::vector<std::uint8_t> header = write_mesh_header(mesh);

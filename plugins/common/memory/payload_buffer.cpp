@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "plugins/common/memory/mesh_memory.h"
 #include "wire/mesh_payload.h"
 #include "wire/view_payload.h"
 
@@ -22,22 +23,21 @@ auto read_segments(MappedBuffer& mapped, Read read) {
   return read(mapped.segments());
 }
 
-void append_header(GstBuffer* buffer, std::vector<std::uint8_t> header) {
-  auto* bytes = new std::vector<std::uint8_t>(std::move(header));
-  gst_buffer_append_memory(
-      buffer, gst_memory_new_wrapped(
-                  GST_MEMORY_FLAG_READONLY, bytes->data(), bytes->size(), 0, bytes->size(), bytes,
-                  [](gpointer data) { delete static_cast<std::vector<std::uint8_t>*>(data); }));
-}
-
-void append_pixels(GstBuffer* buffer, const View& view, const PixelSource& source) {
+/// The pixels of \p view as one memory, shared from \p source where that is possible; null: none.
+GstMemory* pixel_memory(GstBuffer* buffer, const View& view, const PixelSource& source) {
   const gsize size = view.pixels.size();
-  if (size == 0) return;
+  if (size == 0) return nullptr;
+  guint index = 0, count = 0;
+  gsize skip = 0;
   if (source.buffer != nullptr &&
-      gst_buffer_copy_into(buffer, source.buffer, GST_BUFFER_COPY_MEMORY, source.offset, size)) {
+      gst_buffer_find_memory(source.buffer, source.offset, size, &index, &count, &skip) && count == 1) {
+    GstMemory* whole = gst_buffer_peek_memory(source.buffer, index);
+    GstMemory* part = skip == 0 && whole->size == size
+                          ? gst_memory_ref(whole)
+                          : gst_memory_share(whole, static_cast<gssize>(skip), static_cast<gssize>(size));
     // A pool must not hand the frame's memory out again while it is seen here.
-    gst_buffer_add_parent_buffer_meta(buffer, source.buffer);
-    return;
+    if (part != nullptr) gst_buffer_add_parent_buffer_meta(buffer, source.buffer);
+    if (part != nullptr) return part;
   }
   GstMemory* memory = gst_allocator_alloc(nullptr, size, nullptr);
   GstMapInfo map;
@@ -45,7 +45,7 @@ void append_pixels(GstBuffer* buffer, const View& view, const PixelSource& sourc
     throw Error(Error::Kind::io, "no memory for a view's pixels");
   std::copy(view.pixels.begin(), view.pixels.end(), map.data);
   gst_memory_unmap(memory, &map);
-  gst_buffer_append_memory(buffer, memory);
+  return memory;
 }
 
 }  // namespace
@@ -118,31 +118,36 @@ PixelSource ViewBuffer::pixels() const {
   return {buffer(), gst_buffer_get_size(buffer()) - view_.pixels.size()};
 }
 
-MeshBuffer::MeshBuffer(GstBuffer* buffer)
-    : mapped_(buffer),
-      mesh_(read_segments(mapped_, [](std::span<const Bytes> s) { return read_mesh(s); })) {}
+MeshBuffer::MeshBuffer(GstBuffer* buffer) : buffer_(buffer), mesh_(mesh_object(buffer)) {
+  if (mesh_ == nullptr) {
+    mapped_.emplace(buffer);
+    decoded_ = read_segments(*mapped_, [](std::span<const Bytes> s) { return read_mesh(s); });
+    mesh_ = &decoded_;
+  }
+  gst_buffer_ref(buffer);
+}
+
+MeshBuffer::~MeshBuffer() {
+  gst_buffer_unref(buffer_);
+}
 
 PixelSource MeshBuffer::pixels(std::size_t view) const {
   gsize offset = gst_buffer_get_size(buffer());
-  for (std::size_t i = mesh_.views.size(); i-- > view;) offset -= mesh_.views[i].view.pixels.size();
+  for (std::size_t i = mesh_->views.size(); i-- > view;)
+    offset -= mesh_->views[i].view.pixels.size();
   return {buffer(), offset};
 }
 
-GstBuffer* make_view_buffer(const View& view, PixelSource pixels) {
-  std::vector<std::uint8_t> header = write_view_header(view);
-  GstBuffer* buffer = gst_buffer_new();
-  append_header(buffer, std::move(header));
-  append_pixels(buffer, view, pixels);
-  return buffer;
-}
-
-GstBuffer* make_mesh_buffer(const Mesh& mesh, std::span<const PixelSource> pixels) {
-  std::vector<std::uint8_t> header = write_mesh_header(mesh);
-  GstBuffer* buffer = gst_buffer_new();
-  append_header(buffer, std::move(header));
-  for (std::size_t i = 0; i < mesh.views.size(); ++i)
-    append_pixels(buffer, mesh.views[i].view, i < pixels.size() ? pixels[i] : PixelSource{});
-  return buffer;
+GstBuffer* make_mesh_buffer(Mesh mesh, std::span<const PixelSource> pixels) {
+  g_autoptr(GstBuffer) buffer = gst_buffer_new();
+  std::vector<GstMemory*> memories;
+  for (std::size_t i = 0; i < mesh.views.size(); ++i) {
+    memories.push_back(pixel_memory(buffer, mesh.views[i].view,
+                                    i < pixels.size() ? pixels[i] : PixelSource{}));
+    if (memories.back() != nullptr) gst_buffer_append_memory(buffer, memories.back());
+  }
+  gst_buffer_prepend_memory(buffer, make_mesh_memory(std::move(mesh), memories));
+  return g_steal_pointer(&buffer);
 }
 
 }  // namespace polyhull::element

@@ -2,13 +2,14 @@
 /// \file
 /// Views and meshes in GstBuffers. The first memory of a buffer holds the payload's header, each
 /// pixel block is a memory of its own that is shared with where it came from: from contourfind to
-/// composite no pixel is copied. Buffers from a wire hold everything in one memory and are read the
-/// same way.
+/// composite no pixel is copied. A mesh's header is an object until somebody reads its bytes
+/// (mesh_memory.h). Buffers from a wire hold everything in one memory and are read the same way.
 #pragma once
 
 #include <gst/gst.h>
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -65,26 +66,28 @@ class ViewBuffer {
   View view_;
 };
 
-/// A mesh read from a buffer; the views' pixels stay valid as long as this object.
+/// The mesh in a buffer: the object that it holds, or read from its bytes. The mesh and its views'
+/// pixels stay valid as long as this object.
 class MeshBuffer {
  public:
   /// Throws Error for bytes that are not a mesh.
   explicit MeshBuffer(GstBuffer* buffer);
-  const Mesh& mesh() const { return mesh_; }
-  GstBuffer* buffer() const { return mapped_.buffer(); }
+  ~MeshBuffer();
+  MeshBuffer(const MeshBuffer&) = delete;
+  MeshBuffer& operator=(const MeshBuffer&) = delete;
+  const Mesh& mesh() const { return *mesh_; }
+  GstBuffer* buffer() const { return buffer_; }
   PixelSource pixels(std::size_t view) const;
 
  private:
-  MappedBuffer mapped_;
-  Mesh mesh_;
+  GstBuffer* buffer_;
+  std::optional<MappedBuffer> mapped_;
+  Mesh decoded_;
+  const Mesh* mesh_;
 };
-
-/// A new buffer (without times and flags) that holds \p view with its pixels shared from \p pixels.
-/// Throws Error for a view that breaks a rule of validate_view().
-GstBuffer* make_view_buffer(const View& view, PixelSource pixels = {});
 
 /// A new buffer (without times and flags) that holds \p mesh. \p pixels: one source per view, or
 /// none to copy. Throws Error for a mesh that breaks a rule of validate_mesh().
-GstBuffer* make_mesh_buffer(const Mesh& mesh, std::span<const PixelSource> pixels = {});
+GstBuffer* make_mesh_buffer(Mesh mesh, std::span<const PixelSource> pixels = {});
 
 }  // namespace polyhull::element

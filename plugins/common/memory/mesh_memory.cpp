@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "plugins/common/memory/mesh_memory.h"
+
+#include <cstdint>
+#include <exception>
+#include <memory>
+#include <mutex>
+#include <utility>
+
+#include "base/error.h"
+#include "wire/mesh_payload.h"
+
+namespace polyhull::element {
+namespace {
+
+constexpr char memory_type[] = "polyhull-mesh";
+
+/// A memory that stays mapped for reading.
+class Mapped {
+ public:
+  explicit Mapped(GstMemory* memory) {
+    if (!gst_memory_map(memory, &map_, GST_MAP_READ))
+      throw Error(Error::Kind::io, "a view's pixels cannot be read");
+    gst_memory_ref(memory);
+  }
+  ~Mapped() {
+    if (map_.memory == nullptr) return;
+    gst_memory_unmap(map_.memory, &map_);
+    gst_memory_unref(map_.memory);
+  }
+  Mapped(Mapped&& other) noexcept : map_(std::exchange(other.map_, GstMapInfo{})) {}
+  Mapped& operator=(Mapped&&) = delete;
+  GstMemory* memory() const { return map_.memory; }
+  std::span<const std::uint8_t> bytes() const { return {map_.data, map_.size}; }
+
+ private:
+  GstMapInfo map_{};
+};
+
+struct MeshMemory {
+  GstMemory memory;  // must be first: GStreamer sees only this
+  Mesh mesh;
+  std::vector<Mapped> pixels;  // what the views borrow from
+  std::once_flag once;
+  std::vector<std::uint8_t> header;  // once somebody has asked for it
+};
+
+gpointer map(GstMemory* memory, gsize, GstMapFlags) {
+  auto* self = reinterpret_cast<MeshMemory*>(memory);
+  try {
+    std::call_once(self->once, [self] { self->header = write_mesh_header(self->mesh); });
+  } catch (const std::exception& error) {
+    GST_ERROR("a mesh cannot be written: %s", error.what());
+    return nullptr;
+  }
+  return self->header.data();
+}
+
+void unmap(GstMemory*) {}
+
+/// A part of the bytes, which keeps the whole.
+GstMemory* share(GstMemory* memory, gssize offset, gssize size) {
+  gpointer data = map(memory, 0, GST_MAP_READ);
+  if (data == nullptr) return nullptr;
+  const gsize begin = memory->offset + static_cast<gsize>(offset);
+  const gsize length = size < 0 ? memory->size - static_cast<gsize>(offset) : static_cast<gsize>(size);
+  return gst_memory_new_wrapped(
+      GST_MEMORY_FLAG_READONLY, data, memory->maxsize, begin, length, gst_memory_ref(memory),
+      [](gpointer whole) { gst_memory_unref(static_cast<GstMemory*>(whole)); });
+}
+
+struct PolyhullMeshAllocator {
+  GstAllocator parent;
+};
+struct PolyhullMeshAllocatorClass {
+  GstAllocatorClass parent_class;
+};
+GType polyhull_mesh_allocator_get_type();
+G_DEFINE_TYPE(PolyhullMeshAllocator, polyhull_mesh_allocator, GST_TYPE_ALLOCATOR)
+
+void polyhull_mesh_allocator_init(PolyhullMeshAllocator* self) {
+  GstAllocator* allocator = &self->parent;
+  allocator->mem_type = memory_type;
+  allocator->mem_map = map;
+  allocator->mem_unmap = unmap;
+  allocator->mem_share = share;
+  GST_OBJECT_FLAG_SET(allocator, GST_ALLOCATOR_FLAG_CUSTOM_ALLOC);
+}
+
+void polyhull_mesh_allocator_class_init(PolyhullMeshAllocatorClass* klass) {
+  klass->parent_class.free = [](GstAllocator*, GstMemory* memory) {
+    delete reinterpret_cast<MeshMemory*>(memory);
+  };
+}
+
+/// The one of this process, never freed.
+GstAllocator* allocator() {
+  static GstAllocator* const one = [] {
+    auto* made = static_cast<GstAllocator*>(
+        gst_object_ref_sink(g_object_new(polyhull_mesh_allocator_get_type(), nullptr)));
+    GST_OBJECT_FLAG_SET(made, GST_OBJECT_FLAG_MAY_BE_LEAKED);
+    return made;
+  }();
+  return one;
+}
+
+}  // namespace
+
+GstMemory* make_mesh_memory(Mesh mesh, std::span<GstMemory* const> pixels) {
+  auto self = std::make_unique<MeshMemory>();
+  for (std::size_t i = 0; i < mesh.views.size(); ++i) {
+    std::span<const std::uint8_t>& bytes = mesh.views[i].view.pixels;
+    bytes = {};
+    if (pixels[i] != nullptr) bytes = self->pixels.emplace_back(pixels[i]).bytes();
+  }
+  validate_mesh(mesh);
+  self->mesh = std::move(mesh);
+  const gsize size = mesh_header_size(self->mesh);
+  gst_memory_init(&self->memory, GST_MEMORY_FLAG_READONLY, allocator(), nullptr, size, 0, 0, size);
+  return &self.release()->memory;
+}
+
+const Mesh* mesh_object(GstBuffer* buffer) {
+  if (gst_buffer_n_memory(buffer) == 0) return nullptr;
+  GstMemory* first = gst_buffer_peek_memory(buffer, 0);
+  if (!gst_memory_is_type(first, memory_type) || first->size != first->maxsize) return nullptr;
+  const auto* self = reinterpret_cast<MeshMemory*>(first);
+  // Somebody may have put the memories together anew.
+  if (gst_buffer_n_memory(buffer) != 1 + self->pixels.size()) return nullptr;
+  for (std::size_t i = 0; i < self->pixels.size(); ++i)
+    if (gst_buffer_peek_memory(buffer, static_cast<guint>(i + 1)) != self->pixels[i].memory())
+      return nullptr;
+  return &self->mesh;
+}
+
+}  // namespace polyhull::element
