@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "rig/undistort.h"
 #include "base/picture.h"
 #include "silhouette/blur/blur.h"
 #include "silhouette/contour/approximate.h"
@@ -104,16 +105,9 @@ Rings key(const Picture& picture, const std::string& path, const MaskSettings& s
 
 }  // namespace
 
-void undistort(Rings& rings, const Camera& camera) {
-  if (!camera.has_distortion()) return;
-  for (Vec2f& p : rings.points) p = Vec2f(camera.undistort(Vec2(p)));
-}
-
 Rings contours_of_mask(const std::string& path, const Camera& camera,
                        const MaskSettings& settings) {
-  Rings rings = trace(read(path, camera), settings);
-  undistort(rings, camera);
-  return rings;
+  return undistort_rings(camera, trace(read(path, camera), settings)).rings;
 }
 
 Rings contours_of_picture(const std::string& path, const Camera& camera,

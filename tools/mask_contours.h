@@ -16,11 +16,8 @@ struct MaskSettings {
   int keep_largest = 0;    ///< only this many pieces, the largest, are kept; 0: all
 };
 
-/// Takes \p camera's lens distortion out of the vertices.
-void undistort(Rings& rings, const Camera& camera);
-
 /// Reads \p path (PNG or JPEG; its alpha where it has one, else its grey level: foreground bright),
-/// traces and approximates it, and takes \p camera's lens distortion out of the vertices. Throws
+/// traces and approximates it, and takes \p camera's lens distortion out of them. Throws
 /// Error when the picture cannot be read or is not of the camera's size.
 Rings contours_of_mask(const std::string& path, const Camera& camera, const MaskSettings& settings);
 

@@ -11,7 +11,7 @@
 #include "plugins/common/live/input_watch.h"
 #include "plugins/common/live/live_pace.h"
 #include "plugins/common/live/live_timing.h"
-#include "plugins/hullbuild/hull_stage.h"
+#include "plugins/hullbuild/set_builder.h"
 #include "plugins/hullbuild/pad.h"
 #include "plugins/hullbuild/properties.h"
 #include "plugins/hullbuild/words.h"
@@ -35,7 +35,7 @@ struct HullBuildState {
   LiveTiming timing;
   LivePace pace;
   InputWatch watch;
-  HullStage stage{statistics};  // this and the rest belong to the source pad's thread
+  SetBuilder stage{statistics};  // this and the rest belong to the source pad's thread
   ViewSets sets;
   std::int64_t first_time = no_time;  // of the stream's first view
   std::int64_t last_time = no_time;   // of the last instant, and

@@ -7,6 +7,7 @@
 
 #include "base/error.h"
 #include "mask_contours.h"
+#include "rig/undistort.h"
 #include "rig/format.h"
 #include "rig/ray_cover.h"
 
@@ -53,8 +54,7 @@ class PictureCheck {
     for (std::size_t i = 0; i < from.size(); ++i) {
       Rings rings = pictures_[from[i]].rings;
       if (change) change(i, rings);
-      undistort(rings, camera(i));
-      result.push_back({&camera(i), std::move(rings)});
+      result.push_back({&camera(i), undistort_rings(camera(i), rings).rings});
     }
     return result;
   }

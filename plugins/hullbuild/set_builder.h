@@ -1,19 +1,17 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 /// \file
-/// From one set of views to one mesh: contours undistorted, hull built, everything packed into a
-/// buffer that shares the views' pixels.
+/// From one set of views to one mesh in a buffer that shares the views' pixels, with the words and
+/// figures that go with it.
 #pragma once
 
-#include <map>
 #include <memory>
 #include <string>
 #include <vector>
 
-#include "hull/hull.h"
+#include "hull/stage.h"
 #include "plugins/common/memory/payload_buffer.h"
 #include "plugins/common/statistics.h"
 #include "rig/rig.h"
-#include "rig/undistort.h"
 
 namespace polyhull::element {
 
@@ -33,9 +31,9 @@ struct SetView {
 };
 
 /// Builds meshes, keeping from set to set what can be reused. For one thread.
-class HullStage {
+class SetBuilder {
  public:
-  explicit HullStage(Statistics& statistics);
+  explicit SetBuilder(Statistics& statistics);
 
   void set_rig(Rig rig);
   const Rig& rig() const { return rig_; }
@@ -51,30 +49,20 @@ class HullStage {
 
   /// Of the last set: whether its hull is empty, and whether each of its views, two at least, has a
   /// foreground.
-  bool is_empty() const { return mesh_.hull.empty(); }
-  bool all_see_foreground() const;
+  bool is_empty() const { return is_empty_; }
+  bool all_see_foreground() const { return all_see_foreground_; }
 
   /// Forgets contours and hulls of former frames.
   void reset();
 
  private:
-  struct Contours {
-    Rings real;
-    UndistortedRings ideal;
-    bool known = false;
-  };
-  const UndistortedRings& undistorted(const Camera& camera, const Rings& real);
-  void build_hull(GstElement* element, const HullParameters& parameters);
-  void report_hull(const HullStatistics& figures);
-  void report();
+  void build_hull(GstElement* element, Mesh& mesh, const HullParameters& parameters);
+  void report(const Mesh& mesh);
 
   Statistics& statistics_;
   Rig rig_;
-  std::map<std::string, Contours> contours_;
-  std::unique_ptr<HullBuilder> builder_;
-  Mesh mesh_;                      // the last one; its hull stays where the builder says so
-  bool hull_is_builders_ = false;  // mesh_.hull is the builder's last result, and
-  double welded_ = 0.0;            // welded by this distance
+  std::unique_ptr<HullStage> stage_;
+  bool is_empty_ = true, all_see_foreground_ = false;  // of the last set
 };
 
 }  // namespace polyhull::element
