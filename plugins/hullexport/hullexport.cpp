@@ -31,7 +31,7 @@
 #include "plugins/common/memory/payload_buffer.h"
 #include "plugins/common/property_table.h"
 #include "plugins/common/statistics.h"
-#include "plugins/rigtestsrc/numbered_name.h"
+#include "plugins/common/numbered_name.h"
 
 GST_DEBUG_CATEGORY_STATIC(hullexport_debug);
 #define GST_CAT_DEFAULT hullexport_debug

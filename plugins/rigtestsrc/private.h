@@ -12,7 +12,7 @@
 #include "plugins/common/live/frame_clock.h"
 #include "plugins/common/statistics.h"
 #include "plugins/rigtestsrc/draw.h"
-#include "plugins/rigtestsrc/numbered_name.h"
+#include "plugins/common/numbered_name.h"
 #include "plugins/rigtestsrc/settings.h"
 
 namespace polyhull::element {

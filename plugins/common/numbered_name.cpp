@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "plugins/rigtestsrc/numbered_name.h"
+#include "plugins/common/numbered_name.h"
 
 #include "base/error.h"
 
