@@ -269,16 +269,10 @@ void HullBuilder::State::build(std::span<const Silhouette> views, const HullOpti
   lap(statistics.seconds_triangulate);
 }
 
-HullBuilder::HullBuilder() : state_(new State) {}
-HullBuilder::~HullBuilder() {
-  delete state_;
-}
-HullBuilder::HullBuilder(HullBuilder&& other) noexcept
-    : state_(std::exchange(other.state_, nullptr)) {}
-HullBuilder& HullBuilder::operator=(HullBuilder&& other) noexcept {
-  std::swap(state_, other.state_);
-  return *this;
-}
+HullBuilder::HullBuilder() : state_(std::make_unique<State>()) {}
+HullBuilder::~HullBuilder() = default;
+HullBuilder::HullBuilder(HullBuilder&&) noexcept = default;
+HullBuilder& HullBuilder::operator=(HullBuilder&&) noexcept = default;
 
 const HullStatistics& HullBuilder::statistics() const {
   return state_->statistics;

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cstring>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "base/error.h"
@@ -93,15 +92,10 @@ struct RayCaster::State {
   State(const State&) = delete;
 };
 
-RayCaster::RayCaster() : state_(new State) {}
-RayCaster::~RayCaster() {
-  delete state_;
-}
-RayCaster::RayCaster(RayCaster&& other) noexcept : state_(std::exchange(other.state_, nullptr)) {}
-RayCaster& RayCaster::operator=(RayCaster&& other) noexcept {
-  std::swap(state_, other.state_);
-  return *this;
-}
+RayCaster::RayCaster() : state_(std::make_unique<State>()) {}
+RayCaster::~RayCaster() = default;
+RayCaster::RayCaster(RayCaster&&) noexcept = default;
+RayCaster& RayCaster::operator=(RayCaster&&) noexcept = default;
 
 std::uint32_t RayCaster::add_mesh(std::span<const Vec3f> positions,
                                   std::span<const std::uint32_t> triangles) {

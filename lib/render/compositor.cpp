@@ -35,7 +35,6 @@ struct Compositor::State {
   std::shared_ptr<const Scene> scene_held;  // keeps the pointer that keys compare with alive
   SceneBuffers scene;
   Bounds scene_bounds;
-  const Scene* bounds_of_scene = nullptr;
   std::shared_ptr<const Scene> bounds_held;
   std::vector<SubjectBuffers> subjects;
   std::vector<SkinKey> skin_keys;
@@ -272,7 +271,7 @@ void Compositor::State::finish(const RenderPlan& plan) {
   }
 }
 
-Compositor::Compositor() : state_(nullptr) {
+Compositor::Compositor() {
   const int version = epoxy_gl_version();
   const bool embedded = gl::is_embedded();
   if (version < (embedded ? 30 : 33)) {
@@ -281,12 +280,10 @@ Compositor::Compositor() : state_(nullptr) {
                     std::string(embedded ? "OpenGL ES " : "OpenGL ") +
                     std::to_string(version / 10) + "." + std::to_string(version % 10) + ".");
   }
-  state_ = new State;
+  state_ = std::make_unique<State>();
 }
 
-Compositor::~Compositor() {
-  delete state_;
-}
+Compositor::~Compositor() = default;
 
 RenderPlan Compositor::plan(const RenderFrame& frame, const RenderSettings& settings) {
   if (frame.scene != state_->bounds_held) {

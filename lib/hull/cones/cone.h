@@ -42,8 +42,8 @@ struct Cone {
   std::vector<Vec2> pixels;
   std::vector<IntVec> rays;  ///< components below 2^39
   std::vector<std::uint32_t> next, previous, ring;
-  std::vector<std::int8_t>
-      turn;  ///< at vertex i: 1 where the solid's angle is below 180 degrees, else -1
+  /// At vertex i: 1 where the solid's angle is below 180 degrees, else -1.
+  std::vector<std::int8_t> turn;
   std::vector<std::uint32_t> source;  ///< the edge's number in the input (index of its first point)
   std::vector<std::int32_t> source_view;
   std::vector<Plane> planes;
@@ -67,14 +67,15 @@ ConeCamera read_camera(const Camera& camera, std::size_t index);
 /// The centre of \p camera in the frame.
 IntVec frame_centre(const ConeCamera& camera, const Frame& frame);
 
-/// Fills \p cone from the rings of one or several views of the same centre (they are intersected).
-/// \p views: their indices, for Cone::source_view. \throw Error naming the camera for points that
-/// are not finite.
+/// One view of a cone.
 struct ConeInput {
   const Silhouette* silhouette = nullptr;
   const ConeCamera* camera = nullptr;
-  std::int32_t view = 0;
+  std::int32_t view = 0;  ///< its index, for Cone::source_view
 };
+
+/// Fills \p cone from the rings of one or several views of the same centre (they are intersected).
+/// \throw Error naming the camera for points that are not finite.
 void build_cone(Cone& cone, std::span<const ConeInput> inputs, const Frame& frame, Unseen unseen);
 
 }  // namespace polyhull::hull

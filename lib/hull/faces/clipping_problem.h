@@ -25,8 +25,8 @@ struct Scene {
   std::array<bool, 6> box_active{};  ///< which of its faces may touch the hull
   std::vector<double> near, far;     ///< along each cone's axis; near 0: from the centre on
   std::vector<double> reach;  ///< from each cone's centre to the furthest of what its faces meet
-  std::vector<std::vector<std::uint32_t>>
-      order;                             ///< for each cone the others, the most telling first
+  /// For each cone the others, the most telling first.
+  std::vector<std::vector<std::uint32_t>> order;
   std::vector<std::uint32_t> box_order;  ///< all cones, for the box
   Vec3 low{0.0}, high{0.0};              ///< a box around the hull
 
@@ -39,8 +39,7 @@ struct Scene {
 };
 
 /// Sets up everything but the cones themselves. \p box is the bounds or the working box in the
-/// frame; \p limit_only: the box is only there to keep an unbounded hull finite. False if the hull
-/// is certainly empty.
+/// frame. False if the hull is certainly empty.
 bool build_scene(Scene& scene, std::span<const Cone* const> cones,
                  const std::array<double, 6>& box);
 

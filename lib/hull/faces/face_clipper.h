@@ -73,8 +73,8 @@ class FaceClipper {
   struct Corner {
     double h, t, w, tolerance;
     std::uint32_t plane1, plane2;
-    std::int8_t
-        sign;  ///< of the exact determinant (face, plane1, plane2, g) against g's at the corner
+    /// Of the exact determinant (face, plane1, plane2, g) against g's at the corner.
+    std::int8_t sign;
     bool apex;
   };
   struct Line {

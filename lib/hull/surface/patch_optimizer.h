@@ -52,8 +52,8 @@ class PatchOptimizer {
 
  private:
   struct Cost {
-    std::uint32_t bad =
-        0;  ///< 2^20 for each turned triangle, 2^10 for each flat one, 1 for each sliver
+    /// 2^20 for each turned triangle, 2^10 for each flat one, 1 for each sliver.
+    std::uint32_t bad = 0;
     double length = 0.0;
     bool operator<(const Cost& o) const { return bad != o.bad ? bad < o.bad : length < o.length; }
     Cost operator+(const Cost& o) const { return {bad + o.bad, length + o.length}; }

@@ -4,12 +4,15 @@
 #include <array>
 #include <cassert>
 #include <cmath>
+#include <numbers>
 
 #include "base/error.h"
 #include "silhouette/key/key_state.h"
 
 namespace polyhull {
 namespace {
+
+using std::numbers::pi;
 
 constexpr double least_range =
     8.0;  // levels between screen and foreground; keeps the gain in 16 bit
@@ -54,12 +57,12 @@ std::optional<Rgb> dominant_hue(const Samples& samples, const Rgb& wanted, doubl
     return std::atan2((c[1] - c[2]) / std::sqrt(2.0), (2.0 * c[0] - c[1] - c[2]) / std::sqrt(6.0));
   };
   const auto bin_of = [&](const Rgb& c) {
-    return static_cast<int>((angle_of(c) + M_PI) / (2.0 * M_PI) * bins) % bins;
+    return static_cast<int>((angle_of(c) + pi) / (2.0 * pi) * bins) % bins;
   };
   const double middle = angle_of(wanted);
   const auto counts = [&](const Rgb& c) {
     return silhouette::saturation_of(c) >= 32 &&
-           std::abs(std::remainder(angle_of(c) - middle, 2.0 * M_PI)) <= nearness;
+           std::abs(std::remainder(angle_of(c) - middle, 2.0 * pi)) <= nearness;
   };
   for (const Rgb& c : samples.colours)
     if (counts(c)) count[bin_of(c)] += 1.0;
@@ -146,7 +149,7 @@ void Keyer::State::sample(const FrameView& frame) {
     if (settings.screen && silhouette::saturation_of(*settings.screen) >= 16)
       screen_hue = settings.screen;
     else
-      screen_hue = dominant_hue(taken, wanted, any ? 4.0 : M_PI / 4.0);
+      screen_hue = dominant_hue(taken, wanted, any ? 4.0 : pi / 4.0);
     hue = screen_hue.value_or(wanted);
     if (screen_hue || any) key = KeyColour::custom;
   }

@@ -37,8 +37,8 @@ struct Keyer::State {
   };
 
   KeySettings settings;
-  KeyMethod method =
-      KeyMethod::soft;  // settings.method, or difference for a key colour without hue
+  // settings.method, or difference for a key colour without hue.
+  KeyMethod method = KeyMethod::soft;
 
   // Samples: kept until the settings they depend on, the frame's size or format change.
   KeyCalibration samples;
