@@ -28,6 +28,7 @@
 
 #include "hull/faces/face_clipper.h"
 #include "hull/surface/edge_counts.h"
+#include "hull/surface/half_edge.h"
 #include "hull/surface/triangle_shape.h"
 
 namespace polyhull::hull {
@@ -78,6 +79,7 @@ class PatchOptimizer {
   Vec3 normal_{0.0};
   double rounding_ = 0.0;
   std::span<std::uint32_t> triangles_;
+  HalfEdges mesh_;                       ///< of triangles_ and opposite_
   std::vector<std::uint64_t> sorted_;    ///< half-edges by their two vertices
   std::vector<std::uint32_t> opposite_;  ///< half-edge numbers
   std::uint64_t joined_half_edges_ = 0, seen_triangles_ = 0;

@@ -7,7 +7,6 @@
 namespace polyhull::hull {
 namespace {
 
-constexpr std::uint32_t none = 0xffffffffu;
 constexpr std::uint32_t bridge = 0x80000000u;
 
 std::uint64_t edge_key(std::uint32_t a, std::uint32_t b) {
@@ -294,8 +293,7 @@ void Triangulator::join_side(std::uint32_t node, std::uint32_t half_edge) {
   if (beyond >= bridge) {
     nodes_[beyond - bridge].beyond = half_edge;
   } else {
-    opposite_[half_edge] = beyond;
-    opposite_[beyond] = half_edge;
+    HalfEdges{local_, opposite_}.link(half_edge, beyond);
   }
 }
 
@@ -314,7 +312,7 @@ void Triangulator::flip_edges() {
   stack_.clear();
   for (std::uint32_t h = 0; h < half_edges; ++h)
     if (opposite_[h] != none && opposite_[h] > h) stack_.push_back(h);
-  const auto following = [](std::uint32_t h) { return h % 3 == 2 ? h - 2 : h + 1; };
+  const HalfEdges mesh{local_, opposite_};
   std::size_t budget =
       64 + 16 * static_cast<std::size_t>(half_edges) * (half_edges < 64 ? half_edges : 64);
   while (!stack_.empty() && budget-- > 0) {
@@ -323,9 +321,7 @@ void Triangulator::flip_edges() {
     const std::uint32_t g = opposite_[h];
     if (g == none) continue;
     // Triangles (a, c, d) and (c, a, b) share a-c: h runs a -> c, g runs c -> a.
-    const std::uint32_t h1 = following(h), h2 = following(h1), g1 = following(g),
-                        g2 = following(g1);
-    const std::uint32_t a = local_[h], c = local_[g], d = local_[h2], b = local_[g2];
+    const std::uint32_t a = mesh.from(h), c = mesh.from(g), d = mesh.apex(h), b = mesh.apex(g);
     const double before = std::min(turn(a, c, d), turn(c, a, b));
     const double after = std::min(turn(b, d, a), turn(b, c, d));
     const bool repair = before <= 0 && after > before;
@@ -337,20 +333,8 @@ void Triangulator::flip_edges() {
       used_.insert(edge_key(b, d));
     }
     // Now (b, d, a) in place of h's triangle and (d, b, c) in place of g's.
-    const std::uint32_t cd = opposite_[h1], da = opposite_[h2], ab = opposite_[g1],
-                        bc = opposite_[g2];
     const std::uint32_t t0 = h / 3 * 3, t1 = g / 3 * 3;
-    local_[t0] = b, local_[t0 + 1] = d, local_[t0 + 2] = a;
-    local_[t1] = d, local_[t1 + 1] = b, local_[t1 + 2] = c;
-    const auto link = [&](std::uint32_t x, std::uint32_t y) {
-      opposite_[x] = y;
-      if (y != none) opposite_[y] = x;
-    };
-    link(t0, t1);
-    link(t0 + 1, da);
-    link(t0 + 2, ab);
-    link(t1 + 1, bc);
-    link(t1 + 2, cd);
+    mesh.flip(h, t0, t1);
     for (std::uint32_t x : {t0 + 1, t0 + 2, t1 + 1, t1 + 2})
       if (opposite_[x] != none) stack_.push_back(x);
   }
