@@ -69,7 +69,7 @@ void orient_rings(Rings& rings) {
     double area = 0.0;  // positive: clockwise on screen, where y points down
     for (std::size_t k = 0; k < ring.size(); ++k) {
       const Vec2 a(ring[k]), b(ring[k + 1 == ring.size() ? 0 : k + 1]);
-      area += a.x * b.y - b.x * a.y;
+      area += cross(a, b);
     }
     bool hole = false;
     for (std::size_t other = 0; other < rings.size(); ++other) {

@@ -8,19 +8,15 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
+#include "base/stopwatch.h"
 #include "run_profile.h"
 
 namespace {
-
-double seconds_since(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
 
 double process_cpu_seconds() {
   timespec now;
@@ -34,7 +30,7 @@ struct Run {
   bool quiet = false;    // no progress line
   bool brief = false;    // no tables at the end
   std::string count_at;  // the element whose buffers are the frames; empty: the sinks
-  std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now();
+  polyhull::Stopwatch watch;
   double next_progress = 10.0;  // seconds since start
 };
 
@@ -49,7 +45,7 @@ void show_progress(Run& run) {
   gint64 position = -1;
   if (run.quiet || !gst_element_query_position(run.pipeline, GST_FORMAT_TIME, &position)) return;
   const bool terminal = isatty(STDERR_FILENO) != 0;
-  const double now = seconds_since(run.start);
+  const double now = run.watch.seconds();
   if (!terminal && now < run.next_progress) return;
   run.next_progress = now + 10.0;
   std::fprintf(stderr,
@@ -233,10 +229,10 @@ int main(int argc, char** argv) {
     gst_bin_add(GST_BIN(pipeline), run.pipeline);
     run.pipeline = pipeline;
   }
-  run.start = std::chrono::steady_clock::now();
+  run.watch = {};
   const double cpu = process_cpu_seconds();
   run_to_end(run);
-  const double wall = seconds_since(run.start);
+  const double wall = run.watch.seconds();
   if (!run.failed) report(run, wall, process_cpu_seconds() - cpu, json_path);
   gst_element_set_state(run.pipeline, GST_STATE_NULL);
   gst_object_unref(run.pipeline);

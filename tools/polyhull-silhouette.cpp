@@ -2,7 +2,6 @@
 // Silhouettes without a pipeline: a picture in, rings out, with times and counts.
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
 #include <fstream>
 #include <iostream>
@@ -13,21 +12,15 @@
 
 #include "base/error.h"
 #include "base/picture.h"
+#include "base/stopwatch.h"
+#include "median.h"
 #include "silhouette/silhouette.h"
 #include "silhouette_options.h"
 
 namespace {
 
 using namespace polyhull;
-using Clock = std::chrono::steady_clock;
 using Json = nlohmann::json;
-
-double median(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2),
-                   values.end());
-  return values[values.size() / 2];
-}
 
 Json rings_json(const Rings& rings, int width, int height) {
   Json list = Json::array();
@@ -53,7 +46,7 @@ void write_file(const std::string& path, const std::string& text) {
 
 // One reading of the frame, as the measure of what the memory allows.
 double read_once(const FrameMemory& frame) {
-  const auto begin = Clock::now();
+  const Stopwatch watch;
   std::uint64_t sum = 0;
   for (const auto& plane : frame.planes) {
     const std::size_t words = plane.size() / 8;
@@ -63,7 +56,7 @@ double read_once(const FrameMemory& frame) {
       for (int k = 0; k < 8; ++k) part[k] += from[i + k];
     for (const std::uint64_t p : part) sum += p;
   }
-  const double ms = std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
+  const double ms = watch.milliseconds();
   return sum == 1 ? ms + 1e-9 : ms;  // the sum is used
 }
 
@@ -87,22 +80,15 @@ void time_stages(const FrameView& frame, const SilhouetteSettings& settings, int
   const TraceSettings trace{settings.method,
                             corrected_sigma(settings.blur, settings.correct_curvature)};
   for (int i = 0; i < repeat; ++i) {
-    const auto t0 = Clock::now();
+    Stopwatch watch;
     keyer.key(frame, matte);
-    const auto t1 = Clock::now();
+    out.key.push_back(1e3 * watch.lap());
     blur.apply(matte, field);
-    const auto t2 = Clock::now();
+    out.blur.push_back(1e3 * watch.lap());
     tracer.trace(field, trace, traced, &parents);
-    const auto t3 = Clock::now();
+    out.trace.push_back(1e3 * watch.lap());
     approximator.approximate(traced, parents, settings.approximate, rings);
-    const auto t4 = Clock::now();
-    const auto ms = [](auto a, auto b) {
-      return std::chrono::duration<double, std::milli>(b - a).count();
-    };
-    out.key.push_back(ms(t0, t1));
-    out.blur.push_back(ms(t1, t2));
-    out.trace.push_back(ms(t2, t3));
-    out.approximate.push_back(ms(t3, t4));
+    out.approximate.push_back(1e3 * watch.lap());
   }
 }
 
@@ -154,17 +140,16 @@ int run(int argc, char** argv) {
   std::vector<ApproximateCounts> counts(threads);
   std::vector<std::string> failures(threads);
   KeyLack lacks = KeyLack::nothing;
-  const auto begin = Clock::now();
+  const Stopwatch watch;
   const auto stream = [&](int t) {
     try {
       Silhouetter silhouetter;
       silhouetter.set(settings);
       prepare(silhouetter.keyer());
       for (int i = 0; i < repeat; ++i) {
-        const auto t0 = Clock::now();
+        const Stopwatch one;
         results[t] = silhouetter.process(memory.view());
-        stages[t].whole.push_back(
-            std::chrono::duration<double, std::milli>(Clock::now() - t0).count());
+        stages[t].whole.push_back(one.milliseconds());
       }
       counts[t] = silhouetter.stats().last;
       if (t == 0) lacks = std::as_const(silhouetter).keyer().calibration().lacks;
@@ -179,7 +164,7 @@ int run(int argc, char** argv) {
     for (int t = 0; t < threads; ++t) workers.emplace_back(stream, t);
     for (std::thread& worker : workers) worker.join();
   }
-  const double seconds = std::chrono::duration<double>(Clock::now() - begin).count();
+  const double seconds = watch.seconds();
   for (const std::string& failure : failures)
     if (!failure.empty()) throw Error(Error::Kind::bad_input, failure);
   for (int t = 1; t < threads; ++t)

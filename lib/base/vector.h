@@ -18,6 +18,13 @@ using Mat4 = glm::dmat4;
 using Vec2f = glm::vec2;
 using Vec3f = glm::vec3;
 
+/// The area of the parallelogram of two vectors in the plane, positive where the way from \p a to
+/// \p b is the one from x to y.
+template <class T>
+T cross(const glm::vec<2, T>& a, const glm::vec<2, T>& b) {
+  return a.x * b.y - a.y * b.x;
+}
+
 /// The matrix whose entries in reading order (row by row) are \p m.
 inline Mat3 from_rows(const std::array<double, 9>& m) {
   return glm::transpose(Mat3(m[0], m[1], m[2], m[3], m[4], m[5], m[6], m[7], m[8]));

@@ -2,13 +2,13 @@
 #include "hull/hull.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <memory>
 #include <mutex>
 #include <utility>
 
 #include "base/error.h"
+#include "base/stopwatch.h"
 #include "base/thread_pool.h"
 #include "hull/cones/cone_cache.h"
 #include "hull/faces/clipping_problem.h"
@@ -31,10 +31,6 @@ using hull::ViewCopy;
 constexpr std::size_t faces_per_block = 32;
 /// Without bounds the hull is limited to a box this many times as large as the rig.
 constexpr double working_box = 1024.0;
-
-double seconds_now() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
 
 }  // namespace
 
@@ -211,12 +207,7 @@ bool HullBuilder::State::any_broken() const {
 }
 
 void HullBuilder::State::build(std::span<const Silhouette> views, const HullOptions& options) {
-  double t0 = seconds_now();
-  const auto lap = [&](double& into) {
-    const double t1 = seconds_now();
-    into += t1 - t0;
-    t0 = t1;
-  };
+  Stopwatch watch;
   statistics = {};
   hull.vertices.clear(), hull.triangles.clear(), hull.faces.clear();
   hull.loop_vertices.clear(), hull.loop_ends.clear(), hull.face_loop_ends.clear();
@@ -251,22 +242,22 @@ void HullBuilder::State::build(std::span<const Silhouette> views, const HullOpti
   std::array<double, 6> box;
   const Frame frame = choose_frame(options, box);
   cones.prepare(views, cameras, frame, options.unseen, std::max(1, options.threads), used);
-  lap(statistics.seconds_prepare);
+  statistics.seconds_prepare = watch.lap();
   if (options.unseen == Unseen::keep)
     std::erase_if(used, [](const Cone* cone) { return cone->size() == 0; });
   for (const Cone* cone : used)
     if (cone->size() == 0) return;
   if (!hull::build_scene(scene, used, box)) return;
-  lap(statistics.seconds_scene);
+  statistics.seconds_scene = watch.lap();
   const int threads = std::max(1, options.threads);
   clip_faces(threads);
-  lap(statistics.seconds_faces);
+  statistics.seconds_faces = watch.lap();
   assembler.assemble(scene, frame, blocks, hull, face_normals);
-  lap(statistics.seconds_assemble);
+  statistics.seconds_assemble = watch.lap();
   triangulate(threads);
   if (options.max_deviation > 0 || any_broken())
     simplifier.simplify(hull, face_normals, options.max_deviation);
-  lap(statistics.seconds_triangulate);
+  statistics.seconds_triangulate = watch.lap();
 }
 
 HullBuilder::HullBuilder() : state_(std::make_unique<State>()) {}

@@ -4,8 +4,8 @@
 #include <algorithm>
 
 #include "base/error.h"
+#include "base/srgb.h"
 #include "base/thread_pool.h"
-#include "raytrace/tone.h"
 
 namespace polyhull {
 namespace {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "raytrace/tone.h"
+#include "base/srgb.h"
 
 namespace polyhull {
 namespace {

@@ -5,10 +5,10 @@
 #include <cmath>
 #include <numbers>
 
+#include "base/srgb.h"
 #include "base/thread_pool.h"
 #include "raytrace/area_light.h"
 #include "raytrace/sampling.h"
-#include "raytrace/tone.h"
 
 namespace polyhull {
 namespace {

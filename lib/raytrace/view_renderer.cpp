@@ -8,8 +8,8 @@
 #include <numbers>
 #include <vector>
 
+#include "base/srgb.h"
 #include "base/thread_pool.h"
-#include "raytrace/tone.h"
 
 namespace polyhull {
 namespace {

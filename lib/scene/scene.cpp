@@ -36,9 +36,7 @@ std::vector<Vec3f> outline_of(const Plane& plane) {
   std::sort(points.begin(), points.end(), [](const Point& a, const Point& b) {
     return a.p.x != b.p.x ? a.p.x < b.p.x : a.p.y < b.p.y;
   });
-  const auto turn = [](const Vec2& o, const Vec2& a, const Vec2& b) {
-    return (a.x - o.x) * (b.y - o.y) - (a.y - o.y) * (b.x - o.x);
-  };
+  const auto turn = [](const Vec2& o, const Vec2& a, const Vec2& b) { return cross(a - o, b - o); };
   std::vector<Point> hull;
   for (int side = 0; side < 2; ++side) {
     const std::size_t base = hull.size();

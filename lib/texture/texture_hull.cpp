@@ -2,23 +2,17 @@
 #include "texture/texture_hull.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <string>
 
 #include "base/error.h"
+#include "base/stopwatch.h"
 #include "base/thread_pool.h"
 #include "texture/occlusion_map.h"
 #include "texture/visibility.h"
 
 namespace polyhull {
 namespace {
-
-using Clock = std::chrono::steady_clock;
-
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 bool same_camera(const Camera& a, const Camera& b) {
   return a.width == b.width && a.height == b.height && a.K == b.K && a.distortion == b.distortion &&
@@ -142,7 +136,7 @@ Texturing HullTexturer::compute(const Hull& hull, std::span<const Camera> camera
   out.untextured = settings.untextured;
   if (hull.empty()) return out;
 
-  const auto start = Clock::now();
+  Stopwatch watch;
   std::vector<float> seen;
   if (settings.occlusion) {
     const std::uint32_t mesh = caster_.add_mesh(hull.vertices, hull.triangles);
@@ -152,16 +146,14 @@ Texturing HullTexturer::compute(const Hull& hull, std::span<const Camera> camera
   } else {
     seen = seen_shares(hull, cameras, caster_, false, settings.threads, statistics_.rays);
   }
-  statistics_.seconds_visibility = seconds_since(start);
+  statistics_.seconds_visibility = watch.lap();
 
-  const auto weighing = Clock::now();
   const std::vector<Vec3> area_normal = area_normals(hull);
   out.normals = vertex_normals(hull, area_normal);
   choose(hull, cameras, area_normal, seen, out);
   weigh(hull, cameras, area_normal, seen, out);
-  statistics_.seconds_weights = seconds_since(weighing);
+  statistics_.seconds_weights = watch.lap();
 
-  const auto mapping = Clock::now();
   if (settings.occlusion && settings.method == TextureMethod::blend) {
     out.maps.resize(cameras.size());
     parallel_for(cameras.size(), 1, settings.threads, [&](std::size_t begin, std::size_t end) {
@@ -170,7 +162,7 @@ Texturing HullTexturer::compute(const Hull& hull, std::span<const Camera> camera
       }
     });
   }
-  statistics_.seconds_maps = seconds_since(mapping);
+  statistics_.seconds_maps = watch.lap();
   return out;
 }
 

@@ -10,6 +10,7 @@
 
 #include "base/error.h"
 #include "base/picture.h"
+#include "base/srgb.h"
 #include "studio/figure/polygonise.h"
 
 namespace polyhull {
@@ -89,10 +90,8 @@ class FileSubject : public Subject {
     // tinyobj fills in white where a file has no colours.
     const auto& colours = attributes.colors;
     if (std::any_of(colours.begin(), colours.end(), [](float c) { return c != 1.0f; })) {
-      for (std::size_t i = 0; i + 2 < colours.size(); i += 3) {
-        colours_.emplace_back(linear_from_srgb(colours[i]), linear_from_srgb(colours[i + 1]),
-                              linear_from_srgb(colours[i + 2]));
-      }
+      for (std::size_t i = 0; i + 2 < colours.size(); i += 3)
+        colours_.push_back(srgb_decoded(Vec3f(colours[i], colours[i + 1], colours[i + 2])));
       colours_.resize(vertex_count_, Vec3f(0.5f));
     }
     bool textured = !attributes.texcoords.empty();
@@ -196,8 +195,7 @@ class FileSubject : public Subject {
       x = (x % picture.width + picture.width) % picture.width;
       y = (y % picture.height + picture.height) % picture.height;
       const std::uint8_t* p = picture.row(y) + 3 * static_cast<std::size_t>(x);
-      return Vec3f(linear_from_srgb(p[0] / 255.0f), linear_from_srgb(p[1] / 255.0f),
-                   linear_from_srgb(p[2] / 255.0f));
+      return srgb_decoded(Vec3f(p[0], p[1], p[2]) / 255.0f);
     };
     const float x = (uv.x - std::floor(uv.x)) * static_cast<float>(picture.width) - 0.5f;
     const float y = (1.0f - (uv.y - std::floor(uv.y))) * static_cast<float>(picture.height) - 0.5f;

@@ -225,7 +225,7 @@ class ConeBuilder {
   bool close(std::uint32_t e, std::uint32_t f) const {
     const auto near = [&](const ContourGrid::Segment& s, const Vec2& p) {
       const Vec2 d = s.b - s.a, to = p - s.a;
-      const double length = glm::dot(d, d), off = d.x * to.y - d.y * to.x;
+      const double length = glm::dot(d, d), off = cross(d, to);
       const double along = glm::dot(d, to);
       const double reach = nearest() * std::sqrt(length);
       return std::abs(off) < reach && along > -reach && along < length + reach;

@@ -9,9 +9,6 @@
 namespace polyhull::hull {
 namespace {
 
-double cross2(const Vec2& a, const Vec2& b) {
-  return a.x * b.y - a.y * b.x;
-}
 double reach(const Vec2& a) {
   return std::abs(a.x) + std::abs(a.y);
 }
@@ -228,9 +225,9 @@ FaceClipper::Meeting FaceClipper::locate(const Cone& cone, const Vec2& x, double
   for (std::uint32_t e : grid.edges(c0, r0)) {
     const auto [a, b] = grid.segment(e);
     const double near = tiny * reach(b - a);
-    const double s0 = cross2(b - a, x - a), s1 = cross2(b - a, middle - a);
+    const double s0 = cross(b - a, x - a), s1 = cross(b - a, middle - a);
     if ((s0 > near && s1 > near) || (s0 < -near && s1 < -near)) continue;
-    const double t0 = cross2(away, a - x), t1 = cross2(away, b - x);
+    const double t0 = cross(away, a - x), t1 = cross(away, b - x);
     if ((t0 > close && t1 > close) || (t0 < -close && t1 < -close)) continue;
     if (std::abs(s0) < near || std::abs(s1) < near || std::abs(t0) < close || std::abs(t1) < close)
       return Meeting::perhaps;

@@ -4,18 +4,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/edge_key.h"
+
 namespace polyhull::hull {
 namespace {
 
 constexpr std::uint32_t bridge = 0x80000000u;
-
-std::uint64_t edge_key(std::uint32_t a, std::uint32_t b) {
-  return static_cast<std::uint64_t>(std::min(a, b)) << 32 | std::max(a, b);
-}
-
-double cross(const Vec2& a, const Vec2& b) {
-  return a.x * b.y - a.y * b.x;
-}
 
 }  // namespace
 

@@ -50,19 +50,14 @@ void parse_polygon(std::string_view part, Rings& rings) {
   rings.ends.push_back(static_cast<std::uint32_t>(rings.points.size()));
 }
 
-double cross(const Vec2& o, const Vec2& a, const Vec2& b) {
-  return (a.x - o.x) * (b.y - o.y) - (a.y - o.y) * (b.x - o.x);
-}
-
 /// Andrew's monotone chain.
 std::vector<Vec2> convex_hull(std::vector<Vec2> points) {
   std::sort(points.begin(), points.end(),
             [](const Vec2& a, const Vec2& b) { return a.x < b.x || (a.x == b.x && a.y < b.y); });
   std::vector<Vec2> hull;
   const auto add = [&hull](const Vec2& p, std::size_t keep) {
-    while (hull.size() >= keep + 2 && cross(hull[hull.size() - 2], hull.back(), p) <= 0.0) {
-      hull.pop_back();
-    }
+    const auto turns = [&](const Vec2& from) { return cross(hull.back() - from, p - from) > 0.0; };
+    while (hull.size() >= keep + 2 && !turns(hull[hull.size() - 2])) hull.pop_back();
     hull.push_back(p);
   };
   for (const Vec2& p : points) add(p, 0);
