@@ -39,6 +39,7 @@ inline std::array<double, 9> to_rows(const Mat3& m) {
 struct Bounds {
   Vec3 min{0.0};
   Vec3 max{0.0};
+  bool operator==(const Bounds&) const = default;
 };
 
 /// A rectangle of whole pixels: columns x .. x+width-1, rows y .. y+height-1.

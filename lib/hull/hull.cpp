@@ -79,13 +79,7 @@ struct HullBuilder::State {
 
 bool HullBuilder::State::unchanged(std::span<const Silhouette> views,
                                    const HullOptions& options) const {
-  if (!valid || views.size() != last_views.size()) return false;
-  const auto same_box = [](const std::optional<Bounds>& a, const std::optional<Bounds>& b) {
-    return a.has_value() == b.has_value() && (!a || (a->min == b->min && a->max == b->max));
-  };
-  if (!same_box(options.bounds, last_options.bounds) || options.unseen != last_options.unseen ||
-      options.max_deviation != last_options.max_deviation)
-    return false;
+  if (!valid || options != last_options || views.size() != last_views.size()) return false;
   for (std::size_t i = 0; i < views.size(); ++i)
     if (!last_views[i].same(views[i])) return false;
   return true;

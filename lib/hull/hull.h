@@ -36,6 +36,7 @@ struct HullOptions {
   /// False: works as if nothing were known from earlier calls; the result is the same bytes, and
   /// the time that of new silhouettes.
   bool reuse = true;
+  bool operator==(const HullOptions&) const = default;
 };
 
 /// A face of the hull: one planar polygon with holes lies on the plane of one contour edge of one

@@ -12,11 +12,6 @@ namespace {
 
 constexpr float view_weight = 32.0f;  // samples that the fast view counts as
 
-bool same_camera(const Camera& a, const Camera& b) {
-  return a.width == b.width && a.height == b.height && a.K == b.K && a.R == b.R && a.t == b.t &&
-         a.distortion == b.distortion;
-}
-
 /// The factor by which all lights are brighter than the base, if that is the only difference.
 std::optional<Vec3f> common_factor(const std::vector<Light>& base, const std::vector<Light>& now) {
   std::optional<Vec3f> factor;
@@ -78,8 +73,8 @@ bool Background::apply_lights(const std::vector<Light>& lights) {
 
 Background::Work Background::update(const Camera& camera, const std::vector<Light>& lights,
                                     float exposure) {
-  const bool still = camera_ && light_ && same_camera(*camera_, camera) && exposure == exposure_ &&
-                     lights == traced_.scene().lights;
+  const bool still =
+      light_ && camera_ == camera && exposure == exposure_ && lights == traced_.scene().lights;
   if (still) return Work::none;
   const bool lit = apply_lights(lights);
   traced_.set_exposure(exposure);

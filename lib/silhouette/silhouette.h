@@ -25,6 +25,7 @@ struct SilhouetteSettings {
   bool keep_matte = true;  ///< write_rgba() will be called
   /// A frame equal to its predecessor inside the region of interest keeps its contours.
   bool reuse = true;
+  bool operator==(const SilhouetteSettings&) const = default;
 };
 
 /// The sigma to correct for (TraceSettings::corrected_sigma) after a blur, 0 when it is not to be

@@ -14,11 +14,6 @@
 namespace polyhull {
 namespace {
 
-bool same_camera(const Camera& a, const Camera& b) {
-  return a.width == b.width && a.height == b.height && a.K == b.K && a.distortion == b.distortion &&
-         a.R == b.R && a.t == b.t;
-}
-
 void check(const Hull& hull, std::span<const Camera> cameras) {
   if (cameras.size() > 64) {
     throw Error(Error::Kind::unsupported, "A mesh has " + std::to_string(cameras.size()) +
@@ -169,11 +164,10 @@ Texturing HullTexturer::compute(const Hull& hull, std::span<const Camera> camera
 const Texturing& HullTexturer::texture(const Hull& hull, std::span<const Camera> cameras,
                                        const TextureSettings& settings) {
   statistics_ = {};
-  const bool same =
-      made_ && settings == settings_ && hull.origin == hull_.origin &&
-      hull.vertices == hull_.vertices && hull.triangles == hull_.triangles &&
-      triangle_views(hull) == triangle_views(hull_) &&
-      std::equal(cameras.begin(), cameras.end(), cameras_.begin(), cameras_.end(), same_camera);
+  const bool same = made_ && settings == settings_ && hull.origin == hull_.origin &&
+                    hull.vertices == hull_.vertices && hull.triangles == hull_.triangles &&
+                    triangle_views(hull) == triangle_views(hull_) &&
+                    std::equal(cameras.begin(), cameras.end(), cameras_.begin(), cameras_.end());
   statistics_.reused = same;
   if (same) return texturing_;
   made_ = false;

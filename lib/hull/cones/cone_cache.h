@@ -14,20 +14,10 @@ namespace polyhull::hull {
 
 /// What of a view decides its part of the hull, kept to compare with the next call's.
 struct ViewCopy {
-  Mat3 K{1.0}, R{1.0};
-  Vec3 t{0.0};
-  int width = 0, height = 0;
+  Camera camera;
   Rings rings;
-  bool same(const Silhouette& view) const {
-    const Camera& c = *view.camera;
-    return K == c.K && R == c.R && t == c.t && width == c.width && height == c.height &&
-           rings == *view.rings;
-  }
-  void copy(const Silhouette& view) {
-    const Camera& c = *view.camera;
-    K = c.K, R = c.R, t = c.t, width = c.width, height = c.height;
-    rings = *view.rings;
-  }
+  bool same(const Silhouette& view) const { return camera == *view.camera && rings == *view.rings; }
+  void copy(const Silhouette& view) { camera = *view.camera, rings = *view.rings; }
 };
 
 class ConeCache {

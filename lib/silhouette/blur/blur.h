@@ -33,6 +33,7 @@ struct BlurSettings {
   int passes = 3;      ///< box: 1..10
   /// 1..255: the blurred matte becomes 255 from this level on and 0 below; 0: stays grey.
   int threshold = 0;
+  bool operator==(const BlurSettings&) const = default;
 };
 
 /// Blurs mattes; keeps its working memory.

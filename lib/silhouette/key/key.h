@@ -89,6 +89,7 @@ struct KeySettings {
   std::shared_ptr<const Picture> inside_mask;   ///< grey; where it is not 0 the matte is foreground
   Rings outside_polygon;  ///< outside these rings (even-odd) is background; empty: no restriction
   Rings inside_polygon;   ///< inside these rings is foreground
+  bool operator==(const KeySettings&) const = default;
 };
 
 /// What the method needs and the last frame was keyed without.
