@@ -375,9 +375,10 @@ void measure_pixels(Cone& cone, std::span<const Contours> layers) {
 
 }  // namespace
 
-void build_cone(Cone& cone, std::span<const ConeInput> inputs, const Frame& frame, Unseen unseen) {
+void build_cone(Cone& cone, std::span<const ConeInput> inputs, const Lattice& lattice,
+                Unseen unseen) {
   cone.camera = *inputs[0].camera;
-  cone.centre = frame_centre(cone.camera, frame);
+  cone.centre = lattice_centre(cone.camera, lattice);
   for (int k = 0; k < 3; ++k) cone.centre_real[k] = static_cast<double>(cone.centre[k]);
   cone.complement = unseen == Unseen::keep;
   cone.input_vertices = 0;

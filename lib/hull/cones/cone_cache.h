@@ -26,7 +26,7 @@ class ConeCache {
   /// of one centre share a cone. \p cameras: those of the views. The cones stay valid until the
   /// next call. \throw Error as build_cone().
   void prepare(std::span<const Silhouette> views, std::span<const ConeCamera> cameras,
-               const Frame& frame, Unseen unseen, int threads, std::vector<const Cone*>& used);
+               const Lattice& lattice, Unseen unseen, int threads, std::vector<const Cone*>& used);
 
   void clear() { cones_.clear(); }
 
@@ -36,7 +36,7 @@ class ConeCache {
     Cone cone;
     std::vector<ViewCopy> from;
     std::vector<std::int32_t> views;
-    Frame frame;
+    Lattice lattice;
     Unseen unseen = Unseen::carve;
   };
   std::vector<std::unique_ptr<CachedCone>> cones_;

@@ -5,22 +5,22 @@
 #include <cmath>
 
 namespace polyhull::hull {
-void FaceClipper::begin(const Scene& scene) {
-  scene_ = &scene;
+void FaceClipper::begin(const ClippingProblem& problem) {
+  problem_ = &problem;
   std::size_t largest = 0;
-  for (const Cone* cone : scene.cones) largest = std::max(largest, cone->size());
+  for (const Cone* cone : problem.cones) largest = std::max(largest, cone->size());
   stamp_.assign(largest, 0);
   line_stamp_.assign(largest, 0);
   lines_.resize(largest);
   piece_at_ray_.assign(largest, 0);
   candidates_.resize(largest + 1);
   stamp_now_ = look_now_ = 0;
-  bounds_face_.assign(scene.cones.size(), 0);
+  bounds_face_.assign(problem.cones.size(), 0);
 }
 
 bool FaceClipper::start(std::uint32_t face) {
   chart_.face = face;
-  const Scene& s = *scene_;
+  const ClippingProblem& s = *problem_;
   if (face >= s.cone_faces()) {
     if (!s.box_active[face - s.cone_faces()]) return false;
     start_box_face();
@@ -34,7 +34,7 @@ bool FaceClipper::start(std::uint32_t face) {
 }
 
 void FaceClipper::start_cone_face() {
-  const Scene& s = *scene_;
+  const ClippingProblem& s = *problem_;
   const Cone& c = *s.cones[chart_.cone];
   const std::uint32_t begin = chart_.local, end = c.next[chart_.local],
                       base = s.first_face[chart_.cone];
@@ -80,7 +80,7 @@ void FaceClipper::start_cone_face() {
 }
 
 void FaceClipper::start_box_face() {
-  const Scene& s = *scene_;
+  const ClippingProblem& s = *problem_;
   const int k = static_cast<int>(chart_.face - s.cone_faces()), axis = k / 2;
   chart_.cone = -1;
   const int u = (axis + 1) % 3, v = (axis + 2) % 3;
@@ -159,7 +159,7 @@ void FaceClipper::clip(std::uint32_t begin, std::uint32_t end, FaceLoops& out) {
     if (!start(f)) continue;
     if (chart_.cone != cone) {
       cone = chart_.cone;
-      order_ = cone >= 0 ? scene_->order[cone] : scene_->box_order;
+      order_ = cone >= 0 ? problem_->order[cone] : problem_->box_order;
     }
     // The starting rectangle of a box face already lies on its neighbours.
     if (cone >= 0) cut_by_box();
@@ -173,7 +173,7 @@ void FaceClipper::clip(std::uint32_t begin, std::uint32_t end, FaceLoops& out) {
 }
 
 void FaceClipper::cut_by_box() {
-  const Scene& s = *scene_;
+  const ClippingProblem& s = *problem_;
   part_ = &parts_[0];
   cone_ = nullptr;
   for (int k = 0; k < 6; ++k) {
@@ -286,8 +286,8 @@ void FaceClipper::to_front(std::vector<std::uint32_t>& order) {
   std::fill(bounds_face_.begin(), bounds_face_.end(), 0);
   for (std::size_t i = 0; i < part_count_; ++i)
     for (const Node& node : parts_[i].nodes)
-      if (node.edge.plane < scene_->cone_faces())
-        bounds_face_[scene_->set.group[node.edge.plane]] = 1;
+      if (node.edge.plane < problem_->cone_faces())
+        bounds_face_[problem_->set.group[node.edge.plane]] = 1;
   new_order_.clear();
   for (int bounds = 1; bounds >= 0; --bounds)
     for (const std::uint32_t cone : order)
@@ -299,11 +299,11 @@ int FaceClipper::side_exactly(const Corner& v, std::uint32_t plane, int orientat
   ++exact_;
   int sign;
   if (v.apex) {
-    const IntVec& c = scene_->cones[chart_.cone]->centre;
-    sign = orientation * scene_->set.side_of_point(plane, c[0], c[1], c[2]);
+    const IntVec& c = problem_->cones[chart_.cone]->centre;
+    sign = orientation * problem_->set.side_of_point(plane, c[0], c[1], c[2]);
   } else {
     sign = orientation * v.sign * chart_.handed *
-           scene_->set.orientation(chart_.face, v.plane1, v.plane2, plane);
+           problem_->set.orientation(chart_.face, v.plane1, v.plane2, plane);
   }
   return sign != 0 ? sign : 1;
 }
@@ -321,7 +321,7 @@ void FaceClipper::emit(FaceLoops& out) {
         CornerKey key;
         if (v.apex) {
           key = {static_cast<std::uint32_t>(chart_.cone),
-                 scene_->cones[chart_.cone]->ring[chart_.local], apex_mark};
+                 problem_->cones[chart_.cone]->ring[chart_.local], apex_mark};
           if (out.corners.size() > begin && same(out.corners.back(), key)) continue;
         } else {
           key = {chart_.face, v.plane1, v.plane2};

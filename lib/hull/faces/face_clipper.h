@@ -81,7 +81,7 @@ class FaceClipper {
     double a, b, d;
   };
 
-  void begin(const Scene& scene);
+  void begin(const ClippingProblem& problem);
 
   /// Appends the loops of the faces [begin, end), seen counter-clockwise from outside. The result
   /// depends on the block only, not on what was clipped before.
@@ -204,7 +204,7 @@ class FaceClipper {
     return masks_[cut * words_ + (node >> 6)] >> (node & 63) & 1;
   }
 
-  const Scene* scene_ = nullptr;
+  const ClippingProblem* problem_ = nullptr;
   Chart chart_;
   std::vector<Part> parts_;  ///< the first part_count_ are in use
   std::size_t part_count_ = 0;

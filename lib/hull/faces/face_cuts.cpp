@@ -225,15 +225,15 @@ bool FaceClipper::loop_inside(std::uint32_t begin, std::uint32_t end) {
 bool FaceClipper::runs_forward() const {
   double x;
   if (chart_.cone >= 0) {
-    const Cone& own = *scene_->cones[chart_.cone];
+    const Cone& own = *problem_->cones[chart_.cone];
     x = glm::dot(own.normals[chart_.local], cone_->centre_real - own.centre_real) * chart_.unit;
   } else {
-    const int k = static_cast<int>(chart_.face - scene_->cone_faces());
-    x = (cone_->centre_real[k / 2] - scene_->box[k]) * chart_.unit * chart_.handed;
+    const int k = static_cast<int>(chart_.face - problem_->cone_faces());
+    x = (cone_->centre_real[k / 2] - problem_->box[k]) * chart_.unit * chart_.handed;
   }
   if (!(std::abs(x) > 1e-14))
-    x = scene_->set.side_of_point(chart_.face, cone_->centre[0], cone_->centre[1],
-                                  cone_->centre[2]);
+    x = problem_->set.side_of_point(chart_.face, cone_->centre[0], cone_->centre[1],
+                                    cone_->centre[2]);
   return (x > 0 ? 1 : -1) * chart_.handed < 0;
 }
 

@@ -95,8 +95,8 @@ struct FaceClipper::Quadrilateral {
 /// Has the other cone look at the face.
 void FaceClipper::look_at(std::uint32_t index) {
   ++look_now_;
-  cone_ = scene_->cones[index];
-  base_ = scene_->first_face[index];
+  cone_ = problem_->cones[index];
+  base_ = problem_->first_face[index];
   const Vec3 to = (chart_.corner - cone_->centre_real) * chart_.unit;
   if (chart_.cone >= 0)
     picture_ = {chart_.axis_a, chart_.axis_b, to};
@@ -271,7 +271,7 @@ bool FaceClipper::inside_cone_exact(std::uint32_t node) {
   int sign = glm::dot(cone.camera.forward, direction) > 0 ? -1 : 1;
   to.h *= sign, to.t *= sign, to.w *= sign;
   to.plane1 = e.plane;
-  to.plane2 = scene_->infinity();
+  to.plane2 = problem_->infinity();
   to.sign = static_cast<std::int8_t>(sign * e.orientation);
   to.apex = false;
   bool inside = cone.complement;

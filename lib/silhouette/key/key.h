@@ -8,7 +8,7 @@
 /// the pair is rotated about the grey axis. d needs no luma, so for Y'CbCr formats it is formed
 /// from chroma alone.
 ///
-///  - KeyMethod::prototype (thesis 3.4.1): background where d > strength, unless
+///  - KeyMethod::threshold (thesis 3.4.1): background where d > strength, unless
 ///    R+G+B > bright_threshold.
 ///  - KeyMethod::soft: alpha = (d_s − d) / (d_s − d_f), d_s the signal of the screen and d_f that
 ///    of the foreground: linear in the mixing fraction of a pixel that shows both, so the half
@@ -33,7 +33,7 @@
 
 namespace polyhull {
 
-enum class KeyMethod : std::uint8_t { prototype, soft, difference };
+enum class KeyMethod : std::uint8_t { threshold, soft, difference };
 enum class KeyColour : std::uint8_t { green, blue, custom, automatic };
 
 /// What write_rgba() shows.

@@ -132,7 +132,7 @@ void Keyer::State::sample(const FrameView& frame) {
   key = settings.key;
   const bool both_given = settings.screen && settings.foreground;
   if (method == KeyMethod::difference ||
-      (method == KeyMethod::prototype && settings.key != KeyColour::automatic)) {
+      (method == KeyMethod::threshold && settings.key != KeyColour::automatic)) {
     found = true;
     return;
   }
