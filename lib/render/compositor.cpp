@@ -31,7 +31,8 @@ struct SkinKey {
 }  // namespace
 
 struct Compositor::State {
-  gl::Program depth, blend, skin, distorted_skin;
+  gl::Program depth, blend;
+  SkinPrograms skin;
   std::shared_ptr<const Scene> scene_held;  // keeps the pointer that keys compare with alive
   SceneBuffers scene;
   Bounds scene_bounds;
@@ -143,7 +144,7 @@ void Compositor::State::draw_front(const PassInput& in) {
   glCullFace(GL_BACK);
   glFrontFace(GL_CW);  // the framebuffer's rows go down the picture
   if (!gl::is_embedded()) glEnable(GL_FRAMEBUFFER_SRGB);
-  draw_subjects(in, 0, clip, nullptr, skin, distorted_skin);
+  skin.draw(in, 0, clip);
   glDisable(GL_CULL_FACE);
   front.resolve(in.plan.subject);
   if (!gl::is_embedded()) glDisable(GL_FRAMEBUFFER_SRGB);

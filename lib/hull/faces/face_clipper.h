@@ -15,8 +15,7 @@
 /// plane with the inside on its left; a corner is the common point of the face's and two more
 /// planes. For a cone j:
 /// 1. the grid over the silhouette j tells which edges may meet the face's picture there; if none,
-/// the
-///    face is kept or dropped as a whole;
+///    the face is kept or dropped as a whole;
 /// 2. each such edge's line is crossed with the loops' edges; sorted along the line, the crossings
 ///    pair up into what lies inside the face; of that, the part between the edge's two rays is a
 ///    piece of new border;
@@ -169,7 +168,7 @@ class FaceClipper {
   void add_cut(const Line& line, std::uint32_t edge, std::uint32_t plane);
   bool apply_cuts();
   bool runs_forward() const;
-  void cross(std::uint32_t cut);
+  void cross_edges(std::uint32_t cut);
   void sort_crossings(std::uint32_t node);
   bool loop_inside(std::uint32_t begin, std::uint32_t end);
   bool follow(std::uint32_t crossing);

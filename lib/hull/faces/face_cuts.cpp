@@ -67,7 +67,7 @@ FaceClipper::Corner FaceClipper::corner_at_ray(std::uint32_t ray) {
 
 /// Crosses the cut's line with all edges; what it holds inside the face becomes pieces, and the
 /// crossings between the cut's rays are entered with their edges.
-void FaceClipper::cross(std::uint32_t index) {
+void FaceClipper::cross_edges(std::uint32_t index) {
   const Cut& cut = cuts_[index];
   std::uint32_t before = 0, after = 0;
   Line before_line{}, after_line{};
@@ -291,7 +291,7 @@ bool FaceClipper::apply_cuts() {
   first_on_edge_.assign(n, nothing);
   if (!cuts_.empty()) {
     forward_ = cone_ == nullptr || runs_forward();
-    for (std::uint32_t i = 0; i < cuts_.size(); ++i) cross(i);
+    for (std::uint32_t i = 0; i < cuts_.size(); ++i) cross_edges(i);
   }
   if (pieces_.empty() && part_->loop_ends.size() == 1) return loop_inside(0, n);
   for (const std::uint32_t node : crowded_) sort_crossings(node);
