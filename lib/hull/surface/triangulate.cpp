@@ -84,11 +84,10 @@ void Triangulator::triangulate(std::span<const Vec3f> vertices, std::span<const 
   for (std::uint32_t i : local_) triangles.push_back(number_[i]);
 }
 
-/// Joins each hole to the outer loop around it by a bridge, so that only outer loops are left.
-void Triangulator::join_holes() {
-  const std::uint32_t loops = static_cast<std::uint32_t>(starts_.size());
+/// Fills loops_, loop_of_ and holes_.
+void Triangulator::find_holes() {
   loops_.clear(), holes_.clear(), loop_of_.clear();
-  for (std::uint32_t i = 0; i < loops; ++i) {
+  for (std::uint32_t i = 0; i < starts_.size(); ++i) {
     Loop& loop = loops_.emplace_back(Loop{0.0, 0.0, starts_[i], i, false, false});
     for (std::uint32_t k = starts_[i]; k < starts_[i] + counts_[i]; ++k) {
       loop.area += cross(flat_[k] - flat_[starts_[i]], flat_[nodes_[k].next] - flat_[starts_[i]]);
@@ -108,68 +107,83 @@ void Triangulator::join_holes() {
     const Vec2 &p = flat_[loops_[a].rightmost], &q = flat_[loops_[b].rightmost];
     return p.x != q.x ? p.x > q.x : p.y != q.y ? p.y > q.y : a < b;
   });
+}
+
+/// The node of the joined loops that a bridge from \p p, to its right, leads to; none if there is
+/// none.
+std::uint32_t Triangulator::bridge_end(const Vec2& p) const {
+  const auto place = [&](std::uint32_t node) { return flat_[nodes_[node].vertex]; };
   const auto joined = [&](std::uint32_t node) {
     return loops_[loops_[loop_of_[node]].owner].joined;
   };
+  const std::uint32_t total = static_cast<std::uint32_t>(nodes_.size());
+  // The nearest edge to the right of p that runs upwards has the face on its left, where p is.
+  double best = 1e300;
+  std::uint32_t target = none;
+  for (std::uint32_t k = 0; k < total; ++k) {
+    if (!joined(k)) continue;
+    const Vec2 a = place(k), b = place(nodes_[k].next);
+    if (!(a.y <= p.y && b.y >= p.y && a.y != b.y)) continue;
+    const double x = a.x + (p.y - a.y) * (b.x - a.x) / (b.y - a.y);
+    if (x >= p.x && x < best) best = x, target = a.x > b.x ? k : nodes_[k].next;
+  }
+  if (target == none) {
+    // Rounding has put the hole onto or across the border: any bridge will do.
+    double nearest = 1e300;
+    for (std::uint32_t k = 0; k < total; ++k) {
+      const double distance = glm::length(place(k) - p);
+      if (joined(k) && distance < nearest) nearest = distance, target = k;
+    }
+    if (target == none) return none;
+    best = p.x;
+  }
+  // A vertex inside the triangle (p, crossing, target) would hide the target: take the one at the
+  // smallest angle to the right.
+  const Vec2 q(best, p.y), t = place(target);
+  double smallest = 1e300, nearest = 1e300;
+  std::uint32_t chosen = target;
+  const Vec2 lower = t.y < p.y ? t : q, upper = t.y < p.y ? q : t;
+  for (std::uint32_t k = 0; k < total; ++k) {
+    if (!joined(k)) continue;
+    const Vec2 x = place(k);
+    if (x.x < p.x) continue;
+    if (cross(lower - p, x - p) < 0 || cross(upper - lower, x - lower) < 0 ||
+        cross(p - upper, x - upper) < 0)
+      continue;
+    const Vec2 a = place(nodes_[k].previous), b = place(nodes_[k].next);
+    // p must lie in the node's own sector.
+    const bool convex = cross(x - a, b - x) > 0;
+    const bool left_of_in = cross(x - a, p - a) > 0, left_of_out = cross(b - x, p - x) > 0;
+    if (convex ? !(left_of_in && left_of_out) : !(left_of_in || left_of_out)) continue;
+    const double angle = std::abs(x.y - p.y) / std::max(x.x - p.x, 1e-300);
+    const double distance = glm::length(x - p);
+    if (angle < smallest || (angle == smallest && distance < nearest))
+      smallest = angle, nearest = distance, chosen = k;
+  }
+  return chosen;
+}
+
+/// Joins two nodes: outer ... end -> m ... (around the hole) ... m' -> end' ...
+void Triangulator::build_bridge(std::uint32_t m, std::uint32_t end) {
+  const std::uint32_t m2 = static_cast<std::uint32_t>(nodes_.size()), end2 = m2 + 1;
+  nodes_.push_back({nodes_[m].vertex, nodes_[m].previous, end2, bridge + end});
+  nodes_.push_back({nodes_[end].vertex, m2, nodes_[end].next, nodes_[end].beyond});
+  if (nodes_[end2].beyond != none) nodes_[nodes_[end2].beyond - bridge].beyond = bridge + end2;
+  nodes_[end].beyond = bridge + m2;
+  nodes_[nodes_[m].previous].next = m2;
+  nodes_[nodes_[end].next].previous = end2;
+  nodes_[end].next = m;
+  nodes_[m].previous = end;
+}
+
+/// Joins each hole to the outer loop around it by a bridge, so that only outer loops are left.
+void Triangulator::join_holes() {
+  find_holes();
   for (const std::uint32_t h : holes_) {
-    const std::uint32_t m = loops_[h].rightmost;
-    const Vec2 p = flat_[m];
-    // The nearest edge to the right of p that runs upwards has the face on its left, where p is.
-    double best = 1e300;
-    std::uint32_t target = none;
-    const std::uint32_t total = static_cast<std::uint32_t>(nodes_.size());
-    for (std::uint32_t k = 0; k < total; ++k) {
-      if (!joined(k)) continue;
-      const Vec2 a = flat_[nodes_[k].vertex], b = flat_[nodes_[nodes_[k].next].vertex];
-      if (!(a.y <= p.y && b.y >= p.y && a.y != b.y)) continue;
-      const double x = a.x + (p.y - a.y) * (b.x - a.x) / (b.y - a.y);
-      if (x >= p.x && x < best) best = x, target = a.x > b.x ? k : nodes_[k].next;
-    }
-    if (target == none) {
-      // Rounding has put the hole onto or across the border: any bridge will do.
-      double nearest = 1e300;
-      for (std::uint32_t k = 0; k < total; ++k) {
-        const double distance = glm::length(flat_[nodes_[k].vertex] - p);
-        if (joined(k) && distance < nearest) nearest = distance, target = k;
-      }
-      if (target == none) continue;
-      best = p.x;
-    }
-    // A vertex inside the triangle (p, crossing, target) would hide the target: take the one at the
-    // smallest angle to the right.
-    const Vec2 q(best, p.y), t = flat_[nodes_[target].vertex];
-    double smallest = 1e300, nearest = 1e300;
-    std::uint32_t chosen = target;
-    const Vec2 lower = t.y < p.y ? t : q, upper = t.y < p.y ? q : t;
-    for (std::uint32_t k = 0; k < total; ++k) {
-      if (!joined(k)) continue;
-      const Vec2 x = flat_[nodes_[k].vertex];
-      if (x.x < p.x) continue;
-      if (cross(lower - p, x - p) < 0 || cross(upper - lower, x - lower) < 0 ||
-          cross(p - upper, x - upper) < 0)
-        continue;
-      const Vec2 a = flat_[nodes_[nodes_[k].previous].vertex],
-                 b = flat_[nodes_[nodes_[k].next].vertex];
-      // p must lie in the node's own sector.
-      const bool convex = cross(x - a, b - x) > 0;
-      const bool left_of_in = cross(x - a, p - a) > 0, left_of_out = cross(b - x, p - x) > 0;
-      if (convex ? !(left_of_in && left_of_out) : !(left_of_in || left_of_out)) continue;
-      const double angle = std::abs(x.y - p.y) / std::max(x.x - p.x, 1e-300);
-      const double distance = glm::length(x - p);
-      if (angle < smallest || (angle == smallest && distance < nearest))
-        smallest = angle, nearest = distance, chosen = k;
-    }
-    // outer ... chosen -> m ... (around the hole) ... m' -> chosen' ...
-    const std::uint32_t m2 = total, c2 = total + 1;
-    nodes_.push_back({nodes_[m].vertex, nodes_[m].previous, c2, bridge + chosen});
-    nodes_.push_back({nodes_[chosen].vertex, m2, nodes_[chosen].next, nodes_[chosen].beyond});
-    if (nodes_[c2].beyond != none) nodes_[nodes_[c2].beyond - bridge].beyond = bridge + c2;
-    nodes_[chosen].beyond = bridge + m2;
-    nodes_[nodes_[m].previous].next = m2;
-    nodes_[nodes_[chosen].next].previous = c2;
-    nodes_[chosen].next = m;
-    nodes_[m].previous = chosen;
-    const std::uint32_t into = loops_[loop_of_[chosen]].owner;
+    const std::uint32_t m = loops_[h].rightmost, end = bridge_end(flat_[m]);
+    if (end == none) continue;
+    build_bridge(m, end);
+    const std::uint32_t into = loops_[loop_of_[end]].owner;
     loop_of_.insert(loop_of_.end(), 2, into);
     counts_[into] += counts_[h] + 2;
     loops_[h].joined = true;
@@ -177,7 +191,7 @@ void Triangulator::join_holes() {
       if (loop.owner == h) loop.owner = into;
   }
   std::size_t kept = 0;
-  for (std::uint32_t i = 0; i < loops; ++i)
+  for (std::uint32_t i = 0; i < loops_.size(); ++i)
     if (loops_[i].owner == i) starts_[kept] = starts_[i], counts_[kept++] = counts_[i];
   starts_.resize(kept), counts_.resize(kept);
 }
