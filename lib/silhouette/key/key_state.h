@@ -98,6 +98,9 @@ namespace silhouette {
 /// octagonal.
 void grow(Matte& matte, double radius, Matte& scratch);
 
+/// The q-quantile of at least one number; changes their order.
+double quantile(std::vector<double>& v, double q);
+
 /// Clears what of a row lies outside columns [x0, x1), or where \p allowed (null: everywhere) is 0.
 void limit_row(std::uint8_t* row, int width, int x0, int x1, const std::uint8_t* allowed);
 
