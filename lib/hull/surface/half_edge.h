@@ -65,18 +65,15 @@ struct HalfEdges {
 
   /// Turns the edge of h, which is not on a border, into the other diagonal:
   ///
-  ///            c                           c
-  ///          /   \                       / | \
-  ///         /     \                     /  |  \
-  ///        /   h   \                   /   |   \
-  ///       a ------> b                 a    |    b
-  ///        \ <---- /                   \   |   /
-  ///         \     /               there \  |  / back
-  ///          \   /                (d -> c)\ | / (c -> d)
-  ///            d                           d
+  ///           c                         c
+  ///         /   \                     / | \       there: the half-edge d -> c of the left triangle,
+  ///        /     \                   /  |  \      which takes the place of h's
+  ///       a -h--> b                 a   |   b
+  ///        \     /                   \  |  /      back: c -> d of the right one, which takes that
+  ///         \   /                     \ | /       of the neighbour
+  ///           d                         d
   ///
-  /// The left triangle takes the place of h's, the right one that of its neighbour; \p there and
-  /// \p back are the half-edges in them that become the diagonal.
+  /// Which of the triangle's three half-edges these become, the caller says.
   void flip(std::uint32_t h, std::uint32_t there, std::uint32_t back) const {
     const std::uint32_t g = opposite[h];
     const std::uint32_t h1 = following(h), h2 = following(h1), g1 = following(g),
