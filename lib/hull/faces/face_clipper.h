@@ -179,10 +179,8 @@ class FaceClipper {
   int side(const Crossing& x, std::uint32_t plane, const Line& line, int orientation);
   void append(const Crossing& x, const Edge& edge);
   Corner corner_at_ray(std::uint32_t ray);
-  static Corner make_corner(const Line& l, const Line& m, std::uint32_t plane1,
-                            std::uint32_t plane2, int geometric, int orientation,
-                            const Corner* from, const Corner* to, double from_value,
-                            double to_value);
+  /// Of two edges' lines; \p s is the s of their corner (see above).
+  static Corner make_corner(const Edge& l, const Edge& m, int s);
   void emit(FaceLoops& out);
 
   /// Of the corner against the line of the plane; \p orientation: of that line against the plane.

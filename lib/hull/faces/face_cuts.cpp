@@ -49,20 +49,24 @@ void FaceClipper::append(const Crossing& x, const Edge& edge) {
     const double inverse = 1.0 / x.h;
     v.h = 1.0, v.t = x.t * inverse, v.w = x.w * inverse;
     v.tolerance = determinant_error * inverse;
-    v.plane1 = own.plane, v.plane2 = cut.plane;
-    v.sign = static_cast<std::int8_t>(x.sign * own.orientation);
-    v.apex = false;
   } else {
+    // Nearly parallel: a place between the edge's ends is good enough to look around from.
     const Corner &from = part_->nodes[x.node].corner, &to = part_->nodes[following(x.node)].corner;
-    v = make_corner(own.line, cut.line, own.plane, cut.plane, x.sign, own.orientation, &from, &to,
-                    value(from, cut.line), value(to, cut.line));
+    const double a = std::abs(value(from, cut.line)), b = std::abs(value(to, cut.line));
+    const double f = a + b > 0 ? b / (a + b) : 0.5, g = 1.0 - f, h = f * from.h + g * to.h;
+    const double inverse = h > 0 ? 1.0 / h : 1.0;
+    v.h = 1.0, v.t = (f * from.t + g * to.t) * inverse, v.w = (f * from.w + g * to.w) * inverse;
+    v.tolerance = undecided;
   }
+  v.plane1 = own.plane, v.plane2 = cut.plane;
+  v.sign = static_cast<std::int8_t>(x.sign * own.orientation);
+  v.apex = false;
 }
 
 FaceClipper::Corner FaceClipper::corner_at_ray(std::uint32_t ray) {
   const std::uint32_t before = cone_->previous[ray];
-  return make_corner(cached_line(before), cached_line(ray), base_ + before, base_ + ray,
-                     forward_ ? cone_->turn[ray] : -cone_->turn[ray], 1, nullptr, nullptr, 0, 0);
+  return make_corner({cached_line(before), base_ + before, 1}, {cached_line(ray), base_ + ray, 1},
+                     forward_ ? cone_->turn[ray] : -cone_->turn[ray]);
 }
 
 /// Crosses the cut's line with all edges; what it holds inside the face becomes pieces, and the
