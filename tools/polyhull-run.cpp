@@ -57,9 +57,8 @@ void show_progress(Run& run) {
 // Runs until the end of the stream or an error.
 void run_to_end(Run& run) {
   g_autoptr(GstBus) bus = gst_element_get_bus(run.pipeline);
-  if (gst_element_set_state(run.pipeline, GST_STATE_PLAYING) == GST_STATE_CHANGE_FAILURE) {
+  if (gst_element_set_state(run.pipeline, GST_STATE_PLAYING) == GST_STATE_CHANGE_FAILURE)
     run.failed = true;  // the reason follows on the bus
-  }
   for (;;) {
     g_autoptr(GstMessage) message = gst_bus_timed_pop_filtered(
         bus, run.failed ? 0 : GST_SECOND,
@@ -145,9 +144,8 @@ void report(const Run& run, double wall, double cpu, const std::string& json_pat
   nlohmann::json json = {{"wall_seconds", wall}, {"cpu_seconds", cpu}};
   std::uint64_t frames = 0;
   double span = 0.0;  // seconds from the first frame to the last
-  if (!run.brief) {
+  if (!run.brief)
     std::printf("\n%-22s %-14s %8s %14s\n", "element", "kind", "buffers", "CPU ms/buffer");
-  }
   const std::vector<GstElement*> elements = elements_of(run.pipeline);
   for (GstElement* element : elements) {
     const auto entry = times.find(GST_OBJECT_NAME(element));
@@ -221,7 +219,8 @@ int main(int argc, char** argv) {
   g_autoptr(GError) error = nullptr;
   run.pipeline = gst_parse_launchv(arguments.data(), &error);
   if (!run.pipeline || error) {
-    std::fprintf(stderr, "polyhull-run: the pipeline cannot be built: %s\n", error ? error->message : "");
+    std::fprintf(stderr, "polyhull-run: the pipeline cannot be built: %s\n",
+                 error ? error->message : "");
     return 1;
   }
   if (!GST_IS_PIPELINE(run.pipeline)) {  // a single element

@@ -55,9 +55,8 @@ void mark_shadow(const Picture& truth, const Picture& empty, std::vector<Region>
   constexpr int visible = 9;  // levels, all channels together
   for (std::size_t i = 0; i < regions.size(); ++i) {
     int difference = 0;
-    for (int c = 0; c < 3; ++c) {
+    for (int c = 0; c < 3; ++c)
       difference += std::abs(truth.pixels[4 * i + c] - empty.pixels[4 * i + c]);
-    }
     if (regions[i] == Region::room && difference > visible) regions[i] = Region::shadow;
   }
 }

@@ -9,9 +9,8 @@ namespace {
 
 std::array<float, 256> make_decode_table() {
   std::array<float, 256> table;
-  for (std::size_t i = 0; i < table.size(); ++i) {
+  for (std::size_t i = 0; i < table.size(); ++i)
     table[i] = static_cast<float>(srgb_decoded(static_cast<double>(i) / 255.0));
-  }
   return table;
 }
 

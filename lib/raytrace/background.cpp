@@ -19,13 +19,11 @@ std::optional<Vec3f> common_factor(const std::vector<Light>& base, const std::ve
     if (base[i].centre != now[i].centre || base[i].u != now[i].u || base[i].v != now[i].v)
       return {};
     Vec3f ratio(1.0f);
-    for (int k = 0; k < 3; ++k) {
-      if (base[i].radiance[k] > 0.0f) {
+    for (int k = 0; k < 3; ++k)
+      if (base[i].radiance[k] > 0.0f)
         ratio[k] = now[i].radiance[k] / base[i].radiance[k];
-      } else if (now[i].radiance[k] > 0.0f) {
+      else if (now[i].radiance[k] > 0.0f)
         return {};
-      }
-    }
     if (factor && glm::length(*factor - ratio) > 1e-5f * glm::length(ratio)) return {};
     if (!factor) factor = ratio;
   }
@@ -99,9 +97,8 @@ bool Background::refine(int rows) {
   rows_done_ = 0;
   ++samples_;
   const float whole = view_weight + static_cast<float>(samples_);
-  for (std::size_t i = 0; i < picture_.size(); ++i) {
+  for (std::size_t i = 0; i < picture_.size(); ++i)
     picture_[i] = (view_weight * view_[i] + sums_[i]) / whole;
-  }
   return true;
 }
 

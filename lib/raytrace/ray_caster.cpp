@@ -119,9 +119,8 @@ std::uint32_t RayCaster::add_mesh(std::span<const Vec3f> positions,
   }
   std::memset(vertices, 0, sizeof(Vec3f));
   if (!positions.empty()) std::memcpy(vertices, positions.data(), positions.size_bytes());
-  if (triangles.size() >= 3) {
+  if (triangles.size() >= 3)
     std::memcpy(indices, triangles.data(), triangles.size() / 3 * 3 * sizeof(std::uint32_t));
-  }
   rtcCommitGeometry(geometry);
   const unsigned mesh = rtcAttachGeometry(state_->scene, geometry);
   rtcReleaseGeometry(geometry);

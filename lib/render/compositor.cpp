@@ -290,10 +290,9 @@ RenderPlan Compositor::plan(const RenderFrame& frame, const RenderSettings& sett
   if (frame.scene != state_->bounds_held) {
     state_->bounds_held = frame.scene;
     std::vector<Vec3f> points;
-    if (frame.scene) {
+    if (frame.scene)
       for (const SceneMesh& mesh : frame.scene->meshes)
         points.insert(points.end(), mesh.positions.begin(), mesh.positions.end());
-    }
     state_->scene_bounds = bounds_of(points);
   }
   return plan_frame(frame, settings, state_->scene_bounds);

@@ -16,9 +16,8 @@ bool PassTimer::available() {
 }
 
 PassTimer::~PassTimer() {
-  for (auto& frame : queries_) {
+  for (auto& frame : queries_)
     if (frame[0] != 0) glDeleteQueries(pass_count, frame.data());
-  }
 }
 
 void PassTimer::begin(Pass pass) {

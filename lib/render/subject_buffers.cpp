@@ -93,11 +93,10 @@ UploadCounts SubjectBuffers::upload_skin(const Mesh& mesh, const std::vector<Vec
     const View& view = mesh.views[k].view;
     if (drawing_.slot_of_view[k] >= 0 || view.format != PixelFormat::rgba || view.pixels.empty())
       continue;
-    if (all_views) {
+    if (all_views)
       uploaded.push_back(static_cast<int>(k));  // into layers after those in use
-    } else {
+    else
       ++counts.pictures_skipped;
-    }
   }
   upload_pictures(mesh, uploaded, counts);
   const Texturing* texturing = mesh.texturing ? &*mesh.texturing : nullptr;

@@ -30,11 +30,9 @@ void check(const Hull& hull, std::span<const Camera> cameras) {
                                               " vertices.");
     }
   }
-  for (const Vec3f& v : hull.vertices) {
-    if (!std::isfinite(v.x) || !std::isfinite(v.y) || !std::isfinite(v.z)) {
+  for (const Vec3f& v : hull.vertices)
+    if (!std::isfinite(v.x) || !std::isfinite(v.y) || !std::isfinite(v.z))
       throw Error(Error::Kind::bad_input, "A mesh has a vertex that is not finite.");
-    }
-  }
 }
 
 /// Twice the area times the unit normal, per triangle.
@@ -51,9 +49,8 @@ std::vector<Vec3> area_normals(const Hull& hull) {
 
 std::vector<Vec3f> vertex_normals(const Hull& hull, const std::vector<Vec3>& area_normal) {
   std::vector<Vec3> sums(hull.vertices.size(), Vec3(0.0));
-  for (std::size_t f = 0; f < area_normal.size(); ++f) {
+  for (std::size_t f = 0; f < area_normal.size(); ++f)
     for (int i = 0; i < 3; ++i) sums[hull.triangles[3 * f + i]] += area_normal[f];
-  }
   std::vector<Vec3f> normals(sums.size());
   for (std::size_t v = 0; v < sums.size(); ++v) {
     const double length = glm::length(sums[v]);
@@ -152,9 +149,8 @@ Texturing HullTexturer::compute(const Hull& hull, std::span<const Camera> camera
   if (settings.occlusion && settings.method == TextureMethod::blend) {
     out.maps.resize(cameras.size());
     parallel_for(cameras.size(), 1, settings.threads, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t k = begin; k < end; ++k) {
+      for (std::size_t k = begin; k < end; ++k)
         out.maps[k] = draw_occlusion_map(hull, cameras[k], settings.map_size, settings.fade_width);
-      }
     });
   }
   statistics_.seconds_maps = watch.lap();

@@ -67,9 +67,8 @@ class FileSubject : public Subject {
       }
       return diffuse_[material];
     }
-    if (!colours_.empty()) {
+    if (!colours_.empty())
       return colours_[v[0]] * at.x + colours_[v[1]] * at.y + colours_[v[2]] * at.z;
-    }
     return pattern(positions_[v[0]] * at.x + positions_[v[1]] * at.y + positions_[v[2]] * at.z,
                    width);
   }
@@ -110,11 +109,10 @@ class FileSubject : public Subject {
           triangles_.push_back(static_cast<std::uint32_t>(index.vertex_index));
           Vec2f uv(0.0f);
           const auto at = 2 * static_cast<std::size_t>(std::max(index.texcoord_index, 0));
-          if (index.texcoord_index < 0 || at + 1 >= attributes.texcoords.size()) {
+          if (index.texcoord_index < 0 || at + 1 >= attributes.texcoords.size())
             textured = false;
-          } else {
+          else
             uv = {attributes.texcoords[at], attributes.texcoords[at + 1]};
-          }
           texture_coordinates_.push_back(uv);
         }
         const std::size_t face = t / 3;
@@ -144,9 +142,8 @@ class FileSubject : public Subject {
         }
       }
     }
-    for (int& material : materials_) {
+    for (int& material : materials_)
       if (material >= static_cast<int>(diffuse_.size())) material = -1;
-    }
   }
 
   void place(const std::string& path, double height) {

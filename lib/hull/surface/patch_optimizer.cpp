@@ -16,12 +16,11 @@ constexpr std::size_t patch_corners = 24;
 bool may_join(const CornerKey& a, const CornerKey& b) {
   if (a[2] == apex_mark || b[2] == apex_mark) return true;
   int shared = 0;
-  for (int i = 0, j = 0; i < 3 && j < 3;) {
+  for (int i = 0, j = 0; i < 3 && j < 3;)
     if (a[i] == b[j])
       ++shared, ++i, ++j;
     else
       a[i] < b[j] ? ++i : ++j;
-  }
   return shared < 2;
 }
 

@@ -298,11 +298,10 @@ void Triangulator::add_triangle(std::uint32_t first, std::uint32_t second, std::
 void Triangulator::join_side(std::uint32_t node, std::uint32_t half_edge) {
   const std::uint32_t beyond = nodes_[node].beyond;
   if (beyond == none) return;
-  if (beyond >= bridge) {
+  if (beyond >= bridge)
     nodes_[beyond - bridge].beyond = half_edge;
-  } else {
+  else
     HalfEdges{local_, opposite_}.link(half_edge, beyond);
-  }
 }
 
 /// Whether the diagonal a-c of the quadrilateral a b c d should become b-d: d lies inside the

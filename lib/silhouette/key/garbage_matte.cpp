@@ -25,9 +25,8 @@ constexpr double sample_distance = 4.0;  // px between points along a bent edge
 float parse_number(std::string_view text, std::string_view part) {
   double value = 0.0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc{} || end != text.data() + text.size() || !std::isfinite(value)) {
+  if (error != std::errc{} || end != text.data() + text.size() || !std::isfinite(value))
     refuse(part, "holds something that is not a number");
-  }
   if (std::abs(value) > largest_coordinate) refuse(part, "reaches further than 1000000 px");
   return static_cast<float>(value);
 }
@@ -154,9 +153,8 @@ Rings parse_polygons(std::string_view text) {
 Rings bounds_outline(const Camera& camera, const Bounds& bounds) {
   const Vec3 centre = camera.centre();
   if (glm::all(glm::greaterThanEqual(centre, bounds.min)) &&
-      glm::all(glm::lessThanEqual(centre, bounds.max))) {
+      glm::all(glm::lessThanEqual(centre, bounds.max)))
     return {};
-  }
   const std::vector<Vec2> nowhere{{-30.0, -30.0}, {-20.0, -30.0}, {-20.0, -20.0}};
   const std::vector<Vec2> corners = visible_corners(camera, bounds);
   if (corners.size() < 3) return ring_of(nowhere);
