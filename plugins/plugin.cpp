@@ -13,8 +13,6 @@
 #include "plugins/serialtrigger/serialtrigger.h"
 #include "plugins/silhouette/silhouette.h"
 
-// One declaration and one line in plugin_init() per element, in the data's order.
-
 static gboolean plugin_init(GstPlugin* plugin) {
   gboolean any = FALSE;
   any |= GST_ELEMENT_REGISTER(rigtestsrc, plugin);

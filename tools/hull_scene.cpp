@@ -33,10 +33,8 @@ Rings parse_rings(const Json& json, const std::string& where) {
   for (const Json& ring : json) {
     if (!ring.is_array()) fail("a ring is not an array");
     for (const Json& point : ring) {
-      if (!point.is_array() || point.size() != 2 || !point[0].is_number() ||
-          !point[1].is_number()) {
+      if (!point.is_array() || point.size() != 2 || !point[0].is_number() || !point[1].is_number())
         fail("a vertex is not a pair of numbers");
-      }
       const Vec2f p(point[0].get<float>(), point[1].get<float>());
       if (!std::isfinite(p.x) || !std::isfinite(p.y)) fail("a vertex is not finite");
       rings.points.push_back(p);
@@ -69,12 +67,11 @@ void orient_rings(Rings& rings) {
     double area = 0.0;  // positive: clockwise on screen, where y points down
     for (std::size_t k = 0; k < ring.size(); ++k) {
       const Vec2 a(ring[k]), b(ring[k + 1 == ring.size() ? 0 : k + 1]);
-      area += a.x * b.y - b.x * a.y;
+      area += cross(a, b);
     }
     bool hole = false;
-    for (std::size_t other = 0; other < rings.size(); ++other) {
+    for (std::size_t other = 0; other < rings.size(); ++other)
       if (other != i && inside(rings.ring(other), Vec2(ring[0]))) hole = !hole;
-    }
     if ((area > 0.0) != hole) {
       const std::size_t begin = i == 0 ? 0 : rings.ends[i - 1];
       std::reverse(rings.points.begin() + static_cast<std::ptrdiff_t>(begin),

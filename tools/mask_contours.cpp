@@ -126,7 +126,7 @@ Rings contours_of_picture(const std::string& path, const Camera& camera,
     double sum = 0.0;
     for (std::size_t k = 0; k < ring.size(); ++k) {
       const Vec2 a(ring[k]), b(ring[(k + 1) % ring.size()]);
-      sum += 0.5 * (a.x * b.y - b.x * a.y);
+      sum += 0.5 * cross(a, b);
     }
     return std::abs(sum);
   };

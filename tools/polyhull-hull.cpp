@@ -3,7 +3,6 @@
 // pictures, to a mesh file; prints what was made and how long each phase took.
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
 #include <filesystem>
 #include <limits>
@@ -13,6 +12,7 @@
 #include <vector>
 
 #include "base/error.h"
+#include "base/stopwatch.h"
 #include "base/thread_pool.h"
 #include "camera_files.h"
 #include "files/mesh_files.h"
@@ -20,6 +20,7 @@
 #include "hull/measure.h"
 #include "hull_scene.h"
 #include "mask_contours.h"
+#include "median.h"
 
 namespace polyhull {
 namespace {
@@ -70,12 +71,6 @@ std::optional<Bounds> read_bounds(const std::string& text, const Rig& rig) {
   return Bounds{Vec3(v[0], v[1], v[2]), Vec3(v[3], v[4], v[5])};
 }
 
-double median(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  const std::size_t n = values.size();
-  return n % 2 ? values[n / 2] : (values[n / 2 - 1] + values[n / 2]) / 2;
-}
-
 struct Phase {
   const char* name;
   double HullStatistics::*seconds;
@@ -104,10 +99,9 @@ int run(const Arguments& arguments) {
   std::vector<double> totals;
   const Hull* hull = nullptr;
   for (int i = 0; i < arguments.repeat; ++i) {
-    const auto begin = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     hull = &builder.build(views, options);
-    totals.push_back(
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
+    totals.push_back(watch.seconds());
     for (Phase& phase : phases) phase.samples.push_back(builder.statistics().*phase.seconds);
   }
   if (!arguments.output.empty()) {

@@ -117,9 +117,8 @@ int main(int argc, char** argv) {
   CLI11_PARSE(app, argc, argv);
   try {
     if (*check) return closed(meshes);
-    if (*table) {
+    if (*table)
       return coverage(meshes, by_matte ? report::Mask::matte : report::Mask::contours, json_path);
-    }
     for (const std::string& path : composites) settings.composites.push_back(load_picture(path));
     const MeshFile file = read_mesh_file(meshes.front());
     save_picture(report::draw_sheet(file.mesh, settings), output);

@@ -8,19 +8,15 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
+#include "base/stopwatch.h"
 #include "run_profile.h"
 
 namespace {
-
-double seconds_since(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
 
 double process_cpu_seconds() {
   timespec now;
@@ -34,7 +30,7 @@ struct Run {
   bool quiet = false;    // no progress line
   bool brief = false;    // no tables at the end
   std::string count_at;  // the element whose buffers are the frames; empty: the sinks
-  std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now();
+  polyhull::Stopwatch watch;
   double next_progress = 10.0;  // seconds since start
 };
 
@@ -49,7 +45,7 @@ void show_progress(Run& run) {
   gint64 position = -1;
   if (run.quiet || !gst_element_query_position(run.pipeline, GST_FORMAT_TIME, &position)) return;
   const bool terminal = isatty(STDERR_FILENO) != 0;
-  const double now = seconds_since(run.start);
+  const double now = run.watch.seconds();
   if (!terminal && now < run.next_progress) return;
   run.next_progress = now + 10.0;
   std::fprintf(stderr,
@@ -61,9 +57,8 @@ void show_progress(Run& run) {
 // Runs until the end of the stream or an error.
 void run_to_end(Run& run) {
   g_autoptr(GstBus) bus = gst_element_get_bus(run.pipeline);
-  if (gst_element_set_state(run.pipeline, GST_STATE_PLAYING) == GST_STATE_CHANGE_FAILURE) {
+  if (gst_element_set_state(run.pipeline, GST_STATE_PLAYING) == GST_STATE_CHANGE_FAILURE)
     run.failed = true;  // the reason follows on the bus
-  }
   for (;;) {
     g_autoptr(GstMessage) message = gst_bus_timed_pop_filtered(
         bus, run.failed ? 0 : GST_SECOND,
@@ -149,9 +144,8 @@ void report(const Run& run, double wall, double cpu, const std::string& json_pat
   nlohmann::json json = {{"wall_seconds", wall}, {"cpu_seconds", cpu}};
   std::uint64_t frames = 0;
   double span = 0.0;  // seconds from the first frame to the last
-  if (!run.brief) {
+  if (!run.brief)
     std::printf("\n%-22s %-14s %8s %14s\n", "element", "kind", "buffers", "CPU ms/buffer");
-  }
   const std::vector<GstElement*> elements = elements_of(run.pipeline);
   for (GstElement* element : elements) {
     const auto entry = times.find(GST_OBJECT_NAME(element));
@@ -225,7 +219,8 @@ int main(int argc, char** argv) {
   g_autoptr(GError) error = nullptr;
   run.pipeline = gst_parse_launchv(arguments.data(), &error);
   if (!run.pipeline || error) {
-    std::fprintf(stderr, "polyhull-run: the pipeline cannot be built: %s\n", error ? error->message : "");
+    std::fprintf(stderr, "polyhull-run: the pipeline cannot be built: %s\n",
+                 error ? error->message : "");
     return 1;
   }
   if (!GST_IS_PIPELINE(run.pipeline)) {  // a single element
@@ -233,10 +228,10 @@ int main(int argc, char** argv) {
     gst_bin_add(GST_BIN(pipeline), run.pipeline);
     run.pipeline = pipeline;
   }
-  run.start = std::chrono::steady_clock::now();
+  run.watch = {};
   const double cpu = process_cpu_seconds();
   run_to_end(run);
-  const double wall = seconds_since(run.start);
+  const double wall = run.watch.seconds();
   if (!run.failed) report(run, wall, process_cpu_seconds() - cpu, json_path);
   gst_element_set_state(run.pipeline, GST_STATE_NULL);
   gst_object_unref(run.pipeline);

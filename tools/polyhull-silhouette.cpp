@@ -2,7 +2,6 @@
 // Silhouettes without a pipeline: a picture in, rings out, with times and counts.
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
 #include <fstream>
 #include <iostream>
@@ -13,21 +12,15 @@
 
 #include "base/error.h"
 #include "base/picture.h"
+#include "base/stopwatch.h"
+#include "median.h"
 #include "silhouette/silhouette.h"
 #include "silhouette_options.h"
 
 namespace {
 
 using namespace polyhull;
-using Clock = std::chrono::steady_clock;
 using Json = nlohmann::json;
-
-double median(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2),
-                   values.end());
-  return values[values.size() / 2];
-}
 
 Json rings_json(const Rings& rings, int width, int height) {
   Json list = Json::array();
@@ -53,7 +46,7 @@ void write_file(const std::string& path, const std::string& text) {
 
 // One reading of the frame, as the measure of what the memory allows.
 double read_once(const FrameMemory& frame) {
-  const auto begin = Clock::now();
+  const Stopwatch watch;
   std::uint64_t sum = 0;
   for (const auto& plane : frame.planes) {
     const std::size_t words = plane.size() / 8;
@@ -63,7 +56,7 @@ double read_once(const FrameMemory& frame) {
       for (int k = 0; k < 8; ++k) part[k] += from[i + k];
     for (const std::uint64_t p : part) sum += p;
   }
-  const double ms = std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
+  const double ms = watch.milliseconds();
   return sum == 1 ? ms + 1e-9 : ms;  // the sum is used
 }
 
@@ -87,183 +80,214 @@ void time_stages(const FrameView& frame, const SilhouetteSettings& settings, int
   const TraceSettings trace{settings.method,
                             corrected_sigma(settings.blur, settings.correct_curvature)};
   for (int i = 0; i < repeat; ++i) {
-    const auto t0 = Clock::now();
+    Stopwatch watch;
     keyer.key(frame, matte);
-    const auto t1 = Clock::now();
+    out.key.push_back(1e3 * watch.lap());
     blur.apply(matte, field);
-    const auto t2 = Clock::now();
+    out.blur.push_back(1e3 * watch.lap());
     tracer.trace(field, trace, traced, &parents);
-    const auto t3 = Clock::now();
+    out.trace.push_back(1e3 * watch.lap());
     approximator.approximate(traced, parents, settings.approximate, rings);
-    const auto t4 = Clock::now();
-    const auto ms = [](auto a, auto b) {
-      return std::chrono::duration<double, std::milli>(b - a).count();
-    };
-    out.key.push_back(ms(t0, t1));
-    out.blur.push_back(ms(t1, t2));
-    out.trace.push_back(ms(t2, t3));
-    out.approximate.push_back(ms(t3, t4));
+    out.approximate.push_back(1e3 * watch.lap());
   }
+}
+
+struct Arguments {
+  std::string picture, output, matte, view_file, view = "composite", format = "RGBx";
+  std::vector<std::string> plates;
+  int repeat = 1, threads = 1;
+  bool json = false;
+  SilhouetteOptions options;
+
+  void add_to(CLI::App& app) {
+    app.add_option("picture", picture, "PNG or JPEG file")->required();
+    app.add_option("-o,--output", output, "rings as JSON; '-' writes them to the output");
+    app.add_option("--matte", matte, "writes the matte before the blur as a grey PNG");
+    app.add_option("--view-file", view_file, "writes the picture that --view chooses as PNG");
+    app.add_option("--view", view, "composite, matte, status or spill")
+        ->check(CLI::IsMember({"composite", "matte", "status", "spill"}));
+    app.add_option("--format", format, "pixel format that the picture is given to the keyer in")
+        ->check(CLI::IsMember({"RGBx", "BGRx", "RGB", "I420", "NV12", "YUY2", "UYVY"}));
+    app.add_option("--plate", plates, "clean plates; several are averaged, with their variation");
+    app.add_option("--repeat", repeat, "process the picture this many times")
+        ->check(CLI::Range(1, 1000000));
+    app.add_option("--threads", threads, "this many streams at a time")->check(CLI::Range(1, 256));
+    app.add_flag("--json", json, "print times and counts as JSON");
+    options.add_to(app);
+  }
+};
+
+// What all streams work on.
+struct Work {
+  explicit Work(const Arguments& arguments)
+      : settings(arguments.options.settings()),
+        picture(load_picture(arguments.picture, 3)),
+        frame(pack(picture, arguments.format)) {
+    settings.keep_matte = false;
+    settings.reuse = false;
+    if (arguments.plates.size() == 1)
+      settings.key.plate = std::make_shared<Picture>(load_picture(arguments.plates[0], 3));
+    else
+      for (const std::string& path : arguments.plates)
+        plates.push_back(pack(load_picture(path, 3), arguments.format));
+  }
+
+  void learn_plates(Keyer& keyer) const {
+    if (plates.empty()) return;
+    keyer.learn_plate(static_cast<int>(plates.size()));
+    for (const FrameMemory& plate : plates) keyer.prepare(plate.view());
+  }
+
+  SilhouetteSettings settings;
+  Picture picture;
+  FrameMemory frame;
+  std::vector<FrameMemory> plates;
+};
+
+// What one stream has made.
+struct Result {
+  Stages stages;
+  Rings rings;
+  ApproximateCounts counts;
+  KeyLack lacks = KeyLack::nothing;
+  std::string failure;
+};
+
+void run_stream(const Work& work, int repeat, Result& result) {
+  try {
+    Silhouetter silhouetter;
+    silhouetter.set(work.settings);
+    work.learn_plates(silhouetter.keyer());
+    for (int i = 0; i < repeat; ++i) {
+      const Stopwatch watch;
+      result.rings = silhouetter.process(work.frame.view());
+      result.stages.whole.push_back(watch.milliseconds());
+    }
+    result.counts = silhouetter.stats().last;
+    result.lacks = std::as_const(silhouetter).keyer().calibration().lacks;
+  } catch (const std::exception& error) {
+    result.failure = error.what();
+  }
+}
+
+// One for each stream, all with the same rings.
+std::vector<Result> run_streams(const Work& work, const Arguments& arguments) {
+  std::vector<Result> results(arguments.threads);
+  {
+    std::vector<std::jthread> workers;
+    for (std::size_t t = 1; t < results.size(); ++t)
+      workers.emplace_back([&, t] { run_stream(work, arguments.repeat, results[t]); });
+    run_stream(work, arguments.repeat, results[0]);
+  }
+  for (const Result& result : results)
+    if (!result.failure.empty()) throw Error(Error::Kind::bad_input, result.failure);
+  for (const Result& result : results)
+    if (result.rings != results[0].rings)
+      throw Error(Error::Kind::bad_input, "the threads' rings differ: please report this");
+  return results;
+}
+
+void warn_of(KeyLack lacks, const std::string& picture) {
+  if (lacks == KeyLack::screen)
+    std::fprintf(stderr,
+                 "polyhull-silhouette: no screen of the key's colour was found in %s, so all of it "
+                 "is foreground; give its colour with --key or --screen\n",
+                 picture.c_str());
+  if (lacks == KeyLack::plate)
+    std::fprintf(stderr,
+                 "polyhull-silhouette: --method difference without --plate takes pure green or "
+                 "blue for the background; give a picture of the empty stage with --plate, or the "
+                 "background's colour with --key\n");
+}
+
+void write_matte(const Matte& matte, const std::string& path) {
+  Picture grey{matte.width, matte.height, 1, {}};
+  for (int y = 0; y < matte.height; ++y)
+    grey.pixels.insert(grey.pixels.end(), matte.row(y), matte.row(y) + matte.width);
+  save_picture(grey, path);
+}
+
+void write_view(const Keyer& keyer, const FrameView& frame, const Matte& matte,
+                const Arguments& arguments) {
+  static const std::map<std::string, KeyView> views = {{"composite", KeyView::composite},
+                                                       {"matte", KeyView::matte},
+                                                       {"status", KeyView::status},
+                                                       {"spill", KeyView::spill}};
+  Picture shown{frame.width, frame.height, 4, {}};
+  shown.pixels.resize(4 * static_cast<std::size_t>(frame.width) * frame.height);
+  keyer.write_rgba(frame, matte, {0, 0, frame.width, frame.height}, views.at(arguments.view),
+                   shown.pixels.data(), 4 * static_cast<std::ptrdiff_t>(frame.width));
+  save_picture(shown, arguments.view_file);
+}
+
+Json report(const Work& work, const Arguments& arguments, double seconds, const KeyCalibration& c,
+            const Result& result) {
+  Stages s = result.stages;
+  for (int i = 0; i < arguments.repeat; ++i) s.read.push_back(read_once(work.frame));
+  time_stages(work.frame.view(), work.settings, arguments.repeat, s);
+  return {{"picture", arguments.picture},
+          {"width", work.picture.width},
+          {"height", work.picture.height},
+          {"format", arguments.format},
+          {"repeat", arguments.repeat},
+          {"threads", arguments.threads},
+          {"frames_per_second", arguments.repeat * arguments.threads / seconds},
+          {"milliseconds",
+           {{"one_pass", median(s.whole)},
+            {"read_once", median(s.read)},
+            {"key", median(s.key)},
+            {"blur", median(s.blur)},
+            {"trace", median(s.trace)},
+            {"approximate", median(s.approximate)}}},
+          {"counts",
+           {{"traced_points", result.counts.traced_points},
+            {"traced_rings", result.counts.traced_rings},
+            {"points", result.counts.points},
+            {"rings", result.counts.rings},
+            {"dropped_rings", result.counts.dropped_rings},
+            {"crossings", result.counts.crossings}}},
+          {"calibration",
+           {{"valid", c.valid},
+            {"screen", c.screen},
+            {"foreground", c.foreground},
+            {"screen_signal", c.screen_signal},
+            {"foreground_signal", c.foreground_signal}}}};
 }
 
 int run(int argc, char** argv) {
   CLI::App app{
       "Keys a picture, blurs the matte, traces its half level and writes the silhouette's "
       "polygons."};
-  std::string picture_path, output, matte_path, view_path, view = "composite", format = "RGBx";
-  std::vector<std::string> plates;
-  int repeat = 1, threads = 1;
-  bool json = false;
-  app.add_option("picture", picture_path, "PNG or JPEG file")->required();
-  app.add_option("-o,--output", output, "rings as JSON; '-' writes them to the output");
-  app.add_option("--matte", matte_path, "writes the matte before the blur as a grey PNG");
-  app.add_option("--view-file", view_path, "writes the picture that --view chooses as PNG");
-  app.add_option("--view", view, "composite, matte, status or spill")
-      ->check(CLI::IsMember({"composite", "matte", "status", "spill"}));
-  app.add_option("--format", format, "pixel format that the picture is given to the keyer in")
-      ->check(CLI::IsMember({"RGBx", "BGRx", "RGB", "I420", "NV12", "YUY2", "UYVY"}));
-  app.add_option("--plate", plates, "clean plates; several are averaged, with their variation");
-  app.add_option("--repeat", repeat, "process the picture this many times")
-      ->check(CLI::Range(1, 1000000));
-  app.add_option("--threads", threads, "this many streams at a time")->check(CLI::Range(1, 256));
-  app.add_flag("--json", json, "print times and counts as JSON");
-  SilhouetteOptions options;
-  options.add_to(app);
+  Arguments arguments;
+  arguments.add_to(app);
   CLI11_PARSE(app, argc, argv);
 
-  SilhouetteSettings settings = options.settings();
-  settings.keep_matte = false;
-  settings.reuse = false;
-  const Picture picture = load_picture(picture_path, 3);
-  const FrameMemory memory = pack(picture, format);
-  if (plates.size() == 1)
-    settings.key.plate = std::make_shared<Picture>(load_picture(plates[0], 3));
-
-  std::vector<FrameMemory> plate_frames;
-  if (plates.size() > 1)
-    for (const std::string& path : plates)
-      plate_frames.push_back(pack(load_picture(path, 3), format));
-  const auto prepare = [&](Keyer& keyer) {
-    if (plate_frames.empty()) return;
-    keyer.learn_plate(static_cast<int>(plate_frames.size()));
-    for (const FrameMemory& frame : plate_frames) keyer.prepare(frame.view());
-  };
-
-  std::vector<Stages> stages(threads);
-  std::vector<Rings> results(threads);
-  std::vector<ApproximateCounts> counts(threads);
-  std::vector<std::string> failures(threads);
-  KeyLack lacks = KeyLack::nothing;
-  const auto begin = Clock::now();
-  const auto stream = [&](int t) {
-    try {
-      Silhouetter silhouetter;
-      silhouetter.set(settings);
-      prepare(silhouetter.keyer());
-      for (int i = 0; i < repeat; ++i) {
-        const auto t0 = Clock::now();
-        results[t] = silhouetter.process(memory.view());
-        stages[t].whole.push_back(
-            std::chrono::duration<double, std::milli>(Clock::now() - t0).count());
-      }
-      counts[t] = silhouetter.stats().last;
-      if (t == 0) lacks = std::as_const(silhouetter).keyer().calibration().lacks;
-    } catch (const std::exception& error) {
-      failures[t] = error.what();
-    }
-  };
-  if (threads == 1) {
-    stream(0);
-  } else {
-    std::vector<std::thread> workers;
-    for (int t = 0; t < threads; ++t) workers.emplace_back(stream, t);
-    for (std::thread& worker : workers) worker.join();
-  }
-  const double seconds = std::chrono::duration<double>(Clock::now() - begin).count();
-  for (const std::string& failure : failures)
-    if (!failure.empty()) throw Error(Error::Kind::bad_input, failure);
-  for (int t = 1; t < threads; ++t)
-    if (results[t] != results[0])
-      throw Error(Error::Kind::bad_input, "the threads' rings differ: please report this");
-
-  if (output == "-")
-    std::cout << rings_json(results[0], picture.width, picture.height) << "\n";
-  else if (!output.empty())
-    write_file(output, rings_json(results[0], picture.width, picture.height).dump());
-
-  if (lacks == KeyLack::screen)
-    std::fprintf(stderr,
-                 "polyhull-silhouette: no screen of the key's colour was found in %s, so all of it "
-                 "is foreground; give its colour with --key or --screen\n",
-                 picture_path.c_str());
-  if (lacks == KeyLack::plate)
-    std::fprintf(stderr,
-                 "polyhull-silhouette: --method difference without --plate takes pure green or "
-                 "blue for the background; give a picture of the empty stage with --plate, or the "
-                 "background's colour with --key\n");
+  const Work work(arguments);
+  const Stopwatch watch;
+  const Result result = run_streams(work, arguments)[0];
+  const double seconds = watch.seconds();
+  const auto rings = [&] { return rings_json(result.rings, work.frame.width, work.frame.height); };
+  if (arguments.output == "-")
+    std::cout << rings() << "\n";
+  else if (!arguments.output.empty())
+    write_file(arguments.output, rings().dump());
+  warn_of(result.lacks, arguments.picture);
 
   Keyer keyer;
-  keyer.set(settings.key);
-  prepare(keyer);
+  keyer.set(work.settings.key);
+  work.learn_plates(keyer);
   Matte matte;
-  if (!matte_path.empty() || !view_path.empty() || json) keyer.key(memory.view(), matte);
-  if (!matte_path.empty()) {
-    Picture grey{picture.width, picture.height, 1, {}};
-    for (int y = 0; y < picture.height; ++y)
-      grey.pixels.insert(grey.pixels.end(), matte.row(y), matte.row(y) + picture.width);
-    save_picture(grey, matte_path);
-  }
-  if (!view_path.empty()) {
-    static const std::map<std::string, KeyView> views = {{"composite", KeyView::composite},
-                                                         {"matte", KeyView::matte},
-                                                         {"status", KeyView::status},
-                                                         {"spill", KeyView::spill}};
-    Picture shown{picture.width, picture.height, 4, {}};
-    shown.pixels.resize(4 * static_cast<std::size_t>(picture.width) * picture.height);
-    keyer.write_rgba(memory.view(), matte, {0, 0, picture.width, picture.height}, views.at(view),
-                     shown.pixels.data(), 4 * static_cast<std::ptrdiff_t>(picture.width));
-    save_picture(shown, view_path);
-  }
+  if (!arguments.matte.empty() || !arguments.view_file.empty() || arguments.json)
+    keyer.key(work.frame.view(), matte);
+  if (!arguments.matte.empty()) write_matte(matte, arguments.matte);
+  if (!arguments.view_file.empty()) write_view(keyer, work.frame.view(), matte, arguments);
 
-  if (json) {
-    Stages& s = stages[0];
-    for (int i = 0; i < repeat; ++i) s.read.push_back(read_once(memory));
-    time_stages(memory.view(), settings, repeat, s);
-    const KeyCalibration c = keyer.calibration();
-    std::cout << Json{{"picture", picture_path},
-                      {"width", picture.width},
-                      {"height", picture.height},
-                      {"format", format},
-                      {"repeat", repeat},
-                      {"threads", threads},
-                      {"frames_per_second", repeat * threads / seconds},
-                      {"milliseconds",
-                       {{"one_pass", median(s.whole)},
-                        {"read_once", median(s.read)},
-                        {"key", median(s.key)},
-                        {"blur", median(s.blur)},
-                        {"trace", median(s.trace)},
-                        {"approximate", median(s.approximate)}}},
-                      {"counts",
-                       {{"traced_points", counts[0].traced_points},
-                        {"traced_rings", counts[0].traced_rings},
-                        {"points", counts[0].points},
-                        {"rings", counts[0].rings},
-                        {"dropped_rings", counts[0].dropped_rings},
-                        {"crossings", counts[0].crossings}}},
-                      {"calibration",
-                       {{"valid", c.valid},
-                        {"screen", c.screen},
-                        {"foreground", c.foreground},
-                        {"screen_signal", c.screen_signal},
-                        {"foreground_signal", c.foreground_signal}}}}
-                     .dump(2)
-              << "\n";
-  } else if (output != "-") {
-    std::printf("%s: %u rings, %u vertices (traced %u), %.2f ms\n", picture_path.c_str(),
-                counts[0].rings, counts[0].points, counts[0].traced_points,
-                median(stages[0].whole));
-  }
+  if (arguments.json)
+    std::cout << report(work, arguments, seconds, keyer.calibration(), result).dump(2) << "\n";
+  else if (arguments.output != "-")
+    std::printf("%s: %u rings, %u vertices (traced %u), %.2f ms\n", arguments.picture.c_str(),
+                result.counts.rings, result.counts.points, result.counts.traced_points,
+                median(result.stages.whole));
   return 0;
 }
 

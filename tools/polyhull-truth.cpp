@@ -13,6 +13,7 @@
 
 #include "base/error.h"
 #include "base/picture.h"
+#include "base/srgb.h"
 #include "raytrace/path_tracer.h"
 #include "rig/rig.h"
 #include "scene/scene.h"
@@ -54,9 +55,8 @@ void mark_shadow(const Picture& truth, const Picture& empty, std::vector<Region>
   constexpr int visible = 9;  // levels, all channels together
   for (std::size_t i = 0; i < regions.size(); ++i) {
     int difference = 0;
-    for (int c = 0; c < 3; ++c) {
+    for (int c = 0; c < 3; ++c)
       difference += std::abs(truth.pixels[4 * i + c] - empty.pixels[4 * i + c]);
-    }
     if (regions[i] == Region::room && difference > visible) regions[i] = Region::shadow;
   }
 }
@@ -71,7 +71,7 @@ TracedSubject true_figure(double seconds) {
                                                                           float v, const Vec3f&) {
     const Vec3f c = (1.0f - u - v) * colours[triangles[3 * t]] + u * colours[triangles[3 * t + 1]] +
                     v * colours[triangles[3 * t + 2]];
-    return Vec3f(linear_from_srgb(c.x), linear_from_srgb(c.y), linear_from_srgb(c.z));
+    return srgb_decoded(c);
   };
   return subject;
 }
@@ -86,7 +86,7 @@ Picture shrink(const Picture& picture, int factor) {
         float sum = 0.0f;
         for (int dy = 0; dy < factor; ++dy) {
           for (int dx = 0; dx < factor; ++dx) {
-            sum += linear_from_srgb(
+            sum += srgb_decoded(
                 static_cast<float>(picture.row(y * factor + dy)[4 * (x * factor + dx) + c]) /
                 255.0f);
           }

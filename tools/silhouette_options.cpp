@@ -189,7 +189,7 @@ SilhouetteSettings SilhouetteOptions::settings() const {
                     static_cast<std::uint8_t>(rgb)};
   }
   s.key.method = method_ == "soft"        ? KeyMethod::soft
-                 : method_ == "prototype" ? KeyMethod::prototype
+                 : method_ == "prototype" ? KeyMethod::threshold
                                           : KeyMethod::difference;
   if (!roi_.empty()) s.key.roi = {roi_[0], roi_[1], roi_[2], roi_[3]};
   if (!screen_.empty()) s.key.screen = colour_of(screen_, "--screen");

@@ -40,9 +40,8 @@ std::string lower_ending(const std::string& path) {
 }  // namespace
 
 Picture load_picture(const std::string& path, int channels) {
-  if (!std::ifstream(path)) {
+  if (!std::ifstream(path))
     throw Error(Error::Kind::not_found, "Picture '" + path + "' cannot be opened for reading.");
-  }
   Picture picture;
   int stored = 0;
   stbi_uc* data = stbi_load(path.c_str(), &picture.width, &picture.height, &stored, channels);
@@ -78,18 +77,16 @@ Picture decode_picture(std::span<const std::uint8_t> bytes, int channels, const 
 std::vector<std::uint8_t> encode_png(const Picture& picture) {
   std::vector<std::uint8_t> bytes;
   if (!stbi_write_png_to_func(append, &bytes, picture.width, picture.height, picture.channels,
-                              picture.pixels.data(), picture.width * picture.channels)) {
+                              picture.pixels.data(), picture.width * picture.channels))
     throw Error(Error::Kind::io, "A picture could not be encoded as PNG.");
-  }
   return bytes;
 }
 
 std::vector<std::uint8_t> encode_jpeg(const Picture& picture, int quality) {
   std::vector<std::uint8_t> bytes;
   if (!stbi_write_jpg_to_func(append, &bytes, picture.width, picture.height, picture.channels,
-                              picture.pixels.data(), std::clamp(quality, 1, 100))) {
+                              picture.pixels.data(), std::clamp(quality, 1, 100)))
     throw Error(Error::Kind::io, "A picture could not be encoded as JPEG.");
-  }
   return bytes;
 }
 

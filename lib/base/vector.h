@@ -18,6 +18,13 @@ using Mat4 = glm::dmat4;
 using Vec2f = glm::vec2;
 using Vec3f = glm::vec3;
 
+/// The area of the parallelogram of two vectors in the plane, positive where the way from \p a to
+/// \p b is the one from x to y.
+template <class T>
+T cross(const glm::vec<2, T>& a, const glm::vec<2, T>& b) {
+  return a.x * b.y - a.y * b.x;
+}
+
 /// The matrix whose entries in reading order (row by row) are \p m.
 inline Mat3 from_rows(const std::array<double, 9>& m) {
   return glm::transpose(Mat3(m[0], m[1], m[2], m[3], m[4], m[5], m[6], m[7], m[8]));
@@ -32,6 +39,7 @@ inline std::array<double, 9> to_rows(const Mat3& m) {
 struct Bounds {
   Vec3 min{0.0};
   Vec3 max{0.0};
+  bool operator==(const Bounds&) const = default;
 };
 
 /// A rectangle of whole pixels: columns x .. x+width-1, rows y .. y+height-1.

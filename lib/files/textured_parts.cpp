@@ -6,6 +6,7 @@
 #include <optional>
 #include <unordered_map>
 
+#include "base/edge_key.h"
 #include "rig/lens.h"
 
 namespace polyhull {
@@ -97,14 +98,10 @@ class Splitter {
     return p && q && middle && glm::length(*middle - 0.5 * (*p + *q)) > max_error;
   }
 
-  static std::uint64_t key(std::uint32_t a, std::uint32_t b) {
-    return static_cast<std::uint64_t>(std::min(a, b)) << 32 | std::max(a, b);
-  }
-
   void add_middle(const Triangle& triangle, int edge) {
     const std::uint32_t a = triangle.corners[edge], b = triangle.corners[(edge + 1) % 3];
     const auto [place, added] =
-        split_edges_.try_emplace(key(a, b), static_cast<std::uint32_t>(vertices_.size()));
+        split_edges_.try_emplace(edge_key(a, b), static_cast<std::uint32_t>(vertices_.size()));
     if (added) vertices_.push_back(0.5 * (vertices_[a] + vertices_[b]));
   }
 
@@ -114,7 +111,8 @@ class Splitter {
     std::array<std::uint32_t, 3> middle;
     int count = 0;
     for (int i = 0; i < 3; ++i) {
-      const auto found = split_edges_.find(key(triangle.corners[i], triangle.corners[(i + 1) % 3]));
+      const auto found =
+          split_edges_.find(edge_key(triangle.corners[i], triangle.corners[(i + 1) % 3]));
       middle[i] = found == split_edges_.end() ? none : found->second;
       count += middle[i] != none;
     }

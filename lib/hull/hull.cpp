@@ -2,13 +2,13 @@
 #include "hull/hull.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <memory>
 #include <mutex>
 #include <utility>
 
 #include "base/error.h"
+#include "base/stopwatch.h"
 #include "base/thread_pool.h"
 #include "hull/cones/cone_cache.h"
 #include "hull/faces/clipping_problem.h"
@@ -24,17 +24,13 @@ using hull::Cone;
 using hull::ConeCamera;
 using hull::FaceClipper;
 using hull::FaceLoops;
-using hull::Frame;
+using hull::Lattice;
 using hull::ViewCopy;
 
 /// Faces handled as one piece of work.
 constexpr std::size_t faces_per_block = 32;
 /// Without bounds the hull is limited to a box this many times as large as the rig.
 constexpr double working_box = 1024.0;
-
-double seconds_now() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
 
 }  // namespace
 
@@ -48,7 +44,7 @@ struct HullBuilder::State {
   std::vector<ConeCamera> cameras;
   hull::ConeCache cones;
   std::vector<const Cone*> used;
-  hull::Scene scene;
+  hull::ClippingProblem problem;
   std::vector<FaceLoops> blocks;
   hull::Assembler assembler;
   std::mutex mutex;  // protects the two lists of idle workers
@@ -61,7 +57,7 @@ struct HullBuilder::State {
   bool unchanged(std::span<const Silhouette> views, const HullOptions& options) const;
   void remember(std::span<const Silhouette> views, const HullOptions& options);
   void build(std::span<const Silhouette> views, const HullOptions& options);
-  Frame choose_frame(const HullOptions& options, std::array<double, 6>& box) const;
+  Lattice choose_lattice(const HullOptions& options, std::array<double, 6>& box) const;
   void clip_faces(int threads);
   void triangulate(int threads);
   bool any_broken() const;
@@ -83,13 +79,7 @@ struct HullBuilder::State {
 
 bool HullBuilder::State::unchanged(std::span<const Silhouette> views,
                                    const HullOptions& options) const {
-  if (!valid || views.size() != last_views.size()) return false;
-  const auto same_box = [](const std::optional<Bounds>& a, const std::optional<Bounds>& b) {
-    return a.has_value() == b.has_value() && (!a || (a->min == b->min && a->max == b->max));
-  };
-  if (!same_box(options.bounds, last_options.bounds) || options.unseen != last_options.unseen ||
-      options.max_deviation != last_options.max_deviation)
-    return false;
+  if (!valid || options != last_options || views.size() != last_views.size()) return false;
   for (std::size_t i = 0; i < views.size(); ++i)
     if (!last_views[i].same(views[i])) return false;
   return true;
@@ -102,18 +92,19 @@ void HullBuilder::State::remember(std::span<const Silhouette> views, const HullO
   valid = true;
 }
 
-Frame HullBuilder::State::choose_frame(const HullOptions& options,
-                                       std::array<double, 6>& box) const {
+Lattice HullBuilder::State::choose_lattice(const HullOptions& options,
+                                           std::array<double, 6>& box) const {
   Vec3 low(1e300), high(-1e300);
   for (const ConeCamera& c : cameras)
     low = glm::min(low, c.centre), high = glm::max(high, c.centre);
-  Frame frame;
-  frame.origin = 0.5 * low + 0.5 * high;
+  Lattice lattice;
+  lattice.origin = 0.5 * low + 0.5 * high;
   double reach = 0.0;
-  for (const ConeCamera& c : cameras) reach = std::max(reach, glm::length(c.centre - frame.origin));
+  for (const ConeCamera& c : cameras)
+    reach = std::max(reach, glm::length(c.centre - lattice.origin));
   Vec3 box_low(0.0), box_high(0.0);
   if (options.bounds) {
-    box_low = options.bounds->min - frame.origin, box_high = options.bounds->max - frame.origin;
+    box_low = options.bounds->min - lattice.origin, box_high = options.bounds->max - lattice.origin;
     const double size = glm::length(options.bounds->max - options.bounds->min);
     const double limit = 1048576.0 * std::max(reach, std::min(size, 1e12));
     box_low = glm::clamp(box_low, Vec3(-limit), Vec3(limit));
@@ -131,21 +122,21 @@ Frame HullBuilder::State::choose_frame(const HullOptions& options,
         Error::Kind::bad_input,
         "The cameras' centres or the bounds are more than 1e35 units apart, beyond what the "
         "hull's coordinates can hold: expected a calibration in metres or a similar unit.");
-  frame.scale = std::ldexp(1.0, 42 - std::ilogb(reach));
+  lattice.scale = std::ldexp(1.0, 42 - std::ilogb(reach));
   for (int k = 0; k < 3; ++k) {
-    box[2 * k] = std::nearbyint(box_low[k] * frame.scale);
-    box[2 * k + 1] = std::nearbyint(box_high[k] * frame.scale);
+    box[2 * k] = std::nearbyint(box_low[k] * lattice.scale);
+    box[2 * k + 1] = std::nearbyint(box_high[k] * lattice.scale);
   }
-  return frame;
+  return lattice;
 }
 
 void HullBuilder::State::clip_faces(int threads) {
-  const std::size_t faces = scene.face_count();
+  const std::size_t faces = problem.face_count();
   const std::size_t count = (faces + faces_per_block - 1) / faces_per_block;
   blocks.resize(count);
   parallel_for(count, 1, threads, [&](std::size_t begin, std::size_t end) {
     std::unique_ptr<FaceClipper> clipper = take(clippers);
-    clipper->begin(scene);
+    clipper->begin(problem);
     for (std::size_t b = begin; b < end; ++b) {
       blocks[b].clear();
       const std::size_t last = std::min(faces, (b + 1) * faces_per_block);
@@ -211,12 +202,7 @@ bool HullBuilder::State::any_broken() const {
 }
 
 void HullBuilder::State::build(std::span<const Silhouette> views, const HullOptions& options) {
-  double t0 = seconds_now();
-  const auto lap = [&](double& into) {
-    const double t1 = seconds_now();
-    into += t1 - t0;
-    t0 = t1;
-  };
+  Stopwatch watch;
   statistics = {};
   hull.vertices.clear(), hull.triangles.clear(), hull.faces.clear();
   hull.loop_vertices.clear(), hull.loop_ends.clear(), hull.face_loop_ends.clear();
@@ -249,36 +235,30 @@ void HullBuilder::State::build(std::span<const Silhouette> views, const HullOpti
   if (views.empty()) return;
   if (options.unseen == Unseen::carve && statistics.cameras < views.size()) return;
   std::array<double, 6> box;
-  const Frame frame = choose_frame(options, box);
-  cones.prepare(views, cameras, frame, options.unseen, std::max(1, options.threads), used);
-  lap(statistics.seconds_prepare);
+  const Lattice lattice = choose_lattice(options, box);
+  cones.prepare(views, cameras, lattice, options.unseen, std::max(1, options.threads), used);
+  statistics.seconds_prepare = watch.lap();
   if (options.unseen == Unseen::keep)
     std::erase_if(used, [](const Cone* cone) { return cone->size() == 0; });
   for (const Cone* cone : used)
     if (cone->size() == 0) return;
-  if (!hull::build_scene(scene, used, box)) return;
-  lap(statistics.seconds_scene);
+  if (!problem.set_up(used, box)) return;
+  statistics.seconds_scene = watch.lap();
   const int threads = std::max(1, options.threads);
   clip_faces(threads);
-  lap(statistics.seconds_faces);
-  assembler.assemble(scene, frame, blocks, hull, face_normals);
-  lap(statistics.seconds_assemble);
+  statistics.seconds_faces = watch.lap();
+  assembler.assemble(problem, lattice, blocks, hull, face_normals);
+  statistics.seconds_assemble = watch.lap();
   triangulate(threads);
   if (options.max_deviation > 0 || any_broken())
     simplifier.simplify(hull, face_normals, options.max_deviation);
-  lap(statistics.seconds_triangulate);
+  statistics.seconds_triangulate = watch.lap();
 }
 
-HullBuilder::HullBuilder() : state_(new State) {}
-HullBuilder::~HullBuilder() {
-  delete state_;
-}
-HullBuilder::HullBuilder(HullBuilder&& other) noexcept
-    : state_(std::exchange(other.state_, nullptr)) {}
-HullBuilder& HullBuilder::operator=(HullBuilder&& other) noexcept {
-  std::swap(state_, other.state_);
-  return *this;
-}
+HullBuilder::HullBuilder() : state_(std::make_unique<State>()) {}
+HullBuilder::~HullBuilder() = default;
+HullBuilder::HullBuilder(HullBuilder&&) noexcept = default;
+HullBuilder& HullBuilder::operator=(HullBuilder&&) noexcept = default;
 
 const HullStatistics& HullBuilder::statistics() const {
   return state_->statistics;

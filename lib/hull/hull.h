@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -29,11 +30,13 @@ enum class Unseen {
 struct HullOptions {
   std::optional<Bounds> bounds;  ///< the hull is limited to this box
   Unseen unseen = Unseen::carve;
-  double max_deviation =
-      0.0;  ///< world units; how far simplification may move the surface, 0 = none
+  /// World units; how far simplification may move the surface, 0 = none.
+  double max_deviation = 0.0;
   int threads = 1;
-  bool reuse = true;  ///< false: works as if nothing were known from earlier calls; the result is
-                      ///< the same bytes, and the time that of new silhouettes
+  /// False: works as if nothing were known from earlier calls; the result is the same bytes, and
+  /// the time that of new silhouettes.
+  bool reuse = true;
+  bool operator==(const HullOptions&) const = default;
 };
 
 /// A face of the hull: one planar polygon with holes lies on the plane of one contour edge of one
@@ -119,7 +122,7 @@ class HullBuilder {
 
  private:
   struct State;
-  State* state_;
+  std::unique_ptr<State> state_;
 };
 
 }  // namespace polyhull

@@ -9,11 +9,9 @@ namespace polyhull {
 bool is_closed(const Hull& hull) {
   std::vector<std::pair<std::uint32_t, std::uint32_t>> edges;
   edges.reserve(hull.triangles.size());
-  for (std::size_t t = 0; t + 2 < hull.triangles.size(); t += 3) {
-    for (int k = 0; k < 3; ++k) {
+  for (std::size_t t = 0; t + 2 < hull.triangles.size(); t += 3)
+    for (int k = 0; k < 3; ++k)
       edges.emplace_back(hull.triangles[t + k], hull.triangles[t + (k + 1) % 3]);
-    }
-  }
   std::sort(edges.begin(), edges.end());
   if (std::adjacent_find(edges.begin(), edges.end()) != edges.end()) return false;
   return std::all_of(edges.begin(), edges.end(), [&](const auto& edge) {

@@ -22,9 +22,8 @@ float unoccluded_irradiance(const Light& light, const Vec3f& point, const Vec3f&
     const Vec3f& b = corners[(i + 1) % 4];
     const float height_a = glm::dot(a, normal), height_b = glm::dot(b, normal);
     if (height_a > 0.0f) polygon[count++] = a;
-    if ((height_a > 0.0f) != (height_b > 0.0f)) {
+    if ((height_a > 0.0f) != (height_b > 0.0f))
       polygon[count++] = a + (height_a / (height_a - height_b)) * (b - a);
-    }
   }
   if (count < 3) return 0.0f;
   float sum = 0.0f;
@@ -44,9 +43,7 @@ LightSample sample_light(const Light& light, const Vec2f& square, const Vec3f& p
   LightSample sample;
   const bool area = light.is_area();
   sample.place = light.centre;
-  if (area) {
-    sample.place += (2.0f * square.x - 1.0f) * light.u + (2.0f * square.y - 1.0f) * light.v;
-  }
+  if (area) sample.place += (2.0f * square.x - 1.0f) * light.u + (2.0f * square.y - 1.0f) * light.v;
   const Vec3f way = sample.place - point;
   const float squared = glm::dot(way, way);
   const float towards = glm::dot(normal, way);

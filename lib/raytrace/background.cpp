@@ -4,18 +4,13 @@
 #include <algorithm>
 
 #include "base/error.h"
+#include "base/srgb.h"
 #include "base/thread_pool.h"
-#include "raytrace/tone.h"
 
 namespace polyhull {
 namespace {
 
 constexpr float view_weight = 32.0f;  // samples that the fast view counts as
-
-bool same_camera(const Camera& a, const Camera& b) {
-  return a.width == b.width && a.height == b.height && a.K == b.K && a.R == b.R && a.t == b.t &&
-         a.distortion == b.distortion;
-}
 
 /// The factor by which all lights are brighter than the base, if that is the only difference.
 std::optional<Vec3f> common_factor(const std::vector<Light>& base, const std::vector<Light>& now) {
@@ -24,13 +19,11 @@ std::optional<Vec3f> common_factor(const std::vector<Light>& base, const std::ve
     if (base[i].centre != now[i].centre || base[i].u != now[i].u || base[i].v != now[i].v)
       return {};
     Vec3f ratio(1.0f);
-    for (int k = 0; k < 3; ++k) {
-      if (base[i].radiance[k] > 0.0f) {
+    for (int k = 0; k < 3; ++k)
+      if (base[i].radiance[k] > 0.0f)
         ratio[k] = now[i].radiance[k] / base[i].radiance[k];
-      } else if (now[i].radiance[k] > 0.0f) {
+      else if (now[i].radiance[k] > 0.0f)
         return {};
-      }
-    }
     if (factor && glm::length(*factor - ratio) > 1e-5f * glm::length(ratio)) return {};
     if (!factor) factor = ratio;
   }
@@ -78,8 +71,8 @@ bool Background::apply_lights(const std::vector<Light>& lights) {
 
 Background::Work Background::update(const Camera& camera, const std::vector<Light>& lights,
                                     float exposure) {
-  const bool still = camera_ && light_ && same_camera(*camera_, camera) && exposure == exposure_ &&
-                     lights == traced_.scene().lights;
+  const bool still =
+      light_ && camera_ == camera && exposure == exposure_ && lights == traced_.scene().lights;
   if (still) return Work::none;
   const bool lit = apply_lights(lights);
   traced_.set_exposure(exposure);
@@ -104,9 +97,8 @@ bool Background::refine(int rows) {
   rows_done_ = 0;
   ++samples_;
   const float whole = view_weight + static_cast<float>(samples_);
-  for (std::size_t i = 0; i < picture_.size(); ++i) {
+  for (std::size_t i = 0; i < picture_.size(); ++i)
     picture_[i] = (view_weight * view_[i] + sums_[i]) / whole;
-  }
   return true;
 }
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "raytrace/tone.h"
+#include "base/srgb.h"
 
 namespace polyhull {
 namespace {
@@ -97,9 +97,8 @@ Vec3f FilteredTexture::over(const Vec2f& uv, const Vec2f& du, const Vec2f& dv) c
   const float level = std::log2(std::max(longer / samples, 1.0f));
   const Vec2f step = (u_longer ? du : dv) / samples;
   Float4 sum{};
-  for (float i = 0.0f; i < samples; i += 1.0f) {
+  for (float i = 0.0f; i < samples; i += 1.0f)
     sum += trilinear(level, uv + (i + 0.5f - 0.5f * samples) * step);
-  }
   return to_vector(sum / samples);
 }
 

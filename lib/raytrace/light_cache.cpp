@@ -33,9 +33,8 @@ SurfaceGrid::Node turned(SurfaceGrid::Node node, bool back) {
 
 std::vector<Vec2f> sample_points(int count, std::uint32_t seed) {
   std::vector<Vec2f> points;
-  for (int i = 0; i < std::clamp(count, 1, most_samples); ++i) {
+  for (int i = 0; i < std::clamp(count, 1, most_samples); ++i)
     points.push_back(sample_point(static_cast<std::uint32_t>(i), seed));
-  }
   return points;
 }
 
@@ -217,11 +216,9 @@ void LightCache::ask_light(const TracedScene& scene, const LightCacheOptions& op
       even.push_back(block);
       return;
     }
-    for (std::uint32_t t = 0; t <= block.height; ++t) {
-      for (std::uint32_t s = 0; s <= block.width; ++s) {
+    for (std::uint32_t t = 0; t <= block.height; ++t)
+      for (std::uint32_t s = 0; s <= block.width; ++s)
         wanted[block.first + t * block.stride + s] = 1;
-      }
-    }
   });
   ask(wanted, true);
   for (const SurfaceGrid::Block& block : even) {
@@ -255,11 +252,10 @@ void LightCache::fill_direct(const TracedScene& scene, const LightCacheOptions& 
         const Vec3f origin = start(node, scene.epsilon());
         const float unoccluded = unoccluded_irradiance(light, origin, node.normal);
         if (unoccluded <= 0.0f) return;
-        if (shares[i] > 0.0f) {
+        if (shares[i] > 0.0f)
           values[i] += to_float4(light.radiance * (unoccluded * shares[i]));
-        } else if (!back && inside_a_body(scene, node)) {
+        else if (!back && inside_a_body(scene, node))
           hidden[i] = 1;
-        }
       });
     });
   }

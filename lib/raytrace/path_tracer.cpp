@@ -5,10 +5,10 @@
 #include <cmath>
 #include <numbers>
 
+#include "base/srgb.h"
 #include "base/thread_pool.h"
 #include "raytrace/area_light.h"
 #include "raytrace/sampling.h"
-#include "raytrace/tone.h"
 
 namespace polyhull {
 namespace {
@@ -77,9 +77,8 @@ class Tracer {
     Ray out;
     out.direction = glm::reflect(ray.direction, surface.normal);
     // At grazing angles a smoothed normal may send the ray into the body.
-    if (glm::dot(out.direction, surface.geometric) <= 0.0f) {
+    if (glm::dot(out.direction, surface.geometric) <= 0.0f)
       out.direction = glm::reflect(ray.direction, surface.geometric);
-    }
     out.origin = surface.point + scene_.epsilon() * surface.geometric;
     return out;
   }
@@ -142,9 +141,8 @@ class Tracer {
       const Vec3f diffuse = (Vec3f(1.0f) - f) * (mirror ? 1.0f - surface.material->metallic : 1.0f);
       if (largest(diffuse) > 0.0f) {
         Vec3f direct(0.0f);
-        for (const Light& light : scene_.scene().lights) {
+        for (const Light& light : scene_.scene().lights)
           direct += light_sample(scene_, light, points.next(), start(surface), surface.normal);
-        }
         radiance += throughput * diffuse * scene_.base_colour(hit) / pi * direct;
       }
       if (!mirror) break;

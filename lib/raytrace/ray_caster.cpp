@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cstring>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "base/error.h"
@@ -93,15 +92,10 @@ struct RayCaster::State {
   State(const State&) = delete;
 };
 
-RayCaster::RayCaster() : state_(new State) {}
-RayCaster::~RayCaster() {
-  delete state_;
-}
-RayCaster::RayCaster(RayCaster&& other) noexcept : state_(std::exchange(other.state_, nullptr)) {}
-RayCaster& RayCaster::operator=(RayCaster&& other) noexcept {
-  std::swap(state_, other.state_);
-  return *this;
-}
+RayCaster::RayCaster() : state_(std::make_unique<State>()) {}
+RayCaster::~RayCaster() = default;
+RayCaster::RayCaster(RayCaster&&) noexcept = default;
+RayCaster& RayCaster::operator=(RayCaster&&) noexcept = default;
 
 std::uint32_t RayCaster::add_mesh(std::span<const Vec3f> positions,
                                   std::span<const std::uint32_t> triangles) {
@@ -125,9 +119,8 @@ std::uint32_t RayCaster::add_mesh(std::span<const Vec3f> positions,
   }
   std::memset(vertices, 0, sizeof(Vec3f));
   if (!positions.empty()) std::memcpy(vertices, positions.data(), positions.size_bytes());
-  if (triangles.size() >= 3) {
+  if (triangles.size() >= 3)
     std::memcpy(indices, triangles.data(), triangles.size() / 3 * 3 * sizeof(std::uint32_t));
-  }
   rtcCommitGeometry(geometry);
   const unsigned mesh = rtcAttachGeometry(state_->scene, geometry);
   rtcReleaseGeometry(geometry);

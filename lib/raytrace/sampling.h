@@ -54,9 +54,8 @@ inline std::uint32_t owen_scramble(std::uint32_t x, std::uint32_t seed) {
 /// Second dimension of Sobol's sequence (the first is the reversed index).
 inline std::uint32_t sobol_second(std::uint32_t index) {
   std::uint32_t value = 0;
-  for (std::uint32_t direction = 0x80000000U; index; index >>= 1, direction ^= direction >> 1) {
+  for (std::uint32_t direction = 0x80000000U; index; index >>= 1, direction ^= direction >> 1)
     if (index & 1U) value ^= direction;
-  }
   return value;
 }
 

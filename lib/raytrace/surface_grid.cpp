@@ -80,9 +80,8 @@ void SurfaceGrid::lay_out(const Scene& scene, float spacing) {
         patch.first_node = static_cast<std::uint32_t>(node_count_);
         patch.first_vertex = static_cast<std::uint32_t>(vertex_triangles_.size());
         vertex_triangles_.resize(vertex_triangles_.size() + mesh.positions.size(), 0);
-        for (std::uint32_t j = 0; j < mesh.triangles.size() / 3 * 3; ++j) {
+        for (std::uint32_t j = 0; j < mesh.triangles.size() / 3 * 3; ++j)
           vertex_triangles_[patch.first_vertex + mesh.triangles[j]] = j;
-        }
         node_count_ += mesh.positions.size();
         patches_.push_back(patch);
       }
@@ -97,9 +96,8 @@ bool SurfaceGrid::add_parallelogram(const SceneMesh& mesh, std::uint32_t mesh_in
   const std::uint32_t* second = first + 3;
   const auto p = [&](std::uint32_t vertex) { return mesh.positions[vertex]; };
   const Vec3f normal = mesh.normals[first[0]];
-  for (int k = 0; k < 6; ++k) {
+  for (int k = 0; k < 6; ++k)
     if (glm::dot(mesh.normals[first[k]], normal) < 1.0f - 1e-6f) return false;
-  }
   for (int k = 0; k < 3; ++k) {
     // The corner of the first triangle that lies across the diagonal.
     const std::uint32_t corner = first[k], a = first[(k + 1) % 3], b = first[(k + 2) % 3];

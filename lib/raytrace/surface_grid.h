@@ -75,9 +75,8 @@ class SurfaceGrid {
   /// Calls visit(begin, end) for each range of nodes that are in no block.
   template <typename Visit>
   void for_vertex_ranges(const Visit& visit) const {
-    for (std::size_t i = 0; i < patches_.size(); ++i) {
+    for (std::size_t i = 0; i < patches_.size(); ++i)
       if (patches_[i].kind == Kind::vertices) visit(first_node(i), first_node(i + 1));
-    }
   }
 
  private:

@@ -16,9 +16,8 @@ TracedScene::TracedScene(Scene scene) : scene_(std::move(scene)) {
   caster_.commit();
   for (const Picture& picture : scene_.textures) textures_.emplace_back(picture);
   light_of_mesh_.assign(scene_.meshes.size(), -1);
-  for (std::size_t i = 0; i < scene_.lights.size(); ++i) {
+  for (std::size_t i = 0; i < scene_.lights.size(); ++i)
     if (scene_.lights[i].mesh >= 0) light_of_mesh_.at(scene_.lights[i].mesh) = static_cast<int>(i);
-  }
   planar_mirror_.assign(scene_.meshes.size(), 0);
   for (const Mirror& mirror : scene_.mirrors) planar_mirror_.at(mirror.mesh) = 1;
   mirror_lights();
@@ -54,9 +53,8 @@ void TracedScene::set_subjects(std::vector<TracedSubject> subjects) {
   for (const std::uint32_t mesh : subject_meshes_) caster_.remove_mesh(mesh);
   subject_meshes_.clear();
   subjects_ = std::move(subjects);
-  for (const TracedSubject& subject : subjects_) {
+  for (const TracedSubject& subject : subjects_)
     subject_meshes_.push_back(caster_.add_mesh(subject.positions, subject.triangles));
-  }
   caster_.commit();
 }
 
@@ -111,9 +109,8 @@ Surface TracedScene::surface(const Ray& ray, const RayHit& hit) const {
 Vec3f TracedScene::base_colour(const RayHit& hit) const {
   const SceneMesh& mesh = scene_.meshes[hit.mesh];
   const Material& material = scene_.materials[mesh.material];
-  if (material.base_colour_texture < 0 || mesh.texture_coordinates.empty()) {
+  if (material.base_colour_texture < 0 || mesh.texture_coordinates.empty())
     return material.base_colour;
-  }
   const std::uint32_t* corner = &mesh.triangles[3 * static_cast<std::size_t>(hit.triangle)];
   const Vec2f uv = (1.0f - hit.u - hit.v) * mesh.texture_coordinates[corner[0]] +
                    hit.u * mesh.texture_coordinates[corner[1]] +
@@ -125,9 +122,8 @@ Vec3f TracedScene::base_colour(const RayHit& hit, const Vec3f& origin, const Vec
                                const Vec3f& dx, const Vec3f& dy) const {
   const SceneMesh& mesh = scene_.meshes[hit.mesh];
   const Material& material = scene_.materials[mesh.material];
-  if (material.base_colour_texture < 0 || mesh.texture_coordinates.empty()) {
+  if (material.base_colour_texture < 0 || mesh.texture_coordinates.empty())
     return material.base_colour;
-  }
   const std::uint32_t* corner = &mesh.triangles[3 * static_cast<std::size_t>(hit.triangle)];
   const Vec3f p0 = mesh.positions[corner[0]];
   const Vec3f e1 = mesh.positions[corner[1]] - p0, e2 = mesh.positions[corner[2]] - p0;
@@ -138,9 +134,8 @@ Vec3f TracedScene::base_colour(const RayHit& hit, const Vec3f& origin, const Vec
   const Vec3f n = glm::cross(e1, e2);
   const float nn = glm::dot(n, n);
   const float along = glm::dot(direction, n);
-  if (!(nn > 0.0f) || along == 0.0f) {
+  if (!(nn > 0.0f) || along == 0.0f)
     return material.base_colour * textures_[material.base_colour_texture].at(uv);
-  }
   // The derivative of the plane's intersection by the direction, then in the triangle's
   // coordinates.
   const float distance = glm::dot(p0 - origin, n) / along;
@@ -179,9 +174,8 @@ Vec3f mirrored_light_sample(const TracedScene& scene, const MirroredLight& light
     return Vec3f(0.0f);
   const Vec3f met = origin + hit.distance * ray.direction;
   // A mesh may have several planes.
-  if (std::abs(glm::dot(met, mirror.normal) - mirror.offset) > 10.0f * scene.epsilon()) {
+  if (std::abs(glm::dot(met, mirror.normal) - mirror.offset) > 10.0f * scene.epsilon())
     return Vec3f(0.0f);
-  }
   Ray onward;
   onward.origin = met + scene.epsilon() * mirror.normal;
   onward.direction =

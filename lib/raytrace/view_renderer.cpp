@@ -8,8 +8,8 @@
 #include <numbers>
 #include <vector>
 
+#include "base/srgb.h"
 #include "base/thread_pool.h"
-#include "raytrace/tone.h"
 
 namespace polyhull {
 namespace {
@@ -86,9 +86,8 @@ class View {
         // Mirror ways are written in front of those still to read.
         Way next;
         if (shade(work.ways[i], work.hits[i], work.values[work.ways[i].slot], next) &&
-            depth < options_.mirror_depth) {
+            depth < options_.mirror_depth)
           work.ways[onward++] = next;
-        }
       }
       count = onward;
     }
@@ -104,9 +103,8 @@ class View {
       return false;
     }
     const Surface surface = scene_.plain_surface(way.ray, hit);
-    if (surface.emission != Vec3f(0.0f)) {
+    if (surface.emission != Vec3f(0.0f))
       value += way.throughput * glm::min(exposure_ * surface.emission, Vec3f(1.0f));
-    }
     const bool mirror = surface.material->is_mirror();
     Vec3f f(0.0f), diffuse(1.0f);
     if (mirror) {
@@ -123,9 +121,8 @@ class View {
     }
     if (!mirror) return false;
     next.throughput = way.throughput * f;
-    if (std::max({next.throughput.x, next.throughput.y, next.throughput.z}) < least_throughput) {
+    if (std::max({next.throughput.x, next.throughput.y, next.throughput.z}) < least_throughput)
       return false;
-    }
     const Vec3f n = surface.normal;
     next.slot = way.slot;
     next.ray.direction = glm::reflect(way.ray.direction, n);
@@ -165,12 +162,10 @@ void render_view(const TracedScene& scene, const LightCache& light, const Camera
                    const int y0 = static_cast<int>(t / columns) * tile;
                    const int x1 = std::min(x0 + tile, width), y1 = std::min(y0 + tile, height);
                    std::uint32_t count = 0;
-                   for (int y = y0; y < y1; ++y) {
-                     for (int x = x0; x < x1; ++x, ++count) {
+                   for (int y = y0; y < y1; ++y)
+                     for (int x = x0; x < x1; ++x, ++count)
                        work.ways[count] =
                            view.way(static_cast<float>(x), static_cast<float>(y), count);
-                     }
-                   }
                    asked += view.follow(work, count);
                    count = 0;
                    for (int y = y0; y < y1; ++y) {
@@ -227,9 +222,8 @@ void render_view(const TracedScene& scene, const LightCache& light, const Camera
                    asked += view.follow(work, count);
                    for (std::size_t i = first; i < last; ++i) {
                      Vec3f sum(0.0f);
-                     for (std::size_t k = 0; k < edge_rays; ++k) {
+                     for (std::size_t k = 0; k < edge_rays; ++k)
                        sum += work.values[(i - first) * edge_rays + k];
-                     }
                      picture[wanted[i]] = sum / static_cast<float>(edge_rays);
                    }
                  }

@@ -14,8 +14,8 @@
 namespace polyhull {
 
 struct ViewOptions {
-  float contrast =
-      0.045f;  ///< of neighbouring pixels' sRGB values (0..1) from which edges are smoothed
+  /// Of neighbouring pixels' sRGB values (0..1) from which edges are smoothed.
+  float contrast = 0.045f;
   int mirror_depth = 4;
   int threads = 0;  ///< of the pool, 0: all
 };

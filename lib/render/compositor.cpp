@@ -31,11 +31,11 @@ struct SkinKey {
 }  // namespace
 
 struct Compositor::State {
-  gl::Program depth, blend, skin, distorted_skin;
+  gl::Program depth, blend;
+  SkinPrograms skin;
   std::shared_ptr<const Scene> scene_held;  // keeps the pointer that keys compare with alive
   SceneBuffers scene;
   Bounds scene_bounds;
-  const Scene* bounds_of_scene = nullptr;
   std::shared_ptr<const Scene> bounds_held;
   std::vector<SubjectBuffers> subjects;
   std::vector<SkinKey> skin_keys;
@@ -144,7 +144,7 @@ void Compositor::State::draw_front(const PassInput& in) {
   glCullFace(GL_BACK);
   glFrontFace(GL_CW);  // the framebuffer's rows go down the picture
   if (!gl::is_embedded()) glEnable(GL_FRAMEBUFFER_SRGB);
-  draw_subjects(in, 0, clip, nullptr, skin, distorted_skin);
+  skin.draw(in, 0, clip);
   glDisable(GL_CULL_FACE);
   front.resolve(in.plan.subject);
   if (!gl::is_embedded()) glDisable(GL_FRAMEBUFFER_SRGB);
@@ -272,7 +272,7 @@ void Compositor::State::finish(const RenderPlan& plan) {
   }
 }
 
-Compositor::Compositor() : state_(nullptr) {
+Compositor::Compositor() {
   const int version = epoxy_gl_version();
   const bool embedded = gl::is_embedded();
   if (version < (embedded ? 30 : 33)) {
@@ -281,21 +281,18 @@ Compositor::Compositor() : state_(nullptr) {
                     std::string(embedded ? "OpenGL ES " : "OpenGL ") +
                     std::to_string(version / 10) + "." + std::to_string(version % 10) + ".");
   }
-  state_ = new State;
+  state_ = std::make_unique<State>();
 }
 
-Compositor::~Compositor() {
-  delete state_;
-}
+Compositor::~Compositor() = default;
 
 RenderPlan Compositor::plan(const RenderFrame& frame, const RenderSettings& settings) {
   if (frame.scene != state_->bounds_held) {
     state_->bounds_held = frame.scene;
     std::vector<Vec3f> points;
-    if (frame.scene) {
+    if (frame.scene)
       for (const SceneMesh& mesh : frame.scene->meshes)
         points.insert(points.end(), mesh.positions.begin(), mesh.positions.end());
-    }
     state_->scene_bounds = bounds_of(points);
   }
   return plan_frame(frame, settings, state_->scene_bounds);

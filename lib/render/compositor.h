@@ -6,8 +6,7 @@
 /// In linear light, per pixel, with L the background's radiance times the exposure:
 ///   L' = L - (albedo / pi) * E_taken            the main light that the subjects block
 ///   L" = L' + F * (S - R)                       F Schlick's Fresnel term of the mirror, S the
-///   subject's
-///                                               image in it, R what the mirror showed there
+///                                               subject's image in it, R what it showed there
 ///   out = (1 - a) L" + a C                      C the subject's own picture, a its coverage
 /// The light blocked is summed over cells of the light, each with a depth map of the subjects and
 /// one of the scene, so what the scene already shades is not darkened twice. Receivers are the
@@ -16,6 +15,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -47,8 +47,6 @@ class Compositor {
   /// Needs a current context, GL 3.3 or GLES 3.0. Throws Error (unsupported) otherwise.
   Compositor();
   ~Compositor();
-  Compositor(const Compositor&) = delete;
-  Compositor& operator=(const Compositor&) = delete;
 
   /// What \p frame needs; where RenderPlan::untouched() the background is the result and no
   /// render() is needed. Needs no context.
@@ -73,7 +71,7 @@ class Compositor {
 
  private:
   struct State;
-  State* state_;
+  std::unique_ptr<State> state_;
 };
 
 }  // namespace polyhull

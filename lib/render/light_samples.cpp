@@ -13,9 +13,8 @@ struct Axes {
 
 Axes axes_along(const Vec3& forward, const Light& light) {
   Vec3 aside(light.u);
-  if (glm::length(glm::cross(aside, forward)) < 1e-6 * std::max(glm::length(aside), 1e-12)) {
+  if (glm::length(glm::cross(aside, forward)) < 1e-6 * std::max(glm::length(aside), 1e-12))
     aside = std::abs(forward.x) < 0.7 ? Vec3(1, 0, 0) : Vec3(0, 1, 0);
-  }
   const Vec3 down = glm::normalize(glm::cross(forward, aside));
   return {glm::normalize(glm::cross(down, forward)), down, forward};
 }

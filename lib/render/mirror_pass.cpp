@@ -28,30 +28,6 @@ void set_lights(gl::Program& program, const RenderFrame& frame) {
 
 }  // namespace
 
-gl::Program hull_program(bool distortion, bool clipped) {
-  std::vector<std::string> defines{"VIEW_SLOTS " + std::to_string(view_slots)};
-  if (distortion) defines.emplace_back("DISTORTION");
-  if (clipped) defines.emplace_back("CLIPPED");
-  gl::Program program("hull.vert", "hull.frag", defines);
-  program.set_block("Views", 0);
-  return program;
-}
-
-void draw_subjects(const PassInput& in, std::size_t eye, const glm::mat4& clip_from_scene,
-                   const glm::vec4* plane, gl::Program& plain, gl::Program& distorted) {
-  for (std::size_t s = 0; s < in.subjects.size(); ++s) {
-    gl::Program& program = in.subjects[s].has_distortion() ? distorted : plain;
-    if (!program.made()) program = hull_program(in.subjects[s].has_distortion(), plane != nullptr);
-    program.use();
-    const glm::mat4 local(in.plan.subjects[s].local_to_scene);
-    program.set("clip_from_local",
-                glm::mat4(Mat4(clip_from_scene) * in.plan.subjects[s].local_to_scene));
-    program.set("scene_from_local", local);
-    if (plane) program.set("plane", *plane);
-    in.subjects[s].draw_skin(eye, program);
-  }
-}
-
 void MirrorPass::draw(const PassInput& in, GLuint background, GLuint scene_depth) {
   const Mirror& mirror = in.frame.scene->mirrors[static_cast<std::size_t>(in.plan.mirror_index)];
   const glm::mat4 direct(in.plan.clip_from_scene);
@@ -97,7 +73,7 @@ void MirrorPass::draw(const PassInput& in, GLuint background, GLuint scene_depth
   glCullFace(GL_BACK);
   glFrontFace(GL_CCW);  // turned once by the framebuffer's direction and once by the mirror
   if (!gl::is_embedded()) glEnable(GL_FRAMEBUFFER_SRGB);
-  draw_subjects(in, 1, mirrored, &plane, skin_, distorted_skin_);
+  skin_.draw(in, 1, mirrored, &plane);
   glDisable(GL_STENCIL_TEST);
   glDisable(GL_CULL_FACE);
   image_.resolve(part);

@@ -16,14 +16,13 @@ bool PassTimer::available() {
 }
 
 PassTimer::~PassTimer() {
-  for (auto& frame : queries_) {
+  for (auto& frame : queries_)
     if (frame[0] != 0) glDeleteQueries(pass_count, frame.data());
-  }
 }
 
 void PassTimer::begin(Pass pass) {
   running_ = static_cast<std::size_t>(pass);
-  start_ = std::chrono::steady_clock::now();
+  watch_ = {};
   if (!available()) return;
   auto& queries = queries_[frame_];
   if (queries[0] == 0) glGenQueries(pass_count, queries.data());
@@ -33,8 +32,7 @@ void PassTimer::begin(Pass pass) {
 
 void PassTimer::end() {
   if (available()) glEndQuery(GL_TIME_ELAPSED);
-  cpu_[running_] +=
-      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start_).count();
+  cpu_[running_] += watch_.milliseconds();
 }
 
 void PassTimer::next_frame() {

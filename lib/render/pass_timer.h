@@ -7,7 +7,8 @@
 #include <epoxy/gl.h>
 
 #include <array>
-#include <chrono>
+
+#include "base/stopwatch.h"
 
 namespace polyhull::gl {
 
@@ -36,7 +37,7 @@ class PassTimer {
   std::size_t frame_ = 0;
   std::size_t running_ = 0;
   int available_ = -1;
-  std::chrono::steady_clock::time_point start_;
+  Stopwatch watch_;
 };
 
 }  // namespace polyhull::gl

@@ -26,6 +26,18 @@ struct PassInput {
   gl::PassTimer& timer;
 };
 
+/// The programs of shaders/hull.vert and hull.frag: subjects in the views' colours.
+class SkinPrograms {
+ public:
+  /// Draws all subjects for eye \p eye (0: the viewport's, 1: the mirrored one); with \p plane, in
+  /// all calls or none, what lies on its positive side.
+  void draw(const PassInput& in, std::size_t eye, const glm::mat4& clip_from_scene,
+            const glm::vec4* plane = nullptr);
+
+ private:
+  gl::Program plain_, distorted_;
+};
+
 /// Light that the subjects take away.
 class ShadowPass {
  public:
@@ -66,17 +78,10 @@ class MirrorPass {
   GLuint shown() { return shown_.colour(); }
 
  private:
-  gl::Program depth_, clipped_depth_, skin_, distorted_skin_, scene_;
+  gl::Program depth_, clipped_depth_, scene_;
+  SkinPrograms skin_;
   gl::EdgeLayer image_;
   gl::LightLayer shown_;
 };
-
-/// Sets what the hull programs need and draws all subjects for eye \p eye (0: the viewport's, 1:
-/// the mirrored one).
-void draw_subjects(const PassInput& in, std::size_t eye, const glm::mat4& clip_from_scene,
-                   const glm::vec4* plane, gl::Program& plain, gl::Program& distorted);
-
-/// The program of shaders/hull.vert and hull.frag.
-gl::Program hull_program(bool distortion, bool clipped);
 
 }  // namespace polyhull

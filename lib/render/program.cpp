@@ -12,9 +12,8 @@ namespace polyhull::gl {
 namespace {
 
 std::string_view source(std::string_view file) {
-  for (const ShaderSource& shader : shader_sources()) {
+  for (const ShaderSource& shader : shader_sources())
     if (shader.name == file) return shader.text;
-  }
   throw Error(Error::Kind::not_found,
               "Shader '" + std::string(file) + "' is not part of this build.");
 }

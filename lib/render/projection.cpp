@@ -85,11 +85,10 @@ Mat4 place_in_scene(const Mesh& mesh, const SubjectPlacement& placement) {
   const double sine = glm::length(axis);
   const double cosine = glm::dot(up, y);
   Mat4 base(1.0);
-  if (sine > 1e-12) {
+  if (sine > 1e-12)
     base = glm::rotate(base, std::atan2(sine, cosine), axis / sine);
-  } else if (cosine < 0.0) {
+  else if (cosine < 0.0)
     base = glm::rotate(base, std::acos(-1.0), Vec3(1.0, 0.0, 0.0));
-  }
   base = base * glm::scale(Mat4(1.0), Vec3(mesh.metres_per_unit));
   if (mesh.hull.vertices.empty()) return base;
 
@@ -118,9 +117,8 @@ Rectangle screen_rectangle(std::span<const Vec3> points, const Mat4& clip_from_s
   for (const Vec4& a : clip) {
     if (a.w < eye_plane) continue;
     extent.add(a);
-    for (const Vec4& b : clip) {
+    for (const Vec4& b : clip)
       if (b.w < eye_plane) extent.add(glm::mix(a, b, (a.w - eye_plane) / (a.w - b.w)));
-    }
   }
   return extent.pixels(width, height);
 }

@@ -103,9 +103,8 @@ void SceneBuffers::draw_with_materials(const Scene& scene, gl::Program& program,
     program.set("look_up", !material.is_mirror());
     program.set("has_texture", has_texture);
     program.set("f0", material.f0());
-    if (has_texture) {
+    if (has_texture)
       gl::bind_texture(unit, GL_TEXTURE_2D, textures_[static_cast<std::size_t>(texture)].get());
-    }
     glDrawElements(GL_TRIANGLES, part.count, GL_UNSIGNED_INT,
                    reinterpret_cast<const void*>(part.first));
   }

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <glm/gtc/packing.hpp>
 
+#include "base/srgb.h"
 #include "render/projection.h"
 #include "render/view_picture.h"
 
@@ -23,10 +24,6 @@ struct ViewBlock {
   glm::vec4 lens[3] = {glm::vec4(0.0f), glm::vec4(0.0f), glm::vec4(0.0f)};
 };
 static_assert(sizeof(ViewBlock) == 16 * 12);
-
-float linear(float c) {
-  return c <= 0.04045f ? c / 12.92f : std::pow((c + 0.055f) / 1.055f, 2.4f);
-}
 
 int rounded_up(int size) {
   return (size + 63) / 64 *
@@ -96,11 +93,10 @@ UploadCounts SubjectBuffers::upload_skin(const Mesh& mesh, const std::vector<Vec
     const View& view = mesh.views[k].view;
     if (drawing_.slot_of_view[k] >= 0 || view.format != PixelFormat::rgba || view.pixels.empty())
       continue;
-    if (all_views) {
+    if (all_views)
       uploaded.push_back(static_cast<int>(k));  // into layers after those in use
-    } else {
+    else
       ++counts.pictures_skipped;
-    }
   }
   upload_pictures(mesh, uploaded, counts);
   const Texturing* texturing = mesh.texturing ? &*mesh.texturing : nullptr;
@@ -111,8 +107,7 @@ UploadCounts SubjectBuffers::upload_skin(const Mesh& mesh, const std::vector<Vec
   best_ = texturing && texturing->method == TextureMethod::blend
               ? static_cast<int>(std::clamp<std::uint32_t>(texturing->cameras, 1, 4))
               : 1;
-  const Vec3f grey = texturing ? texturing->untextured : Vec3f(0.5f);
-  untextured_ = {linear(grey.x), linear(grey.y), linear(grey.z)};
+  untextured_ = srgb_decoded(texturing ? texturing->untextured : Vec3f(0.5f));
   return counts;
 }
 

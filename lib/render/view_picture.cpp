@@ -68,9 +68,8 @@ void prepare_view_picture(const View& view, std::vector<std::uint32_t>& pixels) 
   }
   for (int round = 0; round < reach && !ring.empty(); ++round) {
     colours.resize(ring.size());
-    for (std::size_t i = 0; i < ring.size(); ++i) {
+    for (std::size_t i = 0; i < ring.size(); ++i)
       if (!mean_of_neighbours(pixels, ring[i], stride, colours[i])) colours[i] = pixels[ring[i]];
-    }
     next.clear();
     for (std::size_t i = 0; i < ring.size(); ++i) pixels[ring[i]] = colours[i];
     for (const std::size_t p : ring) {

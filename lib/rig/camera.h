@@ -49,6 +49,7 @@ struct Camera {
   Vec2 undistort(const Vec2& real) const;
 
   bool has_distortion() const;
+  bool operator==(const Camera&) const = default;
 };
 
 }  // namespace polyhull

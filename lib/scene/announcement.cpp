@@ -23,9 +23,8 @@ json numbers(const Vec3f& v) {
 }
 
 double finite_number(const json& value, const char* name) {
-  if (!value.is_number() || !std::isfinite(value.get<double>())) {
+  if (!value.is_number() || !std::isfinite(value.get<double>()))
     throw broken(std::string("'") + name + "' must hold finite numbers.");
-  }
   return value.get<double>();
 }
 
@@ -71,12 +70,10 @@ Camera camera_from_json(const json& object) {
   camera.R = from_rows(array_of<9>(object, "R"));
   const auto t = array_of<3>(object, "t");
   camera.t = Vec3(t[0], t[1], t[2]);
-  if (!(camera.K[0][0] > 0.0 && camera.K[1][1] > 0.0)) {
+  if (!(camera.K[0][0] > 0.0 && camera.K[1][1] > 0.0))
     throw broken("the viewport's focal length must be above 0.");
-  }
-  if (const auto found = object.find("distortion"); found != object.end()) {
+  if (const auto found = object.find("distortion"); found != object.end())
     for (const json& k : *found) camera.distortion.push_back(finite_number(k, "distortion"));
-  }
   return camera;
 }
 
@@ -105,12 +102,9 @@ std::string announcement_to_json(const Announcement& announcement) {
 
 Announcement parse_announcement(std::string_view text) {
   const json root = json::parse(text, nullptr, false);
-  if (!root.is_object() || root.value("format", json()) != format) {
+  if (!root.is_object() || root.value("format", json()) != format)
     throw broken("it is not JSON of the format 'polyhull-announcement'.");
-  }
-  if (root.value("version", json()) != version) {
-    throw broken("this program reads version 1 only.");
-  }
+  if (root.value("version", json()) != version) throw broken("this program reads version 1 only.");
   try {
     Announcement announcement;
     announcement.viewport = camera_from_json(member(root, "viewport"));

@@ -25,17 +25,15 @@ struct Elements {
 
 Elements open_accessor(const GltfSource& source, int index, std::size_t components,
                        const std::string& what) {
-  if (index < 0 || static_cast<std::size_t>(index) >= source.model.accessors.size()) {
+  if (index < 0 || static_cast<std::size_t>(index) >= source.model.accessors.size())
     throw broken(source, what, "accessor " + std::to_string(index) + " does not exist");
-  }
   const tinygltf::Accessor& accessor = source.model.accessors[index];
   if (accessor.sparse.isSparse) throw broken(source, what, "sparse accessors are not supported");
   const int stored = tinygltf::GetNumComponentsInType(static_cast<std::uint32_t>(accessor.type));
   const int bytes =
       tinygltf::GetComponentSizeInBytes(static_cast<std::uint32_t>(accessor.componentType));
-  if (stored != static_cast<int>(components) || bytes < 1) {
+  if (stored != static_cast<int>(components) || bytes < 1)
     throw broken(source, what, "its accessor has another type than it must have");
-  }
   const GltfBytes view = read_view(source, accessor.bufferView, what);
   const std::size_t element = components * static_cast<std::size_t>(bytes);
   const std::size_t declared = source.model.bufferViews[accessor.bufferView].byteStride;
@@ -99,13 +97,11 @@ double gltf_number(const tinygltf::ExtensionMap& extensions, const char* extensi
 
 GltfBytes read_view(const GltfSource& source, int index, const std::string& what) {
   const tinygltf::Model& model = source.model;
-  if (index < 0 || static_cast<std::size_t>(index) >= model.bufferViews.size()) {
+  if (index < 0 || static_cast<std::size_t>(index) >= model.bufferViews.size())
     throw broken(source, what, "buffer view " + std::to_string(index) + " does not exist");
-  }
   const tinygltf::BufferView& view = model.bufferViews[index];
-  if (view.buffer < 0 || static_cast<std::size_t>(view.buffer) >= model.buffers.size()) {
+  if (view.buffer < 0 || static_cast<std::size_t>(view.buffer) >= model.buffers.size())
     throw broken(source, what, "buffer " + std::to_string(view.buffer) + " does not exist");
-  }
   const std::vector<unsigned char>& bytes = model.buffers[view.buffer].data;
   if (view.byteOffset > bytes.size() || view.byteLength > bytes.size() - view.byteOffset) {
     throw broken(source, what,

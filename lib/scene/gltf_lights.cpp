@@ -39,9 +39,8 @@ std::vector<int> pieces_of(const SceneMesh& mesh) {
   }
   std::map<std::size_t, int> numbers;
   std::vector<int> piece(parent.size());
-  for (std::size_t i = 0; i < parent.size(); ++i) {
+  for (std::size_t i = 0; i < parent.size(); ++i)
     piece[i] = numbers.try_emplace(root(i), static_cast<int>(numbers.size())).first->second;
-  }
   return piece;
 }
 
@@ -56,10 +55,9 @@ bool parallelogram(const SceneMesh& mesh, Vec3f& corner, Vec3f& a, Vec3f& b) {
     a = p((k + 1) % 3) - corner;
     b = p((k + 2) % 3) - corner;
     const float tolerance = 1e-4f * (glm::length(a) + glm::length(b));
-    for (int j = 3; j < 6; ++j) {
+    for (int j = 3; j < 6; ++j)
       if (glm::length(p(j) - (corner + a + b)) < tolerance)
         return glm::length(glm::cross(a, b)) > 0.0f;
-    }
   }
   return false;
 }
@@ -70,9 +68,8 @@ Light light_from_punctual(const PunctualLight& in, const Bounds& bounds, const s
   Light light;
   light.name = !in.name.empty() ? in.name : in.light->name;
   Vec3 colour(1.0);
-  if (in.light->color.size() >= 3) {
+  if (in.light->color.size() >= 3)
     colour = Vec3(in.light->color[0], in.light->color[1], in.light->color[2]);
-  }
   const Vec3 power = colour * in.light->intensity;
   const Vec3 centre(in.to_world[3]);
   const auto direction = [&](int column) {
@@ -139,9 +136,8 @@ void split_emitters(Scene& scene) {
       part.triangles.push_back(static_cast<std::uint32_t>(part.positions.size()));
       part.positions.push_back(mesh.positions[index]);
       part.normals.push_back(mesh.normals[index]);
-      if (!mesh.texture_coordinates.empty()) {
+      if (!mesh.texture_coordinates.empty())
         part.texture_coordinates.push_back(mesh.texture_coordinates[index]);
-      }
     }
     for (std::size_t i = 0; i < count; ++i) {
       parts[i].material = mesh.material;

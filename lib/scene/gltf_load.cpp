@@ -55,9 +55,8 @@ class Loader {
     scene_.materials.back().name = "default";
     add_nodes();
     const auto no_triangles = [](const SceneMesh& mesh) { return mesh.triangles.empty(); };
-    if (std::all_of(scene_.meshes.begin(), scene_.meshes.end(), no_triangles)) {
+    if (std::all_of(scene_.meshes.begin(), scene_.meshes.end(), no_triangles))
       throw broken_scene(path_, "has no geometry: there is not one triangle in its nodes.");
-    }
     split_emitters(scene_);
     find_area_lights(scene_);
     add_distant_lights();
@@ -70,14 +69,12 @@ class Loader {
   void add_nodes() {
     if (model_.scenes.empty()) {
       for (std::size_t i = 0; i < model_.nodes.size(); ++i) roots_.push_back(static_cast<int>(i));
-      for (const tinygltf::Node& node : model_.nodes) {
+      for (const tinygltf::Node& node : model_.nodes)
         for (const int child : node.children) std::erase(roots_, child);
-      }
     } else {
       const int wanted = model_.defaultScene >= 0 ? model_.defaultScene : 0;
-      if (static_cast<std::size_t>(wanted) >= model_.scenes.size()) {
+      if (static_cast<std::size_t>(wanted) >= model_.scenes.size())
         throw broken_scene(path_, "names a default scene that does not exist.");
-      }
       roots_ = model_.scenes[wanted].nodes;
     }
     for (const int root : roots_) add_node(root, Mat4(1.0), 0);
@@ -88,16 +85,14 @@ class Loader {
     if (node.matrix.size() == 16) {
       for (int i = 0; i < 16; ++i) local[i / 4][i % 4] = node.matrix[i];
     } else {
-      if (node.translation.size() == 3) {
+      if (node.translation.size() == 3)
         local[3] = Vec4(node.translation[0], node.translation[1], node.translation[2], 1.0);
-      }
       if (node.rotation.size() == 4) {
         const glm::dquat q(node.rotation[3], node.rotation[0], node.rotation[1], node.rotation[2]);
         if (glm::length(q) > 0.0) local *= glm::mat4_cast(glm::normalize(q));
       }
-      if (node.scale.size() == 3) {
+      if (node.scale.size() == 3)
         for (int k = 0; k < 3; ++k) local[k] *= node.scale[k];
-      }
     }
     for (int i = 0; i < 16; ++i) {
       if (!std::isfinite(local[i / 4][i % 4])) {
@@ -113,9 +108,8 @@ class Loader {
       throw broken_scene(path_,
                          "refers to node " + std::to_string(index) + ", which does not exist.");
     }
-    if (depth > deepest_node || ++nodes_visited_ > 4 * model_.nodes.size()) {
+    if (depth > deepest_node || ++nodes_visited_ > 4 * model_.nodes.size())
       throw broken_scene(path_, "has nodes that contain one another.");
-    }
     const tinygltf::Node& node = model_.nodes[index];
     const Mat4 to_world = parent * local_transform(node);
     if (node.mesh >= 0) add_mesh(node, to_world);
@@ -133,9 +127,8 @@ class Loader {
   }
 
   void add_mesh(const tinygltf::Node& node, const Mat4& to_world) {
-    if (static_cast<std::size_t>(node.mesh) >= model_.meshes.size()) {
+    if (static_cast<std::size_t>(node.mesh) >= model_.meshes.size())
       throw broken_scene(path_, "has a node '" + node.name + "' with a mesh that does not exist.");
-    }
     const tinygltf::Mesh& mesh = model_.meshes[node.mesh];
     for (const tinygltf::Primitive& primitive : mesh.primitives) {
       const std::string name = !node.name.empty() ? node.name : mesh.name;
@@ -143,9 +136,8 @@ class Loader {
       if (mode < TINYGLTF_MODE_TRIANGLES) continue;  // points and lines
       SceneMesh out = read_primitive(primitive, mode, name);
       out.material = primitive.material >= 0 ? primitive.material : default_material_;
-      if (out.material > default_material_) {
+      if (out.material > default_material_)
         throw broken_scene(path_, "has a mesh '" + name + "' with a material that does not exist.");
-      }
       apply_texture_transform(primitive.material, out);
       place(to_world, out);
       check_finite(out);
@@ -179,17 +171,14 @@ class Loader {
     }
     if ((!out.normals.empty() && out.normals.size() != out.positions.size()) ||
         (!out.texture_coordinates.empty() &&
-         out.texture_coordinates.size() != out.positions.size())) {
+         out.texture_coordinates.size() != out.positions.size()))
       throw broken_scene(path_, "has a mesh '" + name + "' whose attributes differ in length.");
-    }
     std::vector<std::uint32_t> indices;
-    if (primitive.indices >= 0) {
+    if (primitive.indices >= 0)
       indices = read_indices(source_, primitive.indices, "indices" + of);
-    } else {
-      for (std::size_t i = 0; i < out.positions.size(); ++i) {
+    else
+      for (std::size_t i = 0; i < out.positions.size(); ++i)
         indices.push_back(static_cast<std::uint32_t>(i));
-      }
-    }
     for (const std::uint32_t index : indices) {
       if (index >= out.positions.size()) {
         throw broken_scene(path_, "has a mesh '" + name + "' with vertex index " +
@@ -223,9 +212,8 @@ class Loader {
     for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
       const std::uint32_t index = mesh.triangles[i];
       flat.positions.push_back(mesh.positions[index]);
-      if (!mesh.texture_coordinates.empty()) {
+      if (!mesh.texture_coordinates.empty())
         flat.texture_coordinates.push_back(mesh.texture_coordinates[index]);
-      }
     }
     for (std::size_t i = 0; i < flat.positions.size(); i += 3) {
       const Vec3f n = glm::cross(flat.positions[i + 1] - flat.positions[i],
@@ -235,9 +223,8 @@ class Loader {
     mesh.positions = std::move(flat.positions);
     mesh.texture_coordinates = std::move(flat.texture_coordinates);
     mesh.normals = std::move(flat.normals);
-    for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+    for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
       mesh.triangles[i] = static_cast<std::uint32_t>(i);
-    }
   }
 
   void apply_texture_transform(int material, SceneMesh& mesh) const {
@@ -249,9 +236,8 @@ class Loader {
     const auto pair = [&](const char* name, float otherwise) {
       Vec2f value(otherwise);
       if (!found->second.Has(name) || found->second.Get(name).ArrayLen() != 2) return value;
-      for (int k = 0; k < 2; ++k) {
+      for (int k = 0; k < 2; ++k)
         value[k] = static_cast<float>(found->second.Get(name).Get(k).GetNumberAsDouble());
-      }
       return value;
     };
     const Vec2f offset = pair("offset", 0.0f), scale = pair("scale", 1.0f);
@@ -276,11 +262,9 @@ class Loader {
       const double length = glm::length(turned);
       n = length > 0.0 ? Vec3f(turned / length) : Vec3f(0.0f, 1.0f, 0.0f);
     }
-    if (volume < 0.0) {
-      for (std::size_t i = 0; i + 2 < mesh.triangles.size(); i += 3) {
+    if (volume < 0.0)
+      for (std::size_t i = 0; i + 2 < mesh.triangles.size(); i += 3)
         std::swap(mesh.triangles[i + 1], mesh.triangles[i + 2]);
-      }
-    }
   }
 
   void check_finite(const SceneMesh& mesh) const {
@@ -318,9 +302,8 @@ class Loader {
 
   void add_distant_lights() {
     const Bounds bounds = scene_bounds(scene_);
-    for (const PunctualLight& light : lights_) {
+    for (const PunctualLight& light : lights_)
       scene_.lights.push_back(light_from_punctual(light, bounds, path_));
-    }
   }
 
   void set_exposure() {
@@ -328,9 +311,8 @@ class Loader {
     const auto take = [&](const tinygltf::Value& extras) {
       if (!extras.IsObject() || !extras.Has("exposure")) return;
       const auto exposure = static_cast<float>(extras.Get("exposure").GetNumberAsDouble());
-      if (!std::isfinite(exposure) || exposure <= 0.0f) {
+      if (!std::isfinite(exposure) || exposure <= 0.0f)
         throw broken_scene(path_, "has an exposure in its extras that is not a number above 0.");
-      }
       scene_.exposure = exposure;
     };
     const int wanted = std::max(model_.defaultScene, 0);
@@ -375,9 +357,8 @@ Scene load_scene(const std::string& path) {
     problem = error.what();
   }
   if (!read) {
-    while (!problem.empty() && std::isspace(static_cast<unsigned char>(problem.back()))) {
+    while (!problem.empty() && std::isspace(static_cast<unsigned char>(problem.back())))
       problem.pop_back();
-    }
     throw broken_scene(
         path, "is not a readable glTF 2.0 file: " + (problem.empty() ? "broken content" : problem));
   }

@@ -34,9 +34,8 @@ class MaterialReader {
       }
     }
     out.base_colour = glm::min(out.base_colour, Vec3f(1.0f));
-    if (pbr.baseColorTexture.index >= 0) {
+    if (pbr.baseColorTexture.index >= 0)
       out.base_colour_texture = add_texture(pbr.baseColorTexture, in.name);
-    }
     scene_.materials.push_back(std::move(out));
   }
 

@@ -30,9 +30,8 @@ class Writer {
     for (const Picture& picture : scene_.textures) add_texture(picture);
     for (const Material& material : scene_.materials) add_material(material);
     for (const SceneMesh& mesh : scene_.meshes) add_mesh(mesh);
-    for (const Light& light : scene_.lights) {
+    for (const Light& light : scene_.lights)
       if (light.mesh < 0) add_light(light);
-    }
     for (const Camera& camera : scene_.cameras) add_camera(camera);
     return std::move(model_);
   }
@@ -201,9 +200,8 @@ class Writer {
 void save_scene(const Scene& scene, const std::string& path) {
   tinygltf::Model model = Writer(scene).write();
   tinygltf::TinyGLTF writer;
-  if (!writer.WriteGltfSceneToFile(&model, path, true, true, false, true)) {
+  if (!writer.WriteGltfSceneToFile(&model, path, true, true, false, true))
     throw Error(Error::Kind::io, "Scene '" + path + "' could not be written.");
-  }
 }
 
 }  // namespace polyhull

@@ -30,23 +30,21 @@ std::vector<Vec3f> outline_of(const Plane& plane) {
     Vec3f world;
   };
   std::vector<Point> points;
-  for (const Vec3f& world : plane.points) {
+  for (const Vec3f& world : plane.points)
     points.push_back({Vec2(glm::dot(x, Vec3(world)), glm::dot(y, Vec3(world))), world});
-  }
-  std::sort(points.begin(), points.end(), [](const Point& a, const Point& b) {
-    return a.p.x != b.p.x ? a.p.x < b.p.x : a.p.y < b.p.y;
-  });
-  const auto turn = [](const Vec2& o, const Vec2& a, const Vec2& b) {
-    return (a.x - o.x) * (b.y - o.y) - (a.y - o.y) * (b.x - o.x);
-  };
+  std::sort(
+      points.begin(), points.end(),
+      [](const Point& a, const Point& b) {
+        return a.p.x != b.p.x ? a.p.x < b.p.x : a.p.y < b.p.y;
+      });
+  const auto turn = [](const Vec2& o, const Vec2& a, const Vec2& b) { return cross(a - o, b - o); };
   std::vector<Point> hull;
   for (int side = 0; side < 2; ++side) {
     const std::size_t base = hull.size();
     for (const Point& point : points) {
       while (hull.size() >= base + 2 &&
-             turn(hull[hull.size() - 2].p, hull.back().p, point.p) <= 1e-12) {
+             turn(hull[hull.size() - 2].p, hull.back().p, point.p) <= 1e-12)
         hull.pop_back();
-      }
       hull.push_back(point);
     }
     hull.pop_back();  // the first of the other side
@@ -91,9 +89,8 @@ std::vector<Mirror> find_mirrors(const Scene& scene) {
       plane->points.insert(plane->points.end(), p, p + 3);
     }
     if (planes.size() > most_planes_of_a_mesh) continue;
-    for (const Plane& plane : planes) {
+    for (const Plane& plane : planes)
       mirrors.push_back({static_cast<int>(m), plane.normal, plane.offset, outline_of(plane)});
-    }
   }
   return mirrors;
 }
@@ -148,9 +145,8 @@ Bounds scene_bounds(const Scene& scene) {
       bounds.max = glm::max(bounds.max, Vec3(p));
     }
   }
-  if (!(bounds.min.x <= bounds.max.x)) {
+  if (!(bounds.min.x <= bounds.max.x))
     throw Error(Error::Kind::bad_input, "Scene '" + scene.name + "' has no geometry.");
-  }
   return bounds;
 }
 

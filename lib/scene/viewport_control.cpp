@@ -51,27 +51,26 @@ bool ViewportControl::wheel(double steps) {
 }
 
 bool ViewportControl::key(std::string_view key) {
-  if (key == "Left") {
+  if (key == "Left")
     yaw_ -= key_turn;
-  } else if (key == "Right") {
+  else if (key == "Right")
     yaw_ += key_turn;
-  } else if (key == "Up") {
+  else if (key == "Up")
     pitch_ += key_turn;
-  } else if (key == "Down") {
+  else if (key == "Down")
     pitch_ -= key_turn;
-  } else if (key == "w" || key == "plus" || key == "KP_Add") {
+  else if (key == "w" || key == "plus" || key == "KP_Add")
     return wheel(1.0);
-  } else if (key == "s" || key == "minus" || key == "KP_Subtract") {
+  else if (key == "s" || key == "minus" || key == "KP_Subtract")
     return wheel(-1.0);
-  } else if (key == "a" || key == "d") {
+  else if (key == "a" || key == "d")
     shift_.x += key == "d" ? key_shift : -key_shift;
-  } else if (key == "q" || key == "e") {
+  else if (key == "q" || key == "e")
     shift_.y += key == "e" ? key_shift : -key_shift;
-  } else if (key == "Home") {
+  else if (key == "Home")
     *this = ViewportControl{};
-  } else {
+  else
     return false;
-  }
   return true;
 }
 

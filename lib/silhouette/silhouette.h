@@ -23,8 +23,9 @@ struct SilhouetteSettings {
   bool correct_curvature = true;  ///< undo the shift that the blur puts on curved boundaries
   ApproximateSettings approximate;
   bool keep_matte = true;  ///< write_rgba() will be called
-  bool reuse =
-      true;  ///< a frame equal to its predecessor inside the region of interest keeps its contours
+  /// A frame equal to its predecessor inside the region of interest keeps its contours.
+  bool reuse = true;
+  bool operator==(const SilhouetteSettings&) const = default;
 };
 
 /// The sigma to correct for (TraceSettings::corrected_sigma) after a blur, 0 when it is not to be

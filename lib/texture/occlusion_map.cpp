@@ -121,9 +121,8 @@ void mark_frame(std::vector<float>& distance, const OcclusionMap& map, const Cam
   for (int y = 0; y < map.height && !any; ++y) any = outside(0, y) || outside(map.width - 1, y);
   if (!any) return;
   for (int y = 0; y < map.height; ++y) {
-    for (int x = 0; x < map.width; ++x) {
+    for (int x = 0; x < map.width; ++x)
       if (outside(x, y)) distance[static_cast<std::size_t>(y) * map.width + x] = 0.0f;
-    }
   }
 }
 
@@ -204,11 +203,9 @@ OcclusionMap draw_occlusion_map(const Hull& hull, const Camera& camera, int size
       // The farthest of the neighbours: a slanted surface then never hides itself, and where a jump
       // makes this wrong the fade is 0.
       float farthest = 0.0f;
-      for (int j = std::max(y - 1, 0); j <= std::min(y + 1, map.height - 1); ++j) {
-        for (int i = std::max(x - 1, 0); i <= std::min(x + 1, map.width - 1); ++i) {
+      for (int j = std::max(y - 1, 0); j <= std::min(y + 1, map.height - 1); ++j)
+        for (int i = std::max(x - 1, 0); i <= std::min(x + 1, map.width - 1); ++i)
           farthest = std::max(farthest, surface[static_cast<std::size_t>(j) * map.width + i]);
-        }
-      }
       map.depth[p] = farthest == 0.0f ? 65535
                                       : static_cast<std::uint16_t>(std::clamp(
                                             (farthest - map.near) * scale, 0.0f, 65534.0f));

@@ -2,28 +2,17 @@
 #include "texture/texture_hull.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <string>
 
 #include "base/error.h"
+#include "base/stopwatch.h"
 #include "base/thread_pool.h"
 #include "texture/occlusion_map.h"
 #include "texture/visibility.h"
 
 namespace polyhull {
 namespace {
-
-using Clock = std::chrono::steady_clock;
-
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
-
-bool same_camera(const Camera& a, const Camera& b) {
-  return a.width == b.width && a.height == b.height && a.K == b.K && a.distortion == b.distortion &&
-         a.R == b.R && a.t == b.t;
-}
 
 void check(const Hull& hull, std::span<const Camera> cameras) {
   if (cameras.size() > 64) {
@@ -41,11 +30,9 @@ void check(const Hull& hull, std::span<const Camera> cameras) {
                                               " vertices.");
     }
   }
-  for (const Vec3f& v : hull.vertices) {
-    if (!std::isfinite(v.x) || !std::isfinite(v.y) || !std::isfinite(v.z)) {
+  for (const Vec3f& v : hull.vertices)
+    if (!std::isfinite(v.x) || !std::isfinite(v.y) || !std::isfinite(v.z))
       throw Error(Error::Kind::bad_input, "A mesh has a vertex that is not finite.");
-    }
-  }
 }
 
 /// Twice the area times the unit normal, per triangle.
@@ -62,9 +49,8 @@ std::vector<Vec3> area_normals(const Hull& hull) {
 
 std::vector<Vec3f> vertex_normals(const Hull& hull, const std::vector<Vec3>& area_normal) {
   std::vector<Vec3> sums(hull.vertices.size(), Vec3(0.0));
-  for (std::size_t f = 0; f < area_normal.size(); ++f) {
+  for (std::size_t f = 0; f < area_normal.size(); ++f)
     for (int i = 0; i < 3; ++i) sums[hull.triangles[3 * f + i]] += area_normal[f];
-  }
   std::vector<Vec3f> normals(sums.size());
   for (std::size_t v = 0; v < sums.size(); ++v) {
     const double length = glm::length(sums[v]);
@@ -142,7 +128,7 @@ Texturing HullTexturer::compute(const Hull& hull, std::span<const Camera> camera
   out.untextured = settings.untextured;
   if (hull.empty()) return out;
 
-  const auto start = Clock::now();
+  Stopwatch watch;
   std::vector<float> seen;
   if (settings.occlusion) {
     const std::uint32_t mesh = caster_.add_mesh(hull.vertices, hull.triangles);
@@ -152,36 +138,32 @@ Texturing HullTexturer::compute(const Hull& hull, std::span<const Camera> camera
   } else {
     seen = seen_shares(hull, cameras, caster_, false, settings.threads, statistics_.rays);
   }
-  statistics_.seconds_visibility = seconds_since(start);
+  statistics_.seconds_visibility = watch.lap();
 
-  const auto weighing = Clock::now();
   const std::vector<Vec3> area_normal = area_normals(hull);
   out.normals = vertex_normals(hull, area_normal);
   choose(hull, cameras, area_normal, seen, out);
   weigh(hull, cameras, area_normal, seen, out);
-  statistics_.seconds_weights = seconds_since(weighing);
+  statistics_.seconds_weights = watch.lap();
 
-  const auto mapping = Clock::now();
   if (settings.occlusion && settings.method == TextureMethod::blend) {
     out.maps.resize(cameras.size());
     parallel_for(cameras.size(), 1, settings.threads, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t k = begin; k < end; ++k) {
+      for (std::size_t k = begin; k < end; ++k)
         out.maps[k] = draw_occlusion_map(hull, cameras[k], settings.map_size, settings.fade_width);
-      }
     });
   }
-  statistics_.seconds_maps = seconds_since(mapping);
+  statistics_.seconds_maps = watch.lap();
   return out;
 }
 
 const Texturing& HullTexturer::texture(const Hull& hull, std::span<const Camera> cameras,
                                        const TextureSettings& settings) {
   statistics_ = {};
-  const bool same =
-      made_ && settings == settings_ && hull.origin == hull_.origin &&
-      hull.vertices == hull_.vertices && hull.triangles == hull_.triangles &&
-      triangle_views(hull) == triangle_views(hull_) &&
-      std::equal(cameras.begin(), cameras.end(), cameras_.begin(), cameras_.end(), same_camera);
+  const bool same = made_ && settings == settings_ && hull.origin == hull_.origin &&
+                    hull.vertices == hull_.vertices && hull.triangles == hull_.triangles &&
+                    triangle_views(hull) == triangle_views(hull_) &&
+                    std::equal(cameras.begin(), cameras.end(), cameras_.begin(), cameras_.end());
   statistics_.reused = same;
   if (same) return texturing_;
   made_ = false;

@@ -39,8 +39,8 @@ struct TextureSettings {
   TextureMetric metric = TextureMetric::camera_normal;
   std::uint32_t cameras = 2;
   Vec3f untextured{0.5f};
-  bool occlusion =
-      true;            ///< off: every view sees every triangle that faces it, as in the prototype
+  /// Off: every view sees every triangle that faces it, as in the prototype.
+  bool occlusion = true;
   int map_size = 320;  ///< texels of the longer side of an OcclusionMap
   double fade_width = 12.0;  ///< pixels of the camera over which the fade rises from 0 to 1
   int threads = 0;           ///< of the pool; 0: all

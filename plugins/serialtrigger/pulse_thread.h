@@ -46,8 +46,8 @@ struct Pulse {
 /// What the thread reports; called on the thread.
 struct PulseListener {
   std::function<void(const Pulse&)> pulsed;
-  std::function<void(std::uint64_t count)>
-      skipped;                    ///< grid times that passed while it was held up
+  /// Grid times that passed while it was held up.
+  std::function<void(std::uint64_t count)> skipped;
   std::function<void()> blocked;  ///< the device takes no bytes
   std::function<void(const std::string& why)> lost;  ///< the device went away; it is tried again
   std::function<void()> returned;                    ///< and came back

@@ -146,34 +146,20 @@ gboolean propose_allocation(GstBaseTransform* base, GstQuery* decide, GstQuery* 
       ->propose_allocation(base, decide, query);
 }
 
-bool same_blur(const BlurSettings& a, const BlurSettings& b) {
-  return a.method == b.method && a.sigma == b.sigma && a.passes == b.passes &&
-         a.threshold == b.threshold;
-}
-
-bool same_approximation(ApproximateSettings a, const ApproximateSettings& b) {
-  return a.tolerance == b.tolerance && a.min_edges == b.min_edges && a.min_area == b.min_area &&
-         a.min_hole_area == b.min_hole_area && a.keep_largest == b.keep_largest;
-}
-
 /// Takes over what has changed since the last frame; returns whether anything did.
 bool configure(PolyhullSilhouette* self, const ContourValues& contour, double tolerance) {
   Private& priv = *self->priv;
   const KeyValues key = snapshot(self, priv.key);
-  const BlurSettings blur = snapshot(self, priv.blur);
   const std::string camera = contour.camera.empty() ? GST_OBJECT_NAME(self) : contour.camera;
   bool changed = false;
 
   SilhouetteSettings wanted = priv.settings;
-  wanted.blur = blur;
+  wanted.blur = snapshot(self, priv.blur);
   wanted.method = contour.method;
   wanted.correct_curvature = contour.correct_curvature;
   wanted.approximate = contour.approximation(tolerance);
   wanted.reuse = contour.reuse;
-  const SilhouetteSettings& now = priv.settings;
-  if (!priv.configured || !same_blur(blur, now.blur) || wanted.method != now.method ||
-      wanted.correct_curvature != now.correct_curvature || wanted.reuse != now.reuse ||
-      !same_approximation(wanted.approximate, now.approximate)) {
+  if (!priv.configured || wanted != priv.settings) {
     if (priv.configured) priv.silhouetter.set(wanted);
     priv.settings = wanted;
     changed = true;

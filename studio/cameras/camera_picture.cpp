@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "base/error.h"
+#include "base/srgb.h"
 #include "base/thread_pool.h"
 
 namespace polyhull {
@@ -90,21 +91,20 @@ void CameraPicture::picture(const PictureLook& look, std::uint64_t frame, bool m
     shadow_cast_ = true;
   }
   noise_.prepare(look.noise);
-  const Vec3f screen_light(linear_from_srgb(static_cast<float>(look.screen.colour[0]) / 255.0f),
-                           linear_from_srgb(static_cast<float>(look.screen.colour[1]) / 255.0f),
-                           linear_from_srgb(static_cast<float>(look.screen.colour[2]) / 255.0f));
+  const auto& green = look.screen.colour;
+  const Vec3f screen_light = srgb_decoded(Vec3f(green[0], green[1], green[2]) / 255.0f);
   const auto row = [&](int y) { return pixels + y * stride; };
-  parallel_for(camera_.height, 32, 0, [&](std::size_t begin, std::size_t end) {
-    for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y) {
-      std::memcpy(row(y), screen_.row(y), 4 * static_cast<std::size_t>(camera_.width));
-      if (matte_in_alpha) {
-        for (int x = 0; x < camera_.width; ++x) row(y)[4 * x + 3] = 0;
-      }
-      if (shadow && y >= screen_.first_shadow_row() && y <= screen_.last_shadow_row()) {
-        screen_.add_shadow(shadow_, look.shadow, y, row(y));
-      }
-    }
-  });
+  parallel_for(
+      camera_.height, 32, 0,
+      [&](std::size_t begin, std::size_t end) {
+        for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y) {
+          std::memcpy(row(y), screen_.row(y), 4 * static_cast<std::size_t>(camera_.width));
+          if (matte_in_alpha)
+            for (int x = 0; x < camera_.width; ++x) row(y)[4 * x + 3] = 0;
+          if (shadow && y >= screen_.first_shadow_row() && y <= screen_.last_shadow_row())
+            screen_.add_shadow(shadow_, look.shadow, y, row(y));
+        }
+      });
   region_ = raster_.draw(camera_, mesh(), [&](int y, std::span<const CoveredPixel> covered) {
     for (const CoveredPixel& pixel : covered) {
       std::uint8_t* out = row(y) + 4 * static_cast<std::size_t>(pixel.x);
@@ -123,7 +123,7 @@ void CameraPicture::picture(const PictureLook& look, std::uint64_t frame, bool m
         const float behind = static_cast<float>(out[c]) / 255.0f;
         if (look.linear_light) {
           const float mixed =
-              linear_from_srgb(behind) * (1.0f - pixel.coverage) + light[c] * pixel.coverage;
+              srgb_decoded(behind) * (1.0f - pixel.coverage) + light[c] * pixel.coverage;
           out[c] = byte(srgb_from_linear(mixed));
         } else {
           out[c] = byte(behind * (1.0f - pixel.coverage) + code[c] * pixel.coverage);

@@ -56,9 +56,8 @@ CoverageRaster::Vertex CoverageRaster::project(const Vec3& position) const {
   v.ideal = ideal;
   v.in_front = true;
   if (!(ideal.x > valid_min_.x && ideal.y > valid_min_.y && ideal.x < valid_max_.x &&
-        ideal.y < valid_max_.y)) {
+        ideal.y < valid_max_.y))
     return v;
-  }
   const Vec2 real = camera_->has_distortion() ? camera_->distort(ideal) : ideal;
   if (!(std::abs(real.x) < 1e6 && std::abs(real.y) < 1e6)) return v;
   v.x = static_cast<std::int32_t>(std::lround(real.x * unit));
@@ -119,17 +118,15 @@ void CoverageRaster::emit(const Corner* const corners[3], std::uint32_t source, 
   const auto [left, right] = std::minmax({t.x[0], t.x[1], t.x[2]});
   const auto [top, bottom] = std::minmax({t.y[0], t.y[1], t.y[2]});
   if (floor_pixel(right) < 0 || floor_pixel(bottom) < 0 || floor_pixel(left) >= camera_->width ||
-      floor_pixel(top) >= camera_->height) {
+      floor_pixel(top) >= camera_->height)
     return;
-  }
   t.source = source;
   t.corners = static_cast<std::uint32_t>(corner_coordinates_.size());
   // Whole triangles need no coordinates of their own, only the order that was chosen.
-  if (whole) {
+  if (whole)
     t.corners = nothing - 1 - (area > 0);
-  } else {
+  else
     for (const int k : order) corner_coordinates_.push_back(corners[k]->at);
-  }
   triangles_.push_back(t);
 }
 
@@ -232,9 +229,8 @@ void CoverageRaster::cover(const Triangle& t, std::uint32_t index, Band& band) c
       Band::Pixel& pixel = band.at(x, y);
       const float centre = t.inverse_depth[0] + gx * static_cast<float>(x * unit - t.x[0]) +
                            gy * static_cast<float>(y * unit - t.y[0]);
-      if ((e[0] | e[1] | e[2]) >= 0) {
+      if ((e[0] | e[1] | e[2]) >= 0)
         pixel.centre = std::max(pixel.centre, std::clamp(centre, far, near));
-      }
       const std::uint64_t mask = full ? ~std::uint64_t{0} : inside(e, steps);
       if (mask == 0) continue;
       pixel.covered |= mask;
@@ -295,9 +291,8 @@ void CoverageRaster::resolve(const Band& band, int x, int y, float separation,
   }
   while (left != 0) {
     float nearest = 0.0f;
-    for (int k = 0; k < depth_samples; ++k) {
+    for (int k = 0; k < depth_samples; ++k)
       if (left >> k & 1) nearest = std::max(nearest, pixel.depth[k]);
-    }
     // The last fragment takes what remains.
     const bool last = out.fragment_count == 3;
     const float limit = last ? 0.0f : 1.0f / (1.0f / nearest + separation);
@@ -359,15 +354,13 @@ Rectangle CoverageRaster::draw(const Camera& camera, const Mesh& mesh, const Row
   const Vec3 origin = camera.R * mesh.origin + camera.t;
   vertices_.resize(mesh.positions.size());
   parallel_for(mesh.positions.size(), 4096, 0, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
+    for (std::size_t i = begin; i < end; ++i)
       vertices_[i] = project(linear * Vec3(mesh.positions[i]) + origin);
-    }
   });
   // From inside the subject its surface is seen from behind.
   two_sided_ = false;
-  for (std::size_t i = 0; i < vertices_.size() && !two_sided_; ++i) {
+  for (std::size_t i = 0; i < vertices_.size() && !two_sided_; ++i)
     two_sided_ = vertices_[i].position.z < 0.0;
-  }
 
   triangles_.clear();
   corner_coordinates_.clear();

@@ -103,10 +103,9 @@ void Screen::prepare(const Camera& camera, const Look& look, int index) {
                             0.35 * std::sin(2.3 * v - 0.5 * phase) -
                             0.9 * ((u - 0.5) * (u - 0.5) + (v - 0.5) * (v - 0.5));
         const double light = 1.0 + look.unevenness * std::clamp(wave, -1.0, 1.0);
-        for (int c = 0; c < 3; ++c) {
+        for (int c = 0; c < 3; ++c)
           pixel[c] =
               static_cast<std::uint8_t>(std::clamp(std::lround(look.colour[c] * light), 0L, 255L));
-        }
         pixel[3] = 255;
       }
     }
@@ -147,9 +146,8 @@ void Screen::find_floor(const Camera& camera, const Placement& placement) {
         const Vec2f at(static_cast<float>(eye.x) + s * ray.x,
                        static_cast<float>(eye.z) + s * ray.z);
         if (!(s > 0.0f) || std::abs(at.x) > FloorShadow::reach ||
-            std::abs(at.y) > FloorShadow::reach) {
+            std::abs(at.y) > FloorShadow::reach)
           continue;
-        }
         if (span.begin == span.end) span.begin = x;
         span.end = x + 1;
         floor_[y * camera.width + x] = at;

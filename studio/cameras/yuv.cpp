@@ -80,9 +80,8 @@ void rgba_to_yuv(const std::uint8_t* rgba, std::ptrdiff_t stride, int width, int
           const int luma = m.y.r * p[0] + m.y.g * p[1] + m.y.b * p[2] + (1 << (fraction - 1));
           out[x * target.y_step] =
               static_cast<std::uint8_t>(std::min((luma >> fraction) + m.y_offset, 255));
-          for (int k = 0; k < 3; ++k) {
+          for (int k = 0; k < 3; ++k)
             sums[3 * x + k] = static_cast<std::uint16_t>(i == 0 ? p[k] : sums[3 * x + k] + p[k]);
-          }
         }
       }
       write_chroma(sums, rows, width, m, coding.left_sited, target.cb + pair * target.chroma_stride,

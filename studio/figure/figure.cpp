@@ -67,9 +67,8 @@ Figure::Figure(float step) {
       // A bone holds a vertex the more, the nearer one of its bodies is.
       std::array<float, bone_count> nearest;
       nearest.fill(1e9f);
-      for (const SkinBody& body : bodies) {
+      for (const SkinBody& body : bodies)
         nearest[body.bone] = std::min(nearest[body.bone], distance_to_body(body, p));
-      }
       const float least = *std::min_element(nearest.begin(), nearest.end());
       std::array<int, bone_count> order;
       for (int b = 0; b < bone_count; ++b) order[b] = b;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/srgb.h"
 #include "studio/figure/figure.h"
 
 namespace polyhull {
@@ -11,9 +12,7 @@ namespace {
 
 /// Linear value of an sRGB colour given as 0xRRGGBB.
 Vec3f code(std::uint32_t rgb) {
-  return {linear_from_srgb(static_cast<float>(rgb >> 16 & 255) / 255.0f),
-          linear_from_srgb(static_cast<float>(rgb >> 8 & 255) / 255.0f),
-          linear_from_srgb(static_cast<float>(rgb & 255) / 255.0f)};
+  return srgb_decoded(Vec3f(rgb >> 16 & 255, rgb >> 8 & 255, rgb & 255) / 255.0f);
 }
 
 struct Palette {

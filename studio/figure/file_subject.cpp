@@ -10,6 +10,7 @@
 
 #include "base/error.h"
 #include "base/picture.h"
+#include "base/srgb.h"
 #include "studio/figure/polygonise.h"
 
 namespace polyhull {
@@ -66,9 +67,8 @@ class FileSubject : public Subject {
       }
       return diffuse_[material];
     }
-    if (!colours_.empty()) {
+    if (!colours_.empty())
       return colours_[v[0]] * at.x + colours_[v[1]] * at.y + colours_[v[2]] * at.z;
-    }
     return pattern(positions_[v[0]] * at.x + positions_[v[1]] * at.y + positions_[v[2]] * at.z,
                    width);
   }
@@ -89,10 +89,8 @@ class FileSubject : public Subject {
     // tinyobj fills in white where a file has no colours.
     const auto& colours = attributes.colors;
     if (std::any_of(colours.begin(), colours.end(), [](float c) { return c != 1.0f; })) {
-      for (std::size_t i = 0; i + 2 < colours.size(); i += 3) {
-        colours_.emplace_back(linear_from_srgb(colours[i]), linear_from_srgb(colours[i + 1]),
-                              linear_from_srgb(colours[i + 2]));
-      }
+      for (std::size_t i = 0; i + 2 < colours.size(); i += 3)
+        colours_.push_back(srgb_decoded(Vec3f(colours[i], colours[i + 1], colours[i + 2])));
       colours_.resize(vertex_count_, Vec3f(0.5f));
     }
     bool textured = !attributes.texcoords.empty();
@@ -111,11 +109,10 @@ class FileSubject : public Subject {
           triangles_.push_back(static_cast<std::uint32_t>(index.vertex_index));
           Vec2f uv(0.0f);
           const auto at = 2 * static_cast<std::size_t>(std::max(index.texcoord_index, 0));
-          if (index.texcoord_index < 0 || at + 1 >= attributes.texcoords.size()) {
+          if (index.texcoord_index < 0 || at + 1 >= attributes.texcoords.size())
             textured = false;
-          } else {
+          else
             uv = {attributes.texcoords[at], attributes.texcoords[at + 1]};
-          }
           texture_coordinates_.push_back(uv);
         }
         const std::size_t face = t / 3;
@@ -145,9 +142,8 @@ class FileSubject : public Subject {
         }
       }
     }
-    for (int& material : materials_) {
+    for (int& material : materials_)
       if (material >= static_cast<int>(diffuse_.size())) material = -1;
-    }
   }
 
   void place(const std::string& path, double height) {
@@ -196,8 +192,7 @@ class FileSubject : public Subject {
       x = (x % picture.width + picture.width) % picture.width;
       y = (y % picture.height + picture.height) % picture.height;
       const std::uint8_t* p = picture.row(y) + 3 * static_cast<std::size_t>(x);
-      return Vec3f(linear_from_srgb(p[0] / 255.0f), linear_from_srgb(p[1] / 255.0f),
-                   linear_from_srgb(p[2] / 255.0f));
+      return srgb_decoded(Vec3f(p[0], p[1], p[2]) / 255.0f);
     };
     const float x = (uv.x - std::floor(uv.x)) * static_cast<float>(picture.width) - 0.5f;
     const float y = (1.0f - (uv.y - std::floor(uv.y))) * static_cast<float>(picture.height) - 0.5f;

@@ -17,9 +17,8 @@ float smooth_maximum(float a, float b, float k) {
 }
 
 float distance_to_cone(const SkinBody& body, Vec3f p) {
-  if (body.flatness != 1.0f) {
+  if (body.flatness != 1.0f)
     p += (1.0f / body.flatness - 1.0f) * glm::dot(p - body.a, body.squash) * body.squash;
-  }
   const Vec3f ba = body.b - body.a;
   const float l2 = glm::dot(ba, ba);
   const float rr = body.ra - body.rb;
@@ -34,13 +33,12 @@ float distance_to_cone(const SkinBody& body, Vec3f p) {
   const float z2 = z * z * l2;
   const float k = (rr < 0.0f ? -1.0f : 1.0f) * rr * rr * x2;
   float d;
-  if ((z < 0.0f ? -1.0f : 1.0f) * a2 * z2 > k) {
+  if ((z < 0.0f ? -1.0f : 1.0f) * a2 * z2 > k)
     d = std::sqrt(x2 + z2) * il2 - body.rb;
-  } else if ((y < 0.0f ? -1.0f : 1.0f) * a2 * y2 < k) {
+  else if ((y < 0.0f ? -1.0f : 1.0f) * a2 * y2 < k)
     d = std::sqrt(x2 + y2) * il2 - body.ra;
-  } else {
+  else
     d = (std::sqrt(x2 * a2 * il2) + y * rr) * il2 - body.ra;
-  }
   return body.flatness == 1.0f ? d : d * std::sqrt(body.flatness);
 }
 
@@ -70,9 +68,7 @@ float distance_to_body(const SkinBody& body, const Vec3f& p) {
   float d = body.kind == SkinBody::Kind::cone ? distance_to_cone(body, p)
                                               : distance_to_ellipsoid(body, p);
   if (body.above_floor) d = smooth_maximum(d, -p.y, 0.012f);
-  if (body.cut < 1e8f) {
-    d = smooth_maximum(d, glm::dot(p, body.cut_normal) - body.cut, 0.012f);
-  }
+  if (body.cut < 1e8f) d = smooth_maximum(d, glm::dot(p, body.cut_normal) - body.cut, 0.012f);
   return d;
 }
 
@@ -96,9 +92,8 @@ Vec3f skin_gradient(const std::vector<SkinBody>& bodies, const Vec3f& p) {
 Vec3f rough_skin_gradient(const std::vector<SkinBody>& bodies, const Vec3f& p) {
   constexpr float h = 5e-4f;
   Vec3f sum(0.0f);
-  for (const Vec3f& e : {Vec3f(1, -1, -1), Vec3f(-1, -1, 1), Vec3f(-1, 1, -1), Vec3f(1, 1, 1)}) {
+  for (const Vec3f& e : {Vec3f(1, -1, -1), Vec3f(-1, -1, 1), Vec3f(-1, 1, -1), Vec3f(1, 1, 1)})
     sum += e * skin_value(bodies, p + e * h);
-  }
   return sum / (4.0f * h);
 }
 

@@ -48,11 +48,9 @@ std::vector<float> sample(const std::function<float(const Vec3f&)>& value, const
           // One more cell around: both ends of each edge must be known where the level passes.
           const bool far = std::abs(rough) > 1.7f * 1.7321f * (half + 1.0f) * grid.step;
           for (int z = z0; z < std::min(z0 + block, grid.size[2]); ++z) {
-            for (int y = y0; y < std::min(y0 + block, grid.size[1]); ++y) {
-              for (int x = x0; x < std::min(x0 + block, grid.size[0]); ++x) {
+            for (int y = y0; y < std::min(y0 + block, grid.size[1]); ++y)
+              for (int x = x0; x < std::min(x0 + block, grid.size[0]); ++x)
                 values[grid.index(x, y, z)] = far ? rough : value(grid.position(x, y, z));
-              }
-            }
           }
         }
       }
@@ -73,9 +71,8 @@ class Marcher {
       inside += values_[at[c]] < 0.0f;
     }
     if (inside == 0 || inside == 8) return;
-    for (const auto& corners : tetrahedra) {
+    for (const auto& corners : tetrahedra)
       tetrahedron({at[corners[0]], at[corners[1]], at[corners[2]], at[corners[3]]});
-    }
   }
 
   TriangleMesh take() { return std::move(mesh_); }
@@ -137,9 +134,8 @@ class Marcher {
 TriangleMesh polygonise(const std::function<float(const Vec3f&)>& value, const Vec3f& min,
                         const Vec3f& max, float step) {
   Grid grid{min, step, {}};
-  for (int i = 0; i < 3; ++i) {
+  for (int i = 0; i < 3; ++i)
     grid.size[i] = static_cast<int>(std::ceil((max[i] - min[i]) / step)) + 1;
-  }
   const std::vector<float> values = sample(value, grid);
   for (int z = 0; z < grid.size[2]; ++z) {
     for (int y = 0; y < grid.size[1]; ++y) {
@@ -155,9 +151,8 @@ TriangleMesh polygonise(const std::function<float(const Vec3f&)>& value, const V
   }
   Marcher marcher(grid, values);
   for (int z = 0; z + 1 < grid.size[2]; ++z) {
-    for (int y = 0; y + 1 < grid.size[1]; ++y) {
+    for (int y = 0; y + 1 < grid.size[1]; ++y)
       for (int x = 0; x + 1 < grid.size[0]; ++x) marcher.cube(x, y, z);
-    }
   }
   return marcher.take();
 }

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "base/error.h"
+#include "base/srgb.h"
 #include "studio/figure/figure.h"
 #include "studio/figure/file_subject.h"
 
@@ -14,17 +15,13 @@ namespace {
 
 constexpr int srgb_steps = 4096;
 
-float srgb_exact(float linear) {
-  return linear <= 0.0031308f ? 12.92f * linear : 1.055f * std::pow(linear, 1.0f / 2.4f) - 0.055f;
-}
-
 /// sRGB codes over the square root of the linear value, where the curve is almost straight.
 const std::array<float, srgb_steps + 2>& srgb_table() {
   static const auto table = [] {
     std::array<float, srgb_steps + 2> t;
     for (int i = 0; i < srgb_steps + 2; ++i) {
       const float root = static_cast<float>(i) / srgb_steps;
-      t[i] = srgb_exact(root * root);
+      t[i] = srgb_encoded(root * root);
     }
     return t;
   }();
@@ -39,10 +36,6 @@ float srgb_from_linear(float linear) {
   const int i = static_cast<int>(s);
   const auto& table = srgb_table();
   return table[i] + (table[i + 1] - table[i]) * (s - static_cast<float>(i));
-}
-
-float linear_from_srgb(float code) {
-  return code <= 0.04045f ? code / 12.92f : std::pow((code + 0.055f) / 1.055f, 2.4f);
 }
 
 std::shared_ptr<const Subject> open_subject(const std::string& name, double height) {

@@ -88,8 +88,7 @@ TruthMesh truth_mesh(const Subject& subject, const Rig& rig, double seconds);
 /// Throws Error: unknown ending, not writable.
 void write_truth_mesh(const TruthMesh& mesh, const std::string& path);
 
-/// sRGB code (0..1) of a linear value (clamped to 0..1), and back.
+/// sRGB code (0..1) of a linear value (clamped to 0..1), from a table.
 float srgb_from_linear(float linear);
-float linear_from_srgb(float code);
 
 }  // namespace polyhull

@@ -126,9 +126,8 @@ class Room {
       profile.emplace_back(std::lerp(c1.x, c2.x, t), std::lerp(c1.y, c2.y, t));
     }
     for (const Vec2f p : {Vec2f(0.175f, ceiling - 0.225f), Vec2f(0.175f, ceiling - 0.19f),
-                          Vec2f(0.155f, ceiling - 0.18f), Vec2f(0.20f, ceiling - 0.09f)}) {
+                          Vec2f(0.155f, ceiling - 0.18f), Vec2f(0.20f, ceiling - 0.09f)})
       profile.push_back(p);
-    }
     append(pillar, lathe("pillar", marble, foot, profile, 48));
     append(pillar, box("pillar", marble, foot + Vec3f(-0.22f, ceiling - 0.09f, -0.22f),
                        foot + Vec3f(0.22f, ceiling, 0.22f)));
@@ -272,9 +271,8 @@ class Room {
     SceneMesh bench;
     const float z0 = half - 0.40f, z1 = half - 0.04f;
     append(bench, box("bench", oak, {-0.75f, 0.40f, z0}, {1.45f, 0.45f, z1}));
-    for (const float x : {-0.62f, 1.25f}) {
+    for (const float x : {-0.62f, 1.25f})
       append(bench, box("bench", oak, {x, 0.0f, z0 + 0.04f}, {x + 0.07f, 0.40f, z1 - 0.04f}));
-    }
     append(bench, box("bench", oak, {-0.55f, 0.16f, half - 0.24f}, {1.25f, 0.21f, half - 0.20f}));
     add(std::move(bench));
     const int red = material("cushion", Vec3f(0.40f, 0.05f, 0.06f));

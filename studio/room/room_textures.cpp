@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 
+#include "base/srgb.h"
 #include "base/thread_pool.h"
 #include "base/vector.h"
 
@@ -66,8 +67,7 @@ std::array<std::uint8_t, 4096> make_srgb_table() {
   std::array<std::uint8_t, 4096> table;
   for (std::size_t i = 0; i < table.size(); ++i) {
     const double v = (static_cast<double>(i) + 0.5) / static_cast<double>(table.size());
-    const double encoded = v <= 0.0031308 ? 12.92 * v : 1.055 * std::pow(v, 1.0 / 2.4) - 0.055;
-    table[i] = static_cast<std::uint8_t>(std::lround(255.0 * encoded));
+    table[i] = static_cast<std::uint8_t>(std::lround(255.0 * srgb_encoded(v)));
   }
   return table;
 }

@@ -50,9 +50,8 @@ SceneMesh lathe(const std::string& name, int material, const Vec3f& foot,
     // crease.
     Vec2f along(0.0f);
     if (i > 0 && profile[i] != profile[i - 1]) along += glm::normalize(profile[i] - profile[i - 1]);
-    if (i + 1 < profile.size() && profile[i + 1] != profile[i]) {
+    if (i + 1 < profile.size() && profile[i + 1] != profile[i])
       along += glm::normalize(profile[i + 1] - profile[i]);
-    }
     if (i > 0) length += glm::length(profile[i] - profile[i - 1]);
     Vec2f outward(along.y, -along.x);
     outward = outward == Vec2f(0.0f) ? Vec2f(1.0f, 0.0f) : glm::normalize(outward);
@@ -89,9 +88,8 @@ SceneMesh sphere(const std::string& name, int material, const Vec3f& centre, flo
     profile.emplace_back(pole ? 0.0f : radius * std::cos(angle), radius * std::sin(angle));
   }
   SceneMesh mesh = lathe(name, material, centre, profile, segments);
-  for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
+  for (std::size_t i = 0; i < mesh.positions.size(); ++i)
     mesh.normals[i] = glm::normalize(mesh.positions[i] - centre);
-  }
   return mesh;
 }
 

@@ -146,7 +146,7 @@ void noise_table(const std::string& folder) {
   for (const FrameFormat format : {FrameFormat::bgrx, FrameFormat::i420, FrameFormat::nv12}) {
     for (const double texture : {0.0, 12.0}) {
       for (const double noise : {0.0, 2.0, 4.0, 8.0}) {
-        run(format, texture, noise, KeyMethod::prototype);
+        run(format, texture, noise, KeyMethod::threshold);
         run(format, texture, noise, KeyMethod::soft);
       }
     }

@@ -22,7 +22,7 @@ struct Way {
 std::vector<Way> ways() {
   std::vector<Way> result;
   KeySettings prototype;
-  prototype.method = KeyMethod::prototype;
+  prototype.method = KeyMethod::threshold;
   result.push_back({"prototype strength 30", prototype});
   prototype.strength = 15;
   result.push_back({"prototype strength 15", prototype});
@@ -89,7 +89,7 @@ int main(int argc, char** argv) {
       const double count = static_cast<double>(photo.width) * photo.height;
       const double mean = sum / count;
       table.row("%s,%s,%.4f,%.4f", name, way.name, mean, wrong / count);
-      if (way.settings.method == KeyMethod::prototype)
+      if (way.settings.method == KeyMethod::threshold)
         best_prototype = std::min(best_prototype, mean);
       if (std::string(way.name) == "prototype strength 30") default_prototype = mean;
       if (std::string(way.name) == "soft (default)") soft = mean;

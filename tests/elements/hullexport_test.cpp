@@ -7,9 +7,9 @@
 #include "base/error.h"
 #include "box_views.h"
 #include "element_checks.h"
-#include "files/obj_reader.h"
 #include "hull/measure.h"
 #include "studio/cameras/default_rig.h"
+#include "support/obj_reader.h"
 #include "wire/mesh_payload.h"
 
 using namespace polyhull;

@@ -12,9 +12,9 @@
 
 #include "base/error.h"
 #include "base/picture.h"
-#include "files/obj_reader.h"
 #include "rig/rig.h"
 #include "studio/cameras/default_rig.h"
+#include "support/obj_reader.h"
 #include "wire_examples.h"
 
 namespace polyhull {

@@ -5,13 +5,13 @@
 #include <numbers>
 #include <random>
 
+#include "base/srgb.h"
 #include "base/thread_pool.h"
 #include "raytrace/area_light.h"
 #include "raytrace/filtered_texture.h"
 #include "raytrace/path_tracer.h"
 #include "raytrace/sampling.h"
 #include "raytrace/surface_grid.h"
-#include "raytrace/tone.h"
 #include "studio/room/room.h"
 #include "studio/room/shapes.h"
 

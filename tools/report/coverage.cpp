@@ -21,9 +21,8 @@ std::vector<std::uint8_t> fill(const Rings& rings, int width, int height) {
       if (a.y > b.y) std::swap(a, b);
       const int first = std::max(0, static_cast<int>(std::ceil(a.y)));
       const int last = std::min(height - 1, static_cast<int>(std::ceil(b.y)) - 1);
-      for (int y = first; y <= last; ++y) {
+      for (int y = first; y <= last; ++y)
         crossings[y].push_back(a.x + (b.x - a.x) * (y - a.y) / (b.y - a.y));
-      }
     }
   }
   std::vector<std::uint8_t> mask(static_cast<std::size_t>(width) * height, 0);
@@ -43,17 +42,14 @@ std::vector<std::uint8_t> fill(const Rings& rings, int width, int height) {
 }  // namespace
 
 std::vector<std::uint8_t> mask_of(const View& view, Mask kind) {
-  if (kind == Mask::contours || view.format != PixelFormat::rgba || view.pixels.empty()) {
+  if (kind == Mask::contours || view.format != PixelFormat::rgba || view.pixels.empty())
     return fill(view.contours, view.width, view.height);
-  }
   std::vector<std::uint8_t> mask(static_cast<std::size_t>(view.width) * view.height, 0);
   for (int y = 0; y < view.roi.height; ++y) {
     const std::uint8_t* row = view.pixels.data() + static_cast<std::size_t>(y) * view.stride;
-    for (int x = 0; x < view.roi.width; ++x) {
-      if (row[4 * x + 3] >= 128) {
+    for (int x = 0; x < view.roi.width; ++x)
+      if (row[4 * x + 3] >= 128)
         mask[static_cast<std::size_t>(view.roi.y + y) * view.width + view.roi.x + x] = 255;
-      }
-    }
   }
   return mask;
 }

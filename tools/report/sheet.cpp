@@ -24,13 +24,12 @@ cv::Mat as_mat(const Picture& picture) {
   cv::Mat view(picture.height, picture.width, CV_8UC(picture.channels),
                const_cast<std::uint8_t*>(picture.pixels.data()));
   cv::Mat rgb;
-  if (picture.channels == 4) {
+  if (picture.channels == 4)
     cv::cvtColor(view, rgb, cv::COLOR_RGBA2RGB);
-  } else if (picture.channels == 1) {
+  else if (picture.channels == 1)
     cv::cvtColor(view, rgb, cv::COLOR_GRAY2RGB);
-  } else {
+  else
     rgb = view.clone();
-  }
   return rgb;
 }
 
@@ -222,9 +221,8 @@ cv::Rect around(const HullCaster& caster, const Camera& camera) {
   const HitPicture hits = caster.cast(camera);
   std::vector<cv::Point> points;
   for (int y = 0; y < hits.height; ++y) {
-    for (int x = 0; x < hits.width; ++x) {
+    for (int x = 0; x < hits.width; ++x)
       if (hits.at(x, y).hit()) points.emplace_back(x, y);
-    }
   }
   return points.empty() ? cv::Rect() : cv::boundingRect(points);
 }
@@ -301,9 +299,8 @@ Picture draw_sheet(const Mesh& mesh, const SheetSettings& settings) {
     put(3, wire_picture(mesh, caster, novel), turned, "hull, 25 degrees beside " + name);
     put(4, textured_picture(mesh, caster, novel), turned, "textured, 25 degrees beside " + name);
   }
-  for (std::size_t i = 0; i < settings.composites.size(); ++i) {
+  for (std::size_t i = 0; i < settings.composites.size(); ++i)
     place(sheet, as_mat(settings.composites[i]), composite_places[i], "composite");
-  }
   return as_picture(sheet);
 }
 

@@ -2,6 +2,7 @@
 #include "rig/check.h"
 
 #include <cmath>
+#include <numbers>
 #include <optional>
 
 #include "rig/format.h"
@@ -46,7 +47,7 @@ LensReport examine_lens(const Camera& camera) {
 }
 
 double degrees(double radians) {
-  return radians * 180.0 / M_PI;
+  return radians * 180.0 / std::numbers::pi;
 }
 
 double field(double focal, double size) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "median.h"
 #include "rig/format.h"
 
 namespace polyhull {
@@ -11,12 +12,6 @@ namespace {
 
 constexpr double farthest = 100.0, nearest = 0.05;             // metres from the stage
 constexpr double farthest_pair = 200.0, nearest_pair = 0.001;  // metres between two cameras
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 Vec3 middle_of(const Bounds& bounds) {
   return 0.5 * (bounds.min + bounds.max);

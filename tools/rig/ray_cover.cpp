@@ -141,7 +141,7 @@ std::vector<Vec2> points_inside(const SeenSubject& view, int samples) {
     Vec2 a(view.rings.ring(r).back());
     for (const Vec2f& point : view.rings.ring(r)) {
       const Vec2 b(point);
-      area += 0.5 * (a.x * b.y - b.x * a.y);  // holes run the other way
+      area += 0.5 * cross(a, b);  // holes run the other way
       low = glm::min(low, b);
       high = glm::max(high, b);
       a = b;

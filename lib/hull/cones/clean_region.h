@@ -34,7 +34,8 @@ struct Contours {
 
 /// The solid part of the picture: the intersection of the layers' even-odd regions, or with
 /// \p complement of what those leave out. In the result x1 y2 - x2 y1 is positive around parts of
-/// the solid. \p grid_step doubles when the caller finds a result that is still not simple.
+/// the solid. \p grid_step_factor coarsens the grid, for a caller that has found a result which was
+/// still not simple.
 Contours clean_region(std::span<const Contours> layers, bool complement,
                       double grid_step_factor = 1.0);
 

@@ -19,7 +19,7 @@ Vec3 real(const IntVec& v) {
   return {static_cast<double>(v[0]), static_cast<double>(v[1]), static_cast<double>(v[2])};
 }
 
-/// Twice the exact sign of d against the plane through the origin.
+/// The exact sign of d against the plane through the origin.
 int side(const Plane& plane, const Vec3& normal, const IntVec& d) {
   const double x = static_cast<double>(d[0]), y = static_cast<double>(d[1]),
                z = static_cast<double>(d[2]);
@@ -69,8 +69,7 @@ double ray_scale(const Contours& contours, const Mat3& to_ray) {
   return std::ldexp(1.0, 38 - std::ilogb(largest) - 1);
 }
 
-/// The rings of one or more simple polygons as index lists into contours, without repeated and
-/// straight vertices.
+/// Fills the cone's rings from contours, without repeated and straight vertices.
 class ConeBuilder {
  public:
   ConeBuilder(Cone& cone, const Contours& contours) : cone_(cone), contours_(contours) {}
@@ -226,7 +225,7 @@ class ConeBuilder {
   bool close(std::uint32_t e, std::uint32_t f) const {
     const auto near = [&](const ContourGrid::Segment& s, const Vec2& p) {
       const Vec2 d = s.b - s.a, to = p - s.a;
-      const double length = glm::dot(d, d), off = d.x * to.y - d.y * to.x;
+      const double length = glm::dot(d, d), off = cross(d, to);
       const double along = glm::dot(d, to);
       const double reach = nearest() * std::sqrt(length);
       return std::abs(off) < reach && along > -reach && along < length + reach;
@@ -353,9 +352,8 @@ class ConeBuilder {
   bool all_in_front_ = true;  // Cone::axis is what it should be
 };
 
-/// How far rounding moves pixels.
-/// A ray of the depth \p scale, which is the pixel's homogeneous coordinate, is off by half a unit
-/// in each component.
+/// How far rounding moves pixels. A ray of the depth \p scale, which is the pixel's homogeneous
+/// coordinate, is off by half a unit in each component.
 void measure_pixels(Cone& cone, std::span<const Contours> layers) {
   const Mat3& m = cone.camera.to_pixel;
   const auto row = [&](int k) { return glm::length(Vec3(m[0][k], m[1][k], m[2][k])); };
@@ -377,9 +375,10 @@ void measure_pixels(Cone& cone, std::span<const Contours> layers) {
 
 }  // namespace
 
-void build_cone(Cone& cone, std::span<const ConeInput> inputs, const Frame& frame, Unseen unseen) {
+void build_cone(Cone& cone, std::span<const ConeInput> inputs, const Lattice& lattice,
+                Unseen unseen) {
   cone.camera = *inputs[0].camera;
-  cone.centre = frame_centre(cone.camera, frame);
+  cone.centre = lattice_centre(cone.camera, lattice);
   for (int k = 0; k < 3; ++k) cone.centre_real[k] = static_cast<double>(cone.centre[k]);
   cone.complement = unseen == Unseen::keep;
   cone.input_vertices = 0;

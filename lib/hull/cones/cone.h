@@ -16,11 +16,12 @@
 namespace polyhull::hull {
 
 /// Where the integers of exact geometry lie in the world: integer = (world - origin) * scale.
-/// It follows from the cameras and the bounds alone, so that it holds from one frame to the next.
-struct Frame {
+/// It follows from the cameras and the bounds alone, so that it holds from one set of pictures to
+/// the next.
+struct Lattice {
   Vec3 origin{0.0};
   double scale = 1.0;  ///< a power of two
-  bool operator==(const Frame&) const = default;
+  bool operator==(const Lattice&) const = default;
 };
 
 using IntVec = std::array<std::int64_t, 3>;
@@ -37,13 +38,13 @@ struct ConeCamera {
 /// Vertex i of the rings is the ray i and begins the edge i; the edge's plane is the cone's face i.
 struct Cone {
   ConeCamera camera;
-  IntVec centre{};        ///< in the frame, below 2^44
+  IntVec centre{};        ///< on the lattice, below 2^44
   Vec3 centre_real{0.0};  ///< the same in doubles (exact)
   std::vector<Vec2> pixels;
   std::vector<IntVec> rays;  ///< components below 2^39
   std::vector<std::uint32_t> next, previous, ring;
-  std::vector<std::int8_t>
-      turn;  ///< at vertex i: 1 where the solid's angle is below 180 degrees, else -1
+  /// At vertex i: 1 where the solid's angle is below 180 degrees, else -1.
+  std::vector<std::int8_t> turn;
   std::vector<std::uint32_t> source;  ///< the edge's number in the input (index of its first point)
   std::vector<std::int32_t> source_view;
   std::vector<Plane> planes;
@@ -64,17 +65,19 @@ struct Cone {
 /// The cameras' part of a cone. \throw Error naming the camera if it is not finite or degenerate.
 ConeCamera read_camera(const Camera& camera, std::size_t index);
 
-/// The centre of \p camera in the frame.
-IntVec frame_centre(const ConeCamera& camera, const Frame& frame);
+/// The centre of \p camera on the lattice.
+IntVec lattice_centre(const ConeCamera& camera, const Lattice& lattice);
 
-/// Fills \p cone from the rings of one or several views of the same centre (they are intersected).
-/// \p views: their indices, for Cone::source_view. \throw Error naming the camera for points that
-/// are not finite.
+/// One view of a cone.
 struct ConeInput {
   const Silhouette* silhouette = nullptr;
   const ConeCamera* camera = nullptr;
-  std::int32_t view = 0;
+  std::int32_t view = 0;  ///< its index, for Cone::source_view
 };
-void build_cone(Cone& cone, std::span<const ConeInput> inputs, const Frame& frame, Unseen unseen);
+
+/// Fills \p cone from the rings of one or several views of the same centre (they are intersected).
+/// \throw Error naming the camera for points that are not finite.
+void build_cone(Cone& cone, std::span<const ConeInput> inputs, const Lattice& lattice,
+                Unseen unseen);
 
 }  // namespace polyhull::hull

@@ -28,7 +28,7 @@ int compare_views(const ConeInput& a, const ConeInput& b) {
 }  // namespace
 
 void ConeCache::prepare(std::span<const Silhouette> views, std::span<const ConeCamera> cameras,
-                        const Frame& frame, Unseen unseen, int threads,
+                        const Lattice& lattice, Unseen unseen, int threads,
                         std::vector<const Cone*>& used) {
   std::vector<ConeInput> inputs;
   for (std::size_t i = 0; i < views.size(); ++i)
@@ -41,7 +41,7 @@ void ConeCache::prepare(std::span<const Silhouette> views, std::span<const ConeC
   std::vector<std::vector<ConeInput>> groups;
   std::vector<IntVec> centres;
   for (const ConeInput& input : inputs) {
-    const IntVec centre = frame_centre(*input.camera, frame);
+    const IntVec centre = lattice_centre(*input.camera, lattice);
     std::size_t g = 0;
     while (g < groups.size() && centres[g] != centre) ++g;
     if (g == groups.size()) groups.emplace_back(), centres.push_back(centre);
@@ -56,7 +56,7 @@ void ConeCache::prepare(std::span<const Silhouette> views, std::span<const ConeC
   for (std::size_t g = 0; g < groups.size(); ++g) {
     const auto& group = groups[g];
     for (auto& candidate : old) {
-      if (!candidate || candidate->frame != frame || candidate->unseen != unseen ||
+      if (!candidate || candidate->lattice != lattice || candidate->unseen != unseen ||
           candidate->from.size() != group.size())
         continue;
       bool same = true;
@@ -77,7 +77,7 @@ void ConeCache::prepare(std::span<const Silhouette> views, std::span<const ConeC
       }
     if (!cones_[g]) cones_[g] = std::make_unique<CachedCone>();
     CachedCone& cached = *cones_[g];
-    cached.frame = frame;
+    cached.lattice = lattice;
     cached.unseen = unseen;
     cached.from.resize(groups[g].size());
     cached.views.resize(groups[g].size());
@@ -89,7 +89,7 @@ void ConeCache::prepare(std::span<const Silhouette> views, std::span<const ConeC
   try {
     parallel_for(missing.size(), 1, threads, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i)
-        build_cone(cones_[missing[i]]->cone, groups[missing[i]], frame, unseen);
+        build_cone(cones_[missing[i]]->cone, groups[missing[i]], lattice, unseen);
     });
   } catch (...) {
     cones_.clear();

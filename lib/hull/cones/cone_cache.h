@@ -14,20 +14,10 @@ namespace polyhull::hull {
 
 /// What of a view decides its part of the hull, kept to compare with the next call's.
 struct ViewCopy {
-  Mat3 K{1.0}, R{1.0};
-  Vec3 t{0.0};
-  int width = 0, height = 0;
+  Camera camera;
   Rings rings;
-  bool same(const Silhouette& view) const {
-    const Camera& c = *view.camera;
-    return K == c.K && R == c.R && t == c.t && width == c.width && height == c.height &&
-           rings == *view.rings;
-  }
-  void copy(const Silhouette& view) {
-    const Camera& c = *view.camera;
-    K = c.K, R = c.R, t = c.t, width = c.width, height = c.height;
-    rings = *view.rings;
-  }
+  bool same(const Silhouette& view) const { return camera == *view.camera && rings == *view.rings; }
+  void copy(const Silhouette& view) { camera = *view.camera, rings = *view.rings; }
 };
 
 class ConeCache {
@@ -36,7 +26,7 @@ class ConeCache {
   /// of one centre share a cone. \p cameras: those of the views. The cones stay valid until the
   /// next call. \throw Error as build_cone().
   void prepare(std::span<const Silhouette> views, std::span<const ConeCamera> cameras,
-               const Frame& frame, Unseen unseen, int threads, std::vector<const Cone*>& used);
+               const Lattice& lattice, Unseen unseen, int threads, std::vector<const Cone*>& used);
 
   void clear() { cones_.clear(); }
 
@@ -46,7 +36,7 @@ class ConeCache {
     Cone cone;
     std::vector<ViewCopy> from;
     std::vector<std::int32_t> views;
-    Frame frame;
+    Lattice lattice;
     Unseen unseen = Unseen::carve;
   };
   std::vector<std::unique_ptr<CachedCone>> cones_;

@@ -45,8 +45,8 @@ ConeCamera read_camera(const Camera& camera, std::size_t index) {
   return c;
 }
 
-IntVec frame_centre(const ConeCamera& camera, const Frame& frame) {
-  const Vec3 c = (camera.centre - frame.origin) * frame.scale;
+IntVec lattice_centre(const ConeCamera& camera, const Lattice& lattice) {
+  const Vec3 c = (camera.centre - lattice.origin) * lattice.scale;
   return {std::llrint(c.x), std::llrint(c.y), std::llrint(c.z)};
 }
 

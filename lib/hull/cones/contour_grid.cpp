@@ -29,18 +29,28 @@ void ContourGrid::visit_cells(const Vec2& p, const Vec2& q, Visit visit) const {
 
 void ContourGrid::build(std::span<const Vec2> pixels, std::span<const std::uint32_t> next,
                         double pixel_error) {
-  const std::size_t n = pixels.size();
-  Vec2 low(1e300), high(-1e300);
-  for (const Vec2& p : pixels) low = glm::min(low, p), high = glm::max(high, p);
   columns_ = rows_ = 0;
-  if (n == 0) return;
-  const Vec2 extent = high - low;
-  // Cells about twice as large as an edge is long, at most 24 per edge and 2^18 in all.
+  if (pixels.empty()) return;
+  segments_.resize(pixels.size());
+  for (std::size_t i = 0; i < pixels.size(); ++i) segments_[i] = {pixels[i], pixels[next[i]]};
+  choose_cells(pixel_error);
+  enter_edges();
+  sum_occupied();
+  find_insides();
+}
+
+/// Cells about twice as large as an edge is long, at most 24 per edge and 2^18 in all.
+void ContourGrid::choose_cells(double pixel_error) {
+  Vec2 low(1e300), high(-1e300);
   double length = 0.0;
-  for (std::size_t i = 0; i < n; ++i) length += glm::length(pixels[next[i]] - pixels[i]);
-  const double limit = std::min(24.0 * static_cast<double>(n) + 64.0, 262144.0);
-  cell_ = std::max({2.0 * length / static_cast<double>(n),
-                    std::sqrt((extent.x + 1e-3) * (extent.y + 1e-3) / limit),
+  for (const Segment& s : segments_) {
+    low = glm::min(low, s.a), high = glm::max(high, s.a);
+    length += glm::length(s.b - s.a);
+  }
+  const Vec2 extent = high - low;
+  const double n = static_cast<double>(segments_.size());
+  const double limit = std::min(24.0 * n + 64.0, 262144.0);
+  cell_ = std::max({2.0 * length / n, std::sqrt((extent.x + 1e-3) * (extent.y + 1e-3) / limit),
                     (extent.x + extent.y) / limit, 1e-3});
   margin_ = std::max(std::min(grid_margin, 0.25 * cell_), 10.0 * pixel_error);
   cell_ = std::max(cell_, 4.0 * margin_);
@@ -49,22 +59,20 @@ void ContourGrid::build(std::span<const Vec2> pixels, std::span<const std::uint3
   origin_ = low - Vec2(0.3137, 0.2719) * cell_ - Vec2(2 * margin_);
   columns_ = static_cast<int>((high.x + 2 * margin_ - origin_.x) * inverse_) + 1;
   rows_ = static_cast<int>((high.y + 2 * margin_ - origin_.y) * inverse_) + 1;
-  const std::size_t cells = static_cast<std::size_t>(columns_) * rows_;
-  const std::size_t stride = static_cast<std::size_t>(columns_) + 1;
+}
 
+/// Each edge into the cells that it comes near, and which cells' centres it hides.
+void ContourGrid::enter_edges() {
+  const std::size_t stride = static_cast<std::size_t>(columns_) + 1;
   // Counted into the cell after, so that after placing the edges each cell's start is right.
   cells_.assign(stride * (rows_ + 1) + 1, {0, 0});
-  segments_.resize(n);
-  for (std::size_t i = 0; i < n; ++i) {
-    segments_[i] = {pixels[i], pixels[next[i]]};
-    visit_cells(pixels[i], pixels[next[i]],
-                [&](int c, int r) { ++cells_[r * stride + c + 1].start; });
-  }
+  for (const Segment& s : segments_)
+    visit_cells(s.a, s.b, [&](int c, int r) { ++cells_[r * stride + c + 1].start; });
   for (std::size_t c = 1; c < cells_.size(); ++c) cells_[c].start += cells_[c - 1].start;
   items_.resize(cells_.back().start);
-  states_.assign(cells, CellState::outside);
-  for (std::size_t i = 0; i < n; ++i) {
-    const Vec2 p = pixels[i], q = pixels[next[i]], d = q - p;
+  states_.assign(static_cast<std::size_t>(columns_) * rows_, CellState::outside);
+  for (std::size_t i = 0; i < segments_.size(); ++i) {
+    const Vec2 p = segments_[i].a, q = segments_[i].b, d = q - p;
     const double squared = std::max(glm::dot(d, d), 1e-300);
     visit_cells(p, q, [&](int c, int r) {
       const std::size_t cell = static_cast<std::size_t>(r) * columns_ + c;
@@ -76,7 +84,11 @@ void ContourGrid::build(std::span<const Vec2> pixels, std::span<const std::uint3
   }
   for (std::size_t c = cells_.size() - 1; c > 0; --c) cells_[c].start = cells_[c - 1].start;
   cells_[0].start = 0;
+}
 
+/// How many cells with edges lie above and to the left, for occupied().
+void ContourGrid::sum_occupied() {
+  const std::size_t stride = static_cast<std::size_t>(columns_) + 1;
   for (int r = 0; r < rows_; ++r) {
     std::uint32_t in_row = 0;
     for (int c = 0; c < columns_; ++c) {
@@ -84,12 +96,14 @@ void ContourGrid::build(std::span<const Vec2> pixels, std::span<const std::uint3
       cells_[(r + 1) * stride + c + 1].sum = cells_[r * stride + c + 1].sum + in_row;
     }
   }
+}
 
-  // Where the lines through the centres of each row of cells cross the rings.
+/// Which cells' centres lie inside: from where the lines through the centres of each row of cells
+/// cross the rings.
+void ContourGrid::find_insides() {
   row_starts_.assign(rows_ + 1, 0);
   const auto visit_rows = [&](auto visit) {
-    for (std::size_t i = 0; i < n; ++i) {
-      Vec2 p = pixels[i], q = pixels[next[i]];
+    for (auto [p, q] : segments_) {
       if (p.y > q.y) std::swap(p, q);
       int r = static_cast<int>(std::max(0.0, std::floor((p.y - origin_.y) * inverse_ - 0.5)));
       for (; r < rows_; ++r) {

@@ -105,6 +105,10 @@ class ContourGrid {
     first = a > 0 ? (a < count ? static_cast<int>(a) : count) : 0;
     last = b < count ? (b >= 0 ? static_cast<int>(b) : -1) : count - 1;
   }
+  void choose_cells(double pixel_error);
+  void enter_edges();
+  void sum_occupied();
+  void find_insides();
   template <class Visit>
   void visit_cells(const Vec2& p, const Vec2& q, Visit visit) const;
 

@@ -4,7 +4,7 @@
 ///
 /// World points are homogeneous, X = (x, y, z, s), s > 0. A plane is a covector p = (a, b, c, o) of
 /// integers; its value at X is a x + b y + c z + o s and is positive on the side of the solid.
-/// A cone face through the camera centre C and the ray directions d0, d1 (integers, see prepare.h)
+/// A cone face through the camera centre C and the ray directions d0, d1 (integers, see cone.h)
 /// has (a, b, c) = d0 x d1 and o = -(d0 x d1).C, so it holds its centre and both rays exactly.
 ///
 /// Degenerate positions do not exist, by simulation of simplicity (Edelsbrunner and Muecke 1990):

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "hull/working_volume.h"
 
@@ -35,58 +36,51 @@ Vec3 real(const IntVec& v) {
   return {static_cast<double>(v[0]), static_cast<double>(v[1]), static_cast<double>(v[2])};
 }
 
-}  // namespace
-
-bool build_scene(Scene& scene, std::span<const Cone* const> cones,
-                 const std::array<double, 6>& box) {
-  const std::uint32_t n = static_cast<std::uint32_t>(cones.size());
-  scene.cones.assign(cones.begin(), cones.end());
-  scene.first_face.assign(1, 0);
-  for (const Cone* cone : cones)
-    scene.first_face.push_back(scene.first_face.back() + static_cast<std::uint32_t>(cone->size()));
-  scene.box = box;
-
-  WorkingVolume volume(box);
-  for (const Cone* cone : cones)
-    if (!cone->complement) cut_by_rectangle(volume, *cone);
-  if (volume.empty()) return false;
-  scene.low = Vec3(1e300), scene.high = Vec3(-1e300);
+/// The box around \p volume, and which faces of the bounds it touches.
+void enclose(ClippingProblem& problem, const WorkingVolume& volume) {
+  problem.low = Vec3(1e300), problem.high = Vec3(-1e300);
   volume.visit_corners([&](const Vec3& p) {
-    scene.low = glm::min(scene.low, p);
-    scene.high = glm::max(scene.high, p);
+    problem.low = glm::min(problem.low, p);
+    problem.high = glm::max(problem.high, p);
   });
   for (int axis = 0; axis < 3; ++axis) {
-    const double slack = 1e-6 * (scene.high[axis] - scene.low[axis]);
-    scene.box_active[2 * axis] = scene.low[axis] <= box[2 * axis] + slack;
-    scene.box_active[2 * axis + 1] = scene.high[axis] >= box[2 * axis + 1] - slack;
+    const double slack = 1e-6 * (problem.high[axis] - problem.low[axis]);
+    problem.box_active[2 * axis] = problem.low[axis] <= problem.box[2 * axis] + slack;
+    problem.box_active[2 * axis + 1] = problem.high[axis] >= problem.box[2 * axis + 1] - slack;
   }
+}
 
-  PlaneSet& set = scene.set;
+/// The planes of the cones' faces and of the box, and that at infinity.
+void number_planes(PlaneSet& set, const ClippingProblem& problem) {
   set.planes.clear(), set.group.clear(), set.perturbation.clear();
-  for (std::uint32_t i = 0; i < n; ++i) {
-    const Cone& cone = *cones[i];
-    set.planes.insert(set.planes.end(), cone.planes.begin(), cone.planes.end());
-    set.group.insert(set.group.end(), cone.size(), static_cast<std::int32_t>(i));
-    const Int128 along = static_cast<Int128>(cone.axis[0]) * cone.centre[0] +
-                         static_cast<Int128>(cone.axis[1]) * cone.centre[1] +
-                         static_cast<Int128>(cone.axis[2]) * cone.centre[2];
-    set.perturbation.push_back({-cone.axis[0], -cone.axis[1], -cone.axis[2], along});
+  std::int32_t group = 0;
+  for (const Cone* cone : problem.cones) {
+    set.planes.insert(set.planes.end(), cone->planes.begin(), cone->planes.end());
+    set.group.insert(set.group.end(), cone->size(), group++);
+    const Int128 along = static_cast<Int128>(cone->axis[0]) * cone->centre[0] +
+                         static_cast<Int128>(cone->axis[1]) * cone->centre[1] +
+                         static_cast<Int128>(cone->axis[2]) * cone->centre[2];
+    set.perturbation.push_back({-cone->axis[0], -cone->axis[1], -cone->axis[2], along});
   }
   for (int k = 0; k < 6; ++k) {
     Plane p;
     const Int128 sign = k % 2 == 0 ? 1 : -1;
     (k / 2 == 0 ? p.a : k / 2 == 1 ? p.b : p.c) = sign;
-    p.o = -sign * static_cast<Int128>(box[k]);
+    p.o = -sign * static_cast<Int128>(problem.box[k]);
     set.planes.push_back(p);
-    set.group.push_back(static_cast<std::int32_t>(n) + k);
+    set.group.push_back(group++);
     set.perturbation.push_back({0, 0, 0, -1});
   }
   set.planes.push_back({0, 0, 0, 1});
   set.group.push_back(-1);
+}
 
-  scene.near.resize(n), scene.far.resize(n);
-  for (std::uint32_t i = 0; i < n; ++i) {
-    const Cone& cone = *cones[i];
+/// Each cone's near and far plane around \p volume.
+void bound_cones(ClippingProblem& problem, const WorkingVolume& volume) {
+  problem.near.clear(), problem.far.clear();
+  PlaneSet& set = problem.set;
+  for (std::size_t i = 0; i < problem.cones.size(); ++i) {
+    const Cone& cone = *problem.cones[i];
     const Vec3 axis = real(cone.axis);
     double low = 1e300, high = -1e300;
     volume.visit_corners([&](const Vec3& p) {
@@ -96,41 +90,69 @@ bool build_scene(Scene& scene, std::span<const Cone* const> cones,
     const double slack = 1e-4 * (high - low) + 1e-7 * std::abs(high);
     low = std::floor(low - slack), high = std::ceil(high + slack);
     if (low < 1e-3 * high) low = 0.0;
-    scene.near[i] = low, scene.far[i] = high;
+    problem.near.push_back(low), problem.far.push_back(high);
     const Plane& q = set.perturbation[i];
     set.planes.push_back({-q.a, -q.b, -q.c, -q.o - static_cast<Int128>(low)});
     set.planes.push_back({q.a, q.b, q.c, q.o + static_cast<Int128>(high)});
     set.group.insert(set.group.end(), 2, -1);
   }
+}
 
-  scene.reach.resize(n);
-  for (std::uint32_t i = 0; i < n; ++i) {
-    const Vec3 centre = cones[i]->centre_real;
-    double& reach = scene.reach[i];
-    reach = scene.far[i] / glm::length(real(cones[i]->axis));
-    for (const Cone* other : cones)
+/// How far each cone's faces reach.
+void measure_reach(ClippingProblem& problem) {
+  problem.reach.clear();
+  for (std::size_t i = 0; i < problem.cones.size(); ++i) {
+    const Vec3 centre = problem.cones[i]->centre_real;
+    double reach = problem.far[i] / glm::length(real(problem.cones[i]->axis));
+    for (const Cone* other : problem.cones)
       reach = std::max(reach, glm::length(other->centre_real - centre));
     for (int k = 0; k < 6; ++k)
-      if (scene.box_active[k]) reach = std::max(reach, std::abs(box[k] - centre[k / 2]));
+      if (problem.box_active[k]) reach = std::max(reach, std::abs(problem.box[k] - centre[k / 2]));
+    problem.reach.push_back(reach);
   }
+}
 
-  scene.box_order.resize(n);
-  for (std::uint32_t i = 0; i < n; ++i) scene.box_order[i] = i;
-  scene.order.resize(n);
+/// In which order a cone's faces meet the others: the view most at right angles cuts a face
+/// shortest along its rays.
+void order_cones(ClippingProblem& problem) {
+  const std::size_t n = problem.cones.size();
+  const Vec3 middle = 0.5 * (problem.low + problem.high);
+  std::vector<Vec3> towards;
+  for (const Cone* cone : problem.cones)
+    towards.push_back(glm::normalize(middle - cone->centre_real + Vec3(1e-30)));
+  problem.box_order.resize(n);
+  std::iota(problem.box_order.begin(), problem.box_order.end(), 0u);
+  problem.order.resize(n);
   for (std::uint32_t i = 0; i < n; ++i) {
-    auto& order = scene.order[i];
-    order.clear();
-    for (std::uint32_t k = 0; k < n; ++k)
-      if (k != i) order.push_back(k);
-    // The view most at right angles cuts a face shortest along its rays.
-    const Vec3 middle = 0.5 * (scene.low + scene.high);
-    const Vec3 own = glm::normalize(middle - cones[i]->centre_real + Vec3(1e-30));
+    auto& order = problem.order[i];
+    order = problem.box_order;
+    order.erase(order.begin() + i);
     const auto alignment = [&](std::uint32_t k) {
-      return std::abs(glm::dot(own, glm::normalize(middle - cones[k]->centre_real + Vec3(1e-30))));
+      return std::abs(glm::dot(towards[i], towards[k]));
     };
     std::stable_sort(order.begin(), order.end(),
                      [&](std::uint32_t a, std::uint32_t b) { return alignment(a) < alignment(b); });
   }
+}
+
+}  // namespace
+
+bool ClippingProblem::set_up(std::span<const Cone* const> all,
+                             const std::array<double, 6>& limits) {
+  cones.assign(all.begin(), all.end());
+  box = limits;
+  first_face.assign(1, 0);
+  for (const Cone* cone : cones)
+    first_face.push_back(first_face.back() + static_cast<std::uint32_t>(cone->size()));
+  WorkingVolume volume(box);
+  for (const Cone* cone : cones)
+    if (!cone->complement) cut_by_rectangle(volume, *cone);
+  if (volume.empty()) return false;
+  enclose(*this, volume);
+  number_planes(set, *this);
+  bound_cones(*this, volume);
+  measure_reach(*this);
+  order_cones(*this);
   return true;
 }
 

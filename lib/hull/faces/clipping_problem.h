@@ -17,18 +17,22 @@
 
 namespace polyhull::hull {
 
-struct Scene {
+struct ClippingProblem {
   std::vector<const Cone*> cones;
   std::vector<std::uint32_t> first_face;  ///< of each cone, and one past the last
   PlaneSet set;
-  std::array<double, 6> box{};       ///< min and max per axis in the frame's units, whole numbers
+  std::array<double, 6> box{};       ///< min and max per axis on the lattice, whole numbers
   std::array<bool, 6> box_active{};  ///< which of its faces may touch the hull
   std::vector<double> near, far;     ///< along each cone's axis; near 0: from the centre on
   std::vector<double> reach;  ///< from each cone's centre to the furthest of what its faces meet
-  std::vector<std::vector<std::uint32_t>>
-      order;                             ///< for each cone the others, the most telling first
+  /// For each cone the others, the most telling first.
+  std::vector<std::vector<std::uint32_t>> order;
   std::vector<std::uint32_t> box_order;  ///< all cones, for the box
   Vec3 low{0.0}, high{0.0};              ///< a box around the hull
+
+  /// Sets up everything but the cones themselves. \p limits is the bounds or the working box in the
+  /// lattice. False if the hull is certainly empty.
+  bool set_up(std::span<const Cone* const> all, const std::array<double, 6>& limits);
 
   std::uint32_t cone_faces() const { return first_face.back(); }
   std::uint32_t box_face(int k) const { return cone_faces() + static_cast<std::uint32_t>(k); }
@@ -37,11 +41,5 @@ struct Scene {
   std::uint32_t far_plane(std::uint32_t cone) const { return cone_faces() + 8 + 2 * cone; }
   std::uint32_t face_count() const { return cone_faces() + 6; }
 };
-
-/// Sets up everything but the cones themselves. \p box is the bounds or the working box in the
-/// frame; \p limit_only: the box is only there to keep an unbounded hull finite. False if the hull
-/// is certainly empty.
-bool build_scene(Scene& scene, std::span<const Cone* const> cones,
-                 const std::array<double, 6>& box);
 
 }  // namespace polyhull::hull

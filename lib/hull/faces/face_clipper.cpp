@@ -5,22 +5,22 @@
 #include <cmath>
 
 namespace polyhull::hull {
-void FaceClipper::begin(const Scene& scene) {
-  scene_ = &scene;
+void FaceClipper::begin(const ClippingProblem& problem) {
+  problem_ = &problem;
   std::size_t largest = 0;
-  for (const Cone* cone : scene.cones) largest = std::max(largest, cone->size());
+  for (const Cone* cone : problem.cones) largest = std::max(largest, cone->size());
   stamp_.assign(largest, 0);
   line_stamp_.assign(largest, 0);
   lines_.resize(largest);
   piece_at_ray_.assign(largest, 0);
   candidates_.resize(largest + 1);
   stamp_now_ = look_now_ = 0;
-  bounds_face_.assign(scene.cones.size(), 0);
+  bounds_face_.assign(problem.cones.size(), 0);
 }
 
 bool FaceClipper::start(std::uint32_t face) {
   chart_.face = face;
-  const Scene& s = *scene_;
+  const ClippingProblem& s = *problem_;
   if (face >= s.cone_faces()) {
     if (!s.box_active[face - s.cone_faces()]) return false;
     start_box_face();
@@ -34,7 +34,7 @@ bool FaceClipper::start(std::uint32_t face) {
 }
 
 void FaceClipper::start_cone_face() {
-  const Scene& s = *scene_;
+  const ClippingProblem& s = *problem_;
   const Cone& c = *s.cones[chart_.cone];
   const std::uint32_t begin = chart_.local, end = c.next[chart_.local],
                       base = s.first_face[chart_.cone];
@@ -54,33 +54,25 @@ void FaceClipper::start_cone_face() {
 
   const double width = along / length;  // t of the second ray
   const double scale = 1.0 / std::max(1.0, width);
-  const std::uint32_t left = base + c.previous[begin], right = base + end;
-  const Line left_line{0, 1, 0}, right_line{width * scale, -scale, 0};
   const double za = glm::dot(axis, chart_.axis_a) / axis_length,
                zb = glm::dot(axis, chart_.axis_b) / axis_length;
-  const Line far_line{-za, -zb, s.far[chart_.cone] * chart_.unit / axis_length};
-  const Line near_line{za, zb, -s.near[chart_.cone] * chart_.unit / axis_length};
-  const std::uint32_t far_plane = s.far_plane(chart_.cone), near_plane = s.near_plane(chart_.cone);
-  const int turn_left = c.turn[begin], turn_right = c.turn[end];
+  const Edge left{{0, 1, 0}, base + c.previous[begin], c.turn[begin]};
+  const Edge right{{width * scale, -scale, 0}, base + end, c.turn[end]};
+  const Edge far{
+      {-za, -zb, s.far[chart_.cone] * chart_.unit / axis_length}, s.far_plane(chart_.cone), 1};
+  const Edge near{
+      {za, zb, -s.near[chart_.cone] * chart_.unit / axis_length}, s.near_plane(chart_.cone), 1};
   // far (left to right), right ray (up to near), near, left ray (down).
-  const Corner v0 =
-      make_corner(left_line, far_line, left, far_plane, 1, turn_left, nullptr, nullptr, 0, 0);
-  const Corner v1 =
-      make_corner(far_line, right_line, far_plane, right, 1, turn_right, nullptr, nullptr, 0, 0);
-  Corner v2{0, 0, 1, determinant_error, 0, 0, 1, true}, v3 = v2;  // the apex
-  if (s.near[chart_.cone] > 0) {
-    v2 = make_corner(right_line, near_line, right, near_plane, 1, turn_right, nullptr, nullptr, 0,
-                     0);
-    v3 = make_corner(near_line, left_line, near_plane, left, 1, turn_left, nullptr, nullptr, 0, 0);
-  }
-  add_rectangle({{{v0, {far_line, far_plane, 1}},
-                  {v1, {right_line, right, static_cast<std::int8_t>(turn_right)}},
-                  {v2, {near_line, near_plane, 1}},
-                  {v3, {left_line, left, static_cast<std::int8_t>(turn_left)}}}});
+  const Corner apex{0, 0, 1, determinant_error, 0, 0, 1, true};
+  const bool ends = s.near[chart_.cone] > 0;
+  add_rectangle({{{make_corner(left, far, 1), far},
+                  {make_corner(far, right, 1), right},
+                  {ends ? make_corner(right, near, 1) : apex, near},
+                  {ends ? make_corner(near, left, 1) : apex, left}}});
 }
 
 void FaceClipper::start_box_face() {
-  const Scene& s = *scene_;
+  const ClippingProblem& s = *problem_;
   const int k = static_cast<int>(chart_.face - s.cone_faces()), axis = k / 2;
   chart_.cone = -1;
   const int u = (axis + 1) % 3, v = (axis + 2) % 3;
@@ -97,49 +89,26 @@ void FaceClipper::start_box_face() {
   chart_.unit = 1.0 / largest;
   // u, v and the face's axis are right-handed; the inward normal is the axis for the lower face.
   chart_.handed = k % 2 == 0 ? 1 : -1;
-  const Line left{0, 1, 0}, right{wide * chart_.unit, -1, 0}, bottom{0, 0, 1},
-      top{high * chart_.unit, 0, -1};
-  const std::uint32_t pl = s.box_face(2 * u), pr = pl + 1, pb = s.box_face(2 * v), pt = pb + 1;
-  const Corner v0 = make_corner(left, bottom, pl, pb, 1, 1, nullptr, nullptr, 0, 0);
-  const Corner v1 = make_corner(bottom, right, pb, pr, 1, 1, nullptr, nullptr, 0, 0);
-  const Corner v2 = make_corner(right, top, pr, pt, 1, 1, nullptr, nullptr, 0, 0);
-  const Corner v3 = make_corner(top, left, pt, pl, 1, 1, nullptr, nullptr, 0, 0);
-  add_rectangle(
-      {{{v0, {bottom, pb, 1}}, {v1, {right, pr, 1}}, {v2, {top, pt, 1}}, {v3, {left, pl, 1}}}});
+  const std::uint32_t pu = s.box_face(2 * u), pv = s.box_face(2 * v);
+  const Edge left{{0, 1, 0}, pu, 1}, right{{wide * chart_.unit, -1, 0}, pu + 1, 1};
+  const Edge bottom{{0, 0, 1}, pv, 1}, top{{high * chart_.unit, 0, -1}, pv + 1, 1};
+  add_rectangle({{{make_corner(left, bottom, 1), bottom},
+                  {make_corner(bottom, right, 1), right},
+                  {make_corner(right, top, 1), top},
+                  {make_corner(top, left, 1), left}}});
 }
 
-FaceClipper::Corner FaceClipper::make_corner(const Line& l, const Line& m, std::uint32_t plane1,
-                                             std::uint32_t plane2, int geometric, int orientation,
-                                             const Corner* from, const Corner* to,
-                                             double from_value, double to_value) {
+FaceClipper::Corner FaceClipper::make_corner(const Edge& l, const Edge& m, int s) {
+  const double u = l.line.b * m.line.d - l.line.d * m.line.b;
+  const bool known = u * s > 1e-9;
+  const double inverse = 1.0 / (known || std::abs(u) > 1e-300 ? u : 1e-300);
   Corner v;
-  const double u = l.b * m.d - l.d * m.b;
-  if (u * geometric > 1e-9) {
-    const double inverse = 1.0 / u;
-    v.h = 1.0;
-    v.t = (l.d * m.a - l.a * m.d) * inverse;
-    v.w = (l.a * m.b - l.b * m.a) * inverse;
-    v.tolerance = determinant_error * std::abs(inverse);
-  } else if (from != nullptr) {
-    // Nearly parallel: a place between the ends is good enough to look around from.
-    const double a = std::abs(from_value), b = std::abs(to_value);
-    const double sum = a + b > 0 ? a + b : 1.0, f = a + b > 0 ? b / sum : 0.5, g = 1.0 - f;
-    const double h = f * from->h + g * to->h;
-    const double inverse = h > 0 ? 1.0 / h : 1.0;
-    v.h = 1.0;
-    v.t = (f * from->t + g * to->t) * inverse;
-    v.w = (f * from->w + g * to->w) * inverse;
-    v.tolerance = undecided;
-  } else {
-    const double safe = std::abs(u) > 1e-300 ? u : 1e-300;
-    v.h = 1.0;
-    v.t = (l.d * m.a - l.a * m.d) / safe;
-    v.w = (l.a * m.b - l.b * m.a) / safe;
-    v.tolerance = undecided;
-  }
-  v.plane1 = plane1;
-  v.plane2 = plane2;
-  v.sign = static_cast<std::int8_t>(geometric * orientation);
+  v.h = 1.0;
+  v.t = (l.line.d * m.line.a - l.line.a * m.line.d) * inverse;
+  v.w = (l.line.a * m.line.b - l.line.b * m.line.a) * inverse;
+  v.tolerance = known ? determinant_error * std::abs(inverse) : undecided;
+  v.plane1 = l.plane, v.plane2 = m.plane;
+  v.sign = static_cast<std::int8_t>(s * l.orientation * m.orientation);
   v.apex = false;
   return v;
 }
@@ -159,7 +128,7 @@ void FaceClipper::clip(std::uint32_t begin, std::uint32_t end, FaceLoops& out) {
     if (!start(f)) continue;
     if (chart_.cone != cone) {
       cone = chart_.cone;
-      order_ = cone >= 0 ? scene_->order[cone] : scene_->box_order;
+      order_ = cone >= 0 ? problem_->order[cone] : problem_->box_order;
     }
     // The starting rectangle of a box face already lies on its neighbours.
     if (cone >= 0) cut_by_box();
@@ -173,7 +142,7 @@ void FaceClipper::clip(std::uint32_t begin, std::uint32_t end, FaceLoops& out) {
 }
 
 void FaceClipper::cut_by_box() {
-  const Scene& s = *scene_;
+  const ClippingProblem& s = *problem_;
   part_ = &parts_[0];
   cone_ = nullptr;
   for (int k = 0; k < 6; ++k) {
@@ -286,8 +255,8 @@ void FaceClipper::to_front(std::vector<std::uint32_t>& order) {
   std::fill(bounds_face_.begin(), bounds_face_.end(), 0);
   for (std::size_t i = 0; i < part_count_; ++i)
     for (const Node& node : parts_[i].nodes)
-      if (node.edge.plane < scene_->cone_faces())
-        bounds_face_[scene_->set.group[node.edge.plane]] = 1;
+      if (node.edge.plane < problem_->cone_faces())
+        bounds_face_[problem_->set.group[node.edge.plane]] = 1;
   new_order_.clear();
   for (int bounds = 1; bounds >= 0; --bounds)
     for (const std::uint32_t cone : order)
@@ -299,11 +268,11 @@ int FaceClipper::side_exactly(const Corner& v, std::uint32_t plane, int orientat
   ++exact_;
   int sign;
   if (v.apex) {
-    const IntVec& c = scene_->cones[chart_.cone]->centre;
-    sign = orientation * scene_->set.side_of_point(plane, c[0], c[1], c[2]);
+    const IntVec& c = problem_->cones[chart_.cone]->centre;
+    sign = orientation * problem_->set.side_of_point(plane, c[0], c[1], c[2]);
   } else {
     sign = orientation * v.sign * chart_.handed *
-           scene_->set.orientation(chart_.face, v.plane1, v.plane2, plane);
+           problem_->set.orientation(chart_.face, v.plane1, v.plane2, plane);
   }
   return sign != 0 ? sign : 1;
 }
@@ -321,7 +290,7 @@ void FaceClipper::emit(FaceLoops& out) {
         CornerKey key;
         if (v.apex) {
           key = {static_cast<std::uint32_t>(chart_.cone),
-                 scene_->cones[chart_.cone]->ring[chart_.local], apex_mark};
+                 problem_->cones[chart_.cone]->ring[chart_.local], apex_mark};
           if (out.corners.size() > begin && same(out.corners.back(), key)) continue;
         } else {
           key = {chart_.face, v.plane1, v.plane2};

@@ -15,8 +15,7 @@
 /// plane with the inside on its left; a corner is the common point of the face's and two more
 /// planes. For a cone j:
 /// 1. the grid over the silhouette j tells which edges may meet the face's picture there; if none,
-/// the
-///    face is kept or dropped as a whole;
+///    the face is kept or dropped as a whole;
 /// 2. each such edge's line is crossed with the loops' edges; sorted along the line, the crossings
 ///    pair up into what lies inside the face; of that, the part between the edge's two rays is a
 ///    piece of new border;
@@ -73,15 +72,15 @@ class FaceClipper {
   struct Corner {
     double h, t, w, tolerance;
     std::uint32_t plane1, plane2;
-    std::int8_t
-        sign;  ///< of the exact determinant (face, plane1, plane2, g) against g's at the corner
+    /// Of the exact determinant (face, plane1, plane2, g) against g's at the corner.
+    std::int8_t sign;
     bool apex;
   };
   struct Line {
     double a, b, d;
   };
 
-  void begin(const Scene& scene);
+  void begin(const ClippingProblem& problem);
 
   /// Appends the loops of the faces [begin, end), seen counter-clockwise from outside. The result
   /// depends on the block only, not on what was clipped before.
@@ -169,7 +168,7 @@ class FaceClipper {
   void add_cut(const Line& line, std::uint32_t edge, std::uint32_t plane);
   bool apply_cuts();
   bool runs_forward() const;
-  void cross(std::uint32_t cut);
+  void cross_edges(std::uint32_t cut);
   void sort_crossings(std::uint32_t node);
   bool loop_inside(std::uint32_t begin, std::uint32_t end);
   bool follow(std::uint32_t crossing);
@@ -180,10 +179,8 @@ class FaceClipper {
   int side(const Crossing& x, std::uint32_t plane, const Line& line, int orientation);
   void append(const Crossing& x, const Edge& edge);
   Corner corner_at_ray(std::uint32_t ray);
-  static Corner make_corner(const Line& l, const Line& m, std::uint32_t plane1,
-                            std::uint32_t plane2, int geometric, int orientation,
-                            const Corner* from, const Corner* to, double from_value,
-                            double to_value);
+  /// Of two edges' lines; \p s is the s of their corner (see above).
+  static Corner make_corner(const Edge& l, const Edge& m, int s);
   void emit(FaceLoops& out);
 
   /// Of the corner against the line of the plane; \p orientation: of that line against the plane.
@@ -204,7 +201,7 @@ class FaceClipper {
     return masks_[cut * words_ + (node >> 6)] >> (node & 63) & 1;
   }
 
-  const Scene* scene_ = nullptr;
+  const ClippingProblem* problem_ = nullptr;
   Chart chart_;
   std::vector<Part> parts_;  ///< the first part_count_ are in use
   std::size_t part_count_ = 0;

@@ -49,25 +49,29 @@ void FaceClipper::append(const Crossing& x, const Edge& edge) {
     const double inverse = 1.0 / x.h;
     v.h = 1.0, v.t = x.t * inverse, v.w = x.w * inverse;
     v.tolerance = determinant_error * inverse;
-    v.plane1 = own.plane, v.plane2 = cut.plane;
-    v.sign = static_cast<std::int8_t>(x.sign * own.orientation);
-    v.apex = false;
   } else {
+    // Nearly parallel: a place between the edge's ends is good enough to look around from.
     const Corner &from = part_->nodes[x.node].corner, &to = part_->nodes[following(x.node)].corner;
-    v = make_corner(own.line, cut.line, own.plane, cut.plane, x.sign, own.orientation, &from, &to,
-                    value(from, cut.line), value(to, cut.line));
+    const double a = std::abs(value(from, cut.line)), b = std::abs(value(to, cut.line));
+    const double f = a + b > 0 ? b / (a + b) : 0.5, g = 1.0 - f, h = f * from.h + g * to.h;
+    const double inverse = h > 0 ? 1.0 / h : 1.0;
+    v.h = 1.0, v.t = (f * from.t + g * to.t) * inverse, v.w = (f * from.w + g * to.w) * inverse;
+    v.tolerance = undecided;
   }
+  v.plane1 = own.plane, v.plane2 = cut.plane;
+  v.sign = static_cast<std::int8_t>(x.sign * own.orientation);
+  v.apex = false;
 }
 
 FaceClipper::Corner FaceClipper::corner_at_ray(std::uint32_t ray) {
   const std::uint32_t before = cone_->previous[ray];
-  return make_corner(cached_line(before), cached_line(ray), base_ + before, base_ + ray,
-                     forward_ ? cone_->turn[ray] : -cone_->turn[ray], 1, nullptr, nullptr, 0, 0);
+  return make_corner({cached_line(before), base_ + before, 1}, {cached_line(ray), base_ + ray, 1},
+                     forward_ ? cone_->turn[ray] : -cone_->turn[ray]);
 }
 
 /// Crosses the cut's line with all edges; what it holds inside the face becomes pieces, and the
 /// crossings between the cut's rays are entered with their edges.
-void FaceClipper::cross(std::uint32_t index) {
+void FaceClipper::cross_edges(std::uint32_t index) {
   const Cut& cut = cuts_[index];
   std::uint32_t before = 0, after = 0;
   Line before_line{}, after_line{};
@@ -225,15 +229,15 @@ bool FaceClipper::loop_inside(std::uint32_t begin, std::uint32_t end) {
 bool FaceClipper::runs_forward() const {
   double x;
   if (chart_.cone >= 0) {
-    const Cone& own = *scene_->cones[chart_.cone];
+    const Cone& own = *problem_->cones[chart_.cone];
     x = glm::dot(own.normals[chart_.local], cone_->centre_real - own.centre_real) * chart_.unit;
   } else {
-    const int k = static_cast<int>(chart_.face - scene_->cone_faces());
-    x = (cone_->centre_real[k / 2] - scene_->box[k]) * chart_.unit * chart_.handed;
+    const int k = static_cast<int>(chart_.face - problem_->cone_faces());
+    x = (cone_->centre_real[k / 2] - problem_->box[k]) * chart_.unit * chart_.handed;
   }
   if (!(std::abs(x) > 1e-14))
-    x = scene_->set.side_of_point(chart_.face, cone_->centre[0], cone_->centre[1],
-                                  cone_->centre[2]);
+    x = problem_->set.side_of_point(chart_.face, cone_->centre[0], cone_->centre[1],
+                                    cone_->centre[2]);
   return (x > 0 ? 1 : -1) * chart_.handed < 0;
 }
 
@@ -291,7 +295,7 @@ bool FaceClipper::apply_cuts() {
   first_on_edge_.assign(n, nothing);
   if (!cuts_.empty()) {
     forward_ = cone_ == nullptr || runs_forward();
-    for (std::uint32_t i = 0; i < cuts_.size(); ++i) cross(i);
+    for (std::uint32_t i = 0; i < cuts_.size(); ++i) cross_edges(i);
   }
   if (pieces_.empty() && part_->loop_ends.size() == 1) return loop_inside(0, n);
   for (const std::uint32_t node : crowded_) sort_crossings(node);

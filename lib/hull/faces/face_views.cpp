@@ -9,9 +9,6 @@
 namespace polyhull::hull {
 namespace {
 
-double cross2(const Vec2& a, const Vec2& b) {
-  return a.x * b.y - a.y * b.x;
-}
 double reach(const Vec2& a) {
   return std::abs(a.x) + std::abs(a.y);
 }
@@ -98,8 +95,8 @@ struct FaceClipper::Quadrilateral {
 /// Has the other cone look at the face.
 void FaceClipper::look_at(std::uint32_t index) {
   ++look_now_;
-  cone_ = scene_->cones[index];
-  base_ = scene_->first_face[index];
+  cone_ = problem_->cones[index];
+  base_ = problem_->first_face[index];
   const Vec3 to = (chart_.corner - cone_->centre_real) * chart_.unit;
   if (chart_.cone >= 0)
     picture_ = {chart_.axis_a, chart_.axis_b, to};
@@ -228,9 +225,9 @@ FaceClipper::Meeting FaceClipper::locate(const Cone& cone, const Vec2& x, double
   for (std::uint32_t e : grid.edges(c0, r0)) {
     const auto [a, b] = grid.segment(e);
     const double near = tiny * reach(b - a);
-    const double s0 = cross2(b - a, x - a), s1 = cross2(b - a, middle - a);
+    const double s0 = cross(b - a, x - a), s1 = cross(b - a, middle - a);
     if ((s0 > near && s1 > near) || (s0 < -near && s1 < -near)) continue;
-    const double t0 = cross2(away, a - x), t1 = cross2(away, b - x);
+    const double t0 = cross(away, a - x), t1 = cross(away, b - x);
     if ((t0 > close && t1 > close) || (t0 < -close && t1 < -close)) continue;
     if (std::abs(s0) < near || std::abs(s1) < near || std::abs(t0) < close || std::abs(t1) < close)
       return Meeting::perhaps;
@@ -274,7 +271,7 @@ bool FaceClipper::inside_cone_exact(std::uint32_t node) {
   int sign = glm::dot(cone.camera.forward, direction) > 0 ? -1 : 1;
   to.h *= sign, to.t *= sign, to.w *= sign;
   to.plane1 = e.plane;
-  to.plane2 = scene_->infinity();
+  to.plane2 = problem_->infinity();
   to.sign = static_cast<std::int8_t>(sign * e.orientation);
   to.apex = false;
   bool inside = cone.complement;

@@ -22,27 +22,28 @@ struct RealPlane {
   double offset;  ///< against the middle
 };
 
-RealPlane real_plane(const Scene& scene, std::uint32_t plane, const Vec3& middle) {
-  if (plane < scene.cone_faces()) {
-    const std::size_t cone = static_cast<std::size_t>(scene.set.group[plane]);
-    const Cone& c = *scene.cones[cone];
-    const Vec3 n = c.normals[plane - scene.first_face[cone]];
+RealPlane real_plane(const ClippingProblem& problem, std::uint32_t plane, const Vec3& middle) {
+  if (plane < problem.cone_faces()) {
+    const std::size_t cone = static_cast<std::size_t>(problem.set.group[plane]);
+    const Cone& c = *problem.cones[cone];
+    const Vec3 n = c.normals[plane - problem.first_face[cone]];
     return {n, glm::dot(n, c.centre_real - middle)};
   }
-  const int k = static_cast<int>(plane - scene.cone_faces());
+  const int k = static_cast<int>(plane - problem.cone_faces());
   Vec3 n(0.0);
   n[k / 2] = 1.0;
-  return {n, scene.box[k] - middle[k / 2]};
+  return {n, problem.box[k] - middle[k / 2]};
 }
 
 }  // namespace
 
-Vec3 Assembler::place(const Scene& scene, const CornerKey& key) {
-  if (key[2] == apex_mark) return scene.cones[key[0]]->centre_real;
-  const Vec3 middle = 0.5 * (scene.low + scene.high);
-  if (key[2] < scene.cone_faces() + 6) {
-    const RealPlane p = real_plane(scene, key[0], middle), q = real_plane(scene, key[1], middle),
-                    r = real_plane(scene, key[2], middle);
+Vec3 Assembler::place(const ClippingProblem& problem, const CornerKey& key) {
+  if (key[2] == apex_mark) return problem.cones[key[0]]->centre_real;
+  const Vec3 middle = 0.5 * (problem.low + problem.high);
+  if (key[2] < problem.cone_faces() + 6) {
+    const RealPlane p = real_plane(problem, key[0], middle),
+                    q = real_plane(problem, key[1], middle),
+                    r = real_plane(problem, key[2], middle);
     const Vec3 pq = glm::cross(p.normal, q.normal);
     const double d = glm::dot(pq, r.normal);
     if (std::abs(d) > 1e-5) {
@@ -51,7 +52,7 @@ Vec3 Assembler::place(const Scene& scene, const CornerKey& key) {
       return middle + x / d;
     }
   }
-  return scene.set.point(key[0], key[1], key[2]);
+  return problem.set.point(key[0], key[1], key[2]);
 }
 
 void Assembler::grow() {
@@ -75,8 +76,9 @@ std::uint32_t Assembler::number(const CornerKey& key) {
   return table_[slot];
 }
 
-void Assembler::assemble(const Scene& scene, const Frame& frame, std::span<const FaceLoops> pieces,
-                         Hull& hull, std::vector<Vec3>& normals) {
+void Assembler::assemble(const ClippingProblem& problem, const Lattice& lattice,
+                         std::span<const FaceLoops> pieces, Hull& hull,
+                         std::vector<Vec3>& normals) {
   keys_.clear();
   normals.clear();
   std::fill(table_.begin(), table_.end(), empty_slot);
@@ -89,18 +91,18 @@ void Assembler::assemble(const Scene& scene, const Frame& frame, std::span<const
     for (std::uint32_t end : piece.face_ends) hull.face_loop_ends.push_back(loop_base + end);
     for (std::uint32_t f : piece.faces) {
       HullFace face;
-      if (f >= scene.cone_faces()) {
-        const int k = static_cast<int>(f - scene.cone_faces());
+      if (f >= problem.cone_faces()) {
+        const int k = static_cast<int>(f - problem.cone_faces());
         face.edge = static_cast<std::uint32_t>(k);
         Vec3 out(0.0);
         out[k / 2] = k % 2 == 0 ? -1.0 : 1.0;
         normals.push_back(out);
       } else {
-        while (f >= scene.first_face[cone + 1]) ++cone;
-        const Cone& c = *scene.cones[cone];
-        face.view = c.source_view[f - scene.first_face[cone]];
-        face.edge = c.source[f - scene.first_face[cone]];
-        normals.push_back(-c.normals[f - scene.first_face[cone]]);
+        while (f >= problem.first_face[cone + 1]) ++cone;
+        const Cone& c = *problem.cones[cone];
+        face.view = c.source_view[f - problem.first_face[cone]];
+        face.edge = c.source[f - problem.first_face[cone]];
+        normals.push_back(-c.normals[f - problem.first_face[cone]]);
       }
       hull.faces.push_back(face);
     }
@@ -108,15 +110,15 @@ void Assembler::assemble(const Scene& scene, const Frame& frame, std::span<const
   places_.resize(keys_.size());
   Vec3 low(1e300), high(-1e300);
   for (std::size_t i = 0; i < keys_.size(); ++i) {
-    places_[i] = place(scene, keys_[i]);
+    places_[i] = place(problem, keys_[i]);
     low = glm::min(low, places_[i]);
     high = glm::max(high, places_[i]);
   }
   hull.vertices.resize(keys_.size());
   if (keys_.empty()) return;
   const Vec3 middle = 0.5 * (low + high);
-  const double inverse = 1.0 / frame.scale;
-  hull.origin = frame.origin + middle * inverse;
+  const double inverse = 1.0 / lattice.scale;
+  hull.origin = lattice.origin + middle * inverse;
   for (std::size_t i = 0; i < keys_.size(); ++i)
     hull.vertices[i] = Vec3f((places_[i] - middle) * inverse);
 }

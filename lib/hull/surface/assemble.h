@@ -16,15 +16,15 @@ class Assembler {
  public:
   /// Fills the hull's origin, vertices, faces (without triangles) and loops; \p normals gets the
   /// unit normal of each face, out of the solid.
-  void assemble(const Scene& scene, const Frame& frame, std::span<const FaceLoops> pieces,
-                Hull& hull, std::vector<Vec3>& normals);
+  void assemble(const ClippingProblem& problem, const Lattice& lattice,
+                std::span<const FaceLoops> pieces, Hull& hull, std::vector<Vec3>& normals);
 
   /// The planes of each vertex of the last hull.
   std::span<const CornerKey> keys() const { return keys_; }
 
-  /// The corner's place in the frame, from its planes in doubles, or exactly where these meet at
+  /// The corner's place on the lattice, from its planes in doubles, or exactly where these meet at
   /// small angles.
-  static Vec3 place(const Scene& scene, const CornerKey& key);
+  static Vec3 place(const ClippingProblem& problem, const CornerKey& key);
 
  private:
   std::uint32_t number(const CornerKey& key);

@@ -3,10 +3,11 @@
 /// How many half-edges run between two vertices, in either direction: a hash table.
 #pragma once
 
-#include <algorithm>
 #include <bit>
 #include <cstdint>
 #include <vector>
+
+#include "base/edge_key.h"
 
 namespace polyhull::hull {
 
@@ -19,14 +20,14 @@ class EdgeCounts {
   }
   void add(std::uint32_t a, std::uint32_t b) {
     if (2 * used_ >= slots_.size()) grow();
-    Slot& slot = slots_[place(key(a, b))];
-    if (slot.key == free_slot) slot.key = key(a, b), ++used_;
+    Slot& slot = slots_[place(edge_key(a, b))];
+    if (slot.key == free_slot) slot.key = edge_key(a, b), ++used_;
     ++slot.count;
   }
   /// Of an edge that was added.
-  void remove(std::uint32_t a, std::uint32_t b) { --slots_[place(key(a, b))].count; }
+  void remove(std::uint32_t a, std::uint32_t b) { --slots_[place(edge_key(a, b))].count; }
   bool contains(std::uint32_t a, std::uint32_t b) const {
-    return slots_[place(key(a, b))].count > 0;
+    return slots_[place(edge_key(a, b))].count > 0;
   }
 
  private:
@@ -35,9 +36,6 @@ class EdgeCounts {
     std::uint64_t key = free_slot;  ///< stays when the count has gone back to 0
     std::uint32_t count = 0;
   };
-  static std::uint64_t key(std::uint32_t a, std::uint32_t b) {
-    return static_cast<std::uint64_t>(std::min(a, b)) << 32 | std::max(a, b);
-  }
   /// Where the key is or would go.
   std::size_t place(std::uint64_t key) const {
     std::uint64_t h = key * 0x9e3779b97f4a7c15u;

@@ -4,12 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "hull/surface/half_edge.h"
-
 namespace polyhull::hull {
 namespace {
 
-constexpr std::uint32_t none = 0xffffffffu;
 constexpr std::uint32_t turned_cost = 1u << 20, flat_cost = 1u << 10, sliver_cost = 1;
 /// Corners of a patch, at most: its triangulations take time with the third power.
 constexpr std::size_t patch_corners = 24;
@@ -19,12 +16,11 @@ constexpr std::size_t patch_corners = 24;
 bool may_join(const CornerKey& a, const CornerKey& b) {
   if (a[2] == apex_mark || b[2] == apex_mark) return true;
   int shared = 0;
-  for (int i = 0, j = 0; i < 3 && j < 3;) {
+  for (int i = 0, j = 0; i < 3 && j < 3;)
     if (a[i] == b[j])
       ++shared, ++i, ++j;
     else
       a[i] < b[j] ? ++i : ++j;
-  }
   return shared < 2;
 }
 
@@ -57,9 +53,10 @@ void PatchOptimizer::connect() {
   const std::uint32_t half_edges = static_cast<std::uint32_t>(triangles_.size());
   joined_half_edges_ += half_edges;
   opposite_.assign(half_edges, none);
+  mesh_ = {triangles_, opposite_};
   sorted_.clear();
   for (std::uint32_t h = 0; h < half_edges; ++h) {
-    const std::uint32_t a = triangles_[h], b = triangles_[following(h)];
+    const std::uint32_t a = mesh_.from(h), b = mesh_.to(h);
     sorted_.push_back(static_cast<std::uint64_t>(std::min(a, b)) << 44 |
                       static_cast<std::uint64_t>(std::max(a, b)) << 24 | h);
   }
@@ -68,10 +65,8 @@ void PatchOptimizer::connect() {
   for (std::size_t i = 0; i + 2 < sorted_.size(); ++i)
     tangled_ |= sorted_[i] >> 24 == sorted_[i + 2] >> 24;
   for (std::size_t i = 0; i + 1 < sorted_.size(); ++i)
-    if (sorted_[i] >> 24 == sorted_[i + 1] >> 24) {
-      const std::uint32_t g = sorted_[i] & 0xffffff, h = sorted_[i + 1] & 0xffffff;
-      opposite_[g] = h, opposite_[h] = g;
-    }
+    if (sorted_[i] >> 24 == sorted_[i + 1] >> 24)
+      mesh_.link(sorted_[i] & 0xffffff, sorted_[i + 1] & 0xffffff);
 }
 
 /// Triangles around a bad one, nearest first, while the patch stays a disc with no vertex twice on
@@ -89,7 +84,7 @@ void PatchOptimizer::gather(std::uint32_t first) {
     for (std::size_t i = corners; i-- > 0 && loop_.size() < patch_corners;) {
       const std::uint32_t g = opposite_[side_[i]];
       if (g == none) continue;
-      const std::uint32_t apex = triangles_[following(following(g))];
+      const std::uint32_t apex = mesh_.apex(g);
       if (std::find(loop_.begin(), loop_.end(), apex) != loop_.end()) continue;
       patch_.push_back(g / 3);
       // side i ran a -> b, g runs b -> a: now a -> apex -> b.
@@ -129,8 +124,7 @@ void PatchOptimizer::find_sides() {
   if (3 * patch_.size() == triangles_.size()) return;
   if (!counted_) {
     edges_.clear(triangles_.size());
-    for (std::uint32_t h = 0; h < triangles_.size(); ++h)
-      edges_.add(triangles_[h], triangles_[following(h)]);
+    for (std::uint32_t h = 0; h < triangles_.size(); ++h) edges_.add(mesh_.from(h), mesh_.to(h));
     counted_ = true;
   }
   count_patch(-1);
@@ -144,7 +138,7 @@ void PatchOptimizer::find_sides() {
 void PatchOptimizer::count_patch(int sign) {
   for (const std::uint32_t t : patch_)
     for (std::uint32_t h = 3 * t; h < 3 * t + 3; ++h) {
-      const std::uint32_t a = triangles_[h], b = triangles_[following(h)];
+      const std::uint32_t a = mesh_.from(h), b = mesh_.to(h);
       sign > 0 ? edges_.add(a, b) : edges_.remove(a, b);
     }
 }
@@ -157,20 +151,19 @@ void PatchOptimizer::connect_patch() {
   const std::size_t n = loop_.size();
   for (const std::uint32_t t : patch_)
     for (std::uint32_t h = 3 * t; h < 3 * t + 3; ++h) {
-      const std::uint32_t a = triangles_[h], b = triangles_[following(h)];
+      const std::uint32_t a = mesh_.from(h), b = mesh_.to(h);
       const std::size_t i = std::find(loop_.begin(), loop_.end(), a) - loop_.begin();
       if (loop_[(i + 1) % n] == b) {
-        opposite_[h] = beyond_[i];
-        if (beyond_[i] != none) opposite_[beyond_[i]] = h;
+        mesh_.link(h, beyond_[i]);
         continue;
       }
-      const auto other = std::find_if(
-          open_half_edges_.begin(), open_half_edges_.end(),
-          [&](std::uint32_t g) { return triangles_[g] == b && triangles_[following(g)] == a; });
+      const auto other =
+          std::find_if(open_half_edges_.begin(), open_half_edges_.end(),
+                       [&](std::uint32_t g) { return mesh_.from(g) == b && mesh_.to(g) == a; });
       if (other == open_half_edges_.end()) {
         open_half_edges_.push_back(h);
       } else {
-        opposite_[h] = *other, opposite_[*other] = h;
+        mesh_.link(h, *other);
         *other = open_half_edges_.back();
         open_half_edges_.pop_back();
       }

@@ -28,6 +28,7 @@
 
 #include "hull/faces/face_clipper.h"
 #include "hull/surface/edge_counts.h"
+#include "hull/surface/half_edge.h"
 #include "hull/surface/triangle_shape.h"
 
 namespace polyhull::hull {
@@ -52,8 +53,8 @@ class PatchOptimizer {
 
  private:
   struct Cost {
-    std::uint32_t bad =
-        0;  ///< 2^20 for each turned triangle, 2^10 for each flat one, 1 for each sliver
+    /// 2^20 for each turned triangle, 2^10 for each flat one, 1 for each sliver.
+    std::uint32_t bad = 0;
     double length = 0.0;
     bool operator<(const Cost& o) const { return bad != o.bad ? bad < o.bad : length < o.length; }
     Cost operator+(const Cost& o) const { return {bad + o.bad, length + o.length}; }
@@ -78,6 +79,7 @@ class PatchOptimizer {
   Vec3 normal_{0.0};
   double rounding_ = 0.0;
   std::span<std::uint32_t> triangles_;
+  HalfEdges mesh_;                       ///< of triangles_ and opposite_
   std::vector<std::uint64_t> sorted_;    ///< half-edges by their two vertices
   std::vector<std::uint32_t> opposite_;  ///< half-edge numbers
   std::uint64_t joined_half_edges_ = 0, seen_triangles_ = 0;

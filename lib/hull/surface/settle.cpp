@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "hull/surface/half_edge.h"
 #include "hull/surface/triangle_shape.h"
 
 namespace polyhull::hull {
@@ -38,7 +37,7 @@ class Settling {
  private:
   void take_corners(std::uint32_t triangle) {
     for (int k = 0; k < 3; ++k) {
-      const std::uint32_t v = mesh_.triangles[3 * triangle + k];
+      const std::uint32_t v = mesh_.edges.triangles[3 * triangle + k];
       if (std::find(movable_.begin(), movable_.end(), v) == movable_.end()) movable_.push_back(v);
     }
   }
@@ -48,27 +47,17 @@ class Settling {
     const std::size_t count = movable_.size();
     for (const bool all : {false, true}) {
       for (std::size_t i = 0; i < count; ++i)
-        visit_edges(movable_[i], [&](std::uint32_t h) {
+        mesh_.edges.visit_leaving(movable_[i], [&](std::uint32_t h) {
           if (all || broken(h / 3)) take_corners(h / 3);
         });
       if (movable_.size() > count) return;
     }
   }
 
-  /// The half-edges that leave the vertex.
-  template <class Visit>
-  void visit_edges(std::uint32_t vertex, Visit visit) const {
-    std::uint32_t h = mesh_.leaving[vertex];
-    do {
-      visit(h);
-      h = mesh_.opposite[following(following(h))];
-    } while (h != mesh_.leaving[vertex]);
-  }
-
   Vec3 place(std::uint32_t vertex) const { return Vec3(mesh_.vertices[vertex]); }
 
   bool broken(std::uint32_t t) const {
-    const std::uint32_t* v = &mesh_.triangles[3 * t];
+    const std::uint32_t* v = &mesh_.edges.triangles[3 * t];
     return shape_of(place(v[0]), place(v[1]), place(v[2]), mesh_.normals[mesh_.face_of[t]]) ==
            Shape::broken;
   }
@@ -76,7 +65,7 @@ class Settling {
   bool any_broken() const {
     bool any = false;
     for (const std::uint32_t v : movable_)
-      visit_edges(v, [&](std::uint32_t h) { any = any || broken(h / 3); });
+      mesh_.edges.visit_leaving(v, [&](std::uint32_t h) { any = any || broken(h / 3); });
     return any;
   }
 
@@ -90,12 +79,12 @@ class Settling {
     return std::max(0.0, least_height * mesh_.step - height);
   }
   double shortage(std::uint32_t t) const {
-    const std::uint32_t* v = &mesh_.triangles[3 * t];
+    const std::uint32_t* v = &mesh_.edges.triangles[3 * t];
     return shortage(v[0], v[1], v[2], mesh_.face_of[t]);
   }
   double shortage_around(std::uint32_t vertex) const {
     double sum = 0.0;
-    visit_edges(vertex, [&](std::uint32_t h) { sum += shortage(h / 3); });
+    mesh_.edges.visit_leaving(vertex, [&](std::uint32_t h) { sum += shortage(h / 3); });
     return sum;
   }
 
@@ -127,57 +116,27 @@ class Settling {
   bool turn_edge() {
     for (const std::uint32_t v : movable_) {
       std::uint32_t better = none;
-      visit_edges(v, [&](std::uint32_t first) {
+      mesh_.edges.visit_leaving(v, [&](std::uint32_t first) {
         if (better != none || !broken(first / 3)) return;
         for (const std::uint32_t h : {first, following(first), following(following(first))})
           if (better == none && should_turn(h)) better = h;
       });
       if (better == none) continue;
-      turn(better);
+      mesh_.edges.flip(better, better / 3 * 3 + 1, mesh_.edges.opposite[better] / 3 * 3 + 2);
       return true;
     }
     return false;
   }
 
   bool should_turn(std::uint32_t h) const {
-    const std::uint32_t g = mesh_.opposite[h], face = mesh_.face_of[h / 3];
+    const HalfEdges& edges = mesh_.edges;
+    const std::uint32_t g = edges.opposite[h], face = mesh_.face_of[h / 3];
     if (mesh_.face_of[g / 3] != face) return false;
-    const auto& t = mesh_.triangles;
-    const std::uint32_t a = t[h], b = t[g], c = t[following(following(h))],
-                        d = t[following(following(g))];
-    const auto edges = [&](std::uint32_t vertex) {
-      int count = 0;
-      visit_edges(vertex, [&](std::uint32_t) { ++count; });
-      return count;
-    };
-    if (c == d || edges(a) <= 3 || edges(b) <= 3) return false;
-    bool joined = false;
-    visit_edges(c, [&](std::uint32_t e) { joined = joined || t[following(e)] == d; });
-    return !joined &&
+    const std::uint32_t a = edges.from(h), b = edges.from(g), c = edges.apex(h), d = edges.apex(g);
+    return c != d && edges.valence(a) > 3 && edges.valence(b) > 3 && !edges.joined(c, d) &&
            shortage(a, d, c, face) + shortage(d, b, c, face) < shortage(h / 3) + shortage(g / 3);
   }
 
-  /// Triangles (a, b, c) and (b, a, d) become (a, d, c) and (d, b, c).
-  void turn(std::uint32_t h) {
-    const std::uint32_t g = mesh_.opposite[h];
-    const std::uint32_t h1 = following(h), h2 = following(h1), g1 = following(g),
-                        g2 = following(g1);
-    const std::uint32_t bc = mesh_.opposite[h1], ca = mesh_.opposite[h2], ad = mesh_.opposite[g1],
-                        db = mesh_.opposite[g2];
-    auto& t = mesh_.triangles;
-    const std::uint32_t a = t[h], b = t[g], c = t[h2], d = t[g2];
-    const std::uint32_t i = h / 3 * 3, k = g / 3 * 3;
-    t[i] = a, t[i + 1] = d, t[i + 2] = c;
-    t[k] = d, t[k + 1] = b, t[k + 2] = c;
-    const auto link = [&](std::uint32_t x, std::uint32_t y) {
-      mesh_.opposite[x] = y, mesh_.opposite[y] = x;
-    };
-    link(i, ad), link(i + 1, k + 2), link(i + 2, ca);
-    link(k, db), link(k + 1, bc);
-    mesh_.leaving[a] = i, mesh_.leaving[d] = k, mesh_.leaving[b] = k + 1, mesh_.leaving[c] = i + 2;
-  }
-
-  static constexpr std::uint32_t none = 0xffffffffu;
   SettlingMesh mesh_;
   std::vector<std::uint32_t> movable_;
 };

@@ -19,17 +19,16 @@
 #include <vector>
 
 #include "base/vector.h"
+#include "hull/surface/half_edge.h"
 
 namespace polyhull::hull {
 
 /// A closed 2-manifold at work.
 struct SettlingMesh {
   std::span<Vec3f> vertices;
-  std::span<std::uint32_t> triangles;      ///< three vertices each
+  HalfEdges edges;
   std::span<const std::uint32_t> face_of;  ///< of each triangle, its normal's number
   std::span<const Vec3> normals;
-  std::span<std::uint32_t> opposite;  ///< half-edges; half-edge h begins at triangles[h]
-  std::span<std::uint32_t> leaving;   ///< of each vertex, a half-edge that begins there
   std::span<const Vec3f> from;        ///< the vertices before anything was settled
   std::span<const double> moved;      ///< of each vertex, what counts as moved already
   double limit = 0.0;                 ///< of that and the way from there together

@@ -36,33 +36,16 @@ Shape Simplifier::shape(std::uint32_t t) const {
   return shape(i[3 * t], i[3 * t + 1], i[3 * t + 2], face_of_[t]);
 }
 
-std::uint32_t Simplifier::valence(std::uint32_t vertex) const {
-  std::uint32_t count = 0, h = leaving_[vertex];
-  do {
-    ++count;
-    h = turn(h);
-  } while (h != leaving_[vertex]);
-  return count;
-}
-
-bool Simplifier::joined(std::uint32_t a, std::uint32_t b) const {
-  std::uint32_t h = leaving_[a];
-  do {
-    if (to(h) == b) return true;
-    h = turn(h);
-  } while (h != leaving_[a]);
-  return false;
-}
-
 /// Whether the triangles of the half-edges \p around, which leave one vertex, would cross others or
 /// each other if that vertex were \p v. Two of them vanish.
 bool Simplifier::would_cross(std::span<const std::uint32_t> around, std::uint32_t v,
                              std::uint32_t gone0, std::uint32_t gone1) {
   const auto& t = hull_->triangles;
-  const std::uint32_t u = from(around[0]);
+  const std::uint32_t u = edges_.from(around[0]);
   std::vector<Corners> fresh;
   for (std::uint32_t k : around)
-    if (k / 3 != gone0 && k / 3 != gone1) fresh.push_back({v, to(k), to(following(k))});
+    if (k / 3 != gone0 && k / 3 != gone1)
+      fresh.push_back({v, edges_.to(k), edges_.to(following(k))});
   const auto skip = [&](std::uint32_t s) {
     return dead_[s] || t[3 * s] == u || t[3 * s + 1] == u || t[3 * s + 2] == u;
   };
@@ -76,23 +59,24 @@ bool Simplifier::would_cross(std::span<const std::uint32_t> around, std::uint32_
 
 /// Moves the half-edge's start onto its end.
 bool Simplifier::collapse(std::uint32_t h) {
-  const std::uint32_t u = from(h), v = to(h), g = opposite_[h];
+  const std::uint32_t u = edges_.from(h), v = edges_.to(h), g = opposite_[h];
   const auto& p = hull_->vertices;
   const double length = glm::length(Vec3(p[u]) - Vec3(p[v]));
   const double moved = moved_[u] + length;
   if (moved > limit_) return false;
-  const std::uint32_t x = to(following(h)), y = to(following(g));
-  if (x == y || valence(x) <= 3 || valence(y) <= 3) return false;
+  const std::uint32_t x = edges_.apex(h), y = edges_.apex(g);
+  if (x == y || edges_.valence(x) <= 3 || edges_.valence(y) <= 3) return false;
+  std::vector<std::uint32_t> around;
+  edges_.visit_leaving(u, [&](std::uint32_t k) { around.push_back(k); });
   int before = 0, after = 0;
-  std::uint32_t k = leaving_[u];
-  do {
-    const std::uint32_t other = to(k), t = k / 3;
+  for (const std::uint32_t k : around) {
+    const std::uint32_t other = edges_.to(k), t = k / 3;
     // Common neighbours are x and y alone.
-    if (other != v && other != x && other != y && joined(other, v)) return false;
+    if (other != v && other != x && other != y && edges_.joined(other, v)) return false;
     const Shape now = shape(t);
     before += now != Shape::good;
     if (t != h / 3 && t != g / 3) {
-      const std::uint32_t a = to(k), b = to(following(k));
+      const std::uint32_t a = edges_.to(k), b = edges_.to(following(k));
       const Shape then = shape(v, a, b, face_of_[t]);
       after += then != Shape::good;
       if (slivers_ && then == Shape::broken && now != Shape::broken) return false;
@@ -102,36 +86,26 @@ bool Simplifier::collapse(std::uint32_t h) {
           glm::dot(n0, n1) < 0.7 * glm::length(n0) * glm::length(n1))
         return false;
     }
-    k = turn(k);
-  } while (k != leaving_[u]);
+  }
   // Within the rounding any collapse that breaks no more than there was is progress: it leaves two
   // triangles fewer.
   if (slivers_ ? after >= before : after > before) return false;
-  std::vector<std::uint32_t> around;
-  k = leaving_[u];
-  do {
-    around.push_back(k);
-    k = turn(k);
-  } while (k != leaving_[u]);
   if (guarded_ && would_cross(around, v, h / 3, g / 3)) return false;
   for (std::uint32_t e : around) hull_->triangles[e] = v;
   if (guarded_)
     for (std::uint32_t e : around) guard_.update(e / 3);
-  const auto link = [&](std::uint32_t a, std::uint32_t b) { opposite_[a] = b, opposite_[b] = a; };
   const std::uint32_t h1 = following(h), h2 = following(h1), g1 = following(g), g2 = following(g1);
   const std::uint32_t xv = opposite_[h1], vx = opposite_[h2], yv = opposite_[g1],
                       vy = opposite_[g2];
-  link(xv, vx);
-  link(yv, vy);
+  edges_.link(xv, vx);
+  edges_.link(yv, vy);
   leaving_[x] = xv;
   leaving_[y] = yv;
   leaving_[v] = vx;
   dead_[h / 3] = dead_[g / 3] = 1;
-  k = leaving_[v];
-  do {
+  edges_.visit_leaving(v, [&](std::uint32_t k) {
     if (shape(k / 3) != Shape::good) work_.push_back(k / 3);
-    k = turn(k);
-  } while (k != leaving_[v]);
+  });
   moved_[v] = std::max(moved_[v], moved);
   return true;
 }
@@ -140,8 +114,9 @@ bool Simplifier::collapse(std::uint32_t h) {
 bool Simplifier::flip(std::uint32_t h) {
   const std::uint32_t g = opposite_[h];
   const std::uint32_t h1 = following(h), h2 = following(h1), g1 = following(g), g2 = following(g1);
-  const std::uint32_t a = from(h), b = to(h), c = to(h1), d = to(g1);
-  if (c == d || joined(c, d) || valence(a) <= 3 || valence(b) <= 3) return false;
+  const std::uint32_t a = edges_.from(h), b = edges_.to(h), c = edges_.to(h1), d = edges_.to(g1);
+  if (c == d || edges_.joined(c, d) || edges_.valence(a) <= 3 || edges_.valence(b) <= 3)
+    return false;
   const auto& p = hull_->vertices;
   const Vec3 edge = Vec3(p[b]) - Vec3(p[a]);
   const double length = glm::length(edge);
@@ -167,15 +142,9 @@ bool Simplifier::flip(std::uint32_t h) {
   // Triangles (a, b, c) and (b, a, d) become (a, d, c) and (d, b, c).
   const std::uint32_t bc = opposite_[h1], ca = opposite_[h2], ad = opposite_[g1],
                       db = opposite_[g2];
-  auto& t = hull_->triangles;
   const std::uint32_t i = 3 * t0, k = 3 * t1;
-  t[i] = a, t[i + 1] = d, t[i + 2] = c;
-  t[k] = d, t[k + 1] = b, t[k + 2] = c;
+  edges_.flip(h, i + 1, k + 2);
   face_of_[t0] = face;
-  const auto link = [&](std::uint32_t x, std::uint32_t y) { opposite_[x] = y, opposite_[y] = x; };
-  link(i, ad), link(i + 1, k + 2), link(i + 2, ca);
-  link(k, db), link(k + 1, bc);
-  leaving_[a] = i, leaving_[d] = k, leaving_[b] = k + 1, leaving_[c] = i + 2;
   const auto tell_guard = [&] {
     if (guarded_) guard_.update(t0), guard_.update(t1);
   };
@@ -186,10 +155,11 @@ bool Simplifier::flip(std::uint32_t h) {
     if (collapse(i + 1) || collapse(k + 2)) return true;
   }
   if (!better || crossing) {
+    auto& t = hull_->triangles;
     t[i] = a, t[i + 1] = b, t[i + 2] = c;
     t[k] = b, t[k + 1] = a, t[k + 2] = d;
-    link(i, k), link(i + 1, bc), link(i + 2, ca);
-    link(k + 1, ad), link(k + 2, db);
+    edges_.link(i, k), edges_.link(i + 1, bc), edges_.link(i + 2, ca);
+    edges_.link(k + 1, ad), edges_.link(k + 2, db);
     face_of_[t0] = old_face;
     leaving_[a] = i, leaving_[b] = k, leaving_[c] = i + 2, leaving_[d] = k + 2;
     moved_[c] = moved_before;
@@ -206,7 +176,7 @@ bool Simplifier::mend(std::uint32_t t) {
   std::array<std::pair<double, std::uint32_t>, 3> edges;
   for (std::uint32_t k = 0; k < 3; ++k) {
     const std::uint32_t h = 3 * t + k;
-    edges[k] = {glm::length(Vec3(p[to(h)]) - Vec3(p[from(h)])), h};
+    edges[k] = {glm::length(Vec3(p[edges_.to(h)]) - Vec3(p[edges_.from(h)])), h};
   }
   std::sort(edges.begin(), edges.end());
   for (const auto& [length, h] : {edges[0], edges[1]})
@@ -250,7 +220,8 @@ bool Simplifier::drop_specks() {
     part.assign(1, first);
     for (std::size_t i = 0; i < part.size() && small; ++i)
       for (std::uint32_t h = 3 * part[i]; h < 3 * part[i] + 3; ++h) {
-        small = small && glm::length(Vec3(hull_->vertices[from(h)]) - middle) <= 0.5 * limit_;
+        small =
+            small && glm::length(Vec3(hull_->vertices[edges_.from(h)]) - middle) <= 0.5 * limit_;
         const std::uint32_t next = opposite_[h] / 3;
         if (std::find(part.begin(), part.end(), next) == part.end()) part.push_back(next);
       }
@@ -274,8 +245,8 @@ std::size_t Simplifier::settle_all(double grid) {
   if (broken.empty()) return 0;
   std::vector<Vec3f>& vertices = hull_->vertices;
   const std::vector<Vec3f> from = vertices;
-  const SettlingMesh mesh{vertices, hull_->triangles, face_of_, normals_, opposite_,   leaving_,
-                          from,     moved_,           limit_,   step_,    grid * step_};
+  const SettlingMesh mesh{vertices, edges_, face_of_, normals_,    from,
+                          moved_,   limit_, step_,    grid * step_};
   for (const std::uint32_t t : broken)
     if (shape(t) == Shape::broken) settle(mesh, t);
   for (std::size_t v = 0; v < from.size(); ++v)

@@ -55,13 +55,7 @@ class Simplifier {
                    std::uint32_t gone1);
   bool collapse(std::uint32_t half_edge);
   bool flip(std::uint32_t half_edge);
-  bool joined(std::uint32_t a, std::uint32_t b) const;
-  std::uint32_t valence(std::uint32_t vertex) const;
   void rebuild();
-  std::uint32_t from(std::uint32_t h) const { return hull_->triangles[h]; }
-  std::uint32_t to(std::uint32_t h) const { return hull_->triangles[following(h)]; }
-  /// The next half-edge that leaves the same vertex.
-  std::uint32_t turn(std::uint32_t h) const { return opposite_[following(following(h))]; }
 
   Hull* hull_ = nullptr;
   std::span<const Vec3> normals_;
@@ -70,6 +64,7 @@ class Simplifier {
   bool slivers_ = false;  ///< they count as bad, too
   bool guarded_ = false;  ///< nothing may make triangles cross
   CrossingGuard guard_;
+  HalfEdges edges_;
   std::vector<std::uint32_t> opposite_, leaving_, face_of_;
   std::vector<double> moved_;
   std::vector<char> dead_;

@@ -6,17 +6,13 @@
 #include "hull/surface/simplify.h"
 
 namespace polyhull::hull {
-namespace {
-
-constexpr std::uint32_t none = 0xffffffffu;
-
-}  // namespace
 
 void Simplifier::connect() {
   const auto& t = hull_->triangles;
   const std::uint32_t half_edges = static_cast<std::uint32_t>(t.size());
   opposite_.assign(half_edges, none);
   leaving_.assign(hull_->vertices.size(), none);
+  edges_ = {hull_->triangles, opposite_, leaving_};
   // Half-edges by their lower vertex, then matched within each small list.
   std::vector<std::uint32_t> start(hull_->vertices.size() + 1, 0), list(half_edges);
   const auto lower = [&](std::uint32_t h) { return std::min(t[h], t[following(h)]); };
@@ -30,10 +26,8 @@ void Simplifier::connect() {
   for (std::size_t v = 0; v + 1 < start.size(); ++v)
     for (std::uint32_t i = start[v]; i < start[v + 1]; ++i)
       for (std::uint32_t k = i + 1; k < start[v + 1]; ++k)
-        if (t[list[i]] == t[following(list[k])] && t[following(list[i])] == t[list[k]]) {
-          opposite_[list[i]] = list[k];
-          opposite_[list[k]] = list[i];
-        }
+        if (t[list[i]] == t[following(list[k])] && t[following(list[i])] == t[list[k]])
+          edges_.link(list[i], list[k]);
   face_of_.resize(half_edges / 3);
   for (std::uint32_t f = 0; f < hull_->faces.size(); ++f) {
     const HullFace& face = hull_->faces[f];
@@ -56,7 +50,7 @@ bool Simplifier::manifold() const {
     std::uint32_t h = leaving_[v];
     do {
       if (leaving[v]-- == 0) return false;
-      h = turn(h);
+      h = edges_.turn(h);
     } while (h != leaving_[v]);
     if (leaving[v] != 0) return false;
   }

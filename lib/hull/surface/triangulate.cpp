@@ -4,19 +4,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/edge_key.h"
+
 namespace polyhull::hull {
 namespace {
 
-constexpr std::uint32_t none = 0xffffffffu;
 constexpr std::uint32_t bridge = 0x80000000u;
-
-std::uint64_t edge_key(std::uint32_t a, std::uint32_t b) {
-  return static_cast<std::uint64_t>(std::min(a, b)) << 32 | std::max(a, b);
-}
-
-double cross(const Vec2& a, const Vec2& b) {
-  return a.x * b.y - a.y * b.x;
-}
 
 }  // namespace
 
@@ -91,11 +84,10 @@ void Triangulator::triangulate(std::span<const Vec3f> vertices, std::span<const 
   for (std::uint32_t i : local_) triangles.push_back(number_[i]);
 }
 
-/// Joins each hole to the outer loop around it by a bridge, so that only outer loops are left.
-void Triangulator::join_holes() {
-  const std::uint32_t loops = static_cast<std::uint32_t>(starts_.size());
+/// Fills loops_, loop_of_ and holes_.
+void Triangulator::find_holes() {
   loops_.clear(), holes_.clear(), loop_of_.clear();
-  for (std::uint32_t i = 0; i < loops; ++i) {
+  for (std::uint32_t i = 0; i < starts_.size(); ++i) {
     Loop& loop = loops_.emplace_back(Loop{0.0, 0.0, starts_[i], i, false, false});
     for (std::uint32_t k = starts_[i]; k < starts_[i] + counts_[i]; ++k) {
       loop.area += cross(flat_[k] - flat_[starts_[i]], flat_[nodes_[k].next] - flat_[starts_[i]]);
@@ -115,68 +107,83 @@ void Triangulator::join_holes() {
     const Vec2 &p = flat_[loops_[a].rightmost], &q = flat_[loops_[b].rightmost];
     return p.x != q.x ? p.x > q.x : p.y != q.y ? p.y > q.y : a < b;
   });
+}
+
+/// The node of the joined loops that a bridge from \p p, to its right, leads to; none if there is
+/// none.
+std::uint32_t Triangulator::bridge_end(const Vec2& p) const {
+  const auto place = [&](std::uint32_t node) { return flat_[nodes_[node].vertex]; };
   const auto joined = [&](std::uint32_t node) {
     return loops_[loops_[loop_of_[node]].owner].joined;
   };
+  const std::uint32_t total = static_cast<std::uint32_t>(nodes_.size());
+  // The nearest edge to the right of p that runs upwards has the face on its left, where p is.
+  double best = 1e300;
+  std::uint32_t target = none;
+  for (std::uint32_t k = 0; k < total; ++k) {
+    if (!joined(k)) continue;
+    const Vec2 a = place(k), b = place(nodes_[k].next);
+    if (!(a.y <= p.y && b.y >= p.y && a.y != b.y)) continue;
+    const double x = a.x + (p.y - a.y) * (b.x - a.x) / (b.y - a.y);
+    if (x >= p.x && x < best) best = x, target = a.x > b.x ? k : nodes_[k].next;
+  }
+  if (target == none) {
+    // Rounding has put the hole onto or across the border: any bridge will do.
+    double nearest = 1e300;
+    for (std::uint32_t k = 0; k < total; ++k) {
+      const double distance = glm::length(place(k) - p);
+      if (joined(k) && distance < nearest) nearest = distance, target = k;
+    }
+    if (target == none) return none;
+    best = p.x;
+  }
+  // A vertex inside the triangle (p, crossing, target) would hide the target: take the one at the
+  // smallest angle to the right.
+  const Vec2 q(best, p.y), t = place(target);
+  double smallest = 1e300, nearest = 1e300;
+  std::uint32_t chosen = target;
+  const Vec2 lower = t.y < p.y ? t : q, upper = t.y < p.y ? q : t;
+  for (std::uint32_t k = 0; k < total; ++k) {
+    if (!joined(k)) continue;
+    const Vec2 x = place(k);
+    if (x.x < p.x) continue;
+    if (cross(lower - p, x - p) < 0 || cross(upper - lower, x - lower) < 0 ||
+        cross(p - upper, x - upper) < 0)
+      continue;
+    const Vec2 a = place(nodes_[k].previous), b = place(nodes_[k].next);
+    // p must lie in the node's own sector.
+    const bool convex = cross(x - a, b - x) > 0;
+    const bool left_of_in = cross(x - a, p - a) > 0, left_of_out = cross(b - x, p - x) > 0;
+    if (convex ? !(left_of_in && left_of_out) : !(left_of_in || left_of_out)) continue;
+    const double angle = std::abs(x.y - p.y) / std::max(x.x - p.x, 1e-300);
+    const double distance = glm::length(x - p);
+    if (angle < smallest || (angle == smallest && distance < nearest))
+      smallest = angle, nearest = distance, chosen = k;
+  }
+  return chosen;
+}
+
+/// Joins two nodes: outer ... end -> m ... (around the hole) ... m' -> end' ...
+void Triangulator::build_bridge(std::uint32_t m, std::uint32_t end) {
+  const std::uint32_t m2 = static_cast<std::uint32_t>(nodes_.size()), end2 = m2 + 1;
+  nodes_.push_back({nodes_[m].vertex, nodes_[m].previous, end2, bridge + end});
+  nodes_.push_back({nodes_[end].vertex, m2, nodes_[end].next, nodes_[end].beyond});
+  if (nodes_[end2].beyond != none) nodes_[nodes_[end2].beyond - bridge].beyond = bridge + end2;
+  nodes_[end].beyond = bridge + m2;
+  nodes_[nodes_[m].previous].next = m2;
+  nodes_[nodes_[end].next].previous = end2;
+  nodes_[end].next = m;
+  nodes_[m].previous = end;
+}
+
+/// Joins each hole to the outer loop around it by a bridge, so that only outer loops are left.
+void Triangulator::join_holes() {
+  find_holes();
   for (const std::uint32_t h : holes_) {
-    const std::uint32_t m = loops_[h].rightmost;
-    const Vec2 p = flat_[m];
-    // The nearest edge to the right of p that runs upwards has the face on its left, where p is.
-    double best = 1e300;
-    std::uint32_t target = none;
-    const std::uint32_t total = static_cast<std::uint32_t>(nodes_.size());
-    for (std::uint32_t k = 0; k < total; ++k) {
-      if (!joined(k)) continue;
-      const Vec2 a = flat_[nodes_[k].vertex], b = flat_[nodes_[nodes_[k].next].vertex];
-      if (!(a.y <= p.y && b.y >= p.y && a.y != b.y)) continue;
-      const double x = a.x + (p.y - a.y) * (b.x - a.x) / (b.y - a.y);
-      if (x >= p.x && x < best) best = x, target = a.x > b.x ? k : nodes_[k].next;
-    }
-    if (target == none) {
-      // Rounding has put the hole onto or across the border: any bridge will do.
-      double nearest = 1e300;
-      for (std::uint32_t k = 0; k < total; ++k) {
-        const double distance = glm::length(flat_[nodes_[k].vertex] - p);
-        if (joined(k) && distance < nearest) nearest = distance, target = k;
-      }
-      if (target == none) continue;
-      best = p.x;
-    }
-    // A vertex inside the triangle (p, crossing, target) would hide the target: take the one at the
-    // smallest angle to the right.
-    const Vec2 q(best, p.y), t = flat_[nodes_[target].vertex];
-    double smallest = 1e300, nearest = 1e300;
-    std::uint32_t chosen = target;
-    const Vec2 lower = t.y < p.y ? t : q, upper = t.y < p.y ? q : t;
-    for (std::uint32_t k = 0; k < total; ++k) {
-      if (!joined(k)) continue;
-      const Vec2 x = flat_[nodes_[k].vertex];
-      if (x.x < p.x) continue;
-      if (cross(lower - p, x - p) < 0 || cross(upper - lower, x - lower) < 0 ||
-          cross(p - upper, x - upper) < 0)
-        continue;
-      const Vec2 a = flat_[nodes_[nodes_[k].previous].vertex],
-                 b = flat_[nodes_[nodes_[k].next].vertex];
-      // p must lie in the node's own sector.
-      const bool convex = cross(x - a, b - x) > 0;
-      const bool left_of_in = cross(x - a, p - a) > 0, left_of_out = cross(b - x, p - x) > 0;
-      if (convex ? !(left_of_in && left_of_out) : !(left_of_in || left_of_out)) continue;
-      const double angle = std::abs(x.y - p.y) / std::max(x.x - p.x, 1e-300);
-      const double distance = glm::length(x - p);
-      if (angle < smallest || (angle == smallest && distance < nearest))
-        smallest = angle, nearest = distance, chosen = k;
-    }
-    // outer ... chosen -> m ... (around the hole) ... m' -> chosen' ...
-    const std::uint32_t m2 = total, c2 = total + 1;
-    nodes_.push_back({nodes_[m].vertex, nodes_[m].previous, c2, bridge + chosen});
-    nodes_.push_back({nodes_[chosen].vertex, m2, nodes_[chosen].next, nodes_[chosen].beyond});
-    if (nodes_[c2].beyond != none) nodes_[nodes_[c2].beyond - bridge].beyond = bridge + c2;
-    nodes_[chosen].beyond = bridge + m2;
-    nodes_[nodes_[m].previous].next = m2;
-    nodes_[nodes_[chosen].next].previous = c2;
-    nodes_[chosen].next = m;
-    nodes_[m].previous = chosen;
-    const std::uint32_t into = loops_[loop_of_[chosen]].owner;
+    const std::uint32_t m = loops_[h].rightmost, end = bridge_end(flat_[m]);
+    if (end == none) continue;
+    build_bridge(m, end);
+    const std::uint32_t into = loops_[loop_of_[end]].owner;
     loop_of_.insert(loop_of_.end(), 2, into);
     counts_[into] += counts_[h] + 2;
     loops_[h].joined = true;
@@ -184,7 +191,7 @@ void Triangulator::join_holes() {
       if (loop.owner == h) loop.owner = into;
   }
   std::size_t kept = 0;
-  for (std::uint32_t i = 0; i < loops; ++i)
+  for (std::uint32_t i = 0; i < loops_.size(); ++i)
     if (loops_[i].owner == i) starts_[kept] = starts_[i], counts_[kept++] = counts_[i];
   starts_.resize(kept), counts_.resize(kept);
 }
@@ -291,12 +298,10 @@ void Triangulator::add_triangle(std::uint32_t first, std::uint32_t second, std::
 void Triangulator::join_side(std::uint32_t node, std::uint32_t half_edge) {
   const std::uint32_t beyond = nodes_[node].beyond;
   if (beyond == none) return;
-  if (beyond >= bridge) {
+  if (beyond >= bridge)
     nodes_[beyond - bridge].beyond = half_edge;
-  } else {
-    opposite_[half_edge] = beyond;
-    opposite_[beyond] = half_edge;
-  }
+  else
+    HalfEdges{local_, opposite_}.link(half_edge, beyond);
 }
 
 /// Whether the diagonal a-c of the quadrilateral a b c d should become b-d: d lies inside the
@@ -314,7 +319,7 @@ void Triangulator::flip_edges() {
   stack_.clear();
   for (std::uint32_t h = 0; h < half_edges; ++h)
     if (opposite_[h] != none && opposite_[h] > h) stack_.push_back(h);
-  const auto following = [](std::uint32_t h) { return h % 3 == 2 ? h - 2 : h + 1; };
+  const HalfEdges mesh{local_, opposite_};
   std::size_t budget =
       64 + 16 * static_cast<std::size_t>(half_edges) * (half_edges < 64 ? half_edges : 64);
   while (!stack_.empty() && budget-- > 0) {
@@ -323,9 +328,7 @@ void Triangulator::flip_edges() {
     const std::uint32_t g = opposite_[h];
     if (g == none) continue;
     // Triangles (a, c, d) and (c, a, b) share a-c: h runs a -> c, g runs c -> a.
-    const std::uint32_t h1 = following(h), h2 = following(h1), g1 = following(g),
-                        g2 = following(g1);
-    const std::uint32_t a = local_[h], c = local_[g], d = local_[h2], b = local_[g2];
+    const std::uint32_t a = mesh.from(h), c = mesh.from(g), d = mesh.apex(h), b = mesh.apex(g);
     const double before = std::min(turn(a, c, d), turn(c, a, b));
     const double after = std::min(turn(b, d, a), turn(b, c, d));
     const bool repair = before <= 0 && after > before;
@@ -337,20 +340,8 @@ void Triangulator::flip_edges() {
       used_.insert(edge_key(b, d));
     }
     // Now (b, d, a) in place of h's triangle and (d, b, c) in place of g's.
-    const std::uint32_t cd = opposite_[h1], da = opposite_[h2], ab = opposite_[g1],
-                        bc = opposite_[g2];
     const std::uint32_t t0 = h / 3 * 3, t1 = g / 3 * 3;
-    local_[t0] = b, local_[t0 + 1] = d, local_[t0 + 2] = a;
-    local_[t1] = d, local_[t1 + 1] = b, local_[t1 + 2] = c;
-    const auto link = [&](std::uint32_t x, std::uint32_t y) {
-      opposite_[x] = y;
-      if (y != none) opposite_[y] = x;
-    };
-    link(t0, t1);
-    link(t0 + 1, da);
-    link(t0 + 2, ab);
-    link(t1 + 1, bc);
-    link(t1 + 2, cd);
+    mesh.flip(h, t0, t1);
     for (std::uint32_t x : {t0 + 1, t0 + 2, t1 + 1, t1 + 2})
       if (opposite_[x] != none) stack_.push_back(x);
   }

@@ -44,6 +44,9 @@ class Triangulator {
   };
   double turn(std::uint32_t a, std::uint32_t b, std::uint32_t c) const;  // of local points
   bool allowed(std::uint32_t a, std::uint32_t b) const;                  ///< as an inner edge
+  void find_holes();
+  std::uint32_t bridge_end(const Vec2& p) const;
+  void build_bridge(std::uint32_t m, std::uint32_t end);
   void join_holes();
   bool cut_loops(std::span<const std::uint32_t> ends, std::uint32_t first);
   bool cut_ears(std::uint32_t start, std::uint32_t count);

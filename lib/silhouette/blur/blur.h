@@ -31,8 +31,9 @@ struct BlurSettings {
   BlurMethod method = BlurMethod::fir;
   double sigma = 2.0;  ///< px, 0..100; 0: not blurred
   int passes = 3;      ///< box: 1..10
-  int threshold =
-      0;  ///< 1..255: the blurred matte becomes 255 from this level on and 0 below; 0: stays grey
+  /// 1..255: the blurred matte becomes 255 from this level on and 0 below; 0: stays grey.
+  int threshold = 0;
+  bool operator==(const BlurSettings&) const = default;
 };
 
 /// Blurs mattes; keeps its working memory.

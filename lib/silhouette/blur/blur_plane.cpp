@@ -4,9 +4,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 
 namespace polyhull::silhouette {
 namespace {
+
+using std::numbers::pi;
 
 // Columns are filtered side by side in lanes; rows are turned into columns by transposing tiles.
 constexpr int lanes = 16;
@@ -58,10 +61,9 @@ Cosines cosines(double sigma) {
   // against the Gaussian with the DC gain fixed to 1. The first cosine left out weighs
   // exp(-(pi (2 terms + 1) sigma / (2N))^2 / 2), what is cut off beyond N exp(-(N / sigma)^2 / 2):
   // equal at N = 3.76 sigma, both 0.085 %.
-  const int n =
-      static_cast<int>(std::lround(std::sqrt(M_PI * (2 * terms + 1) / 2.0) * sigma + 0.25));
+  const int n = static_cast<int>(std::lround(std::sqrt(pi * (2 * terms + 1) / 2.0) * sigma + 0.25));
   std::array<double, terms> w;
-  for (int k = 0; k < terms; ++k) w[k] = M_PI * (2 * k + 1) / (2.0 * n);
+  for (int k = 0; k < terms; ++k) w[k] = pi * (2 * k + 1) / (2.0 * n);
   // The cosines are orthogonal over (-N, N), so each amplitude is a projection.
   std::array<double, terms> amplitude{};
   double norm = 0.0;

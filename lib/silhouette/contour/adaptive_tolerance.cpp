@@ -24,9 +24,8 @@ void AdaptiveTolerance::begin_window(std::int64_t time) {
 }
 
 void AdaptiveTolerance::step_up(int steps, std::int64_t time) {
-  if (last_down_ != INT64_MIN && time - last_down_ < 2 * wait_) {
+  if (last_down_ != INT64_MIN && time - last_down_ < 2 * wait_)
     wait_ = std::min(2 * wait_, longest_wait);
-  }
   last_down_ = INT64_MIN;
   calm_since_ = INT64_MIN;
   level_ = std::min(level_ + steps, highest_level);
@@ -54,13 +53,12 @@ void AdaptiveTolerance::observe(double load, std::int64_t time) {
     last_down_ = INT64_MIN;
     wait_ = std::max(wait_ / 2, shortest_wait);
   }
-  if (mean > upper_load) {
+  if (mean > upper_load)
     step_up(mean > heavy_load ? 2 : 1, time);
-  } else if (mean >= lower_load || level_ == 0) {
+  else if (mean >= lower_load || level_ == 0)
     calm_since_ = INT64_MIN;
-  } else if (calm_since_ == INT64_MIN) {
+  else if (calm_since_ == INT64_MIN)
     calm_since_ = window_begin_;
-  }
   if (calm_since_ != INT64_MIN && time - calm_since_ >= wait_) step_down(time);
   begin_window(time);
 }

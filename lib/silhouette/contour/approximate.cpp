@@ -221,12 +221,8 @@ void Approximator::approximate(const Rings& traced, std::span<const std::int32_t
       rings.ends.push_back(static_cast<std::uint32_t>(rings.points.size()));
     }
   } else {
-    for (std::size_t i = 0; i < traced.size(); ++i) {
-      if (!s.kept[i] || traced.ring(i).size() < static_cast<std::size_t>(settings.min_edges)) {
-        s.kept[i] = 0;
-        continue;
-      }
-    }
+    for (std::size_t i = 0; i < traced.size(); ++i)
+      if (traced.ring(i).size() < static_cast<std::size_t>(settings.min_edges)) s.kept[i] = 0;
     s.drop_inside_dropped(parents);
     for (std::size_t i = 0; i < traced.size(); ++i) {
       if (!s.kept[i]) continue;

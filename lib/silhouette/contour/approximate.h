@@ -26,6 +26,7 @@ struct ApproximateSettings {
   double min_area = 16.0;      ///< px²; smaller outer rings are dropped with what they contain
   double min_hole_area = 0.0;  ///< px²; smaller holes are filled
   int keep_largest = 0;        ///< only this many outer rings, the largest, are kept; 0: all
+  bool operator==(const ApproximateSettings&) const = default;
 };
 
 struct ApproximateCounts {

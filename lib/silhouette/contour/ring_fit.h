@@ -32,7 +32,6 @@ struct FitMemory {
     double xy() const { return cross_xy[1]; }
   };
   std::vector<Sums> sums;
-  std::vector<int> breaks;
 };
 
 /// A corner of the polygon and the run that starts there.

@@ -41,6 +41,7 @@ enum class TraceMethod : std::uint8_t {
 struct TraceSettings {
   TraceMethod method = TraceMethod::subpixel;
   double corrected_sigma = 0.0;  ///< px; the sigma whose shift is corrected, 0: no correction
+  bool operator==(const TraceSettings&) const = default;
 };
 
 /// Traces a field row by row.

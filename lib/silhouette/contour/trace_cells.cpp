@@ -19,7 +19,7 @@ struct Link {
 };
 
 // Indexed by corners inside: 1 top left, 2 top right, 4 bottom left, 8 bottom right. The inside is
-// on the left of the way, seen on screen. Saddles (6, 9) come apart; joined they are saddle_joined.
+// on the left of the way, seen on screen. Saddles (6, 9) have two ways, listed below.
 constexpr std::array<Link, 16> single_links = {{{top, top},
                                                 {left, top},
                                                 {top, right},

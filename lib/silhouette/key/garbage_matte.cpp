@@ -25,9 +25,8 @@ constexpr double sample_distance = 4.0;  // px between points along a bent edge
 float parse_number(std::string_view text, std::string_view part) {
   double value = 0.0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc{} || end != text.data() + text.size() || !std::isfinite(value)) {
+  if (error != std::errc{} || end != text.data() + text.size() || !std::isfinite(value))
     refuse(part, "holds something that is not a number");
-  }
   if (std::abs(value) > largest_coordinate) refuse(part, "reaches further than 1000000 px");
   return static_cast<float>(value);
 }
@@ -50,19 +49,14 @@ void parse_polygon(std::string_view part, Rings& rings) {
   rings.ends.push_back(static_cast<std::uint32_t>(rings.points.size()));
 }
 
-double cross(const Vec2& o, const Vec2& a, const Vec2& b) {
-  return (a.x - o.x) * (b.y - o.y) - (a.y - o.y) * (b.x - o.x);
-}
-
 /// Andrew's monotone chain.
 std::vector<Vec2> convex_hull(std::vector<Vec2> points) {
   std::sort(points.begin(), points.end(),
             [](const Vec2& a, const Vec2& b) { return a.x < b.x || (a.x == b.x && a.y < b.y); });
   std::vector<Vec2> hull;
   const auto add = [&hull](const Vec2& p, std::size_t keep) {
-    while (hull.size() >= keep + 2 && cross(hull[hull.size() - 2], hull.back(), p) <= 0.0) {
-      hull.pop_back();
-    }
+    const auto turns = [&](const Vec2& from) { return cross(hull.back() - from, p - from) > 0.0; };
+    while (hull.size() >= keep + 2 && !turns(hull[hull.size() - 2])) hull.pop_back();
     hull.push_back(p);
   };
   for (const Vec2& p : points) add(p, 0);
@@ -159,9 +153,8 @@ Rings parse_polygons(std::string_view text) {
 Rings bounds_outline(const Camera& camera, const Bounds& bounds) {
   const Vec3 centre = camera.centre();
   if (glm::all(glm::greaterThanEqual(centre, bounds.min)) &&
-      glm::all(glm::lessThanEqual(centre, bounds.max))) {
+      glm::all(glm::lessThanEqual(centre, bounds.max)))
     return {};
-  }
   const std::vector<Vec2> nowhere{{-30.0, -30.0}, {-20.0, -30.0}, {-20.0, -20.0}};
   const std::vector<Vec2> corners = visible_corners(camera, bounds);
   if (corners.size() < 3) return ring_of(nowhere);

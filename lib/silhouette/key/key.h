@@ -8,17 +8,15 @@
 /// the pair is rotated about the grey axis. d needs no luma, so for Y'CbCr formats it is formed
 /// from chroma alone.
 ///
-///  - KeyMethod::prototype (thesis 3.4.1): background where d > strength, unless R+G+B >
-///  bright_threshold.
+///  - KeyMethod::threshold (thesis 3.4.1): background where d > strength, unless
+///    R+G+B > bright_threshold.
 ///  - KeyMethod::soft: alpha = (d_s − d) / (d_s − d_f), d_s the signal of the screen and d_f that
-///  of the
-///    foreground: linear in the mixing fraction of a pixel that shows both, so the half level lies
-///    on the true edge. Both are sampled from the picture unless given. With a clean plate (or
-///    `uneven`) d_s is the plate's (the learned map's) value at that pixel.
+///    of the foreground: linear in the mixing fraction of a pixel that shows both, so the half
+///    level lies on the true edge. Both are sampled from the picture unless given. With a clean
+///    plate (or `uneven`) d_s is the plate's (the learned map's) value at that pixel.
 ///  - KeyMethod::difference: no screen at all: alpha grows with the colour distance between the
-///  pixel and
-///    the clean plate (or, without one, the key colour), where the plate may be darkened to
-///    `shadow_darkest` or brightened to `light_brightest` of itself first: a shadow scales all
+///    pixel and the clean plate (or, without one, the key colour), where the plate may be darkened
+///    to `shadow_darkest` or brightened to `light_brightest` of itself first: a shadow scales all
 ///    channels alike.
 #pragma once
 
@@ -35,7 +33,7 @@
 
 namespace polyhull {
 
-enum class KeyMethod : std::uint8_t { prototype, soft, difference };
+enum class KeyMethod : std::uint8_t { threshold, soft, difference };
 enum class KeyColour : std::uint8_t { green, blue, custom, automatic };
 
 /// What write_rgba() shows.
@@ -65,33 +63,33 @@ struct KeySettings {
   std::optional<Rgb> foreground;  ///< soft: sample of the subject near its edge; unset: sampled
   bool uneven = false;  ///< soft: follow slow changes of the screen's signal over the picture
 
-  double clip_black =
-      0.02;  ///< alpha below this fraction is 0, 0..1; the rest is stretched. Noise
-             ///< (measured on the screen) is silenced besides, where nothing else is
+  /// Alpha below this fraction is 0, 0..1; the rest is stretched. Noise (measured on the screen) is
+  /// silenced besides, where nothing else is.
+  double clip_black = 0.02;
   double clip_white = 0.98;  ///< alpha above this fraction is 255, clip_black..1
 
   double choke = 0.0;  ///< px by which the matte is shaved off (negative: grown), -32..32
-  double close =
-      0.0;  ///< px: gaps and holes up to twice this width are closed (grown, then choked), 0..32
+  /// Px: gaps and holes up to twice this width are closed (grown, then choked), 0..32.
+  double close = 0.0;
 
   double spill = 1.0;  ///< fraction of the key colour's spill removed from the kept pixels, 0..1
 
   std::shared_ptr<const Picture> plate;  ///< clean plate (RGB or RGBA), the frame's size
-  double difference_low =
-      12.0;  ///< difference: distance in levels up to which a pixel is background
+  /// Difference: distance in levels up to which a pixel is background.
+  double difference_low = 12.0;
   double difference_high = 36.0;  ///< difference: distance from which it is foreground
-  double shadow_darkest =
-      0.5;  ///< difference: a shadow keeps at least this fraction of the light, 0..1
-  double light_brightest =
-      1.2;  ///< difference: light may rise to this multiple of the plate's, 1..4
-
-  double light_penalty =
-      0.15;  ///< difference: how much of a change of light counts as distance, 0..1
+  /// Difference: a shadow keeps at least this fraction of the light, 0..1.
+  double shadow_darkest = 0.5;
+  /// Difference: light may rise to this multiple of the plate's, 1..4.
+  double light_brightest = 1.2;
+  /// Difference: how much of a change of light counts as distance, 0..1.
+  double light_penalty = 0.15;
 
   std::shared_ptr<const Picture> outside_mask;  ///< grey; where it is not 0 the matte is background
   std::shared_ptr<const Picture> inside_mask;   ///< grey; where it is not 0 the matte is foreground
   Rings outside_polygon;  ///< outside these rings (even-odd) is background; empty: no restriction
   Rings inside_polygon;   ///< inside these rings is foreground
+  bool operator==(const KeySettings&) const = default;
 };
 
 /// What the method needs and the last frame was keyed without.

@@ -78,12 +78,11 @@ void quieten_row(const Quiet& quiet, int begin, int end, std::uint8_t* alpha, Bl
     if (states[x / matte_block] != block_mixed) continue;
     // Beside the row its ends go on.
     std::uint8_t pixels[window];
-    if (x - margin >= begin && x + matte_block + margin <= end) {
+    if (x - margin >= begin && x + matte_block + margin <= end)
       std::memcpy(pixels, alpha + x - margin, window);
-    } else {
+    else
       for (int i = 0; i < window; ++i)
         pixels[i] = alpha[std::clamp(x - margin + i, begin, end - 1)];
-    }
     std::uint8_t at_dark[window], at_bright[window], between[window];
     for (int i = 0; i < window; ++i) {
       at_dark[i] = pixels[i] <= dark;

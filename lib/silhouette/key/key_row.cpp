@@ -147,7 +147,7 @@ void Keyer::State::alpha_row(const FrameView& frame, int y, std::uint8_t* alpha,
   }
   std::fill(memory.signal.data() + (stop - x0), memory.signal.data() + (end - x0), 0);
 
-  if (method == KeyMethod::prototype) {
+  if (method == KeyMethod::threshold) {
     const bool reversed =
         path == Path::pixels && (format == FrameFormat::bgrx || format == FrameFormat::bgra);
     const int red = static_cast<int>(std::lround(settings.red_gain * 256.0));

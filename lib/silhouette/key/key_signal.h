@@ -16,8 +16,8 @@ struct KeySignal {
   std::array<int, 3> a{}, b{};
   std::array<int, 2> offset{};  ///< added to the two sums, in fixed signal
   double unit = signal_scale;   ///< fixed signal per level
-  std::array<double, 3>
-      direction{};          ///< colour of one level of spill: a·direction = b·direction = 1
+  /// Colour of one level of spill: a·direction = b·direction = 1.
+  std::array<double, 3> direction{};
   bool chroma_only = true;  ///< a and b sum to 0: luma does not matter
 
   double of(double red, double green, double blue) const;

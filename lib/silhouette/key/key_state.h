@@ -37,8 +37,8 @@ struct Keyer::State {
   };
 
   KeySettings settings;
-  KeyMethod method =
-      KeyMethod::soft;  // settings.method, or difference for a key colour without hue
+  // settings.method, or difference for a key colour without hue.
+  KeyMethod method = KeyMethod::soft;
 
   // Samples: kept until the settings they depend on, the frame's size or format change.
   KeyCalibration samples;
@@ -97,6 +97,9 @@ namespace silhouette {
 /// Grows (radius > 0) or shaves (radius < 0) a matte by that many px, its soft edge kept;
 /// octagonal.
 void grow(Matte& matte, double radius, Matte& scratch);
+
+/// The q-quantile of at least one number; changes their order.
+double quantile(std::vector<double>& v, double q);
 
 /// Clears what of a row lies outside columns [x0, x1), or where \p allowed (null: everywhere) is 0.
 void limit_row(std::uint8_t* row, int width, int x0, int x1, const std::uint8_t* allowed);

@@ -48,11 +48,10 @@ void load_matte(const std::uint8_t* first, std::ptrdiff_t stride, int step, int 
   for (int y = 0; y < height; ++y) {
     const std::uint8_t* from = first + stride * y;
     std::uint8_t* to = matte.row(y);
-    if (step == 1) {
+    if (step == 1)
       std::copy(from, from + width, to);
-    } else {
+    else
       for (int x = 0; x < width; ++x) to[x] = from[static_cast<std::ptrdiff_t>(x) * step];
-    }
     std::fill(to + width, to + matte.stride, to[width - 1]);
     find_states(to, width, matte.state_row(y));
   }

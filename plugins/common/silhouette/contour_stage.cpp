@@ -1,21 +1,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "plugins/common/silhouette/contour_stage.h"
 
-#include <tuple>
-
 namespace polyhull::element {
-namespace {
-
-auto tie(const TraceSettings& trace, const ApproximateSettings& a) {
-  return std::make_tuple(trace.method, trace.corrected_sigma, a.tolerance, a.min_edges, a.min_area,
-                         a.min_hole_area, a.keep_largest);
-}
-
-}  // namespace
-
-bool ContourStage::Settings::operator==(const Settings& other) const {
-  return tie(trace, approximate) == tie(other.trace, other.approximate);
-}
 
 const Rings& ContourStage::find(const MatteContent& content, const ContourValues& values,
                                 double tolerance) {

@@ -28,7 +28,7 @@ class ContourStage {
   struct Settings {
     TraceSettings trace;
     ApproximateSettings approximate;
-    bool operator==(const Settings& other) const;
+    bool operator==(const Settings&) const = default;
   };
 
   Tracer tracer_;

@@ -151,12 +151,8 @@ KeySettings KeyConfiguration::settings_for(const Request& request) const {
 void KeyConfiguration::apply(GstElement* element, Statistics& statistics, const KeyValues& values,
                              const std::string& camera, int width, int height,
                              const std::function<void(const KeySettings&)>& accept) {
-  const auto is = [&](const std::optional<Request>& request) {
-    return request && request->width == width && request->height == height &&
-           request->values == values && request->camera == camera;
-  };
-  if (is(in_force_) || is(refused_)) return;
   Request request{values, camera, width, height};
+  if (in_force_ == request || refused_ == request) return;
   try {
     KeySettings settings = settings_for(request);
     accept(settings);

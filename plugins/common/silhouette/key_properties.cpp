@@ -8,7 +8,7 @@ namespace polyhull::element {
 template <>
 GType enum_type<KeyMethod>() {
   static const GEnumValue values[] = {
-      {static_cast<gint>(KeyMethod::prototype),
+      {static_cast<gint>(KeyMethod::threshold),
        "Background where the key channel exceeds the larger of the other two by strength, unless "
        "the pixel is brighter than bright-threshold",
        "prototype"},

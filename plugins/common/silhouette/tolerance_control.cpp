@@ -28,11 +28,6 @@ double ToleranceControl::tolerance(double base) const {
   return adaptive_.tolerance(base);
 }
 
-int ToleranceControl::level() const {
-  const std::scoped_lock lock(mutex_);
-  return adaptive_.level();
-}
-
 void ToleranceControl::reset() {
   const std::scoped_lock lock(mutex_);
   adaptive_.reset();

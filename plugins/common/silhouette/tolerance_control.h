@@ -25,7 +25,6 @@ class ToleranceControl {
   void observe(GstEvent* qos, double target_rate);
 
   double tolerance(double base) const;
-  int level() const;
   void reset();
 
  private:

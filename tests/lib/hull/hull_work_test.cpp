@@ -40,14 +40,14 @@ Rig cameras_at_corner(int count) {
 TEST(HullWork, GridAndChecksOfTinyContoursGrowWithTheirVertices) {
   const Rig rig = cameras_at_corner(2);
   const hull::ConeCamera camera = hull::read_camera(rig.cameras[0], 0);
-  const hull::Frame frame{Vec3(0.0), 0x1p30};
+  const hull::Lattice lattice{Vec3(0.0), 0x1p30};
   for (const double radius : {0.001, 0.005, 0.01, 0.1, 1.0})
     for (const int n : {500, 1000, 2000}) {
       const Rings rings = polygon(n, radius);
       const Silhouette silhouette{&rig.cameras[0], &rings};
       const hull::ConeInput input{&silhouette, &camera, 0};
       hull::Cone cone;
-      hull::build_cone(cone, {&input, 1}, frame, Unseen::carve);
+      hull::build_cone(cone, {&input, 1}, lattice, Unseen::carve);
       ASSERT_EQ(cone.size(), n) << "left as it is";
       std::size_t entries = 0;
       for (int row = 0; row < cone.grid.rows(); ++row)

@@ -58,7 +58,7 @@ TEST(Allocation, NonePerFrameInOnePass) {
   variants[5].key.choke = 1.5;
   variants[5].key.close = 2.0;
   variants[6].method = TraceMethod::binary;
-  variants[7].key.method = KeyMethod::prototype;
+  variants[7].key.method = KeyMethod::threshold;
   variants[8].key.uneven = true;
   for (const FrameFormat format : test::all_formats) {
     std::vector<test::Frame> frames;

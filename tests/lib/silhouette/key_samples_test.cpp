@@ -339,7 +339,7 @@ TEST(KeySamples, RealPicturesWithHandCutAlpha) {
     std::printf("\n");
 
     settings = {};
-    settings.method = KeyMethod::prototype;
+    settings.method = KeyMethod::threshold;
     const double prototype = error(settings);
     double best = 1.0;
     int best_strength = 0;

@@ -32,7 +32,7 @@ TEST(Key, PrototypeRule) {
     for (const FrameFormat format :
          {FrameFormat::rgbx, FrameFormat::bgrx, FrameFormat::rgb, FrameFormat::bgra}) {
       KeySettings settings;
-      settings.method = KeyMethod::prototype;
+      settings.method = KeyMethod::threshold;
       settings.key = hue;
       settings.strength = 25;
       settings.bright_threshold = 600;
@@ -54,7 +54,7 @@ TEST(Key, GainsChangeTheDecisionOnly) {
   const auto colour = [](int, int) { return Colour{100, 140, 90}; };
   const test::Frame frame = test::make_frame(FrameFormat::rgbx, 40, 4, colour);
   KeySettings settings;
-  settings.method = KeyMethod::prototype;
+  settings.method = KeyMethod::threshold;
   EXPECT_EQ(key(settings, frame.view).row(1)[5], 0);
   settings.red_gain = 1.5;
   settings.spill = 0.0;

@@ -70,7 +70,7 @@ TEST(Silhouette, OnePassEqualsTheStages) {
   variants[6].key.choke = 1.5;
   variants[7].method = TraceMethod::binary;
   variants[8].key.roi = {13, 9, 140, 77};
-  variants[9].key.method = KeyMethod::prototype;
+  variants[9].key.method = KeyMethod::threshold;
   variants[10].key.uneven = true;
   variants[11].approximate.tolerance = 0.0;
   for (std::size_t i = 0; i < variants.size(); ++i)

@@ -1,22 +1,16 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "raytrace/tone.h"
+#include "base/srgb.h"
 
 #include <array>
-#include <cmath>
 #include <vector>
 
 namespace polyhull {
 namespace {
 
-double decode(double encoded) {
-  return encoded <= 0.04045 ? encoded / 12.92 : std::pow((encoded + 0.055) / 1.055, 2.4);
-}
-
 std::array<float, 256> make_decode_table() {
   std::array<float, 256> table;
-  for (std::size_t i = 0; i < table.size(); ++i) {
-    table[i] = static_cast<float>(decode(static_cast<double>(i) / 255.0));
-  }
+  for (std::size_t i = 0; i < table.size(); ++i)
+    table[i] = static_cast<float>(srgb_decoded(static_cast<double>(i) / 255.0));
   return table;
 }
 
@@ -28,7 +22,8 @@ std::vector<std::uint8_t> make_encode_table() {
   std::size_t value = 0;
   for (std::size_t i = 0; i < table.size(); ++i) {
     const double linear = static_cast<double>(i) / encode_steps;
-    while (value < 255 && linear >= decode((static_cast<double>(value) + 0.5) / 255.0)) ++value;
+    while (value < 255 && linear >= srgb_decoded((static_cast<double>(value) + 0.5) / 255.0))
+      ++value;
     table[i] = static_cast<std::uint8_t>(value);
   }
   return table;

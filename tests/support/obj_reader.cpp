@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "files/obj_reader.h"
+#include "support/obj_reader.h"
 
 #include <tiny_obj_loader.h>
 
