@@ -3,7 +3,8 @@
 # missing and builds polyhull. A second call finds nothing to do and says so.
 
 polyhull_source=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
-polyhull_build=${POLYHULL_BUILD_DIR:-$polyhull_source/build}
+# Of the pipelines' own: tests/run.sh builds with assertions, in a folder of its own.
+polyhull_build=${POLYHULL_BUILD_DIR:-$polyhull_source/build-release}
 # An installed copy has no sources beside it: its elements and tools are where GStreamer and PATH look,
 # and it writes below the folder it is called from.
 polyhull_installed=false
@@ -79,12 +80,12 @@ polyhull_compile() {
   ninja -C "$directory"
 }
 
-# polyhull_programs: builds the plugin and the tools only.
+# polyhull_programs: builds the plugin and the tools only, as fast as they go and without assertions.
 polyhull_programs() {
   $polyhull_installed && return
   if [ ! -f "$polyhull_build/build.ninja" ]; then
     say "configuring $polyhull_build"
-    meson setup "$polyhull_build" "$polyhull_source" -Dtests=false
+    meson setup "$polyhull_build" "$polyhull_source" --buildtype=release -Dtests=false
   fi
   say "building the plugin and the tools (nothing to do where nothing changed)"
   ninja -C "$polyhull_build" programs

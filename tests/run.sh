@@ -7,6 +7,7 @@
 set -euo pipefail
 source "$(dirname "$0")/../pipelines/prepare.sh"
 polyhull_help "$@"
+polyhull_build=${POLYHULL_BUILD_DIR:-$polyhull_source/build}
 
 quick=false
 for argument in "$@"; do
@@ -16,7 +17,7 @@ done
 
 polyhull_install "${polyhull_packages_build[@]}" "${polyhull_packages_run[@]}" \
   "${polyhull_packages_test[@]}"
-polyhull_compile "$polyhull_build" -Dtests=true
+polyhull_compile "$polyhull_build" -Dtests=true -Dbuildtype=debugoptimized
 
 passed=0 failed=0 skipped=0 broken=
 # run_suite BUILD-DIRECTORY MESON-TEST-ARGUMENT...: adds meson's summary to the totals.

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: LGPL-2.1-or-later
 # Each script tells by --help what it does, ends well, and does nothing else; it refuses what it does not
-# know, before it installs or builds anything.
+# know, before it installs or builds anything. What users run is built optimised.
 set -uo pipefail
 source_folder=${POLYHULL_SOURCE:?}
 failures=0
@@ -30,4 +30,23 @@ expect 1 "unknown argument" pipelines/demo.sh --secnods 3
 expect 1 "unknown argument" tests/run.sh --quik
 expect 1 "usage" pipelines/room.sh
 expect 1 "usage" pipelines/turntable.sh
+
+# The pipelines build a release, in a folder that the tests' build does not share.
+stubs=$(mktemp -d)
+trap 'rm -rf "$stubs"' EXIT
+for tool in meson ninja; do
+  printf '#!/bin/sh\necho %s "$@"\n' "$tool" >"$stubs/$tool"
+  chmod +x "$stubs/$tool"
+done
+built=$(PATH=$stubs:$PATH POLYHULL_BUILD_DIR=$stubs/none bash -c 'source "$0/pipelines/prepare.sh"; polyhull_programs' \
+  "$source_folder")
+if [[ $built != *"meson setup $stubs/none $source_folder"*"--buildtype=release"* ]]; then
+  printf 'FAILED polyhull_programs asks for no release: %s\n' "$built"
+  failures=$((failures + 1))
+fi
+folder=$(env -u POLYHULL_BUILD_DIR bash -c 'source "$0/pipelines/prepare.sh"; echo "$polyhull_build"' "$source_folder")
+if [ "$folder" != "$source_folder/build-release" ]; then
+  printf 'FAILED the pipelines build in %s, not in build-release\n' "$folder"
+  failures=$((failures + 1))
+fi
 [ "$failures" -eq 0 ] && echo ok

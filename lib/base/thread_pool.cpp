@@ -36,7 +36,9 @@ void set_pool_threads(int threads) {
 
 int pool_threads() {
   std::lock_guard lock(mutex);
-  return wanted_threads > 0 ? wanted_threads : tbb::info::default_concurrency();
+  // oneTBB has no more workers than cores, and prints a warning where more are asked for.
+  const int cores = tbb::info::default_concurrency();
+  return wanted_threads > 0 ? std::min(wanted_threads, cores) : cores;
 }
 
 void parallel_for(std::size_t count, std::size_t grain, int max_threads,

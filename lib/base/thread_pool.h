@@ -8,7 +8,8 @@
 
 namespace polyhull {
 
-/// Sets how many threads the pool may use, 0: as many as the machine has cores. Default 0.
+/// Sets how many threads the pool may use, 0: as many as the machine has cores, which are also the
+/// most that are used. Default 0.
 void set_pool_threads(int threads);
 
 /// How many threads the pool may use now, at least 1.

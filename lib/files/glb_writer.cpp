@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
+#include <cmath>
 #include <cstring>
+#include <glm/gtc/quaternion.hpp>
 #include <sstream>
 
 #include "base/error.h"
 #include "files/mesh_files_internal.h"
 #include "files/textured_parts.h"
+#include "mesh/world.h"
 
 // tinygltf's picture decoding is not needed: encoded pictures are embedded as they are.
 #include <tiny_gltf.h>
@@ -50,7 +53,7 @@ class GlbWriter {
       node.mesh = 0;
     }
     model_.nodes.push_back(std::move(node));
-    model_.scenes[0].nodes = {0};
+    model_.scenes[0].nodes = {add_root()};
     if (model_.buffers[0].data.empty()) model_.buffers.clear();
     std::ostringstream out;
     tinygltf::TinyGLTF gltf;
@@ -60,6 +63,22 @@ class GlbWriter {
   }
 
  private:
+  /// The node that takes the rig's world to glTF's, which is metres with y up; where the rig's is
+  /// the same, the hull's own node.
+  int add_root() {
+    const Mat4 turn = scene_from_world(mesh_.up, 1.0);
+    const double scale = mesh_.metres_per_unit;
+    if (turn == Mat4(1.0) && scale == 1.0) return 0;
+    tinygltf::Node root;
+    root.name = "rig";
+    const glm::dquat q = glm::normalize(glm::quat_cast(Mat3(turn)));
+    if (turn != Mat4(1.0)) root.rotation = {q.x, q.y, q.z, q.w};
+    if (scale != 1.0) root.scale = {scale, scale, scale};
+    root.children = {0};
+    model_.nodes.push_back(std::move(root));
+    return 1;
+  }
+
   int add_view(const void* data, std::size_t size, int target) {
     std::vector<unsigned char>& bytes = model_.buffers[0].data;
     bytes.resize((bytes.size() + 3) / 4 * 4);

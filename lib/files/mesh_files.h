@@ -4,8 +4,10 @@
 ///
 /// Coordinates stay the rig's: the same world, unit and axes, never re-centred or turned. GLB keeps
 /// the hull's double-precision origin as its node's translation; PLY and OBJ hold world coordinates
-/// in double precision. GLB and PLY also say the rig's up direction and metres per unit
-/// (asset.extras, comment lines), as their formats assume y up and metres.
+/// in double precision. All say the rig's up direction and metres per unit (GLB in asset.extras,
+/// PLY in comment lines, OBJ in comment lines where they are not y up and metres). As glTF
+/// prescribes metres and y up, the hull's node of another rig has a parent that scales and turns it
+/// to them.
 ///
 /// Textures: each triangle takes the picture of its best camera (Texturing::best, else the visible
 /// view of the largest weight); texture coordinates are the projected vertices, lens distortion

@@ -37,6 +37,19 @@ void append_faces(std::string& out, const std::vector<std::uint32_t>& triangles,
   }
 }
 
+/// What a reader has to know of the rig's world where it is not what most take it for.
+std::string world_comment(const Mesh& mesh) {
+  if (mesh.metres_per_unit == 1.0 && mesh.up == Vec3(0.0, 1.0, 0.0)) return "";
+  std::string out = "# metres per unit ";
+  append(out, mesh.metres_per_unit);
+  out += "\n# up";
+  for (int axis = 0; axis < 3; ++axis) {
+    out += ' ';
+    append(out, mesh.up[axis]);
+  }
+  return out + "\n";
+}
+
 std::string word(const std::string& name) {
   std::string result;
   for (const char c : name) result += std::isalnum(static_cast<unsigned char>(c)) ? c : '_';
@@ -58,7 +71,7 @@ std::string material(const std::string& name, const Vec3f& colour, const std::st
 }  // namespace
 
 void write_obj(const Mesh& mesh, const std::string& path, const MeshFileOptions& options) {
-  std::string out = "# polyhull visual hull\no hull\n";
+  std::string out = "# polyhull visual hull\n" + world_comment(mesh) + "o hull\n";
   if (!mesh.texturing || !options.textured) {
     append_vertices(out, mesh.hull.vertices, mesh.hull.origin);
     append_faces(out, mesh.hull.triangles, 1, 0);

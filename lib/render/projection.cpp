@@ -6,6 +6,8 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <limits>
 
+#include "mesh/world.h"
+
 namespace polyhull {
 namespace {
 
@@ -78,18 +80,7 @@ Mat4 reflection(const Vec3& normal, double offset) {
 }
 
 Mat4 place_in_scene(const Mesh& mesh, const SubjectPlacement& placement) {
-  // The rig's up turned to +y along the shorter way; upside down, about x.
-  const Vec3 up = glm::normalize(mesh.up);
-  const Vec3 y(0.0, 1.0, 0.0);
-  const Vec3 axis = glm::cross(up, y);
-  const double sine = glm::length(axis);
-  const double cosine = glm::dot(up, y);
-  Mat4 base(1.0);
-  if (sine > 1e-12)
-    base = glm::rotate(base, std::atan2(sine, cosine), axis / sine);
-  else if (cosine < 0.0)
-    base = glm::rotate(base, std::acos(-1.0), Vec3(1.0, 0.0, 0.0));
-  base = base * glm::scale(Mat4(1.0), Vec3(mesh.metres_per_unit));
+  const Mat4 base = scene_from_world(mesh.up, mesh.metres_per_unit);
   if (mesh.hull.vertices.empty()) return base;
 
   // The box is the hull's in the scene's axes, before it is turned.

@@ -6,7 +6,8 @@
 ///  1. a GstReferenceTimestampMeta whose reference caps are `timestamp/x-polyhull-trigger`: its
 ///     timestamp is the trigger number, its duration (if valid) the capture time;
 ///  2. a GstReferenceTimestampMeta with other caps is a clock of its own and is not used;
-///  3. GST_BUFFER_OFFSET, where it is valid: sources that count their frames set it.
+///  3. GST_BUFFER_OFFSET only where the caller asks for it: most sources that set it (v4l2src,
+///     videotestsrc) count their own frames there, each camera from its own start.
 /// The capture time is otherwise base time + running time, the pipeline clock's absolute time.
 #pragma once
 

@@ -94,7 +94,8 @@ std::span<const Property<HullSettings>> hull_properties() {
           "pool-threads", "Threads of the pool",
           "Size of the pool of threads that all polyhull elements of the process share (1 to 256); "
           "0 "
-          "means as many as the machine has cores. The last element to set it decides.",
+          "means as many as the machine has cores, which are also the most that are used. The last "
+          "element to set it decides.",
           0, 256),
   };
   static_assert(std::extent_v<decltype(table)> == pool_row + 1);

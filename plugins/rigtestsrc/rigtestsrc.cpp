@@ -6,7 +6,7 @@
  *
  * What videotestsrc is to video, rigtestsrc is to a studio of calibrated cameras. Each element is
  * one camera of a rig; all of them show the same instant of the same subject for the same
- * timestamp, and number their frames alike (GST_BUFFER_OFFSET), as cameras behind one trigger do.
+ * timestamp, and carry the same trigger number, as cameras behind one trigger do.
  * The subject is a walking, waving figure, or any closed surface from an OBJ file. `unevenness`,
  * `shadow`, `spill` and `noise` spoil the picture as a real studio does; chroma subsampling comes
  * with the negotiated format. The truth is there to compare with: `output=matte`, `output=depth`
@@ -26,7 +26,9 @@
 #include <vector>
 
 #include "base/error.h"
+#include "mesh/view.h"
 #include "plugins/common/guard.h"
+#include "plugins/common/trigger.h"
 #include "plugins/rigtestsrc/private.h"
 #include "studio/cameras/default_rig.h"
 
@@ -183,6 +185,7 @@ GstFlowReturn fill(GstPushSrc* push, GstBuffer* buffer) {
                                static_cast<std::uint64_t>(region.width) * region.height);
 
     state.clock.finish(next, buffer);
+    attach_trigger(buffer, next.number, no_time);
     return GST_FLOW_OK;
   });
 }

@@ -100,10 +100,15 @@ std::span<const Property<SceneSettings>> scene_properties() {
           "How far the first light is moved along z, metres, -1000 to 1000. A change "
           "has the scene's light computed anew.",
           -1000.0, 1000.0),
-      property<&S::exposure>(
-          "exposure", "Exposure",
-          "Exposure compensation in stops, -10 to 10: 1 makes the picture twice as "
-          "bright.",
+      property<&S::exposure_compensation>(
+          "exposure-compensation", "Exposure compensation",
+          "How many stops the picture is exposed longer than the scene says, -10 to 10: 1 makes it "
+          "twice as bright.",
+          -10.0, 10.0),
+      property<&S::exposure_compensation>(
+          old_exposure_name, "Exposure compensation",
+          "Deprecated: the old name of exposure-compensation, as elsewhere an exposure is a factor "
+          "and no number of stops.",
           -10.0, 10.0),
       property<&S::refinement>(
           "refinement", "Refinement",

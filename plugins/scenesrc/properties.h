@@ -27,13 +27,16 @@ struct SceneSettings {
   double orbit_radius = 2.7, orbit_height = 1.5, orbit_speed = 12.0, orbit_start = 0.0;
   double light_intensity = 1.0;
   double light_x = 0.0, light_y = 0.0, light_z = 0.0;
-  double exposure = 0.0;
+  double exposure_compensation = 0.0;  // stops
   Refinement refinement = Refinement::automatic;
   std::uint32_t samples = 256;
   double smoothing = 0.045;
   double light_spacing = 0.025;
   bool live = false;
 };
+
+/// What exposure-compensation was called; still accepted, with a warning.
+inline constexpr char old_exposure_name[] = "exposure";
 
 std::span<const Property<SceneSettings>> scene_properties();
 

@@ -11,8 +11,8 @@
  * composite draws its subjects with exactly those. Mouse and keys (GstNavigation) move the
  * viewport.
  *
- * `scene`, `path=orbit`, `eye-*`, `target-*` and `fov` say what is seen; `light-*` and `exposure`
- * can be changed while it plays.
+ * `scene`, `path=orbit`, `eye-*`, `target-*` and `fov` say what is seen; `light-*` and
+ * `exposure-compensation` can be changed while it plays.
  *
  * ## Example launch line
  * |[
@@ -27,6 +27,7 @@
 #include <gst/video/video.h>
 
 #include <chrono>
+#include <mutex>
 
 #include "plugins/common/guard.h"
 #include "plugins/common/live/frame_clock.h"
@@ -81,6 +82,13 @@ void set_property_of(GObject* object, guint id, const GValue* value, GParamSpec*
     G_OBJECT_WARN_INVALID_PROPERTY_ID(object, id, spec);
   } else if (g_str_equal(spec->name, "is-live")) {
     gst_base_src_set_live(GST_BASE_SRC(object), g_value_get_boolean(value));
+  } else if (g_str_equal(spec->name, old_exposure_name)) {
+    static std::once_flag said;  // a controller sets it with every frame
+    std::call_once(said, [] {
+      g_warning(
+          "The property exposure of scenesrc is deprecated: it is called exposure-compensation "
+          "now, with the same values (stops).");
+    });
   }
 }
 

@@ -54,8 +54,9 @@ Background::Work SceneStream::draw(GstElement* element, Statistics& statistics,
     statistics.warn(element, "warnings", std::string(error.what()) + " The last viewport stays.");
   }
   background_->set_contrast(static_cast<float>(settings.smoothing));
-  return background_->update(camera_, scene_lights(settings, lights_),
-                             exposure_ * static_cast<float>(std::exp2(settings.exposure)));
+  return background_->update(
+      camera_, scene_lights(settings, lights_),
+      exposure_ * static_cast<float>(std::exp2(settings.exposure_compensation)));
 }
 
 bool SceneStream::refine(GstBaseSrc* source, const SceneSettings& settings, GstClockTime due) {

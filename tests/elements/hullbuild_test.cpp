@@ -2,6 +2,7 @@
 #include <gst/check/gstharness.h>
 #include <gst/check/gsttestclock.h>
 
+#include <algorithm>
 #include <functional>
 #include <memory>
 
@@ -173,8 +174,9 @@ GST_START_TEST(test_a_box_becomes_its_hull) {
       fail_unless(std::abs(glm::dot(normal, X - camera.centre())) < 1e-3);
     }
   }
+  const int all = pool_threads();
   g_object_set(bench.element, "pool-threads", 2, nullptr);
-  fail_unless_equals_int(pool_threads(), 2);
+  fail_unless_equals_int(pool_threads(), std::min(2, all));
   g_object_set(bench.element, "pool-threads", 0, nullptr);
   fail_unless(pool_threads() >= 1);
   fail_unless_equals_uint64(bench.count("sets"), 1);

@@ -20,6 +20,7 @@ struct Shot {
   std::vector<std::uint8_t> bytes;
   GstClockTime pts = 0;
   std::uint64_t number = 0;
+  std::uint64_t trigger = 0;
 };
 
 Shot take(GstSample* sample) {
@@ -31,6 +32,11 @@ Shot take(GstSample* sample) {
   gst_buffer_unmap(buffer, &map);
   shot.pts = GST_BUFFER_PTS(buffer);
   shot.number = GST_BUFFER_OFFSET(buffer);
+  GstCaps* reference = gst_caps_new_empty_simple("timestamp/x-polyhull-trigger");
+  const auto* trigger = gst_buffer_get_reference_timestamp_meta(buffer, reference);
+  gst_caps_unref(reference);
+  fail_unless(trigger != nullptr, "a frame without a trigger number");
+  shot.trigger = trigger->timestamp;
   return shot;
 }
 
@@ -97,6 +103,7 @@ GST_START_TEST(test_buffers_are_numbered_and_timed) {
   fail_unless_equals_int(shots.size(), 4);
   for (std::uint64_t i = 0; i < 4; ++i) {
     fail_unless_equals_uint64(shots[i].number, i);
+    fail_unless_equals_uint64(shots[i].trigger, i);
     fail_unless_equals_uint64(shots[i].pts, gst_util_uint64_scale(i, GST_SECOND * 1001, 30000));
     fail_unless_equals_int(shots[i].bytes.size(), 1024 * 768);
   }
@@ -183,6 +190,7 @@ GST_START_TEST(test_seek) {
       const Shot shot = take(sample);
       gst_sample_unref(sample);
       fail_unless_equals_uint64(shot.number, frame + i);
+      fail_unless_equals_uint64(shot.trigger, frame + i);
       fail_unless_equals_uint64(shot.pts, (frame + i) * 40 * GST_MSECOND);
       fail_unless(shot.bytes == shots[frame + i].bytes);
     }

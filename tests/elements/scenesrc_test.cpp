@@ -318,8 +318,8 @@ GST_START_TEST(live_properties_act_on_the_next_frame) {
   fail_unless_equals_int(counter(pipeline, "light-fills"), 1);
   fail_unless(after("light-intensity", 0.0) == 0.0);
   fail_unless(std::abs(after("light-intensity", 1.0) - normal) < 0.01);
-  fail_unless(after("exposure", 1.0) > 1.15 * normal);
-  fail_unless(std::abs(after("exposure", 0.0) - normal) < 0.01);
+  fail_unless(after("exposure-compensation", 1.0) > 1.15 * normal);
+  fail_unless(std::abs(after("exposure-compensation", 0.0) - normal) < 0.01);
   fail_unless(std::abs(after("light-x", 1.5) - normal) > 1.0);
   fail_unless_equals_int(counter(pipeline, "light-fills"), 2);
   const Vec3f moved = log.announcements.back().lights[0].centre;
@@ -337,6 +337,16 @@ GST_START_TEST(live_properties_act_on_the_next_frame) {
   fail_unless(std::abs(log.announcements.back().viewport.centre().y - 3.0) < 1e-3);
   gst_object_unref(source);
   stop(pipeline);
+}
+GST_END_TEST;
+
+GST_START_TEST(the_old_name_of_the_compensation_is_accepted_with_a_warning) {
+  GstElement* source = gst_element_factory_make("scenesrc", nullptr);
+  ASSERT_WARNING(g_object_set(source, "exposure", 1.5, nullptr));
+  gdouble stops = 0.0;
+  g_object_get(source, "exposure-compensation", &stops, nullptr);
+  fail_unless_equals_float(stops, 1.5);
+  gst_object_unref(source);
 }
 GST_END_TEST;
 
@@ -518,6 +528,7 @@ static Suite* scenesrc_suite() {
   tcase_add_test(tests, seeks_to_the_frame_of_that_time);
   tcase_add_test(tests, stop_time_ends_the_stream);
   tcase_add_test(tests, live_properties_act_on_the_next_frame);
+  tcase_add_test(tests, the_old_name_of_the_compensation_is_accepted_with_a_warning);
   tcase_add_test(tests, controllers_drive_the_viewport);
   tcase_add_test(tests, mouse_and_keys_move_the_viewport);
   tcase_add_test(tests, a_still_view_is_refined_and_then_only_repeated);

@@ -13,6 +13,7 @@
 #include "base/error.h"
 #include "base/picture.h"
 #include "rig/rig.h"
+#include "scene/scene.h"
 #include "studio/cameras/default_rig.h"
 #include "support/obj_reader.h"
 #include "wire_examples.h"
@@ -173,6 +174,41 @@ TEST(Glb, TexturesAreTheCamerasPictures) {
   }
 }
 
+// Readers that heed nodes see metres with y up, whatever the rig's unit and axes; the coordinates
+// in the buffers stay the rig's.
+TEST(Glb, OpensInMetresWithYUp) {
+  Mesh rig = textured_cube().mesh;
+  rig.texturing.reset();
+  write_mesh_file(rig, (folder() / "metres.glb").string());
+  const Scene expected = load_scene((folder() / "metres.glb").string());
+  // y -> z, z -> -y: where up is +z, the turn back takes (x, -z, y) to (x, y, z).
+  for (const double unit : {1.0, 0.001}) {
+    for (const bool z_up : {false, true}) {
+      Mesh mesh = rig;
+      mesh.metres_per_unit = unit;
+      const auto turned = [&](const Vec3& p) { return (z_up ? Vec3(p.x, -p.z, p.y) : p) / unit; };
+      if (z_up) mesh.up = Vec3(0, 0, 1);
+      mesh.hull.origin = turned(rig.hull.origin);
+      for (Vec3f& vertex : mesh.hull.vertices) vertex = Vec3f(turned(Vec3(vertex)));
+      const auto path = folder() / "other.glb";
+      write_mesh_file(mesh, path.string());
+      const tinygltf::Model model = load_gltf(path);
+      const auto positions = read_accessor<Vec3f>(
+          model, model.meshes.at(0).primitives.at(0).attributes.at("POSITION"));
+      EXPECT_EQ(positions, mesh.hull.vertices);
+      EXPECT_EQ(model.nodes.size(), z_up || unit != 1.0 ? 2u : 1u);
+      const Scene scene = load_scene(path.string());
+      ASSERT_EQ(scene.meshes.size(), 1u);
+      ASSERT_EQ(scene.meshes[0].positions.size(), expected.meshes[0].positions.size());
+      for (std::size_t i = 0; i < scene.meshes[0].positions.size(); ++i) {
+        EXPECT_LT(glm::length(scene.meshes[0].positions[i] - expected.meshes[0].positions[i]),
+                  1e-5f)
+            << "vertex " << i << ", unit " << unit << (z_up ? ", z up" : "");
+      }
+    }
+  }
+}
+
 TEST(Glb, EmptyMeshIsAValidFile) {
   Mesh mesh;
   const auto path = folder() / "empty.glb";
@@ -269,6 +305,19 @@ TEST(Obj, ComesBackThroughTheReader) {
   const ObjModel untextured = read_obj(path.string());
   EXPECT_EQ(untextured.triangles, example.mesh.hull.triangles);
   EXPECT_EQ(untextured.positions[3], Vec3f(0.5f, 1.5f, -0.5f));
+}
+
+TEST(Obj, SaysUnitAndUpWhereTheyAreUnusual) {
+  Mesh mesh = textured_cube().mesh;
+  mesh.texturing.reset();
+  const auto path = folder() / "unit.obj";
+  write_mesh_file(mesh, path.string());
+  EXPECT_EQ(content(path).find("# up"), std::string::npos);
+  mesh.metres_per_unit = 0.001;
+  mesh.up = Vec3(0, 0, -1);
+  write_mesh_file(mesh, path.string());
+  EXPECT_NE(content(path).find("# metres per unit 0.001\n# up 0 0 -1\n"), std::string::npos);
+  EXPECT_EQ(read_obj(path.string()).triangles, mesh.hull.triangles);
 }
 
 TEST(Obj, RealFile) {

@@ -1,19 +1,18 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "silhouette/pixels/kernels.h"
 
+#include <cstdio>
 #include <cstdlib>
-#include <cstring>
+#include <string_view>
+
+#include "silhouette/pixels/choose_kernels.h"
 
 namespace polyhull::silhouette {
 namespace {
 
-const Kernels& choose() {
-  const char* wanted = std::getenv("POLYHULL_ISA");
-  if (wanted && std::strcmp(wanted, "plain") == 0) return plain_kernels();
+const Kernels& best_kernels() {
 #if defined(__x86_64__)
-  if (wanted && std::strcmp(wanted, "baseline") == 0) return baseline_kernels();
-  const bool avx2_only = wanted && std::strcmp(wanted, "avx2") == 0;
-  if (avx512_supported() && !avx2_only) return avx512_kernels();
+  if (avx512_supported()) return avx512_kernels();
   if (avx2_supported()) return avx2_kernels();
   return baseline_kernels();
 #else
@@ -36,8 +35,34 @@ bool avx512_supported() {
 }
 #endif
 
+KernelChoice choose_kernels(const char* wanted) {
+  const std::string_view name = wanted != nullptr ? wanted : "";
+  if (name.empty()) return {best_kernels(), ""};
+  if (name == "plain") return {plain_kernels(), ""};
+#if defined(__x86_64__)
+  // v3 and v4 are what avx2 and avx512 were called.
+  const bool avx512 = name == "avx512" || name == "v4", avx2 = name == "avx2" || name == "v3";
+  if (name == "baseline") return {baseline_kernels(), ""};
+  if (avx2 && avx2_supported()) return {avx2_kernels(), ""};
+  if (avx512 && avx512_supported()) return {avx512_kernels(), ""};
+  const bool known = avx2 || avx512;
+#else
+  const bool known = name == "baseline" || name == "avx2" || name == "avx512";
+#endif
+  const Kernels& best = best_kernels();
+  return {best, "POLYHULL_ISA is \"" + std::string(name) + "\", which " +
+                    (known ? "this machine does not have" : "is none of its values") + "; " +
+                    best.name +
+                    " is used. It takes plain, baseline, avx2 or avx512, the last "
+                    "two where the processor has them; unset, the best is chosen."};
+}
+
 const Kernels& kernels() {
-  static const Kernels& chosen = choose();
+  static const Kernels& chosen = []() -> const Kernels& {
+    const KernelChoice choice = choose_kernels(std::getenv("POLYHULL_ISA"));
+    if (!choice.complaint.empty()) std::fprintf(stderr, "polyhull: %s\n", choice.complaint.c_str());
+    return choice.kernels;
+  }();
   return chosen;
 }
 

@@ -19,10 +19,13 @@ GType enum_type<TraceMethod>() {
 template <>
 GType enum_type<TriggerSource>() {
   static const GEnumValue values[] = {
-      {static_cast<gint>(TriggerSource::automatic),
-       "The number a trigger attached to the frame, else the buffer's offset", "auto"},
-      {static_cast<gint>(TriggerSource::message), "Only the number a trigger attached to the frame",
+      {static_cast<gint>(TriggerSource::meta),
+       "The number a trigger attached to the frame; without one, views are matched by their time",
        "meta"},
+      {static_cast<gint>(TriggerSource::offset),
+       "The number a trigger attached to the frame, else the buffer's offset: for sources that "
+       "count trigger pulses there, not their own frames",
+       "offset"},
       {static_cast<gint>(TriggerSource::none), "None; views are matched by their time", "none"},
       {0, nullptr, nullptr}};
   return register_enum("PolyhullTriggerSource", values);

@@ -12,7 +12,7 @@
 namespace polyhull::element {
 
 /// Where a view's trigger number comes from.
-enum class TriggerSource { automatic, message, none };
+enum class TriggerSource { meta, offset, none };
 
 struct ContourValues {
   std::string camera;
@@ -26,7 +26,7 @@ struct ContourValues {
   bool adaptive = false;
   double target_rate = 0.0;
   bool reuse = SilhouetteSettings{}.reuse;
-  TriggerSource trigger = TriggerSource::automatic;
+  TriggerSource trigger = TriggerSource::meta;
 
   /// The approximation's settings, with \p tolerance in the place of the one set.
   ApproximateSettings approximation(double tolerance_now) const {

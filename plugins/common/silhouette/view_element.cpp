@@ -37,7 +37,7 @@ void begin_view(GstBaseTransform* base, const ContourValues& values, const GstVi
   view.width = GST_VIDEO_FRAME_WIDTH(&frame);
   view.height = GST_VIDEO_FRAME_HEIGHT(&frame);
   const Capture capture = capture_of(GST_ELEMENT_CAST(base), base->segment, frame.buffer,
-                                     values.trigger == TriggerSource::automatic);
+                                     values.trigger == TriggerSource::offset);
   view.trigger = values.trigger == TriggerSource::none ? no_trigger : capture.trigger;
   view.capture_time = capture.time;
 }

@@ -7,8 +7,10 @@
 #include <cmath>
 #include <random>
 #include <string>
+#include <tuple>
 #include <vector>
 
+#include "silhouette/pixels/choose_kernels.h"
 #include "silhouette/pixels/colour_kernels.h"
 #include "silhouette/pixels/kernels.h"
 
@@ -194,6 +196,33 @@ TEST(Colour, CompositeTakesSpillAwayAndPutsAlphaIn) {
       }
     }
   }
+}
+
+TEST(ChooseKernels, SaysWhatPolyhullIsaTakes) {
+  const std::string best = silhouette::choose_kernels(nullptr).kernels.name;
+  EXPECT_EQ(silhouette::choose_kernels("plain").kernels.name, std::string("plain"));
+  for (const char* quiet : {static_cast<const char*>(nullptr), "", "plain"})
+    EXPECT_EQ(silhouette::choose_kernels(quiet).complaint, "");
+  for (const char* name : {"avx3", "PLAIN", "none"}) {
+    const silhouette::KernelChoice choice = silhouette::choose_kernels(name);
+    EXPECT_EQ(choice.kernels.name, best);
+    for (const std::string& word : {std::string(name), std::string("POLYHULL_ISA"),
+                                    std::string("plain, baseline, avx2 or avx512")})
+      EXPECT_NE(choice.complaint.find(word), std::string::npos) << choice.complaint;
+  }
+#if defined(__x86_64__)
+  // The sets' old names, too; a set that the machine lacks is said.
+  for (const auto& [name, set, there] : {std::tuple("baseline", "baseline", true),
+                                         {"avx2", "avx2", silhouette::avx2_supported()},
+                                         {"v3", "avx2", silhouette::avx2_supported()},
+                                         {"avx512", "avx512", silhouette::avx512_supported()},
+                                         {"v4", "avx512", silhouette::avx512_supported()}}) {
+    const silhouette::KernelChoice choice = silhouette::choose_kernels(name);
+    EXPECT_EQ(choice.kernels.name, there ? std::string(set) : best);
+    EXPECT_EQ(choice.complaint.find("this machine does not have") != std::string::npos, !there);
+    EXPECT_EQ(choice.complaint.empty(), there) << choice.complaint;
+  }
+#endif
 }
 
 }  // namespace
