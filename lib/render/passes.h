@@ -8,11 +8,11 @@
 #include <vector>
 
 #include "render/frame.h"
-#include "render/pass_timer.h"
-#include "render/program.h"
+#include "render/gl/pass_timer.h"
+#include "render/gl/program.h"
+#include "render/gl/targets.h"
 #include "render/scene_buffers.h"
 #include "render/subject_buffers.h"
-#include "render/targets.h"
 
 namespace polyhull {
 

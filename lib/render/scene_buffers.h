@@ -5,8 +5,8 @@
 
 #include <vector>
 
-#include "render/gl_objects.h"
-#include "render/program.h"
+#include "render/gl/gl_objects.h"
+#include "render/gl/program.h"
 #include "scene/scene.h"
 
 namespace polyhull {

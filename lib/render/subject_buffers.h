@@ -7,9 +7,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "render/gl_objects.h"
+#include "render/gl/gl_objects.h"
+#include "render/gl/program.h"
 #include "render/hull_vertices.h"
-#include "render/program.h"
 
 namespace polyhull {
 

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "base/error.h"
-#include "render/gl_objects.h"
+#include "render/gl/gl_objects.h"
 
 namespace polyhull::element {
 namespace {

@@ -13,9 +13,9 @@
 
 #include "base/error.h"
 #include "gl_context.h"
-#include "render/gl_objects.h"
-#include "render/program.h"
-#include "render/shader_sources.h"
+#include "render/gl/gl_objects.h"
+#include "render/gl/program.h"
+#include "render/gl/shader_sources.h"
 #include "simple_trace.h"
 #include "synthetic.h"
 #include "texture/texture_hull.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "render/pass_timer.h"
+#include "render/gl/pass_timer.h"
 
 namespace polyhull::gl {
 

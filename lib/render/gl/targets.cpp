@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "render/targets.h"
+#include "render/gl/targets.h"
 
 #include <algorithm>
 
