@@ -96,11 +96,9 @@ HullScene parse_hull_scene(std::string_view text, const std::string& source) {
       const std::string where = source + ", silhouette of camera " + scene.rig.cameras[i].name;
       scene.silhouettes.push_back(parse_rings(silhouettes[i], where));
     }
-    if (const auto reference = json.find("reference"); reference != json.end()) {
-      if (reference->contains("volume"))
-        scene.reference_volume = reference->at("volume").get<double>();
-      scene.reference_triangles = reference->value("triangles", std::size_t{0});
-    }
+    if (const auto reference = json.find("reference");
+        reference != json.end() && reference->contains("volume"))
+      scene.reference_volume = reference->at("volume").get<double>();
     return scene;
   } catch (const Json::exception& error) {
     throw Error(Error::Kind::bad_input, source + ": not a hull scene: " + error.what());

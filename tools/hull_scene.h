@@ -25,7 +25,6 @@ struct HullScene {
   Rig rig;
   std::vector<Rings> silhouettes;  ///< one per camera of the rig
   std::optional<double> reference_volume;
-  std::size_t reference_triangles = 0;
 
   /// The silhouettes as HullBuilder takes them; they point into this scene.
   std::vector<Silhouette> views() const;
