@@ -95,6 +95,11 @@ struct Bench {
       gst_harness_set_src_caps_str(mesh, mesh_caps);
     }
   }
+  /// As from files: every input is waited for, however long it takes on a busy machine.
+  void wait_for_all() {
+    gst_harness_set_live(background, FALSE);
+    gst_harness_set_live(mesh, FALSE);
+  }
   ~Bench() {
     if (mesh) gst_harness_teardown(mesh);
     gst_harness_teardown(background);
@@ -190,6 +195,7 @@ GST_END_TEST
 
 GST_START_TEST(the_mesh_shown_is_the_last_before_the_frames_end) {
   Bench bench;
+  bench.wait_for_all();
   Mesh empty;
   gst_harness_push(bench.mesh, mesh_buffer(0));
   gst_harness_push(bench.background, frame(0));
@@ -206,6 +212,7 @@ GST_END_TEST
 
 GST_START_TEST(a_mesh_is_shown_until_max_mesh_age) {
   Bench bench;
+  bench.wait_for_all();
   g_object_set(bench.element, "max-mesh-age", guint64{100 * GST_MSECOND}, nullptr);
   gst_harness_push(bench.mesh, mesh_buffer(0));
   gst_harness_push(bench.background, frame(0));

@@ -224,6 +224,110 @@ TEST_P(CompositorLightTest, APlainMirrorMixesByItsShare) {
   EXPECT_NEAR(shot.at({0.01, -0.1, 0.2}).x, 0.6f * 0.1f + 0.4f * synthetic::to_linear(0.9f), 0.006);
 }
 
+// What a mirror reflects it does not scatter: less is taken from it, by Schlick and by its metal.
+TEST_P(CompositorLightTest, TheShadowOnAMirrorTakesWhatItScattered) {
+  const Mesh screen = plain_box({0.7f, 0.3f, -0.3f}, {0.75f, 0.9f, 0.3f}, 0.5f);
+  const Vec3 lamp(1.5, 1.2, 0.0);
+  Material material;
+  material.base_colour = Vec3f(0.8f);
+  material.roughness = 0.0f;
+  material.ior = 2.0f;
+  for (const float metallic : {0.0f, 0.4f}) {
+    material.metallic = metallic;
+    const double f0 = (1 - metallic) / 9.0 + metallic * 0.8;
+    for (const double height : {0.5, 2.5}) {
+      const Vec3 eye(0, height, 2.5), point(-0.3, 0, 0.1);
+      Shot shot(floor_scene(material, point_lamp(Vec3f(lamp), Vec3f(8.0f))), screen,
+                synthetic::look_at(eye, {-0.3, 0, 0.1}, 160, 120, 20.0));
+      shot.settings.mirror = MirrorMode::off;
+      shot.draw(0.5f);
+      const Vec3 way = lamp - point;
+      const double cosine = glm::normalize(eye - point).y;
+      const double fresnel = f0 + (1 - f0) * std::pow(1 - cosine, 5.0);
+      const double given = 8.0 * way.y / std::pow(glm::length(way), 3.0);
+      EXPECT_NEAR(shot.at(point).x,
+                  0.5 - 0.8 * (1 - fresnel) * (1 - metallic) / std::numbers::pi * given, 0.006)
+          << "metallic " << metallic << " from " << height;
+    }
+  }
+}
+
+TEST_P(CompositorLightTest, TheShadowOnATextureHasItsColours) {
+  const Mesh screen = plain_box({0.7f, 0.3f, -0.3f}, {0.75f, 0.9f, 0.3f}, 0.5f);
+  const Vec3 lamp(1.5, 1.2, 0.0);
+  Material material;
+  material.base_colour = {1.0f, 0.5f, 1.0f};
+  material.base_colour_texture = 0;
+  Scene scene = floor_scene(material, point_lamp(Vec3f(lamp), Vec3f(8.0f)));
+  scene.meshes[0].texture_coordinates.assign(4, Vec2f(0.5f));
+  Picture texture{4, 4, 4, std::vector<std::uint8_t>(64, 255)};
+  for (std::size_t i = 0; i < 16; ++i) texture.pixels[4 * i] = texture.pixels[4 * i + 1] = 150;
+  scene.textures = {texture};
+  Shot shot(scene, screen, synthetic::look_at({0, 2.5, 2.5}, {-0.3, 0, 0.1}, 160, 120, 20.0));
+  shot.draw(0.5f);
+  const Vec3 point(-0.3, 0, 0.1), way = lamp - point;
+  const double given = 8.0 * way.y / std::pow(glm::length(way), 3.0) / std::numbers::pi;
+  const double value = synthetic::to_linear(150 / 255.0f);
+  const Vec3f found = shot.at(point);
+  EXPECT_NEAR(found.x, 0.5 - value * given, 0.006);
+  EXPECT_NEAR(found.y, 0.5 - 0.5 * value * given, 0.006);
+  EXPECT_NEAR(found.z, 0.5 - given, 0.006);
+}
+
+// What the mirror showed there is taken out, also where the picture does not hold it: then it is lit.
+TEST_P(CompositorLightTest, WhatTheMirrorShowedIsTakenOut) {
+  Material glass, plaster;
+  glass.roughness = 0.0f;
+  plaster.base_colour = {0.6f, 0.5f, 0.4f};
+  plaster.emission = {0.05f, 0.1f, 0.15f};
+  const Vec3 lamp(0, 1.5, 0.5);
+  Scene scene = floor_scene(glass, point_lamp(Vec3f(lamp), Vec3f(2.0f)));
+  scene.materials.push_back(plaster);
+  SceneMesh wall = scene.meshes[0];
+  wall.material = 1;
+  wall.positions = {{-3, 0.01f, -1}, {3, 0.01f, -1}, {3, 3, -1}, {-3, 3, -1}};
+  wall.normals.assign(4, Vec3f(0, 0, 1));
+  scene.meshes.push_back(wall);
+  scene.exposure = 0.7f;
+  const Mesh box = plain_box({-0.5f, 0.0f, -0.2f}, {0.5f, 0.5f, 0.2f}, 0.9f);
+  const Vec3 eye(0, 0.4, 1.7);
+  Shot shot(scene, box, synthetic::look_at(eye, {0, -0.15, 0.2}, 240, 240, 12.0));
+  shot.frame.ambient = Vec3f(0.4f, 0.3f, 0.2f);
+  shot.settings.shadow = ShadowQuality::off;
+  shot.draw(0.3f);
+  for (const double y : {0.05, 0.15}) {
+    const Vec3 image(0.01, -y, 0.2), way = image - eye;
+    // The wall's point on the way through the mirror.
+    Vec3 seen = eye + way * ((-1.0 - eye.z) / way.z);
+    seen.y = -seen.y;
+    const Vec3 light = lamp - seen;
+    const double lit = 2.0 * light.z / std::pow(glm::length(light), 3.0);
+    const double cosine = -glm::normalize(way).y;
+    const double fresnel = 0.04 + 0.96 * std::pow(1 - cosine, 5.0);
+    const Vec3f found = shot.at(image);
+    for (int c = 0; c < 3; ++c) {
+      const double shown =
+          0.7 * (plaster.base_colour[c] / std::numbers::pi * (shot.frame.ambient[c] + lit) +
+                 plaster.emission[c]);
+      EXPECT_NEAR(found[c], 0.3 + fresnel * (synthetic::to_linear(0.9f) - shown), 0.004)
+          << y << " channel " << c;
+    }
+  }
+}
+
+// What lies below a mirror is not seen in it.
+TEST_P(CompositorLightTest, TheMirrorShowsOnlyWhatIsBeforeIt) {
+  Material material;
+  material.roughness = 0.0f;
+  const Mesh box = plain_box({-0.3f, -0.5f, -0.2f}, {0.3f, 0.2f, 0.2f}, 0.9f);
+  Shot shot(floor_scene(material, point_lamp({0, 3, 0}, Vec3f(1.0f))), box,
+            synthetic::look_at({0, 0.6, 1.7}, {0, 0.2, 0.2}, 200, 200, 40.0));
+  shot.settings.shadow = ShadowQuality::off;
+  shot.draw(0.1f);
+  EXPECT_NEAR(shot.at({0.01, 0.4, 0.2}).x, 0.1f, 0.002f);
+  EXPECT_GT(shot.at({0.01, -0.1, 0.2}).x, 0.11f);
+}
+
 /// A wall of 1.2 m before \p cameras, photographed by them, coloured by paint().
 struct PaintedWall {
   synthetic::Photographed photographed;
@@ -333,6 +437,49 @@ TEST_P(CompositorLightTest, BlendedViewsKeepTheirLight) {
         EXPECT_LT(jump, 0.1f);
       }
     }
+  }
+}
+
+// One compositor draws pictures of many sizes, odd ones too, as a fresh one would.
+TEST_P(CompositorLightTest, SizesChangeWhileItRuns) {
+  Material material;
+  material.roughness = 0.0f;
+  const Mesh box = plain_box({-0.3f, 0.0f, -0.2f}, {0.3f, 0.5f, 0.2f}, 0.9f);
+  const Scene scene = floor_scene(material, point_lamp({1, 2, 1}, Vec3f(1.0f)));
+  Compositor changing;
+  for (const auto& [width, height] : {std::pair{64, 48}, {161, 93}, {97, 121}, {160, 90}}) {
+    Shot shot(scene, box, synthetic::look_at({0, 0.6, 1.7}, {0, 0.2, 0.2}, width, height, 60.0));
+    shot.draw(0.3f);
+    const Picture fresh = shot.picture;
+    const Picture before{width, height, 4,
+                         std::vector<std::uint8_t>(fresh.pixels.size(), shot.picture.pixels[0])};
+    Picture out = before;
+    changing.render(shot.frame, changing.plan(shot.frame, shot.settings), shot.settings,
+                    before.pixels.data(), 4 * width, out.pixels.data(), 4 * width);
+    EXPECT_EQ(out.pixels, fresh.pixels) << width << "x" << height;
+  }
+}
+
+// A lamp that moves throws another shadow of the scene, too.
+TEST_P(CompositorLightTest, SkippingChangesNoBitWhileTheLampMoves) {
+  const Mesh box = plain_box({-0.3f, 0.5f, -0.2f}, {0.3f, 0.9f, 0.2f}, 0.9f);
+  Scene scene = floor_scene({}, point_lamp({1, 2, 0}, Vec3f(5.0f)));
+  SceneMesh wall = scene.meshes[0];
+  wall.positions = {{0, 0, 1}, {0, 0, -1}, {0, 0.4f, -1}, {0, 0.4f, 1}};
+  wall.normals.assign(4, Vec3f(1, 0, 0));
+  scene.meshes.push_back(wall);
+  Compositor lazy;
+  for (const float x : {1.0f, 0.5f, -0.8f}) {
+    scene.lights[0].centre.x = x;
+    Shot shot(scene, box, synthetic::look_at({0.5, 2, 2.5}, {0, 0, 0}, 160, 120, 50.0));
+    static const auto kept = shot.frame.scene;
+    shot.frame.scene = kept;  // as announced lamps come: another light, the same scene
+    shot.draw(0.5f);
+    const Picture before{160, 120, 4, std::vector<std::uint8_t>(shot.picture.pixels.size(), 188)};
+    Picture out = before;
+    lazy.render(shot.frame, lazy.plan(shot.frame, shot.settings), shot.settings,
+                before.pixels.data(), 640, out.pixels.data(), 640);
+    EXPECT_EQ(out.pixels, shot.picture.pixels) << x;
   }
 }
 

@@ -2,6 +2,11 @@
 // Where a subject stands in a scene: its rig's unit and up, and the user's placement.
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <memory>
+
+#include "render/frame.h"
+#include "render/light_samples.h"
 #include "render/projection.h"
 
 namespace polyhull {
@@ -89,6 +94,51 @@ TEST(Projection, RectanglesHoldThePointsAndOnePixelMore) {
   EXPECT_TRUE(r.x <= 49 && r.x >= 47 && r.y <= 29 && r.y >= 27) << r.x << " " << r.y;
   EXPECT_TRUE(r.x + r.width >= 121 && r.x + r.width <= 123) << r.x + r.width;
   EXPECT_TRUE(r.y + r.height >= 71 && r.y + r.height <= 73) << r.y + r.height;
+}
+
+TEST(MainLight, IsTheOneThatGivesMost) {
+  Light far, near, away;
+  far.centre = {0, 10, 0};
+  far.radiance = Vec3f(30.0f);
+  near.centre = {0, 2, 0};
+  near.radiance = Vec3f(2.0f);
+  away.centre = {0, 1, 0};  // shines up
+  away.u = {0, 0, 1};
+  away.v = {1, 0, 0};
+  away.radiance = Vec3f(90.0f);
+  EXPECT_EQ(main_light(std::vector<Light>{far, near, away}, {0, 0, 0}), 1);
+  EXPECT_EQ(main_light(std::vector<Light>{far, away}, {0, 0, 0}), 0);
+  EXPECT_EQ(main_light(std::vector<Light>{away}, {0, 0, 0}), -1);
+  EXPECT_EQ(main_light(std::vector<Light>{far, away}, {0, 2, 0}), 1);
+}
+
+// Of several mirrors the one that shows most of the subject; none from behind.
+TEST(Plan, TakesTheMirrorThatShowsMost) {
+  auto scene = std::make_shared<Scene>();
+  const auto mirror = [&](float half, float height) {
+    Mirror m;
+    m.offset = height;
+    m.outline = {{-half, height, half}, {half, height, half}, {half, height, -half}, {-half, height, -half}};
+    scene->mirrors.push_back(m);
+  };
+  mirror(0.4f, 0.0f);
+  mirror(3.0f, 0.0f);
+  mirror(0.3f, 0.0f);
+  SceneMesh floor;
+  floor.positions = {{-3, 0, 3}, {3, 0, 3}, {3, 0, -3}};
+  floor.triangles = {0, 1, 2};
+  scene->meshes = {floor};
+  Mesh mesh = box_at({-0.5, 0, -1.5});
+  mesh.hull.triangles = {0, 1, 2};
+  RenderFrame frame;
+  frame.width = 320;
+  frame.height = 240;
+  frame.scene = scene;
+  frame.subjects.push_back({&mesh, {}, 0});
+  frame.viewport = look_at({0, 1.5, 6}, {0, 0.5, 0}, 50, 320, 240);
+  EXPECT_EQ(plan_frame(frame, {}, bounds_of(floor.positions)).mirror_index, 1);
+  frame.viewport = look_at({0, -1.5, 6}, {0, 0.5, 0}, 50, 320, 240);
+  EXPECT_EQ(plan_frame(frame, {}, bounds_of(floor.positions)).mirror_index, -1);
 }
 
 }  // namespace
