@@ -738,6 +738,41 @@ GST_START_TEST(test_views_are_held_for_hold_time) {
 }
 GST_END_TEST
 
+GST_START_TEST(test_what_the_rig_says_goes_along) {
+  Bench bench("", 3);
+  Rig rig = default_rig();
+  rig.up = Vec3(0.0, 0.6, 0.8);
+  rig.unit = "ft";
+  const std::string path = folder("leaning.json");
+  std::ofstream(path) << rig_to_json(rig);
+  g_object_set(bench.element, "rig", path.c_str(), nullptr);
+  for (int i = 0; i < 3; ++i) bench.push_box(i, 0);
+  const auto mesh = bench.pull();
+  fail_unless(glm::length(mesh->up - rig.up) < 1e-9);
+  fail_unless_equals_float(mesh->metres_per_unit, 0.3048);
+  fail_unless_equals_uint64(GST_BUFFER_DURATION(bench.last.get()), frame_time);
+}
+GST_END_TEST
+
+/// The box reaches out of the rig's bounds, which cut it only where use-bounds says so.
+GST_START_TEST(test_bounds_cut_where_they_are_used) {
+  double volumes[2];
+  for (const bool used : {false, true}) {
+    Bench bench(used ? "use-bounds=true" : "use-bounds=false");
+    Box box;
+    box.centre.y = bench.rig.bounds->min.y;
+    for (int i = 0; i < 4; ++i) bench.push_box(i, 0, box);
+    const auto mesh = bench.pull();
+    fail_unless(is_closed(mesh->hull));
+    volumes[used] = enclosed_volume(mesh->hull);
+    double low = 1e9;
+    for (const Vec3f& v : mesh->hull.vertices) low = std::min(low, mesh->hull.origin.y + v.y);
+    fail_unless(used == (low > box.centre.y - 0.01), "lowest %g", low);
+  }
+  fail_unless(volumes[1] < 0.7 * volumes[0], "%g of %g", volumes[1], volumes[0]);
+}
+GST_END_TEST
+
 GST_START_TEST(test_states_and_two_pipelines) {
   const std::string files = write_view_files(folder("files"), 3);
   const std::string line = "hullbuild name=hull ! fakesink " + all_view_files(files);
@@ -805,6 +840,8 @@ static Suite* hullbuild_suite() {
   tcase_add_test(tests, test_the_earliest_capture_time_is_the_meshs);
   tcase_add_test(tests, test_a_large_silhouette_is_not_a_full_one);
   tcase_add_test(tests, test_views_are_held_for_hold_time);
+  tcase_add_test(tests, test_what_the_rig_says_goes_along);
+  tcase_add_test(tests, test_bounds_cut_where_they_are_used);
   tcase_add_test(tests, test_states_and_two_pipelines);
   tcase_add_test(tests, test_cameras_come_and_go);
   return suite;
