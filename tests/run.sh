@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
 # Tests everything, from a bare Debian 12 on: installs what is missing, builds, runs all tests, then
 # builds again with the address and undefined-behaviour sanitizers and runs the library and element
-# tests there. Ends with a line "N passed, N failed, N skipped".
+# tests there. Ends with a line "N passed, N failed, N skipped"; what was skipped inside programs that
+# passed is told before.
 #   tests/run.sh [--quick]     --quick leaves the sanitizers out
 set -euo pipefail
 source "$(dirname "$0")/../pipelines/prepare.sh"
@@ -19,7 +20,7 @@ polyhull_install "${polyhull_packages_build[@]}" "${polyhull_packages_run[@]}" \
   "${polyhull_packages_test[@]}"
 polyhull_compile "$polyhull_build" -Dtests=true -Dbuildtype=debugoptimized
 
-passed=0 failed=0 skipped=0 broken=
+passed=0 failed=0 skipped=0 broken= missing=
 # run_suite BUILD-DIRECTORY MESON-TEST-ARGUMENT...: adds meson's summary to the totals.
 run_suite() {
   local directory=$1 log
@@ -39,6 +40,8 @@ run_suite() {
   broken+=$(grep -E '^ *[0-9]+/[0-9]+ .* (FAIL|ERROR|TIMEOUT) ' "$log" || true)
   # gst-check's lines that say which check failed, and where.
   broken+=$(grep -hE '^[^ ]+:[0-9]+:[EF]:' "$directory/meson-logs/testlog.txt" | sed 's/^/\n  /' || true)
+  # What GoogleTest and the other programs left out, with the reason where it stands in the line.
+  missing+=$(grep -hE '^\[  SKIPPED \] .* \(|^SKIPPED: ' "$directory/meson-logs/testlog.txt" | sed 's/^/\n  /' || true)
   rm -f "$log"
 }
 
@@ -53,6 +56,7 @@ if ! $quick; then
     --timeout-multiplier 4
 fi
 
+[ -z "$missing" ] || printf 'What was skipped inside programs:\n%b\n' "$missing"
 [ -z "$broken" ] || printf 'What failed:\n%b\n' "$broken"
 say "logs: $polyhull_build/meson-logs/testlog.txt"
 echo "$passed passed, $failed failed, $skipped skipped"

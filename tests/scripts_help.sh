@@ -18,7 +18,7 @@ expect() {
   fi
 }
 
-for script in pipelines/{demo,record,room,turntable}.sh tests/run.sh; do
+for script in pipelines/{demo,record,room,turntable}.sh tests/{run,mutants}.sh; do
   for option in --help -h; do
     expect 0 "$script" "$script" "$option"
     expect 0 "$script" "$script" something "$option"
@@ -28,6 +28,8 @@ expect 1 "named twice" pipelines/record.sh --cameras "cam0 cam1 cam0"
 expect 1 "unknown argument" pipelines/record.sh --secnods 3
 expect 1 "unknown argument" pipelines/demo.sh --secnods 3
 expect 1 "unknown argument" tests/run.sh --quik
+expect 1 "unknown argument" tests/mutants.sh --lits
+expect 1 "no fault is called" tests/mutants.sh no-such-fault
 expect 1 "usage" pipelines/room.sh
 expect 1 "usage" pipelines/turntable.sh
 

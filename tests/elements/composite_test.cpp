@@ -95,6 +95,11 @@ struct Bench {
       gst_harness_set_src_caps_str(mesh, mesh_caps);
     }
   }
+  /// As from files: every input is waited for, however long it takes on a busy machine.
+  void wait_for_all() {
+    gst_harness_set_live(background, FALSE);
+    gst_harness_set_live(mesh, FALSE);
+  }
   ~Bench() {
     if (mesh) gst_harness_teardown(mesh);
     gst_harness_teardown(background);
@@ -190,6 +195,7 @@ GST_END_TEST
 
 GST_START_TEST(the_mesh_shown_is_the_last_before_the_frames_end) {
   Bench bench;
+  bench.wait_for_all();
   Mesh empty;
   gst_harness_push(bench.mesh, mesh_buffer(0));
   gst_harness_push(bench.background, frame(0));
@@ -201,6 +207,23 @@ GST_START_TEST(the_mesh_shown_is_the_last_before_the_frames_end) {
   out = bench.step(frame(frame_time(1)), mesh_buffer(80 * GST_MSECOND));
   fail_unless(changed_pixels(out) > 500);
   gst_buffer_unref(out);
+}
+GST_END_TEST
+
+GST_START_TEST(a_mesh_is_shown_until_max_mesh_age) {
+  Bench bench;
+  bench.wait_for_all();
+  g_object_set(bench.element, "max-mesh-age", guint64{100 * GST_MSECOND}, nullptr);
+  gst_harness_push(bench.mesh, mesh_buffer(0));
+  gst_harness_push(bench.background, frame(0));
+  gst_harness_push_event(bench.mesh, gst_event_new_eos());
+  for (int i = 0; i < 6; ++i) {
+    if (i > 0) gst_harness_push(bench.background, frame(frame_time(i)));
+    GstBuffer* out = bench.pull();
+    // At the frame's end the mesh is 40, 80, 120 ms old and so on.
+    fail_unless((changed_pixels(out) > 500) == (i < 2), "frame %d", i);
+    gst_buffer_unref(out);
+  }
 }
 GST_END_TEST
 
@@ -445,6 +468,7 @@ static Suite* composite_suite() {
   tcase_add_test(fed, subject_outside_the_picture_passes_the_background);
   tcase_add_test(fed, placement_is_live);
   tcase_add_test(fed, the_mesh_shown_is_the_last_before_the_frames_end);
+  tcase_add_test(fed, a_mesh_is_shown_until_max_mesh_age);
   tcase_add_test(fed, bad_payloads_do_not_stop_the_picture);
   tcase_add_test(fed, announced_camera_counts);
   tcase_add_test(fed, navigation_moves_the_viewport);

@@ -287,6 +287,50 @@ GST_START_TEST(an_equal_frame_reuses_contours) {
 }
 GST_END_TEST
 
+/// Each setting counts at once, also while the picture stands still.
+GST_START_TEST(settings_count_on_a_still_picture) {
+  const auto still = [](int i) {
+    GstBuffer* buffer = gst_buffer_new_allocate(nullptr, width * height, nullptr);
+    GstMapInfo map;
+    gst_buffer_map(buffer, &map, GST_MAP_WRITE);
+    for (int y = 0; y < height; ++y)
+      for (int x = 0; x < width; ++x) {
+        const double cover = disk_cover(x, y, 40, 45, 30) - disk_cover(x, y, 40, 45, 8) +
+                             disk_cover(x, y, 95, 45, 12);
+        map.data[y * width + x] = static_cast<std::uint8_t>(std::lround(255 * cover));
+      }
+    gst_buffer_unmap(buffer, &map);
+    GST_BUFFER_PTS(buffer) = i * GST_SECOND / 30;
+    return buffer;
+  };
+  for (const auto& [name, value] : {std::pair{"tolerance", "3"},
+                                    {"keep-largest", "1"},
+                                    {"min-area", "600"},
+                                    {"min-hole-area", "250"},
+                                    {"min-edges", "12"},
+                                    {"method", "binary"}}) {
+    GstHarness* h = harness_for("contourfind tolerance=0.5", "GRAY8");
+    GstElement* find = gst_harness_find_element(h, "contourfind");
+    for (int i = 0; i < 3; ++i) {
+      const ReadView read = viewed(h, still(i));
+      fail_unless_equals_int(static_cast<int>(read.view.contours.size()), 3);
+    }
+    const Rings before = viewed(h, still(3)).view.contours;
+    gst_util_set_object_arg(G_OBJECT(find), name, value);
+    const Rings after = viewed(h, still(4)).view.contours;
+    GstHarness* fresh = harness_for("contourfind tolerance=0.5", "GRAY8");
+    GstElement* other = gst_harness_find_element(fresh, "contourfind");
+    gst_util_set_object_arg(G_OBJECT(other), name, value);
+    gst_object_unref(other);
+    fail_unless(after == viewed(fresh, still(0)).view.contours, "%s", name);
+    fail_if(after == before, "%s", name);
+    gst_object_unref(find);
+    gst_harness_teardown(fresh);
+    gst_harness_teardown(h);
+  }
+}
+GST_END_TEST
+
 GST_START_TEST(late_frames_coarsen_the_contours) {
   GstHarness* h = harness_for("contourfind adaptive=true tolerance=0.3");
   GstElement* find = gst_harness_find_element(h, "contourfind");
@@ -409,6 +453,7 @@ static Suite* contourfind_suite() {
   tcase_add_test(tests, the_shift_of_the_blur_is_corrected);
   tcase_add_test(tests, trigger_number_and_capture_time);
   tcase_add_test(tests, an_equal_frame_reuses_contours);
+  tcase_add_test(tests, settings_count_on_a_still_picture);
   tcase_add_test(tests, late_frames_coarsen_the_contours);
   tcase_add_test(tests, changes_size_and_format_in_the_stream);
   tcase_add_test(tests, views_keep_rate_times_and_pass_the_end);

@@ -667,6 +667,112 @@ GST_START_TEST(test_unchanged_silhouettes_are_not_built_again) {
 }
 GST_END_TEST
 
+/// Also where the silhouettes, and so the hull, stay the same.
+GST_START_TEST(test_weld_distance_is_live) {
+  Bench bench;
+  std::size_t vertices[4];
+  for (int frame = 0; frame < 4; ++frame) {
+    g_object_set(bench.element, "weld-distance", frame == 2 ? 0.3 : 0.0, nullptr);
+    for (int i = 0; i < 4; ++i) bench.push_box(i, frame);
+    vertices[frame] = bench.pull()->hull.vertices.size();
+  }
+  fail_unless_equals_uint64(bench.count("hulls-reused"), 3);
+  fail_unless(vertices[2] < vertices[0] && vertices[1] == vertices[0] && vertices[3] == vertices[0],
+              "%zu, %zu, %zu, %zu vertices", vertices[0], vertices[1], vertices[2], vertices[3]);
+}
+GST_END_TEST
+
+GST_START_TEST(test_the_earliest_capture_time_is_the_meshs) {
+  Bench bench("", 3);
+  const std::int64_t times[][3] = {
+      {500, 300, 400}, {500, 600, 400}, {no_time, 900, 800}, {no_time, no_time, no_time}};
+  const std::int64_t expected[] = {300, 400, 800, no_time};
+  for (int frame = 0; frame < 4; ++frame) {
+    for (int i = 0; i < 3; ++i) {
+      std::vector<std::uint8_t> pixels;
+      View view = box_view(bench.rig.cameras[i], {}, frame, pixels);
+      view.capture_time = times[frame][i];
+      bench.push(i, view, frame * frame_time);
+    }
+    fail_unless_equals_int64(bench.pull()->capture_time, expected[frame]);
+  }
+}
+GST_END_TEST
+
+/// Only what fills all but half a per cent is no silhouette.
+GST_START_TEST(test_a_large_silhouette_is_not_a_full_one) {
+  Bench bench("", 3);
+  const auto push = [&](int frame, float height) {
+    std::vector<std::uint8_t> pixels;
+    for (int i = 0; i < 3; ++i) {
+      View view = box_view(bench.rig.cameras[i], {}, frame, pixels);
+      if (i == 0) {
+        const float bottom = height * 768.0f - 0.5f;
+        view.contours.points = {
+            {-0.5f, -0.5f}, {-0.5f, bottom}, {1023.5f, bottom}, {1023.5f, -0.5f}};
+        view.contours.ends = {4};
+      }
+      bench.push(i, view, frame * frame_time);
+    }
+    bench.pull();
+    return bench.count("full-silhouettes");
+  };
+  fail_unless_equals_uint64(push(0, 0.6f), 0);
+  fail_unless_equals_uint64(push(1, 0.993f), 0);
+  fail_unless_equals_uint64(push(2, 0.997f), 1);
+}
+GST_END_TEST
+
+GST_START_TEST(test_views_are_held_for_hold_time) {
+  Bench bench("missing-camera=hold hold-time=100000000", 4);
+  // Camera 3 leaves frames 1 to 4 out. A queue holds one view, so its next one goes first.
+  for (int i = 3; i >= 0; --i) bench.push_box(i, 0);
+  fail_unless_equals_int(bench.pull()->views.size(), 4);
+  bench.push_box(3, 5);
+  for (int frame = 1; frame <= 5; ++frame) {
+    for (int i = 0; i < 3; ++i) bench.push_box(i, frame);
+    const bool held = frame * 40 <= 100 || frame == 5;
+    fail_unless_equals_int(bench.pull()->views.size(), held ? 4 : 3);
+  }
+  fail_unless_equals_uint64(bench.count("views-held"), 2);
+}
+GST_END_TEST
+
+GST_START_TEST(test_what_the_rig_says_goes_along) {
+  Bench bench("", 3);
+  Rig rig = default_rig();
+  rig.up = Vec3(0.0, 0.6, 0.8);
+  rig.unit = "ft";
+  const std::string path = folder("leaning.json");
+  std::ofstream(path) << rig_to_json(rig);
+  g_object_set(bench.element, "rig", path.c_str(), nullptr);
+  for (int i = 0; i < 3; ++i) bench.push_box(i, 0);
+  const auto mesh = bench.pull();
+  fail_unless(glm::length(mesh->up - rig.up) < 1e-9);
+  fail_unless_equals_float(mesh->metres_per_unit, 0.3048);
+  fail_unless_equals_uint64(GST_BUFFER_DURATION(bench.last.get()), frame_time);
+}
+GST_END_TEST
+
+/// The box reaches out of the rig's bounds, which cut it only where use-bounds says so.
+GST_START_TEST(test_bounds_cut_where_they_are_used) {
+  double volumes[2];
+  for (const bool used : {false, true}) {
+    Bench bench(used ? "use-bounds=true" : "use-bounds=false");
+    Box box;
+    box.centre.y = bench.rig.bounds->min.y;
+    for (int i = 0; i < 4; ++i) bench.push_box(i, 0, box);
+    const auto mesh = bench.pull();
+    fail_unless(is_closed(mesh->hull));
+    volumes[used] = enclosed_volume(mesh->hull);
+    double low = 1e9;
+    for (const Vec3f& v : mesh->hull.vertices) low = std::min(low, mesh->hull.origin.y + v.y);
+    fail_unless(used == (low > box.centre.y - 0.01), "lowest %g", low);
+  }
+  fail_unless(volumes[1] < 0.7 * volumes[0], "%g of %g", volumes[1], volumes[0]);
+}
+GST_END_TEST
+
 GST_START_TEST(test_states_and_two_pipelines) {
   const std::string files = write_view_files(folder("files"), 3);
   const std::string line = "hullbuild name=hull ! fakesink " + all_view_files(files);
@@ -730,6 +836,12 @@ static Suite* hullbuild_suite() {
   tcase_add_test(tests, test_live_change_of_rig);
   tcase_add_test(tests, test_gaps_and_ends);
   tcase_add_test(tests, test_unchanged_silhouettes_are_not_built_again);
+  tcase_add_test(tests, test_weld_distance_is_live);
+  tcase_add_test(tests, test_the_earliest_capture_time_is_the_meshs);
+  tcase_add_test(tests, test_a_large_silhouette_is_not_a_full_one);
+  tcase_add_test(tests, test_views_are_held_for_hold_time);
+  tcase_add_test(tests, test_what_the_rig_says_goes_along);
+  tcase_add_test(tests, test_bounds_cut_where_they_are_used);
   tcase_add_test(tests, test_states_and_two_pipelines);
   tcase_add_test(tests, test_cameras_come_and_go);
   return suite;

@@ -128,12 +128,26 @@ GST_END_TEST
 
 GST_START_TEST(properties_reach_the_mesh) {
   GstHarness* h = harness(
-      "hulltexture method=direct metric=viewing-angle occlusion=false untextured=0xffff0000");
+      "hulltexture method=direct metric=viewing-angle occlusion=false untextured=0xffff8000");
   Read out(gst_harness_push_and_pull(h, buffer_of(subject().mesh)));
   fail_unless(out.mesh.texturing->method == TextureMethod::direct);
   fail_unless(out.mesh.texturing->metric == TextureMetric::viewing_angle);
-  fail_unless(out.mesh.texturing->untextured == Vec3f(1.0f, 0.0f, 0.0f));
+  fail_unless(out.mesh.texturing->untextured == Vec3f(255.0f, 128.0f, 0.0f) / 255.0f);
   fail_unless(out.mesh.texturing->maps.empty());
+  gst_harness_teardown(h);
+  // Those that shape the maps.
+  h = harness("hulltexture fade-width=40 map-size=100 cameras=3");
+  Read shaped(gst_harness_push_and_pull(h, buffer_of(subject().mesh)));
+  std::vector<Camera> cameras;
+  for (const MeshView& view : subject().mesh.views) cameras.push_back(view.calibration);
+  TextureSettings settings;
+  settings.fade_width = 40;
+  settings.map_size = 100;
+  settings.cameras = 3;
+  const Texturing expected = texture_hull(subject().mesh.hull, cameras, settings);
+  fail_unless(shaped.mesh.texturing->maps == expected.maps);
+  fail_unless(shaped.mesh.texturing->weights == expected.weights);
+  fail_unless_equals_int(shaped.mesh.texturing->cameras, 3);
   gst_harness_teardown(h);
 }
 GST_END_TEST

@@ -3,17 +3,56 @@
 #include <fcntl.h>
 #include <poll.h>
 #include <pty.h>
+#include <sys/ioctl.h>
+#include <sys/syscall.h>
 #include <termios.h>
 #include <unistd.h>
 
+#include <cstdarg>
 #include <filesystem>
 #include <fstream>
 #include <memory>
+#include <mutex>
 #include <vector>
 
 #include "element_checks.h"
 
 using namespace polyhull::test;
+
+namespace {
+
+/// When the element took its line up and down, and which line.
+struct Switch {
+  unsigned long request;
+  int line;
+  gint64 time;  // ns
+};
+std::mutex switches_mutex;
+std::vector<Switch> switches;
+bool lines_exist = false;  // whether terminals take RTS and DTR, which pseudo-terminals have not
+
+gint64 nanoseconds() {
+  timespec now;
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  return gint64{now.tv_sec} * 1000000000 + now.tv_nsec;
+}
+
+}  // namespace
+
+/// In the place of the C library's: notes what is done to the lines.
+extern "C" int ioctl(int file, unsigned long request, ...) noexcept {
+  va_list arguments;
+  va_start(arguments, request);
+  void* argument = va_arg(arguments, void*);
+  va_end(arguments);
+  const bool line = request == TIOCMBIS || request == TIOCMBIC;
+  if (line || request == TIOCSBRK || request == TIOCCBRK) {
+    const std::scoped_lock lock(switches_mutex);
+    switches.push_back({request, line ? *static_cast<const int*>(argument) : 0, nanoseconds()});
+  }
+  if (lines_exist && (line || request == TIOCMGET)) return 0;
+  return static_cast<int>(syscall(SYS_ioctl, file, request, argument));
+}
 
 namespace {
 
@@ -237,6 +276,44 @@ GST_START_TEST(test_break_mode) {
 }
 GST_END_TEST
 
+// In the modes that hold a line, it is held for the pulse: never shorter, and of many, at least one no
+// longer, however busy the machine.
+GST_START_TEST(test_lines_are_held_for_the_pulse) {
+  const struct {
+    const char* mode;
+    unsigned long up, down;
+    int line;
+  } modes[] = {{"rts", TIOCMBIS, TIOCMBIC, TIOCM_RTS},
+               {"dtr", TIOCMBIS, TIOCMBIC, TIOCM_DTR},
+               {"break", TIOCSBRK, TIOCCBRK, 0}};
+  lines_exist = true;
+  for (const auto& mode : modes) {
+    const Terminal terminal;
+    {
+      const std::scoped_lock lock(switches_mutex);
+      switches.clear();
+    }
+    {
+      Running running(std::string("rate=40/1 pulse=15000000 mode=") + mode.mode +
+                      " device=" + terminal.device);
+      running.play();
+      fail_unless_equals_int(announcements(running.pipeline, 20).size(), 20);
+    }
+    const std::scoped_lock lock(switches_mutex);
+    gint64 shortest = G_MAXINT64, up = 0;
+    for (const Switch& s : switches) {
+      fail_unless_equals_int(s.line, mode.line);
+      fail_unless(s.request == mode.up || s.request == mode.down);
+      if (s.request == mode.down && up != 0) shortest = std::min(shortest, s.time - up);
+      up = s.request == mode.up ? s.time : 0;
+    }
+    fail_unless(shortest > 14900000 && shortest < 16000000, "mode %s: %" G_GINT64_FORMAT " ns",
+                mode.mode, shortest);
+  }
+  lines_exist = false;
+}
+GST_END_TEST
+
 GST_START_TEST(test_refusals) {
   const Terminal terminal;
   expect_in(refusal("device=/dev/ttyNOWHERE"), {"/dev/ttyNOWHERE", "No such file", "plugged in"});
@@ -273,6 +350,7 @@ static Suite* serialtrigger_suite() {
   tcase_add_test(tests, test_unplugged_and_plugged_in_again);
   tcase_add_test(tests, test_nobody_reads);
   tcase_add_test(tests, test_break_mode);
+  tcase_add_test(tests, test_lines_are_held_for_the_pulse);
   tcase_add_test(tests, test_refusals);
   tcase_add_test(tests, test_states);
   return suite;

@@ -262,6 +262,38 @@ GST_START_TEST(reuse_changes_nothing_but_the_time) {
 }
 GST_END_TEST
 
+/// Each setting counts at once, also while the picture stands still.
+GST_START_TEST(settings_count_on_a_still_picture) {
+  const Pictures pictures("NV12");
+  for (const auto& [name, value] : {std::pair{"tolerance", "4"},
+                                    {"keep-largest", "1"},
+                                    {"min-area", "5000"},
+                                    {"contour-method", "binary"},
+                                    {"sigma", "4"},
+                                    {"key", "blue"}}) {
+    GstHarness* on = gst_harness_new_parse("silhouette camera=c min-area=0 tolerance=0.5");
+    GstHarness* off =
+        gst_harness_new_parse("silhouette camera=c min-area=0 tolerance=0.5 reuse=false");
+    gst_harness_set_src_caps(on, pictures.caps());
+    gst_harness_set_src_caps(off, pictures.caps());
+    GstElement* elements[] = {gst_harness_find_element(on, "silhouette"),
+                              gst_harness_find_element(off, "silhouette")};
+    // From picture 5 on they are all the same.
+    for (int i = 5; i < 12; ++i) {
+      if (i == 9)
+        for (GstElement* element : elements) gst_util_set_object_arg(G_OBJECT(element), name, value);
+      const ReadView a = take_view(gst_harness_push_and_pull(on, pictures.frame(i)));
+      const ReadView b = take_view(gst_harness_push_and_pull(off, pictures.frame(i)));
+      fail_unless(a.view.contours == b.view.contours, "%s: frame %d", name, i);
+    }
+    fail_unless(statistic(elements[0], "reused") >= 2);
+    for (GstElement* element : elements) gst_object_unref(element);
+    gst_harness_teardown(on);
+    gst_harness_teardown(off);
+  }
+}
+GST_END_TEST
+
 /// QoS events coarsen and refine the one pass's polygons as they do contourfind's.
 GST_START_TEST(late_frames_coarsen_the_contours) {
   const Pictures pictures("BGRx");
@@ -388,6 +420,7 @@ static Suite* silhouette_suite() {
   tcase_add_test(tests, same_bytes_as_the_chain_with_every_setting);
   tcase_add_test(tests, settings_that_change_in_the_stream_change_both);
   tcase_add_test(tests, reuse_changes_nothing_but_the_time);
+  tcase_add_test(tests, settings_count_on_a_still_picture);
   tcase_add_test(tests, late_frames_coarsen_the_contours);
   tcase_add_test(tests, the_clean_plate_works_like_the_chain);
   tcase_add_test(tests, bad_input_is_refused_with_a_sentence);

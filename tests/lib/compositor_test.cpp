@@ -4,11 +4,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
-#include <ctime>
 #include <memory>
 
 #include "base/error.h"
@@ -152,8 +150,9 @@ TEST_P(CompositorTest, StandsInTheSceneLikeTheTruth) {
   std::printf(
       "PSNR whole %.2f dB (background %.2f), shadow and mirror image %.2f dB (background %.2f)\n",
       whole, without, shaded, unshaded);
-  EXPECT_GT(whole, 38.0);
-  EXPECT_GT(shaded, unshaded + 10.0);
+  // Measured: 40.67 and 44.82, the same with both interfaces.
+  EXPECT_GT(whole, 40.0);
+  EXPECT_GT(shaded, 44.0);
   EXPECT_EQ(glGetError(), static_cast<GLenum>(GL_NO_ERROR));
 }
 
@@ -319,43 +318,39 @@ TEST_P(CompositorTest, StrangeInputIsDrawnOrRefused) {
   EXPECT_EQ(glGetError(), static_cast<GLenum>(GL_NO_ERROR));
 }
 
-/// Prints what 1280x720 costs; processor time, since others may keep the machine busy.
-TEST_P(CompositorTest, Speed) {
+// What the first frame makes is kept while the viewport zooms: the scene's maps, the mesh and its
+// pictures. Prints what the passes of 1280x720 cost.
+TEST_P(CompositorTest, ZoomingMakesNothingAnew) {
   Stage stage(1280, 720);
   stage.background = Picture{1280, 720, 4, std::vector<std::uint8_t>(1280 * 720 * 4, 100)};
-  RenderSettings settings;
-  if (const char* q = std::getenv("Q")) settings.shadow = static_cast<ShadowQuality>(std::atoi(q));
-  if (const char* q = std::getenv("N")) settings.light_samples = std::atoi(q);
-  if (const char* q = std::getenv("M")) settings.shadow_map_size = std::atoi(q);
-  if (const char* q = std::getenv("R")) settings.mirror = static_cast<MirrorMode>(std::atoi(q));
-  if (const char* q = std::getenv("E")) settings.edge_samples = std::atoi(q);
+  stage.frame.subjects[0].content = 1;
   Compositor compositor;
-  std::vector<double> wall, processor;
-  for (int i = 0; i < 16; ++i) {
+  std::uint64_t uploaded = 0;
+  for (int i = 0; i < 3; ++i) {
     stage.frame.viewport =
-        synthetic::look_at({1.3 + 0.01 * i, 1.5, 4.2}, {0.0, 0.9, 0.0}, 1280, 720, 50.0);
-    const auto start = std::chrono::steady_clock::now();
-    const std::clock_t used = std::clock();
-    composite(compositor, stage, settings);
-    if (i < 4) continue;
-    processor.push_back(1e3 * static_cast<double>(std::clock() - used) / CLOCKS_PER_SEC);
-    wall.push_back(
-        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
-            .count());
+        synthetic::look_at({1.3, 1.5, 4.2}, {0.0, 0.9, 0.0}, 1280, 720, 50.0 + i);
+    composite(compositor, stage, {});
+    const RenderStatistics& now = compositor.statistics();
+    EXPECT_EQ(now.static_shadow_reused, i > 0) << i;
+    EXPECT_EQ(now.mesh_reused, i > 0) << i;
+    EXPECT_FALSE(now.scene_depth_reused) << i;
+    uploaded += now.pictures_uploaded;
   }
-  std::sort(wall.begin(), wall.end());
-  std::sort(processor.begin(), processor.end());
-  const RenderPlan plan = compositor.plan(stage.frame, settings);
-  std::printf(
-      "1280x720: fastest %.1f ms, median %.1f ms, processor time %.1f ms; subject %dx%d, shadow "
-      "%dx%d, mirror %dx%d\n",
-      wall.front(), wall[wall.size() / 2], processor[processor.size() / 2], plan.subject.width,
-      plan.subject.height, plan.shadow.width, plan.shadow.height, plan.mirror.width,
-      plan.mirror.height);
+  EXPECT_GT(uploaded, 0u);
+  EXPECT_LE(uploaded, stage.subject.mesh.views.size());
+  composite(compositor, stage, {});
+  EXPECT_TRUE(compositor.statistics().scene_depth_reused);
+  EXPECT_EQ(compositor.statistics().pictures_uploaded, 0u);
+  for (const char* name :
+       {"upload", "shadow-maps", "scene-depth", "shadow", "mirror", "subject", "blend"}) {
+    const auto& passes = compositor.statistics().passes;
+    EXPECT_TRUE(std::any_of(passes.begin(), passes.end(), [name](const auto& pass) {
+      return std::string_view(pass.name) == name;
+    })) << name;
+  }
   for (const RenderStatistics::PassTime& pass : compositor.statistics().passes)
     std::printf("  %-12s cpu %6.2f ms gpu %6.2f ms\n", pass.name, pass.cpu_milliseconds,
                 pass.gpu_milliseconds);
-  EXPECT_LT(wall.front(), 2000.0);  // the figures above count; machines differ
 }
 
 INSTANTIATE_TEST_SUITE_P(Api, CompositorTest, ::testing::Values(false, true),

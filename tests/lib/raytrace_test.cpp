@@ -250,6 +250,37 @@ TEST(PathTracer, MirroredLampLightsAsItsImageDoes) {
   }
 }
 
+// A mirror of glass gives back what Schlick says, by the angle at the mirror.
+TEST(MirroredLight, FollowsSchlick) {
+  Scene scene;
+  scene.materials = {diffuse(Vec3f(0.5f))};
+  scene.materials[0].roughness = 0.0f;
+  scene.materials[0].ior = 1.5f;
+  scene.meshes = {parallelogram("mirror", 0, {-9, 0, 9}, {18, 0, 0}, {0, 0, -18})};
+  scene.lights = {ceiling_lamp(1.0f, 0.05f, 0.05f)};
+  scene.lights[0].radiance = {3.0f, 2.0f, 1.0f};
+  scene.mirrors = find_mirrors(scene);
+  const TracedScene traced_scene(scene);
+  ASSERT_EQ(traced_scene.mirrored_lights().size(), 1u);
+  const MirroredLight& light = traced_scene.mirrored_lights()[0];
+  for (const float x : {0.0f, 0.5f, 1.0f, 2.0f, 4.0f}) {
+    const Vec3f point(x, 0.5f, 0.0f), normal(0, -1, 0);
+    const Vec2f middle(0.5f);
+    const LightSample sample = sample_light(light.image, middle, point, normal);
+    // The image of the lamp's middle is as far below the mirror as the lamp is above it.
+    EXPECT_LT(glm::length(sample.place - Vec3f(0, -1, 0)), 1e-5f);
+    const float way = std::hypot(x, 1.5f), cosine = 1.5f / way;
+    EXPECT_NEAR(sample.weight, 4 * 0.05f * 0.05f * cosine * cosine / (way * way),
+                1e-3f * sample.weight);
+    const float reflected = 0.04f + 0.96f * std::pow(1.0f - cosine, 5.0f);
+    const Vec3f found = mirrored_light_sample(traced_scene, light, middle, point, normal);
+    for (int c = 0; c < 3; ++c) {
+      const float expected = sample.weight * reflected * scene.lights[0].radiance[c];
+      EXPECT_NEAR(found[c], expected, 1e-3f * expected) << "x " << x;
+    }
+  }
+}
+
 TEST(PathTracer, SubjectShowsItsColourThrowsShadowAndIsMirrored) {
   Scene scene;
   scene.materials = {diffuse(Vec3f(0.5f))};

@@ -202,6 +202,28 @@ TEST(RigImport, BouguetComesBack) {
   EXPECT_NE(message_of([&] { import::bouguet(files, options); }).find("omc_3"), std::string::npos);
 }
 
+// The pose as the toolbox's extrinsic calibration writes it: a matrix, row by row.
+TEST(RigImport, BouguetsMatrixIsThePose) {
+  const Rig truth = default_rig();
+  std::vector<std::string> files;
+  for (const Camera& camera : truth.cameras) {
+    const auto file = folder(camera.name) / "Calib_Results_extrinsic.m";
+    files.push_back(file.string());
+    const auto row = [&](int i) {
+      return printed("%.17g , %.17g , %.17g", camera.R[0][i], camera.R[1][i], camera.R[2][i]);
+    };
+    std::ofstream(file) << printed("fc = [ %.15f ; %.15f ];\n", camera.K[0][0], camera.K[1][1])
+                        << printed("cc = [ %.15f ; %.15f ];\n", camera.K[2][0], camera.K[2][1])
+                        << "nx = 1024;\nny = 768;\n"
+                        << "Rc_ext = [ " << row(0) << " ; " << row(1) << " ; " << row(2) << " ];\n"
+                        << printed("Tc_ext = [ %.17g ; %.17g ; %.17g ];\n", camera.t.x, camera.t.y,
+                                   camera.t.z);
+  }
+  const Rig rig = import::bouguet(files, {});
+  ASSERT_EQ(rig.cameras.size(), 4u);
+  for (int i = 0; i < 4; ++i) expect_same(rig.cameras[i], truth.cameras[i], 1e-9);
+}
+
 TEST(RigImport, ColmapComesBackWithItsHalfPixel) {
   Rig truth = default_rig();
   const auto path = folder("colmap");

@@ -265,5 +265,18 @@ TEST(Rig, OxfordMatricesDecompose) {
   }
 }
 
+TEST(Rig, EveryUnitInMetres) {
+  Rig rig;
+  for (const auto& [unit, metres] : {std::pair{"m", 1.0},
+                                     {"cm", 0.01},
+                                     {"mm", 0.001},
+                                     {"in", 0.0254},
+                                     {"ft", 0.3048},
+                                     {"0.37", 0.37}}) {
+    rig.unit = unit;
+    EXPECT_EQ(rig.metres_per_unit(), metres) << unit;
+  }
+}
+
 }  // namespace
 }  // namespace polyhull

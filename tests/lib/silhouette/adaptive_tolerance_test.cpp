@@ -86,6 +86,31 @@ TEST(AdaptiveTolerance, AStepDownThatFailedIsTriedMoreAndMoreSeldom) {
   EXPECT_GE(control.level(), 2);
 }
 
+// Between 0.7 and 1 there is neither too little time nor enough for a finer level.
+TEST(AdaptiveTolerance, BetweenTheLimitsItStays) {
+  for (const auto& [load, stays] : {std::pair{0.98, true}, {0.72, true}, {0.68, false}}) {
+    AdaptiveTolerance control;
+    std::int64_t time = 0;
+    const auto observe = [&](double seen, int seconds) {
+      for (int i = 0; i < 30 * seconds; ++i, time += second / 30) control.observe(seen, time);
+    };
+    observe(1.5, 3);
+    observe(load, 1);  // the last half second has seen both
+    const int level = control.level();
+    EXPECT_GE(level, 2);
+    observe(load, 100);
+    if (stays) {
+      EXPECT_EQ(control.level(), level) << load;
+    } else {
+      EXPECT_EQ(control.level(), 0) << load;
+    }
+  }
+  // 1.02 is too little.
+  AdaptiveTolerance control;
+  for (int i = 0; i < 60; ++i) control.observe(1.02, i * second / 30);
+  EXPECT_GE(control.level(), 1);
+}
+
 TEST(AdaptiveTolerance, EndsAtTheHighestLevel) {
   AdaptiveTolerance control;
   simulate(control, Chain{100.0, 0.9, 0.0}, 60);

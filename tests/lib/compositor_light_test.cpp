@@ -1,0 +1,490 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+// Single pixels of a composite against what a formula says of them: the lamp's cosine law, Schlick's
+// reflectance, where a shadow and a mirror image begin, a lens, the blend of views.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <map>
+#include <memory>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "gl_context.h"
+#include "render/compositor.h"
+#include "simple_trace.h"
+#include "synthetic.h"
+#include "texture/texture_hull.h"
+
+namespace polyhull {
+namespace {
+
+/// A floor at y = 0 with one lamp, no ambient light.
+Scene floor_scene(const Material& material, const Light& lamp) {
+  Scene scene;
+  scene.name = "test:floor";
+  scene.materials = {material};
+  SceneMesh floor;
+  floor.positions = {{-4, 0, 4}, {4, 0, 4}, {4, 0, -4}, {-4, 0, -4}};
+  floor.normals.assign(4, Vec3f(0, 1, 0));
+  floor.triangles = {0, 1, 2, 0, 2, 3};
+  scene.meshes = {floor};
+  scene.lights = {lamp};
+  scene.mirrors = find_mirrors(scene);
+  return scene;
+}
+
+/// A box that shows its one colour (sRGB, 0..1) from everywhere.
+Mesh plain_box(const Vec3f& low, const Vec3f& high, float value) {
+  Mesh mesh;
+  synthetic::add_box(mesh.hull, low, high);
+  mesh.texturing.emplace();
+  mesh.texturing->untextured = Vec3f(value);
+  return mesh;
+}
+
+/// One composite over a background of one value (linear).
+struct Shot {
+  RenderFrame frame;
+  RenderSettings settings;
+  Picture picture;
+
+  Shot(Scene scene, const Mesh& mesh, const Camera& viewport) {
+    frame.width = viewport.width;
+    frame.height = viewport.height;
+    frame.viewport = viewport;
+    frame.lights = scene.lights;
+    frame.exposure = scene.exposure;
+    frame.scene = std::make_shared<const Scene>(std::move(scene));
+    frame.subjects.push_back({&mesh, {}, 0});
+  }
+  void draw(float background) {
+    const auto value =
+        static_cast<std::uint8_t>(std::lround(255.0f * synthetic::to_srgb(background)));
+    picture = Picture{frame.width, frame.height, 4,
+                      std::vector<std::uint8_t>(
+                          static_cast<std::size_t>(frame.width) * frame.height * 4, value)};
+    const Picture before = picture;
+    Compositor compositor;
+    compositor.render(frame, compositor.plan(frame, settings), settings, before.pixels.data(),
+                      4 * frame.width, picture.pixels.data(), 4 * frame.width);
+  }
+  const std::uint8_t* pixel(const Vec3& point) const {
+    const Vec2 p = frame.viewport.project_ideal(point).value();
+    const int x = static_cast<int>(std::lround(p.x)), y = static_cast<int>(std::lround(p.y));
+    EXPECT_TRUE(x >= 0 && x < frame.width && y >= 0 && y < frame.height) << p.x << " " << p.y;
+    return &picture.pixels[4 * (static_cast<std::size_t>(y) * frame.width + x)];
+  }
+  /// The linear value of the pixel that shows \p point.
+  Vec3f at(const Vec3& point) const {
+    const std::uint8_t* p = pixel(point);
+    return {synthetic::to_linear(p[0] / 255.0f), synthetic::to_linear(p[1] / 255.0f),
+            synthetic::to_linear(p[2] / 255.0f)};
+  }
+};
+
+Light point_lamp(const Vec3f& centre, const Vec3f& intensity) {
+  Light lamp;
+  lamp.centre = centre;
+  lamp.radiance = intensity;
+  return lamp;
+}
+
+class CompositorLightTest : public ::testing::TestWithParam<bool> {
+ protected:
+  void SetUp() override {
+    context_ = std::make_unique<testing::HeadlessContext>(GetParam());
+    if (!context_->ready()) GTEST_SKIP() << context_->why();
+  }
+  std::unique_ptr<testing::HeadlessContext> context_;
+};
+
+// In the core of the shadow albedo / pi * exposure * power * cosine / distance^2 is missing; an area
+// lamp's power falls with the cosine at the lamp, too.
+TEST_P(CompositorLightTest, TheShadowTakesWhatTheLampGave) {
+  Material material;
+  material.base_colour = {0.8f, 0.5f, 0.3f};
+  const Mesh screen = plain_box({0.7f, 0.3f, -0.3f}, {0.75f, 0.9f, 0.3f}, 0.5f);
+  const Vec3 centre(1.5, 1.2, 0.0);
+  for (const bool area : {false, true}) {
+    Light lamp = point_lamp(Vec3f(centre), {10.0f, 9.0f, 8.0f});
+    if (area) {
+      lamp.u = {0.04f, 0, 0};
+      lamp.v = {0, 0, 0.03f};
+      lamp.radiance /= 4.0f * 0.04f * 0.03f;
+    }
+    Scene scene = floor_scene(material, lamp);
+    scene.exposure = 0.5f;
+    for (const ShadowQuality quality :
+         {ShadowQuality::hard, ShadowQuality::pcss, ShadowQuality::area}) {
+      Shot shot(scene, screen, synthetic::look_at({0, 2.5, 2.5}, {-0.3, 0, 0.2}, 320, 240, 40.0));
+      shot.settings.shadow = quality;
+      shot.draw(0.5f);
+      for (const Vec3& point :
+           {Vec3(0, 0, 0), Vec3(-0.3, 0, 0.2), Vec3(-0.7, 0, -0.2), Vec3(0.15, 0, 0.1)}) {
+        const Vec3 way = centre - point;
+        const double cosine = way.y / glm::length(way), d2 = glm::dot(way, way);
+        const double irradiance = 0.5 * cosine * (area ? cosine : 1.0) / d2;
+        const Vec3f found = shot.at(point);
+        for (int c = 0; c < 3; ++c) {
+          const double power = Vec3(10, 9, 8)[c];
+          const double expected =
+              0.5 - material.base_colour[c] / std::numbers::pi * power * irradiance;
+          EXPECT_NEAR(found[c], expected, 0.006)
+              << "area " << area << " quality " << static_cast<int>(quality) << " x " << point.x;
+        }
+      }
+      EXPECT_EQ(shot.pixel({0.0, 0, 1.0})[0], shot.pixel({-0.7, 0, 1.0})[0]);
+      EXPECT_NEAR(shot.at({0.0, 0, 1.0}).x, 0.5, 0.004);  // beside the shadow
+    }
+  }
+}
+
+// What the scene's own wall shades already is not darkened again, but for a strip at the shadow's end
+// that two texels of the lamp's map make.
+TEST_P(CompositorLightTest, TheScenesOwnShadowIsNotDarkenedTwice) {
+  Material material;
+  const Vec3 lamp(2.0, 2.5, 0.0);
+  Scene scene = floor_scene(material, point_lamp(Vec3f(lamp), Vec3f(9.0f)));
+  SceneMesh wall = scene.meshes[0];
+  wall.positions = {{0, 0, 1}, {0, 0, -1}, {0, 0.5f, -1}, {0, 0.5f, 1}};
+  wall.normals.assign(4, Vec3f(-1, 0, 0));
+  scene.meshes.push_back(wall);
+  const Mesh roof = plain_box({-0.4f, 0.9f, -0.3f}, {1.0f, 0.95f, 0.3f}, 0.5f);
+  Shot shot(scene, roof, synthetic::look_at({-2, 1.2, 0.01}, {-0.5, 0, 0}, 320, 240, 25.0));
+  shot.draw(0.5f);
+  const auto share = [&](double x) {  // of the lamp's light that was taken
+    const Vec3 way = lamp - Vec3(x, 0, 0);
+    const double given = 9.0 / std::numbers::pi * way.y / std::pow(glm::length(way), 3.0);
+    return (0.5 - shot.at({x, 0, 0}).x) / given;
+  };
+  for (double x = -0.75; x < -0.56; x += 0.01) EXPECT_NEAR(share(x), 1.0, 0.05) << x;
+  for (double x = -0.4; x < -0.25; x += 0.01) EXPECT_NEAR(share(x), 0.0, 0.02) << x;
+  double end = -0.6;
+  while (end < -0.3 && share(end) > 0.5) end += 0.002;
+  // The wall's shadow ends at -0.5.
+  EXPECT_GT(end, -0.5);
+  EXPECT_LT(end, -0.425);
+}
+
+// A shadow of what stands on the floor begins at its foot.
+TEST_P(CompositorLightTest, TheShadowBeginsAtTheFoot) {
+  Material material;
+  const Vec3 lamp(2.0, 2.0, 0.0);
+  const Scene scene = floor_scene(material, point_lamp(Vec3f(lamp), Vec3f(9.0f)));
+  const Mesh box = plain_box({0.0f, 0.0f, -0.3f}, {0.1f, 0.5f, 0.3f}, 0.5f);
+  Shot shot(scene, box, synthetic::look_at({-1.5, 1.0, 0.01}, {-0.3, 0, 0}, 320, 240, 32.0));
+  shot.draw(0.5f);
+  const double given = 9.0 / std::numbers::pi * 2.0 / std::pow(8.0, 1.5);
+  for (double x = -0.30; x < -0.015; x += 0.01)
+    EXPECT_LT(shot.at({x, 0, 0}).x, 0.5 - 0.6 * given) << x;
+  // Its end is where the ray over the upper edge meets the floor: 0.5 * 2 / 1.5 from x = 0.
+  EXPECT_LT(shot.at({-0.62, 0, 0}).x, 0.5 - 0.3 * given);
+  EXPECT_NEAR(shot.at({-0.71, 0, 0}).x, 0.5, 0.01);
+}
+
+// The mirror image meets the foot and is as bright as Schlick says, down to grazing views.
+TEST_P(CompositorLightTest, TheMirrorImageMeetsTheFootAndFollowsSchlick) {
+  Material material;
+  material.base_colour = Vec3f(0.5f);
+  material.roughness = 0.0f;
+  for (const float ior : {1.5f, 2.2f}) {
+    material.ior = ior;
+    const Scene scene = floor_scene(material, point_lamp({0, 3, 0}, Vec3f(1.0f)));
+    const Mesh box = plain_box({-0.5f, 0.0f, -0.2f}, {0.5f, 0.5f, 0.2f}, 0.9f);
+    const float colour = synthetic::to_linear(0.9f);
+    const double f0 = std::pow((ior - 1.0) / (ior + 1.0), 2.0);
+    for (const double height : {0.12, 0.3, 1.0}) {
+      Shot shot(scene, box,
+                synthetic::look_at({0, height, 1.7}, {0, -0.12, 0.2}, 240, 400, 16.0));
+      shot.settings.shadow = ShadowQuality::off;
+      shot.draw(0.1f);
+      for (const double y : {0.006, 0.05, 0.1, 0.2}) {
+        const Vec3 image(0.01, -y, 0.2);
+        const Vec3 way = glm::normalize(image - Vec3(0, height, 1.7));
+        const double fresnel = f0 + (1.0 - f0) * std::pow(1.0 + way.y, 5.0);
+        // Nothing of the scene is seen in this mirror.
+        EXPECT_NEAR(shot.at(image).x, 0.1 + fresnel * colour, 0.006)
+            << "ior " << ior << " from " << height << " m, " << y << " m above the foot";
+      }
+    }
+  }
+}
+
+TEST_P(CompositorLightTest, APlainMirrorMixesByItsShare) {
+  Material material;
+  material.roughness = 0.0f;
+  const Scene scene = floor_scene(material, point_lamp({0, 3, 0}, Vec3f(1.0f)));
+  const Mesh box = plain_box({-0.5f, 0.0f, -0.2f}, {0.5f, 0.5f, 0.2f}, 0.9f);
+  Shot shot(scene, box, synthetic::look_at({0, 0.3, 1.7}, {0, -0.12, 0.2}, 240, 400, 16.0));
+  shot.settings.shadow = ShadowQuality::off;
+  shot.settings.mirror = MirrorMode::plain;
+  shot.settings.reflection_alpha = 0.4f;
+  shot.draw(0.1f);
+  EXPECT_NEAR(shot.at({0.01, -0.1, 0.2}).x, 0.6f * 0.1f + 0.4f * synthetic::to_linear(0.9f), 0.006);
+}
+
+// What a mirror reflects it does not scatter: less is taken from it, by Schlick and by its metal.
+TEST_P(CompositorLightTest, TheShadowOnAMirrorTakesWhatItScattered) {
+  const Mesh screen = plain_box({0.7f, 0.3f, -0.3f}, {0.75f, 0.9f, 0.3f}, 0.5f);
+  const Vec3 lamp(1.5, 1.2, 0.0);
+  Material material;
+  material.base_colour = Vec3f(0.8f);
+  material.roughness = 0.0f;
+  material.ior = 2.0f;
+  for (const float metallic : {0.0f, 0.4f}) {
+    material.metallic = metallic;
+    const double f0 = (1 - metallic) / 9.0 + metallic * 0.8;
+    for (const double height : {0.5, 2.5}) {
+      const Vec3 eye(0, height, 2.5), point(-0.3, 0, 0.1);
+      Shot shot(floor_scene(material, point_lamp(Vec3f(lamp), Vec3f(8.0f))), screen,
+                synthetic::look_at(eye, {-0.3, 0, 0.1}, 160, 120, 20.0));
+      shot.settings.mirror = MirrorMode::off;
+      shot.draw(0.5f);
+      const Vec3 way = lamp - point;
+      const double cosine = glm::normalize(eye - point).y;
+      const double fresnel = f0 + (1 - f0) * std::pow(1 - cosine, 5.0);
+      const double given = 8.0 * way.y / std::pow(glm::length(way), 3.0);
+      EXPECT_NEAR(shot.at(point).x,
+                  0.5 - 0.8 * (1 - fresnel) * (1 - metallic) / std::numbers::pi * given, 0.006)
+          << "metallic " << metallic << " from " << height;
+    }
+  }
+}
+
+TEST_P(CompositorLightTest, TheShadowOnATextureHasItsColours) {
+  const Mesh screen = plain_box({0.7f, 0.3f, -0.3f}, {0.75f, 0.9f, 0.3f}, 0.5f);
+  const Vec3 lamp(1.5, 1.2, 0.0);
+  Material material;
+  material.base_colour = {1.0f, 0.5f, 1.0f};
+  material.base_colour_texture = 0;
+  Scene scene = floor_scene(material, point_lamp(Vec3f(lamp), Vec3f(8.0f)));
+  scene.meshes[0].texture_coordinates.assign(4, Vec2f(0.5f));
+  Picture texture{4, 4, 4, std::vector<std::uint8_t>(64, 255)};
+  for (std::size_t i = 0; i < 16; ++i) texture.pixels[4 * i] = texture.pixels[4 * i + 1] = 150;
+  scene.textures = {texture};
+  Shot shot(scene, screen, synthetic::look_at({0, 2.5, 2.5}, {-0.3, 0, 0.1}, 160, 120, 20.0));
+  shot.draw(0.5f);
+  const Vec3 point(-0.3, 0, 0.1), way = lamp - point;
+  const double given = 8.0 * way.y / std::pow(glm::length(way), 3.0) / std::numbers::pi;
+  const double value = synthetic::to_linear(150 / 255.0f);
+  const Vec3f found = shot.at(point);
+  EXPECT_NEAR(found.x, 0.5 - value * given, 0.006);
+  EXPECT_NEAR(found.y, 0.5 - 0.5 * value * given, 0.006);
+  EXPECT_NEAR(found.z, 0.5 - given, 0.006);
+}
+
+// What the mirror showed there is taken out, also where the picture does not hold it: then it is lit.
+TEST_P(CompositorLightTest, WhatTheMirrorShowedIsTakenOut) {
+  Material glass, plaster;
+  glass.roughness = 0.0f;
+  plaster.base_colour = {0.6f, 0.5f, 0.4f};
+  plaster.emission = {0.05f, 0.1f, 0.15f};
+  const Vec3 lamp(0, 1.5, 0.5);
+  Scene scene = floor_scene(glass, point_lamp(Vec3f(lamp), Vec3f(2.0f)));
+  scene.materials.push_back(plaster);
+  SceneMesh wall = scene.meshes[0];
+  wall.material = 1;
+  wall.positions = {{-3, 0.01f, -1}, {3, 0.01f, -1}, {3, 3, -1}, {-3, 3, -1}};
+  wall.normals.assign(4, Vec3f(0, 0, 1));
+  scene.meshes.push_back(wall);
+  scene.exposure = 0.7f;
+  const Mesh box = plain_box({-0.5f, 0.0f, -0.2f}, {0.5f, 0.5f, 0.2f}, 0.9f);
+  const Vec3 eye(0, 0.4, 1.7);
+  Shot shot(scene, box, synthetic::look_at(eye, {0, -0.15, 0.2}, 240, 240, 12.0));
+  shot.frame.ambient = Vec3f(0.4f, 0.3f, 0.2f);
+  shot.settings.shadow = ShadowQuality::off;
+  shot.draw(0.3f);
+  for (const double y : {0.05, 0.15}) {
+    const Vec3 image(0.01, -y, 0.2), way = image - eye;
+    // The wall's point on the way through the mirror.
+    Vec3 seen = eye + way * ((-1.0 - eye.z) / way.z);
+    seen.y = -seen.y;
+    const Vec3 light = lamp - seen;
+    const double lit = 2.0 * light.z / std::pow(glm::length(light), 3.0);
+    const double cosine = -glm::normalize(way).y;
+    const double fresnel = 0.04 + 0.96 * std::pow(1 - cosine, 5.0);
+    const Vec3f found = shot.at(image);
+    for (int c = 0; c < 3; ++c) {
+      const double shown =
+          0.7 * (plaster.base_colour[c] / std::numbers::pi * (shot.frame.ambient[c] + lit) +
+                 plaster.emission[c]);
+      EXPECT_NEAR(found[c], 0.3 + fresnel * (synthetic::to_linear(0.9f) - shown), 0.004)
+          << y << " channel " << c;
+    }
+  }
+}
+
+// What lies below a mirror is not seen in it.
+TEST_P(CompositorLightTest, TheMirrorShowsOnlyWhatIsBeforeIt) {
+  Material material;
+  material.roughness = 0.0f;
+  const Mesh box = plain_box({-0.3f, -0.5f, -0.2f}, {0.3f, 0.2f, 0.2f}, 0.9f);
+  Shot shot(floor_scene(material, point_lamp({0, 3, 0}, Vec3f(1.0f))), box,
+            synthetic::look_at({0, 0.6, 1.7}, {0, 0.2, 0.2}, 200, 200, 40.0));
+  shot.settings.shadow = ShadowQuality::off;
+  shot.draw(0.1f);
+  EXPECT_NEAR(shot.at({0.01, 0.4, 0.2}).x, 0.1f, 0.002f);
+  EXPECT_GT(shot.at({0.01, -0.1, 0.2}).x, 0.11f);
+}
+
+/// A wall of 1.2 m before \p cameras, photographed by them, coloured by paint().
+struct PaintedWall {
+  synthetic::Photographed photographed;
+  explicit PaintedWall(const std::vector<Camera>& cameras) {
+    Hull wall;
+    synthetic::add_box(wall, {-0.6f, 0.4f, -0.04f}, {0.6f, 1.6f, 0.0f});
+    photographed = synthetic::photographed(wall, cameras);
+    photographed.mesh.texturing = texture_hull(wall, cameras);
+  }
+};
+
+// Seen from the camera's own place without its lens, the wall has its colours where they belong.
+TEST_P(CompositorLightTest, EveryTermOfTheLensIsUndone) {
+  Camera camera = synthetic::look_at({0, 1, 1.5}, {0, 1, 0}, 320, 320, 80.0);
+  camera.K[1][0] = 3.0;
+  camera.K[1][1] *= 1.02;
+  camera.name = "cam0";
+  static std::map<std::vector<double>, PaintedWall> walls;  // for both interfaces
+  const std::vector<std::vector<double>> lenses = {
+      {}, {0.1, -0.6, 0.03, -0.02, 1.0, 0.2, -0.3, 0.5, 0.05, -0.08, -0.04, 0.06}};
+  for (const std::vector<double>& lens : lenses) {
+    camera.distortion = lens;
+    const PaintedWall& wall = walls.try_emplace(lens, std::vector<Camera>{camera}).first->second;
+    Light lamp = point_lamp({0, 3, 0}, Vec3f(1.0f));
+    Shot shot(floor_scene({}, lamp), wall.photographed.mesh,
+              synthetic::look_at({0, 1, 1.5}, {0, 1, 0}, 256, 256, 50.0));
+    shot.draw(0.0f);
+    double sum = 0.0, worst = 0.0;
+    int count = 0;
+    for (double y = 0.5; y <= 1.5; y += 0.02) {
+      for (double x = -0.5; x <= 0.5; x += 0.02) {
+        const Vec2 pixel = glm::round(shot.frame.viewport.project_ideal({x, y, 0}).value());
+        const Vec3 way = shot.frame.viewport.ray(pixel);
+        const Vec3f expected = synthetic::paint(Vec3(0, 1, 1.5) - way * (1.5 / way.z));
+        const std::uint8_t* found = shot.pixel({x, y, 0});
+        for (int c = 0; c < 3; ++c) {
+          const double error = std::abs(found[c] - 255.0 * expected[c]);
+          sum += error;
+          worst = std::max(worst, error);
+          ++count;
+        }
+      }
+    }
+    EXPECT_LT(sum / count, 0.8) << lens.size() << " coefficients";
+    EXPECT_LT(worst, 4.0) << lens.size() << " coefficients";
+  }
+}
+
+/// A ball before four cameras whose pictures are red, green, blue and grey, each one unit of light.
+struct FourColours {
+  synthetic::Photographed photographed;
+  explicit FourColours(const TextureSettings& settings) {
+    Hull ball;
+    synthetic::add_ellipsoid(ball, {0, 1, 0}, {0.4f, 0.4f, 0.4f}, 24);
+    std::vector<Camera> cameras;
+    for (const Vec2& place : {Vec2(-1, 1.6), Vec2(1, 1.8), Vec2(-0.8, 0.2), Vec2(0.9, 0.3)}) {
+      cameras.push_back(
+          synthetic::look_at({place.x, place.y, 2.4}, {0, 1, 0}, 128, 128, 40.0));
+      cameras.back().name = "cam" + std::to_string(cameras.size());
+    }
+    photographed = synthetic::photographed(ball, cameras);
+    const auto third = static_cast<std::uint8_t>(std::lround(255.0f * synthetic::to_srgb(1.0f / 3)));
+    for (std::size_t k = 0; k < 4; ++k)
+      for (std::size_t i = 0; i < photographed.pictures[k].pixels.size(); ++i)
+        photographed.pictures[k].pixels[i] = i % 4 == 3 ? 255 : k == 3 ? third : i % 4 == k ? 255 : 0;
+    photographed.mesh.texturing = texture_hull(ball, cameras, settings);
+  }
+};
+
+// Weights are shares: whatever is blended, one unit of light comes out; and of `cameras` views, at
+// most that many show, but for a thousandth.
+TEST_P(CompositorLightTest, BlendedViewsKeepTheirLight) {
+  for (const TextureMetric metric : {TextureMetric::camera_normal, TextureMetric::viewing_angle}) {
+    for (const std::uint32_t cameras : {1u, 2u, 3u, 4u}) {
+      TextureSettings settings;
+      settings.cameras = cameras;
+      settings.metric = metric;
+      const FourColours ball(settings);
+      Shot shot(floor_scene({}, point_lamp({0, 3, 0}, Vec3f(1.0f))), ball.photographed.mesh,
+                synthetic::look_at({0.1, 1.0, 3.0}, {0, 1, 0}, 160, 160, 20.0));
+      shot.settings.shadow = ShadowQuality::off;
+      shot.draw(0.0f);
+      int pixels = 0, blends = 0, too_many = 0;
+      float jump = 0.0f;
+      for (double y = 0.8; y <= 1.2; y += 0.01) {
+        Vec3f last(-1.0f);
+        for (double x = -0.2; x <= 0.2; x += 0.01) {
+          const Vec3f c = shot.at({x, y, 0.35});
+          EXPECT_NEAR(c.x + c.y + c.z, 1.0f, 0.025f) << cameras << " cameras, " << x << " " << y;
+          const float grey = 3.0f * std::min({c.x, c.y, c.z});
+          const Vec3f pure = c - Vec3f(grey / 3.0f);
+          const int shown = (pure.x > 0.03f) + (pure.y > 0.03f) + (pure.z > 0.03f) + (grey > 0.03f);
+          ++pixels;
+          blends += shown > 1;
+          too_many += shown > static_cast<int>(cameras);
+          if (last.x >= 0.0f) jump = std::max(jump, glm::length(c - last));
+          last = c;
+        }
+      }
+      // Where the best two are as good as each other, the others' thousandth shows.
+      EXPECT_LE(too_many, cameras == 1 ? pixels / 3 : pixels / 50) << cameras;
+      if (cameras > 1) {
+        EXPECT_GT(blends, pixels / 2) << cameras;
+      }
+      // Where all four may show, nothing enters or leaves.
+      if (cameras == 4) {
+        EXPECT_LT(jump, 0.1f);
+      }
+    }
+  }
+}
+
+// One compositor draws pictures of many sizes, odd ones too, as a fresh one would.
+TEST_P(CompositorLightTest, SizesChangeWhileItRuns) {
+  Material material;
+  material.roughness = 0.0f;
+  const Mesh box = plain_box({-0.3f, 0.0f, -0.2f}, {0.3f, 0.5f, 0.2f}, 0.9f);
+  const Scene scene = floor_scene(material, point_lamp({1, 2, 1}, Vec3f(1.0f)));
+  Compositor changing;
+  for (const auto& [width, height] : {std::pair{64, 48}, {161, 93}, {97, 121}, {160, 90}}) {
+    Shot shot(scene, box, synthetic::look_at({0, 0.6, 1.7}, {0, 0.2, 0.2}, width, height, 60.0));
+    shot.draw(0.3f);
+    const Picture fresh = shot.picture;
+    const Picture before{width, height, 4,
+                         std::vector<std::uint8_t>(fresh.pixels.size(), shot.picture.pixels[0])};
+    Picture out = before;
+    changing.render(shot.frame, changing.plan(shot.frame, shot.settings), shot.settings,
+                    before.pixels.data(), 4 * width, out.pixels.data(), 4 * width);
+    EXPECT_EQ(out.pixels, fresh.pixels) << width << "x" << height;
+  }
+}
+
+// A lamp that moves throws another shadow of the scene, too.
+TEST_P(CompositorLightTest, SkippingChangesNoBitWhileTheLampMoves) {
+  const Mesh box = plain_box({-0.3f, 0.5f, -0.2f}, {0.3f, 0.9f, 0.2f}, 0.9f);
+  Scene scene = floor_scene({}, point_lamp({1, 2, 0}, Vec3f(5.0f)));
+  SceneMesh wall = scene.meshes[0];
+  wall.positions = {{0, 0, 1}, {0, 0, -1}, {0, 0.4f, -1}, {0, 0.4f, 1}};
+  wall.normals.assign(4, Vec3f(1, 0, 0));
+  scene.meshes.push_back(wall);
+  Compositor lazy;
+  for (const float x : {1.0f, 0.5f, -0.8f}) {
+    scene.lights[0].centre.x = x;
+    Shot shot(scene, box, synthetic::look_at({0.5, 2, 2.5}, {0, 0, 0}, 160, 120, 50.0));
+    static const auto kept = shot.frame.scene;
+    shot.frame.scene = kept;  // as announced lamps come: another light, the same scene
+    shot.draw(0.5f);
+    const Picture before{160, 120, 4, std::vector<std::uint8_t>(shot.picture.pixels.size(), 188)};
+    Picture out = before;
+    lazy.render(shot.frame, lazy.plan(shot.frame, shot.settings), shot.settings,
+                before.pixels.data(), 640, out.pixels.data(), 640);
+    EXPECT_EQ(out.pixels, shot.picture.pixels) << x;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Api, CompositorLightTest, ::testing::Values(false, true),
+                         [](const auto& info) { return info.param ? "Embedded" : "Desktop"; });
+
+}  // namespace
+}  // namespace polyhull

@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+// Where a subject stands in a scene: its rig's unit and up, and the user's placement.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <memory>
+
+#include "render/frame.h"
+#include "render/light_samples.h"
+#include "render/projection.h"
+
+namespace polyhull {
+namespace {
+
+/// A box of three different sides, 1 by 2 by 3, that begins at \p low.
+Mesh box_at(const Vec3& low, double unit = 1.0) {
+  Mesh mesh;
+  mesh.metres_per_unit = unit;
+  mesh.hull.origin = low / unit;
+  for (int i = 0; i < 8; ++i)
+    mesh.hull.vertices.emplace_back(i & 1 ? 1 / unit : 0, i & 2 ? 2 / unit : 0, i & 4 ? 3 / unit : 0);
+  return mesh;
+}
+
+void expect_at(const Mat4& place, const Vec3& from, const Vec3& to) {
+  const Vec3 found(place * Vec4(from, 1.0));
+  EXPECT_LT(glm::length(found - to), 1e-6)
+      << found.x << " " << found.y << " " << found.z << " for " << to.x << " " << to.y << " " << to.z;
+}
+
+TEST(Placement, EveryUnitGivesTheSameMetres) {
+  for (const double unit : {1.0, 0.01, 0.001, 0.0254, 0.3048, 0.37, 5.0}) {
+    const Mat4 place = place_in_scene(box_at({1, 0, -2}, unit), {});
+    expect_at(place, Vec3(1, 0, -2) / unit, {1, 0, -2});
+    expect_at(place, Vec3(2, 2, 1) / unit, {2, 2, 1});
+  }
+}
+
+TEST(Placement, TheRigsUpBecomesY) {
+  for (const Vec3& up : {Vec3(0, 1, 0), Vec3(0, 0, 1), Vec3(0, 0, -3), Vec3(1, 0, 0),
+                         Vec3(0, -1, 0), Vec3(1, 2, -2)}) {
+    Mesh mesh = box_at({0, 0, 0});
+    mesh.up = up;
+    const Mat4 place = place_in_scene(mesh, {});
+    expect_at(place, glm::normalize(up), {0, 1, 0});
+    EXPECT_NEAR(glm::determinant(Mat3(place)), 1.0, 1e-9);
+  }
+}
+
+TEST(Placement, MovesTurnsAndScalesAboutTheCentre) {
+  const Mesh mesh = box_at({1, 0, 0});
+  const Vec3 centre(1.5, 1, 1.5);
+  expect_at(place_in_scene(mesh, {{0.5, 1, -2}, Vec3(0), 1.0}), {1, 0, 0}, {1.5, 1, -2});
+  expect_at(place_in_scene(mesh, {Vec3(0), Vec3(0), 2.0}), centre, centre);
+  expect_at(place_in_scene(mesh, {Vec3(0), Vec3(0), 2.0}), {2, 2, 3}, centre + Vec3(1, 2, 3));
+  const Vec3 x(1, 0, 0), y(0, 1, 0), z(0, 0, 1);
+  expect_at(place_in_scene(mesh, {Vec3(0), {90, 0, 0}, 1.0}), centre + y, centre + z);
+  expect_at(place_in_scene(mesh, {Vec3(0), {0, 90, 0}, 1.0}), centre + z, centre + x);
+  expect_at(place_in_scene(mesh, {Vec3(0), {0, 0, 90}, 1.0}), centre + x, centre + y);
+  // About x first, then y, then z.
+  expect_at(place_in_scene(mesh, {Vec3(0), {90, 90, 0}, 1.0}), centre + y, centre + x);
+  expect_at(place_in_scene(mesh, {{0, 3, 0}, {90, 90, 90}, 2.0}), centre + y,
+            centre + Vec3(0, 3, 0) + 2.0 * y);
+}
+
+TEST(Projection, AResizedCameraSeesTheSame) {
+  Camera camera;
+  camera.width = 640;
+  camera.height = 360;
+  camera.K = from_rows({500, 3, 310, 0, 510, 190, 0, 0, 1});
+  const Camera half = resized(camera, 320, 90);
+  const Vec3 point(0.3, -0.2, 2.0);
+  const Vec2 full = camera.project_ideal(point).value(), small = half.project_ideal(point).value();
+  // Edges of pixels stay edges of pixels.
+  EXPECT_NEAR(small.x + 0.5, (full.x + 0.5) / 2, 1e-9);
+  EXPECT_NEAR(small.y + 0.5, (full.y + 0.5) / 4, 1e-9);
+}
+
+TEST(Projection, ReflectsAtThePlane) {
+  const Mat4 mirror = reflection(glm::normalize(Vec3(1, 1, 0)), std::sqrt(2.0));
+  expect_at(mirror, {0, 0, 5}, {2, 2, 5});
+  expect_at(mirror, {2, 2, 5}, {0, 0, 5});
+  expect_at(mirror, {0.5, 1.5, 1}, {0.5, 1.5, 1});
+}
+
+TEST(Projection, RectanglesHoldThePointsAndOnePixelMore) {
+  Camera camera;
+  camera.width = 200;
+  camera.height = 100;
+  camera.K = from_rows({100, 0, 99.5, 0, 100, 49.5, 0, 0, 1});
+  // Pixels of the points: (49.5, 29.5) and (119.5, 69.5).
+  const std::vector<Vec3f> points{{-0.5f, -0.2f, 1.0f}, {0.4f, 0.4f, 2.0f}};
+  const Rectangle r = screen_rectangle(points, clip_from_camera(camera, 0.1, 10.0), 200, 100);
+  EXPECT_TRUE(r.x <= 49 && r.x >= 47 && r.y <= 29 && r.y >= 27) << r.x << " " << r.y;
+  EXPECT_TRUE(r.x + r.width >= 121 && r.x + r.width <= 123) << r.x + r.width;
+  EXPECT_TRUE(r.y + r.height >= 71 && r.y + r.height <= 73) << r.y + r.height;
+}
+
+TEST(MainLight, IsTheOneThatGivesMost) {
+  Light far, near, away;
+  far.centre = {0, 10, 0};
+  far.radiance = Vec3f(30.0f);
+  near.centre = {0, 2, 0};
+  near.radiance = Vec3f(2.0f);
+  away.centre = {0, 1, 0};  // shines up
+  away.u = {0, 0, 1};
+  away.v = {1, 0, 0};
+  away.radiance = Vec3f(90.0f);
+  EXPECT_EQ(main_light(std::vector<Light>{far, near, away}, {0, 0, 0}), 1);
+  EXPECT_EQ(main_light(std::vector<Light>{far, away}, {0, 0, 0}), 0);
+  EXPECT_EQ(main_light(std::vector<Light>{away}, {0, 0, 0}), -1);
+  EXPECT_EQ(main_light(std::vector<Light>{far, away}, {0, 2, 0}), 1);
+}
+
+// Of several mirrors the one that shows most of the subject; none from behind.
+TEST(Plan, TakesTheMirrorThatShowsMost) {
+  auto scene = std::make_shared<Scene>();
+  const auto mirror = [&](float half, float height) {
+    Mirror m;
+    m.offset = height;
+    m.outline = {{-half, height, half}, {half, height, half}, {half, height, -half}, {-half, height, -half}};
+    scene->mirrors.push_back(m);
+  };
+  mirror(0.4f, 0.0f);
+  mirror(3.0f, 0.0f);
+  mirror(0.3f, 0.0f);
+  SceneMesh floor;
+  floor.positions = {{-3, 0, 3}, {3, 0, 3}, {3, 0, -3}};
+  floor.triangles = {0, 1, 2};
+  scene->meshes = {floor};
+  Mesh mesh = box_at({-0.5, 0, -1.5});
+  mesh.hull.triangles = {0, 1, 2};
+  RenderFrame frame;
+  frame.width = 320;
+  frame.height = 240;
+  frame.scene = scene;
+  frame.subjects.push_back({&mesh, {}, 0});
+  frame.viewport = look_at({0, 1.5, 6}, {0, 0.5, 0}, 50, 320, 240);
+  EXPECT_EQ(plan_frame(frame, {}, bounds_of(floor.positions)).mirror_index, 1);
+  frame.viewport = look_at({0, -1.5, 6}, {0, 0.5, 0}, 50, 320, 240);
+  EXPECT_EQ(plan_frame(frame, {}, bounds_of(floor.positions)).mirror_index, -1);
+}
+
+}  // namespace
+}  // namespace polyhull
