@@ -305,8 +305,8 @@ void polyhull_chroma_matte_class_init(PolyhullChromaMatteClass* klass) {
                                         "Keys a subject out of a coloured screen or a known room; "
                                         "writes RGBA with the matte in alpha",
                                         "polyhull");
-  add_template(element_class, "sink", GST_PAD_SINK, GST_VIDEO_CAPS_MAKE(POLYHULL_KEYABLE_FORMATS));
-  add_template(element_class, "src", GST_PAD_SRC, GST_VIDEO_CAPS_MAKE("RGBA"));
+  add_template(klass, "sink", GST_PAD_SINK, GST_VIDEO_CAPS_MAKE(POLYHULL_KEYABLE_FORMATS));
+  add_template(klass, "src", GST_PAD_SRC, GST_VIDEO_CAPS_MAKE("RGBA"));
 
   auto* base_class = GST_BASE_TRANSFORM_CLASS(klass);
   base_class->transform_caps = transform_caps;

@@ -20,6 +20,7 @@
 #include <vector>
 
 #include "plugins/common/enums.h"
+#include "plugins/common/object_lock.h"
 
 namespace polyhull::element {
 
@@ -200,15 +201,6 @@ bool get_property(GObject* object, std::span<const Property<Settings>> table, gu
   table[id - first].get(settings, value);
   GST_OBJECT_UNLOCK(object);
   return true;
-}
-
-/// A copy of \p settings taken under the object lock of \p object.
-template <class Settings>
-Settings snapshot(gpointer object, const Settings& settings) {
-  GST_OBJECT_LOCK(object);
-  Settings copy = settings;
-  GST_OBJECT_UNLOCK(object);
-  return copy;
 }
 
 }  // namespace polyhull::element

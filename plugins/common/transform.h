@@ -5,16 +5,9 @@
 
 #include <gst/base/gstbasetransform.h>
 
-namespace polyhull::element {
+#include "plugins/common/element.h"
 
-/// Adds a pad template that is always there.
-inline void add_template(GstElementClass* klass, const char* name, GstPadDirection direction,
-                         const char* caps) {
-  GstCaps* parsed = gst_caps_from_string(caps);
-  gst_element_class_add_pad_template(klass,
-                                     gst_pad_template_new(name, direction, GST_PAD_ALWAYS, parsed));
-  gst_caps_unref(parsed);
-}
+namespace polyhull::element {
 
 /// Sets the properties that a GstController drives to their values at \p buffer; for
 /// GstBaseTransformClass::before_transform.

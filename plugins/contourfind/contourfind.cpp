@@ -205,8 +205,8 @@ void polyhull_contour_find_class_init(PolyhullContourFindClass* klass) {
       element_class, "Contour finder", "Filter/Analyzer/Video",
       "Turns keyed frames into views: the silhouette's contours and the pixels it covers",
       "polyhull");
-  add_template(element_class, "sink", GST_PAD_SINK, GST_VIDEO_CAPS_MAKE("{ RGBA, GRAY8 }"));
-  add_template(element_class, "src", GST_PAD_SRC, view_caps);
+  add_template(klass, "sink", GST_PAD_SINK, GST_VIDEO_CAPS_MAKE("{ RGBA, GRAY8 }"));
+  add_template(klass, "src", GST_PAD_SRC, view_caps);
 
   auto* base_class = GST_BASE_TRANSFORM_CLASS(klass);
   base_class->transform_caps = view_transform_caps;

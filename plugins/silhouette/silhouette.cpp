@@ -304,8 +304,8 @@ void polyhull_silhouette_class_init(PolyhullSilhouetteClass* klass) {
       element_class, "Silhouette", "Filter/Analyzer/Video",
       "Keys, blurs and traces a subject in one pass: video in, views with contours out",
       "polyhull");
-  add_template(element_class, "sink", GST_PAD_SINK, GST_VIDEO_CAPS_MAKE(POLYHULL_KEYABLE_FORMATS));
-  add_template(element_class, "src", GST_PAD_SRC, view_caps);
+  add_template(klass, "sink", GST_PAD_SINK, GST_VIDEO_CAPS_MAKE(POLYHULL_KEYABLE_FORMATS));
+  add_template(klass, "src", GST_PAD_SRC, view_caps);
 
   auto* base_class = GST_BASE_TRANSFORM_CLASS(klass);
   base_class->transform_caps = view_transform_caps;
