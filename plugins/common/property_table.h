@@ -30,6 +30,11 @@ enum class Change {
   when_ready,  ///< only in the states NULL and READY
 };
 
+/// Frames or pulses per second, as video caps have it; its limits are whole numbers.
+struct Fraction {
+  int numerator = 0, denominator = 1;
+};
+
 template <class Settings>
 struct Property {
   const char* name;
@@ -57,7 +62,9 @@ template <class T, class Settings>
 GParamSpec* make_spec(const Property<Settings>& p, const T& standard) {
   int flags = G_PARAM_READWRITE | G_PARAM_STATIC_STRINGS;
   flags |= p.change == Change::live ? GST_PARAM_MUTABLE_PLAYING : GST_PARAM_MUTABLE_READY;
-  if (p.change == Change::live && !std::is_same_v<T, std::string>) flags |= GST_PARAM_CONTROLLABLE;
+  if (p.change == Change::live && !std::is_same_v<T, std::string> &&
+      !std::is_same_v<T, Fraction>)
+    flags |= GST_PARAM_CONTROLLABLE;
   const auto f = static_cast<GParamFlags>(flags);
   if constexpr (std::is_same_v<T, bool>) {
     return g_param_spec_boolean(p.name, p.nick, p.blurb, standard, f);
@@ -77,6 +84,10 @@ GParamSpec* make_spec(const Property<Settings>& p, const T& standard) {
         standard, f);
   } else if constexpr (std::is_same_v<T, double>) {
     return g_param_spec_double(p.name, p.nick, p.blurb, p.minimum, p.maximum, standard, f);
+  } else if constexpr (std::is_same_v<T, Fraction>) {
+    return gst_param_spec_fraction(p.name, p.nick, p.blurb, static_cast<gint>(p.minimum), 1,
+                                   static_cast<gint>(p.maximum), 1, standard.numerator,
+                                   standard.denominator, f);
   } else {
     static_assert(std::is_same_v<T, std::string>, "no GObject property for this type");
     return g_param_spec_string(p.name, p.nick, p.blurb,
@@ -100,6 +111,8 @@ bool read_value(T& target, const GValue* value) {
     // GObject's range check lets NaN pass.
     if (std::isnan(g_value_get_double(value))) return false;
     target = g_value_get_double(value);
+  } else if constexpr (std::is_same_v<T, Fraction>) {
+    target = {gst_value_get_fraction_numerator(value), gst_value_get_fraction_denominator(value)};
   } else {
     const gchar* text = g_value_get_string(value);
     target = text != nullptr ? text : "";
@@ -121,6 +134,8 @@ void write_value(const T& source, GValue* value) {
     g_value_set_uint64(value, source);
   } else if constexpr (std::is_same_v<T, double>) {
     g_value_set_double(value, source);
+  } else if constexpr (std::is_same_v<T, Fraction>) {
+    gst_value_set_fraction(value, source.numerator, source.denominator);
   } else {
     g_value_set_string(value, source.empty() ? nullptr : source.c_str());
   }
