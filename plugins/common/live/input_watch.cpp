@@ -40,7 +40,7 @@ std::vector<Silent> silent_pads(GstElement* element) {
   const bool playing = is_to_play(element);
   GST_OBJECT_LOCK(element);
   for (GList* l = element->sinkpads; l != nullptr; l = l->next) {
-    LivePadState& state = live_state_of(l->data);
+    LivePadState& state = state_of<LivePadState>(l->data);
     if (!playing) state.last_buffer = now;  // what is paused is silent
     const gint64 last = state.last_buffer;
     auto* pad = GST_AGGREGATOR_PAD(l->data);
@@ -104,8 +104,8 @@ void InputWatch::start() {
   stop();
   GST_OBJECT_LOCK(element_);
   for (GList* l = element_->sinkpads; l != nullptr; l = l->next) {
-    live_state_of(l->data).last_buffer = g_get_monotonic_time();
-    live_state_of(l->data).said_silent = false;
+    state_of<LivePadState>(l->data).last_buffer = g_get_monotonic_time();
+    state_of<LivePadState>(l->data).said_silent = false;
   }
   GST_OBJECT_UNLOCK(element_);
   GstClock* clock = gst_system_clock_obtain();

@@ -155,7 +155,7 @@ void LivePace::tell_sources() {
   std::vector<GstPad*> pads;
   GST_OBJECT_LOCK(element_);
   for (GList* l = element_->sinkpads; l != nullptr; l = l->next) {
-    LivePadState& pad = live_state_of(l->data);
+    LivePadState& pad = state_of<LivePadState>(l->data);
     if (pad.punctuality.last_arrival() == no_time) continue;  // nobody may be there yet
     if (std::exchange(pad.told, version) != version)
       pads.push_back(GST_PAD(gst_object_ref(l->data)));

@@ -26,7 +26,7 @@ template <class Body>
 void for_each_pad(GstAggregator* element, Body&& body) {
   GST_OBJECT_LOCK(element);
   for (GList* l = GST_ELEMENT_CAST(element)->sinkpads; l != nullptr; l = l->next)
-    body(live_state_of(l->data));
+    body(state_of<LivePadState>(l->data));
   GST_OBJECT_UNLOCK(element);
 }
 
