@@ -10,8 +10,6 @@
 ///
 /// gst-launch-1.0 videotestsrc num-buffers=60 pattern=ball background-color=0xff10c030 !
 ///     video/x-raw,format=NV12 ! chromamatte key=green ! fakesink
-#include "plugins/chromamatte/chromamatte.h"
-
 #include <gst/video/gstvideofilter.h>
 #include <gst/video/video.h>
 

@@ -177,45 +177,4 @@ std::vector<Property<Settings>> renamed(std::span<const Property<Settings>> tabl
   return copy;
 }
 
-/// Installs \p table with the property ids \p first, \p first + 1, ...; returns the next free id.
-template <class Settings>
-guint install_properties(GObjectClass* klass, std::span<const Property<Settings>> table,
-                         guint first) {
-  for (const Property<Settings>& row : table) {
-    g_object_class_install_property(klass, first++, row.make(row));
-  }
-  return first;
-}
-
-/// Sets the property \p id of \p object if it belongs to \p table installed at \p first; false if
-/// it does not. A value that is not a number is refused with a warning and changes nothing.
-template <class Settings>
-bool set_property(GObject* object, std::span<const Property<Settings>> table, guint first,
-                  Settings& settings, guint id, const GValue* value) {
-  if (id < first || id >= first + table.size()) return false;
-  const Property<Settings>& row = table[id - first];
-  GST_OBJECT_LOCK(object);
-  const bool accepted = row.set(settings, value);
-  GST_OBJECT_UNLOCK(object);
-  if (!accepted) {
-    GST_ELEMENT_WARNING(object, LIBRARY, SETTINGS,
-                        ("The property \"%s\" was set to something that is not a number; it keeps "
-                         "its value. Set it to a number from %g to %g.",
-                         row.name, row.minimum, row.maximum),
-                        (nullptr));
-  }
-  return true;
-}
-
-/// Reads the property \p id like set_property() writes it.
-template <class Settings>
-bool get_property(GObject* object, std::span<const Property<Settings>> table, guint first,
-                  const Settings& settings, guint id, GValue* value) {
-  if (id < first || id >= first + table.size()) return false;
-  GST_OBJECT_LOCK(object);
-  table[id - first].get(settings, value);
-  GST_OBJECT_UNLOCK(object);
-  return true;
-}
-
 }  // namespace polyhull::element

@@ -17,8 +17,6 @@
 ///     hull. rigtestsrc camera=cam1 num-buffers=30 ! chromamatte ! gaussblur ! contourfind
 ///     camera=cam1 ! hull. rigtestsrc camera=cam2 num-buffers=30 ! chromamatte ! gaussblur !
 ///     contourfind camera=cam2 ! hull.
-#include "plugins/composite/composite.h"
-
 #include <gst/base/gstaggregator.h>
 #include <gst/gl/gl.h>
 #include <gst/video/navigation.h>

@@ -10,8 +10,6 @@
 ///
 /// gst-launch-1.0 videotestsrc num-buffers=60 pattern=ball background-color=0xff10c030 !
 ///     chromamatte key=green ! gaussblur sigma=2 ! contourfind camera=cam0 tolerance=1 ! fakesink
-#include "plugins/contourfind/contourfind.h"
-
 #include <gst/base/gstbasetransform.h>
 #include <gst/video/video.h>
 

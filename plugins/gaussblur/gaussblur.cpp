@@ -9,8 +9,6 @@
 ///
 /// gst-launch-1.0 videotestsrc num-buffers=60 pattern=ball background-color=0xff10c030 !
 ///     chromamatte key=green ! gaussblur sigma=2 ! fakesink
-#include "plugins/gaussblur/gaussblur.h"
-
 #include <gst/video/gstvideofilter.h>
 #include <gst/video/video.h>
 

@@ -13,8 +13,6 @@
 ///     hull. rigtestsrc camera=cam1 num-buffers=30 ! chromamatte ! gaussblur ! contourfind
 ///     camera=cam1 ! hull. rigtestsrc camera=cam2 num-buffers=30 ! chromamatte ! gaussblur !
 ///     contourfind camera=cam2 ! hull.
-#include "plugins/hullbuild/hullbuild.h"
-
 #include <gst/base/gstaggregator.h>
 
 #include "base/thread_pool.h"

@@ -13,8 +13,6 @@
 ///     rigtestsrc camera=cam0 num-buffers=3 ! chromamatte ! gaussblur ! contourfind camera=cam0 !
 ///     hull. rigtestsrc camera=cam1 num-buffers=3 ! chromamatte ! gaussblur ! contourfind
 ///     camera=cam1 ! hull.
-#include "plugins/hullexport/hullexport.h"
-
 #include <gst/base/gstbasesink.h>
 #include <unistd.h>
 

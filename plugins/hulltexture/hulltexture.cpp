@@ -14,8 +14,6 @@
 ///     hull. rigtestsrc camera=cam1 num-buffers=30 ! chromamatte ! gaussblur ! contourfind
 ///     camera=cam1 ! hull. rigtestsrc camera=cam2 num-buffers=30 ! chromamatte ! gaussblur !
 ///     contourfind camera=cam2 ! hull.
-#include "plugins/hulltexture/hulltexture.h"
-
 #include <gst/base/gstbasetransform.h>
 
 #include <memory>

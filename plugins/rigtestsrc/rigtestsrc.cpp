@@ -12,8 +12,6 @@
 ///
 /// gst-launch-1.0 rigtestsrc camera=cam0 num-buffers=50 ! video/x-raw,framerate=25/1 !
 ///     videoconvert ! autovideosink
-#include "plugins/rigtestsrc/rigtestsrc.h"
-
 #include <algorithm>
 #include <chrono>
 #include <memory>

@@ -12,8 +12,6 @@
 ///
 /// gst-launch-1.0 scenesrc path=orbit num-buffers=50 ! video/x-raw,width=640,height=360 !
 ///     videoconvert ! autovideosink
-#include "plugins/scenesrc/scenesrc.h"
-
 #include <gst/base/gstpushsrc.h>
 #include <gst/video/navigation.h>
 #include <gst/video/video.h>

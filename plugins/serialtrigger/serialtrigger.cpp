@@ -10,8 +10,6 @@
 /// pulses on demand by the action signal `fire`; `pulse`, its length.
 ///
 /// gst-launch-1.0 -m serialtrigger device=/dev/ttyUSB0 rate=15/1 pulse=2000000 mode=break
-#include "plugins/serialtrigger/serialtrigger.h"
-
 #include <algorithm>
 #include <atomic>
 #include <cmath>

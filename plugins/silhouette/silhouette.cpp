@@ -7,8 +7,6 @@
 ///
 /// gst-launch-1.0 videotestsrc num-buffers=60 pattern=ball background-color=0xff10c030 !
 ///     video/x-raw,format=NV12 ! silhouette camera=cam0 key=green sigma=2 tolerance=1 ! fakesink
-#include "plugins/silhouette/silhouette.h"
-
 #include <gst/base/gstbasetransform.h>
 #include <gst/video/video.h>
 
