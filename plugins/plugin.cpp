@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gst/gst.h>
 
-#include "plugins/chromamatte/chromamatte.h"
-#include "plugins/composite/composite.h"
-#include "plugins/contourfind/contourfind.h"
-#include "plugins/gaussblur/gaussblur.h"
-#include "plugins/hullbuild/hullbuild.h"
-#include "plugins/hullexport/hullexport.h"
-#include "plugins/hulltexture/hulltexture.h"
-#include "plugins/rigtestsrc/rigtestsrc.h"
-#include "plugins/scenesrc/scenesrc.h"
-#include "plugins/serialtrigger/serialtrigger.h"
-#include "plugins/silhouette/silhouette.h"
+GST_ELEMENT_REGISTER_DECLARE(rigtestsrc)
+GST_ELEMENT_REGISTER_DECLARE(chromamatte)
+GST_ELEMENT_REGISTER_DECLARE(gaussblur)
+GST_ELEMENT_REGISTER_DECLARE(contourfind)
+GST_ELEMENT_REGISTER_DECLARE(silhouette)
+GST_ELEMENT_REGISTER_DECLARE(hullbuild)
+GST_ELEMENT_REGISTER_DECLARE(hullexport)
+GST_ELEMENT_REGISTER_DECLARE(serialtrigger)
+GST_ELEMENT_REGISTER_DECLARE(scenesrc)
+GST_ELEMENT_REGISTER_DECLARE(hulltexture)
+GST_ELEMENT_REGISTER_DECLARE(composite)
 
 static gboolean plugin_init(GstPlugin* plugin) {
   gboolean any = FALSE;

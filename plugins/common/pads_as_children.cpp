@@ -11,6 +11,8 @@
 #include <string>
 #include <vector>
 
+#include "plugins/common/object_lock.h"
+
 namespace polyhull::element {
 namespace {
 
@@ -40,14 +42,13 @@ constexpr std::size_t most_missing = 64;
 template <class T>
 T& attached(gpointer object, const char* key) {
   const GQuark quark = g_quark_from_static_string(key);
-  GST_OBJECT_LOCK(object);
+  const ObjectLock lock(object);
   auto* data = static_cast<T*>(g_object_get_qdata(G_OBJECT(object), quark));
   if (data == nullptr) {
     data = new T;
     g_object_set_qdata_full(G_OBJECT(object), quark, data,
                             [](gpointer old) { delete static_cast<T*>(old); });
   }
-  GST_OBJECT_UNLOCK(object);
   return *data;
 }
 
@@ -70,20 +71,17 @@ bool announcing(gpointer element) {
 
 /// A new reference, or null.
 GstPad* sink_pad(gpointer element, const std::string& name) {
-  GstPad* found = nullptr;
-  GST_OBJECT_LOCK(element);
-  for (GList* l = GST_ELEMENT_CAST(element)->sinkpads; l != nullptr && !found; l = l->next)
-    if (name == GST_OBJECT_NAME(l->data)) found = GST_PAD_CAST(gst_object_ref(l->data));
-  GST_OBJECT_UNLOCK(element);
-  return found;
+  const ObjectLock lock(element);
+  for (GList* l = GST_ELEMENT_CAST(element)->sinkpads; l != nullptr; l = l->next)
+    if (name == GST_OBJECT_NAME(l->data)) return GST_PAD_CAST(gst_object_ref(l->data));
+  return nullptr;
 }
 
 std::vector<GstPad*> sink_pads(GstElement* element) {
   std::vector<GstPad*> pads;
-  GST_OBJECT_LOCK(element);
+  const ObjectLock lock(element);
   for (GList* l = element->sinkpads; l != nullptr; l = l->next)
     pads.push_back(GST_PAD_CAST(gst_object_ref(l->data)));
-  GST_OBJECT_UNLOCK(element);
   return pads;
 }
 
@@ -185,18 +183,15 @@ GObject* child_by_name(GstChildProxy* proxy, const gchar* name) {
 }
 
 GObject* child_by_index(GstChildProxy* proxy, guint index) {
-  GST_OBJECT_LOCK(proxy);
+  const ObjectLock lock(proxy);
   gpointer pad = g_list_nth_data(GST_ELEMENT_CAST(proxy)->sinkpads, index);
   if (pad != nullptr) gst_object_ref(pad);
-  GST_OBJECT_UNLOCK(proxy);
   return static_cast<GObject*>(pad);
 }
 
 guint children_count(GstChildProxy* proxy) {
-  GST_OBJECT_LOCK(proxy);
-  const guint count = GST_ELEMENT_CAST(proxy)->numsinkpads;
-  GST_OBJECT_UNLOCK(proxy);
-  return count;
+  const ObjectLock lock(proxy);
+  return GST_ELEMENT_CAST(proxy)->numsinkpads;
 }
 
 }  // namespace

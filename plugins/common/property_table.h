@@ -20,6 +20,7 @@
 #include <vector>
 
 #include "plugins/common/enums.h"
+#include "plugins/common/object_lock.h"
 
 namespace polyhull::element {
 
@@ -27,6 +28,11 @@ namespace polyhull::element {
 enum class Change {
   live,  ///< any time; takes effect with the next frame; numbers can be driven by GstController
   when_ready,  ///< only in the states NULL and READY
+};
+
+/// Frames or pulses per second, as video caps have it; its limits are whole numbers.
+struct Fraction {
+  int numerator = 0, denominator = 1;
 };
 
 template <class Settings>
@@ -56,7 +62,9 @@ template <class T, class Settings>
 GParamSpec* make_spec(const Property<Settings>& p, const T& standard) {
   int flags = G_PARAM_READWRITE | G_PARAM_STATIC_STRINGS;
   flags |= p.change == Change::live ? GST_PARAM_MUTABLE_PLAYING : GST_PARAM_MUTABLE_READY;
-  if (p.change == Change::live && !std::is_same_v<T, std::string>) flags |= GST_PARAM_CONTROLLABLE;
+  if (p.change == Change::live && !std::is_same_v<T, std::string> &&
+      !std::is_same_v<T, Fraction>)
+    flags |= GST_PARAM_CONTROLLABLE;
   const auto f = static_cast<GParamFlags>(flags);
   if constexpr (std::is_same_v<T, bool>) {
     return g_param_spec_boolean(p.name, p.nick, p.blurb, standard, f);
@@ -76,6 +84,10 @@ GParamSpec* make_spec(const Property<Settings>& p, const T& standard) {
         standard, f);
   } else if constexpr (std::is_same_v<T, double>) {
     return g_param_spec_double(p.name, p.nick, p.blurb, p.minimum, p.maximum, standard, f);
+  } else if constexpr (std::is_same_v<T, Fraction>) {
+    return gst_param_spec_fraction(p.name, p.nick, p.blurb, static_cast<gint>(p.minimum), 1,
+                                   static_cast<gint>(p.maximum), 1, standard.numerator,
+                                   standard.denominator, f);
   } else {
     static_assert(std::is_same_v<T, std::string>, "no GObject property for this type");
     return g_param_spec_string(p.name, p.nick, p.blurb,
@@ -99,6 +111,8 @@ bool read_value(T& target, const GValue* value) {
     // GObject's range check lets NaN pass.
     if (std::isnan(g_value_get_double(value))) return false;
     target = g_value_get_double(value);
+  } else if constexpr (std::is_same_v<T, Fraction>) {
+    target = {gst_value_get_fraction_numerator(value), gst_value_get_fraction_denominator(value)};
   } else {
     const gchar* text = g_value_get_string(value);
     target = text != nullptr ? text : "";
@@ -120,6 +134,8 @@ void write_value(const T& source, GValue* value) {
     g_value_set_uint64(value, source);
   } else if constexpr (std::is_same_v<T, double>) {
     g_value_set_double(value, source);
+  } else if constexpr (std::is_same_v<T, Fraction>) {
+    gst_value_set_fraction(value, source.numerator, source.denominator);
   } else {
     g_value_set_string(value, source.empty() ? nullptr : source.c_str());
   }
@@ -158,56 +174,6 @@ std::vector<Property<Settings>> renamed(std::span<const Property<Settings>> tabl
   for (Property<Settings>& row : copy) {
     if (row.name == from) row.name = to;
   }
-  return copy;
-}
-
-/// Installs \p table with the property ids \p first, \p first + 1, ...; returns the next free id.
-template <class Settings>
-guint install_properties(GObjectClass* klass, std::span<const Property<Settings>> table,
-                         guint first) {
-  for (const Property<Settings>& row : table) {
-    g_object_class_install_property(klass, first++, row.make(row));
-  }
-  return first;
-}
-
-/// Sets the property \p id of \p object if it belongs to \p table installed at \p first; false if
-/// it does not. A value that is not a number is refused with a warning and changes nothing.
-template <class Settings>
-bool set_property(GObject* object, std::span<const Property<Settings>> table, guint first,
-                  Settings& settings, guint id, const GValue* value) {
-  if (id < first || id >= first + table.size()) return false;
-  const Property<Settings>& row = table[id - first];
-  GST_OBJECT_LOCK(object);
-  const bool accepted = row.set(settings, value);
-  GST_OBJECT_UNLOCK(object);
-  if (!accepted) {
-    GST_ELEMENT_WARNING(object, LIBRARY, SETTINGS,
-                        ("The property \"%s\" was set to something that is not a number; it keeps "
-                         "its value. Set it to a number from %g to %g.",
-                         row.name, row.minimum, row.maximum),
-                        (nullptr));
-  }
-  return true;
-}
-
-/// Reads the property \p id like set_property() writes it.
-template <class Settings>
-bool get_property(GObject* object, std::span<const Property<Settings>> table, guint first,
-                  const Settings& settings, guint id, GValue* value) {
-  if (id < first || id >= first + table.size()) return false;
-  GST_OBJECT_LOCK(object);
-  table[id - first].get(settings, value);
-  GST_OBJECT_UNLOCK(object);
-  return true;
-}
-
-/// A copy of \p settings taken under the object lock of \p object.
-template <class Settings>
-Settings snapshot(gpointer object, const Settings& settings) {
-  GST_OBJECT_LOCK(object);
-  Settings copy = settings;
-  GST_OBJECT_UNLOCK(object);
   return copy;
 }
 

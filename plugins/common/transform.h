@@ -5,16 +5,10 @@
 
 #include <gst/base/gstbasetransform.h>
 
-namespace polyhull::element {
+#include "plugins/common/element.h"
+#include "plugins/common/live/live_pace.h"
 
-/// Adds a pad template that is always there.
-inline void add_template(GstElementClass* klass, const char* name, GstPadDirection direction,
-                         const char* caps) {
-  GstCaps* parsed = gst_caps_from_string(caps);
-  gst_element_class_add_pad_template(klass,
-                                     gst_pad_template_new(name, direction, GST_PAD_ALWAYS, parsed));
-  gst_caps_unref(parsed);
-}
+namespace polyhull::element {
 
 /// Sets the properties that a GstController drives to their values at \p buffer; for
 /// GstBaseTransformClass::before_transform.
@@ -24,6 +18,25 @@ inline void sync_controlled_properties(GstBaseTransform* base, GstBuffer* buffer
   const GstClockTime time =
       gst_segment_to_stream_time(&base->segment, GST_FORMAT_TIME, GST_BUFFER_TIMESTAMP(buffer));
   if (GST_CLOCK_TIME_IS_VALID(time)) gst_object_sync_values(GST_OBJECT_CAST(base), time);
+}
+
+/// submit_input_buffer of an element with a `pace`: leaves out the frames that nobody wants.
+template <class State>
+GstFlowReturn submit_input_buffer(GstBaseTransform* base, gboolean discontinuous,
+                                  GstBuffer* input) {
+  State& self = state_of<State>(base);
+  return submit_wanted(base, self.pace, self.statistics,
+                       GST_BASE_TRANSFORM_CLASS(parent_class<State>()), discontinuous, input);
+}
+
+/// src_event of an element that hears of the pace, or has a function `observe` for what it wants to
+/// know of events.
+template <class State>
+gboolean src_event(GstBaseTransform* base, GstEvent* event) {
+  State& self = state_of<State>(base);
+  if constexpr (requires { self.pace; }) self.pace.hear(event);
+  if constexpr (requires { self.observe(base, event); }) self.observe(base, event);
+  return GST_BASE_TRANSFORM_CLASS(parent_class<State>())->src_event(base, event);
 }
 
 }  // namespace polyhull::element

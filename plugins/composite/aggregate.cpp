@@ -18,33 +18,32 @@ struct WaitingFrame {
   std::int64_t begin = no_time, end = no_time;
 };
 
-WaitingFrame waiting_frame(const CompositePrivate& priv, GstAggregatorPad* pad) {
+WaitingFrame waiting_frame(const Composite& self, GstAggregatorPad* pad) {
   WaitingFrame frame;
   frame.arrival = peek(pad);
   if (frame.arrival == nullptr) return frame;
   frame.begin = frame.arrival->time();
   if (frame.begin == no_time) return frame;
   frame.end = frame.arrival->end();
-  const int rate = GST_VIDEO_INFO_FPS_N(&priv.background_info);
+  const int rate = GST_VIDEO_INFO_FPS_N(&self.background_info);
   if (frame.end == frame.begin && rate > 0)
     frame.end += static_cast<std::int64_t>(gst_util_uint64_scale_int(
-        GST_SECOND, GST_VIDEO_INFO_FPS_D(&priv.background_info), rate));
+        GST_SECOND, GST_VIDEO_INFO_FPS_D(&self.background_info), rate));
   // A frame without length lasts an instant.
   frame.end = std::max(frame.end, frame.begin + 1);
   return frame;
 }
 
-void show(PolyhullComposite* self, GstAggregatorPad* pad, GstBuffer* buffer, std::int64_t time) {
-  CompositePrivate& priv = *self->priv;
-  MeshPadState& state = mesh_state_of(pad);
+void show(Composite& self, GstAggregatorPad* pad, GstBuffer* buffer, std::int64_t time) {
+  MeshPadState& state = state_of<MeshPadState>(pad);
   try {
     state.mesh = std::make_unique<MeshBuffer>(buffer);
-    state.content = priv.next_content++;
+    state.content = self.next_content++;
     state.time = time;
-    priv.statistics.count("meshes");
+    self.statistics.count("meshes");
   } catch (const Error& error) {
-    priv.statistics.warn(
-        GST_ELEMENT_CAST(self), "meshes-unusable",
+    self.statistics.warn(
+        GST_ELEMENT_CAST(self.element), "meshes-unusable",
         std::string("A buffer on ") + GST_OBJECT_NAME(pad) + " was dropped: " + error.what());
   }
 }
@@ -54,7 +53,7 @@ void show(PolyhullComposite* self, GstAggregatorPad* pad, GstBuffer* buffer, std
 bool is_settled(GstAggregatorPad* pad, std::int64_t end, bool live) {
   const Arrival* next = peek(pad);
   if (next == nullptr) {
-    const MeshPadState& state = mesh_state_of(pad);
+    const MeshPadState& state = state_of<MeshPadState>(pad);
     return gst_aggregator_pad_is_eos(pad) ||
            (live && end != no_time && state.end != no_time && state.end >= end);
   }
@@ -64,8 +63,8 @@ bool is_settled(GstAggregatorPad* pad, std::int64_t end, bool live) {
 
 /// Takes from the pad what belongs to a frame that ends at \p end: the last mesh that begins
 /// before. False: more may come that belongs to it.
-bool catch_up(PolyhullComposite* self, GstAggregatorPad* pad, std::int64_t end, bool live) {
-  MeshPadState& state = mesh_state_of(pad);
+bool catch_up(Composite& self, GstAggregatorPad* pad, std::int64_t end, bool live) {
+  MeshPadState& state = state_of<MeshPadState>(pad);
   while (!is_settled(pad, end, live)) {
     const Arrival* next = peek(pad);
     if (next == nullptr) return false;
@@ -84,7 +83,7 @@ std::vector<GstAggregatorPad*> shown(const CompositePads& pads, std::int64_t end
                                      std::uint64_t max_age) {
   std::vector<GstAggregatorPad*> out;
   for (GstAggregatorPad* pad : pads.meshes) {
-    const MeshPadState& state = mesh_state_of(pad);
+    const MeshPadState& state = state_of<MeshPadState>(pad);
     if (!state.mesh || state.mesh->mesh().hull.empty()) continue;
     const bool aged = state.time != no_time && end != no_time && end > state.time &&
                       static_cast<std::uint64_t>(end - state.time) > max_age;
@@ -107,70 +106,65 @@ GstBuffer* acquire(GstAggregator* aggregator, const GstVideoInfo& info) {
 }
 
 /// The composite of \p frame, whose reference it takes; null: the pool is flushing.
-GstBuffer* compose(PolyhullComposite* self, GstBuffer* frame,
+GstBuffer* compose(Composite& self, GstBuffer* frame,
                    const std::vector<GstAggregatorPad*>& meshes) {
-  CompositePrivate& priv = *self->priv;
-  struct Unref {
-    GstBuffer* buffer;
-    ~Unref() { gst_clear_buffer(&buffer); }
-  } held{frame};
-  const bool same_memory = priv.background_on_gpu == priv.output_on_gpu;
-  priv.composer.prepare(snapshot(self, priv.settings), priv.background_info, meshes);
-  if (meshes.empty()) priv.statistics.count("no-mesh");
-  if (priv.composer.untouched() && same_memory) {
-    priv.statistics.count("passed-through");
-    return std::exchange(held.buffer, nullptr);
+  g_autoptr(GstBuffer) held = frame;
+  const bool same_memory = self.background_on_gpu == self.output_on_gpu;
+  self.composer.prepare(snapshot(self.element, self.settings), self.background_info, meshes);
+  if (meshes.empty()) self.statistics.count("no-mesh");
+  if (self.composer.untouched() && same_memory) {
+    self.statistics.count("passed-through");
+    return g_steal_pointer(&held);
   }
-  const FrameBuffers buffers{frame, &priv.background_info, priv.background_on_gpu,
-                             priv.output_on_gpu};
+  const FrameBuffers buffers{frame, &self.background_info, self.background_on_gpu,
+                             self.output_on_gpu};
   GstBuffer* output = nullptr;
-  if (same_memory && !priv.output_on_gpu && gst_buffer_is_writable(frame) &&
+  if (same_memory && !self.output_on_gpu && gst_buffer_is_writable(frame) &&
       gst_buffer_is_all_memory_writable(frame)) {
     output = frame;  // its untouched part need not even be copied
   } else {
-    output = acquire(GST_AGGREGATOR(self), priv.output_info);
+    output = acquire(self.element, self.output_info);
     if (!output) return nullptr;
     gst_buffer_copy_into(
         output, frame,
         static_cast<GstBufferCopyFlags>(GST_BUFFER_COPY_FLAGS | GST_BUFFER_COPY_TIMESTAMPS), 0, -1);
   }
   try {
-    priv.composer.draw(buffers, output);
+    self.composer.draw(buffers, output);
   } catch (...) {
     if (output != frame) gst_buffer_unref(output);
     throw;
   }
-  if (output == frame) held.buffer = nullptr;
+  if (output == frame) held = nullptr;
   return output;
 }
 
-void forget_flushed(PolyhullComposite* self, const CompositePads& pads) {
-  bool flushed = pads.background && live_state_of(pads.background).flushed.exchange(false);
+void forget_flushed(Composite& self, const CompositePads& pads) {
+  bool flushed = pads.background && state_of<LivePadState>(pads.background).flushed.exchange(false);
   for (GstAggregatorPad* pad : pads.meshes) {
-    if (!live_state_of(pad).flushed.exchange(false)) continue;
-    mesh_state_of(pad).mesh.reset();
-    mesh_state_of(pad).end = no_time;
+    if (!state_of<LivePadState>(pad).flushed.exchange(false)) continue;
+    state_of<MeshPadState>(pad).mesh.reset();
+    state_of<MeshPadState>(pad).end = no_time;
     flushed = true;
   }
   if (!flushed) return;
-  self->priv->timing.flushed();
-  self->priv->pace.start();  // running time may have been set back
+  self.timing.flushed();
+  self.pace.start();  // running time may have been set back
 }
 
 /// Leaves out the frames of a live background that nobody can use: whole, before anything is done
 /// for them.
-void drop_useless(PolyhullComposite* self, GstAggregatorPad* background) {
-  CompositePrivate& priv = *self->priv;
-  const std::int64_t now = priv.timing.now();
+void drop_useless(Composite& self, GstAggregatorPad* background) {
+  const std::int64_t now = self.timing.now();
   for (;;) {
-    const WaitingFrame frame = waiting_frame(priv, background);
+    const WaitingFrame frame = waiting_frame(self, background);
     if (frame.arrival == nullptr || frame.begin == no_time || now == no_time) return;
-    const bool unwanted = !priv.pace.wanted(frame.begin);
-    const bool overdue = priv.pace.too_late(frame.begin) ||
-                         (more_wait(background) && now > frame.end + priv.timing.latency());
+    const bool unwanted = !self.pace.wanted(frame.begin);
+    const bool overdue = self.pace.too_late(frame.begin) ||
+                         (more_wait(background) && now > frame.end + self.timing.latency());
     if (!unwanted && !overdue) return;
-    priv.statistics.count(unwanted ? "frames-unwanted" : "frames-overdue");
-    if (!unwanted) priv.pace.note(frame.begin, frame.end - frame.begin, true);
+    self.statistics.count(unwanted ? "frames-unwanted" : "frames-overdue");
+    if (!unwanted) self.pace.note(frame.begin, frame.end - frame.begin, true);
     pop(background);
   }
 }
@@ -181,19 +175,18 @@ struct Made {
   GstFlowReturn flow = GST_FLOW_OK;
 };
 
-Made make_frame(PolyhullComposite* self, const CompositePads& pads, bool live, bool timeout) {
-  CompositePrivate& priv = *self->priv;
+Made make_frame(Composite& self, const CompositePads& pads, bool live, bool timeout) {
   const auto start = std::chrono::steady_clock::now();
-  const WaitingFrame frame = waiting_frame(priv, pads.background);
+  const WaitingFrame frame = waiting_frame(self, pads.background);
   if (frame.arrival == nullptr)
     return {nullptr, gst_aggregator_pad_is_eos(pads.background) ? GST_FLOW_EOS
                                                                 : GST_AGGREGATOR_FLOW_NEED_DATA};
   bool complete = true;
   for (GstAggregatorPad* pad : pads.meshes)
     complete = catch_up(self, pad, frame.end, live) && complete;
-  const std::int64_t now = priv.timing.now();
+  const std::int64_t now = self.timing.now();
   const bool due = live && frame.begin != no_time && now != no_time
-                       ? now >= frame.begin + priv.timing.wait()
+                       ? now >= frame.begin + self.timing.wait()
                        : timeout;
   if (!complete && !due) return {nullptr, GST_AGGREGATOR_FLOW_NEED_DATA};
   const GstClockTime stream_time = frame.arrival->stream_time();
@@ -206,42 +199,33 @@ Made make_frame(PolyhullComposite* self, const CompositePads& pads, bool live, b
     return {};
   }
   if (GST_CLOCK_TIME_IS_VALID(stream_time)) {
-    gst_object_sync_values(GST_OBJECT(self), stream_time);
+    gst_object_sync_values(GST_OBJECT(self.element), stream_time);
     for (GstAggregatorPad* pad : pads.meshes)
       gst_object_sync_values(GST_OBJECT(pad), stream_time);
   }
-  const CompositeSettings settings = snapshot(self, priv.settings);
+  const CompositeSettings settings = snapshot(self.element, self.settings);
   GstBuffer* out = compose(self, picture, shown(pads, frame.end, settings.max_mesh_age));
   if (!out) return {nullptr, GST_FLOW_FLUSHING};
   const auto taken = std::chrono::steady_clock::now() - start;
-  priv.statistics.count("frames");
-  priv.statistics.set("frame-ms", std::chrono::duration<double, std::milli>(taken).count());
-  priv.timing.note_work(taken);
+  self.statistics.count("frames");
+  self.statistics.set("frame-ms", std::chrono::duration<double, std::milli>(taken).count());
+  self.timing.note_work(taken);
   if (live && frame.begin != no_time)
-    priv.pace.note(frame.begin, frame.end - frame.begin, false);
-  if (priv.new_segment.exchange(false) && segment.format == GST_FORMAT_TIME)
-    gst_aggregator_update_segment(GST_AGGREGATOR(self), &segment);
+    self.pace.note(frame.begin, frame.end - frame.begin, false);
+  self.follow(segment);
   return {out, GST_FLOW_OK};
 }
 
 }  // namespace
 
-CompositePads::CompositePads(gpointer element) {
-  GST_OBJECT_LOCK(element);
-  for (GList* l = GST_ELEMENT_CAST(element)->sinkpads; l != nullptr; l = l->next) {
-    auto* pad = GST_AGGREGATOR_PAD(gst_object_ref(l->data));
+CompositePads::CompositePads(gpointer element) : all(element) {
+  for (GstAggregatorPad* pad : all) {
     if (is_mesh_pad(pad)) {
       meshes.push_back(pad);
     } else {
       background = pad;
     }
   }
-  GST_OBJECT_UNLOCK(element);
-}
-
-CompositePads::~CompositePads() {
-  for (GstAggregatorPad* pad : meshes) gst_object_unref(pad);
-  if (background) gst_object_unref(background);
 }
 
 void check_background(const CompositePads& pads) {
@@ -252,18 +236,17 @@ void check_background(const CompositePads& pads) {
 }
 
 GstFlowReturn composite_aggregate(GstAggregator* aggregator, gboolean timeout) {
-  PolyhullComposite* self = self_of(aggregator);
-  CompositePrivate& priv = *self->priv;
-  return guarded(GST_ELEMENT(self), GST_FLOW_ERROR, [&]() -> GstFlowReturn {
-    const CompositePads pads(self);
+  Composite& self = state_of<Composite>(aggregator);
+  return guarded(GST_ELEMENT(self.element), GST_FLOW_ERROR, [&]() -> GstFlowReturn {
+    const CompositePads pads(self.element);
     check_background(pads);
     forget_flushed(self, pads);
-    const bool live = priv.timing.live();
+    const bool live = self.timing.live();
     if (live) {
-      const LiveSettings settings = snapshot(self, priv.settings).live();
-      priv.timing.update(settings);
-      priv.pace.set_patience(std::max(priv.timing.limit(), priv.timing.wait()) + GST_SECOND);
-      priv.pace.tell_sources();
+      const LiveSettings settings = snapshot(self.element, self.settings).live();
+      self.timing.update(settings);
+      self.pace.set_patience(std::max(self.timing.limit(), self.timing.wait()) + GST_SECOND);
+      self.pace.tell_sources();
       drop_useless(self, pads.background);
     }
     const Made made = make_frame(self, pads, live, timeout);
@@ -274,55 +257,52 @@ GstFlowReturn composite_aggregate(GstAggregator* aggregator, gboolean timeout) {
 /// A frame is due when the background's is. While none waits there is no deadline: with that of the
 /// last frame the base class would ask again and again without a pause.
 GstClockTime composite_next_time(GstAggregator* aggregator) {
-  const CompositePrivate& priv = private_of(aggregator);
+  Composite& self = state_of<Composite>(aggregator);
   const CompositePads pads(aggregator);
-  if (!pads.background) return priv.timing.wake_at(0);
-  const WaitingFrame frame = waiting_frame(priv, pads.background);
+  if (!pads.background) return self.timing.wake_at(0);
+  const WaitingFrame frame = waiting_frame(self, pads.background);
   if (frame.arrival == nullptr) {
-    if (gst_aggregator_pad_is_eos(pads.background)) return priv.timing.wake_at(0);
+    if (gst_aggregator_pad_is_eos(pads.background)) return self.timing.wake_at(0);
     return GST_CLOCK_TIME_NONE;
   }
-  if (frame.begin == no_time) return priv.timing.wake_at(0);
+  if (frame.begin == no_time) return self.timing.wake_at(0);
   for (GstAggregatorPad* pad : pads.meshes) {
     const bool waits = peek(pad) == nullptr;
     if (waits && !is_settled(pad, frame.end, true))
-      return priv.timing.now() == no_time
+      return self.timing.now() == no_time
                  ? GST_CLOCK_TIME_NONE
-                 : priv.timing.wake_at(frame.begin + priv.timing.wait());
+                 : self.timing.wake_at(frame.begin + self.timing.wait());
   }
-  return priv.timing.wake_at(0);
+  return self.timing.wake_at(0);
 }
 
 GstFlowReturn composite_flush(GstAggregator* aggregator) {
-  private_of(aggregator).new_segment = true;
+  state_of<Composite>(aggregator).new_segment = true;
   return GST_FLOW_OK;
 }
 
 gboolean composite_start(GstAggregator* aggregator) {
-  CompositePrivate& priv = private_of(aggregator);
-  priv.statistics.reset();
-  priv.new_segment = true;
-  priv.announced = false;
-  priv.forget_formats();
-  priv.timing.start(snapshot(aggregator, priv.settings).live());
-  priv.pace.start();
-  priv.watch.start();
+  Composite& self = state_of<Composite>(aggregator);
+  self.statistics.reset();
+  self.announced = false;
+  self.forget_formats();
+  self.begin(snapshot(aggregator, self.settings).live());
   return TRUE;
 }
 
 gboolean composite_stop(GstAggregator* aggregator) {
-  CompositePrivate& priv = private_of(aggregator);
-  priv.watch.stop();
+  Composite& self = state_of<Composite>(aggregator);
+  self.watch.stop();
   const CompositePads pads(aggregator);
-  if (pads.background) gst_clear_buffer(&live_state_of(pads.background).front.buffer);
+  if (pads.background) gst_clear_buffer(&state_of<LivePadState>(pads.background).front.buffer);
   for (GstAggregatorPad* pad : pads.meshes) {
-    gst_clear_buffer(&live_state_of(pad).front.buffer);
-    mesh_state_of(pad).mesh.reset();
-    mesh_state_of(pad).time = mesh_state_of(pad).end = no_time;
+    gst_clear_buffer(&state_of<LivePadState>(pad).front.buffer);
+    state_of<MeshPadState>(pad).mesh.reset();
+    state_of<MeshPadState>(pad).time = state_of<MeshPadState>(pad).end = no_time;
   }
   return guarded(GST_ELEMENT_CAST(aggregator), gboolean{FALSE}, [&]() -> gboolean {
-    priv.gl.release();
-    priv.composer.reset();
+    self.gl.release();
+    self.composer.reset();
     return TRUE;
   });
 }

@@ -9,20 +9,21 @@
 #include <atomic>
 #include <vector>
 
-#include "plugins/common/live/input_watch.h"
-#include "plugins/common/live/live_pace.h"
-#include "plugins/common/live/live_timing.h"
-#include "plugins/common/statistics.h"
+#include "plugins/common/live/live_aggregator.h"
 #include "plugins/composite/frame.h"
 #include "plugins/composite/navigation.h"
 
 namespace polyhull::element {
 
-struct CompositePrivate {
-  explicit CompositePrivate(GstElement* element)
-      : timing(GST_AGGREGATOR(element)), pace(element, statistics), watch(element), gl(element) {
-    forget_formats();
-  }
+struct Composite : LiveAggregator {
+  static constexpr char type_name[] = "PolyhullComposite";
+  static void class_init(gpointer klass);
+
+  explicit Composite(gpointer object);
+  bool hear(GstAggregatorPad* pad, GstEvent* event);
+  gboolean navigate(GstEvent* event);
+  bool answer(GstQuery* query);
+
   /// Both formats unknown; a GstVideoInfo of zeros may not be asked for its format.
   void forget_formats() {
     gst_video_info_init(&background_info);
@@ -32,12 +33,7 @@ struct CompositePrivate {
   ViewportControl control;     // under the object lock
 
   std::atomic<bool> announced{false};
-  std::atomic<bool> new_segment{true};
 
-  Statistics statistics{"composite-stats"};
-  LiveTiming timing;
-  LivePace pace;
-  InputWatch watch;
   CompositeGl gl;  // this and the rest belong to the source pad's thread; it guards context queries
   FrameComposer composer{gl, statistics};
   GstVideoInfo background_info;
@@ -47,27 +43,10 @@ struct CompositePrivate {
   std::uint64_t next_content = 1;
 };
 
-struct PolyhullComposite {
-  GstAggregator parent;
-  CompositePrivate* priv;
-};
-
-struct PolyhullCompositeClass {
-  GstAggregatorClass parent_class;
-};
-
-inline PolyhullComposite* self_of(gpointer object) {
-  return static_cast<PolyhullComposite*>(object);
-}
-inline CompositePrivate& private_of(gpointer object) {
-  return *self_of(object)->priv;
-}
-
 /// References on the sink pads as they are now.
 struct CompositePads {
   explicit CompositePads(gpointer element);
-  ~CompositePads();
-  CompositePads(const CompositePads&) = delete;
+  Pads all;
   std::vector<GstAggregatorPad*> meshes;
   GstAggregatorPad* background = nullptr;  ///< null: not requested
 };

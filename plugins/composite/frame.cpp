@@ -67,7 +67,7 @@ void FrameComposer::prepare(const CompositeSettings& settings, const GstVideoInf
   frame_.height = GST_VIDEO_INFO_HEIGHT(&info);
   frame_.subjects.clear();
   for (GstAggregatorPad* pad : meshes) {
-    const MeshPadState& state = mesh_state_of(pad);
+    const MeshPadState& state = state_of<MeshPadState>(pad);
     const PlacementSettings placed = snapshot(pad, state.placement);
     frame_.subjects.push_back({&state.mesh->mesh(), placement(placed), state.content});
   }

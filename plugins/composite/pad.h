@@ -15,6 +15,13 @@ namespace polyhull::element {
 
 /// What a pad knows; belongs to the element's streaming thread except where said.
 struct MeshPadState {
+  static constexpr char type_name[] = "PolyhullMeshPad";
+  static GType base_type() { return type_of<LivePadState>(); }
+  static void class_init(gpointer klass) {
+    add_properties<MeshPadState>(klass, placement_properties(), &MeshPadState::placement);
+  }
+  explicit MeshPadState(gpointer) {}
+
   PlacementSettings placement;  ///< properties, under the pad's object lock
 
   std::unique_ptr<MeshBuffer> mesh;  ///< the one shown; null: none yet
@@ -23,21 +30,8 @@ struct MeshPadState {
   std::int64_t end = no_time;        ///< up to when nothing newer is to be expected
 };
 
-struct PolyhullMeshPad {
-  PolyhullLivePad parent;
-  MeshPadState* state;
-};
-
-struct PolyhullMeshPadClass {
-  PolyhullLivePadClass parent_class;
-};
-
-GType mesh_pad_type();
-
-bool is_mesh_pad(gpointer pad);
-
-inline MeshPadState& mesh_state_of(gpointer pad) {
-  return *static_cast<PolyhullMeshPad*>(pad)->state;
+inline bool is_mesh_pad(gpointer pad) {
+  return G_TYPE_CHECK_INSTANCE_TYPE(pad, type_of<MeshPadState>());
 }
 
 }  // namespace polyhull::element

@@ -32,8 +32,9 @@ struct CompositeSettings {
   LiveSettings live() const { return {GST_CLOCK_TIME_NONE, max_latency}; }
 };
 
-/// The rows of the viewport's camera in the table, eye-x to field-of-view.
-inline constexpr guint first_camera_row = 1, camera_rows = 7;
+/// The properties of the viewport's camera, which navigation moves.
+inline constexpr const char* camera_properties[] = {"eye-x",    "eye-y",    "eye-z",        "target-x",
+                                                    "target-y", "target-z", "field-of-view"};
 
 std::span<const Property<CompositeSettings>> composite_properties();
 

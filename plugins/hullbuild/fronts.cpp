@@ -34,8 +34,8 @@ std::string name_of(GstAggregatorPad* pad, const View& view) {
   return name.empty() ? view.camera : name;
 }
 
-ViewHead look_at(PolyhullHullBuild* self, GstAggregatorPad* pad) {
-  HullPadState& state = state_of(pad);
+ViewHead look_at(HullBuild& self, GstAggregatorPad* pad) {
+  HullPadState& state = state_of<HullPadState>(pad);
   for (;;) {
     const Arrival* front = peek(pad);
     state.ended = front == nullptr && gst_aggregator_pad_is_eos(pad);
@@ -52,8 +52,8 @@ ViewHead look_at(PolyhullHullBuild* self, GstAggregatorPad* pad) {
       if (!arrival.gap()) state.view = std::make_unique<ViewBuffer>(arrival.buffer);
     } catch (const Error& error) {
       pop(pad);
-      self->priv->statistics.warn(
-          GST_ELEMENT_CAST(self), "views-unusable",
+      self.statistics.warn(
+          GST_ELEMENT_CAST(self.element), "views-unusable",
           std::string("A buffer on ") + GST_OBJECT_NAME(pad) + " was dropped: " + error.what());
       continue;
     }
@@ -65,15 +65,15 @@ ViewHead look_at(PolyhullHullBuild* self, GstAggregatorPad* pad) {
 
 void drop_fronts(const Pads& pads, const std::vector<std::size_t>& which) {
   for (const std::size_t i : which) {
-    state_of(pads[i]).forget_front();
+    state_of<HullPadState>(pads[i]).forget_front();
     pop(pads[i]);
   }
 }
 
-void check_cameras(PolyhullHullBuild* self, const Pads& pads) {
+void check_cameras(HullBuild& self, const Pads& pads) {
   std::vector<std::pair<std::string, const char*>> seen;
   for (GstAggregatorPad* pad : pads) {
-    const HullPadState& state = state_of(pad);
+    const HullPadState& state = state_of<HullPadState>(pad);
     if (state.view == nullptr) continue;
     const View& view = state.view->view();
     const std::string name = name_of(pad, view);
@@ -90,25 +90,25 @@ void check_cameras(PolyhullHullBuild* self, const Pads& pads) {
                                                 " both bring views of camera \"" + name +
                                                 "\". Each pad takes another camera");
     seen.emplace_back(name, GST_OBJECT_NAME(pad));
-    GST_OBJECT_LOCK(pad);
-    state_of(pad).name = name;
-    GST_OBJECT_UNLOCK(pad);
-    self->priv->stage.check(where, name, view.width, view.height);
+    {
+      const ObjectLock lock(pad);
+      state_of<HullPadState>(pad).name = name;
+    }
+    self.stage.check(where, name, view.width, view.height);
   }
 }
 
-std::int64_t next_deadline(PolyhullHullBuild* self, const Pads& pads) {
-  HullBuildState& priv = *self->priv;
+std::int64_t next_deadline(HullBuild& self, const Pads& pads) {
   if (pads.size() == 0) return no_time;
   std::int64_t view = no_time, gap = no_time;
   bool all = true, new_camera = false;
   for (GstAggregatorPad* pad : pads) {
-    if (live_state_of(pad).flushed) return 0;
+    if (state_of<LivePadState>(pad).flushed) return 0;
     const Arrival* front = peek(pad);
     if (front == nullptr) {
       const bool ended = gst_aggregator_pad_is_eos(pad);
       all = all && ended;
-      new_camera = new_camera || (!ended && state_of(pad).last_time == no_time);
+      new_camera = new_camera || (!ended && state_of<HullPadState>(pad).last_time == no_time);
       continue;
     }
     // A gap is waited for to its end: up to there it speaks for its camera.
@@ -117,14 +117,14 @@ std::int64_t next_deadline(PolyhullHullBuild* self, const Pads& pads) {
     if (time != no_time && (earliest == no_time || time < earliest)) earliest = time;
   }
   if (all) return 0;
-  if (priv.timing.now() == no_time) return no_time;
+  if (self.timing.now() == no_time) return no_time;
   const std::int64_t earliest = view != no_time ? view : gap;
   if (earliest == no_time) return no_time;
   // In the first second cameras are still coming up, and nothing is known of them.
   const bool starting = new_camera && view != no_time &&
-                        (priv.first_time == no_time || earliest - priv.first_time < start_time);
-  return earliest + (starting ? std::max(priv.timing.wait(), priv.start_wait.load())
-                              : priv.timing.wait());
+                        (self.first_time == no_time || earliest - self.first_time < start_time);
+  return earliest + (starting ? std::max(self.timing.wait(), self.start_wait.load())
+                              : self.timing.wait());
 }
 
 }  // namespace polyhull::element

@@ -16,9 +16,19 @@
 
 namespace polyhull::element {
 
+struct HullPadSettings {
+  std::string camera;  ///< empty: the view's own name
+};
+
 /// What a pad knows; belongs to the element's streaming thread except where said.
 struct HullPadState {
-  std::string camera;  ///< property, under the pad's object lock; empty: the view's own name
+  static constexpr char type_name[] = "PolyhullHullPad";
+  static GType base_type() { return type_of<LivePadState>(); }
+  static void class_init(gpointer klass);
+  explicit HullPadState(gpointer) {}
+  ~HullPadState() { forget_front(); }
+
+  HullPadSettings settings;  ///< under the pad's object lock
 
   Arrival parsed;                    ///< what came first, once it has been looked at
   std::unique_ptr<ViewBuffer> view;  ///< ... parsed; null for a gap
@@ -38,21 +48,6 @@ struct HullPadState {
   void forget_front();
   void reset();
 };
-
-struct PolyhullHullPad {
-  PolyhullLivePad parent;
-  HullPadState* state;
-};
-
-struct PolyhullHullPadClass {
-  PolyhullLivePadClass parent_class;
-};
-
-GType hull_pad_type();
-
-inline HullPadState& state_of(gpointer pad) {
-  return *static_cast<PolyhullHullPad*>(pad)->state;
-}
 
 /// The pad's property `camera`.
 std::string camera_property(GstAggregatorPad* pad);

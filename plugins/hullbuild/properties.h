@@ -36,10 +36,6 @@ struct HullSettings {
   }
 };
 
-/// Rows of the table whose properties do more than be stored.
-inline constexpr guint rig_row = 0;
-inline constexpr guint pool_row = 12;
-
 std::span<const Property<HullSettings>> hull_properties();
 
 }  // namespace polyhull::element

@@ -16,42 +16,41 @@ constexpr std::int64_t a_moment = 100 * GST_MSECOND;
 /// Two opposite cameras of four make a wall across the stage (docs/missing-camera.md).
 constexpr std::size_t automatic_fewest = 3;
 
-void post_dropped(PolyhullHullBuild* self, const ViewDecision& set) {
-  HullBuildState& priv = *self->priv;
+void post_dropped(HullBuild& self, const ViewDecision& set) {
   const GstClockTime time =
       set.time == no_time ? GST_CLOCK_TIME_NONE : static_cast<GstClockTime>(set.time);
-  const bool live = GST_CLOCK_TIME_IS_VALID(gst_aggregator_get_latency(GST_AGGREGATOR(self)));
-  GstMessage* message = gst_message_new_qos(GST_OBJECT(self), live, time, GST_CLOCK_TIME_NONE, time,
+  const bool live = GST_CLOCK_TIME_IS_VALID(gst_aggregator_get_latency(self.element));
+  GstMessage* message = gst_message_new_qos(GST_OBJECT(self.element), live, time, GST_CLOCK_TIME_NONE, time,
                                             GST_CLOCK_TIME_NONE);
-  gst_message_set_qos_stats(message, GST_FORMAT_BUFFERS, priv.statistics.counter("sets"),
-                            priv.statistics.counter("sets-dropped-incomplete") +
-                                priv.statistics.counter("sets-dropped-few-cameras") +
-                                priv.statistics.counter("sets-overdue") +
-                                priv.statistics.counter("sets-refused"));
-  gst_element_post_message(GST_ELEMENT_CAST(self), message);
+  gst_message_set_qos_stats(message, GST_FORMAT_BUFFERS, self.statistics.counter("sets"),
+                            self.statistics.counter("sets-dropped-incomplete") +
+                                self.statistics.counter("sets-dropped-few-cameras") +
+                                self.statistics.counter("sets-overdue") +
+                                self.statistics.counter("sets-refused"));
+  gst_element_post_message(GST_ELEMENT_CAST(self.element), message);
 }
 
 /// The views to build from: the set's, and held ones of missing cameras.
-std::vector<SetView> views_of(PolyhullHullBuild* self, const Pads& pads, const ViewDecision& set,
+std::vector<SetView> views_of(HullBuild& self, const Pads& pads, const ViewDecision& set,
                               const HullSettings& settings) {
   std::vector<SetView> views;
   for (const std::size_t i : set.heads)
     views.push_back(
-        {name_of(pads[i], state_of(pads[i]).view->view()), state_of(pads[i]).view.get()});
+        {name_of(pads[i], state_of<HullPadState>(pads[i]).view->view()), state_of<HullPadState>(pads[i]).view.get()});
   if (settings.missing_camera != MissingCamera::hold) return views;
   for (std::size_t i = 0; i < pads.size(); ++i) {
-    const HullPadState& state = state_of(pads[i]);
+    const HullPadState& state = state_of<HullPadState>(pads[i]);
     if (state.held == nullptr || std::binary_search(set.heads.begin(), set.heads.end(), i))
       continue;
     const View& held = state.held->view();
     const std::string name = name_of(pads[i], held);
     const bool fresh = set.time == no_time || state.held_time == no_time ||
                        set.time - state.held_time <= static_cast<std::int64_t>(settings.hold_time);
-    const Camera* camera = self->priv->stage.rig().find(name);
+    const Camera* camera = self.stage.rig().find(name);
     if (!fresh || camera == nullptr || camera->width != held.width || camera->height != held.height)
       continue;
     views.push_back({name, state.held.get()});
-    self->priv->statistics.count("views-held");
+    self.statistics.count("views-held");
   }
   return views;
 }
@@ -59,7 +58,7 @@ std::vector<SetView> views_of(PolyhullHullBuild* self, const Pads& pads, const V
 /// Removes the set's views from the queues, keeping those that may be held.
 void take_views(const Pads& pads, const ViewDecision& set, const HullSettings& settings) {
   for (const std::size_t i : set.heads) {
-    HullPadState& state = state_of(pads[i]);
+    HullPadState& state = state_of<HullPadState>(pads[i]);
     state.last_trigger = state.head.trigger;
     state.last_time = state.head.time;
     state.delivered = true;
@@ -73,26 +72,24 @@ void take_views(const Pads& pads, const ViewDecision& set, const HullSettings& s
   drop_fronts(pads, set.heads);
 }
 
-void stamp(PolyhullHullBuild* self, const Pads& pads, const ViewDecision& set, GstBuffer* buffer) {
-  const Arrival& first = state_of(pads[set.heads.front()]).parsed;
-  if (self->priv->new_segment.exchange(false) && first.segment.format == GST_FORMAT_TIME)
-    gst_aggregator_update_segment(GST_AGGREGATOR(self), &first.segment);
+void stamp(HullBuild& self, const Pads& pads, const ViewDecision& set, GstBuffer* buffer) {
+  const Arrival& first = state_of<HullPadState>(pads[set.heads.front()]).parsed;
+  self.follow(first.segment);
   GST_BUFFER_DURATION(buffer) = GST_BUFFER_DURATION(first.buffer);
   if (set.time == no_time) return;
-  GstSegment& segment = GST_AGGREGATOR_PAD(GST_AGGREGATOR(self)->srcpad)->segment;
+  GstSegment& segment = GST_AGGREGATOR_PAD(self.element->srcpad)->segment;
   const GstClockTime position =
       gst_segment_position_from_running_time(&segment, GST_FORMAT_TIME, set.time);
   GST_BUFFER_PTS(buffer) =
       GST_CLOCK_TIME_IS_VALID(position) ? position : static_cast<GstClockTime>(set.time);
 }
 
-void load_changed_rig(PolyhullHullBuild* self, const HullSettings& settings) {
-  HullBuildState& priv = *self->priv;
-  if (!priv.rig_changed.exchange(false)) return;
+void load_changed_rig(HullBuild& self, const HullSettings& settings) {
+  if (!self.rig_changed.exchange(false)) return;
   try {
-    priv.stage.set_rig(open_rig(settings.rig));
+    self.stage.set_rig(open_rig(settings.rig));
   } catch (const Error& error) {
-    priv.statistics.warn(GST_ELEMENT_CAST(self), "rigs-refused",
+    self.statistics.warn(GST_ELEMENT_CAST(self.element), "rigs-refused",
                          std::string("The former rig stays in use: ") + error.what());
   }
 }
@@ -106,26 +103,25 @@ struct Step {
 
 /// What became of an instant, for the pace: its views are as far apart as a view lasts, or, where
 /// they do not say how long, as the instants before.
-void note_pace(PolyhullHullBuild* self, const Pads& pads, const ViewDecision& set, bool lost) {
+void note_pace(HullBuild& self, const Pads& pads, const ViewDecision& set, bool lost) {
   if (set.time == no_time) return;
-  HullBuildState& priv = *self->priv;
-  std::int64_t interval = state_of(pads[set.heads.front()]).parsed.end() - set.time;
+  std::int64_t interval = state_of<HullPadState>(pads[set.heads.front()]).parsed.end() - set.time;
   if (interval <= 0) {
-    if (priv.last_time != no_time && set.time > priv.last_time &&
-        (priv.interval == 0 || set.time - priv.last_time < priv.interval))
-      priv.interval = set.time - priv.last_time;
-    interval = priv.interval;
+    if (self.last_time != no_time && set.time > self.last_time &&
+        (self.interval == 0 || set.time - self.last_time < self.interval))
+      self.interval = set.time - self.last_time;
+    interval = self.interval;
   }
-  priv.last_time = set.time;
-  for (const std::int64_t time : priv.unexplained) priv.pace.note(time, interval, true);
-  priv.unexplained.clear();
-  priv.pace.note(set.time, interval, lost);
+  self.last_time = set.time;
+  for (const std::int64_t time : self.unexplained) self.pace.note(time, interval, true);
+  self.unexplained.clear();
+  self.pace.note(set.time, interval, lost);
 }
 
 /// Whether a camera that the set lacks has sent a later view: it has left this instant out.
 bool later_views_wait(const Pads& pads, const ViewDecision& set) {
   for (std::size_t i = 0; i < pads.size(); ++i)
-    if (state_of(pads[i]).view != nullptr &&
+    if (state_of<HullPadState>(pads[i]).view != nullptr &&
         !std::binary_search(set.heads.begin(), set.heads.end(), i))
       return true;
   return false;
@@ -134,34 +130,33 @@ bool later_views_wait(const Pads& pads, const ViewDecision& set) {
 /// Notes that \p set lacks a camera. One that has left this instant out could not keep up; one that
 /// is silent may be gone, and is judged when it sends again. More thinning than by two does not mend
 /// a camera that leaves frames out.
-void note_left_out(PolyhullHullBuild* self, const Pads& pads, const ViewDecision& set) {
-  HullBuildState& priv = *self->priv;
-  if (priv.pace.thins() || set.time == no_time) return;
+void note_left_out(HullBuild& self, const Pads& pads, const ViewDecision& set) {
+  if (self.pace.thins() || set.time == no_time) return;
   if (later_views_wait(pads, set)) {
     note_pace(self, pads, set, true);
   } else {
-    priv.unexplained.push_back(set.time);
+    self.unexplained.push_back(set.time);
   }
 }
 
-Step drop_set(PolyhullHullBuild* self, const Pads& pads, const ViewDecision& set,
+Step drop_set(HullBuild& self, const Pads& pads, const ViewDecision& set,
               const HullSettings& settings, const char* counter) {
   take_views(pads, set, settings);
-  self->priv->statistics.count(counter);
+  self.statistics.count(counter);
   post_dropped(self, set);
   return {Outcome::again};
 }
 
 /// Notes which cameras the set has and lacks; returns those that it lacks.
-std::vector<AbsentCamera> absent_cameras(PolyhullHullBuild* self, const Pads& pads,
+std::vector<AbsentCamera> absent_cameras(HullBuild& self, const Pads& pads,
                                          const ViewDecision& set) {
   const std::int64_t now =
-      self->priv->timing.live() ? self->priv->timing.now() : no_time;
+      self.timing.live() ? self.timing.now() : no_time;
   const std::int64_t interval =
-      set.time != no_time ? state_of(pads[set.heads.front()]).parsed.end() - set.time : 0;
+      set.time != no_time ? state_of<HullPadState>(pads[set.heads.front()]).parsed.end() - set.time : 0;
   std::vector<AbsentCamera> absent;
   for (std::size_t i = 0; i < pads.size(); ++i) {
-    HullPadState& state = state_of(pads[i]);
+    HullPadState& state = state_of<HullPadState>(pads[i]);
     if (std::binary_search(set.heads.begin(), set.heads.end(), i)) {
       state.missed_since = no_time;
       continue;
@@ -173,7 +168,7 @@ std::vector<AbsentCamera> absent_cameras(PolyhullHullBuild* self, const Pads& pa
     camera.known = state.delivered || state.view != nullptr;
     // Without times there is nothing to hold a picture by.
     camera.missed = set.time != no_time ? set.time - state.missed_since : INT64_MAX;
-    const std::int64_t arrival = live_state_of(pads[i]).punctuality.last_arrival();
+    const std::int64_t arrival = state_of<LivePadState>(pads[i]).punctuality.last_arrival();
     camera.silent = now != no_time && arrival != no_time ? now - arrival : camera.missed;
     absent.push_back(std::move(camera));
   }
@@ -181,14 +176,13 @@ std::vector<AbsentCamera> absent_cameras(PolyhullHullBuild* self, const Pads& pa
 }
 
 /// Whether a live set comes when nobody can use it any more, and newer views wait.
-bool is_overdue(PolyhullHullBuild* self, const Pads& pads, const ViewDecision& set) {
-  HullBuildState& priv = *self->priv;
-  const std::int64_t now = self->priv->timing.now();
+bool is_overdue(HullBuild& self, const Pads& pads, const ViewDecision& set) {
+  const std::int64_t now = self.timing.now();
   if (now == no_time || set.time == no_time) return false;
-  if (priv.pace.too_late(set.time)) return true;
-  const Arrival& first = state_of(pads[set.heads.front()]).parsed;
+  if (self.pace.too_late(set.time)) return true;
+  const Arrival& first = state_of<HullPadState>(pads[set.heads.front()]).parsed;
   const std::int64_t interval = std::max(first.end() - set.time, a_moment);
-  if (now <= set.time + interval + priv.timing.latency()) return false;
+  if (now <= set.time + interval + self.timing.latency()) return false;
   return later_views_wait(pads, set) ||
          std::any_of(pads.begin(), pads.end(), more_wait);
 }
@@ -208,26 +202,25 @@ bool must_be_whole(const std::vector<AbsentCamera>& absent, const HullSettings& 
 /// Once a camera has ended no set can be complete any more.
 bool any_ended(const Pads& pads) {
   return std::any_of(pads.begin(), pads.end(),
-                     [](GstAggregatorPad* pad) { return state_of(pad).ended; });
+                     [](GstAggregatorPad* pad) { return state_of<HullPadState>(pad).ended; });
 }
 
-Step build_set(PolyhullHullBuild* self, const Pads& pads, const ViewDecision& set,
+Step build_set(HullBuild& self, const Pads& pads, const ViewDecision& set,
                const HullSettings& settings) {
-  HullBuildState& priv = *self->priv;
-  GstElement* element = GST_ELEMENT_CAST(self);
+  GstElement* element = GST_ELEMENT_CAST(self.element);
   const auto begin = std::chrono::steady_clock::now();
-  if (priv.timing.live() && set.time != no_time) {
-    if (priv.first_time == no_time) priv.first_time = set.time;
-    if (!priv.pace.wanted(set.time))
+  if (self.timing.live() && set.time != no_time) {
+    if (self.first_time == no_time) self.first_time = set.time;
+    if (!self.pace.wanted(set.time))
       return drop_set(self, pads, set, settings, "sets-unwanted");
     if (is_overdue(self, pads, set)) {
       // Where a sink is what is late, whoever draws for it sets the pace.
-      if (!priv.pace.too_late(set.time)) note_pace(self, pads, set, true);
+      if (!self.pace.too_late(set.time)) note_pace(self, pads, set, true);
       return drop_set(self, pads, set, settings, "sets-overdue");
     }
   }
   const std::vector<AbsentCamera> absent = absent_cameras(self, pads, set);
-  priv.words.absent(element, absent);
+  self.words.absent(element, absent);
   if (!absent.empty() && must_be_whole(absent, settings)) {
     note_left_out(self, pads, set);
     const Step dropped = drop_set(self, pads, set, settings, "sets-dropped-incomplete");
@@ -240,8 +233,8 @@ Step build_set(PolyhullHullBuild* self, const Pads& pads, const ViewDecision& se
                                                        : std::min(automatic_fewest, pads.size());
   if (used < fewest) {
     take_views(pads, set, settings);
-    priv.statistics.count("sets-dropped-few-cameras");
-    priv.words.too_few(element, set.time, used, fewest);
+    self.statistics.count("sets-dropped-few-cameras");
+    self.words.too_few(element, set.time, used, fewest);
     post_dropped(self, set);
     return {Outcome::again};
   }
@@ -249,75 +242,73 @@ Step build_set(PolyhullHullBuild* self, const Pads& pads, const ViewDecision& se
                                   settings.use_bounds, static_cast<int>(settings.threads)};
   GstBuffer* buffer = nullptr;
   try {
-    buffer = priv.stage.build(element, std::move(views), parameters, set.trigger);
+    buffer = self.stage.build(element, std::move(views), parameters, set.trigger);
   } catch (const Error& error) {
     // One odd silhouette does not end the stream; what is wrong with the settings does.
     if (error.kind() != Error::Kind::unsupported) throw;
     take_views(pads, set, settings);
-    priv.statistics.warn(element, "sets-refused",
+    self.statistics.warn(element, "sets-refused",
                          std::string("A set was dropped: ") + error.what());
     post_dropped(self, set);
     return {Outcome::again};
   }
   // Who has been silent for this long is gone.
   if (!absent.empty()) {
-    priv.statistics.count("sets-incomplete");
-    priv.unexplained.clear();
+    self.statistics.count("sets-incomplete");
+    self.unexplained.clear();
   }
-  priv.words.built(element, set.time, used, absent);
-  if (priv.stage.all_see_foreground()) priv.words.hull(element, used, priv.stage.is_empty());
+  self.words.built(element, set.time, used, absent);
+  if (self.stage.all_see_foreground()) self.words.hull(element, used, self.stage.is_empty());
   note_pace(self, pads, set, false);
   stamp(self, pads, set, buffer);
   take_views(pads, set, settings);
   const auto taken = std::chrono::steady_clock::now() - begin;
-  priv.timing.note_work(taken);
-  priv.statistics.set("set-ms", std::chrono::duration<double, std::milli>(taken).count());
+  self.timing.note_work(taken);
+  self.statistics.set("set-ms", std::chrono::duration<double, std::milli>(taken).count());
   return {Outcome::made, buffer};
 }
 
 /// Views that came after their set had gone.
-void count_late(PolyhullHullBuild* self, const Pads& pads, const std::vector<std::size_t>& which,
+void count_late(HullBuild& self, const Pads& pads, const std::vector<std::size_t>& which,
                 const HullSettings& settings) {
-  HullBuildState& priv = *self->priv;
-  priv.statistics.count("views-late", which.size());
-  const std::int64_t now = self->priv->timing.now();
-  for (const std::size_t i : which) ++state_of(pads[i]).late;
-  if (!priv.timing.live() || now == no_time) return;
-  const HullPadState& first = state_of(pads[which.front()]);
+  self.statistics.count("views-late", which.size());
+  const std::int64_t now = self.timing.now();
+  for (const std::size_t i : which) ++state_of<HullPadState>(pads[i]).late;
+  if (!self.timing.live() || now == no_time) return;
+  const HullPadState& first = state_of<HullPadState>(pads[which.front()]);
   // In the first second nothing was known of the cameras.
-  if (priv.first_time == no_time || first.head.time < priv.first_time + GST_SECOND) return;
+  if (self.first_time == no_time || first.head.time < self.first_time + GST_SECOND) return;
   std::vector<CameraLateness> cameras;
   for (GstAggregatorPad* pad : pads) {
-    const auto latest = live_state_of(pad).punctuality.latest_of_all(now);
+    const auto latest = state_of<LivePadState>(pad).punctuality.latest_of_all(now);
     if (latest)
-      cameras.push_back({state_of(pad).name, *latest, *latest > priv.timing.limit()});
+      cameras.push_back({state_of<HullPadState>(pad).name, *latest, *latest > self.timing.limit()});
   }
-  priv.words.late(GST_ELEMENT_CAST(self), now, first.name, cameras, priv.timing.wait(),
+  self.words.late(GST_ELEMENT_CAST(self.element), now, first.name, cameras, self.timing.wait(),
                   GST_CLOCK_TIME_IS_VALID(settings.max_wait));
   // What the wait can follow is no overload yet.
   const std::int64_t interval = first.parsed.end() - first.head.time;
   const bool hopeless = first.head.time != no_time &&
-                        now - first.head.time > priv.timing.wait() &&
-                        now - first.head.time > priv.timing.limit();
-  if (hopeless) priv.pace.note(first.head.time, interval, true);
+                        now - first.head.time > self.timing.wait() &&
+                        now - first.head.time > self.timing.limit();
+  if (hopeless) self.pace.note(first.head.time, interval, true);
 }
 
 /// Sets the properties that a GstController drives to their values at the stream time of the front
 /// of \p pad.
-void sync_controlled_properties(PolyhullHullBuild* self, GstAggregatorPad* pad) {
-  const GstClockTime stream = state_of(pad).parsed.stream_time();
-  if (GST_CLOCK_TIME_IS_VALID(stream)) gst_object_sync_values(GST_OBJECT(self), stream);
+void sync_controlled_properties(HullBuild& self, GstAggregatorPad* pad) {
+  const GstClockTime stream = state_of<HullPadState>(pad).parsed.stream_time();
+  if (GST_CLOCK_TIME_IS_VALID(stream)) gst_object_sync_values(GST_OBJECT(self.element), stream);
 }
 
-Step next_step(PolyhullHullBuild* self, const Pads& pads, bool deadline_passed) {
-  HullBuildState& priv = *self->priv;
+Step next_step(HullBuild& self, const Pads& pads, bool deadline_passed) {
   std::vector<ViewHead> heads;
   for (GstAggregatorPad* pad : pads) heads.push_back(look_at(self, pad));
-  const HullSettings settings = snapshot(self, priv.settings);
+  const HullSettings settings = snapshot(self.element, self.settings);
   load_changed_rig(self, settings);
   check_cameras(self, pads);
   const ViewDecision decision =
-      priv.sets.next(heads, static_cast<std::int64_t>(settings.sync_tolerance), deadline_passed);
+      self.sets.next(heads, static_cast<std::int64_t>(settings.sync_tolerance), deadline_passed);
   using Kind = ViewDecision::Kind;
   switch (decision.kind) {
     case Kind::wait:
@@ -326,12 +317,12 @@ Step next_step(PolyhullHullBuild* self, const Pads& pads, bool deadline_passed) 
       return {Outcome::ended};
     case Kind::set:
       sync_controlled_properties(self, pads[decision.heads.front()]);
-      return build_set(self, pads, decision, snapshot(self, priv.settings));
+      return build_set(self, pads, decision, snapshot(self.element, self.settings));
     case Kind::drop_late:
       count_late(self, pads, decision.heads, settings);
       break;
     case Kind::drop_duplicate:
-      priv.statistics.count("views-duplicate", decision.heads.size());
+      self.statistics.count("views-duplicate", decision.heads.size());
       break;
     case Kind::drop_gaps:
       break;
@@ -341,58 +332,57 @@ Step next_step(PolyhullHullBuild* self, const Pads& pads, bool deadline_passed) 
 }
 
 /// A stream that starts anew may repeat numbers and times.
-void forget_flushed(PolyhullHullBuild* self, const Pads& pads) {
+void forget_flushed(HullBuild& self, const Pads& pads) {
   for (GstAggregatorPad* pad : pads) {
-    if (!live_state_of(pad).flushed.exchange(false)) continue;
-    const bool delivered = state_of(pad).delivered;
-    state_of(pad).reset();
-    state_of(pad).delivered = delivered;  // it is still the camera that it was
-    self->priv->sets.reset();
-    self->priv->first_time = self->priv->last_time = no_time;
-    self->priv->new_segment = true;
-    self->priv->timing.flushed();
-    self->priv->pace.start();  // running time may have been set back
+    if (!state_of<LivePadState>(pad).flushed.exchange(false)) continue;
+    const bool delivered = state_of<HullPadState>(pad).delivered;
+    state_of<HullPadState>(pad).reset();
+    state_of<HullPadState>(pad).delivered = delivered;  // it is still the camera that it was
+    self.sets.reset();
+    self.first_time = self.last_time = no_time;
+    self.new_segment = true;
+    self.timing.flushed();
+    self.pace.start();  // running time may have been set back
   }
 }
 
 /// Whether what waits the longest has been waited for long enough.
-bool is_due(PolyhullHullBuild* self, const Pads& pads) {
-  const std::int64_t now = self->priv->timing.now();
+bool is_due(HullBuild& self, const Pads& pads) {
+  const std::int64_t now = self.timing.now();
   const std::int64_t deadline = next_deadline(self, pads);
   return now != no_time && deadline != no_time && now >= deadline;
 }
 
 }  // namespace
 
-void forget_streams(PolyhullHullBuild* self) {
-  for (GstAggregatorPad* pad : Pads(self)) {
-    gst_clear_buffer(&live_state_of(pad).front.buffer);
-    state_of(pad).reset();
+void forget_streams(HullBuild& self) {
+  for (GstAggregatorPad* pad : Pads(self.element)) {
+    gst_clear_buffer(&state_of<LivePadState>(pad).front.buffer);
+    state_of<HullPadState>(pad).reset();
   }
-  self->priv->sets.reset();
-  self->priv->first_time = self->priv->last_time = no_time;
-  self->priv->interval = 0;
-  self->priv->unexplained.clear();
+  self.sets.reset();
+  self.first_time = self.last_time = no_time;
+  self.interval = 0;
+  self.unexplained.clear();
 }
 
-GstFlowReturn send_next_set(PolyhullHullBuild* self, bool timeout) {
-  HullBuildState& priv = *self->priv;
-  const bool live = priv.timing.live();
+GstFlowReturn send_next_set(HullBuild& self, bool timeout) {
+  const bool live = self.timing.live();
   if (live) {
-    const HullSettings settings = snapshot(self, priv.settings);
-    priv.timing.update(settings.live());
-    priv.start_wait = static_cast<std::int64_t>(
+    const HullSettings settings = snapshot(self.element, self.settings);
+    self.timing.update(settings.live());
+    self.start_wait = static_cast<std::int64_t>(
         GST_CLOCK_TIME_IS_VALID(settings.max_wait) ? 0 : settings.max_latency);
     // What is only a little too late shall arrive here, to be counted and named.
-    priv.pace.set_patience(std::max({priv.timing.limit(), priv.timing.wait(),
+    self.pace.set_patience(std::max({self.timing.limit(), self.timing.wait(),
                                      static_cast<std::int64_t>(settings.max_latency)}) +
                            GST_SECOND);
-    priv.pace.tell_sources();
+    self.pace.tell_sources();
   }
   Step step{Outcome::again};
   while (step.outcome == Outcome::again) {
     // The pads of this moment: what the others have must not be dropped past a camera that joins.
-    const Pads pads(self);
+    const Pads pads(self.element);
     forget_flushed(self, pads);
     step = next_step(self, pads, live ? is_due(self, pads) : timeout);
     // A deadline is that of the earliest front: once fronts are dropped it says nothing.
@@ -402,7 +392,7 @@ GstFlowReturn send_next_set(PolyhullHullBuild* self, bool timeout) {
     case Outcome::ended:
       return GST_FLOW_EOS;
     case Outcome::made:
-      return gst_aggregator_finish_buffer(GST_AGGREGATOR(self), step.buffer);
+      return gst_aggregator_finish_buffer(self.element, step.buffer);
     default:
       return GST_AGGREGATOR_FLOW_NEED_DATA;
   }

@@ -14,8 +14,6 @@
 ///     hull. rigtestsrc camera=cam1 num-buffers=30 ! chromamatte ! gaussblur ! contourfind
 ///     camera=cam1 ! hull. rigtestsrc camera=cam2 num-buffers=30 ! chromamatte ! gaussblur !
 ///     contourfind camera=cam2 ! hull.
-#include "plugins/hulltexture/hulltexture.h"
-
 #include <gst/base/gstbasetransform.h>
 
 #include <memory>
@@ -23,8 +21,6 @@
 #include "base/error.h"
 #include "plugins/common/guard.h"
 #include "plugins/common/memory/payload_buffer.h"
-#include "plugins/common/property_table.h"
-#include "plugins/common/statistics.h"
 #include "plugins/common/transform.h"
 #include "texture/texture_hull.h"
 
@@ -111,44 +107,22 @@ const Property<Settings> table[] = {
 };
 constexpr std::span<const Property<Settings>> properties(table);
 
-struct Private {
+struct HullTexture {
+  static constexpr char type_name[] = "PolyhullHullTexture";
+  static GType base_type() { return GST_TYPE_BASE_TRANSFORM; }
+  static void class_init(gpointer klass);
+
+  explicit HullTexture(gpointer object) {
+    statistics.declare({"meshes", "texturings-reused", "rays", "meshes-unusable"});
+    // Every mesh gets a header of its own; the caps stay.
+    gst_base_transform_set_in_place(GST_BASE_TRANSFORM(object), FALSE);
+    gst_base_transform_set_passthrough(GST_BASE_TRANSFORM(object), FALSE);
+  }
+
   Settings settings;  // under the object lock
   Statistics statistics{"hulltexture-stats"};
   std::unique_ptr<HullTexturer> texturer;  // of the streaming thread
 };
-
-struct PolyhullHullTexture {
-  GstBaseTransform parent;
-  Private* priv;
-};
-
-struct PolyhullHullTextureClass {
-  GstBaseTransformClass parent_class;
-};
-
-enum { first_setting = 1 };
-guint stats_id;
-
-GType polyhull_hull_texture_get_type();
-G_DEFINE_TYPE(PolyhullHullTexture, polyhull_hull_texture, GST_TYPE_BASE_TRANSFORM)
-
-Private& private_of(gpointer object) {
-  return *static_cast<PolyhullHullTexture*>(object)->priv;
-}
-
-void set_property_value(GObject* object, guint id, const GValue* value, GParamSpec* spec) {
-  if (!set_property(object, properties, first_setting, private_of(object).settings, id, value))
-    G_OBJECT_WARN_INVALID_PROPERTY_ID(object, id, spec);
-}
-
-void get_property_value(GObject* object, guint id, GValue* value, GParamSpec* spec) {
-  Private& priv = private_of(object);
-  if (id == stats_id) {
-    g_value_take_boxed(value, priv.statistics.structure());
-  } else if (!get_property(object, properties, first_setting, priv.settings, id, value)) {
-    G_OBJECT_WARN_INVALID_PROPERTY_ID(object, id, spec);
-  }
-}
 
 TextureSettings to_texture_settings(const Settings& settings) {
   TextureSettings out;
@@ -164,32 +138,32 @@ TextureSettings to_texture_settings(const Settings& settings) {
   return out;
 }
 
-void report(Private& priv, const TextureStatistics& times) {
-  priv.statistics.count("meshes");
-  if (times.reused) priv.statistics.count("texturings-reused");
-  priv.statistics.count("rays", times.rays);
-  priv.statistics.set("visibility-ms", 1e3 * times.seconds_visibility);
-  priv.statistics.set("weights-ms", 1e3 * times.seconds_weights);
-  priv.statistics.set("maps-ms", 1e3 * times.seconds_maps);
+void report(HullTexture& self, const TextureStatistics& times) {
+  self.statistics.count("meshes");
+  if (times.reused) self.statistics.count("texturings-reused");
+  self.statistics.count("rays", times.rays);
+  self.statistics.set("visibility-ms", 1e3 * times.seconds_visibility);
+  self.statistics.set("weights-ms", 1e3 * times.seconds_weights);
+  self.statistics.set("maps-ms", 1e3 * times.seconds_maps);
 }
 
 /// The buffer with its texturing; null: it is no mesh and was dropped.
 GstBuffer* texture_buffer(GstBaseTransform* transform, GstBuffer* buffer) {
-  Private& priv = private_of(transform);
+  HullTexture& self = state_of<HullTexture>(transform);
   std::optional<MeshBuffer> in;
   try {
     in.emplace(buffer);
   } catch (const Error& error) {
-    priv.statistics.warn(GST_ELEMENT_CAST(transform), "meshes-unusable",
+    self.statistics.warn(GST_ELEMENT_CAST(transform), "meshes-unusable",
                          std::string("A buffer was dropped: ") + error.what());
     return nullptr;
   }
   Mesh mesh = in->mesh();
   std::vector<Camera> cameras;
   for (const MeshView& view : mesh.views) cameras.push_back(view.calibration);
-  const Settings settings = snapshot(transform, priv.settings);
-  mesh.texturing = priv.texturer->texture(mesh.hull, cameras, to_texture_settings(settings));
-  report(priv, priv.texturer->statistics());
+  const Settings settings = snapshot(transform, self.settings);
+  mesh.texturing = self.texturer->texture(mesh.hull, cameras, to_texture_settings(settings));
+  report(self, self.texturer->statistics());
   std::vector<PixelSource> pixels;
   for (std::size_t k = 0; k < mesh.views.size(); ++k) pixels.push_back(in->pixels(k));
   GstBuffer* out = make_mesh_buffer(std::move(mesh), pixels);
@@ -203,75 +177,46 @@ GstBuffer* texture_buffer(GstBaseTransform* transform, GstBuffer* buffer) {
 
 GstFlowReturn generate_output(GstBaseTransform* transform, GstBuffer** out) {
   *out = nullptr;
-  GstBuffer* in = transform->queued_buf;
-  transform->queued_buf = nullptr;
+  g_autoptr(GstBuffer) in = g_steal_pointer(&transform->queued_buf);
   if (!in) return GST_FLOW_OK;
-  const GstFlowReturn result =
-      guarded(GST_ELEMENT_CAST(transform), GST_FLOW_ERROR, [&]() -> GstFlowReturn {
-        sync_controlled_properties(transform, in);
-        // A gap in the stream has nothing to texture.
-        if (GST_BUFFER_FLAG_IS_SET(in, GST_BUFFER_FLAG_GAP) && gst_buffer_get_size(in) == 0) {
-          *out = gst_buffer_ref(in);
-          return GST_FLOW_OK;
-        }
-        *out = texture_buffer(transform, in);
-        return GST_FLOW_OK;
-      });
-  gst_buffer_unref(in);
-  return result;
+  return guarded(GST_ELEMENT_CAST(transform), GST_FLOW_ERROR, [&]() -> GstFlowReturn {
+    sync_controlled_properties(transform, in);
+    // A gap in the stream has nothing to texture.
+    if (GST_BUFFER_FLAG_IS_SET(in, GST_BUFFER_FLAG_GAP) && gst_buffer_get_size(in) == 0) {
+      *out = gst_buffer_ref(in);
+      return GST_FLOW_OK;
+    }
+    *out = texture_buffer(transform, in);
+    return GST_FLOW_OK;
+  });
 }
 
 gboolean start(GstBaseTransform* transform) {
   return guarded(GST_ELEMENT_CAST(transform), gboolean{FALSE}, [&]() -> gboolean {
-    Private& priv = private_of(transform);
-    priv.statistics.reset();
-    priv.texturer = std::make_unique<HullTexturer>();
+    HullTexture& self = state_of<HullTexture>(transform);
+    self.statistics.reset();
+    self.texturer = std::make_unique<HullTexturer>();
     return TRUE;
   });
 }
 
 gboolean stop(GstBaseTransform* transform) {
-  private_of(transform).texturer.reset();
+  state_of<HullTexture>(transform).texturer.reset();
   return TRUE;
 }
 
-void polyhull_hull_texture_init(PolyhullHullTexture* self) {
-  self->priv = new Private;
-  self->priv->statistics.declare({"meshes", "texturings-reused", "rays", "meshes-unusable"});
-  // Every mesh gets a header of its own; the caps stay.
-  gst_base_transform_set_in_place(GST_BASE_TRANSFORM(self), FALSE);
-  gst_base_transform_set_passthrough(GST_BASE_TRANSFORM(self), FALSE);
-}
-
-void finalize(GObject* object) {
-  delete static_cast<PolyhullHullTexture*>(static_cast<gpointer>(object))->priv;
-  G_OBJECT_CLASS(polyhull_hull_texture_parent_class)->finalize(object);
-}
-
-void polyhull_hull_texture_class_init(PolyhullHullTextureClass* klass) {
+void HullTexture::class_init(gpointer klass) {
   GST_DEBUG_CATEGORY_INIT(hulltexture_debug, "hulltexture", 0, "textures visual hulls");
-  GObjectClass* object_class = G_OBJECT_CLASS(klass);
-  object_class->set_property = set_property_value;
-  object_class->get_property = get_property_value;
-  object_class->finalize = finalize;
-  stats_id = install_properties(object_class, properties, first_setting);
-  g_object_class_install_property(
-      object_class, stats_id,
-      statistics_property(
-          "Counters since the start: meshes, texturings-reused (the hull had not changed), rays "
-          "cast "
-          "for visibility, meshes-unusable; and of the last mesh the milliseconds for visibility, "
-          "weights and maps."));
-  GstElementClass* element_class = GST_ELEMENT_CLASS(klass);
-  gst_element_class_set_static_metadata(
-      element_class, "Visual hull texturing", "Filter/Video",
-      "Finds which cameras colour which part of a visual hull, with occlusion", "polyhull");
-  GstCaps* caps = gst_caps_from_string(mesh_caps);
-  gst_element_class_add_pad_template(
-      element_class, gst_pad_template_new("sink", GST_PAD_SINK, GST_PAD_ALWAYS, caps));
-  gst_element_class_add_pad_template(
-      element_class, gst_pad_template_new("src", GST_PAD_SRC, GST_PAD_ALWAYS, caps));
-  gst_caps_unref(caps);
+  add_properties<HullTexture>(klass, properties, &HullTexture::settings);
+  add_statistics<HullTexture>(
+      klass,
+      "Counters since the start: meshes, texturings-reused (the hull had not changed), rays cast "
+      "for visibility, meshes-unusable; and of the last mesh the milliseconds for visibility, "
+      "weights and maps.");
+  set_metadata(klass, "Visual hull texturing", "Filter/Video",
+               "Finds which cameras colour which part of a visual hull, with occlusion");
+  add_template(klass, "sink", GST_PAD_SINK, mesh_caps);
+  add_template(klass, "src", GST_PAD_SRC, mesh_caps);
   GstBaseTransformClass* transform_class = GST_BASE_TRANSFORM_CLASS(klass);
   transform_class->generate_output = generate_output;
   transform_class->start = start;
@@ -280,5 +225,4 @@ void polyhull_hull_texture_class_init(PolyhullHullTextureClass* klass) {
 
 }  // namespace
 
-GST_ELEMENT_REGISTER_DEFINE(hulltexture, "hulltexture", GST_RANK_NONE,
-                            polyhull_hull_texture_get_type())
+GST_ELEMENT_REGISTER_DEFINE(hulltexture, "hulltexture", GST_RANK_NONE, type_of<HullTexture>())

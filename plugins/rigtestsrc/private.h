@@ -9,8 +9,7 @@
 #include <cstdint>
 #include <memory>
 
-#include "plugins/common/live/frame_clock.h"
-#include "plugins/common/statistics.h"
+#include "plugins/common/live/frame_source.h"
 #include "plugins/rigtestsrc/draw.h"
 #include "plugins/common/numbered_name.h"
 #include "plugins/rigtestsrc/settings.h"
@@ -25,37 +24,28 @@ struct RigTestStream {
   Rig rig;
   std::unique_ptr<NumberedName> mesh_name;
   std::uint64_t camera_seed = 0;  // tells this camera's jitter from the others'
-  GstVideoInfo info;              // under the object lock
 };
 
-struct RigTestState {
-  explicit RigTestState(GstBaseSrc* source) : clock(source) {}
+struct RigTestSrc : FrameSource {
+  static constexpr char type_name[] = "PolyhullRigTestSrc";
+  static constexpr char refusal[] = "A rig's camera cannot deliver";
+  static GType base_type() { return GST_TYPE_PUSH_SRC; }
+  static void class_init(gpointer klass);
+
+  explicit RigTestSrc(gpointer object);
+  void property_set(gpointer object, std::string_view name);
+  void open(GstElement* element);
+  void close(GstElement* element);
+
   RigTestSettings settings;  // under the object lock
   Statistics statistics{"rigtestsrc-stats"};
-  FrameClock clock;
   RigTestStream stream;  // the streaming thread's; PAUSED is entered and left without one
 };
 
-}  // namespace polyhull::element
-
-struct PolyhullRigTestSrc {
-  GstPushSrc parent;
-  polyhull::element::RigTestState* state;
-};
-struct PolyhullRigTestSrcClass {
-  GstPushSrcClass parent_class;
-};
-
-#define RIG_TEST_SRC(object) (reinterpret_cast<PolyhullRigTestSrc*>(object))
-
-namespace polyhull::element {
-
-/// The virtual methods of GstBaseSrc that negotiate. \p parent is the class whose methods these
-/// go on to.
+/// The virtual methods of GstBaseSrc that negotiate.
 GstCaps* rig_test_get_caps(GstBaseSrc* source, GstCaps* filter);
-GstCaps* rig_test_fixate(GstBaseSrc* source, GstCaps* caps, GstBaseSrcClass* parent);
-gboolean rig_test_set_caps(GstBaseSrc* source, GstCaps* caps);
-gboolean rig_test_negotiate(GstBaseSrc* source, GstBaseSrcClass* parent);
-gboolean rig_test_decide_allocation(GstBaseSrc* source, GstQuery* query, GstBaseSrcClass* parent);
+GstCaps* rig_test_fixate(GstBaseSrc* source, GstCaps* caps);
+gboolean rig_test_negotiate(GstBaseSrc* source);
+gboolean rig_test_decide_allocation(GstBaseSrc* source, GstQuery* query);
 
 }  // namespace polyhull::element

@@ -38,9 +38,9 @@ std::vector<Silent> silent_pads(GstElement* element) {
   bool others_wait = false;
   const gint64 now = g_get_monotonic_time();
   const bool playing = is_to_play(element);
-  GST_OBJECT_LOCK(element);
+  const ObjectLock lock(element);
   for (GList* l = element->sinkpads; l != nullptr; l = l->next) {
-    LivePadState& state = live_state_of(l->data);
+    LivePadState& state = state_of<LivePadState>(l->data);
     if (!playing) state.last_buffer = now;  // what is paused is silent
     const gint64 last = state.last_buffer;
     auto* pad = GST_AGGREGATOR_PAD(l->data);
@@ -59,7 +59,6 @@ std::vector<Silent> silent_pads(GstElement* element) {
   } else {
     silent.clear();
   }
-  GST_OBJECT_UNLOCK(element);
   return silent;
 }
 
@@ -71,13 +70,10 @@ struct Watched {
 
 gboolean look(GstClock*, GstClockTime, GstClockID, gpointer data) {
   auto* watched = static_cast<Watched*>(data);
-  auto* element = static_cast<GstElement*>(g_weak_ref_get(&watched->element));
+  g_autoptr(GstElement) element = static_cast<GstElement*>(g_weak_ref_get(&watched->element));
   if (element == nullptr) return FALSE;
   const bool live = GST_CLOCK_TIME_IS_VALID(gst_aggregator_get_latency(GST_AGGREGATOR(element)));
-  if (live && watched->in == InputWatch::In::files) {
-    gst_object_unref(element);
-    return TRUE;
-  }
+  if (live && watched->in == InputWatch::In::files) return TRUE;
   for (const Silent& silent : silent_pads(element)) {
     const std::string why =
         !silent.linked ? "which is not linked to anything. Link it or do not request it"
@@ -89,7 +85,6 @@ gboolean look(GstClock*, GstClockTime, GstClockID, gpointer data) {
                          silent.pad.c_str(), why.c_str()),
                         (nullptr));
   }
-  gst_object_unref(element);
   return TRUE;
 }
 
@@ -102,15 +97,15 @@ void forget(gpointer data) {
 
 void InputWatch::start() {
   stop();
-  GST_OBJECT_LOCK(element_);
-  for (GList* l = element_->sinkpads; l != nullptr; l = l->next) {
-    live_state_of(l->data).last_buffer = g_get_monotonic_time();
-    live_state_of(l->data).said_silent = false;
+  {
+    const ObjectLock lock(element_);
+    for (GList* l = element_->sinkpads; l != nullptr; l = l->next) {
+      state_of<LivePadState>(l->data).last_buffer = g_get_monotonic_time();
+      state_of<LivePadState>(l->data).said_silent = false;
+    }
   }
-  GST_OBJECT_UNLOCK(element_);
-  GstClock* clock = gst_system_clock_obtain();
+  g_autoptr(GstClock) clock = gst_system_clock_obtain();
   id_ = gst_clock_new_periodic_id(clock, gst_clock_get_time(clock) + GST_SECOND, GST_SECOND);
-  gst_object_unref(clock);
   auto* watched = new Watched;
   g_weak_ref_init(&watched->element, element_);
   watched->in = in_;

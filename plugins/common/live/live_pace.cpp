@@ -153,14 +153,15 @@ void LivePace::tell_sources() {
     version = version_;
   }
   std::vector<GstPad*> pads;
-  GST_OBJECT_LOCK(element_);
-  for (GList* l = element_->sinkpads; l != nullptr; l = l->next) {
-    LivePadState& pad = live_state_of(l->data);
-    if (pad.punctuality.last_arrival() == no_time) continue;  // nobody may be there yet
-    if (std::exchange(pad.told, version) != version)
-      pads.push_back(GST_PAD(gst_object_ref(l->data)));
+  {
+    const ObjectLock lock(element_);
+    for (GList* l = element_->sinkpads; l != nullptr; l = l->next) {
+      LivePadState& pad = state_of<LivePadState>(l->data);
+      if (pad.punctuality.last_arrival() == no_time) continue;  // nobody may be there yet
+      if (std::exchange(pad.told, version) != version)
+        pads.push_back(GST_PAD(gst_object_ref(l->data)));
+    }
   }
-  GST_OBJECT_UNLOCK(element_);
   for (GstPad* pad : pads) {
     gst_pad_push_event(pad, make_pace_event(change));
     gst_object_unref(pad);

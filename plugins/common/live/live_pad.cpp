@@ -80,24 +80,20 @@ void Punctuality::reset() {
 
 namespace {
 
-G_DEFINE_TYPE(PolyhullLivePad, polyhull_live_pad, GST_TYPE_AGGREGATOR_PAD)
-
 /// The upstream thread's: a buffer is about to enter the queue.
 GstPadProbeReturn buffer_comes(GstPad* pad, GstPadProbeInfo* info, gpointer) {
-  LivePadState& state = live_state_of(pad);
+  LivePadState& state = state_of<LivePadState>(pad);
   state.begun = true;
   ++state.queued;
   state.last_buffer = g_get_monotonic_time();
   state.said_silent = false;
-  GstElement* element = gst_pad_get_parent_element(pad);
+  g_autoptr(GstElement) element = gst_pad_get_parent_element(pad);
   if (element == nullptr) return GST_PAD_PROBE_OK;
   const std::int64_t now = running_time_now(element);
-  gst_object_unref(element);
-  GstEvent* event = gst_pad_get_sticky_event(pad, GST_EVENT_SEGMENT, 0);
+  g_autoptr(GstEvent) event = gst_pad_get_sticky_event(pad, GST_EVENT_SEGMENT, 0);
   if (event == nullptr) return GST_PAD_PROBE_OK;
   Arrival arrival{GST_PAD_PROBE_INFO_BUFFER(info), {}};
   gst_event_copy_segment(event, &arrival.segment);
-  gst_event_unref(event);
   const std::int64_t time = arrival.time();
   if (now != no_time && time != no_time) state.punctuality.note(now, time);
   return GST_PAD_PROBE_OK;
@@ -113,55 +109,41 @@ GstPadProbeReturn latency_answered(GstPad* pad, GstPadProbeInfo* info, gpointer)
   GstClockTime least = 0, most = 0;
   gst_query_parse_latency(query, &live, &least, &most);
   if (!GST_CLOCK_TIME_IS_VALID(least)) least = 0;
-  live_state_of(pad).punctuality.note_reported(live ? static_cast<std::int64_t>(least) : 0);
+  state_of<LivePadState>(pad).punctuality.note_reported(live ? static_cast<std::int64_t>(least) : 0);
   gst_query_set_latency(query, live, least, GST_CLOCK_TIME_NONE);
   return GST_PAD_PROBE_OK;
 }
 
 GstFlowReturn flush(GstAggregatorPad* pad, GstAggregator*) {
-  live_state_of(pad).flushed = true;
-  live_state_of(pad).queued = 0;
+  state_of<LivePadState>(pad).flushed = true;
+  state_of<LivePadState>(pad).queued = 0;
   return GST_FLOW_OK;
-}
-
-void polyhull_live_pad_init(PolyhullLivePad* self) {
-  self->live = new LivePadState;
-  gst_pad_add_probe(GST_PAD(self), GST_PAD_PROBE_TYPE_BUFFER, buffer_comes, nullptr, nullptr);
-  gst_pad_add_probe(
-      GST_PAD(self),
-      static_cast<GstPadProbeType>(GST_PAD_PROBE_TYPE_QUERY_UPSTREAM | GST_PAD_PROBE_TYPE_PULL),
-      latency_answered, nullptr, nullptr);
-}
-
-void finalize(GObject* object) {
-  gst_clear_buffer(&live_state_of(object).front.buffer);
-  delete &live_state_of(object);
-  G_OBJECT_CLASS(polyhull_live_pad_parent_class)->finalize(object);
-}
-
-void polyhull_live_pad_class_init(PolyhullLivePadClass* klass) {
-  G_OBJECT_CLASS(klass)->finalize = finalize;
-  GST_AGGREGATOR_PAD_CLASS(klass)->flush = flush;
 }
 
 }  // namespace
 
-GType live_pad_type() {
-  return polyhull_live_pad_get_type();
+LivePadState::LivePadState(gpointer pad) {
+  gst_pad_add_probe(GST_PAD(pad), GST_PAD_PROBE_TYPE_BUFFER, buffer_comes, nullptr, nullptr);
+  gst_pad_add_probe(
+      GST_PAD(pad),
+      static_cast<GstPadProbeType>(GST_PAD_PROBE_TYPE_QUERY_UPSTREAM | GST_PAD_PROBE_TYPE_PULL),
+      latency_answered, nullptr, nullptr);
+}
+
+void LivePadState::class_init(gpointer klass) {
+  GST_AGGREGATOR_PAD_CLASS(klass)->flush = flush;
 }
 
 const Arrival* peek(GstAggregatorPad* pad) {
-  Arrival& front = live_state_of(pad).front;
+  Arrival& front = state_of<LivePadState>(pad).front;
   GstBuffer* buffer = gst_aggregator_pad_peek_buffer(pad);
   gst_clear_buffer(&front.buffer);
-  GST_OBJECT_LOCK(pad);
-  front = {buffer, pad->segment};
-  GST_OBJECT_UNLOCK(pad);
+  front = {buffer, snapshot(pad, pad->segment)};
   return buffer != nullptr ? &front : nullptr;
 }
 
 void pop(GstAggregatorPad* pad) {
-  LivePadState& state = live_state_of(pad);
+  LivePadState& state = state_of<LivePadState>(pad);
   const Arrival* first = peek(pad);
   if (first == nullptr) return;
   if (!first->gap() && state.queued > 0) --state.queued;
@@ -170,11 +152,10 @@ void pop(GstAggregatorPad* pad) {
 }
 
 std::int64_t running_time_now(GstElement* element) {
-  GstClock* clock = gst_element_get_clock(element);
+  g_autoptr(GstClock) clock = gst_element_get_clock(element);
   if (clock == nullptr) return no_time;
   const GstClockTime now = gst_clock_get_time(clock);
   const GstClockTime base = gst_element_get_base_time(element);
-  gst_object_unref(clock);
   if (!GST_CLOCK_TIME_IS_VALID(now) || !GST_CLOCK_TIME_IS_VALID(base) || now < base)
     return no_time;
   return static_cast<std::int64_t>(now - base);

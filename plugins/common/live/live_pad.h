@@ -13,6 +13,7 @@
 
 #include "live/lateness_window.h"
 #include "mesh/view.h"
+#include "plugins/common/element.h"
 
 namespace polyhull::element {
 
@@ -60,7 +61,14 @@ class Punctuality {
   std::int64_t reported_ = 0;
 };
 
+/// A pad's state; the type that pads with more to them derive from.
 struct LivePadState {
+  static constexpr char type_name[] = "PolyhullLivePad";
+  static GType base_type() { return GST_TYPE_AGGREGATOR_PAD; }
+  static void class_init(gpointer klass);
+  explicit LivePadState(gpointer pad);
+  ~LivePadState() { gst_clear_buffer(&front.buffer); }
+
   Arrival front;  ///< what peek() has shown, with a reference; the streaming thread's
   Punctuality punctuality;
   std::uint64_t told = 0;  ///< version of the pace that its source knows; the streaming thread's
@@ -71,22 +79,6 @@ struct LivePadState {
   std::atomic<bool> said_silent{false};                     ///< the pad's silence has been said
 };
 
-struct PolyhullLivePad {
-  GstAggregatorPad parent;
-  LivePadState* live;
-};
-
-struct PolyhullLivePadClass {
-  GstAggregatorPadClass parent_class;
-};
-
-/// The type; pads with more to them derive from it.
-GType live_pad_type();
-
-inline LivePadState& live_state_of(gpointer pad) {
-  return *static_cast<PolyhullLivePad*>(pad)->live;
-}
-
 /// What came first of what waits on \p pad, null: nothing. Valid until the next call for the pad.
 /// The streaming thread's.
 const Arrival* peek(GstAggregatorPad* pad);
@@ -96,7 +88,7 @@ void pop(GstAggregatorPad* pad);
 
 /// Whether more than one buffer waits.
 inline bool more_wait(GstAggregatorPad* pad) {
-  return live_state_of(pad).queued > 1;
+  return state_of<LivePadState>(pad).queued > 1;
 }
 
 /// Running time of \p element's clock now, no_time where it has no clock or has not started.

@@ -24,10 +24,9 @@ guint64 property_of(GstAggregator* element, const char* name) {
 /// Calls \p body with each of the sink pads.
 template <class Body>
 void for_each_pad(GstAggregator* element, Body&& body) {
-  GST_OBJECT_LOCK(element);
+  const ObjectLock lock(element);
   for (GList* l = GST_ELEMENT_CAST(element)->sinkpads; l != nullptr; l = l->next)
-    body(live_state_of(l->data));
-  GST_OBJECT_UNLOCK(element);
+    body(state_of<LivePadState>(l->data));
 }
 
 }  // namespace
@@ -67,9 +66,8 @@ void LiveTiming::make_room(std::int64_t room) {
   room_ = room;
   g_object_set(element_, "min-upstream-latency", static_cast<guint64>(room), nullptr);
   // The base class looks at it when it asks upstream.
-  GstQuery* query = gst_query_new_latency();
+  g_autoptr(GstQuery) query = gst_query_new_latency();
   answered_ = ask_base(query) || answered_;
-  gst_query_unref(query);
 }
 
 void LiveTiming::update(const LiveSettings& settings) {

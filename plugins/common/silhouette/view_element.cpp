@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "plugins/common/silhouette/view_writer.h"
 #include "plugins/common/trigger.h"
 
 namespace polyhull::element {
@@ -27,8 +26,20 @@ GstCaps* view_transform_caps(GstBaseTransform* base, GstPadDirection direction, 
   return result;
 }
 
-void begin_view(GstBaseTransform* base, const ContourValues& values, const GstVideoFrame& frame,
-                View& view) {
+bool ViewElement::set_format(const GstCaps* caps) {
+  if (!gst_video_info_from_caps(&info, caps)) return false;
+  control.set_stream_rate(GST_VIDEO_INFO_FPS_N(&info), GST_VIDEO_INFO_FPS_D(&info));
+  return true;
+}
+
+void ViewElement::observe(GstBaseTransform* base, GstEvent* event) {
+  if (GST_EVENT_TYPE(event) != GST_EVENT_QOS) return;
+  const ContourValues values = snapshot(base, contour);
+  if (values.adaptive) control.observe(event, values.target_rate);
+}
+
+void ViewElement::begin_view(GstBaseTransform* base, const ContourValues& values,
+                             const GstVideoFrame& frame) {
   Rings contours = std::move(view.contours);
   contours.clear();
   view = View();
@@ -42,7 +53,7 @@ void begin_view(GstBaseTransform* base, const ContourValues& values, const GstVi
   view.capture_time = capture.time;
 }
 
-double tolerance_of(const ContourValues& values, const ToleranceControl& control) {
+double ViewElement::tolerance_of(const ContourValues& values) const {
   if (!values.adaptive) return values.tolerance;
   return std::min(control.tolerance(values.tolerance), largest_tolerance);
 }

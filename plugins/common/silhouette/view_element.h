@@ -7,23 +7,35 @@
 #include <gst/video/video.h>
 
 #include "mesh/view.h"
+#include "plugins/common/guard.h"
+#include "plugins/common/memory/video_frame.h"
 #include "plugins/common/silhouette/contour_properties.h"
 #include "plugins/common/silhouette/tolerance_control.h"
-#include "plugins/common/statistics.h"
+#include "plugins/common/silhouette/view_writer.h"
+#include "plugins/common/transform.h"
 
 namespace polyhull::element {
 
-/// For GstBaseTransformClass::transform_caps: any video that the sink pad takes becomes views of
-/// the same frame rate.
-GstCaps* view_transform_caps(GstBaseTransform* base, GstPadDirection direction, GstCaps* caps,
-                             GstCaps* filter);
+/// What the states of both hold.
+struct ViewElement {
+  ViewElement() { gst_video_info_init(&info); }
 
-/// Camera name, trigger number, capture time and size of the frame that \p base transforms.
-void begin_view(GstBaseTransform* base, const ContourValues& values, const GstVideoFrame& frame,
-                View& view);
+  /// Takes over the input's format and frame rate.
+  bool set_format(const GstCaps* caps);
+  /// Learns from QoS events what the tolerance has to be.
+  void observe(GstBaseTransform* base, GstEvent* event);
+  /// The tolerance to use now.
+  double tolerance_of(const ContourValues& values) const;
+  /// Makes camera name, trigger number, capture time and size of `view` those of \p frame.
+  void begin_view(GstBaseTransform* base, const ContourValues& values, const GstVideoFrame& frame);
 
-/// The tolerance to use now.
-double tolerance_of(const ContourValues& values, const ToleranceControl& control);
+  ContourValues contour;  // under the object lock
+
+  ToleranceControl control;
+  GstVideoInfo info;  // the rest belongs to the streaming thread
+  ViewWriter writer;
+  View view;  // that of the last frame; its memory is used again
+};
 
 extern const char* const contour_statistics_blurb;
 
@@ -33,5 +45,35 @@ void declare_contour_statistics(Statistics& statistics);
 /// Counts one frame.
 void report_contours(Statistics& statistics, const ApproximateCounts& counts, bool reused,
                      double tolerance);
+
+/// For GstBaseTransformClass::transform_caps: any video that the sink pad takes becomes views of
+/// the same frame rate.
+GstCaps* view_transform_caps(GstBaseTransform* base, GstPadDirection direction, GstCaps* caps,
+                             GstCaps* filter);
+
+/// The virtual functions of an element whose State is a ViewElement and has a function
+/// `GstBuffer* make_view(GstBaseTransform*, const GstVideoFrame&)`.
+template <class State>
+void install_view_element(gpointer klass) {
+  auto* base_class = GST_BASE_TRANSFORM_CLASS(klass);
+  base_class->transform_caps = view_transform_caps;
+  base_class->propose_allocation = [](GstBaseTransform* base, GstQuery* decide, GstQuery* query) {
+    gst_query_add_allocation_meta(query, GST_VIDEO_META_API_TYPE, nullptr);
+    return GST_BASE_TRANSFORM_CLASS(parent_class<State>())->propose_allocation(base, decide, query);
+  };
+  base_class->before_transform = sync_controlled_properties;
+  // The view is made where its size is known; nothing is left for transform().
+  base_class->prepare_output_buffer = [](GstBaseTransform* base, GstBuffer* in, GstBuffer** out) {
+    State& self = state_of<State>(base);
+    return guarded(GST_ELEMENT_CAST(base), GST_FLOW_ERROR, [&]() -> GstFlowReturn {
+      const MappedFrame frame(self.info, in);
+      *out = self.make_view(base, frame.frame());
+      return GST_FLOW_OK;
+    });
+  };
+  base_class->transform = [](GstBaseTransform*, GstBuffer*, GstBuffer*) { return GST_FLOW_OK; };
+  base_class->src_event = src_event<State>;
+  base_class->passthrough_on_same_caps = FALSE;
+}
 
 }  // namespace polyhull::element

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "plugins/common/element.h"
+
+namespace polyhull::element {
+
+GType detail::register_type(const char* name, GType base, GClassInitFunc class_init,
+                            GInstanceInitFunc instance_init, gint* offset) {
+  GTypeQuery parent;
+  g_type_query(base, &parent);
+  const GType type =
+      g_type_register_static_simple(base, g_intern_static_string(name), parent.class_size,
+                                    class_init, parent.instance_size, instance_init, GTypeFlags{});
+  *offset = g_type_add_instance_private(type, sizeof(gpointer));
+  return type;
+}
+
+void detail::warn_not_a_number(gpointer object, const char* name, double minimum, double maximum) {
+  GST_ELEMENT_WARNING(object, LIBRARY, SETTINGS,
+                      ("The property \"%s\" was set to something that is not a number; it keeps "
+                       "its value. Set it to a number from %g to %g.",
+                       name, minimum, maximum),
+                      (nullptr));
+}
+
+void set_metadata(gpointer klass, const char* long_name, const char* classification,
+                  const char* description) {
+  gst_element_class_set_static_metadata(GST_ELEMENT_CLASS(klass), long_name, classification,
+                                        description, "polyhull");
+}
+
+void add_template(gpointer klass, const char* name, GstPadDirection direction, const char* caps,
+                  GType pad_type, GstPadPresence presence) {
+  g_autoptr(GstCaps) parsed = gst_caps_from_string(caps);
+  GstPadTemplate* made =
+      pad_type == G_TYPE_NONE
+          ? gst_pad_template_new(name, direction, presence, parsed)
+          : gst_pad_template_new_with_gtype(name, direction, presence, parsed, pad_type);
+  gst_element_class_add_pad_template(GST_ELEMENT_CLASS(klass), made);
+}
+
+}  // namespace polyhull::element
