@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include <gst/check/gstcheck.h>
 #include <gst/check/gstharness.h>
 
+#include <memory>
 #include <vector>
 
 #include "element_checks.h"
