@@ -43,4 +43,10 @@ Capture capture_of(GstElement* element, const GstSegment& segment, GstBuffer* bu
   return capture;
 }
 
+void attach_trigger(GstBuffer* buffer, std::uint64_t trigger, std::int64_t capture_time) {
+  const GstClockTime duration =
+      capture_time == no_time ? GST_CLOCK_TIME_NONE : static_cast<GstClockTime>(capture_time);
+  gst_buffer_add_reference_timestamp_meta(buffer, trigger_caps(), trigger, duration);
+}
+
 }  // namespace polyhull::element

@@ -28,4 +28,7 @@ struct Capture {
 Capture capture_of(GstElement* element, const GstSegment& segment, GstBuffer* buffer,
                    bool use_offset);
 
+/// Writes the trigger number, and the capture time unless it is no_time, onto \p buffer (writable).
+void attach_trigger(GstBuffer* buffer, std::uint64_t trigger, std::int64_t capture_time);
+
 }  // namespace polyhull::element
