@@ -133,8 +133,7 @@ gboolean decide_allocation(GstBaseTransform* base, GstQuery* query) {
     else
       gst_query_add_allocation_param(query, allocator, &params);
   }
-  return GST_BASE_TRANSFORM_CLASS(parent_class<ChromaMatte>())
-      ->decide_allocation(base, query);
+  return GST_BASE_TRANSFORM_CLASS(parent_class<ChromaMatte>())->decide_allocation(base, query);
 }
 
 gboolean start(GstBaseTransform* base) {
@@ -158,8 +157,8 @@ void configure(GstElement* element) {
   const KeyValues values = snapshot(element, self.key);
   std::string camera = snapshot(element, self.camera).camera;
   if (camera.empty()) camera = GST_OBJECT_NAME(element);
-  self.configuration.apply(element, self.statistics, values, camera,
-                           self.layout.width, self.layout.height,
+  self.configuration.apply(element, self.statistics, values, camera, self.layout.width,
+                           self.layout.height,
                            [&](const KeySettings& settings) { self.keyer.set(settings); });
   if (self.configuration.due_for_sampling(values.resample)) self.keyer.recalibrate();
   if (values.learn_plate != self.learning) {

@@ -28,9 +28,10 @@
 ///
 ///     GST_ELEMENT_REGISTER_DEFINE(blur, "blur", GST_RANK_NONE, type_of<Blur>())
 ///
-/// What a state may have besides: `void property_set(gpointer object, std::string_view name)`, called
-/// after a property was set, without a lock; `GstStructure* statistics_of(gpointer object)`, what the
-/// property `stats` shows in the place of `statistics`; `static void add_interfaces(GType)`.
+/// What a state may have besides: `void property_set(gpointer object, std::string_view name)`,
+/// called after a property was set, without a lock; `GstStructure* statistics_of(gpointer object)`,
+/// what the property `stats` shows in the place of `statistics`; `static void
+/// add_interfaces(GType)`.
 #pragma once
 
 #include <gst/gst.h>
@@ -87,7 +88,7 @@ namespace detail {
 template <class State>
 void set_property(GObject* object, guint id, const GValue* value, GParamSpec* spec) {
   Class<State>::properties[id - 1].set(object, value);
-  if constexpr (requires(State& s) { s.property_set(object, spec->name); })
+  if constexpr (requires(State & s) { s.property_set(object, spec->name); })
     state_of<State>(object).property_set(object, spec->name);
 }
 

@@ -62,8 +62,7 @@ template <class T, class Settings>
 GParamSpec* make_spec(const Property<Settings>& p, const T& standard) {
   int flags = G_PARAM_READWRITE | G_PARAM_STATIC_STRINGS;
   flags |= p.change == Change::live ? GST_PARAM_MUTABLE_PLAYING : GST_PARAM_MUTABLE_READY;
-  if (p.change == Change::live && !std::is_same_v<T, std::string> &&
-      !std::is_same_v<T, Fraction>)
+  if (p.change == Change::live && !std::is_same_v<T, std::string> && !std::is_same_v<T, Fraction>)
     flags |= GST_PARAM_CONTROLLABLE;
   const auto f = static_cast<GParamFlags>(flags);
   if constexpr (std::is_same_v<T, bool>) {

@@ -27,8 +27,8 @@ WaitingFrame waiting_frame(const Composite& self, GstAggregatorPad* pad) {
   frame.end = frame.arrival->end();
   const int rate = GST_VIDEO_INFO_FPS_N(&self.background_info);
   if (frame.end == frame.begin && rate > 0)
-    frame.end += static_cast<std::int64_t>(gst_util_uint64_scale_int(
-        GST_SECOND, GST_VIDEO_INFO_FPS_D(&self.background_info), rate));
+    frame.end += static_cast<std::int64_t>(
+        gst_util_uint64_scale_int(GST_SECOND, GST_VIDEO_INFO_FPS_D(&self.background_info), rate));
   // A frame without length lasts an instant.
   frame.end = std::max(frame.end, frame.begin + 1);
   return frame;
@@ -210,8 +210,7 @@ Made make_frame(Composite& self, const CompositePads& pads, bool live, bool time
   self.statistics.count("frames");
   self.statistics.set("frame-ms", std::chrono::duration<double, std::milli>(taken).count());
   self.timing.note_work(taken);
-  if (live && frame.begin != no_time)
-    self.pace.note(frame.begin, frame.end - frame.begin, false);
+  if (live && frame.begin != no_time) self.pace.note(frame.begin, frame.end - frame.begin, false);
   self.follow(segment);
   return {out, GST_FLOW_OK};
 }
@@ -269,9 +268,8 @@ GstClockTime composite_next_time(GstAggregator* aggregator) {
   for (GstAggregatorPad* pad : pads.meshes) {
     const bool waits = peek(pad) == nullptr;
     if (waits && !is_settled(pad, frame.end, true))
-      return self.timing.now() == no_time
-                 ? GST_CLOCK_TIME_NONE
-                 : self.timing.wake_at(frame.begin + self.timing.wait());
+      return self.timing.now() == no_time ? GST_CLOCK_TIME_NONE
+                                          : self.timing.wake_at(frame.begin + self.timing.wait());
   }
   return self.timing.wake_at(0);
 }

@@ -59,8 +59,8 @@ GstAggregatorPad* create_new_pad(GstAggregator* aggregator, GstPadTemplate* pad_
     if (taken(chosen.c_str())) return nullptr;
   }
   return static_cast<GstAggregatorPad*>(
-      g_object_new(mesh ? type_of<MeshPadState>() : type_of<LivePadState>(), "name",
-                   chosen.c_str(), "direction", GST_PAD_SINK, "template", pad_template, nullptr));
+      g_object_new(mesh ? type_of<MeshPadState>() : type_of<LivePadState>(), "name", chosen.c_str(),
+                   "direction", GST_PAD_SINK, "template", pad_template, nullptr));
 }
 
 // ---- negotiation
@@ -84,8 +84,7 @@ gboolean negotiated_src_caps(GstAggregator* aggregator, GstCaps* caps) {
   Composite& self = state_of<Composite>(aggregator);
   if (!gst_video_info_from_caps(&self.output_info, caps)) return FALSE;
   self.output_on_gpu = is_gl_caps(caps);
-  return GST_AGGREGATOR_CLASS(parent_class<Composite>())
-      ->negotiated_src_caps(aggregator, caps);
+  return GST_AGGREGATOR_CLASS(parent_class<Composite>())->negotiated_src_caps(aggregator, caps);
 }
 
 gboolean decide_allocation(GstAggregator* aggregator, GstQuery* query) {
@@ -103,7 +102,8 @@ gboolean propose_allocation(GstAggregator*, GstAggregatorPad* pad, GstQuery*, Gs
 }
 
 gboolean sink_query(GstAggregator* aggregator, GstAggregatorPad* pad, GstQuery* query) {
-  if (GST_QUERY_TYPE(query) == GST_QUERY_CONTEXT && state_of<Composite>(aggregator).gl.answer(query))
+  if (GST_QUERY_TYPE(query) == GST_QUERY_CONTEXT &&
+      state_of<Composite>(aggregator).gl.answer(query))
     return TRUE;
   if (!is_mesh_pad(pad) && GST_QUERY_TYPE(query) == GST_QUERY_CAPS) {
     answer_background_caps(GST_PAD(pad), aggregator->srcpad, query);
@@ -184,12 +184,26 @@ gboolean Composite::navigate(GstEvent* event) {
 Composite::Composite(gpointer object)
     : LiveAggregator(object, "composite-stats"), gl(GST_ELEMENT_CAST(object)) {
   forget_formats();
-  statistics.declare({"frames", "frames-overdue", "frames-unwanted", "frame-step",
-                                  "passed-through", "drawn", "no-mesh", "meshes",
-                                  "meshes-unusable", "announcements", "announcements-unusable",
-                                  "subject-skipped", "shadow-skipped", "mirror-skipped",
-                                  "scene-depth-reused", "static-shadow-reused", "mesh-reused",
-                                  "pictures-uploaded", "pictures-skipped", "bytes-uploaded"});
+  statistics.declare({"frames",
+                      "frames-overdue",
+                      "frames-unwanted",
+                      "frame-step",
+                      "passed-through",
+                      "drawn",
+                      "no-mesh",
+                      "meshes",
+                      "meshes-unusable",
+                      "announcements",
+                      "announcements-unusable",
+                      "subject-skipped",
+                      "shadow-skipped",
+                      "mirror-skipped",
+                      "scene-depth-reused",
+                      "static-shadow-reused",
+                      "mesh-reused",
+                      "pictures-uploaded",
+                      "pictures-skipped",
+                      "bytes-uploaded"});
 }
 
 void Composite::class_init(gpointer klass) {

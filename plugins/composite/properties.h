@@ -33,8 +33,8 @@ struct CompositeSettings {
 };
 
 /// The properties of the viewport's camera, which navigation moves.
-inline constexpr const char* camera_properties[] = {"eye-x",    "eye-y",    "eye-z",        "target-x",
-                                                    "target-y", "target-z", "field-of-view"};
+inline constexpr const char* camera_properties[] = {
+    "eye-x", "eye-y", "eye-z", "target-x", "target-y", "target-z", "field-of-view"};
 
 std::span<const Property<CompositeSettings>> composite_properties();
 

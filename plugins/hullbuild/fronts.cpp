@@ -123,8 +123,8 @@ std::int64_t next_deadline(HullBuild& self, const Pads& pads) {
   // In the first second cameras are still coming up, and nothing is known of them.
   const bool starting = new_camera && view != no_time &&
                         (self.first_time == no_time || earliest - self.first_time < start_time);
-  return earliest + (starting ? std::max(self.timing.wait(), self.start_wait.load())
-                              : self.timing.wait());
+  return earliest +
+         (starting ? std::max(self.timing.wait(), self.start_wait.load()) : self.timing.wait());
 }
 
 }  // namespace polyhull::element

@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "plugins/common/live/live_aggregator.h"
-#include "plugins/hullbuild/set_builder.h"
 #include "plugins/hullbuild/pad.h"
 #include "plugins/hullbuild/properties.h"
+#include "plugins/hullbuild/set_builder.h"
 #include "plugins/hullbuild/words.h"
 
 namespace polyhull::element {

@@ -46,8 +46,10 @@ std::span<const Property<HullSettings>> hull_properties() {
           0, longest),
       property<&S::max_wait>(
           "max-wait", "Longest wait",
-          "How long a live set waits for missing views beyond the latency of the sources and of the "
-          "stages between, in nanoseconds (0 to 60 s). Unset (18446744073709551615): as long as the cameras have shown to need in "
+          "How long a live set waits for missing views beyond the latency of the sources and of "
+          "the "
+          "stages between, in nanoseconds (0 to 60 s). Unset (18446744073709551615): as long as "
+          "the cameras have shown to need in "
           "the last ten seconds, up to max-latency. It is part of the latency that the element "
           "reports.",
           0, static_cast<double>(G_MAXUINT64)),
@@ -65,10 +67,11 @@ std::span<const Property<HullSettings>> hull_properties() {
           "camera's last view, in nanoseconds (0 to 60 s); after that the hull is built without "
           "the camera.",
           0, longest),
-      property<&S::min_cameras>("min-cameras", "Fewest cameras",
-                                "Sets with fewer views than this (1 to 1024) are dropped. 0: three, "
-                                "or as many as are connected where those are fewer.",
-                                0, 1024),
+      property<&S::min_cameras>(
+          "min-cameras", "Fewest cameras",
+          "Sets with fewer views than this (1 to 1024) are dropped. 0: three, "
+          "or as many as are connected where those are fewer.",
+          0, 1024),
       property<&S::weld_distance>("weld-distance", "Weld distance",
                                   "Merges vertices nearer than this, in world units (0 to 1e9). "
                                   "The hull is exact and closed "

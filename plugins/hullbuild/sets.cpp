@@ -20,8 +20,8 @@ void post_dropped(HullBuild& self, const ViewDecision& set) {
   const GstClockTime time =
       set.time == no_time ? GST_CLOCK_TIME_NONE : static_cast<GstClockTime>(set.time);
   const bool live = GST_CLOCK_TIME_IS_VALID(gst_aggregator_get_latency(self.element));
-  GstMessage* message = gst_message_new_qos(GST_OBJECT(self.element), live, time, GST_CLOCK_TIME_NONE, time,
-                                            GST_CLOCK_TIME_NONE);
+  GstMessage* message = gst_message_new_qos(GST_OBJECT(self.element), live, time,
+                                            GST_CLOCK_TIME_NONE, time, GST_CLOCK_TIME_NONE);
   gst_message_set_qos_stats(message, GST_FORMAT_BUFFERS, self.statistics.counter("sets"),
                             self.statistics.counter("sets-dropped-incomplete") +
                                 self.statistics.counter("sets-dropped-few-cameras") +
@@ -35,8 +35,8 @@ std::vector<SetView> views_of(HullBuild& self, const Pads& pads, const ViewDecis
                               const HullSettings& settings) {
   std::vector<SetView> views;
   for (const std::size_t i : set.heads)
-    views.push_back(
-        {name_of(pads[i], state_of<HullPadState>(pads[i]).view->view()), state_of<HullPadState>(pads[i]).view.get()});
+    views.push_back({name_of(pads[i], state_of<HullPadState>(pads[i]).view->view()),
+                     state_of<HullPadState>(pads[i]).view.get()});
   if (settings.missing_camera != MissingCamera::hold) return views;
   for (std::size_t i = 0; i < pads.size(); ++i) {
     const HullPadState& state = state_of<HullPadState>(pads[i]);
@@ -150,10 +150,10 @@ Step drop_set(HullBuild& self, const Pads& pads, const ViewDecision& set,
 /// Notes which cameras the set has and lacks; returns those that it lacks.
 std::vector<AbsentCamera> absent_cameras(HullBuild& self, const Pads& pads,
                                          const ViewDecision& set) {
-  const std::int64_t now =
-      self.timing.live() ? self.timing.now() : no_time;
+  const std::int64_t now = self.timing.live() ? self.timing.now() : no_time;
   const std::int64_t interval =
-      set.time != no_time ? state_of<HullPadState>(pads[set.heads.front()]).parsed.end() - set.time : 0;
+      set.time != no_time ? state_of<HullPadState>(pads[set.heads.front()]).parsed.end() - set.time
+                          : 0;
   std::vector<AbsentCamera> absent;
   for (std::size_t i = 0; i < pads.size(); ++i) {
     HullPadState& state = state_of<HullPadState>(pads[i]);
@@ -211,8 +211,7 @@ Step build_set(HullBuild& self, const Pads& pads, const ViewDecision& set,
   const auto begin = std::chrono::steady_clock::now();
   if (self.timing.live() && set.time != no_time) {
     if (self.first_time == no_time) self.first_time = set.time;
-    if (!self.pace.wanted(set.time))
-      return drop_set(self, pads, set, settings, "sets-unwanted");
+    if (!self.pace.wanted(set.time)) return drop_set(self, pads, set, settings, "sets-unwanted");
     if (is_overdue(self, pads, set)) {
       // Where a sink is what is late, whoever draws for it sets the pace.
       if (!self.pace.too_late(set.time)) note_pace(self, pads, set, true);
@@ -288,8 +287,7 @@ void count_late(HullBuild& self, const Pads& pads, const std::vector<std::size_t
                   GST_CLOCK_TIME_IS_VALID(settings.max_wait));
   // What the wait can follow is no overload yet.
   const std::int64_t interval = first.parsed.end() - first.head.time;
-  const bool hopeless = first.head.time != no_time &&
-                        now - first.head.time > self.timing.wait() &&
+  const bool hopeless = first.head.time != no_time && now - first.head.time > self.timing.wait() &&
                         now - first.head.time > self.timing.limit();
   if (hopeless) self.pace.note(first.head.time, interval, true);
 }

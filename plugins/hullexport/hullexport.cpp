@@ -118,8 +118,7 @@ std::span<const Property<Settings>> properties() {
   return table;
 }
 
-void post_file(GstBaseSink* base, const std::string& path, std::uint64_t index,
-               GstBuffer* buffer) {
+void post_file(GstBaseSink* base, const std::string& path, std::uint64_t index, GstBuffer* buffer) {
   const GstClockTime time = GST_BUFFER_PTS(buffer);
   const GstSegment& segment = base->segment;
   const GstClockTime running = segment.format == GST_FORMAT_TIME
@@ -191,7 +190,7 @@ gboolean event(GstBaseSink* base, GstEvent* event) {
   // The base class takes the event, and posts EOS when it has returned: the file is complete by
   // then.
   if (GST_EVENT_TYPE(event) == GST_EVENT_EOS) {
-      if (!write_last(base)) {
+    if (!write_last(base)) {
       gst_event_unref(event);
       return FALSE;
     }

@@ -16,8 +16,8 @@ GstBaseSrcClass* parent() {
 
 GstCaps* rig_test_get_caps(GstBaseSrc* source, GstCaps* filter) {
   RigTestSrc& self = state_of<RigTestSrc>(source);
-  g_autoptr(GstCaps) caps = gst_caps_make_writable(
-      gst_pad_get_pad_template_caps(GST_BASE_SRC_PAD(source)));
+  g_autoptr(GstCaps) caps =
+      gst_caps_make_writable(gst_pad_get_pad_template_caps(GST_BASE_SRC_PAD(source)));
   RigOutput output = snapshot(source, self.settings).output;
   {
     const ObjectLock lock(source);

@@ -10,8 +10,8 @@
 #include <memory>
 
 #include "plugins/common/live/frame_source.h"
-#include "plugins/rigtestsrc/draw.h"
 #include "plugins/common/numbered_name.h"
+#include "plugins/rigtestsrc/draw.h"
 #include "plugins/rigtestsrc/settings.h"
 
 namespace polyhull::element {

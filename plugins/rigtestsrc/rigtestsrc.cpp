@@ -82,7 +82,7 @@ GstFlowReturn fill(GstPushSrc* push, GstBuffer* buffer) {
     self.statistics.set("last-frame-ms", spent.count());
     const Rectangle& region = stream.drawing.picture->region();
     self.statistics.set_count("subject-pixels",
-                               static_cast<std::uint64_t>(region.width) * region.height);
+                              static_cast<std::uint64_t>(region.width) * region.height);
 
     self.clock.finish(next, buffer);
     attach_trigger(buffer, next.number, no_time);
@@ -95,8 +95,7 @@ GstFlowReturn fill(GstPushSrc* push, GstBuffer* buffer) {
 namespace polyhull::element {
 
 RigTestSrc::RigTestSrc(gpointer object) : FrameSource(object) {
-  statistics.declare(
-      {"frames", "frames-skipped", "frames-unwanted", "subject-pixels", "warnings"});
+  statistics.declare({"frames", "frames-skipped", "frames-unwanted", "subject-pixels", "warnings"});
   gst_base_src_set_live(GST_BASE_SRC(object), settings.live);
 }
 
@@ -153,10 +152,10 @@ void RigTestSrc::class_init(gpointer klass) {
                "One calibrated camera filming a synthetic person before a coloured screen, "
                "with ground truth");
   add_template(klass, "src", GST_PAD_SRC,
-      "video/x-raw, format=(string){ RGBx, BGRx, RGBA, BGRA, I420, NV12, "
-      "YUY2, UYVY, GRAY8, GRAY16_LE }, width=(int)[1, 16384], "
-      "height=(int)[1, 16384], framerate=(fraction)[1/2147483647, "
-      "2147483647/1]");
+               "video/x-raw, format=(string){ RGBx, BGRx, RGBA, BGRA, I420, NV12, "
+               "YUY2, UYVY, GRAY8, GRAY16_LE }, width=(int)[1, 16384], "
+               "height=(int)[1, 16384], framerate=(fraction)[1/2147483647, "
+               "2147483647/1]");
   install_frame_source<RigTestSrc>(klass);
   GstBaseSrcClass* source = GST_BASE_SRC_CLASS(klass);
   source->negotiate = rig_test_negotiate;

@@ -18,7 +18,6 @@
 
 #include <chrono>
 #include <mutex>
-#include <mutex>
 
 #include "plugins/common/live/frame_source.h"
 #include "plugins/scenesrc/properties.h"
@@ -126,7 +125,8 @@ GstFlowReturn create(GstPushSrc* push, GstBuffer** out) {
     const Background::Work work =
         stream.draw(GST_ELEMENT(push), statistics, settings, control, info, pts);
     lit |= work == Background::Work::lit;
-    const bool refined = work == Background::Work::none && stream.refine(source, settings, self.clock.due(next));
+    const bool refined =
+        work == Background::Work::none && stream.refine(source, settings, self.clock.due(next));
     GstBuffer* buffer = stream.make_buffer(info, work != Background::Work::none || refined);
     const std::chrono::duration<double, std::milli> spent =
         std::chrono::steady_clock::now() - begin;
@@ -186,8 +186,7 @@ bool SceneSrc::take(GstBaseSrc* source, GstEvent* event) {
       }
       break;
     case GST_NAVIGATION_EVENT_KEY_PRESS:
-      if (gst_navigation_event_parse_key_event(event, &key) && key != nullptr)
-        control.key(key);
+      if (gst_navigation_event_parse_key_event(event, &key) && key != nullptr) control.key(key);
       break;
     default:
       break;
@@ -202,18 +201,18 @@ void SceneSrc::class_init(gpointer klass) {
       klass,
       "Counters since the start: frames, frames-drawn (new views), frames-refined, "
       "frames-repeated (nothing had changed: no work), frames-skipped (left out when live and "
-      "late), frames-unwanted (left out because what follows cannot keep up), rays and pixels-smoothed (of drawn frames), samples (per pixel, in the picture "
+      "late), frames-unwanted (left out because what follows cannot keep up), rays and "
+      "pixels-smoothed (of drawn frames), samples (per pixel, in the picture "
       "now), light-fills (how often the light was computed), light-rays, light-points, "
       "warnings; "
       "and times in milliseconds: last-frame-ms, last-drawn-ms, light-ms.");
   set_metadata(
       klass, "Scene source", "Source/Video",
       "Ray-traced picture of a glTF scene, with its camera and lights announced for compositing");
-  add_template(
-      klass, "src", GST_PAD_SRC,
-      "video/x-raw, format=(string){ RGBA, BGRA, RGBx, BGRx }, width=(int)[1, 16384], "
-      "height=(int)[1, 16384], framerate=(fraction)[1/2147483647, 2147483647/1], "
-      "colorimetry=(string)sRGB, pixel-aspect-ratio=(fraction)1/1");
+  add_template(klass, "src", GST_PAD_SRC,
+               "video/x-raw, format=(string){ RGBA, BGRA, RGBx, BGRx }, width=(int)[1, 16384], "
+               "height=(int)[1, 16384], framerate=(fraction)[1/2147483647, 2147483647/1], "
+               "colorimetry=(string)sRGB, pixel-aspect-ratio=(fraction)1/1");
   install_frame_source<SceneSrc>(klass);
   GST_BASE_SRC_CLASS(klass)->fixate = fixate;
   GST_PUSH_SRC_CLASS(klass)->create = create;

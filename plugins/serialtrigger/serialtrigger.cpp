@@ -116,19 +116,23 @@ std::span<const Property<Settings>> properties() {
           "How long a pulse lasts, in nanoseconds (1 ms to 1 s). It must fit between "
           "two pulses with a millisecond to spare.",
           GST_MSECOND, GST_SECOND),
-      property<&S::rate>("rate", "Rate",
-                         "Pulses per second as a fraction (0/1 to 1000/1); 0/1 gives pulses only on "
-                         "demand, by the action signal fire.",
-                         0, 1000),
+      property<&S::rate>(
+          "rate", "Rate",
+          "Pulses per second as a fraction (0/1 to 1000/1); 0/1 gives pulses only on "
+          "demand, by the action signal fire.",
+          0, 1000),
   };
   return table;
 }
 
 PulseParameters parameters_of(gpointer element) {
   const Settings settings = snapshot(element, state_of<SerialTrigger>(element).settings);
-  return {settings.device,         settings.baud,
-          settings.mode,           settings.rate.numerator,
-          settings.rate.denominator, static_cast<std::int64_t>(settings.pulse)};
+  return {settings.device,
+          settings.baud,
+          settings.mode,
+          settings.rate.numerator,
+          settings.rate.denominator,
+          static_cast<std::int64_t>(settings.pulse)};
 }
 
 /// A change while playing: taken over where it fits, otherwise a warning and the former pulses go
@@ -274,5 +278,4 @@ void SerialTrigger::class_init(gpointer klass) {
 
 }  // namespace
 
-GST_ELEMENT_REGISTER_DEFINE(serialtrigger, "serialtrigger", GST_RANK_NONE,
-                            type_of<SerialTrigger>())
+GST_ELEMENT_REGISTER_DEFINE(serialtrigger, "serialtrigger", GST_RANK_NONE, type_of<SerialTrigger>())

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 /// \file
-/// What the sources of synthetic video do alike: they open something with the state PAUSED, make the
-/// frame that a FrameClock asks for, can be sought, and tell their latency.
+/// What the sources of synthetic video do alike: they open something with the state PAUSED, make
+/// the frame that a FrameClock asks for, can be sought, and tell their latency.
 #pragma once
 
 #include <gst/base/gstpushsrc.h>
@@ -36,8 +36,8 @@ struct FrameSource {
 /// The virtual functions.
 template <class State>
 void install_frame_source(gpointer klass) {
-  // Not in GstBaseSrc::start, after whose failure the base class would post a second error that says
-  // nothing.
+  // Not in GstBaseSrc::start, after whose failure the base class would post a second error that
+  // says nothing.
   GST_ELEMENT_CLASS(klass)->change_state = [](GstElement* element, GstStateChange transition) {
     State& self = state_of<State>(element);
     const bool opens = transition == GST_STATE_CHANGE_READY_TO_PAUSED;

@@ -60,8 +60,8 @@ struct LiveAggregator {
 /// The property `force-live`.
 template <class State>
 void add_force_live(gpointer klass, const char* blurb) {
-  const auto flags = static_cast<GParamFlags>(G_PARAM_READWRITE | G_PARAM_STATIC_STRINGS |
-                                              G_PARAM_CONSTRUCT_ONLY);
+  const auto flags =
+      static_cast<GParamFlags>(G_PARAM_READWRITE | G_PARAM_STATIC_STRINGS | G_PARAM_CONSTRUCT_ONLY);
   add_property<State>(
       klass, g_param_spec_boolean("force-live", "Force live mode", blurb, FALSE, flags),
       {[](gpointer object, const GValue* value) {

@@ -109,7 +109,8 @@ GstPadProbeReturn latency_answered(GstPad* pad, GstPadProbeInfo* info, gpointer)
   GstClockTime least = 0, most = 0;
   gst_query_parse_latency(query, &live, &least, &most);
   if (!GST_CLOCK_TIME_IS_VALID(least)) least = 0;
-  state_of<LivePadState>(pad).punctuality.note_reported(live ? static_cast<std::int64_t>(least) : 0);
+  state_of<LivePadState>(pad).punctuality.note_reported(live ? static_cast<std::int64_t>(least)
+                                                             : 0);
   gst_query_set_latency(query, live, least, GST_CLOCK_TIME_NONE);
   return GST_PAD_PROBE_OK;
 }
