@@ -294,6 +294,38 @@ GST_START_TEST(settings_count_on_a_still_picture) {
 }
 GST_END_TEST
 
+/// The tolerance that adaptive chooses counts at once, too.
+GST_START_TEST(late_frames_coarsen_a_still_picture) {
+  const Pictures pictures("NV12");
+  GstHarness* on = gst_harness_new_parse("silhouette camera=c adaptive=true tolerance=0.3");
+  GstHarness* off =
+      gst_harness_new_parse("silhouette camera=c adaptive=true tolerance=0.3 reuse=false");
+  gst_harness_set_src_caps(on, pictures.caps());
+  gst_harness_set_src_caps(off, pictures.caps());
+  std::size_t points[2];
+  for (int i = 0; i < 10; ++i) {
+    if (i == 5)
+      for (int event = 0; event < 120; ++event)
+        for (GstHarness* h : {on, off})
+          gst_harness_push_upstream_event(
+              h, gst_event_new_qos(GST_QOS_TYPE_OVERFLOW, 1.5, 0, event * GST_SECOND / 30));
+    const auto frame = [&] {
+      GstBuffer* buffer = pictures.frame(5);
+      // Later than the events tell of, or the base class drops it.
+      GST_BUFFER_PTS(buffer) = i * 10 * GST_SECOND;
+      return buffer;
+    };
+    const ReadView a = take_view(gst_harness_push_and_pull(on, frame()));
+    const ReadView b = take_view(gst_harness_push_and_pull(off, frame()));
+    fail_unless(a.view.contours == b.view.contours, "frame %d", i);
+    points[i / 5] = a.view.contours.points.size();
+  }
+  fail_unless(points[1] < points[0], "%zu and %zu vertices", points[0], points[1]);
+  gst_harness_teardown(on);
+  gst_harness_teardown(off);
+}
+GST_END_TEST
+
 /// QoS events coarsen and refine the one pass's polygons as they do contourfind's.
 GST_START_TEST(late_frames_coarsen_the_contours) {
   const Pictures pictures("BGRx");
@@ -421,6 +453,7 @@ static Suite* silhouette_suite() {
   tcase_add_test(tests, settings_that_change_in_the_stream_change_both);
   tcase_add_test(tests, reuse_changes_nothing_but_the_time);
   tcase_add_test(tests, settings_count_on_a_still_picture);
+  tcase_add_test(tests, late_frames_coarsen_a_still_picture);
   tcase_add_test(tests, late_frames_coarsen_the_contours);
   tcase_add_test(tests, the_clean_plate_works_like_the_chain);
   tcase_add_test(tests, bad_input_is_refused_with_a_sentence);

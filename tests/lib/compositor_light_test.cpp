@@ -1,94 +1,24 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // Single pixels of a composite against what a formula says of them: the lamp's cosine law, Schlick's
-// reflectance, where a shadow and a mirror image begin, a lens, the blend of views.
+// reflectance, where a shadow and a mirror image begin.
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <map>
 #include <memory>
 #include <numbers>
-#include <string>
 #include <vector>
 
 #include "gl_context.h"
-#include "render/compositor.h"
-#include "simple_trace.h"
+#include "shot.h"
 #include "synthetic.h"
-#include "texture/texture_hull.h"
 
 namespace polyhull {
 namespace {
 
-/// A floor at y = 0 with one lamp, no ambient light.
-Scene floor_scene(const Material& material, const Light& lamp) {
-  Scene scene;
-  scene.name = "test:floor";
-  scene.materials = {material};
-  SceneMesh floor;
-  floor.positions = {{-4, 0, 4}, {4, 0, 4}, {4, 0, -4}, {-4, 0, -4}};
-  floor.normals.assign(4, Vec3f(0, 1, 0));
-  floor.triangles = {0, 1, 2, 0, 2, 3};
-  scene.meshes = {floor};
-  scene.lights = {lamp};
-  scene.mirrors = find_mirrors(scene);
-  return scene;
-}
-
-/// A box that shows its one colour (sRGB, 0..1) from everywhere.
-Mesh plain_box(const Vec3f& low, const Vec3f& high, float value) {
-  Mesh mesh;
-  synthetic::add_box(mesh.hull, low, high);
-  mesh.texturing.emplace();
-  mesh.texturing->untextured = Vec3f(value);
-  return mesh;
-}
-
-/// One composite over a background of one value (linear).
-struct Shot {
-  RenderFrame frame;
-  RenderSettings settings;
-  Picture picture;
-
-  Shot(Scene scene, const Mesh& mesh, const Camera& viewport) {
-    frame.width = viewport.width;
-    frame.height = viewport.height;
-    frame.viewport = viewport;
-    frame.lights = scene.lights;
-    frame.exposure = scene.exposure;
-    frame.scene = std::make_shared<const Scene>(std::move(scene));
-    frame.subjects.push_back({&mesh, {}, 0});
-  }
-  void draw(float background) {
-    const auto value =
-        static_cast<std::uint8_t>(std::lround(255.0f * synthetic::to_srgb(background)));
-    picture = Picture{frame.width, frame.height, 4,
-                      std::vector<std::uint8_t>(
-                          static_cast<std::size_t>(frame.width) * frame.height * 4, value)};
-    const Picture before = picture;
-    Compositor compositor;
-    compositor.render(frame, compositor.plan(frame, settings), settings, before.pixels.data(),
-                      4 * frame.width, picture.pixels.data(), 4 * frame.width);
-  }
-  const std::uint8_t* pixel(const Vec3& point) const {
-    const Vec2 p = frame.viewport.project_ideal(point).value();
-    const int x = static_cast<int>(std::lround(p.x)), y = static_cast<int>(std::lround(p.y));
-    EXPECT_TRUE(x >= 0 && x < frame.width && y >= 0 && y < frame.height) << p.x << " " << p.y;
-    return &picture.pixels[4 * (static_cast<std::size_t>(y) * frame.width + x)];
-  }
-  /// The linear value of the pixel that shows \p point.
-  Vec3f at(const Vec3& point) const {
-    const std::uint8_t* p = pixel(point);
-    return {synthetic::to_linear(p[0] / 255.0f), synthetic::to_linear(p[1] / 255.0f),
-            synthetic::to_linear(p[2] / 255.0f)};
-  }
-};
-
-Light point_lamp(const Vec3f& centre, const Vec3f& intensity) {
-  Light lamp;
-  lamp.centre = centre;
-  lamp.radiance = intensity;
-  return lamp;
-}
+using synthetic::floor_scene;
+using synthetic::plain_box;
+using synthetic::point_lamp;
+using synthetic::Shot;
 
 class CompositorLightTest : public ::testing::TestWithParam<bool> {
  protected:
@@ -326,118 +256,6 @@ TEST_P(CompositorLightTest, TheMirrorShowsOnlyWhatIsBeforeIt) {
   shot.draw(0.1f);
   EXPECT_NEAR(shot.at({0.01, 0.4, 0.2}).x, 0.1f, 0.002f);
   EXPECT_GT(shot.at({0.01, -0.1, 0.2}).x, 0.11f);
-}
-
-/// A wall of 1.2 m before \p cameras, photographed by them, coloured by paint().
-struct PaintedWall {
-  synthetic::Photographed photographed;
-  explicit PaintedWall(const std::vector<Camera>& cameras) {
-    Hull wall;
-    synthetic::add_box(wall, {-0.6f, 0.4f, -0.04f}, {0.6f, 1.6f, 0.0f});
-    photographed = synthetic::photographed(wall, cameras);
-    photographed.mesh.texturing = texture_hull(wall, cameras);
-  }
-};
-
-// Seen from the camera's own place without its lens, the wall has its colours where they belong.
-TEST_P(CompositorLightTest, EveryTermOfTheLensIsUndone) {
-  Camera camera = synthetic::look_at({0, 1, 1.5}, {0, 1, 0}, 320, 320, 80.0);
-  camera.K[1][0] = 3.0;
-  camera.K[1][1] *= 1.02;
-  camera.name = "cam0";
-  static std::map<std::vector<double>, PaintedWall> walls;  // for both interfaces
-  const std::vector<std::vector<double>> lenses = {
-      {}, {0.1, -0.6, 0.03, -0.02, 1.0, 0.2, -0.3, 0.5, 0.05, -0.08, -0.04, 0.06}};
-  for (const std::vector<double>& lens : lenses) {
-    camera.distortion = lens;
-    const PaintedWall& wall = walls.try_emplace(lens, std::vector<Camera>{camera}).first->second;
-    Light lamp = point_lamp({0, 3, 0}, Vec3f(1.0f));
-    Shot shot(floor_scene({}, lamp), wall.photographed.mesh,
-              synthetic::look_at({0, 1, 1.5}, {0, 1, 0}, 256, 256, 50.0));
-    shot.draw(0.0f);
-    double sum = 0.0, worst = 0.0;
-    int count = 0;
-    for (double y = 0.5; y <= 1.5; y += 0.02) {
-      for (double x = -0.5; x <= 0.5; x += 0.02) {
-        const Vec2 pixel = glm::round(shot.frame.viewport.project_ideal({x, y, 0}).value());
-        const Vec3 way = shot.frame.viewport.ray(pixel);
-        const Vec3f expected = synthetic::paint(Vec3(0, 1, 1.5) - way * (1.5 / way.z));
-        const std::uint8_t* found = shot.pixel({x, y, 0});
-        for (int c = 0; c < 3; ++c) {
-          const double error = std::abs(found[c] - 255.0 * expected[c]);
-          sum += error;
-          worst = std::max(worst, error);
-          ++count;
-        }
-      }
-    }
-    EXPECT_LT(sum / count, 0.8) << lens.size() << " coefficients";
-    EXPECT_LT(worst, 4.0) << lens.size() << " coefficients";
-  }
-}
-
-/// A ball before four cameras whose pictures are red, green, blue and grey, each one unit of light.
-struct FourColours {
-  synthetic::Photographed photographed;
-  explicit FourColours(const TextureSettings& settings) {
-    Hull ball;
-    synthetic::add_ellipsoid(ball, {0, 1, 0}, {0.4f, 0.4f, 0.4f}, 24);
-    std::vector<Camera> cameras;
-    for (const Vec2& place : {Vec2(-1, 1.6), Vec2(1, 1.8), Vec2(-0.8, 0.2), Vec2(0.9, 0.3)}) {
-      cameras.push_back(
-          synthetic::look_at({place.x, place.y, 2.4}, {0, 1, 0}, 128, 128, 40.0));
-      cameras.back().name = "cam" + std::to_string(cameras.size());
-    }
-    photographed = synthetic::photographed(ball, cameras);
-    const auto third = static_cast<std::uint8_t>(std::lround(255.0f * synthetic::to_srgb(1.0f / 3)));
-    for (std::size_t k = 0; k < 4; ++k)
-      for (std::size_t i = 0; i < photographed.pictures[k].pixels.size(); ++i)
-        photographed.pictures[k].pixels[i] = i % 4 == 3 ? 255 : k == 3 ? third : i % 4 == k ? 255 : 0;
-    photographed.mesh.texturing = texture_hull(ball, cameras, settings);
-  }
-};
-
-// Weights are shares: whatever is blended, one unit of light comes out; and of `cameras` views, at
-// most that many show, but for a thousandth.
-TEST_P(CompositorLightTest, BlendedViewsKeepTheirLight) {
-  for (const TextureMetric metric : {TextureMetric::camera_normal, TextureMetric::viewing_angle}) {
-    for (const std::uint32_t cameras : {1u, 2u, 3u, 4u}) {
-      TextureSettings settings;
-      settings.cameras = cameras;
-      settings.metric = metric;
-      const FourColours ball(settings);
-      Shot shot(floor_scene({}, point_lamp({0, 3, 0}, Vec3f(1.0f))), ball.photographed.mesh,
-                synthetic::look_at({0.1, 1.0, 3.0}, {0, 1, 0}, 160, 160, 20.0));
-      shot.settings.shadow = ShadowQuality::off;
-      shot.draw(0.0f);
-      int pixels = 0, blends = 0, too_many = 0;
-      float jump = 0.0f;
-      for (double y = 0.8; y <= 1.2; y += 0.01) {
-        Vec3f last(-1.0f);
-        for (double x = -0.2; x <= 0.2; x += 0.01) {
-          const Vec3f c = shot.at({x, y, 0.35});
-          EXPECT_NEAR(c.x + c.y + c.z, 1.0f, 0.025f) << cameras << " cameras, " << x << " " << y;
-          const float grey = 3.0f * std::min({c.x, c.y, c.z});
-          const Vec3f pure = c - Vec3f(grey / 3.0f);
-          const int shown = (pure.x > 0.03f) + (pure.y > 0.03f) + (pure.z > 0.03f) + (grey > 0.03f);
-          ++pixels;
-          blends += shown > 1;
-          too_many += shown > static_cast<int>(cameras);
-          if (last.x >= 0.0f) jump = std::max(jump, glm::length(c - last));
-          last = c;
-        }
-      }
-      // Where the best two are as good as each other, the others' thousandth shows.
-      EXPECT_LE(too_many, cameras == 1 ? pixels / 3 : pixels / 50) << cameras;
-      if (cameras > 1) {
-        EXPECT_GT(blends, pixels / 2) << cameras;
-      }
-      // Where all four may show, nothing enters or leaves.
-      if (cameras == 4) {
-        EXPECT_LT(jump, 0.1f);
-      }
-    }
-  }
 }
 
 // One compositor draws pictures of many sizes, odd ones too, as a fresh one would.

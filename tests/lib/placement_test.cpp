@@ -112,6 +112,23 @@ TEST(MainLight, IsTheOneThatGivesMost) {
   EXPECT_EQ(main_light(std::vector<Light>{far, away}, {0, 2, 0}), 1);
 }
 
+// A hull's vertices are told from its origin.
+TEST(Plan, PutsTheHullWhereItsOriginIs) {
+  Mesh mesh = box_at({4, 1, -2}, 0.01);
+  mesh.hull.triangles = {0, 1, 2};
+  RenderFrame frame;
+  frame.width = frame.height = 64;
+  frame.subjects.push_back({&mesh, {{0.5, 0, 0}, Vec3(0), 1.0}, 0});
+  frame.viewport = look_at({4, 1, 6}, {4, 1, 0}, 50, 64, 64);
+  const RenderPlan plan = plan_frame(frame, {}, {});
+  ASSERT_EQ(plan.subjects.size(), 1u);
+  const Bounds bounds = bounds_of(plan.subjects[0].points);
+  EXPECT_LT(glm::length(bounds.min - Vec3(4.5, 1, -2)), 1e-5);
+  EXPECT_LT(glm::length(bounds.max - Vec3(5.5, 3, 1)), 1e-5);
+  expect_at(plan.subjects[0].local_to_scene, {0, 0, 0}, {4.5, 1, -2});
+  expect_at(plan.subjects[0].from_scene, {4.5, 1, -2}, mesh.hull.origin);
+}
+
 // Of several mirrors the one that shows most of the subject; none from behind.
 TEST(Plan, TakesTheMirrorThatShowsMost) {
   auto scene = std::make_shared<Scene>();
