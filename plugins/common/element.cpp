@@ -15,7 +15,11 @@ GType detail::register_type(const char* name, GType base, GClassInitFunc class_i
 }
 
 void detail::warn_not_a_number(gpointer object, const char* name, double minimum, double maximum) {
-  GST_ELEMENT_WARNING(object, LIBRARY, SETTINGS,
+  // A pad's warning is its element's; a pad that has none yet has nobody to tell.
+  g_autoptr(GstObject) element = GST_IS_PAD(object) ? gst_object_get_parent(GST_OBJECT(object))
+                                                    : GST_OBJECT(gst_object_ref(object));
+  if (element == nullptr) return;
+  GST_ELEMENT_WARNING(element, LIBRARY, SETTINGS,
                       ("The property \"%s\" was set to something that is not a number; it keeps "
                        "its value. Set it to a number from %g to %g.",
                        name, minimum, maximum),

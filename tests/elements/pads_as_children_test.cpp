@@ -2,6 +2,7 @@
 // What a launch line sets on pads and cannot: composite and hullbuild say it.
 #include <gst/check/gstcheck.h>
 
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -99,6 +100,20 @@ GST_START_TEST(a_value_that_cannot_be_read_is_said) {
 }
 GST_END_TEST
 
+// A pad's warning is its element's.
+GST_START_TEST(a_pad_keeps_its_value_where_none_is_a_number) {
+  GstElement* element = gst_element_factory_make("composite", nullptr);
+  GstPad* pad = gst_element_request_pad_simple(element, "mesh_%u");
+  ASSERT_WARNING(g_object_set(pad, "scale", std::nan(""), nullptr));
+  gdouble scale = 0.0;
+  g_object_get(pad, "scale", &scale, nullptr);
+  fail_unless_equals_float(scale, 1.0);
+  gst_element_release_request_pad(element, pad);
+  gst_object_unref(pad);
+  gst_object_unref(element);
+}
+GST_END_TEST
+
 GST_START_TEST(a_pad_that_takes_nothing_says_so) {
   const auto texts = composite_warnings("background::scale=2");
   fail_unless_equals_int(saying(texts, {"background takes no settings"}), 1);
@@ -134,6 +149,7 @@ static Suite* pads_as_children_suite() {
   tcase_add_test(group, settings_that_are_taken_are_not_spoken_of);
   tcase_add_test(group, an_unknown_property_is_named_with_what_there_is);
   tcase_add_test(group, a_value_that_cannot_be_read_is_said);
+  tcase_add_test(group, a_pad_keeps_its_value_where_none_is_a_number);
   tcase_add_test(group, a_pad_that_takes_nothing_says_so);
   tcase_add_test(group, a_pad_that_never_comes_is_named_once);
   tcase_add_test(group, an_application_that_looks_for_pads_is_not_warned);
