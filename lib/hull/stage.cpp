@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "hull/stage.h"
 
-#include <chrono>
-
+#include "base/stopwatch.h"
 #include "hull/weld.h"
 
 namespace polyhull {
@@ -19,7 +18,7 @@ const UndistortedRings& HullStage::undistorted(const CameraContours& view) {
 
 const Hull& HullStage::build(std::span<const CameraContours> views, const HullOptions& options,
                              double weld_distance) {
-  const auto begin = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   std::vector<const UndistortedRings*> contours;
   std::vector<Silhouette> silhouettes;
   int with_foreground = 0;
@@ -28,8 +27,7 @@ const Hull& HullStage::build(std::span<const CameraContours> views, const HullOp
     silhouettes.push_back({view.camera, &contours.back()->rings});
     with_foreground += !view.rings->empty();
   }
-  seconds_undistort_ =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  seconds_undistort_ = watch.seconds();
   if (with_foreground < 2) {
     is_builders_ = false;
     statistics_ = {};

@@ -2,27 +2,14 @@
 #include "plugins/hullbuild/set_builder.h"
 
 #include <algorithm>
-#include <chrono>
 
 #include "base/error.h"
+#include "base/stopwatch.h"
 #include "base/thread_pool.h"
 #include "silhouette/contour/trace.h"
 
 namespace polyhull::element {
 namespace {
-
-class Stopwatch {
- public:
-  double milliseconds() {
-    const auto now = std::chrono::steady_clock::now();
-    const std::chrono::duration<double, std::milli> passed = now - last_;
-    last_ = now;
-    return passed.count();
-  }
-
- private:
-  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
-};
 
 /// Whether all but half a per cent of the frame is foreground (a blur may round the corners).
 bool fills_frame(const View& view) {
