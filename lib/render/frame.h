@@ -57,7 +57,6 @@ struct RenderFrame {
   float exposure = 1.0f;
   Vec3f ambient{0.0f};
   std::vector<RenderSubject> subjects;
-  std::uint64_t background_content = 0;  ///< as RenderSubject::content
 };
 
 /// A subject in scene coordinates.
