@@ -40,9 +40,6 @@ void FaceChart::lay_on_cone() {
   const ClippingProblem& s = *problem;
   const Cone& c = *s.cones[cone];
   const std::uint32_t begin = local, end = c.next[local], base = s.first_face[cone];
-  const auto real = [](const IntVec& v) {
-    return Vec3(static_cast<double>(v[0]), static_cast<double>(v[1]), static_cast<double>(v[2]));
-  };
   const Vec3 d0 = real(c.rays[begin]), e = real(c.rays[end]) - d0;
   const double length = glm::length(d0), along = glm::length(e);
   axis_a = d0 / length;
