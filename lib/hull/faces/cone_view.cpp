@@ -143,6 +143,37 @@ ConeView::Meeting ConeView::gather(const Extent& x) {
   return gather_edges(quad, block, error);
 }
 
+/// The columns that the quadrilateral spans in each row of the block's cells.
+void ConeView::find_rows(const Quadrilateral& quad, const ContourGrid::Block& block) {
+  const ContourGrid& grid = cone_->grid;
+  const auto [c0, c1, r0, r1] = block;
+  const double leftmost = c0, rightmost = c1, top = r0, bottom = r1;
+  rows_.assign(static_cast<std::size_t>(r1 - r0) + 1, {c1 + 1, c0 - 1});
+  for (int k = 0; k < 4; ++k) {
+    // In cells, downwards.
+    Vec2 from = grid.in_cells(quad.corner(k)), to = grid.in_cells(quad.corner((k + 1) & 3));
+    if (from.y > to.y) std::swap(from, to);
+    const double margin = grid.margin_in_cells(), dy = to.y - from.y;
+    const double least_x = std::clamp(std::min(from.x, to.x) - margin, leftmost, rightmost + 1);
+    const double most_x = std::clamp(std::max(from.x, to.x) + margin, leftmost - 1, rightmost);
+    // How far the line is to the left and to the right of where it enters a row.
+    const bool level = dy <= 2 * margin;
+    const double slope = level ? 0.0 : (to.x - from.x) / dy;
+    const double left = std::min(slope, 0.0) - margin - std::abs(slope) * margin;
+    const double right = std::max(slope, 0.0) + margin + std::abs(slope) * margin;
+    const int first = static_cast<int>(std::clamp(from.y - margin, top, bottom + 1));
+    const int last = static_cast<int>(std::clamp(to.y + margin, top - 1, bottom));
+    for (int r = first; r <= last; ++r) {
+      const double x = from.x + (r - from.y) * slope;
+      const double low = level ? least_x : std::clamp(x + left, least_x, rightmost + 1);
+      const double high = level ? most_x : std::clamp(x + right, leftmost - 1, most_x);
+      auto& row = rows_[r - r0];
+      row[0] = std::min(row[0], static_cast<int>(low));
+      row[1] = std::max(row[1], static_cast<int>(high));
+    }
+  }
+}
+
 /// The same where the box around the picture has edges in its \p block of cells.
 ConeView::Meeting ConeView::gather_edges(Quadrilateral& quad, const ContourGrid::Block& block,
                                          double error) {
@@ -162,32 +193,7 @@ ConeView::Meeting ConeView::gather_edges(Quadrilateral& quad, const ContourGrid:
   if (c0 == c1 || r0 == r1 || (c1 - c0 + 1) * (r1 - r0 + 1) <= 12) {
     for (int r = r0; r <= r1; ++r) take(c0, c1, r);
   } else {
-    // The columns that the quadrilateral spans in each row of cells.
-    const double leftmost = c0, rightmost = c1, top = r0, bottom = r1;
-    rows_.assign(static_cast<std::size_t>(r1 - r0) + 1, {c1 + 1, c0 - 1});
-    for (int k = 0; k < 4; ++k) {
-      // In cells, downwards.
-      Vec2 from = grid.in_cells(quad.corner(k)), to = grid.in_cells(quad.corner((k + 1) & 3));
-      if (from.y > to.y) std::swap(from, to);
-      const double margin = grid.margin_in_cells(), dy = to.y - from.y;
-      const double least_x = std::clamp(std::min(from.x, to.x) - margin, leftmost, rightmost + 1);
-      const double most_x = std::clamp(std::max(from.x, to.x) + margin, leftmost - 1, rightmost);
-      // How far the line is to the left and to the right of where it enters a row.
-      const bool level = dy <= 2 * margin;
-      const double slope = level ? 0.0 : (to.x - from.x) / dy;
-      const double left = std::min(slope, 0.0) - margin - std::abs(slope) * margin;
-      const double right = std::max(slope, 0.0) + margin + std::abs(slope) * margin;
-      const int first = static_cast<int>(std::clamp(from.y - margin, top, bottom + 1));
-      const int last = static_cast<int>(std::clamp(to.y + margin, top - 1, bottom));
-      for (int r = first; r <= last; ++r) {
-        const double x = from.x + (r - from.y) * slope;
-        const double low = level ? least_x : std::clamp(x + left, least_x, rightmost + 1);
-        const double high = level ? most_x : std::clamp(x + right, leftmost - 1, most_x);
-        auto& row = rows_[r - r0];
-        row[0] = std::min(row[0], static_cast<int>(low));
-        row[1] = std::max(row[1], static_cast<int>(high));
-      }
-    }
+    find_rows(quad, block);
     for (int r = r0; r <= r1; ++r) take(rows_[r - r0][0], rows_[r - r0][1], r);
   }
   candidate_count_ = 0;

@@ -52,6 +52,7 @@ class ConeView {
  private:
   struct Quadrilateral;
   Meeting gather_edges(Quadrilateral& quad, const ContourGrid::Block& block, double error);
+  void find_rows(const Quadrilateral& quad, const ContourGrid::Block& block);
   Meeting locate(const Vec2& pixel, double error) const;
   double pixel_error(double tolerance, double sum, const Vec2& pixel, double z) const;
   bool inside_exactly(const Node& node);
