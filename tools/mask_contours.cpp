@@ -8,9 +8,6 @@
 #include "base/error.h"
 #include "rig/undistort.h"
 #include "base/picture.h"
-#include "silhouette/blur/blur.h"
-#include "silhouette/contour/approximate.h"
-#include "silhouette/contour/trace.h"
 #include "silhouette/silhouette.h"
 
 namespace polyhull {
@@ -19,18 +16,8 @@ namespace {
 Matte matte_of(const Picture& picture) {
   const int channel = picture.channels == 2 || picture.channels == 4 ? picture.channels - 1 : 0;
   Matte matte;
-  matte.resize(picture.width, picture.height);
-  for (int y = 0; y < picture.height; ++y) {
-    std::uint8_t* row = matte.row(y);
-    BlockState* states = matte.state_row(y);
-    std::fill_n(states, blocks_across(picture.width), BlockState{0});
-    for (int x = 0; x < picture.width; ++x) {
-      row[x] = picture.row(y)[x * picture.channels + channel];
-      states[x / matte_block] |= row[x] == 0     ? block_empty
-                                 : row[x] == 255 ? block_full
-                                                 : block_mixed;
-    }
-  }
+  load_matte(picture.row(0) + channel, picture.channels * picture.width, picture.channels,
+             picture.width, picture.height, matte);
   return matte;
 }
 
@@ -53,17 +40,11 @@ Rings trace(const Picture& picture, const MaskSettings& settings) {
   blur.set(blur_settings);
   Field field;
   blur.apply(matte_of(picture), field);
-  Tracer tracer;
-  TraceSettings trace;
-  trace.corrected_sigma = corrected_sigma(blur_settings, true);
-  Rings traced, rings;
-  tracer.trace(field, trace, traced);
-  Approximator approximator;
-  ApproximateSettings approximate;
-  approximate.tolerance = settings.tolerance;
-  approximate.keep_largest = settings.keep_largest;
-  approximator.approximate(traced, {}, approximate, rings);
-  return rings;
+  ContourSettings contours;
+  contours.trace.corrected_sigma = corrected_sigma(blur_settings, true);
+  contours.approximate.tolerance = settings.tolerance;
+  contours.approximate.keep_largest = settings.keep_largest;
+  return Contourer().find(field, contours);
 }
 
 bool is_coloured(const Picture& picture) {

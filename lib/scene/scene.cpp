@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "base/convex_hull.h"
 #include "base/error.h"
 
 namespace polyhull {
@@ -18,40 +19,18 @@ struct Plane {
   std::vector<Vec3f> points;
 };
 
-/// The convex hull of coplanar points, counter-clockwise around the normal (Andrew's monotone
-/// chain).
+/// The convex hull of the plane's points, counter-clockwise around the normal.
 std::vector<Vec3f> outline_of(const Plane& plane) {
   const Vec3f aside =
       std::abs(plane.normal.x) < 0.7f ? Vec3f(1.0f, 0.0f, 0.0f) : Vec3f(0.0f, 1.0f, 0.0f);
   const Vec3 x = glm::normalize(glm::cross(Vec3(aside), Vec3(plane.normal)));
   const Vec3 y = glm::cross(Vec3(plane.normal), x);
-  struct Point {
-    Vec2 p;
-    Vec3f world;
-  };
-  std::vector<Point> points;
+  std::vector<Vec2> points;
   for (const Vec3f& world : plane.points)
-    points.push_back({Vec2(glm::dot(x, Vec3(world)), glm::dot(y, Vec3(world))), world});
-  std::sort(
-      points.begin(), points.end(),
-      [](const Point& a, const Point& b) {
-        return a.p.x != b.p.x ? a.p.x < b.p.x : a.p.y < b.p.y;
-      });
-  const auto turn = [](const Vec2& o, const Vec2& a, const Vec2& b) { return cross(a - o, b - o); };
-  std::vector<Point> hull;
-  for (int side = 0; side < 2; ++side) {
-    const std::size_t base = hull.size();
-    for (const Point& point : points) {
-      while (hull.size() >= base + 2 &&
-             turn(hull[hull.size() - 2].p, hull.back().p, point.p) <= 1e-12)
-        hull.pop_back();
-      hull.push_back(point);
-    }
-    hull.pop_back();  // the first of the other side
-    std::reverse(points.begin(), points.end());
-  }
+    points.emplace_back(glm::dot(x, Vec3(world)), glm::dot(y, Vec3(world)));
   std::vector<Vec3f> outline;
-  for (const Point& point : hull) outline.push_back(point.world);
+  for (const std::uint32_t corner : convex_hull(points, 1e-12))
+    outline.push_back(plane.points[corner]);
   return outline;
 }
 

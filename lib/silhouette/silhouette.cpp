@@ -4,9 +4,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "silhouette/blur/blur_state.h"
 #include "silhouette/blur/kept_matte.h"
+#include "silhouette/contour/contourer_state.h"
 #include "silhouette/pixels/chroma.h"
-#include "silhouette/pixels/row_ahead.h"
 
 namespace polyhull {
 
@@ -32,19 +33,15 @@ Rectangle bounding_rectangle(const Rings& rings, int width, int height) {
 struct Silhouetter::State {
   SilhouetteSettings settings;
   Keyer keyer;
-  Blur blur;
-  Tracer tracer;
-  Approximator approximator;
+  Blur::State blur;
+  Contourer::State contours;
   Matte keyed;  // only where the matte needs its neighbours or the blur whole planes
   Field field;
   silhouette::KeptMatte kept;  // with keep_matte
-  Rings traced, rings;
-  std::vector<std::int32_t> parents;
   SilhouetteStats stats;
 
   // Reuse: rows of the last frame are compared first; only when they were equal once is a frame
   // copied, so that moving pictures cost nothing.
-  bool rings_valid = false;
   bool copy_valid = false;
   std::uint64_t last_probe = 0;
   FrameView last_layout;  // its pixels may be gone
@@ -62,24 +59,19 @@ Silhouetter& Silhouetter::operator=(Silhouetter&&) noexcept = default;
 
 void Silhouetter::set(const SilhouetteSettings& settings) {
   State& s = *state_;
-  s.keyer.set(settings.key);
-  s.blur.set(settings.blur);
+  // Who is set lays out its tables anew.
+  if (settings.key != s.keyer.settings()) s.keyer.set(settings.key);
+  if (settings.blur != s.blur.settings) s.blur.set(settings.blur);
   s.settings = settings;
-  s.rings_valid = false;
+  s.contours.valid = false;
 }
 
 const SilhouetteSettings& Silhouetter::settings() const {
   return state_->settings;
 }
 
-void Silhouetter::set_tolerance(double tolerance) {
-  if (state_->settings.approximate.tolerance == tolerance) return;
-  state_->settings.approximate.tolerance = tolerance;
-  state_->rings_valid = false;
-}
-
 Keyer& Silhouetter::keyer() {
-  state_->rings_valid = false;
+  state_->contours.valid = false;
   return state_->keyer;
 }
 
@@ -108,7 +100,7 @@ bool Silhouetter::State::unchanged(const FrameView& frame, bool& worth_copying) 
     copy_valid = false;
     return false;
   }
-  if (rings_valid && copy_valid && same_pixels(frame, last.view(), keyer.active())) return true;
+  if (contours.valid && copy_valid && same_pixels(frame, last.view(), keyer.active())) return true;
   worth_copying = true;
   return false;
 }
@@ -136,10 +128,10 @@ void ask_for(const FrameView& frame, const Rectangle& active, int y, silhouette:
 
 void Silhouetter::State::stream(const FrameView& frame, const TraceSettings& trace) {
   keyer.prepare(frame);
-  blur.begin(frame.width, frame.height, Tracer::rows_kept(trace));
-  tracer.begin(frame.width, frame.height, trace);
+  blur.begin(frame.width, frame.height, Tracer::State::rows_kept(trace));
+  contours.tracer.begin(frame.width, frame.height, trace);
   if (settings.keep_matte) kept.begin(frame.width, frame.height);
-  Blur::Row row;
+  Blur::State::Row row;
   silhouette::RowAhead ahead;
   for (int y = 0; y < frame.height; ++y) {
     keyer.key_row(frame, y, blur.next_alpha(), blur.next_states());
@@ -149,7 +141,7 @@ void Silhouetter::State::stream(const FrameView& frame, const TraceSettings& tra
     while (blur.pull(row, &ahead)) {
       if (settings.keep_matte) kept.add_row(row.values, row.states);
       ahead.some();
-      tracer.push(row.values, row.states, &ahead);
+      contours.tracer.push(row.values, row.states, &ahead);
     }
     ahead.rest();
   }
@@ -158,12 +150,10 @@ void Silhouetter::State::stream(const FrameView& frame, const TraceSettings& tra
 void Silhouetter::State::planes(const FrameView& frame, const TraceSettings& trace) {
   keyer.key(frame, keyed);
   blur.apply(keyed, field);
-  tracer.begin(frame.width, frame.height, trace);
-  if (settings.keep_matte) kept.begin(frame.width, frame.height);
-  for (int y = 0; y < frame.height; ++y) {
-    if (settings.keep_matte) kept.add_row(field.row(y), field.state_row(y));
-    tracer.push(field.row(y), field.state_row(y));
-  }
+  contours.tracer.push_all(field, trace);
+  if (!settings.keep_matte) return;
+  kept.begin(frame.width, frame.height);
+  for (int y = 0; y < frame.height; ++y) kept.add_row(field.row(y), field.state_row(y));
 }
 
 const Rings& Silhouetter::process(const FrameView& frame) {
@@ -174,25 +164,24 @@ const Rings& Silhouetter::process(const FrameView& frame) {
   const bool learning = s.keyer.calibration().plate_frames_left > 0;
   if (!learning && s.unchanged(frame, worth_copying)) {
     ++s.stats.reused;
-    return s.rings;
+    return s.contours.rings;
   }
-  s.rings_valid = false;
-  TraceSettings trace;
-  trace.method = s.settings.method;
-  trace.corrected_sigma = corrected_sigma(s.settings.blur, s.settings.correct_curvature);
+  s.contours.valid = false;
+  const ContourSettings settings{
+      {s.settings.method, corrected_sigma(s.settings.blur, s.settings.correct_curvature)},
+      s.settings.approximate};
   if (s.keyer.needs_plane() || !s.blur.streams())
-    s.planes(frame, trace);
+    s.planes(frame, settings.trace);
   else
-    s.stream(frame, trace);
-  s.tracer.finish(s.traced, &s.parents);
-  s.approximator.approximate(s.traced, s.parents, s.settings.approximate, s.rings);
-  s.stats.last = s.approximator.counts();
-  if (s.rings.empty()) ++s.stats.empty;
+    s.stream(frame, settings.trace);
+  const Rings& rings = s.contours.finish(settings);
+  s.stats.last = s.contours.approximator.counts();
+  if (rings.empty()) ++s.stats.empty;
   // Without a valid calibration the next frame may be keyed differently although it is equal.
-  s.rings_valid = !learning;
+  s.contours.valid = !learning;
   s.copy_valid = worth_copying;
   if (worth_copying) s.last.assign(frame, s.keyer.active());
-  return s.rings;
+  return rings;
 }
 
 void Silhouetter::write_rgba(const FrameView& frame, const Rectangle& region, std::uint8_t* rgba,

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 /// \file
 /// Key, blur, trace and approximate in one pass over the frame. The same stages, called one after
-/// the other on whole planes (Keyer::key, Blur::apply, Tracer::trace, Approximator::approximate),
-/// give the same bytes.
+/// the other on whole planes (Keyer::key, Blur::apply, Contourer::find), give the same bytes.
 #pragma once
 
 #include <cstdint>
@@ -10,8 +9,7 @@
 
 #include "base/rings.h"
 #include "silhouette/blur/blur.h"
-#include "silhouette/contour/approximate.h"
-#include "silhouette/contour/trace.h"
+#include "silhouette/contour/contourer.h"
 #include "silhouette/key/key.h"
 
 namespace polyhull {
@@ -53,9 +51,6 @@ class Silhouetter {
   /// Throws Error (bad_input) for values out of range.
   void set(const SilhouetteSettings& settings);
   const SilhouetteSettings& settings() const;
-
-  /// Only the tolerance changes (adaptive); cheaper than set().
-  void set_tolerance(double tolerance);
 
   /// To change the keyer beside its settings; the next frame is then processed in any case.
   Keyer& keyer();

@@ -17,7 +17,6 @@
 
 #include "plugins/common/memory/matte_meta.h"
 #include "plugins/common/memory/payload_buffer.h"
-#include "plugins/common/silhouette/contour_stage.h"
 #include "plugins/common/silhouette/view_element.h"
 #include "silhouette/silhouette.h"
 
@@ -35,17 +34,19 @@ struct ContourFind : ViewElement {
   static void class_init(gpointer klass);
 
   explicit ContourFind(gpointer) { declare_contour_statistics(statistics); }
+  const Rings& find_contours(MatteContent content, const ContourValues& values, double tolerance);
   GstBuffer* make_view(GstBaseTransform* base, const GstVideoFrame& frame);
 
   Statistics statistics{"contourfind-stats"};
-  ContourStage stage;  // this and the rest belong to the streaming thread
+  Contourer contourer;  // this and the rest belong to the streaming thread
+  MatteContent before;  // of the frame before, where it may be needed
   PlanePool<Matte> mattes;
 };
 
 gboolean set_caps(GstBaseTransform* base, GstCaps* in, GstCaps*) {
   ContourFind& self = state_of<ContourFind>(base);
   if (!self.set_format(in)) return FALSE;
-  self.stage.reset();
+  self.before = {};
   return TRUE;
 }
 
@@ -66,13 +67,29 @@ MatteContent content_of(ContourFind& self, const GstVideoFrame& frame) {
   return {matte, nullptr, 0.0};
 }
 
+/// The contours of \p content: where reuse is on and neither it nor the settings changed, those of
+/// the frame before.
+const Rings& ContourFind::find_contours(MatteContent content, const ContourValues& values,
+                                        double tolerance) {
+  const ContourSettings settings{{values.method, values.correct_curvature ? content.sigma : 0.0},
+                                 values.approximation(tolerance)};
+  const bool reused =
+      values.reuse && contourer.holds(settings) && same_content(content, before);
+  if (!reused && content.field != nullptr)
+    contourer.find(*content.field, settings);
+  else if (!reused)
+    contourer.find(*content.matte, settings);
+  before = values.reuse ? std::move(content) : MatteContent{};
+  report_contours(statistics, contourer.counts(), reused, tolerance);
+  return contourer.contours();
+}
+
 GstBuffer* ContourFind::make_view(GstBaseTransform* base, const GstVideoFrame& frame) {
   const ContourValues values = snapshot(base, contour);
   const double tolerance = tolerance_of(values);
   begin_view(base, values, frame);
-  view.contours = stage.find(content_of(*this, frame), values, tolerance);
+  view.contours = find_contours(content_of(*this, frame), values, tolerance);
   view.roi = bounding_rectangle(view.contours, view.width, view.height);
-  report_contours(statistics, stage.counts(), stage.reused(), tolerance);
   if (view.roi.empty()) return writer.write(view, nullptr, frame.buffer);
 
   const int pixel = GST_VIDEO_FRAME_COMP_PSTRIDE(&frame, 0);
@@ -99,7 +116,7 @@ gboolean start(GstBaseTransform* base) {
 
 gboolean stop(GstBaseTransform* base) {
   ContourFind& self = state_of<ContourFind>(base);
-  self.stage.reset();
+  self.before = {};
   self.mattes.clear();
   return TRUE;
 }

@@ -183,8 +183,7 @@ bool is_overdue(HullBuild& self, const Pads& pads, const ViewDecision& set) {
   const Arrival& first = state_of<HullPadState>(pads[set.heads.front()]).parsed;
   const std::int64_t interval = std::max(first.end() - set.time, a_moment);
   if (now <= set.time + interval + self.timing.latency()) return false;
-  return later_views_wait(pads, set) ||
-         std::any_of(pads.begin(), pads.end(), more_wait);
+  return later_views_wait(pads, set) || std::any_of(pads.begin(), pads.end(), more_wait);
 }
 
 /// Whether an incomplete set must not be built, by missing-camera. A camera that sends, but too late
@@ -228,8 +227,8 @@ Step build_set(HullBuild& self, const Pads& pads, const ViewDecision& set,
   }
   std::vector<SetView> views = views_of(self, pads, set, settings);
   const std::size_t used = views.size();
-  const std::size_t fewest = settings.min_cameras > 0 ? settings.min_cameras
-                                                       : std::min(automatic_fewest, pads.size());
+  const std::size_t fewest =
+      settings.min_cameras > 0 ? settings.min_cameras : std::min(automatic_fewest, pads.size());
   if (used < fewest) {
     take_views(pads, set, settings);
     self.statistics.count("sets-dropped-few-cameras");
@@ -237,11 +236,9 @@ Step build_set(HullBuild& self, const Pads& pads, const ViewDecision& set,
     post_dropped(self, set);
     return {Outcome::again};
   }
-  const HullParameters parameters{settings.weld_distance, settings.max_deviation, settings.unseen,
-                                  settings.use_bounds, static_cast<int>(settings.threads)};
   GstBuffer* buffer = nullptr;
   try {
-    buffer = self.stage.build(element, std::move(views), parameters, set.trigger);
+    buffer = self.stage.build(element, std::move(views), settings, set.trigger);
   } catch (const Error& error) {
     // One odd silhouette does not end the stream; what is wrong with the settings does.
     if (error.kind() != Error::Kind::unsupported) throw;

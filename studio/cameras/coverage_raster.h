@@ -84,7 +84,10 @@ class CoverageRaster {
   Vertex project(const Vec3& position) const;
   void split(const Corner& a, const Corner& b, const Corner& c, std::uint32_t source, int depth);
   void emit(const Corner* const corners[3], std::uint32_t source, bool whole);
+  void split_all(std::span<const std::uint32_t> triangles);
   void find_valid_region(const Camera& camera);
+  Rectangle drawn_region() const;
+  int sort_into_bands(const Rectangle& region);  // how many there are
   void draw_band(int first_row, int rows, const Rectangle& region,
                  std::span<const std::uint32_t> list, float separation, const RowSink& sink) const;
   void cover(const Triangle& triangle, std::uint32_t index, Band& band) const;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // The sample points of a pixel in CoverageRaster, and which of them a triangle covers. Internal to
-// coverage_raster.cpp, and a header so that the loops are inlined there.
+// its files, and a header so that the loops are inlined there.
 //
 // Sample (i, j), 0 <= i, j < 8, lies at (128 i + 16 j - 504, 128 j + 16 i - 504) / 1024 px from the
 // pixel's centre: a square lattice sheared both ways. It is bit 8 j + i of a mask. Two samples of
@@ -20,6 +20,12 @@
 namespace polyhull::coverage {
 
 inline constexpr std::int32_t unit = 1024;  ///< per pixel
+inline constexpr std::uint32_t nothing = ~std::uint32_t{0};
+
+inline std::int32_t floor_pixel(std::int32_t fixed) {
+  return (fixed + unit / 2) >> 10;
+}
+
 inline constexpr int samples = 64;
 inline constexpr int depth_samples = 16;
 inline constexpr int depth_column[8] = {0, 2, 1, 3, 0, 2, 1, 3};

@@ -29,17 +29,7 @@ constexpr int cameras = 8;
 /// The traced boundary of a soft mask, before approximation.
 Rings trace(const Picture& mask) {
   Matte matte;
-  matte.resize(mask.width, mask.height);
-  for (int y = 0; y < mask.height; ++y) {
-    std::fill_n(matte.state_row(y), blocks_across(mask.width), BlockState{0});
-    for (int x = 0; x < mask.width; ++x) {
-      const std::uint8_t value = mask.row(y)[x];
-      matte.row(y)[x] = value;
-      matte.state_row(y)[x / matte_block] |= value == 0     ? block_empty
-                                             : value == 255 ? block_full
-                                                            : block_mixed;
-    }
-  }
+  load_matte(mask.pixels.data(), mask.width, 1, mask.width, mask.height, matte);
   BlurSettings settings;
   settings.sigma = 0.7;
   Blur blur;

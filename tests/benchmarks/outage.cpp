@@ -6,7 +6,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "silhouette/contour/approximate.h"
 #include "silhouette/silhouette.h"
 #include "studio/cameras/camera_picture.h"
 #include "studio/cameras/default_rig.h"
@@ -50,10 +49,7 @@ Rings contours(const Picture& picture) {
   blur.set(settings);
   Field field;
   blur.apply(matte, field);
-  Rings traced, rings;
-  Tracer().trace(field, {TraceMethod::subpixel, corrected_sigma(settings, true)}, traced);
-  Approximator().approximate(traced, {}, {}, rings);
-  return rings;
+  return Contourer().find(field, {{TraceMethod::subpixel, corrected_sigma(settings, true)}, {}});
 }
 
 /// The picture with a disk of this radius in pixels around each white pixel.

@@ -6,29 +6,11 @@
 
 #include "base/error.h"
 #include "hull/cones/clean_region.h"
+#include "hull/cones/simple_rings.h"
 #include "hull/cones/view_contours.h"
 
 namespace polyhull::hull {
 namespace {
-
-Int128 dot(const Plane& p, const IntVec& d) {
-  return p.a * d[0] + p.b * d[1] + p.c * d[2];
-}
-
-Vec3 real(const IntVec& v) {
-  return {static_cast<double>(v[0]), static_cast<double>(v[1]), static_cast<double>(v[2])};
-}
-
-/// The exact sign of d against the plane through the origin.
-int side(const Plane& plane, const Vec3& normal, const IntVec& d) {
-  const double x = static_cast<double>(d[0]), y = static_cast<double>(d[1]),
-               z = static_cast<double>(d[2]);
-  const double value = normal.x * x + normal.y * y + normal.z * z;
-  if (std::abs(value) > 1e-14 * (std::abs(x) + std::abs(y) + std::abs(z)))
-    return value > 0 ? 1 : -1;
-  const Int128 exact = dot(plane, d);
-  return exact > 0 ? 1 : exact < 0 ? -1 : 0;
-}
 
 Plane plane_through(const IntVec& u, const IntVec& v) {
   Plane p;
@@ -43,9 +25,6 @@ Vec3 unit_normal(const Plane& p) {
   const double length = glm::length(n);
   return length > 0 ? n / length : Vec3(0.0);
 }
-
-/// Rings whose parts come nearer than this are cleaned; clean ones keep further apart.
-constexpr double nearest_pixels = 1e-6;
 
 /// Where rounding a ray moves its pixel by more, the ray's own pixel is taken, which fits it 2^11
 /// times better: as well as doubles can tell.
@@ -84,7 +63,7 @@ class ConeBuilder {
     else if (glm::determinant(cone_.camera.to_ray) < 0)
       for (std::uint32_t r = 0; r < cone_.rings; ++r) reverse(begins_[r], begins_[r + 1]);
     cone_.grid.build(cone_.pixels, cone_.next, cone_.pixel_error);
-    if (!simple(clean)) return false;
+    if (!are_simple(cone_, clean)) return false;
     finish();
     return true;
   }
@@ -171,85 +150,6 @@ class ConeBuilder {
     return Vec2(q) / q.z;
   }
 
-  int side_of(std::uint32_t edge, std::uint32_t vertex) const {
-    return side(cone_.planes[edge], cone_.normals[edge], cone_.rays[vertex]);
-  }
-
-  /// Whether no edge meets another; \p clean rings may touch in vertices. In each cell edges are
-  /// compared from left to right as far as their boxes overlap: where many tiny edges share a cell,
-  /// most pairs are never looked at. At worst, with many edges above one another in one cell, all
-  /// pairs are, but only their boxes.
-  bool simple(bool clean) {
-    Cone& c = cone_;
-    c.compared_pairs = 0;
-    const double reach = 2 * nearest();
-    for (int row = 0; row < c.grid.rows(); ++row)
-      for (int column = 0; column < c.grid.columns(); ++column) {
-        boxes_.clear();
-        for (const std::uint32_t e : c.grid.edges(column, row)) {
-          const ContourGrid::Segment& s = c.grid.segment(e);
-          boxes_.push_back({glm::min(s.a, s.b) - reach, glm::max(s.a, s.b) + reach, e});
-        }
-        std::sort(boxes_.begin(), boxes_.end(),
-                  [](const EdgeBox& a, const EdgeBox& b) { return a.low.x < b.low.x; });
-        for (std::size_t i = 0; i < boxes_.size(); ++i)
-          for (std::size_t k = i + 1; k < boxes_.size() && boxes_[k].low.x <= boxes_[i].high.x;
-               ++k) {
-            ++c.compared_pairs;
-            if (boxes_[k].low.y > boxes_[i].high.y || boxes_[k].high.y < boxes_[i].low.y) continue;
-            if (meet(boxes_[i].edge, boxes_[k].edge, clean)) return false;
-          }
-      }
-    return true;
-  }
-
-  /// Whether two edges meet where they may not.
-  bool meet(std::uint32_t e, std::uint32_t f, bool clean) const {
-    const Cone& c = cone_;
-    if (c.next[e] == f || c.next[f] == e) return false;
-    if (clean && share_end(e, f)) return false;
-    if (!clean && close(e, f)) return true;
-    const int s0 = side_of(e, f), s1 = side_of(e, c.next[f]);
-    if (s0 * s1 > 0) return false;
-    const int t0 = side_of(f, e), t1 = side_of(f, c.next[e]);
-    if (t0 * t1 > 0) return false;
-    // Clean rings may touch where they have no vertex: a straight one was taken out.
-    if (clean && (s0 * s1 == 0 || t0 * t1 == 0)) return false;
-    return s0 != 0 || s1 != 0 || t0 != 0 || t1 != 0 || !apart_on_line(e, f);
-  }
-
-  /// Pixels that edges of rings which are not cleaned keep apart.
-  double nearest() const { return nearest_pixels + 2 * cone_.pixel_error; }
-
-  /// Whether an end of one edge lies so near the other that rounding could put it on either side.
-  bool close(std::uint32_t e, std::uint32_t f) const {
-    const auto near = [&](const ContourGrid::Segment& s, const Vec2& p) {
-      const Vec2 d = s.b - s.a, to = p - s.a;
-      const double length = glm::dot(d, d), off = cross(d, to);
-      const double along = glm::dot(d, to);
-      const double reach = nearest() * std::sqrt(length);
-      return std::abs(off) < reach && along > -reach && along < length + reach;
-    };
-    const ContourGrid::Segment &s = cone_.grid.segment(e), &t = cone_.grid.segment(f);
-    return near(s, t.a) || near(s, t.b) || near(t, s.a) || near(t, s.b);
-  }
-
-  /// Of edges on one straight line.
-  bool apart_on_line(std::uint32_t e, std::uint32_t f) const {
-    const Vec2 a = cone_.pixels[e], b = cone_.pixels[cone_.next[e]];
-    const Vec2 c = cone_.pixels[f], d = cone_.pixels[cone_.next[f]];
-    const int k = std::abs(b.x - a.x) > std::abs(b.y - a.y) ? 0 : 1;
-    return std::max(a[k], b[k]) < std::min(c[k], d[k]) ||
-           std::max(c[k], d[k]) < std::min(a[k], b[k]);
-  }
-
-  bool share_end(std::uint32_t e, std::uint32_t f) const {
-    const Cone& c = cone_;
-    const std::uint32_t g = c.next[e], h = c.next[f];
-    return c.rays[e] == c.rays[f] || c.rays[e] == c.rays[h] || c.rays[g] == c.rays[f] ||
-           c.rays[g] == c.rays[h];
-  }
-
   /// Turns rings so that the region lies on the positive side of each plane.
   void orient() {
     Cone& c = cone_;
@@ -259,7 +159,7 @@ class ConeBuilder {
         if (c.pixels[i].y < c.pixels[lowest].y ||
             (c.pixels[i].y == c.pixels[lowest].y && c.pixels[i].x < c.pixels[lowest].x))
           lowest = i;
-      const int turn = side_of(c.previous[lowest], c.next[lowest]);
+      const int turn = side_of(c, c.previous[lowest], c.next[lowest]);
       const Vec2 p = c.pixels[lowest];
       bool outer = true;
       for (std::uint32_t i = 0; i < c.size() && c.rings > 1; ++i) {
@@ -296,7 +196,7 @@ class ConeBuilder {
     Cone& c = cone_;
     c.turn.resize(c.size());
     for (std::uint32_t i = 0; i < c.size(); ++i)
-      c.turn[i] = static_cast<std::int8_t>(side_of(c.previous[i], c.next[i]));
+      c.turn[i] = static_cast<std::int8_t>(side_of(c, c.previous[i], c.next[i]));
     const Int128 x = c.centre[0], y = c.centre[1], z = c.centre[2];
     for (Plane& p : c.planes) p.o = -(p.a * x + p.b * y + p.c * z);
     choose_axis();
@@ -321,12 +221,9 @@ class ConeBuilder {
       noisy[k] = c.axis[k] + noise;
     }
     const auto in_front = [&](const IntVec& axis) {
-      for (const IntVec& d : c.rays)
-        if (static_cast<Int128>(axis[0]) * d[0] + static_cast<Int128>(axis[1]) * d[1] +
-                static_cast<Int128>(axis[2]) * d[2] <=
-            0)
-          return false;
-      return true;
+      const Plane plane{axis[0], axis[1], axis[2]};
+      return std::all_of(c.rays.begin(), c.rays.end(),
+                         [&](const IntVec& d) { return dot(plane, d) > 0; });
     };
     if (in_front(noisy)) c.axis = noisy;
     all_in_front_ = in_front(c.axis);
@@ -340,12 +237,7 @@ class ConeBuilder {
   };
   Cone& cone_;
   const Contours& contours_;
-  struct EdgeBox {
-    Vec2 low, high;
-    std::uint32_t edge;
-  };
   std::vector<Point> points_;
-  std::vector<EdgeBox> boxes_;
   std::vector<std::uint32_t> begins_;  // first vertex of each ring, and the end
   bool clean_ = false;
   bool folded_ = false;

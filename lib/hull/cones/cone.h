@@ -25,6 +25,9 @@ struct Lattice {
 };
 
 using IntVec = std::array<std::int64_t, 3>;
+inline Vec3 real(const IntVec& v) {
+  return {static_cast<double>(v[0]), static_cast<double>(v[1]), static_cast<double>(v[2])};
+}
 
 /// What of a camera the hull uses.
 struct ConeCamera {

@@ -32,10 +32,6 @@ void cut_by_rectangle(WorkingVolume& volume, const Cone& cone) {
                                       1e-9 * glm::length(cone.centre_real));
 }
 
-Vec3 real(const IntVec& v) {
-  return {static_cast<double>(v[0]), static_cast<double>(v[1]), static_cast<double>(v[2])};
-}
-
 /// The box around \p volume, and which faces of the bounds it touches.
 void enclose(ClippingProblem& problem, const WorkingVolume& volume) {
   problem.low = Vec3(1e300), problem.high = Vec3(-1e300);

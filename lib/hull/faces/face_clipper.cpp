@@ -3,132 +3,27 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace polyhull::hull {
+
 void FaceClipper::begin(const ClippingProblem& problem) {
-  problem_ = &problem;
-  std::size_t largest = 0;
-  for (const Cone* cone : problem.cones) largest = std::max(largest, cone->size());
-  stamp_.assign(largest, 0);
-  line_stamp_.assign(largest, 0);
-  lines_.resize(largest);
-  piece_at_ray_.assign(largest, 0);
-  candidates_.resize(largest + 1);
-  stamp_now_ = look_now_ = 0;
+  chart_.problem = &problem;
+  std::size_t most = 0;
+  for (const Cone* cone : problem.cones) most = std::max(most, cone->size());
+  view_.begin(most);
+  cutter_.begin(most);
   bounds_face_.assign(problem.cones.size(), 0);
-}
-
-bool FaceClipper::start(std::uint32_t face) {
-  chart_.face = face;
-  const ClippingProblem& s = *problem_;
-  if (face >= s.cone_faces()) {
-    if (!s.box_active[face - s.cone_faces()]) return false;
-    start_box_face();
-    return true;
-  }
-  chart_.cone = s.set.group[face];
-  chart_.local = face - s.first_face[chart_.cone];
-  if (s.far[chart_.cone] <= 0) return false;
-  start_cone_face();
-  return true;
-}
-
-void FaceClipper::start_cone_face() {
-  const ClippingProblem& s = *problem_;
-  const Cone& c = *s.cones[chart_.cone];
-  const std::uint32_t begin = chart_.local, end = c.next[chart_.local],
-                      base = s.first_face[chart_.cone];
-  const auto real = [](const IntVec& v) {
-    return Vec3(static_cast<double>(v[0]), static_cast<double>(v[1]), static_cast<double>(v[2]));
-  };
-  const Vec3 d0 = real(c.rays[begin]), e = real(c.rays[end]) - d0;
-  const double length = glm::length(d0), along = glm::length(e);
-  chart_.axis_a = d0 / length;
-  chart_.axis_b = e / along;
-  chart_.corner = c.centre_real;
-  // Depths are in units of the far plane's, so that w is at least about 1.
-  const Vec3 axis = real(c.axis);
-  const double axis_length = glm::length(axis);
-  chart_.unit = 1.0 / s.reach[chart_.cone];
-  chart_.handed = 1;
-
-  const double width = along / length;  // t of the second ray
-  const double scale = 1.0 / std::max(1.0, width);
-  const double za = glm::dot(axis, chart_.axis_a) / axis_length,
-               zb = glm::dot(axis, chart_.axis_b) / axis_length;
-  const Edge left{{0, 1, 0}, base + c.previous[begin], c.turn[begin]};
-  const Edge right{{width * scale, -scale, 0}, base + end, c.turn[end]};
-  const Edge far{
-      {-za, -zb, s.far[chart_.cone] * chart_.unit / axis_length}, s.far_plane(chart_.cone), 1};
-  const Edge near{
-      {za, zb, -s.near[chart_.cone] * chart_.unit / axis_length}, s.near_plane(chart_.cone), 1};
-  // far (left to right), right ray (up to near), near, left ray (down).
-  const Corner apex{0, 0, 1, determinant_error, 0, 0, 1, true};
-  const bool ends = s.near[chart_.cone] > 0;
-  add_rectangle({{{make_corner(left, far, 1), far},
-                  {make_corner(far, right, 1), right},
-                  {ends ? make_corner(right, near, 1) : apex, near},
-                  {ends ? make_corner(near, left, 1) : apex, left}}});
-}
-
-void FaceClipper::start_box_face() {
-  const ClippingProblem& s = *problem_;
-  const int k = static_cast<int>(chart_.face - s.cone_faces()), axis = k / 2;
-  chart_.cone = -1;
-  const int u = (axis + 1) % 3, v = (axis + 2) % 3;
-  chart_.corner = Vec3(0.0);
-  chart_.corner[axis] = s.box[k], chart_.corner[u] = s.box[2 * u], chart_.corner[v] = s.box[2 * v];
-  chart_.axis_b = chart_.axis_c = Vec3(0.0);
-  chart_.axis_b[u] = 1, chart_.axis_c[v] = 1;
-  const double wide = s.box[2 * u + 1] - s.box[2 * u], high = s.box[2 * v + 1] - s.box[2 * v];
-  double largest = std::max(wide, high);
-  for (const Cone* other : s.cones)
-    largest = std::max(largest, glm::length(other->centre_real - chart_.corner));
-  for (int i = 0; i < 6; ++i)
-    largest = std::max(largest, std::abs(s.box[i] - chart_.corner[i / 2]));
-  chart_.unit = 1.0 / largest;
-  // u, v and the face's axis are right-handed; the inward normal is the axis for the lower face.
-  chart_.handed = k % 2 == 0 ? 1 : -1;
-  const std::uint32_t pu = s.box_face(2 * u), pv = s.box_face(2 * v);
-  const Edge left{{0, 1, 0}, pu, 1}, right{{wide * chart_.unit, -1, 0}, pu + 1, 1};
-  const Edge bottom{{0, 0, 1}, pv, 1}, top{{high * chart_.unit, 0, -1}, pv + 1, 1};
-  add_rectangle({{{make_corner(left, bottom, 1), bottom},
-                  {make_corner(bottom, right, 1), right},
-                  {make_corner(right, top, 1), top},
-                  {make_corner(top, left, 1), left}}});
-}
-
-FaceClipper::Corner FaceClipper::make_corner(const Edge& l, const Edge& m, int s) {
-  const double u = l.line.b * m.line.d - l.line.d * m.line.b;
-  const bool known = u * s > 1e-9;
-  const double inverse = 1.0 / (known || std::abs(u) > 1e-300 ? u : 1e-300);
-  Corner v;
-  v.h = 1.0;
-  v.t = (l.line.d * m.line.a - l.line.a * m.line.d) * inverse;
-  v.w = (l.line.a * m.line.b - l.line.b * m.line.a) * inverse;
-  v.tolerance = known ? determinant_error * std::abs(inverse) : undecided;
-  v.plane1 = l.plane, v.plane2 = m.plane;
-  v.sign = static_cast<std::int8_t>(s * l.orientation * m.orientation);
-  v.apex = false;
-  return v;
-}
-
-void FaceClipper::add_rectangle(const std::array<Node, 4>& nodes) {
-  if (parts_.empty()) parts_.emplace_back();
-  part_count_ = 1;
-  parts_[0].nodes.assign(nodes.begin(), nodes.end());
-  parts_[0].loop_ends.assign(1, 4);
-  parts_[0].extent = {0, 0, 0, 0, 0, true};  // until divide() knows better
-  divide(0);
 }
 
 void FaceClipper::clip(std::uint32_t begin, std::uint32_t end, FaceLoops& out) {
   std::int32_t cone = -2;
   for (std::uint32_t f = begin; f < end; ++f) {
-    if (!start(f)) continue;
+    if (!chart_.lay(f)) continue;
+    start();
     if (chart_.cone != cone) {
       cone = chart_.cone;
-      order_ = cone >= 0 ? problem_->order[cone] : problem_->box_order;
+      order_ = cone >= 0 ? chart_.problem->order[cone] : chart_.problem->box_order;
     }
     // The starting rectangle of a box face already lies on its neighbours.
     if (cone >= 0) cut_by_box();
@@ -137,25 +32,33 @@ void FaceClipper::clip(std::uint32_t begin, std::uint32_t end, FaceLoops& out) {
     emit(out);
     to_front(order_);
   }
-  out.predicates += predicates_, out.exact += exact_, out.broken += broken_;
-  predicates_ = exact_ = broken_ = 0;
+  out.predicates += std::exchange(chart_.predicates, 0);
+  out.exact += std::exchange(chart_.exact, 0);
+  out.broken += std::exchange(cutter_.broken, 0);
+}
+
+void FaceClipper::start() {
+  if (parts_.empty()) parts_.emplace_back();
+  part_count_ = 1;
+  parts_[0].nodes.assign(chart_.start.begin(), chart_.start.end());
+  parts_[0].loop_ends.assign(1, 4);
+  parts_[0].extent = {0, 0, 0, 0, 0, true};  // until divide() knows better
+  divide(0);
 }
 
 void FaceClipper::cut_by_box() {
-  const ClippingProblem& s = *problem_;
-  part_ = &parts_[0];
-  cone_ = nullptr;
+  const ClippingProblem& s = *chart_.problem;
   for (int k = 0; k < 6; ++k) {
     if (!s.box_active[k]) continue;
     Vec3 normal(0.0), origin(0.0);
     normal[k / 2] = k % 2 == 0 ? 1.0 : -1.0;
     origin[k / 2] = s.box[k];
-    const Line line =
-        line_of(normal, {chart_.axis_a, chart_.axis_b, (chart_.corner - origin) * chart_.unit});
-    begin_cuts();
-    add_cut(line, 0, s.box_face(k));
-    const bool left =
-        cuts_.empty() ? side(part_->nodes[0].corner, s.box_face(k), line) > 0 : apply_cuts();
+    const Line line = line_of(normal, chart_.seen_from(origin));
+    cutter_.begin_cuts(parts_[0], false);
+    cutter_.add_cut(line, 0, s.box_face(k));
+    const bool left = cutter_.any_cuts()
+                          ? cutter_.apply()
+                          : chart_.side(parts_[0].nodes[0].corner, s.box_face(k), line) > 0;
     if (!left) {
       part_count_ = 0;
       return;
@@ -164,30 +67,26 @@ void FaceClipper::cut_by_box() {
   divide(0);
 }
 
-void FaceClipper::cut_by_cones(std::vector<std::uint32_t>& order) {
+void FaceClipper::cut_by_cones(const std::vector<std::uint32_t>& order) {
   for (const std::uint32_t other : order) {
-    look_at(other);
-    for (std::size_t i = part_count_; i-- > 0;) {
-      part_ = &parts_[i];
-      changed_ = false;
-      if (!cut_part())
-        std::swap(parts_[i], parts_[--part_count_]);
-      else if (changed_)
-        divide(i);
-    }
+    view_.look_from(other);
+    for (std::size_t i = part_count_; i-- > 0;)
+      if (!cut_part(i)) std::swap(parts_[i], parts_[--part_count_]);
     if (part_count_ == 0) return;
   }
 }
 
 /// Cuts the part by the cone; false if nothing is left.
-bool FaceClipper::cut_part() {
-  const Meeting meeting = gather();
-  if (meeting == Meeting::inside) return !cone_->complement;
-  if (meeting == Meeting::outside) return cone_->complement;
-  begin_cuts();
-  for (std::uint32_t i = 0; i < candidate_count_; ++i)
-    add_cut(cached_line(candidates_[i]), candidates_[i], base_ + candidates_[i]);
-  return apply_cuts();
+bool FaceClipper::cut_part(std::size_t index) {
+  using Meeting = ConeView::Meeting;
+  const Meeting meeting = view_.gather(parts_[index].extent);
+  if (meeting != Meeting::perhaps) return (meeting == Meeting::inside) != view_.cone().complement;
+  cutter_.begin_cuts(parts_[index], true);
+  for (const std::uint32_t edge : view_.edges())
+    cutter_.add_cut(view_.line(edge), edge, view_.base() + edge);
+  if (!cutter_.apply()) return false;
+  if (cutter_.changed()) divide(index);
+  return true;
 }
 
 /// Finds where the part's corners lie in (t, w); loops that lie apart in w become parts of their
@@ -228,7 +127,7 @@ void FaceClipper::divide(std::size_t index) {
   for (; group < loops_.size() && !apart(part.extent, loops_[group].extent); ++group)
     join(part.extent, loops_[group].extent);
   if (group == loops_.size()) return;
-  new_nodes_.swap(part.nodes);
+  divided_.swap(part.nodes);
   part.nodes.clear(), part.loop_ends.clear();
   std::size_t to = index;
   for (std::size_t i = 0; i < loops_.size(); ++i) {
@@ -244,7 +143,7 @@ void FaceClipper::divide(std::size_t index) {
       }
     }
     Part& p = parts_[to];
-    p.nodes.insert(p.nodes.end(), new_nodes_.begin() + loop.begin, new_nodes_.begin() + loop.end);
+    p.nodes.insert(p.nodes.end(), divided_.begin() + loop.begin, divided_.begin() + loop.end);
     p.loop_ends.push_back(static_cast<std::uint32_t>(p.nodes.size()));
   }
 }
@@ -255,8 +154,8 @@ void FaceClipper::to_front(std::vector<std::uint32_t>& order) {
   std::fill(bounds_face_.begin(), bounds_face_.end(), 0);
   for (std::size_t i = 0; i < part_count_; ++i)
     for (const Node& node : parts_[i].nodes)
-      if (node.edge.plane < problem_->cone_faces())
-        bounds_face_[problem_->set.group[node.edge.plane]] = 1;
+      if (node.edge.plane < chart_.problem->cone_faces())
+        bounds_face_[chart_.problem->set.group[node.edge.plane]] = 1;
   new_order_.clear();
   for (int bounds = 1; bounds >= 0; --bounds)
     for (const std::uint32_t cone : order)
@@ -264,17 +163,16 @@ void FaceClipper::to_front(std::vector<std::uint32_t>& order) {
   order.swap(new_order_);
 }
 
-int FaceClipper::side_exactly(const Corner& v, std::uint32_t plane, int orientation) {
-  ++exact_;
-  int sign;
-  if (v.apex) {
-    const IntVec& c = problem_->cones[chart_.cone]->centre;
-    sign = orientation * problem_->set.side_of_point(plane, c[0], c[1], c[2]);
-  } else {
-    sign = orientation * v.sign * chart_.handed *
-           problem_->set.orientation(chart_.face, v.plane1, v.plane2, plane);
-  }
-  return sign != 0 ? sign : 1;
+/// By its planes in rising order; an apex by its cone and ring.
+CornerKey FaceClipper::key_of(const Corner& v) const {
+  if (v.apex)
+    return {static_cast<std::uint32_t>(chart_.cone),
+            chart_.problem->cones[chart_.cone]->ring[chart_.local], apex_mark};
+  CornerKey key{chart_.face, v.plane1, v.plane2};
+  if (key[1] > key[2]) std::swap(key[1], key[2]);
+  if (key[0] > key[1]) std::swap(key[0], key[1]);
+  if (key[1] > key[2]) std::swap(key[1], key[2]);
+  return key;
 }
 
 void FaceClipper::emit(FaceLoops& out) {
@@ -287,24 +185,15 @@ void FaceClipper::emit(FaceLoops& out) {
       const std::size_t begin = out.corners.size();
       for (; k < loop_end; ++k) {
         const Corner& v = parts_[i].nodes[k].corner;
-        CornerKey key;
-        if (v.apex) {
-          key = {static_cast<std::uint32_t>(chart_.cone),
-                 problem_->cones[chart_.cone]->ring[chart_.local], apex_mark};
-          if (out.corners.size() > begin && same(out.corners.back(), key)) continue;
-        } else {
-          key = {chart_.face, v.plane1, v.plane2};
-          if (key[1] > key[2]) std::swap(key[1], key[2]);
-          if (key[0] > key[1]) std::swap(key[0], key[1]);
-          if (key[1] > key[2]) std::swap(key[1], key[2]);
-        }
+        const CornerKey key = key_of(v);
+        if (v.apex && out.corners.size() > begin && same(out.corners.back(), key)) continue;
         out.corners.push_back(key);
       }
       if (out.corners.size() > begin + 1 && same(out.corners.back(), out.corners[begin]))
         out.corners.pop_back();
       if (out.corners.size() < begin + 3) {
         out.corners.resize(begin);
-        ++broken_;
+        ++out.broken;
         continue;
       }
       if (reverse) std::reverse(out.corners.begin() + begin, out.corners.end());

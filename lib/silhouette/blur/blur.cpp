@@ -1,23 +1,15 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "silhouette/blur/blur.h"
+#include "silhouette/blur/blur_state.h"
 
-#include <algorithm>
-#include <bit>
 #include <cmath>
-#include <cstring>
-#include <vector>
 
 #include "base/error.h"
-#include "silhouette/blur/blur_plane.h"
 #include "silhouette/pixels/kernels.h"
-#include "silhouette/pixels/row_ahead.h"
 
 namespace polyhull {
 namespace {
 
 using silhouette::kernels;
-
-using Sixteen = std::uint8_t __attribute__((vector_size(16)));
 
 constexpr int vertical_scale = 64;  // units per level between the two passes
 constexpr std::int16_t vertical_full = 255 * vertical_scale;
@@ -50,90 +42,7 @@ int fir_radius(double sigma) {
   return std::max(1, static_cast<int>(std::ceil(3.5 * sigma)));
 }
 
-// A row kept in a ring, with room on both sides.
-template <typename T>
-class RowRing {
- public:
-  void resize(int rows, std::ptrdiff_t length, std::ptrdiff_t pad) {
-    rows_ = static_cast<int>(std::bit_ceil(static_cast<unsigned>(rows)));
-    pad_ = pad;
-    stride_ = (length + 2 * pad + 31) / 32 * 32;
-    values_.resize(static_cast<std::size_t>(stride_) * rows_);
-  }
-  T* row(int y) { return slot(y & (rows_ - 1)); }
-  T* slot(int i) { return values_.data() + pad_ + stride_ * i; }
-  int rows() const { return rows_; }
-  void clear(T value) { std::fill(values_.begin(), values_.end(), value); }
-
- private:
-  int rows_ = 1;
-  std::ptrdiff_t pad_ = 0, stride_ = 0;
-  std::vector<T> values_;
-};
-
 }  // namespace
-
-struct Blur::State {
-  BlurSettings settings;
-  bool fresh = true;
-
-  int radius = 0;
-  std::vector<std::int16_t> weights;
-
-  // The picture being pushed.
-  int width = 0, height = 0, blocks = 0;
-  int pushed = 0, pulled = 0;
-  silhouette::RowAhead* ahead = nullptr;  // of the row being pulled
-  RowRing<std::uint8_t> alpha;
-  RowRing<BlockState> alpha_states;
-  RowRing<std::int16_t> out;
-  RowRing<BlockState> out_states;
-  std::vector<std::int16_t> vertical;  // one row with `side` values on both sides
-  int side = 0;
-  std::vector<RowRing<BlockState>> unions;  // see push()
-  int side_blocks = 0;                      // that the radius reaches
-  std::vector<BlockState> column_states;    // over the window of rows, 0 beside the row
-  std::vector<BlockState> reached_states;   // over all that the filter reaches
-  std::vector<BlockState> vertical_states;  // what the blocks of `vertical` hold
-  std::vector<std::uint16_t> mixed_out, mixed_columns;
-  std::vector<const std::uint8_t*> window;
-
-  silhouette::PlaneBlur plane;  // box and recursive
-
-  // One finished row; states tells before what the memory of values holds.
-  template <typename Rows>
-  void blur_row(int y, const Rows& alpha_row, std::int16_t* values, BlockState* states);
-  void copy_row(const std::uint8_t* alpha_row, int y, std::int16_t* values, BlockState* states);
-  template <typename Rows>
-  void finish_row(int y, const Rows& alpha_row, std::int16_t* values, BlockState* states);
-  void push_states();
-  BlockState* states_level(int level, int y) {
-    return level == 0 ? alpha_states.row(y) : unions[static_cast<std::size_t>(level) - 1].row(y);
-  }
-  // Sixteen at a time: rows of states have that room.
-  void unite(const BlockState* a, const BlockState* b, BlockState* out) const {
-    for (int i = 0, end = blocks; i < end; i += 16) {
-      Sixteen one, other;
-      std::memcpy(&one, a + i, sizeof one);
-      std::memcpy(&other, b + i, sizeof other);
-      one |= other;
-      std::memcpy(out + i, &one, sizeof one);
-    }
-  }
-  // Calls change(block) for each block whose state in `now` is not that in `before`.
-  template <typename Change>
-  void each_changed(const BlockState* now, const BlockState* before, const Change& change) const {
-    const int end = blocks;
-    int b = 0;
-    for (; b + 8 <= end; b += 8)
-      if (eight_states(now + b) != eight_states(before + b))
-        for (int i = b; i < b + 8; ++i)
-          if (now[i] != before[i]) change(i);
-    for (; b < end; ++b)
-      if (now[b] != before[b]) change(b);
-  }
-  void threshold_row(std::int16_t* values, BlockState* states) const;
-};
 
 Blur::Blur() : state_(std::make_unique<State>()) {}
 Blur::~Blur() = default;
@@ -141,67 +50,59 @@ Blur::Blur(Blur&&) noexcept = default;
 Blur& Blur::operator=(Blur&&) noexcept = default;
 
 void Blur::set(const BlurSettings& settings) {
-  if (!(settings.sigma >= 0.0 && settings.sigma <= 100.0))
-    throw Error(Error::Kind::bad_input, "blur settings: sigma must be from 0 to 100 px");
-  if (settings.passes < 1 || settings.passes > 10)
-    throw Error(Error::Kind::bad_input, "blur settings: passes must be from 1 to 10");
-  if (settings.threshold < 0 || settings.threshold > 255)
-    throw Error(Error::Kind::bad_input, "blur settings: threshold must be from 0 to 255");
-  state_->settings = settings;
-  state_->fresh = true;
+  state_->set(settings);
 }
 
 const BlurSettings& Blur::settings() const {
   return state_->settings;
 }
 
-bool Blur::streams() const {
-  return state_->settings.method == BlurMethod::fir || state_->settings.sigma == 0.0;
+void Blur::apply(const Matte& matte, Field& field) {
+  state_->apply(matte, field);
 }
 
-void Blur::begin(int width, int height, int keep) {
-  State& s = *state_;
-  if (s.fresh) {
+void Blur::State::set(const BlurSettings& now) {
+  if (!(now.sigma >= 0.0 && now.sigma <= 100.0))
+    throw Error(Error::Kind::bad_input, "blur settings: sigma must be from 0 to 100 px");
+  if (now.passes < 1 || now.passes > 10)
+    throw Error(Error::Kind::bad_input, "blur settings: passes must be from 1 to 10");
+  if (now.threshold < 0 || now.threshold > 255)
+    throw Error(Error::Kind::bad_input, "blur settings: threshold must be from 0 to 255");
+  settings = now;
+  fresh = true;
+}
+
+void Blur::State::begin(int new_width, int new_height, int keep) {
+  if (fresh) {
     // Below 0.2 px the neighbours' weight is under 2^-15.
-    s.radius = s.settings.sigma < 0.2 ? 0 : fir_radius(s.settings.sigma);
-    if (s.radius > 0) s.weights = fir_weights(s.settings.sigma, s.radius);
-    s.fresh = false;
+    radius = settings.sigma < 0.2 ? 0 : fir_radius(settings.sigma);
+    if (radius > 0) weights = fir_weights(settings.sigma, radius);
+    fresh = false;
   }
-  s.width = width;
-  s.height = height;
-  s.blocks = blocks_across(width);
-  s.pushed = s.pulled = 0;
-  const std::ptrdiff_t length = static_cast<std::ptrdiff_t>(s.blocks) * matte_block;
-  s.alpha.resize(2 * s.radius + 2, length, 0);
-  s.alpha_states.resize(2 * s.radius + 2, s.blocks, 0);
-  s.unions.resize(std::bit_width(static_cast<unsigned>(2 * s.radius + 1)) - 1);
-  for (auto& level : s.unions) level.resize(2 * s.radius + 2, s.blocks, 0);
-  s.out.resize(keep + 1, length, field_pad);
-  s.out_states.resize(keep + 1, s.blocks, 0);
-  s.out_states.clear(block_mixed);
-  s.side = s.radius + 2 * matte_block;
-  s.vertical.resize(static_cast<std::size_t>(length + 2 * s.side));
-  s.side_blocks = (s.radius + matte_block - 1) / matte_block;
-  s.column_states.assign(static_cast<std::size_t>((s.blocks + 15) / 16 * 16 + 2 * s.side_blocks),
-                         0);
-  s.reached_states.resize(static_cast<std::size_t>((s.blocks + 15) / 16 * 16));
-  s.vertical_states.assign(static_cast<std::size_t>(s.blocks), 0);
-  s.mixed_out.resize(static_cast<std::size_t>(s.blocks) + 1);
-  s.mixed_columns.resize(static_cast<std::size_t>(s.blocks) + 1);
-  s.window.resize(2 * s.radius + 1);
+  width = new_width;
+  height = new_height;
+  blocks = blocks_across(width);
+  pushed = pulled = 0;
+  const std::ptrdiff_t length = static_cast<std::ptrdiff_t>(blocks) * matte_block;
+  alpha.resize(2 * radius + 2, length, 0);
+  alpha_states.resize(2 * radius + 2, blocks, 0);
+  unions.resize(std::bit_width(static_cast<unsigned>(2 * radius + 1)) - 1);
+  for (auto& level : unions) level.resize(2 * radius + 2, blocks, 0);
+  out.resize(keep + 1, length, field_pad);
+  out_states.resize(keep + 1, blocks, 0);
+  out_states.clear(block_mixed);
+  side = radius + 2 * matte_block;
+  vertical.resize(static_cast<std::size_t>(length + 2 * side));
+  side_blocks = (radius + matte_block - 1) / matte_block;
+  column_states.assign(static_cast<std::size_t>((blocks + 15) / 16 * 16 + 2 * side_blocks), 0);
+  reached_states.resize(static_cast<std::size_t>((blocks + 15) / 16 * 16));
+  vertical_states.assign(static_cast<std::size_t>(blocks), 0);
+  mixed_out.resize(static_cast<std::size_t>(blocks) + 1);
+  mixed_columns.resize(static_cast<std::size_t>(blocks) + 1);
+  window.resize(2 * radius + 1);
 }
 
-std::uint8_t* Blur::next_alpha() {
-  return state_->alpha.row(state_->pushed);
-}
-BlockState* Blur::next_states() {
-  return state_->alpha_states.row(state_->pushed);
-}
-void Blur::push() {
-  state_->push_states();
-}
-
-void Blur::State::push_states() {
+void Blur::State::push() {
   // unions[l - 1] of a row: of the 2^l rows that end with it, or of as many as there are.
   constexpr std::size_t most_levels = 16;
   const BlockState* before[most_levels];
@@ -226,16 +127,15 @@ void Blur::State::push_states() {
   ++pushed;
 }
 
-bool Blur::pull(Row& row, silhouette::RowAhead* ahead) {
-  State& s = *state_;
-  if (s.pulled >= s.height || (s.pushed < s.height && s.pushed <= s.pulled + s.radius))
-    return false;
-  row = {s.out.row(s.pulled), s.out_states.row(s.pulled), s.pulled};
-  s.ahead = ahead;
-  s.finish_row(
-      s.pulled, [&](int y) { return s.alpha.row(y); }, s.out.row(s.pulled),
-      s.out_states.row(s.pulled));
-  ++s.pulled;
+bool Blur::State::pull(Row& row, silhouette::RowAhead* row_ahead) {
+  if (pulled >= height || (pushed < height && pushed <= pulled + radius)) return false;
+  std::int16_t* const values = out.row(pulled);
+  BlockState* const states = out_states.row(pulled);
+  row = {values, states};
+  ahead = row_ahead;
+  finish_row(
+      pulled, [&](int y) { return alpha.row(y); }, values, states);
+  ++pulled;
   return true;
 }
 
@@ -332,27 +232,26 @@ void Blur::State::threshold_row(std::int16_t* values, BlockState* states) const 
   }
 }
 
-void Blur::apply(const Matte& matte, Field& field) {
-  State& s = *state_;
+void Blur::State::apply(const Matte& matte, Field& field) {
   field.resize(matte.width, matte.height);
   if (streams()) {
     begin(matte.width, matte.height, 1);
-    s.ahead = nullptr;
+    ahead = nullptr;
     for (int y = 0, next = 0; y < matte.height; ++y) {
-      for (; next < matte.height && next <= y + s.radius; ++next) {
-        std::memcpy(next_states(), matte.state_row(next), static_cast<std::size_t>(s.blocks));
+      for (; next < matte.height && next <= y + radius; ++next) {
+        std::memcpy(next_states(), matte.state_row(next), static_cast<std::size_t>(blocks));
         push();
       }
-      s.finish_row(
+      finish_row(
           y, [&](int row) { return matte.row(row); }, field.row(y), field.state_row(y));
     }
     return;
   }
-  s.blocks = blocks_across(matte.width);
-  s.width = matte.width;
-  s.plane.apply(matte, s.settings, field);
+  blocks = blocks_across(matte.width);
+  width = matte.width;
+  plane.apply(matte, settings, field);
   for (int y = 0; y < matte.height; ++y) {
-    if (s.settings.threshold > 0) s.threshold_row(field.row(y), field.state_row(y));
+    if (settings.threshold > 0) threshold_row(field.row(y), field.state_row(y));
     field.pad_row(y);
   }
 }

@@ -21,10 +21,6 @@
 
 namespace polyhull {
 
-namespace silhouette {
-class RowAhead;
-}
-
 enum class BlurMethod : std::uint8_t { fir, box, recursive };
 
 struct BlurSettings {
@@ -51,29 +47,9 @@ class Blur {
   /// Blurs a whole matte.
   void apply(const Matte& matte, Field& field);
 
-  /// True when rows can be pushed one after the other (fir, or no blur); else only apply() will do.
-  bool streams() const;
-
-  /// Starts a picture of \p height rows for pushing. The last \p keep rows pulled stay valid.
-  void begin(int width, int height, int keep);
-
-  /// Room for the next row: alpha (whole blocks, zero beyond the width) and its states; then
-  /// push().
-  std::uint8_t* next_alpha();
-  BlockState* next_states();
-  void push();
-
-  struct Row {
-    const std::int16_t* values;  ///< with field_pad values on both sides
-    const BlockState* states;
-    int y;
-  };
-  /// The next finished row; false when more rows must be pushed first, or all have been pulled.
-  /// \p ahead, if given: what is asked from memory meanwhile.
-  bool pull(Row& row, silhouette::RowAhead* ahead = nullptr);
+  struct State;
 
  private:
-  struct State;
   std::unique_ptr<State> state_;
 };
 

@@ -112,58 +112,78 @@ void cosine_lines(const float* x, float* out, int count, const Cosines& c) {
   }
 }
 
+constexpr int direct_taps = 7;
+
+/// A filter along lines, `lanes` of them at a time.
+struct LineFilter {
+  explicit LineFilter(const BlurSettings& blur);
+
+  /// Filters \p count values per line, which lie in \p padded behind room for `reach`; what it
+  /// returns lies in \p result. Both may change places.
+  const float* run(std::vector<float>& padded, std::vector<float>& result, int count) const;
+
+  BlurSettings settings;
+  BoxShape shape;
+  bool boxes, recursive;
+  Cosines c;
+  int reach;
+  std::array<double, direct_taps> direct{};  // of narrow kernels, which few cosines do not resolve
+};
+
+LineFilter::LineFilter(const BlurSettings& blur)
+    : settings(blur),
+      shape(box_shape(blur.sigma, blur.passes)),
+      boxes(blur.method == BlurMethod::box),
+      recursive(!boxes && blur.sigma >= 1.5),
+      c(recursive ? cosines(blur.sigma) : Cosines{}),
+      reach(boxes       ? (shape.radius + 1) * blur.passes
+            : recursive ? c.reach + 2
+                        : direct_taps) {
+  double total = 0.0;
+  for (int k = 0; k < direct_taps && !boxes && !recursive; ++k) {
+    direct[k] = blur.sigma > 0.0 ? std::exp(-0.5 * k * k / (blur.sigma * blur.sigma)) : k == 0;
+    total += k == 0 ? direct[k] : 2.0 * direct[k];
+  }
+  for (double& d : direct) d /= total;
+}
+
+const float* LineFilter::run(std::vector<float>& padded, std::vector<float>& result,
+                             int count) const {
+  float* x = padded.data() + static_cast<std::ptrdiff_t>(reach) * lanes;
+  for (int i = 1; i <= reach; ++i) {
+    std::copy_n(x, lanes, x - i * lanes);
+    std::copy_n(x + (count - 1) * lanes, lanes, x + (count - 1 + i) * lanes);
+  }
+  float* out = result.data() + static_cast<std::ptrdiff_t>(reach) * lanes;
+  if (recursive) {
+    cosine_lines(x, out, count, c);
+  } else if (!boxes) {
+    for (int i = 0; i < count * lanes; ++i) {
+      double sum = direct[0] * x[i];
+      for (int k = 1; k < direct_taps; ++k)
+        sum += direct[k] * (static_cast<double>(x[i - k * lanes]) + x[i + k * lanes]);
+      out[i] = static_cast<float>(sum);
+    }
+  }
+  for (int pass = 0; boxes && pass < settings.passes; ++pass) {
+    if (pass > 0) {
+      std::swap(padded, result);
+      std::swap(x, out);
+    }
+    // The room shrinks with every pass; border values stay right because the room is filtered too.
+    const int room = reach - (shape.radius + 1) * (pass + 1);
+    box_lines(x - room * lanes, out - room * lanes, count + 2 * room, shape.radius, shape.fraction,
+              shape.width);
+  }
+  return out;
+}
+
 }  // namespace
 
 void PlaneBlur::apply(const Matte& matte, const BlurSettings& settings, Field& field) {
   const int w = matte.width, h = matte.height;
-  const bool boxes = settings.method == BlurMethod::box;
-  const BoxShape shape = box_shape(settings.sigma, settings.passes);
-  const bool recursive = !boxes && settings.sigma >= 1.5;
-  const Cosines c = recursive ? cosines(settings.sigma) : Cosines{};
-  const int reach = boxes ? (shape.radius + 1) * settings.passes : recursive ? c.reach + 2 : 7;
-  // Narrow kernels are summed directly: a few cosines do not resolve them.
-  std::array<double, 7> direct{};
-  double total = 0.0;
-  for (int k = 0; k < 7 && !boxes && !recursive; ++k) {
-    direct[k] =
-        settings.sigma > 0.0 ? std::exp(-0.5 * k * k / (settings.sigma * settings.sigma)) : k == 0;
-    total += k == 0 ? direct[k] : 2.0 * direct[k];
-  }
-  for (double& d : direct) d /= total;
-
-  const auto filter = [&](int count) {
-    // padded_: reach lines, count lines, reach lines; result into result_.
-    float* x = padded_.data() + static_cast<std::ptrdiff_t>(reach) * lanes;
-    for (int i = 1; i <= reach; ++i) {
-      std::copy_n(x, lanes, x - i * lanes);
-      std::copy_n(x + (count - 1) * lanes, lanes, x + (count - 1 + i) * lanes);
-    }
-    float* out = result_.data() + static_cast<std::ptrdiff_t>(reach) * lanes;
-    if (boxes) {
-      for (int pass = 0; pass < settings.passes; ++pass) {
-        // The room shrinks with every pass; border values stay right because the room is filtered
-        // too.
-        const int room = reach - (shape.radius + 1) * (pass + 1);
-        box_lines(x - room * lanes, out - room * lanes, count + 2 * room, shape.radius,
-                  shape.fraction, shape.width);
-        if (pass + 1 < settings.passes) {
-          std::swap(padded_, result_);
-          x = padded_.data() + static_cast<std::ptrdiff_t>(reach) * lanes;
-          out = result_.data() + static_cast<std::ptrdiff_t>(reach) * lanes;
-        }
-      }
-    } else if (recursive) {
-      cosine_lines(x, out, count, c);
-    } else {
-      for (int i = 0; i < count * lanes; ++i) {
-        double sum = direct[0] * x[i];
-        for (int k = 1; k < 7; ++k)
-          sum += direct[k] * (static_cast<double>(x[i - k * lanes]) + x[i + k * lanes]);
-        out[i] = static_cast<float>(sum);
-      }
-    }
-    return out;
-  };
+  const LineFilter filter(settings);
+  const int reach = filter.reach;
   const std::size_t longest = static_cast<std::size_t>(std::max(w, h) + 2 * reach + 2) * lanes;
   padded_.resize(longest);
   result_.resize(longest);
@@ -174,7 +194,7 @@ void PlaneBlur::apply(const Matte& matte, const BlurSettings& settings, Field& f
     float* x = padded_.data() + static_cast<std::ptrdiff_t>(reach) * lanes;
     for (int y = 0; y < h; ++y)
       for (int l = 0; l < n; ++l) x[y * lanes + l] = matte.row(y)[x0 + l];
-    const float* out = filter(h);
+    const float* out = filter.run(padded_, result_, h);
     for (int y = 0; y < h; ++y)
       for (int l = 0; l < n; ++l)
         plane_[static_cast<std::size_t>(y) * w + x0 + l] = out[y * lanes + l];
@@ -185,7 +205,7 @@ void PlaneBlur::apply(const Matte& matte, const BlurSettings& settings, Field& f
     for (int i = 0; i < w; ++i)
       for (int l = 0; l < n; ++l)
         x[i * lanes + l] = plane_[static_cast<std::size_t>(y0 + l) * w + i];
-    const float* out = filter(w);
+    const float* out = filter.run(padded_, result_, w);
     for (int l = 0; l < n; ++l) {
       std::int16_t* to = field.row(y0 + l);
       for (int i = 0; i < w; ++i)

@@ -35,58 +35,61 @@ int reach_of(const TraceSettings& settings) {
 
 }  // namespace
 
-int Tracer::rows_kept(const TraceSettings& settings) {
+int Tracer::State::rows_kept(const TraceSettings& settings) {
   return 2 * reach_of(settings) + 2;
 }
 
-void Tracer::begin(int width, int height, const TraceSettings& settings) {
-  State& s = *state_;
-  s.settings = settings;
-  s.width = width;
-  s.height = height;
-  s.blocks = blocks_across(width);
-  s.mixed_list.resize(static_cast<std::size_t>(s.blocks) + 1);
-  s.words = ((width + 63) / 64 + 2 + 3) / 4 * 4;
-  s.reach = reach_of(settings);
-  s.centre = 1;
-  s.side = 0;
+void Tracer::State::begin(int new_width, int new_height, const TraceSettings& new_settings) {
+  settings = new_settings;
+  width = new_width;
+  height = new_height;
+  blocks = blocks_across(width);
+  mixed_list.resize(static_cast<std::size_t>(blocks) + 1);
+  words = ((width + 63) / 64 + 2 + 3) / 4 * 4;
+  reach = reach_of(settings);
+  centre = 1;
+  side = 0;
   if (settings.corrected_sigma > 0.0 && settings.method == TraceMethod::subpixel) {
     constexpr double unit = 512.0;
     // The pixel's aperture, and the segments of the traced line, which are chords of the boundary.
     const double variance =
         settings.corrected_sigma * settings.corrected_sigma + 1.0 / 12.0 + 1.0 / 8.0;
-    const double factor = variance / (1.0 * s.reach * s.reach);
-    s.side = static_cast<std::int16_t>(std::min(std::lround(factor * unit), 8000l));
-    s.centre = static_cast<std::int16_t>(unit + 4 * s.side);
+    const double factor = variance / (1.0 * reach * reach);
+    side = static_cast<std::int16_t>(std::min(std::lround(factor * unit), 8000l));
+    centre = static_cast<std::int16_t>(unit + 4 * side);
   }
-  s.pushed = s.classified = 0;
-  s.rows.assign(static_cast<std::size_t>(s.depth()), nullptr);
-  s.row_states.assign(static_cast<std::size_t>(s.depth()), nullptr);
-  s.above.assign(static_cast<std::size_t>(s.words) + 1, 0);  // find_changes() reads one more
-  s.below.assign(static_cast<std::size_t>(s.words) + 1, 0);
-  s.values_above.resize(static_cast<std::size_t>(s.words) * 64);
-  s.values_below.resize(static_cast<std::size_t>(s.words) * 64);
-  s.pieces.assign(static_cast<std::size_t>(s.words) * 4, 0);
-  const std::size_t columns = static_cast<std::size_t>(s.words) * 64 + 4;
-  s.columns.resize(3 * columns);
-  s.changes.on_row = s.columns.data();
-  s.changes.between = s.changes.on_row + columns;
-  s.changes.cells = s.changes.between + columns;
-  s.near_values.resize(2 * columns + 8);
-  s.far_values.resize(2 * columns + 8);
-  s.offsets.resize(2 * columns + 8);
-  s.count = s.row_above = s.row_below = 0;
-  s.row_begins.clear();
+  pushed = classified = 0;
+  rows.assign(static_cast<std::size_t>(depth()), nullptr);
+  row_states.assign(static_cast<std::size_t>(depth()), nullptr);
+  above.assign(static_cast<std::size_t>(words) + 1, 0);  // find_changes() reads one more
+  below.assign(static_cast<std::size_t>(words) + 1, 0);
+  values_above.resize(static_cast<std::size_t>(words) * 64);
+  values_below.resize(static_cast<std::size_t>(words) * 64);
+  pieces.assign(static_cast<std::size_t>(words) * 4, 0);
+  const std::size_t room = static_cast<std::size_t>(words) * 64 + 4;
+  columns.resize(3 * room);
+  changes.on_row = columns.data();
+  changes.between = changes.on_row + room;
+  changes.cells = changes.between + room;
+  near_values.resize(2 * room + 8);
+  far_values.resize(2 * room + 8);
+  offsets.resize(2 * room + 8);
+  count = row_above = row_below = 0;
+  row_begins.clear();
 }
 
-void Tracer::push(const std::int16_t* values, const BlockState* states,
-                  silhouette::RowAhead* ahead) {
-  State& s = *state_;
-  s.ahead = ahead;
-  s.rows[static_cast<std::size_t>(s.pushed) % s.rows.size()] = values;
-  s.row_states[static_cast<std::size_t>(s.pushed) % s.rows.size()] = states;
-  ++s.pushed;
-  s.advance(s.pushed == s.height ? s.height : s.pushed - s.reach);
+void Tracer::State::push(const std::int16_t* values, const BlockState* states,
+                         silhouette::RowAhead* row_ahead) {
+  ahead = row_ahead;
+  rows[static_cast<std::size_t>(pushed) % rows.size()] = values;
+  row_states[static_cast<std::size_t>(pushed) % rows.size()] = states;
+  ++pushed;
+  advance(pushed == height ? height : pushed - reach);
+}
+
+void Tracer::State::push_all(const Field& field, const TraceSettings& new_settings) {
+  begin(field.width, field.height, new_settings);
+  for (int y = 0; y < field.height; ++y) push(field.row(y), field.state_row(y));
 }
 
 // Classifies rows below `until` and does the cells between them. Grid rows: -2 all outside, -1 a
@@ -138,29 +141,28 @@ void Tracer::State::classify(int y) {
   word |= end << (after % 64);
 }
 
-void Tracer::finish(Rings& rings, std::vector<std::int32_t>* parents) {
-  State& s = *state_;
-  s.ahead = nullptr;
+void Tracer::State::finish(Rings& rings, std::vector<std::int32_t>* parents) {
+  ahead = nullptr;
   // `above` now holds the last row: its copy, then what lies outside the frame.
-  s.below = s.above;
-  s.values_below = s.values_above;
-  s.cells(s.height - 1);
-  s.row_above = s.row_below;
-  std::fill(s.below.begin(), s.below.end(), 0);
-  s.cells(s.height);
+  below = above;
+  values_below = values_above;
+  cells(height - 1);
+  row_above = row_below;
+  std::fill(below.begin(), below.end(), 0);
+  cells(height);
 
   rings.clear();
-  const bool binary = s.settings.method == TraceMethod::binary;
-  s.first_crossing.clear();
-  if (s.ring_of.size() < s.count) s.ring_of.resize(s.vertices.size());
-  if (rings.points.capacity() < s.count) rings.points.reserve(s.vertices.size());
-  rings.points.resize(s.count);
-  std::uint32_t* const next = s.next.data();
-  std::int32_t* const ring_of = s.ring_of.data();
-  const Vec2f* const passed = binary ? s.corners.data() : s.vertices.data();
+  const bool binary = settings.method == TraceMethod::binary;
+  first_crossing.clear();
+  if (this->ring_of.size() < count) this->ring_of.resize(vertices.size());
+  if (rings.points.capacity() < count) rings.points.reserve(vertices.size());
+  rings.points.resize(count);
+  std::uint32_t* const next = this->next.data();
+  std::int32_t* const ring_of = this->ring_of.data();
+  const Vec2f* const passed = binary ? corners.data() : vertices.data();
   Vec2f* const points = rings.points.data();
   Vec2f* end = points;
-  for (std::uint32_t start = 0; start < s.count; ++start) {
+  for (std::uint32_t start = 0; start < count; ++start) {
     if (next[start] == taken) continue;
     Vec2f* const begin = end;
     const auto ring = static_cast<std::int32_t>(rings.ends.size());
@@ -174,10 +176,10 @@ void Tracer::finish(Rings& rings, std::vector<std::int32_t>* parents) {
     }
     while (end > begin + 1 && end[-1] == *begin) --end;
     rings.ends.push_back(static_cast<std::uint32_t>(end - points));
-    s.first_crossing.push_back(start);
+    first_crossing.push_back(start);
   }
   rings.points.resize(static_cast<std::size_t>(end - points));
-  if (parents) s.find_parents(rings, *parents);
+  if (parents) find_parents(rings, *parents);
 }
 
 // A ring's first crossing is its leftmost on its topmost row (cells() counts crossings on a row
@@ -201,9 +203,8 @@ void Tracer::State::find_parents(const Rings& rings, std::vector<std::int32_t>& 
 
 void Tracer::trace(const Field& field, const TraceSettings& settings, Rings& rings,
                    std::vector<std::int32_t>* parents) {
-  begin(field.width, field.height, settings);
-  for (int y = 0; y < field.height; ++y) push(field.row(y), field.state_row(y));
-  finish(rings, parents);
+  state_->push_all(field, settings);
+  state_->finish(rings, parents);
 }
 
 double ring_area(std::span<const Vec2f> ring) {

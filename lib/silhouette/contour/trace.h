@@ -29,10 +29,6 @@
 
 namespace polyhull {
 
-namespace silhouette {
-class RowAhead;
-}
-
 enum class TraceMethod : std::uint8_t {
   subpixel,
   binary,  ///< the outline of the pixels at or above the half level, along their sides
@@ -44,7 +40,7 @@ struct TraceSettings {
   bool operator==(const TraceSettings&) const = default;
 };
 
-/// Traces a field row by row.
+/// Traces fields; keeps its working memory.
 class Tracer {
  public:
   Tracer();
@@ -52,27 +48,14 @@ class Tracer {
   Tracer(Tracer&&) noexcept;
   Tracer& operator=(Tracer&&) noexcept;
 
-  void begin(int width, int height, const TraceSettings& settings);
-
-  /// How many rows pushed before must stay valid while the next is pushed (or finish() called).
-  static int rows_kept(const TraceSettings& settings);
-
-  /// The next row, top to bottom: width values with field_pad more on both sides, and their states,
-  /// both valid for the next rows_kept() pushes. \p ahead, if given: what is asked from memory
-  /// meanwhile.
-  void push(const std::int16_t* values, const BlockState* states,
-            silhouette::RowAhead* ahead = nullptr);
-
-  /// After `height` rows: the rings, one vertex per crossing, in the order of their topmost rows.
-  /// \p parents, if given: for each ring the ring directly around it, -1 for none.
-  void finish(Rings& rings, std::vector<std::int32_t>* parents = nullptr);
-
-  /// begin(), push() for each row, finish().
+  /// The rings, one vertex per crossing, in the order of their topmost rows. \p parents, if given:
+  /// for each ring the ring directly around it, -1 for none.
   void trace(const Field& field, const TraceSettings& settings, Rings& rings,
              std::vector<std::int32_t>* parents = nullptr);
 
- private:
   struct State;
+
+ private:
   std::unique_ptr<State> state_;
 };
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 /// \file
-/// What a Tracer holds. Internal.
+/// What a Tracer holds, which takes a field row by row. Internal.
 #pragma once
 
 #include <algorithm>
@@ -26,6 +26,23 @@ struct CorrectedRow {
 };
 
 struct Tracer::State {
+  void begin(int width, int height, const TraceSettings& settings);
+
+  /// How many rows pushed before must stay valid while the next is pushed (or finish() called).
+  static int rows_kept(const TraceSettings& settings);
+
+  /// The next row, top to bottom: width values with field_pad more on both sides, and their states,
+  /// both valid for the next rows_kept() pushes. \p ahead, if given: what is asked from memory
+  /// meanwhile.
+  void push(const std::int16_t* values, const BlockState* states,
+            silhouette::RowAhead* ahead = nullptr);
+
+  /// begin() and all rows of \p field.
+  void push_all(const Field& field, const TraceSettings& settings);
+
+  /// After all rows: what Tracer::trace() gives.
+  void finish(Rings& rings, std::vector<std::int32_t>* parents);
+
   TraceSettings settings;
   int width = 0, height = 0, blocks = 0, words = 0;
   int reach = 1;

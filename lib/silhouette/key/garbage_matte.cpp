@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "base/convex_hull.h"
 #include "base/error.h"
 
 namespace polyhull {
@@ -47,23 +48,6 @@ void parse_polygon(std::string_view part, Rings& rings) {
   }
   if (rings.points.size() - before < 3) refuse(part, "has fewer than three corners");
   rings.ends.push_back(static_cast<std::uint32_t>(rings.points.size()));
-}
-
-/// Andrew's monotone chain.
-std::vector<Vec2> convex_hull(std::vector<Vec2> points) {
-  std::sort(points.begin(), points.end(),
-            [](const Vec2& a, const Vec2& b) { return a.x < b.x || (a.x == b.x && a.y < b.y); });
-  std::vector<Vec2> hull;
-  const auto add = [&hull](const Vec2& p, std::size_t keep) {
-    const auto turns = [&](const Vec2& from) { return cross(hull.back() - from, p - from) > 0.0; };
-    while (hull.size() >= keep + 2 && !turns(hull[hull.size() - 2])) hull.pop_back();
-    hull.push_back(p);
-  };
-  for (const Vec2& p : points) add(p, 0);
-  const std::size_t lower = hull.size() - 1;
-  for (auto p = points.rbegin() + 1; p < points.rend(); ++p) add(*p, lower);
-  hull.pop_back();
-  return hull;
 }
 
 /// The part of a convex polygon where normal . p <= limit.
@@ -160,7 +144,8 @@ Rings bounds_outline(const Camera& camera, const Bounds& bounds) {
   if (corners.size() < 3) return ring_of(nowhere);
 
   const Bounds frame = ideal_frame(camera);
-  std::vector<Vec2> outline = convex_hull(corners);
+  std::vector<Vec2> outline;
+  for (const std::uint32_t corner : convex_hull(corners)) outline.push_back(corners[corner]);
   outline = clip(outline, Vec2(1, 0), frame.max.x);
   outline = clip(outline, Vec2(-1, 0), -frame.min.x);
   outline = clip(outline, Vec2(0, 1), frame.max.y);

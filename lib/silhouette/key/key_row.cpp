@@ -94,6 +94,22 @@ void prototype_alpha(const std::uint8_t* pixels, const std::int16_t* signal, int
 
 }  // namespace
 
+// Of whole blocks [x0, end) of pixels of four bytes.
+void Keyer::State::pixel_alpha_row(const FrameView& frame, int y, int x0, int end,
+                                   std::uint8_t* alpha, BlockState* states) const {
+  const silhouette::Kernels& run = kernels();
+  const std::uint8_t* pixels = frame.row(0, y);
+  const int direct = std::min(end, frame.width / matte_block * matte_block);
+  if (direct > x0)
+    run.pixel_alpha(pixels + 4 * x0, direct - x0, forms, ramp, alpha + x0,
+                    states + x0 / matte_block);
+  if (direct < end) {
+    std::uint8_t last[4 * matte_block] = {};
+    std::memcpy(last, pixels + 4 * direct, static_cast<std::size_t>(4 * (frame.width - direct)));
+    run.pixel_alpha(last, matte_block, forms, ramp, alpha + direct, states + direct / matte_block);
+  }
+}
+
 void Keyer::State::alpha_row(const FrameView& frame, int y, std::uint8_t* alpha,
                              BlockState* states) const {
   // Whole blocks around the active columns; the last block of a row may reach past the frame.
@@ -104,20 +120,8 @@ void Keyer::State::alpha_row(const FrameView& frame, int y, std::uint8_t* alpha,
   RowMemory& memory = row_memory(row_length());
   const silhouette::Kernels& run = kernels();
 
-  if (path == Path::pixels && method == KeyMethod::soft && !local) {
-    const std::uint8_t* pixels = frame.row(0, y);
-    const int direct = std::min(end, frame.width / matte_block * matte_block);
-    if (direct > x0)
-      run.pixel_alpha(pixels + 4 * x0, direct - x0, forms, ramp, alpha + x0,
-                      states + x0 / matte_block);
-    if (direct < end) {
-      std::uint8_t last[4 * matte_block] = {};
-      std::memcpy(last, pixels + 4 * direct, static_cast<std::size_t>(4 * (frame.width - direct)));
-      run.pixel_alpha(last, matte_block, forms, ramp, alpha + direct,
-                      states + direct / matte_block);
-    }
-    return;
-  }
+  if (path == Path::pixels && method == KeyMethod::soft && !local)
+    return pixel_alpha_row(frame, y, x0, end, alpha, states);
 
   const int stop = std::min(end, frame.width);  // real pixels
   const std::uint8_t* pixels = nullptr;

@@ -89,6 +89,8 @@ struct Keyer::State {
   void lay_out_masks();
   void learn(const FrameView& frame);
   KeyLack lack() const;
+  void pixel_alpha_row(const FrameView& frame, int y, int x0, int end, std::uint8_t* alpha,
+                       BlockState* states) const;
   void alpha_row(const FrameView& frame, int y, std::uint8_t* alpha, BlockState* states) const;
 };
 

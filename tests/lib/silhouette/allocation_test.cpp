@@ -79,7 +79,8 @@ TEST(Allocation, NonePerFrameInOnePass) {
       round();
       EXPECT_EQ(allocations(round), 0) << "variant " << i << " " << name_of(format);
       // What adaptive does.
-      silhouetter.set_tolerance(2.0);
+      variants[i].approximate.tolerance = 2.0;
+      silhouetter.set(variants[i]);
       EXPECT_EQ(allocations(round), 0) << "variant " << i << ", another tolerance";
       EXPECT_FALSE(silhouetter.process(frames[0].view).empty());
     }

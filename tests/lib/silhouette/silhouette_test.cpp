@@ -46,12 +46,9 @@ Rings staged(const SilhouetteSettings& s, const FrameView& frame, Matte* blurred
   blur.set(s.blur);
   Field field;
   blur.apply(matte, field);
-  Tracer tracer;
-  Rings traced, rings;
-  std::vector<std::int32_t> parents;
-  tracer.trace(field, {s.method, corrected_sigma(s.blur, s.correct_curvature)}, traced, &parents);
-  Approximator approximator;
-  approximator.approximate(traced, parents, s.approximate, rings);
+  Contourer contourer;
+  const TraceSettings trace{s.method, corrected_sigma(s.blur, s.correct_curvature)};
+  const Rings rings = contourer.find(field, {trace, s.approximate});
   if (blurred) {
     blurred->resize(frame.width, frame.height);
     for (int y = 0; y < frame.height; ++y)
@@ -151,8 +148,9 @@ TEST(Silhouette, EqualFramesKeepTheirContours) {
     // And another picture.
     frame = figure(format, 200, 150, 1.0);
     EXPECT_EQ(with.process(frame.view), without.process(frame.view));
-    with.set_tolerance(1.0);
-    without.set_tolerance(1.0);
+    settings.approximate.tolerance = 1.0;
+    with.set(settings);
+    without.set(settings);
     EXPECT_EQ(with.process(frame.view), without.process(frame.view));
   }
 }

@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// The part of FaceClipper that cuts the loops by one cone's edges.
+#include "hull/faces/loop_cutter.h"
+
 #include <algorithm>
 #include <bit>
 #include <cmath>
-
-#include "hull/exact/pair.h"
-#include "hull/faces/face_clipper.h"
 
 namespace polyhull::hull {
 namespace {
@@ -14,20 +12,16 @@ constexpr std::uint32_t nothing = 0xffffffffu;
 
 }  // namespace
 
-int FaceClipper::side(const Crossing& x, std::uint32_t plane, const Line& line, int orientation) {
-  ++predicates_;
-  const double d = line.a * x.h + line.b * x.t + line.d * x.w;
-  const int sign = (d > determinant_error) - (d < -determinant_error);
-  if (sign != 0) return sign;
+int LoopCutter::side_exactly(const Crossing& x, std::uint32_t plane, int orientation) {
   const Edge& edge = part_->nodes[x.node].edge;
   Corner v{};
   v.plane1 = edge.plane;
   v.plane2 = cuts_[x.cut].plane;
   v.sign = static_cast<std::int8_t>(x.sign * edge.orientation);
-  return side_exactly(v, plane, orientation);
+  return chart_.side_exactly(v, plane, orientation);
 }
 
-std::uint32_t FaceClipper::following(std::uint32_t node) const {
+std::uint32_t LoopCutter::following(std::uint32_t node) const {
   ++node;
   std::uint32_t begin = 0;
   for (const std::uint32_t end : part_->loop_ends) {
@@ -39,7 +33,7 @@ std::uint32_t FaceClipper::following(std::uint32_t node) const {
 
 /// Makes the crossing a corner of the new loops, with \p edge behind it. (Written in place: parts
 /// copied out of the pipeline of stores would stall.)
-void FaceClipper::append(const Crossing& x, const Edge& edge) {
+void LoopCutter::append(const Crossing& x, const Edge& edge) {
   const Edge& own = part_->nodes[x.node].edge;
   const Cut& cut = cuts_[x.cut];
   Node& node = new_nodes_.emplace_back();
@@ -63,15 +57,14 @@ void FaceClipper::append(const Crossing& x, const Edge& edge) {
   v.apex = false;
 }
 
-FaceClipper::Corner FaceClipper::corner_at_ray(std::uint32_t ray) {
+Corner LoopCutter::corner_at_ray(std::uint32_t ray) {
   const std::uint32_t before = cone_->previous[ray];
-  return make_corner({cached_line(before), base_ + before, 1}, {cached_line(ray), base_ + ray, 1},
+  return make_corner({view_.line(before), base_ + before, 1}, {view_.line(ray), base_ + ray, 1},
                      forward_ ? cone_->turn[ray] : -cone_->turn[ray]);
 }
 
-/// Crosses the cut's line with all edges; what it holds inside the face becomes pieces, and the
-/// crossings between the cut's rays are entered with their edges.
-void FaceClipper::cross_edges(std::uint32_t index) {
+/// Crosses the cut's line with all edges.
+void LoopCutter::find_crossings(std::uint32_t index) {
   const Cut& cut = cuts_[index];
   std::uint32_t before = 0, after = 0;
   Line before_line{}, after_line{};
@@ -79,8 +72,8 @@ void FaceClipper::cross_edges(std::uint32_t index) {
   if (cone_ != nullptr) {
     before = cone_->previous[cut.edge];
     after = cone_->next[cut.edge];
-    before_line = cached_line(before);
-    after_line = cached_line(after);
+    before_line = view_.line(before);
+    after_line = view_.line(after);
     begin_turn = cone_->turn[cut.edge];
     end_turn = cone_->turn[after];
   }
@@ -119,6 +112,9 @@ void FaceClipper::cross_edges(std::uint32_t index) {
       }
     }
   }
+}
+
+void LoopCutter::sort_along_cut() {
   if (on_cut_.size() == 2) {
     // The line enters the face where the crossed edge's line grows.
     if (crossings_[on_cut_[0]].sign < 0) std::swap(on_cut_[0], on_cut_[1]);
@@ -132,6 +128,13 @@ void FaceClipper::cross_edges(std::uint32_t index) {
            --k)
         std::swap(on_cut_[k], on_cut_[k - 1]);
   }
+}
+
+/// What the cut's line holds inside the face becomes pieces, and the crossings between the cut's
+/// rays are entered with their edges.
+void LoopCutter::cross_edges(std::uint32_t index) {
+  find_crossings(index);
+  sort_along_cut();
   const auto enter = [&](std::uint32_t number) {
     Crossing& x = crossings_[number];
     if (x.place != 0) return nothing;
@@ -145,18 +148,19 @@ void FaceClipper::cross_edges(std::uint32_t index) {
     Crossing &x = crossings_[on_cut_[i]], &y = crossings_[on_cut_[i + 1]];
     if (x.place != 0 && y.place != 0 && !(x.place == 1 && y.place == 2)) continue;
     const std::uint32_t number = static_cast<std::uint32_t>(pieces_.size());
+    const std::uint32_t edge = cuts_[index].edge;
     if (x.place == 0)
       x.piece = number;
     else
-      piece_at_ray_[forward_ ? cut.edge : after] = number;
+      piece_at_ray_[forward_ ? edge : cone_->next[edge]] = number;
     const std::uint32_t from = enter(on_cut_[i]), to = enter(on_cut_[i + 1]);
     pieces_.push_back({index, from, to, false});
   }
-  if (on_cut_.size() % 2 != 0) ++broken_;
+  if (on_cut_.size() % 2 != 0) ++broken;
 }
 
 /// Brings the crossings of the node's edge into their order along it.
-void FaceClipper::sort_crossings(std::uint32_t node) {
+void LoopCutter::sort_crossings(std::uint32_t node) {
   on_edge_.clear();
   for (std::uint32_t i = first_on_edge_[node]; i != nothing; i = crossings_[i].later)
     on_edge_.push_back(i);
@@ -175,7 +179,7 @@ void FaceClipper::sort_crossings(std::uint32_t node) {
 
 /// Appends the pieces from \p piece on, from ray to ray, up to one that ends at a crossing or to
 /// \p last; \p piece becomes that. False if one is missing.
-bool FaceClipper::follow_pieces(std::uint32_t& piece, std::uint32_t last) {
+bool LoopCutter::follow_pieces(std::uint32_t& piece, std::uint32_t last) {
   for (;;) {
     Piece& now = pieces_[piece];
     if (now.done) return false;
@@ -193,7 +197,7 @@ bool FaceClipper::follow_pieces(std::uint32_t& piece, std::uint32_t last) {
 }
 
 /// Appends the new loop that enters the cone at the crossing. False if it does not close.
-bool FaceClipper::follow(std::uint32_t first) {
+bool LoopCutter::follow(std::uint32_t first) {
   for (std::uint32_t at = first;;) {
     Crossing& in = crossings_[at];
     if (in.done) return false;
@@ -215,33 +219,37 @@ bool FaceClipper::follow(std::uint32_t first) {
 }
 
 /// Of a loop that crosses no face of the cone: any of its corners tells, best one known well.
-bool FaceClipper::loop_inside(std::uint32_t begin, std::uint32_t end) {
+bool LoopCutter::loop_inside(std::uint32_t begin, std::uint32_t end) {
   if (cone_ == nullptr) return inner(0, begin);
   std::uint32_t best = begin;
   for (std::uint32_t i = begin; i < end; ++i) {
     const Corner &v = part_->nodes[i].corner, &b = part_->nodes[best].corner;
     if (!v.apex && (b.apex || v.tolerance < b.tolerance)) best = i;
   }
-  return inside_cone(best);
+  return view_.inside(part_->nodes[best]);
 }
 
 /// Whether, seen from the solid's side of the face, the cone's edges run as the chart's do.
-bool FaceClipper::runs_forward() const {
+bool LoopCutter::runs_forward() const {
   double x;
   if (chart_.cone >= 0) {
-    const Cone& own = *problem_->cones[chart_.cone];
+    const Cone& own = *chart_.problem->cones[chart_.cone];
     x = glm::dot(own.normals[chart_.local], cone_->centre_real - own.centre_real) * chart_.unit;
   } else {
-    const int k = static_cast<int>(chart_.face - problem_->cone_faces());
-    x = (cone_->centre_real[k / 2] - problem_->box[k]) * chart_.unit * chart_.handed;
+    const int k = static_cast<int>(chart_.face - chart_.problem->cone_faces());
+    x = (cone_->centre_real[k / 2] - chart_.problem->box[k]) * chart_.unit * chart_.handed;
   }
   if (!(std::abs(x) > 1e-14))
-    x = problem_->set.side_of_point(chart_.face, cone_->centre[0], cone_->centre[1],
-                                    cone_->centre[2]);
+    x = chart_.problem->set.side_of_point(chart_.face, cone_->centre[0], cone_->centre[1],
+                                          cone_->centre[2]);
   return (x > 0 ? 1 : -1) * chart_.handed < 0;
 }
 
-void FaceClipper::begin_cuts() {
+void LoopCutter::begin_cuts(Part& part, bool by_cone) {
+  part_ = &part;
+  cone_ = by_cone ? &view_.cone() : nullptr;
+  base_ = view_.base();
+  changed_ = false;
   words_ = (part_->nodes.size() + 63) / 64;
   cuts_.clear();
   masks_.clear();
@@ -254,8 +262,7 @@ void FaceClipper::begin_cuts() {
   }
 }
 
-/// Keeps the line as a cut if it has corners on both sides.
-void FaceClipper::add_cut(const Line& line, std::uint32_t edge, std::uint32_t plane) {
+void LoopCutter::add_cut(const Line& line, std::uint32_t edge, std::uint32_t plane) {
   const Node* nodes = part_->nodes.data();
   const std::size_t n = part_->nodes.size(), begin = masks_.size();
   const Line l = line;
@@ -274,22 +281,21 @@ void FaceClipper::add_cut(const Line& line, std::uint32_t edge, std::uint32_t pl
     for (std::uint64_t rest = full & ~sure; rest != 0; rest &= rest - 1) {
       const std::uint64_t bit = rest & -rest;
       const bool positive =
-          side_exactly(nodes[first + std::countr_zero(rest)].corner, plane, 1) > 0;
+          chart_.side_exactly(nodes[first + std::countr_zero(rest)].corner, plane, 1) > 0;
       above = positive ? above | bit : above & ~bit;
     }
     any = any || above != 0;
     all = all && above == full;
     masks_.push_back(above);
   }
-  predicates_ += n;
+  chart_.predicates += n;
   if (any && !all)
     cuts_.push_back({l, edge, plane});
   else
     masks_.resize(begin);
 }
 
-/// Makes of the loops what the cuts and the cone leave of them; false if that is nothing.
-bool FaceClipper::apply_cuts() {
+bool LoopCutter::apply() {
   const std::uint32_t n = static_cast<std::uint32_t>(part_->nodes.size());
   crossings_.clear(), pieces_.clear(), entries_.clear(), crowded_.clear();
   first_on_edge_.assign(n, nothing);
@@ -306,7 +312,7 @@ bool FaceClipper::apply_cuts() {
     if (good) {
       new_loop_ends_.push_back(static_cast<std::uint32_t>(new_nodes_.size()));
     } else {
-      ++broken_;
+      ++broken;
       new_nodes_.resize(begin);
     }
   };

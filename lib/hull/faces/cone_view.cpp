@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// The part of FaceClipper that looks at the face in another camera's picture.
+#include "hull/faces/cone_view.h"
+
 #include <algorithm>
 #include <cmath>
 
 #include "hull/exact/pair.h"
-#include "hull/faces/face_clipper.h"
 
 namespace polyhull::hull {
 namespace {
@@ -25,7 +25,7 @@ double larger(double a, double b) {
 
 /// What of the picture a face covers, and whether an edge comes near. Written without branches:
 /// which of its tests an edge fails is random.
-struct FaceClipper::Quadrilateral {
+struct ConeView::Quadrilateral {
   /// The corners at the far end of the rays and at the near end, each along the contour edge.
   Pair far_x, far_y, near_x, near_y;
   double margin;   ///< the grid's
@@ -92,33 +92,34 @@ struct FaceClipper::Quadrilateral {
   }
 };
 
-/// Has the other cone look at the face.
-void FaceClipper::look_at(std::uint32_t index) {
+void ConeView::begin(std::size_t most) {
+  stamp_.assign(most, 0);
+  line_stamp_.assign(most, 0);
+  lines_.resize(most);
+  candidates_.resize(most + 1);
+  stamp_now_ = look_now_ = 0;
+}
+
+void ConeView::look_from(std::uint32_t index) {
   ++look_now_;
-  cone_ = problem_->cones[index];
-  base_ = problem_->first_face[index];
-  const Vec3 to = (chart_.corner - cone_->centre_real) * chart_.unit;
-  if (chart_.cone >= 0)
-    picture_ = {chart_.axis_a, chart_.axis_b, to};
-  else
-    picture_ = {to, chart_.axis_b, chart_.axis_c};
+  cone_ = chart_.problem->cones[index];
+  base_ = chart_.problem->first_face[index];
+  axes_ = chart_.seen_from(cone_->centre_real);
   const Mat3& m = cone_->camera.to_pixel;
-  pixel_a_ = m * picture_.a, pixel_b_ = m * picture_.b, pixel_d_ = m * picture_.d;
+  pixel_a_ = m * axes_.a, pixel_b_ = m * axes_.b, pixel_d_ = m * axes_.d;
 }
 
 /// How far off the pixel of (1, t, w) can be, whose coordinates add up to \p sum, at the depth \p
 /// z. A corner's tolerance is twenty times the error of a cross product over the same determinant,
 /// and that error comes to each coordinate once for itself and once for the determinant.
-double FaceClipper::pixel_error(double tolerance, double sum, const Vec2& pixel, double z) const {
+double ConeView::pixel_error(double tolerance, double sum, const Vec2& pixel, double z) const {
   const double e = 0.05 * tolerance * (3 + sum);
   if (!(z > 2 * e * cone_->depth_scale)) return 1e300;
   return 2 * e * (cone_->pixel_scale + larger(pixel.x, pixel.y) * cone_->depth_scale) / z;
 }
 
-/// Finds the edges of the cone that may meet the part, or that there is none.
-FaceClipper::Meeting FaceClipper::gather() {
+ConeView::Meeting ConeView::gather(const Extent& x) {
   const Cone& cone = *cone_;
-  const Extent& x = part_->extent;
   const ContourGrid& grid = cone.grid;
   Quadrilateral quad;
   quad.margin = grid.margin();
@@ -142,9 +143,40 @@ FaceClipper::Meeting FaceClipper::gather() {
   return gather_edges(quad, block, error);
 }
 
-/// The same where the box around the part's picture has edges in its \p block of cells.
-FaceClipper::Meeting FaceClipper::gather_edges(Quadrilateral& quad, const ContourGrid::Block& block,
-                                               double error) {
+/// The columns that the quadrilateral spans in each row of the block's cells.
+void ConeView::find_rows(const Quadrilateral& quad, const ContourGrid::Block& block) {
+  const ContourGrid& grid = cone_->grid;
+  const auto [c0, c1, r0, r1] = block;
+  const double leftmost = c0, rightmost = c1, top = r0, bottom = r1;
+  rows_.assign(static_cast<std::size_t>(r1 - r0) + 1, {c1 + 1, c0 - 1});
+  for (int k = 0; k < 4; ++k) {
+    // In cells, downwards.
+    Vec2 from = grid.in_cells(quad.corner(k)), to = grid.in_cells(quad.corner((k + 1) & 3));
+    if (from.y > to.y) std::swap(from, to);
+    const double margin = grid.margin_in_cells(), dy = to.y - from.y;
+    const double least_x = std::clamp(std::min(from.x, to.x) - margin, leftmost, rightmost + 1);
+    const double most_x = std::clamp(std::max(from.x, to.x) + margin, leftmost - 1, rightmost);
+    // How far the line is to the left and to the right of where it enters a row.
+    const bool level = dy <= 2 * margin;
+    const double slope = level ? 0.0 : (to.x - from.x) / dy;
+    const double left = std::min(slope, 0.0) - margin - std::abs(slope) * margin;
+    const double right = std::max(slope, 0.0) + margin + std::abs(slope) * margin;
+    const int first = static_cast<int>(std::clamp(from.y - margin, top, bottom + 1));
+    const int last = static_cast<int>(std::clamp(to.y + margin, top - 1, bottom));
+    for (int r = first; r <= last; ++r) {
+      const double x = from.x + (r - from.y) * slope;
+      const double low = level ? least_x : std::clamp(x + left, least_x, rightmost + 1);
+      const double high = level ? most_x : std::clamp(x + right, leftmost - 1, most_x);
+      auto& row = rows_[r - r0];
+      row[0] = std::min(row[0], static_cast<int>(low));
+      row[1] = std::max(row[1], static_cast<int>(high));
+    }
+  }
+}
+
+/// The same where the box around the picture has edges in its \p block of cells.
+ConeView::Meeting ConeView::gather_edges(Quadrilateral& quad, const ContourGrid::Block& block,
+                                         double error) {
   const Cone& cone = *cone_;
   const ContourGrid& grid = cone.grid;
   const auto [c0, c1, r0, r1] = block;
@@ -161,32 +193,7 @@ FaceClipper::Meeting FaceClipper::gather_edges(Quadrilateral& quad, const Contou
   if (c0 == c1 || r0 == r1 || (c1 - c0 + 1) * (r1 - r0 + 1) <= 12) {
     for (int r = r0; r <= r1; ++r) take(c0, c1, r);
   } else {
-    // The columns that the quadrilateral spans in each row of cells.
-    const double leftmost = c0, rightmost = c1, top = r0, bottom = r1;
-    rows_.assign(static_cast<std::size_t>(r1 - r0) + 1, {c1 + 1, c0 - 1});
-    for (int k = 0; k < 4; ++k) {
-      // In cells, downwards.
-      Vec2 from = grid.in_cells(quad.corner(k)), to = grid.in_cells(quad.corner((k + 1) & 3));
-      if (from.y > to.y) std::swap(from, to);
-      const double margin = grid.margin_in_cells(), dy = to.y - from.y;
-      const double least_x = std::clamp(std::min(from.x, to.x) - margin, leftmost, rightmost + 1);
-      const double most_x = std::clamp(std::max(from.x, to.x) + margin, leftmost - 1, rightmost);
-      // How far the line is to the left and to the right of where it enters a row.
-      const bool level = dy <= 2 * margin;
-      const double slope = level ? 0.0 : (to.x - from.x) / dy;
-      const double left = std::min(slope, 0.0) - margin - std::abs(slope) * margin;
-      const double right = std::max(slope, 0.0) + margin + std::abs(slope) * margin;
-      const int first = static_cast<int>(std::clamp(from.y - margin, top, bottom + 1));
-      const int last = static_cast<int>(std::clamp(to.y + margin, top - 1, bottom));
-      for (int r = first; r <= last; ++r) {
-        const double x = from.x + (r - from.y) * slope;
-        const double low = level ? least_x : std::clamp(x + left, least_x, rightmost + 1);
-        const double high = level ? most_x : std::clamp(x + right, leftmost - 1, most_x);
-        auto& row = rows_[r - r0];
-        row[0] = std::min(row[0], static_cast<int>(low));
-        row[1] = std::max(row[1], static_cast<int>(high));
-      }
-    }
+    find_rows(quad, block);
     for (int r = r0; r <= r1; ++r) take(rows_[r - r0][0], rows_[r - r0][1], r);
   }
   candidate_count_ = 0;
@@ -202,14 +209,15 @@ FaceClipper::Meeting FaceClipper::gather_edges(Quadrilateral& quad, const Contou
     for (int k = 0; k < 4; ++k) {
       const Vec2 corner = quad.corner(k);
       if (!anywhere && !grid.empty_at(corner)) continue;
-      const Meeting meeting = locate(cone, corner, error);
+      const Meeting meeting = locate(corner, error);
       if (meeting != Meeting::perhaps) return meeting;
     }
   return Meeting::perhaps;
 }
 
 /// Where the point lies, which is off by \p error pixels at most, if doubles can tell.
-FaceClipper::Meeting FaceClipper::locate(const Cone& cone, const Vec2& x, double error) const {
+ConeView::Meeting ConeView::locate(const Vec2& x, double error) const {
+  const Cone& cone = *cone_;
   const double tiny = 1e-6 + cone.pixel_error + error;
   if (!(tiny < locatable)) return Meeting::perhaps;
   const ContourGrid& grid = cone.grid;
@@ -236,29 +244,26 @@ FaceClipper::Meeting FaceClipper::locate(const Cone& cone, const Vec2& x, double
   return inside ? Meeting::inside : Meeting::outside;
 }
 
-/// Whether the loop of the node, which crosses no face of the cone, lies inside it.
-bool FaceClipper::inside_cone(std::uint32_t node) {
+bool ConeView::inside(const Node& node) {
   const Cone& cone = *cone_;
-  const Corner& v = part_->nodes[node].corner;
+  const Corner& v = node.corner;
   if (v.tolerance < 1e-9) {
     const Vec3 q = v.h * pixel_a_ + v.t * pixel_b_ + v.w * pixel_d_;
     const Vec2 pixel = Vec2(q) / q.z;
     const double sum = std::abs(v.t) + std::abs(v.w);
     if (pixel_error(v.tolerance, sum, pixel, -q.z) < 1e300) return cone.complement;  // behind
-    const Meeting meeting = locate(cone, pixel, pixel_error(v.tolerance, sum, pixel, q.z));
+    const Meeting meeting = locate(pixel, pixel_error(v.tolerance, sum, pixel, q.z));
     if (meeting != Meeting::perhaps) return (meeting == Meeting::inside) != cone.complement;
   }
-  return inside_cone_exact(node);
+  return inside_exactly(node);
 }
 
 /// The same from all edges of the cone: along the edge's line from its first corner to infinity,
 /// that end which is behind the cone's centre and so outside, count the faces on the way.
-bool FaceClipper::inside_cone_exact(std::uint32_t node) {
+bool ConeView::inside_exactly(const Node& node) {
   const Cone& cone = *cone_;
-  const Picture& p = picture_;
-  const std::uint32_t base = base_;
-  const Edge e = part_->nodes[node].edge;
-  const Corner from = part_->nodes[node].corner;
+  const Edge& e = node.edge;
+  const Corner& from = node.corner;
   // The line's point at infinity: the plane at infinity is w = 0 in a cone's chart, h = 0 in a
   // box's.
   const Line infinite = chart_.cone >= 0 ? Line{0, 0, 1} : Line{1, 0, 0};
@@ -267,17 +272,17 @@ bool FaceClipper::inside_cone_exact(std::uint32_t node) {
   to.t = e.line.d * infinite.a - e.line.a * infinite.d;
   to.w = e.line.a * infinite.b - e.line.b * infinite.a;
   to.tolerance = 4 * determinant_error;
-  const Vec3 direction = to.h * p.a + to.t * p.b + to.w * p.d;
+  const Vec3 direction = to.h * axes_.a + to.t * axes_.b + to.w * axes_.d;
   int sign = glm::dot(cone.camera.forward, direction) > 0 ? -1 : 1;
   to.h *= sign, to.t *= sign, to.w *= sign;
   to.plane1 = e.plane;
-  to.plane2 = problem_->infinity();
+  to.plane2 = chart_.problem->infinity();
   to.sign = static_cast<std::int8_t>(sign * e.orientation);
   to.apex = false;
   bool inside = cone.complement;
   for (std::uint32_t k = 0; k < cone.size(); ++k) {
-    const Line line = line_of(cone.normals[k], p);
-    const int s0 = side(from, base + k, line), s1 = side(to, base + k, line);
+    const Line line = line_of(cone.normals[k], axes_);
+    const int s0 = chart_.side(from, base_ + k, line), s1 = chart_.side(to, base_ + k, line);
     if (s0 == s1) continue;
     const std::uint32_t before = cone.previous[k], after = cone.next[k];
     // to = sign (e x infinity) and k's line has the sign s1 there, so det(e, k, infinity) has the
@@ -288,11 +293,11 @@ bool FaceClipper::inside_cone_exact(std::uint32_t node) {
     x.t = s * (e.line.d * line.a - e.line.a * line.d);
     x.w = s * (e.line.a * line.b - e.line.b * line.a);
     x.tolerance = determinant_error;
-    x.plane1 = e.plane, x.plane2 = base + k;
+    x.plane1 = e.plane, x.plane2 = base_ + k;
     x.sign = static_cast<std::int8_t>(s * e.orientation);
     x.apex = false;
-    if (side(x, base + before, line_of(cone.normals[before], p)) == cone.turn[k] &&
-        side(x, base + after, line_of(cone.normals[after], p)) == cone.turn[after])
+    if (chart_.side(x, base_ + before, line_of(cone.normals[before], axes_)) == cone.turn[k] &&
+        chart_.side(x, base_ + after, line_of(cone.normals[after], axes_)) == cone.turn[after])
       inside = !inside;
   }
   return inside;

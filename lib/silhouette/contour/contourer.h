@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// From the matte to polygons: traced (trace.h) and approximated (approximate.h). The contours stay
+/// for pictures that are the same again.
+#pragma once
+
+#include <memory>
+
+#include "base/rings.h"
+#include "silhouette/contour/approximate.h"
+#include "silhouette/contour/trace.h"
+#include "silhouette/pixels/matte.h"
+
+namespace polyhull {
+
+struct ContourSettings {
+  TraceSettings trace;
+  ApproximateSettings approximate;
+  bool operator==(const ContourSettings&) const = default;
+};
+
+/// Finds one stream's contours; keeps its working memory between pictures.
+class Contourer {
+ public:
+  Contourer();
+  ~Contourer();
+  Contourer(Contourer&&) noexcept;
+  Contourer& operator=(Contourer&&) noexcept;
+
+  /// The contours of the next picture, valid until the next call. Throws Error (bad_input) for
+  /// settings out of range.
+  const Rings& find(const Field& field, const ContourSettings& settings);
+  /// The same of an unblurred matte.
+  const Rings& find(const Matte& matte, const ContourSettings& settings);
+
+  /// Whether contours() are what find() would give for the last picture with \p settings.
+  bool holds(const ContourSettings& settings) const;
+  const Rings& contours() const;
+  const ApproximateCounts& counts() const;
+
+  struct State;
+
+ private:
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace polyhull

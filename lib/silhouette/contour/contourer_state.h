@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// What a Contourer holds, for who gives it a picture row by row: tracer.begin(), tracer.push() for
+/// each row, finish(). Internal.
+#pragma once
+
+#include <vector>
+
+#include "silhouette/contour/contourer.h"
+#include "silhouette/contour/trace_state.h"
+
+namespace polyhull {
+
+struct Contourer::State {
+  Tracer::State tracer;
+  Approximator approximator;
+  Field unblurred;
+  Rings traced, rings;
+  std::vector<std::int32_t> parents;
+  ContourSettings settings;  // that the rings were found with
+  bool valid = false;
+
+  bool holds(const ContourSettings& now) const { return valid && settings == now; }
+  /// The contours of what was pushed into the tracer.
+  const Rings& finish(const ContourSettings& now);
+};
+
+}  // namespace polyhull
