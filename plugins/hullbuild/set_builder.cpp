@@ -32,7 +32,7 @@ SetBuilder::SetBuilder(Statistics& statistics)
                        "predicates", "exact-predicates", "hulls-reused", "empty-meshes",
                        "lone-silhouettes", "full-silhouettes"});
   for (const char* figure : {"undistort-ms", "prepare-ms", "scene-ms", "faces-ms", "assemble-ms",
-                             "triangulate-ms", "pack-ms"})
+                             "triangulate-ms", "pack-ms", "threads-used"})
     statistics_.set(figure, 0.0);
 }
 
@@ -80,7 +80,9 @@ void SetBuilder::build_hull(GstElement* element, Mesh& mesh, const HullParameter
   options.unseen = parameters.unseen;
   options.max_deviation = parameters.max_deviation;
   options.threads = parameters.threads > 0 ? parameters.threads : pool_threads();
+  const LoopWatch loops;
   mesh.hull = stage_->build(contours, options, parameters.weld_distance);
+  statistics_.set("threads-used", loops.threads());
   if (with_foreground.size() == 1)
     statistics_.warn(element, "lone-silhouettes",
                      "Only camera \"" + *with_foreground.front() +
