@@ -50,7 +50,7 @@ class GlbWriter : GltfBuilder {
     std::ostringstream out;
     tinygltf::TinyGLTF gltf;
     if (!gltf.WriteGltfSceneToStream(&model, out, false, true))
-      throw Error(Error::Kind::io, "the mesh could not be put into GLB form");
+      throw Error(Error::Kind::io, "The mesh could not be put into GLB form.");
     return out.str();
   }
 
