@@ -134,7 +134,7 @@ void save_scene(const Scene& scene, const std::string& path) {
   tinygltf::Model model = Writer(scene).write();
   tinygltf::TinyGLTF writer;
   if (!writer.WriteGltfSceneToFile(&model, path, true, true, false, true))
-    throw Error(Error::Kind::io, "Scene '" + path + "' could not be written.");
+    throw Error(Error::Kind::io, "Scene '{}' could not be written.", path);
 }
 
 }  // namespace polyhull

@@ -32,11 +32,9 @@ std::vector<Vec3f> outline_of(const Plane& plane) {
   std::vector<Point> points;
   for (const Vec3f& world : plane.points)
     points.push_back({Vec2(glm::dot(x, Vec3(world)), glm::dot(y, Vec3(world))), world});
-  std::sort(
-      points.begin(), points.end(),
-      [](const Point& a, const Point& b) {
-        return a.p.x != b.p.x ? a.p.x < b.p.x : a.p.y < b.p.y;
-      });
+  std::sort(points.begin(), points.end(), [](const Point& a, const Point& b) {
+    return a.p.x != b.p.x ? a.p.x < b.p.x : a.p.y < b.p.y;
+  });
   const auto turn = [](const Vec2& o, const Vec2& a, const Vec2& b) { return cross(a - o, b - o); };
   std::vector<Point> hull;
   for (int side = 0; side < 2; ++side) {
@@ -97,9 +95,8 @@ std::vector<Mirror> find_mirrors(const Scene& scene) {
 
 void set_light(Scene& scene, std::size_t index, const Light& light) {
   if (index >= scene.lights.size()) {
-    throw Error(Error::Kind::bad_input,
-                "Scene '" + scene.name + "' has " + std::to_string(scene.lights.size()) +
-                    " lights; there is no light " + std::to_string(index) + ".");
+    throw Error(Error::Kind::bad_input, "Scene '{}' has {} lights; there is no light {}.",
+                scene.name, scene.lights.size(), index);
   }
   Light& old = scene.lights[index];
   const int shown_by = old.mesh;
@@ -146,7 +143,7 @@ Bounds scene_bounds(const Scene& scene) {
     }
   }
   if (!(bounds.min.x <= bounds.max.x))
-    throw Error(Error::Kind::bad_input, "Scene '" + scene.name + "' has no geometry.");
+    throw Error(Error::Kind::bad_input, "Scene '{}' has no geometry.", scene.name);
   return bounds;
 }
 
@@ -164,12 +161,10 @@ Camera look_at(const Vec3& eye, const Vec3& target, double vertical_fov, int wid
                 "direction of view that is not along its upward direction.");
   }
   if (!(vertical_fov > 0.0 && vertical_fov < 180.0) || width < 1 || height < 1) {
-    throw Error(
-        Error::Kind::bad_input,
-        "A viewport camera needs a field of view between 0 and 180 degrees and a picture of at "
-        "least 1x1 pixels; it got " +
-            std::to_string(vertical_fov) + " degrees and " + std::to_string(width) + "x" +
-            std::to_string(height) + ".");
+    throw Error(Error::Kind::bad_input,
+                "A viewport camera needs a field of view between 0 and 180 degrees and a picture "
+                "of at least 1x1 pixels; it got {} degrees and {}x{}.",
+                vertical_fov, width, height);
   }
   Camera camera;
   camera.name = "viewport";
