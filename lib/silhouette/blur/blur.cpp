@@ -142,11 +142,11 @@ Blur& Blur::operator=(Blur&&) noexcept = default;
 
 void Blur::set(const BlurSettings& settings) {
   if (!(settings.sigma >= 0.0 && settings.sigma <= 100.0))
-    throw Error(Error::Kind::bad_input, "blur settings: sigma must be from 0 to 100 px");
+    throw Error(Error::Kind::bad_input, "Blur settings: sigma must be from 0 to 100 px.");
   if (settings.passes < 1 || settings.passes > 10)
-    throw Error(Error::Kind::bad_input, "blur settings: passes must be from 1 to 10");
+    throw Error(Error::Kind::bad_input, "Blur settings: passes must be from 1 to 10.");
   if (settings.threshold < 0 || settings.threshold > 255)
-    throw Error(Error::Kind::bad_input, "blur settings: threshold must be from 0 to 255");
+    throw Error(Error::Kind::bad_input, "Blur settings: threshold must be from 0 to 255.");
   state_->settings = settings;
   state_->fresh = true;
 }
