@@ -46,20 +46,18 @@ void SetBuilder::reset() {
 }
 
 void SetBuilder::check(const std::string& where, const std::string& name, int width,
-                      int height) const {
+                       int height) const {
   const Camera* camera = rig_.find(name);
   if (camera == nullptr)
-    throw Error(Error::Kind::bad_input, where + " brings views of camera \"" + name +
-                                            "\", which the rig does not have; its "
-                                            "cameras are " +
-                                            names_of(rig_) +
-                                            ". Set the pad's property camera to one of them");
+    throw Error(Error::Kind::bad_input,
+                "{} brings views of camera '{}', which the rig does not have; its cameras are {}. "
+                "Set the pad's property camera to one of them.",
+                where, name, names_of(rig_));
   if (camera->width != width || camera->height != height)
     throw Error(Error::Kind::bad_input,
-                where + ": camera \"" + name + "\" delivers pictures of " + std::to_string(width) +
-                    "x" + std::to_string(height) + ", but the rig was calibrated at " +
-                    std::to_string(camera->width) + "x" + std::to_string(camera->height) +
-                    ". Set the camera to that size or calibrate it again");
+                "{}: camera '{}' delivers pictures of {}x{}, but the rig was calibrated at {}x{}. "
+                "Set the camera to that size or calibrate it again.",
+                where, name, width, height, camera->width, camera->height);
 }
 
 void SetBuilder::build_hull(GstElement* element, Mesh& mesh, const HullParameters& parameters) {
@@ -70,10 +68,10 @@ void SetBuilder::build_hull(GstElement* element, Mesh& mesh, const HullParameter
     if (!view.view.contours.empty()) with_foreground.push_back(&view.view.camera);
     if (fills_frame(view.view))
       statistics_.warn(element, "full-silhouettes",
-                       "All that camera \"" + view.view.camera +
-                           "\" sees is foreground: its silhouette is the whole frame and says "
-                           "nothing about the subject. Check its keying, and that it does not "
-                           "stand inside the subject.");
+                       fmt::format("All that camera '{}' sees is foreground: its silhouette is "
+                                   "the whole frame and says nothing about the subject. Check its "
+                                   "keying, and that it does not stand inside the subject.",
+                                   view.view.camera));
   }
   HullOptions options;
   if (parameters.use_bounds) options.bounds = rig_.bounds;
@@ -85,9 +83,9 @@ void SetBuilder::build_hull(GstElement* element, Mesh& mesh, const HullParameter
   statistics_.set("threads-used", loops.threads());
   if (with_foreground.size() == 1)
     statistics_.warn(element, "lone-silhouettes",
-                     "Only camera \"" + *with_foreground.front() +
-                         "\" sees a foreground. A hull needs two; an empty mesh goes on. Check the "
-                         "keying of the other cameras.");
+                     fmt::format("Only camera '{}' sees a foreground. A hull needs two; an empty "
+                                 "mesh goes on. Check the keying of the other cameras.",
+                                 *with_foreground.front()));
   const HullStatistics& figures = stage_->statistics();
   statistics_.set("undistort-ms", 1e3 * stage_->seconds_undistort());
   statistics_.set_count("cameras", with_foreground.size());
@@ -109,10 +107,10 @@ void SetBuilder::report(const Mesh& mesh) {
   statistics_.set_count("vertices", mesh.hull.vertices.size());
   statistics_.set_count("triangles", mesh.hull.triangles.size() / 3);
   is_empty_ = mesh.hull.empty();
-  all_see_foreground_ = mesh.views.size() >= 2 &&
-                        std::none_of(mesh.views.begin(), mesh.views.end(), [](const MeshView& view) {
-                          return view.view.contours.empty();
-                        });
+  all_see_foreground_ = mesh.views.size() >= 2 && std::none_of(mesh.views.begin(), mesh.views.end(),
+                                                               [](const MeshView& view) {
+                                                                 return view.view.contours.empty();
+                                                               });
 }
 
 GstBuffer* SetBuilder::build(GstElement* element, std::vector<SetView> views,

@@ -90,7 +90,7 @@ void load_changed_rig(HullBuild& self, const HullSettings& settings) {
     self.stage.set_rig(open_rig(settings.rig));
   } catch (const Error& error) {
     self.statistics.warn(GST_ELEMENT_CAST(self.element), "rigs-refused",
-                         std::string("The former rig stays in use: ") + error.what());
+                         fmt::format("The former rig stays in use: {}", error.what()));
   }
 }
 
@@ -183,8 +183,7 @@ bool is_overdue(HullBuild& self, const Pads& pads, const ViewDecision& set) {
   const Arrival& first = state_of<HullPadState>(pads[set.heads.front()]).parsed;
   const std::int64_t interval = std::max(first.end() - set.time, a_moment);
   if (now <= set.time + interval + self.timing.latency()) return false;
-  return later_views_wait(pads, set) ||
-         std::any_of(pads.begin(), pads.end(), more_wait);
+  return later_views_wait(pads, set) || std::any_of(pads.begin(), pads.end(), more_wait);
 }
 
 /// Whether an incomplete set must not be built, by missing-camera. A camera that sends, but too late
@@ -228,8 +227,8 @@ Step build_set(HullBuild& self, const Pads& pads, const ViewDecision& set,
   }
   std::vector<SetView> views = views_of(self, pads, set, settings);
   const std::size_t used = views.size();
-  const std::size_t fewest = settings.min_cameras > 0 ? settings.min_cameras
-                                                       : std::min(automatic_fewest, pads.size());
+  const std::size_t fewest =
+      settings.min_cameras > 0 ? settings.min_cameras : std::min(automatic_fewest, pads.size());
   if (used < fewest) {
     take_views(pads, set, settings);
     self.statistics.count("sets-dropped-few-cameras");
@@ -247,7 +246,7 @@ Step build_set(HullBuild& self, const Pads& pads, const ViewDecision& set,
     if (error.kind() != Error::Kind::unsupported) throw;
     take_views(pads, set, settings);
     self.statistics.warn(element, "sets-refused",
-                         std::string("A set was dropped: ") + error.what());
+                         fmt::format("A set was dropped: {}", error.what()));
     post_dropped(self, set);
     return {Outcome::again};
   }

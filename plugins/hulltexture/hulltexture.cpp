@@ -156,7 +156,7 @@ GstBuffer* texture_buffer(GstBaseTransform* transform, GstBuffer* buffer) {
     in.emplace(buffer);
   } catch (const Error& error) {
     self.statistics.warn(GST_ELEMENT_CAST(transform), "meshes-unusable",
-                         std::string("A buffer was dropped: ") + error.what());
+                         fmt::format("A buffer was dropped: {}", error.what()));
     return nullptr;
   }
   Mesh mesh = in->mesh();

@@ -39,10 +39,8 @@ int find_camera(const Rig& rig, const RigTestSettings& settings) {
     if (rig.cameras[i].name == settings.camera) return static_cast<int>(i);
     names += (i ? ", " : "") + rig.cameras[i].name;
   }
-  throw Error(Error::Kind::not_found,
-              "The rig " + (settings.rig.empty() ? "built in" : "'" + settings.rig + "'") +
-                  " has no camera called '" + settings.camera + "'. Its cameras are: " + names +
-                  ".");
+  throw Error(Error::Kind::not_found, "The rig {} has no camera called '{}'. Its cameras are: {}.",
+              settings.rig.empty() ? "built in" : "'" + settings.rig + "'", settings.camera, names);
 }
 
 GstFlowReturn fill(GstPushSrc* push, GstBuffer* buffer) {
@@ -61,7 +59,8 @@ GstFlowReturn fill(GstPushSrc* push, GstBuffer* buffer) {
 
     const auto begin = std::chrono::steady_clock::now();
     const LoopWatch loops;
-    const double seconds = settings.start + settings.speed * static_cast<double>(next.time) / GST_SECOND;
+    const double seconds =
+        settings.start + settings.speed * static_cast<double>(next.time) / GST_SECOND;
     stream.drawing.picture->set_time(seconds);
     GstVideoFrame frame;
     if (!gst_video_frame_map(&frame, &info, buffer, GST_MAP_WRITE)) {
