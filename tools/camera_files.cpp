@@ -40,8 +40,9 @@ void say_doubts(const AssignedFiles& files, const std::vector<std::size_t>& orde
   for (const std::size_t i : ordered)
     list += (list.empty() ? "" : ", ") + rig.cameras[files[i].first].name + "=" + files[i].second;
   if (!list.empty())
-    std::cerr << program << ": note: these files are named after no camera and go by the rig's order: "
-              << list << "\n";
+    std::cerr << program
+              << ": note: these files are named after no camera and go by the rig's order: " << list
+              << "\n";
   for (std::size_t i = 0; i < files.size(); ++i)
     for (std::size_t k = 0; k < i; ++k)
       if (files[i].second == files[k].second)
@@ -57,8 +58,8 @@ std::vector<std::pair<std::size_t, std::string>> assign_files(const std::vector<
                                                               const std::string& option,
                                                               const std::string& program) {
   const auto fail = [&](const std::string& file, const std::string& what) {
-    throw Error(Error::Kind::bad_input,
-                option + " " + file + ": " + what + "; give CAMERA=FILE, one per camera");
+    throw Error(Error::Kind::bad_input, "{} {}: {}; give CAMERA=FILE, one per camera.", option,
+                file, what);
   };
   const std::size_t none = rig.cameras.size();
   std::vector<bool> taken(rig.cameras.size());
@@ -70,9 +71,9 @@ std::vector<std::pair<std::size_t, std::string>> assign_files(const std::vector<
     const std::filesystem::path whole(path);
     std::size_t found = none;
     if (named) {
-      const auto camera = std::find_if(
-          rig.cameras.begin(), rig.cameras.end(),
-          [&](const Camera& each) { return file.compare(0, equals, each.name) == 0; });
+      const auto camera =
+          std::find_if(rig.cameras.begin(), rig.cameras.end(),
+                       [&](const Camera& each) { return file.compare(0, equals, each.name) == 0; });
       found = static_cast<std::size_t>(camera - rig.cameras.begin());
     } else {
       found = camera_of(whole.filename().string(), rig);
@@ -81,10 +82,11 @@ std::vector<std::pair<std::size_t, std::string>> assign_files(const std::vector<
     if (named && found == none) {
       std::string names;
       for (const Camera& camera : rig.cameras) names += (names.empty() ? "" : ", ") + camera.name;
-      fail(file, "the rig has no camera \"" + file.substr(0, equals) + "\", it has " + names);
+      fail(file,
+           fmt::format("the rig has no camera '{}', it has {}", file.substr(0, equals), names));
     }
     if (found != none && taken[found])
-      fail(file, "camera \"" + rig.cameras[found].name + "\" has a file already");
+      fail(file, fmt::format("camera '{}' has a file already", rig.cameras[found].name));
     if (found != none) taken[found] = true;
     result.emplace_back(found, path);
   }

@@ -26,7 +26,7 @@ bool inside(std::span<const Vec2f> ring, Vec2 p) {
 
 Rings parse_rings(const Json& json, const std::string& where) {
   const auto fail = [&](const std::string& what) {
-    throw Error(Error::Kind::bad_input, where + ": " + what + "; expected [ring][vertex][u, v]");
+    throw Error(Error::Kind::bad_input, "{}: {}; expected [ring][vertex][u, v].", where, what);
   };
   Rings rings;
   if (!json.is_array()) fail("the silhouette is not an array");
@@ -88,9 +88,8 @@ HullScene parse_hull_scene(std::string_view text, const std::string& source) {
     scene.rig = parse_rig(json.at("rig").dump(), source);
     const Json& silhouettes = json.at("silhouettes");
     if (silhouettes.size() != scene.rig.cameras.size()) {
-      throw Error(Error::Kind::bad_input,
-                  source + ": " + std::to_string(silhouettes.size()) + " silhouettes for " +
-                      std::to_string(scene.rig.cameras.size()) + " cameras");
+      throw Error(Error::Kind::bad_input, "{}: {} silhouettes for {} cameras.", source,
+                  silhouettes.size(), scene.rig.cameras.size());
     }
     for (std::size_t i = 0; i < silhouettes.size(); ++i) {
       const std::string where = source + ", silhouette of camera " + scene.rig.cameras[i].name;
@@ -101,13 +100,13 @@ HullScene parse_hull_scene(std::string_view text, const std::string& source) {
       scene.reference_volume = reference->at("volume").get<double>();
     return scene;
   } catch (const Json::exception& error) {
-    throw Error(Error::Kind::bad_input, source + ": not a hull scene: " + error.what());
+    throw Error(Error::Kind::bad_input, "{}: not a hull scene: {}.", source, error.what());
   }
 }
 
 HullScene load_hull_scene(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
-  if (!file) throw Error(Error::Kind::not_found, path + ": cannot open the scene file");
+  if (!file) throw Error(Error::Kind::not_found, "{}: cannot open the scene file.", path);
   const std::string text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
   return parse_hull_scene(text, path);
 }

@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "base/error.h"
-#include "rig/undistort.h"
 #include "base/picture.h"
+#include "rig/undistort.h"
 #include "silhouette/silhouette.h"
 
 namespace polyhull {
@@ -24,11 +24,10 @@ Matte matte_of(const Picture& picture) {
 Picture read(const std::string& path, const Camera& camera) {
   Picture picture = load_picture(path);
   if (picture.width != camera.width || picture.height != camera.height) {
-    throw Error(Error::Kind::bad_input, path + ": the picture is " + std::to_string(picture.width) +
-                                            "x" + std::to_string(picture.height) + ", camera " +
-                                            camera.name + " has " + std::to_string(camera.width) +
-                                            "x" + std::to_string(camera.height) +
-                                            "; pictures must cover the camera's full frame");
+    throw Error(Error::Kind::bad_input,
+                "{}: the picture is {}x{}, camera {} has {}x{}; pictures must cover the camera's "
+                "full frame.",
+                path, picture.width, picture.height, camera.name, camera.width, camera.height);
   }
   return picture;
 }
@@ -78,9 +77,9 @@ Rings key(const Picture& picture, const std::string& path, const MaskSettings& s
   Rings rings = silhouetter.process(frame);
   if (std::as_const(silhouetter).keyer().calibration().lacks == KeyLack::screen)
     throw Error(Error::Kind::bad_input,
-                path +
-                    ": no coloured screen was found in it; give a mask instead: a grey picture "
-                    "with the subject white, or one with the subject in its alpha");
+                "{}: no coloured screen was found in it; give a mask instead: a grey picture with "
+                "the subject white, or one with the subject in its alpha.",
+                path);
   return rings;
 }
 
@@ -120,10 +119,10 @@ Rings contours_of_picture(const std::string& path, const Camera& camera,
     rings.ends.push_back(static_cast<std::uint32_t>(rings.points.size()));
   }
   if (rings.empty())
-    throw Error(Error::Kind::bad_input,
-                path +
-                    ": no subject was found in it; take the pictures while the subject stands on "
-                    "the stage");
+    throw Error(
+        Error::Kind::bad_input,
+        "{}: no subject was found in it; take the pictures while the subject stands on the stage.",
+        path);
   return rings;
 }
 

@@ -15,6 +15,7 @@
 #include "base/stopwatch.h"
 #include "base/thread_pool.h"
 #include "camera_files.h"
+#include "choice.h"
 #include "files/mesh_files.h"
 #include "hull/hull.h"
 #include "hull/measure.h"
@@ -33,7 +34,6 @@ struct Arguments {
   std::string output;
   std::string bounds = "rig";
   HullOptions hull;
-  bool keep_unseen = false;
   int repeat = 1;
   bool json = false;
 };
@@ -64,9 +64,9 @@ std::optional<Bounds> read_bounds(const std::string& text, const Rig& rig) {
                   &end) != 6 ||
       static_cast<std::size_t>(end) != text.size() ||
       !(v[0] < v[3] && v[1] < v[4] && v[2] < v[5])) {
-    throw Error(Error::Kind::bad_input,
-                "--bounds " + text +
-                    ": expected rig, none, or min and max as x,y,z,x,y,z with min below max");
+    throw Error(
+        Error::Kind::bad_input,
+        "--bounds {}: expected rig, none, or min and max as x,y,z,x,y,z with min below max.", text);
   }
   return Bounds{Vec3(v[0], v[1], v[2]), Vec3(v[3], v[4], v[5])};
 }
@@ -79,13 +79,12 @@ struct Phase {
 
 int run(const Arguments& arguments) {
   if (!arguments.output.empty() && !is_mesh_file_name(arguments.output)) {
-    throw Error(Error::Kind::bad_input, "--output " + arguments.output +
-                                            ": expected a name that ends in .ply, .glb or .obj");
+    throw Error(Error::Kind::bad_input,
+                "--output {}: expected a name that ends in .ply, .glb or .obj.", arguments.output);
   }
   const HullScene scene = read_input(arguments);
   HullOptions options = arguments.hull;
   options.bounds = read_bounds(arguments.bounds, scene.rig);
-  options.unseen = arguments.keep_unseen ? Unseen::keep : Unseen::carve;
   options.reuse = false;  // each repetition is to be a whole hull
   set_pool_threads(options.threads);
   const std::vector<Silhouette> views = scene.views();
@@ -183,11 +182,10 @@ int main(int argc, char** argv) {
   app.add_option("--bounds", arguments.bounds,
                  "rig, none, or x,y,z,x,y,z: the box the hull is limited to")
       ->capture_default_str();
-  std::string unseen = "carve";
-  app.add_option("--unseen", unseen,
-                 "Space that a camera does not see: carve or keep (needs bounds)")
-      ->check(CLI::IsMember({"carve", "keep"}))
-      ->capture_default_str();
+  polyhull::add_choice(app, "--unseen", arguments.hull.unseen,
+                       "Space that a camera does not see: carve or keep (needs bounds)",
+                       {{"carve", polyhull::Unseen::carve}, {"keep", polyhull::Unseen::keep}})
+      ->default_str("carve");
   app.add_option("--max-deviation", arguments.hull.max_deviation,
                  "How far simplification may move the surface, world units; 0: none")
       ->check(CLI::Range(0.0, std::numeric_limits<double>::max()))
@@ -204,7 +202,6 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "polyhull-hull: give a scene file, or --rig with --mask; see --help\n");
     return 1;
   }
-  arguments.keep_unseen = unseen == "keep";
   try {
     return polyhull::run(arguments);
   } catch (const std::exception& error) {

@@ -26,7 +26,7 @@ struct MeshFile {
 
 MeshFile read_mesh_file(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
-  if (!file) throw Error(Error::Kind::not_found, "Mesh file '" + path + "' cannot be opened.");
+  if (!file) throw Error(Error::Kind::not_found, "Mesh file '{}' cannot be opened.", path);
   MeshFile result;
   result.bytes.assign(std::istreambuf_iterator<char>(file), {});
   result.mesh = read_mesh(result.bytes);

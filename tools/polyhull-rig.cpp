@@ -27,8 +27,8 @@ struct ImportArguments {
 
 const std::string& only_file(const ImportArguments& arguments) {
   if (arguments.files.size() != 1)
-    throw Error(Error::Kind::bad_input, arguments.format + " takes one file or folder, " +
-                                            std::to_string(arguments.files.size()) + " were given");
+    throw Error(Error::Kind::bad_input, "{} takes one file or folder, {} were given.",
+                arguments.format, arguments.files.size());
   return arguments.files.front();
 }
 
@@ -52,8 +52,8 @@ void write(const Rig& rig, const std::string& path) {
   }
   std::ofstream out(path);
   if (!(out << json) || !out.flush())
-    throw Error(Error::Kind::io, "cannot write \"" + path +
-                                     "\"; check that the folder exists and may be written to");
+    throw Error(Error::Kind::io,
+                "Cannot write '{}'; check that the folder exists and may be written to.", path);
 }
 
 // The built-in rig where \p file is empty.
@@ -67,8 +67,8 @@ int run_import(ImportArguments& arguments) {
     if (std::sscanf(arguments.size.c_str(), "%dx%d%c", &arguments.options.width,
                     &arguments.options.height, &rest) != 2 ||
         arguments.options.width < 1 || arguments.options.height < 1)
-      throw Error(Error::Kind::bad_input,
-                  "--size is \"" + arguments.size + "\"; expected WIDTHxHEIGHT, such as 720x576");
+      throw Error(Error::Kind::bad_input, "--size is '{}'; expected WIDTHxHEIGHT, such as 720x576.",
+                  arguments.size);
   }
   Rig rig = import_rig(arguments);
   rig.unit = arguments.unit;

@@ -5,7 +5,6 @@
 #include <cstdio>
 #include <fstream>
 #include <iostream>
-#include <map>
 #include <nlohmann/json.hpp>
 #include <thread>
 #include <utility>
@@ -13,6 +12,7 @@
 #include "base/error.h"
 #include "base/picture.h"
 #include "base/stopwatch.h"
+#include "choice.h"
 #include "median.h"
 #include "silhouette/silhouette.h"
 #include "silhouette_options.h"
@@ -40,8 +40,8 @@ void write_file(const std::string& path, const std::string& text) {
   std::ofstream file(path);
   file << text;
   if (!file.flush())
-    throw Error(Error::Kind::io,
-                "cannot write " + path + ": check that the folder exists and is writable");
+    throw Error(Error::Kind::io, "Cannot write {}: check that the folder exists and is writable.",
+                path);
 }
 
 // One reading of the frame, as the measure of what the memory allows.
@@ -93,7 +93,8 @@ void time_stages(const FrameView& frame, const SilhouetteSettings& settings, int
 }
 
 struct Arguments {
-  std::string picture, output, matte, view_file, view = "composite", format = "RGBx";
+  std::string picture, output, matte, view_file, format = "RGBx";
+  KeyView view = KeyView::composite;
   std::vector<std::string> plates;
   int repeat = 1, threads = 1;
   bool json = false;
@@ -104,8 +105,11 @@ struct Arguments {
     app.add_option("-o,--output", output, "rings as JSON; '-' writes them to the output");
     app.add_option("--matte", matte, "writes the matte before the blur as a grey PNG");
     app.add_option("--view-file", view_file, "writes the picture that --view chooses as PNG");
-    app.add_option("--view", view, "composite, matte, status or spill")
-        ->check(CLI::IsMember({"composite", "matte", "status", "spill"}));
+    add_choice(app, "--view", view, "composite, matte, status or spill",
+               {{"composite", KeyView::composite},
+                {"matte", KeyView::matte},
+                {"status", KeyView::status},
+                {"spill", KeyView::spill}});
     app.add_option("--format", format, "pixel format that the picture is given to the keyer in")
         ->check(CLI::IsMember({"RGBx", "BGRx", "RGB", "I420", "NV12", "YUY2", "UYVY"}));
     app.add_option("--plate", plates, "clean plates; several are averaged, with their variation");
@@ -180,10 +184,10 @@ std::vector<Result> run_streams(const Work& work, const Arguments& arguments) {
     run_stream(work, arguments.repeat, results[0]);
   }
   for (const Result& result : results)
-    if (!result.failure.empty()) throw Error(Error::Kind::bad_input, result.failure);
+    if (!result.failure.empty()) throw Error(Error::Kind::bad_input, "{}", result.failure);
   for (const Result& result : results)
     if (result.rings != results[0].rings)
-      throw Error(Error::Kind::bad_input, "the threads' rings differ: please report this");
+      throw Error(Error::Kind::bad_input, "The threads' rings differ: please report this.");
   return results;
 }
 
@@ -209,13 +213,9 @@ void write_matte(const Matte& matte, const std::string& path) {
 
 void write_view(const Keyer& keyer, const FrameView& frame, const Matte& matte,
                 const Arguments& arguments) {
-  static const std::map<std::string, KeyView> views = {{"composite", KeyView::composite},
-                                                       {"matte", KeyView::matte},
-                                                       {"status", KeyView::status},
-                                                       {"spill", KeyView::spill}};
   Picture shown{frame.width, frame.height, 4, {}};
   shown.pixels.resize(4 * static_cast<std::size_t>(frame.width) * frame.height);
-  keyer.write_rgba(frame, matte, {0, 0, frame.width, frame.height}, views.at(arguments.view),
+  keyer.write_rgba(frame, matte, {0, 0, frame.width, frame.height}, arguments.view,
                    shown.pixels.data(), 4 * static_cast<std::ptrdiff_t>(frame.width));
   save_picture(shown, arguments.view_file);
 }

@@ -3,10 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <memory>
 
 #include "base/error.h"
+#include "choice.h"
 
 namespace polyhull {
 namespace {
@@ -18,11 +18,10 @@ std::uint8_t byte(double v) {
 Rgb colour_of(const std::vector<int>& levels, const char* option) {
   Rgb out{};
   if (levels.size() != 3)
-    throw Error(Error::Kind::bad_input,
-                std::string(option) + " needs three levels: red green blue");
+    throw Error(Error::Kind::bad_input, "{} needs three levels: red green blue.", option);
   for (int i = 0; i < 3; ++i) {
     if (levels[i] < 0 || levels[i] > 255)
-      throw Error(Error::Kind::bad_input, std::string(option) + ": levels are from 0 to 255");
+      throw Error(Error::Kind::bad_input, "{}: levels are from 0 to 255.", option);
     out[i] = static_cast<std::uint8_t>(levels[i]);
   }
   return out;
@@ -119,8 +118,10 @@ FrameMemory pack(const Picture& picture, const std::string& format) {
 void SilhouetteOptions::add_to(CLI::App& app) {
   KeySettings& k = settings_.key;
   app.add_option("--key", key_, "green, blue, auto, or a colour as rrggbb in hexadecimal");
-  app.add_option("--method", method_, "soft, prototype or difference")
-      ->check(CLI::IsMember({"soft", "prototype", "difference"}));
+  add_choice(app, "--method", k.method, "soft, prototype or difference",
+             {{"soft", KeyMethod::soft},
+              {"prototype", KeyMethod::threshold},
+              {"difference", KeyMethod::difference}});
   app.add_option("--strength", k.strength, "prototype: margin of the key channel, 0..255");
   app.add_option("--bright-threshold", k.bright_threshold,
                  "prototype: R+G+B above this is foreground");
@@ -149,13 +150,14 @@ void SilhouetteOptions::add_to(CLI::App& app) {
   app.add_option("--inside-mask", inside_mask_, "grey PNG: where it is not 0 is foreground");
   app.add_option("--outside-mask", outside_mask_, "grey PNG: where it is not 0 is background");
   app.add_option("--sigma", settings_.blur.sigma, "blur in px, 0..100");
-  app.add_option("--blur", blur_, "fir, box or recursive")
-      ->check(CLI::IsMember({"fir", "box", "recursive"}));
+  add_choice(
+      app, "--blur", settings_.blur.method, "fir, box or recursive",
+      {{"fir", BlurMethod::fir}, {"box", BlurMethod::box}, {"recursive", BlurMethod::recursive}});
   app.add_option("--passes", settings_.blur.passes, "box: passes, 1..10");
   app.add_option("--threshold", settings_.blur.threshold,
                  "makes the blurred matte binary, 0: stays grey");
-  app.add_option("--trace", trace_, "subpixel or binary")
-      ->check(CLI::IsMember({"subpixel", "binary"}));
+  add_choice(app, "--trace", settings_.method, "subpixel or binary",
+             {{"subpixel", TraceMethod::subpixel}, {"binary", TraceMethod::binary}});
   app.add_flag("--uncorrected", uncorrected_,
                "leave the shift that the blur puts on curved boundaries");
   app.add_option("--tolerance", settings_.approximate.tolerance, "px, 0: every traced vertex");
@@ -182,15 +184,12 @@ SilhouetteSettings SilhouetteOptions::settings() const {
     char rest = 0;
     if (key_.size() != 6 || std::sscanf(key_.c_str(), "%6x%c", &rgb, &rest) != 1)
       throw Error(Error::Kind::bad_input,
-                  "--key " + key_ +
-                      ": expected green, blue, auto or six hexadecimal digits such as 1040c0");
+                  "--key {}: expected green, blue, auto or six hexadecimal digits such as 1040c0.",
+                  key_);
     s.key.key = KeyColour::custom;
     s.key.colour = {static_cast<std::uint8_t>(rgb >> 16), static_cast<std::uint8_t>(rgb >> 8),
                     static_cast<std::uint8_t>(rgb)};
   }
-  s.key.method = method_ == "soft"        ? KeyMethod::soft
-                 : method_ == "prototype" ? KeyMethod::threshold
-                                          : KeyMethod::difference;
   if (!roi_.empty()) s.key.roi = {roi_[0], roi_[1], roi_[2], roi_[3]};
   if (!screen_.empty()) s.key.screen = colour_of(screen_, "--screen");
   if (!foreground_.empty()) s.key.foreground = colour_of(foreground_, "--foreground");
@@ -198,10 +197,6 @@ SilhouetteSettings SilhouetteOptions::settings() const {
     s.key.inside_mask = std::make_shared<Picture>(load_picture(inside_mask_, 1));
   if (!outside_mask_.empty())
     s.key.outside_mask = std::make_shared<Picture>(load_picture(outside_mask_, 1));
-  s.blur.method = blur_ == "fir"   ? BlurMethod::fir
-                  : blur_ == "box" ? BlurMethod::box
-                                   : BlurMethod::recursive;
-  s.method = trace_ == "subpixel" ? TraceMethod::subpixel : TraceMethod::binary;
   s.correct_curvature = !uncorrected_;
   return s;
 }

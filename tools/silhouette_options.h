@@ -32,7 +32,7 @@ class SilhouetteOptions {
 
  private:
   SilhouetteSettings settings_;
-  std::string key_ = "green", method_ = "soft", blur_ = "fir", trace_ = "subpixel";
+  std::string key_ = "green";
   std::vector<int> roi_, screen_, foreground_;
   std::string inside_mask_, outside_mask_;
   bool uncorrected_ = false;

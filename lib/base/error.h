@@ -3,8 +3,10 @@
 /// The one exception type of the core library.
 #pragma once
 
+#include <fmt/core.h>
+
 #include <stdexcept>
-#include <string>
+#include <utility>
 
 namespace polyhull {
 
@@ -18,7 +20,10 @@ class Error : public std::runtime_error {
     bad_input,    ///< the content is not what its format promises
     unsupported,  ///< valid, but beyond what this build or machine does
   };
-  Error(Kind kind, const std::string& message) : std::runtime_error(message), kind_(kind) {}
+  /// \p format is libfmt's, held against \p values when it is compiled.
+  template <typename... Values>
+  Error(Kind kind, fmt::format_string<Values...> format, Values&&... values)
+      : std::runtime_error(fmt::format(format, std::forward<Values>(values)...)), kind_(kind) {}
   Kind kind() const { return kind_; }
 
  private:

@@ -41,14 +41,13 @@ std::string lower_ending(const std::string& path) {
 
 Picture load_picture(const std::string& path, int channels) {
   if (!std::ifstream(path))
-    throw Error(Error::Kind::not_found, "Picture '" + path + "' cannot be opened for reading.");
+    throw Error(Error::Kind::not_found, "Picture '{}' cannot be opened for reading.", path);
   Picture picture;
   int stored = 0;
   stbi_uc* data = stbi_load(path.c_str(), &picture.width, &picture.height, &stored, channels);
   if (!data) {
-    throw Error(Error::Kind::bad_input, "Picture '" + path +
-                                            "' is not a readable PNG or JPEG file (" +
-                                            stbi_failure_reason() + ").");
+    throw Error(Error::Kind::bad_input, "Picture '{}' is not a readable PNG or JPEG file ({}).",
+                path, stbi_failure_reason());
   }
   picture.channels = channels ? channels : stored;
   const std::size_t size =
@@ -64,8 +63,8 @@ Picture decode_picture(std::span<const std::uint8_t> bytes, int channels, const 
   stbi_uc* data = stbi_load_from_memory(bytes.data(), static_cast<int>(bytes.size()),
                                         &picture.width, &picture.height, &stored, channels);
   if (!data) {
-    throw Error(Error::Kind::bad_input, "The " + name + " is not a readable PNG or JPEG picture (" +
-                                            stbi_failure_reason() + ").");
+    throw Error(Error::Kind::bad_input, "The {} is not a readable PNG or JPEG picture ({}).", name,
+                stbi_failure_reason());
   }
   picture.channels = channels ? channels : stored;
   picture.pixels.assign(
@@ -94,7 +93,7 @@ void save_picture(const Picture& picture, const std::string& path) {
   const std::string ending = lower_ending(path);
   if (ending != "png" && ending != "jpg" && ending != "jpeg") {
     throw Error(Error::Kind::unsupported,
-                "Picture '" + path + "' cannot be written: its name must end in .png or .jpg.");
+                "Picture '{}' cannot be written: its name must end in .png or .jpg.", path);
   }
   const std::vector<std::uint8_t> bytes =
       ending == "png" ? encode_png(picture) : encode_jpeg(picture, 95);
@@ -102,7 +101,7 @@ void save_picture(const Picture& picture, const std::string& path) {
   file.write(reinterpret_cast<const char*>(bytes.data()),
              static_cast<std::streamsize>(bytes.size()));
   file.flush();
-  if (!file) throw Error(Error::Kind::io, "Picture '" + path + "' could not be written.");
+  if (!file) throw Error(Error::Kind::io, "Picture '{}' could not be written.", path);
 }
 
 }  // namespace polyhull

@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 /// \file
-/// The one pool of threads that all stages of a process share (oneTBB underneath).
+/// The one pool of threads that all stages of a process share.
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 
 namespace polyhull {
 
-/// Sets how many threads the pool may use, 0: as many as the machine has cores, which are also the
+/// Sets how many threads the pool may use, 0: as many as the process has cores, which are also the
 /// most that are used. Default 0.
 void set_pool_threads(int threads);
 
@@ -18,8 +19,26 @@ int pool_threads();
 /// Calls body(begin, end) for disjoint pieces of [0, count) of at most \p grain elements, on at most
 /// \p max_threads threads of the pool (0: all of it), and waits. On one thread it calls body(0, count)
 /// in place. The pieces do not depend on the number of threads' timing, but their order does: bodies
-/// must write to places of their own.
+/// must write to places of their own. What a body throws comes out here, once no piece is at work.
 void parallel_for(std::size_t count, std::size_t grain, int max_threads,
                   const std::function<void(std::size_t begin, std::size_t end)>& body);
+
+/// Watches the loops that the calling thread starts from the watch's making on.
+class LoopWatch {
+ public:
+  /// How many threads had pieces of a loop, as the mean over the loops of more than one piece; 1
+  /// where there was none.
+  double threads() const;
+
+  /// Of one thread, ever.
+  struct Count {
+    std::uint64_t loops = 0;
+    std::uint64_t threads = 0;
+  };
+
+ private:
+  static Count now();
+  Count begin_ = now();
+};
 
 }  // namespace polyhull

@@ -29,23 +29,16 @@ void append(std::string& out, const T& value) {
   out.append(reinterpret_cast<const char*>(&value), sizeof value);
 }
 
-std::string digits(double value) {
-  char text[40];
-  std::snprintf(text, sizeof text, "%.17g", value);
-  std::replace(text, text + std::strlen(text), ',', '.');  // whatever the locale
-  return text;
-}
-
 }  // namespace
 
 void write_whole_file(const std::string& path, std::string_view content) {
-  const std::string part = path + ".part" + std::to_string(getpid());
+  const std::string part = fmt::format("{}.part{}", path, getpid());
   const auto fail = [&](const char* what) {
     const std::string reason = std::strerror(errno);
     std::remove(part.c_str());
     throw Error(Error::Kind::io,
-                std::string("cannot ") + what + " \"" + path + "\": " + reason +
-                    "; check that the folder exists, may be written and has space");
+                "Cannot {} '{}': {}; check that the folder exists, may be written and has space.",
+                what, path, reason);
   };
   std::FILE* file = std::fopen(part.c_str(), "wb");
   if (!file) fail("write");
@@ -61,15 +54,13 @@ void write_ply(const Mesh& mesh, const std::string& path, const MeshFileOptions&
   static_assert(std::endian::native == std::endian::little);
   const Hull& hull = mesh.hull;
   const char* type = options.double_precision ? "double" : "float";
-  std::string out = "ply\nformat binary_little_endian 1.0\ncomment polyhull visual hull\n";
-  out += "comment metres per unit " + digits(mesh.metres_per_unit) + "\n";
-  out +=
-      "comment up " + digits(mesh.up.x) + " " + digits(mesh.up.y) + " " + digits(mesh.up.z) + "\n";
-  out += "element vertex " + std::to_string(hull.vertices.size()) + "\n";
-  for (const char* axis : {"x", "y", "z"})
-    out += std::string("property ") + type + " " + axis + "\n";
-  out += "element face " + std::to_string(hull.triangles.size() / 3) +
-         "\nproperty list uchar uint vertex_indices\nend_header\n";
+  std::string out = fmt::format(
+      "ply\nformat binary_little_endian 1.0\ncomment polyhull visual hull\n"
+      "comment metres per unit {:.17g}\ncomment up {:.17g} {:.17g} {:.17g}\n"
+      "element vertex {}\nproperty {type} x\nproperty {type} y\nproperty {type} z\n"
+      "element face {}\nproperty list uchar uint vertex_indices\nend_header\n",
+      mesh.metres_per_unit, mesh.up.x, mesh.up.y, mesh.up.z, hull.vertices.size(),
+      hull.triangles.size() / 3, fmt::arg("type", type));
   out.reserve(out.size() + 24 * hull.vertices.size() + 13 * hull.triangles.size() / 3);
   for (const Vec3f& vertex : hull.vertices) {
     const Vec3 world = hull.origin + Vec3(vertex);
@@ -102,7 +93,7 @@ void write_mesh_file(const Mesh& mesh, const std::string& path, const MeshFileOp
     write_obj(mesh, path, options);
   else
     throw Error(Error::Kind::unsupported,
-                "\"" + path + "\" has an ending this program cannot write; use .glb, .ply or .obj");
+                "'{}' has an ending this program cannot write; use .glb, .ply or .obj.", path);
 }
 
 }  // namespace polyhull

@@ -214,10 +214,9 @@ void HullBuilder::State::build(std::span<const Silhouette> views, const HullOpti
     statistics.cameras += !views[i].rings->points.empty();
   }
   if (options.unseen == Unseen::keep && !options.bounds)
-    throw Error(
-        Error::Kind::bad_input,
-        "Space that cameras do not see is to be kept (unseen = keep), but the hull has no bounds: "
-        "give the rig \"bounds\" or carve.");
+    throw Error(Error::Kind::bad_input,
+                "Space that cameras do not see is to be kept (unseen = keep), but the hull has no "
+                "bounds: give the rig 'bounds' or carve.");
   if (!(options.max_deviation >= 0.0) || !std::isfinite(options.max_deviation))
     throw Error(Error::Kind::bad_input,
                 "The hull's largest deviation is not a number of world units, 0 or more.");

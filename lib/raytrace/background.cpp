@@ -45,9 +45,8 @@ Background::Background(Scene scene, const BackgroundOptions& options)
 
 bool Background::apply_lights(const std::vector<Light>& lights) {
   if (lights.size() != traced_.scene().lights.size()) {
-    throw Error(Error::Kind::bad_input,
-                "A background's scene has " + std::to_string(traced_.scene().lights.size()) +
-                    " lights, but " + std::to_string(lights.size()) + " were given.");
+    throw Error(Error::Kind::bad_input, "A background's scene has {} lights, but {} were given.",
+                traced_.scene().lights.size(), lights.size());
   }
   bool changed = false;
   for (std::size_t i = 0; i < lights.size(); ++i) {

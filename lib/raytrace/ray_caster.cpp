@@ -20,8 +20,8 @@ Error embree_error(RTCDevice device, const char* doing) {
   const char* reason = code == RTC_ERROR_OUT_OF_MEMORY     ? "out of memory"
                        : code == RTC_ERROR_UNSUPPORTED_CPU ? "this processor is not supported"
                                                            : "unknown reason";
-  return Error(Error::Kind::unsupported, std::string("The ray tracing library Embree failed ") +
-                                             doing + " (" + reason + ").");
+  return Error(Error::Kind::unsupported, "The ray tracing library Embree failed {} ({}).", doing,
+               reason);
 }
 
 /// Rays in Embree's order: one array per component.
@@ -101,9 +101,9 @@ std::uint32_t RayCaster::add_mesh(std::span<const Vec3f> positions,
                                   std::span<const std::uint32_t> triangles) {
   for (const std::uint32_t index : triangles) {
     if (index >= positions.size()) {
-      throw Error(Error::Kind::bad_input, "A mesh for ray tracing has vertex index " +
-                                              std::to_string(index) + " but only " +
-                                              std::to_string(positions.size()) + " vertices.");
+      throw Error(Error::Kind::bad_input,
+                  "A mesh for ray tracing has vertex index {} but only {} vertices.", index,
+                  positions.size());
     }
   }
   RTCGeometry geometry = rtcNewGeometry(state_->device, RTC_GEOMETRY_TYPE_TRIANGLE);

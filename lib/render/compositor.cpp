@@ -277,9 +277,8 @@ Compositor::Compositor() {
   const bool embedded = gl::is_embedded();
   if (version < (embedded ? 30 : 33)) {
     throw Error(Error::Kind::unsupported,
-                "Compositing needs OpenGL 3.3 or OpenGL ES 3.0; this context is " +
-                    std::string(embedded ? "OpenGL ES " : "OpenGL ") +
-                    std::to_string(version / 10) + "." + std::to_string(version % 10) + ".");
+                "Compositing needs OpenGL 3.3 or OpenGL ES 3.0; this context is {}{}.{}.",
+                embedded ? "OpenGL ES " : "OpenGL ", version / 10, version % 10);
   }
   state_ = std::make_unique<State>();
 }

@@ -55,21 +55,21 @@ void set_projection(Camera& camera, const ProjectionMatrix& matrix, std::optiona
   for (const auto& r : matrix)
     for (const double value : r)
       if (!std::isfinite(value))
-        throw Error(Error::Kind::bad_input, where + ": P has a number that is not finite");
+        throw Error(Error::Kind::bad_input, "{}: P has a number that is not finite.", where);
   if (singular(matrix))
     throw Error(Error::Kind::bad_input,
-                where +
-                    ": the left 3x3 block of P is singular, so P is no camera with a centre; check "
-                    "the order of its 12 numbers (three rows of four)");
+                "{}: the left 3x3 block of P is singular, so P is no camera with a centre; check "
+                "the order of its 12 numbers (three rows of four).",
+                where);
   double sign = 1.0;
   if (focus) sign = glm::dot(row(matrix, 2), *focus) + matrix[2][3] < 0.0 ? -1.0 : 1.0;
   if (sign * determinant(matrix) < 0.0)
     throw Error(Error::Kind::bad_input,
-                where +
-                    ": P belongs to a left-handed frame (its determinant is negative while the "
-                    "scene lies at positive depth). Mirror the world: negate the third column of "
-                    "every camera's P (which turns Z into -Z), or re-export the calibration with "
-                    "a right-handed world and pixels counted from the top left");
+                "{}: P belongs to a left-handed frame (its determinant is negative while the scene "
+                "lies at positive depth). Mirror the world: negate the third column of every "
+                "camera's P (which turns Z into -Z), or re-export the calibration with a "
+                "right-handed world and pixels counted from the top left.",
+                where);
   const double scale = sign / glm::length(row(matrix, 2));
   const Vec3 m1 = scale * row(matrix, 0), m2 = scale * row(matrix, 1), m3 = scale * row(matrix, 2);
   const double cx = glm::dot(m1, m3), cy = glm::dot(m2, m3);

@@ -11,13 +11,7 @@ namespace polyhull {
 namespace {
 
 [[noreturn]] void fail(const std::string& where, const std::string& what) {
-  throw Error(Error::Kind::bad_input, where + ": " + what);
-}
-
-std::string number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.6g", value);
-  return text;
+  throw Error(Error::Kind::bad_input, "{}: {}.", where, what);
 }
 
 bool finite(const Vec3& v) {
@@ -28,22 +22,24 @@ void validate_intrinsics(const Camera& camera, const std::string& where) {
   constexpr int largest_side = 32768;
   if (camera.width < 1 || camera.height < 1 || camera.width > largest_side ||
       camera.height > largest_side)
-    fail(where, "the picture size is " + std::to_string(camera.width) + "x" +
-                    std::to_string(camera.height) + "; each side must be 1 to 32768 pixels");
+    fail(where, fmt::format("the picture size is {}x{}; each side must be 1 to 32768 pixels",
+                            camera.width, camera.height));
   const auto k = to_rows(camera.K);
   for (const double value : k)
     if (!std::isfinite(value)) fail(where, "K has a number that is not finite");
   if (!(k[0] > 0.0) || !(k[4] > 0.0))
-    fail(where, "the focal lengths K[0][0] and K[1][1] are " + number(k[0]) + " and " +
-                    number(k[4]) + " px; both must be positive");
+    fail(where,
+         fmt::format(
+             "the focal lengths K[0][0] and K[1][1] are {:g} and {:g} px; both must be positive",
+             k[0], k[4]));
   if (k[3] != 0.0 || k[6] != 0.0 || k[7] != 0.0 || k[8] != 1.0)
     fail(where,
          "K must be upper triangular with K[2][2] = 1: [[fx, skew, cx], [0, fy, cy], [0, 0, 1]]");
   const std::size_t count = camera.distortion.size();
   if (count != 0 && count != 4 && count != 5 && count != 8 && count != 12)
-    fail(where, "distortion has " + std::to_string(count) +
-                    " coefficients; OpenCV's model takes 4 (k1 k2 p1 p2), 5 (k3), 8 (k4 k5 k6) or "
-                    "12 (s1 s2 s3 s4)");
+    fail(where, fmt::format("distortion has {} coefficients; OpenCV's model takes 4 (k1 k2 p1 p2), "
+                            "5 (k3), 8 (k4 k5 k6) or 12 (s1 s2 s3 s4)",
+                            count));
   for (const double value : camera.distortion)
     if (!std::isfinite(value)) fail(where, "distortion has a number that is not finite");
 }
@@ -56,10 +52,9 @@ void validate_pose(const Camera& camera, const std::string& where) {
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) worst = std::max(worst, std::abs(off[i][j]));
   if (worst > 1e-4)
-    fail(where,
-         "R is not a rotation: its rows are not orthonormal (R R^T differs from the identity "
-         "by " +
-             number(worst) + ")");
+    fail(where, fmt::format("R is not a rotation: its rows are not orthonormal (R R^T differs from "
+                            "the identity by {:g})",
+                            worst));
   if (glm::determinant(camera.R) < 0.0)
     fail(where,
          "R is a reflection (determinant -1): the frame is left-handed. x_cam = R X + t wants z "
@@ -85,9 +80,10 @@ double Rig::metres_per_unit() const {
   const char* end = unit.data() + unit.size();
   const auto [rest, error] = std::from_chars(unit.data(), end, value);
   if (error != std::errc() || rest != end || !std::isfinite(value) || !(value > 0.0))
-    throw Error(Error::Kind::bad_input, "unit is \"" + unit +
-                                            "\"; expected m, cm, mm, in, ft or a positive number "
-                                            "of metres such as \"0.37\"");
+    throw Error(Error::Kind::bad_input,
+                "The unit '{}' is none of m, cm, mm, in and ft, and no positive number of metres "
+                "such as 0.37.",
+                unit);
   return value;
 }
 
@@ -101,8 +97,7 @@ void validate_rig(const Rig& rig, const std::string& source) {
   std::set<std::string_view> names;
   for (std::size_t i = 0; i < rig.cameras.size(); ++i) {
     const Camera& camera = rig.cameras[i];
-    const std::string where =
-        source + ": cameras[" + std::to_string(i) + "] (\"" + camera.name + "\")";
+    const std::string where = fmt::format("{}: cameras[{}] ('{}')", source, i, camera.name);
     if (camera.name.empty()) fail(where, "the name is empty");
     if (!names.insert(camera.name).second)
       fail(where, "another camera has the same name; each name may occur once");
@@ -114,14 +109,14 @@ void validate_rig(const Rig& rig, const std::string& source) {
     for (int axis = 0; axis < 3; ++axis)
       if (!(rig.bounds->min[axis] < rig.bounds->max[axis]))
         fail(source,
-             std::string("bounds are inside out or flat: min is not below max in ") + "xyz"[axis]);
+             fmt::format("bounds are inside out or flat: min is not below max in {}", "xyz"[axis]));
   }
   if (!finite(rig.up) || !(glm::length(rig.up) > 0.0))
     fail(source, "up must be a direction: three finite numbers, not all zero");
   try {
     rig.metres_per_unit();
   } catch (const Error& error) {
-    fail(source, error.what());
+    throw Error(error.kind(), "{}: {}", source, error.what());
   }
 }
 

@@ -16,7 +16,7 @@ namespace {
 using nlohmann::json;
 
 [[noreturn]] void fail(const std::string& where, const std::string& what) {
-  throw Error(Error::Kind::bad_input, where + ": " + what);
+  throw Error(Error::Kind::bad_input, "{}: {}.", where, what);
 }
 
 std::string line_and_column(std::string_view text, std::size_t byte) {
@@ -29,7 +29,7 @@ std::string line_and_column(std::string_view text, std::size_t byte) {
       ++column;
     }
   }
-  return "line " + std::to_string(line) + ", column " + std::to_string(column);
+  return fmt::format("line {}, column {}", line, column);
 }
 
 json parse_json(std::string_view text, const std::string& source) {
@@ -39,22 +39,23 @@ json parse_json(std::string_view text, const std::string& source) {
     // nlohmann: "[json.exception.parse_error.101] parse error at line 1, column 2: what"
     const char* what = std::strstr(error.what(), ": ");
     fail(source,
-         "not JSON at " + line_and_column(text, error.byte) + ": " +
-             (what ? what + 2 : error.what()) +
-             (text.find("NaN") != std::string_view::npos ? " (NaN is no JSON number)" : ""));
+         fmt::format("not JSON at {}: {}{}", line_and_column(text, error.byte),
+                     what ? what + 2 : error.what(),
+                     text.find("NaN") != std::string_view::npos ? " (NaN is no JSON number)" : ""));
   } catch (const json::exception& error) {
-    fail(source, std::string("not usable JSON: ") + error.what());
+    fail(source, fmt::format("not usable JSON: {}", error.what()));
   }
 }
 
 const json& member(const json& object, const char* key, const std::string& where) {
   const auto found = object.find(key);
-  if (found == object.end()) fail(where, std::string("\"") + key + "\" is missing");
+  if (found == object.end()) fail(where, fmt::format("'{}' is missing", key));
   return *found;
 }
 
 double number(const json& value, const std::string& where) {
-  if (!value.is_number()) fail(where, "expected a number, found " + value.dump().substr(0, 40));
+  if (!value.is_number())
+    fail(where, fmt::format("expected a number, found {}", value.dump().substr(0, 40)));
   const double result = value.get<double>();
   if (!std::isfinite(result)) fail(where, "the number is not finite");
   return result;
@@ -64,26 +65,25 @@ std::vector<double> numbers(const json& value, const std::string& where) {
   if (!value.is_array()) fail(where, "expected a list of numbers");
   std::vector<double> result;
   for (std::size_t i = 0; i < value.size(); ++i)
-    result.push_back(number(value[i], where + "[" + std::to_string(i) + "]"));
+    result.push_back(number(value[i], fmt::format("{}[{}]", where, i)));
   return result;
 }
 
 Vec3 vector3(const json& value, const std::string& where) {
   const std::vector<double> v = numbers(value, where);
-  if (v.size() != 3) fail(where, "expected three numbers, found " + std::to_string(v.size()));
+  if (v.size() != 3) fail(where, fmt::format("expected three numbers, found {}", v.size()));
   return {v[0], v[1], v[2]};
 }
 
 std::vector<double> matrix(const json& value, std::size_t columns, const std::string& where) {
   if (!value.is_array() || value.size() != 3)
-    fail(where, "expected three rows of " + std::to_string(columns) + " numbers");
+    fail(where, fmt::format("expected three rows of {} numbers", columns));
   std::vector<double> result;
   for (std::size_t i = 0; i < 3; ++i) {
-    const std::string row_where = where + "[" + std::to_string(i) + "]";
+    const std::string row_where = fmt::format("{}[{}]", where, i);
     const std::vector<double> row = numbers(value[i], row_where);
     if (row.size() != columns)
-      fail(row_where,
-           "expected " + std::to_string(columns) + " numbers, found " + std::to_string(row.size()));
+      fail(row_where, fmt::format("expected {} numbers, found {}", columns, row.size()));
     result.insert(result.end(), row.begin(), row.end());
   }
   return result;
@@ -127,13 +127,13 @@ Camera read_camera(const json& value, const std::string& where,
   if (!value.is_object()) fail(where, "expected an object describing a camera");
   Camera camera;
   camera.name = text(member(value, "name", where), where + ".name");
-  const std::string named = where + " (\"" + camera.name + "\")";
+  const std::string named = fmt::format("{} ('{}')", where, camera.name);
   camera.width = whole(member(value, "width", named), named + ".width");
   camera.height = whole(member(value, "height", named), named + ".height");
   if (value.contains("P")) {
     for (const char* key : {"K", "R", "t"})
       if (value.contains(key))
-        fail(named, std::string("gives both P and ") + key + "; give either P or K, R and t");
+        fail(named, fmt::format("gives both P and {}; give either P or K, R and t", key));
     const std::vector<double> p = matrix(value["P"], 4, named + ".P");
     projection.emplace();
     for (int i = 0; i < 12; ++i) (*projection)[i / 4][i % 4] = p[i];
@@ -153,7 +153,7 @@ void read_cameras(const json& list, Rig& rig, const std::string& source) {
   std::vector<ProjectionMatrix> given;
   for (std::size_t i = 0; i < list.size(); ++i) {
     rig.cameras.push_back(
-        read_camera(list[i], source + ": cameras[" + std::to_string(i) + "]", projections[i]));
+        read_camera(list[i], fmt::format("{}: cameras[{}]", source, i), projections[i]));
     if (projections[i]) given.push_back(*projections[i]);
   }
   std::optional<Vec3> focus;
@@ -163,9 +163,8 @@ void read_cameras(const json& list, Rig& rig, const std::string& source) {
     focus = common_focus(given);
   for (std::size_t i = 0; i < projections.size(); ++i)
     if (projections[i])
-      set_projection(
-          rig.cameras[i], *projections[i], focus,
-          source + ": cameras[" + std::to_string(i) + "] (\"" + rig.cameras[i].name + "\")");
+      set_projection(rig.cameras[i], *projections[i], focus,
+                     fmt::format("{}: cameras[{}] ('{}')", source, i, rig.cameras[i].name));
 }
 
 std::string list(const double* values, std::size_t count) {
@@ -191,8 +190,8 @@ Rig parse_rig(std::string_view content, const std::string& source) {
     fail(source, "not a rig file: expected an object with \"format\": \"polyhull-rig\"");
   const int version = whole(member(root, "version", source), source + ": version");
   if (version != 1)
-    throw Error(Error::Kind::unsupported, source + ": rig file version " + std::to_string(version) +
-                                              "; this program reads version 1");
+    throw Error(Error::Kind::unsupported, "{}: rig file version {}; this program reads version 1.",
+                source, version);
   Rig rig;
   if (root.contains("up")) rig.up = vector3(root["up"], source + ": up");
   if (root.contains("unit")) rig.unit = text(root["unit"], source + ": unit");
@@ -212,13 +211,12 @@ Rig parse_rig(std::string_view content, const std::string& source) {
 Rig load_rig(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   if (!file)
-    throw Error(Error::Kind::not_found,
-                "cannot read the rig file \"" + path + "\": " + std::strerror(errno));
+    throw Error(Error::Kind::not_found, "Cannot read the rig file '{}': {}.", path,
+                std::strerror(errno));
   std::ostringstream content;
   content << file.rdbuf();
   if (file.bad() || content.fail())
-    throw Error(Error::Kind::io,
-                "cannot read the rig file \"" + path + "\"; is it a folder or empty?");
+    throw Error(Error::Kind::io, "Cannot read the rig file '{}'; is it a folder or empty?", path);
   return parse_rig(content.str(), path);
 }
 

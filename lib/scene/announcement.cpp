@@ -15,7 +15,7 @@ constexpr const char* format = "polyhull-announcement";
 constexpr int version = 1;
 
 Error broken(const std::string& what) {
-  return Error(Error::Kind::bad_input, "A background's announcement cannot be used: " + what);
+  return Error(Error::Kind::bad_input, "A background's announcement cannot be used: {}.", what);
 }
 
 json numbers(const Vec3f& v) {
@@ -24,13 +24,13 @@ json numbers(const Vec3f& v) {
 
 double finite_number(const json& value, const char* name) {
   if (!value.is_number() || !std::isfinite(value.get<double>()))
-    throw broken(std::string("'") + name + "' must hold finite numbers.");
+    throw broken(fmt::format("'{}' must hold finite numbers", name));
   return value.get<double>();
 }
 
 const json& member(const json& object, const char* name) {
   const auto found = object.find(name);
-  if (found == object.end()) throw broken(std::string("'") + name + "' is missing.");
+  if (found == object.end()) throw broken(fmt::format("'{}' is missing", name));
   return *found;
 }
 
@@ -38,8 +38,7 @@ template <std::size_t count>
 std::array<double, count> array_of(const json& object, const char* name) {
   const json& value = member(object, name);
   if (!value.is_array() || value.size() != count) {
-    throw broken(std::string("'") + name + "' must be an array of " + std::to_string(count) +
-                 " numbers.");
+    throw broken(fmt::format("'{}' must be an array of {} numbers", name, count));
   }
   std::array<double, count> numbers;
   for (std::size_t i = 0; i < count; ++i) numbers[i] = finite_number(value[i], name);
@@ -60,18 +59,18 @@ json camera_to_json(const Camera& camera) {
 }
 
 Camera camera_from_json(const json& object) {
-  if (!object.is_object()) throw broken("'viewport' must be an object.");
+  if (!object.is_object()) throw broken("'viewport' must be an object");
   Camera camera;
   camera.name = object.value("name", "viewport");
   camera.width = static_cast<int>(finite_number(member(object, "width"), "width"));
   camera.height = static_cast<int>(finite_number(member(object, "height"), "height"));
-  if (camera.width < 1 || camera.height < 1) throw broken("the viewport's size is empty.");
+  if (camera.width < 1 || camera.height < 1) throw broken("the viewport's size is empty");
   camera.K = from_rows(array_of<9>(object, "K"));
   camera.R = from_rows(array_of<9>(object, "R"));
   const auto t = array_of<3>(object, "t");
   camera.t = Vec3(t[0], t[1], t[2]);
   if (!(camera.K[0][0] > 0.0 && camera.K[1][1] > 0.0))
-    throw broken("the viewport's focal length must be above 0.");
+    throw broken("the viewport's focal length must be above 0");
   if (const auto found = object.find("distortion"); found != object.end())
     for (const json& k : *found) camera.distortion.push_back(finite_number(k, "distortion"));
   return camera;
@@ -103,14 +102,14 @@ std::string announcement_to_json(const Announcement& announcement) {
 Announcement parse_announcement(std::string_view text) {
   const json root = json::parse(text, nullptr, false);
   if (!root.is_object() || root.value("format", json()) != format)
-    throw broken("it is not JSON of the format 'polyhull-announcement'.");
-  if (root.value("version", json()) != version) throw broken("this program reads version 1 only.");
+    throw broken("it is not JSON of the format 'polyhull-announcement'");
+  if (root.value("version", json()) != version) throw broken("this program reads version 1 only");
   try {
     Announcement announcement;
     announcement.viewport = camera_from_json(member(root, "viewport"));
     announcement.scene = member(root, "scene").get<std::string>();
     for (const json& object : member(root, "lights")) {
-      if (!object.is_object()) throw broken("each light must be an object.");
+      if (!object.is_object()) throw broken("each light must be an object");
       Light light;
       light.name = object.value("name", "");
       light.centre = vector_of(object, "centre");

@@ -10,8 +10,8 @@ namespace polyhull {
 namespace {
 
 Error broken(const GltfSource& source, const std::string& what, const std::string& why) {
-  return Error(Error::Kind::bad_input,
-               "Scene '" + source.path + "': the " + what + " cannot be read: " + why + ".");
+  return Error(Error::Kind::bad_input, "Scene '{}': the {} cannot be read: {}.", source.path, what,
+               why);
 }
 
 /// A checked accessor: element i starts at data + i * stride.
@@ -26,7 +26,7 @@ struct Elements {
 Elements open_accessor(const GltfSource& source, int index, std::size_t components,
                        const std::string& what) {
   if (index < 0 || static_cast<std::size_t>(index) >= source.model.accessors.size())
-    throw broken(source, what, "accessor " + std::to_string(index) + " does not exist");
+    throw broken(source, what, fmt::format("accessor {} does not exist", index));
   const tinygltf::Accessor& accessor = source.model.accessors[index];
   if (accessor.sparse.isSparse) throw broken(source, what, "sparse accessors are not supported");
   const int stored = tinygltf::GetNumComponentsInType(static_cast<std::uint32_t>(accessor.type));
@@ -84,7 +84,7 @@ float component(const unsigned char* p, int type, std::size_t k, bool normalised
 }  // namespace
 
 Error broken_scene(const std::string& path, const std::string& what) {
-  return Error(Error::Kind::bad_input, "Scene '" + path + "' " + what);
+  return Error(Error::Kind::bad_input, "Scene '{}' {}", path, what);
 }
 
 double gltf_number(const tinygltf::ExtensionMap& extensions, const char* extension,
@@ -98,15 +98,16 @@ double gltf_number(const tinygltf::ExtensionMap& extensions, const char* extensi
 GltfBytes read_view(const GltfSource& source, int index, const std::string& what) {
   const tinygltf::Model& model = source.model;
   if (index < 0 || static_cast<std::size_t>(index) >= model.bufferViews.size())
-    throw broken(source, what, "buffer view " + std::to_string(index) + " does not exist");
+    throw broken(source, what, fmt::format("buffer view {} does not exist", index));
   const tinygltf::BufferView& view = model.bufferViews[index];
   if (view.buffer < 0 || static_cast<std::size_t>(view.buffer) >= model.buffers.size())
-    throw broken(source, what, "buffer " + std::to_string(view.buffer) + " does not exist");
+    throw broken(source, what, fmt::format("buffer {} does not exist", view.buffer));
   const std::vector<unsigned char>& bytes = model.buffers[view.buffer].data;
   if (view.byteOffset > bytes.size() || view.byteLength > bytes.size() - view.byteOffset) {
-    throw broken(source, what,
-                 "buffer view " + std::to_string(index) +
-                     " reaches beyond its buffer (the file is cut short or damaged)");
+    throw broken(
+        source, what,
+        fmt::format("buffer view {} reaches beyond its buffer (the file is cut short or damaged)",
+                    index));
   }
   return {bytes.data() + view.byteOffset, view.byteLength};
 }

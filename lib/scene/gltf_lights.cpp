@@ -101,8 +101,9 @@ Light light_from_punctual(const PunctualLight& in, const Bounds& bounds, const s
       width = height = size->GetNumberAsDouble();
     }
     if (!(width > 0.0 && height > 0.0)) {
-      throw Error(Error::Kind::bad_input, "Scene '" + path + "': the size of light '" + light.name +
-                                              "' must be two lengths above 0 (metres).");
+      throw Error(Error::Kind::bad_input,
+                  "Scene '{}': the size of light '{}' must be two lengths above 0 (metres).", path,
+                  light.name);
     }
     light.u = Vec3f(0.5 * height * y);  // cross(y, x) = -z
     light.v = Vec3f(0.5 * width * x);
@@ -114,8 +115,9 @@ Light light_from_punctual(const PunctualLight& in, const Bounds& bounds, const s
     if (!std::isfinite(light.centre[k]) || !std::isfinite(light.u[k]) ||
         !std::isfinite(light.v[k]) || !std::isfinite(light.radiance[k]) ||
         light.radiance[k] < 0.0f) {
-      throw Error(Error::Kind::bad_input, "Scene '" + path + "': light '" + light.name +
-                                              "' has a number that is not finite or is below 0.");
+      throw Error(Error::Kind::bad_input,
+                  "Scene '{}': light '{}' has a number that is not finite or is below 0.", path,
+                  light.name);
     }
   }
   return light;
@@ -141,7 +143,7 @@ void split_emitters(Scene& scene) {
     }
     for (std::size_t i = 0; i < count; ++i) {
       parts[i].material = mesh.material;
-      parts[i].name = mesh.name + (i ? "." + std::to_string(i) : "");
+      parts[i].name = i ? fmt::format("{}.{}", mesh.name, i) : mesh.name;
     }
     mesh = std::move(parts[0]);
     std::move(parts.begin() + 1, parts.end(), std::back_inserter(pieces_found));

@@ -43,10 +43,10 @@ class Loader {
     for (const std::string& extension : model_.extensionsRequired) {
       if (std::find(std::begin(known_extensions), std::end(known_extensions), extension) ==
           std::end(known_extensions)) {
-        throw Error(
-            Error::Kind::unsupported,
-            "Scene '" + path_ + "' needs the glTF extension " + extension +
-                ", which is not supported. Export it without (for Blender: no compression).");
+        throw Error(Error::Kind::unsupported,
+                    "Scene '{}' needs the glTF extension {}, which is not supported. Export it "
+                    "without (for Blender: no compression).",
+                    path_, extension);
       }
     }
     add_materials(source_, scene_);
@@ -96,8 +96,8 @@ class Loader {
     }
     for (int i = 0; i < 16; ++i) {
       if (!std::isfinite(local[i / 4][i % 4])) {
-        throw broken_scene(path_,
-                           "has a node '" + node.name + "' with a transform that is not finite.");
+        throw broken_scene(
+            path_, fmt::format("has a node '{}' with a transform that is not finite.", node.name));
       }
     }
     return local;
@@ -105,8 +105,7 @@ class Loader {
 
   void add_node(int index, const Mat4& parent, int depth) {
     if (index < 0 || static_cast<std::size_t>(index) >= model_.nodes.size()) {
-      throw broken_scene(path_,
-                         "refers to node " + std::to_string(index) + ", which does not exist.");
+      throw broken_scene(path_, fmt::format("refers to node {}, which does not exist.", index));
     }
     if (depth > deepest_node || ++nodes_visited_ > 4 * model_.nodes.size())
       throw broken_scene(path_, "has nodes that contain one another.");
@@ -118,8 +117,8 @@ class Loader {
         light != node.extensions.end() && light->second.Has("light")) {
       const int number = light->second.Get("light").GetNumberAsInt();
       if (number < 0 || static_cast<std::size_t>(number) >= model_.lights.size()) {
-        throw broken_scene(path_,
-                           "has a node '" + node.name + "' with a light that does not exist.");
+        throw broken_scene(
+            path_, fmt::format("has a node '{}' with a light that does not exist.", node.name));
       }
       lights_.push_back({&model_.lights[number], to_world, node.name, &node.extras});
     }
@@ -128,7 +127,8 @@ class Loader {
 
   void add_mesh(const tinygltf::Node& node, const Mat4& to_world) {
     if (static_cast<std::size_t>(node.mesh) >= model_.meshes.size())
-      throw broken_scene(path_, "has a node '" + node.name + "' with a mesh that does not exist.");
+      throw broken_scene(
+          path_, fmt::format("has a node '{}' with a mesh that does not exist.", node.name));
     const tinygltf::Mesh& mesh = model_.meshes[node.mesh];
     for (const tinygltf::Primitive& primitive : mesh.primitives) {
       const std::string name = !node.name.empty() ? node.name : mesh.name;
@@ -137,7 +137,8 @@ class Loader {
       SceneMesh out = read_primitive(primitive, mode, name);
       out.material = primitive.material >= 0 ? primitive.material : default_material_;
       if (out.material > default_material_)
-        throw broken_scene(path_, "has a mesh '" + name + "' with a material that does not exist.");
+        throw broken_scene(
+            path_, fmt::format("has a mesh '{}' with a material that does not exist.", name));
       apply_texture_transform(primitive.material, out);
       place(to_world, out);
       check_finite(out);
@@ -153,7 +154,7 @@ class Loader {
       const auto found = primitive.attributes.find(semantic);
       return found == primitive.attributes.end() ? -1 : found->second;
     };
-    const std::string of = " of mesh '" + name + "'";
+    const std::string of = fmt::format(" of mesh '{}'", name);
     const std::vector<float> p = read_floats(source_, attribute("POSITION"), 3, "positions" + of);
     for (std::size_t i = 0; i < p.size(); i += 3)
       out.positions.emplace_back(p[i], p[i + 1], p[i + 2]);
@@ -162,7 +163,7 @@ class Loader {
       for (std::size_t i = 0; i < n.size(); i += 3)
         out.normals.emplace_back(n[i], n[i + 1], n[i + 2]);
     }
-    const std::string set = "TEXCOORD_" + std::to_string(texture_set(primitive.material));
+    const std::string set = fmt::format("TEXCOORD_{}", texture_set(primitive.material));
     if (attribute(set.c_str()) >= 0) {
       const std::vector<float> t =
           read_floats(source_, attribute(set.c_str()), 2, "texture coordinates" + of);
@@ -172,7 +173,8 @@ class Loader {
     if ((!out.normals.empty() && out.normals.size() != out.positions.size()) ||
         (!out.texture_coordinates.empty() &&
          out.texture_coordinates.size() != out.positions.size()))
-      throw broken_scene(path_, "has a mesh '" + name + "' whose attributes differ in length.");
+      throw broken_scene(path_,
+                         fmt::format("has a mesh '{}' whose attributes differ in length.", name));
     std::vector<std::uint32_t> indices;
     if (primitive.indices >= 0)
       indices = read_indices(source_, primitive.indices, "indices" + of);
@@ -181,9 +183,9 @@ class Loader {
         indices.push_back(static_cast<std::uint32_t>(i));
     for (const std::uint32_t index : indices) {
       if (index >= out.positions.size()) {
-        throw broken_scene(path_, "has a mesh '" + name + "' with vertex index " +
-                                      std::to_string(index) + " but only " +
-                                      std::to_string(out.positions.size()) + " vertices.");
+        throw broken_scene(
+            path_, fmt::format("has a mesh '{}' with vertex index {} but only {} vertices.", name,
+                               index, out.positions.size()));
       }
     }
     if (mode == TINYGLTF_MODE_TRIANGLES) {
@@ -273,17 +275,18 @@ class Loader {
       const Vec3f& p = mesh.positions[i];
       const Vec3f& n = mesh.normals[i];
       if (bad(p.x) || bad(p.y) || bad(p.z) || bad(n.x) || bad(n.y) || bad(n.z)) {
-        throw broken_scene(path_, "has a mesh '" + mesh.name + "' whose vertex " +
-                                      std::to_string(i) + " is not finite (NaN or infinite).");
+        throw broken_scene(
+            path_, fmt::format("has a mesh '{}' whose vertex {} is not finite (NaN or infinite).",
+                               mesh.name, i));
       }
     }
     const auto wild = [](float v) { return !(std::abs(v) <= largest_texture_coordinate); };
     for (const Vec2f& t : mesh.texture_coordinates) {
       if (wild(t.x) || wild(t.y)) {
         throw broken_scene(path_,
-                           "has a mesh '" + mesh.name +
-                               "' with texture coordinates that are not finite or that repeat a "
-                               "texture more than a million times.");
+                           fmt::format("has a mesh '{}' with texture coordinates that are not "
+                                       "finite or that repeat a texture more than a million times.",
+                                       mesh.name));
       }
     }
   }
@@ -334,16 +337,16 @@ class Loader {
 Scene load_scene(const std::string& path) {
   if (!std::filesystem::is_regular_file(path)) {
     throw Error(Error::Kind::not_found,
-                "Scene '" + path +
-                    "' does not exist or is not a file. Give the path of a glTF 2.0 file "
-                    "(.glb or .gltf), or none for the built-in room.");
+                "Scene '{}' does not exist or is not a file. Give the path of a glTF 2.0 file "
+                "(.glb or .gltf), or none for the built-in room.",
+                path);
   }
   std::string ending = std::filesystem::path(path).extension().string();
   std::transform(ending.begin(), ending.end(), ending.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   if (ending != ".glb" && ending != ".gltf") {
     throw Error(Error::Kind::unsupported,
-                "Scene '" + path + "': the name must end in .glb or .gltf (glTF 2.0).");
+                "Scene '{}': the name must end in .glb or .gltf (glTF 2.0).", path);
   }
   tinygltf::TinyGLTF reader;
   reader.SetImageLoader(keep_bytes, nullptr);
@@ -359,8 +362,8 @@ Scene load_scene(const std::string& path) {
   if (!read) {
     while (!problem.empty() && std::isspace(static_cast<unsigned char>(problem.back())))
       problem.pop_back();
-    throw broken_scene(
-        path, "is not a readable glTF 2.0 file: " + (problem.empty() ? "broken content" : problem));
+    throw broken_scene(path, fmt::format("is not a readable glTF 2.0 file: {}",
+                                         problem.empty() ? "broken content" : problem));
   }
   return Loader(model, path).load();
 }

@@ -29,8 +29,10 @@ class MaterialReader {
          {out.base_colour.x, out.base_colour.y, out.base_colour.z, out.metallic, out.roughness,
           out.ior, out.emission.x, out.emission.y, out.emission.z}) {
       if (!std::isfinite(value) || value < 0.0f) {
-        throw broken_scene(source_.path, "has a material '" + in.name +
-                                             "' with a number that is not finite or is below 0.");
+        throw broken_scene(
+            source_.path,
+            fmt::format("has a material '{}' with a number that is not finite or is below 0.",
+                        in.name));
       }
     }
     out.base_colour = glm::min(out.base_colour, Vec3f(1.0f));
@@ -44,27 +46,28 @@ class MaterialReader {
         source_.model.textures[info.index].source < 0 ||
         static_cast<std::size_t>(source_.model.textures[info.index].source) >=
             source_.model.images.size()) {
-      throw broken_scene(source_.path, "has a material '" + material +
-                                           "' whose base colour texture does not exist.");
+      throw broken_scene(
+          source_.path,
+          fmt::format("has a material '{}' whose base colour texture does not exist.", material));
     }
     const int source = source_.model.textures[info.index].source;
     if (const auto known = textures_.find(source); known != textures_.end()) return known->second;
     const tinygltf::Image& image = source_.model.images[source];
     const std::string name =
-        image.uri.empty() ? (image.name.empty() ? "image " + std::to_string(source) : image.name)
+        image.uri.empty() ? (image.name.empty() ? fmt::format("image {}", source) : image.name)
                           : image.uri;
     GltfBytes bytes{image.image.data(), image.image.size()};
     if (image.bufferView >= 0)
-      bytes = read_view(source_, image.bufferView, "texture '" + name + "'");
+      bytes = read_view(source_, image.bufferView, fmt::format("texture '{}'", name));
     if (bytes.size == 0) {
       throw Error(Error::Kind::not_found,
-                  "Scene '" + source_.path + "': the texture '" + name + "' of material '" +
-                      material +
-                      "' is missing. It is looked for beside the scene's file; "
-                      "a .glb file holds its textures itself.");
+                  "Scene '{}': the texture '{}' of material '{}' is missing. It is looked for "
+                  "beside the scene's file; a .glb file holds its textures itself.",
+                  source_.path, name, material);
     }
-    scene_.textures.push_back(decode_picture(
-        {bytes.data, bytes.size}, 4, "texture '" + name + "' of scene '" + source_.path + "'"));
+    scene_.textures.push_back(
+        decode_picture({bytes.data, bytes.size}, 4,
+                       fmt::format("texture '{}' of scene '{}'", name, source_.path)));
     const int index = static_cast<int>(scene_.textures.size()) - 1;
     textures_[source] = index;
     return index;

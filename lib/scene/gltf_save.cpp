@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include <tiny_gltf.h>
-
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 
 #include "base/error.h"
+#include "scene/gltf_builder.h"
 #include "scene/scene.h"
 
 namespace polyhull {
@@ -13,76 +11,29 @@ namespace {
 
 using tinygltf::Value;
 
-class Writer {
+class Writer : GltfBuilder {
  public:
   explicit Writer(const Scene& scene) : scene_(scene) {
-    model_.asset.version = "2.0";
-    model_.asset.generator = "polyhull";
-    model_.buffers.emplace_back();
-    model_.scenes.emplace_back();
-    model_.defaultScene = 0;
     Value::Object extras;
     extras["exposure"] = Value(static_cast<double>(scene.exposure));
-    model_.scenes[0].extras = Value(extras);
+    model.scenes[0].extras = Value(extras);
   }
 
   tinygltf::Model write() {
-    for (const Picture& picture : scene_.textures) add_texture(picture);
+    for (const Picture& picture : scene_.textures) add_texture(encode_png(picture), "image/png");
     for (const Material& material : scene_.materials) add_material(material);
     for (const SceneMesh& mesh : scene_.meshes) add_mesh(mesh);
     for (const Light& light : scene_.lights)
       if (light.mesh < 0) add_light(light);
     for (const Camera& camera : scene_.cameras) add_camera(camera);
-    return std::move(model_);
+    return std::move(model);
   }
 
  private:
-  int add_view(const void* data, std::size_t size, int target) {
-    std::vector<unsigned char>& bytes = model_.buffers[0].data;
-    bytes.resize((bytes.size() + 3) / 4 * 4);
-    tinygltf::BufferView view;
-    view.buffer = 0;
-    view.byteOffset = bytes.size();
-    view.byteLength = size;
-    view.target = target;
-    const auto* from = static_cast<const unsigned char*>(data);
-    bytes.insert(bytes.end(), from, from + size);
-    model_.bufferViews.push_back(view);
-    return static_cast<int>(model_.bufferViews.size()) - 1;
-  }
-
-  template <typename T>
-  int add_accessor(const std::vector<T>& values, int component_type, int type, int target) {
-    tinygltf::Accessor accessor;
-    accessor.bufferView = add_view(values.data(), values.size() * sizeof(T), target);
-    accessor.componentType = component_type;
-    accessor.type = type;
-    accessor.count = values.size();
-    model_.accessors.push_back(accessor);
-    return static_cast<int>(model_.accessors.size()) - 1;
-  }
-
-  void use(const char* extension) {
-    auto& used = model_.extensionsUsed;
-    if (std::find(used.begin(), used.end(), extension) == used.end()) used.emplace_back(extension);
-  }
-
   int add_node(tinygltf::Node node) {
-    model_.nodes.push_back(std::move(node));
-    const int index = static_cast<int>(model_.nodes.size()) - 1;
-    model_.scenes[0].nodes.push_back(index);
+    const int index = add(model.nodes, std::move(node));
+    model.scenes[0].nodes.push_back(index);
     return index;
-  }
-
-  void add_texture(const Picture& picture) {
-    const std::vector<std::uint8_t> png = encode_png(picture);
-    tinygltf::Image image;
-    image.bufferView = add_view(png.data(), png.size(), 0);
-    image.mimeType = "image/png";
-    model_.images.push_back(image);
-    tinygltf::Texture texture;
-    texture.source = static_cast<int>(model_.images.size()) - 1;
-    model_.textures.push_back(texture);
   }
 
   void add_material(const Material& in) {
@@ -107,7 +58,7 @@ class Writer {
       out.extensions["KHR_materials_emissive_strength"] =
           Value(Value::Object{{"emissiveStrength", Value(static_cast<double>(strength))}});
     }
-    model_.materials.push_back(std::move(out));
+    model.materials.push_back(std::move(out));
   }
 
   void add_mesh(const SceneMesh& in) {
@@ -115,32 +66,17 @@ class Writer {
     tinygltf::Primitive primitive;
     primitive.mode = TINYGLTF_MODE_TRIANGLES;
     primitive.material = in.material;
-    const int positions = add_accessor(in.positions, TINYGLTF_COMPONENT_TYPE_FLOAT,
-                                       TINYGLTF_TYPE_VEC3, TINYGLTF_TARGET_ARRAY_BUFFER);
-    Vec3f low(in.positions.at(0)), high(low);
-    for (const Vec3f& p : in.positions) {
-      low = glm::min(low, p);
-      high = glm::max(high, p);
-    }
-    model_.accessors[positions].minValues = {low.x, low.y, low.z};
-    model_.accessors[positions].maxValues = {high.x, high.y, high.z};
-    primitive.attributes["POSITION"] = positions;
-    primitive.attributes["NORMAL"] = add_accessor(in.normals, TINYGLTF_COMPONENT_TYPE_FLOAT,
-                                                  TINYGLTF_TYPE_VEC3, TINYGLTF_TARGET_ARRAY_BUFFER);
-    if (!in.texture_coordinates.empty()) {
-      primitive.attributes["TEXCOORD_0"] =
-          add_accessor(in.texture_coordinates, TINYGLTF_COMPONENT_TYPE_FLOAT, TINYGLTF_TYPE_VEC2,
-                       TINYGLTF_TARGET_ARRAY_BUFFER);
-    }
-    primitive.indices = add_accessor(in.triangles, TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT,
-                                     TINYGLTF_TYPE_SCALAR, TINYGLTF_TARGET_ELEMENT_ARRAY_BUFFER);
+    primitive.attributes["POSITION"] = add_positions(in.positions);
+    primitive.attributes["NORMAL"] = add_accessor(in.normals);
+    if (!in.texture_coordinates.empty())
+      primitive.attributes["TEXCOORD_0"] = add_accessor(in.texture_coordinates);
+    primitive.indices = add_accessor(in.triangles);
     tinygltf::Mesh mesh;
     mesh.name = in.name;
     mesh.primitives.push_back(std::move(primitive));
-    model_.meshes.push_back(std::move(mesh));
     tinygltf::Node node;
     node.name = in.name;
-    node.mesh = static_cast<int>(model_.meshes.size()) - 1;
+    node.mesh = add(model.meshes, std::move(mesh));
     add_node(std::move(node));
   }
 
@@ -168,9 +104,8 @@ class Writer {
     out.intensity = intensity;
     if (intensity > 0.0f) power /= intensity;
     out.color = {power.x, power.y, power.z};
-    model_.lights.push_back(out);
     node.extensions["KHR_lights_punctual"] =
-        Value(Value::Object{{"light", Value(static_cast<int>(model_.lights.size()) - 1)}});
+        Value(Value::Object{{"light", Value(add(model.lights, std::move(out)))}});
     add_node(std::move(node));
   }
 
@@ -181,10 +116,9 @@ class Writer {
     out.perspective.yfov = 2.0 * std::atan(0.5 * in.height / in.K[1][1]);
     out.perspective.aspectRatio = static_cast<double>(in.width) / in.height;
     out.perspective.znear = 0.01;
-    model_.cameras.push_back(out);
     tinygltf::Node node;
     node.name = in.name;
-    node.camera = static_cast<int>(model_.cameras.size()) - 1;
+    node.camera = add(model.cameras, std::move(out));
     const Mat3 axes = glm::transpose(in.R);
     const Vec3 x = axes[0], y = -axes[1], z = -axes[2], c = -(axes * in.t);
     node.matrix = {x.x, x.y, x.z, 0, y.x, y.y, y.z, 0, z.x, z.y, z.z, 0, c.x, c.y, c.z, 1};
@@ -192,7 +126,6 @@ class Writer {
   }
 
   const Scene& scene_;
-  tinygltf::Model model_;
 };
 
 }  // namespace
@@ -201,7 +134,7 @@ void save_scene(const Scene& scene, const std::string& path) {
   tinygltf::Model model = Writer(scene).write();
   tinygltf::TinyGLTF writer;
   if (!writer.WriteGltfSceneToFile(&model, path, true, true, false, true))
-    throw Error(Error::Kind::io, "Scene '" + path + "' could not be written.");
+    throw Error(Error::Kind::io, "Scene '{}' could not be written.", path);
 }
 
 }  // namespace polyhull

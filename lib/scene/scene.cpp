@@ -76,9 +76,8 @@ std::vector<Mirror> find_mirrors(const Scene& scene) {
 
 void set_light(Scene& scene, std::size_t index, const Light& light) {
   if (index >= scene.lights.size()) {
-    throw Error(Error::Kind::bad_input,
-                "Scene '" + scene.name + "' has " + std::to_string(scene.lights.size()) +
-                    " lights; there is no light " + std::to_string(index) + ".");
+    throw Error(Error::Kind::bad_input, "Scene '{}' has {} lights; there is no light {}.",
+                scene.name, scene.lights.size(), index);
   }
   Light& old = scene.lights[index];
   const int shown_by = old.mesh;
@@ -125,7 +124,7 @@ Bounds scene_bounds(const Scene& scene) {
     }
   }
   if (!(bounds.min.x <= bounds.max.x))
-    throw Error(Error::Kind::bad_input, "Scene '" + scene.name + "' has no geometry.");
+    throw Error(Error::Kind::bad_input, "Scene '{}' has no geometry.", scene.name);
   return bounds;
 }
 
@@ -143,12 +142,10 @@ Camera look_at(const Vec3& eye, const Vec3& target, double vertical_fov, int wid
                 "direction of view that is not along its upward direction.");
   }
   if (!(vertical_fov > 0.0 && vertical_fov < 180.0) || width < 1 || height < 1) {
-    throw Error(
-        Error::Kind::bad_input,
-        "A viewport camera needs a field of view between 0 and 180 degrees and a picture of at "
-        "least 1x1 pixels; it got " +
-            std::to_string(vertical_fov) + " degrees and " + std::to_string(width) + "x" +
-            std::to_string(height) + ".");
+    throw Error(Error::Kind::bad_input,
+                "A viewport camera needs a field of view between 0 and 180 degrees and a picture "
+                "of at least 1x1 pixels; it got {} degrees and {}x{}.",
+                vertical_fov, width, height);
   }
   Camera camera;
   camera.name = "viewport";

@@ -16,8 +16,8 @@ namespace {
 
 void check(const Hull& hull, std::span<const Camera> cameras) {
   if (cameras.size() > 64) {
-    throw Error(Error::Kind::unsupported, "A mesh has " + std::to_string(cameras.size()) +
-                                              " views; texturing handles at most 64.");
+    throw Error(Error::Kind::unsupported, "A mesh has {} views; texturing handles at most 64.",
+                cameras.size());
   }
   if (hull.triangles.size() % 3 != 0) {
     throw Error(Error::Kind::bad_input,
@@ -25,9 +25,8 @@ void check(const Hull& hull, std::span<const Camera> cameras) {
   }
   for (const std::uint32_t index : hull.triangles) {
     if (index >= hull.vertices.size()) {
-      throw Error(Error::Kind::bad_input, "A mesh has vertex index " + std::to_string(index) +
-                                              " but only " + std::to_string(hull.vertices.size()) +
-                                              " vertices.");
+      throw Error(Error::Kind::bad_input, "A mesh has vertex index {} but only {} vertices.", index,
+                  hull.vertices.size());
     }
   }
   for (const Vec3f& v : hull.vertices)

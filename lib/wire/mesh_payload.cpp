@@ -16,7 +16,7 @@ constexpr std::size_t most_textured_views = 64;
 constexpr std::size_t most_coefficients = 12;  // of a camera's distortion
 
 [[noreturn]] void fail(const std::string& what) {
-  throw Error(Error::Kind::bad_input, "not a usable mesh: " + what);
+  throw Error(Error::Kind::bad_input, "Not a usable mesh: {}.", what);
 }
 
 bool finite(std::span<const float> numbers) {
@@ -224,8 +224,7 @@ class MeshPacker {
 
 template <std::size_t N, typename Element>
 std::array<Element, N> unpack_array(const flatbuffers::Vector<Element>* numbers, const char* what) {
-  if (!numbers || numbers->size() != N)
-    fail(std::string(what) + " must have " + std::to_string(N) + " numbers");
+  if (!numbers || numbers->size() != N) fail(fmt::format("{} must have {} numbers", what, N));
   std::array<Element, N> result;
   std::memcpy(result.data(), numbers->Data(), sizeof result);
   return result;
@@ -244,8 +243,8 @@ Camera unpack_camera(const wire::Camera& table, const View& view) {
   camera.K = from_rows(unpack_array<9>(table.k(), "K"));
   // Looked at before it is copied: in a hostile FlatBuffer all cameras can share one long list.
   if (table.distortion() && table.distortion()->size() > most_coefficients)
-    fail("camera \"" + view.camera + "\" has " + std::to_string(table.distortion()->size()) +
-         " distortion coefficients");
+    fail(fmt::format("camera '{}' has {} distortion coefficients", view.camera,
+                     table.distortion()->size()));
   camera.distortion = unpack_numbers<double>(table.distortion());
   camera.R = from_rows(unpack_array<9>(table.r(), "R"));
   camera.t = unpack_vector(table.t(), "t");
@@ -323,8 +322,7 @@ void check_names(const std::vector<MeshView>& views) {
   std::sort(names.begin(), names.end());
   const auto twice = std::adjacent_find(names.begin(), names.end());
   if (twice != names.end())
-    fail("two of its views are of camera \"" + std::string(*twice) +
-         "\"; each camera may have one view");
+    fail(fmt::format("two of its views are of camera '{}'; each camera may have one view", *twice));
 }
 
 }  // namespace
@@ -336,9 +334,9 @@ void validate_mesh(const Mesh& mesh) {
   for (const MeshView& view : mesh.views) {
     if (view.calibration.name != view.view.camera || view.calibration.width != view.view.width ||
         view.calibration.height != view.view.height)
-      fail("view \"" + view.view.camera + "\" has another camera's name or size");
+      fail(fmt::format("view '{}' has another camera's name or size", view.view.camera));
     validate_view(view.view);
-    validate_camera(view.calibration, "mesh: camera \"" + view.calibration.name + "\"");
+    validate_camera(view.calibration, fmt::format("mesh: camera '{}'", view.calibration.name));
   }
   check_names(mesh.views);
   validate_hull(mesh);

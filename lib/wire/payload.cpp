@@ -31,7 +31,7 @@ const char* magic(PayloadKind kind) {
 }
 
 [[noreturn]] void fail(const char* what, const std::string& message) {
-  throw Error(Error::Kind::bad_input, std::string("not a usable ") + what + ": " + message);
+  throw Error(Error::Kind::bad_input, "Not a usable {}: {}.", what, message);
 }
 
 }  // namespace
@@ -45,7 +45,7 @@ std::vector<std::uint8_t> write_payload_header(PayloadKind kind, Bytes flatbuffe
                                                std::uint64_t pixels_size) {
   const std::size_t size = payload_header_size(flatbuffer.size());
   if (size > std::numeric_limits<std::uint32_t>::max())
-    throw Error(Error::Kind::unsupported, "a payload's header may have at most 4 GiB");
+    throw Error(Error::Kind::unsupported, "A payload's header may have at most 4 GiB.");
   Prefix prefix{};
   std::memcpy(prefix.magic, magic(kind), 4);
   prefix.version = payload_version;
@@ -64,30 +64,29 @@ Payload::Payload(PayloadKind kind, std::span<const Bytes> segments)
   std::uint64_t total = 0;
   for (const Bytes& segment : segments) total += segment.size();
   if (total < payload_prefix_size)
-    fail(what_, "it has " + std::to_string(total) + " bytes, its prefix alone takes " +
-                    std::to_string(payload_prefix_size));
+    fail(what_,
+         fmt::format("it has {} bytes, its prefix alone takes {}", total, payload_prefix_size));
   const Bytes first = segments.front();
   const auto cut = [&] {
-    throw Error(Error::Kind::unsupported,
-                std::string("the header of a ") + what_ + " is spread over several memories");
+    throw Error(Error::Kind::unsupported, "The header of a {} is spread over several memories.",
+                what_);
   };
   if (first.size() < payload_prefix_size) cut();
   Prefix prefix;
   std::memcpy(&prefix, first.data(), sizeof prefix);
   if (std::memcmp(prefix.magic, magic(kind), 4) != 0)
-    fail(what_, std::string("it does not start with \"") + magic(kind) + "\"");
+    fail(what_, fmt::format("it does not start with '{}'", magic(kind)));
   if (prefix.version != payload_version)
     throw Error(Error::Kind::bad_input,
-                std::string("a ") + what_ + " of format version " + std::to_string(prefix.version) +
-                    " came in; this build reads version " + std::to_string(payload_version));
+                "A {} of format version {} came in; this build reads version {}.", what_,
+                prefix.version, payload_version);
   if (prefix.header_size % header_alignment != 0 || prefix.zero != 0 ||
       prefix.header_size < payload_prefix_size ||
       prefix.flatbuffer_size > prefix.header_size - payload_prefix_size)
     fail(what_, "the sizes in its prefix contradict each other");
   if (prefix.header_size > total || prefix.pixels_size != total - prefix.header_size)
-    fail(what_, "its prefix promises " + std::to_string(prefix.header_size) + " + " +
-                    std::to_string(prefix.pixels_size) + " bytes, " + std::to_string(total) +
-                    " came");
+    fail(what_, fmt::format("its prefix promises {} + {} bytes, {} came", prefix.header_size,
+                            prefix.pixels_size, total));
   if (first.size() < prefix.header_size) cut();
   flatbuffer_ = first.subspan(payload_prefix_size, prefix.flatbuffer_size);
   if (reinterpret_cast<std::uintptr_t>(flatbuffer_.data()) % 8 != 0 && !flatbuffer_.empty()) {
@@ -101,8 +100,7 @@ Payload::Payload(PayloadKind kind, std::span<const Bytes> segments)
 
 Bytes Payload::take_block(std::uint64_t size) {
   if (size > left_)
-    fail(what_, "a pixel block of " + std::to_string(size) + " bytes is promised, " +
-                    std::to_string(left_) + " are left");
+    fail(what_, fmt::format("a pixel block of {} bytes is promised, {} are left", size, left_));
   if (size == 0) return {};
   while (offset_ == segments_[segment_].size()) {
     ++segment_;
@@ -110,8 +108,8 @@ Bytes Payload::take_block(std::uint64_t size) {
   }
   const Bytes segment = segments_[segment_];
   if (size > segment.size() - offset_)
-    throw Error(Error::Kind::unsupported,
-                std::string("the pixels of a ") + what_ + " are spread over several memories");
+    throw Error(Error::Kind::unsupported, "The pixels of a {} are spread over several memories.",
+                what_);
   const Bytes block = segment.subspan(offset_, size);
   offset_ += size;
   left_ -= size;
@@ -119,7 +117,7 @@ Bytes Payload::take_block(std::uint64_t size) {
 }
 
 void Payload::finish() const {
-  if (left_ != 0) fail(what_, std::to_string(left_) + " bytes of pixels belong to no view");
+  if (left_ != 0) fail(what_, fmt::format("{} bytes of pixels belong to no view", left_));
 }
 
 bool is_utf8(std::span<const char> text) {

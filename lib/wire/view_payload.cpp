@@ -14,8 +14,8 @@ constexpr std::size_t longest_name = 256;
 
 [[noreturn]] void fail(const View& view, const std::string& what) {
   const bool printable = view.camera.size() <= longest_name && is_utf8(view.camera);
-  throw Error(Error::Kind::bad_input,
-              "view of camera \"" + (printable ? view.camera : std::string("?")) + "\": " + what);
+  throw Error(Error::Kind::bad_input, "View of camera '{}': {}.", printable ? view.camera : "?",
+              what);
 }
 
 void validate_rings(const View& view) {
@@ -44,22 +44,18 @@ void validate_pixels(const View& view) {
   }
   if (roi.x < 0 || roi.y < 0 || roi.width < 1 || roi.height < 1 || roi.width > view.width - roi.x ||
       roi.height > view.height - roi.y)
-    fail(view, "the region of interest " + std::to_string(roi.width) + "x" +
-                   std::to_string(roi.height) + " at (" + std::to_string(roi.x) + ", " +
-                   std::to_string(roi.y) + ") leaves the frame of " + std::to_string(view.width) +
-                   "x" + std::to_string(view.height));
+    fail(view, fmt::format("the region of interest {}x{} at ({}, {}) leaves the frame of {}x{}",
+                           roi.width, roi.height, roi.x, roi.y, view.width, view.height));
   if (view.stride < roi.width * bytes_per_pixel(view.format))
-    fail(view, "the stride of " + std::to_string(view.stride) + " bytes is shorter than a row");
+    fail(view, fmt::format("the stride of {} bytes is shorter than a row", view.stride));
   const std::size_t most = static_cast<std::size_t>(view.stride) * roi.height;
   if (view.pixels.size() < pixels_needed(view) || view.pixels.size() > most)
-    fail(view, std::to_string(view.pixels.size()) +
-                   " bytes of pixels came, the region of "
-                   "interest takes " +
-                   std::to_string(pixels_needed(view)) + " to " + std::to_string(most));
+    fail(view, fmt::format("{} bytes of pixels came, the region of interest takes {} to {}",
+                           view.pixels.size(), pixels_needed(view), most));
 }
 
 std::uint32_t size32(std::size_t size) {
-  if (size > 0x3FFFFFFF) throw Error(Error::Kind::unsupported, "a list is too long for a payload");
+  if (size > 0x3FFFFFFF) throw Error(Error::Kind::unsupported, "A list is too long for a payload.");
   return static_cast<std::uint32_t>(size);
 }
 
@@ -82,8 +78,8 @@ void validate_view(const View& view) {
     return side >= 1 && side <= static_cast<int>(largest_side);
   };
   if (!side_is_good(view.width) || !side_is_good(view.height))
-    fail(view, "the frame is " + std::to_string(view.width) + "x" + std::to_string(view.height) +
-                   "; each side must be 1 to 32768 pixels");
+    fail(view, fmt::format("the frame is {}x{}; each side must be 1 to 32768 pixels", view.width,
+                           view.height));
   if (view.stride < 0 || view.stride > 0x100000) fail(view, "the stride is out of range");
   validate_rings(view);
   validate_pixels(view);
@@ -105,13 +101,12 @@ flatbuffers::Offset<wire::View> pack_view(flatbuffers::FlatBufferBuilder& builde
 View unpack_view(const wire::View& table, Payload& payload) {
   const auto side = [](std::uint32_t value) {
     if (value > 0x7FFFFFFF)
-      throw Error(Error::Kind::bad_input, "a view has a size or offset beyond 31 bits");
+      throw Error(Error::Kind::bad_input, "A view has a size or offset beyond 31 bits.");
     return static_cast<int>(value);
   };
   if (table.coding() != wire::PixelCoding::raw)
     throw Error(Error::Kind::unsupported,
-                "a view's pixels are coded in a way this build does not "
-                "know");
+                "A view's pixels are coded in a way this build does not know.");
   View view;
   view.camera = table.camera()->str();
   view.trigger = table.trigger();
@@ -150,7 +145,7 @@ View read_view(std::span<const Bytes> segments) {
   const Bytes buffer = payload.flatbuffer();
   flatbuffers::Verifier verifier(buffer.data(), buffer.size());
   if (!wire::VerifyViewBuffer(verifier))
-    throw Error(Error::Kind::bad_input, "not a usable view: its FlatBuffer is damaged");
+    throw Error(Error::Kind::bad_input, "Not a usable view: its FlatBuffer is damaged.");
   View view = unpack_view(*wire::GetView(buffer.data()), payload);
   payload.finish();
   return view;

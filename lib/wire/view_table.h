@@ -25,9 +25,9 @@ std::vector<T> unpack_numbers(const flatbuffers::Vector<Element>* numbers) {
   std::vector<T> result;
   if (!numbers || numbers->size() == 0) return result;
   if (numbers->size() % each != 0)
-    throw Error(Error::Kind::bad_input, "a list of " + std::to_string(numbers->size()) +
-                                            " numbers came where groups of " +
-                                            std::to_string(each) + " are expected");
+    throw Error(Error::Kind::bad_input,
+                "A list of {} numbers came where groups of {} are expected.", numbers->size(),
+                each);
   result.resize(numbers->size() / each);
   std::memcpy(static_cast<void*>(result.data()), numbers->Data(),
               numbers->size() * sizeof(Element));

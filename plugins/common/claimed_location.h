@@ -20,9 +20,10 @@ class ClaimedLocation {
       : path_(std::filesystem::absolute(location).lexically_normal().string()) {
     const std::scoped_lock lock(mutex_);
     if (!taken_.insert(path_).second)
-      throw Error(Error::Kind::bad_input, "another element already writes \"" + location +
-                                              "\", and their files would replace each other; "
-                                              "give each a location of its own");
+      throw Error(Error::Kind::bad_input,
+                  "Another element already writes '{}', and their files would replace each other; "
+                  "give each a location of its own.",
+                  location);
   }
   ~ClaimedLocation() {
     const std::scoped_lock lock(mutex_);

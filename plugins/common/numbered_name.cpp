@@ -23,11 +23,10 @@ NumberedName::NumberedName(const std::string& pattern) {
     for (; i < pattern.size() && pattern[i] >= '0' && pattern[i] <= '9' && width <= widest; ++i)
       width = 10 * width + (pattern[i] - '0');
     if (numbered_ || width > widest || i >= pattern.size() || pattern[i] != 'd')
-      throw Error(
-          Error::Kind::bad_input,
-          "the file name \"" + pattern +
-              "\" cannot be numbered; use one %d, or one such as %05d, and %% for a percent "
-              "sign");
+      throw Error(Error::Kind::bad_input,
+                  "The file name '{}' cannot be numbered; use one %d, or one such as %05d, and %% "
+                  "for a percent sign.",
+                  pattern);
     numbered_ = true;
     zeros_ = zeros;
     width_ = width;

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "plugins/common/pads_as_children.h"
 
+#include <fmt/core.h>
 #include <gst/base/gstaggregator.h>
 #include <gst/gst.h>
 
 #include <algorithm>
 #include <atomic>
-#include <cstdio>
 #include <mutex>
 #include <string>
 #include <vector>
@@ -94,12 +94,12 @@ std::string properties_of(GstPad* pad) {
   for (guint i = 0; i < count; ++i) {
     const GType owner = specs[i]->owner_type;
     if (owner == GST_TYPE_AGGREGATOR_PAD || !g_type_is_a(owner, GST_TYPE_AGGREGATOR_PAD)) continue;
-    char kind[80] = "text";
+    std::string kind = "text";
     if (G_IS_PARAM_SPEC_DOUBLE(specs[i])) {
       const auto* number = G_PARAM_SPEC_DOUBLE(specs[i]);
-      std::snprintf(kind, sizeof kind, "%g to %g", number->minimum, number->maximum);
+      kind = fmt::format("{:g} to {:g}", number->minimum, number->maximum);
     }
-    list += std::string(list.empty() ? "" : ", ") + specs[i]->name + " (" + kind + ")";
+    list += fmt::format("{}{} ({})", list.empty() ? "" : ", ", specs[i]->name, kind);
   }
   g_free(specs);
   return list.empty() ? "no settings" : list;

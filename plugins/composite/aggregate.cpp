@@ -44,7 +44,7 @@ void show(Composite& self, GstAggregatorPad* pad, GstBuffer* buffer, std::int64_
   } catch (const Error& error) {
     self.statistics.warn(
         GST_ELEMENT_CAST(self.element), "meshes-unusable",
-        std::string("A buffer on ") + GST_OBJECT_NAME(pad) + " was dropped: " + error.what());
+        fmt::format("A buffer on {} was dropped: {}", GST_OBJECT_NAME(pad), error.what()));
   }
 }
 
@@ -200,8 +200,7 @@ Made make_frame(Composite& self, const CompositePads& pads, bool live, bool time
   }
   if (GST_CLOCK_TIME_IS_VALID(stream_time)) {
     gst_object_sync_values(GST_OBJECT(self.element), stream_time);
-    for (GstAggregatorPad* pad : pads.meshes)
-      gst_object_sync_values(GST_OBJECT(pad), stream_time);
+    for (GstAggregatorPad* pad : pads.meshes) gst_object_sync_values(GST_OBJECT(pad), stream_time);
   }
   const CompositeSettings settings = snapshot(self.element, self.settings);
   GstBuffer* out = compose(self, picture, shown(pads, frame.end, settings.max_mesh_age));
@@ -229,9 +228,9 @@ CompositePads::CompositePads(gpointer element) : all(element) {
 
 void check_background(const CompositePads& pads) {
   if (pads.background) return;
-  throw Error(Error::Kind::bad_input,
-              "composite has no background. Link a video source, such as scenesrc, to its pad "
-              "background.");
+  throw Error(
+      Error::Kind::bad_input,
+      "Composite has no background. Link a video source, such as scenesrc, to its pad background.");
 }
 
 GstFlowReturn composite_aggregate(GstAggregator* aggregator, gboolean timeout) {

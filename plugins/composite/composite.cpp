@@ -54,7 +54,7 @@ GstAggregatorPad* create_new_pad(GstAggregator* aggregator, GstPadTemplate* pad_
       chosen = name;
     } else {
       for (guint number = 0; chosen.empty() || taken(chosen.c_str()); ++number)
-        chosen = "mesh_" + std::to_string(number);
+        chosen = fmt::format("mesh_{}", number);
     }
     if (taken(chosen.c_str())) return nullptr;
   }
@@ -117,16 +117,17 @@ gboolean sink_query(GstAggregator* aggregator, GstAggregatorPad* pad, GstQuery* 
 void take_announcement(Composite& self, GstEvent* event) {
   const gchar* json = gst_structure_get_string(gst_event_get_structure(event), "json");
   try {
-    if (!json) throw Error(Error::Kind::bad_input, "it has no field json");
+    if (!json) throw Error(Error::Kind::bad_input, "It has no field json.");
     self.composer.announce(parse_announcement(json));
     self.announced = true;
     self.statistics.count("announcements");
   } catch (const Error& error) {
     self.statistics.warn(
         GST_ELEMENT_CAST(self.element), "announcements-unusable",
-        std::string("What the background announced of its camera and scene was not "
-                    "understood and is not used: ") +
-            error.what());
+        fmt::format(
+            "What the background announced of its camera and scene was not understood and is "
+            "not used: {}",
+            error.what()));
   }
 }
 

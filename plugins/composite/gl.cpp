@@ -11,16 +11,12 @@
 namespace polyhull::element {
 namespace {
 
-constexpr char refused[] =
-    "composite could not get an OpenGL context (%s). Check that OpenGL works here; "
-    "GST_GL_PLATFORM and GST_GL_WINDOW in the environment choose the way to it, such as egl and "
-    "egl-device on machines without a display.";
-
 Error refusal(const std::string& reason) {
-  gchar* text = g_strdup_printf(refused, reason.c_str());
-  Error error(Error::Kind::unsupported, text);
-  g_free(text);
-  return error;
+  return Error(Error::Kind::unsupported,
+               "There is no OpenGL context to be had ({}). Check that OpenGL works here; "
+               "GST_GL_PLATFORM and GST_GL_WINDOW in the environment choose the way to it, such as "
+               "egl and egl-device on machines without a display.",
+               reason);
 }
 
 class Locked {

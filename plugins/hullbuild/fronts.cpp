@@ -54,7 +54,7 @@ ViewHead look_at(HullBuild& self, GstAggregatorPad* pad) {
       pop(pad);
       self.statistics.warn(
           GST_ELEMENT_CAST(self.element), "views-unusable",
-          std::string("A buffer on ") + GST_OBJECT_NAME(pad) + " was dropped: " + error.what());
+          fmt::format("A buffer on {} was dropped: {}", GST_OBJECT_NAME(pad), error.what()));
       continue;
     }
     state.parsed = {gst_buffer_ref(arrival.buffer), arrival.segment};
@@ -80,15 +80,14 @@ void check_cameras(HullBuild& self, const Pads& pads) {
     const std::string where = std::string("hullbuild's pad ") + GST_OBJECT_NAME(pad);
     if (name.empty())
       throw Error(Error::Kind::bad_input,
-                  where +
-                      " has no camera: neither its property camera nor its views name one. Set "
-                      "camera=NAME on contourfind or " +
-                      GST_OBJECT_NAME(pad) + "::camera=NAME here");
+                  "{} has no camera: neither its property camera nor its views name one. Set "
+                  "camera=NAME on contourfind or {}::camera=NAME here.",
+                  where, GST_OBJECT_NAME(pad));
     for (const auto& [other, other_pad] : seen)
       if (other == name)
-        throw Error(Error::Kind::bad_input, where + " and " + other_pad +
-                                                " both bring views of camera \"" + name +
-                                                "\". Each pad takes another camera");
+        throw Error(Error::Kind::bad_input,
+                    "{} and {} both bring views of camera '{}'. Each pad takes another camera.",
+                    where, other_pad, name);
     seen.emplace_back(name, GST_OBJECT_NAME(pad));
     {
       const ObjectLock lock(pad);

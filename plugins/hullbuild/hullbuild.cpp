@@ -117,8 +117,9 @@ void HullBuild::class_init(gpointer klass) {
       "can be done), views-…, "
       "empty-meshes, lone-silhouettes (one camera sees a foreground), full-silhouettes "
       "(foreground fills the frame), hulls-reused, predicates and exact-predicates; and of "
-      "the last set cameras (with foreground), faces, vertices, triangles and the milliseconds "
-      "each phase took. Live: wait-ms and latency-ms as they are now, frame-step (every how "
+      "the last set cameras (with foreground), faces, vertices, triangles, the milliseconds "
+      "each phase took and threads-used (how many threads took part in its parallel loops, "
+      "on average). Live: wait-ms and latency-ms as they are now, frame-step (every how "
       "many instants one is asked for), and of each camera lateness-ms-NAME, the most that a "
       "view of the last ten seconds came after its instant, and late-views-NAME, views that "
       "came after their set had gone.");

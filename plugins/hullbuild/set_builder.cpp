@@ -32,7 +32,7 @@ SetBuilder::SetBuilder(Statistics& statistics)
                        "predicates", "exact-predicates", "hulls-reused", "empty-meshes",
                        "lone-silhouettes", "full-silhouettes"});
   for (const char* figure : {"undistort-ms", "prepare-ms", "scene-ms", "faces-ms", "assemble-ms",
-                             "triangulate-ms", "pack-ms"})
+                             "triangulate-ms", "pack-ms", "threads-used"})
     statistics_.set(figure, 0.0);
 }
 
@@ -49,17 +49,15 @@ void SetBuilder::check(const std::string& where, const std::string& name, int wi
                        int height) const {
   const Camera* camera = rig_.find(name);
   if (camera == nullptr)
-    throw Error(Error::Kind::bad_input, where + " brings views of camera \"" + name +
-                                            "\", which the rig does not have; its "
-                                            "cameras are " +
-                                            names_of(rig_) +
-                                            ". Set the pad's property camera to one of them");
+    throw Error(Error::Kind::bad_input,
+                "{} brings views of camera '{}', which the rig does not have; its cameras are {}. "
+                "Set the pad's property camera to one of them.",
+                where, name, names_of(rig_));
   if (camera->width != width || camera->height != height)
     throw Error(Error::Kind::bad_input,
-                where + ": camera \"" + name + "\" delivers pictures of " + std::to_string(width) +
-                    "x" + std::to_string(height) + ", but the rig was calibrated at " +
-                    std::to_string(camera->width) + "x" + std::to_string(camera->height) +
-                    ". Set the camera to that size or calibrate it again");
+                "{}: camera '{}' delivers pictures of {}x{}, but the rig was calibrated at {}x{}. "
+                "Set the camera to that size or calibrate it again.",
+                where, name, width, height, camera->width, camera->height);
 }
 
 void SetBuilder::build_hull(GstElement* element, Mesh& mesh, const HullSettings& settings) {
@@ -70,22 +68,24 @@ void SetBuilder::build_hull(GstElement* element, Mesh& mesh, const HullSettings&
     if (!view.view.contours.empty()) with_foreground.push_back(&view.view.camera);
     if (fills_frame(view.view))
       statistics_.warn(element, "full-silhouettes",
-                       "All that camera \"" + view.view.camera +
-                           "\" sees is foreground: its silhouette is the whole frame and says "
-                           "nothing about the subject. Check its keying, and that it does not "
-                           "stand inside the subject.");
+                       fmt::format("All that camera '{}' sees is foreground: its silhouette is "
+                                   "the whole frame and says nothing about the subject. Check its "
+                                   "keying, and that it does not stand inside the subject.",
+                                   view.view.camera));
   }
   HullOptions options;
   if (settings.use_bounds) options.bounds = rig_.bounds;
   options.unseen = settings.unseen;
   options.max_deviation = settings.max_deviation;
   options.threads = settings.threads > 0 ? static_cast<int>(settings.threads) : pool_threads();
+  const LoopWatch loops;
   mesh.hull = stage_->build(contours, options, settings.weld_distance);
+  statistics_.set("threads-used", loops.threads());
   if (with_foreground.size() == 1)
     statistics_.warn(element, "lone-silhouettes",
-                     "Only camera \"" + *with_foreground.front() +
-                         "\" sees a foreground. A hull needs two; an empty mesh goes on. Check the "
-                         "keying of the other cameras.");
+                     fmt::format("Only camera '{}' sees a foreground. A hull needs two; an empty "
+                                 "mesh goes on. Check the keying of the other cameras.",
+                                 *with_foreground.front()));
   const HullStatistics& figures = stage_->statistics();
   statistics_.set("undistort-ms", 1e3 * stage_->seconds_undistort());
   statistics_.set_count("cameras", with_foreground.size());

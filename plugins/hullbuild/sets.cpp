@@ -90,7 +90,7 @@ void load_changed_rig(HullBuild& self, const HullSettings& settings) {
     self.stage.set_rig(open_rig(settings.rig));
   } catch (const Error& error) {
     self.statistics.warn(GST_ELEMENT_CAST(self.element), "rigs-refused",
-                         std::string("The former rig stays in use: ") + error.what());
+                         fmt::format("The former rig stays in use: {}", error.what()));
   }
 }
 
@@ -244,7 +244,7 @@ Step build_set(HullBuild& self, const Pads& pads, const ViewDecision& set,
     if (error.kind() != Error::Kind::unsupported) throw;
     take_views(pads, set, settings);
     self.statistics.warn(element, "sets-refused",
-                         std::string("A set was dropped: ") + error.what());
+                         fmt::format("A set was dropped: {}", error.what()));
     post_dropped(self, set);
     return {Outcome::again};
   }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "plugins/hullbuild/words.h"
 
-#include <cstdio>
+#include <fmt/core.h>
 
 namespace polyhull::element {
 namespace {
@@ -15,18 +15,12 @@ void warn(GstElement* element, const std::string& text) {
   GST_ELEMENT_WARNING(element, STREAM, FAILED, ("%s", text.c_str()), (nullptr));
 }
 
-std::string number(double value, const char* unit, int digits) {
-  char text[48];
-  std::snprintf(text, sizeof text, "%.*f %s", digits, value, unit);
-  return text;
-}
-
 std::string milliseconds(std::int64_t time) {
-  return number(static_cast<double>(time) * 1e-6, "ms", 0);
+  return fmt::format("{:.0f} ms", static_cast<double>(time) * 1e-6);
 }
 
 std::string seconds(std::int64_t time) {
-  return number(static_cast<double>(time) * 1e-9, "s", 1);
+  return fmt::format("{:.1f} s", static_cast<double>(time) * 1e-9);
 }
 
 std::string reason(const AbsentCamera& camera) {
@@ -56,20 +50,23 @@ void HullWords::built(GstElement* element, std::int64_t now, std::size_t used,
   absent_ = names;
   absent_at_ = now;
   for (const AbsentCamera& camera : absent) gone_[camera.name] = true;
-  warn(element, "The hull is built from " + std::to_string(used) + " cameras, without " +
-                    list_of(absent, true) +
-                    ": it is larger than the subject where they would have cut it. Look after "
-                    "these cameras. missing-camera=drop-set keeps the last whole hull instead, "
-                    "min-cameras says how many are too few.");
+  warn(
+      element,
+      fmt::format("The hull is built from {} cameras, without {}: it is larger than the subject "
+                  "where they would have cut it. Look after these cameras. missing-camera=drop-set "
+                  "keeps the last whole hull instead, min-cameras says how many are too few.",
+                  used, list_of(absent, true)));
 }
 
 void HullWords::too_few(GstElement* element, std::int64_t now, std::size_t used,
                         std::size_t fewest) {
   if (few_at_ >= 0 && now - few_at_ < again_after) return;
   few_at_ = now;
-  warn(element, "Sets are dropped, and the last picture stays: of the " + std::to_string(fewest) +
-                    " views that min-cameras asks for they have " + std::to_string(used) +
-                    ". Connect more cameras, or look for what keeps their views away.");
+  warn(element,
+       fmt::format(
+           "Sets are dropped, and the last picture stays: of the {} views that min-cameras asks "
+           "for they have {}. Connect more cameras, or look for what keeps their views away.",
+           fewest, used));
 }
 
 void HullWords::absent(GstElement* element, const std::vector<AbsentCamera>& cameras) {
@@ -77,9 +74,9 @@ void HullWords::absent(GstElement* element, const std::vector<AbsentCamera>& cam
     bool& said = gone_[camera.name];
     const bool gone = camera.ended || (camera.known && camera.silent > silence);
     if (gone && !said)
-      warn(element, "Camera " + camera.name + " " + reason(camera) +
-                        " while the others go on. Look for its cable, its trigger, and what "
-                        "stands between it and hullbuild.");
+      warn(element, fmt::format("Camera {} {} while the others go on. Look for its cable, its "
+                                "trigger, and what stands between it and hullbuild.",
+                                camera.name, reason(camera)));
     said = gone || (said && camera.missed > silence);
   }
 }
@@ -94,18 +91,20 @@ void HullWords::late(GstElement* element, std::int64_t now, const std::string& c
     list += (list.empty() ? "" : ", ") + entry.name + " " + milliseconds(entry.latest);
     too_late = too_late || entry.too_late;
   }
-  std::string remedy = "The wait follows by itself, now " + milliseconds(wait) + ".";
+  std::string remedy = fmt::format("The wait follows by itself, now {}.", milliseconds(wait));
   if (by_hand) {
-    remedy = "max-wait makes it " + milliseconds(wait) +
-             "; raise it, or leave it unset and the wait fits itself to the cameras.";
+    remedy = fmt::format(
+        "max-wait makes it {}; raise it, or leave it unset and the wait fits itself to the "
+        "cameras.",
+        milliseconds(wait));
   } else if (too_late) {
-    remedy = "That is beyond max-latency: raise it, or look for what holds the camera up (a full "
-             "queue, the network, a machine that cannot keep up).";
+    remedy =
+        "That is beyond max-latency: raise it, or look for what holds the camera up (a full "
+        "queue, the network, a machine that cannot keep up).";
   }
-  warn(element, "A view of camera " + camera +
-                    " came after its set had gone, and its instant is lost. Views come at most so "
-                    "late after their instant: " +
-                    list + ". " + remedy);
+  warn(element, fmt::format("A view of camera {} came after its set had gone, and its instant is "
+                            "lost. Views come at most so late after their instant: {}. {}",
+                            camera, list, remedy));
 }
 
 void HullWords::hull(GstElement* element, std::size_t used, bool empty) {
@@ -114,11 +113,12 @@ void HullWords::hull(GstElement* element, std::size_t used, bool empty) {
     return;
   }
   if (++empty_hulls_ != empty_in_a_row) return;
-  warn(element, "All " + std::to_string(used) +
-                    " cameras see a foreground, but their silhouettes have no point of space in "
-                    "common: the hull is empty. Most likely the rig file is that of another "
-                    "set-up, its unit is wrong (millimetres read as metres), or two cameras are "
-                    "swapped. `polyhull-rig check RIG --pictures` finds which.");
+  warn(element,
+       fmt::format("All {} cameras see a foreground, but their silhouettes have no point of space "
+                   "in common: the hull is empty. Most likely the rig file is that of another "
+                   "set-up, its unit is wrong (millimetres read as metres), or two cameras are "
+                   "swapped. `polyhull-rig check RIG --pictures` finds which.",
+                   used));
 }
 
 }  // namespace polyhull::element

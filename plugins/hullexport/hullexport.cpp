@@ -160,7 +160,7 @@ GstFlowReturn render(GstBaseSink* base, GstBuffer* buffer) {
       mesh.emplace(buffer);
     } catch (const Error& error) {
       self.statistics.warn(GST_ELEMENT_CAST(base), "meshes-unusable",
-                           std::string("A buffer was not written: ") + error.what());
+                           fmt::format("A buffer was not written: {}", error.what()));
       return GST_FLOW_OK;
     }
     if (self.name->numbered()) {
@@ -218,19 +218,18 @@ gboolean open(GstElement* element) {
     const std::string location = snapshot(element, self.settings).location;
     if (location.empty())
       throw Error(Error::Kind::not_found,
-                  "hullexport has no file to write; set location=hull-%05d.glb or the like");
+                  "There is no file to write; set location=hull-%05d.glb or the like.");
     self.name.emplace(location);
     self.claim.reset();
     if (!is_mesh_file_name(self.name->name(0)))
       throw Error(Error::Kind::unsupported,
-                  "\"" + location +
-                      "\" has an ending that hullexport cannot write; use .glb, .ply "
-                      "or .obj");
+                  "'{}' has an ending that hullexport cannot write; use .glb, .ply or .obj.",
+                  location);
     std::filesystem::path folder = std::filesystem::path(self.name->name(0)).parent_path();
     if (folder.empty()) folder = ".";
     if (access(folder.c_str(), W_OK | X_OK) != 0)
-      throw Error(Error::Kind::io, "the folder of \"" + location +
-                                       "\" cannot be written to: " + std::strerror(errno));
+      throw Error(Error::Kind::io, "The folder of '{}' cannot be written to: {}.", location,
+                  std::strerror(errno));
     self.claim.emplace(location);
     self.statistics.reset();
     self.first_written = false;

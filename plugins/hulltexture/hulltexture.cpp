@@ -19,6 +19,7 @@
 #include <memory>
 
 #include "base/error.h"
+#include "base/thread_pool.h"
 #include "plugins/common/guard.h"
 #include "plugins/common/memory/payload_buffer.h"
 #include "plugins/common/transform.h"
@@ -155,14 +156,16 @@ GstBuffer* texture_buffer(GstBaseTransform* transform, GstBuffer* buffer) {
     in.emplace(buffer);
   } catch (const Error& error) {
     self.statistics.warn(GST_ELEMENT_CAST(transform), "meshes-unusable",
-                         std::string("A buffer was dropped: ") + error.what());
+                         fmt::format("A buffer was dropped: {}", error.what()));
     return nullptr;
   }
   Mesh mesh = in->mesh();
   std::vector<Camera> cameras;
   for (const MeshView& view : mesh.views) cameras.push_back(view.calibration);
   const Settings settings = snapshot(transform, self.settings);
+  const LoopWatch loops;
   mesh.texturing = self.texturer->texture(mesh.hull, cameras, to_texture_settings(settings));
+  self.statistics.set("threads-used", loops.threads());
   report(self, self.texturer->statistics());
   std::vector<PixelSource> pixels;
   for (std::size_t k = 0; k < mesh.views.size(); ++k) pixels.push_back(in->pixels(k));
@@ -212,7 +215,8 @@ void HullTexture::class_init(gpointer klass) {
       klass,
       "Counters since the start: meshes, texturings-reused (the hull had not changed), rays cast "
       "for visibility, meshes-unusable; and of the last mesh the milliseconds for visibility, "
-      "weights and maps.");
+      "weights and maps, and threads-used (how many threads took part in its parallel loops, "
+      "on average).");
   set_metadata(klass, "Visual hull texturing", "Filter/Video",
                "Finds which cameras colour which part of a visual hull, with occlusion");
   add_template(klass, "sink", GST_PAD_SINK, mesh_caps);

@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "base/error.h"
+#include "base/thread_pool.h"
 #include "mesh/view.h"
 #include "plugins/common/trigger.h"
 #include "plugins/rigtestsrc/private.h"
@@ -38,10 +39,8 @@ int find_camera(const Rig& rig, const RigTestSettings& settings) {
     if (rig.cameras[i].name == settings.camera) return static_cast<int>(i);
     names += (i ? ", " : "") + rig.cameras[i].name;
   }
-  throw Error(Error::Kind::not_found,
-              "The rig " + (settings.rig.empty() ? "built in" : "'" + settings.rig + "'") +
-                  " has no camera called '" + settings.camera + "'. Its cameras are: " + names +
-                  ".");
+  throw Error(Error::Kind::not_found, "The rig {} has no camera called '{}'. Its cameras are: {}.",
+              settings.rig.empty() ? "built in" : "'" + settings.rig + "'", settings.camera, names);
 }
 
 GstFlowReturn fill(GstPushSrc* push, GstBuffer* buffer) {
@@ -59,7 +58,9 @@ GstFlowReturn fill(GstPushSrc* push, GstBuffer* buffer) {
     settings.output = stream.output;
 
     const auto begin = std::chrono::steady_clock::now();
-    const double seconds = settings.start + settings.speed * static_cast<double>(next.time) / GST_SECOND;
+    const LoopWatch loops;
+    const double seconds =
+        settings.start + settings.speed * static_cast<double>(next.time) / GST_SECOND;
     stream.drawing.picture->set_time(seconds);
     GstVideoFrame frame;
     if (!gst_video_frame_map(&frame, &info, buffer, GST_MAP_WRITE)) {
@@ -80,6 +81,7 @@ GstFlowReturn fill(GstPushSrc* push, GstBuffer* buffer) {
     }
     self.statistics.count("frames");
     self.statistics.set("last-frame-ms", spent.count());
+    self.statistics.set("threads-used", loops.threads());
     const Rectangle& region = stream.drawing.picture->region();
     self.statistics.set_count("subject-pixels",
                               static_cast<std::uint64_t>(region.width) * region.height);
@@ -147,7 +149,8 @@ void RigTestSrc::class_init(gpointer klass) {
       "Counters since the start: frames, frames-skipped (left out when live and late), "
       "frames-unwanted (left out because what follows cannot keep up), "
       "subject-pixels (area of the rectangle around the subject in the last frame), warnings, "
-      "last-frame-ms (time to draw the last frame, in milliseconds).");
+      "last-frame-ms (time to draw the last frame, in milliseconds), threads-used (how many "
+      "threads took part in its parallel loops, on average).");
   set_metadata(klass, "Rig test source", "Source/Video",
                "One calibrated camera filming a synthetic person before a coloured screen, "
                "with ground truth");

@@ -157,9 +157,9 @@ Camera scene_viewport(const SceneSettings& settings, const ViewportControl& cont
       names += (names.empty() ? "" : ", ") + camera.name;
     }
     if (found == nullptr) {
-      throw Error(Error::Kind::not_found,
-                  "Scene '" + scene.name + "' has no camera called '" + settings.camera + "'. " +
-                      (names.empty() ? "It has none." : "Its cameras are: " + names + "."));
+      throw Error(Error::Kind::not_found, "Scene '{}' has no camera called '{}'. {}", scene.name,
+                  settings.camera,
+                  names.empty() ? "It has none." : "Its cameras are: " + names + ".");
     }
     const Mat3 axes = glm::transpose(found->R);
     pose.eye = found->centre();

@@ -19,6 +19,7 @@
 #include <chrono>
 #include <mutex>
 
+#include "base/thread_pool.h"
 #include "plugins/common/live/frame_source.h"
 #include "plugins/scenesrc/properties.h"
 #include "plugins/scenesrc/stream.h"
@@ -110,6 +111,7 @@ GstFlowReturn create(GstPushSrc* push, GstBuffer** out) {
     if (GST_VIDEO_INFO_FORMAT(&info) == GST_VIDEO_FORMAT_UNKNOWN || !stream.is_open())
       return GST_FLOW_NOT_NEGOTIATED;
     const auto begin = std::chrono::steady_clock::now();
+    const LoopWatch loops;
     bool lit = false;
     if (gst_base_src_is_live(source) && !stream.is_lit()) {
       // The light takes its time; which frame is due is known after that.
@@ -150,6 +152,7 @@ GstFlowReturn create(GstPushSrc* push, GstBuffer** out) {
     }
     statistics.set_count("samples", stream.background().samples());
     statistics.set("last-frame-ms", spent.count());
+    statistics.set("threads-used", loops.threads());
 
     self.clock.finish(next, buffer);
     *out = buffer;
@@ -205,7 +208,8 @@ void SceneSrc::class_init(gpointer klass) {
       "pixels-smoothed (of drawn frames), samples (per pixel, in the picture "
       "now), light-fills (how often the light was computed), light-rays, light-points, "
       "warnings; "
-      "and times in milliseconds: last-frame-ms, last-drawn-ms, light-ms.");
+      "times in milliseconds: last-frame-ms, last-drawn-ms, light-ms; and threads-used (how many "
+      "threads took part in the last frame's parallel loops, on average).");
   set_metadata(
       klass, "Scene source", "Source/Video",
       "Ray-traced picture of a glTF scene, with its camera and lights announced for compositing");

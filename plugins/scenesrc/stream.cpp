@@ -51,7 +51,7 @@ Background::Work SceneStream::draw(GstElement* element, Statistics& statistics,
   } catch (const Error& error) {
     // A viewport that is impossible for a moment does not end the stream.
     if (camera_.width != info.width || camera_.height != info.height) throw;
-    statistics.warn(element, "warnings", std::string(error.what()) + " The last viewport stays.");
+    statistics.warn(element, "warnings", fmt::format("{} The last viewport stays.", error.what()));
   }
   background_->set_contrast(static_cast<float>(settings.smoothing));
   return background_->update(
@@ -89,9 +89,8 @@ GstBuffer* SceneStream::make_buffer(const GstVideoInfo& info, bool changed) {
   GstMapInfo map;
   if (buffer == nullptr || !gst_buffer_map(buffer, &map, GST_MAP_WRITE)) {
     gst_clear_buffer(&buffer);
-    throw Error(Error::Kind::io, "There is no memory for a picture of " +
-                                     std::to_string(info.width) + "x" +
-                                     std::to_string(info.height) + ".");
+    throw Error(Error::Kind::io, "There is no memory for a picture of {}x{}.", info.width,
+                info.height);
   }
   const bool bgr = format == GST_VIDEO_FORMAT_BGRx || format == GST_VIDEO_FORMAT_BGRA;
   background_->write(map.data, static_cast<std::size_t>(GST_VIDEO_INFO_PLANE_STRIDE(&info, 0)),

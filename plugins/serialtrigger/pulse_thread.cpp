@@ -67,14 +67,13 @@ std::int64_t PulseParameters::pulse_taken() const {
 
 void PulseParameters::check() const {
   if (pulse < millisecond)
-    throw Error(Error::Kind::bad_input, "a pulse of " + std::to_string(pulse) +
-                                            " ns is too short for cameras; the least is 1 ms");
+    throw Error(Error::Kind::bad_input,
+                "A pulse of {} ns is too short for cameras; the least is 1 ms.", pulse);
   if (period() > 0 && pulse_taken() + millisecond > period())
     throw Error(Error::Kind::bad_input,
-                "a pulse of " + std::to_string(pulse_taken() / 1000) +
-                    " us does not fit into the time between pulses, " +
-                    std::to_string(period() / 1000) +
-                    " us, with a millisecond to spare; lower the rate or shorten the pulse");
+                "A pulse of {} us does not fit into the time between pulses, {} us, with a "
+                "millisecond to spare; lower the rate or shorten the pulse.",
+                pulse_taken() / 1000, period() / 1000);
 }
 
 PulseThread::PulseThread(std::unique_ptr<SerialLine> line, const PulseParameters& parameters,

@@ -31,24 +31,26 @@ speed_t speed_of(std::uint32_t baud) {
   for (const Speed& speed : speeds)
     if (speed.baud == baud) return speed.code;
   throw Error(Error::Kind::unsupported,
-              std::to_string(baud) +
-                  " baud is no usual rate; use 300, 600, 1200, 2400, 4800, 9600, "
-                  "19200, 38400, 57600, 115200, 230400, 460800 or 921600");
+              "{} baud is no usual rate; use 300, 600, 1200, 2400, 4800, 9600, 19200, 38400, "
+              "57600, 115200, 230400, 460800 or 921600.",
+              baud);
 }
 
 [[noreturn]] void fail_to_open(const std::string& device) {
   const int reason = errno;
   const std::string what =
-      "cannot open the serial device \"" + device + "\": " + std::strerror(reason);
+      fmt::format("The serial device '{}' cannot be opened: {}", device, std::strerror(reason));
   if (reason == EACCES || reason == EPERM)
-    throw Error(Error::Kind::io, what +
-                                     ". Add your user to the group of the device (on Debian: "
-                                     "adduser $USER dialout, then log in again)");
+    throw Error(Error::Kind::io,
+                "{}. Add your user to the group of the device (on Debian: adduser $USER dialout, "
+                "then log in again).",
+                what);
   if (reason == EBUSY)
-    throw Error(Error::Kind::io, what + ". Another program has it open for itself");
-  throw Error(Error::Kind::not_found, what +
-                                          ". Check that it is plugged in; ls /dev/ttyS* "
-                                          "/dev/ttyUSB* /dev/ttyACM* shows what there is");
+    throw Error(Error::Kind::io, "{}. Another program has it open for itself.", what);
+  throw Error(Error::Kind::not_found,
+              "{}. Check that it is plugged in; ls /dev/ttyS* /dev/ttyUSB* /dev/ttyACM* shows what "
+              "there is.",
+              what);
 }
 
 bool set_up(int file, std::uint32_t baud) {
@@ -74,10 +76,10 @@ SerialLine::SerialLine(const std::string& device, std::uint32_t baud, PulseMode 
   if (file_ < 0) fail_to_open(device);
   const auto refuse = [&](const std::string& what) {
     close(file_);
-    throw Error(Error::Kind::unsupported, "\"" + device + "\" " + what);
+    throw Error(Error::Kind::unsupported, "The serial device '{}' {}.", device, what);
   };
   if (!isatty(file_)) refuse("is not a serial device");
-  if (!set_up(file_, baud)) refuse("does not take " + std::to_string(baud) + " baud, 8N1");
+  if (!set_up(file_, baud)) refuse(fmt::format("does not take {} baud, 8N1", baud));
   if (mode == PulseMode::rts || mode == PulseMode::dtr) {
     int lines = 0;
     if (ioctl(file_, TIOCMGET, &lines) != 0 || set_line(false) != Result::done)

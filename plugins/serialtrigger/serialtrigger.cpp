@@ -153,7 +153,7 @@ void SerialTrigger::property_set(gpointer element, std::string_view) {
   // Without the lock: a synchronous bus handler may set properties.
   if (!refused.empty())
     statistics.warn(GST_ELEMENT_CAST(element), "changes-refused",
-                    "The pulses go on as they were: " + refused);
+                    fmt::format("The pulses go on as they were: {}", refused));
 }
 
 void fire(GstElement* element) {
@@ -189,15 +189,18 @@ PulseListener listener_of(GstElement* element) {
   return {[element](const Pulse& pulse) { announce(element, pulse); },
           [&self](std::uint64_t count) { self.statistics.count("pulses-skipped", count); },
           [&self, element, device] {
-            self.statistics.warn(element, "pulses-blocked",
-                                 "The serial device \"" + device +
-                                     "\" takes no bytes: a pulse was not given. Is a handshake "
-                                     "waiting, or nobody reading?");
+            self.statistics.warn(
+                element, "pulses-blocked",
+                fmt::format("The serial device '{}' takes no bytes: a pulse was not "
+                            "given. Is a handshake waiting, or nobody reading?",
+                            device));
           },
           [&self, element, device](const std::string& why) {
-            self.statistics.warn(element, "device-losses",
-                                 "The serial device \"" + device + "\" does not answer: " + why +
-                                     ". It is tried again until it does.");
+            self.statistics.warn(
+                element, "device-losses",
+                fmt::format(
+                    "The serial device '{}' does not answer: {}. It is tried again until it does.",
+                    device, why));
           },
           [&self] { self.statistics.count("device-returns"); }};
 }

@@ -24,9 +24,9 @@ CameraPicture::CameraPicture(const Rig& rig, int index, std::shared_ptr<const Su
       metres_per_unit_(rig.metres_per_unit()),
       subject_(std::move(subject)) {
   if (index < 0 || index >= static_cast<int>(rig.cameras.size())) {
-    throw Error(Error::Kind::bad_input, "Camera number " + std::to_string(index) +
-                                            " was asked for, but the rig has " +
-                                            std::to_string(rig.cameras.size()) + " cameras.");
+    throw Error(Error::Kind::bad_input,
+                "Camera number {} was asked for, but the rig has {} cameras.", index,
+                rig.cameras.size());
   }
   camera_ = rig.cameras[index];
   eye_ = Vec3f(glm::inverse(placement_.linear) * (camera_.centre() - placement_.origin));
@@ -94,17 +94,15 @@ void CameraPicture::picture(const PictureLook& look, std::uint64_t frame, bool m
   const auto& green = look.screen.colour;
   const Vec3f screen_light = srgb_decoded(Vec3f(green[0], green[1], green[2]) / 255.0f);
   const auto row = [&](int y) { return pixels + y * stride; };
-  parallel_for(
-      camera_.height, 32, 0,
-      [&](std::size_t begin, std::size_t end) {
-        for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y) {
-          std::memcpy(row(y), screen_.row(y), 4 * static_cast<std::size_t>(camera_.width));
-          if (matte_in_alpha)
-            for (int x = 0; x < camera_.width; ++x) row(y)[4 * x + 3] = 0;
-          if (shadow && y >= screen_.first_shadow_row() && y <= screen_.last_shadow_row())
-            screen_.add_shadow(shadow_, look.shadow, y, row(y));
-        }
-      });
+  parallel_for(camera_.height, 32, 0, [&](std::size_t begin, std::size_t end) {
+    for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y) {
+      std::memcpy(row(y), screen_.row(y), 4 * static_cast<std::size_t>(camera_.width));
+      if (matte_in_alpha)
+        for (int x = 0; x < camera_.width; ++x) row(y)[4 * x + 3] = 0;
+      if (shadow && y >= screen_.first_shadow_row() && y <= screen_.last_shadow_row())
+        screen_.add_shadow(shadow_, look.shadow, y, row(y));
+    }
+  });
   region_ = raster_.draw(camera_, mesh(), [&](int y, std::span<const CoveredPixel> covered) {
     for (const CoveredPixel& pixel : covered) {
       std::uint8_t* out = row(y) + 4 * static_cast<std::size_t>(pixel.x);

@@ -22,18 +22,18 @@ class FileSubject : public Subject {
  public:
   FileSubject(const std::string& path, double height) {
     if (!std::ifstream(path)) {
-      throw Error(Error::Kind::not_found,
-                  "Subject '" + path +
-                      "' cannot be opened for reading. Give \"figure\" or the path "
-                      "of an OBJ file.");
+      throw Error(
+          Error::Kind::not_found,
+          "Subject '{}' cannot be opened for reading. Give 'figure' or the path of an OBJ file.",
+          path);
     }
     tinyobj::ObjReaderConfig config;
     config.triangulate = true;
     config.vertex_color = true;
     tinyobj::ObjReader reader;
     if (!reader.ParseFromFile(path, config)) {
-      throw Error(Error::Kind::bad_input,
-                  "Subject '" + path + "' is not a readable OBJ file. " + reader.Error());
+      throw Error(Error::Kind::bad_input, "Subject '{}' is not a readable OBJ file. {}", path,
+                  reader.Error());
     }
     take_geometry(path, reader);
     take_materials(path, reader);
@@ -79,9 +79,8 @@ class FileSubject : public Subject {
     for (std::size_t i = 0; i + 2 < attributes.vertices.size(); i += 3) {
       const Vec3f p(attributes.vertices[i], attributes.vertices[i + 1], attributes.vertices[i + 2]);
       if (!std::isfinite(p.x + p.y + p.z)) {
-        throw Error(Error::Kind::bad_input, "Subject '" + path + "': vertex " +
-                                                std::to_string(i / 3 + 1) +
-                                                " is not a finite number.");
+        throw Error(Error::Kind::bad_input, "Subject '{}': vertex {} is not a finite number.", path,
+                    i / 3 + 1);
       }
       positions_.push_back(p);
     }
@@ -101,10 +100,9 @@ class FileSubject : public Subject {
           const tinyobj::index_t& index = indices[t + k];
           if (index.vertex_index < 0 ||
               static_cast<std::size_t>(index.vertex_index) >= vertex_count_) {
-            throw Error(Error::Kind::bad_input, "Subject '" + path + "': a face uses vertex " +
-                                                    std::to_string(index.vertex_index + 1) +
-                                                    ", but the file has " +
-                                                    std::to_string(vertex_count_) + " vertices.");
+            throw Error(Error::Kind::bad_input,
+                        "Subject '{}': a face uses vertex {}, but the file has {} vertices.", path,
+                        index.vertex_index + 1, vertex_count_);
           }
           triangles_.push_back(static_cast<std::uint32_t>(index.vertex_index));
           Vec2f uv(0.0f);
@@ -122,9 +120,9 @@ class FileSubject : public Subject {
     }
     if (!textured) texture_coordinates_.clear();
     if (triangles_.empty()) {
-      throw Error(Error::Kind::bad_input, "Subject '" + path +
-                                              "' has no faces. An OBJ file with a closed "
-                                              "surface is expected.");
+      throw Error(Error::Kind::bad_input,
+                  "Subject '{}' has no faces. An OBJ file with a closed surface is expected.",
+                  path);
     }
   }
 
@@ -138,7 +136,7 @@ class FileSubject : public Subject {
         try {
           pictures_.back() = load_picture(folder + material.diffuse_texname, 3);
         } catch (const Error& error) {
-          warning_ = "Subject '" + path + "': " + error.what();
+          warning_ = fmt::format("Subject '{}': {}", path, error.what());
         }
       }
     }
@@ -154,7 +152,7 @@ class FileSubject : public Subject {
     }
     if (height > 0.0 && !(max.y > min.y)) {
       throw Error(Error::Kind::bad_input,
-                  "Subject '" + path + "' is flat in y and cannot be scaled to a height.");
+                  "Subject '{}' is flat in y and cannot be scaled to a height.", path);
     }
     const float scale = height > 0.0 ? static_cast<float>(height) / (max.y - min.y) : 1.0f;
     const Vec3f base(0.5f * (min.x + max.x), min.y, 0.5f * (min.z + max.z));
@@ -179,12 +177,13 @@ class FileSubject : public Subject {
   void report(const std::string& path) {
     const ManifoldDefects defects = manifold_defects(triangles_, vertex_count_);
     if (defects.none()) return;
-    warning_ = "Subject '" + path +
-               "' is not a closed surface: " + std::to_string(defects.open_edges) +
-               " open edges, " + std::to_string(defects.crowded_edges) +
-               " edges with more than two faces, " + std::to_string(defects.pinched_vertices) +
-               " pinched vertices, " + std::to_string(defects.empty_triangles) +
-               " faces with a vertex twice. It is shown, but its matte may have holes.";
+    warning_ = fmt::format(
+        "Subject '{}' is not a closed surface: {} open edges, {} edges with more than two faces, "
+        "{} "
+        "pinched vertices, {} faces with a vertex twice. It is shown, but its matte may have "
+        "holes.",
+        path, defects.open_edges, defects.crowded_edges, defects.pinched_vertices,
+        defects.empty_triangles);
   }
 
   static Vec3f look_up(const Picture& picture, const Vec2f& uv) {

@@ -86,15 +86,14 @@ void write_truth_mesh(const TruthMesh& mesh, const std::string& path) {
   const bool is_ply = path.ends_with(".ply");
   if (!is_ply && !path.ends_with(".obj")) {
     throw Error(Error::Kind::unsupported,
-                "Mesh '" + path + "' cannot be written: its name must end in .ply or .obj.");
+                "Mesh '{}' cannot be written: its name must end in .ply or .obj.", path);
   }
   const std::string bytes = is_ply ? ply(mesh) : obj(mesh);
   std::ofstream file(path, std::ios::binary);
   file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
   file.flush();
   if (!file) {
-    throw Error(Error::Kind::io,
-                "Mesh '" + path + "' could not be written: " + std::strerror(errno) + ".");
+    throw Error(Error::Kind::io, "Mesh '{}' could not be written: {}.", path, std::strerror(errno));
   }
 }
 

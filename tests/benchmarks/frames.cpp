@@ -77,7 +77,7 @@ Frame frame_of(const Matte& matte, FrameFormat format, double noise, unsigned se
     return frame;
   }
   if (format != FrameFormat::nv12 && format != FrameFormat::i420) {
-    throw Error(Error::Kind::unsupported, "no such benchmark frame");
+    throw Error(Error::Kind::unsupported, "No such benchmark frame.");
   }
   const auto luma = [&](int x, int y) {
     return 0.2126 * rgb.r.at(x, y) + 0.7152 * rgb.g.at(x, y) + 0.0722 * rgb.b.at(x, y);

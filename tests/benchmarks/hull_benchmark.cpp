@@ -62,7 +62,7 @@ double median_ms(double seconds, const std::function<void()>& work) {
 /// without its checks CGAL crashes on some that it should refuse.
 double cgal_ms(std::span<const Silhouette> views, double near, double far) {
   int ends[2];
-  if (pipe(ends) != 0) throw Error(Error::Kind::io, "no pipe for CGAL's time");
+  if (pipe(ends) != 0) throw Error(Error::Kind::io, "No pipe for CGAL's time.");
   const pid_t child = fork();
   if (child == 0) {
     const CgalHull hull = cgal_hull_inexact(views, std::nullopt, near, far);
@@ -80,7 +80,7 @@ double cgal_ms(std::span<const Silhouette> views, double near, double far) {
 std::FILE* open_table(const Arguments& arguments, const char* name, const char* header) {
   const std::string path = arguments.output + "/" + name;
   std::FILE* file = std::fopen(path.c_str(), arguments.append ? "a" : "w");
-  if (!file) throw Error(Error::Kind::io, path + ": cannot write");
+  if (!file) throw Error(Error::Kind::io, "{}: cannot write.", path);
   if (!arguments.append) std::fprintf(file, "%s\n", header);
   std::printf("\n%s\n%s\n", name, header);
   return file;

@@ -60,7 +60,7 @@ class Study {
  public:
   Study(const std::string& body_path, const std::string& output) : body_(load_surface(body_path)) {
     file_ = std::fopen((output + "/hull_error.csv").c_str(), "w");
-    if (!file_) throw Error(Error::Kind::io, output + ": cannot write hull_error.csv");
+    if (!file_) throw Error(Error::Kind::io, "{}: cannot write hull_error.csv.", output);
     Vec3 low = body_.vertices[0], high = low;
     for (const Vec3& v : body_.vertices) {
       low = glm::min(low, v);

@@ -72,7 +72,7 @@ int main(int argc, char** argv) {
   CLI11_PARSE(app, argc, argv);
   try {
     std::FILE* file = std::fopen((output + "/hull_slivers.csv").c_str(), "w");
-    if (!file) throw Error(Error::Kind::io, output + ": cannot write hull_slivers.csv");
+    if (!file) throw Error(Error::Kind::io, "{}: cannot write hull_slivers.csv.", output);
     const char* header =
         "scene,relative_deviation,deviation,triangles,sliver_percent,flipped,flat,crossing_pairs,"
         "sound,volume_change,wrong_points,points,worst_relative,triangulate_ms\n";

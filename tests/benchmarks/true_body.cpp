@@ -30,7 +30,7 @@ Kernel::Point_3 point(const Vec3& v) {
 
 Surface load_surface(const std::string& path) {
   std::ifstream file(path);
-  if (!file) throw Error(Error::Kind::not_found, path + ": cannot open the body");
+  if (!file) throw Error(Error::Kind::not_found, "{}: cannot open the body.", path);
   Surface surface;
   for (std::string line; std::getline(file, line);) {
     std::istringstream words(line);

@@ -80,7 +80,8 @@ inline void check_statistic_types(GstElement* element) {
   for (gint i = 0; i < gst_structure_n_fields(stats); ++i) {
     const std::string name = gst_structure_nth_field_name(stats, static_cast<guint>(i));
     const bool figure = name.ends_with("-ms") || name.ends_with("-us") || name == "tolerance" ||
-                        name == "screen-signal" || name == "foreground-signal";
+                        name == "threads-used" || name == "screen-signal" ||
+                        name == "foreground-signal";
     const GType type = gst_structure_get_field_type(stats, name.c_str());
     fail_unless(type == (figure ? G_TYPE_DOUBLE : G_TYPE_UINT64), "stats has %s as %s",
                 name.c_str(), g_type_name(type));
@@ -129,6 +130,17 @@ inline guint64 statistic(GstElement* element, const char* field) {
   const gboolean found = gst_structure_get_uint64(stats, field, &value);
   gst_structure_free(stats);
   fail_unless(found, "stats has no counter %s", field);
+  return value;
+}
+
+/// A figure of the element's `stats`.
+inline double figure(GstElement* element, const char* field) {
+  GstStructure* stats = nullptr;
+  g_object_get(element, "stats", &stats, nullptr);
+  gdouble value = 0.0;
+  const gboolean found = gst_structure_get_double(stats, field, &value);
+  gst_structure_free(stats);
+  fail_unless(found, "stats has no figure %s", field);
   return value;
 }
 

@@ -223,7 +223,7 @@ GST_START_TEST(test_refusals) {
   std::filesystem::remove_all(out);
   gst_object_unref(element);
   gst_element_set_state(pipeline, GST_STATE_PLAYING);
-  expect_in(wait_for_end(pipeline, 10 * GST_SECOND), {"cannot write", "/0.ply"});
+  expect_in(wait_for_end(pipeline, 10 * GST_SECOND), {"Cannot write", "/0.ply"});
   gst_element_set_state(pipeline, GST_STATE_NULL);
   gst_object_unref(pipeline);
 }

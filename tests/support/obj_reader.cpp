@@ -12,7 +12,7 @@ namespace polyhull {
 namespace {
 
 [[noreturn]] void fail(const std::string& path, const std::string& what) {
-  throw Error(Error::Kind::bad_input, "\"" + path + "\": " + what);
+  throw Error(Error::Kind::bad_input, "'{}': {}.", path, what);
 }
 
 std::size_t checked(int index, std::size_t limit, const std::string& path) {
@@ -25,7 +25,7 @@ std::size_t checked(int index, std::size_t limit, const std::string& path) {
 
 ObjModel read_obj(const std::string& path) {
   if (!std::filesystem::is_regular_file(path))
-    throw Error(Error::Kind::not_found, "cannot read the OBJ file \"" + path + "\"");
+    throw Error(Error::Kind::not_found, "Cannot read the OBJ file '{}'.", path);
   tinyobj::ObjReader reader;
   tinyobj::ObjReaderConfig config;
   config.triangulate = true;

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "rig/check.h"
 
+#include <fmt/core.h>
+
 #include <cmath>
 #include <numbers>
 #include <optional>
 
-#include "rig/format.h"
 #include "rig/lens.h"
 #include "rig/plausible.h"
 
@@ -61,44 +62,45 @@ void examine_camera(const Rig& rig, const Camera& camera, const std::optional<Ve
   const double distance = focus ? glm::length(*focus - centre) : NAN;
   std::optional<Vec2> pixel;
   if (focus) pixel = camera.project(*focus);
-  report.table += format(
-      "%-14s %4dx%-4d  %9.4g %9.4g %9.4g  %7.1f %7.1f  %5.1f x %-5.1f %9.4g  ", camera.name.c_str(),
-      camera.width, camera.height, centre.x, centre.y, centre.z, camera.K[0][0], camera.K[1][1],
-      field(camera.K[0][0], camera.width), field(camera.K[1][1], camera.height), distance);
+  report.table += fmt::format(
+      "{:14} {:4}x{:<4}  {:9.4g} {:9.4g} {:9.4g}  {:7.1f} {:7.1f}  {:5.1f} x {:<5.1f} {:9.4g}  ",
+      camera.name, camera.width, camera.height, centre.x, centre.y, centre.z, camera.K[0][0],
+      camera.K[1][1], field(camera.K[0][0], camera.width), field(camera.K[1][1], camera.height),
+      distance);
   if (pixel)
-    report.table += format("%7.1f %7.1f  ", pixel->x, pixel->y);
+    report.table += fmt::format("{:7.1f} {:7.1f}  ", pixel->x, pixel->y);
   else
     report.table += "      -       -  ";
-  report.table += format("%6.1f\n", lens.largest_shift);
-  const char* name = camera.name.c_str();
+  report.table += fmt::format("{:6.1f}\n", lens.largest_shift);
+  const std::string& name = camera.name;
   if (focus && !pixel)
-    report.warnings.push_back(format(
-        "%s looks away from the middle of the stage: its rotation or the sign of its axes is wrong",
+    report.warnings.push_back(fmt::format(
+        "{} looks away from the middle of the stage: its rotation or the sign of its axes is wrong",
         name));
   else if (pixel && (pixel->x < 0 || pixel->y < 0 || pixel->x > camera.width - 1 ||
                      pixel->y > camera.height - 1))
     report.warnings.push_back(
-        format("%s does not have the middle of the stage in its picture", name));
+        fmt::format("{} does not have the middle of the stage in its picture", name));
   const double aspect = camera.K[0][0] / camera.K[1][1];
   if (aspect < 0.8 || aspect > 1.25)
     report.warnings.push_back(
-        format("%s has pixels that are not square: fx / fy is %.3f", name, aspect));
+        fmt::format("{} has pixels that are not square: fx / fy is {:.3f}", name, aspect));
   if (camera.K[2][0] < 0 || camera.K[2][1] < 0 || camera.K[2][0] > camera.width - 1 ||
       camera.K[2][1] > camera.height - 1)
-    report.warnings.push_back(format(
-        "%s has its principal point (%.1f, %.1f) outside the picture; check the picture's size",
+    report.warnings.push_back(fmt::format(
+        "{} has its principal point ({:.1f}, {:.1f}) outside the picture; check the picture's size",
         name, camera.K[2][0], camera.K[2][1]));
   if (lens.outside_share > 0.0)
     report.warnings.push_back(
-        format("%s: the lens model cannot be inverted on %.1f %% of the picture (its corners): "
-               "contours there move to the rim of where it can",
-               name, 100.0 * lens.outside_share));
+        fmt::format("{}: the lens model cannot be inverted on {:.1f} % of the picture (its "
+                    "corners): contours there move to the rim of where it can",
+                    name, 100.0 * lens.outside_share));
   if (lens.largest_error > 1e-6)
-    report.warnings.push_back(format("%s: undistorting and distorting again is off by %.2g px",
-                                     name, lens.largest_error));
+    report.warnings.push_back(fmt::format(
+        "{}: undistorting and distorting again is off by {:.2g} px", name, lens.largest_error));
   if (rig.bounds && glm::all(glm::greaterThanEqual(centre, rig.bounds->min)) &&
       glm::all(glm::lessThanEqual(centre, rig.bounds->max)))
-    report.warnings.push_back(format("%s stands inside the bounds", name));
+    report.warnings.push_back(fmt::format("{} stands inside the bounds", name));
 }
 
 void examine_pairs(const Rig& rig, const std::optional<Vec3>& focus, RigReport& report) {
@@ -108,8 +110,8 @@ void examine_pairs(const Rig& rig, const std::optional<Vec3>& focus, RigReport& 
       const double scale = focus ? glm::length(*focus - a) : glm::length(a);
       if (glm::length(a - b) < 1e-3 * scale)
         report.warnings.push_back(
-            format("%s and %s stand at the same place: the second adds nothing",
-                   rig.cameras[i].name.c_str(), rig.cameras[j].name.c_str()));
+            fmt::format("{} and {} stand at the same place: the second adds nothing",
+                        rig.cameras[i].name, rig.cameras[j].name));
     }
 }
 
@@ -118,15 +120,16 @@ void examine_pairs(const Rig& rig, const std::optional<Vec3>& focus, RigReport& 
 RigReport examine_rig(const Rig& rig) {
   RigReport report;
   const std::optional<Vec3> focus = focus_of(rig);
-  report.table += format("%zu cameras, unit %s (%g m), up (%g, %g, %g)\n", rig.cameras.size(),
-                         rig.unit.c_str(), rig.metres_per_unit(), rig.up.x, rig.up.y, rig.up.z);
+  report.table +=
+      fmt::format("{} cameras, unit {} ({:g} m), up ({:g}, {:g}, {:g})\n", rig.cameras.size(),
+                  rig.unit, rig.metres_per_unit(), rig.up.x, rig.up.y, rig.up.z);
   if (rig.bounds)
-    report.table +=
-        format("bounds (%g, %g, %g) to (%g, %g, %g)\n", rig.bounds->min.x, rig.bounds->min.y,
-               rig.bounds->min.z, rig.bounds->max.x, rig.bounds->max.y, rig.bounds->max.z);
+    report.table += fmt::format("bounds ({:g}, {:g}, {:g}) to ({:g}, {:g}, {:g})\n",
+                                rig.bounds->min.x, rig.bounds->min.y, rig.bounds->min.z,
+                                rig.bounds->max.x, rig.bounds->max.y, rig.bounds->max.z);
   if (focus)
-    report.table += format("middle of the stage (%g, %g, %g)%s\n", focus->x, focus->y, focus->z,
-                           rig.bounds ? "" : ", where the optical axes meet best");
+    report.table += fmt::format("middle of the stage ({:g}, {:g}, {:g}){}\n", focus->x, focus->y,
+                                focus->z, rig.bounds ? "" : ", where the optical axes meet best");
   report.table +=
       "name           picture          centre x         y         z       fx      fy   view in "
       "degrees   distance  middle's pixel   lens px\n";

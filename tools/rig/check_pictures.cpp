@@ -7,9 +7,8 @@
 
 #include "base/error.h"
 #include "mask_contours.h"
-#include "rig/undistort.h"
-#include "rig/format.h"
 #include "rig/ray_cover.h"
+#include "rig/undistort.h"
 
 namespace polyhull {
 namespace {
@@ -44,7 +43,7 @@ class PictureCheck {
 
  private:
   const Camera& camera(std::size_t i) const { return rig_.cameras[pictures_[i].camera]; }
-  const char* name(std::size_t i) const { return camera(i).name.c_str(); }
+  const std::string& name(std::size_t i) const { return camera(i).name; }
 
   // The views with picture \p from[i] given to the camera of picture i, changed by \p change.
   std::vector<SeenSubject> views(
@@ -109,8 +108,8 @@ void PictureCheck::try_exchanges(const std::vector<std::size_t>& suspects) {
       std::iota(from.begin(), from.end(), 0u);
       std::swap(from[i], from[k]);
       keep(score_of(views(from), rig_.bounds),
-           format("%s and %s look swapped: exchanging their pictures makes all agree", name(i),
-                  name(k)));
+           fmt::format("{} and {} look swapped: exchanging their pictures makes all agree", name(i),
+                       name(k)));
     }
 }
 
@@ -127,9 +126,9 @@ void PictureCheck::try_turning(const std::vector<std::size_t>& suspects) {
         }
       };
       keep(score_of(views(from, change), rig_.bounds),
-           format("the picture of %s looks %s: %s it makes all agree", name(i),
-                  turned ? "upside down" : "mirrored",
-                  turned ? "turning it by 180 degrees" : "mirroring it from left to right"));
+           fmt::format("the picture of {} looks {}: {} it makes all agree", name(i),
+                       turned ? "upside down" : "mirrored",
+                       turned ? "turning it by 180 degrees" : "mirroring it from left to right"));
     }
 }
 
@@ -137,9 +136,10 @@ void PictureCheck::try_leaving_out() {
   // Any two pictures nearly agree, so what is left says something from three on.
   if (pictures_.size() < 4) return;
   for (std::size_t i = 0; i < pictures_.size(); ++i)
-    keep(without(i), format("%s contradicts the others, which agree among themselves: its "
-                            "calibration (or its unit), its picture or the instant of it is wrong",
-                            name(i)));
+    keep(without(i),
+         fmt::format("{} contradicts the others, which agree among themselves: its calibration (or "
+                     "its unit), its picture or the instant of it is wrong",
+                     name(i)));
 }
 
 RigReport PictureCheck::run() {
@@ -149,7 +149,7 @@ RigReport PictureCheck::run() {
       "pictures: the part of each silhouette that the hull of the other cameras does not "
       "explain\n";
   for (std::size_t i = 0; i < shares.size(); ++i) {
-    report.table += format("%-14s %6.2f %%\n", name(i), 100.0 * shares[i]);
+    report.table += fmt::format("{:14} {:6.2f} %\n", name(i), 100.0 * shares[i]);
     before_.worst = std::max(before_.worst, shares[i]);
     before_.sum += shares[i];
   }
@@ -174,8 +174,8 @@ RigReport PictureCheck::run() {
   if (found_.empty()) try_leaving_out();
 
   const std::string contradiction =
-      format("the pictures contradict each other (up to %.1f %% of a silhouette): ",
-             100.0 * before_.worst);
+      fmt::format("the pictures contradict each other (up to {:.1f} % of a silhouette): ",
+                  100.0 * before_.worst);
   std::sort(found_.begin(), found_.end(),
             [](const Explanation& a, const Explanation& b) { return a.score.sum < b.score.sum; });
   if (found_.empty()) {
@@ -201,8 +201,8 @@ RigReport PictureCheck::run() {
 RigReport examine_pictures(const Rig& rig, const std::vector<CameraPictureRings>& pictures) {
   if (pictures.size() < 2)
     throw Error(Error::Kind::bad_input,
-                "comparing pictures takes at least two cameras' pictures, " +
-                    std::to_string(pictures.size()) + " were given");
+                "Comparing pictures takes at least two cameras' pictures, {} were given.",
+                pictures.size());
   return PictureCheck(rig, pictures).run();
 }
 

@@ -17,7 +17,7 @@ using Variables = std::map<std::string, std::vector<double>>;
 
 Variables read_assignments(const std::string& file) {
   std::ifstream in(file);
-  if (!in) throw Error(Error::Kind::not_found, "cannot read \"" + file + "\"");
+  if (!in) throw Error(Error::Kind::not_found, "Cannot read '{}'.", file);
   std::ostringstream all;
   for (std::string line; std::getline(in, line);) all << line.substr(0, line.find('%')) << '\n';
   const std::string content = all.str();
@@ -40,11 +40,10 @@ const std::vector<double>& get(const Variables& variables, const std::string& fi
                                const std::string& name, std::size_t count) {
   const auto found = variables.find(name);
   if (found == variables.end())
-    throw Error(Error::Kind::bad_input, file + ": it does not set " + name);
+    throw Error(Error::Kind::bad_input, "{}: it does not set {}.", file, name);
   if (found->second.size() != count)
-    throw Error(Error::Kind::bad_input, file + ": " + name + " has " +
-                                            std::to_string(found->second.size()) +
-                                            " numbers, expected " + std::to_string(count));
+    throw Error(Error::Kind::bad_input, "{}: {} has {} numbers, expected {}.", file, name,
+                found->second.size(), count);
   return found->second;
 }
 

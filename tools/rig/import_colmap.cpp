@@ -13,16 +13,16 @@ namespace polyhull::import {
 namespace {
 
 [[noreturn]] void fail(const std::string& file, std::size_t line, const std::string& what) {
-  throw Error(Error::Kind::bad_input, file + ", line " + std::to_string(line) + ": " + what);
+  throw Error(Error::Kind::bad_input, "{}, line {}: {}.", file, line, what);
 }
 
 std::ifstream open_file(const std::string& path) {
   std::ifstream in(path);
   if (!in)
     throw Error(Error::Kind::not_found,
-                "cannot read \"" + path +
-                    "\"; give the folder with COLMAP's cameras.txt and images.txt (colmap "
-                    "model_converter --output_type TXT makes them)");
+                "Cannot read '{}'; give the folder with COLMAP's cameras.txt and images.txt "
+                "(colmap model_converter --output_type TXT makes them).",
+                path);
   return in;
 }
 
@@ -39,13 +39,11 @@ void set_model(Camera& camera, const std::string& model, const std::vector<doubl
   const auto known = counts.find(model);
   if (known == counts.end())
     fail(file, line,
-         "camera model " + model +
-             " cannot be had in OpenCV's terms; undistort the "
-             "pictures with COLMAP first");
+         fmt::format("camera model {} cannot be had in OpenCV's terms; undistort the pictures with "
+                     "COLMAP first",
+                     model));
   if (p.size() != known->second)
-    fail(file, line,
-         model + " has " + std::to_string(known->second) + " parameters, found " +
-             std::to_string(p.size()));
+    fail(file, line, fmt::format("{} has {} parameters, found {}", model, known->second, p.size()));
   const bool one_focal = model == "SIMPLE_PINHOLE" || model == "SIMPLE_RADIAL" || model == "RADIAL";
   camera.K = one_focal ? intrinsics(p[0], p[0], p[1], p[2]) : intrinsics(p[0], p[1], p[2], p[3]);
   if (model == "SIMPLE_RADIAL") camera.distortion = {p[3], 0, 0, 0};
@@ -101,7 +99,7 @@ Rig colmap(const std::string& folder, const Options&) {
     points_follow = true;
     const auto found = cameras.find(camera_id);
     if (found == cameras.end())
-      fail(file, number, "camera " + std::to_string(camera_id) + " is not in cameras.txt");
+      fail(file, number, fmt::format("camera {} is not in cameras.txt", camera_id));
     const double size = w * w + x * x + y * y + z * z;
     if (!(size > 0.0)) fail(file, number, "the rotation's quaternion is zero");
     const double s = 2.0 / size;

@@ -26,14 +26,15 @@ class File {
  public:
   explicit File(const std::string& path) : path_(path) {
     if (!std::filesystem::is_regular_file(path))
-      throw Error(Error::Kind::not_found, "cannot read \"" + path + "\"");
+      throw Error(Error::Kind::not_found, "Cannot read '{}'.", path);
     try {
       storage_.open(path, cv::FileStorage::READ);
     } catch (const cv::Exception& error) {
-      throw Error(Error::Kind::bad_input, path + ": not an OpenCV XML or YAML file: " + error.err);
+      throw Error(Error::Kind::bad_input, "{}: not an OpenCV XML or YAML file: {}.", path,
+                  error.err);
     }
     if (!storage_.isOpened())
-      throw Error(Error::Kind::bad_input, path + ": not an OpenCV XML or YAML file");
+      throw Error(Error::Kind::bad_input, "{}: not an OpenCV XML or YAML file.", path);
   }
 
   bool has(const char* name) const { return !storage_[name].empty(); }
@@ -48,7 +49,7 @@ class File {
         node >> raw;
         raw.convertTo(result, CV_64F);
       } catch (const cv::Exception& error) {
-        throw Error(Error::Kind::bad_input, path_ + ": " + name + " is no matrix: " + error.err);
+        throw Error(Error::Kind::bad_input, "{}: {} is no matrix: {}.", path_, name, error.err);
       }
       return result.isContinuous() ? result : result.clone();
     }
@@ -60,12 +61,11 @@ class File {
     if (found.empty()) {
       std::string list;
       for (const char* name : names) list += (list.empty() ? "" : ", ") + std::string(name);
-      throw Error(Error::Kind::bad_input, path_ + ": no " + what + "; looked for " + list);
+      throw Error(Error::Kind::bad_input, "{}: no {}; looked for {}.", path_, what, list);
     }
     for (const std::size_t size : sizes)
       if (found.total() * found.channels() == size) return found;
-    throw Error(Error::Kind::bad_input,
-                path_ + ": the " + what + " has " + std::to_string(found.total()) + " numbers");
+    throw Error(Error::Kind::bad_input, "{}: the {} has {} numbers.", path_, what, found.total());
   }
 
   int whole(Names names) const {
@@ -105,9 +105,8 @@ void set_size(Camera& camera, const File& file, const Options& options) {
                       : file.whole({"image_height", "imageHeight", "Image_Height", "height"});
   if (camera.width <= 0 || camera.height <= 0)
     throw Error(Error::Kind::bad_input,
-                file.path() +
-                    ": it does not say the pictures' size; give it with --size "
-                    "WIDTHxHEIGHT");
+                "{}: it does not say the pictures' size; give it with --size WIDTHxHEIGHT.",
+                file.path());
 }
 
 void set_intrinsics(Camera& camera, const File& file, Names matrix_name, Names distortion_name) {

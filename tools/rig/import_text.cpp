@@ -17,7 +17,7 @@ namespace polyhull::import {
 namespace {
 
 [[noreturn]] void fail(const std::string& file, std::size_t line, const std::string& what) {
-  throw Error(Error::Kind::bad_input, file + ", line " + std::to_string(line) + ": " + what);
+  throw Error(Error::Kind::bad_input, "{}, line {}: {}.", file, line, what);
 }
 
 struct Line {
@@ -28,7 +28,7 @@ struct Line {
 std::vector<Line> read_lines(const std::string& file) {
   std::ifstream in(file);
   if (!in || std::filesystem::is_directory(file))
-    throw Error(Error::Kind::not_found, "cannot read \"" + file + "\"");
+    throw Error(Error::Kind::not_found, "Cannot read '{}'.", file);
   std::vector<Line> lines;
   std::size_t number = 0;
   for (std::string text; std::getline(in, text);) {
@@ -48,9 +48,9 @@ bool is_number(const std::string& word) {
 }
 
 double number(const std::string& file, std::size_t line, const std::string& word) {
-  if (!is_number(word)) fail(file, line, "\"" + word + "\" is not a number");
+  if (!is_number(word)) fail(file, line, fmt::format("'{}' is not a number", word));
   const double value = std::strtod(word.c_str(), nullptr);
-  if (!std::isfinite(value)) fail(file, line, "\"" + word + "\" is not finite");
+  if (!std::isfinite(value)) fail(file, line, fmt::format("'{}' is not finite", word));
   return value;
 }
 
@@ -58,8 +58,8 @@ std::vector<double> numbers(const std::string& file, const Line& line, std::size
                             std::size_t count) {
   if (line.words.size() != first + count)
     fail(file, line.number,
-         "expected " + std::to_string(count) + " numbers, found " +
-             std::to_string(line.words.size() - std::min(first, line.words.size())));
+         fmt::format("expected {} numbers, found {}", count,
+                     line.words.size() - std::min(first, line.words.size())));
   std::vector<double> result;
   for (std::size_t i = first; i < line.words.size(); ++i)
     result.push_back(number(file, line.number, line.words[i]));
@@ -84,7 +84,7 @@ void set_size(Camera& camera, const Options& options, const std::string& file,
   const std::filesystem::path path = std::filesystem::path(file).parent_path() / picture;
   if (picture.empty() || !std::filesystem::exists(path))
     throw Error(Error::Kind::bad_input,
-                file + ": the pictures' size is not known; give it with --size WIDTHxHEIGHT");
+                "{}: the pictures' size is not known; give it with --size WIDTHxHEIGHT.", file);
   const Picture found = load_picture(path.string());
   camera.width = found.width;
   camera.height = found.height;
@@ -102,8 +102,8 @@ std::string numbered(const Options& options, std::size_t index) {
     ++end;
   if (percent == std::string::npos || end >= options.name.size() || options.name[end] != 'd' ||
       options.name.find('%', end) != std::string::npos || end - percent > 4)
-    throw Error(Error::Kind::bad_input, "the name pattern \"" + options.name +
-                                            "\" needs exactly one %d, or one such as %03d");
+    throw Error(Error::Kind::bad_input,
+                "The name pattern '{}' needs exactly one %d, or one such as %03d.", options.name);
   char text[64];
   const std::string format = options.name.substr(percent, end - percent) + "d";
   std::snprintf(text, sizeof text, format.c_str(), options.first + static_cast<int>(index));
@@ -149,8 +149,7 @@ Rig middlebury(const std::string& file, const Options& options) {
   const double promised = number(file, lines[0].number, lines[0].words[0]);
   if (promised != static_cast<double>(rig.cameras.size()))
     fail(file, lines[0].number,
-         "it promises " + lines[0].words[0] + " cameras and holds " +
-             std::to_string(rig.cameras.size()));
+         fmt::format("it promises {} cameras and holds {}", lines[0].words[0], rig.cameras.size()));
   return finish(std::move(rig), file);
 }
 
@@ -163,9 +162,9 @@ Rig projection_matrices(const std::vector<std::string>& files, const Options& op
       if (!is_number(line.words[0])) continue;  // CONTOUR and the like
       if (line.words.size() != 4 && line.words.size() != 12)
         fail(file, line.number,
-             "a projection matrix has 12 numbers on one line or 4 on each of "
-             "three lines; found " +
-                 std::to_string(line.words.size()));
+             fmt::format("a projection matrix has 12 numbers on one line or 4 on each of three "
+                         "lines; found {}",
+                         line.words.size()));
       if (row.empty()) places.push_back(file + ", line " + std::to_string(line.number));
       for (const std::string& word : line.words) row.push_back(number(file, line.number, word));
       if (row.size() > 12) fail(file, line.number, "a projection matrix is cut short before it");
@@ -175,7 +174,7 @@ Rig projection_matrices(const std::vector<std::string>& files, const Options& op
       row.clear();
     }
     if (!row.empty())
-      throw Error(Error::Kind::bad_input, file + ": the last projection matrix is not complete");
+      throw Error(Error::Kind::bad_input, "{}: the last projection matrix is not complete.", file);
   }
   const std::optional<Vec3> focus = common_focus(matrices);
   const std::vector<std::string> names = names_of(files);

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "rig/plausible.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 
 #include "median.h"
-#include "rig/format.h"
 
 namespace polyhull {
 namespace {
@@ -37,10 +38,10 @@ std::string unit_advice(const Rig& rig, double units, double usual) {
     return "check the translations (x_cam = R X + t) and the unit of the calibration";
   Rig other;
   other.unit = likely;
-  return format(
-      "if the calibration is in %s, that is %.4g m: import it with --unit %s, or write "
-      "\"unit\": \"%s\" into the rig file",
-      likely.c_str(), units * other.metres_per_unit(), likely.c_str(), likely.c_str());
+  return fmt::format(
+      "if the calibration is in {}, that is {:.4g} m: import it with --unit {}, or write \"unit\": "
+      "\"{}\" into the rig file",
+      likely, units * other.metres_per_unit(), likely, likely);
 }
 
 void examine_distances(const Rig& rig, const std::vector<double>& distances,
@@ -49,18 +50,18 @@ void examine_distances(const Rig& rig, const std::vector<double>& distances,
   const auto [least, most] = std::minmax_element(distances.begin(), distances.end());
   const double typical = median(distances);
   if (typical * metres > farthest || typical * metres < nearest)
-    notes.push_back(
-        format("the cameras stand %.4g to %.4g m from the middle of the stage, which is "
-               "too %s for a stage; ",
-               *least * metres, *most * metres, typical * metres > farthest ? "far" : "near") +
-        unit_advice(rig, typical, 3.0));
+    notes.push_back(fmt::format("the cameras stand {:.4g} to {:.4g} m from the middle of the "
+                                "stage, which is too {} for a stage; ",
+                                *least * metres, *most * metres,
+                                typical * metres > farthest ? "far" : "near") +
+                    unit_advice(rig, typical, 3.0));
   for (std::size_t i = 0; i < distances.size() && distances.size() > 2; ++i) {
     const double ratio = distances[i] / typical;
     if (ratio < 10.0 && ratio > 0.1) continue;
-    notes.push_back(format(
-        "%s stands %.4g m from the middle of the stage, %.3g times as far as the others (%.4g m): "
-        "its translation is probably in another unit than theirs",
-        rig.cameras[i].name.c_str(), distances[i] * metres, ratio, typical * metres));
+    notes.push_back(
+        fmt::format("{} stands {:.4g} m from the middle of the stage, {:.3g} times as far as the "
+                    "others ({:.4g} m): its translation is probably in another unit than theirs",
+                    rig.cameras[i].name, distances[i] * metres, ratio, typical * metres));
   }
 }
 
@@ -70,9 +71,10 @@ void examine_spacing(const Rig& rig, std::vector<std::string>& notes) {
     for (const Camera& b : rig.cameras) most = std::max(most, glm::length(a.centre() - b.centre()));
   const double metres = most * rig.metres_per_unit();
   if (rig.cameras.size() > 1 && (metres > farthest_pair || metres < nearest_pair))
-    notes.push_back(format("the cameras stand up to %.4g m apart, which is too %s for a stage; ",
-                           metres, metres > farthest ? "far" : "near") +
-                    unit_advice(rig, most, 1.0));
+    notes.push_back(
+        fmt::format("the cameras stand up to {:.4g} m apart, which is too {} for a stage; ", metres,
+                    metres > farthest ? "far" : "near") +
+        unit_advice(rig, most, 1.0));
 }
 
 // Where the optical axes meet, if they do so within a fifth of the cameras' distance and at an
@@ -100,21 +102,21 @@ void examine_bounds(const Rig& rig, const std::vector<double>& distances,
   const Vec3 size = rig.bounds->max - rig.bounds->min;
   const double ratio = glm::length(size) / typical;
   if (ratio > 5.0 || ratio < 0.02) {
-    notes.push_back(format(
-        "the bounds are %.4g x %.4g x %.4g m, which is too %s for cameras that stand %.4g m away: "
-        "they are probably in another unit than the cameras",
-        size.x * metres, size.y * metres, size.z * metres, ratio > 5.0 ? "large" : "small",
-        typical * metres));
+    notes.push_back(
+        fmt::format("the bounds are {:.4g} x {:.4g} x {:.4g} m, which is too {} for cameras that "
+                    "stand {:.4g} m away: they are probably in another unit than the cameras",
+                    size.x * metres, size.y * metres, size.z * metres,
+                    ratio > 5.0 ? "large" : "small", typical * metres));
     return;
   }
   if (!meeting) return;
   const double off = glm::length(*meeting - middle_of(*rig.bounds));
   if (off < 0.5 * typical + 0.5 * glm::length(size)) return;
-  notes.push_back(format(
-      "the middle of the bounds lies %.4g m from the point at which the cameras look (%.4g, "
-      "%.4g, %.4g), %.4g m in front of them: the bounds are probably in another unit or axes "
-      "than the cameras",
-      off * metres, meeting->x, meeting->y, meeting->z, typical * metres));
+  notes.push_back(
+      fmt::format("the middle of the bounds lies {:.4g} m from the point at which the cameras look "
+                  "({:.4g}, {:.4g}, {:.4g}), {:.4g} m in front of them: the bounds are probably in "
+                  "another unit or axes than the cameras",
+                  off * metres, meeting->x, meeting->y, meeting->z, typical * metres));
 }
 
 void examine_heights(const Rig& rig, const std::vector<double>& distances,
@@ -133,11 +135,11 @@ void examine_heights(const Rig& rig, const std::vector<double>& distances,
       if (std::abs(picture_up[i]) > std::abs(picture_up[k])) k = i;
     axis[k] = picture_up[k] > 0.0 ? 1.0 : -1.0;
     notes.push_back(
-        format("the pictures are upright along (%.2f, %.2f, %.2f), but the rig's up is (%g, %g, "
-               "%g): unless "
-               "the cameras are turned, up is probably %g %g %g (--up, or \"up\" in the rig file)",
-               picture_up.x / agreement, picture_up.y / agreement, picture_up.z / agreement,
-               rig.up.x, rig.up.y, rig.up.z, axis.x, axis.y, axis.z));
+        fmt::format("the pictures are upright along ({:.2f}, {:.2f}, {:.2f}), but the rig's up is "
+                    "({:g}, {:g}, {:g}): unless the cameras are turned, up is probably {:g} {:g} "
+                    "{:g} (--up, or \"up\" in the rig file)",
+                    picture_up.x / agreement, picture_up.y / agreement, picture_up.z / agreement,
+                    rig.up.x, rig.up.y, rig.up.z, axis.x, axis.y, axis.z));
     return;  // heights along a wrong direction say nothing
   }
   if (!rig.bounds) return;
@@ -150,10 +152,9 @@ void examine_heights(const Rig& rig, const std::vector<double>& distances,
     const double height = glm::dot(up, rig.cameras[i].centre()) - floor;
     if (height < -0.25 * distances[i])
       notes.push_back(
-          format("%s stands %.4g m below the floor of the bounds: unless it looks up through a "
-                 "glass floor, "
-                 "the bounds or up are wrong",
-                 rig.cameras[i].name.c_str(), -height * metres));
+          fmt::format("{} stands {:.4g} m below the floor of the bounds: unless it looks up "
+                      "through a glass floor, the bounds or up are wrong",
+                      rig.cameras[i].name, -height * metres));
   }
 }
 

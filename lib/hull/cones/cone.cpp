@@ -281,11 +281,11 @@ void build_cone(Cone& cone, std::span<const ConeInput> inputs, const Lattice& la
   }
   const auto refuse_unless = [&](bool possible) {
     if (!possible)
-      throw Error(
-          Error::Kind::unsupported,
-          "The silhouette of camera '" + inputs[0].silhouette->camera->name +
-              "' reaches too far to the side for its focal length (rays almost at right angles "
-              "to the view): check K in the rig, and that the contours are in its pixels.");
+      throw Error(Error::Kind::unsupported,
+                  "The silhouette of camera '{}' reaches too far to the side for its focal length "
+                  "(rays almost at right angles to the view): check K in the rig, and that the "
+                  "contours are in its pixels.",
+                  inputs[0].silhouette->camera->name);
   };
   measure_pixels(cone, layers);
   refuse_unless(cone.pixel_error < largest_pixel_error);
@@ -298,9 +298,9 @@ void build_cone(Cone& cone, std::span<const ConeInput> inputs, const Lattice& la
   if (layers.size() == 1 && build(layers[0], false)) return;
   for (double step = 1.0; step < 1e6; step *= 8.0)
     if (build(clean_region(layers, cone.complement, step), true)) return;
-  throw Error(Error::Kind::unsupported, "The silhouette of camera '" +
-                                            inputs[0].silhouette->camera->name +
-                                            "' could not be made into simple rings.");
+  throw Error(Error::Kind::unsupported,
+              "The silhouette of camera '{}' could not be made into simple rings.",
+              inputs[0].silhouette->camera->name);
 }
 
 }  // namespace polyhull::hull

@@ -9,9 +9,9 @@ namespace polyhull::hull {
 
 ConeCamera read_camera(const Camera& camera, std::size_t index) {
   const auto fail = [&](const std::string& what) -> void {
-    throw Error(Error::Kind::bad_input, "Camera '" + camera.name + "' (number " +
-                                            std::to_string(index) + ") " + what +
-                                            "; check its K, R and t in the rig.");
+    throw Error(Error::Kind::bad_input,
+                "Camera '{}' (number {}) {}; check its K, R and t in the rig.", camera.name, index,
+                what);
   };
   ConeCamera c;
   bool finite = true;

@@ -17,10 +17,10 @@ void append_rings(Contours& contours, const ConeInput& input) {
     for (std::uint32_t i = begin; i < end; ++i) {
       const Vec2f p = rings.points[i];
       if (!std::isfinite(p.x) || !std::isfinite(p.y))
-        throw Error(Error::Kind::bad_input, "The silhouette of camera '" +
-                                                input.silhouette->camera->name +
-                                                "' has a point that is not finite (number " +
-                                                std::to_string(i) + "): expected pixels.");
+        throw Error(Error::Kind::bad_input,
+                    "The silhouette of camera '{}' has a point that is not finite (number {}): "
+                    "expected pixels.",
+                    input.silhouette->camera->name, i);
       contours.points.push_back(Vec2(p));
       contours.source.push_back(i);
       contours.view.push_back(input.view);

@@ -30,8 +30,8 @@ void check_framebuffer(const char* what) {
   const GLenum status = glCheckFramebufferStatus(GL_DRAW_FRAMEBUFFER);
   if (status != GL_FRAMEBUFFER_COMPLETE) {
     throw Error(Error::Kind::unsupported,
-                std::string("OpenGL on this machine cannot draw into the ") + what +
-                    " (framebuffer status " + std::to_string(status) + ").");
+                "OpenGL on this machine cannot draw into the {} (framebuffer status {}).", what,
+                status);
   }
 }
 
@@ -41,7 +41,8 @@ bool is_embedded() {
 
 bool is_software() {
   const auto* renderer = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
-  return renderer != nullptr && std::string_view(renderer).find("llvmpipe") != std::string_view::npos;
+  return renderer != nullptr &&
+         std::string_view(renderer).find("llvmpipe") != std::string_view::npos;
 }
 
 }  // namespace polyhull::gl

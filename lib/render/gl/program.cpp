@@ -14,8 +14,7 @@ namespace {
 std::string_view source(std::string_view file) {
   for (const ShaderSource& shader : shader_sources())
     if (shader.name == file) return shader.text;
-  throw Error(Error::Kind::not_found,
-              "Shader '" + std::string(file) + "' is not part of this build.");
+  throw Error(Error::Kind::not_found, "Shader '{}' is not part of this build.", file);
 }
 
 GLuint compile(GLenum kind, std::string_view file, const std::string& text) {
@@ -29,8 +28,7 @@ GLuint compile(GLenum kind, std::string_view file, const std::string& text) {
     char log[4096] = "";
     glGetShaderInfoLog(shader, sizeof log, nullptr, log);
     glDeleteShader(shader);
-    throw Error(Error::Kind::unsupported,
-                "Shader '" + std::string(file) + "' does not compile: " + log);
+    throw Error(Error::Kind::unsupported, "Shader '{}' does not compile: {}", file, log);
   }
   return shader;
 }
@@ -76,8 +74,8 @@ Program::Program(std::string_view vertex, std::string_view fragment,
     char log[4096] = "";
     glGetProgramInfoLog(name_, sizeof log, nullptr, log);
     glDeleteProgram(std::exchange(name_, 0));
-    throw Error(Error::Kind::unsupported, "Shaders '" + std::string(vertex) + "' and '" +
-                                              std::string(fragment) + "' do not link: " + log);
+    throw Error(Error::Kind::unsupported, "Shaders '{}' and '{}' do not link: {}", vertex, fragment,
+                log);
   }
 }
 

@@ -63,11 +63,11 @@ void Blur::apply(const Matte& matte, Field& field) {
 
 void Blur::State::set(const BlurSettings& now) {
   if (!(now.sigma >= 0.0 && now.sigma <= 100.0))
-    throw Error(Error::Kind::bad_input, "blur settings: sigma must be from 0 to 100 px");
+    throw Error(Error::Kind::bad_input, "Blur settings: sigma must be from 0 to 100 px.");
   if (now.passes < 1 || now.passes > 10)
-    throw Error(Error::Kind::bad_input, "blur settings: passes must be from 1 to 10");
+    throw Error(Error::Kind::bad_input, "Blur settings: passes must be from 1 to 10.");
   if (now.threshold < 0 || now.threshold > 255)
-    throw Error(Error::Kind::bad_input, "blur settings: threshold must be from 0 to 255");
+    throw Error(Error::Kind::bad_input, "Blur settings: threshold must be from 0 to 255.");
   settings = now;
   fresh = true;
 }

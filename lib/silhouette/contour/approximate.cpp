@@ -82,7 +82,7 @@ void find_parents(const Rings& rings, const std::vector<double>& areas,
 
 void check(const ApproximateSettings& s) {
   const auto require = [](bool good, const char* what) {
-    if (!good) throw Error(Error::Kind::bad_input, std::string("contour settings: ") + what);
+    if (!good) throw Error(Error::Kind::bad_input, "Contour settings: {}.", what);
   };
   require(s.tolerance >= 0.0 && s.tolerance <= 100.0, "tolerance must be from 0 to 100 px");
   require(s.min_edges >= 3 && s.min_edges <= 1000, "min edges must be from 3 to 1000");

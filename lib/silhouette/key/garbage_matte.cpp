@@ -18,9 +18,10 @@ constexpr double largest_coordinate = 1e6;
 constexpr double sample_distance = 4.0;  // px between points along a bent edge
 
 [[noreturn]] void refuse(std::string_view part, const char* why) {
-  throw Error(Error::Kind::bad_input, "The polygon \"" + std::string(part) + "\" " + why +
-                                          "; write corners as \"x,y x,y x,y\" in pixels and put a "
-                                          "semicolon between polygons.");
+  throw Error(Error::Kind::bad_input,
+              "The polygon '{}' {}; write corners as 'x,y x,y x,y' in pixels and put a semicolon "
+              "between polygons.",
+              part, why);
 }
 
 float parse_number(std::string_view text, std::string_view part) {

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <climits>
 #include <cmath>
-#include <cstdio>
 #include <string>
 
 #include "base/error.h"
@@ -13,25 +12,18 @@
 namespace polyhull {
 namespace {
 
-std::string text_of(double v) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%g", v);
-  return text;
-}
-
 // False for NaN, too.
 void within(double v, double low, double high, const char* name) {
   if (v >= low && v <= high) return;
-  throw Error(Error::Kind::bad_input, std::string("The key's ") + name + " is " + text_of(v) +
-                                          "; give a value from " + text_of(low) + " to " +
-                                          text_of(high) + ".");
+  throw Error(Error::Kind::bad_input, "The key's {} is {:g}; give a value from {:g} to {:g}.", name,
+              v, low, high);
 }
 
 void below(double low, double high, const char* low_name, const char* high_name) {
   if (low < high) return;
-  throw Error(Error::Kind::bad_input, std::string("The key's ") + low_name + " (" + text_of(low) +
-                                          ") is not below its " + high_name + " (" + text_of(high) +
-                                          "); lower the one or raise the other.");
+  throw Error(Error::Kind::bad_input,
+              "The key's {} ({:g}) is not below its {} ({:g}); lower the one or raise the other.",
+              low_name, low, high_name, high);
 }
 
 void check(const KeySettings& s) {
@@ -195,9 +187,8 @@ void Keyer::State::lay_out_masks() {
                        std::uint8_t value) {
     if (mask.width != width || mask.height != height)
       throw Error(Error::Kind::bad_input,
-                  std::string(name) + " mask is " + std::to_string(mask.width) + "x" +
-                      std::to_string(mask.height) + ", the frame " + std::to_string(width) + "x" +
-                      std::to_string(height) + ": give a mask of the frame's size");
+                  "{} mask is {}x{}, the frame {}x{}: give a mask of the frame's size.", name,
+                  mask.width, mask.height, width, height);
     for (int y = 0; y < height; ++y) {
       std::uint8_t* out = plane.data() + row_length() * static_cast<std::size_t>(y);
       for (int x = 0; x < width; ++x)

@@ -29,10 +29,9 @@ void Keyer::State::lay_out_plate() {
   if (settings.plate) {
     const Picture& p = *settings.plate;
     if (p.width != width || p.height != height)
-      throw Error(Error::Kind::bad_input, "the clean plate is " + std::to_string(p.width) + "x" +
-                                              std::to_string(p.height) + ", the frame " +
-                                              std::to_string(width) + "x" + std::to_string(height) +
-                                              ": give a plate of the frame's size");
+      throw Error(Error::Kind::bad_input,
+                  "The clean plate is {}x{}, the frame {}x{}: give a plate of the frame's size.",
+                  p.width, p.height, width, height);
     for (int y = 0; y < height; ++y)
       for (int x = 0; x < width; ++x) {
         const std::uint8_t* from = p.row(y) + static_cast<std::size_t>(x) * p.channels;

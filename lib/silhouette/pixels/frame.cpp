@@ -118,19 +118,17 @@ const char* name_of(FrameFormat format) {
 
 void check_frame(const FrameView& frame) {
   const auto fail = [&](const std::string& what) {
-    throw Error(Error::Kind::bad_input, std::string("frame (") + name_of(frame.format) + ", " +
-                                            std::to_string(frame.width) + "x" +
-                                            std::to_string(frame.height) + "): " + what);
+    throw Error(Error::Kind::bad_input, "Frame ({}, {}x{}): {}.", name_of(frame.format),
+                frame.width, frame.height, what);
   };
   if (frame.width < 1 || frame.height < 1 || frame.width > 32767 || frame.height > 32767)
     fail("width and height must be from 1 to 32767");
   for (int plane = 0; plane < shape_of(frame.format).planes; ++plane) {
-    if (!frame.planes[plane]) fail("plane " + std::to_string(plane) + " is missing");
+    if (!frame.planes[plane]) fail(fmt::format("plane {} is missing", plane));
     const Span bytes = row_bytes(frame.format, plane, 0, frame.width);
     if (frame.height > 1 && std::abs(frame.strides[plane]) < bytes.end)
-      fail("the stride of plane " + std::to_string(plane) + " is " +
-           std::to_string(frame.strides[plane]) + " bytes, a row needs " +
-           std::to_string(bytes.end));
+      fail(fmt::format("the stride of plane {} is {} bytes, a row needs {}", plane,
+                       frame.strides[plane], bytes.end));
   }
 }
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "silhouette/pixels/kernels.h"
 
+#include <fmt/core.h>
+
 #include <cstdio>
 #include <cstdlib>
 #include <string_view>
@@ -50,11 +52,11 @@ KernelChoice choose_kernels(const char* wanted) {
   const bool known = name == "baseline" || name == "avx2" || name == "avx512";
 #endif
   const Kernels& best = best_kernels();
-  return {best, "POLYHULL_ISA is \"" + std::string(name) + "\", which " +
-                    (known ? "this machine does not have" : "is none of its values") + "; " +
-                    best.name +
-                    " is used. It takes plain, baseline, avx2 or avx512, the last "
-                    "two where the processor has them; unset, the best is chosen."};
+  return {
+      best,
+      fmt::format("POLYHULL_ISA is '{}', which {}; {} is used. It takes plain, baseline, avx2 or "
+                  "avx512, the last two where the processor has them; unset, the best is chosen.",
+                  name, known ? "this machine does not have" : "is none of its values", best.name)};
 }
 
 const Kernels& kernels() {

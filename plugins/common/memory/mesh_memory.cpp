@@ -20,7 +20,7 @@ class Mapped {
  public:
   explicit Mapped(GstMemory* memory) {
     if (!gst_memory_map(memory, &map_, GST_MAP_READ))
-      throw Error(Error::Kind::io, "a view's pixels cannot be read");
+      throw Error(Error::Kind::io, "A view's pixels cannot be read.");
     gst_memory_ref(memory);
   }
   ~Mapped() {
@@ -63,7 +63,8 @@ GstMemory* share(GstMemory* memory, gssize offset, gssize size) {
   gpointer data = map(memory, 0, GST_MAP_READ);
   if (data == nullptr) return nullptr;
   const gsize begin = memory->offset + static_cast<gsize>(offset);
-  const gsize length = size < 0 ? memory->size - static_cast<gsize>(offset) : static_cast<gsize>(size);
+  const gsize length =
+      size < 0 ? memory->size - static_cast<gsize>(offset) : static_cast<gsize>(size);
   return gst_memory_new_wrapped(
       GST_MEMORY_FLAG_READONLY, data, memory->maxsize, begin, length, gst_memory_ref(memory),
       [](gpointer whole) { gst_memory_unref(static_cast<GstMemory*>(whole)); });

@@ -30,11 +30,13 @@ GstMemory* pixel_memory(GstBuffer* buffer, const View& view, const PixelSource& 
   guint index = 0, count = 0;
   gsize skip = 0;
   if (source.buffer != nullptr &&
-      gst_buffer_find_memory(source.buffer, source.offset, size, &index, &count, &skip) && count == 1) {
+      gst_buffer_find_memory(source.buffer, source.offset, size, &index, &count, &skip) &&
+      count == 1) {
     GstMemory* whole = gst_buffer_peek_memory(source.buffer, index);
-    GstMemory* part = skip == 0 && whole->size == size
-                          ? gst_memory_ref(whole)
-                          : gst_memory_share(whole, static_cast<gssize>(skip), static_cast<gssize>(size));
+    GstMemory* part =
+        skip == 0 && whole->size == size
+            ? gst_memory_ref(whole)
+            : gst_memory_share(whole, static_cast<gssize>(skip), static_cast<gssize>(size));
     // A pool must not hand the frame's memory out again while it is seen here.
     if (part != nullptr) gst_buffer_add_parent_buffer_meta(buffer, source.buffer);
     if (part != nullptr) return part;
@@ -42,7 +44,7 @@ GstMemory* pixel_memory(GstBuffer* buffer, const View& view, const PixelSource& 
   GstMemory* memory = gst_allocator_alloc(nullptr, size, nullptr);
   GstMapInfo map;
   if (memory == nullptr || !gst_memory_map(memory, &map, GST_MAP_WRITE))
-    throw Error(Error::Kind::io, "no memory for a view's pixels");
+    throw Error(Error::Kind::io, "There is no memory for a view's pixels.");
   std::copy(view.pixels.begin(), view.pixels.end(), map.data);
   gst_memory_unmap(memory, &map);
   return memory;
@@ -57,7 +59,7 @@ MappedBuffer::MappedBuffer(GstBuffer* buffer) : buffer_(gst_buffer_ref(buffer)) 
     GstMapInfo map;
     if (!gst_memory_map(gst_buffer_peek_memory(buffer, i), &map, GST_MAP_READ)) {
       unmap();
-      throw Error(Error::Kind::io, "a buffer's memory cannot be read");
+      throw Error(Error::Kind::io, "A buffer's memory cannot be read.");
     }
     maps_.push_back(map);
     segments_.emplace_back(map.data, map.size);
@@ -93,7 +95,7 @@ MappedBuffer& MappedBuffer::operator=(MappedBuffer&& other) noexcept {
 void MappedBuffer::join() {
   GstMapInfo map;
   if (!gst_buffer_map(buffer_, &map, GST_MAP_READ))
-    throw Error(Error::Kind::io, "a buffer's memories cannot be joined");
+    throw Error(Error::Kind::io, "A buffer's memories cannot be joined.");
   for (GstMapInfo& part : maps_) gst_memory_unmap(part.memory, &part);
   maps_.clear();
   joined_ = map;
@@ -142,8 +144,8 @@ GstBuffer* make_mesh_buffer(Mesh mesh, std::span<const PixelSource> pixels) {
   g_autoptr(GstBuffer) buffer = gst_buffer_new();
   std::vector<GstMemory*> memories;
   for (std::size_t i = 0; i < mesh.views.size(); ++i) {
-    memories.push_back(pixel_memory(buffer, mesh.views[i].view,
-                                    i < pixels.size() ? pixels[i] : PixelSource{}));
+    memories.push_back(
+        pixel_memory(buffer, mesh.views[i].view, i < pixels.size() ? pixels[i] : PixelSource{}));
     if (memories.back() != nullptr) gst_buffer_append_memory(buffer, memories.back());
   }
   gst_buffer_prepend_memory(buffer, make_mesh_memory(std::move(mesh), memories));

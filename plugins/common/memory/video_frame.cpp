@@ -37,9 +37,9 @@ FrameFormat format_of(GstVideoFormat format) {
     case GST_VIDEO_FORMAT_v210:
       return FrameFormat::v210;
     default:
-      throw Error(Error::Kind::unsupported, std::string("The video format ") +
-                                                gst_video_format_to_string(format) +
-                                                " cannot be keyed; put a videoconvert in front.");
+      throw Error(Error::Kind::unsupported,
+                  "The video format {} cannot be keyed; put a videoconvert in front.",
+                  gst_video_format_to_string(format));
   }
 }
 
@@ -93,10 +93,9 @@ MappedFrame::MappedFrame(const GstVideoInfo& info, GstBuffer* buffer) {
                                               static_cast<int>(GST_VIDEO_FRAME_MAP_FLAG_NO_REF));
   if (!gst_video_frame_map(&frame_, &info, buffer, flags)) {
     throw Error(Error::Kind::io,
-                "A buffer of " + std::to_string(gst_buffer_get_size(buffer)) +
-                    " bytes cannot be read as a frame of the " +
-                    std::to_string(GST_VIDEO_INFO_SIZE(&info)) +
-                    " bytes that its caps announce; look at the element in front.");
+                "A buffer of {} bytes cannot be read as a frame of the {} bytes that its caps "
+                "announce; look at the element in front.",
+                gst_buffer_get_size(buffer), GST_VIDEO_INFO_SIZE(&info));
   }
 }
 

@@ -28,15 +28,15 @@ std::shared_ptr<const Picture> read(const std::string& path, const char* propert
   try {
     picture = std::make_shared<Picture>(load_picture(path, channels));
   } catch (const Error& error) {
-    throw Error(error.kind(), std::string(error.what()) + " Set " + property +
-                                  " to a PNG or JPEG file of the frames' size, or leave it empty.");
+    throw Error(error.kind(),
+                "{} Set {} to a PNG or JPEG file of the frames' size, or leave it empty.",
+                error.what(), property);
   }
   if (picture->width != width || picture->height != height) {
     throw Error(Error::Kind::bad_input,
-                "The picture \"" + path + "\" given as " + property + " has " +
-                    std::to_string(picture->width) + "x" + std::to_string(picture->height) +
-                    " pixels, but the frames have " + std::to_string(width) + "x" +
-                    std::to_string(height) + "; give a picture of the frames' size.");
+                "The picture '{}' given as {} has {}x{} pixels, but the frames have {}x{}; give a "
+                "picture of the frames' size.",
+                path, property, picture->width, picture->height, width, height);
   }
   return picture;
 }
@@ -47,30 +47,32 @@ Rings outline_of_bounds(const std::string& path, const std::string& name, int wi
     try {
       return load_rig(path);
     } catch (const Error& error) {
-      throw Error(error.kind(), std::string(error.what()) +
-                                    "; the property rig wants a rig file with bounds, as "
-                                    "polyhull-rig writes it, or nothing.");
+      throw Error(error.kind(),
+                  "{} The property rig wants a rig file with bounds, as polyhull-rig writes it, "
+                  "or nothing.",
+                  error.what());
     }
   }();
   if (!rig.bounds) {
-    throw Error(Error::Kind::bad_input, "The rig file \"" + path +
-                                            "\" has no bounds, so it limits no view; add bounds to "
-                                            "it or leave the property rig empty.");
+    throw Error(Error::Kind::bad_input,
+                "The rig file '{}' has no bounds, so it limits no view; add bounds to it or leave "
+                "the property rig empty.",
+                path);
   }
   const Camera* camera = rig.find(name);
   if (camera == nullptr) {
     std::string names;
     for (const Camera& known : rig.cameras) names += (names.empty() ? "" : ", ") + known.name;
-    throw Error(Error::Kind::bad_input, "The rig file \"" + path + "\" has no camera called \"" +
-                                            name + "\"; set the property camera to one of its (" +
-                                            names + ").");
+    throw Error(
+        Error::Kind::bad_input,
+        "The rig file '{}' has no camera called '{}'; set the property camera to one of its ({}).",
+        path, name, names);
   }
   if (camera->width != width || camera->height != height) {
     throw Error(Error::Kind::bad_input,
-                "The camera \"" + name + "\" of \"" + path + "\" has frames of " +
-                    std::to_string(camera->width) + "x" + std::to_string(camera->height) +
-                    " pixels, but " + std::to_string(width) + "x" + std::to_string(height) +
-                    " arrive; use the rig file of this camera's picture size.");
+                "The camera '{}' of '{}' has frames of {}x{} pixels, but {}x{} arrive; use the rig "
+                "file of this camera's picture size.",
+                name, path, camera->width, camera->height, width, height);
   }
   return bounds_outline(*camera, *rig.bounds);
 }
@@ -163,7 +165,7 @@ void KeyConfiguration::apply(GstElement* element, Statistics& statistics, const 
     if (!in_force_ || in_force_->width != width || in_force_->height != height) throw;
     refused_ = std::move(request);
     statistics.warn(element, "refused-settings",
-                    std::string(error.what()) + " Keying goes on with the settings of before.");
+                    fmt::format("{} Keying goes on with the settings of before.", error.what()));
   }
 }
 

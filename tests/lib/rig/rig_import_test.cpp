@@ -264,7 +264,7 @@ TEST(RigImport, BadFilesAreNamedWithTheirLine) {
   const auto middlebury = [&] { import::middlebury(path, sized); };
   const auto matrices = [&] { import::projection_matrices({path}, sized); };
   refuses("2\na.png 1 2 3\n", middlebury, "line 2: expected 21 numbers, found 3");
-  refuses("2\na.png 700 0 50 0 700 50 0 0 1 1 0 0 0 1 0 0 0 1 0 0 x\n", middlebury, "\"x\"");
+  refuses("2\na.png 700 0 50 0 700 50 0 0 1 1 0 0 0 1 0 0 0 1 0 0 x\n", middlebury, "'x'");
   refuses("2\na.png 700 0 50 0 700 50 0 0 1 1 0 0 0 1 0 0 0 1 0 0 1\n", middlebury, "promises 2");
   refuses("1 0 0 0 0 1 0 0 0 0 1\n", matrices, "found 11");
   refuses("1 0 0 0\n0 1 0 0\n", matrices, "not complete");

@@ -127,8 +127,8 @@ TEST(Rig, NanAndInfinityAreRefused) {
 TEST(Rig, WrongContentIsRefusedWithItsPlace) {
   expect_refused([](json& r) { r["format"] = "other"; }, {"polyhull-rig"});
   expect_refused([](json& r) { r["version"] = 2; }, {"version 2", "version 1"});
-  expect_refused([](json& r) { r.erase("version"); }, {"\"version\" is missing"});
-  expect_refused([](json& r) { r.erase("cameras"); }, {"\"cameras\" is missing"});
+  expect_refused([](json& r) { r.erase("version"); }, {"'version' is missing"});
+  expect_refused([](json& r) { r.erase("cameras"); }, {"'cameras' is missing"});
   expect_refused([](json& r) { r["cameras"] = json::array(); }, {"no cameras"});
   expect_refused([](json& r) { r["cameras"][2]["name"] = "cam0"; },
                  {"cameras[2]", "cam0", "same name"});

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+// What the writers of glTF files share: one buffer and what lies in it. Not installed.
+#pragma once
+
+#include <tiny_gltf.h>
+
+#include <cstdint>
+#include <string>
+#include <type_traits>
+#include <vector>
+
+#include "base/vector.h"
+
+namespace polyhull {
+
+/// A glTF model with one scene and one buffer. What is added gets the next index, which comes back.
+struct GltfBuilder {
+  GltfBuilder();
+
+  /// A buffer view of \p size bytes.
+  int add_view(const void* data, std::size_t size, int target = 0);
+
+  /// An accessor of vertex attributes (Vec2f, Vec3f) or of indices (std::uint32_t).
+  template <typename T>
+  int add_accessor(const std::vector<T>& values) {
+    constexpr bool is_index = std::is_same_v<T, std::uint32_t>;
+    static_assert(is_index || std::is_same_v<T, Vec2f> || std::is_same_v<T, Vec3f>);
+    tinygltf::Accessor accessor;
+    accessor.bufferView =
+        add_view(values.data(), values.size() * sizeof(T),
+                 is_index ? TINYGLTF_TARGET_ELEMENT_ARRAY_BUFFER : TINYGLTF_TARGET_ARRAY_BUFFER);
+    accessor.componentType =
+        is_index ? TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT : TINYGLTF_COMPONENT_TYPE_FLOAT;
+    accessor.type = is_index                   ? TINYGLTF_TYPE_SCALAR
+                    : std::is_same_v<T, Vec2f> ? TINYGLTF_TYPE_VEC2
+                                               : TINYGLTF_TYPE_VEC3;
+    accessor.count = values.size();
+    return add(model.accessors, std::move(accessor));
+  }
+
+  /// The same with the bounds that positions must have.
+  int add_positions(const std::vector<Vec3f>& positions);
+
+  /// A texture whose picture is \p encoded.
+  int add_texture(const std::vector<std::uint8_t>& encoded, const std::string& mime_type);
+
+  /// Names \p extension among those that the file uses.
+  void use(const char* extension);
+
+  template <typename T>
+  static int add(std::vector<T>& list, T item) {
+    list.push_back(std::move(item));
+    return static_cast<int>(list.size()) - 1;
+  }
+
+  tinygltf::Model model;
+};
+
+}  // namespace polyhull
