@@ -32,11 +32,9 @@ std::vector<Vec3f> outline_of(const Plane& plane) {
   std::vector<Point> points;
   for (const Vec3f& world : plane.points)
     points.push_back({Vec2(glm::dot(x, Vec3(world)), glm::dot(y, Vec3(world))), world});
-  std::sort(
-      points.begin(), points.end(),
-      [](const Point& a, const Point& b) {
-        return a.p.x != b.p.x ? a.p.x < b.p.x : a.p.y < b.p.y;
-      });
+  std::sort(points.begin(), points.end(), [](const Point& a, const Point& b) {
+    return a.p.x != b.p.x ? a.p.x < b.p.x : a.p.y < b.p.y;
+  });
   const auto turn = [](const Vec2& o, const Vec2& a, const Vec2& b) { return cross(a - o, b - o); };
   std::vector<Point> hull;
   for (int side = 0; side < 2; ++side) {
@@ -153,15 +151,21 @@ Bounds scene_bounds(const Scene& scene) {
 Camera look_at(const Vec3& eye, const Vec3& target, double vertical_fov, int width, int height,
                const Vec3& up) {
   const Vec3 forward = target - eye;
-  const Vec3 right = glm::cross(forward, up);
+  Vec3 right = glm::cross(forward, up);
+  const auto along = [&](const Vec3& upwards) {
+    return !(glm::length(right) > 1e-9 * glm::length(forward) * glm::length(upwards));
+  };
+  const Vec3 other_up(0, 0, -1);
+  if (along(up)) right = glm::cross(forward, other_up);
   const auto finite = [](const Vec3& v) {
     return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
   };
-  if (!finite(eye) || !finite(target) || !finite(up) ||
-      !(glm::length(right) > 1e-9 * glm::length(forward) * glm::length(up))) {
-    throw Error(Error::Kind::bad_input,
-                "A viewport camera needs an eye and a target at different places, and a finite "
-                "direction of view that is not along its upward direction.");
+  if (!finite(eye) || !finite(target) || !finite(up) || along(other_up)) {
+    throw Error(
+        Error::Kind::bad_input,
+        "The viewport needs an eye and a target at different, finite places; the eye is at (" +
+            std::to_string(eye.x) + ", " + std::to_string(eye.y) + ", " + std::to_string(eye.z) +
+            "). Move one of them.");
   }
   if (!(vertical_fov > 0.0 && vertical_fov < 180.0) || width < 1 || height < 1) {
     throw Error(

@@ -19,7 +19,6 @@
 ///     contourfind camera=cam2 ! hull.
 #include <gst/base/gstaggregator.h>
 #include <gst/gl/gl.h>
-#include <gst/video/navigation.h>
 #include <gst/video/video.h>
 
 #include <cstring>
@@ -27,6 +26,7 @@
 #include "base/error.h"
 #include "plugins/common/guard.h"
 #include "plugins/common/memory/video_pool.h"
+#include "plugins/common/navigation.h"
 #include "plugins/composite/caps.h"
 #include "plugins/composite/element.h"
 
@@ -135,6 +135,7 @@ gboolean take_caps(Composite& self, GstEvent* event) {
   gst_event_parse_caps(event, &caps);
   if (!gst_video_info_from_caps(&self.background_info, caps)) return FALSE;
   self.background_on_gpu = is_gl_caps(caps);
+  self.height = GST_VIDEO_INFO_HEIGHT(&self.background_info);
   gst_pad_mark_reconfigure(self.element->srcpad);
   return TRUE;
 }
@@ -170,7 +171,8 @@ gboolean Composite::navigate(GstEvent* event) {
     bool moved = false;
     {
       const ObjectLock lock(element);
-      moved = settings.navigate && control.apply(event, settings);
+      moved = settings.navigate && element::navigate(event, control, height);
+      if (moved) settings.set_pose(control.take(settings.pose()));
     }
     if (moved)
       for (const char* name : camera_properties) g_object_notify(G_OBJECT(element), name);

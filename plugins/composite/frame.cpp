@@ -78,7 +78,9 @@ void FrameComposer::prepare(const CompositeSettings& settings, const GstVideoInf
     frame_.exposure = announcement_->exposure;
     frame_.ambient = announcement_->ambient;
   } else {
-    frame_.viewport = viewport_camera(settings, frame_.width, frame_.height);
+    const ViewportPose pose = settings.pose();
+    frame_.viewport =
+        look_at(pose.eye, pose.target, settings.field_of_view, frame_.width, frame_.height);
     frame_.scene = settings.scene.empty() ? nullptr : open(settings.scene);
     frame_.lights = frame_.scene ? frame_.scene->lights : std::vector<Light>();
     frame_.exposure = settings.exposure > 0.0 ? static_cast<float>(settings.exposure)

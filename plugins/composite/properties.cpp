@@ -1,11 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "plugins/composite/properties.h"
 
-#include <cmath>
-#include <numbers>
-
-#include "base/error.h"
-
 namespace polyhull::element {
 
 template <>
@@ -122,29 +117,6 @@ RenderSettings render_settings(const CompositeSettings& settings) {
   out.edge_samples = settings.edge_samples;
   out.skip = settings.skip;
   return out;
-}
-
-Camera viewport_camera(const CompositeSettings& s, int width, int height) {
-  const Vec3 eye(s.eye_x, s.eye_y, s.eye_z), target(s.target_x, s.target_y, s.target_z);
-  const Vec3 way = target - eye;
-  if (!(glm::length(way) > 1e-9)) {
-    throw Error(
-        Error::Kind::bad_input,
-        "The viewport looks nowhere: eye-x, eye-y, eye-z and target-x, target-y, target-z are "
-        "the same point. Move one of them.");
-  }
-  const Vec3 forward = glm::normalize(way);
-  const Vec3 up = std::abs(forward.y) > 0.999999 ? Vec3(0, 0, -1) : Vec3(0, 1, 0);
-  const Vec3 right = glm::normalize(glm::cross(forward, up));
-  Camera camera;
-  camera.width = width;
-  camera.height = height;
-  camera.R = glm::transpose(Mat3(right, glm::cross(forward, right), forward));
-  camera.t = -(camera.R * eye);
-  const double focal = 0.5 * height / std::tan(0.5 * s.field_of_view * std::numbers::pi / 180.0);
-  camera.K =
-      from_rows({focal, 0.0, 0.5 * (width - 1), 0.0, focal, 0.5 * (height - 1), 0.0, 0.0, 1.0});
-  return camera;
 }
 
 std::span<const Property<PlacementSettings>> placement_properties() {

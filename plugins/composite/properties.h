@@ -9,6 +9,7 @@
 #include "plugins/common/live/live_timing.h"
 #include "plugins/common/property_table.h"
 #include "render/frame.h"
+#include "scene/viewport_control.h"
 
 namespace polyhull::element {
 
@@ -29,19 +30,21 @@ struct CompositeSettings {
   std::uint64_t max_mesh_age = G_MAXUINT64;
   std::uint64_t max_latency = LiveSettings{}.max_latency;
 
+  ViewportPose pose() const { return {{eye_x, eye_y, eye_z}, {target_x, target_y, target_z}}; }
+  void set_pose(const ViewportPose& pose) {
+    eye_x = pose.eye.x, eye_y = pose.eye.y, eye_z = pose.eye.z;
+    target_x = pose.target.x, target_y = pose.target.y, target_z = pose.target.z;
+  }
   LiveSettings live() const { return {GST_CLOCK_TIME_NONE, max_latency}; }
 };
 
-/// The properties of the viewport's camera, which navigation moves.
-inline constexpr const char* camera_properties[] = {
-    "eye-x", "eye-y", "eye-z", "target-x", "target-y", "target-z", "field-of-view"};
+/// The properties that navigation moves.
+inline constexpr const char* camera_properties[] = {"eye-x",    "eye-y",    "eye-z",
+                                                    "target-x", "target-y", "target-z"};
 
 std::span<const Property<CompositeSettings>> composite_properties();
 
 RenderSettings render_settings(const CompositeSettings& settings);
-
-/// The viewport that the properties describe, y up. Throws Error where eye and target are the same.
-Camera viewport_camera(const CompositeSettings& settings, int width, int height);
 
 struct PlacementSettings {
   double translate_x = 0.0, translate_y = 0.0, translate_z = 0.0;

@@ -13,13 +13,13 @@
 /// gst-launch-1.0 scenesrc path=orbit num-buffers=50 ! video/x-raw,width=640,height=360 !
 ///     videoconvert ! autovideosink
 #include <gst/base/gstpushsrc.h>
-#include <gst/video/navigation.h>
 #include <gst/video/video.h>
 
 #include <chrono>
 #include <mutex>
 
 #include "plugins/common/live/frame_source.h"
+#include "plugins/common/navigation.h"
 #include "plugins/scenesrc/properties.h"
 #include "plugins/scenesrc/stream.h"
 
@@ -160,37 +160,8 @@ GstFlowReturn create(GstPushSrc* push, GstBuffer** out) {
 /// Mouse and keys.
 bool SceneSrc::take(GstBaseSrc* source, GstEvent* event) {
   if (GST_EVENT_TYPE(event) != GST_EVENT_NAVIGATION) return false;
-  gdouble x = 0, y = 0, dx = 0, dy = 0;
-  gint button = 0;
-  const gchar* key = nullptr;
   const ObjectLock lock(source);
-  switch (gst_navigation_event_get_type(event)) {
-    case GST_NAVIGATION_EVENT_MOUSE_BUTTON_PRESS:
-      if (gst_navigation_event_parse_mouse_button_event(event, &button, &x, &y)) {
-        control.press(button, x, y);
-      }
-      break;
-    case GST_NAVIGATION_EVENT_MOUSE_BUTTON_RELEASE:
-      if (gst_navigation_event_parse_mouse_button_event(event, &button, &x, &y)) {
-        control.release(button);
-      }
-      break;
-    case GST_NAVIGATION_EVENT_MOUSE_MOVE:
-      if (gst_navigation_event_parse_mouse_move_event(event, &x, &y)) {
-        control.move(x, y, info.height);
-      }
-      break;
-    case GST_NAVIGATION_EVENT_MOUSE_SCROLL:
-      if (gst_navigation_event_parse_mouse_scroll_event(event, &x, &y, &dx, &dy)) {
-        control.wheel(dy > 0 ? 1.0 : dy < 0 ? -1.0 : 0.0);
-      }
-      break;
-    case GST_NAVIGATION_EVENT_KEY_PRESS:
-      if (gst_navigation_event_parse_key_event(event, &key) && key != nullptr) control.key(key);
-      break;
-    default:
-      break;
-  }
+  navigate(event, control, info.height);
   return true;
 }
 
