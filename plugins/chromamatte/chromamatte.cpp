@@ -84,9 +84,7 @@ GstCaps* transform_caps(GstBaseTransform* base, GstPadDirection direction, GstCa
     gst_structure_remove_fields(gst_caps_get_structure(free, i), "format", "colorimetry",
                                 "chroma-site", nullptr);
   }
-  g_autoptr(GstCaps) result = gst_caps_intersect_full(free, allowed, GST_CAPS_INTERSECT_FIRST);
-  if (filter == nullptr) return g_steal_pointer(&result);
-  return gst_caps_intersect_full(filter, result, GST_CAPS_INTERSECT_FIRST);
+  return filtered(gst_caps_intersect_full(free, allowed, GST_CAPS_INTERSECT_FIRST), filter);
 }
 
 /// RGBA has no matrix; luma and chroma have become full range, and transfer and primaries remain

@@ -26,7 +26,6 @@
 #include "base/error.h"
 #include "plugins/common/guard.h"
 #include "plugins/common/memory/video_pool.h"
-#include "plugins/common/navigation.h"
 #include "plugins/composite/caps.h"
 #include "plugins/composite/element.h"
 
@@ -175,7 +174,7 @@ gboolean Composite::navigate(GstEvent* event) {
       if (moved) settings.set_pose(control.take(settings.pose()));
     }
     if (moved)
-      for (const char* name : camera_properties) g_object_notify(G_OBJECT(element), name);
+      for (const auto& row : viewport_properties()) g_object_notify(G_OBJECT(element), row.name);
   }
   gst_event_unref(event);
   return TRUE;
@@ -212,6 +211,7 @@ void Composite::class_init(gpointer klass) {
   GST_DEBUG_CATEGORY_INIT(composite_debug, "composite", 0, "subjects into scenes");
   prefer_egl_device_without_display();
   add_properties<Composite>(klass, composite_properties(), &Composite::settings);
+  add_properties<Composite>(klass, viewport_properties(), &Composite::settings);
   add_force_live<Composite>(
       klass,
       "Whether frames go out by their deadline even if no source is live, so that a silent "

@@ -11,7 +11,6 @@
 
 #include "plugins/common/live/live_aggregator.h"
 #include "plugins/composite/frame.h"
-#include "scene/viewport_control.h"
 
 namespace polyhull::element {
 

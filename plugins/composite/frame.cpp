@@ -7,30 +7,11 @@
 #include <cstring>
 
 #include "base/error.h"
+#include "plugins/common/memory/video_frame.h"
 #include "studio/room/room.h"
 
 namespace polyhull::element {
 namespace {
-
-/// A buffer mapped as a video frame.
-class MappedFrame {
- public:
-  MappedFrame(GstBuffer* buffer, const GstVideoInfo& info, GstMapFlags flags) {
-    if (!gst_video_frame_map(&frame_, const_cast<GstVideoInfo*>(&info), buffer, flags))
-      throw Error(Error::Kind::io, "A video frame of composite could not be mapped into memory.");
-  }
-  ~MappedFrame() { gst_video_frame_unmap(&frame_); }
-  MappedFrame(const MappedFrame&) = delete;
-  std::uint8_t* data() {
-    return static_cast<std::uint8_t*>(GST_VIDEO_FRAME_PLANE_DATA(&frame_, 0));
-  }
-  int stride() const { return GST_VIDEO_FRAME_PLANE_STRIDE(&frame_, 0); }
-  /// Of a frame mapped with GST_MAP_GL.
-  guint texture() { return *static_cast<guint*>(frame_.data[0]); }
-
- private:
-  GstVideoFrame frame_;
-};
 
 constexpr GstMapFlags on_gpu(GstMapFlags flags) {
   return static_cast<GstMapFlags>(flags | GST_MAP_GL);
@@ -107,8 +88,8 @@ void FrameComposer::draw_on_gpu(const FrameBuffers& buffers, GstBuffer* output) 
   // What other threads of other contexts draw must be finished.
   if (GstGLSyncMeta* sync = gst_buffer_get_gl_sync_meta(buffers.background))
     gst_gl_sync_meta_wait(sync, gl_.context());
-  MappedFrame background(buffers.background, *buffers.info, on_gpu(GST_MAP_READ));
-  MappedFrame target(output, *buffers.info, on_gpu(GST_MAP_WRITE));
+  const MappedFrame background(*buffers.info, buffers.background, on_gpu(GST_MAP_READ));
+  const MappedFrame target(*buffers.info, output, on_gpu(GST_MAP_WRITE));
   gl_.run([&](Compositor& compositor) {
     compositor.render(frame_, plan_, settings_, background.texture(), target.texture());
     report(compositor);
@@ -131,12 +112,12 @@ void FrameComposer::draw_in_memory(const FrameBuffers& buffers, GstBuffer* outpu
     });
   };
   if (output == buffers.background) {
-    MappedFrame both(output, *buffers.info, GST_MAP_READWRITE);
+    const MappedFrame both(*buffers.info, output, GST_MAP_READWRITE);
     draw(both.data(), both.stride(), both.data(), both.stride());
     return;
   }
-  MappedFrame background(buffers.background, *buffers.info, GST_MAP_READ);
-  MappedFrame target(output, *buffers.info, GST_MAP_READWRITE);
+  const MappedFrame background(*buffers.info, buffers.background, GST_MAP_READ);
+  const MappedFrame target(*buffers.info, output, GST_MAP_READWRITE);
   const std::size_t row = 4 * static_cast<std::size_t>(frame_.width);
   for (int y = 0; y < frame_.height; ++y)
     std::memcpy(target.data() + static_cast<std::ptrdiff_t>(y) * target.stride(),

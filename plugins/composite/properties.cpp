@@ -5,29 +5,23 @@ namespace polyhull::element {
 
 template <>
 GType enum_type<ShadowQuality>() {
-  static const GEnumValue values[] = {
-      {static_cast<gint>(ShadowQuality::off), "No shadow", "off"},
-      {static_cast<gint>(ShadowQuality::hard), "One depth map from the light's middle", "hard"},
-      {static_cast<gint>(ShadowQuality::pcss),
-       "Percentage-closer soft shadows in every cell of the light", "pcss"},
-      {static_cast<gint>(ShadowQuality::area), "One look-up in every cell of the light", "area"},
-      {0, nullptr, nullptr}};
-  static const GType type = register_enum("PolyhullShadowQuality", values);
-  return type;
+  return register_enum<ShadowQuality>(
+      "PolyhullShadowQuality",
+      {{ShadowQuality::off, "No shadow", "off"},
+       {ShadowQuality::hard, "One depth map from the light's middle", "hard"},
+       {ShadowQuality::pcss, "Percentage-closer soft shadows in every cell of the light", "pcss"},
+       {ShadowQuality::area, "One look-up in every cell of the light", "area"}});
 }
 
 template <>
 GType enum_type<MirrorMode>() {
-  static const GEnumValue values[] = {
-      {static_cast<gint>(MirrorMode::off), "No mirror image", "off"},
-      {static_cast<gint>(MirrorMode::fresnel),
-       "By the mirror's material: the subject takes the place of what the mirror showed",
-       "fresnel"},
-      {static_cast<gint>(MirrorMode::plain), "Mixed in with the constant share reflection-alpha",
-       "plain"},
-      {0, nullptr, nullptr}};
-  static const GType type = register_enum("PolyhullMirrorMode", values);
-  return type;
+  return register_enum<MirrorMode>(
+      "PolyhullMirrorMode",
+      {{MirrorMode::off, "No mirror image", "off"},
+       {MirrorMode::fresnel,
+        "By the mirror's material: the subject takes the place of what the mirror showed",
+        "fresnel"},
+       {MirrorMode::plain, "Mixed in with the constant share reflection-alpha", "plain"}});
 }
 
 std::span<const Property<CompositeSettings>> composite_properties() {
@@ -40,28 +34,6 @@ std::span<const Property<CompositeSettings>> composite_properties() {
                           "where the background does not announce its scene; unset, there is then "
                           "no scene: nothing "
                           "hides the subject, and it throws no shadow."),
-      property<&S::eye_x>("eye-x", "Eye x",
-                          "Viewport position, x, in scene metres (-1e6 to 1e6). The viewport "
-                          "properties are used where the background does not announce its camera.",
-                          -far, far),
-      property<&S::eye_y>("eye-y", "Eye y", "Viewport position, y (up), in metres (-1e6 to 1e6).",
-                          -far, far),
-      property<&S::eye_z>("eye-z", "Eye z", "Viewport position, z, in metres (-1e6 to 1e6).", -far,
-                          far),
-      property<&S::target_x>("target-x", "Target x",
-                             "Point that the viewport looks at, x, in metres (-1e6 to 1e6).", -far,
-                             far),
-      property<&S::target_y>("target-y", "Target y",
-                             "Point that the viewport looks at, y, in metres (-1e6 to 1e6).", -far,
-                             far),
-      property<&S::target_z>("target-z", "Target z",
-                             "Point that the viewport looks at, z, in metres (-1e6 to 1e6).", -far,
-                             far),
-      property<&S::field_of_view>(
-          "field-of-view", "Field of view",
-          "Angle from the lower to the upper edge of the picture, in degrees (1 to "
-          "170).",
-          1, 170),
       property<&S::exposure>(
           "exposure", "Exposure",
           "Picture value (1 is white) per unit of the scene's radiance (0 to 1e6), where the "

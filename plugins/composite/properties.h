@@ -7,17 +7,13 @@
 #include <string>
 
 #include "plugins/common/live/live_timing.h"
-#include "plugins/common/property_table.h"
+#include "plugins/common/viewport.h"
 #include "render/frame.h"
-#include "scene/viewport_control.h"
 
 namespace polyhull::element {
 
-struct CompositeSettings {
+struct CompositeSettings : ViewportSettings {
   std::string scene;
-  double eye_x = 1.15, eye_y = 1.5, eye_z = 2.75;
-  double target_x = 0.0, target_y = 0.98, target_z = 0.0;
-  double field_of_view = 52.0;
   double exposure = 0.0;
   ShadowQuality shadow = RenderSettings{}.shadow;
   int light_samples = RenderSettings{}.light_samples;
@@ -30,17 +26,8 @@ struct CompositeSettings {
   std::uint64_t max_mesh_age = G_MAXUINT64;
   std::uint64_t max_latency = LiveSettings{}.max_latency;
 
-  ViewportPose pose() const { return {{eye_x, eye_y, eye_z}, {target_x, target_y, target_z}}; }
-  void set_pose(const ViewportPose& pose) {
-    eye_x = pose.eye.x, eye_y = pose.eye.y, eye_z = pose.eye.z;
-    target_x = pose.target.x, target_y = pose.target.y, target_z = pose.target.z;
-  }
   LiveSettings live() const { return {GST_CLOCK_TIME_NONE, max_latency}; }
 };
-
-/// The properties that navigation moves.
-inline constexpr const char* camera_properties[] = {"eye-x",    "eye-y",    "eye-z",
-                                                    "target-x", "target-y", "target-z"};
 
 std::span<const Property<CompositeSettings>> composite_properties();
 

@@ -79,7 +79,7 @@ GstBuffer* ContourFind::make_view(GstBaseTransform* base, const GstVideoFrame& f
   view.format = pixel == 4 ? PixelFormat::rgba : PixelFormat::grey;
   view.stride = view.roi.width * pixel;
   const std::size_t stride = view.stride;
-  WritableMemory pixels(writer.allocate(stride * view.roi.height));
+  MappedMemory pixels(writer.allocate(stride * view.roi.height), GST_MAP_READWRITE);
   const auto* source = static_cast<const std::uint8_t*>(GST_VIDEO_FRAME_PLANE_DATA(&frame, 0)) +
                        static_cast<std::ptrdiff_t>(pixel) * view.roi.x;
   const std::ptrdiff_t source_stride = GST_VIDEO_FRAME_PLANE_STRIDE(&frame, 0);

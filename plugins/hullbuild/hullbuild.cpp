@@ -54,7 +54,7 @@ gboolean start(GstAggregator* aggregator) {
 
 gboolean stop(GstAggregator* aggregator) {
   HullBuild& self = state_of<HullBuild>(aggregator);
-  self.watch.stop();
+  self.end();
   forget_streams(self);
   self.stage.reset();
   return TRUE;

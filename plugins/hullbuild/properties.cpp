@@ -5,30 +5,23 @@ namespace polyhull::element {
 
 template <>
 GType enum_type<MissingCamera>() {
-  static const GEnumValue values[] = {
-      {static_cast<gint>(MissingCamera::drop_set), "Drop sets that are not complete", "drop-set"},
-      {static_cast<gint>(MissingCamera::drop_camera), "Build the hull without the missing cameras",
-       "drop-camera"},
-      {static_cast<gint>(MissingCamera::hold),
-       "Use the missing camera's last view for up to hold-time", "hold"},
-      {static_cast<gint>(MissingCamera::freeze),
-       "Drop sets that are not complete for up to hold-time, so that the last whole one stays on "
-       "the screen, then build without the missing cameras",
-       "freeze"},
-      {0, nullptr, nullptr}};
-  static const GType type = register_enum("PolyhullMissingCamera", values);
-  return type;
+  return register_enum<MissingCamera>(
+      "PolyhullMissingCamera",
+      {{MissingCamera::drop_set, "Drop sets that are not complete", "drop-set"},
+       {MissingCamera::drop_camera, "Build the hull without the missing cameras", "drop-camera"},
+       {MissingCamera::hold, "Use the missing camera's last view for up to hold-time", "hold"},
+       {MissingCamera::freeze,
+        "Drop sets that are not complete for up to hold-time, so that the last whole one stays on "
+        "the screen, then build without the missing cameras",
+        "freeze"}});
 }
 
 template <>
 GType enum_type<Unseen>() {
-  static const GEnumValue values[] = {
-      {static_cast<gint>(Unseen::carve), "What a camera does not see is outside the hull", "carve"},
-      {static_cast<gint>(Unseen::keep),
-       "A camera says nothing about what it does not see; needs bounds", "keep"},
-      {0, nullptr, nullptr}};
-  static const GType type = register_enum("PolyhullUnseen", values);
-  return type;
+  return register_enum<Unseen>(
+      "PolyhullUnseen",
+      {{Unseen::carve, "What a camera does not see is outside the hull", "carve"},
+       {Unseen::keep, "A camera says nothing about what it does not see; needs bounds", "keep"}});
 }
 
 std::span<const Property<HullSettings>> hull_properties() {

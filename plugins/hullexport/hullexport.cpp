@@ -17,12 +17,12 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <chrono>
 #include <cstring>
 #include <filesystem>
 #include <optional>
 
 #include "base/error.h"
+#include "base/stopwatch.h"
 #include "files/mesh_files.h"
 #include "plugins/common/claimed_location.h"
 #include "plugins/common/element.h"
@@ -39,13 +39,10 @@ enum class KeptMesh { last, first };
 
 template <>
 GType enum_type<KeptMesh>() {
-  static const GEnumValue values[] = {
-      {static_cast<gint>(KeptMesh::last), "The last mesh, written at the end of the stream",
-       "last"},
-      {static_cast<gint>(KeptMesh::first), "The first mesh that is not empty", "first"},
-      {0, nullptr, nullptr}};
-  static const GType type = register_enum("PolyhullKeptMesh", values);
-  return type;
+  return register_enum<KeptMesh>(
+      "PolyhullKeptMesh",
+      {{KeptMesh::last, "The last mesh, written at the end of the stream", "last"},
+       {KeptMesh::first, "The first mesh that is not empty", "first"}});
 }
 
 }  // namespace polyhull::element
@@ -140,11 +137,10 @@ void write_file(GstBaseSink* base, GstBuffer* buffer, const Mesh& mesh) {
                                 static_cast<int>(settings.jpeg_quality)};
   const std::uint64_t index = self.index++;
   const std::string path = self.name->name(index);
-  const auto begin = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   write_mesh_file(mesh, path, options);
-  const std::chrono::duration<double, std::milli> taken = std::chrono::steady_clock::now() - begin;
+  self.statistics.set("write-ms", watch.milliseconds());
   self.statistics.count("files");
-  self.statistics.set("write-ms", taken.count());
   post_file(base, path, index, buffer);
 }
 

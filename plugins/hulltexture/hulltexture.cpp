@@ -31,26 +31,21 @@ namespace polyhull::element {
 
 template <>
 GType enum_type<TextureMethod>() {
-  static const GEnumValue values[] = {
-      {static_cast<gint>(TextureMethod::direct), "The one best camera of each triangle", "direct"},
-      {static_cast<gint>(TextureMethod::blend), "The best cameras, weighted point by point",
-       "blend"},
-      {0, nullptr, nullptr}};
-  static const GType type = register_enum("PolyhullTextureMethod", values);
-  return type;
+  return register_enum<TextureMethod>(
+      "PolyhullTextureMethod",
+      {{TextureMethod::direct, "The one best camera of each triangle", "direct"},
+       {TextureMethod::blend, "The best cameras, weighted point by point", "blend"}});
 }
 
 template <>
 GType enum_type<TextureMetric>() {
-  static const GEnumValue values[] = {
-      {static_cast<gint>(TextureMetric::camera_normal),
-       "By the angle between the surface's normal and the direction to the camera",
-       "camera-normal"},
-      {static_cast<gint>(TextureMetric::viewing_angle),
-       "By the angle between the directions to the camera and to the viewport", "viewing-angle"},
-      {0, nullptr, nullptr}};
-  static const GType type = register_enum("PolyhullTextureMetric", values);
-  return type;
+  return register_enum<TextureMetric>(
+      "PolyhullTextureMetric",
+      {{TextureMetric::camera_normal,
+        "By the angle between the surface's normal and the direction to the camera",
+        "camera-normal"},
+       {TextureMetric::viewing_angle,
+        "By the angle between the directions to the camera and to the viewport", "viewing-angle"}});
 }
 
 }  // namespace polyhull::element

@@ -41,8 +41,7 @@ GstCaps* rig_test_get_caps(GstBaseSrc* source, GstCaps* filter) {
   gst_value_deserialize(&formats, allowed);
   gst_caps_set_value(caps, "format", &formats);
   g_value_unset(&formats);
-  if (filter == nullptr) return g_steal_pointer(&caps);
-  return gst_caps_intersect_full(filter, caps, GST_CAPS_INTERSECT_FIRST);
+  return filtered(g_steal_pointer(&caps), filter);
 }
 
 GstCaps* rig_test_fixate(GstBaseSrc* source, GstCaps* caps) {

@@ -13,12 +13,13 @@
 /// gst-launch-1.0 rigtestsrc camera=cam0 num-buffers=50 ! video/x-raw,framerate=25/1 !
 ///     videoconvert ! autovideosink
 #include <algorithm>
-#include <chrono>
 #include <memory>
 #include <vector>
 
 #include "base/error.h"
+#include "base/stopwatch.h"
 #include "mesh/view.h"
+#include "plugins/common/memory/video_frame.h"
 #include "plugins/common/trigger.h"
 #include "plugins/rigtestsrc/private.h"
 #include "studio/cameras/default_rig.h"
@@ -58,28 +59,17 @@ GstFlowReturn fill(GstPushSrc* push, GstBuffer* buffer) {
     RigTestSettings settings = snapshot(push, self.settings);
     settings.output = stream.output;
 
-    const auto begin = std::chrono::steady_clock::now();
-    const double seconds = settings.start + settings.speed * static_cast<double>(next.time) / GST_SECOND;
+    const Stopwatch watch;
+    const double seconds =
+        settings.start + settings.speed * static_cast<double>(next.time) / GST_SECOND;
     stream.drawing.picture->set_time(seconds);
-    GstVideoFrame frame;
-    if (!gst_video_frame_map(&frame, &info, buffer, GST_MAP_WRITE)) {
-      throw Error(Error::Kind::io, "The memory of a buffer cannot be written to.");
-    }
-    try {
-      draw(stream.drawing, settings, next.number, &frame);
-    } catch (...) {
-      gst_video_frame_unmap(&frame);
-      throw;
-    }
-    gst_video_frame_unmap(&frame);
-    const std::chrono::duration<double, std::milli> spent =
-        std::chrono::steady_clock::now() - begin;
+    draw(stream.drawing, settings, next.number, MappedFrame(info, buffer, GST_MAP_WRITE).frame());
+    self.statistics.set("last-frame-ms", watch.milliseconds());
     if (stream.mesh_name) {
       write_truth_mesh(truth_mesh(*stream.subject, stream.rig, seconds),
                        stream.mesh_name->name(next.number));
     }
     self.statistics.count("frames");
-    self.statistics.set("last-frame-ms", spent.count());
     const Rectangle& region = stream.drawing.picture->region();
     self.statistics.set_count("subject-pixels",
                               static_cast<std::uint64_t>(region.width) * region.height);

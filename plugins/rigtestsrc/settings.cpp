@@ -7,27 +7,20 @@ namespace polyhull::element {
 
 template <>
 GType enum_type<ScreenColour>() {
-  static const GEnumValue values[] = {
-      {static_cast<gint>(ScreenColour::green), "Green screen", "green"},
-      {static_cast<gint>(ScreenColour::blue), "Blue screen", "blue"},
-      {0, nullptr, nullptr}};
-  static const GType type = register_enum("PolyhullScreenColour", values);
-  return type;
+  return register_enum<ScreenColour>("PolyhullScreenColour",
+                                     {{ScreenColour::green, "Green screen", "green"},
+                                      {ScreenColour::blue, "Blue screen", "blue"}});
 }
 
 template <>
 GType enum_type<RigOutput>() {
-  static const GEnumValue values[] = {
-      {static_cast<gint>(RigOutput::picture), "The camera's picture", "picture"},
-      {static_cast<gint>(RigOutput::keyed), "The picture with the true matte in alpha (RGBA, BGRA)",
-       "keyed"},
-      {static_cast<gint>(RigOutput::matte),
-       "The true matte: the share of a pixel that the subject covers (GRAY8)", "matte"},
-      {static_cast<gint>(RigOutput::depth), "The true depth at the pixel's centre (GRAY16_LE)",
-       "depth"},
-      {0, nullptr, nullptr}};
-  static const GType type = register_enum("PolyhullRigOutput", values);
-  return type;
+  return register_enum<RigOutput>(
+      "PolyhullRigOutput",
+      {{RigOutput::picture, "The camera's picture", "picture"},
+       {RigOutput::keyed, "The picture with the true matte in alpha (RGBA, BGRA)", "keyed"},
+       {RigOutput::matte, "The true matte: the share of a pixel that the subject covers (GRAY8)",
+        "matte"},
+       {RigOutput::depth, "The true depth at the pixel's centre (GRAY16_LE)", "depth"}});
 }
 
 namespace {

@@ -10,25 +10,21 @@ namespace polyhull::element {
 
 template <>
 GType enum_type<ViewportPath>() {
-  static const GEnumValue values[] = {
-      {static_cast<gint>(ViewportPath::still), "Stay where eye, target or camera say", "still"},
-      {static_cast<gint>(ViewportPath::orbit), "Travel around the target on a circle", "orbit"},
-      {0, nullptr, nullptr}};
-  static const GType type = register_enum("PolyhullViewportPath", values);
-  return type;
+  return register_enum<ViewportPath>(
+      "PolyhullViewportPath",
+      {{ViewportPath::still, "Stay where eye, target or camera say", "still"},
+       {ViewportPath::orbit, "Travel around the target on a circle", "orbit"}});
 }
 
 template <>
 GType enum_type<Refinement>() {
-  static const GEnumValue values[] = {
-      {static_cast<gint>(Refinement::automatic),
-       "Live: in the time that is left until the next frame; not live: none", "auto"},
-      {static_cast<gint>(Refinement::always),
-       "One sample per pixel more with each frame, however long it takes", "always"},
-      {static_cast<gint>(Refinement::never), "None", "never"},
-      {0, nullptr, nullptr}};
-  static const GType type = register_enum("PolyhullRefinement", values);
-  return type;
+  return register_enum<Refinement>(
+      "PolyhullRefinement",
+      {{Refinement::automatic,
+        "Live: in the time that is left until the next frame; not live: none", "auto"},
+       {Refinement::always, "One sample per pixel more with each frame, however long it takes",
+        "always"},
+       {Refinement::never, "None", "never"}});
 }
 
 std::span<const Property<SceneSettings>> scene_properties() {
@@ -41,30 +37,10 @@ std::span<const Property<SceneSettings>> scene_properties() {
                           0, 0, Change::when_ready),
       property<&S::camera>("camera", "Camera",
                            "Name of a camera of the scene to look through. Empty: the viewport is "
-                           "that of eye, target and fov."),
+                           "that of eye, target and field-of-view."),
       property<&S::path>(
           "path", "Path",
           "How the viewport moves with stream time. On its orbit it looks at the target."),
-      property<&S::eye_x>("eye-x", "Eye x",
-                          "Place of the viewport's eye, metres, -1000000 to 1000000.", -far, far),
-      property<&S::eye_y>("eye-y", "Eye y",
-                          "Height of the viewport's eye, metres, -1000000 to 1000000.", -far, far),
-      property<&S::eye_z>("eye-z", "Eye z",
-                          "Place of the viewport's eye, metres, -1000000 to 1000000.", -far, far),
-      property<&S::target_x>("target-x", "Target x",
-                             "Point in the middle of the picture, metres, -1000000 to 1000000.",
-                             -far, far),
-      property<&S::target_y>("target-y", "Target y",
-                             "Height of the point in the middle of the picture, metres, -1000000 "
-                             "to 1000000.",
-                             -far, far),
-      property<&S::target_z>("target-z", "Target z",
-                             "Point in the middle of the picture, metres, -1000000 to 1000000.",
-                             -far, far),
-      property<&S::fov>("fov", "Field of view",
-                        "Angle from the lower to the upper edge of the picture, degrees, 1 to 170. "
-                        "A camera of the scene has its own.",
-                        1.0, 170.0),
       property<&S::orbit_radius>("orbit-radius", "Orbit radius",
                                  "Radius of the orbit around the target, metres, 0.01 to 1000000.",
                                  0.01, far),
@@ -106,7 +82,7 @@ std::span<const Property<SceneSettings>> scene_properties() {
           "twice as bright.",
           -10.0, 10.0),
       property<&S::exposure_compensation>(
-          old_exposure_name, "Exposure compensation",
+          old_names[0].before, "Exposure compensation",
           "Deprecated: the old name of exposure-compensation, as elsewhere an exposure is a factor "
           "and no number of stops.",
           -10.0, 10.0),
@@ -138,11 +114,17 @@ std::span<const Property<SceneSettings>> scene_properties() {
   return table;
 }
 
+std::span<const Property<ViewportSettings>> old_viewport_properties() {
+  static constexpr Property<ViewportSettings> table[] = {property<&ViewportSettings::field_of_view>(
+      old_names[1].before, "Field of view",
+      "Deprecated: the old name of field-of-view, as composite calls it.", 1.0, 170.0)};
+  return table;
+}
+
 Camera scene_viewport(const SceneSettings& settings, const ViewportControl& control,
                       const Scene& scene, double seconds, int width, int height) {
-  double fov = settings.fov;
-  ViewportPose pose{Vec3(settings.eye_x, settings.eye_y, settings.eye_z),
-                    Vec3(settings.target_x, settings.target_y, settings.target_z)};
+  double fov = settings.field_of_view;
+  ViewportPose pose = settings.pose();
   Vec3 up(0, 1, 0);
   if (settings.path == ViewportPath::orbit) {
     const double angle =

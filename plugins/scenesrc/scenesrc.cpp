@@ -7,7 +7,7 @@
 /// composite draws its subjects with exactly those. Mouse and keys (GstNavigation) move the
 /// viewport.
 ///
-/// Properties that matter: `scene`, `path=orbit`, `eye-*`, `target-*` and `fov` say what is seen;
+/// Properties that matter: `scene`, `path=orbit`, `eye-*`, `target-*` and `field-of-view` say what is seen;
 /// `light-*` and `exposure-compensation` can be changed while it plays.
 ///
 /// gst-launch-1.0 scenesrc path=orbit num-buffers=50 ! video/x-raw,width=640,height=360 !
@@ -15,11 +15,11 @@
 #include <gst/base/gstpushsrc.h>
 #include <gst/video/video.h>
 
-#include <chrono>
+#include <array>
 #include <mutex>
 
+#include "base/stopwatch.h"
 #include "plugins/common/live/frame_source.h"
-#include "plugins/common/navigation.h"
 #include "plugins/scenesrc/properties.h"
 #include "plugins/scenesrc/stream.h"
 
@@ -50,14 +50,15 @@ struct SceneSrc : FrameSource {
   void property_set(gpointer object, std::string_view name) {
     if (name == "is-live")
       gst_base_src_set_live(GST_BASE_SRC(object), snapshot(object, settings).live);
-    if (name == old_exposure_name) {
-      static std::once_flag said;  // a controller sets it with every frame
-      std::call_once(said, [] {
-        g_warning(
-            "The property exposure of scenesrc is deprecated: it is called exposure-compensation "
-            "now, with the same values (stops).");
-      });
-    }
+    static std::array<std::once_flag, std::size(old_names)> said;  // a controller sets often
+    for (std::size_t i = 0; i < said.size(); ++i)
+      if (name == old_names[i].before)
+        std::call_once(said[i], [i] {
+          g_warning(
+              "The property %s of scenesrc is deprecated: it is called %s now, with the same "
+              "values. Use that name.",
+              old_names[i].before, old_names[i].now);
+        });
   }
   /// Reads the scene.
   void open(GstElement* element) {
@@ -109,7 +110,7 @@ GstFlowReturn create(GstPushSrc* push, GstBuffer** out) {
     const GstVideoInfo info = snapshot(push, self.info);
     if (GST_VIDEO_INFO_FORMAT(&info) == GST_VIDEO_FORMAT_UNKNOWN || !stream.is_open())
       return GST_FLOW_NOT_NEGOTIATED;
-    const auto begin = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     bool lit = false;
     if (gst_base_src_is_live(source) && !stream.is_lit()) {
       // The light takes its time; which frame is due is known after that.
@@ -128,8 +129,7 @@ GstFlowReturn create(GstPushSrc* push, GstBuffer** out) {
     const bool refined =
         work == Background::Work::none && stream.refine(source, settings, self.clock.due(next));
     GstBuffer* buffer = stream.make_buffer(info, work != Background::Work::none || refined);
-    const std::chrono::duration<double, std::milli> spent =
-        std::chrono::steady_clock::now() - begin;
+    const double spent = watch.milliseconds();
 
     statistics.count("frames");
     statistics.count("frames-skipped", next.late);
@@ -140,16 +140,16 @@ GstFlowReturn create(GstPushSrc* push, GstBuffer** out) {
       statistics.count("frames-drawn");
       statistics.count("rays", stream.background().view_statistics().rays);
       statistics.count("pixels-smoothed", stream.background().view_statistics().smoothed);
-      statistics.set("last-drawn-ms", spent.count());
+      statistics.set("last-drawn-ms", spent);
     }
     if (lit) {
       statistics.count("light-fills");
       statistics.count("light-rays", stream.background().light_rays());
       statistics.set_count("light-points", stream.background().light_nodes());
-      statistics.set("light-ms", spent.count());
+      statistics.set("light-ms", spent);
     }
     statistics.set_count("samples", stream.background().samples());
-    statistics.set("last-frame-ms", spent.count());
+    statistics.set("last-frame-ms", spent);
 
     self.clock.finish(next, buffer);
     *out = buffer;
@@ -167,6 +167,8 @@ bool SceneSrc::take(GstBaseSrc* source, GstEvent* event) {
 
 void SceneSrc::class_init(gpointer klass) {
   GST_DEBUG_CATEGORY_INIT(scenesrc_debug, "scenesrc", 0, "ray-traced synthetic scene");
+  add_properties<SceneSrc>(klass, viewport_properties(), &SceneSrc::settings);
+  add_properties<SceneSrc>(klass, old_viewport_properties(), &SceneSrc::settings);
   add_properties<SceneSrc>(klass, scene_properties(), &SceneSrc::settings);
   add_statistics<SceneSrc>(
       klass,

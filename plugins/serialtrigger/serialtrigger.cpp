@@ -28,15 +28,12 @@ namespace polyhull::element {
 
 template <>
 GType enum_type<PulseMode>() {
-  static const GEnumValue values[] = {
-      {static_cast<gint>(PulseMode::zeros), "Zero bytes hold the line TX for at least the pulse",
-       "zeros"},
-      {static_cast<gint>(PulseMode::line_break), "The break condition holds the line TX", "break"},
-      {static_cast<gint>(PulseMode::rts), "The line RTS", "rts"},
-      {static_cast<gint>(PulseMode::dtr), "The line DTR", "dtr"},
-      {0, nullptr, nullptr}};
-  static const GType type = register_enum("PolyhullPulseMode", values);
-  return type;
+  return register_enum<PulseMode>(
+      "PolyhullPulseMode",
+      {{PulseMode::zeros, "Zero bytes hold the line TX for at least the pulse", "zeros"},
+       {PulseMode::line_break, "The break condition holds the line TX", "break"},
+       {PulseMode::rts, "The line RTS", "rts"},
+       {PulseMode::dtr, "The line DTR", "dtr"}});
 }
 
 }  // namespace polyhull::element

@@ -30,19 +30,8 @@ using namespace polyhull::element;
 
 /// The pixels of the view before, which a frame that changed nothing sends again.
 struct Sent {
-  GstMemory* pixels = nullptr;
+  MemoryRef pixels;
   Rectangle roi;
-
-  ~Sent() { forget(); }
-  void forget() {
-    if (pixels != nullptr) gst_memory_unref(pixels);
-    pixels = nullptr;
-  }
-  void keep(GstMemory* memory, const Rectangle& region) {
-    forget();
-    pixels = gst_memory_ref(memory);
-    roi = region;
-  }
 };
 
 struct SilhouetteElement : ViewElement {
@@ -91,7 +80,7 @@ gboolean set_caps(GstBaseTransform* base, GstCaps* in, GstCaps*) {
   return guarded(GST_ELEMENT_CAST(base), FALSE, [&]() -> gboolean {
     if (!self.set_format(in)) return FALSE;
     self.layout = frame_template(self.info);
-    self.sent.forget();
+    self.sent = {};
     return TRUE;
   });
 }
@@ -149,7 +138,7 @@ GstBuffer* SilhouetteElement::make_view(GstBaseTransform* base, const GstVideoFr
   report_calibration(std::as_const(silhouetter).keyer().calibration(), GST_ELEMENT_CAST(base),
                      statistics);
   if (view.roi.empty()) {
-    sent.forget();
+    sent = {};
     return writer.write(view, nullptr, video.buffer);
   }
 
@@ -157,14 +146,14 @@ GstBuffer* SilhouetteElement::make_view(GstBaseTransform* base, const GstVideoFr
   view.stride = view.roi.width * 4;
   const std::size_t size = static_cast<std::size_t>(view.stride) * view.roi.height;
   if (repeated && !changed && sent.pixels != nullptr && sent.roi == view.roi) {
-    const ReadableMemory pixels(sent.pixels);
+    const MappedMemory pixels(gst_memory_ref(sent.pixels.get()), GST_MAP_READ);
     view.pixels = pixels.bytes();
-    return writer.write(view, sent.pixels, video.buffer);
+    return writer.write(view, pixels.memory(), video.buffer);
   }
-  WritableMemory pixels(writer.allocate(size));
+  MappedMemory pixels(writer.allocate(size), GST_MAP_READWRITE);
   silhouetter.write_rgba(frame, view.roi, pixels.data(), view.stride);
   view.pixels = pixels.bytes();
-  sent.keep(pixels.memory(), view.roi);
+  sent = {MemoryRef(gst_memory_ref(pixels.memory())), view.roi};
   return writer.write(view, pixels.memory(), video.buffer);
 }
 
@@ -183,7 +172,7 @@ gboolean start(GstBaseTransform* base) {
 
 gboolean stop(GstBaseTransform* base) {
   SilhouetteElement& self = state_of<SilhouetteElement>(base);
-  self.sent.forget();
+  self.sent = {};
   self.silhouetter = Silhouetter();
   return TRUE;
 }

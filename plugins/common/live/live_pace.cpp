@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <utility>
-#include <vector>
 
 #include "plugins/common/live/live_pad.h"
 
@@ -23,10 +22,11 @@ const FrameGrid& sparser(const FrameGrid& first, const FrameGrid& second) {
 GstEvent* make_pace_event(const PaceChange& change) {
   return gst_event_new_custom(
       GST_EVENT_CUSTOM_UPSTREAM,
-      gst_structure_new(pace_event_name, "anchor", G_TYPE_INT64, gint64{change.grid.anchor}, "interval",
-                        G_TYPE_INT64, gint64{change.grid.interval}, "step", G_TYPE_INT64,
-                        gint64{change.grid.step}, "from", G_TYPE_INT64, gint64{change.from},
-                        "patience", G_TYPE_INT64, gint64{change.patience}, nullptr));
+      gst_structure_new(pace_event_name, "anchor", G_TYPE_INT64, gint64{change.grid.anchor},
+                        "interval", G_TYPE_INT64, gint64{change.grid.interval}, "step",
+                        G_TYPE_INT64, gint64{change.grid.step}, "from", G_TYPE_INT64,
+                        gint64{change.from}, "patience", G_TYPE_INT64, gint64{change.patience},
+                        nullptr));
 }
 
 bool parse_pace_event(GstEvent* event, PaceChange& change) {
@@ -152,19 +152,11 @@ void LivePace::tell_sources() {
     change = now_;
     version = version_;
   }
-  std::vector<GstPad*> pads;
-  {
-    const ObjectLock lock(element_);
-    for (GList* l = element_->sinkpads; l != nullptr; l = l->next) {
-      LivePadState& pad = state_of<LivePadState>(l->data);
-      if (pad.punctuality.last_arrival() == no_time) continue;  // nobody may be there yet
-      if (std::exchange(pad.told, version) != version)
-        pads.push_back(GST_PAD(gst_object_ref(l->data)));
-    }
-  }
-  for (GstPad* pad : pads) {
-    gst_pad_push_event(pad, make_pace_event(change));
-    gst_object_unref(pad);
+  for (GstAggregatorPad* pad : Pads(element_)) {
+    LivePadState& state = state_of<LivePadState>(pad);
+    if (state.punctuality.last_arrival() == no_time) continue;  // nobody may be there yet
+    if (std::exchange(state.told, version) != version)
+      gst_pad_push_event(GST_PAD(pad), make_pace_event(change));
   }
 }
 

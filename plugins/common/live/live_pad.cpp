@@ -135,6 +135,16 @@ void LivePadState::class_init(gpointer klass) {
   GST_AGGREGATOR_PAD_CLASS(klass)->flush = flush;
 }
 
+Pads::Pads(gpointer element) {
+  const ObjectLock lock(element);
+  for (GList* l = GST_ELEMENT_CAST(element)->sinkpads; l != nullptr; l = l->next)
+    pads_.push_back(GST_AGGREGATOR_PAD(gst_object_ref(l->data)));
+}
+
+Pads::~Pads() {
+  for (GstAggregatorPad* pad : pads_) gst_object_unref(pad);
+}
+
 const Arrival* peek(GstAggregatorPad* pad) {
   Arrival& front = state_of<LivePadState>(pad).front;
   GstBuffer* buffer = gst_aggregator_pad_peek_buffer(pad);
@@ -157,8 +167,7 @@ std::int64_t running_time_now(GstElement* element) {
   if (clock == nullptr) return no_time;
   const GstClockTime now = gst_clock_get_time(clock);
   const GstClockTime base = gst_element_get_base_time(element);
-  if (!GST_CLOCK_TIME_IS_VALID(now) || !GST_CLOCK_TIME_IS_VALID(base) || now < base)
-    return no_time;
+  if (!GST_CLOCK_TIME_IS_VALID(now) || !GST_CLOCK_TIME_IS_VALID(base) || now < base) return no_time;
   return static_cast<std::int64_t>(now - base);
 }
 

@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <mutex>
 #include <optional>
+#include <vector>
 
 #include "live/lateness_window.h"
 #include "mesh/view.h"
@@ -77,6 +78,22 @@ struct LivePadState {
   std::atomic<int> queued{0};        ///< buffers, without those of GAP events
   std::atomic<gint64> last_buffer{g_get_monotonic_time()};  ///< when one came, monotonic µs
   std::atomic<bool> said_silent{false};                     ///< the pad's silence has been said
+};
+
+/// References on an element's sink pads as they are now.
+class Pads {
+ public:
+  explicit Pads(gpointer element);
+  ~Pads();
+  Pads(const Pads&) = delete;
+  Pads& operator=(const Pads&) = delete;
+  std::size_t size() const { return pads_.size(); }
+  GstAggregatorPad* operator[](std::size_t i) const { return pads_[i]; }
+  auto begin() const { return pads_.begin(); }
+  auto end() const { return pads_.end(); }
+
+ private:
+  std::vector<GstAggregatorPad*> pads_;
 };
 
 /// What came first of what waits on \p pad, null: nothing. Valid until the next call for the pad.

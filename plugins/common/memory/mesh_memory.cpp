@@ -7,7 +7,7 @@
 #include <mutex>
 #include <utility>
 
-#include "base/error.h"
+#include "plugins/common/memory/mapped_memory.h"
 #include "wire/mesh_payload.h"
 
 namespace polyhull::element {
@@ -15,32 +15,10 @@ namespace {
 
 constexpr char memory_type[] = "polyhull-mesh";
 
-/// A memory that stays mapped for reading.
-class Mapped {
- public:
-  explicit Mapped(GstMemory* memory) {
-    if (!gst_memory_map(memory, &map_, GST_MAP_READ))
-      throw Error(Error::Kind::io, "a view's pixels cannot be read");
-    gst_memory_ref(memory);
-  }
-  ~Mapped() {
-    if (map_.memory == nullptr) return;
-    gst_memory_unmap(map_.memory, &map_);
-    gst_memory_unref(map_.memory);
-  }
-  Mapped(Mapped&& other) noexcept : map_(std::exchange(other.map_, GstMapInfo{})) {}
-  Mapped& operator=(Mapped&&) = delete;
-  GstMemory* memory() const { return map_.memory; }
-  std::span<const std::uint8_t> bytes() const { return {map_.data, map_.size}; }
-
- private:
-  GstMapInfo map_{};
-};
-
 struct MeshMemory {
   GstMemory memory;  // must be first: GStreamer sees only this
   Mesh mesh;
-  std::vector<Mapped> pixels;  // what the views borrow from
+  std::vector<MappedMemory> pixels;  // what the views borrow from
   std::once_flag once;
   std::vector<std::uint8_t> header;  // once somebody has asked for it
 };
@@ -63,7 +41,8 @@ GstMemory* share(GstMemory* memory, gssize offset, gssize size) {
   gpointer data = map(memory, 0, GST_MAP_READ);
   if (data == nullptr) return nullptr;
   const gsize begin = memory->offset + static_cast<gsize>(offset);
-  const gsize length = size < 0 ? memory->size - static_cast<gsize>(offset) : static_cast<gsize>(size);
+  const gsize length =
+      size < 0 ? memory->size - static_cast<gsize>(offset) : static_cast<gsize>(size);
   return gst_memory_new_wrapped(
       GST_MEMORY_FLAG_READONLY, data, memory->maxsize, begin, length, gst_memory_ref(memory),
       [](gpointer whole) { gst_memory_unref(static_cast<GstMemory*>(whole)); });
@@ -111,7 +90,8 @@ GstMemory* make_mesh_memory(Mesh mesh, std::span<GstMemory* const> pixels) {
   for (std::size_t i = 0; i < mesh.views.size(); ++i) {
     std::span<const std::uint8_t>& bytes = mesh.views[i].view.pixels;
     bytes = {};
-    if (pixels[i] != nullptr) bytes = self->pixels.emplace_back(pixels[i]).bytes();
+    if (pixels[i] != nullptr)
+      bytes = self->pixels.emplace_back(gst_memory_ref(pixels[i]), GST_MAP_READ).bytes();
   }
   validate_mesh(mesh);
   self->mesh = std::move(mesh);

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "mesh/mesh.h"
+#include "plugins/common/memory/mapped_memory.h"
 #include "wire/payload.h"
 
 namespace polyhull::element {
@@ -32,23 +33,16 @@ class MappedBuffer {
  public:
   /// Throws Error if a memory cannot be mapped.
   explicit MappedBuffer(GstBuffer* buffer);
-  ~MappedBuffer();
-  MappedBuffer(MappedBuffer&& other) noexcept;
-  MappedBuffer& operator=(MappedBuffer&& other) noexcept;
 
-  GstBuffer* buffer() const { return buffer_; }
+  GstBuffer* buffer() const { return buffer_.get(); }
   std::span<const Bytes> segments() const { return segments_; }
 
   /// Maps the buffer again as one segment, which copies where it has several memories.
   void join();
 
  private:
-  void unmap();
-
-  GstBuffer* buffer_ = nullptr;
-  std::vector<GstMapInfo> maps_;
-  GstMapInfo joined_{};
-  bool is_joined_ = false;
+  BufferRef buffer_;
+  std::vector<MappedMemory> maps_;
   std::vector<Bytes> segments_;
 };
 
@@ -72,15 +66,14 @@ class MeshBuffer {
  public:
   /// Throws Error for bytes that are not a mesh.
   explicit MeshBuffer(GstBuffer* buffer);
-  ~MeshBuffer();
   MeshBuffer(const MeshBuffer&) = delete;
   MeshBuffer& operator=(const MeshBuffer&) = delete;
   const Mesh& mesh() const { return *mesh_; }
-  GstBuffer* buffer() const { return buffer_; }
+  GstBuffer* buffer() const { return buffer_.get(); }
   PixelSource pixels(std::size_t view) const;
 
  private:
-  GstBuffer* buffer_;
+  BufferRef buffer_;
   std::optional<MappedBuffer> mapped_;
   Mesh decoded_;
   const Mesh* mesh_;

@@ -87,14 +87,14 @@ FrameView frame_view(const FrameView& layout, const GstVideoFrame& frame) {
   return view;
 }
 
-MappedFrame::MappedFrame(const GstVideoInfo& info, GstBuffer* buffer) {
+MappedFrame::MappedFrame(const GstVideoInfo& info, GstBuffer* buffer, GstMapFlags flags) {
   // No reference is added: the caller holds the buffer while this object lives.
-  const auto flags = static_cast<GstMapFlags>(static_cast<int>(GST_MAP_READ) |
-                                              static_cast<int>(GST_VIDEO_FRAME_MAP_FLAG_NO_REF));
-  if (!gst_video_frame_map(&frame_, &info, buffer, flags)) {
+  const auto without_ref = static_cast<GstMapFlags>(
+      static_cast<int>(flags) | static_cast<int>(GST_VIDEO_FRAME_MAP_FLAG_NO_REF));
+  if (!gst_video_frame_map(&frame_, &info, buffer, without_ref)) {
     throw Error(Error::Kind::io,
                 "A buffer of " + std::to_string(gst_buffer_get_size(buffer)) +
-                    " bytes cannot be read as a frame of the " +
+                    " bytes cannot be mapped as a frame of the " +
                     std::to_string(GST_VIDEO_INFO_SIZE(&info)) +
                     " bytes that its caps announce; look at the element in front.");
   }

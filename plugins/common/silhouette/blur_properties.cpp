@@ -7,15 +7,12 @@ namespace polyhull::element {
 
 template <>
 GType enum_type<BlurMethod>() {
-  static const GEnumValue values[] = {
-      {static_cast<gint>(BlurMethod::fir),
-       "Weighted sum in fixed point, exact to a fraction of a level", "fir"},
-      {static_cast<gint>(BlurMethod::box), "Box filters one after the other, as the prototype did",
-       "box"},
-      {static_cast<gint>(BlurMethod::recursive),
-       "Recursive filter, whose time does not depend on sigma", "recursive"},
-      {0, nullptr, nullptr}};
-  return register_enum("PolyhullBlurMethod", values);
+  return register_enum<BlurMethod>(
+      "PolyhullBlurMethod",
+      {{BlurMethod::fir, "Weighted sum in fixed point, exact to a fraction of a level", "fir"},
+       {BlurMethod::box, "Box filters one after the other, as the prototype did", "box"},
+       {BlurMethod::recursive, "Recursive filter, whose time does not depend on sigma",
+        "recursive"}});
 }
 
 std::span<const Property<BlurSettings>> blur_properties() {

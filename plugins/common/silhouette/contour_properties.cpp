@@ -7,28 +7,26 @@ namespace polyhull::element {
 
 template <>
 GType enum_type<TraceMethod>() {
-  static const GEnumValue values[] = {
-      {static_cast<gint>(TraceMethod::subpixel),
-       "The line on which the interpolated matte is half, with sub-pixel precision", "subpixel"},
-      {static_cast<gint>(TraceMethod::binary),
-       "The edges of the pixels whose matte is at least half, as whole pixels", "binary"},
-      {0, nullptr, nullptr}};
-  return register_enum("PolyhullContourMethod", values);
+  return register_enum<TraceMethod>(
+      "PolyhullContourMethod",
+      {{TraceMethod::subpixel,
+        "The line on which the interpolated matte is half, with sub-pixel precision", "subpixel"},
+       {TraceMethod::binary,
+        "The edges of the pixels whose matte is at least half, as whole pixels", "binary"}});
 }
 
 template <>
 GType enum_type<TriggerSource>() {
-  static const GEnumValue values[] = {
-      {static_cast<gint>(TriggerSource::meta),
-       "The number a trigger attached to the frame; without one, views are matched by their time",
-       "meta"},
-      {static_cast<gint>(TriggerSource::offset),
-       "The number a trigger attached to the frame, else the buffer's offset: for sources that "
-       "count trigger pulses there, not their own frames",
-       "offset"},
-      {static_cast<gint>(TriggerSource::none), "None; views are matched by their time", "none"},
-      {0, nullptr, nullptr}};
-  return register_enum("PolyhullTriggerSource", values);
+  return register_enum<TriggerSource>(
+      "PolyhullTriggerSource",
+      {{TriggerSource::meta,
+        "The number a trigger attached to the frame; without one, views are matched by their time",
+        "meta"},
+       {TriggerSource::offset,
+        "The number a trigger attached to the frame, else the buffer's offset: for sources that "
+        "count trigger pulses there, not their own frames",
+        "offset"},
+       {TriggerSource::none, "None; views are matched by their time", "none"}});
 }
 
 std::span<const Property<ContourValues>> contour_properties() {

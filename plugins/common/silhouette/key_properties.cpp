@@ -7,43 +7,38 @@ namespace polyhull::element {
 
 template <>
 GType enum_type<KeyMethod>() {
-  static const GEnumValue values[] = {
-      {static_cast<gint>(KeyMethod::threshold),
-       "Background where the key channel exceeds the larger of the other two by strength, unless "
-       "the pixel is brighter than bright-threshold",
-       "prototype"},
-      {static_cast<gint>(KeyMethod::soft),
-       "Matte linear in the mixture of screen and foreground, calibrated by a sample of each",
-       "soft"},
-      {static_cast<gint>(KeyMethod::difference),
-       "Distance from the clean plate, tolerant of soft shadows; needs no screen", "difference"},
-      {0, nullptr, nullptr}};
-  return register_enum("PolyhullKeyMethod", values);
+  return register_enum<KeyMethod>(
+      "PolyhullKeyMethod",
+      {{KeyMethod::threshold,
+        "Background where the key channel exceeds the larger of the other two by strength, unless "
+        "the pixel is brighter than bright-threshold",
+        "prototype"},
+       {KeyMethod::soft,
+        "Matte linear in the mixture of screen and foreground, calibrated by a sample of each",
+        "soft"},
+       {KeyMethod::difference,
+        "Distance from the clean plate, tolerant of soft shadows; needs no screen", "difference"}});
 }
 
 template <>
 GType enum_type<KeyColour>() {
-  static const GEnumValue values[] = {
-      {static_cast<gint>(KeyColour::green), "Green screen", "green"},
-      {static_cast<gint>(KeyColour::blue), "Blue screen", "blue"},
-      {static_cast<gint>(KeyColour::custom), "The colour given by key-colour", "colour"},
-      {static_cast<gint>(KeyColour::automatic), "The screen's colour is found in the picture",
-       "auto"},
-      {0, nullptr, nullptr}};
-  return register_enum("PolyhullKeyColour", values);
+  return register_enum<KeyColour>(
+      "PolyhullKeyColour",
+      {{KeyColour::green, "Green screen", "green"},
+       {KeyColour::blue, "Blue screen", "blue"},
+       {KeyColour::custom, "The colour given by key-colour", "colour"},
+       {KeyColour::automatic, "The screen's colour is found in the picture", "auto"}});
 }
 
 template <>
 GType enum_type<KeyView>() {
-  static const GEnumValue values[] = {
-      {static_cast<gint>(KeyView::composite), "The despilled picture with the matte as its alpha",
-       "composite"},
-      {static_cast<gint>(KeyView::matte), "The matte as an opaque grey picture", "matte"},
-      {static_cast<gint>(KeyView::status),
-       "Background black, foreground white, everything in between coloured", "status"},
-      {static_cast<gint>(KeyView::spill), "What the removal of spill takes away, opaque", "spill"},
-      {0, nullptr, nullptr}};
-  return register_enum("PolyhullKeyView", values);
+  return register_enum<KeyView>(
+      "PolyhullKeyView",
+      {{KeyView::composite, "The despilled picture with the matte as its alpha", "composite"},
+       {KeyView::matte, "The matte as an opaque grey picture", "matte"},
+       {KeyView::status, "Background black, foreground white, everything in between coloured",
+        "status"},
+       {KeyView::spill, "What the removal of spill takes away, opaque", "spill"}});
 }
 
 std::span<const Property<KeyValues>> key_properties() {

@@ -15,15 +15,10 @@ constexpr double largest_tolerance = 100.0;  // px, what the approximation takes
 
 GstCaps* view_transform_caps(GstBaseTransform* base, GstPadDirection direction, GstCaps* caps,
                              GstCaps* filter) {
-  GstCaps* result = direction == GST_PAD_SINK
-                        ? view_caps_of(caps)
-                        : gst_pad_get_pad_template_caps(GST_BASE_TRANSFORM_SINK_PAD(base));
-  if (filter != nullptr) {
-    GstCaps* filtered = gst_caps_intersect_full(filter, result, GST_CAPS_INTERSECT_FIRST);
-    gst_caps_unref(result);
-    result = filtered;
-  }
-  return result;
+  return filtered(direction == GST_PAD_SINK
+                      ? view_caps_of(caps)
+                      : gst_pad_get_pad_template_caps(GST_BASE_TRANSFORM_SINK_PAD(base)),
+                  filter);
 }
 
 bool ViewElement::set_format(const GstCaps* caps) {
