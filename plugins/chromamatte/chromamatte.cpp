@@ -4,12 +4,6 @@
 /// been shown). It takes the formats cameras and decoders deliver, without a conversion in front,
 /// and writes RGBA with the matte in alpha: 255 subject, 0 background, and in between the fraction
 /// of the pixel that the subject covers.
-///
-/// Properties that matter: `key` and `method` say what the background is like; `roi-*` limit where
-/// the subject can be; `view=status` shows an operator what the key does.
-///
-/// gst-launch-1.0 videotestsrc num-buffers=60 pattern=ball background-color=0xff10c030 !
-///     video/x-raw,format=NV12 ! chromamatte key=green ! fakesink
 #include <gst/video/gstvideofilter.h>
 #include <gst/video/video.h>
 
@@ -21,7 +15,6 @@
 #include "plugins/common/memory/matte_meta.h"
 #include "plugins/common/memory/recycling_allocator.h"
 #include "plugins/common/memory/video_frame.h"
-#include "plugins/common/silhouette/key_configuration.h"
 #include "plugins/common/silhouette/key_properties.h"
 #include "plugins/common/transform.h"
 
@@ -155,9 +148,8 @@ void configure(GstElement* element) {
   const KeyValues values = snapshot(element, self.key);
   std::string camera = snapshot(element, self.camera).camera;
   if (camera.empty()) camera = GST_OBJECT_NAME(element);
-  self.configuration.apply(element, self.statistics, values, camera, self.layout.width,
-                           self.layout.height,
-                           [&](const KeySettings& settings) { self.keyer.set(settings); });
+  configure_key(self.configuration, element, self.statistics, values, camera, self.layout.width,
+                self.layout.height, [&](const KeySettings& settings) { self.keyer.set(settings); });
   if (self.configuration.due_for_sampling(values.resample)) self.keyer.recalibrate();
   if (values.learn_plate != self.learning) {
     self.learning = values.learn_plate;

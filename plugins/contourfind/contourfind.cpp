@@ -4,12 +4,6 @@
 /// silhouette's contours with sub-pixel precision as polygons with few vertices, and only those
 /// pixels of the frame that the silhouette covers. A frame without foreground becomes an empty
 /// view.
-///
-/// Properties that matter: `camera`, the name in the rig file; `tolerance` in pixels, which trades
-/// vertices (and the time of the hull) for error; `adaptive`, which sets it by the time there is.
-///
-/// gst-launch-1.0 videotestsrc num-buffers=60 pattern=ball background-color=0xff10c030 !
-///     chromamatte key=green ! gaussblur sigma=2 ! contourfind camera=cam0 tolerance=1 ! fakesink
 #include <gst/base/gstbasetransform.h>
 #include <gst/video/video.h>
 
@@ -17,8 +11,8 @@
 
 #include "plugins/common/memory/matte_meta.h"
 #include "plugins/common/memory/payload_buffer.h"
-#include "plugins/common/silhouette/contour_stage.h"
 #include "plugins/common/silhouette/view_element.h"
+#include "silhouette/contour_stage.h"
 #include "silhouette/silhouette.h"
 
 GST_DEBUG_CATEGORY_STATIC(contourfind_debug);
@@ -70,7 +64,11 @@ GstBuffer* ContourFind::make_view(GstBaseTransform* base, const GstVideoFrame& f
   const ContourValues values = snapshot(base, contour);
   const double tolerance = tolerance_of(values);
   begin_view(base, values, frame);
-  view.contours = stage.find(content_of(*this, frame), values, tolerance);
+  const MatteContent content = content_of(*this, frame);
+  view.contours = stage.find(content,
+                             {{values.method, values.correct_curvature ? content.sigma : 0.0},
+                              values.approximation(tolerance)},
+                             values.reuse);
   view.roi = bounding_rectangle(view.contours, view.width, view.height);
   report_contours(statistics, stage.counts(), stage.reused(), tolerance);
   if (view.roi.empty()) return writer.write(view, nullptr, frame.buffer);

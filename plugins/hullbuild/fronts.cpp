@@ -79,11 +79,10 @@ void check_cameras(HullBuild& self, const Pads& pads) {
     const std::string name = name_of(pad, view);
     const std::string where = std::string("hullbuild's pad ") + GST_OBJECT_NAME(pad);
     if (name.empty())
-      throw Error(Error::Kind::bad_input,
-                  where +
-                      " has no camera: neither its property camera nor its views name one. Set "
-                      "camera=NAME on contourfind or " +
-                      GST_OBJECT_NAME(pad) + "::camera=NAME here");
+      throw Error(Error::Kind::bad_input, where +
+                                              " has no camera: neither its property camera nor its "
+                                              "views name one. Set camera=NAME on contourfind or " +
+                                              GST_OBJECT_NAME(pad) + "::camera=NAME here");
     for (const auto& [other, other_pad] : seen)
       if (other == name)
         throw Error(Error::Kind::bad_input, where + " and " + other_pad +

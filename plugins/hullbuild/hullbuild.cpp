@@ -4,15 +4,6 @@
 /// takes the views of one camera; views of one instant become one mesh, which also carries the
 /// views (their pixels shared, not copied) for texturing. The mesh is closed, oriented and
 /// 2-manifold.
-///
-/// Properties that matter: `rig`, the calibration; `missing-camera` and `max-wait`, what happens
-/// when a camera falls out; on each pad `camera`, its name in the rig.
-///
-/// gst-launch-1.0 hullbuild name=hull ! fakesink
-///     rigtestsrc camera=cam0 num-buffers=30 ! chromamatte ! gaussblur ! contourfind camera=cam0 !
-///     hull. rigtestsrc camera=cam1 num-buffers=30 ! chromamatte ! gaussblur ! contourfind
-///     camera=cam1 ! hull. rigtestsrc camera=cam2 num-buffers=30 ! chromamatte ! gaussblur !
-///     contourfind camera=cam2 ! hull.
 #include <gst/base/gstaggregator.h>
 
 #include "base/thread_pool.h"
@@ -112,16 +103,15 @@ void HullBuild::class_init(gpointer klass) {
       "cannot stall the others. Can only be set when the element is made.");
   add_statistics<HullBuild>(
       klass,
-      "Counters since the start: sets (meshes sent), sets-incomplete, sets-dropped-…, "
-      "sets-overdue (came when nobody could use them), sets-unwanted (left out because not all "
-      "can be done), views-…, "
-      "empty-meshes, lone-silhouettes (one camera sees a foreground), full-silhouettes "
-      "(foreground fills the frame), hulls-reused, predicates and exact-predicates; and of "
-      "the last set cameras (with foreground), faces, vertices, triangles and the milliseconds "
-      "each phase took. Live: wait-ms and latency-ms as they are now, frame-step (every how "
-      "many instants one is asked for), and of each camera lateness-ms-NAME, the most that a "
-      "view of the last ten seconds came after its instant, and late-views-NAME, views that "
-      "came after their set had gone.");
+      "Counters since the start: sets (meshes sent), sets-incomplete, sets-dropped-…, sets-overdue "
+      "(came when nobody could use them), sets-unwanted (left out because not all can be done), "
+      "views-…, empty-meshes, lone-silhouettes (one camera sees a foreground), full-silhouettes "
+      "(foreground fills the frame), hulls-reused, predicates and exact-predicates; and of the "
+      "last set cameras (with foreground), faces, vertices, triangles and the milliseconds each "
+      "phase took. Live: wait-ms and latency-ms as they are now, frame-step (every how many "
+      "instants one is asked for), and of each camera lateness-ms-NAME, the most that a view of "
+      "the last ten seconds came after its instant, and late-views-NAME, views that came after "
+      "their set had gone.");
   set_metadata(klass, "Visual hull builder", "Generic/Video",
                "Builds the exact, closed polyhedral visual hull from the views of several cameras");
   add_template(klass, "sink_%u", GST_PAD_SINK, view_caps, type_of<HullPadState>(), GST_PAD_REQUEST);

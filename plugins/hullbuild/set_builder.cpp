@@ -46,12 +46,11 @@ void SetBuilder::reset() {
 }
 
 void SetBuilder::check(const std::string& where, const std::string& name, int width,
-                      int height) const {
+                       int height) const {
   const Camera* camera = rig_.find(name);
   if (camera == nullptr)
     throw Error(Error::Kind::bad_input, where + " brings views of camera \"" + name +
-                                            "\", which the rig does not have; its "
-                                            "cameras are " +
+                                            "\", which the rig does not have; its cameras are " +
                                             names_of(rig_) +
                                             ". Set the pad's property camera to one of them");
   if (camera->width != width || camera->height != height)
@@ -62,25 +61,25 @@ void SetBuilder::check(const std::string& where, const std::string& name, int wi
                     ". Set the camera to that size or calibrate it again");
 }
 
-void SetBuilder::build_hull(GstElement* element, Mesh& mesh, const HullParameters& parameters) {
+void SetBuilder::build_hull(GstElement* element, Mesh& mesh, const HullSettings& settings) {
   std::vector<CameraContours> contours;
   std::vector<const std::string*> with_foreground;
   for (const MeshView& view : mesh.views) {
     contours.push_back({&view.calibration, &view.view.contours});
     if (!view.view.contours.empty()) with_foreground.push_back(&view.view.camera);
     if (fills_frame(view.view))
-      statistics_.warn(element, "full-silhouettes",
-                       "All that camera \"" + view.view.camera +
-                           "\" sees is foreground: its silhouette is the whole frame and says "
-                           "nothing about the subject. Check its keying, and that it does not "
-                           "stand inside the subject.");
+      statistics_.warn(
+          element, "full-silhouettes",
+          "All that camera \"" + view.view.camera +
+              "\" sees is foreground: its silhouette is the whole frame and says nothing about the "
+              "subject. Check its keying, and that it does not stand inside the subject.");
   }
   HullOptions options;
-  if (parameters.use_bounds) options.bounds = rig_.bounds;
-  options.unseen = parameters.unseen;
-  options.max_deviation = parameters.max_deviation;
-  options.threads = parameters.threads > 0 ? parameters.threads : pool_threads();
-  mesh.hull = stage_->build(contours, options, parameters.weld_distance);
+  if (settings.use_bounds) options.bounds = rig_.bounds;
+  options.unseen = settings.unseen;
+  options.max_deviation = settings.max_deviation;
+  options.threads = settings.threads > 0 ? static_cast<int>(settings.threads) : pool_threads();
+  mesh.hull = stage_->build(contours, options, settings.weld_distance);
   if (with_foreground.size() == 1)
     statistics_.warn(element, "lone-silhouettes",
                      "Only camera \"" + *with_foreground.front() +
@@ -107,14 +106,14 @@ void SetBuilder::report(const Mesh& mesh) {
   statistics_.set_count("vertices", mesh.hull.vertices.size());
   statistics_.set_count("triangles", mesh.hull.triangles.size() / 3);
   is_empty_ = mesh.hull.empty();
-  all_see_foreground_ = mesh.views.size() >= 2 &&
-                        std::none_of(mesh.views.begin(), mesh.views.end(), [](const MeshView& view) {
-                          return view.view.contours.empty();
-                        });
+  all_see_foreground_ = mesh.views.size() >= 2 && std::none_of(mesh.views.begin(), mesh.views.end(),
+                                                               [](const MeshView& view) {
+                                                                 return view.view.contours.empty();
+                                                               });
 }
 
 GstBuffer* SetBuilder::build(GstElement* element, std::vector<SetView> views,
-                             const HullParameters& parameters, std::uint64_t trigger) {
+                             const HullSettings& settings, std::uint64_t trigger) {
   // The rig's order, so that the order of pads and arrival changes nothing.
   const auto place = [&](const SetView& view) {
     return rig_.find(view.camera) - rig_.cameras.data();
@@ -136,7 +135,7 @@ GstBuffer* SetBuilder::build(GstElement* element, std::vector<SetView> views,
     if (time != no_time && (mesh.capture_time == no_time || time < mesh.capture_time))
       mesh.capture_time = time;
   }
-  build_hull(element, mesh, parameters);
+  build_hull(element, mesh, settings);
   report(mesh);
   Stopwatch watch;
   GstBuffer* buffer = make_mesh_buffer(std::move(mesh), pixels);

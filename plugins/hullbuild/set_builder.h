@@ -11,18 +11,10 @@
 #include "hull/stage.h"
 #include "plugins/common/memory/payload_buffer.h"
 #include "plugins/common/statistics.h"
+#include "plugins/hullbuild/properties.h"
 #include "rig/rig.h"
 
 namespace polyhull::element {
-
-/// How hulls are built.
-struct HullParameters {
-  double weld_distance = 0.0;
-  double max_deviation = 0.0;
-  Unseen unseen = Unseen::carve;
-  bool use_bounds = true;
-  int threads = 0;  ///< 0: all of the pool
-};
 
 /// One view of a set and the name of the camera that it counts as.
 struct SetView {
@@ -44,8 +36,8 @@ class SetBuilder {
 
   /// A buffer with the mesh of \p views (any order; each camera once, each checked), without times.
   /// Fewer than two views with foreground give an empty hull. Warnings are posted on \p element.
-  GstBuffer* build(GstElement* element, std::vector<SetView> views,
-                   const HullParameters& parameters, std::uint64_t trigger);
+  GstBuffer* build(GstElement* element, std::vector<SetView> views, const HullSettings& settings,
+                   std::uint64_t trigger);
 
   /// Of the last set: whether its hull is empty, and whether each of its views, two at least, has a
   /// foreground.
@@ -56,7 +48,7 @@ class SetBuilder {
   void reset();
 
  private:
-  void build_hull(GstElement* element, Mesh& mesh, const HullParameters& parameters);
+  void build_hull(GstElement* element, Mesh& mesh, const HullSettings& settings);
   void report(const Mesh& mesh);
 
   Statistics& statistics_;

@@ -168,8 +168,8 @@ std::vector<AbsentCamera> absent_cameras(HullBuild& self, const Pads& pads,
     camera.known = state.delivered || state.view != nullptr;
     // Without times there is nothing to hold a picture by.
     camera.missed = set.time != no_time ? set.time - state.missed_since : INT64_MAX;
-    const std::int64_t arrival = state_of<LivePadState>(pads[i]).punctuality.last_arrival();
-    camera.silent = now != no_time && arrival != no_time ? now - arrival : camera.missed;
+    const auto arrival = state_of<LivePadState>(pads[i]).punctuality.last_arrival();
+    camera.silent = now != no_time && arrival ? now - *arrival : camera.missed;
     absent.push_back(std::move(camera));
   }
   return absent;
@@ -236,11 +236,9 @@ Step build_set(HullBuild& self, const Pads& pads, const ViewDecision& set,
     post_dropped(self, set);
     return {Outcome::again};
   }
-  const HullParameters parameters{settings.weld_distance, settings.max_deviation, settings.unseen,
-                                  settings.use_bounds, static_cast<int>(settings.threads)};
   GstBuffer* buffer = nullptr;
   try {
-    buffer = self.stage.build(element, std::move(views), parameters, set.trigger);
+    buffer = self.stage.build(element, std::move(views), settings, set.trigger);
   } catch (const Error& error) {
     // One odd silhouette does not end the stream; what is wrong with the settings does.
     if (error.kind() != Error::Kind::unsupported) throw;

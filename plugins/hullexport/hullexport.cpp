@@ -5,14 +5,6 @@
 /// (hull-%05d.glb) each mesh becomes a file, without one a single file holds the first or the last
 /// mesh. For each file an element message "hullexport-file" with location, index, timestamp and
 /// running-time is posted.
-///
-/// Properties that matter: `location`; `keep`, the first or the last mesh; `every`, to thin a
-/// sequence.
-///
-/// gst-launch-1.0 hullbuild name=hull ! hulltexture ! hullexport location=out.glb
-///     rigtestsrc camera=cam0 num-buffers=3 ! chromamatte ! gaussblur ! contourfind camera=cam0 !
-///     hull. rigtestsrc camera=cam1 num-buffers=3 ! chromamatte ! gaussblur ! contourfind
-///     camera=cam1 ! hull.
 #include <gst/base/gstbasesink.h>
 #include <unistd.h>
 
@@ -23,12 +15,12 @@
 
 #include "base/error.h"
 #include "base/stopwatch.h"
+#include "files/claimed_location.h"
 #include "files/mesh_files.h"
-#include "plugins/common/claimed_location.h"
+#include "files/numbered_name.h"
 #include "plugins/common/element.h"
 #include "plugins/common/guard.h"
 #include "plugins/common/memory/payload_buffer.h"
-#include "plugins/common/numbered_name.h"
 
 GST_DEBUG_CATEGORY_STATIC(hullexport_debug);
 #define GST_CAT_DEFAULT hullexport_debug
@@ -89,28 +81,25 @@ std::span<const Property<Settings>> properties() {
       property<&S::location>(
           "location", "Location",
           "File to write; its ending, .glb, .ply or .obj, says the format. With a number in it, "
-          "such "
-          "as hull-%05d.glb, each mesh becomes a file of its own, counted from 0.",
+          "such as hull-%05d.glb, each mesh becomes a file of its own, counted from 0.",
           0, 0, Change::when_ready),
-      property<&S::keep>(
-          "keep", "Kept mesh",
-          "Which mesh a location without a number holds. The last one is written when "
-          "the stream ends or the element stops.",
-          0, 0, Change::when_ready),
+      property<&S::keep>("keep", "Kept mesh",
+                         "Which mesh a location without a number holds. The last one is written "
+                         "when the stream ends or the element stops.",
+                         0, 0, Change::when_ready),
       property<&S::every>("every", "Every",
                           "Writes only every n-th mesh of a numbered sequence (1 to 1000000).", 1,
                           1000000),
-      property<&S::textured>("textured", "Textured",
-                             "Whether GLB and OBJ files carry the camera pictures, if the mesh has "
-                             "been textured."),
+      property<&S::textured>(
+          "textured", "Textured",
+          "Whether GLB and OBJ files carry the camera pictures, if the mesh has been textured."),
       property<&S::double_precision>(
           "double-precision", "Double precision",
           "Whether PLY files hold coordinates as double instead of float."),
       property<&S::jpeg_quality>(
           "jpeg-quality", "JPEG quality",
-          "Quality of the pictures in GLB files (1 to 100); 0 writes them as "
-          "PNG, without loss.",
-          0, 100),
+          "Quality of the pictures in GLB files (1 to 100); 0 writes them as PNG, without loss.", 0,
+          100),
   };
   return table;
 }
@@ -195,7 +184,9 @@ gboolean event(GstBaseSink* base, GstEvent* event) {
         !self.name->numbered() && snapshot(base, self.settings).keep == KeptMesh::first;
     if (self.meshes == 0) {
       GST_ELEMENT_WARNING(base, STREAM, FAILED,
-                          ("The stream ended before a mesh came: no file was written."), (nullptr));
+                          ("No file was written: the stream ended before a mesh came. Look for "
+                           "what keeps the views from hullbuild."),
+                          (nullptr));
     } else if (wants_first && !self.first_written) {
       GST_ELEMENT_WARNING(base, STREAM, FAILED,
                           ("No file was written: all meshes of the stream were empty. Look for "
@@ -214,19 +205,19 @@ gboolean open(GstElement* element) {
     const std::string location = snapshot(element, self.settings).location;
     if (location.empty())
       throw Error(Error::Kind::not_found,
-                  "hullexport has no file to write; set location=hull-%05d.glb or the like");
+                  "hullexport has no file to write. Set location=hull-%05d.glb or the like");
     self.name.emplace(location);
     self.claim.reset();
     if (!is_mesh_file_name(self.name->name(0)))
       throw Error(Error::Kind::unsupported,
                   "\"" + location +
-                      "\" has an ending that hullexport cannot write; use .glb, .ply "
-                      "or .obj");
+                      "\" has an ending that hullexport cannot write. Use .glb, .ply or .obj");
     std::filesystem::path folder = std::filesystem::path(self.name->name(0)).parent_path();
     if (folder.empty()) folder = ".";
     if (access(folder.c_str(), W_OK | X_OK) != 0)
       throw Error(Error::Kind::io, "the folder of \"" + location +
-                                       "\" cannot be written to: " + std::strerror(errno));
+                                       "\" cannot be written to: " + std::strerror(errno) +
+                                       ". Make the folder, or set location to another one");
     self.claim.emplace(location);
     self.statistics.reset();
     self.first_written = false;
@@ -250,10 +241,9 @@ GstStateChangeReturn change_state(GstElement* element, GstStateChange transition
 void HullExport::class_init(gpointer klass) {
   GST_DEBUG_CATEGORY_INIT(hullexport_debug, "hullexport", 0, "meshes to files");
   add_properties<HullExport>(klass, properties(), &HullExport::settings);
-  add_statistics<HullExport>(
-      klass,
-      "Counters since the start: files (written), meshes-unusable (buffers that "
-      "were no mesh); write-ms, the milliseconds the last file took.");
+  add_statistics<HullExport>(klass,
+                             "Counters since the start: files (written), meshes-unusable (buffers "
+                             "that were no mesh); write-ms, the milliseconds the last file took.");
   set_metadata(klass, "Hull exporter", "Sink/File",
                "Writes hulls as GLB (textured), PLY or OBJ files");
   add_template(klass, "sink", GST_PAD_SINK, mesh_caps);

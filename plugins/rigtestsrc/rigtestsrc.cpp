@@ -9,9 +9,6 @@
 /// `shadow`, `spill` and `noise` spoil the picture as a real studio does; chroma subsampling comes
 /// with the negotiated format. The truth is there to compare with: `output=matte`, `output=depth`
 /// and `mesh-location`.
-///
-/// gst-launch-1.0 rigtestsrc camera=cam0 num-buffers=50 ! video/x-raw,framerate=25/1 !
-///     videoconvert ! autovideosink
 #include <algorithm>
 #include <memory>
 #include <vector>
@@ -40,9 +37,9 @@ int find_camera(const Rig& rig, const RigTestSettings& settings) {
     names += (i ? ", " : "") + rig.cameras[i].name;
   }
   throw Error(Error::Kind::not_found,
-              "The rig " + (settings.rig.empty() ? "built in" : "'" + settings.rig + "'") +
-                  " has no camera called '" + settings.camera + "'. Its cameras are: " + names +
-                  ".");
+              "The rig " + (settings.rig.empty() ? "built in" : "\"" + settings.rig + "\"") +
+                  " has no camera called \"" + settings.camera + "\". Set camera to one of its (" +
+                  names + ").");
 }
 
 GstFlowReturn fill(GstPushSrc* push, GstBuffer* buffer) {
@@ -135,17 +132,16 @@ void RigTestSrc::class_init(gpointer klass) {
   add_statistics<RigTestSrc>(
       klass,
       "Counters since the start: frames, frames-skipped (left out when live and late), "
-      "frames-unwanted (left out because what follows cannot keep up), "
-      "subject-pixels (area of the rectangle around the subject in the last frame), warnings, "
-      "last-frame-ms (time to draw the last frame, in milliseconds).");
+      "frames-unwanted (left out because what follows cannot keep up), subject-pixels (area of the "
+      "rectangle around the subject in the last frame), warnings, last-frame-ms (time to draw the "
+      "last frame, in milliseconds).");
   set_metadata(klass, "Rig test source", "Source/Video",
-               "One calibrated camera filming a synthetic person before a coloured screen, "
-               "with ground truth");
+               "One calibrated camera filming a synthetic person before a coloured screen, with "
+               "ground truth");
   add_template(klass, "src", GST_PAD_SRC,
-               "video/x-raw, format=(string){ RGBx, BGRx, RGBA, BGRA, I420, NV12, "
-               "YUY2, UYVY, GRAY8, GRAY16_LE }, width=(int)[1, 16384], "
-               "height=(int)[1, 16384], framerate=(fraction)[1/2147483647, "
-               "2147483647/1]");
+               "video/x-raw, format=(string){ RGBx, BGRx, RGBA, BGRA, I420, NV12, YUY2, UYVY, "
+               "GRAY8, GRAY16_LE }, width=(int)[1, 16384], height=(int)[1, 16384], "
+               "framerate=(fraction)[1/2147483647, 2147483647/1]");
   install_frame_source<RigTestSrc>(klass);
   GstBaseSrcClass* source = GST_BASE_SRC_CLASS(klass);
   source->negotiate = rig_test_negotiate;

@@ -4,9 +4,6 @@
 /// keyed picture in between. It has the properties of the three; the three called `method` are
 /// key-method, blur-method and contour-method here. With the same settings its views are the same
 /// bytes as those of the three elements one after the other.
-///
-/// gst-launch-1.0 videotestsrc num-buffers=60 pattern=ball background-color=0xff10c030 !
-///     video/x-raw,format=NV12 ! silhouette camera=cam0 key=green sigma=2 tolerance=1 ! fakesink
 #include <gst/base/gstbasetransform.h>
 #include <gst/video/video.h>
 
@@ -15,7 +12,6 @@
 
 #include "plugins/common/memory/payload_buffer.h"
 #include "plugins/common/silhouette/blur_properties.h"
-#include "plugins/common/silhouette/key_configuration.h"
 #include "plugins/common/silhouette/key_properties.h"
 #include "plugins/common/silhouette/view_element.h"
 #include "silhouette/silhouette.h"
@@ -103,14 +99,14 @@ bool SilhouetteElement::configure(GstElement* element, const ContourValues& cont
     settings = wanted;
     changed = true;
   }
-  configuration.apply(element, statistics, key_now, camera, layout.width, layout.height,
-                      [&](const KeySettings& key_settings) {
-                        wanted.key = key_settings;
-                        silhouetter.set(wanted);
-                        settings = wanted;
-                        configured = true;
-                        changed = true;
-                      });
+  configure_key(configuration, element, statistics, key_now, camera, layout.width, layout.height,
+                [&](const KeySettings& key_settings) {
+                  wanted.key = key_settings;
+                  silhouetter.set(wanted);
+                  settings = wanted;
+                  configured = true;
+                  changed = true;
+                });
   if (configuration.due_for_sampling(key_now.resample)) {
     silhouetter.keyer().recalibrate();
     changed = true;

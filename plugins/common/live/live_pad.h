@@ -8,11 +8,9 @@
 
 #include <atomic>
 #include <cstdint>
-#include <mutex>
-#include <optional>
 #include <vector>
 
-#include "live/lateness_window.h"
+#include "live/punctuality.h"
 #include "mesh/view.h"
 #include "plugins/common/element.h"
 
@@ -33,33 +31,6 @@ struct Arrival {
   GstClockTime stream_time() const;
   /// Whether it stands for a GAP event.
   bool gap() const;
-};
-
-/// How late the buffers of one pad come, and what its sources say of it. May be used by any thread.
-class Punctuality {
- public:
-  /// Notes a buffer of running time \p time that comes at \p now (ns). One that is later than
-  /// the limit is no measure for the others.
-  void note(std::int64_t now, std::int64_t time);
-  void set_limit(std::int64_t limit);
-  /// Notes the least latency that the sources report, ns.
-  void note_reported(std::int64_t latency);
-
-  /// How late buffers came at most in the last ten seconds, ns; none: none came.
-  std::optional<std::int64_t> latest(std::int64_t now) const;
-  /// The same with those beyond the limit.
-  std::optional<std::int64_t> latest_of_all(std::int64_t now) const;
-  /// Running time when the last buffer came, no_time: none has.
-  std::int64_t last_arrival() const;
-  std::int64_t reported() const;
-  void reset();
-
- private:
-  mutable std::mutex mutex_;  // protects all below
-  LatenessWindow window_, all_;
-  std::int64_t last_arrival_ = no_time;
-  std::int64_t limit_ = INT64_MAX;
-  std::int64_t reported_ = 0;
 };
 
 /// A pad's state; the type that pads with more to them derive from.

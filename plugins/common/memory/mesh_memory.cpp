@@ -7,6 +7,7 @@
 #include <mutex>
 #include <utility>
 
+#include "plugins/common/element.h"
 #include "plugins/common/memory/mapped_memory.h"
 #include "wire/mesh_payload.h"
 
@@ -48,35 +49,30 @@ GstMemory* share(GstMemory* memory, gssize offset, gssize size) {
       [](gpointer whole) { gst_memory_unref(static_cast<GstMemory*>(whole)); });
 }
 
-struct PolyhullMeshAllocator {
-  GstAllocator parent;
-};
-struct PolyhullMeshAllocatorClass {
-  GstAllocatorClass parent_class;
-};
-GType polyhull_mesh_allocator_get_type();
-G_DEFINE_TYPE(PolyhullMeshAllocator, polyhull_mesh_allocator, GST_TYPE_ALLOCATOR)
+struct MeshAllocator {
+  static constexpr char type_name[] = "PolyhullMeshAllocator";
+  static GType base_type() { return GST_TYPE_ALLOCATOR; }
+  static void class_init(gpointer klass) {
+    GST_ALLOCATOR_CLASS(klass)->free = [](GstAllocator*, GstMemory* memory) {
+      delete reinterpret_cast<MeshMemory*>(memory);
+    };
+  }
 
-void polyhull_mesh_allocator_init(PolyhullMeshAllocator* self) {
-  GstAllocator* allocator = &self->parent;
-  allocator->mem_type = memory_type;
-  allocator->mem_map = map;
-  allocator->mem_unmap = unmap;
-  allocator->mem_share = share;
-  GST_OBJECT_FLAG_SET(allocator, GST_ALLOCATOR_FLAG_CUSTOM_ALLOC);
-}
-
-void polyhull_mesh_allocator_class_init(PolyhullMeshAllocatorClass* klass) {
-  klass->parent_class.free = [](GstAllocator*, GstMemory* memory) {
-    delete reinterpret_cast<MeshMemory*>(memory);
-  };
-}
+  explicit MeshAllocator(gpointer object) {
+    auto* allocator = GST_ALLOCATOR_CAST(object);
+    allocator->mem_type = memory_type;
+    allocator->mem_map = map;
+    allocator->mem_unmap = unmap;
+    allocator->mem_share = share;
+    GST_OBJECT_FLAG_SET(allocator, GST_ALLOCATOR_FLAG_CUSTOM_ALLOC);
+  }
+};
 
 /// The one of this process, never freed.
 GstAllocator* allocator() {
   static GstAllocator* const one = [] {
     auto* made = static_cast<GstAllocator*>(
-        gst_object_ref_sink(g_object_new(polyhull_mesh_allocator_get_type(), nullptr)));
+        gst_object_ref_sink(g_object_new(type_of<MeshAllocator>(), nullptr)));
     GST_OBJECT_FLAG_SET(made, GST_OBJECT_FLAG_MAY_BE_LEAKED);
     return made;
   }();

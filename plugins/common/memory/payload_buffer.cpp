@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "plugins/common/memory/payload_buffer.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "base/error.h"
@@ -67,6 +68,23 @@ ViewBuffer::ViewBuffer(GstBuffer* buffer)
 
 PixelSource ViewBuffer::pixels() const {
   return {buffer(), gst_buffer_get_size(buffer()) - view_.pixels.size()};
+}
+
+GstMemory* ViewWriter::allocate(std::size_t size) const {
+  return gst_allocator_alloc(allocator_.get(), size, nullptr);
+}
+
+GstBuffer* ViewWriter::write(const View& view, GstMemory* pixels, GstBuffer* source) const {
+  const std::vector<std::uint8_t> header = write_view_header(view);
+  MappedMemory memory(allocate(header.size()), GST_MAP_WRITE);
+  std::copy(header.begin(), header.end(), memory.data());
+  g_autoptr(GstBuffer) buffer = gst_buffer_new();
+  gst_buffer_append_memory(buffer, gst_memory_ref(memory.memory()));
+  if (pixels != nullptr) gst_buffer_append_memory(buffer, gst_memory_ref(pixels));
+  gst_buffer_copy_into(
+      buffer, source,
+      static_cast<GstBufferCopyFlags>(GST_BUFFER_COPY_FLAGS | GST_BUFFER_COPY_TIMESTAMPS), 0, -1);
+  return g_steal_pointer(&buffer);
 }
 
 MeshBuffer::MeshBuffer(GstBuffer* buffer)

@@ -15,6 +15,7 @@
 
 #include "mesh/mesh.h"
 #include "plugins/common/memory/mapped_memory.h"
+#include "plugins/common/memory/recycling_allocator.h"
 #include "wire/payload.h"
 
 namespace polyhull::element {
@@ -58,6 +59,22 @@ class ViewBuffer {
  private:
   MappedBuffer mapped_;
   View view_;
+};
+
+/// Makes the buffers of views, one per frame; their memory is used again.
+class ViewWriter {
+ public:
+  /// Memory for \p size bytes of pixels (at least 1).
+  GstMemory* allocate(std::size_t size) const;
+
+  /// A new buffer: the header of \p view in a memory of its own, then \p pixels (a reference is
+  /// added; null where the view has none), whose bytes View::pixels shows. Times, flags and
+  /// duration are those of \p source. Throws Error for a view that breaks a rule of
+  /// validate_view().
+  GstBuffer* write(const View& view, GstMemory* pixels, GstBuffer* source) const;
+
+ private:
+  std::unique_ptr<GstAllocator, Unref> allocator_{make_recycling_allocator()};
 };
 
 /// The mesh in a buffer: the object that it holds, or read from its bytes. The mesh and its views'

@@ -31,10 +31,9 @@ GType enum_type<TriggerSource>() {
 
 std::span<const Property<ContourValues>> contour_properties() {
   static constexpr std::array table{
-      property<&ContourValues::camera>(
-          "camera", "Camera",
-          "Name of the camera whose frames these are, as in the rig file. Empty takes the name of "
-          "this element."),
+      property<&ContourValues::camera>("camera", "Camera",
+                                       "Name of the camera whose frames these are, as in the rig "
+                                       "file. Empty takes the name of this element."),
       property<&ContourValues::method>("method", "Method",
                                        "Which line is traced around the foreground."),
       property<&ContourValues::correct_curvature>(
@@ -47,11 +46,11 @@ std::span<const Property<ContourValues>> contour_properties() {
           "Largest distance in pixels, from 0 to 100, between the traced line and the polygon that "
           "replaces it (Hausdorff distance, never exceeded). 0 keeps every traced point.",
           0.0, 100.0),
-      property<&ContourValues::min_edges>("min-edges", "Least edges",
-                                          "Rings with fewer edges than this, from 3 to 1000, are "
-                                          "dropped as noise after the polygon "
-                                          "has been approximated.",
-                                          3, 1000),
+      property<&ContourValues::min_edges>(
+          "min-edges", "Least edges",
+          "Rings with fewer edges than this, from 3 to 1000, are dropped as noise after the "
+          "polygon has been approximated.",
+          3, 1000),
       property<&ContourValues::min_area>(
           "min-area", "Least area",
           "Outer rings that enclose fewer square pixels than this, from 0 to 1e9, are dropped as "
@@ -69,16 +68,14 @@ std::span<const Property<ContourValues>> contour_properties() {
           "Whether the tolerance is coarsened, up to 16 times its value, while the elements behind "
           "report by QoS events that they miss the target rate, and refined again when they hold "
           "it."),
-      property<&ContourValues::target_rate>(
-          "target-rate", "Target rate",
-          "Frames per second, from 0 to 1000, that adaptive holds. 0 takes the frame rate of the "
-          "stream.",
-          0.0, 1000.0),
+      property<&ContourValues::target_rate>("target-rate", "Target rate",
+                                            "Frames per second, from 0 to 1000, that adaptive "
+                                            "holds. 0 takes the frame rate of the stream.",
+                                            0.0, 1000.0),
       property<&ContourValues::reuse>(
           "reuse", "Reuse",
           "Whether a frame that equals its predecessor inside the region of interest takes over "
-          "its "
-          "contours. Turning it off changes only the time taken, never the result."),
+          "its contours. Turning it off changes only the time taken, never the result."),
       property<&ContourValues::trigger>("trigger-from", "Trigger number from",
                                         "Where the trigger number of a view comes from."),
   };

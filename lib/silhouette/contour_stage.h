@@ -3,18 +3,23 @@
 /// From the matte of a frame to its contours, with what is kept between frames.
 #pragma once
 
-#include "plugins/common/memory/matte_meta.h"
-#include "plugins/common/silhouette/contour_properties.h"
 #include "silhouette/contour/approximate.h"
 #include "silhouette/contour/trace.h"
+#include "silhouette/pixels/matte_content.h"
 
-namespace polyhull::element {
+namespace polyhull {
 
 class ContourStage {
  public:
-  /// The contours of \p content. Where reuse is on and neither content nor settings changed, those
+  struct Settings {
+    TraceSettings trace;
+    ApproximateSettings approximate;
+    bool operator==(const Settings&) const = default;
+  };
+
+  /// The contours of \p content. With \p reuse, where neither content nor settings changed, those
   /// of the frame before. The reference stays valid until the next call.
-  const Rings& find(const MatteContent& content, const ContourValues& values, double tolerance);
+  const Rings& find(const MatteContent& content, const Settings& settings, bool reuse);
 
   /// Whether the last find() took over the contours of the frame before.
   bool reused() const { return reused_; }
@@ -25,12 +30,6 @@ class ContourStage {
   void reset();
 
  private:
-  struct Settings {
-    TraceSettings trace;
-    ApproximateSettings approximate;
-    bool operator==(const Settings&) const = default;
-  };
-
   Tracer tracer_;
   Approximator approximator_;
   Field unblurred_;
@@ -42,4 +41,4 @@ class ContourStage {
   Settings settings_;
 };
 
-}  // namespace polyhull::element
+}  // namespace polyhull
