@@ -100,12 +100,11 @@ void say_refused(GstElement* element, GstAggregatorPad* pad) {
   PadRequests& requests = requests_of(pad);
   if (requests.asked <= requests.set || requests.said.exchange(true)) return;
   const gchar* name = GST_OBJECT_NAME(pad);
-  GST_ELEMENT_WARNING(
-      element, RESOURCE, SETTINGS,
-      ("A setting %s::… was not taken: the pad has no property of that name, or the "
-       "value cannot be read. %s takes %s; numbers have a decimal point.",
-       name, name, properties_of(pad).c_str()),
-      (nullptr));
+  GST_ELEMENT_WARNING(element, RESOURCE, SETTINGS,
+                      ("A setting %s::… was not taken: the pad has no property of that name, or "
+                       "the value cannot be read. %s takes %s; numbers have a decimal point.",
+                       name, name, properties_of(pad).c_str()),
+                      (nullptr));
 }
 
 void say_missing(GstElement* element, const Pads& pads) {
@@ -125,7 +124,7 @@ void say_missing(GstElement* element, const Pads& pads) {
   for (const std::string& name : names)
     GST_ELEMENT_WARNING(element, RESOURCE, SETTINGS,
                         ("A setting %s::… waits for a pad of that name, which %s does not have. It "
-                         "has %s.",
+                         "has %s; request the pad, or set one of these.",
                          name.c_str(), GST_OBJECT_NAME(element), existing.c_str()),
                         (nullptr));
 }

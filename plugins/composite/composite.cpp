@@ -4,19 +4,6 @@
 /// is the scene as it is without them; the scene's geometry hides them where it stands in front;
 /// they throw a soft shadow of the main light and are mirrored in the largest planar mirror. Draws
 /// with OpenGL; pictures come and go in system memory or as memory:GLMemory.
-///
-/// Properties that matter: on each mesh pad `translate-x` … `scale`, the subject's place; `shadow`,
-/// `mirror`, `edge-samples`, quality for time. Camera, lights and scene come with the background
-/// where it announces them (scenesrc does), else from `scene`, `eye-x` … `field-of-view`, or by
-/// mouse and keys.
-///
-/// gst-launch-1.0 composite name=mix ! videoconvert ! fakesink
-///     scenesrc num-buffers=30 ! video/x-raw,width=640,height=360 ! mix.background
-///     hullbuild name=hull ! hulltexture ! mix.mesh_0
-///     rigtestsrc camera=cam0 num-buffers=30 ! chromamatte ! gaussblur ! contourfind camera=cam0 !
-///     hull. rigtestsrc camera=cam1 num-buffers=30 ! chromamatte ! gaussblur ! contourfind
-///     camera=cam1 ! hull. rigtestsrc camera=cam2 num-buffers=30 ! chromamatte ! gaussblur !
-///     contourfind camera=cam2 ! hull.
 #include <gst/base/gstaggregator.h>
 #include <gst/gl/gl.h>
 #include <gst/video/video.h>
@@ -121,11 +108,10 @@ void take_announcement(Composite& self, GstEvent* event) {
     self.announced = true;
     self.statistics.count("announcements");
   } catch (const Error& error) {
-    self.statistics.warn(
-        GST_ELEMENT_CAST(self.element), "announcements-unusable",
-        std::string("What the background announced of its camera and scene was not "
-                    "understood and is not used: ") +
-            error.what());
+    self.statistics.warn(GST_ELEMENT_CAST(self.element), "announcements-unusable",
+                         std::string("What the background announced of its camera and scene was "
+                                     "not understood and is not used: ") +
+                             error.what());
   }
 }
 
@@ -214,19 +200,16 @@ void Composite::class_init(gpointer klass) {
   add_properties<Composite>(klass, viewport_properties(), &Composite::settings);
   add_force_live<Composite>(
       klass,
-      "Whether frames go out by their deadline even if no source is live, so that a silent "
-      "mesh "
+      "Whether frames go out by their deadline even if no source is live, so that a silent mesh "
       "input cannot stall the picture. Can only be set when the element is made.");
   add_statistics<Composite>(
       klass,
-      "Counters since the start: frames, frames-overdue (left out because they came too late to "
-      "be used), frames-unwanted (left out because not all can be drawn), frame-step (every "
-      "how many frames of the background one is drawn), passed-through (the background went "
-      "out untouched), drawn, "
-      "no-mesh, meshes, meshes-unusable, announcements, announcements-unusable, …-skipped and "
-      "…-reused (work left out), pictures-uploaded and -skipped, bytes-uploaded; and of the "
-      "last "
-      "frame frame-ms and the milliseconds per pass on the CPU (…-ms) and, of a frame shortly "
+      "Counters since the start: frames, frames-overdue (left out because they came too late to be "
+      "used), frames-unwanted (left out because not all can be drawn), frame-step (every how many "
+      "frames of the background one is drawn), passed-through (the background went out untouched), "
+      "drawn, no-mesh, meshes, meshes-unusable, announcements, announcements-unusable, …-skipped "
+      "and …-reused (work left out), pictures-uploaded and -skipped, bytes-uploaded; and of the "
+      "last frame frame-ms and the milliseconds per pass on the CPU (…-ms) and, of a frame shortly "
       "before, on the graphics processor (…-gpu-ms, negative where it cannot tell).");
   set_metadata(klass, "Scene compositor", "Filter/Effect/Video/Compositor",
                "Puts textured visual hulls into the picture of a synthetic scene, with occlusion, "

@@ -102,10 +102,9 @@ void FrameComposer::draw_in_memory(const FrameBuffers& buffers, GstBuffer* outpu
   const auto draw = [&](const std::uint8_t* from, int from_stride, std::uint8_t* to,
                         int to_stride) {
     if (from_stride % 4 != 0 || to_stride % 4 != 0)
-      throw Error(
-          Error::Kind::unsupported,
-          "composite got a picture whose rows are not a multiple of four bytes apart. Put a "
-          "videoconvert in front of it.");
+      throw Error(Error::Kind::unsupported,
+                  "composite got a picture whose rows are not a multiple of four bytes apart. Put "
+                  "a videoconvert in front of it.");
     gl_.run([&](Compositor& compositor) {
       compositor.render(frame_, plan_, settings_, from, from_stride, to, to_stride);
       report(compositor);

@@ -28,12 +28,11 @@ std::span<const Property<CompositeSettings>> composite_properties() {
   using S = CompositeSettings;
   constexpr double far = 1e6;
   static const Property<S> table[] = {
-      property<&S::scene>("scene", "Scene",
-                          "Path of the glTF 2.0 file (.glb or .gltf) that the background shows, or "
-                          "builtin:room. Used "
-                          "where the background does not announce its scene; unset, there is then "
-                          "no scene: nothing "
-                          "hides the subject, and it throws no shadow."),
+      property<&S::scene>(
+          "scene", "Scene",
+          "Path of the glTF 2.0 file (.glb or .gltf) that the background shows, or builtin:room. "
+          "Used where the background does not announce its scene; unset, there is then no scene: "
+          "nothing hides the subject, and it throws no shadow."),
       property<&S::exposure>(
           "exposure", "Exposure",
           "Picture value (1 is white) per unit of the scene's radiance (0 to 1e6), where the "
@@ -61,15 +60,15 @@ std::span<const Property<CompositeSettings>> composite_properties() {
       property<&S::skip>("skip", "Skip",
                          "Whether work that changes no pixel is left out. The picture is the same "
                          "without, only slower: for tests."),
-      property<&S::navigate>("navigate", "Navigate",
-                             "Whether mouse and keys that a video sink sends back move the "
-                             "viewport. Where the background "
-                             "announces its camera they are passed on to its source instead."),
-      property<&S::max_mesh_age>("max-mesh-age", "Oldest mesh",
-                                 "How much older than the background's frame a mesh may be, in "
-                                 "nanoseconds, before it is no "
-                                 "longer shown (0 to 18446744073709551615, which is for ever).",
-                                 0, 18446744073709551615.0),
+      property<&S::navigate>(
+          "navigate", "Navigate",
+          "Whether mouse and keys that a video sink sends back move the viewport. Where the "
+          "background announces its camera they are passed on to its source instead."),
+      property<&S::max_mesh_age>(
+          "max-mesh-age", "Oldest mesh",
+          "How much older than the background's frame a mesh may be, in nanoseconds, before it is "
+          "no longer shown (0 to 18446744073709551615, which is for ever).",
+          0, 18446744073709551615.0),
       property<&S::max_latency>(
           "max-latency", "Largest latency",
           "How late meshes and frames may come, in nanoseconds (0 to 60 s), to be waited for in a "
@@ -95,16 +94,14 @@ std::span<const Property<PlacementSettings>> placement_properties() {
   using S = PlacementSettings;
   constexpr double far = 1e6;
   static const Property<S> table[] = {
-      property<&S::translate_x>("translate-x", "Translate x",
-                                "Moves the subject along the scene's x axis, in metres (-1e6 to "
-                                "1e6).",
-                                -far, far),
+      property<&S::translate_x>(
+          "translate-x", "Translate x",
+          "Moves the subject along the scene's x axis, in metres (-1e6 to 1e6).", -far, far),
       property<&S::translate_y>("translate-y", "Translate y",
                                 "Moves the subject up, in metres (-1e6 to 1e6).", -far, far),
-      property<&S::translate_z>("translate-z", "Translate z",
-                                "Moves the subject along the scene's z axis, in metres (-1e6 to "
-                                "1e6).",
-                                -far, far),
+      property<&S::translate_z>(
+          "translate-z", "Translate z",
+          "Moves the subject along the scene's z axis, in metres (-1e6 to 1e6).", -far, far),
       property<&S::rotate_x>("rotate-x", "Rotate x",
                              "Turns the subject about the x axis through the centre of its hull's "
                              "bounding box, in degrees (-1e6 to 1e6); x first, then y, then z.",

@@ -3,12 +3,6 @@
 /// gaussblur: blurs the matte of a frame (the alpha of RGBA, or GRAY8 as it is) with a Gaussian and
 /// leaves the colours alone. It takes the noise out of a keyed matte before contours are traced. It
 /// works in place, and only where the matte is neither plainly foreground nor plainly background.
-///
-/// Properties that matter: `sigma` in pixels, and `threshold`, which makes the matte binary again.
-/// With sigma=0 and threshold=0 buffers pass through untouched.
-///
-/// gst-launch-1.0 videotestsrc num-buffers=60 pattern=ball background-color=0xff10c030 !
-///     chromamatte key=green ! gaussblur sigma=2 ! fakesink
 #include <gst/video/gstvideofilter.h>
 #include <gst/video/video.h>
 

@@ -6,12 +6,6 @@
 /// event "polyhull-announcement" says which camera, lights and scene made the picture, so that
 /// composite draws its subjects with exactly those. Mouse and keys (GstNavigation) move the
 /// viewport.
-///
-/// Properties that matter: `scene`, `path=orbit`, `eye-*`, `target-*` and `field-of-view` say what is seen;
-/// `light-*` and `exposure-compensation` can be changed while it plays.
-///
-/// gst-launch-1.0 scenesrc path=orbit num-buffers=50 ! video/x-raw,width=640,height=360 !
-///     videoconvert ! autovideosink
 #include <gst/base/gstpushsrc.h>
 #include <gst/video/video.h>
 
@@ -172,13 +166,12 @@ void SceneSrc::class_init(gpointer klass) {
   add_properties<SceneSrc>(klass, scene_properties(), &SceneSrc::settings);
   add_statistics<SceneSrc>(
       klass,
-      "Counters since the start: frames, frames-drawn (new views), frames-refined, "
-      "frames-repeated (nothing had changed: no work), frames-skipped (left out when live and "
-      "late), frames-unwanted (left out because what follows cannot keep up), rays and "
-      "pixels-smoothed (of drawn frames), samples (per pixel, in the picture "
-      "now), light-fills (how often the light was computed), light-rays, light-points, "
-      "warnings; "
-      "and times in milliseconds: last-frame-ms, last-drawn-ms, light-ms.");
+      "Counters since the start: frames, frames-drawn (new views), frames-refined, frames-repeated "
+      "(nothing had changed: no work), frames-skipped (left out when live and late), "
+      "frames-unwanted (left out because what follows cannot keep up), rays and pixels-smoothed "
+      "(of drawn frames), samples (per pixel, in the picture now), light-fills (how often the "
+      "light was computed), light-rays, light-points, warnings; and times in milliseconds: "
+      "last-frame-ms, last-drawn-ms, light-ms.");
   set_metadata(
       klass, "Scene source", "Source/Video",
       "Ray-traced picture of a glTF scene, with its camera and lights announced for compositing");
