@@ -171,26 +171,9 @@ gboolean Composite::navigate(GstEvent* event) {
 Composite::Composite(gpointer object)
     : LiveAggregator(object, "composite-stats"), gl(GST_ELEMENT_CAST(object)) {
   forget_formats();
-  statistics.declare({"frames",
-                      "frames-overdue",
-                      "frames-unwanted",
-                      "frame-step",
-                      "passed-through",
-                      "drawn",
-                      "no-mesh",
-                      "meshes",
-                      "meshes-unusable",
-                      "announcements",
-                      "announcements-unusable",
-                      "subject-skipped",
-                      "shadow-skipped",
-                      "mirror-skipped",
-                      "scene-depth-reused",
-                      "static-shadow-reused",
-                      "mesh-reused",
-                      "pictures-uploaded",
-                      "pictures-skipped",
-                      "bytes-uploaded"});
+  statistics.declare({"frames", "frames-overdue", "frames-unwanted", "frame-step", "passed-through",
+                      "no-mesh", "meshes", "meshes-unusable", "announcements",
+                      "announcements-unusable"});
 }
 
 void Composite::class_init(gpointer klass) {

@@ -27,6 +27,13 @@ constexpr const char* gpu_names[] = {"upload-gpu-ms", "shadow-maps-gpu-ms", "sce
 
 }  // namespace
 
+FrameComposer::FrameComposer(CompositeGl& gl, Statistics& statistics)
+    : gl_(gl), statistics_(statistics) {
+  statistics.declare({"drawn", "subject-skipped", "shadow-skipped", "mirror-skipped",
+                      "scene-depth-reused", "static-shadow-reused", "mesh-reused",
+                      "pictures-uploaded", "pictures-skipped", "bytes-uploaded"});
+}
+
 std::shared_ptr<const Scene> FrameComposer::open(const std::string& name) {
   if (!scene_ || scene_name_ != name) {
     scene_.reset();
@@ -134,12 +141,12 @@ void FrameComposer::report(const Compositor& compositor) {
   statistics_.count("pictures-uploaded", s.pictures_uploaded);
   statistics_.count("pictures-skipped", s.pictures_skipped);
   statistics_.count("bytes-uploaded", s.bytes_uploaded);
-  if (s.subject_skipped) statistics_.count("subject-skipped");
-  if (s.shadow_skipped) statistics_.count("shadow-skipped");
-  if (s.mirror_skipped) statistics_.count("mirror-skipped");
-  if (s.scene_depth_reused) statistics_.count("scene-depth-reused");
-  if (s.static_shadow_reused) statistics_.count("static-shadow-reused");
-  if (s.mesh_reused) statistics_.count("mesh-reused");
+  statistics_.count("subject-skipped", s.subject_skipped);
+  statistics_.count("shadow-skipped", s.shadow_skipped);
+  statistics_.count("mirror-skipped", s.mirror_skipped);
+  statistics_.count("scene-depth-reused", s.scene_depth_reused);
+  statistics_.count("static-shadow-reused", s.static_shadow_reused);
+  statistics_.count("mesh-reused", s.mesh_reused);
 }
 
 void FrameComposer::reset() {

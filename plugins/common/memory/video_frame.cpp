@@ -2,6 +2,7 @@
 #include "plugins/common/memory/video_frame.h"
 
 #include <string>
+#include <utility>
 
 #include "base/error.h"
 
@@ -9,38 +10,25 @@ namespace polyhull::element {
 namespace {
 
 FrameFormat format_of(GstVideoFormat format) {
-  switch (format) {
-    case GST_VIDEO_FORMAT_RGBx:
-      return FrameFormat::rgbx;
-    case GST_VIDEO_FORMAT_BGRx:
-      return FrameFormat::bgrx;
-    case GST_VIDEO_FORMAT_RGBA:
-      return FrameFormat::rgba;
-    case GST_VIDEO_FORMAT_BGRA:
-      return FrameFormat::bgra;
-    case GST_VIDEO_FORMAT_RGB:
-      return FrameFormat::rgb;
-    case GST_VIDEO_FORMAT_BGR:
-      return FrameFormat::bgr;
-    case GST_VIDEO_FORMAT_GRAY8:
-      return FrameFormat::gray8;
-    case GST_VIDEO_FORMAT_I420:
-      return FrameFormat::i420;
-    case GST_VIDEO_FORMAT_NV12:
-      return FrameFormat::nv12;
-    case GST_VIDEO_FORMAT_YUY2:
-      return FrameFormat::yuy2;
-    case GST_VIDEO_FORMAT_UYVY:
-      return FrameFormat::uyvy;
-    case GST_VIDEO_FORMAT_I420_10LE:
-      return FrameFormat::i420_10le;
-    case GST_VIDEO_FORMAT_v210:
-      return FrameFormat::v210;
-    default:
-      throw Error(Error::Kind::unsupported, std::string("The video format ") +
-                                                gst_video_format_to_string(format) +
-                                                " cannot be keyed; put a videoconvert in front.");
-  }
+  constexpr std::pair<GstVideoFormat, FrameFormat> known[] = {
+      {GST_VIDEO_FORMAT_RGBx, FrameFormat::rgbx},
+      {GST_VIDEO_FORMAT_BGRx, FrameFormat::bgrx},
+      {GST_VIDEO_FORMAT_RGBA, FrameFormat::rgba},
+      {GST_VIDEO_FORMAT_BGRA, FrameFormat::bgra},
+      {GST_VIDEO_FORMAT_RGB, FrameFormat::rgb},
+      {GST_VIDEO_FORMAT_BGR, FrameFormat::bgr},
+      {GST_VIDEO_FORMAT_GRAY8, FrameFormat::gray8},
+      {GST_VIDEO_FORMAT_I420, FrameFormat::i420},
+      {GST_VIDEO_FORMAT_NV12, FrameFormat::nv12},
+      {GST_VIDEO_FORMAT_YUY2, FrameFormat::yuy2},
+      {GST_VIDEO_FORMAT_UYVY, FrameFormat::uyvy},
+      {GST_VIDEO_FORMAT_I420_10LE, FrameFormat::i420_10le},
+      {GST_VIDEO_FORMAT_v210, FrameFormat::v210}};
+  for (const auto& [theirs, ours] : known)
+    if (theirs == format) return ours;
+  throw Error(Error::Kind::unsupported, std::string("The video format ") +
+                                            gst_video_format_to_string(format) +
+                                            " cannot be keyed; put a videoconvert in front.");
 }
 
 ColourMatrix matrix_of(const GstVideoInfo& info) {
