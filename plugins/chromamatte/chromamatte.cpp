@@ -62,7 +62,6 @@ struct ChromaMatte {
   FrameView layout;  // the rest belongs to the streaming thread
   KeyConfiguration configuration;
   Keyer keyer;
-  int learning = 0;
   PlanePool<Matte> mattes;
 };
 
@@ -131,7 +130,6 @@ gboolean start(GstBaseTransform* base) {
   ChromaMatte& self = state_of<ChromaMatte>(base);
   self.keyer = Keyer();
   self.configuration = KeyConfiguration();
-  self.learning = 0;
   self.pace.reset();
   self.statistics.reset();
   return TRUE;
@@ -150,11 +148,7 @@ void configure(GstElement* element) {
   if (camera.empty()) camera = GST_OBJECT_NAME(element);
   configure_key(self.configuration, element, self.statistics, values, camera, self.layout.width,
                 self.layout.height, [&](const KeySettings& settings) { self.keyer.set(settings); });
-  if (self.configuration.due_for_sampling(values.resample)) self.keyer.recalibrate();
-  if (values.learn_plate != self.learning) {
-    self.learning = values.learn_plate;
-    if (self.learning > 0) self.keyer.learn_plate(self.learning);
-  }
+  self.configuration.sample_and_learn(values, [&]() -> Keyer& { return self.keyer; });
 }
 
 void key_frame(ChromaMatte& self, const FrameView& frame, KeyView view, Matte& matte,

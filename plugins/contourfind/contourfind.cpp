@@ -44,19 +44,11 @@ gboolean set_caps(GstBaseTransform* base, GstCaps* in, GstCaps*) {
 }
 
 MatteContent content_of(ContourFind& self, const GstVideoFrame& frame) {
-  const int width = GST_VIDEO_FRAME_WIDTH(&frame);
-  const int height = GST_VIDEO_FRAME_HEIGHT(&frame);
-  const bool rgba = GST_VIDEO_FRAME_FORMAT(&frame) == GST_VIDEO_FORMAT_RGBA;
-  const int step = rgba ? 4 : 1;
-  const auto* first =
-      static_cast<const std::uint8_t*>(GST_VIDEO_FRAME_PLANE_DATA(&frame, 0)) + (rgba ? 3 : 0);
-  const std::ptrdiff_t stride = GST_VIDEO_FRAME_PLANE_STRIDE(&frame, 0);
-  const MatteContent* attached = get_matte(frame.buffer, width, height);
-  if (attached != nullptr &&
-      (is_unwritten(frame.buffer) || is_alpha_of(*attached, first, stride, step)))
-    return *attached;
+  const AlphaView alpha = alpha_of(frame);
+  const MatteContent* attached = attached_matte(frame.buffer, alpha, is_unwritten(frame.buffer));
+  if (attached != nullptr) return *attached;
   auto matte = self.mattes.take();
-  load_matte(first, stride, step, width, height, *matte);
+  load_matte(alpha.first, alpha.stride, alpha.step, alpha.width, alpha.height, *matte);
   return {matte, nullptr, 0.0};
 }
 

@@ -53,7 +53,6 @@ struct SilhouetteElement : ViewElement {
   SilhouetteSettings settings;
   bool configured = false;
   Silhouetter silhouetter;
-  int learning = 0;
   std::uint64_t reused = 0;
   Sent sent;
 };
@@ -107,16 +106,8 @@ bool SilhouetteElement::configure(GstElement* element, const ContourValues& cont
                   configured = true;
                   changed = true;
                 });
-  if (configuration.due_for_sampling(key_now.resample)) {
-    silhouetter.keyer().recalibrate();
-    changed = true;
-  }
-  if (key_now.learn_plate != learning) {
-    learning = key_now.learn_plate;
-    if (learning > 0) silhouetter.keyer().learn_plate(learning);
-    changed = true;
-  }
-  return changed;
+  const auto keyer = [this]() -> Keyer& { return silhouetter.keyer(); };
+  return configuration.sample_and_learn(key_now, keyer) || changed;
 }
 
 GstBuffer* SilhouetteElement::make_view(GstBaseTransform* base, const GstVideoFrame& video) {
@@ -158,7 +149,6 @@ gboolean start(GstBaseTransform* base) {
   self.silhouetter = Silhouetter();
   self.configuration = KeyConfiguration();
   self.configured = false;
-  self.learning = 0;
   self.reused = 0;
   self.control.reset();
   self.pace.reset();

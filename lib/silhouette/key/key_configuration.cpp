@@ -174,4 +174,14 @@ bool KeyConfiguration::due_for_sampling(int resample) {
   return true;
 }
 
+bool KeyConfiguration::sample_and_learn(const KeyValues& values,
+                                        const std::function<Keyer&()>& keyer) {
+  const bool due = due_for_sampling(values.resample);
+  if (due) keyer().recalibrate();
+  if (values.learn_plate == learning_) return due;
+  learning_ = values.learn_plate;
+  if (learning_ > 0) keyer().learn_plate(learning_);
+  return true;
+}
+
 }  // namespace polyhull

@@ -66,8 +66,9 @@ class KeyConfiguration {
     return in_force_ && width == in_force_->width && height == in_force_->height;
   }
 
-  /// Counts a frame; true when screen and foreground are to be sampled again with it.
-  bool due_for_sampling(int resample);
+  /// Counts a frame, and has the keyer sample or learn anew with it where \p values ask for that;
+  /// true: they did.
+  bool sample_and_learn(const KeyValues& values, const std::function<Keyer&()>& keyer);
 
  private:
   struct Request {
@@ -78,12 +79,14 @@ class KeyConfiguration {
     bool operator==(const Request&) const = default;
   };
   KeySettings settings_for(const Request& request) const;
+  bool due_for_sampling(int resample);
   std::shared_ptr<const Picture> outside_mask(const Request& request, Rings& outside) const;
 
   std::optional<Request> in_force_;
   std::optional<Request> refused_;
   KeySettings settings_;
   int frames_since_sampling_ = 0;
+  int learning_ = 0;
 };
 
 }  // namespace polyhull

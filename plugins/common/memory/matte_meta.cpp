@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "plugins/common/memory/matte_meta.h"
 
-#include <gst/video/video.h>
-
 #include <new>
 #include <utility>
 
@@ -72,14 +70,23 @@ bool is_unwritten(GstBuffer* buffer) {
   return stamp != 0 && stamp == write_stamp(buffer);
 }
 
-const MatteContent* get_matte(GstBuffer* buffer, int width, int height) {
+AlphaView alpha_of(const GstVideoFrame& frame) {
+  const bool rgba = GST_VIDEO_FRAME_FORMAT(&frame) == GST_VIDEO_FORMAT_RGBA;
+  return {static_cast<std::uint8_t*>(GST_VIDEO_FRAME_PLANE_DATA(&frame, 0)) + (rgba ? 3 : 0),
+          GST_VIDEO_FRAME_PLANE_STRIDE(&frame, 0), rgba ? 4 : 1, GST_VIDEO_FRAME_WIDTH(&frame),
+          GST_VIDEO_FRAME_HEIGHT(&frame)};
+}
+
+const MatteContent* attached_matte(GstBuffer* buffer, const AlphaView& alpha, bool unwritten) {
   GstMeta* meta = gst_buffer_get_meta(buffer, api_type());
   if (meta == nullptr) return nullptr;
-  const MatteContent* content = &reinterpret_cast<MatteMeta*>(meta)->content;
+  const MatteContent& content = reinterpret_cast<MatteMeta*>(meta)->content;
   const auto fits = [&](const auto& plane) {
-    return plane != nullptr && plane->width == width && plane->height == height;
+    return plane != nullptr && plane->width == alpha.width && plane->height == alpha.height;
   };
-  return fits(content->matte) || fits(content->field) ? content : nullptr;
+  if (!fits(content.matte) && !fits(content.field)) return nullptr;
+  return unwritten || is_alpha_of(content, alpha.first, alpha.stride, alpha.step) ? &content
+                                                                                  : nullptr;
 }
 
 }  // namespace polyhull::element

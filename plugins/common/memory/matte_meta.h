@@ -13,7 +13,7 @@
 /// chromamatte takes from an allocator that notes it; where it may be so, the alpha is compared.
 #pragma once
 
-#include <gst/gst.h>
+#include <gst/video/video.h>
 
 #include "silhouette/pixels/matte_content.h"
 
@@ -23,12 +23,20 @@ namespace polyhull::element {
 /// pixels are written, or mapped for the last time.
 void set_matte(GstBuffer* buffer, MatteContent content);
 
-/// The content attached to \p buffer if its planes have the size given, else null. Valid as long as
-/// the buffer is held.
-const MatteContent* get_matte(GstBuffer* buffer, int width, int height);
-
 /// Whether nobody has mapped the memory of \p buffer for writing since a matte was attached to it;
 /// false, too, where that cannot be known.
 bool is_unwritten(GstBuffer* buffer);
+
+/// Where the matte lies in a frame: the alpha of RGBA, or GRAY8 as it is.
+struct AlphaView {
+  std::uint8_t* first;
+  std::ptrdiff_t stride;
+  int step, width, height;
+};
+AlphaView alpha_of(const GstVideoFrame& frame);
+
+/// What is attached to \p buffer, whose alpha is \p alpha, where that still holds; else null. Valid as
+/// long as the buffer is held. \p unwritten: is_unwritten(), asked before the frame was mapped.
+const MatteContent* attached_matte(GstBuffer* buffer, const AlphaView& alpha, bool unwritten);
 
 }  // namespace polyhull::element
