@@ -43,7 +43,7 @@ def chain(folder, output):
         meshes. ! queue ! multifilesink async=false location={output}/%d.mesh
         meshes. ! queue ! composite.mesh_0
         scenesrc num-buffers={FRAMES} refinement=never
-          eye-x={EYE[0]} eye-y={EYE[1]} eye-z={EYE[2]} target-y=0.98 fov=52 !
+          eye-x={EYE[0]} eye-y={EYE[1]} eye-z={EYE[2]} target-y=0.98 field-of-view=52 !
         video/x-raw,width=640,height=360,framerate=25/1 ! queue ! composite.background
         composite name=composite ! videoconvert ! pngenc !
         multifilesink async=false location={output}/%d.png""".split()

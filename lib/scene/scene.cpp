@@ -131,15 +131,20 @@ Bounds scene_bounds(const Scene& scene) {
 Camera look_at(const Vec3& eye, const Vec3& target, double vertical_fov, int width, int height,
                const Vec3& up) {
   const Vec3 forward = target - eye;
-  const Vec3 right = glm::cross(forward, up);
+  Vec3 right = glm::cross(forward, up);
+  const auto along = [&](const Vec3& upwards) {
+    return !(glm::length(right) > 1e-9 * glm::length(forward) * glm::length(upwards));
+  };
+  const Vec3 other_up(0, 0, -1);
+  if (along(up)) right = glm::cross(forward, other_up);
   const auto finite = [](const Vec3& v) {
     return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
   };
-  if (!finite(eye) || !finite(target) || !finite(up) ||
-      !(glm::length(right) > 1e-9 * glm::length(forward) * glm::length(up))) {
+  if (!finite(eye) || !finite(target) || !finite(up) || along(other_up)) {
     throw Error(Error::Kind::bad_input,
-                "A viewport camera needs an eye and a target at different places, and a finite "
-                "direction of view that is not along its upward direction.");
+                "The viewport needs an eye and a target at different, finite places; the eye is at "
+                "({}, {}, {}). Move one of them.",
+                eye.x, eye.y, eye.z);
   }
   if (!(vertical_fov > 0.0 && vertical_fov < 180.0) || width < 1 || height < 1) {
     throw Error(Error::Kind::bad_input,

@@ -103,9 +103,10 @@ void set_light(Scene& scene, std::size_t index, const Light& light);
 /// The box around all meshes. Throws Error for a scene without vertices.
 Bounds scene_bounds(const Scene& scene);
 
-/// The camera at \p eye that looks at \p target, \p up upwards in the picture, with \p vertical_fov
-/// degrees from the upper to the lower edge of the picture. Throws Error where these do not make a
-/// camera (eye = target, up along the view, field of view not between 0 and 180, empty picture).
+/// The camera at \p eye that looks at \p target, \p up upwards in the picture (-z where it looks along
+/// that), with \p vertical_fov degrees from the upper to the lower edge of the picture. Throws Error
+/// where these do not make a camera (eye = target, field of view not between 0 and 180, empty
+/// picture).
 Camera look_at(const Vec3& eye, const Vec3& target, double vertical_fov, int width, int height,
                const Vec3& up = Vec3(0, 1, 0));
 

@@ -67,9 +67,11 @@ bool ViewportControl::key(std::string_view key) {
     shift_.x += key == "d" ? key_shift : -key_shift;
   else if (key == "q" || key == "e")
     shift_.y += key == "e" ? key_shift : -key_shift;
-  else if (key == "Home")
+  else if (key == "Home") {
+    const bool was_changed = changed();
     *this = ViewportControl{};
-  else
+    return was_changed;
+  } else
     return false;
   return true;
 }
@@ -91,6 +93,13 @@ ViewportPose ViewportControl::apply(const ViewportPose& pose) const {
   const Vec3 up = glm::cross(back, right);
   const Vec3 moved = pose.target + new_distance * (shift_.x * right + shift_.y * up);
   return {moved + new_distance * back, moved};
+}
+
+ViewportPose ViewportControl::take(const ViewportPose& pose) {
+  const ViewportPose moved = apply(pose);
+  yaw_ = pitch_ = nearness_ = 0.0;
+  shift_ = Vec3(0.0);
+  return moved;
 }
 
 }  // namespace polyhull

@@ -32,6 +32,8 @@ class ViewportControl {
 
   /// \p pose as the operator changed it.
   ViewportPose apply(const ViewportPose& pose) const;
+  /// The same for who keeps the pose: the changes are forgotten, a button stays held.
+  ViewportPose take(const ViewportPose& pose);
 
   bool changed() const { return yaw_ != 0 || pitch_ != 0 || nearness_ != 0 || shift_ != Vec3(0.0); }
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "wire/payload.h"
 
+#include <flatbuffers/util.h>
+
 #include <bit>
 #include <cstring>
 #include <limits>
@@ -120,26 +122,10 @@ void Payload::finish() const {
   if (left_ != 0) fail(what_, fmt::format("{} bytes of pixels belong to no view", left_));
 }
 
-bool is_utf8(std::span<const char> text) {
-  std::size_t i = 0;
-  while (i < text.size()) {
-    const auto lead = static_cast<unsigned char>(text[i]);
-    const int more = lead < 0x80                    ? 0
-                     : lead >= 0xC2 && lead < 0xE0  ? 1
-                     : lead >= 0xE0 && lead < 0xF0  ? 2
-                     : lead >= 0xF0 && lead <= 0xF4 ? 3
-                                                    : -1;
-    if (more < 0 || lead == 0 || text.size() - i <= static_cast<std::size_t>(more)) return false;
-    std::uint32_t code = more == 0 ? lead : lead & (0x3F >> more);
-    for (int j = 1; j <= more; ++j) {
-      const auto next = static_cast<unsigned char>(text[i + j]);
-      if ((next & 0xC0) != 0x80) return false;
-      code = code << 6 | (next & 0x3F);
-    }
-    constexpr std::uint32_t smallest[] = {0, 0x80, 0x800, 0x10000};
-    if (code < smallest[more] || code > 0x10FFFF || (code >= 0xD800 && code < 0xE000)) return false;
-    i += more + 1;
-  }
+bool is_utf8(const std::string& text) {
+  const char* const end = text.c_str() + text.size();
+  for (const char* at = text.c_str(); at != end;)
+    if (flatbuffers::FromUTF8(&at) <= 0) return false;  // the zero at the end ends a cut character
   return true;
 }
 

@@ -20,6 +20,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <string>
 #include <vector>
 
 namespace polyhull {
@@ -67,6 +68,6 @@ class Payload {
 };
 
 /// Whether \p text is well-formed UTF-8 without zero bytes.
-bool is_utf8(std::span<const char> text);
+bool is_utf8(const std::string& text);
 
 }  // namespace polyhull

@@ -4,12 +4,6 @@
 /// been shown). It takes the formats cameras and decoders deliver, without a conversion in front,
 /// and writes RGBA with the matte in alpha: 255 subject, 0 background, and in between the fraction
 /// of the pixel that the subject covers.
-///
-/// Properties that matter: `key` and `method` say what the background is like; `roi-*` limit where
-/// the subject can be; `view=status` shows an operator what the key does.
-///
-/// gst-launch-1.0 videotestsrc num-buffers=60 pattern=ball background-color=0xff10c030 !
-///     video/x-raw,format=NV12 ! chromamatte key=green ! fakesink
 #include <gst/video/gstvideofilter.h>
 #include <gst/video/video.h>
 
@@ -21,7 +15,6 @@
 #include "plugins/common/memory/matte_meta.h"
 #include "plugins/common/memory/recycling_allocator.h"
 #include "plugins/common/memory/video_frame.h"
-#include "plugins/common/silhouette/key_configuration.h"
 #include "plugins/common/silhouette/key_properties.h"
 #include "plugins/common/transform.h"
 
@@ -69,7 +62,6 @@ struct ChromaMatte {
   FrameView layout;  // the rest belongs to the streaming thread
   KeyConfiguration configuration;
   Keyer keyer;
-  int learning = 0;
   PlanePool<Matte> mattes;
 };
 
@@ -84,9 +76,7 @@ GstCaps* transform_caps(GstBaseTransform* base, GstPadDirection direction, GstCa
     gst_structure_remove_fields(gst_caps_get_structure(free, i), "format", "colorimetry",
                                 "chroma-site", nullptr);
   }
-  g_autoptr(GstCaps) result = gst_caps_intersect_full(free, allowed, GST_CAPS_INTERSECT_FIRST);
-  if (filter == nullptr) return g_steal_pointer(&result);
-  return gst_caps_intersect_full(filter, result, GST_CAPS_INTERSECT_FIRST);
+  return filtered(gst_caps_intersect_full(free, allowed, GST_CAPS_INTERSECT_FIRST), filter);
 }
 
 /// RGBA has no matrix; luma and chroma have become full range, and transfer and primaries remain
@@ -140,7 +130,6 @@ gboolean start(GstBaseTransform* base) {
   ChromaMatte& self = state_of<ChromaMatte>(base);
   self.keyer = Keyer();
   self.configuration = KeyConfiguration();
-  self.learning = 0;
   self.pace.reset();
   self.statistics.reset();
   return TRUE;
@@ -157,14 +146,9 @@ void configure(GstElement* element) {
   const KeyValues values = snapshot(element, self.key);
   std::string camera = snapshot(element, self.camera).camera;
   if (camera.empty()) camera = GST_OBJECT_NAME(element);
-  self.configuration.apply(element, self.statistics, values, camera, self.layout.width,
-                           self.layout.height,
-                           [&](const KeySettings& settings) { self.keyer.set(settings); });
-  if (self.configuration.due_for_sampling(values.resample)) self.keyer.recalibrate();
-  if (values.learn_plate != self.learning) {
-    self.learning = values.learn_plate;
-    if (self.learning > 0) self.keyer.learn_plate(self.learning);
-  }
+  configure_key(self.configuration, element, self.statistics, values, camera, self.layout.width,
+                self.layout.height, [&](const KeySettings& settings) { self.keyer.set(settings); });
+  self.configuration.sample_and_learn(values, [&]() -> Keyer& { return self.keyer; });
 }
 
 void key_frame(ChromaMatte& self, const FrameView& frame, KeyView view, Matte& matte,

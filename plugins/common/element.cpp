@@ -42,4 +42,10 @@ void add_template(gpointer klass, const char* name, GstPadDirection direction, c
   gst_element_class_add_pad_template(GST_ELEMENT_CLASS(klass), made);
 }
 
+GstCaps* filtered(GstCaps* caps, GstCaps* filter) {
+  g_autoptr(GstCaps) held = caps;
+  return filter == nullptr ? g_steal_pointer(&held)
+                           : gst_caps_intersect_full(filter, held, GST_CAPS_INTERSECT_FIRST);
+}
+
 }  // namespace polyhull::element

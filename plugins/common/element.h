@@ -38,7 +38,6 @@
 
 #include <functional>
 #include <string_view>
-#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -145,12 +144,11 @@ void add_property(gpointer klass, GParamSpec* spec, detail::Accessors accessors)
 }
 
 /// Adds the properties of \p table, which must last, over the settings \p member of State
-/// (or of what State derives from). A value that is not a number is refused with a warning and
+/// (or of what either derives from). A value that is not a number is refused with a warning and
 /// changes nothing.
-template <class State, class Owner, class Settings>
-void add_properties(gpointer klass, std::type_identity_t<std::span<const Property<Settings>>> table,
-                    Settings Owner::*member) {
-  for (const Property<Settings>& row : table) {
+template <class State, class Table, class Owner, class Settings>
+void add_properties(gpointer klass, const Table& table, Settings Owner::*member) {
+  for (const auto& row : table) {
     const auto set = [&row, member](gpointer object, const GValue* value) {
       bool accepted = false;
       {
@@ -189,5 +187,8 @@ void set_metadata(gpointer klass, const char* long_name, const char* classificat
 /// Adds a pad template: always there, or on request.
 void add_template(gpointer klass, const char* name, GstPadDirection direction, const char* caps,
                   GType pad_type = G_TYPE_NONE, GstPadPresence presence = GST_PAD_ALWAYS);
+
+/// What of \p caps, whose reference it takes, \p filter (null: all) lets pass, in its order.
+GstCaps* filtered(GstCaps* caps, GstCaps* filter);
 
 }  // namespace polyhull::element

@@ -55,9 +55,7 @@ gint compare_enums(const GValue* a, const GValue* b) {
 
 }  // namespace
 
-GType register_enum(const char* type_name, const GEnumValue* values) {
-  const GType known = g_type_from_name(type_name);
-  if (known != 0) return known;
+GType register_enum_values(const char* type_name, const GEnumValue* values) {
   const GType type = g_enum_register_static(type_name, values);
   gst_type_mark_as_plugin_api(type, static_cast<GstPluginAPIFlags>(0));
   // GStreamer keeps the pointer for as long as the process lives, as it does the type.

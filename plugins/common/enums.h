@@ -5,13 +5,35 @@
 
 #include <gst/gst.h>
 
+#include <initializer_list>
+#include <vector>
+
 namespace polyhull::element {
 
-/// Registers an enumeration once. \p values must be static and end with {0, nullptr, nullptr}; each
-/// value's name is a sentence for people, its nick what users type. Marked as part of the plugin's
-/// interface, so that the documentation tools list it. A text that is none of the values, as in
-/// `chromamatte key=yellow`, makes a warning that lists them.
-GType register_enum(const char* type_name, const GEnumValue* values);
+/// \p values must be static and end with {0, nullptr, nullptr}.
+GType register_enum_values(const char* type_name, const GEnumValue* values);
+
+template <class T>
+struct EnumValue {
+  T value;
+  const char* name;  ///< a sentence for people
+  const char* nick;  ///< what users type
+};
+
+/// Registers an enumeration once. Marked as part of the plugin's interface, so that the documentation
+/// tools list it. A text that is none of the values, as in `chromamatte key=yellow`, makes a warning
+/// that lists them.
+template <class T>
+GType register_enum(const char* type_name, std::initializer_list<EnumValue<T>> values) {
+  static const GType type = [&] {
+    static std::vector<GEnumValue> table;
+    for (const EnumValue<T>& v : values)
+      table.push_back({static_cast<gint>(v.value), v.name, v.nick});
+    table.push_back({0, nullptr, nullptr});
+    return register_enum_values(type_name, table.data());
+  }();
+  return type;
+}
 
 /// The GObject type of the C++ enumeration T: specialised where T gets a property.
 template <class T>

@@ -7,8 +7,14 @@
 
 namespace polyhull::element {
 
+std::string sentence(std::string text) {
+  if (!text.empty() && text.back() != '.') text += '.';
+  return text;
+}
+
 void post_error(GstElement* element, const std::exception& error) {
-  const char* const what = error.what();
+  const std::string text = sentence(error.what());
+  const char* const what = text.c_str();
   if (const auto* known = dynamic_cast<const Error*>(&error)) {
     switch (known->kind()) {
       case Error::Kind::not_found:

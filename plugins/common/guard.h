@@ -6,10 +6,14 @@
 #include <gst/gst.h>
 
 #include <exception>
+#include <string>
 #include <type_traits>
 #include <utility>
 
 namespace polyhull::element {
+
+/// \p text, which may come from the library as a part of a sentence, with a full stop at its end.
+std::string sentence(std::string text);
 
 /// Posts one error message on \p element for \p error: polyhull::Error by its kind, std::bad_alloc
 /// as lack of memory, anything else as a failure of the library. The sentence for people is what().

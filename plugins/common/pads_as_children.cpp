@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "plugins/common/object_lock.h"
+#include "plugins/common/live/live_pad.h"
 
 namespace polyhull::element {
 namespace {
@@ -77,19 +77,11 @@ GstPad* sink_pad(gpointer element, const std::string& name) {
   return nullptr;
 }
 
-std::vector<GstPad*> sink_pads(GstElement* element) {
-  std::vector<GstPad*> pads;
-  const ObjectLock lock(element);
-  for (GList* l = element->sinkpads; l != nullptr; l = l->next)
-    pads.push_back(GST_PAD_CAST(gst_object_ref(l->data)));
-  return pads;
-}
-
 /// "scale (0.001 to 1000), camera (text)": what our own pads have; the base class's is not for
 /// users.
-std::string properties_of(GstPad* pad) {
+std::string properties_of(GstAggregatorPad* pad) {
   guint count = 0;
-  GParamSpec** specs = g_object_class_list_properties(G_OBJECT_GET_CLASS(pad), &count);
+  g_autofree GParamSpec** specs = g_object_class_list_properties(G_OBJECT_GET_CLASS(pad), &count);
   std::string list;
   for (guint i = 0; i < count; ++i) {
     const GType owner = specs[i]->owner_type;
@@ -101,23 +93,21 @@ std::string properties_of(GstPad* pad) {
     }
     list += fmt::format("{}{} ({})", list.empty() ? "" : ", ", specs[i]->name, kind);
   }
-  g_free(specs);
   return list.empty() ? "no settings" : list;
 }
 
-void say_refused(GstElement* element, GstPad* pad) {
+void say_refused(GstElement* element, GstAggregatorPad* pad) {
   PadRequests& requests = requests_of(pad);
   if (requests.asked <= requests.set || requests.said.exchange(true)) return;
   const gchar* name = GST_OBJECT_NAME(pad);
-  GST_ELEMENT_WARNING(
-      element, RESOURCE, SETTINGS,
-      ("A setting %s::… was not taken: the pad has no property of that name, or the "
-       "value cannot be read. %s takes %s; numbers have a decimal point.",
-       name, name, properties_of(pad).c_str()),
-      (nullptr));
+  GST_ELEMENT_WARNING(element, RESOURCE, SETTINGS,
+                      ("A setting %s::… was not taken: the pad has no property of that name, or "
+                       "the value cannot be read. %s takes %s; numbers have a decimal point.",
+                       name, name, properties_of(pad).c_str()),
+                      (nullptr));
 }
 
-void say_missing(GstElement* element, const std::vector<GstPad*>& pads) {
+void say_missing(GstElement* element, const Pads& pads) {
   MissingPads& missing = missing_of(element);
   std::vector<std::string> names;
   {
@@ -127,34 +117,32 @@ void say_missing(GstElement* element, const std::vector<GstPad*>& pads) {
   // A setting that waits listens for new children; an application that tries a name out does not.
   if (!g_signal_has_handler_pending(element, child_added_signal(), 0, TRUE)) return;
   std::string existing;
-  for (GstPad* pad : pads) {
+  for (GstAggregatorPad* pad : pads) {
     existing += std::string(existing.empty() ? "" : ", ") + GST_OBJECT_NAME(pad);
     std::erase(names, std::string(GST_OBJECT_NAME(pad)));
   }
   for (const std::string& name : names)
     GST_ELEMENT_WARNING(element, RESOURCE, SETTINGS,
                         ("A setting %s::… waits for a pad of that name, which %s does not have. It "
-                         "has %s.",
+                         "has %s; request the pad, or set one of these.",
                          name.c_str(), GST_OBJECT_NAME(element), existing.c_str()),
                         (nullptr));
 }
 
 void count_setting(GObject* pad, GParamSpec*, gpointer) {
-  GstObject* element = gst_object_get_parent(GST_OBJECT_CAST(pad));
+  g_autoptr(GstObject) element = gst_object_get_parent(GST_OBJECT_CAST(pad));
   if (element != nullptr && announcing(element)) ++requests_of(pad).set;
-  gst_clear_object(&element);
 }
 
 GstPadProbeReturn at_stream_start(GstPad* pad, GstPadProbeInfo* info, gpointer) {
   if (GST_EVENT_TYPE(GST_PAD_PROBE_INFO_EVENT(info)) != GST_EVENT_STREAM_START)
     return GST_PAD_PROBE_OK;
   g_clear_signal_handler(&requests_of(pad).notify, pad);
-  if (GstElement* element = gst_pad_get_parent_element(pad)) {
-    const std::vector<GstPad*> pads = sink_pads(element);
-    for (GstPad* each : pads) say_refused(element, each);
+  g_autoptr(GstElement) element = gst_pad_get_parent_element(pad);
+  if (element != nullptr) {
+    const Pads pads(element);
+    for (GstAggregatorPad* each : pads) say_refused(element, each);
     say_missing(element, pads);
-    for (GstPad* each : pads) gst_object_unref(each);
-    gst_object_unref(element);
   }
   return GST_PAD_PROBE_REMOVE;
 }

@@ -3,6 +3,8 @@
 
 #include <cstring>
 
+#include "plugins/common/guard.h"
+
 namespace polyhull::element {
 
 Statistics::Entry& Statistics::entry(const char* name) {
@@ -68,7 +70,8 @@ GstStructure* Statistics::structure() const {
   return result;
 }
 
-void Statistics::warn(GstElement* element, const char* counter, const std::string& text) {
+void Statistics::warn(GstElement* element, const char* counter, const std::string& what) {
+  const std::string text = sentence(what);
   const std::int64_t now = g_get_monotonic_time();
   bool quiet = false;
   {

@@ -43,8 +43,8 @@ class Statistics {
   GstStructure* structure() const;
 
   /// The stream goes on, but something is wrong: adds 1 to the counter \p counter and posts a
-  /// warning message on \p element with the sentence \p text, at most one per second and counter.
-  void warn(GstElement* element, const char* counter, const std::string& text);
+  /// warning message on \p element with the sentence \p what, at most one per second and counter.
+  void warn(GstElement* element, const char* counter, const std::string& what);
 
  private:
   struct Entry {

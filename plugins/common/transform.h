@@ -34,7 +34,10 @@ GstFlowReturn submit_input_buffer(GstBaseTransform* base, gboolean discontinuous
 template <class State>
 gboolean src_event(GstBaseTransform* base, GstEvent* event) {
   State& self = state_of<State>(base);
-  if constexpr (requires { self.pace; }) self.pace.hear(event);
+  if constexpr (requires { self.pace; }) {
+    PaceChange change;
+    if (parse_pace_event(event, change)) self.pace.hear(change);
+  }
   if constexpr (requires { self.observe(base, event); }) self.observe(base, event);
   return GST_BASE_TRANSFORM_CLASS(parent_class<State>())->src_event(base, event);
 }

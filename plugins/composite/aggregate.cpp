@@ -2,10 +2,10 @@
 #include <gst/video/video.h>
 
 #include <algorithm>
-#include <chrono>
 #include <utility>
 
 #include "base/error.h"
+#include "base/stopwatch.h"
 #include "plugins/common/guard.h"
 #include "plugins/composite/element.h"
 
@@ -93,16 +93,11 @@ std::vector<GstAggregatorPad*> shown(const CompositePads& pads, std::int64_t end
 }
 
 GstBuffer* acquire(GstAggregator* aggregator, const GstVideoInfo& info) {
-  GstBufferPool* pool = gst_aggregator_get_buffer_pool(aggregator);
+  g_autoptr(GstBufferPool) pool = gst_aggregator_get_buffer_pool(aggregator);
+  if (!pool) return gst_buffer_new_allocate(nullptr, info.size, nullptr);
+  if (!gst_buffer_pool_is_active(pool)) gst_buffer_pool_set_active(pool, TRUE);
   GstBuffer* buffer = nullptr;
-  if (pool) {
-    if (!gst_buffer_pool_is_active(pool)) gst_buffer_pool_set_active(pool, TRUE);
-    if (gst_buffer_pool_acquire_buffer(pool, &buffer, nullptr) != GST_FLOW_OK) buffer = nullptr;
-    gst_object_unref(pool);
-  } else {
-    buffer = gst_buffer_new_allocate(nullptr, info.size, nullptr);
-  }
-  return buffer;
+  return gst_buffer_pool_acquire_buffer(pool, &buffer, nullptr) == GST_FLOW_OK ? buffer : nullptr;
 }
 
 /// The composite of \p frame, whose reference it takes; null: the pool is flushing.
@@ -118,10 +113,10 @@ GstBuffer* compose(Composite& self, GstBuffer* frame,
   }
   const FrameBuffers buffers{frame, &self.background_info, self.background_on_gpu,
                              self.output_on_gpu};
-  GstBuffer* output = nullptr;
+  g_autoptr(GstBuffer) output = nullptr;
   if (same_memory && !self.output_on_gpu && gst_buffer_is_writable(frame) &&
       gst_buffer_is_all_memory_writable(frame)) {
-    output = frame;  // its untouched part need not even be copied
+    output = g_steal_pointer(&held);  // its untouched part need not even be copied
   } else {
     output = acquire(self.element, self.output_info);
     if (!output) return nullptr;
@@ -129,27 +124,8 @@ GstBuffer* compose(Composite& self, GstBuffer* frame,
         output, frame,
         static_cast<GstBufferCopyFlags>(GST_BUFFER_COPY_FLAGS | GST_BUFFER_COPY_TIMESTAMPS), 0, -1);
   }
-  try {
-    self.composer.draw(buffers, output);
-  } catch (...) {
-    if (output != frame) gst_buffer_unref(output);
-    throw;
-  }
-  if (output == frame) held = nullptr;
-  return output;
-}
-
-void forget_flushed(Composite& self, const CompositePads& pads) {
-  bool flushed = pads.background && state_of<LivePadState>(pads.background).flushed.exchange(false);
-  for (GstAggregatorPad* pad : pads.meshes) {
-    if (!state_of<LivePadState>(pad).flushed.exchange(false)) continue;
-    state_of<MeshPadState>(pad).mesh.reset();
-    state_of<MeshPadState>(pad).end = no_time;
-    flushed = true;
-  }
-  if (!flushed) return;
-  self.timing.flushed();
-  self.pace.start();  // running time may have been set back
+  self.composer.draw(buffers, output);
+  return g_steal_pointer(&output);
 }
 
 /// Leaves out the frames of a live background that nobody can use: whole, before anything is done
@@ -176,7 +152,7 @@ struct Made {
 };
 
 Made make_frame(Composite& self, const CompositePads& pads, bool live, bool timeout) {
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   const WaitingFrame frame = waiting_frame(self, pads.background);
   if (frame.arrival == nullptr)
     return {nullptr, gst_aggregator_pad_is_eos(pads.background) ? GST_FLOW_EOS
@@ -192,23 +168,20 @@ Made make_frame(Composite& self, const CompositePads& pads, bool live, bool time
   const GstClockTime stream_time = frame.arrival->stream_time();
   const GstSegment segment = frame.arrival->segment;
   const bool gap = frame.arrival->gap();
-  GstBuffer* picture = gst_buffer_ref(frame.arrival->buffer);
+  g_autoptr(GstBuffer) picture = gst_buffer_ref(frame.arrival->buffer);
   pop(pads.background);
-  if (gap) {
-    gst_buffer_unref(picture);
-    return {};
-  }
+  if (gap) return {};
   if (GST_CLOCK_TIME_IS_VALID(stream_time)) {
     gst_object_sync_values(GST_OBJECT(self.element), stream_time);
     for (GstAggregatorPad* pad : pads.meshes) gst_object_sync_values(GST_OBJECT(pad), stream_time);
   }
   const CompositeSettings settings = snapshot(self.element, self.settings);
-  GstBuffer* out = compose(self, picture, shown(pads, frame.end, settings.max_mesh_age));
+  GstBuffer* out =
+      compose(self, g_steal_pointer(&picture), shown(pads, frame.end, settings.max_mesh_age));
   if (!out) return {nullptr, GST_FLOW_FLUSHING};
-  const auto taken = std::chrono::steady_clock::now() - start;
   self.statistics.count("frames");
-  self.statistics.set("frame-ms", std::chrono::duration<double, std::milli>(taken).count());
-  self.timing.note_work(taken);
+  self.statistics.set("frame-ms", watch.milliseconds());
+  self.timing.note_work(watch.seconds());
   if (live && frame.begin != no_time) self.pace.note(frame.begin, frame.end - frame.begin, false);
   self.follow(segment);
   return {out, GST_FLOW_OK};
@@ -238,15 +211,11 @@ GstFlowReturn composite_aggregate(GstAggregator* aggregator, gboolean timeout) {
   return guarded(GST_ELEMENT(self.element), GST_FLOW_ERROR, [&]() -> GstFlowReturn {
     const CompositePads pads(self.element);
     check_background(pads);
-    forget_flushed(self, pads);
-    const bool live = self.timing.live();
-    if (live) {
-      const LiveSettings settings = snapshot(self.element, self.settings).live();
-      self.timing.update(settings);
-      self.pace.set_patience(std::max(self.timing.limit(), self.timing.wait()) + GST_SECOND);
-      self.pace.tell_sources();
-      drop_useless(self, pads.background);
-    }
+    self.forget_flushed(pads.all, [](GstAggregatorPad* pad) {
+      if (is_mesh_pad(pad)) state_of<MeshPadState>(pad).forget();
+    });
+    const bool live = self.keep_time(snapshot(self.element, self.settings).live());
+    if (live) drop_useless(self, pads.background);
     const Made made = make_frame(self, pads, live, timeout);
     return made.buffer ? gst_aggregator_finish_buffer(aggregator, made.buffer) : made.flow;
   });
@@ -289,14 +258,9 @@ gboolean composite_start(GstAggregator* aggregator) {
 
 gboolean composite_stop(GstAggregator* aggregator) {
   Composite& self = state_of<Composite>(aggregator);
-  self.watch.stop();
+  self.end();
   const CompositePads pads(aggregator);
-  if (pads.background) gst_clear_buffer(&state_of<LivePadState>(pads.background).front.buffer);
-  for (GstAggregatorPad* pad : pads.meshes) {
-    gst_clear_buffer(&state_of<LivePadState>(pad).front.buffer);
-    state_of<MeshPadState>(pad).mesh.reset();
-    state_of<MeshPadState>(pad).time = state_of<MeshPadState>(pad).end = no_time;
-  }
+  for (GstAggregatorPad* pad : pads.meshes) state_of<MeshPadState>(pad).forget();
   return guarded(GST_ELEMENT_CAST(aggregator), gboolean{FALSE}, [&]() -> gboolean {
     self.gl.release();
     self.composer.reset();

@@ -3,6 +3,8 @@
 
 #include <initializer_list>
 
+#include "plugins/common/element.h"
+
 namespace polyhull::element {
 namespace {
 
@@ -23,22 +25,19 @@ bool is_gl_caps(const GstCaps* caps) {
 }
 
 GstCaps* output_caps(const GstVideoInfo& info, bool background_on_gpu) {
-  GstCaps* shape = gst_video_info_to_caps(const_cast<GstVideoInfo*>(&info));
+  g_autoptr(GstCaps) shape = gst_video_info_to_caps(const_cast<GstVideoInfo*>(&info));
   gst_structure_remove_field(gst_caps_get_structure(shape, 0), "texture-target");
-  GstCaps* caps = with_both_memories(shape, background_on_gpu);
-  gst_caps_unref(shape);
-  return caps;
+  return with_both_memories(shape, background_on_gpu);
 }
 
 void answer_background_caps(GstPad* pad, GstPad* source, GstQuery* query) {
   GstCaps* filter = nullptr;
   gst_query_parse_caps(query, &filter);
-  GstCaps* own = gst_pad_get_pad_template_caps(pad);
-  GstCaps* peer = gst_pad_peer_query_caps(source, nullptr);
-  GstCaps* result = nullptr;
+  g_autoptr(GstCaps) result = gst_pad_get_pad_template_caps(pad);
+  g_autoptr(GstCaps) peer = gst_pad_peer_query_caps(source, nullptr);
   if (peer && !gst_caps_is_any(peer)) {
     // Of what comes after, only the shape of the picture counts here.
-    GstCaps* shapes = gst_caps_new_empty();
+    g_autoptr(GstCaps) shapes = gst_caps_new_empty();
     for (guint i = 0; i < gst_caps_get_size(peer); ++i) {
       const GstStructure* from = gst_caps_get_structure(peer, i);
       if (!gst_structure_has_name(from, "video/x-raw")) continue;
@@ -50,22 +49,11 @@ void answer_background_caps(GstPad* pad, GstPad* source, GstQuery* query) {
       }
       gst_caps_append_structure(shapes, shape);
     }
-    GstCaps* both = with_both_memories(shapes, false);
-    result = gst_caps_intersect_full(both, own, GST_CAPS_INTERSECT_FIRST);
-    gst_caps_unref(both);
-    gst_caps_unref(shapes);
-  } else {
-    result = gst_caps_ref(own);
+    g_autoptr(GstCaps) both = with_both_memories(shapes, false);
+    result = filtered(g_steal_pointer(&result), both);
   }
-  if (filter) {
-    GstCaps* filtered = gst_caps_intersect_full(filter, result, GST_CAPS_INTERSECT_FIRST);
-    gst_caps_unref(result);
-    result = filtered;
-  }
+  result = filtered(g_steal_pointer(&result), filter);
   gst_query_set_caps_result(query, result);
-  gst_caps_unref(result);
-  gst_caps_unref(own);
-  gst_clear_caps(&peer);
 }
 
 }  // namespace polyhull::element

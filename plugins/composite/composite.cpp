@@ -4,22 +4,8 @@
 /// is the scene as it is without them; the scene's geometry hides them where it stands in front;
 /// they throw a soft shadow of the main light and are mirrored in the largest planar mirror. Draws
 /// with OpenGL; pictures come and go in system memory or as memory:GLMemory.
-///
-/// Properties that matter: on each mesh pad `translate-x` … `scale`, the subject's place; `shadow`,
-/// `mirror`, `edge-samples`, quality for time. Camera, lights and scene come with the background
-/// where it announces them (scenesrc does), else from `scene`, `eye-x` … `field-of-view`, or by
-/// mouse and keys.
-///
-/// gst-launch-1.0 composite name=mix ! videoconvert ! fakesink
-///     scenesrc num-buffers=30 ! video/x-raw,width=640,height=360 ! mix.background
-///     hullbuild name=hull ! hulltexture ! mix.mesh_0
-///     rigtestsrc camera=cam0 num-buffers=30 ! chromamatte ! gaussblur ! contourfind camera=cam0 !
-///     hull. rigtestsrc camera=cam1 num-buffers=30 ! chromamatte ! gaussblur ! contourfind
-///     camera=cam1 ! hull. rigtestsrc camera=cam2 num-buffers=30 ! chromamatte ! gaussblur !
-///     contourfind camera=cam2 ! hull.
 #include <gst/base/gstaggregator.h>
 #include <gst/gl/gl.h>
-#include <gst/video/navigation.h>
 #include <gst/video/video.h>
 
 #include <cstring>
@@ -136,6 +122,7 @@ gboolean take_caps(Composite& self, GstEvent* event) {
   gst_event_parse_caps(event, &caps);
   if (!gst_video_info_from_caps(&self.background_info, caps)) return FALSE;
   self.background_on_gpu = is_gl_caps(caps);
+  self.height = GST_VIDEO_INFO_HEIGHT(&self.background_info);
   gst_pad_mark_reconfigure(self.element->srcpad);
   return TRUE;
 }
@@ -171,10 +158,11 @@ gboolean Composite::navigate(GstEvent* event) {
     bool moved = false;
     {
       const ObjectLock lock(element);
-      moved = settings.navigate && control.apply(event, settings);
+      moved = settings.navigate && element::navigate(event, control, height);
+      if (moved) settings.set_pose(control.take(settings.pose()));
     }
     if (moved)
-      for (const char* name : camera_properties) g_object_notify(G_OBJECT(element), name);
+      for (const auto& row : viewport_properties()) g_object_notify(G_OBJECT(element), row.name);
   }
   gst_event_unref(event);
   return TRUE;
@@ -185,47 +173,28 @@ gboolean Composite::navigate(GstEvent* event) {
 Composite::Composite(gpointer object)
     : LiveAggregator(object, "composite-stats"), gl(GST_ELEMENT_CAST(object)) {
   forget_formats();
-  statistics.declare({"frames",
-                      "frames-overdue",
-                      "frames-unwanted",
-                      "frame-step",
-                      "passed-through",
-                      "drawn",
-                      "no-mesh",
-                      "meshes",
-                      "meshes-unusable",
-                      "announcements",
-                      "announcements-unusable",
-                      "subject-skipped",
-                      "shadow-skipped",
-                      "mirror-skipped",
-                      "scene-depth-reused",
-                      "static-shadow-reused",
-                      "mesh-reused",
-                      "pictures-uploaded",
-                      "pictures-skipped",
-                      "bytes-uploaded"});
+  statistics.declare({"frames", "frames-overdue", "frames-unwanted", "frame-step", "passed-through",
+                      "no-mesh", "meshes", "meshes-unusable", "announcements",
+                      "announcements-unusable"});
 }
 
 void Composite::class_init(gpointer klass) {
   GST_DEBUG_CATEGORY_INIT(composite_debug, "composite", 0, "subjects into scenes");
   prefer_egl_device_without_display();
   add_properties<Composite>(klass, composite_properties(), &Composite::settings);
+  add_properties<Composite>(klass, viewport_properties(), &Composite::settings);
   add_force_live<Composite>(
       klass,
-      "Whether frames go out by their deadline even if no source is live, so that a silent "
-      "mesh "
+      "Whether frames go out by their deadline even if no source is live, so that a silent mesh "
       "input cannot stall the picture. Can only be set when the element is made.");
   add_statistics<Composite>(
       klass,
-      "Counters since the start: frames, frames-overdue (left out because they came too late to "
-      "be used), frames-unwanted (left out because not all can be drawn), frame-step (every "
-      "how many frames of the background one is drawn), passed-through (the background went "
-      "out untouched), drawn, "
-      "no-mesh, meshes, meshes-unusable, announcements, announcements-unusable, …-skipped and "
-      "…-reused (work left out), pictures-uploaded and -skipped, bytes-uploaded; and of the "
-      "last "
-      "frame frame-ms and the milliseconds per pass on the CPU (…-ms) and, of a frame shortly "
+      "Counters since the start: frames, frames-overdue (left out because they came too late to be "
+      "used), frames-unwanted (left out because not all can be drawn), frame-step (every how many "
+      "frames of the background one is drawn), passed-through (the background went out untouched), "
+      "drawn, no-mesh, meshes, meshes-unusable, announcements, announcements-unusable, …-skipped "
+      "and …-reused (work left out), pictures-uploaded and -skipped, bytes-uploaded; and of the "
+      "last frame frame-ms and the milliseconds per pass on the CPU (…-ms) and, of a frame shortly "
       "before, on the graphics processor (…-gpu-ms, negative where it cannot tell).");
   set_metadata(klass, "Scene compositor", "Filter/Effect/Video/Compositor",
                "Puts textured visual hulls into the picture of a synthetic scene, with occlusion, "

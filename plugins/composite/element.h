@@ -11,7 +11,6 @@
 
 #include "plugins/common/live/live_aggregator.h"
 #include "plugins/composite/frame.h"
-#include "plugins/composite/navigation.h"
 
 namespace polyhull::element {
 
@@ -33,6 +32,7 @@ struct Composite : LiveAggregator {
   ViewportControl control;     // under the object lock
 
   std::atomic<bool> announced{false};
+  std::atomic<int> height{0};  // of the background, for mouse and keys
 
   CompositeGl gl;  // this and the rest belong to the source pad's thread; it guards context queries
   FrameComposer composer{gl, statistics};

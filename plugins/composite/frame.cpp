@@ -7,30 +7,11 @@
 #include <cstring>
 
 #include "base/error.h"
+#include "plugins/common/memory/video_frame.h"
 #include "studio/room/room.h"
 
 namespace polyhull::element {
 namespace {
-
-/// A buffer mapped as a video frame.
-class MappedFrame {
- public:
-  MappedFrame(GstBuffer* buffer, const GstVideoInfo& info, GstMapFlags flags) {
-    if (!gst_video_frame_map(&frame_, const_cast<GstVideoInfo*>(&info), buffer, flags))
-      throw Error(Error::Kind::io, "A video frame of composite could not be mapped into memory.");
-  }
-  ~MappedFrame() { gst_video_frame_unmap(&frame_); }
-  MappedFrame(const MappedFrame&) = delete;
-  std::uint8_t* data() {
-    return static_cast<std::uint8_t*>(GST_VIDEO_FRAME_PLANE_DATA(&frame_, 0));
-  }
-  int stride() const { return GST_VIDEO_FRAME_PLANE_STRIDE(&frame_, 0); }
-  /// Of a frame mapped with GST_MAP_GL.
-  guint texture() { return *static_cast<guint*>(frame_.data[0]); }
-
- private:
-  GstVideoFrame frame_;
-};
 
 constexpr GstMapFlags on_gpu(GstMapFlags flags) {
   return static_cast<GstMapFlags>(flags | GST_MAP_GL);
@@ -45,6 +26,13 @@ constexpr const char* gpu_names[] = {"upload-gpu-ms", "shadow-maps-gpu-ms", "sce
                                      "blend-gpu-ms",  "read-back-gpu-ms"};
 
 }  // namespace
+
+FrameComposer::FrameComposer(CompositeGl& gl, Statistics& statistics)
+    : gl_(gl), statistics_(statistics) {
+  statistics.declare({"drawn", "subject-skipped", "shadow-skipped", "mirror-skipped",
+                      "scene-depth-reused", "static-shadow-reused", "mesh-reused",
+                      "pictures-uploaded", "pictures-skipped", "bytes-uploaded"});
+}
 
 std::shared_ptr<const Scene> FrameComposer::open(const std::string& name) {
   if (!scene_ || scene_name_ != name) {
@@ -78,7 +66,9 @@ void FrameComposer::prepare(const CompositeSettings& settings, const GstVideoInf
     frame_.exposure = announcement_->exposure;
     frame_.ambient = announcement_->ambient;
   } else {
-    frame_.viewport = viewport_camera(settings, frame_.width, frame_.height);
+    const ViewportPose pose = settings.pose();
+    frame_.viewport =
+        look_at(pose.eye, pose.target, settings.field_of_view, frame_.width, frame_.height);
     frame_.scene = settings.scene.empty() ? nullptr : open(settings.scene);
     frame_.lights = frame_.scene ? frame_.scene->lights : std::vector<Light>();
     frame_.exposure = settings.exposure > 0.0 ? static_cast<float>(settings.exposure)
@@ -105,8 +95,8 @@ void FrameComposer::draw_on_gpu(const FrameBuffers& buffers, GstBuffer* output) 
   // What other threads of other contexts draw must be finished.
   if (GstGLSyncMeta* sync = gst_buffer_get_gl_sync_meta(buffers.background))
     gst_gl_sync_meta_wait(sync, gl_.context());
-  MappedFrame background(buffers.background, *buffers.info, on_gpu(GST_MAP_READ));
-  MappedFrame target(output, *buffers.info, on_gpu(GST_MAP_WRITE));
+  const MappedFrame background(*buffers.info, buffers.background, on_gpu(GST_MAP_READ));
+  const MappedFrame target(*buffers.info, output, on_gpu(GST_MAP_WRITE));
   gl_.run([&](Compositor& compositor) {
     compositor.render(frame_, plan_, settings_, background.texture(), target.texture());
     report(compositor);
@@ -128,12 +118,12 @@ void FrameComposer::draw_in_memory(const FrameBuffers& buffers, GstBuffer* outpu
     });
   };
   if (output == buffers.background) {
-    MappedFrame both(output, *buffers.info, GST_MAP_READWRITE);
+    const MappedFrame both(*buffers.info, output, GST_MAP_READWRITE);
     draw(both.data(), both.stride(), both.data(), both.stride());
     return;
   }
-  MappedFrame background(buffers.background, *buffers.info, GST_MAP_READ);
-  MappedFrame target(output, *buffers.info, GST_MAP_READWRITE);
+  const MappedFrame background(*buffers.info, buffers.background, GST_MAP_READ);
+  const MappedFrame target(*buffers.info, output, GST_MAP_READWRITE);
   const std::size_t row = 4 * static_cast<std::size_t>(frame_.width);
   for (int y = 0; y < frame_.height; ++y)
     std::memcpy(target.data() + static_cast<std::ptrdiff_t>(y) * target.stride(),
@@ -151,12 +141,12 @@ void FrameComposer::report(const Compositor& compositor) {
   statistics_.count("pictures-uploaded", s.pictures_uploaded);
   statistics_.count("pictures-skipped", s.pictures_skipped);
   statistics_.count("bytes-uploaded", s.bytes_uploaded);
-  if (s.subject_skipped) statistics_.count("subject-skipped");
-  if (s.shadow_skipped) statistics_.count("shadow-skipped");
-  if (s.mirror_skipped) statistics_.count("mirror-skipped");
-  if (s.scene_depth_reused) statistics_.count("scene-depth-reused");
-  if (s.static_shadow_reused) statistics_.count("static-shadow-reused");
-  if (s.mesh_reused) statistics_.count("mesh-reused");
+  statistics_.count("subject-skipped", s.subject_skipped);
+  statistics_.count("shadow-skipped", s.shadow_skipped);
+  statistics_.count("mirror-skipped", s.mirror_skipped);
+  statistics_.count("scene-depth-reused", s.scene_depth_reused);
+  statistics_.count("static-shadow-reused", s.static_shadow_reused);
+  statistics_.count("mesh-reused", s.mesh_reused);
 }
 
 void FrameComposer::reset() {

@@ -29,7 +29,7 @@ struct FrameBuffers {
 
 class FrameComposer {
  public:
-  FrameComposer(CompositeGl& gl, Statistics& statistics) : gl_(gl), statistics_(statistics) {}
+  FrameComposer(CompositeGl& gl, Statistics& statistics);
 
   /// The announcement that is true from now on; nullopt: none. Throws Error if its scene cannot be
   /// opened.

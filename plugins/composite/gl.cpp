@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "plugins/common/object_lock.h"
 #include "render/gl/gl_objects.h"
 
 namespace polyhull::element {
@@ -18,16 +19,6 @@ Error refusal(const std::string& reason) {
                "egl and egl-device on machines without a display.",
                reason);
 }
-
-class Locked {
- public:
-  explicit Locked(GRecMutex& mutex) : mutex_(mutex) { g_rec_mutex_lock(&mutex_); }
-  ~Locked() { g_rec_mutex_unlock(&mutex_); }
-  Locked(const Locked&) = delete;
-
- private:
-  GRecMutex& mutex_;
-};
 
 struct Job {
   const std::function<void()>* work;
@@ -72,11 +63,10 @@ CompositeGl::~CompositeGl() {
   release();
   gst_clear_object(&other_);
   gst_clear_object(&display_);
-  g_rec_mutex_clear(&mutex_);
 }
 
 void CompositeGl::set_context(GstContext* context) {
-  Locked lock(mutex_);
+  const std::scoped_lock lock(mutex_);
   gst_gl_handle_set_context(element_, context, &display_, &other_);
   if (display_)
     gst_gl_display_filter_gl_api(display_,
@@ -84,7 +74,7 @@ void CompositeGl::set_context(GstContext* context) {
 }
 
 bool CompositeGl::answer(GstQuery* query) {
-  Locked lock(mutex_);
+  const std::scoped_lock lock(mutex_);
   return gst_gl_handle_context_query(element_, query, display_, context_, other_);
 }
 
@@ -98,28 +88,26 @@ void CompositeGl::find_context() {
   gst_gl_query_local_gl_context(element_, GST_PAD_SRC, &found);
   if (!found) gst_gl_query_local_gl_context(element_, GST_PAD_SINK, &found);
   if (found && found->display != display_) gst_clear_object(&found);
-  Locked lock(mutex_);
+  const std::scoped_lock lock(mutex_);
   context_ = found;
 }
 
 void CompositeGl::make_context() {
-  GST_OBJECT_LOCK(display_);
-  GstGLContext* context = gst_gl_display_get_gl_context_for_thread(display_, nullptr);
-  GError* problem = nullptr;
-  while (!context && !problem) {
-    if (!gst_gl_display_create_context(display_, other_, &context, &problem)) break;
-    // Another element may have been quicker.
-    if (gst_gl_display_add_context(display_, context)) break;
-    gst_clear_object(&context);
+  GstGLContext* context = nullptr;
+  g_autoptr(GError) problem = nullptr;
+  {
+    const ObjectLock lock(display_);
     context = gst_gl_display_get_gl_context_for_thread(display_, nullptr);
+    while (!context && !problem) {
+      if (!gst_gl_display_create_context(display_, other_, &context, &problem)) break;
+      // Another element may have been quicker.
+      if (gst_gl_display_add_context(display_, context)) break;
+      gst_clear_object(&context);
+      context = gst_gl_display_get_gl_context_for_thread(display_, nullptr);
+    }
   }
-  GST_OBJECT_UNLOCK(display_);
-  if (!context) {
-    const std::string reason = problem ? problem->message : "no reason was given";
-    g_clear_error(&problem);
-    throw refusal(reason);
-  }
-  Locked lock(mutex_);
+  if (!context) throw refusal(problem ? problem->message : "no reason was given");
+  const std::scoped_lock lock(mutex_);
   context_ = context;
 }
 
@@ -136,7 +124,7 @@ void CompositeGl::run(const std::function<void(Compositor&)>& work) {
 
 void CompositeGl::release() {
   if (compositor_) on_thread(context_, [this] { compositor_.reset(); });
-  Locked lock(mutex_);
+  const std::scoped_lock lock(mutex_);
   gst_clear_object(&context_);
 }
 

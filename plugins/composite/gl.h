@@ -8,6 +8,7 @@
 
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <string>
 
 #include "render/compositor.h"
@@ -47,17 +48,11 @@ class CompositeGl {
   void make_context();
 
   GstElement* element_;
-  GRecMutex mutex_ = make_mutex();  // protects the pointers below against context queries
+  std::recursive_mutex mutex_;  // protects the pointers below against context queries
   GstGLDisplay* display_ = nullptr;
   GstGLContext* other_ = nullptr;    // of the application
   GstGLContext* context_ = nullptr;  // the one in use
   std::unique_ptr<Compositor> compositor_;
-
-  static GRecMutex make_mutex() {
-    GRecMutex mutex;
-    g_rec_mutex_init(&mutex);
-    return mutex;
-  }
 };
 
 }  // namespace polyhull::element

@@ -28,6 +28,11 @@ struct MeshPadState {
   std::uint64_t content = 0;         ///< its number, never used twice
   std::int64_t time = no_time;       ///< its running time
   std::int64_t end = no_time;        ///< up to when nothing newer is to be expected
+
+  void forget() {
+    mesh.reset();
+    time = end = no_time;
+  }
 };
 
 inline bool is_mesh_pad(gpointer pad) {

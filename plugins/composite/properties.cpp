@@ -1,72 +1,38 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "plugins/composite/properties.h"
 
-#include <cmath>
-#include <numbers>
-
-#include "base/error.h"
-
 namespace polyhull::element {
 
 template <>
 GType enum_type<ShadowQuality>() {
-  static const GEnumValue values[] = {
-      {static_cast<gint>(ShadowQuality::off), "No shadow", "off"},
-      {static_cast<gint>(ShadowQuality::hard), "One depth map from the light's middle", "hard"},
-      {static_cast<gint>(ShadowQuality::pcss),
-       "Percentage-closer soft shadows in every cell of the light", "pcss"},
-      {static_cast<gint>(ShadowQuality::area), "One look-up in every cell of the light", "area"},
-      {0, nullptr, nullptr}};
-  static const GType type = register_enum("PolyhullShadowQuality", values);
-  return type;
+  return register_enum<ShadowQuality>(
+      "PolyhullShadowQuality",
+      {{ShadowQuality::off, "No shadow", "off"},
+       {ShadowQuality::hard, "One depth map from the light's middle", "hard"},
+       {ShadowQuality::pcss, "Percentage-closer soft shadows in every cell of the light", "pcss"},
+       {ShadowQuality::area, "One look-up in every cell of the light", "area"}});
 }
 
 template <>
 GType enum_type<MirrorMode>() {
-  static const GEnumValue values[] = {
-      {static_cast<gint>(MirrorMode::off), "No mirror image", "off"},
-      {static_cast<gint>(MirrorMode::fresnel),
-       "By the mirror's material: the subject takes the place of what the mirror showed",
-       "fresnel"},
-      {static_cast<gint>(MirrorMode::plain), "Mixed in with the constant share reflection-alpha",
-       "plain"},
-      {0, nullptr, nullptr}};
-  static const GType type = register_enum("PolyhullMirrorMode", values);
-  return type;
+  return register_enum<MirrorMode>(
+      "PolyhullMirrorMode",
+      {{MirrorMode::off, "No mirror image", "off"},
+       {MirrorMode::fresnel,
+        "By the mirror's material: the subject takes the place of what the mirror showed",
+        "fresnel"},
+       {MirrorMode::plain, "Mixed in with the constant share reflection-alpha", "plain"}});
 }
 
 std::span<const Property<CompositeSettings>> composite_properties() {
   using S = CompositeSettings;
   constexpr double far = 1e6;
   static const Property<S> table[] = {
-      property<&S::scene>("scene", "Scene",
-                          "Path of the glTF 2.0 file (.glb or .gltf) that the background shows, or "
-                          "builtin:room. Used "
-                          "where the background does not announce its scene; unset, there is then "
-                          "no scene: nothing "
-                          "hides the subject, and it throws no shadow."),
-      property<&S::eye_x>("eye-x", "Eye x",
-                          "Viewport position, x, in scene metres (-1e6 to 1e6). The viewport "
-                          "properties are used where the background does not announce its camera.",
-                          -far, far),
-      property<&S::eye_y>("eye-y", "Eye y", "Viewport position, y (up), in metres (-1e6 to 1e6).",
-                          -far, far),
-      property<&S::eye_z>("eye-z", "Eye z", "Viewport position, z, in metres (-1e6 to 1e6).", -far,
-                          far),
-      property<&S::target_x>("target-x", "Target x",
-                             "Point that the viewport looks at, x, in metres (-1e6 to 1e6).", -far,
-                             far),
-      property<&S::target_y>("target-y", "Target y",
-                             "Point that the viewport looks at, y, in metres (-1e6 to 1e6).", -far,
-                             far),
-      property<&S::target_z>("target-z", "Target z",
-                             "Point that the viewport looks at, z, in metres (-1e6 to 1e6).", -far,
-                             far),
-      property<&S::field_of_view>(
-          "field-of-view", "Field of view",
-          "Angle from the lower to the upper edge of the picture, in degrees (1 to "
-          "170).",
-          1, 170),
+      property<&S::scene>(
+          "scene", "Scene",
+          "Path of the glTF 2.0 file (.glb or .gltf) that the background shows, or builtin:room. "
+          "Used where the background does not announce its scene; unset, there is then no scene: "
+          "nothing hides the subject, and it throws no shadow."),
       property<&S::exposure>(
           "exposure", "Exposure",
           "Picture value (1 is white) per unit of the scene's radiance (0 to 1e6), where the "
@@ -94,15 +60,15 @@ std::span<const Property<CompositeSettings>> composite_properties() {
       property<&S::skip>("skip", "Skip",
                          "Whether work that changes no pixel is left out. The picture is the same "
                          "without, only slower: for tests."),
-      property<&S::navigate>("navigate", "Navigate",
-                             "Whether mouse and keys that a video sink sends back move the "
-                             "viewport. Where the background "
-                             "announces its camera they are passed on to its source instead."),
-      property<&S::max_mesh_age>("max-mesh-age", "Oldest mesh",
-                                 "How much older than the background's frame a mesh may be, in "
-                                 "nanoseconds, before it is no "
-                                 "longer shown (0 to 18446744073709551615, which is for ever).",
-                                 0, 18446744073709551615.0),
+      property<&S::navigate>(
+          "navigate", "Navigate",
+          "Whether mouse and keys that a video sink sends back move the viewport. Where the "
+          "background announces its camera they are passed on to its source instead."),
+      property<&S::max_mesh_age>(
+          "max-mesh-age", "Oldest mesh",
+          "How much older than the background's frame a mesh may be, in nanoseconds, before it is "
+          "no longer shown (0 to 18446744073709551615, which is for ever).",
+          0, 18446744073709551615.0),
       property<&S::max_latency>(
           "max-latency", "Largest latency",
           "How late meshes and frames may come, in nanoseconds (0 to 60 s), to be waited for in a "
@@ -124,43 +90,18 @@ RenderSettings render_settings(const CompositeSettings& settings) {
   return out;
 }
 
-Camera viewport_camera(const CompositeSettings& s, int width, int height) {
-  const Vec3 eye(s.eye_x, s.eye_y, s.eye_z), target(s.target_x, s.target_y, s.target_z);
-  const Vec3 way = target - eye;
-  if (!(glm::length(way) > 1e-9)) {
-    throw Error(
-        Error::Kind::bad_input,
-        "The viewport looks nowhere: eye-x, eye-y, eye-z and target-x, target-y, target-z are "
-        "the same point. Move one of them.");
-  }
-  const Vec3 forward = glm::normalize(way);
-  const Vec3 up = std::abs(forward.y) > 0.999999 ? Vec3(0, 0, -1) : Vec3(0, 1, 0);
-  const Vec3 right = glm::normalize(glm::cross(forward, up));
-  Camera camera;
-  camera.width = width;
-  camera.height = height;
-  camera.R = glm::transpose(Mat3(right, glm::cross(forward, right), forward));
-  camera.t = -(camera.R * eye);
-  const double focal = 0.5 * height / std::tan(0.5 * s.field_of_view * std::numbers::pi / 180.0);
-  camera.K =
-      from_rows({focal, 0.0, 0.5 * (width - 1), 0.0, focal, 0.5 * (height - 1), 0.0, 0.0, 1.0});
-  return camera;
-}
-
 std::span<const Property<PlacementSettings>> placement_properties() {
   using S = PlacementSettings;
   constexpr double far = 1e6;
   static const Property<S> table[] = {
-      property<&S::translate_x>("translate-x", "Translate x",
-                                "Moves the subject along the scene's x axis, in metres (-1e6 to "
-                                "1e6).",
-                                -far, far),
+      property<&S::translate_x>(
+          "translate-x", "Translate x",
+          "Moves the subject along the scene's x axis, in metres (-1e6 to 1e6).", -far, far),
       property<&S::translate_y>("translate-y", "Translate y",
                                 "Moves the subject up, in metres (-1e6 to 1e6).", -far, far),
-      property<&S::translate_z>("translate-z", "Translate z",
-                                "Moves the subject along the scene's z axis, in metres (-1e6 to "
-                                "1e6).",
-                                -far, far),
+      property<&S::translate_z>(
+          "translate-z", "Translate z",
+          "Moves the subject along the scene's z axis, in metres (-1e6 to 1e6).", -far, far),
       property<&S::rotate_x>("rotate-x", "Rotate x",
                              "Turns the subject about the x axis through the centre of its hull's "
                              "bounding box, in degrees (-1e6 to 1e6); x first, then y, then z.",

@@ -7,16 +7,13 @@
 #include <string>
 
 #include "plugins/common/live/live_timing.h"
-#include "plugins/common/property_table.h"
+#include "plugins/common/viewport.h"
 #include "render/frame.h"
 
 namespace polyhull::element {
 
-struct CompositeSettings {
+struct CompositeSettings : ViewportSettings {
   std::string scene;
-  double eye_x = 1.15, eye_y = 1.5, eye_z = 2.75;
-  double target_x = 0.0, target_y = 0.98, target_z = 0.0;
-  double field_of_view = 52.0;
   double exposure = 0.0;
   ShadowQuality shadow = RenderSettings{}.shadow;
   int light_samples = RenderSettings{}.light_samples;
@@ -32,16 +29,9 @@ struct CompositeSettings {
   LiveSettings live() const { return {GST_CLOCK_TIME_NONE, max_latency}; }
 };
 
-/// The properties of the viewport's camera, which navigation moves.
-inline constexpr const char* camera_properties[] = {
-    "eye-x", "eye-y", "eye-z", "target-x", "target-y", "target-z", "field-of-view"};
-
 std::span<const Property<CompositeSettings>> composite_properties();
 
 RenderSettings render_settings(const CompositeSettings& settings);
-
-/// The viewport that the properties describe, y up. Throws Error where eye and target are the same.
-Camera viewport_camera(const CompositeSettings& settings, int width, int height);
 
 struct PlacementSettings {
   double translate_x = 0.0, translate_y = 0.0, translate_z = 0.0;

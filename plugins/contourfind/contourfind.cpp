@@ -4,12 +4,6 @@
 /// silhouette's contours with sub-pixel precision as polygons with few vertices, and only those
 /// pixels of the frame that the silhouette covers. A frame without foreground becomes an empty
 /// view.
-///
-/// Properties that matter: `camera`, the name in the rig file; `tolerance` in pixels, which trades
-/// vertices (and the time of the hull) for error; `adaptive`, which sets it by the time there is.
-///
-/// gst-launch-1.0 videotestsrc num-buffers=60 pattern=ball background-color=0xff10c030 !
-///     chromamatte key=green ! gaussblur sigma=2 ! contourfind camera=cam0 tolerance=1 ! fakesink
 #include <gst/base/gstbasetransform.h>
 #include <gst/video/video.h>
 
@@ -18,6 +12,7 @@
 #include "plugins/common/memory/matte_meta.h"
 #include "plugins/common/memory/payload_buffer.h"
 #include "plugins/common/silhouette/view_element.h"
+#include "silhouette/pixels/matte_content.h"
 #include "silhouette/silhouette.h"
 
 GST_DEBUG_CATEGORY_STATIC(contourfind_debug);
@@ -51,19 +46,11 @@ gboolean set_caps(GstBaseTransform* base, GstCaps* in, GstCaps*) {
 }
 
 MatteContent content_of(ContourFind& self, const GstVideoFrame& frame) {
-  const int width = GST_VIDEO_FRAME_WIDTH(&frame);
-  const int height = GST_VIDEO_FRAME_HEIGHT(&frame);
-  const bool rgba = GST_VIDEO_FRAME_FORMAT(&frame) == GST_VIDEO_FORMAT_RGBA;
-  const int step = rgba ? 4 : 1;
-  const auto* first =
-      static_cast<const std::uint8_t*>(GST_VIDEO_FRAME_PLANE_DATA(&frame, 0)) + (rgba ? 3 : 0);
-  const std::ptrdiff_t stride = GST_VIDEO_FRAME_PLANE_STRIDE(&frame, 0);
-  const MatteContent* attached = get_matte(frame.buffer, width, height);
-  if (attached != nullptr &&
-      (is_unwritten(frame.buffer) || is_alpha_of(*attached, first, stride, step)))
-    return *attached;
+  const AlphaView alpha = alpha_of(frame);
+  const MatteContent* attached = attached_matte(frame.buffer, alpha, is_unwritten(frame.buffer));
+  if (attached != nullptr) return *attached;
   auto matte = self.mattes.take();
-  load_matte(first, stride, step, width, height, *matte);
+  load_matte(alpha.first, alpha.stride, alpha.step, alpha.width, alpha.height, *matte);
   return {matte, nullptr, 0.0};
 }
 
@@ -96,7 +83,7 @@ GstBuffer* ContourFind::make_view(GstBaseTransform* base, const GstVideoFrame& f
   view.format = pixel == 4 ? PixelFormat::rgba : PixelFormat::grey;
   view.stride = view.roi.width * pixel;
   const std::size_t stride = view.stride;
-  WritableMemory pixels(writer.allocate(stride * view.roi.height));
+  MappedMemory pixels(writer.allocate(stride * view.roi.height), GST_MAP_READWRITE);
   const auto* source = static_cast<const std::uint8_t*>(GST_VIDEO_FRAME_PLANE_DATA(&frame, 0)) +
                        static_cast<std::ptrdiff_t>(pixel) * view.roi.x;
   const std::ptrdiff_t source_stride = GST_VIDEO_FRAME_PLANE_STRIDE(&frame, 0);

@@ -3,12 +3,6 @@
 /// gaussblur: blurs the matte of a frame (the alpha of RGBA, or GRAY8 as it is) with a Gaussian and
 /// leaves the colours alone. It takes the noise out of a keyed matte before contours are traced. It
 /// works in place, and only where the matte is neither plainly foreground nor plainly background.
-///
-/// Properties that matter: `sigma` in pixels, and `threshold`, which makes the matte binary again.
-/// With sigma=0 and threshold=0 buffers pass through untouched.
-///
-/// gst-launch-1.0 videotestsrc num-buffers=60 pattern=ball background-color=0xff10c030 !
-///     chromamatte key=green ! gaussblur sigma=2 ! fakesink
 #include <gst/video/gstvideofilter.h>
 #include <gst/video/video.h>
 
@@ -72,26 +66,16 @@ void write_back(const Field& field, const Matte& before, int threshold, std::uin
 }
 
 void blur_frame(GaussBlur& self, const BlurSettings& values, GstVideoFrame* frame) {
-  const int width = GST_VIDEO_FRAME_WIDTH(frame);
-  const int height = GST_VIDEO_FRAME_HEIGHT(frame);
-  const bool rgba = GST_VIDEO_FRAME_FORMAT(frame) == GST_VIDEO_FORMAT_RGBA;
-  const int step = rgba ? 4 : 1;
-  auto* first = static_cast<std::uint8_t*>(GST_VIDEO_FRAME_PLANE_DATA(frame, 0)) + (rgba ? 3 : 0);
-  const std::ptrdiff_t stride = GST_VIDEO_FRAME_PLANE_STRIDE(frame, 0);
-
+  const AlphaView alpha = alpha_of(*frame);
   self.blur.set(values);
-  const MatteContent* content = get_matte(frame->buffer, width, height);
-  std::shared_ptr<const Matte> attached;
-  if (content != nullptr && content->matte != nullptr &&
-      (self.unwritten || is_alpha_of(*content, first, stride, step))) {
-    attached = content->matte;
-  } else {
-    load_matte(first, stride, step, width, height, self.read);
-  }
+  const MatteContent* content = attached_matte(frame->buffer, alpha, self.unwritten);
+  std::shared_ptr<const Matte> attached = content != nullptr ? content->matte : nullptr;
+  if (attached == nullptr)
+    load_matte(alpha.first, alpha.stride, alpha.step, alpha.width, alpha.height, self.read);
   const Matte& matte = attached != nullptr ? *attached : self.read;
   const std::shared_ptr<Field> field = self.fields.take();
   self.blur.apply(matte, *field);
-  write_back(*field, matte, values.threshold, first, stride, step);
+  write_back(*field, matte, values.threshold, alpha.first, alpha.stride, alpha.step);
   // A thresholded matte has no shift left that its sigma would tell of.
   set_matte(frame->buffer, {nullptr, field, values.threshold > 0 ? 0.0 : values.sigma});
 }

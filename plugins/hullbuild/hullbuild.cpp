@@ -4,15 +4,6 @@
 /// takes the views of one camera; views of one instant become one mesh, which also carries the
 /// views (their pixels shared, not copied) for texturing. The mesh is closed, oriented and
 /// 2-manifold.
-///
-/// Properties that matter: `rig`, the calibration; `missing-camera` and `max-wait`, what happens
-/// when a camera falls out; on each pad `camera`, its name in the rig.
-///
-/// gst-launch-1.0 hullbuild name=hull ! fakesink
-///     rigtestsrc camera=cam0 num-buffers=30 ! chromamatte ! gaussblur ! contourfind camera=cam0 !
-///     hull. rigtestsrc camera=cam1 num-buffers=30 ! chromamatte ! gaussblur ! contourfind
-///     camera=cam1 ! hull. rigtestsrc camera=cam2 num-buffers=30 ! chromamatte ! gaussblur !
-///     contourfind camera=cam2 ! hull.
 #include <gst/base/gstaggregator.h>
 
 #include "base/thread_pool.h"
@@ -54,7 +45,7 @@ gboolean start(GstAggregator* aggregator) {
 
 gboolean stop(GstAggregator* aggregator) {
   HullBuild& self = state_of<HullBuild>(aggregator);
-  self.watch.stop();
+  self.end();
   forget_streams(self);
   self.stage.reset();
   return TRUE;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
-#include <chrono>
 #include <string>
 
 #include "base/error.h"
+#include "base/stopwatch.h"
 #include "plugins/hullbuild/private.h"
 #include "studio/cameras/default_rig.h"
 
@@ -168,8 +168,8 @@ std::vector<AbsentCamera> absent_cameras(HullBuild& self, const Pads& pads,
     camera.known = state.delivered || state.view != nullptr;
     // Without times there is nothing to hold a picture by.
     camera.missed = set.time != no_time ? set.time - state.missed_since : INT64_MAX;
-    const std::int64_t arrival = state_of<LivePadState>(pads[i]).punctuality.last_arrival();
-    camera.silent = now != no_time && arrival != no_time ? now - arrival : camera.missed;
+    const auto arrival = state_of<LivePadState>(pads[i]).punctuality.last_arrival();
+    camera.silent = now != no_time && arrival ? now - *arrival : camera.missed;
     absent.push_back(std::move(camera));
   }
   return absent;
@@ -207,7 +207,7 @@ bool any_ended(const Pads& pads) {
 Step build_set(HullBuild& self, const Pads& pads, const ViewDecision& set,
                const HullSettings& settings) {
   GstElement* element = GST_ELEMENT_CAST(self.element);
-  const auto begin = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   if (self.timing.live() && set.time != no_time) {
     if (self.first_time == no_time) self.first_time = set.time;
     if (!self.pace.wanted(set.time)) return drop_set(self, pads, set, settings, "sets-unwanted");
@@ -258,9 +258,8 @@ Step build_set(HullBuild& self, const Pads& pads, const ViewDecision& set,
   note_pace(self, pads, set, false);
   stamp(self, pads, set, buffer);
   take_views(pads, set, settings);
-  const auto taken = std::chrono::steady_clock::now() - begin;
-  self.timing.note_work(taken);
-  self.statistics.set("set-ms", std::chrono::duration<double, std::milli>(taken).count());
+  self.timing.note_work(watch.seconds());
+  self.statistics.set("set-ms", watch.milliseconds());
   return {Outcome::made, buffer};
 }
 
@@ -327,18 +326,14 @@ Step next_step(HullBuild& self, const Pads& pads, bool deadline_passed) {
 }
 
 /// A stream that starts anew may repeat numbers and times.
-void forget_flushed(HullBuild& self, const Pads& pads) {
-  for (GstAggregatorPad* pad : pads) {
-    if (!state_of<LivePadState>(pad).flushed.exchange(false)) continue;
-    const bool delivered = state_of<HullPadState>(pad).delivered;
-    state_of<HullPadState>(pad).reset();
-    state_of<HullPadState>(pad).delivered = delivered;  // it is still the camera that it was
-    self.sets.reset();
-    self.first_time = self.last_time = no_time;
-    self.new_segment = true;
-    self.timing.flushed();
-    self.pace.start();  // running time may have been set back
-  }
+void forget_stream(HullBuild& self, GstAggregatorPad* pad) {
+  HullPadState& state = state_of<HullPadState>(pad);
+  const bool delivered = state.delivered;
+  state.reset();
+  state.delivered = delivered;  // it is still the camera that it was
+  self.sets.reset();
+  self.first_time = self.last_time = no_time;
+  self.new_segment = true;
 }
 
 /// Whether what waits the longest has been waited for long enough.
@@ -351,10 +346,7 @@ bool is_due(HullBuild& self, const Pads& pads) {
 }  // namespace
 
 void forget_streams(HullBuild& self) {
-  for (GstAggregatorPad* pad : Pads(self.element)) {
-    gst_clear_buffer(&state_of<LivePadState>(pad).front.buffer);
-    state_of<HullPadState>(pad).reset();
-  }
+  for (GstAggregatorPad* pad : Pads(self.element)) state_of<HullPadState>(pad).reset();
   self.sets.reset();
   self.first_time = self.last_time = no_time;
   self.interval = 0;
@@ -362,23 +354,15 @@ void forget_streams(HullBuild& self) {
 }
 
 GstFlowReturn send_next_set(HullBuild& self, bool timeout) {
-  const bool live = self.timing.live();
-  if (live) {
-    const HullSettings settings = snapshot(self.element, self.settings);
-    self.timing.update(settings.live());
-    self.start_wait = static_cast<std::int64_t>(
-        GST_CLOCK_TIME_IS_VALID(settings.max_wait) ? 0 : settings.max_latency);
-    // What is only a little too late shall arrive here, to be counted and named.
-    self.pace.set_patience(std::max({self.timing.limit(), self.timing.wait(),
-                                     static_cast<std::int64_t>(settings.max_latency)}) +
-                           GST_SECOND);
-    self.pace.tell_sources();
-  }
+  const LiveSettings settings = snapshot(self.element, self.settings).live();
+  const bool live = self.keep_time(settings);
+  self.start_wait = static_cast<std::int64_t>(
+      GST_CLOCK_TIME_IS_VALID(settings.max_wait) ? 0 : settings.max_latency);
   Step step{Outcome::again};
   while (step.outcome == Outcome::again) {
     // The pads of this moment: what the others have must not be dropped past a camera that joins.
     const Pads pads(self.element);
-    forget_flushed(self, pads);
+    self.forget_flushed(pads, [&](GstAggregatorPad* pad) { forget_stream(self, pad); });
     step = next_step(self, pads, live ? is_due(self, pads) : timeout);
     // A deadline is that of the earliest front: once fronts are dropped it says nothing.
     timeout = false;

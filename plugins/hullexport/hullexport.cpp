@@ -5,30 +5,22 @@
 /// (hull-%05d.glb) each mesh becomes a file, without one a single file holds the first or the last
 /// mesh. For each file an element message "hullexport-file" with location, index, timestamp and
 /// running-time is posted.
-///
-/// Properties that matter: `location`; `keep`, the first or the last mesh; `every`, to thin a
-/// sequence.
-///
-/// gst-launch-1.0 hullbuild name=hull ! hulltexture ! hullexport location=out.glb
-///     rigtestsrc camera=cam0 num-buffers=3 ! chromamatte ! gaussblur ! contourfind camera=cam0 !
-///     hull. rigtestsrc camera=cam1 num-buffers=3 ! chromamatte ! gaussblur ! contourfind
-///     camera=cam1 ! hull.
 #include <gst/base/gstbasesink.h>
 #include <unistd.h>
 
 #include <cerrno>
-#include <chrono>
 #include <cstring>
 #include <filesystem>
 #include <optional>
 
 #include "base/error.h"
+#include "base/stopwatch.h"
+#include "files/claimed_location.h"
 #include "files/mesh_files.h"
-#include "plugins/common/claimed_location.h"
+#include "files/numbered_name.h"
 #include "plugins/common/element.h"
 #include "plugins/common/guard.h"
 #include "plugins/common/memory/payload_buffer.h"
-#include "plugins/common/numbered_name.h"
 
 GST_DEBUG_CATEGORY_STATIC(hullexport_debug);
 #define GST_CAT_DEFAULT hullexport_debug
@@ -39,13 +31,10 @@ enum class KeptMesh { last, first };
 
 template <>
 GType enum_type<KeptMesh>() {
-  static const GEnumValue values[] = {
-      {static_cast<gint>(KeptMesh::last), "The last mesh, written at the end of the stream",
-       "last"},
-      {static_cast<gint>(KeptMesh::first), "The first mesh that is not empty", "first"},
-      {0, nullptr, nullptr}};
-  static const GType type = register_enum("PolyhullKeptMesh", values);
-  return type;
+  return register_enum<KeptMesh>(
+      "PolyhullKeptMesh",
+      {{KeptMesh::last, "The last mesh, written at the end of the stream", "last"},
+       {KeptMesh::first, "The first mesh that is not empty", "first"}});
 }
 
 }  // namespace polyhull::element
@@ -92,28 +81,25 @@ std::span<const Property<Settings>> properties() {
       property<&S::location>(
           "location", "Location",
           "File to write; its ending, .glb, .ply or .obj, says the format. With a number in it, "
-          "such "
-          "as hull-%05d.glb, each mesh becomes a file of its own, counted from 0.",
+          "such as hull-%05d.glb, each mesh becomes a file of its own, counted from 0.",
           0, 0, Change::when_ready),
-      property<&S::keep>(
-          "keep", "Kept mesh",
-          "Which mesh a location without a number holds. The last one is written when "
-          "the stream ends or the element stops.",
-          0, 0, Change::when_ready),
+      property<&S::keep>("keep", "Kept mesh",
+                         "Which mesh a location without a number holds. The last one is written "
+                         "when the stream ends or the element stops.",
+                         0, 0, Change::when_ready),
       property<&S::every>("every", "Every",
                           "Writes only every n-th mesh of a numbered sequence (1 to 1000000).", 1,
                           1000000),
-      property<&S::textured>("textured", "Textured",
-                             "Whether GLB and OBJ files carry the camera pictures, if the mesh has "
-                             "been textured."),
+      property<&S::textured>(
+          "textured", "Textured",
+          "Whether GLB and OBJ files carry the camera pictures, if the mesh has been textured."),
       property<&S::double_precision>(
           "double-precision", "Double precision",
           "Whether PLY files hold coordinates as double instead of float."),
       property<&S::jpeg_quality>(
           "jpeg-quality", "JPEG quality",
-          "Quality of the pictures in GLB files (1 to 100); 0 writes them as "
-          "PNG, without loss.",
-          0, 100),
+          "Quality of the pictures in GLB files (1 to 100); 0 writes them as PNG, without loss.", 0,
+          100),
   };
   return table;
 }
@@ -140,11 +126,10 @@ void write_file(GstBaseSink* base, GstBuffer* buffer, const Mesh& mesh) {
                                 static_cast<int>(settings.jpeg_quality)};
   const std::uint64_t index = self.index++;
   const std::string path = self.name->name(index);
-  const auto begin = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   write_mesh_file(mesh, path, options);
-  const std::chrono::duration<double, std::milli> taken = std::chrono::steady_clock::now() - begin;
+  self.statistics.set("write-ms", watch.milliseconds());
   self.statistics.count("files");
-  self.statistics.set("write-ms", taken.count());
   post_file(base, path, index, buffer);
 }
 
@@ -199,7 +184,9 @@ gboolean event(GstBaseSink* base, GstEvent* event) {
         !self.name->numbered() && snapshot(base, self.settings).keep == KeptMesh::first;
     if (self.meshes == 0) {
       GST_ELEMENT_WARNING(base, STREAM, FAILED,
-                          ("The stream ended before a mesh came: no file was written."), (nullptr));
+                          ("No file was written: the stream ended before a mesh came. Look for "
+                           "what keeps the views from hullbuild."),
+                          (nullptr));
     } else if (wants_first && !self.first_written) {
       GST_ELEMENT_WARNING(base, STREAM, FAILED,
                           ("No file was written: all meshes of the stream were empty. Look for "
@@ -228,8 +215,10 @@ gboolean open(GstElement* element) {
     std::filesystem::path folder = std::filesystem::path(self.name->name(0)).parent_path();
     if (folder.empty()) folder = ".";
     if (access(folder.c_str(), W_OK | X_OK) != 0)
-      throw Error(Error::Kind::io, "The folder of '{}' cannot be written to: {}.", location,
-                  std::strerror(errno));
+      throw Error(Error::Kind::io,
+                  "The folder of '{}' cannot be written to: {}. Make the folder, or set location to "
+                  "another one.",
+                  location, std::strerror(errno));
     self.claim.emplace(location);
     self.statistics.reset();
     self.first_written = false;
@@ -253,10 +242,9 @@ GstStateChangeReturn change_state(GstElement* element, GstStateChange transition
 void HullExport::class_init(gpointer klass) {
   GST_DEBUG_CATEGORY_INIT(hullexport_debug, "hullexport", 0, "meshes to files");
   add_properties<HullExport>(klass, properties(), &HullExport::settings);
-  add_statistics<HullExport>(
-      klass,
-      "Counters since the start: files (written), meshes-unusable (buffers that "
-      "were no mesh); write-ms, the milliseconds the last file took.");
+  add_statistics<HullExport>(klass,
+                             "Counters since the start: files (written), meshes-unusable (buffers "
+                             "that were no mesh); write-ms, the milliseconds the last file took.");
   set_metadata(klass, "Hull exporter", "Sink/File",
                "Writes hulls as GLB (textured), PLY or OBJ files");
   add_template(klass, "sink", GST_PAD_SINK, mesh_caps);

@@ -4,16 +4,6 @@
 /// visibility of every triangle in every view, a weight for every vertex and view, and for every
 /// view a small map of what it sees, with which composite colours each fragment. The pictures
 /// themselves pass through uncopied.
-///
-/// Properties that matter: `method`, one camera per triangle or a blend; `cameras`, how many are
-/// blended; `occlusion`, which can be turned off for speed; `fade-width`, how softly a camera's
-/// share ends at the rim of what it sees.
-///
-/// gst-launch-1.0 hullbuild name=hull ! hulltexture method=blend cameras=2 ! fakesink
-///     rigtestsrc camera=cam0 num-buffers=30 ! chromamatte ! gaussblur ! contourfind camera=cam0 !
-///     hull. rigtestsrc camera=cam1 num-buffers=30 ! chromamatte ! gaussblur ! contourfind
-///     camera=cam1 ! hull. rigtestsrc camera=cam2 num-buffers=30 ! chromamatte ! gaussblur !
-///     contourfind camera=cam2 ! hull.
 #include <gst/base/gstbasetransform.h>
 
 #include <memory>
@@ -32,26 +22,21 @@ namespace polyhull::element {
 
 template <>
 GType enum_type<TextureMethod>() {
-  static const GEnumValue values[] = {
-      {static_cast<gint>(TextureMethod::direct), "The one best camera of each triangle", "direct"},
-      {static_cast<gint>(TextureMethod::blend), "The best cameras, weighted point by point",
-       "blend"},
-      {0, nullptr, nullptr}};
-  static const GType type = register_enum("PolyhullTextureMethod", values);
-  return type;
+  return register_enum<TextureMethod>(
+      "PolyhullTextureMethod",
+      {{TextureMethod::direct, "The one best camera of each triangle", "direct"},
+       {TextureMethod::blend, "The best cameras, weighted point by point", "blend"}});
 }
 
 template <>
 GType enum_type<TextureMetric>() {
-  static const GEnumValue values[] = {
-      {static_cast<gint>(TextureMetric::camera_normal),
-       "By the angle between the surface's normal and the direction to the camera",
-       "camera-normal"},
-      {static_cast<gint>(TextureMetric::viewing_angle),
-       "By the angle between the directions to the camera and to the viewport", "viewing-angle"},
-      {0, nullptr, nullptr}};
-  static const GType type = register_enum("PolyhullTextureMetric", values);
-  return type;
+  return register_enum<TextureMetric>(
+      "PolyhullTextureMetric",
+      {{TextureMetric::camera_normal,
+        "By the angle between the surface's normal and the direction to the camera",
+        "camera-normal"},
+       {TextureMetric::viewing_angle,
+        "By the angle between the directions to the camera and to the viewport", "viewing-angle"}});
 }
 
 }  // namespace polyhull::element
@@ -78,33 +63,28 @@ const Property<Settings> table[] = {
                                 "By which angle a blend prefers one camera to another."),
     property<&Settings::cameras>("cameras", "Cameras",
                                  "How many cameras are blended at each point (1 to 64): the best "
-                                 "ones. composite uses at most "
-                                 "four.",
+                                 "ones. composite uses at most four.",
                                  1, 64),
     property<&Settings::occlusion>("occlusion", "Occlusion",
                                    "Whether a camera colours only what it sees. Without, a camera "
-                                   "also colours what lies hidden "
-                                   "behind something else; faster."),
-    property<&Settings::untextured>(
-        "untextured", "Untextured colour",
-        "The colour of what no camera sees, as big-endian ARGB (0 to 0xffffffff; alpha is not "
-        "used).",
-        0, 4294967295.0),
-    property<&Settings::fade_width>(
-        "fade-width", "Fade width",
-        "Over how many pixels of a camera its share rises from none at the rim of what it sees to "
-        "all (0 to 200).",
-        0, 200),
-    property<&Settings::map_size>("map-size", "Map size",
-                                  "Texels of the longer side of the map of what a camera sees (16 "
-                                  "to 2048): more draw the rims "
-                                  "of what hides finer, and cost time.",
-                                  16, 2048),
-    property<&Settings::threads>(
-        "threads", "Threads",
-        "How many threads of the pool that all elements share may work (1 to 256); 0 means all of "
-        "them.",
-        0, 256),
+                                   "also colours what lies hidden behind something else; faster."),
+    property<&Settings::untextured>("untextured", "Untextured colour",
+                                    "The colour of what no camera sees, as big-endian ARGB (0 to "
+                                    "0xffffffff; alpha is not used).",
+                                    0, 4294967295.0),
+    property<&Settings::fade_width>("fade-width", "Fade width",
+                                    "Over how many pixels of a camera its share rises from none at "
+                                    "the rim of what it sees to all (0 to 200).",
+                                    0, 200),
+    property<&Settings::map_size>(
+        "map-size", "Map size",
+        "Texels of the longer side of the map of what a camera sees (16 to 2048): more draw the "
+        "rims of what hides finer, and cost time.",
+        16, 2048),
+    property<&Settings::threads>("threads", "Threads",
+                                 "How many threads of the pool that all elements share may work (1 "
+                                 "to 256); 0 means all of them.",
+                                 0, 256),
 };
 constexpr std::span<const Property<Settings>> properties(table);
 

@@ -6,7 +6,8 @@
 namespace polyhull::element {
 namespace {
 
-constexpr const char* picture_formats = "{ RGBx, BGRx, RGBA, BGRA, I420, NV12, YUY2, UYVY }";
+constexpr const char* picture_formats =
+    "video/x-raw, format={ RGBx, BGRx, RGBA, BGRA, I420, NV12, YUY2, UYVY }";
 
 GstBaseSrcClass* parent() {
   return GST_BASE_SRC_CLASS(parent_class<RigTestSrc>());
@@ -28,21 +29,12 @@ GstCaps* rig_test_get_caps(GstBaseSrc* source, GstCaps* filter) {
                           camera.height, nullptr);
     }
   }
-  GValue formats = G_VALUE_INIT;
-  const char* allowed = output == RigOutput::picture ? picture_formats
-                        : output == RigOutput::keyed ? "{ RGBA, BGRA }"
-                        : output == RigOutput::matte ? "GRAY8"
-                                                     : "GRAY16_LE";
-  if (*allowed == '{') {
-    g_value_init(&formats, GST_TYPE_LIST);
-  } else {
-    g_value_init(&formats, G_TYPE_STRING);
-  }
-  gst_value_deserialize(&formats, allowed);
-  gst_caps_set_value(caps, "format", &formats);
-  g_value_unset(&formats);
-  if (filter == nullptr) return g_steal_pointer(&caps);
-  return gst_caps_intersect_full(filter, caps, GST_CAPS_INTERSECT_FIRST);
+  const char* formats = output == RigOutput::picture ? picture_formats
+                        : output == RigOutput::keyed ? "video/x-raw, format={ RGBA, BGRA }"
+                        : output == RigOutput::matte ? "video/x-raw, format=GRAY8"
+                                                     : "video/x-raw, format=GRAY16_LE";
+  g_autoptr(GstCaps) allowed = gst_caps_from_string(formats);
+  return filtered(filtered(g_steal_pointer(&caps), allowed), filter);
 }
 
 GstCaps* rig_test_fixate(GstBaseSrc* source, GstCaps* caps) {
@@ -80,8 +72,9 @@ gboolean rig_test_negotiate(GstBaseSrc* source) {
     g_autofree gchar* offered_text = gst_caps_to_string(offered);
     GST_ELEMENT_ERROR(
         source, STREAM, FORMAT,
-        ("What follows does not take the picture of this camera, whose size is the rig's. It "
-         "offers %s; wanted is %s.",
+        ("What follows does not take the picture of this camera, whose size is the "
+         "rig's. It offers %s; wanted is %s. Take the "
+         "size out of the caps that follow, or put a videoscale and a videoconvert between.",
          offered_text, wanted_text),
         (nullptr));
   }

@@ -25,6 +25,6 @@ struct RigTestDrawing {
 /// Draws frame number \p number at the time that was set on drawing.picture, as settings.output
 /// says, in the format of \p frame. Throws Error.
 void draw(RigTestDrawing& drawing, const RigTestSettings& settings, std::uint64_t number,
-          GstVideoFrame* frame);
+          const GstVideoFrame& frame);
 
 }  // namespace polyhull::element

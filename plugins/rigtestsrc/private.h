@@ -9,8 +9,8 @@
 #include <cstdint>
 #include <memory>
 
+#include "files/numbered_name.h"
 #include "plugins/common/live/frame_source.h"
-#include "plugins/common/numbered_name.h"
 #include "plugins/rigtestsrc/draw.h"
 #include "plugins/rigtestsrc/settings.h"
 

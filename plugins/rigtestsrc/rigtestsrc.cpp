@@ -9,17 +9,15 @@
 /// `shadow`, `spill` and `noise` spoil the picture as a real studio does; chroma subsampling comes
 /// with the negotiated format. The truth is there to compare with: `output=matte`, `output=depth`
 /// and `mesh-location`.
-///
-/// gst-launch-1.0 rigtestsrc camera=cam0 num-buffers=50 ! video/x-raw,framerate=25/1 !
-///     videoconvert ! autovideosink
 #include <algorithm>
-#include <chrono>
 #include <memory>
 #include <vector>
 
 #include "base/error.h"
+#include "base/stopwatch.h"
 #include "base/thread_pool.h"
 #include "mesh/view.h"
+#include "plugins/common/memory/video_frame.h"
 #include "plugins/common/trigger.h"
 #include "plugins/rigtestsrc/private.h"
 #include "studio/cameras/default_rig.h"
@@ -39,7 +37,8 @@ int find_camera(const Rig& rig, const RigTestSettings& settings) {
     if (rig.cameras[i].name == settings.camera) return static_cast<int>(i);
     names += (i ? ", " : "") + rig.cameras[i].name;
   }
-  throw Error(Error::Kind::not_found, "The rig {} has no camera called '{}'. Its cameras are: {}.",
+  throw Error(Error::Kind::not_found,
+              "The rig {} has no camera called '{}'. Set camera to one of its ({}).",
               settings.rig.empty() ? "built in" : "'" + settings.rig + "'", settings.camera, names);
 }
 
@@ -57,30 +56,18 @@ GstFlowReturn fill(GstPushSrc* push, GstBuffer* buffer) {
     RigTestSettings settings = snapshot(push, self.settings);
     settings.output = stream.output;
 
-    const auto begin = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     const LoopWatch loops;
     const double seconds =
         settings.start + settings.speed * static_cast<double>(next.time) / GST_SECOND;
     stream.drawing.picture->set_time(seconds);
-    GstVideoFrame frame;
-    if (!gst_video_frame_map(&frame, &info, buffer, GST_MAP_WRITE)) {
-      throw Error(Error::Kind::io, "The memory of a buffer cannot be written to.");
-    }
-    try {
-      draw(stream.drawing, settings, next.number, &frame);
-    } catch (...) {
-      gst_video_frame_unmap(&frame);
-      throw;
-    }
-    gst_video_frame_unmap(&frame);
-    const std::chrono::duration<double, std::milli> spent =
-        std::chrono::steady_clock::now() - begin;
+    draw(stream.drawing, settings, next.number, MappedFrame(info, buffer, GST_MAP_WRITE).frame());
+    self.statistics.set("last-frame-ms", watch.milliseconds());
     if (stream.mesh_name) {
       write_truth_mesh(truth_mesh(*stream.subject, stream.rig, seconds),
                        stream.mesh_name->name(next.number));
     }
     self.statistics.count("frames");
-    self.statistics.set("last-frame-ms", spent.count());
     self.statistics.set("threads-used", loops.threads());
     const Rectangle& region = stream.drawing.picture->region();
     self.statistics.set_count("subject-pixels",
@@ -152,13 +139,12 @@ void RigTestSrc::class_init(gpointer klass) {
       "last-frame-ms (time to draw the last frame, in milliseconds), threads-used (how many "
       "threads took part in its parallel loops, on average).");
   set_metadata(klass, "Rig test source", "Source/Video",
-               "One calibrated camera filming a synthetic person before a coloured screen, "
-               "with ground truth");
+               "One calibrated camera filming a synthetic person before a coloured screen, with "
+               "ground truth");
   add_template(klass, "src", GST_PAD_SRC,
-               "video/x-raw, format=(string){ RGBx, BGRx, RGBA, BGRA, I420, NV12, "
-               "YUY2, UYVY, GRAY8, GRAY16_LE }, width=(int)[1, 16384], "
-               "height=(int)[1, 16384], framerate=(fraction)[1/2147483647, "
-               "2147483647/1]");
+               "video/x-raw, format=(string){ RGBx, BGRx, RGBA, BGRA, I420, NV12, YUY2, UYVY, "
+               "GRAY8, GRAY16_LE }, width=(int)[1, 16384], height=(int)[1, 16384], "
+               "framerate=(fraction)[1/2147483647, 2147483647/1]");
   install_frame_source<RigTestSrc>(klass);
   GstBaseSrcClass* source = GST_BASE_SRC_CLASS(klass);
   source->negotiate = rig_test_negotiate;

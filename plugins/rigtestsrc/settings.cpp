@@ -7,114 +7,101 @@ namespace polyhull::element {
 
 template <>
 GType enum_type<ScreenColour>() {
-  static const GEnumValue values[] = {
-      {static_cast<gint>(ScreenColour::green), "Green screen", "green"},
-      {static_cast<gint>(ScreenColour::blue), "Blue screen", "blue"},
-      {0, nullptr, nullptr}};
-  static const GType type = register_enum("PolyhullScreenColour", values);
-  return type;
+  return register_enum<ScreenColour>("PolyhullScreenColour",
+                                     {{ScreenColour::green, "Green screen", "green"},
+                                      {ScreenColour::blue, "Blue screen", "blue"}});
 }
 
 template <>
 GType enum_type<RigOutput>() {
-  static const GEnumValue values[] = {
-      {static_cast<gint>(RigOutput::picture), "The camera's picture", "picture"},
-      {static_cast<gint>(RigOutput::keyed), "The picture with the true matte in alpha (RGBA, BGRA)",
-       "keyed"},
-      {static_cast<gint>(RigOutput::matte),
-       "The true matte: the share of a pixel that the subject covers (GRAY8)", "matte"},
-      {static_cast<gint>(RigOutput::depth), "The true depth at the pixel's centre (GRAY16_LE)",
-       "depth"},
-      {0, nullptr, nullptr}};
-  static const GType type = register_enum("PolyhullRigOutput", values);
-  return type;
+  return register_enum<RigOutput>(
+      "PolyhullRigOutput",
+      {{RigOutput::picture, "The camera's picture", "picture"},
+       {RigOutput::keyed, "The picture with the true matte in alpha (RGBA, BGRA)", "keyed"},
+       {RigOutput::matte, "The true matte: the share of a pixel that the subject covers (GRAY8)",
+        "matte"},
+       {RigOutput::depth, "The true depth at the pixel's centre (GRAY16_LE)", "depth"}});
 }
 
 namespace {
 
+using S = RigTestSettings;
 constexpr Property<RigTestSettings> properties[] = {
-    property<&RigTestSettings::rig>(
-        "rig", "Rig file",
-        "Path of the rig file whose camera this is. Empty: the built-in rig, four cameras "
-        "cam0 to cam3 of 1024x768 around a stage of 4 m.",
-        0, 0, Change::when_ready),
-    property<&RigTestSettings::camera>(
-        "camera", "Camera", "Name of the camera in the rig. Empty: the rig's first camera.", 0, 0,
-        Change::when_ready),
-    property<&RigTestSettings::subject>(
+    property<&S::rig>("rig", "Rig file",
+                      "Path of the rig file whose camera this is. Empty: the built-in rig, four "
+                      "cameras cam0 to cam3 of 1024x768 around a stage of 4 m.",
+                      0, 0, Change::when_ready),
+    property<&S::camera>("camera", "Camera",
+                         "Name of the camera in the rig. Empty: the rig's first camera.", 0, 0,
+                         Change::when_ready),
+    property<&S::subject>(
         "subject", "Subject",
-        "What stands on the stage: \"figure\", the built-in walking person, or the path of an "
-        "OBJ file with a closed surface (y up, metres), which turns once in ten seconds.",
+        "What stands on the stage: \"figure\", the built-in walking person, or the path of an OBJ "
+        "file with a closed surface (y up, metres), which turns once in ten seconds.",
         0, 0, Change::when_ready),
-    property<&RigTestSettings::subject_height>(
-        "subject-height", "Subject height",
-        "Height in metres to which a subject from a file is scaled, 0 to 100. 0: its "
-        "coordinates are taken as metres.",
-        0.0, 100.0, Change::when_ready),
-    property<&RigTestSettings::screen>("screen", "Screen",
-                                       "Colour of the screen behind the subject and of the floor."),
-    property<&RigTestSettings::unevenness>(
-        "unevenness", "Unevenness",
-        "Smooth change of the screen's brightness over the picture, as a share of it, 0 to "
-        "0.9. 0: the screen has one colour.",
-        0.0, 0.9),
-    property<&RigTestSettings::shadow>(
+    property<&S::subject_height>("subject-height", "Subject height",
+                                 "Height in metres to which a subject from a file is scaled, 0 to "
+                                 "100. 0: its coordinates are taken as metres.",
+                                 0.0, 100.0, Change::when_ready),
+    property<&S::screen>("screen", "Screen",
+                         "Colour of the screen behind the subject and of the floor."),
+    property<&S::unevenness>("unevenness", "Unevenness",
+                             "Smooth change of the screen's brightness over the picture, as a "
+                             "share of it, 0 to 0.9. 0: the screen has one colour.",
+                             0.0, 0.9),
+    property<&S::shadow>(
         "shadow", "Shadow",
         "Darkness of the subject's soft shadow on the floor, 0 (none) to 1 (black at the feet).",
         0.0, 1.0),
-    property<&RigTestSettings::spill>(
+    property<&S::spill>(
         "spill", "Spill",
-        "Light of the screen's colour on the subject, most at its outline and below, 0 (none) to "
-        "1 (strong). With spill a point no longer has one colour for all cameras.",
+        "Light of the screen's colour on the subject, most at its outline and below, 0 (none) to 1 "
+        "(strong). With spill a point no longer has one colour for all cameras.",
         0.0, 1.0),
-    property<&RigTestSettings::noise>(
-        "noise", "Noise",
-        "Standard deviation of the sensor's Gaussian noise in 8-bit levels, 0 to 30. The same "
-        "for the same seed, camera and frame number.",
-        0.0, largest_noise),
-    property<&RigTestSettings::seed>("seed", "Seed", "Chooses the noise, 0 to 4294967295.", 0,
-                                     4294967295.0),
-    property<&RigTestSettings::linear_light>(
+    property<&S::noise>("noise", "Noise",
+                        "Standard deviation of the sensor's Gaussian noise in 8-bit levels, 0 to "
+                        "30. The same for the same seed, camera and frame number.",
+                        0.0, largest_noise),
+    property<&S::seed>("seed", "Seed", "Chooses the noise, 0 to 4294967295.", 0, 4294967295.0),
+    property<&S::linear_light>(
         "linear-light", "Linear light",
-        "Mix subject and screen at the outline as light, as a lens does, instead of as "
-        "picture values. A key that is linear in picture values is then slightly off."),
-    property<&RigTestSettings::speed>(
+        "Mix subject and screen at the outline as light, as a lens does, instead of as picture "
+        "values. A key that is linear in picture values is then slightly off."),
+    property<&S::speed>(
         "speed", "Speed",
         "Seconds of the subject's motion per second of stream time, -100 to 100. 0: it stands "
         "still. The built-in figure repeats its motion after ten seconds.",
         -100.0, 100.0),
-    property<&RigTestSettings::start>(
-        "start", "Start", "Second of the motion that the stream starts with, 0 to 1000000.", 0.0,
-        1e6),
-    property<&RigTestSettings::output>("output", "Output",
-                                       "What the buffers hold: the picture or the truth about it.",
-                                       0, 0, Change::when_ready),
-    property<&RigTestSettings::depth_scale>(
-        "depth-scale", "Depth scale",
-        "Metres per level of output=depth, 0.000001 to 1. Level 0 is where the subject is "
-        "not; depths beyond 65535 levels become 65535.",
-        1e-6, 1.0),
-    property<&RigTestSettings::mesh_location>(
+    property<&S::start>("start", "Start",
+                        "Second of the motion that the stream starts with, 0 to 1000000.", 0.0,
+                        1e6),
+    property<&S::output>("output", "Output",
+                         "What the buffers hold: the picture or the truth about it.", 0, 0,
+                         Change::when_ready),
+    property<&S::depth_scale>("depth-scale", "Depth scale",
+                              "Metres per level of output=depth, 0.000001 to 1. Level 0 is where "
+                              "the subject is not; depths beyond 65535 levels become 65535.",
+                              1e-6, 1.0),
+    property<&S::mesh_location>(
         "mesh-location", "Mesh location",
-        "File to which the subject's true surface is written for each frame, in the "
-        "rig's world coordinates, with the colours that its points send out: .ply or "
-        ".obj, with one %d (or %05d) for the frame number. Empty: none.",
+        "File to which the subject's true surface is written for each frame, in the rig's world "
+        "coordinates, with the colours that its points send out: .ply or .obj, with one %d (or "
+        "%05d) for the frame number. Empty: none.",
         0, 0, Change::when_ready),
-    property<&RigTestSettings::stamp>(
-        "stamp", "Stamp",
-        "Draw the frame number into the picture, as a label on the subject's chest that programs "
-        "can read, so that tests see which instant a picture shows."),
-    property<&RigTestSettings::live>(
+    property<&S::stamp>("stamp", "Stamp",
+                        "Draw the frame number into the picture, as a label on the subject's chest "
+                        "that programs can read, so that tests see which instant a picture shows."),
+    property<&S::live>(
         "is-live", "Is live",
         "Deliver frames at their time, as a camera does, and skip frames when late, instead of as "
         "fast as possible. Frame n has the time n / framerate, whenever the source was started.",
         0, 0, Change::when_ready),
-    property<&RigTestSettings::delay>(
+    property<&S::delay>(
         "delay", "Delay",
         "How much later than its time stamp says a live frame is sent, as cameras need for "
         "exposure and transfer, in nanoseconds (0 to 10 s). Reported as latency.",
         0, 10.0 * GST_SECOND),
-    property<&RigTestSettings::jitter>(
+    property<&S::jitter>(
         "jitter", "Jitter",
         "How much the delay varies from frame to frame, to both sides, in nanoseconds (0 to 1 s); "
         "the same for the same seed, camera and frame number.",

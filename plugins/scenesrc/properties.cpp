@@ -10,139 +10,114 @@ namespace polyhull::element {
 
 template <>
 GType enum_type<ViewportPath>() {
-  static const GEnumValue values[] = {
-      {static_cast<gint>(ViewportPath::still), "Stay where eye, target or camera say", "still"},
-      {static_cast<gint>(ViewportPath::orbit), "Travel around the target on a circle", "orbit"},
-      {0, nullptr, nullptr}};
-  static const GType type = register_enum("PolyhullViewportPath", values);
-  return type;
+  return register_enum<ViewportPath>(
+      "PolyhullViewportPath",
+      {{ViewportPath::still, "Stay where eye, target or camera say", "still"},
+       {ViewportPath::orbit, "Travel around the target on a circle", "orbit"}});
 }
 
 template <>
 GType enum_type<Refinement>() {
-  static const GEnumValue values[] = {
-      {static_cast<gint>(Refinement::automatic),
-       "Live: in the time that is left until the next frame; not live: none", "auto"},
-      {static_cast<gint>(Refinement::always),
-       "One sample per pixel more with each frame, however long it takes", "always"},
-      {static_cast<gint>(Refinement::never), "None", "never"},
-      {0, nullptr, nullptr}};
-  static const GType type = register_enum("PolyhullRefinement", values);
-  return type;
+  return register_enum<Refinement>(
+      "PolyhullRefinement",
+      {{Refinement::automatic,
+        "Live: in the time that is left until the next frame; not live: none", "auto"},
+       {Refinement::always, "One sample per pixel more with each frame, however long it takes",
+        "always"},
+       {Refinement::never, "None", "never"}});
 }
 
+namespace {
+
+using S = SceneSettings;
+constexpr double far = 1e6;
+constexpr Property<S> table[] = {
+    property<&S::scene>(
+        "scene", "Scene",
+        "Path of a glTF 2.0 file (.glb or .gltf) in metres, y up. Empty: the built-in room.", 0, 0,
+        Change::when_ready),
+    property<&S::camera>("camera", "Camera",
+                         "Name of a camera of the scene to look through. Empty: the viewport is "
+                         "that of eye, target and field-of-view."),
+    property<&S::path>(
+        "path", "Path",
+        "How the viewport moves with stream time. On its orbit it looks at the target."),
+    property<&S::orbit_radius>("orbit-radius", "Orbit radius",
+                               "Radius of the orbit around the target, metres, 0.01 to 1000000.",
+                               0.01, far),
+    property<&S::orbit_height>("orbit-height", "Orbit height",
+                               "Height (y) of the orbit, metres, -1000000 to 1000000.", -far, far),
+    property<&S::orbit_speed>("orbit-speed", "Orbit speed",
+                              "Speed on the orbit, degrees per second of stream time, -3600 to "
+                              "3600; counter-clockwise seen from above where positive.",
+                              -3600.0, 3600.0),
+    property<&S::orbit_start>("orbit-start", "Orbit start",
+                              "Angle on the orbit at stream time 0, degrees from the z axis "
+                              "towards the x axis, -360 to 360.",
+                              -360.0, 360.0),
+    property<&S::light_intensity>(
+        "light-intensity", "Light intensity",
+        "Factor on the brightness of all lights, 0 to 100. A change costs one new picture.", 0.0,
+        100.0),
+    property<&S::light_x>("light-x", "Light x",
+                          "How far the first light is moved along x, metres, -1000 to 1000. A "
+                          "change has the scene's light computed anew.",
+                          -1000.0, 1000.0),
+    property<&S::light_y>("light-y", "Light y",
+                          "How far the first light is moved upwards, metres, -1000 to 1000. A "
+                          "change has the scene's light computed anew.",
+                          -1000.0, 1000.0),
+    property<&S::light_z>("light-z", "Light z",
+                          "How far the first light is moved along z, metres, -1000 to 1000. A "
+                          "change has the scene's light computed anew.",
+                          -1000.0, 1000.0),
+    property<&S::exposure_compensation>("exposure-compensation", "Exposure compensation",
+                                        "How many stops the picture is exposed longer than the "
+                                        "scene says, -10 to 10: 1 makes it twice as bright.",
+                                        -10.0, 10.0),
+    property<&S::exposure_compensation>(
+        old_names[0].before, "Exposure compensation",
+        "Deprecated: the old name of exposure-compensation, as elsewhere an exposure is a factor "
+        "and no number of stops.",
+        -10.0, 10.0),
+    property<&S::refinement>("refinement", "Refinement",
+                             "When a view that stands still is traced towards the exact picture."),
+    property<&S::samples>("samples", "Samples",
+                          "Samples per pixel after which a still view counts as exact and is "
+                          "only repeated, 0 to 65536.",
+                          0.0, 65536.0),
+    property<&S::smoothing>("smoothing", "Smoothing",
+                            "Difference of neighbouring pixels, as a share of white, above which "
+                            "they are drawn with eight rays instead of one, 0 (all) to 1 (none).",
+                            0.0, 1.0),
+    property<&S::light_spacing>(
+        "light-spacing", "Light spacing",
+        "Distance between the points at which the light on the scene is kept, metres, 0.001 to "
+        "10. Smaller: sharper shadows close to what throws them, and a longer start.",
+        0.001, 10.0, Change::when_ready),
+    property<&S::live>("is-live", "Is live",
+                       "Deliver frames at their time, and skip frames when late, instead of as "
+                       "fast as possible.",
+                       0, 0, Change::when_ready),
+};
+
+}  // namespace
+
 std::span<const Property<SceneSettings>> scene_properties() {
-  using S = SceneSettings;
-  constexpr double far = 1e6;
-  static constexpr Property<S> table[] = {
-      property<&S::scene>("scene", "Scene",
-                          "Path of a glTF 2.0 file (.glb or .gltf) in metres, y up. Empty: the "
-                          "built-in room.",
-                          0, 0, Change::when_ready),
-      property<&S::camera>("camera", "Camera",
-                           "Name of a camera of the scene to look through. Empty: the viewport is "
-                           "that of eye, target and fov."),
-      property<&S::path>(
-          "path", "Path",
-          "How the viewport moves with stream time. On its orbit it looks at the target."),
-      property<&S::eye_x>("eye-x", "Eye x",
-                          "Place of the viewport's eye, metres, -1000000 to 1000000.", -far, far),
-      property<&S::eye_y>("eye-y", "Eye y",
-                          "Height of the viewport's eye, metres, -1000000 to 1000000.", -far, far),
-      property<&S::eye_z>("eye-z", "Eye z",
-                          "Place of the viewport's eye, metres, -1000000 to 1000000.", -far, far),
-      property<&S::target_x>("target-x", "Target x",
-                             "Point in the middle of the picture, metres, -1000000 to 1000000.",
-                             -far, far),
-      property<&S::target_y>("target-y", "Target y",
-                             "Height of the point in the middle of the picture, metres, -1000000 "
-                             "to 1000000.",
-                             -far, far),
-      property<&S::target_z>("target-z", "Target z",
-                             "Point in the middle of the picture, metres, -1000000 to 1000000.",
-                             -far, far),
-      property<&S::fov>("fov", "Field of view",
-                        "Angle from the lower to the upper edge of the picture, degrees, 1 to 170. "
-                        "A camera of the scene has its own.",
-                        1.0, 170.0),
-      property<&S::orbit_radius>("orbit-radius", "Orbit radius",
-                                 "Radius of the orbit around the target, metres, 0.01 to 1000000.",
-                                 0.01, far),
-      property<&S::orbit_height>("orbit-height", "Orbit height",
-                                 "Height (y) of the orbit, metres, -1000000 to 1000000.", -far,
-                                 far),
-      property<&S::orbit_speed>("orbit-speed", "Orbit speed",
-                                "Speed on the orbit, degrees per second of stream time, -3600 to "
-                                "3600; counter-clockwise seen from above where positive.",
-                                -3600.0, 3600.0),
-      property<&S::orbit_start>(
-          "orbit-start", "Orbit start",
-          "Angle on the orbit at stream time 0, degrees from the z axis towards "
-          "the x axis, -360 to 360.",
-          -360.0, 360.0),
-      property<&S::light_intensity>(
-          "light-intensity", "Light intensity",
-          "Factor on the brightness of all lights, 0 to 100. A change costs "
-          "one new picture.",
-          0.0, 100.0),
-      property<&S::light_x>(
-          "light-x", "Light x",
-          "How far the first light is moved along x, metres, -1000 to 1000. A change "
-          "has the scene's light computed anew.",
-          -1000.0, 1000.0),
-      property<&S::light_y>(
-          "light-y", "Light y",
-          "How far the first light is moved upwards, metres, -1000 to 1000. A change "
-          "has the scene's light computed anew.",
-          -1000.0, 1000.0),
-      property<&S::light_z>(
-          "light-z", "Light z",
-          "How far the first light is moved along z, metres, -1000 to 1000. A change "
-          "has the scene's light computed anew.",
-          -1000.0, 1000.0),
-      property<&S::exposure_compensation>(
-          "exposure-compensation", "Exposure compensation",
-          "How many stops the picture is exposed longer than the scene says, -10 to 10: 1 makes it "
-          "twice as bright.",
-          -10.0, 10.0),
-      property<&S::exposure_compensation>(
-          old_exposure_name, "Exposure compensation",
-          "Deprecated: the old name of exposure-compensation, as elsewhere an exposure is a factor "
-          "and no number of stops.",
-          -10.0, 10.0),
-      property<&S::refinement>(
-          "refinement", "Refinement",
-          "When a view that stands still is traced towards the exact picture."),
-      property<&S::samples>(
-          "samples", "Samples",
-          "Samples per pixel after which a still view counts as exact and is only "
-          "repeated, 0 to 65536.",
-          0.0, 65536.0),
-      property<&S::smoothing>(
-          "smoothing", "Smoothing",
-          "Difference of neighbouring pixels, as a share of white, above which they "
-          "are drawn with eight rays instead of one, 0 (all) to 1 (none).",
-          0.0, 1.0),
-      property<&S::light_spacing>(
-          "light-spacing", "Light spacing",
-          "Distance between the points at which the light on the scene is kept, "
-          "metres, 0.001 to 10. Smaller: sharper shadows close to what throws "
-          "them, and a longer start.",
-          0.001, 10.0, Change::when_ready),
-      property<&S::live>(
-          "is-live", "Is live",
-          "Deliver frames at their time, and skip frames when late, instead of as fast "
-          "as possible.",
-          0, 0, Change::when_ready),
-  };
+  return table;
+}
+
+std::span<const Property<ViewportSettings>> old_viewport_properties() {
+  static constexpr Property<ViewportSettings> table[] = {property<&ViewportSettings::field_of_view>(
+      old_names[1].before, "Field of view",
+      "Deprecated: the old name of field-of-view, as composite calls it.", 1.0, 170.0)};
   return table;
 }
 
 Camera scene_viewport(const SceneSettings& settings, const ViewportControl& control,
                       const Scene& scene, double seconds, int width, int height) {
-  double fov = settings.fov;
-  ViewportPose pose{Vec3(settings.eye_x, settings.eye_y, settings.eye_z),
-                    Vec3(settings.target_x, settings.target_y, settings.target_z)};
+  double fov = settings.field_of_view;
+  ViewportPose pose = settings.pose();
   Vec3 up(0, 1, 0);
   if (settings.path == ViewportPath::orbit) {
     const double angle =
@@ -157,9 +132,10 @@ Camera scene_viewport(const SceneSettings& settings, const ViewportControl& cont
       names += (names.empty() ? "" : ", ") + camera.name;
     }
     if (found == nullptr) {
-      throw Error(Error::Kind::not_found, "Scene '{}' has no camera called '{}'. {}", scene.name,
+      throw Error(Error::Kind::not_found, "The scene '{}' has no camera called '{}'. {}", scene.name,
                   settings.camera,
-                  names.empty() ? "It has none." : "Its cameras are: " + names + ".");
+                  names.empty() ? "It has none; leave camera empty."
+                                : "Set camera to one of its (" + names + ") or leave it empty.");
     }
     const Mat3 axes = glm::transpose(found->R);
     pose.eye = found->centre();

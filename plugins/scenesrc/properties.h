@@ -7,23 +7,18 @@
 #include <string>
 #include <vector>
 
-#include "plugins/common/property_table.h"
+#include "plugins/common/viewport.h"
 #include "scene/scene.h"
-#include "scene/viewport_control.h"
 
 namespace polyhull::element {
 
 enum class ViewportPath { still, orbit };
 enum class Refinement { automatic, always, never };
 
-/// Defaults show the built-in room from its entrance.
-struct SceneSettings {
+struct SceneSettings : ViewportSettings {
   std::string scene;
   std::string camera;
   ViewportPath path = ViewportPath::still;
-  double eye_x = 1.15, eye_y = 1.5, eye_z = 2.75;
-  double target_x = 0.0, target_y = 0.98, target_z = 0.0;
-  double fov = 52.0;
   double orbit_radius = 2.7, orbit_height = 1.5, orbit_speed = 12.0, orbit_start = 0.0;
   double light_intensity = 1.0;
   double light_x = 0.0, light_y = 0.0, light_z = 0.0;
@@ -35,10 +30,16 @@ struct SceneSettings {
   bool live = false;
 };
 
-/// What exposure-compensation was called; still accepted, with a warning.
-inline constexpr char old_exposure_name[] = "exposure";
+/// What properties were called; still accepted, with a warning.
+struct OldName {
+  const char* before;
+  const char* now;
+};
+inline constexpr OldName old_names[] = {{"exposure", "exposure-compensation"},
+                                        {"fov", "field-of-view"}};
 
 std::span<const Property<SceneSettings>> scene_properties();
+std::span<const Property<ViewportSettings>> old_viewport_properties();
 
 /// The viewport at stream time \p seconds, for a picture of \p width x \p height square pixels.
 /// Throws Error when the settings make none (eye = target, no such camera in the scene).

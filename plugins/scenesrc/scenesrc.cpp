@@ -6,19 +6,13 @@
 /// event "polyhull-announcement" says which camera, lights and scene made the picture, so that
 /// composite draws its subjects with exactly those. Mouse and keys (GstNavigation) move the
 /// viewport.
-///
-/// Properties that matter: `scene`, `path=orbit`, `eye-*`, `target-*` and `fov` say what is seen;
-/// `light-*` and `exposure-compensation` can be changed while it plays.
-///
-/// gst-launch-1.0 scenesrc path=orbit num-buffers=50 ! video/x-raw,width=640,height=360 !
-///     videoconvert ! autovideosink
 #include <gst/base/gstpushsrc.h>
-#include <gst/video/navigation.h>
 #include <gst/video/video.h>
 
-#include <chrono>
+#include <array>
 #include <mutex>
 
+#include "base/stopwatch.h"
 #include "base/thread_pool.h"
 #include "plugins/common/live/frame_source.h"
 #include "plugins/scenesrc/properties.h"
@@ -51,14 +45,15 @@ struct SceneSrc : FrameSource {
   void property_set(gpointer object, std::string_view name) {
     if (name == "is-live")
       gst_base_src_set_live(GST_BASE_SRC(object), snapshot(object, settings).live);
-    if (name == old_exposure_name) {
-      static std::once_flag said;  // a controller sets it with every frame
-      std::call_once(said, [] {
-        g_warning(
-            "The property exposure of scenesrc is deprecated: it is called exposure-compensation "
-            "now, with the same values (stops).");
-      });
-    }
+    static std::array<std::once_flag, std::size(old_names)> said;  // a controller sets often
+    for (std::size_t i = 0; i < said.size(); ++i)
+      if (name == old_names[i].before)
+        std::call_once(said[i], [i] {
+          g_warning(
+              "The property %s of scenesrc is deprecated: it is called %s now, with the same "
+              "values. Use that name.",
+              old_names[i].before, old_names[i].now);
+        });
   }
   /// Reads the scene.
   void open(GstElement* element) {
@@ -110,7 +105,7 @@ GstFlowReturn create(GstPushSrc* push, GstBuffer** out) {
     const GstVideoInfo info = snapshot(push, self.info);
     if (GST_VIDEO_INFO_FORMAT(&info) == GST_VIDEO_FORMAT_UNKNOWN || !stream.is_open())
       return GST_FLOW_NOT_NEGOTIATED;
-    const auto begin = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     const LoopWatch loops;
     bool lit = false;
     if (gst_base_src_is_live(source) && !stream.is_lit()) {
@@ -130,8 +125,7 @@ GstFlowReturn create(GstPushSrc* push, GstBuffer** out) {
     const bool refined =
         work == Background::Work::none && stream.refine(source, settings, self.clock.due(next));
     GstBuffer* buffer = stream.make_buffer(info, work != Background::Work::none || refined);
-    const std::chrono::duration<double, std::milli> spent =
-        std::chrono::steady_clock::now() - begin;
+    const double spent = watch.milliseconds();
 
     statistics.count("frames");
     statistics.count("frames-skipped", next.late);
@@ -142,16 +136,16 @@ GstFlowReturn create(GstPushSrc* push, GstBuffer** out) {
       statistics.count("frames-drawn");
       statistics.count("rays", stream.background().view_statistics().rays);
       statistics.count("pixels-smoothed", stream.background().view_statistics().smoothed);
-      statistics.set("last-drawn-ms", spent.count());
+      statistics.set("last-drawn-ms", spent);
     }
     if (lit) {
       statistics.count("light-fills");
       statistics.count("light-rays", stream.background().light_rays());
       statistics.set_count("light-points", stream.background().light_nodes());
-      statistics.set("light-ms", spent.count());
+      statistics.set("light-ms", spent);
     }
     statistics.set_count("samples", stream.background().samples());
-    statistics.set("last-frame-ms", spent.count());
+    statistics.set("last-frame-ms", spent);
     statistics.set("threads-used", loops.threads());
 
     self.clock.finish(next, buffer);
@@ -163,42 +157,15 @@ GstFlowReturn create(GstPushSrc* push, GstBuffer** out) {
 /// Mouse and keys.
 bool SceneSrc::take(GstBaseSrc* source, GstEvent* event) {
   if (GST_EVENT_TYPE(event) != GST_EVENT_NAVIGATION) return false;
-  gdouble x = 0, y = 0, dx = 0, dy = 0;
-  gint button = 0;
-  const gchar* key = nullptr;
   const ObjectLock lock(source);
-  switch (gst_navigation_event_get_type(event)) {
-    case GST_NAVIGATION_EVENT_MOUSE_BUTTON_PRESS:
-      if (gst_navigation_event_parse_mouse_button_event(event, &button, &x, &y)) {
-        control.press(button, x, y);
-      }
-      break;
-    case GST_NAVIGATION_EVENT_MOUSE_BUTTON_RELEASE:
-      if (gst_navigation_event_parse_mouse_button_event(event, &button, &x, &y)) {
-        control.release(button);
-      }
-      break;
-    case GST_NAVIGATION_EVENT_MOUSE_MOVE:
-      if (gst_navigation_event_parse_mouse_move_event(event, &x, &y)) {
-        control.move(x, y, info.height);
-      }
-      break;
-    case GST_NAVIGATION_EVENT_MOUSE_SCROLL:
-      if (gst_navigation_event_parse_mouse_scroll_event(event, &x, &y, &dx, &dy)) {
-        control.wheel(dy > 0 ? 1.0 : dy < 0 ? -1.0 : 0.0);
-      }
-      break;
-    case GST_NAVIGATION_EVENT_KEY_PRESS:
-      if (gst_navigation_event_parse_key_event(event, &key) && key != nullptr) control.key(key);
-      break;
-    default:
-      break;
-  }
+  navigate(event, control, info.height);
   return true;
 }
 
 void SceneSrc::class_init(gpointer klass) {
   GST_DEBUG_CATEGORY_INIT(scenesrc_debug, "scenesrc", 0, "ray-traced synthetic scene");
+  add_properties<SceneSrc>(klass, viewport_properties(), &SceneSrc::settings);
+  add_properties<SceneSrc>(klass, old_viewport_properties(), &SceneSrc::settings);
   add_properties<SceneSrc>(klass, scene_properties(), &SceneSrc::settings);
   add_statistics<SceneSrc>(
       klass,

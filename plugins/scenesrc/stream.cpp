@@ -31,15 +31,10 @@ void SceneStream::open(const SceneSettings& settings) {
 }
 
 void SceneStream::close() {
-  forget_pixels();
+  pixels_.reset();
   background_.reset();
   camera_ = Camera{};
   announced_.clear();
-}
-
-void SceneStream::forget_pixels() {
-  if (pixels_ != nullptr) gst_memory_unref(pixels_);
-  pixels_ = nullptr;
 }
 
 Background::Work SceneStream::draw(GstElement* element, Statistics& statistics,
@@ -78,27 +73,18 @@ bool SceneStream::refine(GstBaseSrc* source, const SceneSettings& settings, GstC
 
 GstBuffer* SceneStream::make_buffer(const GstVideoInfo& info, bool changed) {
   const GstVideoFormat format = GST_VIDEO_INFO_FORMAT(&info);
-  GstBuffer* buffer = nullptr;
-  if (!changed && pixels_ != nullptr && pixels_format_ == format &&
-      gst_memory_get_sizes(pixels_, nullptr, nullptr) == info.size) {
-    buffer = gst_buffer_new();
-    gst_buffer_append_memory(buffer, gst_memory_ref(pixels_));
-    return buffer;
+  if (changed || pixels_ == nullptr || pixels_format_ != format ||
+      gst_memory_get_sizes(pixels_.get(), nullptr, nullptr) != info.size) {
+    MappedMemory memory(gst_allocator_alloc(nullptr, info.size, nullptr), GST_MAP_WRITE);
+    const bool bgr = format == GST_VIDEO_FORMAT_BGRx || format == GST_VIDEO_FORMAT_BGRA;
+    background_->write(memory.data(),
+                       static_cast<std::size_t>(GST_VIDEO_INFO_PLANE_STRIDE(&info, 0)),
+                       bgr ? 2 : 0);
+    pixels_.reset(gst_memory_ref(memory.memory()));
+    pixels_format_ = format;
   }
-  buffer = gst_buffer_new_allocate(nullptr, info.size, nullptr);
-  GstMapInfo map;
-  if (buffer == nullptr || !gst_buffer_map(buffer, &map, GST_MAP_WRITE)) {
-    gst_clear_buffer(&buffer);
-    throw Error(Error::Kind::io, "There is no memory for a picture of {}x{}.", info.width,
-                info.height);
-  }
-  const bool bgr = format == GST_VIDEO_FORMAT_BGRx || format == GST_VIDEO_FORMAT_BGRA;
-  background_->write(map.data, static_cast<std::size_t>(GST_VIDEO_INFO_PLANE_STRIDE(&info, 0)),
-                     bgr ? 2 : 0);
-  gst_buffer_unmap(buffer, &map);
-  forget_pixels();
-  pixels_ = gst_buffer_get_memory(buffer, 0);
-  pixels_format_ = format;
+  GstBuffer* buffer = gst_buffer_new();
+  gst_buffer_append_memory(buffer, gst_memory_ref(pixels_.get()));
   return buffer;
 }
 

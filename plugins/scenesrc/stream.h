@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "plugins/common/memory/mapped_memory.h"
 #include "plugins/common/statistics.h"
 #include "plugins/scenesrc/properties.h"
 #include "raytrace/background.h"
@@ -20,7 +21,6 @@ namespace polyhull::element {
 class SceneStream {
  public:
   SceneStream() = default;
-  ~SceneStream() { close(); }
   SceneStream(const SceneStream&) = delete;
 
   /// Reads the scene. Throws Error.
@@ -49,12 +49,10 @@ class SceneStream {
   GstEvent* take_announcement();
 
  private:
-  void forget_pixels();
-
   std::unique_ptr<Background> background_;
-  std::vector<Light> lights_;    // as in the scene's file
-  float exposure_ = 1.0f;        // as in the scene's file
-  GstMemory* pixels_ = nullptr;  // of the last frame, shared with the buffers that show it
+  std::vector<Light> lights_;  // as in the scene's file
+  float exposure_ = 1.0f;      // as in the scene's file
+  MemoryRef pixels_;           // of the last frame, shared with the buffers that show it
   GstVideoFormat pixels_format_ = GST_VIDEO_FORMAT_UNKNOWN;
   Camera camera_;          // the last good one; width 0: none yet
   std::string announced_;  // what downstream was last told

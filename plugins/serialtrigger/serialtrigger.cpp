@@ -5,21 +5,16 @@
 /// while that plays. Each pulse has a number, counted from 0 since READY, and is announced by an
 /// element message "polyhull-trigger" with the fields number, clock-time, running-time and lateness
 /// (nanoseconds).
-///
-/// Properties that matter: `device`; `mode`, the line that carries the pulse; `rate`, 0/1 for
-/// pulses on demand by the action signal `fire`; `pulse`, its length.
-///
-/// gst-launch-1.0 -m serialtrigger device=/dev/ttyUSB0 rate=15/1 pulse=2000000 mode=break
 #include <algorithm>
 #include <atomic>
-#include <cmath>
 #include <memory>
 #include <mutex>
 
 #include "base/error.h"
 #include "plugins/common/element.h"
 #include "plugins/common/guard.h"
-#include "plugins/serialtrigger/pulse_thread.h"
+#include "trigger/jitter.h"
+#include "trigger/pulse_thread.h"
 
 GST_DEBUG_CATEGORY_STATIC(serialtrigger_debug);
 #define GST_CAT_DEFAULT serialtrigger_debug
@@ -28,15 +23,12 @@ namespace polyhull::element {
 
 template <>
 GType enum_type<PulseMode>() {
-  static const GEnumValue values[] = {
-      {static_cast<gint>(PulseMode::zeros), "Zero bytes hold the line TX for at least the pulse",
-       "zeros"},
-      {static_cast<gint>(PulseMode::line_break), "The break condition holds the line TX", "break"},
-      {static_cast<gint>(PulseMode::rts), "The line RTS", "rts"},
-      {static_cast<gint>(PulseMode::dtr), "The line DTR", "dtr"},
-      {0, nullptr, nullptr}};
-  static const GType type = register_enum("PolyhullPulseMode", values);
-  return type;
+  return register_enum<PulseMode>(
+      "PolyhullPulseMode",
+      {{PulseMode::zeros, "Zero bytes hold the line TX for at least the pulse", "zeros"},
+       {PulseMode::line_break, "The break condition holds the line TX", "break"},
+       {PulseMode::rts, "The line RTS", "rts"},
+       {PulseMode::dtr, "The line DTR", "dtr"}});
 }
 
 }  // namespace polyhull::element
@@ -52,25 +44,6 @@ struct Settings {
   std::uint32_t baud = 9600;
   std::uint64_t pulse = 2 * GST_MSECOND;
   Fraction rate{15, 1};
-};
-
-/// Mean and spread of how late pulses begin (Welford's method).
-class Jitter {
- public:
-  void add(std::int64_t lateness) {
-    const double x = lateness * 1e-3;
-    ++count_;
-    const double step = x - mean_;
-    mean_ += step / count_;
-    squares_ += step * (x - mean_);
-    largest_ = std::max(largest_, std::abs(x));
-  }
-  double mean() const { return mean_; }
-  double deviation() const { return count_ > 1 ? std::sqrt(squares_ / (count_ - 1)) : 0.0; }
-  double largest() const { return largest_; }
-
- private:
-  double count_ = 0.0, mean_ = 0.0, squares_ = 0.0, largest_ = 0.0;  // microseconds
 };
 
 struct SerialTrigger {
@@ -111,16 +84,14 @@ std::span<const Property<Settings>> properties() {
                          "Bits per second of the device (300 to 921600, the usual steps). With "
                          "mode=zeros a pulse takes whole bytes of ten bits each.",
                          300, 921600, Change::when_ready),
-      property<&S::pulse>(
-          "pulse", "Pulse length",
-          "How long a pulse lasts, in nanoseconds (1 ms to 1 s). It must fit between "
-          "two pulses with a millisecond to spare.",
-          GST_MSECOND, GST_SECOND),
-      property<&S::rate>(
-          "rate", "Rate",
-          "Pulses per second as a fraction (0/1 to 1000/1); 0/1 gives pulses only on "
-          "demand, by the action signal fire.",
-          0, 1000),
+      property<&S::pulse>("pulse", "Pulse length",
+                          "How long a pulse lasts, in nanoseconds (1 ms to 1 s). It must fit "
+                          "between two pulses with a millisecond to spare.",
+                          GST_MSECOND, GST_SECOND),
+      property<&S::rate>("rate", "Rate",
+                         "Pulses per second as a fraction (0/1 to 1000/1); 0/1 gives pulses only "
+                         "on demand, by the action signal fire.",
+                         0, 1000),
   };
   return table;
 }
@@ -191,16 +162,16 @@ PulseListener listener_of(GstElement* element) {
           [&self, element, device] {
             self.statistics.warn(
                 element, "pulses-blocked",
-                fmt::format("The serial device '{}' takes no bytes: a pulse was not "
-                            "given. Is a handshake waiting, or nobody reading?",
+                fmt::format("The serial device '{}' takes no bytes: a pulse was not given. Look "
+                            "whether a handshake waits, or nobody reads.",
                             device));
           },
           [&self, element, device](const std::string& why) {
             self.statistics.warn(
                 element, "device-losses",
-                fmt::format(
-                    "The serial device '{}' does not answer: {}. It is tried again until it does.",
-                    device, why));
+                fmt::format("The serial device '{}' does not answer: {}. Plug it in again: it is "
+                            "tried until it answers.",
+                            device, why));
           },
           [&self] { self.statistics.count("device-returns"); }};
 }
@@ -229,13 +200,16 @@ gboolean start_pulses(GstElement* element) {
     if (clock == nullptr) clock = gst_system_clock_obtain();
     self.base_time = gst_element_get_base_time(element);
     const std::scoped_lock lock(self.thread_mutex);
-    self.thread = std::make_unique<PulseThread>(std::move(self.line), parameters, clock,
-                                                self.next_number, listener_of(element));
+    const std::shared_ptr<GstClock> held(g_steal_pointer(&clock), gst_object_unref);
+    self.thread = std::make_unique<PulseThread>(
+        std::move(self.line), parameters,
+        [held] { return static_cast<std::int64_t>(gst_clock_get_time(held.get())); },
+        self.next_number, listener_of(element));
     self.statistics.set_count("real-time", self.thread->real_time());
     if (!self.thread->real_time())
       GST_INFO_OBJECT(element,
-                      "no real-time scheduling: pulses may come late under load. Allow it with "
-                      "an rtprio limit or CAP_SYS_NICE");
+                      "no real-time scheduling: pulses may come late under load. Allow it with an "
+                      "rtprio limit or CAP_SYS_NICE");
     return TRUE;
   });
 }

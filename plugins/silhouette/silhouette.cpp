@@ -4,9 +4,6 @@
 /// keyed picture in between. It has the properties of the three; the three called `method` are
 /// key-method, blur-method and contour-method here. With the same settings its views are the same
 /// bytes as those of the three elements one after the other.
-///
-/// gst-launch-1.0 videotestsrc num-buffers=60 pattern=ball background-color=0xff10c030 !
-///     video/x-raw,format=NV12 ! silhouette camera=cam0 key=green sigma=2 tolerance=1 ! fakesink
 #include <gst/base/gstbasetransform.h>
 #include <gst/video/video.h>
 
@@ -15,7 +12,6 @@
 
 #include "plugins/common/memory/payload_buffer.h"
 #include "plugins/common/silhouette/blur_properties.h"
-#include "plugins/common/silhouette/key_configuration.h"
 #include "plugins/common/silhouette/key_properties.h"
 #include "plugins/common/silhouette/view_element.h"
 #include "silhouette/silhouette.h"
@@ -30,19 +26,8 @@ using namespace polyhull::element;
 
 /// The pixels of the view before, which a frame that changed nothing sends again.
 struct Sent {
-  GstMemory* pixels = nullptr;
+  MemoryRef pixels;
   Rectangle roi;
-
-  ~Sent() { forget(); }
-  void forget() {
-    if (pixels != nullptr) gst_memory_unref(pixels);
-    pixels = nullptr;
-  }
-  void keep(GstMemory* memory, const Rectangle& region) {
-    forget();
-    pixels = gst_memory_ref(memory);
-    roi = region;
-  }
 };
 
 struct SilhouetteElement : ViewElement {
@@ -68,7 +53,6 @@ struct SilhouetteElement : ViewElement {
   SilhouetteSettings settings;
   bool configured = false;
   Silhouetter silhouetter;
-  int learning = 0;
   std::uint64_t reused = 0;
   Sent sent;
 };
@@ -91,7 +75,7 @@ gboolean set_caps(GstBaseTransform* base, GstCaps* in, GstCaps*) {
   return guarded(GST_ELEMENT_CAST(base), FALSE, [&]() -> gboolean {
     if (!self.set_format(in)) return FALSE;
     self.layout = frame_template(self.info);
-    self.sent.forget();
+    self.sent = {};
     return TRUE;
   });
 }
@@ -114,24 +98,16 @@ bool SilhouetteElement::configure(GstElement* element, const ContourValues& cont
     settings = wanted;
     changed = true;
   }
-  configuration.apply(element, statistics, key_now, camera, layout.width, layout.height,
-                      [&](const KeySettings& key_settings) {
-                        wanted.key = key_settings;
-                        silhouetter.set(wanted);
-                        settings = wanted;
-                        configured = true;
-                        changed = true;
-                      });
-  if (configuration.due_for_sampling(key_now.resample)) {
-    silhouetter.keyer().recalibrate();
-    changed = true;
-  }
-  if (key_now.learn_plate != learning) {
-    learning = key_now.learn_plate;
-    if (learning > 0) silhouetter.keyer().learn_plate(learning);
-    changed = true;
-  }
-  return changed;
+  configure_key(configuration, element, statistics, key_now, camera, layout.width, layout.height,
+                [&](const KeySettings& key_settings) {
+                  wanted.key = key_settings;
+                  silhouetter.set(wanted);
+                  settings = wanted;
+                  configured = true;
+                  changed = true;
+                });
+  const auto keyer = [this]() -> Keyer& { return silhouetter.keyer(); };
+  return configuration.sample_and_learn(key_now, keyer) || changed;
 }
 
 GstBuffer* SilhouetteElement::make_view(GstBaseTransform* base, const GstVideoFrame& video) {
@@ -149,7 +125,7 @@ GstBuffer* SilhouetteElement::make_view(GstBaseTransform* base, const GstVideoFr
   report_calibration(std::as_const(silhouetter).keyer().calibration(), GST_ELEMENT_CAST(base),
                      statistics);
   if (view.roi.empty()) {
-    sent.forget();
+    sent = {};
     return writer.write(view, nullptr, video.buffer);
   }
 
@@ -157,14 +133,14 @@ GstBuffer* SilhouetteElement::make_view(GstBaseTransform* base, const GstVideoFr
   view.stride = view.roi.width * 4;
   const std::size_t size = static_cast<std::size_t>(view.stride) * view.roi.height;
   if (repeated && !changed && sent.pixels != nullptr && sent.roi == view.roi) {
-    const ReadableMemory pixels(sent.pixels);
+    const MappedMemory pixels(gst_memory_ref(sent.pixels.get()), GST_MAP_READ);
     view.pixels = pixels.bytes();
-    return writer.write(view, sent.pixels, video.buffer);
+    return writer.write(view, pixels.memory(), video.buffer);
   }
-  WritableMemory pixels(writer.allocate(size));
+  MappedMemory pixels(writer.allocate(size), GST_MAP_READWRITE);
   silhouetter.write_rgba(frame, view.roi, pixels.data(), view.stride);
   view.pixels = pixels.bytes();
-  sent.keep(pixels.memory(), view.roi);
+  sent = {MemoryRef(gst_memory_ref(pixels.memory())), view.roi};
   return writer.write(view, pixels.memory(), video.buffer);
 }
 
@@ -173,7 +149,6 @@ gboolean start(GstBaseTransform* base) {
   self.silhouetter = Silhouetter();
   self.configuration = KeyConfiguration();
   self.configured = false;
-  self.learning = 0;
   self.reused = 0;
   self.control.reset();
   self.pace.reset();
@@ -183,7 +158,7 @@ gboolean start(GstBaseTransform* base) {
 
 gboolean stop(GstBaseTransform* base) {
   SilhouetteElement& self = state_of<SilhouetteElement>(base);
-  self.sent.forget();
+  self.sent = {};
   self.silhouetter = Silhouetter();
   return TRUE;
 }

@@ -325,7 +325,7 @@ GST_START_TEST(live_properties_act_on_the_next_frame) {
   const Vec3f moved = log.announcements.back().lights[0].centre;
   fail_unless(std::abs(moved.x - 1.5f) < 1e-5f);
   const std::size_t said = log.announcements.size();
-  after("fov", 20.0);
+  after("field-of-view", 20.0);
   fail_unless(log.announcements.size() == said + 1);
   // A camera of the scene, then one that it does not have: the last view stays, with a warning.
   g_object_set(source, "camera", "above", nullptr);
@@ -340,12 +340,17 @@ GST_START_TEST(live_properties_act_on_the_next_frame) {
 }
 GST_END_TEST;
 
-GST_START_TEST(the_old_name_of_the_compensation_is_accepted_with_a_warning) {
+GST_START_TEST(old_names_are_accepted_with_a_warning) {
   GstElement* source = gst_element_factory_make("scenesrc", nullptr);
   ASSERT_WARNING(g_object_set(source, "exposure", 1.5, nullptr));
   gdouble stops = 0.0;
   g_object_get(source, "exposure-compensation", &stops, nullptr);
   fail_unless_equals_float(stops, 1.5);
+  ASSERT_WARNING(g_object_set(source, "fov", 33.0, nullptr));
+  g_object_set(source, "fov", 34.0, nullptr);  // once is enough: a second one would be fatal here
+  gdouble degrees = 0.0;
+  g_object_get(source, "field-of-view", &degrees, nullptr);
+  fail_unless_equals_float(degrees, 34.0);
   gst_object_unref(source);
 }
 GST_END_TEST;
@@ -528,7 +533,7 @@ static Suite* scenesrc_suite() {
   tcase_add_test(tests, seeks_to_the_frame_of_that_time);
   tcase_add_test(tests, stop_time_ends_the_stream);
   tcase_add_test(tests, live_properties_act_on_the_next_frame);
-  tcase_add_test(tests, the_old_name_of_the_compensation_is_accepted_with_a_warning);
+  tcase_add_test(tests, old_names_are_accepted_with_a_warning);
   tcase_add_test(tests, controllers_drive_the_viewport);
   tcase_add_test(tests, mouse_and_keys_move_the_viewport);
   tcase_add_test(tests, a_still_view_is_refined_and_then_only_repeated);

@@ -7,8 +7,11 @@
 #include <vector>
 
 #include "live/frame_grid.h"
+#include "live/frame_schedule.h"
 #include "live/lateness_window.h"
 #include "live/pace.h"
+#include "live/pace_keeper.h"
+#include "live/punctuality.h"
 
 namespace polyhull {
 namespace {
@@ -114,6 +117,77 @@ TEST(Pace, DoesNotJudgeTheFirstSecondOrSingleLosses) {
   for (int number = 0; number < 25; ++number) EXPECT_FALSE(pace.note(number * frame, true));
   for (int number = 25; number < 500; ++number)
     EXPECT_FALSE(pace.note(number * frame, number % 20 == 0)) << number;
+}
+
+TEST(Punctuality, WhatIsBeyondTheLimitIsNoMeasure) {
+  Punctuality input;
+  EXPECT_FALSE(input.last_arrival());
+  input.set_limit(100 * ms);
+  input.note(second, second - 30 * ms);
+  input.note(second + frame, second - 300 * ms);
+  EXPECT_EQ(input.latest(second + frame), 30 * ms);
+  EXPECT_EQ(input.latest_of_all(second + frame), 340 * ms);
+  EXPECT_EQ(input.last_arrival(), second + frame);
+}
+
+TEST(FrameSchedule, LeavesOutWhatIsLateOrUnwantedAndStaysOnItsGrid) {
+  const auto running = [](std::uint64_t number) {
+    return static_cast<std::int64_t>(number) * frame;
+  };
+  FrameSchedule schedule;
+  schedule.seek(10 * frame + frame / 2);
+  schedule.set_rate(25, 1);
+  EXPECT_EQ(schedule.next(INT64_MIN, 0, nullptr, running).number, 11u) << "none that began before";
+  schedule.seek(10 * frame + frame / 2);
+  EXPECT_EQ(schedule.next(INT64_MIN, 0, nullptr, running).number, 10u) << "the one on show";
+  FrameSchedule::Frame late = schedule.next(13 * frame, 0, nullptr, running);
+  EXPECT_EQ(late.number, 13u);
+  EXPECT_EQ(late.late, 0u) << "nobody has missed what was before the first";
+  schedule.finish(late.number);
+  late = schedule.next(17 * frame, 0, nullptr, running);
+  EXPECT_EQ(late.number, 20u) << "a multiple of four";
+  EXPECT_EQ(late.late, 6u);
+  EXPECT_EQ(late.time, 20u * frame);
+  EXPECT_EQ(late.duration, static_cast<std::uint64_t>(frame));
+  FrameGrids grids;
+  grids.change({0, frame, 4}, INT64_MIN + 1);
+  const FrameSchedule::Frame wanted = schedule.next(INT64_MIN, 0, &grids, running);
+  EXPECT_EQ(wanted.number, 16u);
+  EXPECT_EQ(wanted.unwanted, 2u);
+  schedule.set_rate(50, 1);
+  EXPECT_EQ(schedule.next(INT64_MIN, 0, nullptr, running).time, 14u * frame) << "the same time";
+}
+
+TEST(PaceKeeper, FollowsTheSparserDecision) {
+  PaceKeeper keeper;
+  keeper.start();
+  std::uint64_t first = 0, later = 0;
+  keeper.change(first);
+  keeper.hear({{0, frame, 4}, second});
+  EXPECT_EQ(keeper.step(), 4u);
+  EXPECT_EQ(keeper.change(later).from, second);
+  EXPECT_GT(later, first);
+  EXPECT_TRUE(keeper.wanted(frame)) << "not before it holds";
+  EXPECT_FALSE(keeper.wanted(second + frame));
+  // Its own losses ask for less thinning than that, then for more.
+  int number = 25;
+  for (; keeper.step() == 4 && number < 2000; ++number)
+    keeper.note(number * frame, number * frame, frame, true);
+  EXPECT_EQ(keeper.step(), 8u);
+  EXPECT_TRUE(keeper.thins());
+  keeper.hear_earliest(second);
+  EXPECT_TRUE(keeper.too_late(second - 1));
+  EXPECT_FALSE(keeper.too_late(second));
+}
+
+TEST(PaceFilter, LeavesOutWhatIsUnwantedOrTooLate) {
+  PaceFilter filter;
+  EXPECT_TRUE(filter.wanted(second, 100 * second));
+  filter.hear({{0, frame, 2}, 0, 100 * ms});
+  EXPECT_TRUE(filter.wanted(2 * frame, 2 * frame));
+  EXPECT_FALSE(filter.wanted(3 * frame, 3 * frame));
+  EXPECT_FALSE(filter.wanted(2 * frame, 2 * frame + 101 * ms));
+  EXPECT_TRUE(filter.wanted(INT64_MIN, second)) << "without a time";
 }
 
 }  // namespace

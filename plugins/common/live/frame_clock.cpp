@@ -8,53 +8,26 @@ namespace {
 
 constexpr std::int64_t steady = 5'000'000;  // changes of latency below it are not worth a message
 
-/// A number that looks random, the same for the same arguments (splitmix64, Steele et al. 2014).
-std::uint64_t scatter(std::uint64_t value) {
-  value += 0x9E3779B97F4A7C15u;
-  value = (value ^ (value >> 30)) * 0xBF58476D1CE4E5B9u;
-  value = (value ^ (value >> 27)) * 0x94D049BB133111EBu;
-  return value ^ (value >> 31);
-}
-
 }  // namespace
-
-std::int64_t FrameClock::Delay::of(std::uint64_t number) const {
-  if (jitter == 0) return static_cast<std::int64_t>(delay);
-  const double unit = static_cast<double>(scatter(scatter(seed) + number) >> 11) * 0x1p-53;
-  const auto moved = static_cast<std::int64_t>((2.0 * unit - 1.0) * static_cast<double>(jitter));
-  return std::max<std::int64_t>(static_cast<std::int64_t>(delay) + moved, 0);
-}
 
 void FrameClock::reset() {
   const std::scoped_lock lock(mutex_);
-  rate_n_ = 0;
-  rate_d_ = 1;
-  next_ = 0;
-  sought_ = 0;
-  first_ = unsynced_ = true;
+  schedule_ = {};
+  unsynced_ = true;
   grids_.reset();
   lateness_.reset();
   reported_ = 0;
 }
 
-GstClockTime FrameClock::time_of(std::uint64_t number) const {
-  return gst_util_uint64_scale(number, GST_SECOND * rate_d_, rate_n_);
-}
-
 std::int64_t FrameClock::running_time_of(std::uint64_t number) const {
   const guint64 time =
-      gst_segment_to_running_time(&source_->segment, GST_FORMAT_TIME, time_of(number));
+      gst_segment_to_running_time(&source_->segment, GST_FORMAT_TIME, schedule_.time_of(number));
   return GST_CLOCK_TIME_IS_VALID(time) ? static_cast<std::int64_t>(time) : no_time;
 }
 
 void FrameClock::set_rate(int numerator, int denominator) {
   const std::scoped_lock lock(mutex_);
-  const GstClockTime time = rate_n_ > 0 ? time_of(next_) : sought_;
-  rate_n_ = numerator;
-  rate_d_ = denominator;
-  // The first frame that does not begin before.
-  next_ = gst_util_uint64_scale(time, rate_n_, GST_SECOND * rate_d_);
-  while (time_of(next_) < time) ++next_;
+  schedule_.set_rate(numerator, denominator);
 }
 
 bool FrameClock::seek(GstSegment* segment) {
@@ -66,16 +39,12 @@ bool FrameClock::seek(GstSegment* segment) {
   const std::scoped_lock lock(mutex_);
   grids_.reset();  // running time may be set back
   lateness_.reset();
-  if (first_) {
+  if (schedule_.first()) {
     clock_.reset();
   } else {
     clock_.flushed();
   }
-  sought_ = segment->position;
-  if (rate_n_ == 0) return true;
-  // The frame that is on show then.
-  next_ = gst_util_uint64_scale(sought_, rate_n_, GST_SECOND * rate_d_);
-  if (time_of(next_ + 1) <= sought_) ++next_;
+  schedule_.seek(segment->position);
   return true;
 }
 
@@ -94,33 +63,8 @@ void FrameClock::set_delay(const Delay& delay) {
 FrameClock::Frame FrameClock::next() {
   const bool live = gst_base_src_is_live(source_);
   const std::scoped_lock lock(mutex_);
-  const std::int64_t now = live ? clock_.now() : no_time;
-  Frame frame;
-  frame.number = next_;
-  const std::int64_t begin = running_time_of(next_);
-  if (now != no_time && begin != no_time) {
-    const auto interval = static_cast<std::int64_t>(time_of(1));
-    const std::int64_t behind = now - begin - static_cast<std::int64_t>(delay_.delay);
-    // Half a frame at the start, when all sources still have the choice; later a whole one.
-    if (behind > (first_ ? interval / 2 : interval)) {
-      frame.late = static_cast<std::uint64_t>((behind + interval - 1) / interval);
-      // To a number that others who are late meet, too.
-      std::uint64_t step = 1;
-      while (!first_ && step < frame.late && step < 8) step *= 2;
-      frame.number = (next_ + frame.late + step - 1) / step * step;
-      frame.late = frame.number - next_;
-    }
-  }
-  if (live) {
-    while (frame.unwanted < 64 && !grids_.wanted(running_time_of(frame.number))) {
-      ++frame.number;
-      ++frame.unwanted;
-    }
-  }
-  if (first_) frame.late = 0;  // nobody has missed them
-  frame.time = time_of(frame.number);
-  frame.duration = time_of(frame.number + 1) - frame.time;
-  return frame;
+  return schedule_.next(live ? clock_.now() : no_time, delay_.delay, live ? &grids_ : nullptr,
+                        [this](std::uint64_t number) { return running_time_of(number); });
 }
 
 void FrameClock::finish(const Frame& frame, GstBuffer* buffer) {
@@ -130,8 +74,7 @@ void FrameClock::finish(const Frame& frame, GstBuffer* buffer) {
   GST_BUFFER_OFFSET(buffer) = frame.number;
   GST_BUFFER_OFFSET_END(buffer) = frame.number + 1;
   const std::scoped_lock lock(mutex_);
-  next_ = frame.number + 1;
-  first_ = false;
+  schedule_.finish(frame.number);
 }
 
 GstClockTime FrameClock::due(const Frame& frame) const {

@@ -11,10 +11,12 @@ FrameSource::FrameSource(gpointer object) : clock(GST_BASE_SRC(object)) {
 bool FrameSource::set_format(GstBaseSrc* source, GstCaps* caps, const char* refusal) {
   GstVideoInfo parsed;
   if (!gst_video_info_from_caps(&parsed, caps) || GST_VIDEO_INFO_FPS_N(&parsed) <= 0) {
-    GST_ELEMENT_ERROR(source, STREAM, FORMAT,
-                      ("%s %" GST_PTR_FORMAT ": raw video with a frame rate above 0 is expected.",
-                       refusal, static_cast<void*>(caps)),
-                      (nullptr));
+    GST_ELEMENT_ERROR(
+        source, STREAM, FORMAT,
+        ("%s %" GST_PTR_FORMAT
+         ": raw video with a frame rate above 0 is expected. Ask for that in the caps that follow.",
+         refusal, static_cast<void*>(caps)),
+        (nullptr));
     return false;
   }
   {

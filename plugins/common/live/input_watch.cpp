@@ -21,14 +21,12 @@ struct Silent {
 
 /// Whether the pipeline is to play: its elements are told so only when all have their first buffer.
 bool is_to_play(GstElement* element) {
-  auto* top = GST_OBJECT(gst_object_ref(element));
+  g_autoptr(GstObject) top = GST_OBJECT(gst_object_ref(element));
   while (GstObject* parent = gst_object_get_parent(top)) {
     gst_object_unref(top);
     top = parent;
   }
-  const bool playing = GST_STATE_TARGET(top) == GST_STATE_PLAYING;
-  gst_object_unref(top);
-  return playing;
+  return GST_STATE_TARGET(top) == GST_STATE_PLAYING;
 }
 
 /// The pads on which nothing waits, while others are kept waiting.
@@ -38,12 +36,11 @@ std::vector<Silent> silent_pads(GstElement* element) {
   bool others_wait = false;
   const gint64 now = g_get_monotonic_time();
   const bool playing = is_to_play(element);
-  const ObjectLock lock(element);
-  for (GList* l = element->sinkpads; l != nullptr; l = l->next) {
-    LivePadState& state = state_of<LivePadState>(l->data);
+  const Pads pads(element);
+  for (GstAggregatorPad* pad : pads) {
+    LivePadState& state = state_of<LivePadState>(pad);
     if (!playing) state.last_buffer = now;  // what is paused is silent
     const gint64 last = state.last_buffer;
-    auto* pad = GST_AGGREGATOR_PAD(l->data);
     if (gst_aggregator_pad_has_buffer(pad) || now - last < G_USEC_PER_SEC) {
       others_wait = true;
       continue;
@@ -97,12 +94,9 @@ void forget(gpointer data) {
 
 void InputWatch::start() {
   stop();
-  {
-    const ObjectLock lock(element_);
-    for (GList* l = element_->sinkpads; l != nullptr; l = l->next) {
-      state_of<LivePadState>(l->data).last_buffer = g_get_monotonic_time();
-      state_of<LivePadState>(l->data).said_silent = false;
-    }
+  for (GstAggregatorPad* pad : Pads(element_)) {
+    state_of<LivePadState>(pad).last_buffer = g_get_monotonic_time();
+    state_of<LivePadState>(pad).said_silent = false;
   }
   g_autoptr(GstClock) clock = gst_system_clock_obtain();
   id_ = gst_clock_new_periodic_id(clock, gst_clock_get_time(clock) + GST_SECOND, GST_SECOND);

@@ -1,17 +1,9 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "plugins/common/live/live_aggregator.h"
 
+#include <algorithm>
+
 namespace polyhull::element {
-
-Pads::Pads(gpointer element) {
-  const ObjectLock lock(element);
-  for (GList* l = GST_ELEMENT_CAST(element)->sinkpads; l != nullptr; l = l->next)
-    pads_.push_back(GST_AGGREGATOR_PAD(gst_object_ref(l->data)));
-}
-
-Pads::~Pads() {
-  for (GstAggregatorPad* pad : pads_) gst_object_unref(pad);
-}
 
 LiveAggregator::LiveAggregator(gpointer object, const char* statistics_name, InputWatch::In in)
     : element(GST_AGGREGATOR(object)),
@@ -30,6 +22,36 @@ void LiveAggregator::begin(const LiveSettings& settings) {
   timing.start(settings);
   pace.start();
   watch.start();
+}
+
+void LiveAggregator::end() {
+  watch.stop();
+  for (GstAggregatorPad* pad : Pads(element))
+    gst_clear_buffer(&state_of<LivePadState>(pad).front.buffer);
+}
+
+bool LiveAggregator::keep_time(const LiveSettings& settings) {
+  if (!timing.live()) return false;
+  timing.update(settings);
+  // What is only a little too late shall arrive here, to be counted and named.
+  pace.set_patience(
+      std::max({timing.limit(), timing.wait(), static_cast<std::int64_t>(settings.max_latency)}) +
+      GST_SECOND);
+  pace.tell_sources();
+  return true;
+}
+
+void LiveAggregator::forget_flushed(const Pads& pads,
+                                    const std::function<void(GstAggregatorPad*)>& forget) {
+  bool any = false;
+  for (GstAggregatorPad* pad : pads) {
+    if (!state_of<LivePadState>(pad).flushed.exchange(false)) continue;
+    forget(pad);
+    any = true;
+  }
+  if (!any) return;
+  timing.flushed();
+  pace.start();  // running time may have been set back
 }
 
 void LiveAggregator::follow(const GstSegment& segment) {

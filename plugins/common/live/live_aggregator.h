@@ -7,7 +7,7 @@
 #include <gst/base/gstaggregator.h>
 
 #include <atomic>
-#include <vector>
+#include <functional>
 
 #include "plugins/common/element.h"
 #include "plugins/common/live/input_watch.h"
@@ -17,22 +17,6 @@
 #include "plugins/common/pads_as_children.h"
 
 namespace polyhull::element {
-
-/// References on the sink pads as they are now.
-class Pads {
- public:
-  explicit Pads(gpointer element);
-  ~Pads();
-  Pads(const Pads&) = delete;
-  Pads& operator=(const Pads&) = delete;
-  std::size_t size() const { return pads_.size(); }
-  GstAggregatorPad* operator[](std::size_t i) const { return pads_[i]; }
-  auto begin() const { return pads_.begin(); }
-  auto end() const { return pads_.end(); }
-
- private:
-  std::vector<GstAggregatorPad*> pads_;
-};
 
 /// What their states derive from. A State has besides `bool hear(GstAggregatorPad*, GstEvent*)` for
 /// events from upstream, false where one cannot be accepted; and may have `gboolean
@@ -46,6 +30,13 @@ struct LiveAggregator {
 
   /// At the start of the stream.
   void begin(const LiveSettings& settings);
+  /// At its end.
+  void end();
+  /// Before each look at the inputs: learns how long to wait and tells the sources the pace. False:
+  /// the stream is not live.
+  bool keep_time(const LiveSettings& settings);
+  /// Calls \p forget with each of the pads that was flushed.
+  void forget_flushed(const Pads& pads, const std::function<void(GstAggregatorPad*)>& forget);
   /// Follows the first segment that is known, once for each new one.
   void follow(const GstSegment& segment);
 

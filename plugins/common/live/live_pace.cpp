@@ -1,32 +1,20 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "plugins/common/live/live_pace.h"
 
-#include <algorithm>
 #include <utility>
-#include <vector>
 
 #include "plugins/common/live/live_pad.h"
 
 namespace polyhull::element {
-namespace {
-
-/// Sources draw up to a frame ahead: what they have begun they may finish.
-constexpr std::int64_t lead = 100'000'000;
-
-/// The longer of two grids; \p second where they are the same.
-const FrameGrid& sparser(const FrameGrid& first, const FrameGrid& second) {
-  return first.step > 1 && (second.step <= 1 || first.period() > second.period()) ? first : second;
-}
-
-}  // namespace
 
 GstEvent* make_pace_event(const PaceChange& change) {
   return gst_event_new_custom(
       GST_EVENT_CUSTOM_UPSTREAM,
-      gst_structure_new(pace_event_name, "anchor", G_TYPE_INT64, gint64{change.grid.anchor}, "interval",
-                        G_TYPE_INT64, gint64{change.grid.interval}, "step", G_TYPE_INT64,
-                        gint64{change.grid.step}, "from", G_TYPE_INT64, gint64{change.from},
-                        "patience", G_TYPE_INT64, gint64{change.patience}, nullptr));
+      gst_structure_new(pace_event_name, "anchor", G_TYPE_INT64, gint64{change.grid.anchor},
+                        "interval", G_TYPE_INT64, gint64{change.grid.interval}, "step",
+                        G_TYPE_INT64, gint64{change.grid.step}, "from", G_TYPE_INT64,
+                        gint64{change.from}, "patience", G_TYPE_INT64, gint64{change.patience},
+                        nullptr));
 }
 
 bool parse_pace_event(GstEvent* event, PaceChange& change) {
@@ -42,28 +30,6 @@ bool parse_pace_event(GstEvent* event, PaceChange& change) {
   return true;
 }
 
-bool PaceFilter::hear(GstEvent* event) {
-  PaceChange change;
-  if (!parse_pace_event(event, change)) return false;
-  const std::scoped_lock lock(mutex_);
-  grids_.change(change.grid, change.from);
-  patience_ = change.patience;
-  return true;
-}
-
-bool PaceFilter::wanted(std::int64_t time, std::int64_t now) const {
-  if (time == no_time) return true;
-  const std::scoped_lock lock(mutex_);
-  if (now != no_time && patience_ != INT64_MAX && now - time > patience_) return false;
-  return grids_.wanted(time);
-}
-
-void PaceFilter::reset() {
-  const std::scoped_lock lock(mutex_);
-  grids_.reset();
-  patience_ = INT64_MAX;
-}
-
 GstFlowReturn submit_wanted(GstBaseTransform* transform, const PaceFilter& pace,
                             Statistics& statistics, GstBaseTransformClass* parent,
                             gboolean discontinuous, GstBuffer* input) {
@@ -75,41 +41,16 @@ GstFlowReturn submit_wanted(GstBaseTransform* transform, const PaceFilter& pace,
   return GST_BASE_TRANSFORM_FLOW_DROPPED;
 }
 
-LivePace::LivePace(GstElement* element, Statistics& statistics)
-    : element_(element), statistics_(statistics) {}
-
 void LivePace::start() {
-  pace_.reset();
-  earliest_ = INT64_MIN;
-  const std::scoped_lock lock(mutex_);
-  own_ = downstream_ = FrameGrid();
-  grids_.reset();
-  now_.grid = FrameGrid();
-  now_.from = INT64_MIN;  // at once, whatever running time is from here on
-  kept_ = INT64_MIN;
-  ++version_;
+  PaceKeeper::start();
   statistics_.set_count("frame-step", 1);
-}
-
-void LivePace::set_patience(std::int64_t patience) {
-  const std::scoped_lock lock(mutex_);
-  if (now_.patience == patience) return;
-  now_.patience = patience;
-  ++version_;
 }
 
 void LivePace::hear(GstEvent* event) {
   PaceChange change;
   if (parse_pace_event(event, change)) {
-    const std::scoped_lock lock(mutex_);
-    downstream_ = change.grid;
-    const FrameGrid grid = sparser(own_, downstream_);
-    if (grid == now_.grid) return;
-    grids_.change(grid, change.from);
-    now_.grid = grid;
-    now_.from = change.from;
-    ++version_;
-    statistics_.set_count("frame-step", static_cast<std::uint64_t>(grid.step));
+    PaceKeeper::hear(change);
+    statistics_.set_count("frame-step", step());
     return;
   }
   if (GST_EVENT_TYPE(event) != GST_EVENT_QOS) return;
@@ -119,52 +60,22 @@ void LivePace::hear(GstEvent* event) {
   GstClockTime time = GST_CLOCK_TIME_NONE;
   gst_event_parse_qos(event, &type, &proportion, &late, &time);
   if (type == GST_QOS_TYPE_THROTTLE || !GST_CLOCK_TIME_IS_VALID(time) || late <= 0) return;
-  earliest_ = static_cast<std::int64_t>(time) + late;
-}
-
-bool LivePace::wanted(std::int64_t time) const {
-  const std::scoped_lock lock(mutex_);
-  return grids_.wanted(time);
+  hear_earliest(static_cast<std::int64_t>(time) + late);
 }
 
 void LivePace::note(std::int64_t time, std::int64_t interval, bool lost) {
-  if (interval <= 0) return;
-  if (!lost) kept_ = time;
-  if (!pace_.note(time, lost)) return;
-  const std::int64_t now = running_time_now(element_);
-  const std::scoped_lock lock(mutex_);
-  // A camera that is slow by half has sent what was kept.
-  own_ = {kept_ != INT64_MIN ? kept_ : time, interval, pace_.step()};
-  const FrameGrid grid = sparser(own_, downstream_);
-  if (grid == now_.grid) return;
-  now_.grid = grid;
-  now_.from = std::max(time, now != no_time ? now : time) + 2 * interval + lead;
-  grids_.change(grid, now_.from);
-  ++version_;
-  statistics_.set_count("frame-step", static_cast<std::uint64_t>(grid.step));
+  PaceKeeper::note(running_time_now(element_), time, interval, lost);
+  statistics_.set_count("frame-step", step());
 }
 
 void LivePace::tell_sources() {
-  PaceChange change;
   std::uint64_t version = 0;
-  {
-    const std::scoped_lock lock(mutex_);
-    change = now_;
-    version = version_;
-  }
-  std::vector<GstPad*> pads;
-  {
-    const ObjectLock lock(element_);
-    for (GList* l = element_->sinkpads; l != nullptr; l = l->next) {
-      LivePadState& pad = state_of<LivePadState>(l->data);
-      if (pad.punctuality.last_arrival() == no_time) continue;  // nobody may be there yet
-      if (std::exchange(pad.told, version) != version)
-        pads.push_back(GST_PAD(gst_object_ref(l->data)));
-    }
-  }
-  for (GstPad* pad : pads) {
-    gst_pad_push_event(pad, make_pace_event(change));
-    gst_object_unref(pad);
+  const PaceChange change = PaceKeeper::change(version);
+  for (GstAggregatorPad* pad : Pads(element_)) {
+    LivePadState& state = state_of<LivePadState>(pad);
+    if (!state.punctuality.last_arrival()) continue;  // nobody may be there yet
+    if (std::exchange(state.told, version) != version)
+      gst_pad_push_event(GST_PAD(pad), make_pace_event(change));
   }
 }
 

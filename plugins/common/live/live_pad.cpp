@@ -30,52 +30,6 @@ bool Arrival::gap() const {
   return GST_BUFFER_FLAG_IS_SET(buffer, GST_BUFFER_FLAG_GAP) && gst_buffer_get_size(buffer) == 0;
 }
 
-// ---- Punctuality
-
-void Punctuality::note(std::int64_t now, std::int64_t time) {
-  const std::scoped_lock lock(mutex_);
-  last_arrival_ = now;
-  all_.add(now, now - time);
-  if (now - time <= limit_) window_.add(now, now - time);
-}
-
-void Punctuality::set_limit(std::int64_t limit) {
-  const std::scoped_lock lock(mutex_);
-  limit_ = limit;
-}
-
-void Punctuality::note_reported(std::int64_t latency) {
-  const std::scoped_lock lock(mutex_);
-  reported_ = latency;
-}
-
-std::optional<std::int64_t> Punctuality::latest(std::int64_t now) const {
-  const std::scoped_lock lock(mutex_);
-  return window_.largest(now);
-}
-
-std::optional<std::int64_t> Punctuality::latest_of_all(std::int64_t now) const {
-  const std::scoped_lock lock(mutex_);
-  return all_.largest(now);
-}
-
-std::int64_t Punctuality::last_arrival() const {
-  const std::scoped_lock lock(mutex_);
-  return last_arrival_;
-}
-
-std::int64_t Punctuality::reported() const {
-  const std::scoped_lock lock(mutex_);
-  return reported_;
-}
-
-void Punctuality::reset() {
-  const std::scoped_lock lock(mutex_);
-  window_.reset();
-  all_.reset();
-  last_arrival_ = no_time;
-}
-
 // ---- the pad
 
 namespace {
@@ -135,6 +89,16 @@ void LivePadState::class_init(gpointer klass) {
   GST_AGGREGATOR_PAD_CLASS(klass)->flush = flush;
 }
 
+Pads::Pads(gpointer element) {
+  const ObjectLock lock(element);
+  for (GList* l = GST_ELEMENT_CAST(element)->sinkpads; l != nullptr; l = l->next)
+    pads_.push_back(GST_AGGREGATOR_PAD(gst_object_ref(l->data)));
+}
+
+Pads::~Pads() {
+  for (GstAggregatorPad* pad : pads_) gst_object_unref(pad);
+}
+
 const Arrival* peek(GstAggregatorPad* pad) {
   Arrival& front = state_of<LivePadState>(pad).front;
   GstBuffer* buffer = gst_aggregator_pad_peek_buffer(pad);
@@ -157,8 +121,7 @@ std::int64_t running_time_now(GstElement* element) {
   if (clock == nullptr) return no_time;
   const GstClockTime now = gst_clock_get_time(clock);
   const GstClockTime base = gst_element_get_base_time(element);
-  if (!GST_CLOCK_TIME_IS_VALID(now) || !GST_CLOCK_TIME_IS_VALID(base) || now < base)
-    return no_time;
+  if (!GST_CLOCK_TIME_IS_VALID(now) || !GST_CLOCK_TIME_IS_VALID(base) || now < base) return no_time;
   return static_cast<std::int64_t>(now - base);
 }
 

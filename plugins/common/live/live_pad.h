@@ -8,10 +8,9 @@
 
 #include <atomic>
 #include <cstdint>
-#include <mutex>
-#include <optional>
+#include <vector>
 
-#include "live/lateness_window.h"
+#include "live/punctuality.h"
 #include "mesh/view.h"
 #include "plugins/common/element.h"
 
@@ -34,33 +33,6 @@ struct Arrival {
   bool gap() const;
 };
 
-/// How late the buffers of one pad come, and what its sources say of it. May be used by any thread.
-class Punctuality {
- public:
-  /// Notes a buffer of running time \p time that comes at \p now (ns). One that is later than
-  /// the limit is no measure for the others.
-  void note(std::int64_t now, std::int64_t time);
-  void set_limit(std::int64_t limit);
-  /// Notes the least latency that the sources report, ns.
-  void note_reported(std::int64_t latency);
-
-  /// How late buffers came at most in the last ten seconds, ns; none: none came.
-  std::optional<std::int64_t> latest(std::int64_t now) const;
-  /// The same with those beyond the limit.
-  std::optional<std::int64_t> latest_of_all(std::int64_t now) const;
-  /// Running time when the last buffer came, no_time: none has.
-  std::int64_t last_arrival() const;
-  std::int64_t reported() const;
-  void reset();
-
- private:
-  mutable std::mutex mutex_;  // protects all below
-  LatenessWindow window_, all_;
-  std::int64_t last_arrival_ = no_time;
-  std::int64_t limit_ = INT64_MAX;
-  std::int64_t reported_ = 0;
-};
-
 /// A pad's state; the type that pads with more to them derive from.
 struct LivePadState {
   static constexpr char type_name[] = "PolyhullLivePad";
@@ -77,6 +49,22 @@ struct LivePadState {
   std::atomic<int> queued{0};        ///< buffers, without those of GAP events
   std::atomic<gint64> last_buffer{g_get_monotonic_time()};  ///< when one came, monotonic µs
   std::atomic<bool> said_silent{false};                     ///< the pad's silence has been said
+};
+
+/// References on an element's sink pads as they are now.
+class Pads {
+ public:
+  explicit Pads(gpointer element);
+  ~Pads();
+  Pads(const Pads&) = delete;
+  Pads& operator=(const Pads&) = delete;
+  std::size_t size() const { return pads_.size(); }
+  GstAggregatorPad* operator[](std::size_t i) const { return pads_[i]; }
+  auto begin() const { return pads_.begin(); }
+  auto end() const { return pads_.end(); }
+
+ private:
+  std::vector<GstAggregatorPad*> pads_;
 };
 
 /// What came first of what waits on \p pad, null: nothing. Valid until the next call for the pad.

@@ -21,17 +21,10 @@ guint64 property_of(GstAggregator* element, const char* name) {
   return value;
 }
 
-/// Calls \p body with each of the sink pads.
-template <class Body>
-void for_each_pad(GstAggregator* element, Body&& body) {
-  const ObjectLock lock(element);
-  for (GList* l = GST_ELEMENT_CAST(element)->sinkpads; l != nullptr; l = l->next)
-    body(state_of<LivePadState>(l->data));
-}
-
 }  // namespace
 
-LiveTiming::LiveTiming(GstAggregator* element) : element_(element), clock_(GST_ELEMENT_CAST(element)) {}
+LiveTiming::LiveTiming(GstAggregator* element)
+    : element_(element), clock_(GST_ELEMENT_CAST(element)) {}
 
 void LiveTiming::start(const LiveSettings& settings) {
   {
@@ -41,11 +34,12 @@ void LiveTiming::start(const LiveSettings& settings) {
     latency_ = 0;
     clock_.reset();
   }
-  for_each_pad(element_, [](LivePadState& pad) {
-    pad.punctuality.reset();
-    pad.begun = false;
-    pad.last_buffer = g_get_monotonic_time();
-  });
+  for (GstAggregatorPad* pad : Pads(element_)) {
+    LivePadState& state = state_of<LivePadState>(pad);
+    state.punctuality.reset();
+    state.begun = false;
+    state.last_buffer = g_get_monotonic_time();
+  }
   update(settings);
 }
 
@@ -55,9 +49,8 @@ bool LiveTiming::live() const {
 
 std::int64_t LiveTiming::reported_by_sources() const {
   std::int64_t reported = 0;
-  for_each_pad(element_, [&](const LivePadState& pad) {
-    reported = std::max(reported, pad.punctuality.reported());
-  });
+  for (GstAggregatorPad* pad : Pads(element_))
+    reported = std::max(reported, state_of<LivePadState>(pad).punctuality.reported());
   return reported;
 }
 
@@ -90,14 +83,15 @@ bool LiveTiming::learn(const LiveSettings& settings, bool playing) {
   // The latest input, and what the most punctual one needs beyond what its source says: the time of
   // the stages between.
   std::optional<std::int64_t> latest, stages;
-  for_each_pad(element_, [&](LivePadState& pad) {
-    pad.punctuality.set_limit(by_hand ? INT64_MAX : limit);
-    const auto lateness = pad.punctuality.latest(now);
-    if (!lateness) return;
+  for (GstAggregatorPad* pad : Pads(element_)) {
+    Punctuality& punctuality = state_of<LivePadState>(pad).punctuality;
+    punctuality.set_limit(by_hand ? INT64_MAX : limit);
+    const auto lateness = punctuality.latest(now);
+    if (!lateness) continue;
     latest = std::max(latest.value_or(*lateness), *lateness);
-    const std::int64_t beyond = *lateness - pad.punctuality.reported();
+    const std::int64_t beyond = *lateness - punctuality.reported();
     stages = std::min(stages.value_or(beyond), beyond);
-  });
+  }
   if (by_hand) {
     wait_ = extra_ + limit + (stages.value_or(0) > 0 ? *stages + margin : 0);
   } else {
@@ -112,10 +106,10 @@ bool LiveTiming::learn(const LiveSettings& settings, bool playing) {
   return false;
 }
 
-void LiveTiming::note_work(std::chrono::steady_clock::duration taken) {
+void LiveTiming::note_work(double seconds) {
   const std::int64_t now = running_time_now(GST_ELEMENT_CAST(element_));
   const std::scoped_lock lock(mutex_);
-  if (now != no_time) work_.add(now, std::chrono::nanoseconds(taken).count());
+  if (now != no_time) work_.add(now, static_cast<std::int64_t>(1e9 * seconds));
 }
 
 bool LiveTiming::ask_base(GstQuery* query) {

@@ -12,7 +12,6 @@
 #include <gst/base/gstaggregator.h>
 
 #include <atomic>
-#include <chrono>
 #include <cstdint>
 #include <mutex>
 
@@ -23,8 +22,8 @@ namespace polyhull::element {
 
 /// What users can set; both ns.
 struct LiveSettings {
-  std::uint64_t max_wait = GST_CLOCK_TIME_NONE;    ///< beyond the sources' latency; none: learn it
-  std::uint64_t max_latency = 500 * GST_MSECOND;   ///< the longest wait that is learned, beyond it
+  std::uint64_t max_wait = GST_CLOCK_TIME_NONE;   ///< beyond the sources' latency; none: learn it
+  std::uint64_t max_latency = 500 * GST_MSECOND;  ///< the longest wait that is learned, beyond it
 };
 
 class LiveTiming {
@@ -48,7 +47,7 @@ class LiveTiming {
   void update(const LiveSettings& settings);
 
   /// Notes how long one instant has taken.
-  void note_work(std::chrono::steady_clock::duration taken);
+  void note_work(double seconds);
 
   /// How long after its running time an instant is waited for, ns.
   std::int64_t wait() const { return wait_; }

@@ -1,10 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "plugins/common/memory/matte_meta.h"
 
-#include <gst/video/video.h>
-
-#include <algorithm>
-#include <cstring>
 #include <new>
 #include <utility>
 
@@ -16,6 +12,7 @@ namespace {
 struct MatteMeta {
   GstMeta meta;
   MatteContent content;  // in the meta's own memory: one allocation less per frame
+  std::uint64_t stamp;   // write_stamp() of the buffer when it was attached
 };
 
 GType api_type() {
@@ -40,17 +37,14 @@ void free_content(GstMeta* meta, GstBuffer*) {
   reinterpret_cast<MatteMeta*>(meta)->content.~MatteContent();
 }
 
-const GstMetaInfo* meta_info();
-
 gboolean transform(GstBuffer* target, GstMeta* meta, GstBuffer*, GQuark type, gpointer data) {
   if (!GST_META_TRANSFORM_IS_COPY(type)) return FALSE;
   const auto* copy = static_cast<GstMetaTransformCopy*>(data);
   if (copy->region) return FALSE;
   // With the stamp of the memory it was made for: only a buffer of that memory has it.
-  const MatteContent& content = reinterpret_cast<MatteMeta*>(meta)->content;
-  set_matte(target, content);
-  reinterpret_cast<MatteMeta*>(gst_buffer_get_meta(target, api_type()))->content.stamp =
-      content.stamp;
+  const auto* matte = reinterpret_cast<MatteMeta*>(meta);
+  set_matte(target, matte->content);
+  reinterpret_cast<MatteMeta*>(gst_buffer_get_meta(target, api_type()))->stamp = matte->stamp;
   return TRUE;
 }
 
@@ -60,98 +54,39 @@ const GstMetaInfo* meta_info() {
   return info;
 }
 
-bool is_uniform(const std::uint8_t* alpha, int step, int count, std::uint8_t value) {
-  unsigned different = 0;
-  for (int i = 0; i < count; ++i) different |= value ^ alpha[i * step];
-  return different == 0;
-}
-
-bool block_matches(const std::uint8_t* values, const std::uint8_t* alpha, int step, int count) {
-  unsigned different = 0;
-  for (int i = 0; i < count; ++i) different |= values[i] ^ alpha[i * step];
-  return different == 0;
-}
-
-bool block_matches(const std::int16_t* values, const std::uint8_t* alpha, int step, int count) {
-  std::uint8_t rounded[matte_block];
-  store_field_row(values, count, 0, rounded, 1);
-  return block_matches(rounded, alpha, step, count);
-}
-
-template <class Plane>
-bool plane_matches(const Plane& plane, const std::uint8_t* first, std::ptrdiff_t stride, int step) {
-  const int blocks = blocks_across(plane.width);
-  for (int y = 0; y < plane.height; ++y) {
-    const auto* values = plane.row(y);
-    const BlockState* states = plane.state_row(y);
-    const std::uint8_t* alpha = first + stride * y;
-    for (int block = 0; block < blocks; ++block) {
-      const int x = block * matte_block;
-      const int count = std::min(matte_block, plane.width - x);
-      const std::uint8_t* at = alpha + static_cast<std::ptrdiff_t>(x) * step;
-      const bool same = states[block] == block_mixed
-                            ? block_matches(values + x, at, step, count)
-                            : is_uniform(at, step, count, states[block] == block_full ? 255 : 0);
-      if (!same) return false;
-    }
-  }
-  return true;
-}
-
-template <class Plane>
-bool same_plane(const Plane& a, const Plane& b) {
-  if (&a == &b) return true;
-  if (a.width != b.width || a.height != b.height) return false;
-  const int blocks = blocks_across(a.width);
-  for (int y = 0; y < a.height; ++y) {
-    if (std::memcmp(a.state_row(y), b.state_row(y), blocks) != 0) return false;
-    for (int block = 0; block < blocks; ++block) {
-      if (a.state_row(y)[block] != block_mixed) continue;
-      const int x = block * matte_block;
-      const int count = std::min(matte_block, a.width - x);
-      if (std::memcmp(a.row(y) + x, b.row(y) + x, count * sizeof(*a.row(y))) != 0) return false;
-    }
-  }
-  return true;
-}
-
 }  // namespace
-
-bool is_alpha_of(const MatteContent& content, const std::uint8_t* first, std::ptrdiff_t stride,
-                 int step) {
-  return content.matte != nullptr ? plane_matches(*content.matte, first, stride, step)
-                                  : plane_matches(*content.field, first, stride, step);
-}
-
-bool same_content(const MatteContent& a, const MatteContent& b) {
-  if (a.sigma != b.sigma) return false;
-  if (a.matte != nullptr && b.matte != nullptr) return same_plane(*a.matte, *b.matte);
-  if (a.field != nullptr && b.field != nullptr) return same_plane(*a.field, *b.field);
-  return false;
-}
 
 void set_matte(GstBuffer* buffer, MatteContent content) {
   GstMeta* meta = gst_buffer_get_meta(buffer, api_type());
   if (meta == nullptr) meta = gst_buffer_add_meta(buffer, meta_info(), nullptr);
-  content.stamp = write_stamp(buffer);
   reinterpret_cast<MatteMeta*>(meta)->content = std::move(content);
+  reinterpret_cast<MatteMeta*>(meta)->stamp = write_stamp(buffer);
 }
 
 bool is_unwritten(GstBuffer* buffer) {
   const GstMeta* meta = gst_buffer_get_meta(buffer, api_type());
   if (meta == nullptr) return false;
-  const std::uint64_t stamp = reinterpret_cast<const MatteMeta*>(meta)->content.stamp;
+  const std::uint64_t stamp = reinterpret_cast<const MatteMeta*>(meta)->stamp;
   return stamp != 0 && stamp == write_stamp(buffer);
 }
 
-const MatteContent* get_matte(GstBuffer* buffer, int width, int height) {
+AlphaView alpha_of(const GstVideoFrame& frame) {
+  const bool rgba = GST_VIDEO_FRAME_FORMAT(&frame) == GST_VIDEO_FORMAT_RGBA;
+  return {static_cast<std::uint8_t*>(GST_VIDEO_FRAME_PLANE_DATA(&frame, 0)) + (rgba ? 3 : 0),
+          GST_VIDEO_FRAME_PLANE_STRIDE(&frame, 0), rgba ? 4 : 1, GST_VIDEO_FRAME_WIDTH(&frame),
+          GST_VIDEO_FRAME_HEIGHT(&frame)};
+}
+
+const MatteContent* attached_matte(GstBuffer* buffer, const AlphaView& alpha, bool unwritten) {
   GstMeta* meta = gst_buffer_get_meta(buffer, api_type());
   if (meta == nullptr) return nullptr;
-  const MatteContent* content = &reinterpret_cast<MatteMeta*>(meta)->content;
+  const MatteContent& content = reinterpret_cast<MatteMeta*>(meta)->content;
   const auto fits = [&](const auto& plane) {
-    return plane != nullptr && plane->width == width && plane->height == height;
+    return plane != nullptr && plane->width == alpha.width && plane->height == alpha.height;
   };
-  return fits(content->matte) || fits(content->field) ? content : nullptr;
+  if (!fits(content.matte) && !fits(content.field)) return nullptr;
+  return unwritten || is_alpha_of(content, alpha.first, alpha.stride, alpha.step) ? &content
+                                                                                  : nullptr;
 }
 
 }  // namespace polyhull::element

@@ -13,66 +13,30 @@
 /// chromamatte takes from an allocator that notes it; where it may be so, the alpha is compared.
 #pragma once
 
-#include <gst/gst.h>
+#include <gst/video/video.h>
 
-#include <atomic>
-#include <cstddef>
-#include <cstdint>
-#include <memory>
-#include <vector>
-
-#include "silhouette/pixels/matte.h"
+#include "silhouette/pixels/matte_content.h"
 
 namespace polyhull::element {
-
-/// Exactly one of the two planes is set.
-struct MatteContent {
-  std::shared_ptr<const Matte> matte;  ///< not blurred, or blurred and thresholded
-  std::shared_ptr<const Field> field;  ///< blurred
-  double sigma = 0.0;                  ///< px; what it was blurred with
-  std::uint64_t stamp = 0;             ///< set_matte()'s: write_stamp() of the buffer then
-};
 
 /// Attaches \p content to \p buffer (writable), instead of any that is there. To be called when the
 /// pixels are written, or mapped for the last time.
 void set_matte(GstBuffer* buffer, MatteContent content);
 
-/// The content attached to \p buffer if its planes have the size given, else null. Valid as long as
-/// the buffer is held.
-const MatteContent* get_matte(GstBuffer* buffer, int width, int height);
-
 /// Whether nobody has mapped the memory of \p buffer for writing since a matte was attached to it;
 /// false, too, where that cannot be known.
 bool is_unwritten(GstBuffer* buffer);
 
-/// Whether the alpha in every \p step-th byte from \p first on, rows \p stride bytes apart, still
-/// is what \p content was attached for. Looks at every value.
-bool is_alpha_of(const MatteContent& content, const std::uint8_t* first, std::ptrdiff_t stride,
-                 int step);
-
-/// Whether two contents have the same values; compares only where the blocks are mixed.
-bool same_content(const MatteContent& a, const MatteContent& b);
-
-/// Planes that are used again when the last buffer that carried them is gone.
-template <class Plane>
-class PlanePool {
- public:
-  std::shared_ptr<Plane> take() {
-    for (const auto& plane : planes_) {
-      // Only the pool holds it, so nobody else can take a share meanwhile.
-      if (plane.use_count() == 1) {
-        std::atomic_thread_fence(std::memory_order_acquire);
-        return plane;
-      }
-    }
-    auto plane = std::make_shared<Plane>();
-    if (planes_.size() < 8) planes_.push_back(plane);
-    return plane;
-  }
-  void clear() { planes_.clear(); }
-
- private:
-  std::vector<std::shared_ptr<Plane>> planes_;
+/// Where the matte lies in a frame: the alpha of RGBA, or GRAY8 as it is.
+struct AlphaView {
+  std::uint8_t* first;
+  std::ptrdiff_t stride;
+  int step, width, height;
 };
+AlphaView alpha_of(const GstVideoFrame& frame);
+
+/// What is attached to \p buffer, whose alpha is \p alpha, where that still holds; else null. Valid as
+/// long as the buffer is held. \p unwritten: is_unwritten(), asked before the frame was mapped.
+const MatteContent* attached_matte(GstBuffer* buffer, const AlphaView& alpha, bool unwritten);
 
 }  // namespace polyhull::element

@@ -7,7 +7,8 @@
 #include <mutex>
 #include <utility>
 
-#include "base/error.h"
+#include "plugins/common/element.h"
+#include "plugins/common/memory/mapped_memory.h"
 #include "wire/mesh_payload.h"
 
 namespace polyhull::element {
@@ -15,32 +16,10 @@ namespace {
 
 constexpr char memory_type[] = "polyhull-mesh";
 
-/// A memory that stays mapped for reading.
-class Mapped {
- public:
-  explicit Mapped(GstMemory* memory) {
-    if (!gst_memory_map(memory, &map_, GST_MAP_READ))
-      throw Error(Error::Kind::io, "A view's pixels cannot be read.");
-    gst_memory_ref(memory);
-  }
-  ~Mapped() {
-    if (map_.memory == nullptr) return;
-    gst_memory_unmap(map_.memory, &map_);
-    gst_memory_unref(map_.memory);
-  }
-  Mapped(Mapped&& other) noexcept : map_(std::exchange(other.map_, GstMapInfo{})) {}
-  Mapped& operator=(Mapped&&) = delete;
-  GstMemory* memory() const { return map_.memory; }
-  std::span<const std::uint8_t> bytes() const { return {map_.data, map_.size}; }
-
- private:
-  GstMapInfo map_{};
-};
-
 struct MeshMemory {
   GstMemory memory;  // must be first: GStreamer sees only this
   Mesh mesh;
-  std::vector<Mapped> pixels;  // what the views borrow from
+  std::vector<MappedMemory> pixels;  // what the views borrow from
   std::once_flag once;
   std::vector<std::uint8_t> header;  // once somebody has asked for it
 };
@@ -70,35 +49,30 @@ GstMemory* share(GstMemory* memory, gssize offset, gssize size) {
       [](gpointer whole) { gst_memory_unref(static_cast<GstMemory*>(whole)); });
 }
 
-struct PolyhullMeshAllocator {
-  GstAllocator parent;
-};
-struct PolyhullMeshAllocatorClass {
-  GstAllocatorClass parent_class;
-};
-GType polyhull_mesh_allocator_get_type();
-G_DEFINE_TYPE(PolyhullMeshAllocator, polyhull_mesh_allocator, GST_TYPE_ALLOCATOR)
+struct MeshAllocator {
+  static constexpr char type_name[] = "PolyhullMeshAllocator";
+  static GType base_type() { return GST_TYPE_ALLOCATOR; }
+  static void class_init(gpointer klass) {
+    GST_ALLOCATOR_CLASS(klass)->free = [](GstAllocator*, GstMemory* memory) {
+      delete reinterpret_cast<MeshMemory*>(memory);
+    };
+  }
 
-void polyhull_mesh_allocator_init(PolyhullMeshAllocator* self) {
-  GstAllocator* allocator = &self->parent;
-  allocator->mem_type = memory_type;
-  allocator->mem_map = map;
-  allocator->mem_unmap = unmap;
-  allocator->mem_share = share;
-  GST_OBJECT_FLAG_SET(allocator, GST_ALLOCATOR_FLAG_CUSTOM_ALLOC);
-}
-
-void polyhull_mesh_allocator_class_init(PolyhullMeshAllocatorClass* klass) {
-  klass->parent_class.free = [](GstAllocator*, GstMemory* memory) {
-    delete reinterpret_cast<MeshMemory*>(memory);
-  };
-}
+  explicit MeshAllocator(gpointer object) {
+    auto* allocator = GST_ALLOCATOR_CAST(object);
+    allocator->mem_type = memory_type;
+    allocator->mem_map = map;
+    allocator->mem_unmap = unmap;
+    allocator->mem_share = share;
+    GST_OBJECT_FLAG_SET(allocator, GST_ALLOCATOR_FLAG_CUSTOM_ALLOC);
+  }
+};
 
 /// The one of this process, never freed.
 GstAllocator* allocator() {
   static GstAllocator* const one = [] {
     auto* made = static_cast<GstAllocator*>(
-        gst_object_ref_sink(g_object_new(polyhull_mesh_allocator_get_type(), nullptr)));
+        gst_object_ref_sink(g_object_new(type_of<MeshAllocator>(), nullptr)));
     GST_OBJECT_FLAG_SET(made, GST_OBJECT_FLAG_MAY_BE_LEAKED);
     return made;
   }();
@@ -112,7 +86,8 @@ GstMemory* make_mesh_memory(Mesh mesh, std::span<GstMemory* const> pixels) {
   for (std::size_t i = 0; i < mesh.views.size(); ++i) {
     std::span<const std::uint8_t>& bytes = mesh.views[i].view.pixels;
     bytes = {};
-    if (pixels[i] != nullptr) bytes = self->pixels.emplace_back(pixels[i]).bytes();
+    if (pixels[i] != nullptr)
+      bytes = self->pixels.emplace_back(gst_memory_ref(pixels[i]), GST_MAP_READ).bytes();
   }
   validate_mesh(mesh);
   self->mesh = std::move(mesh);

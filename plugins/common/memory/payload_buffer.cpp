@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "plugins/common/memory/payload_buffer.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "base/error.h"
@@ -41,75 +42,24 @@ GstMemory* pixel_memory(GstBuffer* buffer, const View& view, const PixelSource& 
     if (part != nullptr) gst_buffer_add_parent_buffer_meta(buffer, source.buffer);
     if (part != nullptr) return part;
   }
-  GstMemory* memory = gst_allocator_alloc(nullptr, size, nullptr);
-  GstMapInfo map;
-  if (memory == nullptr || !gst_memory_map(memory, &map, GST_MAP_WRITE))
-    throw Error(Error::Kind::io, "There is no memory for a view's pixels.");
-  std::copy(view.pixels.begin(), view.pixels.end(), map.data);
-  gst_memory_unmap(memory, &map);
-  return memory;
+  MappedMemory memory(gst_allocator_alloc(nullptr, size, nullptr), GST_MAP_WRITE);
+  std::copy(view.pixels.begin(), view.pixels.end(), memory.data());
+  return gst_memory_ref(memory.memory());
 }
 
 }  // namespace
 
 MappedBuffer::MappedBuffer(GstBuffer* buffer) : buffer_(gst_buffer_ref(buffer)) {
-  const guint count = gst_buffer_n_memory(buffer);
-  maps_.reserve(count);
-  for (guint i = 0; i < count; ++i) {
-    GstMapInfo map;
-    if (!gst_memory_map(gst_buffer_peek_memory(buffer, i), &map, GST_MAP_READ)) {
-      unmap();
-      throw Error(Error::Kind::io, "A buffer's memory cannot be read.");
-    }
-    maps_.push_back(map);
-    segments_.emplace_back(map.data, map.size);
-  }
-}
-
-MappedBuffer::~MappedBuffer() {
-  unmap();
-}
-
-MappedBuffer::MappedBuffer(MappedBuffer&& other) noexcept
-    : buffer_(std::exchange(other.buffer_, nullptr)),
-      maps_(std::move(other.maps_)),
-      joined_(other.joined_),
-      is_joined_(std::exchange(other.is_joined_, false)),
-      segments_(std::move(other.segments_)) {
-  other.maps_.clear();
-  other.segments_.clear();
-}
-
-MappedBuffer& MappedBuffer::operator=(MappedBuffer&& other) noexcept {
-  if (this != &other) {
-    unmap();
-    buffer_ = std::exchange(other.buffer_, nullptr);
-    maps_ = std::exchange(other.maps_, {});
-    joined_ = other.joined_;
-    is_joined_ = std::exchange(other.is_joined_, false);
-    segments_ = std::exchange(other.segments_, {});
-  }
-  return *this;
+  for (guint i = 0; i < gst_buffer_n_memory(buffer); ++i)
+    maps_.emplace_back(gst_buffer_get_memory(buffer, i), GST_MAP_READ);
+  for (const MappedMemory& map : maps_) segments_.push_back(map.bytes());
 }
 
 void MappedBuffer::join() {
-  GstMapInfo map;
-  if (!gst_buffer_map(buffer_, &map, GST_MAP_READ))
-    throw Error(Error::Kind::io, "A buffer's memories cannot be joined.");
-  for (GstMapInfo& part : maps_) gst_memory_unmap(part.memory, &part);
+  MappedMemory whole(gst_buffer_get_all_memory(buffer()), GST_MAP_READ);
   maps_.clear();
-  joined_ = map;
-  is_joined_ = true;
-  segments_ = {Bytes(map.data, map.size)};
-}
-
-void MappedBuffer::unmap() {
-  for (GstMapInfo& map : maps_) gst_memory_unmap(map.memory, &map);
-  maps_.clear();
-  segments_.clear();
-  if (is_joined_) gst_buffer_unmap(buffer_, &joined_);
-  is_joined_ = false;
-  if (buffer_ != nullptr) gst_buffer_unref(std::exchange(buffer_, nullptr));
+  maps_.push_back(std::move(whole));
+  segments_ = {maps_.front().bytes()};
 }
 
 ViewBuffer::ViewBuffer(GstBuffer* buffer)
@@ -120,17 +70,29 @@ PixelSource ViewBuffer::pixels() const {
   return {buffer(), gst_buffer_get_size(buffer()) - view_.pixels.size()};
 }
 
-MeshBuffer::MeshBuffer(GstBuffer* buffer) : buffer_(buffer), mesh_(mesh_object(buffer)) {
-  if (mesh_ == nullptr) {
-    mapped_.emplace(buffer);
-    decoded_ = read_segments(*mapped_, [](std::span<const Bytes> s) { return read_mesh(s); });
-    mesh_ = &decoded_;
-  }
-  gst_buffer_ref(buffer);
+GstMemory* ViewWriter::allocate(std::size_t size) const {
+  return gst_allocator_alloc(allocator_.get(), size, nullptr);
 }
 
-MeshBuffer::~MeshBuffer() {
-  gst_buffer_unref(buffer_);
+GstBuffer* ViewWriter::write(const View& view, GstMemory* pixels, GstBuffer* source) const {
+  const std::vector<std::uint8_t> header = write_view_header(view);
+  MappedMemory memory(allocate(header.size()), GST_MAP_WRITE);
+  std::copy(header.begin(), header.end(), memory.data());
+  g_autoptr(GstBuffer) buffer = gst_buffer_new();
+  gst_buffer_append_memory(buffer, gst_memory_ref(memory.memory()));
+  if (pixels != nullptr) gst_buffer_append_memory(buffer, gst_memory_ref(pixels));
+  gst_buffer_copy_into(
+      buffer, source,
+      static_cast<GstBufferCopyFlags>(GST_BUFFER_COPY_FLAGS | GST_BUFFER_COPY_TIMESTAMPS), 0, -1);
+  return g_steal_pointer(&buffer);
+}
+
+MeshBuffer::MeshBuffer(GstBuffer* buffer)
+    : buffer_(gst_buffer_ref(buffer)), mesh_(mesh_object(buffer)) {
+  if (mesh_ != nullptr) return;
+  mapped_.emplace(buffer);
+  decoded_ = read_segments(*mapped_, [](std::span<const Bytes> s) { return read_mesh(s); });
+  mesh_ = &decoded_;
 }
 
 PixelSource MeshBuffer::pixels(std::size_t view) const {

@@ -14,6 +14,8 @@
 #include <vector>
 
 #include "mesh/mesh.h"
+#include "plugins/common/memory/mapped_memory.h"
+#include "plugins/common/memory/recycling_allocator.h"
 #include "wire/payload.h"
 
 namespace polyhull::element {
@@ -32,23 +34,16 @@ class MappedBuffer {
  public:
   /// Throws Error if a memory cannot be mapped.
   explicit MappedBuffer(GstBuffer* buffer);
-  ~MappedBuffer();
-  MappedBuffer(MappedBuffer&& other) noexcept;
-  MappedBuffer& operator=(MappedBuffer&& other) noexcept;
 
-  GstBuffer* buffer() const { return buffer_; }
+  GstBuffer* buffer() const { return buffer_.get(); }
   std::span<const Bytes> segments() const { return segments_; }
 
   /// Maps the buffer again as one segment, which copies where it has several memories.
   void join();
 
  private:
-  void unmap();
-
-  GstBuffer* buffer_ = nullptr;
-  std::vector<GstMapInfo> maps_;
-  GstMapInfo joined_{};
-  bool is_joined_ = false;
+  BufferRef buffer_;
+  std::vector<MappedMemory> maps_;
   std::vector<Bytes> segments_;
 };
 
@@ -66,21 +61,36 @@ class ViewBuffer {
   View view_;
 };
 
+/// Makes the buffers of views, one per frame; their memory is used again.
+class ViewWriter {
+ public:
+  /// Memory for \p size bytes of pixels (at least 1).
+  GstMemory* allocate(std::size_t size) const;
+
+  /// A new buffer: the header of \p view in a memory of its own, then \p pixels (a reference is
+  /// added; null where the view has none), whose bytes View::pixels shows. Times, flags and
+  /// duration are those of \p source. Throws Error for a view that breaks a rule of
+  /// validate_view().
+  GstBuffer* write(const View& view, GstMemory* pixels, GstBuffer* source) const;
+
+ private:
+  std::unique_ptr<GstAllocator, Unref> allocator_{make_recycling_allocator()};
+};
+
 /// The mesh in a buffer: the object that it holds, or read from its bytes. The mesh and its views'
 /// pixels stay valid as long as this object.
 class MeshBuffer {
  public:
   /// Throws Error for bytes that are not a mesh.
   explicit MeshBuffer(GstBuffer* buffer);
-  ~MeshBuffer();
   MeshBuffer(const MeshBuffer&) = delete;
   MeshBuffer& operator=(const MeshBuffer&) = delete;
   const Mesh& mesh() const { return *mesh_; }
-  GstBuffer* buffer() const { return buffer_; }
+  GstBuffer* buffer() const { return buffer_.get(); }
   PixelSource pixels(std::size_t view) const;
 
  private:
-  GstBuffer* buffer_;
+  BufferRef buffer_;
   std::optional<MappedBuffer> mapped_;
   Mesh decoded_;
   const Mesh* mesh_;

@@ -7,6 +7,8 @@
 #include <mutex>
 #include <vector>
 
+#include "plugins/common/element.h"
+
 namespace polyhull::element {
 namespace {
 
@@ -21,26 +23,16 @@ struct Block {
   std::atomic<std::uint64_t> stamp;
 };
 
-struct Private {
+struct RecyclingAllocator {
+  static constexpr char type_name[] = "PolyhullRecyclingAllocator";
+  static GType base_type() { return GST_TYPE_ALLOCATOR; }
+  static void class_init(gpointer klass);
+  explicit RecyclingAllocator(gpointer object);
+  ~RecyclingAllocator();
+
   std::mutex mutex;          // protects kept
   std::vector<Block*> kept;  // free blocks, in the order they came back
 };
-
-struct PolyhullRecyclingAllocator {
-  GstAllocator parent;
-  Private* priv;
-};
-
-struct PolyhullRecyclingAllocatorClass {
-  GstAllocatorClass parent_class;
-};
-
-GType polyhull_recycling_allocator_get_type();
-G_DEFINE_TYPE(PolyhullRecyclingAllocator, polyhull_recycling_allocator, GST_TYPE_ALLOCATOR)
-
-Private& private_of(GstAllocator* allocator) {
-  return *reinterpret_cast<PolyhullRecyclingAllocator*>(allocator)->priv;
-}
 
 void destroy(Block* block) {
   std::free(block->data);
@@ -48,22 +40,22 @@ void destroy(Block* block) {
 }
 
 /// The smallest kept block that holds \p needed bytes and does not waste most of itself.
-Block* take(Private& priv, gsize needed) {
-  const std::scoped_lock lock(priv.mutex);
-  auto best = priv.kept.end();
-  for (auto it = priv.kept.begin(); it != priv.kept.end(); ++it) {
+Block* take(RecyclingAllocator& self, gsize needed) {
+  const std::scoped_lock lock(self.mutex);
+  auto best = self.kept.end();
+  for (auto it = self.kept.begin(); it != self.kept.end(); ++it) {
     if ((*it)->capacity < needed || (*it)->capacity / 8 > std::max(needed, granularity)) continue;
-    if (best == priv.kept.end() || (*it)->capacity < (*best)->capacity) best = it;
+    if (best == self.kept.end() || (*it)->capacity < (*best)->capacity) best = it;
   }
-  if (best == priv.kept.end()) return nullptr;
+  if (best == self.kept.end()) return nullptr;
   Block* const block = *best;
-  priv.kept.erase(best);
+  self.kept.erase(best);
   return block;
 }
 
 GstMemory* allocate(GstAllocator* allocator, gsize size, GstAllocationParams* params) {
   const gsize needed = size + params->prefix + params->padding;
-  Block* block = take(private_of(allocator), needed);
+  Block* block = take(state_of<RecyclingAllocator>(allocator), needed);
   if (block == nullptr) {
     // A quarter more than asked for: a figure that grows a little keeps its block.
     const gsize capacity = (needed + needed / 4 + granularity) / granularity * granularity;
@@ -84,14 +76,14 @@ void release(GstAllocator* allocator, GstMemory* memory) {
     delete block;
     return;
   }
-  Private& priv = private_of(allocator);
+  auto& self = state_of<RecyclingAllocator>(allocator);
   Block* dropped = nullptr;
   {
-    const std::scoped_lock lock(priv.mutex);
-    priv.kept.push_back(block);
-    if (priv.kept.size() > most_kept) {
-      dropped = priv.kept.front();
-      priv.kept.erase(priv.kept.begin());
+    const std::scoped_lock lock(self.mutex);
+    self.kept.push_back(block);
+    if (self.kept.size() > most_kept) {
+      dropped = self.kept.front();
+      self.kept.erase(self.kept.begin());
     }
   }
   if (dropped != nullptr) destroy(dropped);
@@ -122,9 +114,8 @@ GstMemory* share(GstMemory* memory, gssize offset, gssize size) {
   return &part->memory;
 }
 
-void polyhull_recycling_allocator_init(PolyhullRecyclingAllocator* self) {
-  self->priv = new Private;
-  GstAllocator* allocator = GST_ALLOCATOR_CAST(self);
+RecyclingAllocator::RecyclingAllocator(gpointer object) {
+  auto* allocator = GST_ALLOCATOR_CAST(object);
   allocator->mem_type = "polyhull-recycled";
   allocator->mem_map = map;
   allocator->mem_unmap = unmap;
@@ -133,32 +124,26 @@ void polyhull_recycling_allocator_init(PolyhullRecyclingAllocator* self) {
   GST_OBJECT_FLAG_UNSET(allocator, GST_ALLOCATOR_FLAG_CUSTOM_ALLOC);
 }
 
-void finalize(GObject* object) {
-  auto* self = reinterpret_cast<PolyhullRecyclingAllocator*>(object);
-  for (Block* block : self->priv->kept) destroy(block);
-  delete self->priv;
-  G_OBJECT_CLASS(polyhull_recycling_allocator_parent_class)->finalize(object);
+RecyclingAllocator::~RecyclingAllocator() {
+  for (Block* block : kept) destroy(block);
 }
 
-void polyhull_recycling_allocator_class_init(PolyhullRecyclingAllocatorClass* klass) {
-  G_OBJECT_CLASS(klass)->finalize = finalize;
-  auto* allocator_class = reinterpret_cast<GstAllocatorClass*>(klass);
-  allocator_class->alloc = allocate;
-  allocator_class->free = release;
+void RecyclingAllocator::class_init(gpointer klass) {
+  GST_ALLOCATOR_CLASS(klass)->alloc = allocate;
+  GST_ALLOCATOR_CLASS(klass)->free = release;
 }
 
 }  // namespace
 
 GstAllocator* make_recycling_allocator() {
-  auto* allocator =
-      static_cast<GstAllocator*>(g_object_new(polyhull_recycling_allocator_get_type(), nullptr));
-  return static_cast<GstAllocator*>(gst_object_ref_sink(allocator));
+  return static_cast<GstAllocator*>(
+      gst_object_ref_sink(g_object_new(type_of<RecyclingAllocator>(), nullptr)));
 }
 
 std::uint64_t write_stamp(GstBuffer* buffer) {
   if (gst_buffer_n_memory(buffer) != 1) return 0;
   GstMemory* memory = gst_buffer_peek_memory(buffer, 0);
-  if (G_OBJECT_TYPE(memory->allocator) != polyhull_recycling_allocator_get_type()) return 0;
+  if (G_OBJECT_TYPE(memory->allocator) != type_of<RecyclingAllocator>()) return 0;
   return reinterpret_cast<Block*>(memory)->stamp.load(std::memory_order_relaxed);
 }
 

@@ -2,6 +2,7 @@
 #include "plugins/common/memory/video_frame.h"
 
 #include <string>
+#include <utility>
 
 #include "base/error.h"
 
@@ -9,38 +10,25 @@ namespace polyhull::element {
 namespace {
 
 FrameFormat format_of(GstVideoFormat format) {
-  switch (format) {
-    case GST_VIDEO_FORMAT_RGBx:
-      return FrameFormat::rgbx;
-    case GST_VIDEO_FORMAT_BGRx:
-      return FrameFormat::bgrx;
-    case GST_VIDEO_FORMAT_RGBA:
-      return FrameFormat::rgba;
-    case GST_VIDEO_FORMAT_BGRA:
-      return FrameFormat::bgra;
-    case GST_VIDEO_FORMAT_RGB:
-      return FrameFormat::rgb;
-    case GST_VIDEO_FORMAT_BGR:
-      return FrameFormat::bgr;
-    case GST_VIDEO_FORMAT_GRAY8:
-      return FrameFormat::gray8;
-    case GST_VIDEO_FORMAT_I420:
-      return FrameFormat::i420;
-    case GST_VIDEO_FORMAT_NV12:
-      return FrameFormat::nv12;
-    case GST_VIDEO_FORMAT_YUY2:
-      return FrameFormat::yuy2;
-    case GST_VIDEO_FORMAT_UYVY:
-      return FrameFormat::uyvy;
-    case GST_VIDEO_FORMAT_I420_10LE:
-      return FrameFormat::i420_10le;
-    case GST_VIDEO_FORMAT_v210:
-      return FrameFormat::v210;
-    default:
-      throw Error(Error::Kind::unsupported,
-                  "The video format {} cannot be keyed; put a videoconvert in front.",
-                  gst_video_format_to_string(format));
-  }
+  constexpr std::pair<GstVideoFormat, FrameFormat> known[] = {
+      {GST_VIDEO_FORMAT_RGBx, FrameFormat::rgbx},
+      {GST_VIDEO_FORMAT_BGRx, FrameFormat::bgrx},
+      {GST_VIDEO_FORMAT_RGBA, FrameFormat::rgba},
+      {GST_VIDEO_FORMAT_BGRA, FrameFormat::bgra},
+      {GST_VIDEO_FORMAT_RGB, FrameFormat::rgb},
+      {GST_VIDEO_FORMAT_BGR, FrameFormat::bgr},
+      {GST_VIDEO_FORMAT_GRAY8, FrameFormat::gray8},
+      {GST_VIDEO_FORMAT_I420, FrameFormat::i420},
+      {GST_VIDEO_FORMAT_NV12, FrameFormat::nv12},
+      {GST_VIDEO_FORMAT_YUY2, FrameFormat::yuy2},
+      {GST_VIDEO_FORMAT_UYVY, FrameFormat::uyvy},
+      {GST_VIDEO_FORMAT_I420_10LE, FrameFormat::i420_10le},
+      {GST_VIDEO_FORMAT_v210, FrameFormat::v210}};
+  for (const auto& [theirs, ours] : known)
+    if (theirs == format) return ours;
+  throw Error(Error::Kind::unsupported,
+              "The video format {} cannot be keyed; put a videoconvert in front.",
+              gst_video_format_to_string(format));
 }
 
 ColourMatrix matrix_of(const GstVideoInfo& info) {
@@ -87,13 +75,13 @@ FrameView frame_view(const FrameView& layout, const GstVideoFrame& frame) {
   return view;
 }
 
-MappedFrame::MappedFrame(const GstVideoInfo& info, GstBuffer* buffer) {
+MappedFrame::MappedFrame(const GstVideoInfo& info, GstBuffer* buffer, GstMapFlags flags) {
   // No reference is added: the caller holds the buffer while this object lives.
-  const auto flags = static_cast<GstMapFlags>(static_cast<int>(GST_MAP_READ) |
-                                              static_cast<int>(GST_VIDEO_FRAME_MAP_FLAG_NO_REF));
-  if (!gst_video_frame_map(&frame_, &info, buffer, flags)) {
+  const auto without_ref = static_cast<GstMapFlags>(
+      static_cast<int>(flags) | static_cast<int>(GST_VIDEO_FRAME_MAP_FLAG_NO_REF));
+  if (!gst_video_frame_map(&frame_, &info, buffer, without_ref)) {
     throw Error(Error::Kind::io,
-                "A buffer of {} bytes cannot be read as a frame of the {} bytes that its caps "
+                "A buffer of {} bytes cannot be mapped as a frame of the {} bytes that its caps "
                 "announce; look at the element in front.",
                 gst_buffer_get_size(buffer), GST_VIDEO_INFO_SIZE(&info));
   }

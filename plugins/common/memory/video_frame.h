@@ -21,15 +21,20 @@ FrameView frame_template(const GstVideoInfo& info);
 /// \p layout with the planes of \p frame, which must stay mapped while the result is used.
 FrameView frame_view(const FrameView& layout, const GstVideoFrame& frame);
 
-/// A buffer mapped for reading as a video frame, unmapped when it goes out of scope.
+/// A buffer mapped as a video frame, unmapped when it goes out of scope.
 class MappedFrame {
  public:
   /// Throws Error (io) where the buffer cannot be mapped or is too small for \p info.
-  MappedFrame(const GstVideoInfo& info, GstBuffer* buffer);
+  MappedFrame(const GstVideoInfo& info, GstBuffer* buffer, GstMapFlags flags = GST_MAP_READ);
   ~MappedFrame();
   MappedFrame(const MappedFrame&) = delete;
   MappedFrame& operator=(const MappedFrame&) = delete;
   const GstVideoFrame& frame() const { return frame_; }
+  /// Of the first plane.
+  std::uint8_t* data() const { return static_cast<std::uint8_t*>(frame_.data[0]); }
+  int stride() const { return GST_VIDEO_FRAME_PLANE_STRIDE(&frame_, 0); }
+  /// Of a frame mapped with GST_MAP_GL.
+  guint texture() const { return *static_cast<const guint*>(frame_.data[0]); }
 
  private:
   GstVideoFrame frame_;

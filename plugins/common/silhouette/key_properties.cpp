@@ -3,196 +3,179 @@
 
 #include <array>
 
+#include "base/error.h"
+
 namespace polyhull::element {
 
 template <>
 GType enum_type<KeyMethod>() {
-  static const GEnumValue values[] = {
-      {static_cast<gint>(KeyMethod::threshold),
-       "Background where the key channel exceeds the larger of the other two by strength, unless "
-       "the pixel is brighter than bright-threshold",
-       "prototype"},
-      {static_cast<gint>(KeyMethod::soft),
-       "Matte linear in the mixture of screen and foreground, calibrated by a sample of each",
-       "soft"},
-      {static_cast<gint>(KeyMethod::difference),
-       "Distance from the clean plate, tolerant of soft shadows; needs no screen", "difference"},
-      {0, nullptr, nullptr}};
-  return register_enum("PolyhullKeyMethod", values);
+  return register_enum<KeyMethod>(
+      "PolyhullKeyMethod",
+      {{KeyMethod::threshold,
+        "Background where the key channel exceeds the larger of the other two by strength, unless "
+        "the pixel is brighter than bright-threshold",
+        "prototype"},
+       {KeyMethod::soft,
+        "Matte linear in the mixture of screen and foreground, calibrated by a sample of each",
+        "soft"},
+       {KeyMethod::difference,
+        "Distance from the clean plate, tolerant of soft shadows; needs no screen", "difference"}});
 }
 
 template <>
 GType enum_type<KeyColour>() {
-  static const GEnumValue values[] = {
-      {static_cast<gint>(KeyColour::green), "Green screen", "green"},
-      {static_cast<gint>(KeyColour::blue), "Blue screen", "blue"},
-      {static_cast<gint>(KeyColour::custom), "The colour given by key-colour", "colour"},
-      {static_cast<gint>(KeyColour::automatic), "The screen's colour is found in the picture",
-       "auto"},
-      {0, nullptr, nullptr}};
-  return register_enum("PolyhullKeyColour", values);
+  return register_enum<KeyColour>(
+      "PolyhullKeyColour",
+      {{KeyColour::green, "Green screen", "green"},
+       {KeyColour::blue, "Blue screen", "blue"},
+       {KeyColour::custom, "The colour given by key-colour", "colour"},
+       {KeyColour::automatic, "The screen's colour is found in the picture", "auto"}});
 }
 
 template <>
 GType enum_type<KeyView>() {
-  static const GEnumValue values[] = {
-      {static_cast<gint>(KeyView::composite), "The despilled picture with the matte as its alpha",
-       "composite"},
-      {static_cast<gint>(KeyView::matte), "The matte as an opaque grey picture", "matte"},
-      {static_cast<gint>(KeyView::status),
-       "Background black, foreground white, everything in between coloured", "status"},
-      {static_cast<gint>(KeyView::spill), "What the removal of spill takes away, opaque", "spill"},
-      {0, nullptr, nullptr}};
-  return register_enum("PolyhullKeyView", values);
+  return register_enum<KeyView>(
+      "PolyhullKeyView",
+      {{KeyView::composite, "The despilled picture with the matte as its alpha", "composite"},
+       {KeyView::matte, "The matte as an opaque grey picture", "matte"},
+       {KeyView::status, "Background black, foreground white, everything in between coloured",
+        "status"},
+       {KeyView::spill, "What the removal of spill takes away, opaque", "spill"}});
 }
 
+namespace {
+
+using S = KeyValues;
+constexpr std::array table{
+    property<&S::method>("method", "Method", "How the matte is made."),
+    property<&S::key>(
+        "key", "Key",
+        "Which colour the screen has: green or blue, for which any shade is found in the picture; "
+        "auto for yellow, red and every other hue; or colour, for the one in key-colour."),
+    property<&S::key_colour>("key-colour", "Key colour",
+                             "Colour of the screen as 0xRRGGBB, used with key=colour. Brightness "
+                             "does not matter, except that a colour without hue, such as black, is "
+                             "keyed by its distance as method=difference does.",
+                             0, 0xffffff),
+    property<&S::strength>(
+        "strength", "Strength",
+        "Margin in levels from 0 to 255 by which the key channel must exceed the larger of the "
+        "other two for a pixel to be background. Used by method=prototype only.",
+        0, 255),
+    property<&S::bright_threshold>(
+        "bright-threshold", "Bright threshold",
+        "Pixels whose red, green and blue add up to more than this, from 0 to 765 levels, are "
+        "foreground. Used by method=prototype only.",
+        0, 765),
+    property<&S::red_gain>(
+        "red-gain", "Red gain",
+        "Factor from 0 to 4 on red, applied to the keying decision only and not to the picture.",
+        0.0, 4.0),
+    property<&S::blue_gain>(
+        "blue-gain", "Blue gain",
+        "Factor from 0 to 4 on blue, applied to the keying decision only and not to the picture.",
+        0.0, 4.0),
+    property<&S::roi_x>("roi-x", "Region of interest, left",
+                        "First column in pixels of the region of interest, from 0 to 32767. "
+                        "Outside of the region everything is background.",
+                        0, 32767),
+    property<&S::roi_y>("roi-y", "Region of interest, top",
+                        "First row in pixels of the region of interest, from 0 to 32767.", 0,
+                        32767),
+    property<&S::roi_width>("roi-width", "Region of interest, width",
+                            "Columns in pixels of the region of interest, from 0 to 32767. 0 "
+                            "reaches to the right edge of the frame.",
+                            0, 32767),
+    property<&S::roi_height>("roi-height", "Region of interest, height",
+                             "Rows in pixels of the region of interest, from 0 to 32767. 0 reaches "
+                             "to the lower edge of the frame.",
+                             0, 32767),
+    property<&S::screen_colour>("screen-colour", "Screen sample",
+                                "Colour of the screen as the camera sees it, 0xRRGGBB, for "
+                                "method=soft. -1 samples it from the picture.",
+                                -1, 0xffffff),
+    property<&S::foreground_colour>("foreground-colour", "Foreground sample",
+                                    "Colour of the subject near its edge, 0xRRGGBB, for "
+                                    "method=soft. -1 samples it from the picture.",
+                                    -1, 0xffffff),
+    property<&S::uneven>("uneven", "Uneven screen",
+                         "Whether method=soft follows slow changes of the screen's colour over the "
+                         "picture, as uneven light makes them."),
+    property<&S::resample>("resample", "Sample again",
+                           "Frames, from 0 to 100000, after which screen and foreground are "
+                           "sampled from the picture again, for cameras and lamps that change. 0 "
+                           "samples once, when the stream starts or a setting changes.",
+                           0, 100000),
+    property<&S::clip_black>("clip-black", "Clip black",
+                             "Matte values below this fraction, from 0 to 1, become background; "
+                             "the values between clip-black and clip-white are stretched.",
+                             0.0, 1.0),
+    property<&S::clip_white>("clip-white", "Clip white",
+                             "Matte values above this fraction, from 0 to 1, become foreground. It "
+                             "must be larger than clip-black.",
+                             0.0, 1.0),
+    property<&S::choke>("choke", "Choke",
+                        "Pixels, from -32 to 32, by which the matte is shaved off along its "
+                        "outline, for example to lose a coloured rim. Negative values grow it.",
+                        -32.0, 32.0),
+    property<&S::close>(
+        "close", "Close",
+        "Pixels, from 0 to 32: gaps and holes in the matte up to twice this width are closed.", 0.0,
+        32.0),
+    property<&S::spill>(
+        "spill", "Spill removal",
+        "Fraction from 0 to 1 of the key colour's spill that is taken out of the kept pixels.", 0.0,
+        1.0),
+    property<&S::clean_plate>("clean-plate", "Clean plate",
+                              "Path of a picture (PNG or JPEG, the frame's size) of the stage "
+                              "without the subject. Used by method=difference, and by method=soft "
+                              "for the screen's colour at each pixel. Empty uses none."),
+    property<&S::learn_plate>(
+        "learn-plate", "Learn clean plate",
+        "Setting this to a number of frames, from 1 to 1000, averages the next frames into the "
+        "clean plate; the stage must be empty meanwhile. 0 learns nothing and keeps what there is.",
+        0, 1000),
+    property<&S::difference_low>("difference-low", "Difference, lower bound",
+                                 "Distance in levels, from 0 to 442, from the clean plate up to "
+                                 "which a pixel is background. Used by method=difference only.",
+                                 0.0, 442.0),
+    property<&S::difference_high>(
+        "difference-high", "Difference, upper bound",
+        "Distance in levels, from 0 to 442, from the clean plate from which on a pixel is "
+        "foreground. It must be larger than difference-low. Used by method=difference only.",
+        0.0, 442.0),
+    property<&S::shadow_darkest>(
+        "shadow-darkest", "Darkest shadow",
+        "Fraction from 0 to 1 of its light that a background pixel keeps at least in the subject's "
+        "shadow; 1 tolerates no shadow. Used by method=difference only.",
+        0.0, 1.0),
+    property<&S::light_brightest>(
+        "light-brightest", "Brightest light",
+        "Factor from 1 to 4 up to which a background pixel may become brighter than the clean "
+        "plate, for example by reflected light. Used by method=difference only.",
+        1.0, 4.0),
+    property<&S::outside_mask>("outside-mask", "Outside mask",
+                               "Path of a grey picture of the frame's size: where it is not black, "
+                               "the matte is background. Empty uses none."),
+    property<&S::inside_mask>("inside-mask", "Inside mask",
+                              "Path of a grey picture of the frame's size: where it is not black, "
+                              "the matte is foreground. Empty uses none."),
+    property<&S::outside_polygon>(
+        "outside-polygon", "Outside polygon",
+        "Corners as \"x,y x,y x,y\" in pixels, several polygons separated by semicolons: outside "
+        "of them the matte is background. Empty uses none."),
+    property<&S::inside_polygon>(
+        "inside-polygon", "Inside polygon",
+        "Corners as \"x,y x,y x,y\" in pixels, several polygons separated by semicolons: inside of "
+        "them the matte is foreground. Empty uses none."),
+    property<&S::rig>("rig", "Rig",
+                      "Path of a rig file with bounds: outside of the bounds, seen by the camera "
+                      "that the property camera names, the matte is background. Empty uses none."),
+};
+
+}  // namespace
+
 std::span<const Property<KeyValues>> key_properties() {
-  static constexpr std::array table{
-      property<&KeyValues::method>("method", "Method", "How the matte is made."),
-      property<&KeyValues::key>(
-          "key", "Key",
-          "Which colour the screen has: green or blue, for which any shade is found in the "
-          "picture; "
-          "auto for yellow, red and every other hue; or colour, for the one in key-colour."),
-      property<&KeyValues::key_colour>(
-          "key-colour", "Key colour",
-          "Colour of the screen as 0xRRGGBB, used with key=colour. Brightness does not matter, "
-          "except that a colour without hue, such as black, is keyed by its distance as "
-          "method=difference does.",
-          0, 0xffffff),
-      property<&KeyValues::strength>(
-          "strength", "Strength",
-          "Margin in levels from 0 to 255 by which the key channel must exceed the larger of the "
-          "other two for a pixel to be background. Used by method=prototype only.",
-          0, 255),
-      property<&KeyValues::bright_threshold>(
-          "bright-threshold", "Bright threshold",
-          "Pixels whose red, green and blue add up to more than this, from 0 to 765 levels, are "
-          "foreground. Used by method=prototype only.",
-          0, 765),
-      property<&KeyValues::red_gain>(
-          "red-gain", "Red gain",
-          "Factor from 0 to 4 on red, applied to the keying decision only and not to the picture.",
-          0.0, 4.0),
-      property<&KeyValues::blue_gain>(
-          "blue-gain", "Blue gain",
-          "Factor from 0 to 4 on blue, applied to the keying decision only and not to the picture.",
-          0.0, 4.0),
-      property<&KeyValues::roi_x>("roi-x", "Region of interest, left",
-                                  "First column in pixels of the region of interest, from 0 to "
-                                  "32767. Outside of the region "
-                                  "everything is background.",
-                                  0, 32767),
-      property<&KeyValues::roi_y>("roi-y", "Region of interest, top",
-                                  "First row in pixels of the region of interest, from 0 to 32767.",
-                                  0, 32767),
-      property<&KeyValues::roi_width>("roi-width", "Region of interest, width",
-                                      "Columns in pixels of the region of interest, from 0 to "
-                                      "32767. 0 reaches to the right edge "
-                                      "of the frame.",
-                                      0, 32767),
-      property<&KeyValues::roi_height>("roi-height", "Region of interest, height",
-                                       "Rows in pixels of the region of interest, from 0 to 32767. "
-                                       "0 reaches to the lower edge of "
-                                       "the frame.",
-                                       0, 32767),
-      property<&KeyValues::screen_colour>("screen-colour", "Screen sample",
-                                          "Colour of the screen as the camera sees it, 0xRRGGBB, "
-                                          "for method=soft. -1 samples it from "
-                                          "the picture.",
-                                          -1, 0xffffff),
-      property<&KeyValues::foreground_colour>(
-          "foreground-colour", "Foreground sample",
-          "Colour of the subject near its edge, 0xRRGGBB, for method=soft. -1 samples it from the "
-          "picture.",
-          -1, 0xffffff),
-      property<&KeyValues::uneven>(
-          "uneven", "Uneven screen",
-          "Whether method=soft follows slow changes of the screen's colour over the picture, as "
-          "uneven light makes them."),
-      property<&KeyValues::resample>(
-          "resample", "Sample again",
-          "Frames, from 0 to 100000, after which screen and foreground are sampled from the "
-          "picture "
-          "again, for cameras and lamps that change. 0 samples once, when the stream starts or a "
-          "setting changes.",
-          0, 100000),
-      property<&KeyValues::clip_black>(
-          "clip-black", "Clip black",
-          "Matte values below this fraction, from 0 to 1, become background; the values between "
-          "clip-black and clip-white are stretched.",
-          0.0, 1.0),
-      property<&KeyValues::clip_white>("clip-white", "Clip white",
-                                       "Matte values above this fraction, from 0 to 1, become "
-                                       "foreground. It must be larger than "
-                                       "clip-black.",
-                                       0.0, 1.0),
-      property<&KeyValues::choke>(
-          "choke", "Choke",
-          "Pixels, from -32 to 32, by which the matte is shaved off along its outline, for example "
-          "to lose a coloured rim. Negative values grow it.",
-          -32.0, 32.0),
-      property<&KeyValues::close>(
-          "close", "Close",
-          "Pixels, from 0 to 32: gaps and holes in the matte up to twice this width are closed.",
-          0.0, 32.0),
-      property<&KeyValues::spill>(
-          "spill", "Spill removal",
-          "Fraction from 0 to 1 of the key colour's spill that is taken out of the kept pixels.",
-          0.0, 1.0),
-      property<&KeyValues::clean_plate>(
-          "clean-plate", "Clean plate",
-          "Path of a picture (PNG or JPEG, the frame's size) of the stage without the subject. "
-          "Used by method=difference, and by method=soft for the screen's colour at each pixel. "
-          "Empty uses none."),
-      property<&KeyValues::learn_plate>(
-          "learn-plate", "Learn clean plate",
-          "Setting this to a number of frames, from 1 to 1000, averages the next frames into the "
-          "clean plate; the stage must be empty meanwhile. 0 learns nothing and keeps what there "
-          "is.",
-          0, 1000),
-      property<&KeyValues::difference_low>(
-          "difference-low", "Difference, lower bound",
-          "Distance in levels, from 0 to 442, from the clean plate up to which a pixel is "
-          "background. Used by method=difference only.",
-          0.0, 442.0),
-      property<&KeyValues::difference_high>(
-          "difference-high", "Difference, upper bound",
-          "Distance in levels, from 0 to 442, from the clean plate from which on a pixel is "
-          "foreground. It must be larger than difference-low. Used by method=difference only.",
-          0.0, 442.0),
-      property<&KeyValues::shadow_darkest>(
-          "shadow-darkest", "Darkest shadow",
-          "Fraction from 0 to 1 of its light that a background pixel keeps at least in the "
-          "subject's "
-          "shadow; 1 tolerates no shadow. Used by method=difference only.",
-          0.0, 1.0),
-      property<&KeyValues::light_brightest>(
-          "light-brightest", "Brightest light",
-          "Factor from 1 to 4 up to which a background pixel may become brighter than the clean "
-          "plate, for example by reflected light. Used by method=difference only.",
-          1.0, 4.0),
-      property<&KeyValues::outside_mask>(
-          "outside-mask", "Outside mask",
-          "Path of a grey picture of the frame's size: where it is not black, the matte is "
-          "background. Empty uses none."),
-      property<&KeyValues::inside_mask>(
-          "inside-mask", "Inside mask",
-          "Path of a grey picture of the frame's size: where it is not black, the matte is "
-          "foreground. Empty uses none."),
-      property<&KeyValues::outside_polygon>(
-          "outside-polygon", "Outside polygon",
-          "Corners as \"x,y x,y x,y\" in pixels, several polygons separated by semicolons: outside "
-          "of them the matte is background. Empty uses none."),
-      property<&KeyValues::inside_polygon>(
-          "inside-polygon", "Inside polygon",
-          "Corners as \"x,y x,y x,y\" in pixels, several polygons separated by semicolons: inside "
-          "of them the matte is foreground. Empty uses none."),
-      property<&KeyValues::rig>(
-          "rig", "Rig",
-          "Path of a rig file with bounds: outside of the bounds, seen by the camera that the "
-          "property camera names, the matte is background. Empty uses none."),
-  };
   return table;
 }
 
@@ -203,6 +186,50 @@ std::span<const Property<KeyViewValues>> key_view_properties() {
                                      "operator who adjusts the key."),
   };
   return table;
+}
+
+void configure_key(KeyConfiguration& configuration, GstElement* element, Statistics& statistics,
+                   const KeyValues& values, const std::string& camera, int width, int height,
+                   const std::function<void(const KeySettings&)>& accept) {
+  try {
+    configuration.apply(values, camera, width, height, accept);
+  } catch (const Error& error) {
+    if (!configuration.has_settings(width, height)) throw;
+    statistics.warn(element, "refused-settings",
+                    std::string(error.what()) + " Keying goes on with the settings of before.");
+  }
+}
+
+void declare_key_statistics(Statistics& statistics) {
+  statistics.declare({"frames", "refused-settings", "frames-without-screen", "frames-without-plate",
+                      "screen-colour", "foreground-colour", "plate-frames-left"});
+  statistics.set("screen-signal", 0.0);
+  statistics.set("foreground-signal", 0.0);
+}
+
+void report_calibration(const KeyCalibration& calibration, GstElement* element,
+                        Statistics& statistics) {
+  if (calibration.lacks == KeyLack::screen) {
+    statistics.warn(element, "frames-without-screen",
+                    "No screen of the key's colour was found in the picture, so all of it counts "
+                    "as foreground until one is seen; set key to the screen's colour (or to auto), "
+                    "or give its colour as screen-colour.");
+  } else if (calibration.lacks == KeyLack::plate) {
+    statistics.warn(
+        element, "frames-without-plate",
+        "The difference method has no clean plate to compare with and takes pure green or blue for "
+        "the background; set clean-plate to a picture of the empty stage or learn-plate to a "
+        "number of frames, or set key=colour with key-colour for a background of one colour.");
+  }
+  const auto packed = [](const Rgb& c) {
+    return static_cast<std::uint64_t>(c[0]) << 16 | static_cast<std::uint64_t>(c[1]) << 8 | c[2];
+  };
+  statistics.set_count("screen-colour", packed(calibration.screen));
+  statistics.set_count("foreground-colour", packed(calibration.foreground));
+  statistics.set("screen-signal", calibration.screen_signal);
+  statistics.set("foreground-signal", calibration.foreground_signal);
+  statistics.set_count("plate-frames-left",
+                       static_cast<std::uint64_t>(calibration.plate_frames_left));
 }
 
 }  // namespace polyhull::element

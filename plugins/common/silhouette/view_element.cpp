@@ -11,19 +11,55 @@ namespace {
 
 constexpr double largest_tolerance = 100.0;  // px, what the approximation takes
 
+/// The caps of the views made from video of \p video: they keep its frame rate, if it has one.
+GstCaps* view_caps_of(const GstCaps* video) {
+  GstCaps* caps = gst_caps_new_empty_simple(view_caps);
+  const GstStructure* structure =
+      gst_caps_get_size(video) > 0 ? gst_caps_get_structure(video, 0) : nullptr;
+  const GValue* rate =
+      structure != nullptr ? gst_structure_get_value(structure, "framerate") : nullptr;
+  if (rate != nullptr) gst_caps_set_value(caps, "framerate", rate);
+  return caps;
+}
+
 }  // namespace
+
+void ToleranceControl::set_stream_rate(int numerator, int denominator) {
+  const std::scoped_lock lock(mutex_);
+  stream_rate_ =
+      numerator > 0 && denominator > 0 ? static_cast<double>(numerator) / denominator : 0.0;
+}
+
+void ToleranceControl::observe(GstEvent* qos, double target_rate) {
+  GstQOSType type;
+  gdouble proportion = 0.0;
+  GstClockTimeDiff difference = 0;
+  GstClockTime timestamp = GST_CLOCK_TIME_NONE;
+  gst_event_parse_qos(qos, &type, &proportion, &difference, &timestamp);
+  // A sink that throttles on purpose says nothing about the time there is.
+  if (type == GST_QOS_TYPE_THROTTLE || !GST_CLOCK_TIME_IS_VALID(timestamp)) return;
+  const std::scoped_lock lock(mutex_);
+  double load = proportion;
+  if (target_rate > 0.0 && stream_rate_ > 0.0) load *= target_rate / stream_rate_;
+  adaptive_.observe(load, static_cast<std::int64_t>(timestamp));
+}
+
+double ToleranceControl::tolerance(double base) const {
+  const std::scoped_lock lock(mutex_);
+  return adaptive_.tolerance(base);
+}
+
+void ToleranceControl::reset() {
+  const std::scoped_lock lock(mutex_);
+  adaptive_.reset();
+}
 
 GstCaps* view_transform_caps(GstBaseTransform* base, GstPadDirection direction, GstCaps* caps,
                              GstCaps* filter) {
-  GstCaps* result = direction == GST_PAD_SINK
-                        ? view_caps_of(caps)
-                        : gst_pad_get_pad_template_caps(GST_BASE_TRANSFORM_SINK_PAD(base));
-  if (filter != nullptr) {
-    GstCaps* filtered = gst_caps_intersect_full(filter, result, GST_CAPS_INTERSECT_FIRST);
-    gst_caps_unref(result);
-    result = filtered;
-  }
-  return result;
+  return filtered(direction == GST_PAD_SINK
+                      ? view_caps_of(caps)
+                      : gst_pad_get_pad_template_caps(GST_BASE_TRANSFORM_SINK_PAD(base)),
+                  filter);
 }
 
 bool ViewElement::set_format(const GstCaps* caps) {

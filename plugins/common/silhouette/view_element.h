@@ -6,15 +6,38 @@
 #include <gst/base/gstbasetransform.h>
 #include <gst/video/video.h>
 
+#include <mutex>
+
 #include "mesh/view.h"
 #include "plugins/common/guard.h"
+#include "plugins/common/memory/payload_buffer.h"
 #include "plugins/common/memory/video_frame.h"
 #include "plugins/common/silhouette/contour_properties.h"
-#include "plugins/common/silhouette/tolerance_control.h"
-#include "plugins/common/silhouette/view_writer.h"
 #include "plugins/common/transform.h"
+#include "silhouette/contour/adaptive_tolerance.h"
 
 namespace polyhull::element {
+
+/// The property `adaptive`: QoS events from downstream steer the polygon tolerance. Any thread.
+class ToleranceControl {
+ public:
+  /// The frame rate of the stream; 0/1 where it is not known.
+  void set_stream_rate(int numerator, int denominator);
+
+  /// Takes the load out of a QoS event. Its proportion is the time the slowest element took for a
+  /// buffer over the time between two buffers of the stream. At a target below the stream's rate
+  /// some frames may be late, and at a target above it all must be early. \p target_rate: 0 is the
+  /// stream's.
+  void observe(GstEvent* qos, double target_rate);
+
+  double tolerance(double base) const;
+  void reset();
+
+ private:
+  mutable std::mutex mutex_;  // protects all below
+  AdaptiveTolerance adaptive_;
+  double stream_rate_ = 0.0;
+};
 
 /// What the states of both hold.
 struct ViewElement {

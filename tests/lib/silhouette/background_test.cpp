@@ -94,6 +94,7 @@ TEST(ViewportControl, TurnsMovesAndComesBack) {
   const double distance = glm::length(pose.eye - pose.target);
   ViewportControl control;
   EXPECT_FALSE(control.move(10, 10, 100)) << "no button";
+  EXPECT_FALSE(control.key("Home")) << "nothing to take back";
   control.press(1, 10, 10);
   EXPECT_TRUE(control.move(60, 10, 100));
   ViewportPose now = control.apply(pose);
@@ -126,6 +127,9 @@ TEST(ViewportControl, TurnsMovesAndComesBack) {
   EXPECT_GT(glm::dot(shift, glm::cross(Vec3(0, 1, 0), pose.eye - pose.target)), 0.0)
       << "to the right";
   EXPECT_FALSE(control.key("F13"));
+  EXPECT_EQ(control.take(pose).target, now.target) << "whoever keeps the pose";
+  EXPECT_FALSE(control.changed());
+  EXPECT_EQ(control.apply(pose).target, pose.target);
 }
 
 }  // namespace

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "plugins/common/numbered_name.h"
+#include "files/numbered_name.h"
 
 #include "base/error.h"
 
-namespace polyhull::element {
+namespace polyhull {
 
 NumberedName::NumberedName(const std::string& pattern) {
   constexpr std::size_t widest = 20;
@@ -40,4 +40,4 @@ std::string NumberedName::name(std::uint64_t number) const {
   return before_ + digits + after_;
 }
 
-}  // namespace polyhull::element
+}  // namespace polyhull

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "plugins/serialtrigger/serial_line.h"
+#include "trigger/serial_line.h"
 
 #include <fcntl.h>
 #include <sys/ioctl.h>
@@ -14,7 +14,7 @@
 
 #include "base/error.h"
 
-namespace polyhull::element {
+namespace polyhull {
 namespace {
 
 constexpr std::uint32_t bits_per_byte = 10;  // start, eight data, stop
@@ -129,4 +129,4 @@ SerialLine::Result SerialLine::end_pulse() {
   return mode_ == PulseMode::zeros ? Result::done : set_line(false);
 }
 
-}  // namespace polyhull::element
+}  // namespace polyhull

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "plugins/common/silhouette/key_configuration.h"
+#include "silhouette/key/key_configuration.h"
 
 #include <algorithm>
 #include <utility>
@@ -8,7 +8,7 @@
 #include "rig/rig.h"
 #include "silhouette/key/garbage_matte.h"
 
-namespace polyhull::element {
+namespace polyhull {
 namespace {
 
 Rgb rgb_of(std::uint32_t colour) {
@@ -131,7 +131,7 @@ KeySettings KeyConfiguration::settings_for(const Request& request) const {
   s.light_brightest = values.light_brightest;
   s.inside_polygon = parse_polygons(values.inside_polygon);
 
-  const bool same_size = in_force_ && width == in_force_->width && height == in_force_->height;
+  const bool same_size = has_settings(width, height);
   const KeyValues before = same_size ? in_force_->values : KeyValues{};
   s.plate = same_size && values.clean_plate == before.clean_plate
                 ? settings_.plate
@@ -150,9 +150,8 @@ KeySettings KeyConfiguration::settings_for(const Request& request) const {
   return s;
 }
 
-void KeyConfiguration::apply(GstElement* element, Statistics& statistics, const KeyValues& values,
-                             const std::string& camera, int width, int height,
-                             const std::function<void(const KeySettings&)>& accept) {
+void KeyConfiguration::apply(const KeyValues& values, const std::string& camera, int width,
+                             int height, const std::function<void(const KeySettings&)>& accept) {
   Request request{values, camera, width, height};
   if (in_force_ == request || refused_ == request) return;
   try {
@@ -161,11 +160,9 @@ void KeyConfiguration::apply(GstElement* element, Statistics& statistics, const 
     settings_ = std::move(settings);
     in_force_ = std::move(request);
     refused_.reset();
-  } catch (const Error& error) {
-    if (!in_force_ || in_force_->width != width || in_force_->height != height) throw;
-    refused_ = std::move(request);
-    statistics.warn(element, "refused-settings",
-                    fmt::format("{} Keying goes on with the settings of before.", error.what()));
+  } catch (const Error&) {
+    if (has_settings(width, height)) refused_ = std::move(request);
+    throw;
   }
 }
 
@@ -179,36 +176,14 @@ bool KeyConfiguration::due_for_sampling(int resample) {
   return true;
 }
 
-void declare_key_statistics(Statistics& statistics) {
-  statistics.declare({"frames", "refused-settings", "frames-without-screen", "frames-without-plate",
-                      "screen-colour", "foreground-colour", "plate-frames-left"});
-  statistics.set("screen-signal", 0.0);
-  statistics.set("foreground-signal", 0.0);
+bool KeyConfiguration::sample_and_learn(const KeyValues& values,
+                                        const std::function<Keyer&()>& keyer) {
+  const bool due = due_for_sampling(values.resample);
+  if (due) keyer().recalibrate();
+  if (values.learn_plate == learning_) return due;
+  learning_ = values.learn_plate;
+  if (learning_ > 0) keyer().learn_plate(learning_);
+  return true;
 }
 
-void report_calibration(const KeyCalibration& calibration, GstElement* element,
-                        Statistics& statistics) {
-  if (calibration.lacks == KeyLack::screen) {
-    statistics.warn(element, "frames-without-screen",
-                    "No screen of the key's colour was found in the picture, so all of it counts "
-                    "as foreground until one is seen; set key to the screen's colour (or to auto), "
-                    "or give its colour as screen-colour.");
-  } else if (calibration.lacks == KeyLack::plate) {
-    statistics.warn(element, "frames-without-plate",
-                    "The difference method has no clean plate to compare with and takes pure "
-                    "green or blue for the background; set clean-plate to a picture of the empty "
-                    "stage or learn-plate to a number of frames, or set key=colour with "
-                    "key-colour for a background of one colour.");
-  }
-  const auto packed = [](const Rgb& c) {
-    return static_cast<std::uint64_t>(c[0]) << 16 | static_cast<std::uint64_t>(c[1]) << 8 | c[2];
-  };
-  statistics.set_count("screen-colour", packed(calibration.screen));
-  statistics.set_count("foreground-colour", packed(calibration.foreground));
-  statistics.set("screen-signal", calibration.screen_signal);
-  statistics.set("foreground-signal", calibration.foreground_signal);
-  statistics.set_count("plate-frames-left",
-                       static_cast<std::uint64_t>(calibration.plate_frames_left));
-}
-
-}  // namespace polyhull::element
+}  // namespace polyhull

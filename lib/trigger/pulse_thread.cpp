@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "plugins/serialtrigger/pulse_thread.h"
+#include "trigger/pulse_thread.h"
 
 #include <pthread.h>
 #include <sched.h>
@@ -11,8 +11,10 @@
 
 #include "base/error.h"
 
-namespace polyhull::element {
+namespace polyhull {
 namespace {
+
+__extension__ typedef __int128 Int128;
 
 constexpr std::int64_t second = 1000000000;
 constexpr std::int64_t millisecond = 1000000;
@@ -33,11 +35,11 @@ void sleep_monotonic(std::int64_t until) {
 }
 
 // Clock minus monotonic time, from the tightest of a few readings.
-std::int64_t offset_of(GstClock* clock) {
+std::int64_t offset_of(const std::function<std::int64_t()>& clock) {
   std::int64_t best = 0, best_gap = INT64_MAX;
   for (int i = 0; i < 3; ++i) {
     const std::int64_t before = monotonic();
-    const auto time = static_cast<std::int64_t>(gst_clock_get_time(clock));
+    const std::int64_t time = clock();
     const std::int64_t gap = monotonic() - before;
     if (gap >= best_gap) continue;
     best_gap = gap;
@@ -77,9 +79,10 @@ void PulseParameters::check() const {
 }
 
 PulseThread::PulseThread(std::unique_ptr<SerialLine> line, const PulseParameters& parameters,
-                         GstClock* clock, std::uint64_t first_number, PulseListener listener)
+                         std::function<std::int64_t()> clock, std::uint64_t first_number,
+                         PulseListener listener)
     : line_(std::move(line)),
-      clock_(static_cast<GstClock*>(gst_object_ref(clock))),
+      clock_(std::move(clock)),
       number_(first_number),
       listener_(std::move(listener)),
       parameters_(parameters) {
@@ -91,7 +94,6 @@ PulseThread::PulseThread(std::unique_ptr<SerialLine> line, const PulseParameters
 PulseThread::~PulseThread() {
   std::uint64_t ignored = 0;
   if (thread_.joinable()) stop(ignored);
-  gst_object_unref(clock_);
 }
 
 void PulseThread::set(const PulseParameters& parameters) {
@@ -106,7 +108,7 @@ void PulseThread::set(const PulseParameters& parameters) {
 
 void PulseThread::fire() {
   const std::scoped_lock lock(mutex_);
-  if (demands_++ == 0) demanded_ = static_cast<std::int64_t>(gst_clock_get_time(clock_));
+  if (demands_++ == 0) demanded_ = clock_();
   changed_.notify_all();
 }
 
@@ -130,7 +132,7 @@ bool PulseThread::wait_for_turn(PulseParameters& parameters, std::int64_t& plann
     if (demands_ > 0) {
       --demands_;
       planned = demanded_;
-      demanded_ = static_cast<std::int64_t>(gst_clock_get_time(clock_));
+      demanded_ = clock_();
       return true;
     }
     const std::int64_t period = parameters.period();
@@ -146,10 +148,9 @@ bool PulseThread::wait_for_turn(PulseParameters& parameters, std::int64_t& plann
     }
     // Exact for any slot: the product is taken in 128 bits.
     const auto time_of = [&](std::int64_t slot) {
-      return origin_ + static_cast<std::int64_t>(gst_util_uint64_scale(
-                           static_cast<guint64>(slot),
-                           static_cast<guint64>(second) * parameters.rate_denominator,
-                           static_cast<guint64>(parameters.rate_numerator)));
+      return origin_ +
+             static_cast<std::int64_t>(static_cast<Int128>(slot) * second *
+                                       parameters.rate_denominator / parameters.rate_numerator);
     };
     std::int64_t due = time_of(slot_);
     if (now - due > period / 2) {  // held up, or the clock was set
@@ -233,4 +234,4 @@ void PulseThread::run() {
   }
 }
 
-}  // namespace polyhull::element
+}  // namespace polyhull

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <string>
 
-namespace polyhull::element {
+namespace polyhull {
 
 /// A file name with at most one integer conversion (%d, %5d, %05d; %% is a percent sign).
 class NumberedName {
@@ -27,4 +27,4 @@ class NumberedName {
   std::size_t width_ = 0;
 };
 
-}  // namespace polyhull::element
+}  // namespace polyhull

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 /// \file
-/// Files that elements of this process write, so that no two write the same.
+/// Files that parts of this process write, so that no two write the same.
 #pragma once
 
 #include <filesystem>
@@ -10,7 +10,7 @@
 
 #include "base/error.h"
 
-namespace polyhull::element {
+namespace polyhull {
 
 /// One location, held as long as this lives.
 class ClaimedLocation {
@@ -38,4 +38,4 @@ class ClaimedLocation {
   std::string path_;
 };
 
-}  // namespace polyhull::element
+}  // namespace polyhull

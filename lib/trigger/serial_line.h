@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <string>
 
-namespace polyhull::element {
+namespace polyhull {
 
 enum class PulseMode {
   zeros,       ///< a packet of zero bytes holds TX
@@ -45,4 +45,4 @@ class SerialLine {
   PulseMode mode_;
 };
 
-}  // namespace polyhull::element
+}  // namespace polyhull

@@ -2,13 +2,11 @@
 /// \file
 /// The thread that gives pulses at absolute times.
 ///
-/// Pulse times form a grid on the pipeline's clock: t0 + n * period, computed exactly from the
+/// Pulse times form a grid on a clock of the caller's: t0 + n * period, computed exactly from the
 /// rate's fraction, so that errors do not add up. The thread sleeps until the time on
-/// CLOCK_MONOTONIC that the pipeline's clock shows to be the next one; the relation of the clocks
+/// CLOCK_MONOTONIC that the caller's clock shows to be the next one; the relation of the clocks
 /// is measured anew for each pulse, so that a network or PTP clock is followed.
 #pragma once
-
-#include <gst/gst.h>
 
 #include <condition_variable>
 #include <functional>
@@ -17,9 +15,9 @@
 #include <string>
 #include <thread>
 
-#include "plugins/serialtrigger/serial_line.h"
+#include "trigger/serial_line.h"
 
-namespace polyhull::element {
+namespace polyhull {
 
 struct PulseParameters {
   std::string device;
@@ -39,7 +37,7 @@ struct PulseParameters {
 
 struct Pulse {
   std::uint64_t number = 0;
-  std::int64_t time = 0;      ///< on the pipeline's clock, ns: its start
+  std::int64_t time = 0;      ///< on the clock, ns: its start
   std::int64_t lateness = 0;  ///< start minus the planned time, ns; on demand: minus the demand
 };
 
@@ -48,16 +46,17 @@ struct PulseListener {
   std::function<void(const Pulse&)> pulsed;
   /// Grid times that passed while it was held up.
   std::function<void(std::uint64_t count)> skipped;
-  std::function<void()> blocked;  ///< the device takes no bytes
+  std::function<void()> blocked;                     ///< the device takes no bytes
   std::function<void(const std::string& why)> lost;  ///< the device went away; it is tried again
   std::function<void()> returned;                    ///< and came back
 };
 
 class PulseThread {
  public:
-  /// Starts. \p line is open. Takes a reference on \p clock.
-  PulseThread(std::unique_ptr<SerialLine> line, const PulseParameters& parameters, GstClock* clock,
-              std::uint64_t first_number, PulseListener listener);
+  /// Starts. \p line is open; \p clock tells the time, ns.
+  PulseThread(std::unique_ptr<SerialLine> line, const PulseParameters& parameters,
+              std::function<std::int64_t()> clock, std::uint64_t first_number,
+              PulseListener listener);
   /// Ends the pulse and the thread.
   ~PulseThread();
 
@@ -80,7 +79,7 @@ class PulseThread {
   void find_device(const PulseParameters& parameters);
 
   std::unique_ptr<SerialLine> line_;
-  GstClock* clock_;
+  std::function<std::int64_t()> clock_;
   std::uint64_t number_;
   PulseListener listener_;
   bool real_time_ = false;
@@ -98,4 +97,4 @@ class PulseThread {
   std::thread thread_;
 };
 
-}  // namespace polyhull::element
+}  // namespace polyhull

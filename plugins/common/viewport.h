@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// The viewport that composite and scenesrc share: its properties, and mouse and keys that a video
+/// sink sends back.
+#pragma once
+
+#include <span>
+
+#include "plugins/common/property_table.h"
+#include "scene/viewport_control.h"
+
+namespace polyhull::element {
+
+/// Defaults show the built-in room from its entrance.
+struct ViewportSettings {
+  double eye_x = 1.15, eye_y = 1.5, eye_z = 2.75;
+  double target_x = 0.0, target_y = 0.98, target_z = 0.0;
+  double field_of_view = 52.0;
+
+  ViewportPose pose() const { return {{eye_x, eye_y, eye_z}, {target_x, target_y, target_z}}; }
+  void set_pose(const ViewportPose& pose) {
+    eye_x = pose.eye.x, eye_y = pose.eye.y, eye_z = pose.eye.z;
+    target_x = pose.target.x, target_y = pose.target.y, target_z = pose.target.z;
+  }
+};
+
+std::span<const Property<ViewportSettings>> viewport_properties();
+
+/// Takes a navigation event; true: the view changes. \p height: of the picture that the mouse is
+/// on, pixels. The caller holds the lock that protects \p control.
+bool navigate(GstEvent* event, ViewportControl& control, int height);
+
+}  // namespace polyhull::element
