@@ -2,17 +2,17 @@
 // Colours a hull from its views: per fragment the best of the candidates, weighted by the vertex
 // weights, the view's fade (silhouette and occlusion edges) and its depth map. Light is blended
 // linearly: the pictures and the target are sRGB textures.
-in vec4 in_map_0;
-in vec4 in_map_1;
-in vec4 in_map_2;
-in vec4 in_map_3;
-in vec4 weights;
+centroid in vec4 in_map_0;
+centroid in vec4 in_map_1;
+centroid in vec4 in_map_2;
+centroid in vec4 in_map_3;
+centroid in vec4 weights;
 flat in uvec4 slots;
 flat in vec4 colour_0;
 flat in vec4 colour_1;
 flat in vec4 colour_2;
 flat in vec4 colour_3;
-in vec3 world;
+centroid in vec3 world;
 
 #ifdef DISTORTION
 struct View {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // A textured hull. Every triangle has up to four views that may colour it (candidates), so that each
-// fragment can choose among them.
+// fragment can choose among them. Centroid: a sliver is sampled inside itself, not at the pixel's middle
+// beside it, where its numbers mean nothing.
 layout(location = 0) in vec3 position;   // hull coordinates, relative to its origin
 layout(location = 1) in vec4 weight;     // of the candidates, at this vertex
 layout(location = 2) in uvec4 candidate; // view slots, the same at the triangle's three vertices
@@ -19,17 +20,17 @@ layout(std140) uniform Views { View views[VIEW_SLOTS]; };
 uniform mat4 clip_from_local;
 uniform mat4 scene_from_local;
 
-out vec4 in_map_0;
-out vec4 in_map_1;
-out vec4 in_map_2;
-out vec4 in_map_3;
-out vec4 weights;
+centroid out vec4 in_map_0;
+centroid out vec4 in_map_1;
+centroid out vec4 in_map_2;
+centroid out vec4 in_map_3;
+centroid out vec4 weights;
 flat out uvec4 slots;
 flat out vec4 colour_0;
 flat out vec4 colour_1;
 flat out vec4 colour_2;
 flat out vec4 colour_3;
-out vec3 world;
+centroid out vec3 world;
 
 void main() {
   vec4 local = vec4(position, 1.0);

@@ -83,14 +83,18 @@ LightView view_of_points(const Light& light, const Vec3& position, int cells_per
   }
   low = glm::max(low, Vec2(-widest));
   high = glm::min(high, Vec2(widest));
-  const Vec2 border = 0.01 * (high - low) + 1e-4;  // empty texels around the subject
   near = std::max(0.99 * near, 1e-2);
-  LightView view =
-      make_view(position, axes, low - border, high + border, near, std::max(far, 2.0 * near));
+  far = std::max(far, 2.0 * near);
   // An offset d on the light moves the shadow ray by d (1/z_blocker - 1/z_receiver) in tangents.
-  const Vec2 scale = 1.0 / (high - low + 2.0 * border);
   const Vec3 u = Vec3(light.u) / static_cast<double>(cells_per_side);
   const Vec3 v = Vec3(light.v) / static_cast<double>(cells_per_side);
+  const Vec2 reach = (1.0 / near - 1.0 / far) *
+                     Vec2(std::abs(glm::dot(u, axes.right)) + std::abs(glm::dot(v, axes.right)),
+                          std::abs(glm::dot(u, axes.down)) + std::abs(glm::dot(v, axes.down)));
+  // Empty texels around the subject, as far out as its penumbra reaches.
+  const Vec2 border = 0.01 * (high - low) + 1e-4 + glm::min(reach, high - low);
+  LightView view = make_view(position, axes, low - border, high + border, near, far);
+  const Vec2 scale = 1.0 / (high - low + 2.0 * border);
   view.kernel = {glm::dot(u, axes.right) * scale.x, glm::dot(u, axes.down) * scale.y,
                  glm::dot(v, axes.right) * scale.x, glm::dot(v, axes.down) * scale.y};
   return view;
