@@ -73,7 +73,7 @@ struct RayCaster::State {
   RTCScene scene = nullptr;
   std::vector<std::size_t> vertex_counts;  // by mesh number
 
-  State() {
+  explicit State(For use) {
     device = rtcNewDevice(nullptr);
     if (!device) throw embree_error(nullptr, "to start");
     scene = rtcNewScene(device);
@@ -84,6 +84,7 @@ struct RayCaster::State {
     }
     // Without this flag rays slip through the seam between two triangles now and then.
     rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
+    if (use == For::one_frame) rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_LOW);
   }
   ~State() {
     rtcReleaseScene(scene);
@@ -92,7 +93,7 @@ struct RayCaster::State {
   State(const State&) = delete;
 };
 
-RayCaster::RayCaster() : state_(std::make_unique<State>()) {}
+RayCaster::RayCaster(For use) : state_(std::make_unique<State>(use)) {}
 RayCaster::~RayCaster() = default;
 RayCaster::RayCaster(RayCaster&&) noexcept = default;
 RayCaster& RayCaster::operator=(RayCaster&&) noexcept = default;

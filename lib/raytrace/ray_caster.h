@@ -37,8 +37,12 @@ struct RayHit {
 
 class RayCaster {
  public:
+  /// What pays: rays that are traced fast, or a tree that is built fast, for meshes that live for a
+  /// frame.
+  enum class For { many_rays, one_frame };
+
   /// Throws Error (unsupported) when Embree cannot start on this machine.
-  RayCaster();
+  explicit RayCaster(For use = For::many_rays);
   ~RayCaster();
   RayCaster(RayCaster&&) noexcept;
   RayCaster& operator=(RayCaster&&) noexcept;

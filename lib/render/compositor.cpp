@@ -35,8 +35,6 @@ struct Compositor::State {
   SkinPrograms skin;
   std::shared_ptr<const Scene> scene_held;  // keeps the pointer that keys compare with alive
   SceneBuffers scene;
-  Bounds scene_bounds;
-  std::shared_ptr<const Scene> bounds_held;
   std::vector<SubjectBuffers> subjects;
   std::vector<SkinKey> skin_keys;
   gl::LightLayer light;
@@ -50,7 +48,9 @@ struct Compositor::State {
   std::optional<DepthKey> depth_key;
   Rectangle depth_part;
   gl::PassTimer timer;
-  RenderStatistics statistics;
+  RenderStatistics& statistics;  // the renderer's
+
+  explicit State(RenderStatistics& of_renderer) : statistics(of_renderer) {}
 
   void use_scene(const RenderFrame& frame);
   void upload_subjects(const RenderFrame& frame, const RenderPlan& plan,
@@ -280,22 +280,10 @@ Compositor::Compositor() {
                 "Compositing needs OpenGL 3.3 or OpenGL ES 3.0; this context is {}{}.{}.",
                 embedded ? "OpenGL ES " : "OpenGL ", version / 10, version % 10);
   }
-  state_ = std::make_unique<State>();
+  state_ = std::make_unique<State>(statistics_);
 }
 
 Compositor::~Compositor() = default;
-
-RenderPlan Compositor::plan(const RenderFrame& frame, const RenderSettings& settings) {
-  if (frame.scene != state_->bounds_held) {
-    state_->bounds_held = frame.scene;
-    std::vector<Vec3f> points;
-    if (frame.scene)
-      for (const SceneMesh& mesh : frame.scene->meshes)
-        points.insert(points.end(), mesh.positions.begin(), mesh.positions.end());
-    state_->scene_bounds = bounds_of(points);
-  }
-  return plan_frame(frame, settings, state_->scene_bounds);
-}
 
 void Compositor::render(const RenderFrame& frame, const RenderPlan& plan,
                         const RenderSettings& settings, unsigned background, unsigned target) {
@@ -368,10 +356,6 @@ void Compositor::render(const RenderFrame& frame, const RenderPlan& plan,
                target + static_cast<std::ptrdiff_t>(changed.y) * target_stride + 4 * changed.x);
   s.timer.end();
   s.finish(plan);
-}
-
-const RenderStatistics& Compositor::statistics() const {
-  return state_->statistics;
 }
 
 std::string Compositor::description() const {

@@ -19,9 +19,10 @@ namespace polyhull {
 
 enum class ShadowQuality {
   off,
-  hard,  ///< one depth map from the light's middle, one look-up
-  pcss,  ///< percentage-closer soft shadows in every cell of the light
-  area,  ///< one look-up in every cell of the light: many cells, no assumption about blockers
+  hard,  ///< of the light's middle alone
+  fast,  ///< processor: 4 rays a pixel; GL: percentage-closer soft shadows in every cell of the light
+  good,  ///< processor: up to 16 rays; GL: one look-up in every cell of the light
+  best,  ///< processor: up to 64 rays; GL: as good, with all cells there are
 };
 
 enum class MirrorMode {
@@ -31,7 +32,7 @@ enum class MirrorMode {
 };
 
 struct RenderSettings {
-  ShadowQuality shadow = ShadowQuality::pcss;
+  ShadowQuality shadow = ShadowQuality::fast;
   int light_samples = 4;      ///< cells of an area light: 1, 4, 9 or 16
   int shadow_map_size = 256;  ///< texels per side
   MirrorMode mirror = MirrorMode::fresnel;

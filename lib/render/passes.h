@@ -61,7 +61,7 @@ class ShadowPass {
   gl::Program depth_of_hull_, depth_of_scene_, blur_, apply_;
   gl::LightLayer half_, gathered_;
   gl::VertexArray nothing_;
-  gl::Program receivers_[4];
+  gl::Program receivers_[5];
   gl::DepthMaps subject_maps_, static_maps_;
   gl::Sampler compare_, nearest_, smooth_;
   std::optional<StaticKey> static_key_;

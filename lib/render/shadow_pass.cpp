@@ -43,7 +43,7 @@ GLuint make_sampler(gl::Sampler& sampler, bool compare, bool smooth = false) {
 gl::Program& ShadowPass::receiver(ShadowQuality quality) {
   gl::Program& program = receivers_[static_cast<int>(quality)];
   if (!program.made()) {
-    const bool soft = quality == ShadowQuality::pcss;
+    const bool soft = quality == ShadowQuality::fast;
     program = gl::Program("scene.vert", "shadow.frag",
                           {"MAX_LIGHT_SAMPLES " + std::to_string(max_light_samples),
                            soft ? "BLOCKER_TAPS 4" : "BLOCKER_TAPS 0", "FILTER_TAPS 4"},
@@ -54,8 +54,9 @@ gl::Program& ShadowPass::receiver(ShadowQuality quality) {
 
 void ShadowPass::draw_maps(const PassInput& in) {
   const Light& light = in.frame.lights[static_cast<std::size_t>(in.plan.light)];
-  const int wanted = in.settings.shadow == ShadowQuality::hard
-                         ? 1
+  const int wanted = in.settings.shadow == ShadowQuality::hard ? 1
+                     : in.settings.shadow == ShadowQuality::best
+                         ? max_light_samples
                          : std::clamp(in.settings.light_samples, 1, max_light_samples);
   const std::vector<Vec3> cells = light_cells(light, wanted);
   const int side = std::max(1, static_cast<int>(std::lround(std::sqrt(cells.size()))));

@@ -105,7 +105,8 @@ GstBuffer* compose(Composite& self, GstBuffer* frame,
                    const std::vector<GstAggregatorPad*>& meshes) {
   g_autoptr(GstBuffer) held = frame;
   const bool same_memory = self.background_on_gpu == self.output_on_gpu;
-  self.composer.prepare(snapshot(self.element, self.settings), self.background_info, meshes);
+  self.composer.prepare(snapshot(self.element, self.settings), self.background_info, meshes,
+                        self.background_on_gpu || self.output_on_gpu);
   if (meshes.empty()) self.statistics.count("no-mesh");
   if (self.composer.untouched() && same_memory) {
     self.statistics.count("passed-through");

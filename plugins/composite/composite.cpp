@@ -3,7 +3,7 @@
 /// composite: puts filmed subjects into the picture of a synthetic scene. The background's picture
 /// is the scene as it is without them; the scene's geometry hides them where it stands in front;
 /// they throw a soft shadow of the main light and are mirrored in the largest planar mirror. Draws
-/// with OpenGL; pictures come and go in system memory or as memory:GLMemory.
+/// with OpenGL or, without a graphics processor, on the processor; pictures come and go in system memory or as memory:GLMemory.
 #include <gst/base/gstaggregator.h>
 #include <gst/gl/gl.h>
 #include <gst/video/video.h>
@@ -192,7 +192,8 @@ void Composite::class_init(gpointer klass) {
       "Counters since the start: frames, frames-overdue (left out because they came too late to be "
       "used), frames-unwanted (left out because not all can be drawn), frame-step (every how many "
       "frames of the background one is drawn), passed-through (the background went out untouched), "
-      "drawn, no-mesh, meshes, meshes-unusable, announcements, announcements-unusable, …-skipped "
+      "drawn, drawn-by-processor, rays (traced by it), no-mesh, meshes, meshes-unusable, "
+      "announcements, announcements-unusable, …-skipped "
       "and …-reused (work left out), pictures-uploaded and -skipped, bytes-uploaded; and of the "
       "last frame frame-ms and the milliseconds per pass on the CPU (…-ms) and, of a frame shortly "
       "before, on the graphics processor (…-gpu-ms, negative where it cannot tell).");

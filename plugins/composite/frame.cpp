@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <cstring>
+#include <string_view>
 
 #include "base/error.h"
 #include "plugins/common/memory/video_frame.h"
@@ -17,20 +18,25 @@ constexpr GstMapFlags on_gpu(GstMapFlags flags) {
   return static_cast<GstMapFlags>(flags | GST_MAP_GL);
 }
 
-/// Statistics keep string literals: one pair per pass, in the order of RenderStatistics.
-constexpr const char* cpu_names[] = {"upload-ms", "shadow-maps-ms", "scene-depth-ms",
-                                     "shadow-ms", "mirror-ms",      "subject-ms",
-                                     "blend-ms",  "read-back-ms"};
-constexpr const char* gpu_names[] = {"upload-gpu-ms", "shadow-maps-gpu-ms", "scene-depth-gpu-ms",
-                                     "shadow-gpu-ms", "mirror-gpu-ms",      "subject-gpu-ms",
-                                     "blend-gpu-ms",  "read-back-gpu-ms"};
+/// Statistics keep string literals.
+struct PassNames {
+  const char *pass, *cpu, *gpu;
+};
+constexpr PassNames pass_names[] = {{"upload", "upload-ms", "upload-gpu-ms"},
+                                    {"shadow-maps", "shadow-maps-ms", "shadow-maps-gpu-ms"},
+                                    {"scene-depth", "scene-depth-ms", "scene-depth-gpu-ms"},
+                                    {"shadow", "shadow-ms", "shadow-gpu-ms"},
+                                    {"mirror", "mirror-ms", "mirror-gpu-ms"},
+                                    {"subject", "subject-ms", "subject-gpu-ms"},
+                                    {"blend", "blend-ms", "blend-gpu-ms"},
+                                    {"read-back", "read-back-ms", "read-back-gpu-ms"}};
 
 }  // namespace
 
 FrameComposer::FrameComposer(CompositeGl& gl, Statistics& statistics)
     : gl_(gl), statistics_(statistics) {
-  statistics.declare({"drawn", "subject-skipped", "shadow-skipped", "mirror-skipped",
-                      "scene-depth-reused", "static-shadow-reused", "mesh-reused",
+  statistics.declare({"drawn", "drawn-by-processor", "rays", "subject-skipped", "shadow-skipped",
+                      "mirror-skipped", "scene-depth-reused", "static-shadow-reused", "mesh-reused",
                       "pictures-uploaded", "pictures-skipped", "bytes-uploaded"});
 }
 
@@ -49,7 +55,7 @@ void FrameComposer::announce(std::optional<Announcement> announcement) {
 }
 
 void FrameComposer::prepare(const CompositeSettings& settings, const GstVideoInfo& info,
-                            const std::vector<GstAggregatorPad*>& meshes) {
+                            const std::vector<GstAggregatorPad*>& meshes, bool on_gpu) {
   settings_ = render_settings(settings);
   frame_.width = GST_VIDEO_INFO_WIDTH(&info);
   frame_.height = GST_VIDEO_INFO_HEIGHT(&info);
@@ -79,12 +85,27 @@ void FrameComposer::prepare(const CompositeSettings& settings, const GstVideoInf
   // Without a mesh no context is needed, nor made.
   plan_ = {};
   if (frame_.subjects.empty()) return;
-  gl_.ensure();
-  gl_.run([this](Compositor& compositor) { plan_ = compositor.plan(frame_, settings_); });
+  with_gl_ = draws_with_gl(settings.backend, on_gpu);
+  if (with_gl_) {
+    gl_.run([this](Compositor& compositor) { plan_ = compositor.plan(frame_, settings_); });
+  } else {
+    if (!processor_) processor_ = std::make_unique<ProcessorRenderer>();
+    plan_ = processor_->plan(frame_, settings_);
+  }
+}
+
+/// Has the context ready where OpenGL is chosen.
+bool FrameComposer::draws_with_gl(Backend wanted, bool on_gpu) {
+  if (wanted == Backend::processor) return false;
+  if (wanted == Backend::gl || on_gpu) {
+    gl_.ensure();
+    return true;
+  }
+  return gl_.has_hardware();
 }
 
 void FrameComposer::draw(const FrameBuffers& buffers, GstBuffer* output) {
-  if (buffers.background_on_gpu && buffers.output_on_gpu) {
+  if (with_gl_ && buffers.background_on_gpu && buffers.output_on_gpu) {
     draw_on_gpu(buffers, output);
   } else {
     draw_in_memory(buffers, output);
@@ -112,10 +133,14 @@ void FrameComposer::draw_in_memory(const FrameBuffers& buffers, GstBuffer* outpu
       throw Error(Error::Kind::unsupported,
                   "Composite got a picture whose rows are not a multiple of four bytes apart. Put "
                   "a videoconvert in front of it.");
-    gl_.run([&](Compositor& compositor) {
-      compositor.render(frame_, plan_, settings_, from, from_stride, to, to_stride);
-      report(compositor);
-    });
+    const auto render = [&](Renderer& renderer) {
+      renderer.render(frame_, plan_, settings_, from, from_stride, to, to_stride);
+      report(renderer);
+    };
+    if (with_gl_)
+      gl_.run(render);
+    else if (processor_)
+      render(*processor_);
   };
   if (output == buffers.background) {
     const MappedFrame both(*buffers.info, output, GST_MAP_READWRITE);
@@ -131,13 +156,18 @@ void FrameComposer::draw_in_memory(const FrameBuffers& buffers, GstBuffer* outpu
   draw(background.data(), background.stride(), target.data(), target.stride());
 }
 
-void FrameComposer::report(const Compositor& compositor) {
-  const RenderStatistics& s = compositor.statistics();
-  for (std::size_t i = 0; i < s.passes.size() && i < std::size(cpu_names); ++i) {
-    statistics_.set(cpu_names[i], s.passes[i].cpu_milliseconds);
-    statistics_.set(gpu_names[i], s.passes[i].gpu_milliseconds);
+void FrameComposer::report(const Renderer& renderer) {
+  const RenderStatistics& s = renderer.statistics();
+  for (const RenderStatistics::PassTime& pass : s.passes) {
+    for (const PassNames& names : pass_names) {
+      if (std::string_view(names.pass) != pass.name) continue;
+      statistics_.set(names.cpu, pass.cpu_milliseconds);
+      statistics_.set(names.gpu, pass.gpu_milliseconds);
+    }
   }
   statistics_.count("drawn");
+  if (!with_gl_) statistics_.count("drawn-by-processor");
+  statistics_.count("rays", s.rays);
   statistics_.count("pictures-uploaded", s.pictures_uploaded);
   statistics_.count("pictures-skipped", s.pictures_skipped);
   statistics_.count("bytes-uploaded", s.bytes_uploaded);
@@ -151,6 +181,7 @@ void FrameComposer::report(const Compositor& compositor) {
 
 void FrameComposer::reset() {
   announcement_.reset();
+  processor_.reset();
   scene_.reset();
   scene_name_.clear();
   frame_ = {};

@@ -15,6 +15,7 @@
 #include "plugins/composite/gl.h"
 #include "plugins/composite/pad.h"
 #include "plugins/composite/properties.h"
+#include "render/processor/processor_renderer.h"
 #include "scene/announcement.h"
 
 namespace polyhull::element {
@@ -36,9 +37,10 @@ class FrameComposer {
   void announce(std::optional<Announcement> announcement);
   bool announced() const { return announcement_.has_value(); }
 
-  /// Gets the frame ready: what is to be drawn. \p meshes are the pads with a mesh to show.
+  /// Gets the frame ready: what is to be drawn, and by what. \p meshes are the pads with a mesh to
+  /// show; \p on_gpu: a picture comes or goes in OpenGL's memory.
   void prepare(const CompositeSettings& settings, const GstVideoInfo& info,
-               const std::vector<GstAggregatorPad*>& meshes);
+               const std::vector<GstAggregatorPad*>& meshes, bool on_gpu);
 
   /// Whether the background is the result as it is.
   bool untouched() const { return plan_.untouched(); }
@@ -53,9 +55,12 @@ class FrameComposer {
   std::shared_ptr<const Scene> open(const std::string& name);
   void draw_on_gpu(const FrameBuffers& buffers, GstBuffer* output);
   void draw_in_memory(const FrameBuffers& buffers, GstBuffer* output);
-  void report(const Compositor& compositor);
+  bool draws_with_gl(Backend wanted, bool on_gpu);
+  void report(const Renderer& renderer);
 
   CompositeGl& gl_;
+  std::unique_ptr<ProcessorRenderer> processor_;
+  bool with_gl_ = false;
   Statistics& statistics_;
   std::optional<Announcement> announcement_;
   std::string scene_name_;

@@ -2,6 +2,7 @@
 #include "plugins/composite/gl.h"
 
 #include <exception>
+#include <filesystem>
 #include <mutex>
 #include <utility>
 
@@ -48,6 +49,16 @@ void on_thread(GstGLContext* context, const std::function<void()>& work) {
   Job job{&alone, nullptr};
   gst_gl_context_thread_add(context, run_job, &job);
   if (job.thrown) std::rethrow_exception(job.thrown);
+}
+
+/// Whether the system has a device file of a graphics processor.
+bool device_at_hand() {
+  std::error_code problem;
+  for (const char* file : {"/dev/nvidiactl", "/dev/mali0", "/dev/kgsl-3d0", "/dev/dxg"})
+    if (std::filesystem::exists(file, problem)) return true;
+  for (const auto& entry : std::filesystem::directory_iterator("/dev/dri", problem))
+    if (entry.path().filename().string().starts_with("renderD")) return true;
+  return false;
 }
 
 }  // namespace
@@ -116,6 +127,21 @@ void CompositeGl::ensure() {
   if (!context_) find_context();
   if (!context_) make_context();
   on_thread(context_, [this] { compositor_ = std::make_unique<Compositor>(); });
+}
+
+bool CompositeGl::has_hardware() {
+  if (hardware_ == false) return false;
+  if (!hardware_ && !device_at_hand()) hardware_ = false;
+  if (hardware_ == false) return false;
+  try {
+    ensure();
+    if (!hardware_) on_thread(context_, [this] { hardware_ = !gl::is_software(); });
+  } catch (const Error& error) {
+    GST_INFO_OBJECT(element_, "the processor draws: %s", error.what());
+    hardware_ = false;
+  }
+  if (hardware_ == false) release();
+  return *hardware_;
 }
 
 void CompositeGl::run(const std::function<void(Compositor&)>& work) {

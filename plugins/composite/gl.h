@@ -9,6 +9,7 @@
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 
 #include "render/compositor.h"
@@ -35,6 +36,10 @@ class CompositeGl {
   /// Finds or makes a context and the compositor. Throws Error that says what was refused.
   void ensure();
 
+  /// Whether a graphics processor draws here; has the context ready then. Does not try where this
+  /// machine has no such device.
+  bool has_hardware();
+
   /// Lets go of the compositor and the context.
   void release();
 
@@ -53,6 +58,7 @@ class CompositeGl {
   GstGLContext* other_ = nullptr;    // of the application
   GstGLContext* context_ = nullptr;  // the one in use
   std::unique_ptr<Compositor> compositor_;
+  std::optional<bool> hardware_;
 };
 
 }  // namespace polyhull::element

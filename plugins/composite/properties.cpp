@@ -8,9 +8,26 @@ GType enum_type<ShadowQuality>() {
   return register_enum<ShadowQuality>(
       "PolyhullShadowQuality",
       {{ShadowQuality::off, "No shadow", "off"},
-       {ShadowQuality::hard, "One depth map from the light's middle", "hard"},
-       {ShadowQuality::pcss, "Percentage-closer soft shadows in every cell of the light", "pcss"},
-       {ShadowQuality::area, "One look-up in every cell of the light", "area"}});
+       {ShadowQuality::hard, "Of the light's middle alone", "hard"},
+       {ShadowQuality::fast,
+        "4 rays a pixel; GL: percentage-closer soft shadows in every cell of the light", "fast"},
+       {ShadowQuality::good, "Up to 16 rays a pixel; GL: one look-up in every cell of the light",
+        "good"},
+       {ShadowQuality::best, "Up to 64 rays a pixel; GL: one look-up in each of 16 cells", "best"},
+       {ShadowQuality::fast, "Old name of fast", "pcss"},
+       {ShadowQuality::good, "Old name of good", "area"}});
+}
+
+template <>
+GType enum_type<Backend>() {
+  return register_enum<Backend>(
+      "PolyhullBackend",
+      {{Backend::automatic,
+        "OpenGL where pictures are in its memory or a graphics processor is at hand, else the "
+        "processor",
+        "auto"},
+       {Backend::processor, "The processor, without an OpenGL context", "processor"},
+       {Backend::gl, "OpenGL, whatever draws it", "gl"}});
 }
 
 template <>
@@ -38,25 +55,28 @@ std::span<const Property<CompositeSettings>> composite_properties() {
           "Picture value (1 is white) per unit of the scene's radiance (0 to 1e6), where the "
           "background does not announce it; 0 takes the scene's own.",
           0, far),
+      property<&S::backend>("backend", "Backend", "What draws the pictures."),
       property<&S::shadow>("shadow", "Shadow",
                            "How the subject's shadow of the scene's main light is drawn."),
-      property<&S::light_samples>(
-          "light-samples", "Light samples",
-          "Into how many equal cells the main light is cut for soft shadows (1, 4, 9 or 16; others "
-          "are rounded): more follow a large light better.",
-          1, 16),
+      property<&S::light_samples>("light-samples", "Light samples",
+                                  "Into how many equal cells GL cuts the main light for soft "
+                                  "shadows (1, 4, 9 or 16; others "
+                                  "are rounded): more follow a large light better.",
+                                  1, 16),
       property<&S::shadow_map_size>(
           "shadow-map-size", "Shadow map size",
-          "Texels per side of the depth maps of the subject seen from the light (16 to 4096).", 16,
+          "Texels per side of GL's depth maps of the subject seen from the light (16 to 4096).", 16,
           4096),
       property<&S::mirror>(
           "mirror", "Mirror",
           "How the subject's image in the scene's largest planar mirror is drawn."),
       property<&S::reflection_alpha>("reflection-alpha", "Reflection alpha",
                                      "Share of the mirror image in mirror=plain (0 to 1).", 0, 1),
-      property<&S::edge_samples>(
-          "edge-samples", "Edge samples",
-          "Samples per pixel at the subject's edges (0 to 16): 0 and 1 draw hard edges.", 0, 16),
+      property<&S::edge_samples>("edge-samples", "Edge samples",
+                                 "Samples per pixel at the subject's edges (0 to 16; the processor "
+                                 "takes 8 at most): 0 and 1 "
+                                 "draw hard edges.",
+                                 0, 16),
       property<&S::skip>("skip", "Skip",
                          "Whether work that changes no pixel is left out. The picture is the same "
                          "without, only slower: for tests."),
@@ -103,8 +123,8 @@ std::span<const Property<PlacementSettings>> placement_properties() {
           "translate-z", "Translate z",
           "Moves the subject along the scene's z axis, in metres (-1e6 to 1e6).", -far, far),
       property<&S::rotate_x>("rotate-x", "Rotate x",
-                             "Turns the subject about the x axis through the centre of its hull's "
-                             "bounding box, in degrees (-1e6 to 1e6); x first, then y, then z.",
+                             "Turns the subject about the x axis through the centre of its hull's bounding box, in degrees "
+                             "(-1e6 to 1e6); x first, then y, then z.",
                              -far, far),
       property<&S::rotate_y>("rotate-y", "Rotate y",
                              "Turns the subject about the vertical axis, in degrees (-1e6 to 1e6).",
@@ -113,16 +133,15 @@ std::span<const Property<PlacementSettings>> placement_properties() {
                              "Turns the subject about the z axis, in degrees (-1e6 to 1e6).", -far,
                              far),
       property<&S::scale>("scale", "Scale",
-                          "Size of the subject (0.001 to 1000), about the centre of its hull's "
-                          "bounding box; 1 is life-size.",
+                          "Size of the subject (0.001 to 1000), about the centre of its hull's bounding box; 1 is life-size.",
                           0.001, 1000),
   };
   return table;
 }
 
 SubjectPlacement placement(const PlacementSettings& s) {
-  return {
-      {s.translate_x, s.translate_y, s.translate_z}, {s.rotate_x, s.rotate_y, s.rotate_z}, s.scale};
+  return {{s.translate_x, s.translate_y, s.translate_z},
+          {s.rotate_x, s.rotate_y, s.rotate_z}, s.scale};
 }
 
 }  // namespace polyhull::element

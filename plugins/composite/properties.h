@@ -12,9 +12,13 @@
 
 namespace polyhull::element {
 
+/// What draws the pictures.
+enum class Backend { automatic, processor, gl };
+
 struct CompositeSettings : ViewportSettings {
   std::string scene;
   double exposure = 0.0;
+  Backend backend = Backend::automatic;
   ShadowQuality shadow = RenderSettings{}.shadow;
   int light_samples = RenderSettings{}.light_samples;
   int shadow_map_size = RenderSettings{}.shadow_map_size;

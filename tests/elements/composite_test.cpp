@@ -448,8 +448,39 @@ GST_END_TEST
 
 GST_START_TEST(refused_context_is_explained) {
   g_setenv("GST_GL_API", "gles1", TRUE);  // which no driver here can give
-  const std::string refused = test::run_to_end(chain("fakesink"));
+  const std::string refused = test::run_to_end(chain("fakesink", "", "backend=gl"));
   fail_unless(refused.find("OpenGL") != std::string::npos, "%s", refused.c_str());
+  // Where nobody asked for OpenGL the processor draws.
+  test::check_ended(test::run_to_end(chain("fakesink")));
+}
+GST_END_TEST
+
+// Each backend changes the same pixels to nearly the same values; a change of it takes effect on the
+// next frame.
+GST_START_TEST(the_backend_is_chosen_live) {
+  Bench bench;
+  bench.wait_for_all();
+  std::vector<std::vector<std::uint8_t>> pictures;
+  const char* const backends[] = {"gl", "processor", "gl"};
+  gst_harness_push(bench.mesh, mesh_buffer(0));
+  for (int i = 0; i < 3; ++i) {
+    gst_util_set_object_arg(G_OBJECT(bench.element), "backend", backends[i]);
+    GstBuffer* out = bench.step(frame(frame_time(i)), mesh_buffer(frame_time(i + 1)));
+    GstMapInfo map;
+    fail_unless(gst_buffer_map(out, &map, GST_MAP_READ));
+    pictures.emplace_back(map.data, map.data + map.size);
+    gst_buffer_unmap(out, &map);
+    gst_buffer_unref(out);
+    fail_unless_equals_uint64(test::statistic(bench.element, "drawn-by-processor"), i > 0);
+  }
+  fail_unless(pictures[0] == pictures[2]);
+  fail_unless(pictures[0].size() == pictures[1].size());
+  double squares = 0.0;
+  for (std::size_t k = 0; k < pictures[0].size(); ++k)
+    squares += std::pow(pictures[0][k] - pictures[1][k], 2.0);
+  const double psnr =
+      10.0 * std::log10(255.0 * 255.0 * static_cast<double>(pictures[0].size()) / squares);
+  fail_unless(psnr > 42.0, "%.1f dB", psnr);
 }
 GST_END_TEST
 
@@ -467,6 +498,7 @@ static Suite* composite_suite() {
   tcase_add_test(fed, background_passes_until_a_mesh_comes);
   tcase_add_test(fed, subject_outside_the_picture_passes_the_background);
   tcase_add_test(fed, placement_is_live);
+  tcase_add_test(fed, the_backend_is_chosen_live);
   tcase_add_test(fed, the_mesh_shown_is_the_last_before_the_frames_end);
   tcase_add_test(fed, a_mesh_is_shown_until_max_mesh_age);
   tcase_add_test(fed, bad_payloads_do_not_stop_the_picture);

@@ -8,7 +8,7 @@
 #include <numbers>
 #include <vector>
 
-#include "gl_context.h"
+#include "backend.h"
 #include "shot.h"
 #include "synthetic.h"
 
@@ -20,14 +20,7 @@ using synthetic::plain_box;
 using synthetic::point_lamp;
 using synthetic::Shot;
 
-class CompositorLightTest : public ::testing::TestWithParam<bool> {
- protected:
-  void SetUp() override {
-    context_ = std::make_unique<testing::HeadlessContext>(GetParam());
-    if (!context_->ready()) GTEST_SKIP() << context_->why();
-  }
-  std::unique_ptr<testing::HeadlessContext> context_;
-};
+using CompositorLightTest = testing::BackendTest;
 
 // In the core of the shadow albedo / pi * exposure * power * cosine / distance^2 is missing; an area
 // lamp's power falls with the cosine at the lamp, too.
@@ -46,7 +39,7 @@ TEST_P(CompositorLightTest, TheShadowTakesWhatTheLampGave) {
     Scene scene = floor_scene(material, lamp);
     scene.exposure = 0.5f;
     for (const ShadowQuality quality :
-         {ShadowQuality::hard, ShadowQuality::pcss, ShadowQuality::area}) {
+         {ShadowQuality::hard, ShadowQuality::fast, ShadowQuality::good}) {
       Shot shot(scene, screen, synthetic::look_at({0, 2.5, 2.5}, {-0.3, 0, 0.2}, 320, 240, 40.0));
       shot.settings.shadow = quality;
       shot.draw(0.5f);
@@ -125,8 +118,7 @@ TEST_P(CompositorLightTest, TheMirrorImageMeetsTheFootAndFollowsSchlick) {
     const float colour = synthetic::to_linear(0.9f);
     const double f0 = std::pow((ior - 1.0) / (ior + 1.0), 2.0);
     for (const double height : {0.12, 0.3, 1.0}) {
-      Shot shot(scene, box,
-                synthetic::look_at({0, height, 1.7}, {0, -0.12, 0.2}, 240, 400, 16.0));
+      Shot shot(scene, box, synthetic::look_at({0, height, 1.7}, {0, -0.12, 0.2}, 240, 400, 16.0));
       shot.settings.shadow = ShadowQuality::off;
       shot.draw(0.1f);
       for (const double y : {0.006, 0.05, 0.1, 0.2}) {
@@ -264,7 +256,8 @@ TEST_P(CompositorLightTest, SizesChangeWhileItRuns) {
   material.roughness = 0.0f;
   const Mesh box = plain_box({-0.3f, 0.0f, -0.2f}, {0.3f, 0.5f, 0.2f}, 0.9f);
   const Scene scene = floor_scene(material, point_lamp({1, 2, 1}, Vec3f(1.0f)));
-  Compositor changing;
+  const auto changing_renderer = make_renderer();
+  Renderer& changing = *changing_renderer;
   for (const auto& [width, height] : {std::pair{64, 48}, {161, 93}, {97, 121}, {160, 90}}) {
     Shot shot(scene, box, synthetic::look_at({0, 0.6, 1.7}, {0, 0.2, 0.2}, width, height, 60.0));
     shot.draw(0.3f);
@@ -286,7 +279,8 @@ TEST_P(CompositorLightTest, SkippingChangesNoBitWhileTheLampMoves) {
   wall.positions = {{0, 0, 1}, {0, 0, -1}, {0, 0.4f, -1}, {0, 0.4f, 1}};
   wall.normals.assign(4, Vec3f(1, 0, 0));
   scene.meshes.push_back(wall);
-  Compositor lazy;
+  const auto lazy_renderer = make_renderer();
+  Renderer& lazy = *lazy_renderer;
   for (const float x : {1.0f, 0.5f, -0.8f}) {
     scene.lights[0].centre.x = x;
     Shot shot(scene, box, synthetic::look_at({0.5, 2, 2.5}, {0, 0, 0}, 160, 120, 50.0));
@@ -301,8 +295,8 @@ TEST_P(CompositorLightTest, SkippingChangesNoBitWhileTheLampMoves) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Api, CompositorLightTest, ::testing::Values(false, true),
-                         [](const auto& info) { return info.param ? "Embedded" : "Desktop"; });
+INSTANTIATE_TEST_SUITE_P(Api, CompositorLightTest, ::testing::ValuesIn(testing::all_backends),
+                         testing::backend_name);
 
 }  // namespace
 }  // namespace polyhull

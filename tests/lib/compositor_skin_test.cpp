@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "gl_context.h"
+#include "backend.h"
 #include "shot.h"
 #include "texture/texture_hull.h"
 
@@ -21,14 +21,7 @@ using synthetic::floor_scene;
 using synthetic::point_lamp;
 using synthetic::Shot;
 
-class CompositorSkinTest : public ::testing::TestWithParam<bool> {
- protected:
-  void SetUp() override {
-    context_ = std::make_unique<testing::HeadlessContext>(GetParam());
-    if (!context_->ready()) GTEST_SKIP() << context_->why();
-  }
-  std::unique_ptr<testing::HeadlessContext> context_;
-};
+using CompositorSkinTest = testing::BackendTest;
 
 /// A wall of 1.2 m before \p cameras, photographed by them, coloured by paint().
 struct PaintedWall {
@@ -86,15 +79,18 @@ struct FourColours {
     synthetic::add_ellipsoid(ball, {0, 1, 0}, {0.4f, 0.4f, 0.4f}, 24);
     std::vector<Camera> cameras;
     for (const Vec2& place : {Vec2(-1, 1.6), Vec2(1, 1.8), Vec2(-0.8, 0.2), Vec2(0.9, 0.3)}) {
-      cameras.push_back(
-          synthetic::look_at({place.x, place.y, 2.4}, {0, 1, 0}, 128, 128, 40.0));
+      cameras.push_back(synthetic::look_at({place.x, place.y, 2.4}, {0, 1, 0}, 128, 128, 40.0));
       cameras.back().name = "cam" + std::to_string(cameras.size());
     }
     photographed = synthetic::photographed(ball, cameras);
-    const auto third = static_cast<std::uint8_t>(std::lround(255.0f * synthetic::to_srgb(1.0f / 3)));
+    const auto third =
+        static_cast<std::uint8_t>(std::lround(255.0f * synthetic::to_srgb(1.0f / 3)));
     for (std::size_t k = 0; k < 4; ++k)
       for (std::size_t i = 0; i < photographed.pictures[k].pixels.size(); ++i)
-        photographed.pictures[k].pixels[i] = i % 4 == 3 ? 255 : k == 3 ? third : i % 4 == k ? 255 : 0;
+        photographed.pictures[k].pixels[i] = i % 4 == 3   ? 255
+                                             : k == 3     ? third
+                                             : i % 4 == k ? 255
+                                                          : 0;
     photographed.mesh.texturing = texture_hull(ball, cameras, settings);
   }
 };
@@ -209,8 +205,8 @@ TEST_P(CompositorSkinTest, DirectShowsOneViewPerTriangle) {
   EXPECT_LT(glm::length(grey - Vec3f(1.0f / 3)), 0.02f);
 }
 
-INSTANTIATE_TEST_SUITE_P(Api, CompositorSkinTest, ::testing::Values(false, true),
-                         [](const auto& info) { return info.param ? "Embedded" : "Desktop"; });
+INSTANTIATE_TEST_SUITE_P(Api, CompositorSkinTest, ::testing::ValuesIn(testing::all_backends),
+                         testing::backend_name);
 
 }  // namespace
 }  // namespace polyhull

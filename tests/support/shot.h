@@ -10,7 +10,7 @@
 #include <memory>
 #include <utility>
 
-#include "render/compositor.h"
+#include "backend.h"
 #include "simple_trace.h"
 #include "synthetic.h"
 
@@ -56,15 +56,14 @@ struct Shot {
     frame.subjects.push_back({&mesh, {}, 0});
   }
   void draw(float background) {
-    const auto value =
-        static_cast<std::uint8_t>(std::lround(255.0f * to_srgb(background)));
-    picture = Picture{frame.width, frame.height, 4,
-                      std::vector<std::uint8_t>(
-                          static_cast<std::size_t>(frame.width) * frame.height * 4, value)};
+    const auto value = static_cast<std::uint8_t>(std::lround(255.0f * to_srgb(background)));
+    picture = Picture{
+        frame.width, frame.height, 4,
+        std::vector<std::uint8_t>(static_cast<std::size_t>(frame.width) * frame.height * 4, value)};
     const Picture before = picture;
-    Compositor compositor;
-    compositor.render(frame, compositor.plan(frame, settings), settings, before.pixels.data(),
-                      4 * frame.width, picture.pixels.data(), 4 * frame.width);
+    const auto renderer = polyhull::testing::BackendTest::make_renderer();
+    renderer->render(frame, renderer->plan(frame, settings), settings, before.pixels.data(),
+                     4 * frame.width, picture.pixels.data(), 4 * frame.width);
   }
   const std::uint8_t* pixel(const Vec3& point) const {
     const Vec2 p = frame.viewport.project_ideal(point).value();
@@ -75,8 +74,7 @@ struct Shot {
   /// The linear value of the pixel that shows \p point.
   Vec3f at(const Vec3& point) const {
     const std::uint8_t* p = pixel(point);
-    return {to_linear(p[0] / 255.0f), to_linear(p[1] / 255.0f),
-            to_linear(p[2] / 255.0f)};
+    return {to_linear(p[0] / 255.0f), to_linear(p[1] / 255.0f), to_linear(p[2] / 255.0f)};
   }
 };
 

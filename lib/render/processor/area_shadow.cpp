@@ -1,0 +1,348 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "render/processor/area_shadow.h"
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cmath>
+
+#include "base/thread_pool.h"
+#include "raytrace/sampling.h"
+
+namespace polyhull::processor {
+namespace {
+
+/// Rays per pixel, and how many of them come first.
+struct Effort {
+  int rays, first;
+};
+
+Effort effort(ShadowQuality quality, const Light& light) {
+  if (!light.is_area() || quality == ShadowQuality::hard) return {1, 1};
+  if (quality == ShadowQuality::fast) return {4, 4};
+  if (quality == ShadowQuality::good) return {16, 4};
+  return {64, 16};
+}
+
+/// The points of the light that the pixels of a 2 x 2 block ask for, one after the other.
+std::vector<Vec3f> light_places(const Light& light, int per_pixel) {
+  std::vector<Vec3f> places;
+  const int all = 4 * per_pixel;
+  for (int i = 0; i < all; ++i) {
+    Vec2f square(0.5f);
+    if (per_pixel > 1) {
+      const auto index = static_cast<std::uint32_t>(i);
+      square = Vec2f(static_cast<float>(reverse_bits(index) >> 8),
+                     static_cast<float>(sobol_second(index) >> 8)) *
+                   0x1p-24f +
+               0.5f / static_cast<float>(all);
+    }
+    places.push_back(light.centre + (2.0f * square.x - 1.0f) * light.u +
+                     (2.0f * square.y - 1.0f) * light.v);
+  }
+  return places;
+}
+
+/// How alike two depths are, 1: the same surface, 0: surely not.
+float alike(float a, float b) {
+  const float scale = 0.02f * std::max(a, b);
+  if (std::abs(a - b) < 0.5f * scale) return 1.0f;
+  const float difference = (a - b) / scale;
+  return std::exp(-difference * difference);
+}
+
+}  // namespace
+
+void AreaShadow::set_subjects(const RenderPlan& plan, const Light& light, bool same) {
+  if (same) return;
+  for (const std::uint32_t mesh : meshes_) subjects_.remove_mesh(mesh);
+  meshes_.clear();
+  std::vector<Vec3f> points;
+  std::vector<std::uint32_t> triangles;
+  for (const PlacedSubject& subject : plan.subjects) {
+    const auto base = static_cast<std::uint32_t>(points.size());
+    points.insert(points.end(), subject.points.begin(), subject.points.end());
+    for (const std::uint32_t index : subject.mesh->hull.triangles)
+      triangles.push_back(base + index);
+  }
+  meshes_.push_back(subjects_.add_mesh(points, triangles));
+  subjects_.commit();
+  other_map_ = reach_.build(light, points, triangles) || other_map_;
+}
+
+Rectangle AreaShadow::pixels_of(std::size_t number) const {
+  const int x = static_cast<int>(number) % block_columns_ * block;
+  const int y = static_cast<int>(number) / block_columns_ * block;
+  return {x, y, std::min(block, columns_ - x), std::min(block, rows_ - y)};
+}
+
+template <class Body>
+void AreaShadow::for_pixels(std::size_t number, Body&& body) const {
+  const Rectangle part = pixels_of(number);
+  for (int y = part.y; y < part.y + part.height; ++y)
+    for (int x = part.x; x < part.x + part.width; ++x)
+      body(static_cast<std::size_t>(y) * columns_ + x, x, y);
+}
+
+/// Returns how many pixels of the block a subject may shade.
+int AreaShadow::find_candidates(const TracedScene& scene, const SceneLayer& layer,
+                                std::size_t number) {
+  // Where a pixel's place is follows from its depth; what it is made of is asked for candidates only.
+  const auto place = [&](std::size_t pixel, int x, int y) {
+    return eye_ +
+           (static_cast<float>(2 * x) * ray_x_ + static_cast<float>(2 * y) * ray_y_ + ray_0_) /
+               inverse_[pixel];
+  };
+  if (!extent_known_[number]) {
+    extent_known_[number] = 1;
+    extents_[number] = {};
+    for_pixels(number, [&](std::size_t pixel, int x, int y) {
+      if (!known_[pixel]) inverse_[pixel] = layer.inverse_at(2 * x, 2 * y);
+      known_[pixel] = std::max<std::uint8_t>(known_[pixel], 1);
+      if (inverse_[pixel] > 0.0f) reach_.add(place(pixel, x, y), extents_[number]);
+    });
+  }
+  const bool any = reach_.may_shade(extents_[number]);
+  int count = 0;
+  for_pixels(number, [&](std::size_t pixel, int x, int y) {
+    candidate_[pixel] = asked_[pixel] = blocked_[pixel] = 0;
+    sum_[pixel] = gathered_[pixel] = 0.0f;
+    if (!any || !(inverse_[pixel] > 0.0f)) return;
+    LightReach::Extent own;
+    reach_.add(place(pixel, x, y), own);
+    if (!reach_.may_shade(own)) return;
+    if (known_[pixel] < 2) {
+      known_[pixel] = 2;
+      const RayHit hit = layer.hit(2 * x, 2 * y);
+      Ray ray;
+      ray.origin = eye_;
+      ray.direction =
+          static_cast<float>(2 * x) * ray_x_ + static_cast<float>(2 * y) * ray_y_ + ray_0_;
+      const Surface surface = scene.surface(ray, hit);
+      receivers_[pixel] = {surface.lifted + scene.epsilon() * surface.geometric, surface.normal};
+    }
+    candidate_[pixel] = 1;
+    ++count;
+  });
+  return count;
+}
+
+/// Marks the pixels whose first rays differ, from each other or from those within two pixels.
+void AreaShadow::find_mixed(std::size_t number, int first) {
+  const auto state = [&](std::size_t at) {
+    return blocked_[at] == 0 ? 0 : blocked_[at] == first ? 2 : 1;
+  };
+  const int left = blocks_.x * block, top = blocks_.y * block;
+  const int right = std::min(left + blocks_.width * block, columns_) - 1;
+  const int bottom = std::min(top + blocks_.height * block, rows_) - 1;
+  for_pixels(number, [&](std::size_t pixel, int x, int y) {
+    if (!candidate_[pixel]) return;
+    const int own = state(pixel);
+    bool other = own == 1;
+    for (int j = std::max(y - 2, top); !other && j <= std::min(y + 2, bottom); ++j)
+      for (int i = std::max(x - 2, left); !other && i <= std::min(x + 2, right); ++i)
+        other = state(static_cast<std::size_t>(j) * columns_ + i) != own;
+    if (other) candidate_[pixel] = 2;
+  });
+}
+
+/// Samples first .. last - 1 of the block's candidates, of all for first = 0 and of mixed ones after.
+std::uint64_t AreaShadow::trace(const TracedScene& scene, const Light& light, std::size_t number,
+                                int first, int last) {
+  constexpr std::size_t most = block * block / 4;  // pixels of one corner
+  std::array<Ray, most> rays;
+  std::array<std::uint8_t, most> hidden;
+  std::array<std::uint32_t, most> whose, pixels[4];
+  std::array<float, most> weights;
+  std::size_t counts[4] = {0, 0, 0, 0};
+  std::uint64_t traced = 0;
+  const Vec3f facing = light_normal(light);
+  const bool area = light.is_area();
+  const std::uint8_t least = first == 0 ? 1 : 2;
+  for_pixels(number, [&](std::size_t pixel, int x, int y) {
+    if (candidate_[pixel] < least) return;
+    const int corner = (x & 1) + 2 * (y & 1);
+    pixels[corner][counts[corner]++] = static_cast<std::uint32_t>(pixel);
+    asked_[pixel] = static_cast<std::uint8_t>(last);
+  });
+  // Many pixels' rays to one point of the light are a coherent packet.
+  for (int sample = first; sample < last; ++sample) {
+    const std::uint64_t bit = std::uint64_t{1} << sample;
+    for (std::size_t corner = 0; corner < 4; ++corner) {
+      const Vec3f place = places_[corner * static_cast<std::size_t>(per_pixel_) + sample];
+      std::size_t count = 0;
+      for (std::size_t i = 0; i < counts[corner]; ++i) {
+        const std::uint32_t pixel = pixels[corner][i];
+        const Receiver& at = receivers_[pixel];
+        const Vec3f way = place - at.point;
+        const float distance_2 = glm::dot(way, way);
+        const float incidence = glm::dot(at.normal, way);
+        const float exit = area ? -glm::dot(facing, way) : std::sqrt(distance_2);
+        if (!(incidence > 0.0f) || !(exit > 0.0f)) continue;
+        Ray& ray = rays[count];
+        ray.origin = at.point;
+        ray.near = 0.0f;
+        ray.direction = way;
+        ray.far = 1.0f - 1e-4f;
+        whose[count] = pixel;
+        weights[count++] = incidence * exit / (distance_2 * distance_2);
+      }
+      if (count == 0) continue;
+      subjects_.occluded(std::span(rays).first(count), std::span(hidden).first(count));
+      traced += count;
+      std::size_t behind = 0;  // those whose way through the scene is not known yet
+      for (std::size_t i = 0; i < count; ++i) {
+        if (!hidden[i]) continue;
+        const std::uint32_t pixel = whose[i];
+        ++blocked_[pixel];
+        if (open_known_[pixel] & bit) {
+          if (open_[pixel] & bit) sum_[pixel] += weights[i];
+          continue;
+        }
+        rays[behind] = rays[i];
+        whose[behind] = pixel;
+        weights[behind++] = weights[i];
+      }
+      if (behind == 0) continue;
+      scene.caster().occluded(std::span(rays).first(behind), std::span(hidden).first(behind));
+      traced += behind;
+      for (std::size_t i = 0; i < behind; ++i) {
+        open_known_[whose[i]] |= bit;
+        if (hidden[i]) continue;
+        open_[whose[i]] |= bit;
+        sum_[whose[i]] += weights[i];
+      }
+    }
+  }
+  return traced;
+}
+
+void AreaShadow::gather(std::size_t number) {
+  const auto mean = [&](std::size_t at) {
+    return asked_[at] ? sum_[at] / static_cast<float>(asked_[at]) : 0.0f;
+  };
+  const int left = blocks_.x * block, top = blocks_.y * block;
+  const int right = std::min(left + blocks_.width * block, columns_) - 1;
+  const int bottom = std::min(top + blocks_.height * block, rows_) - 1;
+  bool any = false;
+  for_pixels(number, [&](std::size_t pixel, int x, int y) {
+    if (!candidate_[pixel]) return;  // nothing reaches it
+    if (per_pixel_ == 1) {
+      gathered_[pixel] = mean(pixel);
+    } else {
+      const Vec3f normal = receivers_[pixel].normal;
+      float sum = 0.0f, weight = 0.0f;
+      for (int j = std::max(y - 1, top); j <= std::min(y + 1, bottom); ++j) {
+        for (int i = std::max(x - 1, left); i <= std::min(x + 1, right); ++i) {
+          const std::size_t at = static_cast<std::size_t>(j) * columns_ + i;
+          // What nothing reaches takes 0 whatever its normal is, if it lies on this surface.
+          if (candidate_[at] && glm::dot(receivers_[at].normal, normal) < 0.9f) continue;
+          const float w = alike(inverse_[at], inverse_[pixel]) * (i == x ? 2.0f : 1.0f) *
+                          (j == y ? 2.0f : 1.0f);
+          sum += w * mean(at);
+          weight += w;
+        }
+      }
+      gathered_[pixel] = sum / weight;
+    }
+    any = any || gathered_[pixel] > 0.0f;
+  });
+  if (any) block_state_[number] = 2;
+}
+
+bool AreaShadow::draw(const TracedScene& scene, const SceneLayer& layer, bool fresh,
+                      const Camera& viewport, const Light& light, ShadowQuality quality,
+                      const Rectangle& part) {
+  const Effort work = effort(quality, light);
+  const Vec3 origin = viewport.ray({0.0, 0.0});
+  eye_ = Vec3f(viewport.centre());
+  ray_0_ = Vec3f(origin);
+  ray_x_ = Vec3f(viewport.ray({1.0, 0.0}) - origin);
+  ray_y_ = Vec3f(viewport.ray({0.0, 1.0}) - origin);
+  const int columns = (layer.view().width + 1) / 2, rows = (layer.view().height + 1) / 2;
+  const auto count = static_cast<std::size_t>(columns) * rows;
+  if (fresh || columns != columns_ || rows != rows_) {
+    fresh = true;
+    columns_ = columns;
+    rows_ = rows;
+    block_columns_ = (columns + block - 1) / block;
+    block_rows_ = (rows + block - 1) / block;
+    for (auto* numbers : {&inverse_, &sum_, &gathered_}) numbers->resize(count);
+    for (auto* bytes : {&candidate_, &asked_, &blocked_}) bytes->resize(count);
+    receivers_.resize(count);
+  }
+  const auto blocks = static_cast<std::size_t>(block_columns_) * block_rows_;
+  if (fresh) known_.assign(count, 0);
+  if (fresh || other_map_) {
+    other_map_ = false;
+    extents_.resize(blocks);
+    extent_known_.assign(blocks, 0);
+  }
+  const bool kept = !fresh && light == light_ && per_pixel_ == work.rays;
+  if (!kept) {
+    light_ = light;
+    per_pixel_ = work.rays;
+    places_ = light_places(light, per_pixel_);
+    open_known_.assign(count, 0);
+    open_.assign(count, 0);
+  }
+  block_state_.assign(blocks, 0);
+  shaded_.assign(blocks, 0);
+  constexpr int span = 2 * block;  // pixels of the picture
+  blocks_ = {part.x / span, part.y / span, 0, 0};
+  blocks_.width = (part.x + part.width - 1) / span + 1 - blocks_.x;
+  blocks_.height = (part.y + part.height - 1) / span + 1 - blocks_.y;
+  const auto in_blocks = [&](std::uint8_t least, auto&& body) {
+    parallel_for(static_cast<std::size_t>(blocks_.width) * blocks_.height, 8, 0,
+                 [&](std::size_t begin, std::size_t end) {
+                   for (std::size_t i = begin; i < end; ++i) {
+                     const std::size_t number = (blocks_.y + i / blocks_.width) * block_columns_ +
+                                                blocks_.x + i % blocks_.width;
+                     if (block_state_[number] >= least) body(number);
+                   }
+                 });
+  };
+  std::atomic<std::uint64_t> rays = 0;
+  in_blocks(0, [&](std::size_t number) {
+    if (find_candidates(scene, layer, number) == 0) return;
+    block_state_[number] = 1;
+    rays += trace(scene, light, number, 0, work.first);
+  });
+  if (work.rays > work.first) {
+    in_blocks(1, [&](std::size_t number) { find_mixed(number, work.first); });
+    in_blocks(
+        1, [&](std::size_t number) { rays += trace(scene, light, number, work.first, work.rays); });
+  }
+  in_blocks(1, [&](std::size_t number) { gather(number); });
+  // A pixel between pixels of the grid takes from those to its right and below, too.
+  for (int y = blocks_.y; y < blocks_.y + blocks_.height; ++y) {
+    for (int x = blocks_.x; x < blocks_.x + blocks_.width; ++x) {
+      bool any = false;
+      for (int j = y; j <= std::min(y + 1, blocks_.y + blocks_.height - 1); ++j)
+        for (int i = x; i <= std::min(x + 1, blocks_.x + blocks_.width - 1); ++i)
+          any = any || block_state_[static_cast<std::size_t>(j) * block_columns_ + i] == 2;
+      shaded_[static_cast<std::size_t>(y) * block_columns_ + x] = any;
+    }
+  }
+  rays_ = rays;
+  return kept;
+}
+
+float AreaShadow::taken(const SceneLayer& layer, int x, int y) const {
+  const float own = layer.inverse_at(x, y);
+  if (!(own > 0.0f)) return 0.0f;
+  const int right = std::min((blocks_.x + blocks_.width) * block, columns_);
+  const int bottom = std::min((blocks_.y + blocks_.height) * block, rows_);
+  float sum = 0.0f, weight = 0.0f;
+  for (int j = y / 2; j <= std::min((y + 1) / 2, bottom - 1); ++j) {
+    for (int i = x / 2; i <= std::min((x + 1) / 2, right - 1); ++i) {
+      const std::size_t at = static_cast<std::size_t>(j) * columns_ + i;
+      const float w = alike(inverse_[at], own) + 1e-6f;
+      sum += w * gathered_[at];
+      weight += w;
+    }
+  }
+  return weight > 0.0f ? sum / weight : 0.0f;
+}
+
+}  // namespace polyhull::processor

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// The main light that subjects take from the scene: rays from every second pixel of every second row
+/// to points of the light, stratified, and neighbours ask for different points.
+///
+///   E(x) = mean over points y of the light of  b(x, y) o(x, y) cos_x cos_y / |x - y|^2
+/// b: a subject stands between (and the scene's own surfaces do not, o). The rays of four neighbouring
+/// pixels together are one stratified set (a block of Sobol's (0, 2)-sequence, which is stratified in
+/// every elementary interval), and a filter that gives each of the four the same weight gathers them
+/// where they lie on one surface (interleaved sampling: Keller and Heidrich 2001). Where a first few
+/// rays all say the same, there and around, no more are traced.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "raytrace/ray_caster.h"
+#include "render/frame.h"
+#include "render/processor/light_reach.h"
+#include "render/processor/scene_layer.h"
+
+namespace polyhull::processor {
+
+/// A place of the scene that light falls on, as a pixel of the grid sees it.
+struct Receiver {
+  Vec3f point{0.0f};   ///< where rays start
+  Vec3f normal{0.0f};  ///< unit length, to the eye's side; 0: nothing is there
+};
+
+class AreaShadow {
+ public:
+  /// The subjects that block light now, in scene coordinates. \p same: they, and the light, are those
+  /// of the last call.
+  void set_subjects(const RenderPlan& plan, const Light& light, bool same);
+
+  /// Computes E in \p part of the picture, as \p viewport sees it. \p layer is drawn there, in whole
+  /// blocks of 16 pixels; \p fresh: it is another one than before. Returns whether what the scene
+  /// itself hides from the light was kept from before.
+  bool draw(const TracedScene& scene, const SceneLayer& layer, bool fresh, const Camera& viewport,
+            const Light& light, ShadowQuality quality, const Rectangle& part);
+
+  /// False where E is surely 0, for any pixel of the picture.
+  bool reaches(int x, int y) const {
+    return shaded_[static_cast<std::size_t>(y / (2 * block)) * block_columns_ + x / (2 * block)] !=
+           0;
+  }
+
+  /// E at the middle of pixel (x, y) of the last draw()'s part, from those of the grid around it that
+  /// lie on its surface.
+  float taken(const SceneLayer& layer, int x, int y) const;
+
+  /// Rays of the last draw().
+  std::uint64_t rays() const { return rays_; }
+
+ private:
+  static constexpr int block = 8;  // pixels of the grid on a side
+
+  int find_candidates(const TracedScene& scene, const SceneLayer& layer, std::size_t number);
+  void find_mixed(std::size_t number, int first);
+  std::uint64_t trace(const TracedScene& scene, const Light& light, std::size_t number, int first,
+                      int last);
+  void gather(std::size_t number);
+  Rectangle pixels_of(std::size_t number) const;
+  template <class Body>
+  void for_pixels(std::size_t number, Body&& body) const;
+
+  RayCaster subjects_{RayCaster::For::one_frame};
+  std::vector<std::uint32_t> meshes_;
+  LightReach reach_;
+  bool other_map_ = true;  // than that of extents_
+
+  // The grid: every second pixel of every second row; blocks of it that this frame draws.
+  int columns_ = 0, rows_ = 0, block_columns_ = 0, block_rows_ = 0;
+  Rectangle blocks_;
+  // What stays as long as the view, the scene and the light do.
+  std::vector<Receiver> receivers_;          // by pixel of the grid
+  std::vector<float> inverse_;               // 1/z
+  std::vector<std::uint8_t> known_;          // 1: the depth is known, 2: the receiver, too
+  std::vector<LightReach::Extent> extents_;  // of a block's places
+  std::vector<std::uint8_t> extent_known_;
+  Light light_;
+  Vec3f eye_{0.0f}, ray_x_{0.0f}, ray_y_{0.0f},
+      ray_0_{0.0f};  // of pixel (x, y): x ray_x + y ray_y + ray_0
+  int per_pixel_ = 0;
+  std::vector<Vec3f> places_;              // on the light: per_pixel_ for each of four neighbours
+  std::vector<std::uint64_t> open_known_;  // by sample: whether the scene's part in b is known
+  std::vector<std::uint64_t> open_;        // and lets the ray through
+  // Of this frame.
+  std::vector<std::uint8_t> candidate_;  // 1: a subject may shade it, 2: some of its rays differ
+  std::vector<std::uint8_t> asked_, blocked_;  // rays per pixel, and of them by subjects
+  std::vector<float> sum_, gathered_;
+  std::vector<std::uint8_t> block_state_;  // 1: has candidates, 2: E is not 0 somewhere
+  std::vector<std::uint8_t> shaded_;       // by block: E is not 0 there or beside it
+  std::uint64_t rays_ = 0;
+};
+
+}  // namespace polyhull::processor

@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "render/processor/light_reach.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "raytrace/sampling.h"
+
+namespace polyhull::processor {
+namespace {
+
+constexpr int texels = 128;
+constexpr float least_depth = 1e-3f;
+
+/// Fills what a triangle touches, row by row: its edges' extents between two rows are its own.
+void fill(const Vec2f (&p)[3], std::vector<int>& filled) {
+  const float top = std::min({p[0].y, p[1].y, p[2].y}), bottom = std::max({p[0].y, p[1].y, p[2].y});
+  const int first = std::clamp(static_cast<int>(std::floor(top)), 0, texels - 1);
+  const int last = std::clamp(static_cast<int>(std::floor(bottom)), 0, texels - 1);
+  for (int row = first; row <= last; ++row) {
+    float left = texels, right = 0.0f;
+    for (int i = 0; i < 3; ++i) {
+      const Vec2f &a = p[i], &b = p[(i + 1) % 3];
+      const auto y0 = static_cast<float>(row), y1 = static_cast<float>(row + 1);
+      if (std::max(a.y, b.y) < y0 || std::min(a.y, b.y) > y1) continue;
+      const float rise = b.y - a.y;
+      float s = 0.0f, t = 1.0f;
+      if (rise != 0.0f) {
+        const float enter = (y0 - a.y) / rise, leave = (y1 - a.y) / rise;
+        s = std::clamp(std::min(enter, leave), 0.0f, 1.0f);
+        t = std::clamp(std::max(enter, leave), 0.0f, 1.0f);
+      }
+      const float xs = a.x + s * (b.x - a.x), xt = a.x + t * (b.x - a.x);
+      left = std::min({left, xs, xt});
+      right = std::max({right, xs, xt});
+    }
+    // A hundredth of a texel more than rounding could take away.
+    const int from = std::clamp(static_cast<int>(std::floor(left - 0.01f)), 0, texels - 1);
+    const int to = std::clamp(static_cast<int>(std::floor(right + 0.01f)), 0, texels - 1);
+    for (int x = from; x <= to; ++x) filled[static_cast<std::size_t>(row) * texels + x] = 1;
+  }
+}
+
+}  // namespace
+
+bool LightReach::build(const Light& light, std::span<const Vec3f> points,
+                       std::span<const std::uint32_t> triangles) {
+  const Vec3f centre_before = centre_, forward_before = forward_;
+  centre_ = light.centre;
+  nearest_ = 0.0f;
+  everywhere_ = false;
+  if (light.is_area()) {
+    forward_ = glm::normalize(glm::cross(light.u, light.v));
+  } else {
+    Vec3f middle(0.0f);
+    for (const Vec3f& p : points) middle += p / static_cast<float>(points.size());
+    const Vec3f way = middle - centre_;
+    forward_ = glm::length(way) > 0.0f ? glm::normalize(way) : Vec3f(0, -1, 0);
+  }
+  const bool other = centre_ != centre_before || forward_ != forward_before;
+  const auto [right, down] = tangents(forward_);
+  right_ = right;
+  down_ = down;
+  extent_ = {std::abs(glm::dot(light.u, right_)) + std::abs(glm::dot(light.v, right_)),
+             std::abs(glm::dot(light.u, down_)) + std::abs(glm::dot(light.v, down_))};
+
+  std::vector<Vec2f> map(points.size());
+  low_ = Vec2f(1e30f);
+  Vec2f high(-1e30f);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Vec3f d = points[i] - centre_;
+    const float z = glm::dot(d, forward_);
+    if (!(z > least_depth)) {
+      everywhere_ = true;
+      return other;
+    }
+    map[i] = Vec2f(glm::dot(d, right_), glm::dot(d, down_)) / z;
+    low_ = glm::min(low_, map[i]);
+    high = glm::max(high, map[i]);
+    nearest_ = std::max(nearest_, 1.0f / z);
+  }
+  scale_ = static_cast<float>(texels) / glm::max(high - low_, Vec2f(1e-6f));
+  std::vector<int> filled(static_cast<std::size_t>(texels) * texels, 0);
+  for (std::size_t i = 0; i + 2 < triangles.size(); i += 3) {
+    Vec2f p[3];
+    for (std::size_t k = 0; k < 3; ++k) p[k] = (map[triangles[i + k]] - low_) * scale_;
+    fill(p, filled);
+  }
+  constexpr std::size_t stride = texels + 1;
+  sums_.assign(stride * stride, 0);
+  for (std::size_t y = 0; y < texels; ++y) {
+    int row = 0;
+    for (std::size_t x = 0; x < texels; ++x) {
+      row += filled[y * texels + x];
+      sums_[(y + 1) * stride + x + 1] = sums_[y * stride + x + 1] + row;
+    }
+  }
+  return other;
+}
+
+void LightReach::add(const Vec3f& point, Extent& to) const {
+  const Vec3f d = point - centre_;
+  const float z = glm::dot(d, forward_);
+  if (!(z > least_depth)) return;  // behind the light, or in its plane
+  const float inverse = 1.0f / z;
+  const Vec2f at = Vec2f(glm::dot(d, right_), glm::dot(d, down_)) * inverse;
+  to.low = glm::min(to.low, at);
+  to.high = glm::max(to.high, at);
+  to.least = std::min(to.least, inverse);
+}
+
+bool LightReach::may_shade(const Extent& places) const {
+  if (places.empty()) return false;
+  if (everywhere_) return true;
+  const float reach = nearest_ - places.least;
+  if (!(reach > 0.0f)) return false;  // nearer to the light than all subjects
+  const Vec2f around = extent_ * reach;
+  // A texel more: places are known as well as depth is, and rays start a little beside them.
+  const Vec2f first = (places.low - around - low_) * scale_ - 1.0f;
+  const Vec2f last = (places.high + around - low_) * scale_ + 1.0f;
+  if (!(last.x >= 0.0f && last.y >= 0.0f && first.x <= texels && first.y <= texels)) return false;
+  const auto whole = [](float value) {
+    return static_cast<std::size_t>(std::clamp(value, 0.0f, static_cast<float>(texels)));
+  };
+  const std::size_t x0 = whole(first.x), y0 = whole(first.y);
+  const std::size_t x1 = whole(last.x + 1.0f), y1 = whole(last.y + 1.0f);
+  constexpr std::size_t stride = texels + 1;
+  return sums_[y1 * stride + x1] - sums_[y0 * stride + x1] - sums_[y1 * stride + x0] +
+             sums_[y0 * stride + x0] >
+         0;
+}
+
+}  // namespace polyhull::processor

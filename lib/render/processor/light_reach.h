@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// Where subjects can stand between a place and an area light: an exact "no" for most of a picture,
+/// so that no ray is traced there.
+///
+/// Seen from the light's middle, with the light's normal as axis, a point at depth z has tangents m.
+/// From the point c + d of the light's plane, the way to a receiver at (m_r, z_r) crosses depth z at
+///   m = m_r + d (1/z - 1/z_r)
+/// of the middle's map. So what blocks any part of the light lies, in the map, within the light's
+/// extent times (1/z_nearest - 1/z_r) of the receiver.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "base/vector.h"
+#include "scene/scene.h"
+
+namespace polyhull::processor {
+
+class LightReach {
+ public:
+  /// The map of the triangles (three points each, scene coordinates). Returns whether extents found
+  /// before are of another map: of another light, or a point light's that now looks elsewhere.
+  bool build(const Light& light, std::span<const Vec3f> points,
+             std::span<const std::uint32_t> triangles);
+
+  /// Where places lie in the light's map, as long as the light is the same.
+  struct Extent {
+    Vec2f low{1e30f}, high{-1e30f};  ///< tangents
+    float least = 1e30f;             ///< 1/z; none is behind the light's plane
+    bool empty() const { return low.x > high.x; }
+  };
+  void add(const Vec3f& point, Extent& to) const;
+
+  /// False where nothing that was built lies between the places and any part of the light.
+  bool may_shade(const Extent& places) const;
+
+ private:
+  Vec3f centre_{0.0f}, right_{0.0f}, down_{0.0f}, forward_{0.0f};
+  Vec2f extent_{0.0f};             ///< of the light along right and down, half
+  Vec2f low_{0.0f}, scale_{0.0f};  ///< texel = (tangent - low) * scale
+  float nearest_ = 0.0f;           ///< largest 1/z of the subjects
+  bool everywhere_ = false;        ///< the subjects reach through the light's plane
+  std::vector<int> sums_;          ///< filled texels above and left of each corner
+};
+
+}  // namespace polyhull::processor

@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// The renderer's inner loops, compiled once per instruction set (loops.inc) and chosen at run time.
+/// The results are the same to the bit: plain C++ without contraction, vectorised by the compiler.
+#pragma once
+
+#include <cstdint>
+
+namespace polyhull::processor {
+
+inline constexpr std::uint32_t no_triangle = 0xffffffffu;
+
+/// A linear function of the screen: value + dx x + dy y.
+struct ScreenPlane {
+  double value = 0.0, dx = 0.0, dy = 0.0;
+};
+
+/// A triangle on the screen, pixel (i, j) from (i, j) to (i + 1, j + 1). What lies on its face is
+/// linear on the screen once divided by the depth z: 1/z itself, and b/z of the weights of its second
+/// and third corner.
+struct ScreenTriangle {
+  double x[3], y[3];          ///< corners from the top of the screen to the bottom
+  double slope[3];            ///< dx/dy of the edges 0-2, 0-1, 1-2
+  bool middle_left;           ///< corner 1 lies left of the edge 0-2
+  ScreenPlane inverse;        ///< 1/z
+  ScreenPlane second, third;  ///< b/z
+  std::uint32_t id;
+};
+
+/// Some rows of the picture with several samples a pixel: the largest 1/z so far and whose it is.
+/// Sample s of pixel (x, y) is at index (s * (bottom - top) + y - top) * (right - left) + x - left.
+struct SampleRows {
+  int left, right, top, bottom;  ///< columns left .. right - 1, rows top .. bottom - 1
+  int samples;
+  const float (*places)[2];  ///< of the samples in a pixel, 0..1
+  float* inverse;
+  std::uint32_t* id;
+};
+
+/// What a camera's view of a subject is sampled with.
+struct SkinView {
+  float pixel_from_local[3][4];  ///< to (u z, v z, z), pinhole pixels
+  // The depth map; no map: null. Rows of map_stride floats, with a column and a row of zeros at the
+  // right and at the bottom.
+  const float* map_depth = nullptr;  ///< 0..1
+  const float* map_fade = nullptr;
+  float map_x = 0.0f, map_y = 0.0f, map_scale = 1.0f;  ///< texel = (pixel - map_x) * map_scale
+  float map_near = 0.0f, map_range = 1.0f;
+  int map_width = 0, map_height = 0, map_stride = 0;
+  float tolerance = 0.0f;
+  // The picture, RGBA bytes; texel (0, 0) is the real pixel (origin_x, origin_y).
+  const std::uint32_t* pixels = nullptr;
+  int width = 0, height = 0, stride = 0;
+  float origin_x = 0.0f, origin_y = 0.0f;
+  bool distorted = false;
+  float fx = 1.0f, fy = 1.0f, cx = 0.0f, cy = 0.0f, skew = 0.0f;
+  float lens[12] = {};
+};
+
+/// Points of a subject's surface in one view, in arrays of \p count.
+struct SkinPoints {
+  int count = 0;
+  const float* x = nullptr;  ///< local coordinates
+  const float* y = nullptr;
+  const float* z = nullptr;
+};
+
+struct Loops {
+  const char* name;
+  /// Draws \p triangle into \p rows where it is nearest.
+  void (*draw)(const ScreenTriangle& triangle, const SampleRows& rows);
+  /// weight[i] becomes the share of it with which \p view sees point i; u, v the pinhole pixels.
+  void (*look)(const SkinView& view, const SkinPoints& points, float* u, float* v, float* weight);
+  /// The colours (linear, from \p decode of 256 values) that \p view has at the pinhole pixels u, v;
+  /// these are overwritten.
+  void (*fetch)(const SkinView& view, int count, const float* decode, float* u, float* v,
+                float* red, float* green, float* blue);
+};
+
+const Loops& baseline_loops();
+#if defined(__x86_64__)
+const Loops& avx2_loops();
+#endif
+
+/// The best of this machine, or what POLYHULL_ISA allows.
+const Loops& loops();
+
+}  // namespace polyhull::processor

@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "render/processor/mirror_view.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "base/srgb.h"
+
+namespace polyhull::processor {
+
+MirrorView::MirrorView(const RenderFrame& frame, const RenderPlan& plan, const TracedScene& scene,
+                       const SceneLayer& direct, const SceneLayer& mirrored,
+                       const std::uint8_t* background, int stride)
+    : frame_(frame),
+      scene_(scene),
+      direct_(direct),
+      mirrored_(mirrored),
+      background_(background),
+      stride_(stride),
+      mirror_(frame.scene->mirrors[static_cast<std::size_t>(plan.mirror_index)]) {
+  pixels_from_scene_ = pixels_from_clip(frame.width, frame.height) * plan.clip_from_scene;
+  mirrored_eye_ = Vec3f(reflection(Vec3(mirror_.normal), mirror_.offset) * Vec4(plan.eye, 1.0));
+  const SceneMesh& mesh = frame.scene->meshes[static_cast<std::size_t>(mirror_.mesh)];
+  f0_ = frame.scene->materials[static_cast<std::size_t>(mesh.material)].f0();
+  const Camera camera = resized(frame.viewport, frame.width, frame.height);
+  const Vec3 origin = camera.ray({0.0, 0.0});
+  ray_0_ = Vec3f(origin);
+  ray_x_ = Vec3f(camera.ray({1.0, 0.0}) - origin);
+  ray_y_ = Vec3f(camera.ray({0.0, 1.0}) - origin);
+}
+
+Vec3f MirrorView::share(int x, int y) const {
+  const Vec3f ray = static_cast<float>(x) * ray_x_ + static_cast<float>(y) * ray_y_ + ray_0_;
+  return fresnel(f0_, -glm::dot(glm::normalize(ray), mirror_.normal));
+}
+
+Vec3f MirrorView::looked_up(const Vec3f& point, bool& found) const {
+  found = false;
+  const Vec4 at = pixels_from_scene_ * Vec4(Vec3(point), 1.0);
+  if (!(at.z > 0.0)) return Vec3f(0.0f);
+  const double u = at.x / at.z - 0.5, v = at.y / at.z - 0.5;
+  if (!(u >= 0.0 && v >= 0.0 && u <= frame_.width - 1 && v <= frame_.height - 1))
+    return Vec3f(0.0f);
+  const int x = std::min(static_cast<int>(u), std::max(frame_.width - 2, 0));
+  const int y = std::min(static_cast<int>(v), std::max(frame_.height - 2, 0));
+  const auto inverse = static_cast<float>(1.0 / at.z);
+  const float there = direct_.inverse_at(static_cast<int>(u + 0.5), static_cast<int>(v + 0.5));
+  if (std::abs(there - inverse) > 0.005f * inverse) return Vec3f(0.0f);
+  found = true;
+  const auto a = static_cast<float>(u - x), b = static_cast<float>(v - y);
+  const auto pixel = [&](int i, int j) {
+    const std::uint8_t* p = background_ +
+                            static_cast<std::ptrdiff_t>(std::min(j, frame_.height - 1)) * stride_ +
+                            4 * static_cast<std::ptrdiff_t>(std::min(i, frame_.width - 1));
+    return Vec3f(srgb_to_linear(p[0]), srgb_to_linear(p[1]), srgb_to_linear(p[2]));
+  };
+  return (1.0f - b) * ((1.0f - a) * pixel(x, y) + a * pixel(x + 1, y)) +
+         b * ((1.0f - a) * pixel(x, y + 1) + a * pixel(x + 1, y + 1));
+}
+
+Vec3f MirrorView::shown(int x, int y) const {
+  const RayHit hit = mirrored_.hit(x, y);
+  if (!hit.hit()) return Vec3f(0.0f);
+  Ray ray;
+  ray.origin = mirrored_eye_;
+  ray.direction = Vec3f(0.0f);
+  Surface surface = scene_.plain_surface(ray, hit);
+  const Vec3f way = surface.point - mirrored_eye_;
+  const Material& material = *surface.material;
+  if (!material.is_mirror()) {  // these look different from elsewhere
+    bool found = false;
+    const Vec3f value = looked_up(surface.point, found);
+    if (found) return value;
+  }
+  Vec3f normal = surface.normal;
+  if (glm::dot(normal, way) > 0.0f) normal = -normal;
+  Vec3f irradiance = frame_.ambient * frame_.exposure;
+  for (const Light& light : frame_.lights) {
+    const Vec3f to = light.centre - surface.point;
+    const float distance_2 = glm::dot(to, to);
+    const Vec3f direction = to / std::sqrt(distance_2);
+    const float exit =
+        light.is_area() ? std::max(-glm::dot(light_normal(light), direction), 0.0f) : 1.0f;
+    irradiance += light_power(light) * frame_.exposure *
+                  (std::max(glm::dot(normal, direction), 0.0f) * exit / distance_2);
+  }
+  Vec3f albedo = scene_.base_colour(hit);
+  if (material.is_mirror()) {
+    const float cosine = std::abs(glm::dot(normal, glm::normalize(way)));
+    albedo *= (Vec3f(1.0f) - fresnel(material.f0(), cosine)) * (1.0f - material.metallic);
+  }
+  return glm::min(
+      albedo * irradiance / std::numbers::pi_v<float> + material.emission * frame_.exposure,
+      Vec3f(1.0f));
+}
+
+}  // namespace polyhull::processor

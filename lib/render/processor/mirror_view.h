@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// What a planar mirror shows of the scene where the subject's image covers it, so that it can be taken
+/// out: a point of the scene that the background itself shows is looked up there, others are lit
+/// simply.
+#pragma once
+
+#include "render/frame.h"
+#include "render/processor/scene_layer.h"
+
+namespace polyhull::processor {
+
+class MirrorView {
+ public:
+  /// \p direct is the scene as the viewport sees it, \p mirrored as the mirror shows it; both are drawn
+  /// wherever shown() is asked. \p background: RGBA rows.
+  MirrorView(const RenderFrame& frame, const RenderPlan& plan, const TracedScene& scene,
+             const SceneLayer& direct, const SceneLayer& mirrored, const std::uint8_t* background,
+             int stride);
+
+  /// The linear picture value that the mirror shows at pixel (x, y), before Fresnel's share.
+  Vec3f shown(int x, int y) const;
+
+  /// The share of the subject's image in the mirror at pixel (x, y): Schlick's Fresnel term.
+  Vec3f share(int x, int y) const;
+
+ private:
+  Vec3f looked_up(const Vec3f& point, bool& found) const;
+
+  const RenderFrame& frame_;
+  const TracedScene& scene_;
+  const SceneLayer& direct_;
+  const SceneLayer& mirrored_;
+  const std::uint8_t* background_;
+  int stride_;
+  const Mirror& mirror_;
+  Mat4 pixels_from_scene_;
+  Vec3f mirrored_eye_, f0_;
+  Vec3f ray_x_, ray_y_, ray_0_;
+};
+
+}  // namespace polyhull::processor

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// Composites drawn by the processor, without OpenGL: the subject rasterised with several samples a
+/// pixel against the scene's depth, the main light's shadow by rays to points of the light, the
+/// mirror's image like the subject itself. Bands of rows are drawn side by side on the pool's threads;
+/// the picture does not depend on how many there are.
+#pragma once
+
+#include <memory>
+
+#include "render/renderer.h"
+
+namespace polyhull {
+
+class ProcessorRenderer : public Renderer {
+ public:
+  ProcessorRenderer();
+  ~ProcessorRenderer() override;
+
+  void render(const RenderFrame& frame, const RenderPlan& plan, const RenderSettings& settings,
+              const std::uint8_t* background, int background_stride, std::uint8_t* target,
+              int target_stride) override;
+  std::string description() const override;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace polyhull

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// Triangles brought to the screen: clipped, culled, and sorted into bands of rows, so that threads
+/// can draw bands side by side. A sample that two triangles share belongs to exactly one of them, and
+/// what is drawn does not depend on the order of the bands.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "base/vector.h"
+#include "render/processor/loops.h"
+
+namespace polyhull::processor {
+
+inline constexpr int band_rows = 16;
+
+/// Which side of a triangle is drawn.
+enum class Facing {
+  both,
+  clockwise,         ///< the corners go round clockwise on the screen: outsides, seen directly
+  counterclockwise,  ///< outsides in a mirror
+};
+
+/// From a clip space (projection.h) to homogeneous pixels (x z, y z, z), pixel (i, j) from (i, j) to
+/// (i + 1, j + 1).
+Mat4 pixels_from_clip(int width, int height);
+
+/// A corner: homogeneous pixels, and how far on the kept side of the clipping plane it lies.
+struct Corner {
+  Vec3 pixel{0.0};
+  double kept = 1.0;
+};
+
+class ScreenTriangles {
+ public:
+  /// Forgets the triangles; the next are for a picture of this size.
+  void begin(int width, int height);
+
+  /// Adds what of a triangle lies before the eye and on the kept side of the plane. Triangles with
+  /// numbers that are not finite are left out.
+  void add(const std::array<Corner, 3>& corners, std::uint32_t id, Facing facing);
+
+  /// Draws band \p band (rows band * band_rows and on) into \p rows, which may be part of it. The ids
+  /// there are numbers for piece().
+  void draw(int band, const SampleRows& rows) const;
+
+  /// A triangle, or a piece of one that was clipped, with the id that add() got.
+  const ScreenTriangle& piece(std::uint32_t number) const { return triangles_[number]; }
+
+ private:
+  int width_ = 0, height_ = 0;
+  std::vector<ScreenTriangle> triangles_;
+  std::vector<std::vector<std::uint32_t>> bands_;
+};
+
+/// Where on its triangle a point of the screen lies: the weights of the second and third corner, kept
+/// inside the triangle, and the depth.
+struct Foot {
+  float second, third, depth;
+};
+Foot foot(const ScreenTriangle& triangle, double x, double y);
+
+}  // namespace polyhull::processor

@@ -1,0 +1,242 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "render/processor/skin.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/srgb.h"
+#include "base/thread_pool.h"
+#include "render/view_picture.h"
+
+namespace polyhull::processor {
+namespace {
+
+const float* decode_table() {
+  static const std::array<float, 256> table = [] {
+    std::array<float, 256> values{};
+    for (int i = 0; i < 256; ++i)
+      values[static_cast<std::size_t>(i)] = srgb_to_linear(static_cast<std::uint8_t>(i));
+    return values;
+  }();
+  return table.data();
+}
+
+bool can_colour(const View& view) {
+  return view.format == PixelFormat::rgba && !view.roi.empty() && !view.pixels.empty();
+}
+
+/// The weight of the first camera that is left out is taken off the others: what enters and leaves the
+/// chosen few does so at weight zero, and the blend stays continuous (Buehler et al. 2001).
+void choose(float* w, int best) {
+  const float high_x = std::max(w[0], w[2]), high_y = std::max(w[1], w[3]);  // of two pairs
+  const float low_x = std::min(w[0], w[2]), low_y = std::min(w[1], w[3]);
+  const float second = std::max(std::min(high_x, high_y), std::max(low_x, low_y));
+  const float third = std::min(std::min(high_x, high_y), std::max(low_x, low_y));
+  const float fourth = std::min(low_x, low_y);
+  const float left_out = best == 1 ? second : best == 2 ? third : best == 3 ? fourth : 0.0f;
+  for (int i = 0; i < 4; ++i) w[i] = std::max(w[i] - left_out, 0.0f) + 1e-3f * w[i];
+}
+
+}  // namespace
+
+void SkinItems::clear() {
+  for (auto* numbers : {&x, &y, &z, &share}) numbers->clear();
+  weights.clear();
+  slots.clear();
+  pixel.clear();
+}
+
+SkinCounts Skin::prepare(const Mesh& mesh, const std::vector<Vec3>& eyes, bool same,
+                         bool all_views) {
+  SkinCounts counts;
+  drawing_.vertices.clear();
+  drawing_.views.clear();
+  drawing_.slot_of_view.assign(mesh.views.size(), -1);
+  first_.assign(1, 0);
+  for (const Vec3& eye : eyes) {
+    add_hull_vertices(mesh, eye, drawing_);
+    first_.push_back(drawing_.vertices.size());
+  }
+  std::vector<int> wanted = drawing_.views;
+  for (std::size_t k = 0; k < mesh.views.size(); ++k) {
+    if (drawing_.slot_of_view[k] >= 0 || !can_colour(mesh.views[k].view)) continue;
+    if (all_views)
+      wanted.push_back(static_cast<int>(k));
+    else
+      ++counts.pictures_skipped;
+  }
+  const Texturing* texturing = mesh.texturing ? &*mesh.texturing : nullptr;
+  const bool blend = texturing && texturing->method == TextureMethod::blend;
+  use_maps_ = blend && texturing->maps.size() == mesh.views.size() && !drawing_.views.empty();
+  best_ = blend ? static_cast<int>(std::clamp<std::uint32_t>(texturing->cameras, 1, 4)) : 1;
+  untextured_ = srgb_decoded(texturing ? texturing->untextured : Vec3f(0.5f));
+  tolerance_ = 0.0f;
+  if (use_maps_) {
+    float coarsest = 0.0f;
+    for (const int k : drawing_.views) {
+      const OcclusionMap& map = texturing->maps[static_cast<std::size_t>(k)];
+      if (map.width <= 0 || map.height <= 0) continue;
+      const auto focal =
+          static_cast<float>(mesh.views[static_cast<std::size_t>(k)].calibration.K[0][0]);
+      coarsest = std::max(coarsest, map.step * map.near / focal / (map.far - map.near));
+    }
+    tolerance_ = 3.0f * coarsest + 0.002f;  // the slope of a texel or two
+  }
+
+  pictures_.resize(mesh.views.size());
+  if (!same)
+    for (Picture& picture : pictures_) picture.ready = false;
+  std::erase_if(wanted, [&](int view) { return pictures_[static_cast<std::size_t>(view)].ready; });
+  parallel_for(wanted.size(), 1, 0, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) prepare_picture(mesh, wanted[i]);
+  });
+  for (const int view : wanted) {
+    ++counts.pictures;
+    counts.pixels += pictures_[static_cast<std::size_t>(view)].pixels.size();
+  }
+  views_.clear();
+  for (const int view : drawing_.views) views_.push_back(look_through(mesh, view));
+  return counts;
+}
+
+void Skin::prepare_picture(const Mesh& mesh, int view) {
+  const auto k = static_cast<std::size_t>(view);
+  Picture& picture = pictures_[k];
+  picture.ready = true;
+  prepare_view_picture(mesh.views[k].view, picture.pixels);
+  picture.depth.clear();
+  picture.fade.clear();
+  if (!use_maps_) return;
+  const OcclusionMap& map = mesh.texturing->maps[k];
+  const std::size_t stride = static_cast<std::size_t>(std::max(map.width, 0)) + 1;
+  const std::size_t rows = static_cast<std::size_t>(std::max(map.height, 0)) + 1;
+  picture.depth.assign(stride * rows, 0.0f);
+  picture.fade.assign(stride * rows, 0.0f);
+  for (int y = 0; y < map.height; ++y) {
+    const std::size_t from = static_cast<std::size_t>(y) * map.width;
+    const std::size_t to = static_cast<std::size_t>(y) * stride;
+    for (int x = 0; x < map.width; ++x) {
+      picture.depth[to + x] = static_cast<float>(map.depth[from + x]) / 65534.0f;
+      picture.fade[to + x] = static_cast<float>(map.fade[from + x]) / 255.0f;
+    }
+  }
+}
+
+SkinView Skin::look_through(const Mesh& mesh, int number) const {
+  const auto k = static_cast<std::size_t>(number);
+  const Picture& picture = pictures_[k];
+  const Camera& camera = mesh.views[k].calibration;
+  const View& view = mesh.views[k].view;
+  SkinView out;
+  const Mat3 KR = camera.K * camera.R;
+  const Vec3 shift = camera.K * camera.to_camera(mesh.hull.origin);
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column)
+      out.pixel_from_local[row][column] = static_cast<float>(KR[column][row]);
+    out.pixel_from_local[row][3] = static_cast<float>(shift[row]);
+  }
+  if (use_maps_) {
+    const OcclusionMap& map = mesh.texturing->maps[k];
+    out.map_depth = picture.depth.data();
+    out.map_fade = picture.fade.data();
+    out.map_x = map.x;
+    out.map_y = map.y;
+    out.map_scale = 1.0f / map.step;
+    out.map_near = map.near;
+    out.map_range = map.far - map.near;
+    out.map_width = std::max(map.width, 0);
+    out.map_height = std::max(map.height, 0);
+    out.map_stride = out.map_width + 1;
+    out.tolerance = tolerance_;
+  }
+  out.pixels = picture.pixels.data();
+  out.width = view.roi.width + 2;
+  out.height = view.roi.height + 2;
+  out.stride = out.width;
+  out.origin_x = static_cast<float>(view.roi.x - 1);
+  out.origin_y = static_cast<float>(view.roi.y - 1);
+  out.distorted = camera.has_distortion();
+  out.fx = static_cast<float>(camera.K[0][0]);
+  out.fy = static_cast<float>(camera.K[1][1]);
+  out.cx = static_cast<float>(camera.K[2][0]);
+  out.cy = static_cast<float>(camera.K[2][1]);
+  out.skew = static_cast<float>(camera.K[1][0]);
+  for (std::size_t i = 0; i < std::min<std::size_t>(camera.distortion.size(), 12); ++i)
+    out.lens[i] = static_cast<float>(camera.distortion[i]);
+  return out;
+}
+
+void Skin::paint(const SkinItems& items, SkinScratch& s, glm::vec4* pixels) const {
+  const std::size_t count = items.size();
+  if (count == 0) return;
+  const Loops& best = loops();
+  s.weights.resize(4 * count);
+  s.all_u.resize(4 * count);
+  s.all_v.resize(4 * count);
+  s.sums.resize(count);
+  s.entries.resize(std::max(s.entries.size(), views_.size()));
+  for (auto& list : s.entries) list.clear();
+  for (std::size_t i = 0; i < count; ++i) {
+    for (std::size_t c = 0; c < 4; ++c) {
+      s.weights[4 * i + c] = items.weights[i][c];
+      if (items.weights[i][c] > 0.0f)
+        s.entries[items.slots[i] >> (8 * c) & 255u].push_back(
+            static_cast<std::uint32_t>(4 * i + c));
+    }
+  }
+  const auto room = [](std::size_t size, auto... arrays) {
+    (arrays->resize(std::max(arrays->size(), size)), ...);
+  };
+
+  // View by view, all points that it may colour: first how much, then with what.
+  for (std::size_t slot = 0; slot < views_.size(); ++slot) {
+    const std::vector<std::uint32_t>& list = s.entries[slot];
+    const std::size_t n = list.size();
+    room(n, &s.x, &s.y, &s.z, &s.u, &s.v, &s.weight);
+    for (std::size_t j = 0; j < n; ++j) {
+      const std::uint32_t i = list[j] / 4;
+      s.x[j] = items.x[i];
+      s.y[j] = items.y[i];
+      s.z[j] = items.z[i];
+      s.weight[j] = s.weights[list[j]];
+    }
+    best.look(views_[slot], {static_cast<int>(n), s.x.data(), s.y.data(), s.z.data()}, s.u.data(),
+              s.v.data(), s.weight.data());
+    for (std::size_t j = 0; j < n; ++j) {
+      s.weights[list[j]] = s.weight[j];
+      s.all_u[list[j]] = s.u[j];
+      s.all_v[list[j]] = s.v[j];
+    }
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    float* w = &s.weights[4 * i];
+    const float all = w[0] + w[1] + w[2] + w[3];
+    choose(w, best_);
+    const float total = w[0] + w[1] + w[2] + w[3];
+    // What hardly any camera sees fades to the plain colour.
+    const float t = std::clamp(all / 1e-6f, 0.0f, 1.0f);
+    const float sure = total > 0.0f ? t * t * (3.0f - 2.0f * t) : 0.0f;
+    const float scale = sure > 0.0f ? sure / total : 0.0f;
+    for (std::size_t c = 0; c < 4; ++c) w[c] *= scale;
+    s.sums[i] = glm::vec4((1.0f - sure) * untextured_, 1.0f);
+  }
+  for (std::size_t slot = 0; slot < views_.size(); ++slot) {
+    const std::vector<std::uint32_t>& list = s.entries[slot];
+    room(list.size(), &s.u, &s.v, &s.red, &s.green, &s.blue);
+    s.chosen.clear();
+    for (const std::uint32_t entry : list) {
+      if (s.weights[entry] <= 0.0f) continue;
+      s.u[s.chosen.size()] = s.all_u[entry];
+      s.v[s.chosen.size()] = s.all_v[entry];
+      s.chosen.push_back(entry);
+    }
+    best.fetch(views_[slot], static_cast<int>(s.chosen.size()), decode_table(), s.u.data(),
+               s.v.data(), s.red.data(), s.green.data(), s.blue.data());
+    for (std::size_t j = 0; j < s.chosen.size(); ++j)
+      s.sums[s.chosen[j] / 4] +=
+          s.weights[s.chosen[j]] * glm::vec4(s.red[j], s.green[j], s.blue[j], 0.0f);
+  }
+  for (std::size_t i = 0; i < count; ++i) pixels[items.pixel[i]] += items.share[i] * s.sums[i];
+}
+
+}  // namespace polyhull::processor

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// A subject's colours: its views ready to be sampled, and the blend of shaders/hull.frag for many
+/// points at once.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "mesh/mesh.h"
+#include "render/hull_vertices.h"
+#include "render/processor/loops.h"
+
+namespace polyhull::processor {
+
+/// What prepare() did, for statistics.
+struct SkinCounts {
+  std::uint64_t pictures = 0;          ///< made ready
+  std::uint64_t pictures_skipped = 0;  ///< of views that colour nothing visible
+  std::uint64_t pixels = 0;
+};
+
+/// Points of one subject to be coloured, in arrays.
+struct SkinItems {
+  std::vector<float> x, y, z;                 ///< local coordinates
+  std::vector<std::array<float, 4>> weights;  ///< of the candidates
+  std::vector<std::uint32_t> slots;           ///< the candidates, one byte each
+  std::vector<float> share;                   ///< how much of its pixel a point is
+  std::vector<std::uint32_t> pixel;           ///< where its colour goes
+  std::size_t size() const { return x.size(); }
+  void clear();
+};
+
+/// A thread's working memory.
+struct SkinScratch {
+  std::vector<std::vector<std::uint32_t>> entries;  ///< by slot: 4 * item + candidate
+  std::vector<std::uint32_t> chosen;
+  std::vector<float> x, y, z, u, v, weight, red, green, blue;
+  std::vector<float> weights, all_u, all_v;  ///< by entry
+  std::vector<glm::vec4> sums;
+};
+
+class Skin {
+ public:
+  /// Makes \p mesh's views ready for the eyes in \p eyes (mesh world coordinates). \p same: the mesh
+  /// is the one of the last call, so that pictures stay.
+  SkinCounts prepare(const Mesh& mesh, const std::vector<Vec3>& eyes, bool same, bool all_views);
+
+  /// The triangles that eye \p eye sees, three vertices each.
+  std::size_t first_vertex(std::size_t eye) const { return first_[eye]; }
+  std::size_t last_vertex(std::size_t eye) const { return first_[eye + 1]; }
+  const HullVertex& vertex(std::size_t index) const { return drawing_.vertices[index]; }
+
+  /// Adds each item's linear colour times its share (and the share as fourth number) to its pixel.
+  void paint(const SkinItems& items, SkinScratch& scratch, glm::vec4* pixels) const;
+
+ private:
+  struct Picture {
+    bool ready = false;
+    std::vector<std::uint32_t> pixels;
+    std::vector<float> depth, fade;  // of the map, with a column and a row of zeros
+  };
+  void prepare_picture(const Mesh& mesh, int view);
+  SkinView look_through(const Mesh& mesh, int view) const;
+
+  HullDrawing drawing_;
+  std::vector<std::size_t> first_;
+  std::vector<Picture> pictures_;  // by view
+  std::vector<SkinView> views_;    // by slot
+  float tolerance_ = 0.0f;
+  bool use_maps_ = false;
+  int best_ = 2;
+  Vec3f untextured_{0.5f};
+};
+
+}  // namespace polyhull::processor

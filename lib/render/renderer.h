@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// What draws composites: on the processor (processor/processor_renderer.h) or with OpenGL
+/// (compositor.h), from one plan, by one shading model. Knows nothing of GStreamer.
+///
+/// In linear light, per pixel, with L the background's radiance times the exposure:
+///   L' = L - (albedo / pi) * E_taken            the main light that the subjects block
+///   L" = L' + F * (S - R)                       F Schlick's Fresnel term of the mirror, S the
+///                                               subject's image in it, R what it showed there
+///   out = (1 - a) L" + a C                      C the subject's own picture, a its coverage
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "render/frame.h"
+
+namespace polyhull {
+
+/// Of the latest frame.
+struct RenderStatistics {
+  struct PassTime {
+    const char* name;
+    double cpu_milliseconds;
+    double gpu_milliseconds;  ///< of a frame shortly before; negative: not known
+  };
+  std::vector<PassTime> passes;
+  std::uint64_t pictures_uploaded = 0;  ///< processor: made ready
+  std::uint64_t pictures_skipped = 0;   ///< of views that colour nothing visible
+  std::uint64_t bytes_uploaded = 0;     ///< GL only
+  std::uint64_t rays = 0;               ///< processor only
+  bool subject_skipped = false;         ///< outside the picture
+  bool shadow_skipped = false;
+  bool mirror_skipped = false;
+  bool scene_depth_reused = false;
+  bool static_shadow_reused = false;
+  bool mesh_reused = false;  ///< what was made ready of it before is used again
+};
+
+class Renderer {
+ public:
+  virtual ~Renderer() = default;
+
+  /// What \p frame needs; where RenderPlan::untouched() the background is the result and no
+  /// render() is needed.
+  RenderPlan plan(const RenderFrame& frame, const RenderSettings& settings);
+
+  /// Reads \p background and writes the changed part of \p target, both RGBA rows of at least 4 *
+  /// width bytes, \p stride bytes apart (a multiple of 4). They may be the same memory; where they
+  /// are not, \p target holds the background already.
+  virtual void render(const RenderFrame& frame, const RenderPlan& plan,
+                      const RenderSettings& settings, const std::uint8_t* background,
+                      int background_stride, std::uint8_t* target, int target_stride) = 0;
+
+  const RenderStatistics& statistics() const { return statistics_; }
+
+  /// "OpenGL ES 3.2 Mesa ... (llvmpipe ...)" or "the processor, with avx2", for messages.
+  virtual std::string description() const = 0;
+
+ protected:
+  RenderStatistics statistics_;
+
+ private:
+  Bounds scene_bounds_;
+  std::shared_ptr<const Scene> bounds_held_;
+};
+
+}  // namespace polyhull

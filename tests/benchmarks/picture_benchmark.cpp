@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+// What a composite costs on each backend: wall time and the processor time of all threads, medians
+// over recorded meshes before the built-in room, with a still and a travelling viewport.
+#include <ctime>
+
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <iterator>
+#include <memory>
+#include <numbers>
+
+#include "base/error.h"
+#include "gl_context.h"
+#include "measure.h"
+#include "raytrace/background.h"
+#include "render/compositor.h"
+#include "render/processor/processor_renderer.h"
+#include "studio/room/room.h"
+#include "wire/mesh_payload.h"
+
+namespace {
+
+using namespace polyhull;
+
+double now(clockid_t clock) {
+  timespec time{};
+  clock_gettime(clock, &time);
+  return 1e3 * static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_nsec);
+}
+
+double median(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  return values.empty() ? 0.0 : values[values.size() / 2];
+}
+
+struct Recorded {
+  std::vector<std::uint8_t> bytes;
+  Mesh mesh;
+};
+
+std::vector<Recorded> read(const std::vector<std::string>& files) {
+  std::vector<Recorded> out(files.size());
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    std::ifstream file(files[i], std::ios::binary);
+    out[i].bytes.assign(std::istreambuf_iterator<char>(file), {});
+    out[i].mesh = read_mesh(std::span<const std::uint8_t>(out[i].bytes));
+  }
+  return out;
+}
+
+Camera viewport(double degrees, int width, int height) {
+  const double a = degrees * std::numbers::pi / 180.0;
+  return look_at({2.7 * std::sin(a), 1.5, 2.7 * std::cos(a)}, {0.0, 0.9, 0.0}, 50.0, width, height);
+}
+
+struct Result {
+  std::vector<double> wall, processor;
+  std::vector<std::vector<double>> passes;
+};
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("What a composite costs");
+  std::vector<std::string> files;
+  std::string size = "1280x720", backend = "all", output, keep, only;
+  int rounds = 3;
+  bool detailed = false;
+  app.add_option("meshes", files, "recorded meshes, one per file")->required();
+  app.add_option("--size", size, "WIDTHxHEIGHT");
+  app.add_option("--backend", backend, "processor, gl or all");
+  app.add_option("--only", only, "one row: SHADOW-still or SHADOW-travels");
+  app.add_option("--rounds", rounds, "times through the meshes");
+  app.add_option("--output", output, "folder for picture.csv");
+  app.add_option("--keep", keep, "folder for the last picture of each row");
+  app.add_flag("--passes", detailed, "prints each pass's median, too");
+  CLI11_PARSE(app, argc, argv);
+  int width = 0, height = 0;
+  if (std::sscanf(size.c_str(), "%dx%d", &width, &height) != 2 || width < 1 || height < 1) {
+    std::fprintf(stderr, "--size is '%s'; it takes WIDTHxHEIGHT, such as 1280x720.\n",
+                 size.c_str());
+    return 1;
+  }
+  const std::vector<Recorded> meshes = read(files);
+  const auto scene = std::make_shared<const Scene>(room_scene());
+  Picture before{width, height, 4,
+                 std::vector<std::uint8_t>(static_cast<std::size_t>(width) * height * 4, 128)};
+  if (!keep.empty()) {  // for looking at
+    Background background(*scene);
+    background.update(viewport(30.0, width, height), scene->lights, scene->exposure);
+    background.write(before.pixels.data(), 4 * static_cast<std::size_t>(width), 0);
+  }
+
+  polyhull::testing::HeadlessContext context(false);
+  std::printf("%-10s %-6s %-11s %9s %9s\n", "backend", "shadow", "viewport", "wall ms", "cpu ms");
+  std::ofstream table;
+  if (!output.empty()) {
+    table.open(output + "/picture.csv");
+    table << "backend,shadow,viewport,width,height,wall_ms,processor_ms\n";
+  }
+  const struct {
+    ShadowQuality quality;
+    const char* name;
+  } qualities[] = {{ShadowQuality::off, "off"},
+                   {ShadowQuality::hard, "hard"},
+                   {ShadowQuality::fast, "fast"},
+                   {ShadowQuality::good, "good"},
+                   {ShadowQuality::best, "best"}};
+  for (const bool processor : {true, false}) {
+    if (backend == (processor ? "gl" : "processor")) continue;
+    if (!processor && !context.ready()) continue;
+    for (const auto& [quality, name] : qualities) {
+      for (const bool travels : {false, true}) {
+        if (!only.empty() && only != std::string(name) + (travels ? "-travels" : "-still"))
+          continue;
+        std::unique_ptr<Renderer> renderer;
+        if (processor)
+          renderer = std::make_unique<ProcessorRenderer>();
+        else
+          renderer = std::make_unique<Compositor>();
+        RenderSettings settings;
+        settings.shadow = quality;
+        settings.light_samples = quality == ShadowQuality::good ? 16 : 4;
+        RenderFrame frame;
+        frame.width = width;
+        frame.height = height;
+        frame.scene = scene;
+        frame.lights = scene->lights;
+        frame.exposure = scene->exposure;
+        Result result;
+        Picture out = before;
+        int count = 0;
+        for (int round = 0; round < rounds; ++round) {
+          for (const Recorded& recorded : meshes) {
+            frame.viewport = viewport(travels ? 30.0 + count : 30.0, width, height);
+            frame.subjects = {{&recorded.mesh, {}, 0}};
+            out.pixels = before.pixels;
+            const double wall = now(CLOCK_MONOTONIC), busy = now(CLOCK_PROCESS_CPUTIME_ID);
+            const RenderPlan plan = renderer->plan(frame, settings);
+            renderer->render(frame, plan, settings, before.pixels.data(), 4 * width,
+                             out.pixels.data(), 4 * width);
+            if (count++ == 0) continue;  // makes what stays
+            result.wall.push_back(now(CLOCK_MONOTONIC) - wall);
+            result.processor.push_back(now(CLOCK_PROCESS_CPUTIME_ID) - busy);
+            const auto& passes = renderer->statistics().passes;
+            result.passes.resize(passes.size());
+            for (std::size_t i = 0; i < passes.size(); ++i)
+              result.passes[i].push_back(passes[i].cpu_milliseconds);
+          }
+        }
+        std::printf("%-10s %-6s %-11s %9.2f %9.2f\n", processor ? "processor" : "gl", name,
+                    travels ? "travels" : "still", median(result.wall), median(result.processor));
+        if (detailed)
+          for (std::size_t i = 0; i < result.passes.size(); ++i)
+            std::printf("    %-14s %8.2f\n", renderer->statistics().passes[i].name,
+                        median(result.passes[i]));
+        if (table.is_open())
+          table << (processor ? "processor," : "gl,") << name << (travels ? ",travels," : ",still,")
+                << width << ',' << height << ',' << median(result.wall) << ','
+                << median(result.processor) << '\n';
+        if (!keep.empty() && !travels)
+          save_picture(out, keep + "/" + (processor ? "processor-" : "gl-") + name + ".png");
+      }
+    }
+  }
+  return 0;
+}
