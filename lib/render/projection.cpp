@@ -79,25 +79,62 @@ Mat4 reflection(const Vec3& normal, double offset) {
   return m;
 }
 
-Mat4 place_in_scene(const Mesh& mesh, const SubjectPlacement& placement) {
-  const Mat4 base = scene_from_world(mesh.up, mesh.metres_per_unit);
-  if (mesh.hull.vertices.empty()) return base;
+namespace {
 
-  // The box is the hull's in the scene's axes, before it is turned.
+/// The centre of gravity of a closed mesh's volume, from the tetrahedra that its triangles make with
+/// one point; of its vertices where it has no volume. Relative to Hull::origin.
+Vec3 centroid(const Hull& hull) {
+  const Vec3 apex(hull.vertices[0]);
+  Vec3 sum(0.0), vertices(0.0);
+  double volume = 0.0, size = 0.0;
+  for (std::size_t i = 0; i + 2 < hull.triangles.size(); i += 3) {
+    const Vec3 a = Vec3(hull.vertices[hull.triangles[i]]) - apex;
+    const Vec3 b = Vec3(hull.vertices[hull.triangles[i + 1]]) - apex;
+    const Vec3 c = Vec3(hull.vertices[hull.triangles[i + 2]]) - apex;
+    const double six = glm::dot(a, glm::cross(b, c));
+    sum += six * (a + b + c) / 4.0;
+    volume += six;
+    size += std::abs(six);
+  }
+  for (const Vec3f& v : hull.vertices)
+    vertices += Vec3(v) / static_cast<double>(hull.vertices.size());
+  return volume > 1e-6 * size ? apex + sum / volume : vertices;
+}
+
+/// The pivot in scene metres before the subject is placed; \p base is scene_from_world().
+Vec3 pivot_of(const Mesh& mesh, const SubjectPlacement& placement, const Mat4& base) {
+  switch (placement.pivot) {
+    case Pivot::rig_origin:
+      return Vec3(base[3]);
+    case Pivot::point:
+      return placement.pivot_point;
+    case Pivot::centroid:
+      return Vec3(base * Vec4(centroid(mesh.hull) + mesh.hull.origin, 1.0));
+    case Pivot::box:
+      break;
+  }
   Vec3 low(std::numeric_limits<double>::max()), high(-low);
   for (const Vec3f& v : mesh.hull.vertices) {
     const Vec3 p(base * Vec4(Vec3(v) + mesh.hull.origin, 1.0));
     low = glm::min(low, p);
     high = glm::max(high, p);
   }
-  const Vec3 centre = 0.5 * (low + high);
+  return 0.5 * (low + high);
+}
+
+}  // namespace
+
+Mat4 place_in_scene(const Mesh& mesh, const SubjectPlacement& placement) {
+  const Mat4 base = scene_from_world(mesh.up, mesh.metres_per_unit);
+  if (mesh.hull.vertices.empty()) return base;
+  const Vec3 pivot = pivot_of(mesh, placement, base);
   const Vec3 angles = glm::radians(placement.rotate);
-  Mat4 m = glm::translate(Mat4(1.0), centre + placement.translate);
+  Mat4 m = glm::translate(Mat4(1.0), pivot + placement.translate);
   m = glm::rotate(m, angles.z, Vec3(0, 0, 1));
   m = glm::rotate(m, angles.y, Vec3(0, 1, 0));
   m = glm::rotate(m, angles.x, Vec3(1, 0, 0));
   m = glm::scale(m, Vec3(placement.scale));
-  return glm::translate(m, -centre) * base;
+  return glm::translate(m, -pivot) * base;
 }
 
 Rectangle screen_rectangle(std::span<const Vec3> points, const Mat4& clip_from_scene, int width,

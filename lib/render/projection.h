@@ -28,12 +28,23 @@ Camera resized(const Camera& camera, int width, int height);
 /// Reflection at the plane dot(normal, X) = offset.
 Mat4 reflection(const Vec3& normal, double offset);
 
+/// About which point a subject is turned and scaled. Only with one that does not move with the
+/// subject do its feet stay on the floor whatever it does, and does a turn turn its walk, too.
+enum class Pivot {
+  rig_origin,  ///< the origin of the cameras' coordinates, most often the middle of the studio's floor
+  box,         ///< the centre of the hull's bounding box in the scene's axes
+  centroid,  ///< the centre of gravity of the hull's volume
+  point,     ///< SubjectPlacement::pivot_point
+};
+
 /// How a subject is placed: moved by `translate` metres, turned by `rotate` degrees about x, then
-/// y, then z, and scaled, about the centre of its hull's bounding box.
+/// y, then z, and scaled, about its pivot.
 struct SubjectPlacement {
   Vec3 translate{0.0};
   Vec3 rotate{0.0};
   double scale = 1.0;
+  Pivot pivot = Pivot::rig_origin;
+  Vec3 pivot_point{0.0};  ///< scene metres, as the subject stands before it is placed
   bool operator==(const SubjectPlacement&) const = default;
 };
 

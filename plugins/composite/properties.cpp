@@ -31,6 +31,15 @@ GType enum_type<Backend>() {
 }
 
 template <>
+GType enum_type<Pivot>() {
+  return register_enum<Pivot>(
+      "PolyhullPivot", {{Pivot::rig_origin, "The origin of the cameras' coordinates", "rig-origin"},
+                        {Pivot::box, "The centre of the hull's bounding box", "box"},
+                        {Pivot::centroid, "The centre of gravity of the hull", "centroid"},
+                        {Pivot::point, "The point pivot-x, pivot-y, pivot-z", "point"}});
+}
+
+template <>
 GType enum_type<MirrorMode>() {
   return register_enum<MirrorMode>(
       "PolyhullMirrorMode",
@@ -123,7 +132,7 @@ std::span<const Property<PlacementSettings>> placement_properties() {
           "translate-z", "Translate z",
           "Moves the subject along the scene's z axis, in metres (-1e6 to 1e6).", -far, far),
       property<&S::rotate_x>("rotate-x", "Rotate x",
-                             "Turns the subject about the x axis through the centre of its hull's bounding box, in degrees "
+                             "Turns the subject about the x axis through its pivot, in degrees "
                              "(-1e6 to 1e6); x first, then y, then z.",
                              -far, far),
       property<&S::rotate_y>("rotate-y", "Rotate y",
@@ -133,15 +142,28 @@ std::span<const Property<PlacementSettings>> placement_properties() {
                              "Turns the subject about the z axis, in degrees (-1e6 to 1e6).", -far,
                              far),
       property<&S::scale>("scale", "Scale",
-                          "Size of the subject (0.001 to 1000), about the centre of its hull's bounding box; 1 is life-size.",
+                          "Size of the subject (0.001 to 1000), about its pivot; 1 is life-size.",
                           0.001, 1000),
+      property<&S::pivot>("pivot", "Pivot",
+                          "About which point the subject is turned and scaled. The default keeps "
+                          "feet on the floor while it moves, and a turn turns its walk, too."),
+      property<&S::pivot_x>(
+          "pivot-x", "Pivot x",
+          "Of pivot=point, in the scene's metres (-1e6 to 1e6), where the subject "
+          "stands before it is placed.",
+          -far, far),
+      property<&S::pivot_y>("pivot-y", "Pivot y", "As pivot-x.", -far, far),
+      property<&S::pivot_z>("pivot-z", "Pivot z", "As pivot-x.", -far, far),
   };
   return table;
 }
 
 SubjectPlacement placement(const PlacementSettings& s) {
   return {{s.translate_x, s.translate_y, s.translate_z},
-          {s.rotate_x, s.rotate_y, s.rotate_z}, s.scale};
+          {s.rotate_x, s.rotate_y, s.rotate_z},
+          s.scale,
+          s.pivot,
+          {s.pivot_x, s.pivot_y, s.pivot_z}};
 }
 
 }  // namespace polyhull::element

@@ -41,6 +41,8 @@ struct PlacementSettings {
   double translate_x = 0.0, translate_y = 0.0, translate_z = 0.0;
   double rotate_x = 0.0, rotate_y = 0.0, rotate_z = 0.0;
   double scale = 1.0;
+  Pivot pivot = SubjectPlacement{}.pivot;
+  double pivot_x = 0.0, pivot_y = 0.0, pivot_z = 0.0;
 };
 
 std::span<const Property<PlacementSettings>> placement_properties();

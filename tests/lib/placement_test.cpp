@@ -18,14 +18,15 @@ Mesh box_at(const Vec3& low, double unit = 1.0) {
   mesh.metres_per_unit = unit;
   mesh.hull.origin = low / unit;
   for (int i = 0; i < 8; ++i)
-    mesh.hull.vertices.emplace_back(i & 1 ? 1 / unit : 0, i & 2 ? 2 / unit : 0, i & 4 ? 3 / unit : 0);
+    mesh.hull.vertices.emplace_back(i & 1 ? 1 / unit : 0, i & 2 ? 2 / unit : 0,
+                                    i & 4 ? 3 / unit : 0);
   return mesh;
 }
 
 void expect_at(const Mat4& place, const Vec3& from, const Vec3& to) {
   const Vec3 found(place * Vec4(from, 1.0));
-  EXPECT_LT(glm::length(found - to), 1e-6)
-      << found.x << " " << found.y << " " << found.z << " for " << to.x << " " << to.y << " " << to.z;
+  EXPECT_LT(glm::length(found - to), 1e-6) << found.x << " " << found.y << " " << found.z << " for "
+                                           << to.x << " " << to.y << " " << to.z;
 }
 
 TEST(Placement, EveryUnitGivesTheSameMetres) {
@@ -50,17 +51,64 @@ TEST(Placement, TheRigsUpBecomesY) {
 TEST(Placement, MovesTurnsAndScalesAboutTheCentre) {
   const Mesh mesh = box_at({1, 0, 0});
   const Vec3 centre(1.5, 1, 1.5);
-  expect_at(place_in_scene(mesh, {{0.5, 1, -2}, Vec3(0), 1.0}), {1, 0, 0}, {1.5, 1, -2});
-  expect_at(place_in_scene(mesh, {Vec3(0), Vec3(0), 2.0}), centre, centre);
-  expect_at(place_in_scene(mesh, {Vec3(0), Vec3(0), 2.0}), {2, 2, 3}, centre + Vec3(1, 2, 3));
+  const auto about_box = [](SubjectPlacement placement) {
+    placement.pivot = Pivot::box;
+    return placement;
+  };
+  expect_at(place_in_scene(mesh, about_box({{0.5, 1, -2}, Vec3(0), 1.0})), {1, 0, 0}, {1.5, 1, -2});
+  expect_at(place_in_scene(mesh, about_box({Vec3(0), Vec3(0), 2.0})), centre, centre);
+  expect_at(place_in_scene(mesh, about_box({Vec3(0), Vec3(0), 2.0})), {2, 2, 3},
+            centre + Vec3(1, 2, 3));
   const Vec3 x(1, 0, 0), y(0, 1, 0), z(0, 0, 1);
-  expect_at(place_in_scene(mesh, {Vec3(0), {90, 0, 0}, 1.0}), centre + y, centre + z);
-  expect_at(place_in_scene(mesh, {Vec3(0), {0, 90, 0}, 1.0}), centre + z, centre + x);
-  expect_at(place_in_scene(mesh, {Vec3(0), {0, 0, 90}, 1.0}), centre + x, centre + y);
+  expect_at(place_in_scene(mesh, about_box({Vec3(0), {90, 0, 0}, 1.0})), centre + y, centre + z);
+  expect_at(place_in_scene(mesh, about_box({Vec3(0), {0, 90, 0}, 1.0})), centre + z, centre + x);
+  expect_at(place_in_scene(mesh, about_box({Vec3(0), {0, 0, 90}, 1.0})), centre + x, centre + y);
   // About x first, then y, then z.
-  expect_at(place_in_scene(mesh, {Vec3(0), {90, 90, 0}, 1.0}), centre + y, centre + x);
-  expect_at(place_in_scene(mesh, {{0, 3, 0}, {90, 90, 90}, 2.0}), centre + y,
+  expect_at(place_in_scene(mesh, about_box({Vec3(0), {90, 90, 0}, 1.0})), centre + y, centre + x);
+  expect_at(place_in_scene(mesh, about_box({{0, 3, 0}, {90, 90, 90}, 2.0})), centre + y,
             centre + Vec3(0, 3, 0) + 2.0 * y);
+}
+
+// What stands on the floor stands there when it has been scaled and turned, with arms up or down; a
+// walk along x becomes one along z.
+TEST(Placement, AboutTheRigsOriginFeetStayOnTheFloor) {
+  for (const double reach : {0.0, 0.7}) {
+    Mesh mesh = box_at({1, 0, 0});
+    for (Vec3f& v : mesh.hull.vertices)
+      if (v.y > 1.0f) v.y += static_cast<float>(reach);
+    for (const double scale : {0.5, 1.0, 3.0}) {
+      SubjectPlacement placement;
+      placement.rotate.y = 90.0;
+      placement.scale = scale;
+      const Mat4 place = place_in_scene(mesh, placement);
+      expect_at(place, {1, 0, 0}, {0, 0, -scale});
+      expect_at(place, {2, 0, 3}, {3 * scale, 0, -2 * scale});
+    }
+  }
+  // In a rig of millimetres that stands elsewhere, too.
+  SubjectPlacement doubled;
+  doubled.scale = 2.0;
+  expect_at(place_in_scene(box_at({1, 0, 0}, 0.001), doubled), {1000, 0, 0}, {2, 0, 0});
+}
+
+TEST(Placement, TurnsAboutThePointAndTheCentreOfGravity) {
+  Mesh mesh = box_at({1, 0, 0});
+  mesh.hull.triangles = {0, 4, 6, 0, 6, 2, 1, 3, 7, 1, 7, 5, 0, 1, 5, 0, 5, 4,
+                         2, 6, 7, 2, 7, 3, 0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6};
+  SubjectPlacement placement;
+  placement.rotate.y = 180.0;
+  placement.pivot = Pivot::point;
+  placement.pivot_point = {1, 5, 0};
+  expect_at(place_in_scene(mesh, placement), {2, 0, 1}, {0, 0, -1});
+  placement.pivot = Pivot::centroid;
+  expect_at(place_in_scene(mesh, placement), {1, 0, 0}, {2, 0, 3});
+  // Gravity, not the box: a spike of no weight does not move it.
+  const auto tip = static_cast<std::uint32_t>(mesh.hull.vertices.size());
+  mesh.hull.vertices.emplace_back(0, 0, 30);
+  mesh.hull.triangles.insert(mesh.hull.triangles.end(), {0, tip, 0, 0, 0, tip});
+  expect_at(place_in_scene(mesh, placement), {1, 0, 0}, {2, 0, 3});
+  mesh.hull.triangles.clear();  // no volume
+  EXPECT_NO_THROW(place_in_scene(mesh, placement));
 }
 
 TEST(Projection, AResizedCameraSeesTheSame) {
@@ -135,7 +183,8 @@ TEST(Plan, TakesTheMirrorThatShowsMost) {
   const auto mirror = [&](float half, float height) {
     Mirror m;
     m.offset = height;
-    m.outline = {{-half, height, half}, {half, height, half}, {half, height, -half}, {-half, height, -half}};
+    m.outline = {
+        {-half, height, half}, {half, height, half}, {half, height, -half}, {-half, height, -half}};
     scene->mirrors.push_back(m);
   };
   mirror(0.4f, 0.0f);
