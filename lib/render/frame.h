@@ -21,7 +21,7 @@ enum class ShadowQuality {
   off,
   hard,  ///< of the light's middle alone
   fast,  ///< processor: 4 rays a pixel; GL: percentage-closer soft shadows in every cell of the light
-  good,  ///< processor: up to 16 rays; GL: one look-up in every cell of the light
+  good,  ///< processor: up to 12 rays; GL: one look-up in every cell of the light
   best,  ///< processor: up to 64 rays; GL: as good, with all cells there are
 };
 

@@ -20,18 +20,28 @@ struct Effort {
 Effort effort(ShadowQuality quality, const Light& light) {
   if (!light.is_area() || quality == ShadowQuality::hard) return {1, 1};
   if (quality == ShadowQuality::fast) return {4, 4};
-  if (quality == ShadowQuality::good) return {16, 4};
+  if (quality == ShadowQuality::good) return {12, 4};
   return {64, 16};
 }
 
-/// The points of the light that the pixels of a 2 x 2 block ask for, one after the other.
-std::vector<Vec3f> light_places(const Light& light, int per_pixel) {
+/// Which block of the sequence a pixel of the grid asks for: those of each 2 x 2 are consecutive.
+std::size_t neighbour(int x, int y) {
+  return static_cast<std::size_t>((x & 1) | (y & 1) << 1 | (x & 2) << 1 | (y & 2) << 2);
+}
+
+constexpr std::size_t neighbours = 16;
+
+/// The points of the light that 4 x 4 pixels ask for, by neighbour().
+std::vector<Vec3f> light_places(const Light& light, const Effort& work) {
   std::vector<Vec3f> places;
-  const int all = 4 * per_pixel;
+  const int all = static_cast<int>(neighbours) * work.rays;
   for (int i = 0; i < all; ++i) {
     Vec2f square(0.5f);
-    if (per_pixel > 1) {
-      const auto index = static_cast<std::uint32_t>(i);
+    if (work.rays > 1) {
+      // The first rays of the four pixels of a 2 x 2 are four different parts of their blocks: else
+      // some strata of the light would be nobody's first.
+      const int turned = (i % work.rays + i / work.rays % 4 * work.first) % work.rays;
+      const auto index = static_cast<std::uint32_t>(i / work.rays * work.rays + turned);
       square = Vec2f(static_cast<float>(reverse_bits(index) >> 8),
                      static_cast<float>(sobol_second(index) >> 8)) *
                    0x1p-24f +
@@ -149,30 +159,30 @@ void AreaShadow::find_mixed(std::size_t number, int first) {
 /// Samples first .. last - 1 of the block's candidates, of all for first = 0 and of mixed ones after.
 std::uint64_t AreaShadow::trace(const TracedScene& scene, const Light& light, std::size_t number,
                                 int first, int last) {
-  constexpr std::size_t most = block * block / 4;  // pixels of one corner
+  constexpr std::size_t most = block * block / neighbours;  // pixels that ask for the same
   std::array<Ray, most> rays;
   std::array<std::uint8_t, most> hidden;
-  std::array<std::uint32_t, most> whose, pixels[4];
+  std::array<std::uint32_t, most> whose, pixels[neighbours];
   std::array<float, most> weights;
-  std::size_t counts[4] = {0, 0, 0, 0};
+  std::size_t counts[neighbours] = {};
   std::uint64_t traced = 0;
   const Vec3f facing = light_normal(light);
   const bool area = light.is_area();
   const std::uint8_t least = first == 0 ? 1 : 2;
   for_pixels(number, [&](std::size_t pixel, int x, int y) {
     if (candidate_[pixel] < least) return;
-    const int corner = (x & 1) + 2 * (y & 1);
-    pixels[corner][counts[corner]++] = static_cast<std::uint32_t>(pixel);
+    const std::size_t same = neighbour(x, y);
+    pixels[same][counts[same]++] = static_cast<std::uint32_t>(pixel);
     asked_[pixel] = static_cast<std::uint8_t>(last);
   });
   // Many pixels' rays to one point of the light are a coherent packet.
   for (int sample = first; sample < last; ++sample) {
     const std::uint64_t bit = std::uint64_t{1} << sample;
-    for (std::size_t corner = 0; corner < 4; ++corner) {
-      const Vec3f place = places_[corner * static_cast<std::size_t>(per_pixel_) + sample];
+    for (std::size_t same = 0; same < neighbours; ++same) {
+      const Vec3f place = places_[same * static_cast<std::size_t>(per_pixel_) + sample];
       std::size_t count = 0;
-      for (std::size_t i = 0; i < counts[corner]; ++i) {
-        const std::uint32_t pixel = pixels[corner][i];
+      for (std::size_t i = 0; i < counts[same]; ++i) {
+        const std::uint32_t pixel = pixels[same][i];
         const Receiver& at = receivers_[pixel];
         const Vec3f way = place - at.point;
         const float distance_2 = glm::dot(way, way);
@@ -232,13 +242,14 @@ void AreaShadow::gather(std::size_t number) {
     } else {
       const Vec3f normal = receivers_[pixel].normal;
       float sum = 0.0f, weight = 0.0f;
-      for (int j = std::max(y - 1, top); j <= std::min(y + 1, bottom); ++j) {
-        for (int i = std::max(x - 1, left); i <= std::min(x + 1, right); ++i) {
+      constexpr int reach = 2;
+      constexpr float tent[] = {1.0f, 2.0f, 2.0f, 2.0f, 1.0f};
+      for (int j = std::max(y - reach, top); j <= std::min(y + reach, bottom); ++j) {
+        for (int i = std::max(x - reach, left); i <= std::min(x + reach, right); ++i) {
           const std::size_t at = static_cast<std::size_t>(j) * columns_ + i;
           // What nothing reaches takes 0 whatever its normal is, if it lies on this surface.
           if (candidate_[at] && glm::dot(receivers_[at].normal, normal) < 0.9f) continue;
-          const float w = alike(inverse_[at], inverse_[pixel]) * (i == x ? 2.0f : 1.0f) *
-                          (j == y ? 2.0f : 1.0f);
+          const float w = alike(inverse_[at], inverse_[pixel]) * tent[i - x + 2] * tent[j - y + 2];
           sum += w * mean(at);
           weight += w;
         }
@@ -282,7 +293,7 @@ bool AreaShadow::draw(const TracedScene& scene, const SceneLayer& layer, bool fr
   if (!kept) {
     light_ = light;
     per_pixel_ = work.rays;
-    places_ = light_places(light, per_pixel_);
+    places_ = light_places(light, work);
     open_known_.assign(count, 0);
     open_.assign(count, 0);
   }
@@ -293,7 +304,7 @@ bool AreaShadow::draw(const TracedScene& scene, const SceneLayer& layer, bool fr
   blocks_.width = (part.x + part.width - 1) / span + 1 - blocks_.x;
   blocks_.height = (part.y + part.height - 1) / span + 1 - blocks_.y;
   const auto in_blocks = [&](std::uint8_t least, auto&& body) {
-    parallel_for(static_cast<std::size_t>(blocks_.width) * blocks_.height, 8, 0,
+    parallel_for(static_cast<std::size_t>(blocks_.width) * blocks_.height, 2, 0,
                  [&](std::size_t begin, std::size_t end) {
                    for (std::size_t i = begin; i < end; ++i) {
                      const std::size_t number = (blocks_.y + i / blocks_.width) * block_columns_ +

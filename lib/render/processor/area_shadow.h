@@ -4,10 +4,11 @@
 /// to points of the light, stratified, and neighbours ask for different points.
 ///
 ///   E(x) = mean over points y of the light of  b(x, y) o(x, y) cos_x cos_y / |x - y|^2
-/// b: a subject stands between (and the scene's own surfaces do not, o). The rays of four neighbouring
-/// pixels together are one stratified set (a block of Sobol's (0, 2)-sequence, which is stratified in
-/// every elementary interval), and a filter that gives each of the four the same weight gathers them
-/// where they lie on one surface (interleaved sampling: Keller and Heidrich 2001). Where a first few
+/// b: a subject stands between (and the scene's own surfaces do not, o). The rays of 4 x 4 neighbouring
+/// pixels together are one stratified set, as are those of each 2 x 2 of them and of each pixel (a block
+/// of Sobol's (0, 2)-sequence, which is stratified in every elementary interval), and a filter that
+/// gives each of the sixteen the same weight gathers them where they lie on one surface (interleaved
+/// sampling: Keller and Heidrich 2001). Where a first few
 /// rays all say the same, there and around, no more are traced.
 #pragma once
 
@@ -34,7 +35,7 @@ class AreaShadow {
   void set_subjects(const RenderPlan& plan, const Light& light, bool same);
 
   /// Computes E in \p part of the picture, as \p viewport sees it. \p layer is drawn there, in whole
-  /// blocks of 16 pixels; \p fresh: it is another one than before. Returns whether what the scene
+  /// blocks of 32 pixels; \p fresh: it is another one than before. Returns whether what the scene
   /// itself hides from the light was kept from before.
   bool draw(const TracedScene& scene, const SceneLayer& layer, bool fresh, const Camera& viewport,
             const Light& light, ShadowQuality quality, const Rectangle& part);
@@ -53,7 +54,7 @@ class AreaShadow {
   std::uint64_t rays() const { return rays_; }
 
  private:
-  static constexpr int block = 8;  // pixels of the grid on a side
+  static constexpr int block = 16;  // pixels of the grid on a side
 
   int find_candidates(const TracedScene& scene, const SceneLayer& layer, std::size_t number);
   void find_mixed(std::size_t number, int first);
@@ -82,7 +83,7 @@ class AreaShadow {
   Vec3f eye_{0.0f}, ray_x_{0.0f}, ray_y_{0.0f},
       ray_0_{0.0f};  // of pixel (x, y): x ray_x + y ray_y + ray_0
   int per_pixel_ = 0;
-  std::vector<Vec3f> places_;              // on the light: per_pixel_ for each of four neighbours
+  std::vector<Vec3f> places_;              // on the light: per_pixel_ for each of 4 x 4 neighbours
   std::vector<std::uint64_t> open_known_;  // by sample: whether the scene's part in b is known
   std::vector<std::uint64_t> open_;        // and lets the ray through
   // Of this frame.

@@ -28,7 +28,8 @@ class LightReach {
   /// Where places lie in the light's map, as long as the light is the same.
   struct Extent {
     Vec2f low{1e30f}, high{-1e30f};  ///< tangents
-    float least = 1e30f;             ///< 1/z; none is behind the light's plane
+    float least = 1e30f;  ///< 1/z; places less than a millimetre before the light's plane
+                          ///< count as behind it and are left out
     bool empty() const { return low.x > high.x; }
   };
   void add(const Vec3f& point, Extent& to) const;

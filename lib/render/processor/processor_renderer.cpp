@@ -292,7 +292,10 @@ void ProcessorRenderer::render(const RenderFrame& frame, const RenderPlan& plan,
   if (fresh || s.albedo.size() != static_cast<std::size_t>(frame.width) * frame.height)
     s.albedo.assign(static_cast<std::size_t>(frame.width) * frame.height, 0);
   if (scene) {
-    bool drawn = s.direct.ensure(changed);
+    // Shadows are computed in blocks of 32 pixels.
+    const int y0 = changed.y / 32 * 32;
+    const int y1 = std::min((changed.y + changed.height + 31) / 32 * 32, frame.height);
+    bool drawn = s.direct.ensure({changed.x, y0, changed.width, y1 - y0});
     if (mirror) {
       LayerView behind = view;
       behind.pixels_from_scene =

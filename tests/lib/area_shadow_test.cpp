@@ -1,0 +1,190 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+// The processor's shadow against very many rays: the share of the lamp's light that subjects take.
+#include "render/processor/area_shadow.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <random>
+
+#include "raytrace/area_light.h"
+#include "synthetic.h"
+
+namespace polyhull::processor {
+namespace {
+
+/// A figure on a floor beside a pillar that shades, too, under a lamp of 80 x 60 cm.
+struct Stage {
+  Scene scene;
+  std::unique_ptr<TracedScene> traced;
+  Mesh mesh;
+  RenderFrame frame;
+  RenderPlan plan;
+  SceneLayer layer;
+
+  Stage(int width, int height) {
+    scene = synthetic::small_room(false);
+    mesh.hull = synthetic::figure(20);
+    traced = std::make_unique<TracedScene>(scene);
+    frame.width = width;
+    frame.height = height;
+    frame.viewport =
+        synthetic::look_at({1.3, 1.5, 4.2}, {0.0, 0.7, 0.0}, width, height, 50.0);
+    frame.scene = std::make_shared<const Scene>(scene);
+    frame.lights = scene.lights;
+    frame.subjects.push_back({&mesh, {}, 1});
+    plan = plan_frame(frame, {}, scene_bounds(scene));
+    layer.set(traced.get(),
+              {pixels_from_clip(width, height) * plan.clip_from_scene, width, height, 4, {}, -1});
+    layer.ensure({0, 0, width, height});
+  }
+  const Light& light() const { return frame.lights[static_cast<std::size_t>(plan.light)]; }
+
+  /// Where rays to the light start at the middle of pixel (x, y), and the normal there.
+  Surface surface(int x, int y) const {
+    const RayHit hit = layer.hit(x, y);
+    Ray ray;
+    ray.origin = Vec3f(plan.eye);
+    ray.direction = Vec3f(frame.viewport.ray({static_cast<double>(x), static_cast<double>(y)}));
+    return traced->surface(ray, hit);
+  }
+};
+
+constexpr int stride = 5;  // of the pixels that are compared: all places in blocks of any even size
+
+/// The share of the light taken at every fifth pixel of every fifth row, by \p side x \p side rays; -1: no light falls there.
+std::vector<float> truth(const Stage& stage, int side) {
+  RayCaster subjects;
+  subjects.add_mesh(stage.plan.subjects[0].points, stage.mesh.hull.triangles);
+  subjects.commit();
+  std::vector<float> out;
+  for (int y = 0; y < stage.frame.height; y += stride) {
+    for (int x = 0; x < stage.frame.width; x += stride) {
+      out.push_back(-1.0f);
+      if (!stage.layer.hit(x, y).hit()) continue;
+      const Surface at = stage.surface(x, y);
+      const Vec3f origin = at.lifted + stage.traced->epsilon() * at.geometric;
+      const float whole = unoccluded_irradiance(stage.light(), origin, at.normal);
+      if (whole <= 0.0f) continue;
+      double taken = 0.0, sum = 0.0;
+      for (int j = 0; j < side; ++j) {
+        for (int i = 0; i < side; ++i) {
+          const Vec2f square((i + 0.5f) / side, (j + 0.5f) / side);
+          const LightSample way = sample_light(stage.light(), square, origin, at.normal);
+          if (way.weight <= 0.0f) continue;
+          sum += way.weight;
+          Ray ray{origin, 0.0f, way.place - origin, 1.0f - 1e-4f};
+          if (subjects.occluded(ray) && !stage.traced->caster().occluded(ray)) taken += way.weight;
+        }
+      }
+      out.back() = sum > 0.0 ? static_cast<float>(taken / sum) : -1.0f;
+    }
+  }
+  return out;
+}
+
+struct Errors {
+  double rms = 0.0, bias = 0.0, p99 = 0.0;
+  int pixels = 0;
+};
+
+/// Over the pixels that either says are shaded.
+Errors errors(Stage& stage, ShadowQuality quality, const std::vector<float>& expected) {
+  AreaShadow shadow;
+  shadow.set_subjects(stage.plan, stage.light(), false);
+  shadow.draw(*stage.traced, stage.layer, true, stage.frame.viewport, stage.light(), quality,
+              {0, 0, stage.frame.width, stage.frame.height});
+  // AreaShadow's E is the mean over the light's points; divided by its area it is per radiance.
+  const float area = 4.0f * glm::length(glm::cross(stage.light().u, stage.light().v));
+  Errors out;
+  std::vector<double> all;
+  auto next = expected.begin();
+  for (int y = 0; y < stage.frame.height; y += stride) {
+    for (int x = 0; x < stage.frame.width; x += stride) {
+      const float want = *next++;
+      if (want < 0.0f) continue;
+      const float taken = shadow.taken(stage.layer, x, y);
+      if (want == 0.0f && taken == 0.0f) continue;
+      const Surface at = stage.surface(x, y);
+      const float whole = unoccluded_irradiance(stage.light(), at.lifted, at.normal);
+      const double error = taken * area / whole - want;
+      out.rms += error * error;
+      out.bias += error;
+      all.push_back(std::abs(error));
+    }
+  }
+  out.pixels = static_cast<int>(all.size());
+  out.rms = std::sqrt(out.rms / out.pixels);
+  out.bias /= out.pixels;
+  std::sort(all.begin(), all.end());
+  out.p99 = all[all.size() * 99 / 100];
+  return out;
+}
+
+TEST(AreaShadow, ConvergesToTheLampsShadow) {
+  Stage stage(1280, 720);
+  const std::vector<float> expected = truth(stage, 32);
+  const struct {
+    ShadowQuality quality;
+    const char* name;
+    double rms, p99;
+  } bars[] = {{ShadowQuality::fast, "fast", 0.018, 0.055},
+              {ShadowQuality::good, "good", 0.0095, 0.029},
+              {ShadowQuality::best, "best", 0.005, 0.016}};
+  for (const auto& bar : bars) {
+    const Errors found = errors(stage, bar.quality, expected);
+    std::printf("%s: RMS %.4f, bias %+.4f, 99 %% below %.4f, of %d pixels\n", bar.name, found.rms,
+                found.bias, found.p99, found.pixels);
+    EXPECT_GT(found.pixels, 5000);
+    EXPECT_LT(found.rms, bar.rms) << bar.name;
+    EXPECT_LT(std::abs(found.bias), 0.002) << bar.name;
+    EXPECT_LT(found.p99, bar.p99) << bar.name;
+  }
+}
+
+// LightReach may say yes too often, but never no where a subject stands between.
+TEST(LightReach, NeverLeavesOutAShadedPlace) {
+  std::mt19937 random(1);
+  std::uniform_real_distribution<float> any(-1.0f, 1.0f);
+  const Hull figure = synthetic::figure(12);
+  int yes = 0, no = 0, shaded = 0;
+  for (int round = 0; round < 40; ++round) {
+    Light light;
+    light.centre = {2.0f * any(random), 2.6f + 0.5f * any(random), 2.0f * any(random)};
+    if (round % 4 != 0) {
+      light.u = Vec3f(any(random), 0.3f * any(random), any(random)) * 0.6f;
+      light.v = Vec3f(any(random), 0.3f * any(random), any(random)) * 0.4f;
+      if (glm::cross(light.u, light.v).y > 0.0f) std::swap(light.u, light.v);  // shines down
+    }
+    LightReach reach;
+    reach.build(light, figure.vertices, figure.triangles);
+    RayCaster caster;
+    caster.add_mesh(figure.vertices, figure.triangles);
+    caster.commit();
+    for (int i = 0; i < 2000; ++i) {
+      const Vec3f place(3.0f * any(random), i % 2 ? 0.0f : 1.3f + 1.3f * any(random),
+                        3.0f * any(random));
+      LightReach::Extent extent;
+      reach.add(place, extent);
+      const bool may = reach.may_shade(extent);
+      (may ? yes : no)++;
+      bool blocked = false;
+      for (int k = 0; k < 16; ++k) {
+        const Vec3f target = light.centre + any(random) * light.u + any(random) * light.v;
+        // Up to a millimetre before its plane a light counts as not shining.
+        if (light.is_area() && glm::dot(light_normal(light), place - target) <= 1.001e-3f) continue;
+        blocked = blocked || caster.occluded({place, 0.0f, target - place, 1.0f});
+      }
+      shaded += blocked;
+      EXPECT_TRUE(may || !blocked) << "round " << round << " " << place.x << " " << place.y << " "
+                                   << place.z;
+    }
+  }
+  EXPECT_GT(shaded, 1000);
+  EXPECT_GT(no, yes / 4) << "of use only where it says no";
+}
+
+}  // namespace
+}  // namespace polyhull::processor
