@@ -164,7 +164,7 @@ def main():
         run("/nowhere.json", fails=True)
         run(rig, fails=True)
         assert "expected" in run(scene, "--bounds", "1,2", fails=True)
-        assert ".ply" in run(scene, "-o", os.path.join(folder, "hull.stl"), fails=True)
+        assert ".ply" in run(scene, "-o", os.path.join(folder, "hull.unknown"), fails=True)
     print("ok")
 
 

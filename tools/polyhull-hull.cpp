@@ -79,8 +79,8 @@ struct Phase {
 
 int run(const Arguments& arguments) {
   if (!arguments.output.empty() && !is_mesh_file_name(arguments.output)) {
-    throw Error(Error::Kind::bad_input,
-                "--output {}: expected a name that ends in .ply, .glb or .obj.", arguments.output);
+    throw Error(Error::Kind::bad_input, "--output {}: expected a name that ends in {}.",
+                arguments.output, mesh_file_endings());
   }
   const HullScene scene = read_input(arguments);
   HullOptions options = arguments.hull;
@@ -178,7 +178,8 @@ int main(int argc, char** argv) {
                  "How far polygons may leave a mask's contour, px")
       ->check(CLI::Range(0.0, 100.0))
       ->capture_default_str();
-  app.add_option("-o,--output", arguments.output, "Mesh file: .ply (binary, double), .glb or .obj");
+  app.add_option("-o,--output", arguments.output,
+                 "Mesh file, its format by its ending: " + polyhull::mesh_file_endings());
   app.add_option("--bounds", arguments.bounds,
                  "rig, none, or x,y,z,x,y,z: the box the hull is limited to")
       ->capture_default_str();

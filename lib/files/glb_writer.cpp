@@ -33,7 +33,7 @@ class GlbWriter : GltfBuilder {
         gltf_mesh.primitives.push_back(textured_primitive(part));
     } else if (!mesh_.hull.empty()) {
       gltf_mesh.primitives.push_back(
-          primitive(mesh_.hull.vertices, mesh_.hull.triangles, grey_material()));
+          primitive(mesh_.hull.vertices, mesh_.hull.triangles, plain_material()));
     }
     // A glTF mesh must have a primitive: an empty hull is a node without a mesh.
     tinygltf::Node node;
@@ -82,22 +82,22 @@ class GlbWriter : GltfBuilder {
   }
 
   tinygltf::Primitive textured_primitive(const TexturedPart& part) {
-    if (part.view < 0) return primitive(part.positions, part.triangles, grey_material());
+    if (part.view < 0) return primitive(part.positions, part.triangles, plain_material());
     tinygltf::Primitive result =
         primitive(part.positions, part.triangles, picture_material(mesh_.views[part.view].view));
     result.attributes["TEXCOORD_0"] = add_accessor(part.coordinates);
     return result;
   }
 
-  int grey_material() {
-    const Vec3f grey = mesh_.texturing ? mesh_.texturing->untextured : Vec3f(0.5f);
+  int plain_material() {
+    const Vec3f colour = mesh_.texturing ? mesh_.texturing->untextured : Vec3f(0.5f);
     tinygltf::Material material;
     material.name = mesh_.texturing ? "unseen" : "hull";
     const auto linear = [](float c) {
       return c <= 0.04045f ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4);
     };
-    material.pbrMetallicRoughness.baseColorFactor = {linear(grey.x), linear(grey.y), linear(grey.z),
-                                                     1.0};
+    material.pbrMetallicRoughness.baseColorFactor = {linear(colour.x), linear(colour.y),
+                                                     linear(colour.z), 1.0};
     return finish(std::move(material));
   }
 

@@ -4,12 +4,12 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <bit>
 #include <cctype>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
+#include <iterator>
 
 #include "base/error.h"
 #include "files/mesh_files_internal.h"
@@ -17,16 +17,20 @@
 namespace polyhull {
 namespace {
 
-std::string ending(const std::string& path) {
-  std::string extension = std::filesystem::path(path).extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return extension;
-}
+struct Format {
+  const char* ending;
+  void (*write)(const Mesh& mesh, const std::string& path, const MeshFileOptions& options);
+};
+constexpr Format formats[] = {{".glb", write_glb}, {".ply", write_ply}, {".obj", write_obj}};
 
-template <class T>
-void append(std::string& out, const T& value) {
-  out.append(reinterpret_cast<const char*>(&value), sizeof value);
+/// By the ending of \p path; null: none of these.
+const Format* format_of(const std::string& path) {
+  std::string ending = std::filesystem::path(path).extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const auto* found = std::find_if(std::begin(formats), std::end(formats),
+                                   [&](const Format& format) { return ending == format.ending; });
+  return found != std::end(formats) ? found : nullptr;
 }
 
 }  // namespace
@@ -50,50 +54,25 @@ void write_whole_file(const std::string& path, std::string_view content) {
   if (std::rename(part.c_str(), path.c_str()) != 0) fail("replace");
 }
 
-void write_ply(const Mesh& mesh, const std::string& path, const MeshFileOptions& options) {
-  static_assert(std::endian::native == std::endian::little);
-  const Hull& hull = mesh.hull;
-  const char* type = options.double_precision ? "double" : "float";
-  std::string out = fmt::format(
-      "ply\nformat binary_little_endian 1.0\ncomment polyhull visual hull\n"
-      "comment metres per unit {:.17g}\ncomment up {:.17g} {:.17g} {:.17g}\n"
-      "element vertex {}\nproperty {type} x\nproperty {type} y\nproperty {type} z\n"
-      "element face {}\nproperty list uchar uint vertex_indices\nend_header\n",
-      mesh.metres_per_unit, mesh.up.x, mesh.up.y, mesh.up.z, hull.vertices.size(),
-      hull.triangles.size() / 3, fmt::arg("type", type));
-  out.reserve(out.size() + 24 * hull.vertices.size() + 13 * hull.triangles.size() / 3);
-  for (const Vec3f& vertex : hull.vertices) {
-    const Vec3 world = hull.origin + Vec3(vertex);
-    for (int axis = 0; axis < 3; ++axis) {
-      if (options.double_precision)
-        append(out, world[axis]);
-      else
-        append(out, static_cast<float>(world[axis]));
-    }
+std::string mesh_file_endings() {
+  std::string list;
+  for (const Format& format : formats) {
+    if (&format != std::begin(formats)) list += &format == std::end(formats) - 1 ? " or " : ", ";
+    list += format.ending;
   }
-  for (std::size_t i = 0; i + 2 < hull.triangles.size(); i += 3) {
-    out.push_back(3);
-    for (int corner = 0; corner < 3; ++corner) append(out, hull.triangles[i + corner]);
-  }
-  write_whole_file(path, out);
+  return list;
 }
 
 bool is_mesh_file_name(const std::string& path) {
-  const std::string extension = ending(path);
-  return extension == ".glb" || extension == ".ply" || extension == ".obj";
+  return format_of(path) != nullptr;
 }
 
 void write_mesh_file(const Mesh& mesh, const std::string& path, const MeshFileOptions& options) {
-  const std::string extension = ending(path);
-  if (extension == ".glb")
-    write_glb(mesh, path, options);
-  else if (extension == ".ply")
-    write_ply(mesh, path, options);
-  else if (extension == ".obj")
-    write_obj(mesh, path, options);
-  else
-    throw Error(Error::Kind::unsupported,
-                "'{}' has an ending this program cannot write; use .glb, .ply or .obj.", path);
+  const Format* format = format_of(path);
+  if (format == nullptr)
+    throw Error(Error::Kind::unsupported, "'{}' has an ending this program cannot write; use {}.",
+                path, mesh_file_endings());
+  format->write(mesh, path, options);
 }
 
 }  // namespace polyhull

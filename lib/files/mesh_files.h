@@ -37,4 +37,7 @@ void write_mesh_file(const Mesh& mesh, const std::string& path,
 /// Whether write_mesh_file() knows the ending of \p path.
 bool is_mesh_file_name(const std::string& path);
 
+/// The endings that write_mesh_file() knows, for messages: ".glb, .ply or .obj".
+std::string mesh_file_endings();
+
 }  // namespace polyhull

@@ -13,9 +13,10 @@
 
 namespace polyhull::element {
 
-/// What an element reports in its read-only `stats` property. Names are string literals in
-/// kebab-case; a name exists from its first use on, so declare() those that should be seen at zero.
-/// After every name has been used once, nothing here allocates. May be used from any thread.
+/// What an element reports in its read-only `stats` property. Names are in kebab-case and must last
+/// as long as this is used, as string literals do; a name exists from its first use on, so declare()
+/// those that should be seen at zero. After every name has been used once, nothing here allocates.
+/// May be used from any thread.
 class Statistics {
  public:
   /// \p structure_name: the name of the GstStructure, for example "contourfind-stats".

@@ -5,7 +5,6 @@
 
 #include <cmath>
 #include <cstring>
-#include <string_view>
 
 #include "base/error.h"
 #include "plugins/common/memory/video_frame.h"
@@ -17,19 +16,6 @@ namespace {
 constexpr GstMapFlags on_gpu(GstMapFlags flags) {
   return static_cast<GstMapFlags>(flags | GST_MAP_GL);
 }
-
-/// Statistics keep string literals.
-struct PassNames {
-  const char *pass, *cpu, *gpu;
-};
-constexpr PassNames pass_names[] = {{"upload", "upload-ms", "upload-gpu-ms"},
-                                    {"shadow-maps", "shadow-maps-ms", "shadow-maps-gpu-ms"},
-                                    {"scene-depth", "scene-depth-ms", "scene-depth-gpu-ms"},
-                                    {"shadow", "shadow-ms", "shadow-gpu-ms"},
-                                    {"mirror", "mirror-ms", "mirror-gpu-ms"},
-                                    {"subject", "subject-ms", "subject-gpu-ms"},
-                                    {"blend", "blend-ms", "blend-gpu-ms"},
-                                    {"read-back", "read-back-ms", "read-back-gpu-ms"}};
 
 }  // namespace
 
@@ -159,11 +145,14 @@ void FrameComposer::draw_in_memory(const FrameBuffers& buffers, GstBuffer* outpu
 void FrameComposer::report(const Renderer& renderer) {
   const RenderStatistics& s = renderer.statistics();
   for (const RenderStatistics::PassTime& pass : s.passes) {
-    for (const PassNames& names : pass_names) {
-      if (std::string_view(names.pass) != pass.name) continue;
-      statistics_.set(names.cpu, pass.cpu_milliseconds);
-      statistics_.set(names.gpu, pass.gpu_milliseconds);
+    const auto [found, fresh] = pass_figures_.try_emplace(pass.name);
+    auto& [cpu, gpu] = found->second;
+    if (fresh) {
+      cpu = std::string(pass.name) + "-ms";
+      gpu = std::string(pass.name) + "-gpu-ms";
     }
+    statistics_.set(cpu.c_str(), pass.cpu_milliseconds);
+    statistics_.set(gpu.c_str(), pass.gpu_milliseconds);
   }
   statistics_.count("drawn");
   if (!with_gl_) statistics_.count("drawn-by-processor");

@@ -6,9 +6,12 @@
 
 #include <gst/video/video.h>
 
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 #include "plugins/common/statistics.h"
@@ -68,6 +71,8 @@ class FrameComposer {
   RenderFrame frame_;
   RenderPlan plan_;
   RenderSettings settings_;
+  /// By a pass's name those of its times, which statistics_ points to.
+  std::map<std::string_view, std::pair<std::string, std::string>> pass_figures_;
 };
 
 }  // namespace polyhull::element

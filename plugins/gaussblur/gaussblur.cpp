@@ -13,6 +13,7 @@
 #include "plugins/common/transform.h"
 #include "silhouette/blur/blur.h"
 #include "silhouette/pixels/matte.h"
+#include "silhouette/silhouette.h"
 
 GST_DEBUG_CATEGORY_STATIC(gaussblur_debug);
 #define GST_CAT_DEFAULT gaussblur_debug
@@ -76,8 +77,7 @@ void blur_frame(GaussBlur& self, const BlurSettings& values, GstVideoFrame* fram
   const std::shared_ptr<Field> field = self.fields.take();
   self.blur.apply(matte, *field);
   write_back(*field, matte, values.threshold, alpha.first, alpha.stride, alpha.step);
-  // A thresholded matte has no shift left that its sigma would tell of.
-  set_matte(frame->buffer, {nullptr, field, values.threshold > 0 ? 0.0 : values.sigma});
+  set_matte(frame->buffer, {nullptr, field, corrected_sigma(values, true)});
 }
 
 GstFlowReturn transform_frame_ip(GstVideoFilter* filter, GstVideoFrame* frame) {
@@ -94,8 +94,7 @@ void before_transform(GstBaseTransform* base, GstBuffer* buffer) {
   sync_controlled_properties(base, buffer);
   // Before the base class maps the frame for writing.
   self.unwritten = is_unwritten(buffer);
-  const BlurSettings values = snapshot(base, self.values);
-  const bool idle = values.sigma == 0.0 && values.threshold == 0;
+  const bool idle = snapshot(base, self.values).idle();
   gst_base_transform_set_passthrough(base, idle);
   if (idle) self.statistics.count("passed-through");
 }

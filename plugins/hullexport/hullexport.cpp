@@ -210,8 +210,8 @@ gboolean open(GstElement* element) {
     self.claim.reset();
     if (!is_mesh_file_name(self.name->name(0)))
       throw Error(Error::Kind::unsupported,
-                  "'{}' has an ending that hullexport cannot write; use .glb, .ply or .obj.",
-                  location);
+                  "'{}' has an ending that hullexport cannot write; use {}.", location,
+                  mesh_file_endings());
     std::filesystem::path folder = std::filesystem::path(self.name->name(0)).parent_path();
     if (folder.empty()) folder = ".";
     if (access(folder.c_str(), W_OK | X_OK) != 0)

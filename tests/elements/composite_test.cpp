@@ -472,6 +472,8 @@ GST_START_TEST(the_backend_is_chosen_live) {
     gst_buffer_unmap(out, &map);
     gst_buffer_unref(out);
     fail_unless_equals_uint64(test::statistic(bench.element, "drawn-by-processor"), i > 0);
+    for (const char* time : {"subject-ms", "blend-ms", "shadow-maps-gpu-ms"})
+      test::figure(bench.element, time);
   }
   fail_unless(pictures[0] == pictures[2]);
   fail_unless(pictures[0].size() == pictures[1].size());

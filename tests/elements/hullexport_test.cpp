@@ -203,7 +203,7 @@ GST_END_TEST
 
 GST_START_TEST(test_refusals) {
   expect_in(refusal("fakesrc ! hullexport"), {"location="});
-  expect_in(refusal("fakesrc ! hullexport location=/tmp/hull.stl"), {"hull.stl", ".glb"});
+  expect_in(refusal("fakesrc ! hullexport location=/tmp/hull.unknown"), {"hull.unknown", ".glb"});
   expect_in(refusal("fakesrc ! hullexport location=/nowhere/hull.glb"),
             {"/nowhere/hull.glb", "No such file"});
   for (const char* name : {"%s.glb", "%d-%d.glb", "%n.glb", "%", "%5.glb", "%999d.glb", "%x.glb"})

@@ -352,9 +352,10 @@ TEST(MeshFiles, UnwritableAndUnknown) {
       EXPECT_NE(std::string(error.what()).find("/nowhere/hull"), std::string::npos);
     }
   }
-  EXPECT_THROW(write_mesh_file(mesh, (folder() / "hull.stl").string()), Error);
+  EXPECT_THROW(write_mesh_file(mesh, (folder() / "hull.unknown").string()), Error);
   EXPECT_TRUE(is_mesh_file_name("a/B.GLB"));
   EXPECT_FALSE(is_mesh_file_name("glb"));
+  EXPECT_EQ(mesh_file_endings(), ".glb, .ply or .obj");
   EXPECT_THROW(write_mesh_file(mesh, "/dev/full/x.ply"), Error);
 }
 

@@ -31,8 +31,9 @@ class BackendTest : public ::testing::TestWithParam<Backend> {
     if (!context_->ready()) GTEST_SKIP() << context_->why();
   }
   void TearDown() override {
-    if (!processor() && context_->ready())
+    if (!processor() && context_->ready()) {
       EXPECT_EQ(glGetError(), static_cast<GLenum>(GL_NO_ERROR));
+    }
   }
 
  private:

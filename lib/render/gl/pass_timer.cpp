@@ -4,8 +4,9 @@
 namespace polyhull::gl {
 
 const char* pass_name(Pass pass) {
-  static constexpr const char* names[pass_count] = {
-      "upload", "shadow-maps", "scene-depth", "shadow", "mirror", "subject", "blend", "read-back"};
+  static constexpr const char* names[] = {"upload", "shadow-maps", "scene-depth", "shadow",
+                                          "mirror", "subject",     "blend",       "read-back"};
+  static_assert(std::size(names) == pass_count);
   return names[static_cast<std::size_t>(pass)];
 }
 

@@ -12,12 +12,14 @@
 
 namespace polyhull::gl {
 
+/// In the order in which they run; read_back stays the last.
 enum class Pass { upload, shadow_maps, scene_depth, shadow, mirror, subject, blend, read_back };
-inline constexpr std::size_t pass_count = 8;
+inline constexpr std::size_t pass_count = static_cast<std::size_t>(Pass::read_back) + 1;
 const char* pass_name(Pass pass);
 
 class PassTimer {
  public:
+  PassTimer() { gpu_.fill(-1.0); }
   ~PassTimer();
   void begin(Pass pass);
   void end();
@@ -33,7 +35,7 @@ class PassTimer {
   std::array<std::array<GLuint, pass_count>, frames> queries_{};
   std::array<std::array<bool, pass_count>, frames> pending_{};
   std::array<double, pass_count> cpu_{};
-  std::array<double, pass_count> gpu_ = {-1, -1, -1, -1, -1, -1, -1, -1};
+  std::array<double, pass_count> gpu_;
   std::size_t frame_ = 0;
   std::size_t running_ = 0;
   int available_ = -1;

@@ -5,9 +5,8 @@
 ///
 ///  - fir: the kernel cut at 3.5σ, what lies beyond put onto its last taps; separable, in 16-bit
 ///    fixed point; blocks whose whole neighbourhood is uniform are not touched.
-///  - box: the prototype's way (thesis 3.4.2): `passes` running means in each direction, their
-///  width with
-///    fractional ends so that the variance is exactly σ² (P. Gwosdek et al., "Theoretical
+///  - box: the prototype's way (thesis 3.4.2): `passes` running means in each direction, their width
+///    with fractional ends so that the variance is exactly σ² (P. Gwosdek et al., "Theoretical
 ///    foundations of Gaussian convolution by extended box filtering", SSVM 2011).
 ///  - recursive: sums of cosines, each a second-order recursion (D. Charalampidis, "Recursive
 ///    implementation of the Gaussian filter using truncated cosine functions", IEEE TSP 64, 2016):
@@ -29,6 +28,8 @@ struct BlurSettings {
   int passes = 3;      ///< box: 1..10
   /// 1..255: the blurred matte becomes 255 from this level on and 0 below; 0: stays grey.
   int threshold = 0;
+  /// Whether a matte comes out as it goes in.
+  bool idle() const { return sigma == 0.0 && threshold == 0; }
   bool operator==(const BlurSettings&) const = default;
 };
 
