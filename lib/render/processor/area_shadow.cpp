@@ -116,7 +116,7 @@ int AreaShadow::find_candidates(const TracedScene& scene, const SceneLayer& laye
   int count = 0;
   for_pixels(number, [&](std::size_t pixel, int x, int y) {
     candidate_[pixel] = asked_[pixel] = blocked_[pixel] = 0;
-    sum_[pixel] = gathered_[pixel] = 0.0f;
+    sum_[pixel] = mean_[pixel] = gathered_[pixel] = 0.0f;
     if (!any || !(inverse_[pixel] > 0.0f)) return;
     LightReach::Extent own;
     reach_.add(place(pixel, x, y), own);
@@ -224,33 +224,40 @@ std::uint64_t AreaShadow::trace(const TracedScene& scene, const Light& light, st
       }
     }
   }
+  for (std::size_t same = 0; same < neighbours; ++same)
+    for (std::size_t i = 0; i < counts[same]; ++i)
+      mean_[pixels[same][i]] = sum_[pixels[same][i]] / static_cast<float>(last);
   return traced;
 }
 
 void AreaShadow::gather(std::size_t number) {
-  const auto mean = [&](std::size_t at) {
-    return asked_[at] ? sum_[at] / static_cast<float>(asked_[at]) : 0.0f;
-  };
+  constexpr int reach = 2;
+  constexpr float tent[] = {1.0f, 2.0f, 2.0f, 2.0f, 1.0f};
   const int left = blocks_.x * block, top = blocks_.y * block;
   const int right = std::min(left + blocks_.width * block, columns_) - 1;
   const int bottom = std::min(top + blocks_.height * block, rows_) - 1;
   bool any = false;
   for_pixels(number, [&](std::size_t pixel, int x, int y) {
     if (!candidate_[pixel]) return;  // nothing reaches it
+    const int x0 = std::max(x - reach, left), x1 = std::min(x + reach, right);
+    const int y0 = std::max(y - reach, top), y1 = std::min(y + reach, bottom);
+    bool shaded = false;
+    for (int j = y0; !shaded && j <= y1; ++j)
+      for (int i = x0; i <= x1; ++i)
+        shaded = shaded || blocked_[static_cast<std::size_t>(j) * columns_ + i] != 0;
+    if (!shaded) return;
     if (per_pixel_ == 1) {
-      gathered_[pixel] = mean(pixel);
+      gathered_[pixel] = mean_[pixel];
     } else {
       const Vec3f normal = receivers_[pixel].normal;
       float sum = 0.0f, weight = 0.0f;
-      constexpr int reach = 2;
-      constexpr float tent[] = {1.0f, 2.0f, 2.0f, 2.0f, 1.0f};
-      for (int j = std::max(y - reach, top); j <= std::min(y + reach, bottom); ++j) {
-        for (int i = std::max(x - reach, left); i <= std::min(x + reach, right); ++i) {
+      for (int j = y0; j <= y1; ++j) {
+        for (int i = x0; i <= x1; ++i) {
           const std::size_t at = static_cast<std::size_t>(j) * columns_ + i;
           // What nothing reaches takes 0 whatever its normal is, if it lies on this surface.
           if (candidate_[at] && glm::dot(receivers_[at].normal, normal) < 0.9f) continue;
           const float w = alike(inverse_[at], inverse_[pixel]) * tent[i - x + 2] * tent[j - y + 2];
-          sum += w * mean(at);
+          sum += w * mean_[at];
           weight += w;
         }
       }
@@ -261,10 +268,17 @@ void AreaShadow::gather(std::size_t number) {
   if (any) block_state_[number] = 2;
 }
 
+Rectangle AreaShadow::surroundings(const Rectangle& part, const LayerView& view) {
+  const int x0 = std::max(part.x - margin, 0), y0 = std::max(part.y - margin, 0);
+  return {x0, y0, std::min(part.x + part.width + margin, view.width) - x0,
+          std::min(part.y + part.height + margin, view.height) - y0};
+}
+
 bool AreaShadow::draw(const TracedScene& scene, const SceneLayer& layer, bool fresh,
                       const Camera& viewport, const Light& light, ShadowQuality quality,
-                      const Rectangle& part) {
+                      const Rectangle& shaded) {
   const Effort work = effort(quality, light);
+  const Rectangle part = surroundings(shaded, layer.view());
   const Vec3 origin = viewport.ray({0.0, 0.0});
   eye_ = Vec3f(viewport.centre());
   ray_0_ = Vec3f(origin);
@@ -278,7 +292,7 @@ bool AreaShadow::draw(const TracedScene& scene, const SceneLayer& layer, bool fr
     rows_ = rows;
     block_columns_ = (columns + block - 1) / block;
     block_rows_ = (rows + block - 1) / block;
-    for (auto* numbers : {&inverse_, &sum_, &gathered_}) numbers->resize(count);
+    for (auto* numbers : {&inverse_, &sum_, &mean_, &gathered_}) numbers->resize(count);
     for (auto* bytes : {&candidate_, &asked_, &blocked_}) bytes->resize(count);
     receivers_.resize(count);
   }
@@ -345,8 +359,14 @@ float AreaShadow::taken(const SceneLayer& layer, int x, int y) const {
   const int right = std::min((blocks_.x + blocks_.width) * block, columns_);
   const int bottom = std::min((blocks_.y + blocks_.height) * block, rows_);
   float sum = 0.0f, weight = 0.0f;
-  for (int j = y / 2; j <= std::min((y + 1) / 2, bottom - 1); ++j) {
-    for (int i = x / 2; i <= std::min((x + 1) / 2, right - 1); ++i) {
+  const int last_y = std::min((y + 1) / 2, bottom - 1), last_x = std::min((x + 1) / 2, right - 1);
+  for (int j = y / 2; j <= last_y; ++j)
+    for (int i = x / 2; i <= last_x; ++i)
+      sum += gathered_[static_cast<std::size_t>(j) * columns_ + i];
+  if (sum == 0.0f) return 0.0f;
+  sum = 0.0f;
+  for (int j = y / 2; j <= last_y; ++j) {
+    for (int i = x / 2; i <= last_x; ++i) {
       const std::size_t at = static_cast<std::size_t>(j) * columns_ + i;
       const float w = alike(inverse_[at], own) + 1e-6f;
       sum += w * gathered_[at];

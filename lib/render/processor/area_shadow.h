@@ -34,7 +34,11 @@ class AreaShadow {
   /// of the last call.
   void set_subjects(const RenderPlan& plan, const Light& light, bool same);
 
-  /// Computes E in \p part of the picture, as \p viewport sees it. \p layer is drawn there, in whole
+  /// The pixels that draw() looks at for \p part: more by what is gathered, so that what lies
+  /// around does not depend on where the part ends.
+  static Rectangle surroundings(const Rectangle& part, const LayerView& view);
+
+  /// Computes E in \p part of the picture, as \p viewport sees it. \p layer is drawn in its surroundings(), in whole
   /// blocks of 32 pixels; \p fresh: it is another one than before. Returns whether what the scene
   /// itself hides from the light was kept from before.
   bool draw(const TracedScene& scene, const SceneLayer& layer, bool fresh, const Camera& viewport,
@@ -55,6 +59,7 @@ class AreaShadow {
 
  private:
   static constexpr int block = 16;  // pixels of the grid on a side
+  static constexpr int margin = 4;  // pixels of the picture
 
   int find_candidates(const TracedScene& scene, const SceneLayer& layer, std::size_t number);
   void find_mixed(std::size_t number, int first);
@@ -89,7 +94,7 @@ class AreaShadow {
   // Of this frame.
   std::vector<std::uint8_t> candidate_;  // 1: a subject may shade it, 2: some of its rays differ
   std::vector<std::uint8_t> asked_, blocked_;  // rays per pixel, and of them by subjects
-  std::vector<float> sum_, gathered_;
+  std::vector<float> sum_, mean_, gathered_;
   std::vector<std::uint8_t> block_state_;  // 1: has candidates, 2: E is not 0 somewhere
   std::vector<std::uint8_t> shaded_;       // by block: E is not 0 there or beside it
   std::uint64_t rays_ = 0;

@@ -56,14 +56,14 @@ struct ProcessorRenderer::State {
   SceneLayer direct, mirrored;
   SceneLayer around;  // as direct, all over the picture, where a mirror's points are looked up
   AreaShadow shadow;
-  bool shadow_known = false;  // of the subjects and light that shadow has
-  Light shadow_light;
+  std::optional<Light> shadow_light;  // for which shadow has the subjects
   std::vector<ReadySubject> subjects;
   SubjectLayer front, image;
   std::vector<std::uint8_t> background_copy;
   std::vector<std::uint64_t> albedo;  // by pixel: 16 bits per colour, and 1 above them where known
 
-  bool ready_subjects(const RenderFrame& frame, const RenderPlan& plan,
+  bool still(const RenderPlan& plan) const;
+  void ready_subjects(const RenderFrame& frame, const RenderPlan& plan,
                       const RenderSettings& settings, RenderStatistics& statistics);
   void bring_to_screen(const RenderFrame& frame, const RenderPlan& plan);
   Vec3f albedo_at(const RenderPlan& plan, int x, int y, int width);
@@ -78,11 +78,19 @@ std::string ProcessorRenderer::description() const {
   return std::string("the processor, with ") + loops().name;
 }
 
-/// Makes the subjects' views ready; true where all of them are those of the last frame, in place.
-bool ProcessorRenderer::State::ready_subjects(const RenderFrame& frame, const RenderPlan& plan,
+/// Whether all subjects are those of the last frame, in place.
+bool ProcessorRenderer::State::still(const RenderPlan& plan) const {
+  bool same = subjects.size() == plan.subjects.size();
+  for (std::size_t i = 0; same && i < subjects.size(); ++i)
+    same = plan.subjects[i].content != 0 && plan.subjects[i].content == subjects[i].content &&
+           plan.subjects[i].local_to_scene == subjects[i].local_to_scene;
+  return same;
+}
+
+/// Makes the subjects' views ready.
+void ProcessorRenderer::State::ready_subjects(const RenderFrame& frame, const RenderPlan& plan,
                                               const RenderSettings& settings,
                                               RenderStatistics& statistics) {
-  bool still = subjects.size() == plan.subjects.size();
   bool reused = !plan.subjects.empty();
   subjects.resize(plan.subjects.size());
   for (std::size_t i = 0; i < subjects.size(); ++i) {
@@ -98,13 +106,11 @@ bool ProcessorRenderer::State::ready_subjects(const RenderFrame& frame, const Re
     const SkinCounts counts = subject.skin.prepare(*placed.mesh, eyes, same, !settings.skip);
     statistics.pictures_uploaded += counts.pictures;
     statistics.pictures_skipped += counts.pictures_skipped;
-    still = still && same && placed.local_to_scene == subject.local_to_scene;
     reused = reused && same;
     subject.content = placed.content;
     subject.local_to_scene = placed.local_to_scene;
   }
   statistics.mesh_reused = reused;
-  return still;
 }
 
 void ProcessorRenderer::State::bring_to_screen(const RenderFrame& frame, const RenderPlan& plan) {
@@ -274,9 +280,28 @@ void ProcessorRenderer::render(const RenderFrame& frame, const RenderPlan& plan,
     s.scene.reset();
     if (frame.scene && !frame.scene->meshes.empty()) s.scene.emplace(*frame.scene);
   }
-  const bool still = s.ready_subjects(frame, plan, settings, statistics_);
-  s.bring_to_screen(frame, plan);
-  pass("upload");
+  const bool still = settings.skip && s.still(plan);
+  const bool has_shadow_to_draw = !plan.shadow.empty();
+  // What the subjects look like, and what they hide, side by side.
+  double prepared[2] = {0.0, 0.0};  // seconds
+  parallel_for(has_shadow_to_draw ? 2 : 1, 1, 0, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t task = begin; task < end; ++task) {
+      Stopwatch own;
+      if (task == 0) {
+        s.ready_subjects(frame, plan, settings, statistics_);
+        s.bring_to_screen(frame, plan);
+      } else {
+        const Light& light = frame.lights[static_cast<std::size_t>(plan.light)];
+        s.shadow.set_subjects(plan, light, still && s.shadow_light == light);
+        s.shadow_light = light;
+      }
+      prepared[task] = own.lap();
+    }
+  });
+  if (!has_shadow_to_draw) s.shadow_light.reset();
+  watch.lap();
+  statistics_.passes.push_back({"upload", 1e3 * prepared[0], -1.0});
+  if (has_shadow_to_draw) statistics_.passes.push_back({"shadow-maps", 1e3 * prepared[1], -1.0});
 
   const TracedScene* scene = s.scene ? &*s.scene : nullptr;
   const Mat4 pixels_from_scene = pixels_from_clip(frame.width, frame.height) * plan.clip_from_scene;
@@ -292,10 +317,11 @@ void ProcessorRenderer::render(const RenderFrame& frame, const RenderPlan& plan,
   if (fresh || s.albedo.size() != static_cast<std::size_t>(frame.width) * frame.height)
     s.albedo.assign(static_cast<std::size_t>(frame.width) * frame.height, 0);
   if (scene) {
-    // Shadows are computed in blocks of 32 pixels.
-    const int y0 = changed.y / 32 * 32;
-    const int y1 = std::min((changed.y + changed.height + 31) / 32 * 32, frame.height);
-    bool drawn = s.direct.ensure({changed.x, y0, changed.width, y1 - y0});
+    // Shadows are computed in blocks of 32 pixels; the layer's columns are those already.
+    const Rectangle wide = AreaShadow::surroundings(changed, view);
+    const int y0 = wide.y / 32 * 32;
+    const int y1 = std::min((wide.y + wide.height + 31) / 32 * 32, frame.height);
+    bool drawn = s.direct.ensure({wide.x, y0, wide.width, y1 - y0});
     if (mirror) {
       LayerView behind = view;
       behind.pixels_from_scene =
@@ -317,19 +343,12 @@ void ProcessorRenderer::render(const RenderFrame& frame, const RenderPlan& plan,
   Vec3f power(0.0f);
   if (!plan.shadow.empty()) {
     const Light& light = frame.lights[static_cast<std::size_t>(plan.light)];
-    const bool same = still && s.shadow_known && s.shadow_light == light;
-    s.shadow.set_subjects(plan, light, same);
-    s.shadow_known = true;
-    s.shadow_light = light;
-    pass("shadow-maps");
     statistics_.static_shadow_reused =
         s.shadow.draw(*scene, s.direct, fresh, resized(frame.viewport, frame.width, frame.height),
                       light, settings.shadow, plan.shadow);
     statistics_.rays = s.shadow.rays();
     power = light_power(light) * (frame.exposure / std::numbers::pi_v<float>);
     pass("shadow");
-  } else {
-    s.shadow_known = false;
   }
 
   std::optional<MirrorView> mirror_view;
