@@ -24,6 +24,7 @@ class ProcessorRenderer : public Renderer {
 
  private:
   struct State;
+  class Blend;
   std::unique_ptr<State> state_;
 };
 

@@ -50,6 +50,7 @@ class Skin {
   /// The triangles that eye \p eye sees, three vertices each.
   std::size_t first_vertex(std::size_t eye) const { return first_[eye]; }
   std::size_t last_vertex(std::size_t eye) const { return first_[eye + 1]; }
+  /// Vertex \p index; a triangle's three follow each other in memory.
   const HullVertex& vertex(std::size_t index) const { return drawing_.vertices[index]; }
 
   /// Adds each item's linear colour times its share (and the share as fourth number) to its pixel.

@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "render/processor/subject_layer.h"
+
+#include <algorithm>
+#include <limits>
+
+namespace polyhull::processor {
+namespace {
+
+constexpr std::uint32_t number_bits = 0x0fffffffu;  // below the sample's number
+
+/// The point of a triangle's surface at \p at, seen in \p share of the pixel.
+void add_item(SkinItems& items, const HullVertex* corner, const Foot& at, float share,
+              std::uint32_t pixel) {
+  const HullVertex &a = corner[0], &b = corner[1], &c = corner[2];
+  const float first = 1.0f - at.second - at.third;
+  const Vec3f p = first * a.position + at.second * b.position + at.third * c.position;
+  items.x.push_back(p.x);
+  items.y.push_back(p.y);
+  items.z.push_back(p.z);
+  std::array<float, 4>& weights = items.weights.emplace_back();
+  for (std::size_t k = 0; k < 4; ++k)
+    weights[k] = (first * a.weights[k] + at.second * b.weights[k] + at.third * c.weights[k]) *
+                 (1.0f / 65535.0f);
+  items.slots.push_back(a.slots[0] | a.slots[1] << 8 | a.slots[2] << 16 |
+                        static_cast<std::uint32_t>(a.slots[3]) << 24);
+  items.share.push_back(share);
+  items.pixel.push_back(pixel);
+}
+
+}  // namespace
+
+void SubjectLayer::fill(const std::vector<ReadySubject>& subjects, const SubjectEye& eye, int width,
+                        int height) {
+  triangles_.begin(width, height);
+  vertex_of_.clear();
+  for (std::size_t s = 0; s < subjects.size(); ++s) {
+    const Mat4& to_scene = subjects[s].local_to_scene;
+    const Mat4 from_local = eye.pixels_from_scene * to_scene;
+    const Vec4 plane = eye.kept ? *eye.kept * to_scene : Vec4(0, 0, 0, 1);
+    const Skin& skin = subjects[s].skin;
+    for (std::size_t v = skin.first_vertex(eye.number); v < skin.last_vertex(eye.number); v += 3) {
+      std::array<Corner, 3> corners;
+      for (std::size_t k = 0; k < 3; ++k) {
+        const Vec4 point(Vec3(skin.vertex(v + k).position), 1.0);
+        corners[k] = {Vec3(from_local * point), glm::dot(plane, point)};
+      }
+      triangles_.add(corners, static_cast<std::uint32_t>(vertex_of_.size()), eye.facing);
+      vertex_of_.emplace_back(static_cast<std::uint32_t>(s), static_cast<std::uint32_t>(v));
+    }
+  }
+}
+
+/// Begins with the scene's depths, so that only what is nearer is drawn, and beside the mirror with
+/// what nothing is nearer than.
+void SubjectLayer::hide(int band, const Rectangle& rows, const SceneLayer& scene,
+                        const SceneLayer* frame, Scratch& scratch) const {
+  const SceneLayer::Band& of_scene = scene.band(band);
+  const int band_top = band * band_rows;
+  const auto full = static_cast<std::size_t>(scene.view().width);
+  const auto band_height =
+      static_cast<std::size_t>(std::min(band_rows, scene.view().height - band_top));
+  const auto width = static_cast<std::size_t>(rows.width);
+  const auto height = static_cast<std::size_t>(rows.height);
+  for (std::size_t s = 0; s < static_cast<std::size_t>(scene.view().samples); ++s) {
+    for (std::size_t y = 0; y < height; ++y) {
+      const std::size_t at = (static_cast<std::size_t>(rows.y - band_top) + y) * full +
+                             static_cast<std::size_t>(rows.x);
+      float* to = &scratch.inverse[(s * height + y) * width];
+      std::copy_n(&of_scene.inverse[s * band_height * full + at], width, to);
+      if (frame == nullptr) continue;
+      const std::uint8_t* marks = &frame->band(band).mirror[at];
+      for (std::size_t x = 0; x < width; ++x)
+        if (!(marks[x] >> s & 1)) to[x] = std::numeric_limits<float>::infinity();
+    }
+  }
+}
+
+/// Each triangle in a pixel is coloured once, in the middle of its samples.
+void SubjectLayer::find_items(const std::vector<ReadySubject>& subjects, const Rectangle& rows,
+                              int samples, Scratch& scratch) const {
+  const float(*places)[2] = sample_places(samples);
+  const float each = 1.0f / static_cast<float>(samples);
+  const auto pixels = static_cast<std::size_t>(rows.width) * static_cast<std::size_t>(rows.height);
+  for (std::size_t pixel = 0; pixel < pixels; ++pixel) {
+    std::uint32_t seen[8];
+    int count = 0;
+    for (std::size_t s = 0; s < static_cast<std::size_t>(samples); ++s) {
+      const std::uint32_t number = scratch.ids[s * pixels + pixel];
+      if (number != no_triangle) seen[count++] = number | static_cast<std::uint32_t>(s) << 28;
+    }
+    while (count > 0) {
+      const std::uint32_t number = seen[0] & number_bits;
+      float sx = 0.0f, sy = 0.0f;
+      int own = 0, left = 0;
+      for (int i = 0; i < count; ++i) {
+        if ((seen[i] & number_bits) == number) {
+          sx += places[seen[i] >> 28][0];
+          sy += places[seen[i] >> 28][1];
+          ++own;
+        } else {
+          seen[left++] = seen[i];
+        }
+      }
+      count = left;
+      const ScreenTriangle& piece = triangles_.piece(number);
+      const double x = rows.x + static_cast<double>(pixel % static_cast<std::size_t>(rows.width));
+      const double y = rows.y + static_cast<double>(pixel / static_cast<std::size_t>(rows.width));
+      const Foot at =
+          foot(piece, x + sx / static_cast<float>(own), y + sy / static_cast<float>(own));
+      const auto [subject, first] = vertex_of_[piece.id];
+      add_item(scratch.items[subject], &subjects[subject].skin.vertex(first), at,
+               static_cast<float>(own) * each, static_cast<std::uint32_t>(pixel));
+    }
+  }
+}
+
+void SubjectLayer::paint(const std::vector<ReadySubject>& subjects, int band, const Rectangle& part,
+                         const SceneLayer& scene, const SceneLayer* frame, bool drawn,
+                         Scratch& scratch, std::vector<glm::vec4>& into) const {
+  const int top = std::max(part.y, band * band_rows);
+  const int bottom = std::min(part.y + part.height, (band + 1) * band_rows);
+  const Rectangle rows{part.x, top, part.width, bottom - top};
+  const auto pixels = static_cast<std::size_t>(rows.width) * static_cast<std::size_t>(rows.height);
+  const int samples = scene.view().samples;
+  into.assign(pixels, glm::vec4(0.0f));
+  scratch.inverse.assign(static_cast<std::size_t>(samples) * pixels, 0.0f);
+  scratch.ids.assign(static_cast<std::size_t>(samples) * pixels, no_triangle);
+  if (drawn) hide(band, rows, scene, frame, scratch);
+  triangles_.draw(band, {rows.x, rows.x + rows.width, top, bottom, samples, sample_places(samples),
+                         scratch.inverse.data(), scratch.ids.data()});
+  scratch.items.resize(subjects.size());
+  for (SkinItems& items : scratch.items) items.clear();
+  find_items(subjects, rows, samples, scratch);
+  for (std::size_t s = 0; s < subjects.size(); ++s)
+    subjects[s].skin.paint(scratch.items[s], scratch.skin, into.data());
+}
+
+}  // namespace polyhull::processor

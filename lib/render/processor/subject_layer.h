@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// The subjects as one eye sees them, the viewport's own or the one that a mirror makes: their triangles
+/// on the screen, hidden by the scene sample by sample, each coloured once per pixel.
+#pragma once
+
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "render/frame.h"
+#include "render/processor/scene_layer.h"
+#include "render/processor/screen_triangles.h"
+#include "render/processor/skin.h"
+
+namespace polyhull::processor {
+
+/// A subject ready to be drawn, and what it was made ready of.
+struct ReadySubject {
+  Skin skin;
+  std::uint64_t content = 0;
+  Mat4 local_to_scene{1.0};
+};
+
+/// What decides a subject layer.
+struct SubjectEye {
+  std::size_t number = 0;       ///< of the eyes that the skins were prepared for
+  Mat4 pixels_from_scene{1.0};  ///< homogeneous
+  Facing facing = Facing::clockwise;
+  std::optional<Vec4> kept;  ///< only what is on this plane's positive side, scene coordinates
+};
+
+class SubjectLayer {
+ public:
+  /// A thread's working memory.
+  struct Scratch {
+    std::vector<float> inverse;
+    std::vector<std::uint32_t> ids;
+    std::vector<SkinItems> items;
+    SkinScratch skin;
+  };
+
+  /// Brings the subjects' triangles to a screen of width x height.
+  void fill(const std::vector<ReadySubject>& subjects, const SubjectEye& eye, int width,
+            int height);
+
+  /// Draws what of \p part lies in band \p band, hidden by \p scene and, where given, only where
+  /// \p frame marks its mirror: premultiplied linear colours and coverage, row by row. \p drawn: the
+  /// scene's layers have something at all.
+  void paint(const std::vector<ReadySubject>& subjects, int band, const Rectangle& part,
+             const SceneLayer& scene, const SceneLayer* frame, bool drawn, Scratch& scratch,
+             std::vector<glm::vec4>& into) const;
+
+ private:
+  void hide(int band, const Rectangle& rows, const SceneLayer& scene, const SceneLayer* frame,
+            Scratch& scratch) const;
+  void find_items(const std::vector<ReadySubject>& subjects, const Rectangle& rows, int samples,
+                  Scratch& scratch) const;
+
+  ScreenTriangles triangles_;
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> vertex_of_;  // by id: subject, first vertex
+};
+
+}  // namespace polyhull::processor
