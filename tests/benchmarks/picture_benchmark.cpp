@@ -12,6 +12,7 @@
 #include <numbers>
 
 #include "base/error.h"
+#include "base/thread_pool.h"
 #include "gl_context.h"
 #include "measure.h"
 #include "raytrace/background.h"
@@ -56,7 +57,7 @@ Camera viewport(double degrees, int width, int height) {
 }
 
 struct Result {
-  std::vector<double> wall, processor;
+  std::vector<double> wall, processor, threads;
   std::vector<std::vector<double>> passes;
 };
 
@@ -94,7 +95,7 @@ int main(int argc, char** argv) {
   }
 
   polyhull::testing::HeadlessContext context(false);
-  std::printf("%-10s %-6s %-11s %9s %9s\n", "backend", "shadow", "viewport", "wall ms", "cpu ms");
+  std::printf("%-10s %-6s %-11s %9s %9s %7s\n", "backend", "shadow", "viewport", "wall ms", "cpu ms", "threads");
   std::ofstream table;
   if (!output.empty()) {
     table.open(output + "/picture.csv");
@@ -138,20 +139,23 @@ int main(int argc, char** argv) {
             frame.subjects = {{&recorded.mesh, {}, 0}};
             out.pixels = before.pixels;
             const double wall = now(CLOCK_MONOTONIC), busy = now(CLOCK_PROCESS_CPUTIME_ID);
+            const LoopWatch loops;
             const RenderPlan plan = renderer->plan(frame, settings);
             renderer->render(frame, plan, settings, before.pixels.data(), 4 * width,
                              out.pixels.data(), 4 * width);
             if (count++ == 0) continue;  // makes what stays
             result.wall.push_back(now(CLOCK_MONOTONIC) - wall);
             result.processor.push_back(now(CLOCK_PROCESS_CPUTIME_ID) - busy);
+            result.threads.push_back(loops.threads());
             const auto& passes = renderer->statistics().passes;
             result.passes.resize(passes.size());
             for (std::size_t i = 0; i < passes.size(); ++i)
               result.passes[i].push_back(passes[i].cpu_milliseconds);
           }
         }
-        std::printf("%-10s %-6s %-11s %9.2f %9.2f\n", processor ? "processor" : "gl", name,
-                    travels ? "travels" : "still", median(result.wall), median(result.processor));
+        std::printf("%-10s %-6s %-11s %9.2f %9.2f %7.2f\n", processor ? "processor" : "gl", name,
+                    travels ? "travels" : "still", median(result.wall), median(result.processor),
+                    median(result.threads));
         if (detailed)
           for (std::size_t i = 0; i < result.passes.size(); ++i)
             std::printf("    %-14s %8.2f\n", renderer->statistics().passes[i].name,
