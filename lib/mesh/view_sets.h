@@ -45,8 +45,8 @@ struct ViewDecision {
   };
   Kind kind = Kind::wait;
   std::vector<std::size_t> heads;  ///< indices, rising
-  std::int64_t time = no_time;     ///< of a set: its earliest running time
-  std::uint64_t trigger = no_trigger;
+  std::int64_t time = no_time;     ///< of a set: its earliest running time, ns
+  std::uint64_t trigger = no_trigger;  ///< of a set
 };
 
 class ViewSets {
