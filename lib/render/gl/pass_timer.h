@@ -16,6 +16,7 @@ enum class Pass { upload, shadow_maps, scene_depth, shadow, mirror, subject, ble
 inline constexpr std::size_t pass_count = 8;
 const char* pass_name(Pass pass);
 
+/// Times the passes of frame after frame, with the context current.
 class PassTimer {
  public:
   ~PassTimer();

@@ -162,7 +162,8 @@ Vec3f ProcessorRenderer::State::albedo_at(const RenderPlan& plan, int x, int y, 
   return Vec3f(known & 0xffff, known >> 16 & 0xffff, known >> 32 & 0xffff) / 65535.0f;
 }
 
-/// Draws the part of a subject layer in a band: premultiplied colour and coverage per pixel of part.
+/// Draws the part of a subject layer in a band: premultiplied colour and coverage per pixel of
+/// part.
 void ProcessorRenderer::State::paint_layer(const SubjectLayer& layer, const RenderPlan& plan,
                                            const Rectangle& part, int band, bool in_mirror,
                                            BandScratch& scratch, std::vector<glm::vec4>& into) {
