@@ -35,8 +35,8 @@ struct AlphaView {
 };
 AlphaView alpha_of(const GstVideoFrame& frame);
 
-/// What is attached to \p buffer, whose alpha is \p alpha, where that still holds; else null. Valid as
-/// long as the buffer is held. \p unwritten: is_unwritten(), asked before the frame was mapped.
+/// What is attached to \p buffer, whose alpha is \p alpha, where that still holds; else null. Valid
+/// as long as the buffer is held. \p unwritten: is_unwritten(), asked before the frame was mapped.
 const MatteContent* attached_matte(GstBuffer* buffer, const AlphaView& alpha, bool unwritten);
 
 }  // namespace polyhull::element
