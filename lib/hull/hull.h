@@ -68,7 +68,7 @@ struct Hull {
 
 /// Counts and times (seconds) of one call, for `stats`.
 struct HullStatistics {
-  std::uint32_t cameras = 0;  ///< with a silhouette that is not empty
+  std::uint32_t cameras = 0;           ///< with a silhouette that is not empty
   std::uint32_t contour_vertices = 0;  ///< of all silhouettes
   std::uint64_t predicates = 0;
   std::uint64_t exact_predicates = 0;  ///< that the floating-point filter could not decide

@@ -24,7 +24,7 @@ namespace polyhull {
 /// How paths are traced.
 struct PathOptions {
   int mirror_depth = 6;  ///< how many mirrors a ray follows
-  int threads = 0;  ///< of the pool, 0: all
+  int threads = 0;       ///< of the pool, 0: all
   /// Ways to each light and bounces for each point that the camera sees. Mirrors and edges need few
   /// camera rays, soft shadows many ways.
   int light_samples = 1;

@@ -18,7 +18,7 @@ struct ViewOptions {
   /// Of neighbouring pixels' sRGB values (0..1) from which edges are smoothed.
   float contrast = 0.045f;
   int mirror_depth = 4;  ///< how many mirrors a ray follows
-  int threads = 0;  ///< of the pool, 0: all
+  int threads = 0;       ///< of the pool, 0: all
 };
 
 /// Of one call.

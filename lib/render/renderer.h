@@ -36,7 +36,7 @@ struct RenderStatistics {
   bool mirror_skipped = false;
   bool scene_depth_reused = false;
   bool static_shadow_reused = false;  ///< what the scene itself hides from the light
-  bool mesh_reused = false;  ///< what was made ready of it before is used again
+  bool mesh_reused = false;           ///< what was made ready of it before is used again
 };
 
 /// Draws frame after frame, and keeps what stays. Not for use by two threads at once.

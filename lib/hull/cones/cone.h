@@ -58,7 +58,7 @@ struct Cone {
   bool complement = false;  ///< the solid is what the rings do not hold (Unseen::keep)
   ContourGrid grid;
   std::uint32_t input_vertices = 0;
-  std::uint64_t compared_pairs = 0;         ///< of edges, to see that the rings are simple
+  std::uint64_t compared_pairs = 0;  ///< of edges, to see that the rings are simple
   /// Lengths of the rows of camera.to_pixel: the longer of the first two, and the third.
   double pixel_scale = 0, depth_scale = 0;
   double pixel_error = 0;   ///< px by which a ray may be off its pixel
