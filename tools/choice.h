@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// Options of a command line that take one of several words.
+/// \file
+/// Options of a command line that take one of several words.
 #pragma once
 
 #include <CLI/CLI.hpp>

@@ -88,7 +88,8 @@ HullScene parse_hull_scene(std::string_view text, const std::string& source) {
     scene.rig = parse_rig(json.at("rig").dump(), source);
     const Json& silhouettes = json.at("silhouettes");
     if (silhouettes.size() != scene.rig.cameras.size()) {
-      throw Error(Error::Kind::bad_input, "{}: {} silhouettes for {} cameras.", source,
+      throw Error(Error::Kind::bad_input,
+                  "{}: {} silhouettes for {} cameras; expected one for each.", source,
                   silhouettes.size(), scene.rig.cameras.size());
     }
     for (std::size_t i = 0; i < silhouettes.size(); ++i) {
@@ -106,7 +107,9 @@ HullScene parse_hull_scene(std::string_view text, const std::string& source) {
 
 HullScene load_hull_scene(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
-  if (!file) throw Error(Error::Kind::not_found, "{}: cannot open the scene file.", path);
+  if (!file)
+    throw Error(Error::Kind::not_found,
+                "{}: cannot open the scene file; check that it exists and may be read.", path);
   const std::string text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
   return parse_hull_scene(text, path);
 }

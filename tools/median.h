@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// What is typical of measured times.
 #pragma once
 
 #include <algorithm>

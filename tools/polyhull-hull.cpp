@@ -191,7 +191,7 @@ int main(int argc, char** argv) {
                  "How far simplification may move the surface, world units; 0: none")
       ->check(CLI::Range(0.0, std::numeric_limits<double>::max()))
       ->capture_default_str();
-  app.add_option("--threads", arguments.hull.threads, "Threads")
+  app.add_option("--threads", arguments.hull.threads, "Threads that build the hull")
       ->check(CLI::Range(1, 1024))
       ->capture_default_str();
   app.add_option("--repeat", arguments.repeat, "Builds the hull this often and prints median times")

@@ -26,7 +26,11 @@ struct MeshFile {
 
 MeshFile read_mesh_file(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
-  if (!file) throw Error(Error::Kind::not_found, "Mesh file '{}' cannot be opened.", path);
+  if (!file)
+    throw Error(Error::Kind::not_found,
+                "Mesh file '{}' cannot be opened; give a file of application/x-polyhull-mesh bytes "
+                "that exists and may be read.",
+                path);
   MeshFile result;
   result.bytes.assign(std::istreambuf_iterator<char>(file), {});
   result.mesh = read_mesh(result.bytes);

@@ -40,8 +40,8 @@ void write_file(const std::string& path, const std::string& text) {
   std::ofstream file(path);
   file << text;
   if (!file.flush())
-    throw Error(Error::Kind::io, "Cannot write {}: check that the folder exists and is writable.",
-                path);
+    throw Error(Error::Kind::io,
+                "Cannot write '{}'; check that the folder exists and may be written to.", path);
 }
 
 // One reading of the frame, as the measure of what the memory allows.
@@ -102,21 +102,21 @@ struct Arguments {
 
   void add_to(CLI::App& app) {
     app.add_option("picture", picture, "PNG or JPEG file")->required();
-    app.add_option("-o,--output", output, "rings as JSON; '-' writes them to the output");
-    app.add_option("--matte", matte, "writes the matte before the blur as a grey PNG");
-    app.add_option("--view-file", view_file, "writes the picture that --view chooses as PNG");
-    add_choice(app, "--view", view, "composite, matte, status or spill",
+    app.add_option("-o,--output", output, "Writes the rings as JSON; '-': to standard output");
+    app.add_option("--matte", matte, "Writes the matte before the blur as a grey PNG");
+    app.add_option("--view-file", view_file, "Writes the picture that --view chooses as PNG");
+    add_choice(app, "--view", view, "For --view-file: composite, matte, status or spill",
                {{"composite", KeyView::composite},
                 {"matte", KeyView::matte},
                 {"status", KeyView::status},
                 {"spill", KeyView::spill}});
-    app.add_option("--format", format, "pixel format that the picture is given to the keyer in")
+    app.add_option("--format", format, "Pixel format that the picture is given to the keyer in")
         ->check(CLI::IsMember({"RGBx", "BGRx", "RGB", "I420", "NV12", "YUY2", "UYVY"}));
-    app.add_option("--plate", plates, "clean plates; several are averaged, with their variation");
-    app.add_option("--repeat", repeat, "process the picture this many times")
+    app.add_option("--plate", plates, "Clean plates; several are averaged, with their variation");
+    app.add_option("--repeat", repeat, "Processes the picture this many times")
         ->check(CLI::Range(1, 1000000));
-    app.add_option("--threads", threads, "this many streams at a time")->check(CLI::Range(1, 256));
-    app.add_flag("--json", json, "print times and counts as JSON");
+    app.add_option("--threads", threads, "This many streams at a time")->check(CLI::Range(1, 256));
+    app.add_flag("--json", json, "Prints times and counts as JSON");
     options.add_to(app);
   }
 };

@@ -18,10 +18,12 @@ std::uint8_t byte(double v) {
 Rgb colour_of(const std::vector<int>& levels, const char* option) {
   Rgb out{};
   if (levels.size() != 3)
-    throw Error(Error::Kind::bad_input, "{} needs three levels: red green blue.", option);
+    throw Error(Error::Kind::bad_input, "{} has {} levels; give three: red green blue.", option,
+                levels.size());
   for (int i = 0; i < 3; ++i) {
     if (levels[i] < 0 || levels[i] > 255)
-      throw Error(Error::Kind::bad_input, "{}: levels are from 0 to 255.", option);
+      throw Error(Error::Kind::bad_input,
+                  "{}: {} is no level; give red, green and blue from 0 to 255.", option, levels[i]);
     out[i] = static_cast<std::uint8_t>(levels[i]);
   }
   return out;
@@ -117,58 +119,61 @@ FrameMemory pack(const Picture& picture, const std::string& format) {
 
 void SilhouetteOptions::add_to(CLI::App& app) {
   KeySettings& k = settings_.key;
-  app.add_option("--key", key_, "green, blue, auto, or a colour as rrggbb in hexadecimal");
-  add_choice(app, "--method", k.method, "soft, prototype or difference",
+  app.add_option("--key", key_,
+                 "Colour of the screen: green, blue, auto, or rrggbb in hexadecimal");
+  add_choice(app, "--method", k.method, "How the matte is made: soft, prototype or difference",
              {{"soft", KeyMethod::soft},
               {"prototype", KeyMethod::threshold},
               {"difference", KeyMethod::difference}});
-  app.add_option("--strength", k.strength, "prototype: margin of the key channel, 0..255");
+  app.add_option("--strength", k.strength, "Prototype: margin of the key channel, 0..255");
   app.add_option("--bright-threshold", k.bright_threshold,
-                 "prototype: R+G+B above this is foreground");
-  app.add_option("--red-gain", k.red_gain, "multiplies red for the decision, 0..4");
-  app.add_option("--blue-gain", k.blue_gain, "multiplies blue for the decision, 0..4");
-  app.add_option("--roi", roi_, "region of interest: x y width height")->expected(4);
-  app.add_option("--screen", screen_, "soft: sample of the screen, red green blue")->expected(3);
-  app.add_option("--foreground", foreground_, "soft: sample of the subject, red green blue")
+                 "Prototype: R+G+B above this, 0..765, is foreground");
+  app.add_option("--red-gain", k.red_gain, "Multiplies red for the decision, 0..4");
+  app.add_option("--blue-gain", k.blue_gain, "Multiplies blue for the decision, 0..4");
+  app.add_option("--roi", roi_, "Region of interest: x y width height, px")->expected(4);
+  app.add_option("--screen", screen_, "Soft: sample of the screen, red green blue")->expected(3);
+  app.add_option("--foreground", foreground_, "Soft: sample of the subject, red green blue")
       ->expected(3);
-  app.add_flag("--uneven", k.uneven, "soft: follow slow changes of the screen over the picture");
-  app.add_option("--clip-black", k.clip_black, "alpha below this fraction is 0");
-  app.add_option("--clip-white", k.clip_white, "alpha above this fraction is 255");
-  app.add_option("--choke", k.choke, "px shaved off the matte (negative: grown)");
-  app.add_option("--close", k.close, "px: gaps up to twice this width are closed");
-  app.add_option("--spill", k.spill, "fraction of the spill removed, 0..1");
+  app.add_flag("--uneven", k.uneven, "Soft: follow slow changes of the screen over the picture");
+  app.add_option("--clip-black", k.clip_black, "Alpha below this fraction is 0");
+  app.add_option("--clip-white", k.clip_white, "Alpha above this fraction is 255");
+  app.add_option("--choke", k.choke,
+                 "How far the matte is shaved off, px, -32..32 (negative: grown)");
+  app.add_option("--close", k.close, "Gaps up to twice this width are closed, px, 0..32");
+  app.add_option("--spill", k.spill, "Fraction of the spill that is removed, 0..1");
   app.add_option("--difference-low", k.difference_low,
-                 "difference: background up to this distance");
+                 "Difference: background up to this distance in levels");
   app.add_option("--difference-high", k.difference_high,
-                 "difference: foreground from this distance on");
+                 "Difference: foreground from this distance in levels on");
   app.add_option("--shadow-darkest", k.shadow_darkest,
-                 "difference: light that a shadow leaves at least");
+                 "Difference: fraction of the light that a shadow leaves at least");
   app.add_option("--light-brightest", k.light_brightest,
-                 "difference: most light relative to the plate");
+                 "Difference: most light relative to the plate, 1..4");
   app.add_option("--light-penalty", k.light_penalty,
-                 "difference: part of a change of light that counts");
-  app.add_option("--inside-mask", inside_mask_, "grey PNG: where it is not 0 is foreground");
-  app.add_option("--outside-mask", outside_mask_, "grey PNG: where it is not 0 is background");
-  app.add_option("--sigma", settings_.blur.sigma, "blur in px, 0..100");
+                 "Difference: fraction of a change of light that counts");
+  app.add_option("--inside-mask", inside_mask_, "Grey picture: where it is not 0 is foreground");
+  app.add_option("--outside-mask", outside_mask_, "Grey picture: where it is not 0 is background");
+  app.add_option("--sigma", settings_.blur.sigma, "Blur of the matte, px, 0..100");
   add_choice(
-      app, "--blur", settings_.blur.method, "fir, box or recursive",
+      app, "--blur", settings_.blur.method, "How the blur is computed: fir, box or recursive",
       {{"fir", BlurMethod::fir}, {"box", BlurMethod::box}, {"recursive", BlurMethod::recursive}});
-  app.add_option("--passes", settings_.blur.passes, "box: passes, 1..10");
+  app.add_option("--passes", settings_.blur.passes, "Box: passes, 1..10");
   app.add_option("--threshold", settings_.blur.threshold,
-                 "makes the blurred matte binary, 0: stays grey");
-  add_choice(app, "--trace", settings_.method, "subpixel or binary",
+                 "Level, 1..255, from which on the blurred matte is 255, else 0; 0: stays grey");
+  add_choice(app, "--trace", settings_.method, "Which line is traced: subpixel or binary",
              {{"subpixel", TraceMethod::subpixel}, {"binary", TraceMethod::binary}});
   app.add_flag("--uncorrected", uncorrected_,
-               "leave the shift that the blur puts on curved boundaries");
-  app.add_option("--tolerance", settings_.approximate.tolerance, "px, 0: every traced vertex");
+               "Leave the shift that the blur puts on curved boundaries");
+  app.add_option("--tolerance", settings_.approximate.tolerance,
+                 "How far polygons may leave the traced line, px; 0: every traced vertex");
   app.add_option("--min-edges", settings_.approximate.min_edges,
-                 "rings with fewer edges are dropped");
+                 "Rings with fewer edges are dropped, 3..1000");
   app.add_option("--min-area", settings_.approximate.min_area,
-                 "px²: smaller outer rings are dropped");
+                 "Smaller outer rings are dropped, px²");
   app.add_option("--min-hole-area", settings_.approximate.min_hole_area,
-                 "px²: smaller holes are filled");
+                 "Smaller holes are filled, px²");
   app.add_option("--keep-largest", settings_.approximate.keep_largest,
-                 "only so many outer rings, 0: all");
+                 "Only so many outer rings, the largest; 0: all");
 }
 
 SilhouetteSettings SilhouetteOptions::settings() const {

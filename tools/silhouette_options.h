@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// The silhouette stage's settings as command-line options, and pictures as camera formats.
+/// \file
+/// The silhouette stage's settings as command-line options, and pictures as camera formats.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -21,11 +22,14 @@ struct FrameMemory {
   FrameView view() const;
 };
 
-/// An RGB picture as it would come from a camera (BT.601, video range).
+/// An RGB picture as it would come from a camera (BT.601, video range); \p format as GStreamer
+/// names it: RGBx, BGRx, RGB, I420, NV12, YUY2 or UYVY.
 FrameMemory pack(const Picture& picture, const std::string& format);
 
+/// The options and what they set.
 class SilhouetteOptions {
  public:
+  /// Adds them to \p app, which must not outlive this.
   void add_to(CLI::App& app);
   /// What was given; reads the mask pictures. Throws Error.
   SilhouetteSettings settings() const;

@@ -11,7 +11,8 @@
 namespace polyhull {
 
 /// What went wrong, where (file, line, camera, property), what was expected and what to do, in a
-/// sentence for people. Elements turn it into one GST_ELEMENT_ERROR, tools print it and exit with 1.
+/// sentence for people. Elements turn it into one GST_ELEMENT_ERROR, tools print it and
+/// exit with 1.
 class Error : public std::runtime_error {
  public:
   enum class Kind {

@@ -77,7 +77,10 @@ std::vector<std::uint8_t> encode_png(const Picture& picture) {
   std::vector<std::uint8_t> bytes;
   if (!stbi_write_png_to_func(append, &bytes, picture.width, picture.height, picture.channels,
                               picture.pixels.data(), picture.width * picture.channels))
-    throw Error(Error::Kind::io, "A picture could not be encoded as PNG.");
+    throw Error(Error::Kind::io,
+                "A picture of {}x{} pixels in {} channels could not be encoded as PNG: expected a "
+                "size above 0 and 1 to 4 channels.",
+                picture.width, picture.height, picture.channels);
   return bytes;
 }
 
@@ -85,7 +88,10 @@ std::vector<std::uint8_t> encode_jpeg(const Picture& picture, int quality) {
   std::vector<std::uint8_t> bytes;
   if (!stbi_write_jpg_to_func(append, &bytes, picture.width, picture.height, picture.channels,
                               picture.pixels.data(), std::clamp(quality, 1, 100)))
-    throw Error(Error::Kind::io, "A picture could not be encoded as JPEG.");
+    throw Error(Error::Kind::io,
+                "A picture of {}x{} pixels in {} channels could not be encoded as JPEG: expected a "
+                "size above 0 and 1 to 4 channels.",
+                picture.width, picture.height, picture.channels);
   return bytes;
 }
 
@@ -101,7 +107,11 @@ void save_picture(const Picture& picture, const std::string& path) {
   file.write(reinterpret_cast<const char*>(bytes.data()),
              static_cast<std::streamsize>(bytes.size()));
   file.flush();
-  if (!file) throw Error(Error::Kind::io, "Picture '{}' could not be written.", path);
+  if (!file)
+    throw Error(Error::Kind::io,
+                "Picture '{}' could not be written; check that the folder exists, may be written "
+                "and has space.",
+                path);
 }
 
 }  // namespace polyhull

@@ -28,13 +28,16 @@ struct Picture {
 /// Reads a PNG or JPEG file, converted to \p channels (0: as stored). Throws Error.
 Picture load_picture(const std::string& path, int channels = 0);
 
-/// Decodes the bytes of a PNG or JPEG file; \p name says in errors what they are. Throws Error.
+/// Decodes the bytes of a PNG or JPEG file, converted to \p channels (0: as stored); \p name says
+/// in errors what they are. Throws Error.
 Picture decode_picture(std::span<const std::uint8_t> bytes, int channels, const std::string& name);
 
-/// Writes a PNG or JPEG file by the name's ending. Throws Error.
+/// Writes a PNG or JPEG (quality 95) file by the name's ending: .png, .jpg or .jpeg, any case.
+/// Throws Error for another ending, and where the file cannot be written.
 void save_picture(const Picture& picture, const std::string& path);
 
-/// The picture as the bytes of a PNG or (quality 1..100) JPEG file.
+/// The picture as the bytes of a PNG or JPEG file; \p quality is held between 1 and 100. Throws
+/// Error where it cannot be encoded.
 std::vector<std::uint8_t> encode_png(const Picture& picture);
 std::vector<std::uint8_t> encode_jpeg(const Picture& picture, int quality);
 

@@ -16,8 +16,8 @@ namespace {
 
 using Body = std::function<void(std::size_t, std::size_t)>;
 
-/// One call of parallel_for(): whoever takes part takes piece after piece until none is left. Held by
-/// those who are asked to, who may come when it has ended.
+/// One call of parallel_for(): whoever takes part takes piece after piece until none is left. Held
+/// by those who are asked to, who may come when it has ended.
 class Loop {
  public:
   Loop(std::size_t count, std::size_t grain, const Body& body)
@@ -63,8 +63,8 @@ class Loop {
   std::exception_ptr error_;
 };
 
-/// The one arena of all streams' loops: its workers serve whichever loop asks for one. (With an arena
-/// for each stream a worker could stay with one that had no loop any more.)
+/// The one arena of all streams' loops: its workers serve whichever loop asks for one. (With an
+/// arena for each stream a worker could stay with one that had no loop any more.)
 tbb::task_arena& workers() {
   static tbb::task_arena& shared =
       *new tbb::task_arena(std::max(tbb::info::default_concurrency() - 1, 1), 0);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 /// \file
-/// The one pool of threads that all stages of a process share.
+/// The one pool of threads that all stages of a process share: the workers of one oneTBB arena.
 #pragma once
 
 #include <cstddef>
@@ -9,17 +9,19 @@
 
 namespace polyhull {
 
-/// Sets how many threads the pool may use, 0: as many as the process has cores, which are also the
+/// Sets how many threads one loop may use, 0: as many as the process has cores, which are also the
 /// most that are used. Default 0.
 void set_pool_threads(int threads);
 
-/// How many threads the pool may use now, at least 1.
+/// How many threads one loop may use now, at least 1.
 int pool_threads();
 
-/// Calls body(begin, end) for disjoint pieces of [0, count) of at most \p grain elements, on at most
-/// \p max_threads threads of the pool (0: all of it), and waits. On one thread it calls body(0, count)
-/// in place. The pieces do not depend on the number of threads' timing, but their order does: bodies
-/// must write to places of their own. What a body throws comes out here, once no piece is at work.
+/// Calls body(begin, end) for disjoint pieces of [0, count) of \p grain elements (the last one may
+/// have fewer), on at most \p max_threads threads, the caller's among them (0: as many as
+/// pool_threads()), and waits. For one piece, or on one thread, it calls body(0, count) in place.
+/// Which piece comes when, and on which thread, is left to chance: bodies must write to places of
+/// their own. What a body throws comes out here once no piece is at work; pieces that had not begun
+/// are left out.
 void parallel_for(std::size_t count, std::size_t grain, int max_threads,
                   const std::function<void(std::size_t begin, std::size_t end)>& body);
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 /// \file
 /// Vector and matrix types used throughout: GLM's, in double precision unless the name says float.
-/// GLM matrices are column-major: m[column][row]. Text formats (rig files, P matrices) are row-major;
-/// from_rows() and to_rows() convert.
+/// GLM matrices are column-major: m[column][row]. Text formats (rig files, P matrices) are
+/// row-major; from_rows() and to_rows() convert.
 #pragma once
 
 #include <array>

@@ -15,7 +15,8 @@ namespace polyhull {
 /// One location, held as long as this lives.
 class ClaimedLocation {
  public:
-  /// \throw Error where another element holds \p location, a path or a pattern of paths.
+  /// Throws Error where somebody else in this process holds \p location, a path or a pattern of
+  /// paths.
   explicit ClaimedLocation(const std::string& location)
       : path_(std::filesystem::absolute(location).lexically_normal().string()) {
     const std::scoped_lock lock(mutex_);

@@ -50,7 +50,9 @@ class GlbWriter : GltfBuilder {
     std::ostringstream out;
     tinygltf::TinyGLTF gltf;
     if (!gltf.WriteGltfSceneToStream(&model, out, false, true))
-      throw Error(Error::Kind::io, "The mesh could not be put into GLB form.");
+      throw Error(Error::Kind::io,
+                  "A hull of {} triangles could not be put into GLB form: too little memory?",
+                  mesh_.hull.triangles.size() / 3);
     return out.str();
   }
 

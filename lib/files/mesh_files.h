@@ -12,8 +12,9 @@
 /// Textures: each triangle takes the picture of its best camera (Texturing::best, else the visible
 /// view of the largest weight); texture coordinates are the projected vertices, lens distortion
 /// included. As a picture is not linear over a large triangle, triangles are split until linear
-/// texture coordinates stray by at most half a pixel; both sides of an edge are split alike.
-/// Triangles that no camera sees are grey. A mesh without texturing is written plain.
+/// texture coordinates stray by at most half a pixel, up to seven times or until there are four
+/// million; both sides of an edge are split alike. Triangles that no camera sees have the colour
+/// Texturing::untextured. A mesh without texturing is written plain.
 #pragma once
 
 #include <string>
@@ -28,9 +29,9 @@ struct MeshFileOptions {
   int jpeg_quality = 90;         ///< GLB: 1..100, or 0 for PNG (OBJ always has PNG)
 };
 
-/// Writes \p mesh in the format that \p path's ending names (.glb, .ply, .obj, any case). An OBJ
-/// file brings a .mtl file and PNG pictures beside it. An empty mesh gives a valid empty file.
-/// Throws Error for an unknown ending and for files that cannot be written.
+/// Writes \p mesh in the format that \p path's ending names (.glb, .ply, .obj, any case). A
+/// textured OBJ file brings a .mtl file and PNG pictures beside it. An empty mesh gives a valid
+/// empty file. Throws Error for an unknown ending and for files that cannot be written.
 void write_mesh_file(const Mesh& mesh, const std::string& path,
                      const MeshFileOptions& options = {});
 

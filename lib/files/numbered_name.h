@@ -11,7 +11,8 @@ namespace polyhull {
 /// A file name with at most one integer conversion (%d, %5d, %05d; %% is a percent sign).
 class NumberedName {
  public:
-  /// Throws Error for other conversions: the pattern comes from users and must not reach printf.
+  /// Throws Error for other conversions, and for widths above 20: the pattern comes from users and
+  /// must not reach printf.
   explicit NumberedName(const std::string& pattern);
 
   /// Whether the name has a number in it.

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// A textured mesh cut into one part per camera, for file formats; not installed.
+/// \file
+/// A textured mesh cut into one part per camera, for file formats. Internal.
 #pragma once
 
 #include <vector>
@@ -11,18 +12,20 @@ namespace polyhull {
 
 /// The triangles that take one camera's picture.
 struct TexturedPart {
-  int view = -1;                   ///< -1: seen by no camera
+  int view = -1;                   ///< index into Mesh::views; -1: seen by no camera
   std::vector<Vec3f> positions;    ///< relative to Hull::origin
   std::vector<Vec2f> coordinates;  ///< 0..1 from the top left corner of the region of interest
   std::vector<std::uint32_t> triangles;
 };
 
-/// Parts in the views' order, the unseen part last; empty parts are left out. Linear interpolation
-/// of the coordinates strays by at most \p max_error pixels along the edges.
+/// Parts of \p mesh, which has texturing, in the views' order, the unseen part last; empty parts
+/// are left out. Linear interpolation of the coordinates strays by at most \p max_error pixels
+/// along the edges, as far as splitting goes (mesh_files.h).
 std::vector<TexturedPart> textured_parts(const Mesh& mesh, double max_error = 0.5);
 
-/// The region of interest as RGB, with the foreground's colour spread a few pixels into the
-/// background, so that texture filters do not mix in the screen's colour.
+/// The region of interest of \p view, whose pixels are RGBA, as RGB, with the foreground's colour
+/// spread a few pixels into the background, so that texture filters do not mix in the screen's
+/// colour.
 Picture texture_picture(const View& view);
 
 }  // namespace polyhull

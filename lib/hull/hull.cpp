@@ -219,16 +219,21 @@ void HullBuilder::State::build(std::span<const Silhouette> views, const HullOpti
                 "bounds: give the rig 'bounds' or carve.");
   if (!(options.max_deviation >= 0.0) || !std::isfinite(options.max_deviation))
     throw Error(Error::Kind::bad_input,
-                "The hull's largest deviation is not a number of world units, 0 or more.");
+                "The hull's largest deviation is {:g}; give a number of world units, 0 or more.",
+                options.max_deviation);
   if (options.bounds)
     for (int k = 0; k < 3; ++k) {
       if (!std::isfinite(options.bounds->min[k]) || !std::isfinite(options.bounds->max[k]))
         throw Error(Error::Kind::bad_input,
-                    "The hull's bounds are not finite: expected min and max per axis.");
+                    "The hull's bounds in {} are {:g} and {:g}, which is not finite; give min and "
+                    "max in world units.",
+                    "xyz"[k], options.bounds->min[k], options.bounds->max[k]);
       if (options.bounds->min[k] > options.bounds->max[k])
         throw Error(
             Error::Kind::bad_input,
-            "The hull's bounds are turned inside out: expected min below max on each axis.");
+            "The hull's bounds are turned inside out in {}: min is {:g}, max {:g}; give min "
+            "below max.",
+            "xyz"[k], options.bounds->min[k], options.bounds->max[k]);
       if (options.bounds->min[k] == options.bounds->max[k]) return;
     }
   if (views.empty()) return;

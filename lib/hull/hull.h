@@ -27,12 +27,13 @@ enum class Unseen {
   keep,   ///< that camera says nothing about it; needs bounds
 };
 
+/// How silhouettes become a hull.
 struct HullOptions {
   std::optional<Bounds> bounds;  ///< the hull is limited to this box
   Unseen unseen = Unseen::carve;
   /// World units; how far simplification may move the surface, 0 = none.
   double max_deviation = 0.0;
-  int threads = 1;
+  int threads = 1;  ///< of the pool; below 1 counts as 1
   /// False: works as if nothing were known from earlier calls; the result is the same bytes, and
   /// the time that of new silhouettes.
   bool reuse = true;
@@ -65,21 +66,21 @@ struct Hull {
   bool empty() const { return triangles.empty(); }
 };
 
-/// Counts and times of one call, for `stats`.
+/// Counts and times (seconds) of one call, for `stats`.
 struct HullStatistics {
-  std::uint32_t cameras = 0;  ///< with a silhouette that is not empty
-  std::uint32_t contour_vertices = 0;
+  std::uint32_t cameras = 0;           ///< with a silhouette that is not empty
+  std::uint32_t contour_vertices = 0;  ///< of all silhouettes
   std::uint64_t predicates = 0;
   std::uint64_t exact_predicates = 0;  ///< that the floating-point filter could not decide
   std::uint64_t inconsistencies = 0;   ///< decisions that contradicted each other: always 0
-  bool reused = false;                 ///< the silhouettes were the last call's: so is the hull
+  bool reused = false;  ///< silhouettes and options were the last call's: so is the hull
   /// Cleaning, rays and grids of what has changed; working volume and planes by number; clipping of
   /// the faces; vertices; triangles.
   double seconds_prepare = 0, seconds_scene = 0, seconds_faces = 0, seconds_assemble = 0,
          seconds_triangulate = 0;
 };
 
-/// Builds hulls and keeps what can be reused from one call to the next (memory, bins, the last
+/// Builds hulls and keeps what can be reused from one call to the next (memory, cones, the last
 /// result). One object per stream; not for use by two threads at once.
 class HullBuilder {
  public:
@@ -112,10 +113,14 @@ class HullBuilder {
   /// have such triangles; none was left in any scene tried. With max_deviation the slivers go too,
   /// and faces may then leave their planes by that much; triangles do not come to cross by it.
   ///
+  /// Bounds without volume give an empty hull, too.
+  ///
   /// Throws Error (bad_input) when a camera or a contour is not finite or degenerate, when a
-  /// camera's two focal lengths differ more than a million times, or when Unseen::keep comes
-  /// without bounds; Error (unsupported) when a contour reaches so far to the side that its rays
-  /// hardly tell its pixels apart: with a focal length of 1,000 px that is some 15 million px away.
+  /// camera's two focal lengths differ more than a million times, when Unseen::keep comes without
+  /// bounds, when bounds are not finite or turned inside out, when max_deviation is not 0 or more,
+  /// or when cameras or bounds are 1e35 units apart; Error (unsupported) when a contour reaches so
+  /// far to the side that its rays hardly tell its pixels apart (with a focal length of 1,000 px
+  /// that is some 15 million px away), or when its rings cannot be made simple.
   const Hull& build(std::span<const Silhouette> silhouettes, const HullOptions& options = {});
 
   const HullStatistics& statistics() const;

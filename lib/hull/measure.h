@@ -7,7 +7,7 @@
 
 namespace polyhull {
 
-/// Does every directed edge of the triangles have exactly one partner in the other direction? An
+/// Whether every directed edge of the triangles has exactly one partner in the other direction. An
 /// empty mesh is closed.
 bool is_closed(const Hull& hull);
 
@@ -15,7 +15,7 @@ bool is_closed(const Hull& hull);
 /// and the hull's origin, in double precision. Means something only for closed meshes.
 double enclosed_volume(const Hull& hull);
 
-/// The part of the triangles whose height is below 0.2 % of their longest edge.
+/// The share (0..1) of the triangles whose height is below 0.2 % of their longest edge.
 double sliver_share(const Hull& hull);
 
 }  // namespace polyhull

@@ -23,14 +23,16 @@ struct CameraContours {
 /// One object per stream; not for use by two threads at once.
 class HullStage {
  public:
-  /// The hull of \p views, each of another camera name; HullFace::view indexes them, HullFace::edge
-  /// their rings' points. Fewer than two views with a foreground have an empty hull: one cone never
-  /// closes. \p weld_distance: world units, see weld_vertices(). Valid until the next call. Throws
-  /// Error as HullBuilder::build() does.
+  /// The hull of \p views, each of another camera name, which stands for the same calibration in
+  /// all calls; HullFace::view indexes them, HullFace::edge their rings' points. Fewer than two
+  /// views with a foreground have an empty hull: one cone never closes. \p weld_distance: world
+  /// units, see weld_vertices(). Valid until the next call. Throws Error as HullBuilder::build()
+  /// does.
   const Hull& build(std::span<const CameraContours> views, const HullOptions& options,
                     double weld_distance);
 
-  /// Of the last call; all zero where no hull was built.
+  /// Of the last call; all zero where no hull was built. The time of undistort_rings() is apart, in
+  /// seconds.
   const HullStatistics& statistics() const { return statistics_; }
   double seconds_undistort() const { return seconds_undistort_; }
 

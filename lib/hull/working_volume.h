@@ -14,10 +14,10 @@ namespace polyhull::hull {
 
 class WorkingVolume {
  public:
-  /// The box (min and max per axis).
+  /// The box (min and max per axis: x, x, y, y, z, z).
   explicit WorkingVolume(const std::array<double, 6>& box);
 
-  /// Keeps the part where normal.x + offset >= 0.
+  /// Keeps the part of points p where dot(normal, p) + offset >= 0.
   void cut(const Vec3& normal, double offset);
 
   bool empty() const { return corners_.empty(); }

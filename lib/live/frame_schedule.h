@@ -14,7 +14,8 @@
 
 namespace polyhull {
 
-/// How late each frame leaves, as a real camera's does, ns: delay ± jitter, drawn from seed.
+/// How late each frame leaves, as a real camera's does, ns: delay ± jitter, drawn from seed, but
+/// not below 0.
 struct FrameDelay {
   std::uint64_t delay = 0, jitter = 0;
   std::uint64_t seed = 0;
@@ -39,8 +40,8 @@ class FrameSchedule {
   void seek(std::uint64_t position);
 
   /// The frame to make at running time \p now (INT64_MIN: not known, or it may wait).
-  /// \p running_time tells that of a frame (INT64_MIN: none), \p delay how late frames leave, and
-  /// \p grids which are wanted; null: all.
+  /// \p running_time tells that of a frame, ns (INT64_MIN: none), \p delay how late frames leave,
+  /// ns, and \p grids which are wanted; null: all.
   Frame next(std::int64_t now, std::uint64_t delay, const FrameGrids* grids,
              const std::function<std::int64_t(std::uint64_t number)>& running_time) const;
 
@@ -50,7 +51,7 @@ class FrameSchedule {
   /// Whether no frame has been made yet.
   bool first() const { return first_; }
 
-  /// ns.
+  /// The time of the stream at which frame \p number begins, ns; the rate is known.
   std::uint64_t time_of(std::uint64_t number) const;
 
  private:

@@ -5,9 +5,9 @@
 /// A stage that cannot keep up loses instants: they come too late, or single cameras leave them
 /// out. Losing them at the end costs all the work that was done for them, and leaves an uneven
 /// rhythm. So where more than one in five is lost, every second frame is asked for from then on,
-/// then every fourth and so on. After a time with few losses twice as many are tried; a trial that
-/// fails doubles the time until the next one (2 s to 16 s), so that what cannot be done is not
-/// tried all the time.
+/// then every fourth and so on, up to every sixteenth. After a time with few losses twice as many
+/// are tried; a trial that fails within 3 s doubles the time until the next one (2 s to 16 s), so
+/// that what cannot be done is not tried all the time.
 #pragma once
 
 #include <cstdint>

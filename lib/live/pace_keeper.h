@@ -26,7 +26,7 @@ struct PaceChange {
 class PaceFilter {
  public:
   void hear(const PaceChange& change);
-  /// Whether the frame at running time \p time is of use at \p now.
+  /// Whether the frame at running time \p time is of use at running time \p now, both ns.
   bool wanted(std::int64_t time, std::int64_t now) const;
   void reset();
 
@@ -39,22 +39,25 @@ class PaceFilter {
 /// The pace of one stage, and what its sources are to know of it. Any thread, except for note().
 class PaceKeeper {
  public:
+  /// At the start of a stream, or of running time: every frame is wanted.
   void start();
 
-  /// How late frames may come, ns.
+  /// How late frames may come to be of use, ns.
   void set_patience(std::int64_t patience);
 
   /// Hears what a stage downstream has decided.
   void hear(const PaceChange& change);
-  /// Hears from a sink that what belongs to before \p earliest comes too late for it.
+  /// Hears from a sink that what belongs to before running time \p earliest (ns) comes too late for
+  /// it.
   void hear_earliest(std::int64_t earliest) { earliest_ = earliest; }
 
   /// Whether the instant at running time \p time (ns) is wanted.
   bool wanted(std::int64_t time) const;
   bool too_late(std::int64_t time) const { return time < earliest_; }
 
-  /// Notes at \p now that the wanted instant \p time was lost, or was not, in a stream with
-  /// \p interval between its instants (ns; 0: unknown, nothing is decided).
+  /// Notes at running time \p now that the wanted instant \p time was \p lost, or was not, in a
+  /// stream with \p interval between its instants (all ns; interval 0: unknown, nothing is
+  /// decided).
   void note(std::int64_t now, std::int64_t time, std::int64_t interval, bool lost);
 
   /// Whether the stage itself asks for fewer frames than there are.

@@ -17,6 +17,7 @@ class Punctuality {
   /// Notes something of running time \p time that comes at \p now (ns). One that is later than
   /// the limit is no measure for the others.
   void note(std::int64_t now, std::int64_t time);
+  /// The largest lateness that latest() counts, ns.
   void set_limit(std::int64_t limit);
   /// Notes the least latency that the sources report, ns.
   void note_reported(std::int64_t latency);
@@ -25,9 +26,11 @@ class Punctuality {
   std::optional<std::int64_t> latest(std::int64_t now) const;
   /// The same with those beyond the limit.
   std::optional<std::int64_t> latest_of_all(std::int64_t now) const;
-  /// Running time when the last came.
+  /// Running time when the last came, ns; none: none came.
   std::optional<std::int64_t> last_arrival() const;
+  /// What note_reported() was told, ns; 0: nothing.
   std::int64_t reported() const;
+  /// Forgets what came; the limit and what the sources report stay.
   void reset();
 
  private:

@@ -23,9 +23,9 @@ struct MeshView {
 /// One instant: the hull, its views, and after hulltexture the texturing.
 struct Mesh {
   std::uint64_t trigger = no_trigger;
-  std::int64_t capture_time = no_time;  ///< of the set: its earliest view
-  Vec3 up{0.0, 1.0, 0.0};               ///< from the rig, for placing in a scene
-  double metres_per_unit = 1.0;
+  std::int64_t capture_time = no_time;  ///< of the set: its earliest view's, ns
+  Vec3 up{0.0, 1.0, 0.0};               ///< the rig's up direction, for placing in a scene
+  double metres_per_unit = 1.0;         ///< of the rig's world
   Hull hull;
   std::vector<MeshView> views;  ///< HullFace::view and Texturing index these
   std::optional<Texturing> texturing;

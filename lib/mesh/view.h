@@ -13,6 +13,7 @@
 
 namespace polyhull {
 
+/// A view or set without a trigger number, or without a time.
 inline constexpr std::uint64_t no_trigger = ~std::uint64_t{0};
 inline constexpr std::int64_t no_time = INT64_MIN;
 
@@ -20,11 +21,11 @@ enum class PixelFormat : std::uint8_t { none, rgba, grey };
 
 /// One camera at one instant.
 struct View {
-  std::string camera;
+  std::string camera;  ///< its name in the rig
   std::uint64_t trigger = no_trigger;
   std::int64_t capture_time = no_time;  ///< ns, absolute (the pipeline clock's)
-  int width = 0;                        ///< full frame
-  int height = 0;
+  int width = 0;                        ///< pixels of the full frame
+  int height = 0;                       ///< pixels of the full frame
   Rectangle roi;   ///< the part of the frame that `pixels` covers; empty: no pixels
   Rings contours;  ///< real (distorted) full-frame pixels
   PixelFormat format = PixelFormat::none;

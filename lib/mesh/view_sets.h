@@ -44,9 +44,9 @@ struct ViewDecision {
     set,             ///< these views form the next set; the others are missing
   };
   Kind kind = Kind::wait;
-  std::vector<std::size_t> heads;  ///< indices, rising
-  std::int64_t time = no_time;     ///< of a set: its earliest running time
-  std::uint64_t trigger = no_trigger;
+  std::vector<std::size_t> heads;      ///< indices, rising
+  std::int64_t time = no_time;         ///< of a set: its earliest running time, ns
+  std::uint64_t trigger = no_trigger;  ///< of a set
 };
 
 class ViewSets {

@@ -45,7 +45,8 @@ Background::Background(Scene scene, const BackgroundOptions& options)
 
 bool Background::apply_lights(const std::vector<Light>& lights) {
   if (lights.size() != traced_.scene().lights.size()) {
-    throw Error(Error::Kind::bad_input, "A background's scene has {} lights, but {} were given.",
+    throw Error(Error::Kind::bad_input,
+                "A background's scene has {} lights, but {} were given; give as many.",
                 traced_.scene().lights.size(), lights.size());
   }
   bool changed = false;

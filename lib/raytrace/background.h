@@ -20,6 +20,7 @@
 
 namespace polyhull {
 
+/// The options of the three that make the picture.
 struct BackgroundOptions {
   LightCacheOptions light;
   ViewOptions view;
@@ -28,7 +29,8 @@ struct BackgroundOptions {
 
 class Background {
  public:
-  /// Prepares the scene for rays; the light is computed with the first picture.
+  /// Prepares the scene for rays; the light is computed with the first picture. Throws Error as
+  /// RayCaster does.
   explicit Background(Scene scene, const BackgroundOptions& options = {});
 
   const Scene& scene() const { return traced_.scene(); }
@@ -41,6 +43,7 @@ class Background {
   };
 
   /// Makes the picture that of \p camera under \p lights (as many as the scene has) at \p exposure.
+  /// Throws Error for another number of lights.
   Work update(const Camera& camera, const std::vector<Light>& lights, float exposure);
 
   /// ViewOptions::contrast; the next update() draws anew if it is another one.

@@ -21,12 +21,13 @@
 
 namespace polyhull {
 
+/// How finely the light is kept, and how much is asked for it.
 struct LightCacheOptions {
   float spacing = 0.025f;              ///< metres between nodes of the straight light
   float bounce_spacing = 0.14f;        ///< metres between nodes of the bounced light
   int first_samples = 24;              ///< ways to each light at every node
-  int light_samples = 256;             ///< ways to each light in soft shadows' edges
-  int bounce_samples = 256;            ///< directions of bounced light
+  int light_samples = 256;             ///< ways to each light in soft shadows' edges, at most 1024
+  int bounce_samples = 256;            ///< directions of bounced light, at most 1024
   std::size_t most_nodes = 3'000'000;  ///< for larger scenes the grid becomes coarser
   int threads = 0;                     ///< of the pool, 0: all
 };

@@ -21,9 +21,10 @@
 
 namespace polyhull {
 
+/// How paths are traced.
 struct PathOptions {
-  int mirror_depth = 6;
-  int threads = 0;  ///< of the pool, 0: all
+  int mirror_depth = 6;  ///< how many mirrors a ray follows
+  int threads = 0;       ///< of the pool, 0: all
   /// Ways to each light and bounces for each point that the camera sees. Mirrors and edges need few
   /// camera rays, soft shadows many ways.
   int light_samples = 1;
@@ -31,8 +32,9 @@ struct PathOptions {
 };
 
 /// Adds samples first .. first + count - 1 of each pixel to \p sums (linear picture values, row by
-/// row, camera.width * camera.height of them). Different samples make independent pictures whose
-/// mean converges to the reference; the result does not depend on the number of threads.
+/// row, camera.width * camera.height of them), in rows \p row_begin .. \p row_end - 1 (-1: to the
+/// last). Different samples make independent pictures whose mean converges to the reference; the
+/// result does not depend on the number of threads.
 void trace_paths(const TracedScene& scene, const Camera& camera, std::uint32_t first,
                  std::uint32_t count, const PathOptions& options, std::span<Vec3f> sums,
                  int row_begin = 0, int row_end = -1);

@@ -132,9 +132,10 @@ std::uint32_t RayCaster::add_mesh(std::span<const Vec3f> positions,
 
 void RayCaster::move_mesh(std::uint32_t mesh, std::span<const Vec3f> positions) {
   if (mesh >= state_->vertex_counts.size() || positions.size() != state_->vertex_counts[mesh]) {
-    throw Error(
-        Error::Kind::bad_input,
-        "A mesh for ray tracing can only be moved with as many vertices as it was made with.");
+    throw Error(Error::Kind::bad_input,
+                "A mesh for ray tracing was to be moved with {} vertices; give as many as it was "
+                "made with.",
+                positions.size());
   }
   if (positions.empty()) return;
   RTCGeometry geometry = rtcGetGeometry(state_->scene, mesh);

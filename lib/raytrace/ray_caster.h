@@ -16,6 +16,7 @@
 
 namespace polyhull {
 
+/// A stretch of a straight line.
 struct Ray {
   Vec3f origin{0.0f};
   float near = 0.0f;
@@ -48,16 +49,18 @@ class RayCaster {
   RayCaster& operator=(RayCaster&&) noexcept;
 
   /// Adds a mesh (the data are copied) and returns its number; numbers of removed meshes are used
-  /// again. Throws Error for indices beyond the positions.
+  /// again. Throws Error for indices beyond the positions, and (unsupported) for lack of memory.
   std::uint32_t add_mesh(std::span<const Vec3f> positions,
                          std::span<const std::uint32_t> triangles);
 
-  /// Gives the mesh new positions, as many as it had.
+  /// Gives the mesh new positions. Throws Error where they are not as many as it had.
   void move_mesh(std::uint32_t mesh, std::span<const Vec3f> positions);
 
+  /// Takes the mesh out; its number is free.
   void remove_mesh(std::uint32_t mesh);
 
-  /// Builds what changed; needed before the next ray.
+  /// Builds what changed; needed before the next ray. Throws Error (unsupported) where Embree
+  /// cannot.
   void commit();
 
   /// The nearest intersection; RayHit::hit() is false where there is none.
@@ -67,8 +70,8 @@ class RayCaster {
   bool occluded(const Ray& ray) const;
 
   /// Many rays at once, in packets of eight in the order given: faster where neighbours in the list
-  /// go similar ways. hits (occluded: one byte per ray, 0 or 1) has as many places as rays. \p
-  /// coherent tells Embree that they do (camera rays, rays to one light).
+  /// go similar ways. hits (occluded: one byte per ray, 0 or 1) has as many places as rays.
+  /// \p coherent tells Embree that they do (camera rays, rays to one light).
   void intersect(std::span<const Ray> rays, std::span<RayHit> hits, bool coherent = true) const;
   void occluded(std::span<const Ray> rays, std::span<std::uint8_t> blocked,
                 bool coherent = true) const;

@@ -17,6 +17,7 @@
 
 namespace polyhull {
 
+/// A well mixed function of its argument, or of both.
 inline std::uint32_t hash(std::uint32_t x) {
   x ^= x >> 16;
   x *= 0x7feb352dU;
@@ -47,6 +48,7 @@ inline std::uint32_t scramble_reversed(std::uint32_t x, std::uint32_t seed) {
   return x;
 }
 
+/// Owen scrambling of a number, \p seed choosing which.
 inline std::uint32_t owen_scramble(std::uint32_t x, std::uint32_t seed) {
   return reverse_bits(scramble_reversed(reverse_bits(x), seed));
 }

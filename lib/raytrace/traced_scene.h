@@ -64,6 +64,7 @@ class TracedScene {
   /// As the free set_light(), with the tree kept in step.
   void set_light(std::size_t index, const Light& light);
 
+  /// As Scene::exposure.
   void set_exposure(float exposure) { scene_.exposure = exposure; }
 
   /// Replaces the subjects.
@@ -75,6 +76,7 @@ class TracedScene {
 
   /// The surface at a hit that is not on a subject.
   Surface surface(const Ray& ray, const RayHit& hit) const;
+  /// The same without Surface::lifted: faster.
   Surface plain_surface(const Ray& ray, const RayHit& hit) const;
 
   /// The base colour at a hit, without filtering.
@@ -106,7 +108,7 @@ inline Vec3f fresnel(const Vec3f& f0, float cosine) {
   return f0 + (Vec3f(1.0f) - f0) * (x2 * x2 * x);
 }
 
-/// The irradiance that one way to a light brings to a point: from \p origin (where rays from the
+/// The irradiance that one way to \p light brings to a point: from \p origin (where rays from the
 /// point start) with unit normal \p normal to the place \p square of the light. Its mean over
 /// uniform places is the irradiance.
 Vec3f light_sample(const TracedScene& scene, const Light& light, const Vec2f& square,

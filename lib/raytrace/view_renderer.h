@@ -13,13 +13,15 @@
 
 namespace polyhull {
 
+/// How views are drawn.
 struct ViewOptions {
   /// Of neighbouring pixels' sRGB values (0..1) from which edges are smoothed.
   float contrast = 0.045f;
-  int mirror_depth = 4;
-  int threads = 0;  ///< of the pool, 0: all
+  int mirror_depth = 4;  ///< how many mirrors a ray follows
+  int threads = 0;       ///< of the pool, 0: all
 };
 
+/// Of one call.
 struct ViewStatistics {
   std::uint64_t rays = 0;
   std::uint64_t smoothed = 0;  ///< pixels drawn with eight rays

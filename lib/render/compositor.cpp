@@ -277,7 +277,8 @@ Compositor::Compositor() {
   const bool embedded = gl::is_embedded();
   if (version < (embedded ? 30 : 33)) {
     throw Error(Error::Kind::unsupported,
-                "Compositing needs OpenGL 3.3 or OpenGL ES 3.0; this context is {}{}.{}.",
+                "Drawing composites with OpenGL needs version 3.3, or OpenGL ES 3.0; this context "
+                "is {}{}.{}. Let the processor draw them (backend=processor).",
                 embedded ? "OpenGL ES " : "OpenGL ", version / 10, version % 10);
   }
   state_ = std::make_unique<State>(statistics_);

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 /// \file
 /// Composites drawn with OpenGL 3.3 core or OpenGL ES 3.0 (with colour-renderable half floats): the
-/// caller has a context current.
+/// caller has a context current. Without OpenGL see processor/processor_renderer.h.
 ///
-/// The light blocked is summed over cells of the light, each with a depth map of the subjects and
-/// one of the scene, so what the scene already shades is not darkened twice. Receivers are the
-/// scene's own surfaces and the casters are the subjects alone, so no depth bias is needed between
-/// them: a sole on the floor shades it without leak or gap.
+/// The shadow: the light blocked is summed over cells of the light, each with a depth map of the
+/// subjects and one of the scene, so what the scene already shades is not darkened twice. Receivers
+/// are the scene's own surfaces and the casters are the subjects alone, so no depth bias is needed
+/// between them: a sole on the floor shades it without leak or gap.
 #pragma once
 
 #include <memory>
@@ -22,8 +22,8 @@ class Compositor : public Renderer {
   Compositor();
   ~Compositor() override;
 
-  /// Draws into the RGBA8 texture \p target of the frame's size; \p background another such
-  /// texture.
+  /// Draws into the RGBA8 texture \p target of the frame's size, all of it; \p background another
+  /// such texture. Throws Error where OpenGL refuses.
   void render(const RenderFrame& frame, const RenderPlan& plan, const RenderSettings& settings,
               unsigned background, unsigned target);
 

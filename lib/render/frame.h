@@ -17,27 +17,31 @@
 
 namespace polyhull {
 
+/// How the subjects' shadow of the scene's main light is drawn.
 enum class ShadowQuality {
   off,
   hard,  ///< of the light's middle alone
-  fast,  ///< processor: 4 rays a pixel; GL: percentage-closer soft shadows in every cell of the light
-  good,  ///< processor: up to 12 rays; GL: one look-up in every cell of the light
-  best,  ///< processor: up to 64 rays; GL: as good, with all cells there are
+  fast,  ///< processor: 4 rays a pixel; GL: percentage-closer soft shadows in every light cell
+  good,  ///< processor: up to 12 rays; GL: one look-up in every light cell
+  best,  ///< processor: up to 64 rays; GL: as good, with 16 cells whatever light_samples says
 };
 
+/// How the subjects' image in the scene's largest planar mirror is drawn.
 enum class MirrorMode {
   off,
   fresnel,  ///< by the material: the subject takes the place of what the mirror showed
   plain,    ///< mixed in with a constant share, as in the prototype
 };
 
+/// How composites are drawn.
 struct RenderSettings {
   ShadowQuality shadow = ShadowQuality::fast;
-  int light_samples = 4;      ///< cells of an area light: 1, 4, 9 or 16
-  int shadow_map_size = 256;  ///< texels per side
+  int light_samples = 4;      ///< GL only: cells of an area light, 1, 4, 9 or 16
+  int shadow_map_size = 256;  ///< GL only: texels per side, 16 to 4096
   MirrorMode mirror = MirrorMode::fresnel;
   float reflection_alpha = 0.3f;  ///< of MirrorMode::plain, 0..1
-  int edge_samples = 4;           ///< samples per pixel at the subject's edges: 0, 2, 4, 8
+  /// Samples per pixel at the subject's edges, 0 and 1: hard edges; the processor takes up to 8.
+  int edge_samples = 4;
   bool skip = true;  ///< leave out what changes nothing; the picture is the same to the bit
   bool operator==(const RenderSettings&) const = default;
 };
@@ -49,14 +53,15 @@ struct RenderSubject {
   std::uint64_t content = 0;  ///< the same number: the same mesh as before; 0: not known
 };
 
+/// What is to be drawn.
 struct RenderFrame {
   int width = 0;  ///< of the picture
   int height = 0;
   Camera viewport;  ///< scene coordinates; resized to the picture; its lens distortion is ignored
   std::shared_ptr<const Scene> scene;  ///< null: no geometry, no shadow, no mirror
-  std::vector<Light> lights;
-  float exposure = 1.0f;
-  Vec3f ambient{0.0f};
+  std::vector<Light> lights;           ///< as many as the scene's, as they are now
+  float exposure = 1.0f;               ///< as Scene::exposure
+  Vec3f ambient{0.0f};                 ///< as Announcement::ambient
   std::vector<RenderSubject> subjects;
 };
 
@@ -67,13 +72,13 @@ struct PlacedSubject {
   Mat4 local_to_scene{1.0};   ///< from coordinates relative to Hull::origin
   Mat4 from_scene{1.0};       ///< to the mesh's world
   std::vector<Vec3f> points;  ///< the hull's vertices in scene coordinates
-  std::uint64_t content = 0;
+  std::uint64_t content = 0;  ///< as RenderSubject::content
 };
 
 /// What has to be drawn where. Rectangles are empty for what changes no pixel.
 struct RenderPlan {
   Mat4 clip_from_scene{1.0};
-  Vec3 eye{0.0};
+  Vec3 eye{0.0};                        ///< the viewport's centre, scene coordinates
   std::vector<PlacedSubject> subjects;  ///< those with triangles
   Rectangle subject, shadow, mirror;
   int light = -1;         ///< the light that throws the shadow

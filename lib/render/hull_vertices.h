@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 /// \file
-/// The vertices of a textured hull as the shaders take them (shaders/hull.vert), made on the CPU:
-/// triangles that face the eye, each with the up to four views that weigh most on it.
+/// The vertices of a textured hull as both renderers take them (shaders/hull.vert,
+/// processor/skin.h): triangles that face the eye, each with the up to four views that weigh most
+/// on it.
 #pragma once
 
 #include <array>
@@ -12,6 +13,7 @@
 
 namespace polyhull {
 
+/// A triangle's corner, in the layout that OpenGL reads.
 struct HullVertex {
   Vec3f position{0.0f};                    ///< relative to Hull::origin
   std::array<std::uint16_t, 4> weights{};  ///< 0..65535 for 0..1
@@ -19,6 +21,7 @@ struct HullVertex {
 };
 static_assert(sizeof(HullVertex) == 24);
 
+/// What is drawn of one hull, for all eyes.
 struct HullDrawing {
   std::vector<HullVertex> vertices;  ///< three per triangle
   std::vector<int> views;            ///< by slot: index into Mesh::views; only views that are used

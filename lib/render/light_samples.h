@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 /// \file
-/// A light cut into cells, and what its cells' centres see: the cameras of the shadow maps.
+/// A light cut into cells, and what its cells' centres see: the cameras of OpenGL's shadow maps.
+/// And which light is the main one, for both renderers.
 #pragma once
 
 #include <span>
@@ -20,15 +21,16 @@ struct LightView {
   Mat4 clip_from_scene{1.0};
   Mat4 map_from_scene{1.0};  ///< to map coordinates and depth, 0..1, after division; w is z
   Vec2 inverse_from_depth{0.0};
-  Vec4 kernel{
-      0.0};  ///< map offset per unit of inverse depth along half a cell of u (x, y) and v (z, w)
+  /// Map offset per unit of inverse depth along half a cell of u (x, y) and v (z, w).
+  Vec4 kernel{0.0};
 };
 
 /// The centres of n x n equal cells of an area light (n * n = \p samples, at least 1); a point
 /// light's position alone.
 std::vector<Vec3> light_cells(const Light& light, int samples);
 
-/// A view that holds all of \p points (scene coordinates) tightly, of depths up to \p far.
+/// A view from \p position on \p light, which has \p cells_per_side cells a side, that holds all of
+/// \p points (scene coordinates) tightly, of depths (metres) up to \p far or a little more.
 LightView view_of_points(const Light& light, const Vec3& position, int cells_per_side,
                          std::span<const Vec3f> points, double far);
 

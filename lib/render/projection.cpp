@@ -81,8 +81,8 @@ Mat4 reflection(const Vec3& normal, double offset) {
 
 namespace {
 
-/// The centre of gravity of a closed mesh's volume, from the tetrahedra that its triangles make with
-/// one point; of its vertices where it has no volume. Relative to Hull::origin.
+/// The centre of gravity of a closed mesh's volume, from the tetrahedra that its triangles make
+/// with one point; of its vertices where it has no volume. Relative to Hull::origin.
 Vec3 centroid(const Hull& hull) {
   const Vec3 apex(hull.vertices[0]);
   Vec3 sum(0.0), vertices(0.0);

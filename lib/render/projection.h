@@ -31,10 +31,10 @@ Mat4 reflection(const Vec3& normal, double offset);
 /// About which point a subject is turned and scaled. Only with one that does not move with the
 /// subject do its feet stay on the floor whatever it does, and does a turn turn its walk, too.
 enum class Pivot {
-  rig_origin,  ///< the origin of the cameras' coordinates, most often the middle of the studio's floor
+  rig_origin,  ///< the origin of the rig's world, most often the middle of the studio's floor
   box,         ///< the centre of the hull's bounding box in the scene's axes
-  centroid,  ///< the centre of gravity of the hull's volume
-  point,     ///< SubjectPlacement::pivot_point
+  centroid,    ///< the centre of gravity of the hull's volume
+  point,       ///< SubjectPlacement::pivot_point
 };
 
 /// How a subject is placed: moved by `translate` metres, turned by `rotate` degrees about x, then
@@ -61,10 +61,15 @@ Rectangle screen_rectangle(std::span<const Vec3> points, const Mat4& clip_from_s
 Rectangle screen_rectangle(std::span<const Vec3f> points, const Mat4& clip_from_scene, int width,
                            int height);
 
+/// What both rectangles cover; empty where there is nothing.
 Rectangle intersection(const Rectangle& a, const Rectangle& b);
-Rectangle bounding(const Rectangle& a, const Rectangle& b);  ///< empty ones do not count
 
+/// The smallest rectangle that holds both; empty ones do not count.
+Rectangle bounding(const Rectangle& a, const Rectangle& b);
+
+/// The box around the points; of none, the origin.
 Bounds bounds_of(std::span<const Vec3f> points);
+/// The eight corners of a box.
 std::vector<Vec3> corners(const Bounds& bounds);
 
 }  // namespace polyhull

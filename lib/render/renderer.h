@@ -35,21 +35,23 @@ struct RenderStatistics {
   bool shadow_skipped = false;
   bool mirror_skipped = false;
   bool scene_depth_reused = false;
-  bool static_shadow_reused = false;
-  bool mesh_reused = false;  ///< what was made ready of it before is used again
+  bool static_shadow_reused = false;  ///< what the scene itself hides from the light
+  bool mesh_reused = false;           ///< what was made ready of it before is used again
 };
 
+/// Draws frame after frame, and keeps what stays. Not for use by two threads at once.
 class Renderer {
  public:
   virtual ~Renderer() = default;
 
   /// What \p frame needs; where RenderPlan::untouched() the background is the result and no
-  /// render() is needed.
+  /// render() is needed. Throws Error as plan_frame().
   RenderPlan plan(const RenderFrame& frame, const RenderSettings& settings);
 
   /// Reads \p background and writes the changed part of \p target, both RGBA rows of at least 4 *
-  /// width bytes, \p stride bytes apart (a multiple of 4). They may be the same memory; where they
-  /// are not, \p target holds the background already.
+  /// width bytes, \p background_stride and \p target_stride bytes apart (multiples of 4). They may
+  /// be the same memory; where they are not, \p target holds the background already. Throws Error
+  /// where OpenGL refuses, or Embree has too little memory.
   virtual void render(const RenderFrame& frame, const RenderPlan& plan,
                       const RenderSettings& settings, const std::uint8_t* background,
                       int background_stride, std::uint8_t* target, int target_stride) = 0;

@@ -3,8 +3,8 @@
 /// A calibrated camera.
 ///
 /// x_cam = R X + t with z forward, x right, y down; the ideal (pinhole) pixel is
-/// u = K (x_cam / z_cam), the real pixel is that point moved by the lens distortion in OpenCV's model
-/// (k1 k2 p1 p2 [k3 [k4 k5 k6 [s1 s2 s3 s4]]]), applied to normalised coordinates before K.
+/// u = K (x_cam / z_cam), the real pixel is that point moved by the lens distortion in OpenCV's
+/// model (k1 k2 p1 p2 [k3 [k4 k5 k6 [s1 s2 s3 s4]]]), applied to normalised coordinates before K.
 /// Pixels: the centre of the top-left pixel is (0, 0).
 #pragma once
 
@@ -45,7 +45,7 @@ struct Camera {
 
   /// Real pixel to pinhole pixel: Newton's method on distort(), to 1e-9 px where the model is
   /// invertible; outside its invertible disk the nearest point of the disk's rim is used, so the
-  /// result is always finite.
+  /// result is always finite. For many points make one Lens (lens.h).
   Vec2 undistort(const Vec2& real) const;
 
   bool has_distortion() const;

@@ -48,11 +48,12 @@ class Lens : public Distortion {
  public:
   explicit Lens(const Camera& camera);
 
-  /// Radius of the invertible disk in normalised coordinates; at most 1000.
+  /// Radius of the invertible disk in normalised coordinates, at most 1000; 0 without distortion.
   double invertible_radius() const { return invertible_radius_; }
 
-  /// Real pixel to pinhole pixel, to 1e-9 px; where the real pixel has no original inside the
-  /// invertible disk, the point of the disk's rim whose image is nearest.
+  /// Real pixel to pinhole pixel, to 1e-9 px (1e-6 px where rounding leaves no more); where the
+  /// real pixel has no original inside the invertible disk, the point of the disk's rim whose image
+  /// is nearest.
   Vec2 undistort(const Vec2& real) const;
 
  private:

@@ -12,6 +12,7 @@
 
 namespace polyhull {
 
+/// Cameras in one world, whose unit and up direction are the calibration's own.
 struct Rig {
   std::vector<Camera> cameras;
   std::optional<Bounds> bounds;  ///< the working volume, in world units
@@ -21,13 +22,15 @@ struct Rig {
   /// The camera called \p name, or null.
   const Camera* find(std::string_view name) const;
 
-  /// Metres per world unit.
+  /// Metres per world unit. Throws Error where `unit` is none of those.
   double metres_per_unit() const;
 };
 
 /// Reads a rig file. Throws Error naming the file and what is wrong where: missing file, not JSON
-/// (line and column), wrong format or version, camera named twice, rotation not orthonormal, focal
-/// length zero, numbers that are not finite, bounds turned inside out.
+/// (line and column), wrong format or version, no camera, one named twice or not at all, pictures
+/// not of 1 to 32768 pixels a side, K not upper triangular or with focal lengths not above 0, a
+/// number of distortion coefficients that the model does not have, a rotation not orthonormal or a
+/// reflection, numbers that are not finite, bounds turned inside out, no up direction or unit.
 Rig load_rig(const std::string& path);
 
 /// Like load_rig() on text; \p source names it in messages.

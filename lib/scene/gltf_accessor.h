@@ -21,7 +21,7 @@ struct GltfSource {
   const std::string& path;
 };
 
-/// The error that "Scene 'path' " + \p what tells.
+/// The error (bad_input) that says "Scene 'path' " and \p what, a sentence's end.
 Error broken_scene(const std::string& path, const std::string& what);
 
 /// A number of a glTF extension; \p otherwise where it is missing or no number.
@@ -35,15 +35,17 @@ double gltf_number(const tinygltf::ExtensionMap& extensions, const char* extensi
 std::vector<float> read_floats(const GltfSource& source, int index, std::size_t components,
                                const std::string& what);
 
-/// All elements of a scalar accessor of unsigned integers.
+/// All elements of scalar accessor \p index, unsigned integers. Throws Error as read_floats() does.
 std::vector<std::uint32_t> read_indices(const GltfSource& source, int index,
                                         const std::string& what);
 
-/// The bytes of a buffer view. Throws Error when it reaches beyond its buffer.
+/// Bytes of the file, which live as long as its model.
 struct GltfBytes {
   const unsigned char* data;
   std::size_t size;
 };
+/// The bytes of buffer view \p index. Throws Error when it does not exist or reaches beyond its
+/// buffer.
 GltfBytes read_view(const GltfSource& source, int index, const std::string& what);
 
 }  // namespace polyhull

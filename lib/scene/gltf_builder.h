@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// What the writers of glTF files share: one buffer and what lies in it. Not installed.
+/// \file
+/// What the writers of glTF files share: one buffer and what lies in it. Internal.
 #pragma once
 
 #include <tiny_gltf.h>
@@ -17,7 +18,8 @@ namespace polyhull {
 struct GltfBuilder {
   GltfBuilder();
 
-  /// A buffer view of \p size bytes.
+  /// A buffer view of the \p size bytes from \p data on, which begins at a multiple of four;
+  /// \p target as in glTF (0: none).
   int add_view(const void* data, std::size_t size, int target = 0);
 
   /// An accessor of vertex attributes (Vec2f, Vec3f) or of indices (std::uint32_t).
@@ -41,7 +43,7 @@ struct GltfBuilder {
   /// The same with the bounds that positions must have.
   int add_positions(const std::vector<Vec3f>& positions);
 
-  /// A texture whose picture is \p encoded.
+  /// A texture whose picture is \p encoded, a file's bytes of \p mime_type ("image/png").
   int add_texture(const std::vector<std::uint8_t>& encoded, const std::string& mime_type);
 
   /// Names \p extension among those that the file uses.

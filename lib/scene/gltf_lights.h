@@ -14,24 +14,25 @@ namespace polyhull {
 /// A light of KHR_lights_punctual at a node.
 struct PunctualLight {
   const tinygltf::Light* light;
-  Mat4 to_world;
+  Mat4 to_world;  ///< from the node's coordinates
   std::string name;
-  const tinygltf::Value* node_extras;
+  const tinygltf::Value* node_extras;  ///< null: none
 };
 
 /// One light of the scene:
-/// - point: a point light; with `size` [w, h] (metres) in the light's or the node's extras an area
-/// light
-///   that shines along the node's -z with intensity/(w h) as radiance;
+/// - point: a point light; with `size` [w, h] (metres; a number for a square) in the light's or the
+///   node's extras an area light that shines along the node's -z with intensity/(w h) as radiance;
 /// - spot: the same, 0.2 m square where no size is given (its cone is Lambert's);
 /// - directional: the sun, an area light 100 scene sizes away, 0.53 degrees wide (`angle` in the
-/// extras,
-///   degrees, for another softness).
-/// Photometric units are taken as they are (1 lx as 1 W/m2): only the exposure differs.
+///   extras, degrees, for another softness).
+/// Photometric units are taken as they are (1 lx as 1 W/m2): only the exposure differs. \p bounds
+/// are the scene's, \p path names it in errors. Throws Error for a size that is not above 0 and for
+/// numbers that are not finite.
 Light light_from_punctual(const PunctualLight& light, const Bounds& bounds,
                           const std::string& path);
 
-/// Cuts each emissive mesh into its connected pieces, one mesh each.
+/// Cuts each emissive mesh into its connected pieces, one mesh each; one of more than 256 stays
+/// whole.
 void split_emitters(Scene& scene);
 
 /// Adds an area light for each emissive mesh that is a parallelogram of two triangles. Other

@@ -134,7 +134,10 @@ void save_scene(const Scene& scene, const std::string& path) {
   tinygltf::Model model = Writer(scene).write();
   tinygltf::TinyGLTF writer;
   if (!writer.WriteGltfSceneToFile(&model, path, true, true, false, true))
-    throw Error(Error::Kind::io, "Scene '{}' could not be written.", path);
+    throw Error(Error::Kind::io,
+                "Scene '{}' could not be written; check that the folder exists, may be written and "
+                "has space.",
+                path);
 }
 
 }  // namespace polyhull

@@ -143,8 +143,8 @@ Camera look_at(const Vec3& eye, const Vec3& target, double vertical_fov, int wid
   if (!finite(eye) || !finite(target) || !finite(up) || along(other_up)) {
     throw Error(Error::Kind::bad_input,
                 "The viewport needs an eye and a target at different, finite places; the eye is at "
-                "({}, {}, {}). Move one of them.",
-                eye.x, eye.y, eye.z);
+                "({}, {}, {}), the target at ({}, {}, {}). Move one of them.",
+                eye.x, eye.y, eye.z, target.x, target.y, target.z);
   }
   if (!(vertical_fov > 0.0 && vertical_fov < 180.0) || width < 1 || height < 1) {
     throw Error(Error::Kind::bad_input,

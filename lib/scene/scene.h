@@ -70,6 +70,7 @@ struct Mirror {
   std::vector<Vec3f> outline;  ///< convex hull of the mirror's vertices, in order
 };
 
+/// What there is to be seen, and by what light.
 struct Scene {
   std::string name;  ///< the file's path, or "builtin:room"
   std::vector<Material> materials;
@@ -103,10 +104,10 @@ void set_light(Scene& scene, std::size_t index, const Light& light);
 /// The box around all meshes. Throws Error for a scene without vertices.
 Bounds scene_bounds(const Scene& scene);
 
-/// The camera at \p eye that looks at \p target, \p up upwards in the picture (-z where it looks along
-/// that), with \p vertical_fov degrees from the upper to the lower edge of the picture. Throws Error
-/// where these do not make a camera (eye = target, field of view not between 0 and 180, empty
-/// picture).
+/// The camera at \p eye that looks at \p target, \p up upwards in the picture (-z where it looks
+/// along that), with \p vertical_fov degrees from the upper to the lower edge of the picture.
+/// Throws Error where these do not make a camera (eye = target, field of view not between 0 and
+/// 180, empty picture, numbers that are not finite).
 Camera look_at(const Vec3& eye, const Vec3& target, double vertical_fov, int width, int height,
                const Vec3& up = Vec3(0, 1, 0));
 

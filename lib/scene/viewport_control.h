@@ -22,9 +22,11 @@ struct ViewportPose {
 /// back. Positions of the mouse are in pixels of the picture.
 class ViewportControl {
  public:
+  /// A button, counted from 1, goes down at (\p x, \p y), or up.
   void press(int button, double x, double y);
   void release(int button);
-  /// True if the view changes.
+  /// The mouse is now at (\p x, \p y), or the wheel has turned by \p steps (positive: nearer). True
+  /// if the view changes.
   bool move(double x, double y, int picture_height);
   bool wheel(double steps);
   /// \p key as GstNavigation names it (X keysym names); false for keys without meaning here.

@@ -14,6 +14,7 @@
 
 namespace polyhull {
 
+/// The settings of all stages.
 struct SilhouetteSettings {
   KeySettings key;
   BlurSettings blur;
@@ -33,11 +34,12 @@ double corrected_sigma(const BlurSettings& blur, bool correct_curvature);
 /// The smallest rectangle of whole pixels that holds the rings, clipped to the frame.
 Rectangle bounding_rectangle(const Rings& rings, int width, int height);
 
+/// Since the silhouetter was made.
 struct SilhouetteStats {
   std::uint64_t frames = 0;
   std::uint64_t reused = 0;  ///< frames that kept their predecessor's contours
   std::uint64_t empty = 0;   ///< frames without foreground
-  ApproximateCounts last;
+  ApproximateCounts last;    ///< of the last frame that was traced
 };
 
 /// One stream's silhouettes.
@@ -56,11 +58,13 @@ class Silhouetter {
   Keyer& keyer();
   const Keyer& keyer() const;
 
-  /// The frame's silhouette. The reference stays valid until the next call.
+  /// The frame's silhouette. The reference stays valid until the next call. Throws Error as
+  /// Keyer::prepare() does.
   const Rings& process(const FrameView& frame);
 
   /// The pixels of a region (e.g. bounding_rectangle()) of the frame just processed, despilled,
-  /// with the blurred matte as alpha: byte for byte what the chain of elements has there.
+  /// with the blurred matte as alpha: byte for byte what the chain of elements has there. Needs
+  /// SilhouetteSettings::keep_matte.
   void write_rgba(const FrameView& frame, const Rectangle& region, std::uint8_t* rgba,
                   std::ptrdiff_t stride) const;
 

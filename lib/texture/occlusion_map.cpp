@@ -52,7 +52,8 @@ void draw(const Corner& a, const Corner& b, const Corner& c, int width, int heig
   }
 }
 
-/// Distance in texels to the nearest texel that is 0 in \p distance, by a chamfer of steps 1 and 1.4.
+/// Distance in texels to the nearest texel that is 0 in \p distance, by a chamfer of steps 1 and
+/// 1.4.
 void chamfer(std::vector<float>& distance, int width, int height) {
   constexpr float straight = 1.0f, diagonal = 1.4f;
   const auto at = [&](int x, int y) -> float& {

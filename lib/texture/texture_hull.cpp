@@ -21,7 +21,8 @@ void check(const Hull& hull, std::span<const Camera> cameras) {
   }
   if (hull.triangles.size() % 3 != 0) {
     throw Error(Error::Kind::bad_input,
-                "A mesh's list of triangle corners is not a multiple of three long.");
+                "A mesh has {} triangle corners, which is not a multiple of three.",
+                hull.triangles.size());
   }
   for (const std::uint32_t index : hull.triangles) {
     if (index >= hull.vertices.size()) {

@@ -8,9 +8,9 @@
 ///                from p to C_k, from rays through points spread over f in proportion to its size
 ///                in the picture
 ///   visible_f  = { k : seen_fk >= 1/2 },  best_f = argmax over visible_f of cos_fk(centroid)
-///   weight_vk  = max(0, n_v . (C_k - v)/|C_k - v|) * sum(a_f seen_fk) / sum(a_f) over the
-///   triangles f
-///                of area a_f around vertex v that face k
+///   weight_vk  = max(0, n_v . (C_k - v)/|C_k - v|) * sum(a_f seen_fk) / sum(a_f), over the
+///                triangles f of area a_f around vertex v that face k; for the metric
+///                viewing_angle without the first factor
 /// A face of camera k's own cone passes through C_k: cos_fk is 0 there, and it is never visible in
 /// k.
 ///
@@ -34,11 +34,12 @@
 
 namespace polyhull {
 
+/// How hulls are textured; see Texturing.
 struct TextureSettings {
   TextureMethod method = TextureMethod::blend;
   TextureMetric metric = TextureMetric::camera_normal;
   std::uint32_t cameras = 2;
-  Vec3f untextured{0.5f};
+  Vec3f untextured{0.5f};  ///< sRGB, 0..1
   /// Off: every view sees every triangle that faces it, as in the prototype.
   bool occlusion = true;
   int map_size = 320;  ///< texels of the longer side of an OcclusionMap
@@ -47,7 +48,7 @@ struct TextureSettings {
   bool operator==(const TextureSettings&) const = default;
 };
 
-/// Times of one call, for `stats`.
+/// Counts and times (seconds) of one call, for `stats`.
 struct TextureStatistics {
   std::uint64_t rays = 0;
   bool reused = false;  ///< nothing had changed
@@ -58,8 +59,8 @@ struct TextureStatistics {
 class HullTexturer {
  public:
   /// \p cameras are the hull's views, at most 64 (HullFace::view indexes them). An empty hull gives
-  /// an empty texturing. Throws Error for more than 64 cameras and for triangle indices beyond the
-  /// vertices.
+  /// an empty texturing. Throws Error for more than 64 cameras, for triangle indices that are no
+  /// multiple of three or beyond the vertices, and for vertices that are not finite.
   /// The result is valid until the next call; the same hull, cameras and settings as in the last
   /// call give the last result at once.
   const Texturing& texture(const Hull& hull, std::span<const Camera> cameras,
@@ -81,7 +82,7 @@ class HullTexturer {
   TextureStatistics statistics_;
 };
 
-/// HullTexturer for one hull.
+/// HullTexturer for one hull. Throws Error as it does.
 Texturing texture_hull(const Hull& hull, std::span<const Camera> cameras,
                        const TextureSettings& settings = {});
 

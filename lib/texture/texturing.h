@@ -43,7 +43,7 @@ struct OcclusionMap {
 struct Texturing {
   TextureMethod method = TextureMethod::blend;
   TextureMetric metric = TextureMetric::camera_normal;
-  std::uint32_t cameras = 2;           ///< blend of the best this many
+  std::uint32_t cameras = 2;           ///< blend of the best this many, at least 1
   Vec3f untextured{0.5f};              ///< colour (sRGB, 0..1) of what no camera sees
   std::vector<std::uint64_t> visible;  ///< per triangle: the views that see it unoccluded
   std::vector<std::int8_t> best;       ///< per triangle: the view of method direct, -1: none
@@ -51,7 +51,7 @@ struct Texturing {
                                    ///< camera_normal: the camera-normal weight, viewing_angle: 1;
                                    ///< both reduced by the occluded share of the triangles around
   std::vector<Vec3f> normals;      ///< per vertex, unit length
-  std::vector<OcclusionMap> maps;  ///< per view; none where occlusion is off
+  std::vector<OcclusionMap> maps;  ///< per view; none for method direct and where occlusion is off
 };
 
 }  // namespace polyhull

@@ -12,7 +12,7 @@
 
 namespace polyhull {
 
-/// Camera centres relative to the hull's origin.
+/// Camera centres relative to the hull's origin, world units.
 std::vector<Vec3> relative_centres(const Hull& hull, std::span<const Camera> cameras);
 
 /// For each triangle the index of the view on whose cone it lies, -1: on none.

@@ -21,6 +21,7 @@ class Jitter {
     squares_ += step * (x - mean_);
     largest_ = std::max(largest_, std::abs(x));
   }
+  /// Mean, standard deviation and largest magnitude so far, microseconds.
   double mean() const { return mean_; }
   double deviation() const { return count_ > 1 ? std::sqrt(squares_ / (count_ - 1)) : 0.0; }
   double largest() const { return largest_; }

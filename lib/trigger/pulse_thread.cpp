@@ -70,7 +70,8 @@ std::int64_t PulseParameters::pulse_taken() const {
 void PulseParameters::check() const {
   if (pulse < millisecond)
     throw Error(Error::Kind::bad_input,
-                "A pulse of {} ns is too short for cameras; the least is 1 ms.", pulse);
+                "A pulse of {} ns is too short for cameras; give at least 1000000 ns (1 ms).",
+                pulse);
   if (period() > 0 && pulse_taken() + millisecond > period())
     throw Error(Error::Kind::bad_input,
                 "A pulse of {} us does not fit into the time between pulses, {} us, with a "

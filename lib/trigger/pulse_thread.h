@@ -19,19 +19,21 @@
 
 namespace polyhull {
 
+/// What pulses are given, and on what.
 struct PulseParameters {
-  std::string device;
-  std::uint32_t baud = 9600;
+  std::string device;         ///< path
+  std::uint32_t baud = 9600;  ///< bits per second
   PulseMode mode = PulseMode::zeros;
   int rate_numerator = 15;  ///< pulses per second; 0: only on demand
   int rate_denominator = 1;
-  std::int64_t pulse = 2000000;  ///< ns
+  std::int64_t pulse = 2000000;  ///< its length, ns
 
   /// Time between pulses, ns; 0 on demand.
   std::int64_t period() const;
-  /// How long a pulse really takes: whole bytes for zeros.
+  /// How long a pulse really takes, ns: whole bytes for PulseMode::zeros.
   std::int64_t pulse_taken() const;
-  /// Throws Error for a pulse that does not fit into the period with a millisecond to spare.
+  /// Throws Error for a pulse below a millisecond, and for one that does not fit into the period
+  /// with a millisecond to spare.
   void check() const;
 };
 
@@ -41,7 +43,7 @@ struct Pulse {
   std::int64_t lateness = 0;  ///< start minus the planned time, ns; on demand: minus the demand
 };
 
-/// What the thread reports; called on the thread.
+/// What the thread reports; called on the thread. None may be empty.
 struct PulseListener {
   std::function<void(const Pulse&)> pulsed;
   /// Grid times that passed while it was held up.
@@ -53,7 +55,7 @@ struct PulseListener {
 
 class PulseThread {
  public:
-  /// Starts. \p line is open; \p clock tells the time, ns.
+  /// Starts. \p line is open; \p clock tells the time, ns; \p first_number is the first pulse's.
   PulseThread(std::unique_ptr<SerialLine> line, const PulseParameters& parameters,
               std::function<std::int64_t()> clock, std::uint64_t first_number,
               PulseListener listener);
@@ -63,7 +65,7 @@ class PulseThread {
   /// Other rate or pulse length from the next pulse on (checked; same device, baud and mode).
   void set(const PulseParameters& parameters);
 
-  /// One pulse as soon as may be.
+  /// One pulse as soon as may be, whatever the rate.
   void fire();
 
   /// Whether the system granted real-time scheduling.

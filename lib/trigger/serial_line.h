@@ -18,14 +18,14 @@ enum class PulseMode {
 /// An open serial device, 8N1, raw.
 class SerialLine {
  public:
-  /// Throws Error: no such device, no permission, not a serial device, baud rate refused, no such
-  /// line.
+  /// \p baud: bits per second. Throws Error: no such device, no permission, in use, not a serial
+  /// device, baud rate refused, no such line.
   SerialLine(const std::string& device, std::uint32_t baud, PulseMode mode);
   ~SerialLine();
   SerialLine(const SerialLine&) = delete;
   SerialLine& operator=(const SerialLine&) = delete;
 
-  /// How many zero bytes take at least \p pulse ns, and how long they do.
+  /// How many zero bytes (at least 1) take at least \p pulse ns, and how long \p bytes take, ns.
   static std::uint32_t bytes_for(std::int64_t pulse, std::uint32_t baud);
   static std::int64_t duration_of(std::uint32_t bytes, std::uint32_t baud);
 

@@ -12,10 +12,11 @@ namespace polyhull {
 /// Everything but the pixels. Throws Error for a mesh that read_mesh() would refuse.
 std::vector<std::uint8_t> write_mesh_header(const Mesh& mesh);
 
-/// The number of bytes that write_mesh_header() makes of a valid mesh, without making them.
+/// The number of bytes that write_mesh_header() makes of a valid mesh, without making them. Throws
+/// Error for lists that are too long for a payload.
 std::size_t mesh_header_size(const Mesh& mesh);
 
-/// The whole payload in one run.
+/// The whole payload in one run. Throws Error as write_mesh_header() does.
 std::vector<std::uint8_t> write_mesh(const Mesh& mesh);
 
 /// Parses bytes from anywhere: every size, index and number is checked, also each view's and each

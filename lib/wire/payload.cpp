@@ -47,7 +47,9 @@ std::vector<std::uint8_t> write_payload_header(PayloadKind kind, Bytes flatbuffe
                                                std::uint64_t pixels_size) {
   const std::size_t size = payload_header_size(flatbuffer.size());
   if (size > std::numeric_limits<std::uint32_t>::max())
-    throw Error(Error::Kind::unsupported, "A payload's header may have at most 4 GiB.");
+    throw Error(Error::Kind::unsupported,
+                "The header of a {} would have {} bytes; a payload's may have less than 4 GiB.",
+                kind == PayloadKind::view ? "view" : "mesh", size);
   Prefix prefix{};
   std::memcpy(prefix.magic, magic(kind), 4);
   prefix.version = payload_version;
@@ -80,8 +82,9 @@ Payload::Payload(PayloadKind kind, std::span<const Bytes> segments)
     fail(what_, fmt::format("it does not start with '{}'", magic(kind)));
   if (prefix.version != payload_version)
     throw Error(Error::Kind::bad_input,
-                "A {} of format version {} came in; this build reads version {}.", what_,
-                prefix.version, payload_version);
+                "A {} of format version {} came in; this build reads version {}. Have the same "
+                "polyhull write and read it.",
+                what_, prefix.version, payload_version);
   if (prefix.header_size % header_alignment != 0 || prefix.zero != 0 ||
       prefix.header_size < payload_prefix_size ||
       prefix.flatbuffer_size > prefix.header_size - payload_prefix_size)

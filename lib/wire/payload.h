@@ -30,12 +30,14 @@ using Bytes = std::span<const std::uint8_t>;
 inline constexpr std::size_t payload_prefix_size = 32;
 inline constexpr std::uint32_t payload_version = 1;
 
+/// application/x-polyhull-view or application/x-polyhull-mesh.
 enum class PayloadKind { view, mesh };
 
 /// The size H of the header around a FlatBuffer of \p flatbuffer_size bytes.
 std::size_t payload_header_size(std::size_t flatbuffer_size);
 
-/// The header of a payload around a finished FlatBuffer.
+/// The header of a payload around a finished FlatBuffer, in front of \p pixels_size bytes. Throws
+/// Error (unsupported) for a header of 4 GiB or more.
 std::vector<std::uint8_t> write_payload_header(PayloadKind kind, Bytes flatbuffer,
                                                std::uint64_t pixels_size);
 
@@ -61,7 +63,7 @@ class Payload {
   const char* what_;
   std::span<const Bytes> segments_;
   Bytes flatbuffer_;
-  std::vector<std::uint64_t> aligned_;  // a copy of the FlatBuffer, where its address is odd
+  std::vector<std::uint64_t> aligned_;  // a copy of the FlatBuffer, where its address is not that
   std::uint64_t left_ = 0;              // pixel bytes not yet taken
   std::size_t segment_ = 0;             // the next block starts here,
   std::size_t offset_ = 0;              // this far in

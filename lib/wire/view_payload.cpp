@@ -55,7 +55,11 @@ void validate_pixels(const View& view) {
 }
 
 std::uint32_t size32(std::size_t size) {
-  if (size > 0x3FFFFFFF) throw Error(Error::Kind::unsupported, "A list is too long for a payload.");
+  constexpr std::size_t longest = 0x3FFFFFFF;
+  if (size > longest)
+    throw Error(Error::Kind::unsupported,
+                "A view's contours make a list of {} numbers; a payload's may have {} at most.",
+                size, longest);
   return static_cast<std::uint32_t>(size);
 }
 
@@ -101,12 +105,15 @@ flatbuffers::Offset<wire::View> pack_view(flatbuffers::FlatBufferBuilder& builde
 View unpack_view(const wire::View& table, Payload& payload) {
   const auto side = [](std::uint32_t value) {
     if (value > 0x7FFFFFFF)
-      throw Error(Error::Kind::bad_input, "A view has a size or offset beyond 31 bits.");
+      throw Error(Error::Kind::bad_input,
+                  "Not a usable view: its size, offset or stride {} is beyond 31 bits.", value);
     return static_cast<int>(value);
   };
   if (table.coding() != wire::PixelCoding::raw)
     throw Error(Error::Kind::unsupported,
-                "A view's pixels are coded in a way this build does not know.");
+                "A view's pixels are coded in a way that this build does not know (number {}); it "
+                "reads raw pixels, number {}.",
+                static_cast<int>(table.coding()), static_cast<int>(wire::PixelCoding::raw));
   View view;
   view.camera = table.camera()->str();
   view.trigger = table.trigger();

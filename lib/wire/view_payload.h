@@ -12,7 +12,7 @@ namespace polyhull {
 /// a view that read_view() would refuse.
 std::vector<std::uint8_t> write_view_header(const View& view);
 
-/// The whole payload in one run.
+/// The whole payload in one run. Throws Error as write_view_header() does.
 std::vector<std::uint8_t> write_view(const View& view);
 
 /// Parses bytes from anywhere: sizes, indices, numbers and the region of interest are checked.

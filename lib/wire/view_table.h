@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// View to FlatBuffer table and back; shared by the two payloads, not installed.
+/// \file
+/// View to FlatBuffer table and back; shared by the two payloads. Internal.
 #pragma once
 
 #include <cstring>
@@ -11,13 +12,15 @@
 
 namespace polyhull {
 
+/// Throws Error (unsupported) for contours that are too long for a payload.
 flatbuffers::Offset<wire::View> pack_view(flatbuffers::FlatBufferBuilder& builder,
                                           const View& view);
 
-/// Takes the view's pixel block from \p payload and validates the whole.
+/// Takes the view's pixel block from \p payload and validates the whole. Throws Error.
 View unpack_view(const wire::View& table, Payload& payload);
 
-/// Copies a vector of numbers whose elements lie as T's members do.
+/// Copies a vector of numbers whose elements lie as T's members do; null: none. Throws Error where
+/// they do not make whole Ts.
 template <typename T, typename Element>
 std::vector<T> unpack_numbers(const flatbuffers::Vector<Element>* numbers) {
   static_assert(sizeof(T) % sizeof(Element) == 0);

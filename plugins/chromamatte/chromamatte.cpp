@@ -108,8 +108,9 @@ gboolean set_info(GstVideoFilter* filter, GstCaps*, GstVideoInfo* in, GstCaps*, 
   });
 }
 
-/// Frames from memory that notes who writes to it (see common/matte_meta.h), unless the elements
-/// behind want them in memory of their own.
+/// Frames from memory that notes whether somebody writes to it
+/// (plugins/common/memory/matte_meta.h), unless the elements behind want them in memory of their
+/// own.
 gboolean decide_allocation(GstBaseTransform* base, GstQuery* query) {
   g_autoptr(GstAllocator) wanted = nullptr;
   GstAllocationParams params;

@@ -63,9 +63,11 @@ struct Class {
   inline static std::vector<Accessors> properties;  // by property id, less 1
 };
 
+/// Registers a GObject type with room for the pointer to its state at \p offset.
 GType register_type(const char* name, GType base, GClassInitFunc class_init,
                     GInstanceInitFunc instance_init, gint* offset);
 
+/// Posts the warning that property \p name was set to what is no number and keeps its value.
 void warn_not_a_number(gpointer object, const char* name, double minimum, double maximum);
 
 }  // namespace detail

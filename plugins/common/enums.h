@@ -10,9 +10,11 @@
 
 namespace polyhull::element {
 
-/// \p values must be static and end with {0, nullptr, nullptr}.
+/// Registers the enumeration \p type_name. \p values must be static and end with {0, nullptr,
+/// nullptr}.
 GType register_enum_values(const char* type_name, const GEnumValue* values);
 
+/// One value of an enumeration.
 template <class T>
 struct EnumValue {
   T value;
@@ -20,9 +22,9 @@ struct EnumValue {
   const char* nick;  ///< what users type
 };
 
-/// Registers an enumeration once. Marked as part of the plugin's interface, so that the documentation
-/// tools list it. A text that is none of the values, as in `chromamatte key=yellow`, makes a warning
-/// that lists them.
+/// Registers an enumeration once. Marked as part of the plugin's interface, so that the
+/// documentation tools list it. A text that is none of the values, as in `chromamatte key=yellow`,
+/// makes a warning that lists them.
 template <class T>
 GType register_enum(const char* type_name, std::initializer_list<EnumValue<T>> values) {
   static const GType type = [&] {

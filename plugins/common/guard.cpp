@@ -33,7 +33,9 @@ void post_error(GstElement* element, const std::exception& error) {
   }
   if (dynamic_cast<const std::bad_alloc*>(&error) != nullptr) {
     GST_ELEMENT_ERROR(element, RESOURCE, NO_SPACE_LEFT,
-                      ("There is not enough memory for this stream."), ("%s", what));
+                      ("There is not enough memory for this stream. Use smaller pictures, or end "
+                       "other programs."),
+                      ("%s", what));
     return;
   }
   GST_ELEMENT_ERROR(element, LIBRARY, FAILED, ("%s", what), (nullptr));

@@ -8,6 +8,7 @@
 
 namespace polyhull::element {
 
+/// Holds the object lock of one GstObject.
 class ObjectLock {
  public:
   explicit ObjectLock(gpointer object) : object_(object) { GST_OBJECT_LOCK(object_); }

@@ -35,11 +35,12 @@ struct Fraction {
   int numerator = 0, denominator = 1;
 };
 
+/// A row of a table; see property().
 template <class Settings>
 struct Property {
   const char* name;
-  const char* nick;
-  const char* blurb;
+  const char* nick;   ///< a name for people
+  const char* blurb;  ///< in full sentences, with unit and range
   double minimum;
   double maximum;
   Change change;

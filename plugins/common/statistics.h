@@ -37,14 +37,15 @@ class Statistics {
   /// The value of the counter \p name, 0 where it does not exist.
   std::uint64_t counter(const char* name) const;
 
-  /// Sets all counters and figures to zero.
+  /// Sets all counters and figures to zero; the next warning of each counter is posted at once.
   void reset();
 
   /// A new structure with everything; the caller owns it.
   GstStructure* structure() const;
 
   /// The stream goes on, but something is wrong: adds 1 to the counter \p counter and posts a
-  /// warning message on \p element with the sentence \p what, at most one per second and counter.
+  /// warning message on \p element with the sentence \p what, at most one per second and counter;
+  /// more go to the debug log only.
   void warn(GstElement* element, const char* counter, const std::string& what);
 
  private:

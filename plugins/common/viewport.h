@@ -11,7 +11,8 @@
 
 namespace polyhull::element {
 
-/// Defaults show the built-in room from its entrance.
+/// Places in scene metres, the field of view in degrees from the lower to the upper edge of the
+/// picture. Defaults show the built-in room from its entrance.
 struct ViewportSettings {
   double eye_x = 1.15, eye_y = 1.5, eye_z = 2.75;
   double target_x = 0.0, target_y = 0.98, target_z = 0.0;
@@ -24,6 +25,7 @@ struct ViewportSettings {
   }
 };
 
+/// One row per property of ViewportSettings.
 std::span<const Property<ViewportSettings>> viewport_properties();
 
 /// Takes a navigation event; true: the view changes. \p height: of the picture that the mouse is

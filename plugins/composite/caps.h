@@ -15,14 +15,15 @@ inline constexpr char composite_video_caps[] =
     "video/x-raw(memory:GLMemory), format=(string)RGBA, width=(int)[1,16384], "
     "height=(int)[1,16384], framerate=(fraction)[0/1,2147483647/1], texture-target=(string)2D";
 
+/// Whether the pictures of \p caps are in OpenGL's memory.
 bool is_gl_caps(const GstCaps* caps);
 
 /// What composite can make of a background \p info: the same picture in either kind of memory, the
 /// background's own kind first.
 GstCaps* output_caps(const GstVideoInfo& info, bool background_on_gpu);
 
-/// Answers what the background may be: any memory, with the size and rate that those behind \p
-/// source take.
+/// Answers what the background may be: any memory, with the size and rate that those behind
+/// \p source take.
 void answer_background_caps(GstPad* pad, GstPad* source, GstQuery* query);
 
 }  // namespace polyhull::element

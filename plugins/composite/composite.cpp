@@ -3,7 +3,8 @@
 /// composite: puts filmed subjects into the picture of a synthetic scene. The background's picture
 /// is the scene as it is without them; the scene's geometry hides them where it stands in front;
 /// they throw a soft shadow of the main light and are mirrored in the largest planar mirror. Draws
-/// with OpenGL or, without a graphics processor, on the processor; pictures come and go in system memory or as memory:GLMemory.
+/// with OpenGL or, without a graphics processor, on the processor; pictures come and go in system
+/// memory or as memory:GLMemory.
 #include <gst/base/gstaggregator.h>
 #include <gst/gl/gl.h>
 #include <gst/video/video.h>
@@ -103,7 +104,7 @@ gboolean sink_query(GstAggregator* aggregator, GstAggregatorPad* pad, GstQuery* 
 void take_announcement(Composite& self, GstEvent* event) {
   const gchar* json = gst_structure_get_string(gst_event_get_structure(event), "json");
   try {
-    if (!json) throw Error(Error::Kind::bad_input, "It has no field json.");
+    if (!json) throw Error(Error::Kind::bad_input, "The event has no field 'json'.");
     self.composer.announce(parse_announcement(json));
     self.announced = true;
     self.statistics.count("announcements");

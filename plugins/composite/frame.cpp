@@ -117,8 +117,9 @@ void FrameComposer::draw_in_memory(const FrameBuffers& buffers, GstBuffer* outpu
                         int to_stride) {
     if (from_stride % 4 != 0 || to_stride % 4 != 0)
       throw Error(Error::Kind::unsupported,
-                  "Composite got a picture whose rows are not a multiple of four bytes apart. Put "
-                  "a videoconvert in front of it.");
+                  "Composite got pictures whose rows are {} and {} bytes apart, which is not a "
+                  "multiple of four. Put a videoconvert in front of it and behind it.",
+                  from_stride, to_stride);
     const auto render = [&](Renderer& renderer) {
       renderer.render(frame_, plan_, settings_, from, from_stride, to, to_stride);
       report(renderer);

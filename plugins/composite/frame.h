@@ -31,6 +31,7 @@ struct FrameBuffers {
   bool output_on_gpu = false;
 };
 
+/// Draws frame after frame. For one thread.
 class FrameComposer {
  public:
   FrameComposer(CompositeGl& gl, Statistics& statistics);
@@ -41,7 +42,8 @@ class FrameComposer {
   bool announced() const { return announcement_.has_value(); }
 
   /// Gets the frame ready: what is to be drawn, and by what. \p meshes are the pads with a mesh to
-  /// show; \p on_gpu: a picture comes or goes in OpenGL's memory.
+  /// show; \p on_gpu: a picture comes or goes in OpenGL's memory. Throws Error where the scene
+  /// cannot be opened, the viewport is none, or OpenGL is asked for and not to be had.
   void prepare(const CompositeSettings& settings, const GstVideoInfo& info,
                const std::vector<GstAggregatorPad*>& meshes, bool on_gpu);
 

@@ -14,11 +14,13 @@ namespace polyhull::element {
 namespace {
 
 Error refusal(const std::string& reason) {
-  return Error(Error::Kind::unsupported,
-               "There is no OpenGL context to be had ({}). Check that OpenGL works here; "
-               "GST_GL_PLATFORM and GST_GL_WINDOW in the environment choose the way to it, such as "
-               "egl and egl-device on machines without a display.",
-               reason);
+  return Error(
+      Error::Kind::unsupported,
+      "There is no OpenGL context to be had ({}). Let the processor draw (pictures in system "
+      "memory, and not backend=gl), or check that OpenGL works here; GST_GL_PLATFORM and "
+      "GST_GL_WINDOW in the environment choose the way to it, such as egl and egl-device "
+      "on machines without a display.",
+      reason);
 }
 
 struct Job {

@@ -21,6 +21,7 @@ namespace polyhull::element {
 /// before other threads run.
 void prefer_egl_device_without_display();
 
+/// The context of one element. Made when it is first needed.
 class CompositeGl {
  public:
   explicit CompositeGl(GstElement* element) : element_(element) {}
@@ -43,7 +44,8 @@ class CompositeGl {
   /// Lets go of the compositor and the context.
   void release();
 
-  /// Calls \p work with the compositor on the context's thread and waits. Exceptions come through.
+  /// Calls \p work with the compositor, after ensure(), on the context's thread and waits.
+  /// Exceptions come through.
   void run(const std::function<void(Compositor&)>& work);
 
   GstGLContext* context() const { return context_; }

@@ -15,6 +15,7 @@ namespace polyhull::element {
 /// What draws the pictures.
 enum class Backend { automatic, processor, gl };
 
+/// Times in ns.
 struct CompositeSettings : ViewportSettings {
   std::string scene;
   double exposure = 0.0;
@@ -33,10 +34,13 @@ struct CompositeSettings : ViewportSettings {
   LiveSettings live() const { return {GST_CLOCK_TIME_NONE, max_latency}; }
 };
 
+/// One row per property of CompositeSettings that is not the viewport's.
 std::span<const Property<CompositeSettings>> composite_properties();
 
+/// What of them the renderer needs.
 RenderSettings render_settings(const CompositeSettings& settings);
 
+/// What users can set on a mesh pad: metres and degrees.
 struct PlacementSettings {
   double translate_x = 0.0, translate_y = 0.0, translate_z = 0.0;
   double rotate_x = 0.0, rotate_y = 0.0, rotate_z = 0.0;
@@ -45,8 +49,10 @@ struct PlacementSettings {
   double pivot_x = 0.0, pivot_y = 0.0, pivot_z = 0.0;
 };
 
+/// One row per property of PlacementSettings.
 std::span<const Property<PlacementSettings>> placement_properties();
 
+/// The same as the renderer takes it.
 SubjectPlacement placement(const PlacementSettings& settings);
 
 }  // namespace polyhull::element

@@ -64,7 +64,8 @@ std::int64_t next_deadline(HullBuild& self, const Pads& pads);
 /// Forgets all pads' views and the last set.
 void forget_streams(HullBuild& self);
 
-/// Makes and sends the next mesh, if there is a set. Throws Error.
+/// Makes and sends the next mesh, if there is a set; \p deadline_passed, where the stream is not
+/// live: missing views are no longer waited for. Throws Error.
 GstFlowReturn send_next_set(HullBuild& self, bool deadline_passed);
 
 }  // namespace polyhull::element

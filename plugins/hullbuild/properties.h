@@ -13,8 +13,10 @@
 
 namespace polyhull::element {
 
+/// What to do with a set that lacks the view of a camera.
 enum class MissingCamera { drop_set, drop_camera, hold, freeze };
 
+/// Times in ns, lengths in world units.
 struct HullSettings {
   std::string rig;
   std::uint64_t sync_tolerance = 8 * GST_MSECOND;
@@ -30,12 +32,14 @@ struct HullSettings {
   std::uint32_t threads = 0;
   std::uint32_t pool_threads = 0;
 
+  /// What of them says how long to wait; a max_wait above 60 s counts as 60 s.
   LiveSettings live() const {
     const bool by_hand = GST_CLOCK_TIME_IS_VALID(max_wait);
     return {by_hand ? std::min<std::uint64_t>(max_wait, 60 * GST_SECOND) : max_wait, max_latency};
   }
 };
 
+/// One row per property of HullSettings.
 std::span<const Property<HullSettings>> hull_properties();
 
 }  // namespace polyhull::element

@@ -27,6 +27,7 @@ class SetBuilder {
  public:
   explicit SetBuilder(Statistics& statistics);
 
+  /// The rig of the sets to come; as reset().
   void set_rig(Rig rig);
   const Rig& rig() const { return rig_; }
 
@@ -36,6 +37,7 @@ class SetBuilder {
 
   /// A buffer with the mesh of \p views (any order; each camera once, each checked), without times.
   /// Fewer than two views with foreground give an empty hull. Warnings are posted on \p element.
+  /// Throws Error as HullStage::build().
   GstBuffer* build(GstElement* element, std::vector<SetView> views, const HullSettings& settings,
                    std::uint64_t trigger);
 

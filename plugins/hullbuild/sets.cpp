@@ -10,7 +10,8 @@
 namespace polyhull::element {
 namespace {
 
-/// A machine may be busy for a moment: what has piled up then is soon done, and better late than not.
+/// A machine may be busy for a moment: what has piled up then is soon done, and better late than
+/// not.
 constexpr std::int64_t a_moment = 100 * GST_MSECOND;
 
 /// Two opposite cameras of four make a wall across the stage (docs/missing-camera.md).
@@ -128,8 +129,8 @@ bool later_views_wait(const Pads& pads, const ViewDecision& set) {
 }
 
 /// Notes that \p set lacks a camera. One that has left this instant out could not keep up; one that
-/// is silent may be gone, and is judged when it sends again. More thinning than by two does not mend
-/// a camera that leaves frames out.
+/// is silent may be gone, and is judged when it sends again. More thinning than by two does not
+/// mend a camera that leaves frames out.
 void note_left_out(HullBuild& self, const Pads& pads, const ViewDecision& set) {
   if (self.pace.thins() || set.time == no_time) return;
   if (later_views_wait(pads, set)) {
@@ -186,8 +187,8 @@ bool is_overdue(HullBuild& self, const Pads& pads, const ViewDecision& set) {
   return later_views_wait(pads, set) || std::any_of(pads.begin(), pads.end(), more_wait);
 }
 
-/// Whether an incomplete set must not be built, by missing-camera. A camera that sends, but too late
-/// or not everything, is waited for ten times as long as one that is silent.
+/// Whether an incomplete set must not be built, by missing-camera. A camera that sends, but too
+/// late or not everything, is waited for ten times as long as one that is silent.
 bool must_be_whole(const std::vector<AbsentCamera>& absent, const HullSettings& settings) {
   if (settings.missing_camera == MissingCamera::drop_set) return true;
   if (settings.missing_camera != MissingCamera::freeze) return false;

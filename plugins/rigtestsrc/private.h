@@ -16,7 +16,7 @@
 
 namespace polyhull::element {
 
-/// What lives from start() to stop().
+/// What lives from open() to close().
 struct RigTestStream {
   RigTestDrawing drawing;
   RigOutput output = RigOutput::picture;  // of the properties when the stream began

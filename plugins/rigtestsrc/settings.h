@@ -14,6 +14,7 @@ namespace polyhull::element {
 enum class ScreenColour { green, blue };
 enum class RigOutput { picture, keyed, matte, depth };
 
+/// What users can set on rigtestsrc; delay and jitter in ns.
 struct RigTestSettings {
   std::string rig;
   std::string camera;

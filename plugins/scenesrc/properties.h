@@ -15,6 +15,7 @@ namespace polyhull::element {
 enum class ViewportPath { still, orbit };
 enum class Refinement { automatic, always, never };
 
+/// Metres, degrees, and degrees per second of stream time.
 struct SceneSettings : ViewportSettings {
   std::string scene;
   std::string camera;
@@ -38,7 +39,9 @@ struct OldName {
 inline constexpr OldName old_names[] = {{"exposure", "exposure-compensation"},
                                         {"fov", "field-of-view"}};
 
+/// One row per property of SceneSettings that is not the viewport's.
 std::span<const Property<SceneSettings>> scene_properties();
+/// The old names among the viewport's.
 std::span<const Property<ViewportSettings>> old_viewport_properties();
 
 /// The viewport at stream time \p seconds, for a picture of \p width x \p height square pixels.

@@ -25,8 +25,8 @@ CameraPicture::CameraPicture(const Rig& rig, int index, std::shared_ptr<const Su
       subject_(std::move(subject)) {
   if (index < 0 || index >= static_cast<int>(rig.cameras.size())) {
     throw Error(Error::Kind::bad_input,
-                "Camera number {} was asked for, but the rig has {} cameras.", index,
-                rig.cameras.size());
+                "Camera number {} was asked for, but the rig has {} cameras, counted from 0.",
+                index, rig.cameras.size());
   }
   camera_ = rig.cameras[index];
   eye_ = Vec3f(glm::inverse(placement_.linear) * (camera_.centre() - placement_.origin));

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// The sample points of a pixel in CoverageRaster, and which of them a triangle covers. Internal to
-// its files, and a header so that the loops are inlined there.
-//
-// Sample (i, j), 0 <= i, j < 8, lies at (128 i + 16 j - 504, 128 j + 16 i - 504) / 1024 px from the
-// pixel's centre: a square lattice sheared both ways. It is bit 8 j + i of a mask. Two samples of
-// each row decide on depth: columns depth_column[j] and that plus 4.
+/// \file
+/// The sample points of a pixel in CoverageRaster, and which of them a triangle covers. Internal to
+/// its files, and a header so that the loops are inlined there.
+///
+/// Sample (i, j), 0 <= i, j < 8, lies at (128 i + 16 j - 504, 128 j + 16 i - 504) / 1024 px from
+/// the pixel's centre: a square lattice sheared both ways. It is bit 8 j + i of a mask. Two samples
+/// of each row decide on depth: columns depth_column[j] and that plus 4.
 #pragma once
 
 #include <array>
@@ -22,6 +23,7 @@ namespace polyhull::coverage {
 inline constexpr std::int32_t unit = 1024;  ///< per pixel
 inline constexpr std::uint32_t nothing = ~std::uint32_t{0};
 
+/// The pixel that a coordinate in 1/1024 px lies in.
 inline std::int32_t floor_pixel(std::int32_t fixed) {
   return (fixed + unit / 2) >> 10;
 }
@@ -102,8 +104,8 @@ inline std::uint64_t inside(const std::int32_t (&e)[3], const EdgeSteps (&steps)
   return mask;
 }
 
-/// Where \p bits has a depth sample and the plane centre + gx x + gy y (held between \p far and \p
-/// near) is nearer than what is there, writes it and \p index.
+/// Where \p bits has a depth sample and the plane centre + gx x + gy y (held between \p far and
+/// \p near) is nearer than what is there, writes it and \p index.
 inline void test_depth(std::uint32_t bits, float centre, float gx, float gy, float far, float near,
                        std::uint32_t index, float* depth, std::uint32_t* triangle) {
 #ifdef __SSE2__

@@ -12,13 +12,15 @@ namespace polyhull {
 /// Largest standard deviation: the noise is kept within +-127 levels.
 inline constexpr double largest_noise = 30.0;
 
+/// The noise of one camera; add() may run on several threads.
 class SensorNoise {
  public:
   /// Adds noise of standard deviation \p deviation levels to the colours of a row of RGBA pixels,
   /// independent per pixel and colour; alpha stays. \p key chooses the noise.
   void add(double deviation, std::uint64_t key, std::uint8_t* pixels, std::size_t count) const;
 
-  /// Makes add() ready for \p deviation. To be called first, from one thread.
+  /// Makes add() ready for \p deviation (levels, up to largest_noise). To be called first, from one
+  /// thread.
   void prepare(double deviation);
 
  private:

@@ -23,7 +23,8 @@ namespace polyhull {
 void draw_stamp(std::uint16_t number, const Rectangle& subject, std::uint8_t* pixels,
                 std::ptrdiff_t stride, int width, int height);
 
-/// The number on the label in RGBA or BGRA rows; none: no label, or not to be read.
+/// The number on the label in RGBA or BGRA rows of \p stride bytes; none: no label, or not to be
+/// read.
 std::optional<std::uint16_t> read_stamp(const std::uint8_t* pixels, std::ptrdiff_t stride,
                                         int width, int height);
 

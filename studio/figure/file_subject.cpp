@@ -79,8 +79,8 @@ class FileSubject : public Subject {
     for (std::size_t i = 0; i + 2 < attributes.vertices.size(); i += 3) {
       const Vec3f p(attributes.vertices[i], attributes.vertices[i + 1], attributes.vertices[i + 2]);
       if (!std::isfinite(p.x + p.y + p.z)) {
-        throw Error(Error::Kind::bad_input, "Subject '{}': vertex {} is not a finite number.", path,
-                    i / 3 + 1);
+        throw Error(Error::Kind::bad_input, "Subject '{}': vertex {} is not three finite numbers.",
+                    path, i / 3 + 1);
       }
       positions_.push_back(p);
     }
@@ -152,7 +152,9 @@ class FileSubject : public Subject {
     }
     if (height > 0.0 && !(max.y > min.y)) {
       throw Error(Error::Kind::bad_input,
-                  "Subject '{}' is flat in y and cannot be scaled to a height.", path);
+                  "Subject '{}' is flat in y and cannot be scaled to a height; turn it to y up, or "
+                  "give no height.",
+                  path);
     }
     const float scale = height > 0.0 ? static_cast<float>(height) / (max.y - min.y) : 1.0f;
     const Vec3f base(0.5f * (min.x + max.x), min.y, 0.5f * (min.z + max.z));

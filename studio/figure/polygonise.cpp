@@ -143,8 +143,9 @@ TriangleMesh polygonise(const std::function<float(const Vec3f&)>& value, const V
         const bool rim = x == 0 || y == 0 || z == 0 || x == grid.size[0] - 1 ||
                          y == grid.size[1] - 1 || z == grid.size[2] - 1;
         if (rim && values[grid.index(x, y, z)] < 0.0f) {
-          throw Error(Error::Kind::bad_input,
-                      "A level cannot be polygonised: it touches the rim of its grid.");
+          throw Error(
+              Error::Kind::bad_input,
+              "A level cannot be polygonised: it touches the rim of its grid; give a larger box.");
         }
       }
     }

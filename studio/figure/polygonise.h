@@ -24,9 +24,9 @@ struct TriangleMesh {
   std::vector<std::uint32_t> triangles;
 };
 
-/// The zero level of \p value (negative inside) in the box \p min, \p max, at grid spacing \p step.
-/// \p value must not grow faster than 1.7 times the distance (blocks far from the level are skipped
-/// by that bound). Throws Error if the level touches the box.
+/// The zero level of \p value (negative inside) in the box \p min, \p max, at grid spacing \p step,
+/// all in one unit of length. \p value must not grow faster than 1.7 times the distance (blocks far
+/// from the level are skipped by that bound). Throws Error if the level touches the box.
 TriangleMesh polygonise(const std::function<float(const Vec3f&)>& value, const Vec3f& min,
                         const Vec3f& max, float step);
 
@@ -43,6 +43,7 @@ struct ManifoldDefects {
   std::size_t empty_triangles = 0;   ///< with a vertex twice
   bool none() const { return open_edges + crowded_edges + pinched_vertices + empty_triangles == 0; }
 };
+/// Those of a mesh of \p vertex_count vertices.
 ManifoldDefects manifold_defects(const std::vector<std::uint32_t>& triangles,
                                  std::size_t vertex_count);
 

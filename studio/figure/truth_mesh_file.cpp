@@ -93,7 +93,9 @@ void write_truth_mesh(const TruthMesh& mesh, const std::string& path) {
   file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
   file.flush();
   if (!file) {
-    throw Error(Error::Kind::io, "Mesh '{}' could not be written: {}.", path, std::strerror(errno));
+    throw Error(Error::Kind::io,
+                "Mesh '{}' could not be written: {}; check that the folder exists and has space.",
+                path, std::strerror(errno));
   }
 }
 

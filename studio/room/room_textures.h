@@ -7,10 +7,11 @@
 
 namespace polyhull {
 
-/// Dark polished stone: two by two slabs with veins and joints; repeats seamlessly.
+/// Dark polished stone, \p size pixels a side: two by two slabs with veins and joints; repeats
+/// seamlessly.
 Picture stone_texture(int size);
 
-/// Wood with grain along the first texture coordinate.
+/// Wood, \p size pixels a side, with grain along the first texture coordinate.
 Picture wood_texture(int size);
 
 /// An abstract landscape for the wall: hills under a low sun.

@@ -17,7 +17,9 @@ using Variables = std::map<std::string, std::vector<double>>;
 
 Variables read_assignments(const std::string& file) {
   std::ifstream in(file);
-  if (!in) throw Error(Error::Kind::not_found, "Cannot read '{}'.", file);
+  if (!in)
+    throw Error(Error::Kind::not_found,
+                "Cannot read '{}'; check that the file exists and may be read.", file);
   std::ostringstream all;
   for (std::string line; std::getline(in, line);) all << line.substr(0, line.find('%')) << '\n';
   const std::string content = all.str();
@@ -40,7 +42,8 @@ const std::vector<double>& get(const Variables& variables, const std::string& fi
                                const std::string& name, std::size_t count) {
   const auto found = variables.find(name);
   if (found == variables.end())
-    throw Error(Error::Kind::bad_input, "{}: it does not set {}.", file, name);
+    throw Error(Error::Kind::bad_input,
+                "{}: it does not set {}; give a Calib_Results.m of Bouguet's toolbox.", file, name);
   if (found->second.size() != count)
     throw Error(Error::Kind::bad_input, "{}: {} has {} numbers, expected {}.", file, name,
                 found->second.size(), count);

@@ -26,7 +26,8 @@ class File {
  public:
   explicit File(const std::string& path) : path_(path) {
     if (!std::filesystem::is_regular_file(path))
-      throw Error(Error::Kind::not_found, "Cannot read '{}'.", path);
+      throw Error(Error::Kind::not_found, "Cannot read '{}'; check that it exists and is a file.",
+                  path);
     try {
       storage_.open(path, cv::FileStorage::READ);
     } catch (const cv::Exception& error) {
@@ -65,7 +66,11 @@ class File {
     }
     for (const std::size_t size : sizes)
       if (found.total() * found.channels() == size) return found;
-    throw Error(Error::Kind::bad_input, "{}: the {} has {} numbers.", path_, what, found.total());
+    std::string expected;
+    for (const std::size_t size : sizes)
+      expected += (expected.empty() ? "" : " or ") + std::to_string(size);
+    throw Error(Error::Kind::bad_input, "{}: the {} has {} numbers, expected {}.", path_, what,
+                found.total() * found.channels(), expected);
   }
 
   int whole(Names names) const {

@@ -28,7 +28,8 @@ struct Line {
 std::vector<Line> read_lines(const std::string& file) {
   std::ifstream in(file);
   if (!in || std::filesystem::is_directory(file))
-    throw Error(Error::Kind::not_found, "Cannot read '{}'.", file);
+    throw Error(Error::Kind::not_found,
+                "Cannot read '{}'; check that it exists, is a file and may be read.", file);
   std::vector<Line> lines;
   std::size_t number = 0;
   for (std::string text; std::getline(in, text);) {
@@ -174,7 +175,11 @@ Rig projection_matrices(const std::vector<std::string>& files, const Options& op
       row.clear();
     }
     if (!row.empty())
-      throw Error(Error::Kind::bad_input, "{}: the last projection matrix is not complete.", file);
+      throw Error(
+          Error::Kind::bad_input,
+          "{}: the last projection matrix is not complete; a matrix has 12 numbers, three rows of "
+          "four.",
+          file);
   }
   const std::optional<Vec3> focus = common_focus(matrices);
   const std::vector<std::string> names = names_of(files);

@@ -20,10 +20,10 @@ namespace polyhull::hull {
 
 /// Rings with the origin of each edge (the one that begins at the point).
 struct Contours {
-  std::vector<Vec2> points;
-  std::vector<std::uint32_t> ends;
-  std::vector<std::uint32_t> source;
-  std::vector<std::int32_t> view;
+  std::vector<Vec2> points;           ///< pixels, one ring after the other
+  std::vector<std::uint32_t> ends;    ///< of each ring, into points
+  std::vector<std::uint32_t> source;  ///< per point, its edge's number in the input
+  std::vector<std::int32_t> view;     ///< per point, the view that its edge is of
   void clear() {
     points.clear();
     ends.clear();

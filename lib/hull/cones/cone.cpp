@@ -299,7 +299,8 @@ void build_cone(Cone& cone, std::span<const ConeInput> inputs, const Lattice& la
   for (double step = 1.0; step < 1e6; step *= 8.0)
     if (build(clean_region(layers, cone.complement, step), true)) return;
   throw Error(Error::Kind::unsupported,
-              "The silhouette of camera '{}' could not be made into simple rings.",
+              "The silhouette of camera '{}' could not be made into simple rings; look at its "
+              "contours, and at K in the rig.",
               inputs[0].silhouette->camera->name);
 }
 

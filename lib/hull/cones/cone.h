@@ -38,7 +38,8 @@ struct ConeCamera {
   int width = 0, height = 0;
 };
 
-/// Vertex i of the rings is the ray i and begins the edge i; the edge's plane is the cone's face i.
+/// A silhouette seen from its camera. Vertex i of the rings is the ray i and begins the edge i; the
+/// edge's plane is the cone's face i.
 struct Cone {
   ConeCamera camera;
   IntVec centre{};        ///< on the lattice, below 2^44
@@ -57,15 +58,17 @@ struct Cone {
   bool complement = false;  ///< the solid is what the rings do not hold (Unseen::keep)
   ContourGrid grid;
   std::uint32_t input_vertices = 0;
-  std::uint64_t compared_pairs = 0;         ///< of edges, to see that the rings are simple
-  double pixel_scale = 0, depth_scale = 0;  ///< lengths of the rows of camera.to_pixel
-  double pixel_error = 0;                   ///< how far a ray may be off its pixel
+  std::uint64_t compared_pairs = 0;  ///< of edges, to see that the rings are simple
+  /// Lengths of the rows of camera.to_pixel: the longer of the first two, and the third.
+  double pixel_scale = 0, depth_scale = 0;
+  double pixel_error = 0;   ///< px by which a ray may be off its pixel
   bool own_pixels = false;  ///< pixels are those of the rounded rays, not of the contours
 
   std::size_t size() const { return rays.size(); }
 };
 
-/// The cameras' part of a cone. \throw Error naming the camera if it is not finite or degenerate.
+/// A camera's part of a cone; \p index is its number, for errors. \throw Error naming the camera if
+/// it is not finite or degenerate.
 ConeCamera read_camera(const Camera& camera, std::size_t index);
 
 /// The centre of \p camera on the lattice.
@@ -79,7 +82,8 @@ struct ConeInput {
 };
 
 /// Fills \p cone from the rings of one or several views of the same centre (they are intersected).
-/// \throw Error naming the camera for points that are not finite.
+/// \throw Error naming the camera for points that are not finite or too far to the side, and for
+/// rings that cannot be made simple.
 void build_cone(Cone& cone, std::span<const ConeInput> inputs, const Lattice& lattice,
                 Unseen unseen);
 

@@ -75,9 +75,9 @@ int side_of(const Cone& cone, std::uint32_t edge, std::uint32_t vertex) {
   return exact > 0 ? 1 : exact < 0 ? -1 : 0;
 }
 
-/// In each cell edges are compared from left to right as far as their boxes overlap: where many tiny
-/// edges share a cell, most pairs are never looked at. At worst, with many edges above one another in
-/// one cell, all pairs are, but only their boxes.
+/// In each cell edges are compared from left to right as far as their boxes overlap: where many
+/// tiny edges share a cell, most pairs are never looked at. At worst, with many edges above one
+/// another in one cell, all pairs are, but only their boxes.
 bool are_simple(Cone& c, bool clean) {
   c.compared_pairs = 0;
   std::vector<EdgeBox> boxes;

@@ -17,6 +17,7 @@
 
 namespace polyhull::hull {
 
+/// The cones, their planes, and what limits them; coordinates are the lattice's.
 struct ClippingProblem {
   std::vector<const Cone*> cones;
   std::vector<std::uint32_t> first_face;  ///< of each cone, and one past the last

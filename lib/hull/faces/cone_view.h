@@ -20,6 +20,7 @@ struct Extent {
   bool endless;  ///< up to the apex, or not known
 };
 
+/// One cone as the chart's face meets it. For one thread.
 class ConeView {
  public:
   explicit ConeView(FaceChart& chart) : chart_(chart) {}
@@ -38,6 +39,7 @@ class ConeView {
   /// What gather() has found.
   std::span<const std::uint32_t> edges() const { return {candidates_.data(), candidate_count_}; }
 
+  /// The line that the cone's face \p edge makes on the chart.
   const Line& line(std::uint32_t edge) {
     if (line_stamp_[edge] != look_now_) {
       line_stamp_[edge] = look_now_;

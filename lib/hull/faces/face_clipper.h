@@ -2,10 +2,11 @@
 /// \file
 /// One face of the hull: what of a cone's face, or of the bounds', lies inside all other cones.
 ///
-/// The face starts as the strip between its two rays, from the far to the near plane (face_chart.h),
-/// and is cut by one cone after the other: those that may have edges on it (cone_view.h) cut its
-/// loops (loop_cutter.h). All of it rests on one predicate, on which side of a plane a corner lies:
-/// in doubles with an error bound first, else exactly by PlaneSet::orientation.
+/// The face starts as the strip between its two rays, from the far to the near plane
+/// (face_chart.h), and is cut by one cone after the other: those that may have edges on it
+/// (cone_view.h) cut its loops (loop_cutter.h). All of it rests on one predicate, on which side of
+/// a plane a corner lies: in doubles with an error bound first, else exactly by
+/// PlaneSet::orientation.
 #pragma once
 
 #include <array>
@@ -37,8 +38,10 @@ struct FaceLoops {
   }
 };
 
+/// Clips faces and keeps the memory. For one thread.
 class FaceClipper {
  public:
+  /// Before the first face of \p problem, which must stay alive.
   void begin(const ClippingProblem& problem);
 
   /// Appends the loops of the faces [begin, end), seen counter-clockwise from outside. The result

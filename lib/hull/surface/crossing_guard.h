@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 /// \file
-/// Would a new triangle cross others of the mesh?
+/// Whether a new triangle would cross others of the mesh.
 ///
 /// Boxes of all triangles in a binary tree. When a triangle changes, the boxes above it grow.
 /// Two triangles cross when an edge of one passes through the inside of the other, by the signs of

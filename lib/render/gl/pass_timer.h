@@ -17,6 +17,7 @@ enum class Pass { upload, shadow_maps, scene_depth, shadow, mirror, subject, ble
 inline constexpr std::size_t pass_count = static_cast<std::size_t>(Pass::read_back) + 1;
 const char* pass_name(Pass pass);
 
+/// Times the passes of frame after frame, with the context current.
 class PassTimer {
  public:
   PassTimer() { gpu_.fill(-1.0); }

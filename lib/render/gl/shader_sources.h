@@ -13,6 +13,7 @@ struct ShaderSource {
   std::string_view text;
 };
 
+/// All of them.
 std::span<const ShaderSource> shader_sources();
 
 }  // namespace polyhull

@@ -10,7 +10,8 @@ namespace polyhull::gl {
 /// A multisampled sRGB colour buffer with depth and stencil, and the texture it is resolved into.
 class EdgeLayer {
  public:
-  /// \p samples 0 or 1: drawn straight into the texture.
+  /// Pixels; \p samples per pixel, 0 or 1: drawn straight into the texture. Throws Error where
+  /// OpenGL refuses.
   void resize(int width, int height, int samples);
   void begin(const Rectangle& part);  ///< binds, limits to part, clears
   void resolve(const Rectangle& part);

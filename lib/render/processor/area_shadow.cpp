@@ -97,7 +97,8 @@ void AreaShadow::for_pixels(std::size_t number, Body&& body) const {
 /// Returns how many pixels of the block a subject may shade.
 int AreaShadow::find_candidates(const TracedScene& scene, const SceneLayer& layer,
                                 std::size_t number) {
-  // Where a pixel's place is follows from its depth; what it is made of is asked for candidates only.
+  // Where a pixel's place is follows from its depth; what it is made of is asked for candidates
+  // only.
   const auto place = [&](std::size_t pixel, int x, int y) {
     return eye_ +
            (static_cast<float>(2 * x) * ray_x_ + static_cast<float>(2 * y) * ray_y_ + ray_0_) /
@@ -156,7 +157,8 @@ void AreaShadow::find_mixed(std::size_t number, int first) {
   });
 }
 
-/// Samples first .. last - 1 of the block's candidates, of all for first = 0 and of mixed ones after.
+/// Samples first .. last - 1 of the block's candidates, of all for first = 0 and of mixed ones
+/// after.
 std::uint64_t AreaShadow::trace(const TracedScene& scene, const Light& light, std::size_t number,
                                 int first, int last) {
   constexpr std::size_t most = block * block / neighbours;  // pixels that ask for the same

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 /// \file
-/// The main light that subjects take from the scene: rays from every second pixel of every second row
-/// to points of the light, stratified, and neighbours ask for different points.
+/// The main light that subjects take from the scene: rays from every second pixel of every second
+/// row to points of the light, stratified, and neighbours ask for different points.
 ///
 ///   E(x) = mean over points y of the light of  b(x, y) o(x, y) cos_x cos_y / |x - y|^2
-/// b: a subject stands between (and the scene's own surfaces do not, o). The rays of 4 x 4 neighbouring
-/// pixels together are one stratified set, as are those of each 2 x 2 of them and of each pixel (a block
-/// of Sobol's (0, 2)-sequence, which is stratified in every elementary interval), and a filter that
-/// gives each of the sixteen the same weight gathers them where they lie on one surface (interleaved
-/// sampling: Keller and Heidrich 2001). Where a first few
-/// rays all say the same, there and around, no more are traced.
+/// b: a subject stands between (and the scene's own surfaces do not, o). The rays of 4 x 4
+/// neighbouring pixels together are one stratified set, as are those of each 2 x 2 of them and of
+/// each pixel (a block of Sobol's (0, 2)-sequence, which is stratified in every elementary
+/// interval), and a filter that gives each of the sixteen the same weight gathers them where they
+/// lie on one surface (interleaved sampling: Keller and Heidrich 2001). Where a first few rays all
+/// say the same, there and around, no more are traced.
 #pragma once
 
 #include <cstdint>
@@ -28,19 +28,20 @@ struct Receiver {
   Vec3f normal{0.0f};  ///< unit length, to the eye's side; 0: nothing is there
 };
 
+/// E over the picture; kept from frame to frame.
 class AreaShadow {
  public:
-  /// The subjects that block light now, in scene coordinates. \p same: they, and the light, are those
-  /// of the last call.
+  /// The subjects that block light now, in scene coordinates. \p same: they, and the light, are
+  /// those of the last call.
   void set_subjects(const RenderPlan& plan, const Light& light, bool same);
 
   /// The pixels that draw() looks at for \p part: more by what is gathered, so that what lies
   /// around does not depend on where the part ends.
   static Rectangle surroundings(const Rectangle& part, const LayerView& view);
 
-  /// Computes E in \p part of the picture, as \p viewport sees it. \p layer is drawn in its surroundings(), in whole
-  /// blocks of 32 pixels; \p fresh: it is another one than before. Returns whether what the scene
-  /// itself hides from the light was kept from before.
+  /// Computes E in \p part of the picture, as \p viewport sees it. \p layer is drawn in its
+  /// surroundings(), in whole blocks of 32 pixels; \p fresh: it is another one than before. Returns
+  /// whether what the scene itself hides from the light was kept from before.
   bool draw(const TracedScene& scene, const SceneLayer& layer, bool fresh, const Camera& viewport,
             const Light& light, ShadowQuality quality, const Rectangle& part);
 
@@ -50,8 +51,8 @@ class AreaShadow {
            0;
   }
 
-  /// E at the middle of pixel (x, y) of the last draw()'s part, from those of the grid around it that
-  /// lie on its surface.
+  /// E at the middle of pixel (x, y) of the last draw()'s part, from those of the grid around it
+  /// that lie on its surface.
   float taken(const SceneLayer& layer, int x, int y) const;
 
   /// Rays of the last draw().

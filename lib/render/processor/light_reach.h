@@ -3,8 +3,9 @@
 /// Where subjects can stand between a place and an area light: an exact "no" for most of a picture,
 /// so that no ray is traced there.
 ///
-/// Seen from the light's middle, with the light's normal as axis, a point at depth z has tangents m.
-/// From the point c + d of the light's plane, the way to a receiver at (m_r, z_r) crosses depth z at
+/// Seen from the light's middle c, with the light's normal as axis, a point at depth z has tangents
+/// m. From the point c + d of the light's plane, the way to a receiver at (m_r, z_r) crosses depth
+/// z at
 ///   m = m_r + d (1/z - 1/z_r)
 /// of the middle's map. So what blocks any part of the light lies, in the map, within the light's
 /// extent times (1/z_nearest - 1/z_r) of the receiver.

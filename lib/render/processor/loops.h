@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 /// \file
-/// The renderer's inner loops, compiled once per instruction set (loops.inc) and chosen at run time.
-/// The results are the same to the bit: plain C++ without contraction, vectorised by the compiler.
+/// The renderer's inner loops, compiled once per instruction set (loops.inc) and chosen at run
+/// time. The results are the same to the bit: plain C++ without contraction, vectorised by the
+/// compiler.
 #pragma once
 
 #include <cstdint>
@@ -16,8 +17,8 @@ struct ScreenPlane {
 };
 
 /// A triangle on the screen, pixel (i, j) from (i, j) to (i + 1, j + 1). What lies on its face is
-/// linear on the screen once divided by the depth z: 1/z itself, and b/z of the weights of its second
-/// and third corner.
+/// linear on the screen once divided by the depth z: 1/z itself, and b/z of the weights of its
+/// second and third corner.
 struct ScreenTriangle {
   double x[3], y[3];          ///< corners from the top of the screen to the bottom
   double slope[3];            ///< dx/dy of the edges 0-2, 0-1, 1-2
@@ -71,8 +72,8 @@ struct Loops {
   void (*draw)(const ScreenTriangle& triangle, const SampleRows& rows);
   /// weight[i] becomes the share of it with which \p view sees point i; u, v the pinhole pixels.
   void (*look)(const SkinView& view, const SkinPoints& points, float* u, float* v, float* weight);
-  /// The colours (linear, from \p decode of 256 values) that \p view has at the pinhole pixels u, v;
-  /// these are overwritten.
+  /// The colours (linear, from \p decode of 256 values) that \p view has at the pinhole pixels u,
+  /// v; these are overwritten.
   void (*fetch)(const SkinView& view, int count, const float* decode, float* u, float* v,
                 float* red, float* green, float* blue);
 };

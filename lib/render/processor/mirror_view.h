@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 /// \file
-/// What a planar mirror shows of the scene where the subject's image covers it, so that it can be taken
-/// out: a point of the scene that the background itself shows is looked up there, others are lit
-/// simply.
+/// What a planar mirror shows of the scene where the subject's image covers it, so that it can be
+/// taken out: a point of the scene that the background itself shows is looked up there, others are
+/// lit simply.
 #pragma once
 
 #include "render/frame.h"
@@ -12,8 +12,9 @@ namespace polyhull::processor {
 
 class MirrorView {
  public:
-  /// \p direct is the scene as the viewport sees it, \p mirrored as the mirror shows it; both are drawn
-  /// wherever shown() is asked. \p background: RGBA rows.
+  /// \p direct is the scene as the viewport sees it, its pixels' middles drawn all over the
+  /// picture, \p mirrored as the mirror shows it, drawn wherever shown() is asked. \p background:
+  /// RGBA rows \p stride bytes apart. All must outlive this.
   MirrorView(const RenderFrame& frame, const RenderPlan& plan, const TracedScene& scene,
              const SceneLayer& direct, const SceneLayer& mirrored, const std::uint8_t* background,
              int stride);

@@ -2,8 +2,8 @@
 /// \file
 /// Composites drawn by the processor, without OpenGL: the subject rasterised with several samples a
 /// pixel against the scene's depth, the main light's shadow by rays to points of the light, the
-/// mirror's image like the subject itself. Bands of rows are drawn side by side on the pool's threads;
-/// the picture does not depend on how many there are.
+/// mirror's image like the subject itself. Bands of rows are drawn side by side on the pool's
+/// threads; the picture does not depend on how many there are.
 #pragma once
 
 #include <memory>

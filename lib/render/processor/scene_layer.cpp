@@ -62,7 +62,8 @@ bool SceneLayer::ensure(const Rectangle& part) {
                    const Band& band = bands_[static_cast<std::size_t>(number)];
                    const int left = part.x, right = part.x + part.width;
                    if (left >= band.left && right <= band.right) continue;
-                   // What is asked for at first; should that grow, the view stays, and all of it is drawn.
+                   // What is asked for at first; should that grow, the view stays, and all of it is
+                   // drawn.
                    const bool again = band.right > band.left;
                    draw(number, again ? 0 : left / 32 * 32,
                         again ? view_.width : std::min(view_.width, (right + 31) / 32 * 32));

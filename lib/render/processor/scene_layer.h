@@ -14,8 +14,8 @@
 
 namespace polyhull::processor {
 
-/// Where a pixel's samples lie, and that of its middle after them; \p samples 1, 2, 4 or 8. The places
-/// are those of Direct3D's and most graphics processors' patterns.
+/// Where a pixel's samples lie, and that of its middle after them; \p samples 1, 2, 4 or 8. The
+/// places are those of Direct3D's and most graphics processors' patterns.
 const float (*sample_places(int samples))[2];
 
 /// What decides a layer's content, apart from the scene.
@@ -54,8 +54,8 @@ class SceneLayer {
   const Band& band(int number) const { return bands_[static_cast<std::size_t>(number)]; }
   const LayerView& view() const { return view_; }
 
-  /// What lies at the middle of pixel (x, y), which is drawn: its mesh, triangle and place there; the
-  /// distance is the depth.
+  /// What lies at the middle of pixel (x, y), which is drawn: its mesh, triangle and place there;
+  /// the distance is the depth.
   RayHit hit(int x, int y) const;
   float inverse_at(int x, int y) const {
     return bands_[static_cast<std::size_t>(y / band_rows)]

@@ -15,8 +15,8 @@ struct Cut {
   double kept, second, third;
 };
 
-/// The part of a convex polygon where distance(corner) >= 0. An edge that is cut is cut from its inner
-/// end on, so that both triangles at it get the same point.
+/// The part of a convex polygon where distance(corner) >= 0. An edge that is cut is cut from its
+/// inner end on, so that both triangles at it get the same point.
 template <class Distance>
 int clip(const Cut* from, int count, Cut* to, Distance&& distance) {
   int made = 0;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 /// \file
 /// Triangles brought to the screen: clipped, culled, and sorted into bands of rows, so that threads
-/// can draw bands side by side. A sample that two triangles share belongs to exactly one of them, and
-/// what is drawn does not depend on the order of the bands.
+/// can draw bands side by side. A sample that two triangles share belongs to exactly one of them,
+/// and what is drawn does not depend on the order of the bands.
 #pragma once
 
 #include <array>
@@ -24,8 +24,8 @@ enum class Facing {
   counterclockwise,  ///< outsides in a mirror
 };
 
-/// From a clip space (projection.h) to homogeneous pixels (x z, y z, z), pixel (i, j) from (i, j) to
-/// (i + 1, j + 1).
+/// From a clip space (projection.h) to homogeneous pixels (x z, y z, z), pixel (i, j) from (i, j)
+/// to (i + 1, j + 1).
 Mat4 pixels_from_clip(int width, int height);
 
 /// A corner: homogeneous pixels, and how far on the kept side of the clipping plane it lies.
@@ -43,8 +43,8 @@ class ScreenTriangles {
   /// numbers that are not finite are left out.
   void add(const std::array<Corner, 3>& corners, std::uint32_t id, Facing facing);
 
-  /// Draws band \p band (rows band * band_rows and on) into \p rows, which may be part of it. The ids
-  /// there are numbers for piece().
+  /// Draws band \p band (rows band * band_rows and on) into \p rows, which may be part of it. The
+  /// ids there are numbers for piece().
   void draw(int band, const SampleRows& rows) const;
 
   /// A triangle, or a piece of one that was clipped, with the id that add() got.
@@ -56,8 +56,8 @@ class ScreenTriangles {
   std::vector<std::vector<std::uint32_t>> bands_;
 };
 
-/// Where on its triangle a point of the screen lies: the weights of the second and third corner, kept
-/// inside the triangle, and the depth.
+/// Where on its triangle a point of the screen lies: the weights of the second and third corner,
+/// kept inside the triangle, and the depth (z).
 struct Foot {
   float second, third, depth;
 };

@@ -25,8 +25,8 @@ bool can_colour(const View& view) {
   return view.format == PixelFormat::rgba && !view.roi.empty() && !view.pixels.empty();
 }
 
-/// The weight of the first camera that is left out is taken off the others: what enters and leaves the
-/// chosen few does so at weight zero, and the blend stays continuous (Buehler et al. 2001).
+/// The weight of the first camera that is left out is taken off the others: what enters and leaves
+/// the chosen few does so at weight zero, and the blend stays continuous (Buehler et al. 2001).
 void choose(float* w, int best) {
   const float high_x = std::max(w[0], w[2]), high_y = std::max(w[1], w[3]);  // of two pairs
   const float low_x = std::min(w[0], w[2]), low_y = std::min(w[1], w[3]);

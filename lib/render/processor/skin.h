@@ -41,10 +41,12 @@ struct SkinScratch {
   std::vector<glm::vec4> sums;
 };
 
+/// One subject's views and triangles; kept from frame to frame.
 class Skin {
  public:
-  /// Makes \p mesh's views ready for the eyes in \p eyes (mesh world coordinates). \p same: the mesh
-  /// is the one of the last call, so that pictures stay.
+  /// Makes \p mesh's views ready for the eyes in \p eyes (mesh world coordinates). \p same: the
+  /// mesh is the one of the last call, so that pictures stay. \p all_views: also those that colour
+  /// nothing visible (skipping off).
   SkinCounts prepare(const Mesh& mesh, const std::vector<Vec3>& eyes, bool same, bool all_views);
 
   /// The triangles that eye \p eye sees, three vertices each.

@@ -63,11 +63,14 @@ void Blur::apply(const Matte& matte, Field& field) {
 
 void Blur::State::set(const BlurSettings& now) {
   if (!(now.sigma >= 0.0 && now.sigma <= 100.0))
-    throw Error(Error::Kind::bad_input, "Blur settings: sigma must be from 0 to 100 px.");
+    throw Error(Error::Kind::bad_input,
+                "The blur's sigma is {:g} px; give a value from 0 to 100 px.", now.sigma);
   if (now.passes < 1 || now.passes > 10)
-    throw Error(Error::Kind::bad_input, "Blur settings: passes must be from 1 to 10.");
+    throw Error(Error::Kind::bad_input, "The blur has {} passes; give a number from 1 to 10.",
+                now.passes);
   if (now.threshold < 0 || now.threshold > 255)
-    throw Error(Error::Kind::bad_input, "Blur settings: threshold must be from 0 to 255.");
+    throw Error(Error::Kind::bad_input, "The blur's threshold is {}; give a level from 0 to 255.",
+                now.threshold);
   settings = now;
   fresh = true;
 }

@@ -5,9 +5,9 @@
 ///
 ///  - fir: the kernel cut at 3.5σ, what lies beyond put onto its last taps; separable, in 16-bit
 ///    fixed point; blocks whose whole neighbourhood is uniform are not touched.
-///  - box: the prototype's way (thesis 3.4.2): `passes` running means in each direction, their width
-///    with fractional ends so that the variance is exactly σ² (P. Gwosdek et al., "Theoretical
-///    foundations of Gaussian convolution by extended box filtering", SSVM 2011).
+///  - box: the prototype's way (thesis 3.4.2): `passes` running means in each direction, their
+///    width with fractional ends so that the variance is exactly σ² (P. Gwosdek et al.,
+///    "Theoretical foundations of Gaussian convolution by extended box filtering", SSVM 2011).
 ///  - recursive: sums of cosines, each a second-order recursion (D. Charalampidis, "Recursive
 ///    implementation of the Gaussian filter using truncated cosine functions", IEEE TSP 64, 2016):
 ///    time independent of σ.
@@ -45,7 +45,7 @@ class Blur {
   void set(const BlurSettings& settings);
   const BlurSettings& settings() const;
 
-  /// Blurs a whole matte.
+  /// Blurs a whole matte into \p field, whose size becomes the matte's.
   void apply(const Matte& matte, Field& field);
 
   struct State;

@@ -14,7 +14,7 @@
 
 namespace polyhull {
 
-// A row kept in a ring, with room on both sides.
+/// A row kept in a ring, with room on both sides.
 template <typename T>
 class RowRing {
  public:

@@ -11,15 +11,13 @@
 ///
 /// To hold without oscillating:
 ///  - decisions are made on the mean load of a window of half a second, and a new window begins
-///  after
-///    each step, so that a step's effect is seen before the next;
+///    after each, so that a step's effect is seen before the next;
 ///  - one step up when the mean is above 1, at once two above 2;
-///  - one step down only when the mean is below 0.7 for a whole waiting time. A step changes the
-///  load
-///    by less than 1/0.7, so the step down alone does not cause the next step up;
+///  - one step down only when the mean is below 0.7 for a whole waiting time, 2 s at first. A step
+///    changes the load by less than 1/0.7, so the step down alone does not cause the next step up;
 ///  - a step down that is followed by a step up within two waiting times was wrong: the waiting
-///  time
-///    doubles, up to 64 s. It halves again each time a step down has proved itself.
+///    time doubles, up to 64 s. It halves again, down to 2 s, each time a step down has proved
+///    itself.
 #pragma once
 
 #include <cstdint>
@@ -38,6 +36,7 @@ class AdaptiveTolerance {
   /// The tolerance to use now, for the user's \p base, both in px.
   double tolerance(double base) const;
 
+  /// 0 to highest_level.
   int level() const { return level_; }
 
   /// Back to level 0 with everything forgotten.

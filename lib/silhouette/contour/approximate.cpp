@@ -81,14 +81,16 @@ void find_parents(const Rings& rings, const std::vector<double>& areas,
 }
 
 void check(const ApproximateSettings& s) {
-  const auto require = [](bool good, const char* what) {
-    if (!good) throw Error(Error::Kind::bad_input, "Contour settings: {}.", what);
+  const auto require = [](bool good, const char* name, double value, const char* expected) {
+    if (!good)
+      throw Error(Error::Kind::bad_input, "The contours' {} is {:g}; give {}.", name, value,
+                  expected);
   };
-  require(s.tolerance >= 0.0 && s.tolerance <= 100.0, "tolerance must be from 0 to 100 px");
-  require(s.min_edges >= 3 && s.min_edges <= 1000, "min edges must be from 3 to 1000");
-  require(s.min_area >= 0.0, "min area must not be negative");
-  require(s.min_hole_area >= 0.0, "min hole area must not be negative");
-  require(s.keep_largest >= 0, "keep largest must not be negative");
+  require(s.tolerance >= 0.0 && s.tolerance <= 100.0, "tolerance", s.tolerance, "0 to 100 px");
+  require(s.min_edges >= 3 && s.min_edges <= 1000, "min-edges", s.min_edges, "3 to 1000");
+  require(s.min_area >= 0.0, "min-area", s.min_area, "0 px² or more");
+  require(s.min_hole_area >= 0.0, "min-hole-area", s.min_hole_area, "0 px² or more");
+  require(s.keep_largest >= 0, "keep-largest", s.keep_largest, "0 or more");
 }
 
 }  // namespace

@@ -29,6 +29,7 @@ struct ApproximateSettings {
   bool operator==(const ApproximateSettings&) const = default;
 };
 
+/// Of the last call.
 struct ApproximateCounts {
   std::uint32_t traced_points = 0;
   std::uint32_t traced_rings = 0;
@@ -46,8 +47,8 @@ class Approximator {
   Approximator(Approximator&&) noexcept;
   Approximator& operator=(Approximator&&) noexcept;
 
-  /// \p parents: what Tracer::finish() gave (found here when empty). Vertices are multiples of
-  /// 1/512 px. Throws Error (bad_input) for settings out of range.
+  /// \p parents: what Tracer::trace() gave (found here where it is not one for each ring). Vertices
+  /// are multiples of 1/512 px. Throws Error (bad_input) for settings out of range.
   void approximate(const Rings& traced, std::span<const std::int32_t> parents,
                    const ApproximateSettings& settings, Rings& rings);
   const ApproximateCounts& counts() const;

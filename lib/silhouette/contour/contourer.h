@@ -35,6 +35,7 @@ class Contourer {
 
   /// Whether contours() are what find() would give for the last picture with \p settings.
   bool holds(const ContourSettings& settings) const;
+  /// What find() gave for the last picture, and what it counted.
   const Rings& contours() const;
   const ApproximateCounts& counts() const;
 

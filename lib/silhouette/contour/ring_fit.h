@@ -44,6 +44,7 @@ struct FitNode {
   double nx = 0.0, ny = 0.0, c = 0.0;  ///< the run's line, relative to the ring's first point
 };
 
+/// The polygon of one ring, from the first fit to the last refinement.
 class RingFit {
  public:
   /// Approximates \p points (a closed ring) within \p tolerance. The points must outlive the fit.

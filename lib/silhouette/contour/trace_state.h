@@ -12,8 +12,8 @@
 
 namespace polyhull {
 
-// One row of the field with the rows that its Laplacian reaches: above (>= 0) or below the half
-// level, with the blur's shift corrected. For columns of the frame.
+/// One row of the field with the rows that its Laplacian reaches: above (>= 0) or below the half
+/// level, with the blur's shift corrected. For columns of the frame.
 struct CorrectedRow {
   const std::int16_t *here, *up, *down;
   int reach;

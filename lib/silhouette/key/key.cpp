@@ -187,7 +187,7 @@ void Keyer::State::lay_out_masks() {
                        std::uint8_t value) {
     if (mask.width != width || mask.height != height)
       throw Error(Error::Kind::bad_input,
-                  "{} mask is {}x{}, the frame {}x{}: give a mask of the frame's size.", name,
+                  "{} mask is {}x{}, the frame {}x{}; give a mask of the frame's size.", name,
                   mask.width, mask.height, width, height);
     for (int y = 0; y < height; ++y) {
       std::uint8_t* out = plane.data() + row_length() * static_cast<std::size_t>(y);
@@ -201,13 +201,13 @@ void Keyer::State::lay_out_masks() {
     silhouette::fill_polygon(settings.outside_polygon, width, height, allowed);
   if (settings.outside_mask) {
     if (allowed.empty()) allowed.assign(pixels, 255);
-    add(*settings.outside_mask, "the outside", allowed, 0);
+    add(*settings.outside_mask, "The outside", allowed, 0);
   }
   if (!settings.inside_polygon.empty())
     silhouette::fill_polygon(settings.inside_polygon, width, height, forced);
   if (settings.inside_mask) {
     if (forced.empty()) forced.assign(pixels, 0);
-    add(*settings.inside_mask, "the inside", forced, 255);
+    add(*settings.inside_mask, "The inside", forced, 255);
   }
 }
 

@@ -44,8 +44,10 @@ enum class KeyView : std::uint8_t {
   spill,      ///< what despill takes away, opaque
 };
 
+/// Red, green and blue as in the picture, 0..255.
 using Rgb = std::array<std::uint8_t, 3>;
 
+/// How the matte is made.
 struct KeySettings {
   KeyMethod method = KeyMethod::soft;
   KeyColour key = KeyColour::green;
@@ -77,7 +79,7 @@ struct KeySettings {
   std::shared_ptr<const Picture> plate;  ///< clean plate (RGB or RGBA), the frame's size
   /// Difference: distance in levels up to which a pixel is background.
   double difference_low = 12.0;
-  double difference_high = 36.0;  ///< difference: distance from which it is foreground
+  double difference_high = 36.0;  ///< difference: distance in levels from which it is foreground
   /// Difference: a shadow keeps at least this fraction of the light, 0..1.
   double shadow_darkest = 0.5;
   /// Difference: light may rise to this multiple of the plate's, 1..4.
@@ -124,15 +126,17 @@ class Keyer {
   void set(const KeySettings& settings);
   const KeySettings& settings() const;
 
-  /// Averages the next \p frames frames into the clean plate (with their variation, so that
-  /// flickering lamps are tolerated); meanwhile every frame is keyed with what was there before.
+  /// Averages the next \p frames frames (100,000 at most; 0: stops learning) into the clean plate
+  /// (with their variation, so that flickering lamps are tolerated); meanwhile every frame is keyed
+  /// with what was there before.
   void learn_plate(int frames);
 
   /// Samples the picture again at the next frame.
   void recalibrate();
 
   /// Once per frame, before key_row(): samples the picture if needed, learns the plate, lays out
-  /// the per-row tables. Throws Error when the plate's or a mask's size is not the frame's.
+  /// the per-row tables. Throws Error when the plate's or a mask's size is not the frame's, and as
+  /// check_frame().
   void prepare(const FrameView& frame);
 
   /// The frame's part that can be foreground: region of interest and garbage mattes clipped to the
@@ -146,7 +150,7 @@ class Keyer {
   /// whole blocks: \p alpha must have room for blocks_across(width) * matte_block.
   void key_row(const FrameView& frame, int y, std::uint8_t* alpha, BlockState* states) const;
 
-  /// prepare() and all rows, then close and choke.
+  /// prepare() and all rows, then close and choke. Throws Error as prepare().
   void key(const FrameView& frame, Matte& matte);
 
   /// Writes the region's pixels as RGBA, \p rgba pointing at its top-left pixel. Colours do not

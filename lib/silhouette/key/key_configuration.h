@@ -13,8 +13,8 @@
 
 namespace polyhull {
 
-/// KeySettings with colours as numbers and pictures as paths: the properties of chromamatte and
-/// silhouette.
+/// KeySettings with colours as numbers (0xRRGGBB, -1: sampled from the picture) and pictures as
+/// paths (empty: none): the properties of chromamatte and silhouette.
 struct KeyValues {
   KeyMethod method = KeySettings{}.method;
   KeyColour key = KeySettings{}.key;
@@ -50,6 +50,7 @@ struct KeyValues {
   bool operator==(const KeyValues&) const = default;
 };
 
+/// The settings of one stream's keyer, as far as files can be read. For one thread.
 class KeyConfiguration {
  public:
   /// Makes settings of \p values for frames of \p width x \p height from \p camera (a name in the

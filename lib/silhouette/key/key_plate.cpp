@@ -30,7 +30,7 @@ void Keyer::State::lay_out_plate() {
     const Picture& p = *settings.plate;
     if (p.width != width || p.height != height)
       throw Error(Error::Kind::bad_input,
-                  "The clean plate is {}x{}, the frame {}x{}: give a plate of the frame's size.",
+                  "The clean plate is {}x{}, the frame {}x{}; give a plate of the frame's size.",
                   p.width, p.height, width, height);
     for (int y = 0; y < height; ++y)
       for (int x = 0; x < width; ++x) {

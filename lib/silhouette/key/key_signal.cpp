@@ -9,7 +9,7 @@ namespace {
 
 using Triple = std::array<double, 3>;
 
-// Hue angle in the plane normal to the grey axis; green lies at pi / 2 * ... only differences
+// Hue angle, in radians, in the plane normal to the grey axis; red lies at 0, and only differences
 // matter.
 double hue_angle(double red, double green, double blue) {
   return std::atan2((green - blue) / std::sqrt(2.0), (2.0 * red - green - blue) / std::sqrt(6.0));

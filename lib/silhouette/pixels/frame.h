@@ -40,9 +40,9 @@ enum class ChromaSite : std::uint8_t {
   top,       ///< half way between columns, on even rows
 };
 
-/// One frame, borrowed. Pixel formats without planes of their own use planes[0] only; NV12 uses
-/// planes[1] for CbCr; I420 uses planes[1] for Cb and planes[2] for Cr. Strides are in bytes and
-/// may be negative. Any alpha in RGBA and BGRA is ignored by the keyer.
+/// One frame, borrowed. Formats that hold all of a pixel in one place use planes[0] only; NV12 uses
+/// planes[1] for CbCr; I420 and I420_10LE use planes[1] for Cb and planes[2] for Cr. Strides are in
+/// bytes and may be negative. Any alpha in RGBA and BGRA is ignored by the keyer.
 struct FrameView {
   FrameFormat format = FrameFormat::rgba;
   int width = 0;
@@ -69,8 +69,8 @@ bool is_ten_bit(FrameFormat format);
 /// The format's name as GStreamer writes it ("BGRx").
 const char* name_of(FrameFormat format);
 
-/// Throws Error (bad_input) when a plane is missing, a size is not positive or above 32767, or a
-/// stride is shorter than a row.
+/// Throws Error (bad_input) when a plane is missing, width or height is not from 1 to 32767, or the
+/// stride of several rows is shorter than a row.
 void check_frame(const FrameView& frame);
 
 /// Writes pixels [x0, x1) of row \p y as R, G, B, 255 bytes, chroma interpolated between its
@@ -80,8 +80,8 @@ void convert_row(const FrameView& frame, int y, int x0, int x1, std::uint8_t* rg
 /// Whether equal bytes are equal colours: format, size, colorimetry and chroma site agree.
 bool same_layout(const FrameView& a, const FrameView& b);
 
-/// The same rows with every byte equal inside \p region? Reads both frames; formats must be the
-/// same.
+/// Whether the layouts are the same, and so is every byte that the pixels of \p region depend on,
+/// chroma beside it included. Reads both frames.
 bool same_pixels(const FrameView& a, const FrameView& b, const Rectangle& region);
 
 /// A hash (FNV-1a on words) of 16 rows of the first plane inside \p region, which must lie in the
@@ -91,6 +91,7 @@ std::uint64_t hash_of_some_rows(const FrameView& frame, const Rectangle& region)
 /// A frame's pixels inside a region, kept.
 class FrameCopy {
  public:
+  /// Copies what the pixels of \p region depend on, chroma beside it included.
   void assign(const FrameView& frame, const Rectangle& region);
   /// Of the whole frame's size; only the region's bytes are defined.
   const FrameView& view() const { return view_; }

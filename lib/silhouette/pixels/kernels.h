@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 /// \file
-/// The inner loops of the silhouette stage, each compiled for several instruction sets from one
-/// source. All variants give the same bytes: everything is integer arithmetic.
+/// The inner loops of the silhouette stage, for several instruction sets. All variants give the
+/// same bytes: most is integer arithmetic, and the floating point (kernels_float.inc) is of single
+/// operations that are rounded alike everywhere.
 #pragma once
 
 #include <cstdint>
@@ -101,15 +102,15 @@ struct Kernels {
                          const std::uint16_t* blocks, int count, std::int16_t* out);
 
   /// The columns' corrected values for each listed block: with d = value - field_half,
-  /// corrected[x] = centre * d(x) - side * (d(x-reach) + d(x+reach) + up + down); bits[block]: which
-  /// are not negative, the first in bit 0.
+  /// corrected[x] = centre * d(x) - side * (d(x-reach) + d(x+reach) + up + down); bits[block]:
+  /// which are not negative, the first in bit 0.
   void (*inside)(const std::int16_t* up, const std::int16_t* row, const std::int16_t* down,
                  int reach, std::int16_t centre, std::int16_t side, const std::uint16_t* blocks,
                  int count, std::int32_t* corrected, std::uint16_t* bits);
 
-  /// What changes between two rows of inside bits, `words` words (a multiple of 4) and one more that
-  /// is 0: the columns of changes to the right on the row below, those of changes between the rows,
-  /// and the cells with any, as 16 * column + their four corners (see trace_cells.cpp), each
+  /// What changes between two rows of inside bits, `words` words (a multiple of 4) and one more
+  /// that is 0: the columns of changes to the right on the row below, those of changes between the
+  /// rows, and the cells with any, as 16 * column + their four corners (see trace_cells.cpp), each
   /// ascending. Writes one entry more.
   void (*find_changes)(const std::uint64_t* above, const std::uint64_t* below, int words,
                        CellChanges& changes);
@@ -118,7 +119,7 @@ struct Kernels {
   /// writes up to seven entries more.
   void (*crossing_offsets)(const std::int32_t* a, const std::int32_t* b, int count, float* offsets);
 
-  /// max |nx x + ny y - c|.
+  /// max |nx x + ny y - c| of `count` points, px.
   float (*line_deviation)(const float* x, const float* y, int count, float nx, float ny, float c);
   /// The largest squared distance from the segment that starts at (ax, ay) and has the unit
   /// direction (ux, uy) and the length `length`.
@@ -135,8 +136,8 @@ const Kernels& avx512_kernels();  ///< only where avx512_supported()
 bool avx512_supported();
 #endif
 
-/// The best for this machine; POLYHULL_ISA=plain|baseline|avx2|avx512 in the environment overrides (read
-/// once).
+/// The best for this machine; POLYHULL_ISA=plain|baseline|avx2|avx512 in the environment overrides
+/// (read once; what cannot be had is said on standard error, see choose_kernels.h).
 const Kernels& kernels();
 
 }  // namespace polyhull::silhouette

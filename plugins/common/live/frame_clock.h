@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 /// \file
-/// A FrameSchedule on the clock of a GstBaseSrc: when a live source sends its frames, and the latency
-/// that follows. Time stamps are never shifted: GstBaseSrc would add to all of them what the first
-/// frame took.
+/// A FrameSchedule on the clock of a GstBaseSrc: when a live source sends its frames, and the
+/// latency that follows. Time stamps are never shifted: GstBaseSrc would add to all of them what
+/// the first frame took.
 #pragma once
 
 #include <gst/base/gstbasesrc.h>
@@ -19,6 +19,7 @@
 
 namespace polyhull::element {
 
+/// When one source makes which frame. Any thread.
 class FrameClock {
  public:
   using Frame = FrameSchedule::Frame;
@@ -35,6 +36,7 @@ class FrameClock {
   /// Goes to segment->position. False: \p segment runs backwards.
   bool seek(GstSegment* segment);
 
+  /// How late frames leave from now on; posts a LATENCY message where the latency changes.
   void set_delay(const Delay& delay);
 
   /// The frame to make now.

@@ -26,14 +26,14 @@ struct FrameSource {
   bool has_format() const { return GST_VIDEO_INFO_FORMAT(&info) != GST_VIDEO_FORMAT_UNKNOWN; }
   /// Answers LATENCY and CONVERT; the rest goes on to \p parent.
   gboolean answer(GstBaseSrc* source, GstQuery* query, GstBaseSrcClass* parent);
-  /// No format, frame 0.
+  /// At the start of a stream: no format, frame 0.
   void start(GstElement* element);
 
   GstVideoInfo info;  // under the object lock
   FrameClock clock;
 };
 
-/// The virtual functions.
+/// The virtual functions of an element whose State is a FrameSource.
 template <class State>
 void install_frame_source(gpointer klass) {
   // Not in GstBaseSrc::start, after whose failure the base class would post a second error that

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 /// \file
-/// Says which input an aggregator waits for, when it waits for seconds: an element that gets nothing
-/// is not called, so a clock looks after it.
+/// Says which input an aggregator waits for, when it waits for seconds: an element that gets
+/// nothing is not called, so a clock looks after it.
 #pragma once
 
 #include <gst/gst.h>

@@ -63,7 +63,7 @@ void add_force_live(gpointer klass, const char* blurb) {
        }});
 }
 
-/// The virtual functions.
+/// The virtual functions of an element whose State is a LiveAggregator.
 template <class State>
 void install_live_aggregator(gpointer klass) {
   GstElementClass* element_class = GST_ELEMENT_CLASS(klass);

@@ -3,9 +3,9 @@
 /// Which instants a live element works on when not all can be done, and how its sources hear of it.
 ///
 /// The decision travels upstream as a custom event, `polyhull-pace`: a grid of wanted frames, the
-/// running time from which on it holds, and how late a frame may come to be of use. An element that decides for itself and hears of a
-/// decision from downstream follows the one that wants fewer frames. QoS events of sinks say what
-/// is already too late.
+/// running time from which on it holds, and how late a frame may come to be of use. An element that
+/// decides for itself and hears of a decision from downstream follows the one that wants fewer
+/// frames. QoS events of sinks say what is already too late.
 #pragma once
 
 #include <gst/base/gstbasetransform.h>
@@ -18,6 +18,7 @@ namespace polyhull::element {
 
 inline constexpr char pace_event_name[] = "polyhull-pace";
 
+/// An event that tells \p change; the caller owns it.
 GstEvent* make_pace_event(const PaceChange& change);
 
 /// Whether \p event is such an event, which \p change then tells.
@@ -36,14 +37,15 @@ class LivePace : private PaceKeeper {
   LivePace(GstElement* element, Statistics& statistics)
       : element_(element), statistics_(statistics) {}
 
+  /// As PaceKeeper::start(), and frame-step becomes 1.
   void start();
   using PaceKeeper::set_patience, PaceKeeper::wanted, PaceKeeper::too_late, PaceKeeper::thins;
 
   /// Takes a pace or QoS event that comes from downstream (any thread; keeps no reference).
   void hear(GstEvent* event);
 
-  /// Notes that the wanted instant \p time was lost, or was not, in a stream with \p interval
-  /// between its instants (ns; 0: unknown, nothing is decided).
+  /// Notes that the wanted instant \p time was \p lost, or was not, in a stream with \p interval
+  /// between its instants (both ns; interval 0: unknown, nothing is decided).
   void note(std::int64_t time, std::int64_t interval, bool lost);
 
   /// Tells the sources of the pads that do not know it yet. The streaming thread's, no lock held.

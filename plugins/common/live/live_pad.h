@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 /// \file
-/// Sink pads of aggregators in live streams: they know how late what comes is, and what their sources
-/// say of latency. LiveTiming makes them hold what has to wait for other inputs.
+/// Sink pads of aggregators in live streams: they know how late what comes is, and what their
+/// sources say of latency. LiveTiming makes them hold what has to wait for other inputs.
 #pragma once
 
 #include <gst/base/gstaggregator.h>
@@ -21,7 +21,7 @@ struct Arrival {
   GstBuffer* buffer = nullptr;
   GstSegment segment;
 
-  /// \p time of the segment as running time, no_time where there is none.
+  /// \p time of the segment as running time, ns; no_time where there is none.
   std::int64_t running_time(GstClockTime time) const;
   /// Running time of the buffer (its DTS where it has one), no_time where there is none.
   std::int64_t time() const { return running_time(GST_BUFFER_DTS_OR_PTS(buffer)); }
@@ -71,7 +71,7 @@ class Pads {
 /// The streaming thread's.
 const Arrival* peek(GstAggregatorPad* pad);
 
-/// Removes what came first.
+/// Removes what came first; nothing where nothing waits.
 void pop(GstAggregatorPad* pad);
 
 /// Whether more than one buffer waits.
@@ -79,7 +79,7 @@ inline bool more_wait(GstAggregatorPad* pad) {
   return state_of<LivePadState>(pad).queued > 1;
 }
 
-/// Running time of \p element's clock now, no_time where it has no clock or has not started.
+/// Running time of \p element's clock now, ns; no_time where it has no clock or has not started.
 std::int64_t running_time_now(GstElement* element);
 
 /// The same for an element that is sought. After a flush the pipeline may set running time back,
@@ -87,9 +87,10 @@ std::int64_t running_time_now(GstElement* element);
 class FlushedClock {
  public:
   explicit FlushedClock(GstElement* element) : element_(element) {}
+  /// A flush has begun: see above.
   void flushed();
   void reset() { base_at_flush_ = GST_CLOCK_TIME_NONE; }
-  /// Running time, no_time where it is not known.
+  /// Running time, ns; no_time where it is not known.
   std::int64_t now() const;
 
  private:

@@ -3,10 +3,10 @@
 /// When a live aggregator stops waiting, and the latency that follows from it.
 ///
 /// An instant t is waited for until t + wait. The wait is what the inputs have shown to need, the
-/// largest lateness of the last ten seconds and 6 ms, or what is set by hand beyond the latency of
-/// the sources and of the stages between; the pads hold as much
-/// as has to wait. The element reports the latency max(sources' latency, wait) + work, work being the longest time that one instant has
-/// taken of late.
+/// largest lateness of the last ten seconds and 6 ms (50 ms before anything has come), or what is
+/// set by hand beyond the latency of the sources and of the stages between; the pads hold as much
+/// as has to wait. The element reports the latency max(sources' latency, wait) + work, work being
+/// the longest time that one instant has taken in the last ten seconds.
 #pragma once
 
 #include <gst/base/gstaggregator.h>
@@ -26,6 +26,7 @@ struct LiveSettings {
   std::uint64_t max_latency = 500 * GST_MSECOND;  ///< the longest wait that is learned, beyond it
 };
 
+/// The waiting of one aggregator.
 class LiveTiming {
  public:
   /// For \p element, all of whose sink pads are live pads. To be made in its init().
@@ -37,7 +38,7 @@ class LiveTiming {
   /// After a flush.
   void flushed() { clock_.flushed(); }
 
-  /// Running time, no_time where it is not known.
+  /// Running time, ns; no_time where it is not known.
   std::int64_t now() const { return clock_.now(); }
 
   /// Whether deadlines count. Not to be asked in get_next_time.
@@ -46,7 +47,7 @@ class LiveTiming {
   /// Learns from the pads and posts a LATENCY message where the latency has changed.
   void update(const LiveSettings& settings);
 
-  /// Notes how long one instant has taken.
+  /// Notes how many seconds of work one instant has taken.
   void note_work(double seconds);
 
   /// How long after its running time an instant is waited for, ns.
@@ -59,7 +60,7 @@ class LiveTiming {
   /// Answers a LATENCY query in the place of the base class.
   bool answer(GstQuery* query);
 
-  /// For get_next_time: the base class shall call aggregate() when running time is \p deadline.
+  /// For get_next_time: the base class shall call aggregate() at running time \p deadline (ns).
   GstClockTime wake_at(std::int64_t deadline) const;
 
  private:

@@ -15,6 +15,7 @@
 
 namespace polyhull::element {
 
+/// Gives a reference back.
 struct Unref {
   void operator()(GstMemory* memory) const { gst_memory_unref(memory); }
   void operator()(GstBuffer* buffer) const { gst_buffer_unref(buffer); }
@@ -31,7 +32,10 @@ class MappedMemory {
   MappedMemory(GstMemory* memory, GstMapFlags flags) : memory_(memory) {
     if (memory == nullptr) throw std::bad_alloc();
     if (!gst_memory_map(memory, &map_, flags))
-      throw Error(Error::Kind::io, "a buffer's memory cannot be mapped");
+      throw Error(
+          Error::Kind::io,
+          "A memory of {} bytes of a buffer cannot be mapped; look at the element in front.",
+          gst_memory_get_sizes(memory, nullptr, nullptr));
   }
   ~MappedMemory() {
     if (memory_ != nullptr) gst_memory_unmap(memory_.get(), &map_);

@@ -9,8 +9,8 @@
 /// frame, and after the blur the field with 7 more bits than the alpha has, so that the contours
 /// lose nothing to rounding. Elements that make new frames drop the meta (it is tagged as depending
 /// on memory, size and colour), and then the alpha is read instead. Those that draw into a frame in
-/// place keep it: whether somebody may have written since shows the frame's memory, which
-/// chromamatte takes from an allocator that notes it; where it may be so, the alpha is compared.
+/// place keep it: the frame's memory, which chromamatte takes from an allocator that notes it, shows
+/// whether somebody may have written since; where it may be so, the alpha is compared.
 #pragma once
 
 #include <gst/video/video.h>
@@ -35,8 +35,8 @@ struct AlphaView {
 };
 AlphaView alpha_of(const GstVideoFrame& frame);
 
-/// What is attached to \p buffer, whose alpha is \p alpha, where that still holds; else null. Valid as
-/// long as the buffer is held. \p unwritten: is_unwritten(), asked before the frame was mapped.
+/// What is attached to \p buffer, whose alpha is \p alpha, where that still holds; else null. Valid
+/// as long as the buffer is held. \p unwritten: is_unwritten(), asked before the frame was mapped.
 const MatteContent* attached_matte(GstBuffer* buffer, const AlphaView& alpha, bool unwritten);
 
 }  // namespace polyhull::element

@@ -29,7 +29,7 @@ gpointer map(GstMemory* memory, gsize, GstMapFlags) {
   try {
     std::call_once(self->once, [self] { self->header = write_mesh_header(self->mesh); });
   } catch (const std::exception& error) {
-    GST_ERROR("a mesh cannot be written: %s", error.what());
+    GST_ERROR("A mesh cannot be written: %s", error.what());
     return nullptr;
   }
   return self->header.data();

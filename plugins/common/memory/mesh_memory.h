@@ -14,9 +14,10 @@
 
 namespace polyhull::element {
 
-/// A read-only memory that holds \p mesh. \p pixels: for each view the memory with its pixels (null:
-/// it has none), which stays mapped as long as this memory lives, and which View::pixels is set to.
-/// Throws Error for a mesh that breaks a rule of validate_mesh(), or pixels that cannot be read.
+/// A read-only memory that holds \p mesh. \p pixels: for each view the memory with its pixels
+/// (null: it has none), which stays mapped as long as this memory lives, and which View::pixels is
+/// set to. Throws Error for a mesh that breaks a rule of validate_mesh(), or pixels that cannot be
+/// read.
 GstMemory* make_mesh_memory(Mesh mesh, std::span<GstMemory* const> pixels);
 
 /// The mesh that \p buffer holds as an object, which lives as long as the buffer; null: its bytes

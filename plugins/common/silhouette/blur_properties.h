@@ -10,6 +10,7 @@
 
 namespace polyhull::element {
 
+/// One row per property of BlurSettings.
 std::span<const Property<BlurSettings>> blur_properties();
 
 }  // namespace polyhull::element

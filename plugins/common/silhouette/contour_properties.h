@@ -14,6 +14,7 @@ namespace polyhull::element {
 /// Where a view's trigger number comes from.
 enum class TriggerSource { meta, offset, none };
 
+/// What users can set on contourfind.
 struct ContourValues {
   std::string camera;
   TraceMethod method = SilhouetteSettings{}.method;
@@ -28,12 +29,13 @@ struct ContourValues {
   bool reuse = SilhouetteSettings{}.reuse;
   TriggerSource trigger = TriggerSource::meta;
 
-  /// The approximation's settings, with \p tolerance in the place of the one set.
+  /// The approximation's settings, with \p tolerance_now (px) in the place of the one set.
   ApproximateSettings approximation(double tolerance_now) const {
     return {tolerance_now, min_edges, min_area, min_hole_area, keep_largest};
   }
 };
 
+/// One row per property of ContourValues.
 std::span<const Property<ContourValues>> contour_properties();
 
 }  // namespace polyhull::element

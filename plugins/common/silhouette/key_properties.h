@@ -12,6 +12,7 @@
 
 namespace polyhull::element {
 
+/// One row per property of KeyValues.
 std::span<const Property<KeyValues>> key_properties();
 
 /// What chromamatte shows on its output; silhouette has no such property.
@@ -19,10 +20,11 @@ struct KeyViewValues {
   KeyView view = KeyView::composite;
 };
 
+/// One row per property of KeyViewValues.
 std::span<const Property<KeyViewValues>> key_view_properties();
 
-/// Applies \p values to \p configuration; what cannot be used is a warning on \p element, once, if
-/// there are settings to go on with, else it throws Error.
+/// As KeyConfiguration::apply() of \p configuration; what cannot be used is a warning on
+/// \p element, once, if there are settings to go on with, else it throws Error.
 void configure_key(KeyConfiguration& configuration, GstElement* element, Statistics& statistics,
                    const KeyValues& values, const std::string& camera, int width, int height,
                    const std::function<void(const KeySettings&)>& accept);

@@ -30,6 +30,8 @@ class ToleranceControl {
   /// stream's.
   void observe(GstEvent* qos, double target_rate);
 
+  /// The tolerance to use now for the user's \p base, both in px; may be above what the
+  /// approximation takes.
   double tolerance(double base) const;
   void reset();
 
@@ -43,11 +45,11 @@ class ToleranceControl {
 struct ViewElement {
   ViewElement() { gst_video_info_init(&info); }
 
-  /// Takes over the input's format and frame rate.
+  /// Takes over the input's format and frame rate; false: \p caps are no video.
   bool set_format(const GstCaps* caps);
   /// Learns from QoS events what the tolerance has to be.
   void observe(GstBaseTransform* base, GstEvent* event);
-  /// The tolerance to use now.
+  /// The tolerance to use now, px, within what the approximation takes.
   double tolerance_of(const ContourValues& values) const;
   /// Makes camera name, trigger number, capture time and size of `view` those of \p frame.
   void begin_view(GstBaseTransform* base, const ContourValues& values, const GstVideoFrame& frame);
@@ -60,6 +62,7 @@ struct ViewElement {
   View view;  // that of the last frame; its memory is used again
 };
 
+/// What `stats` of contourfind holds.
 extern const char* const contour_statistics_blurb;
 
 /// Makes the contours' entries appear in `stats`.
