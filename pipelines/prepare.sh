@@ -29,7 +29,7 @@ polyhull_help() {
 polyhull_packages_build=(
   g++ meson ninja-build pkg-config python3
   libgstreamer1.0-dev libgstreamer-plugins-base1.0-dev libgstreamer-plugins-bad1.0-dev
-  libepoxy-dev libegl-dev libfmt-dev libglm-dev libembree-dev libtbb-dev libstb-dev
+  libepoxy-dev libegl-dev libfmt-dev libglm-dev libembree-dev libstb-dev
   libtinygltf-dev libtinyobjloader-dev nlohmann-json3-dev libflatbuffers-dev flatbuffers-compiler
   libcli11-dev libopencv-dev
 )

@@ -1,74 +1,117 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "base/thread_pool.h"
 
-#include <tbb/info.h>
-#include <tbb/task_arena.h>
+#include <sched.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
 #include <condition_variable>
 #include <exception>
-#include <memory>
 #include <mutex>
+#include <thread>
+#include <vector>
 
 namespace polyhull {
 namespace {
 
 using Body = std::function<void(std::size_t, std::size_t)>;
 
-/// One call of parallel_for(): whoever takes part takes piece after piece until none is left. Held
-/// by those who are asked to, who may come when it has ended.
+/// One call of parallel_for(): whoever takes part takes piece after piece until none is left.
 class Loop {
  public:
-  Loop(std::size_t count, std::size_t grain, const Body& body)
-      : count_(count), grain_(grain), body_(body) {}
+  Loop(std::size_t count, std::size_t grain, int workers, const Body& body)
+      : places(workers), count_(count), grain_(grain), body_(body) {}
+
+  bool wants_a_worker() const { return places > 0 && next_ < count_; }
 
   void take_part() {
-    {
-      const std::lock_guard lock(mutex_);
-      if (next_ >= count_) return;
-      ++inside_;
-    }
     std::size_t begin = next_.fetch_add(grain_);
-    const bool had_a_piece = begin < count_;
-    std::exception_ptr error;
+    threads_ += begin < count_;
     try {
       for (; begin < count_; begin = next_.fetch_add(grain_))
         body_(begin, std::min(begin + grain_, count_));
     } catch (...) {
       next_ = count_;
-      error = std::current_exception();
+      if (!failed_.exchange(true)) error_ = std::current_exception();
     }
-    const std::lock_guard lock(mutex_);
-    threads_ += had_a_piece;
-    if (error && !error_) error_ = error;
-    if (--inside_ == 0) left_.notify_all();
   }
 
-  /// Waits for all who take part; how many did. Throws what a body threw.
-  int wait() {
-    std::unique_lock lock(mutex_);
-    left_.wait(lock, [this] { return inside_ == 0; });
-    if (error_) std::rethrow_exception(error_);
-    return threads_;
-  }
+  /// Of these two, once all have left.
+  int threads() const { return threads_; }
+  const std::exception_ptr& error() const { return error_; }
+
+  // Protected by the pool's mutex:
+  int places;      // for more workers
+  int inside = 0;  // workers
+  std::condition_variable left;
 
  private:
   const std::size_t count_, grain_;
   const Body& body_;
   std::atomic<std::size_t> next_ = 0;
-  std::mutex mutex_;  // protects the rest
-  std::condition_variable left_;
-  int inside_ = 0, threads_ = 0;
+  std::atomic<int> threads_ = 0;  // that had a piece
+  std::atomic<bool> failed_ = false;
   std::exception_ptr error_;
 };
 
-/// The one arena of all streams' loops: its workers serve whichever loop asks for one. (With an
-/// arena for each stream a worker could stay with one that had no loop any more.)
-tbb::task_arena& workers() {
-  static tbb::task_arena& shared =
-      *new tbb::task_arena(std::max(tbb::info::default_concurrency() - 1, 1), 0);
-  return shared;
+/// The workers are no stream's own: whichever loop wants one gets one. (oneTBB's belong to the arenas
+/// of the threads that start loops, and one could stay with a stream that had none for good.)
+class Pool {
+ public:
+  /// Runs \p loop on the calling thread and the workers that have time.
+  void run(Loop& loop) {
+    {
+      const std::lock_guard lock(mutex_);
+      for (; workers_ < cores() - 1; ++workers_) std::thread([this] { work(); }).detach();
+      loops_.push_back(&loop);
+    }
+    wake_.notify_all();
+    loop.take_part();
+    std::unique_lock lock(mutex_);
+    std::erase(loops_, &loop);
+    loop.left.wait(lock, [&] { return loop.inside == 0; });
+  }
+
+  /// Of the process's, whatever the calling thread is pinned to.
+  static int cores() {
+    static const int count = [] {
+      cpu_set_t set;
+      return sched_getaffinity(getpid(), sizeof set, &set) == 0 ? CPU_COUNT(&set) : 1;
+    }();
+    return count;
+  }
+
+ private:
+  void work() {
+    std::unique_lock lock(mutex_);
+    for (;;) {
+      const auto found = std::find_if(loops_.begin(), loops_.end(),
+                                      [](const Loop* loop) { return loop->wants_a_worker(); });
+      if (found == loops_.end()) {
+        wake_.wait(lock);
+        continue;
+      }
+      Loop& loop = **found;
+      --loop.places;
+      ++loop.inside;
+      lock.unlock();
+      loop.take_part();
+      lock.lock();
+      if (--loop.inside == 0) loop.left.notify_one();
+    }
+  }
+
+  std::mutex mutex_;  // protects all of these
+  std::condition_variable wake_;
+  std::vector<Loop*> loops_;
+  int workers_ = 0;
+};
+
+/// Never destroyed: its workers wait for loops until the process ends.
+Pool& pool() {
+  static Pool& the_pool = *new Pool;
+  return the_pool;
 }
 
 std::atomic<int> wanted_threads = 0;
@@ -81,14 +124,12 @@ void set_pool_threads(int threads) {
 }
 
 int pool_threads() {
-  // oneTBB has no more workers than cores, and prints a warning where more are asked for.
-  const int wanted = wanted_threads, cores = tbb::info::default_concurrency();
-  return wanted > 0 ? std::min(wanted, cores) : cores;
+  const int wanted = wanted_threads;
+  return wanted > 0 ? std::min(wanted, Pool::cores()) : Pool::cores();
 }
 
 void parallel_for(std::size_t count, std::size_t grain, int max_threads, const Body& body) {
   if (count == 0) return;
-  grain = std::max<std::size_t>(grain, 1);
   if (count <= grain) return body(0, count);
   const int threads = max_threads > 0 ? std::min(pool_threads(), max_threads) : pool_threads();
   LoopWatch::Count& counted = loops_of_this_thread;
@@ -97,10 +138,10 @@ void parallel_for(std::size_t count, std::size_t grain, int max_threads, const B
     ++counted.threads;
     return body(0, count);
   }
-  const auto loop = std::make_shared<Loop>(count, grain, body);
-  for (int i = 1; i < threads; ++i) workers().enqueue([loop] { loop->take_part(); });
-  loop->take_part();
-  counted.threads += static_cast<std::uint64_t>(loop->wait());
+  Loop loop(count, std::max<std::size_t>(grain, 1), threads - 1, body);
+  pool().run(loop);
+  counted.threads += static_cast<std::uint64_t>(loop.threads());
+  if (loop.error()) std::rethrow_exception(loop.error());
 }
 
 LoopWatch::Count LoopWatch::now() {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 /// \file
-/// The one pool of threads that all stages of a process share: the workers of one oneTBB arena.
+/// The one pool of threads that all stages of a process share, of its own: docs/benchmarks.md says why.
 #pragma once
 
 #include <cstddef>
