@@ -192,6 +192,24 @@ TEST_P(CompositorTest, SkippingChangesNoBitUnderAPointLight) {
   EXPECT_EQ(reused, 2);
 }
 
+// Another scene before the same viewport is drawn as a fresh renderer would.
+TEST_P(CompositorTest, TheSceneChangesWhileItRuns) {
+  Stage stage(320, 180);
+  stage.trace_background(1, 1);
+  const auto changing_renderer = make_renderer();
+  Renderer& changing = *changing_renderer;
+  const Picture before = composite(changing, stage, {});
+  Scene other = *stage.scene;
+  for (SceneMesh& mesh : other.meshes)
+    for (Vec3f& p : mesh.positions) p.y -= 0.1f;
+  other.mirrors = find_mirrors(other);
+  stage.frame.scene = std::make_shared<const Scene>(other);
+  const auto fresh_renderer = make_renderer();
+  const Picture expected = composite(*fresh_renderer, stage, {});
+  EXPECT_NE(before.pixels, expected.pixels);
+  EXPECT_EQ(composite(changing, stage, {}).pixels, expected.pixels);
+}
+
 // Every number of samples draws what it draws at first, whatever was drawn before.
 TEST_P(CompositorTest, EdgeSamplesChangeWhileItRuns) {
   Stage stage(320, 180);

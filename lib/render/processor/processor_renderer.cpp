@@ -315,6 +315,8 @@ void ProcessorRenderer::render(const RenderFrame& frame, const RenderPlan& plan,
   if (frame.scene != s.scene_held) {
     s.scene_held = frame.scene;
     s.scene.reset();
+    // The next scene may take this one's address.
+    for (SceneLayer* layer : {&s.direct, &s.mirrored, &s.around}) layer->forget();
     if (frame.scene && !frame.scene->meshes.empty()) s.scene.emplace(*frame.scene);
   }
   s.prepare(frame, plan, settings, statistics_);
