@@ -31,9 +31,13 @@ std::vector<std::uint8_t> make_encode_table() {
 
 }  // namespace
 
-float srgb_to_linear(std::uint8_t value) {
+const float* srgb_to_linear_table() {
   static const std::array<float, 256> table = make_decode_table();
-  return table[value];
+  return table.data();
+}
+
+float srgb_to_linear(std::uint8_t value) {
+  return srgb_to_linear_table()[value];
 }
 
 std::uint8_t linear_to_srgb(float linear) {

@@ -32,6 +32,9 @@ T srgb_encoded(T linear) {
 /// The linear value of the byte \p value, from a table.
 float srgb_to_linear(std::uint8_t value);
 
+/// The 256 values of srgb_to_linear().
+const float* srgb_to_linear_table();
+
 /// The nearest byte of \p linear, clipped to 0..1; 0 for NaN. From a table.
 std::uint8_t linear_to_srgb(float linear);
 

@@ -174,11 +174,10 @@ void Compositor::State::draw_blend(const PassInput& in, GLuint background_textur
     const Mirror& m = in.frame.scene->mirrors[static_cast<std::size_t>(in.plan.mirror_index)];
     const SceneMesh& mesh = in.frame.scene->meshes[static_cast<std::size_t>(m.mesh)];
     const Material& material = in.frame.scene->materials[static_cast<std::size_t>(mesh.material)];
-    const Camera camera = resized(in.frame.viewport, in.frame.width, in.frame.height);
-    const Vec3 origin = camera.ray({0.0, 0.0});
-    blend.set("ray_x", glm::vec3(camera.ray({1.0, 0.0}) - origin));
-    blend.set("ray_y", glm::vec3(camera.ray({0.0, 1.0}) - origin));
-    blend.set("ray_0", glm::vec3(origin));
+    const PixelRays rays(resized(in.frame.viewport, in.frame.width, in.frame.height));
+    blend.set("ray_x", rays.x);
+    blend.set("ray_y", rays.y);
+    blend.set("ray_0", rays.origin);
     blend.set("mirror_normal", m.normal);
     blend.set("mirror_f0", material.f0());
     blend.set("reflection_alpha",

@@ -73,6 +73,13 @@ Camera resized(const Camera& camera, int width, int height) {
   return out;
 }
 
+PixelRays::PixelRays(const Camera& camera) {
+  const Vec3 first = camera.ray({0.0, 0.0});
+  origin = Vec3f(first);
+  x = Vec3f(camera.ray({1.0, 0.0}) - first);
+  y = Vec3f(camera.ray({0.0, 1.0}) - first);
+}
+
 Mat4 reflection(const Vec3& normal, double offset) {
   Mat4 m(Mat3(1.0) - 2.0 * glm::outerProduct(normal, normal));
   m[3] = Vec4(2.0 * offset * normal, 1.0);

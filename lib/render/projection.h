@@ -25,6 +25,16 @@ Mat4 clip_from_camera(const Camera& camera, double near, double far);
 /// \p camera for a picture of another size, the same field of view.
 Camera resized(const Camera& camera, int width, int height);
 
+/// The rays through a pinhole camera's pixels, in scene directions with depth 1.
+struct PixelRays {
+  Vec3f x{0.0f}, y{0.0f}, origin{0.0f};
+  PixelRays() = default;
+  explicit PixelRays(const Camera& camera);
+  Vec3f at(int column, int row) const {
+    return static_cast<float>(column) * x + static_cast<float>(row) * y + origin;
+  }
+};
+
 /// Reflection at the plane dot(normal, X) = offset.
 Mat4 reflection(const Vec3& normal, double offset);
 

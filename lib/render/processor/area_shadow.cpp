@@ -65,8 +65,7 @@ float alike(float a, float b) {
 
 void AreaShadow::set_subjects(const RenderPlan& plan, const Light& light, bool same) {
   if (same) return;
-  for (const std::uint32_t mesh : meshes_) subjects_.remove_mesh(mesh);
-  meshes_.clear();
+  if (mesh_) subjects_.remove_mesh(*mesh_);
   std::vector<Vec3f> points;
   std::vector<std::uint32_t> triangles;
   for (const PlacedSubject& subject : plan.subjects) {
@@ -75,22 +74,29 @@ void AreaShadow::set_subjects(const RenderPlan& plan, const Light& light, bool s
     for (const std::uint32_t index : subject.mesh->hull.triangles)
       triangles.push_back(base + index);
   }
-  meshes_.push_back(subjects_.add_mesh(points, triangles));
+  mesh_ = subjects_.add_mesh(points, triangles);
   subjects_.commit();
   other_map_ = reach_.build(light, points, triangles) || other_map_;
 }
 
-Rectangle AreaShadow::pixels_of(std::size_t number) const {
-  const int x = static_cast<int>(number) % block_columns_ * block;
-  const int y = static_cast<int>(number) / block_columns_ * block;
-  return {x, y, std::min(block, columns_ - x), std::min(block, rows_ - y)};
+/// The pixels of the grid that this frame draws.
+Rectangle AreaShadow::drawn() const {
+  return intersection(
+      {blocks_.x * block, blocks_.y * block, blocks_.width * block, blocks_.height * block},
+      {0, 0, columns_, rows_});
+}
+
+/// Those of them up to \p reach pixels from (x, y).
+Rectangle AreaShadow::around(int x, int y, int reach) const {
+  return intersection({x - reach, y - reach, 2 * reach + 1, 2 * reach + 1}, drawn());
 }
 
 template <class Body>
 void AreaShadow::for_pixels(std::size_t number, Body&& body) const {
-  const Rectangle part = pixels_of(number);
-  for (int y = part.y; y < part.y + part.height; ++y)
-    for (int x = part.x; x < part.x + part.width; ++x)
+  const int left = static_cast<int>(number) % block_columns_ * block;
+  const int top = static_cast<int>(number) / block_columns_ * block;
+  for (int y = top; y < std::min(top + block, rows_); ++y)
+    for (int x = left; x < std::min(left + block, columns_); ++x)
       body(static_cast<std::size_t>(y) * columns_ + x, x, y);
 }
 
@@ -100,9 +106,7 @@ int AreaShadow::find_candidates(const TracedScene& scene, const SceneLayer& laye
   // Where a pixel's place is follows from its depth; what it is made of is asked for candidates
   // only.
   const auto place = [&](std::size_t pixel, int x, int y) {
-    return eye_ +
-           (static_cast<float>(2 * x) * ray_x_ + static_cast<float>(2 * y) * ray_y_ + ray_0_) /
-               inverse_[pixel];
+    return eye_ + rays_of_pixels_.at(2 * x, 2 * y) / inverse_[pixel];
   };
   if (!extent_known_[number]) {
     extent_known_[number] = 1;
@@ -116,7 +120,7 @@ int AreaShadow::find_candidates(const TracedScene& scene, const SceneLayer& laye
   const bool any = reach_.may_shade(extents_[number]);
   int count = 0;
   for_pixels(number, [&](std::size_t pixel, int x, int y) {
-    candidate_[pixel] = asked_[pixel] = blocked_[pixel] = 0;
+    candidate_[pixel] = blocked_[pixel] = 0;
     sum_[pixel] = mean_[pixel] = gathered_[pixel] = 0.0f;
     if (!any || !(inverse_[pixel] > 0.0f)) return;
     LightReach::Extent own;
@@ -127,8 +131,7 @@ int AreaShadow::find_candidates(const TracedScene& scene, const SceneLayer& laye
       const RayHit hit = layer.hit(2 * x, 2 * y);
       Ray ray;
       ray.origin = eye_;
-      ray.direction =
-          static_cast<float>(2 * x) * ray_x_ + static_cast<float>(2 * y) * ray_y_ + ray_0_;
+      ray.direction = rays_of_pixels_.at(2 * x, 2 * y);
       const Surface surface = scene.surface(ray, hit);
       receivers_[pixel] = {surface.lifted + scene.epsilon() * surface.geometric, surface.normal};
     }
@@ -143,15 +146,13 @@ void AreaShadow::find_mixed(std::size_t number, int first) {
   const auto state = [&](std::size_t at) {
     return blocked_[at] == 0 ? 0 : blocked_[at] == first ? 2 : 1;
   };
-  const int left = blocks_.x * block, top = blocks_.y * block;
-  const int right = std::min(left + blocks_.width * block, columns_) - 1;
-  const int bottom = std::min(top + blocks_.height * block, rows_) - 1;
   for_pixels(number, [&](std::size_t pixel, int x, int y) {
     if (!candidate_[pixel]) return;
     const int own = state(pixel);
     bool other = own == 1;
-    for (int j = std::max(y - 2, top); !other && j <= std::min(y + 2, bottom); ++j)
-      for (int i = std::max(x - 2, left); !other && i <= std::min(x + 2, right); ++i)
+    const Rectangle near = around(x, y, 2);
+    for (int j = near.y; !other && j < near.y + near.height; ++j)
+      for (int i = near.x; !other && i < near.x + near.width; ++i)
         other = state(static_cast<std::size_t>(j) * columns_ + i) != own;
     if (other) candidate_[pixel] = 2;
   });
@@ -175,7 +176,6 @@ std::uint64_t AreaShadow::trace(const TracedScene& scene, const Light& light, st
     if (candidate_[pixel] < least) return;
     const std::size_t same = neighbour(x, y);
     pixels[same][counts[same]++] = static_cast<std::uint32_t>(pixel);
-    asked_[pixel] = static_cast<std::uint8_t>(last);
   });
   // Many pixels' rays to one point of the light are a coherent packet.
   for (int sample = first; sample < last; ++sample) {
@@ -235,17 +235,13 @@ std::uint64_t AreaShadow::trace(const TracedScene& scene, const Light& light, st
 void AreaShadow::gather(std::size_t number) {
   constexpr int reach = 2;
   constexpr float tent[] = {1.0f, 2.0f, 2.0f, 2.0f, 1.0f};
-  const int left = blocks_.x * block, top = blocks_.y * block;
-  const int right = std::min(left + blocks_.width * block, columns_) - 1;
-  const int bottom = std::min(top + blocks_.height * block, rows_) - 1;
   bool any = false;
   for_pixels(number, [&](std::size_t pixel, int x, int y) {
     if (!candidate_[pixel]) return;  // nothing reaches it
-    const int x0 = std::max(x - reach, left), x1 = std::min(x + reach, right);
-    const int y0 = std::max(y - reach, top), y1 = std::min(y + reach, bottom);
+    const Rectangle near = around(x, y, reach);
     bool shaded = false;
-    for (int j = y0; !shaded && j <= y1; ++j)
-      for (int i = x0; i <= x1; ++i)
+    for (int j = near.y; !shaded && j < near.y + near.height; ++j)
+      for (int i = near.x; i < near.x + near.width; ++i)
         shaded = shaded || blocked_[static_cast<std::size_t>(j) * columns_ + i] != 0;
     if (!shaded) return;
     if (per_pixel_ == 1) {
@@ -253,8 +249,8 @@ void AreaShadow::gather(std::size_t number) {
     } else {
       const Vec3f normal = receivers_[pixel].normal;
       float sum = 0.0f, weight = 0.0f;
-      for (int j = y0; j <= y1; ++j) {
-        for (int i = x0; i <= x1; ++i) {
+      for (int j = near.y; j < near.y + near.height; ++j) {
+        for (int i = near.x; i < near.x + near.width; ++i) {
           const std::size_t at = static_cast<std::size_t>(j) * columns_ + i;
           // What nothing reaches takes 0 whatever its normal is, if it lies on this surface.
           if (candidate_[at] && glm::dot(receivers_[at].normal, normal) < 0.9f) continue;
@@ -271,9 +267,9 @@ void AreaShadow::gather(std::size_t number) {
 }
 
 Rectangle AreaShadow::surroundings(const Rectangle& part, const LayerView& view) {
-  const int x0 = std::max(part.x - margin, 0), y0 = std::max(part.y - margin, 0);
-  return {x0, y0, std::min(part.x + part.width + margin, view.width) - x0,
-          std::min(part.y + part.height + margin, view.height) - y0};
+  return intersection(
+      {part.x - margin, part.y - margin, part.width + 2 * margin, part.height + 2 * margin},
+      {0, 0, view.width, view.height});
 }
 
 bool AreaShadow::draw(const TracedScene& scene, const SceneLayer& layer, bool fresh,
@@ -281,11 +277,8 @@ bool AreaShadow::draw(const TracedScene& scene, const SceneLayer& layer, bool fr
                       const Rectangle& shaded) {
   const Effort work = effort(quality, light);
   const Rectangle part = surroundings(shaded, layer.view());
-  const Vec3 origin = viewport.ray({0.0, 0.0});
   eye_ = Vec3f(viewport.centre());
-  ray_0_ = Vec3f(origin);
-  ray_x_ = Vec3f(viewport.ray({1.0, 0.0}) - origin);
-  ray_y_ = Vec3f(viewport.ray({0.0, 1.0}) - origin);
+  rays_of_pixels_ = PixelRays(viewport);
   const int columns = (layer.view().width + 1) / 2, rows = (layer.view().height + 1) / 2;
   const auto count = static_cast<std::size_t>(columns) * rows;
   if (fresh || columns != columns_ || rows != rows_) {
@@ -295,7 +288,7 @@ bool AreaShadow::draw(const TracedScene& scene, const SceneLayer& layer, bool fr
     block_columns_ = (columns + block - 1) / block;
     block_rows_ = (rows + block - 1) / block;
     for (auto* numbers : {&inverse_, &sum_, &mean_, &gathered_}) numbers->resize(count);
-    for (auto* bytes : {&candidate_, &asked_, &blocked_}) bytes->resize(count);
+    for (auto* bytes : {&candidate_, &blocked_}) bytes->resize(count);
     receivers_.resize(count);
   }
   const auto blocks = static_cast<std::size_t>(block_columns_) * block_rows_;
@@ -358,10 +351,10 @@ bool AreaShadow::draw(const TracedScene& scene, const SceneLayer& layer, bool fr
 float AreaShadow::taken(const SceneLayer& layer, int x, int y) const {
   const float own = layer.inverse_at(x, y);
   if (!(own > 0.0f)) return 0.0f;
-  const int right = std::min((blocks_.x + blocks_.width) * block, columns_);
-  const int bottom = std::min((blocks_.y + blocks_.height) * block, rows_);
+  const Rectangle grid = drawn();
+  const int last_x = std::min((x + 1) / 2, grid.x + grid.width - 1);
+  const int last_y = std::min((y + 1) / 2, grid.y + grid.height - 1);
   float sum = 0.0f, weight = 0.0f;
-  const int last_y = std::min((y + 1) / 2, bottom - 1), last_x = std::min((x + 1) / 2, right - 1);
   for (int j = y / 2; j <= last_y; ++j)
     for (int i = x / 2; i <= last_x; ++i)
       sum += gathered_[static_cast<std::size_t>(j) * columns_ + i];

@@ -13,6 +13,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "raytrace/ray_caster.h"
@@ -67,12 +68,13 @@ class AreaShadow {
   std::uint64_t trace(const TracedScene& scene, const Light& light, std::size_t number, int first,
                       int last);
   void gather(std::size_t number);
-  Rectangle pixels_of(std::size_t number) const;
+  Rectangle drawn() const;
+  Rectangle around(int x, int y, int reach) const;
   template <class Body>
   void for_pixels(std::size_t number, Body&& body) const;
 
   RayCaster subjects_{RayCaster::For::one_frame};
-  std::vector<std::uint32_t> meshes_;
+  std::optional<std::uint32_t> mesh_;
   LightReach reach_;
   bool other_map_ = true;  // than that of extents_
 
@@ -86,15 +88,15 @@ class AreaShadow {
   std::vector<LightReach::Extent> extents_;  // of a block's places
   std::vector<std::uint8_t> extent_known_;
   Light light_;
-  Vec3f eye_{0.0f}, ray_x_{0.0f}, ray_y_{0.0f},
-      ray_0_{0.0f};  // of pixel (x, y): x ray_x + y ray_y + ray_0
+  Vec3f eye_{0.0f};
+  PixelRays rays_of_pixels_;
   int per_pixel_ = 0;
   std::vector<Vec3f> places_;              // on the light: per_pixel_ for each of 4 x 4 neighbours
   std::vector<std::uint64_t> open_known_;  // by sample: whether the scene's part in b is known
   std::vector<std::uint64_t> open_;        // and lets the ray through
   // Of this frame.
   std::vector<std::uint8_t> candidate_;  // 1: a subject may shade it, 2: some of its rays differ
-  std::vector<std::uint8_t> asked_, blocked_;  // rays per pixel, and of them by subjects
+  std::vector<std::uint8_t> blocked_;    // of a pixel's rays, by subjects
   std::vector<float> sum_, mean_, gathered_;
   std::vector<std::uint8_t> block_state_;  // 1: has candidates, 2: E is not 0 somewhere
   std::vector<std::uint8_t> shaded_;       // by block: E is not 0 there or beside it

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "raytrace/sampling.h"
+#include "render/light_samples.h"
 
 namespace polyhull::processor {
 namespace {
@@ -50,7 +51,7 @@ bool LightReach::build(const Light& light, std::span<const Vec3f> points,
   nearest_ = 0.0f;
   everywhere_ = false;
   if (light.is_area()) {
-    forward_ = glm::normalize(glm::cross(light.u, light.v));
+    forward_ = light_normal(light);
   } else {
     Vec3f middle(0.0f);
     for (const Vec3f& p : points) middle += p / static_cast<float>(points.size());

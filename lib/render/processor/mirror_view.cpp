@@ -23,16 +23,11 @@ MirrorView::MirrorView(const RenderFrame& frame, const RenderPlan& plan, const T
   mirrored_eye_ = Vec3f(reflection(Vec3(mirror_.normal), mirror_.offset) * Vec4(plan.eye, 1.0));
   const SceneMesh& mesh = frame.scene->meshes[static_cast<std::size_t>(mirror_.mesh)];
   f0_ = frame.scene->materials[static_cast<std::size_t>(mesh.material)].f0();
-  const Camera camera = resized(frame.viewport, frame.width, frame.height);
-  const Vec3 origin = camera.ray({0.0, 0.0});
-  ray_0_ = Vec3f(origin);
-  ray_x_ = Vec3f(camera.ray({1.0, 0.0}) - origin);
-  ray_y_ = Vec3f(camera.ray({0.0, 1.0}) - origin);
+  rays_ = PixelRays(resized(frame.viewport, frame.width, frame.height));
 }
 
 Vec3f MirrorView::share(int x, int y) const {
-  const Vec3f ray = static_cast<float>(x) * ray_x_ + static_cast<float>(y) * ray_y_ + ray_0_;
-  return fresnel(f0_, -glm::dot(glm::normalize(ray), mirror_.normal));
+  return fresnel(f0_, -glm::dot(glm::normalize(rays_.at(x, y)), mirror_.normal));
 }
 
 Vec3f MirrorView::looked_up(const Vec3f& point, bool& found) const {

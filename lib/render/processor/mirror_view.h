@@ -37,7 +37,7 @@ class MirrorView {
   const Mirror& mirror_;
   Mat4 pixels_from_scene_;
   Vec3f mirrored_eye_, f0_;
-  Vec3f ray_x_, ray_y_, ray_0_;
+  PixelRays rays_;
 };
 
 }  // namespace polyhull::processor

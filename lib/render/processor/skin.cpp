@@ -11,16 +11,6 @@
 namespace polyhull::processor {
 namespace {
 
-const float* decode_table() {
-  static const std::array<float, 256> table = [] {
-    std::array<float, 256> values{};
-    for (int i = 0; i < 256; ++i)
-      values[static_cast<std::size_t>(i)] = srgb_to_linear(static_cast<std::uint8_t>(i));
-    return values;
-  }();
-  return table.data();
-}
-
 bool can_colour(const View& view) {
   return view.format == PixelFormat::rgba && !view.roi.empty() && !view.pixels.empty();
 }
@@ -230,7 +220,7 @@ void Skin::paint(const SkinItems& items, SkinScratch& s, glm::vec4* pixels) cons
       s.v[s.chosen.size()] = s.all_v[entry];
       s.chosen.push_back(entry);
     }
-    best.fetch(views_[slot], static_cast<int>(s.chosen.size()), decode_table(), s.u.data(),
+    best.fetch(views_[slot], static_cast<int>(s.chosen.size()), srgb_to_linear_table(), s.u.data(),
                s.v.data(), s.red.data(), s.green.data(), s.blue.data());
     for (std::size_t j = 0; j < s.chosen.size(); ++j)
       s.sums[s.chosen[j] / 4] +=
