@@ -77,13 +77,7 @@ void Compositor::State::upload_subjects(const RenderFrame& frame, const RenderPl
   statistics.mesh_reused = !plan.subjects.empty();
   for (std::size_t i = 0; i < plan.subjects.size(); ++i) {
     const PlacedSubject& subject = plan.subjects[i];
-    SkinKey key{subject.content, {}, !settings.skip};
-    key.eyes.emplace_back(subject.from_scene * Vec4(plan.eye, 1.0));
-    if (plan.mirror_index >= 0) {
-      const Mirror& m = frame.scene->mirrors[static_cast<std::size_t>(plan.mirror_index)];
-      const Vec4 eye = reflection(Vec3(m.normal), m.offset) * Vec4(plan.eye, 1.0);
-      key.eyes.emplace_back(subject.from_scene * eye);
-    }
+    SkinKey key{subject.content, eyes_on(subject, frame, plan), !settings.skip};
     if (settings.skip && subject.content != 0 && skin_keys[i] == key) continue;
     statistics.mesh_reused = false;
     subjects[i].upload_shape(subject.mesh->hull);
@@ -170,15 +164,14 @@ void Compositor::State::draw_blend(const PassInput& in, GLuint background_textur
   bind(3, "mirrored_scene", mirror.shown());
   bind(4, "subject", front.texture());
   glBindVertexArray(nothing.get());
-  if (in.plan.mirror_index >= 0) {
-    const Mirror& m = in.frame.scene->mirrors[static_cast<std::size_t>(in.plan.mirror_index)];
-    const SceneMesh& mesh = in.frame.scene->meshes[static_cast<std::size_t>(m.mesh)];
+  if (const Mirror* m = mirror_of(in.frame, in.plan)) {
+    const SceneMesh& mesh = in.frame.scene->meshes[static_cast<std::size_t>(m->mesh)];
     const Material& material = in.frame.scene->materials[static_cast<std::size_t>(mesh.material)];
     const PixelRays rays(resized(in.frame.viewport, in.frame.width, in.frame.height));
     blend.set("ray_x", rays.x);
     blend.set("ray_y", rays.y);
     blend.set("ray_0", rays.origin);
-    blend.set("mirror_normal", m.normal);
+    blend.set("mirror_normal", m->normal);
     blend.set("mirror_f0", material.f0());
     blend.set("reflection_alpha",
               in.settings.mirror == MirrorMode::plain ? in.settings.reflection_alpha : -1.0f);

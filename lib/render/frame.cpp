@@ -148,4 +148,23 @@ RenderPlan plan_frame(const RenderFrame& frame, const RenderSettings& settings,
   return plan;
 }
 
+const Mirror* mirror_of(const RenderFrame& frame, const RenderPlan& plan) {
+  if (plan.mirror_index < 0) return nullptr;
+  return &frame.scene->mirrors[static_cast<std::size_t>(plan.mirror_index)];
+}
+
+Vec4 kept_side(const Mirror& mirror) {
+  return Vec4(Vec3(mirror.normal), -mirror.offset - 1e-4f);
+}
+
+std::vector<Vec3> eyes_on(const PlacedSubject& subject, const RenderFrame& frame,
+                          const RenderPlan& plan) {
+  std::vector<Vec3> eyes{Vec3(subject.from_scene * Vec4(plan.eye, 1.0))};
+  if (const Mirror* m = mirror_of(frame, plan)) {
+    const Vec4 image = reflection(Vec3(m->normal), m->offset) * Vec4(plan.eye, 1.0);
+    eyes.emplace_back(subject.from_scene * image);
+  }
+  return eyes;
+}
+
 }  // namespace polyhull

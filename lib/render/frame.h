@@ -87,6 +87,18 @@ struct RenderPlan {
   bool untouched() const { return changed().empty(); }
 };
 
+/// The plan's mirror; null: none.
+const Mirror* mirror_of(const RenderFrame& frame, const RenderPlan& plan);
+
+/// The plane of \p mirror, moved a hair to its front so that the mirror does not show itself: what is
+/// seen in it lies on the positive side of dot(xyz, X) + w = 0, scene coordinates.
+Vec4 kept_side(const Mirror& mirror);
+
+/// Who looks at \p subject, in its mesh's world coordinates: the viewport's eye, and with a mirror
+/// that eye's image in it.
+std::vector<Vec3> eyes_on(const PlacedSubject& subject, const RenderFrame& frame,
+                          const RenderPlan& plan);
+
 /// Finds what a frame needs. \p scene_bounds are those of the scene's geometry. Throws Error when
 /// the viewport camera is not finite or degenerate.
 RenderPlan plan_frame(const RenderFrame& frame, const RenderSettings& settings,

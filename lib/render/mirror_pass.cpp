@@ -8,11 +8,6 @@ namespace {
 
 constexpr std::size_t max_lights = 8;
 
-/// The mirror's plane, moved a hair to its front so that the mirror does not show itself.
-glm::vec4 kept_side(const Mirror& mirror) {
-  return glm::vec4(mirror.normal, -mirror.offset - 1e-4f);
-}
-
 void set_lights(gl::Program& program, const RenderFrame& frame) {
   std::vector<glm::vec3> positions, normals, powers;
   for (std::size_t i = 0; i < std::min(frame.lights.size(), max_lights); ++i) {
@@ -29,11 +24,11 @@ void set_lights(gl::Program& program, const RenderFrame& frame) {
 }  // namespace
 
 void MirrorPass::draw(const PassInput& in, GLuint background, GLuint scene_depth) {
-  const Mirror& mirror = in.frame.scene->mirrors[static_cast<std::size_t>(in.plan.mirror_index)];
+  const Mirror& mirror = *mirror_of(in.frame, in.plan);
   const glm::mat4 direct(in.plan.clip_from_scene);
   const glm::mat4 mirrored(in.plan.clip_from_scene *
                            reflection(Vec3(mirror.normal), mirror.offset));
-  const glm::vec4 plane = kept_side(mirror);
+  const glm::vec4 plane(kept_side(mirror));
   if (!depth_.made()) {
     depth_ = gl::Program("scene.vert", "depth.frag");
     clipped_depth_ = gl::Program("scene.vert", "depth.frag", {"CLIPPED"});

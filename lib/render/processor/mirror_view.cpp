@@ -18,7 +18,7 @@ MirrorView::MirrorView(const RenderFrame& frame, const RenderPlan& plan, const T
       mirrored_(mirrored),
       background_(background),
       stride_(stride),
-      mirror_(frame.scene->mirrors[static_cast<std::size_t>(plan.mirror_index)]) {
+      mirror_(*mirror_of(frame, plan)) {
   pixels_from_scene_ = pixels_from_clip(frame.width, frame.height) * plan.clip_from_scene;
   mirrored_eye_ = Vec3f(reflection(Vec3(mirror_.normal), mirror_.offset) * Vec4(plan.eye, 1.0));
   const SceneMesh& mesh = frame.scene->meshes[static_cast<std::size_t>(mirror_.mesh)];

@@ -21,11 +21,6 @@ using namespace processor;
 
 namespace {
 
-/// The mirror's plane, moved a hair to its front so that the mirror does not show itself.
-Vec4 kept_side(const Mirror& mirror) {
-  return Vec4(Vec3(mirror.normal), -mirror.offset - 1e-4);
-}
-
 int samples_of(const RenderSettings& settings) {
   const int wanted = settings.edge_samples;
   return wanted >= 8 ? 8 : wanted >= 4 ? 4 : wanted >= 2 ? 2 : 1;
@@ -80,14 +75,9 @@ void ProcessorRenderer::State::ready_subjects(const RenderFrame& frame, const Re
   for (std::size_t i = 0; i < subjects.size(); ++i) {
     const PlacedSubject& placed = plan.subjects[i];
     ReadySubject& subject = subjects[i];
-    std::vector<Vec3> eyes{Vec3(placed.from_scene * Vec4(plan.eye, 1.0))};
-    if (plan.mirror_index >= 0) {
-      const Mirror& m = frame.scene->mirrors[static_cast<std::size_t>(plan.mirror_index)];
-      eyes.emplace_back(placed.from_scene *
-                        (reflection(Vec3(m.normal), m.offset) * Vec4(plan.eye, 1.0)));
-    }
     const bool same = settings.skip && placed.content != 0 && placed.content == subject.content;
-    const SkinCounts counts = subject.skin.prepare(*placed.mesh, eyes, same, !settings.skip);
+    const SkinCounts counts =
+        subject.skin.prepare(*placed.mesh, eyes_on(placed, frame, plan), same, !settings.skip);
     statistics.pictures_uploaded += counts.pictures;
     statistics.pictures_skipped += counts.pictures_skipped;
     reused = reused && same;
@@ -102,7 +92,7 @@ void ProcessorRenderer::State::bring_to_screen(const RenderFrame& frame, const R
   if (!plan.subject.empty())
     front.fill(subjects, {0, pixels, Facing::clockwise, std::nullopt}, frame.width, frame.height);
   if (plan.mirror.empty()) return;
-  const Mirror& m = frame.scene->mirrors[static_cast<std::size_t>(plan.mirror_index)];
+  const Mirror& m = *mirror_of(frame, plan);
   image.fill(
       subjects,
       {1, pixels * reflection(Vec3(m.normal), m.offset), Facing::counterclockwise, kept_side(m)},
@@ -146,9 +136,7 @@ bool ProcessorRenderer::State::draw_scene(const RenderFrame& frame, const Render
   view.width = frame.width;
   view.height = frame.height;
   view.samples = samples_of(settings);
-  const Mirror* mirror = plan.mirror_index >= 0
-                             ? &frame.scene->mirrors[static_cast<std::size_t>(plan.mirror_index)]
-                             : nullptr;
+  const Mirror* mirror = mirror_of(frame, plan);
   if (mirror) view.mirror_mesh = mirror->mesh;
   if (!settings.skip)
     for (SceneLayer* layer : {&direct, &mirrored, &around}) layer->forget();
