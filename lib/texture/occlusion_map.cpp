@@ -37,79 +37,120 @@ void draw(const Corner& a, const Corner& b, const Corner& c, int width, int heig
   // Barycentric coordinates are linear in x and y; 1/depth with them.
   const float ux = (c.y - a.y) * scale, uy = -(c.x - a.x) * scale;
   const float vx = -(b.y - a.y) * scale, vy = (b.x - a.x) * scale;
+  const float rise_u = b.inverse - a.inverse, rise_v = c.inverse - a.inverse;
   constexpr float slack = -1e-4f;  // seams between triangles stay closed
   for (int y = y0; y <= y1; ++y) {
-    float* row = inverse.data() + static_cast<std::size_t>(y) * width;
     const float dy = static_cast<float>(y) - a.y;
-    for (int x = x0; x <= x1; ++x) {
+    // Where the row may be inside, a texel wider than the edges say: triangles of hulls are thin.
+    float left = static_cast<float>(x0), right = static_cast<float>(x1);
+    const auto keep = [&](float slope, float rest) {  // where slope * dx + rest >= slack
+      if (slope == 0.0f) return;
+      const float edge = a.x + (slack - rest) / slope;
+      if (slope > 0.0f)
+        left = std::max(left, edge - 1.0f);
+      else
+        right = std::min(right, edge + 1.0f);
+    };
+    keep(ux, uy * dy);
+    keep(vx, vy * dy);
+    keep(-ux - vx, 1.0f - (uy + vy) * dy);
+    if (!(left <= right)) continue;
+    float* row = inverse.data() + static_cast<std::size_t>(y) * width;
+    const int end = static_cast<int>(right);
+    for (int x = static_cast<int>(left); x <= end; ++x) {
       const float dx = static_cast<float>(x) - a.x;
       const float u = ux * dx + uy * dy;
       const float v = vx * dx + vy * dy;
-      if (u < slack || v < slack || u + v > 1.0f - slack) continue;
-      const float value = a.inverse + u * (b.inverse - a.inverse) + v * (c.inverse - a.inverse);
-      row[x] = std::max(row[x], value);
+      const float value = a.inverse + u * rise_u + v * rise_v;
+      const bool inside = (u >= slack) & (v >= slack) & (u + v <= 1.0f - slack);
+      row[x] = inside ? std::max(row[x], value) : row[x];
     }
   }
 }
 
-/// Distance in texels to the nearest texel that is 0 in \p distance, by a chamfer of steps 1 and
-/// 1.4.
-void chamfer(std::vector<float>& distance, int width, int height) {
-  constexpr float straight = 1.0f, diagonal = 1.4f;
-  const auto at = [&](int x, int y) -> float& {
-    return distance[static_cast<std::size_t>(y) * width + x];
-  };
+// Distances are in tenths of a texel, with chamfer steps of 1 and 1.4: all that counts are those up
+// to the fade's end.
+constexpr int straight = 10, diagonal = 14, far_away = 1 << 20;
+
+/// Lowers \p row to what \p other, the row beside it, allows, from x - 1 to x + 1.
+void lower_from_beside(const int* other, int* row, int width) {
+  row[0] = std::min({row[0], other[0] + straight, other[std::min(1, width - 1)] + diagonal});
+  for (int x = 1; x < width - 1; ++x)
+    row[x] = std::min(std::min(row[x], other[x] + straight),
+                      std::min(other[x - 1], other[x + 1]) + diagonal);
+  const int end = width - 1;
+  row[end] = std::min({row[end], other[end] + straight, other[std::max(end - 1, 0)] + diagonal});
+}
+
+/// Distance to the nearest texel that is 0 in \p distance.
+void chamfer(std::vector<int>& distance, int width, int height) {
+  const auto row_of = [&](int y) { return distance.data() + static_cast<std::size_t>(y) * width; };
   for (int y = 0; y < height; ++y) {
-    for (int x = 0; x < width; ++x) {
-      float d = at(x, y);
-      if (x > 0) d = std::min(d, at(x - 1, y) + straight);
-      if (y > 0) {
-        d = std::min(d, at(x, y - 1) + straight);
-        if (x > 0) d = std::min(d, at(x - 1, y - 1) + diagonal);
-        if (x + 1 < width) d = std::min(d, at(x + 1, y - 1) + diagonal);
-      }
-      at(x, y) = d;
-    }
+    int* row = row_of(y);
+    if (y > 0) lower_from_beside(row_of(y - 1), row, width);
+    for (int x = 0, least = far_away; x < width; ++x)
+      row[x] = least = std::min(least + straight, row[x]);
   }
   for (int y = height - 1; y >= 0; --y) {
-    for (int x = width - 1; x >= 0; --x) {
-      float d = at(x, y);
-      if (x + 1 < width) d = std::min(d, at(x + 1, y) + straight);
-      if (y + 1 < height) {
-        d = std::min(d, at(x, y + 1) + straight);
-        if (x > 0) d = std::min(d, at(x - 1, y + 1) + diagonal);
-        if (x + 1 < width) d = std::min(d, at(x + 1, y + 1) + diagonal);
-      }
-      at(x, y) = d;
-    }
+    int* row = row_of(y);
+    if (y + 1 < height) lower_from_beside(row_of(y + 1), row, width);
+    for (int x = width - 1, least = far_away; x >= 0; --x)
+      row[x] = least = std::min(least + straight, row[x]);
   }
 }
 
 /// 0 on texels without surface or beside a jump in depth, far away elsewhere.
-std::vector<float> mark_jumps(const std::vector<float>& depth, int width, int height,
-                              float texel_per_depth) {
-  const float far_away = static_cast<float>(width + height);
+std::vector<int> mark_jumps(const std::vector<float>& depth, int width, int height,
+                            float texel_per_depth) {
   // A surface seen at more than about 80 degrees rises this many texels from one texel to the next.
+  // Beside no surface (depth 0) everything is a jump.
   constexpr float steepest = 6.0f;
-  std::vector<float> distance(depth.size(), far_away);
-  const auto jump = [&](std::size_t p, std::size_t q) {
-    if (depth[p] == 0.0f || depth[q] == 0.0f) return depth[p] != depth[q];
-    const float near = std::min(depth[p], depth[q]);
-    return std::abs(depth[p] - depth[q]) > steepest * texel_per_depth * near;
+  const float most = steepest * texel_per_depth;
+  const auto jump = [most](float p, float q) -> int {
+    return std::abs(p - q) > most * std::min(p, q);
   };
+  std::vector<int> distance(depth.size());
+  // Whether there is a jump before a texel of this row, and above and below it.
+  std::vector<int> before(width + 1, 0), above(width, 0), below(width, 0);
   for (int y = 0; y < height; ++y) {
+    const float* row = depth.data() + static_cast<std::size_t>(y) * width;
+    for (int x = 1; x < width; ++x) before[x] = jump(row[x - 1], row[x]);
+    if (y + 1 < height)
+      for (int x = 0; x < width; ++x) below[x] = jump(row[x], row[x + width]);
+    else
+      std::fill(below.begin(), below.end(), 0);
+    int* out = distance.data() + static_cast<std::size_t>(y) * width;
     for (int x = 0; x < width; ++x) {
-      const std::size_t p = static_cast<std::size_t>(y) * width + x;
-      if (depth[p] == 0.0f) distance[p] = 0.0f;
-      if (x + 1 < width && jump(p, p + 1)) distance[p] = distance[p + 1] = 0.0f;
-      if (y + 1 < height && jump(p, p + width)) distance[p] = distance[p + width] = 0.0f;
+      const int any = (row[x] == 0.0f) | before[x] | before[x + 1] | above[x] | below[x];
+      out[x] = any ? 0 : far_away;
     }
+    std::swap(above, below);
   }
   return distance;
 }
 
+/// The largest of a texel and those around it.
+std::vector<float> largest_around(const std::vector<float>& values, int width, int height) {
+  std::vector<float> wide(values.size()), out(values.size());
+  for (int y = 0; y < height; ++y) {
+    const float* row = values.data() + static_cast<std::size_t>(y) * width;
+    float* to = wide.data() + static_cast<std::size_t>(y) * width;
+    to[0] = std::max(row[0], row[std::min(1, width - 1)]);
+    for (int x = 1; x < width - 1; ++x) to[x] = std::max(std::max(row[x - 1], row[x]), row[x + 1]);
+    to[width - 1] = std::max(row[width - 1], row[std::max(width - 2, 0)]);
+  }
+  for (int y = 0; y < height; ++y) {
+    const float* row = wide.data() + static_cast<std::size_t>(y) * width;
+    const float* up = y > 0 ? row - width : row;
+    const float* down = y + 1 < height ? row + width : row;
+    float* to = out.data() + static_cast<std::size_t>(y) * width;
+    for (int x = 0; x < width; ++x) to[x] = std::max(std::max(up[x], row[x]), down[x]);
+  }
+  return out;
+}
+
 /// 0 on texels outside the camera's frame, which hold no pixels.
-void mark_frame(std::vector<float>& distance, const OcclusionMap& map, const Camera& camera) {
+void mark_frame(std::vector<int>& distance, const OcclusionMap& map, const Camera& camera) {
   const auto outside = [&](int x, int y) {
     const Vec2 ideal(map.x + x * map.step, map.y + y * map.step);
     const Vec2 real = camera.has_distortion() ? camera.distort(ideal) : ideal;
@@ -123,7 +164,7 @@ void mark_frame(std::vector<float>& distance, const OcclusionMap& map, const Cam
   if (!any) return;
   for (int y = 0; y < map.height; ++y) {
     for (int x = 0; x < map.width; ++x)
-      if (outside(x, y)) distance[static_cast<std::size_t>(y) * map.width + x] = 0.0f;
+      if (outside(x, y)) distance[static_cast<std::size_t>(y) * map.width + x] = 0;
   }
 }
 
@@ -186,31 +227,27 @@ OcclusionMap draw_occlusion_map(const Hull& hull, const Camera& camera, int size
   for (float& value : surface) value = value > 0.0f ? 1.0f / value : 0.0f;
 
   const auto texel_per_depth = map.step / static_cast<float>(camera.K[0][0]);
-  std::vector<float> distance = mark_jumps(surface, map.width, map.height, texel_per_depth);
+  std::vector<int> distance = mark_jumps(surface, map.width, map.height, texel_per_depth);
   mark_frame(distance, map, camera);
   chamfer(distance, map.width, map.height);
-
   // The margin covers the soft edge of a matte and the reach of a bilinear look-up.
   const float margin = std::max(1.5f / map.step, 1.0f);
   const float ramp = std::max(static_cast<float>(fade_width) / map.step, 1.0f);
+  map.fade.resize(texels);
+  for (std::size_t p = 0; p < texels; ++p) {
+    const float texels_away = static_cast<float>(distance[p]) / straight;
+    const float fade = std::clamp((texels_away - margin) / ramp, 0.0f, 1.0f);
+    map.fade[p] = static_cast<std::uint8_t>(255.0f * fade + 0.5f);
+  }
+
+  // The farthest of the neighbours: a slanted surface then never hides itself, and where a jump
+  // makes this wrong the fade is 0.
+  const std::vector<float> farthest = largest_around(surface, map.width, map.height);
   const float scale = 65534.0f / (map.far - map.near);
   map.depth.resize(texels);
-  map.fade.resize(texels);
-  for (int y = 0; y < map.height; ++y) {
-    for (int x = 0; x < map.width; ++x) {
-      const std::size_t p = static_cast<std::size_t>(y) * map.width + x;
-      const float fade = std::clamp((distance[p] - margin) / ramp, 0.0f, 1.0f);
-      map.fade[p] = static_cast<std::uint8_t>(std::lround(255.0f * fade));
-      // The farthest of the neighbours: a slanted surface then never hides itself, and where a jump
-      // makes this wrong the fade is 0.
-      float farthest = 0.0f;
-      for (int j = std::max(y - 1, 0); j <= std::min(y + 1, map.height - 1); ++j)
-        for (int i = std::max(x - 1, 0); i <= std::min(x + 1, map.width - 1); ++i)
-          farthest = std::max(farthest, surface[static_cast<std::size_t>(j) * map.width + i]);
-      map.depth[p] = farthest == 0.0f ? 65535
-                                      : static_cast<std::uint16_t>(std::clamp(
-                                            (farthest - map.near) * scale, 0.0f, 65534.0f));
-    }
+  for (std::size_t p = 0; p < texels; ++p) {
+    const int depth = static_cast<int>(std::clamp((farthest[p] - map.near) * scale, 0.0f, 65534.0f));
+    map.depth[p] = static_cast<std::uint16_t>(farthest[p] == 0.0f ? 65535 : depth);
   }
   return map;
 }
