@@ -9,7 +9,8 @@ namespace polyhull {
 const UndistortedRings& HullStage::undistorted(const CameraContours& view) {
   const auto [place, is_new] = contours_.try_emplace(view.camera->name);
   Contours& known = place->second;
-  if (is_new || known.real != *view.rings) {
+  if (is_new || known.real != *view.rings || known.camera != *view.camera) {
+    known.camera = *view.camera;
     known.real = *view.rings;
     known.ideal = undistort_rings(*view.camera, known.real);
   }

@@ -38,6 +38,7 @@ class HullStage {
 
  private:
   struct Contours {
+    Camera camera;
     Rings real;
     UndistortedRings ideal;
   };

@@ -5,133 +5,15 @@
 #include <algorithm>
 #include <functional>
 #include <memory>
+#include <numbers>
 
 #include "base/thread_pool.h"
-#include "box_views.h"
-#include "element_checks.h"
 #include "hull/measure.h"
-#include "studio/cameras/default_rig.h"
-#include "wire/mesh_payload.h"
+#include "hull_bench.h"
+#include "rig/undistort.h"
 
 using namespace polyhull;
 using namespace polyhull::test;
-
-namespace {
-
-constexpr GstClockTime frame_time = 40 * GST_MSECOND;
-
-// hullbuild with a harness on each pad.
-class Bench {
- public:
-  explicit Bench(const std::string& properties = "", int cameras = 4, bool live = false) {
-    // Two cameras are enough for most of what is tested here.
-    element = parse("hullbuild missing-camera=drop-camera min-cameras=2 " + properties);
-    gst_object_ref_sink(element);
-    bus = gst_bus_new();
-    gst_element_set_bus(element, bus);
-    for (int i = 0; i < cameras; ++i) {
-      GstHarness* input = gst_harness_new_with_element(element, "sink_%u", nullptr);
-      gst_harness_set_live(input, live);
-      inputs.push_back(input);
-    }
-    output = gst_harness_new_with_element(element, nullptr, "src");
-    for (GstHarness* input : inputs)
-      gst_harness_set_src_caps_str(input, "application/x-polyhull-view");
-    gst_harness_use_testclock(output);
-    gst_harness_play(output);
-  }
-  ~Bench() {
-    gst_bus_set_flushing(bus, TRUE);
-    gst_element_set_state(element, GST_STATE_NULL);
-    for (GstHarness* input : inputs) gst_harness_teardown(input);
-    gst_harness_teardown(output);
-    gst_element_set_bus(element, nullptr);
-    gst_object_unref(bus);
-    gst_object_unref(element);
-  }
-
-  void push(int input, const View& view, GstClockTime time) {
-    GstBuffer* buffer = buffer_of(write_view(view));
-    GST_BUFFER_PTS(buffer) = time;
-    GST_BUFFER_DURATION(buffer) = frame_time;
-    gst_harness_push(inputs[input], buffer);
-  }
-  void push_box(int input, int frame, const Box& box = {}, int camera = -1) {
-    std::vector<std::uint8_t> pixels;
-    push(input, box_view(rig.cameras[camera < 0 ? input : camera], box, frame, pixels),
-         frame * frame_time);
-  }
-  std::unique_ptr<Mesh> pull() {
-    last.reset(gst_harness_pull(output));
-    fail_unless(last != nullptr, "no mesh came");
-    gst_buffer_map(last.get(), &map, GST_MAP_READ);
-    bytes.assign(map.data, map.data + map.size);
-    gst_buffer_unmap(last.get(), &map);
-    return std::make_unique<Mesh>(read_mesh(Bytes(bytes)));
-  }
-  bool nothing_more() {
-    for (int i = 0; i < 20; ++i) {
-      if (gst_harness_buffers_in_queue(output) > 0) return false;
-      g_usleep(5000);
-    }
-    return true;
-  }
-  std::string error() {
-    GstMessage* message = gst_bus_timed_pop_filtered(bus, 5 * GST_SECOND, GST_MESSAGE_ERROR);
-    if (message == nullptr) return "no error";
-    GError* found = nullptr;
-    gst_message_parse_error(message, &found, nullptr);
-    const std::string text = found->message;
-    g_clear_error(&found);
-    gst_message_unref(message);
-    return text;
-  }
-  guint messages(GstMessageType type) {
-    guint count = 0;
-    while (GstMessage* message = gst_bus_pop_filtered(bus, type)) {
-      gst_message_unref(message);
-      ++count;
-    }
-    return count;
-  }
-  /// The sentences of the warnings since the last call.
-  std::vector<std::string> warnings() {
-    std::vector<std::string> texts;
-    while (GstMessage* message = gst_bus_pop_filtered(bus, GST_MESSAGE_WARNING)) {
-      GError* found = nullptr;
-      gst_message_parse_warning(message, &found, nullptr);
-      texts.emplace_back(found->message);
-      g_clear_error(&found);
-      gst_message_unref(message);
-    }
-    return texts;
-  }
-  guint64 count(const char* field) { return statistic(element, field); }
-
-  struct Unref {
-    void operator()(GstBuffer* buffer) const { gst_buffer_unref(buffer); }
-  };
-  Rig rig = default_rig();
-  GstElement* element;
-  GstBus* bus;
-  std::vector<GstHarness*> inputs;
-  GstHarness* output;
-  std::unique_ptr<GstBuffer, Unref> last;
-  GstMapInfo map;
-  std::vector<std::uint8_t> bytes;
-};
-
-void expect_in(const std::string& text, std::initializer_list<const char*> parts) {
-  for (const char* part : parts)
-    fail_unless(text.find(part) != std::string::npos, "\"%s\" is not in \"%s\"", part,
-                text.c_str());
-}
-
-std::string folder(const std::string& name) {
-  return (std::filesystem::temp_directory_path() / ("polyhull_hullbuild_" + name)).string();
-}
-
-}  // namespace
 
 GST_START_TEST(test_documented) {
   check_documented("hullbuild");
@@ -229,102 +111,6 @@ GST_START_TEST(test_pixels_are_shared_and_outlive_the_element) {
     gst_memory_unmap(gst_buffer_peek_memory(mesh, i + 1), &map);
   }
   gst_buffer_unref(mesh);
-}
-GST_END_TEST
-
-GST_START_TEST(test_missing_views) {
-  // Frame 1 lacks camera 3. A queue holds one view, so camera 3 goes on first.
-  const auto feed = [](Bench& bench) {
-    for (int frame = 0; frame < 3; ++frame)
-      for (int i = 3; i >= 0; --i)
-        if (frame != 1 || i != 3) bench.push_box(i, frame);
-  };
-  {
-    Bench bench("missing-camera=drop-camera");
-    feed(bench);
-    fail_unless_equals_int(bench.pull()->views.size(), 4);
-    fail_unless_equals_int(bench.pull()->views.size(), 3);
-    fail_unless_equals_int(bench.pull()->views.size(), 4);
-    fail_unless_equals_uint64(bench.count("sets-incomplete"), 1);
-  }
-  {
-    Bench bench("missing-camera=drop-set");
-    feed(bench);
-    fail_unless_equals_uint64(bench.pull()->trigger, 0);
-    fail_unless_equals_uint64(bench.pull()->trigger, 2);
-    fail_unless_equals_uint64(bench.count("sets-dropped-incomplete"), 1);
-    fail_unless_equals_int(bench.messages(GST_MESSAGE_QOS), 1);
-  }
-  {
-    Bench bench("missing-camera=hold");
-    feed(bench);
-    bench.pull();
-    const auto mesh = bench.pull();
-    fail_unless_equals_int(mesh->views.size(), 4);
-    fail_unless_equals_uint64(mesh->views[2].view.trigger, 1);
-    fail_unless_equals_uint64(mesh->views[3].view.trigger, 0);
-    bench.pull();
-    fail_unless_equals_uint64(bench.count("views-held"), 1);
-  }
-  {
-    Bench bench("missing-camera=hold hold-time=1000000");
-    feed(bench);
-    bench.pull();
-    fail_unless_equals_int(bench.pull()->views.size(), 3);
-  }
-  {
-    Bench bench("missing-camera=drop-camera min-cameras=4");
-    feed(bench);
-    bench.pull();
-    fail_unless_equals_uint64(bench.pull()->trigger, 2);
-    fail_unless_equals_uint64(bench.count("sets-dropped-few-cameras"), 1);
-    fail_unless_equals_int(bench.messages(GST_MESSAGE_WARNING), 1);
-  }
-}
-GST_END_TEST
-
-GST_START_TEST(test_live_sets_wait_no_longer_than_max_wait) {
-  Bench bench("max-wait=30000000", 3, true);
-  GstTestClock* clock = gst_harness_get_testclock(bench.output);
-  bench.push_box(0, 5);
-  bench.push_box(1, 5);
-  fail_unless(bench.nothing_more());
-  // The element waits for the clock to show the views' time, 200 ms, and 30 ms.
-  GstClockID id = nullptr;
-  gst_test_clock_wait_for_next_pending_id(clock, &id);
-  fail_unless_equals_uint64(gst_clock_id_get_time(id), 230 * GST_MSECOND);
-  gst_clock_id_unref(id);
-  gst_test_clock_set_time(clock, 229 * GST_MSECOND);
-  fail_unless(bench.nothing_more());
-  gst_test_clock_set_time(clock, 230 * GST_MSECOND);
-  GstClockID done = gst_test_clock_process_next_clock_id(clock);
-  if (done != nullptr) gst_clock_id_unref(done);
-  fail_unless_equals_int(bench.pull()->views.size(), 2);
-  // Too late.
-  bench.push_box(2, 5);
-  for (int i = 0; i < 3; ++i) bench.push_box(i, 6);
-  const auto mesh = bench.pull();
-  fail_unless_equals_uint64(mesh->trigger, 6);
-  fail_unless_equals_int(mesh->views.size(), 3);
-  fail_unless_equals_uint64(bench.count("views-late"), 1);
-  gst_object_unref(clock);
-}
-GST_END_TEST
-
-/// A long gap speaks for its camera to its end, also when the deadline of its begin has passed.
-GST_START_TEST(test_long_gaps_count_in_live_streams) {
-  Bench bench("missing-camera=drop-camera max-wait=30000000", 3, true);
-  GstTestClock* clock = gst_harness_get_testclock(bench.output);
-  gst_harness_push_event(bench.inputs[2], gst_event_new_gap(200 * GST_MSECOND, GST_SECOND));
-  GstClockID id = nullptr;
-  gst_test_clock_wait_for_next_pending_id(clock, &id);
-  fail_unless_equals_uint64(gst_clock_id_get_time(id), 1230 * GST_MSECOND);
-  gst_clock_id_unref(id);
-  gst_test_clock_set_time(clock, 600 * GST_MSECOND);
-  for (int i = 0; i < 2; ++i) bench.push_box(i, 16);  // 640 ms, to wait for until 670 ms at most
-  fail_if(bench.nothing_more(), "hullbuild waits for the camera that said it has nothing");
-  fail_unless_equals_int(bench.pull()->views.size(), 2);
-  gst_object_unref(clock);
 }
 GST_END_TEST
 
@@ -482,57 +268,6 @@ GST_START_TEST(test_empty_full_and_lone_silhouettes) {
   fail_unless(is_closed(bench.pull()->hull));
   fail_unless_equals_uint64(bench.count("full-silhouettes"), 5);
   fail_unless(bench.messages(GST_MESSAGE_WARNING) >= 1);
-}
-GST_END_TEST
-
-/// Silhouettes that meet nowhere: a rig that is not this stage's, or swapped cameras. Said once.
-GST_START_TEST(test_silhouettes_without_a_common_point_are_said) {
-  Bench bench;
-  Box elsewhere;
-  elsewhere.centre.x = 1.2;
-  for (int frame = 0; frame < 8; ++frame) {
-    for (int i = 0; i < 4; ++i) bench.push_box(i, frame, i < 2 ? Box{} : elsewhere);
-    fail_unless(bench.pull()->hull.empty());
-  }
-  const std::vector<std::string> warnings = bench.warnings();
-  fail_unless_equals_int(warnings.size(), 1);
-  expect_in(warnings[0], {"All 4 cameras", "no point of space in common", "swapped", "unit"});
-}
-GST_END_TEST
-
-/// A set that lacks cameras is dropped for hold-time, then built; that is said once, by name.
-GST_START_TEST(test_freeze_drops_for_a_moment_and_then_builds) {
-  Bench bench("missing-camera=freeze hold-time=80000000", 4);
-  for (int i = 0; i < 4; ++i) bench.push_box(i, 0);
-  fail_unless_equals_int(bench.pull()->views.size(), 4);
-  gst_harness_push_event(bench.inputs[3], gst_event_new_gap(frame_time, 20 * frame_time));
-  for (int frame = 1; frame <= 6; ++frame)
-    for (int i = 0; i < 3; ++i) bench.push_box(i, frame);
-  // The last whole set is 40 and 80 ms old with the first two.
-  fail_unless_equals_uint64(bench.pull()->trigger, 3);
-  for (int frame = 4; frame <= 6; ++frame) {
-    const auto mesh = bench.pull();
-    fail_unless_equals_uint64(mesh->trigger, frame);
-    fail_unless_equals_int(mesh->views.size(), 3);
-  }
-  fail_unless_equals_uint64(bench.count("sets-dropped-incomplete"), 2);
-  fail_unless_equals_uint64(bench.count("sets-incomplete"), 4);
-  const std::vector<std::string> warnings = bench.warnings();
-  fail_unless_equals_int(warnings.size(), 1);
-  expect_in(warnings[0], {"from 3 cameras, without cam3", "missing-camera"});
-}
-GST_END_TEST
-
-GST_START_TEST(test_fewer_than_three_of_many_are_no_set) {
-  Bench bench("min-cameras=0", 4);
-  for (int i = 0; i < 2; ++i) gst_harness_push_event(bench.inputs[i], gst_event_new_eos());
-  for (int i = 2; i < 4; ++i) bench.push_box(i, 0);
-  for (int i = 2; i < 4; ++i) gst_harness_push_event(bench.inputs[i], gst_event_new_eos());
-  fail_unless(bench.nothing_more());
-  fail_unless_equals_uint64(bench.count("sets-dropped-few-cameras"), 1);
-  Bench two("min-cameras=0", 2);
-  for (int i = 0; i < 2; ++i) two.push_box(i, 0);
-  fail_unless_equals_int(two.pull()->views.size(), 2);
 }
 GST_END_TEST
 
@@ -721,21 +456,6 @@ GST_START_TEST(test_a_large_silhouette_is_not_a_full_one) {
 }
 GST_END_TEST
 
-GST_START_TEST(test_views_are_held_for_hold_time) {
-  Bench bench("missing-camera=hold hold-time=100000000", 4);
-  // Camera 3 leaves frames 1 to 4 out. A queue holds one view, so its next one goes first.
-  for (int i = 3; i >= 0; --i) bench.push_box(i, 0);
-  fail_unless_equals_int(bench.pull()->views.size(), 4);
-  bench.push_box(3, 5);
-  for (int frame = 1; frame <= 5; ++frame) {
-    for (int i = 0; i < 3; ++i) bench.push_box(i, frame);
-    const bool held = frame * 40 <= 100 || frame == 5;
-    fail_unless_equals_int(bench.pull()->views.size(), held ? 4 : 3);
-  }
-  fail_unless_equals_uint64(bench.count("views-held"), 2);
-}
-GST_END_TEST
-
 GST_START_TEST(test_what_the_rig_says_goes_along) {
   Bench bench("", 3);
   Rig rig = default_rig();
@@ -768,6 +488,62 @@ GST_START_TEST(test_bounds_cut_where_they_are_used) {
     fail_unless(used == (low > box.centre.y - 0.01), "lowest %g", low);
   }
   fail_unless(volumes[1] < 0.7 * volumes[0], "%g of %g", volumes[1], volumes[0]);
+}
+GST_END_TEST
+
+/// The silhouette of a round thing, in many short edges.
+static View disc_view(const Camera& camera, std::uint64_t trigger,
+                      std::vector<std::uint8_t>& pixels) {
+  View view = box_view(camera, {}, trigger, pixels);
+  const Vec2 middle = *camera.project({0.0, 1.0, 0.0});
+  view.contours.points.clear();
+  for (int i = 0; i < 240; ++i) {
+    const double angle = -2.0 * std::numbers::pi * i / 240;
+    view.contours.points.push_back(
+        Vec2f(middle + 150.0 * Vec2(std::cos(angle), std::sin(angle))));
+  }
+  view.contours.ends = {240};
+  return view;
+}
+
+GST_START_TEST(test_max_deviation_leaves_vertices_out) {
+  std::size_t triangles[2];
+  double volumes[2];
+  for (int frame = 0; frame < 2; ++frame) {
+    Bench bench(frame == 0 ? "max-deviation=0" : "max-deviation=0.05");
+    std::vector<std::uint8_t> pixels;
+    for (int i = 0; i < 4; ++i)
+      bench.push(i, disc_view(bench.rig.cameras[i], frame, pixels), 0);
+    const auto mesh = bench.pull();
+    triangles[frame] = mesh->hull.triangles.size();
+    volumes[frame] = enclosed_volume(mesh->hull);
+  }
+  fail_unless(triangles[1] < 97 * triangles[0] / 100, "%zu of %zu", triangles[1], triangles[0]);
+  fail_unless(std::abs(volumes[1] / volumes[0] - 1.0) < 0.05);
+}
+GST_END_TEST
+
+/// The hull's faces name edges of the contours as they came, not as the lens' correction cut them.
+GST_START_TEST(test_faces_name_the_edges_that_came) {
+  Bench bench;
+  Rig rig = default_rig();
+  for (Camera& camera : rig.cameras) camera.distortion = {-0.15, 0.02, 0.0, 0.0};
+  const std::string path = folder("bent.json");
+  std::ofstream(path) << rig_to_json(rig);
+  g_object_set(bench.element, "rig", path.c_str(), nullptr);
+  for (int i = 0; i < 4; ++i) bench.push_box(i, 0);
+  const auto mesh = bench.pull();
+  fail_if(mesh->hull.empty());
+  bool cut = false;
+  for (const MeshView& view : mesh->views)
+    cut |= undistort_rings(view.calibration, view.view.contours).rings.points.size() >
+           view.view.contours.points.size();
+  fail_unless(cut, "the lens bends these edges too little to be cut");
+  for (const HullFace& face : mesh->hull.faces) {
+    if (face.view < 0) continue;
+    fail_unless(face.edge < mesh->views[face.view].view.contours.points.size(), "edge %u of %zu",
+                face.edge, mesh->views[face.view].view.contours.points.size());
+  }
 }
 GST_END_TEST
 
@@ -817,18 +593,12 @@ static Suite* hullbuild_suite() {
   tcase_add_test(tests, test_a_box_becomes_its_hull);
   tcase_add_test(tests, test_order_of_pads_and_arrival_changes_nothing);
   tcase_add_test(tests, test_pixels_are_shared_and_outlive_the_element);
-  tcase_add_test(tests, test_missing_views);
-  tcase_add_test(tests, test_live_sets_wait_no_longer_than_max_wait);
-  tcase_add_test(tests, test_long_gaps_count_in_live_streams);
   tcase_add_test(tests, test_odd_silhouettes_cost_their_set_only);
   tcase_add_test(tests, test_latency_is_reported);
   tcase_add_test(tests, test_bad_cameras_are_named);
   tcase_add_test(tests, test_bad_rigs_are_named);
   tcase_add_test(tests, test_hostile_views_are_dropped);
   tcase_add_test(tests, test_empty_full_and_lone_silhouettes);
-  tcase_add_test(tests, test_silhouettes_without_a_common_point_are_said);
-  tcase_add_test(tests, test_freeze_drops_for_a_moment_and_then_builds);
-  tcase_add_test(tests, test_fewer_than_three_of_many_are_no_set);
   tcase_add_test(tests, test_flush_starts_anew);
   tcase_add_test(tests, test_seek);
   tcase_add_test(tests, test_live_change_of_rig);
@@ -837,9 +607,10 @@ static Suite* hullbuild_suite() {
   tcase_add_test(tests, test_weld_distance_is_live);
   tcase_add_test(tests, test_the_earliest_capture_time_is_the_meshs);
   tcase_add_test(tests, test_a_large_silhouette_is_not_a_full_one);
-  tcase_add_test(tests, test_views_are_held_for_hold_time);
   tcase_add_test(tests, test_what_the_rig_says_goes_along);
   tcase_add_test(tests, test_bounds_cut_where_they_are_used);
+  tcase_add_test(tests, test_max_deviation_leaves_vertices_out);
+  tcase_add_test(tests, test_faces_name_the_edges_that_came);
   tcase_add_test(tests, test_states_and_two_pipelines);
   tcase_add_test(tests, test_cameras_come_and_go);
   return suite;

@@ -1,0 +1,273 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+// hullbuild where cameras are missing, late or gone: what it builds, drops, holds and says.
+#include <gst/check/gstharness.h>
+#include <gst/check/gsttestclock.h>
+
+#include "hull_bench.h"
+#include "render/projection.h"
+
+using namespace polyhull;
+using namespace polyhull::test;
+
+GST_START_TEST(test_missing_views) {
+  // Frame 1 lacks camera 3. A queue holds one view, so camera 3 goes on first.
+  const auto feed = [](Bench& bench) {
+    for (int frame = 0; frame < 3; ++frame)
+      for (int i = 3; i >= 0; --i)
+        if (frame != 1 || i != 3) bench.push_box(i, frame);
+  };
+  {
+    Bench bench("missing-camera=drop-camera");
+    feed(bench);
+    fail_unless_equals_int(bench.pull()->views.size(), 4);
+    fail_unless_equals_int(bench.pull()->views.size(), 3);
+    fail_unless_equals_int(bench.pull()->views.size(), 4);
+    fail_unless_equals_uint64(bench.count("sets-incomplete"), 1);
+  }
+  {
+    Bench bench("missing-camera=drop-set");
+    feed(bench);
+    fail_unless_equals_uint64(bench.pull()->trigger, 0);
+    fail_unless_equals_uint64(bench.pull()->trigger, 2);
+    fail_unless_equals_uint64(bench.count("sets-dropped-incomplete"), 1);
+    fail_unless_equals_int(bench.messages(GST_MESSAGE_QOS), 1);
+  }
+  {
+    Bench bench("missing-camera=hold");
+    feed(bench);
+    bench.pull();
+    const auto mesh = bench.pull();
+    fail_unless_equals_int(mesh->views.size(), 4);
+    fail_unless_equals_uint64(mesh->views[2].view.trigger, 1);
+    fail_unless_equals_uint64(mesh->views[3].view.trigger, 0);
+    bench.pull();
+    fail_unless_equals_uint64(bench.count("views-held"), 1);
+  }
+  {
+    Bench bench("missing-camera=hold hold-time=1000000");
+    feed(bench);
+    bench.pull();
+    fail_unless_equals_int(bench.pull()->views.size(), 3);
+  }
+  {
+    Bench bench("missing-camera=drop-camera min-cameras=4");
+    feed(bench);
+    bench.pull();
+    fail_unless_equals_uint64(bench.pull()->trigger, 2);
+    fail_unless_equals_uint64(bench.count("sets-dropped-few-cameras"), 1);
+    fail_unless_equals_int(bench.messages(GST_MESSAGE_WARNING), 1);
+  }
+}
+GST_END_TEST
+
+GST_START_TEST(test_live_sets_wait_no_longer_than_max_wait) {
+  Bench bench("max-wait=30000000", 3, true);
+  GstTestClock* clock = gst_harness_get_testclock(bench.output);
+  bench.push_box(0, 5);
+  bench.push_box(1, 5);
+  fail_unless(bench.nothing_more());
+  // The element waits for the clock to show the views' time, 200 ms, and 30 ms.
+  GstClockID id = nullptr;
+  gst_test_clock_wait_for_next_pending_id(clock, &id);
+  fail_unless_equals_uint64(gst_clock_id_get_time(id), 230 * GST_MSECOND);
+  gst_clock_id_unref(id);
+  gst_test_clock_set_time(clock, 229 * GST_MSECOND);
+  fail_unless(bench.nothing_more());
+  gst_test_clock_set_time(clock, 230 * GST_MSECOND);
+  GstClockID done = gst_test_clock_process_next_clock_id(clock);
+  if (done != nullptr) gst_clock_id_unref(done);
+  fail_unless_equals_int(bench.pull()->views.size(), 2);
+  // Too late.
+  bench.push_box(2, 5);
+  for (int i = 0; i < 3; ++i) bench.push_box(i, 6);
+  const auto mesh = bench.pull();
+  fail_unless_equals_uint64(mesh->trigger, 6);
+  fail_unless_equals_int(mesh->views.size(), 3);
+  fail_unless_equals_uint64(bench.count("views-late"), 1);
+  gst_object_unref(clock);
+}
+GST_END_TEST
+
+/// A long gap speaks for its camera to its end, also when the deadline of its begin has passed.
+GST_START_TEST(test_long_gaps_count_in_live_streams) {
+  Bench bench("missing-camera=drop-camera max-wait=30000000", 3, true);
+  GstTestClock* clock = gst_harness_get_testclock(bench.output);
+  gst_harness_push_event(bench.inputs[2], gst_event_new_gap(200 * GST_MSECOND, GST_SECOND));
+  GstClockID id = nullptr;
+  gst_test_clock_wait_for_next_pending_id(clock, &id);
+  fail_unless_equals_uint64(gst_clock_id_get_time(id), 1230 * GST_MSECOND);
+  gst_clock_id_unref(id);
+  gst_test_clock_set_time(clock, 600 * GST_MSECOND);
+  for (int i = 0; i < 2; ++i) bench.push_box(i, 16);  // 640 ms, to wait for until 670 ms at most
+  fail_if(bench.nothing_more(), "hullbuild waits for the camera that said it has nothing");
+  fail_unless_equals_int(bench.pull()->views.size(), 2);
+  gst_object_unref(clock);
+}
+GST_END_TEST
+
+/// Silhouettes that meet nowhere: a rig that is not this stage's, or swapped cameras. Said once.
+GST_START_TEST(test_silhouettes_without_a_common_point_are_said) {
+  Bench bench;
+  Box elsewhere;
+  elsewhere.centre.x = 1.2;
+  for (int frame = 0; frame < 8; ++frame) {
+    for (int i = 0; i < 4; ++i) bench.push_box(i, frame, i < 2 ? Box{} : elsewhere);
+    fail_unless(bench.pull()->hull.empty());
+  }
+  const std::vector<std::string> warnings = bench.warnings();
+  fail_unless_equals_int(warnings.size(), 1);
+  expect_in(warnings[0], {"All 4 cameras", "no point of space in common", "swapped", "unit"});
+}
+GST_END_TEST
+
+/// One empty hull may be a subject that has just left: five in a row are said, once.
+GST_START_TEST(test_few_empty_hulls_are_not_said) {
+  Bench bench;
+  Box elsewhere;
+  elsewhere.centre.x = 1.2;
+  int frame = 0;
+  const auto push = [&](bool apart) {
+    for (int i = 0; i < 4; ++i) bench.push_box(i, frame, apart && i >= 2 ? elsewhere : Box{});
+    ++frame;
+    return bench.pull()->hull.empty();
+  };
+  for (int round = 0; round < 2; ++round) {
+    fail_if(push(false));
+    for (int i = 0; i < 4; ++i) fail_unless(push(true));
+    fail_unless_equals_int(bench.warnings().size(), 0);
+  }
+  fail_unless(push(true));
+  fail_unless_equals_int(bench.warnings().size(), 1);
+}
+GST_END_TEST
+
+/// A set that lacks cameras is dropped for hold-time, then built; that is said once, by name.
+GST_START_TEST(test_freeze_drops_for_a_moment_and_then_builds) {
+  Bench bench("missing-camera=freeze hold-time=80000000", 4);
+  for (int i = 0; i < 4; ++i) bench.push_box(i, 0);
+  fail_unless_equals_int(bench.pull()->views.size(), 4);
+  gst_harness_push_event(bench.inputs[3], gst_event_new_gap(frame_time, 20 * frame_time));
+  for (int frame = 1; frame <= 6; ++frame)
+    for (int i = 0; i < 3; ++i) bench.push_box(i, frame);
+  // The last whole set is 40 and 80 ms old with the first two.
+  fail_unless_equals_uint64(bench.pull()->trigger, 3);
+  for (int frame = 4; frame <= 6; ++frame) {
+    const auto mesh = bench.pull();
+    fail_unless_equals_uint64(mesh->trigger, frame);
+    fail_unless_equals_int(mesh->views.size(), 3);
+  }
+  fail_unless_equals_uint64(bench.count("sets-dropped-incomplete"), 2);
+  fail_unless_equals_uint64(bench.count("sets-incomplete"), 4);
+  const std::vector<std::string> warnings = bench.warnings();
+  fail_unless_equals_int(warnings.size(), 1);
+  expect_in(warnings[0], {"from 3 cameras, without cam3", "missing-camera"});
+}
+GST_END_TEST
+
+/// What will not come again is not waited for.
+GST_START_TEST(test_freeze_does_not_wait_for_who_has_ended) {
+  Bench bench("missing-camera=freeze hold-time=80000000", 4);
+  for (int i = 0; i < 4; ++i) bench.push_box(i, 0);
+  fail_unless_equals_int(bench.pull()->views.size(), 4);
+  gst_harness_push_event(bench.inputs[3], gst_event_new_eos());
+  for (int i = 0; i < 3; ++i) bench.push_box(i, 1);
+  const auto mesh = bench.pull();
+  fail_unless_equals_uint64(mesh->trigger, 1);
+  fail_unless_equals_int(mesh->views.size(), 3);
+  fail_unless_equals_uint64(bench.count("sets-dropped-incomplete"), 0);
+}
+GST_END_TEST
+
+/// Who sends, but too late, is waited for ten times as long as who is silent.
+GST_START_TEST(test_freeze_waits_longer_for_who_sends_late) {
+  for (const bool sends : {true, false}) {
+    Bench bench("missing-camera=freeze hold-time=80000000 max-wait=30000000", 3, true);
+    GstTestClock* clock = gst_harness_get_testclock(bench.output);
+    for (int i = 0; i < 3; ++i) bench.push_box(i, 0);
+    fail_unless_equals_int(bench.pull()->views.size(), 3);
+    for (int frame = 1; frame <= 5; ++frame) {
+      for (int i = 0; i < 2; ++i) bench.push_box(i, frame);
+      gst_test_clock_set_time(clock, frame * frame_time + 30 * GST_MSECOND);
+      const auto decided = [&] {
+        return bench.count("sets") + bench.count("sets-dropped-incomplete") +
+               bench.count("sets-unwanted");
+      };
+      for (int waited = 0; decided() <= static_cast<guint64>(frame) && waited < 400; ++waited) {
+        if (GstClockID done = gst_test_clock_process_next_clock_id(clock)) gst_clock_id_unref(done);
+        g_usleep(5000);
+      }
+      if (sends) bench.push_box(2, frame);
+    }
+    fail_unless((bench.count("sets-incomplete") == 0) == sends, "%d sets built without a camera",
+                static_cast<int>(bench.count("sets-incomplete")));
+    if (sends) fail_unless(bench.count("views-late") > 3);
+    gst_object_unref(clock);
+  }
+}
+GST_END_TEST
+
+GST_START_TEST(test_fewer_than_three_of_many_are_no_set) {
+  Bench bench("min-cameras=0", 4);
+  for (int i = 0; i < 2; ++i) gst_harness_push_event(bench.inputs[i], gst_event_new_eos());
+  for (int i = 2; i < 4; ++i) bench.push_box(i, 0);
+  for (int i = 2; i < 4; ++i) gst_harness_push_event(bench.inputs[i], gst_event_new_eos());
+  fail_unless(bench.nothing_more());
+  fail_unless_equals_uint64(bench.count("sets-dropped-few-cameras"), 1);
+  Bench two("min-cameras=0", 2);
+  for (int i = 0; i < 2; ++i) two.push_box(i, 0);
+  fail_unless_equals_int(two.pull()->views.size(), 2);
+}
+GST_END_TEST
+
+GST_START_TEST(test_views_are_held_for_hold_time) {
+  Bench bench("missing-camera=hold hold-time=100000000", 4);
+  // Camera 3 leaves frames 1 to 4 out. A queue holds one view, so its next one goes first.
+  for (int i = 3; i >= 0; --i) bench.push_box(i, 0);
+  fail_unless_equals_int(bench.pull()->views.size(), 4);
+  bench.push_box(3, 5);
+  for (int frame = 1; frame <= 5; ++frame) {
+    for (int i = 0; i < 3; ++i) bench.push_box(i, frame);
+    const bool held = frame * 40 <= 100 || frame == 5;
+    fail_unless_equals_int(bench.pull()->views.size(), held ? 4 : 3);
+  }
+  fail_unless_equals_uint64(bench.count("views-held"), 2);
+}
+GST_END_TEST
+
+/// A rig whose camera has another size has no use for the pictures of before.
+GST_START_TEST(test_views_of_another_size_are_not_held) {
+  Bench bench("missing-camera=hold hold-time=1000000000", 4);
+  for (int i = 3; i >= 0; --i) bench.push_box(i, 0);
+  fail_unless_equals_int(bench.pull()->views.size(), 4);
+  Rig rig = default_rig();
+  rig.cameras[3] = resized(rig.cameras[3], 512, 384);
+  const std::string path = folder("smaller.json");
+  std::ofstream(path) << rig_to_json(rig);
+  g_object_set(bench.element, "rig", path.c_str(), nullptr);
+  gst_harness_push_event(bench.inputs[3], gst_event_new_gap(frame_time, 20 * frame_time));
+  for (int i = 0; i < 3; ++i) bench.push_box(i, 1);
+  fail_unless_equals_int(bench.pull()->views.size(), 3);
+  fail_unless_equals_uint64(bench.count("views-held"), 0);
+}
+GST_END_TEST
+
+static Suite* hullbuild_missing_suite() {
+  Suite* suite = suite_create("hullbuild_missing");
+  TCase* tests = tcase_create("general");
+  suite_add_tcase(suite, tests);
+  tcase_set_timeout(tests, 60);
+  tcase_add_test(tests, test_missing_views);
+  tcase_add_test(tests, test_live_sets_wait_no_longer_than_max_wait);
+  tcase_add_test(tests, test_long_gaps_count_in_live_streams);
+  tcase_add_test(tests, test_silhouettes_without_a_common_point_are_said);
+  tcase_add_test(tests, test_few_empty_hulls_are_not_said);
+  tcase_add_test(tests, test_freeze_drops_for_a_moment_and_then_builds);
+  tcase_add_test(tests, test_freeze_does_not_wait_for_who_has_ended);
+  tcase_add_test(tests, test_freeze_waits_longer_for_who_sends_late);
+  tcase_add_test(tests, test_fewer_than_three_of_many_are_no_set);
+  tcase_add_test(tests, test_views_are_held_for_hold_time);
+  tcase_add_test(tests, test_views_of_another_size_are_not_held);
+  return suite;
+}
+
+GST_CHECK_MAIN(hullbuild_missing)
