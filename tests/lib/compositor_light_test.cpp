@@ -237,6 +237,45 @@ TEST_P(CompositorLightTest, WhatTheMirrorShowedIsTakenOut) {
   }
 }
 
+// Where the picture holds what the mirror showed, it is taken out as the picture shows it.
+TEST_P(CompositorLightTest, WhatTheMirrorShowedIsThePicturesOwn) {
+  Material glass, plaster;
+  glass.roughness = 0.0f;
+  Scene scene = floor_scene(glass, point_lamp({0, 2, 0.5}, Vec3f(0.5f)));
+  scene.materials.push_back(plaster);
+  SceneMesh wall = scene.meshes[0];
+  wall.material = 1;
+  wall.positions = {{-3, 0.01f, -1}, {3, 0.01f, -1}, {3, 3, -1}, {-3, 3, -1}};
+  wall.normals.assign(4, Vec3f(0, 0, 1));
+  scene.meshes.push_back(wall);
+  const Mesh box = plain_box({-0.5f, 0.0f, -0.2f}, {0.5f, 0.5f, 0.2f}, 0.9f);
+  const Vec3 eye(0, 1.2, 1.7);
+  Shot shot(scene, box, synthetic::look_at(eye, {0, 0.5, 0}, 300, 300, 70.0));
+  shot.settings.shadow = ShadowQuality::off;
+  // The wall is painted where the box does not stand before it.
+  Picture before{300, 300, 4, std::vector<std::uint8_t>(300 * 300 * 4, 255)};
+  const Vec3 painted(0.8, 0.3, 0.6), elsewhere(0.3);
+  const double edge = shot.frame.viewport.project_ideal({0, 0.7, -1}).value().y;
+  for (int y = 0; y < 300; ++y)
+    for (int x = 0; x < 300; ++x)
+      for (int c = 0; c < 3; ++c)
+        before.pixels[4 * (static_cast<std::size_t>(y) * 300 + x) + c] =
+            static_cast<std::uint8_t>(std::lround(
+                255.0 * synthetic::to_srgb(static_cast<float>(y < edge ? painted[c] : 0.3))));
+  shot.draw(before);
+  for (const double y : {0.05, 0.1, 0.15}) {
+    const Vec3 image(0.01, -y, 0.2), way = image - eye;
+    const Vec3 seen = eye + way * ((-1.0 - eye.z) / way.z);
+    ASSERT_GT(-seen.y, 0.8);
+    const double fresnel = 0.04 + 0.96 * std::pow(1 + glm::normalize(way).y, 5.0);
+    const Vec3f found = shot.at(image);
+    for (int c = 0; c < 3; ++c)
+      EXPECT_NEAR(found[c],
+                  elsewhere[c] + fresnel * (synthetic::to_linear(0.9f) - painted[c]), 0.004)
+          << y << " channel " << c;
+  }
+}
+
 // What lies below a mirror is not seen in it.
 TEST_P(CompositorLightTest, TheMirrorShowsOnlyWhatIsBeforeIt) {
   Material material;

@@ -159,6 +159,27 @@ TEST_P(CompositorSkinTest, PixelsAreThePicturesOwn) {
   EXPECT_LT(sum / count, 1.0);
 }
 
+// Beyond the rim of what a camera sees it hardly counts where another one sees well.
+TEST_P(CompositorSkinTest, ARimYieldsToABetterView) {
+  std::vector<Camera> cameras;
+  cameras.push_back(synthetic::look_at({1, 1, 8}, {-1.05, 1, 0}, 128, 128, 15.0));  // up to x = 0
+  cameras.push_back(synthetic::look_at({-1, 1, 8}, {0, 1, 0}, 128, 128, 15.0));
+  for (std::size_t k = 0; k < 2; ++k) cameras[k].name = "cam" + std::to_string(k);
+  PaintedWall wall(cameras);
+  for (std::size_t k = 0; k < 2; ++k)
+    for (std::size_t i = 0; i < wall.photographed.pictures[k].pixels.size(); ++i)
+      wall.photographed.pictures[k].pixels[i] = i % 4 == 3 || i % 4 == k ? 255 : 0;
+  Shot shot(floor_scene({}, point_lamp({0, 3, 0}, Vec3f(1.0f))), wall.photographed.mesh,
+            synthetic::look_at({0, 1, 4}, {0, 1, 0}, 160, 120, 20.0));
+  shot.settings.shadow = ShadowQuality::off;
+  shot.draw(0.0f);
+  for (const double x : {0.1, 0.2, 0.4}) {
+    EXPECT_LT(shot.at({x, 1, 0}).x, 0.002) << x;
+    EXPECT_NEAR(shot.at({x, 1, 0}).y, 1.0, 0.002) << x;
+  }
+  EXPECT_GT(shot.at({-0.4, 1, 0}).x, 0.1);  // both see it
+}
+
 // Two views of a wall share by the squares of their weights.
 TEST_P(CompositorSkinTest, TheBetterViewPrevailsBySquares) {
   std::vector<Camera> cameras;

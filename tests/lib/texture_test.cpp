@@ -227,6 +227,29 @@ TEST(Texture, WhatLiesOutsideTheFrameIsNotSeen) {
   }
 }
 
+// Each of the frame's sides, through the figure's middle.
+TEST(Texture, EverySideOfTheFrameEndsWhatIsSeen) {
+  const Hull hull = synthetic::figure(10);
+  for (const Vec3& target :
+       {Vec3(0, 2.2, 0), Vec3(0, -0.2, 0), Vec3(1.45, 1, 0), Vec3(-1.45, 1, 0)}) {
+    const Camera camera = synthetic::look_at({0, 1.0, 4}, target, 640, 480, 40.0);
+    const Texturing texturing = texture_hull(hull, std::vector<Camera>{camera});
+    int seen = 0, outside = 0;
+    for (std::size_t f = 0; f < hull.triangles.size() / 3; ++f) {
+      const Vec3 middle = (corner(hull, f, 0) + corner(hull, f, 1) + corner(hull, f, 2)) / 3.0;
+      const Vec2 pixel = camera.project(middle).value();
+      const bool inside =
+          pixel.x > -25.0 && pixel.y > -25.0 && pixel.x < 664.0 && pixel.y < 504.0;
+      outside += !inside;
+      if (!(texturing.visible[f] & 1)) continue;
+      ++seen;
+      EXPECT_TRUE(inside) << pixel.x << " " << pixel.y;
+    }
+    EXPECT_GT(seen, 20) << target.x << " " << target.y;
+    EXPECT_GT(outside, 20) << target.x << " " << target.y;
+  }
+}
+
 TEST(Texture, SameHullGivesTheLastResult) {
   const Hull hull = synthetic::figure(6);
   std::vector<Camera> cameras = ring(2, 3.5, 1.6, {0, 1, 0});

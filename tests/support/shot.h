@@ -57,10 +57,12 @@ struct Shot {
   }
   void draw(float background) {
     const auto value = static_cast<std::uint8_t>(std::lround(255.0f * to_srgb(background)));
-    picture = Picture{
+    draw(Picture{
         frame.width, frame.height, 4,
-        std::vector<std::uint8_t>(static_cast<std::size_t>(frame.width) * frame.height * 4, value)};
-    const Picture before = picture;
+        std::vector<std::uint8_t>(static_cast<std::size_t>(frame.width) * frame.height * 4, value)});
+  }
+  void draw(const Picture& before) {
+    picture = before;
     const auto renderer = polyhull::testing::BackendTest::make_renderer();
     renderer->render(frame, renderer->plan(frame, settings), settings, before.pixels.data(),
                      4 * frame.width, picture.pixels.data(), 4 * frame.width);

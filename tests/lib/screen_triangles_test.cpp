@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+// The processor's rasteriser: which samples belong to which triangle, and which sides are drawn.
+#include "render/processor/screen_triangles.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <random>
+#include <vector>
+
+namespace polyhull::processor {
+namespace {
+
+constexpr int width = 40, height = 2 * band_rows;
+constexpr float places[2][2] = {{0.25f, 0.6f}, {0.75f, 0.1f}};
+
+/// The ids that the samples show, by sample, row and column.
+std::vector<std::uint32_t> drawn(const ScreenTriangles& triangles) {
+  std::vector<std::uint32_t> ids(2 * width * height, no_triangle);
+  std::vector<float> inverse(ids.size(), 0.0f);
+  SampleRows rows{0, width, 0, height, 2, places, inverse.data(), ids.data()};
+  for (int band = 0; band < height / band_rows; ++band) {
+    std::vector<std::uint32_t> part(2 * width * band_rows, no_triangle);
+    std::vector<float> depth(part.size(), 0.0f);
+    rows = {0, width, band * band_rows, (band + 1) * band_rows, 2, places, depth.data(),
+            part.data()};
+    triangles.draw(band, rows);
+    for (int s = 0; s < 2; ++s)
+      std::copy_n(part.begin() + s * width * band_rows, width * band_rows,
+                  ids.begin() + s * width * height + band * width * band_rows);
+  }
+  for (std::uint32_t& id : ids)
+    if (id != no_triangle) id = triangles.piece(id).id;
+  return ids;
+}
+
+std::array<Corner, 3> corners(const Vec3& a, const Vec3& b, const Vec3& c) {
+  std::array<Corner, 3> out;
+  for (int i = 0; i < 3; ++i) {
+    const Vec3& p = i == 0 ? a : i == 1 ? b : c;
+    out[static_cast<std::size_t>(i)].pixel = {p.x * p.z, p.y * p.z, p.z};
+  }
+  return out;
+}
+
+std::size_t covered(const std::vector<std::uint32_t>& ids) {
+  return ids.size() - static_cast<std::size_t>(std::count(ids.begin(), ids.end(), no_triangle));
+}
+
+TEST(ScreenTriangles, OneSideIsDrawn) {
+  const Vec3 a(5, 5, 2), b(30, 8, 2), c(10, 25, 2);
+  const auto sides = [&](const Vec3& second, const Vec3& third, Facing facing) {
+    ScreenTriangles triangles;
+    triangles.begin(width, height);
+    triangles.add(corners(a, second, third), 7, facing);
+    return covered(drawn(triangles)) > 0;
+  };
+  // Rows go down: a, b, c go round clockwise to the eye, as triangles do that are seen from outside
+  // once y up has become y down.
+  for (const bool turned : {false, true}) {
+    const Vec3 &second = turned ? c : b, &third = turned ? b : c;
+    EXPECT_TRUE(sides(second, third, Facing::both));
+    EXPECT_EQ(sides(second, third, Facing::clockwise), turned);
+    EXPECT_EQ(sides(second, third, Facing::counterclockwise), !turned);
+  }
+}
+
+// A fan of slivers over the whole picture: every sample shows exactly the triangle that holds it.
+TEST(ScreenTriangles, NeighboursShareNoSampleAndLeaveNone) {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> place(0.0, 1.0);
+  for (int round = 0; round < 50; ++round) {
+    const Vec3 middle(place(random) * width, place(random) * height, 1.0);
+    std::vector<Vec3> rim;
+    for (int i = 0; i < 60; ++i) {
+      const double angle = 6.283185307179586 * (i + 0.9 * place(random)) / 60;
+      rim.push_back(middle + Vec3(90.0 * std::cos(angle), 90.0 * std::sin(angle), 0.0));
+    }
+    ScreenTriangles triangles;
+    triangles.begin(width, height);
+    for (std::size_t i = 0; i < rim.size(); ++i)
+      triangles.add(corners(middle, rim[i], rim[(i + 1) % rim.size()]),
+                    static_cast<std::uint32_t>(i), Facing::both);
+    const std::vector<std::uint32_t> ids = drawn(triangles);
+    ASSERT_EQ(covered(ids), ids.size()) << "samples without a triangle";
+    for (std::size_t k = 0; k < ids.size(); ++k) {
+      const std::size_t s = k / (width * height), at = k % (width * height);
+      const Vec3 p(static_cast<double>(at % width) + places[s][0],
+                   static_cast<double>(at / width) + places[s][1], 1.0);
+      const auto side = [&](const Vec3& q) {
+        return (q.x - middle.x) * (p.y - middle.y) - (q.y - middle.y) * (p.x - middle.x);
+      };
+      EXPECT_GE(side(rim[ids[k]]), -1e-3);
+      EXPECT_LE(side(rim[(ids[k] + 1) % rim.size()]), 1e-3);
+    }
+  }
+}
+
+TEST(ScreenTriangles, TheNearestShows) {
+  ScreenTriangles triangles;
+  triangles.begin(width, height);
+  triangles.add(corners({-50, -50, 2}, {90, -50, 2}, {0, 150, 2}), 1, Facing::both);
+  triangles.add(corners({-50, -50, 1}, {90, -50, 1}, {0, 150, 1}), 2, Facing::both);
+  triangles.add(corners({-50, -50, 3}, {90, -50, 3}, {0, 150, 3}), 3, Facing::both);
+  for (const std::uint32_t id : drawn(triangles)) EXPECT_TRUE(id == 2 || id == no_triangle);
+}
+
+// A triangle through the eye's plane is drawn where it lies before it, and one behind not at all.
+TEST(ScreenTriangles, WhatIsBehindTheEyeIsLeftOut) {
+  ScreenTriangles triangles;
+  triangles.begin(width, height);
+  triangles.add(corners({5, 5, -1}, {30, 8, -2}, {10, 25, -1}), 1, Facing::both);
+  EXPECT_EQ(covered(drawn(triangles)), 0u);
+  std::array<Corner, 3> through = corners({5, 5, 1}, {35, 5, 1}, {20, 30, 1});
+  through[2].pixel = {20.0, 31.0, -1.0};
+  triangles.add(through, 2, Facing::both);
+  EXPECT_GT(covered(drawn(triangles)), 100u);
+}
+
+}  // namespace
+}  // namespace polyhull::processor
