@@ -105,7 +105,9 @@ Errors errors(Stage& stage, ShadowQuality quality, const std::vector<float>& exp
     for (int x = 0; x < stage.frame.width; x += stride) {
       const float want = *next++;
       if (want < 0.0f) continue;
-      const float taken = shadow.taken(stage.layer, x, y);
+      float row[16] = {};
+      shadow.taken(stage.layer, x & ~15, y, row);
+      const float taken = row[x & 15];
       if (want == 0.0f && taken == 0.0f) continue;
       const Surface at = stage.surface(x, y);
       const float whole = unoccluded_irradiance(stage.light(), at.lifted, at.normal);

@@ -27,8 +27,8 @@ void AlbedoLayer::reset(const SceneLayer& layer) {
       0);
 }
 
-Vec3f AlbedoLayer::at(const TracedScene& scene, const SceneLayer& layer, const Vec3f& eye, int x,
-                      int y) {
+std::uint64_t AlbedoLayer::at(const TracedScene& scene, const SceneLayer& layer, const Vec3f& eye,
+                              int x, int y) {
   std::uint64_t& known =
       known_[static_cast<std::size_t>(y) * static_cast<std::size_t>(layer.view().width) + x];
   if (known == 0) {
@@ -38,7 +38,7 @@ Vec3f AlbedoLayer::at(const TracedScene& scene, const SceneLayer& layer, const V
       known |= static_cast<std::uint64_t>(std::clamp(value[k], 0.0f, 1.0f) * 65535.0f + 0.5f)
                << (16 * k);
   }
-  return Vec3f(known & 0xffff, known >> 16 & 0xffff, known >> 32 & 0xffff) / 65535.0f;
+  return known;
 }
 
 }  // namespace polyhull::processor

@@ -18,8 +18,10 @@ class AlbedoLayer {
   void reset(const SceneLayer& layer);
 
   /// Of the surface at the middle of pixel (x, y), seen from \p eye: its base colour, less what a
-  /// mirror reflects instead. Threads may ask for different pixels at once.
-  Vec3f at(const TracedScene& scene, const SceneLayer& layer, const Vec3f& eye, int x, int y);
+  /// mirror reflects instead, 16 bits a channel (0xffff is 1), red lowest; the highest 16 bits mean
+  /// nothing. Threads may ask for different pixels at once.
+  std::uint64_t at(const TracedScene& scene, const SceneLayer& layer, const Vec3f& eye, int x,
+                   int y);
 
  private:
   std::vector<std::uint64_t> known_;  // 16 bits per colour, and a 1 above them where known

@@ -53,14 +53,6 @@ std::vector<Vec3f> light_places(const Light& light, const Effort& work) {
   return places;
 }
 
-/// How alike two depths are, 1: the same surface, 0: surely not.
-float alike(float a, float b) {
-  const float scale = 0.02f * std::max(a, b);
-  if (std::abs(a - b) < 0.5f * scale) return 1.0f;
-  const float difference = (a - b) / scale;
-  return std::exp(-difference * difference);
-}
-
 }  // namespace
 
 void AreaShadow::set_subjects(const RenderPlan& plan, const Light& light, bool same) {
@@ -232,35 +224,50 @@ std::uint64_t AreaShadow::trace(const TracedScene& scene, const Light& light, st
   return traced;
 }
 
+/// Copies the block and its surroundings. Returns whether any light is taken there.
+bool AreaShadow::fill(std::size_t number, ShadowTile& tile) const {
+  const int left = static_cast<int>(number) % block_columns_ * block;
+  const int top = static_cast<int>(number) / block_columns_ * block;
+  constexpr int reach = ShadowTile::reach;
+  const Rectangle grid = drawn();
+  const PixelRays& rays = rays_of_pixels_;
+  const Vec3f ray = rays.at(2 * left, 2 * top);
+  for (int k = 0; k < 3; ++k) {
+    tile.ray[k] = ray[k];
+    tile.ray_x[k] = 2.0f * rays.x[k];
+    tile.ray_y[k] = 2.0f * rays.y[k];
+  }
+  bool any = false;
+  for (int y = 0; y < ShadowTile::stride; ++y) {
+    for (int x = 0; x < ShadowTile::stride; ++x) {
+      const int i = left + x - reach, j = top + y - reach;
+      const int to = y * ShadowTile::stride + x;
+      const bool inside = i >= grid.x && j >= grid.y && i < grid.x + grid.width &&
+                          j < grid.y + grid.height;
+      const std::size_t at = inside ? static_cast<std::size_t>(j) * columns_ + i : 0;
+      const bool asked = inside && candidate_[at];
+      const Vec3f normal = asked ? receivers_[at].normal : Vec3f(0.0f);
+      tile.inverse[to] = inside ? inverse_[at] : 0.0f;
+      tile.mean[to] = inside ? mean_[at] : 0.0f;
+      tile.normal_x[to] = normal.x;
+      tile.normal_y[to] = normal.y;
+      tile.normal_z[to] = normal.z;
+      tile.any_normal[to] = asked ? 0.0f : 1.0f;
+      any = any || tile.mean[to] > 0.0f;
+    }
+  }
+  return any;
+}
+
 void AreaShadow::gather(std::size_t number) {
-  constexpr int reach = 2;
-  constexpr float tent[] = {1.0f, 2.0f, 2.0f, 2.0f, 1.0f};
+  ShadowTile tile;
+  if (!fill(number, tile)) return;
+  float means[block * block];
+  loops().gather(tile, means);
   bool any = false;
   for_pixels(number, [&](std::size_t pixel, int x, int y) {
     if (!candidate_[pixel]) return;  // nothing reaches it
-    const Rectangle near = around(x, y, reach);
-    bool shaded = false;
-    for (int j = near.y; !shaded && j < near.y + near.height; ++j)
-      for (int i = near.x; i < near.x + near.width; ++i)
-        shaded = shaded || blocked_[static_cast<std::size_t>(j) * columns_ + i] != 0;
-    if (!shaded) return;
-    if (per_pixel_ == 1) {
-      gathered_[pixel] = mean_[pixel];
-    } else {
-      const Vec3f normal = receivers_[pixel].normal;
-      float sum = 0.0f, weight = 0.0f;
-      for (int j = near.y; j < near.y + near.height; ++j) {
-        for (int i = near.x; i < near.x + near.width; ++i) {
-          const std::size_t at = static_cast<std::size_t>(j) * columns_ + i;
-          // What nothing reaches takes 0 whatever its normal is, if it lies on this surface.
-          if (candidate_[at] && glm::dot(receivers_[at].normal, normal) < 0.9f) continue;
-          const float w = alike(inverse_[at], inverse_[pixel]) * tent[i - x + 2] * tent[j - y + 2];
-          sum += w * mean_[at];
-          weight += w;
-        }
-      }
-      gathered_[pixel] = sum / weight;
-    }
+    gathered_[pixel] = per_pixel_ == 1 ? mean_[pixel] : means[y % block * block + x % block];
     any = any || gathered_[pixel] > 0.0f;
   });
   if (any) block_state_[number] = 2;
@@ -348,27 +355,26 @@ bool AreaShadow::draw(const TracedScene& scene, const SceneLayer& layer, bool fr
   return kept;
 }
 
-float AreaShadow::taken(const SceneLayer& layer, int x, int y) const {
-  const float own = layer.inverse_at(x, y);
-  if (!(own > 0.0f)) return 0.0f;
+bool AreaShadow::taken(const SceneLayer& layer, int x, int y, float* taken) const {
   const Rectangle grid = drawn();
-  const int last_x = std::min((x + 1) / 2, grid.x + grid.width - 1);
-  const int last_y = std::min((y + 1) / 2, grid.y + grid.height - 1);
-  float sum = 0.0f, weight = 0.0f;
-  for (int j = y / 2; j <= last_y; ++j)
-    for (int i = x / 2; i <= last_x; ++i)
-      sum += gathered_[static_cast<std::size_t>(j) * columns_ + i];
-  if (sum == 0.0f) return 0.0f;
-  sum = 0.0f;
-  for (int j = y / 2; j <= last_y; ++j) {
-    for (int i = x / 2; i <= last_x; ++i) {
-      const std::size_t at = static_cast<std::size_t>(j) * columns_ + i;
-      const float w = alike(inverse_[at], own) + 1e-6f;
-      sum += w * gathered_[at];
-      weight += w;
+  const int last_x = grid.x + grid.width - 1, last_y = grid.y + grid.height - 1;
+  ShadowRows rows;
+  bool any = false;
+  for (int row = 0; row < 2; ++row) {
+    const auto line = static_cast<std::size_t>(std::min((y + row) / 2, last_y)) * columns_;
+    for (int k = 0; k < 9; ++k) {
+      const std::size_t at = line + std::min(x / 2 + k, last_x);
+      rows.inverse[row][k] = inverse_[at];
+      rows.taken[row][k] = gathered_[at];
+      any = any || rows.taken[row][k] != 0.0f;
     }
   }
-  return weight > 0.0f ? sum / weight : 0.0f;
+  if (!any) return false;
+  float inverse[16] = {};
+  for (int i = 0; i < std::min(16, layer.view().width - x); ++i)
+    inverse[i] = layer.inverse_at(x + i, y);
+  loops().take(rows, inverse, taken);
+  return true;
 }
 
 }  // namespace polyhull::processor

@@ -52,21 +52,23 @@ class AreaShadow {
            0;
   }
 
-  /// E at the middle of pixel (x, y) of the last draw()'s part, from those of the grid around it
-  /// that lie on its surface.
-  float taken(const SceneLayer& layer, int x, int y) const;
+  /// E at the middles of the 16 pixels from (x, y) on, which is of the last draw()'s part, and x a
+  /// multiple of 16, from those of the grid around each that lie on its surface. False, and nothing
+  /// written, where all are 0.
+  bool taken(const SceneLayer& layer, int x, int y, float* taken) const;
 
   /// Rays of the last draw().
   std::uint64_t rays() const { return rays_; }
 
  private:
-  static constexpr int block = 16;  // pixels of the grid on a side
+  static constexpr int block = ShadowTile::side;  // pixels of the grid on a side
   static constexpr int margin = 4;  // pixels of the picture
 
   int find_candidates(const TracedScene& scene, const SceneLayer& layer, std::size_t number);
   void find_mixed(std::size_t number, int first);
   std::uint64_t trace(const TracedScene& scene, const Light& light, std::size_t number, int first,
                       int last);
+  bool fill(std::size_t number, ShadowTile& tile) const;
   void gather(std::size_t number);
   Rectangle drawn() const;
   Rectangle around(int x, int y, int reach) const;

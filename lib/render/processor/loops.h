@@ -66,6 +66,38 @@ struct SkinPoints {
   const float* z = nullptr;
 };
 
+/// A block of the shadow's grid and what lies up to `reach` pixels around it, row by row.
+struct ShadowTile {
+  static constexpr int side = 16, reach = 2, stride = side + 2 * reach, size = stride * stride;
+  float inverse[size];  ///< 1/z; 0: outside
+  float mean[size];     ///< what the pixel's own rays say
+  float normal_x[size], normal_y[size], normal_z[size];
+  float any_normal[size];  ///< 1: what the pixel takes is 0 whatever its normal; else 0
+  float ray[3], ray_x[3], ray_y[3];  ///< of the block's first pixel, and to the next ones
+};
+
+/// What the shadow's grid says of eight pixels of it in two rows, and of the one after them.
+struct ShadowRows {
+  float inverse[2][9], taken[2][9];
+};
+
+/// From linear light to the nearest byte of sRGB, by a straight line in each sixteenth of an octave:
+/// byte = bias + slope * light, cut off.
+struct SrgbLines {
+  static constexpr int octaves = 13, steps = 16 * octaves;
+  float bias[steps], slope[steps];
+};
+
+/// Sixteen pixels of a row that are put together; linear light but for the bytes.
+struct BlendPixels {
+  std::uint32_t background[16];     ///< RGBA bytes, a little-endian word
+  std::uint64_t albedo[16];         ///< 16 bits a channel
+  float taken[16];                  ///< the lamp's light that is missing
+  float keep[16];                   ///< of what is there before `more` comes to it
+  float more_red[16], more_green[16], more_blue[16];  ///< by the mirror's image
+  float red[16], green[16], blue[16], alpha[16];      ///< the subject over all that
+};
+
 struct Loops {
   const char* name;
   /// Draws \p triangle into \p rows where it is nearest.
@@ -76,7 +108,20 @@ struct Loops {
   /// v; these are overwritten.
   void (*fetch)(const SkinView& view, int count, const float* decode, float* u, float* v,
                 float* red, float* green, float* blue);
+  /// The block's weighted means, side * side of them, over the pixels around that lie in the plane
+  /// of each.
+  void (*gather)(const ShadowTile& tile, float* means);
+  /// What 16 pixels of a picture's row take, from the grid's pixels around them (every second one
+  /// of every second row) that lie as deep; \p inverse 1/z at theirs.
+  void (*take)(const ShadowRows& rows, const float* inverse, float* taken);
+  /// Puts the pixels together into \p out, RGBA bytes. \p power of the lamp: by how much a
+  /// background of albedo 1 falls for taken = 1; \p decode as for fetch().
+  void (*blend)(const BlendPixels& pixels, const float (&power)[3], const float* decode,
+                const SrgbLines& encode, std::uint32_t* out);
 };
+
+/// Within a sixtieth of a step of the curve.
+const SrgbLines& srgb_lines();
 
 const Loops& baseline_loops();
 #if defined(__x86_64__)

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cstring>
 #include <numbers>
 #include <optional>
 
@@ -181,9 +182,10 @@ class ProcessorRenderer::Blend {
         background_stride_(background_stride),
         target_(target),
         target_stride_(target_stride) {
-    if (plan.light >= 0)
-      power_ = light_power(frame.lights[static_cast<std::size_t>(plan.light)]) *
-               (frame.exposure / std::numbers::pi_v<float>);
+    if (plan.light < 0) return;
+    const Vec3f power = light_power(frame.lights[static_cast<std::size_t>(plan.light)]) *
+                        (frame.exposure / std::numbers::pi_v<float>);
+    for (int c = 0; c < 3; ++c) power_[c] = power[c];
   }
 
   int first_band() const { return changed_.y / band_rows; }
@@ -215,9 +217,13 @@ class ProcessorRenderer::Blend {
       for (int x = changed_.x; x < changed_.x + changed_.width;) {
         // Piece by piece of up to 16 pixels, those that nothing reaches at once.
         const int end = std::min((x | 15) + 1, changed_.x + changed_.width);
-        const bool in_shadow = shaded && state_.shadow.reaches(x, y);
-        if (in_shadow || over.meets(x, end) || mirrored.meets(x, end))
-          for (int i = x; i < end; ++i) blend(i, y, over.at(i), mirrored.at(i), in_shadow);
+        BlendPixels pixels;
+        const bool in_shadow = shaded && state_.shadow.reaches(x, y) &&
+                               state_.shadow.taken(state_.direct, x & ~15, y, pixels.taken);
+        if (in_shadow || over.meets(x, end) || mirrored.meets(x, end)) {
+          if (!in_shadow) std::fill_n(pixels.taken, 16, 0.0f);
+          blend(x, end, y, over, mirrored, pixels);
+        }
         x = end;
       }
     }
@@ -242,34 +248,46 @@ class ProcessorRenderer::Blend {
     return {part.x, part.x + part.width, &layer[static_cast<std::size_t>(y - top) * part.width]};
   }
 
-  void blend(int x, int y, const glm::vec4& over, const glm::vec4& image, bool in_shadow) {
-    const float taken =
-        in_shadow && over.a < 1.0f ? state_.shadow.taken(state_.direct, x, y) : 0.0f;
-    if (over.a == 0.0f && image.a == 0.0f && taken == 0.0f) return;
-    const std::uint8_t* coded =
-        background_ + static_cast<std::ptrdiff_t>(y) * background_stride_ + 4 * x;
-    Vec3f light(srgb_to_linear(coded[0]), srgb_to_linear(coded[1]), srgb_to_linear(coded[2]));
-    if (taken > 0.0f) {
-      const Vec3f missing =
-          state_.albedo.at(*state_.scene, state_.direct, Vec3f(plan_.eye), x, y) * power_ * taken;
-      // Less than a sixth of the smallest step of the darkest values is no change.
-      if (over.a == 0.0f && image.a == 0.0f && std::max({missing.x, missing.y, missing.z}) < 4e-5f)
-        return;
-      light = glm::max(light - missing, Vec3f(0.0f));
-    }
-    if (image.a > 0.0f && over.a < 1.0f) {
-      if (settings_.mirror == MirrorMode::plain) {
-        light = glm::mix(light, Vec3f(image) / image.a, settings_.reflection_alpha * image.a);
-      } else {
-        const Vec3f change = Vec3f(image) - image.a * mirror_->shown(x, y);
-        light = glm::max(light + mirror_->share(x, y) * change, Vec3f(0.0f));
+  /// Pixels \p x to \p end - 1 of a piece, of which \p pixels has what is taken.
+  void blend(int x, int end, int y, const Span& over, const Span& mirrored, BlendPixels& pixels) {
+    const int first = x & ~15;
+    const std::uint8_t* coded = background_ + static_cast<std::ptrdiff_t>(y) * background_stride_;
+    for (int i = 0; i < 16; ++i) {
+      const int column = first + i;
+      const bool inside = column >= x && column < end;
+      const glm::vec4 colour = over.at(column), image = mirrored.at(column);
+      if (inside)
+        std::memcpy(&pixels.background[i], coded + 4 * column, 4);
+      else
+        pixels.background[i] = 0;
+      if (!inside || colour.a >= 1.0f) pixels.taken[i] = 0.0f;
+      pixels.albedo[i] =
+          pixels.taken[i] > 0.0f
+              ? state_.albedo.at(*state_.scene, state_.direct, Vec3f(plan_.eye), column, y)
+              : 0;
+      pixels.red[i] = colour.r;
+      pixels.green[i] = colour.g;
+      pixels.blue[i] = colour.b;
+      pixels.alpha[i] = colour.a;
+      pixels.keep[i] = 1.0f;
+      Vec3f more(0.0f);
+      if (inside && image.a > 0.0f && colour.a < 1.0f) {
+        if (settings_.mirror == MirrorMode::plain) {
+          pixels.keep[i] = 1.0f - settings_.reflection_alpha * image.a;
+          more = settings_.reflection_alpha * Vec3f(image);
+        } else {
+          more = mirror_->share(column, y) * (Vec3f(image) - image.a * mirror_->shown(column, y));
+        }
       }
+      pixels.more_red[i] = more.r;
+      pixels.more_green[i] = more.g;
+      pixels.more_blue[i] = more.b;
     }
-    light = light * (1.0f - over.a) + Vec3f(over);
-    const float alpha = coded[3] + (255.0f - coded[3]) * over.a;
-    std::uint8_t* out = target_ + static_cast<std::ptrdiff_t>(y) * target_stride_ + 4 * x;
-    for (int k = 0; k < 3; ++k) out[k] = linear_to_srgb(light[k]);
-    out[3] = static_cast<std::uint8_t>(alpha + 0.5f);
+    std::uint32_t out[16];
+    loops().blend(pixels, power_, srgb_to_linear_table(), srgb_lines(), out);
+    std::memcpy(target_ + static_cast<std::ptrdiff_t>(y) * target_stride_ +
+                    4 * static_cast<std::ptrdiff_t>(x),
+                out + (x - first), 4 * static_cast<std::size_t>(end - x));
   }
 
   State& state_;
@@ -282,7 +300,7 @@ class ProcessorRenderer::Blend {
   int background_stride_;
   std::uint8_t* target_;
   int target_stride_;
-  Vec3f power_{0.0f};  // of the main light, as a picture value per albedo and E
+  float power_[3] = {};  // of the main light, as a picture value per albedo and E
 };
 
 void ProcessorRenderer::render(const RenderFrame& frame, const RenderPlan& plan,
