@@ -168,9 +168,11 @@ TEST(LightReach, NeverLeavesOutAShadedPlace) {
     for (int i = 0; i < 2000; ++i) {
       const Vec3f place(3.0f * any(random), i % 2 ? 0.0f : 1.3f + 1.3f * any(random),
                         3.0f * any(random));
+      const LightReach::Place in_light = reach.place(place);
+      const bool may = reach.may_shade(in_light);
       LightReach::Extent extent;
-      reach.add(place, extent);
-      const bool may = reach.may_shade(extent);
+      extent.add(in_light);
+      EXPECT_EQ(reach.may_shade(extent), may);
       (may ? yes : no)++;
       bool blocked = false;
       for (int k = 0; k < 16; ++k) {

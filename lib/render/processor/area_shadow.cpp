@@ -97,16 +97,17 @@ int AreaShadow::find_candidates(const TracedScene& scene, const SceneLayer& laye
                                 std::size_t number) {
   // Where a pixel's place is follows from its depth; what it is made of is asked for candidates
   // only.
-  const auto place = [&](std::size_t pixel, int x, int y) {
-    return eye_ + rays_of_pixels_.at(2 * x, 2 * y) / inverse_[pixel];
-  };
   if (!extent_known_[number]) {
     extent_known_[number] = 1;
     extents_[number] = {};
     for_pixels(number, [&](std::size_t pixel, int x, int y) {
       if (!known_[pixel]) inverse_[pixel] = layer.inverse_at(2 * x, 2 * y);
       known_[pixel] = std::max<std::uint8_t>(known_[pixel], 1);
-      if (inverse_[pixel] > 0.0f) reach_.add(place(pixel, x, y), extents_[number]);
+      in_light_[pixel] = {};
+      if (inverse_[pixel] > 0.0f)
+        in_light_[pixel] =
+            reach_.place(eye_ + rays_of_pixels_.at(2 * x, 2 * y) / inverse_[pixel]);
+      extents_[number].add(in_light_[pixel]);
     });
   }
   const bool any = reach_.may_shade(extents_[number]);
@@ -114,10 +115,7 @@ int AreaShadow::find_candidates(const TracedScene& scene, const SceneLayer& laye
   for_pixels(number, [&](std::size_t pixel, int x, int y) {
     candidate_[pixel] = blocked_[pixel] = 0;
     sum_[pixel] = mean_[pixel] = gathered_[pixel] = 0.0f;
-    if (!any || !(inverse_[pixel] > 0.0f)) return;
-    LightReach::Extent own;
-    reach_.add(place(pixel, x, y), own);
-    if (!reach_.may_shade(own)) return;
+    if (!any || !reach_.may_shade(in_light_[pixel])) return;
     if (known_[pixel] < 2) {
       known_[pixel] = 2;
       const RayHit hit = layer.hit(2 * x, 2 * y);
@@ -297,6 +295,7 @@ bool AreaShadow::draw(const TracedScene& scene, const SceneLayer& layer, bool fr
     for (auto* numbers : {&inverse_, &sum_, &mean_, &gathered_}) numbers->resize(count);
     for (auto* bytes : {&candidate_, &blocked_}) bytes->resize(count);
     receivers_.resize(count);
+    in_light_.resize(count);
   }
   const auto blocks = static_cast<std::size_t>(block_columns_) * block_rows_;
   if (fresh) known_.assign(count, 0);

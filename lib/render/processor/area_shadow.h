@@ -87,6 +87,7 @@ class AreaShadow {
   std::vector<Receiver> receivers_;          // by pixel of the grid
   std::vector<float> inverse_;               // 1/z
   std::vector<std::uint8_t> known_;          // 1: the depth is known, 2: the receiver, too
+  std::vector<LightReach::Place> in_light_;  // by pixel of the grid
   std::vector<LightReach::Extent> extents_;  // of a block's places
   std::vector<std::uint8_t> extent_known_;
   Light light_;

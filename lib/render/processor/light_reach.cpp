@@ -99,36 +99,46 @@ bool LightReach::build(const Light& light, std::span<const Vec3f> points,
   return other;
 }
 
-void LightReach::add(const Vec3f& point, Extent& to) const {
+LightReach::Place LightReach::place(const Vec3f& point) const {
   const Vec3f d = point - centre_;
   const float z = glm::dot(d, forward_);
-  if (!(z > least_depth)) return;  // behind the light, or in its plane
+  if (!(z > least_depth)) return {};  // behind the light, or in its plane
   const float inverse = 1.0f / z;
-  const Vec2f at = Vec2f(glm::dot(d, right_), glm::dot(d, down_)) * inverse;
-  to.low = glm::min(to.low, at);
-  to.high = glm::max(to.high, at);
-  to.least = std::min(to.least, inverse);
+  return {Vec2f(glm::dot(d, right_), glm::dot(d, down_)) * inverse, inverse};
+}
+
+void LightReach::Extent::add(const Place& place) {
+  if (place.inverse == 0.0f) return;
+  low = glm::min(low, place.tangents);
+  high = glm::max(high, place.tangents);
+  least = std::min(least, place.inverse);
 }
 
 bool LightReach::may_shade(const Extent& places) const {
-  if (places.empty()) return false;
-  if (everywhere_) return true;
-  const float reach = nearest_ - places.least;
+  return !places.empty() && (everywhere_ || any_between(places.low, places.high, places.least));
+}
+
+bool LightReach::may_shade(const Place& place) const {
+  return place.inverse > 0.0f &&
+         (everywhere_ || any_between(place.tangents, place.tangents, place.inverse));
+}
+
+bool LightReach::any_between(const Vec2f& low, const Vec2f& high, float least) const {
+  const float reach = nearest_ - least;
   if (!(reach > 0.0f)) return false;  // nearer to the light than all subjects
   const Vec2f around = extent_ * reach;
   // A texel more: places are known as well as depth is, and rays start a little beside them.
-  const Vec2f first = (places.low - around - low_) * scale_ - 1.0f;
-  const Vec2f last = (places.high + around - low_) * scale_ + 1.0f;
+  const Vec2f first = (low - around - low_) * scale_ - 1.0f;
+  const Vec2f last = (high + around - low_) * scale_ + 1.0f;
   if (!(last.x >= 0.0f && last.y >= 0.0f && first.x <= texels && first.y <= texels)) return false;
   const auto whole = [](float value) {
-    return static_cast<std::size_t>(std::clamp(value, 0.0f, static_cast<float>(texels)));
+    return static_cast<int>(std::clamp(value, 0.0f, static_cast<float>(texels)));
   };
-  const std::size_t x0 = whole(first.x), y0 = whole(first.y);
-  const std::size_t x1 = whole(last.x + 1.0f), y1 = whole(last.y + 1.0f);
-  constexpr std::size_t stride = texels + 1;
-  return sums_[y1 * stride + x1] - sums_[y0 * stride + x1] - sums_[y1 * stride + x0] +
-             sums_[y0 * stride + x0] >
-         0;
+  const int x0 = whole(first.x), x1 = whole(last.x + 1.0f);
+  constexpr std::ptrdiff_t stride = texels + 1;
+  const int* top = sums_.data() + whole(first.y) * stride;
+  const int* bottom = sums_.data() + whole(last.y + 1.0f) * stride;
+  return bottom[x1] - top[x1] - bottom[x0] + top[x0] > 0;
 }
 
 }  // namespace polyhull::processor

@@ -26,17 +26,25 @@ class LightReach {
   bool build(const Light& light, std::span<const Vec3f> points,
              std::span<const std::uint32_t> triangles);
 
-  /// Where places lie in the light's map, as long as the light is the same.
-  struct Extent {
-    Vec2f low{1e30f}, high{-1e30f};  ///< tangents
-    float least = 1e30f;  ///< 1/z; places less than a millimetre before the light's plane
-                          ///< count as behind it and are left out
-    bool empty() const { return low.x > high.x; }
+  /// Where a place lies in the light's map, as long as the light is the same. Places less than a
+  /// millimetre before the light's plane count as behind it: 1/z is 0.
+  struct Place {
+    Vec2f tangents{0.0f};
+    float inverse = 0.0f;  ///< 1/z
   };
-  void add(const Vec3f& point, Extent& to) const;
+  Place place(const Vec3f& point) const;
+
+  /// Where several lie, those before the light.
+  struct Extent {
+    Vec2f low{1e30f}, high{-1e30f};
+    float least = 1e30f;
+    bool empty() const { return low.x > high.x; }
+    void add(const Place& place);
+  };
 
   /// False where nothing that was built lies between the places and any part of the light.
   bool may_shade(const Extent& places) const;
+  bool may_shade(const Place& place) const;
 
  private:
   Vec3f centre_{0.0f}, right_{0.0f}, down_{0.0f}, forward_{0.0f};
@@ -44,6 +52,7 @@ class LightReach {
   Vec2f low_{0.0f}, scale_{0.0f};  ///< texel = (tangent - low) * scale
   float nearest_ = 0.0f;           ///< largest 1/z of the subjects
   bool everywhere_ = false;        ///< the subjects reach through the light's plane
+  bool any_between(const Vec2f& low, const Vec2f& high, float least) const;
   std::vector<int> sums_;          ///< filled texels above and left of each corner
 };
 
