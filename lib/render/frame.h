@@ -21,7 +21,7 @@ namespace polyhull {
 enum class ShadowQuality {
   off,
   hard,  ///< of the light's middle alone
-  fast,  ///< processor: 4 rays a pixel; GL: percentage-closer soft shadows in every light cell
+  fast,  ///< processor: 3 rays a pixel; GL: percentage-closer soft shadows in every light cell
   good,  ///< processor: up to 12 rays; GL: one look-up in every light cell
   best,  ///< processor: up to 64 rays; GL: as good, with 16 cells whatever light_samples says
 };

@@ -10,7 +10,7 @@ GType enum_type<ShadowQuality>() {
       {{ShadowQuality::off, "No shadow", "off"},
        {ShadowQuality::hard, "Of the light's middle alone", "hard"},
        {ShadowQuality::fast,
-        "4 rays a pixel; GL: percentage-closer soft shadows in every cell of the light", "fast"},
+        "3 rays a pixel; GL: percentage-closer soft shadows in every cell of the light", "fast"},
        {ShadowQuality::good, "Up to 12 rays a pixel; GL: one look-up in every cell of the light",
         "good"},
        {ShadowQuality::best, "Up to 64 rays a pixel; GL: one look-up in each of 16 cells", "best"},

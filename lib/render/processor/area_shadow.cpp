@@ -19,7 +19,7 @@ struct Effort {
 
 Effort effort(ShadowQuality quality, const Light& light) {
   if (!light.is_area() || quality == ShadowQuality::hard) return {1, 1};
-  if (quality == ShadowQuality::fast) return {4, 4};
+  if (quality == ShadowQuality::fast) return {3, 3};
   if (quality == ShadowQuality::good) return {12, 4};
   return {64, 16};
 }
