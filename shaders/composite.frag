@@ -15,6 +15,7 @@ uniform vec3 ray_y;
 uniform vec3 ray_0;
 uniform vec3 mirror_normal;
 uniform vec3 mirror_f0;
+uniform bool only_mirrors;         // all light from there is what the mirror showed
 uniform float reflection_alpha;    // >= 0: this share instead of Fresnel's
 layout(location = 0) out vec4 colour;
 
@@ -38,7 +39,10 @@ void main() {
     } else {
       vec3 fresnel = mirror_f0 + (1.0 - mirror_f0) * pow(1.0 - cosine, 5.0);
       vec3 shown = texelFetch(mirrored_scene, pixel, 0).rgb;
-      light = max(light + fresnel * (image.rgb - image.a * shown), 0.0);
+      // What it showed is known roughly only where the picture does not hold it; it was not more than
+      // what is there.
+      vec3 gone = only_mirrors ? light : min(fresnel * shown, light);
+      light += fresnel * image.rgb - image.a * gone;
     }
   }
   light = light * (1.0 - front.a) + front.rgb;

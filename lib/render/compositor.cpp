@@ -173,6 +173,7 @@ void Compositor::State::draw_blend(const PassInput& in, GLuint background_textur
     blend.set("ray_0", rays.origin);
     blend.set("mirror_normal", m->normal);
     blend.set("mirror_f0", material.f0());
+    blend.set("only_mirrors", material.only_mirrors());
     blend.set("reflection_alpha",
               in.settings.mirror == MirrorMode::plain ? in.settings.reflection_alpha : -1.0f);
   }

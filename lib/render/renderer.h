@@ -5,8 +5,9 @@
 ///
 /// In linear light, per pixel, with L the background's radiance times the exposure:
 ///   L' = L - (albedo / pi) * E_taken            the main light that the subjects block
-///   L" = L' + F * (S - R)                       F Schlick's Fresnel term of the mirror, S the
-///                                               subject's image in it, R what it showed there
+///   L" = L' + F * S - min(F * R, L')            F Schlick's Fresnel term of the mirror, S the
+///                                               subject's image in it, R what it showed there; of
+///                                               metal that is all there was, L'
 ///   out = (1 - a) L" + a C                      C the subject's own picture, a its coverage
 #pragma once
 

@@ -22,7 +22,9 @@ MirrorView::MirrorView(const RenderFrame& frame, const RenderPlan& plan, const T
   pixels_from_scene_ = pixels_from_clip(frame.width, frame.height) * plan.clip_from_scene;
   mirrored_eye_ = Vec3f(reflection(Vec3(mirror_.normal), mirror_.offset) * Vec4(plan.eye, 1.0));
   const SceneMesh& mesh = frame.scene->meshes[static_cast<std::size_t>(mirror_.mesh)];
-  f0_ = frame.scene->materials[static_cast<std::size_t>(mesh.material)].f0();
+  const Material& material = frame.scene->materials[static_cast<std::size_t>(mesh.material)];
+  f0_ = material.f0();
+  only_mirrors_ = material.only_mirrors();
   rays_ = PixelRays(resized(frame.viewport, frame.width, frame.height));
 }
 

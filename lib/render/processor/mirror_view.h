@@ -25,6 +25,9 @@ class MirrorView {
   /// The share of the subject's image in the mirror at pixel (x, y): Schlick's Fresnel term.
   Vec3f share(int x, int y) const;
 
+  /// Material::only_mirrors() of the mirror's.
+  bool only_mirrors() const { return only_mirrors_; }
+
  private:
   Vec3f looked_up(const Vec3f& point, bool& found) const;
 
@@ -37,6 +40,7 @@ class MirrorView {
   const Mirror& mirror_;
   Mat4 pixels_from_scene_;
   Vec3f mirrored_eye_, f0_;
+  bool only_mirrors_ = false;
   PixelRays rays_;
 };
 

@@ -270,18 +270,25 @@ class ProcessorRenderer::Blend {
       pixels.blue[i] = colour.b;
       pixels.alpha[i] = colour.a;
       pixels.keep[i] = 1.0f;
-      Vec3f more(0.0f);
+      Vec3f gone(0.0f), more(0.0f);
       if (inside && image.a > 0.0f && colour.a < 1.0f) {
         if (settings_.mirror == MirrorMode::plain) {
           pixels.keep[i] = 1.0f - settings_.reflection_alpha * image.a;
           more = settings_.reflection_alpha * Vec3f(image);
         } else {
-          more = mirror_->share(column, y) * (Vec3f(image) - image.a * mirror_->shown(column, y));
+          const Vec3f share = mirror_->share(column, y);
+          more = share * Vec3f(image);
+          // Of metal all light was what it showed.
+          if (mirror_->only_mirrors())
+            pixels.keep[i] = 1.0f - image.a;
+          else
+            gone = image.a * share * mirror_->shown(column, y);
         }
       }
-      pixels.more_red[i] = more.r;
-      pixels.more_green[i] = more.g;
-      pixels.more_blue[i] = more.b;
+      for (int c = 0; c < 3; ++c) {
+        pixels.gone[c][i] = gone[c];
+        pixels.more[c][i] = more[c];
+      }
     }
     std::uint32_t out[16];
     loops().blend(pixels, power_, srgb_to_linear_table(), srgb_lines(), out);
