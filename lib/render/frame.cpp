@@ -28,13 +28,73 @@ void check_viewport(const Camera& camera) {
   }
 }
 
+/// Beyond, single precision no longer tells a person's parts from each other, and squares overflow.
+constexpr float most = 1e9f;
+
+bool usable(const Vec3f& v) {
+  return std::abs(v.x) <= most && std::abs(v.y) <= most && std::abs(v.z) <= most;
+}
+
+void check_light(const RenderFrame& frame) {
+  for (std::size_t i = 0; i < frame.lights.size(); ++i) {
+    const Light& light = frame.lights[i];
+    if (usable(light.centre) && usable(light.u) && usable(light.v) &&
+        std::isfinite(light.radiance.x + light.radiance.y + light.radiance.z))
+      continue;
+    throw Error(Error::Kind::bad_input,
+                "Light {} of the scene cannot be used: its centre, u and v must be finite and at "
+                "most {:g} m, its radiance finite.",
+                i, most);
+  }
+  if (!(std::abs(frame.exposure) <= most) || !usable(frame.ambient))
+    throw Error(Error::Kind::bad_input,
+                "The scene's exposure ({:g}) and ambient light must be finite, and at most {:g}.",
+                frame.exposure, most);
+}
+
+/// Adds where the edges of \p scene lie in the circular cone from \p source around \p box: there the
+/// light leaves the scene between the rays through the box's corners.
+void add_scene_edges(const Vec3& source, const std::vector<Vec3>& box, const Bounds& scene,
+                     std::vector<Vec3>& volume) {
+  Vec3 middle(0.0);
+  for (const Vec3& corner : box) middle += corner / static_cast<double>(box.size());
+  const Vec3 axis = glm::normalize(middle - source);
+  double widest = 1.0;  // as a cosine
+  for (const Vec3& corner : box)
+    widest = std::min(widest, glm::dot(axis, glm::normalize(corner - source)));
+  constexpr int steps = 16;
+  const std::vector<Vec3> ends = corners(scene);
+  for (const Vec3& a : ends) {
+    for (const Vec3& b : ends) {
+      // Each edge once: its ends differ in one coordinate.
+      if ((a.x != b.x) + (a.y != b.y) + (a.z != b.z) != 1 || glm::dot(b - a, Vec3(1.0)) <= 0.0) continue;
+      const auto at = [&](int i) { return a + (b - a) * (static_cast<double>(i) / steps); };
+      const auto inside = [&](int i) {
+        const Vec3 way = at(i) - source;
+        return i >= 0 && i <= steps && glm::dot(axis, way) >= widest * glm::length(way);
+      };
+      for (int i = 0; i <= steps; ++i)
+        if (inside(i - 1) || inside(i) || inside(i + 1)) volume.push_back(at(i));
+    }
+  }
+}
+
 /// Where rays from the light through the subject's box leave the scene's box, and the box itself:
 /// the shadow lies in the convex hull of these.
 std::vector<Vec3> shadow_volume(const Light& light, const Bounds& subject, const Bounds& scene) {
   std::vector<Vec3> volume = corners(subject);
   const std::vector<Vec3> box = volume;
   const Vec3 c(light.centre), u(light.u), v(light.v);
-  for (const Vec3& source : {c - u - v, c - u + v, c + u - v, c + u + v}) {
+  const std::vector<Vec3> sources = {c - u - v, c - u + v, c + u - v, c + u + v};
+  Bounds lamp{sources[0], sources[0]};
+  for (const Vec3& source : sources) {
+    lamp.min = glm::min(lamp.min, source);
+    lamp.max = glm::max(lamp.max, source);
+  }
+  if (glm::all(glm::lessThanEqual(lamp.min, subject.max)) &&
+      glm::all(glm::greaterThanEqual(lamp.max, subject.min)))
+    return corners(scene);  // from within, the shadow is everywhere
+  for (const Vec3& source : sources) {
     for (const Vec3& corner : box) {
       const Vec3 way = corner - source;
       double leave = std::numeric_limits<double>::infinity();
@@ -46,6 +106,7 @@ std::vector<Vec3> shadow_volume(const Light& light, const Bounds& subject, const
       if (!std::isfinite(leave)) continue;  // the light lies in the corner
       volume.push_back(source + std::max(leave, 1.0) * 1.01 * way);
     }
+    add_scene_edges(source, box, scene, volume);
   }
   return volume;
 }
@@ -62,6 +123,11 @@ PlacedSubject place(const RenderSubject& subject) {
   out.points.reserve(mesh.hull.vertices.size());
   for (const Vec3f& v : mesh.hull.vertices)
     out.points.emplace_back(out.local_to_scene * Vec4(Vec3(v), 1.0));
+  if (!std::all_of(out.points.begin(), out.points.end(), usable))
+    throw Error(Error::Kind::bad_input,
+                "A mesh has a vertex that is not finite, or more than {:g} m away from the scene's "
+                "origin: look for its placement (translate, scale) and its rig's unit.",
+                most);
   return out;
 }
 
@@ -94,6 +160,7 @@ int area(const Rectangle& r) {
 RenderPlan plan_frame(const RenderFrame& frame, const RenderSettings& settings,
                       const Bounds& scene_bounds) {
   check_viewport(frame.viewport);
+  check_light(frame);
   RenderPlan plan;
   plan.eye = frame.viewport.centre();
   Bounds everything = scene_bounds;

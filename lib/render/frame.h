@@ -100,7 +100,8 @@ std::vector<Vec3> eyes_on(const PlacedSubject& subject, const RenderFrame& frame
                           const RenderPlan& plan);
 
 /// Finds what a frame needs. \p scene_bounds are those of the scene's geometry. Throws Error when
-/// the viewport camera is not finite or degenerate.
+/// the viewport camera is not finite or degenerate, and for lights and meshes that are not finite or
+/// beyond 1e9 m.
 RenderPlan plan_frame(const RenderFrame& frame, const RenderSettings& settings,
                       const Bounds& scene_bounds);
 
