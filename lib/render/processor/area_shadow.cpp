@@ -148,71 +148,92 @@ void AreaShadow::find_mixed(std::size_t number, int first) {
   });
 }
 
+/// Rays from pixels to one point of the light, in a packet, with what each pixel's point would get.
+struct AreaShadow::Packet {
+  static constexpr std::size_t most = block * block / neighbours;  // pixels that ask for the same
+  std::array<Ray, most> rays;
+  std::array<std::uint8_t, most> hidden;
+  std::array<std::uint32_t, most> pixels;
+  std::array<float, most> weights;
+  std::size_t count = 0;
+
+  /// Asks \p caster which rays are blocked; returns how many were asked.
+  std::size_t ask(const RayCaster& caster) {
+    caster.occluded(std::span(rays).first(count), std::span(hidden).first(count));
+    return count;
+  }
+  /// Ray \p i becomes the last one of those that stay.
+  void keep(std::size_t i, std::size_t& kept) {
+    rays[kept] = rays[i];
+    pixels[kept] = pixels[i];
+    weights[kept++] = weights[i];
+  }
+};
+
+/// The rays of \p pixels to \p place, of those for which it shines.
+void AreaShadow::aim(std::span<const std::uint32_t> pixels, const Vec3f& place, const Vec3f& facing,
+                     Packet& packet) const {
+  const bool area = facing != Vec3f(0.0f);
+  packet.count = 0;
+  for (const std::uint32_t pixel : pixels) {
+    const Receiver& at = receivers_[pixel];
+    const Vec3f way = place - at.point;
+    const float distance_2 = glm::dot(way, way);
+    const float incidence = glm::dot(at.normal, way);
+    const float exit = area ? -glm::dot(facing, way) : std::sqrt(distance_2);
+    if (!(incidence > 0.0f) || !(exit > 0.0f)) continue;
+    Ray& ray = packet.rays[packet.count];
+    ray.origin = at.point;
+    ray.near = 0.0f;
+    ray.direction = way;
+    ray.far = 1.0f - 1e-4f;
+    packet.pixels[packet.count] = pixel;
+    packet.weights[packet.count++] = incidence * exit / (distance_2 * distance_2);
+  }
+}
+
 /// Samples first .. last - 1 of the block's candidates, of all for first = 0 and of mixed ones
 /// after.
 std::uint64_t AreaShadow::trace(const TracedScene& scene, const Light& light, std::size_t number,
                                 int first, int last) {
-  constexpr std::size_t most = block * block / neighbours;  // pixels that ask for the same
-  std::array<Ray, most> rays;
-  std::array<std::uint8_t, most> hidden;
-  std::array<std::uint32_t, most> whose, pixels[neighbours];
-  std::array<float, most> weights;
+  std::array<std::uint32_t, Packet::most> pixels[neighbours];
   std::size_t counts[neighbours] = {};
   std::uint64_t traced = 0;
-  const Vec3f facing = light_normal(light);
-  const bool area = light.is_area();
   const std::uint8_t least = first == 0 ? 1 : 2;
   for_pixels(number, [&](std::size_t pixel, int x, int y) {
     if (candidate_[pixel] < least) return;
     const std::size_t same = neighbour(x, y);
     pixels[same][counts[same]++] = static_cast<std::uint32_t>(pixel);
   });
+  Packet packet;
   // Many pixels' rays to one point of the light are a coherent packet.
   for (int sample = first; sample < last; ++sample) {
     const std::uint64_t bit = std::uint64_t{1} << sample;
     for (std::size_t same = 0; same < neighbours; ++same) {
-      const Vec3f place = places_[same * static_cast<std::size_t>(per_pixel_) + sample];
-      std::size_t count = 0;
-      for (std::size_t i = 0; i < counts[same]; ++i) {
-        const std::uint32_t pixel = pixels[same][i];
-        const Receiver& at = receivers_[pixel];
-        const Vec3f way = place - at.point;
-        const float distance_2 = glm::dot(way, way);
-        const float incidence = glm::dot(at.normal, way);
-        const float exit = area ? -glm::dot(facing, way) : std::sqrt(distance_2);
-        if (!(incidence > 0.0f) || !(exit > 0.0f)) continue;
-        Ray& ray = rays[count];
-        ray.origin = at.point;
-        ray.near = 0.0f;
-        ray.direction = way;
-        ray.far = 1.0f - 1e-4f;
-        whose[count] = pixel;
-        weights[count++] = incidence * exit / (distance_2 * distance_2);
-      }
-      if (count == 0) continue;
-      subjects_.occluded(std::span(rays).first(count), std::span(hidden).first(count));
-      traced += count;
+      aim(std::span(pixels[same]).first(counts[same]),
+          places_[same * static_cast<std::size_t>(per_pixel_) + sample], light_normal(light),
+          packet);
+      if (packet.count == 0) continue;
+      traced += packet.ask(subjects_);
       std::size_t behind = 0;  // those whose way through the scene is not known yet
-      for (std::size_t i = 0; i < count; ++i) {
-        if (!hidden[i]) continue;
-        const std::uint32_t pixel = whose[i];
+      for (std::size_t i = 0; i < packet.count; ++i) {
+        if (!packet.hidden[i]) continue;
+        const std::uint32_t pixel = packet.pixels[i];
         ++blocked_[pixel];
-        if (open_known_[pixel] & bit) {
-          if (open_[pixel] & bit) sum_[pixel] += weights[i];
-          continue;
-        }
-        rays[behind] = rays[i];
-        whose[behind] = pixel;
-        weights[behind++] = weights[i];
+        if (!(open_known_[pixel] & bit))
+          packet.keep(i, behind);
+        else if (open_[pixel] & bit)
+          sum_[pixel] += packet.weights[i];
       }
+      packet.count = behind;
       if (behind == 0) continue;
-      scene.caster().occluded(std::span(rays).first(behind), std::span(hidden).first(behind));
-      traced += behind;
+      traced += packet.ask(scene.caster());
       for (std::size_t i = 0; i < behind; ++i) {
-        open_known_[whose[i]] |= bit;
-        if (hidden[i]) continue;
-        open_[whose[i]] |= bit;
-        sum_[whose[i]] += weights[i];
+        const std::uint32_t pixel = packet.pixels[i];
+        open_known_[pixel] |= bit;
+        if (packet.hidden[i]) continue;
+        open_[pixel] |= bit;
+        sum_[pixel] += packet.weights[i];
       }
     }
   }
@@ -277,14 +298,10 @@ Rectangle AreaShadow::surroundings(const Rectangle& part, const LayerView& view)
       {0, 0, view.width, view.height});
 }
 
-bool AreaShadow::draw(const TracedScene& scene, const SceneLayer& layer, bool fresh,
-                      const Camera& viewport, const Light& light, ShadowQuality quality,
-                      const Rectangle& shaded) {
-  const Effort work = effort(quality, light);
-  const Rectangle part = surroundings(shaded, layer.view());
-  eye_ = Vec3f(viewport.centre());
-  rays_of_pixels_ = PixelRays(viewport);
-  const int columns = (layer.view().width + 1) / 2, rows = (layer.view().height + 1) / 2;
+/// Makes room for the view's grid, and forgets what the view, the light or the number of rays has
+/// made void. Returns whether what the scene hides from the light stays.
+bool AreaShadow::lay_out(const LayerView& view, bool fresh, const Light& light, int rays) {
+  const int columns = (view.width + 1) / 2, rows = (view.height + 1) / 2;
   const auto count = static_cast<std::size_t>(columns) * rows;
   if (fresh || columns != columns_ || rows != rows_) {
     fresh = true;
@@ -296,38 +313,63 @@ bool AreaShadow::draw(const TracedScene& scene, const SceneLayer& layer, bool fr
     for (auto* bytes : {&candidate_, &blocked_}) bytes->resize(count);
     receivers_.resize(count);
     in_light_.resize(count);
+    known_.assign(count, 0);
   }
   const auto blocks = static_cast<std::size_t>(block_columns_) * block_rows_;
-  if (fresh) known_.assign(count, 0);
   if (fresh || other_map_) {
     other_map_ = false;
     extents_.resize(blocks);
     extent_known_.assign(blocks, 0);
   }
-  const bool kept = !fresh && light == light_ && per_pixel_ == work.rays;
-  if (!kept) {
-    light_ = light;
-    per_pixel_ = work.rays;
-    places_ = light_places(light, work);
-    open_known_.assign(count, 0);
-    open_.assign(count, 0);
-  }
   block_state_.assign(blocks, 0);
-  shaded_.assign(blocks, 0);
+  if (!fresh && light == light_ && per_pixel_ == rays) return true;
+  light_ = light;
+  per_pixel_ = rays;
+  open_known_.assign(count, 0);
+  open_.assign(count, 0);
+  return false;
+}
+
+/// Calls body(number) for the blocks of this frame whose state is at least \p least.
+template <class Body>
+void AreaShadow::in_blocks(std::uint8_t least, Body&& body) const {
+  parallel_for(static_cast<std::size_t>(blocks_.width) * blocks_.height, 2, 0,
+               [&](std::size_t begin, std::size_t end) {
+                 for (std::size_t i = begin; i < end; ++i) {
+                   const std::size_t number = (blocks_.y + i / blocks_.width) * block_columns_ +
+                                              blocks_.x + i % blocks_.width;
+                   if (block_state_[number] >= least) body(number);
+                 }
+               });
+}
+
+/// A pixel between pixels of the grid takes from those to its right and below, too.
+void AreaShadow::mark_shaded() {
+  shaded_.assign(block_state_.size(), 0);
+  for (int y = blocks_.y; y < blocks_.y + blocks_.height; ++y) {
+    for (int x = blocks_.x; x < blocks_.x + blocks_.width; ++x) {
+      bool any = false;
+      for (int j = y; j <= std::min(y + 1, blocks_.y + blocks_.height - 1); ++j)
+        for (int i = x; i <= std::min(x + 1, blocks_.x + blocks_.width - 1); ++i)
+          any = any || block_state_[static_cast<std::size_t>(j) * block_columns_ + i] == 2;
+      shaded_[static_cast<std::size_t>(y) * block_columns_ + x] = any;
+    }
+  }
+}
+
+bool AreaShadow::draw(const TracedScene& scene, const SceneLayer& layer, bool fresh,
+                      const Camera& viewport, const Light& light, ShadowQuality quality,
+                      const Rectangle& shaded) {
+  const Effort work = effort(quality, light);
+  const Rectangle part = surroundings(shaded, layer.view());
+  eye_ = Vec3f(viewport.centre());
+  rays_of_pixels_ = PixelRays(viewport);
+  const bool kept = lay_out(layer.view(), fresh, light, work.rays);
+  if (!kept) places_ = light_places(light, work);
   constexpr int span = 2 * block;  // pixels of the picture
   blocks_ = {part.x / span, part.y / span, 0, 0};
   blocks_.width = (part.x + part.width - 1) / span + 1 - blocks_.x;
   blocks_.height = (part.y + part.height - 1) / span + 1 - blocks_.y;
-  const auto in_blocks = [&](std::uint8_t least, auto&& body) {
-    parallel_for(static_cast<std::size_t>(blocks_.width) * blocks_.height, 2, 0,
-                 [&](std::size_t begin, std::size_t end) {
-                   for (std::size_t i = begin; i < end; ++i) {
-                     const std::size_t number = (blocks_.y + i / blocks_.width) * block_columns_ +
-                                                blocks_.x + i % blocks_.width;
-                     if (block_state_[number] >= least) body(number);
-                   }
-                 });
-  };
   std::atomic<std::uint64_t> rays = 0;
   in_blocks(0, [&](std::size_t number) {
     if (find_candidates(scene, layer, number) == 0) return;
@@ -340,16 +382,7 @@ bool AreaShadow::draw(const TracedScene& scene, const SceneLayer& layer, bool fr
         1, [&](std::size_t number) { rays += trace(scene, light, number, work.first, work.rays); });
   }
   in_blocks(1, [&](std::size_t number) { gather(number); });
-  // A pixel between pixels of the grid takes from those to its right and below, too.
-  for (int y = blocks_.y; y < blocks_.y + blocks_.height; ++y) {
-    for (int x = blocks_.x; x < blocks_.x + blocks_.width; ++x) {
-      bool any = false;
-      for (int j = y; j <= std::min(y + 1, blocks_.y + blocks_.height - 1); ++j)
-        for (int i = x; i <= std::min(x + 1, blocks_.x + blocks_.width - 1); ++i)
-          any = any || block_state_[static_cast<std::size_t>(j) * block_columns_ + i] == 2;
-      shaded_[static_cast<std::size_t>(y) * block_columns_ + x] = any;
-    }
-  }
+  mark_shaded();
   rays_ = rays;
   return kept;
 }

@@ -64,14 +64,22 @@ class AreaShadow {
   static constexpr int block = ShadowTile::side;  // pixels of the grid on a side
   static constexpr int margin = 4;  // pixels of the picture
 
+  struct Packet;
+
+  bool lay_out(const LayerView& view, bool fresh, const Light& light, int rays);
   int find_candidates(const TracedScene& scene, const SceneLayer& layer, std::size_t number);
   void find_mixed(std::size_t number, int first);
+  void aim(std::span<const std::uint32_t> pixels, const Vec3f& place, const Vec3f& facing,
+           Packet& packet) const;
   std::uint64_t trace(const TracedScene& scene, const Light& light, std::size_t number, int first,
                       int last);
   bool fill(std::size_t number, ShadowTile& tile) const;
   void gather(std::size_t number);
+  void mark_shaded();
   Rectangle drawn() const;
   Rectangle around(int x, int y, int reach) const;
+  template <class Body>
+  void in_blocks(std::uint8_t least, Body&& body) const;
   template <class Body>
   void for_pixels(std::size_t number, Body&& body) const;
 
