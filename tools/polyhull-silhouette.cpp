@@ -129,6 +129,7 @@ struct Work {
         frame(pack(picture, arguments.format)) {
     settings.keep_matte = false;
     settings.reuse = false;
+    settings.steadiness = 0.0;  // each repetition is to find its contours
     if (arguments.plates.size() == 1)
       settings.key.plate = std::make_shared<Picture>(load_picture(arguments.plates[0], 3));
     else

@@ -169,13 +169,14 @@ const Rings& Silhouetter::process(const FrameView& frame) {
   s.contours.valid = false;
   const ContourSettings settings{
       {s.settings.method, corrected_sigma(s.settings.blur, s.settings.correct_curvature)},
-      s.settings.approximate};
+      s.settings.approximate, s.settings.steadiness};
   if (s.keyer.needs_plane() || !s.blur.streams())
     s.planes(frame, settings.trace);
   else
     s.stream(frame, settings.trace);
   const Rings& rings = s.contours.finish(settings);
   s.stats.last = s.contours.approximator.counts();
+  if (s.contours.stayed) ++s.stats.steady;
   if (rings.empty()) ++s.stats.empty;
   // Without a valid calibration the next frame may be keyed differently although it is equal.
   s.contours.valid = !learning;

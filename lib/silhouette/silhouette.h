@@ -21,6 +21,7 @@ struct SilhouetteSettings {
   TraceMethod method = TraceMethod::subpixel;
   bool correct_curvature = true;  ///< undo the shift that the blur puts on curved boundaries
   ApproximateSettings approximate;
+  double steadiness = ContourSettings{}.steadiness;
   bool keep_matte = true;  ///< write_rgba() will be called
   /// A frame equal to its predecessor inside the region of interest keeps its contours.
   bool reuse = true;
@@ -38,6 +39,7 @@ Rectangle bounding_rectangle(const Rings& rings, int width, int height);
 struct SilhouetteStats {
   std::uint64_t frames = 0;
   std::uint64_t reused = 0;  ///< frames that kept their predecessor's contours
+  std::uint64_t steady = 0;  ///< frames whose contours stayed (ContourSettings::steadiness)
   std::uint64_t empty = 0;   ///< frames without foreground
   ApproximateCounts last;    ///< of the last frame that was traced
 };

@@ -59,7 +59,7 @@ MatteContent content_of(ContourFind& self, const GstVideoFrame& frame) {
 const Rings& ContourFind::find_contours(MatteContent content, const ContourValues& values,
                                         double tolerance) {
   const ContourSettings settings{{values.method, values.correct_curvature ? content.sigma : 0.0},
-                                 values.approximation(tolerance)};
+                                 values.approximation(tolerance), values.steadiness};
   const bool reused =
       values.reuse && contourer.holds(settings) && same_content(content, before);
   if (!reused && content.field != nullptr)
@@ -67,7 +67,8 @@ const Rings& ContourFind::find_contours(MatteContent content, const ContourValue
   else if (!reused)
     contourer.find(*content.matte, settings);
   before = values.reuse ? std::move(content) : MatteContent{};
-  report_contours(statistics, contourer.counts(), reused, tolerance);
+  report_contours(statistics, contourer.counts(), {reused, !reused && contourer.stayed()},
+                  tolerance);
   return contourer.contours();
 }
 

@@ -53,7 +53,7 @@ struct SilhouetteElement : ViewElement {
   SilhouetteSettings settings;
   bool configured = false;
   Silhouetter silhouetter;
-  std::uint64_t reused = 0;
+  std::uint64_t reused = 0, steady = 0;  // of the silhouetter's statistics
   Sent sent;
 };
 
@@ -92,6 +92,7 @@ bool SilhouetteElement::configure(GstElement* element, const ContourValues& cont
   wanted.method = contour.method;
   wanted.correct_curvature = contour.correct_curvature;
   wanted.approximate = contour.approximation(tolerance);
+  wanted.steadiness = contour.steadiness;
   wanted.reuse = contour.reuse;
   if (!configured || wanted != settings) {
     if (configured) silhouetter.set(wanted);
@@ -120,8 +121,10 @@ GstBuffer* SilhouetteElement::make_view(GstBaseTransform* base, const GstVideoFr
   view.roi = bounding_rectangle(view.contours, view.width, view.height);
   const SilhouetteStats& stats = silhouetter.stats();
   const bool repeated = stats.reused != reused;
+  const bool stayed = stats.steady != steady;
   reused = stats.reused;
-  report_contours(statistics, stats.last, repeated, tolerance);
+  steady = stats.steady;
+  report_contours(statistics, stats.last, {repeated, stayed}, tolerance);
   report_calibration(std::as_const(silhouetter).keyer().calibration(), GST_ELEMENT_CAST(base),
                      statistics);
   if (view.roi.empty()) {
@@ -149,7 +152,7 @@ gboolean start(GstBaseTransform* base) {
   self.silhouetter = Silhouetter();
   self.configuration = KeyConfiguration();
   self.configured = false;
-  self.reused = 0;
+  self.reused = self.steady = 0;
   self.control.reset();
   self.pace.reset();
   self.statistics.reset();

@@ -86,6 +86,7 @@ SilhouetteSettings settings_for(bool reuse) {
   settings.blur.sigma = 2.0;
   settings.approximate.tolerance = 1.0;
   settings.reuse = reuse;
+  if (!reuse) settings.steadiness = 0.0;  // each round is to find its contours
   return settings;
 }
 

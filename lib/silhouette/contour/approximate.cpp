@@ -22,11 +22,17 @@ struct Approximator::State {
   silhouette::FitMemory memory;
   std::vector<silhouette::CheckedEdge> edges;
   silhouette::EdgeBands bands;
+  std::vector<RingNode> nodes;  // of the rings made
+  bool clean = true;            // no edges meet
 
   void choose(const Rings& traced, std::span<const std::int32_t> parents,
               const ApproximateSettings& settings);
   void drop_inside_dropped(std::span<const std::int32_t> parents);
   bool mend(const Rings& traced, std::span<const std::int32_t> parents, double tolerance);
+  void fit(const Rings& traced, std::span<const std::int32_t> parents,
+           const ApproximateSettings& settings, std::span<const RingNode> kept_nodes, Rings& rings);
+  void copy(const Rings& traced, std::span<const std::int32_t> parents,
+            const ApproximateSettings& settings, Rings& rings);
 };
 
 Approximator::Approximator() : state_(std::make_unique<State>()) {}
@@ -36,6 +42,10 @@ Approximator& Approximator::operator=(Approximator&&) noexcept = default;
 
 const ApproximateCounts& Approximator::counts() const {
   return state_->counts;
+}
+
+std::span<const RingNode> Approximator::nodes() const {
+  return state_->nodes;
 }
 
 namespace {
@@ -131,7 +141,7 @@ bool Approximator::State::mend(const Rings& traced, std::span<const std::int32_t
   const auto unit = [](float v) {
     return static_cast<std::int32_t>(std::lround(v * silhouette::vertex_unit));
   };
-  bool clean = true;
+  clean = true;
   for (std::uint32_t i = 0; i < list.size(); ++i) {
     const auto& nodes = fits[i].nodes();
     fits[i].marked.assign(nodes.size(), 0);
@@ -179,8 +189,65 @@ bool Approximator::State::mend(const Rings& traced, std::span<const std::int32_t
   return !progress;
 }
 
-void Approximator::approximate(const Rings& traced, std::span<const std::int32_t> parents,
+// The chosen rings as polygons.
+void Approximator::State::fit(const Rings& traced, std::span<const std::int32_t> parents,
+                              const ApproximateSettings& settings,
+                              std::span<const RingNode> kept_nodes, Rings& rings) {
+  list.clear();
+  for (std::uint32_t i = 0; i < traced.size(); ++i)
+    if (kept[i]) list.push_back(i);
+  if (fits.size() < list.size()) fits.resize(list.size());
+  const auto begin_of = [&](std::uint32_t ring) { return ring == 0 ? 0 : traced.ends[ring - 1]; };
+  const auto before = [](const RingNode& node, std::uint32_t point) { return node.point < point; };
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    const std::uint32_t begin = begin_of(list[i]);
+    const auto low = std::lower_bound(kept_nodes.begin(), kept_nodes.end(), begin, before);
+    const auto high = std::lower_bound(low, kept_nodes.end(), traced.ends[list[i]], before);
+    fits[i].fit(traced.ring(list[i]), settings.tolerance, memory, {low, high}, begin);
+    if (fits[i].nodes().size() < static_cast<std::size_t>(settings.min_edges)) kept[list[i]] = 0;
+  }
+  drop_inside_dropped(parents);
+  std::size_t out = 0;
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    if (!kept[list[i]]) continue;
+    if (out != i) {
+      std::swap(fits[out], fits[i]);
+      list[out] = list[i];
+    }
+    ++out;
+  }
+  list.resize(out);
+  while (!mend(traced, parents, settings.tolerance)) {
+  }
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    const std::uint32_t begin = begin_of(list[i]);
+    for (const auto& node : fits[i].nodes()) {
+      rings.points.push_back(node.vertex);
+      nodes.push_back({begin + static_cast<std::uint32_t>(node.point), node.vertex});
+    }
+    rings.ends.push_back(static_cast<std::uint32_t>(rings.points.size()));
+  }
+}
+
+// The chosen rings as they are.
+void Approximator::State::copy(const Rings& traced, std::span<const std::int32_t> parents,
                                const ApproximateSettings& settings, Rings& rings) {
+  for (std::size_t i = 0; i < traced.size(); ++i)
+    if (traced.ring(i).size() < static_cast<std::size_t>(settings.min_edges)) kept[i] = 0;
+  drop_inside_dropped(parents);
+  for (std::size_t i = 0; i < traced.size(); ++i) {
+    if (!kept[i]) continue;
+    for (std::uint32_t p = i == 0 ? 0 : traced.ends[i - 1]; p < traced.ends[i]; ++p) {
+      rings.points.push_back(traced.points[p]);
+      nodes.push_back({p, traced.points[p]});
+    }
+    rings.ends.push_back(static_cast<std::uint32_t>(rings.points.size()));
+  }
+}
+
+bool Approximator::approximate(const Rings& traced, std::span<const std::int32_t> parents,
+                               const ApproximateSettings& settings, Rings& rings,
+                               std::span<const RingNode> nodes) {
   check(settings);
   State& s = *state_;
   s.counts = {};
@@ -193,49 +260,17 @@ void Approximator::approximate(const Rings& traced, std::span<const std::int32_t
     parents = s.found_parents;
   }
   s.choose(traced, parents, settings);
-
   rings.clear();
-  if (settings.tolerance > 0.0) {
-    s.list.clear();
-    for (std::uint32_t i = 0; i < traced.size(); ++i)
-      if (s.kept[i]) s.list.push_back(i);
-    if (s.fits.size() < s.list.size()) s.fits.resize(s.list.size());
-    for (std::size_t i = 0; i < s.list.size(); ++i) {
-      s.fits[i].fit(traced.ring(s.list[i]), settings.tolerance, s.memory);
-      if (s.fits[i].nodes().size() < static_cast<std::size_t>(settings.min_edges))
-        s.kept[s.list[i]] = 0;
-    }
-    s.drop_inside_dropped(parents);
-    std::size_t out = 0;
-    for (std::size_t i = 0; i < s.list.size(); ++i) {
-      if (!s.kept[s.list[i]]) continue;
-      if (out != i) {
-        std::swap(s.fits[out], s.fits[i]);
-        s.list[out] = s.list[i];
-      }
-      ++out;
-    }
-    s.list.resize(out);
-    while (!s.mend(traced, parents, settings.tolerance)) {
-    }
-    for (std::size_t i = 0; i < s.list.size(); ++i) {
-      for (const auto& node : s.fits[i].nodes()) rings.points.push_back(node.vertex);
-      rings.ends.push_back(static_cast<std::uint32_t>(rings.points.size()));
-    }
-  } else {
-    for (std::size_t i = 0; i < traced.size(); ++i)
-      if (traced.ring(i).size() < static_cast<std::size_t>(settings.min_edges)) s.kept[i] = 0;
-    s.drop_inside_dropped(parents);
-    for (std::size_t i = 0; i < traced.size(); ++i) {
-      if (!s.kept[i]) continue;
-      const auto ring = traced.ring(i);
-      rings.points.insert(rings.points.end(), ring.begin(), ring.end());
-      rings.ends.push_back(static_cast<std::uint32_t>(rings.points.size()));
-    }
-  }
+  s.nodes.clear();
+  s.clean = true;
+  if (settings.tolerance > 0.0)
+    s.fit(traced, parents, settings, nodes, rings);
+  else
+    s.copy(traced, parents, settings, rings);
   s.counts.points = static_cast<std::uint32_t>(rings.points.size());
   s.counts.rings = static_cast<std::uint32_t>(rings.size());
   s.counts.dropped_rings = s.counts.traced_rings - s.counts.rings;
+  return s.clean;
 }
 
 }  // namespace polyhull

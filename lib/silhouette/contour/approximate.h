@@ -29,6 +29,13 @@ struct ApproximateSettings {
   bool operator==(const ApproximateSettings&) const = default;
 };
 
+/// A corner of an approximated ring, and the traced point where its run begins.
+struct RingNode {
+  std::uint32_t point = 0;  ///< index into the traced rings' points
+  Vec2f vertex{0.0f};
+  bool run = true;  ///< to be kept, too: the edge from here to the next corner
+};
+
 /// Of the last call.
 struct ApproximateCounts {
   std::uint32_t traced_points = 0;
@@ -48,10 +55,16 @@ class Approximator {
   Approximator& operator=(Approximator&&) noexcept;
 
   /// \p parents: what Tracer::trace() gave (found here where it is not one for each ring). Vertices
-  /// are multiples of 1/512 px. Throws Error (bad_input) for settings out of range.
-  void approximate(const Rings& traced, std::span<const std::int32_t> parents,
-                   const ApproximateSettings& settings, Rings& rings);
+  /// are multiples of 1/512 px. \p nodes, by their points: corners to be kept, where they are within
+  /// the tolerance; a ring that has any begins with one. False: edges meet all the same, as the traced
+  /// rings do there. Throws Error (bad_input) for settings out of range.
+  bool approximate(const Rings& traced, std::span<const std::int32_t> parents,
+                   const ApproximateSettings& settings, Rings& rings,
+                   std::span<const RingNode> nodes = {});
   const ApproximateCounts& counts() const;
+
+  /// The corners of the last call's rings, by their points.
+  std::span<const RingNode> nodes() const;
 
  private:
   struct State;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "silhouette/contour/contourer.h"
+#include "silhouette/contour/steady_rings.h"
 #include "silhouette/contour/trace_state.h"
 
 namespace polyhull {
@@ -19,10 +20,16 @@ struct Contourer::State {
   std::vector<std::int32_t> parents;
   ContourSettings settings;  // that the rings were found with
   bool valid = false;
+  silhouette::SteadyRings steady;  // what the rings were made of,
+  bool may_stay = false;           // where the settings ask to remember it
+  bool stayed = false;
+  Rings last_traced, spliced, next;
+  std::vector<RingNode> nodes;
 
   bool holds(const ContourSettings& now) const { return valid && settings == now; }
   /// The contours of what was pushed into the tracer.
   const Rings& finish(const ContourSettings& now);
+  bool keep_still(const ContourSettings& now);
 };
 
 }  // namespace polyhull

@@ -91,6 +91,7 @@ void RingFit::restore_area() {
   const std::size_t m = nodes_.size();
   if (m < 3) return;
   marked.assign(m, 0);  // corners that cannot move
+  for (std::size_t r = 0; r < m; ++r) marked[r] = nodes_[r].kept;
   for (int sweep = 0; sweep < 4; ++sweep) {
     double lacking = 0.0, all = 0.0, chords = 0.0;
     for (std::size_t r = 0; r < m; ++r) {

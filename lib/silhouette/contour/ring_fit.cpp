@@ -14,7 +14,8 @@ Vec2f snapped(double x, double y) {
           static_cast<float>(std::round(y * vertex_unit) / vertex_unit)};
 }
 
-void RingFit::fit(std::span<const Vec2f> points, double tolerance, FitMemory& memory) {
+void RingFit::fit(std::span<const Vec2f> points, double tolerance, FitMemory& memory,
+                  std::span<const RingNode> kept, std::uint32_t begin) {
   points_ = points;
   tolerance_ = tolerance;
   memory_ = &memory;
@@ -38,6 +39,11 @@ void RingFit::fit(std::span<const Vec2f> points, double tolerance, FitMemory& me
   }
   const float extent = std::bit_cast<float>(largest);
 
+  margin_ = 0.002 + 2e-6 * extent;
+  const auto with_run = [](const RingNode& node) { return node.run; };
+  if (!kept.empty() && std::all_of(kept.begin(), kept.end(), with_run))
+    return place_breaks(kept, begin);  // there is nothing to fit
+
   using Pair = FitMemory::Pair;
   FitMemory::Sums sum{};
   memory.sums[0] = sum;
@@ -51,8 +57,7 @@ void RingFit::fit(std::span<const Vec2f> points, double tolerance, FitMemory& me
     last = p;
     memory.sums[i + 1] = sum;
   }
-  margin_ = 0.002 + 2e-6 * extent;
-  place_breaks();
+  place_breaks(kept, begin);
   relax();
   balance();
   settle();
@@ -91,14 +96,13 @@ bool RingFit::fits(int first, int last, double tolerance) const {
                                   static_cast<float>(l.c)) <= tolerance;
 }
 
-// The farthest point that one line reaches from `first` within the tolerance.
-int RingFit::longest(int first, int guess, double tolerance) const {
-  const int n = static_cast<int>(points_.size());
-  int good = std::min(first + 2, n);
+// The farthest point, up to `end`, that one line reaches from `first` within the tolerance.
+int RingFit::longest(int first, int end, int guess, double tolerance) const {
+  int good = std::min(first + 2, end);
   int step = std::max(guess, 2);
-  int bad = n + 1;
-  while (good < n) {
-    const int next = std::min(first + step, n);
+  int bad = end + 1;
+  while (good < end) {
+    const int next = std::min(first + step, end);
     if (next <= good) {
       step *= 2;
       continue;
@@ -112,33 +116,54 @@ int RingFit::longest(int first, int guess, double tolerance) const {
   }
   while (bad - good > 1) {
     const int middle = good + (bad - good) / 2;
-    if (middle > n) return n;
+    if (middle > end) return end;
     if (fits(first, middle, tolerance))
       good = middle;
     else
       bad = middle;
   }
-  return std::min(good, n);
+  return std::min(good, end);
 }
 
-void RingFit::place_breaks() {
-  const int n = static_cast<int>(points_.size());
+// Runs from the last node to point `end`.
+void RingFit::break_up(int end) {
   // A neighbouring pair of lines meets a little farther from the curve than each line is.
   // The rest is room for balance().
   const double tolerance = 0.88 * tolerance_ - margin_;
+  const std::size_t first = nodes_.size() - 1;
   int guess = 16;
-  for (int at = 0; at < n;) {
-    FitNode node;
-    node.point = at;
-    nodes_.push_back(node);
-    const int next = longest(at, guess, tolerance);
+  for (int at = nodes_[first].point; at < end;) {
+    if (at != nodes_[first].point) {
+      FitNode node;
+      node.point = at;
+      nodes_.push_back(node);
+    }
+    const int next = longest(at, end, guess, tolerance);
     guess = next - at;
     at = next;
   }
   // The last run is what was left over; share it with the one before.
-  if (nodes_.size() >= 2) {
+  if (nodes_.size() >= first + 2) {
     const int begin = nodes_[nodes_.size() - 2].point;
-    nodes_.back().point = std::max(begin + 1, begin + (n - begin) / 2);
+    nodes_.back().point = std::max(begin + 1, begin + (end - begin) / 2);
+  }
+}
+
+void RingFit::place_breaks(std::span<const RingNode> kept, std::uint32_t begin) {
+  const int n = static_cast<int>(points_.size());
+  if (kept.empty()) {
+    nodes_.emplace_back();
+    break_up(n);
+  }
+  for (std::size_t i = 0; i < kept.size(); ++i) {
+    FitNode node;
+    node.point = static_cast<int>(kept[i].point - begin);
+    node.vertex = kept[i].vertex;
+    node.kept = true;
+    node.dirty = !kept[i].run;
+    nodes_.push_back(node);
+    if (!kept[i].run)
+      break_up(i + 1 < kept.size() ? static_cast<int>(kept[i + 1].point - begin) : n);
   }
   // A polygon has three corners at least.
   while (nodes_.size() < 3 && static_cast<int>(nodes_.size()) < n) {
@@ -147,6 +172,7 @@ void RingFit::place_breaks() {
       if (last_point(r) - nodes_[r].point > last_point(widest) - nodes_[widest].point) widest = r;
     FitNode node;
     node.point = (nodes_[widest].point + last_point(widest)) / 2;
+    nodes_[widest].dirty = true;
     nodes_.insert(nodes_.begin() + static_cast<std::ptrdiff_t>(widest) + 1, node);
   }
 }
@@ -168,7 +194,7 @@ void RingFit::relax() {
     for (std::size_t r = 1; r < m; ++r) {
       const FitNode &a = nodes_[r - 1], &b = nodes_[r];
       const double cross = a.nx * b.ny - a.ny * b.nx;
-      if (std::abs(cross) < 0.05) continue;
+      if (b.kept || std::abs(cross) < 0.05) continue;
       const double vx = (a.c * b.ny - b.c * a.ny) / cross, vy = (a.nx * b.c - b.nx * a.c) / cross;
       const auto distance = [&](int i) {
         const double dx = x_[i] - vx, dy = y_[i] - vy;
@@ -220,6 +246,7 @@ void RingFit::balance() {
 
 void RingFit::place_vertex(std::size_t r) {
   FitNode& node = nodes_[r];
+  if (node.kept) return;
   const FitNode& before = nodes_[r == 0 ? nodes_.size() - 1 : r - 1];
   const Vec2f p = point(node.point);
   node.vertex = p;
@@ -291,6 +318,7 @@ bool RingFit::refine(std::size_t r) {
   const std::size_t next = r + 1 < nodes_.size() ? r + 1 : 0;
   if (!nodes_[r].pinned || !nodes_[next].pinned) {
     nodes_[r].pinned = nodes_[next].pinned = true;
+    nodes_[r].kept = nodes_[next].kept = false;
     place_vertex(r);
     place_vertex(next);
     return true;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "base/vector.h"
+#include "silhouette/contour/approximate.h"
 
 namespace polyhull::silhouette {
 
@@ -38,6 +39,7 @@ struct FitMemory {
 struct FitNode {
   int point = 0;        ///< index of the traced point where the run begins
   bool pinned = false;  ///< the corner is that point itself
+  bool kept = false;    ///< the corner is given
   bool dirty = true;    ///< the run has not been checked against its edge
   Vec2f vertex{};
   double deviation = 0.0;              ///< of the run's traced points from its edge, at most, px
@@ -48,7 +50,9 @@ struct FitNode {
 class RingFit {
  public:
   /// Approximates \p points (a closed ring) within \p tolerance. The points must outlive the fit.
-  void fit(std::span<const Vec2f> points, double tolerance, FitMemory& memory);
+  /// \p kept: corners that are given, the first at point 0, their points counted from \p begin.
+  void fit(std::span<const Vec2f> points, double tolerance, FitMemory& memory,
+           std::span<const RingNode> kept = {}, std::uint32_t begin = 0);
 
   /// Makes run \p r finer: first its corners are pinned, then it is halved. False when it is a
   /// single traced edge already. Call settle() afterwards.
@@ -68,8 +72,9 @@ class RingFit {
   };
   Line line_of(int first, int last) const;
   bool fits(int first, int last, double tolerance) const;
-  int longest(int first, int guess, double tolerance) const;
-  void place_breaks();
+  int longest(int first, int end, int guess, double tolerance) const;
+  void place_breaks(std::span<const RingNode> kept, std::uint32_t begin);
+  void break_up(int end);
   void relax();
   void balance();
   void restore_area();

@@ -61,6 +61,12 @@ std::span<const Property<ContourValues>> contour_properties() {
           "keep-largest", "Keep largest",
           "How many outer rings, the largest ones, are kept, from 0 to 1000000. 0 keeps all.", 0,
           1000000),
+      property<&S::steadiness>(
+          "steadiness", "Steadiness",
+          "Pixels, from 0 to 10. Where the traced line runs within this distance of that which the "
+          "last contours were made of, they stay, so that noise does not make the outline of what "
+          "stands still flicker; all else is made anew, without a lag. 0: nothing stays.",
+          0.0, 10.0),
       property<&S::adaptive>("adaptive", "Adaptive",
                              "Whether the tolerance is coarsened, up to 16 times its value, while "
                              "the elements behind report by QoS events that they miss the target "

@@ -24,6 +24,7 @@ struct ContourValues {
   double min_area = ApproximateSettings{}.min_area;
   double min_hole_area = ApproximateSettings{}.min_hole_area;
   int keep_largest = ApproximateSettings{}.keep_largest;
+  double steadiness = ContourSettings{}.steadiness;
   bool adaptive = false;
   double target_rate = 0.0;
   bool reuse = SilhouetteSettings{}.reuse;

@@ -96,20 +96,22 @@ double ViewElement::tolerance_of(const ContourValues& values) const {
 
 const char* const contour_statistics_blurb =
     "Counters since the element started: frames, frames without foreground, frames that took over "
-    "the contours of the one before, and of the last frame the rings and points traced, the rings "
+    "the contours of the one before because they equal it, others whose contours stayed by "
+    "steadiness, and of the last frame the rings and points traced, the rings "
     "and points sent, the rings dropped, and the tolerance used in pixels.";
 
 void declare_contour_statistics(Statistics& statistics) {
-  statistics.declare({"frames", "empty", "reused", "traced-rings", "traced-points", "rings",
+  statistics.declare({"frames", "empty", "reused", "steady", "traced-rings", "traced-points", "rings",
                       "points", "dropped-rings", "crossings"});
   statistics.set("tolerance", 0.0);
 }
 
-void report_contours(Statistics& statistics, const ApproximateCounts& counts, bool reused,
+void report_contours(Statistics& statistics, const ApproximateCounts& counts, Unchanged unchanged,
                      double tolerance) {
   statistics.count("frames");
   statistics.count("empty", counts.rings == 0 ? 1 : 0);
-  statistics.count("reused", reused ? 1 : 0);
+  statistics.count("reused", unchanged.frame ? 1 : 0);
+  statistics.count("steady", unchanged.contours ? 1 : 0);
   statistics.set_count("traced-rings", counts.traced_rings);
   statistics.set_count("traced-points", counts.traced_points);
   statistics.set_count("rings", counts.rings);

@@ -68,8 +68,14 @@ extern const char* const contour_statistics_blurb;
 /// Makes the contours' entries appear in `stats`.
 void declare_contour_statistics(Statistics& statistics);
 
+/// What a frame did not change.
+struct Unchanged {
+  bool frame = false;     ///< the frame itself, so that its contours were not looked for
+  bool contours = false;  ///< its contours, by their steadiness
+};
+
 /// Counts one frame.
-void report_contours(Statistics& statistics, const ApproximateCounts& counts, bool reused,
+void report_contours(Statistics& statistics, const ApproximateCounts& counts, Unchanged unchanged,
                      double tolerance);
 
 /// For GstBaseTransformClass::transform_caps: any video that the sink pad takes becomes views of
