@@ -11,6 +11,9 @@ namespace {
 /// are another line.
 constexpr int look_ahead = 8;
 
+/// Where the lines are apart ours is looked for beside every so manyth corner.
+constexpr std::size_t look_every = 4;
+
 constexpr float longest_edge = 2.0f;  // px, of those that find() looks for
 
 float square_to_segment(Vec2f p, Vec2f a, Vec2f b) {
@@ -178,9 +181,10 @@ void SteadyRings::splice_ring(std::span<const Vec2f> ring, Rings& out,
   std::size_t stays = 0;
   for (std::size_t i = 0; i < n;) {
     const Vec2f from = ring[(start + i) % n], to = ring[(start + i + 1) % n];
-    Stretch stretch{i, i, {}, 0};
-    if (n >= 3 && find(from, to, place)) stretch = walk(ring, start, i, n - 1, place);
-    if (stretch.last > i && nodes_in(stretch) >= 2) {
+    Stretch stretch{i, std::min(i + look_every, n) - 1, {}, 0};
+    const bool found = n >= 3 && find(from, to, place);
+    if (found) stretch = walk(ring, start, i, n - 1, place);
+    if (found && nodes_in(stretch) >= 2) {
       add(out, made.begin, from);
       take(place.ring, stretch.begin.edge + 1, stretch.end + 1, made, out, kept);
       kept.back().run = false;
