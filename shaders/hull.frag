@@ -12,6 +12,7 @@ flat in vec4 colour_0;
 flat in vec4 colour_1;
 flat in vec4 colour_2;
 flat in vec4 colour_3;
+flat in vec4 focals;
 centroid in vec3 world;
 
 #ifdef DISTORTION
@@ -32,6 +33,7 @@ uniform sampler2DArray maps;  // red: depth 0..1, green: fade
 uniform bool use_maps;
 uniform float depth_tolerance;  // of the map's 0..1
 uniform int best;               // blend this many
+uniform float pixel_size;       // of the picture at depth 1, in the mesh's units
 uniform vec3 untextured;        // linear
 #ifdef CLIPPED
 uniform vec4 plane;
@@ -72,6 +74,15 @@ vec2 picture_coordinate(vec4 in_map, uint slot, vec4 from_map) {
 #endif
 }
 
+// Where the subject is drawn smaller than the view saw it: a mix of two of its smaller pictures
+// (lib/render/view_picture.h), by how many of its pixels a pixel here spans.
+vec3 colour_of(vec4 in_map, uint slot, vec4 from_map, float focal) {
+  float spans = max(pixel_size * focal / (gl_FragCoord.w * in_map.z), 1.0);
+  float whole = floor(log2(spans));
+  float level = whole + spans * exp2(-whole) - 1.0;
+  return textureLod(pictures, vec3(picture_coordinate(in_map, slot, from_map), float(slot)), level).rgb;
+}
+
 void main() {
 #ifdef CLIPPED
   if (dot(plane.xyz, world) + plane.w <= 0.0) discard;
@@ -92,14 +103,10 @@ void main() {
   vec4 chosen = max(w - left_out, 0.0) + 1e-3 * w;
 
   vec3 sum = vec3(0.0);
-  if (chosen.x > 0.0)
-    sum += chosen.x * texture(pictures, vec3(picture_coordinate(in_map_0, slots.x, colour_0), float(slots.x))).rgb;
-  if (chosen.y > 0.0)
-    sum += chosen.y * texture(pictures, vec3(picture_coordinate(in_map_1, slots.y, colour_1), float(slots.y))).rgb;
-  if (chosen.z > 0.0)
-    sum += chosen.z * texture(pictures, vec3(picture_coordinate(in_map_2, slots.z, colour_2), float(slots.z))).rgb;
-  if (chosen.w > 0.0)
-    sum += chosen.w * texture(pictures, vec3(picture_coordinate(in_map_3, slots.w, colour_3), float(slots.w))).rgb;
+  if (chosen.x > 0.0) sum += chosen.x * colour_of(in_map_0, slots.x, colour_0, focals.x);
+  if (chosen.y > 0.0) sum += chosen.y * colour_of(in_map_1, slots.y, colour_1, focals.y);
+  if (chosen.z > 0.0) sum += chosen.z * colour_of(in_map_2, slots.z, colour_2, focals.z);
+  if (chosen.w > 0.0) sum += chosen.w * colour_of(in_map_3, slots.w, colour_3, focals.w);
   float total = chosen.x + chosen.y + chosen.z + chosen.w;
   vec3 textured = total > 0.0 ? sum / total : untextured;
   colour = vec4(mix(untextured, textured, smoothstep(0.0, 1e-6, all)), 1.0);

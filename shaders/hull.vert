@@ -30,6 +30,7 @@ flat out vec4 colour_0;
 flat out vec4 colour_1;
 flat out vec4 colour_2;
 flat out vec4 colour_3;
+flat out vec4 focals;
 centroid out vec3 world;
 
 void main() {
@@ -42,6 +43,8 @@ void main() {
   colour_1 = views[candidate.y].colour_from_map;
   colour_2 = views[candidate.z].colour_from_map;
   colour_3 = views[candidate.w].colour_from_map;
+  focals = vec4(views[candidate.x].intrinsics.x, views[candidate.y].intrinsics.x, views[candidate.z].intrinsics.x,
+                views[candidate.w].intrinsics.x);
   weights = weight;
   slots = candidate;
   world = (scene_from_local * local).xyz;

@@ -6,6 +6,7 @@
 
 #include "base/error.h"
 #include "render/passes.h"
+#include "render/view_picture.h"
 
 namespace polyhull {
 namespace {
@@ -24,6 +25,7 @@ struct DepthKey {
 struct SkinKey {
   std::uint64_t content = 0;
   std::vector<Vec3> eyes;
+  int levels = 0;  // of smaller pictures; more than needed do no harm
   bool all_views = false;
   bool operator==(const SkinKey&) const = default;
 };
@@ -77,11 +79,17 @@ void Compositor::State::upload_subjects(const RenderFrame& frame, const RenderPl
   statistics.mesh_reused = !plan.subjects.empty();
   for (std::size_t i = 0; i < plan.subjects.size(); ++i) {
     const PlacedSubject& subject = plan.subjects[i];
-    SkinKey key{subject.content, eyes_on(subject, frame, plan), !settings.skip};
-    if (settings.skip && subject.content != 0 && skin_keys[i] == key) continue;
+    SkinKey key{subject.content, eyes_on(subject, frame, plan), 0, !settings.skip};
+    for (std::size_t k = 0; k < subject.mesh->views.size(); ++k)
+      key.levels = std::max(key.levels, levels_needed(*subject.mesh, static_cast<int>(k), key.eyes,
+                                                      plan.pixel_size));
+    SkinKey enough = key;
+    enough.levels = std::max(key.levels, skin_keys[i].levels);
+    if (settings.skip && subject.content != 0 && skin_keys[i] == enough) continue;
     statistics.mesh_reused = false;
     subjects[i].upload_shape(subject.mesh->hull);
-    const UploadCounts counts = subjects[i].upload_skin(*subject.mesh, key.eyes, key.all_views);
+    const UploadCounts counts =
+        subjects[i].upload_skin(*subject.mesh, key.eyes, key.levels, key.all_views);
     statistics.pictures_uploaded += counts.pictures;
     statistics.pictures_skipped += counts.pictures_skipped;
     statistics.bytes_uploaded += 4 * counts.pixels;

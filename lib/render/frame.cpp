@@ -178,9 +178,10 @@ RenderPlan plan_frame(const RenderFrame& frame, const RenderSettings& settings,
   double far = 1.0;
   for (const Vec3& corner : corners(everything))
     far = std::max(far, 1.05 * glm::distance(plan.eye, corner));
+  const Camera viewport = resized(frame.viewport, frame.width, frame.height);
   plan.clip_from_scene =
-      clip_from_camera(resized(frame.viewport, frame.width, frame.height), near_plane, far) *
-      view_matrix(frame.viewport);
+      clip_from_camera(viewport, near_plane, far) * view_matrix(frame.viewport);
+  plan.pixel_size = 1.0 / std::abs(viewport.K[0][0]);
   if (plan.subjects.empty()) return plan;
 
   const Rectangle whole{0, 0, frame.width, frame.height};
@@ -232,6 +233,10 @@ std::vector<Vec3> eyes_on(const PlacedSubject& subject, const RenderFrame& frame
     eyes.emplace_back(subject.from_scene * image);
   }
   return eyes;
+}
+
+double scale_of(const PlacedSubject& subject) {
+  return glm::length(Vec3(subject.local_to_scene[0]));
 }
 
 }  // namespace polyhull

@@ -79,6 +79,7 @@ struct PlacedSubject {
 struct RenderPlan {
   Mat4 clip_from_scene{1.0};
   Vec3 eye{0.0};                        ///< the viewport's centre, scene coordinates
+  double pixel_size = 0.0;              ///< of the viewport at depth 1
   std::vector<PlacedSubject> subjects;  ///< those with triangles
   Rectangle subject, shadow, mirror;
   int light = -1;         ///< the light that throws the shadow
@@ -98,6 +99,9 @@ Vec4 kept_side(const Mirror& mirror);
 /// that eye's image in it.
 std::vector<Vec3> eyes_on(const PlacedSubject& subject, const RenderFrame& frame,
                           const RenderPlan& plan);
+
+/// How many units of the scene a unit of \p subject's mesh is.
+double scale_of(const PlacedSubject& subject);
 
 /// Finds what a frame needs. \p scene_bounds are those of the scene's geometry. Throws Error when
 /// the viewport camera is not finite or degenerate, and for lights and meshes that are not finite or

@@ -25,6 +25,8 @@ void SkinPrograms::draw(const PassInput& in, std::size_t eye, const glm::mat4& c
     const Mat4& local = in.plan.subjects[s].local_to_scene;
     program.set("clip_from_local", glm::mat4(Mat4(clip_from_scene) * local));
     program.set("scene_from_local", glm::mat4(local));
+    program.set("pixel_size",
+                static_cast<float>(in.plan.pixel_size / scale_of(in.plan.subjects[s])));
     if (plane) program.set("plane", *plane);
     in.subjects[s].draw_skin(eye, program);
   }

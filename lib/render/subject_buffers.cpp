@@ -30,17 +30,25 @@ int rounded_up(int size) {
          64;  // regions of interest breathe; textures should not be remade for it
 }
 
-/// Makes room for \p layers pictures of width x height in the array bound to unit 0.
+/// Makes room for \p layers pictures of width x height, each with \p levels - 1 smaller ones, in the
+/// array bound to unit 0.
 void grow(gl::Texture& texture, GLenum format, GLenum transfer, GLenum type, int width, int height,
-          int layers, int& has_width, int& has_height, int& has_layers) {
+          int layers, int levels, int& has_width, int& has_height, int& has_layers,
+          int& has_levels) {
   gl::bind_texture(0, GL_TEXTURE_2D_ARRAY, texture.get());
-  if (width <= has_width && height <= has_height && layers <= has_layers) return;
+  if (width <= has_width && height <= has_height && layers <= has_layers && levels <= has_levels)
+    return;
   has_width = std::max(has_width, rounded_up(width));
   has_height = std::max(has_height, rounded_up(height));
   has_layers = std::max(has_layers, layers);
-  glTexImage3D(GL_TEXTURE_2D_ARRAY, 0, static_cast<GLint>(format), has_width, has_height,
-               has_layers, 0, transfer, type, nullptr);
+  has_levels = std::max(has_levels, levels);
+  static_assert(1 << most_levels <= 64);  // rounded_up(): sizes can be halved so often
+  for (int level = 0; level < has_levels; ++level)
+    glTexImage3D(GL_TEXTURE_2D_ARRAY, level, static_cast<GLint>(format), has_width >> level,
+                 has_height >> level, has_layers, 0, transfer, type, nullptr);
   gl::texture_parameters(GL_TEXTURE_2D_ARRAY, GL_LINEAR);
+  if (has_levels > 1)
+    glTexParameteri(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_LINEAR);
 }
 
 }  // namespace
@@ -61,7 +69,7 @@ void SubjectBuffers::upload_shape(const Hull& hull) {
 }
 
 UploadCounts SubjectBuffers::upload_skin(const Mesh& mesh, const std::vector<Vec3>& eyes,
-                                         bool all_views) {
+                                         int levels, bool all_views) {
   UploadCounts counts;
   drawing_.vertices.clear();
   drawing_.views.clear();
@@ -98,7 +106,7 @@ UploadCounts SubjectBuffers::upload_skin(const Mesh& mesh, const std::vector<Vec
     else
       ++counts.pictures_skipped;
   }
-  upload_pictures(mesh, uploaded, counts);
+  upload_pictures(mesh, uploaded, levels, counts);
   const Texturing* texturing = mesh.texturing ? &*mesh.texturing : nullptr;
   use_maps_ = texturing && texturing->method == TextureMethod::blend &&
               texturing->maps.size() == mesh.views.size() && !drawing_.views.empty();
@@ -111,7 +119,7 @@ UploadCounts SubjectBuffers::upload_skin(const Mesh& mesh, const std::vector<Vec
   return counts;
 }
 
-void SubjectBuffers::upload_pictures(const Mesh& mesh, const std::vector<int>& views,
+void SubjectBuffers::upload_pictures(const Mesh& mesh, const std::vector<int>& views, int levels,
                                      UploadCounts& counts) {
   if (views.empty()) return;
   int width = 0, height = 0;
@@ -121,7 +129,9 @@ void SubjectBuffers::upload_pictures(const Mesh& mesh, const std::vector<int>& v
     height = std::max(height, roi.height + 2);
   }
   grow(pictures_, GL_SRGB8_ALPHA8, GL_RGBA, GL_UNSIGNED_BYTE, width, height,
-       static_cast<int>(views.size()), picture_width_, picture_height_, picture_layers_);
+       static_cast<int>(views.size()), levels + 1, picture_width_, picture_height_,
+       picture_layers_, picture_levels_);
+  glTexParameteri(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_MAX_LEVEL, levels);  // others are older
   glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
   glPixelStorei(GL_UNPACK_ROW_LENGTH, 0);
   for (std::size_t layer = 0; layer < views.size(); ++layer) {
@@ -131,7 +141,23 @@ void SubjectBuffers::upload_pictures(const Mesh& mesh, const std::vector<int>& v
                     view.roi.height + 2, 1, GL_RGBA, GL_UNSIGNED_BYTE, staging_.data());
     ++counts.pictures;
     counts.pixels += staging_.size();
+    upload_smaller(view.roi, static_cast<GLint>(layer), levels);
   }
+}
+
+// Of the picture in staging_.
+void SubjectBuffers::upload_smaller(const Rectangle& roi, GLint layer, int levels) {
+  SmallerPicture last;
+  for (int level = 1; level <= levels; ++level) {
+    last = level == 1 ? halved(staging_, roi.width + 2, roi.height + 2)
+                      : halved(last.pixels, last.width, last.height);
+    glPixelStorei(GL_UNPACK_ROW_LENGTH, last.width);
+    glTexSubImage3D(GL_TEXTURE_2D_ARRAY, level, 0, 0, layer,
+                    std::min(last.width, picture_width_ >> level),
+                    std::min(last.height, picture_height_ >> level), 1, GL_RGBA, GL_UNSIGNED_BYTE,
+                    last.pixels.data());
+  }
+  glPixelStorei(GL_UNPACK_ROW_LENGTH, 0);
 }
 
 void SubjectBuffers::upload_maps(const Mesh& mesh) {
@@ -141,8 +167,9 @@ void SubjectBuffers::upload_maps(const Mesh& mesh) {
     width = std::max(width, maps[static_cast<std::size_t>(k)].width);
     height = std::max(height, maps[static_cast<std::size_t>(k)].height);
   }
+  int one_level = 1;
   grow(maps_, GL_RG16F, GL_RG, GL_HALF_FLOAT, width, height,
-       static_cast<int>(drawing_.views.size()), map_width_, map_height_, map_layers_);
+       static_cast<int>(drawing_.views.size()), 1, map_width_, map_height_, map_layers_, one_level);
   glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
   float coarsest = 0.0f;
   for (std::size_t layer = 0; layer < drawing_.views.size(); ++layer) {

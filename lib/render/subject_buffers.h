@@ -28,8 +28,10 @@ class SubjectBuffers {
   void upload_shape(const Hull& hull);
 
   /// Uploads what the eyes in \p eyes (mesh world coordinates; the viewport's, then the mirrored
-  /// one) see. \p all_views uploads unused pictures too (skipping off).
-  UploadCounts upload_skin(const Mesh& mesh, const std::vector<Vec3>& eyes, bool all_views);
+  /// one) see, and \p levels smaller pictures of each view (view_picture.h). \p all_views uploads
+  /// unused pictures too (skipping off).
+  UploadCounts upload_skin(const Mesh& mesh, const std::vector<Vec3>& eyes, int levels,
+                           bool all_views);
 
   /// Draws the shape; a hull_depth program is in use.
   void draw_shape() const;
@@ -41,7 +43,9 @@ class SubjectBuffers {
   bool has_distortion() const { return distortion_; }
 
  private:
-  void upload_pictures(const Mesh& mesh, const std::vector<int>& views, UploadCounts& counts);
+  void upload_pictures(const Mesh& mesh, const std::vector<int>& views, int levels,
+                       UploadCounts& counts);
+  void upload_smaller(const Rectangle& roi, GLint layer, int levels);
   void upload_maps(const Mesh& mesh);
   void upload_views(const Mesh& mesh);
 
@@ -58,7 +62,7 @@ class SubjectBuffers {
   HullDrawing drawing_;
   std::vector<std::uint32_t> staging_;
   std::vector<std::uint32_t> half_;  // one occlusion map as two half floats per texel
-  int picture_width_ = 0, picture_height_ = 0, picture_layers_ = 0;
+  int picture_width_ = 0, picture_height_ = 0, picture_layers_ = 0, picture_levels_ = 1;
   int map_width_ = 0, map_height_ = 0, map_layers_ = 0;
   bool use_maps_ = false, distortion_ = false;
   float depth_tolerance_ = 0.0f;

@@ -3,7 +3,10 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <cstring>
+
+#include "base/srgb.h"
 
 namespace polyhull {
 namespace {
@@ -83,6 +86,59 @@ void prepare_view_picture(const View& view, std::vector<std::uint32_t>& pixels) 
     next.erase(std::unique(next.begin(), next.end()), next.end());
     ring.swap(next);
   }
+}
+
+SmallerPicture halved(std::span<const std::uint32_t> pixels, int width, int height) {
+  SmallerPicture out;
+  out.width = (width + 1) / 2 + 1;
+  out.height = (height + 1) / 2 + 1;
+  out.pixels.resize(static_cast<std::size_t>(out.width) * out.height);
+  const float* const decode = srgb_to_linear_table();
+  std::uint32_t* to = out.pixels.data();
+  for (int y = 0; y < out.height; ++y) {
+    const int top = std::min(2 * y, height - 1), bottom = std::min(2 * y + 1, height - 1);
+    const std::uint32_t* rows[2] = {pixels.data() + static_cast<std::ptrdiff_t>(top) * width,
+                                    pixels.data() + static_cast<std::ptrdiff_t>(bottom) * width};
+    for (int x = 0; x < out.width; ++x) {
+      const int left = std::min(2 * x, width - 1), right = std::min(2 * x + 1, width - 1);
+      const std::uint32_t four[4] = {rows[0][left], rows[0][right], rows[1][left], rows[1][right]};
+      const bool any = std::any_of(four, four + 4, [](auto p) { return alpha(p) >= covered; });
+      float red = 0.0f, green = 0.0f, blue = 0.0f, count = 0.0f;
+      for (const std::uint32_t p : four) {
+        const float share = !any || alpha(p) >= covered ? 1.0f : 0.0f;
+        red += share * decode[p & 255];
+        green += share * decode[p >> 8 & 255];
+        blue += share * decode[p >> 16 & 255];
+        count += share;
+      }
+      *to++ = static_cast<std::uint32_t>(linear_to_srgb(red / count)) |
+              static_cast<std::uint32_t>(linear_to_srgb(green / count)) << 8 |
+              static_cast<std::uint32_t>(linear_to_srgb(blue / count)) << 16 |
+              (any ? 0xff000000u : 0u);
+    }
+  }
+  return out;
+}
+
+int levels_needed(const Mesh& mesh, int view, const std::vector<Vec3>& eyes, double pixel_size) {
+  if (mesh.hull.vertices.empty()) return 0;
+  const Camera& camera = mesh.views[static_cast<std::size_t>(view)].calibration;
+  Vec3f low = mesh.hull.vertices[0], high = low;
+  for (const Vec3f& p : mesh.hull.vertices) {
+    low = glm::min(low, p);
+    high = glm::max(high, p);
+  }
+  // By the box's corners: the farthest from an eye, and the nearest to the view's camera.
+  double farthest = 0.0, nearest = HUGE_VAL;
+  for (int corner = 0; corner < 8; ++corner) {
+    const Vec3 p = mesh.hull.origin + Vec3((corner & 1 ? high : low).x, (corner & 2 ? high : low).y,
+                                           (corner & 4 ? high : low).z);
+    for (const Vec3& eye : eyes) farthest = std::max(farthest, glm::distance(p, eye));
+    nearest = std::min(nearest, camera.to_camera(p).z);
+  }
+  const double spans = farthest * pixel_size * camera.K[0][0] / nearest;
+  if (nearest <= 0.0 || !(spans < HUGE_VAL)) return most_levels;
+  return std::clamp(static_cast<int>(std::ceil(std::log2(spans))), 0, most_levels);
 }
 
 }  // namespace polyhull

@@ -1,12 +1,19 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 /// \file
-/// A view's pixels made ready to be sampled as skin.
+/// A view's pixels made ready to be sampled as skin, and smaller pictures of them for where the
+/// subject is drawn smaller than it was seen.
+///
+/// With r the pixels of the view that a pixel of the composite spans at a point of the surface, by
+/// their cameras' focal lengths and the point's depths, level floor(log2 r) and the next are mixed,
+/// by r / 2^level - 1; where r is 1 or less, the view's own pixels are all. A surface that lies
+/// slanted is not seen smaller for that: its picture would be blurred along its other side.
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
-#include "mesh/view.h"
+#include "mesh/mesh.h"
 
 namespace polyhull {
 
@@ -15,5 +22,22 @@ namespace polyhull {
 /// pixels beyond) the colour is continued from the nearest fully covered pixels, so that no
 /// background colour is sampled at the silhouette's rim. \p pixels keeps its memory between calls.
 void prepare_view_picture(const View& view, std::vector<std::uint32_t>& pixels);
+
+/// A smaller picture: pixel i stands for 2^level of the view's, from 2^level i on. A column and a
+/// row more than that needs repeat the last.
+struct SmallerPicture {
+  int width = 0, height = 0;
+  std::vector<std::uint32_t> pixels;
+};
+
+inline constexpr int most_levels = 5;  ///< of smaller pictures; the last is a 32nd in size
+
+/// Half the size of \p pixels (\p width x \p height): each pixel the mean of four in linear light,
+/// of those only that show the subject, where any do.
+SmallerPicture halved(std::span<const std::uint32_t> pixels, int width, int height);
+
+/// How many smaller pictures of view \p view there must be at least for \p mesh as it is seen from
+/// \p eyes (mesh world coordinates) by viewports whose pixels measure \p pixel_size at depth 1.
+int levels_needed(const Mesh& mesh, int view, const std::vector<Vec3>& eyes, double pixel_size);
 
 }  // namespace polyhull

@@ -138,6 +138,69 @@ TEST_P(CompositorSkinTest, BlendedViewsKeepTheirLight) {
   }
 }
 
+// Drawn smaller than it was seen, what is too fine for the picture shows as its mean, as sixteen
+// samples to a pixel have it.
+TEST_P(CompositorSkinTest, SmallSubjectsAreNotAliased) {
+  const Camera camera = synthetic::look_at({0.1, 1.05, 1.5}, {0, 1, 0}, 320, 240, 60.0);
+  PaintedWall wall({camera});
+  std::vector<std::uint8_t>& pixels = wall.photographed.pictures[0].pixels;
+  const Rectangle& roi = wall.photographed.mesh.views[0].view.roi;
+  for (std::size_t i = 0; i < pixels.size() / 4; ++i) {
+    const auto x = static_cast<int>(i % static_cast<std::size_t>(roi.width));
+    const auto y = static_cast<int>(i / static_cast<std::size_t>(roi.width));
+    const bool light = (x / 3 + y / 3) % 2 == 0;  // squares of three pixels
+    for (std::size_t c = 0; c < 3; ++c)
+      pixels[4 * i + c] = light ? (y < roi.height / 2 ? 240 : 120) : (c == 0 ? 90 : 10);
+  }
+  const struct {
+    double away, bound;  // times as far as the camera; levels
+  } cases[] = {{2.0, 18.0}, {3.3, 13.0}, {5.0, 8.0}};
+  for (const auto& [away, bound] : cases) {
+    Camera viewport = synthetic::look_at(Vec3(0.1, 1.05, 1.5) * away + Vec3(0, 1, 0) * (1 - away),
+                                         {0, 1, 0}, 320, 240, 60.0);
+    const auto draw = [&](int size) {
+      Shot shot(floor_scene({}, point_lamp({0, 3, 0}, Vec3f(1.0f))), wall.photographed.mesh,
+                viewport);
+      shot.frame.width *= size;
+      shot.frame.height *= size;
+      shot.settings.shadow = ShadowQuality::off;
+      shot.settings.mirror = MirrorMode::off;
+      shot.draw(0.0f);
+      return shot;
+    };
+    const Shot coarse = draw(1);
+    constexpr int size = 8;  // the reference's pixels are smaller than the camera's
+    const Shot fine = draw(size);
+    double squares = 0.0;
+    int count = 0;
+    for (double y = 0.5; y <= 1.5; y += 0.02) {
+      for (double x = -0.5; x <= 0.5; x += 0.02) {
+        const Vec2 at = glm::round(viewport.project_ideal({x, y, 0}).value());
+        const auto px = static_cast<int>(at.x), py = static_cast<int>(at.y);
+        const std::uint8_t* found =
+            &coarse.picture.pixels[4 * (static_cast<std::size_t>(py) * 320 + px)];
+        for (int c = 0; c < 3; ++c) {
+          double mean = 0.0;
+          for (int j = 0; j < size; ++j)
+            for (int i = 0; i < size; ++i)
+              mean += synthetic::to_linear(
+                  fine.picture.pixels[4 * (static_cast<std::size_t>(py * size + j) * 320 * size +
+                                           static_cast<std::size_t>(px * size + i)) +
+                                      static_cast<std::size_t>(c)] /
+                  255.0f);
+          const double error =
+              found[c] - 255.0 * synthetic::to_srgb(static_cast<float>(mean / (size * size)));
+          squares += error * error;
+          ++count;
+        }
+      }
+    }
+    const double rms = std::sqrt(squares / count);
+    std::printf("%.1f times as far: RMS %.2f levels\n", away, rms);
+    EXPECT_LT(rms, bound) << away;
+  }
+}
+
 // From the camera's own place each pixel is the picture's, whatever the next one is.
 TEST_P(CompositorSkinTest, PixelsAreThePicturesOwn) {
   const Camera camera = synthetic::look_at({0.1, 1.05, 1.5}, {0, 1, 0}, 160, 120, 60.0);

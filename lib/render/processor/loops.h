@@ -49,10 +49,11 @@ struct SkinView {
   float map_near = 0.0f, map_range = 1.0f;
   int map_width = 0, map_height = 0, map_stride = 0;
   float tolerance = 0.0f;
-  // The picture, RGBA bytes; texel (0, 0) is the real pixel (origin_x, origin_y).
+  // The picture, RGBA bytes; the centre of texel (0, 0) is the real pixel (origin_x, origin_y).
   const std::uint32_t* pixels = nullptr;
   int width = 0, height = 0, stride = 0;
   float origin_x = 0.0f, origin_y = 0.0f;
+  float scale = 1.0f;  ///< of a smaller picture: its pixels per real one
   bool distorted = false;
   float fx = 1.0f, fy = 1.0f, cx = 0.0f, cy = 0.0f, skew = 0.0f;
   float lens[12] = {};

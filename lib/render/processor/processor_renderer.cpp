@@ -78,12 +78,14 @@ void ProcessorRenderer::State::ready_subjects(const RenderFrame& frame, const Re
     ReadySubject& subject = subjects[i];
     const bool same = settings.skip && placed.content != 0 && placed.content == subject.content;
     const SkinCounts counts =
-        subject.skin.prepare(*placed.mesh, eyes_on(placed, frame, plan), same, !settings.skip);
+        subject.skin.prepare(*placed.mesh, eyes_on(placed, frame, plan), plan.pixel_size, same,
+                             !settings.skip);
     statistics.pictures_uploaded += counts.pictures;
     statistics.pictures_skipped += counts.pictures_skipped;
     reused = reused && same;
     subject.content = placed.content;
     subject.local_to_scene = placed.local_to_scene;
+    subject.scale = scale_of(placed);
   }
   statistics.mesh_reused = reused;
 }

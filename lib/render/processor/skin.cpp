@@ -6,7 +6,6 @@
 
 #include "base/srgb.h"
 #include "base/thread_pool.h"
-#include "render/view_picture.h"
 
 namespace polyhull::processor {
 namespace {
@@ -30,14 +29,14 @@ void choose(float* w, int best) {
 }  // namespace
 
 void SkinItems::clear() {
-  for (auto* numbers : {&x, &y, &z, &share}) numbers->clear();
+  for (auto* numbers : {&x, &y, &z, &depth, &share}) numbers->clear();
   weights.clear();
   slots.clear();
   pixel.clear();
 }
 
-SkinCounts Skin::prepare(const Mesh& mesh, const std::vector<Vec3>& eyes, bool same,
-                         bool all_views) {
+SkinCounts Skin::prepare(const Mesh& mesh, const std::vector<Vec3>& eyes, double pixel_size,
+                         bool same, bool all_views) {
   SkinCounts counts;
   drawing_.vertices.clear();
   drawing_.views.clear();
@@ -84,8 +83,29 @@ SkinCounts Skin::prepare(const Mesh& mesh, const std::vector<Vec3>& eyes, bool s
     ++counts.pictures;
     counts.pixels += pictures_[static_cast<std::size_t>(view)].pixels.size();
   }
+  pixel_size_ = pixel_size;
+  parallel_for(drawing_.views.size(), 1, 0, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i)
+      add_smaller(mesh, drawing_.views[i],
+                  levels_needed(mesh, drawing_.views[i], eyes, pixel_size));
+  });
   views_.clear();
-  for (const int view : drawing_.views) views_.push_back(look_through(mesh, view));
+  smaller_.clear();
+  for (const int view : drawing_.views) {
+    views_.push_back(look_through(mesh, view));
+    std::vector<SkinView>& smaller = smaller_.emplace_back();
+    for (const SmallerPicture& picture : pictures_[static_cast<std::size_t>(view)].smaller) {
+      SkinView next = smaller.empty() ? views_.back() : smaller.back();
+      // The first pixel's middle moves by half of what the pixels grow.
+      next.origin_x += 0.5f / next.scale;
+      next.origin_y += 0.5f / next.scale;
+      next.scale *= 0.5f;
+      next.pixels = picture.pixels.data();
+      next.width = next.stride = picture.width;
+      next.height = picture.height;
+      smaller.push_back(next);
+    }
+  }
   return counts;
 }
 
@@ -94,6 +114,7 @@ void Skin::prepare_picture(const Mesh& mesh, int view) {
   Picture& picture = pictures_[k];
   picture.ready = true;
   prepare_view_picture(mesh.views[k].view, picture.pixels);
+  picture.smaller.clear();
   picture.depth.clear();
   picture.fade.clear();
   if (!use_maps_) return;
@@ -108,6 +129,19 @@ void Skin::prepare_picture(const Mesh& mesh, int view) {
     for (int x = 0; x < map.width; ++x) {
       picture.depth[to + x] = static_cast<float>(map.depth[from + x]) / 65534.0f;
       picture.fade[to + x] = static_cast<float>(map.fade[from + x]) / 255.0f;
+    }
+  }
+}
+
+void Skin::add_smaller(const Mesh& mesh, int view, int levels) {
+  Picture& picture = pictures_[static_cast<std::size_t>(view)];
+  const Rectangle& roi = mesh.views[static_cast<std::size_t>(view)].view.roi;
+  while (static_cast<int>(picture.smaller.size()) < levels) {
+    if (picture.smaller.empty()) {
+      picture.smaller.push_back(halved(picture.pixels, roi.width + 2, roi.height + 2));
+    } else {
+      const SmallerPicture& last = picture.smaller.back();
+      picture.smaller.push_back(halved(last.pixels, last.width, last.height));
     }
   }
 }
@@ -154,6 +188,57 @@ SkinView Skin::look_through(const Mesh& mesh, int number) const {
   for (std::size_t i = 0; i < std::min<std::size_t>(camera.distortion.size(), 12); ++i)
     out.lens[i] = static_cast<float>(camera.distortion[i]);
   return out;
+}
+
+// How many pixels of the view a pixel of the picture spans at each chosen point (view_picture.h).
+void Skin::find_levels(std::size_t slot, const SkinItems& items, SkinScratch& s) const {
+  const SkinView& view = views_[slot];
+  const float* const row = view.pixel_from_local[2];
+  const float factor = static_cast<float>(pixel_size_) * view.fx;
+  const auto most = static_cast<float>(smaller_[slot].size());
+  s.levels.resize(std::max(s.levels.size(), s.chosen.size()));
+  for (std::size_t j = 0; j < s.chosen.size(); ++j) {
+    const std::size_t i = s.chosen[j] / 4;
+    const float depth = row[0] * items.x[i] + row[1] * items.y[i] + row[2] * items.z[i] + row[3];
+    const float spans = std::max(1.0f, factor * items.depth[i] / depth);  // 1 for no number
+    const int whole = std::ilogb(spans);
+    s.levels[j] = std::min(static_cast<float>(whole - 1) + std::ldexp(spans, -whole), most);
+  }
+}
+
+// Adds what the view has at the chosen points, whose places are in u and v.
+void Skin::fetch(std::size_t slot, const SkinItems& items, SkinScratch& s) const {
+  const auto colours = [&](const SkinView& view, std::size_t count, float* u, float* v) {
+    loops().fetch(view, static_cast<int>(count), srgb_to_linear_table(), u, v, s.red.data(),
+                  s.green.data(), s.blue.data());
+  };
+  if (smaller_[slot].empty()) {
+    colours(views_[slot], s.chosen.size(), s.u.data(), s.v.data());
+    for (std::size_t j = 0; j < s.chosen.size(); ++j)
+      s.sums[s.chosen[j] / 4] +=
+          s.weights[s.chosen[j]] * glm::vec4(s.red[j], s.green[j], s.blue[j], 0.0f);
+    return;
+  }
+  find_levels(slot, items, s);
+  for (std::size_t level = 0; level <= smaller_[slot].size(); ++level) {
+    s.of_level.clear();
+    s.level_weights.clear();
+    s.level_u.clear();
+    s.level_v.clear();
+    for (std::size_t j = 0; j < s.chosen.size(); ++j) {
+      const float share = 1.0f - std::abs(s.levels[j] - static_cast<float>(level));
+      if (share <= 0.0f) continue;
+      s.of_level.push_back(s.chosen[j]);
+      s.level_weights.push_back(share);
+      s.level_u.push_back(s.u[j]);
+      s.level_v.push_back(s.v[j]);
+    }
+    colours(level == 0 ? views_[slot] : smaller_[slot][level - 1], s.of_level.size(),
+            s.level_u.data(), s.level_v.data());
+    for (std::size_t j = 0; j < s.of_level.size(); ++j)
+      s.sums[s.of_level[j] / 4] += s.level_weights[j] * s.weights[s.of_level[j]] *
+                                   glm::vec4(s.red[j], s.green[j], s.blue[j], 0.0f);
+  }
 }
 
 void Skin::paint(const SkinItems& items, SkinScratch& s, glm::vec4* pixels) const {
@@ -220,11 +305,7 @@ void Skin::paint(const SkinItems& items, SkinScratch& s, glm::vec4* pixels) cons
       s.v[s.chosen.size()] = s.all_v[entry];
       s.chosen.push_back(entry);
     }
-    best.fetch(views_[slot], static_cast<int>(s.chosen.size()), srgb_to_linear_table(), s.u.data(),
-               s.v.data(), s.red.data(), s.green.data(), s.blue.data());
-    for (std::size_t j = 0; j < s.chosen.size(); ++j)
-      s.sums[s.chosen[j] / 4] +=
-          s.weights[s.chosen[j]] * glm::vec4(s.red[j], s.green[j], s.blue[j], 0.0f);
+    fetch(slot, items, s);
   }
   for (std::size_t i = 0; i < count; ++i) pixels[items.pixel[i]] += items.share[i] * s.sums[i];
 }

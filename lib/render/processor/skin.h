@@ -11,6 +11,7 @@
 #include "mesh/mesh.h"
 #include "render/hull_vertices.h"
 #include "render/processor/loops.h"
+#include "render/view_picture.h"
 
 namespace polyhull::processor {
 
@@ -24,6 +25,7 @@ struct SkinCounts {
 /// Points of one subject to be coloured, in arrays.
 struct SkinItems {
   std::vector<float> x, y, z;                 ///< local coordinates
+  std::vector<float> depth;                   ///< before the viewport, mesh units
   std::vector<std::array<float, 4>> weights;  ///< of the candidates
   std::vector<std::uint32_t> slots;           ///< the candidates, one byte each
   std::vector<float> share;                   ///< how much of its pixel a point is
@@ -35,7 +37,9 @@ struct SkinItems {
 /// A thread's working memory.
 struct SkinScratch {
   std::vector<std::vector<std::uint32_t>> entries;  ///< by slot: 4 * item + candidate
-  std::vector<std::uint32_t> chosen;
+  std::vector<std::uint32_t> chosen, of_level;
+  std::vector<float> levels;  ///< by chosen entry
+  std::vector<float> level_u, level_v, level_weights;
   std::vector<float> x, y, z, u, v, weight, red, green, blue;
   std::vector<float> weights, all_u, all_v;  ///< by entry
   std::vector<glm::vec4> sums;
@@ -44,10 +48,11 @@ struct SkinScratch {
 /// One subject's views and triangles; kept from frame to frame.
 class Skin {
  public:
-  /// Makes \p mesh's views ready for the eyes in \p eyes (mesh world coordinates). \p same: the
-  /// mesh is the one of the last call, so that pictures stay. \p all_views: also those that colour
-  /// nothing visible (skipping off).
-  SkinCounts prepare(const Mesh& mesh, const std::vector<Vec3>& eyes, bool same, bool all_views);
+  /// Makes \p mesh's views ready for the eyes in \p eyes (mesh world coordinates), whose pixels
+  /// measure \p pixel_size at depth 1. \p same: the mesh is the one of the last call, so that
+  /// pictures stay. \p all_views: also those that colour nothing visible (skipping off).
+  SkinCounts prepare(const Mesh& mesh, const std::vector<Vec3>& eyes, double pixel_size, bool same,
+                     bool all_views);
 
   /// The triangles that eye \p eye sees, three vertices each.
   std::size_t first_vertex(std::size_t eye) const { return first_[eye]; }
@@ -62,15 +67,21 @@ class Skin {
   struct Picture {
     bool ready = false;
     std::vector<std::uint32_t> pixels;
+    std::vector<SmallerPicture> smaller;
     std::vector<float> depth, fade;  // of the map, with a column and a row of zeros
   };
   void prepare_picture(const Mesh& mesh, int view);
+  void add_smaller(const Mesh& mesh, int view, int levels);
   SkinView look_through(const Mesh& mesh, int view) const;
+  void fetch(std::size_t slot, const SkinItems& items, SkinScratch& scratch) const;
+  void find_levels(std::size_t slot, const SkinItems& items, SkinScratch& scratch) const;
 
   HullDrawing drawing_;
   std::vector<std::size_t> first_;
   std::vector<Picture> pictures_;  // by view
   std::vector<SkinView> views_;    // by slot
+  std::vector<std::vector<SkinView>> smaller_;  // by slot and level, from 1 on
+  double pixel_size_ = 0.0;
   float tolerance_ = 0.0f;
   bool use_maps_ = false;
   int best_ = 2;

@@ -10,7 +10,7 @@ namespace {
 constexpr std::uint32_t number_bits = 0x0fffffffu;  // below the sample's number
 
 /// The point of a triangle's surface at \p at, seen in \p share of the pixel.
-void add_item(SkinItems& items, const HullVertex* corner, const Foot& at, float share,
+void add_item(SkinItems& items, const HullVertex* corner, const Foot& at, float depth, float share,
               std::uint32_t pixel) {
   const HullVertex &a = corner[0], &b = corner[1], &c = corner[2];
   const float first = 1.0f - at.second - at.third;
@@ -18,6 +18,7 @@ void add_item(SkinItems& items, const HullVertex* corner, const Foot& at, float 
   items.x.push_back(p.x);
   items.y.push_back(p.y);
   items.z.push_back(p.z);
+  items.depth.push_back(depth);
   std::array<float, 4>& weights = items.weights.emplace_back();
   for (std::size_t k = 0; k < 4; ++k)
     weights[k] = (first * a.weights[k] + at.second * b.weights[k] + at.third * c.weights[k]) *
@@ -110,6 +111,7 @@ void SubjectLayer::find_items(const std::vector<ReadySubject>& subjects, const R
           foot(piece, x + sx / static_cast<float>(own), y + sy / static_cast<float>(own));
       const auto [subject, first] = vertex_of_[piece.id];
       add_item(scratch.items[subject], &subjects[subject].skin.vertex(first), at,
+               at.depth / static_cast<float>(subjects[subject].scale),
                static_cast<float>(own) * each, static_cast<std::uint32_t>(pixel));
     }
   }
