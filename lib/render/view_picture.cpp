@@ -102,10 +102,15 @@ SmallerPicture halved(std::span<const std::uint32_t> pixels, int width, int heig
     for (int x = 0; x < out.width; ++x) {
       const int left = std::min(2 * x, width - 1), right = std::min(2 * x + 1, width - 1);
       const std::uint32_t four[4] = {rows[0][left], rows[0][right], rows[1][left], rows[1][right]};
-      const bool any = std::any_of(four, four + 4, [](auto p) { return alpha(p) >= covered; });
+      const bool any = alpha(four[0]) >= covered || alpha(four[1]) >= covered ||
+                       alpha(four[2]) >= covered || alpha(four[3]) >= covered;
+      if (!any) {  // nothing of the subject
+        *to++ = four[0] & 0xffffffu;
+        continue;
+      }
       float red = 0.0f, green = 0.0f, blue = 0.0f, count = 0.0f;
       for (const std::uint32_t p : four) {
-        const float share = !any || alpha(p) >= covered ? 1.0f : 0.0f;
+        const float share = alpha(p) >= covered ? 1.0f : 0.0f;
         red += share * decode[p & 255];
         green += share * decode[p >> 8 & 255];
         blue += share * decode[p >> 16 & 255];
@@ -113,8 +118,7 @@ SmallerPicture halved(std::span<const std::uint32_t> pixels, int width, int heig
       }
       *to++ = static_cast<std::uint32_t>(linear_to_srgb(red / count)) |
               static_cast<std::uint32_t>(linear_to_srgb(green / count)) << 8 |
-              static_cast<std::uint32_t>(linear_to_srgb(blue / count)) << 16 |
-              (any ? 0xff000000u : 0u);
+              static_cast<std::uint32_t>(linear_to_srgb(blue / count)) << 16 | 0xff000000u;
     }
   }
   return out;
@@ -123,21 +127,16 @@ SmallerPicture halved(std::span<const std::uint32_t> pixels, int width, int heig
 int levels_needed(const Mesh& mesh, int view, const std::vector<Vec3>& eyes, double pixel_size) {
   if (mesh.hull.vertices.empty()) return 0;
   const Camera& camera = mesh.views[static_cast<std::size_t>(view)].calibration;
-  Vec3f low = mesh.hull.vertices[0], high = low;
-  for (const Vec3f& p : mesh.hull.vertices) {
-    low = glm::min(low, p);
-    high = glm::max(high, p);
+  double most = 0.0;  // squared
+  for (const Vec3f& vertex : mesh.hull.vertices) {
+    const Vec3 p = mesh.hull.origin + Vec3(vertex);
+    const double depth = camera.to_camera(p).z;
+    if (depth <= 0.0) return most_levels;
+    for (const Vec3& eye : eyes)
+      most = std::max(most, glm::dot(p - eye, p - eye) / (depth * depth));
   }
-  // By the box's corners: the farthest from an eye, and the nearest to the view's camera.
-  double farthest = 0.0, nearest = HUGE_VAL;
-  for (int corner = 0; corner < 8; ++corner) {
-    const Vec3 p = mesh.hull.origin + Vec3((corner & 1 ? high : low).x, (corner & 2 ? high : low).y,
-                                           (corner & 4 ? high : low).z);
-    for (const Vec3& eye : eyes) farthest = std::max(farthest, glm::distance(p, eye));
-    nearest = std::min(nearest, camera.to_camera(p).z);
-  }
-  const double spans = farthest * pixel_size * camera.K[0][0] / nearest;
-  if (nearest <= 0.0 || !(spans < HUGE_VAL)) return most_levels;
+  const double spans = std::sqrt(most) * pixel_size * camera.K[0][0];
+  if (!(spans < HUGE_VAL)) return most_levels;
   return std::clamp(static_cast<int>(std::ceil(std::log2(spans))), 0, most_levels);
 }
 
