@@ -237,10 +237,8 @@ void Approximator::State::copy(const Rings& traced, std::span<const std::int32_t
   drop_inside_dropped(parents);
   for (std::size_t i = 0; i < traced.size(); ++i) {
     if (!kept[i]) continue;
-    for (std::uint32_t p = i == 0 ? 0 : traced.ends[i - 1]; p < traced.ends[i]; ++p) {
-      rings.points.push_back(traced.points[p]);
-      nodes.push_back({p, traced.points[p]});
-    }
+    const auto ring = traced.ring(i);
+    rings.points.insert(rings.points.end(), ring.begin(), ring.end());
     rings.ends.push_back(static_cast<std::uint32_t>(rings.points.size()));
   }
 }

@@ -63,7 +63,7 @@ class Approximator {
                    std::span<const RingNode> nodes = {});
   const ApproximateCounts& counts() const;
 
-  /// The corners of the last call's rings, by their points.
+  /// The corners of the last call's rings, by their points; none with tolerance 0.
   std::span<const RingNode> nodes() const;
 
  private:

@@ -22,8 +22,8 @@ const Rings& Contourer::State::finish(const ContourSettings& now) {
     may_stay = false;
     stayed = false;
     approximator.approximate(traced, parents, now.approximate, rings);
-    if (now.steadiness > 0.0) steady.assign(traced, approximator.nodes());
-    may_stay = now.steadiness > 0.0;
+    may_stay = now.steadiness > 0.0 && now.approximate.tolerance > 0.0;
+    if (may_stay) steady.assign(traced, approximator.nodes());
   }
   std::swap(traced, last_traced);
   settings = now;

@@ -20,7 +20,7 @@ struct ContourSettings {
   /// Px, 0..10: where the traced line runs within this distance of that which the last contours were
   /// made of, they stay; elsewhere they are made anew. So contours lie within the tolerance of a
   /// line within this distance of the traced one: what moves, does not lag, and what drifts is
-  /// followed. 0: nothing of the last contours stays.
+  /// followed. 0, or with a tolerance of 0: nothing of the last contours stays.
   double steadiness = 0.25;
   bool operator==(const ContourSettings&) const = default;
 };

@@ -65,7 +65,8 @@ std::span<const Property<ContourValues>> contour_properties() {
           "steadiness", "Steadiness",
           "Pixels, from 0 to 10. Where the traced line runs within this distance of that which the "
           "last contours were made of, they stay, so that noise does not make the outline of what "
-          "stands still flicker; all else is made anew, without a lag. 0: nothing stays.",
+          "stands still flicker; all else is made anew, without a lag. 0, or with tolerance=0: "
+          "nothing stays.",
           0.0, 10.0),
       property<&S::adaptive>("adaptive", "Adaptive",
                              "Whether the tolerance is coarsened, up to 16 times its value, while "

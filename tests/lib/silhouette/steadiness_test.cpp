@@ -8,6 +8,7 @@
 #include "base/error.h"
 #include "silhouette/blur/blur.h"
 #include "silhouette/contour/contourer.h"
+#include "silhouette_checks.h"
 
 namespace polyhull {
 namespace {
@@ -155,13 +156,61 @@ TEST(Steadiness, OtherSettingsMakeAllAnew) {
   EXPECT_FALSE(steady.stayed());
 }
 
-TEST(Steadiness, TraceAsItIsStaysToo) {
+TEST(Steadiness, TheTracedLineItselfIsAlwaysNew) {
   Contourer steady;
   ContourSettings exact = settings(0.25);
   exact.approximate.tolerance = 0.0;
-  const Rings first = steady.find(field(0, 0, 6.0, 0), exact);
-  for (unsigned n = 1; n < 10; ++n)
-    EXPECT_TRUE(steady.find(field(0, 0, 6.0, n), exact) == first) << n;
+  for (unsigned n = 0; n < 5; ++n) {
+    const Field now = field(0, 0, 6.0, n);
+    Contourer fresh;
+    EXPECT_TRUE(steady.find(now, exact) == fresh.find(now, exact)) << n;
+  }
+}
+
+// Whatever comes and goes, no two edges meet: old pieces and new ones beside each other, thin gaps,
+// rings that part and join.
+TEST(Steadiness, RingsStaySimpleAndApart) {
+  std::mt19937 random(7);
+  for (const double steadiness : {0.25, 1.0, 3.0}) {
+    for (const double coarse : {0.0, 0.2, 0.7, 3.0}) {
+      Contourer steady;
+      ContourSettings s = settings(steadiness);
+      s.approximate.tolerance = coarse;
+      s.approximate.min_area = 0.0;
+      std::vector<std::uint8_t> alpha(static_cast<std::size_t>(width) * height);
+      std::generate(alpha.begin(), alpha.end(),
+                    [&] { return static_cast<std::uint8_t>(random() % 256); });
+      Rings last;
+      std::size_t stayed = 0, all = 0;
+      for (int n = 0; n < 40; ++n) {
+        // A part of a cloud of blots changes a little, another altogether.
+        for (std::size_t i = 0; i < alpha.size(); ++i) {
+          const int change = random() % 8 == 0 && i % width < width / 2
+                                 ? static_cast<int>(random() % 256)
+                                 : static_cast<int>(random() % 17) - 8 + alpha[i];
+          alpha[i] = static_cast<std::uint8_t>(std::clamp(change, 0, 255));
+        }
+        Matte matte;
+        load_matte(alpha.data(), width, 1, width, height, matte);
+        Blur blur;
+        BlurSettings soft;
+        soft.sigma = 1.5;
+        blur.set(soft);
+        Field blots;
+        blur.apply(matte, blots);
+        const Rings& rings = steady.find(blots, s);
+        ASSERT_TRUE(test::simple_and_disjoint(rings)) << steadiness << " " << coarse << " " << n;
+        ASSERT_EQ(test::nesting_fault(rings), "") << steadiness << " " << coarse << " " << n;
+        for (const Vec2f p : last.points)
+          stayed += std::find(rings.points.begin(), rings.points.end(), p) != rings.points.end();
+        all += last.points.size();
+        last = rings;
+      }
+      if (coarse > 0.0) {
+        EXPECT_GT(stayed, all / 10) << steadiness << " " << coarse;
+      }
+    }
+  }
 }
 
 TEST(Steadiness, WhatLeavesIsGone) {
