@@ -164,6 +164,7 @@ GST_START_TEST(same_bytes_as_the_chain_with_every_setting) {
            "correct-curvature=false min-area=0 min-edges=3"),
       with("method=prototype strength=40", "", "", "key-method=prototype strength=40"),
       with("choke=1.5", "", "", "choke=1.5"),
+      with("", "", "steadiness=2", "steadiness=2"),
       with("resample=2", "", "", "resample=2"),
       with("close=2", "sigma=1", "", "close=2 sigma=1"),
       with("uneven=true spill=0.5", "", "", "uneven=true spill=0.5"),
