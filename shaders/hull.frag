@@ -15,7 +15,6 @@ flat in vec4 colour_3;
 flat in vec4 focals;
 centroid in vec3 world;
 
-#ifdef DISTORTION
 struct View {
   mat4 map_from_local;
   vec4 colour_from_map;
@@ -24,9 +23,9 @@ struct View {
   vec4 skew_and_size;
   vec4 origin;
   vec4 lens[3];
+  vec4 limits;
 };
 layout(std140) uniform Views { View views[VIEW_SLOTS]; };
-#endif
 
 uniform sampler2DArray pictures;
 uniform sampler2DArray maps;  // red: depth 0..1, green: fade
@@ -46,7 +45,9 @@ const float rest = 0.002;
 float visibility(vec4 in_map, uint slot, float weight) {
   if (weight <= 0.0 || in_map.z <= 0.0) return 0.0;
   if (!use_maps) return weight;
-  vec4 map = texture(maps, vec3(in_map.xy / in_map.z, float(slot)));
+  // Beyond the view's own map its layer holds older ones.
+  vec2 at = min(in_map.xy / in_map.z, views[slot].limits.zw);
+  vec4 map = texture(maps, vec3(at, float(slot)));
   float behind = in_map.w - map.r;
   return weight * (map.g + rest) * (1.0 - smoothstep(depth_tolerance, 2.0 * depth_tolerance, behind));
 }
@@ -80,7 +81,8 @@ vec3 colour_of(vec4 in_map, uint slot, vec4 from_map, float focal) {
   float spans = max(pixel_size * focal / (gl_FragCoord.w * in_map.z), 1.0);
   float whole = floor(log2(spans));
   float level = whole + spans * exp2(-whole) - 1.0;
-  return textureLod(pictures, vec3(picture_coordinate(in_map, slot, from_map), float(slot)), level).rgb;
+  vec2 at = min(picture_coordinate(in_map, slot, from_map), views[slot].limits.xy);
+  return textureLod(pictures, vec3(at, float(slot)), level).rgb;
 }
 
 void main() {

@@ -22,8 +22,9 @@ struct ViewBlock {
   glm::vec4 skew_and_size{0.0f};
   glm::vec4 origin{0.0f};
   glm::vec4 lens[3] = {glm::vec4(0.0f), glm::vec4(0.0f), glm::vec4(0.0f)};
+  glm::vec4 limits{1.0f};
 };
-static_assert(sizeof(ViewBlock) == 16 * 12);
+static_assert(sizeof(ViewBlock) == 16 * 13);
 
 int rounded_up(int size) {
   return (size + 63) / 64 *
@@ -239,6 +240,12 @@ void SubjectBuffers::upload_views(const Mesh& mesh) {
     block.intrinsics = glm::dvec4(camera.K[0][0], camera.K[1][1], camera.K[2][0], camera.K[2][1]);
     block.skew_and_size = glm::dvec4(camera.K[1][0], 0.0, 1.0 / pw, 1.0 / ph);
     block.origin = glm::dvec4(origin_x, origin_y, 0.0, 0.0);
+    block.limits = glm::dvec4((view.roi.width + 1.5) / pw, (view.roi.height + 1.5) / ph, 1.0, 1.0);
+    if (use_maps_) {
+      const OcclusionMap& map = mesh.texturing->maps[k];
+      block.limits.z = (static_cast<float>(map.width) + 0.5f) / static_cast<float>(map_width_);
+      block.limits.w = (static_cast<float>(map.height) + 0.5f) / static_cast<float>(map_height_);
+    }
     for (std::size_t i = 0; i < std::min<std::size_t>(camera.distortion.size(), 12); ++i)
       block.lens[i / 4][static_cast<int>(i % 4)] = static_cast<float>(camera.distortion[i]);
     distortion_ = distortion_ || camera.has_distortion();
