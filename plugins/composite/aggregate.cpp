@@ -48,32 +48,42 @@ void show(Composite& self, GstAggregatorPad* pad, GstBuffer* buffer, std::int64_
   }
 }
 
-/// Whether nothing more can come to \p pad that belongs to a frame that ends at \p end. A live mesh
-/// is believed to last as long as it says; in files, where nothing hurries, the next one tells.
-bool is_settled(GstAggregatorPad* pad, std::int64_t end, bool live) {
-  const Arrival* next = peek(pad);
-  if (next == nullptr) {
-    const MeshPadState& state = state_of<MeshPadState>(pad);
-    return gst_aggregator_pad_is_eos(pad) ||
-           (live && end != no_time && state.end != no_time && state.end >= end);
-  }
-  const std::int64_t time = next->time();
-  return time != no_time && end != no_time && time >= end;
+/// A live mesh that begins later than this after a frame's begin is not waited for: cameras and
+/// background keep one grid only up to the jitter of their times. LiveTiming has 6 ms to spare.
+constexpr std::int64_t same_instant = 5'000'000;
+
+/// Whether what \p pad has brought is what a live \p frame shows, so that the next mesh need not be
+/// waited for: it lasts beyond the frame's instant, as far as it says, or does not begin before it.
+bool is_of_now(GstAggregatorPad* pad, const WaitingFrame& frame) {
+  const MeshPadState& state = state_of<MeshPadState>(pad);
+  if (frame.begin == no_time || state.end == no_time) return false;
+  const std::int64_t instant = std::min(frame.begin + same_instant, frame.end - 1);
+  return state.end > instant || state.begin >= frame.begin;
 }
 
-/// Takes from the pad what belongs to a frame that ends at \p end: the last mesh that begins
-/// before. False: more may come that belongs to it.
-bool catch_up(Composite& self, GstAggregatorPad* pad, std::int64_t end, bool live) {
+/// Whether nothing more is to be waited for on \p pad for \p frame. In files, where nothing hurries,
+/// the next mesh tells.
+bool is_settled(GstAggregatorPad* pad, const WaitingFrame& frame, bool live) {
+  const Arrival* next = peek(pad);
+  if (next == nullptr) return gst_aggregator_pad_is_eos(pad) || (live && is_of_now(pad, frame));
+  const std::int64_t time = next->time();
+  return time != no_time && frame.end != no_time && time >= frame.end;
+}
+
+/// Takes from the pad what belongs to \p frame: the last mesh that begins before its end. False:
+/// more may come that belongs to it.
+bool catch_up(Composite& self, GstAggregatorPad* pad, const WaitingFrame& frame, bool live) {
   MeshPadState& state = state_of<MeshPadState>(pad);
-  while (!is_settled(pad, end, live)) {
+  while (!is_settled(pad, frame, live)) {
     const Arrival* next = peek(pad);
     if (next == nullptr) return false;
     const std::int64_t time = next->time();
+    state.begin = time;
     state.end = next->end();
     if (!next->gap()) show(self, pad, next->buffer, time);
     pop(pad);
     // Without times, one mesh goes with one frame.
-    if (time == no_time || end == no_time) return true;
+    if (time == no_time || frame.end == no_time) return true;
   }
   return true;
 }
@@ -160,7 +170,7 @@ Made make_frame(Composite& self, const CompositePads& pads, bool live, bool time
                                                                 : GST_AGGREGATOR_FLOW_NEED_DATA};
   bool complete = true;
   for (GstAggregatorPad* pad : pads.meshes)
-    complete = catch_up(self, pad, frame.end, live) && complete;
+    complete = catch_up(self, pad, frame, live) && complete;
   const std::int64_t now = self.timing.now();
   const bool due = live && frame.begin != no_time && now != no_time
                        ? now >= frame.begin + self.timing.wait()
@@ -236,7 +246,7 @@ GstClockTime composite_next_time(GstAggregator* aggregator) {
   if (frame.begin == no_time) return self.timing.wake_at(0);
   for (GstAggregatorPad* pad : pads.meshes) {
     const bool waits = peek(pad) == nullptr;
-    if (waits && !is_settled(pad, frame.end, true))
+    if (waits && !is_settled(pad, frame, true))
       return self.timing.now() == no_time ? GST_CLOCK_TIME_NONE
                                           : self.timing.wake_at(frame.begin + self.timing.wait());
   }

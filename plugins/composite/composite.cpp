@@ -139,6 +139,12 @@ bool Composite::answer(GstQuery* query) {
   return GST_QUERY_TYPE(query) == GST_QUERY_CONTEXT && gl.answer(query);
 }
 
+GstStructure* Composite::statistics_of(gpointer) {
+  GstStructure* stats = statistics.structure();
+  timing.tell(stats);
+  return stats;
+}
+
 bool Composite::hear(GstAggregatorPad* pad, GstEvent* event) {
   if (is_mesh_pad(pad)) return true;
   if (GST_EVENT_TYPE(event) == GST_EVENT_CAPS && !take_caps(*this, event)) return false;
@@ -197,7 +203,8 @@ void Composite::class_init(gpointer klass) {
       "announcements, announcements-unusable, …-skipped "
       "and …-reused (work left out), pictures-uploaded and -skipped, bytes-uploaded; and of the "
       "last frame frame-ms and the milliseconds per pass on the CPU (…-ms) and, of a frame shortly "
-      "before, on the graphics processor (…-gpu-ms, negative where it cannot tell).");
+      "before, on the graphics processor (…-gpu-ms, negative where it cannot tell). Live: wait-ms "
+      "and latency-ms as they are now.");
   set_metadata(klass, "Scene compositor", "Filter/Effect/Video/Compositor",
                "Puts textured visual hulls into the picture of a synthetic scene, with occlusion, "
                "shadow and mirror image");

@@ -22,6 +22,7 @@ struct Composite : LiveAggregator {
   bool hear(GstAggregatorPad* pad, GstEvent* event);
   gboolean navigate(GstEvent* event);
   bool answer(GstQuery* query);
+  GstStructure* statistics_of(gpointer object);
 
   /// Both formats unknown; a GstVideoInfo of zeros may not be asked for its format.
   void forget_formats() {

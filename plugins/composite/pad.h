@@ -27,11 +27,12 @@ struct MeshPadState {
   std::unique_ptr<MeshBuffer> mesh;  ///< the one shown; null: none yet
   std::uint64_t content = 0;         ///< its number, never used twice
   std::int64_t time = no_time;       ///< its running time
+  std::int64_t begin = no_time;      ///< of what came last, a mesh or a gap
   std::int64_t end = no_time;        ///< up to when nothing newer is to be expected
 
   void forget() {
     mesh.reset();
-    time = end = no_time;
+    time = begin = end = no_time;
   }
 };
 

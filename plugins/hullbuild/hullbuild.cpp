@@ -72,9 +72,7 @@ void HullBuild::property_set(gpointer object, std::string_view name) {
 /// The counters, and for each camera how late its views come.
 GstStructure* HullBuild::statistics_of(gpointer object) {
   GstStructure* stats = statistics.structure();
-  gst_structure_set(stats, "wait-ms", G_TYPE_DOUBLE, 1e-6 * static_cast<double>(timing.wait()),
-                    "latency-ms", G_TYPE_DOUBLE, 1e-6 * static_cast<double>(timing.latency()),
-                    nullptr);
+  timing.tell(stats);
   const std::int64_t now = running_time_now(GST_ELEMENT_CAST(object));
   for (GstAggregatorPad* pad : Pads(object)) {
     std::string name = snapshot(pad, state_of<HullPadState>(pad).name);

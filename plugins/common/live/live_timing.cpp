@@ -112,6 +112,11 @@ void LiveTiming::note_work(double seconds) {
   if (now != no_time) work_.add(now, static_cast<std::int64_t>(1e9 * seconds));
 }
 
+void LiveTiming::tell(GstStructure* stats) const {
+  gst_structure_set(stats, "wait-ms", G_TYPE_DOUBLE, 1e-6 * static_cast<double>(wait()),
+                    "latency-ms", G_TYPE_DOUBLE, 1e-6 * static_cast<double>(latency()), nullptr);
+}
+
 bool LiveTiming::ask_base(GstQuery* query) {
   GstAggregatorClass* base = GST_AGGREGATOR_CLASS(g_type_class_peek(GST_TYPE_AGGREGATOR));
   return base->src_query(element_, query);

@@ -54,6 +54,8 @@ class LiveTiming {
   std::int64_t wait() const { return wait_; }
   /// The latency that is reported, ns.
   std::int64_t latency() const { return latency_; }
+  /// Adds both to \p stats, in ms: wait-ms, latency-ms.
+  void tell(GstStructure* stats) const;
   /// How late anything may come to be waited for, ns.
   std::int64_t limit() const { return limit_; }
 

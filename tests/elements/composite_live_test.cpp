@@ -1,0 +1,236 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+// composite in real time: a frame leaves as soon as its mesh is there, whatever the phase between
+// cameras and background, and the latency that it reports holds its work.
+#include "composite_bench.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <mutex>
+#include <vector>
+
+using namespace polyhull;
+using namespace polyhull::test;
+
+namespace {
+
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr bool in_time = false;
+#else
+constexpr bool in_time = true;
+#endif
+
+/// Times in ns.
+struct Feed {
+  int frames = 40;
+  GstClockTime interval = 40 * GST_MSECOND;
+  gint64 phase = 0;                          ///< of the meshes' times against the frames'
+  GstClockTime length = 40 * GST_MSECOND;    ///< of a mesh; GST_CLOCK_TIME_NONE: it has none
+  GstClockTime lateness = 25 * GST_MSECOND;  ///< a mesh comes so long after its time
+  int pads = 1;
+  std::vector<int> missing;  ///< meshes that do not come
+};
+
+/// Of one frame: when it left and when what it shows was there, and what drawing took; ms.
+struct Left {
+  double time = 0.0, work = 0.0;
+};
+
+struct LiveBench {
+  explicit LiveBench(const Feed& with) : feed(with) {
+    element = gst_element_factory_make_full("composite", "force-live", TRUE, "eye-y", 1.2, "eye-z",
+                                            4.0, "target-y", 1.0, nullptr);
+    gst_object_ref_sink(element);
+    bus = gst_bus_new();
+    gst_element_set_bus(element, bus);
+    background = gst_harness_new_with_element(element, "background", "src");
+    for (int i = 0; i < feed.pads; ++i) {
+      meshes.push_back(gst_harness_new_with_element(element, "mesh_%u", nullptr));
+      gst_harness_set_src_caps_str(meshes.back(), mesh_caps);
+    }
+    gst_harness_use_systemclock(background);
+    GstClock* clock = gst_element_get_clock(element);
+    gst_element_set_base_time(element, gst_clock_get_time(clock));
+    gst_object_unref(clock);
+    gst_harness_set_src_caps_str(background, background_caps);
+    gst_pad_add_probe(background->sinkpad, GST_PAD_PROBE_TYPE_BUFFER, frame_leaves, this, nullptr);
+    gst_harness_play(background);
+  }
+  ~LiveBench() {
+    for (GstHarness* mesh : meshes) gst_harness_teardown(mesh);
+    gst_harness_teardown(background);
+    gst_element_set_bus(element, nullptr);
+    gst_object_unref(bus);
+    gst_object_unref(element);
+  }
+
+  /// Running time, ms.
+  double now() const {
+    GstClock* clock = gst_element_get_clock(element);
+    const GstClockTime time = gst_clock_get_time(clock) - gst_element_get_base_time(element);
+    gst_object_unref(clock);
+    return 1e-6 * static_cast<double>(time);
+  }
+
+  static GstPadProbeReturn frame_leaves(GstPad*, GstPadProbeInfo* info, gpointer data) {
+    auto* self = static_cast<LiveBench*>(data);
+    const std::scoped_lock lock(self->mutex);
+    const auto number = GST_BUFFER_PTS(GST_PAD_PROBE_INFO_BUFFER(info)) / self->feed.interval;
+    if (number < self->left.size())
+      self->left[number] = {self->now(), test::figure(self->element, "frame-ms")};
+    return GST_PAD_PROBE_OK;
+  }
+
+  /// Pushes frames and meshes when they are due, until all frames have had their time.
+  void run() {
+    struct Event {
+      gint64 due;
+      int mesh, frame;  // -1: not that
+    };
+    std::vector<Event> events;
+    const auto step = static_cast<gint64>(feed.interval);
+    for (int i = 0; i < feed.frames; ++i) {
+      events.push_back({step * i, -1, i});
+      const gint64 time = step * i + feed.phase;
+      if (time >= 0 && std::count(feed.missing.begin(), feed.missing.end(), i) == 0)
+        events.push_back({time + static_cast<gint64>(feed.lateness), i, -1});
+    }
+    std::stable_sort(events.begin(), events.end(),
+                     [](const Event& a, const Event& b) { return a.due < b.due; });
+    subject();  // made when it is first needed, which takes its time
+    left.resize(static_cast<std::size_t>(feed.frames));
+    came.resize(left.size(), -1e9);
+    shown.resize(left.size(), -1e9);
+    for (const Event& event : events) {
+      const double wait = 1e-6 * static_cast<double>(event.due) - now();
+      if (wait > 0.0) g_usleep(static_cast<gulong>(1e3 * wait));
+      if (event.frame >= 0) {
+        shown[static_cast<std::size_t>(event.frame)] = now();
+        gst_harness_push(background, frame(static_cast<GstClockTime>(step * event.frame)));
+        continue;
+      }
+      const auto time = static_cast<GstClockTime>(step * event.mesh + feed.phase);
+      came[static_cast<std::size_t>(event.mesh)] = now();
+      for (GstHarness* harness : meshes) {
+        GstBuffer* mesh = mesh_buffer(time);
+        GST_BUFFER_DURATION(mesh) = feed.length;
+        gst_harness_push(harness, mesh);
+      }
+    }
+    g_usleep(200000);
+  }
+
+  /// How long the frames from \p first on lay about, ms: from when the frame and the mesh that
+  /// \p offset frames later bears its number were there, without the time that drawing took.
+  std::vector<double> idle(int first, int offset = 0) {
+    const std::scoped_lock lock(mutex);
+    std::vector<double> out;
+    for (int i = first; i < feed.frames - 1; ++i) {
+      const auto at = static_cast<std::size_t>(i);
+      fail_unless(left[at].time > 0.0, "frame %d has not left", i);
+      const double there = std::max(shown[at], came[static_cast<std::size_t>(i + offset)]);
+      out.push_back(left[at].time - there - left[at].work);
+    }
+    std::sort(out.begin(), out.end());
+    return out;
+  }
+
+  Feed feed;
+  GstElement* element;
+  GstBus* bus;
+  GstHarness* background;
+  std::vector<GstHarness*> meshes;
+  std::mutex mutex;  // protects left
+  std::vector<Left> left;
+  std::vector<double> came, shown;  // when meshes and frames were pushed, ms
+};
+
+/// Frames leave within 5 ms (the middle one) of when all is there.
+void expect_prompt(const Feed& feed, int offset = 0) {
+  LiveBench bench(feed);
+  bench.run();
+  const std::vector<double> idle = bench.idle(8, offset);
+  const double middle = idle[idle.size() / 2];
+  fail_unless(!in_time || middle <= 5.0, "phase %g ms, length %g ms: idle for %.2f ms (%.2f to %.2f)",
+              1e-6 * static_cast<double>(feed.phase), 1e-6 * static_cast<double>(feed.length),
+              middle, idle.front(), idle.back());
+}
+
+}  // namespace
+
+GST_START_TEST(a_frame_leaves_as_soon_as_its_mesh_is_there) {
+  Feed feed;
+  expect_prompt(feed);
+  feed.phase = 3 * GST_MSECOND;  // less than what counts as the same instant
+  expect_prompt(feed);
+  feed.phase = -3 * static_cast<gint64>(GST_MSECOND);
+  expect_prompt(feed);
+  feed.phase = -20 * static_cast<gint64>(GST_MSECOND);
+  expect_prompt(feed);
+  // The mesh that is there when the frame begins; the next one begins too long after it.
+  feed.phase = 15 * GST_MSECOND;
+  expect_prompt(feed, -1);
+}
+GST_END_TEST
+
+GST_START_TEST(meshes_of_any_length_do) {
+  Feed feed;
+  feed.length = GST_CLOCK_TIME_NONE;
+  expect_prompt(feed);
+  feed.length = 10 * GST_MSECOND;  // as long as the shutter is open
+  expect_prompt(feed);
+  feed.interval = feed.length = 20 * GST_MSECOND;
+  expect_prompt(feed);
+  feed.pads = 3;
+  expect_prompt(feed);
+}
+GST_END_TEST
+
+/// A mesh that does not come holds its own frame up until the deadline, and no other.
+GST_START_TEST(a_mesh_that_does_not_come_costs_one_wait) {
+  Feed feed;
+  feed.missing = {20};
+  LiveBench bench(feed);
+  bench.run();
+  std::vector<double> idle = bench.idle(8);
+  fail_unless(!in_time || idle[idle.size() / 2] <= 5.0);
+  const std::scoped_lock lock(bench.mutex);
+  const double late = bench.left[20].time - bench.shown[20];
+  // It is waited for as long as meshes have been late, and 6 ms; others may keep the machine busy.
+  fail_unless(late >= 25.0 && (!in_time || late <= 100.0), "%.1f ms", late);
+}
+GST_END_TEST
+
+/// The latency that is reported: what is waited for and what drawing takes at most.
+GST_START_TEST(the_latency_holds_the_work) {
+  LiveBench bench(Feed{});
+  bench.run();
+  double work = 0.0;
+  for (const Left& frame : bench.left) work = std::max(work, frame.work);
+  const double latency = 1e-6 * static_cast<double>(gst_harness_query_latency(bench.background));
+  fail_unless(latency >= 25.0 + work, "%.1f ms with %.1f ms of work", latency, work);
+  fail_unless(std::abs(latency - test::figure(bench.element, "latency-ms")) < 3.1);
+  fail_unless(test::figure(bench.element, "wait-ms") >= 25.0);
+  GstMessage* message = gst_bus_pop_filtered(bench.bus, GST_MESSAGE_LATENCY);
+  fail_unless(message != nullptr, "no message told it");
+  gst_message_unref(message);
+  // All that left came within it.
+  int late = 0;
+  for (std::size_t i = 8; i < bench.left.size(); ++i)
+    late += bench.left[i].time > 40.0 * static_cast<double>(i) + latency + 5.0;
+  fail_unless(!in_time || late <= 3, "%d frames left later than the %.1f ms said", late, latency);
+}
+GST_END_TEST
+
+static Suite* composite_live_suite() {
+  Suite* suite = suite_create("composite in real time");
+  TCase* tests = tcase_create("general");
+  tcase_set_timeout(tests, 60);
+  tcase_add_test(tests, a_frame_leaves_as_soon_as_its_mesh_is_there);
+  tcase_add_test(tests, meshes_of_any_length_do);
+  tcase_add_test(tests, a_mesh_that_does_not_come_costs_one_wait);
+  tcase_add_test(tests, the_latency_holds_the_work);
+  suite_add_tcase(suite, tests);
+  return suite;
+}
+
+GST_CHECK_MAIN(composite_live)
