@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "render/frame.h"
+#include "render/yuv_picture.h"
 
 namespace polyhull {
 
@@ -57,6 +58,12 @@ class Renderer {
                       const RenderSettings& settings, const std::uint8_t* background,
                       int background_stride, std::uint8_t* target, int target_stride) = 0;
 
+  /// As render(), but the changed part is written as video: \p target, which is no memory of the
+  /// background, holds that already as write_yuv() makes it.
+  virtual void render_yuv(const RenderFrame& frame, const RenderPlan& plan,
+                          const RenderSettings& settings, const std::uint8_t* background,
+                          int background_stride, const YuvPicture& target);
+
   const RenderStatistics& statistics() const { return statistics_; }
 
   /// "OpenGL ES 3.2 Mesa ... (llvmpipe ...)" or "the processor, with avx2", for messages.
@@ -68,6 +75,7 @@ class Renderer {
  private:
   Bounds scene_bounds_;
   std::shared_ptr<const Scene> bounds_held_;
+  std::vector<std::uint8_t> drawn_;  // what render_yuv() converts
 };
 
 }  // namespace polyhull

@@ -2,9 +2,8 @@
 #include "render/processor/loops.h"
 
 #include <cmath>
-#include <cstdlib>
-#include <string_view>
 
+#include "base/instruction_set.h"
 #include "base/srgb.h"
 
 namespace polyhull::processor {
@@ -28,19 +27,12 @@ const SrgbLines& srgb_lines() {
 }
 
 const Loops& loops() {
-  static const Loops& chosen = []() -> const Loops& {
 #if defined(__x86_64__)
-    // What POLYHULL_ISA may be, and what is said about other values: silhouette/pixels/kernels.cpp.
-    const char* text = std::getenv("POLYHULL_ISA");
-    const std::string_view wanted = text != nullptr ? text : "";
-    const bool refused = wanted == "baseline" || wanted == "plain";
-    if (!refused && __builtin_cpu_supports("avx2") && __builtin_cpu_supports("bmi") &&
-        __builtin_cpu_supports("bmi2") && __builtin_cpu_supports("fma"))
-      return avx2_loops();
-#endif
-    return baseline_loops();
-  }();
+  static const Loops& chosen = may_use_avx2() ? avx2_loops() : baseline_loops();
   return chosen;
+#else
+  return baseline_loops();
+#endif
 }
 
 }  // namespace polyhull::processor

@@ -6,6 +6,7 @@
 #include <cstring>
 #include <numbers>
 #include <optional>
+#include <utility>
 
 #include "base/srgb.h"
 #include "base/stopwatch.h"
@@ -15,6 +16,7 @@
 #include "render/processor/mirror_view.h"
 #include "render/processor/scene_layer.h"
 #include "render/processor/subject_layer.h"
+#include "render/processor/video_rows.h"
 
 namespace polyhull {
 
@@ -168,12 +170,19 @@ bool ProcessorRenderer::State::draw_scene(const RenderFrame& frame, const Render
   return fresh;
 }
 
+/// Where the picture goes: RGBA pixels, or video.
+struct ProcessorRenderer::Target {
+  std::uint8_t* pixels = nullptr;
+  std::ptrdiff_t stride = 0;
+  const YuvPicture* video = nullptr;  ///< pixels is null then
+};
+
 /// Puts the layers of one band together, as renderer.h says.
 class ProcessorRenderer::Blend {
  public:
   Blend(State& state, const RenderFrame& frame, const RenderPlan& plan,
         const RenderSettings& settings, const MirrorView* mirror, const std::uint8_t* background,
-        int background_stride, std::uint8_t* target, int target_stride)
+        int background_stride, const Target& target)
       : state_(state),
         frame_(frame),
         plan_(plan),
@@ -182,8 +191,7 @@ class ProcessorRenderer::Blend {
         changed_(plan.changed()),
         background_(background),
         background_stride_(background_stride),
-        target_(target),
-        target_stride_(target_stride) {
+        target_(target) {
     if (plan.light < 0) return;
     const Vec3f power = light_power(frame.lights[static_cast<std::size_t>(plan.light)]) *
                         (frame.exposure / std::numbers::pi_v<float>);
@@ -213,21 +221,16 @@ class ProcessorRenderer::Blend {
                          scene, scratch, image);
     seconds_mirror += watch.lap();
     const bool shaded = reaches(plan_.shadow);
+    const Rectangle rows{changed_.x, top, changed_.width, bottom - top};
+    const PixelRows out = target_.video ? background_rows(background_, background_stride_, rows,
+                                                          frame_.width, frame_.height)
+                                        : PixelRows{target_.pixels, target_.stride, 0, 0};
+    Touched touched;  // of two rows that share their chroma
     for (int y = top; y < bottom; ++y) {
-      const Span over = row_of(plan_.subject, front, band, y),
-                 mirrored = row_of(plan_.mirror, image, band, y);
-      for (int x = changed_.x; x < changed_.x + changed_.width;) {
-        // Piece by piece of up to 16 pixels, those that nothing reaches at once.
-        const int end = std::min((x | 15) + 1, changed_.x + changed_.width);
-        BlendPixels pixels;
-        const bool in_shadow = shaded && state_.shadow.reaches(x, y) &&
-                               state_.shadow.taken(state_.direct, x & ~15, y, pixels.taken);
-        if (in_shadow || over.meets(x, end) || mirrored.meets(x, end)) {
-          if (!in_shadow) std::fill_n(pixels.taken, 16, 0.0f);
-          blend(x, end, y, over, mirrored, pixels);
-        }
-        x = end;
-      }
+      blend_row(y, row_of(plan_.subject, front, band, y), row_of(plan_.mirror, image, band, y),
+                shaded, out, touched);
+      if (!target_.video || (y % 2 == 0 && y + 1 < bottom)) continue;
+      write_rows(out, y & ~1, std::exchange(touched, {}), *target_.video);
     }
     seconds_blend += watch.lap();
   }
@@ -250,8 +253,28 @@ class ProcessorRenderer::Blend {
     return {part.x, part.x + part.width, &layer[static_cast<std::size_t>(y - top) * part.width]};
   }
 
-  /// Pixels \p x to \p end - 1 of a piece, of which \p pixels has what is taken.
-  void blend(int x, int end, int y, const Span& over, const Span& mirrored, BlendPixels& pixels) {
+  /// Blends the changed part of row \p y into \p out.
+  void blend_row(int y, const Span& over, const Span& mirrored, bool shaded, const PixelRows& out,
+                 Touched& touched) {
+    for (int x = changed_.x; x < changed_.x + changed_.width;) {
+      // Piece by piece of up to 16 pixels, those that nothing reaches at once.
+      const int end = std::min((x | 15) + 1, changed_.x + changed_.width);
+      BlendPixels pixels;
+      const bool in_shadow = shaded && state_.shadow.reaches(x, y) &&
+                             state_.shadow.taken(state_.direct, x & ~15, y, pixels.taken);
+      if (in_shadow || over.meets(x, end) || mirrored.meets(x, end)) {
+        if (!in_shadow) std::fill_n(pixels.taken, 16, 0.0f);
+        touched.left = std::min(touched.left, x);
+        touched.right = std::max(touched.right, end);
+        blend(x, end, y, over, mirrored, pixels, out.at(x, y));
+      }
+      x = end;
+    }
+  }
+
+  /// Pixels \p x to \p end - 1 of a piece, of which \p pixels has what is taken, to \p to.
+  void blend(int x, int end, int y, const Span& over, const Span& mirrored, BlendPixels& pixels,
+             std::uint8_t* to) {
     const int first = x & ~15;
     const std::uint8_t* coded = background_ + static_cast<std::ptrdiff_t>(y) * background_stride_;
     for (int i = 0; i < 16; ++i) {
@@ -294,9 +317,7 @@ class ProcessorRenderer::Blend {
     }
     std::uint32_t out[16];
     loops().blend(pixels, power_, srgb_to_linear_table(), srgb_lines(), out);
-    std::memcpy(target_ + static_cast<std::ptrdiff_t>(y) * target_stride_ +
-                    4 * static_cast<std::ptrdiff_t>(x),
-                out + (x - first), 4 * static_cast<std::size_t>(end - x));
+    std::memcpy(to, out + (x - first), 4 * static_cast<std::size_t>(end - x));
   }
 
   State& state_;
@@ -307,14 +328,25 @@ class ProcessorRenderer::Blend {
   Rectangle changed_;
   const std::uint8_t* background_;
   int background_stride_;
-  std::uint8_t* target_;
-  int target_stride_;
+  Target target_;
   float power_[3] = {};  // of the main light, as a picture value per albedo and E
 };
 
 void ProcessorRenderer::render(const RenderFrame& frame, const RenderPlan& plan,
                                const RenderSettings& settings, const std::uint8_t* background,
                                int background_stride, std::uint8_t* target, int target_stride) {
+  draw(frame, plan, settings, background, background_stride, {target, target_stride});
+}
+
+void ProcessorRenderer::render_yuv(const RenderFrame& frame, const RenderPlan& plan,
+                                   const RenderSettings& settings, const std::uint8_t* background,
+                                   int background_stride, const YuvPicture& target) {
+  draw(frame, plan, settings, background, background_stride, {nullptr, 0, &target});
+}
+
+void ProcessorRenderer::draw(const RenderFrame& frame, const RenderPlan& plan,
+                             const RenderSettings& settings, const std::uint8_t* background,
+                             int background_stride, const Target& target) {
   State& s = *state_;
   statistics_ = {};
   statistics_.subject_skipped = plan.subject.empty();
@@ -349,7 +381,7 @@ void ProcessorRenderer::render(const RenderFrame& frame, const RenderPlan& plan,
   std::optional<MirrorView> mirror;
   if (plan.mirror_index >= 0) {
     const std::uint8_t* unchanged = background;
-    if (background == target) {
+    if (background == target.pixels) {
       // Other rows of the background are read for the mirror when they may be written already.
       const std::size_t size = static_cast<std::size_t>(background_stride) * (frame.height - 1) +
                                4 * static_cast<std::size_t>(frame.width);
@@ -359,7 +391,7 @@ void ProcessorRenderer::render(const RenderFrame& frame, const RenderPlan& plan,
     mirror.emplace(frame, plan, *s.scene, s.around, s.mirrored, unchanged, background_stride);
   }
   Blend blend(s, frame, plan, settings, mirror ? &*mirror : nullptr, background, background_stride,
-              target, target_stride);
+              target);
   const int first = blend.first_band();
   parallel_for(static_cast<std::size_t>(blend.last_band() - first + 1), 1, 0,
                [&](std::size_t begin, std::size_t end) {

@@ -20,11 +20,17 @@ class ProcessorRenderer : public Renderer {
   void render(const RenderFrame& frame, const RenderPlan& plan, const RenderSettings& settings,
               const std::uint8_t* background, int background_stride, std::uint8_t* target,
               int target_stride) override;
+  void render_yuv(const RenderFrame& frame, const RenderPlan& plan, const RenderSettings& settings,
+                  const std::uint8_t* background, int background_stride,
+                  const YuvPicture& target) override;
   std::string description() const override;
 
  private:
   struct State;
   class Blend;
+  struct Target;
+  void draw(const RenderFrame& frame, const RenderPlan& plan, const RenderSettings& settings,
+            const std::uint8_t* background, int background_stride, const Target& target);
   std::unique_ptr<State> state_;
 };
 
