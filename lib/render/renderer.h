@@ -17,7 +17,7 @@
 #include <vector>
 
 #include "render/frame.h"
-#include "render/yuv_picture.h"
+#include "render/yuv/yuv_picture.h"
 
 namespace polyhull {
 

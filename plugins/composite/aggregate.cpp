@@ -114,26 +114,33 @@ GstBuffer* acquire(GstAggregator* aggregator, const GstVideoInfo& info) {
 GstBuffer* compose(Composite& self, GstBuffer* frame,
                    const std::vector<GstAggregatorPad*>& meshes) {
   g_autoptr(GstBuffer) held = frame;
-  const bool same_memory = self.background_on_gpu == self.output_on_gpu;
+  const bool video = is_video_output(self.output_info);
+  const bool same_memory = !video && self.background_on_gpu == self.output_on_gpu;
+  const FrameBuffers buffers{frame, &self.background_info, &self.output_info,
+                             self.background_on_gpu, self.output_on_gpu};
   self.composer.prepare(snapshot(self.element, self.settings), self.background_info, meshes,
                         self.background_on_gpu || self.output_on_gpu);
   if (meshes.empty()) self.statistics.count("no-mesh");
-  if (self.composer.untouched() && same_memory) {
-    self.statistics.count("passed-through");
-    return g_steal_pointer(&held);
-  }
-  const FrameBuffers buffers{frame, &self.background_info, self.background_on_gpu,
-                             self.output_on_gpu};
+  const auto copy_times = [&](GstBuffer* to) {
+    gst_buffer_copy_into(
+        to, frame,
+        static_cast<GstBufferCopyFlags>(GST_BUFFER_COPY_FLAGS | GST_BUFFER_COPY_TIMESTAMPS), 0, -1);
+  };
   g_autoptr(GstBuffer) output = nullptr;
+  if (self.composer.untouched() && (same_memory || video)) {
+    self.statistics.count("passed-through");
+    if (!video) return g_steal_pointer(&held);
+    output = self.composer.background_as_video(buffers);
+    copy_times(output);
+    return g_steal_pointer(&output);
+  }
   if (same_memory && !self.output_on_gpu && gst_buffer_is_writable(frame) &&
       gst_buffer_is_all_memory_writable(frame)) {
     output = g_steal_pointer(&held);  // its untouched part need not even be copied
   } else {
     output = acquire(self.element, self.output_info);
     if (!output) return nullptr;
-    gst_buffer_copy_into(
-        output, frame,
-        static_cast<GstBufferCopyFlags>(GST_BUFFER_COPY_FLAGS | GST_BUFFER_COPY_TIMESTAMPS), 0, -1);
+    copy_times(output);
   }
   self.composer.draw(buffers, output);
   return g_steal_pointer(&output);

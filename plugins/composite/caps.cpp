@@ -27,7 +27,13 @@ bool is_gl_caps(const GstCaps* caps) {
 GstCaps* output_caps(const GstVideoInfo& info, bool background_on_gpu) {
   g_autoptr(GstCaps) shape = gst_video_info_to_caps(const_cast<GstVideoInfo*>(&info));
   gst_structure_remove_field(gst_caps_get_structure(shape, 0), "texture-target");
-  return with_both_memories(shape, background_on_gpu);
+  GstCaps* video = gst_caps_copy(shape);
+  g_autoptr(GstCaps) format = gst_caps_from_string(
+      "video/x-raw, format=(string){NV12,I420}, colorimetry=(string)bt709, "
+      "chroma-site=(string)mpeg2");
+  for (const char* field : {"format", "colorimetry", "chroma-site"})
+    gst_caps_set_value(video, field, gst_structure_get_value(gst_caps_get_structure(format, 0), field));
+  return gst_caps_merge(with_both_memories(shape, background_on_gpu), video);
 }
 
 void answer_background_caps(GstPad* pad, GstPad* source, GstQuery* query) {

@@ -9,17 +9,29 @@
 
 namespace polyhull::element {
 
+/// Of the background.
 inline constexpr char composite_video_caps[] =
     "video/x-raw, format=(string)RGBA, width=(int)[1,16384], height=(int)[1,16384], "
     "framerate=(fraction)[0/1,2147483647/1]; "
     "video/x-raw(memory:GLMemory), format=(string)RGBA, width=(int)[1,16384], "
     "height=(int)[1,16384], framerate=(fraction)[0/1,2147483647/1], texture-target=(string)2D";
 
+/// Of the output: that, and what encoders take. Its colours are told, since what is assumed where
+/// nothing is said depends on the size.
+inline constexpr char composite_output_caps[] =
+    "video/x-raw, format=(string)RGBA, width=(int)[1,16384], height=(int)[1,16384], "
+    "framerate=(fraction)[0/1,2147483647/1]; "
+    "video/x-raw(memory:GLMemory), format=(string)RGBA, width=(int)[1,16384], "
+    "height=(int)[1,16384], framerate=(fraction)[0/1,2147483647/1], texture-target=(string)2D; "
+    "video/x-raw, format=(string){NV12,I420}, width=(int)[1,16384], height=(int)[1,16384], "
+    "framerate=(fraction)[0/1,2147483647/1], colorimetry=(string)bt709, "
+    "chroma-site=(string)mpeg2";
+
 /// Whether the pictures of \p caps are in OpenGL's memory.
 bool is_gl_caps(const GstCaps* caps);
 
 /// What composite can make of a background \p info: the same picture in either kind of memory, the
-/// background's own kind first.
+/// background's own kind first; after them the video formats in system memory.
 GstCaps* output_caps(const GstVideoInfo& info, bool background_on_gpu);
 
 /// Answers what the background may be: any memory, with the size and rate that those behind

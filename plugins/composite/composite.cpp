@@ -199,6 +199,7 @@ void Composite::class_init(gpointer klass) {
       "Counters since the start: frames, frames-overdue (left out because they came too late to be "
       "used), frames-unwanted (left out because not all can be drawn), frame-step (every how many "
       "frames of the background one is drawn), passed-through (the background went out untouched), "
+      "backgrounds-converted (to the output's NV12 or I420; one that stays the same is kept), "
       "drawn, drawn-by-processor, rays (traced by it), no-mesh, meshes, meshes-unusable, "
       "announcements, announcements-unusable, …-skipped "
       "and …-reused (work left out), pictures-uploaded and -skipped, bytes-uploaded; and of the "
@@ -211,7 +212,7 @@ void Composite::class_init(gpointer klass) {
   add_template(klass, "mesh_%u", GST_PAD_SINK, mesh_caps, type_of<MeshPadState>(), GST_PAD_REQUEST);
   add_template(klass, "background", GST_PAD_SINK, composite_video_caps, type_of<LivePadState>(),
                GST_PAD_REQUEST);
-  add_template(klass, "src", GST_PAD_SRC, composite_video_caps, GST_TYPE_AGGREGATOR_PAD);
+  add_template(klass, "src", GST_PAD_SRC, composite_output_caps, GST_TYPE_AGGREGATOR_PAD);
   gst_type_mark_as_plugin_api(type_of<MeshPadState>(), static_cast<GstPluginAPIFlags>(0));
   install_live_aggregator<Composite>(klass);
   GST_ELEMENT_CLASS(klass)->set_context = set_context;

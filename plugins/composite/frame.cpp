@@ -13,6 +13,14 @@
 namespace polyhull::element {
 namespace {
 
+void check_strides(int from, int to) {
+  if (from % 4 == 0 && to % 4 == 0) return;
+  throw Error(Error::Kind::unsupported,
+              "Composite got pictures whose rows are {} and {} bytes apart, which is not a "
+              "multiple of four. Put a videoconvert in front of it and behind it.",
+              from, to);
+}
+
 constexpr GstMapFlags on_gpu(GstMapFlags flags) {
   return static_cast<GstMapFlags>(flags | GST_MAP_GL);
 }
@@ -23,7 +31,8 @@ FrameComposer::FrameComposer(CompositeGl& gl, Statistics& statistics)
     : gl_(gl), statistics_(statistics) {
   statistics.declare({"drawn", "drawn-by-processor", "rays", "subject-skipped", "shadow-skipped",
                       "mirror-skipped", "scene-depth-reused", "static-shadow-reused", "mesh-reused",
-                      "pictures-uploaded", "pictures-skipped", "bytes-uploaded"});
+                      "pictures-uploaded", "pictures-skipped", "bytes-uploaded",
+                      "backgrounds-converted"});
 }
 
 std::shared_ptr<const Scene> FrameComposer::open(const std::string& name) {
@@ -93,6 +102,8 @@ bool FrameComposer::draws_with_gl(Backend wanted, bool on_gpu) {
 void FrameComposer::draw(const FrameBuffers& buffers, GstBuffer* output) {
   if (with_gl_ && buffers.background_on_gpu && buffers.output_on_gpu) {
     draw_on_gpu(buffers, output);
+  } else if (is_video_output(*buffers.output)) {
+    draw_as_video(buffers, output);
   } else {
     draw_in_memory(buffers, output);
   }
@@ -112,22 +123,46 @@ void FrameComposer::draw_on_gpu(const FrameBuffers& buffers, GstBuffer* output) 
     gst_gl_sync_meta_set_sync_point(sync, gl_.context());
 }
 
+void FrameComposer::with_renderer(const std::function<void(Renderer&)>& work) {
+  const auto reported = [&](Renderer& renderer) {
+    work(renderer);
+    report(renderer);
+  };
+  if (with_gl_)
+    gl_.run(reported);
+  else if (processor_)
+    reported(*processor_);
+}
+
+GstBuffer* FrameComposer::background_as_video(const FrameBuffers& buffers) {
+  const std::uint64_t before = background_video_.conversions();
+  GstBuffer* video = background_video_.of(buffers.background, *buffers.info, *buffers.output);
+  statistics_.count("backgrounds-converted", background_video_.conversions() - before);
+  return gst_buffer_copy(video);
+}
+
+void FrameComposer::draw_as_video(const FrameBuffers& buffers, GstBuffer* output) {
+  g_autoptr(GstBuffer) untouched = background_as_video(buffers);
+  const MappedFrame background(*buffers.info, buffers.background, GST_MAP_READ);
+  const MappedFrame target(*buffers.output, output, GST_MAP_WRITE);
+  check_strides(background.stride(), 0);
+  {
+    const MappedFrame from(*buffers.output, untouched, GST_MAP_READ);
+    gst_video_frame_copy(const_cast<GstVideoFrame*>(&target.frame()), &from.frame());
+  }
+  with_renderer([&](Renderer& renderer) {
+    renderer.render_yuv(frame_, plan_, settings_, background.data(), background.stride(),
+                        yuv_picture(target.frame()));
+  });
+}
+
 void FrameComposer::draw_in_memory(const FrameBuffers& buffers, GstBuffer* output) {
   const auto draw = [&](const std::uint8_t* from, int from_stride, std::uint8_t* to,
                         int to_stride) {
-    if (from_stride % 4 != 0 || to_stride % 4 != 0)
-      throw Error(Error::Kind::unsupported,
-                  "Composite got pictures whose rows are {} and {} bytes apart, which is not a "
-                  "multiple of four. Put a videoconvert in front of it and behind it.",
-                  from_stride, to_stride);
-    const auto render = [&](Renderer& renderer) {
+    check_strides(from_stride, to_stride);
+    with_renderer([&](Renderer& renderer) {
       renderer.render(frame_, plan_, settings_, from, from_stride, to, to_stride);
-      report(renderer);
-    };
-    if (with_gl_)
-      gl_.run(render);
-    else if (processor_)
-      render(*processor_);
+    });
   };
   if (output == buffers.background) {
     const MappedFrame both(*buffers.info, output, GST_MAP_READWRITE);
@@ -172,6 +207,7 @@ void FrameComposer::report(const Renderer& renderer) {
 void FrameComposer::reset() {
   announcement_.reset();
   processor_.reset();
+  background_video_.reset();
   scene_.reset();
   scene_name_.clear();
   frame_ = {};

@@ -6,6 +6,7 @@
 
 #include <gst/video/video.h>
 
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -15,6 +16,7 @@
 #include <vector>
 
 #include "plugins/common/statistics.h"
+#include "plugins/composite/background_video.h"
 #include "plugins/composite/gl.h"
 #include "plugins/composite/pad.h"
 #include "plugins/composite/properties.h"
@@ -23,10 +25,11 @@
 
 namespace polyhull::element {
 
-/// The pictures of one frame: buffers with the formats they have.
+/// The pictures of one frame: buffers with the formats they have, apart from what metas say.
 struct FrameBuffers {
   GstBuffer* background = nullptr;
-  const GstVideoInfo* info = nullptr;  ///< RGBA; of both, apart from what metas say
+  const GstVideoInfo* info = nullptr;    ///< RGBA, of the background
+  const GstVideoInfo* output = nullptr;  ///< RGBA, NV12 or I420
   bool background_on_gpu = false;
   bool output_on_gpu = false;
 };
@@ -50,6 +53,10 @@ class FrameComposer {
   /// Whether the background is the result as it is.
   bool untouched() const { return plan_.untouched(); }
 
+  /// The background in the output's format, which is a video format: a new buffer without times.
+  /// Throws Error.
+  GstBuffer* background_as_video(const FrameBuffers& buffers);
+
   /// Draws what prepare() found. \p output holds the background already where it is in system
   /// memory and not the same buffer. Throws Error.
   void draw(const FrameBuffers& buffers, GstBuffer* output);
@@ -60,6 +67,8 @@ class FrameComposer {
   std::shared_ptr<const Scene> open(const std::string& name);
   void draw_on_gpu(const FrameBuffers& buffers, GstBuffer* output);
   void draw_in_memory(const FrameBuffers& buffers, GstBuffer* output);
+  void draw_as_video(const FrameBuffers& buffers, GstBuffer* output);
+  void with_renderer(const std::function<void(Renderer&)>& work);
   bool draws_with_gl(Backend wanted, bool on_gpu);
   void report(const Renderer& renderer);
 
@@ -67,6 +76,7 @@ class FrameComposer {
   std::unique_ptr<ProcessorRenderer> processor_;
   bool with_gl_ = false;
   Statistics& statistics_;
+  BackgroundVideo background_video_;
   std::optional<Announcement> announcement_;
   std::string scene_name_;
   std::shared_ptr<const Scene> scene_;

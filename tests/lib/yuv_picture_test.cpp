@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "render/yuv_picture.h"
+#include "render/yuv/yuv_picture.h"
 
 #include <gtest/gtest.h>
 
@@ -11,7 +11,7 @@
 #include "backend.h"
 #include "base/instruction_set.h"
 #include "base/thread_pool.h"
-#include "render/yuv_loops.h"
+#include "render/yuv/loops.h"
 #include "synthetic.h"
 #include "texture/texture_hull.h"
 

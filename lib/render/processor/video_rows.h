@@ -7,7 +7,7 @@
 #include <climits>
 #include <cstdint>
 
-#include "render/yuv_picture.h"
+#include "render/yuv/yuv_picture.h"
 
 namespace polyhull::processor {
 

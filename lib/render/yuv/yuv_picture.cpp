@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "render/yuv_picture.h"
+#include "render/yuv/yuv_picture.h"
 
 #include <algorithm>
 #include <cstring>
 
 #include "base/instruction_set.h"
 #include "base/thread_pool.h"
-#include "render/yuv_loops.h"
+#include "render/yuv/loops.h"
 
 namespace polyhull {
 namespace {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 /// \file
-/// The inner loops of yuv_picture.h, compiled once per instruction set (yuv_loops.inc) and chosen at
+/// The inner loops of yuv_picture.h, compiled once per instruction set (loops.inc) and chosen at
 /// run time: whole numbers, vectorised by the compiler.
 #pragma once
 
