@@ -69,6 +69,7 @@ if $live; then
 fi
 
 say "running the chain: $frames frames of four 1024x768 cameras to 1280x720"
+# RGBA for both branches, not the encoder's NV12: the pictures are held against the truth below.
 rm -f "$out"/demo-*.png
 # shellcheck disable=SC2046,SC2086
 polyhull-run --brief --count composite --json "$out/demo.json" $(synthetic_cameras "$frames") $chain \

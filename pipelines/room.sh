@@ -48,7 +48,7 @@ polyhull-run --json "$out/room-figures.json" $cameras \
   scenesrc path=orbit orbit-speed=20 target-y=0.75 num-buffers=214 ! \
   video/x-raw,width=1280,height=720,framerate=25/1 ! queue max-size-buffers=4 ! composite.background \
   composite name=composite mesh_0::translate-x=-0.35 mesh_0::translate-z=-0.1 ! tee name=pictures \
-  pictures. ! queue ! videoconvert ! x264enc speed-preset=veryfast ! h264parse ! mp4mux ! \
+  pictures. ! queue ! x264enc speed-preset=veryfast ! h264parse ! mp4mux ! \
   filesink async=false location="$out/room.mp4" \
   pictures. ! queue ! videorate drop-only=true ! video/x-raw,framerate=1/2 ! videoconvert ! pngenc ! \
   multifilesink async=false location="$out/room-%d.png"

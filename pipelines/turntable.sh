@@ -69,7 +69,7 @@ polyhull-run filesrc location="$out/$name.mesh" blocksize=1073741824 ! applicati
   scenesrc path=orbit orbit-speed=45 target-y=0.75 num-buffers=200 ! \
   video/x-raw,width=1280,height=720,framerate=25/1 ! queue max-size-buffers=2 ! composite.background \
   composite name=composite $place ! tee name=pictures \
-  pictures. ! queue ! videoconvert ! x264enc speed-preset=veryfast ! h264parse ! mp4mux ! \
+  pictures. ! queue ! x264enc speed-preset=veryfast ! h264parse ! mp4mux ! \
   filesink async=false location="$out/$name.mp4" \
   pictures. ! queue ! videorate drop-only=true ! video/x-raw,framerate=1/2 ! videoconvert ! pngenc ! \
   multifilesink async=false location="$out/$name-%d.png"
