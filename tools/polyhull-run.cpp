@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // Runs a pipeline as gst-launch-1.0 does, shows its progress, and prints at the end where the time
-// went: per element the processor time of its streaming threads, and the `stats` of each polyhull
-// element.
+// went: per element the processor time of its streaming threads, the `stats` of each polyhull
+// element, and how long a frame takes from the cameras to the output.
 #include <gst/gst.h>
 #include <time.h>
 #include <unistd.h>
@@ -139,10 +139,37 @@ nlohmann::json value_to_json(const GValue* value) {
   return text ? text : "";
 }
 
+// Prints the latency of the frames at \p output and returns it as JSON; null where no frame could be
+// followed to there.
+nlohmann::json report_latency(const std::string& output, bool brief) {
+  const polyhull::LatencyReport latency = polyhull::latency_to(output);
+  if (latency.frames == 0) return nullptr;
+  nlohmann::json json = {{"output", output},          {"frames", latency.frames},
+                         {"cameras", latency.cameras}, {"minimum_ms", latency.minimum},
+                         {"median_ms", latency.median}, {"maximum_ms", latency.maximum},
+                         {"mean_ms", latency.mean},     {"shares_ms", latency.shares},
+                         {"other_cameras_ms", latency.other_cameras}};
+  if (brief) return json;
+  std::string cameras;
+  for (const std::string& camera : latency.cameras) cameras += (cameras.empty() ? "" : ", ") + camera;
+  std::printf("\nlatency from %s to %s, %zu frames: %.1f ms at least, %.1f median, %.1f at most\n",
+              cameras.c_str(), output.c_str(), latency.frames, latency.minimum, latency.median,
+              latency.maximum);
+  std::vector<std::pair<std::string, double>> rows(latency.shares.begin(), latency.shares.end());
+  std::stable_sort(rows.begin(), rows.end(),
+                   [](const auto& a, const auto& b) { return a.second > b.second; });
+  rows.emplace_back("(other cameras)", latency.other_cameras);
+  for (const auto& [element, milliseconds] : rows)
+    std::printf("%-22s %8.3f ms %5.1f %%\n", element.c_str(), milliseconds,
+                latency.mean > 0.0 ? 100.0 * milliseconds / latency.mean : 0.0);
+  return json;
+}
+
 void report(const Run& run, double wall, double cpu, const std::string& json_path) {
   const auto times = polyhull::profile();
   nlohmann::json json = {{"wall_seconds", wall}, {"cpu_seconds", cpu}};
   std::uint64_t frames = 0;
+  std::string output;  // where frames are counted
   double span = 0.0;  // seconds from the first frame to the last
   if (!run.brief)
     std::printf("\n%-22s %-14s %8s %14s\n", "element", "kind", "buffers", "CPU ms/buffer");
@@ -158,6 +185,7 @@ void report(const Run& run, double wall, double cpu, const std::string& json_pat
     const std::uint64_t handed_on = time.buffers_out ? time.buffers_out : time.buffers_in;
     if (counted && handed_on > frames) {
       frames = handed_on;
+      output = GST_OBJECT_NAME(element);
       span = time.buffers_out ? time.last_out - time.first_out : time.last_in - time.first_in;
     }
     const double milliseconds =
@@ -181,6 +209,7 @@ void report(const Run& run, double wall, double cpu, const std::string& json_pat
     }
     if (!run.brief) std::printf("\n");
   }
+  json["latency"] = report_latency(output, run.brief);
   json["frames"] = frames;
   const double rate = span > 0.0 ? static_cast<double>(frames - 1) / span : 0.0;
   json["frames_per_second"] = rate;
@@ -212,7 +241,7 @@ int main(int argc, char** argv) {
   CLI11_PARSE(app, argc, argv);
 
   gst_init(nullptr, nullptr);
-  polyhull::start_profile();
+  polyhull::start_profile(run.count_at);
   std::vector<const char*> arguments;
   for (const std::string& word : words) arguments.push_back(word.c_str());
   arguments.push_back(nullptr);

@@ -53,6 +53,7 @@ struct ThreadTimes {
   Times times;
   std::vector<std::string> inside;  // elements whose chain functions are on this thread's stack
   double last = thread_seconds();
+  std::string outside;  // the element whose buffer is on its way through the pads of bins
 };
 
 std::mutex threads_mutex;  // protects threads
@@ -82,12 +83,47 @@ void spend(ThreadTimes& thread, const std::string& element) {
   thread.last = now;
 }
 
-void push_begins(GstPad* pad, std::uint64_t buffers) {
+std::mutex latency_mutex;  // protects the two below
+LatencyTrace latency_trace;
+std::string latency_output;
+
+/// Running time of \p buffer, ns; -1 where it has none.
+std::int64_t instant_of(GstPad* pad, GstBuffer* buffer) {
+  if (!GST_BUFFER_PTS_IS_VALID(buffer)) return -1;
+  g_autoptr(GstEvent) event = gst_pad_get_sticky_event(pad, GST_EVENT_SEGMENT, 0);
+  if (!event) return -1;
+  const GstSegment* segment = nullptr;
+  gst_event_parse_segment(event, &segment);
+  if (segment->format != GST_FORMAT_TIME) return -1;
+  const guint64 time =
+      gst_segment_to_running_time(segment, GST_FORMAT_TIME, GST_BUFFER_PTS(buffer));
+  return GST_CLOCK_TIME_IS_VALID(time) ? static_cast<std::int64_t>(time) : -1;
+}
+
+/// \p buffer goes from \p from to \p to, whose pad is \p peer.
+void follow(GstPad* pad, GstPad* peer, GstBuffer* buffer, const std::string& from,
+            const std::string& to) {
+  const std::int64_t instant = instant_of(pad, buffer);
+  if (instant < 0 || from.empty() || to.empty()) return;
+  const double now = seconds_of(CLOCK_MONOTONIC);
+  g_autofree char* name = gst_object_get_name(GST_OBJECT(peer));
+  g_autoptr(GstElement) element = gst_pad_get_parent_element(peer);
+  const bool sink = element && GST_OBJECT_FLAG_IS_SET(element, GST_ELEMENT_FLAG_SINK);
+  std::lock_guard lock(latency_mutex);
+  latency_trace.handed_over(now, instant, from, to, g_str_equal(name, "background"));
+  if (from == latency_output) latency_trace.reached(now, instant, from, from);
+  if (sink) latency_trace.reached(now, instant, to, from);
+}
+
+void push_begins(GstPad* pad, std::uint64_t buffers, GstBuffer* first) {
   const std::string from = element_of(pad);
   g_autoptr(GstPad) peer = gst_pad_get_peer(pad);
   const std::string to = element_of(peer);
   ThreadTimes& thread = this_thread();
   std::lock_guard lock(thread.mutex);
+  const std::string& sender = from.empty() ? thread.outside : from;
+  if (first) follow(pad, peer, first, sender, to);
+  if (to.empty()) thread.outside = sender;
   spend(thread, from.empty() && !thread.inside.empty() ? thread.inside.back() : from);
   if (!from.empty()) {
     thread.times[from].buffers_out += buffers;
@@ -108,19 +144,21 @@ void push_ends() {
   thread.inside.pop_back();
 }
 
-void before_push(GstTracer*, GstClockTime, GstPad* pad, GstBuffer*) {
-  push_begins(pad, 1);
+void before_push(GstTracer*, GstClockTime, GstPad* pad, GstBuffer* buffer) {
+  push_begins(pad, 1, buffer);
 }
 void after_push(GstTracer*, GstClockTime, GstPad*, GstFlowReturn) {
   push_ends();
 }
 void before_push_list(GstTracer*, GstClockTime, GstPad* pad, GstBufferList* list) {
-  push_begins(pad, gst_buffer_list_length(list));
+  const guint length = gst_buffer_list_length(list);
+  push_begins(pad, length, length > 0 ? gst_buffer_list_get(list, 0) : nullptr);
 }
 
 }  // namespace
 
-void start_profile() {
+void start_profile(const std::string& output) {
+  latency_output = output;
   static GstTracer* tracer = GST_TRACER(g_object_new(hook_tracer_get_type(), nullptr));
   gst_object_ref_sink(tracer);
   gst_tracing_register_hook(tracer, "pad-push-pre", G_CALLBACK(before_push));
@@ -144,6 +182,11 @@ std::map<std::string, ElementTime> profile() {
     }
   }
   return sum;
+}
+
+LatencyReport latency_to(const std::string& output) {
+  std::lock_guard lock(latency_mutex);
+  return latency_trace.report(output);
 }
 
 }  // namespace polyhull

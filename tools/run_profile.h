@@ -12,6 +12,8 @@
 #include <map>
 #include <string>
 
+#include "run_latency.h"
+
 namespace polyhull {
 
 struct ElementTime {
@@ -24,10 +26,14 @@ struct ElementTime {
   double cpu_seconds = 0.0;  ///< of the streaming threads, without what lies downstream
 };
 
-/// Starts the measurement for all pipelines of the process; call once, after gst_init().
-void start_profile();
+/// Starts the measurement for all pipelines of the process; call once, after gst_init(). Latency is
+/// taken up to all sinks, and to what leaves the element \p output (empty: none).
+void start_profile(const std::string& output);
 
 /// What was measured so far, by element name; elements that are no longer alive included.
 std::map<std::string, ElementTime> profile();
+
+/// The latency of the frames that reached \p output: a sink, or the element that was given above.
+LatencyReport latency_to(const std::string& output);
 
 }  // namespace polyhull

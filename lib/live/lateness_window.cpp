@@ -11,15 +11,20 @@ void LatenessWindow::add(std::int64_t now, std::int64_t value) {
   slot = {number, slot.number == number ? std::max(slot.largest, value) : value};
 }
 
-std::optional<std::int64_t> LatenessWindow::largest(std::int64_t now) const {
+LatenessWindow::Top LatenessWindow::top(std::int64_t now) const {
   const std::int64_t newest = std::max<std::int64_t>(now, 0) / width_;
-  std::optional<std::int64_t> result;
+  Top top;
   for (const Slot& slot : newest_) {
     // A slot from the future is one of before a clock was set back.
     if (slot.number < 0 || slot.number > newest || slot.number <= newest - slots) continue;
-    result = std::max(result.value_or(slot.largest), slot.largest);
+    if (!top.largest || slot.largest > *top.largest) {
+      top.second = top.largest;
+      top.largest = slot.largest;
+    } else {
+      top.second = std::max(top.second.value_or(slot.largest), slot.largest);
+    }
   }
-  return result;
+  return top;
 }
 
 }  // namespace polyhull

@@ -19,7 +19,11 @@ class LatenessWindow {
   void add(std::int64_t now, std::int64_t value);
 
   /// The largest value of the span before \p now (ns), none where there is none.
-  std::optional<std::int64_t> largest(std::int64_t now) const;
+  std::optional<std::int64_t> largest(std::int64_t now) const { return top(now).largest; }
+
+  /// The same without the slot that holds the largest: what is there once, such as a long first time,
+  /// does not count. None where there is no second slot.
+  std::optional<std::int64_t> usually_largest(std::int64_t now) const { return top(now).second; }
 
   void reset() { newest_.fill({}); }
 
@@ -29,6 +33,12 @@ class LatenessWindow {
     std::int64_t number = -1;  // of the stretch of time it holds, -1: none
     std::int64_t largest = 0;
   };
+  /// Of the slots' largest values.
+  struct Top {
+    std::optional<std::int64_t> largest, second;
+  };
+  Top top(std::int64_t now) const;
+
   std::int64_t width_;
   std::array<Slot, slots> newest_{};
 };

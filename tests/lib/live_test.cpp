@@ -36,6 +36,20 @@ TEST(LatenessWindow, HoldsTheLargestOfItsSpanAndForgetsIt) {
   EXPECT_EQ(window.largest(31 * second), 7 * ms);
 }
 
+TEST(LatenessWindow, WhatIsThereOnceIsNotUsual) {
+  LatenessWindow window(16 * second);
+  window.add(0, 500 * ms);
+  window.add(0, 400 * ms);
+  EXPECT_FALSE(window.usually_largest(0));
+  window.add(3 * second, 20 * ms);
+  window.add(4 * second, 30 * ms);
+  EXPECT_EQ(window.largest(4 * second), 500 * ms);
+  EXPECT_EQ(window.usually_largest(4 * second), 30 * ms);
+  window.add(5 * second, 450 * ms);  // once more: usual
+  EXPECT_EQ(window.usually_largest(5 * second), 450 * ms);
+  EXPECT_EQ(window.usually_largest(17 * second), 30 * ms);  // the first is forgotten
+}
+
 TEST(LatenessWindow, AgreesWithAPlainListToASlot) {
   std::mt19937 random(3);
   LatenessWindow window(8 * second);

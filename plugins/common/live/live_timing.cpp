@@ -97,7 +97,7 @@ bool LiveTiming::learn(const LiveSettings& settings, bool playing) {
   } else {
     wait_ = extra_ + std::clamp<std::int64_t>(latest ? *latest + margin : unknown_wait, 0, limit);
   }
-  work_time_ = now != no_time ? work_.largest(now).value_or(0) : 0;
+  work_time_ = now != no_time ? work_.usually_largest(now).value_or(0) : 0;
   const std::int64_t latency = std::max(sources, wait_.load()) + work_time_;
   if (latency > latency_ || latency < latency_ - steady) {
     latency_ = latency;
