@@ -170,19 +170,12 @@ bool ProcessorRenderer::State::draw_scene(const RenderFrame& frame, const Render
   return fresh;
 }
 
-/// Where the picture goes: RGBA pixels, or video.
-struct ProcessorRenderer::Target {
-  std::uint8_t* pixels = nullptr;
-  std::ptrdiff_t stride = 0;
-  const YuvPicture* video = nullptr;  ///< pixels is null then
-};
-
 /// Puts the layers of one band together, as renderer.h says.
 class ProcessorRenderer::Blend {
  public:
   Blend(State& state, const RenderFrame& frame, const RenderPlan& plan,
         const RenderSettings& settings, const MirrorView* mirror, const std::uint8_t* background,
-        int background_stride, const Target& target)
+        int background_stride, const PictureTarget& target)
       : state_(state),
         frame_(frame),
         plan_(plan),
@@ -328,7 +321,7 @@ class ProcessorRenderer::Blend {
   Rectangle changed_;
   const std::uint8_t* background_;
   int background_stride_;
-  Target target_;
+  PictureTarget target_;
   float power_[3] = {};  // of the main light, as a picture value per albedo and E
 };
 
@@ -346,7 +339,7 @@ void ProcessorRenderer::render_yuv(const RenderFrame& frame, const RenderPlan& p
 
 void ProcessorRenderer::draw(const RenderFrame& frame, const RenderPlan& plan,
                              const RenderSettings& settings, const std::uint8_t* background,
-                             int background_stride, const Target& target) {
+                             int background_stride, const PictureTarget& target) {
   State& s = *state_;
   statistics_ = {};
   statistics_.subject_skipped = plan.subject.empty();

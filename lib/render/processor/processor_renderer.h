@@ -12,6 +12,10 @@
 
 namespace polyhull {
 
+namespace processor {
+struct PictureTarget;
+}
+
 class ProcessorRenderer : public Renderer {
  public:
   ProcessorRenderer();
@@ -28,9 +32,8 @@ class ProcessorRenderer : public Renderer {
  private:
   struct State;
   class Blend;
-  struct Target;
   void draw(const RenderFrame& frame, const RenderPlan& plan, const RenderSettings& settings,
-            const std::uint8_t* background, int background_stride, const Target& target);
+            const std::uint8_t* background, int background_stride, const processor::PictureTarget& target);
   std::unique_ptr<State> state_;
 };
 

@@ -11,6 +11,13 @@
 
 namespace polyhull::processor {
 
+/// Where a picture goes: RGBA pixels, or video.
+struct PictureTarget {
+  std::uint8_t* pixels = nullptr;
+  std::ptrdiff_t stride = 0;
+  const YuvPicture* video = nullptr;  ///< pixels is null then
+};
+
 /// RGBA pixels to draw into, from column left and row top on.
 struct PixelRows {
   std::uint8_t* pixels = nullptr;
