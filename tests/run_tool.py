@@ -75,6 +75,11 @@ class Latency(unittest.TestCase):
         self.assertIn("late", latency["shares_ms"])
         self.assertLess(latency["shares_ms"]["hull"], 30.0)
 
+    def test_a_background_alone_is_no_camera(self):
+        _, figures = run("""videotestsrc num-buffers=5 ! video/x-raw,format=RGBA,width=32,height=32 !
+            composite.background composite name=composite ! queue ! fakesink""")
+        self.assertIsNone(figures["latency"])
+
     def test_without_times_there_is_none(self):
         text, figures = run("fakesrc num-buffers=5 sizetype=fixed ! fakesink")
         self.assertIsNone(figures["latency"])

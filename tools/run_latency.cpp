@@ -25,7 +25,7 @@ void LatencyTrace::handed_over(double time, std::int64_t instant, const std::str
 }
 
 /// When the first of the pictures that \p element's output was made of left its camera; none where
-/// the element got nothing of this instant. Adds the cameras to \p cameras.
+/// no camera's picture of this instant is in it. Adds the cameras to \p cameras.
 std::optional<double> LatencyTrace::first_picture(const Instant& instant,
                                                   const std::string& element,
                                                   std::set<std::string>& cameras) {
@@ -34,14 +34,16 @@ std::optional<double> LatencyTrace::first_picture(const Instant& instant,
   for (std::size_t i = 0; i < ahead.size(); ++i) {
     bool has_input = false;
     for (const Handed& handed : instant) {
-      if (handed.to != ahead[i] || handed.aside) continue;
+      if (handed.to != ahead[i]) continue;
       has_input = true;
+      if (handed.aside) continue;
       first = std::min(first.value_or(handed.time), handed.time);
       if (std::find(ahead.begin(), ahead.end(), handed.from) == ahead.end())
         ahead.push_back(handed.from);
     }
     if (!has_input) cameras.insert(ahead[i]);
   }
+  if (cameras.empty()) return std::nullopt;  // a background alone
   return first;
 }
 
