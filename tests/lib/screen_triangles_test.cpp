@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// The processor's rasteriser: which samples belong to which triangle, and which sides are drawn.
-#include "render/processor/screen_triangles.h"
+// The rasteriser: which samples belong to which triangle, and which sides are drawn.
+#include "raster/screen_triangles.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <random>
 #include <vector>
 
-namespace polyhull::processor {
+namespace polyhull {
 namespace {
 
 constexpr int width = 40, height = 2 * band_rows;
@@ -118,4 +118,4 @@ TEST(ScreenTriangles, WhatIsBehindTheEyeIsLeftOut) {
 }
 
 }  // namespace
-}  // namespace polyhull::processor
+}  // namespace polyhull

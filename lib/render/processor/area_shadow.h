@@ -19,6 +19,7 @@
 #include "raytrace/ray_caster.h"
 #include "render/frame.h"
 #include "render/processor/light_reach.h"
+#include "render/processor/loops.h"
 #include "render/processor/scene_layer.h"
 
 namespace polyhull::processor {

@@ -8,23 +8,6 @@
 
 namespace polyhull::processor {
 
-const float (*sample_places(int samples))[2] {
-  // In sixteenths of a pixel; the last is the middle.
-  static const float none[][2] = {{0.5f, 0.5f}};
-  static const float one[][2] = {{0.5f, 0.5f}, {0.5f, 0.5f}};
-  static const float two[][2] = {{0.75f, 0.75f}, {0.25f, 0.25f}, {0.5f, 0.5f}};
-  static const float four[][2] = {
-      {0.375f, 0.125f}, {0.875f, 0.375f}, {0.125f, 0.625f}, {0.625f, 0.875f}, {0.5f, 0.5f}};
-  static const float eight[][2] = {{0.5625f, 0.3125f}, {0.4375f, 0.6875f}, {0.8125f, 0.5625f},
-                                   {0.3125f, 0.1875f}, {0.1875f, 0.8125f}, {0.0625f, 0.4375f},
-                                   {0.6875f, 0.9375f}, {0.9375f, 0.0625f}, {0.5f, 0.5f}};
-  return samples >= 8   ? eight
-         : samples >= 4 ? four
-         : samples >= 2 ? two
-         : samples == 1 ? one
-                        : none;
-}
-
 bool SceneLayer::set(const TracedScene* scene, const LayerView& view) {
   if (scene == scene_ && view == view_) return false;
   scene_ = scene;

@@ -9,14 +9,10 @@
 #include <vector>
 
 #include "base/vector.h"
+#include "raster/screen_triangles.h"
 #include "raytrace/traced_scene.h"
-#include "render/processor/screen_triangles.h"
 
 namespace polyhull::processor {
-
-/// Where a pixel's samples lie, and that of its middle after them; \p samples 1, 2, 4 or 8. The
-/// places are those of Direct3D's and most graphics processors' patterns.
-const float (*sample_places(int samples))[2];
 
 /// What decides a layer's content, apart from the scene.
 struct LayerView {

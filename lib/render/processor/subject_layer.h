@@ -8,9 +8,9 @@
 #include <utility>
 #include <vector>
 
+#include "raster/screen_triangles.h"
 #include "render/frame.h"
 #include "render/processor/scene_layer.h"
-#include "render/processor/screen_triangles.h"
 #include "render/processor/skin.h"
 
 namespace polyhull::processor {

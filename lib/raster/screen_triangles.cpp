@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "render/processor/screen_triangles.h"
+#include "raster/screen_triangles.h"
 
 #include <algorithm>
 #include <cmath>
 
-namespace polyhull::processor {
+namespace polyhull {
 namespace {
 
 constexpr double near_depth = 0.01;  // metres; what is nearer is not drawn
@@ -46,6 +46,23 @@ ScreenPlane plane_of(const double (&f)[3], const double (&x)[3], const double (&
 }
 
 }  // namespace
+
+const float (*sample_places(int samples))[2] {
+  // In sixteenths of a pixel; the last is the middle.
+  static const float none[][2] = {{0.5f, 0.5f}};
+  static const float one[][2] = {{0.5f, 0.5f}, {0.5f, 0.5f}};
+  static const float two[][2] = {{0.75f, 0.75f}, {0.25f, 0.25f}, {0.5f, 0.5f}};
+  static const float four[][2] = {
+      {0.375f, 0.125f}, {0.875f, 0.375f}, {0.125f, 0.625f}, {0.625f, 0.875f}, {0.5f, 0.5f}};
+  static const float eight[][2] = {{0.5625f, 0.3125f}, {0.4375f, 0.6875f}, {0.8125f, 0.5625f},
+                                   {0.3125f, 0.1875f}, {0.1875f, 0.8125f}, {0.0625f, 0.4375f},
+                                   {0.6875f, 0.9375f}, {0.9375f, 0.0625f}, {0.5f, 0.5f}};
+  return samples >= 8   ? eight
+         : samples >= 4 ? four
+         : samples >= 2 ? two
+         : samples == 1 ? one
+                        : none;
+}
 
 Mat4 pixels_from_clip(int width, int height) {
   Mat4 out(0.0);
@@ -123,12 +140,12 @@ void ScreenTriangles::add(const std::array<Corner, 3>& corners, std::uint32_t id
   }
 }
 
-void ScreenTriangles::draw(int band, const SampleRows& rows) const {
-  const Loops& best = loops();
+void ScreenTriangles::draw(int band, const SampleRows& rows, std::uint32_t first) const {
+  const RasterLoops& best = raster_loops();
   // What is drawn is named by its place here, which leads back to its planes.
   for (const std::uint32_t index : bands_[static_cast<std::size_t>(band)]) {
     ScreenTriangle t = triangles_[index];
-    t.id = index;
+    t.id = first + index;
     best.draw(t, rows);
   }
 }
@@ -143,4 +160,4 @@ Foot foot(const ScreenTriangle& t, double x, double y) {
   return {static_cast<float>(second), static_cast<float>(third), static_cast<float>(depth)};
 }
 
-}  // namespace polyhull::processor
+}  // namespace polyhull

@@ -11,11 +11,15 @@
 #include <vector>
 
 #include "base/vector.h"
-#include "render/processor/loops.h"
+#include "raster/raster_loops.h"
 
-namespace polyhull::processor {
+namespace polyhull {
 
 inline constexpr int band_rows = 16;
+
+/// Where a pixel's samples lie, and that of its middle after them; \p samples 1, 2, 4 or 8. The
+/// places are those of Direct3D's and most graphics processors' patterns.
+const float (*sample_places(int samples))[2];
 
 /// Which side of a triangle is drawn.
 enum class Facing {
@@ -44,8 +48,8 @@ class ScreenTriangles {
   void add(const std::array<Corner, 3>& corners, std::uint32_t id, Facing facing);
 
   /// Draws band \p band (rows band * band_rows and on) into \p rows, which may be part of it. The
-  /// ids there are numbers for piece().
-  void draw(int band, const SampleRows& rows) const;
+  /// ids there are \p first plus numbers for piece().
+  void draw(int band, const SampleRows& rows, std::uint32_t first = 0) const;
 
   /// A triangle, or a piece of one that was clipped, with the id that add() got.
   const ScreenTriangle& piece(std::uint32_t number) const { return triangles_[number]; }
@@ -63,4 +67,4 @@ struct Foot {
 };
 Foot foot(const ScreenTriangle& triangle, double x, double y);
 
-}  // namespace polyhull::processor
+}  // namespace polyhull
