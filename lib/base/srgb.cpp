@@ -15,7 +15,7 @@ std::array<float, 256> make_decode_table() {
 }
 
 // Fine enough that a value lands on a neighbouring byte only within 1/40 of a step of the border.
-constexpr std::size_t encode_steps = 65536;
+constexpr std::size_t encode_steps = srgb_encode_steps;
 
 std::vector<std::uint8_t> make_encode_table() {
   std::vector<std::uint8_t> table(encode_steps + 1);
@@ -40,11 +40,13 @@ float srgb_to_linear(std::uint8_t value) {
   return srgb_to_linear_table()[value];
 }
 
-std::uint8_t linear_to_srgb(float linear) {
+const std::uint8_t* linear_to_srgb_table() {
   static const std::vector<std::uint8_t> table = make_encode_table();
-  if (!(linear > 0.0f)) return 0;
-  if (linear >= 1.0f) return 255;
-  return table[static_cast<std::size_t>(linear * encode_steps + 0.5f)];
+  return table.data();
+}
+
+std::uint8_t linear_to_srgb(float linear) {
+  return linear_to_srgb(linear, linear_to_srgb_table());
 }
 
 }  // namespace polyhull

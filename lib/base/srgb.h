@@ -35,7 +35,17 @@ float srgb_to_linear(std::uint8_t value);
 /// The 256 values of srgb_to_linear().
 const float* srgb_to_linear_table();
 
-/// The nearest byte of \p linear, clipped to 0..1; 0 for NaN. From a table.
+inline constexpr int srgb_encode_steps = 65536;
+
+/// The nearest bytes of i / srgb_encode_steps, i from 0 to srgb_encode_steps.
+const std::uint8_t* linear_to_srgb_table();
+
+/// The nearest byte of \p linear, clipped to 0..1; 0 for NaN; from linear_to_srgb_table(), which
+/// loops over many pixels look up but once.
+inline std::uint8_t linear_to_srgb(float linear, const std::uint8_t* table) {
+  const float within = linear > 0.0f ? (linear < 1.0f ? linear : 1.0f) : 0.0f;
+  return table[static_cast<int>(within * srgb_encode_steps + 0.5f)];
+}
 std::uint8_t linear_to_srgb(float linear);
 
 }  // namespace polyhull

@@ -3,13 +3,12 @@
 /// A texture in linear light with its pyramid, looked up over the footprint of a pixel.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <vector>
 
 #include "base/picture.h"
 #include "base/vector.h"
-#include "raytrace/float4.h"
+#include "raytrace/view_loops.h"
 
 namespace polyhull {
 
@@ -19,23 +18,21 @@ class FilteredTexture {
   explicit FilteredTexture(const Picture& picture);
 
   /// Bilinear, without filtering.
-  Vec3f at(const Vec2f& uv) const { return to_vector(bilinear(0, uv)); }
+  Vec3f at(const Vec2f& uv) const { return over(uv, Vec2f(0.0f), Vec2f(0.0f)); }
 
   /// The mean over the parallelogram uv +- du/2 +- dv/2 (the steps of the texture coordinates to
   /// the next pixel): trilinear samples along its longer side, as graphics cards do anisotropic
   /// filtering.
   Vec3f over(const Vec2f& uv, const Vec2f& du, const Vec2f& dv) const;
 
- private:
-  struct Level {
-    int width = 0;
-    int height = 0;
-    std::vector<std::array<std::uint16_t, 4>> texels;
-  };
-  Float4 bilinear(std::size_t level, const Vec2f& uv) const;
-  Float4 trilinear(float level, const Vec2f& uv) const;
+  /// For view_loops(), as long as this lives.
+  TextureLevels levels() const { return {levels_.data(), static_cast<int>(levels_.size())}; }
 
-  std::vector<Level> levels_;
+ private:
+  void add_level(const std::vector<Vec3f>& linear, int width, int height);
+
+  std::vector<std::vector<std::uint32_t>> texels_;
+  std::vector<TextureLevel> levels_;
 };
 
 }  // namespace polyhull

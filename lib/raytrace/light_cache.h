@@ -40,6 +40,14 @@ class LightCache {
   /// Irradiance at a hit (of the scene, not of a subject), on the side \p back or not.
   Vec3f irradiance(const RayHit& hit, bool back) const;
 
+  /// For many look-ups on one triangle: irradiance is gain() times what grid() finds among these
+  /// values, on the front of \p mesh or on its back.
+  const Float4* values(std::uint32_t mesh, bool back) const {
+    return all_[back && double_sided_[mesh] ? 1 : 0].data();
+  }
+  const SurfaceGrid& grid() const { return fine_; }
+  const Vec3f& gain() const { return gain_; }
+
   /// All irradiance is \p gain times that of the scene as the cache was filled: what happens when
   /// all lights become brighter alike.
   void set_gain(const Vec3f& gain) { gain_ = gain; }

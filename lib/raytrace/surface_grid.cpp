@@ -228,40 +228,49 @@ SurfaceGrid::Node SurfaceGrid::node(const Scene& scene, std::size_t patch_index,
   return node;
 }
 
-SurfaceGrid::Lookup SurfaceGrid::lookup(const RayHit& hit) const {
-  const Triangle& triangle = triangles_[first_triangle_[hit.mesh] + hit.triangle];
+SurfaceGrid::Face SurfaceGrid::face(std::uint32_t mesh, std::uint32_t triangle_index) const {
+  const Triangle& triangle = triangles_[first_triangle_[mesh] + triangle_index];
   const Patch& patch = patches_[triangle.patch];
+  Face face;
+  face.first = patch.first_node;
+  if (patch.kind == Kind::vertices) {
+    std::copy_n(mesh_indices_[mesh] + 3 * static_cast<std::size_t>(triangle_index), 3, face.corner);
+    return face;
+  }
+  face.stride = patch.ns + 1u;
+  face.columns = patch.ns;
+  face.rows = patch.nt;
+  face.fan = patch.kind == Kind::fan;
+  for (int k = 0; k < 3; ++k) {
+    const bool at_s = face.fan ? k != triangle.apex : triangle.s_bits >> k & 1;
+    const bool at_t = face.fan ? k == (triangle.apex + 2) % 3 : triangle.t_bits >> k & 1;
+    face.at[k] = {at_s ? patch.ns : 0.0f, at_t ? patch.nt : 0.0f};
+  }
+  return face;
+}
+
+SurfaceGrid::Lookup SurfaceGrid::lookup(const RayHit& hit) const {
+  const Face patch = face(hit.mesh, hit.triangle);
   const float weights[3] = {1.0f - hit.u - hit.v, hit.u, hit.v};
   Lookup out;
-  if (patch.kind == Kind::vertices) {
-    const std::uint32_t* corner =
-        mesh_indices_[hit.mesh] + 3 * static_cast<std::size_t>(hit.triangle);
+  if (patch.columns == 0) {
     for (int k = 0; k < 3; ++k) {
-      out.index[k] = patch.first_node + corner[k];
+      out.index[k] = patch.first + patch.corner[k];
       out.weight[k] = weights[k];
     }
     out.index[3] = out.index[0];
     out.weight[3] = 0.0f;
     return out;
   }
-  float s, t;
-  if (patch.kind == Kind::parallelogram) {
-    s = t = 0.0f;
-    for (int k = 0; k < 3; ++k) {
-      if (triangle.s_bits >> k & 1) s += weights[k];
-      if (triangle.t_bits >> k & 1) t += weights[k];
-    }
-  } else {
-    const float b = weights[(triangle.apex + 1) % 3], c = weights[(triangle.apex + 2) % 3];
-    s = b + c;
-    t = s > 0.0f ? c / s : 0.0f;
-  }
-  const float x = std::clamp(s, 0.0f, 1.0f) * patch.ns, y = std::clamp(t, 0.0f, 1.0f) * patch.nt;
-  const auto column = std::min(static_cast<std::uint32_t>(x), patch.ns - 1u);
-  const auto row = std::min(static_cast<std::uint32_t>(y), patch.nt - 1u);
+  const Vec2f at = weights[0] * patch.at[0] + weights[1] * patch.at[1] + weights[2] * patch.at[2];
+  const auto columns = static_cast<float>(patch.columns), rows = static_cast<float>(patch.rows);
+  const float x = std::clamp(at.x, 0.0f, columns);
+  const float y = std::clamp(!patch.fan ? at.y : x > 0.0f ? at.y * columns / x : 0.0f, 0.0f, rows);
+  const auto column = std::min(static_cast<std::uint32_t>(x), patch.columns - 1u);
+  const auto row = std::min(static_cast<std::uint32_t>(y), patch.rows - 1u);
   const float fx = x - static_cast<float>(column), fy = y - static_cast<float>(row);
-  const std::uint32_t stride = patch.ns + 1u;
-  const std::uint32_t first = patch.first_node + row * stride + column;
+  const std::uint32_t stride = patch.stride;
+  const std::uint32_t first = patch.first + row * stride + column;
   out.index[0] = first;
   out.index[1] = first + 1;
   out.index[2] = first + stride;

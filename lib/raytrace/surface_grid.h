@@ -50,6 +50,18 @@ class SurfaceGrid {
   };
   Lookup lookup(const RayHit& hit) const;
 
+  /// Where a triangle's values are. On a grid, node (column, row) has the index first + row *
+  /// stride + column, and a point of the triangle the place (x, y) in cells: the corners' `at`
+  /// weighted as the point; in a fan y is then divided by x / columns. Otherwise the corners have
+  /// the nodes first + corner[k].
+  struct Face {
+    std::uint32_t first = 0, stride = 0, columns = 0, rows = 0;  ///< columns 0: no grid
+    std::uint32_t corner[3] = {};
+    Vec2f at[3] = {Vec2f(0.0f), Vec2f(0.0f), Vec2f(0.0f)};
+    bool fan = false;
+  };
+  Face face(std::uint32_t mesh, std::uint32_t triangle) const;
+
   /// A block of nodes of one patch: columns 0 .. width and rows 0 .. height, node (s, t) at
   /// first + t * stride + s.
   struct Block {

@@ -106,6 +106,11 @@ Surface TracedScene::surface(const Ray& ray, const RayHit& hit) const {
   return surface;
 }
 
+const FilteredTexture* TracedScene::texture(std::uint32_t mesh) const {
+  const int index = scene_.materials[scene_.meshes[mesh].material].base_colour_texture;
+  return index < 0 || scene_.meshes[mesh].texture_coordinates.empty() ? nullptr : &textures_[index];
+}
+
 Vec3f TracedScene::base_colour(const RayHit& hit) const {
   const SceneMesh& mesh = scene_.meshes[hit.mesh];
   const Material& material = scene_.materials[mesh.material];

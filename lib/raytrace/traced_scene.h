@@ -87,6 +87,9 @@ class TracedScene {
   Vec3f base_colour(const RayHit& hit, const Vec3f& origin, const Vec3f& direction, const Vec3f& dx,
                     const Vec3f& dy) const;
 
+  /// The texture of a mesh's base colour, null where it has none.
+  const FilteredTexture* texture(std::uint32_t mesh) const;
+
  private:
   void mirror_lights();
 

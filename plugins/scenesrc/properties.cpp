@@ -27,6 +27,16 @@ GType enum_type<Refinement>() {
        {Refinement::never, "None", "never"}});
 }
 
+template <>
+GType enum_type<ViewMethod>() {
+  return register_enum<ViewMethod>(
+      "PolyhullViewMethod",
+      {{ViewMethod::raster, "Rasterised; by rays only what curved mirrors and their like show",
+        "raster"},
+       {ViewMethod::rays, "By rays alone: several times slower, and smooths shadows' edges, too",
+        "rays"}});
+}
+
 namespace {
 
 using S = SceneSettings;
@@ -86,9 +96,11 @@ constexpr Property<S> table[] = {
                           "Samples per pixel after which a still view counts as exact and is "
                           "only repeated, 0 to 65536.",
                           0.0, 65536.0),
+    property<&S::method>("method", "Method", "How a new view is drawn."),
     property<&S::smoothing>("smoothing", "Smoothing",
-                            "Difference of neighbouring pixels, as a share of white, above which "
-                            "they are drawn with eight rays instead of one, 0 (all) to 1 (none).",
+                            "Of method rays: difference of neighbouring pixels, as a share of "
+                            "white, above which they are drawn with eight rays instead of one, 0 "
+                            "(all) to 1 (none).",
                             0.0, 1.0),
     property<&S::light_spacing>(
         "light-spacing", "Light spacing",

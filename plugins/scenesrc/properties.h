@@ -9,6 +9,7 @@
 
 #include "plugins/common/viewport.h"
 #include "scene/scene.h"
+#include "view/background.h"
 
 namespace polyhull::element {
 
@@ -26,6 +27,7 @@ struct SceneSettings : ViewportSettings {
   double exposure_compensation = 0.0;  // stops
   Refinement refinement = Refinement::automatic;
   std::uint32_t samples = 256;
+  ViewMethod method = ViewMethod::raster;
   double smoothing = 0.045;
   double light_spacing = 0.025;
   bool live = false;

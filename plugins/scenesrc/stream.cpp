@@ -25,6 +25,7 @@ void SceneStream::open(const SceneSettings& settings) {
   BackgroundOptions options;
   options.light.spacing = static_cast<float>(settings.light_spacing);
   options.light.bounce_spacing = bounce_spacing * options.light.spacing;
+  options.method = settings.method;
   options.view.contrast = static_cast<float>(settings.smoothing);
   options.paths.light_samples = 2;
   background_ = std::make_unique<Background>(std::move(scene), options);
@@ -48,6 +49,7 @@ Background::Work SceneStream::draw(GstElement* element, Statistics& statistics,
     if (camera_.width != info.width || camera_.height != info.height) throw;
     statistics.warn(element, "warnings", fmt::format("{} The last viewport stays.", error.what()));
   }
+  background_->set_method(settings.method);
   background_->set_contrast(static_cast<float>(settings.smoothing));
   return background_->update(
       camera_, scene_lights(settings, lights_),

@@ -13,7 +13,7 @@
 #include "plugins/common/memory/mapped_memory.h"
 #include "plugins/common/statistics.h"
 #include "plugins/scenesrc/properties.h"
-#include "raytrace/background.h"
+#include "view/background.h"
 
 namespace polyhull::element {
 

@@ -15,10 +15,10 @@
 #include "base/thread_pool.h"
 #include "gl_context.h"
 #include "measure.h"
-#include "raytrace/background.h"
 #include "render/compositor.h"
 #include "render/processor/processor_renderer.h"
 #include "studio/room/room.h"
+#include "view/background.h"
 #include "wire/mesh_payload.h"
 
 namespace {

@@ -6,13 +6,13 @@
 
 #include "base/picture.h"
 #include "hull/stage.h"
-#include "raytrace/background.h"
 #include "render/processor/processor_renderer.h"
 #include "silhouette/silhouette.h"
 #include "studio/cameras/camera_picture.h"
 #include "studio/cameras/default_rig.h"
 #include "studio/room/room.h"
 #include "texture/texture_hull.h"
+#include "view/background.h"
 
 namespace polyhull {
 namespace {

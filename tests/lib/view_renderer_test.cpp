@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "raytrace/view_renderer.h"
+#include "view/view_renderer.h"
 
 #include <gtest/gtest.h>
 

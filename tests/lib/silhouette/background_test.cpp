@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "raytrace/background.h"
+#include "view/background.h"
 
 #include <gtest/gtest.h>
 
@@ -64,6 +64,10 @@ TEST(Background, WorksOnlyWhenSomethingChanged) {
   EXPECT_EQ(background.update(camera, lights, 1.0f), Work::lit);
   EXPECT_EQ(background.picture(), first);
   background.set_contrast(1.0f);
+  EXPECT_EQ(background.update(camera, lights, 1.0f), Work::none) << "nothing for the rasteriser";
+  background.set_method(ViewMethod::rays);
+  EXPECT_EQ(background.update(camera, lights, 1.0f), Work::drawn);
+  background.set_contrast(0.1f);
   EXPECT_EQ(background.update(camera, lights, 1.0f), Work::drawn);
   EXPECT_THROW(background.update(camera, {}, 1.0f), Error);
 }

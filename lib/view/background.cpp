@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "raytrace/background.h"
+#include "view/background.h"
 
 #include <algorithm>
 
 #include "base/error.h"
 #include "base/srgb.h"
 #include "base/thread_pool.h"
+#include "view/raster_view.h"
 
 namespace polyhull {
 namespace {
@@ -43,6 +44,8 @@ Background::Background(Scene scene, const BackgroundOptions& options)
   }
 }
 
+Background::~Background() = default;
+
 bool Background::apply_lights(const std::vector<Light>& lights) {
   if (lights.size() != traced_.scene().lights.size()) {
     throw Error(Error::Kind::bad_input,
@@ -63,8 +66,10 @@ bool Background::apply_lights(const std::vector<Light>& lights) {
     light_->set_gain(*factor);
     return false;
   }
+  raster_.reset();
   light_.reset();  // the memory first
   light_ = std::make_unique<LightCache>(traced_, options_.light);
+  raster_ = std::make_unique<RasterView>(traced_, *light_);
   base_lights_ = traced_.scene().lights;
   return true;
 }
@@ -79,8 +84,11 @@ Background::Work Background::update(const Camera& camera, const std::vector<Ligh
   exposure_ = exposure;
   camera_ = camera;
   view_.resize(static_cast<std::size_t>(camera.width) * camera.height);
-  render_view(traced_, *light_, camera, options_.view, view_, &statistics_);
-  picture_ = view_;
+  by_rays_ = options_.method == ViewMethod::rays || camera.has_distortion();
+  if (!by_rays_)
+    raster_->draw(camera, options_.view, view_, &statistics_);
+  else
+    render_view(traced_, *light_, camera, options_.view, view_, &statistics_);
   samples_ = 0;
   rows_done_ = 0;
   sums_.clear();
@@ -89,7 +97,7 @@ Background::Work Background::update(const Camera& camera, const std::vector<Ligh
 
 bool Background::refine(int rows) {
   if (!camera_ || rows < 1) return false;
-  if (sums_.empty()) sums_.assign(picture_.size(), Vec3f(0.0f));
+  if (sums_.empty()) sums_.assign(view_.size(), Vec3f(0.0f));
   const int end = std::min(rows_done_ + rows, camera_->height);
   trace_paths(traced_, *camera_, samples_, 1, options_.paths, sums_, rows_done_, end);
   rows_done_ = end;
@@ -97,22 +105,25 @@ bool Background::refine(int rows) {
   rows_done_ = 0;
   ++samples_;
   const float whole = view_weight + static_cast<float>(samples_);
-  for (std::size_t i = 0; i < picture_.size(); ++i)
-    picture_[i] = (view_weight * view_[i] + sums_[i]) / whole;
+  refined_.resize(view_.size());
+  for (std::size_t i = 0; i < view_.size(); ++i)
+    refined_[i] = (view_weight * view_[i] + sums_[i]) / whole;
   return true;
 }
 
 void Background::write(std::uint8_t* pixels, std::size_t stride, int red) const {
   const auto columns = static_cast<std::size_t>(width());
+  const std::uint8_t* table = linear_to_srgb_table();
+  const std::vector<Vec3f>& shown = picture();
   parallel_for(static_cast<std::size_t>(height()), 16, options_.view.threads,
                [&](std::size_t begin, std::size_t end) {
                  for (std::size_t y = begin; y < end; ++y) {
                    std::uint8_t* out = pixels + y * stride;
-                   const Vec3f* in = &picture_[y * columns];
+                   const Vec3f* in = &shown[y * columns];
                    for (std::size_t x = 0; x < columns; ++x, out += 4) {
-                     out[red] = linear_to_srgb(in[x].x);
-                     out[1] = linear_to_srgb(in[x].y);
-                     out[2 - red] = linear_to_srgb(in[x].z);
+                     out[red] = linear_to_srgb(in[x].x, table);
+                     out[1] = linear_to_srgb(in[x].y, table);
+                     out[2 - red] = linear_to_srgb(in[x].z, table);
                      out[3] = 255;
                    }
                  }

@@ -3,7 +3,8 @@
 /// A scene's picture for a viewport that moves or stands still, with work only where something
 /// changed.
 ///
-/// A new view costs one render_view(). A view that stays can be refined towards the path tracer's
+/// A new view costs one picture of RasterView, or of render_view() where rays are asked for or the
+/// lens distorts. A view that stays can be refined towards the path tracer's
 /// picture: after n samples per pixel the picture is
 ///   (32 V + n T_n) / (32 + n),  V the fast view, T_n the mean of the n samples,
 /// so the first samples' noise does not show and the limit is the exact picture. Brighter or darker
@@ -15,13 +16,22 @@
 #include <vector>
 
 #include "raytrace/path_tracer.h"
-#include "raytrace/view_renderer.h"
 #include "scene/announcement.h"
+#include "view/view_renderer.h"
 
 namespace polyhull {
 
+class RasterView;
+
+/// How new views are drawn.
+enum class ViewMethod {
+  raster,  ///< RasterView
+  rays,    ///< render_view(): some ten times slower; contrast on surfaces is smoothed, too
+};
+
 /// The options of the three that make the picture.
 struct BackgroundOptions {
+  ViewMethod method = ViewMethod::raster;
   LightCacheOptions light;
   ViewOptions view;
   PathOptions paths;
@@ -32,6 +42,7 @@ class Background {
   /// Prepares the scene for rays; the light is computed with the first picture. Throws Error as
   /// RayCaster does.
   explicit Background(Scene scene, const BackgroundOptions& options = {});
+  ~Background();
 
   const Scene& scene() const { return traced_.scene(); }
 
@@ -46,10 +57,16 @@ class Background {
   /// Throws Error for another number of lights.
   Work update(const Camera& camera, const std::vector<Light>& lights, float exposure);
 
-  /// ViewOptions::contrast; the next update() draws anew if it is another one.
+  /// ViewOptions::contrast; if it is another one, and rays draw, the next update() draws anew.
   void set_contrast(float contrast) {
-    if (contrast != options_.view.contrast) camera_.reset();
+    if (contrast != options_.view.contrast && by_rays_) camera_.reset();
     options_.view.contrast = contrast;
+  }
+
+  /// How the next views are drawn; the next update() draws anew if it is another way.
+  void set_method(ViewMethod method) {
+    if (method != options_.method) camera_.reset();
+    options_.method = method;
   }
 
   /// Traces the next rows of the next sample of each pixel, at most \p rows of them; true when a
@@ -60,7 +77,7 @@ class Background {
   std::uint32_t samples() const { return samples_; }
 
   /// The picture, linear (1 = white), row by row.
-  const std::vector<Vec3f>& picture() const { return picture_; }
+  const std::vector<Vec3f>& picture() const { return samples_ > 0 ? refined_ : view_; }
   int width() const { return camera_ ? camera_->width : 0; }
   int height() const { return camera_ ? camera_->height : 0; }
 
@@ -83,10 +100,12 @@ class Background {
   std::vector<Light> base_lights_;  // under which light_ was filled
   bool other_emitters_ = false;     // glowing surfaces that are not lights
   std::unique_ptr<LightCache> light_;
+  std::unique_ptr<RasterView> raster_;  // of light_
   std::optional<Camera> camera_;
   float exposure_ = 0.0f;
   ViewStatistics statistics_;
-  std::vector<Vec3f> view_, sums_, picture_;
+  std::vector<Vec3f> view_, sums_, refined_;
+  bool by_rays_ = false;  // the view
   std::uint32_t samples_ = 0;
   int rows_done_ = 0;  // of the pass under way
 };

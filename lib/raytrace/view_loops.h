@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// The look-ups that a picture's pixels cost, compiled once per instruction set (view_loops.inc) and
+/// chosen at run time. The results are the same to the bit: plain C++ without contraction.
+#pragma once
+
+#include <cstdint>
+
+namespace polyhull {
+
+using Float4 = float __attribute__((vector_size(16)));  // as in float4.h, which includes too much
+
+/// A picture of a texture's pyramid; its first column and row stand once more behind its last.
+struct TextureLevel {
+  /// Square roots of linear values in units of 1/1023: red in the lowest ten bits, then green and
+  /// blue.
+  const std::uint32_t* texels;
+  int width, height, stride;
+};
+
+struct TextureLevels {
+  const TextureLevel* levels;
+  int count;
+};
+
+/// Places in a row of the screen, one pixel apart. What is linear on the screen once divided by the
+/// depth has its value there for the first place and its steps to the right and down.
+struct RowCourse {
+  float start, dx, dy;
+};
+
+struct TextureRow {
+  int count;
+  const float* depth;
+  RowCourse inverse;  ///< of 1 (that is, the inverse depth)
+  RowCourse u, v;     ///< texture coordinates
+};
+
+/// Values on a grid: node (column, row) at nodes[row * stride + column].
+struct LightRow {
+  int count;
+  const float* depth;
+  RowCourse x, y;  ///< in cells; fan: y is to be divided by x / columns
+  const Float4* nodes;
+  int stride, columns, rows;
+  bool fan;
+};
+
+/// The rays through the places: direction[k] + i * step[k].
+struct RayRow {
+  int count;
+  float direction[3], step[3];
+  float normal[3];  ///< of a mirror
+};
+
+/// What look-ups become in the picture: value * albedo, less what a mirror reflects instead, plus
+/// emitted, and all that times weight and the reflectance of the mirror that shows it. Mirrors
+/// reflect f0 + (1 - f0) fifth[i].
+struct ColourRow {
+  int count;
+  Float4 albedo, emitted;
+  float weight;
+  const float* own_fifth;  ///< null: no mirror
+  Float4 own_f0;
+  float own_scatter;           ///< the share of what is not reflected that a mirror scatters
+  const float* shown_fifth;    ///< null: seen directly
+  Float4 shown_f0;
+};
+
+struct ViewLoops {
+  /// values[i] *= the texture over the footprint of pixel i.
+  void (*texture)(const TextureLevels& texture, const TextureRow& row, Float4* values);
+  /// The texture's mean over the parallelogram uv +- du/2 +- dv/2.
+  void (*over)(const TextureLevels& texture, const float* uv, const float* du, const float* dv,
+               Float4* mean);
+  /// values[i] = the light at place i.
+  void (*light)(const LightRow& row, Float4* values);
+  /// fifth[i] = (1 - cos)^5 of the angle between ray i and the mirror's normal, for Schlick's
+  /// approximation.
+  void (*fresnel)(const RayRow& row, float* fifth);
+  /// Adds the colours to a picture of three floats a pixel.
+  void (*add)(const ColourRow& row, const Float4* values, float* picture);
+  /// same[i] = whether the rows of ids, one for each of \p samples, \p apart places from one to the
+  /// next, are alike at place i.
+  void (*alike)(const std::uint32_t* ids, long apart, int samples, int count, std::uint8_t* same);
+};
+
+const ViewLoops& baseline_view_loops();
+#if defined(__x86_64__)
+const ViewLoops& avx2_view_loops();
+#endif
+
+/// The best of this machine, or what POLYHULL_ISA allows.
+const ViewLoops& view_loops();
+
+}  // namespace polyhull

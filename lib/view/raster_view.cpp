@@ -1,0 +1,309 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "view/raster_view.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include "base/thread_pool.h"
+#include "raytrace/view_loops.h"
+
+namespace polyhull {
+namespace {
+
+constexpr int samples_per_pixel = 8;
+constexpr unsigned all_samples = (1u << samples_per_pixel) - 1u;
+constexpr std::size_t most_mirrors = 256;  // of which a byte says which
+
+/// The middle of some of a pixel's samples, pixel (0, 0).
+Vec2 middle(unsigned samples) {
+  const auto places = sample_places(samples_per_pixel);
+  Vec2 sum(0.0);
+  for (int s = 0; s < samples_per_pixel; ++s)
+    if (samples >> s & 1) sum += Vec2(places[s][0], places[s][1]);
+  return sum / static_cast<double>(std::popcount(samples));
+}
+
+const Material& material_of(const Scene& scene, const Mirror& mirror) {
+  return scene.materials[scene.meshes[mirror.mesh].material];
+}
+
+/// Reflection at a mirror's plane.
+Mat4 reflection(const Mirror& mirror) {
+  const Vec3 n(mirror.normal);
+  Mat4 out(Mat3(1.0) - 2.0 * glm::outerProduct(n, n));
+  out[3] = Vec4(2.0 * static_cast<double>(mirror.offset) * n, 1.0);
+  return out;
+}
+
+}  // namespace
+
+/// One drawing of the scene over the screen: as the eye sees it, or as a mirror shows it.
+struct RasterView::Pass {
+  const Camera& camera;
+  const ViewOptions& options;
+  const ViewRays& rays;
+  std::span<Vec3f> picture;
+  Vec3f eye;
+  const Mirror* mirror = nullptr;  ///< that shows the scene; null: the eye sees it
+  std::uint8_t mirror_number = 0;
+  bool by_rays = false;  ///< what the mirror shows is so little that it is traced
+  Vec3f f0{0.0f};        ///< of the mirror
+
+  /// The rays to the places of \p span, where they meet \p of.
+  RayRow rays_to(const Mirror& of, const Span& span) const {
+    const Way way = rays.way(static_cast<float>(span.x - 0.5), static_cast<float>(span.y - 0.5), 0);
+    const Vec3f at = way.ray.direction;
+    return {span.count,
+            {at.x, at.y, at.z},
+            {way.dx.x, way.dx.y, way.dx.z},
+            {of.normal.x, of.normal.y, of.normal.z}};
+  }
+};
+
+/// Rows of a pass, and what of them is left to rays.
+struct RasterView::Band {
+  struct Traced {
+    float x, y;
+    std::size_t pixel;
+    Vec3f share;
+  };
+  int number = 0, left = 0, right = 0, top = 0, bottom = 0;
+  std::vector<float> inverse;
+  std::vector<std::uint32_t> ids;
+  std::vector<Traced> traced;
+  std::vector<std::uint32_t> mirror_pixels;
+  std::uint64_t edges = 0;
+  RayWork work;
+};
+
+RasterView::RasterView(const TracedScene& scene, const LightCache& light)
+    : scene_(scene),
+      shader_(scene, light),
+      mirror_pixels_(std::min(scene.scene().mirrors.size(), most_mirrors)) {}
+
+void RasterView::draw(const Camera& camera, const ViewOptions& options, std::span<Vec3f> picture,
+                      ViewStatistics* statistics) {
+  Camera pinhole = camera;
+  pinhole.distortion.clear();
+  const ViewRays rays(scene_, shader_.light_cache(), pinhole, options);
+  const Pass pass{pinhole, options, rays, picture, Vec3f(camera.centre())};
+  rays_ = edges_ = 0;
+  for (auto& pixels : mirror_pixels_) pixels = 0;
+  mirror_samples_.assign(picture.size(), 0);
+  mirror_.resize(picture.size());
+  std::fill(picture.begin(), picture.end(), Vec3f(0.0f));
+  screen_.set(scene_.scene(), pixels_from_scene(pinhole), {}, camera.width, camera.height,
+              options.threads);
+  draw_screen(pass);
+  for (std::size_t m = 0; m < mirror_pixels_.size(); ++m)
+    if (mirror_pixels_[m] > 0) draw_mirror(pass, m);
+  if (statistics) *statistics = {rays_, edges_};
+}
+
+void RasterView::draw_mirror(const Pass& direct, std::size_t number) {
+  const Scene& scene = scene_.scene();
+  const Mirror& mirror = scene.mirrors[number];
+  Pass pass = direct;
+  pass.mirror = &mirror;
+  pass.mirror_number = static_cast<std::uint8_t>(number);
+  pass.f0 = material_of(scene, mirror).f0();
+  const Mat4 reflected = reflection(mirror);
+  pass.eye = Vec3f(reflected * Vec4(Vec3(direct.eye), 1.0));
+  // As many rays as triangles take longer than the triangles.
+  std::size_t triangles = 0;
+  for (const SceneMesh& mesh : scene.meshes) triangles += mesh.triangles.size() / 3;
+  pass.by_rays = mirror_pixels_[number] < triangles;
+  if (!pass.by_rays) {
+    // What lies in the mirror's plane, itself above all, does not hide what it shows.
+    const Vec4 kept(Vec3(mirror.normal), -mirror.offset - scene_.epsilon());
+    screen_.set(scene, pixels_from_scene(direct.camera) * reflected, kept, direct.camera.width,
+                direct.camera.height, direct.options.threads);
+  }
+  draw_screen(pass);
+}
+
+void RasterView::draw_screen(const Pass& pass) {
+  shader_.look_from(pass.eye);
+  const int height = pass.camera.height;
+  const auto bands = static_cast<std::size_t>((height + band_rows - 1) / band_rows);
+  parallel_for(bands, 1, pass.options.threads, [&](std::size_t begin, std::size_t end) {
+    thread_local Band band;
+    for (std::size_t b = begin; b < end; ++b) {
+      band.number = static_cast<int>(b);
+      band.top = band.number * band_rows;
+      band.bottom = std::min(band.top + band_rows, height);
+      draw_band(pass, band);
+    }
+  });
+}
+
+/// The columns of a band that a pass draws.
+void RasterView::find_part(const Pass& pass, Band& band) const {
+  band.left = 0;
+  band.right = pass.camera.width;
+  if (pass.mirror == nullptr) return;
+  const auto width = static_cast<std::size_t>(pass.camera.width);
+  std::swap(band.left, band.right);
+  for (int y = band.top; y < band.bottom; ++y) {
+    for (int x = 0; x < pass.camera.width; ++x) {
+      if (wanted(pass, y * width + x) == 0) continue;
+      band.left = std::min(band.left, x);
+      band.right = std::max(band.right, x + 1);
+    }
+  }
+}
+
+/// The samples of a pixel that a pass draws.
+unsigned RasterView::wanted(const Pass& pass, std::size_t pixel) const {
+  if (pass.mirror == nullptr) return all_samples;
+  return mirror_[pixel] == pass.mirror_number ? mirror_samples_[pixel] : 0;
+}
+
+void RasterView::draw_band(const Pass& pass, Band& band) {
+  find_part(pass, band);
+  if (band.left >= band.right) return;
+  band.edges = 0;
+  band.traced.clear();
+  band.mirror_pixels.assign(mirror_pixels_.size(), 0);
+  if (pass.by_rays) {
+    for (int y = band.top; y < band.bottom; ++y)
+      for (int x = band.left; x < band.right; ++x)
+        if (const unsigned samples = wanted(pass, static_cast<std::size_t>(y) * pass.camera.width + x))
+          send(pass, band, x, y, samples);
+  } else {
+    // By tiles: their samples, textures and light stay in the nearest caches.
+    for (int x = band.left; x < band.right; x += Span::most)
+      draw_tile(pass, band, x, std::min(x + Span::most, band.right));
+  }
+  trace(pass, band);
+  for (std::size_t m = 0; m < band.mirror_pixels.size(); ++m)
+    if (band.mirror_pixels[m] > 0) mirror_pixels_[m] += band.mirror_pixels[m];
+  edges_ += band.edges;
+}
+
+/// Draws columns \p left .. \p right - 1 of a band.
+void RasterView::draw_tile(const Pass& pass, Band& band, int left, int right) {
+  const auto size =
+      static_cast<std::size_t>(samples_per_pixel) * (band.bottom - band.top) * (right - left);
+  band.inverse.assign(size, 0.0f);
+  band.ids.assign(size, no_triangle);
+  screen_.draw(band.number,
+               {left, right, band.top, band.bottom, samples_per_pixel,
+                sample_places(samples_per_pixel), band.inverse.data(), band.ids.data()});
+  for (int y = band.top; y < band.bottom; ++y) draw_row(pass, band, left, right, y);
+}
+
+void RasterView::draw_row(const Pass& pass, Band& band, int x, int end, int y) {
+  const std::size_t columns = end - x, apart = (band.bottom - band.top) * columns;
+  const std::size_t row = static_cast<std::size_t>(y) * pass.camera.width;
+  const std::uint32_t* ids = &band.ids[(y - band.top) * columns] - x;
+  std::uint8_t same[Span::most];
+  view_loops().alike(ids + x, static_cast<long>(apart), samples_per_pixel, end - x, same);
+  for (int i = x; pass.mirror != nullptr && i < end; ++i)
+    same[i - x] &= wanted(pass, row + i) == all_samples;
+  const int begin = x;
+  while (x < end) {
+    const int first = x;
+    const std::uint32_t piece = ids[first];
+    while (x < end && same[x - begin] && ids[x] == piece) ++x;
+    if (x > first) {
+      if (piece != no_triangle)
+        shade(pass, band, piece, {first + 0.5, y + 0.5, x - first}, first, y, all_samples);
+      continue;
+    }
+    // Each triangle once, at the middle of its samples.
+    unsigned left = wanted(pass, row + x);
+    band.edges += left != 0;
+    while (left != 0) {
+      const std::uint32_t number = ids[std::countr_zero(left) * apart + x];
+      unsigned samples = 0;
+      for (unsigned s = 0; s < samples_per_pixel; ++s)
+        if (left >> s & 1 && ids[s * apart + x] == number) samples |= 1u << s;
+      left &= ~samples;
+      if (number == no_triangle) continue;
+      const Vec2 place = Vec2(x, y) + middle(samples);
+      shade(pass, band, number, {place.x, place.y, 1}, x, y, samples);
+    }
+    ++x;
+  }
+}
+
+/// Adds a triangle's colour to the pixels from (x, y) on, of which it covers \p samples.
+void RasterView::shade(const Pass& pass, Band& band, std::uint32_t number, const Span& span, int x,
+                       int y, unsigned samples) {
+  const ScreenTriangle& piece = screen_.piece(number);
+  const int mirror = shader_.mirror(piece.id);
+  if (mirror != SpanShader::no_mirror &&
+      (pass.mirror != nullptr || !remember(pass, band, mirror, span.count, x, y, samples))) {
+    for (int i = 0; i < span.count; ++i) send(pass, band, x + i, y, samples);
+    return;
+  }
+  Float4 values[Span::most];
+  const SpanShader::Look& look = shader_.shade(piece, span, values);
+  const float weight = static_cast<float>(std::popcount(samples)) / samples_per_pixel;
+  ColourRow row{span.count, look.albedo, look.emitted, weight, nullptr, {}, 0.0f, nullptr, {}};
+  float own[Span::most], shown[Span::most];
+  if (mirror != SpanShader::no_mirror) {
+    const Mirror& of = scene_.scene().mirrors[mirror];
+    const Material& material = material_of(scene_.scene(), of);
+    view_loops().fresnel(pass.rays_to(of, span), own);
+    row.own_fifth = own;
+    row.own_f0 = to_float4(material.f0());
+    row.own_scatter = 1.0f - material.metallic;
+  }
+  if (pass.mirror != nullptr) {
+    view_loops().fresnel(pass.rays_to(*pass.mirror, span), shown);
+    row.shown_fifth = shown;
+    row.shown_f0 = to_float4(pass.f0);
+  }
+  view_loops().add(row, values,
+                   &pass.picture[static_cast<std::size_t>(y) * pass.camera.width + x].x);
+}
+
+/// Leaves what a planar mirror shows in some pixels to its own pass; false where it gets none.
+bool RasterView::remember(const Pass& pass, Band& band, int mirror, int count, int x, int y,
+                          unsigned samples) {
+  if (mirror < 0 || mirror >= static_cast<int>(band.mirror_pixels.size())) return false;
+  const Mirror& of = scene_.scene().mirrors[mirror];
+  if (glm::dot(of.normal, pass.eye) - of.offset <= scene_.epsilon()) return false;
+  if (pass.options.mirror_depth < 1) return true;
+  const std::size_t first = static_cast<std::size_t>(y) * pass.camera.width + x;
+  for (std::size_t i = first; i < first + count; ++i) {
+    // One mirror a pixel; where two meet, rays see the other.
+    if (mirror_samples_[i] != 0 && mirror_[i] != mirror) return false;
+    mirror_samples_[i] |= static_cast<std::uint8_t>(samples);
+    mirror_[i] = static_cast<std::uint8_t>(mirror);
+  }
+  band.mirror_pixels[mirror] += count;
+  return true;
+}
+
+/// Leaves some samples of a pixel to rays.
+void RasterView::send(const Pass& pass, Band& band, int x, int y, unsigned samples) {
+  const Vec2 place = Vec2(x, y) + middle(samples);
+  Vec3f share(static_cast<float>(std::popcount(samples)) / samples_per_pixel);
+  band.traced.push_back({static_cast<float>(place.x - 0.5), static_cast<float>(place.y - 0.5),
+                         static_cast<std::size_t>(y) * pass.camera.width + x, share});
+}
+
+void RasterView::trace(const Pass& pass, Band& band) {
+  for (std::size_t first = 0; first < band.traced.size(); first += ray_batch) {
+    const std::size_t count = std::min(ray_batch, band.traced.size() - first);
+    for (std::size_t k = 0; k < count; ++k) {
+      const Band::Traced& traced = band.traced[first + k];
+      Way way = pass.rays.way(traced.x, traced.y, static_cast<std::uint32_t>(k));
+      way.throughput *= traced.share;
+      if (pass.mirror != nullptr) {
+        const float cosine = -glm::dot(pass.mirror->normal, glm::normalize(way.ray.direction));
+        way = pass.rays.mirrored(way, *pass.mirror, fresnel(pass.f0, cosine));
+      }
+      band.work.ways[k] = way;
+    }
+    rays_ += pass.rays.follow(band.work, count, pass.mirror != nullptr ? 1 : 0);
+    for (std::size_t k = 0; k < count; ++k)
+      pass.picture[band.traced[first + k].pixel] += band.work.values[k];
+  }
+}
+
+}  // namespace polyhull

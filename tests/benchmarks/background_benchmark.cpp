@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+// What a new view of the built-in room costs, rasterised and by rays: wall time and the processor
+// time of all threads, medians over an orbit; and how far each is from the path tracer's picture.
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <ctime>
+#include <memory>
+#include <numbers>
+
+#include "base/thread_pool.h"
+#include "studio/room/room.h"
+#include "view/background.h"
+
+namespace {
+
+using namespace polyhull;
+
+double now(clockid_t clock) {
+  timespec time{};
+  clock_gettime(clock, &time);
+  return 1e3 * static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_nsec);
+}
+
+double median(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  return values.empty() ? 0.0 : values[values.size() / 2];
+}
+
+/// The demo's viewport.
+Camera viewport(double degrees, int width, int height) {
+  const double a = degrees * std::numbers::pi / 180.0;
+  return look_at({2.7 * std::sin(a), 1.5, 2.7 * std::cos(a)}, {0.0, 0.98, 0.0}, 52.0, width,
+                 height);
+}
+
+Picture picture_of(const Background& background) {
+  Picture out{background.width(), background.height(), 4, {}};
+  out.pixels.resize(static_cast<std::size_t>(out.width) * out.height * 4);
+  background.write(out.pixels.data(), 4 * static_cast<std::size_t>(out.width), 0);
+  return out;
+}
+
+double psnr(const Picture& a, const Picture& b) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < a.pixels.size(); ++i) {
+    const double d = static_cast<double>(a.pixels[i]) - b.pixels[i];
+    sum += d * d;
+  }
+  return 10.0 * std::log10(255.0 * 255.0 * 0.75 * static_cast<double>(a.pixels.size()) / sum);
+}
+
+struct Row {
+  ViewMethod method;
+  const char* name;
+  std::vector<double> wall{}, processor{}, write{}, write_processor{}, rays{}, smoothed{};
+};
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("What a new view of a background costs");
+  std::string size = "1280x720", keep, only;
+  int views = 30, truth = 0;
+  double step = 12.0;
+  app.add_option("--size", size, "WIDTHxHEIGHT");
+  app.add_option("--views", views, "views of the orbit");
+  app.add_option("--step", step, "degrees between them");
+  app.add_option("--only", only, "raster or rays");
+  app.add_option("--truth", truth, "path-traced samples per pixel that three views are held against");
+  app.add_option("--keep", keep, "folder for the views");
+  CLI11_PARSE(app, argc, argv);
+  int width = 0, height = 0;
+  if (std::sscanf(size.c_str(), "%dx%d", &width, &height) != 2 || width < 1 || height < 1) {
+    std::fprintf(stderr, "--size is '%s'; it takes WIDTHxHEIGHT, such as 1280x720.\n",
+                 size.c_str());
+    return 1;
+  }
+  Background background(room_scene());
+  const std::vector<Light> lights = background.scene().lights;
+  const float exposure = background.scene().exposure;
+  Row rows[] = {{ViewMethod::raster, "raster"}, {ViewMethod::rays, "rays"}};
+  background.update(viewport(-step, width, height), lights, exposure);
+  for (int i = 0; i < views; ++i) {
+    for (Row& row : rows) {
+      if (!only.empty() && only != row.name) continue;
+      background.set_method(row.method);
+      const double wall = now(CLOCK_MONOTONIC), busy = now(CLOCK_PROCESS_CPUTIME_ID);
+      background.update(viewport(step * i, width, height), lights, exposure);
+      const double drawn = now(CLOCK_MONOTONIC), drawn_busy = now(CLOCK_PROCESS_CPUTIME_ID);
+      const Picture picture = picture_of(background);
+      row.wall.push_back(drawn - wall);
+      row.processor.push_back(drawn_busy - busy);
+      row.write.push_back(now(CLOCK_MONOTONIC) - drawn);
+      row.write_processor.push_back(now(CLOCK_PROCESS_CPUTIME_ID) - drawn_busy);
+      row.rays.push_back(static_cast<double>(background.view_statistics().rays));
+      row.smoothed.push_back(static_cast<double>(background.view_statistics().smoothed));
+      if (!keep.empty()) {
+        char name[64];
+        std::snprintf(name, sizeof name, "/%s-%03d.png", row.name, i);
+        save_picture(picture, keep + name);
+      }
+    }
+  }
+  std::printf("%-7s %9s %9s %10s %10s %9s %9s\n", "method", "wall ms", "cpu ms", "write wall",
+              "write cpu", "rays", "smoothed");
+  for (const Row& row : rows)
+    std::printf("%-7s %9.2f %9.2f %10.2f %10.2f %9.0f %9.0f\n", row.name, median(row.wall),
+                median(row.processor), median(row.write), median(row.write_processor),
+                median(row.rays), median(row.smoothed));
+  for (int i = 0; truth > 0 && i < 3; ++i) {
+    const Camera camera = viewport(30.0 + 120.0 * i, 640, 360);
+    const TracedScene scene(background.scene());
+    PathOptions paths;
+    paths.light_samples = paths.bounce_samples = 4;
+    const Picture reference =
+        trace_picture(scene, camera, static_cast<std::uint32_t>(truth), paths);
+    for (const Row& row : rows) {
+      background.set_method(row.method);
+      background.update(camera, lights, exposure);
+      std::printf("%3.0f degrees: %-7s PSNR %.2f dB\n", 30.0 + 120.0 * i, row.name,
+                  psnr(picture_of(background), reference));
+    }
+  }
+  return 0;
+}

@@ -1,0 +1,266 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "view/raster_view.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <random>
+
+#include "base/srgb.h"
+#include "raytrace/path_tracer.h"
+#include "raytrace/view_loops.h"
+#include "studio/room/room.h"
+#include "studio/room/shapes.h"
+
+namespace polyhull {
+namespace {
+
+LightCacheOptions quick() {
+  LightCacheOptions options;
+  options.spacing = 0.05f;
+  options.bounce_spacing = 0.25f;
+  options.light_samples = 32;
+  options.bounce_samples = 32;
+  return options;
+}
+
+struct Lit {
+  explicit Lit(Scene scene) : traced(std::move(scene)), light(traced, quick()) {}
+  TracedScene traced;
+  LightCache light;
+
+  std::vector<Vec3f> raster(const Camera& camera, const ViewOptions& options = {},
+                            ViewStatistics* statistics = nullptr) const {
+    std::vector<Vec3f> picture(static_cast<std::size_t>(camera.width) * camera.height);
+    RasterView(traced, light).draw(camera, options, picture, statistics);
+    return picture;
+  }
+  /// Eight rays in every pixel.
+  std::vector<Vec3f> rays(const Camera& camera) const {
+    std::vector<Vec3f> picture(static_cast<std::size_t>(camera.width) * camera.height);
+    ViewOptions options;
+    options.contrast = -1.0f;
+    render_view(traced, light, camera, options, picture);
+    return picture;
+  }
+};
+
+double psnr(const std::vector<Vec3f>& a, const std::vector<Vec3f>& b, const Camera& camera) {
+  const Picture p = develop(a, 1.0f, camera.width, camera.height);
+  const Picture q = develop(b, 1.0f, camera.width, camera.height);
+  double sum = 0.0;
+  for (std::size_t i = 0; i < p.pixels.size(); ++i) {
+    const double d = static_cast<double>(p.pixels[i]) - q.pixels[i];
+    sum += d * d;
+  }
+  return 10.0 * std::log10(255.0 * 255.0 * 0.75 * static_cast<double>(p.pixels.size()) / sum);
+}
+
+/// The share of pixels that differ by more than \p levels of sRGB in a colour.
+double share_off(const std::vector<Vec3f>& a, const std::vector<Vec3f>& b, const Camera& camera,
+                 int levels) {
+  const Picture p = develop(a, 1.0f, camera.width, camera.height);
+  const Picture q = develop(b, 1.0f, camera.width, camera.height);
+  int off = 0;
+  for (std::size_t i = 0; i < p.pixels.size(); i += 4) {
+    int most = 0;
+    for (std::size_t k = 0; k < 3; ++k)
+      most = std::max(most, std::abs(p.pixels[i + k] - q.pixels[i + k]));
+    off += most > levels;
+  }
+  return off / static_cast<double>(a.size());
+}
+
+/// A floor of \p floor, a box, a sheet of which both sides are seen, and a lamp.
+Scene simple_scene(const Material& floor) {
+  Scene scene;
+  scene.materials.resize(4);
+  scene.materials[0] = floor;
+  scene.materials[1].base_colour = {0.7f, 0.2f, 0.1f};
+  scene.materials[2].base_colour = {0.2f, 0.6f, 0.3f};
+  scene.materials[2].double_sided = true;
+  scene.materials[3].emission = Vec3f(0.4f);
+  scene.meshes = {parallelogram("floor", 0, {-2, 0, 2}, {4, 0, 0}, {0, 0, -4}),
+                  box("box", 1, {-0.8f, 0.02f, -0.4f}, {-0.2f, 0.7f, 0.2f}),
+                  parallelogram("sheet", 2, {0.2f, 0.4f, -0.6f}, {0.9f, 0, 0}, {0, 0.2f, 0.9f}),
+                  parallelogram("lamp", 3, {-0.5f, 1.6f, -0.4f}, {1, 0, 0}, {0, 0, 0.8f})};
+  Light lamp;
+  lamp.centre = {0, 1.6f, 0};
+  lamp.u = {0.5f, 0, 0};
+  lamp.v = {0, 0, 0.4f};
+  lamp.radiance = Vec3f(6.0f);
+  lamp.mesh = 3;
+  scene.lights = {lamp};
+  scene.mirrors = find_mirrors(scene);
+  return scene;
+}
+
+Material polished(float metallic) {
+  Material material;
+  material.base_colour = {0.5f, 0.6f, 0.7f};
+  material.roughness = 0.0f;
+  material.metallic = metallic;
+  return material;
+}
+
+const Camera above = look_at({1.1, 1.3, 2.0}, {0, 0.4, 0}, 50, 200, 120);
+
+TEST(RasterView, IsTheRaysPicture) {
+  // From above, from below the sheet and the floor, and of the lamp's dark back.
+  const Lit lit(simple_scene(Material{}));
+  for (const Vec3& eye : {Vec3(1.1, 1.3, 2.0), Vec3(0.9, 0.1, 1.5), Vec3(-0.4, -0.8, 1.6),
+                          Vec3(0.3, 2.6, 0.9), Vec3(0.0, 1.5, 0.1)}) {
+    const Camera camera = look_at(eye, {0, 0.4, 0}, 60, 200, 120);
+    const auto raster = lit.raster(camera), rays = lit.rays(camera);
+    EXPECT_GT(psnr(raster, rays, camera), 38.0) << eye.x << " " << eye.y;
+    EXPECT_LT(share_off(raster, rays, camera, 2), 0.06) << eye.x << " " << eye.y;
+  }
+}
+
+TEST(RasterView, PlanarMirrorsAreRasterised) {
+  for (const float metallic : {0.0f, 1.0f}) {
+    const Lit lit(simple_scene(polished(metallic)));
+    ASSERT_EQ(lit.traced.scene().mirrors.size(), 1u);
+    ViewStatistics statistics;
+    const auto raster = lit.raster(above, {}, &statistics), rays = lit.rays(above);
+    EXPECT_EQ(statistics.rays, 0u);
+    EXPECT_GT(statistics.smoothed, 100u);
+    EXPECT_GT(psnr(raster, rays, above), 38.0) << metallic;
+    EXPECT_LT(share_off(raster, rays, above, 2), 0.08) << metallic;
+    ViewOptions none;
+    none.mirror_depth = 0;
+    std::vector<Vec3f> without(raster.size());
+    none.contrast = -1.0f;
+    render_view(lit.traced, lit.light, above, none, without);
+    EXPECT_GT(psnr(lit.raster(above, none), without, above), 38.0) << metallic;
+    EXPECT_GT(share_off(raster, without, above, 2), 0.02) << "that the mirror shows something";
+  }
+}
+
+TEST(RasterView, OtherMirrorsAreTraced) {
+  // A mirror from behind; a mirror that stands on a mirror; a ball; a mirror that is but a sliver.
+  Scene scene = simple_scene(polished(0.5f));
+  scene.materials.push_back(polished(0.9f));
+  scene.meshes.push_back(
+      parallelogram("wall", 4, {-1.5f, 0.1f, -1.2f}, {3, 0, 0}, {0, 1.2f, 0}));
+  scene.meshes.push_back(sphere("ball", 4, {0.3f, 0.25f, 0.7f}, 0.25f, 24));
+  scene.meshes.push_back(
+      parallelogram("sliver", 4, {-1.2f, 0.3f, 0.6f}, {0.3f, 0, 0.05f}, {0, 0.05f, 0.0f}));
+  scene.mirrors = find_mirrors(scene);
+  ASSERT_EQ(scene.mirrors.size(), 3u);
+  const Lit lit(scene);
+  for (const Vec3& eye : {Vec3(1.1, 1.3, 2.0), Vec3(-0.6, 0.9, -2.0), Vec3(0.4, -0.7, 2.0)}) {
+    const Camera camera = look_at(eye, {0, 0.4, 0}, 60, 200, 120);
+    ViewStatistics statistics;
+    const auto raster = lit.raster(camera, {}, &statistics), rays = lit.rays(camera);
+    EXPECT_GT(statistics.rays, 0u);
+    EXPECT_LT(statistics.rays, 60000u) << "of 192000 camera rays";
+    EXPECT_GT(psnr(raster, rays, camera), 36.0) << eye.x << " " << eye.y;
+    EXPECT_LT(share_off(raster, rays, camera, 3), 0.10) << eye.x << " " << eye.y;
+  }
+}
+
+TEST(RasterView, TheRoomOnOneThreadOrManyAndMovedALittle) {
+  const Lit lit(room_scene());
+  const auto at = [](double x) {
+    return look_at({1.15 + x, 1.5, 2.75}, {x, 0.98, 0}, 52, 320, 180);
+  };
+  const auto many = lit.raster(at(0.0));
+  ViewOptions one;
+  one.threads = 1;
+  EXPECT_EQ(lit.raster(at(0.0), one), many);
+  const auto rays = lit.rays(at(0.0));
+  EXPECT_GT(psnr(many, rays, at(0.0)), 38.0);
+  EXPECT_LT(share_off(many, rays, at(0.0), 4), 0.05);
+  // A tenth of a pixel on: no pixel jumps, as noise would. The rays' own pictures move as much.
+  const auto moved = lit.raster(at(0.0005));
+  EXPECT_GT(psnr(many, moved, at(0.0)), 41.0);
+}
+
+TEST(RasterView, OddSizesAndPlaces) {
+  const Lit lit(simple_scene(polished(0.0f)));
+  for (const auto& [width, height] : {std::pair(1, 1), std::pair(3, 40), std::pair(133, 17)}) {
+    const Camera camera = look_at({1.1, 1.3, 2.0}, {0, 0.4, 0}, 50, width, height);
+    for (const Vec3f& value : lit.raster(camera)) EXPECT_TRUE(std::isfinite(value.x + value.y));
+  }
+  // In the box, in the mirror's plane, in the lamp's, far away, and with nothing in sight.
+  for (const Vec3& eye : {Vec3(-0.5, 0.3, 0), Vec3(1.5, 0, 1.5), Vec3(0.1, 1.6, 2),
+                          Vec3(3e4, 2e4, 4e4), Vec3(1e-3, 0.4, 1e-3)}) {
+    for (const Vec3f& value : lit.raster(look_at(eye, {0, 0.4, 0}, 50, 60, 40)))
+      EXPECT_TRUE(std::isfinite(value.x + value.y + value.z)) << eye.x;
+  }
+  Camera away = above;
+  away.t = -(away.R * Vec3(0, 50, 0));
+  away.R = look_at({0, 0, 0}, {0, 5, 1}, 50, 1, 1).R;
+  away.t = -(away.R * Vec3(0, 50, 0));
+  for (const Vec3f& value : lit.raster(away)) EXPECT_EQ(value, Vec3f(0.0f));
+}
+
+TEST(ViewLoops, SameBitsForEveryInstructionSet) {
+#if defined(__x86_64__)
+  if (!__builtin_cpu_supports("avx2")) GTEST_SKIP() << "this machine has no AVX2";
+  std::mt19937 random(7);
+  const auto number = [&](float low, float high) {
+    return std::uniform_real_distribution<float>(low, high)(random);
+  };
+  Picture picture{37, 21, 4, std::vector<std::uint8_t>(37 * 21 * 4)};
+  for (auto& byte : picture.pixels) byte = static_cast<std::uint8_t>(random());
+  const FilteredTexture texture(picture);
+  std::vector<Float4> nodes(20 * 11);
+  for (Float4& node : nodes) node = Float4{number(0, 2), number(0, 2), number(0, 2), 0.0f};
+  const ViewLoops &a = baseline_view_loops(), &b = avx2_view_loops();
+  for (int round = 0; round < 200; ++round) {
+    constexpr int most = 100;
+    const int count = 1 + static_cast<int>(random() % most);
+    float depth[most];
+    for (float& d : depth) d = number(0.3f, 20.0f);
+    const auto course = [&] { return RowCourse{number(-3, 3), number(-.1f, .1f), number(-.1f, .1f)}; };
+    std::vector<Float4> values[2] = {{most, Float4{}}, {most, Float4{}}};
+    float fifth[2][most] = {}, pictures[2][3 * most] = {};
+    const LightRow light{count, depth, course(), course(), nodes.data(), 20, 19, 10, round % 2 == 1};
+    const TextureRow row{count, depth, course(), course(), course()};
+    RayRow rays{count, {}, {}, {0.0f, 0.6f, 0.8f}};
+    for (int k = 0; k < 3; ++k) rays.direction[k] = number(-1, 1), rays.step[k] = number(-.01f, .01f);
+    for (int i = 0; i < 2; ++i) {
+      const ViewLoops& loops = i == 0 ? a : b;
+      loops.light(light, values[i].data());
+      loops.texture(texture.levels(), row, values[i].data());
+      loops.fresnel(rays, fifth[i]);
+      ColourRow colours{count, {.5f, .6f, .7f, 0}, {.1f, .1f, .2f, 0}, .75f, fifth[i], {.1f, .2f, .3f, 0},
+                        .5f, fifth[i], {.4f, .3f, .2f, 0}};
+      loops.add(colours, values[i].data(), pictures[i]);
+    }
+    EXPECT_EQ(std::memcmp(values[0].data(), values[1].data(), count * sizeof(Float4)), 0);
+    EXPECT_EQ(std::memcmp(fifth[0], fifth[1], sizeof fifth[0]), 0);
+    EXPECT_EQ(std::memcmp(pictures[0], pictures[1], sizeof pictures[0]), 0);
+  }
+#endif
+}
+
+TEST(FilteredTexture, IsThePictureAndItsMean) {
+  Picture picture{5, 3, 4, std::vector<std::uint8_t>(5 * 3 * 4)};
+  for (int i = 0; i < 15; ++i) {
+    for (int k = 0; k < 3; ++k) picture.pixels[4 * i + k] = static_cast<std::uint8_t>(17 * i + 5 * k);
+  }
+  const FilteredTexture texture(picture);
+  for (int y = 0; y < 3; ++y) {
+    for (int x = 0; x < 5; ++x) {
+      const std::uint8_t* p = picture.row(y) + 4 * x;
+      const Vec3f expected(srgb_to_linear(p[0]), srgb_to_linear(p[1]), srgb_to_linear(p[2]));
+      // At texels' middles, repeats away, and between two texels across the picture's border.
+      const Vec2f uv((static_cast<float>(x) + 0.5f) / 5.0f, (static_cast<float>(y) + 0.5f) / 3.0f);
+      EXPECT_LT(glm::length(texture.at(uv) - expected), 0.003f) << x << " " << y;
+      EXPECT_LT(glm::length(texture.at(uv + Vec2f(-7.0f, 12.0f)) - expected), 0.003f);
+    }
+  }
+  const Vec3f seam = 0.5f * (texture.at({0.1f, 0.5f}) + texture.at({0.9f, 0.5f}));
+  EXPECT_LT(glm::length(texture.at({0.0f, 0.5f}) - seam), 0.001f);
+  EXPECT_LT(glm::length(texture.at({1.0f, 0.5f}) - seam), 0.001f);
+  const Vec3f far = texture.over({0.3f, 0.3f}, {4.0f, 0.0f}, {0.0f, 4.0f});
+  EXPECT_LT(glm::length(far - texture.over({0.8f, 0.1f}, {4.0f, 0.0f}, {0.0f, 4.0f})), 1e-5f);
+  EXPECT_EQ(far, far);
+}
+
+}  // namespace
+}  // namespace polyhull
