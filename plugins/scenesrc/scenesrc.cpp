@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 /// \file
-/// scenesrc: draws a glTF scene (or a built-in room) by ray tracing: area lights with soft shadows,
-/// mirrors, one diffuse bounce. The light on the scene is computed once; a moving viewport then
-/// costs rays only, and a still one nothing. Before each buffer that it first holds for, the sticky
+/// scenesrc: draws a glTF scene (or a built-in room): area lights with soft shadows, mirrors, one
+/// diffuse bounce. The light on the scene is traced once; a moving viewport then costs rasterising
+/// what it shows, and a still one nothing. Before each buffer that it first holds for, the sticky
 /// event "polyhull-announcement" says which camera, lights and scene made the picture, so that
 /// composite draws its subjects with exactly those. Mouse and keys (GstNavigation) move the
 /// viewport.
