@@ -90,9 +90,8 @@ void RasterView::draw(const Camera& camera, const ViewOptions& options, std::spa
   const Pass pass{pinhole, options, rays, picture, Vec3f(camera.centre())};
   rays_ = edges_ = 0;
   for (auto& pixels : mirror_pixels_) pixels = 0;
-  mirror_samples_.assign(picture.size(), 0);
+  mirror_samples_.resize(picture.size());
   mirror_.resize(picture.size());
-  std::fill(picture.begin(), picture.end(), Vec3f(0.0f));
   screen_.set(scene_.scene(), pixels_from_scene(pinhole), {}, camera.width, camera.height,
               options.threads);
   draw_screen(pass);
@@ -161,6 +160,12 @@ unsigned RasterView::wanted(const Pass& pass, std::size_t pixel) const {
 }
 
 void RasterView::draw_band(const Pass& pass, Band& band) {
+  if (pass.mirror == nullptr) {
+    const auto width = static_cast<std::size_t>(pass.camera.width);
+    const std::size_t first = band.top * width, count = (band.bottom - band.top) * width;
+    std::fill_n(&pass.picture[first], count, Vec3f(0.0f));
+    std::fill_n(&mirror_samples_[first], count, std::uint8_t{0});
+  }
   find_part(pass, band);
   if (band.left >= band.right) return;
   band.edges = 0;
