@@ -113,8 +113,8 @@ TEST(RasterView, IsTheRaysPicture) {
                           Vec3(0.3, 2.6, 0.9), Vec3(0.0, 1.5, 0.1)}) {
     const Camera camera = look_at(eye, {0, 0.4, 0}, 60, 200, 120);
     const auto raster = lit.raster(camera), rays = lit.rays(camera);
-    EXPECT_GT(psnr(raster, rays, camera), 38.0) << eye.x << " " << eye.y;
-    EXPECT_LT(share_off(raster, rays, camera, 2), 0.06) << eye.x << " " << eye.y;
+    EXPECT_GT(psnr(raster, rays, camera), 39.0) << eye.x << " " << eye.y;
+    EXPECT_LT(share_off(raster, rays, camera, 2), 0.022) << eye.x << " " << eye.y;
   }
 }
 
@@ -126,14 +126,14 @@ TEST(RasterView, PlanarMirrorsAreRasterised) {
     const auto raster = lit.raster(above, {}, &statistics), rays = lit.rays(above);
     EXPECT_EQ(statistics.rays, 0u);
     EXPECT_GT(statistics.smoothed, 100u);
-    EXPECT_GT(psnr(raster, rays, above), 38.0) << metallic;
-    EXPECT_LT(share_off(raster, rays, above, 2), 0.08) << metallic;
+    EXPECT_GT(psnr(raster, rays, above), 44.0) << metallic;
+    EXPECT_LT(share_off(raster, rays, above, 2), 0.012) << metallic;
     ViewOptions none;
     none.mirror_depth = 0;
     std::vector<Vec3f> without(raster.size());
     none.contrast = -1.0f;
     render_view(lit.traced, lit.light, above, none, without);
-    EXPECT_GT(psnr(lit.raster(above, none), without, above), 38.0) << metallic;
+    EXPECT_GT(psnr(lit.raster(above, none), without, above), 44.0) << metallic;
     EXPECT_GT(share_off(raster, without, above, 2), 0.02) << "that the mirror shows something";
   }
 }
@@ -156,8 +156,8 @@ TEST(RasterView, OtherMirrorsAreTraced) {
     const auto raster = lit.raster(camera, {}, &statistics), rays = lit.rays(camera);
     EXPECT_GT(statistics.rays, 0u);
     EXPECT_LT(statistics.rays, 60000u) << "of 192000 camera rays";
-    EXPECT_GT(psnr(raster, rays, camera), 36.0) << eye.x << " " << eye.y;
-    EXPECT_LT(share_off(raster, rays, camera, 3), 0.10) << eye.x << " " << eye.y;
+    EXPECT_GT(psnr(raster, rays, camera), 42.0) << eye.x << " " << eye.y;
+    EXPECT_LT(share_off(raster, rays, camera, 3), 0.02) << eye.x << " " << eye.y;
   }
 }
 
@@ -171,11 +171,12 @@ TEST(RasterView, TheRoomOnOneThreadOrManyAndMovedALittle) {
   one.threads = 1;
   EXPECT_EQ(lit.raster(at(0.0), one), many);
   const auto rays = lit.rays(at(0.0));
-  EXPECT_GT(psnr(many, rays, at(0.0)), 38.0);
-  EXPECT_LT(share_off(many, rays, at(0.0), 4), 0.05);
-  // A tenth of a pixel on: no pixel jumps, as noise would. The rays' own pictures move as much.
+  EXPECT_GT(psnr(many, rays, at(0.0)), 45.0);
+  EXPECT_LT(share_off(many, rays, at(0.0), 4), 0.03);
+  // A tenth of a pixel on: no pixel jumps, as noise would.
   const auto moved = lit.raster(at(0.0005));
-  EXPECT_GT(psnr(many, moved, at(0.0)), 41.0);
+  EXPECT_GT(psnr(many, moved, at(0.0)), 51.0);
+  EXPECT_LT(share_off(many, moved, at(0.0), 16), 0.001);
 }
 
 TEST(RasterView, OddSizesAndPlaces) {
@@ -259,7 +260,7 @@ TEST(FilteredTexture, IsThePictureAndItsMean) {
   EXPECT_LT(glm::length(texture.at({1.0f, 0.5f}) - seam), 0.001f);
   const Vec3f far = texture.over({0.3f, 0.3f}, {4.0f, 0.0f}, {0.0f, 4.0f});
   EXPECT_LT(glm::length(far - texture.over({0.8f, 0.1f}, {4.0f, 0.0f}, {0.0f, 4.0f})), 1e-5f);
-  EXPECT_EQ(far, far);
+  EXPECT_TRUE(std::isfinite(far.x));
 }
 
 }  // namespace
