@@ -35,8 +35,8 @@ enum class MirrorMode {
 
 /// How composites are drawn.
 struct RenderSettings {
-  ShadowQuality shadow = ShadowQuality::fast;
-  int light_samples = 4;      ///< GL only: cells of an area light, 1, 4, 9 or 16
+  ShadowQuality shadow = ShadowQuality::good;
+  int light_samples = 9;      ///< GL only: cells of an area light, 1, 4, 9 or 16
   int shadow_map_size = 256;  ///< GL only: texels per side, 16 to 4096
   MirrorMode mirror = MirrorMode::fresnel;
   float reflection_alpha = 0.3f;  ///< of MirrorMode::plain, 0..1

@@ -142,9 +142,9 @@ TEST_P(CompositorTest, StandsInTheSceneLikeTheTruth) {
   std::printf(
       "PSNR whole %.2f dB (background %.2f), shadow and mirror image %.2f dB (background %.2f)\n",
       whole, without, shaded, unshaded);
-  // Measured: 40.67 and 44.82, the same with both interfaces.
-  EXPECT_GT(whole, 40.0);
-  EXPECT_GT(shaded, 44.0);
+  // Measured: 40.93 and 46.00 with OpenGL, 40.95 and 47.61 on the processor.
+  EXPECT_GT(whole, 40.5);
+  EXPECT_GT(shaded, processor() ? 47.0 : 45.5);
 }
 
 TEST_P(CompositorTest, SkippingChangesNoBit) {
