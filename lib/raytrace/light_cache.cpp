@@ -136,27 +136,46 @@ constexpr float alike = 0.12f;      // shares that differ less may be interpolat
 LightCache::LightCache(const TracedScene& scene, const LightCacheOptions& options)
     : fine_(scene.scene(), options.spacing, options.most_nodes),
       coarse_(scene.scene(), options.bounce_spacing, options.most_nodes / 8) {
-  bool any_back = false;
-  for (const SceneMesh& mesh : scene.scene().meshes) {
-    double_sided_.push_back(scene.scene().materials[mesh.material].double_sided);
-    any_back |= double_sided_.back() != 0;
-  }
-  const int sides = any_back ? 2 : 1;
+  const int sides = find_double_sided(scene.scene()) ? 2 : 1;
   for (int side = 0; side < sides; ++side) fill_direct(scene, options, side == 1);
   for (int side = 0; side < sides; ++side) fill_bounced(scene, options, side == 1);
   for (int side = 0; side < sides; ++side) {
-    all_[side] = direct_[side];
+    all_.sides[side] = direct_[side];
     parallel_for(fine_.size(), grain, options.threads, [&](std::size_t begin, std::size_t end) {
       fine_.for_nodes(scene.scene(), begin, end, [&](std::size_t i, const SurfaceGrid::Node& node) {
-        all_[side][i] += interpolate(coarse_, bounced_[side], node.hit);
+        all_.sides[side][i] += interpolate(coarse_, bounced_[side], node.hit);
       });
     });
   }
   find_mean(scene);
 }
 
+LightCache::LightCache(const TracedScene& scene, const LightCacheOptions& options,
+                       LightValues values)
+    : fine_(scene.scene(), options.spacing, options.most_nodes),
+      coarse_(scene.scene(), options.bounce_spacing, options.most_nodes / 8),
+      all_(std::move(values)) {
+  find_double_sided(scene.scene());
+}
+
+bool LightCache::usable() const {
+  const bool back = std::find(double_sided_.begin(), double_sided_.end(), 1) != double_sided_.end();
+  return all_.sides[0].size() == fine_.size() &&
+         all_.sides[1].size() == (back ? fine_.size() : 0);
+}
+
+/// Whether any mesh is.
+bool LightCache::find_double_sided(const Scene& scene) {
+  bool any = false;
+  for (const SceneMesh& mesh : scene.meshes) {
+    double_sided_.push_back(scene.materials[mesh.material].double_sided);
+    any |= double_sided_.back() != 0;
+  }
+  return any;
+}
+
 Vec3f LightCache::irradiance(const RayHit& hit, bool back) const {
-  return gain_ * to_vector(interpolate(fine_, all_[back && double_sided_[hit.mesh] ? 1 : 0], hit));
+  return gain_ * to_vector(interpolate(fine_, all_.sides[back && double_sided_[hit.mesh] ? 1 : 0], hit));
 }
 
 /// The share of a light that each node sees, by weight.
@@ -365,7 +384,7 @@ void LightCache::find_mean(const TracedScene& scene) {
       area += part;
     }
   }
-  if (area > 0.0) mean_bounced_ = Vec3f(sum / area);
+  if (area > 0.0) all_.mean_bounced = Vec3f(sum / area);
 }
 
 }  // namespace polyhull

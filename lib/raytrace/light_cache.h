@@ -32,10 +32,24 @@ struct LightCacheOptions {
   int threads = 0;                     ///< of the pool, 0: all
 };
 
+/// What a filled cache is asked for, to be kept (light_store.h).
+struct LightValues {
+  /// Irradiance at the nodes of the fine grid, [0] for the front of the surfaces, [1] for the back
+  /// of double-sided ones (empty where there are none).
+  std::array<std::vector<Float4>, 2> sides;
+  Vec3f mean_bounced{0.0f};
+};
+
 class LightCache {
  public:
   /// Fills the cache. \p scene must outlive it, and have no subjects now.
   LightCache(const TracedScene& scene, const LightCacheOptions& options = {});
+
+  /// A cache of the same scene and options that was filled before; usable() says whether \p values
+  /// fit.
+  LightCache(const TracedScene& scene, const LightCacheOptions& options, LightValues values);
+  bool usable() const;
+  const LightValues& all_values() const { return all_; }
 
   /// Irradiance at a hit (of the scene, not of a subject), on the side \p back or not.
   Vec3f irradiance(const RayHit& hit, bool back) const;
@@ -43,7 +57,7 @@ class LightCache {
   /// For many look-ups on one triangle: irradiance is gain() times what grid() finds among these
   /// values, on the front of \p mesh or on its back.
   const Float4* values(std::uint32_t mesh, bool back) const {
-    return all_[back && double_sided_[mesh] ? 1 : 0].data();
+    return all_.sides[back && double_sided_[mesh] ? 1 : 0].data();
   }
   const SurfaceGrid& grid() const { return fine_; }
   const Vec3f& gain() const { return gain_; }
@@ -53,16 +67,15 @@ class LightCache {
   void set_gain(const Vec3f& gain) { gain_ = gain; }
 
   /// Mean bounced irradiance over the scene's surfaces.
-  Vec3f mean_bounced() const { return gain_ * mean_bounced_; }
+  Vec3f mean_bounced() const { return gain_ * all_.mean_bounced; }
 
   std::size_t nodes() const { return fine_.size() + coarse_.size(); }
   std::uint64_t rays() const { return rays_; }
 
  private:
-  /// Values at the nodes of a grid, [0] for the front of the surfaces, [1] for the back of
-  /// double-sided ones (empty where there are none).
-  using Sides = std::array<std::vector<Float4>, 2>;
+  using Sides = std::array<std::vector<Float4>, 2>;  // as LightValues::sides, on either grid
 
+  bool find_double_sided(const Scene& scene);
   void fill_direct(const TracedScene& scene, const LightCacheOptions& options, bool back);
   void ask_light(const TracedScene& scene, const LightCacheOptions& options, const Light& light,
                  bool back, std::vector<float>& shares);
@@ -71,11 +84,10 @@ class LightCache {
 
   std::vector<char> double_sided_;  // by mesh
   SurfaceGrid fine_, coarse_;
-  Sides direct_;   // on the fine grid
-  Sides bounced_;  // on the coarse grid
-  Sides all_;      // on the fine grid: what a frame looks up
+  Sides direct_;     // on the fine grid
+  Sides bounced_;    // on the coarse grid
+  LightValues all_;  // what a frame looks up
   Vec3f gain_{1.0f};
-  Vec3f mean_bounced_{0.0f};
   std::uint64_t rays_ = 0;
 };
 

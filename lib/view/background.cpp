@@ -6,6 +6,7 @@
 #include "base/error.h"
 #include "base/srgb.h"
 #include "base/thread_pool.h"
+#include "raytrace/light_store.h"
 #include "view/raster_view.h"
 
 namespace polyhull {
@@ -66,12 +67,29 @@ bool Background::apply_lights(const std::vector<Light>& lights) {
     light_->set_gain(*factor);
     return false;
   }
-  raster_.reset();
-  light_.reset();  // the memory first
-  light_ = std::make_unique<LightCache>(traced_, options_.light);
+  light_scene();
   raster_ = std::make_unique<RasterView>(traced_, *light_);
   base_lights_ = traced_.scene().lights;
   return true;
+}
+
+/// From a file where there is one.
+void Background::light_scene() {
+  const bool first = light_ == nullptr;
+  raster_.reset();
+  light_.reset();  // the memory first
+  light_not_kept_.clear();
+  const std::filesystem::path folder = first ? options_.light_folder : std::filesystem::path();
+  if (!folder.empty()) light_ = load_light(traced_, options_.light, folder);
+  light_was_kept_ = light_ != nullptr;
+  if (light_) return;
+  light_ = std::make_unique<LightCache>(traced_, options_.light);
+  if (folder.empty()) return;
+  try {
+    store_light(*light_, traced_, options_.light, folder);
+  } catch (const Error& error) {
+    light_not_kept_ = error.what();  // the picture does not need it
+  }
 }
 
 Background::Work Background::update(const Camera& camera, const std::vector<Light>& lights,

@@ -11,8 +11,10 @@
 /// lights (all by the same factor) scale the light cache; other changes of the lights fill it anew.
 #pragma once
 
+#include <filesystem>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "raytrace/path_tracer.h"
@@ -33,6 +35,9 @@ enum class ViewMethod {
 struct BackgroundOptions {
   ViewMethod method = ViewMethod::raster;
   LightCacheOptions light;
+  /// Where the first light of a scene is kept in files (light_store.h); empty: nowhere. Later ones
+  /// are of lamps that move, and hardly come again.
+  std::filesystem::path light_folder;
   ViewOptions view;
   PathOptions paths;
 };
@@ -89,17 +94,24 @@ class Background {
   Announcement announcement() const;
 
   const ViewStatistics& view_statistics() const { return statistics_; }
+  /// Whether the light came from a file.
+  bool light_was_kept() const { return light_was_kept_; }
+  /// Why the last light that was computed could not be kept in a file; empty: it was, or was not to.
+  const std::string& light_not_kept() const { return light_not_kept_; }
   std::uint64_t light_rays() const { return light_ ? light_->rays() : 0; }
   std::size_t light_nodes() const { return light_ ? light_->nodes() : 0; }
 
  private:
   bool apply_lights(const std::vector<Light>& lights);
+  void light_scene();
 
   BackgroundOptions options_;
   TracedScene traced_;
   std::vector<Light> base_lights_;  // under which light_ was filled
   bool other_emitters_ = false;     // glowing surfaces that are not lights
   std::unique_ptr<LightCache> light_;
+  bool light_was_kept_ = false;
+  std::string light_not_kept_;
   std::unique_ptr<RasterView> raster_;  // of light_
   std::optional<Camera> camera_;
   float exposure_ = 0.0f;

@@ -107,6 +107,11 @@ constexpr Property<S> table[] = {
         "Distance between the points at which the light on the scene is kept, metres, 0.001 to "
         "10. Smaller: sharper shadows close to what throws them, and a longer start.",
         0.001, 10.0, Change::when_ready),
+    property<&S::light_cache>(
+        "light-cache", "Light cache",
+        "Whether the light on the scene, which takes seconds to compute, is kept in files in the "
+        "folder polyhull/light of the user's cache folder, and found there the next time.",
+        0, 0, Change::when_ready),
     property<&S::live>("is-live", "Is live",
                        "Deliver frames at their time, and skip frames when late, instead of as "
                        "fast as possible.",

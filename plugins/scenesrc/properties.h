@@ -30,6 +30,7 @@ struct SceneSettings : ViewportSettings {
   ViewMethod method = ViewMethod::raster;
   double smoothing = 0.045;
   double light_spacing = 0.025;
+  bool light_cache = true;
   bool live = false;
 };
 

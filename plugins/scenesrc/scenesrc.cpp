@@ -37,7 +37,7 @@ struct SceneSrc : FrameSource {
   explicit SceneSrc(gpointer object) : FrameSource(object) {
     statistics.declare({"frames", "frames-drawn", "frames-refined", "frames-repeated",
                         "frames-skipped", "frames-unwanted", "light-fills", "light-points",
-                        "light-rays", "rays", "pixels-smoothed", "samples", "warnings"});
+                        "light-loads", "light-rays", "rays", "pixels-smoothed", "samples", "warnings"});
     gst_base_src_set_live(GST_BASE_SRC(object), settings.live);
     gst_pad_add_probe(GST_BASE_SRC_PAD(object), GST_PAD_PROBE_TYPE_BUFFER, announce, object,
                       nullptr);
@@ -139,8 +139,11 @@ GstFlowReturn create(GstPushSrc* push, GstBuffer** out) {
       statistics.set("last-drawn-ms", spent);
     }
     if (lit) {
-      statistics.count("light-fills");
-      statistics.count("light-rays", stream.background().light_rays());
+      const Background& background = stream.background();
+      statistics.count(background.light_was_kept() ? "light-loads" : "light-fills");
+      statistics.count("light-rays", background.light_rays());
+      if (!background.light_not_kept().empty())
+        statistics.warn(GST_ELEMENT(push), "warnings", background.light_not_kept());
       statistics.set_count("light-points", stream.background().light_nodes());
       statistics.set("light-ms", spent);
     }
@@ -173,7 +176,7 @@ void SceneSrc::class_init(gpointer klass) {
       "frames-repeated (nothing had changed: no work), frames-skipped (left out when live and "
       "late), frames-unwanted (left out because what follows cannot keep up), rays and "
       "pixels-smoothed (of drawn frames), samples (per pixel, in the picture "
-      "now), light-fills (how often the light was computed), light-rays, light-points, "
+      "now), light-fills (how often the light was computed), light-loads (found in a file), light-rays, light-points, "
       "warnings; "
       "times in milliseconds: last-frame-ms, last-drawn-ms, light-ms; and threads-used (how many "
       "threads took part in the last frame's parallel loops, on average).");

@@ -291,9 +291,37 @@ GST_START_TEST(stop_time_ends_the_stream) {
 }
 GST_END_TEST;
 
+/// The light is computed once, and found the next time, unless it is not to be kept.
+GST_START_TEST(light_is_kept_from_one_run_to_the_next) {
+  const std::filesystem::path kept =
+      std::filesystem::path(g_get_user_cache_dir()) / "polyhull" / "light";
+  std::filesystem::remove_all(kept);
+  const auto loads = [](const char* properties, std::vector<std::uint8_t>& frame) {
+    Log log;
+    GstElement* pipeline =
+        start(line_of(std::string("num-buffers=1 light-spacing=0.031 ") + properties), log);
+    gst_element_set_state(pipeline, GST_STATE_PLAYING);
+    fail_unless(wait_for_end(pipeline).empty());
+    fail_unless_equals_int(counter(pipeline, "warnings"), 0);
+    const guint64 count = counter(pipeline, "light-loads");
+    fail_unless_equals_int(counter(pipeline, "light-fills"), 1 - count);
+    stop(pipeline);
+    frame = log.frames[0];
+    return count;
+  };
+  std::vector<std::uint8_t> computed, found, unkept;
+  fail_unless_equals_int(loads("", computed), 0);
+  fail_unless_equals_int(loads("", found), 1);
+  fail_unless(computed == found, "the light from the file is another one");
+  fail_unless_equals_int(loads("light-cache=false", unkept), 0);
+  fail_unless(computed == unkept);
+}
+GST_END_TEST;
+
 GST_START_TEST(live_properties_act_on_the_next_frame) {
   Log log;
-  GstElement* pipeline = start(line_of("", "width=64,height=48,framerate=50/1"), log);
+  GstElement* pipeline =
+      start(line_of("light-cache=false", "width=64,height=48,framerate=50/1"), log);
   GstElement* sink = gst_bin_get_by_name(GST_BIN(pipeline), "sink");
   g_object_set(sink, "sync", TRUE, nullptr);
   gst_object_unref(sink);
@@ -532,6 +560,7 @@ static Suite* scenesrc_suite() {
   tcase_add_test(tests, renegotiation_goes_on_in_time);
   tcase_add_test(tests, seeks_to_the_frame_of_that_time);
   tcase_add_test(tests, stop_time_ends_the_stream);
+  tcase_add_test(tests, light_is_kept_from_one_run_to_the_next);
   tcase_add_test(tests, live_properties_act_on_the_next_frame);
   tcase_add_test(tests, old_names_are_accepted_with_a_warning);
   tcase_add_test(tests, controllers_drive_the_viewport);

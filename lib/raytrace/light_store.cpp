@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "raytrace/light_store.h"
+
+#include <fmt/core.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <fstream>
+#include <system_error>
+#include <vector>
+
+#include "base/content_hash.h"
+#include "base/error.h"
+
+namespace polyhull {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::uint64_t version = 1;  // another one for other contents, and for another light
+constexpr std::size_t most_files = 16;
+
+/// What a file begins with; the values follow, Float4 by Float4, first the fronts'.
+struct Header {
+  std::array<char, 8> magic = {'p', 'h', 'l', 'i', 'g', 'h', 't', '\n'};
+  std::uint64_t key = 0;
+  std::uint64_t content = 0;  // a hash of the values
+  std::uint64_t nodes[2] = {};
+  float mean_bounced[3] = {};
+  std::uint32_t unused = 0;
+};
+static_assert(sizeof(Header) == 56);
+
+void add_material(ContentHash& hash, const Material& material) {
+  hash.add(material.base_colour);
+  hash.add(material.base_colour_texture);
+  for (const float number : {material.metallic, material.roughness, material.ior}) hash.add(number);
+  hash.add(material.emission);
+  hash.add(material.double_sided);
+}
+
+std::uint64_t key_of(const Scene& scene, const LightCacheOptions& options) {
+  ContentHash hash;
+  hash.add(version);
+  hash.add(options.spacing);
+  hash.add(options.bounce_spacing);
+  hash.add(options.first_samples);
+  hash.add(options.light_samples);
+  hash.add(options.bounce_samples);
+  hash.add(options.most_nodes);
+  for (const SceneMesh& mesh : scene.meshes) {
+    hash.add(mesh.material);
+    hash.add(mesh.positions);
+    hash.add(mesh.normals);
+    hash.add(mesh.texture_coordinates);
+    hash.add(mesh.triangles);
+  }
+  for (const Material& material : scene.materials) add_material(hash, material);
+  for (const Picture& texture : scene.textures) {
+    hash.add(texture.width);
+    hash.add(texture.height);
+    hash.add(texture.pixels);
+  }
+  for (const Light& light : scene.lights) {
+    for (const Vec3f& v : {light.centre, light.u, light.v, light.radiance}) hash.add(v);
+    hash.add(light.mesh);
+  }
+  return hash.value();
+}
+
+fs::path file_of(const fs::path& folder, std::uint64_t key) {
+  return folder / fmt::format("{:016x}.light", key);
+}
+
+std::uint64_t content_of(const LightValues& values) {
+  ContentHash hash;
+  for (const auto& side : values.sides) hash.add(side);
+  return hash.value();
+}
+
+/// Leaves the files that were used last.
+void remove_old(const fs::path& folder) {
+  std::vector<std::pair<fs::file_time_type, fs::path>> files;
+  std::error_code ignored;  // another process may remove them, too
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder, ignored))
+    if (entry.path().extension() == ".light")
+      files.emplace_back(entry.last_write_time(ignored), entry.path());
+  std::sort(files.rbegin(), files.rend());
+  for (std::size_t i = most_files; i < files.size(); ++i) fs::remove(files[i].second, ignored);
+}
+
+}  // namespace
+
+std::unique_ptr<LightCache> load_light(const TracedScene& scene, const LightCacheOptions& options,
+                                       const fs::path& folder) {
+  const std::uint64_t key = key_of(scene.scene(), options);
+  const fs::path path = file_of(folder, key);
+  std::ifstream file(path, std::ios::binary);
+  Header header;
+  if (!file.read(reinterpret_cast<char*>(&header), sizeof header)) return nullptr;
+  std::error_code error;
+  const std::uint64_t rest = fs::file_size(path, error) - sizeof header;
+  if (error || header.magic != Header{}.magic || header.key != key ||
+      header.nodes[0] > rest / sizeof(Float4) || header.nodes[1] > rest / sizeof(Float4) ||
+      rest != (header.nodes[0] + header.nodes[1]) * sizeof(Float4))
+    return nullptr;
+  LightValues values;
+  values.mean_bounced = {header.mean_bounced[0], header.mean_bounced[1], header.mean_bounced[2]};
+  for (int side = 0; side < 2; ++side) {
+    values.sides[side].resize(header.nodes[side]);
+    file.read(reinterpret_cast<char*>(values.sides[side].data()),
+              static_cast<std::streamsize>(header.nodes[side] * sizeof(Float4)));
+  }
+  if (!file || content_of(values) != header.content) return nullptr;
+  auto light = std::make_unique<LightCache>(scene, options, std::move(values));
+  if (!light->usable()) return nullptr;
+  fs::last_write_time(path, fs::file_time_type::clock::now(), error);  // it is in use
+  return light;
+}
+
+void store_light(const LightCache& light, const TracedScene& scene,
+                 const LightCacheOptions& options, const fs::path& folder) {
+  std::error_code error;
+  fs::create_directories(folder, error);
+  const LightValues& values = light.all_values();
+  Header header;
+  header.key = key_of(scene.scene(), options);
+  header.content = content_of(values);
+  for (int k = 0; k < 3; ++k) header.mean_bounced[k] = values.mean_bounced[k];
+  for (int side = 0; side < 2; ++side) header.nodes[side] = values.sides[side].size();
+  // Under another name until it is whole.
+  const fs::path path = file_of(folder, header.key);
+  fs::path unfinished = path;
+  unfinished += fmt::format(".{}", getpid());
+  std::ofstream file(unfinished, std::ios::binary);
+  file.write(reinterpret_cast<const char*>(&header), sizeof header);
+  for (const auto& side : values.sides)
+    file.write(reinterpret_cast<const char*>(side.data()),
+               static_cast<std::streamsize>(side.size() * sizeof(Float4)));
+  file.close();
+  if (file) fs::rename(unfinished, path, error);
+  if (!file || error) {
+    fs::remove(unfinished, error);
+    throw Error(Error::Kind::bad_input,
+                "The light of scene '{}' could not be kept in {}: look at the folder's rights and "
+                "the room on its disk, or switch light-cache off.",
+                scene.scene().name, folder.string());
+  }
+  remove_old(folder);
+}
+
+}  // namespace polyhull
