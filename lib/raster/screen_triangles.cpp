@@ -49,7 +49,6 @@ ScreenPlane plane_of(const double (&f)[3], const double (&x)[3], const double (&
 
 const float (*sample_places(int samples))[2] {
   // In sixteenths of a pixel; the last is the middle.
-  static const float none[][2] = {{0.5f, 0.5f}};
   static const float one[][2] = {{0.5f, 0.5f}, {0.5f, 0.5f}};
   static const float two[][2] = {{0.75f, 0.75f}, {0.25f, 0.25f}, {0.5f, 0.5f}};
   static const float four[][2] = {
@@ -60,8 +59,7 @@ const float (*sample_places(int samples))[2] {
   return samples >= 8   ? eight
          : samples >= 4 ? four
          : samples >= 2 ? two
-         : samples == 1 ? one
-                        : none;
+                        : one;
 }
 
 Mat4 pixels_from_clip(int width, int height) {

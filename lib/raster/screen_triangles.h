@@ -54,6 +54,9 @@ class ScreenTriangles {
   /// A triangle, or a piece of one that was clipped, with the id that add() got.
   const ScreenTriangle& piece(std::uint32_t number) const { return triangles_[number]; }
 
+  /// How many there are by now: numbers follow the order of add().
+  std::uint32_t pieces() const { return static_cast<std::uint32_t>(triangles_.size()); }
+
  private:
   int width_ = 0, height_ = 0;
   std::vector<ScreenTriangle> triangles_;

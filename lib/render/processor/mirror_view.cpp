@@ -10,16 +10,15 @@
 namespace polyhull::processor {
 
 MirrorView::MirrorView(const RenderFrame& frame, const RenderPlan& plan, const TracedScene& scene,
-                       const SceneLayer& direct, const SceneLayer& mirrored,
-                       const std::uint8_t* background, int stride)
+                       const SceneLayer& mirrored, const std::uint8_t* background, int stride)
     : frame_(frame),
       scene_(scene),
-      direct_(direct),
       mirrored_(mirrored),
       background_(background),
       stride_(stride),
       mirror_(*mirror_of(frame, plan)) {
   pixels_from_scene_ = pixels_from_clip(frame.width, frame.height) * plan.clip_from_scene;
+  eye_ = Vec3f(plan.eye);
   mirrored_eye_ = Vec3f(reflection(Vec3(mirror_.normal), mirror_.offset) * Vec4(plan.eye, 1.0));
   const SceneMesh& mesh = frame.scene->meshes[static_cast<std::size_t>(mirror_.mesh)];
   const Material& material = frame.scene->materials[static_cast<std::size_t>(mesh.material)];
@@ -39,11 +38,14 @@ Vec3f MirrorView::looked_up(const Vec3f& point, bool& found) const {
   const double u = at.x / at.z - 0.5, v = at.y / at.z - 0.5;
   if (!(u >= 0.0 && v >= 0.0 && u <= frame_.width - 1 && v <= frame_.height - 1))
     return Vec3f(0.0f);
+  // What stands before the point is another thing; up to half a percent of the way may be itself.
+  Ray ray;
+  ray.origin = eye_;
+  ray.direction = point - eye_;
+  ray.far = 0.995f;
+  if (scene_.caster().occluded(ray)) return Vec3f(0.0f);
   const int x = std::min(static_cast<int>(u), std::max(frame_.width - 2, 0));
   const int y = std::min(static_cast<int>(v), std::max(frame_.height - 2, 0));
-  const auto inverse = static_cast<float>(1.0 / at.z);
-  const float there = direct_.inverse_at(static_cast<int>(u + 0.5), static_cast<int>(v + 0.5));
-  if (std::abs(there - inverse) > 0.005f * inverse) return Vec3f(0.0f);
   found = true;
   const auto a = static_cast<float>(u - x), b = static_cast<float>(v - y);
   const auto pixel = [&](int i, int j) {

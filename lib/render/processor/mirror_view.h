@@ -12,12 +12,10 @@ namespace polyhull::processor {
 
 class MirrorView {
  public:
-  /// \p direct is the scene as the viewport sees it, its pixels' middles drawn all over the
-  /// picture, \p mirrored as the mirror shows it, drawn wherever shown() is asked. \p background:
-  /// RGBA rows \p stride bytes apart. All must outlive this.
+  /// \p mirrored is the scene as the mirror shows it, drawn wherever shown() is asked.
+  /// \p background: RGBA rows \p stride bytes apart. All must outlive this.
   MirrorView(const RenderFrame& frame, const RenderPlan& plan, const TracedScene& scene,
-             const SceneLayer& direct, const SceneLayer& mirrored, const std::uint8_t* background,
-             int stride);
+             const SceneLayer& mirrored, const std::uint8_t* background, int stride);
 
   /// The linear picture value that the mirror shows at pixel (x, y), before Fresnel's share.
   Vec3f shown(int x, int y) const;
@@ -33,13 +31,12 @@ class MirrorView {
 
   const RenderFrame& frame_;
   const TracedScene& scene_;
-  const SceneLayer& direct_;
   const SceneLayer& mirrored_;
   const std::uint8_t* background_;
   int stride_;
   const Mirror& mirror_;
   Mat4 pixels_from_scene_;
-  Vec3f mirrored_eye_, f0_;
+  Vec3f eye_, mirrored_eye_, f0_;
   bool only_mirrors_ = false;
   PixelRays rays_;
 };

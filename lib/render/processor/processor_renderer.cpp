@@ -35,7 +35,6 @@ struct ProcessorRenderer::State {
   std::shared_ptr<const Scene> scene_held;
   std::optional<TracedScene> scene;
   SceneLayer direct, mirrored;
-  SceneLayer around;  // as direct, all over the picture, where a mirror's points are looked up
   AreaShadow shadow;
   std::optional<Light> shadow_light;  // for which shadow has the subjects
   std::vector<ReadySubject> subjects;
@@ -144,7 +143,7 @@ bool ProcessorRenderer::State::draw_scene(const RenderFrame& frame, const Render
   const Mirror* mirror = mirror_of(frame, plan);
   if (mirror) view.mirror_mesh = mirror->mesh;
   if (!settings.skip)
-    for (SceneLayer* layer : {&direct, &mirrored, &around}) layer->forget();
+    for (SceneLayer* layer : {&direct, &mirrored}) layer->forget();
   const bool fresh = direct.set(traced, view);
   if (fresh) albedo.reset(direct);
   if (!traced) return fresh;
@@ -162,9 +161,6 @@ bool ProcessorRenderer::State::draw_scene(const RenderFrame& frame, const Render
     behind.kept = kept_side(*mirror);
     mirrored.set(traced, behind);
     drawn = mirrored.ensure(plan.mirror) || drawn;
-    view.samples = 0;
-    around.set(traced, view);
-    drawn = around.ensure({0, 0, frame.width, frame.height}) || drawn;
   }
   statistics.scene_depth_reused = !drawn;
   return fresh;
@@ -356,7 +352,7 @@ void ProcessorRenderer::draw(const RenderFrame& frame, const RenderPlan& plan,
     s.scene_held = frame.scene;
     s.scene.reset();
     // The next scene may take this one's address.
-    for (SceneLayer* layer : {&s.direct, &s.mirrored, &s.around}) layer->forget();
+    for (SceneLayer* layer : {&s.direct, &s.mirrored}) layer->forget();
     if (frame.scene && !frame.scene->meshes.empty()) s.scene.emplace(*frame.scene);
   }
   s.prepare(frame, plan, settings, statistics_);
@@ -381,7 +377,7 @@ void ProcessorRenderer::draw(const RenderFrame& frame, const RenderPlan& plan,
       s.background_copy.assign(background, background + size);
       unchanged = s.background_copy.data();
     }
-    mirror.emplace(frame, plan, *s.scene, s.around, s.mirrored, unchanged, background_stride);
+    mirror.emplace(frame, plan, *s.scene, s.mirrored, unchanged, background_stride);
   }
   Blend blend(s, frame, plan, settings, mirror ? &*mirror : nullptr, background, background_stride,
               target);

@@ -12,14 +12,18 @@ bool SceneLayer::set(const TracedScene* scene, const LayerView& view) {
   if (scene == scene_ && view == view_) return false;
   scene_ = scene;
   view_ = view;
-  bands_.assign(static_cast<std::size_t>((view.height + band_rows - 1) / band_rows), Band());
+  bands_.resize(static_cast<std::size_t>((view.height + band_rows - 1) / band_rows));
+  for (Band& band : bands_) band.left = band.right = 0;
   triangles_.begin(view.width, view.height);
   first_of_mesh_.clear();
+  mirror_pieces_ = 0;
   if (!scene) return true;
   std::vector<Corner> corners;
   std::uint32_t first = 0;
   for (const SceneMesh& mesh : scene->scene().meshes) {
+    const bool is_mirror = static_cast<int>(first_of_mesh_.size()) == view.mirror_mesh;
     first_of_mesh_.push_back(first);
+    if (is_mirror) mirror_first_ = triangles_.pieces();
     corners.resize(mesh.positions.size());
     for (std::size_t i = 0; i < corners.size(); ++i) {
       const Vec4 point(Vec3(mesh.positions[i]), 1.0);
@@ -30,6 +34,7 @@ bool SceneLayer::set(const TracedScene* scene, const LayerView& view) {
       const std::uint32_t* t = &mesh.triangles[i];
       triangles_.add({corners[t[0]], corners[t[1]], corners[t[2]]}, first, Facing::both);
     }
+    if (is_mirror) mirror_pieces_ = triangles_.pieces() - mirror_first_;
   }
   return true;
 }
@@ -76,13 +81,6 @@ void SceneLayer::draw(int number, int left, int right) {
   ids.assign((samples + 1) * rows * columns, no_triangle);
   triangles_.draw(number, {left, right, top, bottom, static_cast<int>(samples) + 1,
                            sample_places(view_.samples), inverse.data(), ids.data()});
-  const bool marks = view_.mirror_mesh >= 0;
-  const auto mirror = static_cast<std::size_t>(std::max(view_.mirror_mesh, 0));
-  const std::uint32_t mirror_first = marks ? first_of_mesh_[mirror] : 0;
-  const std::uint32_t mirror_end =
-      !marks ? 0
-             : mirror_first +
-                   static_cast<std::uint32_t>(scene_->scene().meshes[mirror].triangles.size() / 3);
   for (std::size_t y = 0; y < rows; ++y) {
     const std::size_t to = y * width + static_cast<std::size_t>(left);
     for (std::size_t s = 0; s < samples; ++s) {
@@ -92,15 +90,12 @@ void SceneLayer::draw(int number, int left, int right) {
     const std::size_t middle = (samples * rows + y) * columns;
     std::copy_n(&inverse[middle], columns, &band.centre_inverse[to]);
     std::copy_n(&ids[middle], columns, &band.centre[to]);
-    for (std::size_t x = 0; x < columns; ++x) {
-      unsigned marked = 0;
-      for (std::size_t s = 0; marks && s < samples; ++s) {
-        const std::uint32_t at = ids[(s * rows + y) * columns + x];
-        if (at == no_triangle) continue;
-        const std::uint32_t id = triangles_.piece(at).id;
-        if (id >= mirror_first && id < mirror_end) marked |= 1u << s;
-      }
-      band.mirror[to + x] = static_cast<std::uint8_t>(marked);
+    std::uint8_t* marks = &band.mirror[to];
+    std::fill_n(marks, columns, std::uint8_t{0});
+    for (std::size_t s = 0; mirror_pieces_ > 0 && s < samples; ++s) {
+      const std::uint32_t* from = &ids[(s * rows + y) * columns];
+      for (std::size_t x = 0; x < columns; ++x)
+        marks[x] |= static_cast<std::uint8_t>((from[x] - mirror_first_ < mirror_pieces_) << s);
     }
   }
 }

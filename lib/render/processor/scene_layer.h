@@ -19,7 +19,7 @@ struct LayerView {
   Mat4 pixels_from_scene{1.0};  ///< homogeneous: pixels_from_clip() of the clip space, in which the
                                 ///< far plane, which follows subjects, does not count
   int width = 0, height = 0;
-  int samples = 4;           ///< 0: only the middles are drawn
+  int samples = 4;
   std::optional<Vec4> kept;  ///< only the scene on this plane's positive side
   int mirror_mesh = -1;      ///< whose visible samples are marked
   bool operator==(const LayerView&) const = default;
@@ -65,6 +65,7 @@ class SceneLayer {
   LayerView view_;
   ScreenTriangles triangles_;
   std::vector<std::uint32_t> first_of_mesh_;  // ids count through all meshes
+  std::uint32_t mirror_first_ = 0, mirror_pieces_ = 0;  // of triangles_: those of the mirror
   std::vector<Band> bands_;
 };
 
