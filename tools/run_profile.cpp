@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <memory>
 #include <mutex>
+#include <utility>
 #include <vector>
 
 namespace polyhull {
@@ -86,6 +87,7 @@ void spend(ThreadTimes& thread, const std::string& element) {
 std::mutex latency_mutex;  // protects the two below
 LatencyTrace latency_trace;
 std::string latency_output;
+std::int64_t last_reached = -1;  // the instant that has reached it last; under latency_mutex
 
 /// Running time of \p buffer, ns; -1 where it has none.
 std::int64_t instant_of(GstPad* pad, GstBuffer* buffer) {
@@ -111,7 +113,9 @@ void follow(GstPad* pad, GstPad* peer, GstBuffer* buffer, const std::string& fro
   const bool sink = element && GST_OBJECT_FLAG_IS_SET(element, GST_ELEMENT_FLAG_SINK);
   std::lock_guard lock(latency_mutex);
   latency_trace.handed_over(now, instant, from, to, g_str_equal(name, "background"));
-  if (from == latency_output) latency_trace.reached(now, instant, from, from);
+  // Where it branches, once.
+  if (from == latency_output && std::exchange(last_reached, instant) != instant)
+    latency_trace.reached(now, instant, from, from);
   if (sink) latency_trace.reached(now, instant, to, from);
 }
 

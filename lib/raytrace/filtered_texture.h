@@ -16,6 +16,8 @@ class FilteredTexture {
  public:
   /// \p picture is RGBA, sRGB; it repeats in both directions.
   explicit FilteredTexture(const Picture& picture);
+  FilteredTexture(FilteredTexture&&) = default;
+  FilteredTexture& operator=(FilteredTexture&&) = default;
 
   /// Bilinear, without filtering.
   Vec3f at(const Vec2f& uv) const { return over(uv, Vec2f(0.0f), Vec2f(0.0f)); }

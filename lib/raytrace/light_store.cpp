@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <fstream>
 #include <system_error>
 #include <vector>
@@ -83,9 +84,13 @@ std::uint64_t content_of(const LightValues& values) {
 void remove_old(const fs::path& folder) {
   std::vector<std::pair<fs::file_time_type, fs::path>> files;
   std::error_code ignored;  // another process may remove them, too
-  for (const fs::directory_entry& entry : fs::directory_iterator(folder, ignored))
-    if (entry.path().extension() == ".light")
-      files.emplace_back(entry.last_write_time(ignored), entry.path());
+  for (fs::directory_iterator entry(folder, ignored); entry != fs::directory_iterator();
+       entry.increment(ignored)) {
+    const fs::path& path = entry->path();
+    const bool unfinished = path.stem().extension() == ".light";  // of who was killed, perhaps
+    if (path.extension() == ".light" || unfinished)
+      files.emplace_back(entry->last_write_time(ignored), path);
+  }
   std::sort(files.rbegin(), files.rend());
   for (std::size_t i = most_files; i < files.size(); ++i) fs::remove(files[i].second, ignored);
 }
@@ -132,7 +137,8 @@ void store_light(const LightCache& light, const TracedScene& scene,
   // Under another name until it is whole.
   const fs::path path = file_of(folder, header.key);
   fs::path unfinished = path;
-  unfinished += fmt::format(".{}", getpid());
+  static std::atomic<unsigned> number = 0;  // several at once in one process
+  unfinished += fmt::format(".{}-{}", getpid(), number++);
   std::ofstream file(unfinished, std::ios::binary);
   file.write(reinterpret_cast<const char*>(&header), sizeof header);
   for (const auto& side : values.sides)

@@ -123,11 +123,6 @@ PlacedSubject place(const RenderSubject& subject) {
   out.points.reserve(mesh.hull.vertices.size());
   for (const Vec3f& v : mesh.hull.vertices)
     out.points.emplace_back(out.local_to_scene * Vec4(Vec3(v), 1.0));
-  if (!std::all_of(out.points.begin(), out.points.end(), usable))
-    throw Error(Error::Kind::bad_input,
-                "A mesh has a vertex that is not finite, or more than {:g} m away from the scene's "
-                "origin: look for its placement (translate, scale) and its rig's unit.",
-                most);
   return out;
 }
 
@@ -167,7 +162,12 @@ RenderPlan plan_frame(const RenderFrame& frame, const RenderSettings& settings,
   Bounds people;
   for (const RenderSubject& subject : frame.subjects) {
     if (!subject.mesh || subject.mesh->hull.empty()) continue;
-    plan.subjects.push_back(place(subject));
+    PlacedSubject placed = place(subject);
+    if (!std::all_of(placed.points.begin(), placed.points.end(), usable)) {
+      ++plan.unusable;
+      continue;
+    }
+    plan.subjects.push_back(std::move(placed));
     const Bounds own = bounds_of(plan.subjects.back().points);
     everything.min = glm::min(everything.min, own.min);
     everything.max = glm::max(everything.max, own.max);

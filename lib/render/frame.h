@@ -81,6 +81,7 @@ struct RenderPlan {
   Vec3 eye{0.0};                        ///< the viewport's centre, scene coordinates
   double pixel_size = 0.0;              ///< of the viewport at depth 1
   std::vector<PlacedSubject> subjects;  ///< those with triangles
+  int unusable = 0;                     ///< those left out: not finite, or beyond 1e9 m
   Rectangle subject, shadow, mirror;
   int light = -1;         ///< the light that throws the shadow
   int mirror_index = -1;  ///< into Scene::mirrors
@@ -104,8 +105,8 @@ std::vector<Vec3> eyes_on(const PlacedSubject& subject, const RenderFrame& frame
 double scale_of(const PlacedSubject& subject);
 
 /// Finds what a frame needs. \p scene_bounds are those of the scene's geometry. Throws Error when
-/// the viewport camera is not finite or degenerate, and for lights and meshes that are not finite or
-/// beyond 1e9 m.
+/// the viewport camera is not finite or degenerate, and for lights that are not finite or beyond
+/// 1e9 m.
 RenderPlan plan_frame(const RenderFrame& frame, const RenderSettings& settings,
                       const Bounds& scene_bounds);
 

@@ -137,6 +137,7 @@ int levels_needed(const Mesh& mesh, int view, const std::vector<Vec3>& eyes, dou
   }
   const double spans = std::sqrt(most) * pixel_size * camera.K[0][0];
   if (!(spans < HUGE_VAL)) return most_levels;
+  if (spans <= 1.0) return 0;
   return std::clamp(static_cast<int>(std::ceil(std::log2(spans))), 0, most_levels);
 }
 

@@ -28,7 +28,7 @@ class RasterView;
 /// How new views are drawn.
 enum class ViewMethod {
   raster,  ///< RasterView
-  rays,    ///< render_view(): some ten times slower; contrast on surfaces is smoothed, too
+  rays,    ///< render_view(): three to four times slower; contrast on surfaces is smoothed, too
 };
 
 /// The options of the three that make the picture.

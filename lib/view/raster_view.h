@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 /// \file
-/// The fast picture of a lit scene, rasterised: what render_view() traces, at a tenth of its cost.
+/// The fast picture of a lit scene, rasterised: what render_view() traces, at a third to a quarter of its cost.
 ///
 /// The scene's triangles are drawn with eight samples a pixel, and each is shaded once in every pixel
 /// that shows it, at the mean place of its samples there. Where a planar mirror is seen, the scene

@@ -24,7 +24,7 @@ struct ViewOptions {
 /// Of one call.
 struct ViewStatistics {
   std::uint64_t rays = 0;
-  std::uint64_t smoothed = 0;  ///< pixels drawn with eight rays
+  std::uint64_t smoothed = 0;  ///< pixels drawn with eight rays, or that show several triangles
 };
 
 /// Draws \p scene, lit by \p light, seen by \p camera, into \p picture (linear picture values, row

@@ -53,12 +53,13 @@ void show(Composite& self, GstAggregatorPad* pad, GstBuffer* buffer, std::int64_
 constexpr std::int64_t same_instant = 5'000'000;
 
 /// Whether what \p pad has brought is what a live \p frame shows, so that the next mesh need not be
-/// waited for: it lasts beyond the frame's instant, as far as it says, or does not begin before it.
+/// waited for: it lasts beyond the frame's instant, as far as it says, or does not begin before it
+/// but for that jitter.
 bool is_of_now(GstAggregatorPad* pad, const WaitingFrame& frame) {
   const MeshPadState& state = state_of<MeshPadState>(pad);
   if (frame.begin == no_time || state.end == no_time) return false;
   const std::int64_t instant = std::min(frame.begin + same_instant, frame.end - 1);
-  return state.end > instant || state.begin >= frame.begin;
+  return state.end > instant || state.begin + same_instant >= frame.begin;
 }
 
 /// Whether nothing more is to be waited for on \p pad for \p frame. In files, where nothing hurries,
@@ -121,6 +122,11 @@ GstBuffer* compose(Composite& self, GstBuffer* frame,
   self.composer.prepare(snapshot(self.element, self.settings), self.background_info, meshes,
                         self.background_on_gpu || self.output_on_gpu);
   if (meshes.empty()) self.statistics.count("no-mesh");
+  if (self.composer.unusable() > 0)
+    self.statistics.warn(GST_ELEMENT_CAST(self.element), "meshes-unusable",
+                         "A mesh is not drawn: it has vertices that are not finite, or more than a "
+                         "million kilometres away. Look at its placement (translate, scale) and at "
+                         "the unit of its rig.");
   const auto copy_times = [&](GstBuffer* to) {
     gst_buffer_copy_into(
         to, frame,

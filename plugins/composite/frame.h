@@ -53,6 +53,9 @@ class FrameComposer {
   /// Whether the background is the result as it is.
   bool untouched() const { return plan_.untouched(); }
 
+  /// How many meshes were left out because their vertices are not finite or too far away.
+  int unusable() const { return plan_.unusable; }
+
   /// The background in the output's format, which is a video format: a new buffer without times.
   /// Throws Error.
   GstBuffer* background_as_video(const FrameBuffers& buffers);

@@ -37,7 +37,8 @@ struct SceneSrc : FrameSource {
   explicit SceneSrc(gpointer object) : FrameSource(object) {
     statistics.declare({"frames", "frames-drawn", "frames-refined", "frames-repeated",
                         "frames-skipped", "frames-unwanted", "light-fills", "light-points",
-                        "light-loads", "light-rays", "rays", "pixels-smoothed", "samples", "warnings"});
+                        "light-loads", "light-rays", "rays", "pixels-smoothed", "samples",
+                        "warnings"});
     gst_base_src_set_live(GST_BASE_SRC(object), settings.live);
     gst_pad_add_probe(GST_BASE_SRC_PAD(object), GST_PAD_PROBE_TYPE_BUFFER, announce, object,
                       nullptr);
@@ -166,7 +167,7 @@ bool SceneSrc::take(GstBaseSrc* source, GstEvent* event) {
 }
 
 void SceneSrc::class_init(gpointer klass) {
-  GST_DEBUG_CATEGORY_INIT(scenesrc_debug, "scenesrc", 0, "ray-traced synthetic scene");
+  GST_DEBUG_CATEGORY_INIT(scenesrc_debug, "scenesrc", 0, "lit synthetic scene");
   add_properties<SceneSrc>(klass, viewport_properties(), &SceneSrc::settings);
   add_properties<SceneSrc>(klass, old_viewport_properties(), &SceneSrc::settings);
   add_properties<SceneSrc>(klass, scene_properties(), &SceneSrc::settings);
@@ -175,14 +176,14 @@ void SceneSrc::class_init(gpointer klass) {
       "Counters since the start: frames, frames-drawn (new views), frames-refined, "
       "frames-repeated (nothing had changed: no work), frames-skipped (left out when live and "
       "late), frames-unwanted (left out because what follows cannot keep up), rays and "
-      "pixels-smoothed (of drawn frames), samples (per pixel, in the picture "
-      "now), light-fills (how often the light was computed), light-loads (found in a file), light-rays, light-points, "
-      "warnings; "
+      "pixels-smoothed (of drawn frames: that show several triangles, or with rays are drawn with "
+      "eight), samples (per pixel, in the picture now), light-fills (how often the light was "
+      "computed), light-loads (found in a file), light-rays, light-points, warnings; "
       "times in milliseconds: last-frame-ms, last-drawn-ms, light-ms; and threads-used (how many "
       "threads took part in the last frame's parallel loops, on average).");
   set_metadata(
       klass, "Scene source", "Source/Video",
-      "Ray-traced picture of a glTF scene, with its camera and lights announced for compositing");
+      "Lit picture of a glTF scene, with its camera and lights announced for compositing");
   add_template(klass, "src", GST_PAD_SRC,
                "video/x-raw, format=(string){ RGBA, BGRA, RGBx, BGRx }, width=(int)[1, 16384], "
                "height=(int)[1, 16384], framerate=(fraction)[1/2147483647, 2147483647/1], "

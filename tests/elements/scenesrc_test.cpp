@@ -574,6 +574,10 @@ static Suite* scenesrc_suite() {
 }
 
 int main(int argc, char** argv) {
+  // Not the cache of who runs this by hand.
+  if (g_getenv("XDG_CACHE_HOME") == nullptr)
+    g_setenv("XDG_CACHE_HOME", (std::filesystem::temp_directory_path() / "polyhull_cache").c_str(),
+             TRUE);
   gst_check_init(&argc, &argv);
   Suite* suite = scenesrc_suite();
   const int failures = gst_check_run_suite(suite, "scenesrc", __FILE__);

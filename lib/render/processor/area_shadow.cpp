@@ -115,7 +115,7 @@ int AreaShadow::find_candidates(const TracedScene& scene, const SceneLayer& laye
   for_pixels(number, [&](std::size_t pixel, int x, int y) {
     candidate_[pixel] = blocked_[pixel] = 0;
     sum_[pixel] = mean_[pixel] = gathered_[pixel] = 0.0f;
-    if (!any || !reach_.may_shade(in_light_[pixel])) return;
+    if (!any || !(inverse_[pixel] > 0.0f) || !reach_.may_shade(in_light_[pixel])) return;
     if (known_[pixel] < 2) {
       known_[pixel] = 2;
       const RayHit hit = layer.hit(2 * x, 2 * y);
@@ -281,12 +281,13 @@ bool AreaShadow::fill(std::size_t number, ShadowTile& tile) const {
 void AreaShadow::gather(std::size_t number) {
   ShadowTile tile;
   if (!fill(number, tile)) return;
+  const bool gathers = per_pixel_ > 1;
   float means[block * block];
-  loops().gather(tile, means);
+  if (gathers) loops().gather(tile, means);
   bool any = false;
   for_pixels(number, [&](std::size_t pixel, int x, int y) {
     if (!candidate_[pixel]) return;  // nothing reaches it
-    gathered_[pixel] = per_pixel_ == 1 ? mean_[pixel] : means[y % block * block + x % block];
+    gathered_[pixel] = gathers ? means[y % block * block + x % block] : mean_[pixel];
     any = any || gathered_[pixel] > 0.0f;
   });
   if (any) block_state_[number] = 2;

@@ -50,7 +50,8 @@ bool LightReach::build(const Light& light, std::span<const Vec3f> points,
   centre_ = light.centre;
   nearest_ = 0.0f;
   everywhere_ = false;
-  if (light.is_area()) {
+  point_ = !light.is_area();
+  if (!point_) {
     forward_ = light_normal(light);
   } else {
     Vec3f middle(0.0f);
@@ -115,10 +116,12 @@ void LightReach::Extent::add(const Place& place) {
 }
 
 bool LightReach::may_shade(const Extent& places) const {
+  if (everywhere_ && point_) return true;  // behind its plane, too
   return !places.empty() && (everywhere_ || any_between(places.low, places.high, places.least));
 }
 
 bool LightReach::may_shade(const Place& place) const {
+  if (everywhere_ && point_) return true;
   return place.inverse > 0.0f &&
          (everywhere_ || any_between(place.tangents, place.tangents, place.inverse));
 }

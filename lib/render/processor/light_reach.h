@@ -52,6 +52,7 @@ class LightReach {
   Vec2f low_{0.0f}, scale_{0.0f};  ///< texel = (tangent - low) * scale
   float nearest_ = 0.0f;           ///< largest 1/z of the subjects
   bool everywhere_ = false;        ///< the subjects reach through the light's plane
+  bool point_ = false;             ///< the light has no plane of its own
   bool any_between(const Vec2f& low, const Vec2f& high, float least) const;
   std::vector<int> sums_;          ///< filled texels above and left of each corner
 };

@@ -66,7 +66,8 @@ struct BlendPixels {
   std::uint64_t albedo[16];         ///< 16 bits a channel
   float taken[16];                  ///< the lamp's light that is missing
   float keep[16];                   ///< of what is there before `more` comes to it
-  float gone[3][16];                ///< of what is there then, at most: what the mirror showed
+  float covered[16];                ///< by the mirror's image
+  float gone[3][16];                ///< what the mirror showed; at most the covered part goes
   float more[3][16];                ///< by the mirror's image
   float red[16], green[16], blue[16], alpha[16];      ///< the subject over all that
 };

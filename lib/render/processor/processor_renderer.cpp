@@ -284,6 +284,7 @@ class ProcessorRenderer::Blend {
       pixels.blue[i] = colour.b;
       pixels.alpha[i] = colour.a;
       pixels.keep[i] = 1.0f;
+      pixels.covered[i] = image.a;
       Vec3f gone(0.0f), more(0.0f);
       if (inside && image.a > 0.0f && colour.a < 1.0f) {
         if (settings_.mirror == MirrorMode::plain) {
