@@ -574,14 +574,15 @@ static Suite* scenesrc_suite() {
 }
 
 int main(int argc, char** argv) {
-  // Not the cache of who runs this by hand.
-  if (g_getenv("XDG_CACHE_HOME") == nullptr)
-    g_setenv("XDG_CACHE_HOME", (std::filesystem::temp_directory_path() / "polyhull_cache").c_str(),
-             TRUE);
+  // A cache of its own, which it empties.
+  const std::filesystem::path cache = std::filesystem::temp_directory_path() /
+                                      ("polyhull_cache_" + std::to_string(getpid()));
+  g_setenv("XDG_CACHE_HOME", cache.c_str(), TRUE);
   gst_check_init(&argc, &argv);
   Suite* suite = scenesrc_suite();
   const int failures = gst_check_run_suite(suite, "scenesrc", __FILE__);
   std::error_code ignored;
   std::filesystem::remove_all(folder, ignored);
+  std::filesystem::remove_all(cache, ignored);
   return failures;
 }
