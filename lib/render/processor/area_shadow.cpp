@@ -205,14 +205,14 @@ std::uint64_t AreaShadow::trace(const TracedScene& scene, const Light& light, st
     const std::size_t same = neighbour(x, y);
     pixels[same][counts[same]++] = static_cast<std::uint32_t>(pixel);
   });
+  const Vec3f facing = light_normal(light);
   Packet packet;
   // Many pixels' rays to one point of the light are a coherent packet.
   for (int sample = first; sample < last; ++sample) {
     const std::uint64_t bit = std::uint64_t{1} << sample;
     for (std::size_t same = 0; same < neighbours; ++same) {
       aim(std::span(pixels[same]).first(counts[same]),
-          places_[same * static_cast<std::size_t>(per_pixel_) + sample], light_normal(light),
-          packet);
+          places_[same * static_cast<std::size_t>(per_pixel_) + sample], facing, packet);
       if (packet.count == 0) continue;
       traced += packet.ask(subjects_);
       std::size_t behind = 0;  // those whose way through the scene is not known yet
