@@ -80,12 +80,6 @@ PixelRays::PixelRays(const Camera& camera) {
   y = Vec3f(camera.ray({0.0, 1.0}) - first);
 }
 
-Mat4 reflection(const Vec3& normal, double offset) {
-  Mat4 m(Mat3(1.0) - 2.0 * glm::outerProduct(normal, normal));
-  m[3] = Vec4(2.0 * offset * normal, 1.0);
-  return m;
-}
-
 namespace {
 
 /// The centre of gravity of a closed mesh's volume, from the tetrahedra that its triangles make

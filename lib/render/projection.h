@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 /// \file
-/// Clip-space matrices, placing, mirroring, and the rectangles of the screen that things can touch.
+/// Clip-space matrices, placing, and the rectangles of the screen that things can touch.
 ///
 /// Row 0 of a picture is row 0 of the framebuffer, so clip y points down on screen as pixels do:
 ///   clip = (2 (u + 1/2) / w - 1, 2 (v + 1/2) / h - 1, ...) * z   for the pinhole pixel (u, v).
@@ -13,6 +13,7 @@
 #include "base/vector.h"
 #include "mesh/mesh.h"
 #include "rig/camera.h"
+#include "scene/reflection.h"
 
 namespace polyhull {
 
@@ -34,9 +35,6 @@ struct PixelRays {
     return static_cast<float>(column) * x + static_cast<float>(row) * y + origin;
   }
 };
-
-/// Reflection at the plane dot(normal, X) = offset.
-Mat4 reflection(const Vec3& normal, double offset);
 
 /// About which point a subject is turned and scaled. Only with one that does not move with the
 /// subject do its feet stay on the floor whatever it does, and does a turn turn its walk, too.

@@ -7,6 +7,7 @@
 
 #include "base/thread_pool.h"
 #include "raytrace/view_loops.h"
+#include "scene/reflection.h"
 
 namespace polyhull {
 namespace {
@@ -26,14 +27,6 @@ Vec2 middle(unsigned samples) {
 
 const Material& material_of(const Scene& scene, const Mirror& mirror) {
   return scene.materials[scene.meshes[mirror.mesh].material];
-}
-
-/// Reflection at a mirror's plane.
-Mat4 reflection(const Mirror& mirror) {
-  const Vec3 n(mirror.normal);
-  Mat4 out(Mat3(1.0) - 2.0 * glm::outerProduct(n, n));
-  out[3] = Vec4(2.0 * static_cast<double>(mirror.offset) * n, 1.0);
-  return out;
 }
 
 }  // namespace
@@ -107,7 +100,7 @@ void RasterView::draw_mirror(const Pass& direct, std::size_t number) {
   pass.mirror = &mirror;
   pass.mirror_number = static_cast<std::uint8_t>(number);
   pass.f0 = material_of(scene, mirror).f0();
-  const Mat4 reflected = reflection(mirror);
+  const Mat4 reflected = reflection(Vec3(mirror.normal), mirror.offset);
   pass.eye = Vec3f(reflected * Vec4(Vec3(direct.eye), 1.0));
   // As many rays as triangles take longer than the triangles.
   std::size_t triangles = 0;
