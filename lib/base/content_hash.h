@@ -21,7 +21,6 @@ class ContentHash {
       const std::size_t count = size < 8 ? size : 8;
       std::memcpy(&word, bytes, count);
       value_ = (value_ ^ word) * 1099511628211ull;
-      value_ ^= value_ >> 32;  // high bytes reach the low ones, too
       bytes += count;
       size -= count;
     }

@@ -6,6 +6,7 @@
 #include <cstring>
 #include <string>
 
+#include "base/content_hash.h"
 #include "base/error.h"
 
 namespace polyhull {
@@ -172,19 +173,16 @@ bool same_pixels(const FrameView& a, const FrameView& b, const Rectangle& region
 }
 
 std::uint64_t hash_of_some_rows(const FrameView& frame, const Rectangle& region) {
-  std::uint64_t hash = 1469598103934665603ull;
-  if (region.empty()) return hash;
+  ContentHash hash;
+  if (region.empty()) return hash.value();
   constexpr int rows = 16;
   const Span bytes = row_bytes(frame.format, 0, region.x, region.x + region.width);
   for (int i = 0; i < rows; ++i) {
     const std::uint8_t* row = frame.row(0, region.y + (2 * i + 1) * region.height / (2 * rows));
-    for (std::ptrdiff_t k = bytes.begin; k + 8 <= bytes.end; k += 8) {
-      std::uint64_t word;
-      std::memcpy(&word, row + k, 8);
-      hash = (hash ^ word) * 1099511628211ull;
-    }
+    // Whole words.
+    hash.add_bytes(row + bytes.begin, static_cast<std::size_t>(bytes.end - bytes.begin) / 8 * 8);
   }
-  return hash;
+  return hash.value();
 }
 
 void FrameCopy::assign(const FrameView& frame, const Rectangle& region) {
