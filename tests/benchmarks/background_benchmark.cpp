@@ -5,28 +5,18 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <ctime>
 #include <memory>
 #include <numbers>
 
 #include "base/thread_pool.h"
+#include "measure.h"
 #include "studio/room/room.h"
 #include "view/background.h"
 
 namespace {
 
 using namespace polyhull;
-
-double now(clockid_t clock) {
-  timespec time{};
-  clock_gettime(clock, &time);
-  return 1e3 * static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_nsec);
-}
-
-double median(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  return values.empty() ? 0.0 : values[values.size() / 2];
-}
+using benchmark::median, benchmark::now;
 
 /// The demo's viewport.
 Camera viewport(double degrees, int width, int height) {

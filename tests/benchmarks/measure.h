@@ -7,12 +7,26 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <ctime>
 #include <functional>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
 namespace polyhull::benchmark {
+
+/// What \p clock shows, in milliseconds: CLOCK_MONOTONIC, CLOCK_PROCESS_CPUTIME_ID.
+inline double now(clockid_t clock) {
+  timespec time{};
+  clock_gettime(clock, &time);
+  return 1e3 * static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_nsec);
+}
+
+/// 0 for none.
+inline double median(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  return values.empty() ? 0.0 : values[values.size() / 2];
+}
 
 /// One way to do the job; the argument counts the calls, so that frames can take turns.
 struct Contender {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // What a composite costs on each backend: wall time and the processor time of all threads, medians
 // over recorded meshes before the built-in room, with a still and a travelling viewport.
-#include <ctime>
 
 #include <CLI/CLI.hpp>
 #include <cmath>
@@ -24,17 +23,7 @@
 namespace {
 
 using namespace polyhull;
-
-double now(clockid_t clock) {
-  timespec time{};
-  clock_gettime(clock, &time);
-  return 1e3 * static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_nsec);
-}
-
-double median(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  return values.empty() ? 0.0 : values[values.size() / 2];
-}
+using benchmark::median, benchmark::now;
 
 struct Recorded {
   std::vector<std::uint8_t> bytes;

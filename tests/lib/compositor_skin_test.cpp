@@ -32,6 +32,12 @@ struct PaintedWall {
     photographed = synthetic::photographed(wall, cameras);
     photographed.mesh.texturing = texture_hull(wall, cameras);
   }
+  /// The first view's picture becomes red, the second's green.
+  void show_views_as_primaries() {
+    for (std::size_t k = 0; k < 2; ++k)
+      for (std::size_t i = 0; i < photographed.pictures[k].pixels.size(); ++i)
+        photographed.pictures[k].pixels[i] = i % 4 == 3 || i % 4 == k ? 255 : 0;
+  }
 };
 
 // Seen from the camera's own place without its lens, the wall has its colours where they belong.
@@ -229,9 +235,7 @@ TEST_P(CompositorSkinTest, ARimYieldsToABetterView) {
   cameras.push_back(synthetic::look_at({-1, 1, 8}, {0, 1, 0}, 128, 128, 15.0));
   for (std::size_t k = 0; k < 2; ++k) cameras[k].name = "cam" + std::to_string(k);
   PaintedWall wall(cameras);
-  for (std::size_t k = 0; k < 2; ++k)
-    for (std::size_t i = 0; i < wall.photographed.pictures[k].pixels.size(); ++i)
-      wall.photographed.pictures[k].pixels[i] = i % 4 == 3 || i % 4 == k ? 255 : 0;
+  wall.show_views_as_primaries();
   Shot shot(floor_scene({}, point_lamp({0, 3, 0}, Vec3f(1.0f))), wall.photographed.mesh,
             synthetic::look_at({0, 1, 4}, {0, 1, 0}, 160, 120, 20.0));
   shot.settings.shadow = ShadowQuality::off;
@@ -251,9 +255,7 @@ TEST_P(CompositorSkinTest, TheBetterViewPrevailsBySquares) {
     cameras.back().name = "cam" + std::to_string(cameras.size());
   }
   PaintedWall wall(cameras);
-  for (std::size_t k = 0; k < 2; ++k)
-    for (std::size_t i = 0; i < wall.photographed.pictures[k].pixels.size(); ++i)
-      wall.photographed.pictures[k].pixels[i] = i % 4 == 3 || i % 4 == k ? 255 : 0;
+  wall.show_views_as_primaries();
   Shot shot(floor_scene({}, point_lamp({0, 3, 0}, Vec3f(1.0f))), wall.photographed.mesh,
             synthetic::look_at({0, 1, 4}, {0, 1, 0}, 160, 120, 20.0));
   shot.settings.shadow = ShadowQuality::off;

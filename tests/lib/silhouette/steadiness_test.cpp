@@ -24,6 +24,18 @@ double distance(double x, double y, double dx, double arm) {
   return -2.0 * std::log(std::exp(-0.5 * body) + std::exp(-0.5 * stick));
 }
 
+Field blurred(const std::vector<std::uint8_t>& alpha) {
+  Matte matte;
+  load_matte(alpha.data(), width, 1, width, height, matte);
+  Blur blur;
+  BlurSettings soft;
+  soft.sigma = 1.5;
+  blur.set(soft);
+  Field out;
+  blur.apply(matte, out);
+  return out;
+}
+
 /// Its matte with \p noise (8-bit levels) where it is soft, blurred by sigma 1.5.
 Field field(double dx, double arm, double noise, unsigned seed) {
   std::vector<std::uint8_t> alpha(static_cast<std::size_t>(width) * height);
@@ -37,15 +49,7 @@ Field field(double dx, double arm, double noise, unsigned seed) {
       alpha[y * width + x] = static_cast<std::uint8_t>(std::lround(std::clamp(level, 0.0, 255.0)));
     }
   }
-  Matte matte;
-  load_matte(alpha.data(), width, 1, width, height, matte);
-  Blur blur;
-  BlurSettings soft;
-  soft.sigma = 1.5;
-  blur.set(soft);
-  Field out;
-  blur.apply(matte, out);
-  return out;
+  return blurred(alpha);
 }
 
 ContourSettings settings(double steadiness) {
@@ -190,15 +194,7 @@ TEST(Steadiness, RingsStaySimpleAndApart) {
                                  : static_cast<int>(random() % 17) - 8 + alpha[i];
           alpha[i] = static_cast<std::uint8_t>(std::clamp(change, 0, 255));
         }
-        Matte matte;
-        load_matte(alpha.data(), width, 1, width, height, matte);
-        Blur blur;
-        BlurSettings soft;
-        soft.sigma = 1.5;
-        blur.set(soft);
-        Field blots;
-        blur.apply(matte, blots);
-        const Rings& rings = steady.find(blots, s);
+        const Rings& rings = steady.find(blurred(alpha), s);
         ASSERT_TRUE(test::simple_and_disjoint(rings)) << steadiness << " " << coarse << " " << n;
         ASSERT_EQ(test::nesting_fault(rings), "") << steadiness << " " << coarse << " " << n;
         for (const Vec2f p : last.points)
