@@ -188,7 +188,7 @@ void Compositor::State::draw_blend(const PassInput& in, GLuint background_textur
   // Every layer holds something only inside its own rectangle; outside it are old pixels. So the
   // changed part is drawn in pieces, each with the layers that reach it; where none does, the
   // background is copied, because the whole part is read back.
-  const Rectangle parts[3] = {in.plan.shadow, in.plan.mirror, in.plan.subject};
+  const Rectangle parts[4] = {in.plan.shadow, in.plan.mirror, in.plan.subject, in.plan.mirror_shadow};
   std::vector<int> columns, rows;
   for (const Rectangle& part : parts) {
     if (part.empty()) continue;

@@ -126,15 +126,18 @@ PlacedSubject place(const RenderSubject& subject) {
   return out;
 }
 
-/// The pixels in which \p mirror can show the subjects.
-Rectangle mirror_rectangle(const Mirror& mirror, const RenderPlan& plan, const RenderFrame& frame) {
-  const Vec3 normal(mirror.normal);
-  if (glm::dot(normal, plan.eye) <= mirror.offset) return {};
-  std::vector<Vec3> outline(mirror.outline.begin(), mirror.outline.end());
-  const Rectangle frame_of_mirror =
-      screen_rectangle(outline, plan.clip_from_scene, frame.width, frame.height);
-  if (frame_of_mirror.empty()) return {};
-  const Mat4 clip = plan.clip_from_scene * reflection(normal, mirror.offset);
+/// The pixels in which \p mirror can be seen from its front.
+Rectangle front_of(const Mirror& mirror, const RenderPlan& plan, const RenderFrame& frame) {
+  if (glm::dot(Vec3(mirror.normal), plan.eye) <= mirror.offset) return {};
+  const std::vector<Vec3> outline(mirror.outline.begin(), mirror.outline.end());
+  return screen_rectangle(outline, plan.clip_from_scene, frame.width, frame.height);
+}
+
+/// The pixels, of those in \p front, in which \p mirror can show the subjects.
+Rectangle mirror_rectangle(const Mirror& mirror, const Rectangle& front, const RenderPlan& plan,
+                           const RenderFrame& frame) {
+  if (front.empty()) return {};
+  const Mat4 clip = plan.clip_from_scene * reflection(Vec3(mirror.normal), mirror.offset);
   Rectangle images;
   for (const PlacedSubject& subject : plan.subjects) {
     const bool in_front = std::any_of(subject.points.begin(), subject.points.end(), [&](auto& p) {
@@ -143,7 +146,7 @@ Rectangle mirror_rectangle(const Mirror& mirror, const RenderPlan& plan, const R
     if (!in_front) continue;
     images = bounding(images, screen_rectangle(subject.points, clip, frame.width, frame.height));
   }
-  return intersection(images, frame_of_mirror);
+  return intersection(images, front);
 }
 
 int area(const Rectangle& r) {
@@ -190,21 +193,29 @@ RenderPlan plan_frame(const RenderFrame& frame, const RenderSettings& settings,
                                                            frame.width, frame.height));
   }
   if (frame.scene && !frame.scene->meshes.empty()) {
+    std::vector<Vec3> volume;  // of the shadow
     if (settings.shadow != ShadowQuality::off) {
       plan.light = main_light(frame.lights, 0.5 * (people.min + people.max));
       if (plan.light >= 0) {
-        const std::vector<Vec3> volume =
+        volume =
             shadow_volume(frame.lights[static_cast<std::size_t>(plan.light)], people, everything);
         plan.shadow = screen_rectangle(volume, plan.clip_from_scene, frame.width, frame.height);
       }
     }
     if (settings.mirror != MirrorMode::off) {
       for (std::size_t i = 0; i < frame.scene->mirrors.size(); ++i) {
-        const Rectangle image = mirror_rectangle(frame.scene->mirrors[i], plan, frame);
-        if (area(image) > area(plan.mirror)) {
-          plan.mirror = image;
-          plan.mirror_index = static_cast<int>(i);
-        }
+        const Mirror& mirror = frame.scene->mirrors[i];
+        const Rectangle front = front_of(mirror, plan, frame);
+        const Rectangle image = mirror_rectangle(mirror, front, plan, frame);
+        if (area(image) <= area(plan.mirror)) continue;
+        plan.mirror = image;
+        plan.mirror_index = static_cast<int>(i);
+        if (settings.mirror == MirrorMode::fresnel)
+          plan.mirror_shadow = intersection(
+              front, screen_rectangle(volume,
+                                      plan.clip_from_scene *
+                                          reflection(Vec3(mirror.normal), mirror.offset),
+                                      frame.width, frame.height));
       }
     }
   }
@@ -212,6 +223,7 @@ RenderPlan plan_frame(const RenderFrame& frame, const RenderSettings& settings,
     plan.subject = whole;
     if (plan.light >= 0) plan.shadow = whole;
     if (plan.mirror_index >= 0) plan.mirror = whole;
+    if (!plan.mirror_shadow.empty()) plan.mirror_shadow = whole;
   }
   return plan;
 }

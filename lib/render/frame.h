@@ -83,9 +83,12 @@ struct RenderPlan {
   std::vector<PlacedSubject> subjects;  ///< those with triangles
   int unusable = 0;                     ///< those left out: not finite, or beyond 1e9 m
   Rectangle subject, shadow, mirror;
-  int light = -1;         ///< the light that throws the shadow
-  int mirror_index = -1;  ///< into Scene::mirrors
-  Rectangle changed() const { return bounding(subject, bounding(shadow, mirror)); }
+  Rectangle mirror_shadow;  ///< where the mirror may show the shadow
+  int light = -1;           ///< the light that throws the shadow
+  int mirror_index = -1;    ///< into Scene::mirrors
+  Rectangle changed() const {
+    return bounding(bounding(subject, shadow), bounding(mirror, mirror_shadow));
+  }
   bool untouched() const { return changed().empty(); }
 };
 

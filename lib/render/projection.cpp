@@ -138,6 +138,14 @@ Mat4 place_in_scene(const Mesh& mesh, const SubjectPlacement& placement) {
   return glm::translate(m, -pivot) * base;
 }
 
+PixelRays reflected(const PixelRays& rays, const Vec3f& normal) {
+  PixelRays out;
+  out.x = glm::reflect(rays.x, normal);
+  out.y = glm::reflect(rays.y, normal);
+  out.origin = glm::reflect(rays.origin, normal);
+  return out;
+}
+
 Rectangle screen_rectangle(std::span<const Vec3> points, const Mat4& clip_from_scene, int width,
                            int height) {
   std::vector<Vec4> clip;

@@ -36,6 +36,9 @@ struct PixelRays {
   }
 };
 
+/// The rays' images in a mirror of the unit normal \p normal.
+PixelRays reflected(const PixelRays& rays, const Vec3f& normal);
+
 /// About which point a subject is turned and scaled. Only with one that does not move with the
 /// subject do its feet stay on the floor whatever it does, and does a turn turn its walk, too.
 enum class Pivot {

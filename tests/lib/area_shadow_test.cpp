@@ -92,10 +92,12 @@ struct Errors {
 
 /// Over the pixels that either says are shaded.
 Errors errors(Stage& stage, ShadowQuality quality, const std::vector<float>& expected) {
+  ShadowCasters casters;
+  casters.set(stage.plan, stage.light(), false);
   AreaShadow shadow;
-  shadow.set_subjects(stage.plan, stage.light(), false);
-  shadow.draw(*stage.traced, stage.layer, true, stage.frame.viewport, stage.light(), quality,
-              {0, 0, stage.frame.width, stage.frame.height});
+  shadow.draw(casters, *stage.traced,
+              {stage.layer, true, Vec3f(stage.plan.eye), PixelRays(stage.frame.viewport)},
+              stage.light(), quality, {0, 0, stage.frame.width, stage.frame.height});
   // AreaShadow's E is the mean over the light's points; divided by its area it is per radiance.
   const float area = 4.0f * glm::length(glm::cross(stage.light().u, stage.light().v));
   Errors out;

@@ -276,6 +276,49 @@ TEST_P(CompositorLightTest, WhatTheMirrorShowedIsThePicturesOwn) {
   }
 }
 
+// What a mirror shows of the floor lacks the light that the subject takes there.
+TEST_P(CompositorLightTest, TheShadowIsSeenInTheMirror) {
+  if (!processor()) GTEST_SKIP() << "OpenGL does not draw it yet";
+  Material plaster, metal;
+  plaster.base_colour = {0.6f, 0.5f, 0.4f};
+  metal.base_colour = {0.9f, 0.7f, 0.5f};
+  metal.metallic = 1.0f;
+  metal.roughness = 0.0f;
+  Scene scene = floor_scene(plaster, point_lamp({0, 3, 0}, Vec3f(4.0f)));
+  scene.materials.push_back(metal);
+  SceneMesh wall = scene.meshes[0];
+  wall.material = 1;
+  wall.positions = {{-3, 0.01f, -1}, {3, 0.01f, -1}, {3, 3, -1}, {-3, 3, -1}};
+  wall.normals.assign(4, Vec3f(0, 0, 1));
+  scene.meshes.push_back(wall);
+  scene.mirrors = find_mirrors(scene);
+  ASSERT_EQ(scene.mirrors.size(), 1u);
+  const Mesh box = plain_box({-0.2f, 0.5f, -0.2f}, {0.2f, 0.9f, 0.2f}, 0.9f);
+  const Vec3 eye(0, 1, 3);
+  Shot shot(scene, box, synthetic::look_at(eye, {0, 0.4, -1}, 300, 300, 50.0));
+  shot.draw(0.3f);
+  const auto lost = [&](const Vec3& floor) {
+    return Vec3f(0.3f) - shot.at({floor.x, floor.y, -2.0 - floor.z});
+  };
+  for (const double x : {-0.1, 0.0, 0.1}) {
+    const Vec3 image(x, 0, -2.0);
+    const double cosine = -glm::normalize(image - eye).z;
+    const double falling = 4.0 * 3.0 / std::pow(glm::length(Vec3(x, 3, 0)), 3.0);
+    for (int c = 0; c < 3; ++c) {
+      const double fresnel =
+          metal.base_colour[c] + (1 - metal.base_colour[c]) * std::pow(1 - cosine, 5.0);
+      EXPECT_NEAR(lost({x, 0, 0})[c],
+                  fresnel * plaster.base_colour[c] / std::numbers::pi * falling, 0.003)
+          << x << " channel " << c;
+    }
+  }
+  // Beside the shadow.
+  EXPECT_NEAR(lost({0.6, 0, 0}).x, 0.0f, 0.002f);
+  shot.settings.mirror = MirrorMode::off;
+  shot.draw(0.3f);
+  EXPECT_NEAR(lost({0, 0, 0}).x, 0.0f, 0.002f);
+}
+
 // What lies below a mirror is not seen in it.
 TEST_P(CompositorLightTest, TheMirrorShowsOnlyWhatIsBeforeIt) {
   Material material;

@@ -81,6 +81,7 @@ TEST_F(RenderLoops, BlendGivesTheSameBytes) {
     fill(pixels.covered, 0.0f, 1.0f);
     fill(pixels.alpha, 0.0f, round % 2 == 0 ? 0.0f : 1.0f);
     for (int c = 0; c < 3; ++c) {
+      fill(pixels.dimmed[c], 0.0f, round % 4 == 0 ? 0.0f : 0.3f);
       fill(pixels.gone[c], 0.0f, round % 5 == 0 ? 0.0f : 0.5f);
       fill(pixels.more[c], 0.0f, round % 5 == 0 ? 0.0f : 0.5f);
     }

@@ -5,6 +5,7 @@
 #include <array>
 #include <atomic>
 #include <cmath>
+#include <utility>
 
 #include "base/thread_pool.h"
 #include "raytrace/sampling.h"
@@ -55,22 +56,6 @@ std::vector<Vec3f> light_places(const Light& light, const Effort& work) {
 
 }  // namespace
 
-void AreaShadow::set_subjects(const RenderPlan& plan, const Light& light, bool same) {
-  if (same) return;
-  if (mesh_) subjects_.remove_mesh(*mesh_);
-  std::vector<Vec3f> points;
-  std::vector<std::uint32_t> triangles;
-  for (const PlacedSubject& subject : plan.subjects) {
-    const auto base = static_cast<std::uint32_t>(points.size());
-    points.insert(points.end(), subject.points.begin(), subject.points.end());
-    for (const std::uint32_t index : subject.mesh->hull.triangles)
-      triangles.push_back(base + index);
-  }
-  mesh_ = subjects_.add_mesh(points, triangles);
-  subjects_.commit();
-  other_map_ = reach_.build(light, points, triangles) || other_map_;
-}
-
 /// The pixels of the grid that this frame draws.
 Rectangle AreaShadow::drawn() const {
   return intersection(
@@ -92,36 +77,44 @@ void AreaShadow::for_pixels(std::size_t number, Body&& body) const {
       body(static_cast<std::size_t>(y) * columns_ + x, x, y);
 }
 
-/// Returns how many pixels of the block a subject may shade.
-int AreaShadow::find_candidates(const TracedScene& scene, const SceneLayer& layer,
-                                std::size_t number) {
-  // Where a pixel's place is follows from its depth; what it is made of is asked for candidates
-  // only.
-  if (!extent_known_[number]) {
-    extent_known_[number] = 1;
-    extents_[number] = {};
-    for_pixels(number, [&](std::size_t pixel, int x, int y) {
-      if (!known_[pixel]) inverse_[pixel] = layer.inverse_at(2 * x, 2 * y);
-      known_[pixel] = std::max<std::uint8_t>(known_[pixel], 1);
-      in_light_[pixel] = {};
-      if (inverse_[pixel] > 0.0f)
-        in_light_[pixel] =
-            reach_.place(eye_ + rays_of_pixels_.at(2 * x, 2 * y) / inverse_[pixel]);
-      extents_[number].add(in_light_[pixel]);
-    });
-  }
-  const bool any = reach_.may_shade(extents_[number]);
+/// Where the block's pixels lie in the light's map: that follows from their depths.
+void AreaShadow::find_places(const LightReach& reach, const ShadowView& view, std::size_t number) {
+  const int left = static_cast<int>(number) % block_columns_ * 2 * block;
+  const int top = static_cast<int>(number) / block_columns_ * 2 * block;
+  const bool seen =
+      !view.mirror || view.mirror->shows_mirror(surroundings({left, top, 2 * block, 2 * block},
+                                                             view.layer.view()));
+  extents_[number] = {};
+  for_pixels(number, [&](std::size_t pixel, int x, int y) {
+    if (!known_[pixel]) inverse_[pixel] = seen ? view.layer.inverse_at(2 * x, 2 * y) : 0.0f;
+    known_[pixel] = std::max<std::uint8_t>(known_[pixel], 1);
+    in_light_[pixel] = {};
+    if (inverse_[pixel] > 0.0f)
+      in_light_[pixel] = reach.place(view.eye + view.rays.at(2 * x, 2 * y) / inverse_[pixel]);
+    extents_[number].add(in_light_[pixel]);
+  });
+}
+
+/// Returns how many pixels of the block a subject may shade; what they are made of is asked for
+/// these only.
+int AreaShadow::find_candidates(const LightReach& reach, const TracedScene& scene,
+                                const ShadowView& view, std::size_t number) {
+  if (!extent_known_[number]) find_places(reach, view, number);
+  extent_known_[number] = 1;
+  const bool any = reach.may_shade(extents_[number]);
+  if (!any && blank_[number]) return 0;
+  blank_[number] = !any;
   int count = 0;
   for_pixels(number, [&](std::size_t pixel, int x, int y) {
     candidate_[pixel] = blocked_[pixel] = 0;
     sum_[pixel] = mean_[pixel] = gathered_[pixel] = 0.0f;
-    if (!any || !(inverse_[pixel] > 0.0f) || !reach_.may_shade(in_light_[pixel])) return;
+    if (!any || !(inverse_[pixel] > 0.0f) || !reach.may_shade(in_light_[pixel])) return;
     if (known_[pixel] < 2) {
       known_[pixel] = 2;
-      const RayHit hit = layer.hit(2 * x, 2 * y);
+      const RayHit hit = view.layer.hit(2 * x, 2 * y);
       Ray ray;
-      ray.origin = eye_;
-      ray.direction = rays_of_pixels_.at(2 * x, 2 * y);
+      ray.origin = view.eye;
+      ray.direction = view.rays.at(2 * x, 2 * y);
       const Surface surface = scene.surface(ray, hit);
       receivers_[pixel] = {surface.lifted + scene.epsilon() * surface.geometric, surface.normal};
     }
@@ -194,8 +187,8 @@ void AreaShadow::aim(std::span<const std::uint32_t> pixels, const Vec3f& place, 
 
 /// Samples first .. last - 1 of the block's candidates, of all for first = 0 and of mixed ones
 /// after.
-std::uint64_t AreaShadow::trace(const TracedScene& scene, const Light& light, std::size_t number,
-                                int first, int last) {
+std::uint64_t AreaShadow::trace(const RayCaster& subjects, const TracedScene& scene,
+                                const Light& light, std::size_t number, int first, int last) {
   std::array<std::uint32_t, Packet::most> pixels[neighbours];
   std::size_t counts[neighbours] = {};
   std::uint64_t traced = 0;
@@ -214,7 +207,7 @@ std::uint64_t AreaShadow::trace(const TracedScene& scene, const Light& light, st
       aim(std::span(pixels[same]).first(counts[same]),
           places_[same * static_cast<std::size_t>(per_pixel_) + sample], facing, packet);
       if (packet.count == 0) continue;
-      traced += packet.ask(subjects_);
+      traced += packet.ask(subjects);
       std::size_t behind = 0;  // those whose way through the scene is not known yet
       for (std::size_t i = 0; i < packet.count; ++i) {
         if (!packet.hidden[i]) continue;
@@ -299,11 +292,22 @@ Rectangle AreaShadow::surroundings(const Rectangle& part, const LayerView& view)
       {0, 0, view.width, view.height});
 }
 
+Rectangle AreaShadow::asked(const Rectangle& part, const LayerView& view) {
+  if (part.empty()) return {};
+  constexpr int span = 2 * block;  // pixels of the picture
+  const Rectangle wide = surroundings(part, view);
+  const int left = wide.x / span * span, top = wide.y / span * span;
+  return {left, top, std::min((wide.x + wide.width + span - 1) / span * span, view.width) - left,
+          std::min((wide.y + wide.height + span - 1) / span * span, view.height) - top};
+}
+
 /// Makes room for the view's grid, and forgets what the view, the light or the number of rays has
 /// made void. Returns whether what the scene hides from the light stays.
-bool AreaShadow::lay_out(const LayerView& view, bool fresh, const Light& light, int rays) {
-  const int columns = (view.width + 1) / 2, rows = (view.height + 1) / 2;
+bool AreaShadow::lay_out(const ShadowView& view, bool other_map, const Light& light, int rays) {
+  const LayerView& size = view.layer.view();
+  const int columns = (size.width + 1) / 2, rows = (size.height + 1) / 2;
   const auto count = static_cast<std::size_t>(columns) * rows;
+  bool fresh = view.fresh;
   if (fresh || columns != columns_ || rows != rows_) {
     fresh = true;
     columns_ = columns;
@@ -317,11 +321,11 @@ bool AreaShadow::lay_out(const LayerView& view, bool fresh, const Light& light, 
     known_.assign(count, 0);
   }
   const auto blocks = static_cast<std::size_t>(block_columns_) * block_rows_;
-  if (fresh || other_map_) {
-    other_map_ = false;
+  if (fresh || other_map) {
     extents_.resize(blocks);
     extent_known_.assign(blocks, 0);
   }
+  if (fresh) blank_.assign(blocks, 0);
   block_state_.assign(blocks, 0);
   if (!fresh && light == light_ && per_pixel_ == rays) return true;
   light_ = light;
@@ -358,14 +362,14 @@ void AreaShadow::mark_shaded() {
   }
 }
 
-bool AreaShadow::draw(const TracedScene& scene, const SceneLayer& layer, bool fresh,
-                      const Camera& viewport, const Light& light, ShadowQuality quality,
+bool AreaShadow::draw(const ShadowCasters& subjects, const TracedScene& scene,
+                      const ShadowView& view, const Light& light, ShadowQuality quality,
                       const Rectangle& shaded) {
   const Effort work = effort(quality, light);
-  const Rectangle part = surroundings(shaded, layer.view());
-  eye_ = Vec3f(viewport.centre());
-  rays_of_pixels_ = PixelRays(viewport);
-  const bool kept = lay_out(layer.view(), fresh, light, work.rays);
+  const Rectangle part = surroundings(shaded, view.layer.view());
+  rays_of_pixels_ = view.rays;
+  const bool kept = lay_out(view, std::exchange(map_, subjects.map()) != subjects.map(), light,
+                            work.rays);
   if (!kept) places_ = light_places(light, work);
   constexpr int span = 2 * block;  // pixels of the picture
   blocks_ = {part.x / span, part.y / span, 0, 0};
@@ -373,14 +377,15 @@ bool AreaShadow::draw(const TracedScene& scene, const SceneLayer& layer, bool fr
   blocks_.height = (part.y + part.height - 1) / span + 1 - blocks_.y;
   std::atomic<std::uint64_t> rays = 0;
   in_blocks(0, [&](std::size_t number) {
-    if (find_candidates(scene, layer, number) == 0) return;
+    if (find_candidates(subjects.reach(), scene, view, number) == 0) return;
     block_state_[number] = 1;
-    rays += trace(scene, light, number, 0, work.first);
+    rays += trace(subjects.caster(), scene, light, number, 0, work.first);
   });
   if (work.rays > work.first) {
     in_blocks(1, [&](std::size_t number) { find_mixed(number, work.first); });
-    in_blocks(
-        1, [&](std::size_t number) { rays += trace(scene, light, number, work.first, work.rays); });
+    in_blocks(1, [&](std::size_t number) {
+      rays += trace(subjects.caster(), scene, light, number, work.first, work.rays);
+    });
   }
   in_blocks(1, [&](std::size_t number) { gather(number); });
   mark_shaded();

@@ -13,14 +13,11 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
 #include <vector>
 
-#include "raytrace/ray_caster.h"
-#include "render/frame.h"
-#include "render/processor/light_reach.h"
 #include "render/processor/loops.h"
 #include "render/processor/scene_layer.h"
+#include "render/processor/shadow_casters.h"
 
 namespace polyhull::processor {
 
@@ -30,21 +27,29 @@ struct Receiver {
   Vec3f normal{0.0f};  ///< unit length, to the eye's side; 0: nothing is there
 };
 
+/// Who sees the scene on which the shadow falls.
+struct ShadowView {
+  const SceneLayer& layer;
+  bool fresh = false;  ///< the layer is another one than before
+  Vec3f eye{0.0f};     ///< scene coordinates
+  PixelRays rays;      ///< from there, through pixels' middles; of length 1 along the view's axis
+  /// Where given, only what is seen beside a pixel that this layer marks as the mirror's.
+  const SceneLayer* mirror = nullptr;
+};
+
 /// E over the picture; kept from frame to frame.
 class AreaShadow {
  public:
-  /// The subjects that block light now, in scene coordinates. \p same: they, and the light, are
-  /// those of the last call.
-  void set_subjects(const RenderPlan& plan, const Light& light, bool same);
-
-  /// The pixels that draw() looks at for \p part: more by what is gathered, so that what lies
-  /// around does not depend on where the part ends.
+  /// The pixels of which draw() asks the view's layer for \p part, whole blocks: more by what is
+  /// gathered, so that what lies around does not depend on where the part ends.
+  static Rectangle asked(const Rectangle& part, const LayerView& view);
+  /// Those around \p part that may be gathered for it.
   static Rectangle surroundings(const Rectangle& part, const LayerView& view);
 
-  /// Computes E in \p part of the picture, as \p viewport sees it. \p layer is drawn in its
-  /// surroundings(), in whole blocks of 32 pixels; \p fresh: it is another one than before. Returns
+  /// Computes E in \p part of the picture, as \p view sees it; its layer is drawn in the
+  /// pixels asked(), its mirror's in their surroundings(). \p light is that of \p subjects. Returns
   /// whether what the scene itself hides from the light was kept from before.
-  bool draw(const TracedScene& scene, const SceneLayer& layer, bool fresh, const Camera& viewport,
+  bool draw(const ShadowCasters& subjects, const TracedScene& scene, const ShadowView& view,
             const Light& light, ShadowQuality quality, const Rectangle& part);
 
   /// False where E is surely 0, for any pixel of the picture.
@@ -67,13 +72,15 @@ class AreaShadow {
 
   struct Packet;
 
-  bool lay_out(const LayerView& view, bool fresh, const Light& light, int rays);
-  int find_candidates(const TracedScene& scene, const SceneLayer& layer, std::size_t number);
+  bool lay_out(const ShadowView& view, bool other_map, const Light& light, int rays);
+  void find_places(const LightReach& reach, const ShadowView& view, std::size_t number);
+  int find_candidates(const LightReach& reach, const TracedScene& scene, const ShadowView& view,
+                      std::size_t number);
   void find_mixed(std::size_t number, int first);
   void aim(std::span<const std::uint32_t> pixels, const Vec3f& place, const Vec3f& facing,
            Packet& packet) const;
-  std::uint64_t trace(const TracedScene& scene, const Light& light, std::size_t number, int first,
-                      int last);
+  std::uint64_t trace(const RayCaster& subjects, const TracedScene& scene, const Light& light,
+                      std::size_t number, int first, int last);
   bool fill(std::size_t number, ShadowTile& tile) const;
   void gather(std::size_t number);
   void mark_shaded();
@@ -84,10 +91,7 @@ class AreaShadow {
   template <class Body>
   void for_pixels(std::size_t number, Body&& body) const;
 
-  RayCaster subjects_{RayCaster::For::one_frame};
-  std::optional<std::uint32_t> mesh_;
-  LightReach reach_;
-  bool other_map_ = true;  // than that of extents_
+  std::uint64_t map_ = 0;  // ShadowCasters::map() of extents_
 
   // The grid: every second pixel of every second row; blocks of it that this frame draws.
   int columns_ = 0, rows_ = 0, block_columns_ = 0, block_rows_ = 0;
@@ -100,7 +104,6 @@ class AreaShadow {
   std::vector<LightReach::Extent> extents_;  // of a block's places
   std::vector<std::uint8_t> extent_known_;
   Light light_;
-  Vec3f eye_{0.0f};
   PixelRays rays_of_pixels_;
   int per_pixel_ = 0;
   std::vector<Vec3f> places_;              // on the light: per_pixel_ for each of 4 x 4 neighbours
@@ -110,6 +113,7 @@ class AreaShadow {
   std::vector<std::uint8_t> candidate_;  // 1: a subject may shade it, 2: some of its rays differ
   std::vector<std::uint8_t> blocked_;    // of a pixel's rays, by subjects
   std::vector<float> sum_, mean_, gathered_;
+  std::vector<std::uint8_t> blank_;        // by block: nothing was found last time, all is 0
   std::vector<std::uint8_t> block_state_;  // 1: has candidates, 2: E is not 0 somewhere
   std::vector<std::uint8_t> shaded_;       // by block: E is not 0 there or beside it
   std::uint64_t rays_ = 0;

@@ -65,6 +65,7 @@ struct BlendPixels {
   std::uint32_t background[16];     ///< RGBA bytes, a little-endian word
   std::uint64_t albedo[16];         ///< 16 bits a channel
   float taken[16];                  ///< the lamp's light that is missing
+  float dimmed[3][16];              ///< what is missing in the mirror, as a picture value
   float keep[16];                   ///< of what is there before `more` comes to it
   float covered[16];                ///< by the mirror's image
   float gone[3][16];                ///< what the mirror showed; at most the covered part goes

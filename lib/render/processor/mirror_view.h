@@ -23,6 +23,9 @@ class MirrorView {
   /// The share of the subject's image in the mirror at pixel (x, y): Schlick's Fresnel term.
   Vec3f share(int x, int y) const;
 
+  /// The eye's image behind the mirror.
+  const Vec3f& mirrored_eye() const { return mirrored_eye_; }
+
   /// Material::only_mirrors() of the mirror's.
   bool only_mirrors() const { return only_mirrors_; }
 

@@ -35,12 +35,13 @@ struct ProcessorRenderer::State {
   std::shared_ptr<const Scene> scene_held;
   std::optional<TracedScene> scene;
   SceneLayer direct, mirrored;
-  AreaShadow shadow;
-  std::optional<Light> shadow_light;  // for which shadow has the subjects
+  ShadowCasters casters;
+  std::optional<Light> shadow_light;  // for which casters has the subjects
+  AreaShadow shadow, mirror_shadow;
   std::vector<ReadySubject> subjects;
   SubjectLayer front, image;
   std::vector<std::uint8_t> background_copy;
-  AlbedoLayer albedo;
+  AlbedoLayer albedo, mirror_albedo;
 
   bool still(const RenderPlan& plan) const;
   void ready_subjects(const RenderFrame& frame, const RenderPlan& plan,
@@ -48,8 +49,15 @@ struct ProcessorRenderer::State {
   void bring_to_screen(const RenderFrame& frame, const RenderPlan& plan);
   void prepare(const RenderFrame& frame, const RenderPlan& plan, const RenderSettings& settings,
                RenderStatistics& statistics);
-  bool draw_scene(const RenderFrame& frame, const RenderPlan& plan, const RenderSettings& settings,
-                  RenderStatistics& statistics);
+  /// Of which layers the content is another one than before.
+  struct Fresh {
+    bool direct = false, mirrored = false;
+  };
+  Fresh draw_scene(const RenderFrame& frame, const RenderPlan& plan, const RenderSettings& settings,
+                   RenderStatistics& statistics);
+  void draw_shadows(const RenderFrame& frame, const RenderPlan& plan,
+                    const RenderSettings& settings, const Fresh& fresh,
+                    RenderStatistics& statistics);
 };
 
 ProcessorRenderer::ProcessorRenderer() : state_(std::make_unique<State>()) {}
@@ -108,7 +116,7 @@ void ProcessorRenderer::State::prepare(const RenderFrame& frame, const RenderPla
                                        const RenderSettings& settings,
                                        RenderStatistics& statistics) {
   const bool same = settings.skip && still(plan);
-  const bool shadowed = !plan.shadow.empty();
+  const bool shadowed = !plan.shadow.empty() || !plan.mirror_shadow.empty();
   double prepared[2] = {0.0, 0.0};  // seconds
   parallel_for(shadowed ? 2 : 1, 1, 0, [&](std::size_t begin, std::size_t end) {
     for (std::size_t task = begin; task < end; ++task) {
@@ -118,7 +126,7 @@ void ProcessorRenderer::State::prepare(const RenderFrame& frame, const RenderPla
         bring_to_screen(frame, plan);
       } else {
         const Light& light = frame.lights[static_cast<std::size_t>(plan.light)];
-        shadow.set_subjects(plan, light, same && shadow_light == light);
+        casters.set(plan, light, same && shadow_light == light);
         shadow_light = light;
       }
       prepared[task] = own.lap();
@@ -129,11 +137,10 @@ void ProcessorRenderer::State::prepare(const RenderFrame& frame, const RenderPla
   if (shadowed) statistics.passes.push_back({"shadow-maps", 1e3 * prepared[1], -1.0});
 }
 
-/// Draws what is missing of the scene as the viewport and the mirror see it. Returns whether the
-/// viewport's view is another one than before.
-bool ProcessorRenderer::State::draw_scene(const RenderFrame& frame, const RenderPlan& plan,
-                                          const RenderSettings& settings,
-                                          RenderStatistics& statistics) {
+/// Draws what is missing of the scene as the viewport and the mirror see it.
+ProcessorRenderer::State::Fresh ProcessorRenderer::State::draw_scene(
+    const RenderFrame& frame, const RenderPlan& plan, const RenderSettings& settings,
+    RenderStatistics& statistics) {
   const TracedScene* traced = scene ? &*scene : nullptr;
   LayerView view;
   view.pixels_from_scene = pixels_from_clip(frame.width, frame.height) * plan.clip_from_scene;
@@ -144,26 +151,50 @@ bool ProcessorRenderer::State::draw_scene(const RenderFrame& frame, const Render
   if (mirror) view.mirror_mesh = mirror->mesh;
   if (!settings.skip)
     for (SceneLayer* layer : {&direct, &mirrored}) layer->forget();
-  const bool fresh = direct.set(traced, view);
-  if (fresh) albedo.reset(direct);
+  Fresh fresh;
+  fresh.direct = direct.set(traced, view);
+  if (fresh.direct) albedo.reset(direct);
   if (!traced) return fresh;
 
-  // Shadows are computed in blocks of 32 pixels; the layer's columns are those already.
-  const Rectangle wide = AreaShadow::surroundings(plan.changed(), view);
-  const int top = wide.y / 32 * 32;
-  const int bottom = std::min((wide.y + wide.height + 31) / 32 * 32, frame.height);
-  bool drawn = direct.ensure({wide.x, top, wide.width, bottom - top});
+  Rectangle part = AreaShadow::asked(plan.changed(), view);
+  if (!plan.mirror_shadow.empty()) part = AreaShadow::surroundings(part, view);
+  bool drawn = direct.ensure(part);
   if (mirror) {
-    view.mirror_mesh = -1;
     LayerView behind = view;
+    behind.mirror_mesh = -1;
     behind.pixels_from_scene =
         view.pixels_from_scene * reflection(Vec3(mirror->normal), mirror->offset);
     behind.kept = kept_side(*mirror);
-    mirrored.set(traced, behind);
-    drawn = mirrored.ensure(plan.mirror) || drawn;
+    fresh.mirrored = mirrored.set(traced, behind) || fresh.direct;
+    if (fresh.mirrored) mirror_albedo.reset(mirrored);
+    drawn = mirrored.ensure(bounding(plan.mirror, AreaShadow::asked(plan.mirror_shadow, view))) ||
+            drawn;
   }
   statistics.scene_depth_reused = !drawn;
   return fresh;
+}
+
+/// The shadow as the viewport sees it, and as the mirror shows it.
+void ProcessorRenderer::State::draw_shadows(const RenderFrame& frame, const RenderPlan& plan,
+                                            const RenderSettings& settings, const Fresh& fresh,
+                                            RenderStatistics& statistics) {
+  if (plan.light < 0) return;
+  const Light& light = frame.lights[static_cast<std::size_t>(plan.light)];
+  const PixelRays rays(resized(frame.viewport, frame.width, frame.height));
+  if (!plan.shadow.empty()) {
+    const ShadowView view{direct, fresh.direct, Vec3f(plan.eye), rays};
+    statistics.static_shadow_reused =
+        shadow.draw(casters, *scene, view, light, settings.shadow, plan.shadow);
+    statistics.rays += shadow.rays();
+  }
+  if (!plan.mirror_shadow.empty()) {
+    const Mirror& mirror = *mirror_of(frame, plan);
+    const Mat4 turned = reflection(Vec3(mirror.normal), mirror.offset);
+    const ShadowView view{mirrored, fresh.mirrored, Vec3f(turned * Vec4(plan.eye, 1.0)),
+                          reflected(rays, mirror.normal), &direct};
+    mirror_shadow.draw(casters, *scene, view, light, settings.shadow, plan.mirror_shadow);
+    statistics.rays += mirror_shadow.rays();
+  }
 }
 
 /// Puts the layers of one band together, as renderer.h says.
@@ -209,7 +240,6 @@ class ProcessorRenderer::Blend {
       state_.image.paint(state_.subjects, band, plan_.mirror, state_.mirrored, &state_.direct,
                          scene, scratch, image);
     seconds_mirror += watch.lap();
-    const bool shaded = reaches(plan_.shadow);
     const Rectangle rows{changed_.x, top, changed_.width, bottom - top};
     const PixelRows out = target_.video ? background_rows(background_, background_stride_, rows,
                                                           frame_.width, frame_.height)
@@ -217,7 +247,7 @@ class ProcessorRenderer::Blend {
     Touched touched;  // of two rows that share their chroma
     for (int y = top; y < bottom; ++y) {
       blend_row(y, row_of(plan_.subject, front, band, y), row_of(plan_.mirror, image, band, y),
-                shaded, out, touched);
+                {reaches(plan_.shadow), reaches(plan_.mirror_shadow)}, out, touched);
       if (!target_.video || (y % 2 == 0 && y + 1 < bottom)) continue;
       write_rows(out, y & ~1, std::exchange(touched, {}), *target_.video);
     }
@@ -242,28 +272,38 @@ class ProcessorRenderer::Blend {
     return {part.x, part.x + part.width, &layer[static_cast<std::size_t>(y - top) * part.width]};
   }
 
+  /// Where light may be missing.
+  struct Shaded {
+    bool seen = false, mirrored = false;
+  };
+
   /// Blends the changed part of row \p y into \p out.
-  void blend_row(int y, const Span& over, const Span& mirrored, bool shaded, const PixelRows& out,
-                 Touched& touched) {
+  void blend_row(int y, const Span& over, const Span& mirrored, const Shaded& shaded,
+                 const PixelRows& out, Touched& touched) {
     for (int x = changed_.x; x < changed_.x + changed_.width;) {
       // Piece by piece of up to 16 pixels, those that nothing reaches at once.
       const int end = std::min((x | 15) + 1, changed_.x + changed_.width);
       BlendPixels pixels;
-      const bool in_shadow = shaded && state_.shadow.reaches(x, y) &&
-                             state_.shadow.taken(state_.direct, x & ~15, y, pixels.taken);
-      if (in_shadow || over.meets(x, end) || mirrored.meets(x, end)) {
-        if (!in_shadow) std::fill_n(pixels.taken, 16, 0.0f);
+      float in_mirror[16];
+      const bool seen = shaded.seen && state_.shadow.reaches(x, y) &&
+                        state_.shadow.taken(state_.direct, x & ~15, y, pixels.taken);
+      const bool shown = shaded.mirrored && state_.mirror_shadow.reaches(x, y) &&
+                         state_.mirror_shadow.taken(state_.mirrored, x & ~15, y, in_mirror);
+      if (seen || shown || over.meets(x, end) || mirrored.meets(x, end)) {
+        if (!seen) std::fill_n(pixels.taken, 16, 0.0f);
+        if (!shown) std::fill_n(in_mirror, 16, 0.0f);
         touched.left = std::min(touched.left, x);
         touched.right = std::max(touched.right, end);
-        blend(x, end, y, over, mirrored, pixels, out.at(x, y));
+        blend(x, end, y, over, mirrored, in_mirror, pixels, out.at(x, y));
       }
       x = end;
     }
   }
 
-  /// Pixels \p x to \p end - 1 of a piece, of which \p pixels has what is taken, to \p to.
-  void blend(int x, int end, int y, const Span& over, const Span& mirrored, BlendPixels& pixels,
-             std::uint8_t* to) {
+  /// Pixels \p x to \p end - 1 of a piece to \p to; \p pixels has what is taken, \p in_mirror
+  /// what is taken from what the mirror shows.
+  void blend(int x, int end, int y, const Span& over, const Span& mirrored,
+             const float (&in_mirror)[16], BlendPixels& pixels, std::uint8_t* to) {
     const int first = x & ~15;
     const std::uint8_t* coded = background_ + static_cast<std::ptrdiff_t>(y) * background_stride_;
     for (int i = 0; i < 16; ++i) {
@@ -285,7 +325,9 @@ class ProcessorRenderer::Blend {
       pixels.alpha[i] = colour.a;
       pixels.keep[i] = 1.0f;
       pixels.covered[i] = image.a;
-      Vec3f gone(0.0f), more(0.0f);
+      Vec3f gone(0.0f), more(0.0f), dimmed(0.0f);
+      if (inside && in_mirror[i] > 0.0f && colour.a < 1.0f)
+        dimmed = in_mirror[i] * mirror_dimming(column, y, image.a);
       if (inside && image.a > 0.0f && colour.a < 1.0f) {
         if (settings_.mirror == MirrorMode::plain) {
           pixels.keep[i] = 1.0f - settings_.reflection_alpha * image.a;
@@ -301,6 +343,7 @@ class ProcessorRenderer::Blend {
         }
       }
       for (int c = 0; c < 3; ++c) {
+        pixels.dimmed[c][i] = dimmed[c];
         pixels.gone[c][i] = gone[c];
         pixels.more[c][i] = more[c];
       }
@@ -308,6 +351,22 @@ class ProcessorRenderer::Blend {
     std::uint32_t out[16];
     loops().blend(pixels, power_, srgb_to_linear_table(), srgb_lines(), out);
     std::memcpy(to, out + (x - first), 4 * static_cast<std::size_t>(end - x));
+  }
+
+  /// What pixel (x, y) of the mirror, \p covered of which shows the subject, loses for each E that
+  /// is taken where it looks.
+  Vec3f mirror_dimming(int x, int y, float covered) {
+    float seen = state_.direct.mirror_at(x, y);
+    // Of other mirrors the covered part goes with what they showed there.
+    if (!mirror_->only_mirrors()) seen = std::max(seen - covered, 0.0f);
+    if (seen == 0.0f) return Vec3f(0.0f);
+    const std::uint64_t albedo = state_.mirror_albedo.at(*state_.scene, state_.mirrored,
+                                                         mirror_->mirrored_eye(), x, y);
+    const Vec3f scattered(static_cast<float>(albedo & 0xffff),
+                          static_cast<float>(albedo >> 16 & 0xffff),
+                          static_cast<float>(albedo >> 32 & 0xffff));
+    return seen * mirror_->share(x, y) * scattered / 65535.0f *
+           Vec3f(power_[0], power_[1], power_[2]);
   }
 
   State& state_;
@@ -358,15 +417,10 @@ void ProcessorRenderer::draw(const RenderFrame& frame, const RenderPlan& plan,
   }
   s.prepare(frame, plan, settings, statistics_);
   watch.lap();
-  const bool fresh = s.draw_scene(frame, plan, settings, statistics_);
+  const State::Fresh fresh = s.draw_scene(frame, plan, settings, statistics_);
   pass("scene-depth");
-  if (!plan.shadow.empty()) {
-    statistics_.static_shadow_reused = s.shadow.draw(
-        *s.scene, s.direct, fresh, resized(frame.viewport, frame.width, frame.height),
-        frame.lights[static_cast<std::size_t>(plan.light)], settings.shadow, plan.shadow);
-    statistics_.rays = s.shadow.rays();
-    pass("shadow");
-  }
+  s.draw_shadows(frame, plan, settings, fresh, statistics_);
+  if (plan.light >= 0) pass("shadow");
 
   std::optional<MirrorView> mirror;
   if (plan.mirror_index >= 0) {

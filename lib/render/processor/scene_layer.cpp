@@ -100,6 +100,16 @@ void SceneLayer::draw(int number, int left, int right) {
   }
 }
 
+bool SceneLayer::shows_mirror(const Rectangle& part) const {
+  for (int y = part.y; y < part.y + part.height; ++y) {
+    const Band& of = bands_[static_cast<std::size_t>(y / band_rows)];
+    const auto row = of.mirror.begin() + static_cast<std::ptrdiff_t>(y % band_rows) * view_.width;
+    if (std::any_of(row + part.x, row + part.x + part.width, [](auto bits) { return bits != 0; }))
+      return true;
+  }
+  return false;
+}
+
 RayHit SceneLayer::hit(int x, int y) const {
   const Band& band = bands_[static_cast<std::size_t>(y / band_rows)];
   const std::uint32_t number =

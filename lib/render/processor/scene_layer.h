@@ -4,6 +4,7 @@
 /// every sample of a pixel, and what lies at the pixel's middle.
 #pragma once
 
+#include <bit>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -49,6 +50,16 @@ class SceneLayer {
 
   const Band& band(int number) const { return bands_[static_cast<std::size_t>(number)]; }
   const LayerView& view() const { return view_; }
+
+  /// Whether a sample of any pixel of \p part, which is drawn, shows the view's mirror.
+  bool shows_mirror(const Rectangle& part) const;
+  /// The share of pixel (x, y)'s samples that do.
+  float mirror_at(int x, int y) const {
+    const Band& of = bands_[static_cast<std::size_t>(y / band_rows)];
+    return static_cast<float>(std::popcount(
+               of.mirror[static_cast<std::size_t>(y % band_rows) * view_.width + x])) /
+           static_cast<float>(view_.samples);
+  }
 
   /// What lies at the middle of pixel (x, y), which is drawn: its mesh, triangle and place there;
   /// the distance is the depth.
