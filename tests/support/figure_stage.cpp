@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "figure_stage.h"
+
+#include "raytrace/area_light.h"
+#include "raytrace/traced_scene.h"
+#include "simple_trace.h"
+#include "texture/texture_hull.h"
+
+namespace polyhull::synthetic {
+namespace {
+
+constexpr Vec3f ambient(0.35f, 0.33f, 0.3f);
+
+}  // namespace
+
+FigureStage::FigureStage(int width, int height, bool polished) {
+  scene = std::make_shared<const Scene>(small_room(polished));
+  const Hull hull = figure(20);
+  subject = photographed(hull, ring(4, 3.2, 1.5, {0, 1, 0}, 512, 512, 45.0));
+  std::vector<Camera> cameras;
+  for (const MeshView& view : subject.mesh.views) cameras.push_back(view.calibration);
+  subject.mesh.texturing = texture_hull(hull, cameras);
+  frame.width = width;
+  frame.height = height;
+  frame.viewport = look_at({1.3, 1.5, 4.2}, {0.0, 0.9, 0.0}, width, height, 50.0);
+  frame.scene = scene;
+  frame.lights = scene->lights;
+  frame.exposure = scene->exposure;
+  frame.ambient = ambient;
+  frame.subjects.push_back({&subject.mesh, {}, 0});
+}
+
+void FigureStage::trace_background(int light_side, int pixel_side) {
+  background = SimpleTrace(*scene, ambient).draw(frame.viewport, light_side, pixel_side);
+}
+
+void FigureStage::fill_background(std::uint8_t value) {
+  background = {frame.width, frame.height, 4, {}};
+  background.pixels.assign(static_cast<std::size_t>(frame.width) * frame.height * 4, value);
+}
+
+Picture FigureStage::truth(int light_side, int pixel_side) const {
+  SimpleTrace trace(*scene, ambient);
+  const RenderPlan plan = plan_frame(frame, {}, {});
+  const Mat4 back = plan.subjects[0].from_scene;
+  trace.add_subject(plan.subjects[0].points, subject.mesh.hull.triangles, [back](const Vec3f& p) {
+    return paint(Vec3(back * Vec4(Vec3(p), 1.0)));
+  });
+  return trace.draw(frame.viewport, light_side, pixel_side);
+}
+
+Picture FigureStage::composite(Renderer& renderer, const RenderSettings& settings) const {
+  Picture out = background;
+  const RenderPlan plan = renderer.plan(frame, settings);
+  renderer.render(frame, plan, settings, background.pixels.data(), 4 * background.width,
+                  out.pixels.data(), 4 * out.width);
+  return out;
+}
+
+ShadowTruth::ShadowTruth(const FigureStage& stage, int side, int stride) {
+  const TracedScene traced(*stage.scene);
+  const RenderPlan plan = plan_frame(stage.frame, {}, {});
+  const Light& light = stage.frame.lights[0];
+  RayCaster figure;
+  figure.add_mesh(plan.subjects[0].points, stage.subject.mesh.hull.triangles);
+  figure.commit();
+  const auto ray_at = [&](int x, int y) {
+    Ray ray;
+    ray.origin = Vec3f(plan.eye);
+    ray.direction =
+        Vec3f(stage.frame.viewport.ray({static_cast<double>(x), static_cast<double>(y)}));
+    return ray;
+  };
+  const auto shows_figure = [&](int x, int y) {  // or touches a pixel that does
+    for (int j = -1; j <= 1; ++j)
+      for (int i = -1; i <= 1; ++i)
+        if (figure.occluded(ray_at(x + i, y + j))) return true;
+    return false;
+  };
+  for (int y = 0; y < stage.frame.height; y += stride) {
+    for (int x = 0; x < stage.frame.width; x += stride) {
+      const Ray ray = ray_at(x, y);
+      const RayHit hit = traced.caster().intersect(ray);
+      if (!hit.hit() || shows_figure(x, y)) continue;
+      const Surface at = traced.surface(ray, hit);
+      const Vec3f origin = at.lifted + traced.epsilon() * at.geometric;
+      Place place{x, y, unoccluded_irradiance(light, origin, at.normal), 0.0f,
+                  stage.scene->meshes[hit.mesh].material};
+      if (place.whole <= 0.0f) continue;
+      double taken = 0.0, sum = 0.0;
+      for (int j = 0; j < side; ++j) {
+        for (int i = 0; i < side; ++i) {
+          const Vec2f square((i + 0.5f) / side, (j + 0.5f) / side);
+          const LightSample way = sample_light(light, square, origin, at.normal);
+          if (way.weight <= 0.0f) continue;
+          sum += way.weight;
+          const Ray to_light{origin, 0.0f, way.place - origin, 1.0f - 1e-4f};
+          if (figure.occluded(to_light) && !traced.caster().occluded(to_light)) taken += way.weight;
+        }
+      }
+      if (sum <= 0.0) continue;
+      place.taken = static_cast<float>(taken / sum);
+      places.push_back(place);
+    }
+  }
+}
+
+}  // namespace polyhull::synthetic
