@@ -146,8 +146,9 @@ Picture stone_texture(int size) {
     const float cloud = slab.cloud.at(x + 0.12f * bend_x, y + 0.12f * bend_y);
     const float ridge =
         std::abs(slab.ridge.at(x + 0.35f * bend_x, y + 0.35f * bend_y) - 0.5f);
+    const float far = ridge * ridge * 9000.0f;
     const float vein =
-        std::exp(-ridge * ridge * 9000.0f) * std::clamp(3.0f * cloud - 1.0f, 0.0f, 1.0f);
+        far > 110.0f ? 0.0f : std::exp(-far) * std::clamp(3.0f * cloud - 1.0f, 0.0f, 1.0f);
     const bool light = tile == 0 || tile == 3;
     Vec3f colour = light ? Vec3f(0.125f, 0.120f, 0.112f) : Vec3f(0.046f, 0.050f, 0.056f);
     colour *= 0.62f + 0.76f * cloud;
