@@ -22,15 +22,16 @@ std::uint32_t stored(const Vec3f& linear) {
 
 void FilteredTexture::add_level(const std::vector<Vec3f>& linear, int width, int height) {
   const std::size_t stride = static_cast<std::size_t>(width) + 1;
-  std::vector<std::uint32_t> texels(stride * (height + 1));
+  const std::size_t first = texels_.size();
+  levels_.push_back({static_cast<int>(first), width, height, width + 1});
+  texels_.resize(first + stride * (height + 1));
+  std::uint32_t* texels = &texels_[first];
   for (std::size_t y = 0; y < static_cast<std::size_t>(height); ++y) {
     std::uint32_t* row = &texels[y * stride];
     for (int x = 0; x < width; ++x) row[x] = stored(linear[y * width + x]);
     row[width] = row[0];
   }
-  std::copy_n(texels.begin(), stride, texels.end() - static_cast<std::ptrdiff_t>(stride));
-  texels_.push_back(std::move(texels));
-  levels_.push_back({texels_.back().data(), width, height, width + 1});
+  std::copy_n(texels, stride, texels + stride * height);
 }
 
 FilteredTexture::FilteredTexture(const Picture& picture) {
