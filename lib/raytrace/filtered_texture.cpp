@@ -11,33 +11,42 @@ namespace {
 
 /// As TextureLevel stores it.
 std::uint32_t stored(const Vec3f& linear) {
-  std::uint32_t out = 0;
-  for (int k = 0; k < 3; ++k)
-    out |= static_cast<std::uint32_t>(std::lround(1023.0f * std::sqrt(linear[k]))) << (10 * k);
-  return out;
+  // Not by std::lround, which is a call of a function.
+  const auto code = [](float value) {
+    return static_cast<std::uint32_t>(1023.0f * std::sqrt(value) + 0.5f);
+  };
+  return code(linear.x) | code(linear.y) << 10 | code(linear.z) << 20;
 }
 
 }  // namespace
 
 void FilteredTexture::add_level(const std::vector<Vec3f>& linear, int width, int height) {
-  std::vector<std::uint32_t> texels;
-  texels.reserve(static_cast<std::size_t>(width + 1) * (height + 1));
-  for (int y = 0; y <= height; ++y)
-    for (int x = 0; x <= width; ++x)
-      texels.push_back(stored(linear[static_cast<std::size_t>(y % height) * width + x % width]));
-  texels_.push_back(std::move(texels));
-  levels_.push_back({texels_.back().data(), width, height, width + 1});
+  const std::size_t stride = static_cast<std::size_t>(width) + 1;
+  const std::size_t first = texels_.size();
+  levels_.push_back({static_cast<int>(first), width, height, width + 1});
+  texels_.resize(first + stride * (height + 1));
+  std::uint32_t* texels = &texels_[first];
+  for (std::size_t y = 0; y < static_cast<std::size_t>(height); ++y) {
+    std::uint32_t* row = &texels[y * stride];
+    for (int x = 0; x < width; ++x) row[x] = stored(linear[y * width + x]);
+    row[width] = row[0];
+  }
+  std::copy_n(texels, stride, texels + stride * height);
 }
 
 FilteredTexture::FilteredTexture(const Picture& picture) {
   int width = picture.width, height = picture.height;
   std::vector<Vec3f> fine(static_cast<std::size_t>(width) * height);
-  for (std::size_t i = 0; i < fine.size(); ++i)
-    for (int k = 0; k < 3; ++k) fine[i][k] = srgb_to_linear(picture.pixels[4 * i + k]);
+  const float* linear = srgb_to_linear_table();
+  for (std::size_t i = 0; i < fine.size(); ++i) {
+    const std::uint8_t* pixel = &picture.pixels[4 * i];
+    fine[i] = {linear[pixel[0]], linear[pixel[1]], linear[pixel[2]]};
+  }
   add_level(fine, width, height);
   while (width > 1 || height > 1) {
     const int columns = std::max(width / 2, 1), rows = std::max(height / 2, 1);
     std::vector<Vec3f> coarse;
+    coarse.reserve(static_cast<std::size_t>(columns) * rows);
     for (int y = 0; y < rows; ++y) {
       // An odd row or column at the end is left out, as graphics cards' makers do.
       const Vec3f* above = &fine[static_cast<std::size_t>(2 * y) * width];

@@ -133,8 +133,10 @@ constexpr float alike = 0.12f;      // shares that differ less may be interpolat
 
 }  // namespace
 
-LightCache::LightCache(const TracedScene& scene, const LightCacheOptions& options)
-    : fine_(scene.scene(), options.spacing, options.most_nodes),
+LightCache::LightCache(const TracedScene& scene, const LightCacheOptions& options,
+                       const std::atomic<bool>* stop)
+    : stop_(stop),
+      fine_(scene.scene(), options.spacing, options.most_nodes),
       coarse_(scene.scene(), options.bounce_spacing, options.most_nodes / 8) {
   const int sides = find_double_sided(scene.scene()) ? 2 : 1;
   for (int side = 0; side < sides; ++side) fill_direct(scene, options, side == 1);
@@ -148,6 +150,7 @@ LightCache::LightCache(const TracedScene& scene, const LightCacheOptions& option
     });
   }
   find_mean(scene);
+  stop_ = nullptr;  // which may not live as long
 }
 
 LightCache::LightCache(const TracedScene& scene, const LightCacheOptions& options,
@@ -162,6 +165,23 @@ bool LightCache::usable() const {
   const bool back = std::find(double_sided_.begin(), double_sided_.end(), 1) != double_sided_.end();
   return all_.sides[0].size() == fine_.size() &&
          all_.sides[1].size() == (back ? fine_.size() : 0);
+}
+
+LightValues LightCache::values_for(const TracedScene& scene,
+                                   const LightCacheOptions& options) const {
+  const SurfaceGrid grid(scene.scene(), options.spacing, options.most_nodes);
+  LightValues out;
+  out.mean_bounced = all_.mean_bounced;
+  for (std::size_t side = 0; side < out.sides.size(); ++side) {
+    if (all_.sides[side].empty()) continue;
+    out.sides[side].resize(grid.size());
+    parallel_for(grid.size(), grain, options.threads, [&](std::size_t begin, std::size_t end) {
+      grid.for_nodes(scene.scene(), begin, end, [&](std::size_t i, const SurfaceGrid::Node& node) {
+        out.sides[side][i] = interpolate(fine_, all_.sides[side], node.hit);
+      });
+    });
+  }
+  return out;
 }
 
 /// Whether any mesh is.
@@ -190,7 +210,7 @@ void LightCache::ask_light(const TracedScene& scene, const LightCacheOptions& op
     parallel_for(fine_.size(), grain, options.threads, [&](std::size_t begin, std::size_t end) {
       std::uint64_t asked = 0;
       fine_.for_nodes(scene.scene(), begin, end, [&](std::size_t i, SurfaceGrid::Node node) {
-        if (!wanted[i] || (back && !double_sided_[node.mesh])) return;
+        if (!wanted[i] || (back && !double_sided_[node.mesh]) || stopped()) return;
         node = turned(node, back);
         Share share = visible_share(scene, light, node, few);
         asked += few.size();
@@ -266,7 +286,7 @@ void LightCache::fill_direct(const TracedScene& scene, const LightCacheOptions& 
     ask_light(scene, options, light, back, shares);
     parallel_for(fine_.size(), grain, options.threads, [&](std::size_t begin, std::size_t end) {
       fine_.for_nodes(scene.scene(), begin, end, [&](std::size_t i, SurfaceGrid::Node node) {
-        if (back && !double_sided_[node.mesh]) return;
+        if ((back && !double_sided_[node.mesh]) || stopped()) return;
         node = turned(node, back);
         const Vec3f origin = start(node, scene.epsilon());
         const float unoccluded = unoccluded_irradiance(light, origin, node.normal);
@@ -328,7 +348,7 @@ void LightCache::fill_bounced(const TracedScene& scene, const LightCacheOptions&
     std::array<RayHit, 64> hits;
     grid.for_nodes(scene.scene(), begin, end, [&](std::size_t i, SurfaceGrid::Node node) {
       node = turned(node, back);
-      if (back && !double_sided_[node.mesh]) return;
+      if ((back && !double_sided_[node.mesh]) || stopped()) return;
       const auto [x, y] = tangents(node.normal);
       const Vec3f origin = start(node, scene.epsilon());
       Vec3f sum(0.0f);

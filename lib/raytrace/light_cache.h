@@ -12,6 +12,7 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <span>
 #include <vector>
 
@@ -42,14 +43,21 @@ struct LightValues {
 
 class LightCache {
  public:
-  /// Fills the cache. \p scene must outlive it, and have no subjects now.
-  LightCache(const TracedScene& scene, const LightCacheOptions& options = {});
+  /// Fills the cache. \p scene must outlive it, and have no subjects now. Once \p stop is true it
+  /// comes to an end early; the light is of no use then.
+  LightCache(const TracedScene& scene, const LightCacheOptions& options = {},
+             const std::atomic<bool>* stop = nullptr);
 
   /// A cache of the same scene and options that was filled before; usable() says whether \p values
   /// fit.
   LightCache(const TracedScene& scene, const LightCacheOptions& options, LightValues values);
   bool usable() const;
   const LightValues& all_values() const { return all_; }
+  /// Other values, as many.
+  void set_values(LightValues values) { all_ = std::move(values); }
+
+  /// This light of \p scene, but at the nodes that another cache of it with \p options has.
+  LightValues values_for(const TracedScene& scene, const LightCacheOptions& options) const;
 
   /// Irradiance at a hit (of the scene, not of a subject), on the side \p back or not.
   Vec3f irradiance(const RayHit& hit, bool back) const;
@@ -71,17 +79,21 @@ class LightCache {
 
   std::size_t nodes() const { return fine_.size() + coarse_.size(); }
   std::uint64_t rays() const { return rays_; }
+  /// More rays that this light was made with.
+  void count_rays(std::uint64_t rays) { rays_ += rays; }
 
  private:
   using Sides = std::array<std::vector<Float4>, 2>;  // as LightValues::sides, on either grid
 
   bool find_double_sided(const Scene& scene);
+  bool stopped() const { return stop_ != nullptr && *stop_; }
   void fill_direct(const TracedScene& scene, const LightCacheOptions& options, bool back);
   void ask_light(const TracedScene& scene, const LightCacheOptions& options, const Light& light,
                  bool back, std::vector<float>& shares);
   void fill_bounced(const TracedScene& scene, const LightCacheOptions& options, bool back);
   void find_mean(const TracedScene& scene);
 
+  const std::atomic<bool>* stop_ = nullptr;
   std::vector<char> double_sided_;  // by mesh
   SurfaceGrid fine_, coarse_;
   Sides direct_;     // on the fine grid

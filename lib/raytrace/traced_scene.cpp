@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "base/error.h"
+#include "base/thread_pool.h"
 #include "raytrace/area_light.h"
 
 namespace polyhull {
@@ -14,7 +16,11 @@ TracedScene::TracedScene(Scene scene) : scene_(std::move(scene)) {
   epsilon_ = static_cast<float>(2e-5 * glm::length(bounds.max - bounds.min));
   for (const SceneMesh& mesh : scene_.meshes) caster_.add_mesh(mesh.positions, mesh.triangles);
   caster_.commit();
-  for (const Picture& picture : scene_.textures) textures_.emplace_back(picture);
+  std::vector<std::optional<FilteredTexture>> textures(scene_.textures.size());
+  parallel_for(textures.size(), 1, 0, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) textures[i].emplace(scene_.textures[i]);
+  });
+  for (auto& texture : textures) textures_.push_back(std::move(*texture));
   light_of_mesh_.assign(scene_.meshes.size(), -1);
   for (std::size_t i = 0; i < scene_.lights.size(); ++i)
     if (scene_.lights[i].mesh >= 0) light_of_mesh_.at(scene_.lights[i].mesh) = static_cast<int>(i);

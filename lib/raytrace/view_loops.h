@@ -12,13 +12,14 @@ using Float4 = float __attribute__((vector_size(16)));  // as in float4.h, which
 
 /// A picture of a texture's pyramid; its first column and row stand once more behind its last.
 struct TextureLevel {
-  /// Square roots of linear values in units of 1/1023: red in the lowest ten bits, then green and
-  /// blue.
-  const std::uint32_t* texels;
+  int first;  ///< of its texels among all levels'
   int width, height, stride;
 };
 
 struct TextureLevels {
+  /// Square roots of linear values in units of 1/1023: red in the lowest ten bits, then green and
+  /// blue.
+  const std::uint32_t* texels;
   const TextureLevel* levels;
   int count;
 };

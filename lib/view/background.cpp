@@ -2,11 +2,13 @@
 #include "view/background.h"
 
 #include <algorithm>
+#include <mutex>
 
 #include "base/error.h"
 #include "base/srgb.h"
 #include "base/thread_pool.h"
 #include "raytrace/light_store.h"
+#include "view/gradual_light.h"
 #include "view/raster_view.h"
 
 namespace polyhull {
@@ -30,6 +32,18 @@ std::optional<Vec3f> common_factor(const std::vector<Light>& base, const std::ve
     if (!factor) factor = ratio;
   }
   return factor ? factor : Vec3f(1.0f);
+}
+
+/// Keeps \p light in a file; why it could not, or nothing. The picture does not need it.
+std::string keep(const LightCache& light, const TracedScene& scene,
+                 const LightCacheOptions& options, const std::filesystem::path& folder) {
+  if (folder.empty()) return {};
+  try {
+    store_light(light, scene, options, folder);
+    return {};
+  } catch (const Error& error) {
+    return error.what();
+  }
 }
 
 }  // namespace
@@ -73,29 +87,59 @@ bool Background::apply_lights(const std::vector<Light>& lights) {
   return true;
 }
 
+/// Why a light could not be kept in a file; written before GradualLight's last light is shown.
+struct Background::Kept {
+  std::mutex mutex;
+  std::string why_not;
+};
+
 /// From a file where there is one.
 void Background::light_scene() {
   const bool first = light_ == nullptr;
   raster_.reset();
+  gradual_.reset();
   light_.reset();  // the memory first
   light_not_kept_.clear();
   const std::filesystem::path folder = first ? options_.light_folder : std::filesystem::path();
   if (!folder.empty()) light_ = load_light(traced_, options_.light, folder);
   light_was_kept_ = light_ != nullptr;
   if (light_) return;
-  light_ = std::make_unique<LightCache>(traced_, options_.light);
-  if (folder.empty()) return;
-  try {
-    store_light(*light_, traced_, options_.light, folder);
-  } catch (const Error& error) {
-    light_not_kept_ = error.what();  // the picture does not need it
+  if (options_.progressive) {
+    light_scene_gradually(folder);
+    return;
   }
+  light_ = std::make_unique<LightCache>(traced_, options_.light);
+  light_not_kept_ = keep(*light_, traced_, options_.light, folder);
+}
+
+void Background::light_scene_gradually(const std::filesystem::path& folder) {
+  light_ = GradualLight::first(traced_, options_.light);
+  kept_ = std::make_shared<Kept>();
+  gradual_ = std::make_unique<GradualLight>(
+      traced_.scene(), options_.light,
+      [kept = kept_, options = options_.light, folder](const TracedScene& scene,
+                                                       const LightCache& light) {
+        const std::string why_not = keep(light, scene, options, folder);
+        const std::lock_guard lock(kept->mutex);
+        kept->why_not = why_not;
+      });
+}
+
+/// True if the light has changed.
+bool Background::advance_light() {
+  if (!gradual_ || !gradual_->advance(*light_)) return false;
+  if (!gradual_->is_exact()) return true;
+  light_->count_rays(gradual_->rays());
+  gradual_.reset();  // waits until the light is in its file
+  const std::lock_guard lock(kept_->mutex);
+  light_not_kept_ = kept_->why_not;
+  return true;
 }
 
 Background::Work Background::update(const Camera& camera, const std::vector<Light>& lights,
                                     float exposure) {
   const bool still =
-      light_ && camera_ == camera && exposure == exposure_ && lights == traced_.scene().lights;
+      light_ && !advance_light() && camera_ == camera && exposure == exposure_ && lights == traced_.scene().lights;
   if (still) return Work::none;
   const bool lit = apply_lights(lights);
   traced_.set_exposure(exposure);
@@ -114,7 +158,7 @@ Background::Work Background::update(const Camera& camera, const std::vector<Ligh
 }
 
 bool Background::refine(int rows) {
-  if (!camera_ || rows < 1) return false;
+  if (!camera_ || rows < 1 || gradual_) return false;
   if (sums_.empty()) sums_.assign(view_.size(), Vec3f(0.0f));
   const int end = std::min(rows_done_ + rows, camera_->height);
   trace_paths(traced_, *camera_, samples_, 1, options_.paths, sums_, rows_done_, end);

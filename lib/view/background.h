@@ -8,7 +8,8 @@
 /// picture: after n samples per pixel the picture is
 ///   (32 V + n T_n) / (32 + n),  V the fast view, T_n the mean of the n samples,
 /// so the first samples' noise does not show and the limit is the exact picture. Brighter or darker
-/// lights (all by the same factor) scale the light cache; other changes of the lights fill it anew.
+/// lights (all by the same factor) scale the light cache; other changes of the lights fill it anew:
+/// at once, or with BackgroundOptions::progressive coarsely at first (gradual_light.h).
 #pragma once
 
 #include <filesystem>
@@ -23,6 +24,7 @@
 
 namespace polyhull {
 
+class GradualLight;
 class RasterView;
 
 /// How new views are drawn.
@@ -38,6 +40,8 @@ struct BackgroundOptions {
   /// Where the first light of a scene is kept in files (light_store.h); empty: nowhere. Later ones
   /// are of lamps that move, and hardly come again.
   std::filesystem::path light_folder;
+  /// Whether new light is coarse at first, and better with the updates that follow.
+  bool progressive = false;
   ViewOptions view;
   PathOptions paths;
 };
@@ -59,7 +63,8 @@ class Background {
   };
 
   /// Makes the picture that of \p camera under \p lights (as many as the scene has) at \p exposure.
-  /// Throws Error for another number of lights.
+  /// Throws Error for another number of lights. While the light is not yet exact it is brought a
+  /// frame further first: call it for each frame.
   Work update(const Camera& camera, const std::vector<Light>& lights, float exposure);
 
   /// ViewOptions::contrast; if it is another one, and rays draw, the next update() draws anew.
@@ -75,7 +80,8 @@ class Background {
   }
 
   /// Traces the next rows of the next sample of each pixel, at most \p rows of them; true when a
-  /// whole pass over the picture has been finished and the picture is a better one.
+  /// whole pass over the picture has been finished and the picture is a better one. Not before the
+  /// light is exact.
   bool refine(int rows);
 
   /// Samples per pixel that are in the picture.
@@ -96,14 +102,20 @@ class Background {
   const ViewStatistics& view_statistics() const { return statistics_; }
   /// Whether the light came from a file.
   bool light_was_kept() const { return light_was_kept_; }
-  /// Why the last light that was computed could not be kept in a file; empty: it was, or was not to.
+  /// Why the last light that was computed could not be kept in a file; empty: it was, or was not
+  /// to, or is not yet exact.
   const std::string& light_not_kept() const { return light_not_kept_; }
+  /// Whether the light is exact, not on its way there.
+  bool light_is_exact() const { return light_ != nullptr && gradual_ == nullptr; }
+  /// Of the last light.
   std::uint64_t light_rays() const { return light_ ? light_->rays() : 0; }
   std::size_t light_nodes() const { return light_ ? light_->nodes() : 0; }
 
  private:
   bool apply_lights(const std::vector<Light>& lights);
   void light_scene();
+  void light_scene_gradually(const std::filesystem::path& folder);
+  bool advance_light();
 
   BackgroundOptions options_;
   TracedScene traced_;
@@ -112,6 +124,9 @@ class Background {
   std::unique_ptr<LightCache> light_;
   bool light_was_kept_ = false;
   std::string light_not_kept_;
+  struct Kept;                            // what the other thread says of the file
+  std::shared_ptr<Kept> kept_;
+  std::unique_ptr<GradualLight> gradual_;  // null: the light is exact
   std::unique_ptr<RasterView> raster_;  // of light_
   std::optional<Camera> camera_;
   float exposure_ = 0.0f;

@@ -112,6 +112,12 @@ constexpr Property<S> table[] = {
         "Whether the light on the scene, which takes seconds to compute, is kept in files in the "
         "folder polyhull/light of the user's cache folder, and found there the next time.",
         0, 0, Change::when_ready),
+    property<&S::progressive>(
+        "progressive", "Progressive",
+        "Of a live source, where the light is not found in a file: whether the first picture shows "
+        "a coarse light, a fraction of a second after the start, and better ones are faded in as "
+        "they are computed. A source that is not live always waits for the exact light.",
+        0, 0, Change::when_ready),
     property<&S::live>("is-live", "Is live",
                        "Deliver frames at their time, and skip frames when late, instead of as "
                        "fast as possible.",

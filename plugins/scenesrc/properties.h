@@ -31,6 +31,7 @@ struct SceneSettings : ViewportSettings {
   double smoothing = 0.045;
   double light_spacing = 0.025;
   bool light_cache = true;
+  bool progressive = true;
   bool live = false;
 };
 

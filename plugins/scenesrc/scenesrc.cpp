@@ -37,7 +37,7 @@ struct SceneSrc : FrameSource {
   explicit SceneSrc(gpointer object) : FrameSource(object) {
     statistics.declare({"frames", "frames-drawn", "frames-refined", "frames-repeated",
                         "frames-skipped", "frames-unwanted", "light-fills", "light-points",
-                        "light-loads", "light-rays", "rays", "pixels-smoothed", "samples",
+                        "light-loads", "light-exact", "light-rays", "rays", "pixels-smoothed", "samples",
                         "warnings"});
     gst_base_src_set_live(GST_BASE_SRC(object), settings.live);
     gst_pad_add_probe(GST_BASE_SRC_PAD(object), GST_PAD_PROBE_TYPE_BUFFER, announce, object,
@@ -108,6 +108,7 @@ GstFlowReturn create(GstPushSrc* push, GstBuffer** out) {
       return GST_FLOW_NOT_NEGOTIATED;
     const Stopwatch watch;
     const LoopWatch loops;
+    const bool was_exact = stream.background().light_is_exact();
     bool lit = false;
     if (gst_base_src_is_live(source) && !stream.is_lit()) {
       // The light takes its time; which frame is due is known after that.
@@ -142,12 +143,14 @@ GstFlowReturn create(GstPushSrc* push, GstBuffer** out) {
     if (lit) {
       const Background& background = stream.background();
       statistics.count(background.light_was_kept() ? "light-loads" : "light-fills");
-      statistics.count("light-rays", background.light_rays());
-      if (!background.light_not_kept().empty())
-        statistics.warn(GST_ELEMENT(push), "warnings", background.light_not_kept());
-      statistics.set_count("light-points", stream.background().light_nodes());
+      statistics.set_count("light-points", background.light_nodes());
       statistics.set("light-ms", spent);
     }
+    const bool exact = stream.background().light_is_exact();
+    if (exact && (lit || !was_exact) && !stream.background().light_not_kept().empty())
+      statistics.warn(GST_ELEMENT(push), "warnings", stream.background().light_not_kept());
+    statistics.set_count("light-exact", exact);
+    statistics.set_count("light-rays", stream.background().light_rays());
     statistics.set_count("samples", stream.background().samples());
     statistics.set("last-frame-ms", spent);
     statistics.set("threads-used", loops.threads());
@@ -178,7 +181,8 @@ void SceneSrc::class_init(gpointer klass) {
       "late), frames-unwanted (left out because what follows cannot keep up), rays and "
       "pixels-smoothed (of drawn frames: that show several triangles, or with rays are drawn with "
       "eight), samples (per pixel, in the picture now), light-fills (how often the light was "
-      "computed), light-loads (found in a file), light-rays, light-points, warnings; "
+      "computed), light-loads (found in a file), light-exact (1: it is not on its way there), "
+      "light-rays (of the light in the picture), light-points, warnings; "
       "times in milliseconds: last-frame-ms, last-drawn-ms, light-ms; and threads-used (how many "
       "threads took part in the last frame's parallel loops, on average).");
   set_metadata(

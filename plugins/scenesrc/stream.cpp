@@ -27,6 +27,7 @@ void SceneStream::open(const SceneSettings& settings) {
   options.light.bounce_spacing = bounce_spacing * options.light.spacing;
   if (settings.light_cache)
     options.light_folder = std::filesystem::path(g_get_user_cache_dir()) / "polyhull" / "light";
+  options.progressive = settings.live && settings.progressive;
   options.method = settings.method;
   options.view.contrast = static_cast<float>(settings.smoothing);
   options.paths.light_samples = 2;

@@ -318,6 +318,37 @@ GST_START_TEST(light_is_kept_from_one_run_to_the_next) {
 }
 GST_END_TEST;
 
+/// A live source shows a coarse light first and the exact one some time later; one that is not live
+/// has the exact one in its first frame.
+GST_START_TEST(live_light_is_coarse_and_then_exact) {
+  const std::string properties = "light-cache=false light-spacing=0.1 refinement=never ";
+  const auto first_frame = [&](const char* more) {
+    Log log;
+    GstElement* pipeline = start(line_of(properties + "num-buffers=1 " + more), log);
+    gst_element_set_state(pipeline, GST_STATE_PLAYING);
+    fail_unless(wait_for_end(pipeline).empty());
+    fail_unless_equals_int(counter(pipeline, "light-exact"),
+                           std::string(more) != "is-live=true" ? 1 : 0);
+    stop(pipeline);
+    return log.frames[0];
+  };
+  const std::vector<std::uint8_t> exact = first_frame("");
+  fail_unless(first_frame("progressive=false is-live=true") == exact);
+  fail_unless(first_frame("is-live=true") != exact);
+
+  Log log;
+  GstElement* pipeline = start(line_of(properties + "is-live=true"), log);
+  gst_element_set_state(pipeline, GST_STATE_PLAYING);
+  std::size_t seen = 1;
+  for (; counter(pipeline, "light-exact") == 0; ++seen) wait_for_frames(log, seen);
+  wait_for_frames(log, seen + 2);
+  fail_unless_equals_int(counter(pipeline, "light-fills"), 1);
+  stop(pipeline);
+  fail_unless(log.frames[0] != exact);
+  fail_unless(log.frames.back() == exact);
+}
+GST_END_TEST;
+
 GST_START_TEST(live_properties_act_on_the_next_frame) {
   Log log;
   GstElement* pipeline =
@@ -470,7 +501,7 @@ GST_END_TEST;
 GST_START_TEST(live_frames_come_at_their_time_and_are_refined_between) {
   Log log;
   GstElement* pipeline =
-      start(line_of("num-buffers=15 is-live=true", "width=32,height=24,framerate=25/1"), log);
+      start(line_of("num-buffers=15 is-live=true progressive=false", "width=32,height=24,framerate=25/1"), log);
   gst_element_set_state(pipeline, GST_STATE_PLAYING);
   fail_unless(wait_for_end(pipeline).empty());
   fail_unless(counter(pipeline, "frames-refined") > 0);
@@ -561,6 +592,7 @@ static Suite* scenesrc_suite() {
   tcase_add_test(tests, seeks_to_the_frame_of_that_time);
   tcase_add_test(tests, stop_time_ends_the_stream);
   tcase_add_test(tests, light_is_kept_from_one_run_to_the_next);
+  tcase_add_test(tests, live_light_is_coarse_and_then_exact);
   tcase_add_test(tests, live_properties_act_on_the_next_frame);
   tcase_add_test(tests, old_names_are_accepted_with_a_warning);
   tcase_add_test(tests, controllers_drive_the_viewport);
