@@ -8,23 +8,36 @@
 #include <vector>
 
 #include "raytrace/traced_scene.h"
+#include "raytrace/view_loops.h"
+#include "render/projection.h"
 #include "render/processor/scene_layer.h"
 
 namespace polyhull::processor {
 
 class AlbedoLayer {
  public:
-  /// Begins anew for \p layer's view.
-  void reset(const SceneLayer& layer);
+  static constexpr int piece = 16;  ///< pixels of a row that are found together
 
-  /// Of the surface at the middle of pixel (x, y), seen from \p eye: its base colour, less what a
-  /// mirror reflects instead, 16 bits a channel (0xffff is 1), red lowest; the highest 16 bits mean
-  /// nothing. Threads may ask for different pixels at once.
-  std::uint64_t at(const TracedScene& scene, const SceneLayer& layer, const Vec3f& eye, int x,
-                   int y);
+  /// Begins anew for \p layer's view, from \p eye along \p rays.
+  void reset(const SceneLayer& layer, const Vec3f& eye, const PixelRays& rays);
+
+  /// Of the surfaces at the middles of the 16 pixels from (x, y) on, as far as the picture goes; x is a multiple of 16 and \p layer's middles are drawn there: their base colour,
+  /// less what a mirror reflects instead, 16 bits a channel (0xffff is 1), red lowest, 0 above. One
+  /// look at a texture for each, as coarse as the pixel's area there. Threads may ask for different
+  /// pieces at once.
+  const std::uint64_t* at(const TracedScene& scene, const SceneLayer& layer, int x, int y);
 
  private:
-  std::vector<std::uint64_t> known_;  // 16 bits per colour, and a 1 above them where known
+  void find(const TracedScene& scene, const SceneLayer& layer, int x, int y, int count,
+            std::uint64_t* out) const;
+  void scatter(const TracedScene& scene, const SceneLayer& layer, int x, int y, int count,
+               Float4* values) const;
+
+  Vec3f eye_{0.0f};
+  PixelRays rays_;
+  std::size_t columns_ = 0;           // pieces
+  std::vector<std::uint8_t> known_;   // by piece
+  std::vector<std::uint64_t> values_;
 };
 
 }  // namespace polyhull::processor

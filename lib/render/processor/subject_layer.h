@@ -53,7 +53,7 @@ class SubjectLayer {
              std::vector<glm::vec4>& into) const;
 
  private:
-  void hide(int band, const Rectangle& rows, const SceneLayer& scene, const SceneLayer* frame,
+  void hide(const Rectangle& rows, const SceneLayer& scene, const SceneLayer* frame,
             Scratch& scratch) const;
   void find_items(const std::vector<ReadySubject>& subjects, const Rectangle& rows, int samples,
                   Scratch& scratch) const;
