@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // What the processor's renderer says that surfaces scatter, against rays through pixels' middles.
-#include "render/processor/albedo_layer.h"
+#include "render/processor/scene/albedo_layer.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "render/processor/receivers.h"
+#include "render/processor/scene/receivers.h"
 #include "synthetic.h"
 
 namespace polyhull::processor {

@@ -16,8 +16,8 @@
 #include <vector>
 
 #include "render/processor/loops.h"
-#include "render/processor/receivers.h"
-#include "render/processor/scene_layer.h"
+#include "render/processor/scene/receivers.h"
+#include "render/processor/scene/scene_layer.h"
 #include "render/processor/shadow_casters.h"
 
 namespace polyhull::processor {

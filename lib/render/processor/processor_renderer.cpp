@@ -11,10 +11,10 @@
 #include "base/srgb.h"
 #include "base/stopwatch.h"
 #include "base/thread_pool.h"
-#include "render/processor/albedo_layer.h"
+#include "render/processor/scene/albedo_layer.h"
 #include "render/processor/area_shadow.h"
 #include "render/processor/mirror_view.h"
-#include "render/processor/scene_layer.h"
+#include "render/processor/scene/scene_layer.h"
 #include "render/processor/subject_layer.h"
 #include "render/processor/video_rows.h"
 

@@ -10,7 +10,7 @@
 
 #include "raster/screen_triangles.h"
 #include "render/frame.h"
-#include "render/processor/scene_layer.h"
+#include "render/processor/scene/scene_layer.h"
 #include "render/processor/skin.h"
 
 namespace polyhull::processor {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "render/processor/albedo_layer.h"
+#include "render/processor/scene/albedo_layer.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "render/processor/receivers.h"
+#include "render/processor/scene/receivers.h"
 
 #include <cmath>
 

@@ -10,7 +10,7 @@
 #include "raytrace/traced_scene.h"
 #include "raytrace/view_loops.h"
 #include "render/projection.h"
-#include "render/processor/scene_layer.h"
+#include "render/processor/scene/scene_layer.h"
 
 namespace polyhull::processor {
 

@@ -6,7 +6,7 @@
 #include <cstdint>
 
 #include "raytrace/traced_scene.h"
-#include "render/processor/scene_layer.h"
+#include "render/processor/scene/scene_layer.h"
 
 namespace polyhull::processor {
 
