@@ -71,6 +71,9 @@ struct ColourRow {
 struct ViewLoops {
   /// values[i] *= the texture over the footprint of pixel i.
   void (*texture)(const TextureLevels& texture, const TextureRow& row, Float4* values);
+  /// values[i] = the texture at place i: one look at the level whose texels are as large as the
+  /// pixel's area there.
+  void (*texels)(const TextureLevels& texture, const TextureRow& row, Float4* values);
   /// The texture's mean over the parallelogram uv +- du/2 +- dv/2.
   void (*over)(const TextureLevels& texture, const float* uv, const float* du, const float* dv,
                Float4* mean);

@@ -37,8 +37,8 @@ struct Stage {
     frame.subjects.push_back({&mesh, {}, 1});
     plan = plan_frame(frame, {}, scene_bounds(scene));
     layer.set(traced.get(),
-              {pixels_from_clip(width, height) * plan.clip_from_scene, width, height, 4, {}, -1});
-    layer.ensure({0, 0, width, height});
+              {pixels_from_scene(frame.viewport), width, height, 4, {}, -1});
+    layer.ensure_middles({0, 0, width, height});
   }
   const Light& light() const { return frame.lights[static_cast<std::size_t>(plan.light)]; }
 

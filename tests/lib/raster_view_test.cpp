@@ -217,7 +217,7 @@ TEST(ViewLoops, SameBitsForEveryInstructionSet) {
     float depth[most];
     for (float& d : depth) d = number(0.3f, 20.0f);
     const auto course = [&] { return RowCourse{number(-3, 3), number(-.1f, .1f), number(-.1f, .1f)}; };
-    std::vector<Float4> values[2] = {{most, Float4{}}, {most, Float4{}}};
+    std::vector<Float4> values[2] = {{most, Float4{}}, {most, Float4{}}}, looks[2] = {values[0], values[0]};
     float fifth[2][most] = {}, pictures[2][3 * most] = {};
     const LightRow light{count, depth, course(), course(), nodes.data(), 20, 19, 10, round % 2 == 1};
     const TextureRow row{count, depth, course(), course(), course()};
@@ -227,12 +227,14 @@ TEST(ViewLoops, SameBitsForEveryInstructionSet) {
       const ViewLoops& loops = i == 0 ? a : b;
       loops.light(light, values[i].data());
       loops.texture(texture.levels(), row, values[i].data());
+      loops.texels(texture.levels(), row, looks[i].data());
       loops.fresnel(rays, fifth[i]);
       ColourRow colours{count, {.5f, .6f, .7f, 0}, {.1f, .1f, .2f, 0}, .75f, fifth[i], {.1f, .2f, .3f, 0},
                         .5f, fifth[i], {.4f, .3f, .2f, 0}};
       loops.add(colours, values[i].data(), pictures[i]);
     }
     EXPECT_EQ(std::memcmp(values[0].data(), values[1].data(), count * sizeof(Float4)), 0);
+    EXPECT_EQ(std::memcmp(looks[0].data(), looks[1].data(), count * sizeof(Float4)), 0);
     EXPECT_EQ(std::memcmp(fifth[0], fifth[1], sizeof fifth[0]), 0);
     EXPECT_EQ(std::memcmp(pictures[0], pictures[1], sizeof pictures[0]), 0);
   }
@@ -261,6 +263,33 @@ TEST(FilteredTexture, IsThePictureAndItsMean) {
   const Vec3f far = texture.over({0.3f, 0.3f}, {4.0f, 0.0f}, {0.0f, 4.0f});
   EXPECT_LT(glm::length(far - texture.over({0.8f, 0.1f}, {4.0f, 0.0f}, {0.0f, 4.0f})), 1e-5f);
   EXPECT_TRUE(std::isfinite(far.x));
+}
+
+TEST(FilteredTexture, OneLookIsAsCoarseAsThePixel) {
+  // Columns black and white: the finest level has them, the others their mean.
+  Picture picture{64, 64, 4, std::vector<std::uint8_t>(64 * 64 * 4, 255)};
+  for (int i = 0; i < 64 * 64; ++i)
+    if (i % 2) std::fill_n(&picture.pixels[4 * i], 3, std::uint8_t{0});
+  const FilteredTexture texture(picture);
+  const auto look = [&](float columns, float rows, float depth) {
+    // At the middle of texel (6, 3), a pixel as large as so many texels; all but at depth 1 the
+    // steps grow with it.
+    const float u = 6.5f / 64.0f, v = 3.5f / 64.0f;
+    Float4 value;
+    view_loops().texels(texture.levels(),
+                        {1, &depth, {1.0f / depth, 0.0f, 0.0f},
+                         {u / depth, columns / 64.0f / depth, 0.0f},
+                         {v / depth, 0.0f, rows / 64.0f / depth}},
+                        &value);
+    return value[0];
+  };
+  for (const float depth : {0.5f, 1.0f, 7.0f}) {
+    EXPECT_NEAR(look(0.1f, 0.1f, depth), 1.0f, 0.01f) << depth;
+    EXPECT_NEAR(look(1.3f, 1.3f, depth), 1.0f, 0.01f) << depth;  // nearer to a texel than to two
+    EXPECT_NEAR(look(1.6f, 1.6f, depth), 0.5f, 0.01f) << depth;
+    EXPECT_NEAR(look(0.8f, 3.2f, depth), 0.5f, 0.01f) << depth;  // the same area
+    EXPECT_NEAR(look(1e6f, 1e6f, depth), 0.5f, 0.01f) << depth;
+  }
 }
 
 }  // namespace

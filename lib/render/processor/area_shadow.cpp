@@ -68,60 +68,11 @@ Rectangle AreaShadow::around(int x, int y, int reach) const {
   return intersection({x - reach, y - reach, 2 * reach + 1, 2 * reach + 1}, drawn());
 }
 
-template <class Body>
-void AreaShadow::for_pixels(std::size_t number, Body&& body) const {
+/// The block's pixels of the grid.
+Rectangle AreaShadow::pixels_of(std::size_t number) const {
   const int left = static_cast<int>(number) % block_columns_ * block;
   const int top = static_cast<int>(number) / block_columns_ * block;
-  for (int y = top; y < std::min(top + block, rows_); ++y)
-    for (int x = left; x < std::min(left + block, columns_); ++x)
-      body(static_cast<std::size_t>(y) * columns_ + x, x, y);
-}
-
-/// Where the block's pixels lie in the light's map: that follows from their depths.
-void AreaShadow::find_places(const LightReach& reach, const ShadowView& view, std::size_t number) {
-  const int left = static_cast<int>(number) % block_columns_ * 2 * block;
-  const int top = static_cast<int>(number) / block_columns_ * 2 * block;
-  const bool seen =
-      !view.mirror || view.mirror->shows_mirror(surroundings({left, top, 2 * block, 2 * block},
-                                                             view.layer.view()));
-  extents_[number] = {};
-  for_pixels(number, [&](std::size_t pixel, int x, int y) {
-    if (!known_[pixel]) inverse_[pixel] = seen ? view.layer.inverse_at(2 * x, 2 * y) : 0.0f;
-    known_[pixel] = std::max<std::uint8_t>(known_[pixel], 1);
-    in_light_[pixel] = {};
-    if (inverse_[pixel] > 0.0f)
-      in_light_[pixel] = reach.place(view.eye + view.rays.at(2 * x, 2 * y) / inverse_[pixel]);
-    extents_[number].add(in_light_[pixel]);
-  });
-}
-
-/// Returns how many pixels of the block a subject may shade; what they are made of is asked for
-/// these only.
-int AreaShadow::find_candidates(const LightReach& reach, const TracedScene& scene,
-                                const ShadowView& view, std::size_t number) {
-  if (!extent_known_[number]) find_places(reach, view, number);
-  extent_known_[number] = 1;
-  const bool any = reach.may_shade(extents_[number]);
-  if (!any && blank_[number]) return 0;
-  blank_[number] = !any;
-  int count = 0;
-  for_pixels(number, [&](std::size_t pixel, int x, int y) {
-    candidate_[pixel] = blocked_[pixel] = 0;
-    sum_[pixel] = mean_[pixel] = gathered_[pixel] = 0.0f;
-    if (!any || !(inverse_[pixel] > 0.0f) || !reach.may_shade(in_light_[pixel])) return;
-    if (known_[pixel] < 2) {
-      known_[pixel] = 2;
-      const RayHit hit = view.layer.hit(2 * x, 2 * y);
-      Ray ray;
-      ray.origin = view.eye;
-      ray.direction = view.rays.at(2 * x, 2 * y);
-      const Surface surface = scene.surface(ray, hit);
-      receivers_[pixel] = {surface.lifted + scene.epsilon() * surface.geometric, surface.normal};
-    }
-    candidate_[pixel] = 1;
-    ++count;
-  });
-  return count;
+  return {left, top, std::min(block, columns_ - left), std::min(block, rows_ - top)};
 }
 
 /// Marks the pixels whose first rays differ, from each other or from those within two pixels.
@@ -318,20 +269,22 @@ bool AreaShadow::lay_out(const ShadowView& view, bool other_map, const Light& li
     for (auto* bytes : {&candidate_, &blocked_}) bytes->resize(count);
     receivers_.resize(count);
     in_light_.resize(count);
+    for (auto* bits : {&open_known_, &open_}) bits->resize(count);
     known_.assign(count, 0);
   }
   const auto blocks = static_cast<std::size_t>(block_columns_) * block_rows_;
-  if (fresh || other_map) {
+  if (fresh) {
     extents_.resize(blocks);
-    extent_known_.assign(blocks, 0);
+    for (auto* states : {&block_known_, &blank_}) states->assign(blocks, 0);
+  } else if (other_map) {
+    for (std::uint8_t& known : block_known_) known = std::min<std::uint8_t>(known, 1);
   }
-  if (fresh) blank_.assign(blocks, 0);
   block_state_.assign(blocks, 0);
-  if (!fresh && light == light_ && per_pixel_ == rays) return true;
+  const bool same = light == light_ && per_pixel_ == rays;
   light_ = light;
   per_pixel_ = rays;
-  open_known_.assign(count, 0);
-  open_.assign(count, 0);
+  if (fresh || same) return !fresh;  // with a receiver comes that nothing is known of its light
+  for (auto* bits : {&open_known_, &open_}) std::fill(bits->begin(), bits->end(), 0);
   return false;
 }
 
@@ -409,8 +362,7 @@ bool AreaShadow::taken(const SceneLayer& layer, int x, int y, float* taken) cons
   }
   if (!any) return false;
   float inverse[16] = {};
-  for (int i = 0; i < std::min(16, layer.view().width - x); ++i)
-    inverse[i] = layer.inverse_at(x + i, y);
+  std::copy_n(layer.middle_inverse(x, y), std::min(16, layer.view().width - x), inverse);
   loops().take(rows, inverse, taken);
   return true;
 }

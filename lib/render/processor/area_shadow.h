@@ -16,16 +16,11 @@
 #include <vector>
 
 #include "render/processor/loops.h"
-#include "render/processor/scene_layer.h"
+#include "render/processor/scene/receivers.h"
+#include "render/processor/scene/scene_layer.h"
 #include "render/processor/shadow_casters.h"
 
 namespace polyhull::processor {
-
-/// A place of the scene that light falls on, as a pixel of the grid sees it.
-struct Receiver {
-  Vec3f point{0.0f};   ///< where rays start
-  Vec3f normal{0.0f};  ///< unit length, to the eye's side; 0: nothing is there
-};
 
 /// Who sees the scene on which the shadow falls.
 struct ShadowView {
@@ -73,6 +68,10 @@ class AreaShadow {
   struct Packet;
 
   bool lay_out(const ShadowView& view, bool other_map, const Light& light, int rays);
+  bool may_shade(const LightReach& reach, const ShadowView& view, std::size_t number);
+  void find_depths(const ShadowView& view, std::size_t number);
+  LightReach::Extent extent_of(const LightReach& reach, const ShadowView& view,
+                               std::size_t number) const;
   void find_places(const LightReach& reach, const ShadowView& view, std::size_t number);
   int find_candidates(const LightReach& reach, const TracedScene& scene, const ShadowView& view,
                       std::size_t number);
@@ -85,11 +84,18 @@ class AreaShadow {
   void gather(std::size_t number);
   void mark_shaded();
   Rectangle drawn() const;
+  Rectangle pixels_of(std::size_t number) const;
   Rectangle around(int x, int y, int reach) const;
   template <class Body>
   void in_blocks(std::uint8_t least, Body&& body) const;
+  /// Calls body(pixel, x, y) for the block's pixels of the grid.
   template <class Body>
-  void for_pixels(std::size_t number, Body&& body) const;
+  void for_pixels(std::size_t number, Body&& body) const {
+    const Rectangle part = pixels_of(number);
+    for (int y = part.y; y < part.y + part.height; ++y)
+      for (int x = part.x; x < part.x + part.width; ++x)
+        body(static_cast<std::size_t>(y) * columns_ + x, x, y);
+  }
 
   std::uint64_t map_ = 0;  // ShadowCasters::map() of extents_
 
@@ -97,12 +103,12 @@ class AreaShadow {
   int columns_ = 0, rows_ = 0, block_columns_ = 0, block_rows_ = 0;
   Rectangle blocks_;
   // What stays as long as the view, the scene and the light do.
-  std::vector<Receiver> receivers_;          // by pixel of the grid
+  std::vector<Receiver> receivers_;          // by pixel of the grid, candidates' alone
   std::vector<float> inverse_;               // 1/z
-  std::vector<std::uint8_t> known_;          // 1: the depth is known, 2: the receiver, too
+  std::vector<std::uint8_t> known_;          // 1: the receiver is
   std::vector<LightReach::Place> in_light_;  // by pixel of the grid
-  std::vector<LightReach::Extent> extents_;  // of a block's places
-  std::vector<std::uint8_t> extent_known_;
+  std::vector<LightReach::Extent> extents_;  // around a block's places
+  std::vector<std::uint8_t> block_known_;    // 1: the depths are, 2: the extent, 3: the places, too
   Light light_;
   PixelRays rays_of_pixels_;
   int per_pixel_ = 0;

@@ -6,7 +6,7 @@
 #pragma once
 
 #include "render/frame.h"
-#include "render/processor/scene_layer.h"
+#include "render/processor/scene/scene_layer.h"
 
 namespace polyhull::processor {
 

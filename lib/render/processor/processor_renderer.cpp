@@ -11,10 +11,10 @@
 #include "base/srgb.h"
 #include "base/stopwatch.h"
 #include "base/thread_pool.h"
-#include "render/processor/albedo_layer.h"
+#include "render/processor/scene/albedo_layer.h"
 #include "render/processor/area_shadow.h"
 #include "render/processor/mirror_view.h"
-#include "render/processor/scene_layer.h"
+#include "render/processor/scene/scene_layer.h"
 #include "render/processor/subject_layer.h"
 #include "render/processor/video_rows.h"
 
@@ -143,7 +143,9 @@ ProcessorRenderer::State::Fresh ProcessorRenderer::State::draw_scene(
     RenderStatistics& statistics) {
   const TracedScene* traced = scene ? &*scene : nullptr;
   LayerView view;
-  view.pixels_from_scene = pixels_from_clip(frame.width, frame.height) * plan.clip_from_scene;
+  const Camera viewport = resized(frame.viewport, frame.width, frame.height);
+  const PixelRays rays(viewport);
+  view.pixels_from_scene = pixels_from_scene(viewport);
   view.width = frame.width;
   view.height = frame.height;
   view.samples = samples_of(settings);
@@ -153,22 +155,26 @@ ProcessorRenderer::State::Fresh ProcessorRenderer::State::draw_scene(
     for (SceneLayer* layer : {&direct, &mirrored}) layer->forget();
   Fresh fresh;
   fresh.direct = direct.set(traced, view);
-  if (fresh.direct) albedo.reset(direct);
+  if (fresh.direct) albedo.reset(direct, Vec3f(plan.eye), rays);
   if (!traced) return fresh;
 
-  Rectangle part = AreaShadow::asked(plan.changed(), view);
-  if (!plan.mirror_shadow.empty()) part = AreaShadow::surroundings(part, view);
-  bool drawn = direct.ensure(part);
+  const Rectangle in_mirror = AreaShadow::asked(plan.mirror_shadow, view);
+  const Rectangle marked =
+      in_mirror.empty() ? Rectangle{} : AreaShadow::surroundings(in_mirror, view);
+  bool drawn = direct.ensure_samples({plan.subject, plan.mirror, marked});
+  drawn = direct.ensure_middles(AreaShadow::asked(plan.shadow, view)) || drawn;
   if (mirror) {
     LayerView behind = view;
     behind.mirror_mesh = -1;
-    behind.pixels_from_scene =
-        view.pixels_from_scene * reflection(Vec3(mirror->normal), mirror->offset);
+    const Mat4 turned = reflection(Vec3(mirror->normal), mirror->offset);
+    behind.pixels_from_scene = view.pixels_from_scene * turned;
     behind.kept = kept_side(*mirror);
     fresh.mirrored = mirrored.set(traced, behind) || fresh.direct;
-    if (fresh.mirrored) mirror_albedo.reset(mirrored);
-    drawn = mirrored.ensure(bounding(plan.mirror, AreaShadow::asked(plan.mirror_shadow, view))) ||
-            drawn;
+    if (fresh.mirrored)
+      mirror_albedo.reset(mirrored, Vec3f(turned * Vec4(plan.eye, 1.0)),
+                          reflected(rays, mirror->normal));
+    drawn = mirrored.ensure_samples({plan.mirror}) || drawn;
+    drawn = mirrored.ensure_middles(bounding(plan.mirror, in_mirror)) || drawn;
   }
   statistics.scene_depth_reused = !drawn;
   return fresh;
@@ -306,6 +312,10 @@ class ProcessorRenderer::Blend {
              const float (&in_mirror)[16], BlendPixels& pixels, std::uint8_t* to) {
     const int first = x & ~15;
     const std::uint8_t* coded = background_ + static_cast<std::ptrdiff_t>(y) * background_stride_;
+    const bool takes =
+        std::any_of(pixels.taken, pixels.taken + 16, [](float taken) { return taken > 0.0f; });
+    const std::uint64_t* albedo =
+        takes ? state_.albedo.at(*state_.scene, state_.direct, first, y) : nullptr;
     for (int i = 0; i < 16; ++i) {
       const int column = first + i;
       const bool inside = column >= x && column < end;
@@ -315,10 +325,7 @@ class ProcessorRenderer::Blend {
       else
         pixels.background[i] = 0;
       if (!inside || colour.a >= 1.0f) pixels.taken[i] = 0.0f;
-      pixels.albedo[i] =
-          pixels.taken[i] > 0.0f
-              ? state_.albedo.at(*state_.scene, state_.direct, Vec3f(plan_.eye), column, y)
-              : 0;
+      pixels.albedo[i] = pixels.taken[i] > 0.0f ? albedo[i] : 0;
       pixels.red[i] = colour.r;
       pixels.green[i] = colour.g;
       pixels.blue[i] = colour.b;
@@ -360,8 +367,8 @@ class ProcessorRenderer::Blend {
     // Of other mirrors the covered part goes with what they showed there.
     if (!mirror_->only_mirrors()) seen = std::max(seen - covered, 0.0f);
     if (seen == 0.0f) return Vec3f(0.0f);
-    const std::uint64_t albedo = state_.mirror_albedo.at(*state_.scene, state_.mirrored,
-                                                         mirror_->mirrored_eye(), x, y);
+    const std::uint64_t albedo =
+        state_.mirror_albedo.at(*state_.scene, state_.mirrored, x & ~15, y)[x & 15];
     const Vec3f scattered(static_cast<float>(albedo & 0xffff),
                           static_cast<float>(albedo >> 16 & 0xffff),
                           static_cast<float>(albedo >> 32 & 0xffff));

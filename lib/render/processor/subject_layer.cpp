@@ -54,23 +54,17 @@ void SubjectLayer::fill(const std::vector<ReadySubject>& subjects, const Subject
 
 /// Begins with the scene's depths, so that only what is nearer is drawn, and beside the mirror with
 /// what nothing is nearer than.
-void SubjectLayer::hide(int band, const Rectangle& rows, const SceneLayer& scene,
-                        const SceneLayer* frame, Scratch& scratch) const {
-  const SceneLayer::Band& of_scene = scene.band(band);
-  const int band_top = band * band_rows;
-  const auto full = static_cast<std::size_t>(scene.view().width);
-  const auto band_height =
-      static_cast<std::size_t>(std::min(band_rows, scene.view().height - band_top));
+void SubjectLayer::hide(const Rectangle& rows, const SceneLayer& scene, const SceneLayer* frame,
+                        Scratch& scratch) const {
   const auto width = static_cast<std::size_t>(rows.width);
   const auto height = static_cast<std::size_t>(rows.height);
   for (std::size_t s = 0; s < static_cast<std::size_t>(scene.view().samples); ++s) {
     for (std::size_t y = 0; y < height; ++y) {
-      const std::size_t at = (static_cast<std::size_t>(rows.y - band_top) + y) * full +
-                             static_cast<std::size_t>(rows.x);
+      const int row = rows.y + static_cast<int>(y);
       float* to = &scratch.inverse[(s * height + y) * width];
-      std::copy_n(&of_scene.inverse[s * band_height * full + at], width, to);
+      std::copy_n(scene.inverse(static_cast<int>(s), rows.x, row), width, to);
       if (frame == nullptr) continue;
-      const std::uint8_t* marks = &frame->band(band).mirror[at];
+      const std::uint8_t* marks = frame->mirror(rows.x, row);
       for (std::size_t x = 0; x < width; ++x)
         if (!(marks[x] >> s & 1)) to[x] = std::numeric_limits<float>::infinity();
     }
@@ -128,7 +122,7 @@ void SubjectLayer::paint(const std::vector<ReadySubject>& subjects, int band, co
   into.assign(pixels, glm::vec4(0.0f));
   scratch.inverse.assign(static_cast<std::size_t>(samples) * pixels, 0.0f);
   scratch.ids.assign(static_cast<std::size_t>(samples) * pixels, no_triangle);
-  if (drawn) hide(band, rows, scene, frame, scratch);
+  if (drawn) hide(rows, scene, frame, scratch);
   triangles_.draw(band, {rows.x, rows.x + rows.width, top, bottom, samples, sample_places(samples),
                          scratch.inverse.data(), scratch.ids.data()});
   scratch.items.resize(subjects.size());

@@ -10,7 +10,7 @@
 
 #include "raster/screen_triangles.h"
 #include "render/frame.h"
-#include "render/processor/scene_layer.h"
+#include "render/processor/scene/scene_layer.h"
 #include "render/processor/skin.h"
 
 namespace polyhull::processor {
@@ -53,7 +53,7 @@ class SubjectLayer {
              std::vector<glm::vec4>& into) const;
 
  private:
-  void hide(int band, const Rectangle& rows, const SceneLayer& scene, const SceneLayer* frame,
+  void hide(const Rectangle& rows, const SceneLayer& scene, const SceneLayer* frame,
             Scratch& scratch) const;
   void find_items(const std::vector<ReadySubject>& subjects, const Rectangle& rows, int samples,
                   Scratch& scratch) const;

@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "render/processor/scene/scene_layer.h"
+
+#include <algorithm>
+#include <atomic>
+#include <functional>
+#include <utility>
+
+#include "base/thread_pool.h"
+#include "render/projection.h"
+
+namespace polyhull::processor {
+namespace {
+
+/// Which columns of band \p number any of \p parts has: first, and one past the last; the same:
+/// none.
+std::pair<int, int> columns_of(std::initializer_list<Rectangle> parts, int number) {
+  const int top = number * band_rows, bottom = top + band_rows;
+  Rectangle all;
+  for (const Rectangle& part : parts)
+    if (!part.empty() && part.y < bottom && part.y + part.height > top) all = bounding(all, part);
+  return {all.x, all.x + all.width};
+}
+
+/// Calls draw(number, left, right) for the bands in which \p drawn lacks some of \p parts. Returns
+/// whether any does.
+template <class Part>
+bool draw_missing(const std::vector<Part>& drawn, std::initializer_list<Rectangle> parts, int width,
+                  const std::function<void(int, int, int)>& draw) {
+  std::atomic<bool> any = false;
+  parallel_for(drawn.size(), 1, 0, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const int number = static_cast<int>(i);
+      const auto [left, right] = columns_of(parts, number);
+      if (left == right || drawn[i].holds(left, right)) continue;
+      // What is asked for at first; should that grow, the view stays, and all of it is drawn.
+      const bool again = drawn[i].right > drawn[i].left;
+      draw(number, again ? 0 : left / 32 * 32,
+           again ? width : std::min(width, (right + 31) / 32 * 32));
+      any = true;
+    }
+  });
+  return any;
+}
+
+}  // namespace
+
+bool SceneLayer::set(const TracedScene* scene, const LayerView& view,
+                     std::shared_ptr<const SceneOnScreen> ready) {
+  if (scene == scene_ && view == view_) return false;
+  const bool other = scene != scene_;
+  scene_ = scene;
+  view_ = view;
+  const auto bands = static_cast<std::size_t>((view.height + band_rows - 1) / band_rows);
+  samples_.resize(bands);
+  middles_.resize(bands);
+  for (Samples& part : samples_) part.left = part.right = 0;
+  for (Middles& part : middles_) part.left = part.right = 0;
+  screen_ = std::move(ready);
+  if (!scene) return true;
+  if (other) number_triangles();
+  if (screen_) return true;
+  const auto own = std::make_shared<SceneOnScreen>();
+  own->set(scene->scene(), view.pixels_from_scene, view.kept, view.width, view.height, 0);
+  screen_ = own;
+  return true;
+}
+
+void SceneLayer::number_triangles() {
+  first_of_mesh_.assign(1, 0);
+  mesh_of_.clear();
+  for (const SceneMesh& mesh : scene_->scene().meshes) {
+    const auto number = static_cast<std::uint32_t>(first_of_mesh_.size() - 1);
+    mesh_of_.insert(mesh_of_.end(), mesh.triangles.size() / 3, number);
+    first_of_mesh_.push_back(static_cast<std::uint32_t>(mesh_of_.size()));
+  }
+}
+
+bool SceneLayer::ensure_samples(std::initializer_list<Rectangle> parts) {
+  return draw_missing(samples_, parts, view_.width, [this](int number, int left, int right) {
+    draw_samples(number, left, right);
+  });
+}
+
+bool SceneLayer::ensure_middles(const Rectangle& part) {
+  return draw_missing(middles_, {part}, view_.width, [this](int number, int left, int right) {
+    draw_middles(number, left, right);
+  });
+}
+
+void SceneLayer::lay_out(Part& part, int number, int left, int right) const {
+  part.left = left;
+  part.right = right;
+  part.rows = static_cast<std::size_t>(std::min(band_rows, view_.height - number * band_rows));
+}
+
+void SceneLayer::draw_samples(int number, int left, int right) {
+  Samples& part = samples_[static_cast<std::size_t>(number)];
+  lay_out(part, number, left, right);
+  const std::size_t pixels = part.rows * part.width();
+  const std::size_t count = static_cast<std::size_t>(view_.samples) * pixels;
+  thread_local std::vector<std::uint32_t> pieces;
+  part.inverse.assign(count, 0.0f);
+  pieces.assign(count, no_triangle);
+  const int top = number * band_rows;
+  screen_->draw(number, {left, right, top, top + static_cast<int>(part.rows), view_.samples,
+                         sample_places(view_.samples), part.inverse.data(), pieces.data()});
+  if (view_.mirror_mesh < 0) return;
+  part.mirror.assign(pixels, 0);
+  const std::uint32_t* first = &first_of_mesh_[static_cast<std::size_t>(view_.mirror_mesh)];
+  std::uint32_t before = no_triangle;
+  bool shows = false;
+  for (std::size_t i = 0; i < count; ++i) {
+    if (pieces[i] != before) {
+      before = pieces[i];
+      const std::uint32_t id = before != no_triangle ? screen_->piece(before).id : no_triangle;
+      shows = id >= first[0] && id < first[1];
+    }
+    part.mirror[i % pixels] |= static_cast<std::uint8_t>(shows << (i / pixels));
+  }
+}
+
+bool SceneLayer::shows_mirror(const Rectangle& part) const {
+  for (int y = part.y; y < part.y + part.height; ++y) {
+    const std::uint8_t* row = mirror(part.x, y);
+    if (std::any_of(row, row + part.width, [](std::uint8_t bits) { return bits != 0; }))
+      return true;
+  }
+  return false;
+}
+
+void SceneLayer::draw_middles(int number, int left, int right) {
+  Middles& part = middles_[static_cast<std::size_t>(number)];
+  lay_out(part, number, left, right);
+  part.inverse.assign(part.rows * part.width(), 0.0f);
+  part.piece.assign(part.rows * part.width(), no_triangle);
+  const int top = number * band_rows;
+  screen_->draw(number, {left, right, top, top + static_cast<int>(part.rows), 1,
+                         sample_places(1), part.inverse.data(), part.piece.data()});
+}
+
+SceneLayer::Triangle SceneLayer::triangle(const ScreenTriangle& piece) const {
+  const std::uint32_t mesh = mesh_of_[piece.id], number = piece.id - first_of_mesh_[mesh];
+  const SceneMesh& of = scene_->scene().meshes[mesh];
+  return {mesh, number, &of, &of.triangles[3 * static_cast<std::size_t>(number)]};
+}
+
+RayHit SceneLayer::hit(int x, int y) const {
+  RayHit hit;
+  const std::uint32_t number = *middle_piece(x, y);
+  if (number == no_triangle) return hit;
+  const Triangle shown = triangle(piece(number));
+  hit.mesh = shown.mesh;
+  hit.triangle = shown.number;
+  const Foot at = foot(piece(number), x + 0.5, y + 0.5);
+  hit.u = at.second;
+  hit.v = at.third;
+  hit.distance = at.depth;
+  const std::vector<Vec3f>& p = shown.of->positions;
+  hit.normal = glm::cross(p[shown.corner[1]] - p[shown.corner[0]],
+                          p[shown.corner[2]] - p[shown.corner[0]]);
+  return hit;
+}
+
+}  // namespace polyhull::processor
