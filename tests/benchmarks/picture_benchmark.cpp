@@ -14,7 +14,7 @@
 #include "base/thread_pool.h"
 #include "gl_context.h"
 #include "measure.h"
-#include "render/compositor.h"
+#include "render/gl/compositor.h"
 #include "render/processor/processor_renderer.h"
 #include "studio/room/room.h"
 #include "view/background.h"

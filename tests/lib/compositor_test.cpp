@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "render/compositor.h"
+#include "render/gl/compositor.h"
 
 #include <gtest/gtest.h>
 

@@ -11,8 +11,8 @@
 #include "render/gl/pass_timer.h"
 #include "render/gl/program.h"
 #include "render/gl/targets.h"
-#include "render/scene_buffers.h"
-#include "render/subject_buffers.h"
+#include "render/gl/scene_buffers.h"
+#include "render/gl/subject_buffers.h"
 
 namespace polyhull {
 

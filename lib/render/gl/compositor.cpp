@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "render/compositor.h"
+#include "render/gl/compositor.h"
 
 #include <algorithm>
 #include <cmath>
 
 #include "base/error.h"
-#include "render/passes.h"
+#include "render/gl/passes.h"
 #include "render/view_picture.h"
 
 namespace polyhull {

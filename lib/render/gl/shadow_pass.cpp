@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "render/passes.h"
+#include "render/gl/passes.h"
 
 namespace polyhull {
 namespace {

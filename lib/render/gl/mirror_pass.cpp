@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 
-#include "render/passes.h"
+#include "render/gl/passes.h"
 
 namespace polyhull {
 namespace {
