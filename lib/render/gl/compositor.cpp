@@ -360,6 +360,10 @@ void Compositor::render(const RenderFrame& frame, const RenderPlan& plan,
   s.finish(plan);
 }
 
+void Compositor::wait_for_passes(bool wait) {
+  state_->timer.wait_for_passes(wait);
+}
+
 std::string Compositor::description() const {
   const auto text = [](GLenum name) {
     const auto* words = reinterpret_cast<const char*>(glGetString(name));
