@@ -32,7 +32,7 @@ vec3 missing(ivec2 pixel) {
 #if GRID_STEP == 1
   float irradiance = texelFetch(taken, pixel, 0).x;
 #else
-  vec2 at = (vec2(pixel) + 0.5) / float(GRID_STEP) - 0.5;
+  vec2 at = vec2(pixel) / float(GRID_STEP);
   vec2 base = floor(at), f = at - base;
   ivec2 last = (textureSize(surface, 0) + GRID_STEP - 1) / GRID_STEP - 1;
   float sum = 0.0, weight = 0.0;

@@ -2,7 +2,6 @@
 // Where the places that a tile of the picture shows lie in the light's map (lib/render/light_reach.h):
 // kept as long as the view and the light stay. A little more than the tile, because shadow_blur.frag and
 // composite.frag take from beside it.
-uniform sampler2D surface;    // normal: 0 where nothing is
 uniform int side;             // of a tile, pixels of the grid
 uniform vec3 light_centre;
 uniform vec3 light_right;
@@ -17,14 +16,14 @@ const float most = 6e4;  // of a half float
 void main() {
   ivec2 tile = ivec2(gl_FragCoord.xy);
   ivec2 first = max(tile * side - border, ivec2(0));
-  ivec2 end = min((tile + 1) * side + border, textureSize(surface, 0));
+  ivec2 end = min((tile + 1) * side + border, (textureSize(surface, 0) + grid_step - 1) / grid_step);
   vec2 low = vec2(most), high = vec2(-most);
   float least = most;
   for (int y = first.y; y < end.y; ++y) {
     for (int x = first.x; x < end.x; ++x) {
       ivec2 pixel = ivec2(x, y);
-      if (texelFetch(surface, pixel, 0).a == 0.0) continue;
-      vec3 way = place(pixel, inverse_at(pixel)) - light_centre;
+      if (surface_at(pixel).a == 0.0) continue;
+      vec3 way = place(pixel) - light_centre;
       float z = dot(way, light_forward);
       if (z <= 1e-3) continue;  // behind the light, or in its plane
       vec2 tangents = clamp(vec2(dot(way, light_right), dot(way, light_down)) / z, -most, most);

@@ -12,7 +12,6 @@
 // 2005): the mean depth of blockers gives the width of the filter. All depths are compared as inverse
 // distances, which are linear in the depth buffer and in which the filter's width is
 // cell * (1/z_blocker - 1/z_receiver).
-uniform sampler2D surface;  // normal: 0 where nothing is
 uniform int samples;
 uniform vec3 light_position[MAX_LIGHT_SAMPLES];
 uniform mat4 subject_from_scene[MAX_LIGHT_SAMPLES];  // to map coordinates and depth, 0..1
@@ -66,9 +65,9 @@ float blocked_by_subject(int j, vec3 coordinate, float inverse_receiver) {
 
 void main() {
   ivec2 pixel = ivec2(gl_FragCoord.xy);
-  vec4 there = texelFetch(surface, pixel, 0);
+  vec4 there = surface_at(pixel);
   vec3 normal = there.xyz;
-  vec3 world = place(pixel, there.a > 0.0 ? inverse_at(pixel) : 1.0);
+  vec3 world = place(pixel);
   float irradiance = 0.0;
   int first = stride == 1 ? 0 : (pixel.x & 1) + 2 * (pixel.y & 1);
   for (int j = first; j < samples; j += stride) {

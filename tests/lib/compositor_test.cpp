@@ -58,7 +58,6 @@ TEST_P(CompositorTest, EveryShaderCompiles) {
     link("tiles.vert", "shadow.frag", {samples, taps, "FILTER_TAPS 4"}, {"place.glsl"});
   link("tiles.vert", "shadow_blur.frag", {});
   link("scene.vert", "scene_layer.frag", {}, {"material.glsl"});
-  link("scene.vert", "scene_layer.frag", {"NORMALS"});
   link("fullscreen.vert", "reach.frag", {}, {"place.glsl"});
   link("fullscreen.vert", "shadow_tiles.frag", {});
   link("scene.vert", "mirrored_scene.frag", {lights}, {"material.glsl"});

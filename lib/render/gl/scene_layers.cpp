@@ -52,56 +52,29 @@ bool SceneLayers::draw(const RenderFrame& frame, const RenderPlan& plan,
   glDepthMask(GL_TRUE);
   glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
   glClearColor(0.0f, 0.0f, 0.0f, 0.0f);
-  draw_full(plan, scene);
-  if (shadow) draw_grid(plan, scene);
-  return false;
-}
-
-void SceneLayers::draw_full(const RenderPlan& plan, const SceneBuffers& scene) {
-  full_.resize(key_->width, key_->height);
-  full_.bind();
+  ++generation_;
+  layer_.resize(frame.width, frame.height, 2);
+  layer_.bind();
   gl::scissor(part_);
-  gl::Program& program = key_->shadow ? albedo_ : depth_;
+  gl::Program& program = shadow ? surface_ : depth_;
   if (!program.made())
-    program = key_->shadow
-                  ? gl::Program("scene.vert", "scene_layer.frag", {}, {"material.glsl"})
-                  : gl::Program("scene.vert", "depth.frag");
-  glClear(GL_DEPTH_BUFFER_BIT | (key_->shadow ? GL_COLOR_BUFFER_BIT : 0));
+    program = shadow ? gl::Program("scene.vert", "scene_layer.frag", {}, {"material.glsl"})
+                     : gl::Program("scene.vert", "depth.frag");
   program.use();
   program.set("clip_from_scene", glm::mat4(plan.clip_from_scene));
-  if (key_->shadow) {
+  if (shadow) {
+    glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
     program.set("eye", glm::vec3(plan.eye));
     program.set("base_texture", 0);
     glBindSampler(0, 0);
-    scene.draw_with_materials(*key_->scene, program, 0);
+    scene.draw_with_materials(*frame.scene, program, 0);
   } else {
+    glClear(GL_DEPTH_BUFFER_BIT);
     glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
     scene.draw();
     glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
   }
-}
-
-void SceneLayers::draw_grid(const RenderPlan& plan, const SceneBuffers& scene) {
-  const ShadowGrid& grid = key_->grid;
-  ++generation_;
-  grid_.resize(grid.width, grid.height);
-  grid_.bind();
-  gl::scissor(grid.under(part_, 0));
-  glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
-  // Pixel (i, j) of a grid of every second pixel covers the picture's (2i, 2j) to (2i + 1, 2j + 1),
-  // also where the picture's size is odd.
-  const double sx = key_->width / static_cast<double>(grid.step * grid.width);
-  const double sy = key_->height / static_cast<double>(grid.step * grid.height);
-  Mat4 fit(1.0);
-  fit[0][0] = sx;
-  fit[3][0] = sx - 1.0;
-  fit[1][1] = sy;
-  fit[3][1] = sy - 1.0;
-  if (!normals_.made()) normals_ = gl::Program("scene.vert", "scene_layer.frag", {"NORMALS"});
-  normals_.use();
-  normals_.set("clip_from_scene", glm::mat4(fit * plan.clip_from_scene));
-  normals_.set("eye", glm::vec3(plan.eye));
-  scene.draw();
+  return false;
 }
 
 void SceneLayers::set_places(gl::Program& program, const RenderFrame& frame, const RenderPlan& plan,
@@ -112,9 +85,11 @@ void SceneLayers::set_places(gl::Program& program, const RenderFrame& frame, con
   program.set("ray_0", rays.origin);
   program.set("eye", glm::vec3(plan.eye));
   program.set("place_from_depth", glm::vec2(inverse_from_depth(plan.clip_from_scene)));
-  program.set("grid_step", static_cast<float>(key_->grid.step));
+  program.set("grid_step", key_->grid.step);
   program.set("depth", unit);
-  gl::bind_texture(unit, GL_TEXTURE_2D, grid_.depth());
+  program.set("surface", unit + 1);
+  gl::bind_texture(unit, GL_TEXTURE_2D, layer_.depth());
+  gl::bind_texture(unit + 1, GL_TEXTURE_2D, layer_.colour(1));
 }
 
 }  // namespace polyhull

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 /// \file
 /// What of the scene's surfaces the passes ask for, drawn once for each view of it and kept: its depth,
-/// what it scatters, and on the shadow's grid its normals.
+/// its normals, and what it scatters.
 #pragma once
 
 #include <memory>
@@ -14,7 +14,7 @@
 
 namespace polyhull {
 
-/// Where the shadow is computed: every `step` pixels of the picture.
+/// Where the shadow is computed: every `step` pixels of every `step` rows of the picture.
 struct ShadowGrid {
   int step = 2, width = 0, height = 0;
   ShadowGrid() = default;
@@ -34,19 +34,16 @@ class SceneLayers {
   /// Forgets all, where another scene comes.
   void forget() { key_.reset(); }
 
-  GLuint depth() { return full_.depth(); }
-  /// Of the whole resolution: albedo / pi, 1/z. Only with a shadow.
-  GLuint albedo() { return full_.colour(); }
+  GLuint depth() { return layer_.depth(); }
+  /// Albedo / pi, 1/z. Only with a shadow.
+  GLuint albedo() { return layer_.colour(0); }
   /// What of the picture is drawn.
   const Rectangle& part() const { return part_; }
   const ShadowGrid& grid() const { return key_->grid; }
-  /// On the grid: the normal to the eye's side, 1/z (0: nothing is there). Only with a shadow.
-  GLuint normals() { return grid_.colour(); }
-  GLuint grid_depth() { return grid_.depth(); }
-  /// Counts the draws of the grid: another number, other places.
+  /// Counts the draws: another number, other places.
   int generation() const { return generation_; }
 
-  /// Sets the uniforms of shaders/place.glsl; the grid's depth goes to \p unit.
+  /// Sets the uniforms of shaders/place.glsl, whose textures go to \p unit and the next.
   void set_places(gl::Program& program, const RenderFrame& frame, const RenderPlan& plan, int unit);
 
  private:
@@ -58,13 +55,10 @@ class SceneLayers {
     ShadowGrid grid;
     bool operator==(const Key&) const = default;
   };
-  void draw_full(const RenderPlan& plan, const SceneBuffers& scene);
-  void draw_grid(const RenderPlan& plan, const SceneBuffers& scene);
-
   std::optional<Key> key_;
   Rectangle part_;  // of the picture that is drawn
-  gl::LightLayer full_, grid_;
-  gl::Program depth_, albedo_, normals_;
+  gl::LightLayer layer_;
+  gl::Program depth_, surface_;
   int generation_ = 0;
 };
 

@@ -166,8 +166,6 @@ void ShadowPass::find_tiles(const PassInput& in, SceneLayers& layers) {
     gl::scissor(tiles_of(layers.part()));
     reach_program_.use();
     layers.set_places(reach_program_, in.frame, in.plan, 0);
-    gl::bind_texture(1, GL_TEXTURE_2D, layers.normals());
-    reach_program_.set("surface", 1);
     reach_program_.set("side", tile_side / grid.step);
     reach_program_.set("light_centre", map.centre);
     reach_program_.set("light_right", map.right);
@@ -264,8 +262,6 @@ void ShadowPass::draw_irradiance(const PassInput& in, SceneLayers& layers) {
   program.set("subject_test", 1);
   program.set("static_test", 2);
   layers.set_places(program, in.frame, in.plan, 3);
-  program.set("surface", 4);
-  gl::bind_texture(4, GL_TEXTURE_2D, layers.normals());
   drawing_.draw(program, shadowed_, grid.width, grid.height, tile_side / grid.step, 5,
                 tiles());
   for (int unit = 0; unit < 3; ++unit) glBindSampler(static_cast<GLuint>(unit), 0);
