@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // Puts the layers together, in linear light: background - shadow + Fresnel * (mirror image of the
 // subject - what the mirror showed there), then the subject over it. Where no layer has anything the
-// background's bytes pass unchanged.
+// background's bytes pass unchanged. Each tile of the picture is drawn with the layers that reach it:
+// SHADOW (GRID_STEP: pixels of the picture a pixel of the shadow's grid), MIRROR, SUBJECT.
 uniform sampler2D background;      // sRGB-coded values
-uniform bool has_shadow;
-uniform bool has_mirror;
-uniform bool has_subject;
-uniform sampler2D shadow;          // light taken away
+#ifdef SHADOW
+uniform sampler2D surface;         // albedo / pi, 1/z
+uniform sampler2D taken;           // irradiance, 1/z, on the shadow's grid
+uniform vec3 light_power;          // radiance * area (point: intensity), times exposure
+#endif
+#ifdef MIRROR
 uniform sampler2D mirror;          // premultiplied subject, coverage
 uniform sampler2D mirrored_scene;  // what the mirror showed
-uniform sampler2D subject;         // premultiplied, coverage
 uniform vec3 ray_x;                // world direction of the ray through pixel (x, y): x ray_x + y ray_y + ray_0
 uniform vec3 ray_y;
 uniform vec3 ray_0;
@@ -17,20 +19,58 @@ uniform vec3 mirror_normal;
 uniform vec3 mirror_f0;
 uniform bool only_mirrors;         // all light from there is what the mirror showed
 uniform float reflection_alpha;    // >= 0: this share instead of Fresnel's
+#endif
+#ifdef SUBJECT
+uniform sampler2D subject;         // premultiplied, coverage
+#endif
 layout(location = 0) out vec4 colour;
 
+#ifdef SHADOW
+// The light that is missing: from the grid's pixels around that lie on this pixel's surface.
+vec3 missing(ivec2 pixel) {
+  vec4 own = texelFetch(surface, pixel, 0);
+#if GRID_STEP == 1
+  float irradiance = texelFetch(taken, pixel, 0).x;
+#else
+  vec2 at = vec2(pixel) / float(GRID_STEP);
+  vec2 base = floor(at), f = at - base;
+  ivec2 last = (textureSize(surface, 0) + GRID_STEP - 1) / GRID_STEP - 1;
+  float sum = 0.0, weight = 0.0;
+  for (int k = 0; k < 4; ++k) {
+    ivec2 step_to = ivec2(k & 1, k >> 1);
+    vec2 texel = texelFetch(taken, clamp(ivec2(base) + step_to, ivec2(0), last), 0).xy;
+    vec2 linear = mix(1.0 - f, f, vec2(step_to));
+    float difference = (texel.y - own.a) / (0.02 * own.a);
+    float w = (linear.x * linear.y + 1e-3) * (exp(-difference * difference) + 1e-6);
+    sum += w * texel.x;
+    weight += w;
+  }
+  float irradiance = own.a > 0.0 ? sum / weight : 0.0;
+#endif
+  return own.rgb * light_power * irradiance;
+}
+#endif
 void main() {
   ivec2 pixel = ivec2(gl_FragCoord.xy);
   vec4 coded = texelFetch(background, pixel, 0);
-  vec3 taken = has_shadow ? texelFetch(shadow, pixel, 0).rgb : vec3(0.0);
-  vec4 image = has_mirror ? texelFetch(mirror, pixel, 0) : vec4(0.0);
-  vec4 front = has_subject ? texelFetch(subject, pixel, 0) : vec4(0.0);
+  vec3 gone = vec3(0.0);
+  vec4 image = vec4(0.0), front = vec4(0.0);
+#ifdef SHADOW
+  gone = missing(pixel);
+#endif
+#ifdef MIRROR
+  image = texelFetch(mirror, pixel, 0);
+#endif
+#ifdef SUBJECT
+  front = texelFetch(subject, pixel, 0);
+#endif
   // Less than a sixth of the smallest step of the darkest values is no change.
-  if (front.a == 0.0 && image.a == 0.0 && all(lessThan(taken, vec3(4e-5)))) {
+  if (front.a == 0.0 && image.a == 0.0 && all(lessThan(gone, vec3(4e-5)))) {
     colour = coded;
     return;
   }
-  vec3 light = max(to_linear(coded.rgb) - taken, 0.0);
+  vec3 light = max(to_linear(coded.rgb) - gone, 0.0);
+#ifdef MIRROR
   if (image.a > 0.0) {
     vec2 p = gl_FragCoord.xy - 0.5;
     float cosine = clamp(-dot(normalize(p.x * ray_x + p.y * ray_y + ray_0), mirror_normal), 0.0, 1.0);
@@ -41,10 +81,11 @@ void main() {
       vec3 shown = texelFetch(mirrored_scene, pixel, 0).rgb;
       // What it showed is known roughly only where the picture does not hold it; it was not more than
       // what is there.
-      vec3 gone = only_mirrors ? light : min(fresnel * shown, light);
-      light += fresnel * image.rgb - image.a * gone;
+      vec3 hidden = only_mirrors ? light : min(fresnel * shown, light);
+      light += fresnel * image.rgb - image.a * hidden;
     }
   }
+#endif
   light = light * (1.0 - front.a) + front.rgb;
   colour = vec4(to_srgb(light), mix(coded.a, 1.0, front.a));
 }

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // The light that the subject takes away from the scene's surface: the part of the main light's
-// irradiance (for radiance * area = 1) that the subject blocks and the scene itself does not. Drawn at
-// half the picture's resolution; shadow_apply.frag brings it to full.
+// irradiance (for radiance * area = 1) that the subject blocks and the scene itself does not. Drawn on a
+// grid of half the picture's resolution (of the whole for a hard shadow), which composite.frag brings to
+// full, in the tiles that subjects may shade.
 //
 // Interleaved sampling (Keller and Heidrich 2001): each pixel of a block of 2 x 2 asks every fourth
 // sample only, and shadow_blur.frag gathers the block.
@@ -11,9 +12,6 @@
 // 2005): the mean depth of blockers gives the width of the filter. All depths are compared as inverse
 // distances, which are linear in the depth buffer and in which the filter's width is
 // cell * (1/z_blocker - 1/z_receiver).
-in vec3 world;
-in vec3 world_normal;
-
 uniform int samples;
 uniform vec3 light_position[MAX_LIGHT_SAMPLES];
 uniform mat4 subject_from_scene[MAX_LIGHT_SAMPLES];  // to map coordinates and depth, 0..1
@@ -25,7 +23,6 @@ uniform vec3 light_normal;  // 0: a point light
 uniform float share;        // of the light that a sample that is asked stands for
 uniform int stride;         // 4: interleaved, 1: every sample
 uniform float static_bias;  // scene units per unit of distance
-uniform vec3 eye;
 
 uniform sampler2DArray subject_depth;
 uniform highp sampler2DArrayShadow subject_test;
@@ -67,11 +64,12 @@ float blocked_by_subject(int j, vec3 coordinate, float inverse_receiver) {
 }
 
 void main() {
-  vec3 normal = normalize(world_normal);
-  if (dot(normal, eye - world) < 0.0) normal = -normal;
+  ivec2 pixel = ivec2(gl_FragCoord.xy);
+  vec4 there = surface_at(pixel);
+  vec3 normal = there.xyz;
+  vec3 world = place(pixel);
   float irradiance = 0.0;
-  ivec2 pixel = ivec2(gl_FragCoord.xy) & 1;
-  int first = stride == 1 ? 0 : pixel.x + 2 * pixel.y;
+  int first = stride == 1 ? 0 : (pixel.x & 1) + 2 * (pixel.y & 1);
   for (int j = first; j < samples; j += stride) {
     vec4 map = subject_from_scene[j] * vec4(world, 1.0);
     if (map.w <= 0.0) continue;
@@ -93,5 +91,5 @@ void main() {
       open = texture(static_test, vec4(c.xy, float(j), c.z));
     irradiance += blocked * open * incidence * exit / distance_2;
   }
-  taken = vec4(irradiance * share, gl_FragCoord.w, 0.0, 1.0);
+  taken = vec4(irradiance * share, there.a, 0.0, 1.0);
 }

@@ -181,6 +181,8 @@ RenderPlan plan_frame(const RenderFrame& frame, const RenderSettings& settings,
   double far = 1.0;
   for (const Vec3& corner : corners(everything))
     far = std::max(far, 1.05 * glm::distance(plan.eye, corner));
+  // In steps, so that depths that are kept stay true while subjects move.
+  far = std::exp2(std::ceil(std::log2(far)));
   const Camera viewport = resized(frame.viewport, frame.width, frame.height);
   plan.clip_from_scene =
       clip_from_camera(viewport, near_plane, far) * view_matrix(frame.viewport);

@@ -59,7 +59,7 @@ std::vector<Vec3> light_cells(const Light& light, int samples) {
 }
 
 LightView view_of_points(const Light& light, const Vec3& position, int cells_per_side,
-                         std::span<const Vec3f> points, double far) {
+                         std::span<const Vec3f> points, double far, double nearest) {
   Vec3 middle(0.0);
   for (const Vec3f& p : points) middle += Vec3(p);
   middle /= std::max<double>(1.0, static_cast<double>(points.size()));
@@ -83,7 +83,7 @@ LightView view_of_points(const Light& light, const Vec3& position, int cells_per
   }
   low = glm::max(low, Vec2(-widest));
   high = glm::min(high, Vec2(widest));
-  near = std::max(0.99 * near, 1e-2);
+  near = std::max(std::min(0.99 * near, nearest), 1e-2);
   far = std::max(far, 2.0 * near);
   // An offset d on the light moves the shadow ray by d (1/z_blocker - 1/z_receiver) in tangents.
   const Vec3 u = Vec3(light.u) / static_cast<double>(cells_per_side);

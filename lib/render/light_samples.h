@@ -4,6 +4,7 @@
 /// And which light is the main one, for both renderers.
 #pragma once
 
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -30,9 +31,11 @@ struct LightView {
 std::vector<Vec3> light_cells(const Light& light, int samples);
 
 /// A view from \p position on \p light, which has \p cells_per_side cells a side, that holds all of
-/// \p points (scene coordinates) tightly, of depths (metres) up to \p far or a little more.
+/// \p points (scene coordinates) tightly, of depths (metres) up to \p far or a little more,
+/// and from \p near on where that is nearer than the points.
 LightView view_of_points(const Light& light, const Vec3& position, int cells_per_side,
-                         std::span<const Vec3f> points, double far);
+                         std::span<const Vec3f> points, double far,
+                         double near = std::numeric_limits<double>::infinity());
 
 /// A wide view along the light's normal (a point light's: towards \p target), 150 degrees.
 LightView wide_view(const Light& light, const Vec3& position, const Vec3& target, double far);

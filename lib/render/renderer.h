@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 /// \file
 /// What draws composites: on the processor (processor/processor_renderer.h) or with OpenGL
-/// (compositor.h), from one plan, by one shading model. Knows nothing of GStreamer.
+/// (gl/compositor.h), from one plan, by one shading model. Knows nothing of GStreamer.
 ///
 /// In linear light, per pixel, with L the background's radiance times the exposure:
 ///   L' = L - (albedo / pi) * E_taken            the main light that the subjects block, here and, by

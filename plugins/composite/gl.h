@@ -12,7 +12,7 @@
 #include <optional>
 #include <string>
 
-#include "render/compositor.h"
+#include "render/gl/compositor.h"
 
 namespace polyhull::element {
 

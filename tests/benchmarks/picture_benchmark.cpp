@@ -14,7 +14,7 @@
 #include "base/thread_pool.h"
 #include "gl_context.h"
 #include "measure.h"
-#include "render/compositor.h"
+#include "render/gl/compositor.h"
 #include "render/processor/processor_renderer.h"
 #include "studio/room/room.h"
 #include "view/background.h"
@@ -45,6 +45,12 @@ Camera viewport(double degrees, int width, int height) {
   return look_at({2.7 * std::sin(a), 1.5, 2.7 * std::cos(a)}, {0.0, 0.9, 0.0}, 50.0, width, height);
 }
 
+std::unique_ptr<Renderer> make_compositor(bool wait_for_passes) {
+  auto made = std::make_unique<Compositor>();
+  made->wait_for_passes(wait_for_passes);
+  return made;
+}
+
 struct Result {
   std::vector<double> wall, processor, threads;
   std::vector<std::vector<double>> passes;
@@ -57,7 +63,7 @@ int main(int argc, char** argv) {
   std::vector<std::string> files;
   std::string size = "1280x720", backend = "all", output, keep, only;
   int rounds = 3;
-  bool detailed = false;
+  bool detailed = false, each = false;
   app.add_option("meshes", files, "recorded meshes, one per file")->required();
   app.add_option("--size", size, "WIDTHxHEIGHT");
   app.add_option("--backend", backend, "processor, gl or all");
@@ -66,6 +72,7 @@ int main(int argc, char** argv) {
   app.add_option("--output", output, "folder for picture.csv");
   app.add_option("--keep", keep, "folder for the last picture of each row");
   app.add_flag("--passes", detailed, "prints each pass's median, too");
+  app.add_flag("--finish", each, "waits for OpenGL after each pass: the passes' times are their own");
   CLI11_PARSE(app, argc, argv);
   int width = 0, height = 0;
   if (std::sscanf(size.c_str(), "%dx%d", &width, &height) != 2 || width < 1 || height < 1) {
@@ -109,7 +116,7 @@ int main(int argc, char** argv) {
         if (processor)
           renderer = std::make_unique<ProcessorRenderer>();
         else
-          renderer = std::make_unique<Compositor>();
+          renderer = make_compositor(each);
         RenderSettings settings;
         settings.shadow = quality;
         settings.light_samples = quality == ShadowQuality::good ? 16 : 4;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "render/compositor.h"
+#include "render/gl/compositor.h"
 
 #include <gtest/gtest.h>
 
@@ -55,18 +55,23 @@ TEST_P(CompositorTest, EveryShaderCompiles) {
   link("scene.vert", "depth.frag", {"CLIPPED"});
   link("hull_depth.vert", "depth.frag", {});
   for (const char* taps : {"BLOCKER_TAPS 0", "BLOCKER_TAPS 4"})
-    link("scene.vert", "shadow.frag", {samples, taps, "FILTER_TAPS 4"});
-  link("fullscreen.vert", "shadow_blur.frag", {});
-  link("scene.vert", "shadow_apply.frag", {}, {"material.glsl"});
+    link("tiles.vert", "shadow.frag", {samples, taps, "FILTER_TAPS 4"}, {"place.glsl"});
+  link("tiles.vert", "shadow_blur.frag", {});
+  link("scene.vert", "scene_layer.frag", {}, {"material.glsl"});
+  link("fullscreen.vert", "reach.frag", {}, {"place.glsl"});
+  link("fullscreen.vert", "shadow_tiles.frag", {});
   link("scene.vert", "mirrored_scene.frag", {lights}, {"material.glsl"});
-  link("fullscreen.vert", "composite.frag", {});
+  for (const char* step : {"GRID_STEP 1", "GRID_STEP 2"})
+    for (const char* layers : {"SHADOW", "MIRROR", "SUBJECT"})
+      link("tiles.vert", "composite.frag", {step, layers});
   // Whatever is in shaders/ is one of these.
   for (const ShaderSource& shader : shader_sources()) {
     const std::string_view known[] = {"common.glsl",        "composite.frag",    "depth.frag",
                                       "fullscreen.vert",    "hull.frag",         "hull.vert",
                                       "hull_depth.vert",    "scene.vert",        "material.glsl",
-                                      "shadow.frag",        "shadow_apply.frag", "shadow_blur.frag",
-                                      "mirrored_scene.frag"};
+                                      "shadow.frag",        "shadow_tiles.frag", "shadow_blur.frag",
+                                      "mirrored_scene.frag", "tiles.vert",       "place.glsl",
+                                      "scene_layer.frag",   "reach.frag"};
     EXPECT_NE(std::find(std::begin(known), std::end(known), shader.name), std::end(known))
         << shader.name << " is not compiled by this test";
   }

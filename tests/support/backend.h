@@ -8,7 +8,7 @@
 #include <memory>
 
 #include "gl_context.h"
-#include "render/compositor.h"
+#include "render/gl/compositor.h"
 #include "render/processor/processor_renderer.h"
 
 namespace polyhull::testing {

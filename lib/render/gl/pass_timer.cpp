@@ -33,6 +33,7 @@ void PassTimer::begin(Pass pass) {
 
 void PassTimer::end() {
   if (available()) glEndQuery(GL_TIME_ELAPSED);
+  if (waits_) glFinish();
   cpu_[running_] += watch_.milliseconds();
 }
 

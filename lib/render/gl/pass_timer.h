@@ -26,6 +26,10 @@ class PassTimer {
   void end();
   void next_frame();  ///< collects finished GPU times
 
+  /// Whether end() waits until the pass has been drawn, for benchmarks: then its CPU time is its own
+  /// and not that of what was still being drawn before it. At first: no.
+  void wait_for_passes(bool wait) { waits_ = wait; }
+
   double cpu_milliseconds(Pass pass) const { return cpu_[static_cast<std::size_t>(pass)]; }
   /// Of the latest frame whose time is known; negative: not known.
   double gpu_milliseconds(Pass pass) const { return gpu_[static_cast<std::size_t>(pass)]; }
@@ -40,6 +44,7 @@ class PassTimer {
   std::size_t frame_ = 0;
   std::size_t running_ = 0;
   int available_ = -1;
+  bool waits_ = false;
   Stopwatch watch_;
 };
 

@@ -60,19 +60,24 @@ void EdgeLayer::resolve(const Rectangle& part) {
                     GL_NEAREST);
 }
 
-void LightLayer::resize(int width, int height) {
+void LightLayer::resize(int width, int height, int colours) {
   if (width == width_ && height == height_) return;
   width_ = width;
   height_ = height;
-  bind_texture(0, GL_TEXTURE_2D, colour_.get());
-  glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA16F, width, height, 0, GL_RGBA, GL_HALF_FLOAT, nullptr);
-  texture_parameters(GL_TEXTURE_2D, GL_NEAREST);
+  glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_.get());
+  GLenum targets[2] = {};
+  for (int i = 0; i < colours; ++i) {
+    targets[i] = GL_COLOR_ATTACHMENT0 + static_cast<GLenum>(i);
+    bind_texture(0, GL_TEXTURE_2D, colours_[i].get());
+    glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA16F, width, height, 0, GL_RGBA, GL_HALF_FLOAT, nullptr);
+    texture_parameters(GL_TEXTURE_2D, GL_NEAREST);
+    glFramebufferTexture2D(GL_FRAMEBUFFER, targets[i], GL_TEXTURE_2D, colours_[i].get(), 0);
+  }
+  glDrawBuffers(colours, targets);
   bind_texture(0, GL_TEXTURE_2D, depth_.get());
   glTexImage2D(GL_TEXTURE_2D, 0, GL_DEPTH_COMPONENT24, width, height, 0, GL_DEPTH_COMPONENT,
                GL_UNSIGNED_INT, nullptr);
   texture_parameters(GL_TEXTURE_2D, GL_NEAREST);
-  glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_.get());
-  glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, colour_.get(), 0);
   glFramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D, depth_.get(), 0);
   check_framebuffer("half-float light layer");
 }

@@ -25,17 +25,17 @@ class EdgeLayer {
   int width_ = 0, height_ = 0, samples_ = 0, wanted_ = -1;
 };
 
-/// A linear half-float colour texture with a depth texture.
+/// One or two linear half-float colour textures with a depth texture.
 class LightLayer {
  public:
-  void resize(int width, int height);
+  void resize(int width, int height, int colours = 1);
   void bind();
-  GLuint colour() { return colour_.get(); }
+  GLuint colour(int which = 0) { return colours_[which].get(); }
   GLuint depth() { return depth_.get(); }
 
  private:
   Framebuffer framebuffer_;
-  Texture colour_, depth_;
+  Texture colours_[2], depth_;
   int width_ = 0, height_ = 0;
 };
 

@@ -8,7 +8,7 @@
 
 #include "raytrace/ray_caster.h"
 #include "render/frame.h"
-#include "render/processor/light_reach.h"
+#include "render/light_reach.h"
 
 namespace polyhull::processor {
 

@@ -32,6 +32,10 @@ class Compositor : public Renderer {
               int target_stride) override;
   std::string description() const override;
 
+  /// Waits after each pass until it is drawn, for benchmarks: RenderStatistics::PassTime's
+  /// processor time is then the whole of the pass alone. Frames take longer for it.
+  void wait_for_passes(bool wait);
+
  private:
   struct State;
   std::unique_ptr<State> state_;

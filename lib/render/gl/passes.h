@@ -11,8 +11,11 @@
 #include "render/gl/pass_timer.h"
 #include "render/gl/program.h"
 #include "render/gl/targets.h"
-#include "render/scene_buffers.h"
-#include "render/subject_buffers.h"
+#include "render/gl/tiles.h"
+#include "render/light_reach.h"
+#include "render/gl/scene_buffers.h"
+#include "render/gl/scene_layers.h"
+#include "render/gl/subject_buffers.h"
 
 namespace polyhull {
 
@@ -43,30 +46,49 @@ class ShadowPass {
  public:
   /// Draws the depth maps.
   void draw_maps(const PassInput& in);
-  /// Draws what is taken into \p light, whose depth is the scene's.
-  void draw(const PassInput& in, gl::LightLayer& light);
+  /// Draws the irradiance taken on \p layers' grid, in the tiles that may be shaded.
+  void draw(const PassInput& in, SceneLayers& layers);
+  /// The irradiance, 1/z, on the grid; 0 outside of the tiles.
+  GLuint taken() { return taken_; }
+  /// A texel a tile of the picture: 1 where subjects may shade it, of those under the plan's shadow;
+  /// 0: all of those count as shaded (skipping off).
+  GLuint tiles() { return skips_ ? may_.colour() : 0; }
   bool static_reused() const { return static_reused_; }
 
  private:
   struct StaticKey {
     std::shared_ptr<const Scene> scene;  // held, so that no other scene takes its address
-    Light light;
-    std::size_t cells = 0;
+    int size = 0;
+    std::vector<Mat4> views;
     bool operator==(const StaticKey&) const = default;
   };
+  struct ReachKey {
+    int generation = 0;  // of the places
+    Vec3f centre{0.0f}, forward{0.0f};
+    bool operator==(const ReachKey&) const = default;
+  };
   gl::Program& receiver(ShadowQuality quality);
-  void draw_irradiance(const PassInput& in);
-  void blur(const PassInput& in);
+  void draw_static_maps(const PassInput& in);
+  void find_tiles(const PassInput& in, SceneLayers& layers);
+  void draw_irradiance(const PassInput& in, SceneLayers& layers);
+  void blur(const PassInput& in, const ShadowGrid& grid);
+  void clear(gl::LightLayer& layer, const PassInput& in, const ShadowGrid& grid);
 
-  gl::Program depth_of_hull_, depth_of_scene_, blur_, apply_;
-  gl::LightLayer half_, gathered_;
+  gl::Program depth_of_hull_, depth_of_scene_, reach_program_, tiles_program_, blur_;
+  gl::LightLayer asked_, gathered_, extents_, may_;
+  GLuint taken_ = 0;
   gl::VertexArray nothing_;
   gl::Program receivers_[5];
   gl::DepthMaps subject_maps_, static_maps_;
-  gl::Sampler compare_, nearest_, smooth_;
+  gl::Sampler compare_, nearest_;
+  gl::Texture sums_;
+  LightReach reach_;
+  std::optional<ReachKey> reach_key_;
+  TileDrawing drawing_;
+  std::vector<Tile> shadowed_;  // tiles under the plan's shadow
   std::optional<StaticKey> static_key_;
   std::vector<LightView> views_, static_views_;
-  bool static_reused_ = false;
+  bool static_reused_ = false, skips_ = true;
 };
 
 /// The subjects' image in the plan's mirror, and what the mirror showed there.

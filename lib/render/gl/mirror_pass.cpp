@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 
-#include "render/passes.h"
+#include "render/gl/passes.h"
 
 namespace polyhull {
 namespace {
@@ -35,7 +35,7 @@ void MirrorPass::draw(const PassInput& in, GLuint background, GLuint scene_depth
     scene_ = gl::Program("scene.vert", "mirrored_scene.frag",
                          {"MAX_LIGHTS " + std::to_string(max_lights)}, {"material.glsl"});
   }
-  const Rectangle& part = in.plan.mirror;
+  const Rectangle part = whole_tiles(in.plan.mirror, in.frame.width, in.frame.height);
   image_.resize(in.frame.width, in.frame.height, in.settings.edge_samples);
 
   // The visible part of the mirror: where its surface is the scene's nearest.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "render/passes.h"
+#include "render/gl/passes.h"
 
 namespace polyhull {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "render/processor/light_reach.h"
+#include "render/light_reach.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,10 +7,10 @@
 #include "raytrace/sampling.h"
 #include "render/light_samples.h"
 
-namespace polyhull::processor {
+namespace polyhull {
 namespace {
 
-constexpr int texels = 128;
+constexpr int texels = LightReach::texels;
 constexpr float least_depth = 1e-3f;
 
 /// Fills what a triangle touches, row by row: its edges' extents between two rows are its own.
@@ -46,46 +46,46 @@ void fill(const Vec2f (&p)[3], std::vector<int>& filled) {
 
 bool LightReach::build(const Light& light, std::span<const Vec3f> points,
                        std::span<const std::uint32_t> triangles) {
-  const Vec3f centre_before = centre_, forward_before = forward_;
-  centre_ = light.centre;
-  nearest_ = 0.0f;
-  everywhere_ = false;
-  point_ = !light.is_area();
-  if (!point_) {
-    forward_ = light_normal(light);
+  const Vec3f centre_before = map_.centre, forward_before = map_.forward;
+  map_.centre = light.centre;
+  map_.nearest = 0.0f;
+  map_.everywhere = false;
+  map_.point = !light.is_area();
+  if (!map_.point) {
+    map_.forward = light_normal(light);
   } else {
     Vec3f middle(0.0f);
     for (const Vec3f& p : points) middle += p / static_cast<float>(points.size());
-    const Vec3f way = middle - centre_;
-    forward_ = glm::length(way) > 0.0f ? glm::normalize(way) : Vec3f(0, -1, 0);
+    const Vec3f way = middle - map_.centre;
+    map_.forward = glm::length(way) > 0.0f ? glm::normalize(way) : Vec3f(0, -1, 0);
   }
-  const bool other = centre_ != centre_before || forward_ != forward_before;
-  const auto [right, down] = tangents(forward_);
-  right_ = right;
-  down_ = down;
-  extent_ = {std::abs(glm::dot(light.u, right_)) + std::abs(glm::dot(light.v, right_)),
-             std::abs(glm::dot(light.u, down_)) + std::abs(glm::dot(light.v, down_))};
+  const bool other = map_.centre != centre_before || map_.forward != forward_before;
+  const auto [right, down] = tangents(map_.forward);
+  map_.right = right;
+  map_.down = down;
+  map_.extent = {std::abs(glm::dot(light.u, map_.right)) + std::abs(glm::dot(light.v, map_.right)),
+             std::abs(glm::dot(light.u, map_.down)) + std::abs(glm::dot(light.v, map_.down))};
 
   std::vector<Vec2f> map(points.size());
-  low_ = Vec2f(1e30f);
+  map_.low = Vec2f(1e30f);
   Vec2f high(-1e30f);
   for (std::size_t i = 0; i < points.size(); ++i) {
-    const Vec3f d = points[i] - centre_;
-    const float z = glm::dot(d, forward_);
+    const Vec3f d = points[i] - map_.centre;
+    const float z = glm::dot(d, map_.forward);
     if (!(z > least_depth)) {
-      everywhere_ = true;
+      map_.everywhere = true;
       return other;
     }
-    map[i] = Vec2f(glm::dot(d, right_), glm::dot(d, down_)) / z;
-    low_ = glm::min(low_, map[i]);
+    map[i] = Vec2f(glm::dot(d, map_.right), glm::dot(d, map_.down)) / z;
+    map_.low = glm::min(map_.low, map[i]);
     high = glm::max(high, map[i]);
-    nearest_ = std::max(nearest_, 1.0f / z);
+    map_.nearest = std::max(map_.nearest, 1.0f / z);
   }
-  scale_ = static_cast<float>(texels) / glm::max(high - low_, Vec2f(1e-6f));
+  map_.scale = static_cast<float>(texels) / glm::max(high - map_.low, Vec2f(1e-6f));
   std::vector<int> filled(static_cast<std::size_t>(texels) * texels, 0);
   for (std::size_t i = 0; i + 2 < triangles.size(); i += 3) {
     Vec2f p[3];
-    for (std::size_t k = 0; k < 3; ++k) p[k] = (map[triangles[i + k]] - low_) * scale_;
+    for (std::size_t k = 0; k < 3; ++k) p[k] = (map[triangles[i + k]] - map_.low) * map_.scale;
     fill(p, filled);
   }
   constexpr std::size_t stride = texels + 1;
@@ -101,11 +101,11 @@ bool LightReach::build(const Light& light, std::span<const Vec3f> points,
 }
 
 LightReach::Place LightReach::place(const Vec3f& point) const {
-  const Vec3f d = point - centre_;
-  const float z = glm::dot(d, forward_);
+  const Vec3f d = point - map_.centre;
+  const float z = glm::dot(d, map_.forward);
   if (!(z > least_depth)) return {};  // behind the light, or in its plane
   const float inverse = 1.0f / z;
-  return {Vec2f(glm::dot(d, right_), glm::dot(d, down_)) * inverse, inverse};
+  return {Vec2f(glm::dot(d, map_.right), glm::dot(d, map_.down)) * inverse, inverse};
 }
 
 void LightReach::Extent::add(const Place& place) {
@@ -116,23 +116,23 @@ void LightReach::Extent::add(const Place& place) {
 }
 
 bool LightReach::may_shade(const Extent& places) const {
-  if (everywhere_ && point_) return true;  // behind its plane, too
-  return !places.empty() && (everywhere_ || any_between(places.low, places.high, places.least));
+  if (map_.everywhere && map_.point) return true;  // behind its plane, too
+  return !places.empty() && (map_.everywhere || any_between(places.low, places.high, places.least));
 }
 
 bool LightReach::may_shade(const Place& place) const {
-  if (everywhere_ && point_) return true;
+  if (map_.everywhere && map_.point) return true;
   return place.inverse > 0.0f &&
-         (everywhere_ || any_between(place.tangents, place.tangents, place.inverse));
+         (map_.everywhere || any_between(place.tangents, place.tangents, place.inverse));
 }
 
 bool LightReach::any_between(const Vec2f& low, const Vec2f& high, float least) const {
-  const float reach = nearest_ - least;
+  const float reach = map_.nearest - least;
   if (!(reach > 0.0f)) return false;  // nearer to the light than all subjects
-  const Vec2f around = extent_ * reach;
+  const Vec2f around = map_.extent * reach;
   // A texel more: places are known as well as depth is, and rays start a little beside them.
-  const Vec2f first = (low - around - low_) * scale_ - 1.0f;
-  const Vec2f last = (high + around - low_) * scale_ + 1.0f;
+  const Vec2f first = (low - around - map_.low) * map_.scale - 1.0f;
+  const Vec2f last = (high + around - map_.low) * map_.scale + 1.0f;
   if (!(last.x >= 0.0f && last.y >= 0.0f && first.x <= texels && first.y <= texels)) return false;
   const auto whole = [](float value) {
     return static_cast<int>(std::clamp(value, 0.0f, static_cast<float>(texels)));
@@ -144,4 +144,4 @@ bool LightReach::any_between(const Vec2f& low, const Vec2f& high, float least) c
   return bottom[x1] - top[x1] - bottom[x0] + top[x0] > 0;
 }
 
-}  // namespace polyhull::processor
+}  // namespace polyhull

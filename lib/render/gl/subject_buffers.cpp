@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "render/subject_buffers.h"
+#include "render/gl/subject_buffers.h"
 
 #include <algorithm>
 #include <cmath>

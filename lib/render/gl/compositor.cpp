@@ -1,25 +1,17 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "render/compositor.h"
+#include "render/gl/compositor.h"
 
 #include <algorithm>
 #include <cmath>
 
 #include "base/error.h"
-#include "render/passes.h"
+#include "render/gl/passes.h"
 #include "render/view_picture.h"
 
 namespace polyhull {
 namespace {
 
 using gl::Pass;
-
-/// What decides the scene's depth as seen from the viewport.
-struct DepthKey {
-  const Scene* scene = nullptr;
-  Mat4 clip_from_scene{0.0};
-  int width = 0, height = 0;
-  bool operator==(const DepthKey&) const = default;
-};
 
 /// What decides what of a subject is on the graphics processor.
 struct SkinKey {
@@ -30,25 +22,30 @@ struct SkinKey {
   bool operator==(const SkinKey&) const = default;
 };
 
+/// What of the picture's tiles is drawn with the same layers.
+struct BlendTiles {
+  bool mirror = false, subject = false;
+  std::vector<Tile> tiles;
+};
+
 }  // namespace
 
 struct Compositor::State {
-  gl::Program depth, blend;
+  gl::Program depth;
+  gl::Program blends[2][2][2][2];  // by shadow, its grid's step - 1, mirror, subject
   SkinPrograms skin;
   std::shared_ptr<const Scene> scene_held;  // keeps the pointer that keys compare with alive
   SceneBuffers scene;
   std::vector<SubjectBuffers> subjects;
   std::vector<SkinKey> skin_keys;
-  gl::LightLayer light;
+  SceneLayers layers;
   gl::EdgeLayer front;
   ShadowPass shadow;
   MirrorPass mirror;
   gl::Texture background, output;
   gl::Framebuffer target, source;
-  gl::VertexArray nothing;
+  TileDrawing drawing;
   int background_width = 0, background_height = 0;
-  std::optional<DepthKey> depth_key;
-  Rectangle depth_part;
   gl::PassTimer timer;
   RenderStatistics& statistics;  // the renderer's
 
@@ -57,18 +54,20 @@ struct Compositor::State {
   void use_scene(const RenderFrame& frame);
   void upload_subjects(const RenderFrame& frame, const RenderPlan& plan,
                        const RenderSettings& settings);
-  void draw_scene_depth(const PassInput& in);
   void draw_layers(const RenderFrame& frame, const RenderPlan& plan, const RenderSettings& settings,
                    GLuint background_texture);
   void draw_front(const PassInput& in);
+  gl::Program& blend_program(bool with_shadow, const BlendTiles& tiles);
   void draw_blend(const PassInput& in, GLuint background_texture, GLuint to);
+  void copy(GLuint from, GLuint to, const Rectangle& part);
+  void set_mirror(const PassInput& in, gl::Program& blend);
   void finish(const RenderPlan& plan);
 };
 
 void Compositor::State::use_scene(const RenderFrame& frame) {
   if (frame.scene == scene_held) return;
   scene_held = frame.scene;
-  depth_key.reset();
+  layers.forget();
   if (scene_held) scene.load(*scene_held);
 }
 
@@ -97,38 +96,10 @@ void Compositor::State::upload_subjects(const RenderFrame& frame, const RenderPl
   }
 }
 
-void Compositor::State::draw_scene_depth(const PassInput& in) {
-  // The mirror looks up points all over the picture.
-  Rectangle part = in.plan.shadow;
-  if (!in.plan.mirror.empty() || !in.settings.skip) part = {0, 0, in.frame.width, in.frame.height};
-  light.resize(in.frame.width, in.frame.height);
-  const DepthKey key{in.frame.scene.get(), in.plan.clip_from_scene, in.frame.width,
-                     in.frame.height};
-  if (in.settings.skip && depth_key == key && intersection(part, depth_part) == part) {
-    statistics.scene_depth_reused = true;
-    return;
-  }
-  depth_key = key;
-  depth_part = part;
-  light.bind();
-  gl::scissor(part);
-  glDisable(GL_CULL_FACE);
-  glDisable(GL_STENCIL_TEST);
-  glEnable(GL_DEPTH_TEST);
-  glDepthFunc(GL_LESS);
-  glDepthMask(GL_TRUE);
-  glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
-  glClear(GL_DEPTH_BUFFER_BIT);
-  if (!depth.made()) depth = gl::Program("scene.vert", "depth.frag");
-  depth.use();
-  depth.set("clip_from_scene", glm::mat4(in.plan.clip_from_scene));
-  in.scene.draw();
-  glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
-}
-
 void Compositor::State::draw_front(const PassInput& in) {
   front.resize(in.frame.width, in.frame.height, in.settings.edge_samples);
-  front.begin(in.plan.subject);
+  const Rectangle part = whole_tiles(in.plan.subject, in.frame.width, in.frame.height);
+  front.begin(part);
   glDisable(GL_CULL_FACE);
   glDisable(GL_STENCIL_TEST);
   glEnable(GL_DEPTH_TEST);
@@ -148,67 +119,110 @@ void Compositor::State::draw_front(const PassInput& in) {
   if (!gl::is_embedded()) glEnable(GL_FRAMEBUFFER_SRGB);
   skin.draw(in, 0, clip);
   glDisable(GL_CULL_FACE);
-  front.resolve(in.plan.subject);
+  front.resolve(part);
   if (!gl::is_embedded()) glDisable(GL_FRAMEBUFFER_SRGB);
 }
 
+/// The tiles that the plan's layers touch, by the layers; those that only the shadow may touch last.
+std::vector<BlendTiles> blend_tiles(const PassInput& in) {
+  const int width = in.frame.width, height = in.frame.height;
+  const Rectangle whole{0, 0, width, height};
+  TileMask subject(width, height), mirror(width, height), shadow(width, height);
+  shadow.add(in.plan.shadow);
+  for (const PlacedSubject& placed : in.plan.subjects) {
+    subject.add(placed, in.plan.clip_from_scene, intersection(in.plan.subject, whole));
+    if (const Mirror* m = mirror_of(in.frame, in.plan))
+      mirror.add(placed, in.plan.clip_from_scene * reflection(Vec3(m->normal), m->offset),
+                 intersection(in.plan.mirror, whole));
+  }
+  std::vector<BlendTiles> out = {{true, true, {}}, {true, false, {}}, {false, true, {}}, {}};
+  for (int y = 0; y < subject.rows(); ++y)
+    for (int x = 0; x < subject.columns(); ++x)
+      for (BlendTiles& kind : out)
+        if (kind.mirror == mirror.has(x, y) && kind.subject == subject.has(x, y) &&
+            (kind.mirror || kind.subject || shadow.has(x, y)))
+          kind.tiles.push_back({static_cast<std::uint16_t>(x), static_cast<std::uint16_t>(y)});
+  return out;
+}
+
+gl::Program& Compositor::State::blend_program(bool with_shadow, const BlendTiles& tiles) {
+  const int step = with_shadow ? layers.grid().step : 1;
+  gl::Program& program = blends[with_shadow][step - 1][tiles.mirror][tiles.subject];
+  if (program.made()) return program;
+  std::vector<std::string> defines{"GRID_STEP " + std::to_string(step)};
+  if (with_shadow) defines.emplace_back("SHADOW");
+  if (tiles.mirror) defines.emplace_back("MIRROR");
+  if (tiles.subject) defines.emplace_back("SUBJECT");
+  return program = gl::Program("tiles.vert", "composite.frag", defines);
+}
+
+void Compositor::State::set_mirror(const PassInput& in, gl::Program& blend) {
+  const Mirror* m = mirror_of(in.frame, in.plan);
+  if (!m) return;
+  const SceneMesh& mesh = in.frame.scene->meshes[static_cast<std::size_t>(m->mesh)];
+  const Material& material = in.frame.scene->materials[static_cast<std::size_t>(mesh.material)];
+  const PixelRays rays(resized(in.frame.viewport, in.frame.width, in.frame.height));
+  blend.set("ray_x", rays.x);
+  blend.set("ray_y", rays.y);
+  blend.set("ray_0", rays.origin);
+  blend.set("mirror_normal", m->normal);
+  blend.set("mirror_f0", material.f0());
+  blend.set("only_mirrors", material.only_mirrors());
+  blend.set("reflection_alpha",
+            in.settings.mirror == MirrorMode::plain ? in.settings.reflection_alpha : -1.0f);
+}
+
+void Compositor::State::copy(GLuint from, GLuint to, const Rectangle& part) {
+  glBindFramebuffer(GL_READ_FRAMEBUFFER, source.get());
+  glFramebufferTexture2D(GL_READ_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, from, 0);
+  glBindFramebuffer(GL_DRAW_FRAMEBUFFER, target.get());
+  glFramebufferTexture2D(GL_DRAW_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, to, 0);
+  gl::check_framebuffer("output texture");
+  glDisable(GL_SCISSOR_TEST);
+  const int x1 = part.x + part.width, y1 = part.y + part.height;
+  glBlitFramebuffer(part.x, part.y, x1, y1, part.x, part.y, x1, y1, GL_COLOR_BUFFER_BIT,
+                    GL_NEAREST);
+}
+
+/// Draws the tiles that a layer touches; the others hold the background.
 void Compositor::State::draw_blend(const PassInput& in, GLuint background_texture, GLuint to) {
-  if (!blend.made()) blend = gl::Program("fullscreen.vert", "composite.frag");
+  const int width = in.frame.width, height = in.frame.height;
+  const Rectangle changed = in.plan.changed();
   glBindFramebuffer(GL_FRAMEBUFFER, target.get());
   glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, to, 0);
   gl::check_framebuffer("output texture");
-  glViewport(0, 0, in.frame.width, in.frame.height);
+  glViewport(0, 0, width, height);
   glDisable(GL_DEPTH_TEST);
   glDisable(GL_STENCIL_TEST);
   glDisable(GL_BLEND);
-  blend.use();
-  const auto bind = [&](int unit, const char* sampler, GLuint texture) {
-    gl::bind_texture(unit, GL_TEXTURE_2D, texture);
-    blend.set(sampler, unit);
-  };
-  bind(0, "background", background_texture);
-  bind(1, "shadow", light.colour());
-  bind(2, "mirror", mirror.image());
-  bind(3, "mirrored_scene", mirror.shown());
-  bind(4, "subject", front.texture());
-  glBindVertexArray(nothing.get());
-  if (const Mirror* m = mirror_of(in.frame, in.plan)) {
-    const SceneMesh& mesh = in.frame.scene->meshes[static_cast<std::size_t>(m->mesh)];
-    const Material& material = in.frame.scene->materials[static_cast<std::size_t>(mesh.material)];
-    const PixelRays rays(resized(in.frame.viewport, in.frame.width, in.frame.height));
-    blend.set("ray_x", rays.x);
-    blend.set("ray_y", rays.y);
-    blend.set("ray_0", rays.origin);
-    blend.set("mirror_normal", m->normal);
-    blend.set("mirror_f0", material.f0());
-    blend.set("only_mirrors", material.only_mirrors());
-    blend.set("reflection_alpha",
-              in.settings.mirror == MirrorMode::plain ? in.settings.reflection_alpha : -1.0f);
-  }
-  // Every layer holds something only inside its own rectangle; outside it are old pixels. So the
-  // changed part is drawn in pieces, each with the layers that reach it; where none does, the
-  // background is copied, because the whole part is read back.
-  const Rectangle parts[4] = {in.plan.shadow, in.plan.mirror, in.plan.subject, in.plan.mirror_shadow};
-  std::vector<int> columns, rows;
-  for (const Rectangle& part : parts) {
-    if (part.empty()) continue;
-    columns.insert(columns.end(), {part.x, part.x + part.width});
-    rows.insert(rows.end(), {part.y, part.y + part.height});
-  }
-  for (auto* edges : {&columns, &rows}) {
-    std::sort(edges->begin(), edges->end());
-    edges->erase(std::unique(edges->begin(), edges->end()), edges->end());
-  }
-  for (std::size_t j = 0; j + 1 < rows.size(); ++j) {
-    for (std::size_t i = 0; i + 1 < columns.size(); ++i) {
-      const Rectangle piece{columns[i], rows[j], columns[i + 1] - columns[i],
-                            rows[j + 1] - rows[j]};
-      const auto reaches = [&](int layer) { return intersection(parts[layer], piece) == piece; };
-      blend.set("has_shadow", reaches(0));
-      blend.set("has_mirror", reaches(1));
-      blend.set("has_subject", reaches(2));
-      gl::scissor(piece);
-      glDrawArrays(GL_TRIANGLES, 0, 3);
+  gl::scissor(changed);
+  const bool has_shadow = !in.plan.shadow.empty();
+  const GLuint may = has_shadow ? shadow.tiles() : 0;
+  for (const BlendTiles& kind : blend_tiles(in)) {
+    if (kind.tiles.empty()) continue;
+    for (const bool shaded : {true, false}) {
+      if (shaded ? !has_shadow : !kind.mirror && !kind.subject) continue;
+      if (!shaded && has_shadow && !may) continue;  // all tiles count as shaded
+      gl::Program& blend = blend_program(shaded, kind);
+      blend.use();
+      const auto bind = [&](int unit, const char* sampler, GLuint texture) {
+        gl::bind_texture(unit, GL_TEXTURE_2D, texture);
+        blend.set(sampler, unit);
+      };
+      bind(0, "background", background_texture);
+      if (shaded) {
+        const Light& light = in.frame.lights[static_cast<std::size_t>(in.plan.light)];
+        blend.set("light_power", light_power(light) * in.frame.exposure);
+        bind(1, "surface", layers.albedo());
+        bind(2, "taken", shadow.taken());
+      }
+      if (kind.mirror) {
+        bind(3, "mirror", mirror.image());
+        bind(4, "mirrored_scene", mirror.shown());
+        set_mirror(in, blend);
+      }
+      if (kind.subject) bind(5, "subject", front.texture());
+      drawing.draw(blend, kind.tiles, width, height, tile_side, 6, may, shaded);
     }
   }
 }
@@ -227,17 +241,17 @@ void Compositor::State::draw_layers(const RenderFrame& frame, const RenderPlan& 
   }
   if (receivers) {
     timer.begin(Pass::scene_depth);
-    draw_scene_depth(in);
+    statistics.scene_depth_reused = layers.draw(frame, plan, settings, scene);
     timer.end();
   }
   if (!plan.shadow.empty()) {
     timer.begin(Pass::shadow);
-    shadow.draw(in, light);
+    shadow.draw(in, layers);
     timer.end();
   }
   if (!plan.mirror.empty()) {
     timer.begin(Pass::mirror);
-    mirror.draw(in, background_texture, light.depth());
+    mirror.draw(in, background_texture, layers.depth());
     timer.end();
   }
   if (!plan.subject.empty()) {
@@ -253,12 +267,13 @@ void Compositor::State::finish(const RenderPlan& plan) {
   glDisable(GL_DEPTH_TEST);
   glBindFramebuffer(GL_FRAMEBUFFER, 0);
   glBindVertexArray(0);
+  glBindBuffer(GL_ARRAY_BUFFER, 0);
   glUseProgram(0);
   glFrontFace(GL_CCW);
   glPixelStorei(GL_PACK_ROW_LENGTH, 0);
   glPixelStorei(GL_UNPACK_ROW_LENGTH, 0);
   glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
-  for (int unit = 4; unit >= 0; --unit) {
+  for (int unit = 6; unit >= 0; --unit) {
     gl::bind_texture(unit, GL_TEXTURE_2D, 0);
     glBindTexture(GL_TEXTURE_2D_ARRAY, 0);
   }
@@ -298,14 +313,7 @@ void Compositor::render(const RenderFrame& frame, const RenderPlan& plan,
   s.timer.end();
   s.draw_layers(frame, plan, settings, background);
   s.timer.begin(Pass::blend);
-  glBindFramebuffer(GL_READ_FRAMEBUFFER, s.source.get());
-  glFramebufferTexture2D(GL_READ_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, background, 0);
-  glBindFramebuffer(GL_DRAW_FRAMEBUFFER, s.target.get());
-  glFramebufferTexture2D(GL_DRAW_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, target, 0);
-  gl::check_framebuffer("output texture");
-  glDisable(GL_SCISSOR_TEST);
-  glBlitFramebuffer(0, 0, frame.width, frame.height, 0, 0, frame.width, frame.height,
-                    GL_COLOR_BUFFER_BIT, GL_NEAREST);
+  s.copy(background, target, {0, 0, frame.width, frame.height});
   const PassInput in{frame, plan, settings, s.scene, s.subjects, s.timer};
   s.draw_blend(in, background, target);
   s.timer.end();
@@ -348,6 +356,7 @@ void Compositor::render(const RenderFrame& frame, const RenderPlan& plan,
   s.draw_layers(frame, plan, settings, s.background.get());
   const PassInput in{frame, plan, settings, s.scene, s.subjects, s.timer};
   s.timer.begin(Pass::blend);
+  s.copy(s.background.get(), s.output.get(), changed);
   s.draw_blend(in, s.background.get(), s.output.get());
   s.timer.end();
   s.timer.begin(Pass::read_back);
@@ -358,6 +367,10 @@ void Compositor::render(const RenderFrame& frame, const RenderPlan& plan,
                target + static_cast<std::ptrdiff_t>(changed.y) * target_stride + 4 * changed.x);
   s.timer.end();
   s.finish(plan);
+}
+
+void Compositor::wait_for_passes(bool wait) {
+  state_->timer.wait_for_passes(wait);
 }
 
 std::string Compositor::description() const {

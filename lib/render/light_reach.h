@@ -17,7 +17,7 @@
 #include "base/vector.h"
 #include "scene/scene.h"
 
-namespace polyhull::processor {
+namespace polyhull {
 
 class LightReach {
  public:
@@ -46,15 +46,25 @@ class LightReach {
   bool may_shade(const Extent& places) const;
   bool may_shade(const Place& place) const;
 
+  /// The map, for those who ask it elsewhere (shaders/reach.frag, shadow_tiles.frag).
+  static constexpr int texels = 128;  ///< of the map on a side
+  struct Map {
+    Vec3f centre{0.0f}, right{0.0f}, down{0.0f}, forward{0.0f};
+    Vec2f extent{0.0f};             ///< of the light along right and down, half
+    Vec2f low{0.0f}, scale{0.0f};   ///< texel = (tangent - low) * scale
+    float nearest = 0.0f;           ///< largest 1/z of the subjects
+    bool everywhere = false;        ///< the subjects reach through the light's plane
+    bool point = false;             ///< the light has no plane of its own
+  };
+  const Map& map() const { return map_; }
+  /// How many texels above and left of each of (texels + 1)^2 corners are filled, row by row; empty
+  /// where Map::everywhere.
+  std::span<const int> sums() const { return sums_; }
+
  private:
-  Vec3f centre_{0.0f}, right_{0.0f}, down_{0.0f}, forward_{0.0f};
-  Vec2f extent_{0.0f};             ///< of the light along right and down, half
-  Vec2f low_{0.0f}, scale_{0.0f};  ///< texel = (tangent - low) * scale
-  float nearest_ = 0.0f;           ///< largest 1/z of the subjects
-  bool everywhere_ = false;        ///< the subjects reach through the light's plane
-  bool point_ = false;             ///< the light has no plane of its own
+  Map map_;
   bool any_between(const Vec2f& low, const Vec2f& high, float least) const;
-  std::vector<int> sums_;          ///< filled texels above and left of each corner
+  std::vector<int> sums_;
 };
 
-}  // namespace polyhull::processor
+}  // namespace polyhull

@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "render/gl/scene_layers.h"
+
+#include "render/gl/tiles.h"
+
+namespace polyhull {
+namespace {
+
+/// 1/z = x * depth + y, of the depths that \p clip makes; its w is z.
+Vec2 inverse_from_depth(const Mat4& clip) {
+  const auto row = [&](int r) { return Vec4(clip[0][r], clip[1][r], clip[2][r], clip[3][r]); };
+  // Clip z = a w + b, and 2 depth - 1 = a + b / w.
+  const Vec4 z = row(2), w = row(3);
+  const double a = glm::dot(Vec3(z), Vec3(w)) / glm::dot(Vec3(w), Vec3(w)), b = z.w - a * w.w;
+  return {2.0 / b, -(1.0 + a) / b};
+}
+
+}  // namespace
+
+ShadowGrid::ShadowGrid(const RenderFrame& frame, ShadowQuality quality)
+    : step(quality == ShadowQuality::hard ? 1 : 2),
+      width((frame.width + step - 1) / step),
+      height((frame.height + step - 1) / step) {}
+
+Rectangle ShadowGrid::under(const Rectangle& part, int border) const {
+  const int x0 = part.x / step - border, x1 = (part.x + part.width + step - 1) / step + border;
+  const int y0 = part.y / step - border, y1 = (part.y + part.height + step - 1) / step + border;
+  return intersection({x0, y0, x1 - x0, y1 - y0}, {0, 0, width, height});
+}
+
+bool SceneLayers::draw(const RenderFrame& frame, const RenderPlan& plan,
+                       const RenderSettings& settings, const SceneBuffers& scene) {
+  const Rectangle whole{0, 0, frame.width, frame.height};
+  // The mirror looks up points all over the picture. The tiles beside the shadow's are asked, too.
+  const Rectangle tiles = whole_tiles(plan.shadow, frame.width, frame.height);
+  constexpr int around = 8;
+  Rectangle part = intersection({tiles.x - around, tiles.y - around, tiles.width + 2 * around,
+                                 tiles.height + 2 * around},
+                                whole);
+  if (!plan.mirror.empty() || !settings.skip) part = whole;
+  const bool shadow = !plan.shadow.empty();
+  const Key key{frame.scene,  plan.clip_from_scene,
+                frame.width,  frame.height,
+                shadow,       shadow ? ShadowGrid(frame, settings.shadow) : ShadowGrid()};
+  if (settings.skip && key_ == key && intersection(part, part_) == part) return true;
+  key_ = key;
+  part_ = part;
+  glDisable(GL_CULL_FACE);
+  glDisable(GL_STENCIL_TEST);
+  glEnable(GL_DEPTH_TEST);
+  glDepthFunc(GL_LESS);
+  glDepthMask(GL_TRUE);
+  glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+  glClearColor(0.0f, 0.0f, 0.0f, 0.0f);
+  ++generation_;
+  layer_.resize(frame.width, frame.height, 2);
+  layer_.bind();
+  gl::scissor(part_);
+  gl::Program& program = shadow ? surface_ : depth_;
+  if (!program.made())
+    program = shadow ? gl::Program("scene.vert", "scene_layer.frag", {}, {"material.glsl"})
+                     : gl::Program("scene.vert", "depth.frag");
+  program.use();
+  program.set("clip_from_scene", glm::mat4(plan.clip_from_scene));
+  if (shadow) {
+    glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+    program.set("eye", glm::vec3(plan.eye));
+    program.set("base_texture", 0);
+    glBindSampler(0, 0);
+    scene.draw_with_materials(*frame.scene, program, 0);
+  } else {
+    glClear(GL_DEPTH_BUFFER_BIT);
+    glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
+    scene.draw();
+    glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+  }
+  return false;
+}
+
+void SceneLayers::set_places(gl::Program& program, const RenderFrame& frame, const RenderPlan& plan,
+                             int unit) {
+  const PixelRays rays(resized(frame.viewport, frame.width, frame.height));
+  program.set("ray_x", rays.x);
+  program.set("ray_y", rays.y);
+  program.set("ray_0", rays.origin);
+  program.set("eye", glm::vec3(plan.eye));
+  program.set("place_from_depth", glm::vec2(inverse_from_depth(plan.clip_from_scene)));
+  program.set("grid_step", key_->grid.step);
+  program.set("depth", unit);
+  program.set("surface", unit + 1);
+  gl::bind_texture(unit, GL_TEXTURE_2D, layer_.depth());
+  gl::bind_texture(unit + 1, GL_TEXTURE_2D, layer_.colour(1));
+}
+
+}  // namespace polyhull
