@@ -250,10 +250,11 @@ class ProcessorRenderer::Blend {
     const PixelRows out = target_.video ? background_rows(background_, background_stride_, rows,
                                                           frame_.width, frame_.height)
                                         : PixelRows{target_.pixels, target_.stride, 0, 0};
+    Piece piece;
     Touched touched;  // of two rows that share their chroma
     for (int y = top; y < bottom; ++y) {
       blend_row(y, row_of(plan_.subject, front, band, y), row_of(plan_.mirror, image, band, y),
-                {reaches(plan_.shadow), reaches(plan_.mirror_shadow)}, out, touched);
+                {reaches(plan_.shadow), reaches(plan_.mirror_shadow)}, out, piece, touched);
       if (!target_.video || (y % 2 == 0 && y + 1 < bottom)) continue;
       write_rows(out, y & ~1, std::exchange(touched, {}), *target_.video);
     }
@@ -283,59 +284,83 @@ class ProcessorRenderer::Blend {
     bool seen = false, mirrored = false;
   };
 
+  /// Up to 16 pixels of a row on their way into the picture. What has no part in them stays as the
+  /// piece before left it: nothing.
+  struct Piece {
+    BlendPixels pixels{};
+    float in_mirror[16];  ///< what is taken from what the mirror shows
+    bool has_subject = true, has_mirror = true;  ///< else all of theirs is nothing
+  };
+
   /// Blends the changed part of row \p y into \p out.
   void blend_row(int y, const Span& over, const Span& mirrored, const Shaded& shaded,
-                 const PixelRows& out, Touched& touched) {
+                 const PixelRows& out, Piece& piece, Touched& touched) {
     for (int x = changed_.x; x < changed_.x + changed_.width;) {
-      // Piece by piece of up to 16 pixels, those that nothing reaches at once.
+      // Those that nothing reaches at once.
       const int end = std::min((x | 15) + 1, changed_.x + changed_.width);
-      BlendPixels pixels;
-      float in_mirror[16];
       const bool seen = shaded.seen && state_.shadow.reaches(x, y) &&
-                        state_.shadow.taken(state_.direct, x & ~15, y, pixels.taken);
+                        state_.shadow.taken(state_.direct, x & ~15, y, piece.pixels.taken);
       const bool shown = shaded.mirrored && state_.mirror_shadow.reaches(x, y) &&
-                         state_.mirror_shadow.taken(state_.mirrored, x & ~15, y, in_mirror);
-      if (seen || shown || over.meets(x, end) || mirrored.meets(x, end)) {
-        if (!seen) std::fill_n(pixels.taken, 16, 0.0f);
-        if (!shown) std::fill_n(in_mirror, 16, 0.0f);
+                         state_.mirror_shadow.taken(state_.mirrored, x & ~15, y, piece.in_mirror);
+      const bool covered = over.meets(x, end), reflected = mirrored.meets(x, end);
+      if (seen || shown || covered || reflected) {
+        fill_ground(x, end, y, seen, piece.pixels);
+        if (covered || piece.has_subject) fill_subject(x, end, over, piece.pixels);
+        piece.has_subject = covered;
+        if (!shown) std::fill_n(piece.in_mirror, 16, 0.0f);
+        if (shown || reflected || piece.has_mirror) fill_mirror(x, end, y, mirrored, piece);
+        piece.has_mirror = shown || reflected;
         touched.left = std::min(touched.left, x);
         touched.right = std::max(touched.right, end);
-        blend(x, end, y, over, mirrored, in_mirror, pixels, out.at(x, y));
+        std::uint32_t made[16];
+        loops().blend(piece.pixels, power_, srgb_to_linear_table(), srgb_lines(), made);
+        std::memcpy(out.at(x, y), made + (x & 15), 4 * static_cast<std::size_t>(end - x));
       }
       x = end;
     }
   }
 
-  /// Pixels \p x to \p end - 1 of a piece to \p to; \p pixels has what is taken, \p in_mirror
-  /// what is taken from what the mirror shows.
-  void blend(int x, int end, int y, const Span& over, const Span& mirrored,
-             const float (&in_mirror)[16], BlendPixels& pixels, std::uint8_t* to) {
+  /// The background of pixels \p x to \p end - 1 and, where \p seen, what it loses.
+  void fill_ground(int x, int end, int y, bool seen, BlendPixels& pixels) {
     const int first = x & ~15;
     const std::uint8_t* coded = background_ + static_cast<std::ptrdiff_t>(y) * background_stride_;
-    const bool takes =
-        std::any_of(pixels.taken, pixels.taken + 16, [](float taken) { return taken > 0.0f; });
-    const std::uint64_t* albedo =
-        takes ? state_.albedo.at(*state_.scene, state_.direct, first, y) : nullptr;
+    if (end - x < 16) std::fill_n(pixels.background, 16, 0u);
+    std::memcpy(pixels.background + (x - first), coded + 4 * x,
+                4 * static_cast<std::size_t>(end - x));
+    if (!seen) {
+      std::fill_n(pixels.taken, 16, 0.0f);
+      return;
+    }
+    for (int i = 0; i < 16; ++i)
+      if (first + i < x || first + i >= end) pixels.taken[i] = 0.0f;
+    const std::uint64_t* albedo = state_.albedo.at(*state_.scene, state_.direct, first, y);
+    for (int i = 0; i < 16; ++i) pixels.albedo[i] = pixels.taken[i] > 0.0f ? albedo[i] : 0;
+  }
+
+  static void fill_subject(int x, int end, const Span& over, BlendPixels& pixels) {
     for (int i = 0; i < 16; ++i) {
-      const int column = first + i;
-      const bool inside = column >= x && column < end;
-      const glm::vec4 colour = over.at(column), image = mirrored.at(column);
-      if (inside)
-        std::memcpy(&pixels.background[i], coded + 4 * column, 4);
-      else
-        pixels.background[i] = 0;
-      if (!inside || colour.a >= 1.0f) pixels.taken[i] = 0.0f;
-      pixels.albedo[i] = pixels.taken[i] > 0.0f ? albedo[i] : 0;
+      const int column = (x & ~15) + i;
+      const glm::vec4 colour = column >= x && column < end ? over.at(column) : glm::vec4(0.0f);
       pixels.red[i] = colour.r;
       pixels.green[i] = colour.g;
       pixels.blue[i] = colour.b;
       pixels.alpha[i] = colour.a;
+    }
+  }
+
+  /// What the mirror changes where the subject does not cover it.
+  void fill_mirror(int x, int end, int y, const Span& mirrored, Piece& piece) {
+    BlendPixels& pixels = piece.pixels;
+    for (int i = 0; i < 16; ++i) {
+      const int column = (x & ~15) + i;
+      const bool open = column >= x && column < end && pixels.alpha[i] < 1.0f;
+      const glm::vec4 image = open ? mirrored.at(column) : glm::vec4(0.0f);
       pixels.keep[i] = 1.0f;
       pixels.covered[i] = image.a;
       Vec3f gone(0.0f), more(0.0f), dimmed(0.0f);
-      if (inside && in_mirror[i] > 0.0f && colour.a < 1.0f)
-        dimmed = in_mirror[i] * mirror_dimming(column, y, image.a);
-      if (inside && image.a > 0.0f && colour.a < 1.0f) {
+      if (open && piece.in_mirror[i] > 0.0f)
+        dimmed = piece.in_mirror[i] * mirror_dimming(column, y, image.a);
+      if (image.a > 0.0f) {
         if (settings_.mirror == MirrorMode::plain) {
           pixels.keep[i] = 1.0f - settings_.reflection_alpha * image.a;
           more = settings_.reflection_alpha * Vec3f(image);
@@ -355,9 +380,6 @@ class ProcessorRenderer::Blend {
         pixels.more[c][i] = more[c];
       }
     }
-    std::uint32_t out[16];
-    loops().blend(pixels, power_, srgb_to_linear_table(), srgb_lines(), out);
-    std::memcpy(to, out + (x - first), 4 * static_cast<std::size_t>(end - x));
   }
 
   /// What pixel (x, y) of the mirror, \p covered of which shows the subject, loses for each E that
