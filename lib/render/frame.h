@@ -17,6 +17,8 @@
 
 namespace polyhull {
 
+struct ScenePlanes;  // view/scene_planes.h
+
 /// How the subjects' shadow of the scene's main light is drawn.
 enum class ShadowQuality {
   off,
@@ -63,6 +65,10 @@ struct RenderFrame {
   float exposure = 1.0f;               ///< as Scene::exposure
   Vec3f ambient{0.0f};                 ///< as Announcement::ambient
   std::vector<RenderSubject> subjects;
+  /// Where the background's drawing has them ready, the scene's triangles on the screen. Taken by the
+  /// processor's renderer where they are of this view of this scene; the picture is the same to the
+  /// bit. Null: none.
+  std::shared_ptr<const ScenePlanes> planes;
 };
 
 /// A subject in scene coordinates.

@@ -38,6 +38,7 @@ struct RenderStatistics {
   bool shadow_skipped = false;
   bool mirror_skipped = false;
   bool scene_depth_reused = false;
+  bool scene_planes_taken = false;    ///< RenderFrame::planes, for a view that is new
   bool static_shadow_reused = false;  ///< what the scene itself hides from the light
   bool mesh_reused = false;           ///< what was made ready of it before is used again
 };

@@ -82,6 +82,7 @@ bool Background::apply_lights(const std::vector<Light>& lights) {
     return false;
   }
   light_scene();
+  geometry_ = geometry_key(traced_.scene());  // lamps may have moved
   raster_ = std::make_unique<RasterView>(traced_, *light_);
   base_lights_ = traced_.scene().lights;
   return true;
@@ -146,15 +147,23 @@ Background::Work Background::update(const Camera& camera, const std::vector<Ligh
   exposure_ = exposure;
   camera_ = camera;
   view_.resize(static_cast<std::size_t>(camera.width) * camera.height);
-  by_rays_ = options_.method == ViewMethod::rays || camera.has_distortion();
-  if (!by_rays_)
-    raster_->draw(camera, options_.view, view_, &statistics_);
-  else
-    render_view(traced_, *light_, camera, options_.view, view_, &statistics_);
+  draw(camera);
   samples_ = 0;
   rows_done_ = 0;
   sums_.clear();
   return lit ? Work::lit : Work::drawn;
+}
+
+void Background::draw(const Camera& camera) {
+  by_rays_ = options_.method == ViewMethod::rays || camera.has_distortion();
+  planes_.reset();
+  if (by_rays_) {
+    render_view(traced_, *light_, camera, options_.view, view_, &statistics_);
+    return;
+  }
+  raster_->draw(camera, options_.view, view_, &statistics_);
+  planes_ = std::make_shared<const ScenePlanes>(ScenePlanes{
+      geometry_, pixels_from_scene(camera), camera.width, camera.height, raster_->triangles()});
 }
 
 bool Background::refine(int rows) {

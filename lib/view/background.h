@@ -20,6 +20,7 @@
 
 #include "raytrace/path_tracer.h"
 #include "scene/announcement.h"
+#include "view/scene_planes.h"
 #include "view/view_renderer.h"
 
 namespace polyhull {
@@ -99,6 +100,9 @@ class Background {
   /// What composite must know of the picture.
   Announcement announcement() const;
 
+  /// What the view has ready for others; null where rays drew it.
+  const std::shared_ptr<const ScenePlanes>& planes() const { return planes_; }
+
   const ViewStatistics& view_statistics() const { return statistics_; }
   /// Whether the light came from a file.
   bool light_was_kept() const { return light_was_kept_; }
@@ -116,6 +120,7 @@ class Background {
   void light_scene();
   void light_scene_gradually(const std::filesystem::path& folder);
   bool advance_light();
+  void draw(const Camera& camera);
 
   BackgroundOptions options_;
   TracedScene traced_;
@@ -128,6 +133,8 @@ class Background {
   std::shared_ptr<Kept> kept_;
   std::unique_ptr<GradualLight> gradual_;  // null: the light is exact
   std::unique_ptr<RasterView> raster_;  // of light_
+  std::uint64_t geometry_ = 0;          // geometry_key() now
+  std::shared_ptr<const ScenePlanes> planes_;
   std::optional<Camera> camera_;
   float exposure_ = 0.0f;
   ViewStatistics statistics_;

@@ -37,6 +37,7 @@ struct RasterView::Pass {
   const ViewOptions& options;
   const ViewRays& rays;
   std::span<Vec3f> picture;
+  const SceneOnScreen& screen;
   Vec3f eye;
   const Mirror* mirror = nullptr;  ///< that shows the scene; null: the eye sees it
   std::uint8_t mirror_number = 0;
@@ -80,13 +81,15 @@ void RasterView::draw(const Camera& camera, const ViewOptions& options, std::spa
   Camera pinhole = camera;
   pinhole.distortion.clear();
   const ViewRays rays(scene_, shader_.light_cache(), pinhole, options);
-  const Pass pass{pinhole, options, rays, picture, Vec3f(camera.centre())};
+  const auto screen = std::make_shared<SceneOnScreen>();
+  screen->set(scene_.scene(), pixels_from_scene(pinhole), {}, camera.width, camera.height,
+              options.threads);
+  triangles_ = screen;
+  const Pass pass{pinhole, options, rays, picture, *screen, Vec3f(camera.centre())};
   rays_ = edges_ = 0;
   for (auto& pixels : mirror_pixels_) pixels = 0;
   mirror_samples_.resize(picture.size());
   mirror_.resize(picture.size());
-  screen_.set(scene_.scene(), pixels_from_scene(pinhole), {}, camera.width, camera.height,
-              options.threads);
   draw_screen(pass);
   for (std::size_t m = 0; m < mirror_pixels_.size(); ++m)
     if (mirror_pixels_[m] > 0) draw_mirror(pass, m);
@@ -96,7 +99,7 @@ void RasterView::draw(const Camera& camera, const ViewOptions& options, std::spa
 void RasterView::draw_mirror(const Pass& direct, std::size_t number) {
   const Scene& scene = scene_.scene();
   const Mirror& mirror = scene.mirrors[number];
-  Pass pass = direct;
+  Pass pass{direct.camera, direct.options, direct.rays, direct.picture, mirrored_};
   pass.mirror = &mirror;
   pass.mirror_number = static_cast<std::uint8_t>(number);
   pass.f0 = material_of(scene, mirror).f0();
@@ -109,8 +112,8 @@ void RasterView::draw_mirror(const Pass& direct, std::size_t number) {
   if (!pass.by_rays) {
     // What lies in the mirror's plane, itself above all, does not hide what it shows.
     const Vec4 kept(Vec3(mirror.normal), -mirror.offset - scene_.epsilon());
-    screen_.set(scene, pixels_from_scene(direct.camera) * reflected, kept, direct.camera.width,
-                direct.camera.height, direct.options.threads);
+    mirrored_.set(scene, pixels_from_scene(direct.camera) * reflected, kept, direct.camera.width,
+                  direct.camera.height, direct.options.threads);
   }
   draw_screen(pass);
 }
@@ -186,9 +189,9 @@ void RasterView::draw_tile(const Pass& pass, Band& band, int left, int right) {
       static_cast<std::size_t>(samples_per_pixel) * (band.bottom - band.top) * (right - left);
   band.inverse.assign(size, 0.0f);
   band.ids.assign(size, no_triangle);
-  screen_.draw(band.number,
-               {left, right, band.top, band.bottom, samples_per_pixel,
-                sample_places(samples_per_pixel), band.inverse.data(), band.ids.data()});
+  pass.screen.draw(band.number,
+                   {left, right, band.top, band.bottom, samples_per_pixel,
+                    sample_places(samples_per_pixel), band.inverse.data(), band.ids.data()});
   for (int y = band.top; y < band.bottom; ++y) draw_row(pass, band, left, right, y);
 }
 
@@ -230,7 +233,7 @@ void RasterView::draw_row(const Pass& pass, Band& band, int x, int end, int y) {
 /// Adds a triangle's colour to the pixels from (x, y) on, of which it covers \p samples.
 void RasterView::shade(const Pass& pass, Band& band, std::uint32_t number, const Span& span, int x,
                        int y, unsigned samples) {
-  const ScreenTriangle& piece = screen_.piece(number);
+  const ScreenTriangle& piece = pass.screen.piece(number);
   const int mirror = shader_.mirror(piece.id);
   if (mirror != SpanShader::no_mirror &&
       (pass.mirror != nullptr || !remember(pass, band, mirror, span.count, x, y, samples))) {

@@ -10,6 +10,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -29,6 +30,10 @@ class RasterView {
   /// the pixels that show several triangles. The result does not depend on the number of threads.
   void draw(const Camera& camera, const ViewOptions& options, std::span<Vec3f> picture,
             ViewStatistics* statistics = nullptr);
+
+  /// The scene's triangles on the screen of the last draw(), as SceneOnScreen::set() makes them of
+  /// pixels_from_scene(); null: none was drawn. The next draw() makes others.
+  std::shared_ptr<const SceneOnScreen> triangles() const { return triangles_; }
 
  private:
   struct Pass;
@@ -50,7 +55,8 @@ class RasterView {
 
   const TracedScene& scene_;
   SpanShader shader_;
-  SceneOnScreen screen_;
+  std::shared_ptr<const SceneOnScreen> triangles_;
+  SceneOnScreen mirrored_;
   // By pixel: which of its samples show a planar mirror that is drawn, and which mirror that is.
   std::vector<std::uint8_t> mirror_samples_, mirror_;
   std::vector<std::atomic<std::uint32_t>> mirror_pixels_;  // by mirror

@@ -119,7 +119,7 @@ GstBuffer* compose(Composite& self, GstBuffer* frame,
   const bool same_memory = !video && self.background_on_gpu == self.output_on_gpu;
   const FrameBuffers buffers{frame, &self.background_info, &self.output_info,
                              self.background_on_gpu, self.output_on_gpu};
-  self.composer.prepare(snapshot(self.element, self.settings), self.background_info, meshes,
+  self.composer.prepare(snapshot(self.element, self.settings), self.background_info, frame, meshes,
                         self.background_on_gpu || self.output_on_gpu);
   if (meshes.empty()) self.statistics.count("no-mesh");
   if (self.composer.unusable() > 0)

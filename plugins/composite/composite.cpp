@@ -202,7 +202,8 @@ void Composite::class_init(gpointer klass) {
       "backgrounds-converted (to the output's NV12 or I420; one that stays the same is kept), "
       "drawn, drawn-by-processor, rays (traced by it), no-mesh, meshes, meshes-unusable, "
       "announcements, announcements-unusable, …-skipped "
-      "and …-reused (work left out), pictures-uploaded and -skipped, bytes-uploaded; and of the "
+      "and …-reused (work left out), scene-planes-taken (new views whose triangles the background's "
+      "source had brought to the screen), pictures-uploaded and -skipped, bytes-uploaded; and of the "
       "last frame frame-ms and the milliseconds per pass on the CPU (…-ms) and, of a frame shortly "
       "before, on the graphics processor (…-gpu-ms, negative where it cannot tell). Live: wait-ms "
       "and latency-ms as they are now.");

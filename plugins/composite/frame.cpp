@@ -7,6 +7,7 @@
 #include <cstring>
 
 #include "base/error.h"
+#include "plugins/common/memory/planes_meta.h"
 #include "plugins/common/memory/video_frame.h"
 #include "studio/room/room.h"
 
@@ -30,9 +31,9 @@ constexpr GstMapFlags on_gpu(GstMapFlags flags) {
 FrameComposer::FrameComposer(CompositeGl& gl, Statistics& statistics)
     : gl_(gl), statistics_(statistics) {
   statistics.declare({"drawn", "drawn-by-processor", "rays", "subject-skipped", "shadow-skipped",
-                      "mirror-skipped", "scene-depth-reused", "static-shadow-reused", "mesh-reused",
-                      "pictures-uploaded", "pictures-skipped", "bytes-uploaded",
-                      "backgrounds-converted"});
+                      "mirror-skipped", "scene-depth-reused", "scene-planes-taken",
+                      "static-shadow-reused", "mesh-reused", "pictures-uploaded",
+                      "pictures-skipped", "bytes-uploaded", "backgrounds-converted"});
 }
 
 std::shared_ptr<const Scene> FrameComposer::open(const std::string& name) {
@@ -50,10 +51,12 @@ void FrameComposer::announce(std::optional<Announcement> announcement) {
 }
 
 void FrameComposer::prepare(const CompositeSettings& settings, const GstVideoInfo& info,
+                            GstBuffer* background,
                             const std::vector<GstAggregatorPad*>& meshes, bool on_gpu) {
   settings_ = render_settings(settings);
   frame_.width = GST_VIDEO_INFO_WIDTH(&info);
   frame_.height = GST_VIDEO_INFO_HEIGHT(&info);
+  frame_.planes = attached_planes(background);
   frame_.subjects.clear();
   for (GstAggregatorPad* pad : meshes) {
     const MeshPadState& state = state_of<MeshPadState>(pad);
@@ -200,6 +203,7 @@ void FrameComposer::report(const Renderer& renderer) {
   statistics_.count("shadow-skipped", s.shadow_skipped);
   statistics_.count("mirror-skipped", s.mirror_skipped);
   statistics_.count("scene-depth-reused", s.scene_depth_reused);
+  statistics_.count("scene-planes-taken", s.scene_planes_taken);
   statistics_.count("static-shadow-reused", s.static_shadow_reused);
   statistics_.count("mesh-reused", s.mesh_reused);
 }

@@ -6,6 +6,7 @@
 
 #include "base/error.h"
 #include "plugins/common/live/live_pad.h"
+#include "plugins/common/memory/planes_meta.h"
 #include "studio/room/room.h"
 
 namespace polyhull::element {
@@ -90,6 +91,7 @@ GstBuffer* SceneStream::make_buffer(const GstVideoInfo& info, bool changed) {
   }
   GstBuffer* buffer = gst_buffer_new();
   gst_buffer_append_memory(buffer, gst_memory_ref(pixels_.get()));
+  set_planes(buffer, background_->planes());
   return buffer;
 }
 

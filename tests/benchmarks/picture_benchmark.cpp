@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // What a composite costs on each backend: wall time and the processor time of all threads, medians
-// over recorded meshes before the built-in room, with a still and a travelling viewport.
+// over recorded meshes before the built-in room, with a still and a travelling viewport, for the
+// latter also with the background's planes as they come from scenesrc.
 
 #include <CLI/CLI.hpp>
 #include <cmath>
@@ -18,6 +19,7 @@
 #include "render/processor/processor_renderer.h"
 #include "studio/room/room.h"
 #include "view/background.h"
+#include "view/scene_planes.h"
 #include "wire/mesh_payload.h"
 
 namespace {
@@ -51,6 +53,23 @@ std::unique_ptr<Renderer> make_compositor(bool wait_for_passes) {
   return made;
 }
 
+/// As a background's drawing has them ready.
+std::shared_ptr<const ScenePlanes> planes_of(const Scene& scene, const Camera& camera) {
+  const auto triangles = std::make_shared<SceneOnScreen>();
+  const Mat4 pixels = pixels_from_scene(camera);
+  triangles->set(scene, pixels, {}, camera.width, camera.height, 0);
+  return std::make_shared<const ScenePlanes>(
+      ScenePlanes{geometry_key(scene), pixels, camera.width, camera.height, triangles});
+}
+
+enum class Viewport { still, travels, given };
+
+constexpr const char* name_of(Viewport viewport) {
+  return viewport == Viewport::still     ? "still"
+         : viewport == Viewport::travels ? "travels"
+                                         : "given";
+}
+
 struct Result {
   std::vector<double> wall, processor, threads;
   std::vector<std::vector<double>> passes;
@@ -67,7 +86,7 @@ int main(int argc, char** argv) {
   app.add_option("meshes", files, "recorded meshes, one per file")->required();
   app.add_option("--size", size, "WIDTHxHEIGHT");
   app.add_option("--backend", backend, "processor, gl or all");
-  app.add_option("--only", only, "one row: SHADOW-still or SHADOW-travels");
+  app.add_option("--only", only, "one row: SHADOW-still, SHADOW-travels or SHADOW-given (travels, with planes)");
   app.add_option("--rounds", rounds, "times through the meshes");
   app.add_option("--output", output, "folder for picture.csv");
   app.add_option("--keep", keep, "folder for the last picture of each row");
@@ -109,9 +128,10 @@ int main(int argc, char** argv) {
     if (backend == (processor ? "gl" : "processor")) continue;
     if (!processor && !context.ready()) continue;
     for (const auto& [quality, name] : qualities) {
-      for (const bool travels : {false, true}) {
-        if (!only.empty() && only != std::string(name) + (travels ? "-travels" : "-still"))
-          continue;
+      for (const Viewport way : {Viewport::still, Viewport::travels, Viewport::given}) {
+        if (!only.empty() && only != std::string(name) + "-" + name_of(way)) continue;
+        if (way == Viewport::given && !processor) continue;  // OpenGL does not take them
+        const bool travels = way != Viewport::still;
         std::unique_ptr<Renderer> renderer;
         if (processor)
           renderer = std::make_unique<ProcessorRenderer>();
@@ -133,6 +153,7 @@ int main(int argc, char** argv) {
           for (const Recorded& recorded : meshes) {
             frame.viewport = viewport(travels ? 30.0 + count : 30.0, width, height);
             frame.subjects = {{&recorded.mesh, {}, 0}};
+            if (way == Viewport::given) frame.planes = planes_of(*scene, frame.viewport);
             out.pixels = before.pixels;
             const double wall = now(CLOCK_MONOTONIC), busy = now(CLOCK_PROCESS_CPUTIME_ID);
             const LoopWatch loops;
@@ -150,14 +171,14 @@ int main(int argc, char** argv) {
           }
         }
         std::printf("%-10s %-6s %-11s %9.2f %9.2f %7.2f\n", processor ? "processor" : "gl", name,
-                    travels ? "travels" : "still", median(result.wall), median(result.processor),
+                    name_of(way), median(result.wall), median(result.processor),
                     median(result.threads));
         if (detailed)
           for (std::size_t i = 0; i < result.passes.size(); ++i)
             std::printf("    %-14s %8.2f\n", renderer->statistics().passes[i].name,
                         median(result.passes[i]));
         if (table.is_open())
-          table << (processor ? "processor," : "gl,") << name << (travels ? ",travels," : ",still,")
+          table << (processor ? "processor," : "gl,") << name << ',' << name_of(way) << ','
                 << width << ',' << height << ',' << median(result.wall) << ','
                 << median(result.processor) << '\n';
         if (!keep.empty() && !travels)

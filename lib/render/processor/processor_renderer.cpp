@@ -17,6 +17,7 @@
 #include "render/processor/scene/scene_layer.h"
 #include "render/processor/subject_layer.h"
 #include "render/processor/video_rows.h"
+#include "view/scene_planes.h"
 
 namespace polyhull {
 
@@ -34,6 +35,7 @@ int samples_of(const RenderSettings& settings) {
 struct ProcessorRenderer::State {
   std::shared_ptr<const Scene> scene_held;
   std::optional<TracedScene> scene;
+  std::optional<std::uint64_t> geometry;  // geometry_key() of the scene, once it is asked for
   SceneLayer direct, mirrored;
   ShadowCasters casters;
   std::optional<Light> shadow_light;  // for which casters has the subjects
@@ -53,6 +55,8 @@ struct ProcessorRenderer::State {
   struct Fresh {
     bool direct = false, mirrored = false;
   };
+  std::shared_ptr<const SceneOnScreen> ready_triangles(const RenderFrame& frame,
+                                                       const LayerView& view);
   Fresh draw_scene(const RenderFrame& frame, const RenderPlan& plan, const RenderSettings& settings,
                    RenderStatistics& statistics);
   void draw_shadows(const RenderFrame& frame, const RenderPlan& plan,
@@ -137,6 +141,16 @@ void ProcessorRenderer::State::prepare(const RenderFrame& frame, const RenderPla
   if (shadowed) statistics.passes.push_back({"shadow-maps", 1e3 * prepared[1], -1.0});
 }
 
+/// The frame's planes, where they are of this view of the scene.
+std::shared_ptr<const SceneOnScreen> ProcessorRenderer::State::ready_triangles(
+    const RenderFrame& frame, const LayerView& view) {
+  if (!scene || !frame.planes) return nullptr;
+  if (!geometry) geometry = geometry_key(scene->scene());
+  return frame.planes->are_of(*geometry, view.pixels_from_scene, view.width, view.height)
+             ? frame.planes->triangles
+             : nullptr;
+}
+
 /// Draws what is missing of the scene as the viewport and the mirror see it.
 ProcessorRenderer::State::Fresh ProcessorRenderer::State::draw_scene(
     const RenderFrame& frame, const RenderPlan& plan, const RenderSettings& settings,
@@ -154,7 +168,9 @@ ProcessorRenderer::State::Fresh ProcessorRenderer::State::draw_scene(
   if (!settings.skip)
     for (SceneLayer* layer : {&direct, &mirrored}) layer->forget();
   Fresh fresh;
-  fresh.direct = direct.set(traced, view);
+  const std::shared_ptr<const SceneOnScreen> ready = ready_triangles(frame, view);
+  fresh.direct = direct.set(traced, view, ready);
+  statistics.scene_planes_taken = fresh.direct && ready;
   if (fresh.direct) albedo.reset(direct, Vec3f(plan.eye), rays);
   if (!traced) return fresh;
 
@@ -440,6 +456,7 @@ void ProcessorRenderer::draw(const RenderFrame& frame, const RenderPlan& plan,
   if (frame.scene != s.scene_held) {
     s.scene_held = frame.scene;
     s.scene.reset();
+    s.geometry.reset();
     // The next scene may take this one's address.
     for (SceneLayer* layer : {&s.direct, &s.mirrored}) layer->forget();
     if (frame.scene && !frame.scene->meshes.empty()) s.scene.emplace(*frame.scene);

@@ -107,16 +107,24 @@ void SceneLayer::draw_samples(int number, int left, int right) {
                          sample_places(view_.samples), part.inverse.data(), pieces.data()});
   if (view_.mirror_mesh < 0) return;
   part.mirror.assign(pixels, 0);
+  for (int s = 0; s < view_.samples; ++s)
+    mark(&pieces[static_cast<std::size_t>(s) * pixels], pixels,
+         static_cast<std::uint8_t>(1 << s), part.mirror.data());
+}
+
+/// Sets \p bit for those of \p pieces that are the mirror's.
+void SceneLayer::mark(const std::uint32_t* pieces, std::size_t count, std::uint8_t bit,
+                      std::uint8_t* marks) const {
   const std::uint32_t* first = &first_of_mesh_[static_cast<std::size_t>(view_.mirror_mesh)];
-  std::uint32_t before = no_triangle;
-  bool shows = false;
-  for (std::size_t i = 0; i < count; ++i) {
-    if (pieces[i] != before) {
-      before = pieces[i];
-      const std::uint32_t id = before != no_triangle ? screen_->piece(before).id : no_triangle;
-      shows = id >= first[0] && id < first[1];
-    }
-    part.mirror[i % pixels] |= static_cast<std::uint8_t>(shows << (i / pixels));
+  for (std::size_t i = 0; i < count;) {
+    // Neighbours mostly show the same.
+    const std::uint32_t number = pieces[i];
+    std::size_t end = i + 1;
+    while (end < count && pieces[end] == number) ++end;
+    const std::uint32_t id = number != no_triangle ? piece(number).id : no_triangle;
+    if (id >= first[0] && id < first[1])
+      for (std::size_t k = i; k < end; ++k) marks[k] |= bit;
+    i = end;
   }
 }
 

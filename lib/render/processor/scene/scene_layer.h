@@ -119,6 +119,8 @@ class SceneLayer {
   void number_triangles();
   void lay_out(Part& part, int number, int left, int right) const;
   void draw_samples(int number, int left, int right);
+  void mark(const std::uint32_t* pieces, std::size_t count, std::uint8_t bit,
+            std::uint8_t* marks) const;
   void draw_middles(int number, int left, int right);
 
   const TracedScene* scene_ = nullptr;
