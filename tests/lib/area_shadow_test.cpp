@@ -95,9 +95,10 @@ Errors errors(Stage& stage, ShadowQuality quality, const std::vector<float>& exp
   ShadowCasters casters;
   casters.set(stage.plan, stage.light(), false);
   AreaShadow shadow;
-  shadow.draw(casters, *stage.traced,
-              {stage.layer, true, Vec3f(stage.plan.eye), PixelRays(stage.frame.viewport)},
-              stage.light(), quality, {0, 0, stage.frame.width, stage.frame.height});
+  const ShadowView view{stage.layer, true, Vec3f(stage.plan.eye), PixelRays(stage.frame.viewport)};
+  shadow.begin(casters, view, stage.light(), quality,
+               {0, 0, stage.frame.width, stage.frame.height});
+  shadow.draw(casters, *stage.traced, view, stage.light());
   // AreaShadow's E is the mean over the light's points; divided by its area it is per radiance.
   const float area = 4.0f * glm::length(glm::cross(stage.light().u, stage.light().v));
   Errors out;

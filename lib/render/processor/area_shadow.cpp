@@ -13,18 +13,6 @@
 namespace polyhull::processor {
 namespace {
 
-/// Rays per pixel, and how many of them come first.
-struct Effort {
-  int rays, first;
-};
-
-Effort effort(ShadowQuality quality, const Light& light) {
-  if (!light.is_area() || quality == ShadowQuality::hard) return {1, 1};
-  if (quality == ShadowQuality::fast) return {3, 3};
-  if (quality == ShadowQuality::good) return {12, 4};
-  return {64, 16};
-}
-
 /// Which block of the sequence a pixel of the grid asks for: those of each 2 x 2 are consecutive.
 std::size_t neighbour(int x, int y) {
   return static_cast<std::size_t>((x & 1) | (y & 1) << 1 | (x & 2) << 1 | (y & 2) << 2);
@@ -33,16 +21,16 @@ std::size_t neighbour(int x, int y) {
 constexpr std::size_t neighbours = 16;
 
 /// The points of the light that 4 x 4 pixels ask for, by neighbour().
-std::vector<Vec3f> light_places(const Light& light, const Effort& work) {
+std::vector<Vec3f> light_places(const Light& light, int rays, int first) {
   std::vector<Vec3f> places;
-  const int all = static_cast<int>(neighbours) * work.rays;
+  const int all = static_cast<int>(neighbours) * rays;
   for (int i = 0; i < all; ++i) {
     Vec2f square(0.5f);
-    if (work.rays > 1) {
+    if (rays > 1) {
       // The first rays of the four pixels of a 2 x 2 are four different parts of their blocks: else
       // some strata of the light would be nobody's first.
-      const int turned = (i % work.rays + i / work.rays % 4 * work.first) % work.rays;
-      const auto index = static_cast<std::uint32_t>(i / work.rays * work.rays + turned);
+      const int turned = (i % rays + i / rays % 4 * first) % rays;
+      const auto index = static_cast<std::uint32_t>(i / rays * rays + turned);
       square = Vec2f(static_cast<float>(reverse_bits(index) >> 8),
                      static_cast<float>(sobol_second(index) >> 8)) *
                    0x1p-24f +
@@ -55,6 +43,13 @@ std::vector<Vec3f> light_places(const Light& light, const Effort& work) {
 }
 
 }  // namespace
+
+AreaShadow::Effort AreaShadow::effort(ShadowQuality quality, const Light& light) {
+  if (!light.is_area() || quality == ShadowQuality::hard) return {1, 1};
+  if (quality == ShadowQuality::fast) return {3, 3};
+  if (quality == ShadowQuality::good) return {12, 4};
+  return {64, 16};
+}
 
 /// The pixels of the grid that this frame draws.
 Rectangle AreaShadow::drawn() const {
@@ -315,35 +310,54 @@ void AreaShadow::mark_shaded() {
   }
 }
 
-bool AreaShadow::draw(const ShadowCasters& subjects, const TracedScene& scene,
-                      const ShadowView& view, const Light& light, ShadowQuality quality,
-                      const Rectangle& shaded) {
-  const Effort work = effort(quality, light);
+bool AreaShadow::begin(const ShadowCasters& subjects, const ShadowView& view, const Light& light,
+                       ShadowQuality quality, const Rectangle& shaded) {
+  work_ = effort(quality, light);
   const Rectangle part = surroundings(shaded, view.layer.view());
   rays_of_pixels_ = view.rays;
   const bool kept = lay_out(view, std::exchange(map_, subjects.map()) != subjects.map(), light,
-                            work.rays);
-  if (!kept) places_ = light_places(light, work);
+                            work_.rays);
+  if (!kept) places_ = light_places(light, work_.rays, work_.first);
   constexpr int span = 2 * block;  // pixels of the picture
   blocks_ = {part.x / span, part.y / span, 0, 0};
   blocks_.width = (part.x + part.width - 1) / span + 1 - blocks_.x;
   blocks_.height = (part.y + part.height - 1) / span + 1 - blocks_.y;
+  in_blocks(0, [&](std::size_t number) {
+    block_state_[number] = may_shade(subjects.reach(), view, number);
+  });
+  return kept;
+}
+
+std::vector<Rectangle> AreaShadow::reached(const LayerView& view) const {
+  constexpr int span = 2 * block;
+  std::vector<Rectangle> rows;
+  for (int y = blocks_.y; y < blocks_.y + blocks_.height; ++y) {
+    Rectangle row;
+    for (int x = blocks_.x; x < blocks_.x + blocks_.width; ++x)
+      if (block_state_[static_cast<std::size_t>(y) * block_columns_ + x])
+        row = bounding(row, {x * span, y * span, span, span});
+    if (!row.empty()) rows.push_back(surroundings(row, view));
+  }
+  return rows;
+}
+
+void AreaShadow::draw(const ShadowCasters& subjects, const TracedScene& scene,
+                      const ShadowView& view, const Light& light) {
   std::atomic<std::uint64_t> rays = 0;
   in_blocks(0, [&](std::size_t number) {
-    if (find_candidates(subjects.reach(), scene, view, number) == 0) return;
-    block_state_[number] = 1;
-    rays += trace(subjects.caster(), scene, light, number, 0, work.first);
+    block_state_[number] = find_candidates(subjects.reach(), scene, view, number) > 0;
+    if (block_state_[number] > 0)
+      rays += trace(subjects.caster(), scene, light, number, 0, work_.first);
   });
-  if (work.rays > work.first) {
-    in_blocks(1, [&](std::size_t number) { find_mixed(number, work.first); });
+  if (work_.rays > work_.first) {
+    in_blocks(1, [&](std::size_t number) { find_mixed(number, work_.first); });
     in_blocks(1, [&](std::size_t number) {
-      rays += trace(subjects.caster(), scene, light, number, work.first, work.rays);
+      rays += trace(subjects.caster(), scene, light, number, work_.first, work_.rays);
     });
   }
   in_blocks(1, [&](std::size_t number) { gather(number); });
   mark_shaded();
   rays_ = rays;
-  return kept;
 }
 
 bool AreaShadow::taken(const SceneLayer& layer, int x, int y, float* taken) const {

@@ -41,11 +41,19 @@ class AreaShadow {
   /// Those around \p part that may be gathered for it.
   static Rectangle surroundings(const Rectangle& part, const LayerView& view);
 
-  /// Computes E in \p part of the picture, as \p view sees it; its layer is drawn in the
-  /// pixels asked(), its mirror's in their surroundings(). \p light is that of \p subjects. Returns
-  /// whether what the scene itself hides from the light was kept from before.
-  bool draw(const ShadowCasters& subjects, const TracedScene& scene, const ShadowView& view,
-            const Light& light, ShadowQuality quality, const Rectangle& part);
+  /// Finds where in \p part of the picture \p subjects may take \p light, which is theirs, as
+  /// \p view sees it; its layer's middles are drawn in the pixels asked(). Returns whether what the
+  /// scene itself hides from the light is kept from before.
+  bool begin(const ShadowCasters& subjects, const ShadowView& view, const Light& light,
+             ShadowQuality quality, const Rectangle& part);
+
+  /// What begin() found, and around it: a rectangle for each row of blocks.
+  std::vector<Rectangle> reached(const LayerView& view) const;
+
+  /// Computes E there; to be called once after begin(), with the same. The samples of the view's
+  /// mirror are drawn where it is reached().
+  void draw(const ShadowCasters& subjects, const TracedScene& scene, const ShadowView& view,
+            const Light& light);
 
   /// False where E is surely 0, for any pixel of the picture.
   bool reaches(int x, int y) const {
@@ -62,6 +70,11 @@ class AreaShadow {
   std::uint64_t rays() const { return rays_; }
 
  private:
+  /// Rays per pixel, and how many of them come first.
+  struct Effort {
+    int rays = 0, first = 0;
+  };
+  static Effort effort(ShadowQuality quality, const Light& light);
   static constexpr int block = ShadowTile::side;  // pixels of the grid on a side
   static constexpr int margin = 4;  // pixels of the picture
 
@@ -73,6 +86,7 @@ class AreaShadow {
   LightReach::Extent extent_of(const LightReach& reach, const ShadowView& view,
                                std::size_t number) const;
   void find_places(const LightReach& reach, const ShadowView& view, std::size_t number);
+  bool is_seen(const ShadowView& view, std::size_t number) const;
   int find_candidates(const LightReach& reach, const TracedScene& scene, const ShadowView& view,
                       std::size_t number);
   void find_mixed(std::size_t number, int first);
@@ -112,6 +126,7 @@ class AreaShadow {
   Light light_;
   PixelRays rays_of_pixels_;
   int per_pixel_ = 0;
+  Effort work_;
   std::vector<Vec3f> places_;              // on the light: per_pixel_ for each of 4 x 4 neighbours
   std::vector<std::uint64_t> open_known_;  // by sample: whether the scene's part in b is known
   std::vector<std::uint64_t> open_;        // and lets the ray through
@@ -120,7 +135,8 @@ class AreaShadow {
   std::vector<std::uint8_t> blocked_;    // of a pixel's rays, by subjects
   std::vector<float> sum_, mean_, gathered_;
   std::vector<std::uint8_t> blank_;        // by block: nothing was found last time, all is 0
-  std::vector<std::uint8_t> block_state_;  // 1: has candidates, 2: E is not 0 somewhere
+  // 1: may be shaded, and from draw() on has candidates; 2: E is not 0 somewhere.
+  std::vector<std::uint8_t> block_state_;
   std::vector<std::uint8_t> shaded_;       // by block: E is not 0 there or beside it
   std::uint64_t rays_ = 0;
 };

@@ -20,14 +20,18 @@ bool AreaShadow::may_shade(const LightReach& reach, const ShadowView& view, std:
 }
 
 void AreaShadow::find_depths(const ShadowView& view, std::size_t number) {
-  const Rectangle part = pixels_of(number);
-  const bool seen =
-      !view.mirror ||
-      view.mirror->shows_mirror(surroundings(
-          {2 * part.x, 2 * part.y, 2 * part.width, 2 * part.height}, view.layer.view()));
   for_pixels(number, [&](std::size_t pixel, int x, int y) {
-    inverse_[pixel] = seen ? *view.layer.middle_inverse(2 * x, 2 * y) : 0.0f;
+    inverse_[pixel] = *view.layer.middle_inverse(2 * x, 2 * y);
   });
+}
+
+/// Whether what the block has is to be seen at all. Where none of the pixels up to those that are
+/// gathered show the mirror, nobody asks what is found there.
+bool AreaShadow::is_seen(const ShadowView& view, std::size_t number) const {
+  if (!view.mirror) return true;
+  const Rectangle part = pixels_of(number);
+  return view.mirror->shows_mirror(surroundings(
+      {2 * part.x, 2 * part.y, 2 * part.width, 2 * part.height}, view.layer.view()));
 }
 
 /// Around the block's places in the light's map. What lies between the rays of four corners and
@@ -77,7 +81,7 @@ void AreaShadow::find_places(const LightReach& reach, const ShadowView& view, st
 /// these only.
 int AreaShadow::find_candidates(const LightReach& reach, const TracedScene& scene,
                                 const ShadowView& view, std::size_t number) {
-  const bool any = may_shade(reach, view, number);
+  const bool any = block_state_[number] > 0 && is_seen(view, number);
   if (!any && blank_[number]) return 0;
   blank_[number] = !any;
   if (any && block_known_[number] < 3) find_places(reach, view, number);

@@ -59,6 +59,8 @@ struct ProcessorRenderer::State {
                                                        const LayerView& view);
   Fresh draw_scene(const RenderFrame& frame, const RenderPlan& plan, const RenderSettings& settings,
                    RenderStatistics& statistics);
+  ShadowView view_in_mirror(const RenderFrame& frame, const RenderPlan& plan,
+                            const Fresh& fresh) const;
   void draw_shadows(const RenderFrame& frame, const RenderPlan& plan,
                     const RenderSettings& settings, const Fresh& fresh,
                     RenderStatistics& statistics);
@@ -174,11 +176,7 @@ ProcessorRenderer::State::Fresh ProcessorRenderer::State::draw_scene(
   if (fresh.direct) albedo.reset(direct, Vec3f(plan.eye), rays);
   if (!traced) return fresh;
 
-  const Rectangle in_mirror = AreaShadow::asked(plan.mirror_shadow, view);
-  const Rectangle marked =
-      in_mirror.empty() ? Rectangle{} : AreaShadow::surroundings(in_mirror, view);
-  bool drawn = direct.ensure_samples({plan.subject, plan.mirror, marked});
-  drawn = direct.ensure_middles(AreaShadow::asked(plan.shadow, view)) || drawn;
+  bool drawn = direct.ensure_middles(AreaShadow::asked(plan.shadow, view));
   if (mirror) {
     LayerView behind = view;
     behind.mirror_mesh = -1;
@@ -189,11 +187,33 @@ ProcessorRenderer::State::Fresh ProcessorRenderer::State::draw_scene(
     if (fresh.mirrored)
       mirror_albedo.reset(mirrored, Vec3f(turned * Vec4(plan.eye, 1.0)),
                           reflected(rays, mirror->normal));
-    drawn = mirrored.ensure_samples({plan.mirror}) || drawn;
-    drawn = mirrored.ensure_middles(bounding(plan.mirror, in_mirror)) || drawn;
+    drawn = mirrored.ensure_samples({&plan.mirror, 1}) || drawn;
+    drawn = mirrored.ensure_middles(
+                bounding(plan.mirror, AreaShadow::asked(plan.mirror_shadow, view))) ||
+            drawn;
   }
+  std::vector<Rectangle> sampled{plan.subject, plan.mirror};
+  if (!plan.mirror_shadow.empty()) {
+    mirror_shadow.begin(casters, view_in_mirror(frame, plan, fresh),
+                        frame.lights[static_cast<std::size_t>(plan.light)], settings.shadow,
+                        plan.mirror_shadow);
+    const std::vector<Rectangle> reached = mirror_shadow.reached(view);
+    sampled.insert(sampled.end(), reached.begin(), reached.end());
+  }
+  drawn = direct.ensure_samples(sampled) || drawn;
   statistics.scene_depth_reused = !drawn;
   return fresh;
+}
+
+/// Who sees the shadow in the plan's mirror.
+ShadowView ProcessorRenderer::State::view_in_mirror(const RenderFrame& frame,
+                                                    const RenderPlan& plan,
+                                                    const Fresh& fresh) const {
+  const Mirror& mirror = *mirror_of(frame, plan);
+  const PixelRays rays(resized(frame.viewport, frame.width, frame.height));
+  return {mirrored, fresh.mirrored,
+          Vec3f(reflection(Vec3(mirror.normal), mirror.offset) * Vec4(plan.eye, 1.0)),
+          reflected(rays, mirror.normal), &direct};
 }
 
 /// The shadow as the viewport sees it, and as the mirror shows it.
@@ -206,15 +226,12 @@ void ProcessorRenderer::State::draw_shadows(const RenderFrame& frame, const Rend
   if (!plan.shadow.empty()) {
     const ShadowView view{direct, fresh.direct, Vec3f(plan.eye), rays};
     statistics.static_shadow_reused =
-        shadow.draw(casters, *scene, view, light, settings.shadow, plan.shadow);
+        shadow.begin(casters, view, light, settings.shadow, plan.shadow);
+    shadow.draw(casters, *scene, view, light);
     statistics.rays += shadow.rays();
   }
   if (!plan.mirror_shadow.empty()) {
-    const Mirror& mirror = *mirror_of(frame, plan);
-    const Mat4 turned = reflection(Vec3(mirror.normal), mirror.offset);
-    const ShadowView view{mirrored, fresh.mirrored, Vec3f(turned * Vec4(plan.eye, 1.0)),
-                          reflected(rays, mirror.normal), &direct};
-    mirror_shadow.draw(casters, *scene, view, light, settings.shadow, plan.mirror_shadow);
+    mirror_shadow.draw(casters, *scene, view_in_mirror(frame, plan, fresh), light);
     statistics.rays += mirror_shadow.rays();
   }
 }

@@ -14,7 +14,7 @@ namespace {
 
 /// Which columns of band \p number any of \p parts has: first, and one past the last; the same:
 /// none.
-std::pair<int, int> columns_of(std::initializer_list<Rectangle> parts, int number) {
+std::pair<int, int> columns_of(std::span<const Rectangle> parts, int number) {
   const int top = number * band_rows, bottom = top + band_rows;
   Rectangle all;
   for (const Rectangle& part : parts)
@@ -25,7 +25,7 @@ std::pair<int, int> columns_of(std::initializer_list<Rectangle> parts, int numbe
 /// Calls draw(number, left, right) for the bands in which \p drawn lacks some of \p parts. Returns
 /// whether any does.
 template <class Part>
-bool draw_missing(const std::vector<Part>& drawn, std::initializer_list<Rectangle> parts, int width,
+bool draw_missing(const std::vector<Part>& drawn, std::span<const Rectangle> parts, int width,
                   const std::function<void(int, int, int)>& draw) {
   std::atomic<bool> any = false;
   parallel_for(drawn.size(), 1, 0, [&](std::size_t begin, std::size_t end) {
@@ -76,14 +76,14 @@ void SceneLayer::number_triangles() {
   }
 }
 
-bool SceneLayer::ensure_samples(std::initializer_list<Rectangle> parts) {
+bool SceneLayer::ensure_samples(std::span<const Rectangle> parts) {
   return draw_missing(samples_, parts, view_.width, [this](int number, int left, int right) {
     draw_samples(number, left, right);
   });
 }
 
 bool SceneLayer::ensure_middles(const Rectangle& part) {
-  return draw_missing(middles_, {part}, view_.width, [this](int number, int left, int right) {
+  return draw_missing(middles_, {&part, 1}, view_.width, [this](int number, int left, int right) {
     draw_middles(number, left, right);
   });
 }

@@ -6,9 +6,9 @@
 
 #include <bit>
 #include <cstdint>
-#include <initializer_list>
 #include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "base/vector.h"
@@ -39,7 +39,7 @@ class SceneLayer {
   void forget() { scene_ = nullptr, view_ = {}; }
 
   /// Draws what of the samples in \p parts is missing. Returns whether anything was.
-  bool ensure_samples(std::initializer_list<Rectangle> parts);
+  bool ensure_samples(std::span<const Rectangle> parts);
 
   /// Draws what of the pixels' middles in \p part is missing. Returns whether anything was.
   bool ensure_middles(const Rectangle& part);
