@@ -10,6 +10,7 @@
 #include "raytrace/light_store.h"
 #include "view/gradual_light.h"
 #include "view/raster_view.h"
+#include "view/scene_planes.h"
 
 namespace polyhull {
 namespace {

@@ -20,13 +20,13 @@
 
 #include "raytrace/path_tracer.h"
 #include "scene/announcement.h"
-#include "view/scene_planes.h"
 #include "view/view_renderer.h"
 
 namespace polyhull {
 
 class GradualLight;
 class RasterView;
+struct ScenePlanes;  // view/scene_planes.h
 
 /// How new views are drawn.
 enum class ViewMethod {
