@@ -26,6 +26,7 @@ LightCacheOptions coarser(LightCacheOptions options, const Step& step) {
   options.first_samples = fewer(options.first_samples, step.first_samples);
   options.light_samples = fewer(options.light_samples, step.samples);
   options.bounce_samples = fewer(options.bounce_samples, step.samples);
+  options.borders = false;
   return options;
 }
 
@@ -92,7 +93,7 @@ bool GradualLight::advance(LightCache& light) {
     to_ = std::move(*next_);
     next_.reset();
     to_exact_ = next_is_exact_;
-    from_ = light.all_values();
+    from_ = light.divided_as(to_);
   }
   if (++frame_ < fade_frames) {
     LightValues between = from_;
