@@ -10,7 +10,8 @@
 namespace polyhull {
 namespace {
 
-constexpr std::uint32_t straight_seed = 0x3c6ef372U, mirrored_seed = 0x510e527fU;
+constexpr std::uint32_t straight_seed = 0x3c6ef372U, mirrored_seed = 0x510e527fU,
+                        inside_seed = 0xa54ff53aU;
 
 }  // namespace
 
@@ -20,6 +21,24 @@ std::vector<Vec2f> spread_points(int count, std::uint32_t seed) {
   for (int i = 0; i < std::clamp(count, 1, most); ++i)
     points.push_back(sample_point(static_cast<std::uint32_t>(i), seed));
   return points;
+}
+
+bool inside_a_body(const TracedScene& scene, const SurfaceGrid::Node& node) {
+  const auto [x, y] = tangents(node.normal);
+  int backs = 0;
+  constexpr std::uint32_t count = 8;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const Vec3f local = cosine_direction(sample_point(i, inside_seed));
+    Ray ray;
+    ray.origin = ray_start(scene, node);
+    ray.near = 10.0f * scene.epsilon();
+    ray.direction = local.x * x + local.y * y + local.z * node.normal;
+    const RayHit hit = scene.caster().intersect(ray);
+    if (!hit.hit()) continue;
+    const Material& material = scene.scene().materials[scene.scene().meshes[hit.mesh].material];
+    if (!material.double_sided && glm::dot(hit.normal, ray.direction) > 0.0f) ++backs;
+  }
+  return 2 * backs > static_cast<int>(count);
 }
 
 LampShare::LampShare(const TracedScene& scene, const Light& light, const MirroredLight* mirrored,

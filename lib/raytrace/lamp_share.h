@@ -52,6 +52,9 @@ inline Vec3f ray_start(const TracedScene& scene, const SurfaceGrid::Node& node) 
   return node.place + scene.epsilon() * node.normal;
 }
 
+/// Whether a node lies inside a closed body: most of what it sees are backs.
+bool inside_a_body(const TracedScene& scene, const SurfaceGrid::Node& node);
+
 /// Well spread points of the unit square, 1 to 1024.
 std::vector<Vec2f> spread_points(int count, std::uint32_t seed);
 

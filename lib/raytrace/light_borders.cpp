@@ -7,7 +7,6 @@
 #include "base/thread_pool.h"
 #include "raytrace/lamp_share.h"
 #include "raytrace/light_cache.h"
-#include "raytrace/light_nodes.h"
 
 namespace polyhull {
 namespace {

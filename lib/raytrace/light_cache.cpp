@@ -9,13 +9,13 @@
 
 #include "base/thread_pool.h"
 #include "raytrace/lamp_share.h"
-#include "raytrace/light_nodes.h"
 #include "raytrace/sampling.h"
 
 namespace polyhull {
 namespace {
 
 constexpr float pi = std::numbers::pi_v<float>;
+constexpr std::uint32_t bounce_seed = 0xa54ff53aU;
 constexpr int mirror_depth = 3;
 constexpr std::size_t grain = 256;
 

@@ -20,7 +20,7 @@
 #include "raytrace/float4.h"
 #include "raytrace/surface_grid.h"
 #include "raytrace/traced_scene.h"
-#include "raytrace/view_loops.h"
+#include "raytrace/loops/view_loops.h"
 
 namespace polyhull {
 

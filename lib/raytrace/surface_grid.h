@@ -10,9 +10,11 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <vector>
 
+#include "raytrace/float4.h"
 #include "raytrace/ray_caster.h"
 #include "scene/scene.h"
 
@@ -137,5 +139,15 @@ class SurfaceGrid {
   std::vector<std::size_t> first_triangle_;         // by mesh
   std::vector<const std::uint32_t*> mesh_indices_;  // by mesh, into the scene it was made from
 };
+
+/// The value at a hit of \p values at the grid's nodes.
+Float4 interpolate(const SurfaceGrid& grid, const std::vector<Float4>& values, const RayHit& hit);
+
+/// The nodes at a block's corners, row by row.
+std::array<std::uint32_t, 4> corners(const SurfaceGrid::Block& block);
+
+/// The value between a block's corners, \p x and \p y from 0 to 1.
+Float4 between(const std::vector<Float4>& values, const SurfaceGrid::Block& block, float x,
+               float y);
 
 }  // namespace polyhull

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "raytrace/view_loops.h"
+#include "raytrace/loops/view_loops.h"
 
 namespace polyhull {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "base/srgb.h"
 #include "raytrace/path_tracer.h"
-#include "raytrace/view_loops.h"
+#include "raytrace/loops/view_loops.h"
 #include "studio/room/room.h"
 #include "studio/room/shapes.h"
 
