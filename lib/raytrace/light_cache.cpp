@@ -79,8 +79,9 @@ LightCache::LightCache(const TracedScene& scene, const LightCacheOptions& option
       fine_(scene.scene(), options.spacing, options.most_nodes),
       coarse_(scene.scene(), options.bounce_spacing, options.most_nodes / 8) {
   const int sides = find_double_sided(scene.scene()) ? 2 : 1;
-  for (int side = 0; side < sides; ++side) fill_direct(scene, options, side == 1);
-  for (int side = 0; side < sides; ++side) fill_bounced(scene, options, side == 1);
+  for (int side = 0; side < sides && !stopped(); ++side) fill_direct(scene, options, side == 1);
+  for (int side = 0; side < sides && !stopped(); ++side) fill_bounced(scene, options, side == 1);
+  if (stopped()) return;
   for (int side = 0; side < sides; ++side) {
     parallel_for(fine_.size(), grain, options.threads, [&](std::size_t begin, std::size_t end) {
       fine_.for_nodes(scene.scene(), begin, end, [&](std::size_t i, const SurfaceGrid::Node& node) {
