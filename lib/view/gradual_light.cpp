@@ -15,7 +15,7 @@ struct Step {
   float spacing, bounce_spacing;
   int first_samples, samples;
 };
-// In the built-in room 38 and 44 dB from the exact light's picture, for 1/40 and 1/8 of its time.
+// In the built-in room 38 and 44 dB from the exact light's picture, for 1/40 and 1/9 of its time.
 constexpr Step first_step{6.0f, 4.0f, 6, 16};
 constexpr Step next_step{2.0f, 2.0f, 2, 4};
 
