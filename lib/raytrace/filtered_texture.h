@@ -8,7 +8,7 @@
 
 #include "base/picture.h"
 #include "base/vector.h"
-#include "raytrace/view_loops.h"
+#include "raytrace/loops/view_loops.h"
 
 namespace polyhull {
 

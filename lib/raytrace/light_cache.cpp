@@ -8,88 +8,20 @@
 #include <numbers>
 
 #include "base/thread_pool.h"
-#include "raytrace/area_light.h"
+#include "raytrace/lamp_share.h"
 #include "raytrace/sampling.h"
 
 namespace polyhull {
 namespace {
 
 constexpr float pi = std::numbers::pi_v<float>;
-constexpr int most_samples = 1024;
-constexpr std::uint32_t light_seed = 0x3c6ef372U, bounce_seed = 0xa54ff53aU,
-                        mirror_seed = 0x510e527fU;
+constexpr std::uint32_t bounce_seed = 0xa54ff53aU;
 constexpr int mirror_depth = 3;
 constexpr std::size_t grain = 256;
-
-/// The start of rays from a node.
-Vec3f start(const SurfaceGrid::Node& node, float epsilon) {
-  return node.place + epsilon * node.normal;
-}
 
 SurfaceGrid::Node turned(SurfaceGrid::Node node, bool back) {
   if (back) node.normal = -node.normal;
   return node;
-}
-
-std::vector<Vec2f> sample_points(int count, std::uint32_t seed) {
-  std::vector<Vec2f> points;
-  for (int i = 0; i < std::clamp(count, 1, most_samples); ++i)
-    points.push_back(sample_point(static_cast<std::uint32_t>(i), seed));
-  return points;
-}
-
-/// How much of the light reaches a node, by weight, over some of the sample points.
-struct Share {
-  float visible = 0.0f;
-  float whole = 0.0f;
-};
-
-Share visible_share(const TracedScene& scene, const Light& light, const SurfaceGrid::Node& node,
-                    std::span<const Vec2f> points) {
-  std::array<Ray, 64> rays;
-  std::array<float, 64> weights;
-  std::array<std::uint8_t, 64> blocked;
-  Share share;
-  const Vec3f origin = start(node, scene.epsilon());
-  for (std::size_t first = 0; first < points.size(); first += rays.size()) {
-    std::size_t count = 0;
-    for (std::size_t i = first; i < std::min(first + rays.size(), points.size()); ++i) {
-      const LightSample sample = sample_light(light, points[i], origin, node.normal);
-      if (sample.weight <= 0.0f) continue;
-      weights[count] = sample.weight;
-      rays[count].origin = origin;
-      rays[count].direction = sample.place - origin;
-      // A node in the very plane of a wall that stands there is on the wall's near side, too.
-      rays[count].near = 10.0f * scene.epsilon() / glm::length(rays[count].direction);
-      rays[count].far = 1.0f - 1e-4f;
-      ++count;
-    }
-    scene.caster().occluded(std::span(rays).first(count), std::span(blocked).first(count));
-    for (std::size_t i = 0; i < count; ++i) {
-      share.whole += weights[i];
-      if (!blocked[i]) share.visible += weights[i];
-    }
-  }
-  return share;
-}
-
-/// Whether a node lies inside a closed body: most of what it sees are backs.
-bool inside_a_body(const TracedScene& scene, const SurfaceGrid::Node& node) {
-  const auto [x, y] = tangents(node.normal);
-  int backs = 0;
-  constexpr std::uint32_t count = 8;
-  for (std::uint32_t i = 0; i < count; ++i) {
-    const Vec3f local = cosine_direction(sample_point(i, bounce_seed));
-    Ray ray;
-    ray.origin = start(node, scene.epsilon());
-    ray.near = 10.0f * scene.epsilon();
-    ray.direction = local.x * x + local.y * y + local.z * node.normal;
-    const RayHit hit = scene.caster().intersect(ray);
-    if (!hit.hit()) continue;
-    const Material& material = scene.scene().materials[scene.scene().meshes[hit.mesh].material];
-    if (!material.double_sided && glm::dot(hit.normal, ray.direction) > 0.0f) ++backs;
-  }
-  return 2 * backs > static_cast<int>(count);
 }
 
 /// A node inside a body that stands on the surface would darken the visible rim beside the body: it
@@ -117,19 +49,27 @@ void mend_hidden(const SurfaceGrid& grid, std::vector<char>& hidden, std::vector
     for (std::size_t i = 0; i < values.size(); ++i) {
       if (sums[i][3] == 0.0f) continue;
       values[i] = sums[i] / sums[i][3];
+      values[i][3] = 0.0f;
       hidden[i] = 0;
     }
   }
 }
 
-Float4 interpolate(const SurfaceGrid& grid, const std::vector<Float4>& values, const RayHit& hit) {
-  const SurfaceGrid::Lookup lookup = grid.lookup(hit);
-  return lookup.weight[0] * values[lookup.index[0]] + lookup.weight[1] * values[lookup.index[1]] +
-         lookup.weight[2] * values[lookup.index[2]] + lookup.weight[3] * values[lookup.index[3]];
-}
-
-constexpr float not_asked = -1.0f;  // in place of a share of visible light
+constexpr float not_asked = -1.0f;  // as the fourth number of a share
 constexpr float alike = 0.12f;      // shares that differ less may be interpolated between
+constexpr float sharp = 0.7f;       // shares that differ more have a border in between
+
+/// The largest difference of a colour among a block's corners.
+float contrast(const std::vector<Float4>& shares, const SurfaceGrid::Block& block) {
+  const auto at = corners(block);
+  Float4 least = shares[at[0]], most = least;
+  for (const std::uint32_t i : at) {
+    least = shares[i] < least ? shares[i] : least;
+    most = shares[i] > most ? shares[i] : most;
+  }
+  const Float4 d = most - least;
+  return std::max({d[0], d[1], d[2]});
+}
 
 }  // namespace
 
@@ -139,15 +79,16 @@ LightCache::LightCache(const TracedScene& scene, const LightCacheOptions& option
       fine_(scene.scene(), options.spacing, options.most_nodes),
       coarse_(scene.scene(), options.bounce_spacing, options.most_nodes / 8) {
   const int sides = find_double_sided(scene.scene()) ? 2 : 1;
-  for (int side = 0; side < sides; ++side) fill_direct(scene, options, side == 1);
-  for (int side = 0; side < sides; ++side) fill_bounced(scene, options, side == 1);
+  for (int side = 0; side < sides && !stopped(); ++side) fill_direct(scene, options, side == 1);
+  for (int side = 0; side < sides && !stopped(); ++side) fill_bounced(scene, options, side == 1);
+  if (stopped()) return;
   for (int side = 0; side < sides; ++side) {
-    all_.sides[side] = direct_[side];
     parallel_for(fine_.size(), grain, options.threads, [&](std::size_t begin, std::size_t end) {
       fine_.for_nodes(scene.scene(), begin, end, [&](std::size_t i, const SurfaceGrid::Node& node) {
-        all_.sides[side][i] += interpolate(coarse_, bounced_[side], node.hit);
+        all_.sides[side][i] += direct_[side][i] + interpolate(coarse_, bounced_[side], node.hit);
       });
     });
+    refine_borders(scene, options, side == 1);
   }
   find_mean(scene);
   stop_ = nullptr;  // which may not live as long
@@ -163,8 +104,10 @@ LightCache::LightCache(const TracedScene& scene, const LightCacheOptions& option
 
 bool LightCache::usable() const {
   const bool back = std::find(double_sided_.begin(), double_sided_.end(), 1) != double_sided_.end();
-  return all_.sides[0].size() == fine_.size() &&
-         all_.sides[1].size() == (back ? fine_.size() : 0);
+  const auto fits = [&](const std::vector<Float4>& values) {
+    return values.size() >= fine_.size() && (values.size() - fine_.size()) % border_nodes == 0;
+  };
+  return fits(all_.sides[0]) && (back ? fits(all_.sides[1]) : all_.sides[1].empty());
 }
 
 LightValues LightCache::values_for(const TracedScene& scene,
@@ -178,6 +121,7 @@ LightValues LightCache::values_for(const TracedScene& scene,
     parallel_for(grid.size(), grain, options.threads, [&](std::size_t begin, std::size_t end) {
       grid.for_nodes(scene.scene(), begin, end, [&](std::size_t i, const SurfaceGrid::Node& node) {
         out.sides[side][i] = interpolate(fine_, all_.sides[side], node.hit);
+        out.sides[side][i][3] = 0.0f;
       });
     });
   }
@@ -195,36 +139,33 @@ bool LightCache::find_double_sided(const Scene& scene) {
 }
 
 Vec3f LightCache::irradiance(const RayHit& hit, bool back) const {
-  return gain_ * to_vector(interpolate(fine_, all_.sides[back && double_sided_[hit.mesh] ? 1 : 0], hit));
+  const std::vector<Float4>& values = all_.sides[back && double_sided_[hit.mesh] ? 1 : 0];
+  const SurfaceGrid::Lookup at = fine_.lookup(hit);
+  const float border = values[at.index[0]][3];
+  // Of nodes at vertices the fourth number is 0.
+  if (!(border > 0.0f)) return gain_ * to_vector(interpolate(fine_, values, hit));
+  const auto cells = static_cast<float>(border_cells);
+  const float x = cells * (at.weight[1] + at.weight[3]), y = cells * (at.weight[2] + at.weight[3]);
+  const auto column = std::min(static_cast<std::uint32_t>(x), border_cells - 1u);
+  const auto row = std::min(static_cast<std::uint32_t>(y), border_cells - 1u);
+  const SurfaceGrid::Block cell{
+      static_cast<std::uint32_t>(fine_.size() + (static_cast<std::size_t>(border) - 1) * border_nodes) +
+          row * (border_cells + 1u) + column,
+      border_cells + 1u, 1, 1, 0};
+  return gain_ * to_vector(between(values, cell, x - static_cast<float>(column),
+                                   y - static_cast<float>(row)));
 }
 
-/// The share of a light that each node sees, by weight.
-void LightCache::ask_light(const TracedScene& scene, const LightCacheOptions& options,
-                           const Light& light, bool back, std::vector<float>& shares) {
-  const std::vector<Vec2f> points =
-      sample_points(light.is_area() ? options.light_samples : 1, light_seed);
-  const auto few = std::span(points).first(
-      std::min(points.size(), static_cast<std::size_t>(std::max(options.first_samples, 1))));
+/// The share of a lamp that each node sees.
+void LightCache::ask_lamp(const TracedScene& scene, const LightCacheOptions& options,
+                          const LampShare& lamp, bool back, std::vector<Float4>& shares) {
   std::atomic<std::uint64_t> rays = 0;
   const auto ask = [&](const std::vector<char>& wanted, bool thorough) {
     parallel_for(fine_.size(), grain, options.threads, [&](std::size_t begin, std::size_t end) {
       std::uint64_t asked = 0;
-      fine_.for_nodes(scene.scene(), begin, end, [&](std::size_t i, SurfaceGrid::Node node) {
+      fine_.for_nodes(scene.scene(), begin, end, [&](std::size_t i, const SurfaceGrid::Node& node) {
         if (!wanted[i] || (back && !double_sided_[node.mesh]) || stopped()) return;
-        node = turned(node, back);
-        Share share = visible_share(scene, light, node, few);
-        asked += few.size();
-        const bool soft = share.visible > 0.0f && share.visible < share.whole * (1.0f - 1e-5f);
-        if ((soft || thorough) && share.whole > 0.0f) {
-          const Share more =
-              visible_share(scene, light, node, std::span(points).subspan(few.size()));
-          share.visible += more.visible;
-          share.whole += more.whole;
-          asked += points.size() - few.size();
-        }
-        // A node that the light's front is turned away from does as if it saw it: the light's
-        // closed form is 0 there, and a neighbour's share is not disturbed.
-        shares[i] = share.whole > 0.0f ? std::min(share.visible / share.whole, 1.0f) : 1.0f;
+        shares[i] = lamp.at(turned(node, back), thorough, asked);
       });
       rays += asked;
     });
@@ -234,11 +175,7 @@ void LightCache::ask_light(const TracedScene& scene, const LightCacheOptions& op
     std::fill(wanted.begin() + static_cast<std::ptrdiff_t>(begin),
               wanted.begin() + static_cast<std::ptrdiff_t>(end), 1);
   });
-  const auto corners = [](const SurfaceGrid::Block& block) {
-    const std::uint32_t below = block.first + block.height * block.stride;
-    return std::array{block.first, block.first + block.width, below, below + block.width};
-  };
-  constexpr std::uint32_t step = 2;
+  const std::uint32_t step = lamp.is_mirrored() ? 4 : 2;
   fine_.for_blocks(step, [&](const SurfaceGrid::Block& block) {
     for (const std::uint32_t i : corners(block)) wanted[i] = 1;
   });
@@ -246,12 +183,7 @@ void LightCache::ask_light(const TracedScene& scene, const LightCacheOptions& op
   std::fill(wanted.begin(), wanted.end(), 0);
   std::vector<SurfaceGrid::Block> even;
   fine_.for_blocks(step, [&](const SurfaceGrid::Block& block) {
-    float least = 2.0f, most = -2.0f;
-    for (const std::uint32_t i : corners(block)) {
-      least = std::min(least, shares[i]);
-      most = std::max(most, shares[i]);
-    }
-    if (most - least <= alike) {
+    if (contrast(shares, block) <= alike) {
       even.push_back(block);
       return;
     }
@@ -261,44 +193,67 @@ void LightCache::ask_light(const TracedScene& scene, const LightCacheOptions& op
   });
   ask(wanted, true);
   for (const SurfaceGrid::Block& block : even) {
-    const auto c = corners(block);
     for (std::uint32_t t = 0; t <= block.height; ++t) {
       for (std::uint32_t s = 0; s <= block.width; ++s) {
-        float& share = shares[block.first + t * block.stride + s];
-        if (share != not_asked) continue;  // its other block asked
-        const float x = static_cast<float>(s) / static_cast<float>(block.width);
-        const float y = static_cast<float>(t) / static_cast<float>(block.height);
-        share = (1.0f - y) * ((1.0f - x) * shares[c[0]] + x * shares[c[1]]) +
-                y * ((1.0f - x) * shares[c[2]] + x * shares[c[3]]);
+        Float4& share = shares[block.first + t * block.stride + s];
+        if (share[3] != not_asked) continue;  // its other block asked
+        share = between(shares, block,
+                        static_cast<float>(s) / static_cast<float>(block.width),
+                        static_cast<float>(t) / static_cast<float>(block.height));
       }
     }
   }
   rays_ += rays;
 }
 
+/// The light of a lamp into \p values; \p hidden gets nodes that lie in bodies, unless it is null.
+void LightCache::fill_lamp(const TracedScene& scene, const LightCacheOptions& options,
+                           const LampShare& lamp, bool back, std::vector<Float4>& values,
+                           std::vector<char>* hidden) {
+  std::vector<Float4> shares(fine_.size(), Float4{0.0f, 0.0f, 0.0f, not_asked});
+  ask_lamp(scene, options, lamp, back, shares);
+  parallel_for(fine_.size(), grain, options.threads, [&](std::size_t begin, std::size_t end) {
+    fine_.for_nodes(scene.scene(), begin, end, [&](std::size_t i, SurfaceGrid::Node node) {
+      if ((back && !double_sided_[node.mesh]) || stopped()) return;
+      node = turned(node, back);
+      const float unoccluded = lamp.unoccluded(node);
+      if (unoccluded <= 0.0f) return;
+      Float4 share = shares[i];
+      share[3] = 0.0f;
+      if (std::max({share[0], share[1], share[2]}) > 0.0f)
+        values[i] += share * to_float4(lamp.radiance() * unoccluded);
+      else if (hidden != nullptr && inside_a_body(scene, node))
+        (*hidden)[i] = 1;
+    });
+  });
+  std::vector<char>& borders = borders_[back ? 1 : 0];
+  borders.resize(fine_.size(), 0);
+  if (!options.borders) return;
+  fine_.for_blocks(1, [&](const SurfaceGrid::Block& block) {
+    if (contrast(shares, block) > sharp) borders[block.first] = 1;
+  });
+}
+
 void LightCache::fill_direct(const TracedScene& scene, const LightCacheOptions& options,
                              bool back) {
-  std::vector<Float4>& values = direct_[back ? 1 : 0];
-  values.assign(fine_.size(), Float4{});
+  const int side = back ? 1 : 0;
+  direct_[side].assign(fine_.size(), Float4{});
+  std::vector<Float4>& mirrored = all_.sides[side];
+  mirrored.assign(fine_.size(), Float4{});
   std::vector<char> hidden(fine_.size(), 0);
   for (const Light& light : scene.scene().lights) {
-    std::vector<float> shares(fine_.size(), not_asked);
-    ask_light(scene, options, light, back, shares);
-    parallel_for(fine_.size(), grain, options.threads, [&](std::size_t begin, std::size_t end) {
-      fine_.for_nodes(scene.scene(), begin, end, [&](std::size_t i, SurfaceGrid::Node node) {
-        if ((back && !double_sided_[node.mesh]) || stopped()) return;
-        node = turned(node, back);
-        const Vec3f origin = start(node, scene.epsilon());
-        const float unoccluded = unoccluded_irradiance(light, origin, node.normal);
-        if (unoccluded <= 0.0f) return;
-        if (shares[i] > 0.0f)
-          values[i] += to_float4(light.radiance * (unoccluded * shares[i]));
-        else if (!back && inside_a_body(scene, node))
-          hidden[i] = 1;
-      });
-    });
+    const LampShare lamp(scene, light, nullptr, options.first_samples, options.light_samples);
+    fill_lamp(scene, options, lamp, back, direct_[side], back ? nullptr : &hidden);
   }
-  if (!back) mend_hidden(fine_, hidden, values);
+  for (const MirroredLight& light : scene.mirrored_lights()) {
+    const LampShare lamp(scene, light.image, &light, options.first_samples,
+                         options.light_samples / 2);
+    fill_lamp(scene, options, lamp, back, mirrored, nullptr);
+  }
+  if (back) return;
+  std::vector<char> same = hidden;
+  mend_hidden(fine_, hidden, direct_[side]);
+  mend_hidden(fine_, same, mirrored);
 }
 
 void LightCache::fill_bounced(const TracedScene& scene, const LightCacheOptions& options,
@@ -306,8 +261,7 @@ void LightCache::fill_bounced(const TracedScene& scene, const LightCacheOptions&
   const SurfaceGrid& grid = coarse_;
   std::vector<Float4>& values = bounced_[back ? 1 : 0];
   values.assign(grid.size(), Float4{});
-  const std::vector<Vec2f> points = sample_points(options.bounce_samples, bounce_seed);
-  const std::vector<Vec2f> mirror_points = sample_points(options.light_samples / 2, mirror_seed);
+  const std::vector<Vec2f> points = spread_points(options.bounce_samples, bounce_seed);
   std::vector<char> hidden(grid.size(), 0);
   std::atomic<std::uint64_t> rays = 0;
   // L_1 along a ray from a node, as the path tracer has it but with the straight light from the
@@ -350,7 +304,7 @@ void LightCache::fill_bounced(const TracedScene& scene, const LightCacheOptions&
       node = turned(node, back);
       if ((back && !double_sided_[node.mesh]) || stopped()) return;
       const auto [x, y] = tangents(node.normal);
-      const Vec3f origin = start(node, scene.epsilon());
+      const Vec3f origin = ray_start(scene, node);
       Vec3f sum(0.0f);
       int backs = 0;
       for (std::size_t first = 0; first < points.size(); first += ways.size()) {
@@ -369,15 +323,6 @@ void LightCache::fill_bounced(const TracedScene& scene, const LightCacheOptions&
       hidden[i] = 2 * backs > static_cast<int>(points.size());
       sum *= pi / static_cast<float>(points.size());
       asked += points.size();
-      for (const MirroredLight& light : scene.mirrored_lights()) {
-        if (unoccluded_irradiance(light.image, origin, node.normal) <= 0.0f) continue;
-        Vec3f mirrored(0.0f);
-        for (const Vec2f& point : mirror_points) {
-          mirrored += mirrored_light_sample(scene, light, point, origin, node.normal);
-        }
-        sum += mirrored / static_cast<float>(mirror_points.size());
-        asked += 2 * mirror_points.size();
-      }
       values[i] = to_float4(sum);
     });
     rays += asked;

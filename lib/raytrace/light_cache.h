@@ -6,9 +6,10 @@
 /// The straight light of the lamps is kept on a fine grid (SurfaceGrid) as
 ///   E = sum over lights  E_unoccluded (closed form) * visible weight / whole weight
 /// over `light_samples` ways to the light; where a first few of them are all free or all blocked,
-/// at the node and its neighbours, no more are asked for. The light by mirrors and one diffuse
-/// bounce varies slowly and is kept on a coarser grid; the bounce reads the straight light where it
-/// lands. All nodes use the same ways: what error there is does not flicker from node to node.
+/// at the node and its neighbours, no more are asked for; the lamps' light by way of planar mirrors
+/// likewise. Cells in which that light has a border are divided once more, so that a sharp shadow
+/// has no stairs (light_borders.cpp). What one diffuse bounce brings varies slowly and is kept on a
+/// coarser grid; the bounce reads the straight light where it lands. All nodes use the same ways: what error there is does not flicker from node to node.
 #pragma once
 
 #include <array>
@@ -19,6 +20,7 @@
 #include "raytrace/float4.h"
 #include "raytrace/surface_grid.h"
 #include "raytrace/traced_scene.h"
+#include "raytrace/loops/view_loops.h"
 
 namespace polyhull {
 
@@ -30,13 +32,18 @@ struct LightCacheOptions {
   int light_samples = 256;             ///< ways to each light in soft shadows' edges, at most 1024
   int bounce_samples = 256;            ///< directions of bounced light, at most 1024
   std::size_t most_nodes = 3'000'000;  ///< for larger scenes the grid becomes coarser
+  bool borders = true;                 ///< whether cells with borders of light are divided
   int threads = 0;                     ///< of the pool, 0: all
 };
+
+class LampShare;
 
 /// What a filled cache is asked for, to be kept (light_store.h).
 struct LightValues {
   /// Irradiance at the nodes of the fine grid, [0] for the front of the surfaces, [1] for the back
-  /// of double-sided ones (empty where there are none).
+  /// of double-sided ones (empty where there are none); then the border_nodes of each divided cell,
+  /// row by row. The first node of divided cell i of a side has i + 1 as its fourth number, other
+  /// nodes 0.
   std::array<std::vector<Float4>, 2> sides;
   Vec3f mean_bounced{0.0f};
 };
@@ -56,6 +63,10 @@ class LightCache {
   /// Other values, as many.
   void set_values(LightValues values) { all_ = std::move(values); }
 
+  /// This light with cells divided as in \p other, which is of a cache of the same scene and options
+  /// (and this one's are not divided): looks the same.
+  LightValues divided_as(const LightValues& other) const;
+
   /// This light of \p scene, but at the nodes that another cache of it with \p options has.
   LightValues values_for(const TracedScene& scene, const LightCacheOptions& options) const;
 
@@ -66,6 +77,10 @@ class LightCache {
   /// values, on the front of \p mesh or on its back.
   const Float4* values(std::uint32_t mesh, bool back) const {
     return all_.sides[back && double_sided_[mesh] ? 1 : 0].data();
+  }
+  /// The values of divided cells.
+  const Float4* borders(std::uint32_t mesh, bool back) const {
+    return values(mesh, back) + fine_.size();
   }
   const SurfaceGrid& grid() const { return fine_; }
   const Vec3f& gain() const { return gain_; }
@@ -88,8 +103,15 @@ class LightCache {
   bool find_double_sided(const Scene& scene);
   bool stopped() const { return stop_ != nullptr && *stop_; }
   void fill_direct(const TracedScene& scene, const LightCacheOptions& options, bool back);
-  void ask_light(const TracedScene& scene, const LightCacheOptions& options, const Light& light,
-                 bool back, std::vector<float>& shares);
+  void fill_lamp(const TracedScene& scene, const LightCacheOptions& options,
+                 const LampShare& lamp, bool back, std::vector<Float4>& values,
+                 std::vector<char>* hidden);
+  void ask_lamp(const TracedScene& scene, const LightCacheOptions& options, const LampShare& lamp,
+                bool back, std::vector<Float4>& shares);
+  void refine_borders(const TracedScene& scene, const LightCacheOptions& options, bool back);
+  bool border_value(const TracedScene& scene, const std::vector<LampShare>& lamps,
+                    const SurfaceGrid::Node& node, int side, Float4& value,
+                    std::uint64_t& rays) const;
   void fill_bounced(const TracedScene& scene, const LightCacheOptions& options, bool back);
   void find_mean(const TracedScene& scene);
 
@@ -98,6 +120,7 @@ class LightCache {
   SurfaceGrid fine_, coarse_;
   Sides direct_;     // on the fine grid
   Sides bounced_;    // on the coarse grid
+  std::array<std::vector<char>, 2> borders_;  // by the first node of cells to be divided
   LightValues all_;  // what a frame looks up
   Vec3f gain_{1.0f};
   std::uint64_t rays_ = 0;

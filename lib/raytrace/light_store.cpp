@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::uint64_t version = 1;  // another one for other contents, and for another light
+constexpr std::uint64_t version = 2;  // another one for other contents, and for another light
 constexpr std::size_t most_files = 16;
 
 /// What a file begins with; the values follow, Float4 by Float4, first the fronts'.
@@ -50,6 +50,7 @@ std::uint64_t key_of(const Scene& scene, const LightCacheOptions& options) {
   hash.add(options.light_samples);
   hash.add(options.bounce_samples);
   hash.add(options.most_nodes);
+  hash.add(options.borders);
   for (const SceneMesh& mesh : scene.meshes) {
     hash.add(mesh.material);
     hash.add(mesh.positions);

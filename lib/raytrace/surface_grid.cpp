@@ -167,8 +167,40 @@ std::size_t SurfaceGrid::patch_of(std::size_t node) const {
 SurfaceGrid::Node SurfaceGrid::node(const Scene& scene, std::size_t patch_index,
                                     std::size_t index) const {
   const Patch& patch = patches_[patch_index];
-  const SceneMesh& mesh = scene.meshes[patch.mesh];
   const auto local = static_cast<std::uint32_t>(index - patch.first_node);
+  if (patch.kind != Kind::vertices) {
+    const std::uint32_t stride = patch.ns + 1u;
+    return patch_node(scene, patch, static_cast<float>(local % stride) / patch.ns,
+                      static_cast<float>(local / stride) / patch.nt);
+  }
+  const SceneMesh& mesh = scene.meshes[patch.mesh];
+  const std::uint32_t where = vertex_triangles_[patch.first_vertex + local];
+  Node node;
+  node.mesh = patch.mesh;
+  node.hit.mesh = patch.mesh;
+  node.hit.triangle = where / 3;
+  node.hit.u = where % 3 == 1 ? 1.0f : 0.0f;
+  node.hit.v = where % 3 == 2 ? 1.0f : 0.0f;
+  node.place = mesh.positions[local];
+  node.normal = mesh.normals[local];
+  return node;
+}
+
+SurfaceGrid::Node SurfaceGrid::between(const Scene& scene, const Block& block, float x,
+                                       float y) const {
+  const Patch& patch = patches_[block.patch];
+  const std::uint32_t local = block.first - patch.first_node;
+  const auto along = [](std::uint32_t first, float part, std::uint32_t width, std::uint32_t cells) {
+    return (static_cast<float>(first) + part * static_cast<float>(width)) /
+           static_cast<float>(cells);
+  };
+  return patch_node(scene, patch, along(local % block.stride, x, block.width, patch.ns),
+                    along(local / block.stride, y, block.height, patch.nt));
+}
+
+SurfaceGrid::Node SurfaceGrid::patch_node(const Scene& scene, const Patch& patch, float s,
+                                          float t) const {
+  const SceneMesh& mesh = scene.meshes[patch.mesh];
   Node node;
   node.mesh = patch.mesh;
   node.hit.mesh = patch.mesh;
@@ -178,17 +210,6 @@ SurfaceGrid::Node SurfaceGrid::node(const Scene& scene, std::size_t patch_index,
     node.hit.v = weights[2];
   };
   float weights[3] = {};
-  if (patch.kind == Kind::vertices) {
-    const std::uint32_t where = vertex_triangles_[patch.first_vertex + local];
-    weights[where % 3] = 1.0f;
-    place_hit(where / 3, weights);
-    node.place = mesh.positions[local];
-    node.normal = mesh.normals[local];
-    return node;
-  }
-  const std::uint32_t stride = patch.ns + 1u;
-  const float s = static_cast<float>(local % stride) / patch.ns;
-  const float t = static_cast<float>(local / stride) / patch.nt;
   const Vec3f p0 = mesh.positions[patch.corners[0]];
   const Vec3f a = mesh.positions[patch.corners[1]] - p0, b = mesh.positions[patch.corners[2]] - p0;
   Vec3f middle;
@@ -280,6 +301,24 @@ SurfaceGrid::Lookup SurfaceGrid::lookup(const RayHit& hit) const {
   out.weight[2] = (1.0f - fx) * fy;
   out.weight[3] = fx * fy;
   return out;
+}
+
+Float4 interpolate(const SurfaceGrid& grid, const std::vector<Float4>& values, const RayHit& hit) {
+  const SurfaceGrid::Lookup lookup = grid.lookup(hit);
+  return lookup.weight[0] * values[lookup.index[0]] + lookup.weight[1] * values[lookup.index[1]] +
+         lookup.weight[2] * values[lookup.index[2]] + lookup.weight[3] * values[lookup.index[3]];
+}
+
+std::array<std::uint32_t, 4> corners(const SurfaceGrid::Block& block) {
+  const std::uint32_t below = block.first + block.height * block.stride;
+  return {block.first, block.first + block.width, below, below + block.width};
+}
+
+Float4 between(const std::vector<Float4>& values, const SurfaceGrid::Block& block, float x,
+               float y) {
+  const auto at = corners(block);
+  return (1.0f - y) * ((1.0f - x) * values[at[0]] + x * values[at[1]]) +
+         y * ((1.0f - x) * values[at[2]] + x * values[at[3]]);
 }
 
 }  // namespace polyhull

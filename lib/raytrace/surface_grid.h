@@ -10,9 +10,11 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <vector>
 
+#include "raytrace/float4.h"
 #include "raytrace/ray_caster.h"
 #include "scene/scene.h"
 
@@ -66,19 +68,24 @@ class SurfaceGrid {
   /// first + t * stride + s.
   struct Block {
     std::uint32_t first, stride, width, height;
+    std::uint32_t patch;
   };
+
+  /// A node between those of a block: \p x and \p y from 0 to 1 over its width and height.
+  Node between(const Scene& scene, const Block& block, float x, float y) const;
 
   /// Calls visit(block) for blocks of at most \p step x \p step cells that tile the grid patches;
   /// neighbouring blocks share nodes. Nodes at vertices of small triangles are in no block.
   template <typename Visit>
   void for_blocks(std::uint32_t step, const Visit& visit) const {
-    for (const Patch& patch : patches_) {
+    for (std::uint32_t i = 0; i < patches_.size(); ++i) {
+      const Patch& patch = patches_[i];
       if (patch.kind == Kind::vertices) continue;
       const std::uint32_t stride = patch.ns + 1u;
       for (std::uint32_t t = 0; t < patch.nt; t += step) {
         for (std::uint32_t s = 0; s < patch.ns; s += step) {
           visit(Block{patch.first_node + t * stride + s, stride, std::min(step, patch.ns - s),
-                      std::min(step, patch.nt - t)});
+                      std::min(step, patch.nt - t), i});
         }
       }
     }
@@ -122,6 +129,7 @@ class SurfaceGrid {
     return patch < patches_.size() ? patches_[patch].first_node : node_count_;
   }
   Node node(const Scene& scene, std::size_t patch, std::size_t index) const;
+  Node patch_node(const Scene& scene, const Patch& patch, float s, float t) const;
 
   float spacing_ = 0.0f;
   std::size_t node_count_ = 0;
@@ -131,5 +139,15 @@ class SurfaceGrid {
   std::vector<std::size_t> first_triangle_;         // by mesh
   std::vector<const std::uint32_t*> mesh_indices_;  // by mesh, into the scene it was made from
 };
+
+/// The value at a hit of \p values at the grid's nodes.
+Float4 interpolate(const SurfaceGrid& grid, const std::vector<Float4>& values, const RayHit& hit);
+
+/// The nodes at a block's corners, row by row.
+std::array<std::uint32_t, 4> corners(const SurfaceGrid::Block& block);
+
+/// The value between a block's corners, \p x and \p y from 0 to 1.
+Float4 between(const std::vector<Float4>& values, const SurfaceGrid::Block& block, float x,
+               float y);
 
 }  // namespace polyhull

@@ -172,8 +172,8 @@ Vec3f light_sample(const TracedScene& scene, const Light& light, const Vec2f& sq
   return scene.caster().occluded(ray) ? Vec3f(0.0f) : sample.weight * light.radiance;
 }
 
-Vec3f mirrored_light_sample(const TracedScene& scene, const MirroredLight& light,
-                            const Vec2f& square, const Vec3f& origin, const Vec3f& normal) {
+Vec3f mirrored_share(const TracedScene& scene, const MirroredLight& light, const Vec2f& square,
+                     const Vec3f& origin, const Vec3f& normal) {
   const LightSample sample = sample_light(light.image, square, origin, normal);
   if (sample.weight <= 0.0f) return Vec3f(0.0f);
   const Mirror& mirror = scene.scene().mirrors[light.mirror];
@@ -197,7 +197,13 @@ Vec3f mirrored_light_sample(const TracedScene& scene, const MirroredLight& light
   if (scene.caster().occluded(onward)) return Vec3f(0.0f);
   const Material& material = scene.scene().materials[scene.scene().meshes[mirror.mesh].material];
   const float cosine = std::abs(glm::dot(glm::normalize(ray.direction), mirror.normal));
-  return sample.weight * fresnel(material.f0(), cosine) * light.image.radiance;
+  return fresnel(material.f0(), cosine);
+}
+
+Vec3f mirrored_light_sample(const TracedScene& scene, const MirroredLight& light,
+                            const Vec2f& square, const Vec3f& origin, const Vec3f& normal) {
+  const float weight = sample_light(light.image, square, origin, normal).weight;
+  return weight * mirrored_share(scene, light, square, origin, normal) * light.image.radiance;
 }
 
 }  // namespace polyhull

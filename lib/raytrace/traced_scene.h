@@ -117,7 +117,12 @@ inline Vec3f fresnel(const Vec3f& f0, float cosine) {
 Vec3f light_sample(const TracedScene& scene, const Light& light, const Vec2f& square,
                    const Vec3f& origin, const Vec3f& normal);
 
-/// The same by way of a planar mirror, weighted by the mirror's reflectance.
+/// What a planar mirror leaves of one way from \p origin to a light's image in it: the mirror's
+/// reflectance, or 0 where something is in between.
+Vec3f mirrored_share(const TracedScene& scene, const MirroredLight& light, const Vec2f& square,
+                     const Vec3f& origin, const Vec3f& normal);
+
+/// As light_sample() by way of a planar mirror, weighted by the mirror's reflectance.
 Vec3f mirrored_light_sample(const TracedScene& scene, const MirroredLight& light,
                             const Vec2f& square, const Vec3f& origin, const Vec3f& normal);
 

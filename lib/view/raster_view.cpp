@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "base/thread_pool.h"
-#include "raytrace/view_loops.h"
+#include "raytrace/loops/view_loops.h"
 #include "scene/reflection.h"
 
 namespace polyhull {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "raytrace/view_loops.h"
+#include "raytrace/loops/view_loops.h"
 
 namespace polyhull {
 namespace {
@@ -96,9 +96,8 @@ bool SpanShader::seen_from_behind(const Face& face) const {
 
 void SpanShader::light(const Face& face, const ScreenTriangle& piece, const Span& span,
                        const float* depth, Float4* values) const {
-  const Float4* nodes =
-      light_.values(face.mesh, looks_[face.mesh].double_sided && seen_from_behind(face)) +
-      face.light.first;
+  const bool back = looks_[face.mesh].double_sided && seen_from_behind(face);
+  const Float4* nodes = light_.values(face.mesh, back) + face.light.first;
   const Shares shares(piece, span);
   const SurfaceGrid::Face& on = face.light;
   if (on.columns == 0) {
@@ -113,7 +112,8 @@ void SpanShader::light(const Face& face, const ScreenTriangle& piece, const Span
   }
   const RowCourse across = shares.of(on.at[0].x, on.at[1].x, on.at[2].x);
   const RowCourse down = shares.of(on.at[0].y, on.at[1].y, on.at[2].y);
-  view_loops().light({span.count, depth, across, down, nodes, static_cast<int>(on.stride),
+  view_loops().light({span.count, depth, across, down, nodes,
+                      light_.borders(face.mesh, back), static_cast<int>(on.stride),
                       static_cast<int>(on.columns), static_cast<int>(on.rows), on.fan},
                      values);
 }

@@ -332,7 +332,8 @@ class Room {
 }  // namespace
 
 Scene room_scene() {
-  return Room().build();
+  static const Scene room = Room().build();  // whose textures take a while
+  return room;
 }
 
 Scene open_scene(const std::string& name) {

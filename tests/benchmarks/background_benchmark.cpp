@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // What a new view of the built-in room costs, rasterised and by rays: wall time and the processor
-// time of all threads, medians over an orbit; and how far each is from the path tracer's picture.
+// time of all threads, medians over an orbit; and how far each is from the path tracer's picture. With
+// --tables, what the light costs and how far from the path tracer's its pictures are, into
+// scenesrc_light.tsv there.
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
@@ -12,6 +14,8 @@
 #include "measure.h"
 #include "studio/room/room.h"
 #include "view/background.h"
+#include "view/gradual_light.h"
+#include "view/raster_view.h"
 
 namespace {
 
@@ -47,11 +51,61 @@ struct Row {
   std::vector<double> wall{}, processor{}, write{}, write_processor{}, rays{}, smoothed{};
 };
 
+constexpr double truth_angles[] = {30.0, 150.0, 270.0};
+
+std::vector<Picture> truth_pictures(const TracedScene& scene, int samples) {
+  PathOptions paths;
+  paths.light_samples = paths.bounce_samples = 4;
+  std::vector<Picture> out;
+  for (const double angle : truth_angles)
+    out.push_back(trace_picture(scene, viewport(angle, 640, 360),
+                                static_cast<std::uint32_t>(samples), paths));
+  return out;
+}
+
+/// A row for each light: the first of a live stream, then by the distance between points.
+void write_light_table(const std::string& folder, const TracedScene& scene,
+                       const std::vector<Picture>& truth) {
+  std::FILE* file = std::fopen((folder + "/scenesrc_light.tsv").c_str(), "w");
+  if (file == nullptr) {
+    std::fprintf(stderr, "%s/scenesrc_light.tsv cannot be written.\n", folder.c_str());
+    std::exit(1);
+  }
+  std::fprintf(file, "light\tspacing_m\trays\tprocessor_s\twall_s\tpsnr_db\n");
+  const auto row = [&](const char* name, const LightCacheOptions& options, auto&& make) {
+    const double wall = now(CLOCK_MONOTONIC), busy = now(CLOCK_PROCESS_CPUTIME_ID);
+    const std::unique_ptr<LightCache> light = make(options);
+    const double wall_s = 1e-3 * (now(CLOCK_MONOTONIC) - wall);
+    const double busy_s = 1e-3 * (now(CLOCK_PROCESS_CPUTIME_ID) - busy);
+    double sum = 0.0;
+    for (std::size_t i = 0; i < truth.size(); ++i) {
+      std::vector<Vec3f> picture(640 * 360);
+      RasterView(scene, *light).draw(viewport(truth_angles[i], 640, 360), {}, picture);
+      sum += psnr(develop(picture, 1.0f, 640, 360), truth[i]);
+    }
+    std::fprintf(file, "%s\t%.4f\t%llu\t%.3f\t%.3f\t%.2f\n", name, options.spacing,
+                 static_cast<unsigned long long>(light->rays()), busy_s, wall_s,
+                 sum / static_cast<double>(truth.size()));
+  };
+  row("first of a live stream", {}, [&](const LightCacheOptions& options) {
+    return GradualLight::first(scene, options);
+  });
+  for (const float spacing : {0.2f, 0.1f, 0.05f, 0.025f}) {
+    LightCacheOptions options;
+    options.spacing = spacing;
+    options.bounce_spacing = 5.6f * spacing;  // as scenesrc has it
+    row("exact", options, [&](const LightCacheOptions& with) {
+      return std::make_unique<LightCache>(scene, with);
+    });
+  }
+  std::fclose(file);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   CLI::App app("What a new view of a background costs");
-  std::string size = "1280x720", keep, only;
+  std::string size = "1280x720", keep, only, tables;
   int views = 30, truth = 0;
   double step = 12.0;
   app.add_option("--size", size, "WIDTHxHEIGHT");
@@ -60,6 +114,7 @@ int main(int argc, char** argv) {
   app.add_option("--only", only, "raster or rays");
   app.add_option("--truth", truth, "path-traced samples per pixel that three views are held against");
   app.add_option("--keep", keep, "folder for the views");
+  app.add_option("--tables", tables, "folder for the table of lights; with --truth");
   CLI11_PARSE(app, argc, argv);
   int width = 0, height = 0;
   if (std::sscanf(size.c_str(), "%dx%d", &width, &height) != 2 || width < 1 || height < 1) {
@@ -99,19 +154,17 @@ int main(int argc, char** argv) {
     std::printf("%-7s %9.2f %9.2f %10.2f %10.2f %9.0f %9.0f\n", row.name, median(row.wall),
                 median(row.processor), median(row.write), median(row.write_processor),
                 median(row.rays), median(row.smoothed));
-  for (int i = 0; truth > 0 && i < 3; ++i) {
-    const Camera camera = viewport(30.0 + 120.0 * i, 640, 360);
-    const TracedScene scene(background.scene());
-    PathOptions paths;
-    paths.light_samples = paths.bounce_samples = 4;
-    const Picture reference =
-        trace_picture(scene, camera, static_cast<std::uint32_t>(truth), paths);
+  if (truth <= 0) return 0;
+  const TracedScene scene(background.scene());
+  const std::vector<Picture> references = truth_pictures(scene, truth);
+  for (std::size_t i = 0; i < references.size(); ++i) {
     for (const Row& row : rows) {
       background.set_method(row.method);
-      background.update(camera, lights, exposure);
-      std::printf("%3.0f degrees: %-7s PSNR %.2f dB\n", 30.0 + 120.0 * i, row.name,
-                  psnr(picture_of(background), reference));
+      background.update(viewport(truth_angles[i], 640, 360), lights, exposure);
+      std::printf("%3.0f degrees: %-7s PSNR %.2f dB\n", truth_angles[i], row.name,
+                  psnr(picture_of(background), references[i]));
     }
   }
+  if (!tables.empty()) write_light_table(tables, scene, references);
   return 0;
 }

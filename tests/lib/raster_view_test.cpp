@@ -9,7 +9,7 @@
 
 #include "base/srgb.h"
 #include "raytrace/path_tracer.h"
-#include "raytrace/view_loops.h"
+#include "raytrace/loops/view_loops.h"
 #include "studio/room/room.h"
 #include "studio/room/shapes.h"
 
@@ -210,6 +210,9 @@ TEST(ViewLoops, SameBitsForEveryInstructionSet) {
   const FilteredTexture texture(picture);
   std::vector<Float4> nodes(20 * 11);
   for (Float4& node : nodes) node = Float4{number(0, 2), number(0, 2), number(0, 2), 0.0f};
+  std::vector<Float4> borders(3 * border_nodes);
+  for (Float4& node : borders) node = Float4{number(0, 2), number(0, 2), number(0, 2), 0.0f};
+  for (int i = 0; i < 60; ++i) nodes[random() % nodes.size()][3] = static_cast<float>(1 + i % 3);
   const ViewLoops &a = baseline_view_loops(), &b = avx2_view_loops();
   for (int round = 0; round < 200; ++round) {
     constexpr int most = 100;
@@ -219,7 +222,8 @@ TEST(ViewLoops, SameBitsForEveryInstructionSet) {
     const auto course = [&] { return RowCourse{number(-3, 3), number(-.1f, .1f), number(-.1f, .1f)}; };
     std::vector<Float4> values[2] = {{most, Float4{}}, {most, Float4{}}}, looks[2] = {values[0], values[0]};
     float fifth[2][most] = {}, pictures[2][3 * most] = {};
-    const LightRow light{count, depth, course(), course(), nodes.data(), 20, 19, 10, round % 2 == 1};
+    const LightRow light{count, depth, course(), course(), nodes.data(), borders.data(), 20, 19, 10,
+                         round % 2 == 1};
     const TextureRow row{count, depth, course(), course(), course()};
     RayRow rays{count, {}, {}, {0.0f, 0.6f, 0.8f}};
     for (int k = 0; k < 3; ++k) rays.direction[k] = number(-1, 1), rays.step[k] = number(-.01f, .01f);

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "raytrace/float4.h"
-#include "raytrace/view_loops.h"
+#include "raytrace/loops/view_loops.h"
 
 namespace polyhull::processor {
 namespace {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "raytrace/traced_scene.h"
-#include "raytrace/view_loops.h"
+#include "raytrace/loops/view_loops.h"
 #include "render/projection.h"
 #include "render/processor/scene/scene_layer.h"
 

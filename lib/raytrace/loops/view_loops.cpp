@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "raytrace/view_loops.h"
+#include "raytrace/loops/view_loops.h"
 
 #include "base/instruction_set.h"
 

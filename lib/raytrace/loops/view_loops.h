@@ -37,12 +37,19 @@ struct TextureRow {
   RowCourse u, v;     ///< texture coordinates
 };
 
-/// Values on a grid: node (column, row) at nodes[row * stride + column].
+/// A cell of light may be divided into so many along each side.
+inline constexpr int border_cells = 4;
+inline constexpr int border_nodes = (border_cells + 1) * (border_cells + 1);
+
+/// Values on a grid: node (column, row) at nodes[row * stride + column]. A cell whose first node has
+/// i > 0 as its fourth number is divided: its nodes are the border_nodes from borders[(i - 1) *
+/// border_nodes] on, row by row.
 struct LightRow {
   int count;
   const float* depth;
   RowCourse x, y;  ///< in cells; fan: y is to be divided by x / columns
   const Float4* nodes;
+  const Float4* borders;
   int stride, columns, rows;
   bool fan;
 };

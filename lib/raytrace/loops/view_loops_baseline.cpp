@@ -1,3 +1,3 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #define LOOPS_FUNCTION baseline_view_loops
-#include "raytrace/view_loops.inc"
+#include "raytrace/loops/view_loops.inc"

@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "raytrace/lamp_share.h"
+
+#include <algorithm>
+#include <array>
+
+#include "raytrace/area_light.h"
+#include "raytrace/sampling.h"
+
+namespace polyhull {
+namespace {
+
+constexpr std::uint32_t straight_seed = 0x3c6ef372U, mirrored_seed = 0x510e527fU,
+                        inside_seed = 0xa54ff53aU;
+
+}  // namespace
+
+std::vector<Vec2f> spread_points(int count, std::uint32_t seed) {
+  constexpr int most = 1024;
+  std::vector<Vec2f> points;
+  for (int i = 0; i < std::clamp(count, 1, most); ++i)
+    points.push_back(sample_point(static_cast<std::uint32_t>(i), seed));
+  return points;
+}
+
+bool inside_a_body(const TracedScene& scene, const SurfaceGrid::Node& node) {
+  const auto [x, y] = tangents(node.normal);
+  int backs = 0;
+  constexpr std::uint32_t count = 8;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const Vec3f local = cosine_direction(sample_point(i, inside_seed));
+    Ray ray;
+    ray.origin = ray_start(scene, node);
+    ray.near = 10.0f * scene.epsilon();
+    ray.direction = local.x * x + local.y * y + local.z * node.normal;
+    const RayHit hit = scene.caster().intersect(ray);
+    if (!hit.hit()) continue;
+    const Material& material = scene.scene().materials[scene.scene().meshes[hit.mesh].material];
+    if (!material.double_sided && glm::dot(hit.normal, ray.direction) > 0.0f) ++backs;
+  }
+  return 2 * backs > static_cast<int>(count);
+}
+
+LampShare::LampShare(const TracedScene& scene, const Light& light, const MirroredLight* mirrored,
+                     int first, int samples)
+    : scene_(scene),
+      light_(mirrored != nullptr ? mirrored->image : light),
+      mirrored_(mirrored),
+      points_(spread_points(light.is_area() ? samples : 1,
+                            mirrored != nullptr ? mirrored_seed : straight_seed)),
+      first_(std::min(points_.size(), static_cast<std::size_t>(std::max(first, 1)))) {}
+
+float LampShare::unoccluded(const SurfaceGrid::Node& node) const {
+  return unoccluded_irradiance(light_, ray_start(scene_, node), node.normal);
+}
+
+void LampShare::add(const SurfaceGrid::Node& node, std::span<const Vec2f> points, Sum& sum) const {
+  std::array<Ray, 64> rays;
+  std::array<float, 64> weights;
+  std::array<std::uint8_t, 64> blocked;
+  const Vec3f origin = ray_start(scene_, node);
+  for (std::size_t first = 0; first < points.size(); first += rays.size()) {
+    std::size_t count = 0;
+    for (std::size_t i = first; i < std::min(first + rays.size(), points.size()); ++i) {
+      const LightSample sample = sample_light(light_, points[i], origin, node.normal);
+      if (sample.weight <= 0.0f) continue;
+      weights[count] = sample.weight;
+      rays[count].origin = origin;
+      rays[count].direction = sample.place - origin;
+      // A node in the very plane of a wall that stands there is on the wall's near side, too.
+      rays[count].near = 10.0f * scene_.epsilon() / glm::length(rays[count].direction);
+      rays[count].far = 1.0f - 1e-4f;
+      ++count;
+    }
+    scene_.caster().occluded(std::span(rays).first(count), std::span(blocked).first(count));
+    for (std::size_t i = 0; i < count; ++i) {
+      sum.whole += weights[i];
+      if (!blocked[i]) sum.visible += Float4{weights[i], weights[i], weights[i], 0.0f};
+      (blocked[i] ? sum.blocked : sum.free) = true;
+    }
+  }
+}
+
+void LampShare::add_mirrored(const SurfaceGrid::Node& node, std::span<const Vec2f> points,
+                             Sum& sum) const {
+  const Vec3f origin = ray_start(scene_, node);
+  for (const Vec2f& point : points) {
+    const float weight = sample_light(light_, point, origin, node.normal).weight;
+    if (weight <= 0.0f) continue;
+    const Vec3f share = mirrored_share(scene_, *mirrored_, point, origin, node.normal);
+    sum.whole += weight;
+    sum.visible += to_float4(weight * share);
+    (share == Vec3f(0.0f) ? sum.blocked : sum.free) = true;
+  }
+}
+
+Float4 LampShare::at(const SurfaceGrid::Node& node, bool thorough, std::uint64_t& rays) const {
+  Sum sum;
+  const std::uint64_t each = mirrored_ != nullptr ? 2 : 1;
+  const auto ask = [&](std::span<const Vec2f> points) {
+    mirrored_ != nullptr ? add_mirrored(node, points, sum) : add(node, points, sum);
+    rays += each * points.size();
+  };
+  ask(std::span(points_).first(first_));
+  const bool soft = sum.blocked && sum.free;
+  if ((soft || thorough) && sum.whole > 0.0f) ask(std::span(points_).subspan(first_));
+  // A node that the light's front is turned away from does as if it saw it: the light's closed form
+  // is 0 there, and a neighbour's share is not disturbed.
+  constexpr Float4 all = {1.0f, 1.0f, 1.0f, 0.0f};
+  if (!(sum.whole > 0.0f)) return all;
+  const Float4 share = sum.visible / sum.whole;
+  return share < all ? share : all;
+}
+
+}  // namespace polyhull

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// How much of a lamp's light reaches a place, straight or by way of a planar mirror.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "raytrace/float4.h"
+#include "raytrace/surface_grid.h"
+#include "raytrace/traced_scene.h"
+
+namespace polyhull {
+
+class LampShare {
+ public:
+  /// Of \p light or, where \p mirrored is given, of that image of it. All must outlive this.
+  /// \p first ways to the lamp are asked for at once, up to \p samples where it is partly hidden.
+  LampShare(const TracedScene& scene, const Light& light, const MirroredLight* mirrored, int first,
+            int samples);
+
+  /// E / L at a node that sees the whole lamp, the mirror taken as perfect.
+  float unoccluded(const SurfaceGrid::Node& node) const;
+
+  /// By how much the light that comes is less, from 0 to 1 by colour (the fourth is 0), 1 where the
+  /// lamp's front is turned away. All ways are asked for where some of the first are blocked and
+  /// others not, or with \p thorough. Adds to \p rays.
+  Float4 at(const SurfaceGrid::Node& node, bool thorough, std::uint64_t& rays) const;
+
+  const Vec3f& radiance() const { return light_.radiance; }
+  bool is_mirrored() const { return mirrored_ != nullptr; }
+
+ private:
+  struct Sum {
+    Float4 visible{};
+    float whole = 0.0f;
+    bool blocked = false, free = false;  // some ways
+  };
+  void add(const SurfaceGrid::Node& node, std::span<const Vec2f> points, Sum& sum) const;
+  void add_mirrored(const SurfaceGrid::Node& node, std::span<const Vec2f> points, Sum& sum) const;
+
+  const TracedScene& scene_;
+  const Light& light_;
+  const MirroredLight* mirrored_;
+  std::vector<Vec2f> points_;
+  std::size_t first_;
+};
+
+/// The start of rays from a node.
+inline Vec3f ray_start(const TracedScene& scene, const SurfaceGrid::Node& node) {
+  return node.place + scene.epsilon() * node.normal;
+}
+
+/// Whether a node lies inside a closed body: most of what it sees are backs.
+bool inside_a_body(const TracedScene& scene, const SurfaceGrid::Node& node);
+
+/// Well spread points of the unit square, 1 to 1024.
+std::vector<Vec2f> spread_points(int count, std::uint32_t seed);
+
+}  // namespace polyhull
