@@ -39,9 +39,6 @@ uniform vec4 plane;
 #endif
 layout(location = 0) out vec4 colour;
 
-// What a silhouette edge still counts, so that a surface seen by one camera only is not left grey.
-const float rest = 0.002;
-
 float visibility(vec4 in_map, uint slot, float weight) {
   if (weight <= 0.0 || in_map.z <= 0.0) return 0.0;
   if (!use_maps) return weight;
@@ -49,7 +46,7 @@ float visibility(vec4 in_map, uint slot, float weight) {
   vec2 at = min(in_map.xy / in_map.z, views[slot].limits.zw);
   vec4 map = texture(maps, vec3(at, float(slot)));
   float behind = in_map.w - map.r;
-  return weight * (map.g + rest) * (1.0 - smoothstep(depth_tolerance, 2.0 * depth_tolerance, behind));
+  return weight * (map.g + views[slot].skew_and_size.y) * (1.0 - smoothstep(depth_tolerance, 2.0 * depth_tolerance, behind));
 }
 
 vec2 picture_coordinate(vec4 in_map, uint slot, vec4 from_map) {
@@ -77,13 +74,23 @@ vec2 picture_coordinate(vec4 in_map, uint slot, vec4 from_map) {
 
 // Where the subject is drawn smaller than the view saw it: a mix of two of its smaller pictures
 // (lib/render/view_picture.h), by how many of its pixels a pixel here spans.
-vec3 colour_of(vec4 in_map, uint slot, vec4 from_map, float focal) {
+vec4 colour_of(vec4 in_map, uint slot, vec4 from_map, float focal) {
   float spans = max(pixel_size * focal / (gl_FragCoord.w * in_map.z), 1.0);
   float whole = floor(log2(spans));
   float level = whole + spans * exp2(-whole) - 1.0;
   vec2 at = min(picture_coordinate(in_map, slot, from_map), views[slot].limits.xy);
-  return textureLod(pictures, vec3(at, float(slot)), level).rgb;
+  return textureLod(pictures, vec3(at, float(slot)), level);
 }
+
+#ifdef RIBBON
+// What a view of relative weight `near` leaves of a ribbon where its matte is `matte`
+// (lib/render/soft_edge.h).
+float own_alpha(float near, float matte) {
+  float counts = clamp((near - 0.05) * 5.0, 0.0, 1.0);
+  float inside = min(2.0 * matte, 1.0);
+  return 1.0 - counts * (1.0 - mix(inside, matte, near));
+}
+#endif
 
 void main() {
 #ifdef CLIPPED
@@ -91,6 +98,9 @@ void main() {
 #endif
   vec4 w = vec4(visibility(in_map_0, slots.x, weights.x), visibility(in_map_1, slots.y, weights.y),
                 visibility(in_map_2, slots.z, weights.z), visibility(in_map_3, slots.w, weights.w));
+#ifdef RIBBON
+  w += 1e-3 * weights;  // what no view sees free of the hull takes the nearest one's colours
+#endif
   float all = w.x + w.y + w.z + w.w;
 
   // The weight of the first camera that is left out is taken off the others: what enters and leaves
@@ -105,11 +115,46 @@ void main() {
   vec4 chosen = max(w - left_out, 0.0) + 1e-3 * w;
 
   vec3 sum = vec3(0.0);
-  if (chosen.x > 0.0) sum += chosen.x * colour_of(in_map_0, slots.x, colour_0, focals.x);
-  if (chosen.y > 0.0) sum += chosen.y * colour_of(in_map_1, slots.y, colour_1, focals.y);
-  if (chosen.z > 0.0) sum += chosen.z * colour_of(in_map_2, slots.z, colour_2, focals.z);
-  if (chosen.w > 0.0) sum += chosen.w * colour_of(in_map_3, slots.w, colour_3, focals.w);
+#ifdef RIBBON
+  // Hidden or not, a view knows where the subject ends.
+  vec4 wanted = weights;
+  vec4 near = weights / max(max(weights.x, weights.y), max(weights.z, weights.w));
+  float alpha = 1.0;
+#else
+  vec4 wanted = chosen;
+#endif
+  if (wanted.x > 0.0) {
+    vec4 own = colour_of(in_map_0, slots.x, colour_0, focals.x);
+    sum += chosen.x * own.rgb;
+#ifdef RIBBON
+    alpha = min(alpha, own_alpha(near.x, own.a));
+#endif
+  }
+  if (wanted.y > 0.0) {
+    vec4 own = colour_of(in_map_1, slots.y, colour_1, focals.y);
+    sum += chosen.y * own.rgb;
+#ifdef RIBBON
+    alpha = min(alpha, own_alpha(near.y, own.a));
+#endif
+  }
+  if (wanted.z > 0.0) {
+    vec4 own = colour_of(in_map_2, slots.z, colour_2, focals.z);
+    sum += chosen.z * own.rgb;
+#ifdef RIBBON
+    alpha = min(alpha, own_alpha(near.z, own.a));
+#endif
+  }
+  if (wanted.w > 0.0) {
+    vec4 own = colour_of(in_map_3, slots.w, colour_3, focals.w);
+    sum += chosen.w * own.rgb;
+#ifdef RIBBON
+    alpha = min(alpha, own_alpha(near.w, own.a));
+#endif
+  }
   float total = chosen.x + chosen.y + chosen.z + chosen.w;
   vec3 textured = total > 0.0 ? sum / total : untextured;
   colour = vec4(mix(untextured, textured, smoothstep(0.0, 1e-6, all)), 1.0);
+#ifdef RIBBON
+  colour *= alpha;
+#endif
 }

@@ -11,7 +11,7 @@ struct View {
   vec4 colour_from_map; // scale, offset: map coordinates to picture coordinates (undistorted)
   vec4 pixel_from_map;  // scale, offset: map coordinates to pinhole pixels
   vec4 intrinsics;      // fx, fy, cx, cy
-  vec4 skew_and_size;   // skew, unused, and pixels to picture coordinates: one pixel's width and height
+  vec4 skew_and_size;   // skew, what the rim counts, and pixels to picture coordinates: one pixel's width and height
   vec4 origin;          // real pixel at picture coordinate (0, 0)
   vec4 lens[3];         // k1 k2 p1 p2 k3 k4 k5 k6 s1 s2 s3 s4
   vec4 limits;          // the largest picture and map coordinates that are the view's own

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "base/error.h"
+#include "render/soft_edge.h"
 
 namespace polyhull {
 namespace {
@@ -149,6 +150,18 @@ Rectangle mirror_rectangle(const Mirror& mirror, const Rectangle& front, const R
   return intersection(images, front);
 }
 
+/// How many pixels the soft edge of \p subject reaches beyond its hull, at most \p most.
+int pixels_beyond(const PlacedSubject& subject, const RenderPlan& plan, int most) {
+  const Mat4& clip = plan.clip_from_scene;
+  const Vec4 depth(clip[0][3], clip[1][3], clip[2][3], clip[3][3]);
+  double nearest = std::numeric_limits<double>::infinity();
+  for (const Vec3f& p : subject.points)
+    nearest = std::min(nearest, glm::dot(depth, Vec4(Vec3(p), 1.0)));
+  const double reach = longest_reach(*subject.mesh) * scale_of(subject);
+  const double pixels = reach / (plan.pixel_size * std::max(nearest - reach, near_plane)) + 1.0;
+  return pixels < most ? static_cast<int>(std::ceil(pixels)) : most;
+}
+
 int area(const Rectangle& r) {
   return r.empty() ? 0 : r.width * r.height;
 }
@@ -190,9 +203,14 @@ RenderPlan plan_frame(const RenderFrame& frame, const RenderSettings& settings,
   if (plan.subjects.empty()) return plan;
 
   const Rectangle whole{0, 0, frame.width, frame.height};
-  for (const PlacedSubject& subject : plan.subjects) {
-    plan.subject = bounding(plan.subject, screen_rectangle(subject.points, plan.clip_from_scene,
-                                                           frame.width, frame.height));
+  for (PlacedSubject& subject : plan.subjects) {
+    Rectangle own =
+        screen_rectangle(subject.points, plan.clip_from_scene, frame.width, frame.height);
+    if (settings.soft_edges && !own.empty()) {
+      const int by = subject.beyond = pixels_beyond(subject, plan, frame.width + frame.height);
+      own = intersection({own.x - by, own.y - by, own.width + 2 * by, own.height + 2 * by}, whole);
+    }
+    plan.subject = bounding(plan.subject, own);
   }
   if (frame.scene && !frame.scene->meshes.empty()) {
     std::vector<Vec3> volume;  // of the shadow

@@ -44,6 +44,7 @@ struct RenderSettings {
   float reflection_alpha = 0.3f;  ///< of MirrorMode::plain, 0..1
   /// Samples per pixel at the subject's edges, 0 and 1: hard edges; the processor takes up to 8.
   int edge_samples = 4;
+  bool soft_edges = false;  ///< outlines as soft as the mattes (soft_edge.h), not polygons
   bool skip = true;  ///< leave out what changes nothing; the picture is the same to the bit
   bool operator==(const RenderSettings&) const = default;
 };
@@ -79,6 +80,7 @@ struct PlacedSubject {
   Mat4 from_scene{1.0};       ///< to the mesh's world
   std::vector<Vec3f> points;  ///< the hull's vertices in scene coordinates
   std::uint64_t content = 0;  ///< as RenderSubject::content
+  int beyond = 0;             ///< pixels that its soft edge reaches beyond its hull
 };
 
 /// What has to be drawn where. Rectangles are empty for what changes no pixel.

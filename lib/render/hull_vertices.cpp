@@ -49,15 +49,6 @@ class Weights {
   std::vector<float> weights_;
 };
 
-int slot(HullDrawing& drawing, std::size_t view) {
-  int& slot = drawing.slot_of_view[view];
-  if (slot < 0) {
-    slot = static_cast<int>(drawing.views.size());
-    drawing.views.push_back(static_cast<int>(view));
-  }
-  return slot;
-}
-
 bool usable(const Mesh& mesh) {
   if (!mesh.texturing || mesh.views.empty() || mesh.views.size() > 64) return false;
   const Texturing& texturing = *mesh.texturing;
@@ -67,6 +58,15 @@ bool usable(const Mesh& mesh) {
 }
 
 }  // namespace
+
+int slot_of(HullDrawing& drawing, std::size_t view) {
+  int& slot = drawing.slot_of_view[view];
+  if (slot < 0) {
+    slot = static_cast<int>(drawing.views.size());
+    drawing.views.push_back(static_cast<int>(view));
+  }
+  return slot;
+}
 
 void add_hull_vertices(const Mesh& mesh, const Vec3& eye, HullDrawing& drawing) {
   const Hull& hull = mesh.hull;
@@ -103,7 +103,8 @@ void add_hull_vertices(const Mesh& mesh, const Vec3& eye, HullDrawing& drawing) 
       if (best >= 0 && best < static_cast<int>(views)) {
         const View& view = mesh.views[static_cast<std::size_t>(best)].view;
         if (view.format == PixelFormat::rgba && !view.roi.empty() && !view.pixels.empty()) {
-          const auto at = static_cast<std::uint8_t>(slot(drawing, static_cast<std::size_t>(best)));
+          const auto at = static_cast<std::uint8_t>(
+              slot_of(drawing, static_cast<std::size_t>(best)));
           for (HullVertex& v : vertex) {
             v.slots.fill(at);
             v.weights[0] = 65535;
@@ -131,7 +132,7 @@ void add_hull_vertices(const Mesh& mesh, const Vec3& eye, HullDrawing& drawing) 
       for (std::size_t i = 0; i < most; ++i) {
         if (i < kept) {
           const std::size_t view = ranked[i].second;
-          const auto at = static_cast<std::uint8_t>(slot(drawing, view));
+          const auto at = static_cast<std::uint8_t>(slot_of(drawing, view));
           for (int j = 0; j < 3; ++j) {
             vertex[j].slots[i] = at;
             vertex[j].weights[i] = fixed(weights(corner[j], view));
@@ -142,6 +143,7 @@ void add_hull_vertices(const Mesh& mesh, const Vec3& eye, HullDrawing& drawing) 
       }
     }
     drawing.vertices.insert(drawing.vertices.end(), vertex, vertex + 3);
+    drawing.corner.insert(drawing.corner.end(), corner, corner + 3);
   }
 }
 

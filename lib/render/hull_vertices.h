@@ -24,9 +24,13 @@ static_assert(sizeof(HullVertex) == 24);
 /// What is drawn of one hull, for all eyes.
 struct HullDrawing {
   std::vector<HullVertex> vertices;  ///< three per triangle
+  std::vector<std::uint32_t> corner;  ///< by vertex: index into Hull::vertices
   std::vector<int> views;            ///< by slot: index into Mesh::views; only views that are used
   std::vector<int> slot_of_view;     ///< -1: not used
 };
+
+/// The slot of view \p view, a new one where it has none.
+int slot_of(HullDrawing& drawing, std::size_t view);
 
 /// Adds to \p drawing the triangles of \p mesh that face the eye at \p eye (mesh world
 /// coordinates), with the weights of its texturing's method and metric. Call once per eye with one

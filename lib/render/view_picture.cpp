@@ -2,6 +2,7 @@
 #include "render/view_picture.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <cstring>
@@ -12,7 +13,6 @@ namespace polyhull {
 namespace {
 
 constexpr std::uint32_t covered = 250;  // of 255: a matte pixel without background in it
-constexpr int reach = 6;                // pixels that the colour is continued
 
 std::uint32_t alpha(std::uint32_t pixel) {
   return pixel >> 24;  // RGBA bytes read as a little-endian word
@@ -39,9 +39,48 @@ bool mean_of_neighbours(const std::vector<std::uint32_t>& pixels, std::size_t p,
   return true;
 }
 
+/// The mean colour of what of the picture is background alone, in its own codes.
+std::array<float, 3> screen_of(const std::vector<std::uint32_t>& pixels) {
+  std::array<float, 3> sum{};
+  float count = 0.0f;
+  for (std::size_t p = 0; p < pixels.size(); p += 7) {
+    if (alpha(pixels[p]) > 0) continue;
+    for (std::size_t c = 0; c < 3; ++c) sum[c] += static_cast<float>(pixels[p] >> (8 * c) & 255u);
+    ++count;
+  }
+  for (float& value : sum) value /= std::max(count, 1.0f);
+  return sum;
+}
+
+/// What is left of \p mixed, of which the subject is the share that its alpha says, without \p screen.
+std::uint32_t without(const std::array<float, 3>& screen, std::uint32_t mixed) {
+  const float share = static_cast<float>(alpha(mixed)) / 255.0f;
+  std::uint32_t out = 0xff000000u;
+  for (std::size_t c = 0; c < 3; ++c) {
+    const auto code = static_cast<float>(mixed >> (8 * c) & 255u);
+    const float own = (code - (1.0f - share) * screen[c]) / share;
+    out |= static_cast<std::uint32_t>(std::clamp(own + 0.5f, 0.0f, 255.0f)) << (8 * c);
+  }
+  return out;
+}
+
+/// Where the frame goes on beyond the region of interest the subject does not.
+void clear_border(const View& view, std::vector<std::uint32_t>& pixels) {
+  const Rectangle& roi = view.roi;
+  const auto width = static_cast<std::size_t>(roi.width) + 2;
+  const auto height = static_cast<std::size_t>(roi.height) + 2;
+  const auto clear = [&](std::size_t first, std::size_t step, std::size_t count) {
+    for (std::size_t i = 0; i < count; ++i) pixels[first + i * step] &= 0xffffffu;
+  };
+  if (roi.x > 0) clear(0, width, height);
+  if (roi.x + roi.width < view.width) clear(width - 1, width, height);
+  if (roi.y > 0) clear(0, 1, width);
+  if (roi.y + roi.height < view.height) clear((height - 1) * width, 1, width);
+}
+
 }  // namespace
 
-void prepare_view_picture(const View& view, std::vector<std::uint32_t>& pixels) {
+void prepare_view_picture(const View& view, int reach, std::vector<std::uint32_t>& pixels) {
   static_assert(std::endian::native == std::endian::little);
   const auto width = static_cast<std::size_t>(view.roi.width);
   const auto height = static_cast<std::size_t>(view.roi.height);
@@ -59,6 +98,17 @@ void prepare_view_picture(const View& view, std::vector<std::uint32_t>& pixels) 
   // Ring by ring: each takes the mean of what the ring before it gave.
   std::vector<std::size_t> ring, next;
   std::vector<std::uint32_t> colours;
+  std::vector<std::pair<std::size_t, std::uint32_t>> mattes;  // alpha says meanwhile what is done
+  const bool soft = reach > sharp_reach;
+  if (soft) {
+    const std::array<float, 3> screen = screen_of(pixels);
+    for (std::size_t p = 0; p < pixels.size(); ++p) {
+      const std::uint32_t matte = alpha(pixels[p]);
+      if (matte < 40 || matte >= covered) continue;
+      mattes.emplace_back(p, matte << 24);
+      pixels[p] = without(screen, pixels[p]);
+    }
+  }
   for (std::size_t y = 1; y <= height; ++y) {
     const std::uint32_t* row = pixels.data() + y * stride;
     for (std::size_t x = 1; x <= width; ++x) {
@@ -74,7 +124,10 @@ void prepare_view_picture(const View& view, std::vector<std::uint32_t>& pixels) 
     for (std::size_t i = 0; i < ring.size(); ++i)
       if (!mean_of_neighbours(pixels, ring[i], stride, colours[i])) colours[i] = pixels[ring[i]];
     next.clear();
-    for (std::size_t i = 0; i < ring.size(); ++i) pixels[ring[i]] = colours[i];
+    for (std::size_t i = 0; i < ring.size(); ++i) {
+      if (soft) mattes.emplace_back(ring[i], pixels[ring[i]] & 0xff000000u);
+      pixels[ring[i]] = colours[i];
+    }
     for (const std::size_t p : ring) {
       for (const std::size_t q : {p - 1, p + 1, p - stride, p + stride}) {
         const std::size_t x = q % stride, y = q / stride;
@@ -86,6 +139,11 @@ void prepare_view_picture(const View& view, std::vector<std::uint32_t>& pixels) 
     next.erase(std::unique(next.begin(), next.end()), next.end());
     ring.swap(next);
   }
+  if (!soft) return;
+  // The first entry of a pixel is its own.
+  for (auto entry = mattes.rbegin(); entry != mattes.rend(); ++entry)
+    pixels[entry->first] = (pixels[entry->first] & 0xffffffu) | entry->second;
+  clear_border(view, pixels);
 }
 
 SmallerPicture halved(std::span<const std::uint32_t> pixels, int width, int height) {
@@ -102,23 +160,23 @@ SmallerPicture halved(std::span<const std::uint32_t> pixels, int width, int heig
     for (int x = 0; x < out.width; ++x) {
       const int left = std::min(2 * x, width - 1), right = std::min(2 * x + 1, width - 1);
       const std::uint32_t four[4] = {rows[0][left], rows[0][right], rows[1][left], rows[1][right]};
-      const bool any = alpha(four[0]) >= covered || alpha(four[1]) >= covered ||
-                       alpha(four[2]) >= covered || alpha(four[3]) >= covered;
-      if (!any) {  // nothing of the subject
-        *to++ = four[0] & 0xffffffu;
+      if (alpha(four[0] | four[1] | four[2] | four[3]) == 0) {  // nothing of the subject
+        *to++ = four[0];
         continue;
       }
       float red = 0.0f, green = 0.0f, blue = 0.0f, count = 0.0f;
+      std::uint32_t matte = 2;
       for (const std::uint32_t p : four) {
-        const float share = alpha(p) >= covered ? 1.0f : 0.0f;
+        const auto share = static_cast<float>(1 + alpha(p));  // colours may go on beyond the matte
         red += share * decode[p & 255];
         green += share * decode[p >> 8 & 255];
         blue += share * decode[p >> 16 & 255];
         count += share;
+        matte += alpha(p);
       }
       *to++ = static_cast<std::uint32_t>(linear_to_srgb(red / count)) |
               static_cast<std::uint32_t>(linear_to_srgb(green / count)) << 8 |
-              static_cast<std::uint32_t>(linear_to_srgb(blue / count)) << 16 | 0xff000000u;
+              static_cast<std::uint32_t>(linear_to_srgb(blue / count)) << 16 | matte / 4 << 24;
     }
   }
   return out;

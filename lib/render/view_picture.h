@@ -20,8 +20,12 @@ namespace polyhull {
 /// The region of interest with a border of one repeated pixel all around, so (width + 2) x (height
 /// + 2) RGBA pixels. Where the matte is not fully in the foreground (its soft edge, and a few
 /// pixels beyond) the colour is continued from the nearest fully covered pixels, so that no
-/// background colour is sampled at the silhouette's rim. \p pixels keeps its memory between calls.
-void prepare_view_picture(const View& view, std::vector<std::uint32_t>& pixels);
+/// background colour is sampled at the silhouette's rim; \p reach: how many pixels. With soft_reach
+/// the screen's mean colour is taken off what the matte says holds some of it, and alpha stays the matte,
+/// 0 in the border where the frame goes on beyond. \p pixels keeps its memory between calls.
+void prepare_view_picture(const View& view, int reach, std::vector<std::uint32_t>& pixels);
+
+inline constexpr int sharp_reach = 6, soft_reach = 16;  ///< pixels beyond sharp and soft edges
 
 /// A smaller picture: pixel i stands for 2^level of the view's, from 2^level i on. A column and a
 /// row more than that needs repeat the last.
@@ -33,7 +37,7 @@ struct SmallerPicture {
 inline constexpr int most_levels = 5;  ///< of smaller pictures; the last is a 32nd in size
 
 /// Half the size of \p pixels (\p width x \p height): each pixel the mean of four in linear light,
-/// of those only that show the subject, where any do.
+/// weighted by how much they show the subject, where any do.
 SmallerPicture halved(std::span<const std::uint32_t> pixels, int width, int height);
 
 /// How many smaller pictures of view \p view there must be at least for \p mesh as it is seen from

@@ -86,6 +86,10 @@ std::span<const Property<CompositeSettings>> composite_properties() {
                                  "takes 8 at most): 0 and 1 "
                                  "draw hard edges.",
                                  0, 16),
+      property<&S::soft_edges>(
+          "soft-edges", "Soft edges",
+          "Whether outlines are as soft as the mattes in the views' alpha, for hair and fur; "
+          "otherwise they are the hull's polygons."),
       property<&S::skip>("skip", "Skip",
                          "Whether work that changes no pixel is left out. The picture is the same "
                          "without, only slower: for tests."),
@@ -115,6 +119,7 @@ RenderSettings render_settings(const CompositeSettings& settings) {
   out.mirror = settings.mirror;
   out.reflection_alpha = static_cast<float>(settings.reflection_alpha);
   out.edge_samples = settings.edge_samples;
+  out.soft_edges = settings.soft_edges;
   out.skip = settings.skip;
   return out;
 }

@@ -26,6 +26,7 @@ struct CompositeSettings : ViewportSettings {
   MirrorMode mirror = RenderSettings{}.mirror;
   double reflection_alpha = RenderSettings{}.reflection_alpha;
   int edge_samples = RenderSettings{}.edge_samples;
+  bool soft_edges = RenderSettings{}.soft_edges;
   bool skip = RenderSettings{}.skip;
   bool navigate = true;
   std::uint64_t max_mesh_age = G_MAXUINT64;

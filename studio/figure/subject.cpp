@@ -9,6 +9,7 @@
 #include "base/srgb.h"
 #include "studio/figure/figure.h"
 #include "studio/figure/file_subject.h"
+#include "studio/figure/hairy_figure.h"
 
 namespace polyhull {
 namespace {
@@ -39,9 +40,11 @@ float srgb_from_linear(float linear) {
 }
 
 std::shared_ptr<const Subject> open_subject(const std::string& name, double height) {
-  if (!name.empty() && name != "figure") return load_subject(name, height);
-  static const std::shared_ptr<const Subject> figure = std::make_shared<const Figure>();
-  return figure;
+  if (!name.empty() && name != "figure" && name != "hairy") return load_subject(name, height);
+  static const auto figure = std::make_shared<const Figure>();
+  if (name != "hairy") return figure;
+  static const std::shared_ptr<const Subject> hairy = std::make_shared<const HairyFigure>(figure);
+  return hairy;
 }
 
 float studio_light(const Vec3f& normal) {

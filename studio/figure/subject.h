@@ -51,9 +51,9 @@ class Subject {
   std::string warning_;
 };
 
-/// The procedural figure for "" and "figure" (made once per process and shared), else the subject
-/// of an OBJ file, scaled to \p height metres (0: taken as metres), which turns about itself once
-/// in ten seconds. Throws Error if the file is missing, is no OBJ file or has no triangles.
+/// The procedural figure for "" and "figure", the same with a coat of hair for "hairy" (each made
+/// once per process and shared), else the subject of an OBJ file, scaled to \p height metres (0:
+/// taken as metres), which turns about itself once in ten seconds. Throws Error if the file is missing, is no OBJ file or has no triangles.
 std::shared_ptr<const Subject> open_subject(const std::string& name, double height = 0.0);
 
 /// Light of the studio at a matt surface with \p normal (unit length), 0..1: soft from all sides,

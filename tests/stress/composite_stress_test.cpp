@@ -107,6 +107,7 @@ RenderSettings any_settings(Chance& chance) {
   settings.mirror =
       chance.of<MirrorMode>({MirrorMode::off, MirrorMode::fresnel, MirrorMode::plain});
   settings.edge_samples = chance.of<int>({0, 1, 2, 4, 8});
+  settings.soft_edges = chance.of<int>({0, 1}) == 1;
   settings.light_samples = chance.of<int>({1, 4});
   settings.shadow_map_size = chance.of<int>({16, 64});
   return settings;

@@ -18,7 +18,7 @@ struct SkinKey {
   std::uint64_t content = 0;
   std::vector<Vec3> eyes;
   int levels = 0;  // of smaller pictures; more than needed do no harm
-  bool all_views = false;
+  bool all_views = false, soft = false;
   bool operator==(const SkinKey&) const = default;
 };
 
@@ -78,7 +78,8 @@ void Compositor::State::upload_subjects(const RenderFrame& frame, const RenderPl
   statistics.mesh_reused = !plan.subjects.empty();
   for (std::size_t i = 0; i < plan.subjects.size(); ++i) {
     const PlacedSubject& subject = plan.subjects[i];
-    SkinKey key{subject.content, eyes_on(subject, frame, plan), 0, !settings.skip};
+    SkinKey key{subject.content, eyes_on(subject, frame, plan), 0, !settings.skip,
+                settings.soft_edges};
     for (std::size_t k = 0; k < subject.mesh->views.size(); ++k)
       key.levels = std::max(key.levels, levels_needed(*subject.mesh, static_cast<int>(k), key.eyes,
                                                       plan.pixel_size));
@@ -88,7 +89,7 @@ void Compositor::State::upload_subjects(const RenderFrame& frame, const RenderPl
     statistics.mesh_reused = false;
     subjects[i].upload_shape(subject.mesh->hull);
     const UploadCounts counts =
-        subjects[i].upload_skin(*subject.mesh, key.eyes, key.levels, key.all_views);
+        subjects[i].upload_skin(*subject.mesh, key.eyes, key.levels, key.all_views, key.soft);
     statistics.pictures_uploaded += counts.pictures;
     statistics.pictures_skipped += counts.pictures_skipped;
     statistics.bytes_uploaded += 4 * counts.pixels;
@@ -119,6 +120,7 @@ void Compositor::State::draw_front(const PassInput& in) {
   if (!gl::is_embedded()) glEnable(GL_FRAMEBUFFER_SRGB);
   skin.draw(in, 0, clip);
   glDisable(GL_CULL_FACE);
+  if (in.settings.soft_edges) skin.draw_ribbons(in, clip);
   front.resolve(part);
   if (!gl::is_embedded()) glDisable(GL_FRAMEBUFFER_SRGB);
 }
@@ -130,7 +132,8 @@ std::vector<BlendTiles> blend_tiles(const PassInput& in) {
   TileMask subject(width, height), mirror(width, height), shadow(width, height);
   shadow.add(in.plan.shadow);
   for (const PlacedSubject& placed : in.plan.subjects) {
-    subject.add(placed, in.plan.clip_from_scene, intersection(in.plan.subject, whole));
+    subject.add(placed, in.plan.clip_from_scene, intersection(in.plan.subject, whole),
+                placed.beyond);
     if (const Mirror* m = mirror_of(in.frame, in.plan))
       mirror.add(placed, in.plan.clip_from_scene * reflection(Vec3(m->normal), m->offset),
                  intersection(in.plan.mirror, whole));

@@ -37,8 +37,11 @@ class SkinPrograms {
   void draw(const PassInput& in, std::size_t eye, const glm::mat4& clip_from_scene,
             const glm::vec4* plane = nullptr);
 
+  /// Draws the soft edges of all subjects, for the viewport, where draw() has left samples free.
+  void draw_ribbons(const PassInput& in, const glm::mat4& clip_from_scene);
+
  private:
-  gl::Program plain_, distorted_;
+  gl::Program plain_, distorted_, plain_ribbon_, distorted_ribbon_;
 };
 
 /// Light that the subjects take away.

@@ -8,6 +8,7 @@
 
 #include "base/srgb.h"
 #include "render/projection.h"
+#include "render/soft_edge.h"
 #include "render/view_picture.h"
 
 namespace polyhull {
@@ -70,18 +71,10 @@ void SubjectBuffers::upload_shape(const Hull& hull) {
 }
 
 UploadCounts SubjectBuffers::upload_skin(const Mesh& mesh, const std::vector<Vec3>& eyes,
-                                         int levels, bool all_views) {
+                                         int levels, bool all_views, bool soft) {
   UploadCounts counts;
-  drawing_.vertices.clear();
-  drawing_.views.clear();
-  drawing_.slot_of_view.assign(mesh.views.size(), -1);
-  ranges_.clear();
-  for (const Vec3& eye : eyes) {
-    const std::size_t first = drawing_.vertices.size();
-    add_hull_vertices(mesh, eye, drawing_);
-    ranges_.push_back(
-        {static_cast<GLint>(first), static_cast<GLsizei>(drawing_.vertices.size() - first)});
-  }
+  soft_ = soft;
+  find_vertices(mesh, eyes);
   glBindVertexArray(skin_array_.get());
   glBindBuffer(GL_ARRAY_BUFFER, skin_.get());
   glBufferData(GL_ARRAY_BUFFER,
@@ -120,6 +113,28 @@ UploadCounts SubjectBuffers::upload_skin(const Mesh& mesh, const std::vector<Vec
   return counts;
 }
 
+void SubjectBuffers::find_vertices(const Mesh& mesh, const std::vector<Vec3>& eyes) {
+  drawing_.vertices.clear();
+  drawing_.corner.clear();
+  drawing_.views.clear();
+  drawing_.slot_of_view.assign(mesh.views.size(), -1);
+  ranges_.clear();
+  std::size_t first = 0;
+  const auto range = [&] {
+    ranges_.push_back(
+        {static_cast<GLint>(first), static_cast<GLsizei>(drawing_.vertices.size() - first)});
+    first = drawing_.vertices.size();
+  };
+  for (const Vec3& eye : eyes) {
+    add_hull_vertices(mesh, eye, drawing_);
+    if (soft_ && ranges_.empty()) draw_in(mesh, 0, drawing_);
+    range();
+  }
+  if (soft_) add_ribbons(mesh, eyes.front(), drawing_);
+  range();
+  rests_ = rim_shares(mesh, eyes.front(), soft_);
+}
+
 void SubjectBuffers::upload_pictures(const Mesh& mesh, const std::vector<int>& views, int levels,
                                      UploadCounts& counts) {
   if (views.empty()) return;
@@ -137,7 +152,7 @@ void SubjectBuffers::upload_pictures(const Mesh& mesh, const std::vector<int>& v
   glPixelStorei(GL_UNPACK_ROW_LENGTH, 0);
   for (std::size_t layer = 0; layer < views.size(); ++layer) {
     const View& view = mesh.views[static_cast<std::size_t>(views[layer])].view;
-    prepare_view_picture(view, staging_);
+    prepare_view_picture(view, soft_ ? soft_reach : sharp_reach, staging_);
     glTexSubImage3D(GL_TEXTURE_2D_ARRAY, 0, 0, 0, static_cast<GLint>(layer), view.roi.width + 2,
                     view.roi.height + 2, 1, GL_RGBA, GL_UNSIGNED_BYTE, staging_.data());
     ++counts.pictures;
@@ -172,7 +187,7 @@ void SubjectBuffers::upload_maps(const Mesh& mesh) {
   grow(maps_, GL_RG16F, GL_RG, GL_HALF_FLOAT, width, height,
        static_cast<int>(drawing_.views.size()), 1, map_width_, map_height_, map_layers_, one_level);
   glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
-  float coarsest = 0.0f;
+  float coarsest = 0.0f, inset = 0.0f;
   for (std::size_t layer = 0; layer < drawing_.views.size(); ++layer) {
     const auto k = static_cast<std::size_t>(drawing_.views[layer]);
     const OcclusionMap& map = maps[k];
@@ -194,9 +209,10 @@ void SubjectBuffers::upload_maps(const Mesh& mesh) {
                     GL_RG, GL_HALF_FLOAT, half_.data());
     const auto focal = static_cast<float>(mesh.views[k].calibration.K[0][0]);
     coarsest = std::max(coarsest, map.step * map.near / focal / (map.far - map.near));
+    if (soft_) inset = std::max(inset, static_cast<float>(inset_depth(map, focal)));
   }
-  depth_tolerance_ =
-      3.0f * coarsest + 0.002f;  // the slope of a texel or two; half floats' rounding
+  // The slope of a texel or two; half floats' rounding; what was drawn in.
+  depth_tolerance_ = 3.0f * coarsest + 0.002f + inset;
 }
 
 void SubjectBuffers::upload_views(const Mesh& mesh) {
@@ -238,7 +254,7 @@ void SubjectBuffers::upload_views(const Mesh& mesh) {
         glm::dvec4(pixel_from_map.x / pw, pixel_from_map.y / ph, (pixel_from_map.z - origin_x) / pw,
                    (pixel_from_map.w - origin_y) / ph);
     block.intrinsics = glm::dvec4(camera.K[0][0], camera.K[1][1], camera.K[2][0], camera.K[2][1]);
-    block.skew_and_size = glm::dvec4(camera.K[1][0], 0.0, 1.0 / pw, 1.0 / ph);
+    block.skew_and_size = glm::dvec4(camera.K[1][0], rests_[k], 1.0 / pw, 1.0 / ph);
     block.origin = glm::dvec4(origin_x, origin_y, 0.0, 0.0);
     block.limits = glm::dvec4((view.roi.width + 1.5) / pw, (view.roi.height + 1.5) / ph, 1.0, 1.0);
     if (use_maps_) {
@@ -261,7 +277,15 @@ void SubjectBuffers::draw_shape() const {
 }
 
 void SubjectBuffers::draw_skin(std::size_t eye, gl::Program& program) const {
-  if (eye >= ranges_.size() || ranges_[eye].count == 0) return;
+  if (eye + 1 < ranges_.size()) draw_range(ranges_[eye].first, ranges_[eye].count, program);
+}
+
+void SubjectBuffers::draw_ribbons(gl::Program& program) const {
+  if (!ranges_.empty()) draw_range(ranges_.back().first, ranges_.back().count, program);
+}
+
+void SubjectBuffers::draw_range(GLint first, GLsizei count, gl::Program& program) const {
+  if (count == 0) return;
   gl::bind_texture(0, GL_TEXTURE_2D_ARRAY, pictures_.made() ? pictures_.get() : 0);
   gl::bind_texture(1, GL_TEXTURE_2D_ARRAY, use_maps_ ? maps_.get() : 0);
   glBindBufferBase(GL_UNIFORM_BUFFER, 0, views_.get());
@@ -272,7 +296,7 @@ void SubjectBuffers::draw_skin(std::size_t eye, gl::Program& program) const {
   program.set("best", best_);
   program.set("untextured", untextured_);
   glBindVertexArray(skin_array_.get());
-  glDrawArrays(GL_TRIANGLES, ranges_[eye].first, ranges_[eye].count);
+  glDrawArrays(GL_TRIANGLES, first, count);
 }
 
 }  // namespace polyhull

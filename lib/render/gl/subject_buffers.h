@@ -29,9 +29,9 @@ class SubjectBuffers {
 
   /// Uploads what the eyes in \p eyes (mesh world coordinates; the viewport's, then the mirrored
   /// one) see, and \p levels smaller pictures of each view (view_picture.h). \p all_views uploads
-  /// unused pictures too (skipping off).
+  /// unused pictures too (skipping off). \p soft: the first eye sees a soft edge (soft_edge.h).
   UploadCounts upload_skin(const Mesh& mesh, const std::vector<Vec3>& eyes, int levels,
-                           bool all_views);
+                           bool all_views, bool soft);
 
   /// Draws the shape; a hull_depth program is in use.
   void draw_shape() const;
@@ -39,10 +39,14 @@ class SubjectBuffers {
   /// Draws what eye \p eye sees; sets the hull program's uniforms that belong to the mesh. Uses
   /// texture units 0 and 1 and uniform block binding 0.
   void draw_skin(std::size_t eye, gl::Program& program) const;
+  /// Draws the soft edge that the first eye sees, like draw_skin().
+  void draw_ribbons(gl::Program& program) const;
 
   bool has_distortion() const { return distortion_; }
 
  private:
+  void draw_range(GLint first, GLsizei count, gl::Program& program) const;
+  void find_vertices(const Mesh& mesh, const std::vector<Vec3>& eyes);
   void upload_pictures(const Mesh& mesh, const std::vector<int>& views, int levels,
                        UploadCounts& counts);
   void upload_smaller(const Rectangle& roi, GLint layer, int levels);
@@ -58,13 +62,14 @@ class SubjectBuffers {
   mutable gl::Buffer views_;
   mutable gl::Texture pictures_, maps_;
   GLsizei shape_count_ = 0;
-  std::vector<Range> ranges_;
+  std::vector<Range> ranges_;  // of the eyes, then of the ribbons
   HullDrawing drawing_;
   std::vector<std::uint32_t> staging_;
   std::vector<std::uint32_t> half_;  // one occlusion map as two half floats per texel
   int picture_width_ = 0, picture_height_ = 0, picture_layers_ = 0, picture_levels_ = 1;
   int map_width_ = 0, map_height_ = 0, map_layers_ = 0;
-  bool use_maps_ = false, distortion_ = false;
+  bool use_maps_ = false, distortion_ = false, soft_ = false;
+  std::vector<float> rests_;  // by view, what its rim counts
   float depth_tolerance_ = 0.0f;
   int best_ = 2;
   Vec3f untextured_{0.5f};

@@ -34,8 +34,9 @@ void TileMask::add(const Rectangle& part) {
 }
 
 void TileMask::add(const PlacedSubject& subject, const Mat4& clip_from_scene,
-                   const Rectangle& part) {
+                   const Rectangle& part, int beyond) {
   if (part.empty()) return;
+  const auto margin = static_cast<float>(1 + beyond);
   std::vector<Vec2f> at;
   at.reserve(subject.points.size());
   for (const Vec3f& point : subject.points) {
@@ -48,7 +49,8 @@ void TileMask::add(const PlacedSubject& subject, const Mat4& clip_from_scene,
   for (std::size_t i = 0; i + 2 < triangles.size(); i += 3) {
     const Vec2f &a = at[triangles[i]], &b = at[triangles[i + 1]], &c = at[triangles[i + 2]];
     // A pixel around, for samples beside the pixels' middles and for rounding.
-    const Vec2f low = glm::min(a, glm::min(b, c)) - 1.0f, high = glm::max(a, glm::max(b, c)) + 1.0f;
+    const Vec2f low = glm::min(a, glm::min(b, c)) - margin;
+    const Vec2f high = glm::max(a, glm::max(b, c)) + margin;
     if (!(high.x >= first.x && high.y >= first.y && low.x <= last.x && low.y <= last.y)) continue;
     const Vec2f from = glm::max(low, first), to = glm::min(high, last);
     fill(static_cast<int>(from.x), static_cast<int>(from.y), static_cast<int>(to.x),

@@ -32,8 +32,10 @@ class TileMask {
   TileMask(int width, int height);
 
   /// Adds the tiles of \p part (pixels) that triangles of \p mesh, placed, can touch as \p
-  /// clip_from_scene shows them: all of the part where the mesh reaches behind the eye.
-  void add(const PlacedSubject& subject, const Mat4& clip_from_scene, const Rectangle& part);
+  /// clip_from_scene shows them, and what is up to \p beyond pixels from those: all of the part where
+  /// the mesh reaches behind the eye.
+  void add(const PlacedSubject& subject, const Mat4& clip_from_scene, const Rectangle& part,
+           int beyond = 0);
 
   /// Adds all tiles that \p part (pixels) touches.
   void add(const Rectangle& part);

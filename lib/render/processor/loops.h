@@ -20,6 +20,7 @@ struct SkinView {
   float map_near = 0.0f, map_range = 1.0f;
   int map_width = 0, map_height = 0, map_stride = 0;
   float tolerance = 0.0f;
+  float rest = 0.0f;  ///< what the rim of what it sees still counts (soft_edge.h)
   // The picture, RGBA bytes; the centre of texel (0, 0) is the real pixel (origin_x, origin_y).
   const std::uint32_t* pixels = nullptr;
   int width = 0, height = 0, stride = 0;
@@ -78,9 +79,9 @@ struct Loops {
   /// weight[i] becomes the share of it with which \p view sees point i; u, v the pinhole pixels.
   void (*look)(const SkinView& view, const SkinPoints& points, float* u, float* v, float* weight);
   /// The colours (linear, from \p decode of 256 values) that \p view has at the pinhole pixels u,
-  /// v; these are overwritten.
+  /// v; these are overwritten. \p alpha: its matte's, 0..1, too; null: not wanted.
   void (*fetch)(const SkinView& view, int count, const float* decode, float* u, float* v,
-                float* red, float* green, float* blue);
+                float* red, float* green, float* blue, float* alpha);
   /// The block's weighted means, side * side of them, over the pixels around that lie in the plane
   /// of each.
   void (*gather)(const ShadowTile& tile, float* means);

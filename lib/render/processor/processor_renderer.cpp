@@ -94,7 +94,7 @@ void ProcessorRenderer::State::ready_subjects(const RenderFrame& frame, const Re
     const bool same = settings.skip && placed.content != 0 && placed.content == subject.content;
     const SkinCounts counts =
         subject.skin.prepare(*placed.mesh, eyes_on(placed, frame, plan), plan.pixel_size, same,
-                             !settings.skip);
+                             !settings.skip, settings.soft_edges);
     statistics.pictures_uploaded += counts.pictures;
     statistics.pictures_skipped += counts.pictures_skipped;
     reused = reused && same;

@@ -3,9 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "base/srgb.h"
 #include "base/thread_pool.h"
+#include "render/soft_edge.h"
 
 namespace polyhull::processor {
 namespace {
@@ -26,6 +28,13 @@ void choose(float* w, int best) {
   for (int i = 0; i < 4; ++i) w[i] = std::max(w[i] - left_out, 0.0f) + 1e-3f * w[i];
 }
 
+/// What a view of relative weight \p near leaves of a ribbon where its matte is \p matte (soft_edge.h).
+float own_alpha(float near, float matte) {
+  const float counts = std::clamp((near - 0.05f) * 5.0f, 0.0f, 1.0f);
+  const float inside = std::min(2.0f * matte, 1.0f);
+  return 1.0f - counts * (1.0f - (inside + near * (matte - inside)));
+}
+
 }  // namespace
 
 void SkinItems::clear() {
@@ -36,16 +45,9 @@ void SkinItems::clear() {
 }
 
 SkinCounts Skin::prepare(const Mesh& mesh, const std::vector<Vec3>& eyes, double pixel_size,
-                         bool same, bool all_views) {
+                         bool same, bool all_views, bool soft) {
   SkinCounts counts;
-  drawing_.vertices.clear();
-  drawing_.views.clear();
-  drawing_.slot_of_view.assign(mesh.views.size(), -1);
-  first_.assign(1, 0);
-  for (const Vec3& eye : eyes) {
-    add_hull_vertices(mesh, eye, drawing_);
-    first_.push_back(drawing_.vertices.size());
-  }
+  find_vertices(mesh, eyes, soft);
   std::vector<int> wanted = drawing_.views;
   for (std::size_t k = 0; k < mesh.views.size(); ++k) {
     if (drawing_.slot_of_view[k] >= 0 || !can_colour(mesh.views[k].view)) continue;
@@ -61,19 +63,22 @@ SkinCounts Skin::prepare(const Mesh& mesh, const std::vector<Vec3>& eyes, double
   untextured_ = srgb_decoded(texturing ? texturing->untextured : Vec3f(0.5f));
   tolerance_ = 0.0f;
   if (use_maps_) {
-    float coarsest = 0.0f;
+    float coarsest = 0.0f, inset = 0.0f;
     for (const int k : drawing_.views) {
       const OcclusionMap& map = texturing->maps[static_cast<std::size_t>(k)];
       if (map.width <= 0 || map.height <= 0) continue;
       const auto focal =
           static_cast<float>(mesh.views[static_cast<std::size_t>(k)].calibration.K[0][0]);
       coarsest = std::max(coarsest, map.step * map.near / focal / (map.far - map.near));
+      if (soft) inset = std::max(inset, static_cast<float>(inset_depth(map, focal)));
     }
-    tolerance_ = 3.0f * coarsest + 0.002f;  // the slope of a texel or two
+    // The slope of a texel or two, and what was drawn in.
+    tolerance_ = 3.0f * coarsest + 0.002f + inset;
   }
 
   pictures_.resize(mesh.views.size());
-  if (!same)
+  const int reach = soft ? soft_reach : sharp_reach;
+  if (std::exchange(reach_, reach) != reach || !same)
     for (Picture& picture : pictures_) picture.ready = false;
   std::erase_if(wanted, [&](int view) { return pictures_[static_cast<std::size_t>(view)].ready; });
   parallel_for(wanted.size(), 1, 0, [&](std::size_t begin, std::size_t end) {
@@ -109,11 +114,26 @@ SkinCounts Skin::prepare(const Mesh& mesh, const std::vector<Vec3>& eyes, double
   return counts;
 }
 
+void Skin::find_vertices(const Mesh& mesh, const std::vector<Vec3>& eyes, bool soft) {
+  drawing_.vertices.clear();
+  drawing_.corner.clear();
+  drawing_.views.clear();
+  drawing_.slot_of_view.assign(mesh.views.size(), -1);
+  first_.assign(1, 0);
+  for (const Vec3& eye : eyes) {
+    add_hull_vertices(mesh, eye, drawing_);
+    if (soft && first_.size() == 1) draw_in(mesh, 0, drawing_);
+    first_.push_back(drawing_.vertices.size());
+  }
+  if (soft) add_ribbons(mesh, eyes.front(), drawing_);
+  rests_ = rim_shares(mesh, eyes.front(), soft);
+}
+
 void Skin::prepare_picture(const Mesh& mesh, int view) {
   const auto k = static_cast<std::size_t>(view);
   Picture& picture = pictures_[k];
   picture.ready = true;
-  prepare_view_picture(mesh.views[k].view, picture.pixels);
+  prepare_view_picture(mesh.views[k].view, reach_, picture.pixels);
   picture.smaller.clear();
   picture.depth.clear();
   picture.fade.clear();
@@ -172,6 +192,7 @@ SkinView Skin::look_through(const Mesh& mesh, int number) const {
     out.map_height = std::max(map.height, 0);
     out.map_stride = out.map_width + 1;
     out.tolerance = tolerance_;
+    out.rest = rests_[k];
   }
   out.pixels = picture.pixels.data();
   out.width = view.roi.width + 2;
@@ -208,15 +229,19 @@ void Skin::find_levels(std::size_t slot, const SkinItems& items, SkinScratch& s)
 
 // Adds what the view has at the chosen points, whose places are in u and v.
 void Skin::fetch(std::size_t slot, const SkinItems& items, SkinScratch& s) const {
+  // Entries go up, and ribbons' points come last.
+  const bool ribbons = !s.chosen.empty() && s.chosen.back() / 4 >= items.first_of_ribbon;
   const auto colours = [&](const SkinView& view, std::size_t count, float* u, float* v) {
     loops().fetch(view, static_cast<int>(count), srgb_to_linear_table(), u, v, s.red.data(),
-                  s.green.data(), s.blue.data());
+                  s.green.data(), s.blue.data(), ribbons ? s.alpha.data() : nullptr);
   };
   if (smaller_[slot].empty()) {
     colours(views_[slot], s.chosen.size(), s.u.data(), s.v.data());
     for (std::size_t j = 0; j < s.chosen.size(); ++j)
       s.sums[s.chosen[j] / 4] +=
           s.weights[s.chosen[j]] * glm::vec4(s.red[j], s.green[j], s.blue[j], 0.0f);
+    for (std::size_t j = 0; ribbons && j < s.chosen.size(); ++j)
+      s.alphas[s.chosen[j]] = s.alpha[j];
     return;
   }
   find_levels(slot, items, s);
@@ -238,6 +263,21 @@ void Skin::fetch(std::size_t slot, const SkinItems& items, SkinScratch& s) const
     for (std::size_t j = 0; j < s.of_level.size(); ++j)
       s.sums[s.of_level[j] / 4] += s.level_weights[j] * s.weights[s.of_level[j]] *
                                    glm::vec4(s.red[j], s.green[j], s.blue[j], 0.0f);
+    for (std::size_t j = 0; ribbons && j < s.of_level.size(); ++j)
+      s.alphas[s.of_level[j]] += s.level_weights[j] * s.alpha[j];
+  }
+}
+
+// The ribbons' coverage: by the view that knows best where the subject ends (soft_edge.h).
+void Skin::soften(const SkinItems& items, SkinScratch& s) const {
+  for (std::size_t i = items.first_of_ribbon; i < items.size(); ++i) {
+    const std::array<float, 4>& weights = items.weights[i];
+    const float largest = std::max({weights[0], weights[1], weights[2], weights[3]});
+    float alpha = 1.0f;
+    for (std::size_t c = 0; c < 4; ++c)
+      if (weights[c] > 0.0f)
+        alpha = std::min(alpha, own_alpha(weights[c] / largest, s.alphas[4 * i + c]));
+    s.sums[i] *= alpha;
   }
 }
 
@@ -249,6 +289,7 @@ void Skin::paint(const SkinItems& items, SkinScratch& s, glm::vec4* pixels) cons
   s.all_u.resize(4 * count);
   s.all_v.resize(4 * count);
   s.sums.resize(count);
+  if (items.first_of_ribbon < count) s.alphas.assign(4 * count, 0.0f);
   s.entries.resize(std::max(s.entries.size(), views_.size()));
   for (auto& list : s.entries) list.clear();
   for (std::size_t i = 0; i < count; ++i) {
@@ -278,7 +319,10 @@ void Skin::paint(const SkinItems& items, SkinScratch& s, glm::vec4* pixels) cons
     best.look(views_[slot], {static_cast<int>(n), s.x.data(), s.y.data(), s.z.data()}, s.u.data(),
               s.v.data(), s.weight.data());
     for (std::size_t j = 0; j < n; ++j) {
-      s.weights[list[j]] = s.weight[j];
+      // A ribbon that no view sees free of the hull takes the nearest one's colours.
+      const std::uint32_t i = list[j] / 4;
+      const bool ribbon = i >= items.first_of_ribbon;
+      s.weights[list[j]] = s.weight[j] + (ribbon ? 1e-3f * items.weights[i][list[j] % 4] : 0.0f);
       s.all_u[list[j]] = s.u[j];
       s.all_v[list[j]] = s.v[j];
     }
@@ -297,16 +341,17 @@ void Skin::paint(const SkinItems& items, SkinScratch& s, glm::vec4* pixels) cons
   }
   for (std::size_t slot = 0; slot < views_.size(); ++slot) {
     const std::vector<std::uint32_t>& list = s.entries[slot];
-    room(list.size(), &s.u, &s.v, &s.red, &s.green, &s.blue);
+    room(list.size(), &s.u, &s.v, &s.red, &s.green, &s.blue, &s.alpha);
     s.chosen.clear();
     for (const std::uint32_t entry : list) {
-      if (s.weights[entry] <= 0.0f) continue;
+      if (s.weights[entry] <= 0.0f && entry / 4 < items.first_of_ribbon) continue;
       s.u[s.chosen.size()] = s.all_u[entry];
       s.v[s.chosen.size()] = s.all_v[entry];
       s.chosen.push_back(entry);
     }
     fetch(slot, items, s);
   }
+  if (items.first_of_ribbon < count) soften(items, s);
   for (std::size_t i = 0; i < count; ++i) pixels[items.pixel[i]] += items.share[i] * s.sums[i];
 }
 

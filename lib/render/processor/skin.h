@@ -30,6 +30,7 @@ struct SkinItems {
   std::vector<std::uint32_t> slots;           ///< the candidates, one byte each
   std::vector<float> share;                   ///< how much of its pixel a point is
   std::vector<std::uint32_t> pixel;           ///< where its colour goes
+  std::size_t first_of_ribbon = 0;  ///< from here on they are points of ribbons (soft_edge.h)
   std::size_t size() const { return x.size(); }
   void clear();
 };
@@ -42,6 +43,7 @@ struct SkinScratch {
   std::vector<float> level_u, level_v, level_weights;
   std::vector<float> x, y, z, u, v, weight, red, green, blue;
   std::vector<float> weights, all_u, all_v;  ///< by entry
+  std::vector<float> alpha, alphas;          ///< by chosen entry; by entry, of ribbons
   std::vector<glm::vec4> sums;
 };
 
@@ -51,12 +53,16 @@ class Skin {
   /// Makes \p mesh's views ready for the eyes in \p eyes (mesh world coordinates), whose pixels
   /// measure \p pixel_size at depth 1. \p same: the mesh is the one of the last call, so that
   /// pictures stay. \p all_views: also those that colour nothing visible (skipping off).
+  /// \p soft: the first eye sees a soft edge (soft_edge.h).
   SkinCounts prepare(const Mesh& mesh, const std::vector<Vec3>& eyes, double pixel_size, bool same,
-                     bool all_views);
+                     bool all_views, bool soft);
 
   /// The triangles that eye \p eye sees, three vertices each.
   std::size_t first_vertex(std::size_t eye) const { return first_[eye]; }
   std::size_t last_vertex(std::size_t eye) const { return first_[eye + 1]; }
+  /// The ribbons' triangles, for the first eye.
+  std::size_t first_of_ribbon() const { return first_.back(); }
+  std::size_t last_of_ribbon() const { return drawing_.vertices.size(); }
   /// Vertex \p index; a triangle's three follow each other in memory.
   const HullVertex& vertex(std::size_t index) const { return drawing_.vertices[index]; }
 
@@ -70,11 +76,13 @@ class Skin {
     std::vector<SmallerPicture> smaller;
     std::vector<float> depth, fade;  // of the map, with a column and a row of zeros
   };
+  void find_vertices(const Mesh& mesh, const std::vector<Vec3>& eyes, bool soft);
   void prepare_picture(const Mesh& mesh, int view);
   void add_smaller(const Mesh& mesh, int view, int levels);
   SkinView look_through(const Mesh& mesh, int view) const;
   void fetch(std::size_t slot, const SkinItems& items, SkinScratch& scratch) const;
   void find_levels(std::size_t slot, const SkinItems& items, SkinScratch& scratch) const;
+  void soften(const SkinItems& items, SkinScratch& scratch) const;
 
   HullDrawing drawing_;
   std::vector<std::size_t> first_;
@@ -83,6 +91,8 @@ class Skin {
   std::vector<std::vector<SkinView>> smaller_;  // by slot and level, from 1 on
   double pixel_size_ = 0.0;
   float tolerance_ = 0.0f;
+  int reach_ = 0;             // to which pictures_ are continued
+  std::vector<float> rests_;  // by view: SkinView::rest
   bool use_maps_ = false;
   int best_ = 2;
   Vec3f untextured_{0.5f};

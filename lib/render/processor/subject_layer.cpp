@@ -31,24 +31,36 @@ void add_item(SkinItems& items, const HullVertex* corner, const Foot& at, float 
 
 }  // namespace
 
+void SubjectLayer::Drawn::add(const std::vector<ReadySubject>& subjects, std::size_t subject,
+                              const SubjectEye& eye, std::size_t first, std::size_t last,
+                              Facing facing) {
+  const Mat4& to_scene = subjects[subject].local_to_scene;
+  const Mat4 from_local = eye.pixels_from_scene * to_scene;
+  const Vec4 plane = eye.kept ? *eye.kept * to_scene : Vec4(0, 0, 0, 1);
+  const Skin& skin = subjects[subject].skin;
+  for (std::size_t v = first; v < last; v += 3) {
+    std::array<Corner, 3> corners;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vec4 point(Vec3(skin.vertex(v + k).position), 1.0);
+      corners[k] = {Vec3(from_local * point), glm::dot(plane, point)};
+    }
+    triangles.add(corners, static_cast<std::uint32_t>(vertex_of.size()), facing);
+    vertex_of.emplace_back(static_cast<std::uint32_t>(subject), static_cast<std::uint32_t>(v));
+  }
+}
+
 void SubjectLayer::fill(const std::vector<ReadySubject>& subjects, const SubjectEye& eye, int width,
                         int height) {
-  triangles_.begin(width, height);
-  vertex_of_.clear();
+  for (Drawn* drawn : {&hulls_, &ribbons_}) {
+    drawn->triangles.begin(width, height);
+    drawn->vertex_of.clear();
+  }
   for (std::size_t s = 0; s < subjects.size(); ++s) {
-    const Mat4& to_scene = subjects[s].local_to_scene;
-    const Mat4 from_local = eye.pixels_from_scene * to_scene;
-    const Vec4 plane = eye.kept ? *eye.kept * to_scene : Vec4(0, 0, 0, 1);
     const Skin& skin = subjects[s].skin;
-    for (std::size_t v = skin.first_vertex(eye.number); v < skin.last_vertex(eye.number); v += 3) {
-      std::array<Corner, 3> corners;
-      for (std::size_t k = 0; k < 3; ++k) {
-        const Vec4 point(Vec3(skin.vertex(v + k).position), 1.0);
-        corners[k] = {Vec3(from_local * point), glm::dot(plane, point)};
-      }
-      triangles_.add(corners, static_cast<std::uint32_t>(vertex_of_.size()), eye.facing);
-      vertex_of_.emplace_back(static_cast<std::uint32_t>(s), static_cast<std::uint32_t>(v));
-    }
+    hulls_.add(subjects, s, eye, skin.first_vertex(eye.number), skin.last_vertex(eye.number),
+               eye.facing);
+    if (eye.number == 0)
+      ribbons_.add(subjects, s, eye, skin.first_of_ribbon(), skin.last_of_ribbon(), Facing::both);
   }
 }
 
@@ -73,7 +85,8 @@ void SubjectLayer::hide(const Rectangle& rows, const SceneLayer& scene, const Sc
 
 /// Each triangle in a pixel is coloured once, in the middle of its samples.
 void SubjectLayer::find_items(const std::vector<ReadySubject>& subjects, const Rectangle& rows,
-                              int samples, Scratch& scratch) const {
+                              int samples, const Drawn& drawn,
+                              const std::vector<std::uint32_t>& ids, Scratch& scratch) const {
   const float(*places)[2] = sample_places(samples);
   const float each = 1.0f / static_cast<float>(samples);
   const auto pixels = static_cast<std::size_t>(rows.width) * static_cast<std::size_t>(rows.height);
@@ -81,7 +94,7 @@ void SubjectLayer::find_items(const std::vector<ReadySubject>& subjects, const R
     std::uint32_t seen[8];
     int count = 0;
     for (std::size_t s = 0; s < static_cast<std::size_t>(samples); ++s) {
-      const std::uint32_t number = scratch.ids[s * pixels + pixel];
+      const std::uint32_t number = ids[s * pixels + pixel];
       if (number != no_triangle) seen[count++] = number | static_cast<std::uint32_t>(s) << 28;
     }
     while (count > 0) {
@@ -98,17 +111,27 @@ void SubjectLayer::find_items(const std::vector<ReadySubject>& subjects, const R
         }
       }
       count = left;
-      const ScreenTriangle& piece = triangles_.piece(number);
+      const ScreenTriangle& piece = drawn.triangles.piece(number);
       const double x = rows.x + static_cast<double>(pixel % static_cast<std::size_t>(rows.width));
       const double y = rows.y + static_cast<double>(pixel / static_cast<std::size_t>(rows.width));
       const Foot at =
           foot(piece, x + sx / static_cast<float>(own), y + sy / static_cast<float>(own));
-      const auto [subject, first] = vertex_of_[piece.id];
+      const auto [subject, first] = drawn.vertex_of[piece.id];
       add_item(scratch.items[subject], &subjects[subject].skin.vertex(first), at,
                at.depth / static_cast<float>(subjects[subject].scale),
                static_cast<float>(own) * each, static_cast<std::uint32_t>(pixel));
     }
   }
+}
+
+/// Draws the nearest ribbon of each sample where no hull is.
+void SubjectLayer::draw_ribbons(int band, const SampleRows& rows, Scratch& scratch) const {
+  scratch.ribbon_ids.assign(scratch.ids.size(), no_triangle);
+  SampleRows own = rows;
+  own.id = scratch.ribbon_ids.data();
+  ribbons_.triangles.draw(band, own);
+  for (std::size_t i = 0; i < scratch.ids.size(); ++i)
+    if (scratch.ids[i] != no_triangle) scratch.ribbon_ids[i] = no_triangle;
 }
 
 void SubjectLayer::paint(const std::vector<ReadySubject>& subjects, int band, const Rectangle& part,
@@ -123,11 +146,18 @@ void SubjectLayer::paint(const std::vector<ReadySubject>& subjects, int band, co
   scratch.inverse.assign(static_cast<std::size_t>(samples) * pixels, 0.0f);
   scratch.ids.assign(static_cast<std::size_t>(samples) * pixels, no_triangle);
   if (drawn) hide(rows, scene, frame, scratch);
-  triangles_.draw(band, {rows.x, rows.x + rows.width, top, bottom, samples, sample_places(samples),
-                         scratch.inverse.data(), scratch.ids.data()});
+  const SampleRows sample_rows{rows.x,  rows.x + rows.width,    top,
+                               bottom,  samples,                sample_places(samples),
+                               scratch.inverse.data(), scratch.ids.data()};
+  hulls_.triangles.draw(band, sample_rows);
   scratch.items.resize(subjects.size());
   for (SkinItems& items : scratch.items) items.clear();
-  find_items(subjects, rows, samples, scratch);
+  find_items(subjects, rows, samples, hulls_, scratch.ids, scratch);
+  for (SkinItems& items : scratch.items) items.first_of_ribbon = items.size();
+  if (ribbons_.triangles.pieces() > 0) {
+    draw_ribbons(band, sample_rows, scratch);
+    find_items(subjects, rows, samples, ribbons_, scratch.ribbon_ids, scratch);
+  }
   for (std::size_t s = 0; s < subjects.size(); ++s)
     subjects[s].skin.paint(scratch.items[s], scratch.skin, into.data());
 }

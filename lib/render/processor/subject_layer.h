@@ -36,7 +36,7 @@ class SubjectLayer {
   /// A thread's working memory.
   struct Scratch {
     std::vector<float> inverse;
-    std::vector<std::uint32_t> ids;
+    std::vector<std::uint32_t> ids, ribbon_ids;
     std::vector<SkinItems> items;
     SkinScratch skin;
   };
@@ -55,11 +55,19 @@ class SubjectLayer {
  private:
   void hide(const Rectangle& rows, const SceneLayer& scene, const SceneLayer* frame,
             Scratch& scratch) const;
+  /// Triangles, and by their ids subject and first vertex.
+  struct Drawn {
+    ScreenTriangles triangles;
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> vertex_of;
+    void add(const std::vector<ReadySubject>& subjects, std::size_t subject, const SubjectEye& eye,
+             std::size_t first, std::size_t last, Facing facing);
+  };
   void find_items(const std::vector<ReadySubject>& subjects, const Rectangle& rows, int samples,
+                  const Drawn& drawn, const std::vector<std::uint32_t>& ids,
                   Scratch& scratch) const;
+  void draw_ribbons(int band, const SampleRows& rows, Scratch& scratch) const;
 
-  ScreenTriangles triangles_;
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> vertex_of_;  // by id: subject, first vertex
+  Drawn hulls_, ribbons_;
 };
 
 }  // namespace polyhull::processor
