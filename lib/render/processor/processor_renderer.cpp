@@ -1,22 +1,13 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "render/processor/processor_renderer.h"
 
-#include <algorithm>
-#include <atomic>
 #include <cstring>
-#include <numbers>
 #include <optional>
 #include <utility>
 
-#include "base/srgb.h"
 #include "base/stopwatch.h"
 #include "base/thread_pool.h"
-#include "render/processor/scene/albedo_layer.h"
-#include "render/processor/area_shadow.h"
-#include "render/processor/mirror_view.h"
-#include "render/processor/scene/scene_layer.h"
-#include "render/processor/subject_layer.h"
-#include "render/processor/video_rows.h"
+#include "render/processor/blend.h"
 #include "view/scene_planes.h"
 
 namespace polyhull {
@@ -32,18 +23,12 @@ int samples_of(const RenderSettings& settings) {
 
 }  // namespace
 
-struct ProcessorRenderer::State {
+struct ProcessorRenderer::State : Layers {
   std::shared_ptr<const Scene> scene_held;
-  std::optional<TracedScene> scene;
   std::optional<std::uint64_t> geometry;  // geometry_key() of the scene, once it is asked for
-  SceneLayer direct, mirrored;
   ShadowCasters casters;
   std::optional<Light> shadow_light;  // for which casters has the subjects
-  AreaShadow shadow, mirror_shadow;
-  std::vector<ReadySubject> subjects;
-  SubjectLayer front, image;
   std::vector<std::uint8_t> background_copy;
-  AlbedoLayer albedo, mirror_albedo;
 
   bool still(const RenderPlan& plan) const;
   void ready_subjects(const RenderFrame& frame, const RenderPlan& plan,
@@ -235,213 +220,6 @@ void ProcessorRenderer::State::draw_shadows(const RenderFrame& frame, const Rend
     statistics.rays += mirror_shadow.rays();
   }
 }
-
-/// Puts the layers of one band together, as renderer.h says.
-class ProcessorRenderer::Blend {
- public:
-  Blend(State& state, const RenderFrame& frame, const RenderPlan& plan,
-        const RenderSettings& settings, const MirrorView* mirror, const std::uint8_t* background,
-        int background_stride, const PictureTarget& target)
-      : state_(state),
-        frame_(frame),
-        plan_(plan),
-        settings_(settings),
-        mirror_(mirror),
-        changed_(plan.changed()),
-        background_(background),
-        background_stride_(background_stride),
-        target_(target) {
-    if (plan.light < 0) return;
-    const Vec3f power = light_power(frame.lights[static_cast<std::size_t>(plan.light)]) *
-                        (frame.exposure / std::numbers::pi_v<float>);
-    for (int c = 0; c < 3; ++c) power_[c] = power[c];
-  }
-
-  int first_band() const { return changed_.y / band_rows; }
-  int last_band() const { return (changed_.y + changed_.height - 1) / band_rows; }
-
-  /// Draws band \p band into the target.
-  void draw(int band) {
-    thread_local SubjectLayer::Scratch scratch;
-    thread_local std::vector<glm::vec4> front, image;
-    const int top = std::max(changed_.y, band * band_rows);
-    const int bottom = std::min(changed_.y + changed_.height, (band + 1) * band_rows);
-    const auto reaches = [&](const Rectangle& part) {
-      return !part.empty() && part.y < bottom && part.y + part.height > top;
-    };
-    const bool scene = state_.scene.has_value();
-    Stopwatch watch;
-    if (reaches(plan_.subject))
-      state_.front.paint(state_.subjects, band, plan_.subject, state_.direct, nullptr, scene,
-                         scratch, front);
-    seconds_subject += watch.lap();
-    if (reaches(plan_.mirror))
-      state_.image.paint(state_.subjects, band, plan_.mirror, state_.mirrored, &state_.direct,
-                         scene, scratch, image);
-    seconds_mirror += watch.lap();
-    const Rectangle rows{changed_.x, top, changed_.width, bottom - top};
-    const PixelRows out = target_.video ? background_rows(background_, background_stride_, rows,
-                                                          frame_.width, frame_.height)
-                                        : PixelRows{target_.pixels, target_.stride, 0, 0};
-    Piece piece;
-    Touched touched;  // of two rows that share their chroma
-    for (int y = top; y < bottom; ++y) {
-      blend_row(y, row_of(plan_.subject, front, band, y), row_of(plan_.mirror, image, band, y),
-                {reaches(plan_.shadow), reaches(plan_.mirror_shadow)}, out, piece, touched);
-      if (!target_.video || (y % 2 == 0 && y + 1 < bottom)) continue;
-      write_rows(out, y & ~1, std::exchange(touched, {}), *target_.video);
-    }
-    seconds_blend += watch.lap();
-  }
-
-  std::atomic<double> seconds_subject = 0.0, seconds_mirror = 0.0, seconds_blend = 0.0;
-
- private:
-  /// A row of a subject layer.
-  struct Span {
-    int left = 0, right = 0;
-    const glm::vec4* colours = nullptr;  // of column left and on
-    bool meets(int begin, int end) const { return begin < right && end > left; }
-    glm::vec4 at(int x) const {
-      return x >= left && x < right ? colours[x - left] : glm::vec4(0.0f);
-    }
-  };
-  static Span row_of(const Rectangle& part, const std::vector<glm::vec4>& layer, int band, int y) {
-    const int top = std::max(part.y, band * band_rows);
-    if (part.empty() || y < top || y >= part.y + part.height) return {};
-    return {part.x, part.x + part.width, &layer[static_cast<std::size_t>(y - top) * part.width]};
-  }
-
-  /// Where light may be missing.
-  struct Shaded {
-    bool seen = false, mirrored = false;
-  };
-
-  /// Up to 16 pixels of a row on their way into the picture. What has no part in them stays as the
-  /// piece before left it: nothing.
-  struct Piece {
-    BlendPixels pixels{};
-    float in_mirror[16];  ///< what is taken from what the mirror shows
-    bool has_subject = true, has_mirror = true;  ///< else all of theirs is nothing
-  };
-
-  /// Blends the changed part of row \p y into \p out.
-  void blend_row(int y, const Span& over, const Span& mirrored, const Shaded& shaded,
-                 const PixelRows& out, Piece& piece, Touched& touched) {
-    for (int x = changed_.x; x < changed_.x + changed_.width;) {
-      // Those that nothing reaches at once.
-      const int end = std::min((x | 15) + 1, changed_.x + changed_.width);
-      const bool seen = shaded.seen && state_.shadow.reaches(x, y) &&
-                        state_.shadow.taken(state_.direct, x & ~15, y, piece.pixels.taken);
-      const bool shown = shaded.mirrored && state_.mirror_shadow.reaches(x, y) &&
-                         state_.mirror_shadow.taken(state_.mirrored, x & ~15, y, piece.in_mirror);
-      const bool covered = over.meets(x, end), reflected = mirrored.meets(x, end);
-      if (seen || shown || covered || reflected) {
-        fill_ground(x, end, y, seen, piece.pixels);
-        if (covered || piece.has_subject) fill_subject(x, end, over, piece.pixels);
-        piece.has_subject = covered;
-        if (!shown) std::fill_n(piece.in_mirror, 16, 0.0f);
-        if (shown || reflected || piece.has_mirror) fill_mirror(x, end, y, mirrored, piece);
-        piece.has_mirror = shown || reflected;
-        touched.left = std::min(touched.left, x);
-        touched.right = std::max(touched.right, end);
-        std::uint32_t made[16];
-        loops().blend(piece.pixels, power_, srgb_to_linear_table(), srgb_lines(), made);
-        std::memcpy(out.at(x, y), made + (x & 15), 4 * static_cast<std::size_t>(end - x));
-      }
-      x = end;
-    }
-  }
-
-  /// The background of pixels \p x to \p end - 1 and, where \p seen, what it loses.
-  void fill_ground(int x, int end, int y, bool seen, BlendPixels& pixels) {
-    const int first = x & ~15;
-    const std::uint8_t* coded = background_ + static_cast<std::ptrdiff_t>(y) * background_stride_;
-    if (end - x < 16) std::fill_n(pixels.background, 16, 0u);
-    std::memcpy(pixels.background + (x - first), coded + 4 * x,
-                4 * static_cast<std::size_t>(end - x));
-    if (!seen) {
-      std::fill_n(pixels.taken, 16, 0.0f);
-      return;
-    }
-    for (int i = 0; i < 16; ++i)
-      if (first + i < x || first + i >= end) pixels.taken[i] = 0.0f;
-    const std::uint64_t* albedo = state_.albedo.at(*state_.scene, state_.direct, first, y);
-    for (int i = 0; i < 16; ++i) pixels.albedo[i] = pixels.taken[i] > 0.0f ? albedo[i] : 0;
-  }
-
-  static void fill_subject(int x, int end, const Span& over, BlendPixels& pixels) {
-    for (int i = 0; i < 16; ++i) {
-      const int column = (x & ~15) + i;
-      const glm::vec4 colour = column >= x && column < end ? over.at(column) : glm::vec4(0.0f);
-      pixels.red[i] = colour.r;
-      pixels.green[i] = colour.g;
-      pixels.blue[i] = colour.b;
-      pixels.alpha[i] = colour.a;
-    }
-  }
-
-  /// What the mirror changes where the subject does not cover it.
-  void fill_mirror(int x, int end, int y, const Span& mirrored, Piece& piece) {
-    BlendPixels& pixels = piece.pixels;
-    for (int i = 0; i < 16; ++i) {
-      const int column = (x & ~15) + i;
-      const bool open = column >= x && column < end && pixels.alpha[i] < 1.0f;
-      const glm::vec4 image = open ? mirrored.at(column) : glm::vec4(0.0f);
-      pixels.keep[i] = 1.0f;
-      pixels.covered[i] = image.a;
-      Vec3f gone(0.0f), more(0.0f), dimmed(0.0f);
-      if (open && piece.in_mirror[i] > 0.0f)
-        dimmed = piece.in_mirror[i] * mirror_dimming(column, y, image.a);
-      if (image.a > 0.0f) {
-        if (settings_.mirror == MirrorMode::plain) {
-          pixels.keep[i] = 1.0f - settings_.reflection_alpha * image.a;
-          more = settings_.reflection_alpha * Vec3f(image);
-        } else {
-          const Vec3f share = mirror_->share(column, y);
-          more = share * Vec3f(image);
-          // Of metal all light was what it showed.
-          if (mirror_->only_mirrors())
-            pixels.keep[i] = 1.0f - image.a;
-          else
-            gone = image.a * share * mirror_->shown(column, y);
-        }
-      }
-      for (int c = 0; c < 3; ++c) {
-        pixels.dimmed[c][i] = dimmed[c];
-        pixels.gone[c][i] = gone[c];
-        pixels.more[c][i] = more[c];
-      }
-    }
-  }
-
-  /// What pixel (x, y) of the mirror, \p covered of which shows the subject, loses for each E that
-  /// is taken where it looks.
-  Vec3f mirror_dimming(int x, int y, float covered) {
-    float seen = state_.direct.mirror_at(x, y);
-    // Of other mirrors the covered part goes with what they showed there.
-    if (!mirror_->only_mirrors()) seen = std::max(seen - covered, 0.0f);
-    if (seen == 0.0f) return Vec3f(0.0f);
-    const std::uint64_t albedo =
-        state_.mirror_albedo.at(*state_.scene, state_.mirrored, x & ~15, y)[x & 15];
-    const Vec3f scattered(static_cast<float>(albedo & 0xffff),
-                          static_cast<float>(albedo >> 16 & 0xffff),
-                          static_cast<float>(albedo >> 32 & 0xffff));
-    return seen * mirror_->share(x, y) * scattered / 65535.0f *
-           Vec3f(power_[0], power_[1], power_[2]);
-  }
-
-  State& state_;
-  const RenderFrame& frame_;
-  const RenderPlan& plan_;
-  const RenderSettings& settings_;
-  const MirrorView* mirror_;
-  Rectangle changed_;
-  const std::uint8_t* background_;
-  int background_stride_;
-  PictureTarget target_;
-  float power_[3] = {};  // of the main light, as a picture value per albedo and E
-};
 
 void ProcessorRenderer::render(const RenderFrame& frame, const RenderPlan& plan,
                                const RenderSettings& settings, const std::uint8_t* background,

@@ -31,7 +31,6 @@ class ProcessorRenderer : public Renderer {
 
  private:
   struct State;
-  class Blend;
   void draw(const RenderFrame& frame, const RenderPlan& plan, const RenderSettings& settings,
             const std::uint8_t* background, int background_stride, const processor::PictureTarget& target);
   std::unique_ptr<State> state_;

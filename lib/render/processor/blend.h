@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// Puts a picture's layers together, band by band, as renderer.h says.
+#pragma once
+
+#include <atomic>
+#include <optional>
+#include <vector>
+
+#include "render/processor/area_shadow.h"
+#include "render/processor/mirror_view.h"
+#include "render/processor/scene/albedo_layer.h"
+#include "render/processor/scene/scene_layer.h"
+#include "render/processor/subject_layer.h"
+#include "render/processor/video_rows.h"
+
+namespace polyhull::processor {
+
+/// What a picture is made of: all drawn but the subjects, whose bands are painted on the way.
+struct Layers {
+  std::optional<TracedScene> scene;
+  SceneLayer direct, mirrored;        ///< the scene as the viewport and as the plan's mirror see it
+  AlbedoLayer albedo, mirror_albedo;  ///< of these
+  AreaShadow shadow, mirror_shadow;   ///< on these
+  std::vector<ReadySubject> subjects;
+  SubjectLayer front, image;  ///< the subjects before the viewport and in the mirror
+};
+
+class Blend {
+ public:
+  /// Blends \p layers over \p background (RGBA rows \p background_stride bytes apart) into \p target;
+  /// all must outlive this. \p mirror: the plan's, null for none.
+  Blend(Layers& layers, const RenderFrame& frame, const RenderPlan& plan,
+        const RenderSettings& settings, const MirrorView* mirror, const std::uint8_t* background,
+        int background_stride, const PictureTarget& target);
+
+  /// The bands that the plan changes.
+  int first_band() const { return changed_.y / band_rows; }
+  int last_band() const { return (changed_.y + changed_.height - 1) / band_rows; }
+
+  /// Draws band \p band into the target. Several threads may, each another.
+  void draw(int band);
+
+  std::atomic<double> seconds_subject = 0.0, seconds_mirror = 0.0, seconds_blend = 0.0;
+
+ private:
+  /// A row of a subject layer.
+  struct Span {
+    int left = 0, right = 0;
+    const glm::vec4* colours = nullptr;  // of column left and on
+    bool meets(int begin, int end) const { return begin < right && end > left; }
+    glm::vec4 at(int x) const {
+      return x >= left && x < right ? colours[x - left] : glm::vec4(0.0f);
+    }
+  };
+  static Span row_of(const Rectangle& part, const std::vector<glm::vec4>& layer, int band, int y);
+
+  /// Where light may be missing.
+  struct Shaded {
+    bool seen = false, mirrored = false;
+  };
+
+  /// Up to 16 pixels of a row on their way into the picture. What has no part in them stays as the
+  /// piece before left it: nothing.
+  struct Piece {
+    BlendPixels pixels{};
+    float in_mirror[16];                         ///< what is taken from what the mirror shows
+    bool has_subject = true, has_mirror = true;  ///< else all of theirs is nothing
+  };
+
+  void blend_row(int y, const Span& over, const Span& mirrored, const Shaded& shaded,
+                 const PixelRows& out, Piece& piece, Touched& touched);
+  void fill_ground(int x, int end, int y, bool seen, BlendPixels& pixels);
+  static void fill_subject(int x, int end, const Span& over, BlendPixels& pixels);
+  void fill_mirror(int x, int end, int y, const Span& mirrored, Piece& piece);
+  Vec3f mirror_dimming(int x, int y, float covered);
+
+  Layers& layers_;
+  const RenderFrame& frame_;
+  const RenderPlan& plan_;
+  const RenderSettings& settings_;
+  const MirrorView* mirror_;
+  Rectangle changed_;
+  const std::uint8_t* background_;
+  int background_stride_;
+  PictureTarget target_;
+  float power_[3] = {};  // of the main light, as a picture value per albedo and E
+};
+
+}  // namespace polyhull::processor
