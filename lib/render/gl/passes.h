@@ -10,12 +10,12 @@
 #include "render/frame.h"
 #include "render/gl/pass_timer.h"
 #include "render/gl/program.h"
-#include "render/gl/targets.h"
-#include "render/gl/tiles.h"
-#include "render/light_reach.h"
 #include "render/gl/scene_buffers.h"
 #include "render/gl/scene_layers.h"
 #include "render/gl/subject_buffers.h"
+#include "render/gl/targets.h"
+#include "render/gl/tiles.h"
+#include "render/light_reach.h"
 
 namespace polyhull {
 

@@ -32,7 +32,8 @@ float half_width(const LightView& view) {
 
 double farthest(const Vec3& from, const Bounds& bounds) {
   double far = 1.0;
-  for (const Vec3& corner : corners(bounds)) far = std::max(far, 1.05 * glm::distance(from, corner));
+  for (const Vec3& corner : corners(bounds))
+    far = std::max(far, 1.05 * glm::distance(from, corner));
   return far;
 }
 
@@ -253,7 +254,8 @@ void ShadowPass::draw_irradiance(const PassInput& in, SceneLayers& layers) {
   program.set("nearest", std::span<const float>(nearest));
   program.set("light_normal", light_normal(light));
   // Two texels.
-  const float static_texel = 2.0f * half_width(static_views_[0]) / static_cast<float>(static_maps_.size());
+  const float static_texel =
+      2.0f * half_width(static_views_[0]) / static_cast<float>(static_maps_.size());
   program.set("static_bias", 2.0f * static_texel);
   gl::bind_texture(0, GL_TEXTURE_2D_ARRAY, subject_maps_.texture(), make_sampler(nearest_, false));
   gl::bind_texture(1, GL_TEXTURE_2D_ARRAY, subject_maps_.texture(), make_sampler(compare_, true));
@@ -262,8 +264,7 @@ void ShadowPass::draw_irradiance(const PassInput& in, SceneLayers& layers) {
   program.set("subject_test", 1);
   program.set("static_test", 2);
   layers.set_places(program, in.frame, in.plan, 3);
-  drawing_.draw(program, shadowed_, grid.width, grid.height, tile_side / grid.step, 5,
-                tiles());
+  drawing_.draw(program, shadowed_, grid.width, grid.height, tile_side / grid.step, 5, tiles());
   for (int unit = 0; unit < 3; ++unit) glBindSampler(static_cast<GLuint>(unit), 0);
 }
 
@@ -274,8 +275,7 @@ void ShadowPass::blur(const PassInput& in, const ShadowGrid& grid) {
   blur_.use();
   gl::bind_texture(0, GL_TEXTURE_2D, asked_.colour());
   blur_.set("taken", 0);
-  drawing_.draw(blur_, shadowed_, grid.width, grid.height, tile_side / grid.step, 1,
-                tiles());
+  drawing_.draw(blur_, shadowed_, grid.width, grid.height, tile_side / grid.step, 1, tiles());
 }
 
 void ShadowPass::draw(const PassInput& in, SceneLayers& layers) {
