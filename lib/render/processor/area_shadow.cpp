@@ -331,7 +331,7 @@ bool AreaShadow::begin(const ShadowCasters& subjects, const ShadowView& view, co
 }
 
 std::vector<Rectangle> AreaShadow::reached(const LayerView& view) const {
-  constexpr int span = 2 * block;
+  const int span = step_ * block;
   std::vector<Rectangle> rows;
   for (int y = blocks_.y; y < blocks_.y + blocks_.height; ++y) {
     Rectangle row;

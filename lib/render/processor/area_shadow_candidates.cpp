@@ -30,8 +30,9 @@ void AreaShadow::find_depths(const ShadowView& view, std::size_t number) {
 bool AreaShadow::is_seen(const ShadowView& view, std::size_t number) const {
   if (!view.mirror) return true;
   const Rectangle part = pixels_of(number);
-  return view.mirror->shows_mirror(surroundings(
-      {2 * part.x, 2 * part.y, 2 * part.width, 2 * part.height}, view.layer.view()));
+  const Rectangle pixels{step_ * part.x, step_ * part.y, step_ * part.width,
+                         step_ * part.height};
+  return view.mirror->shows_mirror(surroundings(pixels, view.layer.view()));
 }
 
 /// Around the block's places in the light's map. What lies between the rays of four corners and
