@@ -72,6 +72,7 @@ class ShadowPass {
   };
   gl::Program& receiver(ShadowQuality quality);
   void draw_static_maps(const PassInput& in);
+  void find_extents(const PassInput& in, SceneLayers& layers);
   void find_tiles(const PassInput& in, SceneLayers& layers);
   void draw_irradiance(const PassInput& in, SceneLayers& layers);
   void blur(const PassInput& in, const ShadowGrid& grid);

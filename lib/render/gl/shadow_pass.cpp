@@ -30,6 +30,16 @@ float half_width(const LightView& view) {
   return static_cast<float>(std::max(1.0 / x, 1.0 / y));
 }
 
+int tiles_along(int pixels) {
+  return (pixels + tile_side - 1) / tile_side;
+}
+
+/// The tiles that \p part of the picture touches.
+Rectangle tiles_of(const Rectangle& part) {
+  const int x0 = part.x / tile_side, y0 = part.y / tile_side;
+  return {x0, y0, tiles_along(part.x + part.width) - x0, tiles_along(part.y + part.height) - y0};
+}
+
 double farthest(const Vec3& from, const Bounds& bounds) {
   double far = 1.0;
   for (const Vec3& corner : corners(bounds))
@@ -144,36 +154,34 @@ void ShadowPass::draw_static_maps(const PassInput& in) {
   }
 }
 
-/// Asks the light's map which tiles under the plan's shadow subjects may shade.
-void ShadowPass::find_tiles(const PassInput& in, SceneLayers& layers) {
-  const ShadowGrid& grid = layers.grid();
-  const int columns = (in.frame.width + tile_side - 1) / tile_side;
-  const int rows = (in.frame.height + tile_side - 1) / tile_side;
-  const auto tiles_of = [](const Rectangle& part) {
-    const int x0 = part.x / tile_side, x1 = (part.x + part.width - 1) / tile_side + 1;
-    const int y0 = part.y / tile_side, y1 = (part.y + part.height - 1) / tile_side + 1;
-    return Rectangle{x0, y0, x1 - x0, y1 - y0};
-  };
+/// Where the tiles' places lie in the light's map, unless that is known.
+void ShadowPass::find_extents(const PassInput& in, SceneLayers& layers) {
   const LightReach::Map& map = reach_.map();
-  glDisable(GL_DEPTH_TEST);
-  glBindVertexArray(nothing_.get());
   const ReachKey key{layers.generation(), map.centre, map.forward};
   if (reach_key_ != key) {
     reach_key_ = key;
     if (!reach_program_.made())
       reach_program_ = gl::Program("fullscreen.vert", "reach.frag", {}, {"place.glsl"});
-    extents_.resize(columns, rows, 2);
+    extents_.resize(tiles_along(in.frame.width), tiles_along(in.frame.height), 2);
     extents_.bind();
     gl::scissor(tiles_of(layers.part()));
     reach_program_.use();
     layers.set_places(reach_program_, in.frame, in.plan, 0);
-    reach_program_.set("side", tile_side / grid.step);
+    reach_program_.set("side", tile_side / layers.grid().step);
     reach_program_.set("light_centre", map.centre);
     reach_program_.set("light_right", map.right);
     reach_program_.set("light_down", map.down);
     reach_program_.set("light_forward", map.forward);
     glDrawArrays(GL_TRIANGLES, 0, 3);
   }
+}
+
+/// Asks the light's map which tiles under the plan's shadow subjects may shade.
+void ShadowPass::find_tiles(const PassInput& in, SceneLayers& layers) {
+  const LightReach::Map& map = reach_.map();
+  glDisable(GL_DEPTH_TEST);
+  glBindVertexArray(nothing_.get());
+  find_extents(in, layers);
   const Rectangle tiles = tiles_of(in.plan.shadow);
   shadowed_.clear();
   for (int y = tiles.y; y < tiles.y + tiles.height; ++y)
@@ -190,7 +198,7 @@ void ShadowPass::find_tiles(const PassInput& in, SceneLayers& layers) {
                  reach_.sums().data());
     gl::texture_parameters(GL_TEXTURE_2D, GL_NEAREST);
   }
-  may_.resize(columns, rows);
+  may_.resize(tiles_along(in.frame.width), tiles_along(in.frame.height));
   may_.bind();
   gl::scissor(tiles);
   tiles_program_.use();
