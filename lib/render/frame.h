@@ -39,7 +39,7 @@ enum class MirrorMode {
 struct RenderSettings {
   ShadowQuality shadow = ShadowQuality::good;
   int light_samples = 9;      ///< GL only: cells of an area light, 1, 4, 9 or 16
-  int shadow_map_size = 256;  ///< GL only: texels per side, 16 to 4096
+  int shadow_map_size = 256;  ///< GL only: texels per side, 16 to 4096; of a hard shadow 8 times
   MirrorMode mirror = MirrorMode::fresnel;
   float reflection_alpha = 0.3f;  ///< of MirrorMode::plain, 0..1
   /// Samples per pixel at the subject's edges, 0 and 1: hard edges; the processor takes up to 8.

@@ -50,11 +50,11 @@ class LightReach {
   static constexpr int texels = 128;  ///< of the map on a side
   struct Map {
     Vec3f centre{0.0f}, right{0.0f}, down{0.0f}, forward{0.0f};
-    Vec2f extent{0.0f};             ///< of the light along right and down, half
-    Vec2f low{0.0f}, scale{0.0f};   ///< texel = (tangent - low) * scale
-    float nearest = 0.0f;           ///< largest 1/z of the subjects
-    bool everywhere = false;        ///< the subjects reach through the light's plane
-    bool point = false;             ///< the light has no plane of its own
+    Vec2f extent{0.0f};            ///< of the light along right and down, half
+    Vec2f low{0.0f}, scale{0.0f};  ///< texel = (tangent - low) * scale
+    float nearest = 0.0f;          ///< largest 1/z of the subjects
+    bool everywhere = false;       ///< the subjects reach through the light's plane
+    bool point = false;            ///< the light has no plane of its own
   };
   const Map& map() const { return map_; }
   /// How many texels above and left of each of (texels + 1)^2 corners are filled, row by row; empty

@@ -74,8 +74,9 @@ std::span<const Property<CompositeSettings>> composite_properties() {
                                   1, 16),
       property<&S::shadow_map_size>(
           "shadow-map-size", "Shadow map size",
-          "Texels per side of GL's depth maps of the subject seen from the light (16 to 4096).", 16,
-          4096),
+          "Texels per side of GL's depth maps of the subject seen from the light (16 to 4096); a "
+          "hard shadow's has eight times as many, up to 4096.",
+          16, 4096),
       property<&S::mirror>(
           "mirror", "Mirror",
           "How the subject's image in the scene's largest planar mirror is drawn."),

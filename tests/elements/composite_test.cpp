@@ -309,8 +309,9 @@ GST_START_TEST(whole_chain_in_every_memory) {
 }
 GST_END_TEST
 
+// Both draw with OpenGL, each on a thread and in a context of its own.
 GST_START_TEST(two_pipelines_in_one_process) {
-  GstElement* first = test::parse(chain("fakesink"));
+  GstElement* first = test::parse(chain("fakesink", "", "backend=gl"));
   GstElement* second = test::parse(chain("fakesink", "glupload !"));
   gst_element_set_state(first, GST_STATE_PLAYING);
   gst_element_set_state(second, GST_STATE_PLAYING);

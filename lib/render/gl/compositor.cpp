@@ -81,8 +81,8 @@ void Compositor::State::upload_subjects(const RenderFrame& frame, const RenderPl
     SkinKey key{subject.content, eyes_on(subject, frame, plan), 0, !settings.skip,
                 settings.soft_edges};
     for (std::size_t k = 0; k < subject.mesh->views.size(); ++k)
-      key.levels = std::max(key.levels, levels_needed(*subject.mesh, static_cast<int>(k), key.eyes,
-                                                      plan.pixel_size));
+      key.levels = std::max(
+          key.levels, levels_needed(*subject.mesh, static_cast<int>(k), key.eyes, plan.pixel_size));
     SkinKey enough = key;
     enough.levels = std::max(key.levels, skin_keys[i].levels);
     if (settings.skip && subject.content != 0 && skin_keys[i] == enough) continue;

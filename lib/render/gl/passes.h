@@ -10,12 +10,12 @@
 #include "render/frame.h"
 #include "render/gl/pass_timer.h"
 #include "render/gl/program.h"
-#include "render/gl/targets.h"
-#include "render/gl/tiles.h"
-#include "render/light_reach.h"
 #include "render/gl/scene_buffers.h"
 #include "render/gl/scene_layers.h"
 #include "render/gl/subject_buffers.h"
+#include "render/gl/targets.h"
+#include "render/gl/tiles.h"
+#include "render/light_reach.h"
 
 namespace polyhull {
 
@@ -72,6 +72,7 @@ class ShadowPass {
   };
   gl::Program& receiver(ShadowQuality quality);
   void draw_static_maps(const PassInput& in);
+  void find_extents(const PassInput& in, SceneLayers& layers);
   void find_tiles(const PassInput& in, SceneLayers& layers);
   void draw_irradiance(const PassInput& in, SceneLayers& layers);
   void blur(const PassInput& in, const ShadowGrid& grid);

@@ -34,14 +34,14 @@ bool SceneLayers::draw(const RenderFrame& frame, const RenderPlan& plan,
   // The mirror looks up points all over the picture. The tiles beside the shadow's are asked, too.
   const Rectangle tiles = whole_tiles(plan.shadow, frame.width, frame.height);
   constexpr int around = 8;
-  Rectangle part = intersection({tiles.x - around, tiles.y - around, tiles.width + 2 * around,
-                                 tiles.height + 2 * around},
-                                whole);
+  Rectangle part = intersection(
+      {tiles.x - around, tiles.y - around, tiles.width + 2 * around, tiles.height + 2 * around},
+      whole);
   if (!plan.mirror.empty() || !settings.skip) part = whole;
   const bool shadow = !plan.shadow.empty();
-  const Key key{frame.scene,  plan.clip_from_scene,
-                frame.width,  frame.height,
-                shadow,       shadow ? ShadowGrid(frame, settings.shadow) : ShadowGrid()};
+  const Key key{frame.scene, plan.clip_from_scene,
+                frame.width, frame.height,
+                shadow,      shadow ? ShadowGrid(frame, settings.shadow) : ShadowGrid()};
   if (settings.skip && key_ == key && intersection(part, part_) == part) return true;
   key_ = key;
   part_ = part;

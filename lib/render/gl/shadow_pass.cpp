@@ -30,9 +30,20 @@ float half_width(const LightView& view) {
   return static_cast<float>(std::max(1.0 / x, 1.0 / y));
 }
 
+int tiles_along(int pixels) {
+  return (pixels + tile_side - 1) / tile_side;
+}
+
+/// The tiles that \p part of the picture touches.
+Rectangle tiles_of(const Rectangle& part) {
+  const int x0 = part.x / tile_side, y0 = part.y / tile_side;
+  return {x0, y0, tiles_along(part.x + part.width) - x0, tiles_along(part.y + part.height) - y0};
+}
+
 double farthest(const Vec3& from, const Bounds& bounds) {
   double far = 1.0;
-  for (const Vec3& corner : corners(bounds)) far = std::max(far, 1.05 * glm::distance(from, corner));
+  for (const Vec3& corner : corners(bounds))
+    far = std::max(far, 1.05 * glm::distance(from, corner));
   return far;
 }
 
@@ -143,36 +154,34 @@ void ShadowPass::draw_static_maps(const PassInput& in) {
   }
 }
 
-/// Asks the light's map which tiles under the plan's shadow subjects may shade.
-void ShadowPass::find_tiles(const PassInput& in, SceneLayers& layers) {
-  const ShadowGrid& grid = layers.grid();
-  const int columns = (in.frame.width + tile_side - 1) / tile_side;
-  const int rows = (in.frame.height + tile_side - 1) / tile_side;
-  const auto tiles_of = [](const Rectangle& part) {
-    const int x0 = part.x / tile_side, x1 = (part.x + part.width - 1) / tile_side + 1;
-    const int y0 = part.y / tile_side, y1 = (part.y + part.height - 1) / tile_side + 1;
-    return Rectangle{x0, y0, x1 - x0, y1 - y0};
-  };
+/// Where the tiles' places lie in the light's map, unless that is known.
+void ShadowPass::find_extents(const PassInput& in, SceneLayers& layers) {
   const LightReach::Map& map = reach_.map();
-  glDisable(GL_DEPTH_TEST);
-  glBindVertexArray(nothing_.get());
   const ReachKey key{layers.generation(), map.centre, map.forward};
   if (reach_key_ != key) {
     reach_key_ = key;
     if (!reach_program_.made())
       reach_program_ = gl::Program("fullscreen.vert", "reach.frag", {}, {"place.glsl"});
-    extents_.resize(columns, rows, 2);
+    extents_.resize(tiles_along(in.frame.width), tiles_along(in.frame.height), 2);
     extents_.bind();
     gl::scissor(tiles_of(layers.part()));
     reach_program_.use();
     layers.set_places(reach_program_, in.frame, in.plan, 0);
-    reach_program_.set("side", tile_side / grid.step);
+    reach_program_.set("side", tile_side / layers.grid().step);
     reach_program_.set("light_centre", map.centre);
     reach_program_.set("light_right", map.right);
     reach_program_.set("light_down", map.down);
     reach_program_.set("light_forward", map.forward);
     glDrawArrays(GL_TRIANGLES, 0, 3);
   }
+}
+
+/// Asks the light's map which tiles under the plan's shadow subjects may shade.
+void ShadowPass::find_tiles(const PassInput& in, SceneLayers& layers) {
+  const LightReach::Map& map = reach_.map();
+  glDisable(GL_DEPTH_TEST);
+  glBindVertexArray(nothing_.get());
+  find_extents(in, layers);
   const Rectangle tiles = tiles_of(in.plan.shadow);
   shadowed_.clear();
   for (int y = tiles.y; y < tiles.y + tiles.height; ++y)
@@ -189,7 +198,7 @@ void ShadowPass::find_tiles(const PassInput& in, SceneLayers& layers) {
                  reach_.sums().data());
     gl::texture_parameters(GL_TEXTURE_2D, GL_NEAREST);
   }
-  may_.resize(columns, rows);
+  may_.resize(tiles_along(in.frame.width), tiles_along(in.frame.height));
   may_.bind();
   gl::scissor(tiles);
   tiles_program_.use();
@@ -253,7 +262,8 @@ void ShadowPass::draw_irradiance(const PassInput& in, SceneLayers& layers) {
   program.set("nearest", std::span<const float>(nearest));
   program.set("light_normal", light_normal(light));
   // Two texels.
-  const float static_texel = 2.0f * half_width(static_views_[0]) / static_cast<float>(static_maps_.size());
+  const float static_texel =
+      2.0f * half_width(static_views_[0]) / static_cast<float>(static_maps_.size());
   program.set("static_bias", 2.0f * static_texel);
   gl::bind_texture(0, GL_TEXTURE_2D_ARRAY, subject_maps_.texture(), make_sampler(nearest_, false));
   gl::bind_texture(1, GL_TEXTURE_2D_ARRAY, subject_maps_.texture(), make_sampler(compare_, true));
@@ -262,8 +272,7 @@ void ShadowPass::draw_irradiance(const PassInput& in, SceneLayers& layers) {
   program.set("subject_test", 1);
   program.set("static_test", 2);
   layers.set_places(program, in.frame, in.plan, 3);
-  drawing_.draw(program, shadowed_, grid.width, grid.height, tile_side / grid.step, 5,
-                tiles());
+  drawing_.draw(program, shadowed_, grid.width, grid.height, tile_side / grid.step, 5, tiles());
   for (int unit = 0; unit < 3; ++unit) glBindSampler(static_cast<GLuint>(unit), 0);
 }
 
@@ -274,8 +283,7 @@ void ShadowPass::blur(const PassInput& in, const ShadowGrid& grid) {
   blur_.use();
   gl::bind_texture(0, GL_TEXTURE_2D, asked_.colour());
   blur_.set("taken", 0);
-  drawing_.draw(blur_, shadowed_, grid.width, grid.height, tile_side / grid.step, 1,
-                tiles());
+  drawing_.draw(blur_, shadowed_, grid.width, grid.height, tile_side / grid.step, 1, tiles());
 }
 
 void ShadowPass::draw(const PassInput& in, SceneLayers& layers) {

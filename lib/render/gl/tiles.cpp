@@ -42,7 +42,8 @@ void TileMask::add(const PlacedSubject& subject, const Mat4& clip_from_scene,
   for (const Vec3f& point : subject.points) {
     const Vec4 clip = clip_from_scene * Vec4(Vec3(point), 1.0);
     if (!(clip.w > 1e-3)) return add(part);
-    at.emplace_back(0.5 * (clip.x / clip.w + 1.0) * width_, 0.5 * (clip.y / clip.w + 1.0) * height_);
+    at.emplace_back(0.5 * (clip.x / clip.w + 1.0) * width_,
+                    0.5 * (clip.y / clip.w + 1.0) * height_);
   }
   const Vec2f first(part.x, part.y), last(part.x + part.width - 1, part.y + part.height - 1);
   const std::vector<std::uint32_t>& triangles = subject.mesh->hull.triangles;

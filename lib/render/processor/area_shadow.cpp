@@ -189,19 +189,19 @@ bool AreaShadow::fill(std::size_t number, ShadowTile& tile) const {
   constexpr int reach = ShadowTile::reach;
   const Rectangle grid = drawn();
   const PixelRays& rays = rays_of_pixels_;
-  const Vec3f ray = rays.at(2 * left, 2 * top);
+  const Vec3f ray = rays.at(step_ * left, step_ * top);
   for (int k = 0; k < 3; ++k) {
     tile.ray[k] = ray[k];
-    tile.ray_x[k] = 2.0f * rays.x[k];
-    tile.ray_y[k] = 2.0f * rays.y[k];
+    tile.ray_x[k] = static_cast<float>(step_) * rays.x[k];
+    tile.ray_y[k] = static_cast<float>(step_) * rays.y[k];
   }
   bool any = false;
   for (int y = 0; y < ShadowTile::stride; ++y) {
     for (int x = 0; x < ShadowTile::stride; ++x) {
       const int i = left + x - reach, j = top + y - reach;
       const int to = y * ShadowTile::stride + x;
-      const bool inside = i >= grid.x && j >= grid.y && i < grid.x + grid.width &&
-                          j < grid.y + grid.height;
+      const bool inside =
+          i >= grid.x && j >= grid.y && i < grid.x + grid.width && j < grid.y + grid.height;
       const std::size_t at = inside ? static_cast<std::size_t>(j) * columns_ + i : 0;
       const bool asked = inside && candidate_[at];
       const Vec3f normal = asked ? receivers_[at].normal : Vec3f(0.0f);
@@ -251,15 +251,17 @@ Rectangle AreaShadow::asked(const Rectangle& part, const LayerView& view) {
 /// made void. Returns whether what the scene hides from the light stays.
 bool AreaShadow::lay_out(const ShadowView& view, bool other_map, const Light& light, int rays) {
   const LayerView& size = view.layer.view();
-  const int columns = (size.width + 1) / 2, rows = (size.height + 1) / 2;
-  const auto count = static_cast<std::size_t>(columns) * rows;
-  bool fresh = view.fresh;
-  if (fresh || columns != columns_ || rows != rows_) {
+  const int step = rays == 1 ? 1 : 2;  // one ray a pixel tells nothing of those beside it
+  const int columns = (size.width + step - 1) / step, lines = (size.height + step - 1) / step;
+  const auto count = static_cast<std::size_t>(columns) * lines;
+  bool fresh = view.fresh || step != step_;
+  if (fresh || columns != columns_ || lines != rows_) {
     fresh = true;
+    step_ = step;
     columns_ = columns;
-    rows_ = rows;
+    rows_ = lines;
     block_columns_ = (columns + block - 1) / block;
-    block_rows_ = (rows + block - 1) / block;
+    block_rows_ = (lines + block - 1) / block;
     for (auto* numbers : {&inverse_, &sum_, &mean_, &gathered_}) numbers->resize(count);
     for (auto* bytes : {&candidate_, &blocked_}) bytes->resize(count);
     receivers_.resize(count);
@@ -318,7 +320,7 @@ bool AreaShadow::begin(const ShadowCasters& subjects, const ShadowView& view, co
   const bool kept = lay_out(view, std::exchange(map_, subjects.map()) != subjects.map(), light,
                             work_.rays);
   if (!kept) places_ = light_places(light, work_.rays, work_.first);
-  constexpr int span = 2 * block;  // pixels of the picture
+  const int span = step_ * block;  // pixels of the picture
   blocks_ = {part.x / span, part.y / span, 0, 0};
   blocks_.width = (part.x + part.width - 1) / span + 1 - blocks_.x;
   blocks_.height = (part.y + part.height - 1) / span + 1 - blocks_.y;
@@ -329,7 +331,7 @@ bool AreaShadow::begin(const ShadowCasters& subjects, const ShadowView& view, co
 }
 
 std::vector<Rectangle> AreaShadow::reached(const LayerView& view) const {
-  constexpr int span = 2 * block;
+  const int span = step_ * block;
   std::vector<Rectangle> rows;
   for (int y = blocks_.y; y < blocks_.y + blocks_.height; ++y) {
     Rectangle row;
@@ -363,6 +365,11 @@ void AreaShadow::draw(const ShadowCasters& subjects, const TracedScene& scene,
 bool AreaShadow::taken(const SceneLayer& layer, int x, int y, float* taken) const {
   const Rectangle grid = drawn();
   const int last_x = grid.x + grid.width - 1, last_y = grid.y + grid.height - 1;
+  if (step_ == 1) {
+    const float* row = &gathered_[static_cast<std::size_t>(y) * columns_];
+    for (int i = 0; i < 16; ++i) taken[i] = x + i <= last_x ? row[x + i] : 0.0f;
+    return std::any_of(taken, taken + 16, [](float value) { return value != 0.0f; });
+  }
   ShadowRows rows;
   bool any = false;
   for (int row = 0; row < 2; ++row) {

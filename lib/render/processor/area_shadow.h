@@ -9,7 +9,8 @@
 /// each pixel (a block of Sobol's (0, 2)-sequence, which is stratified in every elementary
 /// interval), and a filter that gives each of the sixteen the same weight gathers them where they
 /// lie on one surface (interleaved sampling: Keller and Heidrich 2001). Where a first few rays all
-/// say the same, there and around, no more are traced.
+/// say the same, there and around, no more are traced. Where one ray tells all, of a hard shadow and a
+/// point light's, every pixel of every row has its own.
 #pragma once
 
 #include <cstdint>
@@ -57,8 +58,8 @@ class AreaShadow {
 
   /// False where E is surely 0, for any pixel of the picture.
   bool reaches(int x, int y) const {
-    return shaded_[static_cast<std::size_t>(y / (2 * block)) * block_columns_ + x / (2 * block)] !=
-           0;
+    const int span = step_ * block;
+    return shaded_[static_cast<std::size_t>(y / span) * block_columns_ + x / span] != 0;
   }
 
   /// E at the middles of the 16 pixels from (x, y) on, which is of the last draw()'s part, and x a
@@ -113,8 +114,8 @@ class AreaShadow {
 
   std::uint64_t map_ = 0;  // ShadowCasters::map() of extents_
 
-  // The grid: every second pixel of every second row; blocks of it that this frame draws.
-  int columns_ = 0, rows_ = 0, block_columns_ = 0, block_rows_ = 0;
+  // The grid: every second pixel of every second row, of a hard shadow every one; blocks of it that this frame draws.
+  int step_ = 2, columns_ = 0, rows_ = 0, block_columns_ = 0, block_rows_ = 0;
   Rectangle blocks_;
   // What stays as long as the view, the scene and the light do.
   std::vector<Receiver> receivers_;          // by pixel of the grid, candidates' alone

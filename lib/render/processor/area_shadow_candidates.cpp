@@ -21,7 +21,7 @@ bool AreaShadow::may_shade(const LightReach& reach, const ShadowView& view, std:
 
 void AreaShadow::find_depths(const ShadowView& view, std::size_t number) {
   for_pixels(number, [&](std::size_t pixel, int x, int y) {
-    inverse_[pixel] = *view.layer.middle_inverse(2 * x, 2 * y);
+    inverse_[pixel] = *view.layer.middle_inverse(step_ * x, step_ * y);
   });
 }
 
@@ -30,8 +30,9 @@ void AreaShadow::find_depths(const ShadowView& view, std::size_t number) {
 bool AreaShadow::is_seen(const ShadowView& view, std::size_t number) const {
   if (!view.mirror) return true;
   const Rectangle part = pixels_of(number);
-  return view.mirror->shows_mirror(surroundings(
-      {2 * part.x, 2 * part.y, 2 * part.width, 2 * part.height}, view.layer.view()));
+  const Rectangle pixels{step_ * part.x, step_ * part.y, step_ * part.width,
+                         step_ * part.height};
+  return view.mirror->shows_mirror(surroundings(pixels, view.layer.view()));
 }
 
 /// Around the block's places in the light's map. What lies between the rays of four corners and
@@ -53,7 +54,7 @@ LightReach::Extent AreaShadow::extent_of(const LightReach& reach, const ShadowVi
     for (const int y : {part.y, part.y + part.height - 1}) {
       for (const float inverse : {least, most}) {
         const LightReach::Place at =
-            reach.place(view.eye + view.rays.at(2 * x, 2 * y) / inverse);
+            reach.place(view.eye + view.rays.at(step_ * x, step_ * y) / inverse);
         before = before && at.inverse > 0.0f;
         extent.add(at);
       }
@@ -62,7 +63,7 @@ LightReach::Extent AreaShadow::extent_of(const LightReach& reach, const ShadowVi
   if (before) return extent;
   for_pixels(number, [&](std::size_t pixel, int x, int y) {
     if (inverse_[pixel] > 0.0f)
-      extent.add(reach.place(view.eye + view.rays.at(2 * x, 2 * y) / inverse_[pixel]));
+      extent.add(reach.place(view.eye + view.rays.at(step_ * x, step_ * y) / inverse_[pixel]));
   });
   return extent;
 }
@@ -73,7 +74,8 @@ void AreaShadow::find_places(const LightReach& reach, const ShadowView& view, st
   for_pixels(number, [&](std::size_t pixel, int x, int y) {
     in_light_[pixel] = {};
     if (inverse_[pixel] > 0.0f)
-      in_light_[pixel] = reach.place(view.eye + view.rays.at(2 * x, 2 * y) / inverse_[pixel]);
+      in_light_[pixel] =
+          reach.place(view.eye + view.rays.at(step_ * x, step_ * y) / inverse_[pixel]);
   });
 }
 
@@ -93,7 +95,7 @@ int AreaShadow::find_candidates(const LightReach& reach, const TracedScene& scen
     if (!any || !(inverse_[pixel] > 0.0f) || !reach.may_shade(in_light_[pixel])) return;
     if (!known_[pixel]) {
       known_[pixel] = 1;
-      receivers_[pixel] = receivers.at(2 * x, 2 * y, view.rays.at(2 * x, 2 * y));
+      receivers_[pixel] = receivers.at(step_ * x, step_ * y, view.rays.at(step_ * x, step_ * y));
       open_known_[pixel] = open_[pixel] = 0;
     }
     candidate_[pixel] = 1;
