@@ -22,6 +22,7 @@ plot tables.'/picture_shadow.csv' using (of('processor', $3)):4 pt 7 lc 1 title 
 edges(backend, value) = strcol(1) eq backend && strcol(2) eq 'good' ? value : NaN
 set output pictures.'/picture-mirror.png'
 unset logscale y
+set key at graph 0.98, 0.6
 set title "The mirror's image and the whole picture: 1, 2, 4 and 8 samples a pixel at edges, 960×540"
 set ylabel 'PSNR against a ray tracer, dB'
 plot tables.'/picture_mirror.csv' using (edges('processor', $4)):5 pt 7 lc 1 title 'mirror, processor', \
@@ -29,3 +30,26 @@ plot tables.'/picture_mirror.csv' using (edges('processor', $4)):5 pt 7 lc 1 tit
      '' using (edges('processor', $4)):6 pt 6 lc 1 dt 2 title 'whole, processor', \
      '' using (edges('gl', $4)):5 pt 5 lc 2 title 'mirror, OpenGL', \
      '' using (edges('gl', $4)):6 pt 4 lc 2 dt 2 title 'whole, OpenGL'
+
+# At a camera's place; points: 1, 2, 4 and 8 samples a pixel.
+set datafile separator tab
+place(subject, soft, degrees, value) = \
+  strcol(1) eq subject && $2 == 1.5 && $3 == degrees && $4 == soft ? value : NaN
+set output pictures.'/picture-edges.png'
+set title "Outlines, 1, 2, 4 and 8 samples a pixel: hair and a smooth figure, at a camera's place"
+set ylabel 'RMS error in the 8 px around the outline, levels'
+set yrange [0:*]
+set key left bottom
+plot tables.'/edges.tsv' using (place('hairy', 0, 0.0, $6)):8 pt 6 lc 1 dt 2 title 'hair, polygons', \
+     '' using (place('hairy', 1, 0.0, $6)):8 pt 7 lc 1 title 'hair, soft', \
+     '' using (place('figure', 0, 0.0, $6)):8 pt 4 lc 2 dt 2 title 'smooth, polygons', \
+     '' using (place('figure', 1, 0.0, $6)):8 pt 5 lc 2 title 'smooth, soft'
+
+set output pictures.'/picture-light.png'
+set title "scenesrc's light: the first of a live stream, then by the distance between points"
+set xlabel 'processor time of the light, s'
+set ylabel 'PSNR against path tracing, dB'
+set yrange [30:46]
+set key left top
+plot tables.'/scenesrc_light.tsv' every ::1 using 4:6 pt 7 lc 1 title 'light', \
+     '' every ::1 using 4:6:(strcol(1)[1:5] eq 'first' ? 'first' : sprintf('%g m', $2)) with labels offset 0,1 notitle
