@@ -23,9 +23,9 @@ struct ScenePlanes;  // view/scene_planes.h
 enum class ShadowQuality {
   off,
   hard,  ///< of the light's middle alone
-  fast,  ///< processor: 3 rays a pixel; GL: percentage-closer soft shadows in every light cell
-  good,  ///< processor: up to 12 rays; GL: one look-up in every light cell
-  best,  ///< processor: up to 64 rays; GL: as good, with 16 cells whatever light_samples says
+  fast,  ///< processor: 3 rays a pixel; GL: one look-up in every light cell
+  good,  ///< processor: up to 12 rays; GL: percentage-closer soft shadows of 4 looks in every cell
+  best,  ///< processor: up to 64 rays; GL: of 16 looks, with 16 cells whatever light_samples says
 };
 
 /// How the subjects' image in the scene's largest planar mirror is drawn.
@@ -38,7 +38,7 @@ enum class MirrorMode {
 /// How composites are drawn.
 struct RenderSettings {
   ShadowQuality shadow = ShadowQuality::good;
-  int light_samples = 9;      ///< GL only: cells of an area light, 1, 4, 9 or 16
+  int light_samples = 16;     ///< GL only: cells of an area light, 1, 4, 9 or 16
   int shadow_map_size = 256;  ///< GL only: texels per side, 16 to 4096; of a hard shadow 8 times
   MirrorMode mirror = MirrorMode::fresnel;
   float reflection_alpha = 0.3f;  ///< of MirrorMode::plain, 0..1

@@ -139,7 +139,6 @@ int main(int argc, char** argv) {
           renderer = make_compositor(each);
         RenderSettings settings;
         settings.shadow = quality;
-        settings.light_samples = quality == ShadowQuality::good ? 16 : 4;
         RenderFrame frame;
         frame.width = width;
         frame.height = height;

@@ -54,8 +54,10 @@ TEST_P(CompositorTest, EveryShaderCompiles) {
   link("scene.vert", "depth.frag", {});
   link("scene.vert", "depth.frag", {"CLIPPED"});
   link("hull_depth.vert", "depth.frag", {});
-  for (const char* taps : {"BLOCKER_TAPS 0", "BLOCKER_TAPS 4"})
-    link("tiles.vert", "shadow.frag", {samples, taps, "FILTER_TAPS 4"}, {"place.glsl"});
+  for (const char* taps : {"0", "4", "16"})
+    link("tiles.vert", "shadow.frag",
+         {samples, std::string("BLOCKER_TAPS ") + taps, std::string("FILTER_TAPS ") + taps},
+         {"place.glsl"});
   link("tiles.vert", "shadow_blur.frag", {});
   link("scene.vert", "scene_layer.frag", {}, {"material.glsl"});
   link("fullscreen.vert", "reach.frag", {}, {"place.glsl"});

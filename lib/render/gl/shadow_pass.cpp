@@ -74,11 +74,12 @@ GLuint make_sampler(gl::Sampler& sampler, bool compare) {
 gl::Program& ShadowPass::receiver(ShadowQuality quality) {
   gl::Program& program = receivers_[static_cast<int>(quality)];
   if (!program.made()) {
-    const bool soft = quality == ShadowQuality::fast;
-    program = gl::Program("tiles.vert", "shadow.frag",
-                          {"MAX_LIGHT_SAMPLES " + std::to_string(max_light_samples),
-                           soft ? "BLOCKER_TAPS 4" : "BLOCKER_TAPS 0", "FILTER_TAPS 4"},
-                          {"place.glsl"});
+    const int taps = quality == ShadowQuality::best ? 16 : quality == ShadowQuality::good ? 4 : 0;
+    program =
+        gl::Program("tiles.vert", "shadow.frag",
+                    {"MAX_LIGHT_SAMPLES " + std::to_string(max_light_samples),
+                     "BLOCKER_TAPS " + std::to_string(taps), "FILTER_TAPS " + std::to_string(taps)},
+                    {"place.glsl"});
   }
   return program;
 }
