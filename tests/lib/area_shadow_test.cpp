@@ -95,7 +95,7 @@ Errors errors(Stage& stage, ShadowQuality quality, const std::vector<float>& exp
   ShadowCasters casters;
   casters.set(stage.plan, stage.light(), false);
   AreaShadow shadow;
-  const ShadowView view{stage.layer, true, Vec3f(stage.plan.eye), PixelRays(stage.frame.viewport)};
+  const ShadowView view{stage.layer, Vec3f(stage.plan.eye), PixelRays(stage.frame.viewport)};
   shadow.begin(casters, view, stage.light(), quality,
                {0, 0, stage.frame.width, stage.frame.height});
   shadow.draw(casters, *stage.traced, view, stage.light());

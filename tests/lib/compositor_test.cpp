@@ -177,6 +177,27 @@ TEST_P(CompositorTest, TheSceneChangesWhileItRuns) {
   EXPECT_EQ(composite(changing, stage, {}).pixels, expected.pixels);
 }
 
+// What was kept for a view that went while a layer was off is not of the view that it comes back to.
+TEST_P(CompositorTest, LayersThatWereOffWhileTheViewChanged) {
+  Stage stage(320, 180);
+  stage.trace_background(1, 1);
+  stage.frame.subjects[0].content = 1;
+  RenderSettings all, no_shadow, no_mirror, plain;
+  no_shadow.shadow = ShadowQuality::off;
+  no_mirror.mirror = MirrorMode::off;
+  plain.mirror = MirrorMode::plain;
+  for (const RenderSettings& meanwhile : {no_shadow, no_mirror, plain}) {
+    const auto renderer = make_renderer();
+    stage.frame.viewport = synthetic::look_at({1.3, 1.5, 4.2}, {0.0, 0.9, 0.0}, 320, 180, 50.0);
+    composite(*renderer, stage, all);
+    stage.frame.viewport = synthetic::look_at({0.7, 1.3, 4.0}, {0.1, 0.8, 0.0}, 320, 180, 50.0);
+    composite(*renderer, stage, meanwhile);
+    const Picture again = composite(*renderer, stage, all);
+    const auto fresh_renderer = make_renderer();
+    EXPECT_EQ(again.pixels, composite(*fresh_renderer, stage, all).pixels);
+  }
+}
+
 // Every number of samples draws what it draws at first, whatever was drawn before.
 TEST_P(CompositorTest, EdgeSamplesChangeWhileItRuns) {
   Stage stage(320, 180);

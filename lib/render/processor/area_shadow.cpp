@@ -254,7 +254,8 @@ bool AreaShadow::lay_out(const ShadowView& view, bool other_map, const Light& li
   const int step = rays == 1 ? 1 : 2;  // one ray a pixel tells nothing of those beside it
   const int columns = (size.width + step - 1) / step, lines = (size.height + step - 1) / step;
   const auto count = static_cast<std::size_t>(columns) * lines;
-  bool fresh = view.fresh || step != step_;
+  const std::pair layers{view.layer.generation(), view.mirror ? view.mirror->generation() : 0};
+  bool fresh = std::exchange(layers_, layers) != layers || step != step_;
   if (fresh || columns != columns_ || lines != rows_) {
     fresh = true;
     step_ = step;

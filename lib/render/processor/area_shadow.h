@@ -26,7 +26,6 @@ namespace polyhull::processor {
 /// Who sees the scene on which the shadow falls.
 struct ShadowView {
   const SceneLayer& layer;
-  bool fresh = false;  ///< the layer is another one than before
   Vec3f eye{0.0f};     ///< scene coordinates
   PixelRays rays;      ///< from there, through pixels' middles; of length 1 along the view's axis
   /// Where given, only what is seen beside a pixel that this layer marks as the mirror's.
@@ -113,6 +112,8 @@ class AreaShadow {
   }
 
   std::uint64_t map_ = 0;  // ShadowCasters::map() of extents_
+  // SceneLayer::generation() of the view's layer and mirror that what stays is of.
+  std::pair<std::uint64_t, std::uint64_t> layers_{0, 0};
 
   // The grid: every second pixel of every second row, of a hard shadow every one; blocks of it that this frame draws.
   int step_ = 2, columns_ = 0, rows_ = 0, block_columns_ = 0, block_rows_ = 0;

@@ -36,19 +36,13 @@ struct ProcessorRenderer::State : Layers {
   void bring_to_screen(const RenderFrame& frame, const RenderPlan& plan);
   void prepare(const RenderFrame& frame, const RenderPlan& plan, const RenderSettings& settings,
                RenderStatistics& statistics);
-  /// Of which layers the content is another one than before.
-  struct Fresh {
-    bool direct = false, mirrored = false;
-  };
   std::shared_ptr<const SceneOnScreen> ready_triangles(const RenderFrame& frame,
                                                        const LayerView& view);
-  Fresh draw_scene(const RenderFrame& frame, const RenderPlan& plan, const RenderSettings& settings,
-                   RenderStatistics& statistics);
-  ShadowView view_in_mirror(const RenderFrame& frame, const RenderPlan& plan,
-                            const Fresh& fresh) const;
+  void draw_scene(const RenderFrame& frame, const RenderPlan& plan, const RenderSettings& settings,
+                  RenderStatistics& statistics);
+  ShadowView view_in_mirror(const RenderFrame& frame, const RenderPlan& plan) const;
   void draw_shadows(const RenderFrame& frame, const RenderPlan& plan,
-                    const RenderSettings& settings, const Fresh& fresh,
-                    RenderStatistics& statistics);
+                    const RenderSettings& settings, RenderStatistics& statistics);
 };
 
 ProcessorRenderer::ProcessorRenderer() : state_(std::make_unique<State>()) {}
@@ -139,9 +133,9 @@ std::shared_ptr<const SceneOnScreen> ProcessorRenderer::State::ready_triangles(
 }
 
 /// Draws what is missing of the scene as the viewport and the mirror see it.
-ProcessorRenderer::State::Fresh ProcessorRenderer::State::draw_scene(
-    const RenderFrame& frame, const RenderPlan& plan, const RenderSettings& settings,
-    RenderStatistics& statistics) {
+void ProcessorRenderer::State::draw_scene(const RenderFrame& frame, const RenderPlan& plan,
+                                          const RenderSettings& settings,
+                                          RenderStatistics& statistics) {
   const TracedScene* traced = scene ? &*scene : nullptr;
   LayerView view;
   const Camera viewport = resized(frame.viewport, frame.width, frame.height);
@@ -154,12 +148,11 @@ ProcessorRenderer::State::Fresh ProcessorRenderer::State::draw_scene(
   if (mirror) view.mirror_mesh = mirror->mesh;
   if (!settings.skip)
     for (SceneLayer* layer : {&direct, &mirrored}) layer->forget();
-  Fresh fresh;
   const std::shared_ptr<const SceneOnScreen> ready = ready_triangles(frame, view);
-  fresh.direct = direct.set(traced, view, ready);
-  statistics.scene_planes_taken = fresh.direct && ready;
-  if (fresh.direct) albedo.reset(direct, Vec3f(plan.eye), rays);
-  if (!traced) return fresh;
+  const bool fresh = direct.set(traced, view, ready);
+  statistics.scene_planes_taken = fresh && ready;
+  if (fresh) albedo.reset(direct, Vec3f(plan.eye), rays);
+  if (!traced) return;
 
   bool drawn = direct.ensure_middles(AreaShadow::asked(plan.shadow, view));
   if (mirror) {
@@ -168,8 +161,7 @@ ProcessorRenderer::State::Fresh ProcessorRenderer::State::draw_scene(
     const Mat4 turned = reflection(Vec3(mirror->normal), mirror->offset);
     behind.pixels_from_scene = view.pixels_from_scene * turned;
     behind.kept = kept_side(*mirror);
-    fresh.mirrored = mirrored.set(traced, behind) || fresh.direct;
-    if (fresh.mirrored)
+    if (mirrored.set(traced, behind))
       mirror_albedo.reset(mirrored, Vec3f(turned * Vec4(plan.eye, 1.0)),
                           reflected(rays, mirror->normal));
     drawn = mirrored.ensure_samples({&plan.mirror, 1}) || drawn;
@@ -179,7 +171,7 @@ ProcessorRenderer::State::Fresh ProcessorRenderer::State::draw_scene(
   }
   std::vector<Rectangle> sampled{plan.subject, plan.mirror};
   if (!plan.mirror_shadow.empty()) {
-    mirror_shadow.begin(casters, view_in_mirror(frame, plan, fresh),
+    mirror_shadow.begin(casters, view_in_mirror(frame, plan),
                         frame.lights[static_cast<std::size_t>(plan.light)], settings.shadow,
                         plan.mirror_shadow);
     const std::vector<Rectangle> reached = mirror_shadow.reached(view);
@@ -187,36 +179,33 @@ ProcessorRenderer::State::Fresh ProcessorRenderer::State::draw_scene(
   }
   drawn = direct.ensure_samples(sampled) || drawn;
   statistics.scene_depth_reused = !drawn;
-  return fresh;
 }
 
 /// Who sees the shadow in the plan's mirror.
 ShadowView ProcessorRenderer::State::view_in_mirror(const RenderFrame& frame,
-                                                    const RenderPlan& plan,
-                                                    const Fresh& fresh) const {
+                                                    const RenderPlan& plan) const {
   const Mirror& mirror = *mirror_of(frame, plan);
   const PixelRays rays(resized(frame.viewport, frame.width, frame.height));
-  return {mirrored, fresh.mirrored,
-          Vec3f(reflection(Vec3(mirror.normal), mirror.offset) * Vec4(plan.eye, 1.0)),
+  return {mirrored, Vec3f(reflection(Vec3(mirror.normal), mirror.offset) * Vec4(plan.eye, 1.0)),
           reflected(rays, mirror.normal), &direct};
 }
 
 /// The shadow as the viewport sees it, and as the mirror shows it.
 void ProcessorRenderer::State::draw_shadows(const RenderFrame& frame, const RenderPlan& plan,
-                                            const RenderSettings& settings, const Fresh& fresh,
+                                            const RenderSettings& settings,
                                             RenderStatistics& statistics) {
   if (plan.light < 0) return;
   const Light& light = frame.lights[static_cast<std::size_t>(plan.light)];
   const PixelRays rays(resized(frame.viewport, frame.width, frame.height));
   if (!plan.shadow.empty()) {
-    const ShadowView view{direct, fresh.direct, Vec3f(plan.eye), rays};
+    const ShadowView view{direct, Vec3f(plan.eye), rays};
     statistics.static_shadow_reused =
         shadow.begin(casters, view, light, settings.shadow, plan.shadow);
     shadow.draw(casters, *scene, view, light);
     statistics.rays += shadow.rays();
   }
   if (!plan.mirror_shadow.empty()) {
-    mirror_shadow.draw(casters, *scene, view_in_mirror(frame, plan, fresh), light);
+    mirror_shadow.draw(casters, *scene, view_in_mirror(frame, plan), light);
     statistics.rays += mirror_shadow.rays();
   }
 }
@@ -258,9 +247,9 @@ void ProcessorRenderer::draw(const RenderFrame& frame, const RenderPlan& plan,
   }
   s.prepare(frame, plan, settings, statistics_);
   watch.lap();
-  const State::Fresh fresh = s.draw_scene(frame, plan, settings, statistics_);
+  s.draw_scene(frame, plan, settings, statistics_);
   pass("scene-depth");
-  s.draw_shadows(frame, plan, settings, fresh, statistics_);
+  s.draw_shadows(frame, plan, settings, statistics_);
   if (plan.light >= 0) pass("shadow");
 
   std::optional<MirrorView> mirror;

@@ -48,6 +48,7 @@ bool draw_missing(const std::vector<Part>& drawn, std::span<const Rectangle> par
 bool SceneLayer::set(const TracedScene* scene, const LayerView& view,
                      std::shared_ptr<const SceneOnScreen> ready) {
   if (scene == scene_ && view == view_) return false;
+  ++generation_;
   const bool other = scene != scene_;
   scene_ = scene;
   view_ = view;

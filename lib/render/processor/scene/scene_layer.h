@@ -35,6 +35,9 @@ class SceneLayer {
   bool set(const TracedScene* scene, const LayerView& view,
            std::shared_ptr<const SceneOnScreen> ready = nullptr);
 
+  /// Another number than before when set() has found something changed.
+  std::uint64_t generation() const { return generation_; }
+
   /// Forgets what is drawn, and the view.
   void forget() { scene_ = nullptr, view_ = {}; }
 
@@ -125,6 +128,7 @@ class SceneLayer {
 
   const TracedScene* scene_ = nullptr;
   LayerView view_;
+  std::uint64_t generation_ = 0;
   std::shared_ptr<const SceneOnScreen> screen_;
   std::vector<std::uint32_t> first_of_mesh_;  // ids count through all meshes; and the end
   std::vector<std::uint32_t> mesh_of_;        // by id
