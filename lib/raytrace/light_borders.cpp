@@ -20,7 +20,7 @@ constexpr float part(std::size_t i) {
 
 }  // namespace
 
-/// The value at node \p x, \p y of a divided cell; false where that lies in a body.
+/// The value at \p node of a divided cell; false where that lies in a body.
 bool LightCache::border_value(const TracedScene& scene, const std::vector<LampShare>& lamps,
                               const SurfaceGrid::Node& node, int side, Float4& value,
                               std::uint64_t& rays) const {

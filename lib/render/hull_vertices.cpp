@@ -21,8 +21,7 @@ class Weights {
     const std::size_t vertices = mesh.hull.vertices.size();
     weights_.assign(vertices * views_, 0.0f);
     for (std::size_t k = 0; k < views_; ++k) {
-      const View& view = mesh.views[k].view;
-      if (view.format != PixelFormat::rgba || view.roi.empty() || view.pixels.empty()) continue;
+      if (!can_colour(mesh.views[k].view)) continue;
       const Vec3f centre(mesh.views[k].calibration.centre() - mesh.hull.origin);
       const Vec3f from(eye - mesh.hull.origin);
       for (std::size_t v = 0; v < vertices; ++v) {
@@ -58,6 +57,10 @@ bool usable(const Mesh& mesh) {
 }
 
 }  // namespace
+
+bool can_colour(const View& view) {
+  return view.format == PixelFormat::rgba && !view.roi.empty() && !view.pixels.empty();
+}
 
 int slot_of(HullDrawing& drawing, std::size_t view) {
   int& slot = drawing.slot_of_view[view];
@@ -101,8 +104,7 @@ void add_hull_vertices(const Mesh& mesh, const Vec3& eye, HullDrawing& drawing) 
     if (direct) {
       const int best = mesh.texturing->best[f / 3];
       if (best >= 0 && best < static_cast<int>(views)) {
-        const View& view = mesh.views[static_cast<std::size_t>(best)].view;
-        if (view.format == PixelFormat::rgba && !view.roi.empty() && !view.pixels.empty()) {
+        if (can_colour(mesh.views[static_cast<std::size_t>(best)].view)) {
           const auto at = static_cast<std::uint8_t>(
               slot_of(drawing, static_cast<std::size_t>(best)));
           for (HullVertex& v : vertex) {

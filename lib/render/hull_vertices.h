@@ -13,6 +13,9 @@
 
 namespace polyhull {
 
+/// Whether a view has a picture to take colours from.
+bool can_colour(const View& view);
+
 /// A triangle's corner, in the layout that OpenGL reads.
 struct HullVertex {
   Vec3f position{0.0f};                    ///< relative to Hull::origin

@@ -8,10 +8,6 @@
 namespace polyhull {
 namespace {
 
-bool has_matte(const View& view) {
-  return view.format == PixelFormat::rgba && !view.roi.empty() && !view.pixels.empty();
-}
-
 /// An edge between a triangle that faces the eye and one that does not, in the former's direction.
 struct OutlineEdge {
   std::uint32_t from, to;
@@ -67,7 +63,7 @@ class NearViews {
   std::vector<std::size_t> at(const Vec3f& p) const {
     std::vector<std::pair<float, std::size_t>> ranked;
     for (std::size_t k = 0; k < centres_.size(); ++k) {
-      if (!has_matte(mesh_.views[k].view)) continue;
+      if (!can_colour(mesh_.views[k].view)) continue;
       const float w = weight(k, p);
       if (w > 1e-4f) ranked.emplace_back(-w, k);
     }
@@ -89,7 +85,7 @@ float pixel_size(const Mesh& mesh, const Vec3f& p) {
   double sum = 0.0;
   int count = 0;
   for (const MeshView& view : mesh.views) {
-    if (!has_matte(view.view)) continue;
+    if (!can_colour(view.view)) continue;
     sum += std::abs(view.calibration.to_camera(mesh.hull.origin + Vec3(p)).z /
                     view.calibration.K[0][0]);
     ++count;
@@ -102,7 +98,7 @@ float pixel_size(const Mesh& mesh, const Vec3f& p) {
 double longest_reach(const Mesh& mesh) {
   double longest = 0.0;
   for (const MeshView& view : mesh.views) {
-    if (!has_matte(view.view)) continue;
+    if (!can_colour(view.view)) continue;
     for (const Vec3f& v : mesh.hull.vertices)
       longest =
           std::max(longest, std::abs(view.calibration.to_camera(mesh.hull.origin + Vec3(v)).z /

@@ -4,8 +4,8 @@
 ///
 /// A hull ends at the half level of the mattes; what they have beyond it, and that they are not yet full
 /// before it, is lost. For a soft edge (RenderSettings::soft_edges) the hull is drawn in by `edge_inset`
-/// camera pixels, and along its outline as the eye sees it stands a ribbon from there to `edge_reach`
-/// beyond, straight across the line of sight:
+/// camera pixels, and along its outline as the eye sees it stands a ribbon from as far within that to
+/// `edge_reach` beyond the outline, straight across the line of sight:
 ///
 ///            eye               of a point X of the ribbon, alpha is the least over the nearest
 ///             |                views k of  1 - q_k (1 - a_k),  a_k = n_k m_k + (1 - n_k) min(2 m_k, 1)

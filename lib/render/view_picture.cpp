@@ -6,6 +6,7 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
+#include <optional>
 
 #include "base/srgb.h"
 
@@ -39,16 +40,20 @@ bool mean_of_neighbours(const std::vector<std::uint32_t>& pixels, std::size_t p,
   return true;
 }
 
-/// The mean colour of what of the picture is background alone, in its own codes.
-std::array<float, 3> screen_of(const std::vector<std::uint32_t>& pixels) {
+/// The mean colour of what of the picture is background alone, in its own codes; none where too
+/// little is.
+std::optional<std::array<float, 3>> screen_of(const std::vector<std::uint32_t>& pixels) {
+  constexpr std::uint32_t background = 8;  // an alpha below: a key leaves noise on the screen
+  constexpr int least = 32;
   std::array<float, 3> sum{};
-  float count = 0.0f;
+  int count = 0;
   for (std::size_t p = 0; p < pixels.size(); p += 7) {
-    if (alpha(pixels[p]) > 0) continue;
+    if (alpha(pixels[p]) >= background) continue;
     for (std::size_t c = 0; c < 3; ++c) sum[c] += static_cast<float>(pixels[p] >> (8 * c) & 255u);
     ++count;
   }
-  for (float& value : sum) value /= std::max(count, 1.0f);
+  if (count < least) return std::nullopt;
+  for (float& value : sum) value /= static_cast<float>(count);
   return sum;
 }
 
@@ -101,12 +106,12 @@ void prepare_view_picture(const View& view, int reach, std::vector<std::uint32_t
   std::vector<std::pair<std::size_t, std::uint32_t>> mattes;  // alpha says meanwhile what is done
   const bool soft = reach > sharp_reach;
   if (soft) {
-    const std::array<float, 3> screen = screen_of(pixels);
+    const auto screen = screen_of(pixels);
     for (std::size_t p = 0; p < pixels.size(); ++p) {
       const std::uint32_t matte = alpha(pixels[p]);
       if (matte < 40 || matte >= covered) continue;
       mattes.emplace_back(p, matte << 24);
-      pixels[p] = without(screen, pixels[p]);
+      if (screen) pixels[p] = without(*screen, pixels[p]);
     }
   }
   for (std::size_t y = 1; y <= height; ++y) {

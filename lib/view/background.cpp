@@ -102,6 +102,7 @@ void Background::light_scene() {
   gradual_.reset();
   light_.reset();  // the memory first
   light_not_kept_.clear();
+  light_failed_ = false;
   const std::filesystem::path folder = first ? options_.light_folder : std::filesystem::path();
   if (!folder.empty()) light_ = load_light(traced_, options_.light, folder);
   light_was_kept_ = light_ != nullptr;
@@ -129,7 +130,16 @@ void Background::light_scene_gradually(const std::filesystem::path& folder) {
 
 /// True if the light has changed.
 bool Background::advance_light() {
-  if (!gradual_ || !gradual_->advance(*light_)) return false;
+  if (!gradual_) return false;
+  if (!gradual_->advance(*light_)) {
+    if (const std::string why = gradual_->failure(); !why.empty()) {
+      light_not_kept_ =
+          "The exact light could not be computed, and the picture keeps a coarser one: " + why;
+      light_failed_ = true;
+      gradual_.reset();
+    }
+    return false;
+  }
   if (!gradual_->is_exact()) return true;
   light_->count_rays(gradual_->rays());
   gradual_.reset();  // waits until the light is in its file

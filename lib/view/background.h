@@ -110,7 +110,7 @@ class Background {
   /// to, or is not yet exact.
   const std::string& light_not_kept() const { return light_not_kept_; }
   /// Whether the light is exact, not on its way there.
-  bool light_is_exact() const { return light_ != nullptr && gradual_ == nullptr; }
+  bool light_is_exact() const { return light_ && !gradual_ && !light_failed_; }
   /// Of the last light.
   std::uint64_t light_rays() const { return light_ ? light_->rays() : 0; }
   std::size_t light_nodes() const { return light_ ? light_->nodes() : 0; }
@@ -129,6 +129,7 @@ class Background {
   std::unique_ptr<LightCache> light_;
   bool light_was_kept_ = false;
   std::string light_not_kept_;
+  bool light_failed_ = false;  // to become the exact one
   struct Kept;                            // what the other thread says of the file
   std::shared_ptr<Kept> kept_;
   std::unique_ptr<GradualLight> gradual_;  // null: the light is exact

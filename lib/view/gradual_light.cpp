@@ -43,7 +43,7 @@ void mix(const LightValues& from, const LightValues& to, float share, LightValue
 GradualLight::GradualLight(const Scene& scene, const LightCacheOptions& options, Finished finished)
     : options_(options),
       finished_(std::move(finished)),
-      thread_([this, copy = scene] { work(copy); }) {}
+      thread_([this, copy = scene]() mutable { work(std::move(copy)); }) {}
 
 GradualLight::~GradualLight() {
   stop_ = true;
@@ -59,9 +59,11 @@ std::unique_ptr<LightCache> GradualLight::first(const TracedScene& scene,
 }
 
 /// Of a copy of the scene, whose lights may move meanwhile.
-void GradualLight::work(const Scene& copy) {
+void GradualLight::work(Scene copy) {
   try {
-    const TracedScene scene(copy);
+    if (stop_) return;
+    const TracedScene scene(std::move(copy));
+    if (stop_) return;
     LightCacheOptions options = options_;
     // Half of the threads are left to the pictures.
     options.threads = std::max((options.threads > 0 ? options.threads : pool_threads()) / 2, 1);
@@ -81,9 +83,15 @@ void GradualLight::work(const Scene& copy) {
     rays_ += exact.rays();
     offer(exact.all_values(), true);
     finished_(scene, exact);
-  } catch (const std::exception&) {
-    // Out of memory, or so: the light stays as good as it is.
+  } catch (const std::exception& e) {
+    const std::lock_guard lock(mutex_);
+    failure_ = e.what();
   }
+}
+
+std::string GradualLight::failure() const {
+  const std::lock_guard lock(mutex_);
+  return failure_;
 }
 
 bool GradualLight::advance(LightCache& light) {

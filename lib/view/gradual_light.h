@@ -13,6 +13,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <string>
 #include <thread>
 
 #include "raytrace/light_cache.h"
@@ -43,16 +44,20 @@ class GradualLight {
   /// Whether the light is the exact one.
   bool is_exact() const { return exact_; }
 
+  /// Why no better light than the last will come; empty: one may, or it is the exact one.
+  std::string failure() const;
+
   /// Rays by now for the lights on the other thread.
   std::uint64_t rays() const { return rays_; }
 
  private:
-  void work(const Scene& scene);
+  void work(Scene scene);
 
   const LightCacheOptions options_;
   const Finished finished_;
-  std::mutex mutex_;
-  std::optional<LightValues> next_;  // these two: under the mutex
+  mutable std::mutex mutex_;
+  std::string failure_;  // as the next two: under the mutex
+  std::optional<LightValues> next_;
   bool next_is_exact_ = false;
   std::atomic<std::uint64_t> rays_ = 0;
   std::atomic<bool> stop_ = false;

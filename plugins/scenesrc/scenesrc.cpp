@@ -108,7 +108,7 @@ GstFlowReturn create(GstPushSrc* push, GstBuffer** out) {
       return GST_FLOW_NOT_NEGOTIATED;
     const Stopwatch watch;
     const LoopWatch loops;
-    const bool was_exact = stream.background().light_is_exact();
+    const std::string said = stream.background().light_not_kept();
     bool lit = false;
     if (gst_base_src_is_live(source) && !stream.is_lit()) {
       // The light takes its time; which frame is due is known after that.
@@ -147,8 +147,9 @@ GstFlowReturn create(GstPushSrc* push, GstBuffer** out) {
       statistics.set("light-ms", spent);
     }
     const bool exact = stream.background().light_is_exact();
-    if (exact && (lit || !was_exact) && !stream.background().light_not_kept().empty())
-      statistics.warn(GST_ELEMENT(push), "warnings", stream.background().light_not_kept());
+    const std::string& why = stream.background().light_not_kept();
+    if (!why.empty() && (lit || why != said))
+      statistics.warn(GST_ELEMENT(push), "warnings", why);
     statistics.set_count("light-exact", exact);
     statistics.set_count("light-rays", stream.background().light_rays());
     statistics.set_count("samples", stream.background().samples());

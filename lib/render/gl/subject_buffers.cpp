@@ -92,9 +92,7 @@ UploadCounts SubjectBuffers::upload_skin(const Mesh& mesh, const std::vector<Vec
 
   std::vector<int> uploaded = drawing_.views;
   for (std::size_t k = 0; k < mesh.views.size(); ++k) {
-    const View& view = mesh.views[k].view;
-    if (drawing_.slot_of_view[k] >= 0 || view.format != PixelFormat::rgba || view.pixels.empty())
-      continue;
+    if (drawing_.slot_of_view[k] >= 0 || !can_colour(mesh.views[k].view)) continue;
     if (all_views)
       uploaded.push_back(static_cast<int>(k));  // into layers after those in use
     else

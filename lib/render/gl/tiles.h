@@ -31,7 +31,7 @@ class TileMask {
   /// None, of a picture of \p width x \p height pixels.
   TileMask(int width, int height);
 
-  /// Adds the tiles of \p part (pixels) that triangles of \p mesh, placed, can touch as \p
+  /// Adds the tiles of \p part (pixels) that triangles of \p subject can touch as \p
   /// clip_from_scene shows them, and what is up to \p beyond pixels from those: all of the part where
   /// the mesh reaches behind the eye.
   void add(const PlacedSubject& subject, const Mat4& clip_from_scene, const Rectangle& part,

@@ -12,10 +12,6 @@
 namespace polyhull::processor {
 namespace {
 
-bool can_colour(const View& view) {
-  return view.format == PixelFormat::rgba && !view.roi.empty() && !view.pixels.empty();
-}
-
 /// The weight of the first camera that is left out is taken off the others: what enters and leaves
 /// the chosen few does so at weight zero, and the blend stays continuous (Buehler et al. 2001).
 void choose(float* w, int best) {
