@@ -17,7 +17,7 @@
 #include "plugins/composite/caps.h"
 #include "plugins/composite/element.h"
 
-GST_DEBUG_CATEGORY_STATIC(composite_debug);
+GST_DEBUG_CATEGORY(composite_debug);
 #define GST_CAT_DEFAULT composite_debug
 
 namespace polyhull::element {
@@ -200,8 +200,8 @@ void Composite::class_init(gpointer klass) {
       "used), frames-unwanted (left out because not all can be drawn), frame-step (every how many "
       "frames of the background one is drawn), passed-through (the background went out untouched), "
       "backgrounds-converted (to the output's NV12 or I420; one that stays the same is kept), "
-      "drawn, drawn-by-processor, rays (traced by it), no-mesh, meshes, meshes-unusable, "
-      "announcements, announcements-unusable, …-skipped "
+      "drawn, drawn-by-processor, rays (traced by it), gl-failures (OpenGL failed, and the processor "
+      "went on), no-mesh, meshes, meshes-unusable, announcements, announcements-unusable, …-skipped "
       "and …-reused (work left out), scene-planes-taken (new views whose triangles the background's "
       "source had brought to the screen), pictures-uploaded and -skipped, bytes-uploaded; and of the "
       "last frame frame-ms and the milliseconds per pass on the CPU (…-ms) and, of a frame shortly "

@@ -15,6 +15,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/error.h"
 #include "plugins/common/statistics.h"
 #include "plugins/composite/background_video.h"
 #include "plugins/composite/gl.h"
@@ -61,7 +62,9 @@ class FrameComposer {
   GstBuffer* background_as_video(const FrameBuffers& buffers);
 
   /// Draws what prepare() found. \p output holds the background already where it is in system
-  /// memory and not the same buffer. Throws Error.
+  /// memory and not the same buffer. Where OpenGL fails, the processor draws this frame and all that
+  /// follow until reset(), and a warning says so; but Error where a picture is in OpenGL's memory.
+  /// Throws Error.
   void draw(const FrameBuffers& buffers, GstBuffer* output);
 
   void reset();
@@ -72,12 +75,16 @@ class FrameComposer {
   void draw_in_memory(const FrameBuffers& buffers, GstBuffer* output);
   void draw_as_video(const FrameBuffers& buffers, GstBuffer* output);
   void with_renderer(const std::function<void(Renderer&)>& work);
+  bool run_gl(const std::function<void(Compositor&)>& work);  // false: it failed, and is given up
+  void give_up_gl(const Error& why);
   bool draws_with_gl(Backend wanted, bool on_gpu);
   void report(const Renderer& renderer);
 
   CompositeGl& gl_;
   std::unique_ptr<ProcessorRenderer> processor_;
   bool with_gl_ = false;
+  bool on_gpu_ = false;     // a picture of the frame is
+  bool gl_failed_ = false;  // since reset()
   Statistics& statistics_;
   BackgroundVideo background_video_;
   std::optional<Announcement> announcement_;

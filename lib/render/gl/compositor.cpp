@@ -305,9 +305,15 @@ Compositor::Compositor() {
 
 Compositor::~Compositor() = default;
 
+void Compositor::abandon() {
+  const gl::ContextGone gone;
+  state_.reset();
+}
+
 void Compositor::render(const RenderFrame& frame, const RenderPlan& plan,
                         const RenderSettings& settings, unsigned background, unsigned target) {
   State& s = *state_;
+  gl::forget_errors();
   s.statistics = {};
   s.timer.next_frame();
   s.timer.begin(Pass::upload);
@@ -321,6 +327,7 @@ void Compositor::render(const RenderFrame& frame, const RenderPlan& plan,
   s.draw_blend(in, background, target);
   s.timer.end();
   s.finish(plan);
+  gl::check_errors();
 }
 
 void Compositor::render(const RenderFrame& frame, const RenderPlan& plan,
@@ -331,6 +338,7 @@ void Compositor::render(const RenderFrame& frame, const RenderPlan& plan,
   s.timer.next_frame();
   const Rectangle changed = plan.changed();
   if (changed.empty()) return s.finish(plan);
+  gl::forget_errors();
   s.timer.begin(Pass::upload);
   s.use_scene(frame);
   s.upload_subjects(frame, plan, settings);
@@ -362,6 +370,7 @@ void Compositor::render(const RenderFrame& frame, const RenderPlan& plan,
   s.copy(s.background.get(), s.output.get(), changed);
   s.draw_blend(in, s.background.get(), s.output.get());
   s.timer.end();
+  gl::check_errors();  // before anything is written, so that target can be drawn otherwise
   s.timer.begin(Pass::read_back);
   glBindFramebuffer(GL_READ_FRAMEBUFFER, s.target.get());
   glPixelStorei(GL_PACK_ALIGNMENT, 4);
@@ -370,6 +379,7 @@ void Compositor::render(const RenderFrame& frame, const RenderPlan& plan,
                target + static_cast<std::ptrdiff_t>(changed.y) * target_stride + 4 * changed.x);
   s.timer.end();
   s.finish(plan);
+  gl::check_errors();
 }
 
 void Compositor::wait_for_passes(bool wait) {

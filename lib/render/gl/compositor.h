@@ -23,7 +23,7 @@ class Compositor : public Renderer {
   ~Compositor() override;
 
   /// Draws into the RGBA8 texture \p target of the frame's size, all of it; \p background another
-  /// such texture. Throws Error where OpenGL refuses.
+  /// such texture. Throws Error where OpenGL refuses, has too little memory, or loses the context.
   void render(const RenderFrame& frame, const RenderPlan& plan, const RenderSettings& settings,
               unsigned background, unsigned target);
 
@@ -31,6 +31,10 @@ class Compositor : public Renderer {
               const std::uint8_t* background, int background_stride, std::uint8_t* target,
               int target_stride) override;
   std::string description() const override;
+
+  /// For when the context is gone: lets go of everything without calling OpenGL. Only the destructor
+  /// may follow.
+  void abandon();
 
   /// Waits after each pass until it is drawn, for benchmarks: RenderStatistics::PassTime's
   /// processor time is then the whole of the pass alone. Frames take longer for it.
