@@ -104,14 +104,16 @@ bool FrameComposer::draws_with_gl(Backend wanted, bool on_gpu) {
   return gl_.has_hardware();
 }
 
-void FrameComposer::draw(const FrameBuffers& buffers, GstBuffer* output) {
+std::optional<unsigned> FrameComposer::draw(const FrameBuffers& buffers, GstBuffer* output,
+                                            bool later) {
   if (with_gl_ && buffers.background_on_gpu && buffers.output_on_gpu) {
     draw_on_gpu(buffers, output);
   } else if (is_video_output(*buffers.output)) {
     draw_as_video(buffers, output);
   } else {
-    draw_in_memory(buffers, output);
+    return draw_in_memory(buffers, output, later && !on_gpu_);
   }
+  return std::nullopt;
 }
 
 void FrameComposer::draw_on_gpu(const FrameBuffers& buffers, GstBuffer* output) {
@@ -188,10 +190,17 @@ void FrameComposer::draw_as_video(const FrameBuffers& buffers, GstBuffer* output
   });
 }
 
-void FrameComposer::draw_in_memory(const FrameBuffers& buffers, GstBuffer* output) {
+std::optional<unsigned> FrameComposer::draw_in_memory(const FrameBuffers& buffers,
+                                                      GstBuffer* output, bool later) {
+  std::optional<unsigned> place;
   const auto draw = [&](const std::uint8_t* from, int from_stride, std::uint8_t* to,
                         int to_stride) {
     check_strides(from_stride, to_stride);
+    const auto start = [&](Compositor& compositor) {
+      place = compositor.start(frame_, plan_, settings_, from, from_stride);
+      report(compositor);
+    };
+    if (later && with_gl_ && run_gl(start)) return;
     with_renderer([&](Renderer& renderer) {
       renderer.render(frame_, plan_, settings_, from, from_stride, to, to_stride);
     });
@@ -199,7 +208,7 @@ void FrameComposer::draw_in_memory(const FrameBuffers& buffers, GstBuffer* outpu
   if (output == buffers.background) {
     const MappedFrame both(*buffers.info, output, GST_MAP_READWRITE);
     draw(both.data(), both.stride(), both.data(), both.stride());
-    return;
+    return place;
   }
   const MappedFrame background(*buffers.info, buffers.background, GST_MAP_READ);
   const MappedFrame target(*buffers.info, output, GST_MAP_READWRITE);
@@ -208,6 +217,15 @@ void FrameComposer::draw_in_memory(const FrameBuffers& buffers, GstBuffer* outpu
     std::memcpy(target.data() + static_cast<std::ptrdiff_t>(y) * target.stride(),
                 background.data() + static_cast<std::ptrdiff_t>(y) * background.stride(), row);
   draw(background.data(), background.stride(), target.data(), target.stride());
+  return place;
+}
+
+bool FrameComposer::take(unsigned place, const GstVideoInfo& info, GstBuffer* output) {
+  if (gl_failed_) return false;
+  const MappedFrame target(info, output, GST_MAP_READWRITE);
+  return run_gl([&](Compositor& compositor) {
+    compositor.take(place, target.data(), target.stride());
+  });
 }
 
 void FrameComposer::report(const Renderer& renderer) {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 #include "base/error.h"
 #include "render/gl/passes.h"
@@ -20,6 +21,13 @@ struct SkinKey {
   int levels = 0;  // of smaller pictures; more than needed do no harm
   bool all_views = false, soft = false;
   bool operator==(const SkinKey&) const = default;
+};
+
+/// A part of a picture on its way to memory.
+struct Reading {
+  gl::Buffer pixels;
+  std::size_t room = 0;  // bytes
+  Rectangle part;
 };
 
 /// What of the picture's tiles is drawn with the same layers.
@@ -44,6 +52,8 @@ struct Compositor::State {
   MirrorPass mirror;
   gl::Texture background, output;
   gl::Framebuffer target, source;
+  Reading readings[2];
+  unsigned next_reading = 0;
   TileDrawing drawing;
   int background_width = 0, background_height = 0;
   gl::PassTimer timer;
@@ -330,14 +340,12 @@ void Compositor::render(const RenderFrame& frame, const RenderPlan& plan,
   gl::check_errors();
 }
 
-void Compositor::render(const RenderFrame& frame, const RenderPlan& plan,
-                        const RenderSettings& settings, const std::uint8_t* background,
-                        int background_stride, std::uint8_t* target, int target_stride) {
+/// Draws what changes into the output's texture, which is then what is read from.
+void Compositor::draw(const RenderFrame& frame, const RenderPlan& plan,
+                      const RenderSettings& settings, const std::uint8_t* background,
+                      int background_stride) {
   State& s = *state_;
-  s.statistics = {};
-  s.timer.next_frame();
   const Rectangle changed = plan.changed();
-  if (changed.empty()) return s.finish(plan);
   gl::forget_errors();
   s.timer.begin(Pass::upload);
   s.use_scene(frame);
@@ -370,16 +378,81 @@ void Compositor::render(const RenderFrame& frame, const RenderPlan& plan,
   s.copy(s.background.get(), s.output.get(), changed);
   s.draw_blend(in, s.background.get(), s.output.get());
   s.timer.end();
-  gl::check_errors();  // before anything is written, so that target can be drawn otherwise
-  s.timer.begin(Pass::read_back);
+  gl::check_errors();
   glBindFramebuffer(GL_READ_FRAMEBUFFER, s.target.get());
   glPixelStorei(GL_PACK_ALIGNMENT, 4);
+}
+
+void Compositor::render(const RenderFrame& frame, const RenderPlan& plan,
+                        const RenderSettings& settings, const std::uint8_t* background,
+                        int background_stride, std::uint8_t* target, int target_stride) {
+  State& s = *state_;
+  s.statistics = {};
+  s.timer.next_frame();
+  const Rectangle changed = plan.changed();
+  if (changed.empty()) return s.finish(plan);
+  // Fails before anything is written, so that target can be drawn otherwise.
+  draw(frame, plan, settings, background, background_stride);
+  s.timer.begin(Pass::read_back);
   glPixelStorei(GL_PACK_ROW_LENGTH, target_stride / 4);
   glReadPixels(changed.x, changed.y, changed.width, changed.height, GL_RGBA, GL_UNSIGNED_BYTE,
                target + static_cast<std::ptrdiff_t>(changed.y) * target_stride + 4 * changed.x);
   s.timer.end();
   s.finish(plan);
   gl::check_errors();
+}
+
+unsigned Compositor::start(const RenderFrame& frame, const RenderPlan& plan,
+                           const RenderSettings& settings, const std::uint8_t* background,
+                           int background_stride) {
+  State& s = *state_;
+  const unsigned place = s.next_reading;
+  s.next_reading = 1 - place;
+  Reading& reading = s.readings[place];
+  s.statistics = {};
+  s.timer.next_frame();
+  const Rectangle part = reading.part = plan.changed();
+  if (part.empty()) {
+    s.finish(plan);
+    return place;
+  }
+  draw(frame, plan, settings, background, background_stride);
+  s.timer.begin(Pass::read_back);
+  glBindBuffer(GL_PIXEL_PACK_BUFFER, reading.pixels.get());
+  const std::size_t size = 4 * static_cast<std::size_t>(part.width) * part.height;
+  if (reading.room < size) {
+    reading.room = size;
+    glBufferData(GL_PIXEL_PACK_BUFFER, static_cast<GLsizeiptr>(size), nullptr, GL_STREAM_READ);
+  }
+  glPixelStorei(GL_PACK_ROW_LENGTH, 0);
+  glReadPixels(part.x, part.y, part.width, part.height, GL_RGBA, GL_UNSIGNED_BYTE, nullptr);
+  glBindBuffer(GL_PIXEL_PACK_BUFFER, 0);
+  s.timer.end();
+  s.finish(plan);
+  glFlush();  // nobody waits, so nobody else makes the driver begin
+  gl::check_errors();
+  return place;
+}
+
+void Compositor::take(unsigned place, std::uint8_t* target, int target_stride) {
+  Reading& reading = state_->readings[place];
+  const Rectangle part = reading.part;
+  if (part.empty()) return;
+  gl::forget_errors();
+  glBindBuffer(GL_PIXEL_PACK_BUFFER, reading.pixels.get());
+  const std::size_t row = 4 * static_cast<std::size_t>(part.width);
+  const auto* pixels = static_cast<const std::uint8_t*>(
+      glMapBufferRange(GL_PIXEL_PACK_BUFFER, 0, static_cast<GLsizeiptr>(row) * part.height,
+                       GL_MAP_READ_BIT));  // waits until they are there
+  if (pixels != nullptr)
+    for (int y = 0; y < part.height; ++y)
+      std::memcpy(target + static_cast<std::ptrdiff_t>(part.y + y) * target_stride + 4 * part.x,
+                  pixels + static_cast<std::size_t>(y) * row, row);
+  const bool whole = pixels != nullptr && glUnmapBuffer(GL_PIXEL_PACK_BUFFER);
+  glBindBuffer(GL_PIXEL_PACK_BUFFER, 0);
+  gl::check_errors();
+  if (!whole)
+    throw Error(Error::Kind::unsupported, "The picture could not be read back from OpenGL.");
 }
 
 void Compositor::wait_for_passes(bool wait) {

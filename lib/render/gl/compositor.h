@@ -30,6 +30,16 @@ class Compositor : public Renderer {
   void render(const RenderFrame& frame, const RenderPlan& plan, const RenderSettings& settings,
               const std::uint8_t* background, int background_stride, std::uint8_t* target,
               int target_stride) override;
+  /// Starts what render() does in memory, and returns once the commands are given: the place to
+  /// take() the picture from, until the second start() after this one. \p background may be written
+  /// to at once. Throws Error as render().
+  unsigned start(const RenderFrame& frame, const RenderPlan& plan, const RenderSettings& settings,
+                 const std::uint8_t* background, int background_stride);
+
+  /// Waits until the picture at \p place is drawn and writes its changed part to \p target, which
+  /// holds the background, in rows \p target_stride bytes apart. Throws Error where OpenGL fails.
+  void take(unsigned place, std::uint8_t* target, int target_stride);
+
   std::string description() const override;
 
   /// For when the context is gone: lets go of everything without calling OpenGL. Only the destructor
@@ -42,6 +52,8 @@ class Compositor : public Renderer {
 
  private:
   struct State;
+  void draw(const RenderFrame& frame, const RenderPlan& plan, const RenderSettings& settings,
+            const std::uint8_t* background, int background_stride);
   std::unique_ptr<State> state_;
 };
 
