@@ -3,10 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 
 #include "base/error.h"
 #include "render/gl/passes.h"
+#include "render/gl/pixel_readings.h"
 #include "render/view_picture.h"
 
 namespace polyhull {
@@ -21,19 +21,6 @@ struct SkinKey {
   int levels = 0;  // of smaller pictures; more than needed do no harm
   bool all_views = false, soft = false;
   bool operator==(const SkinKey&) const = default;
-};
-
-/// A part of a picture on its way to memory.
-struct Reading {
-  gl::Buffer pixels;
-  std::size_t room = 0;  // bytes
-  Rectangle part;
-};
-
-/// What of the picture's tiles is drawn with the same layers.
-struct BlendTiles {
-  bool mirror = false, subject = false;
-  std::vector<Tile> tiles;
 };
 
 }  // namespace
@@ -52,8 +39,7 @@ struct Compositor::State {
   MirrorPass mirror;
   gl::Texture background, output;
   gl::Framebuffer target, source;
-  Reading readings[2];
-  unsigned next_reading = 0;
+  gl::PixelReadings readings;
   TileDrawing drawing;
   int background_width = 0, background_height = 0;
   gl::PassTimer timer;
@@ -133,29 +119,6 @@ void Compositor::State::draw_front(const PassInput& in) {
   if (in.settings.soft_edges) skin.draw_ribbons(in, clip);
   front.resolve(part);
   if (!gl::is_embedded()) glDisable(GL_FRAMEBUFFER_SRGB);
-}
-
-/// The tiles that the plan's layers touch, by the layers; those that only the shadow may touch last.
-std::vector<BlendTiles> blend_tiles(const PassInput& in) {
-  const int width = in.frame.width, height = in.frame.height;
-  const Rectangle whole{0, 0, width, height};
-  TileMask subject(width, height), mirror(width, height), shadow(width, height);
-  shadow.add(in.plan.shadow);
-  for (const PlacedSubject& placed : in.plan.subjects) {
-    subject.add(placed, in.plan.clip_from_scene, intersection(in.plan.subject, whole),
-                placed.beyond);
-    if (const Mirror* m = mirror_of(in.frame, in.plan))
-      mirror.add(placed, in.plan.clip_from_scene * reflection(Vec3(m->normal), m->offset),
-                 intersection(in.plan.mirror, whole));
-  }
-  std::vector<BlendTiles> out = {{true, true, {}}, {true, false, {}}, {false, true, {}}, {}};
-  for (int y = 0; y < subject.rows(); ++y)
-    for (int x = 0; x < subject.columns(); ++x)
-      for (BlendTiles& kind : out)
-        if (kind.mirror == mirror.has(x, y) && kind.subject == subject.has(x, y) &&
-            (kind.mirror || kind.subject || shadow.has(x, y)))
-          kind.tiles.push_back({static_cast<std::uint16_t>(x), static_cast<std::uint16_t>(y)});
-  return out;
 }
 
 gl::Program& Compositor::State::blend_program(bool with_shadow, const BlendTiles& tiles) {
@@ -406,53 +369,19 @@ unsigned Compositor::start(const RenderFrame& frame, const RenderPlan& plan,
                            const RenderSettings& settings, const std::uint8_t* background,
                            int background_stride) {
   State& s = *state_;
-  const unsigned place = s.next_reading;
-  s.next_reading = 1 - place;
-  Reading& reading = s.readings[place];
   s.statistics = {};
   s.timer.next_frame();
-  const Rectangle part = reading.part = plan.changed();
-  if (part.empty()) {
-    s.finish(plan);
-    return place;
-  }
-  draw(frame, plan, settings, background, background_stride);
+  if (!plan.changed().empty()) draw(frame, plan, settings, background, background_stride);
   s.timer.begin(Pass::read_back);
-  glBindBuffer(GL_PIXEL_PACK_BUFFER, reading.pixels.get());
-  const std::size_t size = 4 * static_cast<std::size_t>(part.width) * part.height;
-  if (reading.room < size) {
-    reading.room = size;
-    glBufferData(GL_PIXEL_PACK_BUFFER, static_cast<GLsizeiptr>(size), nullptr, GL_STREAM_READ);
-  }
-  glPixelStorei(GL_PACK_ROW_LENGTH, 0);
-  glReadPixels(part.x, part.y, part.width, part.height, GL_RGBA, GL_UNSIGNED_BYTE, nullptr);
-  glBindBuffer(GL_PIXEL_PACK_BUFFER, 0);
+  const unsigned place = s.readings.start(plan.changed());
   s.timer.end();
   s.finish(plan);
-  glFlush();  // nobody waits, so nobody else makes the driver begin
   gl::check_errors();
   return place;
 }
 
 void Compositor::take(unsigned place, std::uint8_t* target, int target_stride) {
-  Reading& reading = state_->readings[place];
-  const Rectangle part = reading.part;
-  if (part.empty()) return;
-  gl::forget_errors();
-  glBindBuffer(GL_PIXEL_PACK_BUFFER, reading.pixels.get());
-  const std::size_t row = 4 * static_cast<std::size_t>(part.width);
-  const auto* pixels = static_cast<const std::uint8_t*>(
-      glMapBufferRange(GL_PIXEL_PACK_BUFFER, 0, static_cast<GLsizeiptr>(row) * part.height,
-                       GL_MAP_READ_BIT));  // waits until they are there
-  if (pixels != nullptr)
-    for (int y = 0; y < part.height; ++y)
-      std::memcpy(target + static_cast<std::ptrdiff_t>(part.y + y) * target_stride + 4 * part.x,
-                  pixels + static_cast<std::size_t>(y) * row, row);
-  const bool whole = pixels != nullptr && glUnmapBuffer(GL_PIXEL_PACK_BUFFER);
-  glBindBuffer(GL_PIXEL_PACK_BUFFER, 0);
-  gl::check_errors();
-  if (!whole)
-    throw Error(Error::Kind::unsupported, "The picture could not be read back from OpenGL.");
+  state_->readings.take(place, target, target_stride);
 }
 
 void Compositor::wait_for_passes(bool wait) {
