@@ -196,6 +196,34 @@ GST_START_TEST(the_latency_has_the_frame_in_it) {
 }
 GST_END_TEST
 
+// Live, a background that pauses keeps nothing back.
+GST_START_TEST(a_live_pause_lets_it_go) {
+  GstElement* element = gst_element_factory_make_full("composite", "force-live", TRUE,
+                                                      "async-readback", TRUE, "eye-y", 1.2, "eye-z",
+                                                      4.0, "target-y", 1.0, nullptr);
+  gst_object_ref_sink(element);
+  gst_util_set_object_arg(G_OBJECT(element), "backend", "gl");
+  GstHarness* background = gst_harness_new_with_element(element, "background", "src");
+  GstHarness* mesh = gst_harness_new_with_element(element, "mesh_%u", nullptr);
+  gst_harness_set_src_caps_str(mesh, mesh_caps);
+  gst_harness_use_systemclock(background);
+  gst_harness_set_src_caps_str(background, background_caps);
+  GstClock* clock = gst_element_get_clock(element);
+  gst_element_set_base_time(element, gst_clock_get_time(clock));
+  gst_object_unref(clock);
+  gst_harness_play(background);
+  gst_harness_push(mesh, mesh_buffer(0));
+  gst_harness_push(background, frame(0));
+  GstBuffer* out = gst_harness_pull(background);
+  fail_unless(out != nullptr, "it is still held");
+  fail_unless(changed_pixels(out) > 500);
+  gst_buffer_unref(out);
+  gst_harness_teardown(mesh);
+  gst_harness_teardown(background);
+  gst_object_unref(element);
+}
+GST_END_TEST
+
 static Suite* composite_readback_suite() {
   Suite* suite = suite_create("asynchronous read-back of composite");
   TCase* tests = tcase_create("general");
@@ -204,6 +232,7 @@ static Suite* composite_readback_suite() {
   tcase_add_test(tests, what_is_held_goes_before_new_caps);
   tcase_add_test(tests, a_flush_drops_what_is_held);
   tcase_add_test(tests, what_opengl_loses_is_left_out);
+  tcase_add_test(tests, a_live_pause_lets_it_go);
   tcase_add_test(tests, the_latency_has_the_frame_in_it);
   suite_add_tcase(suite, tests);
   return suite;
