@@ -200,7 +200,8 @@ void Composite::class_init(gpointer klass) {
       klass,
       "Counters since the start: frames, frames-overdue (left out because they came too late to be "
       "used), frames-unwanted (left out because not all can be drawn), frames-lost (with async-readback, "
-      "as OpenGL failed), frame-step (every how many frames of the background one is drawn), passed-through (the background went out untouched), "
+      "as OpenGL failed), frame-step (every how many frames of the background one is drawn), "
+      "passed-through (the background went out untouched), "
       "backgrounds-converted (to the output's NV12 or I420; one that stays the same is kept), "
       "drawn, drawn-by-processor, rays (traced by it), gl-failures (OpenGL failed, and the processor "
       "went on), no-mesh, meshes, meshes-unusable, announcements, announcements-unusable, …-skipped "

@@ -31,10 +31,11 @@ constexpr GstMapFlags on_gpu(GstMapFlags flags) {
 
 FrameComposer::FrameComposer(CompositeGl& gl, Statistics& statistics)
     : gl_(gl), statistics_(statistics) {
-  statistics.declare({"drawn", "drawn-by-processor", "gl-failures", "rays", "subject-skipped", "shadow-skipped",
-                      "mirror-skipped", "scene-depth-reused", "scene-planes-taken",
-                      "static-shadow-reused", "mesh-reused", "pictures-uploaded",
-                      "pictures-skipped", "bytes-uploaded", "backgrounds-converted"});
+  statistics.declare({"drawn", "drawn-by-processor", "gl-failures", "rays", "subject-skipped",
+                      "shadow-skipped", "mirror-skipped", "scene-depth-reused",
+                      "scene-planes-taken", "static-shadow-reused", "mesh-reused",
+                      "pictures-uploaded", "pictures-skipped", "bytes-uploaded",
+                      "backgrounds-converted"});
 }
 
 std::shared_ptr<const Scene> FrameComposer::open(const std::string& name) {

@@ -6,8 +6,8 @@
 /// largest lateness of the last ten seconds and 6 ms (50 ms before anything has come), or what is
 /// set by hand beyond the latency of the sources and of the stages between; the pads hold as much
 /// as has to wait. The element reports the latency max(sources' latency, wait) + work, and
-/// what hold() adds, work being the longest time that one instant has taken in the last ten seconds, apart from the worst 0.6 s of
-/// them: what is made ready once, at the start, makes nobody wait.
+/// what hold() adds, work being the longest time that one instant has taken in the last ten seconds,
+/// apart from the worst 0.6 s of them: what is made ready once, at the start, makes nobody wait.
 #pragma once
 
 #include <gst/base/gstaggregator.h>
