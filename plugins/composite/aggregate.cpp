@@ -2,6 +2,7 @@
 #include <gst/video/video.h>
 
 #include <algorithm>
+#include <optional>
 #include <utility>
 
 #include "base/error.h"
@@ -111,9 +112,11 @@ GstBuffer* acquire(GstAggregator* aggregator, const GstVideoInfo& info) {
   return gst_buffer_pool_acquire_buffer(pool, &buffer, nullptr) == GST_FLOW_OK ? buffer : nullptr;
 }
 
-/// The composite of \p frame, whose reference it takes; null: the pool is flushing.
+/// The composite of \p frame, whose reference it takes; null: the pool is flushing. \p place is set
+/// where it is still to be taken from there.
 GstBuffer* compose(Composite& self, GstBuffer* frame,
-                   const std::vector<GstAggregatorPad*>& meshes) {
+                   const std::vector<GstAggregatorPad*>& meshes, bool later,
+                   std::optional<unsigned>& place) {
   g_autoptr(GstBuffer) held = frame;
   const bool video = is_video_output(self.output_info);
   const bool same_memory = !video && self.background_on_gpu == self.output_on_gpu;
@@ -148,7 +151,7 @@ GstBuffer* compose(Composite& self, GstBuffer* frame,
     if (!output) return nullptr;
     copy_times(output);
   }
-  self.composer.draw(buffers, output);
+  place = self.composer.draw(buffers, output, later);
   return g_steal_pointer(&output);
 }
 
@@ -173,7 +176,35 @@ void drop_useless(Composite& self, GstAggregatorPad* background) {
 struct Made {
   GstBuffer* buffer = nullptr;
   GstFlowReturn flow = GST_FLOW_OK;
+  std::optional<unsigned> place = {};  ///< it is still to be taken from there
+  std::int64_t duration = 0;
 };
+
+/// Hands on the frame that is held, if there is one.
+GstFlowReturn send_held(Composite& self) {
+  // The base class takes a refusal to negotiate for the last word.
+  if (std::exchange(self.send_held_first, false))
+    gst_pad_mark_reconfigure(self.element->srcpad);
+  g_autoptr(GstBuffer) buffer = g_steal_pointer(&self.held.buffer);
+  if (!buffer) return GST_FLOW_OK;
+  if (self.composer.take(self.held.place, self.held.info, buffer))
+    return gst_aggregator_finish_buffer(self.element, g_steal_pointer(&buffer));
+  self.statistics.count("frames-lost");
+  return GST_FLOW_OK;
+}
+
+/// Hands on what was held, then \p made, or holds that back while OpenGL draws it.
+GstFlowReturn send(Composite& self, const Made& made) {
+  g_autoptr(GstBuffer) buffer = made.buffer;
+  const GstFlowReturn flow = send_held(self);
+  if (flow != GST_FLOW_OK) return flow;
+  if (!made.place) return gst_aggregator_finish_buffer(self.element, g_steal_pointer(&buffer));
+  const std::int64_t now = self.timing.now();
+  self.held = {g_steal_pointer(&buffer), self.output_info, *made.place,
+               now == no_time ? no_time : now + made.duration};
+  self.timing.hold(made.duration);
+  return GST_FLOW_OK;
+}
 
 Made make_frame(Composite& self, const CompositePads& pads, bool live, bool timeout) {
   const Stopwatch watch;
@@ -200,15 +231,17 @@ Made make_frame(Composite& self, const CompositePads& pads, bool live, bool time
     for (GstAggregatorPad* pad : pads.meshes) gst_object_sync_values(GST_OBJECT(pad), stream_time);
   }
   const CompositeSettings settings = snapshot(self.element, self.settings);
+  std::optional<unsigned> place;
   GstBuffer* out =
-      compose(self, g_steal_pointer(&picture), shown(pads, frame.end, settings.max_mesh_age));
+      compose(self, g_steal_pointer(&picture), shown(pads, frame.end, settings.max_mesh_age),
+              settings.async_readback, place);
   if (!out) return {nullptr, GST_FLOW_FLUSHING};
   self.statistics.count("frames");
   self.statistics.set("frame-ms", watch.milliseconds());
   self.timing.note_work(watch.seconds());
   if (live && frame.begin != no_time) self.pace.note(frame.begin, frame.end - frame.begin, false);
   self.follow(segment);
-  return {out, GST_FLOW_OK};
+  return {out, GST_FLOW_OK, place, frame.end != no_time ? frame.end - frame.begin : 0};
 }
 
 }  // namespace
@@ -235,13 +268,22 @@ GstFlowReturn composite_aggregate(GstAggregator* aggregator, gboolean timeout) {
   return guarded(GST_ELEMENT(self.element), GST_FLOW_ERROR, [&]() -> GstFlowReturn {
     const CompositePads pads(self.element);
     check_background(pads);
-    self.forget_flushed(pads.all, [](GstAggregatorPad* pad) {
+    self.forget_flushed(pads.all, [&self](GstAggregatorPad* pad) {
       if (is_mesh_pad(pad)) state_of<MeshPadState>(pad).forget();
+      if (!is_mesh_pad(pad)) gst_clear_buffer(&self.held.buffer);
     });
+    // It belongs to the segment and the format before.
+    if (self.held.buffer && (self.new_segment || self.send_held_first)) return send_held(self);
     const bool live = self.keep_time(snapshot(self.element, self.settings).live());
     if (live) drop_useless(self, pads.background);
     const Made made = make_frame(self, pads, live, timeout);
-    return made.buffer ? gst_aggregator_finish_buffer(aggregator, made.buffer) : made.flow;
+    if (made.buffer) return send(self, made);
+    const bool overdue = live && made.flow == GST_AGGREGATOR_FLOW_NEED_DATA &&
+                         !peek(pads.background) && self.held.due != no_time &&
+                         self.timing.now() >= self.held.due;
+    if (self.held.buffer && (made.flow == GST_FLOW_EOS || made.flow == GST_FLOW_OK || overdue))
+      return send_held(self);
+    return made.flow;
   });
 }
 
@@ -254,7 +296,8 @@ GstClockTime composite_next_time(GstAggregator* aggregator) {
   const WaitingFrame frame = waiting_frame(self, pads.background);
   if (frame.arrival == nullptr) {
     if (gst_aggregator_pad_is_eos(pads.background)) return self.timing.wake_at(0);
-    return GST_CLOCK_TIME_NONE;
+    const bool held = self.held.buffer && self.held.due != no_time;
+    return held ? self.timing.wake_at(self.held.due) : GST_CLOCK_TIME_NONE;
   }
   if (frame.begin == no_time) return self.timing.wake_at(0);
   for (GstAggregatorPad* pad : pads.meshes) {
@@ -285,6 +328,7 @@ gboolean composite_stop(GstAggregator* aggregator) {
   self.end();
   const CompositePads pads(aggregator);
   for (GstAggregatorPad* pad : pads.meshes) state_of<MeshPadState>(pad).forget();
+  gst_clear_buffer(&self.held.buffer);
   return guarded(GST_ELEMENT_CAST(aggregator), gboolean{FALSE}, [&]() -> gboolean {
     self.gl.release();
     self.composer.reset();

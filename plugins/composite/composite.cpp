@@ -17,7 +17,7 @@
 #include "plugins/composite/caps.h"
 #include "plugins/composite/element.h"
 
-GST_DEBUG_CATEGORY_STATIC(composite_debug);
+GST_DEBUG_CATEGORY(composite_debug);
 #define GST_CAT_DEFAULT composite_debug
 
 namespace polyhull::element {
@@ -61,6 +61,8 @@ GstFlowReturn update_src_caps(GstAggregator* aggregator, GstCaps* wanted, GstCap
   if (!linked) return GST_FLOW_ERROR;
   if (GST_VIDEO_INFO_FORMAT(&self.background_info) != GST_VIDEO_FORMAT_RGBA)
     return GST_AGGREGATOR_FLOW_NEED_DATA;
+  self.send_held_first = self.held.buffer != nullptr;
+  if (self.send_held_first) return GST_AGGREGATOR_FLOW_NEED_DATA;
   GstCaps* own = output_caps(self.background_info, self.background_on_gpu);
   *result = gst_caps_intersect_full(own, wanted, GST_CAPS_INTERSECT_FIRST);
   gst_caps_unref(own);
@@ -180,8 +182,8 @@ gboolean Composite::navigate(GstEvent* event) {
 Composite::Composite(gpointer object)
     : LiveAggregator(object, "composite-stats"), gl(GST_ELEMENT_CAST(object)) {
   forget_formats();
-  statistics.declare({"frames", "frames-overdue", "frames-unwanted", "frame-step", "passed-through",
-                      "no-mesh", "meshes", "meshes-unusable", "announcements",
+  statistics.declare({"frames", "frames-overdue", "frames-unwanted", "frames-lost", "frame-step",
+                      "passed-through", "no-mesh", "meshes", "meshes-unusable", "announcements",
                       "announcements-unusable"});
 }
 
@@ -197,11 +199,12 @@ void Composite::class_init(gpointer klass) {
   add_statistics<Composite>(
       klass,
       "Counters since the start: frames, frames-overdue (left out because they came too late to be "
-      "used), frames-unwanted (left out because not all can be drawn), frame-step (every how many "
-      "frames of the background one is drawn), passed-through (the background went out untouched), "
+      "used), frames-unwanted (left out because not all can be drawn), frames-lost (with async-readback, "
+      "as OpenGL failed), frame-step (every how many frames of the background one is drawn), "
+      "passed-through (the background went out untouched), "
       "backgrounds-converted (to the output's NV12 or I420; one that stays the same is kept), "
-      "drawn, drawn-by-processor, rays (traced by it), no-mesh, meshes, meshes-unusable, "
-      "announcements, announcements-unusable, …-skipped "
+      "drawn, drawn-by-processor, rays (traced by it), gl-failures (OpenGL failed, and the processor "
+      "went on), no-mesh, meshes, meshes-unusable, announcements, announcements-unusable, …-skipped "
       "and …-reused (work left out), scene-planes-taken (new views whose triangles the background's "
       "source had brought to the screen), pictures-uploaded and -skipped, bytes-uploaded; and of the "
       "last frame frame-ms and the milliseconds per pass on the CPU (…-ms) and, of a frame shortly "

@@ -14,6 +14,14 @@
 
 namespace polyhull::element {
 
+/// A frame that OpenGL still draws: the background in its place.
+struct HeldFrame {
+  GstBuffer* buffer = nullptr;  ///< null: none is held
+  GstVideoInfo info;
+  unsigned place = 0;          ///< for FrameComposer::take()
+  std::int64_t due = no_time;  ///< running time when it goes out if no other frame comes
+};
+
 struct Composite : LiveAggregator {
   static constexpr char type_name[] = "PolyhullComposite";
   static void class_init(gpointer klass);
@@ -42,6 +50,8 @@ struct Composite : LiveAggregator {
   GstVideoInfo output_info;
   bool output_on_gpu = false;
   std::uint64_t next_content = 1;
+  HeldFrame held;
+  bool send_held_first = false;  // before the output's format changes
 };
 
 /// References on the sink pads as they are now.

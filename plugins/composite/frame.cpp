@@ -7,6 +7,7 @@
 #include <cstring>
 
 #include "base/error.h"
+#include "plugins/common/guard.h"
 #include "plugins/common/memory/planes_meta.h"
 #include "plugins/common/memory/video_frame.h"
 #include "studio/room/room.h"
@@ -30,10 +31,11 @@ constexpr GstMapFlags on_gpu(GstMapFlags flags) {
 
 FrameComposer::FrameComposer(CompositeGl& gl, Statistics& statistics)
     : gl_(gl), statistics_(statistics) {
-  statistics.declare({"drawn", "drawn-by-processor", "rays", "subject-skipped", "shadow-skipped",
-                      "mirror-skipped", "scene-depth-reused", "scene-planes-taken",
-                      "static-shadow-reused", "mesh-reused", "pictures-uploaded",
-                      "pictures-skipped", "bytes-uploaded", "backgrounds-converted"});
+  statistics.declare({"drawn", "drawn-by-processor", "gl-failures", "rays", "subject-skipped",
+                      "shadow-skipped", "mirror-skipped", "scene-depth-reused",
+                      "scene-planes-taken", "static-shadow-reused", "mesh-reused",
+                      "pictures-uploaded", "pictures-skipped", "bytes-uploaded",
+                      "backgrounds-converted"});
 }
 
 std::shared_ptr<const Scene> FrameComposer::open(const std::string& name) {
@@ -80,12 +82,13 @@ void FrameComposer::prepare(const CompositeSettings& settings, const GstVideoInf
                                               : 1.0f;
     frame_.ambient = Vec3f(0.0f);
   }
+  on_gpu_ = on_gpu;
   // Without a mesh no context is needed, nor made.
   plan_ = {};
   if (frame_.subjects.empty()) return;
   with_gl_ = draws_with_gl(settings.backend, on_gpu);
   if (with_gl_) {
-    gl_.run([this](Compositor& compositor) { plan_ = compositor.plan(frame_, settings_); });
+    plan_ = gl_.plan(frame_, settings_);
   } else {
     if (!processor_) processor_ = std::make_unique<ProcessorRenderer>();
     plan_ = processor_->plan(frame_, settings_);
@@ -94,7 +97,7 @@ void FrameComposer::prepare(const CompositeSettings& settings, const GstVideoInf
 
 /// Has the context ready where OpenGL is chosen.
 bool FrameComposer::draws_with_gl(Backend wanted, bool on_gpu) {
-  if (wanted == Backend::processor) return false;
+  if (wanted == Backend::processor || (gl_failed_ && !on_gpu)) return false;
   if (wanted == Backend::gl || on_gpu) {
     gl_.ensure();
     return true;
@@ -102,14 +105,16 @@ bool FrameComposer::draws_with_gl(Backend wanted, bool on_gpu) {
   return gl_.has_hardware();
 }
 
-void FrameComposer::draw(const FrameBuffers& buffers, GstBuffer* output) {
+std::optional<unsigned> FrameComposer::draw(const FrameBuffers& buffers, GstBuffer* output,
+                                            bool later) {
   if (with_gl_ && buffers.background_on_gpu && buffers.output_on_gpu) {
     draw_on_gpu(buffers, output);
   } else if (is_video_output(*buffers.output)) {
     draw_as_video(buffers, output);
   } else {
-    draw_in_memory(buffers, output);
+    return draw_in_memory(buffers, output, later && !on_gpu_);
   }
+  return std::nullopt;
 }
 
 void FrameComposer::draw_on_gpu(const FrameBuffers& buffers, GstBuffer* output) {
@@ -118,7 +123,7 @@ void FrameComposer::draw_on_gpu(const FrameBuffers& buffers, GstBuffer* output) 
     gst_gl_sync_meta_wait(sync, gl_.context());
   const MappedFrame background(*buffers.info, buffers.background, on_gpu(GST_MAP_READ));
   const MappedFrame target(*buffers.info, output, on_gpu(GST_MAP_WRITE));
-  gl_.run([&](Compositor& compositor) {
+  run_gl([&](Compositor& compositor) {
     compositor.render(frame_, plan_, settings_, background.texture(), target.texture());
     report(compositor);
   });
@@ -131,10 +136,37 @@ void FrameComposer::with_renderer(const std::function<void(Renderer&)>& work) {
     work(renderer);
     report(renderer);
   };
-  if (with_gl_)
-    gl_.run(reported);
-  else if (processor_)
-    reported(*processor_);
+  if (with_gl_ && run_gl(reported)) return;
+  if (processor_) reported(*processor_);
+}
+
+bool FrameComposer::run_gl(const std::function<void(Compositor&)>& work) {
+  try {
+    gl_.run(work);
+    return true;
+  } catch (const Error& error) {
+    give_up_gl(error);
+    return false;
+  }
+}
+
+void FrameComposer::give_up_gl(const Error& why) {
+  if (on_gpu_)
+    throw Error(why.kind(),
+                "OpenGL failed: {} Pictures in its memory cannot be drawn without it. Stop and "
+                "start the pipeline; with pictures in system memory on both sides the processor "
+                "would have gone on.",
+                sentence(why.what()));
+  with_gl_ = false;
+  gl_failed_ = true;
+  if (!processor_) processor_ = std::make_unique<ProcessorRenderer>();
+  gl_.release();
+  statistics_.warn(
+      gl_.element(), "gl-failures",
+      fmt::format("OpenGL failed: {} The processor draws from this frame on, more slowly. Look "
+                  "at the graphics driver's messages, and stop and start the pipeline to draw "
+                  "with OpenGL again.",
+                  sentence(why.what())));
 }
 
 GstBuffer* FrameComposer::background_as_video(const FrameBuffers& buffers) {
@@ -159,10 +191,17 @@ void FrameComposer::draw_as_video(const FrameBuffers& buffers, GstBuffer* output
   });
 }
 
-void FrameComposer::draw_in_memory(const FrameBuffers& buffers, GstBuffer* output) {
+std::optional<unsigned> FrameComposer::draw_in_memory(const FrameBuffers& buffers,
+                                                      GstBuffer* output, bool later) {
+  std::optional<unsigned> place;
   const auto draw = [&](const std::uint8_t* from, int from_stride, std::uint8_t* to,
                         int to_stride) {
     check_strides(from_stride, to_stride);
+    const auto start = [&](Compositor& compositor) {
+      place = compositor.start(frame_, plan_, settings_, from, from_stride);
+      report(compositor);
+    };
+    if (later && with_gl_ && run_gl(start)) return;
     with_renderer([&](Renderer& renderer) {
       renderer.render(frame_, plan_, settings_, from, from_stride, to, to_stride);
     });
@@ -170,7 +209,7 @@ void FrameComposer::draw_in_memory(const FrameBuffers& buffers, GstBuffer* outpu
   if (output == buffers.background) {
     const MappedFrame both(*buffers.info, output, GST_MAP_READWRITE);
     draw(both.data(), both.stride(), both.data(), both.stride());
-    return;
+    return place;
   }
   const MappedFrame background(*buffers.info, buffers.background, GST_MAP_READ);
   const MappedFrame target(*buffers.info, output, GST_MAP_READWRITE);
@@ -179,6 +218,15 @@ void FrameComposer::draw_in_memory(const FrameBuffers& buffers, GstBuffer* outpu
     std::memcpy(target.data() + static_cast<std::ptrdiff_t>(y) * target.stride(),
                 background.data() + static_cast<std::ptrdiff_t>(y) * background.stride(), row);
   draw(background.data(), background.stride(), target.data(), target.stride());
+  return place;
+}
+
+bool FrameComposer::take(unsigned place, const GstVideoInfo& info, GstBuffer* output) {
+  if (gl_failed_) return false;
+  const MappedFrame target(info, output, GST_MAP_READWRITE);
+  return run_gl([&](Compositor& compositor) {
+    compositor.take(place, target.data(), target.stride());
+  });
 }
 
 void FrameComposer::report(const Renderer& renderer) {
@@ -209,6 +257,8 @@ void FrameComposer::report(const Renderer& renderer) {
 }
 
 void FrameComposer::reset() {
+  with_gl_ = false;
+  gl_failed_ = false;
   announcement_.reset();
   processor_.reset();
   background_video_.reset();

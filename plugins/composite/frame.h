@@ -15,6 +15,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/error.h"
 #include "plugins/common/statistics.h"
 #include "plugins/composite/background_video.h"
 #include "plugins/composite/gl.h"
@@ -61,23 +62,36 @@ class FrameComposer {
   GstBuffer* background_as_video(const FrameBuffers& buffers);
 
   /// Draws what prepare() found. \p output holds the background already where it is in system
-  /// memory and not the same buffer. Throws Error.
-  void draw(const FrameBuffers& buffers, GstBuffer* output);
+  /// memory and not the same buffer. Where OpenGL fails, the processor draws this frame and all that
+  /// follow until reset(), and a warning says so; but Error where a picture is in OpenGL's memory.
+  /// With \p later OpenGL is not waited for where both are in system memory and RGBA: then the
+  /// place is returned to take() the picture from, before the second draw() after this one.
+  /// Throws Error.
+  std::optional<unsigned> draw(const FrameBuffers& buffers, GstBuffer* output, bool later);
+
+  /// Completes \p output, RGBA as \p info says, which draw() has left at \p place. False: the picture
+  /// was lost as OpenGL failed. Throws Error.
+  bool take(unsigned place, const GstVideoInfo& info, GstBuffer* output);
 
   void reset();
 
  private:
   std::shared_ptr<const Scene> open(const std::string& name);
   void draw_on_gpu(const FrameBuffers& buffers, GstBuffer* output);
-  void draw_in_memory(const FrameBuffers& buffers, GstBuffer* output);
+  std::optional<unsigned> draw_in_memory(const FrameBuffers& buffers, GstBuffer* output,
+                                         bool later);
   void draw_as_video(const FrameBuffers& buffers, GstBuffer* output);
   void with_renderer(const std::function<void(Renderer&)>& work);
+  bool run_gl(const std::function<void(Compositor&)>& work);  // false: it failed, and is given up
+  void give_up_gl(const Error& why);
   bool draws_with_gl(Backend wanted, bool on_gpu);
   void report(const Renderer& renderer);
 
   CompositeGl& gl_;
   std::unique_ptr<ProcessorRenderer> processor_;
   bool with_gl_ = false;
+  bool on_gpu_ = false;     // a picture of the frame is
+  bool gl_failed_ = false;  // since reset()
   Statistics& statistics_;
   BackgroundVideo background_video_;
   std::optional<Announcement> announcement_;

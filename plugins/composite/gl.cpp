@@ -10,6 +10,9 @@
 #include "plugins/common/object_lock.h"
 #include "render/gl/gl_objects.h"
 
+GST_DEBUG_CATEGORY_EXTERN(composite_debug);
+#define GST_CAT_DEFAULT composite_debug
+
 namespace polyhull::element {
 namespace {
 
@@ -37,13 +40,25 @@ void run_job(GstGLContext*, gpointer data) {
   }
 }
 
+/// On the context's thread, where it is always current unless it is gone: throws Error then.
+void make_current(GstGLContext* context) {
+  const guintptr own = gst_gl_context_get_gl_context(context);
+  const GstGLPlatform platform = gst_gl_context_get_gl_platform(context);
+  const auto is_current = [&] {
+    return own != 0 && gst_gl_context_get_current_gl_context(platform) == own;
+  };
+  if (is_current() || (gst_gl_context_activate(context, TRUE) && is_current())) return;
+  throw Error(Error::Kind::unsupported, "The OpenGL context is gone: it cannot be made current.");
+}
+
 /// On the context's thread; exceptions come through. One at a time in this process where Mesa's
 /// software rasteriser draws: each of its contexts looks into the lists of all others without a
 /// lock when it samples or maps a texture (lp_setup_is_resource_referenced, Mesa 22.3), and crashes
 /// when another one is drawing.
 void on_thread(GstGLContext* context, const std::function<void()>& work) {
   static std::mutex software_rasteriser;
-  const std::function<void()> alone = [&work] {
+  const std::function<void()> alone = [&] {
+    make_current(context);
     std::unique_lock lock(software_rasteriser, std::defer_lock);
     if (gl::is_software()) lock.lock();
     work();
@@ -151,7 +166,15 @@ void CompositeGl::run(const std::function<void(Compositor&)>& work) {
 }
 
 void CompositeGl::release() {
-  if (compositor_) on_thread(context_, [this] { compositor_.reset(); });
+  try {
+    if (compositor_) on_thread(context_, [this] { compositor_.reset(); });
+  } catch (const Error& error) {
+    GST_INFO_OBJECT(element_, "let go without OpenGL: %s", error.what());
+    compositor_->abandon();
+    compositor_.reset();
+    const ObjectLock lock(display_);
+    gst_gl_display_remove_context(display_, context_);  // nobody else shall find it there
+  }
   const std::scoped_lock lock(mutex_);
   gst_clear_object(&context_);
 }

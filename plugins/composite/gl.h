@@ -41,14 +41,20 @@ class CompositeGl {
   /// machine has no such device.
   bool has_hardware();
 
-  /// Lets go of the compositor and the context.
+  /// Lets go of the compositor and the context, which may be gone by itself.
   void release();
 
+  /// The compositor's plan, after ensure(). Needs no OpenGL. Throws Error as Renderer::plan().
+  RenderPlan plan(const RenderFrame& frame, const RenderSettings& settings) {
+    return compositor_->plan(frame, settings);
+  }
+
   /// Calls \p work with the compositor, after ensure(), on the context's thread and waits.
-  /// Exceptions come through.
+  /// Exceptions come through; Error (unsupported) where the context is gone.
   void run(const std::function<void(Compositor&)>& work);
 
   GstGLContext* context() const { return context_; }
+  GstElement* element() const { return element_; }
 
  private:
   void find_context();

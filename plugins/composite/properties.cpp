@@ -91,6 +91,11 @@ std::span<const Property<CompositeSettings>> composite_properties() {
           "soft-edges", "Soft edges",
           "Whether outlines are as soft as the mattes in the views' alpha, for hair and fur; "
           "otherwise they are the hull's polygons."),
+      property<&S::async_readback>(
+          "async-readback", "Asynchronous read-back",
+          "Whether a picture that OpenGL draws for system memory (RGBA) is handed on one frame "
+          "later, so that nothing waits for the graphics processor. The latency has that frame in "
+          "it."),
       property<&S::skip>("skip", "Skip",
                          "Whether work that changes no pixel is left out. The picture is the same "
                          "without, only slower: for tests."),

@@ -27,6 +27,7 @@ struct CompositeSettings : ViewportSettings {
   double reflection_alpha = RenderSettings{}.reflection_alpha;
   int edge_samples = RenderSettings{}.edge_samples;
   bool soft_edges = RenderSettings{}.soft_edges;
+  bool async_readback = false;
   bool skip = RenderSettings{}.skip;
   bool navigate = true;
   std::uint64_t max_mesh_age = G_MAXUINT64;

@@ -114,6 +114,32 @@ TEST_P(CompositorTest, StandsInTheSceneLikeTheTruth) {
   EXPECT_GT(shaded, processor() ? 48.5 : 45.5);
 }
 
+TEST_P(CompositorTest, TakesTheSamePicturesLater) {
+  if (processor()) GTEST_SKIP() << "only OpenGL draws while others work";
+  Stage stage(320, 180);
+  stage.fill_background(90);
+  Compositor compositor;
+  Picture wanted[3], taken[3];
+  unsigned places[3] = {};
+  const int stride = 4 * stage.frame.width;
+  for (int i = 0; i < 3; ++i) {
+    stage.frame.subjects[0].placement.translate = {0.5 * i, 0, 0};
+    wanted[i] = composite(compositor, stage, {});
+  }
+  for (int i = 0; i < 3; ++i) {
+    stage.frame.subjects[0].placement.translate = {0.5 * i, 0, 0};
+    taken[i] = stage.background;
+    const RenderPlan plan = compositor.plan(stage.frame, {});
+    places[i] = compositor.start(stage.frame, plan, {}, stage.background.pixels.data(), stride);
+    if (i > 0) compositor.take(places[i - 1], taken[i - 1].pixels.data(), stride);
+  }
+  compositor.take(places[2], taken[2].pixels.data(), stride);
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_NE(wanted[i].pixels, stage.background.pixels);
+    EXPECT_EQ(taken[i].pixels, wanted[i].pixels) << i;
+  }
+}
+
 TEST_P(CompositorTest, SkippingChangesNoBit) {
   Stage stage(320, 180);
   stage.trace_background(2, 1);

@@ -6,6 +6,7 @@
 
 #include "base/error.h"
 #include "render/gl/passes.h"
+#include "render/gl/pixel_readings.h"
 #include "render/view_picture.h"
 
 namespace polyhull {
@@ -20,12 +21,6 @@ struct SkinKey {
   int levels = 0;  // of smaller pictures; more than needed do no harm
   bool all_views = false, soft = false;
   bool operator==(const SkinKey&) const = default;
-};
-
-/// What of the picture's tiles is drawn with the same layers.
-struct BlendTiles {
-  bool mirror = false, subject = false;
-  std::vector<Tile> tiles;
 };
 
 }  // namespace
@@ -44,6 +39,7 @@ struct Compositor::State {
   MirrorPass mirror;
   gl::Texture background, output;
   gl::Framebuffer target, source;
+  gl::PixelReadings readings;
   TileDrawing drawing;
   int background_width = 0, background_height = 0;
   gl::PassTimer timer;
@@ -123,29 +119,6 @@ void Compositor::State::draw_front(const PassInput& in) {
   if (in.settings.soft_edges) skin.draw_ribbons(in, clip);
   front.resolve(part);
   if (!gl::is_embedded()) glDisable(GL_FRAMEBUFFER_SRGB);
-}
-
-/// The tiles that the plan's layers touch, by the layers; those that only the shadow may touch last.
-std::vector<BlendTiles> blend_tiles(const PassInput& in) {
-  const int width = in.frame.width, height = in.frame.height;
-  const Rectangle whole{0, 0, width, height};
-  TileMask subject(width, height), mirror(width, height), shadow(width, height);
-  shadow.add(in.plan.shadow);
-  for (const PlacedSubject& placed : in.plan.subjects) {
-    subject.add(placed, in.plan.clip_from_scene, intersection(in.plan.subject, whole),
-                placed.beyond);
-    if (const Mirror* m = mirror_of(in.frame, in.plan))
-      mirror.add(placed, in.plan.clip_from_scene * reflection(Vec3(m->normal), m->offset),
-                 intersection(in.plan.mirror, whole));
-  }
-  std::vector<BlendTiles> out = {{true, true, {}}, {true, false, {}}, {false, true, {}}, {}};
-  for (int y = 0; y < subject.rows(); ++y)
-    for (int x = 0; x < subject.columns(); ++x)
-      for (BlendTiles& kind : out)
-        if (kind.mirror == mirror.has(x, y) && kind.subject == subject.has(x, y) &&
-            (kind.mirror || kind.subject || shadow.has(x, y)))
-          kind.tiles.push_back({static_cast<std::uint16_t>(x), static_cast<std::uint16_t>(y)});
-  return out;
 }
 
 gl::Program& Compositor::State::blend_program(bool with_shadow, const BlendTiles& tiles) {
@@ -305,9 +278,15 @@ Compositor::Compositor() {
 
 Compositor::~Compositor() = default;
 
+void Compositor::abandon() {
+  const gl::ContextGone gone;
+  state_.reset();
+}
+
 void Compositor::render(const RenderFrame& frame, const RenderPlan& plan,
                         const RenderSettings& settings, unsigned background, unsigned target) {
   State& s = *state_;
+  gl::forget_errors();
   s.statistics = {};
   s.timer.next_frame();
   s.timer.begin(Pass::upload);
@@ -321,16 +300,16 @@ void Compositor::render(const RenderFrame& frame, const RenderPlan& plan,
   s.draw_blend(in, background, target);
   s.timer.end();
   s.finish(plan);
+  gl::check_errors();
 }
 
-void Compositor::render(const RenderFrame& frame, const RenderPlan& plan,
-                        const RenderSettings& settings, const std::uint8_t* background,
-                        int background_stride, std::uint8_t* target, int target_stride) {
+/// Draws what changes into the output's texture, which is then what is read from.
+void Compositor::draw(const RenderFrame& frame, const RenderPlan& plan,
+                      const RenderSettings& settings, const std::uint8_t* background,
+                      int background_stride) {
   State& s = *state_;
-  s.statistics = {};
-  s.timer.next_frame();
   const Rectangle changed = plan.changed();
-  if (changed.empty()) return s.finish(plan);
+  gl::forget_errors();
   s.timer.begin(Pass::upload);
   s.use_scene(frame);
   s.upload_subjects(frame, plan, settings);
@@ -362,14 +341,47 @@ void Compositor::render(const RenderFrame& frame, const RenderPlan& plan,
   s.copy(s.background.get(), s.output.get(), changed);
   s.draw_blend(in, s.background.get(), s.output.get());
   s.timer.end();
-  s.timer.begin(Pass::read_back);
+  gl::check_errors();
   glBindFramebuffer(GL_READ_FRAMEBUFFER, s.target.get());
   glPixelStorei(GL_PACK_ALIGNMENT, 4);
+}
+
+void Compositor::render(const RenderFrame& frame, const RenderPlan& plan,
+                        const RenderSettings& settings, const std::uint8_t* background,
+                        int background_stride, std::uint8_t* target, int target_stride) {
+  State& s = *state_;
+  s.statistics = {};
+  s.timer.next_frame();
+  const Rectangle changed = plan.changed();
+  if (changed.empty()) return s.finish(plan);
+  // Fails before anything is written, so that target can be drawn otherwise.
+  draw(frame, plan, settings, background, background_stride);
+  s.timer.begin(Pass::read_back);
   glPixelStorei(GL_PACK_ROW_LENGTH, target_stride / 4);
   glReadPixels(changed.x, changed.y, changed.width, changed.height, GL_RGBA, GL_UNSIGNED_BYTE,
                target + static_cast<std::ptrdiff_t>(changed.y) * target_stride + 4 * changed.x);
   s.timer.end();
   s.finish(plan);
+  gl::check_errors();
+}
+
+unsigned Compositor::start(const RenderFrame& frame, const RenderPlan& plan,
+                           const RenderSettings& settings, const std::uint8_t* background,
+                           int background_stride) {
+  State& s = *state_;
+  s.statistics = {};
+  s.timer.next_frame();
+  if (!plan.changed().empty()) draw(frame, plan, settings, background, background_stride);
+  s.timer.begin(Pass::read_back);
+  const unsigned place = s.readings.start(plan.changed());
+  s.timer.end();
+  s.finish(plan);
+  gl::check_errors();
+  return place;
+}
+
+void Compositor::take(unsigned place, std::uint8_t* target, int target_stride) {
+  state_->readings.take(place, target, target_stride);
 }
 
 void Compositor::wait_for_passes(bool wait) {

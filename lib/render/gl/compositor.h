@@ -23,14 +23,28 @@ class Compositor : public Renderer {
   ~Compositor() override;
 
   /// Draws into the RGBA8 texture \p target of the frame's size, all of it; \p background another
-  /// such texture. Throws Error where OpenGL refuses.
+  /// such texture. Throws Error where OpenGL refuses, has too little memory, or loses the context.
   void render(const RenderFrame& frame, const RenderPlan& plan, const RenderSettings& settings,
               unsigned background, unsigned target);
 
   void render(const RenderFrame& frame, const RenderPlan& plan, const RenderSettings& settings,
               const std::uint8_t* background, int background_stride, std::uint8_t* target,
               int target_stride) override;
+  /// Starts what render() does in memory, and returns once the commands are given: the place to
+  /// take() the picture from, until the second start() after this one. \p background may be written
+  /// to at once. Throws Error as render().
+  unsigned start(const RenderFrame& frame, const RenderPlan& plan, const RenderSettings& settings,
+                 const std::uint8_t* background, int background_stride);
+
+  /// Waits until the picture at \p place is drawn and writes its changed part to \p target, which
+  /// holds the background, in rows \p target_stride bytes apart. Throws Error where OpenGL fails.
+  void take(unsigned place, std::uint8_t* target, int target_stride);
+
   std::string description() const override;
+
+  /// For when the context is gone: lets go of everything without calling OpenGL. Only the destructor
+  /// may follow.
+  void abandon();
 
   /// Waits after each pass until it is drawn, for benchmarks: RenderStatistics::PassTime's
   /// processor time is then the whole of the pass alone. Frames take longer for it.
@@ -38,6 +52,8 @@ class Compositor : public Renderer {
 
  private:
   struct State;
+  void draw(const RenderFrame& frame, const RenderPlan& plan, const RenderSettings& settings,
+            const std::uint8_t* background, int background_stride);
   std::unique_ptr<State> state_;
 };
 

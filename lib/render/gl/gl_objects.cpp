@@ -7,6 +7,44 @@
 #include "base/error.h"
 
 namespace polyhull::gl {
+namespace {
+
+thread_local bool gone = false;
+
+// A lost context may report errors for ever.
+constexpr int most_errors = 16;
+
+}  // namespace
+
+ContextGone::ContextGone() {
+  gone = true;
+}
+
+ContextGone::~ContextGone() {
+  gone = false;
+}
+
+bool context_gone() {
+  return gone;
+}
+
+void forget_errors() {
+  for (int i = 0; i < most_errors && glGetError() != GL_NO_ERROR; ++i) {
+  }
+}
+
+void check_errors() {
+  for (int i = 0; i < most_errors; ++i) {
+    const GLenum error = glGetError();
+    if (error == GL_NO_ERROR) return;
+    if (error == GL_OUT_OF_MEMORY)
+      throw Error(Error::Kind::unsupported,
+                  "The graphics processor's memory is not enough for this picture.");
+    if (error == GL_CONTEXT_LOST)
+      throw Error(Error::Kind::unsupported,
+                  "The graphics processor was reset and the OpenGL context is lost.");
+  }
+}
 
 void bind_texture(int unit, GLenum target, GLuint texture, GLuint sampler) {
   glActiveTexture(GL_TEXTURE0 + static_cast<GLenum>(unit));

@@ -12,6 +12,16 @@
 
 namespace polyhull::gl {
 
+/// While one lives, the context of all objects that this thread destroys is gone: they are only
+/// forgotten, since no OpenGL can be called without a context.
+class ContextGone {
+ public:
+  ContextGone();
+  ~ContextGone();
+  ContextGone(const ContextGone&) = delete;
+};
+bool context_gone();
+
 /// Owns one object name; Kind tells how it is made and deleted.
 template <typename Kind>
 class Object {
@@ -30,7 +40,7 @@ class Object {
   }
   bool made() const { return name_ != 0; }
   void reset() {
-    if (name_ != 0) Kind::remove(&name_);
+    if (name_ != 0 && !context_gone()) Kind::remove(&name_);
     name_ = 0;
   }
 
@@ -81,6 +91,13 @@ void scissor(const Rectangle& rectangle);
 
 /// Throws Error when the bound draw framebuffer is not complete; \p what names it.
 void check_framebuffer(const char* what);
+
+/// Forgets the errors that others have left in the current context.
+void forget_errors();
+
+/// Throws Error (unsupported) where OpenGL has run out of memory or lost the context since
+/// forget_errors(): what was drawn is then not to be used.
+void check_errors();
 
 /// Whether the current context is OpenGL ES.
 bool is_embedded();

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "render/gl/pass_timer.h"
 
+#include "render/gl/gl_objects.h"
+
 namespace polyhull::gl {
 
 const char* pass_name(Pass pass) {
@@ -17,6 +19,7 @@ bool PassTimer::available() {
 }
 
 PassTimer::~PassTimer() {
+  if (context_gone()) return;
   for (auto& frame : queries_)
     if (frame[0] != 0) glDeleteQueries(pass_count, frame.data());
 }

@@ -110,4 +110,13 @@ class MirrorPass {
   gl::LightLayer shown_;
 };
 
+/// What of the picture's tiles is drawn with the same layers.
+struct BlendTiles {
+  bool mirror = false, subject = false;
+  std::vector<Tile> tiles;
+};
+
+/// The tiles that the plan's layers touch, by the layers; those that only the shadow may touch last.
+std::vector<BlendTiles> blend_tiles(const PassInput& in);
+
 }  // namespace polyhull

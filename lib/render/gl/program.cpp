@@ -80,7 +80,7 @@ Program::Program(std::string_view vertex, std::string_view fragment,
 }
 
 Program::~Program() {
-  if (name_ != 0) glDeleteProgram(name_);
+  if (name_ != 0 && !context_gone()) glDeleteProgram(name_);
 }
 Program::Program(Program&& other) noexcept
     : name_(std::exchange(other.name_, 0)), locations_(std::move(other.locations_)) {}

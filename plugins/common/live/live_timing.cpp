@@ -31,6 +31,7 @@ void LiveTiming::start(const LiveSettings& settings) {
     const std::scoped_lock lock(mutex_);
     work_.reset();
     work_time_ = 0;
+    held_ = 0;
     latency_ = 0;
     clock_.reset();
   }
@@ -98,7 +99,7 @@ bool LiveTiming::learn(const LiveSettings& settings, bool playing) {
     wait_ = extra_ + std::clamp<std::int64_t>(latest ? *latest + margin : unknown_wait, 0, limit);
   }
   work_time_ = now != no_time ? work_.usually_largest(now).value_or(0) : 0;
-  const std::int64_t latency = std::max(sources, wait_.load()) + work_time_;
+  const std::int64_t latency = std::max(sources, wait_.load()) + work_time_ + held_;
   if (latency > latency_ || latency < latency_ - steady) {
     latency_ = latency;
     return true;
@@ -127,7 +128,7 @@ bool LiveTiming::answer(GstQuery* query) {
   answered_ = true;
   gboolean live = FALSE;
   gst_query_parse_latency(query, &live, nullptr, nullptr);
-  const std::int64_t least = std::max(reported_by_sources(), wait_.load()) + work_time_;
+  const std::int64_t least = std::max(reported_by_sources(), wait_.load()) + work_time_ + held_;
   latency_ = std::max(latency_.load(), least);
   gst_query_set_latency(query, live, static_cast<GstClockTime>(latency_.load()),
                         GST_CLOCK_TIME_NONE);

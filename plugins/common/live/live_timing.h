@@ -5,9 +5,9 @@
 /// An instant t is waited for until t + wait. The wait is what the inputs have shown to need, the
 /// largest lateness of the last ten seconds and 6 ms (50 ms before anything has come), or what is
 /// set by hand beyond the latency of the sources and of the stages between; the pads hold as much
-/// as has to wait. The element reports the latency max(sources' latency, wait) + work, work being
-/// the longest time that one instant has taken in the last ten seconds, apart from the worst 0.6 s of
-/// them: what is made ready once, at the start, makes nobody wait.
+/// as has to wait. The element reports the latency max(sources' latency, wait) + work, and
+/// what hold() adds, work being the longest time that one instant has taken in the last ten seconds,
+/// apart from the worst 0.6 s of them: what is made ready once, at the start, makes nobody wait.
 #pragma once
 
 #include <gst/base/gstaggregator.h>
@@ -51,6 +51,10 @@ class LiveTiming {
   /// Notes how many seconds of work one instant has taken.
   void note_work(double seconds);
 
+  /// From now on what is made of an instant is held back for \p time more, ns, which the latency
+  /// has then in it.
+  void hold(std::int64_t time) { held_ = time; }
+
   /// How long after its running time an instant is waited for, ns.
   std::int64_t wait() const { return wait_; }
   /// The latency that is reported, ns.
@@ -75,7 +79,7 @@ class LiveTiming {
   GstAggregator* element_;
   std::mutex mutex_;  // one thread learns at a time; protects work_
   LatenessWindow work_;
-  std::atomic<std::int64_t> wait_{0}, work_time_{0}, latency_{0}, limit_{0};
+  std::atomic<std::int64_t> wait_{0}, work_time_{0}, held_{0}, latency_{0}, limit_{0};
   // How much the pads hold, which the base class takes for the sources' latency (its property
   // min-upstream-latency) and adds to deadlines, as it adds its property latency.
   std::atomic<std::int64_t> room_{0}, extra_{0};

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// Parts of pictures on their way from OpenGL to memory, which nobody waits for until they are
+/// wanted.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "base/vector.h"
+#include "render/gl/gl_objects.h"
+
+namespace polyhull::gl {
+
+class PixelReadings {
+ public:
+  /// Starts reading \p part (maybe empty) of the bound read framebuffer, RGBA8: the place to take()
+  /// it from, until the second start() after this one.
+  unsigned start(const Rectangle& part);
+
+  /// Waits until what was started at \p place is there, and writes it to its place in the picture
+  /// \p target, whose rows are \p stride bytes apart. Throws Error (unsupported) where OpenGL fails.
+  void take(unsigned place, std::uint8_t* target, int stride);
+
+ private:
+  struct Reading {
+    Buffer pixels;
+    std::size_t room = 0;  // bytes
+    Rectangle part;
+  };
+  Reading readings_[2];
+  unsigned next_ = 0;
+};
+
+}  // namespace polyhull::gl
