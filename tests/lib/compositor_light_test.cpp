@@ -278,7 +278,6 @@ TEST_P(CompositorLightTest, WhatTheMirrorShowedIsThePicturesOwn) {
 
 // What a mirror shows of the floor lacks the light that the subject takes there.
 TEST_P(CompositorLightTest, TheShadowIsSeenInTheMirror) {
-  if (!processor()) GTEST_SKIP() << "OpenGL does not draw it yet";
   Material plaster, metal;
   plaster.base_colour = {0.6f, 0.5f, 0.4f};
   metal.base_colour = {0.9f, 0.7f, 0.5f};

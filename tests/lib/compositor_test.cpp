@@ -60,11 +60,12 @@ TEST_P(CompositorTest, EveryShaderCompiles) {
          {"place.glsl"});
   link("tiles.vert", "shadow_blur.frag", {});
   link("scene.vert", "scene_layer.frag", {}, {"material.glsl"});
+  link("scene.vert", "scene_layer.frag", {"CLIPPED"}, {"material.glsl"});
   link("fullscreen.vert", "reach.frag", {}, {"place.glsl"});
   link("fullscreen.vert", "shadow_tiles.frag", {});
   link("scene.vert", "mirrored_scene.frag", {lights}, {"material.glsl"});
   for (const char* step : {"GRID_STEP 1", "GRID_STEP 2"})
-    for (const char* layers : {"SHADOW", "MIRROR", "SUBJECT"})
+    for (const char* layers : {"SHADOW", "MIRROR_SHADOW", "MIRROR", "SUBJECT"})
       link("tiles.vert", "composite.frag", {step, layers});
   // Whatever is in shaders/ is one of these.
   for (const ShaderSource& shader : shader_sources()) {

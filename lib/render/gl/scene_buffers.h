@@ -22,8 +22,9 @@ class SceneBuffers {
   void draw() const;
 
   /// Mesh by mesh with its material's uniforms (shaders/material.glsl), the texture on unit
-  /// \p unit.
-  void draw_with_materials(const Scene& scene, gl::Program& program, int unit) const;
+  /// \p unit; the uniform `marked` is set for mesh \p marked alone.
+  void draw_with_materials(const Scene& scene, gl::Program& program, int unit,
+                           int marked = -1) const;
 
   /// One mesh alone.
   void draw_mesh(int mesh) const;

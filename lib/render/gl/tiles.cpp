@@ -60,7 +60,7 @@ void TileMask::add(const PlacedSubject& subject, const Mat4& clip_from_scene,
 }
 
 void TileDrawing::draw(gl::Program& program, std::span<const Tile> tiles, int width, int height,
-                       int side, int unit, GLuint shaded, bool wanted) {
+                       int side, int unit, GLuint shaded, bool wanted, GLuint also) {
   if (tiles.empty()) return;
   glBindVertexArray(array_.get());
   glBindBuffer(GL_ARRAY_BUFFER, list_.get());
@@ -74,6 +74,8 @@ void TileDrawing::draw(gl::Program& program, std::span<const Tile> tiles, int wi
   program.set("shaded", unit);
   program.set("wanted", shaded == 0 ? -1 : static_cast<int>(wanted));
   gl::bind_texture(unit, GL_TEXTURE_2D, shaded);
+  program.set("also", unit + 1);
+  gl::bind_texture(unit + 1, GL_TEXTURE_2D, also == 0 ? shaded : also);
   glDrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, static_cast<GLsizei>(tiles.size()));
 }
 
