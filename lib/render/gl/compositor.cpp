@@ -163,7 +163,7 @@ bool Compositor::State::draw_scene(const PassInput& in) {
       whole ? Rectangle{0, 0, in.frame.width, in.frame.height} : plan.shadow,
       !plan.shadow.empty() || mirrored, scene);
   if (!mirrored) return kept;
-  return mirrored_layers.draw(in.frame, in.settings, view_in_mirror(in.frame, plan),
+  return mirrored_layers.draw(in.frame, in.settings, view_in_mirror(in.frame, plan, layers.albedo()),
                               around_mirror_shadow(in.frame, plan), true, scene) &&
          kept;
 }

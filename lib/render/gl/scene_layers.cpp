@@ -31,15 +31,15 @@ Rectangle ShadowGrid::under(const Rectangle& part, int border) const {
 LayerView direct_view(const RenderFrame& frame, const RenderPlan& plan) {
   const PixelRays rays(resized(frame.viewport, frame.width, frame.height));
   const int marked = plan.mirror_shadow.empty() ? -1 : mirror_of(frame, plan)->mesh;
-  return {plan.clip_from_scene, plan.eye, rays, std::nullopt, marked};
+  return {plan.clip_from_scene, plan.eye, rays, std::nullopt, 0, marked};
 }
 
-LayerView view_in_mirror(const RenderFrame& frame, const RenderPlan& plan) {
+LayerView view_in_mirror(const RenderFrame& frame, const RenderPlan& plan, GLuint seen) {
   const Mirror& mirror = *mirror_of(frame, plan);
   const Mat4 turned = reflection(Vec3(mirror.normal), mirror.offset);
   const PixelRays rays(resized(frame.viewport, frame.width, frame.height));
   return {plan.clip_from_scene * turned, Vec3(turned * Vec4(plan.eye, 1.0)),
-          reflected(rays, mirror.normal), glm::vec4(kept_side(mirror)), -1};
+          reflected(rays, mirror.normal), glm::vec4(kept_side(mirror)), seen, -1};
 }
 
 bool SceneLayers::draw(const RenderFrame& frame, const RenderSettings& settings,
@@ -92,7 +92,11 @@ void SceneLayers::draw_surfaces(const RenderFrame& frame, const SceneBuffers& sc
   program.use();
   program.set("clip_from_scene", glm::mat4(view_.clip_from_scene));
   program.set("eye", glm::vec3(view_.eye));
-  if (view_.kept) program.set("plane", *view_.kept);
+  if (view_.kept) {
+    program.set("plane", *view_.kept);
+    program.set("mirror_seen", 1);
+    gl::bind_texture(1, GL_TEXTURE_2D, view_.mirror);
+  }
   program.set("base_texture", 0);
   glBindSampler(0, 0);
   scene.draw_with_materials(*frame.scene, program, 0, view_.mirror_mesh);

@@ -30,14 +30,16 @@ struct LayerView {
   Vec3 eye{0.0};
   PixelRays rays;                 ///< from the eye through the picture's pixels
   std::optional<glm::vec4> kept;  ///< in a mirror: its kept_side()
+  GLuint mirror = 0;              ///< in a mirror: SceneLayers::albedo() that marks where it is seen
   int mirror_mesh = -1;           ///< the mirror that SceneLayers::albedo() marks; -1: none
 };
 
 /// The viewport of \p plan; where its mirror shows the shadow, with that mirror marked.
 LayerView direct_view(const RenderFrame& frame, const RenderPlan& plan);
 
-/// The viewport's image in the plan's mirror, which is there.
-LayerView view_in_mirror(const RenderFrame& frame, const RenderPlan& plan);
+/// The viewport's image in the plan's mirror, where \p seen, the viewport's SceneLayers::albedo(),
+/// marks that.
+LayerView view_in_mirror(const RenderFrame& frame, const RenderPlan& plan, GLuint seen);
 
 class SceneLayers {
  public:
