@@ -109,10 +109,10 @@ TEST_P(CompositorTest, StandsInTheSceneLikeTheTruth) {
   std::printf(
       "FLIP %.4f, PSNR whole %.2f dB (background %.2f), shadow and mirror image %.2f dB (background %.2f)\n",
       flip, whole, without, shaded, unshaded);
-  // Measured: 40.95 and 46.72 with OpenGL, 40.98 and 49.33 on the processor.
+  // Measured: 41.00 and 48.67 with OpenGL, 40.98 and 49.33 on the processor.
   EXPECT_GT(whole, 40.5);
   EXPECT_LT(flip, 0.02);
-  EXPECT_GT(shaded, processor() ? 48.5 : 46.4);
+  EXPECT_GT(shaded, processor() ? 48.5 : 48.2);
 }
 
 TEST_P(CompositorTest, SkippingChangesNoBit) {
