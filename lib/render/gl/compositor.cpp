@@ -141,17 +141,6 @@ void Compositor::State::draw_blend(const PassInput& in, GLuint background_textur
                   front.texture()});
 }
 
-/// Where the shadow that the plan's mirror shows is computed: what the blend asks beside a pixel is
-/// there, too.
-Rectangle around_mirror_shadow(const RenderFrame& frame, const RenderPlan& plan) {
-  const Rectangle& part = plan.mirror_shadow;
-  constexpr int around = 8;
-  if (part.empty()) return {};
-  return intersection(
-      {part.x - around, part.y - around, part.width + 2 * around, part.height + 2 * around},
-      {0, 0, frame.width, frame.height});
-}
-
 /// Makes ready the scene as the viewport and the plan's mirror see it; returns whether all was kept.
 bool Compositor::State::draw_scene(const PassInput& in) {
   const RenderPlan& plan = in.plan;
@@ -164,15 +153,16 @@ bool Compositor::State::draw_scene(const PassInput& in) {
       !plan.shadow.empty() || mirrored, scene);
   if (!mirrored) return kept;
   return mirrored_layers.draw(in.frame, in.settings, view_in_mirror(in.frame, plan, layers.albedo()),
-                              around_mirror_shadow(in.frame, plan), true, scene) &&
+                              plan.mirror_shadow, true, scene) &&
          kept;
 }
 
 void Compositor::State::draw_shadows(const PassInput& in) {
-  const Rectangle around = around_mirror_shadow(in.frame, in.plan);
-  const Rectangle asked = bounding(in.plan.shadow, around);
-  if (!in.plan.shadow.empty()) shadow.draw(in, maps, layers, in.plan.shadow, asked);
-  if (!around.empty()) mirror_shadow.draw(in, maps, mirrored_layers, around, asked);
+  const RenderPlan& plan = in.plan;
+  const Rectangle asked = bounding(plan.shadow, plan.mirror_shadow);
+  if (!plan.shadow.empty()) shadow.draw(in, maps, layers, plan.shadow, asked);
+  if (!plan.mirror_shadow.empty())
+    mirror_shadow.draw(in, maps, mirrored_layers, plan.mirror_shadow, asked);
 }
 
 void Compositor::State::draw_layers(const RenderFrame& frame, const RenderPlan& plan,
