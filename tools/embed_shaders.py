@@ -9,7 +9,7 @@ import sys
 
 output, *names = sys.argv[1:]
 with open(output, "w", encoding="utf-8") as out:
-    out.write('// Made by tools/embed_shaders.py from shaders/.\n#include "render/gl/shader_sources.h"\n\n')
+    out.write('// Made by tools/embed_shaders.py from shaders/.\n#include "render/gl/objects/shader_sources.h"\n\n')
     out.write("namespace polyhull {\n\nstd::span<const ShaderSource> shader_sources() {\n")
     out.write("  static constexpr ShaderSource sources[] = {\n")
     for name in names:

@@ -5,7 +5,7 @@
 ///
 /// In linear light, per pixel, with L the background's radiance times the exposure:
 ///   L' = L - (albedo / pi) * E_taken            the main light that the subjects block, here and, by
-///          - F (albedo_m / pi) * E_taken_m        F, where a mirror looks (processor only)
+///          - F (albedo_m / pi) * E_taken_m        F, where a mirror looks
 ///   L" = L' + F * S - min(F * R, L')            F Schlick's Fresnel term of the mirror, S the
 ///                                               subject's image in it, R what it showed there; of
 ///                                               metal that is all there was, L'

@@ -8,7 +8,7 @@
 
 #include "base/error.h"
 #include "plugins/common/object_lock.h"
-#include "render/gl/gl_objects.h"
+#include "render/gl/objects/gl_objects.h"
 
 GST_DEBUG_CATEGORY_EXTERN(composite_debug);
 #define GST_CAT_DEFAULT composite_debug

@@ -13,9 +13,9 @@
 #include "base/error.h"
 #include "figure_stage.h"
 #include "flip.h"
-#include "render/gl/gl_objects.h"
-#include "render/gl/program.h"
-#include "render/gl/shader_sources.h"
+#include "render/gl/objects/gl_objects.h"
+#include "render/gl/objects/program.h"
+#include "render/gl/objects/shader_sources.h"
 #include "simple_trace.h"
 #include "synthetic.h"
 #include "texture/texture_hull.h"
@@ -60,11 +60,12 @@ TEST_P(CompositorTest, EveryShaderCompiles) {
          {"place.glsl"});
   link("tiles.vert", "shadow_blur.frag", {});
   link("scene.vert", "scene_layer.frag", {}, {"material.glsl"});
+  link("scene.vert", "scene_layer.frag", {"CLIPPED"}, {"material.glsl"});
   link("fullscreen.vert", "reach.frag", {}, {"place.glsl"});
   link("fullscreen.vert", "shadow_tiles.frag", {});
   link("scene.vert", "mirrored_scene.frag", {lights}, {"material.glsl"});
   for (const char* step : {"GRID_STEP 1", "GRID_STEP 2"})
-    for (const char* layers : {"SHADOW", "MIRROR", "SUBJECT"})
+    for (const char* layers : {"SHADOW", "MIRROR_SHADOW", "MIRROR", "SUBJECT"})
       link("tiles.vert", "composite.frag", {step, layers});
   // Whatever is in shaders/ is one of these.
   for (const ShaderSource& shader : shader_sources()) {
@@ -108,10 +109,10 @@ TEST_P(CompositorTest, StandsInTheSceneLikeTheTruth) {
   std::printf(
       "FLIP %.4f, PSNR whole %.2f dB (background %.2f), shadow and mirror image %.2f dB (background %.2f)\n",
       flip, whole, without, shaded, unshaded);
-  // Measured: 40.93 and 46.00 with OpenGL, 40.98 and 49.33 on the processor.
+  // Measured: 41.00 and 48.67 with OpenGL, 40.98 and 49.33 on the processor.
   EXPECT_GT(whole, 40.5);
   EXPECT_LT(flip, 0.02);
-  EXPECT_GT(shaded, processor() ? 48.5 : 45.5);
+  EXPECT_GT(shaded, processor() ? 48.5 : 48.2);
 }
 
 TEST_P(CompositorTest, TakesTheSamePicturesLater) {

@@ -6,7 +6,7 @@
 
 #include "base/error.h"
 #include "render/gl/passes.h"
-#include "render/gl/pixel_readings.h"
+#include "render/gl/objects/pixel_readings.h"
 #include "render/view_picture.h"
 
 namespace polyhull {
@@ -27,20 +27,21 @@ struct SkinKey {
 
 struct Compositor::State {
   gl::Program depth;
-  gl::Program blends[2][2][2][2];  // by shadow, its grid's step - 1, mirror, subject
   SkinPrograms skin;
   std::shared_ptr<const Scene> scene_held;  // keeps the pointer that keys compare with alive
   SceneBuffers scene;
   std::vector<SubjectBuffers> subjects;
   std::vector<SkinKey> skin_keys;
-  SceneLayers layers;
+  SceneLayers layers, mirrored_layers;  // as the viewport sees the scene, and in the plan's mirror
   gl::EdgeLayer front;
-  ShadowPass shadow;
+  ShadowMaps maps;
+  ShadowPrograms shadow_programs;
+  ShadowPass shadow{shadow_programs}, mirror_shadow{shadow_programs};  // on these layers
   MirrorPass mirror;
+  BlendPass blend;
   gl::Texture background, output;
   gl::Framebuffer target, source;
   gl::PixelReadings readings;
-  TileDrawing drawing;
   int background_width = 0, background_height = 0;
   gl::PassTimer timer;
   RenderStatistics& statistics;  // the renderer's
@@ -52,11 +53,11 @@ struct Compositor::State {
                        const RenderSettings& settings);
   void draw_layers(const RenderFrame& frame, const RenderPlan& plan, const RenderSettings& settings,
                    GLuint background_texture);
+  bool draw_scene(const PassInput& in);
+  void draw_shadows(const PassInput& in);
   void draw_front(const PassInput& in);
-  gl::Program& blend_program(bool with_shadow, const BlendTiles& tiles);
   void draw_blend(const PassInput& in, GLuint background_texture, GLuint to);
   void copy(GLuint from, GLuint to, const Rectangle& part);
-  void set_mirror(const PassInput& in, gl::Program& blend);
   void finish(const RenderPlan& plan);
 };
 
@@ -64,6 +65,7 @@ void Compositor::State::use_scene(const RenderFrame& frame) {
   if (frame.scene == scene_held) return;
   scene_held = frame.scene;
   layers.forget();
+  mirrored_layers.forget();
   if (scene_held) scene.load(*scene_held);
 }
 
@@ -121,33 +123,6 @@ void Compositor::State::draw_front(const PassInput& in) {
   if (!gl::is_embedded()) glDisable(GL_FRAMEBUFFER_SRGB);
 }
 
-gl::Program& Compositor::State::blend_program(bool with_shadow, const BlendTiles& tiles) {
-  const int step = with_shadow ? layers.grid().step : 1;
-  gl::Program& program = blends[with_shadow][step - 1][tiles.mirror][tiles.subject];
-  if (program.made()) return program;
-  std::vector<std::string> defines{"GRID_STEP " + std::to_string(step)};
-  if (with_shadow) defines.emplace_back("SHADOW");
-  if (tiles.mirror) defines.emplace_back("MIRROR");
-  if (tiles.subject) defines.emplace_back("SUBJECT");
-  return program = gl::Program("tiles.vert", "composite.frag", defines);
-}
-
-void Compositor::State::set_mirror(const PassInput& in, gl::Program& blend) {
-  const Mirror* m = mirror_of(in.frame, in.plan);
-  if (!m) return;
-  const SceneMesh& mesh = in.frame.scene->meshes[static_cast<std::size_t>(m->mesh)];
-  const Material& material = in.frame.scene->materials[static_cast<std::size_t>(mesh.material)];
-  const PixelRays rays(resized(in.frame.viewport, in.frame.width, in.frame.height));
-  blend.set("ray_x", rays.x);
-  blend.set("ray_y", rays.y);
-  blend.set("ray_0", rays.origin);
-  blend.set("mirror_normal", m->normal);
-  blend.set("mirror_f0", material.f0());
-  blend.set("only_mirrors", material.only_mirrors());
-  blend.set("reflection_alpha",
-            in.settings.mirror == MirrorMode::plain ? in.settings.reflection_alpha : -1.0f);
-}
-
 void Compositor::State::copy(GLuint from, GLuint to, const Rectangle& part) {
   glBindFramebuffer(GL_READ_FRAMEBUFFER, source.get());
   glFramebufferTexture2D(GL_READ_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, from, 0);
@@ -160,47 +135,36 @@ void Compositor::State::copy(GLuint from, GLuint to, const Rectangle& part) {
                     GL_NEAREST);
 }
 
-/// Draws the tiles that a layer touches; the others hold the background.
 void Compositor::State::draw_blend(const PassInput& in, GLuint background_texture, GLuint to) {
-  const int width = in.frame.width, height = in.frame.height;
-  const Rectangle changed = in.plan.changed();
   glBindFramebuffer(GL_FRAMEBUFFER, target.get());
   glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, to, 0);
   gl::check_framebuffer("output texture");
-  glViewport(0, 0, width, height);
-  glDisable(GL_DEPTH_TEST);
-  glDisable(GL_STENCIL_TEST);
-  glDisable(GL_BLEND);
-  gl::scissor(changed);
-  const bool has_shadow = !in.plan.shadow.empty();
-  const GLuint may = has_shadow ? shadow.tiles() : 0;
-  for (const BlendTiles& kind : blend_tiles(in)) {
-    if (kind.tiles.empty()) continue;
-    for (const bool shaded : {true, false}) {
-      if (shaded ? !has_shadow : !kind.mirror && !kind.subject) continue;
-      if (!shaded && has_shadow && !may) continue;  // all tiles count as shaded
-      gl::Program& blend = blend_program(shaded, kind);
-      blend.use();
-      const auto bind = [&](int unit, const char* sampler, GLuint texture) {
-        gl::bind_texture(unit, GL_TEXTURE_2D, texture);
-        blend.set(sampler, unit);
-      };
-      bind(0, "background", background_texture);
-      if (shaded) {
-        const Light& light = in.frame.lights[static_cast<std::size_t>(in.plan.light)];
-        blend.set("light_power", light_power(light) * in.frame.exposure);
-        bind(1, "surface", layers.albedo());
-        bind(2, "taken", shadow.taken());
-      }
-      if (kind.mirror) {
-        bind(3, "mirror", mirror.image());
-        bind(4, "mirrored_scene", mirror.shown());
-        set_mirror(in, blend);
-      }
-      if (kind.subject) bind(5, "subject", front.texture());
-      drawing.draw(blend, kind.tiles, width, height, tile_side, 6, may, shaded);
-    }
-  }
+  blend.draw(in, {background_texture, layers, mirrored_layers, shadow, mirror_shadow, mirror,
+                  front.texture()});
+}
+
+/// Makes ready the scene as the viewport and the plan's mirror see it; returns whether all was kept.
+bool Compositor::State::draw_scene(const PassInput& in) {
+  const RenderPlan& plan = in.plan;
+  const bool mirrored = !plan.mirror_shadow.empty();
+  // The mirror looks up points all over the picture.
+  const bool whole = !plan.mirror.empty() || !in.settings.skip;
+  const bool kept = layers.draw(
+      in.frame, in.settings, direct_view(in.frame, plan),
+      whole ? Rectangle{0, 0, in.frame.width, in.frame.height} : plan.shadow,
+      !plan.shadow.empty() || mirrored, scene);
+  if (!mirrored) return kept;
+  return mirrored_layers.draw(in.frame, in.settings, view_in_mirror(in.frame, plan, layers.albedo()),
+                              plan.mirror_shadow, true, scene) &&
+         kept;
+}
+
+void Compositor::State::draw_shadows(const PassInput& in) {
+  const RenderPlan& plan = in.plan;
+  const Rectangle asked = bounding(plan.shadow, plan.mirror_shadow);
+  if (!plan.shadow.empty()) shadow.draw(in, maps, layers, plan.shadow, asked);
+  if (!plan.mirror_shadow.empty())
+    mirror_shadow.draw(in, maps, mirrored_layers, plan.mirror_shadow, asked);
 }
 
 void Compositor::State::draw_layers(const RenderFrame& frame, const RenderPlan& plan,
@@ -208,21 +172,21 @@ void Compositor::State::draw_layers(const RenderFrame& frame, const RenderPlan& 
   const PassInput in{frame, plan, settings, scene, subjects, timer};
   glDisable(GL_BLEND);
   glDisable(GL_DITHER);
-  const bool receivers = frame.scene && (!plan.shadow.empty() || !plan.mirror.empty());
-  if (!plan.shadow.empty()) {
+  const bool shadows = !plan.shadow.empty() || !plan.mirror_shadow.empty();
+  if (shadows) {
     timer.begin(Pass::shadow_maps);
-    shadow.draw_maps(in);
-    statistics.static_shadow_reused = shadow.static_reused();
+    maps.draw(in);
+    statistics.static_shadow_reused = maps.static_reused();
     timer.end();
   }
-  if (receivers) {
+  if (frame.scene && (shadows || !plan.mirror.empty())) {
     timer.begin(Pass::scene_depth);
-    statistics.scene_depth_reused = layers.draw(frame, plan, settings, scene);
+    statistics.scene_depth_reused = draw_scene(in);
     timer.end();
   }
-  if (!plan.shadow.empty()) {
+  if (shadows) {
     timer.begin(Pass::shadow);
-    shadow.draw(in, layers);
+    draw_shadows(in);
     timer.end();
   }
   if (!plan.mirror.empty()) {
@@ -249,7 +213,7 @@ void Compositor::State::finish(const RenderPlan& plan) {
   glPixelStorei(GL_PACK_ROW_LENGTH, 0);
   glPixelStorei(GL_UNPACK_ROW_LENGTH, 0);
   glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
-  for (int unit = 6; unit >= 0; --unit) {
+  for (int unit = 9; unit >= 0; --unit) {
     gl::bind_texture(unit, GL_TEXTURE_2D, 0);
     glBindTexture(GL_TEXTURE_2D_ARRAY, 0);
   }

@@ -8,12 +8,12 @@
 #include <vector>
 
 #include "render/frame.h"
-#include "render/gl/pass_timer.h"
-#include "render/gl/program.h"
+#include "render/gl/objects/pass_timer.h"
+#include "render/gl/objects/program.h"
 #include "render/gl/scene_buffers.h"
 #include "render/gl/scene_layers.h"
 #include "render/gl/subject_buffers.h"
-#include "render/gl/targets.h"
+#include "render/gl/objects/targets.h"
 #include "render/gl/tiles.h"
 #include "render/light_reach.h"
 
@@ -44,18 +44,19 @@ class SkinPrograms {
   gl::Program plain_, distorted_, plain_ribbon_, distorted_ribbon_;
 };
 
-/// Light that the subjects take away.
-class ShadowPass {
+/// Depth maps of the subjects and of the scene, seen from the light that throws the shadow.
+class ShadowMaps {
  public:
-  /// Draws the depth maps.
-  void draw_maps(const PassInput& in);
-  /// Draws the irradiance taken on \p layers' grid, in the tiles that may be shaded.
-  void draw(const PassInput& in, SceneLayers& layers);
-  /// The irradiance, 1/z, on the grid; 0 outside of the tiles.
-  GLuint taken() { return taken_; }
-  /// A texel a tile of the picture: 1 where subjects may shade it, of those under the plan's shadow;
-  /// 0: all of those count as shaded (skipping off).
-  GLuint tiles() { return skips_ ? may_.colour() : 0; }
+  void draw(const PassInput& in);
+  /// Sets the maps and the light's cells for \p program, of shaders/shadow.frag, and binds them to
+  /// units 0 to 2 with samplers of their own.
+  void set(gl::Program& program, const PassInput& in);
+  /// Where subjects can stand before the light.
+  const LightReach::Map& reach() const { return reach_.map(); }
+  /// LightReach::sums(); not where the map is everywhere.
+  GLuint reach_sums() { return sums_.get(); }
+  /// The widest texel of the subjects' maps, in tangents.
+  float texel() const;
   bool static_reused() const { return static_reused_; }
 
  private:
@@ -65,34 +66,61 @@ class ShadowPass {
     std::vector<Mat4> views;
     bool operator==(const StaticKey&) const = default;
   };
+  Bounds find_reach(const PassInput& in, std::vector<Vec3f>& points);
+  void draw_static_maps(const PassInput& in);
+
+  gl::Program depth_of_hull_, depth_of_scene_;
+  gl::DepthMaps subject_maps_, static_maps_;
+  gl::Sampler compare_, nearest_;
+  gl::Texture sums_;
+  LightReach reach_;
+  std::optional<StaticKey> static_key_;
+  std::vector<LightView> views_, static_views_;
+  bool static_reused_ = false;
+};
+
+/// The programs of shadow passes.
+struct ShadowPrograms {
+  gl::Program reach, tiles, blur;
+  gl::Program receivers[5];  ///< by ShadowQuality
+};
+
+/// Light that the subjects take away where a view of the scene looks.
+class ShadowPass {
+ public:
+  explicit ShadowPass(ShadowPrograms& programs) : programs_(programs) {}
+  /// Draws the irradiance taken on \p layers' grid, in the tiles of \p part (pixels) that may be
+  /// shaded. \p cleared: where it is asked for.
+  void draw(const PassInput& in, ShadowMaps& maps, SceneLayers& layers, const Rectangle& part,
+            const Rectangle& cleared);
+  /// The irradiance, 1/z, on the grid; 0 outside of the tiles.
+  GLuint taken() { return taken_; }
+  /// A texel a tile of the picture: 1 where subjects may shade it; 0: all tiles count as shaded
+  /// (skipping off).
+  GLuint tiles() { return skips_ ? may_.colour() : 0; }
+
+ private:
   struct ReachKey {
     int generation = 0;  // of the places
     Vec3f centre{0.0f}, forward{0.0f};
     bool operator==(const ReachKey&) const = default;
   };
   gl::Program& receiver(ShadowQuality quality);
-  void draw_static_maps(const PassInput& in);
-  void find_extents(const PassInput& in, SceneLayers& layers);
-  void find_tiles(const PassInput& in, SceneLayers& layers);
-  void draw_irradiance(const PassInput& in, SceneLayers& layers);
+  void find_extents(const PassInput& in, const LightReach::Map& map, SceneLayers& layers);
+  void find_tiles(const PassInput& in, ShadowMaps& maps, SceneLayers& layers);
+  void draw_irradiance(const PassInput& in, ShadowMaps& maps, SceneLayers& layers);
   void blur(const PassInput& in, const ShadowGrid& grid);
   void clear(gl::LightLayer& layer, const PassInput& in, const ShadowGrid& grid);
 
-  gl::Program depth_of_hull_, depth_of_scene_, reach_program_, tiles_program_, blur_;
+  ShadowPrograms& programs_;
   gl::LightLayer asked_, gathered_, extents_, may_;
   GLuint taken_ = 0;
   gl::VertexArray nothing_;
-  gl::Program receivers_[5];
-  gl::DepthMaps subject_maps_, static_maps_;
-  gl::Sampler compare_, nearest_;
-  gl::Texture sums_;
-  LightReach reach_;
   std::optional<ReachKey> reach_key_;
   TileDrawing drawing_;
-  std::vector<Tile> shadowed_;  // tiles under the plan's shadow
-  std::optional<StaticKey> static_key_;
-  std::vector<LightView> views_, static_views_;
-  bool static_reused_ = false, skips_ = true;
+  Rectangle part_, cleared_;
+  std::vector<Tile> shadowed_;  // tiles of the part
+  bool skips_ = true;
 };
 
 /// The subjects' image in the plan's mirror, and what the mirror showed there.
@@ -110,13 +138,32 @@ class MirrorPass {
   gl::LightLayer shown_;
 };
 
-/// What of the picture's tiles is drawn with the same layers.
-struct BlendTiles {
-  bool mirror = false, subject = false;
-  std::vector<Tile> tiles;
+/// What the blend puts together; layers of what the plan leaves out are not looked at.
+struct BlendLayers {
+  GLuint background;
+  SceneLayers &direct, &mirrored;
+  ShadowPass &shadow, &mirror_shadow;
+  MirrorPass& mirror;
+  GLuint subject;
 };
 
-/// The tiles that the plan's layers touch, by the layers; those that only the shadow may touch last.
-std::vector<BlendTiles> blend_tiles(const PassInput& in);
+/// Puts the layers together (shaders/composite.frag).
+class BlendPass {
+ public:
+  /// Draws the tiles that a layer touches into the bound framebuffer, which is of the picture's size;
+  /// the others are to hold the background.
+  void draw(const PassInput& in, const BlendLayers& layers);
+
+ private:
+  struct Kind {
+    bool shadow = false, mirror_shadow = false, mirror = false, subject = false;
+  };
+  gl::Program& program(const Kind& kind, int step);
+  void set_layers(const PassInput& in, const BlendLayers& layers, const Kind& kind,
+                  gl::Program& blend);
+
+  gl::Program programs_[2][2][2][2][2];  // by the kind, in its order, and the grid's step - 1
+  TileDrawing drawing_;
+};
 
 }  // namespace polyhull

@@ -85,10 +85,12 @@ void SceneBuffers::draw() const {
   glDrawElements(GL_TRIANGLES, total_, GL_UNSIGNED_INT, nullptr);
 }
 
-void SceneBuffers::draw_with_materials(const Scene& scene, gl::Program& program, int unit) const {
+void SceneBuffers::draw_with_materials(const Scene& scene, gl::Program& program, int unit,
+                                       int marked) const {
   glBindVertexArray(array_.get());
   static const Material plain;
-  for (const Part& part : parts_) {
+  for (std::size_t i = 0; i < parts_.size(); ++i) {
+    const Part& part = parts_[i];
     const bool known =
         part.material >= 0 && part.material < static_cast<int>(scene.materials.size());
     const Material& material =
@@ -103,6 +105,7 @@ void SceneBuffers::draw_with_materials(const Scene& scene, gl::Program& program,
     program.set("look_up", !material.is_mirror());
     program.set("has_texture", has_texture);
     program.set("f0", material.f0());
+    program.set("marked", static_cast<int>(i) == marked);
     if (has_texture)
       gl::bind_texture(unit, GL_TEXTURE_2D, textures_[static_cast<std::size_t>(texture)].get());
     glDrawElements(GL_TRIANGLES, part.count, GL_UNSIGNED_INT,

@@ -5,8 +5,8 @@
 
 #include <vector>
 
-#include "render/gl/gl_objects.h"
-#include "render/gl/program.h"
+#include "render/gl/objects/gl_objects.h"
+#include "render/gl/objects/program.h"
 #include "scene/scene.h"
 
 namespace polyhull {
@@ -22,8 +22,9 @@ class SceneBuffers {
   void draw() const;
 
   /// Mesh by mesh with its material's uniforms (shaders/material.glsl), the texture on unit
-  /// \p unit.
-  void draw_with_materials(const Scene& scene, gl::Program& program, int unit) const;
+  /// \p unit; the uniform `marked` is set for mesh \p marked alone.
+  void draw_with_materials(const Scene& scene, gl::Program& program, int unit,
+                           int marked = -1) const;
 
   /// One mesh alone.
   void draw_mesh(int mesh) const;

@@ -28,20 +28,32 @@ Rectangle ShadowGrid::under(const Rectangle& part, int border) const {
   return intersection({x0, y0, x1 - x0, y1 - y0}, {0, 0, width, height});
 }
 
-bool SceneLayers::draw(const RenderFrame& frame, const RenderPlan& plan,
-                       const RenderSettings& settings, const SceneBuffers& scene) {
-  const Rectangle whole{0, 0, frame.width, frame.height};
-  // The mirror looks up points all over the picture. The tiles beside the shadow's are asked, too.
-  const Rectangle tiles = whole_tiles(plan.shadow, frame.width, frame.height);
+LayerView direct_view(const RenderFrame& frame, const RenderPlan& plan) {
+  const PixelRays rays(resized(frame.viewport, frame.width, frame.height));
+  const int marked = plan.mirror_shadow.empty() ? -1 : mirror_of(frame, plan)->mesh;
+  return {plan.clip_from_scene, plan.eye, rays, std::nullopt, 0, marked};
+}
+
+LayerView view_in_mirror(const RenderFrame& frame, const RenderPlan& plan, GLuint seen) {
+  const Mirror& mirror = *mirror_of(frame, plan);
+  const Mat4 turned = reflection(Vec3(mirror.normal), mirror.offset);
+  const PixelRays rays(resized(frame.viewport, frame.width, frame.height));
+  return {plan.clip_from_scene * turned, Vec3(turned * Vec4(plan.eye, 1.0)),
+          reflected(rays, mirror.normal), glm::vec4(kept_side(mirror)), seen, -1};
+}
+
+bool SceneLayers::draw(const RenderFrame& frame, const RenderSettings& settings,
+                       const LayerView& view, const Rectangle& seen, bool surfaces,
+                       const SceneBuffers& scene) {
+  // The tiles beside the shadow's are asked, too.
+  const Rectangle tiles = whole_tiles(seen, frame.width, frame.height);
   constexpr int around = 8;
-  Rectangle part = intersection(
+  const Rectangle part = intersection(
       {tiles.x - around, tiles.y - around, tiles.width + 2 * around, tiles.height + 2 * around},
-      whole);
-  if (!plan.mirror.empty() || !settings.skip) part = whole;
-  const bool shadow = !plan.shadow.empty();
-  const Key key{frame.scene, plan.clip_from_scene,
-                frame.width, frame.height,
-                shadow,      shadow ? ShadowGrid(frame, settings.shadow) : ShadowGrid()};
+      {0, 0, frame.width, frame.height});
+  const Key key{frame.scene, view.clip_from_scene, view.mirror_mesh, frame.width, frame.height,
+                surfaces,    surfaces ? ShadowGrid(frame, settings.shadow) : ShadowGrid()};
+  view_ = view;
   if (settings.skip && key_ == key && intersection(part, part_) == part) return true;
   key_ = key;
   part_ = part;
@@ -56,35 +68,46 @@ bool SceneLayers::draw(const RenderFrame& frame, const RenderPlan& plan,
   layer_.resize(frame.width, frame.height, 2);
   layer_.bind();
   gl::scissor(part_);
-  gl::Program& program = shadow ? surface_ : depth_;
-  if (!program.made())
-    program = shadow ? gl::Program("scene.vert", "scene_layer.frag", {}, {"material.glsl"})
-                     : gl::Program("scene.vert", "depth.frag");
-  program.use();
-  program.set("clip_from_scene", glm::mat4(plan.clip_from_scene));
-  if (shadow) {
+  if (surfaces) {
     glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
-    program.set("eye", glm::vec3(plan.eye));
-    program.set("base_texture", 0);
-    glBindSampler(0, 0);
-    scene.draw_with_materials(*frame.scene, program, 0);
-  } else {
-    glClear(GL_DEPTH_BUFFER_BIT);
-    glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
-    scene.draw();
-    glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+    draw_surfaces(frame, scene);
+    return false;
   }
+  if (!depth_.made()) depth_ = gl::Program("scene.vert", "depth.frag");
+  depth_.use();
+  depth_.set("clip_from_scene", glm::mat4(view.clip_from_scene));
+  glClear(GL_DEPTH_BUFFER_BIT);
+  glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
+  scene.draw();
+  glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
   return false;
 }
 
-void SceneLayers::set_places(gl::Program& program, const RenderFrame& frame, const RenderPlan& plan,
-                             int unit) {
-  const PixelRays rays(resized(frame.viewport, frame.width, frame.height));
-  program.set("ray_x", rays.x);
-  program.set("ray_y", rays.y);
-  program.set("ray_0", rays.origin);
-  program.set("eye", glm::vec3(plan.eye));
-  program.set("place_from_depth", glm::vec2(inverse_from_depth(plan.clip_from_scene)));
+void SceneLayers::draw_surfaces(const RenderFrame& frame, const SceneBuffers& scene) {
+  gl::Program& program = view_.kept ? clipped_surface_ : surface_;
+  if (!program.made()) {
+    const std::vector<std::string> defines(view_.kept ? 1 : 0, "CLIPPED");
+    program = gl::Program("scene.vert", "scene_layer.frag", defines, {"material.glsl"});
+  }
+  program.use();
+  program.set("clip_from_scene", glm::mat4(view_.clip_from_scene));
+  program.set("eye", glm::vec3(view_.eye));
+  if (view_.kept) {
+    program.set("plane", *view_.kept);
+    program.set("mirror_seen", 1);
+    gl::bind_texture(1, GL_TEXTURE_2D, view_.mirror);
+  }
+  program.set("base_texture", 0);
+  glBindSampler(0, 0);
+  scene.draw_with_materials(*frame.scene, program, 0, view_.mirror_mesh);
+}
+
+void SceneLayers::set_places(gl::Program& program, int unit) {
+  program.set("ray_x", view_.rays.x);
+  program.set("ray_y", view_.rays.y);
+  program.set("ray_0", view_.rays.origin);
+  program.set("eye", glm::vec3(view_.eye));
+  program.set("place_from_depth", glm::vec2(inverse_from_depth(view_.clip_from_scene)));
   program.set("grid_step", key_->grid.step);
   program.set("depth", unit);
   program.set("surface", unit + 1);

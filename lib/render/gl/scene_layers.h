@@ -8,9 +8,9 @@
 #include <optional>
 
 #include "render/frame.h"
-#include "render/gl/program.h"
+#include "render/gl/objects/program.h"
 #include "render/gl/scene_buffers.h"
-#include "render/gl/targets.h"
+#include "render/gl/objects/targets.h"
 
 namespace polyhull {
 
@@ -24,18 +24,35 @@ struct ShadowGrid {
   bool operator==(const ShadowGrid&) const = default;
 };
 
+/// Who sees the scene.
+struct LayerView {
+  Mat4 clip_from_scene{1.0};
+  Vec3 eye{0.0};
+  PixelRays rays;                 ///< from the eye through the picture's pixels
+  std::optional<glm::vec4> kept;  ///< in a mirror: its kept_side()
+  GLuint mirror = 0;              ///< in a mirror: SceneLayers::albedo() that marks where it is seen
+  int mirror_mesh = -1;           ///< the mirror that SceneLayers::albedo() marks; -1: none
+};
+
+/// The viewport of \p plan; where its mirror shows the shadow, with that mirror marked.
+LayerView direct_view(const RenderFrame& frame, const RenderPlan& plan);
+
+/// The viewport's image in the plan's mirror, where \p seen, the viewport's SceneLayers::albedo(),
+/// marks that.
+LayerView view_in_mirror(const RenderFrame& frame, const RenderPlan& plan, GLuint seen);
+
 class SceneLayers {
  public:
-  /// Makes ready what \p plan's shadow and mirror ask for. Returns whether all of it was kept from
-  /// before.
-  bool draw(const RenderFrame& frame, const RenderPlan& plan, const RenderSettings& settings,
-            const SceneBuffers& scene);
+  /// Makes ready what \p view sees in the tiles of \p seen (pixels) and a little around them: the
+  /// depth, with \p surfaces the rest, too. Returns whether all of it was kept from before.
+  bool draw(const RenderFrame& frame, const RenderSettings& settings, const LayerView& view,
+            const Rectangle& seen, bool surfaces, const SceneBuffers& scene);
 
   /// Forgets all, where another scene comes.
   void forget() { key_.reset(); }
 
   GLuint depth() { return layer_.depth(); }
-  /// Albedo / pi, 1/z. Only with a shadow.
+  /// Albedo / pi, 1/z; on LayerView::mirror_mesh -1/z. Only with surfaces.
   GLuint albedo() { return layer_.colour(0); }
   /// What of the picture is drawn.
   const Rectangle& part() const { return part_; }
@@ -44,21 +61,24 @@ class SceneLayers {
   int generation() const { return generation_; }
 
   /// Sets the uniforms of shaders/place.glsl, whose textures go to \p unit and the next.
-  void set_places(gl::Program& program, const RenderFrame& frame, const RenderPlan& plan, int unit);
+  void set_places(gl::Program& program, int unit);
 
  private:
+  void draw_surfaces(const RenderFrame& frame, const SceneBuffers& scene);
   struct Key {
     std::shared_ptr<const Scene> scene;  // held, so that no other scene takes its address
     Mat4 clip_from_scene{0.0};
+    int mirror_mesh = -1;
     int width = 0, height = 0;
-    bool shadow = false;
+    bool surfaces = false;
     ShadowGrid grid;
     bool operator==(const Key&) const = default;
   };
   std::optional<Key> key_;
+  LayerView view_;
   Rectangle part_;  // of the picture that is drawn
   gl::LightLayer layer_;
-  gl::Program depth_, surface_;
+  gl::Program depth_, surface_, clipped_surface_;
   int generation_ = 0;
 };
 

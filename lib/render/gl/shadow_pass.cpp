@@ -7,29 +7,6 @@
 namespace polyhull {
 namespace {
 
-constexpr int static_map_size = 1024;
-
-/// Of a hard shadow's maps; they are to be finer than the picture.
-int hard_map_size(const RenderSettings& settings) {
-  return std::clamp(8 * settings.shadow_map_size, 16, 4096);
-}
-
-int subject_map_size(const RenderSettings& settings) {
-  return settings.shadow == ShadowQuality::hard ? hard_map_size(settings)
-                                                : std::clamp(settings.shadow_map_size, 16, 4096);
-}
-
-/// Half of what a map shows, in tangents: the wider of both directions.
-float half_width(const LightView& view) {
-  const Mat4& clip = view.clip_from_scene;
-  const Vec3 across(clip[0][0], clip[1][0], clip[2][0]), down(clip[0][1], clip[1][1], clip[2][1]);
-  const Vec3 forward(clip[0][3], clip[1][3], clip[2][3]);
-  // Rows of a clip matrix: the scaled axis, and the forward axis times how far the view is shifted.
-  const double x = glm::length(across - glm::dot(across, forward) * forward);
-  const double y = glm::length(down - glm::dot(down, forward) * forward);
-  return static_cast<float>(std::max(1.0 / x, 1.0 / y));
-}
-
 int tiles_along(int pixels) {
   return (pixels + tile_side - 1) / tile_side;
 }
@@ -40,39 +17,10 @@ Rectangle tiles_of(const Rectangle& part) {
   return {x0, y0, tiles_along(part.x + part.width) - x0, tiles_along(part.y + part.height) - y0};
 }
 
-double farthest(const Vec3& from, const Bounds& bounds) {
-  double far = 1.0;
-  for (const Vec3& corner : corners(bounds))
-    far = std::max(far, 1.05 * glm::distance(from, corner));
-  return far;
-}
-
-std::vector<glm::mat4> to_float(const std::vector<LightView>& views) {
-  std::vector<glm::mat4> out;
-  for (const LightView& view : views) out.emplace_back(view.map_from_scene);
-  return out;
-}
-
-GLuint make_sampler(gl::Sampler& sampler, bool compare) {
-  if (!sampler.made()) {
-    const GLuint name = sampler.get();
-    const GLint filter = compare ? GL_LINEAR : GL_NEAREST;
-    glSamplerParameteri(name, GL_TEXTURE_MIN_FILTER, filter);
-    glSamplerParameteri(name, GL_TEXTURE_MAG_FILTER, filter);
-    glSamplerParameteri(name, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
-    glSamplerParameteri(name, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
-    if (compare) {
-      glSamplerParameteri(name, GL_TEXTURE_COMPARE_MODE, GL_COMPARE_REF_TO_TEXTURE);
-      glSamplerParameteri(name, GL_TEXTURE_COMPARE_FUNC, GL_LEQUAL);
-    }
-  }
-  return sampler.get();
-}
-
 }  // namespace
 
 gl::Program& ShadowPass::receiver(ShadowQuality quality) {
-  gl::Program& program = receivers_[static_cast<int>(quality)];
+  gl::Program& program = programs_.receivers[static_cast<int>(quality)];
   if (!program.made()) {
     const int taps = quality == ShadowQuality::best ? 16 : quality == ShadowQuality::good ? 4 : 0;
     program =
@@ -84,195 +32,86 @@ gl::Program& ShadowPass::receiver(ShadowQuality quality) {
   return program;
 }
 
-void ShadowPass::draw_maps(const PassInput& in) {
-  const Light& light = in.frame.lights[static_cast<std::size_t>(in.plan.light)];
-  const bool hard = in.settings.shadow == ShadowQuality::hard;
-  const int wanted = in.settings.shadow == ShadowQuality::best
-                         ? max_light_samples
-                         : std::clamp(in.settings.light_samples, 1, max_light_samples);
-  Light casting = light;
-  if (hard) casting.u = casting.v = Vec3f(0.0f);  // its middle alone
-  const std::vector<Vec3> cells = light_cells(casting, wanted);
-  const int side = std::max(1, static_cast<int>(std::lround(std::sqrt(cells.size()))));
-  Bounds everything = in.scene.bounds();
-  std::vector<Vec3f> points;
-  std::vector<std::uint32_t> triangles;
-  for (const PlacedSubject& subject : in.plan.subjects) {
-    const auto base = static_cast<std::uint32_t>(points.size());
-    points.insert(points.end(), subject.points.begin(), subject.points.end());
-    for (const std::uint32_t index : subject.mesh->hull.triangles)
-      triangles.push_back(base + index);
-  }
-  reach_.build(light, points, triangles);
-  const Bounds people = bounds_of(points);
-  everything.min = glm::min(everything.min, people.min);
-  everything.max = glm::max(everything.max, people.max);
-
-  if (!depth_of_hull_.made()) depth_of_hull_ = gl::Program("hull_depth.vert", "depth.frag");
-  glDisable(GL_CULL_FACE);
-  glDisable(GL_STENCIL_TEST);
-  glEnable(GL_DEPTH_TEST);
-  glDepthFunc(GL_LESS);
-  views_.clear();
-  static_views_.clear();
-  subject_maps_.resize(subject_map_size(in.settings), static_cast<int>(cells.size()));
-  depth_of_hull_.use();
-  const Vec3 middle = 0.5 * (in.scene.bounds().min + in.scene.bounds().max);
-  for (std::size_t i = 0; i < cells.size(); ++i) {
-    const double far = farthest(cells[i], everything);
-    views_.push_back(view_of_points(casting, cells[i], side, points, far));
-    // The scene's maps are of the scene alone: subjects move, and these maps stay. A hard shadow's is
-    // as fine as the subjects' own, of what lies before and behind them.
-    if (hard)
-      static_views_.push_back(view_of_points(casting, cells[i], side, points, far, 0.02));
-    else
-      static_views_.push_back(
-          wide_view(light, cells[i], middle, farthest(cells[i], in.scene.bounds())));
-    subject_maps_.begin(static_cast<int>(i));
-    for (std::size_t s = 0; s < in.subjects.size(); ++s) {
-      depth_of_hull_.set("clip_from_local", glm::mat4(views_.back().clip_from_scene *
-                                                      in.plan.subjects[s].local_to_scene));
-      in.subjects[s].draw_shape();
-    }
-  }
-  draw_static_maps(in);
-}
-
-void ShadowPass::draw_static_maps(const PassInput& in) {
-  StaticKey key{in.frame.scene, static_map_size, {}};
-  if (in.settings.shadow == ShadowQuality::hard) key.size = hard_map_size(in.settings);
-  for (const LightView& view : static_views_) key.views.push_back(view.clip_from_scene);
-  static_reused_ = in.settings.skip && static_key_ == key;
-  if (static_reused_) return;
-  static_key_ = key;
-  static_maps_.resize(key.size, static_cast<int>(key.views.size()));
-  if (!depth_of_scene_.made()) depth_of_scene_ = gl::Program("scene.vert", "depth.frag");
-  depth_of_scene_.use();
-  for (std::size_t i = 0; i < key.views.size(); ++i) {
-    static_maps_.begin(static_cast<int>(i));
-    depth_of_scene_.set("clip_from_scene", glm::mat4(key.views[i]));
-    in.scene.draw();
-  }
-}
-
 /// Where the tiles' places lie in the light's map, unless that is known.
-void ShadowPass::find_extents(const PassInput& in, SceneLayers& layers) {
-  const LightReach::Map& map = reach_.map();
+void ShadowPass::find_extents(const PassInput& in, const LightReach::Map& map,
+                              SceneLayers& layers) {
   const ReachKey key{layers.generation(), map.centre, map.forward};
   if (reach_key_ != key) {
     reach_key_ = key;
-    if (!reach_program_.made())
-      reach_program_ = gl::Program("fullscreen.vert", "reach.frag", {}, {"place.glsl"});
+    gl::Program& program = programs_.reach;
+    if (!program.made())
+      program = gl::Program("fullscreen.vert", "reach.frag", {}, {"place.glsl"});
     extents_.resize(tiles_along(in.frame.width), tiles_along(in.frame.height), 2);
     extents_.bind();
     gl::scissor(tiles_of(layers.part()));
-    reach_program_.use();
-    layers.set_places(reach_program_, in.frame, in.plan, 0);
-    reach_program_.set("side", tile_side / layers.grid().step);
-    reach_program_.set("light_centre", map.centre);
-    reach_program_.set("light_right", map.right);
-    reach_program_.set("light_down", map.down);
-    reach_program_.set("light_forward", map.forward);
+    program.use();
+    layers.set_places(program, 0);
+    program.set("side", tile_side / layers.grid().step);
+    program.set("light_centre", map.centre);
+    program.set("light_right", map.right);
+    program.set("light_down", map.down);
+    program.set("light_forward", map.forward);
     glDrawArrays(GL_TRIANGLES, 0, 3);
   }
 }
 
-/// Asks the light's map which tiles under the plan's shadow subjects may shade.
-void ShadowPass::find_tiles(const PassInput& in, SceneLayers& layers) {
-  const LightReach::Map& map = reach_.map();
+/// Asks the light's map which tiles of the part subjects may shade.
+void ShadowPass::find_tiles(const PassInput& in, ShadowMaps& maps, SceneLayers& layers) {
+  const LightReach::Map& map = maps.reach();
   glDisable(GL_DEPTH_TEST);
   glBindVertexArray(nothing_.get());
-  find_extents(in, layers);
-  const Rectangle tiles = tiles_of(in.plan.shadow);
+  find_extents(in, map, layers);
+  const Rectangle tiles = tiles_of(part_);
   shadowed_.clear();
   for (int y = tiles.y; y < tiles.y + tiles.height; ++y)
     for (int x = tiles.x; x < tiles.x + tiles.width; ++x)
       shadowed_.push_back({static_cast<std::uint16_t>(x), static_cast<std::uint16_t>(y)});
 
-  if (!tiles_program_.made()) tiles_program_ = gl::Program("fullscreen.vert", "shadow_tiles.frag");
-  gl::bind_texture(2, GL_TEXTURE_2D, sums_.get());
-  constexpr int side = LightReach::texels + 1;
-  if (!map.everywhere) {
-    glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
-    glPixelStorei(GL_UNPACK_ROW_LENGTH, 0);
-    glTexImage2D(GL_TEXTURE_2D, 0, GL_R32I, side, side, 0, GL_RED_INTEGER, GL_INT,
-                 reach_.sums().data());
-    gl::texture_parameters(GL_TEXTURE_2D, GL_NEAREST);
-  }
+  gl::Program& program = programs_.tiles;
+  if (!program.made()) program = gl::Program("fullscreen.vert", "shadow_tiles.frag");
   may_.resize(tiles_along(in.frame.width), tiles_along(in.frame.height));
   may_.bind();
+  glDisable(GL_SCISSOR_TEST);
+  glClearColor(0.0f, 0.0f, 0.0f, 0.0f);
+  glClear(GL_COLOR_BUFFER_BIT);
   gl::scissor(tiles);
-  tiles_program_.use();
-  tiles_program_.set("extents", 0);
-  tiles_program_.set("nearest", 1);
-  tiles_program_.set("sums", 2);
+  program.use();
+  program.set("extents", 0);
+  program.set("nearest", 1);
+  program.set("sums", 2);
   gl::bind_texture(0, GL_TEXTURE_2D, extents_.colour(0));
   gl::bind_texture(1, GL_TEXTURE_2D, extents_.colour(1));
-  tiles_program_.set("map_low", map.low);
-  tiles_program_.set("map_scale", map.scale);
-  tiles_program_.set("reach", in.settings.shadow == ShadowQuality::hard ? Vec2f(0.0f) : map.extent);
-  tiles_program_.set("subject_nearest", map.nearest);
+  gl::bind_texture(2, GL_TEXTURE_2D, maps.reach_sums());
+  program.set("map_low", map.low);
+  program.set("map_scale", map.scale);
+  program.set("reach", in.settings.shadow == ShadowQuality::hard ? Vec2f(0.0f) : map.extent);
+  program.set("subject_nearest", map.nearest);
   // A cell's maps look towards the subjects and not along the light's normal: off that axis a texel
   // is wider in the light's map.
   const Vec2f high = map.low + static_cast<float>(LightReach::texels) / map.scale;
   const Vec2f most = glm::max(glm::abs(map.low), glm::abs(high));
-  float texel = 0.0f;
-  for (const LightView& view : views_)
-    texel = std::max(texel, 2.0f * half_width(view) / static_cast<float>(subject_maps_.size()));
-  tiles_program_.set("around", Vec2f(1.5f * texel * (1.0f + glm::dot(most, most))));
-  tiles_program_.set("everywhere", map.everywhere);
-  tiles_program_.set("behind", map.point);
+  program.set("around", Vec2f(1.5f * maps.texel() * (1.0f + glm::dot(most, most))));
+  program.set("everywhere", map.everywhere);
+  program.set("behind", map.point);
   glDrawArrays(GL_TRIANGLES, 0, 3);
 }
 
-/// Makes \p layer 0 under the plan's shadow and the tiles beside it.
+/// Makes \p layer 0 where it is asked for, and beside it.
 void ShadowPass::clear(gl::LightLayer& layer, const PassInput& in, const ShadowGrid& grid) {
   layer.resize(grid.width, grid.height);
   layer.bind();
-  gl::scissor(grid.under(whole_tiles(in.plan.shadow, in.frame.width, in.frame.height), 2));
+  gl::scissor(grid.under(whole_tiles(cleared_, in.frame.width, in.frame.height), 2));
   glClearColor(0.0f, 0.0f, 0.0f, 0.0f);
   glClear(GL_COLOR_BUFFER_BIT);
 }
 
-void ShadowPass::draw_irradiance(const PassInput& in, SceneLayers& layers) {
-  const Light& light = in.frame.lights[static_cast<std::size_t>(in.plan.light)];
-  const int count = static_cast<int>(views_.size());
-  const int stride = count % 4 == 0 ? 4 : 1;
-  std::vector<glm::vec3> positions;
-  std::vector<glm::vec2> inverse;
-  std::vector<glm::vec4> kernels;
-  std::vector<float> nearest;
-  for (const LightView& view : views_) {
-    positions.emplace_back(view.position);
-    inverse.emplace_back(view.inverse_from_depth);
-    kernels.emplace_back(view.kernel);
-    nearest.push_back(static_cast<float>(view.inverse_from_depth.y));  // depth 0: the near plane
-  }
+void ShadowPass::draw_irradiance(const PassInput& in, ShadowMaps& maps, SceneLayers& layers) {
   const ShadowGrid& grid = layers.grid();
   clear(asked_, in, grid);
   gl::Program& program = receiver(in.settings.shadow);
   program.use();
-  program.set("samples", count);
-  program.set("stride", stride);
-  program.set("share", static_cast<float>(stride) / static_cast<float>(count));
-  program.set("light_position", std::span<const glm::vec3>(positions));
-  program.set("subject_from_scene", std::span<const glm::mat4>(to_float(views_)));
-  program.set("static_from_scene", std::span<const glm::mat4>(to_float(static_views_)));
-  program.set("inverse_from_depth", std::span<const glm::vec2>(inverse));
-  program.set("kernel", std::span<const glm::vec4>(kernels));
-  program.set("nearest", std::span<const float>(nearest));
-  program.set("light_normal", light_normal(light));
-  // Two texels.
-  const float static_texel =
-      2.0f * half_width(static_views_[0]) / static_cast<float>(static_maps_.size());
-  program.set("static_bias", 2.0f * static_texel);
-  gl::bind_texture(0, GL_TEXTURE_2D_ARRAY, subject_maps_.texture(), make_sampler(nearest_, false));
-  gl::bind_texture(1, GL_TEXTURE_2D_ARRAY, subject_maps_.texture(), make_sampler(compare_, true));
-  gl::bind_texture(2, GL_TEXTURE_2D_ARRAY, static_maps_.texture(), make_sampler(compare_, true));
-  program.set("subject_depth", 0);
-  program.set("subject_test", 1);
-  program.set("static_test", 2);
-  layers.set_places(program, in.frame, in.plan, 3);
+  maps.set(program, in);
+  layers.set_places(program, 3);
   drawing_.draw(program, shadowed_, grid.width, grid.height, tile_side / grid.step, 5, tiles());
   for (int unit = 0; unit < 3; ++unit) glBindSampler(static_cast<GLuint>(unit), 0);
 }
@@ -280,17 +119,21 @@ void ShadowPass::draw_irradiance(const PassInput& in, SceneLayers& layers) {
 /// Gathers the samples of neighbouring pixels.
 void ShadowPass::blur(const PassInput& in, const ShadowGrid& grid) {
   clear(gathered_, in, grid);
-  if (!blur_.made()) blur_ = gl::Program("tiles.vert", "shadow_blur.frag");
-  blur_.use();
+  gl::Program& program = programs_.blur;
+  if (!program.made()) program = gl::Program("tiles.vert", "shadow_blur.frag");
+  program.use();
   gl::bind_texture(0, GL_TEXTURE_2D, asked_.colour());
-  blur_.set("taken", 0);
-  drawing_.draw(blur_, shadowed_, grid.width, grid.height, tile_side / grid.step, 1, tiles());
+  program.set("taken", 0);
+  drawing_.draw(program, shadowed_, grid.width, grid.height, tile_side / grid.step, 1, tiles());
 }
 
-void ShadowPass::draw(const PassInput& in, SceneLayers& layers) {
+void ShadowPass::draw(const PassInput& in, ShadowMaps& maps, SceneLayers& layers,
+                      const Rectangle& part, const Rectangle& cleared) {
   skips_ = in.settings.skip;
-  find_tiles(in, layers);
-  draw_irradiance(in, layers);
+  part_ = part;
+  cleared_ = cleared;
+  find_tiles(in, maps, layers);
+  draw_irradiance(in, maps, layers);
   const bool hard = in.settings.shadow == ShadowQuality::hard;
   if (!hard) blur(in, layers.grid());
   taken_ = hard ? asked_.colour() : gathered_.colour();

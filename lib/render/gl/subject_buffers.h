@@ -7,8 +7,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "render/gl/gl_objects.h"
-#include "render/gl/program.h"
+#include "render/gl/objects/gl_objects.h"
+#include "render/gl/objects/program.h"
 #include "render/hull_vertices.h"
 
 namespace polyhull {

@@ -62,7 +62,7 @@ void TileMask::add(const PlacedSubject& subject, const Mat4& clip_from_scene,
 }
 
 void TileDrawing::draw(gl::Program& program, std::span<const Tile> tiles, int width, int height,
-                       int side, int unit, GLuint shaded, bool wanted) {
+                       int side, int unit, GLuint shaded, bool wanted, GLuint also) {
   if (tiles.empty()) return;
   glBindVertexArray(array_.get());
   glBindBuffer(GL_ARRAY_BUFFER, list_.get());
@@ -76,29 +76,9 @@ void TileDrawing::draw(gl::Program& program, std::span<const Tile> tiles, int wi
   program.set("shaded", unit);
   program.set("wanted", shaded == 0 ? -1 : static_cast<int>(wanted));
   gl::bind_texture(unit, GL_TEXTURE_2D, shaded);
+  program.set("also", unit + 1);
+  gl::bind_texture(unit + 1, GL_TEXTURE_2D, also == 0 ? shaded : also);
   glDrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, static_cast<GLsizei>(tiles.size()));
-}
-
-std::vector<BlendTiles> blend_tiles(const PassInput& in) {
-  const int width = in.frame.width, height = in.frame.height;
-  const Rectangle whole{0, 0, width, height};
-  TileMask subject(width, height), mirror(width, height), shadow(width, height);
-  shadow.add(in.plan.shadow);
-  for (const PlacedSubject& placed : in.plan.subjects) {
-    subject.add(placed, in.plan.clip_from_scene, intersection(in.plan.subject, whole),
-                placed.beyond);
-    if (const Mirror* m = mirror_of(in.frame, in.plan))
-      mirror.add(placed, in.plan.clip_from_scene * reflection(Vec3(m->normal), m->offset),
-                 intersection(in.plan.mirror, whole));
-  }
-  std::vector<BlendTiles> out = {{true, true, {}}, {true, false, {}}, {false, true, {}}, {}};
-  for (int y = 0; y < subject.rows(); ++y)
-    for (int x = 0; x < subject.columns(); ++x)
-      for (BlendTiles& kind : out)
-        if (kind.mirror == mirror.has(x, y) && kind.subject == subject.has(x, y) &&
-            (kind.mirror || kind.subject || shadow.has(x, y)))
-          kind.tiles.push_back({static_cast<std::uint16_t>(x), static_cast<std::uint16_t>(y)});
-  return out;
 }
 
 }  // namespace polyhull

@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "render/frame.h"
-#include "render/gl/gl_objects.h"
-#include "render/gl/program.h"
+#include "render/gl/objects/gl_objects.h"
+#include "render/gl/objects/program.h"
 
 namespace polyhull {
 
@@ -54,10 +54,10 @@ class TileMask {
 class TileDrawing {
  public:
   /// Draws \p tiles into a target of \p width x \p height pixels, \p side of them a tile; the program
-  /// is in use. With \p shaded, a texel a tile, only those that are \p wanted there (not 0); it is
-  /// bound to \p unit.
+  /// is in use. With \p shaded, a texel a tile, only those that are \p wanted (not 0) there or, where
+  /// it is given, in \p also; these are bound to \p unit and the next.
   void draw(gl::Program& program, std::span<const Tile> tiles, int width, int height, int side,
-            int unit, GLuint shaded = 0, bool wanted = true);
+            int unit, GLuint shaded, bool wanted = true, GLuint also = 0);
 
  private:
   gl::VertexArray array_;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "render/gl/pass_timer.h"
+#include "render/gl/objects/pass_timer.h"
 
-#include "render/gl/gl_objects.h"
+#include "render/gl/objects/gl_objects.h"
 
 namespace polyhull::gl {
 

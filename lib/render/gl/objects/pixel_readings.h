@@ -8,7 +8,7 @@
 #include <cstdint>
 
 #include "base/vector.h"
-#include "render/gl/gl_objects.h"
+#include "render/gl/objects/gl_objects.h"
 
 namespace polyhull::gl {
 

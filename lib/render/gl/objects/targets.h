@@ -3,7 +3,7 @@
 /// The layers that a composite is made in.
 #pragma once
 
-#include "render/gl/gl_objects.h"
+#include "render/gl/objects/gl_objects.h"
 
 namespace polyhull::gl {
 

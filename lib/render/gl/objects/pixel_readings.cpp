@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "render/gl/pixel_readings.h"
+#include "render/gl/objects/pixel_readings.h"
 
 #include <cstring>
 

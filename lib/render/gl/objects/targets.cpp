@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "render/gl/targets.h"
+#include "render/gl/objects/targets.h"
 
 #include <algorithm>
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "render/gl/program.h"
+#include "render/gl/objects/program.h"
 
 #include <glm/gtc/type_ptr.hpp>
 #include <utility>
 
 #include "base/error.h"
-#include "render/gl/gl_objects.h"
-#include "render/gl/shader_sources.h"
+#include "render/gl/objects/gl_objects.h"
+#include "render/gl/objects/shader_sources.h"
 
 namespace polyhull::gl {
 namespace {

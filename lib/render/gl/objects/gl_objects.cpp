@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "render/gl/gl_objects.h"
+#include "render/gl/objects/gl_objects.h"
 
 #include <string>
 #include <string_view>

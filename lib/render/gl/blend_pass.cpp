@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "render/gl/passes.h"
+
+namespace polyhull {
+namespace {
+
+/// What of the picture's tiles is drawn with the same layers.
+struct BlendTiles {
+  bool mirror = false, subject = false;
+  std::vector<Tile> tiles;
+};
+
+/// The tiles that the plan's layers touch, by the layers; those that only the shadow may touch last.
+std::vector<BlendTiles> blend_tiles(const PassInput& in) {
+  const int width = in.frame.width, height = in.frame.height;
+  const Rectangle whole{0, 0, width, height};
+  TileMask subject(width, height), mirror(width, height), shadow(width, height);
+  shadow.add(in.plan.shadow);
+  shadow.add(in.plan.mirror_shadow);
+  for (const PlacedSubject& placed : in.plan.subjects) {
+    subject.add(placed, in.plan.clip_from_scene, intersection(in.plan.subject, whole),
+                placed.beyond);
+    if (const Mirror* m = mirror_of(in.frame, in.plan))
+      mirror.add(placed, in.plan.clip_from_scene * reflection(Vec3(m->normal), m->offset),
+                 intersection(in.plan.mirror, whole));
+  }
+  std::vector<BlendTiles> out = {{true, true, {}}, {true, false, {}}, {false, true, {}}, {}};
+  for (int y = 0; y < subject.rows(); ++y)
+    for (int x = 0; x < subject.columns(); ++x)
+      for (BlendTiles& kind : out)
+        if (kind.mirror == mirror.has(x, y) && kind.subject == subject.has(x, y) &&
+            (kind.mirror || kind.subject || shadow.has(x, y)))
+          kind.tiles.push_back({static_cast<std::uint16_t>(x), static_cast<std::uint16_t>(y)});
+  return out;
+}
+
+/// What the mirror reflects.
+void set_mirror(const PassInput& in, gl::Program& blend) {
+  const Mirror* m = mirror_of(in.frame, in.plan);
+  const SceneMesh& mesh = in.frame.scene->meshes[static_cast<std::size_t>(m->mesh)];
+  const Material& material = in.frame.scene->materials[static_cast<std::size_t>(mesh.material)];
+  const PixelRays rays(resized(in.frame.viewport, in.frame.width, in.frame.height));
+  blend.set("ray_x", rays.x);
+  blend.set("ray_y", rays.y);
+  blend.set("ray_0", rays.origin);
+  blend.set("mirror_normal", m->normal);
+  blend.set("mirror_f0", material.f0());
+  blend.set("only_mirrors", material.only_mirrors());
+  blend.set("reflection_alpha",
+            in.settings.mirror == MirrorMode::plain ? in.settings.reflection_alpha : -1.0f);
+}
+
+}  // namespace
+
+gl::Program& BlendPass::program(const Kind& kind, int step) {
+  gl::Program& program =
+      programs_[kind.shadow][kind.mirror_shadow][kind.mirror][kind.subject][step - 1];
+  if (program.made()) return program;
+  std::vector<std::string> defines{"GRID_STEP " + std::to_string(step)};
+  if (kind.shadow) defines.emplace_back("SHADOW");
+  if (kind.mirror_shadow) defines.emplace_back("MIRROR_SHADOW");
+  if (kind.mirror) defines.emplace_back("MIRROR");
+  if (kind.subject) defines.emplace_back("SUBJECT");
+  return program = gl::Program("tiles.vert", "composite.frag", defines);
+}
+
+void BlendPass::set_layers(const PassInput& in, const BlendLayers& layers, const Kind& kind,
+                           gl::Program& blend) {
+  const auto bind = [&](int unit, const char* sampler, GLuint texture) {
+    gl::bind_texture(unit, GL_TEXTURE_2D, texture);
+    blend.set(sampler, unit);
+  };
+  bind(0, "background", layers.background);
+  if (kind.shadow || kind.mirror_shadow) {
+    const Light& light = in.frame.lights[static_cast<std::size_t>(in.plan.light)];
+    blend.set("light_power", light_power(light) * in.frame.exposure);
+    bind(1, "surface", layers.direct.albedo());
+  }
+  if (kind.shadow) bind(2, "taken", layers.shadow.taken());
+  if (kind.mirror) {
+    bind(3, "mirror", layers.mirror.image());
+    bind(4, "mirrored_scene", layers.mirror.shown());
+  }
+  if (kind.subject) bind(5, "subject", layers.subject);
+  if (kind.mirror_shadow) {
+    bind(8, "mirrored_surface", layers.mirrored.albedo());
+    bind(9, "mirrored_taken", layers.mirror_shadow.taken());
+  }
+  if (kind.mirror || kind.mirror_shadow) set_mirror(in, blend);
+}
+
+void BlendPass::draw(const PassInput& in, const BlendLayers& layers) {
+  glViewport(0, 0, in.frame.width, in.frame.height);
+  glDisable(GL_DEPTH_TEST);
+  glDisable(GL_STENCIL_TEST);
+  glDisable(GL_BLEND);
+  gl::scissor(in.plan.changed());
+  const bool seen = !in.plan.shadow.empty(), mirrored = !in.plan.mirror_shadow.empty();
+  const bool has_shadow = seen || mirrored;
+  const GLuint in_mirror = mirrored ? layers.mirror_shadow.tiles() : 0;
+  const GLuint may = seen ? layers.shadow.tiles() : in_mirror;
+  for (const BlendTiles& kind : blend_tiles(in)) {
+    if (kind.tiles.empty()) continue;
+    for (const bool shaded : {true, false}) {
+      if (shaded ? !has_shadow : !kind.mirror && !kind.subject) continue;
+      if (!shaded && has_shadow && !may) continue;  // all tiles count as shaded
+      const Kind layered{shaded && seen, shaded && mirrored, kind.mirror, kind.subject};
+      gl::Program& blend = program(layered, shaded ? layers.direct.grid().step : 1);
+      blend.use();
+      set_layers(in, layers, layered, blend);
+      drawing_.draw(blend, kind.tiles, in.frame.width, in.frame.height, tile_side, 6, may, shaded,
+                    in_mirror);
+    }
+  }
+}
+
+}  // namespace polyhull

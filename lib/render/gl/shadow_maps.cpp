@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include <algorithm>
+#include <cmath>
+
+#include "render/gl/passes.h"
+
+namespace polyhull {
+namespace {
+
+constexpr int static_map_size = 1024;
+
+/// Of a hard shadow's maps; they are to be finer than the picture.
+int hard_map_size(const RenderSettings& settings) {
+  return std::clamp(8 * settings.shadow_map_size, 16, 4096);
+}
+
+int subject_map_size(const RenderSettings& settings) {
+  return settings.shadow == ShadowQuality::hard ? hard_map_size(settings)
+                                                : std::clamp(settings.shadow_map_size, 16, 4096);
+}
+
+/// Half of what a map shows, in tangents: the wider of both directions.
+float half_width(const LightView& view) {
+  const Mat4& clip = view.clip_from_scene;
+  const Vec3 across(clip[0][0], clip[1][0], clip[2][0]), down(clip[0][1], clip[1][1], clip[2][1]);
+  const Vec3 forward(clip[0][3], clip[1][3], clip[2][3]);
+  // Rows of a clip matrix: the scaled axis, and the forward axis times how far the view is shifted.
+  const double x = glm::length(across - glm::dot(across, forward) * forward);
+  const double y = glm::length(down - glm::dot(down, forward) * forward);
+  return static_cast<float>(std::max(1.0 / x, 1.0 / y));
+}
+
+double farthest(const Vec3& from, const Bounds& bounds) {
+  double far = 1.0;
+  for (const Vec3& corner : corners(bounds))
+    far = std::max(far, 1.05 * glm::distance(from, corner));
+  return far;
+}
+
+std::vector<glm::mat4> to_float(const std::vector<LightView>& views) {
+  std::vector<glm::mat4> out;
+  for (const LightView& view : views) out.emplace_back(view.map_from_scene);
+  return out;
+}
+
+GLuint make_sampler(gl::Sampler& sampler, bool compare) {
+  if (!sampler.made()) {
+    const GLuint name = sampler.get();
+    const GLint filter = compare ? GL_LINEAR : GL_NEAREST;
+    glSamplerParameteri(name, GL_TEXTURE_MIN_FILTER, filter);
+    glSamplerParameteri(name, GL_TEXTURE_MAG_FILTER, filter);
+    glSamplerParameteri(name, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+    glSamplerParameteri(name, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+    if (compare) {
+      glSamplerParameteri(name, GL_TEXTURE_COMPARE_MODE, GL_COMPARE_REF_TO_TEXTURE);
+      glSamplerParameteri(name, GL_TEXTURE_COMPARE_FUNC, GL_LEQUAL);
+    }
+  }
+  return sampler.get();
+}
+
+}  // namespace
+
+/// What the light's map shows of the subjects, all points of which become \p points; returns the bounds
+/// of all that there is.
+Bounds ShadowMaps::find_reach(const PassInput& in, std::vector<Vec3f>& points) {
+  std::vector<std::uint32_t> triangles;
+  for (const PlacedSubject& subject : in.plan.subjects) {
+    const auto base = static_cast<std::uint32_t>(points.size());
+    points.insert(points.end(), subject.points.begin(), subject.points.end());
+    for (const std::uint32_t index : subject.mesh->hull.triangles)
+      triangles.push_back(base + index);
+  }
+  reach_.build(in.frame.lights[static_cast<std::size_t>(in.plan.light)], points, triangles);
+  if (!reach_.map().everywhere) {
+    constexpr int side = LightReach::texels + 1;
+    gl::bind_texture(0, GL_TEXTURE_2D, sums_.get());
+    glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
+    glPixelStorei(GL_UNPACK_ROW_LENGTH, 0);
+    glTexImage2D(GL_TEXTURE_2D, 0, GL_R32I, side, side, 0, GL_RED_INTEGER, GL_INT,
+                 reach_.sums().data());
+    gl::texture_parameters(GL_TEXTURE_2D, GL_NEAREST);
+  }
+  Bounds everything = in.scene.bounds();
+  const Bounds people = bounds_of(points);
+  everything.min = glm::min(everything.min, people.min);
+  everything.max = glm::max(everything.max, people.max);
+  return everything;
+}
+
+void ShadowMaps::draw(const PassInput& in) {
+  const Light& light = in.frame.lights[static_cast<std::size_t>(in.plan.light)];
+  const bool hard = in.settings.shadow == ShadowQuality::hard;
+  const int wanted = in.settings.shadow == ShadowQuality::best
+                         ? max_light_samples
+                         : std::clamp(in.settings.light_samples, 1, max_light_samples);
+  Light casting = light;
+  if (hard) casting.u = casting.v = Vec3f(0.0f);  // its middle alone
+  const std::vector<Vec3> cells = light_cells(casting, wanted);
+  const int side = std::max(1, static_cast<int>(std::lround(std::sqrt(cells.size()))));
+  std::vector<Vec3f> points;
+  const Bounds everything = find_reach(in, points);
+
+  if (!depth_of_hull_.made()) depth_of_hull_ = gl::Program("hull_depth.vert", "depth.frag");
+  glDisable(GL_CULL_FACE);
+  glDisable(GL_STENCIL_TEST);
+  glEnable(GL_DEPTH_TEST);
+  glDepthFunc(GL_LESS);
+  views_.clear();
+  static_views_.clear();
+  subject_maps_.resize(subject_map_size(in.settings), static_cast<int>(cells.size()));
+  depth_of_hull_.use();
+  const Vec3 middle = 0.5 * (in.scene.bounds().min + in.scene.bounds().max);
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    const double far = farthest(cells[i], everything);
+    views_.push_back(view_of_points(casting, cells[i], side, points, far));
+    // The scene's maps are of the scene alone: subjects move, and these maps stay. A hard shadow's is
+    // as fine as the subjects' own, of what lies before and behind them.
+    if (hard)
+      static_views_.push_back(view_of_points(casting, cells[i], side, points, far, 0.02));
+    else
+      static_views_.push_back(
+          wide_view(light, cells[i], middle, farthest(cells[i], in.scene.bounds())));
+    subject_maps_.begin(static_cast<int>(i));
+    for (std::size_t s = 0; s < in.subjects.size(); ++s) {
+      depth_of_hull_.set("clip_from_local", glm::mat4(views_.back().clip_from_scene *
+                                                      in.plan.subjects[s].local_to_scene));
+      in.subjects[s].draw_shape();
+    }
+  }
+  draw_static_maps(in);
+}
+
+void ShadowMaps::draw_static_maps(const PassInput& in) {
+  StaticKey key{in.frame.scene, static_map_size, {}};
+  if (in.settings.shadow == ShadowQuality::hard) key.size = hard_map_size(in.settings);
+  for (const LightView& view : static_views_) key.views.push_back(view.clip_from_scene);
+  static_reused_ = in.settings.skip && static_key_ == key;
+  if (static_reused_) return;
+  static_key_ = key;
+  static_maps_.resize(key.size, static_cast<int>(key.views.size()));
+  if (!depth_of_scene_.made()) depth_of_scene_ = gl::Program("scene.vert", "depth.frag");
+  depth_of_scene_.use();
+  for (std::size_t i = 0; i < key.views.size(); ++i) {
+    static_maps_.begin(static_cast<int>(i));
+    depth_of_scene_.set("clip_from_scene", glm::mat4(key.views[i]));
+    in.scene.draw();
+  }
+}
+
+float ShadowMaps::texel() const {
+  float texel = 0.0f;
+  for (const LightView& view : views_)
+    texel = std::max(texel, 2.0f * half_width(view) / static_cast<float>(subject_maps_.size()));
+  return texel;
+}
+
+void ShadowMaps::set(gl::Program& program, const PassInput& in) {
+  const Light& light = in.frame.lights[static_cast<std::size_t>(in.plan.light)];
+  const int count = static_cast<int>(views_.size());
+  const int stride = count % 4 == 0 ? 4 : 1;
+  std::vector<glm::vec3> positions;
+  std::vector<glm::vec2> inverse;
+  std::vector<glm::vec4> kernels;
+  std::vector<float> nearest;
+  for (const LightView& view : views_) {
+    positions.emplace_back(view.position);
+    inverse.emplace_back(view.inverse_from_depth);
+    kernels.emplace_back(view.kernel);
+    nearest.push_back(static_cast<float>(view.inverse_from_depth.y));  // depth 0: the near plane
+  }
+  program.set("samples", count);
+  program.set("stride", stride);
+  program.set("share", static_cast<float>(stride) / static_cast<float>(count));
+  program.set("light_position", std::span<const glm::vec3>(positions));
+  program.set("subject_from_scene", std::span<const glm::mat4>(to_float(views_)));
+  program.set("static_from_scene", std::span<const glm::mat4>(to_float(static_views_)));
+  program.set("inverse_from_depth", std::span<const glm::vec2>(inverse));
+  program.set("kernel", std::span<const glm::vec4>(kernels));
+  program.set("nearest", std::span<const float>(nearest));
+  program.set("light_normal", light_normal(light));
+  // Two texels.
+  const float static_texel =
+      2.0f * half_width(static_views_[0]) / static_cast<float>(static_maps_.size());
+  program.set("static_bias", 2.0f * static_texel);
+  gl::bind_texture(0, GL_TEXTURE_2D_ARRAY, subject_maps_.texture(), make_sampler(nearest_, false));
+  gl::bind_texture(1, GL_TEXTURE_2D_ARRAY, subject_maps_.texture(), make_sampler(compare_, true));
+  gl::bind_texture(2, GL_TEXTURE_2D_ARRAY, static_maps_.texture(), make_sampler(compare_, true));
+  program.set("subject_depth", 0);
+  program.set("subject_test", 1);
+  program.set("static_test", 2);
+}
+
+}  // namespace polyhull
