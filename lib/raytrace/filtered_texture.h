@@ -28,7 +28,9 @@ class FilteredTexture {
   Vec3f over(const Vec2f& uv, const Vec2f& du, const Vec2f& dv) const;
 
   /// For view_loops(), as long as this lives.
-  TextureLevels levels() const { return {texels_.data(), levels_.data(), static_cast<int>(levels_.size())}; }
+  TextureLevels levels() const {
+    return {texels_.data(), levels_.data(), static_cast<int>(levels_.size())};
+  }
 
  private:
   void add_level(const std::vector<Vec3f>& linear, int width, int height);

@@ -29,8 +29,7 @@ bool LightCache::border_value(const TracedScene& scene, const std::vector<LampSh
   for (const LampShare& lamp : lamps) {
     const float unoccluded = lamp.unoccluded(node);
     if (unoccluded <= 0.0f) continue;
-    const Float4 light =
-        lamp.at(node, false, rays) * to_float4(lamp.radiance() * unoccluded);
+    const Float4 light = lamp.at(node, false, rays) * to_float4(lamp.radiance() * unoccluded);
     (lamp.is_mirrored() ? mirrored : straight) += light;
     faces |= !lamp.is_mirrored();
   }

@@ -149,7 +149,8 @@ Vec3f LightCache::irradiance(const RayHit& hit, bool back) const {
   const auto column = std::min(static_cast<std::uint32_t>(x), border_cells - 1u);
   const auto row = std::min(static_cast<std::uint32_t>(y), border_cells - 1u);
   const SurfaceGrid::Block cell{
-      static_cast<std::uint32_t>(fine_.size() + (static_cast<std::size_t>(border) - 1) * border_nodes) +
+      static_cast<std::uint32_t>(fine_.size() +
+                                 (static_cast<std::size_t>(border) - 1) * border_nodes) +
           row * (border_cells + 1u) + column,
       border_cells + 1u, 1, 1, 0};
   return gain_ * to_vector(between(values, cell, x - static_cast<float>(column),
@@ -197,8 +198,7 @@ void LightCache::ask_lamp(const TracedScene& scene, const LightCacheOptions& opt
       for (std::uint32_t s = 0; s <= block.width; ++s) {
         Float4& share = shares[block.first + t * block.stride + s];
         if (share[3] != not_asked) continue;  // its other block asked
-        share = between(shares, block,
-                        static_cast<float>(s) / static_cast<float>(block.width),
+        share = between(shares, block, static_cast<float>(s) / static_cast<float>(block.width),
                         static_cast<float>(t) / static_cast<float>(block.height));
       }
     }

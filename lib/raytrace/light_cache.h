@@ -18,9 +18,9 @@
 #include <vector>
 
 #include "raytrace/float4.h"
+#include "raytrace/loops/view_loops.h"
 #include "raytrace/surface_grid.h"
 #include "raytrace/traced_scene.h"
-#include "raytrace/loops/view_loops.h"
 
 namespace polyhull {
 
@@ -103,9 +103,8 @@ class LightCache {
   bool find_double_sided(const Scene& scene);
   bool stopped() const { return stop_ != nullptr && *stop_; }
   void fill_direct(const TracedScene& scene, const LightCacheOptions& options, bool back);
-  void fill_lamp(const TracedScene& scene, const LightCacheOptions& options,
-                 const LampShare& lamp, bool back, std::vector<Float4>& values,
-                 std::vector<char>* hidden);
+  void fill_lamp(const TracedScene& scene, const LightCacheOptions& options, const LampShare& lamp,
+                 bool back, std::vector<Float4>& values, std::vector<char>* hidden);
   void ask_lamp(const TracedScene& scene, const LightCacheOptions& options, const LampShare& lamp,
                 bool back, std::vector<Float4>& shares);
   void refine_borders(const TracedScene& scene, const LightCacheOptions& options, bool back);
@@ -118,10 +117,10 @@ class LightCache {
   const std::atomic<bool>* stop_ = nullptr;
   std::vector<char> double_sided_;  // by mesh
   SurfaceGrid fine_, coarse_;
-  Sides direct_;     // on the fine grid
-  Sides bounced_;    // on the coarse grid
+  Sides direct_;                              // on the fine grid
+  Sides bounced_;                             // on the coarse grid
   std::array<std::vector<char>, 2> borders_;  // by the first node of cells to be divided
-  LightValues all_;  // what a frame looks up
+  LightValues all_;                           // what a frame looks up
   Vec3f gain_{1.0f};
   std::uint64_t rays_ = 0;
 };

@@ -68,7 +68,8 @@ void add_scene_edges(const Vec3& source, const std::vector<Vec3>& box, const Bou
   for (const Vec3& a : ends) {
     for (const Vec3& b : ends) {
       // Each edge once: its ends differ in one coordinate.
-      if ((a.x != b.x) + (a.y != b.y) + (a.z != b.z) != 1 || glm::dot(b - a, Vec3(1.0)) <= 0.0) continue;
+      if ((a.x != b.x) + (a.y != b.y) + (a.z != b.z) != 1 || glm::dot(b - a, Vec3(1.0)) <= 0.0)
+        continue;
       const auto at = [&](int i) { return a + (b - a) * (static_cast<double>(i) / steps); };
       const auto inside = [&](int i) {
         const Vec3 way = at(i) - source;
@@ -197,8 +198,7 @@ RenderPlan plan_frame(const RenderFrame& frame, const RenderSettings& settings,
   // In steps, so that depths that are kept stay true while subjects move.
   far = std::exp2(std::ceil(std::log2(far)));
   const Camera viewport = resized(frame.viewport, frame.width, frame.height);
-  plan.clip_from_scene =
-      clip_from_camera(viewport, near_plane, far) * view_matrix(frame.viewport);
+  plan.clip_from_scene = clip_from_camera(viewport, near_plane, far) * view_matrix(frame.viewport);
   plan.pixel_size = 1.0 / std::abs(viewport.K[0][0]);
   if (plan.subjects.empty()) return plan;
 
@@ -232,10 +232,10 @@ RenderPlan plan_frame(const RenderFrame& frame, const RenderSettings& settings,
         plan.mirror_index = static_cast<int>(i);
         if (settings.mirror == MirrorMode::fresnel)
           plan.mirror_shadow = intersection(
-              front, screen_rectangle(volume,
-                                      plan.clip_from_scene *
-                                          reflection(Vec3(mirror.normal), mirror.offset),
-                                      frame.width, frame.height));
+              front,
+              screen_rectangle(
+                  volume, plan.clip_from_scene * reflection(Vec3(mirror.normal), mirror.offset),
+                  frame.width, frame.height));
       }
     }
   }

@@ -45,7 +45,7 @@ struct RenderSettings {
   /// Samples per pixel at the subject's edges, 0 and 1: hard edges; the processor takes up to 8.
   int edge_samples = 4;
   bool soft_edges = false;  ///< outlines as soft as the mattes (soft_edge.h), not polygons
-  bool skip = true;  ///< leave out what changes nothing; the picture is the same to the bit
+  bool skip = true;         ///< leave out what changes nothing; the picture is the same to the bit
   bool operator==(const RenderSettings&) const = default;
 };
 

@@ -105,8 +105,8 @@ void add_hull_vertices(const Mesh& mesh, const Vec3& eye, HullDrawing& drawing) 
       const int best = mesh.texturing->best[f / 3];
       if (best >= 0 && best < static_cast<int>(views)) {
         if (can_colour(mesh.views[static_cast<std::size_t>(best)].view)) {
-          const auto at = static_cast<std::uint8_t>(
-              slot_of(drawing, static_cast<std::size_t>(best)));
+          const auto at =
+              static_cast<std::uint8_t>(slot_of(drawing, static_cast<std::size_t>(best)));
           for (HullVertex& v : vertex) {
             v.slots.fill(at);
             v.weights[0] = 65535;

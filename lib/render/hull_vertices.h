@@ -26,10 +26,10 @@ static_assert(sizeof(HullVertex) == 24);
 
 /// What is drawn of one hull, for all eyes.
 struct HullDrawing {
-  std::vector<HullVertex> vertices;  ///< three per triangle
+  std::vector<HullVertex> vertices;   ///< three per triangle
   std::vector<std::uint32_t> corner;  ///< by vertex: index into Hull::vertices
-  std::vector<int> views;            ///< by slot: index into Mesh::views; only views that are used
-  std::vector<int> slot_of_view;     ///< -1: not used
+  std::vector<int> views;             ///< by slot: index into Mesh::views; only views that are used
+  std::vector<int> slot_of_view;      ///< -1: not used
 };
 
 /// The slot of view \p view, a new one where it has none.

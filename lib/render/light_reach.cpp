@@ -64,7 +64,7 @@ bool LightReach::build(const Light& light, std::span<const Vec3f> points,
   map_.right = right;
   map_.down = down;
   map_.extent = {std::abs(glm::dot(light.u, map_.right)) + std::abs(glm::dot(light.v, map_.right)),
-             std::abs(glm::dot(light.u, map_.down)) + std::abs(glm::dot(light.v, map_.down))};
+                 std::abs(glm::dot(light.u, map_.down)) + std::abs(glm::dot(light.v, map_.down))};
 
   std::vector<Vec2f> map(points.size());
   map_.low = Vec2f(1e30f);

@@ -118,14 +118,14 @@ void Background::light_scene() {
 void Background::light_scene_gradually(const std::filesystem::path& folder) {
   light_ = GradualLight::first(traced_, options_.light);
   kept_ = std::make_shared<Kept>();
-  gradual_ = std::make_unique<GradualLight>(
-      traced_.scene(), options_.light,
-      [kept = kept_, options = options_.light, folder](const TracedScene& scene,
-                                                       const LightCache& light) {
-        const std::string why_not = keep(light, scene, options, folder);
-        const std::lock_guard lock(kept->mutex);
-        kept->why_not = why_not;
-      });
+  gradual_ = std::make_unique<GradualLight>(traced_.scene(), options_.light,
+                                            [kept = kept_, options = options_.light, folder](
+                                                const TracedScene& scene, const LightCache& light) {
+                                              const std::string why_not =
+                                                  keep(light, scene, options, folder);
+                                              const std::lock_guard lock(kept->mutex);
+                                              kept->why_not = why_not;
+                                            });
 }
 
 /// True if the light has changed.
@@ -150,8 +150,8 @@ bool Background::advance_light() {
 
 Background::Work Background::update(const Camera& camera, const std::vector<Light>& lights,
                                     float exposure) {
-  const bool still =
-      light_ && !advance_light() && camera_ == camera && exposure == exposure_ && lights == traced_.scene().lights;
+  const bool still = light_ && !advance_light() && camera_ == camera && exposure == exposure_ &&
+                     lights == traced_.scene().lights;
   if (still) return Work::none;
   const bool lit = apply_lights(lights);
   traced_.set_exposure(exposure);

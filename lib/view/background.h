@@ -130,11 +130,11 @@ class Background {
   bool light_was_kept_ = false;
   std::string light_not_kept_;
   bool light_failed_ = false;  // to become the exact one
-  struct Kept;                            // what the other thread says of the file
+  struct Kept;                 // what the other thread says of the file
   std::shared_ptr<Kept> kept_;
   std::unique_ptr<GradualLight> gradual_;  // null: the light is exact
-  std::unique_ptr<RasterView> raster_;  // of light_
-  std::uint64_t geometry_ = 0;          // geometry_key() now
+  std::unique_ptr<RasterView> raster_;     // of light_
+  std::uint64_t geometry_ = 0;             // geometry_key() now
   std::shared_ptr<const ScenePlanes> planes_;
   std::optional<Camera> camera_;
   float exposure_ = 0.0f;

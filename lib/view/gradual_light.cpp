@@ -33,8 +33,7 @@ LightCacheOptions coarser(LightCacheOptions options, const Step& step) {
 void mix(const LightValues& from, const LightValues& to, float share, LightValues& out) {
   for (std::size_t side = 0; side < out.sides.size(); ++side)
     for (std::size_t i = 0; i < out.sides[side].size(); ++i)
-      out.sides[side][i] =
-          from.sides[side][i] + share * (to.sides[side][i] - from.sides[side][i]);
+      out.sides[side][i] = from.sides[side][i] + share * (to.sides[side][i] - from.sides[side][i]);
   out.mean_bounced = glm::mix(from.mean_bounced, to.mean_bounced, share);
 }
 

@@ -170,7 +170,8 @@ void RasterView::draw_band(const Pass& pass, Band& band) {
   if (pass.by_rays) {
     for (int y = band.top; y < band.bottom; ++y)
       for (int x = band.left; x < band.right; ++x)
-        if (const unsigned samples = wanted(pass, static_cast<std::size_t>(y) * pass.camera.width + x))
+        if (const unsigned samples =
+                wanted(pass, static_cast<std::size_t>(y) * pass.camera.width + x))
           send(pass, band, x, y, samples);
   } else {
     // By tiles: their samples, textures and light stay in the nearest caches.

@@ -89,8 +89,7 @@ bool SpanShader::seen_from_behind(const Face& face) const {
   const SceneMesh& mesh = scene_.scene().meshes[face.mesh];
   const std::uint32_t* corner = &mesh.triangles[3 * static_cast<std::size_t>(face.triangle)];
   const Vec3f p0 = mesh.positions[corner[0]];
-  const Vec3f normal =
-      glm::cross(mesh.positions[corner[1]] - p0, mesh.positions[corner[2]] - p0);
+  const Vec3f normal = glm::cross(mesh.positions[corner[1]] - p0, mesh.positions[corner[2]] - p0);
   return glm::dot(normal, p0 - eye_) > 0.0f;
 }
 
@@ -103,8 +102,7 @@ void SpanShader::light(const Face& face, const ScreenTriangle& piece, const Span
   if (on.columns == 0) {
     const Float4 a = nodes[on.corner[0]];
     const Float4 b = nodes[on.corner[1]] - a, c = nodes[on.corner[2]] - a;
-    const Float4 start =
-        a * shares.all.start + b * shares.second.start + c * shares.third.start;
+    const Float4 start = a * shares.all.start + b * shares.second.start + c * shares.third.start;
     const Float4 step = a * shares.all.dx + b * shares.second.dx + c * shares.third.dx;
     for (int i = 0; i < span.count; ++i)
       values[i] = (start + static_cast<float>(i) * step) * depth[i];
@@ -112,9 +110,9 @@ void SpanShader::light(const Face& face, const ScreenTriangle& piece, const Span
   }
   const RowCourse across = shares.of(on.at[0].x, on.at[1].x, on.at[2].x);
   const RowCourse down = shares.of(on.at[0].y, on.at[1].y, on.at[2].y);
-  view_loops().light({span.count, depth, across, down, nodes,
-                      light_.borders(face.mesh, back), static_cast<int>(on.stride),
-                      static_cast<int>(on.columns), static_cast<int>(on.rows), on.fan},
+  view_loops().light({span.count, depth, across, down, nodes, light_.borders(face.mesh, back),
+                      static_cast<int>(on.stride), static_cast<int>(on.columns),
+                      static_cast<int>(on.rows), on.fan},
                      values);
 }
 
@@ -137,7 +135,7 @@ const SpanShader::Look& SpanShader::shade(const ScreenTriangle& piece, const Spa
   const double inverse =
       piece.inverse.value + span.x * piece.inverse.dx + span.y * piece.inverse.dy;
   const auto start = static_cast<float>(inverse), step = static_cast<float>(piece.inverse.dx);
-  for (int i = 0; i < span.count; ++i) 
+  for (int i = 0; i < span.count; ++i)
     depth[i] = 1.0f / std::max(start + static_cast<float>(i) * step, least_inverse);
   light(face, piece, span, depth, values);
   if (look.texture != nullptr) texture(face, *look.texture, piece, span, depth, values);

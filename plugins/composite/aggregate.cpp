@@ -114,9 +114,8 @@ GstBuffer* acquire(GstAggregator* aggregator, const GstVideoInfo& info) {
 
 /// The composite of \p frame, whose reference it takes; null: the pool is flushing. \p place is set
 /// where it is still to be taken from there.
-GstBuffer* compose(Composite& self, GstBuffer* frame,
-                   const std::vector<GstAggregatorPad*>& meshes, bool later,
-                   std::optional<unsigned>& place) {
+GstBuffer* compose(Composite& self, GstBuffer* frame, const std::vector<GstAggregatorPad*>& meshes,
+                   bool later, std::optional<unsigned>& place) {
   g_autoptr(GstBuffer) held = frame;
   const bool video = is_video_output(self.output_info);
   const bool same_memory = !video && self.background_on_gpu == self.output_on_gpu;
@@ -183,8 +182,7 @@ struct Made {
 /// Hands on the frame that is held, if there is one.
 GstFlowReturn send_held(Composite& self) {
   // The base class takes a refusal to negotiate for the last word.
-  if (std::exchange(self.send_held_first, false))
-    gst_pad_mark_reconfigure(self.element->srcpad);
+  if (std::exchange(self.send_held_first, false)) gst_pad_mark_reconfigure(self.element->srcpad);
   g_autoptr(GstBuffer) buffer = g_steal_pointer(&self.held.buffer);
   if (!buffer) return GST_FLOW_OK;
   if (self.composer.take(self.held.place, self.held.info, buffer))
@@ -213,8 +211,7 @@ Made make_frame(Composite& self, const CompositePads& pads, bool live, bool time
     return {nullptr, gst_aggregator_pad_is_eos(pads.background) ? GST_FLOW_EOS
                                                                 : GST_AGGREGATOR_FLOW_NEED_DATA};
   bool complete = true;
-  for (GstAggregatorPad* pad : pads.meshes)
-    complete = catch_up(self, pad, frame, live) && complete;
+  for (GstAggregatorPad* pad : pads.meshes) complete = catch_up(self, pad, frame, live) && complete;
   const std::int64_t now = self.timing.now();
   const bool due = live && frame.begin != no_time && now != no_time
                        ? now >= frame.begin + self.timing.wait()

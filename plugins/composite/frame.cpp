@@ -53,8 +53,8 @@ void FrameComposer::announce(std::optional<Announcement> announcement) {
 }
 
 void FrameComposer::prepare(const CompositeSettings& settings, const GstVideoInfo& info,
-                            GstBuffer* background,
-                            const std::vector<GstAggregatorPad*>& meshes, bool on_gpu) {
+                            GstBuffer* background, const std::vector<GstAggregatorPad*>& meshes,
+                            bool on_gpu) {
   settings_ = render_settings(settings);
   frame_.width = GST_VIDEO_INFO_WIDTH(&info);
   frame_.height = GST_VIDEO_INFO_HEIGHT(&info);
@@ -224,9 +224,8 @@ std::optional<unsigned> FrameComposer::draw_in_memory(const FrameBuffers& buffer
 bool FrameComposer::take(unsigned place, const GstVideoInfo& info, GstBuffer* output) {
   if (gl_failed_) return false;
   const MappedFrame target(info, output, GST_MAP_READWRITE);
-  return run_gl([&](Compositor& compositor) {
-    compositor.take(place, target.data(), target.stride());
-  });
+  return run_gl(
+      [&](Compositor& compositor) { compositor.take(place, target.data(), target.stride()); });
 }
 
 void FrameComposer::report(const Renderer& renderer) {

@@ -34,11 +34,12 @@ constexpr Property<RigTestSettings> properties[] = {
     property<&S::camera>("camera", "Camera",
                          "Name of the camera in the rig. Empty: the rig's first camera.", 0, 0,
                          Change::when_ready),
-    property<&S::subject>(
-        "subject", "Subject",
-        "What stands on the stage: \"figure\", the built-in walking person, \"hairy\", the same with "
-        "a coat of hair thinner than pixels, or the path of an OBJ file with a closed surface (y up, metres), which turns once in ten seconds.",
-        0, 0, Change::when_ready),
+    property<&S::subject>("subject", "Subject",
+                          "What stands on the stage: \"figure\", the built-in walking person, "
+                          "\"hairy\", the same with "
+                          "a coat of hair thinner than pixels, or the path of an OBJ file with a "
+                          "closed surface (y up, metres), which turns once in ten seconds.",
+                          0, 0, Change::when_ready),
     property<&S::subject_height>("subject-height", "Subject height",
                                  "Height in metres to which a subject from a file is scaled, 0 to "
                                  "100. 0: its coordinates are taken as metres.",

@@ -155,8 +155,8 @@ Camera scene_viewport(const SceneSettings& settings, const ViewportControl& cont
       names += (names.empty() ? "" : ", ") + camera.name;
     }
     if (found == nullptr) {
-      throw Error(Error::Kind::not_found, "The scene '{}' has no camera called '{}'. {}", scene.name,
-                  settings.camera,
+      throw Error(Error::Kind::not_found, "The scene '{}' has no camera called '{}'. {}",
+                  scene.name, settings.camera,
                   names.empty() ? "It has none; leave camera empty."
                                 : "Set camera to one of its (" + names + ") or leave it empty.");
     }

@@ -37,8 +37,8 @@ struct SceneSrc : FrameSource {
   explicit SceneSrc(gpointer object) : FrameSource(object) {
     statistics.declare({"frames", "frames-drawn", "frames-refined", "frames-repeated",
                         "frames-skipped", "frames-unwanted", "light-fills", "light-points",
-                        "light-loads", "light-exact", "light-rays", "rays", "pixels-smoothed", "samples",
-                        "warnings"});
+                        "light-loads", "light-exact", "light-rays", "rays", "pixels-smoothed",
+                        "samples", "warnings"});
     gst_base_src_set_live(GST_BASE_SRC(object), settings.live);
     gst_pad_add_probe(GST_BASE_SRC_PAD(object), GST_PAD_PROBE_TYPE_BUFFER, announce, object,
                       nullptr);
@@ -148,8 +148,7 @@ GstFlowReturn create(GstPushSrc* push, GstBuffer** out) {
     }
     const bool exact = stream.background().light_is_exact();
     const std::string& why = stream.background().light_not_kept();
-    if (!why.empty() && (lit || why != said))
-      statistics.warn(GST_ELEMENT(push), "warnings", why);
+    if (!why.empty() && (lit || why != said)) statistics.warn(GST_ELEMENT(push), "warnings", why);
     statistics.set_count("light-exact", exact);
     statistics.set_count("light-rays", stream.background().light_rays());
     statistics.set_count("samples", stream.background().samples());
@@ -186,9 +185,8 @@ void SceneSrc::class_init(gpointer klass) {
       "light-rays (of the light in the picture), light-points, warnings; "
       "times in milliseconds: last-frame-ms, last-drawn-ms, light-ms; and threads-used (how many "
       "threads took part in the last frame's parallel loops, on average).");
-  set_metadata(
-      klass, "Scene source", "Source/Video",
-      "Lit picture of a glTF scene, with its camera and lights announced for compositing");
+  set_metadata(klass, "Scene source", "Source/Video",
+               "Lit picture of a glTF scene, with its camera and lights announced for compositing");
   add_template(klass, "src", GST_PAD_SRC,
                "video/x-raw, format=(string){ RGBA, BGRA, RGBx, BGRx }, width=(int)[1, 16384], "
                "height=(int)[1, 16384], framerate=(fraction)[1/2147483647, 2147483647/1], "

@@ -76,7 +76,8 @@ class Clouds {
  public:
   Clouds(int period, int octaves, std::uint32_t seed) {
     for (int i = 0; i < octaves; ++i, period *= 2)
-      octaves_.push_back({static_cast<float>(period), {period, seed + static_cast<std::uint32_t>(i)}});
+      octaves_.push_back(
+          {static_cast<float>(period), {period, seed + static_cast<std::uint32_t>(i)}});
   }
 
   float at(float x, float y) const {
@@ -134,7 +135,10 @@ Picture stone_texture(int size) {
   struct Slab {
     Clouds bend_x, bend_y, cloud, ridge;
     explicit Slab(std::uint32_t seed)
-        : bend_x(4, 3, seed), bend_y(4, 3, seed + 7), cloud(6, 5, seed + 13), ridge(3, 3, seed + 29) {}
+        : bend_x(4, 3, seed),
+          bend_y(4, 3, seed + 7),
+          cloud(6, 5, seed + 13),
+          ridge(3, 3, seed + 29) {}
   };
   const Slab slabs[] = {Slab(100), Slab(120), Slab(140), Slab(160)};
   return paint(size, size, [&](float u, float v) {
@@ -144,8 +148,7 @@ Picture stone_texture(int size) {
     const float x = tile % 3 == 0 ? u : v, y = tile % 3 == 0 ? v : 1.0f - u;
     const float bend_x = slab.bend_x.at(x, y) - 0.5f, bend_y = slab.bend_y.at(x, y) - 0.5f;
     const float cloud = slab.cloud.at(x + 0.12f * bend_x, y + 0.12f * bend_y);
-    const float ridge =
-        std::abs(slab.ridge.at(x + 0.35f * bend_x, y + 0.35f * bend_y) - 0.5f);
+    const float ridge = std::abs(slab.ridge.at(x + 0.35f * bend_x, y + 0.35f * bend_y) - 0.5f);
     const float far = ridge * ridge * 9000.0f;
     const float vein =
         far > 110.0f ? 0.0f : std::exp(-far) * std::clamp(3.0f * cloud - 1.0f, 0.0f, 1.0f);
@@ -196,7 +199,8 @@ Picture painting_texture(int width, int height) {
     colour =
         glm::mix(Vec3f(1.0f, 0.86f, 0.55f), colour, std::clamp((sun - 0.105f) * 90.0f, 0.0f, 1.0f));
     const Vec3f hills[] = {{0.42f, 0.22f, 0.24f}, {0.20f, 0.12f, 0.22f}, {0.05f, 0.07f, 0.13f}};
-    const std::array<float, 3>& ridge = ridges[static_cast<std::size_t>(u * static_cast<float>(width))];
+    const std::array<float, 3>& ridge =
+        ridges[static_cast<std::size_t>(u * static_cast<float>(width))];
     for (std::size_t i = 0; i < 3; ++i)
       if (v > ridge[i]) colour = hills[i] * (0.8f + 0.55f * (v - ridge[i]) + 0.6f * brush);
     return colour;
@@ -211,7 +215,8 @@ Picture print_texture(int width, int height, unsigned number) {
   std::array<Disc, 5> discs;
   for (std::size_t i = 0; i < discs.size(); ++i) {
     const auto random = [&](int k) { return lattice(k, static_cast<int>(i), 701 + number); };
-    discs[i] = {(0.2f + 0.6f * random(0)) * aspect, 0.2f + 0.6f * random(1), 0.10f + 0.14f * random(2)};
+    discs[i] = {(0.2f + 0.6f * random(0)) * aspect, 0.2f + 0.6f * random(1),
+                0.10f + 0.14f * random(2)};
   }
   const Noise fibres(128, 733);
   return paint(width, height, [&](float u, float v) {

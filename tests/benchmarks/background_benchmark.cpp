@@ -87,16 +87,14 @@ void write_light_table(const std::string& folder, const TracedScene& scene,
                  static_cast<unsigned long long>(light->rays()), busy_s, wall_s,
                  sum / static_cast<double>(truth.size()));
   };
-  row("first of a live stream", {}, [&](const LightCacheOptions& options) {
-    return GradualLight::first(scene, options);
-  });
+  row("first of a live stream", {},
+      [&](const LightCacheOptions& options) { return GradualLight::first(scene, options); });
   for (const float spacing : {0.2f, 0.1f, 0.05f, 0.025f}) {
     LightCacheOptions options;
     options.spacing = spacing;
     options.bounce_spacing = 5.6f * spacing;  // as scenesrc has it
-    row("exact", options, [&](const LightCacheOptions& with) {
-      return std::make_unique<LightCache>(scene, with);
-    });
+    row("exact", options,
+        [&](const LightCacheOptions& with) { return std::make_unique<LightCache>(scene, with); });
   }
   std::fclose(file);
 }
@@ -112,7 +110,8 @@ int main(int argc, char** argv) {
   app.add_option("--views", views, "views of the orbit");
   app.add_option("--step", step, "degrees between them");
   app.add_option("--only", only, "raster or rays");
-  app.add_option("--truth", truth, "path-traced samples per pixel that three views are held against");
+  app.add_option("--truth", truth,
+                 "path-traced samples per pixel that three views are held against");
   app.add_option("--keep", keep, "folder for the views");
   app.add_option("--tables", tables, "folder for the table of lights; with --truth");
   CLI11_PARSE(app, argc, argv);

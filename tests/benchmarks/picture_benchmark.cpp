@@ -86,12 +86,14 @@ int main(int argc, char** argv) {
   app.add_option("meshes", files, "recorded meshes, one per file")->required();
   app.add_option("--size", size, "WIDTHxHEIGHT");
   app.add_option("--backend", backend, "processor, gl or all");
-  app.add_option("--only", only, "one row: SHADOW-still, SHADOW-travels or SHADOW-given (travels, with planes)");
+  app.add_option("--only", only,
+                 "one row: SHADOW-still, SHADOW-travels or SHADOW-given (travels, with planes)");
   app.add_option("--rounds", rounds, "times through the meshes");
   app.add_option("--output", output, "folder for picture.csv");
   app.add_option("--keep", keep, "folder for the last picture of each row");
   app.add_flag("--passes", detailed, "prints each pass's median, too");
-  app.add_flag("--finish", each, "waits for OpenGL after each pass: the passes' times are their own");
+  app.add_flag("--finish", each,
+               "waits for OpenGL after each pass: the passes' times are their own");
   CLI11_PARSE(app, argc, argv);
   int width = 0, height = 0;
   if (std::sscanf(size.c_str(), "%dx%d", &width, &height) != 2 || width < 1 || height < 1) {
@@ -110,7 +112,8 @@ int main(int argc, char** argv) {
   }
 
   polyhull::testing::HeadlessContext context(false);
-  std::printf("%-10s %-6s %-11s %9s %9s %7s\n", "backend", "shadow", "viewport", "wall ms", "cpu ms", "threads");
+  std::printf("%-10s %-6s %-11s %9s %9s %7s\n", "backend", "shadow", "viewport", "wall ms",
+              "cpu ms", "threads");
   std::ofstream table;
   if (!output.empty()) {
     table.open(output + "/picture.csv");
@@ -177,9 +180,9 @@ int main(int argc, char** argv) {
             std::printf("    %-14s %8.2f\n", renderer->statistics().passes[i].name,
                         median(result.passes[i]));
         if (table.is_open())
-          table << (processor ? "processor," : "gl,") << name << ',' << name_of(way) << ','
-                << width << ',' << height << ',' << median(result.wall) << ','
-                << median(result.processor) << '\n';
+          table << (processor ? "processor," : "gl,") << name << ',' << name_of(way) << ',' << width
+                << ',' << height << ',' << median(result.wall) << ',' << median(result.processor)
+                << '\n';
         if (!keep.empty() && !travels)
           save_picture(out, keep + "/" + (processor ? "processor-" : "gl-") + name + ".png");
       }

@@ -25,10 +25,10 @@ using benchmark::median, benchmark::now, benchmark::Table;
 using synthetic::FigureStage, synthetic::ShadowTruth;
 
 constexpr std::tuple<ShadowQuality, const char*> qualities[] = {{ShadowQuality::off, "off"},
-                                                               {ShadowQuality::hard, "hard"},
-                                                               {ShadowQuality::fast, "fast"},
-                                                               {ShadowQuality::good, "good"},
-                                                               {ShadowQuality::best, "best"}};
+                                                                {ShadowQuality::hard, "hard"},
+                                                                {ShadowQuality::fast, "fast"},
+                                                                {ShadowQuality::good, "good"},
+                                                                {ShadowQuality::best, "best"}};
 
 std::unique_ptr<Renderer> renderer_of(bool processor) {
   if (processor) return std::make_unique<ProcessorRenderer>();
@@ -139,9 +139,8 @@ void mirrors(const std::string& folder, const std::vector<bool>& backends) {
           return std::abs(a[0] - b[0]) + std::abs(a[1] - b[1]) + std::abs(a[2] - b[2]) > 2;
         };
         table.row("%s,%s,%d,%.2f,%.2f,%.2f,%.4f", processor ? "processor" : "gl", name, samples,
-                  milliseconds(stage, *renderer, settings),
-                  synthetic::psnr(with, truth, mirrored), synthetic::psnr(with, truth, any),
-                  synthetic::mean_flip(truth, with));
+                  milliseconds(stage, *renderer, settings), synthetic::psnr(with, truth, mirrored),
+                  synthetic::psnr(with, truth, any), synthetic::mean_flip(truth, with));
       }
     }
   }

@@ -143,9 +143,9 @@ GST_START_TEST(pictures_in_opengls_memory_end_with_an_error) {
   const char background[] =
       "videotestsrc num-buffers=3 ! video/x-raw,format=RGBA,width=320,height=180,framerate=25/1 ! ";
   const SayGlError said(GL_CONTEXT_LOST, 0, G_MAXINT);
-  const std::string ended = run_to_end(
-      "composite name=mix ! video/x-raw(memory:GLMemory) ! fakesink " + std::string(subject) +
-      background + "glupload ! mix.background");
+  const std::string ended =
+      run_to_end("composite name=mix ! video/x-raw(memory:GLMemory) ! fakesink " +
+                 std::string(subject) + background + "glupload ! mix.background");
   fail_unless(ended.find("OpenGL failed") != std::string::npos &&
                   ended.find("context is lost") != std::string::npos,
               "%s", ended.c_str());

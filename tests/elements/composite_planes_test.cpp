@@ -12,10 +12,9 @@ namespace {
 
 GstBuffer* without_metas(GstBuffer* buffer) {
   GstBuffer* copy = gst_buffer_new();
-  gst_buffer_copy_into(copy, buffer,
-                       static_cast<GstBufferCopyFlags>(GST_BUFFER_COPY_TIMESTAMPS |
-                                                       GST_BUFFER_COPY_MEMORY),
-                       0, -1);
+  gst_buffer_copy_into(
+      copy, buffer,
+      static_cast<GstBufferCopyFlags>(GST_BUFFER_COPY_TIMESTAMPS | GST_BUFFER_COPY_MEMORY), 0, -1);
   return copy;
 }
 
@@ -58,9 +57,9 @@ struct Travelling {
     std::vector<std::vector<guint8>> out;
     for (std::size_t i = 0; i + later < frames.size(); ++i) {
       gst_harness_push_event(bench.background, gst_event_ref(announcements[i + later]));
-      GstBuffer* picture = bench.step(
-          as_they_are ? gst_buffer_copy(frames[i]) : without_metas(frames[i]),
-          mesh_buffer((i + 1) * 40 * GST_MSECOND));
+      GstBuffer* picture =
+          bench.step(as_they_are ? gst_buffer_copy(frames[i]) : without_metas(frames[i]),
+                     mesh_buffer((i + 1) * 40 * GST_MSECOND));
       GstMapInfo map;
       fail_unless(gst_buffer_map(picture, &map, GST_MAP_READ));
       out.emplace_back(map.data, map.data + map.size);
@@ -112,8 +111,8 @@ GST_START_TEST(planes_go_through_other_elements) {
     GstElement* pipeline = parse(
         "composite name=mix backend=processor ! fakesink "
         "scenesrc path=orbit num-buffers=3 light-spacing=.2 light-cache=false ! " +
-        std::string(way) +
-        " ! video/x-raw,format=RGBA,width=320,height=180 ! mix.background " + subject_of_three);
+        std::string(way) + " ! video/x-raw,format=RGBA,width=320,height=180 ! mix.background " +
+        subject_of_three);
     GstElement* mix = gst_bin_get_by_name(GST_BIN(pipeline), "mix");
     gst_element_set_state(pipeline, GST_STATE_PLAYING);
     check_ended(wait_for_end(pipeline));

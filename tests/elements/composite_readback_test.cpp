@@ -104,8 +104,8 @@ GST_START_TEST(what_is_held_goes_before_new_caps) {
   ReadbackBench bench(true);
   bench.feed(0);
   fail_unless(bench.has(0));
-  gst_harness_set_src_caps_str(
-      bench.background, "video/x-raw,format=RGBA,width=160,height=180,framerate=25/1");
+  gst_harness_set_src_caps_str(bench.background,
+                               "video/x-raw,format=RGBA,width=160,height=180,framerate=25/1");
   GstBuffer* half = gst_buffer_new_allocate(nullptr, 4 * 160 * height, nullptr);
   gst_buffer_memset(half, 0, grey, 4 * 160 * height);
   GST_BUFFER_PTS(half) = frame_time(1);
@@ -163,15 +163,15 @@ namespace {
 
 /// The latency of a live line at 5 frames a second, at its end; ms.
 double latency(const char* properties) {
-  GstElement* pipeline = parse(
-      std::string("composite name=mix backend=gl ") + properties +
-      " ! video/x-raw ! fakesink sync=true videotestsrc is-live=true num-buffers=8 ! "
-      "video/x-raw,format=RGBA,width=160,height=90,framerate=5/1 ! mix.background "
-      "hullbuild name=hull ! mix.mesh_0 "
-      "rigtestsrc is-live=true camera=cam0 num-buffers=8 ! video/x-raw,framerate=5/1 ! "
-      "silhouette camera=cam0 ! hull. "
-      "rigtestsrc is-live=true camera=cam1 num-buffers=8 ! video/x-raw,framerate=5/1 ! "
-      "silhouette camera=cam1 ! hull. ");
+  GstElement* pipeline =
+      parse(std::string("composite name=mix backend=gl ") + properties +
+            " ! video/x-raw ! fakesink sync=true videotestsrc is-live=true num-buffers=8 ! "
+            "video/x-raw,format=RGBA,width=160,height=90,framerate=5/1 ! mix.background "
+            "hullbuild name=hull ! mix.mesh_0 "
+            "rigtestsrc is-live=true camera=cam0 num-buffers=8 ! video/x-raw,framerate=5/1 ! "
+            "silhouette camera=cam0 ! hull. "
+            "rigtestsrc is-live=true camera=cam1 num-buffers=8 ! video/x-raw,framerate=5/1 ! "
+            "silhouette camera=cam1 ! hull. ");
   gst_element_set_state(pipeline, GST_STATE_PLAYING);
   check_ended(wait_for_end(pipeline));
   GstElement* mix = gst_bin_get_by_name(GST_BIN(pipeline), "mix");
@@ -198,9 +198,9 @@ GST_END_TEST
 
 // Live, a background that pauses keeps nothing back.
 GST_START_TEST(a_live_pause_lets_it_go) {
-  GstElement* element = gst_element_factory_make_full("composite", "force-live", TRUE,
-                                                      "async-readback", TRUE, "eye-y", 1.2, "eye-z",
-                                                      4.0, "target-y", 1.0, nullptr);
+  GstElement* element =
+      gst_element_factory_make_full("composite", "force-live", TRUE, "async-readback", TRUE,
+                                    "eye-y", 1.2, "eye-z", 4.0, "target-y", 1.0, nullptr);
   gst_object_ref_sink(element);
   gst_util_set_object_arg(G_OBJECT(element), "backend", "gl");
   GstHarness* background = gst_harness_new_with_element(element, "background", "src");

@@ -500,8 +500,9 @@ GST_END_TEST;
 
 GST_START_TEST(live_frames_come_at_their_time_and_are_refined_between) {
   Log log;
-  GstElement* pipeline =
-      start(line_of("num-buffers=15 is-live=true progressive=false", "width=32,height=24,framerate=25/1"), log);
+  GstElement* pipeline = start(
+      line_of("num-buffers=15 is-live=true progressive=false", "width=32,height=24,framerate=25/1"),
+      log);
   gst_element_set_state(pipeline, GST_STATE_PLAYING);
   fail_unless(wait_for_end(pipeline).empty());
   fail_unless(counter(pipeline, "frames-refined") > 0);
@@ -607,8 +608,8 @@ static Suite* scenesrc_suite() {
 
 int main(int argc, char** argv) {
   // A cache of its own, which it empties.
-  const std::filesystem::path cache = std::filesystem::temp_directory_path() /
-                                      ("polyhull_cache_" + std::to_string(getpid()));
+  const std::filesystem::path cache =
+      std::filesystem::temp_directory_path() / ("polyhull_cache_" + std::to_string(getpid()));
   g_setenv("XDG_CACHE_HOME", cache.c_str(), TRUE);
   gst_check_init(&argc, &argv);
   Suite* suite = scenesrc_suite();

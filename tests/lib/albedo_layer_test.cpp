@@ -56,7 +56,8 @@ class AlbedoLayerTest : public ::testing::Test {
       if (material.emission != Vec3f(0.0f) || material.is_mirror()) continue;
       material.base_colour_texture = static_cast<int>(scene.textures.size()) - 1;
       mesh.texture_coordinates.clear();
-      for (const Vec3f& p : mesh.positions) mesh.texture_coordinates.emplace_back(p.x + 0.3f * p.y, p.z);
+      for (const Vec3f& p : mesh.positions)
+        mesh.texture_coordinates.emplace_back(p.x + 0.3f * p.y, p.z);
     }
     traced = std::make_unique<TracedScene>(std::move(scene));
     camera = synthetic::look_at({1.3, 1.5, 3.2}, {0.0, 0.7, 0.0}, width, height, 60.0);
@@ -119,9 +120,9 @@ TEST_F(AlbedoLayerTest, ReceiversAreWhatRaysFind) {
       const Surface surface = traced->surface(ray(x, y), hit);
       const Receiver receiver = receivers.at(x, y, ray(x, y).direction);
       ASSERT_LT(glm::length(receiver.normal - surface.normal), 1e-3f) << x << ", " << y;
-      ASSERT_LT(glm::length(receiver.point -
-                            (surface.lifted + traced->epsilon() * surface.geometric)),
-                2e-5f)
+      ASSERT_LT(
+          glm::length(receiver.point - (surface.lifted + traced->epsilon() * surface.geometric)),
+          2e-5f)
           << x << ", " << y;
       ++found;
     }

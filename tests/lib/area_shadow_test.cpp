@@ -30,14 +30,12 @@ struct Stage {
     traced = std::make_unique<TracedScene>(scene);
     frame.width = width;
     frame.height = height;
-    frame.viewport =
-        synthetic::look_at({1.3, 1.5, 4.2}, {0.0, 0.7, 0.0}, width, height, 50.0);
+    frame.viewport = synthetic::look_at({1.3, 1.5, 4.2}, {0.0, 0.7, 0.0}, width, height, 50.0);
     frame.scene = std::make_shared<const Scene>(scene);
     frame.lights = scene.lights;
     frame.subjects.push_back({&mesh, {}, 1});
     plan = plan_frame(frame, {}, scene_bounds(scene));
-    layer.set(traced.get(),
-              {pixels_from_scene(frame.viewport), width, height, 4, {}, -1});
+    layer.set(traced.get(), {pixels_from_scene(frame.viewport), width, height, 4, {}, -1});
     layer.ensure_middles({0, 0, width, height});
   }
   const Light& light() const { return frame.lights[static_cast<std::size_t>(plan.light)]; }
@@ -187,8 +185,8 @@ TEST(LightReach, NeverLeavesOutAShadedPlace) {
         blocked = blocked || caster.occluded({place, 0.0f, target - place, 1.0f});
       }
       shaded += blocked;
-      EXPECT_TRUE(may || !blocked) << "round " << round << " " << place.x << " " << place.y << " "
-                                   << place.z;
+      EXPECT_TRUE(may || !blocked)
+          << "round " << round << " " << place.x << " " << place.y << " " << place.z;
     }
   }
   EXPECT_GT(shaded, 1000);

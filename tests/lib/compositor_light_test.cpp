@@ -270,8 +270,8 @@ TEST_P(CompositorLightTest, WhatTheMirrorShowedIsThePicturesOwn) {
     const double fresnel = 0.04 + 0.96 * std::pow(1 + glm::normalize(way).y, 5.0);
     const Vec3f found = shot.at(image);
     for (int c = 0; c < 3; ++c)
-      EXPECT_NEAR(found[c],
-                  elsewhere[c] + fresnel * (synthetic::to_linear(0.9f) - painted[c]), 0.004)
+      EXPECT_NEAR(found[c], elsewhere[c] + fresnel * (synthetic::to_linear(0.9f) - painted[c]),
+                  0.004)
           << y << " channel " << c;
   }
 }
@@ -306,8 +306,8 @@ TEST_P(CompositorLightTest, TheShadowIsSeenInTheMirror) {
     for (int c = 0; c < 3; ++c) {
       const double fresnel =
           metal.base_colour[c] + (1 - metal.base_colour[c]) * std::pow(1 - cosine, 5.0);
-      EXPECT_NEAR(lost({x, 0, 0})[c],
-                  fresnel * plaster.base_colour[c] / std::numbers::pi * falling, 0.003)
+      EXPECT_NEAR(lost({x, 0, 0})[c], fresnel * plaster.base_colour[c] / std::numbers::pi * falling,
+                  0.003)
           << x << " channel " << c;
     }
   }

@@ -69,12 +69,12 @@ TEST_P(CompositorTest, EveryShaderCompiles) {
       link("tiles.vert", "composite.frag", {step, layers});
   // Whatever is in shaders/ is one of these.
   for (const ShaderSource& shader : shader_sources()) {
-    const std::string_view known[] = {"common.glsl",        "composite.frag",    "depth.frag",
-                                      "fullscreen.vert",    "hull.frag",         "hull.vert",
-                                      "hull_depth.vert",    "scene.vert",        "material.glsl",
-                                      "shadow.frag",        "shadow_tiles.frag", "shadow_blur.frag",
-                                      "mirrored_scene.frag", "tiles.vert",       "place.glsl",
-                                      "scene_layer.frag",   "reach.frag"};
+    const std::string_view known[] = {
+        "common.glsl",         "composite.frag", "depth.frag",        "fullscreen.vert",
+        "hull.frag",           "hull.vert",      "hull_depth.vert",   "scene.vert",
+        "material.glsl",       "shadow.frag",    "shadow_tiles.frag", "shadow_blur.frag",
+        "mirrored_scene.frag", "tiles.vert",     "place.glsl",        "scene_layer.frag",
+        "reach.frag"};
     EXPECT_NE(std::find(std::begin(known), std::end(known), shader.name), std::end(known))
         << shader.name << " is not compiled by this test";
   }
@@ -107,7 +107,8 @@ TEST_P(CompositorTest, StandsInTheSceneLikeTheTruth) {
   const double unshaded = synthetic::psnr(stage.background, truth, around);
   const double flip = synthetic::mean_flip(truth, result);
   std::printf(
-      "FLIP %.4f, PSNR whole %.2f dB (background %.2f), shadow and mirror image %.2f dB (background %.2f)\n",
+      "FLIP %.4f, PSNR whole %.2f dB (background %.2f), shadow and mirror image %.2f dB "
+      "(background %.2f)\n",
       flip, whole, without, shaded, unshaded);
   // Measured: 41.00 and 48.67 with OpenGL, 40.98 and 49.33 on the processor.
   EXPECT_GT(whole, 40.5);

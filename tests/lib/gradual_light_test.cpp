@@ -97,7 +97,8 @@ TEST(GradualLight, BecomesTheExactLightWithoutJumps) {
 }
 
 TEST(GradualLight, OnlyTheExactLightIsKept) {
-  const fs::path folder = fs::temp_directory_path() / ("polyhull_gradual_" + std::to_string(getpid()));
+  const fs::path folder =
+      fs::temp_directory_path() / ("polyhull_gradual_" + std::to_string(getpid()));
   fs::remove_all(folder);
   BackgroundOptions options = settings(true);
   options.light_folder = folder;

@@ -18,10 +18,10 @@ Scene sharp_scene() {
   scene.materials[1].metallic = 1.0f;
   scene.materials[1].roughness = 0.0f;
   scene.materials[1].base_colour = Vec3f(0.9f);
-  scene.meshes = {parallelogram("floor", 0, {-2, 0, 2}, {4, 0, 0}, {0, 0, -4}),
-                  parallelogram("plate", 0, {-0.21f, 0.5f, 0.33f}, {0.5f, 0, 0.07f},
-                                {0.08f, 0, -0.4f}),
-                  parallelogram("mirror", 1, {-0.7f, 0.2f, -1.5f}, {1.3f, 0, 0}, {0, 0.9f, 0})};
+  scene.meshes = {
+      parallelogram("floor", 0, {-2, 0, 2}, {4, 0, 0}, {0, 0, -4}),
+      parallelogram("plate", 0, {-0.21f, 0.5f, 0.33f}, {0.5f, 0, 0.07f}, {0.08f, 0, -0.4f}),
+      parallelogram("mirror", 1, {-0.7f, 0.2f, -1.5f}, {1.3f, 0, 0}, {0, 0.9f, 0})};
   Light lamp;
   lamp.centre = {0.3f, 2.0f, 0.2f};
   lamp.radiance = Vec3f(10.0f);

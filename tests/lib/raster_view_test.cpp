@@ -8,8 +8,8 @@
 #include <random>
 
 #include "base/srgb.h"
-#include "raytrace/path_tracer.h"
 #include "raytrace/loops/view_loops.h"
+#include "raytrace/path_tracer.h"
 #include "studio/room/room.h"
 #include "studio/room/shapes.h"
 
@@ -142,8 +142,7 @@ TEST(RasterView, OtherMirrorsAreTraced) {
   // A mirror from behind; a mirror that stands on a mirror; a ball; a mirror that is but a sliver.
   Scene scene = simple_scene(polished(0.5f));
   scene.materials.push_back(polished(0.9f));
-  scene.meshes.push_back(
-      parallelogram("wall", 4, {-1.5f, 0.1f, -1.2f}, {3, 0, 0}, {0, 1.2f, 0}));
+  scene.meshes.push_back(parallelogram("wall", 4, {-1.5f, 0.1f, -1.2f}, {3, 0, 0}, {0, 1.2f, 0}));
   scene.meshes.push_back(sphere("ball", 4, {0.3f, 0.25f, 0.7f}, 0.25f, 24));
   scene.meshes.push_back(
       parallelogram("sliver", 4, {-1.2f, 0.3f, 0.6f}, {0.3f, 0, 0.05f}, {0, 0.05f, 0.0f}));
@@ -219,22 +218,27 @@ TEST(ViewLoops, SameBitsForEveryInstructionSet) {
     const int count = 1 + static_cast<int>(random() % most);
     float depth[most];
     for (float& d : depth) d = number(0.3f, 20.0f);
-    const auto course = [&] { return RowCourse{number(-3, 3), number(-.1f, .1f), number(-.1f, .1f)}; };
-    std::vector<Float4> values[2] = {{most, Float4{}}, {most, Float4{}}}, looks[2] = {values[0], values[0]};
+    const auto course = [&] {
+      return RowCourse{number(-3, 3), number(-.1f, .1f), number(-.1f, .1f)};
+    };
+    std::vector<Float4> values[2] = {{most, Float4{}}, {most, Float4{}}},
+                        looks[2] = {values[0], values[0]};
     float fifth[2][most] = {}, pictures[2][3 * most] = {};
-    const LightRow light{count, depth, course(), course(), nodes.data(), borders.data(), 20, 19, 10,
-                         round % 2 == 1};
+    const LightRow light{count,          depth, course(), course(), nodes.data(),
+                         borders.data(), 20,    19,       10,       round % 2 == 1};
     const TextureRow row{count, depth, course(), course(), course()};
     RayRow rays{count, {}, {}, {0.0f, 0.6f, 0.8f}};
-    for (int k = 0; k < 3; ++k) rays.direction[k] = number(-1, 1), rays.step[k] = number(-.01f, .01f);
+    for (int k = 0; k < 3; ++k)
+      rays.direction[k] = number(-1, 1), rays.step[k] = number(-.01f, .01f);
     for (int i = 0; i < 2; ++i) {
       const ViewLoops& loops = i == 0 ? a : b;
       loops.light(light, values[i].data());
       loops.texture(texture.levels(), row, values[i].data());
       loops.texels(texture.levels(), row, looks[i].data());
       loops.fresnel(rays, fifth[i]);
-      ColourRow colours{count, {.5f, .6f, .7f, 0}, {.1f, .1f, .2f, 0}, .75f, fifth[i], {.1f, .2f, .3f, 0},
-                        .5f, fifth[i], {.4f, .3f, .2f, 0}};
+      ColourRow colours{count, {.5f, .6f, .7f, 0}, {.1f, .1f, .2f, 0},
+                        .75f,  fifth[i],           {.1f, .2f, .3f, 0},
+                        .5f,   fifth[i],           {.4f, .3f, .2f, 0}};
       loops.add(colours, values[i].data(), pictures[i]);
     }
     EXPECT_EQ(std::memcmp(values[0].data(), values[1].data(), count * sizeof(Float4)), 0);
@@ -248,7 +252,8 @@ TEST(ViewLoops, SameBitsForEveryInstructionSet) {
 TEST(FilteredTexture, IsThePictureAndItsMean) {
   Picture picture{5, 3, 4, std::vector<std::uint8_t>(5 * 3 * 4)};
   for (int i = 0; i < 15; ++i) {
-    for (int k = 0; k < 3; ++k) picture.pixels[4 * i + k] = static_cast<std::uint8_t>(17 * i + 5 * k);
+    for (int k = 0; k < 3; ++k)
+      picture.pixels[4 * i + k] = static_cast<std::uint8_t>(17 * i + 5 * k);
   }
   const FilteredTexture texture(picture);
   for (int y = 0; y < 3; ++y) {
@@ -281,7 +286,9 @@ TEST(FilteredTexture, OneLookIsAsCoarseAsThePixel) {
     const float u = 6.5f / 64.0f, v = 3.5f / 64.0f;
     Float4 value;
     view_loops().texels(texture.levels(),
-                        {1, &depth, {1.0f / depth, 0.0f, 0.0f},
+                        {1,
+                         &depth,
+                         {1.0f / depth, 0.0f, 0.0f},
                          {u / depth, columns / 64.0f / depth, 0.0f},
                          {v / depth, 0.0f, rows / 64.0f / depth}},
                         &value);

@@ -90,11 +90,11 @@ Mesh odd_mesh(const Mesh& mesh, Chance& chance) {
 }
 
 Camera any_viewport(Chance& chance, int width, int height) {
-  const std::vector<Vec3> places = {
-      {1.3, 1.5, 4.2}, {0.0, 1.0, 0.0},   // inside the subject
-      {0.0, -2.0, 0.5},                   // below the floor
-      {2.0, 0.0, 2.0},                    // in the mirror's plane
-      {0.02, 1.95, 0.2}, {0.0, 9.0, 0.1}, {0.3, 0.01, 1.0}, {-0.26, 1.2, 0.7}};
+  const std::vector<Vec3> places = {{1.3, 1.5, 4.2},   {0.0, 1.0, 0.0},  // inside the subject
+                                    {0.0, -2.0, 0.5},                    // below the floor
+                                    {2.0, 0.0, 2.0},                     // in the mirror's plane
+                                    {0.02, 1.95, 0.2}, {0.0, 9.0, 0.1},
+                                    {0.3, 0.01, 1.0},  {-0.26, 1.2, 0.7}};
   const Vec3 eye = chance.of(places) + 1e-3 * chance.from(-1.0, 1.0);
   const Vec3 target(chance.from(-1, 1), chance.from(0, 2), chance.from(-3, 0));
   return synthetic::look_at(eye, target, width, height, chance.from(5.0, 140.0));
@@ -102,8 +102,8 @@ Camera any_viewport(Chance& chance, int width, int height) {
 
 RenderSettings any_settings(Chance& chance) {
   RenderSettings settings;
-  settings.shadow = chance.of<ShadowQuality>({ShadowQuality::off, ShadowQuality::hard,
-                                              ShadowQuality::fast, ShadowQuality::good});
+  settings.shadow = chance.of<ShadowQuality>(
+      {ShadowQuality::off, ShadowQuality::hard, ShadowQuality::fast, ShadowQuality::good});
   settings.mirror =
       chance.of<MirrorMode>({MirrorMode::off, MirrorMode::fresnel, MirrorMode::plain});
   settings.edge_samples = chance.of<int>({0, 1, 2, 4, 8});
@@ -122,8 +122,8 @@ Picture drawn(Renderer& renderer, const RenderFrame& frame, const RenderSettings
   const RenderPlan plan = renderer.plan(frame, settings);
   changed = plan.changed();
   if (!plan.untouched())
-    renderer.render(frame, plan, settings, before.pixels.data(), 4 * frame.width,
-                    out.pixels.data(), 4 * frame.width);
+    renderer.render(frame, plan, settings, before.pixels.data(), 4 * frame.width, out.pixels.data(),
+                    4 * frame.width);
   for (int y = 0; y < frame.height; ++y) {
     for (int x = 0; x < frame.width; ++x) {
       const bool inside = x >= changed.x && y >= changed.y && x < changed.x + changed.width &&

@@ -22,7 +22,8 @@ struct Layers {
 };
 
 // Linear sRGB to CIE XYZ (IEC 61966-2-1), by columns.
-const Mat3 xyz_from_rgb(Vec3(0.4124564, 0.2126729, 0.0193339), Vec3(0.3575761, 0.7151522, 0.1191920),
+const Mat3 xyz_from_rgb(Vec3(0.4124564, 0.2126729, 0.0193339),
+                        Vec3(0.3575761, 0.7151522, 0.1191920),
                         Vec3(0.1804375, 0.0721750, 0.9503041));
 const Vec3 white = xyz_from_rgb * Vec3(1.0);
 
@@ -47,7 +48,8 @@ Vec3 hunt_lab(const Vec3& rgb) {
     f[k] = c[k] > d * d * d ? std::cbrt(c[k]) : c[k] / (3.0 * d * d) + 4.0 / 29.0;
   }
   const double lightness = 116.0 * f.y - 16.0;
-  return {lightness, 0.01 * lightness * 500.0 * (f.x - f.y), 0.01 * lightness * 200.0 * (f.y - f.z)};
+  return {lightness, 0.01 * lightness * 500.0 * (f.x - f.y),
+          0.01 * lightness * 200.0 * (f.y - f.z)};
 }
 
 double hyab(const Vec3& a, const Vec3& b) {
@@ -114,7 +116,8 @@ std::vector<Vec3> perceived(const Layers& picture, double pixels_per_degree) {
   constexpr Sensitivity channels[3] = {
       {1.0, 0.0047, 0.0, 1e-5}, {1.0, 0.0053, 0.0, 1e-5}, {34.1, 0.04, 13.5, 0.025}};
   constexpr double pi = std::numbers::pi;
-  const int reach = static_cast<int>(std::ceil(3.0 * std::sqrt(0.04 / (2.0 * pi * pi)) * pixels_per_degree));
+  const int reach =
+      static_cast<int>(std::ceil(3.0 * std::sqrt(0.04 / (2.0 * pi * pi)) * pixels_per_degree));
   Plane blurred[3];
   for (int c = 0; c < 3; ++c) {
     const Sensitivity& s = channels[c];
@@ -173,8 +176,8 @@ double mean_flip(const Picture& reference, const Picture& shown, double pixels_p
   double sum = 0.0;
   for (std::size_t i = 0; i < colours[0].size(); ++i) {
     const double distance = std::pow(hyab(colours[0][i], colours[1][i]), 0.7);
-    const double colour = distance < knee ? 0.95 / knee * distance
-                                          : 0.95 + 0.05 * (distance - knee) / (most - knee);
+    const double colour =
+        distance < knee ? 0.95 / knee * distance : 0.95 + 0.05 * (distance - knee) / (most - knee);
     const double difference = std::max(std::abs(found[0].edge[i] - found[1].edge[i]),
                                        std::abs(found[0].point[i] - found[1].point[i]));
     const double feature = std::min(std::sqrt(difference / std::numbers::sqrt2), 1.0);

@@ -70,8 +70,8 @@ struct ColourRow {
   float weight;
   const float* own_fifth;  ///< null: no mirror
   Float4 own_f0;
-  float own_scatter;           ///< the share of what is not reflected that a mirror scatters
-  const float* shown_fifth;    ///< null: seen directly
+  float own_scatter;         ///< the share of what is not reflected that a mirror scatters
+  const float* shown_fifth;  ///< null: seen directly
   Float4 shown_f0;
 };
 

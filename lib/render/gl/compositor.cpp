@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "base/error.h"
-#include "render/gl/passes.h"
 #include "render/gl/objects/pixel_readings.h"
+#include "render/gl/passes.h"
 #include "render/view_picture.h"
 
 namespace polyhull {
@@ -149,13 +149,14 @@ bool Compositor::State::draw_scene(const PassInput& in) {
   const bool mirrored = !plan.mirror_shadow.empty();
   // The mirror looks up points all over the picture.
   const bool whole = !plan.mirror.empty() || !in.settings.skip;
-  const bool kept = layers.draw(
-      in.frame, in.settings, direct_view(in.frame, plan),
-      whole ? Rectangle{0, 0, in.frame.width, in.frame.height} : plan.shadow,
-      !plan.shadow.empty() || mirrored, scene);
+  const bool kept =
+      layers.draw(in.frame, in.settings, direct_view(in.frame, plan),
+                  whole ? Rectangle{0, 0, in.frame.width, in.frame.height} : plan.shadow,
+                  !plan.shadow.empty() || mirrored, scene);
   if (!mirrored) return kept;
-  return mirrored_layers.draw(in.frame, in.settings, view_in_mirror(in.frame, plan, layers.albedo()),
-                              plan.mirror_shadow, true, scene) &&
+  return mirrored_layers.draw(in.frame, in.settings,
+                              view_in_mirror(in.frame, plan, layers.albedo()), plan.mirror_shadow,
+                              true, scene) &&
          kept;
 }
 

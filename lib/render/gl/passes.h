@@ -10,10 +10,10 @@
 #include "render/frame.h"
 #include "render/gl/objects/pass_timer.h"
 #include "render/gl/objects/program.h"
+#include "render/gl/objects/targets.h"
 #include "render/gl/scene_buffers.h"
 #include "render/gl/scene_layers.h"
 #include "render/gl/subject_buffers.h"
-#include "render/gl/objects/targets.h"
 #include "render/gl/tiles.h"
 #include "render/light_reach.h"
 

@@ -38,8 +38,12 @@ LayerView view_in_mirror(const RenderFrame& frame, const RenderPlan& plan, GLuin
   const Mirror& mirror = *mirror_of(frame, plan);
   const Mat4 turned = reflection(Vec3(mirror.normal), mirror.offset);
   const PixelRays rays(resized(frame.viewport, frame.width, frame.height));
-  return {plan.clip_from_scene * turned, Vec3(turned * Vec4(plan.eye, 1.0)),
-          reflected(rays, mirror.normal), glm::vec4(kept_side(mirror)), seen, -1};
+  return {plan.clip_from_scene * turned,
+          Vec3(turned * Vec4(plan.eye, 1.0)),
+          reflected(rays, mirror.normal),
+          glm::vec4(kept_side(mirror)),
+          seen,
+          -1};
 }
 
 bool SceneLayers::draw(const RenderFrame& frame, const RenderSettings& settings,
@@ -51,8 +55,13 @@ bool SceneLayers::draw(const RenderFrame& frame, const RenderSettings& settings,
   const Rectangle part = intersection(
       {tiles.x - around, tiles.y - around, tiles.width + 2 * around, tiles.height + 2 * around},
       {0, 0, frame.width, frame.height});
-  const Key key{frame.scene, view.clip_from_scene, view.mirror_mesh, frame.width, frame.height,
-                surfaces,    surfaces ? ShadowGrid(frame, settings.shadow) : ShadowGrid()};
+  const Key key{frame.scene,
+                view.clip_from_scene,
+                view.mirror_mesh,
+                frame.width,
+                frame.height,
+                surfaces,
+                surfaces ? ShadowGrid(frame, settings.shadow) : ShadowGrid()};
   view_ = view;
   if (settings.skip && key_ == key && intersection(part, part_) == part) return true;
   key_ = key;

@@ -9,8 +9,8 @@
 
 #include "render/frame.h"
 #include "render/gl/objects/program.h"
-#include "render/gl/scene_buffers.h"
 #include "render/gl/objects/targets.h"
+#include "render/gl/scene_buffers.h"
 
 namespace polyhull {
 
@@ -30,8 +30,8 @@ struct LayerView {
   Vec3 eye{0.0};
   PixelRays rays;                 ///< from the eye through the picture's pixels
   std::optional<glm::vec4> kept;  ///< in a mirror: its kept_side()
-  GLuint mirror = 0;              ///< in a mirror: SceneLayers::albedo() that marks where it is seen
-  int mirror_mesh = -1;           ///< the mirror that SceneLayers::albedo() marks; -1: none
+  GLuint mirror = 0;     ///< in a mirror: SceneLayers::albedo() that marks where it is seen
+  int mirror_mesh = -1;  ///< the mirror that SceneLayers::albedo() marks; -1: none
 };
 
 /// The viewport of \p plan; where its mirror shows the shadow, with that mirror marked.

@@ -39,8 +39,7 @@ void ShadowPass::find_extents(const PassInput& in, const LightReach::Map& map,
   if (reach_key_ != key) {
     reach_key_ = key;
     gl::Program& program = programs_.reach;
-    if (!program.made())
-      program = gl::Program("fullscreen.vert", "reach.frag", {}, {"place.glsl"});
+    if (!program.made()) program = gl::Program("fullscreen.vert", "reach.frag", {}, {"place.glsl"});
     extents_.resize(tiles_along(in.frame.width), tiles_along(in.frame.height), 2);
     extents_.bind();
     gl::scissor(tiles_of(layers.part()));

@@ -19,8 +19,7 @@ void place(const PassInput& in, std::size_t s, const glm::mat4& clip_from_scene,
   const Mat4& local = in.plan.subjects[s].local_to_scene;
   program.set("clip_from_local", glm::mat4(Mat4(clip_from_scene) * local));
   program.set("scene_from_local", glm::mat4(local));
-  program.set("pixel_size",
-              static_cast<float>(in.plan.pixel_size / scale_of(in.plan.subjects[s])));
+  program.set("pixel_size", static_cast<float>(in.plan.pixel_size / scale_of(in.plan.subjects[s])));
 }
 
 }  // namespace

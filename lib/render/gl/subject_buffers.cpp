@@ -143,8 +143,8 @@ void SubjectBuffers::upload_pictures(const Mesh& mesh, const std::vector<int>& v
     height = std::max(height, roi.height + 2);
   }
   grow(pictures_, GL_SRGB8_ALPHA8, GL_RGBA, GL_UNSIGNED_BYTE, width, height,
-       static_cast<int>(views.size()), levels + 1, picture_width_, picture_height_,
-       picture_layers_, picture_levels_);
+       static_cast<int>(views.size()), levels + 1, picture_width_, picture_height_, picture_layers_,
+       picture_levels_);
   glTexParameteri(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_MAX_LEVEL, levels);  // others are older
   glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
   glPixelStorei(GL_UNPACK_ROW_LENGTH, 0);

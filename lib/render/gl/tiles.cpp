@@ -35,8 +35,8 @@ void TileMask::add(const Rectangle& part) {
   if (!seen.empty()) fill(seen.x, seen.y, seen.x + seen.width - 1, seen.y + seen.height - 1);
 }
 
-void TileMask::add(const PlacedSubject& subject, const Mat4& clip_from_scene,
-                   const Rectangle& part, int beyond) {
+void TileMask::add(const PlacedSubject& subject, const Mat4& clip_from_scene, const Rectangle& part,
+                   int beyond) {
   if (part.empty()) return;
   const auto margin = static_cast<float>(1 + beyond);
   std::vector<Vec2f> at;

@@ -318,8 +318,8 @@ bool AreaShadow::begin(const ShadowCasters& subjects, const ShadowView& view, co
   work_ = effort(quality, light);
   const Rectangle part = surroundings(shaded, view.layer.view());
   rays_of_pixels_ = view.rays;
-  const bool kept = lay_out(view, std::exchange(map_, subjects.map()) != subjects.map(), light,
-                            work_.rays);
+  const bool kept =
+      lay_out(view, std::exchange(map_, subjects.map()) != subjects.map(), light, work_.rays);
   if (!kept) places_ = light_places(light, work_.rays, work_.first);
   const int span = step_ * block;  // pixels of the picture
   blocks_ = {part.x / span, part.y / span, 0, 0};

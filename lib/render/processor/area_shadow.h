@@ -26,8 +26,8 @@ namespace polyhull::processor {
 /// Who sees the scene on which the shadow falls.
 struct ShadowView {
   const SceneLayer& layer;
-  Vec3f eye{0.0f};     ///< scene coordinates
-  PixelRays rays;      ///< from there, through pixels' middles; of length 1 along the view's axis
+  Vec3f eye{0.0f};  ///< scene coordinates
+  PixelRays rays;   ///< from there, through pixels' middles; of length 1 along the view's axis
   /// Where given, only what is seen beside a pixel that this layer marks as the mirror's.
   const SceneLayer* mirror = nullptr;
 };
@@ -76,7 +76,7 @@ class AreaShadow {
   };
   static Effort effort(ShadowQuality quality, const Light& light);
   static constexpr int block = ShadowTile::side;  // pixels of the grid on a side
-  static constexpr int margin = 4;  // pixels of the picture
+  static constexpr int margin = 4;                // pixels of the picture
 
   struct Packet;
 
@@ -136,10 +136,10 @@ class AreaShadow {
   std::vector<std::uint8_t> candidate_;  // 1: a subject may shade it, 2: some of its rays differ
   std::vector<std::uint8_t> blocked_;    // of a pixel's rays, by subjects
   std::vector<float> sum_, mean_, gathered_;
-  std::vector<std::uint8_t> blank_;        // by block: nothing was found last time, all is 0
+  std::vector<std::uint8_t> blank_;  // by block: nothing was found last time, all is 0
   // 1: may be shaded, and from draw() on has candidates; 2: E is not 0 somewhere.
   std::vector<std::uint8_t> block_state_;
-  std::vector<std::uint8_t> shaded_;       // by block: E is not 0 there or beside it
+  std::vector<std::uint8_t> shaded_;  // by block: E is not 0 there or beside it
   std::uint64_t rays_ = 0;
 };
 

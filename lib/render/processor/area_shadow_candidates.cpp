@@ -30,8 +30,7 @@ void AreaShadow::find_depths(const ShadowView& view, std::size_t number) {
 bool AreaShadow::is_seen(const ShadowView& view, std::size_t number) const {
   if (!view.mirror) return true;
   const Rectangle part = pixels_of(number);
-  const Rectangle pixels{step_ * part.x, step_ * part.y, step_ * part.width,
-                         step_ * part.height};
+  const Rectangle pixels{step_ * part.x, step_ * part.y, step_ * part.width, step_ * part.height};
   return view.mirror->shows_mirror(surroundings(pixels, view.layer.view()));
 }
 

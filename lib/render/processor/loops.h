@@ -45,7 +45,7 @@ struct ShadowTile {
   float inverse[size];  ///< 1/z; 0: outside
   float mean[size];     ///< what the pixel's own rays say
   float normal_x[size], normal_y[size], normal_z[size];
-  float any_normal[size];  ///< 1: what the pixel takes is 0 whatever its normal; else 0
+  float any_normal[size];            ///< 1: what the pixel takes is 0 whatever its normal; else 0
   float ray[3], ray_x[3], ray_y[3];  ///< of the block's first pixel, and to the next ones
 };
 
@@ -63,15 +63,15 @@ struct SrgbLines {
 
 /// Sixteen pixels of a row that are put together; linear light but for the bytes.
 struct BlendPixels {
-  std::uint32_t background[16];     ///< RGBA bytes, a little-endian word
-  std::uint64_t albedo[16];         ///< 16 bits a channel
-  float taken[16];                  ///< the lamp's light that is missing
-  float dimmed[3][16];              ///< what is missing in the mirror, as a picture value
-  float keep[16];                   ///< of what is there before `more` comes to it
-  float covered[16];                ///< by the mirror's image
-  float gone[3][16];                ///< what the mirror showed; at most the covered part goes
-  float more[3][16];                ///< by the mirror's image
-  float red[16], green[16], blue[16], alpha[16];      ///< the subject over all that
+  std::uint32_t background[16];  ///< RGBA bytes, a little-endian word
+  std::uint64_t albedo[16];      ///< 16 bits a channel
+  float taken[16];               ///< the lamp's light that is missing
+  float dimmed[3][16];           ///< what is missing in the mirror, as a picture value
+  float keep[16];                ///< of what is there before `more` comes to it
+  float covered[16];             ///< by the mirror's image
+  float gone[3][16];             ///< what the mirror showed; at most the covered part goes
+  float more[3][16];             ///< by the mirror's image
+  float red[16], green[16], blue[16], alpha[16];  ///< the subject over all that
 };
 
 struct Loops {

@@ -32,7 +32,8 @@ class ProcessorRenderer : public Renderer {
  private:
   struct State;
   void draw(const RenderFrame& frame, const RenderPlan& plan, const RenderSettings& settings,
-            const std::uint8_t* background, int background_stride, const processor::PictureTarget& target);
+            const std::uint8_t* background, int background_stride,
+            const processor::PictureTarget& target);
   std::unique_ptr<State> state_;
 };
 

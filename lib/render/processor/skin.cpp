@@ -236,8 +236,7 @@ void Skin::fetch(std::size_t slot, const SkinItems& items, SkinScratch& s) const
     for (std::size_t j = 0; j < s.chosen.size(); ++j)
       s.sums[s.chosen[j] / 4] +=
           s.weights[s.chosen[j]] * glm::vec4(s.red[j], s.green[j], s.blue[j], 0.0f);
-    for (std::size_t j = 0; ribbons && j < s.chosen.size(); ++j)
-      s.alphas[s.chosen[j]] = s.alpha[j];
+    for (std::size_t j = 0; ribbons && j < s.chosen.size(); ++j) s.alphas[s.chosen[j]] = s.alpha[j];
     return;
   }
   find_levels(slot, items, s);

@@ -86,8 +86,8 @@ class Skin {
 
   HullDrawing drawing_;
   std::vector<std::size_t> first_;
-  std::vector<Picture> pictures_;  // by view
-  std::vector<SkinView> views_;    // by slot
+  std::vector<Picture> pictures_;               // by view
+  std::vector<SkinView> views_;                 // by slot
   std::vector<std::vector<SkinView>> smaller_;  // by slot and level, from 1 on
   double pixel_size_ = 0.0;
   float tolerance_ = 0.0f;

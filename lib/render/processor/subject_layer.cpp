@@ -146,9 +146,14 @@ void SubjectLayer::paint(const std::vector<ReadySubject>& subjects, int band, co
   scratch.inverse.assign(static_cast<std::size_t>(samples) * pixels, 0.0f);
   scratch.ids.assign(static_cast<std::size_t>(samples) * pixels, no_triangle);
   if (drawn) hide(rows, scene, frame, scratch);
-  const SampleRows sample_rows{rows.x,  rows.x + rows.width,    top,
-                               bottom,  samples,                sample_places(samples),
-                               scratch.inverse.data(), scratch.ids.data()};
+  const SampleRows sample_rows{rows.x,
+                               rows.x + rows.width,
+                               top,
+                               bottom,
+                               samples,
+                               sample_places(samples),
+                               scratch.inverse.data(),
+                               scratch.ids.data()};
   hulls_.triangles.draw(band, sample_rows);
   scratch.items.resize(subjects.size());
   for (SkinItems& items : scratch.items) items.clear();

@@ -25,9 +25,8 @@ std::uint64_t packed(const Float4& value) {
 void look_up(const FilteredTexture& texture, const SceneMesh& mesh, const std::uint32_t* corner,
              const ScreenTriangle& at, int x, int y, int count, Float4* values) {
   const auto course = [&](const ScreenPlane& plane) {
-    return RowCourse{
-        static_cast<float>(plane.value + (x + 0.5) * plane.dx + (y + 0.5) * plane.dy),
-        static_cast<float>(plane.dx), static_cast<float>(plane.dy)};
+    return RowCourse{static_cast<float>(plane.value + (x + 0.5) * plane.dx + (y + 0.5) * plane.dy),
+                     static_cast<float>(plane.dx), static_cast<float>(plane.dy)};
   };
   const RowCourse all = course(at.inverse), second = course(at.second), third = course(at.third);
   const auto of = [&](int k) {
@@ -50,8 +49,7 @@ void look_up(const FilteredTexture& texture, const SceneMesh& mesh, const std::u
 void AlbedoLayer::scatter(const TracedScene& scene, const SceneLayer& layer, int x, int y,
                           int count, Float4* values) const {
   const SceneLayer::Triangle shown = layer.triangle(layer.piece(*layer.middle_piece(x, y)));
-  const Material& material =
-      scene.scene().materials[static_cast<std::size_t>(shown.of->material)];
+  const Material& material = scene.scene().materials[static_cast<std::size_t>(shown.of->material)];
   const Vec3f* normals = shown.of->normals.data();
   Vec3f normal = normals[shown.corner[0]];
   float fifth[piece];
@@ -68,8 +66,7 @@ void AlbedoLayer::scatter(const TracedScene& scene, const SceneLayer& layer, int
       Ray ray;
       ray.origin = eye_;
       const Surface surface = scene.plain_surface(ray, layer.hit(x + i, y));
-      const float cosine =
-          std::abs(glm::dot(surface.normal, glm::normalize(surface.point - eye_)));
+      const float cosine = std::abs(glm::dot(surface.normal, glm::normalize(surface.point - eye_)));
       fifth[i] = fresnel(Vec3f(0.0f), cosine).x;
     }
   }
@@ -85,8 +82,7 @@ void AlbedoLayer::find(const TracedScene& scene, const SceneLayer& layer, int x,
   if (number == no_triangle) return;
   const ScreenTriangle& at = layer.piece(number);
   const SceneLayer::Triangle shown = layer.triangle(at);
-  const Material& material =
-      scene.scene().materials[static_cast<std::size_t>(shown.of->material)];
+  const Material& material = scene.scene().materials[static_cast<std::size_t>(shown.of->material)];
   const FilteredTexture* texture = scene.texture(shown.mesh);
   Float4 values[piece];
   if (texture != nullptr)

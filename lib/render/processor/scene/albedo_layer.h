@@ -7,10 +7,10 @@
 #include <cstdint>
 #include <vector>
 
-#include "raytrace/traced_scene.h"
 #include "raytrace/loops/view_loops.h"
-#include "render/projection.h"
+#include "raytrace/traced_scene.h"
 #include "render/processor/scene/scene_layer.h"
+#include "render/projection.h"
 
 namespace polyhull::processor {
 
@@ -35,8 +35,8 @@ class AlbedoLayer {
 
   Vec3f eye_{0.0f};
   PixelRays rays_;
-  std::size_t columns_ = 0;           // pieces
-  std::vector<std::uint8_t> known_;   // by piece
+  std::size_t columns_ = 0;          // pieces
+  std::vector<std::uint8_t> known_;  // by piece
   std::vector<std::uint64_t> values_;
 };
 

@@ -109,8 +109,8 @@ void SceneLayer::draw_samples(int number, int left, int right) {
   if (view_.mirror_mesh < 0) return;
   part.mirror.assign(pixels, 0);
   for (int s = 0; s < view_.samples; ++s)
-    mark(&pieces[static_cast<std::size_t>(s) * pixels], pixels,
-         static_cast<std::uint8_t>(1 << s), part.mirror.data());
+    mark(&pieces[static_cast<std::size_t>(s) * pixels], pixels, static_cast<std::uint8_t>(1 << s),
+         part.mirror.data());
 }
 
 /// Sets \p bit for those of \p pieces that are the mirror's.
@@ -144,8 +144,8 @@ void SceneLayer::draw_middles(int number, int left, int right) {
   part.inverse.assign(part.rows * part.width(), 0.0f);
   part.piece.assign(part.rows * part.width(), no_triangle);
   const int top = number * band_rows;
-  screen_->draw(number, {left, right, top, top + static_cast<int>(part.rows), 1,
-                         sample_places(1), part.inverse.data(), part.piece.data()});
+  screen_->draw(number, {left, right, top, top + static_cast<int>(part.rows), 1, sample_places(1),
+                         part.inverse.data(), part.piece.data()});
 }
 
 SceneLayer::Triangle SceneLayer::triangle(const ScreenTriangle& piece) const {
@@ -166,8 +166,8 @@ RayHit SceneLayer::hit(int x, int y) const {
   hit.v = at.third;
   hit.distance = at.depth;
   const std::vector<Vec3f>& p = shown.of->positions;
-  hit.normal = glm::cross(p[shown.corner[1]] - p[shown.corner[0]],
-                          p[shown.corner[2]] - p[shown.corner[0]]);
+  hit.normal =
+      glm::cross(p[shown.corner[1]] - p[shown.corner[0]], p[shown.corner[2]] - p[shown.corner[0]]);
   return hit;
 }
 
