@@ -23,6 +23,7 @@ edges(backend, value) = strcol(1) eq backend && strcol(2) eq 'good' ? value : Na
 set output pictures.'/picture-mirror.png'
 unset logscale y
 set key at graph 0.98, 0.6
+set yrange [39:48]
 set title "The mirror's image and the whole picture: 1, 2, 4 and 8 samples a pixel at edges, 960×540"
 set ylabel 'PSNR against a ray tracer, dB'
 plot tables.'/picture_mirror.csv' using (edges('processor', $4)):5 pt 7 lc 1 title 'mirror, processor', \
@@ -39,7 +40,8 @@ set output pictures.'/picture-edges.png'
 set title "Outlines, 1, 2, 4 and 8 samples a pixel: hair and a smooth figure, at a camera's place"
 set ylabel 'RMS error in the 8 px around the outline, levels'
 set yrange [0:*]
-set key left bottom
+set key default
+set key inside left bottom
 plot tables.'/edges.tsv' using (place('hairy', 0, 0.0, $6)):8 pt 6 lc 1 dt 2 title 'hair, polygons', \
      '' using (place('hairy', 1, 0.0, $6)):8 pt 7 lc 1 title 'hair, soft', \
      '' using (place('figure', 0, 0.0, $6)):8 pt 4 lc 2 dt 2 title 'smooth, polygons', \
