@@ -46,8 +46,9 @@ class FrameComposer {
   bool announced() const { return announcement_.has_value(); }
 
   /// Gets the frame ready: what is to be drawn, and by what. \p meshes are the pads with a mesh to
-  /// show, \p background the frame that may have planes attached; \p on_gpu: a picture comes or goes in OpenGL's memory. Throws Error where the scene
-  /// cannot be opened, the viewport is none, or OpenGL is asked for and not to be had.
+  /// show, \p background the frame that may have planes attached; \p on_gpu: a picture comes or
+  /// goes in OpenGL's memory. Throws Error where the scene cannot be opened, the viewport is none,
+  /// or OpenGL is asked for and not to be had.
   void prepare(const CompositeSettings& settings, const GstVideoInfo& info, GstBuffer* background,
                const std::vector<GstAggregatorPad*>& meshes, bool on_gpu);
 
