@@ -267,6 +267,17 @@ std::vector<Vec3> eyes_on(const PlacedSubject& subject, const RenderFrame& frame
   return eyes;
 }
 
+SubjectsShape shape_of(const RenderPlan& plan) {
+  SubjectsShape out;
+  for (const PlacedSubject& subject : plan.subjects) {
+    const auto base = static_cast<std::uint32_t>(out.points.size());
+    out.points.insert(out.points.end(), subject.points.begin(), subject.points.end());
+    for (const std::uint32_t index : subject.mesh->hull.triangles)
+      out.triangles.push_back(base + index);
+  }
+  return out;
+}
+
 double scale_of(const PlacedSubject& subject) {
   return glm::length(Vec3(subject.local_to_scene[0]));
 }

@@ -112,6 +112,13 @@ Vec4 kept_side(const Mirror& mirror);
 std::vector<Vec3> eyes_on(const PlacedSubject& subject, const RenderFrame& frame,
                           const RenderPlan& plan);
 
+/// All subjects of \p plan as one shape: corners in scene coordinates, three to a triangle.
+struct SubjectsShape {
+  std::vector<Vec3f> points;
+  std::vector<std::uint32_t> triangles;
+};
+SubjectsShape shape_of(const RenderPlan& plan);
+
 /// How many units of the scene a unit of \p subject's mesh is.
 double scale_of(const PlacedSubject& subject);
 

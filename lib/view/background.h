@@ -106,8 +106,8 @@ class Background {
   const ViewStatistics& view_statistics() const { return statistics_; }
   /// Whether the light came from a file.
   bool light_was_kept() const { return light_was_kept_; }
-  /// Why the last light that was computed could not be kept in a file; empty: it was, or was not
-  /// to, or is not yet exact.
+  /// Why the last light that was computed could not be kept in a file, or could not become exact;
+  /// empty: it was, or was not to, or is not yet exact.
   const std::string& light_not_kept() const { return light_not_kept_; }
   /// Whether the light is exact, not on its way there.
   bool light_is_exact() const { return light_ && !gradual_ && !light_failed_; }

@@ -30,11 +30,12 @@ LightCacheOptions coarser(LightCacheOptions options, const Step& step) {
   return options;
 }
 
-void mix(const LightValues& from, const LightValues& to, float share, LightValues& out) {
-  for (std::size_t side = 0; side < out.sides.size(); ++side)
-    for (std::size_t i = 0; i < out.sides[side].size(); ++i)
-      out.sides[side][i] = from.sides[side][i] + share * (to.sides[side][i] - from.sides[side][i]);
-  out.mean_bounced = glm::mix(from.mean_bounced, to.mean_bounced, share);
+LightValues mixed(LightValues from, const LightValues& to, float share) {
+  for (std::size_t side = 0; side < from.sides.size(); ++side)
+    for (std::size_t i = 0; i < from.sides[side].size(); ++i)
+      from.sides[side][i] += share * (to.sides[side][i] - from.sides[side][i]);
+  from.mean_bounced = glm::mix(from.mean_bounced, to.mean_bounced, share);
+  return from;
 }
 
 }  // namespace
@@ -103,9 +104,7 @@ bool GradualLight::advance(LightCache& light) {
     from_ = light.divided_as(to_);
   }
   if (++frame_ < fade_frames) {
-    LightValues between = from_;
-    mix(from_, to_, static_cast<float>(frame_) / fade_frames, between);
-    light.set_values(std::move(between));
+    light.set_values(mixed(from_, to_, static_cast<float>(frame_) / fade_frames));
     return true;
   }
   light.set_values(std::move(to_));

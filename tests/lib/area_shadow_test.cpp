@@ -9,6 +9,7 @@
 #include <cstdio>
 #include <random>
 
+#include "figure_stage.h"
 #include "raytrace/area_light.h"
 #include "synthetic.h"
 
@@ -66,18 +67,7 @@ std::vector<float> truth(const Stage& stage, int side) {
       const Vec3f origin = at.lifted + stage.traced->epsilon() * at.geometric;
       const float whole = unoccluded_irradiance(stage.light(), origin, at.normal);
       if (whole <= 0.0f) continue;
-      double taken = 0.0, sum = 0.0;
-      for (int j = 0; j < side; ++j) {
-        for (int i = 0; i < side; ++i) {
-          const Vec2f square((i + 0.5f) / side, (j + 0.5f) / side);
-          const LightSample way = sample_light(stage.light(), square, origin, at.normal);
-          if (way.weight <= 0.0f) continue;
-          sum += way.weight;
-          Ray ray{origin, 0.0f, way.place - origin, 1.0f - 1e-4f};
-          if (subjects.occluded(ray) && !stage.traced->caster().occluded(ray)) taken += way.weight;
-        }
-      }
-      out.back() = sum > 0.0 ? static_cast<float>(taken / sum) : -1.0f;
+      out.back() = synthetic::shadow_share(stage.light(), *stage.traced, subjects, at, side);
     }
   }
   return out;

@@ -11,6 +11,11 @@ namespace {
 
 constexpr Vec3f ambient(0.35f, 0.33f, 0.3f);
 
+/// Where rays to a light start.
+Vec3f shadow_origin(const TracedScene& scene, const Surface& at) {
+  return at.lifted + scene.epsilon() * at.geometric;
+}
+
 }  // namespace
 
 FigureStage::FigureStage(int width, int height, bool polished) {
@@ -56,6 +61,23 @@ Picture FigureStage::composite(Renderer& renderer, const RenderSettings& setting
   return out;
 }
 
+float shadow_share(const Light& light, const TracedScene& scene, const RayCaster& figure,
+                   const Surface& at, int side) {
+  const Vec3f origin = shadow_origin(scene, at);
+  double taken = 0.0, sum = 0.0;
+  for (int j = 0; j < side; ++j) {
+    for (int i = 0; i < side; ++i) {
+      const Vec2f square((i + 0.5f) / side, (j + 0.5f) / side);
+      const LightSample way = sample_light(light, square, origin, at.normal);
+      if (way.weight <= 0.0f) continue;
+      sum += way.weight;
+      const Ray ray{origin, 0.0f, way.place - origin, 1.0f - 1e-4f};
+      if (figure.occluded(ray) && !scene.caster().occluded(ray)) taken += way.weight;
+    }
+  }
+  return sum > 0.0 ? static_cast<float>(taken / sum) : -1.0f;
+}
+
 ShadowTruth::ShadowTruth(const FigureStage& stage, int side, int stride) {
   const TracedScene traced(*stage.scene);
   const RenderPlan plan = plan_frame(stage.frame, {}, {});
@@ -82,24 +104,11 @@ ShadowTruth::ShadowTruth(const FigureStage& stage, int side, int stride) {
       const RayHit hit = traced.caster().intersect(ray);
       if (!hit.hit() || shows_figure(x, y)) continue;
       const Surface at = traced.surface(ray, hit);
-      const Vec3f origin = at.lifted + traced.epsilon() * at.geometric;
-      Place place{x, y, unoccluded_irradiance(light, origin, at.normal), 0.0f,
+      Place place{x, y, unoccluded_irradiance(light, shadow_origin(traced, at), at.normal), 0.0f,
                   stage.scene->meshes[hit.mesh].material};
       if (place.whole <= 0.0f) continue;
-      double taken = 0.0, sum = 0.0;
-      for (int j = 0; j < side; ++j) {
-        for (int i = 0; i < side; ++i) {
-          const Vec2f square((i + 0.5f) / side, (j + 0.5f) / side);
-          const LightSample way = sample_light(light, square, origin, at.normal);
-          if (way.weight <= 0.0f) continue;
-          sum += way.weight;
-          const Ray to_light{origin, 0.0f, way.place - origin, 1.0f - 1e-4f};
-          if (figure.occluded(to_light) && !traced.caster().occluded(to_light)) taken += way.weight;
-        }
-      }
-      if (sum <= 0.0) continue;
-      place.taken = static_cast<float>(taken / sum);
-      places.push_back(place);
+      place.taken = shadow_share(light, traced, figure, at, side);
+      if (place.taken >= 0.0f) places.push_back(place);
     }
   }
 }

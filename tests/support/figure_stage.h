@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "base/picture.h"
+#include "raytrace/traced_scene.h"
 #include "render/renderer.h"
 #include "synthetic.h"
 
@@ -32,6 +33,11 @@ struct FigureStage {
   /// Renders the frame over the background.
   Picture composite(Renderer& renderer, const RenderSettings& settings) const;
 };
+
+/// The share of \p light's irradiance at \p at, by \p side x \p side rays, that
+/// \p figure blocks and \p scene does not; negative: none of it falls there.
+float shadow_share(const Light& light, const TracedScene& scene, const RayCaster& figure,
+                   const Surface& at, int side);
 
 /// The figure's shadow where no part of the figure is seen.
 struct ShadowTruth {

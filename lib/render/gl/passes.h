@@ -66,7 +66,7 @@ class ShadowMaps {
     std::vector<Mat4> views;
     bool operator==(const StaticKey&) const = default;
   };
-  Bounds find_reach(const PassInput& in, std::vector<Vec3f>& points);
+  void find_reach(const Light& light, const SubjectsShape& shape);
   void draw_static_maps(const PassInput& in);
 
   gl::Program depth_of_hull_, depth_of_scene_;

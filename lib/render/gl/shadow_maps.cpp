@@ -61,17 +61,9 @@ GLuint make_sampler(gl::Sampler& sampler, bool compare) {
 
 }  // namespace
 
-/// What the light's map shows of the subjects, all points of which become \p points; returns the bounds
-/// of all that there is.
-Bounds ShadowMaps::find_reach(const PassInput& in, std::vector<Vec3f>& points) {
-  std::vector<std::uint32_t> triangles;
-  for (const PlacedSubject& subject : in.plan.subjects) {
-    const auto base = static_cast<std::uint32_t>(points.size());
-    points.insert(points.end(), subject.points.begin(), subject.points.end());
-    for (const std::uint32_t index : subject.mesh->hull.triangles)
-      triangles.push_back(base + index);
-  }
-  reach_.build(in.frame.lights[static_cast<std::size_t>(in.plan.light)], points, triangles);
+/// What the light's map shows of the subjects.
+void ShadowMaps::find_reach(const Light& light, const SubjectsShape& shape) {
+  reach_.build(light, shape.points, shape.triangles);
   if (!reach_.map().everywhere) {
     constexpr int side = LightReach::texels + 1;
     gl::bind_texture(0, GL_TEXTURE_2D, sums_.get());
@@ -81,11 +73,6 @@ Bounds ShadowMaps::find_reach(const PassInput& in, std::vector<Vec3f>& points) {
                  reach_.sums().data());
     gl::texture_parameters(GL_TEXTURE_2D, GL_NEAREST);
   }
-  Bounds everything = in.scene.bounds();
-  const Bounds people = bounds_of(points);
-  everything.min = glm::min(everything.min, people.min);
-  everything.max = glm::max(everything.max, people.max);
-  return everything;
 }
 
 void ShadowMaps::draw(const PassInput& in) {
@@ -98,8 +85,13 @@ void ShadowMaps::draw(const PassInput& in) {
   if (hard) casting.u = casting.v = Vec3f(0.0f);  // its middle alone
   const std::vector<Vec3> cells = light_cells(casting, wanted);
   const int side = std::max(1, static_cast<int>(std::lround(std::sqrt(cells.size()))));
-  std::vector<Vec3f> points;
-  const Bounds everything = find_reach(in, points);
+  const SubjectsShape shape = shape_of(in.plan);
+  const std::vector<Vec3f>& points = shape.points;
+  find_reach(light, shape);
+  Bounds everything = in.scene.bounds();
+  const Bounds people = bounds_of(points);
+  everything.min = glm::min(everything.min, people.min);
+  everything.max = glm::max(everything.max, people.max);
 
   if (!depth_of_hull_.made()) depth_of_hull_ = gl::Program("hull_depth.vert", "depth.frag");
   glDisable(GL_CULL_FACE);

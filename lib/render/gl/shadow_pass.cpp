@@ -7,10 +7,6 @@
 namespace polyhull {
 namespace {
 
-int tiles_along(int pixels) {
-  return (pixels + tile_side - 1) / tile_side;
-}
-
 /// The tiles that \p part of the picture touches.
 Rectangle tiles_of(const Rectangle& part) {
   const int x0 = part.x / tile_side, y0 = part.y / tile_side;

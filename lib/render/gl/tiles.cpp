@@ -11,16 +11,16 @@ namespace polyhull {
 Rectangle whole_tiles(const Rectangle& part, int width, int height) {
   if (part.empty()) return {};
   const int x0 = part.x / tile_side * tile_side, y0 = part.y / tile_side * tile_side;
-  const int x1 = (part.x + part.width + tile_side - 1) / tile_side * tile_side;
-  const int y1 = (part.y + part.height + tile_side - 1) / tile_side * tile_side;
+  const int x1 = tiles_along(part.x + part.width) * tile_side;
+  const int y1 = tiles_along(part.y + part.height) * tile_side;
   return intersection({x0, y0, x1 - x0, y1 - y0}, {0, 0, width, height});
 }
 
 TileMask::TileMask(int width, int height)
     : width_(width),
       height_(height),
-      columns_((width + tile_side - 1) / tile_side),
-      rows_((height + tile_side - 1) / tile_side),
+      columns_(tiles_along(width)),
+      rows_(tiles_along(height)),
       touched_(static_cast<std::size_t>(columns_) * rows_, 0) {}
 
 /// The tiles from pixel (x0, y0) to pixel (x1, y1).

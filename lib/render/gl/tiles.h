@@ -22,6 +22,11 @@ struct Tile {
   std::uint16_t x, y;
 };
 
+/// How many tiles \p pixels in a row or a column begin.
+constexpr int tiles_along(int pixels) {
+  return (pixels + tile_side - 1) / tile_side;
+}
+
 /// \p part, grown to whole tiles of a picture of this size.
 Rectangle whole_tiles(const Rectangle& part, int width, int height);
 

@@ -5,6 +5,15 @@
 #include "render/processor/area_shadow.h"
 
 namespace polyhull::processor {
+namespace {
+
+/// Where pixel (x, y) of the picture lies in the light's map, as deep as 1 / \p inverse.
+LightReach::Place place_of(const LightReach& reach, const ShadowView& view, int x, int y,
+                           float inverse) {
+  return reach.place(view.eye + view.rays.at(x, y) / inverse);
+}
+
+}  // namespace
 
 /// Whether a subject may shade any of the block's pixels.
 bool AreaShadow::may_shade(const LightReach& reach, const ShadowView& view, std::size_t number) {
@@ -52,8 +61,7 @@ LightReach::Extent AreaShadow::extent_of(const LightReach& reach, const ShadowVi
   for (const int x : {part.x, part.x + part.width - 1}) {
     for (const int y : {part.y, part.y + part.height - 1}) {
       for (const float inverse : {least, most}) {
-        const LightReach::Place at =
-            reach.place(view.eye + view.rays.at(step_ * x, step_ * y) / inverse);
+        const LightReach::Place at = place_of(reach, view, step_ * x, step_ * y, inverse);
         before = before && at.inverse > 0.0f;
         extent.add(at);
       }
@@ -62,7 +70,7 @@ LightReach::Extent AreaShadow::extent_of(const LightReach& reach, const ShadowVi
   if (before) return extent;
   for_pixels(number, [&](std::size_t pixel, int x, int y) {
     if (inverse_[pixel] > 0.0f)
-      extent.add(reach.place(view.eye + view.rays.at(step_ * x, step_ * y) / inverse_[pixel]));
+      extent.add(place_of(reach, view, step_ * x, step_ * y, inverse_[pixel]));
   });
   return extent;
 }
@@ -73,8 +81,7 @@ void AreaShadow::find_places(const LightReach& reach, const ShadowView& view, st
   for_pixels(number, [&](std::size_t pixel, int x, int y) {
     in_light_[pixel] = {};
     if (inverse_[pixel] > 0.0f)
-      in_light_[pixel] =
-          reach.place(view.eye + view.rays.at(step_ * x, step_ * y) / inverse_[pixel]);
+      in_light_[pixel] = place_of(reach, view, step_ * x, step_ * y, inverse_[pixel]);
   });
 }
 

@@ -158,12 +158,13 @@ void ProcessorRenderer::State::draw_scene(const RenderFrame& frame, const Render
   if (mirror) {
     LayerView behind = view;
     behind.mirror_mesh = -1;
-    const Mat4 turned = reflection(Vec3(mirror->normal), mirror->offset);
-    behind.pixels_from_scene = view.pixels_from_scene * turned;
+    behind.pixels_from_scene =
+        view.pixels_from_scene * reflection(Vec3(mirror->normal), mirror->offset);
     behind.kept = kept_side(*mirror);
-    if (mirrored.set(traced, behind))
-      mirror_albedo.reset(mirrored, Vec3f(turned * Vec4(plan.eye, 1.0)),
-                          reflected(rays, mirror->normal));
+    if (mirrored.set(traced, behind)) {
+      const ShadowView seen = view_in_mirror(frame, plan);
+      mirror_albedo.reset(mirrored, seen.eye, seen.rays);
+    }
     drawn = mirrored.ensure_samples({&plan.mirror, 1}) || drawn;
     drawn = mirrored.ensure_middles(
                 bounding(plan.mirror, AreaShadow::asked(plan.mirror_shadow, view))) ||
@@ -181,7 +182,7 @@ void ProcessorRenderer::State::draw_scene(const RenderFrame& frame, const Render
   statistics.scene_depth_reused = !drawn;
 }
 
-/// Who sees the shadow in the plan's mirror.
+/// Who sees the scene, and the shadow on it, in the plan's mirror.
 ShadowView ProcessorRenderer::State::view_in_mirror(const RenderFrame& frame,
                                                     const RenderPlan& plan) const {
   const Mirror& mirror = *mirror_of(frame, plan);
