@@ -162,16 +162,16 @@ GST_END_TEST
 namespace {
 
 /// The latency of a live line at 5 frames a second, at its end; ms.
-double latency(const char* properties) {
-  GstElement* pipeline =
-      parse(std::string("composite name=mix backend=gl ") + properties +
-            " ! video/x-raw ! fakesink sync=true videotestsrc is-live=true num-buffers=8 ! "
-            "video/x-raw,format=RGBA,width=160,height=90,framerate=5/1 ! mix.background "
-            "hullbuild name=hull ! mix.mesh_0 "
-            "rigtestsrc is-live=true camera=cam0 num-buffers=8 ! video/x-raw,framerate=5/1 ! "
-            "silhouette camera=cam0 ! hull. "
-            "rigtestsrc is-live=true camera=cam1 num-buffers=8 ! video/x-raw,framerate=5/1 ! "
-            "silhouette camera=cam1 ! hull. ");
+double latency_of_later_pictures() {
+  GstElement* pipeline = parse(
+      "composite name=mix backend=gl async-readback=true ! video/x-raw ! fakesink sync=true "
+      " videotestsrc is-live=true num-buffers=8 ! "
+      "video/x-raw,format=RGBA,width=160,height=90,framerate=5/1 ! mix.background "
+      "hullbuild name=hull ! mix.mesh_0 "
+      "rigtestsrc is-live=true camera=cam0 num-buffers=8 ! video/x-raw,framerate=5/1 ! "
+      "silhouette camera=cam0 ! hull. "
+      "rigtestsrc is-live=true camera=cam1 num-buffers=8 ! video/x-raw,framerate=5/1 ! "
+      "silhouette camera=cam1 ! hull. ");
   gst_element_set_state(pipeline, GST_STATE_PLAYING);
   check_ended(wait_for_end(pipeline));
   GstElement* mix = gst_bin_get_by_name(GST_BIN(pipeline), "mix");
@@ -190,9 +190,11 @@ double latency(const char* properties) {
 
 }  // namespace
 
+// A frame's time in the sources, one more until its picture comes, and the drawing, which a busy
+// machine makes as long as it likes.
 GST_START_TEST(the_latency_has_the_frame_in_it) {
-  const double now = latency(""), later = latency("async-readback=true");
-  fail_unless(later > now + 150.0, "%.1f ms without, %.1f ms with", now, later);
+  const double later = latency_of_later_pictures();
+  fail_unless(later >= 400.0, "%.1f ms", later);
 }
 GST_END_TEST
 
