@@ -41,11 +41,13 @@ struct HullOptions {
 };
 
 /// A face of the hull: one planar polygon with holes lies on the plane of one contour edge of one
-/// camera (or of the bounds).
+/// camera (or of the bounds). A surface inside the hull (refine/refine.h) has faces of no plane.
 struct HullFace {
-  std::int32_t view = -1;  ///< index into the silhouettes; -1: a face of the bounds
+  static constexpr std::uint32_t no_edge = 0xffffffffu;
+
+  std::int32_t view = -1;  ///< index into the silhouettes; -1: a face of the bounds, or of no plane
   std::uint32_t edge = 0;  ///< index of the contour edge's first vertex in that Rings::points;
-                           ///< for bounds 0..5: -x +x -y +y -z +z
+                           ///< for bounds 0..5: -x +x -y +y -z +z; no_edge: of no plane
   std::uint32_t first_triangle = 0;
   std::uint32_t triangle_count = 0;
 };
@@ -56,6 +58,8 @@ struct Hull {
   Vec3 origin{0.0};                      ///< world position of (0, 0, 0) of the vertices
   std::vector<Vec3f> vertices;           ///< relative to origin, world units
   std::vector<std::uint32_t> triangles;  ///< three vertex indices each, grouped by face
+  /// Per vertex, unit length, out of the solid: of a smooth surface; none: a polyhedron.
+  std::vector<Vec3f> normals;
   std::vector<HullFace> faces;
   // Loops of the polygons, for wire frames and exact use: face i has loops
   // face_loop_ends[i-1] .. face_loop_ends[i], loop k has the vertex indices

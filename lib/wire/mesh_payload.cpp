@@ -52,12 +52,16 @@ void validate_hull(const Mesh& mesh) {
     fail("the loops' ends contradict each other");
   if (!hull.face_loop_ends.empty() && hull.face_loop_ends.size() != hull.faces.size())
     fail("there must be loops for every face or for none");
+  if (!hull.normals.empty() && hull.normals.size() != hull.vertices.size())
+    fail("there must be normals for every vertex or for none");
+  if (!finite(hull.normals)) fail("a normal is not finite");
   const std::size_t triangles = hull.triangles.size() / 3;
   for (const HullFace& face : hull.faces) {
     if (face.view < -1 || face.view >= static_cast<std::int64_t>(mesh.views.size()))
       fail("a face belongs to a view that is not there");
     const std::size_t edges = face.view < 0 ? 6 : mesh.views[face.view].view.contours.points.size();
-    if (face.edge >= edges) fail("a face belongs to a contour edge that is not there");
+    const bool planeless = face.view < 0 && face.edge == HullFace::no_edge;
+    if (face.edge >= edges && !planeless) fail("a face belongs to a contour edge that is not there");
     if (face.first_triangle > triangles || face.triangle_count > triangles - face.first_triangle)
       fail("a face's triangles are out of range");
   }
@@ -128,7 +132,7 @@ flatbuffers::Offset<wire::Camera> pack_camera(flatbuffers::FlatBufferBuilder& bu
 // Enough room from the start: a builder that grows copies everything.
 std::size_t expected_size(const Mesh& mesh) {
   const Hull& hull = mesh.hull;
-  std::size_t size = 4096 + sizeof(Vec3f) * hull.vertices.size() +
+  std::size_t size = 4096 + sizeof(Vec3f) * (hull.vertices.size() + hull.normals.size()) +
                      sizeof(HullFace) * hull.faces.size() +
                      sizeof(std::uint32_t) * (hull.triangles.size() + hull.loop_vertices.size() +
                                               hull.loop_ends.size() + hull.face_loop_ends.size());
@@ -178,8 +182,9 @@ class MeshPacker {
     const auto loop_vertices = list(hull.loop_vertices);
     const auto loop_ends = list(hull.loop_ends);
     const auto face_loop_ends = list(hull.face_loop_ends);
+    const auto normals = list(hull.normals);
     return wire::CreateHull(builder_, origin, vertices, triangles, faces, loop_vertices, loop_ends,
-                            face_loop_ends);
+                            face_loop_ends, normals);
   }
 
   flatbuffers::Offset<wire::Texturing> pack_texturing(const Texturing& texturing) {
@@ -270,6 +275,7 @@ Hull unpack_hull(const wire::Hull& table) {
   hull.loop_vertices = unpack_numbers<std::uint32_t>(table.loop_vertices());
   hull.loop_ends = unpack_numbers<std::uint32_t>(table.loop_ends());
   hull.face_loop_ends = unpack_numbers<std::uint32_t>(table.face_loop_ends());
+  hull.normals = unpack_numbers<Vec3f>(table.normals());
   return hull;
 }
 

@@ -48,6 +48,7 @@ inline Mesh mesh(std::span<const std::uint8_t> block_a, std::span<const std::uin
   mesh.hull.loop_vertices = mesh.hull.triangles;
   mesh.hull.loop_ends = {3, 6, 9, 12};
   mesh.hull.face_loop_ends = {1, 2, 3, 4};
+  mesh.hull.normals = {{-0.6f, 0, -0.8f}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
   const Rig rig = default_rig();
   for (int i = 0; i < 2; ++i) {
     MeshView mesh_view;

@@ -57,6 +57,7 @@ void expect_same(const Mesh& a, const Mesh& b) {
   EXPECT_TRUE(same_bytes(a.hull.loop_vertices, b.hull.loop_vertices));
   EXPECT_TRUE(same_bytes(a.hull.loop_ends, b.hull.loop_ends));
   EXPECT_TRUE(same_bytes(a.hull.face_loop_ends, b.hull.face_loop_ends));
+  EXPECT_TRUE(same_bytes(a.hull.normals, b.hull.normals));
   ASSERT_EQ(a.views.size(), b.views.size());
   for (std::size_t i = 0; i < a.views.size(); ++i) {
     expect_same(a.views[i].view, b.views[i].view);
@@ -275,6 +276,9 @@ TEST(MeshPayload, RulesAreChecked) {
   expect_mesh_refused([](Mesh& m) { m.hull.loop_ends[3] = 13; }, "loops");
   expect_mesh_refused([](Mesh& m) { m.hull.face_loop_ends.resize(3); }, "loops");
   expect_mesh_refused([](Mesh& m) { m.hull.loop_vertices[0] = 9; }, "loop's index");
+  expect_mesh_refused([](Mesh& m) { m.hull.normals.resize(3); }, "normals");
+  expect_mesh_refused([](Mesh& m) { m.hull.normals.assign(4, Vec3f(NAN)); }, "normal is not");
+  expect_mesh_refused([](Mesh& m) { m.hull.faces[0].edge = HullFace::no_edge; }, "contour edge");
   expect_mesh_refused([](Mesh& m) { m.up = Vec3(0); }, "up");
   expect_mesh_refused([](Mesh& m) { m.metres_per_unit = 0; }, "unit");
   expect_mesh_refused([](Mesh& m) { m.views[0].calibration.K[0][0] = 0; }, "focal length");
