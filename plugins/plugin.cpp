@@ -10,6 +10,7 @@ GST_ELEMENT_REGISTER_DECLARE(hullbuild)
 GST_ELEMENT_REGISTER_DECLARE(hullexport)
 GST_ELEMENT_REGISTER_DECLARE(serialtrigger)
 GST_ELEMENT_REGISTER_DECLARE(scenesrc)
+GST_ELEMENT_REGISTER_DECLARE(hullrefine)
 GST_ELEMENT_REGISTER_DECLARE(hulltexture)
 GST_ELEMENT_REGISTER_DECLARE(composite)
 
@@ -24,6 +25,7 @@ static gboolean plugin_init(GstPlugin* plugin) {
   any |= GST_ELEMENT_REGISTER(hullexport, plugin);
   any |= GST_ELEMENT_REGISTER(serialtrigger, plugin);
   any |= GST_ELEMENT_REGISTER(scenesrc, plugin);
+  any |= GST_ELEMENT_REGISTER(hullrefine, plugin);
   any |= GST_ELEMENT_REGISTER(hulltexture, plugin);
   any |= GST_ELEMENT_REGISTER(composite, plugin);
   return any;

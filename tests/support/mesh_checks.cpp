@@ -81,6 +81,10 @@ std::string check_loops(const Hull& hull) {
     text << what << " (face " << face << ")";
     return text.str();
   };
+  if (hull.faces.size() == 1 && hull.faces[0].edge == HullFace::no_edge)  // a smooth surface
+    return hull.faces[0].triangle_count == hull.triangles.size() / 3 && hull.loop_ends.empty()
+               ? ""
+               : "a surface of no planes with other faces";
   if (hull.face_loop_ends.size() != hull.faces.size())
     return "face_loop_ends has another length than faces";
   if (!hull.face_loop_ends.empty() && hull.face_loop_ends.back() != hull.loop_ends.size()) {

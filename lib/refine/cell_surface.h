@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// The surface where a function on a grid is 0, as triangles: marching cubes (Lorensen and Cline
+/// 1987) with a table made so that the surface is always a closed 2-manifold.
+///
+/// On a face of a cell with inside corners across a diagonal the inside corners are kept apart, the
+/// same from both cells, so that neighbours always agree. In a cell the crossed edges form loops;
+/// each is cut into triangles without a diagonal between two edges of one face of the cell, which
+/// a neighbour could have, too. Vertices lie on the grid's edges, never at their ends: triangles
+/// of different cells share no more than a face of both, and those of a cell keep to their corners,
+/// so none cross.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "refine/contact_rays.h"
+
+namespace polyhull::refine {
+
+struct CellSurface {
+  std::vector<Vec3f> points;
+  std::vector<Vec3f> normals;  ///< unit, towards where the function falls
+  std::vector<std::uint32_t> triangles;  ///< outside seen counter-clockwise
+};
+
+/// Finds surfaces and keeps the memory.
+class CellMarcher {
+ public:
+  /// Appends the surface of \p fine to \p out. The order of vertices and triangles follows the
+  /// grid.
+  void march(const Level& fine, CellSurface& out, int threads);
+
+ private:
+  struct Slab {
+    std::vector<Vec3f> points, normals;
+    std::vector<std::uint32_t> triangles;
+    std::uint32_t first_vertex = 0;
+  };
+  void find_vertices(const Level& fine, int z);
+  void find_triangles(const Level& fine, int z);
+
+  std::vector<Slab> slabs_;
+  std::vector<std::uint32_t> vertex_of_edge_;  ///< of node n and axis a at 3 n + a; in its slab
+};
+
+}  // namespace polyhull::refine

@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "refine/contact_rays.h"
+
+#include <cmath>
+
+#include "base/thread_pool.h"
+
+namespace polyhull::refine {
+namespace {
+
+/// So far outside the hull, by H on a coarse grid, a ray may still touch it, in cells.
+constexpr float slack = 0.6f;
+
+/// The depths between which \p ray is in \p grid's box.
+bool clip(const ContactRay& ray, const Grid& grid, float& from, float& to) {
+  from = 0.01f;
+  to = 1e9f;
+  const Vec3f high = grid.position(grid.nx - 1, grid.ny - 1, grid.nz - 1);
+  for (int k = 0; k < 3; ++k) {
+    if (std::abs(ray.direction[k]) < 1e-9f) {
+      if (ray.origin[k] < grid.low[k] || ray.origin[k] > high[k]) return false;
+      continue;
+    }
+    const float a = (grid.low[k] - ray.origin[k]) / ray.direction[k];
+    const float b = (high[k] - ray.origin[k]) / ray.direction[k];
+    from = std::max(from, std::min(a, b));
+    to = std::min(to, std::max(a, b));
+  }
+  return from < to;
+}
+
+void add_pieces(const ContactRay& ray, std::span<const Level> parts, std::vector<RayPiece>& out) {
+  for (std::size_t p = 0; p < parts.size(); ++p) {
+    const Grid& grid = parts[p].grid;
+    const float* hull = parts[p].hull.data();
+    float from = 0.0f, to = 0.0f;
+    if (!clip(ray, grid, from, to)) continue;
+    const float step = grid.cell / glm::length(ray.direction);
+    bool on = false;
+    float begin = 0.0f;
+    for (float z = from; z <= to + step; z += step) {
+      const bool is_on = z <= to && sample(grid, hull, ray.point(z)) > -slack * grid.cell;
+      if (is_on && !on) begin = z;
+      if (!is_on && on)
+        out.push_back({std::max(from, begin - 0.5f * step), std::min(to, z - 0.5f * step),
+                       static_cast<std::uint32_t>(p)});
+      on = is_on;
+    }
+  }
+}
+
+void trace_view(const OutlineView& view, std::span<const Level> parts, ContactRays& out) {
+  const auto direction = [&](const Vec2& at) { return view.ray * Vec3(at.x, at.y, 1.0); };
+  for (std::size_t r = 0; r < view.rings->size(); ++r) {
+    const std::span<const Vec2f> ring = view.rings->ring(r);
+    for (std::size_t i = 0; i < ring.size(); ++i) {
+      const Vec2 a(ring[i]), b(ring[i + 1 == ring.size() ? 0 : i + 1]);
+      const double length = glm::length(b - a);
+      if (!(length > 1e-6)) continue;
+      const Vec3 from = direction(a), to = direction(b);
+      Vec3 normal = glm::normalize(glm::cross(from, to));
+      // The silhouette is on the left of the edge as seen on the screen, y down.
+      const Vec2 way = (b - a) / length;
+      if (glm::dot(direction(0.5 * (a + b) + 2.0 * Vec2(way.y, -way.x)), normal) > 0.0)
+        normal = -normal;
+      const int count = std::max(1, static_cast<int>(std::lround(length / view.spacing)));
+      for (int k = 0; k < count; ++k) {
+        ContactRay ray;
+        ray.origin = view.centre;
+        ray.direction = Vec3f(from + (to - from) * ((k + 0.5) / count));
+        ray.normal = Vec3f(normal);
+        ray.first_piece = static_cast<std::uint32_t>(out.pieces.size());
+        add_pieces(ray, parts, out.pieces);
+        ray.end_piece = static_cast<std::uint32_t>(out.pieces.size());
+        if (ray.first_piece == ray.end_piece) continue;
+        const RayPiece& piece = out.pieces[ray.first_piece];
+        ray.part = piece.part;
+        ray.depth = 0.5f * (piece.begin + piece.end);
+        out.rays.push_back(ray);
+      }
+    }
+  }
+}
+
+void find_rim(ContactRay& ray, const ContactRays& rays, std::span<const Level> parts, float step,
+              RimSearch where) {
+  float best = -1.0f, depth = ray.depth;
+  std::uint32_t part = ray.part;
+  const auto look = [&](const Level& level, std::uint32_t p, float at) {
+    const float value = sample(level.grid, level.values.data(), ray.point(at));
+    if (value > best) {
+      best = value;
+      depth = at;
+      part = p;
+    }
+  };
+  if (where == RimSearch::near) {
+    for (int i = -3; i <= 3; ++i)
+      look(parts[ray.part], ray.part, ray.depth + static_cast<float>(i) * step);
+  } else {
+    for (std::uint32_t k = ray.first_piece; k < ray.end_piece; ++k) {
+      const RayPiece& piece = rays.pieces[k];
+      const float length = piece.end - piece.begin;
+      const int count = std::max(1, static_cast<int>(length / step + 0.5f));
+      for (int i = 0; i <= count; ++i)
+        look(parts[piece.part], piece.part,
+             piece.begin + length * static_cast<float>(i) / static_cast<float>(count));
+    }
+  }
+  ray.value = best;
+  ray.depth = depth;
+  ray.part = part;
+}
+
+}  // namespace
+
+void trace_rays(std::span<const OutlineView> views, std::span<const Level> parts, int threads,
+                ContactRays& out) {
+  std::vector<ContactRays> of_view(views.size());
+  parallel_for(views.size(), 1, threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) trace_view(views[k], parts, of_view[k]);
+  });
+  out.rays.clear();
+  out.pieces.clear();
+  for (const ContactRays& some : of_view) {
+    const auto shift = static_cast<std::uint32_t>(out.pieces.size());
+    for (ContactRay ray : some.rays) {
+      ray.first_piece += shift;
+      ray.end_piece += shift;
+      out.rays.push_back(ray);
+    }
+    out.pieces.insert(out.pieces.end(), some.pieces.begin(), some.pieces.end());
+  }
+}
+
+void find_rims(ContactRays& rays, std::span<const Level> parts, float step, RimSearch where,
+               std::size_t stride, int threads) {
+  const std::size_t count = (rays.rays.size() + stride - 1) / stride;
+  parallel_for(count, 64, threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i)
+      find_rim(rays.rays[i * stride], rays, parts, step, where);
+  });
+}
+
+}  // namespace polyhull::refine

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// Rays that touch the body: each ray through a point of a silhouette's outline touches it at one
+/// place at least, its rim point, where the surface's normal is that of the cone's plane.
+///
+/// Where on the ray, the silhouettes leave open: the ray's pieces on the hull. With a function f on
+/// a grid, positive inside the surface, the rim is where f is largest on all pieces of the ray. One
+/// contact is all that a ray needs, so what lies behind T-junctions, hidden rims and phantom
+/// volumes settle ray by ray.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "base/rings.h"
+#include "refine/grid.h"
+#include "rig/camera.h"
+
+namespace polyhull::refine {
+
+/// Which nodes of a row may be inside the surface or next to it: from begin to end, none if equal.
+struct Extent {
+  int begin = 0, end = 0;
+};
+
+/// A part of the hull on a grid of its own.
+struct Level {
+  Grid grid;
+  std::vector<float> hull;    ///< H at the nodes (hull_distance.h), metres
+  std::vector<float> values;  ///< f: the surface is where it is 0
+  std::vector<Extent> rows;   ///< of a fine grid: of row (y, z) at z * ny + y
+};
+
+struct ContactRay {
+  Vec3f origin{0.0f};
+  Vec3f direction{0.0f};  ///< metres along it for one metre of depth
+  Vec3f normal{0.0f};     ///< of the cone's plane, unit, out of the cone
+  std::uint32_t first_piece = 0, end_piece = 0;
+  // The rim as it was found last:
+  std::uint32_t part = 0;
+  float depth = 0.0f;
+  float value = outside;  ///< f there
+
+  Vec3f point(float at) const { return origin + at * direction; }
+  Vec3f rim() const { return point(depth); }
+};
+
+/// From depth \p begin to \p end the ray lies on the hull, or a little outside, in a part's grid.
+struct RayPiece {
+  float begin = 0.0f, end = 0.0f;
+  std::uint32_t part = 0;
+};
+
+struct ContactRays {
+  std::vector<ContactRay> rays;
+  std::vector<RayPiece> pieces;
+};
+
+/// Points of an outline in a view, ready to become rays in the refiner's frame.
+struct OutlineView {
+  const Rings* rings = nullptr;  ///< pinhole pixels
+  Vec3f centre{0.0f};
+  Mat3 ray{1.0};         ///< from a homogeneous pixel to the ray's direction at depth 1
+  float spacing = 3.0f;  ///< pixels between rays
+};
+
+/// The rays of \p views with their pieces on the hull of \p parts (Level::hull), which are found
+/// in steps of a cell; rays without a piece are left out. The order follows views and outlines.
+void trace_rays(std::span<const OutlineView> views, std::span<const Level> parts, int threads,
+                ContactRays& out);
+
+/// Where rims are looked for.
+enum class RimSearch {
+  everywhere,  ///< on all pieces
+  near,        ///< three steps around the last rim
+};
+
+/// Finds the rim of every ray (of each \p stride-th one) by Level::values, in steps of \p step
+/// metres of depth.
+void find_rims(ContactRays& rays, std::span<const Level> parts, float step, RimSearch where,
+               std::size_t stride, int threads);
+
+}  // namespace polyhull::refine

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// How deep a point lies inside the visual hull, from the silhouettes alone.
+///
+/// For camera k let d_k(X) be the signed distance in its picture of the point's image from the
+/// silhouette's outline (positive inside), z_k its depth and f_k the focal length. Then
+///
+///   H(X) = min over k of d_k(X) z_k / f_k,   and the distances from the bounds' planes,
+///
+/// in metres. Its zero set is the hull; near it, and where one camera decides, it is the distance.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "refine/grid.h"
+#include "refine/silhouette_map.h"
+
+namespace polyhull::refine {
+
+/// One camera in the refiner's frame (metres), with its silhouette.
+struct ContactView {
+  float pixel[3][4] = {};  ///< homogeneous pixel of a point; the third is its depth, metres
+  float focal = 1.0f;      ///< pixels
+  float beyond = -40.0f;   ///< pixels: what a point that a map does not reach is said to be inside
+  Vec3f centre{0.0f};
+  SilhouetteMap coarse;  ///< the whole picture
+  SilhouetteMap fine;    ///< a band around the outline
+
+  Vec3f project(const Vec3f& p) const {
+    const auto dot = [&](const float(&m)[4]) {
+      return m[0] * p.x + m[1] * p.y + m[2] * p.z + m[3];
+    };
+    const float depth = dot(pixel[2]);
+    const float inverse = 1.0f / depth;
+    return {dot(pixel[0]) * inverse, dot(pixel[1]) * inverse, depth};
+  }
+};
+
+/// H of all cameras and bounds.
+struct HullDistance {
+  std::vector<ContactView> views;
+  Vec3f low{-1e9f}, high{1e9f};  ///< of the bounds
+
+  /// From the coarse maps; below \p enough only that it is.
+  float rough(const Vec3f& point, float enough) const;
+
+  /// From the fine maps, exact within their band; below \p enough only that it is.
+  float exact(const Vec3f& point, float enough) const;
+
+  /// rough() on all of \p grid's nodes, at least \p least; blocks of nodes far outside are found by
+  /// their middle and skipped.
+  void fill(const Grid& grid, float least, std::vector<float>& values, int threads) const;
+};
+
+}  // namespace polyhull::refine

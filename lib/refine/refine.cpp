@@ -1,0 +1,338 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "refine/refine.h"
+
+#include <cmath>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "base/error.h"
+#include "base/stopwatch.h"
+#include "base/thread_pool.h"
+#include "refine/cell_surface.h"
+#include "refine/fine_field.h"
+#include "refine/flow.h"
+#include "refine/frame.h"
+#include "refine/plate.h"
+#include "rig/undistort.h"
+
+namespace polyhull {
+namespace {
+
+using namespace refine;
+
+/// What a quality does; lengths in metres.
+struct Recipe {
+  float cell = 0.024f;
+  int coarse_flows = 6, flows = 4;
+  int coarse_plate = 30, plate = 30;  ///< steps of conjugate gradients
+  int coarse_plates = 2, plates = 2;
+  std::size_t stride = 1;  ///< of the rays, until the fine grid
+  int fits = 3;
+};
+
+Recipe recipe_of(const RefineSettings& settings) {
+  Recipe recipe;
+  switch (settings.quality) {
+    case RefineQuality::fast:
+      recipe = {.coarse_flows = 6, .flows = 1, .coarse_plate = 30, .plate = 16, .plates = 1,
+                .stride = 2};
+      break;
+    case RefineQuality::fine:
+      recipe = {.cell = 0.016f, .flows = 4, .plate = 40, .plates = 3};
+      break;
+    default:
+      break;
+  }
+  if (settings.cell > 0.0) recipe.cell = static_cast<float>(settings.cell);
+  return recipe;
+}
+
+/// Cells around a part's box: for the plate's band and the blurs.
+constexpr int margin = 4, coarse_margin = 3;
+constexpr double most_nodes = 64e6;
+
+}  // namespace
+
+struct HullRefiner::State {
+  Hull surface;
+  RefineStatistics statistics;
+  // What the last surface was made of.
+  Hull last_hull;
+  std::vector<Camera> last_cameras;
+  std::vector<Rings> last_rings;
+  RefineSettings last_settings;
+  double last_unit = 0.0;
+  bool valid = false;
+
+  LocalFrame frame;
+  Recipe recipe;
+  int threads = 0;
+  std::vector<Rings> outlines;  // pinhole pixels
+  HullDistance distance;
+  std::vector<SilhouetteMapper> mappers;
+  std::vector<Level> coarse, middle, fine;
+  ContactRays rays;
+  FlowMemory flow_memory;
+  std::vector<PlateSolver> solvers;
+  FitMemory fit_memory;
+  CellMarcher marcher;
+
+  bool unchanged(const Hull& hull, std::span<const CameraContours> views, double unit,
+                 const RefineSettings& settings) const;
+  void remember(const Hull& hull, std::span<const CameraContours> views, double unit,
+                const RefineSettings& settings);
+  void refine(const Hull& hull, std::span<const CameraContours> views);
+  void set_up_views(const Hull& hull, std::span<const CameraContours> views);
+  void set_up_levels(const Hull& hull);
+  void flow(std::vector<Level>& levels, int count, float sigma, float rim_step);
+  void plate(std::vector<Level>& levels, int count, int steps, float rim_step);
+  void start_middle();
+  void fit();
+  void take(const CellSurface& cells);
+};
+
+bool HullRefiner::State::unchanged(const Hull& hull, std::span<const CameraContours> views,
+                                   double unit, const RefineSettings& settings) const {
+  if (!valid || settings != last_settings || unit != last_unit ||
+      views.size() != last_cameras.size() || hull.origin != last_hull.origin ||
+      hull.vertices != last_hull.vertices || hull.triangles != last_hull.triangles)
+    return false;
+  for (std::size_t k = 0; k < views.size(); ++k)
+    if (*views[k].camera != last_cameras[k] || *views[k].rings != last_rings[k]) return false;
+  return true;
+}
+
+void HullRefiner::State::remember(const Hull& hull, std::span<const CameraContours> views,
+                                  double unit, const RefineSettings& settings) {
+  last_hull = hull;
+  last_cameras.clear();
+  last_rings.clear();
+  for (const CameraContours& view : views) {
+    last_cameras.push_back(*view.camera);
+    last_rings.push_back(*view.rings);
+  }
+  last_settings = settings;
+  last_unit = unit;
+  valid = true;
+}
+
+/// Distances in each picture, as fine as the cell is there.
+void HullRefiner::State::set_up_views(const Hull& hull, std::span<const CameraContours> views) {
+  outlines.resize(views.size());
+  distance.views.resize(views.size());
+  mappers.resize(std::max(mappers.size(), 2 * views.size()));
+  const Box bounds = bounds_of(hull, frame);
+  distance.low = bounds.low;
+  distance.high = bounds.high;
+  parallel_for(2 * views.size(), 1, threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const std::size_t k = i / 2;
+      const Camera& camera = *views[k].camera;
+      if (i % 2 == 0) {
+        outlines[k] = undistort_rings(camera, *views[k].rings).rings;
+        ContactView placed = view_in(frame, camera);
+        placed.coarse = std::move(distance.views[k].coarse);
+        placed.fine = std::move(distance.views[k].fine);
+        distance.views[k] = std::move(placed);
+      }
+    }
+  });
+  parallel_for(2 * views.size(), 1, threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      ContactView& view = distance.views[i / 2];
+      const float depth = view.project(Vec3f(0.0f)).z;
+      const float pixels = std::max(recipe.cell * view.focal / std::max(depth, 0.01f), 0.5f);
+      view.beyond = -3.6f * pixels;
+      if (i % 2 == 0)
+        mappers[i].draw(view.coarse, outlines[i / 2], 0.7f * pixels, 2, 3.6f * pixels, true);
+      else
+        mappers[i].draw(view.fine, outlines[i / 2], 0.35f * pixels, 3, 1.5f * pixels, false);
+    }
+  });
+}
+
+void HullRefiner::State::set_up_levels(const Hull& hull) {
+  const std::vector<Box> boxes = boxes_of(hull, frame, 2.0f * margin * recipe.cell);
+  middle.resize(boxes.size());
+  coarse.resize(boxes.size());
+  fine.resize(boxes.size());
+  solvers.resize(std::max(solvers.size(), boxes.size()));
+  double nodes = 0.0;
+  for (const Box& box : boxes) {
+    const Vec3 size = Vec3(box.high - box.low) / static_cast<double>(recipe.cell);
+    nodes += 8.0 * (size.x + 2 * margin) * (size.y + 2 * margin) * (size.z + 2 * margin);
+  }
+  if (!(nodes < most_nodes))
+    throw Error(Error::Kind::unsupported,
+                "The hull is too large for a cell of {:g} m: its grids would have {:.0f} million "
+                "nodes; give a cell of {:.3f} m or more, or bounds around the subject.",
+                recipe.cell, 1e-6 * nodes, recipe.cell * std::cbrt(nodes / most_nodes) * 1.05);
+  for (std::size_t p = 0; p < boxes.size(); ++p) {
+    Level& level = middle[p];
+    level.grid = grid_over(boxes[p].low, boxes[p].high, recipe.cell, margin);
+    distance.fill(level.grid, -0.08f, level.hull, threads);
+    Level& half = coarse[p];
+    half.grid = grid_over(boxes[p].low, boxes[p].high, 2.0f * recipe.cell, coarse_margin);
+    half.hull.resize(half.grid.size());
+    for (int z = 0; z < half.grid.nz; ++z)
+      for (int y = 0; y < half.grid.ny; ++y)
+        for (int x = 0; x < half.grid.nx; ++x)
+          half.hull[half.grid.node(x, y, z)] =
+              std::max(outside, sample(level.grid, level.hull.data(), half.grid.position(x, y, z)));
+    half.values = half.hull;
+    statistics.nodes += level.grid.size();
+  }
+  statistics.parts = static_cast<std::uint32_t>(boxes.size());
+}
+
+void HullRefiner::State::flow(std::vector<Level>& levels, int count, float sigma, float rim_step) {
+  for (int i = 0; i < count; ++i) {
+    for (Level& level : levels) blur(level.grid, level.values, sigma, flow_memory, threads);
+    find_rims(rays, levels, rim_step, i % 2 == 0 ? RimSearch::everywhere : RimSearch::near,
+              recipe.stride, threads);
+    for (std::size_t p = 0; p < levels.size(); ++p)
+      pull_to_rims(levels[p], rays, static_cast<std::uint32_t>(p),
+                   {.sigma = 0.75f * sigma, .stride = recipe.stride}, flow_memory, threads);
+  }
+}
+
+void HullRefiner::State::plate(std::vector<Level>& levels, int count, int steps, float rim_step) {
+  for (int i = 0; i < count; ++i) {
+    find_rims(rays, levels, rim_step, i == 0 ? RimSearch::everywhere : RimSearch::near,
+              recipe.stride, threads);
+    for (std::size_t p = 0; p < levels.size(); ++p)
+      solvers[p].solve(levels[p], rays, static_cast<std::uint32_t>(p),
+                       {.steps = steps, .band = 2.5f * levels[p].grid.cell, .stride = recipe.stride},
+                       threads);
+  }
+}
+
+/// The coarse surface on the middle grid.
+void HullRefiner::State::start_middle() {
+  for (std::size_t p = 0; p < middle.size(); ++p) {
+    Level& level = middle[p];
+    const Grid& grid = level.grid;
+    level.values.resize(grid.size());
+    parallel_for(static_cast<std::size_t>(grid.nz), 4, threads,
+                 [&](std::size_t begin, std::size_t end) {
+                   for (auto z = static_cast<int>(begin); z < static_cast<int>(end); ++z)
+                     for (int y = 0; y < grid.ny; ++y)
+                       for (int x = 0; x < grid.nx; ++x) {
+                         const std::size_t node = grid.node(x, y, z);
+                         level.values[node] =
+                             level.hull[node] <= -0.079f
+                                 ? outside
+                                 : std::max(outside, sample(coarse[p].grid, coarse[p].values.data(),
+                                                            grid.position(x, y, z)));
+                       }
+                 });
+  }
+}
+
+void HullRefiner::State::fit() {
+  const float cell = recipe.cell;
+  for (std::size_t p = 0; p < middle.size(); ++p)
+    make_fine(middle[p], distance, fine[p], threads);
+  find_rims(rays, middle, 0.5f * cell, RimSearch::everywhere, 1, threads);
+  for (int i = 0; i < recipe.fits; ++i) {
+    find_rims(rays, fine, 0.15f * cell, RimSearch::near, 1, threads);
+    const float radius = (i == 0 ? 1.4f : i == 1 ? 1.0f : 0.75f) * cell;
+    for (std::size_t p = 0; p < fine.size(); ++p) {
+      fit_to_rims(fine[p], rays, static_cast<std::uint32_t>(p), radius, 0.0005f, fit_memory,
+                  threads);
+      cut_at_hull(fine[p], threads);
+    }
+  }
+}
+
+void HullRefiner::State::take(const CellSurface& cells) {
+  surface.origin = frame.origin;
+  surface.vertices.resize(cells.points.size());
+  surface.normals.resize(cells.points.size());
+  const double unit = 1.0 / frame.metres;
+  for (std::size_t i = 0; i < cells.points.size(); ++i) {
+    surface.vertices[i] = Vec3f(frame.turned_back(Vec3(cells.points[i])) * unit);
+    surface.normals[i] = Vec3f(frame.turned_back(Vec3(cells.normals[i])));
+  }
+  surface.triangles = cells.triangles;
+  surface.faces.assign(1, {-1, HullFace::no_edge, 0,
+                           static_cast<std::uint32_t>(cells.triangles.size() / 3)});
+}
+
+void HullRefiner::State::refine(const Hull& hull, std::span<const CameraContours> views) {
+  Stopwatch watch;
+  set_up_views(hull, views);
+  set_up_levels(hull);
+  statistics.seconds_distances = watch.lap();
+  std::vector<OutlineView> outline_views;
+  for (std::size_t k = 0; k < views.size(); ++k) {
+    const float depth = distance.views[k].project(Vec3f(0.0f)).z;
+    const float pixels = recipe.cell * distance.views[k].focal / std::max(depth, 0.01f);
+    outline_views.push_back(
+        outline_in(frame, *views[k].camera, outlines[k], std::max(0.5f * pixels, 1.0f)));
+  }
+  trace_rays(outline_views, middle, threads, rays);
+  statistics.rays = static_cast<std::uint32_t>(rays.rays.size());
+  statistics.seconds_rays = watch.lap();
+  const float cell = recipe.cell;
+  flow(coarse, recipe.coarse_flows, 2.5f * cell, cell);
+  statistics.seconds_flow = watch.lap();
+  plate(coarse, recipe.coarse_plates, recipe.coarse_plate, 0.5f * cell);
+  statistics.seconds_plate = watch.lap();
+  start_middle();
+  flow(middle, recipe.flows, 1.67f * cell, 0.5f * cell);
+  statistics.seconds_flow += watch.lap();
+  plate(middle, recipe.plates, recipe.plate, 0.5f * cell);
+  for (int i = 0; i < 2; ++i) {
+    find_rims(rays, middle, 0.4f * cell, i == 0 ? RimSearch::everywhere : RimSearch::near,
+              recipe.stride, threads);
+    for (std::size_t p = 0; p < middle.size(); ++p)
+      pull_to_rims(middle[p], rays, static_cast<std::uint32_t>(p),
+                   {.sigma = 1.2f * cell, .stride = recipe.stride}, flow_memory, threads);
+  }
+  statistics.seconds_plate += watch.lap();
+  fit();
+  statistics.seconds_fine = watch.lap();
+  CellSurface cells;
+  for (const Level& level : fine) marcher.march(level, cells, threads);
+  take(cells);
+  statistics.seconds_surface = watch.lap();
+}
+
+HullRefiner::HullRefiner() : state_(std::make_unique<State>()) {}
+HullRefiner::~HullRefiner() = default;
+
+const RefineStatistics& HullRefiner::statistics() const {
+  return state_->statistics;
+}
+
+const Hull& HullRefiner::refine(const Hull& hull, std::span<const CameraContours> views,
+                                double metres_per_unit, const RefineSettings& settings) {
+  State& s = *state_;
+  if (!(metres_per_unit > 0.0) || !std::isfinite(metres_per_unit))
+    throw Error(Error::Kind::bad_input, "A mesh has {:g} metres to a unit: expected more than 0.",
+                metres_per_unit);
+  if (!(settings.cell >= 0.0) || !std::isfinite(settings.cell))
+    throw Error(Error::Kind::bad_input, "The refined surface's cell is {:g} m: expected 0 or more.",
+                settings.cell);
+  s.statistics = {};
+  if (s.unchanged(hull, views, metres_per_unit, settings)) {
+    s.statistics.reused = true;
+    return s.surface;
+  }
+  s.valid = false;
+  s.surface = {};
+  if (settings.quality == RefineQuality::off || hull.empty()) {
+    s.surface = hull;
+  } else {
+    s.recipe = recipe_of(settings);
+    s.threads = settings.threads;
+    s.frame = frame_of(hull, metres_per_unit);
+    s.refine(hull, views);
+  }
+  s.remember(hull, views, metres_per_unit, settings);
+  return s.surface;
+}
+
+}  // namespace polyhull

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// Elements on GstBaseTransform that change a mesh and pass its views' pixels on, uncopied.
+#pragma once
+
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "base/error.h"
+#include "plugins/common/guard.h"
+#include "plugins/common/memory/payload_buffer.h"
+#include "plugins/common/statistics.h"
+#include "plugins/common/transform.h"
+
+namespace polyhull::element {
+
+/// generate_output: hands on a buffer with what change(mesh) makes of the queued buffer's mesh, or the
+/// queued buffer itself where that returns false. Gaps pass. A buffer that is no mesh is dropped,
+/// with a warning and the counter meshes-unusable.
+template <class Change>
+GstFlowReturn change_mesh(GstBaseTransform* base, Statistics& statistics, GstBuffer** out,
+                          const Change& change) {
+  *out = nullptr;
+  g_autoptr(GstBuffer) queued = std::exchange(base->queued_buf, nullptr);
+  if (!queued) return GST_FLOW_OK;
+  return guarded(GST_ELEMENT_CAST(base), GST_FLOW_ERROR, [&]() -> GstFlowReturn {
+    sync_controlled_properties(base, queued);
+    if (GST_BUFFER_FLAG_IS_SET(queued, GST_BUFFER_FLAG_GAP) && gst_buffer_get_size(queued) == 0) {
+      *out = gst_buffer_ref(queued);
+      return GST_FLOW_OK;
+    }
+    std::optional<MeshBuffer> in;
+    try {
+      in.emplace(queued);
+    } catch (const Error& error) {
+      statistics.warn(GST_ELEMENT_CAST(base), "meshes-unusable",
+                      fmt::format("A buffer was dropped: {}", error.what()));
+      return GST_FLOW_OK;
+    }
+    Mesh mesh = in->mesh();
+    if (!change(mesh)) {
+      *out = gst_buffer_ref(queued);
+      return GST_FLOW_OK;
+    }
+    std::vector<PixelSource> pixels;
+    for (std::size_t k = 0; k < mesh.views.size(); ++k) pixels.push_back(in->pixels(k));
+    *out = make_mesh_buffer(std::move(mesh), pixels);
+    gst_buffer_copy_into(
+        *out, queued,
+        static_cast<GstBufferCopyFlags>(GST_BUFFER_COPY_FLAGS | GST_BUFFER_COPY_TIMESTAMPS |
+                                        GST_BUFFER_COPY_META),
+        0, -1);
+    return GST_FLOW_OK;
+  });
+}
+
+}  // namespace polyhull::element

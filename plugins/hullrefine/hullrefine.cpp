@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// hullrefine: puts the smooth surface that touches every silhouette in the place of a visual hull.
+#include <gst/base/gstbasetransform.h>
+
+#include <memory>
+
+#include "base/thread_pool.h"
+#include "plugins/common/memory/mesh_transform.h"
+#include "refine/refine.h"
+
+GST_DEBUG_CATEGORY_STATIC(hullrefine_debug);
+#define GST_CAT_DEFAULT hullrefine_debug
+
+namespace polyhull::element {
+
+template <>
+GType enum_type<RefineQuality>() {
+  return register_enum<RefineQuality>(
+      "PolyhullRefineQuality",
+      {{RefineQuality::off, "The hull as it is", "off"},
+       {RefineQuality::fast, "A cell of 24 mm and fewer steps", "fast"},
+       {RefineQuality::good, "A cell of 24 mm", "good"},
+       {RefineQuality::fine, "A cell of 16 mm and more steps", "fine"}});
+}
+
+}  // namespace polyhull::element
+
+namespace {
+
+using namespace polyhull;
+using namespace polyhull::element;
+
+const Property<RefineSettings> table[] = {
+    property<&RefineSettings::quality>("quality", "Quality",
+                                       "How much work the surface is worth. off: the hull passes as "
+                                       "it is."),
+    property<&RefineSettings::cell>(
+        "cell", "Cell",
+        "Metres between the nodes of the grid that the surface is found on (0 to 1): triangles are "
+        "half as large, and what is thinner than a quarter of it may break up. 0: by the quality.",
+        0, 1),
+    property<&RefineSettings::threads>("threads", "Threads",
+                                       "How many threads of the pool that all elements share may "
+                                       "work (1 to 256); 0 means all of them.",
+                                       0, 256),
+};
+constexpr std::span<const Property<RefineSettings>> properties(table);
+
+struct HullRefine {
+  static constexpr char type_name[] = "PolyhullHullRefine";
+  static GType base_type() { return GST_TYPE_BASE_TRANSFORM; }
+  static void class_init(gpointer klass);
+
+  explicit HullRefine(gpointer object) {
+    statistics.declare({"meshes", "surfaces-reused", "meshes-unrefined", "meshes-unusable"});
+    gst_base_transform_set_in_place(GST_BASE_TRANSFORM(object), FALSE);
+    gst_base_transform_set_passthrough(GST_BASE_TRANSFORM(object), FALSE);
+  }
+
+  RefineSettings settings;  // under the object lock
+  Statistics statistics{"hullrefine-stats"};
+  std::unique_ptr<HullRefiner> refiner;  // of the streaming thread
+};
+
+void report(HullRefine& self, const RefineStatistics& done) {
+  self.statistics.count("meshes");
+  if (done.reused) self.statistics.count("surfaces-reused");
+  self.statistics.set("parts", done.parts);
+  self.statistics.set("rays", done.rays);
+  self.statistics.set("nodes", static_cast<double>(done.nodes));
+  self.statistics.set("distances-ms", 1e3 * done.seconds_distances);
+  self.statistics.set("rays-ms", 1e3 * done.seconds_rays);
+  self.statistics.set("flow-ms", 1e3 * done.seconds_flow);
+  self.statistics.set("plate-ms", 1e3 * done.seconds_plate);
+  self.statistics.set("fine-ms", 1e3 * done.seconds_fine);
+  self.statistics.set("surface-ms", 1e3 * done.seconds_surface);
+}
+
+/// Whether \p mesh has become another.
+bool refine_mesh(GstBaseTransform* transform, Mesh& mesh) {
+  HullRefine& self = state_of<HullRefine>(transform);
+  const RefineSettings settings = snapshot(transform, self.settings);
+  if (settings.quality == RefineQuality::off || mesh.hull.empty()) return false;
+  std::vector<CameraContours> views;
+  for (const MeshView& view : mesh.views)
+    views.push_back({&view.calibration, &view.view.contours});
+  const LoopWatch loops;
+  try {
+    mesh.hull = self.refiner->refine(mesh.hull, views, mesh.metres_per_unit, settings);
+  } catch (const Error& error) {
+    self.statistics.warn(GST_ELEMENT_CAST(transform), "meshes-unrefined",
+                         fmt::format("A hull passed as it was: {}", error.what()));
+    return false;
+  }
+  mesh.texturing.reset();  // it was the hull's
+  self.statistics.set("threads-used", loops.threads());
+  report(self, self.refiner->statistics());
+  return true;
+}
+
+GstFlowReturn generate_output(GstBaseTransform* transform, GstBuffer** out) {
+  return change_mesh(transform, state_of<HullRefine>(transform).statistics, out,
+                     [&](Mesh& mesh) { return refine_mesh(transform, mesh); });
+}
+
+gboolean start(GstBaseTransform* transform) {
+  return guarded(GST_ELEMENT_CAST(transform), gboolean{FALSE}, [&]() -> gboolean {
+    HullRefine& self = state_of<HullRefine>(transform);
+    self.statistics.reset();
+    self.refiner = std::make_unique<HullRefiner>();
+    return TRUE;
+  });
+}
+
+gboolean stop(GstBaseTransform* transform) {
+  state_of<HullRefine>(transform).refiner.reset();
+  return TRUE;
+}
+
+void HullRefine::class_init(gpointer klass) {
+  GST_DEBUG_CATEGORY_INIT(hullrefine_debug, "hullrefine", 0, "refines visual hulls");
+  add_properties<HullRefine>(klass, properties, &HullRefine::settings);
+  add_statistics<HullRefine>(
+      klass,
+      "Counters since the start: meshes, surfaces-reused (nothing had changed), meshes-unrefined "
+      "(hulls that passed as they were, with a warning), meshes-unusable; and of the last mesh "
+      "parts (of the hull, with a grid each), rays (that touch the body), nodes (of the grids), the "
+      "milliseconds for distances, rays, flow, plate, the fine grid and the surface, and "
+      "threads-used (how many threads took part in its parallel loops, on average).");
+  set_metadata(klass, "Visual hull refinement", "Filter/Video",
+               "Finds the smooth surface inside a visual hull that touches every silhouette");
+  add_template(klass, "sink", GST_PAD_SINK, mesh_caps);
+  add_template(klass, "src", GST_PAD_SRC, mesh_caps);
+  GstBaseTransformClass* transform_class = GST_BASE_TRANSFORM_CLASS(klass);
+  transform_class->generate_output = generate_output;
+  transform_class->start = start;
+  transform_class->stop = stop;
+}
+
+}  // namespace
+
+GST_ELEMENT_REGISTER_DEFINE(hullrefine, "hullrefine", GST_RANK_NONE, type_of<HullRefine>())
