@@ -317,7 +317,7 @@ const Hull& HullRefiner::refine(const Hull& hull, std::span<const CameraContours
     throw Error(Error::Kind::bad_input, "The refined surface's cell is {:g} m: expected 0 or more.",
                 settings.cell);
   s.statistics = {};
-  if (s.unchanged(hull, views, metres_per_unit, settings)) {
+  if (settings.reuse && s.unchanged(hull, views, metres_per_unit, settings)) {
     s.statistics.reused = true;
     return s.surface;
   }

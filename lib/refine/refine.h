@@ -38,6 +38,7 @@ struct RefineSettings {
   RefineQuality quality = RefineQuality::good;
   double cell = 0.0;  ///< metres from node to node, triangles are half as large; 0: by the quality
   int threads = 0;    ///< of the pool; 0: all
+  bool reuse = true;  ///< false: works as if nothing were known from the last call
   bool operator==(const RefineSettings&) const = default;
 };
 

@@ -1,32 +1,14 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "true_body.h"
 
-#include <CGAL/AABB_traits.h>
-#include <CGAL/AABB_tree.h>
-#include <CGAL/AABB_triangle_primitive.h>
-#include <CGAL/Simple_cartesian.h>
-
 #include <algorithm>
 #include <cmath>
 #include <fstream>
-#include <random>
 #include <sstream>
 
 #include "base/error.h"
 
 namespace polyhull::test {
-namespace {
-
-using Kernel = CGAL::Simple_cartesian<double>;
-using Triangles = std::vector<Kernel::Triangle_3>;
-using Tree = CGAL::AABB_tree<
-    CGAL::AABB_traits<Kernel, CGAL::AABB_triangle_primitive<Kernel, Triangles::const_iterator>>>;
-
-Kernel::Point_3 point(const Vec3& v) {
-  return {v.x, v.y, v.z};
-}
-
-}  // namespace
 
 Surface load_surface(const std::string& path) {
   std::ifstream file(path);
@@ -49,25 +31,6 @@ Surface load_surface(const std::string& path) {
     }
   }
   return surface;
-}
-
-Surface surface_of(const Hull& hull) {
-  Surface surface;
-  for (const Vec3f& v : hull.vertices) surface.vertices.push_back(hull.origin + Vec3(v));
-  for (std::size_t t = 0; t < hull.triangles.size(); t += 3) {
-    surface.triangles.push_back({hull.triangles[t], hull.triangles[t + 1], hull.triangles[t + 2]});
-  }
-  return surface;
-}
-
-double volume_of(const Surface& surface) {
-  double volume = 0.0;
-  for (const auto& t : surface.triangles) {
-    volume += glm::dot(surface.vertices[t[0]],
-                       glm::cross(surface.vertices[t[1]], surface.vertices[t[2]])) /
-              6.0;
-  }
-  return volume;
 }
 
 Picture mask_of(const Surface& surface, const Camera& camera, int samples) {
@@ -129,50 +92,6 @@ double intersection_over_union(const Picture& a, const Picture& b) {
     either += in_a || in_b;
   }
   return either ? double(both) / double(either) : 1.0;
-}
-
-SurfaceDistance distance_between(const Surface& from, const Surface& to, std::size_t count) {
-  Triangles triangles;
-  for (const auto& t : to.triangles) {
-    const Kernel::Triangle_3 triangle(point(to.vertices[t[0]]), point(to.vertices[t[1]]),
-                                      point(to.vertices[t[2]]));
-    if (!triangle.is_degenerate()) triangles.push_back(triangle);
-  }
-  Tree tree(triangles.cbegin(), triangles.cend());
-  tree.accelerate_distance_queries();
-  std::vector<Vec3> points;
-  std::vector<double> areas{0.0};
-  for (const auto& t : from.triangles) {
-    const Vec3 &a = from.vertices[t[0]], &b = from.vertices[t[1]], &c = from.vertices[t[2]];
-    areas.push_back(areas.back() + glm::length(glm::cross(b - a, c - a)));
-  }
-  std::mt19937_64 random(1);
-  const auto unit = [&] { return double(random() >> 11) * 0x1p-53; };
-  SurfaceDistance result;
-  for (std::size_t i = 0; i < count; ++i) {
-    const auto at = std::upper_bound(areas.begin() + 1, areas.end() - 1, unit() * areas.back()) -
-                    areas.begin() - 1;
-    const auto& t = from.triangles[static_cast<std::size_t>(at)];
-    double u = unit(), v = unit();
-    if (u + v > 1) {
-      u = 1 - u;
-      v = 1 - v;
-    }
-    const Vec3& a = from.vertices[t[0]];
-    points.push_back(a + u * (from.vertices[t[1]] - a) + v * (from.vertices[t[2]] - a));
-  }
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const double distance = std::sqrt(tree.squared_distance(point(points[i])));
-    result.mean += distance / double(points.size());
-    result.greatest = std::max(result.greatest, distance);
-  }
-  const std::size_t step =
-      std::max<std::size_t>(1, from.vertices.size() / std::max<std::size_t>(count, 1));
-  for (std::size_t i = 0; i < from.vertices.size(); i += step) {
-    result.greatest =
-        std::max(result.greatest, std::sqrt(tree.squared_distance(point(from.vertices[i]))));
-  }
-  return result;
 }
 
 }  // namespace polyhull::test

@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+// The yardstick for surfaces made from silhouettes: its own error is far below what it measures.
+#include "support/body_scenes.h"
+
+#include <gtest/gtest.h>
+
+#include "base/error.h"
+#include "hull/measure.h"
+
+namespace polyhull::test {
+namespace {
+
+/// A square of \p size at \p height, in 2 n^2 triangles.
+Surface square(double size, double height, int n) {
+  Surface surface;
+  for (int j = 0; j <= n; ++j) {
+    for (int i = 0; i <= n; ++i) surface.vertices.emplace_back(i * size / n, height, j * size / n);
+  }
+  for (int j = 0; j < n; ++j) {
+    for (int i = 0; i < n; ++i) {
+      const auto at = static_cast<std::uint32_t>(j * (n + 1) + i);
+      const auto below = at + static_cast<std::uint32_t>(n) + 1;
+      surface.triangles.push_back({at, below, at + 1});
+      surface.triangles.push_back({at + 1, below, below + 1});
+    }
+  }
+  return surface;
+}
+
+Hull hull_from(const Surface& surface) {
+  Hull hull;
+  hull.vertices.assign(surface.vertices.begin(), surface.vertices.end());
+  for (const auto& t : surface.triangles) {
+    hull.triangles.insert(hull.triangles.end(), t.begin(), t.end());
+  }
+  return hull;
+}
+
+Body figure(double seconds) {
+  return {"figure", open_subject("figure"), seconds};
+}
+
+TEST(SurfaceDistance, OfParallelSquares) {
+  const SurfaceDistance d = distance_between(square(1.0, 0.3, 7), square(1.0, 0.1, 3), 5000);
+  EXPECT_NEAR(d.mean, 0.2, 1e-6);
+  EXPECT_NEAR(d.p95, 0.2, 1e-6);
+  EXPECT_NEAR(d.greatest, 0.2, 1e-6);
+}
+
+TEST(SurfaceDistance, BeyondTheBorder) {
+  // Of a square of side 2 to one of side 1 at its corner, both in one plane. The distance d lies in
+  // a quarter disk and two strips: means by integration over the four quarters.
+  const SurfaceDistance d = distance_between(square(2.0, 0.0, 5), square(1.0, 0.0, 2), 40000);
+  const double corner = (std::sqrt(2.0) + std::asinh(1.0)) / 3.0;  // mean over the unit square
+  EXPECT_NEAR(d.mean, (0.0 + 0.5 + 0.5 + corner) / 4.0, 2e-3);
+  EXPECT_NEAR(d.greatest, std::sqrt(2.0), 1e-6);
+  EXPECT_NEAR(distance_between(square(1.0, 0.0, 2), square(2.0, 0.0, 5), 1000).greatest, 0.0, 1e-6);
+}
+
+TEST(SurfaceDistance, SamplesByArea) {
+  // One large triangle and one small one far away: 5 % of the area is not reached by p95.
+  Surface from = square(1.0, 0.0, 1);
+  from.vertices.insert(from.vertices.end(), {{5.0, 0.0, 0.0}, {5.0, 0.0, 0.2}, {5.4, 0.0, 0.0}});
+  from.triangles.push_back({4, 5, 6});  // area 0.04 of 1.04
+  const SurfaceDistance d = distance_between(from, square(1.0, 0.0, 1), 10000);
+  EXPECT_LT(d.p95, 1e-6);
+  EXPECT_NEAR(d.mean, 0.04 / 1.04 * (4.0 + 0.4 / 3.0), 2e-3);
+  EXPECT_NEAR(d.greatest, 4.4, 1e-6);
+}
+
+TEST(BodyScenes, TheTruthHasNoError) {
+  const BodyScene scene = body_scene(body_rig("4far"), figure(3.0));
+  ASSERT_EQ(scene.cameras.size(), 4u);
+  const BodyError error = measure(hull_from(scene.truth), scene, true);
+  EXPECT_NEAR(error.volume, 1.0, 1e-6);
+  EXPECT_LT(error.mean, 1e-3);
+  EXPECT_LT(error.hausdorff, 1e-3);
+  EXPECT_GT(error.overlap, 0.9999);
+  // What the contours' tolerance of half a pixel moves.
+  EXPECT_LT(error.missing, 0.006);
+  EXPECT_LT(error.outside, 0.006);
+  // What no camera sees, and what is interpolated between pictures.
+  EXPECT_GT(error.psnr, 24.0);
+}
+
+TEST(BodyScenes, CamerasBetween) {
+  const BodyScene scene = body_scene(body_rig("4far"), figure(0.0));
+  // 45, 157.5, 270 and 337.5 degrees from +x towards +z.
+  const Vec3 first = scene.between[0].centre(), third = scene.between[2].centre();
+  EXPECT_NEAR(first.x, 3.0 * std::sqrt(0.5), 1e-9);
+  EXPECT_NEAR(first.z, 3.0 * std::sqrt(0.5), 1e-9);
+  EXPECT_NEAR(first.y, 1.2, 1e-9);
+  EXPECT_NEAR(third.x, 0.0, 1e-9);
+  EXPECT_NEAR(third.z, -3.0, 1e-9);
+}
+
+TEST(BodyScenes, TheHullCoversAndIsTooLarge) {
+  const BodyScene scene = body_scene(body_rig("8"), figure(3.0));
+  HullStage stage;
+  const Hull& hull = hull_of(scene, stage, 1);
+  ASSERT_TRUE(is_closed(hull));
+  const BodyError error = measure(hull, scene, true);
+  EXPECT_NEAR(error.volume, 1.154, 0.01);
+  EXPECT_NEAR(error.mean, 5.7, 0.3);
+  EXPECT_NEAR(error.hausdorff, 31.0, 3.0);
+  EXPECT_NEAR(error.overlap, 0.932, 0.005);
+  EXPECT_LT(error.missing, 0.0015);
+  EXPECT_LT(error.outside, 0.0001);
+  EXPECT_NEAR(error.psnr, 20.0, 1.0);
+}
+
+TEST(BodyScenes, ASurfaceThatLeavesItsSilhouettes) {
+  const BodyScene scene = body_scene(body_rig("4far"), figure(0.0));
+  HullStage stage;
+  Hull hull = hull_of(scene, stage, 1);
+  for (Vec3f& v : hull.vertices) v.y += 0.01f;  // 1 cm up: the head leaves, the soles are missing
+  const BodyError error = measure(hull, scene, false);
+  EXPECT_GT(error.missing, 0.01);
+  EXPECT_GT(error.outside, 0.01);
+  EXPECT_EQ(error.psnr, 0.0);
+}
+
+TEST(BodyScenes, NoSuchRig) {
+  EXPECT_THROW(body_rig("five"), Error);
+  EXPECT_THROW(body_rig("1"), Error);
+  EXPECT_EQ(body_rig("5").cameras.size(), 5u);
+}
+
+}  // namespace
+}  // namespace polyhull::test

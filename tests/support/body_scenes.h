@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// Bodies whose true surface and colours are known, seen by a few cameras, and how far a surface made
+/// from what the cameras see is from the body. Five bodies, cameras of 1024 x 768, f = 700 px, 3 m
+/// from the bodies' axis, ideal mattes: the yardstick of docs/benchmarks-body.md.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "base/picture.h"
+#include "base/rings.h"
+#include "hull/hull.h"
+#include "hull/stage.h"
+#include "rig/rig.h"
+#include "studio/figure/subject.h"
+#include "support/surface.h"
+
+namespace polyhull::test {
+
+/// A subject at one instant of its motion.
+struct Body {
+  std::string name;
+  std::shared_ptr<const Subject> subject;
+  double seconds = 0.0;
+};
+
+/// The figure at 0, 3 and 7 s; and the body of the folder \p data (as POLYHULL_DATA names it), turned
+/// two ways, if it is there.
+std::vector<Body> study_bodies(const std::string& data);
+
+/// Cameras at these azimuths in degrees from +x towards +z, rising; as those of the built-in rig, but
+/// all 1.2 m high, 3 m away, and looking at a height of 0.95 m.
+Rig body_rig(const std::vector<double>& azimuths);
+/// "4" to "64": a ring of as many; "4far": 0, 90, 225, 315 degrees. Throws Error for other names.
+Rig body_rig(const std::string& name);
+
+/// A body and what a rig's cameras see of it. Pictures are RGBA on an even grey, alpha the share of each
+/// pixel that the body covers.
+struct BodyScene {
+  std::string name;  ///< the body's
+  Surface truth;
+  std::vector<Camera> cameras;
+  std::vector<Rings> contours;       ///< per camera: within half a pixel of the picture's alpha
+  std::vector<Picture> silhouettes;  ///< per camera: what the contours hold, one channel
+  std::vector<Picture> pictures;     ///< per camera
+  std::vector<Camera> between;       ///< half way between neighbours, the same height and distance
+  std::vector<Picture> seen;         ///< what those would see
+};
+
+BodyScene body_scene(const Rig& rig, const Body& body);
+std::vector<BodyScene> body_scenes(const Rig& rig, const std::vector<Body>& bodies);
+
+/// The scene's silhouettes intersected by \p stage, which is not to hold what it knows already.
+const Hull& hull_of(const BodyScene& scene, HullStage& stage, int threads);
+
+/// How far a surface is from the truth.
+struct BodyError {
+  double volume = 0.0;     ///< over the true one
+  double mean = 0.0;       ///< mm; mean distance, of both directions
+  double hausdorff = 0.0;  ///< mm; 95 % of the points are nearer, of both directions the larger
+  double overlap = 0.0;    ///< of the silhouettes half way between cameras: of both over of either
+  double missing = 0.0;    ///< of the area within the contours, the share that is not covered
+  double outside = 0.0;    ///< what is covered beyond them, over their area
+  double psnr = 0.0;       ///< dB, textured, half way between cameras; 0 where it was not asked for
+};
+
+/// Means over the scene's cameras. \p psnr: whether to draw it textured. The pixels of the body and of
+/// the surface count, red, green and blue as they are in the picture.
+BodyError measure(const Hull& hull, const BodyScene& scene, bool psnr);
+
+/// What \p camera sees of the surface: 0..255 by coverage, one channel.
+Picture coverage_of(const Surface& surface, const Camera& camera);
+
+/// The surface as plaster under a lamp beside the camera, RGB on the scenes' grey.
+Picture plaster(const Surface& surface, const Camera& camera);
+
+/// The hull coloured from the scene's cameras, as composite draws it by the processor; RGBA on the
+/// scenes' grey.
+Picture textured(const Hull& hull, const BodyScene& scene, const Camera& camera);
+
+}  // namespace polyhull::test
