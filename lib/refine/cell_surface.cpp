@@ -93,7 +93,8 @@ void CellMarcher::find_triangles(const Level& fine, int z) {
     for (int x = extent.begin; x + 1 < extent.end; ++x) {
       unsigned corners = 0;
       for (unsigned k = 0; k < 4; ++k)
-        corners |= unsigned(rows[k][x] > 0.0f) << 2 * k | unsigned(rows[k][x + 1] > 0.0f) << (2 * k + 1);
+        corners |= unsigned(rows[k][x] > 0.0f) << 2 * k | unsigned(rows[k][x + 1] > 0.0f)
+                                                              << (2 * k + 1);
       if (corners == 0 || corners == 255) continue;
       for (const std::uint8_t edge : table.triangles(corners)) {
         const CellEdge& where = table.edge(edge);

@@ -20,7 +20,7 @@ namespace polyhull::refine {
 
 struct CellSurface {
   std::vector<Vec3f> points;
-  std::vector<Vec3f> normals;  ///< unit, towards where the function falls
+  std::vector<Vec3f> normals;            ///< unit, towards where the function falls
   std::vector<std::uint32_t> triangles;  ///< outside seen counter-clockwise
 };
 

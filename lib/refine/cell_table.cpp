@@ -90,7 +90,8 @@ CellTable::CellTable() {
   const EdgeNumbers numbers;
   for (int axis = 0, next = 0; axis < 3; ++axis)
     for (int k = 0; k < 8; ++k)
-      if (!(k >> axis & 1)) edges_[static_cast<std::size_t>(next++)] = {k & 1, k >> 1 & 1, k >> 2, axis};
+      if (!(k >> axis & 1))
+        edges_[static_cast<std::size_t>(next++)] = {k & 1, k >> 1 & 1, k >> 2, axis};
   for (unsigned corners = 0; corners < 256; ++corners)
     for (const Loop& loop : loops_of(numbers, corners)) cut_up(numbers, loop, triangles_[corners]);
 }

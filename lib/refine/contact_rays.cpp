@@ -8,7 +8,7 @@
 namespace polyhull::refine {
 namespace {
 
-/// So far outside the hull, by H on a coarse grid, a ray may still touch it, in cells.
+/// So far outside the hull, by H on a grid, a ray may still touch it, in the grid's cells.
 constexpr float slack = 0.6f;
 
 /// The depths between which \p ray is in \p grid's box.
@@ -84,7 +84,7 @@ void trace_view(const OutlineView& view, std::span<const Level> parts, ContactRa
 
 void find_rim(ContactRay& ray, const ContactRays& rays, std::span<const Level> parts, float step,
               RimSearch where) {
-  float best = -1.0f, depth = ray.depth;
+  float best = -1e3f, depth = ray.depth;
   std::uint32_t part = ray.part;
   const auto look = [&](const Level& level, std::uint32_t p, float at) {
     const float value = sample(level.grid, level.values.data(), ray.point(at));

@@ -27,14 +27,14 @@ struct Extent {
 /// A part of the hull on a grid of its own.
 struct Level {
   Grid grid;
-  std::vector<float> hull;    ///< H at the nodes (hull_distance.h), metres
+  std::vector<float> hull;    ///< H at the nodes (hull_distance.h)
   std::vector<float> values;  ///< f: the surface is where it is 0
   std::vector<Extent> rows;   ///< of a fine grid: of row (y, z) at z * ny + y
 };
 
 struct ContactRay {
   Vec3f origin{0.0f};
-  Vec3f direction{0.0f};  ///< metres along it for one metre of depth
+  Vec3f direction{0.0f};  ///< along it for a depth of 1
   Vec3f normal{0.0f};     ///< of the cone's plane, unit, out of the cone
   std::uint32_t first_piece = 0, end_piece = 0;
   // The rim as it was found last:
@@ -76,8 +76,8 @@ enum class RimSearch {
   near,        ///< three steps around the last rim
 };
 
-/// Finds the rim of every ray (of each \p stride-th one) by Level::values, in steps of \p step
-/// metres of depth.
+/// Finds the rim of every ray (of each \p stride-th one) by Level::values, in steps of \p step of
+/// depth.
 void find_rims(ContactRays& rays, std::span<const Level> parts, float step, RimSearch where,
                std::size_t stride, int threads);
 

@@ -14,6 +14,10 @@ constexpr float near_cells = 1.1f;
 /// Where the coarse H is above this many coarse cells, the hull is not near.
 constexpr float hull_near = 0.6f;
 
+/// Of a node's gradient and a rim's normal, the cosine below which they have nothing to do with each
+/// other: the node is on the other side of a limb, say.
+constexpr float least_along = 0.2f;
+
 using Taps = std::array<float, 3>;
 constexpr Taps even{0.125f, 0.75f, 0.125f}, odd{0.0f, 0.5f, 0.5f};
 
@@ -49,8 +53,7 @@ void lay_out(const Level& coarse, Level& fine) {
     if (extent.begin > extent.end) extent = {0, 0};
 }
 
-void interpolate_row(const Level& coarse, Level& fine, int y, int z,
-                     std::vector<float>& across) {
+void interpolate_row(const Level& coarse, Level& fine, int y, int z, std::vector<float>& across) {
   const Grid& from = coarse.grid;
   const Extent extent = fine.rows[static_cast<std::size_t>(z) * fine.grid.ny + y];
   const int first = std::max(0, extent.begin / 2 - 1);
@@ -82,7 +85,7 @@ void find_hull(const Level& coarse, const HullDistance& hull, Level& fine, int y
   for (int x = extent.begin; x < extent.end; ++x) {
     const std::size_t node = grid.node(x, y, z);
     float& value = fine.hull[node];
-    value = 1.0f;
+    value = 1e6f;
     const float f = fine.values[node];
     if (f < -4.0f * cell || f > 4.0f * cell) continue;
     const Vec3f at = grid.position(x, y, z);
@@ -147,7 +150,7 @@ void ask_nodes(const Level& fine, const ContactRay& ray, float radius, float gap
                            f[node + slab] - f[node - slab]);
       const float length = glm::length(gradient);
       const float along = length > 0.0f ? -glm::dot(gradient, ray.normal) / length : 0.0f;
-      if (along < 0.2f) continue;
+      if (along < least_along) continue;
       const float weight = along * share * share;
       memory.sums[node] += weight * gap;
       memory.weights[node] += weight;
@@ -165,7 +168,7 @@ void fit_to_rims(Level& fine, const ContactRays& rays, std::uint32_t part, float
   for (auto& some : memory.rays_of_slab) some.clear();
   for (std::size_t i = 0; i < rays.rays.size(); ++i) {
     const ContactRay& ray = rays.rays[i];
-    if (ray.part != part || ray.value <= outside + 0.01f) continue;
+    if (ray.part != part || ray.value <= outside + 0.4f) continue;
     const auto z = static_cast<int>((ray.rim().z - grid.low.z) / grid.cell);
     if (z >= 0 && z < grid.nz) memory.rays_of_slab[z].push_back(static_cast<std::uint32_t>(i));
   }
@@ -191,7 +194,7 @@ void fit_to_rims(Level& fine, const ContactRays& rays, std::uint32_t part, float
     for (int k = std::max(0, z - reach); k <= std::min(grid.nz - 1, z + reach); ++k)
       for (const std::uint32_t i : memory.rays_of_slab[k]) {
         const ContactRay& ray = rays.rays[i];
-        ask_nodes(fine, ray, radius, std::clamp(target - ray.value, -0.02f, 0.03f), z, memory);
+        ask_nodes(fine, ray, radius, std::clamp(target - ray.value, -0.8f, 1.25f), z, memory);
       }
   });
   each_slab([&](int z) {

@@ -25,7 +25,7 @@ struct FitMemory {
   std::vector<std::vector<std::uint32_t>> rays_of_slab;
 };
 
-/// Moves f at the nodes within \p radius metres of rims so that rims get the value \p target: each
+/// Moves f at the nodes within \p radius of rims so that rims get the value \p target: each
 /// rim asks the nodes around it whose gradient runs along its normal, the nearer the more; a node
 /// does the mean of what it is asked.
 void fit_to_rims(Level& fine, const ContactRays& rays, std::uint32_t part, float radius,

@@ -11,9 +11,9 @@ namespace polyhull::refine {
 namespace {
 
 constexpr int most_taps = 6;
-/// f may exceed H by this much, metres: the surface is cut at the hull at the end only.
-constexpr float above_hull = 0.010f;
-constexpr float deepest = 0.2f;
+/// f may exceed H by this much: the surface is cut at the hull at the end only.
+constexpr float above_hull = 0.4f;
+constexpr float deepest = 8.0f;
 
 struct Kernel {
   int reach = 0;
@@ -99,13 +99,13 @@ void pull_to_rims(Level& level, const ContactRays& rays, std::uint32_t part, con
   const Grid& grid = level.grid;
   // The coarser grid's nodes need not be the fine one's.
   const float cell = std::max(grid.cell, 0.8f * pull.sigma);
-  const Grid coarse = grid_over(
-      grid.low, grid.position(grid.nx - 1, grid.ny - 1, grid.nz - 1), cell, 1);
+  const Grid coarse =
+      grid_over(grid.low, grid.position(grid.nx - 1, grid.ny - 1, grid.nz - 1), cell, 1);
   memory.gaps.assign(coarse.size(), 0.0f);
   memory.weights.assign(coarse.size(), 0.0f);
   for (std::size_t i = 0; i < rays.rays.size(); i += pull.stride) {
     const ContactRay& ray = rays.rays[i];
-    if (ray.part != part || ray.value <= outside + 0.001f) continue;
+    if (ray.part != part || ray.value <= outside + 0.04f) continue;
     const Vec3f at = (ray.rim() - coarse.low) / cell;
     const int x = static_cast<int>(at.x), y = static_cast<int>(at.y), z = static_cast<int>(at.z);
     if (x < 0 || y < 0 || z < 0 || x >= coarse.nx - 1 || y >= coarse.ny - 1 || z >= coarse.nz - 1)
@@ -123,23 +123,23 @@ void pull_to_rims(Level& level, const ContactRays& rays, std::uint32_t part, con
   blur(coarse, memory.gaps, pull.sigma, memory, threads);
   blur(coarse, memory.weights, pull.sigma, memory, threads);
   for (std::size_t i = 0; i < memory.gaps.size(); ++i)
-    memory.gaps[i] = std::clamp(memory.gaps[i] / (memory.weights[i] + 0.002f), -0.03f, 0.04f);
-  parallel_for(static_cast<std::size_t>(grid.nz), 4, threads, [&](std::size_t begin,
-                                                                  std::size_t end) {
-    for (auto z = static_cast<int>(begin); z < static_cast<int>(end); ++z)
-      for (int y = 0; y < grid.ny; ++y)
-        for (int x = 0; x < grid.nx; ++x) {
-          const std::size_t node = grid.node(x, y, z);
-          float& value = level.values[node];
-          const float hull = level.hull[node];
-          if (hull <= outside - 0.01f) {
-            value = outside;
-            continue;
-          }
-          const float correction = sample(coarse, memory.gaps.data(), grid.position(x, y, z));
-          value = std::clamp(std::min(value + correction, hull + above_hull), outside, deepest);
-        }
-  });
+    memory.gaps[i] = std::clamp(memory.gaps[i] / (memory.weights[i] + 0.002f), -1.25f, 1.7f);
+  parallel_for(
+      static_cast<std::size_t>(grid.nz), 4, threads, [&](std::size_t begin, std::size_t end) {
+        for (auto z = static_cast<int>(begin); z < static_cast<int>(end); ++z)
+          for (int y = 0; y < grid.ny; ++y)
+            for (int x = 0; x < grid.nx; ++x) {
+              const std::size_t node = grid.node(x, y, z);
+              float& value = level.values[node];
+              const float hull = level.hull[node];
+              if (hull <= outside - 0.4f) {
+                value = outside;
+                continue;
+              }
+              const float correction = sample(coarse, memory.gaps.data(), grid.position(x, y, z));
+              value = std::clamp(std::min(value + correction, hull + above_hull), outside, deepest);
+            }
+      });
 }
 
 }  // namespace polyhull::refine

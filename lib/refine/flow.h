@@ -17,21 +17,21 @@ struct FlowMemory {
   std::vector<float> gaps, weights;     ///< of a correction
 };
 
-/// Blurs \p values by a Gaussian of \p sigma metres; its kernel ends at 2.4 sigma and six cells.
+/// Blurs \p values by a Gaussian of \p sigma; its kernel ends at 2.4 sigma and six cells.
 /// Beyond the grid values go on as at its border.
 void blur(const Grid& grid, std::vector<float>& values, float sigma, FlowMemory& memory,
           int threads);
 
 /// How rims pull at the surface.
 struct Pull {
-  float sigma = 0.03f;   ///< metres around a rim over which it pulls
-  float target = 0.001f;  ///< f that rims are to have, metres
+  float sigma = 1.25f;   ///< of the Gaussian around a rim within which it pulls
+  float target = 0.04f;  ///< f that rims are to have
   std::size_t stride = 1;
 };
 
 /// f + c for a smooth c that is target - f at the rims of \p part, each as found last: gaps are
 /// spread over the nodes of a coarser grid, blurred, and divided by their weights blurred as well
-/// (normalised convolution, Knutsson and Westin 1993). f stays at most 1 cm above H.
+/// (normalised convolution, Knutsson and Westin 1993). f stays less than half a cell above H.
 void pull_to_rims(Level& level, const ContactRays& rays, std::uint32_t part, const Pull& pull,
                   FlowMemory& memory, int threads);
 

@@ -38,7 +38,7 @@ bool near(const Box& a, const Box& b, float margin) {
 
 }  // namespace
 
-LocalFrame frame_of(const Hull& hull, double metres_per_unit) {
+LocalFrame frame_of(const Hull& hull, double cells_per_unit) {
   Vec3 low(1e300), high(-1e300);
   for (const Vec3f& v : hull.vertices) {
     if (!std::isfinite(v.x) || !std::isfinite(v.y) || !std::isfinite(v.z))
@@ -47,7 +47,7 @@ LocalFrame frame_of(const Hull& hull, double metres_per_unit) {
     high = glm::max(high, Vec3(v));
   }
   LocalFrame frame;
-  frame.metres = metres_per_unit;
+  frame.cells = cells_per_unit;
   frame.origin = hull.origin + 0.5 * (low + high);
   const Vec3 size = high - low;
   for (int k = 1; k < 3; ++k)
@@ -58,7 +58,7 @@ LocalFrame frame_of(const Hull& hull, double metres_per_unit) {
 ContactView view_in(const LocalFrame& frame, const Camera& camera) {
   ContactView view;
   const Mat3 turn = camera.K * camera.R;
-  const Vec3 shift = camera.K * camera.to_camera(frame.origin) * frame.metres;
+  const Vec3 shift = camera.K * camera.to_camera(frame.origin) * frame.cells;
   for (int i = 0; i < 3; ++i) {
     for (int k = 0; k < 3; ++k)
       view.pixel[i][k] = static_cast<float>(turn[(frame.x_axis + k) % 3][i]);
@@ -118,7 +118,7 @@ Box bounds_of(const Hull& hull, const LocalFrame& frame) {
     const int axis = static_cast<int>(face.edge / 2);
     const std::uint32_t vertex = hull.triangles[3 * std::size_t{face.first_triangle}];
     const double at = hull.origin[axis] + hull.vertices[vertex][axis];
-    (face.edge % 2 == 0 ? low : high)[axis] = (at - frame.origin[axis]) * frame.metres;
+    (face.edge % 2 == 0 ? low : high)[axis] = (at - frame.origin[axis]) * frame.cells;
   }
   const int x = frame.x_axis, y = (x + 1) % 3, z = (x + 2) % 3;
   return {Vec3f(low[x], low[y], low[z]), Vec3f(high[x], high[y], high[z])};

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 /// \file
-/// A grid of nodes in a box, and functions on it: metres, positive inside the surface.
+/// A grid of nodes in a box, and functions on it, positive inside the surface. Lengths here and in
+/// all that works on grids are in cells of the refiner's middle grid (frame.h).
 #pragma once
 
 #include <algorithm>
@@ -14,7 +15,7 @@ namespace polyhull::refine {
 /// Where the nodes are: node (x, y, z) at low + cell * (x, y, z), x fastest in memory.
 struct Grid {
   Vec3f low{0.0f};
-  float cell = 1.0f;  ///< metres from node to node
+  float cell = 1.0f;  ///< from node to node
   int nx = 0, ny = 0, nz = 0;
 
   std::size_t row() const { return static_cast<std::size_t>(nx); }
@@ -44,7 +45,7 @@ inline Grid grid_over(const Vec3f& low, const Vec3f& high, float cell, int margi
 }
 
 /// What functions are far outside the surface, and no less anywhere in the flow.
-inline constexpr float outside = -0.05f;
+inline constexpr float outside = -2.0f;
 
 /// \p values between the nodes, linear along each axis; `outside` beyond the grid.
 inline float sample(const Grid& grid, const float* values, const Vec3f& point) {

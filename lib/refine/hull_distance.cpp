@@ -17,7 +17,7 @@ float HullDistance::rough(const Vec3f& point, float enough) const {
   float least = from_box(*this, point);
   for (const ContactView& view : views) {
     const Vec3f at = view.project(point);
-    if (!(at.z > 0.0f)) return -1.0f;
+    if (!(at.z > 0.0f)) return -1e3f;
     least = std::min(least, view.coarse.at(at.x, at.y, view.beyond) * at.z / view.focal);
     if (least < enough) break;
   }
@@ -28,7 +28,7 @@ float HullDistance::exact(const Vec3f& point, float enough) const {
   float least = from_box(*this, point);
   for (const ContactView& view : views) {
     const Vec3f at = view.project(point);
-    if (!(at.z > 0.0f)) return -1.0f;
+    if (!(at.z > 0.0f)) return -1e3f;
     least = std::min(least, view.fine.at(at.x, at.y, view.beyond) * at.z / view.focal);
     if (least < enough) break;
   }

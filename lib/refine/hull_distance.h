@@ -7,7 +7,7 @@
 ///
 ///   H(X) = min over k of d_k(X) z_k / f_k,   and the distances from the bounds' planes,
 ///
-/// in metres. Its zero set is the hull; near it, and where one camera decides, it is the distance.
+/// in cells. Its zero set is the hull; near it, and where one camera decides, it is the distance.
 #pragma once
 
 #include <span>
@@ -18,9 +18,9 @@
 
 namespace polyhull::refine {
 
-/// One camera in the refiner's frame (metres), with its silhouette.
+/// One camera in the refiner's frame, with its silhouette.
 struct ContactView {
-  float pixel[3][4] = {};  ///< homogeneous pixel of a point; the third is its depth, metres
+  float pixel[3][4] = {};  ///< homogeneous pixel of a point; the third is its depth
   float focal = 1.0f;      ///< pixels
   float beyond = -40.0f;   ///< pixels: what a point that a map does not reach is said to be inside
   Vec3f centre{0.0f};

@@ -11,7 +11,7 @@ namespace {
 /// Nodes at the border whose Laplacian of the Laplacian would reach out of the grid.
 constexpr int border = 2;
 /// Rims that lie further outside the surface pull, but say nothing of the normal.
-constexpr float far_outside = -0.025f;
+constexpr float far_outside = -1.0f;
 /// Rows handled as one piece of work.
 constexpr std::size_t rows_per_piece = 128;
 
@@ -58,8 +58,8 @@ void laplacian(const float* __restrict f, const float* __restrict mask, const fl
                const float* __restrict own, float* __restrict out, std::ptrdiff_t row,
                std::ptrdiff_t slab, int count) {
   for (std::ptrdiff_t i = 0; i < count; ++i) {
-    float sum = f[i - 1] + f[i + 1] + f[i - row] + f[i + row] + f[i - slab] + f[i + slab] -
-                6.0f * f[i];
+    float sum =
+        f[i - 1] + f[i + 1] + f[i - row] + f[i + row] + f[i - slab] + f[i + slab] - 6.0f * f[i];
     if (with_tie) sum += tie[i] * own[i];
     out[i] = mask[i] * sum;
   }
@@ -98,6 +98,7 @@ void PlateSolver::gather(const Level& level, const ContactRays& rays, std::uint3
   cell_of_.assign(grid.size(), -1);
   cells_.clear();
   const auto each = static_cast<float>(settings.stride);
+  const float by_value = each * settings.value;
   const float by_normal = each * settings.normal;
   for (std::size_t i = 0; i < rays.rays.size(); i += settings.stride) {
     const ContactRay& ray = rays.rays[i];
@@ -126,7 +127,7 @@ void PlateSolver::gather(const Level& level, const ContactRays& rays, std::uint3
     std::size_t m = 0;
     for (int p = 0; p < 8; ++p) {
       for (int q = p; q < 8; ++q, ++m)
-        cell.form[m] += each * value[p] * value[q] +
+        cell.form[m] += by_value * value[p] * value[q] +
                         by_normal * (dx[p] * dx[q] + dy[p] * dy[q] + dz[p] * dz[q]);
       cell.wanted[p] -= by_normal * grid.cell *
                         (dx[p] * ray.normal.x + dy[p] * ray.normal.y + dz[p] * ray.normal.z);
@@ -189,7 +190,8 @@ void PlateSolver::solve(Level& level, const ContactRays& rays, std::uint32_t par
     for (int x = row.begin; x < row.end; ++x) {
       const std::size_t i = row.start + static_cast<std::size_t>(x);
       const float hull = level.hull[i], f = level.values[i];
-      if (mask_[i] != 0.0f) residual_[i] = tie_[i] * (hull < 0.0f ? std::min(f, hull) : f) - image_[i];
+      if (mask_[i] != 0.0f)
+        residual_[i] = tie_[i] * (hull < 0.0f ? std::min(f, hull) : f) - image_[i];
     }
   for (const Cell& cell : cells_)
     for (std::size_t k = 0; k < 8; ++k)
@@ -201,7 +203,7 @@ void PlateSolver::solve(Level& level, const ContactRays& rays, std::uint32_t par
     return lanes.sum();
   };
   double error = sum_rows(rows_.size(), threads, square);
-  for (int step = 0; step < settings.steps && error > 1e-14; ++step) {
+  for (int step = 0; step < settings.steps && error > 1e-11; ++step) {
     apply(direction_.data(), image_.data(), threads);
     const double curvature = sum_rows(rows_.size(), threads, [&](std::size_t r) {
       Lanes lanes;
@@ -226,7 +228,7 @@ void PlateSolver::solve(Level& level, const ContactRays& rays, std::uint32_t par
   }
   for (std::size_t r = 0; r < rows_.size(); ++r)
     for (std::size_t i = first(r); i < first(r) + static_cast<std::size_t>(count(r)); ++i)
-      level.values[i] = std::clamp(level.values[i] + solution_[i], -0.08f, 0.25f);
+      level.values[i] = std::clamp(level.values[i] + solution_[i], -3.3f, 10.0f);
 }
 
 }  // namespace polyhull::refine

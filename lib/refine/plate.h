@@ -6,7 +6,7 @@
 /// Over the nodes of a band, with the discrete Laplacian D, rims r with their normals n_r (out of
 /// the solid), cell h and f trilinear, it minimises
 ///
-///   sum (D f)^2 + sum over r of [ f(r)^2 + s |h grad f(r) + h n_r|^2 ] + sum w (f - f0)^2,
+///   sum (D f)^2 + sum over r of [ v f(r)^2 + s |h grad f(r) + h n_r|^2 ] + sum w (f - f0)^2,
 ///
 /// f0 being f before, at most H outside the hull. The normals at the rims are second-order
 /// information (Franco, Lapierre and Boyer, Visual Shapes of Silhouette Sets, 2006), here in an
@@ -23,11 +23,12 @@
 namespace polyhull::refine {
 
 struct PlateSettings {
-  int steps = 30;            ///< of conjugate gradients
-  float normal = 0.3f;       ///< s
-  float tie = 0.03f;         ///< w
-  float band = 0.06f;        ///< nodes with H above minus this are solved for, metres
-  std::size_t stride = 1;    ///< of the rays; their weight grows with it
+  int steps = 30;          ///< of conjugate gradients
+  float value = 10.0f;     ///< v
+  float normal = 0.3f;     ///< s
+  float tie = 0.03f;       ///< w
+  float band = 2.5f;       ///< nodes with H above minus this are solved for
+  std::size_t stride = 1;  ///< of the rays; their weight grows with it
 };
 
 /// Solves one part's plate after the other, and keeps the memory.

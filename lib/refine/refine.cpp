@@ -21,35 +21,40 @@ namespace {
 
 using namespace refine;
 
-/// What a quality does; lengths in metres.
+/// One round of fit_to_rims(), in cells.
+struct Fit {
+  float radius, target;
+};
+/// First widely, to where outlines of half a pixel's tolerance say, then near the rims alone, a hair
+/// further out, so that silhouettes are covered.
+constexpr Fit fits[] = {{1.4f, -0.02f}, {0.75f, 0.0f}, {0.5f, 0.03f}, {0.5f, 0.03f}};
+
+/// What a quality does.
 struct Recipe {
-  float cell = 0.024f;
-  int coarse_flows = 6, flows = 4;
-  int coarse_plate = 30, plate = 30;  ///< steps of conjugate gradients
-  int coarse_plates = 2, plates = 2;
-  std::size_t stride = 1;  ///< of the rays, until the fine grid
-  int fits = 3;
+  double cell = 0.024;          ///< metres
+  int flows = 6;                ///< on the coarse grid
+  int coarse_plates = 2;        ///< with rims found anew
+  int coarse_plate_steps = 30;  ///< of conjugate gradients
+  int plates = 2;
+  int plate_steps = 30;
+  std::size_t stride = 2;  ///< of the rays, until the fine grid
 };
 
 Recipe recipe_of(const RefineSettings& settings) {
   Recipe recipe;
-  switch (settings.quality) {
-    case RefineQuality::fast:
-      recipe = {.coarse_flows = 6, .flows = 1, .coarse_plate = 30, .plate = 16, .plates = 1,
-                .stride = 2};
-      break;
-    case RefineQuality::fine:
-      recipe = {.cell = 0.016f, .flows = 4, .plate = 40, .plates = 3};
-      break;
-    default:
-      break;
+  if (settings.quality == RefineQuality::fast) {
+    recipe.plates = 1;
+    recipe.plate_steps = 8;
   }
-  if (settings.cell > 0.0) recipe.cell = static_cast<float>(settings.cell);
+  if (settings.quality == RefineQuality::fine) recipe.cell = 0.016;
+  if (settings.cell > 0.0) recipe.cell = settings.cell;
   return recipe;
 }
 
 /// Cells around a part's box: for the plate's band and the blurs.
 constexpr int margin = 4, coarse_margin = 3;
+/// How far outside the hull H is told apart.
+constexpr float least_hull = -3.3f;
 constexpr double most_nodes = 64e6;
 
 }  // namespace
@@ -142,7 +147,7 @@ void HullRefiner::State::set_up_views(const Hull& hull, std::span<const CameraCo
     for (std::size_t i = begin; i < end; ++i) {
       ContactView& view = distance.views[i / 2];
       const float depth = view.project(Vec3f(0.0f)).z;
-      const float pixels = std::max(recipe.cell * view.focal / std::max(depth, 0.01f), 0.5f);
+      const float pixels = std::max(view.focal / std::max(depth, 1.0f), 0.5f);
       view.beyond = -3.6f * pixels;
       if (i % 2 == 0)
         mappers[i].draw(view.coarse, outlines[i / 2], 0.7f * pixels, 2, 3.6f * pixels, true);
@@ -153,14 +158,14 @@ void HullRefiner::State::set_up_views(const Hull& hull, std::span<const CameraCo
 }
 
 void HullRefiner::State::set_up_levels(const Hull& hull) {
-  const std::vector<Box> boxes = boxes_of(hull, frame, 2.0f * margin * recipe.cell);
+  const std::vector<Box> boxes = boxes_of(hull, frame, 2.0f * margin);
   middle.resize(boxes.size());
   coarse.resize(boxes.size());
   fine.resize(boxes.size());
   solvers.resize(std::max(solvers.size(), boxes.size()));
   double nodes = 0.0;
   for (const Box& box : boxes) {
-    const Vec3 size = Vec3(box.high - box.low) / static_cast<double>(recipe.cell);
+    const Vec3 size = Vec3(box.high - box.low);
     nodes += 8.0 * (size.x + 2 * margin) * (size.y + 2 * margin) * (size.z + 2 * margin);
   }
   if (!(nodes < most_nodes))
@@ -170,10 +175,10 @@ void HullRefiner::State::set_up_levels(const Hull& hull) {
                 recipe.cell, 1e-6 * nodes, recipe.cell * std::cbrt(nodes / most_nodes) * 1.05);
   for (std::size_t p = 0; p < boxes.size(); ++p) {
     Level& level = middle[p];
-    level.grid = grid_over(boxes[p].low, boxes[p].high, recipe.cell, margin);
-    distance.fill(level.grid, -0.08f, level.hull, threads);
+    level.grid = grid_over(boxes[p].low, boxes[p].high, 1.0f, margin);
+    distance.fill(level.grid, least_hull, level.hull, threads);
     Level& half = coarse[p];
-    half.grid = grid_over(boxes[p].low, boxes[p].high, 2.0f * recipe.cell, coarse_margin);
+    half.grid = grid_over(boxes[p].low, boxes[p].high, 2.0f, coarse_margin);
     half.hull.resize(half.grid.size());
     for (int z = 0; z < half.grid.nz; ++z)
       for (int y = 0; y < half.grid.ny; ++y)
@@ -202,9 +207,9 @@ void HullRefiner::State::plate(std::vector<Level>& levels, int count, int steps,
     find_rims(rays, levels, rim_step, i == 0 ? RimSearch::everywhere : RimSearch::near,
               recipe.stride, threads);
     for (std::size_t p = 0; p < levels.size(); ++p)
-      solvers[p].solve(levels[p], rays, static_cast<std::uint32_t>(p),
-                       {.steps = steps, .band = 2.5f * levels[p].grid.cell, .stride = recipe.stride},
-                       threads);
+      solvers[p].solve(
+          levels[p], rays, static_cast<std::uint32_t>(p),
+          {.steps = steps, .band = 2.5f * levels[p].grid.cell, .stride = recipe.stride}, threads);
   }
 }
 
@@ -221,7 +226,7 @@ void HullRefiner::State::start_middle() {
                        for (int x = 0; x < grid.nx; ++x) {
                          const std::size_t node = grid.node(x, y, z);
                          level.values[node] =
-                             level.hull[node] <= -0.079f
+                             level.hull[node] <= least_hull
                                  ? outside
                                  : std::max(outside, sample(coarse[p].grid, coarse[p].values.data(),
                                                             grid.position(x, y, z)));
@@ -231,15 +236,12 @@ void HullRefiner::State::start_middle() {
 }
 
 void HullRefiner::State::fit() {
-  const float cell = recipe.cell;
-  for (std::size_t p = 0; p < middle.size(); ++p)
-    make_fine(middle[p], distance, fine[p], threads);
-  find_rims(rays, middle, 0.5f * cell, RimSearch::everywhere, 1, threads);
-  for (int i = 0; i < recipe.fits; ++i) {
-    find_rims(rays, fine, 0.15f * cell, RimSearch::near, 1, threads);
-    const float radius = (i == 0 ? 1.4f : i == 1 ? 1.0f : 0.75f) * cell;
+  for (std::size_t p = 0; p < middle.size(); ++p) make_fine(middle[p], distance, fine[p], threads);
+  find_rims(rays, middle, 0.5f, RimSearch::everywhere, 1, threads);
+  for (const Fit& fit : fits) {
+    find_rims(rays, fine, 0.15f, RimSearch::near, 1, threads);
     for (std::size_t p = 0; p < fine.size(); ++p) {
-      fit_to_rims(fine[p], rays, static_cast<std::uint32_t>(p), radius, 0.0005f, fit_memory,
+      fit_to_rims(fine[p], rays, static_cast<std::uint32_t>(p), fit.radius, fit.target, fit_memory,
                   threads);
       cut_at_hull(fine[p], threads);
     }
@@ -250,14 +252,14 @@ void HullRefiner::State::take(const CellSurface& cells) {
   surface.origin = frame.origin;
   surface.vertices.resize(cells.points.size());
   surface.normals.resize(cells.points.size());
-  const double unit = 1.0 / frame.metres;
+  const double unit = 1.0 / frame.cells;
   for (std::size_t i = 0; i < cells.points.size(); ++i) {
     surface.vertices[i] = Vec3f(frame.turned_back(Vec3(cells.points[i])) * unit);
     surface.normals[i] = Vec3f(frame.turned_back(Vec3(cells.normals[i])));
   }
   surface.triangles = cells.triangles;
-  surface.faces.assign(1, {-1, HullFace::no_edge, 0,
-                           static_cast<std::uint32_t>(cells.triangles.size() / 3)});
+  surface.faces.assign(
+      1, {-1, HullFace::no_edge, 0, static_cast<std::uint32_t>(cells.triangles.size() / 3)});
 }
 
 void HullRefiner::State::refine(const Hull& hull, std::span<const CameraContours> views) {
@@ -268,28 +270,26 @@ void HullRefiner::State::refine(const Hull& hull, std::span<const CameraContours
   std::vector<OutlineView> outline_views;
   for (std::size_t k = 0; k < views.size(); ++k) {
     const float depth = distance.views[k].project(Vec3f(0.0f)).z;
-    const float pixels = recipe.cell * distance.views[k].focal / std::max(depth, 0.01f);
+    const float pixels = distance.views[k].focal / std::max(depth, 1.0f);
     outline_views.push_back(
         outline_in(frame, *views[k].camera, outlines[k], std::max(0.5f * pixels, 1.0f)));
   }
   trace_rays(outline_views, middle, threads, rays);
   statistics.rays = static_cast<std::uint32_t>(rays.rays.size());
   statistics.seconds_rays = watch.lap();
-  const float cell = recipe.cell;
-  flow(coarse, recipe.coarse_flows, 2.5f * cell, cell);
+  flow(coarse, recipe.flows, 2.5f, 1.0f);
   statistics.seconds_flow = watch.lap();
-  plate(coarse, recipe.coarse_plates, recipe.coarse_plate, 0.5f * cell);
+  plate(coarse, recipe.coarse_plates, recipe.coarse_plate_steps, 0.5f);
   statistics.seconds_plate = watch.lap();
   start_middle();
-  flow(middle, recipe.flows, 1.67f * cell, 0.5f * cell);
-  statistics.seconds_flow += watch.lap();
-  plate(middle, recipe.plates, recipe.plate, 0.5f * cell);
+  plate(middle, recipe.plates, recipe.plate_steps, 0.5f);
   for (int i = 0; i < 2; ++i) {
-    find_rims(rays, middle, 0.4f * cell, i == 0 ? RimSearch::everywhere : RimSearch::near,
-              recipe.stride, threads);
+    find_rims(rays, middle, 0.4f, i == 0 ? RimSearch::everywhere : RimSearch::near, recipe.stride,
+              threads);
     for (std::size_t p = 0; p < middle.size(); ++p)
       pull_to_rims(middle[p], rays, static_cast<std::uint32_t>(p),
-                   {.sigma = 1.2f * cell, .stride = recipe.stride}, flow_memory, threads);
+                   {.sigma = 1.2f, .target = -0.04f, .stride = recipe.stride}, flow_memory,
+                   threads);
   }
   statistics.seconds_plate += watch.lap();
   fit();
@@ -328,7 +328,7 @@ const Hull& HullRefiner::refine(const Hull& hull, std::span<const CameraContours
   } else {
     s.recipe = recipe_of(settings);
     s.threads = settings.threads;
-    s.frame = frame_of(hull, metres_per_unit);
+    s.frame = frame_of(hull, metres_per_unit / s.recipe.cell);
     s.refine(hull, views);
   }
   s.remember(hull, views, metres_per_unit, settings);

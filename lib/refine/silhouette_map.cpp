@@ -89,7 +89,8 @@ void SilhouetteMapper::finish(SilhouetteMap& map, float most) {
   for (int y = 0; y < map.height; ++y) crossings[y].clear();
   for (const Segment& s : segments) {
     if (s.way.y == 0.0f) continue;
-    const Vec2f a = s.way.y > 0.0f ? s.begin : s.begin + s.way, way = s.way.y > 0.0f ? s.way : -s.way;
+    const Vec2f a = s.way.y > 0.0f ? s.begin : s.begin + s.way,
+                way = s.way.y > 0.0f ? s.way : -s.way;
     const float slope = way.x / way.y, end = a.y + way.y;
     int y = std::max(0, static_cast<int>(std::ceil((a.y - map.top) / map.texel)));
     for (; y < map.height; ++y) {

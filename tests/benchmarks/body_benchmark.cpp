@@ -41,6 +41,9 @@ std::vector<Method> methods(int threads) {
   return {
       {"hull",
        [=](const BodyScene& scene, const Hull&) { return hull_of(scene, *stage, threads); }},
+      {"fast", refined(RefineQuality::fast, threads)},
+      {"good", refined(RefineQuality::good, threads)},
+      {"fine", refined(RefineQuality::fine, threads)},
   };
 }
 
