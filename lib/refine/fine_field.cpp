@@ -11,8 +11,10 @@ namespace {
 
 /// Nodes of the coarse grid that are less than this many cells outside may have finer ones inside.
 constexpr float near_cells = 1.1f;
-/// Where the coarse H is above this many coarse cells, the hull is not near.
+/// By how much the coarse H may be wrong near the hull, and fits may raise f.
 constexpr float hull_near = 0.6f;
+/// No fit lifts f from below this to above 0.
+constexpr float never_inside = -1.2f;
 
 /// Of a node's gradient and a rim's normal, the cosine below which they have nothing to do with each
 /// other: the node is on the other side of a limb, say.
@@ -81,15 +83,15 @@ void interpolate_row(const Level& coarse, Level& fine, int y, int z, std::vector
 void find_hull(const Level& coarse, const HullDistance& hull, Level& fine, int y, int z) {
   const Grid& grid = fine.grid;
   const Extent extent = fine.rows[static_cast<std::size_t>(z) * grid.ny + y];
-  const float near = hull_near * coarse.grid.cell, cell = grid.cell;
   for (int x = extent.begin; x < extent.end; ++x) {
     const std::size_t node = grid.node(x, y, z);
     float& value = fine.hull[node];
     value = 1e6f;
     const float f = fine.values[node];
-    if (f < -4.0f * cell || f > 4.0f * cell) continue;
+    if (f < never_inside) continue;
     const Vec3f at = grid.position(x, y, z);
-    if (sample(coarse.grid, coarse.hull.data(), at) < near) value = hull.exact(at, -2.0f * cell);
+    const float rough = sample(coarse.grid, coarse.hull.data(), at);
+    if (rough < hull_near && rough < f + hull_near) value = hull.exact(at, -1.0f);
   }
 }
 
@@ -138,9 +140,11 @@ void ask_nodes(const Level& fine, const ContactRay& ray, float radius, float gap
   const float cells = radius / grid.cell;
   const int y0 = std::max(1, static_cast<int>(std::ceil(at.y - cells)));
   const int y1 = std::min(grid.ny - 2, static_cast<int>(std::floor(at.y + cells)));
-  const int x0 = std::max(1, static_cast<int>(std::ceil(at.x - cells)));
-  const int x1 = std::min(grid.nx - 2, static_cast<int>(std::floor(at.x + cells)));
-  for (int y = y0; y <= y1; ++y)
+  for (int y = y0; y <= y1; ++y) {
+    const Extent extent = fine.rows[static_cast<std::size_t>(z) * grid.ny + y];
+    const int x0 = std::max({1, extent.begin, static_cast<int>(std::ceil(at.x - cells))});
+    const int x1 =
+        std::min({grid.nx - 2, extent.end - 1, static_cast<int>(std::floor(at.x + cells))});
     for (int x = x0; x <= x1; ++x) {
       const Vec3f away = grid.position(x, y, z) - rim;
       const float share = 1.0f - glm::dot(away, away) / (radius * radius);
@@ -155,6 +159,7 @@ void ask_nodes(const Level& fine, const ContactRay& ray, float radius, float gap
       memory.sums[node] += weight * gap;
       memory.weights[node] += weight;
     }
+  }
 }
 
 }  // namespace
@@ -188,9 +193,12 @@ void fit_to_rims(Level& fine, const ContactRays& rays, std::uint32_t part, float
   };
   each_slab([&](int z) {
     if (z == 0 || z == grid.nz - 1) return;
-    const std::size_t start = grid.node(0, 0, z);
-    std::fill_n(memory.sums.begin() + static_cast<std::ptrdiff_t>(start), grid.slab(), 0.0f);
-    std::fill_n(memory.weights.begin() + static_cast<std::ptrdiff_t>(start), grid.slab(), 0.0f);
+    for (int y = 0; y < grid.ny; ++y) {
+      const Extent extent = fine.rows[static_cast<std::size_t>(z) * grid.ny + y];
+      const auto start = static_cast<std::ptrdiff_t>(grid.node(0, y, z));
+      for (auto* v : {&memory.sums, &memory.weights})
+        std::fill(v->begin() + start + extent.begin, v->begin() + start + extent.end, 0.0f);
+    }
     for (int k = std::max(0, z - reach); k <= std::min(grid.nz - 1, z + reach); ++k)
       for (const std::uint32_t i : memory.rays_of_slab[k]) {
         const ContactRay& ray = rays.rays[i];

@@ -124,11 +124,10 @@ void PlateSolver::gather(const Level& level, const ContactRays& rays, std::uint3
       dy[k] = p * (k & 2 ? 1.0f : -1.0f) * r;
       dz[k] = p * q * (k & 4 ? 1.0f : -1.0f);
     }
-    std::size_t m = 0;
     for (int p = 0; p < 8; ++p) {
-      for (int q = p; q < 8; ++q, ++m)
-        cell.form[m] += by_value * value[p] * value[q] +
-                        by_normal * (dx[p] * dx[q] + dy[p] * dy[q] + dz[p] * dz[q]);
+      for (int q = 0; q < 8; ++q)
+        cell.form[8 * p + q] += by_value * value[p] * value[q] +
+                                by_normal * (dx[p] * dx[q] + dy[p] * dy[q] + dz[p] * dz[q]);
       cell.wanted[p] -= by_normal * grid.cell *
                         (dx[p] * ray.normal.x + dy[p] * ray.normal.y + dz[p] * ray.normal.z);
     }
@@ -139,14 +138,8 @@ void PlateSolver::apply_cells(const float* f, float* out) const {
   for (const Cell& cell : cells_) {
     float in[8], sum[8] = {};
     for (int k = 0; k < 8; ++k) in[k] = f[cell.node + corner_[k]];
-    std::size_t m = 0;
-    for (int p = 0; p < 8; ++p) {
-      sum[p] += cell.form[m++] * in[p];
-      for (int q = p + 1; q < 8; ++q, ++m) {
-        sum[p] += cell.form[m] * in[q];
-        sum[q] += cell.form[m] * in[p];
-      }
-    }
+    for (int p = 0; p < 8; ++p)
+      for (int q = 0; q < 8; ++q) sum[q] += cell.form[8 * p + q] * in[p];
     for (int k = 0; k < 8; ++k) {
       const std::size_t node = cell.node + corner_[k];
       out[node] += mask_[node] * sum[k];

@@ -44,10 +44,11 @@ class PlateSolver {
     std::size_t start = 0;  ///< of its first node
     int begin = 0, end = 0;
   };
-  /// What the rims in one cell ask of its eight corners: a quadratic form and a vector.
+  /// What the rims in one cell ask of its eight corners: a quadratic form, of which each row is eight
+  /// lanes, and a vector.
   struct Cell {
     std::uint32_t node = 0;
-    std::array<float, 36> form{};  ///< its upper triangle, row by row
+    std::array<float, 64> form{};
     std::array<float, 8> wanted{};
   };
 

@@ -152,7 +152,7 @@ void HullRefiner::State::set_up_views(const Hull& hull, std::span<const CameraCo
       if (i % 2 == 0)
         mappers[i].draw(view.coarse, outlines[i / 2], 0.7f * pixels, 2, 3.6f * pixels, true);
       else
-        mappers[i].draw(view.fine, outlines[i / 2], 0.35f * pixels, 3, 1.5f * pixels, false);
+        mappers[i].draw(view.fine, outlines[i / 2], 0.25f * pixels, 4, 1.5f * pixels, false);
     }
   });
 }
