@@ -6,9 +6,11 @@
 #include <cmath>
 #include <filesystem>
 #include <numbers>
+#include <random>
 
 #include "base/error.h"
 #include "base/thread_pool.h"
+#include "hull/measure.h"
 #include "render/processor/processor_renderer.h"
 #include "silhouette/contour/contourer.h"
 #include "studio/cameras/camera_picture.h"
@@ -240,14 +242,16 @@ Rig body_rig(const std::string& name) {
   return body_rig(azimuths);
 }
 
-BodyScene body_scene(const Rig& rig, const Body& body) {
+BodyScene body_scene(const Rig& rig, const Body& body, bool between) {
   BodyScene scene;
   scene.name = body.name;
   scene.truth = truth_of(rig, body);
   scene.cameras = rig.cameras;
-  scene.between = cameras_between(rig.cameras);
   scene.pictures = pictures_of(rig, scene.cameras, body);
-  scene.seen = pictures_of(rig, scene.between, body);
+  if (between) {
+    scene.between = cameras_between(rig.cameras);
+    scene.seen = pictures_of(rig, scene.between, body);
+  }
   scene.contours.resize(scene.cameras.size());
   scene.silhouettes.resize(scene.cameras.size());
   parallel_for(scene.cameras.size(), 1, 0, [&](std::size_t begin, std::size_t end) {
@@ -265,6 +269,20 @@ std::vector<BodyScene> body_scenes(const Rig& rig, const std::vector<Body>& bodi
   return scenes;
 }
 
+BodyScene with_noise(const BodyScene& scene, double pixels, std::uint64_t seed) {
+  BodyScene out = scene;
+  std::mt19937_64 random(seed);
+  const auto unit = [&] { return (static_cast<double>(random() >> 11) + 0.5) * 0x1p-53; };
+  for (Rings& rings : out.contours) {
+    for (Vec2f& p : rings.points) {  // Box and Muller's two numbers
+      const double reach = pixels * std::sqrt(-2.0 * std::log(unit()));
+      const double angle = 2.0 * std::numbers::pi * unit();
+      p += Vec2f(reach * std::cos(angle), reach * std::sin(angle));
+    }
+  }
+  return out;
+}
+
 const Hull& hull_of(const BodyScene& scene, HullStage& stage, int threads) {
   std::vector<CameraContours> views;
   for (std::size_t k = 0; k < scene.cameras.size(); ++k) {
@@ -279,6 +297,7 @@ const Hull& hull_of(const BodyScene& scene, HullStage& stage, int threads) {
 BodyError measure(const Hull& hull, const BodyScene& scene, bool psnr) {
   const Surface surface = surface_of(hull);
   BodyError error;
+  error.open = is_closed(hull) ? 0.0 : 1.0;
   error.volume = volume_of(surface) / volume_of(scene.truth);
   const SurfaceDistance out = distance_between(surface, scene.truth, samples);
   const SurfaceDistance in = distance_between(scene.truth, surface, samples);
@@ -296,6 +315,10 @@ BodyError measure(const Hull& hull, const BodyScene& scene, bool psnr) {
     error.psnr += psnr_of(painter.draw(scene.between[k]), scene.seen[k], coverage) / views;
   }
   return error;
+}
+
+double distance_mm(const Surface& a, const Surface& b) {
+  return 500.0 * (distance_between(a, b, samples).mean + distance_between(b, a, samples).mean);
 }
 
 Picture coverage_of(const Surface& surface, const Camera& camera) {

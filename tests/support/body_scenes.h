@@ -49,14 +49,20 @@ struct BodyScene {
   std::vector<Picture> seen;         ///< what those would see
 };
 
-BodyScene body_scene(const Rig& rig, const Body& body);
+/// \p between: false leaves `between` and `seen` empty.
+BodyScene body_scene(const Rig& rig, const Body& body, bool between = true);
 std::vector<BodyScene> body_scenes(const Rig& rig, const std::vector<Body>& bodies);
+
+/// The scene with every vertex of its contours moved by Gaussian noise of the standard deviation
+/// \p pixels in x and in y; nothing else changes.
+BodyScene with_noise(const BodyScene& scene, double pixels, std::uint64_t seed);
 
 /// The scene's silhouettes intersected by \p stage, which is not to hold what it knows already.
 const Hull& hull_of(const BodyScene& scene, HullStage& stage, int threads);
 
 /// How far a surface is from the truth.
 struct BodyError {
+  double open = 0.0;       ///< 0 for a closed surface, 1 for one that is not
   double volume = 0.0;     ///< over the true one
   double mean = 0.0;       ///< mm; mean distance, of both directions
   double hausdorff = 0.0;  ///< mm; 95 % of the points are nearer, of both directions the larger
@@ -69,6 +75,9 @@ struct BodyError {
 /// Means over the scene's cameras. \p psnr: whether to draw it textured. The pixels of the body and of
 /// the surface count, red, green and blue as they are in the picture.
 BodyError measure(const Hull& hull, const BodyScene& scene, bool psnr);
+
+/// How far it is from one surface to the other: mm, the mean of both directions' mean distances.
+double distance_mm(const Surface& a, const Surface& b);
 
 /// What \p camera sees of the surface: 0..255 by coverage, one channel.
 Picture coverage_of(const Surface& surface, const Camera& camera);

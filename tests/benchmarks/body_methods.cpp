@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "body_methods.h"
+
+#include <memory>
+
+#include "refine/refine.h"
+
+namespace polyhull::benchmark {
+
+using test::BodyScene, test::hull_of;
+
+namespace {
+
+using Surfacer = std::function<Hull(const BodyScene&, const Hull&)>;
+
+Surfacer intersected(int threads) {
+  const auto stage = std::make_shared<HullStage>();
+  return [=](const BodyScene& scene, const Hull&) { return hull_of(scene, *stage, threads); };
+}
+
+Surfacer refined(RefineQuality quality, int threads) {
+  const auto refiner = std::make_shared<HullRefiner>();
+  return [=](const BodyScene& scene, const Hull& hull) {
+    std::vector<CameraContours> views;
+    for (std::size_t k = 0; k < scene.cameras.size(); ++k) {
+      views.push_back({&scene.cameras[k], &scene.contours[k]});
+    }
+    return refiner->refine(hull, views, 1.0,
+                           {.quality = quality, .threads = threads, .reuse = false});
+  };
+}
+
+}  // namespace
+
+std::vector<Method> body_methods(int threads) {
+  return {
+      {"hull", intersected(threads)},
+      {"fast", refined(RefineQuality::fast, threads)},
+      {"good", refined(RefineQuality::good, threads)},
+      {"fine", refined(RefineQuality::fine, threads)},
+  };
+}
+
+}  // namespace polyhull::benchmark
