@@ -26,6 +26,7 @@ struct Row {
   BodyError error;
   double wall = 0.0, processor = 0.0;  ///< ms, medians of the runs
   double triangles = 0.0;
+  double worst_outside = 0.0;  ///< of the bodies, BodyError::outside
 };
 
 Hull run(const Method& method, const BodyScene& scene, const Hull& hull, int runs, Row& row) {
@@ -46,7 +47,7 @@ Hull run(const Method& method, const BodyScene& scene, const Hull& hull, int run
 
 void add(Row& mean, const Row& row, double share) {
   const auto more = [share](double& sum, double value) { sum += share * value; };
-  more(mean.error.open, row.error.open);
+  more(mean.error.unsound, row.error.unsound);
   more(mean.error.volume, row.error.volume);
   more(mean.error.mean, row.error.mean);
   more(mean.error.hausdorff, row.error.hausdorff);
@@ -57,14 +58,15 @@ void add(Row& mean, const Row& row, double share) {
   more(mean.wall, row.wall);
   more(mean.processor, row.processor);
   more(mean.triangles, row.triangles);
+  mean.worst_outside = std::max(mean.worst_outside, row.worst_outside);
 }
 
 void print(Table& table, const std::string& rig, const std::string& scene, const char* method,
            const Row& row) {
-  table.row("%s,%s,%s,%.3f,%.2f,%.1f,%.4f,%.2f,%.3f,%.3f,%.1f,%.2f,%.2f,%.0f", rig.c_str(),
+  table.row("%s,%s,%s,%.3f,%.2f,%.1f,%.4f,%.2f,%.3f,%.3f,%.3f,%.1f,%.2f,%.2f,%.0f", rig.c_str(),
             scene.c_str(), method, row.error.volume, row.error.mean, row.error.hausdorff,
             row.error.overlap, row.error.psnr, 100.0 * row.error.missing, 100.0 * row.error.outside,
-            row.error.open, row.wall, row.processor, row.triangles);
+            100.0 * row.worst_outside, row.error.unsound, row.wall, row.processor, row.triangles);
 }
 
 struct Options {
@@ -99,6 +101,7 @@ void measure_rig(const std::string& name, const std::vector<Body>& bodies, const
       Row row;
       const Hull surface = run(used[m], scene, hull, options.runs, row);
       row.error = measure(surface, scene, !options.no_psnr);
+      row.worst_outside = row.error.outside;
       add(means[m], row, 1.0 / static_cast<double>(bodies.size()));
       if (options.each) print(table, name, body.name, used[m].name, row);
       if (!options.pictures.empty()) sheet.add(surface);
@@ -119,7 +122,7 @@ void run_all(const Options& options) {
   if (bodies.empty()) throw std::runtime_error("no scene of that name");
   Table table(options.output + "/body.csv",
               "rig,scene,method,volume,mean_mm,hausdorff95_mm,iou_between,psnr_between,missing_pct,"
-              "outside_pct,open,wall_ms,processor_ms,triangles");
+              "outside_pct,worst_outside_pct,unsound,wall_ms,processor_ms,triangles");
   for (const std::string& rig : options.rigs) measure_rig(rig, bodies, options, table);
   if (!options.motion) return;
   Table motion(options.output + "/body_motion.csv", benchmark::motion_header());

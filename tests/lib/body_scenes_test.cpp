@@ -74,7 +74,7 @@ TEST(BodyScenes, TheTruthHasNoError) {
   const BodyScene scene = body_scene(body_rig("4far"), figure(3.0));
   ASSERT_EQ(scene.cameras.size(), 4u);
   const BodyError error = measure(hull_from(scene.truth), scene, true);
-  EXPECT_EQ(error.open, 0.0);
+  EXPECT_EQ(error.unsound, 0.0);
   EXPECT_NEAR(error.volume, 1.0, 1e-6);
   EXPECT_LT(error.mean, 1e-3);
   EXPECT_LT(error.hausdorff, 1e-3);
@@ -123,7 +123,7 @@ TEST(BodyScenes, ASurfaceThatLeavesItsSilhouettes) {
   EXPECT_GT(error.outside, 0.01);
   EXPECT_EQ(error.psnr, 0.0);
   hull.triangles.resize(hull.triangles.size() - 3);
-  EXPECT_EQ(measure(hull, scene, false).open, 1.0);
+  EXPECT_EQ(measure(hull, scene, false).unsound, 1.0);
 }
 
 TEST(BodyScenes, NoiseMovesTheHull) {

@@ -10,12 +10,12 @@
 
 #include "base/error.h"
 #include "base/thread_pool.h"
-#include "hull/measure.h"
 #include "render/processor/processor_renderer.h"
 #include "silhouette/contour/contourer.h"
 #include "studio/cameras/camera_picture.h"
 #include "studio/cameras/coverage_raster.h"
 #include "studio/cameras/default_rig.h"
+#include "support/mesh_checks.h"
 #include "texture/texture_hull.h"
 
 namespace polyhull::test {
@@ -297,7 +297,7 @@ const Hull& hull_of(const BodyScene& scene, HullStage& stage, int threads) {
 BodyError measure(const Hull& hull, const BodyScene& scene, bool psnr) {
   const Surface surface = surface_of(hull);
   BodyError error;
-  error.open = is_closed(hull) ? 0.0 : 1.0;
+  error.unsound = check_mesh(hull).manifold() ? 0.0 : 1.0;
   error.volume = volume_of(surface) / volume_of(scene.truth);
   const SurfaceDistance out = distance_between(surface, scene.truth, samples);
   const SurfaceDistance in = distance_between(scene.truth, surface, samples);

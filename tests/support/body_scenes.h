@@ -62,7 +62,7 @@ const Hull& hull_of(const BodyScene& scene, HullStage& stage, int threads);
 
 /// How far a surface is from the truth.
 struct BodyError {
-  double open = 0.0;       ///< 0 for a closed surface, 1 for one that is not
+  double unsound = 0.0;    ///< 0 for a closed, oriented 2-manifold, else 1
   double volume = 0.0;     ///< over the true one
   double mean = 0.0;       ///< mm; mean distance, of both directions
   double hausdorff = 0.0;  ///< mm; 95 % of the points are nearer, of both directions the larger
