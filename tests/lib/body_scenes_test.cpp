@@ -144,6 +144,48 @@ TEST(BodyScenes, NoiseMovesTheHull) {
   EXPECT_NEAR(more / moved, 2.0, 0.3);
 }
 
+/// A square of one metre across the stage's axis, its middle where the camera looks, facing it.
+struct FacingSquare {
+  Camera camera = body_rig("4").cameras[0];
+  Surface surface;
+
+  FacingSquare() {
+    const Mat3 turn = glm::transpose(camera.R);
+    const double depth = camera.to_camera({0.0, 0.95, 0.0}).z;
+    for (const Vec2 corner : {Vec2(-0.5, -0.5), Vec2(-0.5, 0.5), Vec2(0.5, 0.5), Vec2(0.5, -0.5)})
+      surface.vertices.push_back(camera.centre() + turn * Vec3(corner, depth));
+    surface.triangles = {{0, 1, 2},
+                         {0, 2, 3}};  // counter-clockwise for the camera, whose y is down
+  }
+};
+
+TEST(BodyScenes, CoverageOfASquare) {
+  const FacingSquare square;
+  const Picture coverage = coverage_of(square.surface, square.camera);
+  const double side = 700.0 / square.camera.to_camera({0.0, 0.95, 0.0}).z;
+  double area = 0.0;
+  for (const std::uint8_t value : coverage.pixels) area += value / 255.0;
+  EXPECT_NEAR(area / (side * side), 1.0, 0.001);
+  EXPECT_EQ(coverage.row(384)[512], 255);
+  EXPECT_EQ(coverage.row(384)[512 + static_cast<int>(0.5 * side) + 2], 0);
+}
+
+TEST(BodyScenes, PlasterIsLitFromBesideTheCamera) {
+  FacingSquare square;
+  const Picture lit = plaster(square.surface, square.camera);
+  // The lamp stands in the direction (-0.5, -0.6, -1) of the camera's axes.
+  const double facing = 1.0 / std::sqrt(0.25 + 0.36 + 1.0);
+  EXPECT_NEAR(lit.row(384)[3 * 512], 30.0 + 215.0 * facing, 1.0);
+  EXPECT_EQ(lit.row(10)[0], 24);
+}
+
+TEST(BodyScenes, BodiesWithoutData) {
+  const std::vector<Body> bodies = study_bodies("/nowhere");
+  ASSERT_EQ(bodies.size(), 3u);
+  EXPECT_EQ(bodies[1].name, "figure-3");
+  EXPECT_EQ(bodies[1].seconds, 3.0);
+}
+
 TEST(BodyScenes, NoSuchRig) {
   EXPECT_THROW(body_rig("five"), Error);
   EXPECT_THROW(body_rig("1"), Error);
