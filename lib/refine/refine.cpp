@@ -51,6 +51,17 @@ Recipe recipe_of(const RefineSettings& settings) {
   return recipe;
 }
 
+bool finite(const CameraContours& view) {
+  double sum = 0.0;
+  const auto add = [&](double value) { sum += value * 0.0; };
+  for (int i = 0; i < 3; ++i) {
+    add(view.camera->t[i]);
+    for (int k = 0; k < 3; ++k) add(view.camera->K[i][k] + view.camera->R[i][k]);
+  }
+  for (const Vec2f& point : view.rings->points) add(static_cast<double>(point.x) + point.y);
+  return sum == 0.0;
+}
+
 /// Cells around a part's box: for the plate's band and the blurs.
 constexpr int margin = 4, coarse_margin = 3;
 /// How far outside the hull H is told apart.
@@ -316,6 +327,10 @@ const Hull& HullRefiner::refine(const Hull& hull, std::span<const CameraContours
   if (!(settings.cell >= 0.0) || !std::isfinite(settings.cell))
     throw Error(Error::Kind::bad_input, "The refined surface's cell is {:g} m: expected 0 or more.",
                 settings.cell);
+  for (const CameraContours& view : views)
+    if (!finite(view))
+      throw Error(Error::Kind::bad_input, "Camera {}: its calibration or a contour is not finite.",
+                  view.camera->name);
   s.statistics = {};
   if (settings.reuse && s.unchanged(hull, views, metres_per_unit, settings)) {
     s.statistics.reused = true;

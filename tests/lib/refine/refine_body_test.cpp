@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+// How near the refined surface comes to a body: the yardstick's figure at one instant, bounds a tenth
+// above what was measured. All bodies and rigs: tests/benchmarks/body_benchmark.cpp.
+#include <gtest/gtest.h>
+
+#include <map>
+
+#include "refine/refine.h"
+#include "support/body_scenes.h"
+
+namespace polyhull::test {
+namespace {
+
+Hull refined(const BodyScene& scene, RefineQuality quality) {
+  std::vector<CameraContours> views;
+  for (std::size_t k = 0; k < scene.cameras.size(); ++k)
+    views.push_back({&scene.cameras[k], &scene.contours[k]});
+  HullStage stage;
+  return HullRefiner().refine(hull_of(scene, stage, 0), views, 1.0, {.quality = quality});
+}
+
+const BodyScene& seen_by(const std::string& rig) {
+  static std::map<std::string, BodyScene> scenes;
+  const auto [place, is_new] = scenes.try_emplace(rig);
+  if (is_new) place->second = body_scene(body_rig(rig), {"figure", open_subject("figure"), 3.0});
+  return place->second;
+}
+
+struct Bar {
+  const char* rig;
+  RefineQuality quality;
+  double mean, hausdorff, overlap, missing, outside;
+};
+
+class RefinedBody : public testing::TestWithParam<Bar> {};
+
+TEST_P(RefinedBody, IsNearTheBody) {
+  const Bar& bar = GetParam();
+  const BodyError error = measure(refined(seen_by(bar.rig), bar.quality), seen_by(bar.rig), false);
+  EXPECT_EQ(error.unsound, 0.0);
+  EXPECT_LT(error.mean, bar.mean);
+  EXPECT_LT(error.hausdorff, bar.hausdorff);
+  EXPECT_GT(error.overlap, bar.overlap);
+  EXPECT_LT(error.missing, bar.missing);
+  EXPECT_LT(error.outside, bar.outside);
+  std::printf("%s: %.2f mm, %.1f mm, %.4f, %.3f %%, %.3f %%\n", bar.rig, error.mean,
+              error.hausdorff, error.overlap, 100 * error.missing, 100 * error.outside);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Bars, RefinedBody,
+    testing::Values(Bar{"4", RefineQuality::fast, 7.0, 30.0, 0.90, 0.005, 0.0015},
+                    Bar{"4", RefineQuality::good, 6.0, 25.0, 0.92, 0.005, 0.0015},
+                    Bar{"8", RefineQuality::fast, 2.6, 11.0, 0.977, 0.005, 0.0015},
+                    Bar{"8", RefineQuality::good, 2.5, 10.0, 0.979, 0.005, 0.0015},
+                    Bar{"8", RefineQuality::fine, 2.2, 10.0, 0.982, 0.003, 0.001}));
+
+}  // namespace
+}  // namespace polyhull::test
