@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // How far surfaces made from silhouettes are from the body that cast them: five bodies, rings of
-// cameras, one row for each rig and method, means over the bodies, in body.csv; and in body_motion.csv
-// how they move when the body does not, and when it walks.
+// cameras, one row for each rig and method, means over the bodies, in body.csv; and in
+// body_motion.csv how they move when the body does not, and when it walks.
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>

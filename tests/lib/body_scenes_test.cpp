@@ -70,6 +70,11 @@ TEST(SurfaceDistance, SamplesByArea) {
   EXPECT_NEAR(d.greatest, 4.4, 1e-6);
 }
 
+TEST(SurfaceDistance, OfNothing) {
+  EXPECT_TRUE(std::isinf(distance_between(square(1.0, 0.0, 1), {}, 10).mean));
+  EXPECT_EQ(distance_between({}, square(1.0, 0.0, 1), 10).mean, 0.0);
+}
+
 TEST(BodyScenes, TheTruthHasNoError) {
   const BodyScene scene = body_scene(body_rig("4far"), figure(3.0));
   ASSERT_EQ(scene.cameras.size(), 4u);

@@ -119,8 +119,8 @@ double psnr_of(const Picture& picture, const Picture& truth, const Picture& cove
   return sum > 0.0 ? 10.0 * std::log10(255.0 * 255.0 * count / sum) : 99.0;
 }
 
-/// What \p camera would see of the stage's part of its silhouette's cone: its contours' polygons, drawn
-/// by the same hand as the surfaces.
+/// What \p camera would see of the stage's part of its silhouette's cone: its contours' polygons,
+/// drawn by the same hand as the surfaces.
 Picture silhouette_of(const Camera& camera, const Rings& contours, const Bounds& stage) {
   HullBuilder builder;
   HullOptions options;

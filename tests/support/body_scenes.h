@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 /// \file
-/// Bodies whose true surface and colours are known, seen by a few cameras, and how far a surface made
-/// from what the cameras see is from the body. Five bodies, cameras of 1024 x 768, f = 700 px, 3 m
-/// from the bodies' axis, ideal mattes: the yardstick of docs/benchmarks-body.md.
+/// Bodies whose true surface and colours are known, seen by a few cameras, and how far a surface
+/// made from what the cameras see is from the body. Five bodies, cameras of 1024 x 768, f = 700 px,
+/// 3 m from the bodies' axis, ideal mattes: the yardstick of docs/benchmarks-body.md.
 #pragma once
 
 #include <memory>
@@ -26,18 +26,18 @@ struct Body {
   double seconds = 0.0;
 };
 
-/// The figure at 0, 3 and 7 s; and the body of the folder \p data (as POLYHULL_DATA names it), turned
-/// two ways, if it is there.
+/// The figure at 0, 3 and 7 s; and the body of the folder \p data (as POLYHULL_DATA names it),
+/// turned two ways, if it is there.
 std::vector<Body> study_bodies(const std::string& data);
 
-/// Cameras at these azimuths in degrees from +x towards +z, rising; as those of the built-in rig, but
-/// all 1.2 m high, 3 m away, and looking at a height of 0.95 m.
+/// Cameras at these azimuths in degrees from +x towards +z, rising; as those of the built-in rig,
+/// but all 1.2 m high, 3 m away, and looking at a height of 0.95 m.
 Rig body_rig(const std::vector<double>& azimuths);
 /// "4" to "64": a ring of as many; "4far": 0, 90, 225, 315 degrees. Throws Error for other names.
 Rig body_rig(const std::string& name);
 
-/// A body and what a rig's cameras see of it. Pictures are RGBA on an even grey, alpha the share of each
-/// pixel that the body covers.
+/// A body and what a rig's cameras see of it. Pictures are RGBA on an even grey, alpha the share of
+/// each pixel that the body covers.
 struct BodyScene {
   std::string name;  ///< the body's
   Surface truth;
@@ -72,8 +72,8 @@ struct BodyError {
   double psnr = 0.0;       ///< dB, textured, half way between cameras; 0 where it was not asked for
 };
 
-/// Means over the scene's cameras. \p psnr: whether to draw it textured. The pixels of the body and of
-/// the surface count, red, green and blue as they are in the picture.
+/// Means over the scene's cameras. \p psnr: whether to draw it textured. The pixels of the body and
+/// of the surface count, red, green and blue as they are in the picture.
 BodyError measure(const Hull& hull, const BodyScene& scene, bool psnr);
 
 /// How far it is from one surface to the other: mm, the mean of both directions' mean distances.

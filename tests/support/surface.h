@@ -30,10 +30,11 @@ struct SurfaceDistance {
   double greatest = 0.0;
 };
 
-/// From \p count points spread evenly over the area of \p from, and for the greatest its vertices, too,
-/// to the nearest points of \p to (Embree's point queries; of a triangle: C. Ericson, "Real-Time
-/// Collision Detection", 5.1.5). The same for any number of threads; right to a millionth of
-/// the coordinates. Infinite where \p to has no triangles, all 0 where \p from has none.
+/// From \p count points spread evenly over the area of \p from, and for the greatest its vertices,
+/// too, to the nearest points of \p to (Embree's point queries; of a triangle: C. Ericson,
+/// "Real-Time Collision Detection", 5.1.5). The same for any number of threads; right to a
+/// millionth of the coordinates. Infinite where \p to has no triangles, all 0 where \p from has
+/// none.
 SurfaceDistance distance_between(const Surface& from, const Surface& to, std::size_t count);
 
 }  // namespace polyhull::test
