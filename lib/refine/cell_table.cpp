@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "refine/cell_table.h"
 
+#include "base/vector.h"
+
 namespace polyhull::refine {
 namespace {
 
@@ -64,25 +66,58 @@ std::vector<Loop> loops_of(const EdgeNumbers& edges, unsigned corners) {
   return loops;
 }
 
-/// Cuts ears off \p loop whose diagonals lie on no face; whether it can be cut up like that.
-bool cut_up(const EdgeNumbers& edges, const Loop& loop, std::vector<std::uint8_t>& out) {
-  const std::size_t n = loop.size();
-  if (n == 3) {
-    out.insert(out.end(), loop.begin(), loop.end());
-    return true;
+/// Of the ways to cut \p loop into triangles without a diagonal on a face, the one with the least area
+/// when the vertices are in the middle of their edges: it is the flattest, and its triangles keep
+/// clear of each other wherever on their edges the vertices lie.
+class FlattestCut {
+ public:
+  FlattestCut(const EdgeNumbers& numbers, const std::array<CellEdge, 12>& edges)
+      : numbers_(numbers), edges_(edges) {}
+
+  std::vector<std::uint8_t> cut(const Loop& loop) {
+    least_ = 1e9;
+    best_.clear();
+    triangles_.clear();
+    cut_ears(loop, 0.0);
+    return best_;
   }
-  for (std::size_t i = 0; i < n; ++i) {
-    const std::uint8_t a = loop[i], b = loop[(i + 1) % n], c = loop[(i + 2) % n];
-    if (on_one_face(edges, a, c)) continue;
-    Loop rest = loop;
-    rest.erase(rest.begin() + static_cast<std::ptrdiff_t>((i + 1) % n));
-    const std::size_t before = out.size();
-    out.insert(out.end(), {a, b, c});
-    if (cut_up(edges, rest, out)) return true;
-    out.resize(before);
+
+ private:
+  double area(std::uint8_t a, std::uint8_t b, std::uint8_t c) const {
+    const auto middle = [&](std::uint8_t index) {
+      const CellEdge& edge = edges_[index];
+      Vec3 point(edge.x, edge.y, edge.z);
+      point[edge.axis] += 0.5;
+      return point;
+    };
+    return glm::length(glm::cross(middle(b) - middle(a), middle(c) - middle(a)));
   }
-  return false;
-}
+  void cut_ears(const Loop& loop, double sum) {
+    const std::size_t n = loop.size();
+    if (n == 3) {
+      sum += area(loop[0], loop[1], loop[2]);
+      if (sum > least_ - 1e-9) return;
+      least_ = sum;
+      best_ = triangles_;
+      best_.insert(best_.end(), loop.begin(), loop.end());
+      return;
+    }
+    for (std::size_t i = 0; i < n; ++i) {
+      const std::uint8_t a = loop[i], b = loop[(i + 1) % n], c = loop[(i + 2) % n];
+      if (on_one_face(numbers_, a, c)) continue;
+      Loop rest = loop;
+      rest.erase(rest.begin() + static_cast<std::ptrdiff_t>((i + 1) % n));
+      triangles_.insert(triangles_.end(), {a, b, c});
+      cut_ears(rest, sum + area(a, b, c));
+      triangles_.resize(triangles_.size() - 3);
+    }
+  }
+
+  const EdgeNumbers& numbers_;
+  const std::array<CellEdge, 12>& edges_;
+  double least_ = 0.0;
+  std::vector<std::uint8_t> triangles_, best_;
+};
 
 }  // namespace
 
@@ -92,8 +127,12 @@ CellTable::CellTable() {
     for (int k = 0; k < 8; ++k)
       if (!(k >> axis & 1))
         edges_[static_cast<std::size_t>(next++)] = {k & 1, k >> 1 & 1, k >> 2, axis};
+  FlattestCut flattest(numbers, edges_);
   for (unsigned corners = 0; corners < 256; ++corners)
-    for (const Loop& loop : loops_of(numbers, corners)) cut_up(numbers, loop, triangles_[corners]);
+    for (const Loop& loop : loops_of(numbers, corners)) {
+      const std::vector<std::uint8_t> cut = flattest.cut(loop);
+      triangles_[corners].insert(triangles_[corners].end(), cut.begin(), cut.end());
+    }
 }
 
 const CellTable& cell_table() {
