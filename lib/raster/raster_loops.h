@@ -28,20 +28,26 @@ struct ScreenTriangle {
   std::uint32_t id;
 };
 
+inline constexpr int packed_samples = 8;
+
 /// Some rows of the picture with several samples a pixel: the largest 1/z so far and whose it is.
-/// Sample s of pixel (x, y) is at index (s * (bottom - top) + y - top) * (right - left) + x - left.
+/// Sample s of pixel (x, y) is at index (s * (bottom - top) + y - top) * (right - left) + x - left;
+/// packed, of packed_samples, at ((y - top) * (right - left) + x - left) * packed_samples + s.
 struct SampleRows {
   int left, right, top, bottom;  ///< columns left .. right - 1, rows top .. bottom - 1
   int samples;
   const float (*places)[2];  ///< of the samples in a pixel, 0..1
   float* inverse;
   std::uint32_t* id;
+  bool packed = false;  ///< a pixel's samples lie side by side: faster where triangles are small
 };
 
 struct RasterLoops {
   const char* name;
-  /// Draws \p triangle into \p rows where it is nearest.
+  /// Draws \p triangle into \p rows, which are not packed, where it is nearest.
   void (*draw)(const ScreenTriangle& triangle, const SampleRows& rows);
+  /// The same into packed rows, and as \p id.
+  void (*draw_packed)(const ScreenTriangle& triangle, std::uint32_t id, const SampleRows& rows);
 };
 
 const RasterLoops& baseline_raster_loops();

@@ -56,10 +56,7 @@ const float (*sample_places(int samples))[2] {
   static const float eight[][2] = {{0.5625f, 0.3125f}, {0.4375f, 0.6875f}, {0.8125f, 0.5625f},
                                    {0.3125f, 0.1875f}, {0.1875f, 0.8125f}, {0.0625f, 0.4375f},
                                    {0.6875f, 0.9375f}, {0.9375f, 0.0625f}, {0.5f, 0.5f}};
-  return samples >= 8   ? eight
-         : samples >= 4 ? four
-         : samples >= 2 ? two
-                        : one;
+  return samples >= 8 ? eight : samples >= 4 ? four : samples >= 2 ? two : one;
 }
 
 Mat4 pixels_from_clip(int width, int height) {
@@ -142,6 +139,10 @@ void ScreenTriangles::draw(int band, const SampleRows& rows, std::uint32_t first
   const RasterLoops& best = raster_loops();
   // What is drawn is named by its place here, which leads back to its planes.
   for (const std::uint32_t index : bands_[static_cast<std::size_t>(band)]) {
+    if (rows.packed) {
+      best.draw_packed(triangles_[index], first + index, rows);
+      continue;
+    }
     ScreenTriangle t = triangles_[index];
     t.id = first + index;
     best.draw(t, rows);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <cstring>
 
 #include "base/thread_pool.h"
 #include "raytrace/loops/view_loops.h"
@@ -12,15 +13,14 @@
 namespace polyhull {
 namespace {
 
-constexpr int samples_per_pixel = 8;
-constexpr unsigned all_samples = (1u << samples_per_pixel) - 1u;
+constexpr unsigned all_samples = (1u << packed_samples) - 1u;
 constexpr std::size_t most_mirrors = 256;  // of which a byte says which
 
 /// The middle of some of a pixel's samples, pixel (0, 0).
 Vec2 middle(unsigned samples) {
-  const auto places = sample_places(samples_per_pixel);
+  const auto places = sample_places(packed_samples);
   Vec2 sum(0.0);
-  for (int s = 0; s < samples_per_pixel; ++s)
+  for (int s = 0; s < packed_samples; ++s)
     if (samples >> s & 1) sum += Vec2(places[s][0], places[s][1]);
   return sum / static_cast<double>(std::popcount(samples));
 }
@@ -44,7 +44,8 @@ struct RasterView::Pass {
   bool by_rays = false;  ///< what the mirror shows is so little that it is traced
   Vec3f f0{0.0f};        ///< of the mirror
 
-  /// The rays to the places of \p span, where they meet \p of.
+  /// The rays through the middles of the pixels of \p span, where they meet \p of: what a mirror
+  /// reflects changes too slowly for their places to count.
   RayRow rays_to(const Mirror& of, const Span& span) const {
     const Way way = rays.way(static_cast<float>(span.x - 0.5), static_cast<float>(span.y - 0.5), 0);
     const Vec3f at = way.ray.direction;
@@ -65,6 +66,7 @@ struct RasterView::Band {
   int number = 0, left = 0, right = 0, top = 0, bottom = 0;
   std::vector<float> inverse;
   std::vector<std::uint32_t> ids;
+  PixelRuns runs;  // of the row under way
   std::vector<Traced> traced;
   std::vector<std::uint32_t> mirror_pixels;
   std::uint64_t edges = 0;
@@ -187,64 +189,64 @@ void RasterView::draw_band(const Pass& pass, Band& band) {
 /// Draws columns \p left .. \p right - 1 of a band.
 void RasterView::draw_tile(const Pass& pass, Band& band, int left, int right) {
   const auto size =
-      static_cast<std::size_t>(samples_per_pixel) * (band.bottom - band.top) * (right - left);
-  band.inverse.assign(size, 0.0f);
-  band.ids.assign(size, no_triangle);
+      static_cast<std::size_t>(packed_samples) * (band.bottom - band.top) * (right - left);
+  band.inverse.resize(size);
+  band.ids.resize(size);
+  std::memset(band.inverse.data(), 0, size * sizeof(float));
+  static_assert(no_triangle == 0xffffffffu);
+  std::memset(band.ids.data(), 0xff, size * sizeof(std::uint32_t));
   pass.screen.draw(band.number,
-                   {left, right, band.top, band.bottom, samples_per_pixel,
-                    sample_places(samples_per_pixel), band.inverse.data(), band.ids.data()});
+                   {left, right, band.top, band.bottom, packed_samples,
+                    sample_places(packed_samples), band.inverse.data(), band.ids.data(), true});
   for (int y = band.top; y < band.bottom; ++y) draw_row(pass, band, left, right, y);
 }
 
 void RasterView::draw_row(const Pass& pass, Band& band, int x, int end, int y) {
-  const std::size_t columns = end - x, apart = (band.bottom - band.top) * columns;
   const std::size_t row = static_cast<std::size_t>(y) * pass.camera.width;
-  const std::uint32_t* ids = &band.ids[(y - band.top) * columns] - x;
-  std::uint8_t same[Span::most];
-  view_loops().alike(ids + x, static_cast<long>(apart), samples_per_pixel, end - x, same);
+  const std::uint32_t* ids =
+      &band.ids[static_cast<std::size_t>(y - band.top) * (end - x) * packed_samples];
+  std::uint8_t whole[Span::most];
+  view_loops().alike(ids, end - x, whole);
   for (int i = x; pass.mirror != nullptr && i < end; ++i)
-    same[i - x] &= wanted(pass, row + i) == all_samples;
+    whole[i - x] &= wanted(pass, row + i) == all_samples;
+  const auto finish = [&](PixelRun& run) { shade(pass, band, run, y); };
   const int begin = x;
+  const auto at = [&](int column) { return ids + (column - begin) * packed_samples; };
   while (x < end) {
+    band.runs.finish_before(x, finish);
     const int first = x;
-    const std::uint32_t piece = ids[first];
-    while (x < end && same[x - begin] && ids[x] == piece) ++x;
+    const std::uint32_t number = *at(first);
+    while (x < end && whole[x - begin] && *at(x) == number) ++x;
     if (x > first) {
-      if (piece != no_triangle)
-        shade(pass, band, piece, {first + 0.5, y + 0.5, x - first}, first, y, all_samples);
+      if (number != no_triangle) band.runs.add_whole(number, first, x - first);
       continue;
     }
     // Each triangle once, at the middle of its samples.
     unsigned left = wanted(pass, row + x);
     band.edges += left != 0;
     while (left != 0) {
-      const std::uint32_t number = ids[std::countr_zero(left) * apart + x];
+      const std::uint32_t part = at(x)[std::countr_zero(left)];
       unsigned samples = 0;
-      for (unsigned s = 0; s < samples_per_pixel; ++s)
-        if (left >> s & 1 && ids[s * apart + x] == number) samples |= 1u << s;
+      for (unsigned s = 0; s < packed_samples; ++s)
+        samples |= static_cast<unsigned>(at(x)[s] == part) << s;
+      samples &= left;
       left &= ~samples;
-      if (number == no_triangle) continue;
-      const Vec2 place = Vec2(x, y) + middle(samples);
-      shade(pass, band, number, {place.x, place.y, 1}, x, y, samples);
+      if (part != no_triangle) band.runs.add(part, x, samples);
     }
     ++x;
   }
+  band.runs.finish_before(end + 1, finish);
 }
 
-/// Adds a triangle's colour to the pixels from (x, y) on, of which it covers \p samples.
-void RasterView::shade(const Pass& pass, Band& band, std::uint32_t number, const Span& span, int x,
-                       int y, unsigned samples) {
-  const ScreenTriangle& piece = pass.screen.piece(number);
+/// Adds a triangle's colour to the pixels of row \p y that show it.
+void RasterView::shade(const Pass& pass, Band& band, PixelRun& run, int y) {
+  const ScreenTriangle& piece = pass.screen.piece(run.number);
   const int mirror = shader_.mirror(piece.id);
-  if (mirror != SpanShader::no_mirror &&
-      (pass.mirror != nullptr || !remember(pass, band, mirror, span.count, x, y, samples))) {
-    for (int i = 0; i < span.count; ++i) send(pass, band, x + i, y, samples);
-    return;
-  }
+  if (mirror != SpanShader::no_mirror && !leave(pass, band, mirror, run, y)) return;
+  const Span span{run.first + 0.5, y + 0.5, run.count, run.right, run.down};
   Float4 values[Span::most];
   const SpanShader::Look& look = shader_.shade(piece, span, values);
-  const float weight = static_cast<float>(std::popcount(samples)) / samples_per_pixel;
-  ColourRow row{span.count, look.albedo, look.emitted, weight, nullptr, {}, 0.0f, nullptr, {}};
+  ColourRow row{run.count, look.albedo, look.emitted, run.weight, nullptr, {}, 0.0f, nullptr, {}};
   float own[Span::most], shown[Span::most];
   if (mirror != SpanShader::no_mirror) {
     const Mirror& of = scene_.scene().mirrors[mirror];
@@ -260,31 +262,41 @@ void RasterView::shade(const Pass& pass, Band& band, std::uint32_t number, const
     row.shown_f0 = to_float4(pass.f0);
   }
   view_loops().add(row, values,
-                   &pass.picture[static_cast<std::size_t>(y) * pass.camera.width + x].x);
+                   &pass.picture[static_cast<std::size_t>(y) * pass.camera.width + run.first].x);
 }
 
-/// Leaves what a planar mirror shows in some pixels to its own pass; false where it gets none.
-bool RasterView::remember(const Pass& pass, Band& band, int mirror, int count, int x, int y,
-                          unsigned samples) {
-  if (mirror < 0 || mirror >= static_cast<int>(band.mirror_pixels.size())) return false;
-  const Mirror& of = scene_.scene().mirrors[mirror];
-  if (glm::dot(of.normal, pass.eye) - of.offset <= scene_.epsilon()) return false;
-  if (pass.options.mirror_depth < 1) return true;
-  const std::size_t first = static_cast<std::size_t>(y) * pass.camera.width + x;
-  for (std::size_t i = first; i < first + count; ++i) {
-    // One mirror a pixel; where two meet, rays see the other.
-    if (mirror_samples_[i] != 0 && mirror_[i] != mirror) return false;
-    mirror_samples_[i] |= static_cast<std::uint8_t>(samples);
-    mirror_[i] = static_cast<std::uint8_t>(mirror);
+/// Leaves what a mirror shows in a run's pixels to its own pass, or all of a pixel to rays, which
+/// then has no weight in the run; false where that are all of them.
+bool RasterView::leave(const Pass& pass, Band& band, int mirror, PixelRun& run, int y) {
+  bool flat =
+      pass.mirror == nullptr && mirror >= 0 && mirror < static_cast<int>(band.mirror_pixels.size());
+  if (flat) {
+    const Mirror& of = scene_.scene().mirrors[mirror];
+    flat = glm::dot(of.normal, pass.eye) - of.offset > scene_.epsilon();
   }
-  band.mirror_pixels[mirror] += count;
-  return true;
+  if (flat && pass.options.mirror_depth < 1) return true;
+  const std::size_t first = static_cast<std::size_t>(y) * pass.camera.width + run.first;
+  std::uint32_t kept = 0;
+  for (int i = 0; i < run.count; ++i) {
+    std::uint8_t& samples = mirror_samples_[first + i];
+    // One mirror a pixel; where two meet, rays see the other.
+    if (flat && (samples == 0 || mirror_[first + i] == mirror)) {
+      samples |= run.samples[i];
+      mirror_[first + i] = static_cast<std::uint8_t>(mirror);
+      ++kept;
+      continue;
+    }
+    send(pass, band, run.first + i, y, run.samples[i]);
+    run.weight[i] = 0.0f;
+  }
+  if (kept > 0) band.mirror_pixels[mirror] += kept;
+  return kept > 0;
 }
 
 /// Leaves some samples of a pixel to rays.
 void RasterView::send(const Pass& pass, Band& band, int x, int y, unsigned samples) {
   const Vec2 place = Vec2(x, y) + middle(samples);
-  Vec3f share(static_cast<float>(std::popcount(samples)) / samples_per_pixel);
+  Vec3f share(static_cast<float>(std::popcount(samples)) / packed_samples);
   band.traced.push_back({static_cast<float>(place.x - 0.5), static_cast<float>(place.y - 0.5),
                          static_cast<std::size_t>(y) * pass.camera.width + x, share});
 }

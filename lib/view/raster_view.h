@@ -14,8 +14,8 @@
 #include <span>
 #include <vector>
 
+#include "view/pixel_runs.h"
 #include "view/scene_on_screen.h"
-#include "view/span_shader.h"
 #include "view/view_rays.h"
 
 namespace polyhull {
@@ -44,10 +44,8 @@ class RasterView {
   void draw_band(const Pass& pass, Band& band);
   void draw_tile(const Pass& pass, Band& band, int left, int right);
   void draw_row(const Pass& pass, Band& band, int x, int end, int y);
-  void shade(const Pass& pass, Band& band, std::uint32_t number, const Span& span, int x, int y,
-             unsigned samples);
-  bool remember(const Pass& pass, Band& band, int mirror, int count, int x, int y,
-                unsigned samples);
+  void shade(const Pass& pass, Band& band, PixelRun& run, int y);
+  bool leave(const Pass& pass, Band& band, int mirror, PixelRun& run, int y);
   void send(const Pass& pass, Band& band, int x, int y, unsigned samples);
   void trace(const Pass& pass, Band& band);
   void find_part(const Pass& pass, Band& band) const;

@@ -8,10 +8,9 @@
 #include "raytrace/loops/view_loops.h"
 
 namespace polyhull {
-namespace {
 
 /// The shares of a triangle's corners along a row.
-struct Shares {
+struct SpanShader::Shares {
   RowCourse all, second, third;
 
   Shares(const ScreenTriangle& piece, const Span& span) {
@@ -32,10 +31,6 @@ struct Shares {
             a * all.dx + b * second.dx + c * third.dx, a * all.dy + b * second.dy + c * third.dy};
   }
 };
-
-constexpr float least_inverse = 1e-30f;  // of depths: their reciprocals stay finite
-
-}  // namespace
 
 SpanShader::SpanShader(const TracedScene& scene, const LightCache& light)
     : scene_(scene), light_(light) {
@@ -93,52 +88,48 @@ bool SpanShader::seen_from_behind(const Face& face) const {
   return glm::dot(normal, p0 - eye_) > 0.0f;
 }
 
-void SpanShader::light(const Face& face, const ScreenTriangle& piece, const Span& span,
+/// The irradiance at \p places whose depths are given.
+void SpanShader::light(const Face& face, const Shares& shares, const PlaceRow& places,
                        const float* depth, Float4* values) const {
   const bool back = looks_[face.mesh].double_sided && seen_from_behind(face);
   const Float4* nodes = light_.values(face.mesh, back) + face.light.first;
-  const Shares shares(piece, span);
   const SurfaceGrid::Face& on = face.light;
   if (on.columns == 0) {
     const Float4 a = nodes[on.corner[0]];
     const Float4 b = nodes[on.corner[1]] - a, c = nodes[on.corner[2]] - a;
     const Float4 start = a * shares.all.start + b * shares.second.start + c * shares.third.start;
-    const Float4 step = a * shares.all.dx + b * shares.second.dx + c * shares.third.dx;
-    for (int i = 0; i < span.count; ++i)
-      values[i] = (start + static_cast<float>(i) * step) * depth[i];
+    const Float4 dx = a * shares.all.dx + b * shares.second.dx + c * shares.third.dx;
+    const Float4 dy = a * shares.all.dy + b * shares.second.dy + c * shares.third.dy;
+    for (int i = 0; i < places.count; ++i) {
+      const float x = static_cast<float>(i) + places.right[i];
+      values[i] = (start + x * dx + places.down[i] * dy) * depth[i];
+    }
     return;
   }
   const RowCourse across = shares.of(on.at[0].x, on.at[1].x, on.at[2].x);
   const RowCourse down = shares.of(on.at[0].y, on.at[1].y, on.at[2].y);
-  view_loops().light({span.count, depth, across, down, nodes, light_.borders(face.mesh, back),
-                      static_cast<int>(on.stride), static_cast<int>(on.columns),
-                      static_cast<int>(on.rows), on.fan},
-                     values);
-}
-
-void SpanShader::texture(const Face& face, const FilteredTexture& texture,
-                         const ScreenTriangle& piece, const Span& span, const float* depth,
-                         Float4* values) const {
-  const Shares shares(piece, span);
-  const Vec2f* at = face.texture;
-  view_loops().texture(texture.levels(),
-                       {span.count, depth, shares.all, shares.of(at[0].x, at[1].x, at[2].x),
-                        shares.of(at[0].y, at[1].y, at[2].y)},
-                       values);
+  view_loops().light(
+      {depth, across, down, nodes, light_.borders(face.mesh, back), static_cast<int>(on.stride),
+       static_cast<int>(on.columns), static_cast<int>(on.rows), on.fan},
+      places, values);
 }
 
 const SpanShader::Look& SpanShader::shade(const ScreenTriangle& piece, const Span& span,
                                           Float4* values) const {
   const Face& face = faces_[piece.id];
   const Look& look = looks_[face.mesh];
+  const Shares shares(piece, span);
+  const PlaceRow places{span.count, span.right, span.down};
   float depth[Span::most];
-  const double inverse =
-      piece.inverse.value + span.x * piece.inverse.dx + span.y * piece.inverse.dy;
-  const auto start = static_cast<float>(inverse), step = static_cast<float>(piece.inverse.dx);
-  for (int i = 0; i < span.count; ++i)
-    depth[i] = 1.0f / std::max(start + static_cast<float>(i) * step, least_inverse);
-  light(face, piece, span, depth, values);
-  if (look.texture != nullptr) texture(face, *look.texture, piece, span, depth, values);
+  view_loops().depths(shares.all, places, depth);
+  light(face, shares, places, depth, values);
+  if (look.texture != nullptr) {
+    const Vec2f* at = face.texture;
+    view_loops().texture(look.texture->levels(),
+                         {span.count, depth, shares.all, shares.of(at[0].x, at[1].x, at[2].x),
+                          shares.of(at[0].y, at[1].y, at[2].y)},
+                         places, values);
+  }
   return look;
 }
 

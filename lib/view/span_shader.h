@@ -13,11 +13,12 @@
 
 namespace polyhull {
 
-/// Some places in a row of the screen: (x + i, y) for i < count <= most.
+/// Some places in a row of the screen: (x + i + right[i], y + down[i]) for i < count <= most.
 struct Span {
   static constexpr int most = 128;
-  double x = 0.0, y = 0.0;
-  int count = 1;
+  double x, y;
+  int count;
+  const float *right, *down;
 };
 
 class SpanShader {
@@ -58,10 +59,9 @@ class SpanShader {
   };
   void add_faces(std::uint32_t mesh);
   bool seen_from_behind(const Face& face) const;
-  void light(const Face& face, const ScreenTriangle& piece, const Span& span, const float* depth,
+  struct Shares;
+  void light(const Face& face, const Shares& shares, const PlaceRow& places, const float* depth,
              Float4* values) const;
-  void texture(const Face& face, const FilteredTexture& texture, const ScreenTriangle& piece,
-               const Span& span, const float* depth, Float4* values) const;
 
   const TracedScene& scene_;
   const LightCache& light_;

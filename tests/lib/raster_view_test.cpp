@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <random>
@@ -216,37 +217,92 @@ TEST(ViewLoops, SameBitsForEveryInstructionSet) {
   for (int round = 0; round < 200; ++round) {
     constexpr int most = 100;
     const int count = 1 + static_cast<int>(random() % most);
-    float depth[most];
+    float depth[most], right[most], down[most], depths[2][most] = {};
     for (float& d : depth) d = number(0.3f, 20.0f);
+    for (float& r : right) r = number(-0.5f, 0.5f);
+    for (float& d : down) d = number(-0.5f, 0.5f);
+    const PlaceRow places{count, right, down};
+    std::uint32_t ids[8 * most];
+    for (std::uint32_t& id : ids) id = 7;
+    std::uint8_t same[2][most] = {};
+    for (int k = 0; k < most; k += 1 + static_cast<int>(random() % 5))
+      ids[8 * k + random() % 8] = 9;
     const auto course = [&] {
       return RowCourse{number(-3, 3), number(-.1f, .1f), number(-.1f, .1f)};
     };
     std::vector<Float4> values[2] = {{most, Float4{}}, {most, Float4{}}},
                         looks[2] = {values[0], values[0]};
     float fifth[2][most] = {}, pictures[2][3 * most] = {};
-    const LightRow light{count,          depth, course(), course(), nodes.data(),
-                         borders.data(), 20,    19,       10,       round % 2 == 1};
+    const LightRow light{depth, course(), course(), nodes.data(),  borders.data(),
+                         20,    19,       10,       round % 2 == 1};
+    const RowCourse inverse = course();
     const TextureRow row{count, depth, course(), course(), course()};
     RayRow rays{count, {}, {}, {0.0f, 0.6f, 0.8f}};
     for (int k = 0; k < 3; ++k)
       rays.direction[k] = number(-1, 1), rays.step[k] = number(-.01f, .01f);
     for (int i = 0; i < 2; ++i) {
       const ViewLoops& loops = i == 0 ? a : b;
-      loops.light(light, values[i].data());
-      loops.texture(texture.levels(), row, values[i].data());
+      loops.depths(inverse, places, depths[i]);
+      loops.light(light, places, values[i].data());
+      loops.texture(texture.levels(), row, places, values[i].data());
+      loops.alike(ids, count, same[i]);
       loops.texels(texture.levels(), row, looks[i].data());
       loops.fresnel(rays, fifth[i]);
       ColourRow colours{count, {.5f, .6f, .7f, 0}, {.1f, .1f, .2f, 0},
-                        .75f,  fifth[i],           {.1f, .2f, .3f, 0},
+                        depth, fifth[i],           {.1f, .2f, .3f, 0},
                         .5f,   fifth[i],           {.4f, .3f, .2f, 0}};
       loops.add(colours, values[i].data(), pictures[i]);
     }
+    EXPECT_EQ(std::memcmp(depths[0], depths[1], sizeof depths[0]), 0);
+    EXPECT_EQ(std::memcmp(same[0], same[1], sizeof same[0]), 0);
+    for (int k = 0; k < count; ++k)
+      EXPECT_EQ(same[0][k] != 0, std::count(ids + 8 * k, ids + 8 * k + 8, ids[8 * k]) == 8);
     EXPECT_EQ(std::memcmp(values[0].data(), values[1].data(), count * sizeof(Float4)), 0);
     EXPECT_EQ(std::memcmp(looks[0].data(), looks[1].data(), count * sizeof(Float4)), 0);
     EXPECT_EQ(std::memcmp(fifth[0], fifth[1], sizeof fifth[0]), 0);
     EXPECT_EQ(std::memcmp(pictures[0], pictures[1], sizeof pictures[0]), 0);
   }
 #endif
+}
+
+// A run's place beside a pixel's middle looks up what another run has in its middle.
+TEST(ViewLoops, PlacesMayLieBesideTheMiddles) {
+  Picture picture{64, 64, 4, std::vector<std::uint8_t>(64 * 64 * 4, 255)};
+  for (int i = 0; i < 64 * 64; ++i)
+    for (int k = 0; k < 3; ++k)
+      picture.pixels[4 * i + k] = static_cast<std::uint8_t>(3 * (i % 64) + (i / 64) % (20 * k + 5));
+  const FilteredTexture texture(picture);
+  std::vector<Float4> nodes(9 * 9);
+  for (std::size_t i = 0; i < nodes.size(); ++i)
+    nodes[i] = Float4{static_cast<float>(i % 9), static_cast<float>(i / 9), 1.0f, 0.0f};
+  constexpr int count = 11;
+  const RowCourse inverse{0.5f, 0.01f, -0.02f}, u{0.1f, 0.004f, 0.001f}, v{0.2f, -0.002f, 0.005f};
+  const RowCourse x{1.0f, 0.1f, 0.03f}, y{2.0f, -0.05f, 0.2f};
+  const float right = 0.3f, down = -0.4f;
+  const auto moved = [&](const RowCourse& c) {
+    return RowCourse{c.start + right * c.dx + down * c.dy, c.dx, c.dy};
+  };
+  const std::vector<float> none(count), across(count, right), below(count, down);
+  const auto look = [&](bool by_places) {
+    const auto course = [&](const RowCourse& c) { return by_places ? c : moved(c); };
+    const PlaceRow places{count, (by_places ? across : none).data(),
+                          (by_places ? below : none).data()};
+    std::vector<float> depth(count);
+    std::vector<Float4> values(count);
+    view_loops().depths(course(inverse), places, depth.data());
+    view_loops().light({depth.data(), course(x), course(y), nodes.data(), nullptr, 9, 8, 8, false},
+                       places, values.data());
+    view_loops().texture(texture.levels(),
+                         {count, depth.data(), course(inverse), course(u), course(v)}, places,
+                         values.data());
+    return values;
+  };
+  const std::vector<Float4> beside = look(true), middles = look(false);
+  for (int i = 0; i < count; ++i)
+    for (int k = 0; k < 3; ++k) {
+      EXPECT_GT(middles[i][k], 0.02f);
+      EXPECT_NEAR(beside[i][k], middles[i][k], 1e-4f) << i << " " << k;
+    }
 }
 
 TEST(FilteredTexture, IsThePictureAndItsMean) {

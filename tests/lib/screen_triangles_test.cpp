@@ -22,8 +22,8 @@ std::vector<std::uint32_t> drawn(const ScreenTriangles& triangles) {
   for (int band = 0; band < height / band_rows; ++band) {
     std::vector<std::uint32_t> part(2 * width * band_rows, no_triangle);
     std::vector<float> depth(part.size(), 0.0f);
-    rows = {0, width, band * band_rows, (band + 1) * band_rows, 2, places, depth.data(),
-            part.data()};
+    rows = {0, width,  band * band_rows, (band + 1) * band_rows,
+            2, places, depth.data(),     part.data()};
     triangles.draw(band, rows);
     for (int s = 0; s < 2; ++s)
       std::copy_n(part.begin() + s * width * band_rows, width * band_rows,
@@ -105,6 +105,106 @@ TEST(ScreenTriangles, TheNearestShows) {
   const std::vector<std::uint32_t> ids = drawn(triangles);
   EXPECT_GT(covered(ids), ids.size() / 2);
   for (const std::uint32_t id : ids) EXPECT_TRUE(id == 2 || id == no_triangle);
+}
+
+/// Three corners somewhere around the picture, at most so large.
+std::array<Corner, 3> any_triangle(std::mt19937& random, double size) {
+  const auto number = [&](double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random);
+  };
+  const Vec3 at(number(-5, width + 5), number(-5, height + 5), 0.0);
+  const auto corner = [&] {
+    return at + Vec3(number(-size, size), number(-size, size), number(1.0, 3.0));
+  };
+  return corners(corner(), corner(), corner());
+}
+
+/// What the eight samples of each pixel show; from packed rows or others, by pixel and sample.
+std::vector<std::uint32_t> eight(const ScreenTriangles& triangles, bool packed) {
+  std::vector<std::uint32_t> out;
+  constexpr std::size_t pixels = width * band_rows;
+  for (int band = 0; band < height / band_rows; ++band) {
+    std::vector<std::uint32_t> ids(packed_samples * pixels, no_triangle);
+    std::vector<float> depth(ids.size(), 0.0f);
+    triangles.draw(band, {0, width, band * band_rows, (band + 1) * band_rows, packed_samples,
+                          sample_places(packed_samples), depth.data(), ids.data(), packed});
+    for (std::size_t i = 0; i < pixels; ++i)
+      for (std::size_t s = 0; s < packed_samples; ++s)
+        out.push_back(ids[packed ? i * packed_samples + s : s * pixels + i]);
+  }
+  return out;
+}
+
+// But where an edge passes through a sample, or two triangles through each other there.
+TEST(ScreenTriangles, PackedRowsShowTheSame) {
+  std::mt19937 random(11);
+  std::size_t different = 0, all = 0, shown = 0;
+  for (const double size : {0.7, 3.0, 12.0, 90.0}) {
+    for (int round = 0; round < 20; ++round) {
+      ScreenTriangles triangles;
+      triangles.begin(width, height);
+      for (std::uint32_t i = 0; i < 60; ++i)
+        triangles.add(any_triangle(random, size), i, Facing::both);
+      const auto apart = eight(triangles, false), packed = eight(triangles, true);
+      all += apart.size();
+      for (std::size_t i = 0; i < apart.size(); ++i) {
+        shown += apart[i] != no_triangle;
+        different += apart[i] != packed[i];
+      }
+    }
+  }
+  EXPECT_GT(shown, all / 4);
+  EXPECT_LT(different, all / 20000);
+}
+
+// Triangles around a point, drawn packed one by one: no sample twice, and none left out.
+TEST(ScreenTriangles, PackedNeighboursShareNoSampleAndLeaveNone) {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> place(0.0, 1.0);
+  for (int round = 0; round < 50; ++round) {
+    const Vec3 middle(place(random) * width, place(random) * height, 1.0);
+    std::vector<Vec3> rim;
+    for (int i = 0; i < 40; ++i) {
+      const double angle = 6.283185307179586 * (i + 0.9 * place(random)) / 40;
+      rim.push_back(middle + Vec3(90.0 * std::cos(angle), 90.0 * std::sin(angle), 0.0));
+    }
+    std::vector<int> times(static_cast<std::size_t>(packed_samples) * width * height, 0);
+    for (std::size_t i = 0; i < rim.size(); ++i) {
+      ScreenTriangles triangles;
+      triangles.begin(width, height);
+      triangles.add(corners(middle, rim[i], rim[(i + 1) % rim.size()]), 0, Facing::both);
+      const auto ids = eight(triangles, true);
+      for (std::size_t k = 0; k < ids.size(); ++k) times[k] += ids[k] != no_triangle;
+    }
+    EXPECT_EQ(std::count(times.begin(), times.end(), 1), static_cast<std::ptrdiff_t>(times.size()));
+  }
+}
+
+TEST(ScreenTriangles, PackedRowsHaveTheSameBitsForEveryInstructionSet) {
+#if defined(__x86_64__)
+  if (!__builtin_cpu_supports("avx2")) GTEST_SKIP() << "this machine has no AVX2";
+  std::mt19937 random(2);
+  constexpr std::size_t samples = packed_samples * width * band_rows;
+  std::vector<std::uint32_t> ids[2] = {std::vector<std::uint32_t>(samples, no_triangle), {}};
+  std::vector<float> depth[2] = {std::vector<float>(samples, 0.0f), {}};
+  ids[1] = ids[0];
+  depth[1] = depth[0];
+  ScreenTriangles triangles;
+  triangles.begin(width, height);
+  for (std::uint32_t i = 0; i < 60; ++i)
+    triangles.add(any_triangle(random, i % 3 ? 3.0 : 12.0), i, Facing::both);
+  for (std::uint32_t i = 0; i < triangles.pieces(); ++i) {
+    for (int k = 0; k < 2; ++k) {
+      const RasterLoops& loops = k == 0 ? baseline_raster_loops() : avx2_raster_loops();
+      loops.draw_packed(triangles.piece(i), i,
+                        {0, width, 0, band_rows, packed_samples, sample_places(packed_samples),
+                         depth[k].data(), ids[k].data(), true});
+    }
+  }
+  EXPECT_GT(std::count(ids[0].begin(), ids[0].end(), no_triangle), 0);
+  EXPECT_EQ(ids[0], ids[1]);
+  EXPECT_EQ(depth[0], depth[1]);
+#endif
 }
 
 // A triangle through the eye's plane is drawn where it lies before it, and one behind not at all.

@@ -30,6 +30,13 @@ struct RowCourse {
   float start, dx, dy;
 };
 
+/// Places in a row of the screen that are not quite a pixel apart: i + right[i] pixels to the right of
+/// the first pixel's middle, and down[i] below.
+struct PlaceRow {
+  int count;
+  const float *right, *down;
+};
+
 struct TextureRow {
   int count;
   const float* depth;
@@ -45,7 +52,6 @@ inline constexpr int border_nodes = (border_cells + 1) * (border_cells + 1);
 /// i > 0 as its fourth number is divided: its nodes are the border_nodes from borders[(i - 1) *
 /// border_nodes] on, row by row.
 struct LightRow {
-  int count;
   const float* depth;
   RowCourse x, y;  ///< in cells; fan: y is to be divided by x / columns
   const Float4* nodes;
@@ -62,12 +68,12 @@ struct RayRow {
 };
 
 /// What look-ups become in the picture: value * albedo, less what a mirror reflects instead, plus
-/// emitted, and all that times weight and the reflectance of the mirror that shows it. Mirrors
+/// emitted, and all that times weight[i] and the reflectance of the mirror that shows it. Mirrors
 /// reflect f0 + (1 - f0) fifth[i].
 struct ColourRow {
   int count;
   Float4 albedo, emitted;
-  float weight;
+  const float* weight;
   const float* own_fifth;  ///< null: no mirror
   Float4 own_f0;
   float own_scatter;         ///< the share of what is not reflected that a mirror scatters
@@ -76,8 +82,11 @@ struct ColourRow {
 };
 
 struct ViewLoops {
-  /// values[i] *= the texture over the footprint of pixel i.
-  void (*texture)(const TextureLevels& texture, const TextureRow& row, Float4* values);
+  /// depth[i] = the reciprocal of \p inverse at place i, finite.
+  void (*depths)(const RowCourse& inverse, const PlaceRow& places, float* depth);
+  /// values[i] *= the texture over the footprint of a pixel at place i.
+  void (*texture)(const TextureLevels& texture, const TextureRow& row, const PlaceRow& places,
+                  Float4* values);
   /// values[i] = the texture at place i: one look at the level whose texels are as large as the
   /// pixel's area there.
   void (*texels)(const TextureLevels& texture, const TextureRow& row, Float4* values);
@@ -85,15 +94,14 @@ struct ViewLoops {
   void (*over)(const TextureLevels& texture, const float* uv, const float* du, const float* dv,
                Float4* mean);
   /// values[i] = the light at place i.
-  void (*light)(const LightRow& row, Float4* values);
+  void (*light)(const LightRow& row, const PlaceRow& places, Float4* values);
   /// fifth[i] = (1 - cos)^5 of the angle between ray i and the mirror's normal, for Schlick's
   /// approximation.
   void (*fresnel)(const RayRow& row, float* fifth);
   /// Adds the colours to a picture of three floats a pixel.
   void (*add)(const ColourRow& row, const Float4* values, float* picture);
-  /// same[i] = whether the rows of ids, one for each of \p samples, \p apart places from one to the
-  /// next, are alike at place i.
-  void (*alike)(const std::uint32_t* ids, long apart, int samples, int count, std::uint8_t* same);
+  /// same[i] = whether the eight ids of pixel i, from ids[8 i] on, are alike.
+  void (*alike)(const std::uint32_t* ids, int count, std::uint8_t* same);
 };
 
 const ViewLoops& baseline_view_loops();
