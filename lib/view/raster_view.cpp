@@ -135,6 +135,12 @@ void RasterView::draw_screen(const Pass& pass) {
   });
 }
 
+/// The samples of a pixel that a pass draws.
+inline unsigned RasterView::wanted(const Pass& pass, std::size_t pixel) const {
+  if (pass.mirror == nullptr) return all_samples;
+  return mirror_[pixel] == pass.mirror_number ? mirror_samples_[pixel] : 0;
+}
+
 /// The columns of a band that a pass draws.
 void RasterView::find_part(const Pass& pass, Band& band) const {
   band.left = 0;
@@ -143,18 +149,14 @@ void RasterView::find_part(const Pass& pass, Band& band) const {
   const auto width = static_cast<std::size_t>(pass.camera.width);
   std::swap(band.left, band.right);
   for (int y = band.top; y < band.bottom; ++y) {
-    for (int x = 0; x < pass.camera.width; ++x) {
-      if (wanted(pass, y * width + x) == 0) continue;
-      band.left = std::min(band.left, x);
-      band.right = std::max(band.right, x + 1);
-    }
+    // Only outside what is known already.
+    int x = 0;
+    while (x < band.left && wanted(pass, y * width + x) == 0) ++x;
+    band.left = std::min(band.left, x);
+    x = pass.camera.width;
+    while (x > band.right && wanted(pass, y * width + x - 1) == 0) --x;
+    band.right = std::max(band.right, x);
   }
-}
-
-/// The samples of a pixel that a pass draws.
-unsigned RasterView::wanted(const Pass& pass, std::size_t pixel) const {
-  if (pass.mirror == nullptr) return all_samples;
-  return mirror_[pixel] == pass.mirror_number ? mirror_samples_[pixel] : 0;
 }
 
 void RasterView::draw_band(const Pass& pass, Band& band) {
@@ -207,8 +209,14 @@ void RasterView::draw_row(const Pass& pass, Band& band, int x, int end, int y) {
       &band.ids[static_cast<std::size_t>(y - band.top) * (end - x) * packed_samples];
   std::uint8_t whole[Span::most];
   view_loops().alike(ids, end - x, whole);
-  for (int i = x; pass.mirror != nullptr && i < end; ++i)
-    whole[i - x] &= wanted(pass, row + i) == all_samples;
+  if (pass.mirror != nullptr) {
+    // Not by wanted(): this is vectorised.
+    const std::uint8_t* shown = &mirror_samples_[row + x];
+    const std::uint8_t* by = &mirror_[row + x];
+    for (int i = 0; i < end - x; ++i)
+      whole[i] &=
+          static_cast<std::uint8_t>((shown[i] == all_samples) & (by[i] == pass.mirror_number));
+  }
   const auto finish = [&](PixelRun& run) { shade(pass, band, run, y); };
   const int begin = x;
   const auto at = [&](int column) { return ids + (column - begin) * packed_samples; };
