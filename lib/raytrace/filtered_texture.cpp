@@ -2,6 +2,7 @@
 #include "raytrace/filtered_texture.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "base/srgb.h"
@@ -9,26 +10,56 @@
 namespace polyhull {
 namespace {
 
-/// As TextureLevel stores it.
-std::uint32_t stored(const Vec3f& linear) {
-  // Not by std::lround, which is a call of a function.
-  const auto code = [](float value) {
-    return static_cast<std::uint32_t>(1023.0f * std::sqrt(value) + 0.5f);
-  };
-  return code(linear.x) | code(linear.y) << 10 | code(linear.z) << 20;
+/// A linear value as TextureLevel stores it. Not by std::lround, which is a call of a function.
+std::uint32_t stored(float linear) {
+  return static_cast<std::uint32_t>(1023.0f * std::sqrt(linear) + 0.5f);
+}
+
+std::uint32_t packed(std::uint32_t red, std::uint32_t green, std::uint32_t blue) {
+  return red | green << 10 | blue << 20;
+}
+
+/// stored() of all sRGB values.
+const std::array<std::uint32_t, 256>& stored_bytes() {
+  static const std::array<std::uint32_t, 256> table = [] {
+    std::array<std::uint32_t, 256> out;
+    for (std::size_t i = 0; i < out.size(); ++i) out[i] = stored(srgb_to_linear_table()[i]);
+    return out;
+  }();
+  return table;
+}
+
+/// Means of two by two of what at(x, y) gives. An odd row or column at the end is left out, as
+/// graphics cards' makers do.
+template <class At>
+std::vector<Vec3f> halved(int width, int height, const At& at) {
+  const int columns = std::max(width / 2, 1), rows = std::max(height / 2, 1);
+  std::vector<Vec3f> out;
+  out.reserve(static_cast<std::size_t>(columns) * rows);
+  for (int y = 0; y < rows; ++y) {
+    const int below = std::min(2 * y + 1, height - 1);
+    for (int x = 0; x < columns; ++x) {
+      const int next = std::min(2 * x + 1, width - 1);
+      out.push_back(0.25f *
+                    (at(2 * x, 2 * y) + at(next, 2 * y) + at(2 * x, below) + at(next, below)));
+    }
+  }
+  return out;
 }
 
 }  // namespace
 
-void FilteredTexture::add_level(const std::vector<Vec3f>& linear, int width, int height) {
+/// Adds a level whose texels texel(x, y) gives as they are stored.
+template <class Texel>
+void FilteredTexture::add_level(int width, int height, const Texel& texel) {
   const std::size_t stride = static_cast<std::size_t>(width) + 1;
   const std::size_t first = texels_.size();
   levels_.push_back({static_cast<int>(first), width, height, width + 1});
   texels_.resize(first + stride * (height + 1));
   std::uint32_t* texels = &texels_[first];
-  for (std::size_t y = 0; y < static_cast<std::size_t>(height); ++y) {
+  for (int y = 0; y < height; ++y) {
     std::uint32_t* row = &texels[y * stride];
-    for (int x = 0; x < width; ++x) row[x] = stored(linear[y * width + x]);
+    for (int x = 0; x < width; ++x) row[x] = texel(x, y);
     row[width] = row[0];
   }
   std::copy_n(texels, stride, texels + stride * height);
@@ -36,30 +67,38 @@ void FilteredTexture::add_level(const std::vector<Vec3f>& linear, int width, int
 
 FilteredTexture::FilteredTexture(const Picture& picture) {
   int width = picture.width, height = picture.height;
-  std::vector<Vec3f> fine(static_cast<std::size_t>(width) * height);
-  const float* linear = srgb_to_linear_table();
-  for (std::size_t i = 0; i < fine.size(); ++i) {
-    const std::uint8_t* pixel = &picture.pixels[4 * i];
-    fine[i] = {linear[pixel[0]], linear[pixel[1]], linear[pixel[2]]};
+  std::size_t size = 0;  // of all levels, so that they are not moved
+  for (int w = width, h = height;; w = std::max(w / 2, 1), h = std::max(h / 2, 1)) {
+    size += (static_cast<std::size_t>(w) + 1) * (static_cast<std::size_t>(h) + 1);
+    if (w == 1 && h == 1) break;
   }
-  add_level(fine, width, height);
+  texels_.reserve(size);
+  // The finest level straight from the bytes, of which there are few different ones.
+  const auto bytes = [&](int x, int y) { return picture.row(y) + 4 * static_cast<std::size_t>(x); };
+  const std::array<std::uint32_t, 256>& codes = stored_bytes();
+  add_level(width, height, [&](int x, int y) {
+    const std::uint8_t* pixel = bytes(x, y);
+    return packed(codes[pixel[0]], codes[pixel[1]], codes[pixel[2]]);
+  });
+  const float* linear = srgb_to_linear_table();
+  std::vector<Vec3f> fine;
   while (width > 1 || height > 1) {
-    const int columns = std::max(width / 2, 1), rows = std::max(height / 2, 1);
-    std::vector<Vec3f> coarse;
-    coarse.reserve(static_cast<std::size_t>(columns) * rows);
-    for (int y = 0; y < rows; ++y) {
-      // An odd row or column at the end is left out, as graphics cards' makers do.
-      const Vec3f* above = &fine[static_cast<std::size_t>(2 * y) * width];
-      const Vec3f* below = &fine[static_cast<std::size_t>(std::min(2 * y + 1, height - 1)) * width];
-      for (int x = 0; x < columns; ++x) {
-        const int next = std::min(2 * x + 1, width - 1);
-        coarse.push_back(0.25f * (above[2 * x] + above[next] + below[2 * x] + below[next]));
-      }
+    if (fine.empty()) {
+      fine = halved(width, height, [&](int x, int y) {
+        const std::uint8_t* pixel = bytes(x, y);
+        return Vec3f(linear[pixel[0]], linear[pixel[1]], linear[pixel[2]]);
+      });
+    } else {
+      fine = halved(width, height, [&, columns = width](int x, int y) {
+        return fine[static_cast<std::size_t>(y) * columns + x];
+      });
     }
-    fine = std::move(coarse);
-    width = columns;
-    height = rows;
-    add_level(fine, width, height);
+    width = std::max(width / 2, 1);
+    height = std::max(height / 2, 1);
+    add_level(width, height, [&](int x, int y) {
+      const Vec3f& value = fine[static_cast<std::size_t>(y) * width + x];
+      return packed(stored(value.x), stored(value.y), stored(value.z));
+    });
   }
 }
 

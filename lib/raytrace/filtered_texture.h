@@ -33,7 +33,8 @@ class FilteredTexture {
   }
 
  private:
-  void add_level(const std::vector<Vec3f>& linear, int width, int height);
+  template <class Texel>
+  void add_level(int width, int height, const Texel& texel);
 
   std::vector<std::uint32_t> texels_;  // of all levels, one after the other
   std::vector<TextureLevel> levels_;

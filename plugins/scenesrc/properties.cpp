@@ -109,8 +109,9 @@ constexpr Property<S> table[] = {
         0.001, 10.0, Change::when_ready),
     property<&S::light_cache>(
         "light-cache", "Light cache",
-        "Whether the light on the scene, which takes seconds to compute, is kept in files in the "
-        "folder polyhull/light of the user's cache folder, and found there the next time.",
+        "Whether the light on the scene, which takes seconds to compute, and the pictures of the "
+        "built-in room are kept in files in the folder polyhull/light of the user's cache folder, "
+        "and found there the next time.",
         0, 0, Change::when_ready),
     property<&S::progressive>(
         "progressive", "Progressive",

@@ -20,14 +20,16 @@ constexpr float bounce_spacing = 5.6f;  // of the spacing of the straight light
 
 void SceneStream::open(const SceneSettings& settings) {
   close();
-  Scene scene = open_scene(settings.scene);
+  const std::filesystem::path folder =
+      settings.light_cache ? std::filesystem::path(g_get_user_cache_dir()) / "polyhull" / "light"
+                           : std::filesystem::path();
+  Scene scene = open_scene(settings.scene, folder);
   lights_ = scene.lights;
   exposure_ = scene.exposure;
   BackgroundOptions options;
   options.light.spacing = static_cast<float>(settings.light_spacing);
   options.light.bounce_spacing = bounce_spacing * options.light.spacing;
-  if (settings.light_cache)
-    options.light_folder = std::filesystem::path(g_get_user_cache_dir()) / "polyhull" / "light";
+  options.light_folder = folder;
   options.progressive = settings.live && settings.progressive;
   options.method = settings.method;
   options.view.contrast = static_cast<float>(settings.smoothing);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "studio/room/kept_pictures.h"
 #include "studio/room/room_textures.h"
 #include "studio/room/shapes.h"
 
@@ -17,6 +18,12 @@ constexpr float pi = std::numbers::pi_v<float>;
 
 class Room {
  public:
+  /// \p kept: the room's textures, perhaps, as they were computed before.
+  explicit Room(std::vector<Picture> kept) : kept_(std::move(kept)) {}
+
+  /// Whether a texture was not as it was before.
+  bool painted() const { return painted_; }
+
   Scene build() {
     scene_.name = "builtin:room";
     shell();
@@ -45,7 +52,16 @@ class Room {
     return static_cast<int>(scene_.materials.size()) - 1;
   }
 
+  /// The next texture as it was computed before, if it was.
+  Picture kept() {
+    const std::size_t next = scene_.textures.size();
+    Picture out = next < kept_.size() ? std::move(kept_[next]) : Picture{};
+    kept_pixels_ = out.pixels.data();
+    return out;
+  }
+
   int texture(Picture picture) {
+    painted_ |= picture.pixels.data() != kept_pixels_;
     scene_.textures.push_back(std::move(picture));
     return static_cast<int>(scene_.textures.size()) - 1;
   }
@@ -57,7 +73,8 @@ class Room {
 
   void shell() {
     const float w = 2.0f * half;
-    const int stone = material("polished stone", Vec3f(1.0f), 0.0f, texture(stone_texture(768)));
+    const int stone =
+        material("polished stone", Vec3f(1.0f), 0.0f, texture(stone_texture(768, kept())));
     // Hard, dense stone under a coat of polish: about a seventh of the light is mirrored straight
     // on.
     scene_.materials[stone].ior = 2.2f;
@@ -135,7 +152,7 @@ class Room {
   }
 
   void table() {
-    const int wood = material("table", Vec3f(1.0f), 1.0f, texture(wood_texture(512)));
+    const int wood = material("table", Vec3f(1.0f), 1.0f, texture(wood_texture(512, kept())));
     const Vec3f foot(1.45f, 0.0f, -1.30f);
     const float top = 0.74f, radius = 0.52f;
     const std::array<Vec2f, 18> profile = {
@@ -248,19 +265,21 @@ class Room {
 
   void pictures() {
     const int canvas =
-        material("painting", Vec3f(0.92f), 1.0f, texture(painting_texture(768, 432)));
+        material("painting", Vec3f(0.92f), 1.0f, texture(painting_texture(768, 432, kept())));
     const int gilt = material("picture frame", Vec3f(0.36f, 0.235f, 0.085f));
     framed("painting", canvas, gilt, {-1.75f, 1.02f, -half}, {1.8f, 0, 0}, {0, 1.01f, 0}, {0, 0, 1},
            0.05f);
     const int black = material("print frame", Vec3f(0.035f));
     const char* const names[] = {"print 1", "print 2", "print 3"};
     for (int i = 0; i < 3; ++i) {
-      const int print = material("print", Vec3f(1.0f), 1.0f,
-                                 texture(print_texture(320, 448, static_cast<unsigned>(i))));
+      const int print =
+          material("print", Vec3f(1.0f), 1.0f,
+                   texture(print_texture(320, 448, static_cast<unsigned>(i), kept())));
       framed(names[i], print, black, {1.62f - 0.78f * static_cast<float>(i), 1.22f, half},
              {-0.5f, 0, 0}, {0, 0.7f, 0}, {0, 0, -1}, 0.028f);
     }
-    const int weave = material("tapestry", Vec3f(1.0f), 1.0f, texture(tapestry_texture(384, 512)));
+    const int weave =
+        material("tapestry", Vec3f(1.0f), 1.0f, texture(tapestry_texture(384, 512, kept())));
     add(parallelogram("tapestry", weave, {-half + 0.02f, 0.72f, 0.75f}, {0, 0, -1.35f},
                       {0, 1.8f, 0}));
     add(box("tapestry rod", gilt, {-half, 2.52f, -0.66f}, {-half + 0.035f, 2.55f, 0.81f}));
@@ -326,18 +345,28 @@ class Room {
     add(std::move(leaves));
   }
 
+  std::vector<Picture> kept_;
+  const std::uint8_t* kept_pixels_ = nullptr;  // of the last of them that was asked for
+  bool painted_ = false;
   Scene scene_;
 };
 
 }  // namespace
 
-Scene room_scene() {
-  static const Scene room = Room().build();  // whose textures take a while
+Scene room_scene(const std::filesystem::path& folder) {
+  static const Scene room = [&] {  // whose textures take a while
+    if (folder.empty()) return Room({}).build();
+    const std::filesystem::path path = folder / "room.pictures";
+    Room built(kept_pictures(path));
+    Scene scene = built.build();
+    if (built.painted()) keep_pictures(scene.textures, path);
+    return scene;
+  }();
   return room;
 }
 
-Scene open_scene(const std::string& name) {
-  return name.empty() || name == "builtin:room" ? room_scene() : load_scene(name);
+Scene open_scene(const std::string& name, const std::filesystem::path& folder) {
+  return name.empty() || name == "builtin:room" ? room_scene(folder) : load_scene(name);
 }
 
 }  // namespace polyhull

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "base/srgb.h"
@@ -112,26 +113,39 @@ std::uint8_t srgb_byte(float linear) {
   return table[static_cast<std::size_t>(std::clamp(linear * 4096.0f, 0.0f, 4095.0f))];
 }
 
+/// One pixel in so many is computed to see whether a kept picture is the same; no multiple of a
+/// picture's width, so that they are in all columns.
+constexpr std::size_t looked_at = 101;
+
+/// The picture of colour(u, v), or \p kept if it is the same.
 template <typename Colour>
-Picture paint(int width, int height, const Colour& colour) {
+Picture paint(int width, int height, Picture kept, const Colour& colour) {
+  const auto paint_pixel = [&](std::size_t x, std::size_t y, std::uint8_t* pixel) {
+    const Vec3f c = colour((static_cast<float>(x) + 0.5f) / static_cast<float>(width),
+                           (static_cast<float>(y) + 0.5f) / static_cast<float>(height));
+    for (int k = 0; k < 3; ++k) pixel[k] = srgb_byte(c[k]);
+    pixel[3] = 255;
+  };
+  const auto columns = static_cast<std::size_t>(width), rows = static_cast<std::size_t>(height);
+  bool same = kept.width == width && kept.height == height;
+  for (std::size_t i = 0; same && i < columns * rows; i += looked_at) {
+    std::uint8_t pixel[4];
+    paint_pixel(i % columns, i / columns, pixel);
+    same = std::equal(pixel, pixel + 4, &kept.pixels[4 * i]);
+  }
+  if (same) return kept;
   Picture picture{width, height, 4, std::vector<std::uint8_t>(4u * width * height)};
-  parallel_for(static_cast<std::size_t>(height), 16, 0, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t y = begin; y < end; ++y) {
-      std::uint8_t* pixel = picture.row(static_cast<int>(y));
-      for (int x = 0; x < width; ++x, pixel += 4) {
-        const Vec3f c = colour((static_cast<float>(x) + 0.5f) / static_cast<float>(width),
-                               (static_cast<float>(y) + 0.5f) / static_cast<float>(height));
-        for (int k = 0; k < 3; ++k) pixel[k] = srgb_byte(c[k]);
-        pixel[3] = 255;
-      }
-    }
+  parallel_for(rows, 16, 0, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t y = begin; y < end; ++y)
+      for (std::size_t x = 0; x < columns; ++x)
+        paint_pixel(x, y, &picture.pixels[4 * (y * columns + x)]);
   });
   return picture;
 }
 
 }  // namespace
 
-Picture stone_texture(int size) {
+Picture stone_texture(int size, Picture kept) {
   struct Slab {
     Clouds bend_x, bend_y, cloud, ridge;
     explicit Slab(std::uint32_t seed)
@@ -141,7 +155,7 @@ Picture stone_texture(int size) {
           ridge(3, 3, seed + 29) {}
   };
   const Slab slabs[] = {Slab(100), Slab(120), Slab(140), Slab(160)};
-  return paint(size, size, [&](float u, float v) {
+  return paint(size, size, std::move(kept), [&](float u, float v) {
     const int tile = (u < 0.5f ? 0 : 1) + (v < 0.5f ? 0 : 2);
     const Slab& slab = slabs[tile];
     // Each slab is cut from another place of the quarry and laid in another direction.
@@ -163,10 +177,10 @@ Picture stone_texture(int size) {
   });
 }
 
-Picture wood_texture(int size) {
+Picture wood_texture(int size, Picture kept) {
   const Clouds bends(2, 3, 501), grains(8, 4, 521);
   const Noise fibres(192, 511);
-  return paint(size, size, [&](float u, float v) {
+  return paint(size, size, std::move(kept), [&](float u, float v) {
     const float bend = bends.at(u, v) - 0.5f;
     const float rings = v * 14.0f + 2.6f * bend;
     const float ring = rings - std::floor(rings);
@@ -177,7 +191,7 @@ Picture wood_texture(int size) {
   });
 }
 
-Picture painting_texture(int width, int height) {
+Picture painting_texture(int width, int height, Picture kept) {
   const Clouds brushes(24, 4, 601);
   // Three ranges of hills, by column.
   std::vector<std::array<float, 3>> ridges(static_cast<std::size_t>(width));
@@ -190,7 +204,7 @@ Picture painting_texture(int width, int height) {
                      0.10f * (clouds.at(u, 0.37f) - 0.5f);
     }
   }
-  return paint(width, height, [&](float u, float v) {
+  return paint(width, height, std::move(kept), [&](float u, float v) {
     const float brush = brushes.at(u * 0.999f, v * 0.999f) - 0.5f;
     Vec3f colour = glm::mix(Vec3f(0.10f, 0.22f, 0.36f), Vec3f(0.92f, 0.52f, 0.22f),
                             std::clamp(1.45f * v + 0.25f * brush, 0.0f, 1.0f));
@@ -207,7 +221,7 @@ Picture painting_texture(int width, int height) {
   });
 }
 
-Picture print_texture(int width, int height, unsigned number) {
+Picture print_texture(int width, int height, unsigned number, Picture kept) {
   const float aspect = static_cast<float>(width) / static_cast<float>(height);
   struct Disc {
     float x, y, radius;
@@ -219,7 +233,7 @@ Picture print_texture(int width, int height, unsigned number) {
                 0.10f + 0.14f * random(2)};
   }
   const Noise fibres(128, 733);
-  return paint(width, height, [&](float u, float v) {
+  return paint(width, height, std::move(kept), [&](float u, float v) {
     const Vec3f paper(0.80f, 0.76f, 0.68f);
     const float edge = std::min({u * aspect, v, (1.0f - u) * aspect, 1.0f - v});
     if (edge < 0.07f) return paper;
@@ -245,9 +259,9 @@ Picture print_texture(int width, int height, unsigned number) {
   });
 }
 
-Picture tapestry_texture(int width, int height) {
+Picture tapestry_texture(int width, int height, Picture kept) {
   const Noise threads(256, 811);
-  return paint(width, height, [&](float u, float v) {
+  return paint(width, height, std::move(kept), [&](float u, float v) {
     const Vec3f yarns[] = {{0.42f, 0.34f, 0.22f},
                            {0.030f, 0.085f, 0.115f},
                            {0.52f, 0.30f, 0.07f},
