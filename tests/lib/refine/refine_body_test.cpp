@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <map>
+#include <ostream>
 
 #include "refine/refine.h"
 #include "support/body_scenes.h"
@@ -32,6 +33,10 @@ struct Bar {
   double mean, hausdorff, overlap, missing, outside;
 };
 
+void PrintTo(const Bar& bar, std::ostream* out) {
+  *out << bar.rig << " cameras, quality " << static_cast<int>(bar.quality);
+}
+
 class RefinedBody : public testing::TestWithParam<Bar> {};
 
 TEST_P(RefinedBody, IsNearTheBody) {
@@ -49,11 +54,13 @@ TEST_P(RefinedBody, IsNearTheBody) {
 
 INSTANTIATE_TEST_SUITE_P(
     Bars, RefinedBody,
-    testing::Values(Bar{"4", RefineQuality::fast, 7.0, 30.0, 0.90, 0.005, 0.0015},
-                    Bar{"4", RefineQuality::good, 6.0, 25.0, 0.92, 0.005, 0.0015},
-                    Bar{"8", RefineQuality::fast, 2.6, 11.0, 0.977, 0.005, 0.0015},
-                    Bar{"8", RefineQuality::good, 2.5, 10.0, 0.979, 0.005, 0.0015},
-                    Bar{"8", RefineQuality::fine, 2.2, 10.0, 0.982, 0.003, 0.001}));
+    testing::Values(Bar{"4", RefineQuality::fast, 9.1, 52.0, 0.865, 0.0045, 0.0013},
+                    Bar{"4", RefineQuality::good, 7.0, 32.0, 0.903, 0.0048, 0.0013},
+                    Bar{"8", RefineQuality::fast, 2.6, 12.0, 0.974, 0.0039, 0.0011},
+                    Bar{"8", RefineQuality::good, 2.3, 9.6, 0.977, 0.0039, 0.0011},
+                    Bar{
+  "8", RefineQuality::fine, 2.3, 10.6, 0.980, 0.0024, 0.0006}
+}));
 
 }  // namespace
 }  // namespace polyhull::test
