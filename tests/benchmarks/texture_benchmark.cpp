@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+// What texturing costs: medians of wall and processor time on two threads and of processor time on
+// one, of a body of 36,000 triangles and of the hull, in rings of cameras; and how much of the
+// visible area is judged as rays judge it.
+#include <cstdio>
+
+#include "measure.h"
+#include "seen_truth.h"
+#include "studio_mesh.h"
+#include "texture/texture_hull.h"
+#include "texture/visibility.h"
+
+namespace {
+
+using namespace polyhull;
+using benchmark::median, benchmark::now;
+
+struct Times {
+  double wall = 0.0, processor = 0.0, visibility = 0.0, weights = 0.0, maps = 0.0;
+};
+
+Times measure(const Hull& hull, std::span<const Camera> cameras, int threads, int rounds) {
+  HullTexturer texturer;
+  std::vector<double> wall, processor, visibility, weights, maps;
+  for (int round = -2; round < rounds; ++round) {
+    TextureSettings settings;
+    settings.threads = threads;
+    settings.fade_width += 1e-6 * round;  // so that nothing is reused
+    const double wall_before = now(CLOCK_MONOTONIC), before = now(CLOCK_PROCESS_CPUTIME_ID);
+    texturer.texture(hull, cameras, settings);
+    if (round < 0) continue;
+    processor.push_back(now(CLOCK_PROCESS_CPUTIME_ID) - before);
+    wall.push_back(now(CLOCK_MONOTONIC) - wall_before);
+    visibility.push_back(1e3 * texturer.statistics().seconds_visibility);
+    weights.push_back(1e3 * texturer.statistics().seconds_weights);
+    maps.push_back(1e3 * texturer.statistics().seconds_maps);
+  }
+  return {median(wall), median(processor), median(visibility), median(weights), median(maps)};
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const int rounds = argc > 2 ? std::atoi(argv[2]) : 30;
+  benchmark::Table table(std::string(argc > 1 ? argv[1] : ".") + "/texture.csv",
+                         "mesh,triangles,cameras,wall_ms,processor_ms,one_thread_ms,visibility_ms,"
+                         "weights_ms,maps_ms,agreement_percent");
+  const Hull body = test::dense_body();
+  for (const bool dense : {true, false}) {
+    for (const int count : {4, 8}) {
+      const Rig rig = test::ring_rig(count);
+      const Hull hull = dense ? body : test::studio_mesh(rig, "figure", 3.0, {}).mesh.hull;
+      const std::vector<float> truth = test::seen_by_rays(hull, rig.cameras);
+      RayCaster caster;
+      caster.add_mesh(hull.vertices, hull.triangles);
+      caster.commit();
+      std::uint64_t rays = 0;
+      const std::vector<float> seen = seen_shares(hull, rig.cameras, caster, true, 0, rays);
+      const double agreed = test::agreement(
+          hull, rig.cameras.size(), truth, [&](std::size_t k, std::size_t f) {
+            return seen[f * rig.cameras.size() + k];
+          });
+      const Times two = measure(hull, rig.cameras, 2, rounds);
+      const Times one = measure(hull, rig.cameras, 1, rounds);
+      table.row("%s,%zu,%d,%.2f,%.2f,%.2f,%.2f,%.2f,%.2f,%.4f", dense ? "body" : "hull",
+                hull.triangles.size() / 3, count, two.wall, two.processor, one.processor,
+                one.visibility, one.weights, one.maps, 100.0 * agreed);
+    }
+  }
+  return 0;
+}
