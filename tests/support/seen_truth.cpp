@@ -52,7 +52,9 @@ std::vector<float> seen_by_rays(const Hull& hull, std::span<const Camera> camera
       // Edge-on, as the faces of a view's own cone are, it has no picture.
       if (!(glm::dot(normal, glm::normalize(eye - (a + b + c) / 3.0)) > 1e-3)) continue;
       int free = 0, cast = 0;
-      for (const int points : {24, 512}) {
+      // Whether what is larger is seen in parts a few points do not tell.
+      const int few = glm::length(cross) < 4e-4 ? 24 : 512;
+      for (const int points : {few, 512}) {
         for (; cast < points; ++cast) {
           const Vec2 st = spread(cast);
           const Vec3 p = a + st.x * (b - a) + st.y * (c - a) + 1e-5 * normal;
