@@ -4,69 +4,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <vector>
 
 namespace polyhull {
 namespace {
-
-struct Corner {
-  float x = 0.0f;  // texels
-  float y = 0.0f;
-  float inverse = 0.0f;  // 1 / camera depth, linear in the picture; 0: behind the camera
-};
-
-/// Writes the nearest 1/depth of one triangle that faces the camera.
-void draw(const Corner& a, const Corner& b, const Corner& c, int width, int height,
-          std::vector<float>& inverse) {
-  // Front faces have negative area here: outside is counter-clockwise with y up, texels have y
-  // down.
-  const float area = (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
-  if (!(area < 0.0f)) return;
-  // Clamped as floats: a corner just before the camera may lie beyond what an int holds.
-  const auto first = [](float v, int size) {
-    return static_cast<int>(std::ceil(std::clamp(v, 0.0f, static_cast<float>(size))));
-  };
-  const auto last = [](float v, int size) {
-    return static_cast<int>(std::floor(std::clamp(v, -1.0f, static_cast<float>(size - 1))));
-  };
-  const int x0 = first(std::min({a.x, b.x, c.x}), width);
-  const int x1 = last(std::max({a.x, b.x, c.x}), width);
-  const int y0 = first(std::min({a.y, b.y, c.y}), height);
-  const int y1 = last(std::max({a.y, b.y, c.y}), height);
-  if (x0 > x1 || y0 > y1) return;
-  const float scale = 1.0f / area;
-  // Barycentric coordinates are linear in x and y; 1/depth with them.
-  const float ux = (c.y - a.y) * scale, uy = -(c.x - a.x) * scale;
-  const float vx = -(b.y - a.y) * scale, vy = (b.x - a.x) * scale;
-  const float rise_u = b.inverse - a.inverse, rise_v = c.inverse - a.inverse;
-  constexpr float slack = -1e-4f;  // seams between triangles stay closed
-  for (int y = y0; y <= y1; ++y) {
-    const float dy = static_cast<float>(y) - a.y;
-    // Where the row may be inside, a texel wider than the edges say: triangles of hulls are thin.
-    float left = static_cast<float>(x0), right = static_cast<float>(x1);
-    const auto keep = [&](float slope, float rest) {  // where slope * dx + rest >= slack
-      if (slope == 0.0f) return;
-      const float edge = a.x + (slack - rest) / slope;
-      if (slope > 0.0f)
-        left = std::max(left, edge - 1.0f);
-      else
-        right = std::min(right, edge + 1.0f);
-    };
-    keep(ux, uy * dy);
-    keep(vx, vy * dy);
-    keep(-ux - vx, 1.0f - (uy + vy) * dy);
-    if (!(left <= right)) continue;
-    float* row = inverse.data() + static_cast<std::size_t>(y) * width;
-    const int end = static_cast<int>(right);
-    for (int x = static_cast<int>(left); x <= end; ++x) {
-      const float dx = static_cast<float>(x) - a.x;
-      const float u = ux * dx + uy * dy;
-      const float v = vx * dx + vy * dy;
-      const float value = a.inverse + u * rise_u + v * rise_v;
-      const bool inside = (u >= slack) & (v >= slack) & (u + v <= 1.0f - slack);
-      row[x] = inside ? std::max(row[x], value) : row[x];
-    }
-  }
-}
 
 // Distances are in tenths of a texel, with chamfer steps of 1 and 1.4: all that counts are those up
 // to the fade's end.
@@ -151,54 +92,46 @@ std::vector<float> largest_around(const std::vector<float>& values, int width, i
 
 /// 0 on texels outside the camera's frame, which hold no pixels.
 void mark_frame(std::vector<int>& distance, const OcclusionMap& map, const Camera& camera) {
-  const auto outside = [&](int x, int y) {
-    const Vec2 ideal(map.x + x * map.step, map.y + y * map.step);
-    const Vec2 real = camera.has_distortion() ? camera.distort(ideal) : ideal;
-    return !(real.x >= 0.0 && real.y >= 0.0 && real.x <= camera.width - 1.0 &&
-             real.y <= camera.height - 1.0);
-  };
-  // A map whose rim lies inside the frame does so as a whole: lenses bend no more than that here.
-  bool any = false;
-  for (int x = 0; x < map.width && !any; ++x) any = outside(x, 0) || outside(x, map.height - 1);
-  for (int y = 0; y < map.height && !any; ++y) any = outside(0, y) || outside(map.width - 1, y);
-  if (!any) return;
+  if (!leaves_frame(map, camera)) return;
   for (int y = 0; y < map.height; ++y) {
     for (int x = 0; x < map.width; ++x)
-      if (outside(x, y)) distance[static_cast<std::size_t>(y) * map.width + x] = 0;
+      if (!in_frame(camera, {map.x + x * map.step, map.y + y * map.step}, 0.0))
+        distance[static_cast<std::size_t>(y) * map.width + x] = 0;
   }
 }
 
 }  // namespace
 
-OcclusionMap draw_occlusion_map(const Hull& hull, const Camera& camera, int size,
-                                double fade_width) {
+bool in_frame(const Camera& camera, const Vec2& ideal, double margin) {
+  const Vec2 real = camera.has_distortion() ? camera.distort(ideal) : ideal;
+  return real.x >= -margin && real.y >= -margin && real.x <= camera.width - 1.0 + margin &&
+         real.y <= camera.height - 1.0 + margin;
+}
+
+bool leaves_frame(const OcclusionMap& map, const Camera& camera) {
+  const auto outside = [&](int x, int y) {
+    return !in_frame(camera, {map.x + x * map.step, map.y + y * map.step}, 0.0);
+  };
+  for (int x = 0; x < map.width; ++x)
+    if (outside(x, 0) || outside(x, map.height - 1)) return true;
+  for (int y = 0; y < map.height; ++y)
+    if (outside(0, y) || outside(map.width - 1, y)) return true;
+  return false;
+}
+
+OcclusionMap lay_out_map(const PictureBounds& bounds, const Camera& camera, int size) {
   OcclusionMap map;
-  const std::size_t count = hull.vertices.size();
-  std::vector<Corner> corners(count);
-  float low_x = std::numeric_limits<float>::max(), low_y = low_x, near = low_x;
-  float high_x = -low_x, high_y = -low_x, far = 0.0f;
-  // The same in one matrix: K (R X + t) for X relative to the hull's origin.
-  const Mat3 KR = camera.K * camera.R;
-  const Vec3 shift = camera.K * camera.to_camera(hull.origin);
-  for (std::size_t i = 0; i < count; ++i) {
-    const Vec3 p = KR * Vec3(hull.vertices[i]) + shift;
-    if (!(p.z > 0.0)) continue;
-    Corner& corner = corners[i];
-    corner = {static_cast<float>(p.x / p.z), static_cast<float>(p.y / p.z),
-              static_cast<float>(1.0 / p.z)};
-    low_x = std::min(low_x, corner.x);
-    high_x = std::max(high_x, corner.x);
-    low_y = std::min(low_y, corner.y);
-    high_y = std::max(high_y, corner.y);
-    near = std::min(near, static_cast<float>(p.z));
-    far = std::max(far, static_cast<float>(p.z));
-  }
-  if (!(high_x >= low_x) || hull.triangles.empty()) return map;
-  // What lies far outside the frame has no pixels to fade.
-  low_x = std::max(low_x, -0.5f * static_cast<float>(camera.width));
-  low_y = std::max(low_y, -0.5f * static_cast<float>(camera.height));
-  high_x = std::min(high_x, 1.5f * static_cast<float>(camera.width));
-  high_y = std::min(high_y, 1.5f * static_cast<float>(camera.height));
+  if (!(bounds.high_x >= bounds.low_x)) return map;
+  // What lies far outside the frame has no pixels to fade. What reaches behind the camera may lie
+  // anywhere in the picture.
+  const float left = -0.5f * static_cast<float>(camera.width);
+  const float top = -0.5f * static_cast<float>(camera.height);
+  const float right = 1.5f * static_cast<float>(camera.width);
+  const float bottom = 1.5f * static_cast<float>(camera.height);
+  const float low_x = bounds.behind ? left : std::max(bounds.low_x, left);
+  const float low_y = bounds.behind ? top : std::max(bounds.low_y, top);
+  const float high_x = bounds.behind ? right : std::min(bounds.high_x, right);
+  const float high_y = bounds.behind ? bottom : std::min(bounds.high_y, bottom);
   if (!(high_x >= low_x) || !(high_y >= low_y)) return map;
 
   constexpr int border = 2;  // empty texels all around, so that clamped look-ups find fade 0
@@ -208,23 +141,24 @@ OcclusionMap draw_occlusion_map(const Hull& hull, const Camera& camera, int size
   map.y = low_y - border * map.step;
   map.width = static_cast<int>(std::ceil((high_x - low_x) / map.step)) + 2 * border + 1;
   map.height = static_cast<int>(std::ceil((high_y - low_y) / map.step)) + 2 * border + 1;
-  map.near = near;
-  map.far = std::max(far, std::nextafter(near, std::numeric_limits<float>::max()));
+  map.near = 1.0f / bounds.nearest;
+  map.far =
+      std::max(1.0f / bounds.farthest, std::nextafter(map.near, std::numeric_limits<float>::max()));
+  return map;
+}
 
-  for (Corner& corner : corners) {
-    corner.x = (corner.x - map.x) / map.step;
-    corner.y = (corner.y - map.y) / map.step;
-  }
+void finish_map(const DepthGrid& grid, int finer, const Camera& camera, double fade_width,
+                OcclusionMap& map) {
   const std::size_t texels = static_cast<std::size_t>(map.width) * map.height;
-  std::vector<float> surface(texels, 0.0f);
-  for (std::size_t f = 0; f + 2 < hull.triangles.size(); f += 3) {
-    const Corner& a = corners[hull.triangles[f]];
-    const Corner& b = corners[hull.triangles[f + 1]];
-    const Corner& c = corners[hull.triangles[f + 2]];
-    if (a.inverse == 0.0f || b.inverse == 0.0f || c.inverse == 0.0f) continue;
-    draw(a, b, c, map.width, map.height, surface);
+  std::vector<float> surface(texels);
+  for (int y = 0; y < map.height; ++y) {
+    const float* row = grid.inverse + static_cast<std::size_t>(y) * finer * grid.stride;
+    float* to = surface.data() + static_cast<std::size_t>(y) * map.width;
+    for (int x = 0; x < map.width; ++x) {
+      const float inverse = row[x * finer];
+      to[x] = inverse > 0.0f ? 1.0f / inverse : 0.0f;
+    }
   }
-  for (float& value : surface) value = value > 0.0f ? 1.0f / value : 0.0f;
 
   const auto texel_per_depth = map.step / static_cast<float>(camera.K[0][0]);
   std::vector<int> distance = mark_jumps(surface, map.width, map.height, texel_per_depth);
@@ -246,10 +180,10 @@ OcclusionMap draw_occlusion_map(const Hull& hull, const Camera& camera, int size
   const float scale = 65534.0f / (map.far - map.near);
   map.depth.resize(texels);
   for (std::size_t p = 0; p < texels; ++p) {
-    const int depth = static_cast<int>(std::clamp((farthest[p] - map.near) * scale, 0.0f, 65534.0f));
+    const int depth =
+        static_cast<int>(std::clamp((farthest[p] - map.near) * scale, 0.0f, 65534.0f));
     map.depth[p] = static_cast<std::uint16_t>(farthest[p] == 0.0f ? 65535 : depth);
   }
-  return map;
 }
 
 }  // namespace polyhull

@@ -5,8 +5,7 @@
 /// For triangle f with unit normal n_f, view k with centre C_k and a point p of f:
 ///   cos_fk(p)  = n_f . (C_k - p) / |C_k - p|                     the camera-normal angle's cosine
 ///   seen_fk    = share of f's area that is front-facing and has nothing of the hull on the segment
-///                from p to C_k, from rays through points spread over f in proportion to its size
-///                in the picture
+///                from p to C_k, from depth maps (visibility.h)
 ///   visible_f  = { k : seen_fk >= 1/2 },  best_f = argmax over visible_f of cos_fk(centroid)
 ///   weight_vk  = max(0, n_v . (C_k - v)/|C_k - v|) * sum(a_f seen_fk) / sum(a_f), over the
 ///                triangles f of area a_f around vertex v that face k; for the metric
@@ -24,11 +23,11 @@
 /// 2001.
 #pragma once
 
+#include <memory>
 #include <span>
 #include <vector>
 
 #include "hull/hull.h"
-#include "raytrace/ray_caster.h"
 #include "rig/camera.h"
 #include "texture/texturing.h"
 
@@ -42,7 +41,7 @@ struct TextureSettings {
   Vec3f untextured{0.5f};  ///< sRGB, 0..1
   /// Off: every view sees every triangle that faces it, as in the prototype.
   bool occlusion = true;
-  int map_size = 320;  ///< texels of the longer side of an OcclusionMap
+  int map_size = 320;        ///< texels of the longer side of an OcclusionMap
   double fade_width = 12.0;  ///< pixels of the camera over which the fade rises from 0 to 1
   int threads = 0;           ///< of the pool; 0: all
   bool operator==(const TextureSettings&) const = default;
@@ -50,14 +49,21 @@ struct TextureSettings {
 
 /// Counts and times (seconds) of one call, for `stats`.
 struct TextureStatistics {
-  std::uint64_t rays = 0;
-  bool reused = false;  ///< nothing had changed
-  double seconds_visibility = 0, seconds_maps = 0, seconds_weights = 0;
+  std::uint64_t pieces = 0;   ///< of triangles that face a view, summed over the views
+  std::uint64_t sampled = 0;  ///< of these: those that the edge of something before them may cross
+  bool reused = false;        ///< nothing had changed
+  double seconds_visibility = 0;  ///< with the maps
+  double seconds_weights = 0;
 };
 
 /// Textures hulls one after the other and keeps the memory. Not for use by two threads at once.
 class HullTexturer {
  public:
+  HullTexturer();
+  ~HullTexturer();
+  HullTexturer(HullTexturer&&) noexcept;
+  HullTexturer& operator=(HullTexturer&&) noexcept;
+
   /// \p cameras are the hull's views, at most 64 (HullFace::view indexes them). An empty hull gives
   /// an empty texturing. Throws Error for more than 64 cameras, for triangle indices that are no
   /// multiple of three or beyond the vertices, and for vertices that are not finite.
@@ -69,16 +75,8 @@ class HullTexturer {
   const TextureStatistics& statistics() const { return statistics_; }
 
  private:
-  Texturing compute(const Hull& hull, std::span<const Camera> cameras,
-                    const TextureSettings& settings);
-
-  RayCaster caster_;
-  // What the last result was made of.
-  Hull hull_;
-  std::vector<Camera> cameras_;
-  TextureSettings settings_;
-  Texturing texturing_;
-  bool made_ = false;
+  struct State;
+  std::unique_ptr<State> state_;
   TextureStatistics statistics_;
 };
 

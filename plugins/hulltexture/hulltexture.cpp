@@ -94,7 +94,7 @@ struct HullTexture {
   static void class_init(gpointer klass);
 
   explicit HullTexture(gpointer object) {
-    statistics.declare({"meshes", "texturings-reused", "rays", "meshes-unusable"});
+    statistics.declare({"meshes", "texturings-reused", "pieces", "pieces-sampled", "meshes-unusable"});
     // Every mesh gets a header of its own; the caps stay.
     gst_base_transform_set_in_place(GST_BASE_TRANSFORM(object), FALSE);
     gst_base_transform_set_passthrough(GST_BASE_TRANSFORM(object), FALSE);
@@ -122,10 +122,10 @@ TextureSettings to_texture_settings(const Settings& settings) {
 void report(HullTexture& self, const TextureStatistics& times) {
   self.statistics.count("meshes");
   if (times.reused) self.statistics.count("texturings-reused");
-  self.statistics.count("rays", times.rays);
+  self.statistics.count("pieces", times.pieces);
+  self.statistics.count("pieces-sampled", times.sampled);
   self.statistics.set("visibility-ms", 1e3 * times.seconds_visibility);
   self.statistics.set("weights-ms", 1e3 * times.seconds_weights);
-  self.statistics.set("maps-ms", 1e3 * times.seconds_maps);
 }
 
 /// The buffer with its texturing; null: it is no mesh and was dropped.
@@ -193,9 +193,10 @@ void HullTexture::class_init(gpointer klass) {
   add_properties<HullTexture>(klass, properties, &HullTexture::settings);
   add_statistics<HullTexture>(
       klass,
-      "Counters since the start: meshes, texturings-reused (the hull had not changed), rays cast "
-      "for visibility, meshes-unusable; and of the last mesh the milliseconds for visibility, "
-      "weights and maps, and threads-used (how many threads took part in its parallel loops, "
+      "Counters since the start: meshes, texturings-reused (the hull had not changed), pieces (of "
+      "triangles that face a camera, summed over the cameras), pieces-sampled (those that the edge "
+      "of something before them may cross), meshes-unusable; and of the last mesh the milliseconds "
+      "for visibility with the maps and for weights, and threads-used (how many threads took part in its parallel loops, "
       "on average).");
   set_metadata(klass, "Visual hull texturing", "Filter/Video",
                "Finds which cameras colour which part of a visual hull, with occlusion");

@@ -9,8 +9,7 @@
 
 #include "base/error.h"
 #include "synthetic.h"
-#include "texture/occlusion_map.h"
-#include "texture/visibility.h"
+#include "raytrace/ray_caster.h"
 
 namespace polyhull {
 namespace {
@@ -74,34 +73,6 @@ TEST(Texture, VisibilityAgreesWithBruteForceByArea) {
   RecordProperty("agreement", std::to_string(agree / all));
   std::printf("visibility agrees with brute force on %.3f %% of the facing area\n",
               100.0 * agree / all);
-}
-
-TEST(Texture, SharesAgreeWithBruteForce) {
-  const Hull hull = synthetic::figure(10);
-  const std::vector<Camera> cameras = ring(3, 3.5, 1.6, {0, 1, 0});
-  RayCaster caster;
-  caster.add_mesh(hull.vertices, hull.triangles);
-  caster.commit();
-  std::uint64_t rays = 0;
-  const std::vector<float> seen = seen_shares(hull, cameras, caster, true, 1, rays);
-  EXPECT_GT(rays, 0u);
-  double error = 0.0, area = 0.0;
-  std::vector<Vec3f> points;
-  for (std::size_t f = 0; f < hull.triangles.size() / 3; ++f) {
-    const Vec3 a = corner(hull, f, 0), b = corner(hull, f, 1), c = corner(hull, f, 2);
-    const Vec3 cross = glm::cross(b - a, c - a);
-    const Vec3 normal = glm::normalize(cross);
-    spread_points(Vec3f(a), Vec3f(b), Vec3f(c), 64, points);
-    for (std::size_t k = 0; k < cameras.size(); ++k) {
-      const Vec3 centre = cameras[k].centre();
-      if (glm::dot(normal, centre - a) <= 0.0) continue;
-      int free = 0;
-      for (const Vec3f& p : points) free += !hidden(hull, f, Vec3(p) + 1e-6 * normal, centre);
-      error += glm::length(cross) * std::abs(free / 64.0 - seen[f * cameras.size() + k]);
-      area += glm::length(cross);
-    }
-  }
-  EXPECT_LT(error / area, 0.01);
 }
 
 TEST(Texture, BestCameraHasTheSmallestAngleAmongThoseThatSee) {
@@ -175,7 +146,9 @@ TEST(Texture, WeightsNormalsAndSizes) {
 TEST(Texture, MapHoldsTheNearestDepthAndFadesAtEveryEdge) {
   const Hull hull = synthetic::figure(20);
   const Camera camera = ring(1, 3.5, 1.6, {0, 1, 0})[0];
-  const OcclusionMap map = draw_occlusion_map(hull, camera, 256, 12.0);
+  TextureSettings settings;
+  settings.map_size = 256;
+  const OcclusionMap map = texture_hull(hull, std::vector<Camera>{camera}, settings).maps[0];
   ASSERT_GT(map.width, 16);
   RayCaster caster;
   caster.add_mesh(hull.vertices, hull.triangles);
@@ -264,6 +237,19 @@ TEST(Texture, SameHullGivesTheLastResult) {
   EXPECT_EQ(moved.weights, texture_hull(hull, cameras).weights);
 }
 
+TEST(Texture, NormalsOfASmoothSurfaceAreTaken) {
+  Hull hull = synthetic::figure(6);
+  const std::vector<Camera> cameras = ring(3, 3.5, 1.6, {0, 1, 0});
+  HullTexturer texturer;
+  const Texturing own = texturer.texture(hull, cameras, {});
+  hull.normals.assign(hull.vertices.size(), Vec3f(0.0f, 0.6f, 0.8f));
+  const Texturing given = texturer.texture(hull, cameras, {});
+  EXPECT_FALSE(texturer.statistics().reused);
+  EXPECT_EQ(given.normals, hull.normals);
+  EXPECT_EQ(given.visible, own.visible);
+  EXPECT_NE(given.weights, own.weights);
+}
+
 TEST(Texture, SameResultOnOneThreadAndMany) {
   const Hull hull = synthetic::figure(12);
   const std::vector<Camera> cameras = ring(4, 3.5, 1.6, {0, 1, 0});
@@ -311,11 +297,9 @@ TEST(Texture, SpeedOf20kTriangles) {
         std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
     if (ms < best) best = ms, statistics = texturer.statistics();
   }
-  std::printf(
-      "%zu triangles, 4 views: %.1f ms (visibility %.1f, %llu rays; weights %.1f, maps %.1f)\n",
-      hull.triangles.size() / 3, best, 1e3 * statistics.seconds_visibility,
-      static_cast<unsigned long long>(statistics.rays), 1e3 * statistics.seconds_weights,
-      1e3 * statistics.seconds_maps);
+  std::printf("%zu triangles, 4 views: %.1f ms (visibility %.1f, weights %.1f)\n",
+              hull.triangles.size() / 3, best, 1e3 * statistics.seconds_visibility,
+              1e3 * statistics.seconds_weights);
 }
 
 }  // namespace
