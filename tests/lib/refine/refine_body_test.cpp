@@ -58,9 +58,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Bar{"4", RefineQuality::good, 7.0, 32.0, 0.903, 0.0048, 0.0013},
                     Bar{"8", RefineQuality::fast, 2.6, 12.0, 0.974, 0.0039, 0.0011},
                     Bar{"8", RefineQuality::good, 2.3, 9.6, 0.977, 0.0039, 0.0011},
-                    Bar{
-  "8", RefineQuality::fine, 2.3, 10.6, 0.980, 0.0024, 0.0006}
-}));
+                    Bar{"8", RefineQuality::fine, 2.3, 10.6, 0.980, 0.0024, 0.0006}));
 
 }  // namespace
 }  // namespace polyhull::test
