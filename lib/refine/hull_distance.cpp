@@ -4,17 +4,14 @@
 #include "base/thread_pool.h"
 
 namespace polyhull::refine {
-namespace {
 
-float from_box(const HullDistance& hull, const Vec3f& p) {
-  const Vec3f low = p - hull.low, high = hull.high - p;
-  return std::min({low.x, low.y, low.z, high.x, high.y, high.z});
+float HullDistance::from_bounds(const Vec3f& point) const {
+  const Vec3f above = point - low, below = high - point;
+  return std::min({above.x, above.y, above.z, below.x, below.y, below.z});
 }
 
-}  // namespace
-
 float HullDistance::rough(const Vec3f& point, float enough) const {
-  float least = from_box(*this, point);
+  float least = from_bounds(point);
   for (const ContactView& view : views) {
     const Vec3f at = view.project(point);
     if (!(at.z > 0.0f)) return -1e3f;
@@ -25,7 +22,7 @@ float HullDistance::rough(const Vec3f& point, float enough) const {
 }
 
 float HullDistance::exact(const Vec3f& point, float enough) const {
-  float least = from_box(*this, point);
+  float least = from_bounds(point);
   for (const ContactView& view : views) {
     const Vec3f at = view.project(point);
     if (!(at.z > 0.0f)) return -1e3f;

@@ -42,6 +42,9 @@ struct HullDistance {
   std::vector<ContactView> views;
   Vec3f low{-1e9f}, high{1e9f};  ///< of the bounds
 
+  /// How far inside the bounds.
+  float from_bounds(const Vec3f& point) const;
+
   /// From the coarse maps; below \p enough only that it is.
   float rough(const Vec3f& point, float enough) const;
 

@@ -14,6 +14,7 @@
 #include "refine/flow.h"
 #include "refine/frame.h"
 #include "refine/plate.h"
+#include "refine/thin_parts.h"
 #include "rig/undistort.h"
 
 namespace polyhull {
@@ -66,6 +67,8 @@ bool finite(const CameraContours& view) {
 constexpr int margin = 4, coarse_margin = 3;
 /// How far outside the hull H is told apart.
 constexpr float least_hull = -3.3f;
+/// What is thinner than twice this has no node of the fine grid for certain.
+constexpr float thinnest = 0.45f;
 constexpr double most_nodes = 64e6;
 
 }  // namespace
@@ -257,6 +260,9 @@ void HullRefiner::State::fit() {
       cut_at_hull(fine[p], threads);
     }
   }
+  find_rims(rays, fine, 0.15f, RimSearch::near, 1, threads);
+  statistics.thin_rays =
+      static_cast<std::uint32_t>(keep_thin_parts(fine, rays, distance, thinnest));
 }
 
 void HullRefiner::State::take(const CellSurface& cells) {

@@ -44,10 +44,11 @@ struct RefineSettings {
 
 /// Counts and times (seconds) of one call, for `stats`.
 struct RefineStatistics {
-  std::uint32_t parts = 0;  ///< of the hull that have a grid of their own
-  std::uint32_t rays = 0;   ///< that touch the body
-  std::uint64_t nodes = 0;  ///< of the grids
-  bool reused = false;      ///< nothing had changed
+  std::uint32_t parts = 0;      ///< of the hull that have a grid of their own
+  std::uint32_t rays = 0;       ///< that touch the body
+  std::uint32_t thin_rays = 0;  ///< where the hull is too thin for the grid, and was kept
+  std::uint64_t nodes = 0;      ///< of the grids
+  bool reused = false;          ///< nothing had changed
   /// Distances, rays, flow, plate, fine grid, triangles.
   double seconds_distances = 0, seconds_rays = 0, seconds_flow = 0, seconds_plate = 0,
          seconds_fine = 0, seconds_surface = 0;

@@ -17,11 +17,10 @@ namespace polyhull::element {
 template <>
 GType enum_type<RefineQuality>() {
   return register_enum<RefineQuality>(
-      "PolyhullRefineQuality",
-      {{RefineQuality::off, "The hull as it is", "off"},
-       {RefineQuality::fast, "A cell of 24 mm and fewer steps", "fast"},
-       {RefineQuality::good, "A cell of 24 mm", "good"},
-       {RefineQuality::fine, "A cell of 16 mm and more steps", "fine"}});
+      "PolyhullRefineQuality", {{RefineQuality::off, "The hull as it is", "off"},
+                                {RefineQuality::fast, "A cell of 24 mm and fewer steps", "fast"},
+                                {RefineQuality::good, "A cell of 24 mm", "good"},
+                                {RefineQuality::fine, "A cell of 16 mm and more steps", "fine"}});
 }
 
 }  // namespace polyhull::element
@@ -32,9 +31,10 @@ using namespace polyhull;
 using namespace polyhull::element;
 
 const Property<RefineSettings> table[] = {
-    property<&RefineSettings::quality>("quality", "Quality",
-                                       "How much work the surface is worth. off: the hull passes as "
-                                       "it is."),
+    property<&RefineSettings::quality>(
+        "quality", "Quality",
+        "How much work the surface is worth. off: the hull passes as "
+        "it is."),
     property<&RefineSettings::cell>(
         "cell", "Cell",
         "Metres between the nodes of the grid that the surface is found on (0 to 1): triangles are "
@@ -68,6 +68,7 @@ void report(HullRefine& self, const RefineStatistics& done) {
   if (done.reused) self.statistics.count("surfaces-reused");
   self.statistics.set("parts", done.parts);
   self.statistics.set("rays", done.rays);
+  self.statistics.set("thin-rays", done.thin_rays);
   self.statistics.set("nodes", static_cast<double>(done.nodes));
   self.statistics.set("distances-ms", 1e3 * done.seconds_distances);
   self.statistics.set("rays-ms", 1e3 * done.seconds_rays);
@@ -83,8 +84,7 @@ bool refine_mesh(GstBaseTransform* transform, Mesh& mesh) {
   const RefineSettings settings = snapshot(transform, self.settings);
   if (settings.quality == RefineQuality::off || mesh.hull.empty()) return false;
   std::vector<CameraContours> views;
-  for (const MeshView& view : mesh.views)
-    views.push_back({&view.calibration, &view.view.contours});
+  for (const MeshView& view : mesh.views) views.push_back({&view.calibration, &view.view.contours});
   const LoopWatch loops;
   try {
     mesh.hull = self.refiner->refine(mesh.hull, views, mesh.metres_per_unit, settings);
@@ -125,7 +125,8 @@ void HullRefine::class_init(gpointer klass) {
       klass,
       "Counters since the start: meshes, surfaces-reused (nothing had changed), meshes-unrefined "
       "(hulls that passed as they were, with a warning), meshes-unusable; and of the last mesh "
-      "parts (of the hull, with a grid each), rays (that touch the body), nodes (of the grids), the "
+      "parts (of the hull, with a grid each), rays (that touch the body), "
+      "thin-rays (where the hull is too thin for the grid and was kept), nodes (of the grids), the "
       "milliseconds for distances, rays, flow, plate, the fine grid and the surface, and "
       "threads-used (how many threads took part in its parallel loops, on average).");
   set_metadata(klass, "Visual hull refinement", "Filter/Video",

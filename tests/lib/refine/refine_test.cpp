@@ -158,6 +158,26 @@ TEST(Refine, PeopleApartHaveGridsOfTheirOwn) {
   EXPECT_NEAR(check_mesh(far.surface).volume, 2.0 * one, 0.1 * one);
 }
 
+// A stick of 8 mm on cells of 24: no node of the grid need be inside it.
+TEST(Refine, AStickSurvives) {
+  const Vec3 hand(0.35, 0.3, 1.0), end(0.47, 0.36, 1.18);
+  std::vector<Capsule> body = walking_figure(0.0);
+  body.push_back({hand, end, 0.004});
+  HullScene scene = figure_scene(6, 8.0);
+  for (std::size_t k = 0; k < scene.rig.cameras.size(); ++k)
+    scene.silhouettes[k] = silhouette_of(body, scene.rig.cameras[k], 2.0);
+  const Refined made = refine(scene);
+  expect_sound(made, "stick");
+  EXPECT_GT(made.statistics.thin_rays, 50u);
+  for (double along = 0.05; along < 0.98; along += 0.02) {
+    const Vec3 point = hand + along * (end - hand);
+    double nearest = 1.0;
+    for (const Vec3f& v : made.surface.vertices)
+      nearest = std::min(nearest, glm::length(made.surface.origin + Vec3(v) - point));
+    EXPECT_LT(nearest, 0.016) << along;
+  }
+}
+
 TEST(Refine, TheUnitChangesNothingButNumbers) {
   const HullScene metres = figure_scene(4, 8.0);
   const HullScene millimetres = moved(metres, 1000.0, Vec3(0.0));

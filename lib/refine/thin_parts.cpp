@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "refine/thin_parts.h"
+
+namespace polyhull::refine {
+namespace {
+
+/// A rim further outside has lost its contact.
+constexpr float lost = -0.12f;
+/// No node that is further outside the hull is put inside.
+constexpr float farthest = -0.15f;
+/// f of what is put inside.
+constexpr float hair = 0.02f;
+/// Of depth along a ray, and of the way inwards, where the hull's middle is looked for.
+constexpr float step = 0.25f, inward_step = 0.08f;
+
+struct Middle {
+  Vec3f point{0.0f};
+  std::uint32_t part = 0;
+  float depth = -1e3f;  ///< H there
+};
+
+/// The deepest point inside the hull next to \p ray, over its pieces: from the outline inwards,
+/// until H falls again or exceeds \p half_thickness.
+Middle middle_of_hull(const ContactRay& ray, const ContactRays& rays, const HullDistance& hull,
+                      float half_thickness) {
+  Middle best;
+  for (std::uint32_t k = ray.first_piece; k < ray.end_piece; ++k) {
+    const RayPiece& piece = rays.pieces[k];
+    for (float at = piece.begin; at <= piece.end; at += step) {
+      const Vec3f outline = ray.point(at);
+      float last = -1e3f;
+      for (float way = 0.0f; way <= 2.0f * half_thickness; way += inward_step) {
+        const Vec3f point = outline - way * ray.normal;
+        const float depth = hull.exact(point, -1.0f);
+        if (depth > best.depth) best = {point, piece.part, depth};
+        if (depth < last || depth > half_thickness) break;
+        last = depth;
+      }
+    }
+  }
+  return best;
+}
+
+void put_inside(Level& level, const HullDistance& hull, const Vec3f& point) {
+  const Grid& grid = level.grid;
+  const Vec3f at = (point - grid.low) / grid.cell;
+  const int x = static_cast<int>(at.x), y = static_cast<int>(at.y), z = static_cast<int>(at.z);
+  if (x < 1 || y < 1 || z < 1 || x + 2 >= grid.nx || y + 2 >= grid.ny || z + 2 >= grid.nz) return;
+  for (int k = 0; k < 8; ++k) {
+    const int row = (z + (k >> 2)) * grid.ny + y + (k >> 1 & 1);
+    const Vec3f node = grid.position(x + (k & 1), y + (k >> 1 & 1), z + (k >> 2));
+    if (hull.exact(node, -1.0f) < farthest || hull.from_bounds(node) < 2.0f * hair) continue;
+    float& value = level.values[grid.node(x + (k & 1), y + (k >> 1 & 1), z + (k >> 2))];
+    value = std::max(value, hair);
+    Extent& extent = level.rows[static_cast<std::size_t>(row)];
+    if (extent.begin == extent.end) extent = {x, x};
+    extent = {std::min(extent.begin, x), std::max(extent.end, x + 2)};
+  }
+}
+
+}  // namespace
+
+std::size_t keep_thin_parts(std::span<Level> fine, const ContactRays& rays,
+                            const HullDistance& hull, float half_thickness) {
+  std::size_t count = 0;
+  for (const ContactRay& ray : rays.rays) {
+    if (ray.value > lost) continue;
+    const Middle middle = middle_of_hull(ray, rays, hull, half_thickness);
+    if (middle.depth <= 0.0f || middle.depth > half_thickness) continue;
+    put_inside(fine[middle.part], hull, middle.point);
+    ++count;
+  }
+  return count;
+}
+
+}  // namespace polyhull::refine
