@@ -29,17 +29,32 @@ bool clip(const ContactRay& ray, const Grid& grid, float& from, float& to) {
   return from < to;
 }
 
-void add_pieces(const ContactRay& ray, std::span<const Level> parts, std::vector<RayPiece>& out) {
+/// A function of a part at \p count depths of a ray, \p step apart.
+void sample_ray(const Grid& grid, const std::vector<float>& values, const ContactRay& ray,
+                float from, float step, int count, float* out) {
+  const Vec3f at = (ray.point(from) - grid.low) / grid.cell;
+  const Vec3f way = ray.direction * (step / grid.cell);
+  loops().along({values.data(), grid.nx, grid.ny, grid.nz, outside,
+                 {at.x, at.y, at.z}, {way.x, way.y, way.z}},
+                count, out);
+}
+
+void add_pieces(const ContactRay& ray, std::span<const Level> parts, std::vector<float>& depths,
+                std::vector<RayPiece>& out) {
   for (std::size_t p = 0; p < parts.size(); ++p) {
     const Grid& grid = parts[p].grid;
-    const float* hull = parts[p].hull.data();
     float from = 0.0f, to = 0.0f;
     if (!clip(ray, grid, from, to)) continue;
     const float step = grid.cell / glm::length(ray.direction);
+    const int count = static_cast<int>((to - from) / step) + 1;
+    depths.resize(static_cast<std::size_t>(count) + 1);
+    sample_ray(grid, parts[p].hull, ray, from, step, count, depths.data());
+    depths[static_cast<std::size_t>(count)] = outside;
     bool on = false;
     float begin = 0.0f;
-    for (float z = from; z <= to + step; z += step) {
-      const bool is_on = z <= to && sample(grid, hull, ray.point(z)) > -slack * grid.cell;
+    for (int i = 0; i <= count; ++i) {
+      const float z = from + step * static_cast<float>(i);
+      const bool is_on = depths[static_cast<std::size_t>(i)] > -slack * grid.cell;
       if (is_on && !on) begin = z;
       if (!is_on && on)
         out.push_back({std::max(from, begin - 0.5f * step), std::min(to, z - 0.5f * step),
@@ -50,6 +65,7 @@ void add_pieces(const ContactRay& ray, std::span<const Level> parts, std::vector
 }
 
 void trace_view(const OutlineView& view, std::span<const Level> parts, ContactRays& out) {
+  std::vector<float> depths;
   const auto direction = [&](const Vec2& at) { return view.ray * Vec3(at.x, at.y, 1.0); };
   for (std::size_t r = 0; r < view.rings->size(); ++r) {
     const std::span<const Vec2f> ring = view.rings->ring(r);
@@ -70,7 +86,7 @@ void trace_view(const OutlineView& view, std::span<const Level> parts, ContactRa
         ray.direction = Vec3f(from + (to - from) * ((k + 0.5) / count));
         ray.normal = Vec3f(normal);
         ray.first_piece = static_cast<std::uint32_t>(out.pieces.size());
-        add_pieces(ray, parts, out.pieces);
+        add_pieces(ray, parts, depths, out.pieces);
         ray.end_piece = static_cast<std::uint32_t>(out.pieces.size());
         if (ray.first_piece == ray.end_piece) continue;
         const RayPiece& piece = out.pieces[ray.first_piece];
@@ -82,34 +98,56 @@ void trace_view(const OutlineView& view, std::span<const Level> parts, ContactRa
   }
 }
 
+/// Looks for the largest f on a ray.
+class RimSeeker {
+ public:
+  RimSeeker(const ContactRay& ray, std::span<const Level> parts)
+      : ray_(ray), parts_(parts), depth_(ray.depth), part_(ray.part) {}
+
+  /// At \p count depths of a part, \p step apart.
+  void look(std::uint32_t part, float begin, float step, int count) {
+    constexpr int most = 32;
+    float values[most];
+    const Level& level = parts_[part];
+    for (int first = 0; first < count; first += most) {
+      const int some = std::min(most, count - first);
+      const float from = begin + step * static_cast<float>(first);
+      sample_ray(level.grid, level.values, ray_, from, step, some, values);
+      for (int i = 0; i < some; ++i)
+        if (values[i] > best_) {
+          best_ = values[i];
+          depth_ = from + step * static_cast<float>(i);
+          part_ = part;
+        }
+    }
+  }
+  void take(ContactRay& ray) const {
+    ray.value = best_;
+    ray.depth = depth_;
+    ray.part = part_;
+  }
+
+ private:
+  const ContactRay& ray_;
+  std::span<const Level> parts_;
+  float best_ = -1e3f, depth_;
+  std::uint32_t part_;
+};
+
 void find_rim(ContactRay& ray, const ContactRays& rays, std::span<const Level> parts, float step,
               RimSearch where) {
-  float best = -1e3f, depth = ray.depth;
-  std::uint32_t part = ray.part;
-  const auto look = [&](const Level& level, std::uint32_t p, float at) {
-    const float value = sample(level.grid, level.values.data(), ray.point(at));
-    if (value > best) {
-      best = value;
-      depth = at;
-      part = p;
-    }
-  };
+  RimSeeker seeker(ray, parts);
   if (where == RimSearch::near) {
-    for (int i = -3; i <= 3; ++i)
-      look(parts[ray.part], ray.part, ray.depth + static_cast<float>(i) * step);
+    seeker.look(ray.part, ray.depth - 3.0f * step, step, 7);
   } else {
     for (std::uint32_t k = ray.first_piece; k < ray.end_piece; ++k) {
       const RayPiece& piece = rays.pieces[k];
       const float length = piece.end - piece.begin;
       const int count = std::max(1, static_cast<int>(length / step + 0.5f));
-      for (int i = 0; i <= count; ++i)
-        look(parts[piece.part], piece.part,
-             piece.begin + length * static_cast<float>(i) / static_cast<float>(count));
+      seeker.look(piece.part, piece.begin, length / static_cast<float>(count), count + 1);
     }
   }
-  ray.value = best;
-  ray.depth = depth;
-  ray.part = part;
+  seeker.take(ray);
 }
 
 }  // namespace

@@ -15,14 +15,10 @@
 
 #include "base/rings.h"
 #include "refine/grid.h"
+#include "refine/loops.h"
 #include "rig/camera.h"
 
 namespace polyhull::refine {
-
-/// Which nodes of a row may be inside the surface or next to it: from begin to end, none if equal.
-struct Extent {
-  int begin = 0, end = 0;
-};
 
 /// A part of the hull on a grid of its own.
 struct Level {

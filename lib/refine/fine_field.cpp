@@ -13,6 +13,8 @@ namespace {
 constexpr float near_cells = 1.1f;
 /// By how much the coarse H may be wrong near the hull, and fits may raise f.
 constexpr float hull_near = 0.6f;
+/// Where the coarse H is lower, nothing else needs to be known.
+constexpr float surely_outside = -2.0f;
 /// No fit lifts f from below this to above 0.
 constexpr float never_inside = -1.2f;
 
@@ -80,19 +82,46 @@ void interpolate_row(const Level& coarse, Level& fine, int y, int z, std::vector
   }
 }
 
-void find_hull(const Level& coarse, const HullDistance& hull, Level& fine, int y, int z) {
+/// What a row of nodes works with.
+struct RowMemory {
+  std::vector<float> across, x, exact;
+};
+
+/// Row (y, z) of the coarse H, linear between its nodes, at the coarse nodes' x.
+void mix_hull(const Level& coarse, int y, int z, int first, int last, float* out) {
+  const Grid& grid = coarse.grid;
+  const float* rows[4];
+  for (int k = 0; k < 4; ++k)
+    rows[k] = coarse.hull.data() +
+              grid.node(0, (y + (k & 1)) / 2, (z + (k >> 1)) / 2);
+  for (int x = first; x <= last; ++x)
+    out[x] = 0.25f * ((rows[0][x] + rows[1][x]) + (rows[2][x] + rows[3][x]));
+}
+
+void find_hull(const Level& coarse, const HullDistance& hull, Level& fine, int y, int z,
+               RowMemory& memory) {
   const Grid& grid = fine.grid;
   const Extent extent = fine.rows[static_cast<std::size_t>(z) * grid.ny + y];
+  const int last = coarse.grid.nx - 1;
+  mix_hull(coarse, y, z, extent.begin / 2, std::min(last, extent.end / 2 + 1),
+           memory.across.data());
+  float* out = fine.hull.data() + grid.node(0, y, z);
+  const float* f = fine.values.data() + grid.node(0, y, z);
+  memory.x.clear();
   for (int x = extent.begin; x < extent.end; ++x) {
-    const std::size_t node = grid.node(x, y, z);
-    float& value = fine.hull[node];
-    value = 1e6f;
-    const float f = fine.values[node];
-    if (f < never_inside) continue;
-    const Vec3f at = grid.position(x, y, z);
-    const float rough = sample(coarse.grid, coarse.hull.data(), at);
-    if (rough < hull_near && rough < f + hull_near) value = hull.exact(at, -1.0f);
+    out[x] = 1e6f;
+    const float rough = 0.5f * (memory.across[x / 2] + memory.across[std::min(last, (x + 1) / 2)]);
+    if (f[x] < never_inside || rough >= hull_near || rough >= f[x] + hull_near) continue;
+    if (rough > surely_outside)
+      memory.x.push_back(static_cast<float>(x));
+    else
+      out[x] = rough;
   }
+  memory.exact.resize(memory.x.size());
+  hull.exact_row(grid, static_cast<float>(y), static_cast<float>(z), memory.x,
+                 memory.exact.data());
+  for (std::size_t i = 0; i < memory.x.size(); ++i)
+    out[static_cast<int>(memory.x[i])] = memory.exact[i];
 }
 
 }  // namespace
@@ -101,12 +130,13 @@ void make_fine(const Level& coarse, const HullDistance& hull, Level& fine, int t
   lay_out(coarse, fine);
   const Grid& grid = fine.grid;
   parallel_for(fine.rows.size(), 64, threads, [&](std::size_t begin, std::size_t end) {
-    std::vector<float> across(static_cast<std::size_t>(coarse.grid.nx));
+    RowMemory memory;
+    memory.across.resize(static_cast<std::size_t>(coarse.grid.nx));
     for (std::size_t r = begin; r < end; ++r) {
       if (fine.rows[r].begin == fine.rows[r].end) continue;
       const int y = static_cast<int>(r) % grid.ny, z = static_cast<int>(r) / grid.ny;
-      interpolate_row(coarse, fine, y, z, across);
-      find_hull(coarse, hull, fine, y, z);
+      interpolate_row(coarse, fine, y, z, memory.across);
+      find_hull(coarse, hull, fine, y, z, memory);
     }
   });
 }
@@ -129,87 +159,59 @@ void cut_at_hull(Level& fine, int threads) {
 
 namespace {
 
-/// The nodes of slab \p z around one rim.
-void ask_nodes(const Level& fine, const ContactRay& ray, float radius, float gap, int z,
-               FitMemory& memory) {
-  const Grid& grid = fine.grid;
-  const float* f = fine.values.data();
-  const std::size_t row = grid.row(), slab = grid.slab();
-  const Vec3f rim = ray.rim();
-  const Vec3f at = (rim - grid.low) / grid.cell;
-  const float cells = radius / grid.cell;
-  const int y0 = std::max(1, static_cast<int>(std::ceil(at.y - cells)));
-  const int y1 = std::min(grid.ny - 2, static_cast<int>(std::floor(at.y + cells)));
-  for (int y = y0; y <= y1; ++y) {
-    const Extent extent = fine.rows[static_cast<std::size_t>(z) * grid.ny + y];
-    const int x0 = std::max({1, extent.begin, static_cast<int>(std::ceil(at.x - cells))});
-    const int x1 =
-        std::min({grid.nx - 2, extent.end - 1, static_cast<int>(std::floor(at.x + cells))});
-    for (int x = x0; x <= x1; ++x) {
-      const Vec3f away = grid.position(x, y, z) - rim;
-      const float share = 1.0f - glm::dot(away, away) / (radius * radius);
-      if (!(share > 0.0f)) continue;
-      const std::size_t node = grid.node(x, y, z);
-      const Vec3f gradient(f[node + 1] - f[node - 1], f[node + row] - f[node - row],
-                           f[node + slab] - f[node - slab]);
-      const float length = glm::length(gradient);
-      const float along = length > 0.0f ? -glm::dot(gradient, ray.normal) / length : 0.0f;
-      if (along < least_along) continue;
-      const float weight = along * share * share;
-      memory.sums[node] += weight * gap;
-      memory.weights[node] += weight;
-    }
+/// The nodes of row \p r do what they are asked, and forget it.
+void do_as_asked(Level& fine, std::size_t r, FitMemory& memory) {
+  const std::size_t start = r * fine.grid.row();
+  float* values = fine.values.data() + start;
+  const float* hull = fine.hull.data() + start;
+  float* sums = memory.sums.data() + start;
+  float* weights = memory.weights.data() + start;
+  for (int x = memory.asked[r].begin; x < memory.asked[r].end; ++x) {
+    values[x] = std::min(values[x] + sums[x] / (weights[x] + 1e-3f), hull[x]);
+    sums[x] = weights[x] = 0.0f;
   }
 }
 
 }  // namespace
 
-void fit_to_rims(Level& fine, const ContactRays& rays, std::uint32_t part, float radius,
-                 float target, FitMemory& memory, int threads) {
+void fit_to_rims(Level& fine, const ContactRays& rays, std::uint32_t part, const RimFit& fit,
+                 FitMemory& memory, int threads) {
   const Grid& grid = fine.grid;
-  memory.sums.resize(grid.size());
-  memory.weights.resize(grid.size());
-  memory.rays_of_slab.resize(static_cast<std::size_t>(grid.nz));
+  if (memory.sums.size() < grid.size()) {
+    memory.sums.resize(grid.size());
+    memory.weights.resize(grid.size());
+  }
+  memory.asked.assign(fine.rows.size(), {});
+  const auto slabs = static_cast<std::size_t>(grid.nz);
+  memory.rays_of_slab.resize(std::max(memory.rays_of_slab.size(), slabs));
   for (auto& some : memory.rays_of_slab) some.clear();
-  for (std::size_t i = 0; i < rays.rays.size(); ++i) {
+  for (std::size_t i = 0; i < rays.rays.size(); i += fit.stride) {
     const ContactRay& ray = rays.rays[i];
     if (ray.part != part || ray.value <= outside + 0.4f) continue;
     const auto z = static_cast<int>((ray.rim().z - grid.low.z) / grid.cell);
     if (z >= 0 && z < grid.nz) memory.rays_of_slab[z].push_back(static_cast<std::uint32_t>(i));
   }
-  const int reach = static_cast<int>(radius / grid.cell) + 1;
-  const auto each_slab = [&](const auto& body) {
-    parallel_for(static_cast<std::size_t>(grid.nz), 2, threads,
-                 [&](std::size_t begin, std::size_t end) {
-                   for (auto z = static_cast<int>(begin); z < static_cast<int>(end); ++z) body(z);
-                 });
-  };
-  const auto each_node = [&](int z, const auto& body) {
-    for (int y = 0; y < grid.ny; ++y) {
-      const Extent extent = fine.rows[static_cast<std::size_t>(z) * grid.ny + y];
-      const std::size_t start = grid.node(0, y, z);
-      for (int x = extent.begin; x < extent.end; ++x) body(start + static_cast<std::size_t>(x));
+  const float nodes = fit.radius / grid.cell;
+  const int reach = static_cast<int>(nodes) + 1;
+  parallel_for(slabs, 2, threads, [&](std::size_t begin, std::size_t end) {
+    for (auto z = static_cast<int>(begin); z < static_cast<int>(end); ++z) {
+      if (z == 0 || z == grid.nz - 1) continue;
+      const std::size_t node = grid.node(0, 0, z), row = static_cast<std::size_t>(z) * grid.ny;
+      const AskedSlab slab{fine.values.data() + node, fine.rows.data() + row,
+                           grid.nx, grid.ny, static_cast<float>(z), memory.asked.data() + row,
+                           memory.sums.data() + node, memory.weights.data() + node};
+      for (int k = std::max(0, z - reach); k <= std::min(grid.nz - 1, z + reach); ++k)
+        for (const std::uint32_t i : memory.rays_of_slab[k]) {
+          const ContactRay& ray = rays.rays[i];
+          const Vec3f at = (ray.rim() - grid.low) / grid.cell;
+          loops().ask({{at.x, at.y, at.z}, {ray.normal.x, ray.normal.y, ray.normal.z},
+                       std::clamp(fit.target - ray.value, -0.8f, 1.25f), nodes, least_along},
+                      slab);
+        }
     }
-  };
-  each_slab([&](int z) {
-    if (z == 0 || z == grid.nz - 1) return;
-    for (int y = 0; y < grid.ny; ++y) {
-      const Extent extent = fine.rows[static_cast<std::size_t>(z) * grid.ny + y];
-      const auto start = static_cast<std::ptrdiff_t>(grid.node(0, y, z));
-      for (auto* v : {&memory.sums, &memory.weights})
-        std::fill(v->begin() + start + extent.begin, v->begin() + start + extent.end, 0.0f);
-    }
-    for (int k = std::max(0, z - reach); k <= std::min(grid.nz - 1, z + reach); ++k)
-      for (const std::uint32_t i : memory.rays_of_slab[k]) {
-        const ContactRay& ray = rays.rays[i];
-        ask_nodes(fine, ray, radius, std::clamp(target - ray.value, -0.8f, 1.25f), z, memory);
-      }
   });
-  each_slab([&](int z) {
-    if (z == 0 || z == grid.nz - 1) return;
-    each_node(z, [&](std::size_t node) {
-      fine.values[node] += memory.sums[node] / (memory.weights[node] + 1e-3f);
-    });
+  parallel_for(fine.rows.size(), 256, threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t r = begin; r < end; ++r) do_as_asked(fine, r, memory);
   });
 }
 

@@ -21,14 +21,22 @@ void cut_at_hull(Level& fine, int threads);
 
 /// What fit_to_rims() works with; kept from call to call.
 struct FitMemory {
-  std::vector<float> sums, weights;
+  std::vector<float> sums, weights;  ///< of nodes; 0 between calls
+  std::vector<Extent> asked;         ///< which nodes of each row
   std::vector<std::vector<std::uint32_t>> rays_of_slab;
 };
 
-/// Moves f at the nodes within \p radius of rims so that rims get the value \p target: each
-/// rim asks the nodes around it whose gradient runs along its normal, the nearer the more; a node
-/// does the mean of what it is asked.
-void fit_to_rims(Level& fine, const ContactRays& rays, std::uint32_t part, float radius,
-                 float target, FitMemory& memory, int threads);
+/// How rims ask.
+struct RimFit {
+  float radius = 0.5f;
+  float target = 0.0f;      ///< f that rims are to have
+  std::size_t stride = 1;  ///< only each so many-th ray asks
+};
+
+/// Moves f at the nodes around rims so that rims get the value that they are to have: each rim asks
+/// the nodes within the radius whose gradient runs along its normal, the nearer the more; a node
+/// does the mean of what it is asked, and stays at H at most.
+void fit_to_rims(Level& fine, const ContactRays& rays, std::uint32_t part, const RimFit& fit,
+                 FitMemory& memory, int threads);
 
 }  // namespace polyhull::refine

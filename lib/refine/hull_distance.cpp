@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "refine/hull_distance.h"
 
+#include <algorithm>
+
 #include "base/thread_pool.h"
 
 namespace polyhull::refine {
@@ -32,26 +34,84 @@ float HullDistance::exact(const Vec3f& point, float enough) const {
   return least;
 }
 
+MapView ContactView::look(const SilhouetteMap& map) const {
+  static constexpr float nothing[4] = {};
+  MapView view;
+  std::copy_n(&pixel[0][0], 12, &view.pixel[0][0]);
+  view.by_focal = 1.0f / focal;
+  view.beyond = beyond;
+  view.left = map.left;
+  view.top = map.top;
+  view.by_texel = 1.0f / map.texel;
+  view.last_x = static_cast<float>(std::max(0, map.width - 1));
+  view.last_y = static_cast<float>(std::max(0, map.height - 1));
+  view.most_x = std::max(0, map.width - 2);
+  view.most_y = std::max(0, map.height - 2);
+  view.stride = map.width;
+  view.distance = map.distance.empty() ? nothing : map.distance.data();
+  return view;
+}
+
+namespace {
+
+/// The least of the bounds' distances and those by a map of each view.
+void least_of_row(const HullDistance& hull, SilhouetteMap ContactView::* map, const Grid& grid,
+                  float y, float z, std::span<const float> x, float* out) {
+  const Vec3f begin = grid.low + grid.cell * Vec3f(0.0f, y, z);
+  const RowPoints points{{begin.x, begin.y, begin.z}, grid.cell, x.data(),
+                         static_cast<int>(x.size())};
+  const float across = std::min(std::min(begin.y - hull.low.y, hull.high.y - begin.y),
+                                std::min(begin.z - hull.low.z, hull.high.z - begin.z));
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    const float at = begin.x + grid.cell * x[i];
+    out[i] = std::min(across, std::min(at - hull.low.x, hull.high.x - at));
+  }
+  for (const ContactView& view : hull.views) loops().inside(view.look(view.*map), points, out);
+}
+
+}  // namespace
+
+void HullDistance::rough_row(const Grid& grid, float y, float z, std::span<const float> x,
+                             float* out) const {
+  least_of_row(*this, &ContactView::coarse, grid, y, z, x, out);
+}
+
+void HullDistance::exact_row(const Grid& grid, float y, float z, std::span<const float> x,
+                             float* out) const {
+  least_of_row(*this, &ContactView::fine, grid, y, z, x, out);
+}
+
 void HullDistance::fill(const Grid& grid, float least, std::vector<float>& values,
                         int threads) const {
   constexpr int block = 4;
-  values.assign(grid.size(), least);
-  const auto slabs = static_cast<std::size_t>((grid.nz + block - 1) / block);
-  const float reach = grid.cell * 0.5f * static_cast<float>(block - 1) * 1.7321f;
-  const auto do_block = [&](int x0, int y0, int z0) {
-    const Vec3f middle =
-        grid.position(x0, y0, z0) + 0.5f * static_cast<float>(block - 1) * grid.cell;
-    // Far away a map's distance over the depth changes faster than the place: some slack.
-    if (rough(middle, least - 1.2f * reach) < least - 1.2f * reach) return;
+  constexpr float half = 0.5f * static_cast<float>(block - 1);
+  values.resize(grid.size());
+  // Far away a map's distance over the depth changes faster than the place: some slack.
+  const float far = least - 1.2f * grid.cell * half * 1.7321f;
+  const int blocks = (grid.nx + block - 1) / block, lines = (grid.ny + block - 1) / block;
+  const auto fill_line = [&](int y0, int z0) {
+    // Of a line of blocks along x: first what the middles say, then the nodes of those near enough.
+    std::vector<float> x(static_cast<std::size_t>(blocks)), found(grid.row());
+    for (int b = 0; b < blocks; ++b) x[b] = static_cast<float>(block * b) + half;
+    rough_row(grid, static_cast<float>(y0) + half, static_cast<float>(z0) + half, x, found.data());
+    x.clear();
+    for (int b = 0; b < blocks; ++b)
+      for (int i = block * b; found[b] >= far && i < std::min(grid.nx, block * (b + 1)); ++i)
+        x.push_back(static_cast<float>(i));
     for (int z = z0; z < std::min(z0 + block, grid.nz); ++z)
-      for (int y = y0; y < std::min(y0 + block, grid.ny); ++y)
-        for (int x = x0; x < std::min(x0 + block, grid.nx); ++x)
-          values[grid.node(x, y, z)] = std::max(least, rough(grid.position(x, y, z), least));
+      for (int y = y0; y < std::min(y0 + block, grid.ny); ++y) {
+        float* row = values.data() + grid.node(0, y, z);
+        std::fill_n(row, grid.nx, least);
+        if (x.empty()) continue;
+        rough_row(grid, static_cast<float>(y), static_cast<float>(z), x, found.data());
+        for (std::size_t i = 0; i < x.size(); ++i)
+          row[static_cast<int>(x[i])] = std::max(least, found[i]);
+      }
   };
-  parallel_for(slabs, 1, threads, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t s = begin; s < end; ++s)
-      for (int y = 0; y < grid.ny; y += block)
-        for (int x = 0; x < grid.nx; x += block) do_block(x, y, static_cast<int>(s) * block);
+  const auto count = static_cast<std::size_t>(lines) * ((grid.nz + block - 1) / block);
+  parallel_for(count, 8, threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t l = begin; l < end; ++l)
+      fill_line(static_cast<int>(l) % lines * block, static_cast<int>(l) / lines * block);
   });
 }
 

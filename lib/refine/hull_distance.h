@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "refine/grid.h"
+#include "refine/loops.h"
 #include "refine/silhouette_map.h"
 
 namespace polyhull::refine {
@@ -26,6 +27,9 @@ struct ContactView {
   Vec3f centre{0.0f};
   SilhouetteMap coarse;  ///< the whole picture
   SilhouetteMap fine;    ///< a band around the outline
+
+  /// What the inner loops know of \p map.
+  MapView look(const SilhouetteMap& map) const;
 
   Vec3f project(const Vec3f& p) const {
     const auto dot = [&](const float(&m)[4]) {
@@ -50,6 +54,11 @@ struct HullDistance {
 
   /// From the fine maps, exact within their band; below \p enough only that it is.
   float exact(const Vec3f& point, float enough) const;
+
+  /// rough() or exact() of points of a row: the point of node x, which need not be whole, of row
+  /// (y, z) of \p grid for each of \p x. Both say more than the point versions: how far outside.
+  void rough_row(const Grid& grid, float y, float z, std::span<const float> x, float* out) const;
+  void exact_row(const Grid& grid, float y, float z, std::span<const float> x, float* out) const;
 
   /// rough() on all of \p grid's nodes, at least \p least; blocks of nodes far outside are found by
   /// their middle and skipped.

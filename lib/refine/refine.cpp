@@ -22,13 +22,10 @@ namespace {
 
 using namespace refine;
 
-/// One round of fit_to_rims(), in cells.
-struct Fit {
-  float radius, target;
-};
 /// First widely, to where outlines of half a pixel's tolerance say, then near the rims alone, a hair
 /// further out, so that silhouettes are covered.
-constexpr Fit fits[] = {{1.4f, -0.02f}, {0.75f, 0.0f}, {0.5f, 0.03f}, {0.5f, 0.03f}};
+constexpr RimFit fits[] = {
+    {.radius = 1.4f, .target = -0.02f, .stride = 2}, {0.75f, 0.0f}, {0.5f, 0.03f}, {0.5f, 0.03f}};
 
 /// What a quality does.
 struct Recipe {
@@ -252,12 +249,11 @@ void HullRefiner::State::start_middle() {
 void HullRefiner::State::fit() {
   for (std::size_t p = 0; p < middle.size(); ++p) make_fine(middle[p], distance, fine[p], threads);
   find_rims(rays, middle, 0.5f, RimSearch::everywhere, 1, threads);
-  for (const Fit& fit : fits) {
-    find_rims(rays, fine, 0.15f, RimSearch::near, 1, threads);
+  for (const RimFit& fit : fits) {
+    find_rims(rays, fine, 0.15f, RimSearch::near, fit.stride, threads);
     for (std::size_t p = 0; p < fine.size(); ++p) {
-      fit_to_rims(fine[p], rays, static_cast<std::uint32_t>(p), fit.radius, fit.target, fit_memory,
-                  threads);
-      cut_at_hull(fine[p], threads);
+      fit_to_rims(fine[p], rays, static_cast<std::uint32_t>(p), fit, fit_memory, threads);
+      if (&fit == fits) cut_at_hull(fine[p], threads);  // later fits keep to it
     }
   }
   find_rims(rays, fine, 0.15f, RimSearch::near, 1, threads);

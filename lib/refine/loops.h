@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// The refiner's inner loops, compiled once per instruction set (loops.inc) and chosen at run
+/// time. The results are the same to the bit: plain C++ without contraction, sums in eight lanes of
+/// their own, vectorised by the compiler.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+namespace polyhull::refine {
+
+/// A camera's map of distances (silhouette_map.h) and where it shows a point.
+struct MapView {
+  float pixel[3][4];   ///< homogeneous pixel of a point; the third is its depth
+  float by_focal;      ///< 1 / pixels
+  float beyond;        ///< pixels: the distance where the map does not reach
+  float left, top, by_texel;
+  float last_x, last_y;          ///< the map's last texel
+  int most_x, most_y;            ///< the last texel with a next one
+  int stride;
+  const float* distance;
+};
+
+/// Points of a line along x: point i is (begin[0] + x[i] * cell, begin[1], begin[2]).
+struct RowPoints {
+  float begin[3];
+  float cell;
+  const float* x;
+  int count;
+};
+
+/// Which nodes of a row may be inside the surface or next to it: from begin to end, none if equal.
+struct Extent {
+  int begin = 0, end = 0;
+};
+
+/// A rim, and what it asks of nodes around it (fine_field.h).
+struct AskingRim {
+  float at[3];        ///< in nodes
+  float normal[3];    ///< of the cone's plane
+  float gap;          ///< by how much f is to rise
+  float reach;        ///< the radius within which it asks, in nodes
+  float least_along;  ///< cosine
+};
+
+/// A slab of a grid whose nodes are asked, those at the grid's border but for.
+struct AskedSlab {
+  const float* f;      ///< of its first node, with slabs before and after it
+  const Extent* rows;  ///< only these nodes
+  int nx, ny;
+  float z;
+  // What is asked of them:
+  Extent* asked;  ///< holds those that are
+  float* sums;
+  float* weights;
+};
+
+/// A function on a grid, and points of a line: point i at begin + i * way, in nodes.
+struct GridLine {
+  const float* values;
+  int nx, ny, nz;
+  float outside;  ///< the function beyond the grid
+  float begin[3], way[3];
+};
+
+struct Loops {
+  const char* name;
+  /// least[i] becomes at most how deep point i lies in the view's cone: the map's distance times
+  /// its depth over the focal length; -1000 behind the camera.
+  void (*inside)(const MapView& view, const RowPoints& points, float* least);
+  /// Adds to each asked node's weight and weighted gap.
+  void (*ask)(const AskingRim& rim, const AskedSlab& slab);
+  /// The function at \p count points of a line, linear between nodes.
+  void (*along)(const GridLine& line, int count, float* out);
+};
+
+const Loops& baseline_loops();
+#if defined(__x86_64__)
+const Loops& avx2_loops();
+#endif
+
+/// The best of this machine, or what POLYHULL_ISA allows.
+const Loops& loops();
+
+}  // namespace polyhull::refine

@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+// The refiner's inner loops: right, and the same bits for every instruction set.
+#include "refine/loops.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <random>
+#include <vector>
+
+#include "refine/contact_rays.h"
+#include "refine/hull_distance.h"
+
+namespace polyhull::refine {
+namespace {
+
+class RefineLoops : public ::testing::Test {
+ protected:
+  float number(float low, float high) {
+    return std::uniform_real_distribution<float>(low, high)(random);
+  }
+  std::vector<float> numbers(std::size_t count, float low, float high) {
+    std::vector<float> made(count);
+    for (float& value : made) value = number(low, high);
+    return made;
+  }
+  /// Each set of loops that this machine can run.
+  std::vector<const Loops*> all() const {
+    std::vector<const Loops*> sets{&baseline_loops()};
+#if defined(__x86_64__)
+    if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("bmi2") &&
+        __builtin_cpu_supports("fma"))
+      sets.push_back(&avx2_loops());
+#endif
+    return sets;
+  }
+  /// A camera at (0, 0, -20) that looks along z, with a map of noise that shows a part of what is
+  /// around the origin.
+  ContactView view() {
+    ContactView made;
+    const float rows[3][4] = {
+        {300, 20, 160, 3200}, {-15, 310, 120, 2400}, {0.1f, 0.05f, 1, 20}};
+    for (int i = 0; i < 3; ++i)
+      for (int k = 0; k < 4; ++k) made.pixel[i][k] = rows[i][k];
+    made.focal = 300.0f;
+    for (SilhouetteMap* map : {&made.coarse, &made.fine}) {
+      map->left = 100.0f;
+      map->top = 60.0f;
+      map->texel = map == &made.coarse ? 4.0f : 1.5f;
+      map->width = 60;
+      map->height = 50;
+      map->distance = numbers(60 * 50, -30.0f, 30.0f);
+    }
+    return made;
+  }
+  std::mt19937 random{5};
+};
+
+/// What \p run writes for each set of loops is the same.
+template <typename Run>
+void expect_same_bits(const std::vector<const Loops*>& sets, const Run& run) {
+  const std::vector<float> first = run(*sets.front());
+  for (const Loops* loops : sets) EXPECT_EQ(run(*loops), first) << loops->name;
+}
+
+TEST_F(RefineLoops, ARowIsAsDeepInsideAsItsPoints) {
+  HullDistance hull;
+  for (int k = 0; k < 3; ++k) hull.views.push_back(view());
+  hull.low = Vec3f(-9.0f);
+  hull.high = Vec3f(9.0f);
+  Grid grid{{-12.0f, -11.0f, -9.5f}, 0.5f, 48, 44, 40};
+  for (int round = 0; round < 60; ++round) {
+    // The rows behind the camera, too.
+    if (round == 50) grid.low.z = -60.0f;
+    const float y = number(0.0f, 43.0f), z = number(0.0f, 39.0f);
+    const std::vector<float> x = numbers(1 + random() % 30, 0.0f, 47.0f);
+    std::vector<float> rough(x.size()), exact(x.size());
+    hull.rough_row(grid, y, z, x, rough.data());
+    hull.exact_row(grid, y, z, x, exact.data());
+    for (std::size_t i = 0; i < x.size(); ++i) {
+      const Vec3f at = grid.low + grid.cell * Vec3f(x[i], y, z);
+      EXPECT_NEAR(rough[i], hull.rough(at, -1e9f), 1e-3f);
+      EXPECT_NEAR(exact[i], hull.exact(at, -1e9f), 1e-3f);
+    }
+  }
+}
+
+TEST_F(RefineLoops, AViewWithoutAnOutlineIsBeyond) {
+  HullDistance hull;
+  hull.views.push_back(view());
+  hull.views[0].coarse = {};
+  const Grid grid{{-1.0f, -1.0f, -1.0f}, 0.5f, 8, 4, 4};
+  const std::vector<float> x{0.0f, 3.0f, 7.0f};
+  std::vector<float> rough(x.size());
+  hull.rough_row(grid, 1.0f, 1.0f, x, rough.data());
+  for (std::size_t i = 0; i < x.size(); ++i)
+    EXPECT_NEAR(rough[i], hull.rough(grid.position(static_cast<int>(x[i]), 1, 1), -1e9f), 1e-4f);
+}
+
+TEST_F(RefineLoops, InsideGivesTheSameBits) {
+  const ContactView from = view();
+  for (int round = 0; round < 50; ++round) {
+    const std::vector<float> x = numbers(1 + random() % 50, 0.0f, 60.0f);
+    const RowPoints points{{number(-15, 0), number(-8, 8), number(-30, 8)}, 0.4f, x.data(),
+                           static_cast<int>(x.size())};
+    const std::vector<float> before = numbers(x.size(), -1.0f, 9.0f);
+    expect_same_bits(all(), [&](const Loops& loops) {
+      std::vector<float> out = before;
+      loops.inside(from.look(from.fine), points, out.data());
+      return out;
+    });
+  }
+}
+
+TEST_F(RefineLoops, AlongALineAsSampled) {
+  const Grid grid{{-3.0f, -2.0f, -1.0f}, 0.5f, 16, 9, 7};
+  const std::vector<float> values = numbers(grid.size(), -2.0f, 2.0f);
+  for (int round = 0; round < 60; ++round) {
+    const Vec3f begin(number(-4, 6), number(-3, 3), number(-2, 3));
+    const Vec3f way(number(-0.3f, 0.3f), number(-0.3f, 0.3f), number(-0.3f, 0.3f));
+    const Vec3f at = (begin - grid.low) / grid.cell, step = way / grid.cell;
+    const GridLine line{values.data(),        grid.nx, grid.ny, grid.nz, outside,
+                        {at.x, at.y, at.z}, {step.x, step.y, step.z}};
+    const int count = 1 + static_cast<int>(random() % 32);
+    const auto run = [&](const Loops& loops) {
+      std::vector<float> out(static_cast<std::size_t>(count));
+      loops.along(line, count, out.data());
+      return out;
+    };
+    expect_same_bits(all(), run);
+    const std::vector<float> out = run(loops());
+    for (int i = 0; i < count; ++i)
+      EXPECT_NEAR(out[static_cast<std::size_t>(i)],
+                  sample(grid, values.data(), begin + static_cast<float>(i) * way), 2e-5f);
+  }
+}
+
+TEST_F(RefineLoops, RimsAskNodesByTheFormula) {
+  constexpr int nx = 16, ny = 9, nz = 3;
+  const std::vector<float> f = numbers(nx * ny * nz, -2.0f, 2.0f);
+  for (int round = 0; round < 200; ++round) {
+    std::vector<Extent> rows(ny);
+    for (Extent& row : rows) {
+      row.begin = static_cast<int>(random() % nx);
+      row.end = row.begin + static_cast<int>(random() % static_cast<unsigned>(nx + 1 - row.begin));
+    }
+    const Vec3f normal = glm::normalize(Vec3f(number(-1, 1), number(-1, 1), number(-1, 1)));
+    const AskingRim rim{{number(-1, nx), number(-1, ny), number(-1, 3)},
+                        {normal.x, normal.y, normal.z}, number(-1, 1), number(0.8f, 6.0f), 0.2f};
+    const auto run = [&](const Loops& loops) {
+      std::vector<float> out(2 * nx * ny);
+      std::vector<Extent> asked(ny);
+      loops.ask(rim, {f.data() + nx * ny, rows.data(), nx, ny, 1.0f, asked.data(), out.data(),
+                      out.data() + nx * ny});
+      for (int y = 0; y < ny; ++y)
+        for (int x = 0; x < nx; ++x)
+          EXPECT_TRUE(out[nx * ny + y * nx + x] == 0.0f ||
+                      (x >= asked[y].begin && x < asked[y].end));
+      return out;
+    };
+    expect_same_bits(all(), run);
+    const std::vector<float> out = run(loops());
+    for (int y = 1; y < ny - 1; ++y)
+      for (int x = 1; x < nx - 1; ++x) {
+        const Vec3f away = Vec3f(x, y, 1) - Vec3f(rim.at[0], rim.at[1], rim.at[2]);
+        const float share = 1.0f - glm::dot(away, away) / (rim.reach * rim.reach);
+        const float* p = f.data() + nx * ny + y * nx + x;
+        const Vec3f up(p[1] - p[-1], p[nx] - p[-nx], p[nx * ny] - p[-nx * ny]);
+        const float along = -glm::dot(glm::normalize(up), normal);
+        const bool asked = x >= rows[y].begin && x < rows[y].end && share > 0.0f && along > 0.2f;
+        const float weight = asked ? along * share * share : 0.0f;
+        if (std::abs(along - 0.2f) < 1e-4f) continue;
+        EXPECT_NEAR(out[nx * ny + y * nx + x], weight, 1e-5f);
+        EXPECT_NEAR(out[y * nx + x], weight * rim.gap, 1e-5f);
+      }
+  }
+}
+
+}  // namespace
+}  // namespace polyhull::refine
