@@ -64,6 +64,22 @@ struct GridLine {
   float begin[3], way[3];
 };
 
+/// What the rims in one cell of a grid ask of its eight corners (plate.h): a quadratic form, of which
+/// each row is eight lanes, and a vector.
+struct PlateCell {
+  std::uint32_t node = 0;
+  float form[64] = {};
+  float wanted[8] = {};
+};
+
+/// Some nodes of a row, whole eights, in the middle of a grid: functions from there on, and a mask of
+/// 1 where the plate is solved for, else 0.
+struct PlateRow {
+  int count;
+  std::ptrdiff_t row, slab;
+  const float* mask;
+};
+
 struct Loops {
   const char* name;
   /// least[i] becomes at most how deep point i lies in the view's cone: the map's distance times
@@ -73,6 +89,18 @@ struct Loops {
   void (*ask)(const AskingRim& rim, const AskedSlab& slab);
   /// The function at \p count points of a line, linear between nodes.
   void (*along)(const GridLine& line, int count, float* out);
+  /// out = mask * Laplacian of f; to eight sums comes out^2 + tie * f^2.
+  void (*laplacian)(const PlateRow& row, const float* f, float tie, float* out, float* sums);
+  /// out += mask * the form's image of f at the cells' corners, node + \p corner[k] each; to eight
+  /// sums comes the form of f.
+  void (*cells)(const PlateCell* cells, std::size_t count, const std::size_t* corner,
+                const float* mask, const float* f, float* out, float* sums);
+  /// A step of conjugate gradients: solution += length * f, residual -= length * (mask * (Laplacian
+  /// of \p laplacian + tie * f) + more), more = 0; to eight sums comes residual^2.
+  void (*step)(const PlateRow& row, const float* f, const float* laplacian, float tie, float length,
+               float* more, float* solution, float* residual, float* sums);
+  /// f = residual + keep * f.
+  void (*turn)(int count, const float* residual, float keep, float* f);
 };
 
 const Loops& baseline_loops();

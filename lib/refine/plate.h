@@ -11,7 +11,9 @@
 /// f0 being f before, at most H outside the hull. The normals at the rims are second-order
 /// information (Franco, Lapierre and Boyer, Visual Shapes of Silhouette Sets, 2006), here in an
 /// implicit function: they make limbs round between two rims. Solved by conjugate gradients
-/// (Hestenes and Stiefel 1952) from f0; a few dozen steps do, as f0 is near.
+/// (Hestenes and Stiefel 1952) from f0; a few dozen steps do, as f0 is near. D is symmetric, so that
+/// the energy along a direction is known when D is applied once, and the second application, the step
+/// and the new residual are one walk over the nodes.
 #pragma once
 
 #include <array>
@@ -39,32 +41,37 @@ class PlateSolver {
              const PlateSettings& settings, int threads);
 
  private:
-  /// The nodes of a row that may be solved for.
+  /// The nodes of a row that may be solved for, whole eights.
   struct Row {
-    std::size_t start = 0;  ///< of its first node
-    int begin = 0, end = 0;
-  };
-  /// What the rims in one cell ask of its eight corners: a quadratic form, of which each row is eight
-  /// lanes, and a vector.
-  struct Cell {
-    std::uint32_t node = 0;
-    std::array<float, 64> form{};
-    std::array<float, 8> wanted{};
+    std::size_t node = 0;  ///< the first
+    int count = 0;
   };
 
   void set_up(const Level& level, const PlateSettings& settings);
   void gather(const Level& level, const ContactRays& rays, std::uint32_t part,
               const PlateSettings& settings);
-  void apply(const float* f, float* out, int threads);
-  void apply_cells(const float* f, float* out) const;
+  void add_ray(const ContactRay& ray, const Grid& grid, const PlateSettings& settings);
+  /// The residual of 0, but for what rims want: of the ties.
+  void start(const Level& level, float tie);
+  /// For each row in its order body(row, what loops know of it, eight sums), the rows in pieces on
+  /// some threads; all sums' sum.
+  template <typename Body>
+  double sum_rows(int threads, const Body& body);
+  /// D f and what cells ask at f; twice the energy's quadratic part.
+  double bend(const float* f, float tie, int threads);
+  /// Moves by \p length of f; the new residual's square.
+  double step(const float* f, float tie, float length, int threads);
 
   const Grid* grid_ = nullptr;
   std::vector<Row> rows_;
-  std::vector<float> mask_, tie_;
-  std::vector<std::int32_t> cell_of_;
-  std::vector<Cell> cells_;
-  std::array<std::size_t, 8> corner_{};
-  std::vector<float> laplacian_, solution_, residual_, direction_, image_;
+  std::size_t nodes_ = 0;  ///< of the rows
+  std::vector<PlateCell> cells_;
+  std::array<std::size_t, 8> corner_{};  ///< of a cell, less the first
+  std::vector<double> sums_;             ///< of pieces
+  // Of nodes. Some are clean between calls, so that a call touches its rows only:
+  std::vector<float> mask_, solution_, residual_;
+  std::vector<float> laplacian_, direction_, more_;  ///< 0
+  std::vector<std::int32_t> cell_of_;                ///< -1
 };
 
 }  // namespace polyhull::refine
