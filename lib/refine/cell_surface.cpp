@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "refine/cell_surface.h"
 
-#include <array>
+#include <bit>
 #include <cmath>
 
 #include "base/thread_pool.h"
@@ -13,19 +13,21 @@ namespace {
 /// How near to a node a vertex may come, in cells.
 constexpr float nearest = 0.01f;
 
-/// The nodes between which a row's cells, or edges to the next row and slab, can be crossed.
-Extent joined(const Level& fine, int y, int z) {
-  const Grid& grid = fine.grid;
-  Extent all{grid.nx, 0};
-  for (int dz = 0; dz < 2; ++dz)
-    for (int dy = 0; dy < 2; ++dy) {
-      if (y + dy >= grid.ny || z + dz >= grid.nz) continue;
-      const Extent row = fine.rows[static_cast<std::size_t>(z + dz) * grid.ny + y + dy];
-      if (row.begin == row.end) continue;
-      all.begin = std::min(all.begin, row.begin);
-      all.end = std::max(all.end, row.end);
-    }
-  return {std::max(0, all.begin - 1), std::min(grid.nx, all.end + 1)};
+/// Calls body(x) for each bit.
+template <typename Body>
+void each_bit(std::uint64_t bits, std::size_t word, const Body& body) {
+  for (; bits != 0; bits &= bits - 1) body(static_cast<int>(64 * word) + std::countr_zero(bits));
+}
+
+/// Each bit's neighbour towards larger x in a row of \p words.
+std::uint64_t next_bits(const std::uint64_t* row, std::size_t word, std::size_t words) {
+  return row[word] >> 1 | (word + 1 < words ? row[word + 1] << 63 : 0);
+}
+
+/// Which nodes of a row of \p nx have a next one.
+std::uint64_t with_next(int nx, std::size_t word) {
+  const int left = nx - 1 - static_cast<int>(64 * word);
+  return left >= 64 ? ~std::uint64_t{0} : left <= 0 ? 0 : (std::uint64_t{1} << left) - 1;
 }
 
 Vec3f gradient(const Grid& grid, const float* f, int x, int y, int z) {
@@ -41,69 +43,96 @@ Vec3f gradient(const Grid& grid, const float* f, int x, int y, int z) {
 
 }  // namespace
 
-void CellMarcher::find_vertices(const Level& fine, int z) {
+const std::uint64_t* CellMarcher::signs(const Grid& grid, int y, int z) const {
+  const int row = std::min(z, grid.nz - 1) * grid.ny + std::min(y, grid.ny - 1);
+  return signs_.data() + static_cast<std::size_t>(row) * words_;
+}
+
+void CellMarcher::find_signs(const Level& fine, int z) {
+  const Grid& grid = fine.grid;
+  for (int y = 0; y < grid.ny; ++y) {
+    const std::size_t r = static_cast<std::size_t>(z) * grid.ny + y;
+    const Extent extent = fine.rows[r];
+    const int begin = extent.begin / 64 * 64, end = (extent.end + 7) / 8 * 8;
+    loops().signs(fine.values.data() + grid.node(begin, y, z), end - begin,
+                  signs_.data() + r * words_ + begin / 64);
+  }
+}
+
+void CellMarcher::add_vertex(const Level& fine, int x, int y, int z, int axis) {
   const Grid& grid = fine.grid;
   const float* f = fine.values.data();
   Slab& slab = slabs_[static_cast<std::size_t>(z)];
-  slab.points.clear();
-  slab.normals.clear();
+  const std::size_t node = grid.node(x, y, z);
   const std::size_t step[3] = {1, grid.row(), grid.slab()};
+  const float a = f[node], b = f[node + step[axis]];
+  const float t = std::clamp(a / (a - b), nearest, 1.0f - nearest);
+  Vec3f point = grid.position(x, y, z);
+  point[axis] += t * grid.cell;
+  const Vec3f here = gradient(grid, f, x, y, z);
+  const Vec3f there = gradient(grid, f, x + (axis == 0), y + (axis == 1), z + (axis == 2));
+  const Vec3f up = here + t * (there - here);
+  const float length = glm::length(up);
+  Vec3f normal(0.0f);
+  if (length > 1e-12f)
+    normal = -up / length;
+  else
+    normal[axis] = a > 0.0f ? 1.0f : -1.0f;
+  vertex_of_edge_[3 * node + axis] = static_cast<std::uint32_t>(slab.points.size());
+  slab.points.push_back(point);
+  slab.normals.push_back(normal);
+}
+
+void CellMarcher::find_vertices(const Level& fine, int z) {
+  const Grid& grid = fine.grid;
+  slabs_[static_cast<std::size_t>(z)].points.clear();
+  slabs_[static_cast<std::size_t>(z)].normals.clear();
   for (int y = 0; y < grid.ny; ++y) {
-    const Extent extent = joined(fine, y, z);
-    for (int x = extent.begin; x < extent.end; ++x) {
-      const std::size_t node = grid.node(x, y, z);
-      const bool inside = f[node] > 0.0f;
-      const bool can[3] = {x + 1 < grid.nx, y + 1 < grid.ny, z + 1 < grid.nz};
-      for (int axis = 0; axis < 3; ++axis) {
-        if (!can[axis] || (f[node + step[axis]] > 0.0f) == inside) continue;
-        const float a = f[node], b = f[node + step[axis]];
-        const float t = std::clamp(a / (a - b), nearest, 1.0f - nearest);
-        Vec3f point = grid.position(x, y, z);
-        point[axis] += t * grid.cell;
-        const Vec3f here = gradient(grid, f, x, y, z);
-        const Vec3f there = gradient(grid, f, x + (axis == 0), y + (axis == 1), z + (axis == 2));
-        const Vec3f up = here + t * (there - here);
-        const float length = glm::length(up);
-        Vec3f normal(0.0f);
-        if (length > 1e-12f)
-          normal = -up / length;
-        else
-          normal[axis] = inside ? 1.0f : -1.0f;
-        vertex_of_edge_[3 * node + axis] = static_cast<std::uint32_t>(slab.points.size());
-        slab.points.push_back(point);
-        slab.normals.push_back(normal);
-      }
+    const std::uint64_t *own = signs(grid, y, z), *above = signs(grid, y + 1, z),
+                        *behind = signs(grid, y, z + 1);
+    for (std::size_t w = 0; w < words_; ++w) {
+      const std::uint64_t crossed[3] = {
+          (own[w] ^ next_bits(own, w, words_)) & with_next(grid.nx, w), own[w] ^ above[w],
+          own[w] ^ behind[w]};
+      each_bit(crossed[0] | crossed[1] | crossed[2], w, [&](int x) {
+        for (int axis = 0; axis < 3; ++axis)
+          if (crossed[axis] >> x % 64 & 1) add_vertex(fine, x, y, z, axis);
+      });
     }
   }
 }
 
 void CellMarcher::find_triangles(const Level& fine, int z) {
   const Grid& grid = fine.grid;
-  const float* f = fine.values.data();
   Slab& slab = slabs_[static_cast<std::size_t>(z)];
   slab.triangles.clear();
   if (z + 1 >= grid.nz) return;
-  const CellTable& table = cell_table();
   const std::uint32_t first[2] = {slab.first_vertex,
                                   slabs_[static_cast<std::size_t>(z) + 1].first_vertex};
-  for (int y = 0; y + 1 < grid.ny; ++y) {
-    const Extent extent = joined(fine, y, z);
-    const float* rows[4];
-    for (int k = 0; k < 4; ++k) rows[k] = f + grid.node(0, y + (k & 1), z + (k >> 1));
-    for (int x = extent.begin; x + 1 < extent.end; ++x) {
-      unsigned corners = 0;
-      for (unsigned k = 0; k < 4; ++k)
-        corners |= unsigned(rows[k][x] > 0.0f) << 2 * k | unsigned(rows[k][x + 1] > 0.0f)
-                                                              << (2 * k + 1);
-      if (corners == 0 || corners == 255) continue;
-      for (const std::uint8_t edge : table.triangles(corners)) {
-        const CellEdge& where = table.edge(edge);
-        const std::size_t node = grid.node(x + where.x, y + where.y, z + where.z);
-        slab.triangles.push_back(first[where.z] +
-                                 vertex_of_edge_[3 * node + static_cast<std::size_t>(where.axis)]);
-      }
+  const CellTable& table = cell_table();
+  const auto add_cell = [&](int x, int y, unsigned corners) {
+    for (const std::uint8_t edge : table.triangles(corners)) {
+      const CellEdge& where = table.edge(edge);
+      const std::size_t node = grid.node(x + where.x, y + where.y, z + where.z);
+      slab.triangles.push_back(first[where.z] +
+                               vertex_of_edge_[3 * node + static_cast<std::size_t>(where.axis)]);
     }
-  }
+  };
+  for (int y = 0; y + 1 < grid.ny; ++y)
+    for (std::size_t w = 0; w < words_; ++w) {
+      std::uint64_t corner[8], any = 0, every = ~std::uint64_t{0};
+      for (int k = 0; k < 8; ++k) {
+        const std::uint64_t* row = signs(grid, y + (k >> 1 & 1), z + (k >> 2));
+        corner[k] = k & 1 ? next_bits(row, w, words_) : row[w];
+        any |= corner[k];
+        every &= corner[k];
+      }
+      each_bit(any & ~every & with_next(grid.nx, w), w, [&](int x) {
+        unsigned corners = 0;
+        for (unsigned k = 0; k < 8; ++k) corners |= unsigned(corner[k] >> x % 64 & 1) << k;
+        add_cell(x, y, corners);
+      });
+    }
 }
 
 void CellMarcher::march(const Level& fine, CellSurface& out, int threads) {
@@ -116,6 +145,9 @@ void CellMarcher::march(const Level& fine, CellSurface& out, int threads) {
                    for (auto z = static_cast<int>(begin); z < static_cast<int>(end); ++z) body(z);
                  });
   };
+  words_ = (grid.row() + 63) / 64;
+  signs_.assign(fine.rows.size() * words_, 0);
+  each_slab([&](int z) { find_signs(fine, z); });
   each_slab([&](int z) { find_vertices(fine, z); });
   auto next = static_cast<std::uint32_t>(out.points.size());
   for (int z = 0; z < grid.nz; ++z) {

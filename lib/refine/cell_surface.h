@@ -27,8 +27,8 @@ struct CellSurface {
 /// Finds surfaces and keeps the memory.
 class CellMarcher {
  public:
-  /// Appends the surface of \p fine to \p out. The order of vertices and triangles follows the
-  /// grid.
+  /// Appends the surface of \p fine, whose rows are whole eights (grid_over()), to \p out. The order
+  /// of vertices and triangles follows the grid.
   void march(const Level& fine, CellSurface& out, int threads);
 
  private:
@@ -37,10 +37,18 @@ class CellMarcher {
     std::vector<std::uint32_t> triangles;
     std::uint32_t first_vertex = 0;
   };
+  void find_signs(const Level& fine, int z);
+  /// The vertex on the edge from node (x, y, z) along \p axis.
+  void add_vertex(const Level& fine, int x, int y, int z, int axis);
   void find_vertices(const Level& fine, int z);
   void find_triangles(const Level& fine, int z);
 
+  /// A row's signs; beyond the grid those of its last one.
+  const std::uint64_t* signs(const Grid& grid, int y, int z) const;
+
   std::vector<Slab> slabs_;
+  std::size_t words_ = 0;             ///< of a row's signs
+  std::vector<std::uint64_t> signs_;  ///< which nodes are inside: bit x % 64 of word x / 64
   std::vector<std::uint32_t> vertex_of_edge_;  ///< of node n and axis a at 3 n + a; in its slab
 };
 

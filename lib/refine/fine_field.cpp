@@ -92,8 +92,7 @@ void mix_hull(const Level& coarse, int y, int z, int first, int last, float* out
   const Grid& grid = coarse.grid;
   const float* rows[4];
   for (int k = 0; k < 4; ++k)
-    rows[k] = coarse.hull.data() +
-              grid.node(0, (y + (k & 1)) / 2, (z + (k >> 1)) / 2);
+    rows[k] = coarse.hull.data() + grid.node(0, (y + (k & 1)) / 2, (z + (k >> 1)) / 2);
   for (int x = first; x <= last; ++x)
     out[x] = 0.25f * ((rows[0][x] + rows[1][x]) + (rows[2][x] + rows[3][x]));
 }
@@ -118,8 +117,7 @@ void find_hull(const Level& coarse, const HullDistance& hull, Level& fine, int y
       out[x] = rough;
   }
   memory.exact.resize(memory.x.size());
-  hull.exact_row(grid, static_cast<float>(y), static_cast<float>(z), memory.x,
-                 memory.exact.data());
+  hull.exact_row(grid, static_cast<float>(y), static_cast<float>(z), memory.x, memory.exact.data());
   for (std::size_t i = 0; i < memory.x.size(); ++i)
     out[static_cast<int>(memory.x[i])] = memory.exact[i];
 }
@@ -197,15 +195,23 @@ void fit_to_rims(Level& fine, const ContactRays& rays, std::uint32_t part, const
     for (auto z = static_cast<int>(begin); z < static_cast<int>(end); ++z) {
       if (z == 0 || z == grid.nz - 1) continue;
       const std::size_t node = grid.node(0, 0, z), row = static_cast<std::size_t>(z) * grid.ny;
-      const AskedSlab slab{fine.values.data() + node, fine.rows.data() + row,
-                           grid.nx, grid.ny, static_cast<float>(z), memory.asked.data() + row,
-                           memory.sums.data() + node, memory.weights.data() + node};
+      const AskedSlab slab{fine.values.data() + node,
+                           fine.rows.data() + row,
+                           grid.nx,
+                           grid.ny,
+                           static_cast<float>(z),
+                           memory.asked.data() + row,
+                           memory.sums.data() + node,
+                           memory.weights.data() + node};
       for (int k = std::max(0, z - reach); k <= std::min(grid.nz - 1, z + reach); ++k)
         for (const std::uint32_t i : memory.rays_of_slab[k]) {
           const ContactRay& ray = rays.rays[i];
           const Vec3f at = (ray.rim() - grid.low) / grid.cell;
-          loops().ask({{at.x, at.y, at.z}, {ray.normal.x, ray.normal.y, ray.normal.z},
-                       std::clamp(fit.target - ray.value, -0.8f, 1.25f), nodes, least_along},
+          loops().ask({{at.x, at.y, at.z},
+                       {ray.normal.x, ray.normal.y, ray.normal.z},
+                       std::clamp(fit.target - ray.value, -0.8f, 1.25f),
+                       nodes,
+                       least_along},
                       slab);
         }
     }

@@ -29,7 +29,7 @@ struct FitMemory {
 /// How rims ask.
 struct RimFit {
   float radius = 0.5f;
-  float target = 0.0f;      ///< f that rims are to have
+  float target = 0.0f;     ///< f that rims are to have
   std::size_t stride = 1;  ///< only each so many-th ray asks
 };
 

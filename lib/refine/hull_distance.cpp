@@ -55,11 +55,11 @@ MapView ContactView::look(const SilhouetteMap& map) const {
 namespace {
 
 /// The least of the bounds' distances and those by a map of each view.
-void least_of_row(const HullDistance& hull, SilhouetteMap ContactView::* map, const Grid& grid,
+void least_of_row(const HullDistance& hull, SilhouetteMap ContactView::*map, const Grid& grid,
                   float y, float z, std::span<const float> x, float* out) {
   const Vec3f begin = grid.low + grid.cell * Vec3f(0.0f, y, z);
-  const RowPoints points{{begin.x, begin.y, begin.z}, grid.cell, x.data(),
-                         static_cast<int>(x.size())};
+  const RowPoints points{
+      {begin.x, begin.y, begin.z}, grid.cell, x.data(), static_cast<int>(x.size())};
   const float across = std::min(std::min(begin.y - hull.low.y, hull.high.y - begin.y),
                                 std::min(begin.z - hull.low.z, hull.high.z - begin.z));
   for (std::size_t i = 0; i < x.size(); ++i) {

@@ -12,12 +12,12 @@ namespace polyhull::refine {
 
 /// A camera's map of distances (silhouette_map.h) and where it shows a point.
 struct MapView {
-  float pixel[3][4];   ///< homogeneous pixel of a point; the third is its depth
-  float by_focal;      ///< 1 / pixels
-  float beyond;        ///< pixels: the distance where the map does not reach
+  float pixel[3][4];  ///< homogeneous pixel of a point; the third is its depth
+  float by_focal;     ///< 1 / pixels
+  float beyond;       ///< pixels: the distance where the map does not reach
   float left, top, by_texel;
-  float last_x, last_y;          ///< the map's last texel
-  int most_x, most_y;            ///< the last texel with a next one
+  float last_x, last_y;  ///< the map's last texel
+  int most_x, most_y;    ///< the last texel with a next one
   int stride;
   const float* distance;
 };
@@ -101,6 +101,8 @@ struct Loops {
                float* more, float* solution, float* residual, float* sums);
   /// f = residual + keep * f.
   void (*turn)(int count, const float* residual, float keep, float* f);
+  /// Bit i % 64 of word i / 64 becomes 1 where f[i] > 0; \p count whole eights, the words 0 before.
+  void (*signs)(const float* f, int count, std::uint64_t* words);
 };
 
 const Loops& baseline_loops();

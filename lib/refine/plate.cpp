@@ -176,7 +176,8 @@ void PlateSolver::solve(Level& level, const ContactRays& rays, std::uint32_t par
     const auto count = static_cast<std::size_t>(row.count);
     for (std::size_t i = row.node; i < row.node + count; ++i)
       level.values[i] = std::clamp(solution_[i], -3.3f, 10.0f);
-    for (auto* v : {&laplacian_, &direction_, &more_}) std::fill_n(v->data() + row.node, count, 0.0f);
+    for (auto* v : {&laplacian_, &direction_, &more_})
+      std::fill_n(v->data() + row.node, count, 0.0f);
   }
 }
 

@@ -39,8 +39,7 @@ class RefineLoops : public ::testing::Test {
   /// around the origin.
   ContactView view() {
     ContactView made;
-    const float rows[3][4] = {
-        {300, 20, 160, 3200}, {-15, 310, 120, 2400}, {0.1f, 0.05f, 1, 20}};
+    const float rows[3][4] = {{300, 20, 160, 3200}, {-15, 310, 120, 2400}, {0.1f, 0.05f, 1, 20}};
     for (int i = 0; i < 3; ++i)
       for (int k = 0; k < 4; ++k) made.pixel[i][k] = rows[i][k];
     made.focal = 300.0f;
@@ -102,7 +101,9 @@ TEST_F(RefineLoops, InsideGivesTheSameBits) {
   const ContactView from = view();
   for (int round = 0; round < 50; ++round) {
     const std::vector<float> x = numbers(1 + random() % 50, 0.0f, 60.0f);
-    const RowPoints points{{number(-15, 0), number(-8, 8), number(-30, 8)}, 0.4f, x.data(),
+    const RowPoints points{{number(-15, 0), number(-8, 8), number(-30, 8)},
+                           0.4f,
+                           x.data(),
                            static_cast<int>(x.size())};
     const std::vector<float> before = numbers(x.size(), -1.0f, 9.0f);
     expect_same_bits(all(), [&](const Loops& loops) {
@@ -120,8 +121,9 @@ TEST_F(RefineLoops, AlongALineAsSampled) {
     const Vec3f begin(number(-4, 6), number(-3, 3), number(-2, 3));
     const Vec3f way(number(-0.3f, 0.3f), number(-0.3f, 0.3f), number(-0.3f, 0.3f));
     const Vec3f at = (begin - grid.low) / grid.cell, step = way / grid.cell;
-    const GridLine line{values.data(),        grid.nx, grid.ny, grid.nz, outside,
-                        {at.x, at.y, at.z}, {step.x, step.y, step.z}};
+    const GridLine line{
+        values.data(),           grid.nx, grid.ny, grid.nz, outside, {at.x, at.y, at.z},
+        {step.x, step.y, step.z}};
     const int count = 1 + static_cast<int>(random() % 32);
     const auto run = [&](const Loops& loops) {
       std::vector<float> out(static_cast<std::size_t>(count));
@@ -147,7 +149,10 @@ TEST_F(RefineLoops, RimsAskNodesByTheFormula) {
     }
     const Vec3f normal = glm::normalize(Vec3f(number(-1, 1), number(-1, 1), number(-1, 1)));
     const AskingRim rim{{number(-1, nx), number(-1, ny), number(-1, 3)},
-                        {normal.x, normal.y, normal.z}, number(-1, 1), number(0.8f, 6.0f), 0.2f};
+                        {normal.x, normal.y, normal.z},
+                        number(-1, 1),
+                        number(0.8f, 6.0f),
+                        0.2f};
     const auto run = [&](const Loops& loops) {
       std::vector<float> out(2 * nx * ny);
       std::vector<Extent> asked(ny);
@@ -175,6 +180,112 @@ TEST_F(RefineLoops, RimsAskNodesByTheFormula) {
         EXPECT_NEAR(out[y * nx + x], weight * rim.gap, 1e-5f);
       }
   }
+}
+
+TEST_F(RefineLoops, SignsAreOneWhereInside) {
+  for (const int count : {8, 64, 72, 176}) {
+    std::vector<float> f = numbers(static_cast<std::size_t>(count), -1.0f, 1.0f);
+    f[3] = 0.0f;
+    for (const Loops* loops : all()) {
+      std::vector<std::uint64_t> words(static_cast<std::size_t>(count + 63) / 64);
+      loops->signs(f.data(), count, words.data());
+      for (int i = 0; i < 64 * static_cast<int>(words.size()); ++i)
+        EXPECT_EQ(words[static_cast<std::size_t>(i / 64)] >> i % 64 & 1,
+                  i < count && f[static_cast<std::size_t>(i)] > 0.0f)
+            << loops->name << ' ' << i;
+    }
+  }
+}
+
+/// A row of 16 nodes in the middle of a grid of 5 x 5 of them, with room at both ends.
+struct PlateScene {
+  static constexpr int nx = 16, slab = 5 * nx, room = 8;
+  static constexpr std::size_t size = 5 * slab + 2 * room, row = room + 2 * slab + 2 * nx;
+  std::vector<float> f, laplacian, mask, more, solution, residual;
+  PlateRow at() const { return {nx, nx, slab, mask.data() + row}; }
+};
+
+TEST_F(RefineLoops, ThePlatesStepsAreTheFormulas) {
+  PlateScene scene;
+  for (auto* v : {&scene.f, &scene.laplacian, &scene.more, &scene.solution, &scene.residual})
+    *v = numbers(PlateScene::size, -1.0f, 1.0f);
+  scene.mask.assign(PlateScene::size, 1.0f);
+  scene.mask[PlateScene::row + 5] = scene.mask[PlateScene::row + 14] = 0.0f;
+  const float tie = 0.03f, length = 0.7f;
+  const auto at = [](const std::vector<float>& v, std::size_t n) {
+    const std::size_t row = PlateScene::nx, slab = PlateScene::slab;
+    return v[n - 1] + v[n + 1] + v[n - row] + v[n + row] + v[n - slab] + v[n + slab] - 6.0f * v[n];
+  };
+  const auto run = [&](const Loops& loops) {
+    PlateScene made = scene;
+    std::vector<float> sums(16), out(PlateScene::nx);
+    loops.laplacian(made.at(), made.f.data() + PlateScene::row, tie, out.data(), sums.data());
+    loops.step(made.at(), made.f.data() + PlateScene::row, made.laplacian.data() + PlateScene::row,
+               tie, length, made.more.data() + PlateScene::row,
+               made.solution.data() + PlateScene::row, made.residual.data() + PlateScene::row,
+               sums.data() + 8);
+    loops.turn(PlateScene::nx, made.residual.data() + PlateScene::row, 0.4f,
+               made.f.data() + PlateScene::row);
+    for (const auto* v : {&made.f, &made.more, &made.solution, &made.residual, &sums})
+      out.insert(out.end(), v->begin(), v->end());
+    return out;
+  };
+  expect_same_bits(all(), run);
+  const std::vector<float> out = run(loops());
+  const float* more = out.data() + PlateScene::nx + PlateScene::size;
+  const float* solution = more + PlateScene::size;
+  const float* residual = solution + PlateScene::size;
+  const float* sums = residual + PlateScene::size;
+  float bent = 0.0f, left = 0.0f;
+  for (std::size_t i = 0; i < PlateScene::nx; ++i) {
+    const std::size_t n = PlateScene::row + i;
+    const float value = scene.mask[n] * at(scene.f, n);
+    EXPECT_NEAR(out[i], value, 1e-5f);
+    bent += value * value + tie * scene.f[n] * scene.f[n];
+    EXPECT_EQ(more[n], 0.0f);
+    EXPECT_NEAR(solution[n], scene.solution[n] + length * scene.f[n], 1e-6f);
+    const float image = scene.mask[n] * (at(scene.laplacian, n) + tie * scene.f[n]) + scene.more[n];
+    EXPECT_NEAR(residual[n], scene.residual[n] - length * image, 1e-5f);
+    left += residual[n] * residual[n];
+    EXPECT_NEAR(out[PlateScene::nx + n], residual[n] + 0.4f * scene.f[n], 1e-6f);
+  }
+  float sum[2] = {};
+  for (int k = 0; k < 16; ++k) sum[k / 8] += sums[k];
+  EXPECT_NEAR(sum[0], bent, 1e-4f * bent);
+  EXPECT_NEAR(sum[1], left, 1e-4f * left);
+}
+
+TEST_F(RefineLoops, CellsAddTheirFormsImage) {
+  constexpr std::size_t nodes = 64;
+  const std::size_t corner[8] = {0, 1, 4, 5, 16, 17, 20, 21};
+  const std::vector<float> f = numbers(nodes, -1.0f, 1.0f), before = numbers(nodes, -1.0f, 1.0f);
+  std::vector<float> mask(nodes, 1.0f);
+  mask[21] = 0.0f;
+  std::vector<PlateCell> cells(2);
+  for (PlateCell& cell : cells) {
+    cell.node = &cell == cells.data() ? 0 : 21;
+    for (float& value : cell.form) value = number(-1.0f, 1.0f);
+  }
+  const auto run = [&](const Loops& loops) {
+    std::vector<float> out = before, sums(8);
+    loops.cells(cells.data(), cells.size(), corner, mask.data(), f.data(), out.data(), sums.data());
+    out.insert(out.end(), sums.begin(), sums.end());
+    return out;
+  };
+  expect_same_bits(all(), run);
+  std::vector<double> expected(before.begin(), before.end());
+  double energy = 0.0;
+  for (const PlateCell& cell : cells)
+    for (int p = 0; p < 8; ++p)
+      for (int q = 0; q < 8; ++q) {
+        const double image = double{cell.form[8 * p + q]} * f[cell.node + corner[p]];
+        expected[cell.node + corner[q]] += mask[cell.node + corner[q]] * image;
+        energy += image * f[cell.node + corner[q]];
+      }
+  const std::vector<float> out = run(loops());
+  for (std::size_t i = 0; i < nodes; ++i) EXPECT_NEAR(out[i], expected[i], 1e-5);
+  for (int k = 0; k < 8; ++k) energy -= out[nodes + static_cast<std::size_t>(k)];
+  EXPECT_NEAR(energy, 0.0, 1e-5);
 }
 
 }  // namespace
