@@ -157,6 +157,33 @@ void find_rim(ContactRay& ray, const ContactRays& rays, std::span<const Level> p
 
 }  // namespace
 
+void sample_row(const Grid& grid, const float* values, const Grid& at, int y, int z,
+                std::vector<float>& mixed, float* out) {
+  const Vec3f begin = (at.position(0, y, z) - grid.low) / grid.cell;
+  std::fill_n(out, at.nx, outside);
+  if (!(begin.y >= 0.0f && begin.z >= 0.0f && begin.y < static_cast<float>(grid.ny - 1) &&
+        begin.z < static_cast<float>(grid.nz - 1)))
+    return;
+  // First along y and z, whole rows, then along x.
+  const int cy = static_cast<int>(begin.y), cz = static_cast<int>(begin.z);
+  const float b = begin.y - static_cast<float>(cy), c = begin.z - static_cast<float>(cz);
+  const float* p = values + grid.node(0, cy, cz);
+  const float *q = p + grid.row(), *r = p + grid.slab(), *s = r + grid.row();
+  mixed.resize(grid.row());
+  float* __restrict mix = mixed.data();
+  for (int x = 0; x < grid.nx; ++x) {
+    const float near = p[x] + b * (q[x] - p[x]), far = r[x] + b * (s[x] - r[x]);
+    mix[x] = near + c * (far - near);
+  }
+  const float step = at.cell / grid.cell, last = static_cast<float>(grid.nx - 1);
+  for (int x = 0; x < at.nx; ++x) {
+    const float t = begin.x + static_cast<float>(x) * step;
+    if (!(t >= 0.0f && t < last)) continue;
+    const int k = static_cast<int>(t);
+    out[x] = mix[k] + (t - static_cast<float>(k)) * (mix[k + 1] - mix[k]);
+  }
+}
+
 void trace_rays(std::span<const OutlineView> views, std::span<const Level> parts, int threads,
                 ContactRays& out) {
   std::vector<ContactRays> of_view(views.size());

@@ -28,6 +28,10 @@ struct Level {
   std::vector<Extent> rows;   ///< of a fine grid: of row (y, z) at z * ny + y
 };
 
+/// sample() of \p values on \p grid at row (y, z) of the grid \p at; \p mixed is worked with.
+void sample_row(const Grid& grid, const float* values, const Grid& at, int y, int z,
+                std::vector<float>& mixed, float* out);
+
 struct ContactRay {
   Vec3f origin{0.0f};
   Vec3f direction{0.0f};  ///< along it for a depth of 1

@@ -3,7 +3,6 @@
 
 #include <array>
 #include <cmath>
-#include <cstring>
 
 #include "base/thread_pool.h"
 
@@ -53,6 +52,14 @@ void blur_x(const Kernel& kernel, const float* row, int count, std::vector<float
   weigh(wide.data() + reach, count, kernel.weight[0], to);
   for (int k = 1; k <= reach; ++k)
     add(wide.data() + reach - k, wide.data() + reach + k, count, kernel.weight[k], to);
+}
+
+void correct_row(const float* hull, const float* correction, int count, float* f) {
+  for (int x = 0; x < count; ++x) {
+    const float moved =
+        std::clamp(std::min(f[x] + correction[x], hull[x] + above_hull), outside, deepest);
+    f[x] = hull[x] <= outside - 0.4f ? outside : moved;
+  }
 }
 
 }  // namespace
@@ -124,22 +131,17 @@ void pull_to_rims(Level& level, const ContactRays& rays, std::uint32_t part, con
   blur(coarse, memory.weights, pull.sigma, memory, threads);
   for (std::size_t i = 0; i < memory.gaps.size(); ++i)
     memory.gaps[i] = std::clamp(memory.gaps[i] / (memory.weights[i] + 0.002f), -1.25f, 1.7f);
-  parallel_for(
-      static_cast<std::size_t>(grid.nz), 4, threads, [&](std::size_t begin, std::size_t end) {
-        for (auto z = static_cast<int>(begin); z < static_cast<int>(end); ++z)
-          for (int y = 0; y < grid.ny; ++y)
-            for (int x = 0; x < grid.nx; ++x) {
-              const std::size_t node = grid.node(x, y, z);
-              float& value = level.values[node];
-              const float hull = level.hull[node];
-              if (hull <= outside - 0.4f) {
-                value = outside;
-                continue;
-              }
-              const float correction = sample(coarse, memory.gaps.data(), grid.position(x, y, z));
-              value = std::clamp(std::min(value + correction, hull + above_hull), outside, deepest);
-            }
-      });
+  parallel_for(static_cast<std::size_t>(grid.nz), 4, threads,
+               [&](std::size_t begin, std::size_t end) {
+                 std::vector<float> corrections(grid.row()), mixed;
+                 for (auto z = static_cast<int>(begin); z < static_cast<int>(end); ++z)
+                   for (int y = 0; y < grid.ny; ++y) {
+                     sample_row(coarse, memory.gaps.data(), grid, y, z, mixed, corrections.data());
+                     const std::size_t row = grid.node(0, y, z);
+                     correct_row(level.hull.data() + row, corrections.data(), grid.nx,
+                                 level.values.data() + row);
+                   }
+               });
 }
 
 }  // namespace polyhull::refine

@@ -184,6 +184,7 @@ void HullRefiner::State::set_up_levels(const Hull& hull) {
                 "The hull is too large for a cell of {:g} m: its grids would have {:.0f} million "
                 "nodes; give a cell of {:.3f} m or more, or bounds around the subject.",
                 recipe.cell, 1e-6 * nodes, recipe.cell * std::cbrt(nodes / most_nodes) * 1.05);
+  std::vector<float> mixed;
   for (std::size_t p = 0; p < boxes.size(); ++p) {
     Level& level = middle[p];
     level.grid = grid_over(boxes[p].low, boxes[p].high, 1.0f, margin);
@@ -193,9 +194,9 @@ void HullRefiner::State::set_up_levels(const Hull& hull) {
     half.hull.resize(half.grid.size());
     for (int z = 0; z < half.grid.nz; ++z)
       for (int y = 0; y < half.grid.ny; ++y)
-        for (int x = 0; x < half.grid.nx; ++x)
-          half.hull[half.grid.node(x, y, z)] =
-              std::max(outside, sample(level.grid, level.hull.data(), half.grid.position(x, y, z)));
+        sample_row(level.grid, level.hull.data(), half.grid, y, z, mixed,
+                   half.hull.data() + half.grid.node(0, y, z));
+    for (float& value : half.hull) value = std::max(outside, value);
     half.values = half.hull;
     statistics.nodes += level.grid.size();
   }
@@ -232,16 +233,17 @@ void HullRefiner::State::start_middle() {
     level.values.resize(grid.size());
     parallel_for(static_cast<std::size_t>(grid.nz), 4, threads,
                  [&](std::size_t begin, std::size_t end) {
+                   std::vector<float> mixed;
                    for (auto z = static_cast<int>(begin); z < static_cast<int>(end); ++z)
-                     for (int y = 0; y < grid.ny; ++y)
-                       for (int x = 0; x < grid.nx; ++x) {
-                         const std::size_t node = grid.node(x, y, z);
-                         level.values[node] =
-                             level.hull[node] <= least_hull
-                                 ? outside
-                                 : std::max(outside, sample(coarse[p].grid, coarse[p].values.data(),
-                                                            grid.position(x, y, z)));
-                       }
+                     for (int y = 0; y < grid.ny; ++y) {
+                       const std::size_t row = grid.node(0, y, z);
+                       float* values = level.values.data() + row;
+                       const float* hull = level.hull.data() + row;
+                       sample_row(coarse[p].grid, coarse[p].values.data(), grid, y, z, mixed, values);
+                       for (int x = 0; x < grid.nx; ++x)
+                         values[x] =
+                             hull[x] <= least_hull ? outside : std::max(outside, values[x]);
+                     }
                  });
   }
 }

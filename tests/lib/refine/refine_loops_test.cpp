@@ -138,6 +138,24 @@ TEST_F(RefineLoops, AlongALineAsSampled) {
   }
 }
 
+TEST_F(RefineLoops, ARowOfAnotherGridAsSampled) {
+  const Grid grid{{-3.0f, -2.0f, -1.0f}, 0.5f, 16, 9, 7};
+  const std::vector<float> values = numbers(grid.size(), -2.0f, 2.0f);
+  const Grid other{{-3.6f, -2.4f, -1.3f}, 0.31f, 32, 17, 13};  // a little beyond on each side
+  std::vector<float> mixed, out(other.row());
+  int within = 0;
+  for (int z = 0; z < other.nz; ++z)
+    for (int y = 0; y < other.ny; ++y) {
+      sample_row(grid, values.data(), other, y, z, mixed, out.data());
+      for (int x = 0; x < other.nx; ++x) {
+        const float expected = sample(grid, values.data(), other.position(x, y, z));
+        EXPECT_NEAR(out[static_cast<std::size_t>(x)], expected, 2e-5f);
+        within += expected != outside;
+      }
+    }
+  EXPECT_GT(within, 1000);
+}
+
 TEST_F(RefineLoops, RimsAskNodesByTheFormula) {
   constexpr int nx = 16, ny = 9, nz = 3;
   const std::vector<float> f = numbers(nx * ny * nz, -2.0f, 2.0f);
