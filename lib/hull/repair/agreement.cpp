@@ -47,26 +47,24 @@ struct PictureLine {
   }
 };
 
-/// Appends to \p crossings where the line of normal \p L and direction \p e meets the edges of
-/// \p rings rings, along it.
-void cross_edges(const std::vector<double>& x, const std::vector<double>& y,
-                 std::span<const std::uint32_t> ring_ends, const Vec3& L, const Vec2& e,
+/// Sets scratch.crossings to where the line of normal \p L and direction \p e meets \p edges, along
+/// it.
+void cross_edges(std::span<const Agreement::Edges> edges, const Vec3& L, const Vec2& e,
                  Agreement::Scratch& scratch) {
   scratch.crossings.clear();
-  if (ring_ends.empty()) return;
-  const std::size_t count = ring_ends.back();
-  scratch.sides.resize(count);
-  double* sides = scratch.sides.data();
-  for (std::size_t i = 0; i < count; ++i) sides[i] = L.x * x[i] + L.y * y[i] + L.z;
-  std::size_t i = 0;
-  for (const std::uint32_t end : ring_ends) {
-    for (; i + 1 < end; ++i) {
-      if ((sides[i] < 0.0) == (sides[i + 1] < 0.0)) continue;
-      const double t = sides[i] / (sides[i] - sides[i + 1]);
-      scratch.crossings.push_back(e.x * (x[i] + t * (x[i + 1] - x[i])) +
-                                  e.y * (y[i] + t * (y[i + 1] - y[i])));
+  const Vec2 normal(L), reach = glm::abs(normal);
+  for (const Agreement::Edges& some : edges) {
+    const double along = glm::dot(reach, some.half);
+    const double size = glm::dot(reach, glm::abs(some.middle)) + std::abs(L.z) + along;
+    if (std::abs(glm::dot(normal, some.middle) + L.z) > along + rounding * size) continue;
+    double side = glm::dot(normal, some.points[0]) + L.z;
+    for (std::size_t i = 1; i < some.count; ++i) {
+      const double last = side;
+      side = glm::dot(normal, some.points[i]) + L.z;
+      if ((last < 0.0) == (side < 0.0)) continue;
+      scratch.crossings.push_back(
+          glm::dot(e, glm::mix(some.points[i - 1], some.points[i], last / (last - side))));
     }
-    ++i;
   }
   std::sort(scratch.crossings.begin(), scratch.crossings.end());
 }
@@ -107,18 +105,24 @@ Agreement::Agreement(std::span<const Silhouette> views, Unseen unseen) : unseen_
   }
 }
 
-void Agreement::add_ring(View& view, std::span<const Vec2f> ring) const {
-  if (ring.empty()) return;
-  for (const Vec2f& p : ring) view.x.push_back(p.x), view.y.push_back(p.y);
-  view.x.push_back(ring.front().x), view.y.push_back(ring.front().y);
-  view.ends.push_back(static_cast<std::uint32_t>(view.x.size()));
+void Agreement::add_ring(View& view, std::span<const Vec2f> ring) {
+  for (std::size_t first = 0; first < ring.size(); first += Edges::most) {
+    Edges& some = view.edges.emplace_back();
+    some.count = std::min(Edges::most, ring.size() - first) + 1;
+    Vec2 low(1e300), high(-1e300);
+    for (std::size_t i = 0; i < some.count; ++i) {
+      some.points[i] = Vec2(ring[(first + i) % ring.size()]);
+      low = glm::min(low, some.points[i]), high = glm::max(high, some.points[i]);
+    }
+    some.middle = 0.5 * (low + high), some.half = 0.5 * (high - low);
+  }
 }
 
 void Agreement::replace(std::size_t number, const Rings& rings) {
   View& view = views_[number];
-  view.x.clear(), view.y.clear(), view.ends.clear();
+  view.edges.clear();
   for (std::size_t i = 0; i < rings.size(); ++i) add_ring(view, rings.ring(i));
-  view.silhouette_rings = view.ends.size();
+  view.silhouette_edges = view.edges.size();
   if (unseen_ != Unseen::keep) return;
   const float right = static_cast<float>(view.camera->width) - 0.5f;
   const float bottom = static_cast<float>(view.camera->height) - 0.5f;
@@ -126,12 +130,11 @@ void Agreement::replace(std::size_t number, const Rings& rings) {
   add_ring(view, border);
 }
 
-/// Gives \p step votes to the stretches of the ray that are inside by the even-odd rule of the first
-/// \p rings rings of \p seen. False: there are none.
+/// Gives \p step votes to the stretches of the ray that are inside by the even-odd rule of \p edges,
+/// which are of \p seen. False: there are none.
 bool Agreement::add_stretches(const View& from, const Vec3& direction, const View& seen,
-                              std::size_t rings, int step, Scratch& scratch) const {
+                              std::span<const Edges> edges, int step, Scratch& scratch) const {
   PictureLine line{seen.M * from.centre + seen.m, seen.M * direction};
-  const std::span<const std::uint32_t> ring_ends(seen.ends.data(), rings);
   const std::size_t known = scratch.ends.size();
   const auto add = [&](double begin, double end) {
     if (!(begin < end)) return;
@@ -143,7 +146,7 @@ bool Agreement::add_stretches(const View& from, const Vec3& direction, const Vie
     // The whole ray is one pixel: any line through it tells whether that is inside.
     if (!(line.b.z > 0.0)) return false;
     const Vec2 p = Vec2(line.b) / line.b.z;
-    cross_edges(seen.x, seen.y, ring_ends, Vec3(0.0, 1.0, -p.y), Vec2(1.0, 0.0), scratch);
+    cross_edges(edges, Vec3(0.0, 1.0, -p.y), Vec2(1.0, 0.0), scratch);
     for (std::size_t k = 0; k + 1 < scratch.crossings.size(); k += 2)
       if (scratch.crossings[k] <= p.x && p.x < scratch.crossings[k + 1]) add(0.0, infinite);
     return scratch.ends.size() > known;
@@ -153,7 +156,7 @@ bool Agreement::add_stretches(const View& from, const Vec3& direction, const Vie
   if (!(length > 0.0) || !std::isfinite(length)) return false;
   line.e = Vec2(L.y, -L.x) / length;
   if (!line.limit()) return false;
-  cross_edges(seen.x, seen.y, ring_ends, L, line.e, scratch);
+  cross_edges(edges, L, line.e, scratch);
   for (std::size_t k = 0; k + 1 < scratch.crossings.size(); k += 2)
     if (scratch.crossings[k + 1] > line.w_begin && scratch.crossings[k] < line.w_end)
       add(line.depth(scratch.crossings[k]), line.depth(scratch.crossings[k + 1]));
@@ -169,10 +172,11 @@ Agreement::Stretch Agreement::longest(std::size_t view, const Vec2& pixel, std::
   for (std::size_t j = 0; j < views_.size(); ++j) {
     if (j == view) continue;
     const View& seen = views_[j];
-    const bool any = add_stretches(from, direction, seen, seen.silhouette_rings, 1, scratch);
+    const std::span<const Edges> silhouette(seen.edges.data(), seen.silhouette_edges);
+    const bool any = add_stretches(from, direction, seen, silhouette, 1, scratch);
     if (unseen_ == Unseen::keep) {
       // One that rejects outvotes all others.
-      add_stretches(from, direction, seen, seen.ends.size(), -others - 1, scratch);
+      add_stretches(from, direction, seen, seen.edges, -others - 1, scratch);
     } else if (!any) {
       return {};
     }

@@ -15,7 +15,8 @@
 /// its samples.
 #pragma once
 
-#include <cstdint>
+#include <array>
+#include <cstddef>
 #include <span>
 #include <vector>
 
@@ -40,7 +41,7 @@ class Agreement {
       double s;
       int step;  ///< by which the sum of votes changes here
     };
-    std::vector<double> sides, crossings;
+    std::vector<double> crossings;
     std::vector<End> ends;
   };
 
@@ -57,21 +58,25 @@ class Agreement {
   std::size_t size() const { return views_.size(); }
   const Camera& camera(std::size_t view) const { return *views_[view].camera; }
 
+  /// A few edges of a ring, one after the other, in their box: most lines miss most boxes.
+  struct Edges {
+    static constexpr std::size_t most = 8;
+    Vec2 middle{0.0}, half{0.0};
+    std::array<Vec2, most + 1> points;
+    std::size_t count = 0;  ///< of points
+  };
+
  private:
   struct View {
     const Camera* camera;
     Mat3 M{1.0};
     Vec3 m{0.0}, centre{0.0};
-    // Each ring with its first point again at its end, so that edges are neighbours here. Under
-    // Unseen::keep the frame's border is the last ring: what lies between it and the silhouette is
-    // what the camera rejects.
-    std::vector<double> x, y;
-    std::vector<std::uint32_t> ends;
-    std::size_t silhouette_rings = 0;
+    std::vector<Edges> edges;
+    std::size_t silhouette_edges = 0;  ///< of `edges`; those of the frame's border follow
   };
-  bool add_stretches(const View& from, const Vec3& direction, const View& seen, std::size_t rings,
-                     int step, Scratch& scratch) const;
-  void add_ring(View& view, std::span<const Vec2f> ring) const;
+  bool add_stretches(const View& from, const Vec3& direction, const View& seen,
+                     std::span<const Edges> edges, int step, Scratch& scratch) const;
+  static void add_ring(View& view, std::span<const Vec2f> ring);
 
   std::vector<View> views_;
   Unseen unseen_;

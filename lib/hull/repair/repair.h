@@ -13,8 +13,9 @@
 ///  2. Where another camera's hole overlaps, H_k is torn, too, and few cameras are no judges. The
 ///     hole is then filled if it is proven wrong: the part of H_k behind it holds points whose
 ///     pixel in another camera j is inside j's silhouette, but not covered by the hull as it is.
-///     Silhouettes of one body leave nothing uncovered. One hole at a time, the one with the most
-///     proof first, since what it covers proves nothing for the next.
+///     Silhouettes of one body leave nothing uncovered. The four cameras are asked that look most
+///     along k's axis or against it: there the hull lacks the most. One hole at a time is filled,
+///     the one with the most proof first, since what it covers proves nothing for the next.
 ///  3. A piece, a ring of foreground, is dropped where most of it has no part of H_k behind it,
 ///     while another piece of that silhouette does. Background seen by one camera has none.
 ///

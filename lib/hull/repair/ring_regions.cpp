@@ -13,6 +13,7 @@ constexpr double most_points = 65536.0;
 
 double signed_area(std::span<const Vec2f> ring) {
   double area = 0.0;
+  if (ring.empty()) return area;
   Vec2 last(ring.back());
   for (const Vec2f& point : ring) {
     const Vec2 next(point);
@@ -24,6 +25,7 @@ double signed_area(std::span<const Vec2f> ring) {
 
 /// Appends where the line at \p y crosses \p ring.
 void cross_row(std::span<const Vec2f> ring, double y, std::vector<double>& crossings) {
+  if (ring.empty()) return;
   Vec2 last(ring.back());
   for (const Vec2f& point : ring) {
     const Vec2 next(point);
@@ -45,6 +47,7 @@ std::vector<RingRegion> regions_of(const Rings& rings) {
   for (std::size_t r = 0; r < rings.size(); ++r) regions[r].area = signed_area(rings.ring(r));
   std::vector<double> crossings;
   for (std::size_t r = 0; r < rings.size(); ++r) {
+    if (rings.ring(r).empty()) continue;
     const Vec2 p(rings.ring(r).front());
     for (std::size_t around = 0; around < rings.size(); ++around) {
       if (std::abs(regions[around].area) <= std::abs(regions[r].area)) continue;

@@ -15,12 +15,12 @@ struct RingRegion {
   std::int32_t parent = -1;  ///< the smallest ring around it; -1: none
 };
 
-/// One entry per ring of \p rings (none of them empty).
+/// One entry per ring of \p rings; a ring without points has area 0.
 std::vector<RingRegion> regions_of(const Rings& rings);
 
-/// About \p count points on a square grid inside ring \p ring, whose area is \p area, and on its side
-/// of \p rings: background in a hole, foreground in others. Fewer, or none, where the ring is
-/// thinner than a quarter pixel.
+/// About \p count points on a square grid inside ring \p ring, whose area \p area is not 0, and on
+/// its side of \p rings: background in a hole, foreground in others. Fewer, or none, where the ring
+/// is thinner than a quarter pixel.
 std::vector<Vec2> points_inside(const Rings& rings, std::size_t ring, double area, int count);
 
 }  // namespace polyhull::hull

@@ -240,6 +240,16 @@ TEST(Repair, NothingToJudgeByNothingMended) {
   EXPECT_TRUE(untouched(std::vector<Silhouette>(8, Silhouette{views[0].camera, &empty})));
 }
 
+TEST(Repair, RingsOfNoAreaAreNoPieces) {
+  Stage stage = with_a_hole(8, 0, 10.0f);
+  for (const std::vector<Vec2f>& ring :
+       {std::vector<Vec2f>{}, {{5.0f, 5.0f}}, {{5.0f, 5.0f}, {9.0f, 9.0f}}})
+    add_ring(stage.contours[0], ring);
+  const auto repairs = find_repairs(stage.views(stage.contours), both);
+  EXPECT_EQ(repairs[0].pieces, 0u);
+  EXPECT_EQ(repairs[0].holes, 1u);
+}
+
 TEST(Repair, NumbersThatAreNoneAndRingsBeyondMeasureDoNoHarm) {
   Stage stage = with_a_hole(8, 0, 10.0f);
   for (const float value : {1e9f, -1e30f}) {
