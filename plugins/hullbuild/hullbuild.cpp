@@ -80,6 +80,11 @@ GstStructure* HullBuild::statistics_of(gpointer object) {
     const auto late = state_of<LivePadState>(pad).punctuality.latest_of_all(now);
     gst_structure_set(stats, ("late-views-" + name).c_str(), G_TYPE_UINT64,
                       static_cast<guint64>(state_of<HullPadState>(pad).late.load()), nullptr);
+    gst_structure_set(stats, ("holes-filled-" + name).c_str(), G_TYPE_UINT64,
+                      static_cast<guint64>(state_of<HullPadState>(pad).holes_filled.load()),
+                      ("pieces-dropped-" + name).c_str(), G_TYPE_UINT64,
+                      static_cast<guint64>(state_of<HullPadState>(pad).pieces_dropped.load()),
+                      nullptr);
     if (late)
       gst_structure_set(stats, ("lateness-ms-" + name).c_str(), G_TYPE_DOUBLE,
                         1e-6 * static_cast<double>(*late), nullptr);
@@ -105,9 +110,11 @@ void HullBuild::class_init(gpointer klass) {
       "sets-overdue (came when nobody could use them), sets-unwanted (left out because not all "
       "can be done), views-…, "
       "empty-meshes, lone-silhouettes (one camera sees a foreground), full-silhouettes "
-      "(foreground fills the frame), hulls-reused, predicates and exact-predicates; and of "
-      "the last set cameras (with foreground), faces, vertices, triangles, the milliseconds "
-      "each phase took and threads-used (how many threads took part in its parallel loops, "
+      "(foreground fills the frame), holes-filled and pieces-dropped (by repair; of each camera "
+      "holes-filled-NAME and pieces-dropped-NAME), hulls-reused, predicates and "
+      "exact-predicates; and of the last set cameras (with foreground), faces, vertices, "
+      "triangles, the milliseconds each phase took and threads-used (how many threads took part "
+      "in its parallel loops, "
       "on average). Live: wait-ms and latency-ms as they are now, frame-step (every how "
       "many instants one is asked for), and of each camera lateness-ms-NAME, the most that a "
       "view of the last ten seconds came after its instant, and late-views-NAME, views that "

@@ -28,7 +28,7 @@ void HullPadState::reset() {
   last_time = no_time;
   missed_since = no_time;
   delivered = ended = false;
-  late = 0;
+  late = holes_filled = pieces_dropped = 0;
 }
 
 std::string camera_property(GstAggregatorPad* pad) {

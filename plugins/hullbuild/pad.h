@@ -39,11 +39,14 @@ struct HullPadState {
   std::int64_t held_time = no_time;
   std::uint64_t last_trigger = no_trigger;  ///< of the last view that was in time
   std::int64_t last_time = no_time;
-  bool delivered = false;                ///< a view of it has been in a set
-  std::int64_t missed_since = no_time;   ///< sets have lacked it from this running time on
+  bool delivered = false;               ///< a view of it has been in a set
+  std::int64_t missed_since = no_time;  ///< sets have lacked it from this running time on
 
   std::string name;                    ///< of its camera, under the pad's object lock
   std::atomic<std::uint64_t> late{0};  ///< views that came after their set had gone
+
+  /// What was mended of its silhouettes.
+  std::atomic<std::uint64_t> holes_filled{0}, pieces_dropped{0};
 
   void forget_front();
   void reset();

@@ -24,6 +24,16 @@ GType enum_type<Unseen>() {
        {Unseen::keep, "A camera says nothing about what it does not see; needs bounds", "keep"}});
 }
 
+template <>
+GType enum_type<Repair>() {
+  return register_enum<Repair>(
+      "PolyhullRepair",
+      {{Repair::off, "Silhouettes are taken as they are", "off"},
+       {Repair::holes, "Holes that the other cameras contradict are filled", "holes"},
+       {Repair::both, "And pieces of background that no other camera confirms are dropped",
+        "both"}});
+}
+
 namespace {
 
 using S = HullSettings;
@@ -74,6 +84,15 @@ constexpr Property<S> table[] = {
                                 "How far simplification may move the surface to remove slivers, "
                                 "in world units (0 to 1e9); 0 keeps the exact hull.",
                                 0.0, 1e9),
+    property<&S::repair>("repair", "Repair",
+                         "What of silhouettes that contradict the other cameras' is mended before "
+                         "the hull is built."),
+    property<&S::min_agree>(
+        "min-agree", "Fewest that agree",
+        "repair fills a hole behind which all other cameras see the subject if they are at least "
+        "this many (2 to 1024). With fewer it takes proof: another silhouette that the hull "
+        "leaves uncovered.",
+        2, 1024),
     property<&S::threads>("threads", "Threads",
                           "How many threads of the pool that all elements share may build the "
                           "hull (1 to 256); 0 means all of them.",

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "hull/hull.h"
+#include "hull/repair/repair.h"
 #include "plugins/common/live/live_timing.h"
 #include "plugins/common/property_table.h"
 
@@ -29,6 +30,8 @@ struct HullSettings {
   Unseen unseen = Unseen::carve;
   bool use_bounds = true;
   double max_deviation = 0.0;
+  Repair repair = Repair::off;
+  std::uint32_t min_agree = RepairOptions{}.min_agree;
   std::uint32_t threads = 0;
   std::uint32_t pool_threads = 0;
 

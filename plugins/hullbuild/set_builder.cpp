@@ -30,9 +30,9 @@ SetBuilder::SetBuilder(Statistics& statistics)
     : statistics_(statistics), stage_(std::make_unique<HullStage>()) {
   statistics_.declare({"sets", "cameras", "faces", "vertices", "triangles", "contour-vertices",
                        "predicates", "exact-predicates", "hulls-reused", "empty-meshes",
-                       "lone-silhouettes", "full-silhouettes"});
-  for (const char* figure : {"undistort-ms", "prepare-ms", "scene-ms", "faces-ms", "assemble-ms",
-                             "triangulate-ms", "pack-ms", "threads-used"})
+                       "lone-silhouettes", "full-silhouettes", "holes-filled", "pieces-dropped"});
+  for (const char* figure : {"undistort-ms", "repair-ms", "prepare-ms", "scene-ms", "faces-ms",
+                             "assemble-ms", "triangulate-ms", "pack-ms", "threads-used"})
     statistics_.set(figure, 0.0);
 }
 
@@ -79,7 +79,9 @@ void SetBuilder::build_hull(GstElement* element, Mesh& mesh, const HullSettings&
   options.max_deviation = settings.max_deviation;
   options.threads = settings.threads > 0 ? static_cast<int>(settings.threads) : pool_threads();
   const LoopWatch loops;
-  mesh.hull = stage_->build(contours, options, settings.weld_distance);
+  mesh.hull =
+      stage_->build(contours, options, settings.weld_distance, settings.repair, settings.min_agree);
+  take_repairs(mesh);
   statistics_.set("threads-used", loops.threads());
   if (with_foreground.size() == 1)
     statistics_.warn(element, "lone-silhouettes",
@@ -88,6 +90,7 @@ void SetBuilder::build_hull(GstElement* element, Mesh& mesh, const HullSettings&
                                  *with_foreground.front()));
   const HullStatistics& figures = stage_->statistics();
   statistics_.set("undistort-ms", 1e3 * stage_->seconds_undistort());
+  statistics_.set("repair-ms", 1e3 * stage_->seconds_repair());
   statistics_.set_count("cameras", with_foreground.size());
   statistics_.set_count("contour-vertices", figures.contour_vertices);
   statistics_.count("predicates", figures.predicates);
@@ -98,6 +101,19 @@ void SetBuilder::build_hull(GstElement* element, Mesh& mesh, const HullSettings&
   statistics_.set("faces-ms", 1e3 * figures.seconds_faces);
   statistics_.set("assemble-ms", 1e3 * figures.seconds_assemble);
   statistics_.set("triangulate-ms", 1e3 * figures.seconds_triangulate);
+}
+
+/// The faces' edges are those of the mended contours, so the mesh carries these.
+void SetBuilder::take_repairs(Mesh& mesh) {
+  repairs_.clear();
+  for (std::size_t i = 0; i < mesh.views.size(); ++i) {
+    const ViewRepair& repair = stage_->repair(i);
+    if (repair.leave_out.empty()) continue;
+    mesh.views[i].view.contours = stage_->contours(i);
+    repairs_.push_back({mesh.views[i].view.camera, repair.holes, repair.pieces});
+    statistics_.count("holes-filled", repair.holes);
+    statistics_.count("pieces-dropped", repair.pieces);
+  }
 }
 
 void SetBuilder::report(const Mesh& mesh) {

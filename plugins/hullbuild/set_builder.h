@@ -22,6 +22,12 @@ struct SetView {
   const ViewBuffer* view = nullptr;
 };
 
+/// What was mended of one camera's silhouette.
+struct CameraRepair {
+  std::string camera;
+  std::uint32_t holes = 0, pieces = 0;  ///< filled, dropped
+};
+
 /// Builds meshes, keeping from set to set what can be reused. For one thread.
 class SetBuilder {
  public:
@@ -46,16 +52,21 @@ class SetBuilder {
   bool is_empty() const { return is_empty_; }
   bool all_see_foreground() const { return all_see_foreground_; }
 
+  /// Of the last set: the cameras whose silhouettes were mended.
+  const std::vector<CameraRepair>& repairs() const { return repairs_; }
+
   /// Forgets contours and hulls of former frames.
   void reset();
 
  private:
   void build_hull(GstElement* element, Mesh& mesh, const HullSettings& settings);
+  void take_repairs(Mesh& mesh);
   void report(const Mesh& mesh);
 
   Statistics& statistics_;
   Rig rig_;
   std::unique_ptr<HullStage> stage_;
+  std::vector<CameraRepair> repairs_;                  // of the last set
   bool is_empty_ = true, all_see_foreground_ = false;  // of the last set
 };
 

@@ -205,6 +205,20 @@ bool any_ended(const Pads& pads) {
                      [](GstAggregatorPad* pad) { return state_of<HullPadState>(pad).ended; });
 }
 
+/// Counts what was mended for each camera, and says so where it lasts.
+void note_repairs(HullBuild& self, const Pads& pads, std::int64_t now) {
+  const std::vector<CameraRepair>& repairs = self.stage.repairs();
+  for (GstAggregatorPad* pad : pads) {
+    HullPadState& state = state_of<HullPadState>(pad);
+    for (const CameraRepair& repair : repairs) {
+      if (repair.camera != state.name) continue;
+      state.holes_filled += repair.holes;
+      state.pieces_dropped += repair.pieces;
+    }
+  }
+  self.words.repaired(GST_ELEMENT_CAST(self.element), now, repairs);
+}
+
 Step build_set(HullBuild& self, const Pads& pads, const ViewDecision& set,
                const HullSettings& settings) {
   GstElement* element = GST_ELEMENT_CAST(self.element);
@@ -255,6 +269,7 @@ Step build_set(HullBuild& self, const Pads& pads, const ViewDecision& set,
     self.unexplained.clear();
   }
   self.words.built(element, set.time, used, absent);
+  note_repairs(self, pads, set.time);
   if (self.stage.all_see_foreground()) self.words.hull(element, used, self.stage.is_empty());
   note_pace(self, pads, set, false);
   stamp(self, pads, set, buffer);

@@ -9,6 +9,8 @@ namespace {
 constexpr std::int64_t second = GST_SECOND;
 constexpr std::int64_t again_after = 60 * second;  // the same words
 constexpr std::int64_t silence = second;           // that is worth a word
+constexpr std::int64_t lasting = 3 * second;       // a silhouette that is mended for so long
+constexpr std::int64_t moment = second;            // without it in between
 constexpr int empty_in_a_row = 5;                  // one may be a subject that has just left
 
 void warn(GstElement* element, const std::string& text) {
@@ -105,6 +107,25 @@ void HullWords::late(GstElement* element, std::int64_t now, const std::string& c
   warn(element, fmt::format("A view of camera {} came after its set had gone, and its instant is "
                             "lost. Views come at most so late after their instant: {}. {}",
                             camera, list, remedy));
+}
+
+void HullWords::repaired(GstElement* element, std::int64_t now,
+                         const std::vector<CameraRepair>& repairs) {
+  if (now == no_time) return;
+  for (const CameraRepair& repair : repairs) {
+    Mended& mended = mended_.try_emplace(repair.camera, Mended{now, now}).first->second;
+    if (now - mended.last > moment || now < mended.last) mended.since = now;
+    mended.last = now;
+    const std::int64_t time = now - mended.since;
+    if (time < lasting || (mended.said_at >= 0 && now - mended.said_at < again_after)) continue;
+    mended.said_at = now;
+    warn(element,
+         fmt::format("The silhouette of camera {} has contradicted the other cameras for {}: {} "
+                     "holes are filled, {} pieces dropped in this set. Look at its matte: what "
+                     "wears or mirrors the screen's colour tears holes, what stands beside the "
+                     "screen makes pieces.",
+                     repair.camera, seconds(time), repair.holes, repair.pieces));
+  }
 }
 
 void HullWords::hull(GstElement* element, std::size_t used, bool empty) {

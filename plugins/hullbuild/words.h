@@ -11,6 +11,8 @@
 #include <string>
 #include <vector>
 
+#include "plugins/hullbuild/set_builder.h"
+
 namespace polyhull::element {
 
 /// A camera that a set lacks.
@@ -50,6 +52,10 @@ class HullWords {
   void late(GstElement* element, std::int64_t now, const std::string& camera,
             const std::vector<CameraLateness>& cameras, std::int64_t wait, bool by_hand);
 
+  /// In a set at running time \p now (ns) \p repairs were made: a camera whose silhouette has been
+  /// mended for seconds, but for moments, is named.
+  void repaired(GstElement* element, std::int64_t now, const std::vector<CameraRepair>& repairs);
+
   /// All \p used cameras of a set see a foreground; \p empty: yet its hull is.
   void hull(GstElement* element, std::size_t used, bool empty);
 
@@ -57,6 +63,11 @@ class HullWords {
   std::string absent_;           // the names last said to be missing
   std::int64_t absent_at_ = -1;  // when
   std::map<std::string, bool> gone_;
+  struct Mended {
+    std::int64_t since = 0, last = 0;
+    std::int64_t said_at = -1;
+  };
+  std::map<std::string, Mended> mended_;
   std::int64_t late_at_ = -1, few_at_ = -1;
   int empty_hulls_ = 0;
 };

@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+// hullbuild repair=…: one camera's matte has a hole, another a speck of background.
+#include <algorithm>
+
+#include "hull/measure.h"
+#include "hull_bench.h"
+
+using namespace polyhull;
+using namespace polyhull::test;
+
+namespace {
+
+/// A square of \p size px around \p middle, as a ring of foreground or of a hole.
+void add_square(Rings& rings, const Vec2f& middle, float size, bool hole) {
+  std::vector<Vec2f> ring{middle + Vec2f(-size, -size), middle + Vec2f(-size, size),
+                          middle + Vec2f(size, size), middle + Vec2f(size, -size)};
+  if (hole) std::reverse(ring.begin(), ring.end());
+  rings.points.insert(rings.points.end(), ring.begin(), ring.end());
+  rings.ends.push_back(static_cast<std::uint32_t>(rings.points.size()));
+}
+
+/// A frame in which cam1's silhouette of a box has a hole, and cam2's a speck beside it.
+void push_spoilt(Bench& bench, int frame, bool spoilt = true) {
+  for (int i = 0; i < 4; ++i) {
+    const Camera& camera = bench.rig.cameras[i];
+    std::vector<std::uint8_t> pixels;
+    View view = box_view(camera, {}, static_cast<std::uint64_t>(frame), pixels);
+    const Vec2f middle(*camera.project(Box().centre));
+    if (spoilt && i == 1) add_square(view.contours, middle, 12.0f, true);
+    if (spoilt && i == 2) add_square(view.contours, middle + Vec2f(300.0f, 0.0f), 8.0f, false);
+    bench.push(i, view, static_cast<GstClockTime>(frame) * frame_time);
+  }
+}
+
+double volume_of(const std::string& properties, bool spoilt = true) {
+  Bench bench(properties);
+  push_spoilt(bench, 0, spoilt);
+  return enclosed_volume(bench.pull()->hull);
+}
+
+}  // namespace
+
+GST_START_TEST(test_off_by_default) {
+  Bench bench;
+  push_spoilt(bench, 0);
+  const auto mesh = bench.pull();
+  fail_unless_equals_int(mesh->views[1].view.contours.size(), 2);
+  fail_unless_equals_int(mesh->views[2].view.contours.size(), 2);
+  fail_unless_equals_uint64(bench.count("holes-filled"), 0);
+  fail_unless(enclosed_volume(mesh->hull) < 0.99 * volume_of("", false));
+}
+GST_END_TEST
+
+GST_START_TEST(test_holes_are_filled) {
+  Bench bench("repair=holes min-agree=3");
+  push_spoilt(bench, 0);
+  const auto mesh = bench.pull();
+  // The faces' edges are those of the contours that the mesh carries.
+  fail_unless(mesh->views[1].view.contours == box_contours(bench.rig.cameras[1], {}));
+  fail_unless_equals_int(mesh->views[2].view.contours.size(), 2);
+  fail_unless(enclosed_volume(mesh->hull) == volume_of("", false));
+  fail_unless_equals_uint64(bench.count("holes-filled"), 1);
+  fail_unless_equals_uint64(bench.count("holes-filled-cam1"), 1);
+  fail_unless_equals_uint64(bench.count("holes-filled-cam0"), 0);
+  fail_unless_equals_uint64(bench.count("pieces-dropped"), 0);
+  fail_unless(figure(bench.element, "repair-ms") > 0.0);
+}
+GST_END_TEST
+
+GST_START_TEST(test_pieces_are_dropped) {
+  Bench bench("repair=both min-agree=3");
+  push_spoilt(bench, 0);
+  const auto mesh = bench.pull();
+  for (int i = 0; i < 4; ++i)
+    fail_unless(mesh->views[i].view.contours == box_contours(bench.rig.cameras[i], {}));
+  fail_unless_equals_uint64(bench.count("pieces-dropped"), 1);
+  fail_unless_equals_uint64(bench.count("pieces-dropped-cam2"), 1);
+}
+GST_END_TEST
+
+/// The hole is too small to leave any silhouette uncovered, and three others are fewer than five.
+GST_START_TEST(test_few_cameras_need_proof) {
+  const double torn = volume_of("");
+  fail_unless(volume_of("repair=holes") == torn);
+  fail_unless(volume_of("repair=holes min-agree=4") == torn);
+  fail_unless(volume_of("repair=holes min-agree=3") > 1.01 * torn);
+}
+GST_END_TEST
+
+GST_START_TEST(test_bytes_of_sound_silhouettes_stay) {
+  std::vector<std::uint8_t> bytes[2];
+  for (const bool on : {false, true}) {
+    Bench bench(on ? "repair=both min-agree=2" : "");
+    push_spoilt(bench, 0, false);
+    bench.pull();
+    bytes[on] = bench.bytes;
+  }
+  fail_unless(bytes[0] == bytes[1]);
+}
+GST_END_TEST
+
+GST_START_TEST(test_can_be_changed_while_playing) {
+  Bench bench("min-agree=3");
+  int frame = 0;
+  for (const char* value : {"off", "holes", "both", "off"}) {
+    gst_util_set_object_arg(G_OBJECT(bench.element), "repair", value);
+    push_spoilt(bench, frame++);
+    const auto mesh = bench.pull();
+    const std::string repair = value;
+    fail_unless_equals_int(mesh->views[1].view.contours.size(), repair == "off" ? 2 : 1);
+    fail_unless_equals_int(mesh->views[2].view.contours.size(), repair == "both" ? 1 : 2);
+  }
+}
+GST_END_TEST
+
+GST_START_TEST(test_what_lasts_is_said_once) {
+  Bench bench("repair=both min-agree=3");
+  int frame = 0;
+  // Two seconds, a pause of two seconds, two seconds: nothing lasts.
+  for (int i = 0; i < 150; ++i) {
+    push_spoilt(bench, frame++, i < 50 || i >= 100);
+    bench.pull();
+  }
+  fail_unless(bench.warnings().empty());
+  // One good frame in between is no end.
+  for (int i = 0; i < 20; ++i) {
+    push_spoilt(bench, frame++, i != 0);
+    bench.pull();
+  }
+  fail_unless(bench.warnings().empty());
+  for (int i = 0; i < 50; ++i) {
+    push_spoilt(bench, frame++);
+    bench.pull();
+  }
+  const auto warnings = bench.warnings();
+  fail_unless_equals_int(warnings.size(), 2);
+  expect_in(warnings[0], {"camera cam1", "3.0 s", "1 holes are filled, 0 pieces"});
+  expect_in(warnings[1], {"camera cam2", "3.0 s", "0 holes are filled, 1 pieces"});
+}
+GST_END_TEST
+
+static Suite* hullbuild_repair_suite() {
+  Suite* suite = suite_create("hullbuild_repair");
+  TCase* tests = tcase_create("general");
+  suite_add_tcase(suite, tests);
+  tcase_add_test(tests, test_off_by_default);
+  tcase_add_test(tests, test_holes_are_filled);
+  tcase_add_test(tests, test_pieces_are_dropped);
+  tcase_add_test(tests, test_few_cameras_need_proof);
+  tcase_add_test(tests, test_bytes_of_sound_silhouettes_stay);
+  tcase_add_test(tests, test_can_be_changed_while_playing);
+  tcase_add_test(tests, test_what_lasts_is_said_once);
+  return suite;
+}
+
+GST_CHECK_MAIN(hullbuild_repair);
