@@ -70,6 +70,9 @@ struct RenderFrame {
   /// processor's renderer where they are of this view of this scene; the picture is the same to the
   /// bit. Null: none.
   std::shared_ptr<const ScenePlanes> planes;
+  /// The same number: the background's pixels in memory are those of the frames before that had it;
+  /// 0: not known.
+  std::uint64_t background_content = 0;
 };
 
 /// A subject in scene coordinates.

@@ -30,11 +30,12 @@ struct RenderStatistics {
     double gpu_milliseconds;  ///< of a frame shortly before; negative: not known
   };
   std::vector<PassTime> passes;
-  std::uint64_t pictures_uploaded = 0;  ///< processor: made ready
-  std::uint64_t pictures_skipped = 0;   ///< of views that colour nothing visible
-  std::uint64_t bytes_uploaded = 0;     ///< GL only
-  std::uint64_t rays = 0;               ///< processor only
-  bool subject_skipped = false;         ///< outside the picture
+  std::uint64_t pictures_uploaded = 0;          ///< processor: made ready
+  std::uint64_t pictures_skipped = 0;           ///< of views that colour nothing visible
+  std::uint64_t bytes_uploaded = 0;             ///< GL only, of all kinds
+  std::uint64_t background_bytes_uploaded = 0;  ///< GL only
+  std::uint64_t rays = 0;                       ///< processor only
+  bool subject_skipped = false;                 ///< outside the picture
   bool shadow_skipped = false;
   bool mirror_skipped = false;
   bool scene_depth_reused = false;

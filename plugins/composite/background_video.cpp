@@ -2,24 +2,9 @@
 #include "plugins/composite/background_video.h"
 
 #include "plugins/common/memory/video_frame.h"
+#include "plugins/composite/background_content.h"
 
 namespace polyhull::element {
-namespace {
-
-/// Whether both lie in the same memory in the same way.
-bool same_memory(GstBuffer* a, GstBuffer* b) {
-  const guint count = gst_buffer_n_memory(a);
-  if (count != gst_buffer_n_memory(b)) return false;
-  for (guint i = 0; i < count; ++i)
-    if (gst_buffer_peek_memory(a, i) != gst_buffer_peek_memory(b, i)) return false;
-  const GstVideoMeta* x = gst_buffer_get_video_meta(a);
-  const GstVideoMeta* y = gst_buffer_get_video_meta(b);
-  if (x == nullptr || y == nullptr) return x == y;
-  return x->offset[0] == y->offset[0] && x->stride[0] == y->stride[0];
-}
-
-}  // namespace
-
 YuvPicture yuv_picture(const GstVideoFrame& frame) {
   const auto component = [&](guint k) {
     return static_cast<std::uint8_t*>(GST_VIDEO_FRAME_COMP_DATA(&frame, k));

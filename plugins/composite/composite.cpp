@@ -206,8 +206,10 @@ void Composite::class_init(gpointer klass) {
       "rays (traced by it), gl-failures (OpenGL failed, and the processor went on), no-mesh, "
       "meshes, meshes-unusable, announcements, announcements-unusable, …-skipped and …-reused "
       "(work left out), scene-planes-taken (new views whose triangles the background's source had "
-      "brought to the screen), pictures-uploaded and -skipped, bytes-uploaded; and of the "
-      "last frame frame-ms and the milliseconds per pass on the CPU (…-ms) and, of a frame shortly "
+      "brought to the screen), pictures-uploaded and -skipped, bytes-uploaded (to OpenGL), of "
+      "these "
+      "background-bytes-uploaded (none where the background stays the same); and of the last frame "
+      "frame-ms and the milliseconds per pass on the CPU (…-ms) and, of a frame shortly "
       "before, on the graphics processor (…-gpu-ms, negative where it cannot tell). Live: wait-ms "
       "and latency-ms as they are now.");
   set_metadata(klass, "Scene compositor", "Filter/Effect/Video/Compositor",

@@ -35,7 +35,7 @@ FrameComposer::FrameComposer(CompositeGl& gl, Statistics& statistics)
                       "shadow-skipped", "mirror-skipped", "scene-depth-reused",
                       "scene-planes-taken", "static-shadow-reused", "mesh-reused",
                       "pictures-uploaded", "pictures-skipped", "bytes-uploaded",
-                      "backgrounds-converted"});
+                      "background-bytes-uploaded", "backgrounds-converted"});
 }
 
 std::shared_ptr<const Scene> FrameComposer::open(const std::string& name) {
@@ -87,6 +87,8 @@ void FrameComposer::prepare(const CompositeSettings& settings, const GstVideoInf
   plan_ = {};
   if (frame_.subjects.empty()) return;
   with_gl_ = draws_with_gl(settings.backend, on_gpu);
+  // The processor uploads nothing, and of pictures in OpenGL's memory nobody does.
+  frame_.background_content = with_gl_ && !on_gpu ? background_content_.number_of(background) : 0;
   if (with_gl_) {
     plan_ = gl_.plan(frame_, settings_);
   } else {
@@ -246,6 +248,7 @@ void FrameComposer::report(const Renderer& renderer) {
   statistics_.count("pictures-uploaded", s.pictures_uploaded);
   statistics_.count("pictures-skipped", s.pictures_skipped);
   statistics_.count("bytes-uploaded", s.bytes_uploaded);
+  statistics_.count("background-bytes-uploaded", s.background_bytes_uploaded);
   statistics_.count("subject-skipped", s.subject_skipped);
   statistics_.count("shadow-skipped", s.shadow_skipped);
   statistics_.count("mirror-skipped", s.mirror_skipped);
@@ -260,6 +263,7 @@ void FrameComposer::reset() {
   gl_failed_ = false;
   announcement_.reset();
   processor_.reset();
+  background_content_.reset();
   background_video_.reset();
   scene_.reset();
   scene_name_.clear();

@@ -17,6 +17,7 @@
 
 #include "base/error.h"
 #include "plugins/common/statistics.h"
+#include "plugins/composite/background_content.h"
 #include "plugins/composite/background_video.h"
 #include "plugins/composite/gl.h"
 #include "plugins/composite/pad.h"
@@ -94,6 +95,7 @@ class FrameComposer {
   bool on_gpu_ = false;     // a picture of the frame is
   bool gl_failed_ = false;  // since reset()
   Statistics& statistics_;
+  BackgroundContent background_content_;
   BackgroundVideo background_video_;
   std::optional<Announcement> announcement_;
   std::string scene_name_;

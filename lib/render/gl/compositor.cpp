@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "base/error.h"
+#include "render/gl/background_texture.h"
 #include "render/gl/objects/pixel_readings.h"
 #include "render/gl/passes.h"
 #include "render/view_picture.h"
@@ -39,10 +40,11 @@ struct Compositor::State {
   ShadowPass shadow{shadow_programs}, mirror_shadow{shadow_programs};  // on these layers
   MirrorPass mirror;
   BlendPass blend;
-  gl::Texture background, output;
+  BackgroundTexture background;
+  gl::Texture output;
   gl::Framebuffer target, source;
   gl::PixelReadings readings;
-  int background_width = 0, background_height = 0;
+  int output_width = 0, output_height = 0;
   gl::PassTimer timer;
   RenderStatistics& statistics;  // the renderer's
 
@@ -57,6 +59,7 @@ struct Compositor::State {
   void draw_shadows(const PassInput& in);
   void draw_front(const PassInput& in);
   void draw_blend(const PassInput& in, GLuint background_texture, GLuint to);
+  void resize_output(int width, int height);
   void copy(GLuint from, GLuint to, const Rectangle& part);
   void finish(const RenderPlan& plan);
 };
@@ -121,6 +124,15 @@ void Compositor::State::draw_front(const PassInput& in) {
   if (in.settings.soft_edges) skin.draw_ribbons(in, clip);
   front.resolve(part);
   if (!gl::is_embedded()) glDisable(GL_FRAMEBUFFER_SRGB);
+}
+
+void Compositor::State::resize_output(int width, int height) {
+  if (output_width == width && output_height == height) return;
+  output_width = width;
+  output_height = height;
+  gl::bind_texture(0, GL_TEXTURE_2D, output.get());
+  glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA8, width, height, 0, GL_RGBA, GL_UNSIGNED_BYTE, nullptr);
+  gl::texture_parameters(GL_TEXTURE_2D, GL_LINEAR);
 }
 
 void Compositor::State::copy(GLuint from, GLuint to, const Rectangle& part) {
@@ -278,27 +290,13 @@ void Compositor::draw(const RenderFrame& frame, const RenderPlan& plan,
   s.timer.begin(Pass::upload);
   s.use_scene(frame);
   s.upload_subjects(frame, plan, settings);
-  if (s.background_width != frame.width || s.background_height != frame.height) {
-    s.background_width = frame.width;
-    s.background_height = frame.height;
-    for (gl::Texture* texture : {&s.background, &s.output}) {
-      gl::bind_texture(0, GL_TEXTURE_2D, texture->get());
-      glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA8, frame.width, frame.height, 0, GL_RGBA,
-                   GL_UNSIGNED_BYTE, nullptr);
-      gl::texture_parameters(GL_TEXTURE_2D, GL_LINEAR);
-    }
-  }
+  s.resize_output(frame.width, frame.height);
   // The mirror looks up points all over the picture; the other passes only what they change.
   const Rectangle part = plan.mirror.empty() ? changed : Rectangle{0, 0, frame.width, frame.height};
-  gl::bind_texture(0, GL_TEXTURE_2D, s.background.get());
-  glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
-  glPixelStorei(GL_UNPACK_ROW_LENGTH, background_stride / 4);
-  glTexSubImage2D(
-      GL_TEXTURE_2D, 0, part.x, part.y, part.width, part.height, GL_RGBA, GL_UNSIGNED_BYTE,
-      background + static_cast<std::ptrdiff_t>(part.y) * background_stride + 4 * part.x);
-  glPixelStorei(GL_UNPACK_ROW_LENGTH, 0);
-  s.statistics.bytes_uploaded +=
-      4ull * static_cast<std::uint64_t>(part.width) * static_cast<std::uint64_t>(part.height);
+  const std::uint64_t bytes =
+      s.background.update(frame, part, background, background_stride, settings.skip);
+  s.statistics.background_bytes_uploaded = bytes;
+  s.statistics.bytes_uploaded += bytes;
   s.timer.end();
   s.draw_layers(frame, plan, settings, s.background.get());
   const PassInput in{frame, plan, settings, s.scene, s.subjects, s.timer};

@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+// composite before a background that stands still: OpenGL has it already.
+#include <cstring>
+#include <vector>
+
+#include "composite_bench.h"
+
+using namespace polyhull;
+using namespace polyhull::test;
+
+namespace {
+
+struct StillBench : Bench {
+  explicit StillBench(const char* backend) {
+    wait_for_all();
+    gst_util_set_object_arg(G_OBJECT(element), "backend", backend);
+    gst_harness_push(mesh, mesh_buffer(0));
+  }
+  /// The frame \p i made of \p picture: its bytes.
+  std::vector<std::uint8_t> draw(int i, GstBuffer* picture) {
+    GST_BUFFER_PTS(picture) = frame_time(i);
+    GstBuffer* out = step(picture, mesh_buffer(frame_time(i + 1)));
+    GstMapInfo map;
+    fail_unless(gst_buffer_map(out, &map, GST_MAP_READ));
+    std::vector<std::uint8_t> bytes(map.data, map.data + map.size);
+    gst_buffer_unmap(out, &map);
+    gst_buffer_unref(out);
+    return bytes;
+  }
+  guint64 uploaded() const { return statistic(element, "background-bytes-uploaded"); }
+};
+
+constexpr guint64 most = 4 * width * height;
+
+}  // namespace
+
+GST_START_TEST(shared_memory_is_uploaded_once) {
+  StillBench bench("gl");
+  GstBuffer* still = frame(0);
+  const std::vector<std::uint8_t> wanted = bench.draw(0, frame(0));
+  const guint64 once = bench.uploaded();
+  fail_unless(once > 0 && once <= most);
+  for (int i = 1; i < 4; ++i) fail_unless(bench.draw(i, gst_buffer_copy(still)) == wanted);
+  fail_unless_equals_uint64(bench.uploaded(), once);
+  // Who owns the memory alone may write into it: composite holds what it may not.
+  still = gst_buffer_make_writable(still);
+  GstMapInfo map;
+  fail_unless(gst_buffer_map(still, &map, GST_MAP_WRITE));
+  std::memset(map.data, 200, map.size);
+  gst_buffer_unmap(still, &map);
+  const std::vector<std::uint8_t> other = bench.draw(4, gst_buffer_copy(still));
+  fail_unless(bench.uploaded() > once);
+  StillBench fresh("gl");
+  fail_unless(fresh.draw(0, still) == other);
+}
+GST_END_TEST
+
+GST_START_TEST(equal_frames_are_uploaded_once) {
+  StillBench bench("gl");
+  const std::vector<std::uint8_t> wanted = bench.draw(0, frame(0));
+  const guint64 once = bench.uploaded();
+  fail_unless(once > 0);
+  fail_unless(bench.draw(1, frame(0)) == wanted);  // composite's own to draw into, by now
+  fail_unless(bench.draw(2, frame(0)) == wanted);
+  fail_unless_equals_uint64(bench.uploaded(), once);
+}
+GST_END_TEST
+
+GST_START_TEST(the_processor_uploads_nothing) {
+  StillBench bench("processor");
+  bench.draw(0, frame(0));
+  bench.draw(1, frame(0));
+  fail_unless_equals_uint64(bench.uploaded(), 0);
+  fail_unless_equals_uint64(statistic(bench.element, "bytes-uploaded"), 0);
+}
+GST_END_TEST
+
+static Suite* composite_still_suite() {
+  Suite* suite = suite_create("composite_still");
+  TCase* tc = tcase_create("general");
+  tcase_add_test(tc, shared_memory_is_uploaded_once);
+  tcase_add_test(tc, equal_frames_are_uploaded_once);
+  tcase_add_test(tc, the_processor_uploads_nothing);
+  suite_add_tcase(suite, tc);
+  return suite;
+}
+
+GST_CHECK_MAIN(composite_still)
