@@ -75,6 +75,7 @@ void ScreenTriangles::begin(int width, int height) {
   triangles_.clear();
   bands_.resize(static_cast<std::size_t>((height + band_rows - 1) / band_rows));
   for (auto& band : bands_) band.clear();
+  columns_.assign(bands_.size(), {width, 0});
 }
 
 void ScreenTriangles::add(const std::array<Corner, 3>& corners, std::uint32_t id, Facing facing) {
@@ -130,8 +131,13 @@ void ScreenTriangles::add(const std::array<Corner, 3>& corners, std::uint32_t id
     triangles_.push_back(t);
     const int first = static_cast<int>(std::max(0.0, low_y)) / band_rows;
     const int last = static_cast<int>(std::min<double>(height_ - 1, high_y)) / band_rows;
-    for (int band = first; band <= last; ++band)
+    const int left = static_cast<int>(std::max(0.0, low_x));
+    const int end = static_cast<int>(std::min<double>(width_ - 1, high_x)) + 1;
+    for (int band = first; band <= last; ++band) {
       bands_[static_cast<std::size_t>(band)].push_back(index);
+      Columns& columns = columns_[static_cast<std::size_t>(band)];
+      columns = {std::min(columns.first, left), std::max(columns.end, end)};
+    }
   }
 }
 

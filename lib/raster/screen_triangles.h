@@ -51,6 +51,14 @@ class ScreenTriangles {
   /// ids there are \p first plus numbers for piece().
   void draw(int band, const SampleRows& rows, std::uint32_t first = 0) const;
 
+  /// The columns first .. end - 1 of the picture outside of which draw() changes nothing in band
+  /// \p band.
+  struct Columns {
+    int first = 0, end = 0;
+    bool empty() const { return first >= end; }
+  };
+  Columns columns(int band) const { return columns_[static_cast<std::size_t>(band)]; }
+
   /// A triangle, or a piece of one that was clipped, with the id that add() got.
   const ScreenTriangle& piece(std::uint32_t number) const { return triangles_[number]; }
 
@@ -61,6 +69,7 @@ class ScreenTriangles {
   int width_ = 0, height_ = 0;
   std::vector<ScreenTriangle> triangles_;
   std::vector<std::vector<std::uint32_t>> bands_;
+  std::vector<Columns> columns_;  // of the bands
 };
 
 /// Where on its triangle a point of the screen lies: the weights of the second and third corner,

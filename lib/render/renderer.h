@@ -35,7 +35,11 @@ struct RenderStatistics {
   std::uint64_t bytes_uploaded = 0;             ///< GL only, of all kinds
   std::uint64_t background_bytes_uploaded = 0;  ///< GL only
   std::uint64_t rays = 0;                       ///< processor only
-  bool subject_skipped = false;                 ///< outside the picture
+  /// Pixels whose layers are put together, and those of them that come out other than the background.
+  /// GL: of pictures read back to memory, those of start() counted with the frame after take();
+  /// OpenGL ES does not know the first.
+  std::uint64_t pixels_shaded = 0, pixels_changed = 0;
+  bool subject_skipped = false;  ///< outside the picture
   bool shadow_skipped = false;
   bool mirror_skipped = false;
   bool scene_depth_reused = false;

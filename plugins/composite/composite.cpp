@@ -208,10 +208,12 @@ void Composite::class_init(gpointer klass) {
       "(work left out), scene-planes-taken (new views whose triangles the background's source had "
       "brought to the screen), pictures-uploaded and -skipped, bytes-uploaded (to OpenGL), of "
       "these "
-      "background-bytes-uploaded (none where the background stays the same); and of the last frame "
-      "frame-ms and the milliseconds per pass on the CPU (…-ms) and, of a frame shortly "
-      "before, on the graphics processor (…-gpu-ms, negative where it cannot tell). Live: wait-ms "
-      "and latency-ms as they are now.");
+      "background-bytes-uploaded (none where the background stays the same), pixels-shaded (whose "
+      "layers were put together; not known of OpenGL ES) and pixels-changed (those that came out "
+      "other than the background; neither of pictures in OpenGL's memory); and of the last frame "
+      "frame-ms and the milliseconds per pass on the CPU (…-ms) and, of a frame shortly before, on "
+      "the graphics processor (…-gpu-ms, negative where it cannot tell). Live: wait-ms and "
+      "latency-ms as they are now.");
   set_metadata(klass, "Scene compositor", "Filter/Effect/Video/Compositor",
                "Puts textured visual hulls into the picture of a synthetic scene, with occlusion, "
                "shadow and mirror image");

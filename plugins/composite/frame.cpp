@@ -35,7 +35,8 @@ FrameComposer::FrameComposer(CompositeGl& gl, Statistics& statistics)
                       "shadow-skipped", "mirror-skipped", "scene-depth-reused",
                       "scene-planes-taken", "static-shadow-reused", "mesh-reused",
                       "pictures-uploaded", "pictures-skipped", "bytes-uploaded",
-                      "background-bytes-uploaded", "backgrounds-converted"});
+                      "background-bytes-uploaded", "backgrounds-converted", "pixels-shaded",
+                      "pixels-changed"});
 }
 
 std::shared_ptr<const Scene> FrameComposer::open(const std::string& name) {
@@ -249,6 +250,8 @@ void FrameComposer::report(const Renderer& renderer) {
   statistics_.count("pictures-skipped", s.pictures_skipped);
   statistics_.count("bytes-uploaded", s.bytes_uploaded);
   statistics_.count("background-bytes-uploaded", s.background_bytes_uploaded);
+  statistics_.count("pixels-shaded", s.pixels_shaded);
+  statistics_.count("pixels-changed", s.pixels_changed);
   statistics_.count("subject-skipped", s.subject_skipped);
   statistics_.count("shadow-skipped", s.shadow_skipped);
   statistics_.count("mirror-skipped", s.mirror_skipped);

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // What a composite costs on each backend: wall time and the processor time of all threads, medians
 // over recorded meshes before the built-in room, with a still and a travelling viewport, for the
-// latter also with the background's planes as they come from scenesrc.
+// latter also with the background's planes as they come from scenesrc; how many pixels are shaded and
+// how many change; what OpenGL uploads of the background after its first frame.
 
 #include <CLI/CLI.hpp>
 #include <cmath>
 #include <cstdio>
+#include <cstring>
 #include <fstream>
 #include <iterator>
 #include <memory>
@@ -62,6 +64,14 @@ std::shared_ptr<const ScenePlanes> planes_of(const Scene& scene, const Camera& c
       ScenePlanes{geometry_key(scene), pixels, camera.width, camera.height, triangles});
 }
 
+/// How many pixels differ.
+std::size_t pixels_changed(const Picture& before, const Picture& after) {
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < after.pixels.size(); i += 4)
+    count += std::memcmp(&before.pixels[i], &after.pixels[i], 4) != 0;
+  return count;
+}
+
 enum class Viewport { still, travels, given };
 
 constexpr const char* name_of(Viewport viewport) {
@@ -71,7 +81,8 @@ constexpr const char* name_of(Viewport viewport) {
 }
 
 struct Result {
-  std::vector<double> wall, processor, threads;
+  std::vector<double> wall, processor, threads, shaded, changed;
+  double background_bytes = 0.0;  // uploaded after the first frame
   std::vector<std::vector<double>> passes;
 };
 
@@ -112,8 +123,8 @@ int main(int argc, char** argv) {
   }
 
   polyhull::testing::HeadlessContext context(false);
-  std::printf("%-10s %-6s %-11s %9s %9s %7s\n", "backend", "shadow", "viewport", "wall ms",
-              "cpu ms", "threads");
+  std::printf("%-10s %-6s %-11s %9s %9s %7s %8s %8s %6s %10s\n", "backend", "shadow", "viewport",
+              "wall ms", "cpu ms", "threads", "shaded", "changed", "ratio", "upload B");
   std::ofstream table;
   if (!output.empty()) {
     table.open(output + "/picture.csv");
@@ -166,15 +177,21 @@ int main(int argc, char** argv) {
             result.wall.push_back(now(CLOCK_MONOTONIC) - wall);
             result.processor.push_back(now(CLOCK_PROCESS_CPUTIME_ID) - busy);
             result.threads.push_back(loops.threads());
+            result.shaded.push_back(static_cast<double>(renderer->statistics().pixels_shaded));
+            result.changed.push_back(static_cast<double>(pixels_changed(before, out)));
+            result.background_bytes +=
+                static_cast<double>(renderer->statistics().background_bytes_uploaded);
             const auto& passes = renderer->statistics().passes;
             result.passes.resize(passes.size());
             for (std::size_t i = 0; i < passes.size(); ++i)
               result.passes[i].push_back(passes[i].cpu_milliseconds);
           }
         }
-        std::printf("%-10s %-6s %-11s %9.2f %9.2f %7.2f\n", processor ? "processor" : "gl", name,
-                    name_of(way), median(result.wall), median(result.processor),
-                    median(result.threads));
+        const double shaded = median(result.shaded), changed = median(result.changed);
+        std::printf("%-10s %-6s %-11s %9.2f %9.2f %7.2f %8.0f %8.0f %6.2f %10.0f\n",
+                    processor ? "processor" : "gl", name, name_of(way), median(result.wall),
+                    median(result.processor), median(result.threads), shaded, changed,
+                    shaded / changed, result.background_bytes);
         if (detailed)
           for (std::size_t i = 0; i < result.passes.size(); ++i)
             std::printf("    %-14s %8.2f\n", renderer->statistics().passes[i].name,

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// composite before a background that stands still: OpenGL has it already.
+// composite before a background that stands still: OpenGL has it already. What is shaded and what
+// changes is counted.
 #include <cstring>
 #include <vector>
 
@@ -75,12 +76,33 @@ GST_START_TEST(the_processor_uploads_nothing) {
 }
 GST_END_TEST
 
+GST_START_TEST(pixels_are_counted) {
+  for (const char* backend : {"processor", "gl"}) {
+    StillBench bench(backend);
+    guint64 changed = 0;
+    for (int i = 0; i < 2; ++i) {
+      const std::vector<std::uint8_t> bytes = bench.draw(i, frame(0));
+      for (std::size_t k = 0; k < bytes.size(); k += 4)
+        changed += bytes[k] != grey || bytes[k + 1] != grey || bytes[k + 2] != grey ||
+                   bytes[k + 3] != grey;
+    }
+    fail_unless(changed > 0);
+    fail_unless_equals_uint64(statistic(bench.element, "pixels-changed"), changed);
+    const guint64 shaded = statistic(bench.element, "pixels-shaded");
+    const bool unknown = shaded == 0 && std::strcmp(backend, "gl") == 0;  // OpenGL ES
+    fail_unless(unknown || (shaded >= changed && shaded < 2 * changed), "%s: %d of %d", backend,
+                static_cast<int>(shaded), static_cast<int>(changed));
+  }
+}
+GST_END_TEST
+
 static Suite* composite_still_suite() {
   Suite* suite = suite_create("composite_still");
   TCase* tc = tcase_create("general");
   tcase_add_test(tc, shared_memory_is_uploaded_once);
   tcase_add_test(tc, equal_frames_are_uploaded_once);
   tcase_add_test(tc, the_processor_uploads_nothing);
+  tcase_add_test(tc, pixels_are_counted);
   suite_add_tcase(suite, tc);
   return suite;
 }

@@ -63,6 +63,7 @@ TEST_P(CompositorTest, EveryShaderCompiles) {
   link("scene.vert", "scene_layer.frag", {"CLIPPED"}, {"material.glsl"});
   link("fullscreen.vert", "reach.frag", {}, {"place.glsl"});
   link("fullscreen.vert", "shadow_tiles.frag", {});
+  link("tiles.vert", "shadow_touched.frag", {});
   link("scene.vert", "mirrored_scene.frag", {lights}, {"material.glsl"});
   for (const char* step : {"GRID_STEP 1", "GRID_STEP 2"})
     for (const char* layers : {"SHADOW", "MIRROR_SHADOW", "MIRROR", "SUBJECT"})
@@ -74,7 +75,7 @@ TEST_P(CompositorTest, EveryShaderCompiles) {
         "hull.frag",           "hull.vert",      "hull_depth.vert",   "scene.vert",
         "material.glsl",       "shadow.frag",    "shadow_tiles.frag", "shadow_blur.frag",
         "mirrored_scene.frag", "tiles.vert",     "place.glsl",        "scene_layer.frag",
-        "reach.frag"};
+        "reach.frag",          "shadow_touched.frag"};
     EXPECT_NE(std::find(std::begin(known), std::end(known), shader.name), std::end(known))
         << shader.name << " is not compiled by this test";
   }

@@ -72,7 +72,7 @@ TEST_F(RenderLoops, TakeGivesTheSameBits) {
 TEST_F(RenderLoops, BlendGivesTheSameBytes) {
   for (int round = 0; round < 200; ++round) {
     BlendPixels pixels;
-    for (int i = 0; i < 16; ++i) {
+    for (int i = 0; i < BlendPixels::count; ++i) {
       pixels.background[i] = static_cast<std::uint32_t>(random());
       pixels.albedo[i] = (static_cast<std::uint64_t>(random()) << 32 | random()) >> 16;
       pixels.keep[i] = random() % 2 ? 1.0f : number(0.0f, 1.0f);
@@ -89,9 +89,14 @@ TEST_F(RenderLoops, BlendGivesTheSameBytes) {
     fill(pixels.green, 0.0f, 1.2f);
     fill(pixels.blue, 0.0f, 1.2f);
     const float power[3] = {0.7f, 0.6f, 0.5f};
-    std::uint32_t baseline[16], avx2[16];
-    baseline_loops().blend(pixels, power, srgb_to_linear_table(), srgb_lines(), baseline);
-    avx2_loops().blend(pixels, power, srgb_to_linear_table(), srgb_lines(), avx2);
+    std::uint32_t baseline[BlendPixels::count], avx2[BlendPixels::count];
+    const int changed =
+        baseline_loops().blend(pixels, power, srgb_to_linear_table(), srgb_lines(), baseline);
+    EXPECT_EQ(avx2_loops().blend(pixels, power, srgb_to_linear_table(), srgb_lines(), avx2),
+              changed);
+    int others = 0;
+    for (int i = 0; i < BlendPixels::count; ++i) others += baseline[i] != pixels.background[i];
+    EXPECT_EQ(changed, others) << round;
     EXPECT_EQ(std::memcmp(baseline, avx2, sizeof baseline), 0) << round;
   }
 }
@@ -102,14 +107,14 @@ TEST_F(RenderLoops, BlendGivesTheSameBytes) {
 TEST(SrgbLines, GiveTheNearestByte) {
   BlendPixels pixels{};
   const float power[3] = {};
-  for (int i = 0; i < 16; ++i) pixels.alpha[i] = 1.0f;
+  for (int i = 0; i < BlendPixels::count; ++i) pixels.alpha[i] = 1.0f;
   int beside = 0, all = 0;
-  for (int step = 0; step < 65536; step += 16) {
-    for (int i = 0; i < 16; ++i)
+  for (int step = 0; step < 65536; step += BlendPixels::count) {
+    for (int i = 0; i < BlendPixels::count; ++i)
       pixels.red[i] = pixels.green[i] = pixels.blue[i] = static_cast<float>(step + i) / 65535.0f;
-    std::uint32_t out[16];
+    std::uint32_t out[BlendPixels::count];
     baseline_loops().blend(pixels, power, srgb_to_linear_table(), srgb_lines(), out);
-    for (int i = 0; i < 16; ++i, ++all) {
+    for (int i = 0; i < BlendPixels::count; ++i, ++all) {
       const double exact = 255.0 * srgb_encoded(static_cast<double>(pixels.red[i]));
       EXPECT_NEAR(out[i] & 255u, exact, 0.52);
       beside += std::abs(static_cast<double>(out[i] & 255u) - exact) > 0.5;

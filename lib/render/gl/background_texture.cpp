@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstring>
 
+#include "render/gl/objects/pixel_readings.h"
 #include "render/gl/tiles.h"
 
 namespace polyhull {
@@ -41,6 +42,16 @@ std::uint64_t BackgroundTexture::upload(const Rectangle& part, const std::uint8_
   glTexSubImage2D(GL_TEXTURE_2D, 0, part.x, part.y, part.width, part.height, GL_RGBA,
                   GL_UNSIGNED_BYTE, first);
   return bytes * static_cast<std::size_t>(part.height);
+}
+
+std::uint64_t BackgroundTexture::pixels_changed(const Rectangle& part, const std::uint8_t* pixels,
+                                                int stride) const {
+  std::uint64_t count = 0;
+  for (int y = part.y; y < part.y + part.height; ++y)
+    count += gl::pixels_that_differ(&copy_[4 * (static_cast<std::size_t>(y) * width_ + part.x)],
+                                    pixels + static_cast<std::ptrdiff_t>(y) * stride + 4 * part.x,
+                                    static_cast<std::size_t>(part.width));
+  return count;
 }
 
 std::uint64_t BackgroundTexture::update(const RenderFrame& frame, const Rectangle& part,

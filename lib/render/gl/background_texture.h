@@ -20,6 +20,9 @@ class BackgroundTexture {
   std::uint64_t update(const RenderFrame& frame, const Rectangle& part, const std::uint8_t* pixels,
                        int stride, bool skip);
 
+  /// How many pixels of \p part, which was asked for, are others in the picture \p pixels.
+  std::uint64_t pixels_changed(const Rectangle& part, const std::uint8_t* pixels, int stride) const;
+
   /// RGBA8, sampled linearly. Tiles that were never asked for hold anything.
   GLuint get() { return texture_.get(); }
 

@@ -14,7 +14,8 @@ struct BlendTiles {
 std::vector<BlendTiles> blend_tiles(const PassInput& in) {
   const int width = in.frame.width, height = in.frame.height;
   const Rectangle whole{0, 0, width, height};
-  TileMask subject(width, height), mirror(width, height), shadow(width, height);
+  constexpr int side = small_tile_side;
+  TileMask subject(width, height, side), mirror(width, height, side), shadow(width, height, side);
   shadow.add(in.plan.shadow);
   shadow.add(in.plan.mirror_shadow);
   for (const PlacedSubject& placed : in.plan.subjects) {
@@ -97,8 +98,8 @@ void BlendPass::draw(const PassInput& in, const BlendLayers& layers) {
   gl::scissor(in.plan.changed());
   const bool seen = !in.plan.shadow.empty(), mirrored = !in.plan.mirror_shadow.empty();
   const bool has_shadow = seen || mirrored;
-  const GLuint in_mirror = mirrored ? layers.mirror_shadow.tiles() : 0;
-  const GLuint may = seen ? layers.shadow.tiles() : in_mirror;
+  const GLuint in_mirror = mirrored ? layers.mirror_shadow.touched() : 0;
+  const GLuint may = seen ? layers.shadow.touched() : in_mirror;
   for (const BlendTiles& kind : blend_tiles(in)) {
     if (kind.tiles.empty()) continue;
     for (const bool shaded : {true, false}) {
@@ -108,8 +109,10 @@ void BlendPass::draw(const PassInput& in, const BlendLayers& layers) {
       gl::Program& blend = program(layered, shaded ? layers.direct.grid().step : 1);
       blend.use();
       set_layers(in, layers, layered, blend);
-      drawing_.draw(blend, kind.tiles, in.frame.width, in.frame.height, tile_side, 6, may, shaded,
-                    in_mirror);
+      // What alone would change nothing may do so together.
+      const bool alone = !kind.mirror && !kind.subject && !(seen && mirrored);
+      drawing_.draw(blend, kind.tiles, in.frame.width, in.frame.height, small_tile_side, 6,
+                    {may, shaded, in_mirror, alone ? 0.6f : 0.1f});
     }
   }
 }

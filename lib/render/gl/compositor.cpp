@@ -3,9 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "base/error.h"
 #include "render/gl/background_texture.h"
+#include "render/gl/objects/pixel_query.h"
 #include "render/gl/objects/pixel_readings.h"
 #include "render/gl/passes.h"
 #include "render/view_picture.h"
@@ -44,6 +46,8 @@ struct Compositor::State {
   gl::Texture output;
   gl::Framebuffer target, source;
   gl::PixelReadings readings;
+  gl::PixelQuery blended, blended_for[2];  // pixels that the blend draws: of render(), by places
+  std::uint64_t later_shaded = 0, later_changed = 0;  // of pictures taken since the last frame
   int output_width = 0, output_height = 0;
   gl::PassTimer timer;
   RenderStatistics& statistics;  // the renderer's
@@ -283,7 +287,7 @@ void Compositor::render(const RenderFrame& frame, const RenderPlan& plan,
 /// Draws what changes into the output's texture, which is then what is read from.
 void Compositor::draw(const RenderFrame& frame, const RenderPlan& plan,
                       const RenderSettings& settings, const std::uint8_t* background,
-                      int background_stride) {
+                      int background_stride, gl::PixelQuery& blended) {
   State& s = *state_;
   const Rectangle changed = plan.changed();
   gl::forget_errors();
@@ -302,7 +306,9 @@ void Compositor::draw(const RenderFrame& frame, const RenderPlan& plan,
   const PassInput in{frame, plan, settings, s.scene, s.subjects, s.timer};
   s.timer.begin(Pass::blend);
   s.copy(s.background.get(), s.output.get(), changed);
+  blended.begin();
   s.draw_blend(in, s.background.get(), s.output.get());
+  blended.end();
   s.timer.end();
   gl::check_errors();
   glBindFramebuffer(GL_READ_FRAMEBUFFER, s.target.get());
@@ -318,11 +324,13 @@ void Compositor::render(const RenderFrame& frame, const RenderPlan& plan,
   const Rectangle changed = plan.changed();
   if (changed.empty()) return s.finish(plan);
   // Fails before anything is written, so that target can be drawn otherwise.
-  draw(frame, plan, settings, background, background_stride);
+  draw(frame, plan, settings, background, background_stride, s.blended);
   s.timer.begin(Pass::read_back);
   glPixelStorei(GL_PACK_ROW_LENGTH, target_stride / 4);
   glReadPixels(changed.x, changed.y, changed.width, changed.height, GL_RGBA, GL_UNSIGNED_BYTE,
                target + static_cast<std::ptrdiff_t>(changed.y) * target_stride + 4 * changed.x);
+  s.statistics.pixels_shaded = s.blended.take();
+  s.statistics.pixels_changed = s.background.pixels_changed(changed, target, target_stride);
   s.timer.end();
   s.finish(plan);
   gl::check_errors();
@@ -333,8 +341,11 @@ unsigned Compositor::start(const RenderFrame& frame, const RenderPlan& plan,
                            int background_stride) {
   State& s = *state_;
   s.statistics = {};
+  s.statistics.pixels_shaded = std::exchange(s.later_shaded, 0);
+  s.statistics.pixels_changed = std::exchange(s.later_changed, 0);
   s.timer.next_frame();
-  if (!plan.changed().empty()) draw(frame, plan, settings, background, background_stride);
+  if (!plan.changed().empty())
+    draw(frame, plan, settings, background, background_stride, s.blended_for[s.readings.next()]);
   s.timer.begin(Pass::read_back);
   const unsigned place = s.readings.start(plan.changed());
   s.timer.end();
@@ -344,7 +355,8 @@ unsigned Compositor::start(const RenderFrame& frame, const RenderPlan& plan,
 }
 
 void Compositor::take(unsigned place, std::uint8_t* target, int target_stride) {
-  state_->readings.take(place, target, target_stride);
+  state_->later_changed += state_->readings.take(place, target, target_stride);
+  state_->later_shaded += state_->blended_for[place].take();
 }
 
 void Compositor::wait_for_passes(bool wait) {

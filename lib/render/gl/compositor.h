@@ -16,6 +16,10 @@
 
 namespace polyhull {
 
+namespace gl {
+class PixelQuery;
+}
+
 class Compositor : public Renderer {
  public:
   /// Needs a current context, GL 3.3 or GLES 3.0. Throws Error (unsupported) otherwise.
@@ -53,7 +57,7 @@ class Compositor : public Renderer {
  private:
   struct State;
   void draw(const RenderFrame& frame, const RenderPlan& plan, const RenderSettings& settings,
-            const std::uint8_t* background, int background_stride);
+            const std::uint8_t* background, int background_stride, gl::PixelQuery& blended);
   std::unique_ptr<State> state_;
 };
 

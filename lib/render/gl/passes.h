@@ -81,7 +81,7 @@ class ShadowMaps {
 
 /// The programs of shadow passes.
 struct ShadowPrograms {
-  gl::Program reach, tiles, blur;
+  gl::Program reach, tiles, blur, touched;
   gl::Program receivers[5];  ///< by ShadowQuality
 };
 
@@ -95,9 +95,9 @@ class ShadowPass {
             const Rectangle& cleared);
   /// The irradiance, 1/z, on the grid; 0 outside of the tiles.
   GLuint taken() { return taken_; }
-  /// A texel a tile of the picture: 1 where subjects may shade it; 0: all tiles count as shaded
-  /// (skipping off).
-  GLuint tiles() { return skips_ ? may_.colour() : 0; }
+  /// A texel a small tile of the picture: 0 where no light is missing, 1 where any is missing that
+  /// can be seen; no texture: all tiles count as shaded (skipping off).
+  GLuint touched() { return skips_ ? touched_.colour() : 0; }
 
  private:
   struct ReachKey {
@@ -110,10 +110,13 @@ class ShadowPass {
   void find_tiles(const PassInput& in, ShadowMaps& maps, SceneLayers& layers);
   void draw_irradiance(const PassInput& in, ShadowMaps& maps, SceneLayers& layers);
   void blur(const PassInput& in, const ShadowGrid& grid);
+  void find_touched(const PassInput& in, const ShadowGrid& grid);
+  /// Those of the tiles that subjects may shade.
+  TileChoice shaded() { return {skips_ ? may_.colour() : 0}; }
   void clear(gl::LightLayer& layer, const PassInput& in, const ShadowGrid& grid);
 
   ShadowPrograms& programs_;
-  gl::LightLayer asked_, gathered_, extents_, may_;
+  gl::LightLayer asked_, gathered_, extents_, may_, touched_;
   GLuint taken_ = 0;
   gl::VertexArray nothing_;
   std::optional<ReachKey> reach_key_;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "render/gl/passes.h"
 
@@ -107,7 +108,7 @@ void ShadowPass::draw_irradiance(const PassInput& in, ShadowMaps& maps, SceneLay
   program.use();
   maps.set(program, in);
   layers.set_places(program, 3);
-  drawing_.draw(program, shadowed_, grid.width, grid.height, tile_side / grid.step, 5, tiles());
+  drawing_.draw(program, shadowed_, grid.width, grid.height, tile_side / grid.step, 5, shaded());
   for (int unit = 0; unit < 3; ++unit) glBindSampler(static_cast<GLuint>(unit), 0);
 }
 
@@ -119,7 +120,31 @@ void ShadowPass::blur(const PassInput& in, const ShadowGrid& grid) {
   program.use();
   gl::bind_texture(0, GL_TEXTURE_2D, asked_.colour());
   program.set("taken", 0);
-  drawing_.draw(program, shadowed_, grid.width, grid.height, tile_side / grid.step, 1, tiles());
+  drawing_.draw(program, shadowed_, grid.width, grid.height, tile_side / grid.step, 1, shaded());
+}
+
+/// Looks which small tiles lose light.
+void ShadowPass::find_touched(const PassInput& in, const ShadowGrid& grid) {
+  constexpr int side = small_tile_side;
+  touched_.resize(tiles_along(in.frame.width, side), tiles_along(in.frame.height, side));
+  touched_.bind();
+  glDisable(GL_SCISSOR_TEST);
+  glClearColor(0.0f, 0.0f, 0.0f, 0.0f);
+  glClear(GL_COLOR_BUFFER_BIT);
+  gl::Program& program = programs_.touched;
+  if (!program.made()) program = gl::Program("tiles.vert", "shadow_touched.frag");
+  program.use();
+  gl::bind_texture(0, GL_TEXTURE_2D, taken_);
+  program.set("taken", 0);
+  program.set("span", side / grid.step);
+  program.set("beyond", grid.step - 1);
+  // Where composite.frag leaves the background as it is, whatever the albedo, which is at most 1.
+  const Light& light = in.frame.lights[static_cast<std::size_t>(in.plan.light)];
+  const Vec3f power = light_power(light) * in.frame.exposure;
+  const float most = std::max({power.x, power.y, power.z, 1e-30f}) / std::numbers::pi_v<float>;
+  program.set("least", 0.99f * 4e-5f / most);
+  drawing_.draw(program, shadowed_, tiles_along(in.frame.width, side),
+                tiles_along(in.frame.height, side), tile_side / side, 1, shaded());
 }
 
 void ShadowPass::draw(const PassInput& in, ShadowMaps& maps, SceneLayers& layers,
@@ -132,6 +157,7 @@ void ShadowPass::draw(const PassInput& in, ShadowMaps& maps, SceneLayers& layers
   const bool hard = in.settings.shadow == ShadowQuality::hard;
   if (!hard) blur(in, layers.grid());
   taken_ = hard ? asked_.colour() : gathered_.colour();
+  if (skips_) find_touched(in, layers.grid());
 }
 
 }  // namespace polyhull

@@ -16,17 +16,18 @@ Rectangle whole_tiles(const Rectangle& part, int width, int height) {
   return intersection({x0, y0, x1 - x0, y1 - y0}, {0, 0, width, height});
 }
 
-TileMask::TileMask(int width, int height)
+TileMask::TileMask(int width, int height, int side)
     : width_(width),
       height_(height),
-      columns_(tiles_along(width)),
-      rows_(tiles_along(height)),
+      side_(side),
+      columns_(tiles_along(width, side)),
+      rows_(tiles_along(height, side)),
       touched_(static_cast<std::size_t>(columns_) * rows_, 0) {}
 
 /// The tiles from pixel (x0, y0) to pixel (x1, y1).
 void TileMask::fill(int x0, int y0, int x1, int y1) {
-  for (int y = y0 / tile_side; y <= y1 / tile_side; ++y)
-    for (int x = x0 / tile_side; x <= x1 / tile_side; ++x)
+  for (int y = y0 / side_; y <= y1 / side_; ++y)
+    for (int x = x0 / side_; x <= x1 / side_; ++x)
       touched_[static_cast<std::size_t>(y) * columns_ + x] = 1;
 }
 
@@ -38,31 +39,57 @@ void TileMask::add(const Rectangle& part) {
 void TileMask::add(const PlacedSubject& subject, const Mat4& clip_from_scene, const Rectangle& part,
                    int beyond) {
   if (part.empty()) return;
-  const auto margin = static_cast<float>(1 + beyond);
+  constexpr float most = 1e5f;  // pixels; further away, single precision is too coarse
+  const float margin = 0.25f + static_cast<float>(beyond);
   std::vector<Vec2f> at;
   at.reserve(subject.points.size());
   for (const Vec3f& point : subject.points) {
     const Vec4 clip = clip_from_scene * Vec4(Vec3(point), 1.0);
     if (!(clip.w > 1e-3)) return add(part);
-    at.emplace_back(0.5 * (clip.x / clip.w + 1.0) * width_,
-                    0.5 * (clip.y / clip.w + 1.0) * height_);
+    const Vec2f pixel(0.5 * (clip.x / clip.w + 1.0) * width_,
+                      0.5 * (clip.y / clip.w + 1.0) * height_);
+    if (!(std::abs(pixel.x) < most && std::abs(pixel.y) < most)) return add(part);
+    at.push_back(pixel);
   }
-  const Vec2f first(part.x, part.y), last(part.x + part.width - 1, part.y + part.height - 1);
   const std::vector<std::uint32_t>& triangles = subject.mesh->hull.triangles;
-  for (std::size_t i = 0; i + 2 < triangles.size(); i += 3) {
-    const Vec2f &a = at[triangles[i]], &b = at[triangles[i + 1]], &c = at[triangles[i + 2]];
-    // A pixel around, for samples beside the pixels' middles and for rounding.
-    const Vec2f low = glm::min(a, glm::min(b, c)) - margin;
-    const Vec2f high = glm::max(a, glm::max(b, c)) + margin;
-    if (!(high.x >= first.x && high.y >= first.y && low.x <= last.x && low.y <= last.y)) continue;
-    const Vec2f from = glm::max(low, first), to = glm::min(high, last);
-    fill(static_cast<int>(from.x), static_cast<int>(from.y), static_cast<int>(to.x),
-         static_cast<int>(to.y));
+  for (std::size_t i = 0; i + 2 < triangles.size(); i += 3)
+    add({at[triangles[i]], at[triangles[i + 1]], at[triangles[i + 2]]}, part, margin);
+}
+
+/// Adds the tiles of \p part that are up to \p margin pixels from a triangle (pixels), and few more.
+void TileMask::add(const std::array<Vec2f, 3>& corners, const Rectangle& part, float margin) {
+  const auto [a, b, c] = corners;
+  const Vec2f low = glm::max(glm::min(a, glm::min(b, c)) - margin, Vec2f(part.x, part.y));
+  const Vec2f end = Vec2f(part.x + part.width, part.y + part.height) - 0.01f;
+  const Vec2f high = glm::min(glm::max(a, glm::max(b, c)) + margin, end);
+  if (!(high.x >= low.x && high.y >= low.y)) return;
+  const int first = static_cast<int>(low.y) / side_, last = static_cast<int>(high.y) / side_;
+  for (int row = first; row <= last; ++row) {
+    // What lies in the row of tiles ends at a corner or where an edge enters or leaves it.
+    const float top = static_cast<float>(row * side_) - margin;
+    const float bottom = static_cast<float>((row + 1) * side_) + margin;
+    float left = high.x, right = low.x;
+    for (int k = 0; k < 3; ++k) {
+      const auto k0 = static_cast<std::size_t>(k), k1 = static_cast<std::size_t>((k + 1) % 3);
+      const Vec2f &from = corners[k0], &to = corners[k1];
+      if (std::max(from.y, to.y) < top || std::min(from.y, to.y) > bottom) continue;
+      const Vec2f way = to - from;
+      const float enter = way.y != 0.0f ? (top - from.y) / way.y : 0.0f;
+      const float leave = way.y != 0.0f ? (bottom - from.y) / way.y : 1.0f;
+      const float s = std::clamp(std::min(enter, leave), 0.0f, 1.0f);
+      const float t = std::clamp(std::max(enter, leave), 0.0f, 1.0f);
+      left = std::min(left, from.x + std::min(s * way.x, t * way.x) - margin);
+      right = std::max(right, from.x + std::max(s * way.x, t * way.x) + margin);
+    }
+    left = std::max(left, low.x);
+    right = std::min(right, high.x);
+    if (left <= right)
+      fill(static_cast<int>(left), row * side_, static_cast<int>(right), row * side_);
   }
 }
 
 void TileDrawing::draw(gl::Program& program, std::span<const Tile> tiles, int width, int height,
-                       int side, int unit, GLuint shaded, bool wanted, GLuint also) {
+                       int side, int unit, const TileChoice& choice) {
   if (tiles.empty()) return;
   glBindVertexArray(array_.get());
   glBindBuffer(GL_ARRAY_BUFFER, list_.get());
@@ -74,10 +101,11 @@ void TileDrawing::draw(gl::Program& program, std::span<const Tile> tiles, int wi
   program.set("size", glm::vec2(width, height));
   program.set("side", static_cast<float>(side));
   program.set("shaded", unit);
-  program.set("wanted", shaded == 0 ? -1 : static_cast<int>(wanted));
-  gl::bind_texture(unit, GL_TEXTURE_2D, shaded);
+  program.set("wanted", choice.shaded == 0 ? -1 : static_cast<int>(choice.wanted));
+  program.set("enough", choice.enough);
+  gl::bind_texture(unit, GL_TEXTURE_2D, choice.shaded);
   program.set("also", unit + 1);
-  gl::bind_texture(unit + 1, GL_TEXTURE_2D, also == 0 ? shaded : also);
+  gl::bind_texture(unit + 1, GL_TEXTURE_2D, choice.also == 0 ? choice.shaded : choice.also);
   glDrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, static_cast<GLsizei>(tiles.size()));
 }
 

@@ -28,96 +28,134 @@ Blend::Blend(Layers& layers, const RenderFrame& frame, const RenderPlan& plan,
   const Vec3f power = light_power(frame.lights[static_cast<std::size_t>(plan.light)]) *
                       (frame.exposure / std::numbers::pi_v<float>);
   for (int c = 0; c < 3; ++c) power_[c] = power[c];
+  const float most = std::max({power_[0], power_[1], power_[2]});
+  least_taken_ = 0.999f * BlendPixels::least_missing / std::max(most, 1e-30f);
 }
 
 void Blend::draw(int band) {
   thread_local SubjectLayer::Scratch scratch;
-  thread_local std::vector<glm::vec4> front, image;
+  thread_local Painted front, image;
   const int top = std::max(changed_.y, band * band_rows);
   const int bottom = std::min(changed_.y + changed_.height, (band + 1) * band_rows);
-  const auto reaches = [&](const Rectangle& part) {
-    return !part.empty() && part.y < bottom && part.y + part.height > top;
-  };
   const bool scene = layers_.scene.has_value();
   Stopwatch watch;
-  if (reaches(plan_.subject))
-    layers_.front.paint(layers_.subjects, band, plan_.subject, layers_.direct, nullptr, scene,
-                        scratch, front);
+  front.part = layers_.front.paint(layers_.subjects, band, plan_.subject, layers_.direct, nullptr,
+                                   scene, scratch, front.colours);
   seconds_subject += watch.lap();
-  if (reaches(plan_.mirror))
-    layers_.image.paint(layers_.subjects, band, plan_.mirror, layers_.mirrored, &layers_.direct,
-                        scene, scratch, image);
+  image.part = layers_.image.paint(layers_.subjects, band, plan_.mirror, layers_.mirrored,
+                                   &layers_.direct, scene, scratch, image.colours);
   seconds_mirror += watch.lap();
   const Rectangle rows{changed_.x, top, changed_.width, bottom - top};
   const PixelRows out = target_.video ? background_rows(background_, background_stride_, rows,
                                                         frame_.width, frame_.height)
                                       : PixelRows{target_.pixels, target_.stride, 0, 0};
   Piece piece;
-  Touched touched;  // of two rows that share their chroma
+  Progress progress;
   for (int y = top; y < bottom; ++y) {
-    blend_row(y, row_of(plan_.subject, front, band, y), row_of(plan_.mirror, image, band, y),
-              {reaches(plan_.shadow), reaches(plan_.mirror_shadow)}, out, piece, touched);
+    blend_row(y, row_of(front, y), row_of(image, y), out, piece, progress);
     if (!target_.video || (y % 2 == 0 && y + 1 < bottom)) continue;
-    write_rows(out, y & ~1, std::exchange(touched, {}), *target_.video);
+    write_rows(out, y & ~1, std::exchange(progress.touched, {}), *target_.video);
   }
+  pixels_shaded += progress.shaded;
+  pixels_changed += progress.changed;
   seconds_blend += watch.lap();
 }
 
-Blend::Span Blend::row_of(const Rectangle& part, const std::vector<glm::vec4>& layer, int band,
-                          int y) {
-  const int top = std::max(part.y, band * band_rows);
-  if (part.empty() || y < top || y >= part.y + part.height) return {};
-  return {part.x, part.x + part.width, &layer[static_cast<std::size_t>(y - top) * part.width]};
+Blend::Span Blend::row_of(const Painted& painted, int y) {
+  const Rectangle& part = painted.part;
+  if (y < part.y || y >= part.y + part.height) return {};
+  return {part.x, part.x + part.width,
+          &painted.colours[static_cast<std::size_t>(y - part.y) * part.width]};
 }
 
-/// Blends the changed part of row \p y into \p out.
-void Blend::blend_row(int y, const Span& over, const Span& mirrored, const Shaded& shaded,
-                      const PixelRows& out, Piece& piece, Touched& touched) {
-  for (int x = changed_.x; x < changed_.x + changed_.width;) {
-    // Those that nothing reaches at once.
-    const int end = std::min((x | 15) + 1, changed_.x + changed_.width);
-    const bool seen = shaded.seen && layers_.shadow.reaches(x, y) &&
-                      layers_.shadow.taken(layers_.direct, x & ~15, y, piece.pixels.taken);
-    const bool shown = shaded.mirrored && layers_.mirror_shadow.reaches(x, y) &&
-                       layers_.mirror_shadow.taken(layers_.mirrored, x & ~15, y, piece.in_mirror);
-    const bool covered = over.meets(x, end), reflected = mirrored.meets(x, end);
-    if (seen || shown || covered || reflected) {
-      fill_ground(x, end, y, seen, piece.pixels);
-      if (covered || piece.has_subject) fill_subject(x, end, over, piece.pixels);
-      piece.has_subject = covered;
-      if (!shown) std::fill_n(piece.in_mirror, 16, 0.0f);
-      if (shown || reflected || piece.has_mirror) fill_mirror(x, end, y, mirrored, piece);
-      piece.has_mirror = shown || reflected;
-      touched.left = std::min(touched.left, x);
-      touched.right = std::max(touched.right, end);
-      std::uint32_t made[16];
-      loops().blend(piece.pixels, power_, srgb_to_linear_table(), srgb_lines(), made);
-      std::memcpy(out.at(x, y), made + (x & 15), 4 * static_cast<std::size_t>(end - x));
+/// Whether any of columns \p begin to \p end - 1 shows the subject.
+bool Blend::Span::any(int begin, int end) const {
+  for (int x = std::max(begin, left); x < std::min(end, right); ++x)
+    if (colours[x - left].a > 0.0f) return true;
+  return false;
+}
+
+/// What of the sixteen pixels from column \p x on, a multiple of 16, loses light.
+void Blend::find_missing(int x, int y, Missing& missing) const {
+  const auto within = [y](const Rectangle& part) {
+    return !part.empty() && y >= part.y && y < part.y + part.height;
+  };
+  missing.seen = within(plan_.shadow) && layers_.shadow.reaches(x, y) &&
+                 layers_.shadow.taken(layers_.direct, x, y, missing.taken);
+  missing.shown = within(plan_.mirror_shadow) && layers_.mirror_shadow.reaches(x, y) &&
+                  layers_.mirror_shadow.taken(layers_.mirrored, x, y, missing.in_mirror);
+}
+
+/// Blends the changed part of row \p y into \p out, and counts.
+void Blend::blend_row(int y, const Span& over, const Span& mirrored, const PixelRows& out,
+                      Piece& piece, Progress& progress) {
+  Missing missing;
+  const int right = changed_.x + changed_.width;
+  for (int group = changed_.x & ~15; group < right; group += 16) {
+    find_missing(group, y, missing);
+    for (int first = group; first < group + 16; first += BlendPixels::count) {
+      const int x = std::max(first, changed_.x), end = std::min(first + BlendPixels::count, right);
+      if (x < end) blend_piece(x, end, y, over, mirrored, missing, out, piece, progress);
     }
-    x = end;
   }
 }
 
-/// The background of pixels \p x to \p end - 1 and, where \p seen, what it loses.
-void Blend::fill_ground(int x, int end, int y, bool seen, BlendPixels& pixels) {
-  const int first = x & ~15;
+/// Blends pixels \p x to \p end - 1, unless nothing reaches them.
+void Blend::blend_piece(int x, int end, int y, const Span& over, const Span& mirrored,
+                        const Missing& missing, const PixelRows& out, Piece& piece,
+                        Progress& progress) {
+  const int first = x & ~(BlendPixels::count - 1);
+  const auto any = [&](const float* values, float least) {
+    return std::any_of(values + (x - first), values + (end - first),
+                       [least](float value) { return value > least; });
+  };
+  const float* taken = missing.taken + (first & 15);
+  const float* in_mirror = missing.in_mirror + (first & 15);
+  const bool shown =
+      missing.shown && any(in_mirror, 0.0f) && layers_.direct.shows_mirror({x, y, end - x, 1});
+  const bool covered = over.any(x, end), reflected = mirrored.any(x, end);
+  const bool others = shown || covered || reflected;
+  const bool seen = missing.seen && any(taken, others ? 0.0f : least_taken_);
+  if (!seen && !others) return;
+  BlendPixels& pixels = piece.pixels;
+  fill_ground(x, end, y, seen ? taken : nullptr, pixels);
+  if (covered || piece.has_subject) fill_subject(x, end, over, pixels);
+  piece.has_subject = covered;
+  if (shown || reflected || piece.has_mirror)
+    fill_mirror(x, end, y, mirrored, shown ? in_mirror : nullptr, pixels);
+  piece.has_mirror = shown || reflected;
+  progress.touched.left = std::min(progress.touched.left, x);
+  progress.touched.right = std::max(progress.touched.right, end);
+  std::uint32_t made[BlendPixels::count];
+  progress.changed += static_cast<std::uint64_t>(
+      loops().blend(pixels, power_, srgb_to_linear_table(), srgb_lines(), made));
+  progress.shaded += static_cast<std::uint64_t>(end - x);
+  std::memcpy(out.at(x, y), made + (x - first), 4 * static_cast<std::size_t>(end - x));
+}
+
+/// The background of pixels \p x to \p end - 1 and what it loses of \p taken, the whole piece's; null:
+/// nothing.
+void Blend::fill_ground(int x, int end, int y, const float* taken, BlendPixels& pixels) {
+  constexpr int count = BlendPixels::count;
+  const int first = x & ~(count - 1);
   const std::uint8_t* coded = background_ + static_cast<std::ptrdiff_t>(y) * background_stride_;
-  if (end - x < 16) std::fill_n(pixels.background, 16, 0u);
+  if (end - x < count) std::fill_n(pixels.background, count, 0u);
   std::memcpy(pixels.background + (x - first), coded + 4 * x,
               4 * static_cast<std::size_t>(end - x));
-  if (!seen) {
-    std::fill_n(pixels.taken, 16, 0.0f);
+  if (taken == nullptr) {
+    std::fill_n(pixels.taken, count, 0.0f);
     return;
   }
-  for (int i = 0; i < 16; ++i)
-    if (first + i < x || first + i >= end) pixels.taken[i] = 0.0f;
-  const std::uint64_t* albedo = layers_.albedo.at(*layers_.scene, layers_.direct, first, y);
-  for (int i = 0; i < 16; ++i) pixels.albedo[i] = pixels.taken[i] > 0.0f ? albedo[i] : 0;
+  for (int i = 0; i < count; ++i)
+    pixels.taken[i] = first + i < x || first + i >= end ? 0.0f : taken[i];
+  const std::uint64_t* albedo =
+      layers_.albedo.at(*layers_.scene, layers_.direct, first & ~15, y) + (first & 15);
+  for (int i = 0; i < count; ++i) pixels.albedo[i] = pixels.taken[i] > 0.0f ? albedo[i] : 0;
 }
 
 void Blend::fill_subject(int x, int end, const Span& over, BlendPixels& pixels) {
-  for (int i = 0; i < 16; ++i) {
-    const int column = (x & ~15) + i;
+  for (int i = 0; i < BlendPixels::count; ++i) {
+    const int column = (x & ~(BlendPixels::count - 1)) + i;
     const glm::vec4 colour = column >= x && column < end ? over.at(column) : glm::vec4(0.0f);
     pixels.red[i] = colour.r;
     pixels.green[i] = colour.g;
@@ -126,18 +164,19 @@ void Blend::fill_subject(int x, int end, const Span& over, BlendPixels& pixels) 
   }
 }
 
-/// What the mirror changes where the subject does not cover it.
-void Blend::fill_mirror(int x, int end, int y, const Span& mirrored, Piece& piece) {
-  BlendPixels& pixels = piece.pixels;
-  for (int i = 0; i < 16; ++i) {
-    const int column = (x & ~15) + i;
+/// What the mirror changes where the subject does not cover it. \p taken: of what it shows of the
+/// whole piece; null: nothing.
+void Blend::fill_mirror(int x, int end, int y, const Span& mirrored, const float* taken,
+                        BlendPixels& pixels) {
+  for (int i = 0; i < BlendPixels::count; ++i) {
+    const int column = (x & ~(BlendPixels::count - 1)) + i;
     const bool open = column >= x && column < end && pixels.alpha[i] < 1.0f;
     const glm::vec4 image = open ? mirrored.at(column) : glm::vec4(0.0f);
     pixels.keep[i] = 1.0f;
     pixels.covered[i] = image.a;
     Vec3f gone(0.0f), more(0.0f), dimmed(0.0f);
-    if (open && piece.in_mirror[i] > 0.0f)
-      dimmed = piece.in_mirror[i] * mirror_dimming(column, y, image.a);
+    if (open && taken != nullptr && taken[i] > 0.0f)
+      dimmed = taken[i] * mirror_dimming(column, y, image.a);
     if (image.a > 0.0f) {
       if (settings_.mirror == MirrorMode::plain) {
         pixels.keep[i] = 1.0f - settings_.reflection_alpha * image.a;

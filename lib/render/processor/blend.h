@@ -42,37 +42,55 @@ class Blend {
   void draw(int band);
 
   std::atomic<double> seconds_subject = 0.0, seconds_mirror = 0.0, seconds_blend = 0.0;
+  /// As RenderStatistics.
+  std::atomic<std::uint64_t> pixels_shaded = 0, pixels_changed = 0;
 
  private:
-  /// A row of a subject layer.
+  /// What a band of a subject layer shows.
+  struct Painted {
+    Rectangle part;                  // beside it, nothing
+    std::vector<glm::vec4> colours;  // of its rows
+  };
+
+  /// A row of it.
   struct Span {
     int left = 0, right = 0;
     const glm::vec4* colours = nullptr;  // of column left and on
-    bool meets(int begin, int end) const { return begin < right && end > left; }
     glm::vec4 at(int x) const {
       return x >= left && x < right ? colours[x - left] : glm::vec4(0.0f);
     }
+    bool any(int begin, int end) const;
   };
-  static Span row_of(const Rectangle& part, const std::vector<glm::vec4>& layer, int band, int y);
+  static Span row_of(const Painted& painted, int y);
 
-  /// Where light may be missing.
-  struct Shaded {
-    bool seen = false, mirrored = false;
+  /// What of a row's light is missing, of sixteen pixels that begin at a multiple of 16.
+  struct Missing {
+    bool seen = false, shown = false;     // any, there and in the mirror
+    float taken[16] = {}, in_mirror[16];  // written where any is
   };
 
-  /// Up to 16 pixels of a row on their way into the picture. What has no part in them stays as the
-  /// piece before left it: nothing.
+  /// Up to eight pixels of a row on their way into the picture. What has no part in them stays as
+  /// the piece before left it: nothing.
   struct Piece {
     BlendPixels pixels{};
-    float in_mirror[16];                         ///< what is taken from what the mirror shows
     bool has_subject = true, has_mirror = true;  ///< else all of theirs is nothing
   };
 
-  void blend_row(int y, const Span& over, const Span& mirrored, const Shaded& shaded,
-                 const PixelRows& out, Piece& piece, Touched& touched);
-  void fill_ground(int x, int end, int y, bool seen, BlendPixels& pixels);
+  /// A band's counts, and what of two rows that share their chroma is drawn.
+  struct Progress {
+    Touched touched;
+    std::uint64_t shaded = 0, changed = 0;
+  };
+
+  void find_missing(int x, int y, Missing& missing) const;
+  void blend_row(int y, const Span& over, const Span& mirrored, const PixelRows& out, Piece& piece,
+                 Progress& progress);
+  void blend_piece(int x, int end, int y, const Span& over, const Span& mirrored,
+                   const Missing& missing, const PixelRows& out, Piece& piece, Progress& progress);
+  void fill_ground(int x, int end, int y, const float* taken, BlendPixels& pixels);
   static void fill_subject(int x, int end, const Span& over, BlendPixels& pixels);
-  void fill_mirror(int x, int end, int y, const Span& mirrored, Piece& piece);
+  void fill_mirror(int x, int end, int y, const Span& mirrored, const float* taken,
+                   BlendPixels& pixels);
   Vec3f mirror_dimming(int x, int y, float covered);
 
   Layers& layers_;
@@ -84,7 +102,8 @@ class Blend {
   const std::uint8_t* background_;
   int background_stride_;
   PictureTarget target_;
-  float power_[3] = {};  // of the main light, as a picture value per albedo and E
+  float power_[3] = {};       // of the main light, as a picture value per albedo and E
+  float least_taken_ = 0.0f;  // what is less is no change
 };
 
 }  // namespace polyhull::processor

@@ -61,17 +61,20 @@ struct SrgbLines {
   float bias[steps], slope[steps];
 };
 
-/// Sixteen pixels of a row that are put together; linear light but for the bytes.
+/// Eight pixels of a row that are put together; linear light but for the bytes.
 struct BlendPixels {
-  std::uint32_t background[16];  ///< RGBA bytes, a little-endian word
-  std::uint64_t albedo[16];      ///< 16 bits a channel
-  float taken[16];               ///< the lamp's light that is missing
-  float dimmed[3][16];           ///< what is missing in the mirror, as a picture value
-  float keep[16];                ///< of what is there before `more` comes to it
-  float covered[16];             ///< by the mirror's image
-  float gone[3][16];             ///< what the mirror showed; at most the covered part goes
-  float more[3][16];             ///< by the mirror's image
-  float red[16], green[16], blue[16], alpha[16];  ///< the subject over all that
+  static constexpr int count = 8;
+  /// Less than a sixth of the smallest step of the darkest values is no change.
+  static constexpr float least_missing = 4e-5f;
+  std::uint32_t background[count];  ///< RGBA bytes, a little-endian word
+  std::uint64_t albedo[count];      ///< 16 bits a channel
+  float taken[count];               ///< the lamp's light that is missing
+  float dimmed[3][count];           ///< what is missing in the mirror, as a picture value
+  float keep[count];                ///< of what is there before `more` comes to it
+  float covered[count];             ///< by the mirror's image
+  float gone[3][count];             ///< what the mirror showed; at most the covered part goes
+  float more[3][count];             ///< by the mirror's image
+  float red[count], green[count], blue[count], alpha[count];  ///< the subject over all that
 };
 
 struct Loops {
@@ -88,10 +91,11 @@ struct Loops {
   /// What 16 pixels of a picture's row take, from the grid's pixels around them (every second one
   /// of every second row) that lie as deep; \p inverse 1/z at theirs.
   void (*take)(const ShadowRows& rows, const float* inverse, float* taken);
-  /// Puts the pixels together into \p out, RGBA bytes. \p power of the lamp: by how much a
+  /// Puts the pixels together into \p out, RGBA bytes; returns how many are not the background's any
+  /// more. \p power of the lamp: by how much a
   /// background of albedo 1 falls for taken = 1; \p decode as for fetch().
-  void (*blend)(const BlendPixels& pixels, const float (&power)[3], const float* decode,
-                const SrgbLines& encode, std::uint32_t* out);
+  int (*blend)(const BlendPixels& pixels, const float (&power)[3], const float* decode,
+               const SrgbLines& encode, std::uint32_t* out);
 };
 
 /// Within a sixtieth of a step of the curve.

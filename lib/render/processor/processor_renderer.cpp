@@ -272,6 +272,8 @@ void ProcessorRenderer::draw(const RenderFrame& frame, const RenderPlan& plan,
                [&](std::size_t begin, std::size_t end) {
                  for (std::size_t i = begin; i < end; ++i) blend.draw(first + static_cast<int>(i));
                });
+  statistics_.pixels_shaded = blend.pixels_shaded;
+  statistics_.pixels_changed = blend.pixels_changed;
   for (const auto& [name, seconds] : {std::pair{"subject", blend.seconds_subject.load()},
                                       {"mirror", blend.seconds_mirror.load()},
                                       {"blend", blend.seconds_blend.load()}})

@@ -134,12 +134,25 @@ void SubjectLayer::draw_ribbons(int band, const SampleRows& rows, Scratch& scrat
     if (scratch.ids[i] != no_triangle) scratch.ribbon_ids[i] = no_triangle;
 }
 
-void SubjectLayer::paint(const std::vector<ReadySubject>& subjects, int band, const Rectangle& part,
-                         const SceneLayer& scene, const SceneLayer* frame, bool drawn,
-                         Scratch& scratch, std::vector<glm::vec4>& into) const {
-  const int top = std::max(part.y, band * band_rows);
-  const int bottom = std::min(part.y + part.height, (band + 1) * band_rows);
-  const Rectangle rows{part.x, top, part.width, bottom - top};
+/// What of band \p band and \p part triangles touch.
+Rectangle SubjectLayer::painted(int band, const Rectangle& part) const {
+  Rectangle rows;
+  if (part.empty()) return rows;  // there may be no bands
+  for (const Drawn* drawn : {&hulls_, &ribbons_}) {
+    const ScreenTriangles::Columns columns = drawn->triangles.columns(band);
+    if (!columns.empty())
+      rows =
+          bounding(rows, {columns.first, band * band_rows, columns.end - columns.first, band_rows});
+  }
+  return intersection(rows, part);
+}
+
+Rectangle SubjectLayer::paint(const std::vector<ReadySubject>& subjects, int band,
+                              const Rectangle& part, const SceneLayer& scene,
+                              const SceneLayer* frame, bool drawn, Scratch& scratch,
+                              std::vector<glm::vec4>& into) const {
+  const Rectangle rows = painted(band, part);
+  if (rows.empty()) return rows;
   const auto pixels = static_cast<std::size_t>(rows.width) * static_cast<std::size_t>(rows.height);
   const int samples = scene.view().samples;
   into.assign(pixels, glm::vec4(0.0f));
@@ -148,8 +161,8 @@ void SubjectLayer::paint(const std::vector<ReadySubject>& subjects, int band, co
   if (drawn) hide(rows, scene, frame, scratch);
   const SampleRows sample_rows{rows.x,
                                rows.x + rows.width,
-                               top,
-                               bottom,
+                               rows.y,
+                               rows.y + rows.height,
                                samples,
                                sample_places(samples),
                                scratch.inverse.data(),
@@ -165,6 +178,7 @@ void SubjectLayer::paint(const std::vector<ReadySubject>& subjects, int band, co
   }
   for (std::size_t s = 0; s < subjects.size(); ++s)
     subjects[s].skin.paint(scratch.items[s], scratch.skin, into.data());
+  return rows;
 }
 
 }  // namespace polyhull::processor

@@ -46,13 +46,15 @@ class SubjectLayer {
             int height);
 
   /// Draws what of \p part lies in band \p band, hidden by \p scene and, where given, only where
-  /// \p frame marks its mirror: premultiplied linear colours and coverage, row by row. \p drawn: the
-  /// scene's layers have something at all.
-  void paint(const std::vector<ReadySubject>& subjects, int band, const Rectangle& part,
-             const SceneLayer& scene, const SceneLayer* frame, bool drawn, Scratch& scratch,
-             std::vector<glm::vec4>& into) const;
+  /// \p frame marks its mirror: premultiplied linear colours and coverage, row by row, of the
+  /// rectangle that it returns; beside that there is nothing. \p drawn: the scene's layers have
+  /// something at all.
+  Rectangle paint(const std::vector<ReadySubject>& subjects, int band, const Rectangle& part,
+                  const SceneLayer& scene, const SceneLayer* frame, bool drawn, Scratch& scratch,
+                  std::vector<glm::vec4>& into) const;
 
  private:
+  Rectangle painted(int band, const Rectangle& part) const;
   void hide(const Rectangle& rows, const SceneLayer& scene, const SceneLayer* frame,
             Scratch& scratch) const;
   /// Triangles, and by their ids subject and first vertex.

@@ -12,15 +12,22 @@
 
 namespace polyhull::gl {
 
+/// How many of \p count pixels are not the same.
+std::uint64_t pixels_that_differ(const std::uint8_t* a, const std::uint8_t* b, std::size_t count);
+
 class PixelReadings {
  public:
   /// Starts reading \p part (maybe empty) of the bound read framebuffer, RGBA8: the place to take()
   /// it from, until the second start() after this one.
   unsigned start(const Rectangle& part);
 
+  /// The place of the next start().
+  unsigned next() const { return next_; }
+
   /// Waits until what was started at \p place is there, and writes it to its place in the picture
-  /// \p target, whose rows are \p stride bytes apart. Throws Error (unsupported) where OpenGL fails.
-  void take(unsigned place, std::uint8_t* target, int stride);
+  /// \p target, whose rows are \p stride bytes apart. Returns how many pixels are others now. Throws
+  /// Error (unsupported) where OpenGL fails.
+  std::uint64_t take(unsigned place, std::uint8_t* target, int stride);
 
  private:
   struct Reading {
