@@ -2,7 +2,8 @@
 // What a composite costs on each backend: wall time and the processor time of all threads, medians
 // over recorded meshes before the built-in room, with a still and a travelling viewport, for the
 // latter also with the background's planes as they come from scenesrc; how many pixels are shaded and
-// how many change; what OpenGL uploads of the background after its first frame.
+// how many change; what OpenGL uploads of the background after its first frame, and for how many of the
+// frames after that nothing of the scene is drawn anew.
 
 #include <CLI/CLI.hpp>
 #include <cmath>
@@ -83,6 +84,7 @@ constexpr const char* name_of(Viewport viewport) {
 struct Result {
   std::vector<double> wall, processor, threads, shaded, changed;
   double background_bytes = 0.0;  // uploaded after the first frame
+  int planes_kept = 0;            // frames for which nothing of the scene was drawn anew
   std::vector<std::vector<double>> passes;
 };
 
@@ -123,8 +125,8 @@ int main(int argc, char** argv) {
   }
 
   polyhull::testing::HeadlessContext context(false);
-  std::printf("%-10s %-6s %-11s %9s %9s %7s %8s %8s %6s %10s\n", "backend", "shadow", "viewport",
-              "wall ms", "cpu ms", "threads", "shaded", "changed", "ratio", "upload B");
+  std::printf("%-10s %-6s %-11s %9s %9s %7s %8s %8s %6s %8s %5s\n", "backend", "shadow", "viewport",
+              "wall ms", "cpu ms", "threads", "shaded", "changed", "ratio", "upload B", "kept");
   std::ofstream table;
   if (!output.empty()) {
     table.open(output + "/picture.csv");
@@ -179,6 +181,7 @@ int main(int argc, char** argv) {
             result.threads.push_back(loops.threads());
             result.shaded.push_back(static_cast<double>(renderer->statistics().pixels_shaded));
             result.changed.push_back(static_cast<double>(pixels_changed(before, out)));
+            result.planes_kept += renderer->statistics().scene_depth_reused;
             result.background_bytes +=
                 static_cast<double>(renderer->statistics().background_bytes_uploaded);
             const auto& passes = renderer->statistics().passes;
@@ -188,10 +191,11 @@ int main(int argc, char** argv) {
           }
         }
         const double shaded = median(result.shaded), changed = median(result.changed);
-        std::printf("%-10s %-6s %-11s %9.2f %9.2f %7.2f %8.0f %8.0f %6.2f %10.0f\n",
+        std::printf("%-10s %-6s %-11s %9.2f %9.2f %7.2f %8.0f %8.0f %6.2f %8.0f %2d/%zu\n",
                     processor ? "processor" : "gl", name, name_of(way), median(result.wall),
                     median(result.processor), median(result.threads), shaded, changed,
-                    shaded / changed, result.background_bytes);
+                    shaded / changed, result.background_bytes, result.planes_kept,
+                    result.wall.size());
         if (detailed)
           for (std::size_t i = 0; i < result.passes.size(); ++i)
             std::printf("    %-14s %8.2f\n", renderer->statistics().passes[i].name,

@@ -44,6 +44,24 @@ TEST_P(PixelsShadedTest, FewMoreThanChange) {
   }
 }
 
+TEST_P(PixelsShadedTest, WhatStandsStillIsKept) {
+  synthetic::FigureStage stage(320, 180);
+  stage.fill_background(90);
+  stage.frame.subjects[0].content = 1;
+  const auto renderer = make_renderer();
+  for (const ShadowQuality quality : {ShadowQuality::hard, ShadowQuality::good}) {
+    RenderSettings settings;
+    settings.shadow = quality;
+    const Picture first = stage.composite(*renderer, settings);
+    for (int i = 0; i < 3; ++i) {
+      EXPECT_EQ(stage.composite(*renderer, settings).pixels, first.pixels);
+      const RenderStatistics& now = renderer->statistics();
+      EXPECT_TRUE(now.scene_depth_reused && now.static_shadow_reused && now.mesh_reused) << i;
+      EXPECT_EQ(now.bytes_uploaded, 0u) << i;
+    }
+  }
+}
+
 TEST_P(PixelsShadedTest, PicturesTakenLaterCountLater) {
   if (processor()) GTEST_SKIP() << "only OpenGL draws while others work";
   synthetic::FigureStage stage(320, 180);
