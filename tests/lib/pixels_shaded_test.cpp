@@ -62,6 +62,29 @@ TEST_P(PixelsShadedTest, WhatStandsStillIsKept) {
   }
 }
 
+// Also where neither place's part of the scene holds the other's, as in this look from above.
+TEST_P(PixelsShadedTest, TheSceneIsKeptWhileTheSubjectGoesToAndFro) {
+  synthetic::FigureStage stage(320, 180);
+  stage.fill_background(90);
+  stage.frame.viewport = synthetic::look_at({0, 2.4, 0.3}, {0, 0, 0}, 320, 180, 110.0);
+  RenderSettings settings;
+  settings.mirror = MirrorMode::off;
+  const auto renderer = make_renderer();
+  for (int i = 0; i < 6; ++i) {
+    stage.frame.subjects[0].placement.translate.x = i % 2 == 0 ? -0.9 : 0.9;
+    const Picture picture = stage.composite(*renderer, settings);
+    EXPECT_EQ(renderer->statistics().scene_depth_reused, i >= 2) << i;
+    if (i >= 2) {
+      EXPECT_EQ(renderer->statistics().background_bytes_uploaded, 0u) << i;
+    }
+    const auto fresh = make_renderer();
+    EXPECT_EQ(picture.pixels, stage.composite(*fresh, settings).pixels) << i;
+    EXPECT_GT(pixels_that_differ(picture, stage.background), 1000u) << i;
+  }
+  const RenderPlan plan = renderer->plan(stage.frame, settings);
+  EXPECT_GT(plan.shadow.x, 0) << "the part would hold the other";
+}
+
 TEST_P(PixelsShadedTest, PicturesTakenLaterCountLater) {
   if (processor()) GTEST_SKIP() << "only OpenGL draws while others work";
   synthetic::FigureStage stage(320, 180);

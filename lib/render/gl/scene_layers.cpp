@@ -64,8 +64,9 @@ bool SceneLayers::draw(const RenderFrame& frame, const RenderSettings& settings,
                 surfaces ? ShadowGrid(frame, settings.shadow) : ShadowGrid()};
   view_ = view;
   if (settings.skip && key_ == key && intersection(part, part_) == part) return true;
+  // Of the same view, what was asked for before is asked for again as subjects move to and fro.
+  part_ = settings.skip && key_ == key ? bounding(part, part_) : part;
   key_ = key;
-  part_ = part;
   glDisable(GL_CULL_FACE);
   glDisable(GL_STENCIL_TEST);
   glEnable(GL_DEPTH_TEST);
