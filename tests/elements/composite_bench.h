@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <istream>  // for headers that come after gst-check
 #include <mutex>
 #include <vector>
 
