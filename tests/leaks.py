@@ -17,7 +17,7 @@ PIPELINES = {
     "one pass": "rigtestsrc camera=cam0 num-buffers=3 ! silhouette camera=cam0 ! fakesink",
     "hull to files": CAMERAS + "hullbuild name=h ! hulltexture ! "
                                "hullexport location={folder}/hull-%05d.glb",
-    "whole chain": CAMERAS + "hullbuild name=h ! hulltexture ! c.mesh_0 "
+    "whole chain": CAMERAS + "hullbuild name=h ! hullrefine ! hulltexture ! c.mesh_0 "
                              "scenesrc num-buffers=3 ! video/x-raw,width=320,height=180 ! "
                              "c.background composite name=c ! fakesink",
     "error on the way": "rigtestsrc rig=/nowhere/rig.json camera=cam0 ! chromamatte ! fakesink",

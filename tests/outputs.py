@@ -46,6 +46,9 @@ def pipelines():
     for name, how in ("direct", "method=direct"), ("blend", "metric=camera-normal"), ("view", "metric=viewing-angle"):
         found[f"texture-{name}"] = (cameras(i420, trace, "hull.") + f" {hull} ! hulltexture {how} ! "
                                     f"multifilesink location=$OUT/{name}-%d.bin")
+    for quality in "fast", "good", "fine":
+        found[f"refined-{quality}"] = (cameras(i420, trace, "hull.") + f" {hull} ! hullrefine quality={quality} ! "
+                                       f"multifilesink location=$OUT/refined-{quality}-%d.bin")
     for form in "obj", "ply", "glb":
         found[f"files-{form}"] = (cameras(i420, trace, "hull.") + f" {hull} ! hulltexture ! "
                                   f"hullexport location=$OUT/file-%d.{form}")
