@@ -22,6 +22,12 @@ struct CellSurface {
   std::vector<Vec3f> points;
   std::vector<Vec3f> normals;            ///< unit, towards where the function falls
   std::vector<std::uint32_t> triangles;  ///< outside seen counter-clockwise
+
+  void clear() {
+    points.clear();
+    normals.clear();
+    triangles.clear();
+  }
 };
 
 /// Finds surfaces and keeps the memory.

@@ -15,7 +15,7 @@
 
 #include "base/rings.h"
 #include "refine/grid.h"
-#include "refine/loops.h"
+#include "refine/loops/loops.h"
 #include "rig/camera.h"
 
 namespace polyhull::refine {

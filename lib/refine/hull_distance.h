@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "refine/grid.h"
-#include "refine/loops.h"
+#include "refine/loops/loops.h"
 #include "refine/silhouette_map.h"
 
 namespace polyhull::refine {

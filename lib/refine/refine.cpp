@@ -93,6 +93,7 @@ struct HullRefiner::State {
   std::vector<PlateSolver> solvers;
   FitMemory fit_memory;
   CellMarcher marcher;
+  CellSurface cells;
 
   bool unchanged(const Hull& hull, std::span<const CameraContours> views, double unit,
                  const RefineSettings& settings) const;
@@ -105,7 +106,7 @@ struct HullRefiner::State {
   void plate(std::vector<Level>& levels, int count, int steps, float rim_step);
   void start_middle();
   void fit();
-  void take(const CellSurface& cells);
+  void take();
 };
 
 bool HullRefiner::State::unchanged(const Hull& hull, std::span<const CameraContours> views,
@@ -263,15 +264,17 @@ void HullRefiner::State::fit() {
       static_cast<std::uint32_t>(keep_thin_parts(fine, rays, distance, thinnest));
 }
 
-void HullRefiner::State::take(const CellSurface& cells) {
+void HullRefiner::State::take() {
   surface.origin = frame.origin;
   surface.vertices.resize(cells.points.size());
   surface.normals.resize(cells.points.size());
   const double unit = 1.0 / frame.cells;
-  for (std::size_t i = 0; i < cells.points.size(); ++i) {
-    surface.vertices[i] = Vec3f(frame.turned_back(Vec3(cells.points[i])) * unit);
-    surface.normals[i] = Vec3f(frame.turned_back(Vec3(cells.normals[i])));
-  }
+  parallel_for(cells.points.size(), 4096, threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      surface.vertices[i] = Vec3f(frame.turned_back(Vec3(cells.points[i])) * unit);
+      surface.normals[i] = Vec3f(frame.turned_back(Vec3(cells.normals[i])));
+    }
+  });
   surface.triangles = cells.triangles;
   surface.faces.assign(
       1, {-1, HullFace::no_edge, 0, static_cast<std::uint32_t>(cells.triangles.size() / 3)});
@@ -309,9 +312,9 @@ void HullRefiner::State::refine(const Hull& hull, std::span<const CameraContours
   statistics.seconds_plate += watch.lap();
   fit();
   statistics.seconds_fine = watch.lap();
-  CellSurface cells;
+  cells.clear();
   for (const Level& level : fine) marcher.march(level, cells, threads);
-  take(cells);
+  take();
   statistics.seconds_surface = watch.lap();
 }
 

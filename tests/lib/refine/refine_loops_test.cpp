@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // The refiner's inner loops: right, and the same bits for every instruction set.
-#include "refine/loops.h"
+#include "refine/loops/loops.h"
 
 #include <gtest/gtest.h>
 

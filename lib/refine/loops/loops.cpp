@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "refine/loops.h"
+#include "refine/loops/loops.h"
 
 #include "base/instruction_set.h"
 
