@@ -189,7 +189,7 @@ std::vector<std::uint32_t> FillColours::find(const Hull& hull, std::span<const C
   }
   std::vector<std::uint32_t> out(samples_.size());
   for (std::size_t v = 0; v < out.size(); ++v)
-    out[v] = packed(number_[v] >= 0                ? colours_[static_cast<std::size_t>(number_[v])]
+    out[v] = packed(number_[v] >= 0                 ? colours_[static_cast<std::size_t>(number_[v])]
                     : samples_[v].confidence > 0.0f ? samples_[v].colour
                                                     : mean);
   return out;

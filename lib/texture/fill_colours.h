@@ -34,8 +34,8 @@ class FillColours {
   /// take the mean of what is seen, without any Texturing::untextured. The same bytes for any
   /// number of threads.
   std::vector<std::uint32_t> find(const Hull& hull, std::span<const Camera> cameras,
-                                  std::span<const FillPicture> pictures,
-                                  const Texturing& texturing, const TextureSettings& settings);
+                                  std::span<const FillPicture> pictures, const Texturing& texturing,
+                                  const TextureSettings& settings);
 
  private:
   /// An edge to another open vertex, by its number.
@@ -46,11 +46,11 @@ class FillColours {
   /// What the colour of an open vertex hangs on besides open neighbours.
   struct Open {
     std::uint32_t vertex;
-    std::uint32_t first_edge;      // up to the next one's
-    Vec3f given{0.0f};             // weighted sum of neighbours with a sample that stays
-    float given_weight = 0.0f;     // of it
-    float nearest_weight = 0.0f;   // the largest in it
-    Vec3f nearest{0.0f};           // whose colour
+    std::uint32_t first_edge;     // up to the next one's
+    Vec3f given{0.0f};            // weighted sum of neighbours with a sample that stays
+    float given_weight = 0.0f;    // of it
+    float nearest_weight = 0.0f;  // the largest in it
+    Vec3f nearest{0.0f};          // whose colour
   };
   void link(const Hull& hull, const Texturing& texturing, float shortest);
   void take_nearest(float doubt);
@@ -61,9 +61,9 @@ class FillColours {
   std::vector<Open> open_;           // by number; one more at the end
   std::vector<std::int32_t> number_;
   std::vector<Edge> edges_;
-  std::vector<Vec3f> colours_;         // by number
-  std::vector<std::uint8_t> has_;      // by number: whether it has a colour
-  std::vector<std::uint32_t> order_;   // numbers, as they got theirs
+  std::vector<Vec3f> colours_;        // by number
+  std::vector<std::uint8_t> has_;     // by number: whether it has a colour
+  std::vector<std::uint32_t> order_;  // numbers, as they got theirs
 };
 
 }  // namespace polyhull

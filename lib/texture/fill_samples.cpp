@@ -21,38 +21,45 @@ class Eye {
       : camera_(camera), picture_(picture), map_(map), distorted_(camera.has_distortion()) {
     const Mat3 KR = camera.K * camera.R;
     const Vec3 shift = camera.K * camera.to_camera(hull.origin);
-    for (int row = 0; row < 3; ++row)
-      row_[row] = glm::vec4(KR[0][row], KR[1][row], KR[2][row], shift[row]);
+    // Without a map each pixel is its own texel.
+    const double step = map ? map->step : 1.0, x = map ? map->x : 0.0, y = map ? map->y : 0.0;
+    for (int i = 0; i < 4; ++i) {
+      const Vec3 column = i < 3 ? KR[i] : shift;
+      // To the texels' corners, so that cutting off finds the nearest middle.
+      column_[i] = Vec3f((column.x - x * column.z) / step + 0.5 * column.z,
+                         (column.y - y * column.z) / step + 0.5 * column.z, column.z);
+    }
     if (!map_) return;
     // As the renderers allow: the slope of a texel or two.
-    const float range = map_->far - map_->near;
-    tolerance_ =
-        3.0f * map_->step * map_->near / static_cast<float>(camera.K[0][0]) + 0.002f * range;
+    unit_ = (map_->far - map_->near) / 65534.0f;
+    tolerance_ = 3.0f * map_->step * map_->near / static_cast<float>(camera.K[0][0]) +
+                 0.002f * (map_->far - map_->near);
   }
 
-  /// Where the view sees \p point (pinhole pixels), and with which fade.
-  float look(const Vec3f& point, Vec2f& pixel) const {
-    if (picture_.pixels.empty()) return 0.0f;
-    const glm::vec4 p(point, 1.0f);
-    const float z = glm::dot(row_[2], p);
-    if (!(z > 0.0f)) return 0.0f;
-    pixel = Vec2f(glm::dot(row_[0], p), glm::dot(row_[1], p)) / z;
+  /// With which fade the view sees \p point, and at which texel.
+  float look(const Vec3f& point, Vec2f& at) const {
+    const Vec3f p = column_[0] * point.x + column_[1] * point.y + column_[2] * point.z + column_[3];
+    if (!(p.z > 0.0f) || picture_.pixels.empty()) return 0.0f;
+    const float inverse = 1.0f / p.z;
+    at = Vec2f(p.x * inverse, p.y * inverse);
     if (!map_) return 1.0f;
-    const Vec2f at = (pixel - Vec2f(map_->x, map_->y)) / map_->step + 0.5f;
     if (!(at.x >= 0.0f && at.y >= 0.0f && at.x < static_cast<float>(map_->width) &&
           at.y < static_cast<float>(map_->height)))
       return 0.0f;
-    const std::size_t texel = static_cast<std::size_t>(at.y) * static_cast<std::size_t>(map_->width) +
-                              static_cast<std::size_t>(at.x);
-    const float depth =
-        map_->near + static_cast<float>(map_->depth[texel]) * (map_->far - map_->near) / 65534.0f;
-    return z > depth + tolerance_ ? 0.0f : static_cast<float>(map_->fade[texel]) / 255.0f;
+    const std::size_t texel =
+        static_cast<std::size_t>(static_cast<int>(at.y) * map_->width + static_cast<int>(at.x));
+    if (map_->fade[texel] == 0) return 0.0f;
+    const float depth = map_->near + static_cast<float>(map_->depth[texel]) * unit_;
+    return p.z > depth + tolerance_ ? 0.0f : static_cast<float>(map_->fade[texel]) / 255.0f;
   }
 
-  /// The mean of 3 x 3 pixels in the middle of which \p pixel lies; none where the matte does not hold
-  /// all of them.
-  std::optional<Vec3f> colour(const Vec2f& pixel) const {
-    const Vec2 real = distorted_ ? camera_.distort(Vec2(pixel)) : Vec2(pixel);
+  /// The mean of the 3 x 3 pixels around look()'s place \p at; none where the matte does not hold all
+  /// of them.
+  std::optional<Vec3f> colour(const Vec2f& at) const {
+    const Vec2 texel = Vec2(at) - 0.5;
+    const Vec2 pixel =
+        map_ ? Vec2(map_->x, map_->y) + static_cast<double>(map_->step) * texel : texel;
+    const Vec2 real = distorted_ ? camera_.distort(pixel) : pixel;
     const Rectangle& roi = picture_.roi;
     if (!(std::abs(real.x) < 1e6 && std::abs(real.y) < 1e6)) return std::nullopt;
     const int x = static_cast<int>(std::lround(real.x)) - roi.x;
@@ -61,11 +68,12 @@ class Eye {
     constexpr std::uint32_t covered = 250;  // as the renderers': a matte without background in it
     std::uint32_t even = 0, odd = 0;        // red and blue, green: sums of nine bytes fit 16 bits
     for (int dy = -1; dy <= 1; ++dy) {
-      const std::uint8_t* at = picture_.pixels.data() +
-                               static_cast<std::ptrdiff_t>(y + dy) * picture_.stride + 4 * (x - 1);
-      for (int dx = 0; dx < 3; ++dx, at += 4) {
+      const std::uint8_t* from = picture_.pixels.data() +
+                                 static_cast<std::ptrdiff_t>(y + dy) * picture_.stride +
+                                 4 * (x - 1);
+      for (int dx = 0; dx < 3; ++dx, from += 4) {
         std::uint32_t rgba;
-        std::memcpy(&rgba, at, 4);
+        std::memcpy(&rgba, from, 4);
         if (rgba >> 24 < covered) return std::nullopt;
         even += rgba & 0xff00ffu;
         odd += rgba >> 8 & 0xffu;
@@ -79,8 +87,8 @@ class Eye {
   const FillPicture& picture_;
   const OcclusionMap* map_;
   bool distorted_;
-  glm::vec4 row_[3];  // from local coordinates to (u z, v z, z)
-  float tolerance_ = 0.0f;
+  Vec3f column_[4];  // from local coordinates to (texel x times z, y times z, z)
+  float unit_ = 0.0f, tolerance_ = 0.0f;
 };
 
 /// The views that see a point best, the heavier first.
@@ -88,7 +96,7 @@ struct Sighting {
   float confidence = 0.0f;
   float weight[2] = {};
   std::uint32_t view[2] = {};
-  Vec2f pixel[2] = {};
+  Vec2f at[2] = {};  ///< Eye::look()'s
 };
 
 /// \p weight of each view, as the texturing's.
@@ -102,19 +110,19 @@ Sighting look(const std::vector<Eye>& eyes, const Vec3f& point, const Weight& we
     const std::size_t k = i == 0 ? first : i <= first ? i - 1 : i;
     const float w = weight(k);
     if (!(w * w > out.weight[1])) continue;
-    Vec2f pixel;
-    const float fade = eyes[k].look(point, pixel);
+    Vec2f at;
+    const float fade = eyes[k].look(point, at);
     const float total = w * w * fade;
     if (!(total > out.weight[1])) continue;
     const int place = total > out.weight[0] ? 0 : 1;
     if (place == 0) {
       out.weight[1] = out.weight[0];
       out.view[1] = out.view[0];
-      out.pixel[1] = out.pixel[0];
+      out.at[1] = out.at[0];
     }
     out.weight[place] = total;
     out.view[place] = static_cast<std::uint32_t>(k);
-    out.pixel[place] = pixel;
+    out.at[place] = at;
     out.confidence = std::max(out.confidence, std::min(1.0f, 3.0f * w) * fade);
     if (out.confidence == 1.0f) break;  // the heaviest, mostly: that will do
   }
@@ -127,7 +135,7 @@ FillSample colour_of(const std::vector<Eye>& eyes, const Sighting& seen) {
   float sum = 0.0f;
   for (int i = 0; i < 2; ++i) {
     if (!(seen.weight[i] > 0.0f)) continue;
-    const std::optional<Vec3f> colour = eyes[seen.view[i]].colour(seen.pixel[i]);
+    const std::optional<Vec3f> colour = eyes[seen.view[i]].colour(seen.at[i]);
     if (!colour) continue;
     out.colour += seen.weight[i] * *colour;
     sum += seen.weight[i];
@@ -160,7 +168,7 @@ enum Part : std::uint8_t { none, border, open };
 /// As fill_samples() says.
 std::vector<std::uint8_t> parts_of(const Hull& hull, const std::vector<Sighting>& sightings,
                                    const std::vector<std::uint8_t>& large) {
-  constexpr int rings = 4;  // around what is not seen
+  constexpr int rings = 3;  // around what is not seen
   std::vector<std::uint8_t> part(sightings.size(), none);
   const auto doubtful = [&](std::uint32_t v) { return sightings[v].confidence < 1.0f; };
   bool any = false;
@@ -203,7 +211,8 @@ void look_inside(const Hull& hull, const std::vector<Eye>& eyes, const Texturing
   for (std::size_t f = 0; f < texturing.visible.size(); ++f) {
     const std::uint32_t* v = &hull.triangles[3 * f];
     const auto weak = [&](std::uint32_t i) { return samples[i].confidence < 1.0f; };
-    if (texturing.visible[f] == 0 || !large[f] || !(weak(v[0]) || weak(v[1]) || weak(v[2]))) continue;
+    if (texturing.visible[f] == 0 || !large[f] || !(weak(v[0]) || weak(v[1]) || weak(v[2])))
+      continue;
     const Vec3f &a = hull.vertices[v[0]], &b = hull.vertices[v[1]], &c = hull.vertices[v[2]];
     const auto weight = [&](std::size_t k) {
       const float* w = texturing.weights.data() + k;
@@ -259,7 +268,8 @@ std::vector<FillSample> fill_samples(const Hull& hull, std::span<const Camera> c
       sightings[v] = look(eyes, hull.vertices[v], [&](std::size_t k) { return weights[k]; });
     }
   });
-  constexpr float most = 8.0f;  // pixels; a larger triangle may show its corners' fill when all are seen
+  constexpr float most =
+      8.0f;  // pixels; a larger triangle may show its corners' fill when all are seen
   const std::vector<std::uint8_t> large =
       large_triangles(hull, most * mean_pixel_size(hull, cameras));
   const std::vector<std::uint8_t> part = parts_of(hull, sightings, large);

@@ -16,8 +16,8 @@ namespace polyhull {
 
 /// A view's pixels.
 struct FillPicture {
-  Rectangle roi;   ///< the part of the frame that `pixels` covers
-  int stride = 0;  ///< bytes from one row to the next
+  Rectangle roi;                         ///< the part of the frame that `pixels` covers
+  int stride = 0;                        ///< bytes from one row to the next
   std::span<const std::uint8_t> pixels;  ///< RGBA, alpha the matte; none: the view colours nothing
 };
 
