@@ -10,10 +10,10 @@
 
 #include "base/error.h"
 #include "base/thread_pool.h"
+#include "mesh/texture_mesh.h"
 #include "plugins/common/guard.h"
 #include "plugins/common/memory/payload_buffer.h"
 #include "plugins/common/transform.h"
-#include "mesh/texture_mesh.h"
 
 GST_DEBUG_CATEGORY_STATIC(hulltexture_debug);
 #define GST_CAT_DEFAULT hulltexture_debug

@@ -85,7 +85,7 @@ TEST(FillColoursTest, TheBackContinuesTheFront) {
       if (std::abs(p.y - 1.0f) > (nearest ? 0.15f : 0.29f)) {
         EXPECT_GT(own, nearest ? 198.0f : 105.0f) << p.y;
       }
-      if (std::abs(p.y - 1.0f) > 0.25f && p.z > -0.2f) {
+      if (std::abs(p.y - 1.0f) > 0.29f && p.z > -0.2f) {
         EXPECT_GT(own, 130.0f) << p.y;
       }
     }
