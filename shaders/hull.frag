@@ -14,6 +14,7 @@ flat in vec4 colour_2;
 flat in vec4 colour_3;
 flat in vec4 focals;
 centroid in vec3 world;
+centroid in vec3 filling;
 
 struct View {
   mat4 map_from_local;
@@ -33,7 +34,7 @@ uniform bool use_maps;
 uniform float depth_tolerance;  // of the map's 0..1
 uniform int best;               // blend this many
 uniform float pixel_size;       // of the picture at depth 1, in the mesh's units
-uniform vec3 untextured;        // linear
+uniform float fill_range;       // the sum of weights below which the fill shows
 #ifdef CLIPPED
 uniform vec4 plane;
 #endif
@@ -152,8 +153,13 @@ void main() {
 #endif
   }
   float total = chosen.x + chosen.y + chosen.z + chosen.w;
-  vec3 textured = total > 0.0 ? sum / total : untextured;
-  colour = vec4(mix(untextured, textured, smoothstep(0.0, 1e-6, all)), 1.0);
+  vec3 textured = total > 0.0 ? sum / total : filling;
+#ifdef RIBBON
+  float sure = smoothstep(0.0, 1e-6, all);  // ribbons show what little they have
+#else
+  float sure = smoothstep(0.0, fill_range, all);
+#endif
+  colour = vec4(mix(filling, textured, sure), 1.0);
 #ifdef RIBBON
   colour *= alpha;
 #endif

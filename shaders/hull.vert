@@ -5,6 +5,7 @@
 layout(location = 0) in vec3 position;   // hull coordinates, relative to its origin
 layout(location = 1) in vec4 weight;     // of the candidates, at this vertex
 layout(location = 2) in uvec4 candidate; // view slots, the same at the triangle's three vertices
+layout(location = 3) in vec4 fill;       // the colour where no view counts, linear
 
 struct View {
   mat4 map_from_local;  // rows: map u * z, map v * z, camera depth z, map depth (0..1)
@@ -33,6 +34,7 @@ flat out vec4 colour_2;
 flat out vec4 colour_3;
 flat out vec4 focals;
 centroid out vec3 world;
+centroid out vec3 filling;
 
 void main() {
   vec4 local = vec4(position, 1.0);
@@ -48,6 +50,7 @@ void main() {
                 views[candidate.w].intrinsics.x);
   weights = weight;
   slots = candidate;
+  filling = fill.rgb;
   world = (scene_from_local * local).xyz;
   gl_Position = clip_from_local * local;
 }

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/srgb.h"
+
 namespace polyhull {
 namespace {
 
@@ -62,6 +64,28 @@ bool can_colour(const View& view) {
   return view.format == PixelFormat::rgba && !view.roi.empty() && !view.pixels.empty();
 }
 
+VertexFill::VertexFill(const Mesh& mesh) {
+  const Texturing* texturing = mesh.texturing ? &*mesh.texturing : nullptr;
+  if (texturing && !texturing->fill.empty() &&
+      texturing->fill.size() == mesh.hull.vertices.size())
+    colours_ = &texturing->fill;
+  const Vec3f untextured = srgb_decoded(texturing ? texturing->untextured : Vec3f(0.5f));
+  plain_ = {fixed(untextured.x), fixed(untextured.y), fixed(untextured.z), 0};
+}
+
+std::array<std::uint16_t, 4> VertexFill::operator()(std::uint32_t vertex) const {
+  if (!colours_) return plain_;
+  const std::uint32_t rgba = (*colours_)[vertex];
+  const auto linear = [rgba](int channel) {
+    return fixed(srgb_to_linear(static_cast<std::uint8_t>(rgba >> (8 * channel))));
+  };
+  return {linear(0), linear(1), linear(2), 0};
+}
+
+float fill_range(const Mesh& mesh) {
+  return mesh.texturing && !mesh.texturing->fill.empty() ? 1e-4f : 1e-6f;
+}
+
 int slot_of(HullDrawing& drawing, std::size_t view) {
   int& slot = drawing.slot_of_view[view];
   if (slot < 0) {
@@ -76,6 +100,7 @@ void add_hull_vertices(const Mesh& mesh, const Vec3& eye, HullDrawing& drawing) 
   const std::size_t views = mesh.views.size();
   drawing.slot_of_view.resize(views, -1);
   const bool textured = usable(mesh);
+  const VertexFill fill(mesh);
   const bool direct = textured && mesh.texturing->method == TextureMethod::direct;
   Mesh none;  // gives the weights nothing to do
   const Weights weights = textured && !direct ? Weights(mesh, eye) : [&] {
@@ -100,7 +125,10 @@ void add_hull_vertices(const Mesh& mesh, const Vec3& eye, HullDrawing& drawing) 
     if (facing < -1e-4f * glm::length(cross) * glm::length(from - a)) continue;
 
     HullVertex vertex[3];
-    for (int i = 0; i < 3; ++i) vertex[i].position = hull.vertices[corner[i]];
+    for (int i = 0; i < 3; ++i) {
+      vertex[i].position = hull.vertices[corner[i]];
+      vertex[i].fill = fill(corner[i]);
+    }
     if (direct) {
       const int best = mesh.texturing->best[f / 3];
       if (best >= 0 && best < static_cast<int>(views)) {

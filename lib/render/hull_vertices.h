@@ -21,8 +21,10 @@ struct HullVertex {
   Vec3f position{0.0f};                    ///< relative to Hull::origin
   std::array<std::uint16_t, 4> weights{};  ///< 0..65535 for 0..1
   std::array<std::uint8_t, 4> slots{};     ///< of HullDrawing::views
+  /// Where no view counts: linear red, green and blue, 0..65535 for 0..1.
+  std::array<std::uint16_t, 4> fill{};
 };
-static_assert(sizeof(HullVertex) == 24);
+static_assert(sizeof(HullVertex) == 32);
 
 /// What is drawn of one hull, for all eyes.
 struct HullDrawing {
@@ -31,6 +33,22 @@ struct HullDrawing {
   std::vector<int> views;             ///< by slot: index into Mesh::views; only views that are used
   std::vector<int> slot_of_view;      ///< -1: not used
 };
+
+/// HullVertex::fill of a mesh's vertices: Texturing::fill, or Texturing::untextured for all.
+class VertexFill {
+ public:
+  explicit VertexFill(const Mesh& mesh);
+  std::array<std::uint16_t, 4> operator()(std::uint32_t vertex) const;
+
+ private:
+  const std::vector<std::uint32_t>* colours_ = nullptr;  // null: all the same
+  std::array<std::uint16_t, 4> plain_{};
+};
+
+/// The sum of a point's weights below which its views' colours fade into the fill: less than the rim
+/// of what a single view sees straight, whose colours are better than any fill (soft_edge.h,
+/// rim_shares()); where there is but one colour to fade to, next to nothing.
+float fill_range(const Mesh& mesh);
 
 /// The slot of view \p view, a new one where it has none.
 int slot_of(HullDrawing& drawing, std::size_t view);

@@ -158,6 +158,7 @@ void add_ribbons(const Mesh& mesh, const Vec3& eye, HullDrawing& drawing) {
     out[edge.to] += across * (1.0f / length);
   }
   const NearViews near(mesh, from);
+  const VertexFill fill(mesh);
   for (const OutlineEdge& edge : edges) {
     const std::uint32_t ends[2] = {edge.from, edge.to};
     const std::vector<std::size_t> views =
@@ -172,6 +173,7 @@ void add_ribbons(const Mesh& mesh, const Vec3& eye, HullDrawing& drawing) {
       corner[e][0].position = p - static_cast<float>(2.0 * edge_inset) * pixel * way;
       corner[e][1].position = p + static_cast<float>(edge_reach) * pixel * way;
       for (HullVertex& vertex : corner[e]) {
+        vertex.fill = fill(ends[e]);
         for (std::size_t i = 0; i < 4; ++i) {
           const std::size_t view = views[std::min(i, views.size() - 1)];
           vertex.slots[i] = static_cast<std::uint8_t>(slot_of(drawing, view));

@@ -21,6 +21,13 @@ enum class TextureMetric {
   viewing_angle,  ///< by the angle between the directions to the camera and to the viewport
 };
 
+/// What colours the surface where no camera sees it.
+enum class TextureFill {
+  grey,     ///< Texturing::untextured
+  nearest,  ///< the nearest colour that is seen, over the surface
+  inpaint,  ///< what is seen around, continued smoothly over the surface
+};
+
 /// What one view sees of the hull, as a small picture in that view's pinhole (undistorted) pixels:
 /// texel (i, j) stands for the pixel (x + i * step, y + j * step). A point of the surface at camera
 /// depth z is seen by the view if z is not behind the map's depth there; how much it may contribute
@@ -51,6 +58,9 @@ struct Texturing {
                                    ///< camera_normal: the camera-normal weight, viewing_angle: 1;
                                    ///< both reduced by the occluded share of the triangles around
   std::vector<Vec3f> normals;      ///< per vertex, unit length
+  /// Per vertex: the colour of what no camera sees there (RGBA bytes, sRGB), instead of `untextured`;
+  /// or none.
+  std::vector<std::uint32_t> fill;
   std::vector<OcclusionMap> maps;  ///< per view; none for method direct and where occlusion is off
 };
 

@@ -96,6 +96,8 @@ void validate_texturing(const Mesh& mesh) {
   if (!finite(texturing.weights) || !finite(texturing.normals) ||
       !finite({&texturing.untextured.x, 3}))
     fail("the texturing has a number that is not finite");
+  if (!texturing.fill.empty() && texturing.fill.size() != vertices)
+    fail("there must be a fill colour for every vertex or for none");
   if (!texturing.maps.empty() && texturing.maps.size() != views)
     fail("there must be a depth map for every view or for none");
   for (const OcclusionMap& map : texturing.maps) validate_map(map);
@@ -144,7 +146,8 @@ std::size_t expected_size(const Mesh& mesh) {
     size += 256 + sizeof(std::uint16_t) * map.depth.size() + map.fade.size();
   return size + (sizeof(std::uint64_t) + 1) * mesh.texturing->visible.size() +
          sizeof(float) * mesh.texturing->weights.size() +
-         sizeof(Vec3f) * mesh.texturing->normals.size();
+         sizeof(Vec3f) * mesh.texturing->normals.size() +
+         sizeof(std::uint32_t) * mesh.texturing->fill.size();
 }
 
 /// Writes a mesh's FlatBuffer, or only lays it out: the long lists get their room, but not their
@@ -201,10 +204,11 @@ class MeshPacker {
     const auto best = list(texturing.best);
     const auto weights = list(texturing.weights);
     const auto normals = list(texturing.normals);
+    const auto fill = list(texturing.fill);
     return wire::CreateTexturing(builder_, static_cast<wire::TextureMethod>(texturing.method),
                                  static_cast<wire::TextureMetric>(texturing.metric),
                                  texturing.cameras, untextured, visible, best, weights, normals,
-                                 map_list);
+                                 map_list, fill);
   }
 
   void pack(const Mesh& mesh) {
@@ -310,6 +314,7 @@ Texturing unpack_texturing(const wire::Texturing& table, std::size_t buffer_size
   texturing.best = unpack_numbers<std::int8_t>(table.best());
   texturing.weights = unpack_numbers<float>(table.weights());
   texturing.normals = unpack_numbers<Vec3f>(table.normals());
+  texturing.fill = unpack_numbers<std::uint32_t>(table.fill());
   if (table.maps()) {
     std::size_t unpacked = 0;
     for (const wire::OcclusionMap* map : *table.maps()) {

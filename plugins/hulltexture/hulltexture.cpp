@@ -10,10 +10,10 @@
 
 #include "base/error.h"
 #include "base/thread_pool.h"
+#include "mesh/texture_mesh.h"
 #include "plugins/common/guard.h"
 #include "plugins/common/memory/payload_buffer.h"
 #include "plugins/common/transform.h"
-#include "texture/texture_hull.h"
 
 GST_DEBUG_CATEGORY_STATIC(hulltexture_debug);
 #define GST_CAT_DEFAULT hulltexture_debug
@@ -39,6 +39,16 @@ GType enum_type<TextureMetric>() {
         "By the angle between the directions to the camera and to the viewport", "viewing-angle"}});
 }
 
+template <>
+GType enum_type<TextureFill>() {
+  return register_enum<TextureFill>(
+      "PolyhullTextureFill",
+      {{TextureFill::grey, "The colour of untextured", "grey"},
+       {TextureFill::nearest, "The nearest colour that is seen, over the surface", "nearest"},
+       {TextureFill::inpaint, "What is seen around, continued smoothly over the surface",
+        "inpaint"}});
+}
+
 }  // namespace polyhull::element
 
 namespace {
@@ -52,6 +62,7 @@ struct Settings {
   std::uint32_t cameras = 2;
   bool occlusion = true;
   std::uint32_t untextured = 0xff808080u;  // ARGB, as GStreamer's colour properties
+  TextureFill fill = TextureSettings{}.fill;
   double fade_width = TextureSettings{}.fade_width;
   int map_size = TextureSettings{}.map_size;
   std::uint32_t threads = 0;
@@ -69,9 +80,10 @@ const Property<Settings> table[] = {
                                    "Whether a camera colours only what it sees. Without, a camera "
                                    "also colours what lies hidden behind something else; faster."),
     property<&Settings::untextured>("untextured", "Untextured colour",
-                                    "The colour of what no camera sees, as big-endian ARGB (0 to "
-                                    "0xffffffff; alpha is not used).",
+                                    "The colour of what no camera sees with fill=grey, as "
+                                    "big-endian ARGB (0 to 0xffffffff; alpha is not used).",
                                     0, 4294967295.0),
+    property<&Settings::fill>("fill", "Fill", "What colours the surface where no camera sees it."),
     property<&Settings::fade_width>("fade-width", "Fade width",
                                     "Over how many pixels of a camera its share rises from none at "
                                     "the rim of what it sees to all (0 to 200).",
@@ -102,7 +114,7 @@ struct HullTexture {
 
   Settings settings;  // under the object lock
   Statistics statistics{"hulltexture-stats"};
-  std::unique_ptr<HullTexturer> texturer;  // of the streaming thread
+  std::unique_ptr<MeshTexturer> texturer;  // of the streaming thread
 };
 
 TextureSettings to_texture_settings(const Settings& settings) {
@@ -113,6 +125,7 @@ TextureSettings to_texture_settings(const Settings& settings) {
   out.occlusion = settings.occlusion;
   const std::uint32_t c = settings.untextured;
   out.untextured = Vec3f(c >> 16 & 0xff, c >> 8 & 0xff, c & 0xff) / 255.0f;
+  out.fill = settings.fill;
   out.fade_width = settings.fade_width;
   out.map_size = settings.map_size;
   out.threads = static_cast<int>(settings.threads);
@@ -140,13 +153,12 @@ GstBuffer* texture_buffer(GstBaseTransform* transform, GstBuffer* buffer) {
     return nullptr;
   }
   Mesh mesh = in->mesh();
-  std::vector<Camera> cameras;
-  for (const MeshView& view : mesh.views) cameras.push_back(view.calibration);
   const Settings settings = snapshot(transform, self.settings);
   const LoopWatch loops;
-  mesh.texturing = self.texturer->texture(mesh.hull, cameras, to_texture_settings(settings));
+  self.texturer->texture(mesh, to_texture_settings(settings));
   self.statistics.set("threads-used", loops.threads());
   report(self, self.texturer->statistics());
+  self.statistics.set("fill-ms", 1e3 * self.texturer->seconds_fill());
   std::vector<PixelSource> pixels;
   for (std::size_t k = 0; k < mesh.views.size(); ++k) pixels.push_back(in->pixels(k));
   GstBuffer* out = make_mesh_buffer(std::move(mesh), pixels);
@@ -178,7 +190,7 @@ gboolean start(GstBaseTransform* transform) {
   return guarded(GST_ELEMENT_CAST(transform), gboolean{FALSE}, [&]() -> gboolean {
     HullTexture& self = state_of<HullTexture>(transform);
     self.statistics.reset();
-    self.texturer = std::make_unique<HullTexturer>();
+    self.texturer = std::make_unique<MeshTexturer>();
     return TRUE;
   });
 }
@@ -196,7 +208,8 @@ void HullTexture::class_init(gpointer klass) {
       "Counters since the start: meshes, texturings-reused (the hull had not changed), pieces (of "
       "triangles that face a camera, summed over the cameras), pieces-sampled (those that the edge "
       "of something before them may cross), meshes-unusable; and of the last mesh the milliseconds "
-      "for visibility with the maps and for weights, and threads-used (how many threads took part in its parallel loops, "
+      "for visibility with the maps, for weights and for the fill, and threads-used (how many "
+      "threads took part in its parallel loops, "
       "on average).");
   set_metadata(klass, "Visual hull texturing", "Filter/Video",
                "Finds which cameras colour which part of a visual hull, with occlusion");

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
+#include "mesh/texture_mesh.h"  // before gst-check, whose macro `fail` the standard library has no room for
+
 #include <gst/check/gstharness.h>
 
 #include <memory>
@@ -6,7 +8,6 @@
 
 #include "element_checks.h"
 #include "synthetic.h"
-#include "texture/texture_hull.h"
 #include "wire/mesh_payload.h"
 
 using namespace polyhull;
@@ -152,6 +153,35 @@ GST_START_TEST(properties_reach_the_mesh) {
 }
 GST_END_TEST
 
+// The fill is the library's, and follows pictures before a hull that stays.
+GST_START_TEST(what_is_unseen_is_filled) {
+  const char* const launches[] = {"hulltexture", "hulltexture fill=nearest",
+                                  "hulltexture fill=grey"};
+  const TextureFill fills[] = {TextureFill::inpaint, TextureFill::nearest, TextureFill::grey};
+  for (int i = 0; i < 3; ++i) {
+    GstHarness* h = harness(launches[i]);
+    TextureSettings settings;
+    settings.fill = fills[i];
+    for (const int darker : {0, 60}) {
+      synthetic::Photographed sent = subject();
+      for (std::size_t k = 0; k < sent.pictures.size(); ++k) {
+        for (std::size_t p = 0; p < sent.pictures[k].pixels.size(); ++p)
+          if (p % 4 != 3) sent.pictures[k].pixels[p] = sent.pictures[k].pixels[p] / 2 + darker;
+        const auto& old = subject().mesh.views[k].view.pixels;
+        const auto* first = subject().pictures[k].pixels.data();
+        sent.mesh.views[k].view.pixels = {sent.pictures[k].pixels.data() + (old.data() - first),
+                                          old.size()};
+      }
+      Read out(gst_harness_push_and_pull(h, buffer_of(sent.mesh)));
+      texture_mesh(sent.mesh, settings);
+      fail_unless(out.mesh.texturing->fill == sent.mesh.texturing->fill);
+      fail_unless(sent.mesh.texturing->fill.empty() == (i == 2));
+    }
+    gst_harness_teardown(h);
+  }
+}
+GST_END_TEST
+
 GST_START_TEST(empty_mesh_flows_on) {
   GstHarness* h = harness();
   Mesh empty;
@@ -218,6 +248,7 @@ GST_END_TEST
 static Suite* hulltexture_suite() {
   Suite* suite = suite_create("hulltexture");
   TCase* chain = tcase_create("general");
+  tcase_add_test(chain, what_is_unseen_is_filled);
   tcase_add_test(chain, bytes_are_made_when_they_are_read);
   tcase_add_test(chain, adds_what_the_library_computes);
   tcase_add_test(chain, same_hull_is_textured_once);

@@ -291,6 +291,35 @@ TEST_P(CompositorSkinTest, DirectShowsOneViewPerTriangle) {
   EXPECT_LT(glm::length(grey - Vec3f(1.0f / 3)), 0.02f);
 }
 
+// What no view sees has its vertices' fill colours, between them blended as light; what one sees
+// keeps its own colours.
+TEST_P(CompositorSkinTest, WhatNoViewSeesIsFilled) {
+  PaintedWall wall({synthetic::look_at({0, 1, 2}, {0, 1, 0}, 320, 320, 60.0)});
+  Mesh& mesh = wall.photographed.mesh;
+  for (const Vec3f& v : mesh.hull.vertices)
+    mesh.texturing->fill.push_back(v.x < 0.0f ? 0xff0000c8u : 0xff00c800u);  // red, green
+  for (std::uint8_t& value : wall.photographed.pictures[0].pixels) value = 255;
+  const auto shot_from = [&](double z) {
+    Shot shot(floor_scene({}, point_lamp({0, 3, 0}, Vec3f(1.0f))), mesh,
+              synthetic::look_at({0, 1, z}, {0, 1, 0}, 256, 256, 50.0));
+    shot.settings.shadow = ShadowQuality::off;
+    shot.draw(0.0f);
+    return shot;
+  };
+  const Shot front = shot_from(1.5), back = shot_from(-1.5);
+  const float full = synthetic::to_linear(200.0f / 255.0f);
+  for (double x = -0.5; x <= 0.5; x += 0.05) {
+    for (double y = 0.6; y <= 1.4; y += 0.1) {
+      EXPECT_GT(front.at({x, y, 0}).z, 0.98f) << x << " " << y;
+      const auto share = static_cast<float>((0.6 + x) / 1.2);
+      const Vec3f c = back.at({x, y, -0.04});
+      EXPECT_NEAR(c.x, full * (1.0f - share), 0.012f) << x << " " << y;
+      EXPECT_NEAR(c.y, full * share, 0.012f) << x << " " << y;
+      EXPECT_LT(c.z, 0.001f);
+    }
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Api, CompositorSkinTest, ::testing::ValuesIn(testing::all_backends),
                          testing::backend_name);
 

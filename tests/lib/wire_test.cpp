@@ -76,6 +76,7 @@ void expect_same(const Mesh& a, const Mesh& b) {
   EXPECT_TRUE(same_bytes(a.texturing->best, b.texturing->best));
   EXPECT_TRUE(same_bytes(a.texturing->weights, b.texturing->weights));
   EXPECT_TRUE(same_bytes(a.texturing->normals, b.texturing->normals));
+  EXPECT_EQ(a.texturing->fill, b.texturing->fill);
   EXPECT_EQ(a.texturing->maps, b.texturing->maps);
 }
 
@@ -297,6 +298,7 @@ TEST(MeshPayload, RulesAreChecked) {
   expect_mesh_refused([](Mesh& m) { m.texturing->maps[0].width = -3; }, "out of range");
   expect_mesh_refused([](Mesh& m) { m.texturing->maps[0].step = 0; }, "finite");
   expect_mesh_refused([](Mesh& m) { m.texturing->maps.pop_back(); }, "for every view");
+  expect_mesh_refused([](Mesh& m) { m.texturing->fill.pop_back(); }, "a fill colour for every");
   expect_mesh_refused([](Mesh& m) { m.texturing->method = static_cast<TextureMethod>(7); },
                       "method");
 }

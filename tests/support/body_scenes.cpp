@@ -10,13 +10,13 @@
 
 #include "base/error.h"
 #include "base/thread_pool.h"
+#include "mesh/texture_mesh.h"
 #include "render/processor/processor_renderer.h"
 #include "silhouette/contour/contourer.h"
 #include "studio/cameras/camera_picture.h"
 #include "studio/cameras/coverage_raster.h"
 #include "studio/cameras/default_rig.h"
 #include "support/mesh_checks.h"
-#include "texture/texture_hull.h"
 
 namespace polyhull::test {
 namespace {
@@ -165,7 +165,7 @@ Mesh mesh_of(const Hull& hull, const BodyScene& scene) {
   }
   TextureSettings settings;
   settings.metric = TextureMetric::viewing_angle;
-  mesh.texturing = texture_hull(mesh.hull, scene.cameras, settings);
+  texture_mesh(mesh, settings);
   return mesh;
 }
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "figure_stage.h"
 
+#include "mesh/texture_mesh.h"
 #include "raytrace/area_light.h"
 #include "raytrace/traced_scene.h"
 #include "simple_trace.h"
-#include "texture/texture_hull.h"
 
 namespace polyhull::synthetic {
 namespace {
@@ -22,9 +22,7 @@ FigureStage::FigureStage(int width, int height, bool polished) {
   scene = std::make_shared<const Scene>(small_room(polished));
   const Hull hull = figure(20);
   subject = photographed(hull, ring(4, 3.2, 1.5, {0, 1, 0}, 512, 512, 45.0));
-  std::vector<Camera> cameras;
-  for (const MeshView& view : subject.mesh.views) cameras.push_back(view.calibration);
-  subject.mesh.texturing = texture_hull(hull, cameras);
+  texture_mesh(subject.mesh);
   frame.width = width;
   frame.height = height;
   frame.viewport = look_at({1.3, 1.5, 4.2}, {0.0, 0.9, 0.0}, width, height, 50.0);

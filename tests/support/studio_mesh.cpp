@@ -6,10 +6,10 @@
 #include <numbers>
 
 #include "hull/stage.h"
+#include "mesh/texture_mesh.h"
 #include "scene/scene.h"
 #include "studio/cameras/camera_picture.h"
 #include "studio/cameras/default_rig.h"
-#include "texture/texture_hull.h"
 
 namespace polyhull::test {
 
@@ -71,7 +71,7 @@ StudioMesh studio_mesh(const Rig& rig, const std::string& subject, double second
   out.mesh.hull = stage.build(contours, {}, 0.0);
   TextureSettings texture;
   texture.metric = TextureMetric::viewing_angle;
-  out.mesh.texturing = texture_hull(out.mesh.hull, rig.cameras, texture);
+  texture_mesh(out.mesh, texture);
   return out;
 }
 

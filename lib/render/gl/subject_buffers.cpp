@@ -6,7 +6,6 @@
 #include <cstddef>
 #include <glm/gtc/packing.hpp>
 
-#include "base/srgb.h"
 #include "render/projection.h"
 #include "render/soft_edge.h"
 #include "render/view_picture.h"
@@ -81,13 +80,15 @@ UploadCounts SubjectBuffers::upload_skin(const Mesh& mesh, const std::vector<Vec
                static_cast<GLsizeiptr>(drawing_.vertices.size() * sizeof(HullVertex)),
                drawing_.vertices.data(), GL_STREAM_DRAW);
   const auto at = [](std::size_t offset) { return reinterpret_cast<const void*>(offset); };
-  for (GLuint i = 0; i < 3; ++i) glEnableVertexAttribArray(i);
+  for (GLuint i = 0; i < 4; ++i) glEnableVertexAttribArray(i);
   glVertexAttribPointer(0, 3, GL_FLOAT, GL_FALSE, sizeof(HullVertex),
                         at(offsetof(HullVertex, position)));
   glVertexAttribPointer(1, 4, GL_UNSIGNED_SHORT, GL_TRUE, sizeof(HullVertex),
                         at(offsetof(HullVertex, weights)));
   glVertexAttribIPointer(2, 4, GL_UNSIGNED_BYTE, sizeof(HullVertex),
                          at(offsetof(HullVertex, slots)));
+  glVertexAttribPointer(3, 4, GL_UNSIGNED_SHORT, GL_TRUE, sizeof(HullVertex),
+                        at(offsetof(HullVertex, fill)));
   glBindVertexArray(0);
 
   std::vector<int> uploaded = drawing_.views;
@@ -107,7 +108,7 @@ UploadCounts SubjectBuffers::upload_skin(const Mesh& mesh, const std::vector<Vec
   best_ = texturing && texturing->method == TextureMethod::blend
               ? static_cast<int>(std::clamp<std::uint32_t>(texturing->cameras, 1, 4))
               : 1;
-  untextured_ = srgb_decoded(texturing ? texturing->untextured : Vec3f(0.5f));
+  fill_range_ = fill_range(mesh);
   return counts;
 }
 
@@ -292,7 +293,7 @@ void SubjectBuffers::draw_range(GLint first, GLsizei count, gl::Program& program
   program.set("use_maps", use_maps_);
   program.set("depth_tolerance", depth_tolerance_);
   program.set("best", best_);
-  program.set("untextured", untextured_);
+  program.set("fill_range", fill_range_);
   glBindVertexArray(skin_array_.get());
   glDrawArrays(GL_TRIANGLES, first, count);
 }

@@ -72,7 +72,7 @@ class SubjectBuffers {
   std::vector<float> rests_;  // by view, what its rim counts
   float depth_tolerance_ = 0.0f;
   int best_ = 2;
-  Vec3f untextured_{0.5f};
+  float fill_range_ = 0.0f;
 };
 
 }  // namespace polyhull

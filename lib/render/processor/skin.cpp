@@ -37,6 +37,7 @@ void SkinItems::clear() {
   for (auto* numbers : {&x, &y, &z, &depth, &share}) numbers->clear();
   weights.clear();
   slots.clear();
+  fill.clear();
   pixel.clear();
 }
 
@@ -56,7 +57,7 @@ SkinCounts Skin::prepare(const Mesh& mesh, const std::vector<Vec3>& eyes, double
   const bool blend = texturing && texturing->method == TextureMethod::blend;
   use_maps_ = blend && texturing->maps.size() == mesh.views.size() && !drawing_.views.empty();
   best_ = blend ? static_cast<int>(std::clamp<std::uint32_t>(texturing->cameras, 1, 4)) : 1;
-  untextured_ = srgb_decoded(texturing ? texturing->untextured : Vec3f(0.5f));
+  fill_range_ = fill_range(mesh);
   tolerance_ = 0.0f;
   if (use_maps_) {
     float coarsest = 0.0f, inset = 0.0f;
@@ -327,12 +328,13 @@ void Skin::paint(const SkinItems& items, SkinScratch& s, glm::vec4* pixels) cons
     const float all = w[0] + w[1] + w[2] + w[3];
     choose(w, best_);
     const float total = w[0] + w[1] + w[2] + w[3];
-    // What hardly any camera sees fades to the plain colour.
-    const float t = std::clamp(all / 1e-6f, 0.0f, 1.0f);
+    // What hardly any camera sees fades to the fill; ribbons show what little they have.
+    const float range = i < items.first_of_ribbon ? fill_range_ : 1e-6f;
+    const float t = std::clamp(all / range, 0.0f, 1.0f);
     const float sure = total > 0.0f ? t * t * (3.0f - 2.0f * t) : 0.0f;
     const float scale = sure > 0.0f ? sure / total : 0.0f;
     for (std::size_t c = 0; c < 4; ++c) w[c] *= scale;
-    s.sums[i] = glm::vec4((1.0f - sure) * untextured_, 1.0f);
+    s.sums[i] = glm::vec4((1.0f - sure) * items.fill[i], 1.0f);
   }
   for (std::size_t slot = 0; slot < views_.size(); ++slot) {
     const std::vector<std::uint32_t>& list = s.entries[slot];

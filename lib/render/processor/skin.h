@@ -28,6 +28,7 @@ struct SkinItems {
   std::vector<float> depth;                   ///< before the viewport, mesh units
   std::vector<std::array<float, 4>> weights;  ///< of the candidates
   std::vector<std::uint32_t> slots;           ///< the candidates, one byte each
+  std::vector<Vec3f> fill;                    ///< the colour where no view counts, linear
   std::vector<float> share;                   ///< how much of its pixel a point is
   std::vector<std::uint32_t> pixel;           ///< where its colour goes
   std::size_t first_of_ribbon = 0;  ///< from here on they are points of ribbons (soft_edge.h)
@@ -95,7 +96,7 @@ class Skin {
   std::vector<float> rests_;  // by view: SkinView::rest
   bool use_maps_ = false;
   int best_ = 2;
-  Vec3f untextured_{0.5f};
+  float fill_range_ = 0.0f;
 };
 
 }  // namespace polyhull::processor

@@ -25,6 +25,9 @@ void add_item(SkinItems& items, const HullVertex* corner, const Foot& at, float 
                  (1.0f / 65535.0f);
   items.slots.push_back(a.slots[0] | a.slots[1] << 8 | a.slots[2] << 16 |
                         static_cast<std::uint32_t>(a.slots[3]) << 24);
+  const auto fill = [](const HullVertex& v) { return Vec3f(v.fill[0], v.fill[1], v.fill[2]); };
+  items.fill.push_back((first * fill(a) + at.second * fill(b) + at.third * fill(c)) *
+                       (1.0f / 65535.0f));
   items.share.push_back(share);
   items.pixel.push_back(pixel);
 }

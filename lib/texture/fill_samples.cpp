@@ -1,0 +1,290 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "texture/fill_samples.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <optional>
+
+#include "base/thread_pool.h"
+
+namespace polyhull {
+namespace {
+
+static_assert(std::endian::native == std::endian::little);  // RGBA bytes are read as a word
+
+/// One view, ready to be asked.
+class Eye {
+ public:
+  Eye(const Hull& hull, const Camera& camera, const FillPicture& picture, const OcclusionMap* map)
+      : camera_(camera), picture_(picture), map_(map), distorted_(camera.has_distortion()) {
+    const Mat3 KR = camera.K * camera.R;
+    const Vec3 shift = camera.K * camera.to_camera(hull.origin);
+    // Without a map each pixel is its own texel.
+    const double step = map ? map->step : 1.0, x = map ? map->x : 0.0, y = map ? map->y : 0.0;
+    for (int i = 0; i < 4; ++i) {
+      const Vec3 column = i < 3 ? KR[i] : shift;
+      // To the texels' corners, so that cutting off finds the nearest middle.
+      column_[i] = Vec3f((column.x - x * column.z) / step + 0.5 * column.z,
+                         (column.y - y * column.z) / step + 0.5 * column.z, column.z);
+    }
+    if (!map_) return;
+    // As the renderers allow: the slope of a texel or two.
+    unit_ = (map_->far - map_->near) / 65534.0f;
+    tolerance_ = 3.0f * map_->step * map_->near / static_cast<float>(camera.K[0][0]) +
+                 0.002f * (map_->far - map_->near);
+  }
+
+  /// With which fade the view sees \p point, and at which texel.
+  float look(const Vec3f& point, Vec2f& at) const {
+    const Vec3f p = column_[0] * point.x + column_[1] * point.y + column_[2] * point.z + column_[3];
+    if (!(p.z > 0.0f) || picture_.pixels.empty()) return 0.0f;
+    const float inverse = 1.0f / p.z;
+    at = Vec2f(p.x * inverse, p.y * inverse);
+    if (!map_) return 1.0f;
+    if (!(at.x >= 0.0f && at.y >= 0.0f && at.x < static_cast<float>(map_->width) &&
+          at.y < static_cast<float>(map_->height)))
+      return 0.0f;
+    const std::size_t texel =
+        static_cast<std::size_t>(static_cast<int>(at.y) * map_->width + static_cast<int>(at.x));
+    if (map_->fade[texel] == 0) return 0.0f;
+    const float depth = map_->near + static_cast<float>(map_->depth[texel]) * unit_;
+    return p.z > depth + tolerance_ ? 0.0f : static_cast<float>(map_->fade[texel]) / 255.0f;
+  }
+
+  /// The mean of the 3 x 3 pixels around look()'s place \p at; none where the matte does not hold all
+  /// of them.
+  std::optional<Vec3f> colour(const Vec2f& at) const {
+    const Vec2 texel = Vec2(at) - 0.5;
+    const Vec2 pixel =
+        map_ ? Vec2(map_->x, map_->y) + static_cast<double>(map_->step) * texel : texel;
+    const Vec2 real = distorted_ ? camera_.distort(pixel) : pixel;
+    const Rectangle& roi = picture_.roi;
+    if (!(std::abs(real.x) < 1e6 && std::abs(real.y) < 1e6)) return std::nullopt;
+    const int x = static_cast<int>(std::lround(real.x)) - roi.x;
+    const int y = static_cast<int>(std::lround(real.y)) - roi.y;
+    if (x < 1 || y < 1 || x + 1 >= roi.width || y + 1 >= roi.height) return std::nullopt;
+    constexpr std::uint32_t covered = 250;  // as the renderers': a matte without background in it
+    std::uint32_t even = 0, odd = 0;        // red and blue, green: sums of nine bytes fit 16 bits
+    for (int dy = -1; dy <= 1; ++dy) {
+      const std::uint8_t* from = picture_.pixels.data() +
+                                 static_cast<std::ptrdiff_t>(y + dy) * picture_.stride +
+                                 4 * (x - 1);
+      for (int dx = 0; dx < 3; ++dx, from += 4) {
+        std::uint32_t rgba;
+        std::memcpy(&rgba, from, 4);
+        if (rgba >> 24 < covered) return std::nullopt;
+        even += rgba & 0xff00ffu;
+        odd += rgba >> 8 & 0xffu;
+      }
+    }
+    return Vec3f(even & 0xffffu, odd, even >> 16) * (1.0f / 9.0f);
+  }
+
+ private:
+  const Camera& camera_;
+  const FillPicture& picture_;
+  const OcclusionMap* map_;
+  bool distorted_;
+  Vec3f column_[4];  // from local coordinates to (texel x times z, y times z, z)
+  float unit_ = 0.0f, tolerance_ = 0.0f;
+};
+
+/// The views that see a point best, the heavier first.
+struct Sighting {
+  float confidence = 0.0f;
+  float weight[2] = {};
+  std::uint32_t view[2] = {};
+  Vec2f at[2] = {};  ///< Eye::look()'s
+};
+
+/// \p weight of each view, as the texturing's.
+template <typename Weight>
+Sighting look(const std::vector<Eye>& eyes, const Vec3f& point, const Weight& weight) {
+  Sighting out;
+  std::size_t first = 0;
+  for (std::size_t k = 1; k < eyes.size(); ++k)
+    if (weight(k) > weight(first)) first = k;
+  for (std::size_t i = 0; i < eyes.size(); ++i) {
+    const std::size_t k = i == 0 ? first : i <= first ? i - 1 : i;
+    const float w = weight(k);
+    if (!(w * w > out.weight[1])) continue;
+    Vec2f at;
+    const float fade = eyes[k].look(point, at);
+    const float total = w * w * fade;
+    if (!(total > out.weight[1])) continue;
+    const int place = total > out.weight[0] ? 0 : 1;
+    if (place == 0) {
+      out.weight[1] = out.weight[0];
+      out.view[1] = out.view[0];
+      out.at[1] = out.at[0];
+    }
+    out.weight[place] = total;
+    out.view[place] = static_cast<std::uint32_t>(k);
+    out.at[place] = at;
+    out.confidence = std::max(out.confidence, std::min(1.0f, 3.0f * w) * fade);
+    if (out.confidence == 1.0f) break;  // the heaviest, mostly: that will do
+  }
+  return out;
+}
+
+/// Confidence 0 where no picture has a colour to give.
+FillSample colour_of(const std::vector<Eye>& eyes, const Sighting& seen) {
+  FillSample out;
+  float sum = 0.0f;
+  for (int i = 0; i < 2; ++i) {
+    if (!(seen.weight[i] > 0.0f)) continue;
+    const std::optional<Vec3f> colour = eyes[seen.view[i]].colour(seen.at[i]);
+    if (!colour) continue;
+    out.colour += seen.weight[i] * *colour;
+    sum += seen.weight[i];
+  }
+  if (!(sum > 0.0f)) return {};
+  out.colour /= sum;
+  out.confidence = seen.confidence;
+  return out;
+}
+
+float longest_square(const Vec3f& a, const Vec3f& b, const Vec3f& c) {
+  const auto square = [](const Vec3f& v) { return glm::dot(v, v); };
+  return std::max({square(b - a), square(c - b), square(a - c)});
+}
+
+/// By triangle whether it has an edge beyond \p length.
+std::vector<std::uint8_t> large_triangles(const Hull& hull, float length) {
+  std::vector<std::uint8_t> large(hull.triangles.size() / 3);
+  for (std::size_t f = 0; f < large.size(); ++f) {
+    const std::uint32_t* v = &hull.triangles[3 * f];
+    large[f] = longest_square(hull.vertices[v[0]], hull.vertices[v[1]], hull.vertices[v[2]]) >
+               length * length;
+  }
+  return large;
+}
+
+/// What a vertex is for: nothing; its colour is wanted; it is open, too.
+enum Part : std::uint8_t { none, border, open };
+
+/// As fill_samples() says.
+std::vector<std::uint8_t> parts_of(const Hull& hull, const std::vector<Sighting>& sightings,
+                                   const std::vector<std::uint8_t>& large) {
+  constexpr int rings = 3;  // around what is not seen
+  std::vector<std::uint8_t> part(sightings.size(), none);
+  const auto doubtful = [&](std::uint32_t v) { return sightings[v].confidence < 1.0f; };
+  bool any = false;
+  for (std::size_t v = 0; v < part.size(); ++v) {
+    if (sightings[v].confidence > 0.0f) continue;
+    part[v] = open;
+    any = true;
+  }
+  for (std::size_t f = 0; f < large.size(); ++f) {
+    if (!large[f]) continue;
+    for (std::size_t i = 3 * f; i < 3 * f + 3; ++i)
+      part[hull.triangles[i]] = doubtful(hull.triangles[i]) ? open : border;
+    any = true;
+  }
+  if (!any) return part;
+  std::vector<std::uint8_t> next;
+  for (int ring = 0; ring < rings; ++ring) {
+    const bool last = ring == rings - 1;
+    next = part;
+    for (std::size_t i = 0; i < hull.triangles.size(); i += 3) {
+      const std::uint32_t* v = &hull.triangles[i];
+      if (part[v[0]] != open && part[v[1]] != open && part[v[2]] != open) continue;
+      for (int k = 0; k < 3; ++k)
+        if (next[v[k]] != open) next[v[k]] = doubtful(v[k]) && !last ? open : border;
+    }
+    part.swap(next);
+  }
+  return part;
+}
+
+/// Gives vertices on rims what larger triangles show.
+void look_inside(const Hull& hull, const std::vector<Eye>& eyes, const Texturing& texturing,
+                 const std::vector<std::uint8_t>& large, std::vector<FillSample>& samples) {
+  struct Sum {
+    Vec3f colour{0.0f};
+    float weight = 0.0f, confidence = 0.0f;
+  };
+  std::vector<Sum> sums;
+  const std::size_t views = eyes.size();
+  for (std::size_t f = 0; f < texturing.visible.size(); ++f) {
+    const std::uint32_t* v = &hull.triangles[3 * f];
+    const auto weak = [&](std::uint32_t i) { return samples[i].confidence < 1.0f; };
+    if (texturing.visible[f] == 0 || !large[f] || !(weak(v[0]) || weak(v[1]) || weak(v[2])))
+      continue;
+    const Vec3f &a = hull.vertices[v[0]], &b = hull.vertices[v[1]], &c = hull.vertices[v[2]];
+    const auto weight = [&](std::size_t k) {
+      const float* w = texturing.weights.data() + k;
+      return texturing.visible[f] >> k & 1
+                 ? (w[v[0] * views] + w[v[1] * views] + w[v[2] * views]) / 3.0f
+                 : 0.0f;
+    };
+    const FillSample middle = colour_of(eyes, look(eyes, (a + b + c) / 3.0f, weight));
+    if (!(middle.confidence > 0.0f)) continue;
+    sums.resize(samples.size());
+    for (int i = 0; i < 3; ++i) {
+      Sum& sum = sums[v[i]];
+      sum.colour += middle.confidence * middle.colour;
+      sum.weight += middle.confidence;
+      sum.confidence = std::max(sum.confidence, middle.confidence);
+    }
+  }
+  for (std::size_t i = 0; i < sums.size(); ++i)
+    if (sums[i].confidence > samples[i].confidence)
+      samples[i] = {sums[i].colour / sums[i].weight, sums[i].confidence, samples[i].open};
+}
+
+}  // namespace
+
+float mean_pixel_size(const Hull& hull, std::span<const Camera> cameras) {
+  if (cameras.empty() || hull.vertices.empty()) return 1.0f;
+  Vec3f low = hull.vertices.front(), high = low;
+  for (const Vec3f& v : hull.vertices) {
+    low = glm::min(low, v);
+    high = glm::max(high, v);
+  }
+  const Vec3 middle = hull.origin + Vec3(0.5f * (low + high));
+  double sum = 0.0;
+  for (const Camera& camera : cameras)
+    sum += glm::distance(camera.centre(), middle) / std::abs(camera.K[0][0]);
+  return static_cast<float>(sum / static_cast<double>(cameras.size()));
+}
+
+std::vector<FillSample> fill_samples(const Hull& hull, std::span<const Camera> cameras,
+                                     std::span<const FillPicture> pictures,
+                                     const Texturing& texturing, int threads) {
+  const std::size_t views = cameras.size();
+  std::vector<Eye> eyes;
+  eyes.reserve(views);
+  for (std::size_t k = 0; k < views; ++k)
+    eyes.emplace_back(hull, cameras[k], pictures[k],
+                      texturing.maps.empty() ? nullptr : &texturing.maps[k]);
+  const std::size_t count = hull.vertices.size();
+  std::vector<Sighting> sightings(count);
+  parallel_for(count, 1024, threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t v = begin; v < end; ++v) {
+      const float* weights = texturing.weights.data() + v * views;
+      sightings[v] = look(eyes, hull.vertices[v], [&](std::size_t k) { return weights[k]; });
+    }
+  });
+  constexpr float most =
+      8.0f;  // pixels; a larger triangle may show its corners' fill when all are seen
+  const std::vector<std::uint8_t> large =
+      large_triangles(hull, most * mean_pixel_size(hull, cameras));
+  const std::vector<std::uint8_t> part = parts_of(hull, sightings, large);
+  std::vector<FillSample> samples(count);
+  parallel_for(count, 1024, threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t v = begin; v < end; ++v) {
+      if (part[v] == none) continue;
+      samples[v] = colour_of(eyes, sightings[v]);
+      samples[v].open = part[v] == open;
+    }
+  });
+  look_inside(hull, eyes, texturing, large, samples);
+  // What became certain is so.
+  for (FillSample& sample : samples) sample.open = sample.open && sample.confidence < 1.0f;
+  return samples;
+}
+
+}  // namespace polyhull
