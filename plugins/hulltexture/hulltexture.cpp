@@ -8,12 +8,9 @@
 
 #include <memory>
 
-#include "base/error.h"
 #include "base/thread_pool.h"
 #include "mesh/texture_mesh.h"
-#include "plugins/common/guard.h"
-#include "plugins/common/memory/payload_buffer.h"
-#include "plugins/common/transform.h"
+#include "plugins/common/memory/mesh_transform.h"
 
 GST_DEBUG_CATEGORY_STATIC(hulltexture_debug);
 #define GST_CAT_DEFAULT hulltexture_debug
@@ -106,7 +103,8 @@ struct HullTexture {
   static void class_init(gpointer klass);
 
   explicit HullTexture(gpointer object) {
-    statistics.declare({"meshes", "texturings-reused", "pieces", "pieces-sampled", "meshes-unusable"});
+    statistics.declare(
+        {"meshes", "texturings-reused", "pieces", "pieces-sampled", "meshes-unusable"});
     // Every mesh gets a header of its own; the caps stay.
     gst_base_transform_set_in_place(GST_BASE_TRANSFORM(object), FALSE);
     gst_base_transform_set_passthrough(GST_BASE_TRANSFORM(object), FALSE);
@@ -141,49 +139,20 @@ void report(HullTexture& self, const TextureStatistics& times) {
   self.statistics.set("weights-ms", 1e3 * times.seconds_weights);
 }
 
-/// The buffer with its texturing; null: it is no mesh and was dropped.
-GstBuffer* texture_buffer(GstBaseTransform* transform, GstBuffer* buffer) {
+bool texture_mesh(GstBaseTransform* transform, Mesh& mesh) {
   HullTexture& self = state_of<HullTexture>(transform);
-  std::optional<MeshBuffer> in;
-  try {
-    in.emplace(buffer);
-  } catch (const Error& error) {
-    self.statistics.warn(GST_ELEMENT_CAST(transform), "meshes-unusable",
-                         fmt::format("A buffer was dropped: {}", error.what()));
-    return nullptr;
-  }
-  Mesh mesh = in->mesh();
   const Settings settings = snapshot(transform, self.settings);
   const LoopWatch loops;
   self.texturer->texture(mesh, to_texture_settings(settings));
   self.statistics.set("threads-used", loops.threads());
   report(self, self.texturer->statistics());
   self.statistics.set("fill-ms", 1e3 * self.texturer->seconds_fill());
-  std::vector<PixelSource> pixels;
-  for (std::size_t k = 0; k < mesh.views.size(); ++k) pixels.push_back(in->pixels(k));
-  GstBuffer* out = make_mesh_buffer(std::move(mesh), pixels);
-  gst_buffer_copy_into(
-      out, buffer,
-      static_cast<GstBufferCopyFlags>(GST_BUFFER_COPY_FLAGS | GST_BUFFER_COPY_TIMESTAMPS |
-                                      GST_BUFFER_COPY_META),
-      0, -1);
-  return out;
+  return true;
 }
 
 GstFlowReturn generate_output(GstBaseTransform* transform, GstBuffer** out) {
-  *out = nullptr;
-  g_autoptr(GstBuffer) in = g_steal_pointer(&transform->queued_buf);
-  if (!in) return GST_FLOW_OK;
-  return guarded(GST_ELEMENT_CAST(transform), GST_FLOW_ERROR, [&]() -> GstFlowReturn {
-    sync_controlled_properties(transform, in);
-    // A gap in the stream has nothing to texture.
-    if (GST_BUFFER_FLAG_IS_SET(in, GST_BUFFER_FLAG_GAP) && gst_buffer_get_size(in) == 0) {
-      *out = gst_buffer_ref(in);
-      return GST_FLOW_OK;
-    }
-    *out = texture_buffer(transform, in);
-    return GST_FLOW_OK;
-  });
+  return change_mesh(transform, state_of<HullTexture>(transform).statistics, out,
+                     [&](Mesh& mesh) { return texture_mesh(transform, mesh); });
 }
 
 gboolean start(GstBaseTransform* transform) {
