@@ -12,7 +12,6 @@ namespace {
 constexpr int most_taps = 6;
 /// f may exceed H by this much: the surface is cut at the hull at the end only.
 constexpr float above_hull = 0.4f;
-constexpr float deepest = 8.0f;
 
 struct Kernel {
   int reach = 0;

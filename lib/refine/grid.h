@@ -47,6 +47,9 @@ inline Grid grid_over(const Vec3f& low, const Vec3f& high, float cell, int margi
 /// What functions are far outside the surface, and no less anywhere in the flow.
 inline constexpr float outside = -2.0f;
 
+/// What functions are at most.
+inline constexpr float deepest = 8.0f;
+
 /// \p values between the nodes, linear along each axis; `outside` beyond the grid.
 inline float sample(const Grid& grid, const float* values, const Vec3f& point) {
   const Vec3f at = (point - grid.low) / grid.cell;

@@ -7,6 +7,18 @@
 
 namespace polyhull::refine {
 
+PictureBox ContactView::box_of(const Vec3f& low, const Vec3f& high) const {
+  PictureBox box{Vec2f(1e30f), Vec2f(-1e30f)};
+  for (int k = 0; k < 8; ++k) {
+    const Vec3f at =
+        project({k & 1 ? high.x : low.x, k & 2 ? high.y : low.y, k & 4 ? high.z : low.z});
+    if (!(at.z > 0.1f)) return {};
+    box.low = glm::min(box.low, Vec2f(at));
+    box.high = glm::max(box.high, Vec2f(at));
+  }
+  return box;
+}
+
 float HullDistance::from_bounds(const Vec3f& point) const {
   const Vec3f above = point - low, below = high - point;
   return std::min({above.x, above.y, above.z, below.x, below.y, below.z});
@@ -105,7 +117,7 @@ void HullDistance::fill(const Grid& grid, float least, std::vector<float>& value
         if (x.empty()) continue;
         rough_row(grid, static_cast<float>(y), static_cast<float>(z), x, found.data());
         for (std::size_t i = 0; i < x.size(); ++i)
-          row[static_cast<int>(x[i])] = std::max(least, found[i]);
+          row[static_cast<int>(x[i])] = std::clamp(found[i], least, deepest);
       }
   };
   const auto count = static_cast<std::size_t>(lines) * ((grid.nz + block - 1) / block);

@@ -31,6 +31,10 @@ struct ContactView {
   /// What the inner loops know of \p map.
   MapView look(const SilhouetteMap& map) const;
 
+  /// Where the box from \p low to \p high may be in the picture; everywhere if it reaches behind the
+  /// camera.
+  PictureBox box_of(const Vec3f& low, const Vec3f& high) const;
+
   Vec3f project(const Vec3f& p) const {
     const auto dot = [&](const float(&m)[4]) {
       return m[0] * p.x + m[1] * p.y + m[2] * p.z + m[3];
@@ -60,7 +64,7 @@ struct HullDistance {
   void rough_row(const Grid& grid, float y, float z, std::span<const float> x, float* out) const;
   void exact_row(const Grid& grid, float y, float z, std::span<const float> x, float* out) const;
 
-  /// rough() on all of \p grid's nodes, at least \p least; blocks of nodes far outside are found by
+  /// rough() on all of \p grid's nodes, at least \p least and at most `deepest`; blocks of nodes far outside are found by
   /// their middle and skipped.
   void fill(const Grid& grid, float least, std::vector<float>& values, int threads) const;
 };

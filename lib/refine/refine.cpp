@@ -136,6 +136,12 @@ void HullRefiner::State::remember(const Hull& hull, std::span<const CameraContou
 
 /// Distances in each picture, as fine as the cell is there.
 void HullRefiner::State::set_up_views(const Hull& hull, std::span<const CameraContours> views) {
+  Vec3f low(1e30f), high(-1e30f);  // of all that is looked at
+  for (const Vec3f& vertex : hull.vertices) {
+    const Vec3f point = frame.from_world(hull.origin + Vec3(vertex));
+    low = glm::min(low, point - (margin + 9.0f));  // whole vectors of nodes
+    high = glm::max(high, point + (margin + 9.0f));
+  }
   outlines.resize(views.size());
   distance.views.resize(views.size());
   mappers.resize(std::max(mappers.size(), 2 * views.size()));
@@ -161,10 +167,18 @@ void HullRefiner::State::set_up_views(const Hull& hull, std::span<const CameraCo
       const float depth = view.project(Vec3f(0.0f)).z;
       const float pixels = std::max(view.focal / std::max(depth, 1.0f), 0.5f);
       view.beyond = -3.6f * pixels;
+      const PictureBox within = view.box_of(low, high);
       if (i % 2 == 0)
-        mappers[i].draw(view.coarse, outlines[i / 2], 0.7f * pixels, 2, 3.6f * pixels, true);
+        mappers[i].draw(view.coarse, outlines[i / 2],
+                        {.texel = std::max(0.7f * pixels, 1.0f),
+                         .reach = 2,
+                         .margin = 3.6f * pixels,
+                         .everywhere = true},
+                        within);
       else
-        mappers[i].draw(view.fine, outlines[i / 2], 0.25f * pixels, 4, 1.5f * pixels, false);
+        mappers[i].draw(
+            view.fine, outlines[i / 2],
+            {.texel = std::max(0.25f * pixels, 0.5f), .reach = 4, .margin = 1.5f * pixels}, within);
     }
   });
 }
@@ -232,20 +246,19 @@ void HullRefiner::State::start_middle() {
     Level& level = middle[p];
     const Grid& grid = level.grid;
     level.values.resize(grid.size());
-    parallel_for(static_cast<std::size_t>(grid.nz), 4, threads,
-                 [&](std::size_t begin, std::size_t end) {
-                   std::vector<float> mixed;
-                   for (auto z = static_cast<int>(begin); z < static_cast<int>(end); ++z)
-                     for (int y = 0; y < grid.ny; ++y) {
-                       const std::size_t row = grid.node(0, y, z);
-                       float* values = level.values.data() + row;
-                       const float* hull = level.hull.data() + row;
-                       sample_row(coarse[p].grid, coarse[p].values.data(), grid, y, z, mixed, values);
-                       for (int x = 0; x < grid.nx; ++x)
-                         values[x] =
-                             hull[x] <= least_hull ? outside : std::max(outside, values[x]);
-                     }
-                 });
+    parallel_for(
+        static_cast<std::size_t>(grid.nz), 4, threads, [&](std::size_t begin, std::size_t end) {
+          std::vector<float> mixed;
+          for (auto z = static_cast<int>(begin); z < static_cast<int>(end); ++z)
+            for (int y = 0; y < grid.ny; ++y) {
+              const std::size_t row = grid.node(0, y, z);
+              float* values = level.values.data() + row;
+              const float* hull = level.hull.data() + row;
+              sample_row(coarse[p].grid, coarse[p].values.data(), grid, y, z, mixed, values);
+              for (int x = 0; x < grid.nx; ++x)
+                values[x] = hull[x] <= least_hull ? outside : std::max(outside, values[x]);
+            }
+        });
   }
 }
 

@@ -113,8 +113,9 @@ void SilhouetteMapper::finish(SilhouetteMap& map, float most) {
   }
 }
 
-void SilhouetteMapper::draw(SilhouetteMap& map, const Rings& rings, float texel, int reach,
-                            float margin, bool everywhere) {
+void SilhouetteMapper::draw(SilhouetteMap& map, const Rings& rings, const MapDrawing& how,
+                            const PictureBox& within) {
+  constexpr float most_texels = 4096.0f;
   map.width = map.height = 0;
   map.distance.clear();
   segments.clear();
@@ -128,19 +129,22 @@ void SilhouetteMapper::draw(SilhouetteMap& map, const Rings& rings, float texel,
       high = glm::max(high, ring[i]);
     }
   }
-  if (segments.empty()) return;
-  map.texel = texel;
-  map.left = std::floor(low.x - margin);
-  map.top = std::floor(low.y - margin);
-  map.width = static_cast<int>(std::ceil((high.x + margin - map.left) / texel)) + 2;
-  map.height = static_cast<int>(std::ceil((high.y + margin - map.top) / texel)) + 2;
+  low = glm::max(low - how.margin, within.low);
+  high = glm::min(high + how.margin, within.high);
+  if (segments.empty() || !(low.x < high.x) || !(low.y < high.y)) return;
+  const Vec2f size = high - low;
+  map.texel = std::max(how.texel, std::max(size.x, size.y) / most_texels);
+  map.left = std::floor(low.x);
+  map.top = std::floor(low.y);
+  map.width = static_cast<int>(std::ceil((high.x - map.left) / map.texel)) + 2;
+  map.height = static_cast<int>(std::ceil((high.y - map.top) / map.texel)) + 2;
   const std::size_t texels = static_cast<std::size_t>(map.width) * map.height;
   nearest.assign(texels, -1);
   square.assign(texels, 1e12f);
   map.distance.resize(texels);
-  seed(map, reach);
-  if (everywhere) sweep(map);
-  finish(map, everywhere ? 1e6f : static_cast<float>(reach) * texel);
+  seed(map, how.reach);
+  if (how.everywhere) sweep(map);
+  finish(map, how.everywhere ? 1e6f : static_cast<float>(how.reach) * map.texel);
 }
 
 }  // namespace polyhull::refine

@@ -32,7 +32,20 @@ struct SilhouetteMap {
   }
 };
 
-/// What silhouette_map() works with; kept from call to call.
+/// What a map is to show of a picture, in its pixels.
+struct PictureBox {
+  Vec2f low{-1e30f}, high{1e30f};
+};
+
+/// How a map is drawn.
+struct MapDrawing {
+  float texel = 1.0f;       ///< pixels; more where the map would have more than 4096 of them a side
+  int reach = 2;            ///< texels from the outline within which distances are exact
+  float margin = 0.0f;      ///< pixels around the outline's box
+  bool everywhere = false;  ///< distances beyond reach, too
+};
+
+/// Draws maps and keeps what it works with.
 struct SilhouetteMapper {
   struct Segment {
     Vec2f begin, way;
@@ -43,12 +56,11 @@ struct SilhouetteMapper {
   std::vector<float> square;
   std::vector<std::vector<float>> crossings;  ///< of the outline with each row
 
-  /// Fills \p map over the outline's box and \p margin pixels around it. Within \p reach texels of
-  /// the outline distances are exact. Beyond, if \p everywhere, each is the distance from the edge
-  /// that a neighbour found (two sweeps over the map, after Danielsson, Euclidean Distance Mapping,
-  /// 1980), else reach * texel.
-  void draw(SilhouetteMap& map, const Rings& rings, float texel, int reach, float margin,
-            bool everywhere);
+  /// Fills \p map over the outline's box and the margin around it, as far as that lies \p within.
+  /// Beyond reach distances are those from the edge that a neighbour found (two sweeps over the map,
+  /// after Danielsson, Euclidean Distance Mapping, 1980), or reach * texel.
+  void draw(SilhouetteMap& map, const Rings& rings, const MapDrawing& how,
+            const PictureBox& within);
 
  private:
   void seed(const SilhouetteMap& map, int reach);

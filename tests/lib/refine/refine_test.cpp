@@ -189,6 +189,18 @@ TEST(Refine, TheUnitChangesNothingButNumbers) {
   EXPECT_LT(most, 2.0);  // mm: what rounding the contours to float makes of it
 }
 
+// A camera that sees nothing but foreground, far beyond its frame: the others make the hull.
+TEST(Refine, OutlinesMayBeHuge) {
+  HullScene scene = figure_scene(5, 8.0);
+  scene.silhouettes[0].clear();
+  add_ring(scene.silhouettes[0], {{-2e5f, -2e5f}, {-2e5f, 2e5f}, {2e5f, 2e5f}, {2e5f, -2e5f}});
+  const Refined made = refine(scene);
+  expect_sound(made, "huge");
+  const double volume = check_mesh(made.surface).volume, hull = check_mesh(made.hull).volume;
+  EXPECT_GT(volume, 0.4 * hull);
+  EXPECT_LT(volume, 0.95 * hull);
+}
+
 TEST(Refine, BoundsHold) {
   HullScene scene = figure_scene(6, 6.0);
   scene.rig.bounds = Bounds{{-2.0, -2.0, 0.31}, {2.0, 2.0, 1.4}};
