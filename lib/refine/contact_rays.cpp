@@ -15,6 +15,7 @@ constexpr float slack = 0.6f;
 bool clip(const ContactRay& ray, const Grid& grid, float& from, float& to) {
   from = 0.01f;
   to = 1e9f;
+  if (!(glm::dot(ray.direction, ray.direction) < 1e30f)) return false;
   const Vec3f high = grid.position(grid.nx - 1, grid.ny - 1, grid.nz - 1);
   for (int k = 0; k < 3; ++k) {
     if (std::abs(ray.direction[k]) < 1e-9f) {

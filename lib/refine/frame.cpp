@@ -31,8 +31,10 @@ std::vector<std::uint32_t> connected(const Hull& hull) {
 }
 
 bool near(const Box& a, const Box& b, float margin) {
-  for (int k = 0; k < 3; ++k)
-    if (a.low[k] > b.high[k] + margin || b.low[k] > a.high[k] + margin) return false;
+  for (int k = 0; k < 3; ++k) {
+    const float apart = k == 0 ? margin + 8.0f : margin;  // rows are whole vectors of nodes
+    if (a.low[k] > b.high[k] + apart || b.low[k] > a.high[k] + apart) return false;
+  }
   return true;
 }
 

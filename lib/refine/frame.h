@@ -43,7 +43,8 @@ struct Box {
   Vec3f low, high;
 };
 
-/// The boxes of \p hull's connected parts; those that come nearer than \p margin are one.
+/// The boxes of \p hull's connected parts; those that come nearer than \p margin (along x
+/// and the eight nodes by which grid_over() may reach further) are one.
 std::vector<Box> boxes_of(const Hull& hull, const LocalFrame& frame, float margin);
 
 /// Where the hull ends at its bounds.

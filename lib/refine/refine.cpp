@@ -101,7 +101,7 @@ struct HullRefiner::State {
                 const RefineSettings& settings);
   void refine(const Hull& hull, std::span<const CameraContours> views);
   void set_up_views(const Hull& hull, std::span<const CameraContours> views);
-  void set_up_levels(const Hull& hull);
+  void set_up_levels(const std::vector<Box>& boxes);
   void flow(std::vector<Level>& levels, int count, float sigma, float rim_step);
   void plate(std::vector<Level>& levels, int count, int steps, float rim_step);
   void start_middle();
@@ -183,22 +183,31 @@ void HullRefiner::State::set_up_views(const Hull& hull, std::span<const CameraCo
   });
 }
 
-void HullRefiner::State::set_up_levels(const Hull& hull) {
-  const std::vector<Box> boxes = boxes_of(hull, frame, 2.0f * margin);
+/// Throws Error where the grids of \p boxes would be too large.
+void check_size(const std::vector<Box>& boxes, double cell) {
+  double nodes = 0.0;
+  for (const Box& box : boxes) {
+    const Vec3 size = Vec3(box.high - box.low) + 2.0 * margin;
+    nodes += 8.0 * size.x * size.y * size.z;
+  }
+  if (nodes < most_nodes) return;
+  if (!(nodes < 1e30))
+    throw Error(
+        Error::Kind::unsupported,
+        "The hull is far too large for a cell of {:g} m: give a larger one, or bounds around "
+        "the subject.",
+        cell);
+  throw Error(Error::Kind::unsupported,
+              "The hull is too large for a cell of {:g} m: its grids would have {:.0f} million "
+              "nodes; give a cell of {:.3f} m or more, or bounds around the subject.",
+              cell, 1e-6 * nodes, cell * std::cbrt(nodes / most_nodes) * 1.05);
+}
+
+void HullRefiner::State::set_up_levels(const std::vector<Box>& boxes) {
   middle.resize(boxes.size());
   coarse.resize(boxes.size());
   fine.resize(boxes.size());
   solvers.resize(std::max(solvers.size(), boxes.size()));
-  double nodes = 0.0;
-  for (const Box& box : boxes) {
-    const Vec3 size = Vec3(box.high - box.low);
-    nodes += 8.0 * (size.x + 2 * margin) * (size.y + 2 * margin) * (size.z + 2 * margin);
-  }
-  if (!(nodes < most_nodes))
-    throw Error(Error::Kind::unsupported,
-                "The hull is too large for a cell of {:g} m: its grids would have {:.0f} million "
-                "nodes; give a cell of {:.3f} m or more, or bounds around the subject.",
-                recipe.cell, 1e-6 * nodes, recipe.cell * std::cbrt(nodes / most_nodes) * 1.05);
   std::vector<float> mixed;
   for (std::size_t p = 0; p < boxes.size(); ++p) {
     Level& level = middle[p];
@@ -295,8 +304,10 @@ void HullRefiner::State::take() {
 
 void HullRefiner::State::refine(const Hull& hull, std::span<const CameraContours> views) {
   Stopwatch watch;
+  const std::vector<Box> boxes = boxes_of(hull, frame, 2.0f * margin);
+  check_size(boxes, recipe.cell);
   set_up_views(hull, views);
-  set_up_levels(hull);
+  set_up_levels(boxes);
   statistics.seconds_distances = watch.lap();
   std::vector<OutlineView> outline_views;
   for (std::size_t k = 0; k < views.size(); ++k) {
@@ -327,6 +338,12 @@ void HullRefiner::State::refine(const Hull& hull, std::span<const CameraContours
   statistics.seconds_fine = watch.lap();
   cells.clear();
   for (const Level& level : fine) marcher.march(level, cells, threads);
+  if (cells.triangles.empty())
+    throw Error(
+        Error::Kind::unsupported,
+        "Nothing is left of the hull on cells of {:g} m: it is smaller, or a camera does not "
+        "see it (unseen=keep of hullbuild).",
+        recipe.cell);
   take();
   statistics.seconds_surface = watch.lap();
 }

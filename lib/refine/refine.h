@@ -60,7 +60,7 @@ class HullRefiner {
   HullRefiner();
   ~HullRefiner();
 
-  /// The surface inside \p hull: closed, oriented, a 2-manifold without crossings, with normals, its
+  /// The surface inside \p hull (but for a hair at the rims and what is too thin): closed, oriented, a 2-manifold without crossings, with normals, its
   /// faces of no plane (HullFace::no_edge); the same bytes for any number of threads. \p views are
   /// those that the hull was made of, with their contours; \p metres_per_unit of the hull's world.
   /// An empty hull stays empty. The result is valid until the next call; the same input as in the
@@ -68,7 +68,8 @@ class HullRefiner {
   ///
   /// Throws Error (bad_input) where a vertex, a camera or a contour is not finite, where the unit
   /// or the cell is not above 0, and (unsupported) where the hull is so large that its grid would
-  /// have more than 64 million nodes, with the cell that would do.
+  /// have more than 64 million nodes, with the cell that would do, or where nothing is left. What a
+  /// camera does not see counts as outside, whatever hullbuild's `unseen` says.
   const Hull& refine(const Hull& hull, std::span<const CameraContours> views,
                      double metres_per_unit, const RefineSettings& settings);
 

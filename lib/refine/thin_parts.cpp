@@ -26,8 +26,9 @@ Middle middle_of_hull(const ContactRay& ray, const ContactRays& rays, const Hull
   Middle best;
   for (std::uint32_t k = ray.first_piece; k < ray.end_piece; ++k) {
     const RayPiece& piece = rays.pieces[k];
-    for (float at = piece.begin; at <= piece.end; at += step) {
-      const Vec3f outline = ray.point(at);
+    const int steps = static_cast<int>(std::min((piece.end - piece.begin) / step, 4096.0f));
+    for (int i = 0; i <= steps; ++i) {
+      const Vec3f outline = ray.point(piece.begin + static_cast<float>(i) * step);
       float last = -1e3f;
       for (float way = 0.0f; way <= 2.0f * half_thickness; way += inward_step) {
         const Vec3f point = outline - way * ray.normal;

@@ -75,8 +75,8 @@ class PieceCells {
     int left, right, top, bottom;
   };
   static int cell_at(float v, int count) {
-    const int i = static_cast<int>(v < 0.0f ? 0.0f : v) / side;
-    return i < count ? i : count - 1;
+    const auto most = static_cast<float>(count * side - 1);
+    return v > 0.0f ? static_cast<int>(v < most ? v : most) / side : 0;
   }
   Span span_of(const PieceShape& s) const {
     return {cell_at(s.left, across_), cell_at(s.right, across_), cell_at(s.top, down_),

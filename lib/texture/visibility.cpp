@@ -56,10 +56,12 @@ struct Window {
   int x0, x1, y0, y1;
 };
 
+/// The texel of \p v, the nearest of \p size; of what is no number the first.
+int at(float v, int size) {
+  return v > 0.0f ? static_cast<int>(std::min(v, static_cast<float>(size - 1))) : 0;
+}
+
 Window around(const PieceShape& s, int width, int height) {
-  const auto at = [](float v, int size) {
-    return static_cast<int>(std::clamp(v, 0.0f, static_cast<float>(size - 1)));
-  };
   return {at(std::floor(s.left), width), at(std::ceil(s.right), width),
           at(std::floor(s.top), height), at(std::ceil(s.bottom), height)};
 }
@@ -67,10 +69,8 @@ Window around(const PieceShape& s, int width, int height) {
 /// The texels nearest to what lies between its corners: a rim before a piece, or between it and a
 /// texel around it, has one of these around the piece.
 Window nearest(const PieceShape& s, int width, int height) {
-  const auto at = [](float v, int size) {
-    return static_cast<int>(std::clamp(v + 0.5f, 0.0f, static_cast<float>(size - 1)));
-  };
-  return {at(s.left, width), at(s.right, width), at(s.top, height), at(s.bottom, height)};
+  return {at(s.left + 0.5f, width), at(s.right + 0.5f, width), at(s.top + 0.5f, height),
+          at(s.bottom + 0.5f, height)};
 }
 
 /// Makes texels at least \p value.

@@ -54,14 +54,18 @@ void validate_hull(const Mesh& mesh) {
     fail("there must be loops for every face or for none");
   if (!hull.normals.empty() && hull.normals.size() != hull.vertices.size())
     fail("there must be normals for every vertex or for none");
-  if (!finite(hull.normals)) fail("a normal is not finite");
+  for (const Vec3f& normal : hull.normals) {
+    const float square = glm::dot(normal, normal);
+    if (!(square > 0.98f && square < 1.02f)) fail("a normal is not of unit length");
+  }
   const std::size_t triangles = hull.triangles.size() / 3;
   for (const HullFace& face : hull.faces) {
     if (face.view < -1 || face.view >= static_cast<std::int64_t>(mesh.views.size()))
       fail("a face belongs to a view that is not there");
     const std::size_t edges = face.view < 0 ? 6 : mesh.views[face.view].view.contours.points.size();
     const bool planeless = face.view < 0 && face.edge == HullFace::no_edge;
-    if (face.edge >= edges && !planeless) fail("a face belongs to a contour edge that is not there");
+    if (face.edge >= edges && !planeless)
+      fail("a face belongs to a contour edge that is not there");
     if (face.first_triangle > triangles || face.triangle_count > triangles - face.first_triangle)
       fail("a face's triangles are out of range");
   }

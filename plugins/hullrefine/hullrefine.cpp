@@ -20,7 +20,7 @@ GType enum_type<RefineQuality>() {
       "PolyhullRefineQuality", {{RefineQuality::off, "The hull as it is", "off"},
                                 {RefineQuality::fast, "A cell of 24 mm and fewer steps", "fast"},
                                 {RefineQuality::good, "A cell of 24 mm", "good"},
-                                {RefineQuality::fine, "A cell of 16 mm and more steps", "fine"}});
+                                {RefineQuality::fine, "A cell of 16 mm", "fine"}});
 }
 
 }  // namespace polyhull::element
@@ -82,13 +82,14 @@ void report(HullRefine& self, const RefineStatistics& done) {
 bool refine_mesh(GstBaseTransform* transform, Mesh& mesh) {
   HullRefine& self = state_of<HullRefine>(transform);
   const RefineSettings settings = snapshot(transform, self.settings);
-  if (settings.quality == RefineQuality::off || mesh.hull.empty()) return false;
+  if (settings.quality == RefineQuality::off || mesh.hull.empty() || mesh.views.empty())
+    return false;
   std::vector<CameraContours> views;
   for (const MeshView& view : mesh.views) views.push_back({&view.calibration, &view.view.contours});
   const LoopWatch loops;
   try {
     mesh.hull = self.refiner->refine(mesh.hull, views, mesh.metres_per_unit, settings);
-  } catch (const Error& error) {
+  } catch (const std::exception& error) {
     self.statistics.warn(GST_ELEMENT_CAST(transform), "meshes-unrefined",
                          fmt::format("A hull passed as it was: {}", error.what()));
     return false;

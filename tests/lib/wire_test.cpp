@@ -279,6 +279,7 @@ TEST(MeshPayload, RulesAreChecked) {
   expect_mesh_refused([](Mesh& m) { m.hull.loop_vertices[0] = 9; }, "loop's index");
   expect_mesh_refused([](Mesh& m) { m.hull.normals.resize(3); }, "normals");
   expect_mesh_refused([](Mesh& m) { m.hull.normals.assign(4, Vec3f(NAN)); }, "normal is not");
+  expect_mesh_refused([](Mesh& m) { m.hull.normals[1] *= 1.1f; }, "unit length");
   expect_mesh_refused([](Mesh& m) { m.hull.faces[0].edge = HullFace::no_edge; }, "contour edge");
   expect_mesh_refused([](Mesh& m) { m.up = Vec3(0); }, "up");
   expect_mesh_refused([](Mesh& m) { m.metres_per_unit = 0; }, "unit");
