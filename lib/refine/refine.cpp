@@ -68,6 +68,26 @@ constexpr float least_hull = -3.3f;
 constexpr float thinnest = 0.45f;
 constexpr double most_nodes = 64e6;
 
+/// Throws Error where the grids of \p boxes would be too large.
+void check_size(const std::vector<Box>& boxes, double cell) {
+  double nodes = 0.0;
+  for (const Box& box : boxes) {
+    const Vec3 size = Vec3(box.high - box.low) + 2.0 * margin;
+    nodes += 8.0 * size.x * size.y * size.z;
+  }
+  if (nodes < most_nodes) return;
+  if (!(nodes < 1e30))
+    throw Error(
+        Error::Kind::unsupported,
+        "The hull is far too large for a cell of {:g} m: give a larger one, or bounds around "
+        "the subject.",
+        cell);
+  throw Error(Error::Kind::unsupported,
+              "The hull is too large for a cell of {:g} m: its grids would have {:.0f} million "
+              "nodes; give a cell of {:.3f} m or more, or bounds around the subject.",
+              cell, 1e-6 * nodes, cell * std::cbrt(nodes / most_nodes) * 1.05);
+}
+
 }  // namespace
 
 struct HullRefiner::State {
@@ -90,7 +110,7 @@ struct HullRefiner::State {
   std::vector<Level> coarse, middle, fine;
   ContactRays rays;
   FlowMemory flow_memory;
-  std::vector<PlateSolver> solvers;
+  PlateSolver solver;
   FitMemory fit_memory;
   CellMarcher marcher;
   CellSurface cells;
@@ -100,7 +120,8 @@ struct HullRefiner::State {
   void remember(const Hull& hull, std::span<const CameraContours> views, double unit,
                 const RefineSettings& settings);
   void refine(const Hull& hull, std::span<const CameraContours> views);
-  void set_up_views(const Hull& hull, std::span<const CameraContours> views);
+  void set_up_views(const Hull& hull, const std::vector<Box>& boxes,
+                    std::span<const CameraContours> views);
   void set_up_levels(const std::vector<Box>& boxes);
   void flow(std::vector<Level>& levels, int count, float sigma, float rim_step);
   void plate(std::vector<Level>& levels, int count, int steps, float rim_step);
@@ -135,12 +156,12 @@ void HullRefiner::State::remember(const Hull& hull, std::span<const CameraContou
 }
 
 /// Distances in each picture, as fine as the cell is there.
-void HullRefiner::State::set_up_views(const Hull& hull, std::span<const CameraContours> views) {
+void HullRefiner::State::set_up_views(const Hull& hull, const std::vector<Box>& boxes,
+                                      std::span<const CameraContours> views) {
   Vec3f low(1e30f), high(-1e30f);  // of all that is looked at
-  for (const Vec3f& vertex : hull.vertices) {
-    const Vec3f point = frame.from_world(hull.origin + Vec3(vertex));
-    low = glm::min(low, point - (margin + 9.0f));  // whole vectors of nodes
-    high = glm::max(high, point + (margin + 9.0f));
+  for (const Box& box : boxes) {
+    low = glm::min(low, box.low - (margin + 9.0f));  // whole vectors of nodes
+    high = glm::max(high, box.high + (margin + 9.0f));
   }
   outlines.resize(views.size());
   distance.views.resize(views.size());
@@ -148,17 +169,13 @@ void HullRefiner::State::set_up_views(const Hull& hull, std::span<const CameraCo
   const Box bounds = bounds_of(hull, frame);
   distance.low = bounds.low;
   distance.high = bounds.high;
-  parallel_for(2 * views.size(), 1, threads, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      const std::size_t k = i / 2;
-      const Camera& camera = *views[k].camera;
-      if (i % 2 == 0) {
-        outlines[k] = undistort_rings(camera, *views[k].rings).rings;
-        ContactView placed = view_in(frame, camera);
-        placed.coarse = std::move(distance.views[k].coarse);
-        placed.fine = std::move(distance.views[k].fine);
-        distance.views[k] = std::move(placed);
-      }
+  parallel_for(views.size(), 1, threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) {
+      outlines[k] = undistort_rings(*views[k].camera, *views[k].rings).rings;
+      ContactView placed = view_in(frame, *views[k].camera);
+      placed.coarse = std::move(distance.views[k].coarse);
+      placed.fine = std::move(distance.views[k].fine);
+      distance.views[k] = std::move(placed);
     }
   });
   parallel_for(2 * views.size(), 1, threads, [&](std::size_t begin, std::size_t end) {
@@ -183,31 +200,10 @@ void HullRefiner::State::set_up_views(const Hull& hull, std::span<const CameraCo
   });
 }
 
-/// Throws Error where the grids of \p boxes would be too large.
-void check_size(const std::vector<Box>& boxes, double cell) {
-  double nodes = 0.0;
-  for (const Box& box : boxes) {
-    const Vec3 size = Vec3(box.high - box.low) + 2.0 * margin;
-    nodes += 8.0 * size.x * size.y * size.z;
-  }
-  if (nodes < most_nodes) return;
-  if (!(nodes < 1e30))
-    throw Error(
-        Error::Kind::unsupported,
-        "The hull is far too large for a cell of {:g} m: give a larger one, or bounds around "
-        "the subject.",
-        cell);
-  throw Error(Error::Kind::unsupported,
-              "The hull is too large for a cell of {:g} m: its grids would have {:.0f} million "
-              "nodes; give a cell of {:.3f} m or more, or bounds around the subject.",
-              cell, 1e-6 * nodes, cell * std::cbrt(nodes / most_nodes) * 1.05);
-}
-
 void HullRefiner::State::set_up_levels(const std::vector<Box>& boxes) {
   middle.resize(boxes.size());
   coarse.resize(boxes.size());
   fine.resize(boxes.size());
-  solvers.resize(std::max(solvers.size(), boxes.size()));
   std::vector<float> mixed;
   for (std::size_t p = 0; p < boxes.size(); ++p) {
     Level& level = middle[p];
@@ -243,9 +239,9 @@ void HullRefiner::State::plate(std::vector<Level>& levels, int count, int steps,
     find_rims(rays, levels, rim_step, i == 0 ? RimSearch::everywhere : RimSearch::near,
               recipe.stride, threads);
     for (std::size_t p = 0; p < levels.size(); ++p)
-      solvers[p].solve(
-          levels[p], rays, static_cast<std::uint32_t>(p),
-          {.steps = steps, .band = 2.5f * levels[p].grid.cell, .stride = recipe.stride}, threads);
+      solver.solve(levels[p], rays, static_cast<std::uint32_t>(p),
+                   {.steps = steps, .band = 2.5f * levels[p].grid.cell, .stride = recipe.stride},
+                   threads);
   }
 }
 
@@ -297,16 +293,17 @@ void HullRefiner::State::take() {
       surface.normals[i] = Vec3f(frame.turned_back(Vec3(cells.normals[i])));
     }
   });
-  surface.triangles = cells.triangles;
+  surface.triangles.swap(cells.triangles);  // whose are cleared next
   surface.faces.assign(
-      1, {-1, HullFace::no_edge, 0, static_cast<std::uint32_t>(cells.triangles.size() / 3)});
+      1, {-1, HullFace::no_edge, 0, static_cast<std::uint32_t>(surface.triangles.size() / 3)});
+  surface.loop_vertices.clear(), surface.loop_ends.clear(), surface.face_loop_ends.clear();
 }
 
 void HullRefiner::State::refine(const Hull& hull, std::span<const CameraContours> views) {
   Stopwatch watch;
   const std::vector<Box> boxes = boxes_of(hull, frame, 2.0f * margin);
   check_size(boxes, recipe.cell);
-  set_up_views(hull, views);
+  set_up_views(hull, boxes, views);
   set_up_levels(boxes);
   statistics.seconds_distances = watch.lap();
   std::vector<OutlineView> outline_views;
@@ -374,7 +371,6 @@ const Hull& HullRefiner::refine(const Hull& hull, std::span<const CameraContours
     return s.surface;
   }
   s.valid = false;
-  s.surface = {};
   if (settings.quality == RefineQuality::off || hull.empty()) {
     s.surface = hull;
   } else {

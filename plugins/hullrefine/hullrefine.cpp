@@ -54,8 +54,7 @@ struct HullRefine {
 
   explicit HullRefine(gpointer object) {
     statistics.declare({"meshes", "surfaces-reused", "meshes-unrefined", "meshes-unusable"});
-    gst_base_transform_set_in_place(GST_BASE_TRANSFORM(object), FALSE);
-    gst_base_transform_set_passthrough(GST_BASE_TRANSFORM(object), FALSE);
+    set_up_mesh_transform(object);
   }
 
   RefineSettings settings;  // under the object lock
@@ -100,25 +99,6 @@ bool refine_mesh(GstBaseTransform* transform, Mesh& mesh) {
   return true;
 }
 
-GstFlowReturn generate_output(GstBaseTransform* transform, GstBuffer** out) {
-  return change_mesh(transform, state_of<HullRefine>(transform).statistics, out,
-                     [&](Mesh& mesh) { return refine_mesh(transform, mesh); });
-}
-
-gboolean start(GstBaseTransform* transform) {
-  return guarded(GST_ELEMENT_CAST(transform), gboolean{FALSE}, [&]() -> gboolean {
-    HullRefine& self = state_of<HullRefine>(transform);
-    self.statistics.reset();
-    self.refiner = std::make_unique<HullRefiner>();
-    return TRUE;
-  });
-}
-
-gboolean stop(GstBaseTransform* transform) {
-  state_of<HullRefine>(transform).refiner.reset();
-  return TRUE;
-}
-
 void HullRefine::class_init(gpointer klass) {
   GST_DEBUG_CATEGORY_INIT(hullrefine_debug, "hullrefine", 0, "refines visual hulls");
   add_properties<HullRefine>(klass, properties, &HullRefine::settings);
@@ -132,12 +112,7 @@ void HullRefine::class_init(gpointer klass) {
       "threads-used (how many threads took part in its parallel loops, on average).");
   set_metadata(klass, "Visual hull refinement", "Filter/Video",
                "Finds the smooth surface inside a visual hull that touches every silhouette");
-  add_template(klass, "sink", GST_PAD_SINK, mesh_caps);
-  add_template(klass, "src", GST_PAD_SRC, mesh_caps);
-  GstBaseTransformClass* transform_class = GST_BASE_TRANSFORM_CLASS(klass);
-  transform_class->generate_output = generate_output;
-  transform_class->start = start;
-  transform_class->stop = stop;
+  install_mesh_transform<HullRefine, &HullRefine::refiner, refine_mesh>(klass);
 }
 
 }  // namespace

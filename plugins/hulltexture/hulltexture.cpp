@@ -105,9 +105,7 @@ struct HullTexture {
   explicit HullTexture(gpointer object) {
     statistics.declare(
         {"meshes", "texturings-reused", "pieces", "pieces-sampled", "meshes-unusable"});
-    // Every mesh gets a header of its own; the caps stay.
-    gst_base_transform_set_in_place(GST_BASE_TRANSFORM(object), FALSE);
-    gst_base_transform_set_passthrough(GST_BASE_TRANSFORM(object), FALSE);
+    set_up_mesh_transform(object);
   }
 
   Settings settings;  // under the object lock
@@ -150,25 +148,6 @@ bool texture_mesh(GstBaseTransform* transform, Mesh& mesh) {
   return true;
 }
 
-GstFlowReturn generate_output(GstBaseTransform* transform, GstBuffer** out) {
-  return change_mesh(transform, state_of<HullTexture>(transform).statistics, out,
-                     [&](Mesh& mesh) { return texture_mesh(transform, mesh); });
-}
-
-gboolean start(GstBaseTransform* transform) {
-  return guarded(GST_ELEMENT_CAST(transform), gboolean{FALSE}, [&]() -> gboolean {
-    HullTexture& self = state_of<HullTexture>(transform);
-    self.statistics.reset();
-    self.texturer = std::make_unique<MeshTexturer>();
-    return TRUE;
-  });
-}
-
-gboolean stop(GstBaseTransform* transform) {
-  state_of<HullTexture>(transform).texturer.reset();
-  return TRUE;
-}
-
 void HullTexture::class_init(gpointer klass) {
   GST_DEBUG_CATEGORY_INIT(hulltexture_debug, "hulltexture", 0, "textures visual hulls");
   add_properties<HullTexture>(klass, properties, &HullTexture::settings);
@@ -182,12 +161,7 @@ void HullTexture::class_init(gpointer klass) {
       "on average).");
   set_metadata(klass, "Visual hull texturing", "Filter/Video",
                "Finds which cameras colour which part of a visual hull, with occlusion");
-  add_template(klass, "sink", GST_PAD_SINK, mesh_caps);
-  add_template(klass, "src", GST_PAD_SRC, mesh_caps);
-  GstBaseTransformClass* transform_class = GST_BASE_TRANSFORM_CLASS(klass);
-  transform_class->generate_output = generate_output;
-  transform_class->start = start;
-  transform_class->stop = stop;
+  install_mesh_transform<HullTexture, &HullTexture::texturer, texture_mesh>(klass);
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "refine/refine.h"
+#include "support/camera_contours.h"
 
 namespace polyhull::benchmark {
 
@@ -21,11 +22,7 @@ Surfacer intersected(int threads) {
 Surfacer refined(RefineQuality quality, int threads) {
   const auto refiner = std::make_shared<HullRefiner>();
   return [=](const BodyScene& scene, const Hull& hull) {
-    std::vector<CameraContours> views;
-    for (std::size_t k = 0; k < scene.cameras.size(); ++k) {
-      views.push_back({&scene.cameras[k], &scene.contours[k]});
-    }
-    return refiner->refine(hull, views, 1.0,
+    return refiner->refine(hull, test::camera_contours(scene.cameras, scene.contours), 1.0,
                            {.quality = quality, .threads = threads, .reuse = false});
   };
 }

@@ -16,6 +16,7 @@
 #include "studio/cameras/camera_picture.h"
 #include "studio/cameras/coverage_raster.h"
 #include "studio/cameras/default_rig.h"
+#include "support/camera_contours.h"
 #include "support/mesh_checks.h"
 
 namespace polyhull::test {
@@ -284,10 +285,7 @@ BodyScene with_noise(const BodyScene& scene, double pixels, std::uint64_t seed) 
 }
 
 const Hull& hull_of(const BodyScene& scene, HullStage& stage, int threads) {
-  std::vector<CameraContours> views;
-  for (std::size_t k = 0; k < scene.cameras.size(); ++k) {
-    views.push_back({&scene.cameras[k], &scene.contours[k]});
-  }
+  const std::vector<CameraContours> views = camera_contours(scene.cameras, scene.contours);
   HullOptions options;
   options.threads = threads;
   options.reuse = false;

@@ -3,7 +3,9 @@
 /// Elements on GstBaseTransform that change a mesh and pass its views' pixels on, uncopied.
 #pragma once
 
+#include <memory>
 #include <optional>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -53,6 +55,38 @@ GstFlowReturn change_mesh(GstBaseTransform* base, Statistics& statistics, GstBuf
         0, -1);
     return GST_FLOW_OK;
   });
+}
+
+/// Pads and virtual functions of an element that does change(base, mesh) with each mesh, as
+/// change_mesh() says. What it works with, a std::unique_ptr in its state, is made anew at each start.
+template <class State, auto worker, auto change>
+void install_mesh_transform(gpointer klass) {
+  add_template(klass, "sink", GST_PAD_SINK, mesh_caps);
+  add_template(klass, "src", GST_PAD_SRC, mesh_caps);
+  GstBaseTransformClass* transform = GST_BASE_TRANSFORM_CLASS(klass);
+  transform->generate_output = [](GstBaseTransform* base, GstBuffer** out) {
+    return change_mesh(base, state_of<State>(base).statistics, out,
+                       [&](Mesh& mesh) { return change(base, mesh); });
+  };
+  transform->start = [](GstBaseTransform* base) {
+    return guarded(GST_ELEMENT_CAST(base), gboolean{FALSE}, [&]() -> gboolean {
+      State& self = state_of<State>(base);
+      self.statistics.reset();
+      using Worker = typename std::remove_reference_t<decltype(self.*worker)>::element_type;
+      self.*worker = std::make_unique<Worker>();
+      return TRUE;
+    });
+  };
+  transform->stop = [](GstBaseTransform* base) -> gboolean {
+    (state_of<State>(base).*worker).reset();
+    return TRUE;
+  };
+}
+
+/// For the constructor: every mesh that is changed gets a buffer of its own; the caps stay.
+inline void set_up_mesh_transform(gpointer object) {
+  gst_base_transform_set_in_place(GST_BASE_TRANSFORM(object), FALSE);
+  gst_base_transform_set_passthrough(GST_BASE_TRANSFORM(object), FALSE);
 }
 
 }  // namespace polyhull::element

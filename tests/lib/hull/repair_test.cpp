@@ -10,6 +10,7 @@
 #include "hull/measure.h"
 #include "hull/repair/agreement.h"
 #include "hull/stage.h"
+#include "support/camera_contours.h"
 #include "support/figure.h"
 #include "support/matte_damage.h"
 #include "support/membership.h"
@@ -357,8 +358,7 @@ TEST(HullStage, FacesLieOnTheEdgesOfTheMendedContours) {
     }
     stage.contours[i] = turned;
   }
-  std::vector<CameraContours> views;
-  for (std::size_t i = 0; i < 8; ++i) views.push_back({&stage.rig.cameras[i], &stage.contours[i]});
+  const auto views = camera_contours(stage.rig.cameras, stage.contours);
   HullStage torn_stage, mended_stage;
   HullOptions options;
   options.bounds = stage.rig.bounds;
@@ -397,8 +397,7 @@ TEST(HullStage, FacesLieOnTheEdgesOfTheMendedContours) {
 
 TEST(HullStage, WhereNothingIsWrongTheHullIsTheSame) {
   const Stage stage(4, 1);
-  std::vector<CameraContours> views;
-  for (std::size_t i = 0; i < 4; ++i) views.push_back({&stage.rig.cameras[i], &stage.contours[i]});
+  const auto views = camera_contours(stage.rig.cameras, stage.contours);
   HullStage off, on;
   const Hull& a = off.build(views, {}, 0.0);
   const Hull& b = on.build(views, {}, 0.0, Repair::both);

@@ -8,14 +8,13 @@
 
 #include "refine/refine.h"
 #include "support/body_scenes.h"
+#include "support/camera_contours.h"
 
 namespace polyhull::test {
 namespace {
 
 Hull refined(const BodyScene& scene, RefineQuality quality) {
-  std::vector<CameraContours> views;
-  for (std::size_t k = 0; k < scene.cameras.size(); ++k)
-    views.push_back({&scene.cameras[k], &scene.contours[k]});
+  const std::vector<CameraContours> views = camera_contours(scene.cameras, scene.contours);
   HullStage stage;
   return HullRefiner().refine(hull_of(scene, stage, 0), views, 1.0, {.quality = quality});
 }

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "refine/refine.h"
+#include "support/camera_contours.h"
 #include "support/cgal_self_intersections.h"
 #include "support/scenes.h"
 
@@ -10,9 +11,7 @@ namespace polyhull::test {
 namespace {
 
 Hull refined(const HullScene& scene, double cells) {
-  std::vector<CameraContours> views;
-  for (std::size_t k = 0; k < scene.rig.cameras.size(); ++k)
-    views.push_back({&scene.rig.cameras[k], &scene.silhouettes[k]});
+  const auto views = camera_contours(scene.rig.cameras, scene.silhouettes);
   HullOptions options;
   options.bounds = scene.rig.bounds;
   const Hull hull = HullStage().build(views, options, 0.0);

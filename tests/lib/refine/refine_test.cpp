@@ -11,6 +11,7 @@
 #include <limits>
 
 #include "base/error.h"
+#include "support/camera_contours.h"
 #include "support/degenerate_scenes.h"
 #include "support/figure.h"
 #include "support/mesh_checks.h"
@@ -25,10 +26,7 @@ struct Refined {
 };
 
 std::vector<CameraContours> views_of(const HullScene& scene) {
-  std::vector<CameraContours> views;
-  for (std::size_t k = 0; k < scene.rig.cameras.size(); ++k)
-    views.push_back({&scene.rig.cameras[k], &scene.silhouettes[k]});
-  return views;
+  return camera_contours(scene.rig.cameras, scene.silhouettes);
 }
 
 Hull hull_of(const HullScene& scene) {
