@@ -62,7 +62,9 @@ void validate_hull(const Mesh& mesh) {
   for (const HullFace& face : hull.faces) {
     if (face.view < -1 || face.view >= static_cast<std::int64_t>(mesh.views.size()))
       fail("a face belongs to a view that is not there");
-    const std::size_t edges = face.view < 0 ? 6 : mesh.views[face.view].view.contours.points.size();
+    // A camera's frame carves, too, where the hull is told to keep what it does not see: four edges.
+    const std::size_t edges =
+        face.view < 0 ? 6 : mesh.views[face.view].view.contours.points.size() + 4;
     const bool planeless = face.view < 0 && face.edge == HullFace::no_edge;
     if (face.edge >= edges && !planeless)
       fail("a face belongs to a contour edge that is not there");

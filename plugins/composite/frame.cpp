@@ -89,7 +89,11 @@ void FrameComposer::prepare(const CompositeSettings& settings, const GstVideoInf
   if (frame_.subjects.empty()) return;
   with_gl_ = draws_with_gl(settings.backend, on_gpu);
   // The processor uploads nothing, and of pictures in OpenGL's memory nobody does.
-  frame_.background_content = with_gl_ && !on_gpu ? background_content_.number_of(background) : 0;
+  frame_.background_content = 0;
+  if (with_gl_ && !on_gpu)
+    frame_.background_content = background_content_.number_of(background);
+  else
+    background_content_.reset();
   if (with_gl_) {
     plan_ = gl_.plan(frame_, settings_);
   } else {

@@ -263,6 +263,19 @@ void expect_mesh_refused(const std::function<void(Mesh&)>& change, const std::st
   }
 }
 
+/// The number after those of the contours' edges and the frame's four in the first face's view.
+std::uint32_t after_frame(const Mesh& mesh) {
+  const std::int32_t view = mesh.hull.faces[0].view;
+  return static_cast<std::uint32_t>(mesh.views[view].view.contours.points.size() + 4);
+}
+
+TEST(MeshPayload, FacesOfAFramesBorderAreKept) {
+  Mesh mesh = example_mesh();
+  mesh.hull.faces[0].edge = after_frame(mesh) - 1;
+  const Mesh read = read_mesh(Bytes(write_mesh(mesh)));
+  EXPECT_EQ(read.hull.faces[0].edge, mesh.hull.faces[0].edge);
+}
+
 TEST(MeshPayload, RulesAreChecked) {
   expect_mesh_refused([](Mesh& m) { m.hull.triangles[3] = 4; }, "triangle's index");
   expect_mesh_refused([](Mesh& m) { m.hull.triangles.pop_back(); }, "multiple of three");
@@ -270,7 +283,7 @@ TEST(MeshPayload, RulesAreChecked) {
   expect_mesh_refused([](Mesh& m) { m.hull.origin.z = INFINITY; }, "not finite");
   expect_mesh_refused([](Mesh& m) { m.hull.faces[0].view = 2; }, "view that is not there");
   expect_mesh_refused([](Mesh& m) { m.hull.faces[0].view = -2; }, "view that is not there");
-  expect_mesh_refused([](Mesh& m) { m.hull.faces[0].edge = 7; }, "contour edge");
+  expect_mesh_refused([](Mesh& m) { m.hull.faces[0].edge = after_frame(m); }, "contour edge");
   expect_mesh_refused([](Mesh& m) { m.hull.faces[3].edge = 6; }, "contour edge");
   expect_mesh_refused([](Mesh& m) { m.hull.faces[2].triangle_count = 3; }, "out of range");
   expect_mesh_refused([](Mesh& m) { m.hull.faces[2].first_triangle = ~0u; }, "out of range");

@@ -11,13 +11,15 @@ PixelQuery::~PixelQuery() {
 
 void PixelQuery::begin() {
   if (is_embedded()) return;
+  end();
   if (name_ == 0) glGenQueries(1, &name_);
   glBeginQuery(GL_SAMPLES_PASSED, name_);
-  pending_ = true;
+  open_ = pending_ = true;
 }
 
 void PixelQuery::end() {
-  if (pending_) glEndQuery(GL_SAMPLES_PASSED);
+  if (open_) glEndQuery(GL_SAMPLES_PASSED);
+  open_ = false;
 }
 
 std::uint64_t PixelQuery::take() {

@@ -17,6 +17,7 @@ class PixelQuery {
   ~PixelQuery();
   PixelQuery(const PixelQuery&) = delete;
 
+  /// Ends a count that an exception left open.
   void begin();
   void end();
   /// The count since begin(), once; 0: not known. Waits until it is drawn.
@@ -24,6 +25,7 @@ class PixelQuery {
 
  private:
   GLuint name_ = 0;
+  bool open_ = false;
   bool pending_ = false;
 };
 
