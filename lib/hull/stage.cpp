@@ -105,4 +105,11 @@ const Hull& HullStage::build(std::span<const CameraContours> views, const HullOp
   return hull_;
 }
 
+CameraDoubts HullStage::doubts(Unseen unseen, int points, std::uint32_t round) const {
+  std::vector<Silhouette> silhouettes;
+  for (std::size_t i = 0; i < views_.size(); ++i)
+    silhouettes.push_back({&views_[i]->camera, &used_[i].ideal->rings});
+  return find_doubts(silhouettes, unseen, points, round);
+}
+
 }  // namespace polyhull

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "hull/hull.h"
+#include "hull/repair/doubts.h"
 #include "hull/repair/repair.h"
 #include "rig/undistort.h"
 
@@ -39,6 +40,10 @@ class HullStage {
   /// mended of them.
   const Rings& contours(std::size_t view) const { return *used_[view].real; }
   const ViewRepair& repair(std::size_t view) const { return repairs_[view]; }
+
+  /// What the silhouettes of the last call, as they went into the hull, say of each other: see
+  /// find_doubts().
+  CameraDoubts doubts(Unseen unseen, int points, std::uint32_t round) const;
 
   /// Of the last call; all zero where no hull was built. The time of undistort_rings() is apart, in
   /// seconds.

@@ -37,6 +37,7 @@ gboolean start(GstAggregator* aggregator) {
     self.stage.set_rig(open_rig(settings.rig));
     self.statistics.reset();
     self.words.reset();
+    self.doubts.reset();
     forget_streams(self);
     self.begin(settings.live());
     return TRUE;
@@ -111,7 +112,9 @@ void HullBuild::class_init(gpointer klass) {
       "can be done), views-…, "
       "empty-meshes, lone-silhouettes (one camera sees a foreground), full-silhouettes "
       "(foreground fills the frame), holes-filled and pieces-dropped (by repair; of each camera "
-      "holes-filled-NAME and pieces-dropped-NAME), hulls-reused, predicates and "
+      "holes-filled-NAME and pieces-dropped-NAME), contradiction-percent (of the outlines in the "
+      "last "
+      "second's sets, what other cameras cut away), hulls-reused, predicates and "
       "exact-predicates; and of the last set cameras (with foreground), faces, vertices, "
       "triangles, the milliseconds each phase took and threads-used (how many threads took part "
       "in its parallel loops, "

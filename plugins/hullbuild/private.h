@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "plugins/common/live/live_aggregator.h"
+#include "plugins/hullbuild/doubt_watch.h"
 #include "plugins/hullbuild/pad.h"
 #include "plugins/hullbuild/properties.h"
 #include "plugins/hullbuild/set_builder.h"
@@ -33,10 +34,11 @@ struct HullBuild : LiveAggregator {
 
   SetBuilder stage{statistics};  // this and the rest belong to the source pad's thread
   ViewSets sets;
-  std::int64_t first_time = no_time;  // of the stream's first view
-  std::int64_t last_time = no_time;   // of the last instant, and
-  std::int64_t interval = 0;          // the least time between two, where views have no length
+  std::int64_t first_time = no_time;      // of the stream's first view
+  std::int64_t last_time = no_time;       // of the last instant, and
+  std::int64_t interval = 0;              // the least time between two, where views have no length
   std::vector<std::int64_t> unexplained;  // dropped instants whose camera may only be silent
+  DoubtWatch doubts;
   HullWords words;
 };
 

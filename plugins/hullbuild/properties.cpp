@@ -93,6 +93,10 @@ constexpr Property<S> table[] = {
         "this many (2 to 1024). With fewer it takes proof: another silhouette that the hull "
         "leaves uncovered.",
         2, 1024),
+    property<&S::check_cameras>(
+        "check-cameras", "Check the cameras",
+        "Whether to look if silhouettes contradict each other, with four cameras or more: the "
+        "figure contradiction-percent of stats, and a warning that names the camera."),
     property<&S::threads>("threads", "Threads",
                           "How many threads of the pool that all elements share may build the "
                           "hull (1 to 256); 0 means all of them.",

@@ -32,6 +32,7 @@ struct HullSettings {
   double max_deviation = 0.0;
   Repair repair = Repair::off;
   std::uint32_t min_agree = RepairOptions{}.min_agree;
+  bool check_cameras = true;
   std::uint32_t threads = 0;
   std::uint32_t pool_threads = 0;
 

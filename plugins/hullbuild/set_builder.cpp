@@ -31,8 +31,9 @@ SetBuilder::SetBuilder(Statistics& statistics)
   statistics_.declare({"sets", "cameras", "faces", "vertices", "triangles", "contour-vertices",
                        "predicates", "exact-predicates", "hulls-reused", "empty-meshes",
                        "lone-silhouettes", "full-silhouettes", "holes-filled", "pieces-dropped"});
-  for (const char* figure : {"undistort-ms", "repair-ms", "prepare-ms", "scene-ms", "faces-ms",
-                             "assemble-ms", "triangulate-ms", "pack-ms", "threads-used"})
+  for (const char* figure :
+       {"undistort-ms", "repair-ms", "check-ms", "prepare-ms", "scene-ms", "faces-ms",
+        "assemble-ms", "triangulate-ms", "pack-ms", "threads-used"})
     statistics_.set(figure, 0.0);
 }
 
@@ -42,6 +43,7 @@ void SetBuilder::set_rig(Rig rig) {
 }
 
 void SetBuilder::reset() {
+  round_ = 0;
   stage_ = std::make_unique<HullStage>();
 }
 
@@ -82,6 +84,7 @@ void SetBuilder::build_hull(GstElement* element, Mesh& mesh, const HullSettings&
   mesh.hull =
       stage_->build(contours, options, settings.weld_distance, settings.repair, settings.min_agree);
   take_repairs(mesh);
+  take_doubts(mesh, settings);
   statistics_.set("threads-used", loops.threads());
   if (with_foreground.size() == 1)
     statistics_.warn(element, "lone-silhouettes",
@@ -114,6 +117,20 @@ void SetBuilder::take_repairs(Mesh& mesh) {
     statistics_.count("holes-filled", repair.holes);
     statistics_.count("pieces-dropped", repair.pieces);
   }
+}
+
+/// A few points of each outline, others in each set, so that a second's sets have many.
+void SetBuilder::take_doubts(const Mesh& mesh, const HullSettings& settings) {
+  constexpr std::size_t points = 40;
+  const std::size_t views = mesh.views.size();
+  cameras_.clear();
+  doubts_.reset();
+  for (const MeshView& view : mesh.views) cameras_.push_back(view.view.camera);
+  if (!settings.check_cameras || views < 4 || stage_->statistics().reused) return;
+  const Stopwatch watch;
+  const auto each = static_cast<int>(std::max<std::size_t>(3, points / views));
+  doubts_ = stage_->doubts(settings.unseen, each, round_++);
+  statistics_.set("check-ms", watch.milliseconds());
 }
 
 void SetBuilder::report(const Mesh& mesh) {

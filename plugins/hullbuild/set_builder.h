@@ -5,6 +5,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -55,18 +56,27 @@ class SetBuilder {
   /// Of the last set: the cameras whose silhouettes were mended.
   const std::vector<CameraRepair>& repairs() const { return repairs_; }
 
+  /// Of the last set: what its cameras, by name, say of each other, where settings ask for it and
+  /// the silhouettes are new; else nothing.
+  const std::optional<CameraDoubts>& doubts() const { return doubts_; }
+  const std::vector<std::string>& cameras() const { return cameras_; }
+
   /// Forgets contours and hulls of former frames.
   void reset();
 
  private:
   void build_hull(GstElement* element, Mesh& mesh, const HullSettings& settings);
   void take_repairs(Mesh& mesh);
+  void take_doubts(const Mesh& mesh, const HullSettings& settings);
   void report(const Mesh& mesh);
 
   Statistics& statistics_;
   Rig rig_;
   std::unique_ptr<HullStage> stage_;
   std::vector<CameraRepair> repairs_;                  // of the last set
+  std::vector<std::string> cameras_;                   // of it
+  std::optional<CameraDoubts> doubts_;                 // of it
+  std::uint32_t round_ = 0;                            // of doubts
   bool is_empty_ = true, all_see_foreground_ = false;  // of the last set
 };
 

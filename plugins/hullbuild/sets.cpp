@@ -219,6 +219,16 @@ void note_repairs(HullBuild& self, const Pads& pads, std::int64_t now) {
   self.words.repaired(GST_ELEMENT_CAST(self.element), now, repairs);
 }
 
+/// Says so where silhouettes have contradicted each other for a while.
+void note_doubts(HullBuild& self, std::int64_t now) {
+  const std::optional<CameraDoubts>& doubts = self.stage.doubts();
+  if (!doubts || now == no_time) return;
+  self.doubts.add(now, self.stage.cameras(), *doubts);
+  const Contradiction contradiction = self.doubts.contradiction();
+  self.statistics.set("contradiction-percent", 100.0 * contradiction.share);
+  self.words.contradicted(GST_ELEMENT_CAST(self.element), now, contradiction);
+}
+
 Step build_set(HullBuild& self, const Pads& pads, const ViewDecision& set,
                const HullSettings& settings) {
   GstElement* element = GST_ELEMENT_CAST(self.element);
@@ -270,6 +280,7 @@ Step build_set(HullBuild& self, const Pads& pads, const ViewDecision& set,
   }
   self.words.built(element, set.time, used, absent);
   note_repairs(self, pads, set.time);
+  note_doubts(self, set.time);
   if (self.stage.all_see_foreground()) self.words.hull(element, used, self.stage.is_empty());
   note_pace(self, pads, set, false);
   stamp(self, pads, set, buffer);

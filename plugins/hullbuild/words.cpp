@@ -11,7 +11,9 @@ constexpr std::int64_t again_after = 60 * second;  // the same words
 constexpr std::int64_t silence = second;           // that is worth a word
 constexpr std::int64_t lasting = 3 * second;       // a silhouette that is mended for so long
 constexpr std::int64_t moment = second;            // without it in between
-constexpr int empty_in_a_row = 5;                  // one may be a subject that has just left
+constexpr std::int64_t shortly = second / 2;       // for which silhouettes contradict each other
+constexpr double contradictory = 0.04;  // of their outlines; sound ones come to a hundredth
+constexpr int empty_in_a_row = 5;       // one may be a subject that has just left
 
 void warn(GstElement* element, const std::string& text) {
   GST_ELEMENT_WARNING(element, STREAM, FAILED, ("%s", text.c_str()), (nullptr));
@@ -126,6 +128,30 @@ void HullWords::repaired(GstElement* element, std::int64_t now,
                      "screen makes pieces.",
                      repair.camera, seconds(time), repair.holes, repair.pieces));
   }
+}
+
+void HullWords::contradicted(GstElement* element, std::int64_t now,
+                             const Contradiction& contradiction) {
+  Contradicted& known = contradicted_;
+  if (contradiction.share < contradictory && contradiction.camera.empty()) {
+    known.since = -1;
+    return;
+  }
+  if (known.since < 0 || now < known.since) known.since = now;
+  const bool said = known.said_at >= 0 && now >= known.said_at && now - known.said_at < again_after;
+  const bool news = !contradiction.camera.empty() && contradiction.camera != known.camera;
+  if (now - known.since < shortly || (said && !news)) return;
+  known.said_at = now;
+  known.camera = contradiction.camera;
+  const std::string who = contradiction.camera.empty()
+                              ? "Which camera is wrong cannot be told"
+                              : fmt::format("It is most likely camera {}", contradiction.camera);
+  warn(element, fmt::format("The silhouettes contradict each other: {:.0f} % of their outlines are "
+                            "cut away by other cameras, and the hull is smaller than the subject. "
+                            "{}: it has been moved, its calibration is another camera's, its matte "
+                            "is wrong, or the subject leaves its picture. `polyhull-rig check RIG "
+                            "--pictures` looks closer.",
+                            100.0 * contradiction.share, who));
 }
 
 void HullWords::hull(GstElement* element, std::size_t used, bool empty) {

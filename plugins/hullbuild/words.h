@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "plugins/hullbuild/doubt_watch.h"
 #include "plugins/hullbuild/set_builder.h"
 
 namespace polyhull::element {
@@ -56,6 +57,10 @@ class HullWords {
   /// mended for seconds, but for moments, is named.
   void repaired(GstElement* element, std::int64_t now, const std::vector<CameraRepair>& repairs);
 
+  /// In a set at running time \p now (ns) silhouettes contradict each other so: said once it has
+  /// lasted for half a second, with the camera's name where that is known.
+  void contradicted(GstElement* element, std::int64_t now, const Contradiction& contradiction);
+
   /// All \p used cameras of a set see a foreground; \p empty: yet its hull is.
   void hull(GstElement* element, std::size_t used, bool empty);
 
@@ -68,6 +73,10 @@ class HullWords {
     std::int64_t said_at = -1;
   };
   std::map<std::string, Mended> mended_;
+  struct Contradicted {
+    std::int64_t since = -1, said_at = -1;
+    std::string camera;  // last said
+  } contradicted_;
   std::int64_t late_at_ = -1, few_at_ = -1;
   int empty_hulls_ = 0;
 };

@@ -2,6 +2,7 @@
 #include "hull/repair/agreement.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 
@@ -186,6 +187,58 @@ Agreement::Stretch Agreement::longest(std::size_t view, const Vec2& pixel, std::
       longest_with(scratch.ends, unseen_ == Unseen::keep ? static_cast<int>(fewest) : others);
   longest.across *= from.camera->K[0][0];
   return longest;
+}
+
+int Agreement::objector(std::size_t view, const Vec2& pixel, Scratch& scratch) const {
+  const View& from = views_[view];
+  const Vec3 direction = from.camera->ray(pixel);
+  scratch.ends.clear();
+  const bool keep = unseen_ == Unseen::keep;
+  for (std::size_t j = 0; j < views_.size(); ++j) {
+    const View& seen = views_[j];
+    const std::span<const Edges> edges(seen.edges.data(),
+                                       keep ? seen.edges.size() : seen.silhouette_edges);
+    if (j != view) add_stretches(from, direction, seen, edges, static_cast<int>(j) + 1, scratch);
+  }
+  std::sort(scratch.ends.begin(), scratch.ends.end(),
+            [](const auto& p, const auto& q) { return p.s < q.s; });
+  // Who accepts what lies before the next end; under Unseen::keep stretches are what is rejected.
+  const std::uint64_t all =
+      (~std::uint64_t{0} >> (64 - views_.size())) & ~(std::uint64_t{1} << view);
+  std::uint64_t accept = keep ? all : 0;
+  double begin = 0.0, longest = 0.0;
+  int found = several;
+  scratch.ends.push_back({infinite, 0});
+  for (const Scratch::End& end : scratch.ends) {
+    const std::uint64_t missing = all & ~accept;
+    if (begin < end.s) {
+      if (missing == 0) return nobody;
+      const double across = std::isinf(end.s) ? 1.0 : (end.s - begin) / end.s;
+      if (std::has_single_bit(missing) && across > longest) {
+        longest = across;
+        found = std::countr_zero(missing);
+      }
+    }
+    if (end.step != 0) accept ^= std::uint64_t{1} << (std::abs(end.step) - 1);
+    begin = end.s;
+  }
+  return found;
+}
+
+bool Agreement::near_outline(std::size_t view, const Vec2& pixel, double distance) const {
+  const View& seen = views_[view];
+  for (const Edges& some : std::span(seen.edges.data(), seen.silhouette_edges)) {
+    const Vec2 beyond = glm::abs(pixel - some.middle) - some.half;
+    if (beyond.x > distance || beyond.y > distance) continue;
+    for (std::size_t i = 1; i < some.count; ++i) {
+      const Vec2 along = some.points[i] - some.points[i - 1], to = pixel - some.points[i - 1];
+      const double square = glm::dot(along, along);
+      const double t = square > 0.0 ? std::clamp(glm::dot(to, along) / square, 0.0, 1.0) : 0.0;
+      const Vec2 gap = to - t * along;
+      if (glm::dot(gap, gap) <= distance * distance) return true;
+    }
+  }
+  return false;
 }
 
 }  // namespace polyhull::hull

@@ -55,6 +55,15 @@ class Agreement {
   /// the other views rejects and at least \p fewest see inside their silhouettes.
   Stretch longest(std::size_t view, const Vec2& pixel, std::size_t fewest, Scratch& scratch) const;
 
+  static constexpr int nobody = -1, several = -2;
+  /// Which view alone keeps the others from having a stretch of the ray in common: `nobody` where
+  /// they have one, `several` where leaving out one view does not help; of several views the one
+  /// without which the stretch is the longest. At most 64 views.
+  int objector(std::size_t view, const Vec2& pixel, Scratch& scratch) const;
+
+  /// Whether an outline of \p view runs within \p distance pixels of \p pixel.
+  bool near_outline(std::size_t view, const Vec2& pixel, double distance) const;
+
   std::size_t size() const { return views_.size(); }
   const Camera& camera(std::size_t view) const { return *views_[view].camera; }
 

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "plugins/hullbuild/doubt_watch.h"
+
+#include <gst/gst.h>
+
+#include <utility>
+
+namespace polyhull::element {
+namespace {
+
+constexpr std::int64_t window = GST_SECOND;
+
+}  // namespace
+
+void DoubtWatch::add(std::int64_t now, const std::vector<std::string>& cameras,
+                     CameraDoubts doubts) {
+  const bool fits = cameras == cameras_ && (entries_.empty() || entries_.back().time <= now);
+  if (!fits) {
+    entries_.clear();
+    cameras_ = cameras;
+  }
+  if (entries_.empty()) {
+    sum_ = doubts;
+  } else {
+    sum_ += doubts;
+  }
+  entries_.push_back({now, std::move(doubts)});
+  while (entries_.front().time <= now - window) {
+    sum_ -= entries_.front().doubts;
+    entries_.pop_front();
+  }
+}
+
+Contradiction DoubtWatch::contradiction() const {
+  if (entries_.empty()) return {};
+  const int camera = doubtful_camera(sum_);
+  return {sum_.share_unexplained(),
+          camera < 0 ? std::string() : cameras_[static_cast<std::size_t>(camera)]};
+}
+
+}  // namespace polyhull::element

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// What the cameras of the sets of the last second say of each other.
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <string>
+#include <vector>
+
+#include "hull/repair/doubts.h"
+
+namespace polyhull::element {
+
+/// Cameras whose silhouettes contradict each other.
+struct Contradiction {
+  double share = 0.0;  ///< of the outlines that some other camera cuts away
+  std::string camera;  ///< that has moved, or is keyed badly; empty: it cannot be told which
+};
+
+/// Sums doubts (hull/repair/doubts.h) over a second. For one thread.
+class DoubtWatch {
+ public:
+  /// Takes what the set at running time \p now (ns) of \p cameras says.
+  void add(std::int64_t now, const std::vector<std::string>& cameras, CameraDoubts doubts);
+
+  /// Of the last second.
+  Contradiction contradiction() const;
+
+  void reset() { *this = DoubtWatch(); }
+
+ private:
+  struct Entry {
+    std::int64_t time;
+    CameraDoubts doubts;
+  };
+  std::deque<Entry> entries_;
+  std::vector<std::string> cameras_;
+  CameraDoubts sum_;
+};
+
+}  // namespace polyhull::element

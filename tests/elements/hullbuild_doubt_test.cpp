@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+// hullbuild names the camera whose silhouettes contradict the others'.
+#include "hull_bench.h"
+
+using namespace polyhull;
+using namespace polyhull::test;
+
+namespace {
+
+/// A frame of a box on its way; what camera \p off sees, if any, is 12 px lower than it should be.
+void push_frame(Bench& bench, int frame, int off) {
+  const Box box{{0.002 * frame, 1.0, 0.0}};
+  for (int i = 0; i < 4; ++i) {
+    std::vector<std::uint8_t> pixels;
+    View view = box_view(bench.rig.cameras[i], box, static_cast<std::uint64_t>(frame), pixels);
+    for (Vec2f& p : view.contours.points) p.y += i == off ? 12.0f : 0.0f;
+    bench.push(i, view, static_cast<GstClockTime>(frame) * frame_time);
+  }
+  bench.pull();
+}
+
+}  // namespace
+
+GST_START_TEST(test_a_bumped_camera_is_named_within_a_second) {
+  Bench bench;
+  int frame = 0;
+  for (int i = 0; i < 50; ++i) push_frame(bench, frame++, -1);
+  fail_unless(bench.warnings().empty());
+  fail_unless(figure(bench.element, "contradiction-percent") < 1.0);
+  fail_unless(figure(bench.element, "check-ms") > 0.0);
+  for (int i = 0; i < 25; ++i) push_frame(bench, frame++, 2);
+  const auto warnings = bench.warnings();
+  fail_unless_equals_int(warnings.size(), 1);
+  expect_in(warnings[0], {"contradict each other", "most likely camera cam2"});
+  fail_unless(figure(bench.element, "contradiction-percent") > 5.0);
+  // Said once while it lasts.
+  for (int i = 0; i < 50; ++i) push_frame(bench, frame++, 2);
+  fail_unless(bench.warnings().empty());
+  for (int i = 0; i < 30; ++i) push_frame(bench, frame++, -1);
+  fail_unless(figure(bench.element, "contradiction-percent") < 1.0);
+}
+GST_END_TEST
+
+GST_START_TEST(test_a_moment_is_not_worth_a_word) {
+  Bench bench;
+  for (int frame = 0; frame < 60; ++frame) push_frame(bench, frame, frame == 30 ? 2 : -1);
+  fail_unless(bench.warnings().empty());
+}
+GST_END_TEST
+
+GST_START_TEST(test_can_be_left_out) {
+  Bench bench("check-cameras=false");
+  for (int frame = 0; frame < 50; ++frame) push_frame(bench, frame, 2);
+  fail_unless(bench.warnings().empty());
+  fail_unless(figure(bench.element, "check-ms") == 0.0);
+  g_object_set(bench.element, "check-cameras", TRUE, nullptr);
+  for (int frame = 50; frame < 75; ++frame) push_frame(bench, frame, 2);
+  fail_unless_equals_int(bench.warnings().size(), 1);
+}
+GST_END_TEST
+
+static Suite* hullbuild_doubt_suite() {
+  Suite* suite = suite_create("hullbuild_doubt");
+  TCase* tests = tcase_create("general");
+  suite_add_tcase(suite, tests);
+  tcase_add_test(tests, test_a_bumped_camera_is_named_within_a_second);
+  tcase_add_test(tests, test_a_moment_is_not_worth_a_word);
+  tcase_add_test(tests, test_can_be_left_out);
+  return suite;
+}
+
+GST_CHECK_MAIN(hullbuild_doubt);
