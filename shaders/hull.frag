@@ -25,6 +25,7 @@ struct View {
   vec4 origin;
   vec4 lens[3];
   vec4 limits;
+  vec4 gain;  // of linear colours; 1 for the matte
 };
 layout(std140) uniform Views { View views[VIEW_SLOTS]; };
 
@@ -80,7 +81,7 @@ vec4 colour_of(vec4 in_map, uint slot, vec4 from_map, float focal) {
   float whole = floor(log2(spans));
   float level = whole + spans * exp2(-whole) - 1.0;
   vec2 at = min(picture_coordinate(in_map, slot, from_map), views[slot].limits.xy);
-  return textureLod(pictures, vec3(at, float(slot)), level);
+  return views[slot].gain * textureLod(pictures, vec3(at, float(slot)), level);
 }
 
 #ifdef RIBBON

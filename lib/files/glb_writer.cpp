@@ -86,7 +86,7 @@ class GlbWriter : GltfBuilder {
   tinygltf::Primitive textured_primitive(const TexturedPart& part) {
     if (part.view < 0) return primitive(part.positions, part.triangles, plain_material());
     tinygltf::Primitive result =
-        primitive(part.positions, part.triangles, picture_material(mesh_.views[part.view].view));
+        primitive(part.positions, part.triangles, picture_material(part.view));
     result.attributes["TEXCOORD_0"] = add_accessor(part.coordinates);
     return result;
   }
@@ -103,8 +103,9 @@ class GlbWriter : GltfBuilder {
     return finish(std::move(material));
   }
 
-  int picture_material(const View& view) {
-    const Picture picture = texture_picture(view);
+  int picture_material(int number) {
+    const View& view = mesh_.views[number].view;
+    const Picture picture = texture_picture(view, gain_of(*mesh_.texturing, number));
     const std::vector<std::uint8_t> encoded = options_.jpeg_quality > 0
                                                   ? encode_jpeg(picture, options_.jpeg_quality)
                                                   : encode_png(picture);

@@ -7,6 +7,7 @@
 #include <unordered_map>
 
 #include "base/edge_key.h"
+#include "base/srgb.h"
 #include "rig/lens.h"
 
 namespace polyhull {
@@ -180,16 +181,22 @@ std::vector<TexturedPart> textured_parts(const Mesh& mesh, double max_error) {
   return splitter.parts();
 }
 
-Picture texture_picture(const View& view) {
+Picture texture_picture(const View& view, const Vec3f& gain) {
   constexpr int spread = 4;
   constexpr std::uint8_t foreground = 128;
   const int width = view.roi.width, height = view.roi.height;
   Picture picture{width, height, 3, std::vector<std::uint8_t>(std::size_t(width) * height * 3)};
   std::vector<std::uint8_t> known(std::size_t(width) * height);
+  std::array<std::array<std::uint8_t, 256>, 3> codes;  // what a byte becomes
+  for (int c = 0; c < 3; ++c)
+    for (int i = 0; i < 256; ++i) {
+      const auto code = static_cast<std::uint8_t>(i);
+      codes[c][i] = gain[c] == 1.0f ? code : linear_to_srgb(gain[c] * srgb_to_linear(code));
+    }
   for (int y = 0; y < height; ++y) {
     const std::uint8_t* source = view.pixels.data() + std::size_t(y) * view.stride;
     for (int x = 0; x < width; ++x) {
-      std::copy_n(source + 4 * x, 3, picture.row(y) + 3 * x);
+      for (int c = 0; c < 3; ++c) picture.row(y)[3 * x + c] = codes[c][source[4 * x + c]];
       known[std::size_t(y) * width + x] = source[4 * x + 3] >= foreground;
     }
   }

@@ -25,7 +25,7 @@ std::vector<TexturedPart> textured_parts(const Mesh& mesh, double max_error = 0.
 
 /// The region of interest of \p view, whose pixels are RGBA, as RGB, with the foreground's colour
 /// spread a few pixels into the background, so that texture filters do not mix in the screen's
-/// colour.
-Picture texture_picture(const View& view);
+/// colour. Linear colours are multiplied by \p gain.
+Picture texture_picture(const View& view, const Vec3f& gain);
 
 }  // namespace polyhull

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "mesh/texture_mesh.h"
 
+#include <optional>
+#include <string_view>
+
 #include "base/stopwatch.h"
 
 namespace polyhull {
@@ -16,6 +19,21 @@ void MeshTexturer::texture(Mesh& mesh, const TextureSettings& settings) {
   }
   mesh.texturing = texturer_.texture(mesh.hull, cameras, settings);
   Stopwatch watch;
+  if (settings.balance) {
+    std::vector<std::string_view> names;
+    for (const MeshView& view : mesh.views) names.push_back(view.view.camera);
+    const std::optional<double> time =
+        mesh.capture_time == no_time ? std::nullopt
+                                     : std::optional(1e-9 * static_cast<double>(mesh.capture_time));
+    mesh.texturing->gains =
+        balance_.update(mesh.hull, {cameras, pictures, *mesh.texturing, settings.threads}, names,
+                        time, settings.balance_time);
+    for (std::size_t k = 0; k < pictures.size(); ++k)
+      pictures[k].gain = mesh.texturing->gains[k];
+  } else {
+    balance_.reset();
+  }
+  seconds_balance_ = watch.lap();
   mesh.texturing->fill = fill_.find(mesh.hull, cameras, pictures, *mesh.texturing, settings);
   seconds_fill_ = watch.lap();
 }

@@ -4,24 +4,32 @@
 #pragma once
 
 #include "mesh/mesh.h"
+#include "texture/colour/colour_balance.h"
 #include "texture/fill_colours.h"
 #include "texture/texture_hull.h"
 
 namespace polyhull {
 
-/// Textures meshes one after the other and keeps the memory. Not for use by two threads at once.
+/// Textures meshes one after the other and keeps the memory, and with `balance` what it learned of the
+/// cameras. Not for use by two threads at once.
 class MeshTexturer {
  public:
-  /// Gives \p mesh its texturing: HullTexturer's, with the fill colours of its views' pixels as they
-  /// are now, whether or not the hull changed. Throws Error as HullTexturer::texture() does.
+  /// Gives \p mesh its texturing: HullTexturer's, with the gains and the fill colours of its views'
+  /// pixels as they are now, whether or not the hull changed. Throws Error as HullTexturer::texture() does.
   void texture(Mesh& mesh, const TextureSettings& settings);
 
+  /// Forgets what earlier meshes said of the cameras: the next one is a new stream's first.
+  void forget() { balance_.reset(); }
+
   const TextureStatistics& statistics() const { return texturer_.statistics(); }
-  double seconds_fill() const { return seconds_fill_; }  ///< of the last call
+  double seconds_balance() const { return seconds_balance_; }  ///< of the last call
+  double seconds_fill() const { return seconds_fill_; }        ///< of the last call
 
  private:
   HullTexturer texturer_;
+  ColourBalance balance_;
   FillColours fill_;
+  double seconds_balance_ = 0.0;
   double seconds_fill_ = 0.0;
 };
 

@@ -40,6 +40,8 @@ struct TextureSettings {
   std::uint32_t cameras = 2;
   Vec3f untextured{0.5f};  ///< sRGB, 0..1
   TextureFill fill = TextureFill::inpaint;  ///< for FillColours, which has the pictures
+  bool balance = false;        ///< Texturing::gains from the pictures: ColourBalance
+  double balance_time = 4.0;   ///< of it, seconds
   /// Off: every view sees every triangle that faces it, as in the prototype.
   bool occlusion = true;
   int map_size = 320;        ///< texels of the longer side of an OcclusionMap

@@ -4,6 +4,7 @@
 /// composite draws with.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -61,7 +62,15 @@ struct Texturing {
   /// Per vertex: the colour of what no camera sees there (RGBA bytes, sRGB), instead of `untextured`;
   /// or none.
   std::vector<std::uint32_t> fill;
+  /// Per view: what its linear red, green and blue are multiplied by, so that the cameras agree; or
+  /// none.
+  std::vector<Vec3f> gains;
   std::vector<OcclusionMap> maps;  ///< per view; none for method direct and where occlusion is off
 };
+
+/// The gain of view \p view; 1 where there are none.
+inline Vec3f gain_of(const Texturing& texturing, std::size_t view) {
+  return view < texturing.gains.size() ? texturing.gains[view] : Vec3f(1.0f);
+}
 
 }  // namespace polyhull

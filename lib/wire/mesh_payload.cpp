@@ -13,6 +13,7 @@ namespace polyhull {
 namespace {
 
 constexpr std::size_t most_textured_views = 64;
+constexpr float most_gain = 16.0f;
 constexpr std::size_t most_coefficients = 12;  // of a camera's distortion
 
 [[noreturn]] void fail(const std::string& what) {
@@ -104,6 +105,11 @@ void validate_texturing(const Mesh& mesh) {
     fail("the texturing has a number that is not finite");
   if (!texturing.fill.empty() && texturing.fill.size() != vertices)
     fail("there must be a fill colour for every vertex or for none");
+  if (!texturing.gains.empty() && texturing.gains.size() != views)
+    fail("there must be a gain for every view or for none");
+  for (const Vec3f& gain : texturing.gains)
+    for (int c = 0; c < 3; ++c)
+      if (!(gain[c] > 0.0f && gain[c] <= most_gain)) fail("a view's gain is not above 0 and at most 16");
   if (!texturing.maps.empty() && texturing.maps.size() != views)
     fail("there must be a depth map for every view or for none");
   for (const OcclusionMap& map : texturing.maps) validate_map(map);
@@ -153,7 +159,8 @@ std::size_t expected_size(const Mesh& mesh) {
   return size + (sizeof(std::uint64_t) + 1) * mesh.texturing->visible.size() +
          sizeof(float) * mesh.texturing->weights.size() +
          sizeof(Vec3f) * mesh.texturing->normals.size() +
-         sizeof(std::uint32_t) * mesh.texturing->fill.size();
+         sizeof(std::uint32_t) * mesh.texturing->fill.size() +
+         sizeof(Vec3f) * mesh.texturing->gains.size();
 }
 
 /// Writes a mesh's FlatBuffer, or only lays it out: the long lists get their room, but not their
@@ -211,10 +218,11 @@ class MeshPacker {
     const auto weights = list(texturing.weights);
     const auto normals = list(texturing.normals);
     const auto fill = list(texturing.fill);
+    const auto gains = list(texturing.gains);
     return wire::CreateTexturing(builder_, static_cast<wire::TextureMethod>(texturing.method),
                                  static_cast<wire::TextureMetric>(texturing.metric),
                                  texturing.cameras, untextured, visible, best, weights, normals,
-                                 map_list, fill);
+                                 map_list, fill, gains);
   }
 
   void pack(const Mesh& mesh) {
@@ -321,6 +329,7 @@ Texturing unpack_texturing(const wire::Texturing& table, std::size_t buffer_size
   texturing.weights = unpack_numbers<float>(table.weights());
   texturing.normals = unpack_numbers<Vec3f>(table.normals());
   texturing.fill = unpack_numbers<std::uint32_t>(table.fill());
+  texturing.gains = unpack_numbers<Vec3f>(table.gains());
   if (table.maps()) {
     std::size_t unpacked = 0;
     for (const wire::OcclusionMap* map : *table.maps()) {

@@ -46,6 +46,14 @@ GType enum_type<TextureFill>() {
         "inpaint"}});
 }
 
+enum class Switch { off, on };
+
+template <>
+GType enum_type<Switch>() {
+  return register_enum<Switch>("PolyhullTextureSwitch",
+                               {{Switch::off, "Off", "off"}, {Switch::on, "On", "on"}});
+}
+
 }  // namespace polyhull::element
 
 namespace {
@@ -60,6 +68,8 @@ struct Settings {
   bool occlusion = true;
   std::uint32_t untextured = 0xff808080u;  // ARGB, as GStreamer's colour properties
   TextureFill fill = TextureSettings{}.fill;
+  Switch balance = Switch::off;
+  double balance_time = TextureSettings{}.balance_time;
   double fade_width = TextureSettings{}.fade_width;
   int map_size = TextureSettings{}.map_size;
   std::uint32_t threads = 0;
@@ -81,6 +91,13 @@ const Property<Settings> table[] = {
                                     "big-endian ARGB (0 to 0xffffffff; alpha is not used).",
                                     0, 4294967295.0),
     property<&Settings::fill>("fill", "Fill", "What colours the surface where no camera sees it."),
+    property<&Settings::balance>("balance", "Balance",
+                                 "Whether the cameras' gains are found by which their colours agree "
+                                 "where several see the same place."),
+    property<&Settings::balance_time>("balance-time", "Balance time",
+                                      "Over how many seconds gains follow the cameras (0 to 3600); 0 "
+                                      "finds them anew in every mesh.",
+                                      0, 3600),
     property<&Settings::fade_width>("fade-width", "Fade width",
                                     "Over how many pixels of a camera its share rises from none at "
                                     "the rim of what it sees to all (0 to 200).",
@@ -122,6 +139,8 @@ TextureSettings to_texture_settings(const Settings& settings) {
   const std::uint32_t c = settings.untextured;
   out.untextured = Vec3f(c >> 16 & 0xff, c >> 8 & 0xff, c & 0xff) / 255.0f;
   out.fill = settings.fill;
+  out.balance = settings.balance == Switch::on;
+  out.balance_time = settings.balance_time;
   out.fade_width = settings.fade_width;
   out.map_size = settings.map_size;
   out.threads = static_cast<int>(settings.threads);
@@ -144,8 +163,17 @@ bool texture_mesh(GstBaseTransform* transform, Mesh& mesh) {
   self.texturer->texture(mesh, to_texture_settings(settings));
   self.statistics.set("threads-used", loops.threads());
   report(self, self.texturer->statistics());
+  self.statistics.set("balance-ms", 1e3 * self.texturer->seconds_balance());
   self.statistics.set("fill-ms", 1e3 * self.texturer->seconds_fill());
   return true;
+}
+
+/// What was learned of the cameras ends with a flush.
+gboolean handle_event(GstBaseTransform* base, GstEvent* event) {
+  HullTexture& self = state_of<HullTexture>(base);
+  if (GST_EVENT_TYPE(event) == GST_EVENT_FLUSH_STOP && self.texturer)
+    self.texturer->forget();
+  return GST_BASE_TRANSFORM_CLASS(parent_class<HullTexture>())->sink_event(base, event);
 }
 
 void HullTexture::class_init(gpointer klass) {
@@ -156,12 +184,12 @@ void HullTexture::class_init(gpointer klass) {
       "Counters since the start: meshes, texturings-reused (the hull had not changed), pieces (of "
       "triangles that face a camera, summed over the cameras), pieces-sampled (those that the edge "
       "of something before them may cross), meshes-unusable; and of the last mesh the milliseconds "
-      "for visibility with the maps, for weights and for the fill, and threads-used (how many "
-      "threads took part in its parallel loops, "
-      "on average).");
+      "for visibility with the maps, for weights, for the balance and for the fill, and threads-used "
+      "(how many threads took part in its parallel loops, on average).");
   set_metadata(klass, "Visual hull texturing", "Filter/Video",
                "Finds which cameras colour which part of a visual hull, with occlusion");
   install_mesh_transform<HullTexture, &HullTexture::texturer, texture_mesh>(klass);
+  GST_BASE_TRANSFORM_CLASS(klass)->sink_event = handle_event;
 }
 
 }  // namespace

@@ -182,6 +182,64 @@ GST_START_TEST(what_is_unseen_is_filled) {
 }
 GST_END_TEST
 
+const synthetic::Photographed& subject_of_six() {
+  static const synthetic::Photographed made = synthetic::photographed(
+      synthetic::figure(16), synthetic::ring(6, 3.2, 1.5, {0, 1, 0}, 256, 256, 45.0));
+  return made;
+}
+
+/// The subject before six cameras at \p seconds, the first camera's codes times \p share.
+struct Darker {
+  synthetic::Photographed sent = subject_of_six();
+  Darker(double seconds, float share) {
+    sent.mesh.capture_time = static_cast<std::int64_t>(1e9 * seconds);
+    for (std::size_t k = 0; k < sent.pictures.size(); ++k) {
+      const auto& old = subject_of_six().mesh.views[k].view.pixels;
+      std::uint8_t* own =
+          sent.pictures[k].pixels.data() + (old.data() - subject_of_six().pictures[k].pixels.data());
+      sent.mesh.views[k].view.pixels = {own, old.size()};
+      for (std::size_t p = 0; k == 0 && p < old.size(); ++p)
+        if (p % 4 != 3) own[p] = static_cast<std::uint8_t>(share * static_cast<float>(own[p]));
+    }
+  }
+};
+
+// Gains are the library's, follow slowly, and begin anew with a flush.
+GST_START_TEST(cameras_are_balanced) {
+  GstHarness* h = harness("hulltexture balance=on balance-time=2");
+  TextureSettings settings;
+  settings.balance = true;
+  settings.balance_time = 2.0;
+  MeshTexturer expected;
+  const auto check = [&](double seconds, float share) {
+    Darker one(seconds, share);
+    Read out(gst_harness_push_and_pull(h, buffer_of(one.sent.mesh)));
+    expected.texture(one.sent.mesh, settings);
+    fail_unless_equals_int(out.mesh.texturing->gains.size(), 6);
+    fail_unless(out.mesh.texturing->gains == one.sent.mesh.texturing->gains);
+    fail_unless(out.mesh.texturing->fill == one.sent.mesh.texturing->fill);
+    return out.mesh.texturing->gains[0].y;
+  };
+  const float even = check(5.0, 1.0f);
+  fail_unless(even > 0.95f && even < 1.05f);
+  const float slow = check(5.5, 0.9f);
+  fail_unless(slow > even + 0.01f && slow < 1.25f, "%g, then %g", even, slow);
+  fail_unless(gst_harness_push_event(h, gst_event_new_flush_start()));
+  fail_unless(gst_harness_push_event(h, gst_event_new_flush_stop(TRUE)));
+  GstSegment segment;
+  gst_segment_init(&segment, GST_FORMAT_TIME);
+  fail_unless(gst_harness_push_event(h, gst_event_new_segment(&segment)));
+  expected.forget();
+  fail_unless(check(6.0, 0.9f) > slow + 0.05f);
+  GstElement* element = gst_harness_find_element(h, "hulltexture");
+  g_object_set(element, "balance", 0, nullptr);
+  Read off(gst_harness_push_and_pull(h, buffer_of(subject_of_six().mesh)));
+  fail_unless(off.mesh.texturing->gains.empty());
+  gst_object_unref(element);
+  gst_harness_teardown(h);
+}
+GST_END_TEST
+
 GST_START_TEST(empty_mesh_flows_on) {
   GstHarness* h = harness();
   Mesh empty;
@@ -253,6 +311,7 @@ static Suite* hulltexture_suite() {
   tcase_add_test(chain, adds_what_the_library_computes);
   tcase_add_test(chain, same_hull_is_textured_once);
   tcase_add_test(chain, properties_reach_the_mesh);
+  tcase_add_test(chain, cameras_are_balanced);
   tcase_add_test(chain, empty_mesh_flows_on);
   tcase_add_test(chain, bad_payloads_are_dropped_with_a_warning);
   tcase_add_test(chain, flush_eos_and_lifetime);

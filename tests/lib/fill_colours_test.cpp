@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "base/picture.h"
+#include "base/srgb.h"
 #include "mesh/texture_mesh.h"
 #include "synthetic.h"
 
@@ -192,6 +193,22 @@ TEST(FillColoursTest, SameBytesForAnyNumberOfThreads) {
     const std::vector<std::uint32_t> one = stage.fill(how, 1);
     EXPECT_FALSE(one.empty());
     for (const int threads : {2, 7}) EXPECT_EQ(stage.fill(how, threads), one);
+  }
+}
+
+// What a view shows counts with its gain in linear light.
+TEST(FillColoursTest, GainsCount) {
+  Stage stage(ball(8), front(), [](std::size_t, int, int) { return Vec3f(100, 150, 60); });
+  texture_mesh(stage.mesh());
+  const View& view = stage.mesh().views[0].view;
+  const FillPicture picture{view.roi, view.stride, view.pixels, Vec3f(2.0f, 0.5f, 1.0f)};
+  const std::vector<std::uint32_t> fill =
+      FillColours().find(stage.mesh().hull, front(), std::span(&picture, 1), *stage.mesh().texturing, {});
+  ASSERT_FALSE(fill.empty());
+  for (const std::uint32_t rgba : fill) {
+    EXPECT_NEAR(colour(rgba).x, linear_to_srgb(2.0f * srgb_to_linear(100)), 1.0f);
+    EXPECT_NEAR(colour(rgba).y, linear_to_srgb(0.5f * srgb_to_linear(150)), 1.0f);
+    EXPECT_NEAR(colour(rgba).z, 60.0f, 1.0f);
   }
 }
 

@@ -12,6 +12,7 @@
 
 #include "base/error.h"
 #include "base/picture.h"
+#include "base/srgb.h"
 #include "rig/rig.h"
 #include "scene/scene.h"
 #include "studio/cameras/default_rig.h"
@@ -171,6 +172,37 @@ TEST(Glb, TexturesAreTheCamerasPictures) {
       }
     }
     EXPECT_NEAR(area, 6.0, 1e-5);
+  }
+}
+
+// The pictures in files are those that a renderer would show: gains and all.
+TEST(Glb, GainsAreInThePictures) {
+  Example example = textured_cube();
+  const auto path = folder() / "gains.glb";
+  MeshFileOptions options;
+  options.jpeg_quality = 0;
+  write_mesh_file(example.mesh, path.string(), options);
+  const tinygltf::Model plain = load_gltf(path);
+  const Vec3f gains[] = {{2.0f, 0.5f, 1.0f}, {1.0f, 1.25f, 0.8f}};
+  example.mesh.texturing->gains.assign(std::begin(gains), std::end(gains));
+  write_mesh_file(example.mesh, path.string(), options);
+  const tinygltf::Model model = load_gltf(path);
+  ASSERT_EQ(model.images.size(), 2u);
+  for (std::size_t k = 0; k < 2; ++k) {
+    ASSERT_EQ(model.images[k].name, example.mesh.views[k].view.camera);
+    const std::vector<unsigned char>&before = plain.images[k].image, &after = model.images[k].image;
+    ASSERT_EQ(before.size(), after.size());
+    const int channels = model.images[k].component;
+    for (std::size_t i = 0; i < before.size(); ++i) {
+      const std::size_t c = i % static_cast<std::size_t>(channels);
+      const std::size_t pixel = i / static_cast<std::size_t>(channels);
+      const View& view = example.mesh.views[k].view;
+      const std::size_t width = static_cast<std::size_t>(view.roi.width);
+      const std::uint8_t* from = &view.pixels[pixel / width * view.stride + 4 * (pixel % width)];
+      if (c > 2 || from[3] < 128) continue;  // of others the subject's colour is spread
+      ASSERT_EQ(after[i], linear_to_srgb(gains[k][static_cast<int>(c)] * srgb_to_linear(before[i])))
+          << k << " " << i;
+    }
   }
 }
 

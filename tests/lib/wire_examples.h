@@ -69,6 +69,7 @@ inline Mesh mesh(std::span<const std::uint8_t> block_a, std::span<const std::uin
   texturing.weights = {0, 0.5f, 1, 0.25f, 0.125f, 1, 0, 0};
   texturing.normals = {{0, 0, 1}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
   texturing.fill = {0xff030201u, 0xff807f81u, 0xffffffffu, 0xff000000u};
+  texturing.gains = {{0.5f, 1.0f, 2.0f}, {1.25f, 16.0f, 0.8f}};
   texturing.maps.resize(2);
   texturing.maps[0] = {
       -3.5f, 2.0f, 4.0f, 3, 2, 1.5f, 4.5f, {0, 1, 2, 65535, 4, 65534}, {9, 8, 7, 6, 5, 255}};

@@ -77,6 +77,7 @@ void expect_same(const Mesh& a, const Mesh& b) {
   EXPECT_TRUE(same_bytes(a.texturing->weights, b.texturing->weights));
   EXPECT_TRUE(same_bytes(a.texturing->normals, b.texturing->normals));
   EXPECT_EQ(a.texturing->fill, b.texturing->fill);
+  EXPECT_EQ(a.texturing->gains, b.texturing->gains);
   EXPECT_EQ(a.texturing->maps, b.texturing->maps);
 }
 
@@ -313,6 +314,9 @@ TEST(MeshPayload, RulesAreChecked) {
   expect_mesh_refused([](Mesh& m) { m.texturing->maps[0].step = 0; }, "finite");
   expect_mesh_refused([](Mesh& m) { m.texturing->maps.pop_back(); }, "for every view");
   expect_mesh_refused([](Mesh& m) { m.texturing->fill.pop_back(); }, "a fill colour for every");
+  expect_mesh_refused([](Mesh& m) { m.texturing->gains.pop_back(); }, "a gain for every");
+  for (const float gain : {0.0f, -1.0f, 16.1f, NAN})
+    expect_mesh_refused([=](Mesh& m) { m.texturing->gains[1].z = gain; }, "a view's gain");
   expect_mesh_refused([](Mesh& m) { m.texturing->method = static_cast<TextureMethod>(7); },
                       "method");
 }

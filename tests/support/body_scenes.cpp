@@ -147,23 +147,8 @@ void silhouettes(const Surface& surface, const BodyScene& scene, BodyError& erro
 }
 
 /// The hull with the scene's pictures as views.
-Mesh mesh_of(const Hull& hull, const BodyScene& scene) {
-  Mesh mesh;
-  mesh.hull = hull;
-  for (std::size_t k = 0; k < scene.cameras.size(); ++k) {
-    const Picture& picture = scene.pictures[k];
-    MeshView out;
-    out.calibration = scene.cameras[k];
-    out.view.camera = out.calibration.name;
-    out.view.width = picture.width;
-    out.view.height = picture.height;
-    out.view.roi = {0, 0, picture.width, picture.height};
-    out.view.contours = scene.contours[k];
-    out.view.format = PixelFormat::rgba;
-    out.view.stride = 4 * picture.width;
-    out.view.pixels = picture.pixels;
-    mesh.views.push_back(std::move(out));
-  }
+Mesh textured_mesh(const Hull& hull, const BodyScene& scene) {
+  Mesh mesh = mesh_of(hull, scene);
   TextureSettings settings;
   settings.metric = TextureMetric::viewing_angle;
   texture_mesh(mesh, settings);
@@ -303,7 +288,7 @@ BodyError measure(const Hull& hull, const BodyScene& scene, bool psnr) {
   error.hausdorff = 1000.0 * std::max(out.p95, in.p95);
 
   silhouettes(surface, scene, error);
-  const Mesh mesh = psnr ? mesh_of(hull, scene) : Mesh();
+  const Mesh mesh = psnr ? textured_mesh(hull, scene) : Mesh();
   Painter painter(mesh);
   const auto views = static_cast<double>(scene.between.size());
   for (std::size_t k = 0; k < scene.between.size(); ++k) {
@@ -363,8 +348,32 @@ Picture plaster(const Surface& surface, const Camera& camera) {
   return out;
 }
 
+Mesh mesh_of(const Hull& hull, const BodyScene& scene) {
+  Mesh mesh;
+  mesh.hull = hull;
+  for (std::size_t k = 0; k < scene.cameras.size(); ++k) {
+    const Picture& picture = scene.pictures[k];
+    MeshView out;
+    out.calibration = scene.cameras[k];
+    out.view.camera = out.calibration.name;
+    out.view.width = picture.width;
+    out.view.height = picture.height;
+    out.view.roi = {0, 0, picture.width, picture.height};
+    out.view.contours = scene.contours[k];
+    out.view.format = PixelFormat::rgba;
+    out.view.stride = 4 * picture.width;
+    out.view.pixels = picture.pixels;
+    mesh.views.push_back(std::move(out));
+  }
+  return mesh;
+}
+
+Picture drawn(const Mesh& mesh, const Camera& camera) {
+  return Painter(mesh).draw(camera);
+}
+
 Picture textured(const Hull& hull, const BodyScene& scene, const Camera& camera) {
-  const Mesh mesh = mesh_of(hull, scene);
+  const Mesh mesh = textured_mesh(hull, scene);
   return Painter(mesh).draw(camera);
 }
 

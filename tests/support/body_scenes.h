@@ -13,6 +13,7 @@
 #include "base/rings.h"
 #include "hull/hull.h"
 #include "hull/stage.h"
+#include "mesh/mesh.h"
 #include "rig/rig.h"
 #include "studio/figure/subject.h"
 #include "support/surface.h"
@@ -84,6 +85,12 @@ Picture coverage_of(const Surface& surface, const Camera& camera);
 
 /// The surface as plaster under a lamp beside the camera, RGB on the scenes' grey.
 Picture plaster(const Surface& surface, const Camera& camera);
+
+/// The hull with the scene's pictures, which it borrows, as views; not textured yet.
+Mesh mesh_of(const Hull& hull, const BodyScene& scene);
+
+/// A textured mesh as composite draws it by the processor; RGBA on the scenes' grey.
+Picture drawn(const Mesh& mesh, const Camera& camera);
 
 /// The hull coloured from the scene's cameras, as composite draws it by the processor; RGBA on the
 /// scenes' grey.

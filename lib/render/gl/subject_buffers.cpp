@@ -23,8 +23,9 @@ struct ViewBlock {
   glm::vec4 origin{0.0f};
   glm::vec4 lens[3] = {glm::vec4(0.0f), glm::vec4(0.0f), glm::vec4(0.0f)};
   glm::vec4 limits{1.0f};
+  glm::vec4 gain{1.0f};
 };
-static_assert(sizeof(ViewBlock) == 16 * 13);
+static_assert(sizeof(ViewBlock) == 16 * 14);
 
 int rounded_up(int size) {
   return (size + 63) / 64 *
@@ -261,6 +262,7 @@ void SubjectBuffers::upload_views(const Mesh& mesh) {
       block.limits.z = (static_cast<float>(map.width) + 0.5f) / static_cast<float>(map_width_);
       block.limits.w = (static_cast<float>(map.height) + 0.5f) / static_cast<float>(map_height_);
     }
+    if (mesh.texturing) block.gain = glm::vec4(gain_of(*mesh.texturing, k), 1.0f);
     for (std::size_t i = 0; i < std::min<std::size_t>(camera.distortion.size(), 12); ++i)
       block.lens[i / 4][static_cast<int>(i % 4)] = static_cast<float>(camera.distortion[i]);
     distortion_ = distortion_ || camera.has_distortion();

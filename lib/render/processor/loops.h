@@ -29,6 +29,7 @@ struct SkinView {
   bool distorted = false;
   float fx = 1.0f, fy = 1.0f, cx = 0.0f, cy = 0.0f, skew = 0.0f;
   float lens[12] = {};
+  float gain[3] = {1.0f, 1.0f, 1.0f};  ///< of the picture's linear colours; for those who fetch
 };
 
 /// Points of a subject's surface in one view, in arrays of \p count.

@@ -205,6 +205,8 @@ SkinView Skin::look_through(const Mesh& mesh, int number) const {
   out.skew = static_cast<float>(camera.K[1][0]);
   for (std::size_t i = 0; i < std::min<std::size_t>(camera.distortion.size(), 12); ++i)
     out.lens[i] = static_cast<float>(camera.distortion[i]);
+  if (mesh.texturing)
+    for (int c = 0; c < 3; ++c) out.gain[c] = gain_of(*mesh.texturing, k)[c];
   return out;
 }
 
@@ -231,6 +233,10 @@ void Skin::fetch(std::size_t slot, const SkinItems& items, SkinScratch& s) const
   const auto colours = [&](const SkinView& view, std::size_t count, float* u, float* v) {
     loops().fetch(view, static_cast<int>(count), srgb_to_linear_table(), u, v, s.red.data(),
                   s.green.data(), s.blue.data(), ribbons ? s.alpha.data() : nullptr);
+    float* const channels[] = {s.red.data(), s.green.data(), s.blue.data()};
+    for (int c = 0; c < 3; ++c)
+      if (const float gain = view.gain[c]; gain != 1.0f)
+        for (std::size_t j = 0; j < count; ++j) channels[c][j] *= gain;
   };
   if (smaller_[slot].empty()) {
     colours(views_[slot], s.chosen.size(), s.u.data(), s.v.data());
