@@ -2,6 +2,11 @@
 // Colours a hull from its views: per fragment the best of the candidates, weighted by the vertex
 // weights, the view's fade (silhouette and occlusion edges) and its depth map. Light is blended
 // linearly: the pictures and the target are sRGB textures.
+#ifdef WIDE
+centroid in vec3 place;   // hull coordinates, relative to its origin
+centroid in vec3 shares;  // of the triangle's three corners
+flat in uint list;        // where its views begin in `lists`
+#else
 centroid in vec4 in_map_0;
 centroid in vec4 in_map_1;
 centroid in vec4 in_map_2;
@@ -13,6 +18,7 @@ flat in vec4 colour_1;
 flat in vec4 colour_2;
 flat in vec4 colour_3;
 flat in vec4 focals;
+#endif
 centroid in vec3 world;
 centroid in vec3 filling;
 
@@ -38,6 +44,9 @@ uniform float pixel_size;       // of the picture at depth 1, in the mesh's unit
 uniform float fill_range;       // the sum of weights below which the fill shows
 #ifdef CLIPPED
 uniform vec4 plane;
+#endif
+#ifdef WIDE
+uniform usampler2D lists;  // in rows of 1024
 #endif
 layout(location = 0) out vec4 colour;
 
@@ -94,10 +103,51 @@ float own_alpha(float near, float matte) {
 }
 #endif
 
-void main() {
-#ifdef CLIPPED
-  if (dot(plane.xyz, world) + plane.w <= 0.0) discard;
-#endif
+// The weight of the first camera that is left out is taken off the others: what enters and leaves the
+// chosen few does so at weight zero, and the blend stays continuous (lib/render/processor/best_views.h).
+float taken_off(float left_out, float largest) {
+  return min(left_out, 0.999 * largest);
+}
+
+#ifdef WIDE
+uvec4 listed(uint index) {
+  return texelFetch(lists, ivec2(int(index & 1023u), int(index >> 10)), 0);
+}
+
+vec4 blended() {
+  int count = int(listed(list).x);
+  float w[VIEW_SLOTS];
+  float all = 0.0, largest = 0.0;
+  for (int i = 0; i < count; ++i) {
+    uvec4 view = listed(list + 1u + uint(i));
+    float weight = dot(shares, vec3(view.xyz)) * (1.0 / 65535.0);
+    w[i] = visibility(views[view.w].map_from_local * vec4(place, 1.0), view.w, weight);
+    all += w[i];
+    largest = max(largest, w[i]);
+  }
+  float left_out = 0.0;  // the one that `best` others come before
+  for (int i = 0; best < count && i < count; ++i) {
+    int before = 0;
+    for (int j = 0; j < count; ++j)
+      before += w[j] > w[i] || (w[j] == w[i] && j < i) ? 1 : 0;
+    if (before == best) left_out = w[i];
+  }
+  float off = taken_off(left_out, largest);
+  vec3 sum = vec3(0.0);
+  float total = 0.0;
+  for (int i = 0; i < count; ++i) {
+    float chosen = max(w[i] - off, 0.0);
+    if (chosen <= 0.0) continue;
+    uint slot = listed(list + 1u + uint(i)).w;
+    vec4 in_map = views[slot].map_from_local * vec4(place, 1.0);
+    sum += chosen * colour_of(in_map, slot, views[slot].colour_from_map, views[slot].intrinsics.x).rgb;
+    total += chosen;
+  }
+  vec3 textured = total > 0.0 ? sum / total : filling;
+  return vec4(mix(filling, textured, smoothstep(0.0, fill_range, all)), 1.0);
+}
+#else
+vec4 blended() {
   vec4 w = vec4(visibility(in_map_0, slots.x, weights.x), visibility(in_map_1, slots.y, weights.y),
                 visibility(in_map_2, slots.z, weights.z), visibility(in_map_3, slots.w, weights.w));
 #ifdef RIBBON
@@ -105,16 +155,14 @@ void main() {
 #endif
   float all = w.x + w.y + w.z + w.w;
 
-  // The weight of the first camera that is left out is taken off the others: what enters and leaves
-  // the chosen few does so at weight zero, and the blend stays continuous (Buehler et al. 2001).
-  // (high: the winners of two pairs, low: the losers.)
+  // high: the winners of two pairs, low: the losers.
   vec2 high = max(w.xy, w.zw);
   vec2 low = min(w.xy, w.zw);
   float second = max(min(high.x, high.y), max(low.x, low.y));
   float third = min(min(high.x, high.y), max(low.x, low.y));
   float fourth = min(low.x, low.y);
   float left_out = best == 1 ? second : best == 2 ? third : best == 3 ? fourth : 0.0;
-  vec4 chosen = max(w - left_out, 0.0) + 1e-3 * w;
+  vec4 chosen = max(w - taken_off(left_out, max(high.x, high.y)), 0.0);
 
   vec3 sum = vec3(0.0);
 #ifdef RIBBON
@@ -160,8 +208,17 @@ void main() {
 #else
   float sure = smoothstep(0.0, fill_range, all);
 #endif
-  colour = vec4(mix(filling, textured, sure), 1.0);
+  vec4 result = vec4(mix(filling, textured, sure), 1.0);
 #ifdef RIBBON
-  colour *= alpha;
+  result *= alpha;
 #endif
+  return result;
+}
+#endif
+
+void main() {
+#ifdef CLIPPED
+  if (dot(plane.xyz, world) + plane.w <= 0.0) discard;
+#endif
+  colour = blended();
 }

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// A textured hull. Every triangle has up to four views that may colour it (candidates), so that each
-// fragment can choose among them. Centroid: a sliver is sampled inside itself, not at the pixel's middle
+// A textured hull. Every triangle has up to four views that may colour it (candidates), or, WIDE, a list
+// of more (lib/render/hull_vertices.h), so that each fragment can choose among them. Centroid: a sliver is sampled inside itself, not at the pixel's middle
 // beside it, where its numbers mean nothing.
 layout(location = 0) in vec3 position;   // hull coordinates, relative to its origin
-layout(location = 1) in vec4 weight;     // of the candidates, at this vertex
-layout(location = 2) in uvec4 candidate; // view slots, the same at the triangle's three vertices
+layout(location = 1) in vec4 weight;     // of the candidates, at this vertex; WIDE: this corner's own place
+layout(location = 2) in uvec4 candidate; // view slots, the same at the triangle's three vertices; WIDE: its list
 layout(location = 3) in vec4 fill;       // the colour where no view counts, linear
 
 struct View {
@@ -23,6 +23,11 @@ layout(std140) uniform Views { View views[VIEW_SLOTS]; };
 uniform mat4 clip_from_local;
 uniform mat4 scene_from_local;
 
+#ifdef WIDE
+centroid out vec3 place;
+centroid out vec3 shares;
+flat out uint list;
+#else
 centroid out vec4 in_map_0;
 centroid out vec4 in_map_1;
 centroid out vec4 in_map_2;
@@ -34,11 +39,17 @@ flat out vec4 colour_1;
 flat out vec4 colour_2;
 flat out vec4 colour_3;
 flat out vec4 focals;
+#endif
 centroid out vec3 world;
 centroid out vec3 filling;
 
 void main() {
   vec4 local = vec4(position, 1.0);
+#ifdef WIDE
+  place = position;
+  shares = weight.xyz;
+  list = candidate.x | candidate.y << 8u | candidate.z << 16u | candidate.w << 24u;
+#else
   in_map_0 = views[candidate.x].map_from_local * local;
   in_map_1 = views[candidate.y].map_from_local * local;
   in_map_2 = views[candidate.z].map_from_local * local;
@@ -51,6 +62,7 @@ void main() {
                 views[candidate.w].intrinsics.x);
   weights = weight;
   slots = candidate;
+#endif
   filling = fill.rgb;
   world = (scene_from_local * local).xyz;
   gl_Position = clip_from_local * local;

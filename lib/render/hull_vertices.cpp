@@ -9,8 +9,6 @@
 namespace polyhull {
 namespace {
 
-constexpr std::size_t most = 4;  // candidates per triangle
-
 std::uint16_t fixed(float weight) {
   return static_cast<std::uint16_t>(std::lround(65535.0f * std::clamp(weight, 0.0f, 1.0f)));
 }
@@ -95,7 +93,90 @@ int slot_of(HullDrawing& drawing, std::size_t view) {
   return slot;
 }
 
-void add_hull_vertices(const Mesh& mesh, const Vec3& eye, HullDrawing& drawing) {
+namespace {
+
+/// Adds triangles and their views to a drawing, the wide ones at the end.
+class TriangleWriter {
+ public:
+  explicit TriangleWriter(HullDrawing& drawing) : drawing_(drawing) {}
+
+  /// A triangle without views, or with one only.
+  void add(const std::uint32_t* corners, HullVertex (&vertex)[3]) {
+    drawing_.vertices.insert(drawing_.vertices.end(), vertex, vertex + 3);
+    drawing_.corner.insert(drawing_.corner.end(), corners, corners + 3);
+  }
+  /// A triangle of which each of \p views may be the best; the heaviest first.
+  void add(const std::uint32_t* corners, HullVertex (&vertex)[3], const Weights& weights,
+           const std::vector<std::pair<float, std::size_t>>& views) {
+    if (views.size() > narrow) return add_wide(corners, vertex, weights, views);
+    for (std::size_t i = 0; i < narrow && !views.empty(); ++i) {
+      const std::size_t view = views[i < views.size() ? i : 0].second;
+      const auto at = static_cast<std::uint8_t>(slot_of(drawing_, view));
+      for (int j = 0; j < 3; ++j) {
+        vertex[j].slots[i] = at;
+        if (i < views.size()) vertex[j].weights[i] = fixed(weights(corners[j], view));
+      }
+    }
+    add(corners, vertex);
+  }
+  /// The number of the first vertex of a wide triangle.
+  std::size_t finish() {
+    const std::size_t first = drawing_.vertices.size();
+    drawing_.vertices.insert(drawing_.vertices.end(), wide_.begin(), wide_.end());
+    drawing_.corner.insert(drawing_.corner.end(), wide_corner_.begin(), wide_corner_.end());
+    return first;
+  }
+
+ private:
+  static constexpr std::size_t narrow = 4;  // views that a triangle's vertices hold
+
+  void add_wide(const std::uint32_t* corners, HullVertex (&vertex)[3], const Weights& weights,
+                const std::vector<std::pair<float, std::size_t>>& views) {
+    const std::size_t list = drawing_.lists.size();
+    drawing_.lists.push_back({static_cast<std::uint16_t>(views.size()), 0, 0, 0});
+    for (const auto& [top, view] : views)
+      drawing_.lists.push_back({fixed(weights(corners[0], view)), fixed(weights(corners[1], view)),
+                                fixed(weights(corners[2], view)),
+                                static_cast<std::uint16_t>(slot_of(drawing_, view))});
+    for (std::size_t j = 0; j < 3; ++j) {
+      vertex[j].weights[j] = 65535;
+      for (std::size_t byte = 0; byte < 4; ++byte)
+        vertex[j].slots[byte] = static_cast<std::uint8_t>(list >> (8 * byte));
+    }
+    wide_.insert(wide_.end(), vertex, vertex + 3);
+    wide_corner_.insert(wide_corner_.end(), corners, corners + 3);
+  }
+
+  HullDrawing& drawing_;
+  std::vector<HullVertex> wide_;
+  std::vector<std::uint32_t> wide_corner_;
+};
+
+/// The views of a triangle that weigh anything on it and that it faces, or, where there is none, of
+/// those that it does not: a sliver that leans away from every camera takes the colours of the
+/// surface around it, whose weights its vertices share. The heaviest first.
+void rank_views(const std::uint32_t* corner, const Vec3f& a, const Vec3f& cross,
+                const std::vector<Vec3f>& centres, const Weights& weights,
+                std::vector<std::pair<float, std::size_t>>& ranked) {
+  constexpr float least = 0.5f / 65535.0f;  // less is no weight in a HullVertex
+  for (const bool facing_only : {true, false}) {
+    ranked.clear();
+    for (std::size_t k = 0; k < centres.size(); ++k) {
+      const float top =
+          std::max({weights(corner[0], k), weights(corner[1], k), weights(corner[2], k)});
+      if (top >= least && (!facing_only || glm::dot(cross, centres[k] - a) > 0.0f))
+        ranked.emplace_back(top, k);
+    }
+    if (!ranked.empty()) break;
+  }
+  std::sort(ranked.begin(), ranked.end(), [](const auto& x, const auto& y) {
+    return x.first > y.first || (x.first == y.first && x.second < y.second);
+  });
+}
+
+}  // namespace
+
+std::size_t add_hull_vertices(const Mesh& mesh, const Vec3& eye, HullDrawing& drawing) {
   const Hull& hull = mesh.hull;
   const std::size_t views = mesh.views.size();
   drawing.slot_of_view.resize(views, -1);
@@ -114,6 +195,7 @@ void add_hull_vertices(const Mesh& mesh, const Vec3& eye, HullDrawing& drawing) 
 
   drawing.vertices.reserve(drawing.vertices.size() + hull.triangles.size() / 2 + 64);
   std::vector<std::pair<float, std::size_t>> ranked;
+  TriangleWriter writer(drawing);
   for (std::size_t f = 0; f + 2 < hull.triangles.size(); f += 3) {
     const std::uint32_t* corner = &hull.triangles[f];
     const Vec3f& a = hull.vertices[corner[0]];
@@ -129,52 +211,23 @@ void add_hull_vertices(const Mesh& mesh, const Vec3& eye, HullDrawing& drawing) 
       vertex[i].position = hull.vertices[corner[i]];
       vertex[i].fill = fill(corner[i]);
     }
-    if (direct) {
-      const int best = mesh.texturing->best[f / 3];
-      if (best >= 0 && best < static_cast<int>(views)) {
-        if (can_colour(mesh.views[static_cast<std::size_t>(best)].view)) {
-          const auto at =
-              static_cast<std::uint8_t>(slot_of(drawing, static_cast<std::size_t>(best)));
-          for (HullVertex& v : vertex) {
-            v.slots.fill(at);
-            v.weights[0] = 65535;
-          }
-        }
-      }
-    } else if (textured) {
-      // A sliver that leans away from every camera takes the colours of the surface around it,
-      // whose weights its vertices share.
-      for (const bool facing_only : {true, false}) {
-        ranked.clear();
-        for (std::size_t k = 0; k < views; ++k) {
-          const float top =
-              std::max({weights(corner[0], k), weights(corner[1], k), weights(corner[2], k)});
-          if (top > 0.0f && (!facing_only || glm::dot(cross, centres[k] - a) > 0.0f))
-            ranked.emplace_back(top, k);
-        }
-        if (!ranked.empty()) break;
-      }
-      const std::size_t kept = std::min(ranked.size(), most);
-      std::partial_sort(ranked.begin(), ranked.begin() + static_cast<std::ptrdiff_t>(kept),
-                        ranked.end(), [](const auto& x, const auto& y) {
-                          return x.first > y.first || (x.first == y.first && x.second < y.second);
-                        });
-      for (std::size_t i = 0; i < most; ++i) {
-        if (i < kept) {
-          const std::size_t view = ranked[i].second;
-          const auto at = static_cast<std::uint8_t>(slot_of(drawing, view));
-          for (int j = 0; j < 3; ++j) {
-            vertex[j].slots[i] = at;
-            vertex[j].weights[i] = fixed(weights(corner[j], view));
-          }
-        } else if (kept > 0) {
-          for (HullVertex& v : vertex) v.slots[i] = v.slots[0];
-        }
+    if (textured && !direct) {
+      rank_views(corner, a, cross, centres, weights, ranked);
+      writer.add(corner, vertex, weights, ranked);
+      continue;
+    }
+    const int best = direct ? mesh.texturing->best[f / 3] : -1;
+    if (best >= 0 && best < static_cast<int>(views) &&
+        can_colour(mesh.views[static_cast<std::size_t>(best)].view)) {
+      const auto at = static_cast<std::uint8_t>(slot_of(drawing, static_cast<std::size_t>(best)));
+      for (HullVertex& v : vertex) {
+        v.slots.fill(at);
+        v.weights[0] = 65535;
       }
     }
-    drawing.vertices.insert(drawing.vertices.end(), vertex, vertex + 3);
-    drawing.corner.insert(drawing.corner.end(), corner, corner + 3);
+    writer.add(corner, vertex);
   }
+  return writer.finish();
 }
 
 }  // namespace polyhull

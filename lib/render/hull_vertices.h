@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 /// \file
 /// The vertices of a textured hull as both renderers take them (shaders/hull.vert,
-/// processor/skin.h): triangles that face the eye, each with the up to four views that weigh most
-/// on it.
+/// processor/skin.h): triangles that face the eye, each with all views that weigh anything on it,
+/// since any of them may be among the best of a fragment where others see nothing.
+///
+/// Most triangles have at most four: these are in their vertices. The wide ones, with more, name a
+/// list instead, and follow the narrow ones in the drawing:
+///   lists[i] = {n, 0, 0, 0}, lists[i + 1 ... i + n] = {weights at the three corners, slot}
 #pragma once
 
 #include <array>
@@ -13,14 +17,19 @@
 
 namespace polyhull {
 
+/// As many views as a mesh may have to be textured.
+inline constexpr std::size_t most_candidates = 64;
+
 /// Whether a view has a picture to take colours from.
 bool can_colour(const View& view);
 
 /// A triangle's corner, in the layout that OpenGL reads.
 struct HullVertex {
-  Vec3f position{0.0f};                    ///< relative to Hull::origin
-  std::array<std::uint16_t, 4> weights{};  ///< 0..65535 for 0..1
-  std::array<std::uint8_t, 4> slots{};     ///< of HullDrawing::views
+  Vec3f position{0.0f};  ///< relative to Hull::origin
+  /// 0..65535 for 0..1. Of a wide triangle: 1 at the corner's own place of three, else 0.
+  std::array<std::uint16_t, 4> weights{};
+  /// Of HullDrawing::views. Of a wide triangle: where its list begins, the lowest byte first.
+  std::array<std::uint8_t, 4> slots{};
   /// Where no view counts: linear red, green and blue, 0..65535 for 0..1.
   std::array<std::uint16_t, 4> fill{};
 };
@@ -30,9 +39,16 @@ static_assert(sizeof(HullVertex) == 32);
 struct HullDrawing {
   std::vector<HullVertex> vertices;   ///< three per triangle
   std::vector<std::uint32_t> corner;  ///< by vertex: index into Hull::vertices
+  std::vector<std::array<std::uint16_t, 4>> lists;  ///< of wide triangles
   std::vector<int> views;             ///< by slot: index into Mesh::views; only views that are used
   std::vector<int> slot_of_view;      ///< -1: not used
 };
+
+/// Where the list of the wide triangle of \p vertex begins.
+inline std::uint32_t list_of(const HullVertex& vertex) {
+  return vertex.slots[0] | vertex.slots[1] << 8 | vertex.slots[2] << 16 |
+         static_cast<std::uint32_t>(vertex.slots[3]) << 24;
+}
 
 /// HullVertex::fill of a mesh's vertices: Texturing::fill, or Texturing::untextured for all.
 class VertexFill {
@@ -57,6 +73,7 @@ int slot_of(HullDrawing& drawing, std::size_t view);
 /// coordinates), with the weights of its texturing's method and metric. Call once per eye with one
 /// drawing to give all of them the same slots; the new vertices follow the old. Without texturing,
 /// or where no view sees a triangle, the weights are 0. Views without RGBA pixels are not used.
-void add_hull_vertices(const Mesh& mesh, const Vec3& eye, HullDrawing& drawing);
+/// Returns the number of the first vertex of a wide triangle: they come last.
+std::size_t add_hull_vertices(const Mesh& mesh, const Vec3& eye, HullDrawing& drawing);
 
 }  // namespace polyhull

@@ -44,18 +44,6 @@ double azimuth(const Camera& camera) {
   return std::atan2(centre.z, centre.x) * 180.0 / std::numbers::pi;
 }
 
-/// Half way from each camera to the next around the stage.
-std::vector<Camera> cameras_between(const std::vector<Camera>& cameras) {
-  std::vector<Camera> between;
-  for (std::size_t k = 0; k < cameras.size(); ++k) {
-    const double from = azimuth(cameras[k]);
-    double step = azimuth(cameras[(k + 1) % cameras.size()]) - from;
-    while (step <= 0.0) step += 360.0;
-    between.push_back(camera_at(cameras[k], from + 0.5 * step));
-  }
-  return between;
-}
-
 Surface truth_of(const Rig& rig, const Body& body) {
   const TruthMesh mesh = truth_mesh(*body.subject, rig, body.seconds);
   Surface surface;
@@ -64,27 +52,6 @@ Surface truth_of(const Rig& rig, const Body& body) {
     surface.triangles.push_back({mesh.triangles[t], mesh.triangles[t + 1], mesh.triangles[t + 2]});
   }
   return surface;
-}
-
-std::vector<Picture> pictures_of(const Rig& rig, const std::vector<Camera>& cameras,
-                                 const Body& body) {
-  Rig with = rig;
-  with.cameras = cameras;
-  PictureLook look;
-  std::fill_n(look.screen.colour, 3, grey);
-  look.linear_light = true;
-  std::vector<Picture> pictures(cameras.size());
-  parallel_for(cameras.size(), 1, 0, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t k = begin; k < end; ++k) {
-      CameraPicture camera(with, static_cast<int>(k), body.subject);
-      camera.set_time(body.seconds);
-      Picture& out = pictures[k];
-      out = {cameras[k].width, cameras[k].height, 4, {}};
-      out.pixels.resize(static_cast<std::size_t>(out.width) * out.height * 4);
-      camera.picture(look, 0, true, out.pixels.data(), 4 * out.width);
-    }
-  });
-  return pictures;
 }
 
 Rings contours_of(const Picture& picture) {
@@ -147,12 +114,16 @@ void silhouettes(const Surface& surface, const BodyScene& scene, BodyError& erro
 }
 
 /// The hull with the scene's pictures as views.
-Mesh textured_mesh(const Hull& hull, const BodyScene& scene) {
+Mesh textured_mesh(const Hull& hull, const BodyScene& scene, const TextureSettings& settings) {
   Mesh mesh = mesh_of(hull, scene);
-  TextureSettings settings;
-  settings.metric = TextureMetric::viewing_angle;
   texture_mesh(mesh, settings);
   return mesh;
+}
+
+TextureSettings by_viewing_angle() {
+  TextureSettings settings;
+  settings.metric = TextureMetric::viewing_angle;
+  return settings;
 }
 
 Picture empty_picture(const Camera& camera, int channels) {
@@ -228,6 +199,38 @@ Rig body_rig(const std::string& name) {
   return body_rig(azimuths);
 }
 
+std::vector<Camera> cameras_between(const std::vector<Camera>& cameras, double share) {
+  std::vector<Camera> between;
+  for (std::size_t k = 0; k < cameras.size(); ++k) {
+    const double from = azimuth(cameras[k]);
+    double step = azimuth(cameras[(k + 1) % cameras.size()]) - from;
+    while (step <= 0.0) step += 360.0;
+    between.push_back(camera_at(cameras[k], from + share * step));
+  }
+  return between;
+}
+
+std::vector<Picture> pictures_of(const Rig& rig, const std::vector<Camera>& cameras,
+                                 const Body& body) {
+  Rig with = rig;
+  with.cameras = cameras;
+  PictureLook look;
+  std::fill_n(look.screen.colour, 3, grey);
+  look.linear_light = true;
+  std::vector<Picture> pictures(cameras.size());
+  parallel_for(cameras.size(), 1, 0, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) {
+      CameraPicture camera(with, static_cast<int>(k), body.subject);
+      camera.set_time(body.seconds);
+      Picture& out = pictures[k];
+      out = {cameras[k].width, cameras[k].height, 4, {}};
+      out.pixels.resize(static_cast<std::size_t>(out.width) * out.height * 4);
+      camera.picture(look, 0, true, out.pixels.data(), 4 * out.width);
+    }
+  });
+  return pictures;
+}
+
 BodyScene body_scene(const Rig& rig, const Body& body, bool between) {
   BodyScene scene;
   scene.name = body.name;
@@ -235,7 +238,7 @@ BodyScene body_scene(const Rig& rig, const Body& body, bool between) {
   scene.cameras = rig.cameras;
   scene.pictures = pictures_of(rig, scene.cameras, body);
   if (between) {
-    scene.between = cameras_between(rig.cameras);
+    scene.between = cameras_between(rig.cameras, 0.5);
     scene.seen = pictures_of(rig, scene.between, body);
   }
   scene.contours.resize(scene.cameras.size());
@@ -288,7 +291,7 @@ BodyError measure(const Hull& hull, const BodyScene& scene, bool psnr) {
   error.hausdorff = 1000.0 * std::max(out.p95, in.p95);
 
   silhouettes(surface, scene, error);
-  const Mesh mesh = psnr ? textured_mesh(hull, scene) : Mesh();
+  const Mesh mesh = psnr ? textured_mesh(hull, scene, by_viewing_angle()) : Mesh();
   Painter painter(mesh);
   const auto views = static_cast<double>(scene.between.size());
   for (std::size_t k = 0; k < scene.between.size(); ++k) {
@@ -373,8 +376,20 @@ Picture drawn(const Mesh& mesh, const Camera& camera) {
 }
 
 Picture textured(const Hull& hull, const BodyScene& scene, const Camera& camera) {
-  const Mesh mesh = textured_mesh(hull, scene);
+  const Mesh mesh = textured_mesh(hull, scene, by_viewing_angle());
   return Painter(mesh).draw(camera);
+}
+
+std::vector<double> psnr_from(const Hull& hull, const BodyScene& scene,
+                              const TextureSettings& settings, const std::vector<Camera>& cameras,
+                              const std::vector<Picture>& seen) {
+  const Surface surface = surface_of(hull);
+  const Mesh mesh = textured_mesh(hull, scene, settings);
+  Painter painter(mesh);
+  std::vector<double> out;
+  for (std::size_t k = 0; k < cameras.size(); ++k)
+    out.push_back(psnr_of(painter.draw(cameras[k]), seen[k], coverage_of(surface, cameras[k])));
+  return out;
 }
 
 }  // namespace polyhull::test

@@ -17,6 +17,7 @@
 #include "rig/rig.h"
 #include "studio/figure/subject.h"
 #include "support/surface.h"
+#include "texture/texture_hull.h"
 
 namespace polyhull::test {
 
@@ -95,5 +96,17 @@ Picture drawn(const Mesh& mesh, const Camera& camera);
 /// The hull coloured from the scene's cameras, as composite draws it by the processor; RGBA on the
 /// scenes' grey.
 Picture textured(const Hull& hull, const BodyScene& scene, const Camera& camera);
+
+/// Each camera moved \p share of the way to the next around the stage, at the same height and
+/// distance: 0 leaves it, 0.5 is half way.
+std::vector<Camera> cameras_between(const std::vector<Camera>& cameras, double share);
+/// What \p cameras would see of the body, as BodyScene::pictures.
+std::vector<Picture> pictures_of(const Rig& rig, const std::vector<Camera>& cameras,
+                                 const Body& body);
+/// BodyError::psnr of the hull textured by \p settings, from each of \p cameras, which would see
+/// \p seen of the body.
+std::vector<double> psnr_from(const Hull& hull, const BodyScene& scene,
+                              const TextureSettings& settings, const std::vector<Camera>& cameras,
+                              const std::vector<Picture>& seen);
 
 }  // namespace polyhull::test

@@ -41,7 +41,7 @@ class SkinPrograms {
   void draw_ribbons(const PassInput& in, const glm::mat4& clip_from_scene);
 
  private:
-  gl::Program plain_, distorted_, plain_ribbon_, distorted_ribbon_;
+  gl::Program plain_, distorted_, plain_wide_, distorted_wide_, plain_ribbon_, distorted_ribbon_;
 };
 
 /// Depth maps of the subjects and of the scene, seen from the light that throws the shadow.

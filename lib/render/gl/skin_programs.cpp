@@ -4,11 +4,11 @@
 namespace polyhull {
 namespace {
 
-gl::Program hull_program(bool distortion, bool clipped, bool ribbon = false) {
+gl::Program hull_program(bool distortion, bool clipped, const char* kind = nullptr) {
   std::vector<std::string> defines{"VIEW_SLOTS " + std::to_string(view_slots)};
   if (distortion) defines.emplace_back("DISTORTION");
   if (clipped) defines.emplace_back("CLIPPED");
-  if (ribbon) defines.emplace_back("RIBBON");
+  if (kind) defines.emplace_back(kind);
   gl::Program program("hull.vert", "hull.frag", defines);
   program.set_block("Views", 0);
   return program;
@@ -34,6 +34,13 @@ void SkinPrograms::draw(const PassInput& in, std::size_t eye, const glm::mat4& c
     place(in, s, clip_from_scene, program);
     if (plane) program.set("plane", *plane);
     in.subjects[s].draw_skin(eye, program);
+    if (!in.subjects[s].has_wide(eye)) continue;
+    gl::Program& wide = distortion ? distorted_wide_ : plain_wide_;
+    if (!wide.made()) wide = hull_program(distortion, plane != nullptr, "WIDE");
+    wide.use();
+    place(in, s, clip_from_scene, wide);
+    if (plane) wide.set("plane", *plane);
+    in.subjects[s].draw_wide(eye, wide);
   }
 }
 
@@ -42,7 +49,7 @@ void SkinPrograms::draw_ribbons(const PassInput& in, const glm::mat4& clip_from_
     for (std::size_t s = 0; s < in.subjects.size(); ++s) {
       const bool distortion = in.subjects[s].has_distortion();
       gl::Program& program = distortion ? distorted_ribbon_ : plain_ribbon_;
-      if (!program.made()) program = hull_program(distortion, false, true);
+      if (!program.made()) program = hull_program(distortion, false, "RIBBON");
       program.use();
       place(in, s, clip_from_scene, program);
       in.subjects[s].draw_ribbons(program);

@@ -105,9 +105,10 @@ UploadCounts SubjectBuffers::upload_skin(const Mesh& mesh, const std::vector<Vec
   use_maps_ = texturing && texturing->method == TextureMethod::blend &&
               texturing->maps.size() == mesh.views.size() && !drawing_.views.empty();
   if (use_maps_) upload_maps(mesh);
+  if (!drawing_.lists.empty()) upload_lists();
   upload_views(mesh);
   best_ = texturing && texturing->method == TextureMethod::blend
-              ? static_cast<int>(std::clamp<std::uint32_t>(texturing->cameras, 1, 4))
+              ? static_cast<int>(std::clamp<std::uint32_t>(texturing->cameras, 1, most_candidates))
               : 1;
   fill_range_ = fill_range(mesh);
   return counts;
@@ -116,22 +117,25 @@ UploadCounts SubjectBuffers::upload_skin(const Mesh& mesh, const std::vector<Vec
 void SubjectBuffers::find_vertices(const Mesh& mesh, const std::vector<Vec3>& eyes) {
   drawing_.vertices.clear();
   drawing_.corner.clear();
+  drawing_.lists.clear();
   drawing_.views.clear();
   drawing_.slot_of_view.assign(mesh.views.size(), -1);
   ranges_.clear();
+  wide_.clear();
   std::size_t first = 0;
-  const auto range = [&] {
-    ranges_.push_back(
-        {static_cast<GLint>(first), static_cast<GLsizei>(drawing_.vertices.size() - first)});
-    first = drawing_.vertices.size();
+  const auto range_to = [&](std::size_t end) {
+    const Range range{static_cast<GLint>(first), static_cast<GLsizei>(end - first)};
+    first = end;
+    return range;
   };
   for (const Vec3& eye : eyes) {
-    add_hull_vertices(mesh, eye, drawing_);
+    const std::size_t wide = add_hull_vertices(mesh, eye, drawing_);
     if (soft_ && ranges_.empty()) draw_in(mesh, 0, drawing_);
-    range();
+    ranges_.push_back(range_to(wide));
+    wide_.push_back(range_to(drawing_.vertices.size()));
   }
   if (soft_) add_ribbons(mesh, eyes.front(), drawing_);
-  range();
+  ranges_.push_back(range_to(drawing_.vertices.size()));
   rests_ = rim_shares(mesh, eyes.front(), soft_);
 }
 
@@ -215,6 +219,18 @@ void SubjectBuffers::upload_maps(const Mesh& mesh) {
   depth_tolerance_ = 3.0f * coarsest + 0.002f + inset;
 }
 
+void SubjectBuffers::upload_lists() {
+  constexpr std::size_t columns = 1024;  // as shaders/hull.frag
+  const std::size_t rows = (drawing_.lists.size() + columns - 1) / columns;
+  drawing_.lists.resize(rows * columns);
+  gl::bind_texture(0, GL_TEXTURE_2D, lists_.get());
+  glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
+  glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA16UI, static_cast<GLsizei>(columns),
+               static_cast<GLsizei>(rows), 0, GL_RGBA_INTEGER, GL_UNSIGNED_SHORT,
+               drawing_.lists.data());
+  gl::texture_parameters(GL_TEXTURE_2D, GL_NEAREST);
+}
+
 void SubjectBuffers::upload_views(const Mesh& mesh) {
   std::vector<ViewBlock> blocks(view_slots);
   distortion_ = false;
@@ -279,6 +295,17 @@ void SubjectBuffers::draw_shape() const {
 
 void SubjectBuffers::draw_skin(std::size_t eye, gl::Program& program) const {
   if (eye + 1 < ranges_.size()) draw_range(ranges_[eye].first, ranges_[eye].count, program);
+}
+
+bool SubjectBuffers::has_wide(std::size_t eye) const {
+  return eye < wide_.size() && wide_[eye].count > 0;
+}
+
+void SubjectBuffers::draw_wide(std::size_t eye, gl::Program& program) const {
+  if (!has_wide(eye)) return;
+  gl::bind_texture(2, GL_TEXTURE_2D, lists_.get());
+  program.set("lists", 2);
+  draw_range(wide_[eye].first, wide_[eye].count, program);
 }
 
 void SubjectBuffers::draw_ribbons(gl::Program& program) const {

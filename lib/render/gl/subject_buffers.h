@@ -13,7 +13,7 @@
 
 namespace polyhull {
 
-inline constexpr int view_slots = 64;
+inline constexpr int view_slots = most_candidates;
 
 /// What upload() did, for statistics.
 struct UploadCounts {
@@ -36,9 +36,13 @@ class SubjectBuffers {
   /// Draws the shape; a hull_depth program is in use.
   void draw_shape() const;
 
-  /// Draws what eye \p eye sees; sets the hull program's uniforms that belong to the mesh. Uses
-  /// texture units 0 and 1 and uniform block binding 0.
+  /// Draws the narrow triangles (hull_vertices.h) that eye \p eye sees; sets the hull program's
+  /// uniforms that belong to the mesh. Uses texture units 0 and 1 and uniform block binding 0.
   void draw_skin(std::size_t eye, gl::Program& program) const;
+  /// Whether eye \p eye sees wide triangles.
+  bool has_wide(std::size_t eye) const;
+  /// Draws them, like draw_skin(), by a program of WIDE triangles. Uses texture unit 2, too.
+  void draw_wide(std::size_t eye, gl::Program& program) const;
   /// Draws the soft edge that the first eye sees, like draw_skin().
   void draw_ribbons(gl::Program& program) const;
 
@@ -51,6 +55,7 @@ class SubjectBuffers {
                        UploadCounts& counts);
   void upload_smaller(const Rectangle& roi, GLint layer, int levels);
   void upload_maps(const Mesh& mesh);
+  void upload_lists();
   void upload_views(const Mesh& mesh);
 
   struct Range {
@@ -60,9 +65,10 @@ class SubjectBuffers {
   mutable gl::VertexArray shape_array_, skin_array_;
   gl::Buffer positions_, indices_, skin_;
   mutable gl::Buffer views_;
-  mutable gl::Texture pictures_, maps_;
+  mutable gl::Texture pictures_, maps_, lists_;
   GLsizei shape_count_ = 0;
-  std::vector<Range> ranges_;  // of the eyes, then of the ribbons
+  std::vector<Range> ranges_;  // of the eyes' narrow triangles, then of the ribbons
+  std::vector<Range> wide_;    // of the eyes' wide triangles
   HullDrawing drawing_;
   std::vector<std::uint32_t> staging_;
   std::vector<std::uint32_t> half_;  // one occlusion map as two half floats per texel

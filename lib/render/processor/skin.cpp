@@ -7,22 +7,11 @@
 
 #include "base/srgb.h"
 #include "base/thread_pool.h"
+#include "render/processor/best_views.h"
 #include "render/soft_edge.h"
 
 namespace polyhull::processor {
 namespace {
-
-/// The weight of the first camera that is left out is taken off the others: what enters and leaves
-/// the chosen few does so at weight zero, and the blend stays continuous (Buehler et al. 2001).
-void choose(float* w, int best) {
-  const float high_x = std::max(w[0], w[2]), high_y = std::max(w[1], w[3]);  // of two pairs
-  const float low_x = std::min(w[0], w[2]), low_y = std::min(w[1], w[3]);
-  const float second = std::max(std::min(high_x, high_y), std::max(low_x, low_y));
-  const float third = std::min(std::min(high_x, high_y), std::max(low_x, low_y));
-  const float fourth = std::min(low_x, low_y);
-  const float left_out = best == 1 ? second : best == 2 ? third : best == 3 ? fourth : 0.0f;
-  for (int i = 0; i < 4; ++i) w[i] = std::max(w[i] - left_out, 0.0f) + 1e-3f * w[i];
-}
 
 /// What a view of relative weight \p near leaves of a ribbon where its matte is \p matte (soft_edge.h).
 float own_alpha(float near, float matte) {
@@ -34,6 +23,7 @@ float own_alpha(float near, float matte) {
 }  // namespace
 
 void SkinItems::clear() {
+  parts.clear();
   for (auto* numbers : {&x, &y, &z, &depth, &share}) numbers->clear();
   weights.clear();
   slots.clear();
@@ -56,7 +46,7 @@ SkinCounts Skin::prepare(const Mesh& mesh, const std::vector<Vec3>& eyes, double
   const Texturing* texturing = mesh.texturing ? &*mesh.texturing : nullptr;
   const bool blend = texturing && texturing->method == TextureMethod::blend;
   use_maps_ = blend && texturing->maps.size() == mesh.views.size() && !drawing_.views.empty();
-  best_ = blend ? static_cast<int>(std::clamp<std::uint32_t>(texturing->cameras, 1, 4)) : 1;
+  best_ = blend ? static_cast<int>(std::clamp<std::uint32_t>(texturing->cameras, 1, most_candidates)) : 1;
   fill_range_ = fill_range(mesh);
   tolerance_ = 0.0f;
   if (use_maps_) {
@@ -114,16 +104,24 @@ SkinCounts Skin::prepare(const Mesh& mesh, const std::vector<Vec3>& eyes, double
 void Skin::find_vertices(const Mesh& mesh, const std::vector<Vec3>& eyes, bool soft) {
   drawing_.vertices.clear();
   drawing_.corner.clear();
+  drawing_.lists.clear();
   drawing_.views.clear();
   drawing_.slot_of_view.assign(mesh.views.size(), -1);
   first_.assign(1, 0);
+  first_wide_.clear();
   for (const Vec3& eye : eyes) {
-    add_hull_vertices(mesh, eye, drawing_);
+    first_wide_.push_back(add_hull_vertices(mesh, eye, drawing_));
     if (soft && first_.size() == 1) draw_in(mesh, 0, drawing_);
     first_.push_back(drawing_.vertices.size());
   }
   if (soft) add_ribbons(mesh, eyes.front(), drawing_);
   rests_ = rim_shares(mesh, eyes.front(), soft);
+}
+
+bool Skin::wide(std::size_t index) const {
+  std::size_t eye = 0;
+  while (eye < first_wide_.size() && index >= first_[eye + 1]) ++eye;
+  return eye < first_wide_.size() && index >= first_wide_[eye];
 }
 
 void Skin::prepare_picture(const Mesh& mesh, int view) {
@@ -330,16 +328,26 @@ void Skin::paint(const SkinItems& items, SkinScratch& s, glm::vec4* pixels) cons
     }
   }
   for (std::size_t i = 0; i < count; ++i) {
+    if (items.parts[i] == 0) {  // of the point before
+      s.sums[i] = glm::vec4(0.0f);
+      continue;
+    }
     float* w = &s.weights[4 * i];
-    const float all = w[0] + w[1] + w[2] + w[3];
-    choose(w, best_);
-    const float total = w[0] + w[1] + w[2] + w[3];
+    const std::size_t candidates = 4 * std::size_t(items.parts[i]);
+    const auto sum = [=] {
+      float of = w[0] + w[1] + w[2] + w[3];
+      for (std::size_t c = 4; c < candidates; ++c) of += w[c];
+      return of;
+    };
+    const float all = sum();
+    keep_best_views(w, candidates, best_);
+    const float total = sum();
     // What hardly any camera sees fades to the fill; ribbons show what little they have.
     const float range = i < items.first_of_ribbon ? fill_range_ : 1e-6f;
     const float t = std::clamp(all / range, 0.0f, 1.0f);
     const float sure = total > 0.0f ? t * t * (3.0f - 2.0f * t) : 0.0f;
     const float scale = sure > 0.0f ? sure / total : 0.0f;
-    for (std::size_t c = 0; c < 4; ++c) w[c] *= scale;
+    for (std::size_t c = 0; c < candidates; ++c) w[c] *= scale;
     s.sums[i] = glm::vec4((1.0f - sure) * items.fill[i], 1.0f);
   }
   for (std::size_t slot = 0; slot < views_.size(); ++slot) {

@@ -6,6 +6,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "mesh/mesh.h"
@@ -22,7 +23,8 @@ struct SkinCounts {
   std::uint64_t pixels = 0;
 };
 
-/// Points of one subject to be coloured, in arrays.
+/// Points of one subject to be coloured, in arrays. A point of a wide triangle (hull_vertices.h)
+/// takes several items, one after the other, that have four of its views each.
 struct SkinItems {
   std::vector<float> x, y, z;                 ///< local coordinates
   std::vector<float> depth;                   ///< before the viewport, mesh units
@@ -31,6 +33,7 @@ struct SkinItems {
   std::vector<Vec3f> fill;                    ///< the colour where no view counts, linear
   std::vector<float> share;                   ///< how much of its pixel a point is
   std::vector<std::uint32_t> pixel;           ///< where its colour goes
+  std::vector<std::uint8_t> parts;            ///< items of the point that begins here; 0: none does
   std::size_t first_of_ribbon = 0;  ///< from here on they are points of ribbons (soft_edge.h)
   std::size_t size() const { return x.size(); }
   void clear();
@@ -66,6 +69,13 @@ class Skin {
   std::size_t last_of_ribbon() const { return drawing_.vertices.size(); }
   /// Vertex \p index; a triangle's three follow each other in memory.
   const HullVertex& vertex(std::size_t index) const { return drawing_.vertices[index]; }
+  /// Whether the triangle at vertex \p index, of an eye's, is wide.
+  bool wide(std::size_t index) const;
+  /// The views of a wide triangle, of which \p vertex is one.
+  std::span<const std::array<std::uint16_t, 4>> list(const HullVertex& vertex) const {
+    const std::size_t first = list_of(vertex);
+    return {&drawing_.lists[first + 1], drawing_.lists[first][0]};
+  }
 
   /// Adds each item's linear colour times its share (and the share as fourth number) to its pixel.
   void paint(const SkinItems& items, SkinScratch& scratch, glm::vec4* pixels) const;
@@ -86,7 +96,7 @@ class Skin {
   void soften(const SkinItems& items, SkinScratch& scratch) const;
 
   HullDrawing drawing_;
-  std::vector<std::size_t> first_;
+  std::vector<std::size_t> first_, first_wide_;  // by eye
   std::vector<Picture> pictures_;               // by view
   std::vector<SkinView> views_;                 // by slot
   std::vector<std::vector<SkinView>> smaller_;  // by slot and level, from 1 on

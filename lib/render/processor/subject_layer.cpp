@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <span>
 
 namespace polyhull::processor {
 namespace {
@@ -10,8 +11,8 @@ namespace {
 constexpr std::uint32_t number_bits = 0x0fffffffu;  // below the sample's number
 
 /// The point of a triangle's surface at \p at, seen in \p share of the pixel.
-void add_item(SkinItems& items, const HullVertex* corner, const Foot& at, float depth, float share,
-              std::uint32_t pixel) {
+void add_point(SkinItems& items, const HullVertex* corner, const Foot& at, float depth,
+               float share, std::uint32_t pixel) {
   const HullVertex &a = corner[0], &b = corner[1], &c = corner[2];
   const float first = 1.0f - at.second - at.third;
   const Vec3f p = first * a.position + at.second * b.position + at.third * c.position;
@@ -19,17 +20,47 @@ void add_item(SkinItems& items, const HullVertex* corner, const Foot& at, float 
   items.y.push_back(p.y);
   items.z.push_back(p.z);
   items.depth.push_back(depth);
+  const auto fill = [](const HullVertex& v) { return Vec3f(v.fill[0], v.fill[1], v.fill[2]); };
+  items.fill.push_back((first * fill(a) + at.second * fill(b) + at.third * fill(c)) *
+                       (1.0f / 65535.0f));
+  items.share.push_back(share);
+  items.pixel.push_back(pixel);
+}
+
+/// The views of the point last added, of a narrow triangle.
+void add_views(SkinItems& items, const HullVertex* corner, const Foot& at) {
+  const HullVertex &a = corner[0], &b = corner[1], &c = corner[2];
+  const float first = 1.0f - at.second - at.third;
   std::array<float, 4>& weights = items.weights.emplace_back();
   for (std::size_t k = 0; k < 4; ++k)
     weights[k] = (first * a.weights[k] + at.second * b.weights[k] + at.third * c.weights[k]) *
                  (1.0f / 65535.0f);
   items.slots.push_back(a.slots[0] | a.slots[1] << 8 | a.slots[2] << 16 |
                         static_cast<std::uint32_t>(a.slots[3]) << 24);
-  const auto fill = [](const HullVertex& v) { return Vec3f(v.fill[0], v.fill[1], v.fill[2]); };
-  items.fill.push_back((first * fill(a) + at.second * fill(b) + at.third * fill(c)) *
-                       (1.0f / 65535.0f));
-  items.share.push_back(share);
-  items.pixel.push_back(pixel);
+  items.parts.push_back(1);
+}
+
+/// The views of the point last added, of a wide triangle; items for all but the first four.
+void add_views(SkinItems& items, std::span<const std::array<std::uint16_t, 4>> list,
+               const Foot& at) {
+  const float first = 1.0f - at.second - at.third;
+  for (std::size_t begin = 0; begin < list.size(); begin += 4) {
+    if (begin > 0) {
+      for (auto* numbers : {&items.x, &items.y, &items.z, &items.depth, &items.share})
+        numbers->push_back(numbers->back());
+      items.fill.push_back(items.fill.back());
+      items.pixel.push_back(items.pixel.back());
+    }
+    std::array<float, 4>& weights = items.weights.emplace_back();
+    std::uint32_t slots = 0;
+    for (std::size_t i = 0; i < 4 && begin + i < list.size(); ++i) {
+      const auto& [a, b, c, slot] = list[begin + i];
+      weights[i] = (first * a + at.second * b + at.third * c) * (1.0f / 65535.0f);
+      slots |= static_cast<std::uint32_t>(slot) << (8 * i);
+    }
+    items.slots.push_back(slots);
+    items.parts.push_back(begin == 0 ? static_cast<std::uint8_t>((list.size() + 3) / 4) : 0);
+  }
 }
 
 }  // namespace
@@ -120,9 +151,15 @@ void SubjectLayer::find_items(const std::vector<ReadySubject>& subjects, const R
       const Foot at =
           foot(piece, x + sx / static_cast<float>(own), y + sy / static_cast<float>(own));
       const auto [subject, first] = drawn.vertex_of[piece.id];
-      add_item(scratch.items[subject], &subjects[subject].skin.vertex(first), at,
-               at.depth / static_cast<float>(subjects[subject].scale),
-               static_cast<float>(own) * each, static_cast<std::uint32_t>(pixel));
+      const Skin& skin = subjects[subject].skin;
+      SkinItems& items = scratch.items[subject];
+      const HullVertex* corner = &skin.vertex(first);
+      add_point(items, corner, at, at.depth / static_cast<float>(subjects[subject].scale),
+                static_cast<float>(own) * each, static_cast<std::uint32_t>(pixel));
+      if (skin.wide(first))
+        add_views(items, skin.list(*corner), at);
+      else
+        add_views(items, corner, at);
     }
   }
 }
