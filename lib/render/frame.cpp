@@ -115,8 +115,9 @@ std::vector<Vec3> shadow_volume(const Light& light, const Bounds& subject, const
 
 PlacedSubject place(const RenderSubject& subject) {
   PlacedSubject out;
-  const Mesh& mesh = *subject.mesh;
+  const Mesh& mesh = subject.image ? subject.image->mesh : *subject.mesh;
   out.mesh = &mesh;
+  out.image = subject.image;
   out.content = subject.content;
   out.to_scene = place_in_scene(mesh, subject.placement);
   out.from_scene = glm::inverse(out.to_scene);
@@ -178,7 +179,9 @@ RenderPlan plan_frame(const RenderFrame& frame, const RenderSettings& settings,
   Bounds everything = scene_bounds;
   Bounds people;
   for (const RenderSubject& subject : frame.subjects) {
-    if (!subject.mesh || subject.mesh->hull.empty()) continue;
+    const bool something = subject.image ? !subject.image->hull.empty()
+                                         : subject.mesh && !subject.mesh->hull.empty();
+    if (!something) continue;
     PlacedSubject placed = place(subject);
     if (!std::all_of(placed.points.begin(), placed.points.end(), usable)) {
       ++plan.unusable;
@@ -206,7 +209,7 @@ RenderPlan plan_frame(const RenderFrame& frame, const RenderSettings& settings,
   for (PlacedSubject& subject : plan.subjects) {
     Rectangle own =
         screen_rectangle(subject.points, plan.clip_from_scene, frame.width, frame.height);
-    if (settings.soft_edges && !own.empty()) {
+    if (settings.soft_edges && !subject.image && !own.empty()) {
       const int by = subject.beyond = pixels_beyond(subject, plan, frame.width + frame.height);
       own = intersection({own.x - by, own.y - by, own.width + 2 * by, own.height + 2 * by}, whole);
     }

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "imagehull/image_subject.h"
 #include "mesh/mesh.h"
 #include "render/light_samples.h"
 #include "render/projection.h"
@@ -54,6 +55,9 @@ struct RenderSubject {
   const Mesh* mesh = nullptr;
   SubjectPlacement placement;
   std::uint64_t content = 0;  ///< the same number: the same mesh as before; 0: not known
+  /// Drawn from its silhouettes instead of the mesh's triangles, by the processor's renderer alone;
+  /// of the same content. Null: by triangles.
+  std::shared_ptr<const ImageSubject> image;
 };
 
 /// What is to be drawn.
@@ -77,11 +81,13 @@ struct RenderFrame {
 
 /// A subject in scene coordinates.
 struct PlacedSubject {
-  const Mesh* mesh = nullptr;
+  const Mesh* mesh = nullptr;  ///< of an image-based subject ImageSubject::mesh
   Mat4 to_scene{1.0};         ///< from the mesh's world
   Mat4 local_to_scene{1.0};   ///< from coordinates relative to Hull::origin
   Mat4 from_scene{1.0};       ///< to the mesh's world
-  std::vector<Vec3f> points;  ///< the hull's vertices in scene coordinates
+  /// The hull's vertices in scene coordinates; of an image-based subject the corners around it.
+  std::vector<Vec3f> points;
+  std::shared_ptr<const ImageSubject> image;  ///< as RenderSubject::image
   std::uint64_t content = 0;  ///< as RenderSubject::content
   int beyond = 0;             ///< pixels that its soft edge reaches beyond its hull
 };
@@ -91,7 +97,7 @@ struct RenderPlan {
   Mat4 clip_from_scene{1.0};
   Vec3 eye{0.0};                        ///< the viewport's centre, scene coordinates
   double pixel_size = 0.0;              ///< of the viewport at depth 1
-  std::vector<PlacedSubject> subjects;  ///< those with triangles
+  std::vector<PlacedSubject> subjects;  ///< those that are not empty
   int unusable = 0;                     ///< those left out: not finite, or beyond 1e9 m
   Rectangle subject, shadow, mirror;
   Rectangle mirror_shadow;  ///< where the mirror may show the shadow
@@ -115,7 +121,8 @@ Vec4 kept_side(const Mirror& mirror);
 std::vector<Vec3> eyes_on(const PlacedSubject& subject, const RenderFrame& frame,
                           const RenderPlan& plan);
 
-/// All subjects of \p plan as one shape: corners in scene coordinates, three to a triangle.
+/// All subjects of \p plan that have triangles as one shape: corners in scene coordinates, three to a
+/// triangle.
 struct SubjectsShape {
   std::vector<Vec3f> points;
   std::vector<std::uint32_t> triangles;

@@ -133,7 +133,7 @@ void AreaShadow::aim(std::span<const std::uint32_t> pixels, const Vec3f& place, 
 
 /// Samples first .. last - 1 of the block's candidates, of all for first = 0 and of mixed ones
 /// after.
-std::uint64_t AreaShadow::trace(const RayCaster& subjects, const TracedScene& scene,
+std::uint64_t AreaShadow::trace(const ShadowCasters& subjects, const TracedScene& scene,
                                 const Light& light, std::size_t number, int first, int last) {
   std::array<std::uint32_t, Packet::most> pixels[neighbours];
   std::size_t counts[neighbours] = {};
@@ -150,10 +150,12 @@ std::uint64_t AreaShadow::trace(const RayCaster& subjects, const TracedScene& sc
   for (int sample = first; sample < last; ++sample) {
     const std::uint64_t bit = std::uint64_t{1} << sample;
     for (std::size_t same = 0; same < neighbours; ++same) {
-      aim(std::span(pixels[same]).first(counts[same]),
-          places_[same * static_cast<std::size_t>(per_pixel_) + sample], facing, packet);
+      const std::size_t place = same * static_cast<std::size_t>(per_pixel_) + sample;
+      aim(std::span(pixels[same]).first(counts[same]), places_[place], facing, packet);
       if (packet.count == 0) continue;
-      traced += packet.ask(subjects);
+      subjects.occluded(std::span(packet.rays).first(packet.count), places_[place], place, aim_,
+                        packet.hidden);
+      traced += packet.count;
       std::size_t behind = 0;  // those whose way through the scene is not known yet
       for (std::size_t i = 0; i < packet.count; ++i) {
         if (!packet.hidden[i]) continue;
@@ -347,15 +349,16 @@ std::vector<Rectangle> AreaShadow::reached(const LayerView& view) const {
 void AreaShadow::draw(const ShadowCasters& subjects, const TracedScene& scene,
                       const ShadowView& view, const Light& light) {
   std::atomic<std::uint64_t> rays = 0;
+  aim_ = subjects.aim(places_);
   in_blocks(0, [&](std::size_t number) {
     block_state_[number] = find_candidates(subjects.reach(), scene, view, number) > 0;
     if (block_state_[number] > 0)
-      rays += trace(subjects.caster(), scene, light, number, 0, work_.first);
+      rays += trace(subjects, scene, light, number, 0, work_.first);
   });
   if (work_.rays > work_.first) {
     in_blocks(1, [&](std::size_t number) { find_mixed(number, work_.first); });
     in_blocks(1, [&](std::size_t number) {
-      rays += trace(subjects.caster(), scene, light, number, work_.first, work_.rays);
+      rays += trace(subjects, scene, light, number, work_.first, work_.rays);
     });
   }
   in_blocks(1, [&](std::size_t number) { gather(number); });

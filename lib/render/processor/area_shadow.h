@@ -92,7 +92,7 @@ class AreaShadow {
   void find_mixed(std::size_t number, int first);
   void aim(std::span<const std::uint32_t> pixels, const Vec3f& place, const Vec3f& facing,
            Packet& packet) const;
-  std::uint64_t trace(const RayCaster& subjects, const TracedScene& scene, const Light& light,
+  std::uint64_t trace(const ShadowCasters& subjects, const TracedScene& scene, const Light& light,
                       std::size_t number, int first, int last);
   bool fill(std::size_t number, ShadowTile& tile) const;
   void gather(std::size_t number);
@@ -130,6 +130,7 @@ class AreaShadow {
   int per_pixel_ = 0;
   Effort work_;
   std::vector<Vec3f> places_;              // on the light: per_pixel_ for each of 4 x 4 neighbours
+  ShadowCasters::Aim aim_;                 // of these
   std::vector<std::uint64_t> open_known_;  // by sample: whether the scene's part in b is known
   std::vector<std::uint64_t> open_;        // and lets the ray through
   // Of this frame.

@@ -57,6 +57,7 @@ bool ProcessorRenderer::State::still(const RenderPlan& plan) const {
   bool same = subjects.size() == plan.subjects.size();
   for (std::size_t i = 0; same && i < subjects.size(); ++i)
     same = plan.subjects[i].content != 0 && plan.subjects[i].content == subjects[i].content &&
+           (plan.subjects[i].image != nullptr) == (subjects[i].image != nullptr) &&
            plan.subjects[i].local_to_scene == subjects[i].local_to_scene;
   return same;
 }
@@ -70,10 +71,16 @@ void ProcessorRenderer::State::ready_subjects(const RenderFrame& frame, const Re
   for (std::size_t i = 0; i < subjects.size(); ++i) {
     const PlacedSubject& placed = plan.subjects[i];
     ReadySubject& subject = subjects[i];
-    const bool same = settings.skip && placed.content != 0 && placed.content == subject.content;
+    const bool same = settings.skip && placed.content != 0 &&
+                      placed.content == subject.content &&
+                      (placed.image != nullptr) == (subject.image != nullptr);
+    subject.image = placed.image;
+    subject.from_scene = placed.from_scene;
+    const std::vector<Vec3> eyes = eyes_on(placed, frame, plan);
+    subject.views = placed.image ? views_for(*placed.mesh, eyes) : std::vector<int>();
     const SkinCounts counts =
-        subject.skin.prepare(*placed.mesh, eyes_on(placed, frame, plan), plan.pixel_size, same,
-                             !settings.skip, settings.soft_edges);
+        subject.skin.prepare(*placed.mesh, eyes, plan.pixel_size, same, !settings.skip,
+                             settings.soft_edges && !placed.image, subject.views);
     statistics.pictures_uploaded += counts.pictures;
     statistics.pictures_skipped += counts.pictures_skipped;
     reused = reused && same;

@@ -32,9 +32,10 @@ void SkinItems::clear() {
 }
 
 SkinCounts Skin::prepare(const Mesh& mesh, const std::vector<Vec3>& eyes, double pixel_size,
-                         bool same, bool all_views, bool soft) {
+                         bool same, bool all_views, bool soft,
+                         std::span<const int> others) {
   SkinCounts counts;
-  find_vertices(mesh, eyes, soft);
+  find_vertices(mesh, eyes, soft, others);
   std::vector<int> wanted = drawing_.views;
   for (std::size_t k = 0; k < mesh.views.size(); ++k) {
     if (drawing_.slot_of_view[k] >= 0 || !can_colour(mesh.views[k].view)) continue;
@@ -101,7 +102,8 @@ SkinCounts Skin::prepare(const Mesh& mesh, const std::vector<Vec3>& eyes, double
   return counts;
 }
 
-void Skin::find_vertices(const Mesh& mesh, const std::vector<Vec3>& eyes, bool soft) {
+void Skin::find_vertices(const Mesh& mesh, const std::vector<Vec3>& eyes, bool soft,
+                         std::span<const int> others) {
   drawing_.vertices.clear();
   drawing_.corner.clear();
   drawing_.lists.clear();
@@ -109,6 +111,7 @@ void Skin::find_vertices(const Mesh& mesh, const std::vector<Vec3>& eyes, bool s
   drawing_.slot_of_view.assign(mesh.views.size(), -1);
   first_.assign(1, 0);
   first_wide_.clear();
+  for (const int view : others) slot_of(drawing_, static_cast<std::size_t>(view));
   for (const Vec3& eye : eyes) {
     first_wide_.push_back(add_hull_vertices(mesh, eye, drawing_));
     if (soft && first_.size() == 1) draw_in(mesh, 0, drawing_);

@@ -57,9 +57,10 @@ class Skin {
   /// Makes \p mesh's views ready for the eyes in \p eyes (mesh world coordinates), whose pixels
   /// measure \p pixel_size at depth 1. \p same: the mesh is the one of the last call, so that
   /// pictures stay. \p all_views: also those that colour nothing visible (skipping off).
-  /// \p soft: the first eye sees a soft edge (soft_edge.h).
+  /// \p soft: the first eye sees a soft edge (soft_edge.h). \p others: views that points of no triangle
+  /// take colours from (image_layer.h); slot i is the i-th of them.
   SkinCounts prepare(const Mesh& mesh, const std::vector<Vec3>& eyes, double pixel_size, bool same,
-                     bool all_views, bool soft);
+                     bool all_views, bool soft, std::span<const int> others = {});
 
   /// The triangles that eye \p eye sees, three vertices each.
   std::size_t first_vertex(std::size_t eye) const { return first_[eye]; }
@@ -87,7 +88,8 @@ class Skin {
     std::vector<SmallerPicture> smaller;
     std::vector<float> depth, fade;  // of the map, with a column and a row of zeros
   };
-  void find_vertices(const Mesh& mesh, const std::vector<Vec3>& eyes, bool soft);
+  void find_vertices(const Mesh& mesh, const std::vector<Vec3>& eyes, bool soft,
+                     std::span<const int> others);
   void prepare_picture(const Mesh& mesh, int view);
   void add_smaller(const Mesh& mesh, int view, int levels);
   SkinView look_through(const Mesh& mesh, int view) const;

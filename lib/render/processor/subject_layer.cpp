@@ -89,6 +89,7 @@ void SubjectLayer::fill(const std::vector<ReadySubject>& subjects, const Subject
     drawn->triangles.begin(width, height);
     drawn->vertex_of.clear();
   }
+  images_.fill(subjects, eye, width, height);
   for (std::size_t s = 0; s < subjects.size(); ++s) {
     const Skin& skin = subjects[s].skin;
     hulls_.add(subjects, s, eye, skin.first_vertex(eye.number), skin.last_vertex(eye.number),
@@ -184,7 +185,7 @@ Rectangle SubjectLayer::painted(int band, const Rectangle& part) const {
       rows =
           bounding(rows, {columns.first, band * band_rows, columns.end - columns.first, band_rows});
   }
-  return intersection(rows, part);
+  return intersection(bounding(rows, images_.painted(band)), part);
 }
 
 Rectangle SubjectLayer::paint(const std::vector<ReadySubject>& subjects, int band,
@@ -210,7 +211,9 @@ Rectangle SubjectLayer::paint(const std::vector<ReadySubject>& subjects, int ban
   hulls_.triangles.draw(band, sample_rows);
   scratch.items.resize(subjects.size());
   for (SkinItems& items : scratch.items) items.clear();
+  images_.draw(subjects, sample_rows, scratch.images);
   find_items(subjects, rows, samples, hulls_, scratch.ids, scratch);
+  images_.find_items(subjects, sample_rows, scratch.images, scratch.items);
   for (SkinItems& items : scratch.items) items.first_of_ribbon = items.size();
   if (ribbons_.triangles.pieces() > 0) {
     draw_ribbons(band, sample_rows, scratch);

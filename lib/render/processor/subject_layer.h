@@ -10,26 +10,11 @@
 
 #include "raster/screen_triangles.h"
 #include "render/frame.h"
+#include "render/processor/image_layer.h"
 #include "render/processor/scene/scene_layer.h"
 #include "render/processor/skin.h"
 
 namespace polyhull::processor {
-
-/// A subject ready to be drawn, and what it was made ready of.
-struct ReadySubject {
-  Skin skin;
-  std::uint64_t content = 0;
-  Mat4 local_to_scene{1.0};
-  double scale = 1.0;  ///< units of the scene to a unit of the mesh
-};
-
-/// What decides a subject layer.
-struct SubjectEye {
-  std::size_t number = 0;       ///< of the eyes that the skins were prepared for
-  Mat4 pixels_from_scene{1.0};  ///< homogeneous
-  Facing facing = Facing::clockwise;
-  std::optional<Vec4> kept;  ///< only what is on this plane's positive side, scene coordinates
-};
 
 class SubjectLayer {
  public:
@@ -37,6 +22,7 @@ class SubjectLayer {
   struct Scratch {
     std::vector<float> inverse;
     std::vector<std::uint32_t> ids, ribbon_ids;
+    ImageLayer::Scratch images;
     std::vector<SkinItems> items;
     SkinScratch skin;
   };
@@ -70,6 +56,7 @@ class SubjectLayer {
   void draw_ribbons(int band, const SampleRows& rows, Scratch& scratch) const;
 
   Drawn hulls_, ribbons_;
+  ImageLayer images_;
 };
 
 }  // namespace polyhull::processor
