@@ -32,8 +32,7 @@ void SkinItems::clear() {
 }
 
 SkinCounts Skin::prepare(const Mesh& mesh, const std::vector<Vec3>& eyes, double pixel_size,
-                         bool same, bool all_views, bool soft,
-                         std::span<const int> others) {
+                         bool same, bool all_views, bool soft, std::span<const int> others) {
   SkinCounts counts;
   find_vertices(mesh, eyes, soft, others);
   std::vector<int> wanted = drawing_.views;
@@ -47,7 +46,9 @@ SkinCounts Skin::prepare(const Mesh& mesh, const std::vector<Vec3>& eyes, double
   const Texturing* texturing = mesh.texturing ? &*mesh.texturing : nullptr;
   const bool blend = texturing && texturing->method == TextureMethod::blend;
   use_maps_ = blend && texturing->maps.size() == mesh.views.size() && !drawing_.views.empty();
-  best_ = blend ? static_cast<int>(std::clamp<std::uint32_t>(texturing->cameras, 1, most_candidates)) : 1;
+  best_ = blend
+              ? static_cast<int>(std::clamp<std::uint32_t>(texturing->cameras, 1, most_candidates))
+              : 1;
   fill_range_ = fill_range(mesh);
   tolerance_ = 0.0f;
   if (use_maps_) {

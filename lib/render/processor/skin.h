@@ -99,9 +99,9 @@ class Skin {
 
   HullDrawing drawing_;
   std::vector<std::size_t> first_, first_wide_;  // by eye
-  std::vector<Picture> pictures_;               // by view
-  std::vector<SkinView> views_;                 // by slot
-  std::vector<std::vector<SkinView>> smaller_;  // by slot and level, from 1 on
+  std::vector<Picture> pictures_;                // by view
+  std::vector<SkinView> views_;                  // by slot
+  std::vector<std::vector<SkinView>> smaller_;   // by slot and level, from 1 on
   double pixel_size_ = 0.0;
   float tolerance_ = 0.0f;
   int reach_ = 0;             // to which pictures_ are continued
