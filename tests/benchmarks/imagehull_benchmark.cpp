@@ -15,6 +15,7 @@
 #include "refine/refine.h"
 #include "render/processor/processor_renderer.h"
 #include "silhouette/contour/contourer.h"
+#include "silhouette/silhouette.h"
 #include "support/body_scenes.h"
 #include "support/camera_contours.h"
 
