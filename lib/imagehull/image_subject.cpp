@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "imagehull/image_subject.h"
 
+#include <cmath>
+
+#include "base/error.h"
 #include "imagehull/sight_maps.h"
 #include "rig/undistort.h"
 
@@ -22,12 +25,22 @@ View without_contours(const View& view) {
   return out;
 }
 
+/// Before a lens could make numbers of what is none.
+void check(const View& view) {
+  for (const Vec2f& point : view.contours.points)
+    if (!std::isfinite(point.x) || !std::isfinite(point.y))
+      throw Error(Error::Kind::bad_input,
+                  "A contour of camera '{}' cannot be used: it is not finite.", view.camera);
+}
+
 }  // namespace
 
 ImageSubject image_subject(const Mesh& mesh) {
   std::vector<UndistortedRings> rings;
-  for (const MeshView& view : mesh.views)
+  for (const MeshView& view : mesh.views) {
+    check(view.view);
     rings.push_back(undistort_rings(view.calibration, view.view.contours));
+  }
   std::vector<Silhouette> silhouettes;
   std::vector<std::uint8_t> wanted;
   for (std::size_t k = 0; k < mesh.views.size(); ++k) {

@@ -90,13 +90,21 @@ bool catch_up(Composite& self, GstAggregatorPad* pad, const WaitingFrame& frame,
   return true;
 }
 
+/// Whether there is anything to draw of \p mesh: triangles, or a silhouette in each view.
+bool is_something(const Mesh& mesh) {
+  if (!mesh.hull.empty()) return true;
+  return mesh.views.size() >= 2 &&
+         std::none_of(mesh.views.begin(), mesh.views.end(),
+                      [](const MeshView& view) { return view.view.contours.empty(); });
+}
+
 /// The meshes that are shown with a frame that ends at \p end.
 std::vector<GstAggregatorPad*> shown(const CompositePads& pads, std::int64_t end,
                                      std::uint64_t max_age) {
   std::vector<GstAggregatorPad*> out;
   for (GstAggregatorPad* pad : pads.meshes) {
     const MeshPadState& state = state_of<MeshPadState>(pad);
-    if (!state.mesh || state.mesh->mesh().hull.empty()) continue;
+    if (!state.mesh || !is_something(state.mesh->mesh())) continue;
     const bool aged = state.time != no_time && end != no_time && end > state.time &&
                       static_cast<std::uint64_t>(end - state.time) > max_age;
     if (!aged) out.push_back(pad);

@@ -7,6 +7,7 @@
 #include <cstring>
 
 #include "base/error.h"
+#include "base/stopwatch.h"
 #include "plugins/common/guard.h"
 #include "plugins/common/memory/planes_meta.h"
 #include "plugins/common/memory/video_frame.h"
@@ -34,7 +35,7 @@ FrameComposer::FrameComposer(CompositeGl& gl, Statistics& statistics)
   statistics.declare({"drawn", "drawn-by-processor", "gl-failures", "rays", "subject-skipped",
                       "shadow-skipped", "mirror-skipped", "scene-depth-reused",
                       "scene-planes-taken", "static-shadow-reused", "mesh-reused",
-                      "pictures-uploaded", "pictures-skipped", "bytes-uploaded",
+                      "pictures-uploaded", "pictures-skipped", "bytes-uploaded", "image-based",
                       "background-bytes-uploaded", "backgrounds-converted", "pixels-shaded",
                       "pixels-changed"});
 }
@@ -61,11 +62,13 @@ void FrameComposer::prepare(const CompositeSettings& settings, const GstVideoInf
   frame_.height = GST_VIDEO_INFO_HEIGHT(&info);
   frame_.planes = attached_planes(background);
   frame_.subjects.clear();
-  for (GstAggregatorPad* pad : meshes) {
-    const MeshPadState& state = state_of<MeshPadState>(pad);
-    const PlacementSettings placed = snapshot(pad, state.placement);
-    frame_.subjects.push_back({&state.mesh->mesh(), placement(placed), state.content});
-  }
+  const bool image_based = settings.subject == SubjectShape::image_based;
+  const bool by_image = image_based && !on_gpu && settings.backend != Backend::gl;
+  if (image_based && !by_image && !meshes.empty())
+    statistics_.warn(gl_.element(), "image-based-refused",
+                     "OpenGL does not draw subject=image-based: the meshes' triangles are drawn "
+                     "instead. Set backend=processor, with pictures in system memory.");
+  for (GstAggregatorPad* pad : meshes) add_subject(pad, by_image);
   if (announcement_) {
     frame_.viewport = announcement_->viewport;
     frame_.scene = open(announcement_->scene);
@@ -87,7 +90,7 @@ void FrameComposer::prepare(const CompositeSettings& settings, const GstVideoInf
   // Without a mesh no context is needed, nor made.
   plan_ = {};
   if (frame_.subjects.empty()) return;
-  with_gl_ = draws_with_gl(settings.backend, on_gpu);
+  with_gl_ = !by_image && draws_with_gl(settings.backend, on_gpu);
   // The processor uploads nothing, and of pictures in OpenGL's memory nobody does.
   frame_.background_content = 0;
   if (with_gl_ && !on_gpu)
@@ -100,6 +103,43 @@ void FrameComposer::prepare(const CompositeSettings& settings, const GstVideoInf
     if (!processor_) processor_ = std::make_unique<ProcessorRenderer>();
     plan_ = processor_->plan(frame_, settings_);
   }
+}
+
+/// What is drawn of the pad's mesh by its silhouettes, made once; null where they are of no use.
+std::shared_ptr<const ImageSubject> FrameComposer::image_of(GstAggregatorPad* pad) {
+  MeshPadState& state = state_of<MeshPadState>(pad);
+  if (state.image_content == state.content) return state.image;
+  state.image_content = state.content;
+  state.image.reset();
+  try {
+    const Stopwatch watch;
+    state.image = std::make_shared<const ImageSubject>(image_subject(state.mesh->mesh()));
+    statistics_.set("image-based-ms", watch.milliseconds());
+    statistics_.count("image-based");
+  } catch (const Error& error) {
+    statistics_.warn(
+        gl_.element(), "meshes-unusable",
+        fmt::format("A mesh on {} is not drawn: {}", GST_OBJECT_NAME(pad), error.what()));
+  }
+  return state.image;
+}
+
+/// Adds what is to be drawn of the pad's mesh to the frame.
+void FrameComposer::add_subject(GstAggregatorPad* pad, bool by_image) {
+  const MeshPadState& state = state_of<MeshPadState>(pad);
+  const Mesh& mesh = state.mesh->mesh();
+  const std::shared_ptr<const ImageSubject> image = by_image ? image_of(pad) : nullptr;
+  if (by_image && !image) return;
+  if (!by_image && mesh.hull.empty()) {
+    statistics_.warn(gl_.element(), "meshes-without-surface",
+                     fmt::format("The mesh on {} has silhouettes but no triangles, so nothing of "
+                                 "it is seen. Set subject=image-based, or hullbuild "
+                                 "surface=polyhedral; or the silhouettes do not meet.",
+                                 GST_OBJECT_NAME(pad)));
+    return;
+  }
+  frame_.subjects.push_back(
+      {&mesh, placement(snapshot(pad, state.placement)), state.content, image});
 }
 
 /// Has the context ready where OpenGL is chosen.

@@ -87,6 +87,8 @@ class FrameComposer {
   bool run_gl(const std::function<void(Compositor&)>& work);  // false: it failed, and is given up
   void give_up_gl(const Error& why);
   bool draws_with_gl(Backend wanted, bool on_gpu);
+  void add_subject(GstAggregatorPad* pad, bool by_image);
+  std::shared_ptr<const ImageSubject> image_of(GstAggregatorPad* pad);
   void report(const Renderer& renderer);
 
   CompositeGl& gl_;

@@ -7,6 +7,7 @@
 
 #include <memory>
 
+#include "imagehull/image_subject.h"
 #include "plugins/common/live/live_pad.h"
 #include "plugins/common/memory/payload_buffer.h"
 #include "plugins/composite/properties.h"
@@ -26,11 +27,16 @@ struct MeshPadState {
 
   std::unique_ptr<MeshBuffer> mesh;  ///< the one shown; null: none yet
   std::uint64_t content = 0;         ///< its number, never used twice
+  /// What subject=image-based draws of it; null: not asked for yet, or refused.
+  std::shared_ptr<const ImageSubject> image;
+  std::uint64_t image_content = 0;   ///< the number of the mesh that it was last asked for of
   std::int64_t time = no_time;       ///< its running time
   std::int64_t begin = no_time;      ///< of what came last, a mesh or a gap
   std::int64_t end = no_time;        ///< up to when nothing newer is to be expected
 
   void forget() {
+    image.reset();
+    image_content = 0;
     mesh.reset();
     time = begin = end = no_time;
   }

@@ -31,6 +31,16 @@ GType enum_type<Backend>() {
 }
 
 template <>
+GType enum_type<SubjectShape>() {
+  return register_enum<SubjectShape>(
+      "PolyhullSubjectShape",
+      {{SubjectShape::mesh, "The mesh's triangles", "mesh"},
+       {SubjectShape::image_based,
+        "The silhouettes' intersection, ray by ray, whatever the mesh's triangles are",
+        "image-based"}});
+}
+
+template <>
 GType enum_type<Pivot>() {
   return register_enum<Pivot>(
       "PolyhullPivot", {{Pivot::rig_origin, "The origin of the cameras' coordinates", "rig-origin"},
@@ -65,6 +75,10 @@ std::span<const Property<CompositeSettings>> composite_properties() {
           "background does not announce it; 0 takes the scene's own.",
           0, far),
       property<&S::backend>("backend", "Backend", "What draws the pictures."),
+      property<&S::subject>(
+          "subject", "Subject",
+          "As what subjects are drawn. image-based needs no hull (hullbuild surface=none) and no "
+          "hulltexture, and is drawn by the processor."),
       property<&S::shadow>("shadow", "Shadow",
                            "How the subject's shadow of the scene's main light is drawn."),
       property<&S::light_samples>("light-samples", "Light samples",

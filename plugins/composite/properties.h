@@ -15,11 +15,18 @@ namespace polyhull::element {
 /// What draws the pictures.
 enum class Backend { automatic, processor, gl };
 
+/// What of a mesh is drawn.
+enum class SubjectShape {
+  mesh,         ///< its triangles
+  image_based,  ///< the intersection of its views' silhouettes
+};
+
 /// Times in ns.
 struct CompositeSettings : ViewportSettings {
   std::string scene;
   double exposure = 0.0;
   Backend backend = Backend::automatic;
+  SubjectShape subject = SubjectShape::mesh;
   ShadowQuality shadow = RenderSettings{}.shadow;
   int light_samples = RenderSettings{}.light_samples;
   int shadow_map_size = RenderSettings{}.shadow_map_size;

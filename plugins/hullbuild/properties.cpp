@@ -34,6 +34,16 @@ GType enum_type<Repair>() {
         "both"}});
 }
 
+template <>
+GType enum_type<HullSurface>() {
+  return register_enum<HullSurface>(
+      "PolyhullHullSurface",
+      {{HullSurface::polyhedral, "The visual hull as a closed mesh", "polyhedral"},
+       {HullSurface::none,
+        "No hull is built, meshes carry the views alone: for composite subject=image-based",
+        "none"}});
+}
+
 namespace {
 
 using S = HullSettings;
@@ -97,6 +107,9 @@ constexpr Property<S> table[] = {
         "check-cameras", "Check the cameras",
         "Whether to look if silhouettes contradict each other, with four cameras or more: the "
         "figure contradiction-percent of stats, and a warning that names the camera."),
+    property<&S::surface>("surface", "Surface",
+                          "Whether a hull is built. Without one all work on it is left out, "
+                          "repair too, and a mesh is the views of one instant."),
     property<&S::threads>("threads", "Threads",
                           "How many threads of the pool that all elements share may build the "
                           "hull (1 to 256); 0 means all of them.",

@@ -14,6 +14,12 @@
 
 namespace polyhull::element {
 
+/// What becomes of a set besides its views.
+enum class HullSurface {
+  polyhedral,  ///< the visual hull
+  none,        ///< nothing, for who draws the silhouettes' intersection without a mesh
+};
+
 /// What to do with a set that lacks the view of a camera.
 enum class MissingCamera { drop_set, drop_camera, hold, freeze };
 
@@ -31,6 +37,7 @@ struct HullSettings {
   bool use_bounds = true;
   double max_deviation = 0.0;
   Repair repair = Repair::off;
+  HullSurface surface = HullSurface::polyhedral;
   std::uint32_t min_agree = RepairOptions{}.min_agree;
   bool check_cameras = true;
   std::uint32_t threads = 0;

@@ -75,6 +75,11 @@ void SetBuilder::build_hull(GstElement* element, Mesh& mesh, const HullSettings&
                                    "keying, and that it does not stand inside the subject.",
                                    view.view.camera));
   }
+  if (settings.surface == HullSurface::none) {
+    repairs_.clear();
+    doubts_.reset();
+    return;
+  }
   HullOptions options;
   if (settings.use_bounds) options.bounds = rig_.bounds;
   options.unseen = settings.unseen;
@@ -133,14 +138,15 @@ void SetBuilder::take_doubts(const Mesh& mesh, const HullSettings& settings) {
   statistics_.set("check-ms", watch.milliseconds());
 }
 
-void SetBuilder::report(const Mesh& mesh) {
+void SetBuilder::report(const Mesh& mesh, bool has_surface) {
   statistics_.count("sets");
-  statistics_.count("empty-meshes", mesh.hull.empty());
+  statistics_.count("empty-meshes", has_surface && mesh.hull.empty());
   statistics_.set_count("faces", mesh.hull.faces.size());
   statistics_.set_count("vertices", mesh.hull.vertices.size());
   statistics_.set_count("triangles", mesh.hull.triangles.size() / 3);
   is_empty_ = mesh.hull.empty();
-  all_see_foreground_ = mesh.views.size() >= 2 && std::none_of(mesh.views.begin(), mesh.views.end(),
+  all_see_foreground_ =
+      has_surface && mesh.views.size() >= 2 && std::none_of(mesh.views.begin(), mesh.views.end(),
                                                                [](const MeshView& view) {
                                                                  return view.view.contours.empty();
                                                                });
@@ -170,7 +176,7 @@ GstBuffer* SetBuilder::build(GstElement* element, std::vector<SetView> views,
       mesh.capture_time = time;
   }
   build_hull(element, mesh, settings);
-  report(mesh);
+  report(mesh, settings.surface != HullSurface::none);
   Stopwatch watch;
   GstBuffer* buffer = make_mesh_buffer(std::move(mesh), pixels);
   statistics_.set("pack-ms", watch.milliseconds());

@@ -48,8 +48,8 @@ class SetBuilder {
   GstBuffer* build(GstElement* element, std::vector<SetView> views, const HullSettings& settings,
                    std::uint64_t trigger);
 
-  /// Of the last set: whether its hull is empty, and whether each of its views, two at least, has a
-  /// foreground.
+  /// Of the last set: whether its hull is empty, and whether one was asked for and each of its views,
+  /// two at least, has a foreground.
   bool is_empty() const { return is_empty_; }
   bool all_see_foreground() const { return all_see_foreground_; }
 
@@ -68,7 +68,7 @@ class SetBuilder {
   void build_hull(GstElement* element, Mesh& mesh, const HullSettings& settings);
   void take_repairs(Mesh& mesh);
   void take_doubts(const Mesh& mesh, const HullSettings& settings);
-  void report(const Mesh& mesh);
+  void report(const Mesh& mesh, bool has_surface);
 
   Statistics& statistics_;
   Rig rig_;

@@ -67,6 +67,24 @@ GST_START_TEST(test_holes_are_filled) {
 }
 GST_END_TEST
 
+GST_START_TEST(test_without_a_surface_nothing_is_built) {
+  Bench bench("surface=none repair=both min-agree=3");
+  push_spoilt(bench, 0);
+  const auto views = bench.pull();
+  fail_unless(views->hull.empty() && views->hull.vertices.empty());
+  fail_unless_equals_int(views->views.size(), 4);
+  for (int i = 0; i < 4; ++i) fail_unless(!views->views[i].view.pixels.empty());
+  fail_unless(views->views[0].view.contours == box_contours(bench.rig.cameras[0], {}));
+  fail_unless_equals_int(views->views[1].view.contours.size(), 2);  // nothing is mended
+  fail_unless_equals_uint64(bench.count("empty-meshes"), 0);
+  fail_unless_equals_uint64(bench.count("predicates"), 0);
+  fail_unless(bench.warnings().empty());
+  gst_util_set_object_arg(G_OBJECT(bench.element), "surface", "polyhedral");
+  push_spoilt(bench, 1);
+  fail_unless(enclosed_volume(bench.pull()->hull) == volume_of("", false));
+}
+GST_END_TEST
+
 GST_START_TEST(test_pieces_are_dropped) {
   Bench bench("repair=both min-agree=3");
   push_spoilt(bench, 0);
@@ -145,6 +163,7 @@ static Suite* hullbuild_repair_suite() {
   suite_add_tcase(suite, tests);
   tcase_add_test(tests, test_off_by_default);
   tcase_add_test(tests, test_holes_are_filled);
+  tcase_add_test(tests, test_without_a_surface_nothing_is_built);
   tcase_add_test(tests, test_pieces_are_dropped);
   tcase_add_test(tests, test_few_cameras_need_proof);
   tcase_add_test(tests, test_bytes_of_sound_silhouettes_stay);

@@ -286,6 +286,7 @@ void ImageLayer::add_item(const ReadySubject& subject, const Sight& sight, float
 void ImageLayer::find_items(const std::vector<ReadySubject>& subjects, const SampleRows& rows,
                             const Scratch& scratch, std::vector<SkinItems>& items) const {
   if (sights_.empty()) return;
+  for (const Sight& sight : sights_) items[sight.subject].nearest_where_unseen = true;
   const int width = rows.right - rows.left, height = rows.bottom - rows.top;
   const auto pixels = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
   const float each = 1.0f / static_cast<float>(rows.samples);

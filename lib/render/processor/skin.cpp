@@ -29,6 +29,7 @@ void SkinItems::clear() {
   slots.clear();
   fill.clear();
   pixel.clear();
+  nearest_where_unseen = false;
 }
 
 SkinCounts Skin::prepare(const Mesh& mesh, const std::vector<Vec3>& eyes, double pixel_size,
@@ -326,7 +327,8 @@ void Skin::paint(const SkinItems& items, SkinScratch& s, glm::vec4* pixels) cons
       // A ribbon that no view sees free of the hull takes the nearest one's colours.
       const std::uint32_t i = list[j] / 4;
       const bool ribbon = i >= items.first_of_ribbon;
-      s.weights[list[j]] = s.weight[j] + (ribbon ? 1e-3f * items.weights[i][list[j] % 4] : 0.0f);
+      const float least = ribbon ? 1e-3f : items.nearest_where_unseen ? 1e-4f : 0.0f;
+      s.weights[list[j]] = s.weight[j] + least * items.weights[i][list[j] % 4];
       s.all_u[list[j]] = s.u[j];
       s.all_v[list[j]] = s.v[j];
     }

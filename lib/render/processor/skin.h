@@ -35,6 +35,9 @@ struct SkinItems {
   std::vector<std::uint32_t> pixel;           ///< where its colour goes
   std::vector<std::uint8_t> parts;            ///< items of the point that begins here; 0: none does
   std::size_t first_of_ribbon = 0;  ///< from here on they are points of ribbons (soft_edge.h)
+  /// Whether what no view sees takes the colours that the views have there all the same, so that the
+  /// fill is only for what no view has a picture of.
+  bool nearest_where_unseen = false;
   std::size_t size() const { return x.size(); }
   void clear();
 };

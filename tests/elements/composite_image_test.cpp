@@ -1,0 +1,190 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+// composite subject=image-based: silhouettes drawn without a mesh's triangles.
+#include <cmath>
+#include <cstdlib>
+#include <string>
+#include <vector>
+
+#include "box_views.h"
+#include "composite_bench.h"
+#include "hull/stage.h"
+
+using namespace polyhull;
+using namespace polyhull::test;
+
+namespace {
+
+/// The views of a box by the built-in rig, and their hull if it is wanted.
+Mesh box_mesh(bool with_hull) {
+  static const Rig rig = default_rig();
+  Mesh mesh;
+  for (const Camera& camera : rig.cameras) {
+    MeshView& view = mesh.views.emplace_back();
+    view.calibration = camera;
+    view.view.camera = camera.name;
+    view.view.width = camera.width;
+    view.view.height = camera.height;
+    view.view.contours = box_contours(camera, {});
+  }
+  if (with_hull) {
+    std::vector<CameraContours> contours;
+    for (const MeshView& view : mesh.views)
+      contours.push_back({&view.calibration, &view.view.contours});
+    HullStage stage;
+    mesh.hull = stage.build(contours, {}, 0.0);
+  }
+  return mesh;
+}
+
+struct ImageBench : Bench {
+  GstBus* bus = gst_bus_new();
+  int frames = 0;
+  explicit ImageBench(const char* subject, const char* backend = "processor") {
+    wait_for_all();
+    gst_element_set_bus(element, bus);
+    set("backend", backend);
+    set("subject", subject);
+  }
+  ~ImageBench() {
+    gst_element_set_bus(element, nullptr);
+    gst_object_unref(bus);
+  }
+  void set(const char* property, const char* value) {
+    gst_util_set_object_arg(G_OBJECT(element), property, value);
+  }
+  /// A frame made with \p shown; \p next is the mesh of the frame to come.
+  std::vector<std::uint8_t> draw(const Mesh& shown, const Mesh& next) {
+    if (frames == 0) gst_harness_push(mesh, mesh_buffer(0, shown));
+    GstBuffer* out =
+        step(frame(frame_time(frames)), mesh_buffer(frame_time(frames + 1), next));
+    ++frames;
+    GstMapInfo map;
+    fail_unless(gst_buffer_map(out, &map, GST_MAP_READ));
+    std::vector<std::uint8_t> bytes(map.data, map.data + map.size);
+    gst_buffer_unmap(out, &map);
+    gst_buffer_unref(out);
+    return bytes;
+  }
+  /// The texts of the warnings since the last call.
+  std::vector<std::string> warnings() {
+    std::vector<std::string> texts;
+    while (GstMessage* message = gst_bus_pop_filtered(bus, GST_MESSAGE_WARNING)) {
+      GError* found = nullptr;
+      gst_message_parse_warning(message, &found, nullptr);
+      texts.emplace_back(found->message);
+      g_clear_error(&found);
+      gst_message_unref(message);
+    }
+    return texts;
+  }
+};
+
+/// How many pixels are not the background's; and by how many levels two pictures differ in all.
+int changed(const std::vector<std::uint8_t>& bytes) {
+  int count = 0;
+  for (std::size_t i = 0; i < bytes.size(); i += 4) count += bytes[i] != grey;
+  return count;
+}
+
+double apart(const std::vector<std::uint8_t>& a, const std::vector<std::uint8_t>& b) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < a.size(); i += 4) sum += std::abs(a[i] - b[i]);
+  return sum;
+}
+
+}  // namespace
+
+GST_START_TEST(test_draws_what_the_mesh_shows) {
+  const Mesh whole = box_mesh(true), views = box_mesh(false);
+  ImageBench by_mesh("mesh"), by_image("image-based");
+  const auto wanted = by_mesh.draw(whole, whole), drawn = by_image.draw(views, views);
+  fail_unless(changed(wanted) > 500);
+  // Both are of one grey, so edges alone may differ.
+  fail_unless(apart(wanted, drawn) < 0.002 * 38.0 * changed(wanted), "%f of %d",
+              apart(wanted, drawn), changed(wanted));
+  fail_unless_equals_uint64(statistic(by_image.element, "image-based"), 1);
+  fail_unless_equals_uint64(statistic(by_mesh.element, "image-based"), 0);
+  // The same mesh's triangles are not looked at.
+  ImageBench both("image-based");
+  fail_unless(both.draw(whole, whole) == drawn);
+}
+GST_END_TEST
+
+GST_START_TEST(test_switches_while_playing) {
+  const Mesh whole = box_mesh(true), views = box_mesh(false);
+  ImageBench bench("image-based");
+  const auto by_image = bench.draw(whole, whole);
+  bench.set("subject", "mesh");
+  const auto by_mesh = bench.draw(whole, views);
+  fail_unless(changed(by_mesh) > 500);
+  fail_unless(bench.warnings().empty());
+  // Without triangles there is nothing to see, and it is said why.
+  fail_unless_equals_int(changed(bench.draw(views, views)), 0);
+  const std::vector<std::string> said = bench.warnings();
+  fail_unless_equals_int(said.size(), 1);
+  fail_unless(said[0].find("subject=image-based") != std::string::npos, "%s", said[0].c_str());
+  bench.set("subject", "image-based");
+  fail_unless(bench.draw(views, views) == by_image);
+}
+GST_END_TEST
+
+GST_START_TEST(test_what_is_empty_stays_empty) {
+  ImageBench bench("image-based");
+  const Mesh views = box_mesh(false);
+  Mesh one_empty = views, none;
+  one_empty.views[1].view.contours.clear();
+  Mesh lone = views;
+  lone.views.resize(1);
+  fail_unless_equals_int(changed(bench.draw(one_empty, none)), 0);
+  fail_unless_equals_int(changed(bench.draw(none, lone)), 0);
+  fail_unless_equals_int(changed(bench.draw(lone, views)), 0);
+  fail_unless(changed(bench.draw(views, views)) > 500);
+  fail_unless(bench.warnings().empty());
+}
+GST_END_TEST
+
+GST_START_TEST(test_hostile_contours_do_no_harm) {
+  ImageBench bench("image-based");
+  const Mesh views = box_mesh(false);
+  Mesh point = views, thin = views, wild = views;
+  for (Vec2f& p : point.views[1].view.contours.points) p = {400.0f, 300.0f};
+  thin.views[2].view.contours.points = {{300.0f, 100.0f}, {300.0f, 600.0f}, {300.0f, 300.0f}};
+  thin.views[2].view.contours.ends = {3};
+  Rings& rings = wild.views[0].view.contours;
+  rings.points = {{-9e5f, -9e5f}, {9e5f, 9e5f}, {9e5f, -9e5f}, {-9e5f, 9e5f}, {1e-3f, 2e-3f}};
+  rings.ends = {5};
+  fail_unless_equals_int(changed(bench.draw(point, thin)), 0);
+  fail_unless_equals_int(changed(bench.draw(thin, wild)), 0);
+  bench.draw(wild, views);
+  fail_unless(changed(bench.draw(views, views)) > 500);
+}
+GST_END_TEST
+
+GST_START_TEST(test_opengl_draws_the_triangles_and_says_so) {
+  const Mesh whole = box_mesh(true);
+  ImageBench bench("image-based", "gl"), by_mesh("mesh", "gl");
+  fail_unless(bench.draw(whole, whole) == by_mesh.draw(whole, whole));
+  const std::vector<std::string> said = bench.warnings();
+  fail_unless_equals_int(said.size(), 1);
+  fail_unless(said[0].find("backend=processor") != std::string::npos, "%s", said[0].c_str());
+  // With a choice it is the processor.
+  ImageBench chosen("image-based", "auto");
+  chosen.draw(whole, whole);
+  fail_unless_equals_uint64(statistic(chosen.element, "drawn-by-processor"), 1);
+  fail_unless(chosen.warnings().empty());
+}
+GST_END_TEST
+
+static Suite* composite_image_suite() {
+  Suite* suite = suite_create("composite_image");
+  TCase* tc = tcase_create("general");
+  tcase_add_test(tc, test_draws_what_the_mesh_shows);
+  tcase_add_test(tc, test_switches_while_playing);
+  tcase_add_test(tc, test_what_is_empty_stays_empty);
+  tcase_add_test(tc, test_hostile_contours_do_no_harm);
+  tcase_add_test(tc, test_opengl_draws_the_triangles_and_says_so);
+  suite_add_tcase(suite, tc);
+  return suite;
+}
+
+GST_CHECK_MAIN(composite_image)
