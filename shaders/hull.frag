@@ -32,12 +32,15 @@ struct View {
   vec4 lens[3];
   vec4 limits;
   vec4 gain;  // of linear colours; 1 for the matte
+  vec4 flows;
 };
 layout(std140) uniform Views { View views[VIEW_SLOTS]; };
 
 uniform sampler2DArray pictures;
 uniform sampler2DArray maps;  // red: depth 0..1, green: fade
+uniform sampler2DArray flows;  // two layers for each view: x, y
 uniform bool use_maps;
+uniform bool use_flows;
 uniform float depth_tolerance;  // of the map's 0..1
 uniform int best;               // blend this many
 uniform float pixel_size;       // of the picture at depth 1, in the mesh's units
@@ -60,8 +63,20 @@ float visibility(vec4 in_map, uint slot, float weight) {
   return weight * (map.g + views[slot].skew_and_size.y) * (1.0 - smoothstep(depth_tolerance, 2.0 * depth_tolerance, behind));
 }
 
-vec2 picture_coordinate(vec4 in_map, uint slot, vec4 from_map) {
-  vec2 map = in_map.xy / in_map.z;
+// How far the view's picture is moved towards what others show, in map coordinates; by the weights of
+// those of its two flows and of all but itself, of a sum of all (lib/render/picture_flows.h).
+vec2 shift_of(vec4 in_map, uint slot, float first, float second, float others, float total) {
+  if (!use_flows || others <= 0.0) return vec2(0.0);
+  vec2 size = vec2(textureSize(maps, 0).xy);
+  vec2 texel = 0.5 * (min(in_map.xy / in_map.z, views[slot].limits.zw) * size - 0.5);
+  vec2 at = (texel + 0.5) / vec2(textureSize(flows, 0).xy);
+  vec2 shift = first * views[slot].flows.y * texture(flows, vec3(at, float(2u * slot))).xy +
+               second * views[slot].flows.w * texture(flows, vec3(at, float(2u * slot + 1u))).xy;
+  return shift * (127.0 / 16.0) / (max(others, 0.25 * total) * size);
+}
+
+vec2 picture_coordinate(vec4 in_map, uint slot, vec4 from_map, vec2 shift) {
+  vec2 map = in_map.xy / in_map.z + shift;
 #ifdef DISTORTION
   vec4 k = views[slot].intrinsics;
   vec2 pixel = map * views[slot].pixel_from_map.xy + views[slot].pixel_from_map.zw;
@@ -85,11 +100,11 @@ vec2 picture_coordinate(vec4 in_map, uint slot, vec4 from_map) {
 
 // Where the subject is drawn smaller than the view saw it: a mix of two of its smaller pictures
 // (lib/render/view_picture.h), by how many of its pixels a pixel here spans.
-vec4 colour_of(vec4 in_map, uint slot, vec4 from_map, float focal) {
+vec4 colour_of(vec4 in_map, uint slot, vec4 from_map, float focal, vec2 shift) {
   float spans = max(pixel_size * focal / (gl_FragCoord.w * in_map.z), 1.0);
   float whole = floor(log2(spans));
   float level = whole + spans * exp2(-whole) - 1.0;
-  vec2 at = min(picture_coordinate(in_map, slot, from_map), views[slot].limits.xy);
+  vec2 at = min(picture_coordinate(in_map, slot, from_map, shift), views[slot].limits.xy);
   return views[slot].gain * textureLod(pictures, vec3(at, float(slot)), level);
 }
 
@@ -136,17 +151,37 @@ vec4 blended() {
   vec3 sum = vec3(0.0);
   float total = 0.0;
   for (int i = 0; i < count; ++i) {
-    float chosen = max(w[i] - off, 0.0);
-    if (chosen <= 0.0) continue;
+    w[i] = max(w[i] - off, 0.0);
+    total += w[i];
+  }
+  for (int i = 0; i < count; ++i) {
+    if (w[i] <= 0.0) continue;
     uint slot = listed(list + 1u + uint(i)).w;
     vec4 in_map = views[slot].map_from_local * vec4(place, 1.0);
-    sum += chosen * colour_of(in_map, slot, views[slot].colour_from_map, views[slot].intrinsics.x).rgb;
-    total += chosen;
+    float first = 0.0, second = 0.0;
+    for (int j = 0; use_flows && j < count; ++j) {
+      float other = float(listed(list + 1u + uint(j)).w);
+      first += other == views[slot].flows.x ? w[j] : 0.0;
+      second += other == views[slot].flows.z ? w[j] : 0.0;
+    }
+    vec2 shift = shift_of(in_map, slot, first, second, total - w[i], total);
+    sum += w[i] * colour_of(in_map, slot, views[slot].colour_from_map, views[slot].intrinsics.x, shift).rgb;
   }
   vec3 textured = total > 0.0 ? sum / total : filling;
   return vec4(mix(filling, textured, smoothstep(0.0, fill_range, all)), 1.0);
 }
 #else
+// shift_of() by the weights of the others of the four.
+vec2 shift_among(vec4 in_map, uint slot, vec4 others, float total) {
+#ifdef RIBBON
+  return vec2(0.0);  // the mattes stay where they are
+#else
+  float first = dot(others, vec4(equal(vec4(slots), vec4(views[slot].flows.x))));
+  float second = dot(others, vec4(equal(vec4(slots), vec4(views[slot].flows.z))));
+  return shift_of(in_map, slot, first, second, others.x + others.y + others.z + others.w, total);
+#endif
+}
+
 vec4 blended() {
   vec4 w = vec4(visibility(in_map_0, slots.x, weights.x), visibility(in_map_1, slots.y, weights.y),
                 visibility(in_map_2, slots.z, weights.z), visibility(in_map_3, slots.w, weights.w));
@@ -165,6 +200,7 @@ vec4 blended() {
   vec4 chosen = max(w - taken_off(left_out, max(high.x, high.y)), 0.0);
 
   vec3 sum = vec3(0.0);
+  float total = chosen.x + chosen.y + chosen.z + chosen.w;
 #ifdef RIBBON
   // Hidden or not, a view knows where the subject ends.
   vec4 wanted = weights;
@@ -174,34 +210,37 @@ vec4 blended() {
   vec4 wanted = chosen;
 #endif
   if (wanted.x > 0.0) {
-    vec4 own = colour_of(in_map_0, slots.x, colour_0, focals.x);
+    vec4 own = colour_of(in_map_0, slots.x, colour_0, focals.x,
+                         shift_among(in_map_0, slots.x, vec4(0.0, chosen.yzw), total));
     sum += chosen.x * own.rgb;
 #ifdef RIBBON
     alpha = min(alpha, own_alpha(near.x, own.a));
 #endif
   }
   if (wanted.y > 0.0) {
-    vec4 own = colour_of(in_map_1, slots.y, colour_1, focals.y);
+    vec4 own = colour_of(in_map_1, slots.y, colour_1, focals.y,
+                         shift_among(in_map_1, slots.y, vec4(chosen.x, 0.0, chosen.zw), total));
     sum += chosen.y * own.rgb;
 #ifdef RIBBON
     alpha = min(alpha, own_alpha(near.y, own.a));
 #endif
   }
   if (wanted.z > 0.0) {
-    vec4 own = colour_of(in_map_2, slots.z, colour_2, focals.z);
+    vec4 own = colour_of(in_map_2, slots.z, colour_2, focals.z,
+                         shift_among(in_map_2, slots.z, vec4(chosen.xy, 0.0, chosen.w), total));
     sum += chosen.z * own.rgb;
 #ifdef RIBBON
     alpha = min(alpha, own_alpha(near.z, own.a));
 #endif
   }
   if (wanted.w > 0.0) {
-    vec4 own = colour_of(in_map_3, slots.w, colour_3, focals.w);
+    vec4 own = colour_of(in_map_3, slots.w, colour_3, focals.w,
+                         shift_among(in_map_3, slots.w, vec4(chosen.xyz, 0.0), total));
     sum += chosen.w * own.rgb;
 #ifdef RIBBON
     alpha = min(alpha, own_alpha(near.w, own.a));
 #endif
   }
-  float total = chosen.x + chosen.y + chosen.z + chosen.w;
   vec3 textured = total > 0.0 ? sum / total : filling;
 #ifdef RIBBON
   float sure = smoothstep(0.0, 1e-6, all);  // ribbons show what little they have

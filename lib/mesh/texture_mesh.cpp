@@ -36,6 +36,13 @@ void MeshTexturer::texture(Mesh& mesh, const TextureSettings& settings) {
   seconds_balance_ = watch.lap();
   mesh.texturing->fill = fill_.find(mesh.hull, cameras, pictures, *mesh.texturing, settings);
   seconds_fill_ = watch.lap();
+  aligned_ = {};
+  if (settings.align == TextureAlign::flow) {
+    mesh.texturing->flows =
+        aligner_.find(mesh.hull, cameras, pictures, *mesh.texturing, settings.threads);
+    aligned_ = aligner_.statistics();
+  }
+  seconds_align_ = watch.lap();
 }
 
 void texture_mesh(Mesh& mesh, const TextureSettings& settings) {

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "mesh/mesh.h"
+#include "texture/align/align.h"
 #include "texture/colour/colour_balance.h"
 #include "texture/fill_colours.h"
 #include "texture/texture_hull.h"
@@ -14,7 +15,7 @@ namespace polyhull {
 /// cameras. Not for use by two threads at once.
 class MeshTexturer {
  public:
-  /// Gives \p mesh its texturing: HullTexturer's, with the gains and the fill colours of its views'
+  /// Gives \p mesh its texturing: HullTexturer's, with the gains, the fill colours and the flows of its views'
   /// pixels as they are now, whether or not the hull changed. Throws Error as HullTexturer::texture() does.
   void texture(Mesh& mesh, const TextureSettings& settings);
 
@@ -24,6 +25,8 @@ class MeshTexturer {
   const TextureStatistics& statistics() const { return texturer_.statistics(); }
   double seconds_balance() const { return seconds_balance_; }  ///< of the last call
   double seconds_fill() const { return seconds_fill_; }        ///< of the last call
+  const AlignStatistics& align_statistics() const { return aligned_; }  ///< of the last call
+  double seconds_align() const { return seconds_align_; }               ///< of the last call
 
  private:
   HullTexturer texturer_;
@@ -31,6 +34,9 @@ class MeshTexturer {
   FillColours fill_;
   double seconds_balance_ = 0.0;
   double seconds_fill_ = 0.0;
+  PictureAligner aligner_;
+  AlignStatistics aligned_;
+  double seconds_align_ = 0.0;
 };
 
 /// MeshTexturer for one mesh. Throws Error as it does.

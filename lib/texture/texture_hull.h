@@ -42,6 +42,7 @@ struct TextureSettings {
   TextureFill fill = TextureFill::inpaint;  ///< for FillColours, which has the pictures
   bool balance = false;        ///< Texturing::gains from the pictures: ColourBalance
   double balance_time = 4.0;   ///< of it, seconds
+  TextureAlign align = TextureAlign::off;  ///< for PictureAligner, which has the pictures
   /// Off: every view sees every triangle that faces it, as in the prototype.
   bool occlusion = true;
   int map_size = 320;        ///< texels of the longer side of an OcclusionMap

@@ -29,6 +29,12 @@ enum class TextureFill {
   inpaint,  ///< what is seen around, continued smoothly over the surface
 };
 
+/// Whether pictures that disagree are warped onto each other.
+enum class TextureAlign {
+  off,
+  flow,  ///< by what each view shows of its neighbours' pictures
+};
+
 /// What one view sees of the hull, as a small picture in that view's pinhole (undistorted) pixels:
 /// texel (i, j) stands for the pixel (x + i * step, y + j * step). A point of the surface at camera
 /// depth z is seen by the view if z is not behind the map's depth there; how much it may contribute
@@ -45,6 +51,21 @@ struct OcclusionMap {
   std::vector<std::uint16_t> depth;  ///< row-major; 65535: nothing there
   std::vector<std::uint8_t> fade;    ///< row-major; 0..255 for 0..1
   bool operator==(const OcclusionMap&) const = default;
+};
+
+/// Where a view shows what another one shows: added, times the other's share of a blend, to the
+/// place in `view` from which a point of the surface takes its colour, so that what both see meets
+/// between them. Texel (i, j) stands for texel (2 i, 2 j) of the view's OcclusionMap.
+struct PictureFlow {
+  static constexpr int coarser = 2;          ///< than the map
+  static constexpr float unit = 1.0f / 16.0f;  ///< of an offset: texels of the map
+  static constexpr int most_of_view = 2;       ///< flows that a view may have
+  int view = 0;
+  int other = 0;
+  int width = 0;  ///< texels: half the map's, rounded up
+  int height = 0;
+  std::vector<std::int8_t> offsets;  ///< x, y of each texel, row-major
+  bool operator==(const PictureFlow&) const = default;
 };
 
 /// View k of a mesh is bit k of the masks and column k of the weights; at most 64 views.
@@ -66,6 +87,8 @@ struct Texturing {
   /// none.
   std::vector<Vec3f> gains;
   std::vector<OcclusionMap> maps;  ///< per view; none for method direct and where occlusion is off
+  /// Of pairs of views that disagree, each way, by view and other; none without maps.
+  std::vector<PictureFlow> flows;
 };
 
 /// The gain of view \p view; 1 where there are none.

@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "rig/rig.h"
+#include "wire/flow_payload.h"
 #include "wire/mesh_generated.h"
 #include "wire/view_table.h"
 
@@ -113,6 +114,7 @@ void validate_texturing(const Mesh& mesh) {
   if (!texturing.maps.empty() && texturing.maps.size() != views)
     fail("there must be a depth map for every view or for none");
   for (const OcclusionMap& map : texturing.maps) validate_map(map);
+  if (const std::string fault = flows_fault(texturing); !fault.empty()) fail(fault);
   for (const std::uint64_t mask : texturing.visible)
     if (views < most_textured_views && (mask >> views) != 0)
       fail("a triangle is seen by a view that is not there");
@@ -156,6 +158,7 @@ std::size_t expected_size(const Mesh& mesh) {
   if (!mesh.texturing) return size;
   for (const OcclusionMap& map : mesh.texturing->maps)
     size += 256 + sizeof(std::uint16_t) * map.depth.size() + map.fade.size();
+  size += packed_flows_size(mesh.texturing->flows);
   return size + (sizeof(std::uint64_t) + 1) * mesh.texturing->visible.size() +
          sizeof(float) * mesh.texturing->weights.size() +
          sizeof(Vec3f) * mesh.texturing->normals.size() +
@@ -219,10 +222,11 @@ class MeshPacker {
     const auto normals = list(texturing.normals);
     const auto fill = list(texturing.fill);
     const auto gains = list(texturing.gains);
+    const auto flows = pack_flows(builder_, texturing.flows);
     return wire::CreateTexturing(builder_, static_cast<wire::TextureMethod>(texturing.method),
                                  static_cast<wire::TextureMetric>(texturing.metric),
                                  texturing.cameras, untextured, visible, best, weights, normals,
-                                 map_list, fill, gains);
+                                 map_list, fill, gains, flows);
   }
 
   void pack(const Mesh& mesh) {
@@ -338,6 +342,7 @@ Texturing unpack_texturing(const wire::Texturing& table, std::size_t buffer_size
       texturing.maps.push_back(unpack_map(*map));
     }
   }
+  texturing.flows = unpack_flows(table.flows(), buffer_size);
   return texturing;
 }
 

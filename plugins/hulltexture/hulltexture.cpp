@@ -54,6 +54,14 @@ GType enum_type<Switch>() {
                                {{Switch::off, "Off", "off"}, {Switch::on, "On", "on"}});
 }
 
+template <>
+GType enum_type<TextureAlign>() {
+  return register_enum<TextureAlign>(
+      "PolyhullTextureAlign",
+      {{TextureAlign::off, "Pictures stay as they are", "off"},
+       {TextureAlign::flow, "Moved by what each shows of its neighbours' pictures", "flow"}});
+}
+
 }  // namespace polyhull::element
 
 namespace {
@@ -73,6 +81,7 @@ struct Settings {
   double fade_width = TextureSettings{}.fade_width;
   int map_size = TextureSettings{}.map_size;
   std::uint32_t threads = 0;
+  TextureAlign align = TextureSettings{}.align;
 };
 
 const Property<Settings> table[] = {
@@ -111,6 +120,9 @@ const Property<Settings> table[] = {
                                  "How many threads of the pool that all elements share may work (1 "
                                  "to 256); 0 means all of them.",
                                  0, 256),
+    property<&Settings::align>("align", "Align",
+                               "Whether the cameras' pictures are moved onto each other where they "
+                               "disagree. Acts on a blend with occlusion."),
 };
 constexpr std::span<const Property<Settings>> properties(table);
 
@@ -121,7 +133,8 @@ struct HullTexture {
 
   explicit HullTexture(gpointer object) {
     statistics.declare(
-        {"meshes", "texturings-reused", "pieces", "pieces-sampled", "meshes-unusable"});
+        {"meshes", "texturings-reused", "pieces", "pieces-sampled", "meshes-unusable",
+         "flows", "pairs", "pairs-reused"});
     set_up_mesh_transform(object);
   }
 
@@ -144,6 +157,7 @@ TextureSettings to_texture_settings(const Settings& settings) {
   out.fade_width = settings.fade_width;
   out.map_size = settings.map_size;
   out.threads = static_cast<int>(settings.threads);
+  out.align = settings.align;
   return out;
 }
 
@@ -165,6 +179,11 @@ bool texture_mesh(GstBaseTransform* transform, Mesh& mesh) {
   report(self, self.texturer->statistics());
   self.statistics.set("balance-ms", 1e3 * self.texturer->seconds_balance());
   self.statistics.set("fill-ms", 1e3 * self.texturer->seconds_fill());
+  const AlignStatistics& align = self.texturer->align_statistics();
+  self.statistics.count("flows", align.flows);
+  self.statistics.count("pairs", align.pairs);
+  self.statistics.count("pairs-reused", align.pairs_reused);
+  self.statistics.set("align-ms", 1e3 * self.texturer->seconds_align());
   return true;
 }
 
@@ -183,8 +202,10 @@ void HullTexture::class_init(gpointer klass) {
       klass,
       "Counters since the start: meshes, texturings-reused (the hull had not changed), pieces (of "
       "triangles that face a camera, summed over the cameras), pieces-sampled (those that the edge "
-      "of something before them may cross), meshes-unusable; and of the last mesh the milliseconds "
-      "for visibility with the maps, for weights, for the balance and for the fill, and threads-used "
+      "of something before them may cross), meshes-unusable, and with align=flow pairs (of cameras "
+      "whose pictures were compared), pairs-reused (those of which nothing had changed) and flows (those "
+      "that disagree); and of the last mesh the milliseconds for visibility with the maps, for weights, "
+      "for the balance, for the fill and for align=flow, and threads-used "
       "(how many threads took part in its parallel loops, on average).");
   set_metadata(klass, "Visual hull texturing", "Filter/Video",
                "Finds which cameras colour which part of a visual hull, with occlusion");

@@ -240,6 +240,48 @@ GST_START_TEST(cameras_are_balanced) {
 }
 GST_END_TEST
 
+// The flows are the library's, found anew where a picture changes, and none without align=flow.
+GST_START_TEST(pictures_are_aligned) {
+  synthetic::Photographed sent = subject();
+  const auto red_grows = [&](std::size_t k) {  // along the picture, in waves
+    Picture& picture = sent.pictures[k];
+    for (int y = 0; y < picture.height; ++y)
+      for (int x = 0; x < picture.width; ++x)
+        picture.row(y)[4 * x] = static_cast<std::uint8_t>(128 + 100 * ((x + 2 * int(k)) / 6 % 2));
+    const auto& old = subject().mesh.views[k].view.pixels;
+    const auto* first = subject().pictures[k].pixels.data();
+    sent.mesh.views[k].view.pixels = {picture.pixels.data() + (old.data() - first), old.size()};
+  };
+  for (const std::size_t k : {0, 1, 2}) red_grows(k);
+  GstHarness* h = harness("hulltexture align=flow");
+  GstElement* element = gst_harness_find_element(h, "hulltexture");
+  TextureSettings settings;
+  settings.align = TextureAlign::flow;
+  Read out(gst_harness_push_and_pull(h, buffer_of(sent.mesh)));
+  texture_mesh(sent.mesh, settings);
+  fail_if(out.mesh.texturing->flows.empty());
+  fail_unless(out.mesh.texturing->flows == sent.mesh.texturing->flows);
+  const auto pairs = test::statistic(element, "pairs");
+  fail_unless(pairs > 0);
+  fail_unless_equals_uint64(test::statistic(element, "pairs-reused"), 0);
+  fail_unless_equals_uint64(test::statistic(element, "flows"), out.mesh.texturing->flows.size());
+  Read again(gst_harness_push_and_pull(h, buffer_of(sent.mesh)));
+  fail_unless(again.mesh.texturing->flows == sent.mesh.texturing->flows);
+  fail_unless_equals_uint64(test::statistic(element, "pairs-reused"), pairs);
+  // Another picture before the same hull.
+  for (std::uint8_t& value : sent.pictures[1].pixels) value = value > 128 ? value : value / 2;
+  Read other(gst_harness_push_and_pull(h, buffer_of(sent.mesh)));
+  texture_mesh(sent.mesh, settings);
+  fail_unless(other.mesh.texturing->flows == sent.mesh.texturing->flows);
+  gst_util_set_object_arg(G_OBJECT(element), "align", "off");
+  Read off(gst_harness_push_and_pull(h, buffer_of(sent.mesh)));
+  fail_unless(off.mesh.texturing->flows.empty());
+  fail_unless_equals_uint64(test::statistic(element, "pairs"), 3 * pairs);
+  gst_object_unref(element);
+  gst_harness_teardown(h);
+}
+GST_END_TEST
+
 GST_START_TEST(empty_mesh_flows_on) {
   GstHarness* h = harness();
   Mesh empty;
@@ -307,6 +349,7 @@ static Suite* hulltexture_suite() {
   Suite* suite = suite_create("hulltexture");
   TCase* chain = tcase_create("general");
   tcase_add_test(chain, what_is_unseen_is_filled);
+  tcase_add_test(chain, pictures_are_aligned);
   tcase_add_test(chain, bytes_are_made_when_they_are_read);
   tcase_add_test(chain, adds_what_the_library_computes);
   tcase_add_test(chain, same_hull_is_textured_once);

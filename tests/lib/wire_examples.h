@@ -73,6 +73,7 @@ inline Mesh mesh(std::span<const std::uint8_t> block_a, std::span<const std::uin
   texturing.maps.resize(2);
   texturing.maps[0] = {
       -3.5f, 2.0f, 4.0f, 3, 2, 1.5f, 4.5f, {0, 1, 2, 65535, 4, 65534}, {9, 8, 7, 6, 5, 255}};
+  texturing.flows = {{0, 1, 2, 1, {1, -2, 127, -128}}};
   mesh.texturing = texturing;
   return mesh;
 }

@@ -79,6 +79,7 @@ void expect_same(const Mesh& a, const Mesh& b) {
   EXPECT_EQ(a.texturing->fill, b.texturing->fill);
   EXPECT_EQ(a.texturing->gains, b.texturing->gains);
   EXPECT_EQ(a.texturing->maps, b.texturing->maps);
+  EXPECT_EQ(a.texturing->flows, b.texturing->flows);
 }
 
 TEST(ViewPayload, ComesBack) {
@@ -313,6 +314,12 @@ TEST(MeshPayload, RulesAreChecked) {
   expect_mesh_refused([](Mesh& m) { m.texturing->maps[0].width = -3; }, "out of range");
   expect_mesh_refused([](Mesh& m) { m.texturing->maps[0].step = 0; }, "finite");
   expect_mesh_refused([](Mesh& m) { m.texturing->maps.pop_back(); }, "for every view");
+  expect_mesh_refused([](Mesh& m) { m.texturing->flows[0].other = 2; }, "not there");
+  expect_mesh_refused([](Mesh& m) { m.texturing->flows[0].other = 0; }, "not there");
+  expect_mesh_refused([](Mesh& m) { m.texturing->flows[0].width = 3; }, "view's map");
+  expect_mesh_refused([](Mesh& m) { m.texturing->flows[0].offsets.pop_back(); }, "contradicts");
+  expect_mesh_refused([](Mesh& m) { m.texturing->flows.resize(3, m.texturing->flows[0]); },
+                      "more flows");
   expect_mesh_refused([](Mesh& m) { m.texturing->fill.pop_back(); }, "a fill colour for every");
   expect_mesh_refused([](Mesh& m) { m.texturing->gains.pop_back(); }, "a gain for every");
   for (const float gain : {0.0f, -1.0f, 16.1f, NAN})

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <glm/gtc/packing.hpp>
 
+#include "render/picture_flows.h"
 #include "render/projection.h"
 #include "render/soft_edge.h"
 #include "render/view_picture.h"
@@ -24,8 +25,9 @@ struct ViewBlock {
   glm::vec4 lens[3] = {glm::vec4(0.0f), glm::vec4(0.0f), glm::vec4(0.0f)};
   glm::vec4 limits{1.0f};
   glm::vec4 gain{1.0f};
+  glm::vec4 flows{-1.0f};
 };
-static_assert(sizeof(ViewBlock) == 16 * 14);
+static_assert(sizeof(ViewBlock) == 16 * 15);
 
 int rounded_up(int size) {
   return (size + 63) / 64 *
@@ -106,6 +108,7 @@ UploadCounts SubjectBuffers::upload_skin(const Mesh& mesh, const std::vector<Vec
               texturing->maps.size() == mesh.views.size() && !drawing_.views.empty();
   if (use_maps_) upload_maps(mesh);
   if (!drawing_.lists.empty()) upload_lists();
+  upload_flows(mesh, eyes.front());
   upload_views(mesh);
   best_ = texturing && texturing->method == TextureMethod::blend
               ? static_cast<int>(std::clamp<std::uint32_t>(texturing->cameras, 1, most_candidates))
@@ -231,6 +234,43 @@ void SubjectBuffers::upload_lists() {
   gl::texture_parameters(GL_TEXTURE_2D, GL_NEAREST);
 }
 
+void SubjectBuffers::upload_flows(const Mesh& mesh, const Vec3& eye) {
+  use_flows_ = false;
+  if (!use_maps_) return;
+  flow_shares_.assign(drawing_.views.size(), glm::vec4(-1.0f));
+  const std::vector<PictureFlow>& flows = mesh.texturing->flows;
+  int width = 1, height = 1;
+  for (const PictureFlow& flow : flows) {
+    width = std::max(width, flow.width + 1);
+    height = std::max(height, flow.height + 1);
+  }
+  for (const PictureFlow& flow : flows) {
+    const int slot = drawing_.slot_of_view[static_cast<std::size_t>(flow.view)];
+    const int other = drawing_.slot_of_view[static_cast<std::size_t>(flow.other)];
+    if (slot < 0 || other < 0 || flow.offsets.empty()) continue;
+    int one_level = 1;
+    if (!use_flows_)
+      grow(flows_, GL_RG8_SNORM, GL_RG, GL_BYTE, width, height,
+           PictureFlow::most_of_view * static_cast<int>(drawing_.views.size()), 1, flow_width_,
+           flow_height_, flow_layers_, one_level);
+    use_flows_ = true;
+    glm::vec4& shares = flow_shares_[static_cast<std::size_t>(slot)];
+    const int number = shares.x < 0.0f ? 0 : 1;
+    shares[2 * number] = static_cast<float>(other);
+    shares[2 * number + 1] = flow_share(mesh, flow, eye);
+    // A row and a column of zeros more, as upload_maps().
+    const std::size_t stride = 2 * (static_cast<std::size_t>(flow.width) + 1);
+    offsets_.assign(stride * (static_cast<std::size_t>(flow.height) + 1), 0);
+    for (int y = 0; y < flow.height; ++y)
+      std::copy_n(flow.offsets.data() + 2 * static_cast<std::ptrdiff_t>(y) * flow.width,
+                  2 * flow.width, offsets_.data() + static_cast<std::size_t>(y) * stride);
+    glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
+    glTexSubImage3D(GL_TEXTURE_2D_ARRAY, 0, 0, 0, PictureFlow::most_of_view * slot + number,
+                    flow.width + 1, flow.height + 1, 1, GL_RG, GL_BYTE, offsets_.data());
+    glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
+  }
+}
+
 void SubjectBuffers::upload_views(const Mesh& mesh) {
   std::vector<ViewBlock> blocks(view_slots);
   distortion_ = false;
@@ -273,6 +313,7 @@ void SubjectBuffers::upload_views(const Mesh& mesh) {
     block.skew_and_size = glm::dvec4(camera.K[1][0], rests_[k], 1.0 / pw, 1.0 / ph);
     block.origin = glm::dvec4(origin_x, origin_y, 0.0, 0.0);
     block.limits = glm::dvec4((view.roi.width + 1.5) / pw, (view.roi.height + 1.5) / ph, 1.0, 1.0);
+    if (use_flows_) block.flows = flow_shares_[slot];
     if (use_maps_) {
       const OcclusionMap& map = mesh.texturing->maps[k];
       block.limits.z = (static_cast<float>(map.width) + 0.5f) / static_cast<float>(map_width_);
@@ -320,6 +361,9 @@ void SubjectBuffers::draw_range(GLint first, GLsizei count, gl::Program& program
   program.set("pictures", 0);
   program.set("maps", 1);
   program.set("use_maps", use_maps_);
+  gl::bind_texture(3, GL_TEXTURE_2D_ARRAY, use_flows_ ? flows_.get() : 0);
+  program.set("flows", 3);
+  program.set("use_flows", use_flows_);
   program.set("depth_tolerance", depth_tolerance_);
   program.set("best", best_);
   program.set("fill_range", fill_range_);

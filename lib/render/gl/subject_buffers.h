@@ -37,7 +37,7 @@ class SubjectBuffers {
   void draw_shape() const;
 
   /// Draws the narrow triangles (hull_vertices.h) that eye \p eye sees; sets the hull program's
-  /// uniforms that belong to the mesh. Uses texture units 0 and 1 and uniform block binding 0.
+  /// uniforms that belong to the mesh. Uses texture units 0, 1 and 3 and uniform block binding 0.
   void draw_skin(std::size_t eye, gl::Program& program) const;
   /// Whether eye \p eye sees wide triangles.
   bool has_wide(std::size_t eye) const;
@@ -56,6 +56,7 @@ class SubjectBuffers {
   void upload_smaller(const Rectangle& roi, GLint layer, int levels);
   void upload_maps(const Mesh& mesh);
   void upload_lists();
+  void upload_flows(const Mesh& mesh, const Vec3& eye);
   void upload_views(const Mesh& mesh);
 
   struct Range {
@@ -76,6 +77,11 @@ class SubjectBuffers {
   int map_width_ = 0, map_height_ = 0, map_layers_ = 0;
   bool use_maps_ = false, distortion_ = false, soft_ = false;
   std::vector<float> rests_;  // by view, what its rim counts
+  mutable gl::Texture flows_;  // most_of_view layers for each view
+  int flow_width_ = 0, flow_height_ = 0, flow_layers_ = 0;
+  bool use_flows_ = false;
+  std::vector<std::int8_t> offsets_;
+  std::vector<glm::vec4> flow_shares_;  // by slot: the other's slot and its share, twice
   float depth_tolerance_ = 0.0f;
   int best_ = 2;
   float fill_range_ = 0.0f;

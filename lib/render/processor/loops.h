@@ -40,6 +40,16 @@ struct SkinPoints {
   const float* z = nullptr;
 };
 
+/// Where a view shows what another one shows (PictureFlow), in that view's pinhole pixels.
+struct SkinFlow {
+  const std::int8_t* offsets = nullptr;  ///< x, y of each texel
+  int width = 0, height = 0;             ///< at least 2
+  float x = 0.0f, y = 0.0f, scale = 1.0f;  ///< texel = (pixel - x) * scale
+  float unit = 1.0f;                       ///< pixels of an offset of 1
+  std::uint32_t other = 0;                 ///< the other view's slot
+  float towards = 0.5f;                    ///< how much nearer to the other the eye is, 0..1
+};
+
 /// A block of the shadow's grid and what lies up to `reach` pixels around it, row by row.
 struct ShadowTile {
   static constexpr int side = 16, reach = 2, stride = side + 2 * reach, size = stride * stride;
@@ -82,6 +92,8 @@ struct Loops {
   const char* name;
   /// weight[i] becomes the share of it with which \p view sees point i; u, v the pinhole pixels.
   void (*look)(const SkinView& view, const SkinPoints& points, float* u, float* v, float* weight);
+  /// Moves each place u, v of a view by \p share of what \p flow has there.
+  void (*displace)(const SkinFlow& flow, int count, const float* share, float* u, float* v);
   /// The colours (linear, from \p decode of 256 values) that \p view has at the pinhole pixels u,
   /// v; these are overwritten. \p alpha: its matte's, 0..1, too; null: not wanted.
   void (*fetch)(const SkinView& view, int count, const float* decode, float* u, float* v,

@@ -101,6 +101,7 @@ SkinCounts Skin::prepare(const Mesh& mesh, const std::vector<Vec3>& eyes, double
       smaller.push_back(next);
     }
   }
+  look_along(mesh, eyes.front());
   return counts;
 }
 
@@ -366,6 +367,7 @@ void Skin::paint(const SkinItems& items, SkinScratch& s, glm::vec4* pixels) cons
       s.v[s.chosen.size()] = s.all_v[entry];
       s.chosen.push_back(entry);
     }
+    displace(slot, items, s);
     fetch(slot, items, s);
   }
   if (items.first_of_ribbon < count) soften(items, s);

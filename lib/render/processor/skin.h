@@ -52,6 +52,8 @@ struct SkinScratch {
   std::vector<float> weights, all_u, all_v;  ///< by entry
   std::vector<float> alpha, alphas;          ///< by chosen entry; by entry, of ribbons
   std::vector<glm::vec4> sums;
+  std::vector<std::uint32_t> moved;  ///< of chosen, by what is displaced
+  std::vector<float> moved_u, moved_v, moved_share;
 };
 
 /// One subject's views and triangles; kept from frame to frame.
@@ -96,6 +98,8 @@ class Skin {
   void prepare_picture(const Mesh& mesh, int view);
   void add_smaller(const Mesh& mesh, int view, int levels);
   SkinView look_through(const Mesh& mesh, int view) const;
+  void look_along(const Mesh& mesh, const Vec3& eye);
+  void displace(std::size_t slot, const SkinItems& items, SkinScratch& scratch) const;
   void fetch(std::size_t slot, const SkinItems& items, SkinScratch& scratch) const;
   void find_levels(std::size_t slot, const SkinItems& items, SkinScratch& scratch) const;
   void soften(const SkinItems& items, SkinScratch& scratch) const;
@@ -105,6 +109,7 @@ class Skin {
   std::vector<Picture> pictures_;                // by view
   std::vector<SkinView> views_;                  // by slot
   std::vector<std::vector<SkinView>> smaller_;   // by slot and level, from 1 on
+  std::vector<std::vector<SkinFlow>> flows_;     // by slot
   double pixel_size_ = 0.0;
   float tolerance_ = 0.0f;
   int reach_ = 0;             // to which pictures_ are continued
