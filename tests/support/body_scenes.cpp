@@ -45,7 +45,9 @@ double azimuth(const Camera& camera) {
 }
 
 /// Half way from each camera to the next around the stage.
-std::vector<Camera> cameras_between(const std::vector<Camera>& cameras) {
+std::vector<Camera> cameras_between(std::vector<Camera> cameras) {
+  std::stable_sort(cameras.begin(), cameras.end(),
+                   [](const Camera& a, const Camera& b) { return azimuth(a) < azimuth(b); });
   std::vector<Camera> between;
   for (std::size_t k = 0; k < cameras.size(); ++k) {
     const double from = azimuth(cameras[k]);
@@ -230,6 +232,7 @@ Rig body_rig(const std::vector<double>& azimuths) {
 }
 
 Rig body_rig(const std::string& name) {
+  if (name.ends_with(".json")) return load_rig(name);
   if (name == "4far") return body_rig(std::vector<double>{0.0, 90.0, 225.0, 315.0});
   int count = 0;
   const char* end = name.data() + name.size();
