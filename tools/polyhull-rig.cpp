@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// polyhull-rig: calibrations of other programs as rig files, what is wrong with a rig, and the
-// built-in rig as a file.
+// polyhull-rig: where to put cameras, calibrations of other programs as rig files, what is wrong with a
+// rig and what to expect of it, and the built-in rig as a file.
 #include <CLI/CLI.hpp>
 #include <fstream>
 #include <iostream>
@@ -11,6 +11,7 @@
 #include "rig/check.h"
 #include "rig/check_pictures.h"
 #include "rig/import.h"
+#include "rig/plan.h"
 #include "studio/cameras/default_rig.h"
 
 namespace {
@@ -84,8 +85,9 @@ int run_import(ImportArguments& arguments) {
   return 0;
 }
 
+// \p forecast: whether to simulate the figure, where no pictures are given.
 int run_check(const std::string& file, const std::vector<std::string>& files,
-              const MaskSettings& settings) {
+              const MaskSettings& settings, bool forecast) {
   const Rig rig = rig_of(file);
   RigReport report = examine_rig(rig);
   if (!files.empty()) {
@@ -99,13 +101,39 @@ int run_check(const std::string& file, const std::vector<std::string>& files,
   std::cout << report.table;
   for (const std::string& warning : report.warnings) std::cout << "note: " << warning << "\n";
   if (report.warnings.empty()) std::cout << "nothing found wrong\n";
+  if (forecast && files.empty()) std::cout << std::flush << forecast_text(rig);
   return 0;
+}
+
+void add_plan_options(CLI::App* command, PlanArguments& arguments) {
+  PlanRequest& request = arguments.request;
+  command->add_option("--cameras", request.cameras, "How many cameras, 2 to 64")
+      ->capture_default_str();
+  command
+      ->add_option("--stage", arguments.stage,
+                   "Where the person moves: WIDTHxDEPTHxHEIGHT (x, z, y), metres")
+      ->capture_default_str();
+  command
+      ->add_option("--picture", arguments.picture,
+                   "A camera's picture, WIDTHxHEIGHT px; 1080x1920 for cameras on their side")
+      ->capture_default_str();
+  command
+      ->add_option("--fov", request.fov, "Degrees from the left to the right edge of the picture")
+      ->capture_default_str();
+  command->add_option("--distance", arguments.distance,
+                      "Metres from the stage's axis to each camera, where a person in the middle "
+                      "must fit into the picture (default: as near as the whole stage fits)");
+  command->add_option("--heights", request.heights,
+                      "Heights at which cameras may stand, metres above the floor (default: 0.35, "
+                      "0.65 and 1 times the stage's height)");
+  command->add_option("--drawing", arguments.drawing, "Draws the plan from above, an SVG file");
+  command->add_option("-o,--output", arguments.output, "Writes a rig file to start from");
 }
 
 }  // namespace
 
 int main(int count, char** values) {
-  CLI::App app("Rig files: import other programs' calibrations, check them.", "polyhull-rig");
+  CLI::App app("Rig files: plan cameras, import other programs' calibrations, check them.", "polyhull-rig");
   app.require_subcommand(1);
 
   ImportArguments arguments;
@@ -142,7 +170,8 @@ int main(int count, char** values) {
 
   std::string file;
   CLI::App* check_command = app.add_subcommand(
-      "check", "Prints what is wrong with a rig file, or a table of its cameras.");
+      "check", "Prints what is wrong with a rig file, a table of its cameras, how near a person's hull will be "
+      "to the person, and where one camera more would bring most.");
   check_command->add_option("file", file, "The rig file; without one, the built-in rig");
   std::vector<std::string> pictures;
   MaskSettings mask;
@@ -160,6 +189,16 @@ int main(int count, char** values) {
       ->check(CLI::Range(0.0, 100.0))
       ->capture_default_str();
 
+  bool no_forecast = false;
+  check_command->add_flag("--no-forecast", no_forecast,
+                          "Leaves out the simulation, which takes seconds; so do --pictures");
+
+  PlanArguments plan;
+  CLI::App* plan_command = app.add_subcommand(
+      "plan", "Finds places for cameras around a stage, simulates a person there, prints what to "
+              "expect.");
+  add_plan_options(plan_command, plan);
+
   std::string exported, export_output;
   CLI::App* export_command = app.add_subcommand(
       "export",
@@ -171,7 +210,12 @@ int main(int count, char** values) {
   CLI11_PARSE(app, count, values);
   try {
     if (import_command->parsed()) return run_import(arguments);
-    if (check_command->parsed()) return run_check(file, pictures, mask);
+    if (check_command->parsed()) return run_check(file, pictures, mask, !no_forecast);
+    if (plan_command->parsed()) {
+      const Rig rig = run_plan(plan);
+      if (!plan.output.empty()) write(rig, plan.output);
+      return 0;
+    }
     write(rig_of(exported), export_output);
     return 0;
   } catch (const std::exception& error) {

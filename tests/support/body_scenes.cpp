@@ -186,6 +186,7 @@ Rig body_rig(const std::vector<double>& azimuths) {
 }
 
 Rig body_rig(const std::string& name) {
+  if (name.ends_with(".json")) return load_rig(name);
   if (name == "4far") return body_rig(std::vector<double>{0.0, 90.0, 225.0, 315.0});
   int count = 0;
   const char* end = name.data() + name.size();
@@ -201,11 +202,13 @@ Rig body_rig(const std::string& name) {
 
 std::vector<Camera> cameras_between(const std::vector<Camera>& cameras, double share) {
   std::vector<Camera> between;
-  for (std::size_t k = 0; k < cameras.size(); ++k) {
-    const double from = azimuth(cameras[k]);
-    double step = azimuth(cameras[(k + 1) % cameras.size()]) - from;
-    while (step <= 0.0) step += 360.0;
-    between.push_back(camera_at(cameras[k], from + share * step));
+  for (const Camera& camera : cameras) {
+    double step = 360.0;  // to the next, which need not follow in the list
+    for (const Camera& other : cameras) {
+      const double way = azimuth(other) - azimuth(camera);
+      if (&other != &camera) step = std::min(step, way > 0.0 ? way : way + 360.0);
+    }
+    between.push_back(camera_at(camera, azimuth(camera) + share * step));
   }
   return between;
 }

@@ -35,7 +35,8 @@ std::vector<Body> study_bodies(const std::string& data);
 /// Cameras at these azimuths in degrees from +x towards +z, rising; as those of the built-in rig,
 /// but all 1.2 m high, 3 m away, and looking at a height of 0.95 m.
 Rig body_rig(const std::vector<double>& azimuths);
-/// "4" to "64": a ring of as many; "4far": 0, 90, 225, 315 degrees. Throws Error for other names.
+/// "4" to "64": a ring of as many; "4far": 0, 90, 225, 315 degrees; a rig file that ends in .json.
+/// Throws Error for other names.
 Rig body_rig(const std::string& name);
 
 /// A body and what a rig's cameras see of it. Pictures are RGBA on an even grey, alpha the share of

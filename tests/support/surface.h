@@ -1,40 +1,13 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 /// \file
-/// Surfaces of triangles in double precision, and how far they are from each other.
+/// The studio's surfaces and the distances between them, under the tests' name.
 #pragma once
 
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <vector>
-
-#include "hull/hull.h"
+#include "studio/plan/surface.h"
 
 namespace polyhull::test {
 
-/// Triangles with double coordinates, outside seen counter-clockwise.
-struct Surface {
-  std::vector<Vec3> vertices;
-  std::vector<std::array<std::uint32_t, 3>> triangles;
-};
-
-Surface surface_of(const Hull& hull);
-
-/// What \p surface encloses, if it is closed; the cube of its unit.
-double volume_of(const Surface& surface);
-
-/// Distances from points spread over one surface to the other, in their unit.
-struct SurfaceDistance {
-  double mean = 0.0;
-  double p95 = 0.0;  ///< 95 % of the points are nearer
-  double greatest = 0.0;
-};
-
-/// From \p count points spread evenly over the area of \p from, and for the greatest its vertices,
-/// too, to the nearest points of \p to (Embree's point queries; of a triangle: C. Ericson,
-/// "Real-Time Collision Detection", 5.1.5). The same for any number of threads; right to a
-/// millionth of the coordinates. Infinite where \p to has no triangles, all 0 where \p from has
-/// none.
-SurfaceDistance distance_between(const Surface& from, const Surface& to, std::size_t count);
+using polyhull::distance_between, polyhull::Surface, polyhull::surface_of,
+    polyhull::SurfaceDistance, polyhull::volume_of;
 
 }  // namespace polyhull::test

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "support/surface.h"
+#include "studio/plan/surface.h"
 
 #include <embree3/rtcore.h>
 
@@ -12,7 +12,7 @@
 #include "base/error.h"
 #include "base/thread_pool.h"
 
-namespace polyhull::test {
+namespace polyhull {
 namespace {
 
 /// The point of the triangle a, b, c that is nearest to p.
@@ -166,4 +166,4 @@ SurfaceDistance distance_between(const Surface& from, const Surface& to, std::si
   return result;
 }
 
-}  // namespace polyhull::test
+}  // namespace polyhull

@@ -1,0 +1,305 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "studio/plan/placing.h"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <set>
+
+#include "base/error.h"
+#include "base/thread_pool.h"
+#include "studio/plan/forecast.h"
+
+namespace polyhull {
+namespace {
+
+constexpr int azimuth_step = 5;           // degrees
+constexpr std::size_t points_each = 800;  // on each body
+constexpr double furthest = 30.0;         // metres
+constexpr double border = 0.02;           // of the picture that stays free of the stage
+constexpr int finalists = 3;
+
+Vec3 place(double azimuth, double distance, double height) {
+  const double angle = azimuth * std::numbers::pi / 180.0;
+  return {distance * std::sin(angle), height, distance * std::cos(angle)};
+}
+
+Camera camera_of(const PlanRequest& request) {
+  Camera camera;
+  camera.width = request.width;
+  camera.height = request.height;
+  const double focal = 0.5 * request.width / std::tan(request.fov * std::numbers::pi / 360.0);
+  camera.K = from_rows({focal, 0.0, 0.5 * (request.width - 1), 0.0, focal,
+                        0.5 * (request.height - 1), 0.0, 0.0, 1.0});
+  return camera;
+}
+
+/// How far the corners of \p box reach from the picture's middle, 1 at its border.
+double reach(const Camera& camera, const Bounds& box) {
+  double most = 0.0;
+  for (int corner = 0; corner < 8; ++corner) {
+    const Vec3 p(corner & 1 ? box.max.x : box.min.x, corner & 2 ? box.max.y : box.min.y,
+                 corner & 4 ? box.max.z : box.min.z);
+    const auto pixel = camera.project(p);
+    if (!pixel) return std::numeric_limits<double>::infinity();
+    most = std::max({most, std::abs(pixel->x - camera.K[2][0]) / (0.5 * camera.width),
+                     std::abs(pixel->y - camera.K[2][1]) / (0.5 * camera.height)});
+  }
+  return most;
+}
+
+/// From there, turned to the stage's axis so that \p box reaches least far in the picture.
+Camera best_aimed(const Camera& like, const Vec3& centre, const Bounds& box) {
+  Camera best;
+  double least = std::numeric_limits<double>::infinity();
+  for (int step = 1; step < 10; ++step) {
+    const Camera camera = aimed(like, centre, Vec3(0.0, 0.1 * step * box.max.y, 0.0));
+    const double its = reach(camera, box);
+    if (step > 1 && !(its < least)) continue;
+    least = its;
+    best = camera;
+  }
+  return best;
+}
+
+/// As near as the whole stage stays in the picture.
+Camera nearest_whole(const Camera& like, double azimuth, double height, const Stage& stage) {
+  const auto at = [&](double distance) {
+    return best_aimed(like, place(azimuth, distance, height), stage.bounds());
+  };
+  double near = 0.1, far = furthest;
+  if (reach(at(far), stage.bounds()) > 1.0 - border) {
+    throw Error(Error::Kind::bad_input,
+                "With a field of view of {:.3g} degrees no camera within {:g} m has the whole "
+                "stage in its picture; a wider field of view or a smaller stage would do.",
+                2.0 * std::atan(0.5 * like.width / like.K[0][0]) * 180.0 / std::numbers::pi,
+                furthest);
+  }
+  while (far - near > 0.01) {
+    const double middle = 0.5 * (near + far);
+    (reach(at(middle), stage.bounds()) > 1.0 - border ? near : far) = middle;
+  }
+  return at(std::ceil(20.0 * far) / 20.0);  // twentieths of a metre
+}
+
+/// Room for a person in the middle of the stage.
+Bounds person_on(const Stage& stage) {
+  return {Vec3(-0.5, 0.0, -0.5), Vec3(0.5, std::min(stage.height, 1.9), 0.5)};
+}
+
+/// At a distance that is given.
+Camera at_distance(const Camera& like, double azimuth, double distance, double height,
+                   const Stage& stage) {
+  const Camera camera = best_aimed(like, place(azimuth, distance, height), person_on(stage));
+  const double its = reach(camera, person_on(stage));
+  if (!(its <= 1.0)) {
+    const double wider = std::min(its, 20.0) * 0.5 * like.width / like.K[0][0];
+    throw Error(Error::Kind::bad_input,
+                "From {:g} m away, {:g} m high, a person in the middle of the stage does not fit "
+                "into the picture; a field of view of {:.0f} degrees or more distance would do.",
+                distance, height, std::ceil(std::atan(wider) * 360.0 / std::numbers::pi));
+  }
+  return camera;
+}
+
+void check(const PlanRequest& request) {
+  const auto refuse = [](bool wrong, const std::string& message) {
+    if (wrong) throw Error(Error::Kind::bad_input, "{}", message);
+  };
+  refuse(request.cameras < 2 || request.cameras > 64,
+         fmt::format("A plan has 2 to 64 cameras, not {}.", request.cameras));
+  refuse(request.width < 64 || request.height < 64 || request.width > 32768 ||
+             request.height > 32768,
+         fmt::format("Pictures have 64 to 32768 pixels a side, not {}x{}.", request.width,
+                     request.height));
+  refuse(!(request.fov >= 10.0 && request.fov <= 150.0),
+         fmt::format("The field of view is {:g} degrees; 10 to 150 can be planned.", request.fov));
+  const double clear = 0.5 * std::hypot(request.stage.width, request.stage.depth);
+  refuse(request.distance && !(*request.distance > clear && *request.distance <= furthest),
+         fmt::format("The distance is {:g} m; it must be more than {:.2f} m, where the stage's "
+                     "corners are, and at most {:g} m.",
+                     request.distance.value_or(0.0), clear, furthest));
+  for (const double height : request.heights) {
+    refuse(!(height >= 0.1 && height <= 10.0),
+           fmt::format("A camera {:g} m above the floor cannot be planned; 0.1 to 10 can.",
+                       height));
+  }
+}
+
+/// Smaller pictures, which say almost as much about outlines.
+Camera coarse(const Camera& camera) {
+  const int shrink = (std::max(camera.width, camera.height) + 511) / 512;
+  Camera out = camera;
+  out.width = camera.width / shrink;
+  out.height = camera.height / shrink;
+  const double by = 1.0 / shrink;
+  out.K[0][0] *= by;
+  out.K[1][0] *= by;
+  out.K[1][1] *= by;
+  out.K[2][0] = by * (camera.K[2][0] + 0.5) - 0.5;
+  out.K[2][1] = by * (camera.K[2][1] + 0.5) - 0.5;
+  return out;
+}
+
+std::vector<Camera> coarse(std::vector<Camera> cameras) {
+  for (Camera& camera : cameras) camera = coarse(camera);
+  return cameras;
+}
+
+using Choice = std::vector<std::size_t>;  // of candidates
+
+/// What a choice shows but for the one at \p without.
+Sight sight_of(const Choice& choice, const std::vector<Sight>& sights, std::size_t without) {
+  Sight sum = no_sight(sights.front().empty.size());
+  for (std::size_t k = 0; k < choice.size(); ++k) {
+    if (k != without) add(sights[choice[k]], sum);
+  }
+  return sum;
+}
+
+struct Best {
+  std::size_t candidate = 0;
+  double cost = std::numeric_limits<double>::infinity();
+};
+
+Best best_with(const Sight& others, const std::vector<Sight>& sights) {
+  Best best;
+  for (std::size_t c = 0; c < sights.size(); ++c) {
+    const double cost = cost_of(others, sights[c]);
+    if (cost < best.cost) best = {c, cost};
+  }
+  return best;
+}
+
+struct End {
+  double cost = 0.0;
+  Choice choice;
+  auto operator<=>(const End&) const = default;
+};
+
+/// Greedy from \p first on, then exchanged until nothing helps.
+End search(std::size_t first, std::size_t count, const std::vector<Sight>& sights) {
+  End end{0.0, {first}};
+  while (end.choice.size() < count) {
+    const Best best = best_with(sight_of(end.choice, sights, end.choice.size()), sights);
+    end.choice.push_back(best.candidate);
+    end.cost = best.cost;
+  }
+  for (bool changed = true; changed;) {
+    changed = false;
+    for (std::size_t k = 0; k < count; ++k) {
+      const Best best = best_with(sight_of(end.choice, sights, k), sights);
+      if (!(best.cost < end.cost - 1e-9)) continue;
+      end = {best.cost, end.choice};
+      end.choice[k] = best.candidate;
+      changed = true;
+    }
+  }
+  std::sort(end.choice.begin(), end.choice.end());
+  return end;
+}
+
+std::vector<Camera> chosen(const Choice& choice, const std::vector<Camera>& candidates) {
+  std::vector<Camera> cameras;
+  for (const std::size_t c : choice) cameras.push_back(candidates[c]);
+  std::stable_sort(cameras.begin(), cameras.end(), [](const Camera& a, const Camera& b) {
+    return azimuth_of(a) < azimuth_of(b);
+  });
+  for (std::size_t k = 0; k < cameras.size(); ++k) cameras[k].name = fmt::format("cam{}", k);
+  return cameras;
+}
+
+}  // namespace
+
+std::vector<Camera> candidates_of(const PlanRequest& request) {
+  check(request);
+  std::vector<double> heights = request.heights;
+  if (heights.empty()) {
+    for (const double share : {0.35, 0.65, 1.0}) heights.push_back(share * request.stage.height);
+  }
+  const Camera like = camera_of(request);
+  std::vector<Camera> candidates;
+  for (const double height : heights) {
+    for (int azimuth = 0; azimuth < 360; azimuth += azimuth_step) {
+      candidates.push_back(
+          request.distance
+              ? at_distance(like, azimuth, *request.distance, height, request.stage)
+              : nearest_whole(like, azimuth, height, request.stage));
+    }
+  }
+  return candidates;
+}
+
+std::vector<Camera> plan_cameras(const PlanRequest& request,
+                                 const std::function<void(const std::string&)>& progress) {
+  const auto say = [&](const std::string& line) {
+    if (progress) progress(line);
+  };
+  const std::vector<Camera> candidates = candidates_of(request);
+  const std::vector<StageBody> bodies =
+      stage_bodies(request.stage, spread_for(candidates, request.stage));
+  say(fmt::format("looking at the figure from {} places", candidates.size()));
+  const std::vector<Sight> sights =
+      sights_of(coarse(candidates), bodies, surface_points(bodies, points_each));
+
+  // Beginnings all around on the lowest height: exchanges find the others.
+  constexpr std::size_t starts = 360 / azimuth_step / 2;
+  std::vector<End> ends(starts);
+  say(fmt::format("choosing {} of them, from {} beginnings", request.cameras, starts));
+  parallel_for(starts, 1, 0, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t s = begin; s < end; ++s) {
+      ends[s] = search(2 * s, static_cast<std::size_t>(request.cameras), sights);
+    }
+  });
+  const std::set<End> sorted(ends.begin(), ends.end());
+  std::vector<Camera> best;
+  double least = std::numeric_limits<double>::infinity();
+  int tried = 0;
+  for (const End& end : sorted) {
+    if (tried++ == finalists) break;
+    const std::vector<Camera> cameras = chosen(end.choice, candidates);
+    const Forecast forecast = forecast_of(coarse(cameras), request.stage);
+    // A place that no camera shows the colour of is a fault of the picture all the same.
+    const double cost = forecast.refined_mean + SightError::unseen_mm * forecast.unseen;
+    say(fmt::format("simulated {} of {}: {:.2f} mm from the figure", tried,
+                    std::min<std::size_t>(finalists, sorted.size()), forecast.refined_mean));
+    if (cost < least) least = cost, best = cameras;
+  }
+  return best;
+}
+
+Camera one_more(const std::vector<Camera>& cameras, const Stage& stage) {
+  std::vector<double> distances, heights;
+  for (const Camera& camera : cameras) {
+    distances.push_back(distance_of(camera));
+    heights.push_back(camera.centre().y);
+  }
+  std::sort(distances.begin(), distances.end());
+  std::sort(heights.begin(), heights.end());
+  const double distance = distances[distances.size() / 2];
+  std::vector<Camera> candidates;
+  const double low = heights.front(), high = heights.back();
+  for (const double height : std::set{low, 0.5 * (low + high), high}) {
+    for (int azimuth = 0; azimuth < 360; azimuth += azimuth_step) {
+      candidates.push_back(
+          best_aimed(cameras.front(), place(azimuth, distance, height), person_on(stage)));
+    }
+  }
+  const std::vector<StageBody> bodies = stage_bodies(stage, spread_for(cameras, stage));
+  const std::vector<SurfacePoint> points = surface_points(bodies, points_each);
+  Sight seen = no_sight(points.size());
+  for (const Sight& sight : sights_of(coarse(cameras), bodies, points)) add(sight, seen);
+  Camera best =
+      candidates[best_with(seen, sights_of(coarse(candidates), bodies, points)).candidate];
+  best.name = "one more";
+  return best;
+}
+
+double off_facing(const Camera& a, const Camera& b) {
+  return 180.0 - std::abs(std::remainder(azimuth_of(a) - azimuth_of(b), 360.0));
+}
+
+}  // namespace polyhull

@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "rig/plan.h"
+
+#include <fmt/core.h>
+
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <iostream>
+
+#include "base/error.h"
+#include "studio/plan/forecast.h"
+
+namespace polyhull {
+namespace {
+
+void read_sizes(PlanArguments& arguments) {
+  Stage& stage = arguments.request.stage;
+  char rest = 0;
+  if (std::sscanf(arguments.stage.c_str(), "%lfx%lfx%lf%c", &stage.width, &stage.depth,
+                  &stage.height, &rest) != 3 ||
+      !(stage.width > 0.0 && stage.depth > 0.0 && stage.height > 0.0)) {
+    throw Error(Error::Kind::bad_input,
+                "--stage is '{}'; expected WIDTHxDEPTHxHEIGHT in metres, such as 2.4x2.4x2.3.",
+                arguments.stage);
+  }
+  if (std::sscanf(arguments.picture.c_str(), "%dx%d%c", &arguments.request.width,
+                  &arguments.request.height, &rest) != 2) {
+    throw Error(Error::Kind::bad_input,
+                "--picture is '{}'; expected WIDTHxHEIGHT in pixels, such as 1920x1080.",
+                arguments.picture);
+  }
+  if (arguments.distance != 0.0) arguments.request.distance = arguments.distance;
+}
+
+void write(const std::string& text, const std::string& path) {
+  std::ofstream out(path);
+  if (!(out << text) || !out.flush()) {
+    throw Error(Error::Kind::io,
+                "Cannot write '{}'; check that the folder exists and may be written to.", path);
+  }
+}
+
+std::string gain_text(const Forecast& now, const std::vector<Camera>& cameras, const Stage& stage) {
+  std::vector<Camera> more = cameras;
+  more.push_back(one_more(cameras, stage));
+  const Camera& added = more.back();
+  const Forecast then = forecast_of(more, stage);
+  const Vec3 centre = added.centre();
+  return fmt::format(
+      "one camera more would bring most at azimuth {:.0f}, {:.2f} m from the axis, {:.2f} m high:\n"
+      "  hull {:.1f} instead of {:.1f} mm from the body, refined {:.1f} instead of {:.1f} mm,\n"
+      "  outlines half way {:.1f} instead of {:.1f} %, seen by no camera {:.1f} instead of "
+      "{:.1f} %\n",
+      azimuth_of(added), distance_of(added), centre.y, then.hull_mean, now.hull_mean,
+      then.refined_mean, now.refined_mean, 100.0 * then.overlap, 100.0 * now.overlap,
+      100.0 * then.seen_by[0], 100.0 * now.seen_by[0]);
+}
+
+}  // namespace
+
+Rig run_plan(PlanArguments& arguments) {
+  read_sizes(arguments);
+  const Stage& stage = arguments.request.stage;
+  Rig rig;
+  rig.cameras = plan_cameras(arguments.request, [](const std::string& line) {
+    std::cerr << "polyhull-rig: " << line << "\n";
+  });
+  rig.bounds = stage.bounds();
+  const Forecast forecast = forecast_of(rig.cameras, stage);
+  const std::string text = text_of(forecast, rig.cameras);
+  std::cout << table_of(rig.cameras, stage) << text;
+  if (!arguments.drawing.empty()) {
+    write(plan_drawing(rig.cameras, stage, text), arguments.drawing);
+  }
+  return rig;
+}
+
+std::string forecast_text(const Rig& rig) {
+  try {
+    if (rig.cameras.size() < 2) return "no forecast: a hull needs two cameras.\n";
+    const StagedRig staged = staged_rig(rig);
+    const Forecast forecast = forecast_of(staged.cameras, staged.stage);
+    std::string text = table_of(staged.cameras, staged.stage) + text_of(forecast, staged.cameras);
+    if (forecast.places > 0) text += gain_text(forecast, staged.cameras, staged.stage);
+    return text;
+  } catch (const Error& error) {
+    return fmt::format("no forecast: {}\n", error.what());
+  }
+}
+
+}  // namespace polyhull
