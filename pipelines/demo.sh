@@ -1,9 +1,10 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: LGPL-2.1-or-later
-# The whole chain on a synthetic stage: four cameras see a moving figure before a green screen; the
+# The whole chain on a synthetic stage: a few cameras see a moving figure before a green screen; the
 # figure is keyed, traced, turned into a textured hull and set into a ray-traced room, seen from a
 # viewpoint that travels around it. Starts from a bare Debian 12.
-#   pipelines/demo.sh [--live [--sink ELEMENT]] [--seconds N]
+#   pipelines/demo.sh [--cameras 4|5|8] [--live [--sink ELEMENT]] [--seconds N]
+#     --cameras N     4 (default): the built-in rig; 5 or 8: pipelines/rigs/five.json, eight.json
 #     --live          show it live, 640x360 at 10 frames/s, in a window instead of writing files
 #     --sink ELEMENT  where --live shows it, for example "fakesink sync=true" where there is no display;
 #                     default: autovideosink
@@ -14,17 +15,25 @@ set -euo pipefail
 source "$(dirname "$0")/prepare.sh"
 polyhull_help "$@"
 
-seconds="" live=false sink=""
+seconds="" live=false sink="" count=4
 while [ $# -gt 0 ]; do
   case $1 in
+    --cameras) count=${2:?--cameras needs 4, 5 or 8}; shift ;;
     --live) live=true ;;
     --sink) sink=${2:?--sink needs an element}; shift ;;
     --seconds) seconds=${2:?--seconds needs a number}; shift ;;
-    *) fail "unknown argument '$1'; usage: pipelines/demo.sh [--live [--sink ELEMENT]] [--seconds N]" ;;
+    *) fail "unknown argument '$1'; usage: pipelines/demo.sh [--cameras 4|5|8] [--live [--sink ELEMENT]] [--seconds N]" ;;
   esac
   shift
 done
 [[ ${seconds:-1} =~ ^[0-9]+$ ]] && [ "${seconds:-1}" -gt 0 ] || fail "--seconds needs a whole number above 0"
+folder=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
+case $count in
+  4) rig_file="" ;;
+  5) rig_file=$folder/rigs/five.json ;;
+  8) rig_file=$folder/rigs/eight.json ;;
+  *) fail "--cameras is $count; there are rigs of 4, 5 and 8" ;;
+esac
 [ -z "$sink" ] || $live || fail "--sink says where --live shows its pictures; add --live"
 
 polyhull_install "${polyhull_packages_build[@]}" "${polyhull_packages_run[@]}"
@@ -37,14 +46,16 @@ length=${seconds:+$((seconds * rate))}
 frames=${length:-$((10 * rate))}
 out=$polyhull_source/out
 mkdir -p "$out"
-cameras=(cam0 cam1 cam2 cam3)
+cameras=()
+for ((index = 0; index < count; ++index)); do cameras+=("cam$index"); done
+rig=${rig_file:+rig=$rig_file}
 
 # Keying, blur and contours of one camera, from the pad or element named before it.
 silhouette_of() {
   echo "queue max-size-buffers=2 ! chromamatte name=key_$1 ! gaussblur name=blur_$1 sigma=1.5 !
     contourfind name=contours_$1 camera=$1 tolerance=0.7 min-area=100 ! hull."
 }
-chain="hullbuild name=hull ! hullrefine name=refine ! hulltexture name=texture ! queue max-size-buffers=2 ! tee name=meshes"
+chain="hullbuild name=hull $rig ! hullrefine name=refine ! hulltexture name=texture ! queue max-size-buffers=2 ! tee name=meshes"
 room="scenesrc name=room path=orbit orbit-start=30 orbit-speed=45 num-buffers=$frames !
   video/x-raw,width=1280,height=720,framerate=$rate/1 ! queue max-size-buffers=2 !
   composite.background"
@@ -52,7 +63,7 @@ room="scenesrc name=room path=orbit orbit-start=30 orbit-speed=45 num-buffers=$f
 synthetic_cameras() {
   local camera
   for camera in "${cameras[@]}"; do
-    echo "rigtestsrc name=$camera camera=$camera num-buffers=$1 noise=2 spill=0.3 unevenness=0.15
+    echo "rigtestsrc name=$camera camera=$camera $rig num-buffers=$1 noise=2 spill=0.3 unevenness=0.15
       shadow=0.3 is-live=$live ! video/x-raw,format=I420,framerate=$rate/1 ! $(silhouette_of "$camera")"
   done
 }
@@ -68,7 +79,7 @@ if $live; then
     composite name=composite ! videoconvert ! queue max-size-buffers=2 ! ${sink:-autovideosink}
 fi
 
-say "running the chain: $frames frames of four 1024x768 cameras to 1280x720"
+say "running the chain: $frames frames of $count 1024x768 cameras to 1280x720"
 # RGBA for both branches, not the encoder's NV12: the pictures are held against the truth below.
 rm -f "$out"/demo-*.png
 # shellcheck disable=SC2046,SC2086
@@ -103,7 +114,7 @@ for index in 0 1; do # before a camera, and between two
 done
 
 say "measuring the whole chain from recorded files"
-"$(dirname "$0")/record.sh" --seconds 2 "$out/recording" >"$out/recording.log" 2>&1 ||
+"$(dirname "$0")/record.sh" ${rig_file:+--rig "$rig_file"} --cameras "${cameras[*]}" --seconds 2 "$out/recording" >"$out/recording.log" 2>&1 ||
   { cat "$out/recording.log" >&2; fail "the recording failed"; }
 recorded=""
 for camera in "${cameras[@]}"; do

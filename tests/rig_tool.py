@@ -7,6 +7,7 @@ import struct
 import subprocess
 import sys
 import tempfile
+import xml.etree.ElementTree
 import zlib
 
 TOOL = sys.argv[1]
@@ -48,6 +49,46 @@ def write_mask(path, camera, low, high):
     write_grey(path, width, camera["height"], rows)
 
 
+def number_after(text, words):
+    return float(text.split(words, 1)[1].split()[0])
+
+
+def check_plan(folder):
+    small = ["--picture", "128x96", "--fov", "72", "--distance", "3", "--heights", "1.4"]
+    planned, drawing = os.path.join(folder, "planned.json"), os.path.join(folder, "plan.svg")
+    text = run("plan", "--cameras", "3", *small, "--drawing", drawing, "-o", planned)
+    assert "off facing" in text and "by more" in text, text
+    with open(planned) as file:
+        rig = json.load(file)
+    assert [camera["name"] for camera in rig["cameras"]] == ["cam0", "cam1", "cam2"], rig
+    assert rig["bounds"] == {"min": [-1.2, 0, -1.2], "max": [1.2, 2.3, 1.2]}, rig
+    assert rig["cameras"][0]["width"] == 128 and rig["cameras"][0]["height"] == 96, rig
+    svg = xml.etree.ElementTree.parse(drawing).getroot()
+    circles = [node for node in svg.iter() if node.tag.endswith("circle")]
+    assert svg.tag.endswith("svg") and len(circles) == 3, drawing
+
+    # The same forecast for the file, and what one more would bring.
+    checked = run("check", planned)
+    words = "refined surface"
+    assert number_after(checked, words) == number_after(text, words), (checked, text)
+    assert "one camera more would bring most at azimuth" in checked, checked
+    assert number_after(checked, "body, refined ") < number_after(text, words), checked
+    assert "one camera more" not in run("check", "--no-forecast", planned)
+
+    for arguments, words in ((["--stage", "2x2"], "WIDTHxDEPTHxHEIGHT"), (["--stage", "1x.3x2.3"], "1.2 x 1.2 x 2 m"),
+                             (["--picture", "big"], "WIDTHxHEIGHT"), (["--cameras", "1"], "2 to 64"),
+                             (["--distance", "1.8", "--fov", "40"], "field of view of"),
+                             (["--drawing", "/nowhere/plan.svg", *small], "/nowhere/plan.svg")):
+        note = run("plan", *arguments, fails=True)
+        assert words in note, (arguments, note)
+
+    # A rig without bounds, and one too small for a person, have no forecast but pass.
+    del rig["bounds"]
+    with open(planned, "w") as file:
+        json.dump(rig, file)
+    assert "no forecast: The rig has no bounds" in run("check", planned)
+
+
 def main():
     with tempfile.TemporaryDirectory() as folder:
         text = run("export")
@@ -59,7 +100,7 @@ def main():
         copy = os.path.join(folder, "copy.json")
         assert run("export", "-o", copy) == ""
         assert run("export", copy) == text
-        assert "nothing found wrong" in run("check", copy)
+        assert "nothing found wrong" in run("check", "--no-forecast", copy)
         for camera in rig["cameras"]:
             columns = [*zip(*camera["R"]), camera["t"]]
             camera["P"] = [[dot(row, column) for column in columns] for row in camera["K"]]
@@ -80,6 +121,9 @@ def main():
             json.dump(rig, file)
         note = run("check", copy)
         assert "note: the cameras stand 0.00" in note and "too near" in note and "--unit m," in note, note
+
+        assert "no forecast: The stage is 0.0024" in note, note
+        check_plan(folder)
 
         # A box off the middle of the stage.
         cameras = json.loads(text)["cameras"]

@@ -27,6 +27,7 @@ done
 expect 1 "named twice" pipelines/record.sh --cameras "cam0 cam1 cam0"
 expect 1 "unknown argument" pipelines/record.sh --secnods 3
 expect 1 "unknown argument" pipelines/demo.sh --secnods 3
+expect 1 "rigs of 4, 5 and 8" pipelines/demo.sh --cameras 6
 expect 1 "unknown argument" tests/run.sh --quik
 expect 1 "unknown argument" tests/mutants.sh --lits
 expect 1 "no fault is called" tests/mutants.sh no-such-fault

@@ -6,11 +6,12 @@
 namespace polyhull {
 
 Rig default_rig() {
-  // Not a regular ring: opposite cameras would see the same outline twice.
+  // As polyhull-rig plan has it, turned so that two look from the front: cameras that face each other
+  // would see the same outline twice, so each stands 40 degrees and more from where it would.
   struct Place {
     double degrees, height;
   };
-  constexpr Place places[] = {{30.0, 1.4}, {118.0, 1.5}, {213.0, 1.35}, {301.0, 1.45}};
+  constexpr Place places[] = {{30.0, 1.4}, {120.0, 1.5}, {250.0, 1.35}, {340.0, 1.45}};
   constexpr double distance = 3.0;
   const Vec3 target(0.0, 0.95, 0.0);
   Rig rig;

@@ -152,6 +152,16 @@ TEST(Plan, SameForAnyNumberOfThreads) {
   EXPECT_EQ(again, planned);
 }
 
+TEST(Forecast, BuiltInRigStandsAsPlanned) {
+  const StagedRig staged = staged_rig(default_rig());
+  const Forecast forecast = forecast_of(staged.cameras, staged.stage);
+  EXPECT_LT(forecast.refined_mean, 4.5);  // mm; 9.9 where two pairs face each other
+  EXPECT_LT(forecast.unseen, 0.11);
+  for (const Camera& a : staged.cameras) {
+    for (const Camera& b : staged.cameras) EXPECT_GE(off_facing(a, b), 39.9);
+  }
+}
+
 TEST(Forecast, CutBodiesAreToldAndLeftOut) {
   std::vector<Camera> cameras = cameras_at({0.0, 90.0, 225.0});
   cameras[1].K[0][0] = cameras[1].K[1][1] = 2000.0;  // a tele lens on the shirt
