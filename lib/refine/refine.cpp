@@ -13,6 +13,7 @@
 #include "refine/fine_field.h"
 #include "refine/flow.h"
 #include "refine/frame.h"
+#include "refine/photo.h"
 #include "refine/plate.h"
 #include "refine/thin_parts.h"
 #include "rig/undistort.h"
@@ -60,6 +61,16 @@ bool finite(const CameraContours& view) {
   return sum == 0.0;
 }
 
+/// Throws Error unless each view has a picture.
+void check_pictures(std::span<const CameraContours> views,
+                    std::span<const ViewPixels> pictures) {
+  for (std::size_t k = 0; k < views.size(); ++k)
+    if (k >= pictures.size() || pictures[k].pixels == nullptr || pictures[k].roi.empty())
+      throw Error(Error::Kind::bad_input,
+                  "Camera {} sends no picture, by which photo-consistency is judged.",
+                  views[k].camera->name);
+}
+
 /// Cells around a part's box: for the plate's band and the blurs.
 constexpr int margin = 4, coarse_margin = 3;
 /// How far outside the hull H is told apart.
@@ -67,6 +78,8 @@ constexpr float least_hull = -3.3f;
 /// What is thinner than twice this has no node of the fine grid for certain.
 constexpr float thinnest = 0.45f;
 constexpr double most_nodes = 64e6;
+/// How often the pictures are asked.
+constexpr int photo_rounds = 3;
 
 /// Throws Error where the grids of \p boxes would be too large.
 void check_size(const std::vector<Box>& boxes, double cell) {
@@ -114,12 +127,14 @@ struct HullRefiner::State {
   FitMemory fit_memory;
   CellMarcher marcher;
   CellSurface cells;
+  PhotoCarver carver;
 
   bool unchanged(const Hull& hull, std::span<const CameraContours> views, double unit,
                  const RefineSettings& settings) const;
   void remember(const Hull& hull, std::span<const CameraContours> views, double unit,
                 const RefineSettings& settings);
-  void refine(const Hull& hull, std::span<const CameraContours> views);
+  void refine(const Hull& hull, std::span<const CameraContours> views,
+              std::span<const ViewPixels> pictures);
   void set_up_views(const Hull& hull, const std::vector<Box>& boxes,
                     std::span<const CameraContours> views);
   void set_up_levels(const std::vector<Box>& boxes);
@@ -127,6 +142,8 @@ struct HullRefiner::State {
   void plate(std::vector<Level>& levels, int count, int steps, float rim_step);
   void start_middle();
   void fit();
+  void carve(std::span<const CameraContours> views, std::span<const ViewPixels> pictures);
+  void keep_thin();
   void take();
 };
 
@@ -277,9 +294,33 @@ void HullRefiner::State::fit() {
       if (&fit == fits) cut_at_hull(fine[p], threads);  // later fits keep to it
     }
   }
+}
+
+void HullRefiner::State::keep_thin() {
   find_rims(rays, fine, 0.15f, RimSearch::near, 1, threads);
   statistics.thin_rays =
       static_cast<std::uint32_t>(keep_thin_parts(fine, rays, distance, thinnest));
+}
+
+/// Each round sees further into hollows. Rays that lost their contact get it back where they are
+/// nearest to one.
+void HullRefiner::State::carve(std::span<const CameraContours> views,
+                               std::span<const ViewPixels> pictures) {
+  carver.set_up(views, pictures, distance.views, threads);
+  bool carved = false;
+  for (int round = 0; round < photo_rounds; ++round)
+    for (std::size_t p = 0; p < fine.size(); ++p) {
+      cells.clear();
+      marcher.march(fine[p], cells, threads);
+      carved |= carver.carve(fine[p], cells, {}, threads);
+    }
+  if (!carved) return;
+  find_rims(rays, fine, 0.25f, RimSearch::everywhere, 1, threads);
+  for (const RimFit& fit : std::span(fits).subspan(1)) {
+    find_rims(rays, fine, 0.15f, RimSearch::near, fit.stride, threads);
+    for (std::size_t p = 0; p < fine.size(); ++p)
+      fit_to_rims(fine[p], rays, static_cast<std::uint32_t>(p), fit, fit_memory, threads);
+  }
 }
 
 void HullRefiner::State::take() {
@@ -299,7 +340,8 @@ void HullRefiner::State::take() {
   surface.loop_vertices.clear(), surface.loop_ends.clear(), surface.face_loop_ends.clear();
 }
 
-void HullRefiner::State::refine(const Hull& hull, std::span<const CameraContours> views) {
+void HullRefiner::State::refine(const Hull& hull, std::span<const CameraContours> views,
+                                std::span<const ViewPixels> pictures) {
   Stopwatch watch;
   const std::vector<Box> boxes = boxes_of(hull, frame, 2.0f * margin);
   check_size(boxes, recipe.cell);
@@ -333,6 +375,12 @@ void HullRefiner::State::refine(const Hull& hull, std::span<const CameraContours
   statistics.seconds_plate += watch.lap();
   fit();
   statistics.seconds_fine = watch.lap();
+  if (!pictures.empty()) {
+    carve(views, pictures);
+    statistics.seconds_photo = watch.lap();
+  }
+  keep_thin();
+  statistics.seconds_fine += watch.lap();
   cells.clear();
   for (const Level& level : fine) marcher.march(level, cells, threads);
   if (cells.triangles.empty())
@@ -353,7 +401,8 @@ const RefineStatistics& HullRefiner::statistics() const {
 }
 
 const Hull& HullRefiner::refine(const Hull& hull, std::span<const CameraContours> views,
-                                double metres_per_unit, const RefineSettings& settings) {
+                                double metres_per_unit, const RefineSettings& settings,
+                                std::span<const ViewPixels> pictures) {
   State& s = *state_;
   if (!(metres_per_unit > 0.0) || !std::isfinite(metres_per_unit))
     throw Error(Error::Kind::bad_input, "A mesh has {:g} metres to a unit: expected more than 0.",
@@ -365,8 +414,9 @@ const Hull& HullRefiner::refine(const Hull& hull, std::span<const CameraContours
     if (!finite(view))
       throw Error(Error::Kind::bad_input, "Camera {}: its calibration or a contour is not finite.",
                   view.camera->name);
+  if (settings.photo) check_pictures(views, pictures);
   s.statistics = {};
-  if (settings.reuse && s.unchanged(hull, views, metres_per_unit, settings)) {
+  if (settings.reuse && !settings.photo && s.unchanged(hull, views, metres_per_unit, settings)) {
     s.statistics.reused = true;
     return s.surface;
   }
@@ -377,7 +427,7 @@ const Hull& HullRefiner::refine(const Hull& hull, std::span<const CameraContours
     s.recipe = recipe_of(settings);
     s.threads = settings.threads;
     s.frame = frame_of(hull, metres_per_unit / s.recipe.cell);
-    s.refine(hull, views);
+    s.refine(hull, views, settings.photo ? pictures : std::span<const ViewPixels>());
   }
   s.remember(hull, views, metres_per_unit, settings);
   return s.surface;

@@ -36,10 +36,19 @@ enum class RefineQuality {
 
 struct RefineSettings {
   RefineQuality quality = RefineQuality::good;
-  double cell = 0.0;  ///< metres from node to node, triangles are half as large; 0: by the quality
-  int threads = 0;    ///< of the pool; 0: all
-  bool reuse = true;  ///< false: works as if nothing were known from the last call
+  double cell = 0.0;   ///< metres from node to node, triangles are half as large; 0: by the quality
+  int threads = 0;     ///< of the pool; 0: all
+  bool photo = false;  ///< carves what the pictures contradict (photo.h), which takes its time
+  bool reuse = true;   ///< false: works as if nothing were known from the last call
   bool operator==(const RefineSettings&) const = default;
+};
+
+/// What a camera's picture shows of a part of its frame, real pixels; borrowed.
+struct ViewPixels {
+  const std::uint8_t* pixels = nullptr;  ///< null: no picture
+  int stride = 0;                        ///< bytes from row to row
+  int channels = 4;                      ///< red, green, blue first; fewer than 3: grey first
+  Rectangle roi;                         ///< what the pixels are of
 };
 
 /// Counts and times (seconds) of one call, for `stats`.
@@ -52,6 +61,7 @@ struct RefineStatistics {
   /// Distances, rays, flow, plate, fine grid, triangles.
   double seconds_distances = 0, seconds_rays = 0, seconds_flow = 0, seconds_plate = 0,
          seconds_fine = 0, seconds_surface = 0;
+  double seconds_photo = 0;
 };
 
 /// Refines hulls one after the other and keeps the memory. Not for use by two threads at once.
@@ -70,8 +80,12 @@ class HullRefiner {
   /// or the cell is not above 0, and (unsupported) where the hull is so large that its grid would
   /// have more than 64 million nodes, with the cell that would do, or where nothing is left. What a
   /// camera does not see counts as outside, whatever hullbuild's `unseen` says.
+  ///
+  /// \p pictures of the views in their order, for RefineSettings::photo, which needs one of each view
+  /// (else Error, bad_input); with it nothing is taken from the last call.
   const Hull& refine(const Hull& hull, std::span<const CameraContours> views,
-                     double metres_per_unit, const RefineSettings& settings);
+                     double metres_per_unit, const RefineSettings& settings,
+                     std::span<const ViewPixels> pictures = {});
 
   const RefineStatistics& statistics() const;
 

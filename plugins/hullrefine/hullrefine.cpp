@@ -40,6 +40,11 @@ const Property<RefineSettings> table[] = {
         "Metres between the nodes of the grid that the surface is found on (0 to 1): triangles are "
         "half as large, and what is thinner than a quarter of it may break up. 0: by the quality.",
         0, 1),
+    property<&RefineSettings::photo>(
+        "photo", "Photo",
+        "Whether to carve hollows that no silhouette shows, where the cameras' colours contradict "
+        "the surface: for 12 cameras and more, and for stills, since it takes a second and more. "
+        "Needs every view's pixels."),
     property<&RefineSettings::threads>("threads", "Threads",
                                        "How many threads of the pool that all elements share may "
                                        "work (1 to 256); 0 means all of them.",
@@ -53,7 +58,8 @@ struct HullRefine {
   static void class_init(gpointer klass);
 
   explicit HullRefine(gpointer object) {
-    statistics.declare({"meshes", "surfaces-reused", "meshes-unrefined", "meshes-unusable"});
+    statistics.declare(
+        {"meshes", "surfaces-reused", "meshes-uncarved", "meshes-unrefined", "meshes-unusable"});
     set_up_mesh_transform(object);
   }
 
@@ -74,20 +80,41 @@ void report(HullRefine& self, const RefineStatistics& done) {
   self.statistics.set("flow-ms", 1e3 * done.seconds_flow);
   self.statistics.set("plate-ms", 1e3 * done.seconds_plate);
   self.statistics.set("fine-ms", 1e3 * done.seconds_fine);
+  self.statistics.set("photo-ms", 1e3 * done.seconds_photo);
   self.statistics.set("surface-ms", 1e3 * done.seconds_surface);
+}
+
+/// The pixels of all views of \p mesh; none, and a warning, where a view has none.
+std::vector<ViewPixels> pixels_of(HullRefine& self, GstElement* element, const Mesh& mesh) {
+  std::vector<ViewPixels> pixels;
+  for (const MeshView& view : mesh.views) {
+    if (view.view.format == PixelFormat::none || view.view.roi.empty()) {
+      self.statistics.warn(
+          element, "meshes-uncarved",
+          fmt::format("A surface was not carved by colours: camera {} sends no pixels.",
+                      view.view.camera));
+      return {};
+    }
+    pixels.push_back({view.view.pixels.data(), view.view.stride,
+                      view.view.format == PixelFormat::rgba ? 4 : 1, view.view.roi});
+  }
+  return pixels;
 }
 
 /// Whether \p mesh has become another.
 bool refine_mesh(GstBaseTransform* transform, Mesh& mesh) {
   HullRefine& self = state_of<HullRefine>(transform);
-  const RefineSettings settings = snapshot(transform, self.settings);
+  RefineSettings settings = snapshot(transform, self.settings);
   if (settings.quality == RefineQuality::off || mesh.hull.empty() || mesh.views.empty())
     return false;
   std::vector<CameraContours> views;
   for (const MeshView& view : mesh.views) views.push_back({&view.calibration, &view.view.contours});
+  std::vector<ViewPixels> pixels;
+  if (settings.photo) pixels = pixels_of(self, GST_ELEMENT_CAST(transform), mesh);
+  settings.photo = !pixels.empty();
   const LoopWatch loops;
   try {
-    mesh.hull = self.refiner->refine(mesh.hull, views, mesh.metres_per_unit, settings);
+    mesh.hull = self.refiner->refine(mesh.hull, views, mesh.metres_per_unit, settings, pixels);
   } catch (const std::exception& error) {
     self.statistics.warn(GST_ELEMENT_CAST(transform), "meshes-unrefined",
                          fmt::format("A hull passed as it was: {}", error.what()));
@@ -104,11 +131,11 @@ void HullRefine::class_init(gpointer klass) {
   add_properties<HullRefine>(klass, properties, &HullRefine::settings);
   add_statistics<HullRefine>(
       klass,
-      "Counters since the start: meshes, surfaces-reused (nothing had changed), meshes-unrefined "
-      "(hulls that passed as they were, with a warning), meshes-unusable; and of the last mesh "
-      "parts (of the hull, with a grid each), rays (that touch the body), "
+      "Counters since the start: meshes, surfaces-reused (nothing had changed), meshes-uncarved "
+      "(photo=true, but a view had no pixels), meshes-unrefined (hulls that passed as they were, "
+      "with a warning), meshes-unusable; and of the last mesh parts (of the hull, with a grid each), rays (that touch the body), "
       "thin-rays (where the hull is too thin for the grid and was kept), nodes (of the grids), the "
-      "milliseconds for distances, rays, flow, plate, the fine grid and the surface, and "
+      "milliseconds for distances, rays, flow, plate, the fine grid, colours and the surface, and "
       "threads-used (how many threads took part in its parallel loops, on average).");
   set_metadata(klass, "Visual hull refinement", "Filter/Video",
                "Finds the smooth surface inside a visual hull that touches every silhouette");

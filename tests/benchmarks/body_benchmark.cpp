@@ -13,6 +13,7 @@
 #include "body_sheet.h"
 #include "measure.h"
 #include "support/body_scenes.h"
+#include "support/hollow_bodies.h"
 
 namespace {
 
@@ -72,7 +73,7 @@ void print(Table& table, const std::string& rig, const std::string& scene, const
 struct Options {
   std::vector<std::string> rigs{"4", "4far", "5", "6", "7", "8", "12"}, scenes, methods;
   std::string output = ".", pictures;
-  bool no_psnr = false, each = false, motion = true;
+  bool hollows = false, no_psnr = false, each = false, motion = true;
   int runs = 5, threads = 2;
 };
 
@@ -82,7 +83,9 @@ bool wanted(const std::vector<std::string>& names, const std::string& name) {
 
 std::vector<Method> methods_of(const Options& options) {
   std::vector<Method> methods = body_methods(options.threads);
-  std::erase_if(methods, [&](const Method& m) { return !wanted(options.methods, m.name); });
+  std::erase_if(methods, [&](const Method& m) {
+    return options.methods.empty() ? !m.always : !wanted(options.methods, m.name);
+  });
   if (methods.empty()) throw std::runtime_error("no method of that name");
   return methods;
 }
@@ -114,8 +117,9 @@ void measure_rig(const std::string& name, const std::vector<Body>& bodies, const
 
 void run_all(const Options& options) {
   const char* data = std::getenv("POLYHULL_DATA");
-  std::vector<Body> bodies = study_bodies(data ? data : "");
-  if (bodies.size() < 5) {
+  std::vector<Body> bodies =
+      options.hollows ? hollow_bodies() : study_bodies(data ? data : "");
+  if (!options.hollows && bodies.size() < 5) {
     std::printf("No MakeHuman body in POLYHULL_DATA: only the synthetic figure is measured.\n");
   }
   std::erase_if(bodies, [&](const Body& body) { return !wanted(options.scenes, body.name); });
@@ -142,6 +146,8 @@ int main(int argc, char** argv) {
   app.add_option("--method", options.methods, "Only these methods");
   app.add_option("--runs", options.runs, "Runs that are timed")->check(CLI::Range(1, 1000));
   app.add_option("--threads", options.threads, "Threads of the methods")->check(CLI::Range(1, 64));
+  app.add_flag("--hollows", options.hollows,
+               "Two bodies with hollows that no silhouette shows, instead of the five");
   app.add_flag("--no-psnr", options.no_psnr, "Leave out the textured pictures' error");
   app.add_flag("--motion,!--no-motion", options.motion,
                "Whether to measure the surfaces' motion, too");

@@ -27,6 +27,14 @@ Surfacer refined(RefineQuality quality, int threads) {
   };
 }
 
+Surfacer carved(int threads) {
+  const auto refiner = std::make_shared<HullRefiner>();
+  return [=](const BodyScene& scene, const Hull& hull) {
+    return refiner->refine(hull, test::camera_contours(scene.cameras, scene.contours), 1.0,
+                           {.threads = threads, .photo = true}, test::view_pixels(scene));
+  };
+}
+
 }  // namespace
 
 std::vector<Method> body_methods(int threads) {
@@ -35,6 +43,7 @@ std::vector<Method> body_methods(int threads) {
       {"fast", refined(RefineQuality::fast, threads)},
       {"good", refined(RefineQuality::good, threads)},
       {"fine", refined(RefineQuality::fine, threads)},
+      {"photo", carved(threads), false},
   };
 }
 

@@ -14,6 +14,7 @@ namespace polyhull::benchmark {
 struct Method {
   const char* name;
   std::function<Hull(const test::BodyScene& scene, const Hull& hull)> surface;
+  bool always = true;  ///< false: only where asked for by name
 };
 
 /// All of them; they keep what they like from call to call, but for their results' sake. A new

@@ -140,6 +140,31 @@ GST_START_TEST(properties_take_effect_on_the_next_mesh) {
 }
 GST_END_TEST
 
+/// Without pixels the surface is made without colours, and a warning says so; with them it is what
+/// the library makes of them: of grey ones nothing else, in either format.
+GST_START_TEST(carving_by_colours_needs_pixels) {
+  Bench bench("hullrefine photo=true");
+  const Hull plain = refined({});
+  fail_unless(bench.refine(subject()).hull.vertices == plain.vertices);
+  fail_unless(bench.warned("camera cam0 sends no pixels"));
+  fail_unless_equals_uint64(test::statistic(bench.element, "meshes-uncarved"), 1);
+  Mesh seen = subject();
+  const std::vector<std::uint8_t> even(4u * 1024 * 768, 100);
+  for (MeshView& mesh_view : seen.views) {
+    View& view = mesh_view.view;
+    const bool grey = &mesh_view == &seen.views[1];
+    view.roi = {0, 0, view.width, view.height};
+    view.format = grey ? PixelFormat::grey : PixelFormat::rgba;
+    view.stride = (grey ? 1 : 4) * view.width;
+    view.pixels = std::span(even).first(static_cast<std::size_t>(view.stride) * view.height);
+  }
+  fail_unless(bench.refine(seen).hull.vertices == plain.vertices);
+  fail_unless_equals_uint64(test::statistic(bench.element, "meshes-uncarved"), 1);
+  fail_unless_equals_uint64(test::statistic(bench.element, "surfaces-reused"), 0);
+  fail_unless(test::figure(bench.element, "photo-ms") > 0.0);
+}
+GST_END_TEST
+
 GST_START_TEST(a_texturing_of_the_hull_does_not_stay) {
   Mesh textured = subject();
   std::vector<Camera> all;
@@ -206,6 +231,7 @@ static Suite* hullrefine_suite() {
   tcase_set_timeout(tests, 60);
   tcase_add_test(tests, puts_the_surface_in_the_hulls_place);
   tcase_add_test(tests, properties_take_effect_on_the_next_mesh);
+  tcase_add_test(tests, carving_by_colours_needs_pixels);
   tcase_add_test(tests, a_texturing_of_the_hull_does_not_stay);
   tcase_add_test(tests, an_empty_mesh_and_gaps_pass);
   tcase_add_test(tests, what_cannot_be_refined_passes_as_it_is);

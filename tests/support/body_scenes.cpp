@@ -275,6 +275,13 @@ BodyScene with_noise(const BodyScene& scene, double pixels, std::uint64_t seed) 
   return out;
 }
 
+std::vector<ViewPixels> view_pixels(const BodyScene& scene) {
+  std::vector<ViewPixels> pictures;
+  for (const Picture& p : scene.pictures)
+    pictures.push_back({p.pixels.data(), 4 * p.width, 4, {0, 0, p.width, p.height}});
+  return pictures;
+}
+
 const Hull& hull_of(const BodyScene& scene, HullStage& stage, int threads) {
   const std::vector<CameraContours> views = camera_contours(scene.cameras, scene.contours);
   HullOptions options;

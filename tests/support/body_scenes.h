@@ -14,6 +14,7 @@
 #include "hull/hull.h"
 #include "hull/stage.h"
 #include "mesh/mesh.h"
+#include "refine/refine.h"
 #include "rig/rig.h"
 #include "studio/figure/subject.h"
 #include "support/surface.h"
@@ -59,6 +60,9 @@ std::vector<BodyScene> body_scenes(const Rig& rig, const std::vector<Body>& bodi
 /// The scene with every vertex of its contours moved by Gaussian noise of the standard deviation
 /// \p pixels in x and in y; nothing else changes.
 BodyScene with_noise(const BodyScene& scene, double pixels, std::uint64_t seed);
+
+/// The scene's pictures, for refining by colours.
+std::vector<ViewPixels> view_pixels(const BodyScene& scene);
 
 /// The scene's silhouettes intersected by \p stage, which is not to hold what it knows already.
 const Hull& hull_of(const BodyScene& scene, HullStage& stage, int threads);

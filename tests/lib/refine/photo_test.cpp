@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+// Photo-consistency: hollows that no silhouette shows are carved, silhouettes stay covered, what is
+// plain stays as it is. All bodies: tests/benchmarks/body_benchmark.cpp, --hollows.
+#include <gtest/gtest.h>
+
+#include "base/error.h"
+#include "refine/refine.h"
+#include "support/body_scenes.h"
+#include "support/camera_contours.h"
+#include "support/hollow_bodies.h"
+
+namespace polyhull::test {
+namespace {
+
+const BodyScene& dented() {
+  static const BodyScene scene = body_scene(body_rig("12"), hollow_bodies().front(), false);
+  return scene;
+}
+
+Hull refined(const BodyScene& scene, const RefineSettings& settings) {
+  HullStage stage;
+  return HullRefiner().refine(hull_of(scene, stage, 0),
+                              camera_contours(scene.cameras, scene.contours), 1.0, settings,
+                              view_pixels(scene));
+}
+
+TEST(Photo, CarvesHollowsAndKeepsSilhouettes) {
+  const BodyError plain = measure(refined(dented(), {}), dented(), false);
+  const BodyError carved = measure(refined(dented(), {.photo = true}), dented(), false);
+  EXPECT_EQ(carved.unsound, 0.0);
+  EXPECT_LT(carved.mean, 0.37 * plain.mean);  // .33 measured
+  EXPECT_LT(carved.hausdorff, 0.17 * plain.hausdorff);
+  EXPECT_LT(carved.missing, 1.1 * plain.missing);
+  EXPECT_LT(carved.outside, plain.outside + 2e-5);
+  std::printf("%.2f to %.2f mm, %.1f to %.1f mm, missing %.3f to %.3f %%\n", plain.mean,
+              carved.mean, plain.hausdorff, carved.hausdorff, 100 * plain.missing,
+              100 * carved.missing);
+}
+
+TEST(Photo, MakesTheFigureNoWorse) {
+  const BodyScene scene =
+      body_scene(body_rig("12"), {"figure", open_subject("figure"), 0.0}, false);
+  const BodyError plain = measure(refined(scene, {}), scene, false);
+  const BodyError carved = measure(refined(scene, {.photo = true}), scene, false);
+  EXPECT_LT(carved.mean, plain.mean);
+  EXPECT_LT(carved.hausdorff, plain.hausdorff);
+  EXPECT_LT(carved.missing, plain.missing + 1e-4);
+  EXPECT_LT(carved.outside, plain.outside + 1e-4);
+}
+
+TEST(Photo, IsOfThesePicturesAndTheSameForAnyNumberOfThreads) {
+  BodyScene scene = dented();
+  const auto views = camera_contours(scene.cameras, scene.contours);
+  HullStage stage;
+  const Hull hull = hull_of(scene, stage, 0);
+  HullRefiner refiner;
+  const Hull one =
+      refiner.refine(hull, views, 1.0, {.threads = 1, .photo = true}, view_pixels(scene));
+  EXPECT_EQ(refined(scene, {.threads = 4, .photo = true}).vertices, one.vertices);
+  // Other pictures of the same outlines: plain ones, by which nothing is carved.
+  for (Picture& picture : scene.pictures)
+    std::fill(picture.pixels.begin(), picture.pixels.end(), std::uint8_t{90});
+  const Hull plain =
+      refiner.refine(hull, views, 1.0, {.threads = 1, .photo = true}, view_pixels(scene));
+  EXPECT_FALSE(refiner.statistics().reused);
+  EXPECT_NE(plain.vertices, one.vertices);
+  EXPECT_EQ(plain.vertices, refined(scene, {}).vertices);
+}
+
+TEST(Photo, AMissingPictureIsRefused) {
+  const auto views = camera_contours(dented().cameras, dented().contours);
+  HullStage stage;
+  const Hull hull = hull_of(dented(), stage, 0);
+  std::vector<ViewPixels> pixels = view_pixels(dented());
+  pixels[3] = {};
+  try {
+    HullRefiner().refine(hull, views, 1.0, {.photo = true}, pixels);
+    ADD_FAILURE() << "no error";
+  } catch (const Error& error) {
+    EXPECT_STREQ(error.what(),
+                 "Camera cam3 sends no picture, by which photo-consistency is judged.");
+  }
+}
+
+}  // namespace
+}  // namespace polyhull::test
