@@ -13,47 +13,14 @@ std::uint16_t fixed(float weight) {
   return static_cast<std::uint16_t>(std::lround(65535.0f * std::clamp(weight, 0.0f, 1.0f)));
 }
 
-/// Per vertex and view the weight that the shader starts from.
-class Weights {
- public:
-  Weights(const Mesh& mesh, const Vec3& eye) : views_(mesh.views.size()) {
-    const Texturing& texturing = *mesh.texturing;
-    const std::size_t vertices = mesh.hull.vertices.size();
-    weights_.assign(vertices * views_, 0.0f);
-    for (std::size_t k = 0; k < views_; ++k) {
-      if (!can_colour(mesh.views[k].view)) continue;
-      const Vec3f centre(mesh.views[k].calibration.centre() - mesh.hull.origin);
-      const Vec3f from(eye - mesh.hull.origin);
-      for (std::size_t v = 0; v < vertices; ++v) {
-        float weight = texturing.weights[v * views_ + k];
-        if (weight > 0.0f && texturing.metric == TextureMetric::viewing_angle) {
-          const Vec3f& p = mesh.hull.vertices[v];
-          const float cosine = glm::dot(glm::normalize(centre - p), glm::normalize(from - p));
-          // Never 0 for a view that sees the point: it may be the only one.
-          const float near = 0.5f + 0.5f * cosine;
-          weight *= std::max(near * near * near * near, 1e-3f);
-        } else {
-          weight *= weight;  // the better view prevails, with less of a ghost from the other
-        }
-        weights_[v * views_ + k] = weight;
-      }
-    }
-  }
-  float operator()(std::size_t vertex, std::size_t view) const {
-    return weights_[vertex * views_ + view];
-  }
-
- private:
-  std::size_t views_;
-  std::vector<float> weights_;
-};
-
 bool usable(const Mesh& mesh) {
-  if (!mesh.texturing || mesh.views.empty() || mesh.views.size() > 64) return false;
+  if (!mesh.texturing || mesh.views.empty() || mesh.views.size() > most_candidates) return false;
   const Texturing& texturing = *mesh.texturing;
   const std::size_t triangles = mesh.hull.triangles.size() / 3;
   return texturing.best.size() == triangles &&
-         texturing.weights.size() == mesh.hull.vertices.size() * mesh.views.size();
+         texturing.weights.size() == mesh.hull.vertices.size() * mesh.views.size() &&
+         (texturing.metric == TextureMetric::camera_normal ||
+          texturing.normals.size() == mesh.hull.vertices.size());
 }
 
 }  // namespace
@@ -106,7 +73,7 @@ class TriangleWriter {
     drawing_.corner.insert(drawing_.corner.end(), corners, corners + 3);
   }
   /// A triangle of which each of \p views may be the best; the heaviest first.
-  void add(const std::uint32_t* corners, HullVertex (&vertex)[3], const Weights& weights,
+  void add(const std::uint32_t* corners, HullVertex (&vertex)[3], const ViewWeights& weights,
            const std::vector<std::pair<float, std::size_t>>& views) {
     if (views.size() > narrow) return add_wide(corners, vertex, weights, views);
     for (std::size_t i = 0; i < narrow && !views.empty(); ++i) {
@@ -130,7 +97,7 @@ class TriangleWriter {
  private:
   static constexpr std::size_t narrow = 4;  // views that a triangle's vertices hold
 
-  void add_wide(const std::uint32_t* corners, HullVertex (&vertex)[3], const Weights& weights,
+  void add_wide(const std::uint32_t* corners, HullVertex (&vertex)[3], const ViewWeights& weights,
                 const std::vector<std::pair<float, std::size_t>>& views) {
     const std::size_t list = drawing_.lists.size();
     drawing_.lists.push_back({static_cast<std::uint16_t>(views.size()), 0, 0, 0});
@@ -156,7 +123,7 @@ class TriangleWriter {
 /// those that it does not: a sliver that leans away from every camera takes the colours of the
 /// surface around it, whose weights its vertices share. The heaviest first.
 void rank_views(const std::uint32_t* corner, const Vec3f& a, const Vec3f& cross,
-                const std::vector<Vec3f>& centres, const Weights& weights,
+                const std::vector<Vec3f>& centres, const ViewWeights& weights,
                 std::vector<std::pair<float, std::size_t>>& ranked) {
   constexpr float least = 0.5f / 65535.0f;  // less is no weight in a HullVertex
   for (const bool facing_only : {true, false}) {
@@ -176,19 +143,15 @@ void rank_views(const std::uint32_t* corner, const Vec3f& a, const Vec3f& cross,
 
 }  // namespace
 
-std::size_t add_hull_vertices(const Mesh& mesh, const Vec3& eye, HullDrawing& drawing) {
+std::size_t add_hull_vertices(const Mesh& mesh, const MeshEye& eye, HullDrawing& drawing) {
   const Hull& hull = mesh.hull;
   const std::size_t views = mesh.views.size();
   drawing.slot_of_view.resize(views, -1);
   const bool textured = usable(mesh);
   const VertexFill fill(mesh);
   const bool direct = textured && mesh.texturing->method == TextureMethod::direct;
-  Mesh none;  // gives the weights nothing to do
-  const Weights weights = textured && !direct ? Weights(mesh, eye) : [&] {
-    none.texturing.emplace();
-    return Weights(none, eye);
-  }();
-  const Vec3f from(eye - hull.origin);
+  const ViewWeights weights = textured && !direct ? ViewWeights(mesh, eye) : ViewWeights();
+  const Vec3f from(eye.place - hull.origin);
   std::vector<Vec3f> centres;
   for (const MeshView& view : mesh.views)
     centres.emplace_back(view.calibration.centre() - hull.origin);

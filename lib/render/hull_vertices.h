@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "mesh/mesh.h"
+#include "render/view_weights.h"
 
 namespace polyhull {
 
@@ -69,11 +70,11 @@ float fill_range(const Mesh& mesh);
 /// The slot of view \p view, a new one where it has none.
 int slot_of(HullDrawing& drawing, std::size_t view);
 
-/// Adds to \p drawing the triangles of \p mesh that face the eye at \p eye (mesh world
-/// coordinates), with the weights of its texturing's method and metric. Call once per eye with one
+/// Adds to \p drawing the triangles of \p mesh that face \p eye, with the weights of its
+/// texturing's method and metric (view_weights.h). Call once per eye with one
 /// drawing to give all of them the same slots; the new vertices follow the old. Without texturing,
 /// or where no view sees a triangle, the weights are 0. Views without RGBA pixels are not used.
 /// Returns the number of the first vertex of a wide triangle: they come last.
-std::size_t add_hull_vertices(const Mesh& mesh, const Vec3& eye, HullDrawing& drawing);
+std::size_t add_hull_vertices(const Mesh& mesh, const MeshEye& eye, HullDrawing& drawing);
 
 }  // namespace polyhull

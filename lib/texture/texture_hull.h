@@ -8,8 +8,8 @@
 ///                from p to C_k, from depth maps (visibility.h)
 ///   visible_f  = { k : seen_fk >= 1/2 },  best_f = argmax over visible_f of cos_fk(centroid)
 ///   weight_vk  = max(0, n_v . (C_k - v)/|C_k - v|) * sum(a_f seen_fk) / sum(a_f), over the
-///                triangles f of area a_f around vertex v that face k; for the metric
-///                viewing_angle without the first factor
+///                triangles f of area a_f around vertex v that face k; for the metrics
+///                viewing_angle and lumigraph, which need the viewport, without the first factor
 /// A face of camera k's own cone passes through C_k: cos_fk is 0 there, and it is never visible in
 /// k.
 ///

@@ -20,6 +20,7 @@ enum class TextureMethod {
 enum class TextureMetric {
   camera_normal,  ///< by the angle between the surface normal and the direction to the camera
   viewing_angle,  ///< by the angle between the directions to the camera and to the viewport
+  lumigraph,      ///< by that angle, steeper, and by resolution (render/view_weights.h)
 };
 
 /// What colours the surface where no camera sees it.
@@ -77,7 +78,7 @@ struct Texturing {
   std::vector<std::uint64_t> visible;  ///< per triangle: the views that see it unoccluded
   std::vector<std::int8_t> best;       ///< per triangle: the view of method direct, -1: none
   std::vector<float> weights;      ///< per vertex, per view, 0..1, not normalised; vertex-major:
-                                   ///< camera_normal: the camera-normal weight, viewing_angle: 1;
+                                   ///< camera_normal: the camera-normal weight, else 1;
                                    ///< both reduced by the occluded share of the triangles around
   std::vector<Vec3f> normals;      ///< per vertex, unit length
   /// Per vertex: the colour of what no camera sees there (RGBA bytes, sRGB), instead of `untextured`;

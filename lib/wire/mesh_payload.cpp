@@ -96,7 +96,8 @@ void validate_texturing(const Mesh& mesh) {
   if (texturing.method != TextureMethod::direct && texturing.method != TextureMethod::blend)
     fail("unknown texture method");
   if (texturing.metric != TextureMetric::camera_normal &&
-      texturing.metric != TextureMetric::viewing_angle)
+      texturing.metric != TextureMetric::viewing_angle &&
+      texturing.metric != TextureMetric::lumigraph)
     fail("unknown texture metric");
   if (texturing.visible.size() != triangles || texturing.best.size() != triangles ||
       texturing.weights.size() != vertices * views || texturing.normals.size() != vertices)

@@ -33,7 +33,9 @@ GType enum_type<TextureMetric>() {
         "By the angle between the surface's normal and the direction to the camera",
         "camera-normal"},
        {TextureMetric::viewing_angle,
-        "By the angle between the directions to the camera and to the viewport", "viewing-angle"}});
+        "By the angle between the directions to the camera and to the viewport", "viewing-angle"},
+       {TextureMetric::lumigraph,
+        "By that angle, more steeply, and by how finely the camera sees the surface", "lumigraph"}});
 }
 
 template <>
@@ -71,7 +73,7 @@ using namespace polyhull::element;
 
 struct Settings {
   TextureMethod method = TextureMethod::blend;
-  TextureMetric metric = TextureMetric::camera_normal;
+  TextureMetric metric = TextureMetric::lumigraph;
   std::uint32_t cameras = 2;
   bool occlusion = true;
   std::uint32_t untextured = 0xff808080u;  // ARGB, as GStreamer's colour properties
@@ -87,10 +89,10 @@ struct Settings {
 const Property<Settings> table[] = {
     property<&Settings::method>("method", "Method", "How the cameras' pictures are put together."),
     property<&Settings::metric>("metric", "Metric",
-                                "By which angle a blend prefers one camera to another."),
+                                "By what a blend prefers one camera to another."),
     property<&Settings::cameras>("cameras", "Cameras",
                                  "How many cameras are blended at each point (1 to 64): the best "
-                                 "ones. composite uses at most four.",
+                                 "ones.",
                                  1, 64),
     property<&Settings::occlusion>("occlusion", "Occlusion",
                                    "Whether a camera colours only what it sees. Without, a camera "

@@ -28,6 +28,7 @@ struct Way {
 constexpr Way ways[] = {
     {"camera-normal", TextureMetric::camera_normal},
     {"viewing-angle", TextureMetric::viewing_angle},
+    {"lumigraph", TextureMetric::lumigraph},
 };
 
 struct Options {

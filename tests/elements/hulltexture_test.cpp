@@ -37,6 +37,13 @@ GstHarness* harness(const char* launch = "hulltexture") {
   return h;
 }
 
+/// What the element does if nobody says anything.
+TextureSettings by_default() {
+  TextureSettings settings;
+  settings.metric = TextureMetric::lumigraph;
+  return settings;
+}
+
 /// A mesh read from a buffer with the memory that its pixels borrow from.
 struct Read {
   explicit Read(GstBuffer* buffer) : buffer(buffer) {
@@ -91,7 +98,8 @@ GST_START_TEST(adds_what_the_library_computes) {
   fail_unless(out.mesh.texturing.has_value());
   std::vector<Camera> cameras;
   for (const MeshView& view : subject().mesh.views) cameras.push_back(view.calibration);
-  const Texturing expected = texture_hull(subject().mesh.hull, cameras);
+  const Texturing expected = texture_hull(subject().mesh.hull, cameras, by_default());
+  fail_unless(out.mesh.texturing->metric == TextureMetric::lumigraph);
   fail_unless(out.mesh.texturing->visible == expected.visible);
   fail_unless(out.mesh.texturing->best == expected.best);
   fail_unless(out.mesh.texturing->weights == expected.weights);
@@ -141,7 +149,7 @@ GST_START_TEST(properties_reach_the_mesh) {
   Read shaped(gst_harness_push_and_pull(h, buffer_of(subject().mesh)));
   std::vector<Camera> cameras;
   for (const MeshView& view : subject().mesh.views) cameras.push_back(view.calibration);
-  TextureSettings settings;
+  TextureSettings settings = by_default();
   settings.fade_width = 40;
   settings.map_size = 100;
   settings.cameras = 3;
@@ -160,7 +168,7 @@ GST_START_TEST(what_is_unseen_is_filled) {
   const TextureFill fills[] = {TextureFill::inpaint, TextureFill::nearest, TextureFill::grey};
   for (int i = 0; i < 3; ++i) {
     GstHarness* h = harness(launches[i]);
-    TextureSettings settings;
+    TextureSettings settings = by_default();
     settings.fill = fills[i];
     for (const int darker : {0, 60}) {
       synthetic::Photographed sent = subject();

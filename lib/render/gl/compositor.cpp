@@ -23,6 +23,7 @@ struct SkinKey {
   std::vector<Vec3> eyes;
   int levels = 0;  // of smaller pictures; more than needed do no harm
   bool all_views = false, soft = false;
+  double pixel_size = 0.0;  // where the weights depend on it
   bool operator==(const SkinKey&) const = default;
 };
 
@@ -85,6 +86,8 @@ void Compositor::State::upload_subjects(const RenderFrame& frame, const RenderPl
     const PlacedSubject& subject = plan.subjects[i];
     SkinKey key{subject.content, eyes_on(subject, frame, plan), 0, !settings.skip,
                 settings.soft_edges};
+    if (subject.mesh->texturing && subject.mesh->texturing->metric == TextureMetric::lumigraph)
+      key.pixel_size = plan.pixel_size;
     for (std::size_t k = 0; k < subject.mesh->views.size(); ++k)
       key.levels = std::max(
           key.levels, levels_needed(*subject.mesh, static_cast<int>(k), key.eyes, plan.pixel_size));
@@ -94,7 +97,8 @@ void Compositor::State::upload_subjects(const RenderFrame& frame, const RenderPl
     statistics.mesh_reused = false;
     subjects[i].upload_shape(subject.mesh->hull);
     const UploadCounts counts =
-        subjects[i].upload_skin(*subject.mesh, key.eyes, key.levels, key.all_views, key.soft);
+        subjects[i].upload_skin(*subject.mesh, key.eyes, plan.pixel_size, key.levels,
+                                key.all_views, key.soft);
     statistics.pictures_uploaded += counts.pictures;
     statistics.pictures_skipped += counts.pictures_skipped;
     statistics.bytes_uploaded += 4 * counts.pixels;

@@ -73,10 +73,10 @@ void SubjectBuffers::upload_shape(const Hull& hull) {
 }
 
 UploadCounts SubjectBuffers::upload_skin(const Mesh& mesh, const std::vector<Vec3>& eyes,
-                                         int levels, bool all_views, bool soft) {
+                                         double pixel_size, int levels, bool all_views, bool soft) {
   UploadCounts counts;
   soft_ = soft;
-  find_vertices(mesh, eyes);
+  find_vertices(mesh, eyes, pixel_size);
   glBindVertexArray(skin_array_.get());
   glBindBuffer(GL_ARRAY_BUFFER, skin_.get());
   glBufferData(GL_ARRAY_BUFFER,
@@ -117,7 +117,8 @@ UploadCounts SubjectBuffers::upload_skin(const Mesh& mesh, const std::vector<Vec
   return counts;
 }
 
-void SubjectBuffers::find_vertices(const Mesh& mesh, const std::vector<Vec3>& eyes) {
+void SubjectBuffers::find_vertices(const Mesh& mesh, const std::vector<Vec3>& eyes,
+                                   double pixel_size) {
   drawing_.vertices.clear();
   drawing_.corner.clear();
   drawing_.lists.clear();
@@ -132,7 +133,7 @@ void SubjectBuffers::find_vertices(const Mesh& mesh, const std::vector<Vec3>& ey
     return range;
   };
   for (const Vec3& eye : eyes) {
-    const std::size_t wide = add_hull_vertices(mesh, eye, drawing_);
+    const std::size_t wide = add_hull_vertices(mesh, {eye, pixel_size}, drawing_);
     if (soft_ && ranges_.empty()) draw_in(mesh, 0, drawing_);
     ranges_.push_back(range_to(wide));
     wide_.push_back(range_to(drawing_.vertices.size()));

@@ -28,10 +28,10 @@ class SubjectBuffers {
   void upload_shape(const Hull& hull);
 
   /// Uploads what the eyes in \p eyes (mesh world coordinates; the viewport's, then the mirrored
-  /// one) see, and \p levels smaller pictures of each view (view_picture.h). \p all_views uploads
+  /// one) see, whose pixels measure \p pixel_size at depth 1, and \p levels smaller pictures of each view (view_picture.h). \p all_views uploads
   /// unused pictures too (skipping off). \p soft: the first eye sees a soft edge (soft_edge.h).
-  UploadCounts upload_skin(const Mesh& mesh, const std::vector<Vec3>& eyes, int levels,
-                           bool all_views, bool soft);
+  UploadCounts upload_skin(const Mesh& mesh, const std::vector<Vec3>& eyes, double pixel_size,
+                           int levels, bool all_views, bool soft);
 
   /// Draws the shape; a hull_depth program is in use.
   void draw_shape() const;
@@ -50,7 +50,7 @@ class SubjectBuffers {
 
  private:
   void draw_range(GLint first, GLsizei count, gl::Program& program) const;
-  void find_vertices(const Mesh& mesh, const std::vector<Vec3>& eyes);
+  void find_vertices(const Mesh& mesh, const std::vector<Vec3>& eyes, double pixel_size);
   void upload_pictures(const Mesh& mesh, const std::vector<int>& views, int levels,
                        UploadCounts& counts);
   void upload_smaller(const Rectangle& roi, GLint layer, int levels);

@@ -35,6 +35,7 @@ void SkinItems::clear() {
 SkinCounts Skin::prepare(const Mesh& mesh, const std::vector<Vec3>& eyes, double pixel_size,
                          bool same, bool all_views, bool soft, std::span<const int> others) {
   SkinCounts counts;
+  pixel_size_ = pixel_size;
   find_vertices(mesh, eyes, soft, others);
   std::vector<int> wanted = drawing_.views;
   for (std::size_t k = 0; k < mesh.views.size(); ++k) {
@@ -78,7 +79,6 @@ SkinCounts Skin::prepare(const Mesh& mesh, const std::vector<Vec3>& eyes, double
     ++counts.pictures;
     counts.pixels += pictures_[static_cast<std::size_t>(view)].pixels.size();
   }
-  pixel_size_ = pixel_size;
   parallel_for(drawing_.views.size(), 1, 0, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i)
       add_smaller(mesh, drawing_.views[i],
@@ -116,7 +116,7 @@ void Skin::find_vertices(const Mesh& mesh, const std::vector<Vec3>& eyes, bool s
   first_wide_.clear();
   for (const int view : others) slot_of(drawing_, static_cast<std::size_t>(view));
   for (const Vec3& eye : eyes) {
-    first_wide_.push_back(add_hull_vertices(mesh, eye, drawing_));
+    first_wide_.push_back(add_hull_vertices(mesh, {eye, pixel_size_}, drawing_));
     if (soft && first_.size() == 1) draw_in(mesh, 0, drawing_);
     first_.push_back(drawing_.vertices.size());
   }
