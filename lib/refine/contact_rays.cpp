@@ -110,7 +110,8 @@ class RimSeeker {
   RimSeeker(const ContactRay& ray, std::span<const Level> parts)
       : ray_(ray), parts_(parts), depth_(ray.depth), part_(ray.part) {}
 
-  /// At \p count depths of a part, \p step apart.
+  /// At \p count depths of a part, \p step apart, and between them by parabolas: a rim that could be
+  /// at those depths only would jump by a step where f changes a little.
   void look(std::uint32_t part, float begin, float step, int count) {
     constexpr int most = 32;
     float values[most];
@@ -119,12 +120,13 @@ class RimSeeker {
       const int some = std::min(most, count - first);
       const float from = begin + step * static_cast<float>(first);
       sample_ray(level.grid, level.values, ray_, from, step, some, values);
-      for (int i = 0; i < some; ++i)
-        if (values[i] > best_) {
-          best_ = values[i];
-          depth_ = from + step * static_cast<float>(i);
-          part_ = part;
-        }
+      for (int i = 0; i < some; ++i) {
+        if (values[i] <= best_) continue;
+        best_ = values[i];
+        depth_ = from + step * static_cast<float>(i);
+        part_ = part;
+        if (i > 0 && i + 1 < some) peak(values + i, step);
+      }
     }
   }
   void take(ContactRay& ray) const {
@@ -134,6 +136,17 @@ class RimSeeker {
   }
 
  private:
+  /// Moves the best from the middle one of three depths to the peak of their parabola.
+  void peak(const float* middle, float step) {
+    const float before = middle[-1], after = middle[1];
+    const float bend = 2.0f * middle[0] - before - after;
+    if (!(bend > 1e-6f)) return;
+    const float shift = 0.5f * (after - before) / bend;
+    if (!(std::abs(shift) < 0.6f)) return;  // no peak
+    depth_ += shift * step;
+    best_ += 0.25f * (after - before) * shift;
+  }
+
   const ContactRay& ray_;
   std::span<const Level> parts_;
   float best_ = -1e3f, depth_;

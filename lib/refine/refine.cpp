@@ -26,16 +26,21 @@ using namespace refine;
 /// First widely, to where outlines of half a pixel's tolerance say, then near the rims alone, a hair
 /// further out, so that silhouettes are covered.
 constexpr RimFit fits[] = {
-    {.radius = 1.4f, .target = -0.02f, .stride = 2}, {0.75f, 0.0f}, {0.5f, 0.03f}, {0.5f, 0.03f}};
+    {.radius = 1.4f, .target = -0.02f, .stride = 2}, {0.75f, 0.0f}, {0.5f, 0.015f}, {0.5f, 0.015f}};
+
+/// Rims are held softly and their normals firmly: a rim that few other rays support moves with every
+/// half pixel of an outline, the normal hardly. The flow has thinned what is not held; the ties keep
+/// it so where nothing else decides.
+constexpr PlateSettings coarse_plate{.steps = 20, .value = 4.0f, .normal = 0.5f, .tie = 0.1f},
+    middle_plate{.steps = 30, .value = 4.0f, .normal = 0.5f, .tie = 0.08f};
 
 /// What a quality does.
 struct Recipe {
-  double cell = 0.024;          ///< metres
-  int flows = 6;                ///< on the coarse grid
-  int coarse_plates = 2;        ///< with rims found anew
-  int coarse_plate_steps = 30;  ///< of conjugate gradients
+  double cell = 0.024;    ///< metres
+  int flows = 6;          ///< on the coarse grid
+  int coarse_plates = 4;  ///< with rims found anew
   int plates = 2;
-  int plate_steps = 30;
+  int plate_steps = middle_plate.steps;
   std::size_t stride = 2;  ///< of the rays, until the fine grid
 };
 
@@ -139,7 +144,7 @@ struct HullRefiner::State {
                     std::span<const CameraContours> views);
   void set_up_levels(const std::vector<Box>& boxes);
   void flow(std::vector<Level>& levels, int count, float sigma, float rim_step);
-  void plate(std::vector<Level>& levels, int count, int steps, float rim_step);
+  void plate(std::vector<Level>& levels, int count, PlateSettings settings);
   void start_middle();
   void fit();
   void carve(std::span<const CameraContours> views, std::span<const ViewPixels> pictures);
@@ -251,14 +256,15 @@ void HullRefiner::State::flow(std::vector<Level>& levels, int count, float sigma
   }
 }
 
-void HullRefiner::State::plate(std::vector<Level>& levels, int count, int steps, float rim_step) {
+void HullRefiner::State::plate(std::vector<Level>& levels, int count, PlateSettings settings) {
+  settings.stride = recipe.stride;
   for (int i = 0; i < count; ++i) {
-    find_rims(rays, levels, rim_step, i == 0 ? RimSearch::everywhere : RimSearch::near,
-              recipe.stride, threads);
-    for (std::size_t p = 0; p < levels.size(); ++p)
-      solver.solve(levels[p], rays, static_cast<std::uint32_t>(p),
-                   {.steps = steps, .band = 2.5f * levels[p].grid.cell, .stride = recipe.stride},
-                   threads);
+    find_rims(rays, levels, 0.5f, i == 0 ? RimSearch::everywhere : RimSearch::near, recipe.stride,
+              threads);
+    for (std::size_t p = 0; p < levels.size(); ++p) {
+      settings.band = 2.5f * levels[p].grid.cell;
+      solver.solve(levels[p], rays, static_cast<std::uint32_t>(p), settings, threads);
+    }
   }
 }
 
@@ -358,18 +364,20 @@ void HullRefiner::State::refine(const Hull& hull, std::span<const CameraContours
   trace_rays(outline_views, middle, threads, rays);
   statistics.rays = static_cast<std::uint32_t>(rays.rays.size());
   statistics.seconds_rays = watch.lap();
-  flow(coarse, recipe.flows, 2.5f, 1.0f);
+  flow(coarse, recipe.flows, 2.0f, 0.5f);
   statistics.seconds_flow = watch.lap();
-  plate(coarse, recipe.coarse_plates, recipe.coarse_plate_steps, 0.5f);
+  plate(coarse, recipe.coarse_plates, coarse_plate);
   statistics.seconds_plate = watch.lap();
   start_middle();
-  plate(middle, recipe.plates, recipe.plate_steps, 0.5f);
+  PlateSettings middle_settings = middle_plate;
+  middle_settings.steps = recipe.plate_steps;
+  plate(middle, recipe.plates, middle_settings);
   for (int i = 0; i < 2; ++i) {
     find_rims(rays, middle, 0.4f, i == 0 ? RimSearch::everywhere : RimSearch::near, recipe.stride,
               threads);
     for (std::size_t p = 0; p < middle.size(); ++p)
       pull_to_rims(middle[p], rays, static_cast<std::uint32_t>(p),
-                   {.sigma = 1.2f, .target = -0.04f, .stride = recipe.stride}, flow_memory,
+                   {.sigma = 1.4f, .target = -0.04f, .stride = recipe.stride}, flow_memory,
                    threads);
   }
   statistics.seconds_plate += watch.lap();
