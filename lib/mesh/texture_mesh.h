@@ -23,8 +23,8 @@ class MeshTexturer {
   void forget() { balance_.reset(); }
 
   const TextureStatistics& statistics() const { return texturer_.statistics(); }
-  double seconds_balance() const { return seconds_balance_; }  ///< of the last call
-  double seconds_fill() const { return seconds_fill_; }        ///< of the last call
+  double seconds_balance() const { return seconds_balance_; }           ///< of the last call
+  double seconds_fill() const { return seconds_fill_; }                 ///< of the last call
   const AlignStatistics& align_statistics() const { return aligned_; }  ///< of the last call
   double seconds_align() const { return seconds_align_; }               ///< of the last call
 

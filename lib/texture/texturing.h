@@ -54,9 +54,9 @@ struct OcclusionMap {
   bool operator==(const OcclusionMap&) const = default;
 };
 
-/// Where a view shows what another one shows: added, times the other's share of a blend, to the
-/// place in `view` from which a point of the surface takes its colour, so that what both see meets
-/// between them. Texel (i, j) stands for texel (2 i, 2 j) of the view's OcclusionMap.
+/// Where a view shows what another one shows, seen through the surface: by how much of this the place
+/// in `view` is moved from which a point of the surface takes its colour, the eye decides
+/// (render/picture_flows.h). Texel (i, j) stands for texel (2 i, 2 j) of the view's OcclusionMap.
 struct PictureFlow {
   static constexpr int coarser = 2;          ///< than the map
   static constexpr float unit = 1.0f / 16.0f;  ///< of an offset: texels of the map

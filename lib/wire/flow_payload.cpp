@@ -18,7 +18,9 @@ std::string flows_fault(const Texturing& texturing) {
     if (++of_view[static_cast<std::size_t>(flow.view)] > PictureFlow::most_of_view)
       return "a view has more flows than may be";
     const OcclusionMap& map = texturing.maps[static_cast<std::size_t>(flow.view)];
-    const auto of = [](int size) { return (size + PictureFlow::coarser - 1) / PictureFlow::coarser; };
+    const auto of = [](int size) {
+      return (size + PictureFlow::coarser - 1) / PictureFlow::coarser;
+    };
     if (flow.width != of(map.width) || flow.height != of(map.height))
       return "a flow's size is not that of its view's map";
     if (flow.offsets.size() != 2 * static_cast<std::size_t>(flow.width) * flow.height)
@@ -38,10 +40,9 @@ flatbuffers::Offset<flatbuffers::Vector<flatbuffers::Offset<wire::PictureFlow>>>
   std::vector<flatbuffers::Offset<wire::PictureFlow>> tables;
   for (const PictureFlow& flow : flows) {
     const auto offsets = builder.CreateVector(flow.offsets);
-    tables.push_back(wire::CreatePictureFlow(builder, static_cast<std::uint8_t>(flow.view),
-                                             static_cast<std::uint8_t>(flow.other),
-                                             static_cast<std::uint32_t>(flow.width),
-                                             static_cast<std::uint32_t>(flow.height), offsets));
+    tables.push_back(wire::CreatePictureFlow(
+        builder, static_cast<std::uint8_t>(flow.view), static_cast<std::uint8_t>(flow.other),
+        static_cast<std::uint32_t>(flow.width), static_cast<std::uint32_t>(flow.height), offsets));
   }
   return builder.CreateVector(tables);
 }

@@ -62,8 +62,8 @@ Picture drawn(const Mesh& mesh, const Camera& camera) {
   background.pixels.assign(static_cast<std::size_t>(camera.width) * camera.height * 4, grey);
   Picture out = background;
   const RenderPlan plan = renderer.plan(frame, settings);
-  renderer.render(frame, plan, settings, background.pixels.data(), 4 * out.width,
-                  out.pixels.data(), 4 * out.width);
+  renderer.render(frame, plan, settings, background.pixels.data(), 4 * out.width, out.pixels.data(),
+                  4 * out.width);
   return out;
 }
 
@@ -149,9 +149,9 @@ struct Options {
 
 /// Pictures from some places without and with.
 struct Gain {
-  double psnr[2] = {};   ///< means over the places
-  double least = 99.0;   ///< of the worst place
-  Error where[2];        ///< where the two differ
+  double psnr[2] = {};  ///< means over the places
+  double least = 99.0;  ///< of the worst place
+  Error where[2];       ///< where the two differ
   void add(const Gain& other, double share) {
     for (int way = 0; way < 2; ++way) {
       psnr[way] += share * other.psnr[way];
@@ -167,13 +167,13 @@ struct Row {
   double cost[2] = {};
 };
 
-void texture(Mesh& mesh, bool align, const Options& options, MeshTexturer& texturer) {
+void texture(Mesh& mesh, bool align, const Options& options) {
   TextureSettings settings;
   settings.metric = options.metric == "camera-normal" ? TextureMetric::camera_normal
                                                       : TextureMetric::viewing_angle;
   settings.align = align ? TextureAlign::flow : TextureAlign::off;
   settings.threads = options.threads;
-  texturer.texture(mesh, settings);
+  texture_mesh(mesh, settings);  // anew: nothing is known of the last
 }
 
 Gain measure(const Mesh (&meshes)[2], const std::vector<Camera>& cameras,
@@ -197,12 +197,11 @@ Row measure_scene(const std::string& rig, const BodyScene& scene, const Options&
   Row row;
   const Mesh mesh = mesh_of(scene, options.wrong);
   Mesh meshes[2] = {mesh, mesh};
-  MeshTexturer texturers[2];
   std::vector<double> costs[2];
   for (int run = 0; run <= options.runs; ++run)
     for (int way = 0; way < 2; ++way) {
       const double used = now(CLOCK_PROCESS_CPUTIME_ID);
-      texture(meshes[way], way == 1, options, texturers[way]);
+      texture(meshes[way], way == 1, options);
       if (run > 0) costs[way].push_back(now(CLOCK_PROCESS_CPUTIME_ID) - used);
     }
   for (int way = 0; way < 2; ++way) row.cost[way] = median(costs[way]);
@@ -210,14 +209,14 @@ Row measure_scene(const std::string& rig, const BodyScene& scene, const Options&
   row.own = measure(meshes, scene.cameras, scene.pictures);
   if (!options.pictures.empty())
     for (std::size_t k = 0; k < scene.between.size(); k += 2)
-      save({drawn(meshes[0], scene.between[k]), drawn(meshes[1], scene.between[k]), scene.seen[k]},
-           options.pictures + "/align-" + rig + "-" + scene.name + "-" + std::to_string(k) +
-               ".png");
+      save(
+          {drawn(meshes[0], scene.between[k]), drawn(meshes[1], scene.between[k]), scene.seen[k]},
+          options.pictures + "/align-" + rig + "-" + scene.name + "-" + std::to_string(k) + ".png");
   return row;
 }
 
 void print(Table& table, const std::string& rig, const std::string& scene, const Row& row) {
-  const auto gain = [](const Error (&where)[2]) {
+  const auto gain = [](const Error(&where)[2]) {
     return where[0].count > 0.0 ? where[1].psnr() - where[0].psnr() : 0.0;
   };
   table.row("%s,%s,%.2f,%.2f,%.2f,%.2f,%.2f,%.2f,%.2f,%.2f,%.2f", rig.c_str(), scene.c_str(),
@@ -235,7 +234,6 @@ void add(Row& mean, const Row& row, double share) {
 /// Frames of the figure's walk from half way between the first two cameras.
 void measure_motion(const std::string& name, const Body& figure, const Options& options) {
   const Rig rig = body_rig(name);
-  MeshTexturer texturer;
   Pair last[2];
   double sum[2] = {};
   constexpr int frames = 8;
@@ -245,7 +243,7 @@ void measure_motion(const std::string& name, const Body& figure, const Options& 
     const BodyScene scene = body_scene(rig, body);
     Mesh mesh = mesh_of(scene, options.wrong);
     for (int way = 0; way < 2; ++way) {
-      texture(mesh, way == 1, options, texturer);
+      texture(mesh, way == 1, options);
       Pair next{drawn(mesh, scene.between.front()), scene.seen.front()};
       if (frame > 0) sum[way] += flicker(last[way], next) / frames;
       last[way] = std::move(next);
@@ -263,9 +261,8 @@ void run_all(const Options& options) {
     return;
   }
   std::erase_if(bodies, [&](const Body& body) {
-    return !options.scenes.empty() &&
-           std::find(options.scenes.begin(), options.scenes.end(), body.name) ==
-               options.scenes.end();
+    return !options.scenes.empty() && std::find(options.scenes.begin(), options.scenes.end(),
+                                                body.name) == options.scenes.end();
   });
   Table table(options.output + "/align.csv",
               "rig,scene,between_off,between_flow,between_least_gain,between_where_it_acts,own_off,"

@@ -22,9 +22,8 @@ std::vector<std::uint16_t> least_around(const std::vector<std::uint16_t>& in, in
   for (int y = 0; y < height; ++y) {
     const std::size_t row = static_cast<std::size_t>(y) * width;
     for (int x = 0; x < width; ++x)
-      rows[row + x] = std::min({in[row + std::max(x - 1, 0)], in[row + x],
-                                in[row + std::min(x + 1, width - 1)]},
-                               less);
+      rows[row + x] = std::min(
+          {in[row + std::max(x - 1, 0)], in[row + x], in[row + std::min(x + 1, width - 1)]}, less);
   }
   for (int y = 0; y < height; ++y) {
     const std::size_t row = static_cast<std::size_t>(y) * width;
@@ -52,8 +51,8 @@ Mean mean_around(const FillPicture& picture, const Vec2& at, float reach) {
   const int y0 = static_cast<int>(std::ceil(py - reach)), y1 = static_cast<int>(py + reach);
   float all = 0.0f;
   for (int y = y0; y <= y1; ++y) {
-    const std::uint8_t* from = picture.pixels.data() +
-                               static_cast<std::ptrdiff_t>(y) * picture.stride + 4 * x0;
+    const std::uint8_t* from =
+        picture.pixels.data() + static_cast<std::ptrdiff_t>(y) * picture.stride + 4 * x0;
     const float wy = reach - std::abs(static_cast<float>(y) - py);
     for (int x = x0; x <= x1; ++x, from += 4) {
       const float w = wy * (reach - std::abs(static_cast<float>(x) - px));
@@ -101,8 +100,8 @@ void PictureAligner::sample(const Camera& camera, const FillPicture& picture,
   grid.step = coarser * map.step;
   grid.tolerance = 3.0 * map.step * map.near / camera.K[0][0] + 0.002 * (map.far - map.near);
   // The map has the farthest of 3 x 3 depths: the nearest of 3 x 3 of these is the surface again.
-  const std::vector<std::uint16_t> depth = least_around(map.depth, map.width, map.height,
-                                                        std::less<>());
+  const std::vector<std::uint16_t> depth =
+      least_around(map.depth, map.width, map.height, std::less<>());
   const float unit = (map.far - map.near) / 65534.0f;
   const bool distorted = camera.has_distortion();
   const auto reach = static_cast<float>(std::max(grid.step, 1.0));

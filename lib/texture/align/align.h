@@ -5,9 +5,9 @@
 /// The surface is not quite the body's, cameras are not quite where their calibration says: two views
 /// see the same at two places of it, and a blend shows it twice. For view i and a neighbour j, the
 /// other's picture is seen through the surface, from i:  b(x) = I_j(p_j(S_i(x))), with S_i(x) the
-/// surface's point at texel x of i's map; flow.h finds d with I_i(x + d) = b(x). A renderer that gives
-/// them the shares s_i and s_j takes view i's colour from x + s_j d_ij(x): both meet between them, and
-/// where one view colours alone nothing moves.
+/// surface's point at texel x of i's map; flow.h finds d with I_i(x + d) = b(x). A renderer takes view
+/// i's colour from x + t_ij d_ij(x), t_ij + t_ji = 1: both meet between them, nearer to the view that
+/// is nearer to the eye (render/picture_flows.h).
 ///
 /// After Floating Textures (Eisemann et al. 2008), with flows between the views instead of between
 /// their renderings: they hold for all viewports.
@@ -19,8 +19,8 @@
 
 #include "hull/hull.h"
 #include "rig/camera.h"
-#include "texture/fill_samples.h"
 #include "texture/align/flow.h"
+#include "texture/fill_samples.h"
 #include "texture/texturing.h"
 
 namespace polyhull {

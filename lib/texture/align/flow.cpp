@@ -14,14 +14,16 @@ namespace {
 constexpr float smoothness = 20.0f;
 constexpr float rest_inside = 0.5f, rest_outside = 20.0f;
 constexpr int steps = 2, relaxations = 8;  // on each level
-constexpr int smallest = 16;               // texels of the shorter side of the coarsest level, at least
+constexpr int smallest = 16;  // texels of the shorter side of the coarsest level, at least
 
 FlowPicture picture_of(const FlowImage& image) {
   return {{image.channel[0].data(), image.channel[1].data(), image.channel[2].data()},
           image.weight.data()};
 }
 
-float clamped(float value, float most) { return std::clamp(value, -most, most); }
+float clamped(float value, float most) {
+  return std::clamp(value, -most, most);
+}
 
 }  // namespace
 
@@ -73,7 +75,8 @@ void FlowFinder::begin(const Flow& coarse, int coarse_width, int coarse_height,
       const std::size_t at = static_cast<std::size_t>(iy) * coarse_width + ix;
       const auto mixed = [&](const std::vector<float>& v) {
         const float up = v[at] + (v[at + 1] - v[at]) * ax;
-        const float down = v[at + coarse_width] + (v[at + coarse_width + 1] - v[at + coarse_width]) * ax;
+        const float down =
+            v[at + coarse_width] + (v[at + coarse_width + 1] - v[at + coarse_width]) * ax;
         return 2.0f * (up + (down - up) * ay);
       };
       const std::size_t i = static_cast<std::size_t>(y) * level.width + x;
@@ -91,8 +94,8 @@ void FlowFinder::step(const FlowImage& a, const FlowImage& b) {
   moved_.resize(width, height);
   float* const moved[3] = {moved_.channel[0].data(), moved_.channel[1].data(),
                            moved_.channel[2].data()};
-  loops.warp(picture_of(a), b.weight.data(), width, height, flow_.dx.data(), flow_.dy.data(),
-             moved, moved_.weight.data());
+  loops.warp(picture_of(a), b.weight.data(), width, height, flow_.dx.data(), flow_.dy.data(), moved,
+             moved_.weight.data());
   FlowEquations equations;
   for (int k = 0; k < FlowEquations::count; ++k) {
     equations_[k].assign(texels, 0.0f);
@@ -126,7 +129,8 @@ void FlowFinder::step(const FlowImage& a, const FlowImage& b) {
 
 void FlowFinder::find(const FlowImage& a, const FlowImage& b, float most, Flow& out) {
   std::size_t levels = 1;
-  for (int side = std::min(a.width, a.height); side >= 2 * smallest; side = (side + 1) / 2) ++levels;
+  for (int side = std::min(a.width, a.height); side >= 2 * smallest; side = (side + 1) / 2)
+    ++levels;
   a_.resize(levels - 1);
   b_.resize(levels - 1);
   for (std::size_t l = 0; l + 1 < levels; ++l) {
