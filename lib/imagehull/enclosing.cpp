@@ -68,11 +68,10 @@ std::vector<Vec3> enclosing_corners(std::span<const Silhouette> views) {
       for (std::size_t c = b + 1; c < planes.size(); ++c) {
         const double volume = glm::dot(along, planes[c].normal);
         if (std::abs(volume) < 1e-9) continue;
-        const Vec3 corner =
-            -(planes[a].offset * glm::cross(planes[b].normal, planes[c].normal) +
-              planes[b].offset * glm::cross(planes[c].normal, planes[a].normal) +
-              planes[c].offset * along) /
-            volume;
+        const Vec3 corner = -(planes[a].offset * glm::cross(planes[b].normal, planes[c].normal) +
+                              planes[b].offset * glm::cross(planes[c].normal, planes[a].normal) +
+                              planes[c].offset * along) /
+                            volume;
         const double tolerance = 1e-7 * (1.0 + glm::length(corner));
         if (std::all_of(planes.begin(), planes.end(),
                         [&](const Plane& plane) { return plane.at(corner) > -tolerance; }))

@@ -22,15 +22,17 @@ void check(const Silhouette& silhouette) {
       finite = finite && std::isfinite(camera.R[i][j]) && std::isfinite(camera.K[i][j]);
   }
   if (!finite || !(std::abs(glm::determinant(camera.K * camera.R)) > 1e-12))
-    throw Error(Error::Kind::bad_input,
-                "Camera '{}' cannot be used: its calibration is not finite, or has no focal length.",
-                camera.name);
+    throw Error(
+        Error::Kind::bad_input,
+        "Camera '{}' cannot be used: its calibration is not finite, or has no focal length.",
+        camera.name);
   for (const Vec2f& point : silhouette.rings->points)
     if (!(std::abs(point.x) < 1e7f && std::abs(point.y) < 1e7f))
-      throw Error(Error::Kind::bad_input,
-                  "A contour of camera '{}' cannot be used: it is not finite, or ten million pixels "
-                  "away.",
-                  camera.name);
+      throw Error(
+          Error::Kind::bad_input,
+          "A contour of camera '{}' cannot be used: it is not finite, or ten million pixels "
+          "away.",
+          camera.name);
 }
 
 }  // namespace
@@ -157,8 +159,8 @@ ImageHull::Origin ImageHull::from(const Vec3& place) const {
     Vec3 way = place - view.centre;
     if (glm::dot(way, way) < nearest_ * nearest_) way = -nearest_ * view.ahead;
     const Vec3 start = view.turn * way;
-    origin.start.push_back({static_cast<float>(start.x), static_cast<float>(start.y),
-                            static_cast<float>(start.z)});
+    origin.start.push_back(
+        {static_cast<float>(start.x), static_cast<float>(start.y), static_cast<float>(start.z)});
     origin.inside.push_back(start.z > 0.0 && view.holds(Vec2(start) / start.z));
   }
   return origin;

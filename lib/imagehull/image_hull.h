@@ -36,7 +36,7 @@ class ImageHull {
   static constexpr int lanes = imagehull::lanes;
   using Directions = imagehull::Directions;
   struct Hits {
-    float inverse[lanes];     ///< 1/s of o + s d, s in lengths of d; 0: no hit
+    float inverse[lanes];       ///< 1/s of o + s d, s in lengths of d; 0: no hit
     std::uint32_t face[lanes];  ///< for view_of(), plane_of(); 0 where there is no hit
   };
 
@@ -96,10 +96,10 @@ class ImageHull {
  private:
   struct View {
     Vec3 centre{0.0};
-    Mat3 turn{1.0};        // from the world's directions to homogeneous pixels around the middle
-    Vec3 ahead{0.0};       // a way out of the centre into its picture
-    float rows[9];         // of turn
-    Vec2 middle{0.0};      // pinhole pixels
+    Mat3 turn{1.0};    // from the world's directions to homogeneous pixels around the middle
+    Vec3 ahead{0.0};   // a way out of the centre into its picture
+    float rows[9];     // of turn
+    Vec2 middle{0.0};  // pinhole pixels
     std::uint32_t first_face = 0;
     std::vector<Vec2f> points;               // of all rings, around the middle; face - first_face
     std::vector<std::uint32_t> next;         // by point: the ring's next
@@ -116,7 +116,7 @@ class ImageHull {
   std::vector<Vec3> corners_;
   Bundle all_;
   std::vector<Vec3f> across_;  // by face
-  double nearest_ = 0.0;  // origins nearer to a centre than this are moved off it
+  double nearest_ = 0.0;       // origins nearer to a centre than this are moved off it
 };
 
 }  // namespace polyhull

@@ -34,10 +34,10 @@ struct Work {
 void look(const ImageHull& hull, const ImageHull::Origin& origin, const TexelRays& rays, int left,
           int top, const DepthGrid& grid, Work& work) {
   const int right = std::min(left + tile, grid.width), bottom = std::min(top + tile, grid.height);
-  hull.gather(origin,
-              {rays.at(left, top), rays.at(right, top), rays.at(left, bottom),
-               rays.at(right, bottom)},
-              work.bundle);
+  hull.gather(
+      origin,
+      {rays.at(left, top), rays.at(right, top), rays.at(left, bottom), rays.at(right, bottom)},
+      work.bundle);
   if (work.bundle.empty) return;
   float near[ImageHull::lanes];
   std::fill_n(near, ImageHull::lanes, std::numeric_limits<float>::infinity());
@@ -77,8 +77,7 @@ OcclusionMap sight_map(const ImageHull& hull, const Silhouette& view, Work& work
     }
   if (nearest == 0.0f) return {};
   map.near = 1.0f / nearest;
-  map.far =
-      std::max(1.0f / farthest, std::nextafter(map.near, std::numeric_limits<float>::max()));
+  map.far = std::max(1.0f / farthest, std::nextafter(map.near, std::numeric_limits<float>::max()));
   constexpr double fade_width = 12.0;  // as TextureSettings
   finish_map(grid, 1, *view.camera, fade_width, map);
   return map;

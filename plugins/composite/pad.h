@@ -29,10 +29,10 @@ struct MeshPadState {
   std::uint64_t content = 0;         ///< its number, never used twice
   /// What subject=image-based draws of it; null: not asked for yet, or refused.
   std::shared_ptr<const ImageSubject> image;
-  std::uint64_t image_content = 0;   ///< the number of the mesh that it was last asked for of
-  std::int64_t time = no_time;       ///< its running time
-  std::int64_t begin = no_time;      ///< of what came last, a mesh or a gap
-  std::int64_t end = no_time;        ///< up to when nothing newer is to be expected
+  std::uint64_t image_content = 0;  ///< the number of the mesh that it was last asked for of
+  std::int64_t time = no_time;      ///< its running time
+  std::int64_t begin = no_time;     ///< of what came last, a mesh or a gap
+  std::int64_t end = no_time;       ///< up to when nothing newer is to be expected
 
   void forget() {
     image.reset();

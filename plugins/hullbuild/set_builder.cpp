@@ -146,10 +146,9 @@ void SetBuilder::report(const Mesh& mesh, bool has_surface) {
   statistics_.set_count("triangles", mesh.hull.triangles.size() / 3);
   is_empty_ = mesh.hull.empty();
   all_see_foreground_ =
-      has_surface && mesh.views.size() >= 2 && std::none_of(mesh.views.begin(), mesh.views.end(),
-                                                               [](const MeshView& view) {
-                                                                 return view.view.contours.empty();
-                                                               });
+      has_surface && mesh.views.size() >= 2 &&
+      std::none_of(mesh.views.begin(), mesh.views.end(),
+                   [](const MeshView& view) { return view.view.contours.empty(); });
 }
 
 GstBuffer* SetBuilder::build(GstElement* element, std::vector<SetView> views,

@@ -185,9 +185,8 @@ void measure(const Case& now_is, const char* changed, const std::vector<Body>& b
   }
   for (std::size_t m = 0; m < ways.size(); ++m)
     table.row("%s,%s,%s,%.2f,%.0f,%d,%.2f,%.2f,%.4f,%.2f", changed, ways[m].name,
-              now_is.rig.c_str(), now_is.tolerance, vertices, now_is.height,
-              median(rows[m].make), median(rows[m].draw), rows[m].overlap / rows[m].views,
-              rows[m].psnr / rows[m].views);
+              now_is.rig.c_str(), now_is.tolerance, vertices, now_is.height, median(rows[m].make),
+              median(rows[m].draw), rows[m].overlap / rows[m].views, rows[m].psnr / rows[m].views);
 }
 
 }  // namespace

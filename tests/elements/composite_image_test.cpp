@@ -55,8 +55,7 @@ struct ImageBench : Bench {
   /// A frame made with \p shown; \p next is the mesh of the frame to come.
   std::vector<std::uint8_t> draw(const Mesh& shown, const Mesh& next) {
     if (frames == 0) gst_harness_push(mesh, mesh_buffer(0, shown));
-    GstBuffer* out =
-        step(frame(frame_time(frames)), mesh_buffer(frame_time(frames + 1), next));
+    GstBuffer* out = step(frame(frame_time(frames)), mesh_buffer(frame_time(frames + 1), next));
     ++frames;
     GstMapInfo map;
     fail_unless(gst_buffer_map(out, &map, GST_MAP_READ));

@@ -100,8 +100,7 @@ std::vector<int> views_for(const Mesh& mesh, const std::vector<Vec3>& eyes) {
       return glm::dot(glm::normalize(centre - mesh.hull.origin),
                       glm::normalize(eye - mesh.hull.origin));
     };
-    std::stable_sort(all.begin(), all.end(),
-                     [&](int a, int b) { return cosine(a) > cosine(b); });
+    std::stable_sort(all.begin(), all.end(), [&](int a, int b) { return cosine(a) > cosine(b); });
     chosen.insert(chosen.end(), all.begin(),
                   all.begin() + static_cast<std::ptrdiff_t>(std::min(all.size(), enough)));
   }
@@ -158,8 +157,8 @@ void ImageLayer::fill(const std::vector<ReadySubject>& subjects, const SubjectEy
         sight.kept_change[k] = static_cast<float>(glm::dot(Vec3(plane), back[(k + 2) % 3]));
     }
     for (const int view : subject.views)
-      sight.centres.emplace_back(
-          mesh.views[static_cast<std::size_t>(view)].calibration.centre() - mesh.hull.origin);
+      sight.centres.emplace_back(mesh.views[static_cast<std::size_t>(view)].calibration.centre() -
+                                 mesh.hull.origin);
   }
 }
 
@@ -207,7 +206,8 @@ void ImageLayer::put(const Sight& sight, const SampleRows& rows, int left, int t
   }
 }
 
-/// Whether the block's rim and inside, \p hits, show one surface or none at all.
+/// Draws the block of pixels at (left, top): where rays through its rim and inside show one surface, by
+/// a ray through each pixel; where they show none, not at all; else by rays through all samples.
 void ImageLayer::draw_block(const ImageHull& hull, const Sight& sight, int left, int top,
                             const SampleRows& rows, Scratch& scratch) const {
   const auto x = static_cast<float>(left), y = static_cast<float>(top);
@@ -315,9 +315,8 @@ void ImageLayer::find_items(const std::vector<ReadySubject>& subjects, const Sam
       }
       if (seen.subject == no_triangle) continue;
       const auto count = static_cast<float>(own);
-      const Sight& sight = *std::find_if(sights_.begin(), sights_.end(), [&](const Sight& s) {
-        return s.subject == seen.subject;
-      });
+      const Sight& sight = *std::find_if(sights_.begin(), sights_.end(),
+                                         [&](const Sight& s) { return s.subject == seen.subject; });
       const bool whole = own == rows.samples;
       add_item(subjects[seen.subject], sight, column + (whole ? 0.5f : x / count),
                row + (whole ? 0.5f : y / count), sum / count, seen.face, count * each,

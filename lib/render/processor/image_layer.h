@@ -74,12 +74,12 @@ class ImageLayer {
     std::uint32_t subject = 0;
     Rectangle part;  // of the screen that it may touch
     ImageHull::Origin origin;
-    Vec3f place{0.0f};               // of the eye, local coordinates
-    Vec3f first, x, y;               // the direction through (0, 0), and its change with x and y
-    bool cut = false;                // only what is on the kept plane's positive side
-    float kept = 0.0f;               // how far on its positive side the eye lies, and
-    Vec3f kept_change{0.0f};         // by how much that grows along first, x and y
-    std::vector<Vec3f> centres;      // of the cameras by slot, local coordinates
+    Vec3f place{0.0f};           // of the eye, local coordinates
+    Vec3f first, x, y;           // the direction through (0, 0), and its change with x and y
+    bool cut = false;            // only what is on the kept plane's positive side
+    float kept = 0.0f;           // how far on its positive side the eye lies, and
+    Vec3f kept_change{0.0f};     // by how much that grows along first, x and y
+    std::vector<Vec3f> centres;  // of the cameras by slot, local coordinates
     Vec3f way(float column, float row) const { return first + column * x + row * y; }
     float near(float column, float row) const;
   };

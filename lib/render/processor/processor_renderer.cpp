@@ -71,8 +71,7 @@ void ProcessorRenderer::State::ready_subjects(const RenderFrame& frame, const Re
   for (std::size_t i = 0; i < subjects.size(); ++i) {
     const PlacedSubject& placed = plan.subjects[i];
     ReadySubject& subject = subjects[i];
-    const bool same = settings.skip && placed.content != 0 &&
-                      placed.content == subject.content &&
+    const bool same = settings.skip && placed.content != 0 && placed.content == subject.content &&
                       (placed.image != nullptr) == (subject.image != nullptr);
     subject.image = placed.image;
     subject.from_scene = placed.from_scene;

@@ -21,9 +21,9 @@ using namespace polyhull::test;
 /// Rays through every pixel of a viewport, by both hulls.
 struct Comparison {
   int rays = 0, hits = 0;
-  int differ = 0;       ///< one hits and the other does not
-  int far = 0;          ///< both hit, further apart than a thousandth of a unit
-  double worst = 0.0;   ///< relative difference of the others' distances
+  int differ = 0;      ///< one hits and the other does not
+  int far = 0;         ///< both hit, further apart than a thousandth of a unit
+  double worst = 0.0;  ///< relative difference of the others' distances
 };
 
 Comparison compare(const HullScene& scene, const Camera& viewport) {
@@ -145,8 +145,9 @@ HullScene cube_scene() {
     centre[axis] = 4.0;
     scene.rig.cameras.push_back(look_at("c" + std::to_string(axis), centre, Vec3(0.0), 400.0));
     const float x = 512.0f, y = 384.0f, half = 100.0f;
-    add_ring(scene.silhouettes.emplace_back(),
-             {{x - half, y - half}, {x - half, y + half}, {x + half, y + half}, {x + half, y - half}});
+    add_ring(
+        scene.silhouettes.emplace_back(),
+        {{x - half, y - half}, {x - half, y + half}, {x + half, y + half}, {x + half, y - half}});
   }
   return scene;
 }

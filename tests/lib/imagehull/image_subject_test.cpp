@@ -37,7 +37,7 @@ struct Stage {
   std::shared_ptr<const ImageSubject> image;
   RenderFrame frame;
   RenderSettings settings;
-  Picture background{width, height, 4, std::vector<std::uint8_t>(width * height * 4)};
+  Picture background{width, height, 4, std::vector<std::uint8_t>(width* height * 4)};
   ProcessorRenderer renderer;
 
   /// Made once: the pixels stay.
