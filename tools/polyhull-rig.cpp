@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// polyhull-rig: where to put cameras, calibrations of other programs as rig files, what is wrong with a
-// rig and what to expect of it, and the built-in rig as a file.
+// polyhull-rig: where to put cameras, calibrations of other programs as rig files, what is wrong
+// with a rig and what to expect of it, and the built-in rig as a file.
 #include <CLI/CLI.hpp>
 #include <fstream>
 #include <iostream>
@@ -133,7 +133,8 @@ void add_plan_options(CLI::App* command, PlanArguments& arguments) {
 }  // namespace
 
 int main(int count, char** values) {
-  CLI::App app("Rig files: plan cameras, import other programs' calibrations, check them.", "polyhull-rig");
+  CLI::App app("Rig files: plan cameras, import other programs' calibrations, check them.",
+               "polyhull-rig");
   app.require_subcommand(1);
 
   ImportArguments arguments;
@@ -169,9 +170,11 @@ int main(int count, char** values) {
   import_command->add_option("-o,--output", arguments.output, "File to write");
 
   std::string file;
-  CLI::App* check_command = app.add_subcommand(
-      "check", "Prints what is wrong with a rig file, a table of its cameras, how near a person's hull will be "
-      "to the person, and where one camera more would bring most.");
+  CLI::App* check_command =
+      app.add_subcommand("check",
+                         "Prints what is wrong with a rig file, a table of its cameras, how near a "
+                         "person's hull will be "
+                         "to the person, and where one camera more would bring most.");
   check_command->add_option("file", file, "The rig file; without one, the built-in rig");
   std::vector<std::string> pictures;
   MaskSettings mask;
@@ -195,8 +198,9 @@ int main(int count, char** values) {
 
   PlanArguments plan;
   CLI::App* plan_command = app.add_subcommand(
-      "plan", "Finds places for cameras around a stage, simulates a person there, prints what to "
-              "expect.");
+      "plan",
+      "Finds places for cameras around a stage, simulates a person there, prints what to "
+      "expect.");
   add_plan_options(plan_command, plan);
 
   std::string exported, export_output;

@@ -6,8 +6,8 @@
 namespace polyhull {
 
 Rig default_rig() {
-  // As polyhull-rig plan has it, turned so that two look from the front: cameras that face each other
-  // would see the same outline twice, so each stands 40 degrees and more from where it would.
+  // As polyhull-rig plan has it, turned so that two look from the front: cameras that face each
+  // other would see the same outline twice, so none is within 40 degrees of that.
   struct Place {
     double degrees, height;
   };

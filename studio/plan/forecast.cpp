@@ -16,7 +16,7 @@
 namespace polyhull {
 namespace {
 
-constexpr std::size_t samples = 10000;   // on each surface
+constexpr std::size_t samples = 10000;    // on each surface
 constexpr std::size_t points_each = 800;  // on each body, for what is seen
 constexpr double tolerance = 0.5;         // px, of the contours
 
@@ -50,9 +50,9 @@ std::vector<Camera> cameras_between(const std::vector<Camera>& cameras, const St
     const double angle = glm::radians(azimuth_of(from) + 0.5 * step);
     const double distance = 0.5 * (distance_of(from) + distance_of(to));
     const double height = 0.5 * (from.centre().y + to.centre().y);
-    between.push_back(aimed(
-        from, Vec3(distance * std::sin(angle), height, distance * std::cos(angle)),
-        stage.middle()));
+    between.push_back(aimed(from,
+                            Vec3(distance * std::sin(angle), height, distance * std::cos(angle)),
+                            stage.middle()));
   }
   return between;
 }
@@ -97,10 +97,9 @@ class Simulation {
     forecast.refined_mean += 500.0 * (out.mean + in.mean);
     forecast.refined_p95 += 1000.0 * std::max(out.p95, in.p95);
     for (const Camera& camera : between_) {
-      forecast.overlap +=
-          overlap_of(coverage_of(positions_of(refined), refined.triangles, camera),
-                     coverage_of(body.positions, body.triangles, camera)) /
-          static_cast<double>(between_.size());
+      forecast.overlap += overlap_of(coverage_of(positions_of(refined), refined.triangles, camera),
+                                     coverage_of(body.positions, body.triangles, camera)) /
+                          static_cast<double>(between_.size());
     }
   }
 
@@ -123,7 +122,8 @@ void count_seen(const std::vector<Camera>& cameras, const std::vector<StageBody>
   for (std::size_t i = 0; i < points.size(); ++i) {
     const auto count = std::count_if(sights.begin(), sights.end(),
                                      [&](const Sight& sight) { return sight.facing[i] > least; });
-    forecast.seen_by[std::min<std::ptrdiff_t>(count, 2)] += 1.0 / static_cast<double>(points.size());
+    forecast.seen_by[std::min<std::ptrdiff_t>(count, 2)] +=
+        1.0 / static_cast<double>(points.size());
   }
 }
 
@@ -168,8 +168,8 @@ Forecast forecast_of(const std::vector<Camera>& cameras, const Stage& stage) {
   if (whole.empty()) return forecast;
   Simulation simulation(named, stage);
   for (const StageBody& body : whole) simulation.add(body, forecast);
-  for (double* sum : {&forecast.hull_mean, &forecast.refined_mean, &forecast.refined_p95,
-                      &forecast.overlap}) {
+  for (double* sum :
+       {&forecast.hull_mean, &forecast.refined_mean, &forecast.refined_p95, &forecast.overlap}) {
     *sum /= static_cast<double>(whole.size());
   }
   count_seen(cameras, whole, forecast);
@@ -178,8 +178,7 @@ Forecast forecast_of(const std::vector<Camera>& cameras, const Stage& stage) {
 
 std::string text_of(const Forecast& forecast, const std::vector<Camera>& cameras) {
   std::string text = fmt::format(
-      "a person of 1.75 m simulated at {} of {} places {}:\n", forecast.places,
-      forecast.all_places,
+      "a person of 1.75 m simulated at {} of {} places {}:\n", forecast.places, forecast.all_places,
       forecast.spread >= 1.0 ? std::string("all over the stage")
                              : fmt::format("on the inner {:.0f} % of the stage's way to its "
                                            "corners, where all cameras see the person whole",
@@ -194,7 +193,8 @@ std::string text_of(const Forecast& forecast, const std::vector<Camera>& cameras
         "  hull                 {:6.1f} mm from the body in the mean\n"
         "  refined surface      {:6.1f} mm, 95 % of it within {:.1f} mm\n"
         "  half way between two cameras its outline shares {:.1f} % with the body's\n"
-        "  of the body's surface {:.1f} % are seen by no camera, {:.1f} % by one, {:.1f} % by more\n",
+        "  of the body's surface {:.1f} % are seen by no camera, {:.1f} % by one, {:.1f} % by "
+        "more\n",
         forecast.hull_mean, forecast.refined_mean, forecast.refined_p95, 100.0 * forecast.overlap,
         100.0 * forecast.seen_by[0], 100.0 * forecast.seen_by[1], 100.0 * forecast.seen_by[2]);
   }

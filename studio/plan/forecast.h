@@ -14,13 +14,14 @@ namespace polyhull {
 struct Forecast {
   int places = 0;  ///< of stage_bodies(); 0: nothing could be simulated, the rest is 0 but for cut
   int all_places = 0;
-  double spread = 0.0;   ///< how far to the stage's corners they reach, spread_for()
-  std::vector<int> cut;  ///< per camera: at how many places its picture does not hold the figure
-  double hull_mean = 0.0;     ///< mm from the figure, the mean of both directions' means
+  double spread = 0.0;     ///< how far to the stage's corners they reach, spread_for()
+  std::vector<int> cut;    ///< per camera: at how many places its picture does not hold the figure
+  double hull_mean = 0.0;  ///< mm from the figure, the mean of both directions' means
   double refined_mean = 0.0;  ///< the same of the refined surface
   double refined_p95 = 0.0;   ///< mm; 95 % are nearer, of both directions the larger
-  double overlap = 0.0;  ///< of the silhouettes half way between neighbouring cameras: both over either
-  double unseen = 0.0;   ///< share of the figure's surface that no camera shows the colour of (sights.h)
+  /// Of the silhouettes half way between neighbouring cameras: both over either.
+  double overlap = 0.0;
+  double unseen = 0.0;  ///< SightError::unseen of all cameras
   /// Shares of the figure's surface that no, one, and two or more cameras see at more than 15
   /// degrees.
   double seen_by[3] = {0.0, 0.0, 0.0};

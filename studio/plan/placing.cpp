@@ -111,10 +111,10 @@ void check(const PlanRequest& request) {
   };
   refuse(request.cameras < 2 || request.cameras > 64,
          fmt::format("A plan has 2 to 64 cameras, not {}.", request.cameras));
-  refuse(request.width < 64 || request.height < 64 || request.width > 32768 ||
-             request.height > 32768,
-         fmt::format("Pictures have 64 to 32768 pixels a side, not {}x{}.", request.width,
-                     request.height));
+  refuse(
+      request.width < 64 || request.height < 64 || request.width > 32768 || request.height > 32768,
+      fmt::format("Pictures have 64 to 32768 pixels a side, not {}x{}.", request.width,
+                  request.height));
   refuse(!(request.fov >= 10.0 && request.fov <= 150.0),
          fmt::format("The field of view is {:g} degrees; 10 to 150 can be planned.", request.fov));
   const double clear = 0.5 * std::hypot(request.stage.width, request.stage.depth);
@@ -123,9 +123,9 @@ void check(const PlanRequest& request) {
                      "corners are, and at most {:g} m.",
                      request.distance.value_or(0.0), clear, furthest));
   for (const double height : request.heights) {
-    refuse(!(height >= 0.1 && height <= 10.0),
-           fmt::format("A camera {:g} m above the floor cannot be planned; 0.1 to 10 can.",
-                       height));
+    refuse(
+        !(height >= 0.1 && height <= 10.0),
+        fmt::format("A camera {:g} m above the floor cannot be planned; 0.1 to 10 can.", height));
   }
 }
 
@@ -205,9 +205,8 @@ End search(std::size_t first, std::size_t count, const std::vector<Sight>& sight
 std::vector<Camera> chosen(const Choice& choice, const std::vector<Camera>& candidates) {
   std::vector<Camera> cameras;
   for (const std::size_t c : choice) cameras.push_back(candidates[c]);
-  std::stable_sort(cameras.begin(), cameras.end(), [](const Camera& a, const Camera& b) {
-    return azimuth_of(a) < azimuth_of(b);
-  });
+  std::stable_sort(cameras.begin(), cameras.end(),
+                   [](const Camera& a, const Camera& b) { return azimuth_of(a) < azimuth_of(b); });
   for (std::size_t k = 0; k < cameras.size(); ++k) cameras[k].name = fmt::format("cam{}", k);
   return cameras;
 }
@@ -225,9 +224,8 @@ std::vector<Camera> candidates_of(const PlanRequest& request) {
   for (const double height : heights) {
     for (int azimuth = 0; azimuth < 360; azimuth += azimuth_step) {
       candidates.push_back(
-          request.distance
-              ? at_distance(like, azimuth, *request.distance, height, request.stage)
-              : nearest_whole(like, azimuth, height, request.stage));
+          request.distance ? at_distance(like, azimuth, *request.distance, height, request.stage)
+                           : nearest_whole(like, azimuth, height, request.stage));
     }
   }
   return candidates;

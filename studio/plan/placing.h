@@ -21,16 +21,19 @@ namespace polyhull {
 
 /// What cameras there are and where they may stand.
 struct PlanRequest {
-  int cameras = 4;       ///< 2 to 64
+  int cameras = 4;  ///< 2 to 64
   Stage stage;
   int width = 1920, height = 1080;  ///< of a picture
-  double fov = 60.0;                ///< degrees from the picture's left to its right edge, 10 to 150
-  std::optional<double> distance;   ///< metres from the stage's axis; none: as near as may be
-  std::vector<double> heights;      ///< metres above the floor; none: three up to the stage's height
+  double fov = 60.0;  ///< degrees from the picture's left to its right edge, 10 to 150
+  /// Metres from the stage's axis; none: as near as the whole stage stays in the picture.
+  std::optional<double> distance;
+  /// Metres above the floor; none: three up to the stage's height.
+  std::vector<double> heights;
 };
 
-/// All places that \p request allows, as cameras without a name. Throws Error (bad_input) where there is none, with what would do: the picture holds too little of the stage from there, or the
-/// cameras would have to stand further than 30 m away.
+/// All places that \p request allows, as cameras without a name. Throws Error (bad_input), with what
+/// would do, where a picture does not hold the stage from 30 m away, or a person from the distance
+/// that is given.
 std::vector<Camera> candidates_of(const PlanRequest& request);
 
 /// The planned cameras, named cam0, cam1, … by azimuth. Says what it does in \p progress, a line

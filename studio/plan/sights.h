@@ -54,9 +54,11 @@ std::vector<Sight> sights_of(const std::vector<Camera>& cameras,
 /// How wrong cameras are that show so much.
 struct SightError {
   double hull = 0.0;    ///< mm: how far the hull stands off the surface, mean over the points
-  double unseen = 0.0;  ///< share of the points that no camera shows the colour of, grazing views in part
-  /// What plans make least, mm: an unseen point is as bad as a hull so far off.
+  double unseen = 0.0;  ///< share of the points without a colour; grazing views count in part
+  /// An unseen point is as bad as a hull so far off. Less, and plans leave a side without colour (0)
+  /// or stay the same (10 to 80).
   static constexpr double unseen_mm = 40.0;
+  /// What plans make least, mm.
   double cost() const { return hull + unseen_mm * unseen; }
 };
 SightError error_of(const Sight& sight);

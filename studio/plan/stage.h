@@ -64,7 +64,7 @@ double distance_of(const Camera& camera);
 Camera aimed(const Camera& like, const Vec3& centre, const Vec3& target);
 
 /// What \p camera sees of triangles: 0..255 by coverage, one channel.
-Picture coverage_of(const std::vector<Vec3f>& positions, const std::vector<std::uint32_t>& triangles,
-                    const Camera& camera);
+Picture coverage_of(const std::vector<Vec3f>& positions,
+                    const std::vector<std::uint32_t>& triangles, const Camera& camera);
 
 }  // namespace polyhull

@@ -518,7 +518,8 @@ GST_START_TEST(test_max_deviation_leaves_vertices_out) {
     triangles[frame] = mesh->hull.triangles.size();
     volumes[frame] = enclosed_volume(mesh->hull);
   }
-  fail_unless(triangles[1] < 97 * triangles[0] / 100, "%zu of %zu", triangles[1], triangles[0]);
+  // Few, for cameras that do not face each other leave few slivers.
+  fail_unless(triangles[1] < 98 * triangles[0] / 100, "%zu of %zu", triangles[1], triangles[0]);
   fail_unless(std::abs(volumes[1] / volumes[0] - 1.0) < 0.05);
 }
 GST_END_TEST

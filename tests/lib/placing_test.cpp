@@ -24,8 +24,8 @@ std::vector<Camera> cameras_at(const std::vector<double>& azimuths) {
   std::vector<Camera> cameras;
   for (const double azimuth : azimuths) {
     const double angle = glm::radians(azimuth);
-    cameras.push_back(aimed(like, Vec3(3.0 * std::sin(angle), 1.4, 3.0 * std::cos(angle)),
-                            Vec3(0.0, 0.95, 0.0)));
+    cameras.push_back(
+        aimed(like, Vec3(3.0 * std::sin(angle), 1.4, 3.0 * std::cos(angle)), Vec3(0.0, 0.95, 0.0)));
     cameras.back().name = "cam" + std::to_string(cameras.size() - 1);
   }
   return cameras;
@@ -111,8 +111,7 @@ TEST(Sights, FacingCamerasAddLittle) {
   EXPECT_GT(ring, 0.6 * two);
   EXPECT_LT(far, 0.6 * ring);
   // Half a circle has as many outlines, but nobody sees the other side's colours.
-  const SightError half =
-      error_of(seen_by(cameras_at({0.0, 45.0, 90.0, 135.0}), bodies, points));
+  const SightError half = error_of(seen_by(cameras_at({0.0, 45.0, 90.0, 135.0}), bodies, points));
   const SightError around =
       error_of(seen_by(cameras_at({0.0, 90.0, 225.0, 315.0}), bodies, points));
   EXPECT_GT(half.unseen, 2.0 * around.unseen);
@@ -225,9 +224,9 @@ TEST(Candidates, HoldTheWholeStage) {
   for (const Camera& camera : candidates_of(request)) {
     const Bounds box = request.stage.bounds();
     for (int corner = 0; corner < 8; ++corner) {
-      const auto pixel = camera.project({corner & 1 ? box.max.x : box.min.x,
-                                         corner & 2 ? box.max.y : box.min.y,
-                                         corner & 4 ? box.max.z : box.min.z});
+      const auto pixel =
+          camera.project({corner & 1 ? box.max.x : box.min.x, corner & 2 ? box.max.y : box.min.y,
+                          corner & 4 ? box.max.z : box.min.z});
       ASSERT_TRUE(pixel);
       EXPECT_TRUE(pixel->x > 0 && pixel->y > 0 && pixel->x < 1919 && pixel->y < 1079);
     }
