@@ -67,8 +67,7 @@ bool finite(const CameraContours& view) {
 }
 
 /// Throws Error unless each view has a picture.
-void check_pictures(std::span<const CameraContours> views,
-                    std::span<const ViewPixels> pictures) {
+void check_pictures(std::span<const CameraContours> views, std::span<const ViewPixels> pictures) {
   for (std::size_t k = 0; k < views.size(); ++k)
     if (k >= pictures.size() || pictures[k].pixels == nullptr || pictures[k].roi.empty())
       throw Error(Error::Kind::bad_input,

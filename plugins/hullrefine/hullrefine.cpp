@@ -133,7 +133,8 @@ void HullRefine::class_init(gpointer klass) {
       klass,
       "Counters since the start: meshes, surfaces-reused (nothing had changed), meshes-uncarved "
       "(photo=true, but a view had no pixels), meshes-unrefined (hulls that passed as they were, "
-      "with a warning), meshes-unusable; and of the last mesh parts (of the hull, with a grid each), rays (that touch the body), "
+      "with a warning), meshes-unusable; and of the last mesh parts (of the hull, with a grid "
+      "each), rays (that touch the body), "
       "thin-rays (where the hull is too thin for the grid and was kept), nodes (of the grids), the "
       "milliseconds for distances, rays, flow, plate, the fine grid, colours and the surface, and "
       "threads-used (how many threads took part in its parallel loops, on average).");

@@ -117,8 +117,7 @@ void measure_rig(const std::string& name, const std::vector<Body>& bodies, const
 
 void run_all(const Options& options) {
   const char* data = std::getenv("POLYHULL_DATA");
-  std::vector<Body> bodies =
-      options.hollows ? hollow_bodies() : study_bodies(data ? data : "");
+  std::vector<Body> bodies = options.hollows ? hollow_bodies() : study_bodies(data ? data : "");
   if (!options.hollows && bodies.size() < 5) {
     std::printf("No MakeHuman body in POLYHULL_DATA: only the synthetic figure is measured.\n");
   }
