@@ -212,7 +212,7 @@ TEST_P(CompositorCamerasTest, NothingJumpsOnTheViewportsWay) {
       constexpr int steps = 40;  // from one camera to the next
       Vec3f last(-1.0f);
       float jump = 0.0f, way = 0.0f;
-      for (int step = -10; step <= steps + 10; ++step) {
+      for (int step = -32; step <= steps - 8; ++step) {
         const Vec3 eye = Vec3(0, 1, 0) + 3.0 * towards(static_cast<double>(step) / steps);
         const Vec3f c = drawer.from(synthetic::look_at(eye, point, 17, 17, 3.0),
                                     ball.photographed.mesh).at(point);

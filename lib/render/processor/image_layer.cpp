@@ -72,7 +72,7 @@ Ranked rank(const std::vector<Vec3f>& centres, TextureMetric metric, const Vec3f
   for (std::size_t slot = 0; slot < centres.size(); ++slot) {
     const Vec3f way = glm::normalize(centres[slot] - point);
     const float cosine = glm::dot(normal, way);
-    const bool by_angle = metric == TextureMetric::viewing_angle;
+    const bool by_angle = metric != TextureMetric::camera_normal;
     const float weight =
         by_angle ? nearness(glm::dot(way, to_eye)) : std::max(cosine * cosine, 1e-3f);
     // The camera whose plane it is sees it from the side.
@@ -91,7 +91,7 @@ std::vector<int> views_for(const Mesh& mesh, const std::vector<Vec3>& eyes) {
   std::vector<int> all;
   for (std::size_t k = 0; k < mesh.views.size(); ++k)
     if (can_colour(mesh.views[k].view)) all.push_back(static_cast<int>(k));
-  const bool by_angle = mesh.texturing && mesh.texturing->metric == TextureMetric::viewing_angle;
+  const bool by_angle = mesh.texturing && mesh.texturing->metric != TextureMetric::camera_normal;
   if (!by_angle && all.size() <= 255) return all;
   std::vector<int> chosen;
   for (const Vec3& eye : eyes) {
