@@ -105,7 +105,7 @@ vec4 colour_of(vec4 in_map, uint slot, vec4 from_map, float focal, vec2 shift) {
   float whole = floor(log2(spans));
   float level = whole + spans * exp2(-whole) - 1.0;
   vec2 at = min(picture_coordinate(in_map, slot, from_map, shift), views[slot].limits.xy);
-  return views[slot].gain * textureLod(pictures, vec3(at, float(slot)), level);
+  return min(views[slot].gain * textureLod(pictures, vec3(at, float(slot)), level), vec4(1.0));
 }
 
 #ifdef RIBBON

@@ -12,5 +12,5 @@ trap 'rm -rf "$folder"' EXIT
 flatc --python -o "$folder" "$POLYHULL_SOURCE"/lib/wire/{view,mesh}.fbs
 output=$(PYTHONPATH=$folder "$1" "$POLYHULL_SOURCE/docs/examples/read_hull.py")
 echo "$output"
-[ "$(grep -c 'triangles, closed, 0\.1[0-9]* m3' <<<"$output")" -eq 2 ]
+[ "$(grep -c 'triangles, closed, 0\.0[89][0-9]* m3' <<<"$output")" -eq 2 ]
 [ "$(grep -c '  cam[0-3]: 1024x768, .* RGBA ([0-9]*, [0-9]*, [0-9]*, 255)' <<<"$output")" -eq 8 ]

@@ -26,6 +26,11 @@ void check(const Silhouette& silhouette) {
         Error::Kind::bad_input,
         "Camera '{}' cannot be used: its calibration is not finite, or has no focal length.",
         camera.name);
+  if (silhouette.rings->points.size() > ImageHull::most_edges)
+    throw Error(Error::Kind::unsupported,
+                "The contours of camera '{}' have {} points, and rays take {} at most; raise "
+                "contourfind's tolerance.",
+                camera.name, silhouette.rings->points.size(), ImageHull::most_edges);
   for (const Vec2f& point : silhouette.rings->points)
     if (!(std::abs(point.x) < 1e7f && std::abs(point.y) < 1e7f))
       throw Error(

@@ -34,10 +34,12 @@ class ImageHull {
  public:
   /// Rays that are asked at once, and what their hits are.
   static constexpr int lanes = imagehull::lanes;
+  /// Of a silhouette. A ray that crosses c of them may cost c^2 steps.
+  static constexpr std::size_t most_edges = 16384;
   using Directions = imagehull::Directions;
   struct Hits {
     float inverse[lanes];       ///< 1/s of o + s d, s in lengths of d; 0: no hit
-    std::uint32_t face[lanes];  ///< for view_of(), plane_of(); 0 where there is no hit
+    std::uint32_t face[lanes];  ///< for view_of(), across(); 0 where there is no hit
   };
 
   /// A place that rays start from.

@@ -68,6 +68,7 @@ ImageSubject image_subject(const Mesh& mesh) {
     texturing.cameras =
         mesh.texturing->method == TextureMethod::direct ? 1 : mesh.texturing->cameras;
     texturing.untextured = mesh.texturing->untextured;
+    texturing.gains = mesh.texturing->gains;
   }
   texturing.maps = sight_maps(out.hull, silhouettes, wanted);
   return out;

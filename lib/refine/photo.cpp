@@ -37,7 +37,7 @@ void PhotoCarver::find_neighbours(const CellSurface& surface) {
       neighbours_[at[surface.triangles[i + k]]++] = surface.triangles[i + (k + 1) % 3];
 }
 
-/// Twice: of each depth's agreements the mean of a vertex and its neighbours, so far as known.
+/// Three times: of each depth's agreements the mean of a vertex and its neighbours, so far as known.
 void PhotoCarver::average(std::size_t depths, int threads) {
   const std::size_t count = first_neighbour_.size() - 1;
   for (int times = 0; times < 3; ++times) {

@@ -57,7 +57,8 @@ class PhotoCarver {
     bool lens = false;
     int left = 0, top = 0, width = 0, height = 0;
     std::vector<std::uint8_t> luma;
-    int across = 0, down = 0;    ///< texels of two pixels
+    int across = 0, down = 0;    ///< texels
+    float texel = 2.0f;          ///< px
     std::vector<float> inverse;  ///< the largest 1 / depth, 0: nothing
 
     Vec2f pixel(const Vec3f& point) const;

@@ -10,7 +10,8 @@
 namespace polyhull::refine {
 namespace {
 
-constexpr float texel = 2.0f;  ///< pixels, of the depth maps
+constexpr float finest = 2.0f;           ///< pixels of a depth map's texel
+constexpr float longest_side = 2048.0f;  ///< texels
 /// How far behind the nearest surface a vertex may be and still be seen, cells: less than a limb.
 constexpr float behind = 1.0f;
 /// Points of a patch along a side, and cameras that are asked at most and at least.
@@ -51,8 +52,11 @@ Vec2f PhotoCarver::Look::pixel(const Vec3f& point) const {
 bool PhotoCarver::Look::sees(const Vec3f& point) const {
   const Vec3f at = view->project(point);
   if (!(at.z > 0.0f)) return false;
-  const int x = static_cast<int>(at.x / texel + 0.5f), y = static_cast<int>(at.y / texel + 0.5f);
-  if (!(at.x >= 0.0f && at.y >= 0.0f) || x >= across || y >= down) return false;
+  const float px = at.x / texel + 0.5f, py = at.y / texel + 0.5f;
+  if (!(px >= 0.5f && py >= 0.5f && px < static_cast<float>(across) &&
+        py < static_cast<float>(down)))
+    return false;
+  const int x = static_cast<int>(px), y = static_cast<int>(py);
   const float nearest = inverse[static_cast<std::size_t>(y) * across + x];
   return nearest == 0.0f || at.z - behind < 1.0f / nearest;
 }
@@ -97,6 +101,8 @@ void PhotoCarver::set_up(std::span<const CameraContours> cameras,
 }
 
 void PhotoCarver::draw_depths(const CellSurface& surface, Look& look) {
+  const float texel = look.texel = std::max(
+      finest, static_cast<float>(std::max(look.camera->width, look.camera->height)) / longest_side);
   look.across = static_cast<int>(static_cast<float>(look.camera->width) / texel) + 1;
   look.down = static_cast<int>(static_cast<float>(look.camera->height) / texel) + 1;
   look.inverse.assign(static_cast<std::size_t>(look.across) * look.down, 0.0f);

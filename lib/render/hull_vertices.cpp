@@ -31,8 +31,7 @@ bool can_colour(const View& view) {
 
 VertexFill::VertexFill(const Mesh& mesh) {
   const Texturing* texturing = mesh.texturing ? &*mesh.texturing : nullptr;
-  if (texturing && !texturing->fill.empty() &&
-      texturing->fill.size() == mesh.hull.vertices.size())
+  if (texturing && !texturing->fill.empty() && texturing->fill.size() == mesh.hull.vertices.size())
     colours_ = &texturing->fill;
   const Vec3f untextured = srgb_decoded(texturing ? texturing->untextured : Vec3f(0.5f));
   plain_ = {fixed(untextured.x), fixed(untextured.y), fixed(untextured.z), 0};
@@ -75,7 +74,8 @@ class TriangleWriter {
   /// A triangle of which each of \p views may be the best; the heaviest first.
   void add(const std::uint32_t* corners, HullVertex (&vertex)[3], const ViewWeights& weights,
            const std::vector<std::pair<float, std::size_t>>& views) {
-    if (views.size() > narrow) return add_wide(corners, vertex, weights, views);
+    if (views.size() > narrow && drawing_.lists.size() + views.size() < most_entries)
+      return add_wide(corners, vertex, weights, views);
     for (std::size_t i = 0; i < narrow && !views.empty(); ++i) {
       const std::size_t view = views[i < views.size() ? i : 0].second;
       const auto at = static_cast<std::uint8_t>(slot_of(drawing_, view));
@@ -96,6 +96,9 @@ class TriangleWriter {
 
  private:
   static constexpr std::size_t narrow = 4;  // views that a triangle's vertices hold
+  /// Of all lists: OpenGL has them in a texture of 1024 columns, and 2048 rows everywhere. Beyond it
+  /// triangles keep the views that weigh most.
+  static constexpr std::size_t most_entries = 1024 * 2048;
 
   void add_wide(const std::uint32_t* corners, HullVertex (&vertex)[3], const ViewWeights& weights,
                 const std::vector<std::pair<float, std::size_t>>& views) {

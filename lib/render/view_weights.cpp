@@ -27,8 +27,9 @@ float by_viewing_angle(const Vec3f& to_camera, const Gaze& gaze) {
   return std::max(near * near * near * near, 1e-3f);
 }
 
+/// By the angle and by the resolution, which is also set as \p resolution.
 float by_lumigraph(const Look& look, const Vec3f& p, const Vec3f& normal, const Vec3f& to_camera,
-                   const Gaze& gaze) {
+                   const Gaze& gaze, float& resolution) {
   constexpr float half = 0.0669873f;  // the square of sin 15 degrees
   const float square = (0.5f - 0.5f * glm::dot(to_camera, gaze.to_eye)) / half;
   const float angle = 1.0f / (1.0f + square * square);
@@ -36,7 +37,8 @@ float by_lumigraph(const Look& look, const Vec3f& p, const Vec3f& normal, const 
   const float facing = std::max(glm::dot(normal, to_camera), 0.0f);
   const float has = look.focal * facing;
   const float needed = gaze.needed * std::max(depth, 0.0f);
-  return has < needed ? angle * has / needed : angle;
+  resolution = has < needed ? has / needed : 1.0f;
+  return angle * resolution;
 }
 
 }  // namespace
@@ -58,6 +60,8 @@ ViewWeights::ViewWeights(const Mesh& mesh, const MeshEye& eye) : views_(mesh.vie
       gazes[v].needed = obliquity / (distance * pixel_size);
     }
   }
+  const bool lumigraph = texturing.metric == TextureMetric::lumigraph;
+  std::vector<float> finest(lumigraph ? vertices.size() : 0);  // by vertex: the largest resolution
   for (std::size_t k = 0; k < views_; ++k) {
     if (!can_colour(mesh.views[k].view)) continue;
     const Camera& camera = mesh.views[k].calibration;
@@ -70,13 +74,18 @@ ViewWeights::ViewWeights(const Mesh& mesh, const MeshEye& eye) : views_(mesh.vie
         weight *= weight;  // the better view prevails, with less of a ghost from the other
       } else if (weight > 0.0f) {
         const Vec3f to_camera = glm::normalize(look.centre - vertices[v]);
-        weight *= texturing.metric == TextureMetric::viewing_angle
-                      ? by_viewing_angle(to_camera, gazes[v])
-                      : by_lumigraph(look, vertices[v], texturing.normals[v], to_camera, gazes[v]);
+        float resolution = 1.0f;
+        weight *= lumigraph ? by_lumigraph(look, vertices[v], texturing.normals[v], to_camera,
+                                           gazes[v], resolution)
+                            : by_viewing_angle(to_camera, gazes[v]);
+        if (lumigraph) finest[v] = std::max(finest[v], resolution);
       }
       weights_[v * views_ + k] = weight;
     }
   }
+  for (std::size_t v = 0; v < finest.size(); ++v)
+    if (finest[v] > 0.0f && finest[v] < 1.0f)
+      for (std::size_t k = 0; k < views_; ++k) weights_[v * views_ + k] /= finest[v];
 }
 
 }  // namespace polyhull

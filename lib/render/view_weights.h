@@ -13,7 +13,8 @@
 ///     R = min(1, s_k / s_E): the view's pixels to a length on the surface over the viewport's,
 ///         s_k = f_k cos_k / z_k with the obliquity cos_k = max(0, n . (C - v) / |C - v|) and the depth
 ///         z_k, s_E the same of the viewport, its obliquity at least .1: a view that sees the surface
-///         as finely as the viewport shows it loses nothing
+///         as finely as the viewport shows it loses nothing. Over the largest R of v's views: where
+///         none is as fine, the finest loses nothing, and does not fade into the fill
 ///     The third, the field of view, counts for all metrics, fragment by fragment: the depth maps'
 ///     fade is 0 beyond the camera's frame (OcclusionMap).
 #pragma once

@@ -47,10 +47,14 @@ flatbuffers::Offset<flatbuffers::Vector<flatbuffers::Offset<wire::PictureFlow>>>
   return builder.CreateVector(tables);
 }
 
+constexpr std::size_t most_views = 64;  // of a textured mesh
+
 std::vector<PictureFlow> unpack_flows(
     const flatbuffers::Vector<flatbuffers::Offset<wire::PictureFlow>>* tables, std::size_t most) {
   std::vector<PictureFlow> flows;
   if (!tables) return flows;
+  if (tables->size() > most_views * PictureFlow::most_of_view)
+    throw Error(Error::Kind::bad_input, "Not a usable mesh: it has more flows than views have.");
   std::size_t unpacked = 0;
   for (const wire::PictureFlow* table : *tables) {
     unpacked += sizeof(wire::PictureFlow) + (table->offsets() ? table->offsets()->size() : 0);

@@ -32,11 +32,27 @@ constexpr GstMapFlags on_gpu(GstMapFlags flags) {
 
 FrameComposer::FrameComposer(CompositeGl& gl, Statistics& statistics)
     : gl_(gl), statistics_(statistics) {
-  statistics.declare(
-      {"drawn", "drawn-by-processor", "gl-failures", "rays", "subject-skipped", "shadow-skipped",
-       "mirror-skipped", "scene-depth-reused", "scene-planes-taken", "static-shadow-reused",
-       "mesh-reused", "pictures-uploaded", "pictures-skipped", "bytes-uploaded", "image-based",
-       "background-bytes-uploaded", "backgrounds-converted", "pixels-shaded", "pixels-changed"});
+  statistics.declare({"drawn",
+                      "drawn-by-processor",
+                      "gl-failures",
+                      "rays",
+                      "subject-skipped",
+                      "shadow-skipped",
+                      "mirror-skipped",
+                      "scene-depth-reused",
+                      "scene-planes-taken",
+                      "static-shadow-reused",
+                      "mesh-reused",
+                      "pictures-uploaded",
+                      "pictures-skipped",
+                      "bytes-uploaded",
+                      "image-based",
+                      "image-based-refused",
+                      "meshes-without-surface",
+                      "background-bytes-uploaded",
+                      "backgrounds-converted",
+                      "pixels-shaded",
+                      "pixels-changed"});
 }
 
 std::shared_ptr<const Scene> FrameComposer::open(const std::string& name) {

@@ -131,7 +131,12 @@ void SetBuilder::take_doubts(const Mesh& mesh, const HullSettings& settings) {
   cameras_.clear();
   doubts_.reset();
   for (const MeshView& view : mesh.views) cameras_.push_back(view.view.camera);
-  if (!settings.check_cameras || views < 4 || stage_->statistics().reused) return;
+  if (stage_->statistics().reused) return;
+  doubts_.emplace();
+  // Where hardly a camera sees anything the outlines are of noise, or of who is about to enter.
+  const auto empty = std::count_if(mesh.views.begin(), mesh.views.end(),
+                                   [](const MeshView& view) { return view.view.contours.empty(); });
+  if (!settings.check_cameras || views < 4 || empty > 1) return;
   const Stopwatch watch;
   const auto each = static_cast<int>(std::max<std::size_t>(3, points / views));
   doubts_ = stage_->doubts(settings.unseen, each, round_++);

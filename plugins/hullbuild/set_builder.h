@@ -56,8 +56,8 @@ class SetBuilder {
   /// Of the last set: the cameras whose silhouettes were mended.
   const std::vector<CameraRepair>& repairs() const { return repairs_; }
 
-  /// Of the last set: what its cameras, by name, say of each other, where settings ask for it and
-  /// the silhouettes are new; else nothing.
+  /// Of the last set: what its cameras, by name, say of each other; nothing where the silhouettes
+  /// are those of the set before, of no views where nobody is asked.
   const std::optional<CameraDoubts>& doubts() const { return doubts_; }
   const std::vector<std::string>& cameras() const { return cameras_; }
 

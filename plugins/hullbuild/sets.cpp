@@ -223,7 +223,10 @@ void note_repairs(HullBuild& self, const Pads& pads, std::int64_t now) {
 void note_doubts(HullBuild& self, std::int64_t now) {
   const std::optional<CameraDoubts>& doubts = self.stage.doubts();
   if (!doubts || now == no_time) return;
-  self.doubts.add(now, self.stage.cameras(), *doubts);
+  if (doubts->asked.empty())
+    self.doubts.reset();
+  else
+    self.doubts.add(now, self.stage.cameras(), *doubts);
   const Contradiction contradiction = self.doubts.contradiction();
   self.statistics.set("contradiction-percent", 100.0 * contradiction.share);
   self.words.contradicted(GST_ELEMENT_CAST(self.element), now, contradiction);

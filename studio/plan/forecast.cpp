@@ -19,6 +19,8 @@ namespace {
 constexpr std::size_t samples = 10000;    // on each surface
 constexpr std::size_t points_each = 800;  // on each body, for what is seen
 constexpr double tolerance = 0.5;         // px, of the contours
+constexpr double least_step = 1.0;        // degrees from camera to camera
+constexpr int longest_side = 2048;        // px of simulated pictures
 
 std::vector<Rings> contours_of(const StageBody& body, const std::vector<Camera>& cameras) {
   std::vector<Rings> contours(cameras.size());
@@ -46,7 +48,8 @@ std::vector<Camera> cameras_between(const std::vector<Camera>& cameras, const St
   for (std::size_t k = 0; k < order.size(); ++k) {
     const Camera &from = cameras[order[k]], &to = cameras[order[(k + 1) % order.size()]];
     double step = azimuth_of(to) - azimuth_of(from);
-    if (step <= 0.0) step += 360.0;
+    if (k + 1 == order.size()) step += 360.0;
+    if (step < least_step) continue;  // one above the other
     const double angle = glm::radians(azimuth_of(from) + 0.5 * step);
     const double distance = 0.5 * (distance_of(from) + distance_of(to));
     const double height = 0.5 * (from.centre().y + to.centre().y);
@@ -150,7 +153,8 @@ Forecast forecast_of(const std::vector<Camera>& cameras, const Stage& stage) {
   Forecast forecast;
   std::vector<StageBody> whole;
   forecast.cut.resize(cameras.size());
-  std::vector<Camera> named = cameras;  // the hull's stage asks for different names
+  std::vector<Camera> named = coarse(cameras, longest_side);
+  // The hull's stage asks for different names.
   for (std::size_t k = 0; k < named.size(); ++k) named[k].name = fmt::format("{}", k);
   forecast.spread = spread_for(cameras, stage);
   for (StageBody& body : stage_bodies(stage, forecast.spread)) {
@@ -172,21 +176,27 @@ Forecast forecast_of(const std::vector<Camera>& cameras, const Stage& stage) {
        {&forecast.hull_mean, &forecast.refined_mean, &forecast.refined_p95, &forecast.overlap}) {
     *sum /= static_cast<double>(whole.size());
   }
-  count_seen(cameras, whole, forecast);
+  count_seen(named, whole, forecast);
   return forecast;
 }
 
 std::string text_of(const Forecast& forecast, const std::vector<Camera>& cameras) {
+  const std::string where =
+      forecast.spread >= 1.0 ? "all over the stage"
+      : forecast.spread > 0.0
+          ? fmt::format("on the inner {:.0f} % of the stage's way to its corners",
+                        100.0 * forecast.spread)
+          : std::string("in the middle of the stage");
   std::string text = fmt::format(
-      "a person of 1.75 m simulated at {} of {} places {}:\n", forecast.places, forecast.all_places,
-      forecast.spread >= 1.0 ? std::string("all over the stage")
-                             : fmt::format("on the inner {:.0f} % of the stage's way to its "
-                                           "corners, where all cameras see the person whole",
-                                           100.0 * forecast.spread));
+      "a person of 1.75 m simulated {}, at {} of {} places seen whole by all cameras:\n", where,
+      forecast.places, forecast.all_places);
   for (std::size_t k = 0; k < cameras.size(); ++k) {
     if (forecast.cut[k] == 0) continue;
-    text += fmt::format("  {} has the person not whole in its picture at {} of them\n",
-                        cameras[k].name, forecast.cut[k]);
+    text += fmt::format(
+        "  {} has the person not whole in its picture at {} of them: move it back, turn it, or "
+        "give "
+        "it a wider lens\n",
+        cameras[k].name, forecast.cut[k]);
   }
   if (forecast.places > 0) {
     text += fmt::format(

@@ -19,8 +19,11 @@ namespace {
 constexpr int azimuth_step = 5;           // degrees
 constexpr std::size_t points_each = 800;  // on each body
 constexpr double furthest = 30.0;         // metres
+constexpr double widest = 150.0;          // degrees of a field of view
+constexpr double smallest = 30.0;         // px that a person is tall
 constexpr double border = 0.02;           // of the picture that stays free of the stage
 constexpr int finalists = 3;
+constexpr int judged_side = 512;  // px of the pictures by which places are judged
 
 Vec3 place(double azimuth, double distance, double height) {
   const double angle = azimuth * std::numbers::pi / 180.0;
@@ -97,10 +100,14 @@ Camera at_distance(const Camera& like, double azimuth, double distance, double h
   const double its = reach(camera, person_on(stage));
   if (!(its <= 1.0)) {
     const double wider = std::min(its, 20.0) * 0.5 * like.width / like.K[0][0];
-    throw Error(Error::Kind::bad_input,
-                "From {:g} m away, {:g} m high, a person in the middle of the stage does not fit "
-                "into the picture; a field of view of {:.0f} degrees or more distance would do.",
-                distance, height, std::ceil(std::atan(wider) * 360.0 / std::numbers::pi));
+    const double degrees = std::ceil(std::atan(wider) * 360.0 / std::numbers::pi);
+    throw Error(
+        Error::Kind::bad_input,
+        "From {:g} m away, {:g} m high (--heights), a person in the middle of the stage does "
+        "not fit into the picture; {}more distance would do.",
+        distance, height,
+        degrees <= widest ? fmt::format("a field of view of {:.0f} degrees or ", degrees)
+                          : std::string());
   }
   return camera;
 }
@@ -115,8 +122,9 @@ void check(const PlanRequest& request) {
       request.width < 64 || request.height < 64 || request.width > 32768 || request.height > 32768,
       fmt::format("Pictures have 64 to 32768 pixels a side, not {}x{}.", request.width,
                   request.height));
-  refuse(!(request.fov >= 10.0 && request.fov <= 150.0),
-         fmt::format("The field of view is {:g} degrees; 10 to 150 can be planned.", request.fov));
+  refuse(!(request.fov >= 10.0 && request.fov <= widest),
+         fmt::format("The field of view is {:g} degrees; 10 to {:g} can be planned.", request.fov,
+                     widest));
   const double clear = 0.5 * std::hypot(request.stage.width, request.stage.depth);
   refuse(request.distance && !(*request.distance > clear && *request.distance <= furthest),
          fmt::format("The distance is {:g} m; it must be more than {:.2f} m, where the stage's "
@@ -127,26 +135,6 @@ void check(const PlanRequest& request) {
         !(height >= 0.1 && height <= 10.0),
         fmt::format("A camera {:g} m above the floor cannot be planned; 0.1 to 10 can.", height));
   }
-}
-
-/// Smaller pictures, which say almost as much about outlines.
-Camera coarse(const Camera& camera) {
-  const int shrink = (std::max(camera.width, camera.height) + 511) / 512;
-  Camera out = camera;
-  out.width = camera.width / shrink;
-  out.height = camera.height / shrink;
-  const double by = 1.0 / shrink;
-  out.K[0][0] *= by;
-  out.K[1][0] *= by;
-  out.K[1][1] *= by;
-  out.K[2][0] = by * (camera.K[2][0] + 0.5) - 0.5;
-  out.K[2][1] = by * (camera.K[2][1] + 0.5) - 0.5;
-  return out;
-}
-
-std::vector<Camera> coarse(std::vector<Camera> cameras) {
-  for (Camera& camera : cameras) camera = coarse(camera);
-  return cameras;
 }
 
 using Choice = std::vector<std::size_t>;  // of candidates
@@ -228,6 +216,14 @@ std::vector<Camera> candidates_of(const PlanRequest& request) {
                            : nearest_whole(like, azimuth, height, request.stage));
     }
   }
+  const Camera& first = candidates.front();
+  const double tall = first.K[0][0] * 1.75 / distance_of(first);
+  if (tall < smallest) {
+    throw Error(Error::Kind::bad_input,
+                "A person would be {:.0f} px tall in the pictures, too little for an outline; with "
+                "{:.0f} times as many pixels, a narrower field of view or less distance it works.",
+                tall, std::ceil(smallest / tall));
+  }
   return candidates;
 }
 
@@ -241,7 +237,7 @@ std::vector<Camera> plan_cameras(const PlanRequest& request,
       stage_bodies(request.stage, spread_for(candidates, request.stage));
   say(fmt::format("looking at the figure from {} places", candidates.size()));
   const std::vector<Sight> sights =
-      sights_of(coarse(candidates), bodies, surface_points(bodies, points_each));
+      sights_of(coarse(candidates, judged_side), bodies, surface_points(bodies, points_each));
 
   // Beginnings all around on the lowest height: exchanges find the others.
   constexpr std::size_t starts = 360 / azimuth_step / 2;
@@ -259,7 +255,7 @@ std::vector<Camera> plan_cameras(const PlanRequest& request,
   for (const End& end : sorted) {
     if (tried++ == finalists) break;
     const std::vector<Camera> cameras = chosen(end.choice, candidates);
-    const Forecast forecast = forecast_of(coarse(cameras), request.stage);
+    const Forecast forecast = forecast_of(coarse(cameras, judged_side), request.stage);
     // A place that no camera shows the colour of is a fault of the picture all the same.
     const double cost = forecast.refined_mean + SightError::unseen_mm * forecast.unseen;
     say(fmt::format("simulated {} of {}: {:.2f} mm from the figure", tried,
@@ -269,7 +265,7 @@ std::vector<Camera> plan_cameras(const PlanRequest& request,
   return best;
 }
 
-Camera one_more(const std::vector<Camera>& cameras, const Stage& stage) {
+std::optional<Camera> one_more(const std::vector<Camera>& cameras, const Stage& stage) {
   std::vector<double> distances, heights;
   for (const Camera& camera : cameras) {
     distances.push_back(distance_of(camera));
@@ -282,16 +278,20 @@ Camera one_more(const std::vector<Camera>& cameras, const Stage& stage) {
   const double low = heights.front(), high = heights.back();
   for (const double height : std::set{low, 0.5 * (low + high), high}) {
     for (int azimuth = 0; azimuth < 360; azimuth += azimuth_step) {
-      candidates.push_back(
-          best_aimed(cameras.front(), place(azimuth, distance, height), person_on(stage)));
+      const Camera camera =
+          best_aimed(cameras.front(), place(azimuth, distance, height), person_on(stage));
+      if (reach(camera, person_on(stage)) <= 1.0) candidates.push_back(camera);
     }
   }
+  if (candidates.empty()) return std::nullopt;
   const std::vector<StageBody> bodies = stage_bodies(stage, spread_for(cameras, stage));
   const std::vector<SurfacePoint> points = surface_points(bodies, points_each);
   Sight seen = no_sight(points.size());
-  for (const Sight& sight : sights_of(coarse(cameras), bodies, points)) add(sight, seen);
+  for (const Sight& sight : sights_of(coarse(cameras, judged_side), bodies, points))
+    add(sight, seen);
   Camera best =
-      candidates[best_with(seen, sights_of(coarse(candidates), bodies, points)).candidate];
+      candidates[best_with(seen, sights_of(coarse(candidates, judged_side), bodies, points))
+                     .candidate];
   best.name = "one more";
   return best;
 }

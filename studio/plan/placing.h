@@ -32,8 +32,8 @@ struct PlanRequest {
 };
 
 /// All places that \p request allows, as cameras without a name. Throws Error (bad_input), with what
-/// would do, where a picture does not hold the stage from 30 m away, or a person from the distance
-/// that is given.
+/// would do, where from one of the heights a picture does not hold the stage from 30 m away, or a
+/// person from the distance that is given, and where a person is less than 30 px tall.
 std::vector<Camera> candidates_of(const PlanRequest& request);
 
 /// The planned cameras, named cam0, cam1, … by azimuth. Says what it does in \p progress, a line
@@ -42,9 +42,9 @@ std::vector<Camera> candidates_of(const PlanRequest& request);
 std::vector<Camera> plan_cameras(const PlanRequest& request,
                                  const std::function<void(const std::string&)>& progress = {});
 
-/// Where one more camera helps most: of \p cameras' kind, around the stage, at their distances and
-/// heights.
-Camera one_more(const std::vector<Camera>& cameras, const Stage& stage);
+/// Where one more camera helps most: of the first one's kind, around the stage, at the distances and
+/// heights of \p cameras. None where no such picture holds a person.
+std::optional<Camera> one_more(const std::vector<Camera>& cameras, const Stage& stage);
 
 /// By how many degrees the two fail to face each other across the stage's axis, seen from above: 0
 /// to 180.

@@ -148,6 +148,21 @@ Camera aimed(const Camera& like, const Vec3& centre, const Vec3& target) {
   return camera;
 }
 
+std::vector<Camera> coarse(std::vector<Camera> cameras, int longest_side) {
+  for (Camera& camera : cameras) {
+    const int shrink = (std::max(camera.width, camera.height) + longest_side - 1) / longest_side;
+    camera.width /= shrink;
+    camera.height /= shrink;
+    const double by = 1.0 / shrink;
+    camera.K[0][0] *= by;
+    camera.K[1][0] *= by;
+    camera.K[1][1] *= by;
+    camera.K[2][0] = by * (camera.K[2][0] + 0.5) - 0.5;
+    camera.K[2][1] = by * (camera.K[2][1] + 0.5) - 0.5;
+  }
+  return cameras;
+}
+
 Picture coverage_of(const std::vector<Vec3f>& positions,
                     const std::vector<std::uint32_t>& triangles, const Camera& camera) {
   Picture out{camera.width, camera.height, 1, {}};

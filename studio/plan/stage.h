@@ -63,6 +63,10 @@ double distance_of(const Camera& camera);
 /// \p like at \p centre, upright, turned to \p target.
 Camera aimed(const Camera& like, const Vec3& centre, const Vec3& target);
 
+/// \p cameras with smaller pictures, by the least whole factor that leaves no side longer than
+/// \p longest_side px: they say almost as much about outlines.
+std::vector<Camera> coarse(std::vector<Camera> cameras, int longest_side);
+
 /// What \p camera sees of triangles: 0..255 by coverage, one channel.
 Picture coverage_of(const std::vector<Vec3f>& positions,
                     const std::vector<std::uint32_t>& triangles, const Camera& camera);

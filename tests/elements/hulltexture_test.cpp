@@ -203,8 +203,8 @@ struct Darker {
     sent.mesh.capture_time = static_cast<std::int64_t>(1e9 * seconds);
     for (std::size_t k = 0; k < sent.pictures.size(); ++k) {
       const auto& old = subject_of_six().mesh.views[k].view.pixels;
-      std::uint8_t* own =
-          sent.pictures[k].pixels.data() + (old.data() - subject_of_six().pictures[k].pixels.data());
+      std::uint8_t* own = sent.pictures[k].pixels.data() +
+                          (old.data() - subject_of_six().pictures[k].pixels.data());
       sent.mesh.views[k].view.pixels = {own, old.size()};
       for (std::size_t p = 0; k == 0 && p < old.size(); ++p)
         if (p % 4 != 3) own[p] = static_cast<std::uint8_t>(share * static_cast<float>(own[p]));
@@ -215,7 +215,7 @@ struct Darker {
 // Gains are the library's, follow slowly, and begin anew with a flush.
 GST_START_TEST(cameras_are_balanced) {
   GstHarness* h = harness("hulltexture balance=on balance-time=2");
-  TextureSettings settings;
+  TextureSettings settings = by_default();
   settings.balance = true;
   settings.balance_time = 2.0;
   MeshTexturer expected;

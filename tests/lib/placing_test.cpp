@@ -174,7 +174,9 @@ TEST(Forecast, CutBodiesAreToldAndLeftOut) {
 TEST(OneMore, FillsTheGap) {
   // Three of four: the fourth does not face one of them.
   const std::vector<Camera> cameras = cameras_at({0.0, 90.0, 225.0});
-  const Camera more = one_more(cameras, Stage());
+  const std::optional<Camera> found = one_more(cameras, Stage());
+  ASSERT_TRUE(found);
+  const Camera& more = *found;
   for (const Camera& camera : cameras) {
     EXPECT_GE(off_facing(more, camera), 25.0);
     EXPECT_LE(off_facing(more, camera), 145.0) << "no neighbour either";

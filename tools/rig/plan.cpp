@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <fstream>
 #include <iostream>
+#include <optional>
 
 #include "base/error.h"
 #include "studio/plan/forecast.h"
@@ -42,10 +43,14 @@ void write(const std::string& text, const std::string& path) {
 }
 
 std::string gain_text(const Forecast& now, const std::vector<Camera>& cameras, const Stage& stage) {
+  const std::optional<Camera> found = one_more(cameras, stage);
+  if (!found) return "";
   std::vector<Camera> more = cameras;
-  more.push_back(one_more(cameras, stage));
+  more.push_back(*found);
   const Camera& added = more.back();
   const Forecast then = forecast_of(more, stage);
+  // Means over other places say nothing.
+  if (then.places != now.places || then.spread != now.spread) return "";
   const Vec3 centre = added.centre();
   return fmt::format(
       "one camera more would bring most at azimuth {:.0f}, {:.2f} m from the axis, {:.2f} m high:\n"

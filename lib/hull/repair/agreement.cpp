@@ -225,4 +225,20 @@ int Agreement::objector(std::size_t view, const Vec2& pixel, Scratch& scratch) c
   return found;
 }
 
+bool Agreement::near_outline(std::size_t view, const Vec2& pixel, double distance) const {
+  const View& seen = views_[view];
+  for (const Edges& some : std::span(seen.edges.data(), seen.silhouette_edges)) {
+    const Vec2 beyond = glm::abs(pixel - some.middle) - some.half;
+    if (beyond.x > distance || beyond.y > distance) continue;
+    for (std::size_t i = 1; i < some.count; ++i) {
+      const Vec2 along = some.points[i] - some.points[i - 1], to = pixel - some.points[i - 1];
+      const double square = glm::dot(along, along);
+      const double t = square > 0.0 ? std::clamp(glm::dot(to, along) / square, 0.0, 1.0) : 0.0;
+      const Vec2 gap = to - t * along;
+      if (glm::dot(gap, gap) <= distance * distance) return true;
+    }
+  }
+  return false;
+}
+
 }  // namespace polyhull::hull

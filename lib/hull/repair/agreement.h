@@ -61,6 +61,9 @@ class Agreement {
   /// without which the stretch is the longest. At most 64 views.
   int objector(std::size_t view, const Vec2& pixel, Scratch& scratch) const;
 
+  /// Whether an outline of \p view runs within \p distance pixels of \p pixel.
+  bool near_outline(std::size_t view, const Vec2& pixel, double distance) const;
+
   std::size_t size() const { return views_.size(); }
   const Camera& camera(std::size_t view) const { return *views_[view].camera; }
 

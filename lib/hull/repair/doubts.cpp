@@ -94,6 +94,8 @@ CameraDoubts find_doubts(std::span<const Silhouette> silhouettes, Unseen unseen,
     const double step = outline_length(rings) / points;
     if (!(step > 0.0) || !std::isfinite(step)) continue;
     along_outlines(rings, step, begin * step, [&](const Vec2& pixel) {
+      // Where the subject is thin the point lies beside it, or at its other outline.
+      if (agreement.near_outline(k, pixel, doubt_inset - 0.5)) return;
       const int against = agreement.objector(k, pixel, scratch);
       ++doubts.asked[k];
       if (against != hull::Agreement::nobody) ++doubts.unexplained[k];

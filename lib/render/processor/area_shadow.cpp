@@ -90,6 +90,7 @@ void AreaShadow::find_mixed(std::size_t number, int first) {
 /// Rays from pixels to one point of the light, in a packet, with what each pixel's point would get.
 struct AreaShadow::Packet {
   static constexpr std::size_t most = block * block / neighbours;  // pixels that ask for the same
+  static_assert(most <= ImageHull::lanes, "ShadowCasters asks for as many at once");
   std::array<Ray, most> rays;
   std::array<std::uint8_t, most> hidden;
   std::array<std::uint32_t, most> pixels;
@@ -352,8 +353,7 @@ void AreaShadow::draw(const ShadowCasters& subjects, const TracedScene& scene,
   aim_ = subjects.aim(places_);
   in_blocks(0, [&](std::size_t number) {
     block_state_[number] = find_candidates(subjects.reach(), scene, view, number) > 0;
-    if (block_state_[number] > 0)
-      rays += trace(subjects, scene, light, number, 0, work_.first);
+    if (block_state_[number] > 0) rays += trace(subjects, scene, light, number, 0, work_.first);
   });
   if (work_.rays > work_.first) {
     in_blocks(1, [&](std::size_t number) { find_mixed(number, work_.first); });

@@ -240,7 +240,8 @@ void Skin::fetch(std::size_t slot, const SkinItems& items, SkinScratch& s) const
     float* const channels[] = {s.red.data(), s.green.data(), s.blue.data()};
     for (int c = 0; c < 3; ++c)
       if (const float gain = view.gain[c]; gain != 1.0f)
-        for (std::size_t j = 0; j < count; ++j) channels[c][j] *= gain;
+        for (std::size_t j = 0; j < count; ++j)
+          channels[c][j] = std::min(gain * channels[c][j], 1.0f);
   };
   if (smaller_[slot].empty()) {
     colours(views_[slot], s.chosen.size(), s.u.data(), s.v.data());

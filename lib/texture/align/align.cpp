@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <mutex>
 #include <numbers>
 #include <utility>
 
@@ -94,6 +95,7 @@ void PictureAligner::sample(const Camera& camera, const FillPicture& picture,
   grid.image.resize(map.width > 0 ? (map.width + coarser - 1) / coarser : 0,
                     map.width > 0 ? (map.height + coarser - 1) / coarser : 0);
   grid.depth.assign(grid.image.texels(), 0.0f);
+  grid.sees = false;
   if (grid.image.texels() == 0 || picture.pixels.empty()) return;
   grid.x = map.x;
   grid.y = map.y;
@@ -117,6 +119,7 @@ void PictureAligner::sample(const Camera& camera, const FillPicture& picture,
       const std::size_t i = static_cast<std::size_t>(y) * grid.image.width + x;
       for (int c = 0; c < 3; ++c) grid.image.channel[c][i] = gain[c] * mean.colour[c];
       grid.image.weight[i] = mean.covered * static_cast<float>(map.fade[texel]) / 255.0f;
+      grid.sees = grid.sees || grid.image.weight[i] > 0.0f;
       grid.depth[i] = map.near + static_cast<float>(depth[texel]) * unit;
     }
   }
@@ -199,7 +202,8 @@ std::vector<PictureAligner::Pair> PictureAligner::pairs_of(const Hull& hull) con
     std::vector<std::pair<double, int>> others;
     for (std::size_t j = 0; j < grids_.size(); ++j) {
       const double cosine = glm::dot(directions[i], directions[j]);
-      if (j != i && cosine > least) others.push_back({-cosine, static_cast<int>(j)});
+      if (j != i && grids_[i].sees && grids_[j].sees && cosine > least)
+        others.push_back({-cosine, static_cast<int>(j)});
     }
     std::sort(others.begin(), others.end());
     for (std::size_t n = 0; n < others.size() && n < PictureFlow::most_of_view; ++n)
@@ -227,16 +231,27 @@ std::vector<PictureFlow> PictureAligner::find(const Hull& hull, std::span<const 
   const bool same_pairs = pairs == pairs_;
   pairs_.swap(pairs);
   found_.resize(pairs_.size());
-  if (finders_.size() < pairs_.size()) finders_.resize(pairs_.size());
+  std::mutex mutex;  // of finders_
   const auto reused = [&](const Pair& pair) {
     return same_pairs && same[static_cast<std::size_t>(pair.view)] &&
            same[static_cast<std::size_t>(pair.other)];
   };
   parallel_for(pairs_.size(), 1, threads, [&](std::size_t begin, std::size_t end) {
+    std::unique_ptr<FlowFinder> finder;
+    {
+      const std::lock_guard lock(mutex);
+      if (!finders_.empty()) {
+        finder = std::move(finders_.back());
+        finders_.pop_back();
+      }
+    }
+    if (!finder) finder = std::make_unique<FlowFinder>();
     for (std::size_t n = begin; n < end; ++n)
       if (!reused(pairs_[n]))
         found_[n] = compare(pairs_[n], grids_[static_cast<std::size_t>(pairs_[n].view)],
-                            grids_[static_cast<std::size_t>(pairs_[n].other)], finders_[n]);
+                            grids_[static_cast<std::size_t>(pairs_[n].other)], *finder);
+    const std::lock_guard lock(mutex);
+    finders_.push_back(std::move(finder));
   });
   std::vector<PictureFlow> flows;
   for (const PictureFlow& flow : found_)

@@ -14,6 +14,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -53,6 +54,7 @@ class PictureAligner {
     double x = 0.0, y = 0.0, step = 1.0;
     double tolerance = 0.0;  ///< of depths
     Camera camera;
+    bool sees = false;  ///< something of the surface, and has a picture of it
     bool operator==(const Grid&) const = default;
   };
   struct Pair {
@@ -69,8 +71,8 @@ class PictureAligner {
   std::vector<Grid> grids_, last_grids_;
   // Of the last call.
   std::vector<Pair> pairs_;
-  std::vector<PictureFlow> found_;  // by pair
-  std::vector<FlowFinder> finders_;
+  std::vector<PictureFlow> found_;                    // by pair
+  std::vector<std::unique_ptr<FlowFinder>> finders_;  // that no thread uses
   AlignStatistics statistics_;
 };
 

@@ -44,7 +44,8 @@ double ColourBalance::share_of_news(std::optional<double> time, double time_cons
   if (time || last_) last_ = time ? *time : *last_ + step;
   if (first) return 1.0;
   known_ += step;
-  return step > 0.0 ? step / (step + std::min(known_, std::max(time_constant, 0.0))) : 0.0;
+  if (!(time_constant > 0.0)) return 1.0;
+  return step > 0.0 ? step / (step + std::min(known_, time_constant)) : 0.0;
 }
 
 std::size_t ColourBalance::number_of(std::string_view name) {
