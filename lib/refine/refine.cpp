@@ -13,7 +13,8 @@
 #include "refine/fine_field.h"
 #include "refine/flow.h"
 #include "refine/frame.h"
-#include "refine/photo.h"
+#include "refine/input.h"
+#include "refine/photo/photo.h"
 #include "refine/plate.h"
 #include "refine/thin_parts.h"
 #include "rig/undistort.h"
@@ -55,55 +56,14 @@ Recipe recipe_of(const RefineSettings& settings) {
   return recipe;
 }
 
-bool finite(const CameraContours& view) {
-  double sum = 0.0;
-  const auto add = [&](double value) { sum += value * 0.0; };
-  for (int i = 0; i < 3; ++i) {
-    add(view.camera->t[i]);
-    for (int k = 0; k < 3; ++k) add(view.camera->K[i][k] + view.camera->R[i][k]);
-  }
-  for (const Vec2f& point : view.rings->points) add(static_cast<double>(point.x) + point.y);
-  return sum == 0.0;
-}
-
-/// Throws Error unless each view has a picture.
-void check_pictures(std::span<const CameraContours> views, std::span<const ViewPixels> pictures) {
-  for (std::size_t k = 0; k < views.size(); ++k)
-    if (k >= pictures.size() || pictures[k].pixels == nullptr || pictures[k].roi.empty())
-      throw Error(Error::Kind::bad_input,
-                  "Camera {} sends no picture, by which photo-consistency is judged.",
-                  views[k].camera->name);
-}
-
 /// Cells around a part's box: for the plate's band and the blurs.
 constexpr int margin = 4, coarse_margin = 3;
 /// How far outside the hull H is told apart.
 constexpr float least_hull = -3.3f;
 /// What is thinner than twice this has no node of the fine grid for certain.
 constexpr float thinnest = 0.45f;
-constexpr double most_nodes = 64e6;
 /// How often the pictures are asked.
 constexpr int photo_rounds = 3;
-
-/// Throws Error where the grids of \p boxes would be too large.
-void check_size(const std::vector<Box>& boxes, double cell) {
-  double nodes = 0.0;
-  for (const Box& box : boxes) {
-    const Vec3 size = Vec3(box.high - box.low) + 2.0 * margin;
-    nodes += 8.0 * size.x * size.y * size.z;
-  }
-  if (nodes < most_nodes) return;
-  if (!(nodes < 1e30))
-    throw Error(
-        Error::Kind::unsupported,
-        "The hull is far too large for a cell of {:g} m: give a larger one, or bounds around "
-        "the subject.",
-        cell);
-  throw Error(Error::Kind::unsupported,
-              "The hull is too large for a cell of {:g} m: its grids would have {:.0f} million "
-              "nodes; give a cell of {:.3f} m or more, or bounds around the subject.",
-              cell, 1e-6 * nodes, cell * std::cbrt(nodes / most_nodes) * 1.05);
-}
 
 }  // namespace
 
@@ -349,7 +309,7 @@ void HullRefiner::State::refine(const Hull& hull, std::span<const CameraContours
                                 std::span<const ViewPixels> pictures) {
   Stopwatch watch;
   const std::vector<Box> boxes = boxes_of(hull, frame, 2.0f * margin);
-  check_size(boxes, recipe.cell);
+  check_size(boxes, margin, recipe.cell);
   set_up_views(hull, boxes, views);
   set_up_levels(boxes);
   statistics.seconds_distances = watch.lap();
@@ -411,17 +371,7 @@ const Hull& HullRefiner::refine(const Hull& hull, std::span<const CameraContours
                                 double metres_per_unit, const RefineSettings& settings,
                                 std::span<const ViewPixels> pictures) {
   State& s = *state_;
-  if (!(metres_per_unit > 0.0) || !std::isfinite(metres_per_unit))
-    throw Error(Error::Kind::bad_input, "A mesh has {:g} metres to a unit: expected more than 0.",
-                metres_per_unit);
-  if (!(settings.cell >= 0.0) || !std::isfinite(settings.cell))
-    throw Error(Error::Kind::bad_input, "The refined surface's cell is {:g} m: expected 0 or more.",
-                settings.cell);
-  for (const CameraContours& view : views)
-    if (!finite(view))
-      throw Error(Error::Kind::bad_input, "Camera {}: its calibration or a contour is not finite.",
-                  view.camera->name);
-  if (settings.photo) check_pictures(views, pictures);
+  check_input(views, metres_per_unit, settings, pictures);
   s.statistics = {};
   if (settings.reuse && !settings.photo && s.unchanged(hull, views, metres_per_unit, settings)) {
     s.statistics.reused = true;

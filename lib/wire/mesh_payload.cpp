@@ -8,125 +8,17 @@
 #include "rig/rig.h"
 #include "wire/flow_payload.h"
 #include "wire/mesh_generated.h"
+#include "wire/mesh_rules.h"
 #include "wire/view_table.h"
 
 namespace polyhull {
 namespace {
 
-constexpr std::size_t most_textured_views = 64;
-constexpr float most_gain = 16.0f;
 constexpr std::size_t most_coefficients = 12;  // of a camera's distortion
-
-[[noreturn]] void fail(const std::string& what) {
-  throw Error(Error::Kind::bad_input, "Not a usable mesh: {}.", what);
-}
-
-bool finite(std::span<const float> numbers) {
-  return std::all_of(numbers.begin(), numbers.end(), [](float x) { return std::isfinite(x); });
-}
-
-bool finite(std::span<const Vec3f> vectors) {
-  return vectors.empty() || finite({&vectors.front().x, 3 * vectors.size()});
-}
-
-bool finite(const Vec3& v) {
-  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
-}
-
-// Whether `ends` never falls and its last is `total`.
-bool partitions(std::span<const std::uint32_t> ends, std::size_t total) {
-  return std::is_sorted(ends.begin(), ends.end()) && (ends.empty() ? 0 : ends.back()) == total;
-}
-
-bool below(std::span<const std::uint32_t> indices, std::size_t limit) {
-  return std::all_of(indices.begin(), indices.end(),
-                     [limit](std::uint32_t index) { return index < limit; });
-}
-
-void validate_hull(const Mesh& mesh) {
-  const Hull& hull = mesh.hull;
-  if (!finite(hull.origin) || !finite(hull.vertices)) fail("a vertex or the origin is not finite");
-  if (hull.triangles.size() % 3 != 0) fail("the triangles' indices are no multiple of three");
-  if (!below(hull.triangles, hull.vertices.size())) fail("a triangle's index is out of range");
-  if (!below(hull.loop_vertices, hull.vertices.size())) fail("a loop's index is out of range");
-  if (!partitions(hull.loop_ends, hull.loop_vertices.size()) ||
-      !partitions(hull.face_loop_ends, hull.loop_ends.size()))
-    fail("the loops' ends contradict each other");
-  if (!hull.face_loop_ends.empty() && hull.face_loop_ends.size() != hull.faces.size())
-    fail("there must be loops for every face or for none");
-  if (!hull.normals.empty() && hull.normals.size() != hull.vertices.size())
-    fail("there must be normals for every vertex or for none");
-  for (const Vec3f& normal : hull.normals) {
-    const float square = glm::dot(normal, normal);
-    if (!(square > 0.98f && square < 1.02f)) fail("a normal is not of unit length");
-  }
-  const std::size_t triangles = hull.triangles.size() / 3;
-  for (const HullFace& face : hull.faces) {
-    if (face.view < -1 || face.view >= static_cast<std::int64_t>(mesh.views.size()))
-      fail("a face belongs to a view that is not there");
-    // A camera's frame carves, too, where the hull is told to keep what it does not see: four edges.
-    const std::size_t edges =
-        face.view < 0 ? 6 : mesh.views[face.view].view.contours.points.size() + 4;
-    const bool planeless = face.view < 0 && face.edge == HullFace::no_edge;
-    if (face.edge >= edges && !planeless)
-      fail("a face belongs to a contour edge that is not there");
-    if (face.first_triangle > triangles || face.triangle_count > triangles - face.first_triangle)
-      fail("a face's triangles are out of range");
-  }
-}
-
-void validate_map(const OcclusionMap& map) {
-  constexpr int largest_side = 32768;
-  if (map.width < 0 || map.height < 0 || map.width > largest_side || map.height > largest_side)
-    fail("a depth map's size is out of range");
-  const std::size_t texels = static_cast<std::size_t>(map.width) * map.height;
-  if (map.depth.size() != texels || map.fade.size() != texels)
-    fail("a depth map's size contradicts its contents");
-  if (!std::isfinite(map.x) || !std::isfinite(map.y) || !std::isfinite(map.step) ||
-      !(map.step > 0.0f) || !std::isfinite(map.near) || !std::isfinite(map.far))
-    fail("a depth map's place is not finite");
-}
-
-void validate_texturing(const Mesh& mesh) {
-  const Texturing& texturing = *mesh.texturing;
-  const std::size_t triangles = mesh.hull.triangles.size() / 3;
-  const std::size_t vertices = mesh.hull.vertices.size();
-  const std::size_t views = mesh.views.size();
-  if (views > most_textured_views) fail("a textured mesh may have at most 64 views");
-  if (texturing.method != TextureMethod::direct && texturing.method != TextureMethod::blend)
-    fail("unknown texture method");
-  if (texturing.metric != TextureMetric::camera_normal &&
-      texturing.metric != TextureMetric::viewing_angle &&
-      texturing.metric != TextureMetric::lumigraph)
-    fail("unknown texture metric");
-  if (texturing.visible.size() != triangles || texturing.best.size() != triangles ||
-      texturing.weights.size() != vertices * views || texturing.normals.size() != vertices)
-    fail("the texturing does not fit the numbers of triangles, vertices and views");
-  if (!finite(texturing.weights) || !finite(texturing.normals) ||
-      !finite({&texturing.untextured.x, 3}))
-    fail("the texturing has a number that is not finite");
-  if (!texturing.fill.empty() && texturing.fill.size() != vertices)
-    fail("there must be a fill colour for every vertex or for none");
-  if (!texturing.gains.empty() && texturing.gains.size() != views)
-    fail("there must be a gain for every view or for none");
-  for (const Vec3f& gain : texturing.gains)
-    for (int c = 0; c < 3; ++c)
-      if (!(gain[c] > 0.0f && gain[c] <= most_gain)) fail("a view's gain is not above 0 and at most 16");
-  if (!texturing.maps.empty() && texturing.maps.size() != views)
-    fail("there must be a depth map for every view or for none");
-  for (const OcclusionMap& map : texturing.maps) validate_map(map);
-  if (const std::string fault = flows_fault(texturing); !fault.empty()) fail(fault);
-  for (const std::uint64_t mask : texturing.visible)
-    if (views < most_textured_views && (mask >> views) != 0)
-      fail("a triangle is seen by a view that is not there");
-  for (const std::int8_t best : texturing.best)
-    if (best < -1 || best >= static_cast<int>(views))
-      fail("a triangle is coloured by a view that is not there");
-}
 
 template <typename T>
 std::uint32_t count(const std::vector<T>& list, std::size_t each = 1) {
-  if (list.size() * each > 0x3FFFFFFF) fail("a list is too long for a payload");
+  if (list.size() * each > 0x3FFFFFFF) refuse_mesh("a list is too long for a payload");
   return static_cast<std::uint32_t>(list.size() * each);
 }
 
@@ -252,7 +144,8 @@ class MeshPacker {
 
 template <std::size_t N, typename Element>
 std::array<Element, N> unpack_array(const flatbuffers::Vector<Element>* numbers, const char* what) {
-  if (!numbers || numbers->size() != N) fail(fmt::format("{} must have {} numbers", what, N));
+  if (!numbers || numbers->size() != N)
+    refuse_mesh(fmt::format("{} must have {} numbers", what, N));
   std::array<Element, N> result;
   std::memcpy(result.data(), numbers->Data(), sizeof result);
   return result;
@@ -271,8 +164,8 @@ Camera unpack_camera(const wire::Camera& table, const View& view) {
   camera.K = from_rows(unpack_array<9>(table.k(), "K"));
   // Looked at before it is copied: in a hostile FlatBuffer all cameras can share one long list.
   if (table.distortion() && table.distortion()->size() > most_coefficients)
-    fail(fmt::format("camera '{}' has {} distortion coefficients", view.camera,
-                     table.distortion()->size()));
+    refuse_mesh(fmt::format("camera '{}' has {} distortion coefficients", view.camera,
+                            table.distortion()->size()));
   camera.distortion = unpack_numbers<double>(table.distortion());
   camera.R = from_rows(unpack_array<9>(table.r(), "R"));
   camera.t = unpack_vector(table.t(), "t");
@@ -307,7 +200,7 @@ OcclusionMap unpack_map(const wire::OcclusionMap& table) {
   map.x = table.x();
   map.y = table.y();
   map.step = table.step();
-  // Beyond 31 bits they turn negative, which validate_map() refuses.
+  // Beyond 31 bits they turn negative, which validate_mesh() refuses.
   map.width = static_cast<int>(table.width());
   map.height = static_cast<int>(table.height());
   map.near = table.near();
@@ -339,7 +232,7 @@ Texturing unpack_texturing(const wire::Texturing& table, std::size_t buffer_size
     std::size_t unpacked = 0;
     for (const wire::OcclusionMap* map : *table.maps()) {
       unpacked += packed_size(*map);
-      if (unpacked > buffer_size) fail("its depth maps share their contents");
+      if (unpacked > buffer_size) refuse_mesh("its depth maps share their contents");
       texturing.maps.push_back(unpack_map(*map));
     }
   }
@@ -347,33 +240,7 @@ Texturing unpack_texturing(const wire::Texturing& table, std::size_t buffer_size
   return texturing;
 }
 
-// Whoever shows, counts or writes by a camera's name would take one for the other.
-void check_names(const std::vector<MeshView>& views) {
-  std::vector<std::string_view> names;
-  for (const MeshView& view : views) names.push_back(view.view.camera);
-  std::sort(names.begin(), names.end());
-  const auto twice = std::adjacent_find(names.begin(), names.end());
-  if (twice != names.end())
-    fail(fmt::format("two of its views are of camera '{}'; each camera may have one view", *twice));
-}
-
 }  // namespace
-
-void validate_mesh(const Mesh& mesh) {
-  if (!finite(mesh.up) || !(glm::length(mesh.up) > 0.0)) fail("up is no direction");
-  if (!std::isfinite(mesh.metres_per_unit) || !(mesh.metres_per_unit > 0.0))
-    fail("the length of its unit is not positive");
-  for (const MeshView& view : mesh.views) {
-    if (view.calibration.name != view.view.camera || view.calibration.width != view.view.width ||
-        view.calibration.height != view.view.height)
-      fail(fmt::format("view '{}' has another camera's name or size", view.view.camera));
-    validate_view(view.view);
-    validate_camera(view.calibration, fmt::format("mesh: camera '{}'", view.calibration.name));
-  }
-  check_names(mesh.views);
-  validate_hull(mesh);
-  if (mesh.texturing) validate_texturing(mesh);
-}
 
 std::vector<std::uint8_t> write_mesh_header(const Mesh& mesh) {
   validate_mesh(mesh);
@@ -397,7 +264,7 @@ Mesh read_mesh(std::span<const Bytes> segments) {
   Payload payload(PayloadKind::mesh, segments);
   const Bytes buffer = payload.flatbuffer();
   flatbuffers::Verifier verifier(buffer.data(), buffer.size());
-  if (!wire::VerifyMeshBuffer(verifier)) fail("its FlatBuffer is damaged");
+  if (!wire::VerifyMeshBuffer(verifier)) refuse_mesh("its FlatBuffer is damaged");
   const wire::Mesh& table = *wire::GetMesh(buffer.data());
   Mesh mesh;
   mesh.trigger = table.trigger();
@@ -410,7 +277,7 @@ Mesh read_mesh(std::span<const Bytes> segments) {
     for (const wire::MeshView* entry : *table.views()) {
       // In a hostile FlatBuffer a few bytes can point to the same long list again and again.
       unpacked += packed_size(*entry->view());
-      if (unpacked > buffer.size()) fail("its views share their contents");
+      if (unpacked > buffer.size()) refuse_mesh("its views share their contents");
       MeshView view;
       view.view = unpack_view(*entry->view(), payload);
       view.calibration = unpack_camera(*entry->calibration(), view.view);

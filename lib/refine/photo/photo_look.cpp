@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "base/thread_pool.h"
-#include "refine/photo.h"
+#include "refine/photo/photo.h"
 
 namespace polyhull::refine {
 namespace {

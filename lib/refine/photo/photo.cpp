@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "refine/photo.h"
+#include "refine/photo/photo.h"
 
 #include <algorithm>
 #include <cmath>
