@@ -2,7 +2,6 @@
 // polyhull-rig: where to put cameras, calibrations of other programs as rig files, what is wrong
 // with a rig and what to expect of it, and the built-in rig as a file.
 #include <CLI/CLI.hpp>
-#include <fstream>
 #include <iostream>
 
 #include "base/error.h"
@@ -13,6 +12,7 @@
 #include "rig/import.h"
 #include "rig/plan.h"
 #include "studio/cameras/default_rig.h"
+#include "text_file.h"
 
 namespace {
 
@@ -51,10 +51,7 @@ void write(const Rig& rig, const std::string& path) {
     std::cout << json;
     return;
   }
-  std::ofstream out(path);
-  if (!(out << json) || !out.flush())
-    throw Error(Error::Kind::io,
-                "Cannot write '{}'; check that the folder exists and may be written to.", path);
+  write_text(json, path);
 }
 
 // The built-in rig where \p file is empty.

@@ -3,7 +3,6 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
-#include <fstream>
 #include <iostream>
 #include <nlohmann/json.hpp>
 #include <thread>
@@ -16,6 +15,7 @@
 #include "median.h"
 #include "silhouette/silhouette.h"
 #include "silhouette_options.h"
+#include "text_file.h"
 
 namespace {
 
@@ -34,14 +34,6 @@ Json rings_json(const Rings& rings, int width, int height) {
           {"width", width},
           {"height", height},
           {"rings", std::move(list)}};
-}
-
-void write_file(const std::string& path, const std::string& text) {
-  std::ofstream file(path);
-  file << text;
-  if (!file.flush())
-    throw Error(Error::Kind::io,
-                "Cannot write '{}'; check that the folder exists and may be written to.", path);
 }
 
 // One reading of the frame, as the measure of what the memory allows.
@@ -271,7 +263,7 @@ int run(int argc, char** argv) {
   if (arguments.output == "-")
     std::cout << rings() << "\n";
   else if (!arguments.output.empty())
-    write_file(arguments.output, rings().dump());
+    write_text(rings().dump(), arguments.output);
   warn_of(result.lacks, arguments.picture);
 
   Keyer keyer;

@@ -7,6 +7,7 @@
 
 #include "base/thread_pool.h"
 #include "texture/occlusion_map.h"
+#include "texture/texture_hull.h"
 
 namespace polyhull {
 namespace {
@@ -78,8 +79,7 @@ OcclusionMap sight_map(const ImageHull& hull, const Silhouette& view, Work& work
   if (nearest == 0.0f) return {};
   map.near = 1.0f / nearest;
   map.far = std::max(1.0f / farthest, std::nextafter(map.near, std::numeric_limits<float>::max()));
-  constexpr double fade_width = 12.0;  // as TextureSettings
-  finish_map(grid, 1, *view.camera, fade_width, map);
+  finish_map(grid, 1, *view.camera, TextureSettings{}.fade_width, map);
   return map;
 }
 

@@ -65,17 +65,7 @@ struct ImageBench : Bench {
     return bytes;
   }
   /// The texts of the warnings since the last call.
-  std::vector<std::string> warnings() {
-    std::vector<std::string> texts;
-    while (GstMessage* message = gst_bus_pop_filtered(bus, GST_MESSAGE_WARNING)) {
-      GError* found = nullptr;
-      gst_message_parse_warning(message, &found, nullptr);
-      texts.emplace_back(found->message);
-      g_clear_error(&found);
-      gst_message_unref(message);
-    }
-    return texts;
-  }
+  std::vector<std::string> warnings() { return warnings_on(bus); }
 };
 
 /// How many pixels are not the background's; and by how many levels two pictures differ in all.

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <string>
+#include <vector>
 
 namespace polyhull::test {
 
@@ -120,6 +121,19 @@ inline void check_documented(const char* name) {
   g_free(specs);
   check_statistic_types(element);
   gst_object_unref(element);
+}
+
+/// The sentences of the warnings on \p bus, which are taken from it.
+inline std::vector<std::string> warnings_on(GstBus* bus) {
+  std::vector<std::string> texts;
+  while (GstMessage* message = gst_bus_pop_filtered(bus, GST_MESSAGE_WARNING)) {
+    GError* found = nullptr;
+    gst_message_parse_warning(message, &found, nullptr);
+    texts.emplace_back(found->message);
+    g_clear_error(&found);
+    gst_message_unref(message);
+  }
+  return texts;
 }
 
 /// A counter of the element's `stats`.

@@ -16,6 +16,7 @@
 #include "studio/cameras/camera_picture.h"
 #include "studio/cameras/coverage_raster.h"
 #include "studio/cameras/default_rig.h"
+#include "studio/plan/stage.h"
 #include "support/camera_contours.h"
 #include "support/mesh_checks.h"
 
@@ -321,17 +322,7 @@ Picture coverage_of(const Surface& surface, const Camera& camera) {
   const std::vector<Vec3f> positions(surface.vertices.begin(), surface.vertices.end());
   std::vector<std::uint32_t> triangles;
   for (const auto& t : surface.triangles) triangles.insert(triangles.end(), t.begin(), t.end());
-  Picture out{camera.width, camera.height, 1, {}};
-  out.pixels.resize(static_cast<std::size_t>(out.width) * out.height);
-  CoverageRaster::Mesh mesh;
-  mesh.positions = positions;
-  mesh.triangles = triangles;
-  CoverageRaster().draw(camera, mesh, [&](int y, std::span<const CoveredPixel> pixels) {
-    for (const CoveredPixel& pixel : pixels) {
-      out.row(y)[pixel.x] = static_cast<std::uint8_t>(std::lround(255.0f * pixel.coverage));
-    }
-  });
-  return out;
+  return polyhull::coverage_of(positions, triangles, camera);
 }
 
 Picture plaster(const Surface& surface, const Camera& camera) {

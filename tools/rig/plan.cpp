@@ -5,12 +5,12 @@
 
 #include <cmath>
 #include <cstdio>
-#include <fstream>
 #include <iostream>
 #include <optional>
 
 #include "base/error.h"
 #include "studio/plan/forecast.h"
+#include "text_file.h"
 
 namespace polyhull {
 namespace {
@@ -32,14 +32,6 @@ void read_sizes(PlanArguments& arguments) {
                 arguments.picture);
   }
   if (arguments.distance != 0.0) arguments.request.distance = arguments.distance;
-}
-
-void write(const std::string& text, const std::string& path) {
-  std::ofstream out(path);
-  if (!(out << text) || !out.flush()) {
-    throw Error(Error::Kind::io,
-                "Cannot write '{}'; check that the folder exists and may be written to.", path);
-  }
 }
 
 std::string gain_text(const Forecast& now, const std::vector<Camera>& cameras, const Stage& stage) {
@@ -76,7 +68,7 @@ Rig run_plan(PlanArguments& arguments) {
   const std::string text = text_of(forecast, rig.cameras);
   std::cout << table_of(rig.cameras, stage) << text;
   if (!arguments.drawing.empty()) {
-    write(plan_drawing(rig.cameras, stage, text), arguments.drawing);
+    write_text(plan_drawing(rig.cameras, stage, text), arguments.drawing);
   }
   return rig;
 }
