@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
 """polyhull-rig as a program: export, check, and check --pictures on masks of a box."""
 import json
+import math
 import os
 import struct
 import subprocess
@@ -89,6 +90,37 @@ def check_plan(folder):
     assert "no forecast: The rig has no bounds" in run("check", planned)
 
 
+def check_refine(folder, cameras):
+    """A rig file in which cam1 stands 3 cm beside where it does, and boxes here and there."""
+    folders = {}
+    for camera in cameras:
+        name = camera["name"]
+        folders[name] = os.path.join(folder, "walk-" + name)
+        os.mkdir(folders[name])
+        for i in range(12):
+            x, z, y = 0.5 * math.cos(2.4 * i), 0.5 * math.sin(2.4 * i), 0.1 * (i % 3)
+            write_mask(os.path.join(folders[name], f"{name}_{i:03}.png"), camera, [x - 0.2, y, z - 0.3],
+                       [x + 0.2, y + 1.3, z + 0.1])
+    off = [dict(camera, t=list(camera["t"])) for camera in cameras]
+    off[1]["t"][1] += 0.03
+    rig, refined = os.path.join(folder, "off.json"), os.path.join(folder, "refined.json")
+    with open(rig, "w") as file:
+        json.dump({"format": "polyhull-rig", "version": 1, "cameras": off}, file)
+    pictures = [f"{name}={path}" for name, path in folders.items()]
+    table = run("refine", rig, "--pictures", *pictures, "--only", "cam1", "-o", refined)
+    assert "in 12 instants" in table and number_after(table, "error") < 0.5, table
+    with open(refined) as file:
+        found = json.load(file)["cameras"]
+    assert all(abs(a - b) < 0.005 for a, b in zip(found[1]["t"], cameras[1]["t"])), (found[1], cameras[1])
+    for i in (0, 2, 3):
+        assert all(abs(a - b) < 1e-9 for a, b in zip(found[i]["t"], cameras[i]["t"])), found[i]
+    for arguments, words in ((["--only", "cam7"], "'cam7', which the rig does not have"),
+                             (["--pictures", os.path.join(folder, "walk-cam0")], "No two folders")):
+        given = [] if "--pictures" in arguments else ["--pictures", *pictures]
+        note = run("refine", rig, *given, *arguments, "-o", refined, fails=True)
+        assert words in note, (arguments, note)
+
+
 def main():
     with tempfile.TemporaryDirectory() as folder:
         text = run("export")
@@ -139,6 +171,8 @@ def main():
         # Three cameras of four, in an order of their own.
         some = run("check", "--pictures", masks["cam2"], masks["cam0"], masks["cam3"])
         assert "nothing found wrong" in some and "cam1  " not in some.split("pictures:")[1], some
+
+        check_refine(folder, cameras)
 
         note = run("check", "--pictures", "cam9=" + masks["cam0"], fails=True)
         assert "cam9" in note and "cam0, cam1, cam2, cam3" in note, note

@@ -1,13 +1,16 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""polyhull-run's latency: of pipelines whose elements take a known time.
+"""polyhull-run's latency: of pipelines whose elements take a known time; studio files set and saved.
 
 usage: run_tool.py POLYHULL_RUN"""
 import json
 import pathlib
+import re
+import signal
 import subprocess
 import sys
 import tempfile
+import time
 import unittest
 
 PROGRAM = sys.argv.pop(1)
@@ -83,6 +86,62 @@ class Latency(unittest.TestCase):
         text, figures = run("fakesrc num-buffers=5 sizetype=fixed ! fakesink")
         self.assertIsNone(figures["latency"])
         self.assertNotIn("latency from", text)
+
+
+class Studio(unittest.TestCase):
+    PIPELINE = "videotestsrc name=camera num-buffers=2 ! chromamatte name=key ! fakesink"
+
+    def studio(self, elements, *options, pipeline=PIPELINE, version=1):
+        """The result of a run with a studio file of these elements."""
+        path = pathlib.Path(self.folder.name) / "studio.json"
+        path.write_text(json.dumps({"format": "polyhull-studio", "version": version, "elements": elements}))
+        return subprocess.run([PROGRAM, "--quiet", "--brief", "--studio", str(path), *options, *pipeline.split()],
+                              capture_output=True, text=True, timeout=60)
+
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.addCleanup(self.folder.cleanup)
+        self.saved = pathlib.Path(self.folder.name) / "saved.json"
+
+    def test_set_and_saved_at_the_end(self):
+        result = self.studio({"key": {"strength": 62}, "light": {"on": True}}, "--save-studio", str(self.saved))
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertIn("studio.json, elements.light: nothing in the pipeline takes it", result.stderr)
+        self.assertEqual(json.loads(self.saved.read_text())["elements"],
+                         {"key": {"strength": 62}, "light": {"on": True}})
+
+    def test_saved_on_request(self):
+        path = pathlib.Path(self.folder.name) / "live.json"
+        path.write_text('{"format": "polyhull-studio", "version": 1, "elements": {"key": {"strength": 50}}}')
+        before = path.stat().st_ino
+        # One buffer, then a wait that only a signal ends.
+        program = subprocess.Popen([PROGRAM, "--quiet", "--studio", str(path), "videotestsrc", "is-live=true", "!",
+                                    "chromamatte", "name=key", "!", "fakesink"], stderr=subprocess.PIPE, text=True)
+        try:
+            for _ in range(100):  # the handler is there once the pipeline is
+                time.sleep(0.1)
+                status = pathlib.Path(f"/proc/{program.pid}/status").read_text()
+                if int(re.search(r"SigCgt:\s*(\w+)", status).group(1), 16) >> (signal.SIGUSR1 - 1) & 1:
+                    break
+            program.send_signal(signal.SIGUSR1)
+            self.assertIn("settings saved to", program.stderr.readline())
+        finally:
+            program.kill()
+            program.communicate()
+        self.assertNotEqual(path.stat().st_ino, before)
+        self.assertEqual(json.loads(path.read_text())["elements"], {"key": {"strength": 50}})
+
+    def test_refused(self):
+        for elements, version, message in [
+                ({"key": {"strength": "high"}}, 1, 'elements.key.strength: is "high"; expected a whole number from 0 to 255'),
+                ({"key": {"strenght": 1}}, 1, "elements.key.strenght: chromamatte has no such property"),
+                ({}, 7, '"version" is 7; this program reads version 1')]:
+            result = self.studio(elements, version=version)
+            self.assertEqual(result.returncode, 1, result.stdout)
+            self.assertIn(message, result.stderr)
+        result = self.studio({}, "--save-studio", self.folder.name + "/no/where.json")
+        self.assertEqual(result.returncode, 1)
+        self.assertIn("Cannot write", result.stderr)
 
 
 if __name__ == "__main__":

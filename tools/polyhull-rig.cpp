@@ -9,8 +9,10 @@
 #include "mask_contours.h"
 #include "rig/check.h"
 #include "rig/check_pictures.h"
+#include "rig/export.h"
 #include "rig/import.h"
 #include "rig/plan.h"
+#include "rig/refine.h"
 #include "studio/cameras/default_rig.h"
 #include "text_file.h"
 
@@ -41,17 +43,32 @@ Rig import_rig(const ImportArguments& arguments) {
   if (arguments.format == "text") return import::text(only_file(arguments), arguments.options);
   if (arguments.format == "opencv") return import::opencv(arguments.files, arguments.options);
   if (arguments.format == "bouguet") return import::bouguet(arguments.files, arguments.options);
+  if (arguments.format == "kalibr") return import::kalibr(only_file(arguments));
+  if (arguments.format == "opentrackio")
+    return import::opentrackio(arguments.files, arguments.options);
   return import::colmap(only_file(arguments), arguments.options);
 }
 
 // To a file, or to standard output where \p path is empty.
-void write(const Rig& rig, const std::string& path) {
-  const std::string json = rig_to_json(rig);
+void write(const std::string& text, const std::string& path) {
   if (path.empty()) {
-    std::cout << json;
+    std::cout << text;
     return;
   }
-  write_text(json, path);
+  write_text(text, path);
+}
+
+void write(const Rig& rig, const std::string& path) {
+  write(rig_to_json(rig), path);
+}
+
+void run_export(const Rig& rig, const std::string& format, const std::string& path) {
+  if (format == "rig") return write(rig, path);
+  if (format == "kalibr") return write(exported::kalibr(rig), path);
+  if (path.empty())
+    throw Error(Error::Kind::bad_input,
+                "--format {} writes several files: name a folder with --output.", format);
+  format == "opencv" ? exported::opencv(rig, path) : exported::colmap(rig, path);
 }
 
 // The built-in rig where \p file is empty.
@@ -143,9 +160,10 @@ int main(int count, char** values) {
           "middlebury (*_par.txt), pmatrices (3x4 matrices), text (name K distortion R t per "
           "line), opencv (XML or YAML per camera, or intrinsics and extrinsics of a stereo "
           "pair), bouguet (Calib_Results.m per camera), colmap (folder with cameras.txt and "
-          "images.txt)")
+          "images.txt), kalibr (camchain.yaml), opentrackio (a JSON sample per camera)")
       ->required()
-      ->check(CLI::IsMember({"middlebury", "pmatrices", "text", "opencv", "bouguet", "colmap"}));
+      ->check(CLI::IsMember({"middlebury", "pmatrices", "text", "opencv", "bouguet", "colmap",
+                             "kalibr", "opentrackio"}));
   import_command->add_option("files", arguments.files, "Files or folders to read")->required();
   import_command->add_option("--size", arguments.size, "Size of the pictures, WIDTHxHEIGHT px");
   import_command
@@ -164,6 +182,9 @@ int main(int count, char** values) {
                              "Number of the first such camera (default 0)");
   import_command->add_option("--board", arguments.options.board,
                              "bouguet: number of the board picture that is the world (default 1)");
+  import_command->add_flag("--prototype-axes", arguments.options.prototype_axes,
+                           "bouguet: the world's x, y, z are y, -x, z of the board, as in the 2005 "
+                           "prototype");
   import_command->add_option("-o,--output", arguments.output, "File to write");
 
   std::string file;
@@ -200,13 +221,41 @@ int main(int count, char** values) {
       "expect.");
   add_plan_options(plan_command, plan);
 
-  std::string exported, export_output;
+  std::string refined, refine_output;
+  RefineArguments refine;
+  CLI::App* refine_command = app.add_subcommand(
+      "refine",
+      "Finds where cameras really stand, from pictures of somebody who walked between them, all "
+      "cameras at the same instants.");
+  refine_command->add_option("file", refined, "The rig file")->required();
+  refine_command
+      ->add_option("--pictures", refine.folders,
+                   "CAMERA=FOLDER ...: each camera's pictures (PNG, JPEG; masks or before a "
+                   "coloured screen), whose names end in the number of their instant; 20 instants "
+                   "and more, all over the stage")
+      ->required();
+  refine_command->add_option("--only", refine.only,
+                             "CAMERA ...: only these move, as one that was bumped");
+  refine_command->add_option("--keep-largest", refine.mask.keep_largest, "As of check")
+      ->check(CLI::Range(0, 1000))
+      ->capture_default_str();
+  refine_command->add_option("-o,--output", refine_output, "The new rig file")->required();
+
+  std::string exported, export_output, export_format = "rig";
   CLI::App* export_command = app.add_subcommand(
       "export",
       "Writes the built-in rig, or a normalised copy of a rig file (K, R and t instead of P, true "
-      "rotations, up and unit written out), to standard output or into --output.");
+      "rotations, up and unit written out), to standard output or into --output; or the cameras for "
+      "other programs.");
   export_command->add_option("file", exported, "The rig file; without one, the built-in rig");
-  export_command->add_option("-o,--output", export_output, "File to write");
+  export_command
+      ->add_option("--format", export_format,
+                   "rig, opencv (a YAML file per camera), colmap (cameras.txt, images.txt), kalibr "
+                   "(camchain.yaml)")
+      ->check(CLI::IsMember({"rig", "opencv", "colmap", "kalibr"}))
+      ->capture_default_str();
+  export_command->add_option("-o,--output", export_output,
+                             "File to write; of opencv and colmap the folder, which is made");
 
   CLI11_PARSE(app, count, values);
   try {
@@ -217,7 +266,11 @@ int main(int count, char** values) {
       if (!plan.output.empty()) write(rig, plan.output);
       return 0;
     }
-    write(rig_of(exported), export_output);
+    if (refine_command->parsed()) {
+      write(refine_rig(rig_of(refined), refine), refine_output);
+      return 0;
+    }
+    run_export(rig_of(exported), export_format, export_output);
     return 0;
   } catch (const std::exception& error) {
     std::cerr << "polyhull-rig: " << error.what() << "\n";

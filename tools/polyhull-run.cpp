@@ -1,22 +1,30 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // Runs a pipeline as gst-launch-1.0 does, shows its progress, and prints at the end where the time
 // went: per element the processor time of its streaming threads, the `stats` of each polyhull
-// element, and how long a frame takes from the cameras to the output.
+// element, and how long a frame takes from the cameras to the output. Sets and saves the elements'
+// settings by a studio file.
 #include <gst/gst.h>
 #include <time.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <csignal>
 #include <cstdio>
+#include <filesystem>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "base/stopwatch.h"
 #include "run_profile.h"
+#include "studio/studio_file.h"
+#include "text_file.h"
 
 namespace {
+
+volatile std::sig_atomic_t save_requested = 0;
 
 double process_cpu_seconds() {
   timespec now;
@@ -30,6 +38,8 @@ struct Run {
   bool quiet = false;    // no progress line
   bool brief = false;    // no tables at the end
   std::string count_at;  // the element whose buffers are the frames; empty: the sinks
+  std::optional<polyhull::StudioFile> studio;
+  std::string studio_path;  // where live changes are saved
   polyhull::Stopwatch watch;
   double next_progress = 10.0;  // seconds since start
 };
@@ -54,6 +64,49 @@ void show_progress(Run& run) {
                static_cast<double>(position) / 1e9, now);
 }
 
+// Sets what the studio file \p path (empty: none) holds; false, with messages, where it cannot be.
+bool open_studio(Run& run, const std::string& path) {
+  if (path.empty() && run.studio_path.empty()) return true;
+  try {
+    run.studio = path.empty()
+                     ? polyhull::StudioFile::parse(R"({"format":"polyhull-studio","version":1})", "")
+                     : polyhull::StudioFile::parse(polyhull::read_text(path), path);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "polyhull-run: %s\n", error.what());
+    return false;
+  }
+  if (run.studio_path.empty()) run.studio_path = path;
+  const auto report = run.studio->apply(GST_BIN(run.pipeline));
+  for (const std::string& key : report.without_taker)
+    std::fprintf(stderr, "polyhull-run: note: %s: nothing in the pipeline takes it\n", key.c_str());
+  for (const std::string& problem : report.problems)
+    std::fprintf(stderr, "polyhull-run: %s\n", problem.c_str());
+  std::signal(SIGUSR1, [](int) { save_requested = 1; });
+  return report.problems.empty();
+}
+
+// The settings as they now are, in the place of the old file only when all is written.
+void save_studio(Run& run) {
+  run.studio->read_back(GST_BIN(run.pipeline));
+  const std::string part = run.studio_path + ".part";
+  polyhull::write_text(run.studio->text(), part);
+  std::filesystem::rename(part, run.studio_path);
+  std::fprintf(stderr, "polyhull-run: settings saved to '%s'\n", run.studio_path.c_str());
+}
+
+// Saves where SIGUSR1 asked for it; what cannot be written is said and does not stop the show.
+bool save_if_requested(Run& run) {
+  if (!save_requested) return true;
+  save_requested = 0;
+  try {
+    save_studio(run);
+    return true;
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "polyhull-run: %s\n", error.what());
+    return false;
+  }
+}
+
 // Runs until the end of the stream or an error.
 void run_to_end(Run& run) {
   g_autoptr(GstBus) bus = gst_element_get_bus(run.pipeline);
@@ -64,6 +117,7 @@ void run_to_end(Run& run) {
         bus, run.failed ? 0 : GST_SECOND,
         static_cast<GstMessageType>(GST_MESSAGE_EOS | GST_MESSAGE_ERROR | GST_MESSAGE_WARNING |
                                     GST_MESSAGE_LATENCY));
+    save_if_requested(run);
     if (!message) {
       if (run.failed) return;
       show_progress(run);
@@ -238,6 +292,11 @@ int main(int argc, char** argv) {
   app.add_option("--count", run.count_at,
                  "Name of the element whose buffers count as frames (default: the busiest sink)");
   app.add_flag("--brief", run.brief, "Only the last line of the figures");
+  std::string studio;
+  app.add_option("--studio", studio, "Settings of the elements, a studio file (docs/studio.md)");
+  app.add_option("--save-studio", run.studio_path,
+                 "Saves the settings at the end here; SIGUSR1 saves them while it runs, without this "
+                 "option into --studio's file");
   CLI11_PARSE(app, argc, argv);
 
   gst_init(nullptr, nullptr);
@@ -257,12 +316,19 @@ int main(int argc, char** argv) {
     gst_bin_add(GST_BIN(pipeline), run.pipeline);
     run.pipeline = pipeline;
   }
+  const bool save_at_end = !run.studio_path.empty();
+  if (!open_studio(run, studio)) {
+    gst_object_unref(run.pipeline);
+    return 1;
+  }
   run.watch = {};
   const double cpu = process_cpu_seconds();
   run_to_end(run);
   const double wall = run.watch.seconds();
   if (!run.failed) report(run, wall, process_cpu_seconds() - cpu, json_path);
+  save_requested = save_requested || save_at_end;
+  const bool saved = save_if_requested(run);
   gst_element_set_state(run.pipeline, GST_STATE_NULL);
   gst_object_unref(run.pipeline);
-  return run.failed ? 1 : 0;
+  return run.failed || !saved ? 1 : 0;
 }

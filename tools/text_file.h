@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 /// \file
-/// What the programs write as text.
+/// What the programs read and write as text.
 #pragma once
 
+#include <filesystem>
 #include <fstream>
 #include <string>
 
@@ -16,6 +17,33 @@ inline void write_text(const std::string& text, const std::string& path) {
   if (!(out << text) || !out.flush())
     throw Error(Error::Kind::io,
                 "Cannot write '{}'; check that the folder exists and may be written to.", path);
+}
+
+/// The text of the file \p path. Throws Error (not_found) where there is none, which names it, and
+/// (bad_input) for more than 16 MiB, which no file of settings has.
+inline std::string read_text(const std::string& path) {
+  std::ifstream in(path, std::ios::binary);
+  if (!in || std::filesystem::is_directory(path))
+    throw Error(Error::Kind::not_found,
+                "Cannot read '{}'; check that it exists, is a file and may be read.", path);
+  std::string text;
+  for (char part[65536]; in.read(part, sizeof part) || in.gcount() > 0;) {
+    text.append(part, static_cast<std::size_t>(in.gcount()));
+    if (text.size() > (std::size_t{16} << 20))
+      throw Error(Error::Kind::bad_input, "'{}' has more than 16 MiB; it is no such file.", path);
+  }
+  return text;
+}
+
+/// Makes the folder \p path where it is missing. Throws Error (io), which names it.
+inline void make_folder(const std::string& path) {
+  std::error_code error;
+  std::filesystem::create_directories(path, error);
+  if (error || !std::filesystem::is_directory(path))
+    throw Error(Error::Kind::io,
+                "Cannot make the folder '{}'; check that it may be made there and that no file has "
+                "its name.",
+                path);
 }
 
 }  // namespace polyhull

@@ -105,11 +105,19 @@ const Hull& HullStage::build(std::span<const CameraContours> views, const HullOp
   return hull_;
 }
 
-CameraDoubts HullStage::doubts(Unseen unseen, int points, std::uint32_t round) const {
+std::vector<Silhouette> HullStage::silhouettes() const {
   std::vector<Silhouette> silhouettes;
   for (std::size_t i = 0; i < views_.size(); ++i)
     silhouettes.push_back({&views_[i]->camera, &used_[i].ideal->rings});
-  return find_doubts(silhouettes, unseen, points, round);
+  return silhouettes;
+}
+
+CameraDoubts HullStage::doubts(Unseen unseen, int points, std::uint32_t round) const {
+  return find_doubts(silhouettes(), unseen, points, round);
+}
+
+std::vector<Tangency> HullStage::tangencies(std::size_t most_pairs, std::uint32_t round) const {
+  return find_tangencies(silhouettes(), most_pairs, round);
 }
 
 }  // namespace polyhull

@@ -13,6 +13,7 @@
 #include "hull/hull.h"
 #include "hull/repair/doubts.h"
 #include "hull/repair/repair.h"
+#include "hull/repair/tangency.h"
 #include "rig/undistort.h"
 
 namespace polyhull {
@@ -44,6 +45,8 @@ class HullStage {
   /// What the silhouettes of the last call, as they went into the hull, say of each other: see
   /// find_doubts().
   CameraDoubts doubts(Unseen unseen, int points, std::uint32_t round) const;
+  /// The same of their frontier points: see find_tangencies().
+  std::vector<Tangency> tangencies(std::size_t most_pairs, std::uint32_t round) const;
 
   /// Of the last call; all zero where no hull was built. The time of undistort_rings() is apart, in
   /// seconds.
@@ -68,6 +71,7 @@ class HullStage {
     const Rings* real = nullptr;
     const UndistortedRings* ideal = nullptr;
   };
+  std::vector<Silhouette> silhouettes() const;
   static std::uint32_t real_edge(const Used& view, std::uint32_t edge);
   Contours& undistorted(const CameraContours& view);
   void find_repairs(std::span<const CameraContours> views, const RepairOptions& options);

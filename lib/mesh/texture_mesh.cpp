@@ -19,12 +19,12 @@ void MeshTexturer::texture(Mesh& mesh, const TextureSettings& settings) {
   }
   mesh.texturing = texturer_.texture(mesh.hull, cameras, settings);
   Stopwatch watch;
+  const std::optional<double> time =
+      mesh.capture_time == no_time ? std::nullopt
+                                   : std::optional(1e-9 * static_cast<double>(mesh.capture_time));
   if (settings.balance) {
     std::vector<std::string_view> names;
     for (const MeshView& view : mesh.views) names.push_back(view.view.camera);
-    const std::optional<double> time =
-        mesh.capture_time == no_time ? std::nullopt
-                                     : std::optional(1e-9 * static_cast<double>(mesh.capture_time));
     mesh.texturing->gains =
         balance_.update(mesh.hull, {cameras, pictures, *mesh.texturing, settings.threads}, names,
                         time, settings.balance_time);
@@ -36,6 +36,12 @@ void MeshTexturer::texture(Mesh& mesh, const TextureSettings& settings) {
   seconds_balance_ = watch.lap();
   mesh.texturing->fill = fill_.find(mesh.hull, cameras, pictures, *mesh.texturing, settings);
   seconds_fill_ = watch.lap();
+  if (settings.memory && settings.fill != TextureFill::grey)
+    memory_.update(mesh.hull, {cameras, pictures, *mesh.texturing, settings.threads}, time,
+                   settings.memory_time, mesh.texturing->fill);
+  else
+    memory_.reset();
+  seconds_memory_ = watch.lap();
   aligned_ = {};
   if (settings.align == TextureAlign::flow) {
     mesh.texturing->flows =

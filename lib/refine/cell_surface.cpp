@@ -13,6 +13,10 @@ namespace {
 /// How near to a node a vertex may come, in cells.
 constexpr float nearest = 0.01f;
 
+/// How many of a node's crossed edges come before that of an axis, by which are crossed.
+constexpr std::uint8_t crossed_before[8][3] = {{0, 0, 0}, {0, 1, 1}, {0, 0, 1}, {0, 1, 2},
+                                               {0, 0, 0}, {0, 1, 1}, {0, 0, 1}, {0, 1, 2}};
+
 /// Calls body(x) for each bit.
 template <typename Body>
 void each_bit(std::uint64_t bits, std::size_t word, const Body& body) {
@@ -78,7 +82,6 @@ void CellMarcher::add_vertex(const Level& fine, int x, int y, int z, int axis) {
     normal = -up / length;
   else
     normal[axis] = a > 0.0f ? 1.0f : -1.0f;
-  vertex_of_edge_[3 * node + axis] = static_cast<std::uint32_t>(slab.points.size());
   slab.points.push_back(point);
   slab.normals.push_back(normal);
 }
@@ -95,8 +98,13 @@ void CellMarcher::find_vertices(const Level& fine, int z) {
           (own[w] ^ next_bits(own, w, words_)) & with_next(grid.nx, w), own[w] ^ above[w],
           own[w] ^ behind[w]};
       each_bit(crossed[0] | crossed[1] | crossed[2], w, [&](int x) {
+        unsigned axes = 0;
+        for (unsigned axis = 0; axis < 3; ++axis) axes |= (crossed[axis] >> x % 64 & 1) << axis;
+        const auto first =
+            static_cast<std::uint32_t>(slabs_[static_cast<std::size_t>(z)].points.size());
+        vertices_of_node_[grid.node(x, y, z)] = first << 3 | axes;
         for (int axis = 0; axis < 3; ++axis)
-          if (crossed[axis] >> x % 64 & 1) add_vertex(fine, x, y, z, axis);
+          if (axes >> axis & 1) add_vertex(fine, x, y, z, axis);
       });
     }
   }
@@ -114,8 +122,9 @@ void CellMarcher::find_triangles(const Level& fine, int z) {
     for (const std::uint8_t edge : table.triangles(corners)) {
       const CellEdge& where = table.edge(edge);
       const std::size_t node = grid.node(x + where.x, y + where.y, z + where.z);
-      slab.triangles.push_back(first[where.z] +
-                               vertex_of_edge_[3 * node + static_cast<std::size_t>(where.axis)]);
+      const std::uint32_t vertices = vertices_of_node_[node];
+      slab.triangles.push_back(first[where.z] + (vertices >> 3) +
+                               crossed_before[vertices & 7][where.axis]);
     }
   };
   for (int y = 0; y + 1 < grid.ny; ++y)
@@ -137,7 +146,7 @@ void CellMarcher::find_triangles(const Level& fine, int z) {
 
 void CellMarcher::march(const Level& fine, CellSurface& out, int threads) {
   const Grid& grid = fine.grid;
-  vertex_of_edge_.resize(std::max(vertex_of_edge_.size(), 3 * grid.size()));
+  vertices_of_node_.resize(std::max(vertices_of_node_.size(), grid.size()));
   slabs_.resize(std::max(slabs_.size(), static_cast<std::size_t>(grid.nz)));
   const auto each_slab = [&](const auto& body) {
     parallel_for(static_cast<std::size_t>(grid.nz), 2, threads,
@@ -155,12 +164,30 @@ void CellMarcher::march(const Level& fine, CellSurface& out, int threads) {
     next += static_cast<std::uint32_t>(slabs_[static_cast<std::size_t>(z)].points.size());
   }
   each_slab([&](int z) { find_triangles(fine, z); });
-  for (int z = 0; z < grid.nz; ++z) {
-    const Slab& slab = slabs_[static_cast<std::size_t>(z)];
-    out.points.insert(out.points.end(), slab.points.begin(), slab.points.end());
-    out.normals.insert(out.normals.end(), slab.normals.begin(), slab.normals.end());
-    out.triangles.insert(out.triangles.end(), slab.triangles.begin(), slab.triangles.end());
+  gather(out, grid, threads);
+}
+
+/// Appends what the slabs found.
+void CellMarcher::gather(CellSurface& out, const Grid& grid, int threads) {
+  const auto slabs = static_cast<std::size_t>(grid.nz);
+  std::vector<std::size_t> first_point(slabs + 1, out.points.size());
+  std::vector<std::size_t> first_corner(slabs + 1, out.triangles.size());
+  for (std::size_t z = 0; z < slabs; ++z) {
+    first_point[z + 1] = first_point[z] + slabs_[z].points.size();
+    first_corner[z + 1] = first_corner[z] + slabs_[z].triangles.size();
   }
+  out.points.resize(first_point.back());
+  out.normals.resize(first_point.back());
+  out.triangles.resize(first_corner.back());
+  parallel_for(slabs, 8, threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t z = begin; z < end; ++z) {
+      const Slab& slab = slabs_[z];
+      std::copy(slab.points.begin(), slab.points.end(), out.points.data() + first_point[z]);
+      std::copy(slab.normals.begin(), slab.normals.end(), out.normals.data() + first_point[z]);
+      std::copy(slab.triangles.begin(), slab.triangles.end(),
+                out.triangles.data() + first_corner[z]);
+    }
+  });
 }
 
 }  // namespace polyhull::refine

@@ -44,6 +44,7 @@ class CellMarcher {
     std::uint32_t first_vertex = 0;
   };
   void find_signs(const Level& fine, int z);
+  void gather(CellSurface& out, const Grid& grid, int threads);
   /// The vertex on the edge from node (x, y, z) along \p axis.
   void add_vertex(const Level& fine, int x, int y, int z, int axis);
   void find_vertices(const Level& fine, int z);
@@ -55,7 +56,9 @@ class CellMarcher {
   std::vector<Slab> slabs_;
   std::size_t words_ = 0;             ///< of a row's signs
   std::vector<std::uint64_t> signs_;  ///< which nodes are inside: bit x % 64 of word x / 64
-  std::vector<std::uint32_t> vertex_of_edge_;  ///< of node n and axis a at 3 n + a; in its slab
+  /// Of each node with a crossed edge: the number in its slab of its first edge's vertex, times
+  /// eight, and which of its edges are crossed, one bit an axis.
+  std::vector<std::uint32_t> vertices_of_node_;
 };
 
 }  // namespace polyhull::refine

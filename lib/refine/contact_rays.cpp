@@ -129,6 +129,26 @@ class RimSeeker {
       }
     }
   }
+  /// Uphill from the last rim, in steps of \p step and three at most.
+  void climb(float step) {
+    const Level& level = parts_[part_];
+    const auto value = [&](int steps) {
+      return sample(level.grid, level.values.data(),
+                    ray_.point(ray_.depth + step * static_cast<float>(steps)));
+    };
+    float around[3] = {value(-1), value(0), value(1)};
+    int at = 0;
+    const int way = around[2] > around[0] ? 1 : -1;
+    while (std::abs(at) < 3 && around[1 + way] > around[1]) {
+      at += way;
+      around[1 - way] = around[1];
+      around[1] = around[1 + way];
+      around[1 + way] = value(at + way);
+    }
+    best_ = around[1];
+    depth_ = ray_.depth + step * static_cast<float>(at);
+    if (!(around[1 + way] > around[1])) peak(around + 1, step);
+  }
   void take(ContactRay& ray) const {
     ray.value = best_;
     ray.depth = depth_;
@@ -157,7 +177,7 @@ void find_rim(ContactRay& ray, const ContactRays& rays, std::span<const Level> p
               RimSearch where) {
   RimSeeker seeker(ray, parts);
   if (where == RimSearch::near) {
-    seeker.look(ray.part, ray.depth - 3.0f * step, step, 7);
+    seeker.climb(step);
   } else {
     for (std::uint32_t k = ray.first_piece; k < ray.end_piece; ++k) {
       const RayPiece& piece = rays.pieces[k];
@@ -171,13 +191,18 @@ void find_rim(ContactRay& ray, const ContactRays& rays, std::span<const Level> p
 
 }  // namespace
 
-void sample_row(const Grid& grid, const float* values, const Grid& at, int y, int z,
+void sample_row(const Grid& grid, const float* values, const Grid& at, int y, int z, Extent nodes,
                 std::vector<float>& mixed, float* out) {
   const Vec3f begin = (at.position(0, y, z) - grid.low) / grid.cell;
-  std::fill_n(out, at.nx, outside);
+  std::fill(out + nodes.begin, out + nodes.end, outside);
   if (!(begin.y >= 0.0f && begin.z >= 0.0f && begin.y < static_cast<float>(grid.ny - 1) &&
         begin.z < static_cast<float>(grid.nz - 1)))
     return;
+  const float step = at.cell / grid.cell, last = static_cast<float>(grid.nx - 1);
+  const auto place = [&](int x) { return begin.x + static_cast<float>(x) * step; };
+  while (nodes.begin < nodes.end && !(place(nodes.begin) >= 0.0f)) ++nodes.begin;
+  while (nodes.begin < nodes.end && !(place(nodes.end - 1) < last)) --nodes.end;
+  if (nodes.begin == nodes.end) return;
   // First along y and z, whole rows, then along x.
   const int cy = static_cast<int>(begin.y), cz = static_cast<int>(begin.z);
   const float b = begin.y - static_cast<float>(cy), c = begin.z - static_cast<float>(cz);
@@ -185,14 +210,13 @@ void sample_row(const Grid& grid, const float* values, const Grid& at, int y, in
   const float *q = p + grid.row(), *r = p + grid.slab(), *s = r + grid.row();
   mixed.resize(grid.row());
   float* __restrict mix = mixed.data();
-  for (int x = 0; x < grid.nx; ++x) {
+  const int end = static_cast<int>(place(nodes.end - 1)) + 2;
+  for (int x = static_cast<int>(place(nodes.begin)); x < end; ++x) {
     const float near = p[x] + b * (q[x] - p[x]), far = r[x] + b * (s[x] - r[x]);
     mix[x] = near + c * (far - near);
   }
-  const float step = at.cell / grid.cell, last = static_cast<float>(grid.nx - 1);
-  for (int x = 0; x < at.nx; ++x) {
-    const float t = begin.x + static_cast<float>(x) * step;
-    if (!(t >= 0.0f && t < last)) continue;
+  for (int x = nodes.begin; x < nodes.end; ++x) {
+    const float t = place(x);
     const int k = static_cast<int>(t);
     out[x] = mix[k] + (t - static_cast<float>(k)) * (mix[k + 1] - mix[k]);
   }
@@ -218,11 +242,13 @@ void trace_rays(std::span<const OutlineView> views, std::span<const Level> parts
 }
 
 void find_rims(ContactRays& rays, std::span<const Level> parts, float step, RimSearch where,
-               std::size_t stride, int threads) {
+               std::size_t stride, int threads, float held) {
   const std::size_t count = (rays.rays.size() + stride - 1) / stride;
   parallel_for(count, 64, threads, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i)
-      find_rim(rays.rays[i * stride], rays, parts, step, where);
+    for (std::size_t i = begin; i < end; ++i) {
+      ContactRay& ray = rays.rays[i * stride];
+      if (ray.value < held) find_rim(ray, rays, parts, step, where);
+    }
   });
 }
 

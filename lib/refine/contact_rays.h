@@ -25,11 +25,12 @@ struct Level {
   Grid grid;
   std::vector<float> hull;    ///< H at the nodes (hull_distance.h)
   std::vector<float> values;  ///< f: the surface is where it is 0
-  std::vector<Extent> rows;   ///< of a fine grid: of row (y, z) at z * ny + y
+  std::vector<Extent> rows;   ///< of row (y, z) at z * ny + y: f is `outside` beyond
 };
 
-/// sample() of \p values on \p grid at row (y, z) of the grid \p at; \p mixed is worked with.
-void sample_row(const Grid& grid, const float* values, const Grid& at, int y, int z,
+/// sample() of \p values on \p grid at some nodes of row (y, z) of the grid \p at; \p mixed is worked
+/// with.
+void sample_row(const Grid& grid, const float* values, const Grid& at, int y, int z, Extent nodes,
                 std::vector<float>& mixed, float* out);
 
 struct ContactRay {
@@ -73,12 +74,12 @@ void trace_rays(std::span<const OutlineView> views, std::span<const Level> parts
 /// Where rims are looked for.
 enum class RimSearch {
   everywhere,  ///< on all pieces
-  near,        ///< three steps around the last rim
+  near,        ///< uphill from the last rim, three steps at most
 };
 
 /// Finds the rim of every ray (of each \p stride-th one) by Level::values, in steps of \p step of
-/// depth.
+/// depth; those of rays whose last f was \p held or more stay.
 void find_rims(ContactRays& rays, std::span<const Level> parts, float step, RimSearch where,
-               std::size_t stride, int threads);
+               std::size_t stride, int threads, float held = 1e9f);
 
 }  // namespace polyhull::refine

@@ -29,12 +29,21 @@ int clamped(int value, int count) {
   return std::clamp(value, 0, count - 1);
 }
 
+/// `outside` everywhere: only the rows' nodes can be something else.
+void forget(Level& fine) {
+  for (std::size_t r = 0; r < fine.rows.size(); ++r) {
+    float* row = fine.values.data() + r * fine.grid.row();
+    std::fill(row + fine.rows[r].begin, row + fine.rows[r].end, outside);
+  }
+}
+
 void lay_out(const Level& coarse, Level& fine) {
+  forget(fine);
   const Grid& from = coarse.grid;
   Grid& to = fine.grid;
   to = {from.low, 0.5f * from.cell, 2 * from.nx, 2 * from.ny - 1, 2 * from.nz - 1};
-  fine.values.assign(to.size(), outside);
-  fine.hull.resize(to.size());
+  fine.values.resize(std::max(fine.values.size(), to.size()), outside);
+  fine.hull.resize(fine.values.size());
   fine.rows.assign(static_cast<std::size_t>(to.ny) * to.nz, {to.nx, 0});
   const float near = -near_cells * from.cell;
   for (int z = 0; z < from.nz; ++z)
@@ -50,19 +59,27 @@ void lay_out(const Level& coarse, Level& fine) {
           if (fy < 0 || fz < 0 || fy >= to.ny || fz >= to.nz) continue;
           Extent& extent = fine.rows[static_cast<std::size_t>(fz) * to.ny + fy];
           extent.begin = std::min(extent.begin, std::max(0, 2 * begin - 2));
-          extent.end = std::max(extent.end, std::min(to.nx, 2 * end + 1));
+          extent.end = std::max(extent.end, std::min(to.nx, 2 * end + 2));
         }
     }
   for (Extent& extent : fine.rows)
     if (extent.begin > extent.end) extent = {0, 0};
 }
 
-void interpolate_row(const Level& coarse, Level& fine, int y, int z, std::vector<float>& across) {
+/// What a row of nodes works with.
+struct RowMemory {
+  std::vector<float> across;  // of the coarse grid's nodes, one before the first and after the last
+  std::vector<float> rough, x, exact;
+};
+
+/// Row (y, z) of the fine values, from the coarse ones.
+void interpolate_row(const Level& coarse, Level& fine, int y, int z, RowMemory& memory) {
   const Grid& from = coarse.grid;
   const Extent extent = fine.rows[static_cast<std::size_t>(z) * fine.grid.ny + y];
   const int first = std::max(0, extent.begin / 2 - 1);
   const int last = std::min(from.nx - 1, extent.end / 2 + 1);
-  std::fill(across.begin() + first, across.begin() + last + 1, 0.0f);
+  float* across = memory.across.data() + 1;
+  std::fill(across + first, across + last + 1, 0.0f);
   const Taps& wy = y & 1 ? odd : even;
   const Taps& wz = z & 1 ? odd : even;
   for (int k = 0; k < 3; ++k)
@@ -73,51 +90,51 @@ void interpolate_row(const Level& coarse, Level& fine, int y, int z, std::vector
                                                           clamped(z / 2 + k - 1, from.nz));
       for (int x = first; x <= last; ++x) across[x] += w * row[x];
     }
-  float* out = fine.values.data() + fine.grid.node(0, y, z);
-  for (int x = extent.begin; x < extent.end; ++x) {
-    const int c = x / 2;
-    const float next = across[clamped(c + 1, from.nx)];
-    out[x] = x & 1 ? 0.5f * (across[c] + next)
-                   : 0.125f * (across[clamped(c - 1, from.nx)] + next) + 0.75f * across[c];
+  if (first == 0) across[-1] = across[0];
+  if (last == from.nx - 1) across[from.nx] = across[last];
+  float* __restrict out = fine.values.data() + fine.grid.node(0, y, z);
+  for (int c = extent.begin / 2; c < extent.end / 2; ++c) {
+    out[2 * c] = 0.125f * (across[c - 1] + across[c + 1]) + 0.75f * across[c];
+    out[2 * c + 1] = 0.5f * (across[c] + across[c + 1]);
   }
 }
 
-/// What a row of nodes works with.
-struct RowMemory {
-  std::vector<float> across, x, exact;
-};
-
-/// Row (y, z) of the coarse H, linear between its nodes, at the coarse nodes' x.
-void mix_hull(const Level& coarse, int y, int z, int first, int last, float* out) {
+/// Row (y, z) of the coarse H, linear between its nodes, at the fine nodes.
+void mix_hull(const Level& coarse, int y, int z, const Extent& extent, RowMemory& memory) {
   const Grid& grid = coarse.grid;
   const float* rows[4];
   for (int k = 0; k < 4; ++k)
     rows[k] = coarse.hull.data() + grid.node(0, (y + (k & 1)) / 2, (z + (k >> 1)) / 2);
+  const int first = extent.begin / 2, last = std::min(grid.nx - 1, extent.end / 2);
+  float* across = memory.across.data() + 1;
   for (int x = first; x <= last; ++x)
-    out[x] = 0.25f * ((rows[0][x] + rows[1][x]) + (rows[2][x] + rows[3][x]));
+    across[x] = 0.25f * ((rows[0][x] + rows[1][x]) + (rows[2][x] + rows[3][x]));
+  if (last == grid.nx - 1) across[grid.nx] = across[last];
+  float* __restrict rough = memory.rough.data();
+  for (int c = first; c < extent.end / 2; ++c) {
+    rough[2 * c] = across[c];
+    rough[2 * c + 1] = 0.5f * (across[c] + across[c + 1]);
+  }
 }
 
-void find_hull(const Level& coarse, const HullDistance& hull, Level& fine, int y, int z,
+void find_hull(const Level& coarse, const HullRows& hull, Level& fine, int y, int z,
                RowMemory& memory) {
   const Grid& grid = fine.grid;
   const Extent extent = fine.rows[static_cast<std::size_t>(z) * grid.ny + y];
-  const int last = coarse.grid.nx - 1;
-  mix_hull(coarse, y, z, extent.begin / 2, std::min(last, extent.end / 2 + 1),
-           memory.across.data());
-  float* out = fine.hull.data() + grid.node(0, y, z);
-  const float* f = fine.values.data() + grid.node(0, y, z);
-  memory.x.clear();
+  mix_hull(coarse, y, z, extent, memory);
+  float* __restrict out = fine.hull.data() + grid.node(0, y, z);
+  const float* __restrict f = fine.values.data() + grid.node(0, y, z);
+  const float* __restrict rough = memory.rough.data();
+  // Where H matters what the coarse one says, else far inside.
   for (int x = extent.begin; x < extent.end; ++x) {
-    out[x] = 1e6f;
-    const float rough = 0.5f * (memory.across[x / 2] + memory.across[std::min(last, (x + 1) / 2)]);
-    if (f[x] < never_inside || rough >= hull_near || rough >= f[x] + hull_near) continue;
-    if (rough > surely_outside)
-      memory.x.push_back(static_cast<float>(x));
-    else
-      out[x] = rough;
+    const float below = f[x] < 0.0f ? f[x] + hull_near : hull_near;
+    out[x] = (f[x] >= never_inside) & (rough[x] < below) ? rough[x] : 1e6f;
   }
+  memory.x.clear();
+  for (int x = extent.begin; x < extent.end; ++x)
+    if (out[x] > surely_outside && out[x] < 1e5f) memory.x.push_back(static_cast<float>(x));
   memory.exact.resize(memory.x.size());
-  hull.exact_row(grid, static_cast<float>(y), static_cast<float>(z), memory.x, memory.exact.data());
+  hull.find(grid, static_cast<float>(y), static_cast<float>(z), memory.x, memory.exact.data());
   for (std::size_t i = 0; i < memory.x.size(); ++i)
     out[static_cast<int>(memory.x[i])] = memory.exact[i];
 }
@@ -127,14 +144,16 @@ void find_hull(const Level& coarse, const HullDistance& hull, Level& fine, int y
 void make_fine(const Level& coarse, const HullDistance& hull, Level& fine, int threads) {
   lay_out(coarse, fine);
   const Grid& grid = fine.grid;
+  const HullRows rows(hull, HullRows::By::exact);
   parallel_for(fine.rows.size(), 64, threads, [&](std::size_t begin, std::size_t end) {
     RowMemory memory;
-    memory.across.resize(static_cast<std::size_t>(coarse.grid.nx));
+    memory.across.resize(coarse.grid.row() + 2);
+    memory.rough.resize(grid.row());
     for (std::size_t r = begin; r < end; ++r) {
       if (fine.rows[r].begin == fine.rows[r].end) continue;
       const int y = static_cast<int>(r) % grid.ny, z = static_cast<int>(r) / grid.ny;
-      interpolate_row(coarse, fine, y, z, memory.across);
-      find_hull(coarse, hull, fine, y, z, memory);
+      interpolate_row(coarse, fine, y, z, memory);
+      find_hull(coarse, rows, fine, y, z, memory);
     }
   });
 }
@@ -162,11 +181,14 @@ void do_as_asked(Level& fine, std::size_t r, FitMemory& memory) {
   const std::size_t start = r * fine.grid.row();
   float* values = fine.values.data() + start;
   const float* hull = fine.hull.data() + start;
-  float* sums = memory.sums.data() + start;
-  float* weights = memory.weights.data() + start;
-  for (int x = memory.asked[r].begin; x < memory.asked[r].end; ++x) {
-    values[x] = std::min(values[x] + sums[x] / (weights[x] + 1e-3f), hull[x]);
-    sums[x] = weights[x] = 0.0f;
+  const Extent extent = memory.asked[r];
+  for (int x = extent.begin / 8 * 8; x < extent.end; x += 8) {
+    float* asks = memory.asks.data() + 2 * (start + static_cast<std::size_t>(x));
+    for (int k = 0; k < 8; ++k) {
+      const float moved = std::min(values[x + k] + asks[k] / (asks[8 + k] + 1e-3f), hull[x + k]);
+      values[x + k] = asks[8 + k] > 0.0f ? moved : values[x + k];
+    }
+    std::fill_n(asks, 16, 0.0f);
   }
 }
 
@@ -175,10 +197,7 @@ void do_as_asked(Level& fine, std::size_t r, FitMemory& memory) {
 void fit_to_rims(Level& fine, const ContactRays& rays, std::uint32_t part, const RimFit& fit,
                  FitMemory& memory, int threads) {
   const Grid& grid = fine.grid;
-  if (memory.sums.size() < grid.size()) {
-    memory.sums.resize(grid.size());
-    memory.weights.resize(grid.size());
-  }
+  memory.asks.resize(std::max(memory.asks.size(), 2 * grid.size()));
   memory.asked.assign(fine.rows.size(), {});
   const auto slabs = static_cast<std::size_t>(grid.nz);
   memory.rays_of_slab.resize(std::max(memory.rays_of_slab.size(), slabs));
@@ -201,8 +220,7 @@ void fit_to_rims(Level& fine, const ContactRays& rays, std::uint32_t part, const
                            grid.ny,
                            static_cast<float>(z),
                            memory.asked.data() + row,
-                           memory.sums.data() + node,
-                           memory.weights.data() + node};
+                           memory.asks.data() + 2 * node};
       for (int k = std::max(0, z - reach); k <= std::min(grid.nz - 1, z + reach); ++k)
         for (const std::uint32_t i : memory.rays_of_slab[k]) {
           const ContactRay& ray = rays.rays[i];

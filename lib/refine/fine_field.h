@@ -21,8 +21,8 @@ void cut_at_hull(Level& fine, int threads);
 
 /// What fit_to_rims() works with; kept from call to call.
 struct FitMemory {
-  std::vector<float> sums, weights;  ///< of nodes; 0 between calls
-  std::vector<Extent> asked;         ///< which nodes of each row
+  std::vector<float> asks;    ///< of nodes (AskedSlab); 0 between calls
+  std::vector<Extent> asked;  ///< which nodes of each row
   std::vector<std::vector<std::uint32_t>> rays_of_slab;
 };
 

@@ -13,8 +13,10 @@ namespace polyhull::refine {
 
 /// The memory that flows work with.
 struct FlowMemory {
-  std::vector<float> along_x, along_y;  ///< of a blur
-  std::vector<float> gaps, weights;     ///< of a correction
+  std::vector<float> along_x, along_y;         ///< of a blur
+  std::vector<float> gaps, weights;            ///< of a correction
+  std::vector<Extent> held;                    ///< which of a row's nodes rims touch
+  std::vector<Extent> rows_x, rows_y, rows_z;  ///< and which a blur reaches, axis by axis
 };
 
 /// Blurs \p values by a Gaussian of \p sigma; its kernel ends at 2.4 sigma and six cells.

@@ -64,48 +64,41 @@ MapView ContactView::look(const SilhouetteMap& map) const {
   return view;
 }
 
-namespace {
+HullRows::HullRows(const HullDistance& hull, By by) : hull_(hull) {
+  for (const ContactView& view : hull.views)
+    views_.push_back(view.look(by == By::rough ? view.coarse : view.fine));
+}
 
-/// The least of the bounds' distances and those by a map of each view.
-void least_of_row(const HullDistance& hull, SilhouetteMap ContactView::*map, const Grid& grid,
-                  float y, float z, std::span<const float> x, float* out) {
+void HullRows::find(const Grid& grid, float y, float z, std::span<const float> x,
+                    float* out) const {
   const Vec3f begin = grid.low + grid.cell * Vec3f(0.0f, y, z);
   const RowPoints points{
       {begin.x, begin.y, begin.z}, grid.cell, x.data(), static_cast<int>(x.size())};
-  const float across = std::min(std::min(begin.y - hull.low.y, hull.high.y - begin.y),
-                                std::min(begin.z - hull.low.z, hull.high.z - begin.z));
+  const Vec3f low = hull_.low, high = hull_.high;
+  const float across = std::min(std::min(begin.y - low.y, high.y - begin.y),
+                                std::min(begin.z - low.z, high.z - begin.z));
   for (std::size_t i = 0; i < x.size(); ++i) {
     const float at = begin.x + grid.cell * x[i];
-    out[i] = std::min(across, std::min(at - hull.low.x, hull.high.x - at));
+    out[i] = std::min(across, std::min(at - low.x, high.x - at));
   }
-  for (const ContactView& view : hull.views) loops().inside(view.look(view.*map), points, out);
-}
-
-}  // namespace
-
-void HullDistance::rough_row(const Grid& grid, float y, float z, std::span<const float> x,
-                             float* out) const {
-  least_of_row(*this, &ContactView::coarse, grid, y, z, x, out);
-}
-
-void HullDistance::exact_row(const Grid& grid, float y, float z, std::span<const float> x,
-                             float* out) const {
-  least_of_row(*this, &ContactView::fine, grid, y, z, x, out);
+  for (const MapView& view : views_) loops().inside(view, points, out);
 }
 
 void HullDistance::fill(const Grid& grid, float least, std::vector<float>& values,
-                        int threads) const {
+                        std::vector<Extent>& rows, int threads) const {
   constexpr int block = 4;
   constexpr float half = 0.5f * static_cast<float>(block - 1);
   values.resize(grid.size());
+  rows.resize(static_cast<std::size_t>(grid.ny) * grid.nz);
   // Far away a map's distance over the depth changes faster than the place: some slack.
   const float far = least - 1.2f * grid.cell * half * 1.7321f;
   const int blocks = (grid.nx + block - 1) / block, lines = (grid.ny + block - 1) / block;
+  const HullRows hull(*this, HullRows::By::rough);
   const auto fill_line = [&](int y0, int z0) {
     // Of a line of blocks along x: first what the middles say, then the nodes of those near enough.
     std::vector<float> x(static_cast<std::size_t>(blocks)), found(grid.row());
     for (int b = 0; b < blocks; ++b) x[b] = static_cast<float>(block * b) + half;
-    rough_row(grid, static_cast<float>(y0) + half, static_cast<float>(z0) + half, x, found.data());
+    hull.find(grid, static_cast<float>(y0) + half, static_cast<float>(z0) + half, x, found.data());
     x.clear();
     for (int b = 0; b < blocks; ++b)
       for (int i = block * b; found[b] >= far && i < std::min(grid.nx, block * (b + 1)); ++i)
@@ -114,8 +107,11 @@ void HullDistance::fill(const Grid& grid, float least, std::vector<float>& value
       for (int y = y0; y < std::min(y0 + block, grid.ny); ++y) {
         float* row = values.data() + grid.node(0, y, z);
         std::fill_n(row, grid.nx, least);
+        Extent& extent = rows[static_cast<std::size_t>(z) * grid.ny + y];
+        extent = {};
         if (x.empty()) continue;
-        rough_row(grid, static_cast<float>(y), static_cast<float>(z), x, found.data());
+        extent = {static_cast<int>(x.front()), static_cast<int>(x.back()) + 1};
+        hull.find(grid, static_cast<float>(y), static_cast<float>(z), x, found.data());
         for (std::size_t i = 0; i < x.size(); ++i)
           row[static_cast<int>(x[i])] = std::clamp(found[i], least, deepest);
       }

@@ -25,6 +25,7 @@ struct ContactView {
   float focal = 1.0f;      ///< pixels
   float beyond = -40.0f;   ///< pixels: what a point that a map does not reach is said to be inside
   Vec3f centre{0.0f};
+  PictureBox within;     ///< what is looked at
   SilhouetteMap coarse;  ///< the whole picture
   SilhouetteMap fine;    ///< a band around the outline
 
@@ -59,14 +60,25 @@ struct HullDistance {
   /// From the fine maps, exact within their band; below \p enough only that it is.
   float exact(const Vec3f& point, float enough) const;
 
-  /// rough() or exact() of points of a row: the point of node x, which need not be whole, of row
-  /// (y, z) of \p grid for each of \p x. Both say more than the point versions: how far outside.
-  void rough_row(const Grid& grid, float y, float z, std::span<const float> x, float* out) const;
-  void exact_row(const Grid& grid, float y, float z, std::span<const float> x, float* out) const;
+  /// rough() on all of \p grid's nodes, at least \p least and at most `deepest`; blocks of nodes far
+  /// outside are found by their middle and skipped. Nodes beyond \p rows have \p least.
+  void fill(const Grid& grid, float least, std::vector<float>& values, std::vector<Extent>& rows,
+            int threads) const;
+};
 
-  /// rough() on all of \p grid's nodes, at least \p least and at most `deepest`; blocks of nodes far outside are found by
-  /// their middle and skipped.
-  void fill(const Grid& grid, float least, std::vector<float>& values, int threads) const;
+/// HullDistance::rough() or exact() row by row; both say more than there: how far outside.
+class HullRows {
+ public:
+  enum class By { rough, exact };
+  /// \p hull outlives it, and keeps its maps.
+  HullRows(const HullDistance& hull, By by);
+
+  /// Of the point of node x, which need not be whole, of row (y, z) of \p grid for each of \p x.
+  void find(const Grid& grid, float y, float z, std::span<const float> x, float* out) const;
+
+ private:
+  const HullDistance& hull_;
+  std::vector<MapView> views_;
 };
 
 }  // namespace polyhull::refine

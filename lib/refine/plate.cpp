@@ -2,6 +2,7 @@
 #include "refine/plate.h"
 
 #include <algorithm>
+#include <numeric>
 
 #include "base/thread_pool.h"
 
@@ -28,11 +29,8 @@ void grow(std::vector<Value>& values, std::size_t size, Value fill) {
 void PlateSolver::set_up(const Level& level, const PlateSettings& settings) {
   const Grid& grid = level.grid;
   grid_ = &grid;
-  for (std::size_t k = 0; k < 8; ++k)
-    corner_[k] = (k & 1) + (k & 2 ? grid.row() : 0) + (k & 4 ? grid.slab() : 0);
   for (auto* v : {&mask_, &solution_, &residual_, &laplacian_, &direction_, &more_})
     grow(*v, grid.size(), 0.0f);
-  grow(cell_of_, grid.size(), -1);
   rows_.clear();
   nodes_ = 0;
   for (int z = border; z < grid.nz - border; ++z)
@@ -43,71 +41,91 @@ void PlateSolver::set_up(const Level& level, const PlateSettings& settings) {
       for (int x = 0; x < grid.nx; ++x) mask[x] = hull[x] > -settings.band ? 1.0f : 0.0f;
       std::fill_n(mask, border, 0.0f);
       std::fill_n(mask + grid.nx - border, border, 0.0f);
-      int begin = 0, end = grid.nx;
-      while (begin < end && mask[begin] == 0.0f) ++begin;
-      while (begin < end && mask[end - 1] == 0.0f) --end;
-      if (begin == end) continue;
-      begin = begin / 8 * 8;
-      const int count = (end - begin + 7) / 8 * 8;
-      rows_.push_back({start + static_cast<std::size_t>(begin), count});
-      nodes_ += static_cast<std::size_t>(count);
+      add_row(start, mask, grid.nx);
     }
+}
+
+void PlateSolver::add_row(std::size_t start, const float* mask, int count) {
+  std::size_t end = 0;  // of the last piece
+  for (int x = 0; x < count; x += 8) {
+    float any = 0.0f;
+    for (int k = 0; k < 8; ++k) any += mask[x + k];
+    if (any == 0.0f) continue;
+    const std::size_t node = start + static_cast<std::size_t>(x);
+    if (end != node) rows_.push_back({node, 0});
+    rows_.back().count += 8;
+    end = node + 8;
+    nodes_ += 8;
+  }
 }
 
 void PlateSolver::gather(const Level& level, const ContactRays& rays, std::uint32_t part,
                          const PlateSettings& settings) {
   const Grid& grid = level.grid;
-  cells_.clear();
-  for (std::size_t i = 0; i < rays.rays.size(); i += settings.stride) {
-    const ContactRay& ray = rays.rays[i];
-    if (ray.part == part && ray.value >= far_outside) add_ray(ray, grid, settings);
+  const auto place = [&](const ContactRay& ray) { return (ray.rim() - grid.low) / grid.cell; };
+  const auto counts = [&](const ContactRay& ray) {
+    if (ray.part != part || !(ray.value >= far_outside)) return false;
+    const Vec3f at = place(ray);
+    const auto within = [](float x, int count) {
+      return x >= static_cast<float>(border) && x < static_cast<float>(count - border - 1);
+    };
+    return within(at.x, grid.nx) && within(at.y, grid.ny) && within(at.z, grid.nz);
+  };
+  // Sorted by slab, in which they keep their order.
+  rims_of_slab_.assign(static_cast<std::size_t>(grid.nz) + 1, 0);
+  rim_ray_.clear();
+  for (std::size_t i = 0; i < rays.rays.size(); i += settings.stride)
+    if (counts(rays.rays[i])) {
+      ++rims_of_slab_[static_cast<std::size_t>(place(rays.rays[i]).z) + 1];
+      rim_ray_.push_back(static_cast<std::uint32_t>(i));
+    }
+  std::partial_sum(rims_of_slab_.begin(), rims_of_slab_.end(), rims_of_slab_.begin());
+  const std::size_t count = (rim_ray_.size() + 7) / 8 * 8;
+  rim_node_.assign(count, 0);
+  for (auto* v : {&rim_x_, &rim_y_, &rim_z_}) v->assign(count, 0.0f);
+  sorted_.resize(rim_ray_.size());
+  for (const std::uint32_t i : rim_ray_) {
+    const Vec3f at = place(rays.rays[i]);
+    const int x = static_cast<int>(at.x), y = static_cast<int>(at.y), z = static_cast<int>(at.z);
+    const std::size_t to = rims_of_slab_[static_cast<std::size_t>(z)]++;
+    sorted_[to] = i;
+    rim_node_[to] = static_cast<std::int32_t>(grid.node(x, y, z));
+    rim_x_[to] = at.x - static_cast<float>(x);
+    rim_y_[to] = at.y - static_cast<float>(y);
+    rim_z_[to] = at.z - static_cast<float>(z);
   }
-  for (const PlateCell& cell : cells_) cell_of_[cell.node] = -1;
-}
-
-void PlateSolver::add_ray(const ContactRay& ray, const Grid& grid, const PlateSettings& settings) {
-  const Vec3f at = (ray.rim() - grid.low) / grid.cell;
-  const int x = static_cast<int>(at.x), y = static_cast<int>(at.y), z = static_cast<int>(at.z);
-  if (x < border || y < border || z < border || x >= grid.nx - border - 1 ||
-      y >= grid.ny - border - 1 || z >= grid.nz - border - 1)
-    return;
-  const std::size_t node = grid.node(x, y, z);
-  if (cell_of_[node] < 0) {
-    cell_of_[node] = static_cast<std::int32_t>(cells_.size());
-    cells_.push_back({.node = static_cast<std::uint32_t>(node)});
-  }
-  PlateCell& cell = cells_[static_cast<std::size_t>(cell_of_[node])];
   const auto each = static_cast<float>(settings.stride);
-  const float by_value = each * settings.value, by_normal = each * settings.normal;
-  const float a = at.x - static_cast<float>(x), b = at.y - static_cast<float>(y),
-              c = at.z - static_cast<float>(z);
-  float value[8], dx[8], dy[8], dz[8];
-  for (int k = 0; k < 8; ++k) {
-    const float p = k & 1 ? a : 1 - a, q = k & 2 ? b : 1 - b, r = k & 4 ? c : 1 - c;
-    value[k] = p * q * r;
-    dx[k] = (k & 1 ? 1.0f : -1.0f) * q * r;
-    dy[k] = p * (k & 2 ? 1.0f : -1.0f) * r;
-    dz[k] = p * q * (k & 4 ? 1.0f : -1.0f);
-  }
-  for (int p = 0; p < 8; ++p) {
-    for (int q = 0; q < 8; ++q)
-      cell.form[8 * p + q] += by_value * value[p] * value[q] +
-                              by_normal * (dx[p] * dx[q] + dy[p] * dy[q] + dz[p] * dz[q]);
-    cell.wanted[p] -= by_normal * grid.cell *
-                      (dx[p] * ray.normal.x + dy[p] * ray.normal.y + dz[p] * ray.normal.z);
-  }
+  rims_ = {rim_node_.data(),
+           rim_x_.data(),
+           rim_y_.data(),
+           rim_z_.data(),
+           count,
+           static_cast<std::int32_t>(grid.row()),
+           static_cast<std::int32_t>(grid.slab()),
+           each * settings.value,
+           each * settings.normal};
 }
 
-void PlateSolver::start(const Level& level, float tie) {
+void PlateSolver::start(const Level& level, const ContactRays& rays, float tie) {
   for (const Row& row : rows_)
     for (std::size_t i = row.node; i < row.node + static_cast<std::size_t>(row.count); ++i) {
       const float hull = level.hull[i], f = level.values[i];
       residual_[i] = mask_[i] * tie * (hull < 0.0f ? std::min(f, hull) : f);
       solution_[i] = 0.0f;
     }
-  for (const PlateCell& cell : cells_)
-    for (std::size_t k = 0; k < 8; ++k)
-      residual_[cell.node + corner_[k]] += mask_[cell.node + corner_[k]] * cell.wanted[k];
+  const Grid& grid = level.grid;
+  for (std::size_t r = 0; r < sorted_.size(); ++r) {
+    const Vec3f wanted = -rims_.normal * grid.cell * rays.rays[sorted_[r]].normal;
+    const float a = rim_x_[r], b = rim_y_[r], c = rim_z_[r];
+    for (int k = 0; k < 8; ++k) {
+      const float p = k & 1 ? a : 1 - a, q = k & 2 ? b : 1 - b, s = k & 4 ? c : 1 - c;
+      const std::size_t node = static_cast<std::size_t>(rim_node_[r]) + (k & 1) +
+                               (k & 2 ? grid.row() : 0) + (k & 4 ? grid.slab() : 0);
+      residual_[node] +=
+          mask_[node] * ((k & 1 ? q * s : -q * s) * wanted.x + (k & 2 ? p * s : -p * s) * wanted.y +
+                         (k & 4 ? p * q : -p * q) * wanted.z);
+    }
+  }
 }
 
 template <typename Body>
@@ -137,7 +155,7 @@ double PlateSolver::bend(const float* f, float tie, int threads) {
     use.laplacian(row, f + node, tie, laplacian_.data() + node, sums);
   });
   float lanes[8] = {};
-  use.cells(cells_.data(), cells_.size(), corner_.data(), mask_.data(), f, more_.data(), lanes);
+  use.rims(rims_, f, more_.data(), lanes);
   double asked = 0.0;
   for (const float lane : lanes) asked += static_cast<double>(lane);
   return bent + asked;
@@ -151,12 +169,21 @@ double PlateSolver::step(const float* f, float tie, float length, int threads) {
   });
 }
 
+/// Rims ask nodes that are not solved for, too, and the last ones of their eights node 0.
+void PlateSolver::forget_rims() {
+  for (const std::int32_t node : rim_node_)
+    for (int k = 0; k < 4; ++k) {
+      float* more = more_.data() + node + (k & 1 ? rims_.row : 0) + (k & 2 ? rims_.slab : 0);
+      more[0] = more[1] = 0.0f;
+    }
+}
+
 void PlateSolver::solve(Level& level, const ContactRays& rays, std::uint32_t part,
                         const PlateSettings& settings, int threads) {
   const float tie = settings.tie;
   set_up(level, settings);
   gather(level, rays, part, settings);
-  start(level, tie);
+  start(level, rays, tie);
   // From 0 to f as it is, whatever the energy; then by conjugate gradients.
   bend(level.values.data(), tie, threads);
   double error = step(level.values.data(), tie, 1.0f, threads);
@@ -176,9 +203,9 @@ void PlateSolver::solve(Level& level, const ContactRays& rays, std::uint32_t par
     const auto count = static_cast<std::size_t>(row.count);
     for (std::size_t i = row.node; i < row.node + count; ++i)
       level.values[i] = std::clamp(solution_[i], -3.3f, 10.0f);
-    for (auto* v : {&laplacian_, &direction_, &more_})
-      std::fill_n(v->data() + row.node, count, 0.0f);
+    for (auto* v : {&laplacian_, &direction_}) std::fill_n(v->data() + row.node, count, 0.0f);
   }
+  forget_rims();
 }
 
 }  // namespace polyhull::refine

@@ -16,7 +16,6 @@
 /// and the new residual are one walk over the nodes.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -41,37 +40,42 @@ class PlateSolver {
              const PlateSettings& settings, int threads);
 
  private:
-  /// The nodes of a row that may be solved for, whole eights.
+  /// Nodes of a row that may be solved for, whole eights.
   struct Row {
     std::size_t node = 0;  ///< the first
     int count = 0;
   };
 
   void set_up(const Level& level, const PlateSettings& settings);
+  /// The pieces of a row of \p count nodes, from \p start on.
+  void add_row(std::size_t start, const float* mask, int count);
   void gather(const Level& level, const ContactRays& rays, std::uint32_t part,
               const PlateSettings& settings);
-  void add_ray(const ContactRay& ray, const Grid& grid, const PlateSettings& settings);
-  /// The residual of 0, but for what rims want: of the ties.
-  void start(const Level& level, float tie);
+  /// The residual of 0: of the ties and of the normals that rims want.
+  void start(const Level& level, const ContactRays& rays, float tie);
   /// For each row in its order body(row, what loops know of it, eight sums), the rows in pieces on
   /// some threads; all sums' sum.
   template <typename Body>
   double sum_rows(int threads, const Body& body);
-  /// D f and what cells ask at f; twice the energy's quadratic part.
+  /// D f and what rims ask at f; twice the energy's quadratic part.
   double bend(const float* f, float tie, int threads);
+  void forget_rims();
   /// Moves by \p length of f; the new residual's square.
   double step(const float* f, float tie, float length, int threads);
 
   const Grid* grid_ = nullptr;
   std::vector<Row> rows_;
   std::size_t nodes_ = 0;  ///< of the rows
-  std::vector<PlateCell> cells_;
-  std::array<std::size_t, 8> corner_{};  ///< of a cell, less the first
-  std::vector<double> sums_;             ///< of pieces
+  // Of rims, by the slabs of their cells, whole eights: the last ones lie at node 0, outside.
+  std::vector<std::int32_t> rim_node_;
+  std::vector<float> rim_x_, rim_y_, rim_z_;
+  std::vector<std::uint32_t> rim_ray_, sorted_;  ///< as many as there are rims
+  std::vector<std::uint32_t> rims_of_slab_;
+  PlateRims rims_{};
+  std::vector<double> sums_;  ///< of pieces
   // Of nodes. Some are clean between calls, so that a call touches its rows only:
   std::vector<float> mask_, solution_, residual_;
   std::vector<float> laplacian_, direction_, more_;  ///< 0
-  std::vector<std::int32_t> cell_of_;                ///< -1
 };
 
 }  // namespace polyhull::refine

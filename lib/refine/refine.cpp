@@ -16,6 +16,7 @@
 #include "refine/input.h"
 #include "refine/photo/photo.h"
 #include "refine/plate.h"
+#include "refine/recipe.h"
 #include "refine/thin_parts.h"
 #include "rig/undistort.h"
 
@@ -24,46 +25,21 @@ namespace {
 
 using namespace refine;
 
-/// First widely, to where outlines of half a pixel's tolerance say, then near the rims alone, a hair
-/// further out, so that silhouettes are covered.
-constexpr RimFit fits[] = {
-    {.radius = 1.4f, .target = -0.02f, .stride = 2}, {0.75f, 0.0f}, {0.5f, 0.015f}, {0.5f, 0.015f}};
-
-/// Rims are held softly and their normals firmly: a rim that few other rays support moves with every
-/// half pixel of an outline, the normal hardly. The flow has thinned what is not held; the ties keep
-/// it so where nothing else decides.
-constexpr PlateSettings coarse_plate{.steps = 20, .value = 4.0f, .normal = 0.5f, .tie = 0.1f},
-    middle_plate{.steps = 30, .value = 4.0f, .normal = 0.5f, .tie = 0.08f};
-
-/// What a quality does.
-struct Recipe {
-  double cell = 0.024;    ///< metres
-  int flows = 6;          ///< on the coarse grid
-  int coarse_plates = 4;  ///< with rims found anew
-  int plates = 2;
-  int plate_steps = middle_plate.steps;
-  std::size_t stride = 2;  ///< of the rays, until the fine grid
-};
-
-Recipe recipe_of(const RefineSettings& settings) {
-  Recipe recipe;
-  if (settings.quality == RefineQuality::fast) {
-    recipe.plates = 1;
-    recipe.plate_steps = 8;
-  }
-  if (settings.quality == RefineQuality::fine) recipe.cell = 0.016;
-  if (settings.cell > 0.0) recipe.cell = settings.cell;
-  return recipe;
-}
-
 /// Cells around a part's box: for the plate's band and the blurs.
 constexpr int margin = 4, coarse_margin = 3;
 /// How far outside the hull H is told apart.
 constexpr float least_hull = -3.3f;
 /// What is thinner than twice this has no node of the fine grid for certain.
 constexpr float thinnest = 0.45f;
+/// Rims that had this much before the last fit have not lost their contact.
+constexpr float doubtful = -0.05f;
 /// How often the pictures are asked.
 constexpr int photo_rounds = 3;
+
+/// Of the middle of the frame, in a view's picture.
+float pixels_of_a_cell(const ContactView& view) {
+  return view.focal / std::max(view.project(Vec3f(0.0f)).z, 1.0f);
+}
 
 }  // namespace
 
@@ -101,9 +77,10 @@ struct HullRefiner::State {
               std::span<const ViewPixels> pictures);
   void set_up_views(const Hull& hull, const std::vector<Box>& boxes,
                     std::span<const CameraContours> views);
+  void draw_fine_map(std::size_t k);
   void set_up_levels(const std::vector<Box>& boxes);
   void flow(std::vector<Level>& levels, int count, float sigma, float rim_step);
-  void plate(std::vector<Level>& levels, int count, PlateSettings settings);
+  void plate(std::vector<Level>& levels, int count, PlateSettings settings, float rim_step);
   void start_middle();
   void fit();
   void carve(std::span<const CameraContours> views, std::span<const ViewPixels> pictures);
@@ -136,7 +113,7 @@ void HullRefiner::State::remember(const Hull& hull, std::span<const CameraContou
   valid = true;
 }
 
-/// Distances in each picture, as fine as the cell is there.
+/// Distances in each picture, as fine as the cell is there; all but the maps of outlines.
 void HullRefiner::State::set_up_views(const Hull& hull, const std::vector<Box>& boxes,
                                       std::span<const CameraContours> views) {
   Vec3f low(1e30f), high(-1e30f);  // of all that is looked at
@@ -146,7 +123,7 @@ void HullRefiner::State::set_up_views(const Hull& hull, const std::vector<Box>& 
   }
   outlines.resize(views.size());
   distance.views.resize(views.size());
-  mappers.resize(std::max(mappers.size(), 2 * views.size()));
+  mappers.resize(std::max(mappers.size(), views.size()));
   const Box bounds = bounds_of(hull, frame);
   distance.low = bounds.low;
   distance.high = bounds.high;
@@ -159,26 +136,28 @@ void HullRefiner::State::set_up_views(const Hull& hull, const std::vector<Box>& 
       distance.views[k] = std::move(placed);
     }
   });
-  parallel_for(2 * views.size(), 1, threads, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      ContactView& view = distance.views[i / 2];
-      const float depth = view.project(Vec3f(0.0f)).z;
-      const float pixels = std::max(view.focal / std::max(depth, 1.0f), 0.5f);
+  parallel_for(views.size(), 1, threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) {
+      ContactView& view = distance.views[k];
+      const float pixels = std::max(pixels_of_a_cell(view), 0.5f);
       view.beyond = -3.6f * pixels;
-      const PictureBox within = view.box_of(low, high);
-      if (i % 2 == 0)
-        mappers[i].draw(view.coarse, outlines[i / 2],
-                        {.texel = std::max(0.7f * pixels, 1.0f),
-                         .reach = 2,
-                         .margin = 3.6f * pixels,
-                         .everywhere = true},
-                        within);
-      else
-        mappers[i].draw(
-            view.fine, outlines[i / 2],
-            {.texel = std::max(0.25f * pixels, 0.5f), .reach = 4, .margin = 1.5f * pixels}, within);
+      view.within = view.box_of(low, high);
+      mappers[k].draw(view.coarse, outlines[k],
+                      {.texel = std::max(pixels, 1.0f),
+                       .reach = 2,
+                       .margin = 3.6f * pixels,
+                       .everywhere = true},
+                      view.within);
     }
   });
+}
+
+void HullRefiner::State::draw_fine_map(std::size_t k) {
+  ContactView& view = distance.views[k];
+  const float pixels = std::max(pixels_of_a_cell(view), 0.5f);
+  mappers[k].draw(view.fine, outlines[k],
+                  {.texel = std::max(0.25f * pixels, 0.5f), .reach = 4, .margin = 1.5f * pixels},
+                  view.within);
 }
 
 void HullRefiner::State::set_up_levels(const std::vector<Box>& boxes) {
@@ -189,13 +168,14 @@ void HullRefiner::State::set_up_levels(const std::vector<Box>& boxes) {
   for (std::size_t p = 0; p < boxes.size(); ++p) {
     Level& level = middle[p];
     level.grid = grid_over(boxes[p].low, boxes[p].high, 1.0f, margin);
-    distance.fill(level.grid, least_hull, level.hull, threads);
+    distance.fill(level.grid, least_hull, level.hull, level.rows, threads);
     Level& half = coarse[p];
     half.grid = grid_over(boxes[p].low, boxes[p].high, 2.0f, coarse_margin);
     half.hull.resize(half.grid.size());
+    half.rows.assign(half.hull.size() / half.grid.row(), {0, half.grid.nx});
     for (int z = 0; z < half.grid.nz; ++z)
       for (int y = 0; y < half.grid.ny; ++y)
-        sample_row(level.grid, level.hull.data(), half.grid, y, z, mixed,
+        sample_row(level.grid, level.hull.data(), half.grid, y, z, {0, half.grid.nx}, mixed,
                    half.hull.data() + half.grid.node(0, y, z));
     for (float& value : half.hull) value = std::max(outside, value);
     half.values = half.hull;
@@ -215,11 +195,12 @@ void HullRefiner::State::flow(std::vector<Level>& levels, int count, float sigma
   }
 }
 
-void HullRefiner::State::plate(std::vector<Level>& levels, int count, PlateSettings settings) {
+void HullRefiner::State::plate(std::vector<Level>& levels, int count, PlateSettings settings,
+                               float rim_step) {
   settings.stride = recipe.stride;
   for (int i = 0; i < count; ++i) {
-    find_rims(rays, levels, 0.5f, i == 0 ? RimSearch::everywhere : RimSearch::near, recipe.stride,
-              threads);
+    find_rims(rays, levels, rim_step, i == 0 ? RimSearch::everywhere : RimSearch::near,
+              recipe.stride, threads);
     for (std::size_t p = 0; p < levels.size(); ++p) {
       settings.band = 2.5f * levels[p].grid.cell;
       solver.solve(levels[p], rays, static_cast<std::uint32_t>(p), settings, threads);
@@ -233,38 +214,42 @@ void HullRefiner::State::start_middle() {
     Level& level = middle[p];
     const Grid& grid = level.grid;
     level.values.resize(grid.size());
-    parallel_for(
-        static_cast<std::size_t>(grid.nz), 4, threads, [&](std::size_t begin, std::size_t end) {
-          std::vector<float> mixed;
-          for (auto z = static_cast<int>(begin); z < static_cast<int>(end); ++z)
-            for (int y = 0; y < grid.ny; ++y) {
-              const std::size_t row = grid.node(0, y, z);
-              float* values = level.values.data() + row;
-              const float* hull = level.hull.data() + row;
-              sample_row(coarse[p].grid, coarse[p].values.data(), grid, y, z, mixed, values);
-              for (int x = 0; x < grid.nx; ++x)
-                values[x] = hull[x] <= least_hull ? outside : std::max(outside, values[x]);
-            }
-        });
+    parallel_for(static_cast<std::size_t>(grid.nz), 4, threads,
+                 [&](std::size_t begin, std::size_t end) {
+                   std::vector<float> mixed;
+                   for (auto z = static_cast<int>(begin); z < static_cast<int>(end); ++z)
+                     for (int y = 0; y < grid.ny; ++y) {
+                       const std::size_t row = grid.node(0, y, z);
+                       float* values = level.values.data() + row;
+                       const float* hull = level.hull.data() + row;
+                       const Extent extent = level.rows[row / grid.row()];
+                       std::fill_n(values, grid.nx, outside);
+                       if (extent.begin == extent.end) continue;
+                       sample_row(coarse[p].grid, coarse[p].values.data(), grid, y, z, extent,
+                                  mixed, values);
+                       for (int x = extent.begin; x < extent.end; ++x)
+                         values[x] = hull[x] <= least_hull ? outside : std::max(outside, values[x]);
+                     }
+                 });
   }
 }
 
 void HullRefiner::State::fit() {
   for (std::size_t p = 0; p < middle.size(); ++p) make_fine(middle[p], distance, fine[p], threads);
   find_rims(rays, middle, 0.5f, RimSearch::everywhere, 1, threads);
-  for (const RimFit& fit : fits) {
+  for (const RimFit& fit : recipe.fits) {
     find_rims(rays, fine, 0.15f, RimSearch::near, fit.stride, threads);
     for (std::size_t p = 0; p < fine.size(); ++p) {
       fit_to_rims(fine[p], rays, static_cast<std::uint32_t>(p), fit, fit_memory, threads);
-      if (&fit == fits) cut_at_hull(fine[p], threads);  // later fits keep to it
+      if (&fit == recipe.fits.data()) cut_at_hull(fine[p], threads);  // later fits keep to it
     }
   }
 }
 
 void HullRefiner::State::keep_thin() {
-  find_rims(rays, fine, 0.15f, RimSearch::near, 1, threads);
+  find_rims(rays, fine, 0.15f, RimSearch::near, 1, threads, doubtful);
   statistics.thin_rays =
-      static_cast<std::uint32_t>(keep_thin_parts(fine, rays, distance, thinnest));
+      static_cast<std::uint32_t>(keep_thin_parts(fine, rays, distance, thinnest, threads));
 }
 
 /// Each round sees further into hollows. Rays that lost their contact get it back where they are
@@ -281,7 +266,7 @@ void HullRefiner::State::carve(std::span<const CameraContours> views,
     }
   if (!carved) return;
   find_rims(rays, fine, 0.25f, RimSearch::everywhere, 1, threads);
-  for (const RimFit& fit : std::span(fits).subspan(1)) {
+  for (const RimFit& fit : recipe.fits.subspan(1)) {
     find_rims(rays, fine, 0.15f, RimSearch::near, fit.stride, threads);
     for (std::size_t p = 0; p < fine.size(); ++p)
       fit_to_rims(fine[p], rays, static_cast<std::uint32_t>(p), fit, fit_memory, threads);
@@ -315,23 +300,32 @@ void HullRefiner::State::refine(const Hull& hull, std::span<const CameraContours
   statistics.seconds_distances = watch.lap();
   std::vector<OutlineView> outline_views;
   for (std::size_t k = 0; k < views.size(); ++k) {
-    const float depth = distance.views[k].project(Vec3f(0.0f)).z;
-    const float pixels = distance.views[k].focal / std::max(depth, 1.0f);
+    const float pixels = pixels_of_a_cell(distance.views[k]);
     outline_views.push_back(
         outline_in(frame, *views[k].camera, outlines[k], std::max(0.5f * pixels, 1.0f)));
   }
   trace_rays(outline_views, middle, threads, rays);
   statistics.rays = static_cast<std::uint32_t>(rays.rays.size());
   statistics.seconds_rays = watch.lap();
-  flow(coarse, recipe.flows, 2.0f, 0.5f);
-  statistics.seconds_flow = watch.lap();
-  plate(coarse, recipe.coarse_plates, coarse_plate);
-  statistics.seconds_plate = watch.lap();
+  // The coarse grid is too small for two threads: others draw the outlines' maps meanwhile.
+  const auto on_coarse = [&] {
+    flow(coarse, recipe.flows, 2.0f, recipe.flow_step);
+    statistics.seconds_flow = watch.lap();
+    plate(coarse, recipe.coarse_plates, recipe.coarse, 1.0f);
+    statistics.seconds_plate = watch.lap();
+  };
+  parallel_for(1 + views.size(), 1, threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      if (i == 0)
+        on_coarse();
+      else
+        draw_fine_map(i - 1);
+    }
+  });
+  statistics.seconds_distances += watch.lap();
   start_middle();
-  PlateSettings middle_settings = middle_plate;
-  middle_settings.steps = recipe.plate_steps;
-  plate(middle, recipe.plates, middle_settings);
-  for (int i = 0; i < 2; ++i) {
+  plate(middle, recipe.plates, recipe.middle, 0.5f);
+  for (int i = 0; i < recipe.pulls; ++i) {
     find_rims(rays, middle, 0.4f, i == 0 ? RimSearch::everywhere : RimSearch::near, recipe.stride,
               threads);
     for (std::size_t p = 0; p < middle.size(); ++p)

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "refine/thin_parts.h"
 
+#include "base/thread_pool.h"
+
 namespace polyhull::refine {
 namespace {
 
@@ -20,7 +22,7 @@ struct Middle {
 };
 
 /// The deepest point inside the hull next to \p ray, over its pieces: from the outline inwards,
-/// until H falls again or exceeds \p half_thickness.
+/// until H falls again; any that exceeds \p half_thickness where there is one.
 Middle middle_of_hull(const ContactRay& ray, const ContactRays& rays, const HullDistance& hull,
                       float half_thickness) {
   Middle best;
@@ -34,7 +36,8 @@ Middle middle_of_hull(const ContactRay& ray, const ContactRays& rays, const Hull
         const Vec3f point = outline - way * ray.normal;
         const float depth = hull.exact(point, -1.0f);
         if (depth > best.depth) best = {point, piece.part, depth};
-        if (depth < last || depth > half_thickness) break;
+        if (depth > half_thickness) return best;  // as this one is
+        if (depth < last) break;
         last = depth;
       }
     }
@@ -62,11 +65,17 @@ void put_inside(Level& level, const HullDistance& hull, const Vec3f& point) {
 }  // namespace
 
 std::size_t keep_thin_parts(std::span<Level> fine, const ContactRays& rays,
-                            const HullDistance& hull, float half_thickness) {
+                            const HullDistance& hull, float half_thickness, int threads) {
+  std::vector<std::uint32_t> outside_rays;
+  for (std::size_t i = 0; i < rays.rays.size(); ++i)
+    if (rays.rays[i].value <= lost) outside_rays.push_back(static_cast<std::uint32_t>(i));
+  std::vector<Middle> middles(outside_rays.size());
+  parallel_for(middles.size(), 8, threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i)
+      middles[i] = middle_of_hull(rays.rays[outside_rays[i]], rays, hull, half_thickness);
+  });
   std::size_t count = 0;
-  for (const ContactRay& ray : rays.rays) {
-    if (ray.value > lost) continue;
-    const Middle middle = middle_of_hull(ray, rays, hull, half_thickness);
+  for (const Middle& middle : middles) {
     if (middle.depth <= 0.0f || middle.depth > half_thickness) continue;
     put_inside(fine[middle.part], hull, middle.point);
     ++count;

@@ -17,6 +17,6 @@ namespace polyhull::refine {
 /// whose pieces (of the middle grid, from which \p fine were made) the middle is looked for. Returns
 /// how many rays were helped.
 std::size_t keep_thin_parts(std::span<Level> fine, const ContactRays& rays,
-                            const HullDistance& hull, float half_thickness);
+                            const HullDistance& hull, float half_thickness, int threads);
 
 }  // namespace polyhull::refine

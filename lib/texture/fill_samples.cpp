@@ -173,7 +173,7 @@ float mean_pixel_size(const Hull& hull, std::span<const Camera> cameras) {
 
 std::vector<FillSample> fill_samples(const Hull& hull, std::span<const Camera> cameras,
                                      std::span<const FillPicture> pictures,
-                                     const Texturing& texturing, int threads) {
+                                     const Texturing& texturing, int threads, bool all) {
   const std::size_t views = cameras.size();
   std::vector<Eye> eyes;
   eyes.reserve(views);
@@ -196,7 +196,7 @@ std::vector<FillSample> fill_samples(const Hull& hull, std::span<const Camera> c
   std::vector<FillSample> samples(count);
   parallel_for(count, 1024, threads, [&](std::size_t begin, std::size_t end) {
     for (std::size_t v = begin; v < end; ++v) {
-      if (part[v] == none) continue;
+      if (part[v] == none && !all) continue;
       samples[v] = colour_of(eyes, sightings[v]);
       samples[v].open = part[v] == open;
     }

@@ -34,10 +34,10 @@ struct FillSample {
 /// vertex on a rim, as a hull's own are, takes what the larger triangles around it show at their
 /// middles. Open are the vertices that no view sees, and the doubtful ones (confidence < 1) around
 /// them and on larger triangles; beside those and theirs no vertex has a colour, as none is shown.
-/// Parameters as FillColours::find()'s.
+/// \p all: there, too. Other parameters as FillColours::find()'s.
 std::vector<FillSample> fill_samples(const Hull& hull, std::span<const Camera> cameras,
                                      std::span<const FillPicture> pictures,
-                                     const Texturing& texturing, int threads);
+                                     const Texturing& texturing, int threads, bool all = false);
 
 /// The size of the views' pixels at the hull, world units; the mean over the views, 1 without views.
 float mean_pixel_size(const Hull& hull, std::span<const Camera> cameras);

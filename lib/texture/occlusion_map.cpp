@@ -168,10 +168,13 @@ void finish_map(const DepthGrid& grid, int finer, const Camera& camera, double f
   const float margin = std::max(1.5f / map.step, 1.0f);
   const float ramp = std::max(static_cast<float>(fade_width) / map.step, 1.0f);
   map.fade.resize(texels);
+  // Bytes may be anything, the vectors' pointers too; and clamp() would branch.
+  std::uint8_t* const fade_of = map.fade.data();
+  const int* const distance_of = distance.data();
   for (std::size_t p = 0; p < texels; ++p) {
-    const float texels_away = static_cast<float>(distance[p]) / straight;
-    const float fade = std::clamp((texels_away - margin) / ramp, 0.0f, 1.0f);
-    map.fade[p] = static_cast<std::uint8_t>(255.0f * fade + 0.5f);
+    const float texels_away = static_cast<float>(distance_of[p]) / straight;
+    const float fade = std::min(std::max((texels_away - margin) / ramp, 0.0f), 1.0f);
+    fade_of[p] = static_cast<std::uint8_t>(255.0f * fade + 0.5f);
   }
 
   // The farthest of the neighbours: a slanted surface then never hides itself, and where a jump
@@ -179,9 +182,10 @@ void finish_map(const DepthGrid& grid, int finer, const Camera& camera, double f
   const std::vector<float> farthest = largest_around(surface, map.width, map.height);
   const float scale = 65534.0f / (map.far - map.near);
   map.depth.resize(texels);
+  const float near = map.near;
   for (std::size_t p = 0; p < texels; ++p) {
-    const int depth =
-        static_cast<int>(std::clamp((farthest[p] - map.near) * scale, 0.0f, 65534.0f));
+    const float above = std::min(std::max((farthest[p] - near) * scale, 0.0f), 65534.0f);
+    const int depth = static_cast<int>(above);
     map.depth[p] = static_cast<std::uint16_t>(farthest[p] == 0.0f ? 65535 : depth);
   }
 }

@@ -43,6 +43,8 @@ struct TextureSettings {
   bool balance = false;        ///< Texturing::gains from the pictures: ColourBalance
   double balance_time = 4.0;   ///< of it, seconds
   TextureAlign align = TextureAlign::off;  ///< for PictureAligner, which has the pictures
+  bool memory = false;         ///< what was seen earlier fills what is not seen now: ColourMemory
+  double memory_time = 60.0;   ///< of it: what was not seen for so many seconds counts half
   /// Off: every view sees every triangle that faces it, as in the prototype.
   bool occlusion = true;
   int map_size = 320;        ///< texels of the longer side of an OcclusionMap

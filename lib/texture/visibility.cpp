@@ -214,9 +214,15 @@ void Seer::Scratch::frame_pieces(const Camera& camera, const OcclusionMap& map) 
 /// triangles on both sides. Nothing else can hide a part of a piece.
 void Seer::Scratch::find_rims(const Hull& hull, const std::vector<float>& cosine) {
   sides.assign(hull.vertices.size(), 0);
-  for (std::size_t f = 0; f < cosine.size(); ++f) {
-    const std::uint8_t side = cosine[f] > 0.0f ? 1 : 2;
-    for (int i = 0; i < 3; ++i) sides[hull.triangles[3 * f + i]] |= side;
+  // Bytes may be anything: by these pointers, the compiler need not fetch the vectors' after each.
+  std::uint8_t* const side_of = sides.data();
+  const std::uint32_t* corner_of = hull.triangles.data();
+  const float* const cosine_of = cosine.data();
+  for (std::size_t f = 0, count = cosine.size(); f < count; ++f, corner_of += 3) {
+    const std::uint8_t side = cosine_of[f] > 0.0f ? 1 : 2;
+    side_of[corner_of[0]] |= side;
+    side_of[corner_of[1]] |= side;
+    side_of[corner_of[2]] |= side;
   }
   rim_grid = clear_grid(rim_texels, grid.width, grid.height);
   rim_cells = clear_grid(rim_cell_values, (grid.width + rim_cell - 1) / rim_cell,

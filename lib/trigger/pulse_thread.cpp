@@ -104,6 +104,7 @@ void PulseThread::set(const PulseParameters& parameters) {
   parameters_.rate_numerator = parameters.rate_numerator;
   parameters_.rate_denominator = parameters.rate_denominator;
   parameters_.pulse = parameters.pulse;
+  parameters_.timeout = parameters.timeout;
   changed_.notify_all();
 }
 
@@ -124,12 +125,42 @@ std::unique_ptr<SerialLine> PulseThread::stop(std::uint64_t& next_number) {
   return std::move(line_);
 }
 
+// Whether it is time for a pulse that follows a demand, or the lack of one; else sleeps a while.
+bool PulseThread::follow_turn(std::unique_lock<std::mutex>& lock, const PulseParameters& parameters,
+                              std::int64_t& planned) {
+  const std::int64_t now = monotonic();
+  const bool first = began_ == INT64_MIN;
+  const bool asked = demands_ > 0;
+  std::int64_t due = now;
+  if (!first)
+    due =
+        began_ + (asked ? parameters.period() : std::max(parameters.timeout, parameters.period()));
+  if (due > now) {
+    changed_.wait_for(lock, std::chrono::nanoseconds(due - now));
+    return false;
+  }
+  const std::int64_t time = clock_();
+  planned = time - (now - due);
+  if (asked) planned = std::max(planned, demanded_);
+  demands_ = 0;
+  if (!first && !asked) {
+    lock.unlock();
+    listener_.timed_out();
+    lock.lock();
+  }
+  return true;
+}
+
 // Waits for the next pulse of the grid or a demand. False: stop.
 bool PulseThread::wait_for_turn(PulseParameters& parameters, std::int64_t& planned) {
   std::unique_lock lock(mutex_);
   for (;;) {
     if (stopping_) return false;
     parameters = parameters_;
+    if (parameters.follow) {
+      if (follow_turn(lock, parameters, planned)) return true;
+      continue;
+    }
     if (demands_ > 0) {
       --demands_;
       planned = demanded_;
@@ -181,25 +212,30 @@ bool PulseThread::wait_for_turn(PulseParameters& parameters, std::int64_t& plann
 }
 
 void PulseThread::give_pulse(const PulseParameters& parameters, std::int64_t planned) {
+  // Two that touch would be one for the cameras.
+  if (monotonic() < free_) sleep_monotonic(free_);
   const std::int64_t offset = offset_of(clock_);
   const std::int64_t begin = monotonic();
+  began_ = begin;
+  free_ = begin + parameters.pulse_taken() + millisecond;
+  const Pulse pulse{number_, begin + offset, begin + offset - planned};
+  listener_.begins(pulse);
   SerialLine::Result result =
       line_->begin_pulse(SerialLine::bytes_for(parameters.pulse, parameters.baud));
-  if (result == SerialLine::Result::done && parameters.mode != PulseMode::zeros) {
-    sleep_monotonic(begin + parameters.pulse);
-    result = line_->end_pulse();
+  if (result == SerialLine::Result::done) {
+    ++number_;
+    if (parameters.mode != PulseMode::zeros) {
+      sleep_monotonic(begin + parameters.pulse);
+      result = line_->end_pulse();
+    }
+    listener_.pulsed(pulse);
+  } else {
+    listener_.withdrawn();
   }
-  switch (result) {
-    case SerialLine::Result::done:
-      listener_.pulsed({number_++, begin + offset, begin + offset - planned});
-      break;
-    case SerialLine::Result::blocked:
-      listener_.blocked();
-      break;
-    case SerialLine::Result::lost:
-      line_.reset();
-      listener_.lost("it was unplugged or its driver gave up");
-      break;
+  if (result == SerialLine::Result::blocked) listener_.blocked();
+  if (result == SerialLine::Result::lost) {
+    line_.reset();
+    listener_.lost("it was unplugged or its driver gave up");
   }
 }
 

@@ -15,6 +15,7 @@
 #include <string>
 #include <thread>
 
+#include "trigger/pulse.h"
 #include "trigger/serial_line.h"
 
 namespace polyhull {
@@ -27,6 +28,10 @@ struct PulseParameters {
   int rate_numerator = 15;  ///< pulses per second; 0: only on demand
   int rate_denominator = 1;
   std::int64_t pulse = 2000000;  ///< its length, ns
+  /// Each demand is followed by a pulse, at the rate at most (0: as soon as the pulse before
+  /// allows); the first comes by itself, and others where nobody asks for `timeout`.
+  bool follow = false;
+  std::int64_t timeout = 1000000000;  ///< ns
 
   /// Time between pulses, ns; 0 on demand.
   std::int64_t period() const;
@@ -37,15 +42,13 @@ struct PulseParameters {
   void check() const;
 };
 
-struct Pulse {
-  std::uint64_t number = 0;
-  std::int64_t time = 0;      ///< on the clock, ns: its start
-  std::int64_t lateness = 0;  ///< start minus the planned time, ns; on demand: minus the demand
-};
-
 /// What the thread reports; called on the thread. None may be empty.
 struct PulseListener {
-  std::function<void(const Pulse&)> pulsed;
+  std::function<void(const Pulse&)> begins;  ///< just before it is given: be quick
+  std::function<void()> withdrawn;           ///< that pulse was not given, its number not used
+  std::function<void(const Pulse&)> pulsed;  ///< it was given
+  /// With `follow`: nobody asked for a pulse within the timeout.
+  std::function<void()> timed_out;
   /// Grid times that passed while it was held up.
   std::function<void(std::uint64_t count)> skipped;
   std::function<void()> blocked;                     ///< the device takes no bytes
@@ -62,10 +65,11 @@ class PulseThread {
   /// Ends the pulse and the thread.
   ~PulseThread();
 
-  /// Other rate or pulse length from the next pulse on (checked; same device, baud and mode).
+  /// Other rate, pulse length or timeout from the next pulse on (checked; all else the same).
   void set(const PulseParameters& parameters);
 
-  /// One pulse as soon as may be, whatever the rate.
+  /// One pulse as soon as may be, but a millisecond after the end of the one before, whatever the
+  /// rate. With `follow`, demands that wait are one.
   void fire();
 
   /// Whether the system granted real-time scheduling.
@@ -76,6 +80,8 @@ class PulseThread {
 
  private:
   void run();
+  bool follow_turn(std::unique_lock<std::mutex>& lock, const PulseParameters& parameters,
+                   std::int64_t& planned);
   bool wait_for_turn(PulseParameters& parameters, std::int64_t& planned);
   void give_pulse(const PulseParameters& parameters, std::int64_t planned);
   void find_device(const PulseParameters& parameters);
@@ -94,8 +100,10 @@ class PulseThread {
   int demands_ = 0;
   std::int64_t demanded_ = 0;  // clock time of the oldest demand
 
-  std::int64_t origin_ = 0;  // of the grid; the thread's own
+  std::int64_t origin_ = 0;  // of the grid; this and the following are the thread's own
   std::int64_t slot_ = 0;
+  std::int64_t began_ = INT64_MIN;  // the latest pulse, on CLOCK_MONOTONIC
+  std::int64_t free_ = 0;           // when the line is free for the next, there
   std::thread thread_;
 };
 

@@ -11,6 +11,8 @@ namespace {
 constexpr std::uint32_t largest_side = 32768;
 constexpr float largest_coordinate = 1e6f;
 constexpr std::size_t longest_name = 256;
+// Timecodes of 29.97 frames/s that drop none reach midnight 86 s late.
+constexpr std::int64_t latest_timecode = 90'000'000'000'000;  // ns
 
 [[noreturn]] void fail(const View& view, const std::string& what) {
   const bool printable = view.camera.size() <= longest_name && is_utf8(view.camera);
@@ -63,6 +65,14 @@ std::uint32_t size32(std::size_t size) {
   return static_cast<std::uint32_t>(size);
 }
 
+const wire::View& verified(const Payload& payload) {
+  const Bytes buffer = payload.flatbuffer();
+  flatbuffers::Verifier verifier(buffer.data(), buffer.size());
+  if (!wire::VerifyViewBuffer(verifier))
+    throw Error(Error::Kind::bad_input, "Not a usable view: its FlatBuffer is damaged.");
+  return *wire::GetView(buffer.data());
+}
+
 }  // namespace
 
 int bytes_per_pixel(PixelFormat format) {
@@ -84,6 +94,9 @@ void validate_view(const View& view) {
   if (!side_is_good(view.width) || !side_is_good(view.height))
     fail(view, fmt::format("the frame is {}x{}; each side must be 1 to 32768 pixels", view.width,
                            view.height));
+  if (view.clock > CaptureClock::ptp) fail(view, "unknown clock of the capture time");
+  if (view.timecode != no_time && (view.timecode < 0 || view.timecode > latest_timecode))
+    fail(view, "the timecode is not within a day");
   if (view.stride < 0 || view.stride > 0x100000) fail(view, "the stride is out of range");
   validate_rings(view);
   validate_pixels(view);
@@ -99,7 +112,8 @@ flatbuffers::Offset<wire::View> pack_view(flatbuffers::FlatBufferBuilder& builde
   return wire::CreateView(builder, camera, view.trigger, view.capture_time, view.width, view.height,
                           view.roi.x, view.roi.y, view.roi.width, view.roi.height, points, ends,
                           static_cast<wire::PixelFormat>(view.format), wire::PixelCoding::raw,
-                          view.stride, view.pixels.size());
+                          view.stride, view.pixels.size(),
+                          static_cast<wire::CaptureClock>(view.clock), view.timecode);
 }
 
 View unpack_view(const wire::View& table, Payload& payload) {
@@ -118,6 +132,8 @@ View unpack_view(const wire::View& table, Payload& payload) {
   view.camera = table.camera()->str();
   view.trigger = table.trigger();
   view.capture_time = table.capture_time();
+  view.clock = static_cast<CaptureClock>(table.capture_clock());
+  view.timecode = table.timecode();
   view.width = side(table.width());
   view.height = side(table.height());
   view.roi = {side(table.roi_x()), side(table.roi_y()), side(table.roi_width()),
@@ -149,12 +165,19 @@ std::vector<std::uint8_t> write_view(const View& view) {
 
 View read_view(std::span<const Bytes> segments) {
   Payload payload(PayloadKind::view, segments);
-  const Bytes buffer = payload.flatbuffer();
-  flatbuffers::Verifier verifier(buffer.data(), buffer.size());
-  if (!wire::VerifyViewBuffer(verifier))
-    throw Error(Error::Kind::bad_input, "Not a usable view: its FlatBuffer is damaged.");
-  View view = unpack_view(*wire::GetView(buffer.data()), payload);
+  View view = unpack_view(verified(payload), payload);
   payload.finish();
+  return view;
+}
+
+View read_view_times(std::span<const Bytes> segments) {
+  const Payload payload(PayloadKind::view, segments);
+  const wire::View& table = verified(payload);
+  View view;
+  view.trigger = table.trigger();
+  view.capture_time = table.capture_time();
+  view.clock = static_cast<CaptureClock>(table.capture_clock());
+  view.timecode = table.timecode();
   return view;
 }
 

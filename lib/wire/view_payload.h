@@ -19,7 +19,11 @@ std::vector<std::uint8_t> write_view(const View& view);
 /// View::pixels borrows from \p segments. Throws Error, see Payload.
 View read_view(std::span<const Bytes> segments);
 
-/// The same for a payload in one run.
+/// Only trigger number, times and clock, as they stand there; the rest is not looked at. Throws Error
+/// for bytes that are no view's.
+View read_view_times(std::span<const Bytes> segments);
+
+/// The same as read_view() for a payload in one run.
 View read_view(Bytes bytes);
 
 /// Bytes of one pixel; 0 for PixelFormat::none.

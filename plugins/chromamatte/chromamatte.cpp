@@ -70,12 +70,17 @@ GstCaps* transform_caps(GstBaseTransform* base, GstPadDirection direction, GstCa
   GstPad* other = direction == GST_PAD_SINK ? GST_BASE_TRANSFORM_SRC_PAD(base)
                                             : GST_BASE_TRANSFORM_SINK_PAD(base);
   g_autoptr(GstCaps) allowed = gst_pad_get_pad_template_caps(other);
-  // Size, rate and shape stay; format and colour are each side's own.
-  g_autoptr(GstCaps) free = gst_caps_copy(caps);
-  for (guint i = 0; i < gst_caps_get_size(free); ++i) {
-    gst_structure_remove_fields(gst_caps_get_structure(free, i), "format", "colorimetry",
-                                "chroma-site", nullptr);
-  }
+  // Size, rate and shape stay; format and colour are each side's own, as is whether it is a mosaic.
+  g_autoptr(GstCaps) free = gst_caps_new_empty();
+  for (guint i = 0; i < gst_caps_get_size(caps); ++i)
+    for (const char* name : {"video/x-raw", "video/x-bayer"}) {
+      GstStructure* structure = gst_structure_copy(gst_caps_get_structure(caps, i));
+      gst_structure_set_name(structure, name);
+      gst_structure_remove_fields(structure, "format", "colorimetry", "chroma-site", nullptr);
+      const GstCapsFeatures* features = gst_caps_get_features(caps, i);
+      gst_caps_append_structure_full(free, structure,
+                                     features ? gst_caps_features_copy(features) : nullptr);
+    }
   return filtered(gst_caps_intersect_full(free, allowed, GST_CAPS_INTERSECT_FIRST), filter);
 }
 
@@ -84,7 +89,7 @@ GstCaps* transform_caps(GstBaseTransform* base, GstPadDirection direction, GstCa
 GstCaps* fixate_caps(GstBaseTransform* base, GstPadDirection direction, GstCaps* caps,
                      GstCaps* other) {
   GstVideoInfo info;
-  if (direction == GST_PAD_SINK && gst_video_info_from_caps(&info, caps)) {
+  if (direction == GST_PAD_SINK && video_info_of(caps, &info)) {
     GstVideoColorimetry colour = GST_VIDEO_INFO_COLORIMETRY(&info);
     colour.matrix = GST_VIDEO_COLOR_MATRIX_RGB;
     if (GST_VIDEO_INFO_IS_YUV(&info)) colour.range = GST_VIDEO_COLOR_RANGE_0_255;
@@ -100,12 +105,17 @@ GstCaps* fixate_caps(GstBaseTransform* base, GstPadDirection direction, GstCaps*
       ->fixate_caps(base, direction, caps, other);
 }
 
-gboolean set_info(GstVideoFilter* filter, GstCaps*, GstVideoInfo* in, GstCaps*, GstVideoInfo*) {
-  ChromaMatte& self = state_of<ChromaMatte>(filter);
-  return guarded(GST_ELEMENT_CAST(filter), FALSE, [&]() -> gboolean {
-    self.layout = frame_template(*in);
+/// In the place of the base class's, which knows no mosaics.
+gboolean set_caps(GstBaseTransform* base, GstCaps* in, GstCaps* out) {
+  GstVideoFilter* filter = GST_VIDEO_FILTER_CAST(base);
+  filter->negotiated = FALSE;
+  if (!video_info_of(in, &filter->in_info) || !gst_video_info_from_caps(&filter->out_info, out))
+    return FALSE;
+  filter->negotiated = guarded(GST_ELEMENT_CAST(base), FALSE, [&]() -> gboolean {
+    state_of<ChromaMatte>(base).layout = frame_template(in, filter->in_info);
     return TRUE;
   });
+  return filter->negotiated;
 }
 
 /// Frames from memory that notes whether somebody writes to it
@@ -125,6 +135,15 @@ gboolean decide_allocation(GstBaseTransform* base, GstQuery* query) {
       gst_query_add_allocation_param(query, allocator, &params);
   }
   return GST_BASE_TRANSFORM_CLASS(parent_class<ChromaMatte>())->decide_allocation(base, query);
+}
+
+/// The base class knows no size of a mosaic's frames: their source makes the memory.
+gboolean propose_allocation(GstBaseTransform* base, GstQuery* decide, GstQuery* query) {
+  GstCaps* caps = nullptr;
+  gst_query_parse_allocation(query, &caps, nullptr);
+  if (caps == nullptr || is_mosaic(caps)) return TRUE;
+  return GST_BASE_TRANSFORM_CLASS(parent_class<ChromaMatte>())
+      ->propose_allocation(base, decide, query);
 }
 
 gboolean start(GstBaseTransform* base) {
@@ -171,18 +190,20 @@ void key_frame(ChromaMatte& self, const FrameView& frame, KeyView view, Matte& m
   }
 }
 
-GstFlowReturn transform_frame(GstVideoFilter* filter, GstVideoFrame* in, GstVideoFrame* out) {
-  GstElement* element = GST_ELEMENT_CAST(filter);
-  ChromaMatte& self = state_of<ChromaMatte>(filter);
+GstFlowReturn transform(GstBaseTransform* base, GstBuffer* in, GstBuffer* out) {
+  GstElement* element = GST_ELEMENT_CAST(base);
+  ChromaMatte& self = state_of<ChromaMatte>(base);
   return guarded(element, GST_FLOW_ERROR, [&]() -> GstFlowReturn {
     configure(element);
-    const KeyView view = snapshot(filter, self.view).view;
-    const FrameView frame = frame_view(self.layout, *in);
+    const KeyView view = snapshot(base, self.view).view;
+    const MappedFrame from(GST_VIDEO_FILTER_CAST(base)->in_info, in);
+    const FrameView frame = frame_view(self.layout, from.frame());
     const std::shared_ptr<Matte> matte = self.mattes.take();
-    key_frame(self, frame, view, *matte,
-              static_cast<std::uint8_t*>(GST_VIDEO_FRAME_PLANE_DATA(out, 0)),
-              GST_VIDEO_FRAME_PLANE_STRIDE(out, 0));
-    if (view == KeyView::composite) set_matte(out->buffer, {matte, nullptr, 0.0});
+    {
+      MappedFrame to(GST_VIDEO_FILTER_CAST(base)->out_info, out, GST_MAP_WRITE);
+      key_frame(self, frame, view, *matte, to.data(), to.stride());
+    }
+    if (view == KeyView::composite) set_matte(out, {matte, nullptr, 0.0});
     report_calibration(self.keyer.calibration(), element, self.statistics);
     self.statistics.count("frames");
     return GST_FLOW_OK;
@@ -204,22 +225,22 @@ void ChromaMatte::class_init(gpointer klass) {
   set_metadata(klass, "Chroma matte", "Filter/Effect/Video",
                "Keys a subject out of a coloured screen or a known room; "
                "writes RGBA with the matte in alpha");
-  add_template(klass, "sink", GST_PAD_SINK, GST_VIDEO_CAPS_MAKE(POLYHULL_KEYABLE_FORMATS));
+  add_template(klass, "sink", GST_PAD_SINK, POLYHULL_KEYABLE_CAPS);
   add_template(klass, "src", GST_PAD_SRC, GST_VIDEO_CAPS_MAKE("RGBA"));
 
   auto* base_class = GST_BASE_TRANSFORM_CLASS(klass);
   base_class->transform_caps = transform_caps;
   base_class->fixate_caps = fixate_caps;
+  base_class->set_caps = set_caps;
+  base_class->propose_allocation = propose_allocation;
   base_class->decide_allocation = decide_allocation;
   base_class->start = start;
   base_class->stop = stop;
+  base_class->transform = transform;
   base_class->before_transform = sync_controlled_properties;
   base_class->submit_input_buffer = submit_input_buffer<ChromaMatte>;
   base_class->src_event = src_event<ChromaMatte>;
   base_class->passthrough_on_same_caps = FALSE;
-  auto* filter_class = GST_VIDEO_FILTER_CLASS(klass);
-  filter_class->set_info = set_info;
-  filter_class->transform_frame = transform_frame;
 }
 
 }  // namespace

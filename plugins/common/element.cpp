@@ -1,7 +1,59 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "plugins/common/element.h"
 
+#include <algorithm>
+#include <array>
+
 namespace polyhull::element {
+namespace {
+
+// What tells an element which thing it is or works on, not how: one preset suits all cameras of a
+// stage, whose masks and polygons lie elsewhere in each picture, and a file or device of this machine
+// is not there on the next. (GStreamer 1.22 would bring polygons back with a backslash before each
+// comma, too.)
+constexpr std::array<std::string_view, 13> bound{
+    "name",         "parent",        "camera",         "device",      "location",
+    "rig",          "scene",         "clean-plate",    "inside-mask", "inside-polygon",
+    "outside-mask", "mesh-location", "outside-polygon"};
+bool left_out(GObjectClass* klass, const char* name) {
+  GParamSpec* spec = g_object_class_find_property(klass, name);
+  // An old name sets the same as the new one, with a warning.
+  const char* blurb = spec != nullptr ? g_param_spec_get_blurb(spec) : nullptr;
+  return (spec != nullptr && (spec->flags & G_PARAM_DEPRECATED) != 0) ||
+         (blurb != nullptr && g_str_has_prefix(blurb, "Deprecated:")) ||
+         std::ranges::find(bound, std::string_view(name)) != bound.end();
+}
+
+gchar** (*all_names)(GstPreset*) = nullptr;  // GStreamer's own
+
+gchar** preset_names(GstPreset* preset) {
+  gchar** names = all_names(preset);
+  if (names == nullptr) return nullptr;
+  gchar** kept = names;
+  for (gchar** name = names; *name != nullptr; ++name) {
+    if (!left_out(G_OBJECT_GET_CLASS(preset), *name))
+      *kept++ = *name;
+    else
+      g_free(*name);
+  }
+  *kept = nullptr;
+  return names;
+}
+
+void preset_init(gpointer interface, gpointer) {
+  auto* preset = static_cast<GstPresetInterface*>(interface);
+  if (preset->get_property_names == preset_names) return;
+  all_names = preset->get_property_names;
+  preset->get_property_names = preset_names;
+}
+
+}  // namespace
+
+void detail::add_presets(GType type) {
+  if (!g_type_is_a(type, GST_TYPE_ELEMENT)) return;
+  const GInterfaceInfo info{preset_init, nullptr, nullptr};
+  g_type_add_interface_static(type, GST_TYPE_PRESET, &info);
+}
 
 GType detail::register_type(const char* name, GType base, GClassInitFunc class_init,
                             GInstanceInitFunc instance_init, gint* offset) {

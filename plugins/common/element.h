@@ -67,6 +67,10 @@ struct Class {
 GType register_type(const char* name, GType base, GClassInitFunc class_init,
                     GInstanceInitFunc instance_init, gint* offset);
 
+/// Lets an element be saved and loaded by GstPreset: its writable properties, under GStreamer's own
+/// rules for what is one; other types stay as they are.
+void add_presets(GType type);
+
 /// Posts the warning that property \p name was set to what is no number and keeps its value.
 void warn_not_a_number(gpointer object, const char* name, double minimum, double maximum);
 
@@ -131,6 +135,7 @@ GType type_of() {
         detail::register_type(State::type_name, State::base_type(), detail::class_init<State>,
                               detail::instance_init<State>, &detail::Class<State>::offset);
     if constexpr (requires { State::add_interfaces(made); }) State::add_interfaces(made);
+    detail::add_presets(made);
     return made;
   }();
   return type;

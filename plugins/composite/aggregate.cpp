@@ -41,6 +41,7 @@ void show(Composite& self, GstAggregatorPad* pad, GstBuffer* buffer, std::int64_
     state.mesh = std::make_unique<MeshBuffer>(buffer);
     state.content = self.next_content++;
     state.time = time;
+    self.newcomer = state.mesh->mesh().trigger;
     self.statistics.count("meshes");
   } catch (const Error& error) {
     self.statistics.warn(
@@ -185,7 +186,15 @@ struct Made {
   GstFlowReturn flow = GST_FLOW_OK;
   std::optional<unsigned> place = {};  ///< it is still to be taken from there
   std::int64_t duration = 0;
+  std::optional<std::uint64_t> newcomer = {};  ///< as Composite::newcomer, of this frame
 };
+
+/// Hands on \p buffer, whose reference it takes, and says so if it is the first of a set.
+GstFlowReturn hand_on(Composite& self, GstBuffer* buffer, std::optional<std::uint64_t> newcomer) {
+  const GstFlowReturn flow = gst_aggregator_finish_buffer(self.element, buffer);
+  if (flow == GST_FLOW_OK) self.tell_composited(newcomer);
+  return flow;
+}
 
 /// Hands on the frame that is held, if there is one.
 GstFlowReturn send_held(Composite& self) {
@@ -194,7 +203,7 @@ GstFlowReturn send_held(Composite& self) {
   g_autoptr(GstBuffer) buffer = g_steal_pointer(&self.held.buffer);
   if (!buffer) return GST_FLOW_OK;
   if (self.composer.take(self.held.place, self.held.info, buffer))
-    return gst_aggregator_finish_buffer(self.element, g_steal_pointer(&buffer));
+    return hand_on(self, g_steal_pointer(&buffer), std::exchange(self.held.newcomer, {}));
   self.statistics.count("frames-lost");
   return GST_FLOW_OK;
 }
@@ -204,10 +213,10 @@ GstFlowReturn send(Composite& self, const Made& made) {
   g_autoptr(GstBuffer) buffer = made.buffer;
   const GstFlowReturn flow = send_held(self);
   if (flow != GST_FLOW_OK) return flow;
-  if (!made.place) return gst_aggregator_finish_buffer(self.element, g_steal_pointer(&buffer));
+  if (!made.place) return hand_on(self, g_steal_pointer(&buffer), made.newcomer);
   const std::int64_t now = self.timing.now();
   self.held = {g_steal_pointer(&buffer), self.output_info, *made.place,
-               now == no_time ? no_time : now + made.duration};
+               now == no_time ? no_time : now + made.duration, made.newcomer};
   self.timing.hold(made.duration);
   return GST_FLOW_OK;
 }
@@ -246,7 +255,8 @@ Made make_frame(Composite& self, const CompositePads& pads, bool live, bool time
   self.timing.note_work(watch.seconds());
   if (live && frame.begin != no_time) self.pace.note(frame.begin, frame.end - frame.begin, false);
   self.follow(segment);
-  return {out, GST_FLOW_OK, place, frame.end != no_time ? frame.end - frame.begin : 0};
+  return {out, GST_FLOW_OK, place, frame.end != no_time ? frame.end - frame.begin : 0,
+          std::exchange(self.newcomer, {})};
 }
 
 }  // namespace
@@ -324,6 +334,7 @@ gboolean composite_start(GstAggregator* aggregator) {
   self.statistics.reset();
   self.announced = false;
   self.forget_formats();
+  self.newcomer.reset();
   self.begin(snapshot(aggregator, self.settings).live());
   return TRUE;
 }

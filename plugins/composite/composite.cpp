@@ -130,6 +130,8 @@ gboolean take_caps(Composite& self, GstEvent* event) {
   return TRUE;
 }
 
+guint composited_signal = 0;
+
 void set_context(GstElement* element, GstContext* context) {
   state_of<Composite>(element).gl.set_context(context);
   GST_ELEMENT_CLASS(parent_class<Composite>())->set_context(element, context);
@@ -145,6 +147,10 @@ GstStructure* Composite::statistics_of(gpointer) {
   GstStructure* stats = statistics.structure();
   timing.tell(stats);
   return stats;
+}
+
+void Composite::tell_composited(std::optional<std::uint64_t> shown) {
+  if (shown) g_signal_emit(element, composited_signal, 0, guint64{*shown});
 }
 
 bool Composite::hear(GstAggregatorPad* pad, GstEvent* event) {
@@ -217,6 +223,9 @@ void Composite::class_init(gpointer klass) {
       "frame-ms and the milliseconds per pass on the CPU (…-ms) and, of a frame shortly before, on "
       "the graphics processor (…-gpu-ms, negative where it cannot tell). Live: wait-ms and "
       "latency-ms as they are now.");
+  composited_signal =
+      g_signal_new("composited", G_TYPE_FROM_CLASS(klass), G_SIGNAL_RUN_LAST, 0, nullptr, nullptr,
+                   nullptr, G_TYPE_NONE, 1, G_TYPE_UINT64);
   set_metadata(klass, "Scene compositor", "Filter/Effect/Video/Compositor",
                "Puts textured visual hulls into the picture of a synthetic scene, with occlusion, "
                "shadow and mirror image");

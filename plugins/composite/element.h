@@ -7,6 +7,7 @@
 #include <gst/base/gstaggregator.h>
 
 #include <atomic>
+#include <optional>
 #include <vector>
 
 #include "plugins/common/live/live_aggregator.h"
@@ -20,6 +21,7 @@ struct HeldFrame {
   GstVideoInfo info;
   unsigned place = 0;          ///< for FrameComposer::take()
   std::int64_t due = no_time;  ///< running time when it goes out if no other frame comes
+  std::optional<std::uint64_t> newcomer;  ///< as Composite::newcomer, of this frame
 };
 
 struct Composite : LiveAggregator {
@@ -31,6 +33,8 @@ struct Composite : LiveAggregator {
   gboolean navigate(GstEvent* event);
   bool answer(GstQuery* query);
   GstStructure* statistics_of(gpointer object);
+  /// Emits `composited` if a frame that was handed on is the first to show the set \p shown.
+  void tell_composited(std::optional<std::uint64_t> shown);
 
   /// Both formats unknown; a GstVideoInfo of zeros may not be asked for its format.
   void forget_formats() {
@@ -50,6 +54,8 @@ struct Composite : LiveAggregator {
   GstVideoInfo output_info;
   bool output_on_gpu = false;
   std::uint64_t next_content = 1;
+  /// Trigger number (no_trigger: none) of the latest set that no frame sent shows yet.
+  std::optional<std::uint64_t> newcomer;
   HeldFrame held;
   bool send_held_first = false;  // before the output's format changes
 };

@@ -14,8 +14,10 @@ namespace polyhull::element {
 
 /// Cameras whose silhouettes contradict each other.
 struct Contradiction {
-  double share = 0.0;  ///< of the outlines that some other camera cuts away
-  std::string camera;  ///< that has moved, or is keyed badly; empty: it cannot be told which
+  double share = 0.0;     ///< of the outlines that some other camera cuts away
+  double tangency = 0.0;  ///< epipolar tangency error of `camera` with the others, px, and
+  double others = 0.0;    ///< of the others among each other; 0: unknown
+  std::string camera;     ///< that has moved, or is keyed badly; empty: it cannot be told which
 };
 
 /// Sums doubts (hull/repair/doubts.h) over a second. For one thread.

@@ -47,17 +47,19 @@ ViewHead look_at(HullBuild& self, GstAggregatorPad* pad) {
     }
     if (front->buffer == state.parsed.buffer) return state.head;
     state.forget_front();
-    const Arrival arrival{front->buffer, front->segment};
+    const Arrival arrival = *front;
     try {
       if (!arrival.gap()) state.view = std::make_unique<ViewBuffer>(arrival.buffer);
     } catch (const Error& error) {
       pop(pad);
+      ++state.unusable;
       self.statistics.warn(
           GST_ELEMENT_CAST(self.element), "views-unusable",
           fmt::format("A buffer on {} was dropped: {}", GST_OBJECT_NAME(pad), error.what()));
       continue;
     }
-    state.parsed = {gst_buffer_ref(arrival.buffer), arrival.segment};
+    state.parsed = arrival;
+    gst_buffer_ref(arrival.buffer);
     state.head = state.view ? head_of_view(state) : head_of_gap(arrival);
     return state.head;
   }

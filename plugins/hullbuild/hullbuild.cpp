@@ -6,6 +6,8 @@
 /// 2-manifold.
 #include <gst/base/gstaggregator.h>
 
+#include <algorithm>
+
 #include "base/thread_pool.h"
 #include "plugins/common/guard.h"
 #include "plugins/hullbuild/private.h"
@@ -38,6 +40,8 @@ gboolean start(GstAggregator* aggregator) {
     self.statistics.reset();
     self.words.reset();
     self.doubts.reset();
+    self.tangencies.reset();
+    self.times.reset();
     forget_streams(self);
     self.begin(settings.live());
     return TRUE;
@@ -52,13 +56,64 @@ gboolean stop(GstAggregator* aggregator) {
   return TRUE;
 }
 
+/// Adds what the camera \p name of \p pad has to tell at running time \p now.
+void tell_camera(GstStructure* stats, GstAggregatorPad* pad, const std::string& name,
+                 std::int64_t now) {
+  const HullPadState& state = state_of<HullPadState>(pad);
+  const auto tell = [&](const char* what, const std::atomic<std::uint64_t>& count) {
+    gst_structure_set(stats, (what + name).c_str(), G_TYPE_UINT64, guint64{count.load()}, nullptr);
+  };
+  tell("late-views-", state.late);
+  tell("duplicate-views-", state.duplicate);
+  tell("early-views-", state.early);
+  tell("unusable-views-", state.unusable);
+  tell("given-up-views-", state.given_up);
+  tell("clock-jumps-", state.jumps);
+  tell("holes-filled-", state.holes_filled);
+  tell("pieces-dropped-", state.pieces_dropped);
+  const auto late = state_of<LivePadState>(pad).punctuality.latest_of_all(now);
+  if (late)
+    gst_structure_set(stats, ("lateness-ms-" + name).c_str(), G_TYPE_DOUBLE,
+                      1e-6 * static_cast<double>(*late), nullptr);
+}
+
 }  // namespace
+
+void note_times(HullBuild& self, const Pads& pads, const ViewDecision& set) {
+  GstElement* element = GST_ELEMENT_CAST(self.element);
+  std::vector<CameraTime> views;
+  for (const std::size_t i : set.heads) {
+    const HullPadState& state = state_of<HullPadState>(pads[i]);
+    if (state.head.time != no_time) views.push_back({state.name, state.head.time});
+  }
+  TimeAxis axis = TimeAxis::running;
+  {
+    const std::scoped_lock lock(self.instants_mutex);
+    axis = self.instants.axis();
+  }
+  const bool by_trigger = std::all_of(set.heads.begin(), set.heads.end(), [&](std::size_t i) {
+    return state_of<HullPadState>(pads[i]).head.trigger != no_trigger;
+  });
+  self.statistics.count(by_trigger                   ? "sets-by-trigger"
+                        : axis == TimeAxis::timecode ? "sets-by-timecode"
+                        : axis == TimeAxis::running  ? "sets-by-running-time"
+                                                     : "sets-by-capture-time");
+  const HullSettings settings = snapshot(element, self.settings);
+  self.times.note(element, views, !by_trigger && axis == TimeAxis::running,
+                  static_cast<std::int64_t>(settings.sync_tolerance));
+  if (!self.times.due()) return;
+  GstStructure* told = self.statistics_of(element);
+  gst_structure_set_name(told, "polyhull-sets");
+  gst_element_post_message(element, gst_message_new_element(GST_OBJECT(element), told));
+}
 
 HullBuild::HullBuild(gpointer object)
     : LiveAggregator(object, "hullbuild-stats", InputWatch::In::files) {
   statistics.declare({"sets-incomplete", "sets-dropped-incomplete", "sets-dropped-few-cameras",
                       "sets-refused", "sets-overdue", "sets-unwanted", "views-late",
-                      "views-duplicate", "views-held", "views-unusable", "rigs-refused",
+                      "views-duplicate", "views-early", "views-held", "views-unusable",
+                      "clock-jumps", "clocks-apart", "sets-by-trigger", "sets-by-timecode",
+                      "sets-by-capture-time", "sets-by-running-time", "rigs-refused",
                       "frame-step"});
 }
 
@@ -74,22 +129,15 @@ void HullBuild::property_set(gpointer object, std::string_view name) {
 GstStructure* HullBuild::statistics_of(gpointer object) {
   GstStructure* stats = statistics.structure();
   timing.tell(stats);
+  times.tell(stats);
   const std::int64_t now = running_time_now(GST_ELEMENT_CAST(object));
   for (GstAggregatorPad* pad : Pads(object)) {
     std::string name = snapshot(pad, state_of<HullPadState>(pad).name);
     if (name.empty()) name = GST_OBJECT_NAME(pad);
-    const auto late = state_of<LivePadState>(pad).punctuality.latest_of_all(now);
-    gst_structure_set(stats, ("late-views-" + name).c_str(), G_TYPE_UINT64,
-                      static_cast<guint64>(state_of<HullPadState>(pad).late.load()), nullptr);
-    gst_structure_set(stats, ("holes-filled-" + name).c_str(), G_TYPE_UINT64,
-                      static_cast<guint64>(state_of<HullPadState>(pad).holes_filled.load()),
-                      ("pieces-dropped-" + name).c_str(), G_TYPE_UINT64,
-                      static_cast<guint64>(state_of<HullPadState>(pad).pieces_dropped.load()),
-                      nullptr);
-    if (late)
-      gst_structure_set(stats, ("lateness-ms-" + name).c_str(), G_TYPE_DOUBLE,
-                        1e-6 * static_cast<double>(*late), nullptr);
+    tell_camera(stats, pad, name, now);
   }
+  for (const auto& [pair, pixels] : snapshot(object, tangency_pixels))
+    gst_structure_set(stats, ("tangency-px-" + pair).c_str(), G_TYPE_DOUBLE, pixels, nullptr);
   return stats;
 }
 
@@ -113,15 +161,25 @@ void HullBuild::class_init(gpointer klass) {
       "empty-meshes, lone-silhouettes (one camera sees a foreground), full-silhouettes "
       "(foreground fills the frame), holes-filled and pieces-dropped (by repair; of each camera "
       "holes-filled-NAME and pieces-dropped-NAME), contradiction-percent (of the outlines in the "
-      "last "
-      "second's sets, what other cameras cut away), hulls-reused, predicates and "
+      "last second's sets, what other cameras cut away), tangency-px-ONE-OTHER (by how many pixels "
+      "the outlines of two cameras lie beside each other where planes through both touch the "
+      "subject, over .6 seconds) and tangency-px (the largest of these), hulls-reused, "
+      "predicates and "
       "exact-predicates; and of the last set cameras (with foreground), faces, vertices, "
       "triangles, the milliseconds each phase took and threads-used (how many threads took part "
       "in its parallel loops, "
       "on average). Live: wait-ms and latency-ms as they are now, frame-step (every how "
       "many instants one is asked for), and of each camera lateness-ms-NAME, the most that a "
-      "view of the last ten seconds came after its instant, and late-views-NAME, views that "
-      "came after their set had gone.");
+      "view of the last ten seconds came after its instant. sets-by-trigger, "
+      "sets-by-timecode, sets-by-capture-time and sets-by-running-time say what matched their "
+      "views. Of the last hundred sets "
+      "spread-minimum-us, spread-median-us and spread-maximum-us, the microseconds between a "
+      "set's first and last view, and of each camera offset-us-NAME, by how much its views "
+      "usually come after the middle of their sets. Views that were of no use, of each camera: "
+      "late-views-NAME (their set had gone), duplicate-views-NAME, early-views-NAME (taken before "
+      "the first set's time), unusable-views-NAME (no views), given-up-views-NAME (their set was "
+      "dropped); and clock-jumps-NAME. A message polyhull-sets on the bus has the same once a "
+      "second, or every hundred sets.");
   set_metadata(klass, "Visual hull builder", "Generic/Video",
                "Builds the exact, closed polyhedral visual hull from the views of several cameras");
   add_template(klass, "sink_%u", GST_PAD_SINK, view_caps, type_of<HullPadState>(), GST_PAD_REQUEST);

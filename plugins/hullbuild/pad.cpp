@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "plugins/hullbuild/pad.h"
 
+#include "plugins/hullbuild/entry.h"
+
 namespace polyhull::element {
 namespace {
 
@@ -10,6 +12,10 @@ constexpr Property<HullPadSettings> properties[] = {property<&HullPadSettings::c
     "carry counts.")};
 
 }  // namespace
+
+HullPadState::HullPadState(gpointer pad) {
+  state_of<LivePadState>(pad).entry = place_view;
+}
 
 void HullPadState::class_init(gpointer klass) {
   add_properties<HullPadState>(klass, properties, &HullPadState::settings);
@@ -28,7 +34,8 @@ void HullPadState::reset() {
   last_time = no_time;
   missed_since = no_time;
   delivered = ended = false;
-  late = holes_filled = pieces_dropped = 0;
+  late = duplicate = early = unusable = given_up = jumps = 0;
+  holes_filled = pieces_dropped = 0;
 }
 
 std::string camera_property(GstAggregatorPad* pad) {

@@ -25,7 +25,7 @@ struct HullPadState {
   static constexpr char type_name[] = "PolyhullHullPad";
   static GType base_type() { return type_of<LivePadState>(); }
   static void class_init(gpointer klass);
-  explicit HullPadState(gpointer) {}
+  explicit HullPadState(gpointer pad);
   ~HullPadState() { forget_front(); }
 
   HullPadSettings settings;  ///< under the pad's object lock
@@ -43,7 +43,11 @@ struct HullPadState {
   std::int64_t missed_since = no_time;  ///< sets have lacked it from this running time on
 
   std::string name;                    ///< of its camera, under the pad's object lock
-  std::atomic<std::uint64_t> late{0};  ///< views that came after their set had gone
+
+  /// Views that were of no use: that came after their set had gone, twice, before the first set's
+  /// time, as no view; whose set was dropped.
+  std::atomic<std::uint64_t> late{0}, duplicate{0}, early{0}, unusable{0}, given_up{0};
+  std::atomic<std::uint64_t> jumps{0};  ///< of its clock
 
   /// What was mended of its silhouettes.
   std::atomic<std::uint64_t> holes_filled{0}, pieces_dropped{0};

@@ -6,13 +6,19 @@
 #include <gst/base/gstaggregator.h>
 
 #include <atomic>
+#include <mutex>
+#include <string>
+#include <utility>
 #include <vector>
 
+#include "mesh/instants.h"
 #include "plugins/common/live/live_aggregator.h"
 #include "plugins/hullbuild/doubt_watch.h"
 #include "plugins/hullbuild/pad.h"
 #include "plugins/hullbuild/properties.h"
 #include "plugins/hullbuild/set_builder.h"
+#include "plugins/hullbuild/set_times.h"
+#include "plugins/hullbuild/tangency_watch.h"
 #include "plugins/hullbuild/words.h"
 
 namespace polyhull::element {
@@ -28,10 +34,16 @@ struct HullBuild : LiveAggregator {
   bool hear(GstAggregatorPad* pad, GstEvent* event);
 
   HullSettings settings;  // under the object lock
+  /// Of each pair of cameras, by name: its tangency error. Under the object lock.
+  std::vector<std::pair<std::string, double>> tangency_pixels;
 
   std::atomic<bool> rig_changed{false};
   std::atomic<std::int64_t> start_wait{0};  // for cameras that have not sent anything yet
 
+  std::mutex instants_mutex;  // protects the next
+  Instants instants;
+
+  SetTimes times;  // has a lock of its own
   SetBuilder stage{statistics};  // this and the rest belong to the source pad's thread
   ViewSets sets;
   std::int64_t first_time = no_time;      // of the stream's first view
@@ -39,8 +51,17 @@ struct HullBuild : LiveAggregator {
   std::int64_t interval = 0;              // the least time between two, where views have no length
   std::vector<std::int64_t> unexplained;  // dropped instants whose camera may only be silent
   DoubtWatch doubts;
+  TangencyWatch tangencies;
   HullWords words;
 };
+
+// ---- contradictions.cpp
+
+/// Counts what was mended for each camera, and says so where it lasts.
+void note_repairs(HullBuild& self, const Pads& pads, std::int64_t now);
+
+/// Says so where silhouettes have contradicted each other for a while.
+void note_doubts(HullBuild& self, std::int64_t now);
 
 // ---- fronts.cpp
 
@@ -60,6 +81,12 @@ void check_cameras(HullBuild& self, const Pads& pads);
 /// Running time until which what waits is waited for in a live stream: no_time where nothing waits
 /// that has a time, 0 where all cameras have something there.
 std::int64_t next_deadline(HullBuild& self, const Pads& pads);
+
+// ---- hullbuild.cpp
+
+/// Notes the times of the views of \p set for `stats` and the message `polyhull-sets`, which has the
+/// same fields.
+void note_times(HullBuild& self, const Pads& pads, const ViewDecision& set);
 
 // ---- sets.cpp
 

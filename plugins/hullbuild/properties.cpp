@@ -55,8 +55,9 @@ constexpr Property<S> table[] = {
         "cameras. A change while playing takes effect with the next set."),
     property<&S::sync_tolerance>(
         "sync-tolerance", "Sync tolerance",
-        "How far the running times of views of one set may differ, in nanoseconds (0 to 60 s), "
-        "where views carry no trigger number. Keep it below half the time between frames.",
+        "How far the times of views of one set may differ, in nanoseconds (0 to 60 s), where views "
+        "carry no trigger number: timecodes, else capture times, else running times. Keep it "
+        "below half the time between frames.",
         0, longest),
     property<&S::max_wait>(
         "max-wait", "Longest wait",

@@ -124,22 +124,25 @@ void SetBuilder::take_repairs(Mesh& mesh) {
   }
 }
 
-/// A few points of each outline, others in each set, so that a second's sets have many.
+/// A few points of each outline and a few pairs of cameras, others in each set, so that a second's
+/// sets have many.
 void SetBuilder::take_doubts(const Mesh& mesh, const HullSettings& settings) {
-  constexpr std::size_t points = 40;
+  constexpr std::size_t points = 40, pairs = 64;
   const std::size_t views = mesh.views.size();
   cameras_.clear();
   doubts_.reset();
+  tangencies_.clear();
   for (const MeshView& view : mesh.views) cameras_.push_back(view.view.camera);
   if (stage_->statistics().reused) return;
   doubts_.emplace();
   // Where hardly a camera sees anything the outlines are of noise, or of who is about to enter.
   const auto empty = std::count_if(mesh.views.begin(), mesh.views.end(),
                                    [](const MeshView& view) { return view.view.contours.empty(); });
-  if (!settings.check_cameras || views < 4 || empty > 1) return;
+  if (!settings.check_cameras || views < 3 || empty > 1) return;
   const Stopwatch watch;
   const auto each = static_cast<int>(std::max<std::size_t>(3, points / views));
-  doubts_ = stage_->doubts(settings.unseen, each, round_++);
+  doubts_ = stage_->doubts(settings.unseen, each, round_);
+  tangencies_ = stage_->tangencies(pairs, round_++);
   statistics_.set("check-ms", watch.milliseconds());
 }
 

@@ -59,6 +59,8 @@ class SetBuilder {
   /// Of the last set: what its cameras, by name, say of each other; nothing where the silhouettes
   /// are those of the set before, of no views where nobody is asked.
   const std::optional<CameraDoubts>& doubts() const { return doubts_; }
+  /// The frontier points that go with doubts().
+  const std::vector<Tangency>& tangencies() const { return tangencies_; }
   const std::vector<std::string>& cameras() const { return cameras_; }
 
   /// Forgets contours and hulls of former frames.
@@ -76,7 +78,8 @@ class SetBuilder {
   std::vector<CameraRepair> repairs_;                  // of the last set
   std::vector<std::string> cameras_;                   // of it
   std::optional<CameraDoubts> doubts_;                 // of it
-  std::uint32_t round_ = 0;                            // of doubts
+  std::vector<Tangency> tangencies_;                   // of it
+  std::uint32_t round_ = 0;                            // of doubts and tangencies
   bool is_empty_ = true, all_see_foreground_ = false;  // of the last set
 };
 

@@ -144,6 +144,7 @@ Step drop_set(HullBuild& self, const Pads& pads, const ViewDecision& set,
               const HullSettings& settings, const char* counter) {
   take_views(pads, set, settings);
   self.statistics.count(counter);
+  for (const std::size_t i : set.heads) ++state_of<HullPadState>(pads[i]).given_up;
   post_dropped(self, set);
   return {Outcome::again};
 }
@@ -205,33 +206,6 @@ bool any_ended(const Pads& pads) {
                      [](GstAggregatorPad* pad) { return state_of<HullPadState>(pad).ended; });
 }
 
-/// Counts what was mended for each camera, and says so where it lasts.
-void note_repairs(HullBuild& self, const Pads& pads, std::int64_t now) {
-  const std::vector<CameraRepair>& repairs = self.stage.repairs();
-  for (GstAggregatorPad* pad : pads) {
-    HullPadState& state = state_of<HullPadState>(pad);
-    for (const CameraRepair& repair : repairs) {
-      if (repair.camera != state.name) continue;
-      state.holes_filled += repair.holes;
-      state.pieces_dropped += repair.pieces;
-    }
-  }
-  self.words.repaired(GST_ELEMENT_CAST(self.element), now, repairs);
-}
-
-/// Says so where silhouettes have contradicted each other for a while.
-void note_doubts(HullBuild& self, std::int64_t now) {
-  const std::optional<CameraDoubts>& doubts = self.stage.doubts();
-  if (!doubts || now == no_time) return;
-  if (doubts->asked.empty())
-    self.doubts.reset();
-  else
-    self.doubts.add(now, self.stage.cameras(), *doubts);
-  const Contradiction contradiction = self.doubts.contradiction();
-  self.statistics.set("contradiction-percent", 100.0 * contradiction.share);
-  self.words.contradicted(GST_ELEMENT_CAST(self.element), now, contradiction);
-}
-
 Step build_set(HullBuild& self, const Pads& pads, const ViewDecision& set,
                const HullSettings& settings) {
   GstElement* element = GST_ELEMENT_CAST(self.element);
@@ -285,6 +259,7 @@ Step build_set(HullBuild& self, const Pads& pads, const ViewDecision& set,
   note_repairs(self, pads, set.time);
   note_doubts(self, set.time);
   if (self.stage.all_see_foreground()) self.words.hull(element, used, self.stage.is_empty());
+  note_times(self, pads, set);
   note_pace(self, pads, set, false);
   stamp(self, pads, set, buffer);
   take_views(pads, set, settings);
@@ -347,6 +322,7 @@ Step next_step(HullBuild& self, const Pads& pads, bool deadline_passed) {
       break;
     case Kind::drop_duplicate:
       self.statistics.count("views-duplicate", decision.heads.size());
+      for (const std::size_t i : decision.heads) ++state_of<HullPadState>(pads[i]).duplicate;
       break;
     case Kind::drop_gaps:
       break;
@@ -362,6 +338,10 @@ void forget_stream(HullBuild& self, GstAggregatorPad* pad) {
   state.reset();
   state.delivered = delivered;  // it is still the camera that it was
   self.sets.reset();
+  {
+    const std::scoped_lock lock(self.instants_mutex);
+    self.instants.forget(pad);
+  }
   self.first_time = self.last_time = no_time;
   self.new_segment = true;
 }
@@ -378,6 +358,10 @@ bool is_due(HullBuild& self, const Pads& pads) {
 void forget_streams(HullBuild& self) {
   for (GstAggregatorPad* pad : Pads(self.element)) state_of<HullPadState>(pad).reset();
   self.sets.reset();
+  {
+    const std::scoped_lock lock(self.instants_mutex);
+    self.instants.reset();
+  }
   self.first_time = self.last_time = no_time;
   self.interval = 0;
   self.unexplained.clear();
@@ -392,6 +376,10 @@ GstFlowReturn send_next_set(HullBuild& self, bool timeout) {
   while (step.outcome == Outcome::again) {
     // The pads of this moment: what the others have must not be dropped past a camera that joins.
     const Pads pads(self.element);
+    {
+      const std::scoped_lock lock(self.instants_mutex);
+      self.instants.keep_only(pads);
+    }
     self.forget_flushed(pads, [&](GstAggregatorPad* pad) { forget_stream(self, pad); });
     step = next_step(self, pads, live ? is_due(self, pads) : timeout);
     // A deadline is that of the earliest front: once fronts are dropped it says nothing.

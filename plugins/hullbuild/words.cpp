@@ -11,7 +11,7 @@ constexpr std::int64_t again_after = 60 * second;  // the same words
 constexpr std::int64_t silence = second;           // that is worth a word
 constexpr std::int64_t lasting = 3 * second;       // a silhouette that is mended for so long
 constexpr std::int64_t moment = second;            // without it in between
-constexpr std::int64_t shortly = second / 2;       // for which silhouettes contradict each other
+constexpr std::int64_t shortly = 2 * second / 5;   // for which silhouettes contradict each other
 constexpr double contradictory = 0.04;  // of their outlines; sound ones come to a hundredth
 constexpr int empty_in_a_row = 5;       // one may be a subject that has just left
 
@@ -143,15 +143,23 @@ void HullWords::contradicted(GstElement* element, std::int64_t now,
   if (now - known.since < shortly || (said && !news)) return;
   known.said_at = now;
   known.camera = contradiction.camera;
-  const std::string who = contradiction.camera.empty()
-                              ? "Which camera is wrong cannot be told"
-                              : fmt::format("It is most likely camera {}", contradiction.camera);
-  warn(element, fmt::format("The silhouettes contradict each other: {:.0f} % of their outlines are "
-                            "cut away by other cameras, and the hull is smaller than the subject. "
-                            "{}: it has been moved, its calibration is another camera's, its matte "
-                            "is wrong, or the subject leaves its picture. `polyhull-rig check RIG "
-                            "--pictures` looks closer.",
-                            100.0 * contradiction.share, who));
+  std::string who = contradiction.camera.empty()
+                        ? "Which camera is wrong cannot be told"
+                        : fmt::format("It is most likely camera {}", contradiction.camera);
+  // Planes through two cameras that touch the subject.
+  if (contradiction.tangency > 0.0)
+    who += fmt::format(
+        ", whose outlines lie {:.1f} px beside where the others have them ({:.1f} px "
+        "among each other)",
+        contradiction.tangency, contradiction.others);
+  warn(element,
+       fmt::format(
+           "The silhouettes contradict each other: {:.0f} % of their outlines are cut away "
+           "by other cameras, which makes the hull smaller than the subject. {}: it has been "
+           "moved, its calibration is another camera's, its frames are of another instant, "
+           "its matte is wrong, or the subject leaves its picture. `polyhull-rig check RIG "
+           "--pictures` looks closer.",
+           100.0 * contradiction.share, who));
 }
 
 void HullWords::hull(GstElement* element, std::size_t used, bool empty) {

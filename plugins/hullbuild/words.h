@@ -58,7 +58,7 @@ class HullWords {
   void repaired(GstElement* element, std::int64_t now, const std::vector<CameraRepair>& repairs);
 
   /// In a set at running time \p now (ns) silhouettes contradict each other so: said once it has
-  /// lasted for half a second, with the camera's name where that is known.
+  /// lasted for four tenths of a second, with the camera's name where that is known.
   void contradicted(GstElement* element, std::int64_t now, const Contradiction& contradiction);
 
   /// All \p used cameras of a set see a foreground; \p empty: yet its hull is.

@@ -84,6 +84,8 @@ struct Settings {
   int map_size = TextureSettings{}.map_size;
   std::uint32_t threads = 0;
   TextureAlign align = TextureSettings{}.align;
+  Switch memory = Switch::off;
+  double memory_time = TextureSettings{}.memory_time;
 };
 
 const Property<Settings> table[] = {
@@ -125,6 +127,13 @@ const Property<Settings> table[] = {
     property<&Settings::align>("align", "Align",
                                "Whether the cameras' pictures are moved onto each other where they "
                                "disagree. Acts on a blend with occlusion."),
+    property<&Settings::memory>("memory", "Memory",
+                                "Whether what no camera sees takes the colours that were seen there "
+                                "earlier, carried along by the surface's motion. Not with fill=grey."),
+    property<&Settings::memory_time>("memory-time", "Memory time",
+                                     "After how many seconds unseen a remembered colour counts half "
+                                     "(0 to 86400); 0 remembers nothing.",
+                                     0, 86400),
 };
 constexpr std::span<const Property<Settings>> properties(table);
 
@@ -160,6 +169,8 @@ TextureSettings to_texture_settings(const Settings& settings) {
   out.map_size = settings.map_size;
   out.threads = static_cast<int>(settings.threads);
   out.align = settings.align;
+  out.memory = settings.memory == Switch::on;
+  out.memory_time = settings.memory_time;
   return out;
 }
 
@@ -170,6 +181,14 @@ void report(HullTexture& self, const TextureStatistics& times) {
   self.statistics.count("pieces-sampled", times.sampled);
   self.statistics.set("visibility-ms", 1e3 * times.seconds_visibility);
   self.statistics.set("weights-ms", 1e3 * times.seconds_weights);
+}
+
+void report(HullTexture& self, const MemoryStatistics& memory) {
+  self.statistics.set_count("memory-points", memory.points);
+  self.statistics.set_count("memory-vertices", memory.vertices);
+  self.statistics.set("memory-trust", memory.trust);
+  self.statistics.set("memory-error", memory.error);
+  self.statistics.set("memory-error-without", memory.error_without);
 }
 
 bool texture_mesh(GstBaseTransform* transform, Mesh& mesh) {
@@ -186,10 +205,12 @@ bool texture_mesh(GstBaseTransform* transform, Mesh& mesh) {
   self.statistics.count("pairs", align.pairs);
   self.statistics.count("pairs-reused", align.pairs_reused);
   self.statistics.set("align-ms", 1e3 * self.texturer->seconds_align());
+  report(self, self.texturer->memory_statistics());
+  self.statistics.set("memory-ms", 1e3 * self.texturer->seconds_memory());
   return true;
 }
 
-/// What was learned of the cameras ends with a flush.
+/// What was learned of the cameras and the subject ends with a flush.
 gboolean handle_event(GstBaseTransform* base, GstEvent* event) {
   HullTexture& self = state_of<HullTexture>(base);
   if (GST_EVENT_TYPE(event) == GST_EVENT_FLUSH_STOP && self.texturer)
@@ -207,7 +228,10 @@ void HullTexture::class_init(gpointer klass) {
       "of something before them may cross), meshes-unusable, and with align=flow pairs (of cameras "
       "whose pictures were compared), pairs-reused (those of which nothing had changed) and flows (those "
       "that disagree); and of the last mesh the milliseconds for visibility with the maps, for weights, "
-      "for the balance, for the fill and for align=flow, and threads-used "
+      "for the balance, for the fill, for align=flow and for the memory, with memory=on memory-points "
+      "(that are remembered), memory-vertices (whose fill is remembered by half or more), memory-trust (0 to "
+      "1, as memory-error and memory-error-without tell: how far off remembered colours and the fill were of what "
+      "was seen again, root mean squares in codes of 0 to 255), and threads-used "
       "(how many threads took part in its parallel loops, on average).");
   set_metadata(klass, "Visual hull texturing", "Filter/Video",
                "Finds which cameras colour which part of a visual hull, with occlusion");

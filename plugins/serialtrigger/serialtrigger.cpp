@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 /// \file
 /// serialtrigger: gives trigger pulses to cameras over a serial device, at a rate on the pipeline's
-/// clock or on demand. It has no pads: it stands beside the sources in their pipeline and works
-/// while that plays. Each pulse has a number, counted from 0 since READY, and is announced by an
+/// clock, on demand, or when the last set has been shown. It has no pads: it stands beside the
+/// sources in their pipeline and works while that plays. Each pulse has a number, counted from 0
+/// since READY, which triggerstamp gives to the frames that answer it, and is announced by an
 /// element message "polyhull-trigger" with the fields number, clock-time, running-time and lateness
 /// (nanoseconds).
 #include <algorithm>
@@ -13,6 +14,8 @@
 #include "base/error.h"
 #include "plugins/common/element.h"
 #include "plugins/common/guard.h"
+#include "plugins/common/trigger.h"
+#include "plugins/serialtrigger/set_listener.h"
 #include "trigger/jitter.h"
 #include "trigger/pulse_thread.h"
 
@@ -20,6 +23,9 @@ GST_DEBUG_CATEGORY_STATIC(serialtrigger_debug);
 #define GST_CAT_DEFAULT serialtrigger_debug
 
 namespace polyhull::element {
+
+/// What a pulse is given for.
+enum class FireOn { rate, composited };
 
 template <>
 GType enum_type<PulseMode>() {
@@ -29,6 +35,14 @@ GType enum_type<PulseMode>() {
        {PulseMode::line_break, "The break condition holds the line TX", "break"},
        {PulseMode::rts, "The line RTS", "rts"},
        {PulseMode::dtr, "The line DTR", "dtr"}});
+}
+
+template <>
+GType enum_type<FireOn>() {
+  return register_enum<FireOn>(
+      "PolyhullFireOn",
+      {{FireOn::rate, "The rate's time has come, or a pulse is demanded", "rate"},
+       {FireOn::composited, "The last set has left the element listen-to", "composited"}});
 }
 
 }  // namespace polyhull::element
@@ -44,6 +58,9 @@ struct Settings {
   std::uint32_t baud = 9600;
   std::uint64_t pulse = 2 * GST_MSECOND;
   Fraction rate{15, 1};
+  FireOn fire_on = FireOn::rate;
+  std::string listen_to;
+  std::uint64_t timeout = GST_SECOND;
 };
 
 struct SerialTrigger {
@@ -51,11 +68,13 @@ struct SerialTrigger {
   static GType base_type() { return GST_TYPE_ELEMENT; }
   static void class_init(gpointer klass);
 
-  explicit SerialTrigger(gpointer) {
-    statistics.declare({"pulses", "pulses-skipped", "pulses-blocked", "device-losses",
+  explicit SerialTrigger(gpointer object) {
+    statistics.declare({"pulses", "pulses-skipped", "pulses-blocked", "timeouts", "device-losses",
                         "device-returns", "changes-refused", "real-time"});
-    for (const char* figure : {"mean-lateness-us", "jitter-us", "largest-lateness-us"})
+    for (const char* figure :
+         {"mean-lateness-us", "jitter-us", "p99-lateness-us", "largest-lateness-us"})
       statistics.set(figure, 0.0);
+    publish_pulses(GST_ELEMENT(object), pulses);
   }
   ~SerialTrigger() { stop_pulses(); }
   void property_set(gpointer element, std::string_view name);
@@ -64,6 +83,8 @@ struct SerialTrigger {
   Settings settings;  // under the object lock
 
   Statistics statistics{"serialtrigger-stats"};
+  const std::shared_ptr<PulseTable> pulses = std::make_shared<PulseTable>();
+  SetListener listener;              // between PAUSED and PLAYING; changes of state only
   Jitter jitter;                     // the pulse thread's
   std::unique_ptr<SerialLine> line;  // open between READY and PLAYING; changes of state only
   std::uint64_t next_number = 0;
@@ -90,8 +111,22 @@ std::span<const Property<Settings>> properties() {
                           GST_MSECOND, GST_SECOND),
       property<&S::rate>("rate", "Rate",
                          "Pulses per second as a fraction (0/1 to 1000/1); 0/1 gives pulses only "
-                         "on demand, by the action signal fire.",
+                         "on demand, by the action signal fire or the event polyhull-fire. With "
+                         "fire-on=composited the highest rate; 0/1 sets none.",
                          0, 1000),
+      property<&S::fire_on>("fire-on", "Fire on", "What a pulse is given for.", 0, 0,
+                            Change::when_ready),
+      property<&S::listen_to>(
+          "listen-to", "Listen to",
+          "With fire-on=composited, name of the element that the last set leaves: a composite, or "
+          "any other, each of whose buffers is taken for a set. Empty: the only composite of the "
+          "pipeline.",
+          0, 0, Change::when_ready),
+      property<&S::timeout>(
+          "timeout", "Timeout",
+          "With fire-on=composited, a pulse is given without a set where none has left for so many "
+          "nanoseconds (1 ms to 1000 s) since the last pulse, as after a lost frame.",
+          GST_MSECOND, 1000.0 * GST_SECOND),
   };
   return table;
 }
@@ -103,7 +138,9 @@ PulseParameters parameters_of(gpointer element) {
           settings.mode,
           settings.rate.numerator,
           settings.rate.denominator,
-          static_cast<std::int64_t>(settings.pulse)};
+          static_cast<std::int64_t>(settings.pulse),
+          settings.fire_on == FireOn::composited,
+          static_cast<std::int64_t>(settings.timeout)};
 }
 
 /// A change while playing: taken over where it fits, otherwise a warning and the former pulses go
@@ -133,6 +170,15 @@ void fire(GstElement* element) {
   if (self.thread != nullptr) self.thread->fire();
 }
 
+/// The event polyhull-fire does what the action signal fire does, in languages without signals.
+gboolean send_event(GstElement* element, GstEvent* event) {
+  if (!gst_event_has_name(event, "polyhull-fire"))
+    return GST_ELEMENT_CLASS(parent_class<SerialTrigger>())->send_event(element, event);
+  gst_event_unref(event);
+  fire(element);
+  return TRUE;
+}
+
 // ---- called on the pulse thread
 
 void announce(GstElement* element, const Pulse& pulse) {
@@ -141,6 +187,7 @@ void announce(GstElement* element, const Pulse& pulse) {
   self.statistics.count("pulses");
   self.statistics.set("mean-lateness-us", self.jitter.mean());
   self.statistics.set("jitter-us", self.jitter.deviation());
+  self.statistics.set("p99-lateness-us", self.jitter.p99());
   self.statistics.set("largest-lateness-us", self.jitter.largest());
   const auto time = static_cast<guint64>(pulse.time);
   gst_element_post_message(
@@ -157,7 +204,10 @@ void announce(GstElement* element, const Pulse& pulse) {
 PulseListener listener_of(GstElement* element) {
   SerialTrigger& self = state_of<SerialTrigger>(element);
   const std::string device = snapshot(element, self.settings).device;
-  return {[element](const Pulse& pulse) { announce(element, pulse); },
+  return {[&self](const Pulse& pulse) { self.pulses->add(pulse); },
+          [&self] { self.pulses->withdraw(); },
+          [element](const Pulse& pulse) { announce(element, pulse); },
+          [&self] { self.statistics.count("timeouts"); },
           [&self](std::uint64_t count) { self.statistics.count("pulses-skipped", count); },
           [&self, element, device] {
             self.statistics.warn(
@@ -187,6 +237,18 @@ gboolean open_line(GstElement* element) {
     self.statistics.reset();
     self.jitter = Jitter();
     self.next_number = 0;
+    self.pulses->begin_round();
+    return TRUE;
+  });
+}
+
+/// With fire-on=composited: hears of sets from now on.
+gboolean listen(GstElement* element) {
+  SerialTrigger& self = state_of<SerialTrigger>(element);
+  return guarded(element, gboolean{FALSE}, [&]() -> gboolean {
+    const Settings settings = snapshot(element, self.settings);
+    if (settings.fire_on == FireOn::composited)
+      self.listener.start(element, settings.listen_to, [element] { fire(element); });
     return TRUE;
   });
 }
@@ -227,11 +289,14 @@ GstStateChangeReturn change_state(GstElement* element, GstStateChange transition
   SerialTrigger& self = state_of<SerialTrigger>(element);
   if (transition == GST_STATE_CHANGE_NULL_TO_READY && !open_line(element))
     return GST_STATE_CHANGE_FAILURE;
+  if (transition == GST_STATE_CHANGE_READY_TO_PAUSED && !listen(element))
+    return GST_STATE_CHANGE_FAILURE;
   if (transition == GST_STATE_CHANGE_PAUSED_TO_PLAYING && !start_pulses(element))
     return GST_STATE_CHANGE_FAILURE;
   if (transition == GST_STATE_CHANGE_PLAYING_TO_PAUSED) self.stop_pulses();
   const GstStateChangeReturn result =
       GST_ELEMENT_CLASS(parent_class<SerialTrigger>())->change_state(element, transition);
+  if (transition == GST_STATE_CHANGE_PAUSED_TO_READY) self.listener.stop();
   if (transition == GST_STATE_CHANGE_READY_TO_NULL) self.line.reset();
   return result;
 }
@@ -242,15 +307,18 @@ void SerialTrigger::class_init(gpointer klass) {
   add_statistics<SerialTrigger>(
       klass,
       "Counters since READY: pulses, pulses-skipped (their time had passed), pulses-blocked (the "
-      "device took no bytes), device-losses, device-returns, changes-refused; real-time is 1 if "
-      "the system granted real-time scheduling; mean-lateness-us, jitter-us (standard deviation) "
-      "and largest-lateness-us of the pulses' starts.");
+      "device took no bytes), timeouts (pulses of fire-on=composited that no set brought, besides "
+      "the first), device-losses, device-returns, changes-refused; real-time is 1 if the system "
+      "granted real-time scheduling; mean-lateness-us, jitter-us (standard deviation), "
+      "p99-lateness-us (of the last 1000, 99 in 100 began less early or late) and "
+      "largest-lateness-us of the pulses' starts.");
   g_signal_new_class_handler("fire", G_TYPE_FROM_CLASS(klass),
                              static_cast<GSignalFlags>(G_SIGNAL_RUN_LAST | G_SIGNAL_ACTION),
                              G_CALLBACK(fire), nullptr, nullptr, nullptr, G_TYPE_NONE, 0);
   set_metadata(klass, "Serial trigger", "Generic/Hardware",
                "Gives numbered trigger pulses to cameras over a serial device");
   GST_ELEMENT_CLASS(klass)->change_state = change_state;
+  GST_ELEMENT_CLASS(klass)->send_event = send_event;
 }
 
 }  // namespace

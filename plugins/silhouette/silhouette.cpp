@@ -74,7 +74,7 @@ gboolean set_caps(GstBaseTransform* base, GstCaps* in, GstCaps*) {
   SilhouetteElement& self = state_of<SilhouetteElement>(base);
   return guarded(GST_ELEMENT_CAST(base), FALSE, [&]() -> gboolean {
     if (!self.set_format(in)) return FALSE;
-    self.layout = frame_template(self.info);
+    self.layout = frame_template(in, self.info);
     self.sent = {};
     return TRUE;
   });
@@ -177,7 +177,7 @@ void SilhouetteElement::class_init(gpointer klass) {
       "that the stats of chromamatte and contourfind hold.");
   set_metadata(klass, "Silhouette", "Filter/Analyzer/Video",
                "Keys, blurs and traces a subject in one pass: video in, views with contours out");
-  add_template(klass, "sink", GST_PAD_SINK, GST_VIDEO_CAPS_MAKE(POLYHULL_KEYABLE_FORMATS));
+  add_template(klass, "sink", GST_PAD_SINK, POLYHULL_KEYABLE_CAPS);
   add_template(klass, "src", GST_PAD_SRC, view_caps);
   install_view_element<SilhouetteElement>(klass);
   auto* base_class = GST_BASE_TRANSFORM_CLASS(klass);

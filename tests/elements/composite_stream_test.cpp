@@ -5,6 +5,7 @@
 #include <gst/video/video.h>
 
 #include <cstring>
+#include <vector>
 
 #include "element_checks.h"
 
@@ -112,6 +113,52 @@ GST_START_TEST(tells_the_latency_of_a_live_stream) {
 }
 GST_END_TEST
 
+namespace {
+
+struct Told {
+  int frames = 0;                // that have arrived
+  std::vector<int> frames_then;  // at each signal
+};
+
+}  // namespace
+
+// Each set brings one signal, when the first frame that shows it has gone, however many show it.
+GST_START_TEST(tells_of_each_set_once) {
+  std::string line = "composite name=mix ! fakesink name=sink sync=false signal-handoffs=true "
+                     "videotestsrc num-buffers=12 ! " + caps_of(160, 90) +
+                     " ! mix.background hullbuild name=hull ! mix.mesh_0";
+  for (int i = 0; i < 4; ++i)
+    line += " rigtestsrc num-buffers=4 camera=cam" + std::to_string(i) +
+            " ! video/x-raw,framerate=25/3 ! silhouette camera=cam" +
+            std::to_string(i) + " ! hull.sink_" + std::to_string(i);
+  GstElement* pipeline = test::parse(line);
+  GstElement* mix = gst_bin_get_by_name(GST_BIN(pipeline), "mix");
+  GstElement* sink = gst_bin_get_by_name(GST_BIN(pipeline), "sink");
+  Told told;
+  g_signal_connect(sink, "handoff",
+                   G_CALLBACK(+[](GstElement*, GstBuffer*, GstPad*, gpointer data) {
+                     ++static_cast<Told*>(data)->frames;
+                   }),
+                   &told);
+  g_signal_connect(mix, "composited", G_CALLBACK(+[](GstElement*, guint64 trigger, gpointer data) {
+                     auto* t = static_cast<Told*>(data);
+                     // rigtestsrc gives frames their numbers.
+                     fail_unless_equals_uint64(trigger, t->frames_then.size());
+                     t->frames_then.push_back(t->frames);
+                   }),
+                   &told);
+  gst_element_set_state(pipeline, GST_STATE_PLAYING);
+  test::check_ended(test::wait_for_end(pipeline));
+  gst_element_set_state(pipeline, GST_STATE_NULL);
+  fail_unless_equals_int(told.frames, 12);
+  const std::vector<int> expected{1, 4, 7, 10};
+  fail_unless(told.frames_then == expected);
+  gst_object_unref(sink);
+  gst_object_unref(mix);
+  gst_object_unref(pipeline);
+}
+GST_END_TEST
+
 GST_START_TEST(draws_without_a_display) {
   const gchar* fork = g_getenv("CK_FORK");
   if (fork && g_str_equal(fork, "no")) return;  // GStreamer's choice is made once in a process
@@ -158,6 +205,7 @@ static Suite* composite_stream_suite() {
   tcase_add_test(tests, says_which_input_it_waits_for);
   tcase_add_test(tests, survives_seeks);
   tcase_add_test(tests, tells_the_latency_of_a_live_stream);
+  tcase_add_test(tests, tells_of_each_set_once);
   tcase_add_test(tests, draws_without_a_display);
   suite_add_tcase(suite, tests);
   return suite;

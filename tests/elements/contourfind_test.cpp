@@ -212,6 +212,37 @@ GST_START_TEST(the_shift_of_the_blur_is_corrected) {
 }
 GST_END_TEST
 
+GST_START_TEST(clocks_of_cameras_and_timecodes) {
+  GstHarness* h = harness_for("contourfind");
+  const auto seen = [&](const char* caps, GstClockTime time) {
+    GstBuffer* in = frame(subject, GST_SECOND);
+    GstCaps* reference = gst_caps_from_string(caps);
+    gst_buffer_add_reference_timestamp_meta(in, reference, time, GST_CLOCK_TIME_NONE);
+    gst_caps_unref(reference);
+    return viewed(h, in).view;
+  };
+  constexpr GstClockTime now = 1700000000 * GST_SECOND;
+  const auto expect = [](const View& view, CaptureClock clock, GstClockTime time) {
+    fail_unless(view.clock == clock);
+    fail_unless_equals_int64(view.capture_time, static_cast<gint64>(time));
+    fail_unless(view.timecode == no_time);
+  };
+  expect(seen("timestamp/x-unix", now), CaptureClock::unix, now);
+  expect(seen("timestamp/x-ndi-timestamp", now), CaptureClock::unix, now);
+  expect(seen("timestamp/x-ntp", now + 2208988800 * GST_SECOND), CaptureClock::unix, now);
+  expect(seen("timestamp/x-ptp, version=(int)2", now), CaptureClock::ptp, now);
+  // A counter of one device's own: what came with the buffer counts.
+  expect(seen("timestamp/x-decklink-stream", now), CaptureClock::arrival, GST_SECOND);
+
+  GstBuffer* in = frame(subject, 2 * GST_SECOND);
+  gst_buffer_add_video_time_code_meta_full(in, 25, 1, nullptr, GST_VIDEO_TIME_CODE_FLAGS_NONE, 10,
+                                           20, 30, 5, 0);
+  fail_unless_equals_int64(viewed(h, in).view.timecode,
+                           ((10 * 60 + 20) * 60 + 30) * gint64{GST_SECOND} + 200 * GST_MSECOND);
+  gst_harness_teardown(h);
+}
+GST_END_TEST
+
 GST_START_TEST(trigger_number_and_capture_time) {
   GstHarness* h = harness_for("contourfind name=cam3");
   gst_element_set_base_time(h->element, 1000 * GST_SECOND);
@@ -451,6 +482,7 @@ static Suite* contourfind_suite() {
   tcase_add_test(tests, small_rings_are_noise);
   tcase_add_test(tests, binary_traces_whole_pixels);
   tcase_add_test(tests, the_shift_of_the_blur_is_corrected);
+  tcase_add_test(tests, clocks_of_cameras_and_timecodes);
   tcase_add_test(tests, trigger_number_and_capture_time);
   tcase_add_test(tests, an_equal_frame_reuses_contours);
   tcase_add_test(tests, settings_count_on_a_still_picture);

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // hullbuild names the camera whose silhouettes contradict the others'.
+#include <glm/gtc/matrix_transform.hpp>
+
 #include "hull_bench.h"
 
 using namespace polyhull;
@@ -41,6 +43,31 @@ GST_START_TEST(test_a_bumped_camera_is_named_within_a_second) {
 }
 GST_END_TEST
 
+GST_START_TEST(test_a_camera_two_centimetres_off_is_named_within_a_second) {
+  for (const bool turned : {false, true}) {
+    Bench bench;
+    int frame = 0;
+    for (int i = 0; i < 30; ++i) push_frame(bench, frame++, -1);
+    Camera& camera = bench.rig.cameras[1];
+    if (turned) {
+      const Mat3 degree(glm::rotate(glm::dmat4(1.0), glm::radians(1.0), Vec3(0, 1, 0)));
+      camera.R = degree * camera.R, camera.t = degree * camera.t;
+    } else {
+      camera.t.y += 0.02;
+    }
+    fail_unless(figure(bench.element, "tangency-px") < 0.3);
+    fail_unless(bench.warnings().empty());
+    for (int i = 0; i < 25; ++i) push_frame(bench, frame++, -1);
+    const auto warnings = bench.warnings();
+    fail_unless_equals_int(warnings.size(), 1);
+    expect_in(warnings[0], {"most likely camera cam1", "px beside where the others have them"});
+    fail_unless(figure(bench.element, "tangency-px") > 1.5);
+    fail_unless(figure(bench.element, "tangency-px-cam0-cam2") < 0.3);
+    fail_unless(figure(bench.element, "tangency-px-cam1-cam2") > 1.0);
+  }
+}
+GST_END_TEST
+
 GST_START_TEST(test_a_moment_is_not_worth_a_word) {
   Bench bench;
   for (int frame = 0; frame < 60; ++frame) push_frame(bench, frame, frame == 30 ? 2 : -1);
@@ -64,6 +91,7 @@ static Suite* hullbuild_doubt_suite() {
   TCase* tests = tcase_create("general");
   suite_add_tcase(suite, tests);
   tcase_add_test(tests, test_a_bumped_camera_is_named_within_a_second);
+  tcase_add_test(tests, test_a_camera_two_centimetres_off_is_named_within_a_second);
   tcase_add_test(tests, test_a_moment_is_not_worth_a_word);
   tcase_add_test(tests, test_can_be_left_out);
   return suite;

@@ -248,6 +248,69 @@ GST_START_TEST(cameras_are_balanced) {
 }
 GST_END_TEST
 
+// The element's memory is the library's, over one flush to the next; off, there is none.
+GST_START_TEST(colours_are_remembered) {
+  GstHarness* h = harness("hulltexture memory=on memory-time=30");
+  TextureSettings settings = by_default();
+  settings.memory = true;
+  settings.memory_time = 30.0;
+  MeshTexturer expected;
+  GstElement* element = gst_harness_find_element(h, "hulltexture");
+  bool differs = false;
+  // A ball turns once and a little before two cameras.
+  Hull rest;
+  synthetic::add_ellipsoid(rest, {0, 1, 0}, {0.3f, 0.42f, 0.2f}, 30);
+  std::vector<Camera> cameras = synthetic::ring(4, 2.5, 1.3, {0, 1, 0}, 96, 96, 25.0);
+  cameras.resize(2);
+  const auto check = [&](int n) {
+    // The cameras go round it instead, with the colours: to the element it is the same.
+    const double a = 0.1 * n;
+    const Mat3 turn(Vec3(std::cos(a), 0, -std::sin(a)), Vec3(0, 1, 0), Vec3(std::sin(a), 0, std::cos(a)));
+    std::vector<Camera> turned = cameras;
+    for (Camera& camera : turned) camera.R = camera.R * turn;
+    synthetic::Photographed seen = synthetic::photographed(rest, turned);
+    for (Vec3f& v : seen.mesh.hull.vertices) v = Vec3f(turn * Vec3(v));
+    for (std::size_t k = 0; k < cameras.size(); ++k) seen.mesh.views[k].calibration = cameras[k];
+    seen.mesh.capture_time = 40'000'000 * n;
+    Mesh plain = seen.mesh;
+    expected.texture(seen.mesh, settings);
+    Read out(gst_harness_push_and_pull(h, buffer_of(plain)));
+    fail_unless(out.mesh.texturing->fill == seen.mesh.texturing->fill, "at %d", n);
+    texture_mesh(plain, by_default());
+    differs = differs || out.mesh.texturing->fill != plain.texturing->fill;
+    return test::statistic(element, "memory-points");
+  };
+  const auto trust = [&] {
+    GstStructure* stats = nullptr;
+    g_object_get(element, "stats", &stats, nullptr);
+    double value = -1.0;
+    fail_unless(gst_structure_get_double(stats, "memory-trust", &value));
+    gst_structure_free(stats);
+    return value;
+  };
+  guint64 points = 0;
+  for (int n = 0; n < 40; ++n) points = check(n);
+  fail_unless(differs);
+  fail_unless(points > 0 && points == expected.memory_statistics().points);
+  fail_unless(trust() == expected.memory_statistics().trust);
+  fail_unless(test::statistic(element, "memory-vertices") > 0);
+  fail_unless(gst_harness_push_event(h, gst_event_new_flush_start()));
+  fail_unless(gst_harness_push_event(h, gst_event_new_flush_stop(TRUE)));
+  GstSegment segment;
+  gst_segment_init(&segment, GST_FORMAT_TIME);
+  fail_unless(gst_harness_push_event(h, gst_event_new_segment(&segment)));
+  expected.forget();
+  check(40);
+  fail_unless(trust() == 0.0);
+  g_object_set(element, "memory", 0, nullptr);
+  settings.memory = false;
+  check(41);
+  fail_unless(test::statistic(element, "memory-points") == 0);
+  gst_object_unref(element);
+  gst_harness_teardown(h);
+}
+GST_END_TEST
+
 // The flows are the library's, found anew where a picture changes, and none without align=flow.
 GST_START_TEST(pictures_are_aligned) {
   synthetic::Photographed sent = subject_of_six();
@@ -362,6 +425,7 @@ static Suite* hulltexture_suite() {
   tcase_add_test(chain, same_hull_is_textured_once);
   tcase_add_test(chain, properties_reach_the_mesh);
   tcase_add_test(chain, cameras_are_balanced);
+  tcase_add_test(chain, colours_are_remembered);
   tcase_add_test(chain, empty_mesh_flows_on);
   tcase_add_test(chain, bad_payloads_are_dropped_with_a_warning);
   tcase_add_test(chain, flush_eos_and_lifetime);

@@ -22,6 +22,8 @@ inline View view(const std::string& camera, std::span<const std::uint8_t> block)
   view.camera = camera;
   view.trigger = 41;
   view.capture_time = 123456789012345;
+  view.clock = CaptureClock::ptp;
+  view.timecode = 86399960000000;
   view.width = 64;
   view.height = 48;
   view.roi = {30, 20, 20, 10};

@@ -29,6 +29,8 @@ void expect_same(const View& a, const View& b) {
   EXPECT_EQ(a.camera, b.camera);
   EXPECT_EQ(a.trigger, b.trigger);
   EXPECT_EQ(a.capture_time, b.capture_time);
+  EXPECT_EQ(a.clock, b.clock);
+  EXPECT_EQ(a.timecode, b.timecode);
   EXPECT_EQ(a.width, b.width);
   EXPECT_EQ(a.height, b.height);
   EXPECT_EQ(a.roi, b.roi);
@@ -345,6 +347,39 @@ void expect_views_refused(
   } catch (const Error& error) {
     EXPECT_NE(std::string(error.what()).find(words), std::string::npos) << error.what();
   }
+}
+
+// As bytes were before views had a clock and a timecode.
+TEST(ViewPayload, WithoutClockAndTimecode) {
+  flatbuffers::FlatBufferBuilder builder;
+  builder.Finish(wire::CreateView(builder, builder.CreateString("x"), 7, 1234, 64, 48));
+  const std::vector<std::uint8_t> bytes =
+      write_payload_header(PayloadKind::view, {builder.GetBufferPointer(), builder.GetSize()}, 0);
+  const View view = read_view(Bytes(bytes));
+  EXPECT_EQ(view.capture_time, 1234);
+  EXPECT_EQ(view.clock, CaptureClock::arrival);
+  EXPECT_EQ(view.timecode, no_time);
+}
+
+TEST(ViewPayload, TimesAloneAreTheSame) {
+  const std::vector<std::uint8_t> bytes = write_view(example_view());
+  const Bytes run(bytes);
+  const View times = read_view_times({&run, 1});
+  EXPECT_EQ(times.trigger, example_view().trigger);
+  EXPECT_EQ(times.capture_time, example_view().capture_time);
+  EXPECT_EQ(times.clock, example_view().clock);
+  EXPECT_EQ(times.timecode, example_view().timecode);
+}
+
+TEST(ViewPayload, OddClocksAndTimecodesAreRefused) {
+  View view = example_view();
+  view.timecode = -1;
+  EXPECT_THROW(write_view(view), Error);
+  view.timecode = 25LL * 3600 * 1'000'000'000 + 1;
+  EXPECT_THROW(write_view(view), Error);
+  view.timecode = no_time;
+  view.clock = static_cast<CaptureClock>(4);
+  EXPECT_THROW(write_view(view), Error);
 }
 
 // A few bytes that point to one long list many times must not unpack to gigabytes.

@@ -1,14 +1,16 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// HullRefiner on random rigs and bodies, and on two and three people: closed, oriented, a 2-manifold,
-// no two triangles crossing (by CGAL, where it is built: -Dbenchmarks=true), the same bytes for one and
-// three threads. POLYHULL_STRESS multiplies the counts: 1 (default) takes seconds, 250 gives ten
-// thousand rigs; seeds are counted from POLYHULL_SEED (default 0). Special positions:
-// tests/lib/refine/refine_test.cpp.
+// HullRefiner on random rigs and bodies, on two and three people, on the hull's scenes in special
+// position and on the files of data/hull_scenes: closed, oriented, a 2-manifold, no two triangles
+// crossing (by CGAL, where it is built: -Dbenchmarks=true), the same bytes for one and three
+// threads. POLYHULL_STRESS multiplies the counts: 1 (default) takes seconds, 250 gives ten thousand
+// rigs and a thousand and more of each other kind; seeds are counted from POLYHULL_SEED (default 0).
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <filesystem>
 
 #include "base/error.h"
 #include "refine/refine.h"
@@ -16,6 +18,7 @@
 #if POLYHULL_CGAL
 #include "support/cgal_self_intersections.h"
 #endif
+#include "support/degenerate_scenes.h"
 #include "support/figure.h"
 #include "support/mesh_checks.h"
 #include "support/scenes.h"
@@ -119,6 +122,28 @@ HullScene people(std::uint64_t seed) {
   return scene;
 }
 
+/// The scene with its cameras in another order and other first vertices in its rings, in a world
+/// larger by a power of two: what coincides still does, but numbers round and cells lie elsewhere.
+HullScene varied(HullScene scene, std::uint64_t seed) {
+  Dice dice(seed ^ 0x5bec1a1);
+  for (Rings& rings : scene.silhouettes) {
+    std::uint32_t begin = 0;
+    for (const std::uint32_t end : rings.ends) {
+      if (end > begin)
+        std::rotate(rings.points.begin() + begin,
+                    rings.points.begin() + begin + dice.whole(0, static_cast<int>(end - begin) - 1),
+                    rings.points.begin() + end);
+      begin = end;
+    }
+  }
+  for (std::size_t i = scene.silhouettes.size(); i > 1; --i) {
+    const auto other = static_cast<std::size_t>(dice.whole(0, static_cast<int>(i) - 1));
+    std::swap(scene.rig.cameras[i - 1], scene.rig.cameras[other]);
+    std::swap(scene.silhouettes[i - 1], scene.silhouettes[other]);
+  }
+  return moved(scene, std::exp2(dice.whole(-3, 3)), Vec3(0.0));
+}
+
 TEST(RefineStress, RandomRigs) {
   expect_all_right("random rigs", 40, random_scene);
 }
@@ -129,6 +154,31 @@ TEST(RefineStress, RandomPolygons) {
 
 TEST(RefineStress, TwoAndThreePeople) {
   expect_all_right("people", 4, people);
+}
+
+TEST(RefineStress, SpecialPositions) {
+  const std::vector<DegenerateScene> scenes = degenerate_scenes();
+  expect_all_right("special positions", scenes.size(), [&](std::uint64_t seed) {
+    const DegenerateScene& degenerate = scenes[seed % scenes.size()];
+    HullScene scene = varied(degenerate.scene, seed);
+    scene.name = degenerate.name;
+    return scene;
+  });
+}
+
+TEST(RefineStress, SceneFiles) {
+  const char* data = std::getenv("POLYHULL_DATA");
+  const std::filesystem::path folder = std::filesystem::path(data ? data : "") / "hull_scenes";
+  if (!std::filesystem::is_directory(folder))
+    GTEST_SKIP() << "no hull_scenes: set POLYHULL_DATA to the folder that holds them";
+  std::vector<std::filesystem::path> files;
+  for (const auto& entry : std::filesystem::directory_iterator(folder))
+    if (entry.path().extension() == ".json") files.push_back(entry.path());
+  std::sort(files.begin(), files.end());
+  std::vector<HullScene> scenes;
+  for (const std::filesystem::path& file : files) scenes.push_back(load_hull_scene(file));
+  expect_all_right("scene files", scenes.size(),
+                   [&](std::uint64_t seed) { return varied(scenes[seed % scenes.size()], seed); });
 }
 
 }  // namespace

@@ -16,9 +16,10 @@ namespace polyhull::import {
 struct Options {
   int width = 0;  ///< px of the pictures; 0: from the files or the pictures beside them
   int height = 0;
-  std::string name = "cam%d";  ///< pattern for cameras without a name
-  int first = 0;               ///< number of the first such camera
-  int board = 1;               ///< Bouguet: the board picture (omc_N, Tc_N) that is the world
+  std::string name = "cam%d";   ///< pattern for cameras without a name
+  int first = 0;                ///< number of the first such camera
+  int board = 1;                ///< Bouguet: the board picture (omc_N, Tc_N) that is the world
+  bool prototype_axes = false;  ///< Bouguet: the world turned as the 2005 prototype turned it
 };
 
 /// Middlebury multi-view *_par.txt: a count, then "picture.png K(9) R(9) t(3)" per line. Names are
@@ -37,16 +38,36 @@ Rig text(const std::string& file, const Options& options);
 /// extrinsics (R T). A file is named after itself, or after its folder if all have the same name.
 Rig opencv(const std::vector<std::string>& files, const Options& options);
 
-/// Bouguet's Calib_Results.m, one file per camera, named like opencv()'s.
+/// Bouguet's Calib_Results.m, one file per camera, named like opencv()'s. The world is the board's
+/// frame; with Options::prototype_axes its (x, y, z) are (y, -x, z) of the board, the conversion of
+/// the 2005 prototype (Letteron 2004, appendix A), whose camera axes, x left and y up, are turned
+/// to a rig's.
 Rig bouguet(const std::vector<std::string>& files, const Options& options);
 
 /// COLMAP's text model: the folder with cameras.txt and images.txt.
 Rig colmap(const std::string& folder, const Options& options);
 
+/// Kalibr's camchain.yaml, without distortion or with its radtan model. Cameras are named after
+/// their topics (/NAME/image_raw), else after their keys. The world is that of T_cam_imu where every
+/// camera has one, else the first camera's, from which T_cn_cnm1 lead on.
+Rig kalibr(const std::string& file);
+
+/// Like kalibr() on text; \p source names it in messages.
+Rig parse_kalibr(const std::string& text, const std::string& source);
+
+/// OpenTrackIO samples (JSON), one file per camera, named by static.camera.label where all differ,
+/// else like opencv()'s. Metres, z up; lenses by the OpenLensIO model from undistorted to distorted.
+Rig opentrackio(const std::vector<std::string>& files, const Options& options);
+
+/// The camera of one sample, named by its label or not at all; \p source names it in messages.
+Camera parse_opentrackio(const std::string& text, const std::string& source,
+                         const Options& options);
+
 /// The rotation about \p v by |v| radians.
 Mat3 rotation_of(const Vec3& v);
 
-/// Names for files: their stems, or their folders' names if the stems are all the same.
+/// Names for files: their stems (see file_names.h), or their folders' names if the stems are all the
+/// same.
 std::vector<std::string> names_of(const std::vector<std::string>& files);
 
 }  // namespace polyhull::import

@@ -1,39 +1,67 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // Bouguet's toolbox writes assignments: fc = [ 657.4 ; 657.8 ]; Its frames are OpenCV's: x right, y
 // down, z forward, distortion k1 k2 p1 p2 k3, the first pixel's centre at (0, 0).
-#include <filesystem>
-#include <fstream>
+#include <algorithm>
+#include <cctype>
 #include <map>
-#include <regex>
+#include <optional>
 #include <sstream>
+#include <string_view>
 
 #include "base/error.h"
 #include "rig/import.h"
+#include "text_file.h"
 
 namespace polyhull::import {
 namespace {
 
 using Variables = std::map<std::string, std::vector<double>>;
 
+bool is_word(char c) {
+  return std::isalnum(static_cast<unsigned char>(c)) || c == '_';
+}
+
+// The numbers between brackets, or the one number, at the beginning of \p text up to its semicolon;
+// nothing for what else Matlab assigns.
+std::optional<std::vector<double>> read_numbers(std::string_view text) {
+  constexpr std::string_view blanks = " \t\r\n";
+  text.remove_prefix(std::min(text.find_first_not_of(blanks), text.size()));
+  std::string values;
+  if (text.starts_with('[')) {
+    const std::size_t end = text.find(']');
+    if (end == text.npos) return std::nullopt;
+    values = text.substr(1, end - 1);
+    text.remove_prefix(end + 1);
+  } else {
+    const std::size_t end = std::min(text.find_first_not_of("+-.0123456789eE"), text.size());
+    values = text.substr(0, end);
+    text.remove_prefix(end);
+    if (values.empty()) return std::nullopt;
+  }
+  text.remove_prefix(std::min(text.find_first_not_of(blanks), text.size()));
+  if (!text.starts_with(';')) return std::nullopt;
+  for (char& c : values)
+    if (c == ';' || c == ',') c = ' ';
+  std::vector<double> numbers;
+  std::istringstream words(values);
+  for (double value; words >> value;) numbers.push_back(value);
+  return numbers;
+}
+
 Variables read_assignments(const std::string& file) {
-  std::ifstream in(file);
-  if (!in)
-    throw Error(Error::Kind::not_found,
-                "Cannot read '{}'; check that the file exists and may be read.", file);
-  std::ostringstream all;
-  for (std::string line; std::getline(in, line);) all << line.substr(0, line.find('%')) << '\n';
-  const std::string content = all.str();
-  static const std::regex assignment(R"((\w+)\s*=\s*(\[([^\]]*)\]|[-+.\deE]+)\s*;)");
+  std::istringstream in(read_text(file));
+  std::string content;
+  for (std::string line; std::getline(in, line);) content += line.substr(0, line.find('%')) + '\n';
   Variables variables;
-  for (std::sregex_iterator found(content.begin(), content.end(), assignment), end; found != end;
-       ++found) {
-    std::string values = (*found)[3].matched ? (*found)[3].str() : (*found)[2].str();
-    for (char& c : values)
-      if (c == ';' || c == ',') c = ' ';
-    std::istringstream words(values);
-    std::vector<double>& target = variables[(*found)[1].str()];
-    target.clear();
-    for (double value; words >> value;) target.push_back(value);
+  for (std::size_t equals = content.find('='); equals != content.npos;
+       equals = content.find('=', equals + 1)) {
+    std::size_t end = equals;
+    while (end > 0 && (content[end - 1] == ' ' || content[end - 1] == '\t')) --end;
+    std::size_t begin = end;
+    while (begin > 0 && is_word(content[begin - 1])) --begin;
+    if (begin == end) continue;
+    if (auto numbers = read_numbers(std::string_view(content).substr(equals + 1)))
+      variables[content.substr(begin, end - begin)] = std::move(*numbers);
   }
   return variables;
 }
@@ -54,8 +82,12 @@ Camera read_camera(const std::string& file, const Options& options) {
   const Variables variables = read_assignments(file);
   const auto number = [&](const std::string& name) { return get(variables, file, name, 1)[0]; };
   Camera camera;
-  camera.width = options.width > 0 ? options.width : static_cast<int>(number("nx"));
-  camera.height = options.height > 0 ? options.height : static_cast<int>(number("ny"));
+  // A rig's check refuses what is not between 1 and 32768.
+  const auto pixels = [&](const std::string& name) {
+    return static_cast<int>(std::clamp(number(name), 0.0, 1e6));
+  };
+  camera.width = options.width > 0 ? options.width : pixels("nx");
+  camera.height = options.height > 0 ? options.height : pixels("ny");
   const auto& fc = get(variables, file, "fc", 2);
   const auto& cc = get(variables, file, "cc", 2);
   const double alpha = variables.count("alpha_c") ? number("alpha_c") : 0.0;
@@ -73,6 +105,9 @@ Camera read_camera(const std::string& file, const Options& options) {
     camera.R = rotation_of(Vec3(om[0], om[1], om[2]));
     camera.t = Vec3(t[0], t[1], t[2]);
   }
+  // World points (y, -x, z) of the board's (x, y, z).
+  if (options.prototype_axes)
+    camera.R = camera.R * glm::transpose(from_rows({0, 1, 0, -1, 0, 0, 0, 0, 1}));
   return camera;
 }
 

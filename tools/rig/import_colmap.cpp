@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "base/error.h"
+#include "rig/file_names.h"
 #include "rig/import.h"
 
 namespace polyhull::import {
@@ -49,6 +50,8 @@ void set_model(Camera& camera, const std::string& model, const std::vector<doubl
   if (model == "SIMPLE_RADIAL") camera.distortion = {p[3], 0, 0, 0};
   if (model == "RADIAL") camera.distortion = {p[3], p[4], 0, 0};
   if (model == "OPENCV" || model == "FULL_OPENCV") camera.distortion.assign(p.begin() + 4, p.end());
+  if (model == "FULL_OPENCV" && p[9] == 0.0 && p[10] == 0.0 && p[11] == 0.0)
+    camera.distortion.resize(5);  // no denominator
 }
 
 std::map<int, Camera> read_cameras(const std::string& file) {
@@ -104,7 +107,7 @@ Rig colmap(const std::string& folder, const Options&) {
     if (!(size > 0.0)) fail(file, number, "the rotation's quaternion is zero");
     const double s = 2.0 / size;
     Camera& camera = rig.cameras.emplace_back(found->second);
-    camera.name = std::filesystem::path(name).stem().string();
+    camera.name = name_of_file(std::filesystem::path(name).stem().string());
     camera.R = from_rows({1 - s * (y * y + z * z), s * (x * y - w * z), s * (x * z + w * y),
                           s * (x * y + w * z), 1 - s * (x * x + z * z), s * (y * z - w * x),
                           s * (x * z - w * y), s * (y * z + w * x), 1 - s * (x * x + y * y)});

@@ -34,7 +34,7 @@ class File {
       throw Error(Error::Kind::bad_input, "{}: not an OpenCV XML or YAML file: {}.", path,
                   error.err);
     }
-    if (!storage_.isOpened())
+    if (!storage_.isOpened() || !storage_.root().isMap())
       throw Error(Error::Kind::bad_input, "{}: not an OpenCV XML or YAML file.", path);
   }
 

@@ -10,6 +10,7 @@
 
 #include "base/error.h"
 #include "base/picture.h"
+#include "rig/file_names.h"
 #include "rig/import.h"
 #include "rig/projection_matrix.h"
 
@@ -117,7 +118,7 @@ std::vector<std::string> names_of(const std::vector<std::string>& files) {
   std::vector<std::string> stems, folders;
   for (const std::string& file : files) {
     const std::filesystem::path path = std::filesystem::absolute(file);
-    stems.push_back(path.stem().string());
+    stems.push_back(name_of_file(path.stem().string()));
     folders.push_back(path.parent_path().filename().string());
   }
   const bool all_same = std::set<std::string>(stems.begin(), stems.end()).size() == 1;

@@ -33,6 +33,13 @@ struct RowPoints {
 /// Which nodes of a row may be inside the surface or next to it: from begin to end, none if equal.
 struct Extent {
   int begin = 0, end = 0;
+
+  /// Grows to hold \p other, which is not empty.
+  void include(const Extent& other) {
+    if (begin == end) *this = other;
+    if (other.begin < begin) begin = other.begin;
+    if (other.end > end) end = other.end;
+  }
 };
 
 /// A rim, and what it asks of nodes around it (fine_field.h).
@@ -44,7 +51,7 @@ struct AskingRim {
   float least_along;  ///< cosine
 };
 
-/// A slab of a grid whose nodes are asked, those at the grid's border but for.
+/// A slab of a grid, rows of whole eights, whose nodes are asked, those at the grid's border but for.
 struct AskedSlab {
   const float* f;      ///< of its first node, with slabs before and after it
   const Extent* rows;  ///< only these nodes
@@ -52,8 +59,7 @@ struct AskedSlab {
   float z;
   // What is asked of them:
   Extent* asked;  ///< holds those that are
-  float* sums;
-  float* weights;
+  float* asks;    ///< of each eight of a row: eight weighted gaps, then eight weights
 };
 
 /// A function on a grid, and points of a line: point i at begin + i * way, in nodes.
@@ -64,12 +70,15 @@ struct GridLine {
   float begin[3], way[3];
 };
 
-/// What the rims in one cell of a grid ask of its eight corners (plate.h): a quadratic form, of which
-/// each row is eight lanes, and a vector.
-struct PlateCell {
-  std::uint32_t node = 0;
-  float form[64] = {};
-  float wanted[8] = {};
+/// Rims of a plate (plate.h), whole eights: the first node of each one's cell, where in the cell it is
+/// (0 to 1), and how firmly f and its gradient are held there. A cell's nodes are \p row and \p slab
+/// apart.
+struct PlateRims {
+  const std::int32_t* node;
+  const float *x, *y, *z;
+  std::size_t count;
+  std::int32_t row, slab;
+  float value, normal;
 };
 
 /// Some nodes of a row, whole eights, in the middle of a grid: functions from there on, and a mask of
@@ -91,12 +100,11 @@ struct Loops {
   void (*along)(const GridLine& line, int count, float* out);
   /// out = mask * Laplacian of f; to eight sums comes out^2 + tie * f^2.
   void (*laplacian)(const PlateRow& row, const float* f, float tie, float* out, float* sums);
-  /// out += mask * the form's image of f at the cells' corners, node + \p corner[k] each; to eight
-  /// sums comes the form of f.
-  void (*cells)(const PlateCell* cells, std::size_t count, const std::size_t* corner,
-                const float* mask, const float* f, float* out, float* sums);
-  /// A step of conjugate gradients: solution += length * f, residual -= length * (mask * (Laplacian
-  /// of \p laplacian + tie * f) + more), more = 0; to eight sums comes residual^2.
+  /// out += what the rims ask at f: the gradient of half of value f(r)^2 + normal |grad f(r)|^2; to
+  /// eight sums comes twice that energy.
+  void (*rims)(const PlateRims& rims, const float* f, float* out, float* sums);
+  /// A step of conjugate gradients: solution += length * f, residual -= length * mask * (Laplacian
+  /// of \p laplacian + tie * f + more), more = 0; to eight sums comes residual^2.
   void (*step)(const PlateRow& row, const float* f, const float* laplacian, float tie, float length,
                float* more, float* solution, float* residual, float* sums);
   /// f = residual + keep * f.

@@ -123,9 +123,11 @@ KeyLack Keyer::State::lack() const {
 void Keyer::prepare(const FrameView& frame) {
   check_frame(frame);
   State& s = *state_;
+  s.gaps.clear();
   const bool same_frame = frame.format == s.format && frame.width == s.width &&
                           frame.height == s.height && frame.matrix == s.matrix &&
-                          frame.full_range == s.full_range && frame.site == s.site;
+                          frame.full_range == s.full_range && frame.site == s.site &&
+                          frame.bayer == s.bayer;
   if (frame.width != s.width || frame.height != s.height) {
     s.learned_plate.clear();
     s.sums.clear();
@@ -143,6 +145,7 @@ void Keyer::State::lay_out(const FrameView& frame) {
   matrix = frame.matrix;
   full_range = frame.full_range;
   site = frame.site;
+  bayer = frame.bayer;
   active = clipped(settings.roi, width, height);
 
   const bool any_hue =
@@ -218,8 +221,10 @@ void Keyer::key(const FrameView& frame, Matte& matte) {
   if (!needs_plane()) return;
   State& s = *state_;
   if (s.settings.close > 0.0) {
+    s.gaps.open(matte);
     silhouette::grow(matte, s.settings.close, s.scratch);
     silhouette::grow(matte, -s.settings.close, s.scratch);
+    s.gaps.close(matte, s.settings.close);
   }
   if (s.settings.choke != 0.0) silhouette::grow(matte, -s.settings.choke, s.scratch);
   // Growing must not leave the region of interest or the garbage mattes.

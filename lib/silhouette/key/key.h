@@ -71,7 +71,8 @@ struct KeySettings {
   double clip_white = 0.98;  ///< alpha above this fraction is 255, clip_black..1
 
   double choke = 0.0;  ///< px by which the matte is shaved off (negative: grown), -32..32
-  /// Px: gaps and holes up to twice this width are closed (grown, then choked), 0..32.
+  /// Px: gaps and holes up to twice this width are closed (grown, then choked), 0..32. Difference:
+  /// what shows a coloured plate there takes the colours around.
   double close = 0.0;
 
   double spill = 1.0;  ///< fraction of the key colour's spill removed from the kept pixels, 0..1
@@ -155,7 +156,7 @@ class Keyer {
 
   /// Writes the region's pixels as RGBA, \p rgba pointing at its top-left pixel. Colours do not
   /// depend on the matte, so that a matte blurred later finds despilled pixels beside the subject
-  /// too.
+  /// too; but for a coloured plate in gaps that key() closed.
   void write_rgba(const FrameView& frame, const Matte& matte, const Rectangle& region, KeyView view,
                   std::uint8_t* rgba, std::ptrdiff_t stride) const;
 

@@ -39,12 +39,47 @@ void composite_row(const FrameView& frame, int y, int x0, int x1,
     case FrameFormat::rgb:
     case FrameFormat::bgr:
     case FrameFormat::gray8:
+    case FrameFormat::bayer8:
+    case FrameFormat::bayer10le:
+    case FrameFormat::bayer12le:
       convert_row(frame, y, x0, x1, out);
       kernels.composite(out, x1 - x0, false, despill, alpha, out);
       return;
     default:
       kernels.composite_yuv(frame, y, x0, x1, despill, alpha, out);
   }
+}
+
+/// Whether \p pixel has the colour of \p plate, where that is a colour: a person is seldom as green as
+/// a green floor, but often as white as a wall, and what closing brings back of him is to stay.
+bool shows_coloured(const std::uint8_t* pixel, const std::uint8_t* plate) {
+  constexpr int coloured = 24;  // levels
+  // Three times the differences from the mean.
+  int from_plate[3], along = 0, square = 0;
+  const int mean = plate[0] + plate[1] + plate[2], own = pixel[0] + pixel[1] + pixel[2];
+  for (int c = 0; c < 3; ++c) {
+    from_plate[c] = 3 * plate[c] - mean;
+    along += from_plate[c] * (3 * pixel[c] - own);
+    square += from_plate[c] * from_plate[c];
+  }
+  return square > 9 * coloured * coloured && 2 * along > square;
+}
+
+/// The colours around a pixel of a gap, the nearer the more.
+void take_around(const silhouette::ClosedGaps& gaps, const FrameView& frame, int x, int y,
+                 const silhouette::DespillForms& despill, std::uint8_t* pixel) {
+  float sum[3] = {}, weight = 0.0f;
+  for (const auto& other : gaps.around(x, y)) {
+    if (other.distance == 0) continue;
+    std::uint8_t colour[4];
+    constexpr std::uint8_t whole = 255;
+    composite_row(frame, other.y, other.x, other.x + 1, despill, &whole, colour);
+    const float share = 1.0f / static_cast<float>(other.distance);
+    for (int c = 0; c < 3; ++c) sum[c] += share * static_cast<float>(colour[c]);
+    weight += share;
+  }
+  for (int c = 0; c < 3 && weight > 0.0f; ++c)
+    pixel[c] = static_cast<std::uint8_t>(sum[c] / weight + 0.5f);
 }
 
 }  // namespace
@@ -66,6 +101,15 @@ void Keyer::write_rgba(const FrameView& frame, const Matte& matte, const Rectang
     switch (view) {
       case KeyView::composite:
         composite_row(frame, y, region.x, region.x + region.width, despill, alpha, out);
+        if (s.method == KeyMethod::difference && !s.plate.empty() && s.gaps.in_row(y)) {
+          const std::uint8_t* plate = &s.plate[4 * s.row_length() * static_cast<std::size_t>(y)];
+          for (int x = region.x; x < region.x + region.width; ++x) {
+            std::uint8_t* pixel = out + 4 * static_cast<std::ptrdiff_t>(x - region.x);
+            if (s.gaps.at(x, y) &&
+                shows_coloured(pixel, plate + 4 * static_cast<std::ptrdiff_t>(x)))
+              take_around(s.gaps, frame, x, y, despill, pixel);
+          }
+        }
         break;
       case KeyView::spill:
         before.resize(static_cast<std::size_t>(region.width) * 4);

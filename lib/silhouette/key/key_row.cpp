@@ -131,6 +131,8 @@ void Keyer::State::alpha_row(const FrameView& frame, int y, std::uint8_t* alpha,
     convert_row(frame, y, x0, stop, memory.pixels.data());
     std::fill(memory.pixels.data() + 4 * (stop - x0), memory.pixels.data() + 4 * (end - x0), 0);
     pixels = memory.pixels.data();
+    if (method == KeyMethod::soft && !local)
+      return run.pixel_alpha(pixels, end - x0, forms, ramp, alpha + x0, states + x0 / matte_block);
   }
 
   if (method == KeyMethod::difference) {

@@ -6,6 +6,7 @@
 #include <array>
 #include <vector>
 
+#include "silhouette/key/closed_gaps.h"
 #include "silhouette/key/key_signal.h"
 
 namespace polyhull {
@@ -57,6 +58,7 @@ struct Keyer::State {
   ColourMatrix matrix = ColourMatrix::bt601;
   bool full_range = false;
   ChromaSite site = ChromaSite::left;
+  BayerOrder bayer = BayerOrder::bggr;
 
   Path path = Path::pixels;
   Rectangle active;
@@ -77,7 +79,8 @@ struct Keyer::State {
   std::vector<float> sums;                  // R, G, B and their squares
   std::vector<std::uint8_t> learned_plate;  // R, G, B, tolerance per pixel
 
-  Matte scratch;  // morphology
+  Matte scratch;                // morphology
+  silhouette::ClosedGaps gaps;  // of the last frame that key() did
 
   std::size_t row_length() const {
     return static_cast<std::size_t>(blocks_across(width)) * matte_block;

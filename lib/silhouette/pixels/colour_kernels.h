@@ -22,7 +22,10 @@ struct ColourKernels {
   /// Pixels [x0, x1) of row y of a Y'CbCr frame as R, G, B, 255.
   void (*convert_yuv)(const FrameView& frame, int y, int x0, int x1, std::uint8_t* rgba);
 
-  /// The same, despilled, with alpha[x - x0] as alpha.
+  /// The same of a colour sensor's mosaic.
+  void (*convert_bayer)(const FrameView& frame, int y, int x0, int x1, std::uint8_t* rgba);
+
+  /// As convert_yuv, despilled, with alpha[x - x0] as alpha.
   void (*composite_yuv)(const FrameView& frame, int y, int x0, int x1, const DespillForms& despill,
                         const std::uint8_t* alpha, std::uint8_t* rgba);
 

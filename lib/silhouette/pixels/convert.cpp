@@ -59,6 +59,8 @@ const ColourKernels& colour_kernels() {
 
 void convert_row(const FrameView& frame, int y, int x0, int x1, std::uint8_t* rgba) {
   if (is_yuv(frame.format)) return silhouette::colour_kernels().convert_yuv(frame, y, x0, x1, rgba);
+  if (bayer_bits(frame.format) > 0)
+    return silhouette::colour_kernels().convert_bayer(frame, y, x0, x1, rgba);
   const std::uint8_t* from = frame.row(0, y);
   const auto each = [&](int step, int r, int g, int b) {
     for (int x = x0; x < x1; ++x, rgba += 4) {

@@ -28,7 +28,11 @@ PlaneShape shape_of(FrameFormat format) {
     case FrameFormat::bgr:
       return {1, 3};
     case FrameFormat::gray8:
+    case FrameFormat::bayer8:
       return {1, 1};
+    case FrameFormat::bayer10le:
+    case FrameFormat::bayer12le:
+      return {1, 2};
     case FrameFormat::i420:
       return {3, 1};
     case FrameFormat::nv12:
@@ -85,6 +89,19 @@ bool is_ten_bit(FrameFormat format) {
   return format == FrameFormat::i420_10le || format == FrameFormat::v210;
 }
 
+int bayer_bits(FrameFormat format) {
+  switch (format) {
+    case FrameFormat::bayer8:
+      return 8;
+    case FrameFormat::bayer10le:
+      return 10;
+    case FrameFormat::bayer12le:
+      return 12;
+    default:
+      return 0;
+  }
+}
+
 const char* name_of(FrameFormat format) {
   switch (format) {
     case FrameFormat::rgbx:
@@ -113,6 +130,12 @@ const char* name_of(FrameFormat format) {
       return "I420_10LE";
     case FrameFormat::v210:
       return "v210";
+    case FrameFormat::bayer8:
+      return "8-bit Bayer";
+    case FrameFormat::bayer10le:
+      return "10-bit Bayer";
+    case FrameFormat::bayer12le:
+      return "12-bit Bayer";
   }
   return "unknown";
 }
@@ -136,16 +159,19 @@ void check_frame(const FrameView& frame) {
 namespace {
 
 // Calls body(plane, y, bytes) for the rows of all planes that hold the region, one chroma sample
-// more on each side because interpolation reaches that far, until it returns false.
+// (or pixel of a mosaic) more on each side because interpolation reaches that far, until it returns
+// false.
 template <typename Body>
 bool each_row(const FrameView& frame, const Rectangle& region, const Body& body) {
   if (region.empty()) return true;
   const bool yuv = is_yuv(frame.format);
   const bool halved = yuv && !is_422(frame.format);
-  const int x0 = yuv ? std::max(region.x - 2, 0) : region.x;
-  const int x1 = std::min(region.x + region.width + (yuv ? 3 : 0), frame.width);
+  const int mosaic = bayer_bits(frame.format) > 0 ? 1 : 0;
+  const int x0 = std::max(region.x - (yuv ? 2 : mosaic), 0);
+  const int x1 = std::min(region.x + region.width + (yuv ? 3 : mosaic), frame.width);
   for (int plane = 0; plane < shape_of(frame.format).planes; ++plane) {
-    int y0 = region.y, y1 = region.y + region.height;
+    int y0 = std::max(region.y - mosaic, 0);
+    int y1 = std::min(region.y + region.height + mosaic, frame.height);
     if (plane > 0 && halved) {
       y0 = std::max(y0 / 2 - 1, 0);
       y1 = std::min((y1 + 1) / 2 + 1, (frame.height + 1) / 2);
@@ -161,7 +187,8 @@ bool each_row(const FrameView& frame, const Rectangle& region, const Body& body)
 
 bool same_layout(const FrameView& a, const FrameView& b) {
   return a.format == b.format && a.width == b.width && a.height == b.height &&
-         a.matrix == b.matrix && a.full_range == b.full_range && a.site == b.site;
+         a.matrix == b.matrix && a.full_range == b.full_range && a.site == b.site &&
+         a.bayer == b.bayer;
 }
 
 bool same_pixels(const FrameView& a, const FrameView& b, const Rectangle& region) {

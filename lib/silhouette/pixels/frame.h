@@ -27,7 +27,13 @@ enum class FrameFormat : std::uint8_t {
   uyvy,
   i420_10le,  ///< ten bits in the low bits of little-endian 16-bit words
   v210,       ///< 4:2:2, three samples of ten bits in each little-endian 32-bit word
+  bayer8,     ///< a colour sensor's mosaic: one sample per pixel, as BayerOrder says
+  bayer10le,  ///< the same with ten bits in the low bits of little-endian 16-bit words
+  bayer12le,  ///< with twelve
 };
+
+/// Colours of the first two pixels of the first two rows of a colour sensor's mosaic.
+enum class BayerOrder : std::uint8_t { bggr, gbrg, grbg, rggb };
 
 /// How Y'CbCr becomes R'G'B' (ignored for RGB formats).
 enum class ColourMatrix : std::uint8_t { bt601, bt709, bt2020 };
@@ -52,6 +58,7 @@ struct FrameView {
   ColourMatrix matrix = ColourMatrix::bt601;
   bool full_range = false;  ///< 0..255 instead of 16..235 / 16..240; RGB is taken as it is
   ChromaSite site = ChromaSite::left;
+  BayerOrder bayer = BayerOrder::bggr;  ///< of the formats that are a mosaic
 
   const std::uint8_t* row(int plane, int y) const { return planes[plane] + strides[plane] * y; }
 };
@@ -66,6 +73,9 @@ bool is_422(FrameFormat format);
 /// True for the formats whose samples have ten bits instead of eight.
 bool is_ten_bit(FrameFormat format);
 
+/// Bits of a sample of the formats that are a colour sensor's mosaic; 0 of all others.
+int bayer_bits(FrameFormat format);
+
 /// The format's name as GStreamer writes it ("BGRx").
 const char* name_of(FrameFormat format);
 
@@ -74,10 +84,10 @@ const char* name_of(FrameFormat format);
 void check_frame(const FrameView& frame);
 
 /// Writes pixels [x0, x1) of row \p y as R, G, B, 255 bytes, chroma interpolated between its
-/// samples. \p rgba points at the pixel x0.
+/// samples, and colours of a mosaic between theirs (bilinear). \p rgba points at the pixel x0.
 void convert_row(const FrameView& frame, int y, int x0, int x1, std::uint8_t* rgba);
 
-/// Whether equal bytes are equal colours: format, size, colorimetry and chroma site agree.
+/// Whether equal bytes are equal colours: format, size, colorimetry, chroma site and mosaic agree.
 bool same_layout(const FrameView& a, const FrameView& b);
 
 /// Whether the layouts are the same, and so is every byte that the pixels of \p region depend on,

@@ -4,30 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "texture/colour/positive_system.h"
+
 namespace polyhull {
-namespace {
-
-/// Solves the symmetric, positive definite \p n x \p n system by Cholesky's factors, in place;
-/// \p matrix row by row.
-void solve_positive(std::vector<double>& matrix, std::vector<double>& x, std::size_t n) {
-  const auto at = [&](std::size_t i, std::size_t j) -> double& { return matrix[i * n + j]; };
-  for (std::size_t i = 0; i < n; ++i) {
-    for (std::size_t j = 0; j <= i; ++j) {
-      double sum = at(i, j);
-      for (std::size_t k = 0; k < j; ++k) sum -= at(i, k) * at(j, k);
-      at(i, j) = i == j ? std::sqrt(sum) : sum / at(j, j);
-    }
-    for (std::size_t k = 0; k < i; ++k) x[i] -= at(i, k) * x[k];
-    x[i] /= at(i, i);
-  }
-  for (std::size_t i = n; i-- > 0;) {
-    for (std::size_t k = i + 1; k < n; ++k) x[i] -= at(k, i) * x[k];
-    x[i] /= at(i, i);
-  }
-}
-
-}  // namespace
-
 void ColourBalance::reset() {
   names_.clear();
   pairs_.clear();
@@ -78,7 +57,7 @@ std::vector<double> ColourBalance::solve(int channel) const {
       right[b] += weighted;
     }
   }
-  solve_positive(matrix, right, n);
+  solve_positive(matrix, right);
   const double limit = std::log(most);
   for (double& value : right) value = std::clamp(value, -limit, limit);
   return right;

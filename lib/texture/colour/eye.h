@@ -70,14 +70,38 @@ class Eye {
   /// The mean of the 3 x 3 pixels around look()'s place \p at, sRGB codes; none where the matte does not hold all
   /// of them.
   std::optional<Vec3f> colour(const Vec2f& at) const {
+    const Vec2 real = pixel_of(at);
+    if (!(std::abs(real.x) < 1e6 && std::abs(real.y) < 1e6)) return std::nullopt;
+    return mean_around(static_cast<int>(std::lround(real.x)), static_cast<int>(std::lround(real.y)));
+  }
+
+  /// The same, interpolated between pixels.
+  std::optional<Vec3f> colour_between(const Vec2f& at) const {
+    const Vec2 real = pixel_of(at);
+    if (!(std::abs(real.x) < 1e6 && std::abs(real.y) < 1e6)) return std::nullopt;
+    const double left = std::floor(real.x), top = std::floor(real.y);
+    Vec3f sum(0.0f);
+    for (int i = 0; i < 4; ++i) {
+      const std::optional<Vec3f> mean =
+          mean_around(static_cast<int>(left) + i % 2, static_cast<int>(top) + i / 2);
+      if (!mean) return std::nullopt;
+      const double across = real.x - left, down = real.y - top;
+      sum += static_cast<float>((i % 2 ? across : 1.0 - across) * (i / 2 ? down : 1.0 - down)) * *mean;
+    }
+    return sum;
+  }
+
+ private:
+  /// The picture's pixel of look()'s place \p at.
+  Vec2 pixel_of(const Vec2f& at) const {
     const Vec2 texel = Vec2(at) - 0.5;
     const Vec2 pixel =
         map_ ? Vec2(map_->x, map_->y) + static_cast<double>(map_->step) * texel : texel;
-    const Vec2 real = distorted_ ? camera_.distort(pixel) : pixel;
+    return distorted_ ? camera_.distort(pixel) : pixel;
+  }
+  std::optional<Vec3f> mean_around(int column, int row) const {
     const Rectangle& roi = picture_.roi;
-    if (!(std::abs(real.x) < 1e6 && std::abs(real.y) < 1e6)) return std::nullopt;
-    const int x = static_cast<int>(std::lround(real.x)) - roi.x;
-    const int y = static_cast<int>(std::lround(real.y)) - roi.y;
+    const int x = column - roi.x, y = row - roi.y;
     if (x < 1 || y < 1 || x + 1 >= roi.width || y + 1 >= roi.height) return std::nullopt;
     constexpr std::uint32_t covered = 250;  // as the renderers': a matte without background in it
     std::uint32_t even = 0, odd = 0;        // red and blue, green: sums of nine bytes fit 16 bits
@@ -97,7 +121,6 @@ class Eye {
     return picture_.gain == Vec3f(1.0f) ? mean : with_gain(mean, picture_.gain);
   }
 
- private:
   const Camera& camera_;
   const FillPicture& picture_;
   const OcclusionMap* map_;

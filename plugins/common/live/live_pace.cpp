@@ -74,8 +74,11 @@ void LivePace::tell_sources() {
   for (GstAggregatorPad* pad : Pads(element_)) {
     LivePadState& state = state_of<LivePadState>(pad);
     if (!state.punctuality.last_arrival()) continue;  // nobody may be there yet
-    if (std::exchange(state.told, version) != version)
-      gst_pad_push_event(GST_PAD(pad), make_pace_event(change));
+    if (std::exchange(state.told, version) == version) continue;
+    PaceChange theirs = change;
+    theirs.grid.anchor -= state.shift;
+    theirs.from -= state.shift;
+    gst_pad_push_event(GST_PAD(pad), make_pace_event(theirs));
   }
 }
 

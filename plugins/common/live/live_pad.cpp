@@ -8,7 +8,7 @@ namespace polyhull::element {
 std::int64_t Arrival::running_time(GstClockTime time) const {
   if (!GST_CLOCK_TIME_IS_VALID(time) || segment.format != GST_FORMAT_TIME) return no_time;
   const guint64 running = gst_segment_to_running_time(&segment, GST_FORMAT_TIME, time);
-  return GST_CLOCK_TIME_IS_VALID(running) ? static_cast<std::int64_t>(running) : no_time;
+  return GST_CLOCK_TIME_IS_VALID(running) ? static_cast<std::int64_t>(running) + shift : no_time;
 }
 
 std::int64_t Arrival::end() const {
@@ -37,6 +37,10 @@ namespace {
 /// The upstream thread's: a buffer is about to enter the queue.
 GstPadProbeReturn buffer_comes(GstPad* pad, GstPadProbeInfo* info, gpointer) {
   LivePadState& state = state_of<LivePadState>(pad);
+  if (state.entry != nullptr) {
+    const GstPadProbeReturn entered = state.entry(pad, info);
+    if (entered != GST_PAD_PROBE_OK) return entered;
+  }
   state.begun = true;
   ++state.queued;
   state.last_buffer = g_get_monotonic_time();
@@ -104,6 +108,7 @@ const Arrival* peek(GstAggregatorPad* pad) {
   GstBuffer* buffer = gst_aggregator_pad_peek_buffer(pad);
   gst_clear_buffer(&front.buffer);
   front = {buffer, snapshot(pad, pad->segment)};
+  if (buffer != nullptr && front.gap()) front.shift = state_of<LivePadState>(pad).shift;
   return buffer != nullptr ? &front : nullptr;
 }
 

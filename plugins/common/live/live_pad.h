@@ -20,6 +20,7 @@ namespace polyhull::element {
 struct Arrival {
   GstBuffer* buffer = nullptr;
   GstSegment segment;
+  std::int64_t shift = 0;  ///< what is added to its running times, ns
 
   /// \p time of the segment as running time, ns; no_time where there is none.
   std::int64_t running_time(GstClockTime time) const;
@@ -41,6 +42,11 @@ struct LivePadState {
   explicit LivePadState(gpointer pad);
   ~LivePadState() { gst_clear_buffer(&front.buffer); }
 
+  /// What looks at each buffer before all else, and may replace or drop it; null: nothing.
+  GstPadProbeReturn (*entry)(GstPad*, GstPadProbeInfo*) = nullptr;
+  /// By how much `entry` last moved a buffer's running time, ns: GAP events, which it does not see,
+  /// are moved by as much, and what the source hears of running times is moved back.
+  std::atomic<std::int64_t> shift{0};
   Arrival front;  ///< what peek() has shown, with a reference; the streaming thread's
   Punctuality punctuality;
   std::uint64_t told = 0;  ///< version of the pace that its source knows; the streaming thread's

@@ -2,6 +2,7 @@
 #include "plugins/common/memory/video_frame.h"
 
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include "base/error.h"
@@ -52,11 +53,73 @@ ChromaSite site_of(const GstVideoInfo& info) {
   return horizontal ? ChromaSite::left : ChromaSite::centre;
 }
 
+/// What caps say of a mosaic; 0 bits: they are of none.
+struct Mosaic {
+  int bits = 0;
+  BayerOrder order = BayerOrder::bggr;
+};
+
+Mosaic mosaic_of(const GstCaps* caps) {
+  const GstStructure* structure = gst_caps_get_structure(caps, 0);
+  const gchar* format = gst_structure_get_string(structure, "format");
+  if (!gst_structure_has_name(structure, "video/x-bayer") || format == nullptr) return {};
+  const std::string_view name = format;
+  Mosaic mosaic;
+  for (const auto& [letters, order] :
+       {std::pair{"bggr", BayerOrder::bggr}, std::pair{"gbrg", BayerOrder::gbrg},
+        std::pair{"grbg", BayerOrder::grbg}, std::pair{"rggb", BayerOrder::rggb}})
+    if (name.starts_with(letters)) mosaic.order = order;
+  mosaic.bits = name.ends_with("10le") ? 10 : name.ends_with("12le") ? 12 : 8;
+  return mosaic;
+}
+
+[[noreturn]] void refuse(const GstVideoInfo& info, GstBuffer* buffer) {
+  throw Error(Error::Kind::io,
+              "A buffer of {} bytes cannot be mapped as a frame of the {} bytes that its caps "
+              "announce; look at the element in front.",
+              gst_buffer_get_size(buffer), GST_VIDEO_INFO_SIZE(&info));
+}
+
 }  // namespace
 
-FrameView frame_template(const GstVideoInfo& info) {
+bool is_mosaic(const GstCaps* caps) {
+  return mosaic_of(caps).bits > 0;
+}
+
+bool video_info_of(const GstCaps* caps, GstVideoInfo* info) {
+  const Mosaic mosaic = mosaic_of(caps);
+  if (mosaic.bits == 0) return gst_video_info_from_caps(info, caps) != FALSE;
+  const GstStructure* structure = gst_caps_get_structure(caps, 0);
+  gint width = 0, height = 0, numerator = 0, denominator = 1;
+  if (!gst_structure_get(structure, "width", G_TYPE_INT, &width, "height", G_TYPE_INT, &height,
+                         nullptr) ||
+      width < 1 || height < 1)
+    return false;
+  // Rows begin at multiples of four bytes, as those of grey frames do.
+  gst_video_info_init(info);
+  gst_video_info_set_format(info,
+                            mosaic.bits > 8 ? GST_VIDEO_FORMAT_GRAY16_LE : GST_VIDEO_FORMAT_GRAY8,
+                            static_cast<guint>(width), static_cast<guint>(height));
+  if (gst_structure_get_fraction(structure, "framerate", &numerator, &denominator)) {
+    GST_VIDEO_INFO_FPS_N(info) = numerator;
+    GST_VIDEO_INFO_FPS_D(info) = denominator;
+  }
+  return true;
+}
+
+FrameView frame_template(const GstCaps* caps, const GstVideoInfo& info) {
+  if (GST_VIDEO_INFO_IS_INTERLACED(&info))
+    throw Error(Error::Kind::unsupported,
+                "Interlaced frames (interlace-mode={}) show two instants and cannot be keyed; put "
+                "\"deinterlace\" in front.",
+                gst_video_interlace_mode_to_string(GST_VIDEO_INFO_INTERLACE_MODE(&info)));
   FrameView layout;
-  layout.format = format_of(GST_VIDEO_INFO_FORMAT(&info));
+  const Mosaic mosaic = mosaic_of(caps);
+  if (mosaic.bits == 0) layout.format = format_of(GST_VIDEO_INFO_FORMAT(&info));
+  if (mosaic.bits == 8) layout.format = FrameFormat::bayer8;
+  if (mosaic.bits == 10) layout.format = FrameFormat::bayer10le;
+  if (mosaic.bits == 12) layout.format = FrameFormat::bayer12le;
+  layout.bayer = mosaic.order;
   layout.width = GST_VIDEO_INFO_WIDTH(&info);
   layout.height = GST_VIDEO_INFO_HEIGHT(&info);
   layout.matrix = matrix_of(info);
@@ -76,19 +139,37 @@ FrameView frame_view(const FrameView& layout, const GstVideoFrame& frame) {
 }
 
 MappedFrame::MappedFrame(const GstVideoInfo& info, GstBuffer* buffer, GstMapFlags flags) {
+  // Of a mosaic, sources attach a format that has no name.
+  const GstVideoMeta* meta = gst_buffer_get_video_meta(buffer);
+  if (meta != nullptr && meta->format != GST_VIDEO_INFO_FORMAT(&info)) {
+    map_plain(info, buffer, flags);
+    return;
+  }
   // No reference is added: the caller holds the buffer while this object lives.
   const auto without_ref = static_cast<GstMapFlags>(
       static_cast<int>(flags) | static_cast<int>(GST_VIDEO_FRAME_MAP_FLAG_NO_REF));
   if (!gst_video_frame_map(&frame_, &info, buffer, without_ref)) {
-    throw Error(Error::Kind::io,
-                "A buffer of {} bytes cannot be mapped as a frame of the {} bytes that its caps "
-                "announce; look at the element in front.",
-                gst_buffer_get_size(buffer), GST_VIDEO_INFO_SIZE(&info));
+    refuse(info, buffer);
   }
 }
 
+void MappedFrame::map_plain(const GstVideoInfo& info, GstBuffer* buffer, GstMapFlags flags) {
+  frame_ = {};
+  if (gst_buffer_get_size(buffer) < GST_VIDEO_INFO_SIZE(&info) ||
+      !gst_buffer_map(buffer, &frame_.map[0], flags))
+    refuse(info, buffer);
+  plain_ = true;
+  frame_.info = info;
+  frame_.buffer = buffer;
+  for (guint i = 0; i < GST_VIDEO_INFO_N_PLANES(&info); ++i)
+    frame_.data[i] = frame_.map[0].data + GST_VIDEO_INFO_PLANE_OFFSET(&info, i);
+}
+
 MappedFrame::~MappedFrame() {
-  gst_video_frame_unmap(&frame_);
+  if (plain_)
+    gst_buffer_unmap(frame_.buffer, &frame_.map[0]);
+  else
+    gst_video_frame_unmap(&frame_);
 }
 
 }  // namespace polyhull::element

@@ -7,16 +7,29 @@
 
 #include "silhouette/pixels/frame.h"
 
-/// Formats that chromamatte and silhouette take, for GST_VIDEO_CAPS_MAKE; fastest first.
-#define POLYHULL_KEYABLE_FORMATS \
-  "{ NV12, I420, BGRx, RGBx, BGRA, RGBA, YUY2, UYVY, RGB, BGR, I420_10LE, v210, GRAY8 }"
+/// Caps that chromamatte and silhouette take; fastest first.
+#define POLYHULL_KEYABLE_CAPS                                                             \
+  GST_VIDEO_CAPS_MAKE(                                                                    \
+      "{ NV12, I420, BGRx, RGBx, BGRA, RGBA, YUY2, UYVY, RGB, BGR, I420_10LE, v210, GRAY8 }") \
+  "; video/x-bayer, format=(string){ bggr, gbrg, grbg, rggb, bggr10le, gbrg10le, "        \
+  "grbg10le, rggb10le, bggr12le, gbrg12le, grbg12le, rggb12le }, "                        \
+  "width=" GST_VIDEO_SIZE_RANGE ", height=" GST_VIDEO_SIZE_RANGE                          \
+  ", framerate=" GST_VIDEO_FPS_RANGE
 
 namespace polyhull::element {
 
-/// Format, size and colorimetry of \p info without planes. Colorimetry that the caps leave open is
-/// what GStreamer assumes for the size (BT.601 below HD, BT.709 from there on).
-/// Throws Error (unsupported) for a format that cannot be keyed.
-FrameView frame_template(const GstVideoInfo& info);
+/// Whether \p caps are a colour sensor's mosaic (video/x-bayer) that can be keyed.
+bool is_mosaic(const GstCaps* caps);
+
+/// Size, rate and memory of frames of \p caps, a mosaic's (video/x-bayer) as those of grey ones;
+/// false: not video that is known.
+bool video_info_of(const GstCaps* caps, GstVideoInfo* info);
+
+/// Format, size and colorimetry without planes of frames of \p caps, of which \p info is what
+/// video_info_of() gave. Colorimetry that the caps leave open is what GStreamer assumes for the size
+/// (BT.601 below HD, BT.709 from there on).
+/// Throws Error (unsupported) for a format that cannot be keyed, and for interlaced frames.
+FrameView frame_template(const GstCaps* caps, const GstVideoInfo& info);
 
 /// \p layout with the planes of \p frame, which must stay mapped while the result is used.
 FrameView frame_view(const FrameView& layout, const GstVideoFrame& frame);
@@ -37,7 +50,10 @@ class MappedFrame {
   guint texture() const { return *static_cast<const guint*>(frame_.data[0]); }
 
  private:
+  void map_plain(const GstVideoInfo& info, GstBuffer* buffer, GstMapFlags flags);
+
   GstVideoFrame frame_;
+  bool plain_ = false;  // mapped as bytes
 };
 
 }  // namespace polyhull::element

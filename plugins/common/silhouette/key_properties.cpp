@@ -120,8 +120,10 @@ constexpr std::array table{
                         -32.0, 32.0),
     property<&S::close>(
         "close", "Close",
-        "Pixels, from 0 to 32: gaps and holes in the matte up to twice this width are closed.", 0.0,
-        32.0),
+        "Pixels, from 0 to 32: gaps and holes in the matte up to twice this width are closed; "
+        "with method=difference what shows a coloured background there takes the "
+        "colours around.",
+        0.0, 32.0),
     property<&S::spill>(
         "spill", "Spill removal",
         "Fraction from 0 to 1 of the key colour's spill that is taken out of the kept pixels.", 0.0,

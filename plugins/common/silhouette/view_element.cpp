@@ -63,7 +63,7 @@ GstCaps* view_transform_caps(GstBaseTransform* base, GstPadDirection direction, 
 }
 
 bool ViewElement::set_format(const GstCaps* caps) {
-  if (!gst_video_info_from_caps(&info, caps)) return false;
+  if (!video_info_of(caps, &info)) return false;
   control.set_stream_rate(GST_VIDEO_INFO_FPS_N(&info), GST_VIDEO_INFO_FPS_D(&info));
   return true;
 }
@@ -87,6 +87,8 @@ void ViewElement::begin_view(GstBaseTransform* base, const ContourValues& values
                                      values.trigger == TriggerSource::offset);
   view.trigger = values.trigger == TriggerSource::none ? no_trigger : capture.trigger;
   view.capture_time = capture.time;
+  view.clock = capture.clock;
+  view.timecode = capture.timecode;
 }
 
 double ViewElement::tolerance_of(const ContourValues& values) const {

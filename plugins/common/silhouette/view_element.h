@@ -90,7 +90,11 @@ void install_view_element(gpointer klass) {
   auto* base_class = GST_BASE_TRANSFORM_CLASS(klass);
   base_class->transform_caps = view_transform_caps;
   base_class->propose_allocation = [](GstBaseTransform* base, GstQuery* decide, GstQuery* query) {
-    gst_query_add_allocation_meta(query, GST_VIDEO_META_API_TYPE, nullptr);
+    GstCaps* caps = nullptr;
+    gst_query_parse_allocation(query, &caps, nullptr);
+    // Metas know no strides of a mosaic.
+    if (caps == nullptr || !is_mosaic(caps))
+      gst_query_add_allocation_meta(query, GST_VIDEO_META_API_TYPE, nullptr);
     return GST_BASE_TRANSFORM_CLASS(parent_class<State>())->propose_allocation(base, decide, query);
   };
   base_class->before_transform = sync_controlled_properties;

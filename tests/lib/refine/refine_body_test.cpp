@@ -53,7 +53,7 @@ TEST_P(RefinedBodies, IsNearTheBody) {
 
 INSTANTIATE_TEST_SUITE_P(
     Bars, RefinedBodies,
-    testing::Values(Bar{"4", RefineQuality::fast, 7.5, 36.0, 0.899, 0.0050, 0.0012},
+    testing::Values(Bar{"4", RefineQuality::fast, 6.8, 32.5, 0.903, 0.0057, 0.0012},
                     Bar{"4", RefineQuality::good, 6.0, 25.0, 0.924, 0.0057, 0.0011},
                     Bar{"8", RefineQuality::fast, 2.4, 10.9, 0.978, 0.0038, 0.0009},
                     Bar{"8", RefineQuality::good, 2.25, 9.8, 0.9795, 0.0039, 0.0009},

@@ -75,8 +75,8 @@ TEST_F(RefineLoops, ARowIsAsDeepInsideAsItsPoints) {
     const float y = number(0.0f, 43.0f), z = number(0.0f, 39.0f);
     const std::vector<float> x = numbers(1 + random() % 30, 0.0f, 47.0f);
     std::vector<float> rough(x.size()), exact(x.size());
-    hull.rough_row(grid, y, z, x, rough.data());
-    hull.exact_row(grid, y, z, x, exact.data());
+    HullRows(hull, HullRows::By::rough).find(grid, y, z, x, rough.data());
+    HullRows(hull, HullRows::By::exact).find(grid, y, z, x, exact.data());
     for (std::size_t i = 0; i < x.size(); ++i) {
       const Vec3f at = grid.low + grid.cell * Vec3f(x[i], y, z);
       EXPECT_NEAR(rough[i], hull.rough(at, -1e9f), 1e-3f);
@@ -92,7 +92,7 @@ TEST_F(RefineLoops, AViewWithoutAnOutlineIsBeyond) {
   const Grid grid{{-1.0f, -1.0f, -1.0f}, 0.5f, 8, 4, 4};
   const std::vector<float> x{0.0f, 3.0f, 7.0f};
   std::vector<float> rough(x.size());
-  hull.rough_row(grid, 1.0f, 1.0f, x, rough.data());
+  HullRows(hull, HullRows::By::rough).find(grid, 1.0f, 1.0f, x, rough.data());
   for (std::size_t i = 0; i < x.size(); ++i)
     EXPECT_NEAR(rough[i], hull.rough(grid.position(static_cast<int>(x[i]), 1, 1), -1e9f), 1e-4f);
 }
@@ -146,7 +146,7 @@ TEST_F(RefineLoops, ARowOfAnotherGridAsSampled) {
   int within = 0;
   for (int z = 0; z < other.nz; ++z)
     for (int y = 0; y < other.ny; ++y) {
-      sample_row(grid, values.data(), other, y, z, mixed, out.data());
+      sample_row(grid, values.data(), other, y, z, {0, other.nx}, mixed, out.data());
       for (int x = 0; x < other.nx; ++x) {
         const float expected = sample(grid, values.data(), other.position(x, y, z));
         EXPECT_NEAR(out[static_cast<std::size_t>(x)], expected, 2e-5f);
@@ -172,10 +172,13 @@ TEST_F(RefineLoops, RimsAskNodesByTheFormula) {
                         number(0.8f, 6.0f),
                         0.2f};
     const auto run = [&](const Loops& loops) {
-      std::vector<float> out(2 * nx * ny);
+      std::vector<float> asks(2 * nx * ny), out(2 * nx * ny);
       std::vector<Extent> asked(ny);
-      loops.ask(rim, {f.data() + nx * ny, rows.data(), nx, ny, 1.0f, asked.data(), out.data(),
-                      out.data() + nx * ny});
+      loops.ask(rim, {f.data() + nx * ny, rows.data(), nx, ny, 1.0f, asked.data(), asks.data()});
+      for (std::size_t i = 0; i < nx * ny; ++i) {
+        out[i] = asks[i / 8 * 16 + i % 8];
+        out[nx * ny + i] = asks[i / 8 * 16 + 8 + i % 8];
+      }
       for (int y = 0; y < ny; ++y)
         for (int x = 0; x < nx; ++x)
           EXPECT_TRUE(out[nx * ny + y * nx + x] == 0.0f ||
@@ -262,7 +265,7 @@ TEST_F(RefineLoops, ThePlatesStepsAreTheFormulas) {
     bent += value * value + tie * scene.f[n] * scene.f[n];
     EXPECT_EQ(more[n], 0.0f);
     EXPECT_NEAR(solution[n], scene.solution[n] + length * scene.f[n], 1e-6f);
-    const float image = scene.mask[n] * (at(scene.laplacian, n) + tie * scene.f[n]) + scene.more[n];
+    const float image = scene.mask[n] * (at(scene.laplacian, n) + tie * scene.f[n] + scene.more[n]);
     EXPECT_NEAR(residual[n], scene.residual[n] - length * image, 1e-5f);
     left += residual[n] * residual[n];
     EXPECT_NEAR(out[PlateScene::nx + n], residual[n] + 0.4f * scene.f[n], 1e-6f);
@@ -273,37 +276,43 @@ TEST_F(RefineLoops, ThePlatesStepsAreTheFormulas) {
   EXPECT_NEAR(sum[1], left, 1e-4f * left);
 }
 
-TEST_F(RefineLoops, CellsAddTheirFormsImage) {
-  constexpr std::size_t nodes = 64;
-  const std::size_t corner[8] = {0, 1, 4, 5, 16, 17, 20, 21};
-  const std::vector<float> f = numbers(nodes, -1.0f, 1.0f), before = numbers(nodes, -1.0f, 1.0f);
-  std::vector<float> mask(nodes, 1.0f);
-  mask[21] = 0.0f;
-  std::vector<PlateCell> cells(2);
-  for (PlateCell& cell : cells) {
-    cell.node = &cell == cells.data() ? 0 : 21;
-    for (float& value : cell.form) value = number(-1.0f, 1.0f);
-  }
+/// Against the energy's differences: it is a quadratic form, so that those are exact.
+TEST_F(RefineLoops, RimsAskForTheirEnergysGradient) {
+  constexpr std::int32_t row = 4, slab = 16;
+  const std::vector<float> f = numbers(64, -1.0f, 1.0f), before = numbers(64, -1.0f, 1.0f);
+  const std::vector<std::int32_t> node{0, 42, 21, 21, 22, 37, 1, 0};
+  const auto x = numbers(8, 0.0f, 1.0f), y = numbers(8, 0.0f, 1.0f), z = numbers(8, 0.0f, 1.0f);
+  const PlateRims rims{node.data(), x.data(), y.data(), z.data(), 8, row, slab, 3.0f, 0.7f};
   const auto run = [&](const Loops& loops) {
     std::vector<float> out = before, sums(8);
-    loops.cells(cells.data(), cells.size(), corner, mask.data(), f.data(), out.data(), sums.data());
+    loops.rims(rims, f.data(), out.data(), sums.data());
     out.insert(out.end(), sums.begin(), sums.end());
     return out;
   };
   expect_same_bits(all(), run);
-  std::vector<double> expected(before.begin(), before.end());
-  double energy = 0.0;
-  for (const PlateCell& cell : cells)
-    for (int p = 0; p < 8; ++p)
-      for (int q = 0; q < 8; ++q) {
-        const double image = double{cell.form[8 * p + q]} * f[cell.node + corner[p]];
-        expected[cell.node + corner[q]] += mask[cell.node + corner[q]] * image;
-        energy += image * f[cell.node + corner[q]];
+  const auto energy = [&](std::size_t moved, double by) {
+    double sum = 0.0;
+    for (std::size_t r = 0; r < 8; ++r) {
+      double value = 0.0;
+      Vec3 up(0.0);
+      for (std::size_t k = 0; k < 8; ++k) {
+        const std::size_t n = node[r] + (k & 1) + (k & 2 ? row : 0) + (k & 4 ? slab : 0);
+        const Vec3 high(k & 1, k >> 1 & 1, k >> 2), at(x[r], y[r], z[r]);
+        const Vec3 share = high * at + (1.0 - high) * (1.0 - at), sign = 2.0 * high - 1.0;
+        const double here = double{f[n]} + (n == moved ? by : 0.0);
+        value += here * share.x * share.y * share.z;
+        up += here * sign * Vec3(share.y * share.z, share.x * share.z, share.x * share.y);
       }
+      sum += 3.0 * value * value + 0.7 * glm::dot(up, up);
+    }
+    return sum;
+  };
   const std::vector<float> out = run(loops());
-  for (std::size_t i = 0; i < nodes; ++i) EXPECT_NEAR(out[i], expected[i], 1e-5);
-  for (int k = 0; k < 8; ++k) energy -= out[nodes + static_cast<std::size_t>(k)];
-  EXPECT_NEAR(energy, 0.0, 1e-5);
+  for (std::size_t n = 0; n < f.size(); ++n)
+    EXPECT_NEAR(out[n] - before[n], 0.25 * (energy(n, 1.0) - energy(n, -1.0)), 1e-4);
+  double left = energy(0, 0.0);
+  for (std::size_t k = 0; k < 8; ++k) left -= double{out[64 + k]};
+  EXPECT_NEAR(left, 0.0, 1e-4);
 }
 
 }  // namespace

@@ -191,6 +191,61 @@ TEST(Key, ChokeAndClose) {
   }
 }
 
+TEST(Key, ClosedGapsTakeTheColoursAround) {
+  // Two dark red legs on a green floor; the gap between them is closed, and with it its green.
+  const auto floor = [](int, int) { return Colour{40, 160, 60}; };
+  const auto legs = [&](int x, int y) {
+    const bool leg = y >= 10 && y < 50 && ((x >= 20 && x < 40) || (x >= 44 && x < 64));
+    return leg ? Colour{140, 30, 20} : floor(x, y);
+  };
+  const test::Frame frame = test::make_frame(FrameFormat::rgbx, 90, 60, legs);
+  KeySettings settings;
+  settings.method = KeyMethod::difference;
+  Picture plate{90, 60, 3, {}};
+  for (int i = 0; i < 90 * 60; ++i) plate.pixels.insert(plate.pixels.end(), {40, 160, 60});
+  settings.plate = std::make_shared<Picture>(plate);
+  const auto drawn = [&] {
+    Keyer keyer;
+    keyer.set(settings);
+    Matte matte;
+    keyer.key(frame.view, matte);
+    std::vector<std::uint8_t> pixels(90 * 60 * 4);
+    keyer.write_rgba(frame.view, matte, {0, 0, 90, 60}, KeyView::composite, pixels.data(), 360);
+    return pixels;
+  };
+  const std::vector<std::uint8_t> open = drawn();
+  settings.close = 3.0;
+  const std::vector<std::uint8_t> closed = drawn();
+  for (int y = 0; y < 60; ++y)
+    for (int x = 0; x < 90; ++x) {
+      const std::uint8_t *was = &open[4 * (90 * y + x)], *is = &closed[4 * (90 * y + x)];
+      const bool gap = x >= 40 && x < 44 && y >= 16 && y < 44;  // off the ends, where it narrows
+      if (gap) {
+        EXPECT_EQ(was[3], 0) << x << " " << y;
+        EXPECT_EQ(is[3], 255) << x << " " << y;
+        EXPECT_EQ(std::vector<int>(is, is + 3), (std::vector<int>{140, 30, 20})) << x << " " << y;
+      } else if (is[3] == was[3]) {
+        EXPECT_EQ(std::vector<int>(is, is + 3), std::vector<int>(was, was + 3)) << x << " " << y;
+      } else {
+        EXPECT_LT(is[1], 60) << x << " " << y;
+      }
+    }
+  // A part of the frame is the same as in the whole.
+  Keyer keyer;
+  keyer.set(settings);
+  Matte matte;
+  keyer.key(frame.view, matte);
+  std::uint8_t part[3 * 4];
+  keyer.write_rgba(frame.view, matte, {41, 30, 3, 1}, KeyView::composite, part, 12);
+  EXPECT_TRUE(std::equal(part, part + 12, &closed[4 * (90 * 30 + 41)]));
+  // Without closing nothing of it stays.
+  settings.close = 0.0;
+  keyer.set(settings);
+  keyer.key(frame.view, matte);
+  keyer.write_rgba(frame.view, matte, {41, 30, 3, 1}, KeyView::composite, part, 12);
+  EXPECT_TRUE(std::equal(part, part + 12, &open[4 * (90 * 30 + 41)]));
+}
+
 TEST(Key, DespillAndViews) {
   const Colour spilled{120, 170, 100};
   const test::Frame frame = test::make_frame(

@@ -23,12 +23,19 @@ struct Frame {
   Frame& operator=(Frame&&) = default;
 };
 
+/// Which channel a mosaic has at a pixel: the letters of its order, read row by row.
+inline int mosaic_channel(BayerOrder order, int x, int y) {
+  constexpr std::array letters = {"bggr", "gbrg", "grbg", "rggb"};
+  const char letter = letters[static_cast<std::size_t>(order)][2 * (y & 1) + (x & 1)];
+  return letter == 'r' ? 0 : letter == 'g' ? 1 : 2;
+}
+
 /// Packs a picture given by colour(x, y) in levels; strides are longer than the rows by `slack`
 /// bytes.
 inline Frame make_frame(FrameFormat format, int width, int height,
                         const std::function<Colour(int, int)>& colour,
                         ColourMatrix matrix = ColourMatrix::bt601, bool full_range = false,
-                        int slack = 6) {
+                        int slack = 6, BayerOrder bayer = BayerOrder::rggb) {
   Frame frame;
   FrameView& v = frame.view;
   v.format = format;
@@ -51,6 +58,22 @@ inline Frame make_frame(FrameFormat format, int width, int height,
     return rgb[static_cast<std::size_t>(std::clamp(y, 0, height - 1)) * width +
                std::clamp(x, 0, width - 1)];
   };
+  if (const int bits = bayer_bits(format); bits > 0) {
+    v.bayer = bayer;
+    const int bytes = bits > 8 ? 2 : 1;
+    allocate(0, width * bytes, height);
+    for (int y = 0; y < height; ++y)
+      for (int x = 0; x < width; ++x) {
+        const double level = at(x, y)[static_cast<std::size_t>(mosaic_channel(bayer, x, y))];
+        const long most = (1l << bits) - 1;
+        const long sample = std::clamp(std::lround(std::ldexp(level, bits - 8)), 0l, most);
+        std::uint8_t* p =
+            frame.planes[0].data() + static_cast<std::size_t>(y) * v.strides[0] + x * bytes;
+        p[0] = static_cast<std::uint8_t>(sample & 255);
+        if (bytes == 2) p[1] = static_cast<std::uint8_t>(sample >> 8);
+      }
+    return frame;
+  }
   if (!is_yuv(format)) {
     const int step = format == FrameFormat::gray8                               ? 1
                      : format == FrameFormat::rgb || format == FrameFormat::bgr ? 3
@@ -148,6 +171,7 @@ inline Frame make_frame(FrameFormat format, int width, int height,
   return frame;
 }
 
+/// But mosaics, of which no pixel has all its colour.
 inline constexpr std::array all_formats = {
     FrameFormat::rgbx, FrameFormat::bgrx, FrameFormat::rgba,      FrameFormat::bgra,
     FrameFormat::rgb,  FrameFormat::bgr,  FrameFormat::i420,      FrameFormat::nv12,

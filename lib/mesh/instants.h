@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// One time for what several cameras took at one instant.
+///
+/// Buffers' running times count from the start of their pipeline: those of branches that were
+/// started seconds apart differ by that, and those of cameras by how long each frame took to come.
+/// Views say more: a timecode, or a capture time on a clock that several share. Instants places all
+/// views by the best of these that every camera has,
+///
+///     time = value - offset + correction of the camera,
+///
+/// where the offset is the same for all cameras, so that equal values become equal times, and
+/// places them on the running time of the pipeline: values of its own clock by its base time,
+/// times since 1970 by the machine's, others so that the first view stays where it is.
+///
+/// A clock that jumps (its time moves by a second more or less than both the running time and the
+/// arrival of its frames) is corrected for its camera alone. Cameras whose first views, which come
+/// together, are half a minute apart have clocks that nobody has set to each other: then running
+/// times count, as where some camera has neither timecode nor capture time.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <map>
+#include <vector>
+
+#include "mesh/view.h"
+
+namespace polyhull {
+
+/// What a view's instant can be told by, worst first. The clocks' rows are those of CaptureClock.
+enum class TimeAxis : std::uint8_t { running, pipeline, unix, ptp, timecode };
+
+/// What is known of a view's instant. All ns, no_time where unknown.
+struct ViewTimes {
+  std::int64_t running = no_time;  ///< of its buffer
+  std::int64_t capture = no_time;
+  CaptureClock clock = CaptureClock::arrival;
+  std::int64_t timecode = no_time;
+};
+
+/// When a view comes. All ns.
+struct ArrivalTimes {
+  std::int64_t monotonic = 0;      ///< of a clock that nobody sets
+  std::int64_t base = 0;           ///< the pipeline clock's time at running time 0
+  std::int64_t running = no_time;  ///< now; no_time: not playing
+  std::int64_t unix = 0;           ///< the machine's time since 1970
+};
+
+/// For one thread at a time.
+class Instants {
+ public:
+  /// A camera; compared only.
+  using Key = const void*;
+
+  struct Placed {
+    std::int64_t time = no_time;  ///< on this pipeline's running time; may be negative
+    std::int64_t jump = 0;        ///< by how much the camera's clock has just jumped, ns
+    Key apart_from = nullptr;     ///< its clock was found not to be this camera's
+  };
+
+  /// Places the view \p times of \p camera, which comes at \p now.
+  Placed place(Key camera, const ViewTimes& times, const ArrivalTimes& now);
+
+  /// What the last view was placed by.
+  TimeAxis axis() const { return axis_; }
+
+  /// \p camera starts anew.
+  void forget(Key camera) {
+    cameras_.erase(camera);
+    // After a flush of all, running time begins anew.
+    if (!cameras_.empty()) return;
+    offsets_ = {};
+    latest_ = no_time;
+  }
+  /// Forgets all cameras but these.
+  template <class Cameras>
+  void keep_only(const Cameras& cameras) {
+    std::erase_if(cameras_, [&](const auto& entry) {
+      return std::find(cameras.begin(), cameras.end(), entry.first) == cameras.end();
+    });
+  }
+  /// Forgets everything.
+  void reset() { *this = Instants(); }
+
+ private:
+  static constexpr std::size_t axes = 5;
+  /// One camera's clock, or its timecode.
+  struct Track {
+    TimeAxis axis = TimeAxis::running;  // running: none
+    std::int64_t value = no_time;       // the last, corrected
+    std::int64_t correction = 0;
+    bool foreign = false;  // not comparable to the other cameras'
+    bool judged = false;   // ... has been looked at
+  };
+  struct Camera {
+    Track clock, timecode;
+    std::int64_t running = 0, monotonic = 0;  // of the last view
+    std::int64_t time = no_time;              // where it was placed
+    TimeAxis axis = TimeAxis::running;        // by what
+    bool seen = false;
+  };
+  struct Offset {
+    std::int64_t value = no_time;
+    bool of_base = false;  // the base time, whatever it becomes
+  };
+
+  bool is_local(const ViewTimes& times) const;
+  void note_base(std::int64_t base);
+  std::int64_t follow(Track& track, const Camera& camera, TimeAxis axis, std::int64_t value,
+                      const ViewTimes& times, const ArrivalTimes& now);
+  TimeAxis common_axis() const;
+  void anchor(TimeAxis axis, std::int64_t value, std::int64_t time, const ArrivalTimes& now);
+  std::int64_t placed(const Camera& camera, TimeAxis axis) const;
+  Key judge(Key key, Camera& camera, Track& track, const ArrivalTimes& now);
+
+  std::map<Key, Camera> cameras_;
+  std::array<Offset, axes> offsets_;
+  std::vector<std::int64_t> bases_{0};  // that the pipeline has had, the newest last
+  std::int64_t pause_ = 0;              // by how much the base time has moved since the last look
+  std::int64_t latest_ = no_time;       // the last time that a view was placed at
+  TimeAxis axis_ = TimeAxis::running;
+};
+
+}  // namespace polyhull

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "plugins/hullbuild/entry.h"
+
+#include "base/error.h"
+#include "plugins/common/memory/payload_buffer.h"
+#include "plugins/hullbuild/private.h"
+#include "wire/view_payload.h"
+
+namespace polyhull::element {
+namespace {
+
+/// Its times, all unknown where the bytes are no view: that is said when they are looked at.
+View times_of(GstBuffer* buffer) {
+  try {
+    return read_view_times(MappedBuffer(buffer).segments());
+  } catch (const Error&) {
+    return {};
+  }
+}
+
+std::string camera_of(gpointer pad) {
+  const std::string name = snapshot(pad, state_of<HullPadState>(pad).name);
+  return name.empty() ? GST_OBJECT_NAME(pad) : name;
+}
+
+void say_jump(HullBuild& self, GstPad* pad, std::int64_t jump) {
+  ++state_of<HullPadState>(pad).jumps;
+  self.statistics.warn(
+      GST_ELEMENT_CAST(self.element), "clock-jumps",
+      fmt::format("The clock of camera {} has jumped by {:+.3f} s. Its views go on being matched "
+                  "as if it had not; look at what sets it (PTP, NTP, a timecode generator).",
+                  camera_of(pad), 1e-9 * static_cast<double>(jump)));
+}
+
+void say_apart(HullBuild& self, GstPad* pad, Instants::Key key) {
+  std::string other = "another";  // where its pad has been released meanwhile
+  for (GstAggregatorPad* each : Pads(self.element))
+    if (each == key) other = camera_of(each);
+  self.statistics.warn(
+      GST_ELEMENT_CAST(self.element), "clocks-apart",
+      fmt::format("The clocks of cameras {} and {} tell times that are half a minute apart and "
+                  "more: nobody has set them to each other. Views are matched by running time "
+                  "instead, which holds only for branches of one pipeline. Share a clock (PTP, "
+                  "NTP, GstNetClientClock), a timecode or a trigger.",
+                  camera_of(pad), other));
+}
+
+/// Adds \p shift, ns, to the times of the buffer.
+void move(GstPadProbeInfo* info, std::int64_t shift) {
+  GstBuffer* buffer = gst_buffer_make_writable(GST_PAD_PROBE_INFO_BUFFER(info));
+  info->data = buffer;
+  const auto moved = [&](GstClockTime time) {
+    return GST_CLOCK_TIME_IS_VALID(time) ? time + static_cast<GstClockTime>(shift) : time;
+  };
+  GST_BUFFER_PTS(buffer) = moved(GST_BUFFER_PTS(buffer));
+  GST_BUFFER_DTS(buffer) = moved(GST_BUFFER_DTS(buffer));
+}
+
+}  // namespace
+
+GstPadProbeReturn place_view(GstPad* pad, GstPadProbeInfo* info) {
+  g_autoptr(GstElement) element = gst_pad_get_parent_element(pad);
+  g_autoptr(GstEvent) event = gst_pad_get_sticky_event(pad, GST_EVENT_SEGMENT, 0);
+  if (element == nullptr || event == nullptr) return GST_PAD_PROBE_OK;
+  HullBuild& self = state_of<HullBuild>(element);
+  Arrival arrival{GST_PAD_PROBE_INFO_BUFFER(info), {}};
+  gst_event_copy_segment(event, &arrival.segment);
+  const std::int64_t running = arrival.time();
+  if (running == no_time || arrival.segment.rate != 1.0) return GST_PAD_PROBE_OK;
+  const View view = times_of(arrival.buffer);
+  const ArrivalTimes now{g_get_monotonic_time() * GST_USECOND,
+                         static_cast<std::int64_t>(gst_element_get_base_time(element)),
+                         running_time_now(element), g_get_real_time() * GST_USECOND};
+  Instants::Placed placed;
+  {
+    const std::scoped_lock lock(self.instants_mutex);
+    placed = self.instants.place(pad, {running, view.capture_time, view.clock, view.timecode}, now);
+  }
+  if (placed.jump != 0) say_jump(self, pad, placed.jump);
+  if (placed.apart_from != nullptr) say_apart(self, pad, placed.apart_from);
+  const std::int64_t shift = placed.time - running;
+  state_of<LivePadState>(pad).shift = shift;
+  if (shift == 0) return GST_PAD_PROBE_OK;
+  if (placed.time < 0) {
+    ++state_of<HullPadState>(pad).early;
+    self.statistics.count("views-early");
+    return GST_PAD_PROBE_DROP;
+  }
+  move(info, shift);
+  return GST_PAD_PROBE_OK;
+}
+
+}  // namespace polyhull::element

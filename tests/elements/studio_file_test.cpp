@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+// Studio files on pipelines: who takes what, what is refused, live changes taken back.
+#include "studio/studio_file.h"
+
+#include <gst/check/gstcheck.h>
+
+#include "base/error.h"
+
+namespace {
+
+using polyhull::StudioFile;
+using Json = nlohmann::ordered_json;
+
+GstBin* pipeline_of_two() {
+  g_autoptr(GError) error = nullptr;
+  GstElement* pipeline = gst_parse_launch(
+      "videotestsrc name=left ! chromamatte name=key ! gaussblur name=blur ! contourfind "
+      "camera=cam0 ! hull. "
+      "videotestsrc name=right ! silhouette camera=cam1 ! hull. hullbuild name=hull ! fakesink",
+      &error);
+  fail_unless(pipeline && !error, "%s", error ? error->message : "");
+  return GST_BIN(pipeline);
+}
+
+StudioFile studio(const std::string& parts) {
+  return StudioFile::parse(R"({"format":"polyhull-studio","version":1,)" + parts + "}",
+                           "test.json");
+}
+
+Json of_text(const StudioFile& file) {
+  return Json::parse(file.text());
+}
+
+Json element_value(GstBin* pipeline, const char* name, const char* property) {
+  g_autoptr(GstElement) element = gst_bin_get_by_name(pipeline, name);
+  g_auto(GValue) value = G_VALUE_INIT;
+  g_object_get_property(G_OBJECT(element), property, &value);
+  if (G_VALUE_HOLDS_DOUBLE(&value)) return g_value_get_double(&value);
+  g_autofree gchar* text = gst_value_serialize(&value);
+  return text;
+}
+
+void expect_one(const std::vector<std::string>& found, const char* text) {
+  fail_unless(found.size() == 1 && found[0] == text, "%zu, first: %s", found.size(),
+              found.empty() ? "" : found[0].c_str());
+}
+
+}  // namespace
+
+GST_START_TEST(test_by_name_and_by_camera) {
+  GstBin* pipeline = pipeline_of_two();
+  StudioFile file = studio(R"("elements": {"key": {"strength": 75}, "left": {"pattern": "blue"},
+      "hull": {"sink_0::camera": "cam0", "max-wait": 1234}},
+    "cameras": {"cam0": {"chromamatte": {"strength": 50, "spill": 0.25}, "gaussblur": {"sigma": 2}},
+                "cam1": {"videotestsrc": {"pattern": "ball"}, "silhouette": {"tolerance": 0.7}}})");
+  const auto report = file.apply(pipeline);
+  fail_unless(report.problems.empty(), "%s",
+              report.problems.empty() ? "" : report.problems[0].c_str());
+  fail_unless(report.without_taker.empty());
+  fail_unless(element_value(pipeline, "key", "strength") == "75");  // by name comes last
+  fail_unless(element_value(pipeline, "key", "spill") == 0.25);
+  fail_unless(element_value(pipeline, "left", "pattern") == "blue");
+  fail_unless(element_value(pipeline, "right", "pattern") == "ball");  // cam1's own source only
+  const Json before = of_text(file);
+  file.read_back(pipeline);
+  fail_unless(of_text(file) == before, "%s", file.text().c_str());
+  gst_object_unref(pipeline);
+}
+GST_END_TEST;
+
+GST_START_TEST(test_what_has_no_taker) {
+  GstBin* pipeline = pipeline_of_two();
+  expect_one(studio(R"("elements": {"nobody": {"a": 1}})").apply(pipeline).without_taker,
+             "test.json, elements.nobody");
+  expect_one(studio(R"("cameras": {"cam9": {}})").apply(pipeline).without_taker,
+             "test.json, cameras.cam9");
+  expect_one(studio(R"("cameras": {"cam1": {"chromamatte": {}}})").apply(pipeline).without_taker,
+             "test.json, cameras.cam1.chromamatte");
+  expect_one(studio(R"("lights": {})").apply(pipeline).without_taker, "test.json, lights");
+  gst_object_unref(pipeline);
+}
+GST_END_TEST;
+
+GST_START_TEST(test_wrong_values_are_named_and_left_out) {
+  const std::pair<const char*, const char*> wrong[] = {
+      {R"("sigma": true)", "test.json, elements.blur.sigma: is true; expected a number from 0 to "},
+      {R"("sigma": -1)", "sigma: is -1; expected a number from 0 to "},
+      {R"("passes": 1.5)", "passes: is 1.5; expected a whole number from "},
+      {R"("passes": 99999999999999999999)", "passes: is "},
+      {R"("method": "square")", "method: is \"square\"; expected one of "},
+      {R"("qos": 1)", "qos: is 1; expected true or false"},
+      {R"("sigmaa": 1)", "sigmaa: gaussblur has no such property"},
+      {R"("stats": "x")", "stats: cannot be set by a file"},
+      {R"("name": "x")", "name: cannot be set by a file"},
+  };
+  for (const auto& [property, message] : wrong) {
+    GstBin* pipeline = pipeline_of_two();
+    const auto report =
+        studio(std::string(R"("elements": {"blur": {)") + property + "}}").apply(pipeline);
+    fail_unless(report.problems.size() == 1, "%s", property);
+    fail_unless(report.problems[0].find(message) != std::string::npos, "%s",
+                report.problems[0].c_str());
+    gst_object_unref(pipeline);
+  }
+}
+GST_END_TEST;
+
+GST_START_TEST(test_live_changes_come_back) {
+  GstBin* pipeline = pipeline_of_two();
+  StudioFile file = studio(R"("description": "stage 2", "elements": {"gone": {"x": [1]}},
+    "cameras": {"cam0": {"chromamatte": {"strength": 50}}, "cam9": {"silhouette": {"sigma": 3}}})");
+  file.apply(pipeline);
+  g_autoptr(GstElement) key = gst_bin_get_by_name(pipeline, "key");
+  g_autoptr(GstElement) hull = gst_bin_get_by_name(pipeline, "hull");
+  g_object_set(key, "strength", 60, "spill", 1.0 / 3.0, "outside-polygon", "0,0 9,0 9,9", nullptr);
+  gst_util_set_object_arg(G_OBJECT(hull), "missing-camera", "hold");
+  file.read_back(pipeline);
+  const Json expected = Json::parse(R"({"format":"polyhull-studio","version":1,
+    "description": "stage 2",
+    "elements": {"gone": {"x": [1]}, "hull": {"missing-camera": "hold"}},
+    "cameras": {"cam0": {"chromamatte": {"strength": 60, "outside-polygon": "0,0 9,0 9,9",
+                                         "spill": 0.3333333333333333}},
+                "cam9": {"silhouette": {"sigma": 3}}}})");
+  fail_unless(nlohmann::json(of_text(file)) == nlohmann::json(expected), "%s", file.text().c_str());
+  // What was saved sets a new pipeline the same way.
+  GstBin* again = pipeline_of_two();
+  fail_unless(StudioFile::parse(file.text(), "again").apply(again).problems.empty());
+  fail_unless(element_value(again, "key", "spill") == 1.0 / 3.0);
+  gst_object_unref(again);
+  gst_object_unref(pipeline);
+}
+GST_END_TEST;
+
+GST_START_TEST(test_what_is_no_studio_file) {
+  const std::pair<std::string, const char*> wrong[] = {
+      {"{", "test.json: not JSON: "},
+      {"[]", "\"format\" must be \"polyhull-studio\""},
+      {"{}", "\"format\" must be"},
+      {R"({"format":"polyhull-rig","version":1})", "\"format\" must be"},
+      {R"({"format":"polyhull-studio"})", "\"version\" is null"},
+      {R"({"format":"polyhull-studio","version":2})",
+       "\"version\" is 2; this program reads version 1"},
+      {R"({"format":"polyhull-studio","version":1,"elements":[]})",
+       "test.json, elements: must be an object"},
+      {R"({"format":"polyhull-studio","version":1,"elements":{"a":1}})",
+       "elements.a: must be an object"},
+      {R"({"format":"polyhull-studio","version":1,"cameras":{"a":{"b":null}}})",
+       "cameras.a.b: must be"},
+      {std::string(100000, '['), "not JSON"},
+  };
+  for (const auto& [text, part] : wrong) {
+    std::string message = "no error";
+    try {
+      StudioFile::parse(text, "test.json");
+    } catch (const polyhull::Error& error) {
+      message = error.what();
+    }
+    fail_unless(message.find(part) != std::string::npos, "%s: %s", text.substr(0, 80).c_str(),
+                message.c_str());
+  }
+}
+GST_END_TEST;
+
+static Suite* studio_file_suite() {
+  Suite* suite = suite_create("studio_file");
+  TCase* tests = tcase_create("general");
+  suite_add_tcase(suite, tests);
+  tcase_add_test(tests, test_by_name_and_by_camera);
+  tcase_add_test(tests, test_what_has_no_taker);
+  tcase_add_test(tests, test_wrong_values_are_named_and_left_out);
+  tcase_add_test(tests, test_live_changes_come_back);
+  tcase_add_test(tests, test_what_is_no_studio_file);
+  return suite;
+}
+
+GST_CHECK_MAIN(studio_file)

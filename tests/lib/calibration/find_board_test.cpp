@@ -1,0 +1,263 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+// Boards found in rendered pictures, and polyhull-calibrate from folders of them to rig and report.
+#include "studio/calibration/find_board.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "base/error.h"
+#include "calibrate/input.h"
+#include "support/calibration_takes.h"
+
+namespace polyhull::calibration {
+namespace {
+
+namespace fs = std::filesystem;
+
+Target chessboard(int columns, int rows) {
+  return {{columns, rows, 0.1}, 0.75, ""};
+}
+
+Target charuco(int columns, int rows) {
+  return {{columns, rows, 0.1, true}, 0.75, "4X4_100"};
+}
+
+Camera small_camera() {
+  Camera camera;
+  camera.width = 640;
+  camera.height = 480;
+  camera.K = from_rows({560.0, 0.0, 315.0, 0.0, 561.0, 243.0, 0.0, 0.0, 1.0});
+  camera.distortion = {-0.1, 0.05, 1e-3, -5e-4, 0.0};
+  return camera;
+}
+
+// The board's middle 1.4 m before the camera, turned about all axes.
+Pose turned(const Board& board, double yaw, double pitch, double roll, double distance) {
+  const Mat3 R = from_parameters(std::array{0.0, yaw, 0.0, 0.0, 0.0, 0.0}.data()).R *
+                 from_parameters(std::array{pitch, 0.0, 0.0, 0.0, 0.0, 0.0}.data()).R *
+                 from_parameters(std::array{0.0, 0.0, roll, 0.0, 0.0, 0.0}.data()).R;
+  return {R, Vec3(0.02, -0.03, distance) - R * board.middle()};
+}
+
+// Root mean square distance of what was found from the truth, numbers included.
+double error_in(const Target& target, const Pose& pose, const Camera& camera) {
+  const BoardFinder finder(target);
+  const auto view = finder.find(render_board(finder.draw(64), target.board, pose, camera));
+  if (!view) return INFINITY;
+  EXPECT_TRUE(target.board.named || static_cast<int>(view->ids.size()) == target.board.count());
+  return view_error(target.board, *view, camera, pose);
+}
+
+TEST(FindBoard, CornersAndTheirNumbers) {
+  const Camera camera = small_camera();
+  for (const Target& target : {chessboard(9, 6), chessboard(6, 7), charuco(7, 5), charuco(6, 5)}) {
+    for (const double roll : {0.0, 1.7, 3.1, -1.2}) {
+      const Pose pose = turned(target.board, 0.4, -0.3, roll, 1.4);
+      EXPECT_LT(error_in(target, pose, camera), target.board.named ? 0.15 : 0.08)
+          << target.board.columns << "x" << target.board.rows << " " << roll;
+    }
+  }
+}
+
+TEST(FindBoard, NothingWhereThereIsNone) {
+  const Picture grey{320, 240, 1, std::vector<std::uint8_t>(320 * 240, 120)};
+  for (const Target& target : {chessboard(9, 6), charuco(7, 5)})
+    EXPECT_FALSE(BoardFinder(target).find(grey));
+  // Another board than the one that is looked for.
+  const Target other = chessboard(8, 5);
+  const Pose pose = turned(other.board, 0.3, 0.2, 0.0, 1.4);
+  EXPECT_FALSE(
+      BoardFinder(chessboard(9, 6))
+          .find(render_board(BoardFinder(other).draw(64), other.board, pose, small_camera())));
+}
+
+TEST(FindBoard, PartsOfACharucoBoard) {
+  const Target target = charuco(7, 5);
+  const Camera camera = small_camera();
+  Pose pose = turned(target.board, 0.3, 0.2, 0.1, 1.2);
+  pose.t.x += 0.45;
+  const auto view = BoardFinder(target).find(
+      render_board(BoardFinder(target).draw(64), target.board, pose, camera));
+  ASSERT_TRUE(view);
+  EXPECT_LT(static_cast<int>(view->ids.size()), target.board.count());
+  EXPECT_GE(view->ids.size(), 12u);
+  EXPECT_LT(view_error(target.board, *view, camera, pose), 0.15);
+}
+
+TEST(FindBoard, DictionariesThatCannotBe) {
+  Target target = charuco(7, 5);
+  target.dictionary = "4X4_17";
+  EXPECT_THROW(BoardFinder{target}, Error);
+  target = charuco(15, 12);
+  target.dictionary = "4X4_50";
+  EXPECT_THROW(BoardFinder{target}, Error);
+  target = charuco(7, 5);
+  target.marker = 1.2;
+  EXPECT_THROW(BoardFinder{target}, Error);
+}
+
+// Folders of rendered pictures, and the program.
+class CalibrateTool : public testing::Test {
+ protected:
+  void SetUp() override {
+    const auto* test = testing::UnitTest::GetInstance()->current_test_info();
+    folder_ = fs::temp_directory_path() /
+              fmt::format("polyhull-{}-{}", test->name(), static_cast<int>(getpid()));
+    fs::remove_all(folder_);
+    fs::create_directories(folder_ / "take");
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  // Pictures of two cameras beside each other; the truth.
+  std::vector<Camera> render(const Target& target, int count, bool mirror = false) {
+    Camera left = small_camera(), right = small_camera();
+    left.name = "left";
+    right.name = "right";
+    right.R = from_parameters(std::array{0.02, 0.35, 0.01, 0.0, 0.0, 0.0}.data()).R;
+    right.t = -(right.R * Vec3(0.5, 0.02, 0.05));
+    const Picture drawing = BoardFinder(target).draw(64);
+    for (const Camera& camera : {left, right}) {
+      fs::create_directories(folder_ / "take" / camera.name);
+      for (int i = 0; i < count; ++i) {
+        const Pose pose = turned(target.board, 0.55 * std::sin(1.9 * i), 0.5 * std::cos(2.7 * i),
+                                 0.2 * std::sin(i), 1.3 + 0.04 * (i % 5));
+        const Pose moved{pose.R, pose.t + Vec3(0.12 * (i % 3 - 1), 0.07 * (i % 4 - 1.5), 0.0)};
+        Picture picture = render_board(drawing, target.board, moved, camera);
+        if (mirror && camera.name == "right")
+          for (int y = 0; y < picture.height; ++y)
+            std::reverse(picture.row(y), picture.row(y) + picture.width);
+        save_picture(picture,
+                     (folder_ / "take" / camera.name / fmt::format("{:02}.png", i)).string());
+      }
+    }
+    return {left, right};
+  }
+
+  int run(const std::string& arguments) {
+    const std::string program =
+        std::string(std::getenv("POLYHULL_BUILD")) + "/tools/polyhull-calibrate";
+    const std::string out = (folder_ / "out.txt").string();
+    const int status = std::system(
+        fmt::format("'{}' '{}' {} >'{}' 2>&1", program, (folder_ / "take").string(), arguments, out)
+            .c_str());
+    text_ = read(out);
+    return WEXITSTATUS(status);
+  }
+
+  static std::string read(const fs::path& path) {
+    std::ifstream in(path);
+    std::stringstream text;
+    text << in.rdbuf();
+    return text.str();
+  }
+
+  void expect_said(const std::string& words) const {
+    EXPECT_NE(text_.find(words), std::string::npos) << words << " not in: " << text_;
+  }
+
+  fs::path folder_;
+  std::string text_;
+};
+
+TEST_F(CalibrateTool, FromPicturesToRigAndReport) {
+  const std::vector<Camera> truth = render(chessboard(7, 6), 12);
+  const std::string rig = (folder_ / "rig.json").string(), page = (folder_ / "page.html").string();
+  EXPECT_EQ(run("--board 7x6 --square 100 -o '" + rig + "' --report '" + page + "'"), 0) << text_;
+  expect_said("finding the board in 24 pictures: 100 %");
+  expect_said(": good");
+  const Rig found = load_rig(rig);
+  ASSERT_EQ(found.cameras.size(), 2u);
+  EXPECT_EQ(found.unit, "m");
+  for (const CameraError& error : errors_of(found.cameras, truth)) {
+    EXPECT_LT(glm::length(error.centre), 1e-3);
+    EXPECT_LT(std::abs(error.lens[0]), 1.5);
+  }
+  const std::string html = read(page);
+  EXPECT_NE(html.find("data:image/jpeg;base64,"), std::string::npos);
+  EXPECT_NE(html.find("id=\"scene\""), std::string::npos);
+  EXPECT_EQ(html.find("http"), std::string::npos) << "needs something beside it";
+  EXPECT_EQ(html.find("nan"), std::string::npos);
+
+  // On the floor, with the lenses that were found, but not good enough for who asks.
+  const std::string floor = (folder_ / "floor.json").string();
+  EXPECT_EQ(run("--quiet --board 7x6 --square 100 --max-rms 0.001 --floor-view 03 --lenses '" +
+                rig + "' -o '" + floor + "'"),
+            2);
+  expect_said("not good: 'left'");
+  EXPECT_EQ(load_rig(floor).cameras[1].K, found.cameras[1].K);
+  EXPECT_EQ(load_rig(floor).up, Vec3(0.0, 1.0, 0.0));
+  EXPECT_GT(load_rig(floor).cameras[0].centre().y, 0.5);
+}
+
+TEST_F(CalibrateTool, Charuco) {
+  const std::vector<Camera> truth = render(charuco(7, 5), 12);
+  const std::string rig = (folder_ / "rig.json").string();
+  EXPECT_EQ(run("--quiet --board 7x5 --square 100 --marker 75 --charuco 4X4_100 -o '" + rig + "'"),
+            0)
+      << text_;
+  for (const CameraError& error : errors_of(load_rig(rig).cameras, truth))
+    EXPECT_LT(glm::length(error.centre), 2e-3);
+}
+
+TEST_F(CalibrateTool, MirroredCharucoIsNamed) {
+  render(charuco(7, 5), 5, true);
+  EXPECT_EQ(run("--quiet --board 7x5 --square 100 --charuco 4X4_100"), 1);
+  expect_said("camera 'right' are mirrored");
+}
+
+TEST_F(CalibrateTool, BadInput) {
+  EXPECT_EQ(run("--square 24"), 1);
+  expect_said("has no sub-folders");
+  const Picture grey{64, 48, 1, std::vector<std::uint8_t>(64 * 48, 120)};
+  fs::create_directories(folder_ / "take" / "a");
+  EXPECT_EQ(run("--square 24"), 1);
+  expect_said("holds no PNG or JPEG");
+  save_picture(grey, (folder_ / "take/a/1.png").string());
+  EXPECT_EQ(run("--square 24"), 1);
+  expect_said("none of the pictures of camera 'a'");
+  EXPECT_EQ(run("--square 0"), 1);
+  expect_said("squares have a side of 0");
+  EXPECT_EQ(run("--square 24 --board 9by6"), 1);
+  expect_said("expected COLUMNSxROWS");
+  const Picture wide{80, 48, 1, std::vector<std::uint8_t>(80 * 48, 120)};
+  save_picture(wide, (folder_ / "take/a/2.png").string());
+  EXPECT_EQ(run("--square 24"), 1);
+  expect_said("2.png' has 80x48 pixels");
+  std::ofstream(folder_ / "take/a/3.png") << "not a picture";
+  EXPECT_EQ(run("--square 24"), 1);
+  expect_said("3.png");
+  fs::remove(folder_ / "take/a/2.png");
+  fs::remove(folder_ / "take/a/3.png");
+  fs::create_directories(folder_ / "take" / "b");
+  save_picture(grey, (folder_ / "take/b/x.png").string());
+  EXPECT_EQ(run("--square 24"), 1);
+  expect_said("has no number in its name");
+}
+
+TEST_F(CalibrateTool, PicturesOfOneInstantShareNameOrNumber) {
+  const Picture grey{8, 8, 1, std::vector<std::uint8_t>(64, 120)};
+  for (const char* camera : {"left", "right"}) {
+    fs::create_directories(folder_ / "take" / camera);
+    for (const int i : {2, 10})
+      save_picture(grey,
+                   (folder_ / "take" / camera / fmt::format("{}{:04}.png", camera, i)).string());
+  }
+  calibrate_tool::Pictures pictures = calibrate_tool::list_pictures((folder_ / "take").string());
+  EXPECT_EQ(pictures.instants, (std::vector<std::string>{"2", "10"}));
+  EXPECT_EQ(fs::path(pictures.files[1][1]).filename(), "right0010.png");
+  save_picture(grey, (folder_ / "take/left/a 7.png").string());
+  save_picture(grey, (folder_ / "take/right/a 7.png").string());
+  pictures = calibrate_tool::list_pictures((folder_ / "take").string());
+  EXPECT_EQ(pictures.instants.size(), 5u);
+}
+
+}  // namespace
+}  // namespace polyhull::calibration

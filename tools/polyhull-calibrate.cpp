@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+// polyhull-calibrate: from pictures of a board to a rig file and a report. Exits with 0 where the
+// result is good, 2 where it was written but is not good, 1 where there is none.
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <iostream>
+#include <opencv2/core.hpp>
+
+#include "base/error.h"
+#include "calibrate/input.h"
+#include "calibrate/report.h"
+#include "progress.h"
+#include "text_file.h"
+
+namespace {
+
+using namespace polyhull;
+using namespace polyhull::calibrate_tool;
+using calibration::Calibration;
+
+struct Arguments {
+  std::string folder, board = "9x6", charuco, output, report, floor_view, floor_points, lenses,
+                      drawn_board;
+  double square = 0.0, marker = 0.0, thickness = 0.0;  // mm
+  int distortion = 5;
+  bool quiet = false;
+  calibration::Bar bar;
+};
+
+calibration::Target target_of(const Arguments& arguments) {
+  calibration::Target target;
+  char rest = 0;
+  if (std::sscanf(arguments.board.c_str(), "%dx%d%c", &target.board.columns, &target.board.rows,
+                  &rest) != 2)
+    throw Error(Error::Kind::bad_input,
+                "--board is '{}'; expected COLUMNSxROWS of inner corners, such as 9x6.",
+                arguments.board);
+  target.board.square = 1e-3 * arguments.square;
+  if (!arguments.charuco.empty()) {
+    target.board.named = true;
+    target.dictionary = arguments.charuco;
+    if (arguments.marker > 0.0) target.marker = arguments.marker / arguments.square;
+  }
+  calibration::check_board(target.board);
+  return target;
+}
+
+void find_floor(Calibration& calibration, const Arguments& arguments) {
+  calibration::Floor floor;
+  floor.thickness = 1e-3 * arguments.thickness;
+  if (!arguments.floor_view.empty()) {
+    const auto& names = calibration.take.instants;
+    const auto at = std::ranges::find(names, arguments.floor_view);
+    if (at == names.end())
+      throw Error(Error::Kind::bad_input,
+                  "--floor-view is '{}'; there is no such instant. They are '{}' to '{}'.",
+                  arguments.floor_view, names.front(), names.back());
+    floor.view = static_cast<std::size_t>(at - names.begin());
+  } else if (!arguments.floor_points.empty()) {
+    floor.points = read_floor_points(arguments.floor_points, calibration.rig);
+  } else {
+    return;
+  }
+  move_to_floor(calibration, floor);
+}
+
+int run(const Arguments& arguments) {
+  const calibration::Target target = target_of(arguments);
+  if (!arguments.drawn_board.empty()) {
+    save_picture(calibration::BoardFinder(target).draw(100), arguments.drawn_board);
+    return 0;
+  }
+  if (arguments.folder.empty())
+    throw Error(Error::Kind::bad_input, "Which folder holds the pictures?");
+  const Pictures pictures = list_pictures(arguments.folder);
+  calibration::Settings settings;
+  settings.model = static_cast<calibration::LensModel>(arguments.distortion);
+  settings.progress = ProgressLine(arguments.quiet);
+  calibration::Take take = find_views(pictures, target, arguments.floor_view, settings.progress);
+  if (!arguments.lenses.empty()) use_lenses(take, load_rig(arguments.lenses));
+  Calibration calibration = calibrate(std::move(take), settings);
+  find_floor(calibration, arguments);
+
+  const std::vector<std::string> faults = calibration.faults(arguments.bar);
+  if (!arguments.output.empty()) write_text(rig_to_json(calibration.rig), arguments.output);
+  if (!arguments.report.empty())
+    write_text(report_page(calibration, pictures, faults), arguments.report);
+  std::cout << report_table(calibration);
+  for (std::size_t v = 0; v < calibration.take.views.size(); ++v)
+    if (!calibration.adjusted.views[v].used)
+      std::cout << fmt::format("left out: {}, {} ({:.2f} px)\n",
+                               calibration.take.cameras[calibration.take.views[v].camera].name,
+                               calibration.take.instants[calibration.take.views[v].instant],
+                               calibration.adjusted.views[v].rms);
+  for (const std::string& fault : faults) std::cout << "not good: " << fault << "\n";
+  std::cout << fmt::format("all corners: {:.3f} px rms, a noise of {:.3f} px: {}\n",
+                           calibration.adjusted.rms, calibration.adjusted.noise,
+                           faults.empty() ? "good" : "not good");
+  return faults.empty() ? 0 : 2;
+}
+
+void add_options(CLI::App& app, Arguments& arguments) {
+  app.add_option(
+      "folder", arguments.folder,
+      "A folder with a sub-folder of pictures (PNG, JPEG) per camera, which is named after "
+      "it; pictures of one instant share their name, or the last number in it");
+  app.add_option("--board", arguments.board,
+                 "The board's inner corners, COLUMNSxROWS: of 10x7 squares it is 9x6")
+      ->capture_default_str();
+  app.add_option("--square", arguments.square, "Side of a square, mm; measure it")->required();
+  app.add_option("--charuco", arguments.charuco,
+                 "The board is a ChArUco board with markers of this dictionary, such as 4X4_100");
+  app.add_option("--marker", arguments.marker,
+                 "ChArUco: side of a marker, mm (default: 3/4 square)");
+  app.add_option("-o,--output", arguments.output, "Writes the rig file, in metres");
+  app.add_option("--report", arguments.report, "Writes a report, one HTML page");
+  auto* view =
+      app.add_option("--floor-view", arguments.floor_view,
+                     "The instant at which the board lies on the floor, face up: its middle "
+                     "becomes the origin, y points up, x along its columns");
+  app.add_option("--thickness", arguments.thickness, "Of the board on the floor, mm")
+      ->capture_default_str();
+  app.add_option(
+         "--floor-points", arguments.floor_points,
+         "A text file of points on the floor, lines of POINT CAMERA U V (px): the first is the "
+         "origin, x points to the second; three or more, each in two cameras or more")
+      ->excludes(view);
+  app.add_option("--lenses", arguments.lenses,
+                 "A rig file whose lenses are kept, so that only the poses are found");
+  app.add_option("--distortion", arguments.distortion,
+                 "How many coefficients: 0, 4 (k1 k2 p1 p2) or 5 (k3, too)")
+      ->check(CLI::IsMember({0, 4, 5}))
+      ->capture_default_str();
+  app.add_option("--max-rms", arguments.bar.rms,
+                 "Distance (root mean square, px) above which a camera is not good")
+      ->capture_default_str();
+  app.add_option("--draw-board", arguments.drawn_board,
+                 "Only draws the board to print, a PNG file of 100 pixels a square");
+  app.add_flag("--quiet", arguments.quiet, "Shows no progress");
+}
+
+}  // namespace
+
+int main(int count, char** values) {
+  CLI::App app(
+      "Calibrates cameras by pictures of a board: lenses and places of all of them in one world. "
+      "Exits with 0 where the result is good, with 2 where it is not, with 1 where there is none.",
+      "polyhull-calibrate");
+  Arguments arguments;
+  add_options(app, arguments);
+  CLI11_PARSE(app, count, values);
+  // The pictures are spread over the threads already.
+  cv::setNumThreads(1);
+  try {
+    return run(arguments);
+  } catch (const std::exception& error) {
+    std::cerr << "polyhull-calibrate: " << error.what() << "\n";
+    return 1;
+  }
+}
