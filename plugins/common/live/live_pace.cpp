@@ -77,7 +77,7 @@ void LivePace::tell_sources() {
     if (std::exchange(state.told, version) == version) continue;
     PaceChange theirs = change;
     theirs.grid.anchor -= state.shift;
-    theirs.from -= state.shift;
+    if (theirs.from != INT64_MIN) theirs.from -= state.shift;  // INT64_MIN: at once, on any clock
     gst_pad_push_event(GST_PAD(pad), make_pace_event(theirs));
   }
 }
