@@ -216,7 +216,7 @@ GST_END_TEST;
 
 GST_START_TEST(test_what_is_no_studio_file) {
   const std::pair<std::string, const char*> wrong[] = {
-      {"{", "test.json: not JSON: "},
+      {"{", "test.json: not JSON at line 1, column 2: "},
       {"[]", "\"format\" must be \"polyhull-studio\""},
       {"{}", "\"format\" must be"},
       {R"({"format":"polyhull-rig","version":1})", "\"format\" must be"},

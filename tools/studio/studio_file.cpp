@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "base/error.h"
+#include "base/parse_json.h"
 #include "plugins/common/elements_in.h"
 #include "studio/property_json.h"
 
@@ -15,9 +16,6 @@ namespace polyhull {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-// What nests deeper is no studio file, and JSON's functions call themselves as deep.
-constexpr int deepest = 64;
 
 using element::ElementReference;
 using element::elements_in;
@@ -137,17 +135,7 @@ void check_layout(const Json& part, const std::string& where, int depth) {
 StudioFile StudioFile::parse(const std::string& text, const std::string& source) {
   StudioFile studio;
   studio.source_ = source;
-  const auto not_too_deep = [&](int depth, Json::parse_event_t, Json&) {
-    if (depth > deepest)
-      throw Error(Error::Kind::bad_input, "{}: more than {} brackets within each other.", source,
-                  deepest);
-    return true;
-  };
-  try {
-    studio.file_ = Json::parse(text, not_too_deep);
-  } catch (const Json::exception& error) {
-    throw Error(Error::Kind::bad_input, "{}: not JSON: {}.", source, error.what());
-  }
+  studio.file_ = parse_json<Json>(text, source);
   const Json& file = studio.file_;
   if (!file.is_object() || file.value("format", Json()) != "polyhull-studio")
     throw Error(Error::Kind::bad_input,
