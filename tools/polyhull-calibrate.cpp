@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <iostream>
 #include <opencv2/core.hpp>
+#include <optional>
 
 #include "base/error.h"
 #include "calibrate/input.h"
@@ -45,17 +46,32 @@ calibration::Target target_of(const Arguments& arguments) {
   return target;
 }
 
+// Throws for what is wrong with the arguments but would be noticed only after minutes of work.
+void check_arguments(const Arguments& arguments, const Pictures& pictures) {
+  const auto& names = pictures.instants;
+  if (!arguments.floor_view.empty() && std::ranges::count(names, arguments.floor_view) == 0)
+    throw Error(Error::Kind::bad_input,
+                "--floor-view is '{}'; there is no such instant. They are '{}' to '{}'.",
+                arguments.floor_view, names.front(), names.back());
+  if (!(arguments.thickness >= 0.0 && arguments.thickness <= 1000.0))
+    throw Error(Error::Kind::bad_input, "--thickness is {}; 0 to 1000 mm can be used.",
+                arguments.thickness);
+  if (!arguments.floor_points.empty()) read_text(arguments.floor_points);
+  for (const std::string& path : {arguments.output, arguments.report}) {
+    const std::filesystem::path folder = std::filesystem::path(path).parent_path();
+    if (!folder.empty() && !std::filesystem::is_directory(folder))
+      throw Error(Error::Kind::not_found, "There is no folder '{}' to write '{}' into; make it.",
+                  folder.string(), path);
+  }
+}
+
 void find_floor(Calibration& calibration, const Arguments& arguments) {
   calibration::Floor floor;
   floor.thickness = 1e-3 * arguments.thickness;
   if (!arguments.floor_view.empty()) {
     const auto& names = calibration.take.instants;
-    const auto at = std::ranges::find(names, arguments.floor_view);
-    if (at == names.end())
-      throw Error(Error::Kind::bad_input,
-                  "--floor-view is '{}'; there is no such instant. They are '{}' to '{}'.",
-                  arguments.floor_view, names.front(), names.back());
-    floor.view = static_cast<std::size_t>(at - names.begin());
+    floor.view =
+        static_cast<std::size_t>(std::ranges::find(names, arguments.floor_view) - names.begin());
   } else if (!arguments.floor_points.empty()) {
     floor.points = read_floor_points(arguments.floor_points, calibration.rig);
   } else {
@@ -71,13 +87,17 @@ int run(const Arguments& arguments) {
     return 0;
   }
   if (arguments.folder.empty())
-    throw Error(Error::Kind::bad_input, "Which folder holds the pictures?");
+    throw Error(Error::Kind::bad_input,
+                "Give the folder that holds the pictures, or --draw-board; --help tells more.");
   const Pictures pictures = list_pictures(arguments.folder);
+  check_arguments(arguments, pictures);
+  std::optional<Rig> lenses;
+  if (!arguments.lenses.empty()) lenses = load_rig(arguments.lenses);
   calibration::Settings settings;
   settings.model = static_cast<calibration::LensModel>(arguments.distortion);
   settings.progress = ProgressLine(arguments.quiet);
   calibration::Take take = find_views(pictures, target, arguments.floor_view, settings.progress);
-  if (!arguments.lenses.empty()) use_lenses(take, load_rig(arguments.lenses));
+  if (lenses) use_lenses(take, *lenses);
   Calibration calibration = calibrate(std::move(take), settings);
   find_floor(calibration, arguments);
 

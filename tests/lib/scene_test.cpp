@@ -417,6 +417,9 @@ TEST(Announcement, RefusesWhatIsNone) {
   EXPECT_THROW(parse_announcement(""), Error);
   EXPECT_THROW(parse_announcement("[]"), Error);
   EXPECT_THROW(parse_announcement("{\"format\":\"polyhull-announcement\",\"version\":2}"), Error);
+  EXPECT_THROW(parse_announcement("{\"format\":" + std::string(1000000, '[') +
+                                  std::string(1000000, ']') + "}"),
+               Error);
   EXPECT_THROW(parse_announcement("{\"format\":\"polyhull-announcement\",\"version\":1}"), Error);
   json root = json::parse(announcement_to_json({look_at({1, 2, 3}, {0, 1, 0}, 50, 64, 48)}));
   for (const char* name : {"viewport", "scene", "lights", "exposure", "ambient"}) {

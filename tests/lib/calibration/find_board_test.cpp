@@ -15,6 +15,7 @@
 
 #include "base/error.h"
 #include "calibrate/input.h"
+#include "studio/cameras/default_rig.h"
 #include "support/calibration_takes.h"
 
 namespace polyhull::calibration {
@@ -240,6 +241,53 @@ TEST_F(CalibrateTool, BadInput) {
   save_picture(grey, (folder_ / "take/b/x.png").string());
   EXPECT_EQ(run("--square 24"), 1);
   expect_said("has no number in its name");
+}
+
+// Said before the pictures, which show no board, are looked at.
+TEST_F(CalibrateTool, WrongArgumentsAreSaidAtOnce) {
+  const Picture grey{64, 48, 1, std::vector<std::uint8_t>(64 * 48, 120)};
+  fs::create_directories(folder_ / "take" / "a");
+  save_picture(grey, (folder_ / "take/a/1.png").string());
+  const std::pair<const char*, const char*> wrong[] = {
+      {"--floor-view 7", "there is no such instant. They are '1' to '1'"},
+      {"--floor-points /no/where", "'/no/where'"},
+      {"--lenses /no/where", "/no/where"},
+      {"-o /no/where/rig.json", "There is no folder '/no/where'"},
+      {"--report /no/where/page.html", "There is no folder '/no/where'"},
+      {"--thickness nan", "--thickness is nan; 0 to 1000 mm"},
+      {"--thickness -1", "--thickness is -1"}};
+  for (const auto& [arguments, words] : wrong) {
+    EXPECT_EQ(run(std::string("--square 24 ") + arguments), 1) << arguments;
+    expect_said(words);
+  }
+  for (const char* square : {"nan", "-5", "1e30", "0.00001"}) {
+    EXPECT_EQ(run(std::string("--square ") + square), 1);
+    expect_said("0.1 mm to 10 m can be used");
+  }
+  fs::create_directories(folder_ / "take" / "caf\xe9");
+  save_picture(grey, (folder_ / "take/caf\xe9/1.png").string());
+  EXPECT_EQ(run("--square 24"), 1);
+  expect_said("a name that is not UTF-8");
+}
+
+TEST_F(CalibrateTool, FloorPointsNameWhatIsWrong) {
+  const Rig rig = default_rig();
+  const auto refused = [&](const std::string& text) -> std::string {
+    const std::string path = (folder_ / "points.txt").string();
+    std::ofstream(path) << text;
+    try {
+      calibrate_tool::read_floor_points(path, rig);
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "no error";
+  };
+  EXPECT_NE(refused("a cam0 1").find("line 1: expected POINT CAMERA U V"), std::string::npos);
+  EXPECT_NE(refused("# x\na nobody 1 2").find("line 2: there is no camera 'nobody'"),
+            std::string::npos);
+  EXPECT_NE(refused("a cam0 nan 2").find("line 1"), std::string::npos);
+  EXPECT_NE(refused("a cam0 5 5\na cam1 9 9\nb cam0 1 2").find("point 'b'"), std::string::npos);
+  EXPECT_NE(refused("a cam0 5 5\na cam0 5 5").find("point 'a'"), std::string::npos);
 }
 
 TEST_F(CalibrateTool, PicturesOfOneInstantShareNameOrNumber) {
