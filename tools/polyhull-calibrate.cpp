@@ -10,6 +10,7 @@
 #include "base/error.h"
 #include "calibrate/input.h"
 #include "calibrate/report.h"
+#include "calibrate/videos.h"
 #include "progress.h"
 #include "text_file.h"
 
@@ -23,6 +24,7 @@ struct Arguments {
   std::string folder, board = "9x6", charuco, output, report, floor_view, floor_points, lenses,
                       drawn_board;
   double square = 0.0, marker = 0.0, thickness = 0.0;  // mm
+  double every = 0.5;                                  // s
   int distortion = 5;
   bool quiet = false;
   calibration::Bar bar;
@@ -89,13 +91,19 @@ int run(const Arguments& arguments) {
   if (arguments.folder.empty())
     throw Error(Error::Kind::bad_input,
                 "Give the folder that holds the pictures, or --draw-board; --help tells more.");
-  const Pictures pictures = list_pictures(arguments.folder);
+  const ProgressLine progress(arguments.quiet);
+  std::optional<ScratchFolder> scratch;
+  if (holds_videos(arguments.folder)) {
+    scratch.emplace();
+    unpack_videos(arguments.folder, arguments.every, scratch->path(), progress);
+  }
+  const Pictures pictures = list_pictures(scratch ? scratch->path() : arguments.folder);
   check_arguments(arguments, pictures);
   std::optional<Rig> lenses;
   if (!arguments.lenses.empty()) lenses = load_rig(arguments.lenses);
   calibration::Settings settings;
   settings.model = static_cast<calibration::LensModel>(arguments.distortion);
-  settings.progress = ProgressLine(arguments.quiet);
+  settings.progress = progress;
   calibration::Take take = find_views(pictures, target, arguments.floor_view, settings.progress);
   if (lenses) use_lenses(take, *lenses);
   Calibration calibration = calibrate(std::move(take), settings);
@@ -123,7 +131,12 @@ void add_options(CLI::App& app, Arguments& arguments) {
   app.add_option(
       "folder", arguments.folder,
       "A folder with a sub-folder of pictures (PNG, JPEG) per camera, which is named after "
-      "it; pictures of one instant share their name, or the last number in it");
+      "it; pictures of one instant share their name, or the last number in it. Or a folder with a "
+      "video per camera, begun together: an instant is named by its frame's number, as 000050");
+  app.add_option("--every", arguments.every,
+                 "Of videos: seconds from one picture that is taken to the next")
+      ->check(CLI::Range(0.0, 3600.0))
+      ->capture_default_str();
   app.add_option("--board", arguments.board,
                  "The board's inner corners, COLUMNSxROWS: of 10x7 squares it is 9x6")
       ->capture_default_str();

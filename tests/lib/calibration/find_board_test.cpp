@@ -11,6 +11,8 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <opencv2/imgproc.hpp>
+#include <opencv2/videoio.hpp>
 #include <sstream>
 
 #include "base/error.h"
@@ -196,6 +198,41 @@ TEST_F(CalibrateTool, FromPicturesToRigAndReport) {
   EXPECT_EQ(load_rig(floor).cameras[1].K, found.cameras[1].K);
   EXPECT_EQ(load_rig(floor).up, Vec3(0.0, 1.0, 0.0));
   EXPECT_GT(load_rig(floor).cameras[0].centre().y, 0.5);
+}
+
+TEST_F(CalibrateTool, FromVideos) {
+  // Each view stands still for half a second; what is between must not be looked at.
+  const std::vector<Camera> truth = render(chessboard(7, 6), 12);
+  fs::rename(folder_ / "take" / "left", folder_ / "left");
+  const auto record = [&](const std::string& name, double rate) {
+    cv::VideoWriter video((folder_ / "take" / (name + ".avi")).string(),
+                          cv::VideoWriter::fourcc('M', 'J', 'P', 'G'), rate, cv::Size(640, 480));
+    for (int frame = 0; frame < 60; ++frame) {
+      const fs::path file = folder_ / name / fmt::format("{:02}.png", frame / 5);
+      Picture picture = load_picture(file.string(), 3);
+      if (frame % 5 != 0) std::ranges::fill(picture.pixels, std::uint8_t{90});
+      video.write(cv::Mat(480, 640, CV_8UC3, picture.pixels.data()));
+    }
+  };
+  record("left", 10.0);
+  EXPECT_EQ(run("--board 7x6 --square 100"), 1);
+  expect_said("holds videos and the folder 'right'");
+  fs::rename(folder_ / "take" / "right", folder_ / "right");
+  record("right", 12.5);
+  EXPECT_EQ(run("--board 7x6 --square 100"), 1);
+  expect_said("right.avi' has 12.500 frames a second");
+  record("right", 10.0);
+  const std::string rig = (folder_ / "rig.json").string();
+  EXPECT_EQ(run("--every 0.5 --board 7x6 --square 100 --floor-view 000015 -o '" + rig + "'"), 0)
+      << text_;
+  expect_said("finding the board in 24 pictures: 100 %");
+  const Rig found = load_rig(rig);
+  ASSERT_EQ(found.cameras.size(), 2u);
+  const double apart = glm::length(found.cameras[0].centre() - found.cameras[1].centre());
+  EXPECT_NEAR(apart, glm::length(truth[0].centre() - truth[1].centre()), 2e-3);
+  std::ofstream(folder_ / "take" / "right.avi") << "no video";
+  EXPECT_EQ(run("--board 7x6 --square 100"), 1);
+  expect_said("right.avi' cannot be read as a video");
 }
 
 TEST_F(CalibrateTool, Charuco) {
