@@ -38,12 +38,13 @@ struct HullBuild : LiveAggregator {
   std::vector<std::pair<std::string, double>> tangency_pixels;
 
   std::atomic<bool> rig_changed{false};
+  std::atomic<bool> live{false};            // as of the last look at the inputs
   std::atomic<std::int64_t> start_wait{0};  // for cameras that have not sent anything yet
 
   std::mutex instants_mutex;  // protects the next
   Instants instants;
 
-  SetTimes times;  // has a lock of its own
+  SetTimes times;                // has a lock of its own
   SetBuilder stage{statistics};  // this and the rest belong to the source pad's thread
   ViewSets sets;
   std::int64_t first_time = no_time;      // of the stream's first view
