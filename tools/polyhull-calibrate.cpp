@@ -9,6 +9,7 @@
 
 #include "base/error.h"
 #include "calibrate/input.h"
+#include "calibrate/live.h"
 #include "calibrate/report.h"
 #include "calibrate/videos.h"
 #include "progress.h"
@@ -24,7 +25,9 @@ struct Arguments {
   std::string folder, board = "9x6", charuco, output, report, floor_view, floor_points, lenses,
                       drawn_board;
   double square = 0.0, marker = 0.0, thickness = 0.0;  // mm
-  double every = 0.5;                                  // s
+  std::vector<std::string> live;
+  std::string show = "autovideosink";
+  double every = 0.5;  // s
   int distortion = 5;
   bool quiet = false;
   calibration::Bar bar;
@@ -92,6 +95,11 @@ int run(const Arguments& arguments) {
     throw Error(Error::Kind::bad_input,
                 "Give the folder that holds the pictures, or --draw-board; --help tells more.");
   const ProgressLine progress(arguments.quiet);
+  if (!arguments.live.empty()) {
+    LiveTake take{{}, arguments.folder, arguments.show, arguments.every, arguments.quiet, {}};
+    for (const std::string& source : arguments.live) take.sources.push_back(parse_source(source));
+    take_live(take, target);
+  }
   std::optional<ScratchFolder> scratch;
   if (holds_videos(arguments.folder)) {
     scratch.emplace();
@@ -133,8 +141,19 @@ void add_options(CLI::App& app, Arguments& arguments) {
       "A folder with a sub-folder of pictures (PNG, JPEG) per camera, which is named after "
       "it; pictures of one instant share their name, or the last number in it. Or a folder with a "
       "video per camera, begun together: an instant is named by its frame's number, as 000050");
+  app.add_option(
+         "--live", arguments.live,
+         "A camera to take pictures from, NAME=ELEMENTS, as in 'cam0=v4l2src "
+         "device=/dev/video0'; once for each. The pictures go into the folder, which must be "
+         "new; a board that stands still is taken by itself, until there is enough or Ctrl-C")
+      ->type_name("NAME=ELEMENTS");
+  app.add_option(
+         "--show", arguments.show,
+         "GStreamer elements that show live cameras, what is covered and where the board is "
+         "wanted next; '': none")
+      ->capture_default_str();
   app.add_option("--every", arguments.every,
-                 "Of videos: seconds from one picture that is taken to the next")
+                 "Of videos and live cameras: seconds from one picture to the next")
       ->check(CLI::Range(0.0, 3600.0))
       ->capture_default_str();
   app.add_option("--board", arguments.board,

@@ -6,10 +6,10 @@
 
 #include "base/error.h"
 #include "camera_files.h"
+#include "colours/compare_colours.h"
 #include "mask_contours.h"
 #include "rig/check.h"
 #include "rig/check_pictures.h"
-#include "rig/colours.h"
 #include "rig/export.h"
 #include "rig/import.h"
 #include "rig/plan.h"

@@ -235,6 +235,48 @@ TEST_F(CalibrateTool, FromVideos) {
   expect_said("right.avi' cannot be read as a video");
 }
 
+TEST_F(CalibrateTool, FromLiveCameras) {
+  const std::vector<Camera> truth = render(chessboard(7, 6), 12);
+  fs::rename(folder_ / "take", folder_ / "boards");
+  const auto camera = [&](const std::string& name) {
+    return fmt::format(
+        "--live '{}=multifilesrc location={}/%02d.png caps=image/png,framerate=1/1 stop-index=11 ! "
+        "pngdec ! videorate ! video/x-raw,framerate=20/1 ! identity sync=true' ",
+        name, (folder_ / "boards" / name).string());
+  };
+  const std::string rig = (folder_ / "rig.json").string();
+  const std::string shown = (folder_ / "shown.jpg").string();
+  // Views stand still for a second each; the cameras end before there is enough. A busy machine
+  // misses some, which may leave too few to be called good.
+  EXPECT_NE(run(camera("left") + camera("right") + "--every 0.2 --board 7x6 --square 100 -o '" +
+                rig + "' --show 'jpegenc ! multifilesink location=" + shown + "'"),
+            1)
+      << text_;
+  expect_said("left: 4 views");
+  expect_said(" % covered, ");
+  const Rig found = load_rig(rig);
+  ASSERT_EQ(found.cameras.size(), 2u);
+  const double apart = glm::length(found.cameras[0].centre() - found.cameras[1].centre());
+  EXPECT_NEAR(apart, glm::length(truth[0].centre() - truth[1].centre()), 2e-3);
+  const Picture guide = load_picture(shown, 3);
+  EXPECT_EQ(guide.width, 1280);
+  int green = 0;
+  for (std::size_t i = 0; i < guide.pixels.size(); i += 3)
+    green += guide.pixels[i + 1] > guide.pixels[i] + 20;
+  EXPECT_GT(green, 20000) << "covered cells are not to be seen";
+
+  EXPECT_EQ(run(camera("left") + "--board 7x6 --square 100"), 1);
+  expect_said("is not empty");
+  fs::remove_all(folder_ / "take");
+  EXPECT_EQ(run("--live nothing --board 7x6 --square 100"), 1);
+  expect_said("expected NAME=ELEMENTS");
+  EXPECT_EQ(run("--show '' --live 'c=nosuchelement' --board 7x6 --square 100"), 1);
+  expect_said("camera 'c' are not understood");
+  fs::remove_all(folder_ / "take");
+  EXPECT_EQ(run("--show '' --live 'c=filesrc location=/nowhere' --board 7x6 --square 100"), 1);
+  expect_said("amera 'c' ");
+}
+
 TEST_F(CalibrateTool, Charuco) {
   const std::vector<Camera> truth = render(charuco(7, 5), 12);
   const std::string rig = (folder_ / "rig.json").string();

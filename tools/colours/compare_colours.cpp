@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "rig/colours.h"
+#include "colours/compare_colours.h"
 
 #include <iostream>
 #include <map>
