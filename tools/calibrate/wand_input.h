@@ -4,8 +4,8 @@
 #pragma once
 
 #include "calibrate/input.h"
-#include "studio/calibration/find_light.h"
-#include "studio/calibration/wand.h"
+#include "studio/calibration/light/find_light.h"
+#include "studio/calibration/light/wand.h"
 
 namespace polyhull::calibrate_tool {
 

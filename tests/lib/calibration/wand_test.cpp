@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // Calibration by a moved light against synthetic truth.
-#include "studio/calibration/wand.h"
+#include "studio/calibration/light/wand.h"
 
 #include <gtest/gtest.h>
 
@@ -15,7 +15,7 @@
 #include <sstream>
 
 #include "base/error.h"
-#include "studio/calibration/find_light.h"
+#include "studio/calibration/light/find_light.h"
 #include "support/calibration_takes.h"
 
 namespace polyhull::calibration {

@@ -5,9 +5,9 @@
 #include <cmath>
 
 #include "base/error.h"
+#include "base/median.h"
 #include "studio/calibration/adjust_internal.h"
-#include "studio/calibration/median.h"
-#include "studio/calibration/wand.h"
+#include "studio/calibration/light/wand.h"
 
 namespace polyhull::calibration {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "studio/calibration/find_light.h"
+#include "studio/calibration/light/find_light.h"
 
 #include <algorithm>
 #include <cmath>

@@ -5,8 +5,8 @@
 #include <opencv2/calib3d.hpp>
 
 #include "base/error.h"
-#include "studio/calibration/median.h"
-#include "studio/calibration/wand.h"
+#include "base/median.h"
+#include "studio/calibration/light/wand.h"
 
 namespace polyhull::calibration {
 namespace {

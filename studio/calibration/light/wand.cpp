@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "studio/calibration/wand.h"
+#include "studio/calibration/light/wand.h"
 
 #include <Eigen/Eigenvalues>
 #include <cmath>
