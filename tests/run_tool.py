@@ -131,6 +131,60 @@ class Studio(unittest.TestCase):
         self.assertNotEqual(path.stat().st_ino, before)
         self.assertEqual(json.loads(path.read_text())["elements"], {"key": {"strength": 50}})
 
+    def started(self, *arguments):
+        """polyhull-run once its pipeline plays and it takes SIGINT."""
+        program = subprocess.Popen([PROGRAM, "--quiet", *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                                   text=True)
+        self.addCleanup(program.communicate)
+        self.addCleanup(program.kill)
+        for _ in range(100):
+            time.sleep(0.1)
+            status = pathlib.Path(f"/proc/{program.pid}/status").read_text()
+            if int(re.search(r"SigCgt:\s*(\w+)", status).group(1), 16) >> (signal.SIGINT - 1) & 1:
+                break
+        time.sleep(0.5)
+        return program
+
+    def test_saved_when_interrupted(self):
+        figures, stream = (pathlib.Path(self.folder.name) / name for name in ("figures.json", "stream.mov"))
+        program = self.started("--save-studio", str(self.saved), "--json", str(figures),
+                               *"videotestsrc name=camera is-live=true ! videoconvert ! jpegenc ! qtmux !".split(),
+                               "filesink", f"location={stream}")
+        program.send_signal(signal.SIGINT)
+        _, errors = program.communicate(timeout=30)
+        self.assertEqual(program.returncode, 0, errors)
+        self.assertEqual(json.loads(self.saved.read_text())["format"], "polyhull-studio")
+        self.assertGreater(json.loads(figures.read_text())["frames"], 0)
+        self.assertIn(b"moov", stream.read_bytes())  # which the muxer writes at the end of the stream
+
+    def test_interrupted_twice(self):
+        # What never lets the end of the stream through.
+        program = self.started("--save-studio", str(self.saved),
+                               *"videotestsrc is-live=true ! valve drop=true ! fakesink async=false".split())
+        program.send_signal(signal.SIGINT)
+        time.sleep(1.5)
+        self.assertIsNone(program.poll())
+        program.send_signal(signal.SIGINT)
+        _, errors = program.communicate(timeout=30)
+        self.assertEqual(program.returncode, 0, errors)
+        self.assertTrue(self.saved.exists())
+
+    def test_a_name_that_is_not_utf8(self):
+        figures = pathlib.Path(self.folder.name) / "figures.json"
+        result = subprocess.run([PROGRAM.encode(), b"--quiet", b"--save-studio", str(self.saved).encode(), b"--json",
+                                 str(figures).encode(), b"filesrc", b"location=/dev/null", b"name=caf\xe9", b"!",
+                                 b"fakesink"], capture_output=True, timeout=60)
+        self.assertGreaterEqual(result.returncode, 0, result.stderr)  # refused or run, but no crash
+        if result.returncode == 0:
+            json.loads(figures.read_text())
+            json.loads(self.saved.read_text())
+
+    def test_figures_that_cannot_be_written(self):
+        result = subprocess.run([PROGRAM, "--quiet", "--json", self.folder.name + "/no/where.json", "fakesrc",
+                                 "num-buffers=1", "!", "fakesink"], capture_output=True, text=True, timeout=60)
+        self.assertEqual(result.returncode, 1)
+        self.assertIn("Cannot write", result.stderr)
+
     def test_refused(self):
         for elements, version, message in [
                 ({"key": {"strength": "high"}}, 1, 'elements.key.strength: is "high"; expected a whole number from 0 to 255'),

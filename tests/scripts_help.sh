@@ -18,7 +18,7 @@ expect() {
   fi
 }
 
-for script in pipelines/{demo,record,room,turntable}.sh tests/{run,mutants}.sh; do
+for script in pipelines/{cameras-aravis,cameras-v4l2,demo,record,room,turntable}.sh tests/{run,mutants}.sh; do
   for option in --help -h; do
     expect 0 "$script" "$script" "$option"
     expect 0 "$script" "$script" something "$option"
@@ -33,6 +33,19 @@ expect 1 "unknown argument" tests/mutants.sh --lits
 expect 1 "no fault is called" tests/mutants.sh no-such-fault
 expect 1 "usage" pipelines/room.sh
 expect 1 "usage" pipelines/turntable.sh
+rig=$source_folder/pipelines/rigs/five.json
+for script in pipelines/cameras-{aravis,v4l2}.sh; do
+  expect 1 "--rig FILE says" "$script"
+  expect 1 "no-such.json' does not exist" "$script" --rig no-such.json
+  expect 1 "names 1 cameras; expected 2 to 16" "$script" --rig "$rig" --cameras cam0=a
+  expect 1 "'cam0' twice" "$script" --rig "$rig" --cameras "cam0=a cam0=b"
+  expect 1 "no camera 'cam9'" "$script" --rig "$rig" --cameras "cam0=a cam9=b"
+  expect 1 "expected NAME=ADDRESS" "$script" --rig "$rig" --cameras "cam0=a cam1"
+  expect 1 "unknown argument '--secnods'" "$script" --rig "$rig" --secnods 3
+  expect 1 "--exposure is 'long'" "$script" --rig "$rig" --cameras "cam0=a cam1=b" --exposure long
+done
+expect 1 "say which with --trigger" pipelines/cameras-aravis.sh --rig "$rig" --cameras "cam0=a cam1=b" --pulses /dev/ttyS0
+expect 1 "there is no device /no/camera" pipelines/cameras-v4l2.sh --rig "$rig" --cameras "cam0=/no/camera cam1=/no/other"
 
 # The pipelines build a release, in a folder that the tests' build does not share.
 stubs=$(mktemp -d)

@@ -9,6 +9,7 @@
 #include <span>
 
 #include "base/error.h"
+#include "base/parse_json.h"
 
 namespace polyhull {
 namespace {
@@ -82,7 +83,7 @@ void orient_rings(Rings& rings) {
 
 HullScene parse_hull_scene(std::string_view text, const std::string& source) {
   try {
-    const Json json = Json::parse(text);
+    const auto json = parse_json<Json>(text, source);
     HullScene scene;
     scene.name = json.value("name", source);
     scene.rig = parse_rig(json.at("rig").dump(), source);

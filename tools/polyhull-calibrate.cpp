@@ -5,10 +5,13 @@
 #include <filesystem>
 #include <iostream>
 #include <opencv2/core.hpp>
+#include <optional>
 
 #include "base/error.h"
 #include "calibrate/input.h"
+#include "calibrate/live.h"
 #include "calibrate/report.h"
+#include "calibrate/videos.h"
 #include "progress.h"
 #include "text_file.h"
 
@@ -22,6 +25,9 @@ struct Arguments {
   std::string folder, board = "9x6", charuco, output, report, floor_view, floor_points, lenses,
                       drawn_board;
   double square = 0.0, marker = 0.0, thickness = 0.0;  // mm
+  std::vector<std::string> live;
+  std::string show = "autovideosink";
+  double every = 0.5;  // s
   int distortion = 5;
   bool quiet = false;
   calibration::Bar bar;
@@ -45,17 +51,32 @@ calibration::Target target_of(const Arguments& arguments) {
   return target;
 }
 
+// Throws for what is wrong with the arguments but would be noticed only after minutes of work.
+void check_arguments(const Arguments& arguments, const Pictures& pictures) {
+  const auto& names = pictures.instants;
+  if (!arguments.floor_view.empty() && std::ranges::count(names, arguments.floor_view) == 0)
+    throw Error(Error::Kind::bad_input,
+                "--floor-view is '{}'; there is no such instant. They are '{}' to '{}'.",
+                arguments.floor_view, names.front(), names.back());
+  if (!(arguments.thickness >= 0.0 && arguments.thickness <= 1000.0))
+    throw Error(Error::Kind::bad_input, "--thickness is {}; 0 to 1000 mm can be used.",
+                arguments.thickness);
+  if (!arguments.floor_points.empty()) read_text(arguments.floor_points);
+  for (const std::string& path : {arguments.output, arguments.report}) {
+    const std::filesystem::path folder = std::filesystem::path(path).parent_path();
+    if (!folder.empty() && !std::filesystem::is_directory(folder))
+      throw Error(Error::Kind::not_found, "There is no folder '{}' to write '{}' into; make it.",
+                  folder.string(), path);
+  }
+}
+
 void find_floor(Calibration& calibration, const Arguments& arguments) {
   calibration::Floor floor;
   floor.thickness = 1e-3 * arguments.thickness;
   if (!arguments.floor_view.empty()) {
     const auto& names = calibration.take.instants;
-    const auto at = std::ranges::find(names, arguments.floor_view);
-    if (at == names.end())
-      throw Error(Error::Kind::bad_input,
-                  "--floor-view is '{}'; there is no such instant. They are '{}' to '{}'.",
-                  arguments.floor_view, names.front(), names.back());
-    floor.view = static_cast<std::size_t>(at - names.begin());
+    floor.view =
+        static_cast<std::size_t>(std::ranges::find(names, arguments.floor_view) - names.begin());
   } else if (!arguments.floor_points.empty()) {
     floor.points = read_floor_points(arguments.floor_points, calibration.rig);
   } else {
@@ -71,13 +92,28 @@ int run(const Arguments& arguments) {
     return 0;
   }
   if (arguments.folder.empty())
-    throw Error(Error::Kind::bad_input, "Which folder holds the pictures?");
-  const Pictures pictures = list_pictures(arguments.folder);
+    throw Error(Error::Kind::bad_input,
+                "Give the folder that holds the pictures, or --draw-board; --help tells more.");
+  const ProgressLine progress(arguments.quiet);
+  if (!arguments.live.empty()) {
+    LiveTake take{{}, arguments.folder, arguments.show, arguments.every, arguments.quiet, {}};
+    for (const std::string& source : arguments.live) take.sources.push_back(parse_source(source));
+    take_live(take, target);
+  }
+  std::optional<ScratchFolder> scratch;
+  if (holds_videos(arguments.folder)) {
+    scratch.emplace();
+    unpack_videos(arguments.folder, arguments.every, scratch->path(), progress);
+  }
+  const Pictures pictures = list_pictures(scratch ? scratch->path() : arguments.folder);
+  check_arguments(arguments, pictures);
+  std::optional<Rig> lenses;
+  if (!arguments.lenses.empty()) lenses = load_rig(arguments.lenses);
   calibration::Settings settings;
   settings.model = static_cast<calibration::LensModel>(arguments.distortion);
-  settings.progress = ProgressLine(arguments.quiet);
+  settings.progress = progress;
   calibration::Take take = find_views(pictures, target, arguments.floor_view, settings.progress);
-  if (!arguments.lenses.empty()) use_lenses(take, load_rig(arguments.lenses));
+  if (lenses) use_lenses(take, *lenses);
   Calibration calibration = calibrate(std::move(take), settings);
   find_floor(calibration, arguments);
 
@@ -103,7 +139,23 @@ void add_options(CLI::App& app, Arguments& arguments) {
   app.add_option(
       "folder", arguments.folder,
       "A folder with a sub-folder of pictures (PNG, JPEG) per camera, which is named after "
-      "it; pictures of one instant share their name, or the last number in it");
+      "it; pictures of one instant share their name, or the last number in it. Or a folder with a "
+      "video per camera, begun together: an instant is named by its frame's number, as 000050");
+  app.add_option(
+         "--live", arguments.live,
+         "A camera to take pictures from, NAME=ELEMENTS, as in 'cam0=v4l2src "
+         "device=/dev/video0'; once for each. The pictures go into the folder, which must be "
+         "new; a board that stands still is taken by itself, until there is enough or Ctrl-C")
+      ->type_name("NAME=ELEMENTS");
+  app.add_option(
+         "--show", arguments.show,
+         "GStreamer elements that show live cameras, what is covered and where the board is "
+         "wanted next; '': none")
+      ->capture_default_str();
+  app.add_option("--every", arguments.every,
+                 "Of videos and live cameras: seconds from one picture to the next")
+      ->check(CLI::Range(0.0, 3600.0))
+      ->capture_default_str();
   app.add_option("--board", arguments.board,
                  "The board's inner corners, COLUMNSxROWS: of 10x7 squares it is 9x6")
       ->capture_default_str();

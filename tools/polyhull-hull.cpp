@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "base/error.h"
+#include "base/median.h"
 #include "base/stopwatch.h"
 #include "base/thread_pool.h"
 #include "camera_files.h"
@@ -21,7 +22,6 @@
 #include "hull/measure.h"
 #include "hull_scene.h"
 #include "mask_contours.h"
-#include "median.h"
 
 namespace polyhull {
 namespace {

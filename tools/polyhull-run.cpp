@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "base/stopwatch.h"
+#include "plugins/common/elements_in.h"
 #include "run_profile.h"
 #include "studio/studio_file.h"
 #include "text_file.h"
@@ -25,6 +26,13 @@
 namespace {
 
 volatile std::sig_atomic_t save_requested = 0;
+volatile std::sig_atomic_t end_requests = 0;  // 1: at the end of the stream, 2: at once
+
+// Ctrl-C ends the stream, once more the wait for its end, a third time the program.
+void request_end(int signal) {
+  end_requests = end_requests + 1;
+  if (end_requests == 2) std::signal(signal, SIG_DFL);
+}
 
 double process_cpu_seconds() {
   timespec now;
@@ -68,9 +76,9 @@ void show_progress(Run& run) {
 bool open_studio(Run& run, const std::string& path) {
   if (path.empty() && run.studio_path.empty()) return true;
   try {
-    run.studio = path.empty()
-                     ? polyhull::StudioFile::parse(R"({"format":"polyhull-studio","version":1})", "")
-                     : polyhull::StudioFile::parse(polyhull::read_text(path), path);
+    run.studio = path.empty() ? polyhull::StudioFile::parse(
+                                    R"({"format":"polyhull-studio","version":1})", "")
+                              : polyhull::StudioFile::parse(polyhull::read_text(path), path);
   } catch (const std::exception& error) {
     std::fprintf(stderr, "polyhull-run: %s\n", error.what());
     return false;
@@ -87,7 +95,9 @@ bool open_studio(Run& run, const std::string& path) {
 
 // The settings as they now are, in the place of the old file only when all is written.
 void save_studio(Run& run) {
-  run.studio->read_back(GST_BIN(run.pipeline));
+  for (const std::string& setting : run.studio->read_back(GST_BIN(run.pipeline)))
+    std::fprintf(stderr, "polyhull-run: note: %s has a value that a file cannot hold; left out\n",
+                 setting.c_str());
   const std::string part = run.studio_path + ".part";
   polyhull::write_text(run.studio->text(), part);
   std::filesystem::rename(part, run.studio_path);
@@ -112,12 +122,19 @@ void run_to_end(Run& run) {
   g_autoptr(GstBus) bus = gst_element_get_bus(run.pipeline);
   if (gst_element_set_state(run.pipeline, GST_STATE_PLAYING) == GST_STATE_CHANGE_FAILURE)
     run.failed = true;  // the reason follows on the bus
+  bool ending = false;
   for (;;) {
     g_autoptr(GstMessage) message = gst_bus_timed_pop_filtered(
         bus, run.failed ? 0 : GST_SECOND,
         static_cast<GstMessageType>(GST_MESSAGE_EOS | GST_MESSAGE_ERROR | GST_MESSAGE_WARNING |
                                     GST_MESSAGE_LATENCY));
     save_if_requested(run);
+    if (end_requests > 1) return;
+    if (end_requests > 0 && !ending) {
+      ending = true;
+      std::fprintf(stderr, "\npolyhull-run: ending the stream; again to stop at once\n");
+      gst_element_send_event(run.pipeline, gst_event_new_eos());
+    }
     if (!message) {
       if (run.failed) return;
       show_progress(run);
@@ -143,19 +160,6 @@ void run_to_end(Run& run) {
         return;
     }
   }
-}
-
-// All elements, children of bins included, in the order from sources to sinks.
-std::vector<GstElement*> elements_of(GstElement* pipeline) {
-  std::vector<GstElement*> found;
-  g_autoptr(GstIterator) iterator = gst_bin_iterate_recurse(GST_BIN(pipeline));
-  GValue item = G_VALUE_INIT;
-  while (gst_iterator_next(iterator, &item) == GST_ITERATOR_OK) {
-    found.insert(found.begin(), GST_ELEMENT(g_value_get_object(&item)));
-    g_value_reset(&item);
-  }
-  g_value_unset(&item);
-  return found;
 }
 
 GstStructure* stats_of(GstElement* element) {
@@ -198,14 +202,19 @@ nlohmann::json value_to_json(const GValue* value) {
 nlohmann::json report_latency(const std::string& output, bool brief) {
   const polyhull::LatencyReport latency = polyhull::latency_to(output);
   if (latency.frames == 0) return nullptr;
-  nlohmann::json json = {{"output", output},          {"frames", latency.frames},
-                         {"cameras", latency.cameras}, {"minimum_ms", latency.minimum},
-                         {"median_ms", latency.median}, {"maximum_ms", latency.maximum},
-                         {"mean_ms", latency.mean},     {"shares_ms", latency.shares},
+  nlohmann::json json = {{"output", output},
+                         {"frames", latency.frames},
+                         {"cameras", latency.cameras},
+                         {"minimum_ms", latency.minimum},
+                         {"median_ms", latency.median},
+                         {"maximum_ms", latency.maximum},
+                         {"mean_ms", latency.mean},
+                         {"shares_ms", latency.shares},
                          {"other_cameras_ms", latency.other_cameras}};
   if (brief) return json;
   std::string cameras;
-  for (const std::string& camera : latency.cameras) cameras += (cameras.empty() ? "" : ", ") + camera;
+  for (const std::string& camera : latency.cameras)
+    cameras += (cameras.empty() ? "" : ", ") + camera;
   std::printf("\nlatency from %s to %s, %zu frames: %.1f ms at least, %.1f median, %.1f at most\n",
               cameras.c_str(), output.c_str(), latency.frames, latency.minimum, latency.median,
               latency.maximum);
@@ -219,16 +228,23 @@ nlohmann::json report_latency(const std::string& output, bool brief) {
   return json;
 }
 
+// JSON's text; bytes that are not UTF-8, as of an element's name, are replaced.
+std::string text_of(const nlohmann::json& json, int indent = -1) {
+  return json.dump(indent, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
 void report(const Run& run, double wall, double cpu, const std::string& json_path) {
   const auto times = polyhull::profile();
   nlohmann::json json = {{"wall_seconds", wall}, {"cpu_seconds", cpu}};
   std::uint64_t frames = 0;
   std::string output;  // where frames are counted
-  double span = 0.0;  // seconds from the first frame to the last
+  double span = 0.0;   // seconds from the first frame to the last
   if (!run.brief)
     std::printf("\n%-22s %-14s %8s %14s\n", "element", "kind", "buffers", "CPU ms/buffer");
-  const std::vector<GstElement*> elements = elements_of(run.pipeline);
-  for (GstElement* element : elements) {
+  auto elements = polyhull::element::elements_in(GST_BIN(run.pipeline));
+  std::ranges::reverse(elements);  // from sources to sinks
+  for (const auto& reference : elements) {
+    GstElement* element = reference.get();
     const auto entry = times.find(GST_OBJECT_NAME(element));
     if (entry == times.end()) continue;
     const auto& time = entry->second;
@@ -250,7 +266,8 @@ void report(const Run& run, double wall, double cpu, const std::string& json_pat
     std::printf("%-22s %-14s %8llu %14.3f\n", GST_OBJECT_NAME(element), factory_name(element),
                 static_cast<unsigned long long>(buffers), milliseconds);
   }
-  for (GstElement* element : elements) {
+  for (const auto& reference : elements) {
+    GstElement* element = reference.get();
     if (!is_polyhull(element)) continue;
     g_autoptr(GstStructure) stats = stats_of(element);
     if (!stats) continue;
@@ -259,7 +276,7 @@ void report(const Run& run, double wall, double cpu, const std::string& json_pat
       const char* name = gst_structure_nth_field_name(stats, i);
       const nlohmann::json value = value_to_json(gst_structure_get_value(stats, name));
       json["stats"][GST_OBJECT_NAME(element)][name] = value;
-      if (!run.brief) std::printf(" %s=%s", name, value.dump().c_str());
+      if (!run.brief) std::printf(" %s=%s", name, text_of(value).c_str());
     }
     if (!run.brief) std::printf("\n");
   }
@@ -270,12 +287,17 @@ void report(const Run& run, double wall, double cpu, const std::string& json_pat
   std::printf(
       "\n%llu frames in %.2f s, %.1f frames per second after the first; processor time %.2f s\n",
       static_cast<unsigned long long>(frames), wall, rate, cpu);
-  if (json_path.empty()) return;
-  if (FILE* file = std::fopen(json_path.c_str(), "w")) {
-    std::fputs(json.dump(2).c_str(), file);
-    std::fclose(file);
-  } else {
-    std::fprintf(stderr, "polyhull-run: '%s' cannot be written\n", json_path.c_str());
+  if (!json_path.empty()) polyhull::write_text(text_of(json, 2), json_path);
+}
+
+// Prints the figures; false where their file cannot be written.
+bool report_all(const Run& run, double wall, double cpu, const std::string& json_path) {
+  try {
+    report(run, wall, cpu, json_path);
+    return true;
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "polyhull-run: %s\n", error.what());
+    return false;
   }
 }
 
@@ -295,7 +317,8 @@ int main(int argc, char** argv) {
   std::string studio;
   app.add_option("--studio", studio, "Settings of the elements, a studio file (docs/studio.md)");
   app.add_option("--save-studio", run.studio_path,
-                 "Saves the settings at the end here; SIGUSR1 saves them while it runs, without this "
+                 "Saves the settings at the end (Ctrl-C is one) here; SIGUSR1 saves them while it "
+                 "runs, without this "
                  "option into --studio's file");
   CLI11_PARSE(app, argc, argv);
 
@@ -321,14 +344,16 @@ int main(int argc, char** argv) {
     gst_object_unref(run.pipeline);
     return 1;
   }
+  std::signal(SIGINT, request_end);
+  std::signal(SIGTERM, request_end);
   run.watch = {};
   const double cpu = process_cpu_seconds();
   run_to_end(run);
   const double wall = run.watch.seconds();
-  if (!run.failed) report(run, wall, process_cpu_seconds() - cpu, json_path);
+  const bool reported = run.failed || report_all(run, wall, process_cpu_seconds() - cpu, json_path);
   save_requested = save_requested || save_at_end;
   const bool saved = save_if_requested(run);
   gst_element_set_state(run.pipeline, GST_STATE_NULL);
   gst_object_unref(run.pipeline);
-  return run.failed || !saved ? 1 : 0;
+  return run.failed || !reported || !saved ? 1 : 0;
 }

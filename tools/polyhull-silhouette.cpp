@@ -9,10 +9,10 @@
 #include <utility>
 
 #include "base/error.h"
+#include "base/median.h"
 #include "base/picture.h"
 #include "base/stopwatch.h"
 #include "choice.h"
-#include "median.h"
 #include "silhouette/silhouette.h"
 #include "silhouette_options.h"
 #include "text_file.h"

@@ -3,17 +3,12 @@
 
 #include <algorithm>
 
+#include "base/median.h"
+
 namespace polyhull {
 namespace {
 
 constexpr std::size_t most_sets = 100;
-
-/// The lower one of two in the middle.
-std::int64_t median(std::vector<std::int64_t> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>((values.size() - 1) / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 }  // namespace
 
@@ -34,7 +29,7 @@ void SetSpread::add(const std::vector<CameraTime>& set) {
 std::optional<SetSpread::Spread> SetSpread::spread() const {
   if (spreads_.empty()) return std::nullopt;
   const auto [first, last] = std::minmax_element(spreads_.begin(), spreads_.end());
-  return Spread{*first, median({spreads_.begin(), spreads_.end()}), *last};
+  return Spread{*first, median(std::vector<std::int64_t>(spreads_.begin(), spreads_.end())), *last};
 }
 
 std::map<std::string, std::int64_t> SetSpread::offsets() const {

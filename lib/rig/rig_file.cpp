@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // The rig file: JSON to Rig and back.
 #include <cmath>
-#include <cstring>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "base/error.h"
+#include "base/parse_json.h"
 #include "rig/projection_matrix.h"
 #include "rig/rig.h"
 
@@ -17,34 +17,6 @@ using nlohmann::json;
 
 [[noreturn]] void fail(const std::string& where, const std::string& what) {
   throw Error(Error::Kind::bad_input, "{}: {}.", where, what);
-}
-
-std::string line_and_column(std::string_view text, std::size_t byte) {
-  std::size_t line = 1, column = 1;
-  for (std::size_t i = 0; i + 1 < byte && i < text.size(); ++i) {
-    if (text[i] == '\n') {
-      ++line;
-      column = 1;
-    } else {
-      ++column;
-    }
-  }
-  return fmt::format("line {}, column {}", line, column);
-}
-
-json parse_json(std::string_view text, const std::string& source) {
-  try {
-    return json::parse(text);
-  } catch (const json::parse_error& error) {
-    // nlohmann: "[json.exception.parse_error.101] parse error at line 1, column 2: what"
-    const char* what = std::strstr(error.what(), ": ");
-    fail(source,
-         fmt::format("not JSON at {}: {}{}", line_and_column(text, error.byte),
-                     what ? what + 2 : error.what(),
-                     text.find("NaN") != std::string_view::npos ? " (NaN is no JSON number)" : ""));
-  } catch (const json::exception& error) {
-    fail(source, fmt::format("not usable JSON: {}", error.what()));
-  }
 }
 
 const json& member(const json& object, const char* key, const std::string& where) {

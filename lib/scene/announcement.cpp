@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/error.h"
+#include "base/parse_json.h"
 
 namespace polyhull {
 namespace {
@@ -100,7 +101,7 @@ std::string announcement_to_json(const Announcement& announcement) {
 }
 
 Announcement parse_announcement(std::string_view text) {
-  const json root = json::parse(text, nullptr, false);
+  const auto root = parse_json<json>(text, "announcement of the scene");
   if (!root.is_object() || root.value("format", json()) != format)
     throw broken("it is not JSON of the format 'polyhull-announcement'");
   if (root.value("version", json()) != version) throw broken("this program reads version 1 only");

@@ -2,10 +2,14 @@
 #include <tiny_gltf.h>
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
+#include <fstream>
 #include <glm/gtc/quaternion.hpp>
+#include <iterator>
 
 #include "base/error.h"
+#include "base/parse_json.h"
 #include "scene/gltf_accessor.h"
 #include "scene/gltf_lights.h"
 #include "scene/gltf_materials.h"
@@ -332,6 +336,20 @@ class Loader {
   std::vector<PunctualLight> lights_;
 };
 
+// The JSON of a glTF file: all of a .gltf, the first chunk of a .glb; what there is of it.
+std::string json_of_file(const std::string& path, bool binary) {
+  constexpr std::size_t header = 20;  // the file's and the first chunk's
+  std::ifstream file(path, std::ios::binary);
+  if (!binary) return {std::istreambuf_iterator<char>(file), {}};
+  std::array<unsigned char, header> bytes{};
+  if (!file.read(reinterpret_cast<char*>(bytes.data()), header)) return {};
+  std::size_t length = 0;
+  for (int i = 3; i >= 0; --i) length = length << 8 | bytes[12 + i];
+  std::string text(std::min<std::size_t>(length, std::filesystem::file_size(path) - header), ' ');
+  file.read(text.data(), static_cast<std::streamsize>(text.size()));
+  return text;
+}
+
 }  // namespace
 
 Scene load_scene(const std::string& path) {
@@ -348,6 +366,10 @@ Scene load_scene(const std::string& path) {
     throw Error(Error::Kind::unsupported,
                 "Scene '{}': the name must end in .glb or .gltf (glTF 2.0).", path);
   }
+  if (json_depth(json_of_file(path, ending == ".glb")) > deepest_json)
+    throw broken_scene(path, fmt::format("is not a readable glTF 2.0 file: more than {} brackets "
+                                         "within each other",
+                                         deepest_json));
   tinygltf::TinyGLTF reader;
   reader.SetImageLoader(keep_bytes, nullptr);
   tinygltf::Model model;

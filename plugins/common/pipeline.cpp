@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "plugins/common/pipeline.h"
 
-#include <vector>
-
 #include "base/error.h"
 
 namespace polyhull::element {
@@ -15,33 +13,15 @@ ElementReference top_of(GstElement* element) {
   return top;
 }
 
-std::vector<ElementReference> elements_in(GstElement* top) {
-  std::vector<ElementReference> found;
-  if (!GST_IS_BIN(top)) return found;
-  GstIterator* iterator = gst_bin_iterate_recurse(GST_BIN(top));
-  GValue item = G_VALUE_INIT;
-  for (GstIteratorResult result;
-       (result = gst_iterator_next(iterator, &item)) != GST_ITERATOR_DONE;) {
-    if (result == GST_ITERATOR_ERROR) break;
-    if (result == GST_ITERATOR_RESYNC) {
-      found.clear();
-      gst_iterator_resync(iterator);
-      continue;
-    }
-    found.emplace_back(GST_ELEMENT(g_value_dup_object(&item)));
-    g_value_reset(&item);
-  }
-  g_value_unset(&item);
-  gst_iterator_free(iterator);
-  return found;
-}
-
 }  // namespace
 
 ElementReference find_in_pipeline(GstElement* seeker, const std::string& name, const char* property,
                                   const char* what, const std::function<bool(GstElement*)>& suits) {
   ElementReference found;
-  for (ElementReference& element : elements_in(top_of(seeker).get())) {
+  const ElementReference top = top_of(seeker);
+  std::vector<ElementReference> elements;
+  if (GST_IS_BIN(top.get())) elements = elements_in(GST_BIN(top.get()));
+  for (ElementReference& element : elements) {
     if (!name.empty() && name != GST_OBJECT_NAME(element.get())) continue;
     if (!suits(element.get())) continue;
     if (found != nullptr)

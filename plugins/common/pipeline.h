@@ -3,18 +3,12 @@
 /// Looking around in the pipeline that an element stands in.
 #pragma once
 
-#include <gst/gst.h>
-
 #include <functional>
-#include <memory>
 #include <string>
 
-namespace polyhull::element {
+#include "plugins/common/elements_in.h"
 
-struct ObjectUnref {
-  void operator()(gpointer object) const { gst_object_unref(object); }
-};
-using ElementReference = std::unique_ptr<GstElement, ObjectUnref>;
+namespace polyhull::element {
 
 /// The element of the whole pipeline around \p seeker for which \p suits holds; with \p name not
 /// empty, that of this name. Throws Error where there is none, or more than one of any name;

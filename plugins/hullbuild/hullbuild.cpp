@@ -42,6 +42,7 @@ gboolean start(GstAggregator* aggregator) {
     self.doubts.reset();
     self.tangencies.reset();
     self.times.reset();
+    self.load.reset();
     forget_streams(self);
     self.begin(settings.live());
     return TRUE;
@@ -175,7 +176,8 @@ void HullBuild::class_init(gpointer klass) {
       "exact-predicates; and of the last set cameras (with foreground), faces, vertices, "
       "triangles, the milliseconds each phase took and threads-used (how many threads took part "
       "in its parallel loops, "
-      "on average). Live: wait-ms and latency-ms as they are now, frame-step (every how "
+      "on average), and coarser-px, by how much adaptive moves contours. Live: wait-ms and "
+      "latency-ms as they are now, frame-step (every how "
       "many instants one is asked for), and of each camera lateness-ms-NAME, the most that a "
       "view of the last ten seconds came after its instant. sets-by-trigger, "
       "sets-by-timecode, sets-by-capture-time and sets-by-running-time say what matched their "

@@ -13,6 +13,7 @@
 
 #include "mesh/instants.h"
 #include "plugins/common/live/live_aggregator.h"
+#include "plugins/hullbuild/coarsening.h"
 #include "plugins/hullbuild/doubt_watch.h"
 #include "plugins/hullbuild/pad.h"
 #include "plugins/hullbuild/properties.h"
@@ -32,6 +33,7 @@ struct HullBuild : LiveAggregator {
   void property_set(gpointer object, std::string_view name);
   GstStructure* statistics_of(gpointer object);
   bool hear(GstAggregatorPad* pad, GstEvent* event);
+  void hear_load(GstEvent* event) { load.hear(event); }
 
   HullSettings settings;  // under the object lock
   /// Of each pair of cameras, by name: its tangency error. Under the object lock.
@@ -44,7 +46,8 @@ struct HullBuild : LiveAggregator {
   std::mutex instants_mutex;  // protects the next
   Instants instants;
 
-  SetTimes times;                // has a lock of its own
+  LoadWatch load;  // this and the next have locks of their own
+  SetTimes times;
   SetBuilder stage{statistics};  // this and the rest belong to the source pad's thread
   ViewSets sets;
   std::int64_t first_time = no_time;      // of the stream's first view

@@ -108,6 +108,11 @@ constexpr Property<S> table[] = {
         "check-cameras", "Check the cameras",
         "Whether to look if silhouettes contradict each other, with four cameras or more: the "
         "figure contradiction-percent of stats, and a warning that names the camera."),
+    property<&S::adaptive>(
+        "adaptive", "Adaptive",
+        "Whether contours are coarsened while a live stream's sets come faster than they can be "
+        "made and taken on, by up to 8 pixels. Works with any sink, and with sources on other "
+        "machines."),
     property<&S::surface>("surface", "Surface",
                           "Whether a hull is built. Without one all work on it is left out, "
                           "repair too, and a mesh is the views of one instant."),

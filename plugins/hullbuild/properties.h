@@ -40,6 +40,7 @@ struct HullSettings {
   HullSurface surface = HullSurface::polyhedral;
   std::uint32_t min_agree = RepairOptions{}.min_agree;
   bool check_cameras = true;
+  bool adaptive = false;
   std::uint32_t threads = 0;
   std::uint32_t pool_threads = 0;
 

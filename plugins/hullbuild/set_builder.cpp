@@ -33,7 +33,7 @@ SetBuilder::SetBuilder(Statistics& statistics)
                        "lone-silhouettes", "full-silhouettes", "holes-filled", "pieces-dropped"});
   for (const char* figure :
        {"undistort-ms", "repair-ms", "check-ms", "prepare-ms", "scene-ms", "faces-ms",
-        "assemble-ms", "triangulate-ms", "pack-ms", "threads-used"})
+        "assemble-ms", "triangulate-ms", "pack-ms", "threads-used", "coarser-px"})
     statistics_.set(figure, 0.0);
 }
 
@@ -160,7 +160,7 @@ void SetBuilder::report(const Mesh& mesh, bool has_surface) {
 }
 
 GstBuffer* SetBuilder::build(GstElement* element, std::vector<SetView> views,
-                             const HullSettings& settings, std::uint64_t trigger) {
+                             const HullSettings& settings, std::uint64_t trigger, double coarser) {
   // The rig's order, so that the order of pads and arrival changes nothing.
   const auto place = [&](const SetView& view) {
     return rig_.find(view.camera) - rig_.cameras.data();
@@ -182,6 +182,8 @@ GstBuffer* SetBuilder::build(GstElement* element, std::vector<SetView> views,
     if (time != no_time && (mesh.capture_time == no_time || time < mesh.capture_time))
       mesh.capture_time = time;
   }
+  coarsener_.coarsen(mesh, coarser);
+  statistics_.set("coarser-px", coarser);
   build_hull(element, mesh, settings);
   report(mesh, settings.surface != HullSurface::none);
   Stopwatch watch;

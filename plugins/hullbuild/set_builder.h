@@ -12,6 +12,7 @@
 #include "hull/stage.h"
 #include "plugins/common/memory/payload_buffer.h"
 #include "plugins/common/statistics.h"
+#include "plugins/hullbuild/coarsening.h"
 #include "plugins/hullbuild/properties.h"
 #include "rig/rig.h"
 
@@ -44,9 +45,9 @@ class SetBuilder {
 
   /// A buffer with the mesh of \p views (any order; each camera once, each checked), without times.
   /// Fewer than two views with foreground give an empty hull. Warnings are posted on \p element.
-  /// Throws Error as HullStage::build().
+  /// Contours are coarsened by up to \p coarser, px. Throws Error as HullStage::build().
   GstBuffer* build(GstElement* element, std::vector<SetView> views, const HullSettings& settings,
-                   std::uint64_t trigger);
+                   std::uint64_t trigger, double coarser);
 
   /// Of the last set: whether its hull is empty, and whether one was asked for and each of its views,
   /// two at least, has a foreground.
@@ -74,6 +75,7 @@ class SetBuilder {
 
   Statistics& statistics_;
   Rig rig_;
+  Coarsener coarsener_;
   std::unique_ptr<HullStage> stage_;
   std::vector<CameraRepair> repairs_;                  // of the last set
   std::vector<std::string> cameras_;                   // of it

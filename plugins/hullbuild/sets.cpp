@@ -100,12 +100,14 @@ enum class Outcome { again, need_data, ended, made };
 struct Step {
   Outcome outcome;
   GstBuffer* buffer = nullptr;
+  std::int64_t time = no_time, interval = 0;  // of what was made, as note_pace() has them
+  Stopwatch busy;                             // since it was begun
 };
 
 /// What became of an instant, for the pace: its views are as far apart as a view lasts, or, where
-/// they do not say how long, as the instants before.
-void note_pace(HullBuild& self, const Pads& pads, const ViewDecision& set, bool lost) {
-  if (set.time == no_time) return;
+/// they do not say how long, as the instants before. Returns that, ns.
+std::int64_t note_pace(HullBuild& self, const Pads& pads, const ViewDecision& set, bool lost) {
+  if (set.time == no_time) return 0;
   std::int64_t interval = state_of<HullPadState>(pads[set.heads.front()]).parsed.end() - set.time;
   if (interval <= 0) {
     if (self.last_time != no_time && set.time > self.last_time &&
@@ -117,6 +119,7 @@ void note_pace(HullBuild& self, const Pads& pads, const ViewDecision& set, bool 
   for (const std::int64_t time : self.unexplained) self.pace.note(time, interval, true);
   self.unexplained.clear();
   self.pace.note(set.time, interval, lost);
+  return interval;
 }
 
 /// Whether a camera that the set lacks has sent a later view: it has left this instant out.
@@ -240,7 +243,8 @@ Step build_set(HullBuild& self, const Pads& pads, const ViewDecision& set,
   }
   GstBuffer* buffer = nullptr;
   try {
-    buffer = self.stage.build(element, std::move(views), settings, set.trigger);
+    buffer = self.stage.build(element, std::move(views), settings, set.trigger,
+                              settings.adaptive ? self.load.tolerance() : 0.0);
   } catch (const Error& error) {
     // One odd silhouette does not end the stream; what is wrong with the settings does.
     if (error.kind() != Error::Kind::unsupported) throw;
@@ -260,12 +264,12 @@ Step build_set(HullBuild& self, const Pads& pads, const ViewDecision& set,
   note_doubts(self, set.time);
   if (self.stage.all_see_foreground()) self.words.hull(element, used, self.stage.is_empty());
   note_times(self, pads, set);
-  note_pace(self, pads, set, false);
+  const std::int64_t interval = note_pace(self, pads, set, false);
   stamp(self, pads, set, buffer);
   take_views(pads, set, settings);
   self.timing.note_work(watch.seconds());
   self.statistics.set("set-ms", watch.milliseconds());
-  return {Outcome::made, buffer};
+  return {Outcome::made, buffer, set.time, interval, watch};
 }
 
 /// Views that came after their set had gone.
@@ -384,8 +388,13 @@ GstFlowReturn send_next_set(HullBuild& self, bool timeout) {
   switch (step.outcome) {
     case Outcome::ended:
       return GST_FLOW_EOS;
-    case Outcome::made:
-      return gst_aggregator_finish_buffer(self.element, step.buffer);
+    case Outcome::made: {
+      const GstFlowReturn flow = gst_aggregator_finish_buffer(self.element, step.buffer);
+      if (live)
+        self.load.note(step.time, static_cast<std::int64_t>(1e9 * step.busy.seconds()),
+                       step.interval);
+      return flow;
+    }
     default:
       return GST_AGGREGATOR_FLOW_NEED_DATA;
   }

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "studio/calibration/adjust.h"
-#include "studio/calibration/median.h"
 
 #include <ceres/ceres.h>
 
@@ -8,6 +7,7 @@
 #include <cmath>
 
 #include "base/error.h"
+#include "base/median.h"
 #include "studio/calibration/adjust_internal.h"
 
 namespace polyhull::calibration {

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "studio/calibration/calibrate.h"
-#include "studio/calibration/median.h"
 
 #include <algorithm>
 #include <cmath>
 
 #include "base/error.h"
+#include "base/median.h"
 
 namespace polyhull::calibration {
 namespace {

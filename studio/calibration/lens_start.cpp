@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "studio/calibration/lens_start.h"
-#include "studio/calibration/median.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,6 +7,7 @@
 #include <opencv2/calib3d.hpp>
 
 #include "base/error.h"
+#include "base/median.h"
 #include "rig/lens.h"
 
 namespace polyhull::calibration {

@@ -2,8 +2,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/median.h"
 #include "studio/calibration/links_internal.h"
-#include "studio/calibration/median.h"
 
 namespace polyhull::calibration {
 namespace {

@@ -6,8 +6,8 @@
 #include <limits>
 
 #include "base/error.h"
+#include "base/median.h"
 #include "studio/calibration/links_internal.h"
-#include "studio/calibration/median.h"
 
 namespace polyhull::calibration {
 

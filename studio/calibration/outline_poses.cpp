@@ -9,6 +9,7 @@
 #include <cmath>
 
 #include "base/error.h"
+#include "base/median.h"
 #include "hull/repair/tangency.h"
 #include "rig/undistort.h"
 
@@ -113,9 +114,7 @@ std::vector<Tangency> tangencies_of(const Rig& rig, const std::vector<std::vecto
 double median_error(const std::vector<Tangency>& tangencies) {
   std::vector<double> errors;
   for (const Tangency& tangency : tangencies) errors.push_back(std::abs(tangency.error));
-  const auto middle = errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2);
-  std::nth_element(errors.begin(), middle, errors.end());
-  return *middle;
+  return median(std::move(errors));
 }
 
 std::vector<double> error_by_camera(const std::vector<Tangency>& tangencies, std::size_t cameras) {

@@ -43,9 +43,11 @@ void check_board(const Board& board) {
         "A chessboard of {0}x{0} inner corners looks the same after a quarter turn; use one "
         "with one row more than columns.",
         board.columns);
-  if (!(board.square > 0.0) || !std::isfinite(board.square))
-    throw Error(bad, "The board's squares have a side of {} m; measure one and give its length.",
-                board.square);
+  if (!(board.square >= 1e-4 && board.square <= 10.0))
+    throw Error(bad,
+                "The board's squares have a side of {} mm; 0.1 mm to 10 m can be used. Measure one "
+                "and give its length.",
+                1e3 * board.square);
 }
 
 void check_take(const Take& take) {

@@ -56,12 +56,12 @@ struct Take {
 constexpr std::size_t least_views = 4;
 
 /// Throws Error (bad_input) for a board with fewer than 3x3 corners, a chessboard with as many columns
-/// as rows, and squares whose side is not above 0.
+/// as rows, and squares whose side is not 0.1 mm to 10 m.
 void check_board(const Board& board);
 
 /// Throws Error (bad_input), naming camera or instant, for what cannot be calibrated whatever the
 /// pixels say: no camera, a board with fewer than 3x3 corners, as many columns as rows or squares
-/// not above 0, corners that the board does not have or that come twice, views with fewer than 6
+/// of no such side, corners that the board does not have or that come twice, views with fewer than 6
 /// corners, two views of a camera at one instant, pixels that are not finite, cameras without a
 /// view, and cameras without a known lens that have fewer than `least_views`.
 void check_take(const Take& take);

@@ -2,6 +2,7 @@
 // Colour sensors' mosaics through chromamatte and silhouette, and interlaced frames, which neither
 // takes.
 #include <gst/check/gstharness.h>
+#include <gst/video/video.h>
 
 #include <array>
 #include <cmath>
@@ -48,6 +49,27 @@ GstBuffer* mosaic(const std::string& format, double x0) {
   return buffer;
 }
 
+/// The same frame with \p padding bytes more in front and behind every row, as a meta without a
+/// format's name tells.
+GstBuffer* padded(GstBuffer* tight, int bytes, int padding) {
+  const int from = GST_ROUND_UP_4(width * bytes), to = from + padding;
+  GstMapInfo map;
+  fail_unless(gst_buffer_map(tight, &map, GST_MAP_READ));
+  std::vector<guint8> all(static_cast<std::size_t>(padding + to * height), 0x5a);
+  for (int y = 0; y < height; ++y)
+    std::memcpy(&all[static_cast<std::size_t>(padding + y * to)], map.data + y * from,
+                static_cast<std::size_t>(width * bytes));
+  gst_buffer_unmap(tight, &map);
+  gst_buffer_unref(tight);
+  GstBuffer* buffer = gst_buffer_new_memdup(all.data(), all.size());
+  GST_BUFFER_PTS(buffer) = 0;
+  gsize offsets[GST_VIDEO_MAX_PLANES] = {static_cast<gsize>(padding)};
+  gint strides[GST_VIDEO_MAX_PLANES] = {to};
+  gst_buffer_add_video_meta_full(buffer, GST_VIDEO_FRAME_FLAG_NONE, GST_VIDEO_FORMAT_ENCODED, width,
+                                 height, 1, offsets, strides);
+  return buffer;
+}
+
 }  // namespace
 
 // Every order and depth: the one pass sends the chain's bytes, the contours run around the disk, and
@@ -56,7 +78,8 @@ GST_START_TEST(mosaics_of_every_order_and_depth) {
   for (const char* order : {"bggr", "gbrg", "grbg", "rggb"})
     for (const char* depth : {"", "10le", "12le"}) {
       const std::string format = std::string(order) + depth;
-      GstHarness* chain = gst_harness_new_parse("chromamatte ! gaussblur ! contourfind camera=c tolerance=0");
+      GstHarness* chain =
+          gst_harness_new_parse("chromamatte ! gaussblur ! contourfind camera=c tolerance=0");
       GstHarness* one = gst_harness_new_parse("silhouette camera=c tolerance=0");
       for (GstHarness* harness : {chain, one})
         gst_harness_set_src_caps_str(harness, caps_of(format).c_str());
@@ -82,6 +105,30 @@ GST_START_TEST(mosaics_of_every_order_and_depth) {
       gst_harness_teardown(chain);
       gst_harness_teardown(one);
     }
+}
+GST_END_TEST
+
+GST_START_TEST(rows_lie_where_the_meta_says) {
+  for (const auto& [format, bytes] : {std::pair{"rggb", 1}, std::pair{"gbrg12le", 2}}) {
+    GstHarness* harness = gst_harness_new_parse("silhouette camera=c tolerance=0");
+    gst_harness_set_src_caps_str(harness, caps_of(format).c_str());
+    const ReadView plain = take_view(gst_harness_push_and_pull(harness, mosaic(format, 60.0)));
+    const ReadView wide =
+        take_view(gst_harness_push_and_pull(harness, padded(mosaic(format, 60.0), bytes, 60)));
+    fail_unless(plain.view.contours == wide.view.contours, "%s", format);
+    fail_unless(plain.bytes == wide.bytes, "%s", format);
+    gst_harness_teardown(harness);
+  }
+}
+GST_END_TEST
+
+GST_START_TEST(rows_beyond_the_buffer_are_an_error) {
+  GstHarness* harness = gst_harness_new_parse("silhouette camera=c");
+  gst_harness_set_src_caps_str(harness, caps_of("rggb").c_str());
+  GstBuffer* buffer = padded(mosaic("rggb", 60.0), 1, 60);
+  gst_buffer_set_size(buffer, static_cast<gssize>(gst_buffer_get_size(buffer)) - 80);
+  fail_unless_equals_int(gst_harness_push(harness, buffer), GST_FLOW_ERROR);
+  gst_harness_teardown(harness);
 }
 GST_END_TEST
 
@@ -127,6 +174,8 @@ static Suite* bayer_suite() {
   suite_add_tcase(suite, tests);
   tcase_set_timeout(tests, 60);
   tcase_add_test(tests, mosaics_of_every_order_and_depth);
+  tcase_add_test(tests, rows_lie_where_the_meta_says);
+  tcase_add_test(tests, rows_beyond_the_buffer_are_an_error);
   tcase_add_test(tests, takes_videotestsrcs_mosaics);
   tcase_add_test(tests, a_mosaic_too_short_is_an_error);
   tcase_add_test(tests, interlaced_frames_are_refused);

@@ -4,6 +4,8 @@
 
 #include <gst/check/gstcheck.h>
 
+#include <algorithm>
+
 #include "base/error.h"
 
 namespace {
@@ -131,9 +133,90 @@ GST_START_TEST(test_live_changes_come_back) {
 }
 GST_END_TEST;
 
+// A file that has cameras only gets elements while its cameras are read back.
+GST_START_TEST(test_changes_of_cameras_and_others_together) {
+  GstBin* pipeline = pipeline_of_two();
+  StudioFile file = studio(R"("cameras": {"cam0": {"chromamatte": {"strength": 50}},
+                                          "cam1": {"silhouette": {"tolerance": 0.5}}})");
+  file.apply(pipeline);
+  for (const char* name : {"hull", "blur", "right", "key"}) {
+    g_autoptr(GstElement) element = gst_bin_get_by_name(pipeline, name);
+    if (g_str_equal(name, "hull")) g_object_set(element, "min-cameras", 2, nullptr);
+    if (g_str_equal(name, "blur")) g_object_set(element, "sigma", 3.0, nullptr);
+    if (g_str_equal(name, "right")) gst_util_set_object_arg(G_OBJECT(element), "pattern", "ball");
+    if (g_str_equal(name, "key")) g_object_set(element, "strength", 60, nullptr);
+  }
+  fail_unless(file.read_back(pipeline).empty());
+  const Json saved = of_text(file);
+  fail_unless(saved["cameras"]["cam0"]["chromamatte"]["strength"] == 60, "%s", file.text().c_str());
+  fail_unless(saved["elements"]["hull"]["min-cameras"] == 2, "%s", file.text().c_str());
+  fail_unless(saved["elements"]["blur"]["sigma"] == 3.0, "%s", file.text().c_str());
+  fail_unless(saved["elements"]["right"]["pattern"] == "ball", "%s", file.text().c_str());
+  gst_object_unref(pipeline);
+}
+GST_END_TEST;
+
+GST_START_TEST(test_what_json_cannot_hold_is_left_out) {
+  g_autoptr(GError) error = nullptr;
+  GstBin* pipeline =
+      GST_BIN(gst_parse_launch("filesrc name=a ! fakesink filesrc name=b ! fakesink", &error));
+  fail_unless(!error);
+  StudioFile file = studio(R"("elements": {"a": {"location": "plain"}})");
+  file.apply(pipeline);
+  for (const char* name : {"a", "b"}) {
+    g_autoptr(GstElement) element = gst_bin_get_by_name(pipeline, name);
+    g_object_set(element, "location", "caf\xe9.y4m", nullptr);  // Latin-1
+  }
+  const auto unsaid = file.read_back(pipeline);
+  fail_unless_equals_int(unsaid.size(), 2);
+  fail_unless(std::ranges::count(unsaid, "a.location") == 1);
+  fail_unless(std::ranges::count(unsaid, "b.location") == 1);
+  fail_unless(of_text(file)["elements"] == Json::parse(R"({"a": {"location": "plain"}})"));
+  gst_object_unref(pipeline);
+}
+GST_END_TEST;
+
+GST_START_TEST(test_elements_that_came_later) {
+  GstBin* pipeline = pipeline_of_two();
+  StudioFile file = studio(R"("elements": {})");
+  file.apply(pipeline);
+  // One of a new name, and another kind of a name that there was.
+  gst_bin_add(pipeline, gst_element_factory_make("queue", "late"));
+  g_autoptr(GstElement) blur = gst_bin_get_by_name(pipeline, "blur");
+  gst_bin_remove(pipeline, blur);
+  gst_bin_add(pipeline, gst_element_factory_make("queue", "blur"));
+  const Json before = of_text(file);
+  file.read_back(pipeline);
+  fail_unless(of_text(file) == before, "%s", file.text().c_str());
+  gst_object_unref(pipeline);
+}
+GST_END_TEST;
+
+GST_START_TEST(test_branches_go_through_bins) {
+  g_autoptr(GError) error = nullptr;
+  GstBin* pipeline = GST_BIN(gst_parse_launch(
+      "( name=outer ( name=source videotestsrc name=left ! identity ) ! queue name=waits ) ! "
+      "( chromamatte name=key ! gaussblur ) ! ( contourfind camera=cam0 ) ! fakesink "
+      "videotestsrc name=right ! fakesink",
+      &error));
+  fail_unless(!error, "%s", error ? error->message : "");
+  StudioFile file = studio(R"("cameras": {"cam0": {"videotestsrc": {"pattern": "ball"},
+      "queue": {"max-size-buffers": 3}, "chromamatte": {"strength": 75},
+      "bin": {"message-forward": true}}})");
+  const auto report = file.apply(pipeline);
+  fail_unless(report.without_taker.empty(), "%s",
+              report.without_taker.empty() ? "" : report.without_taker[0].c_str());
+  fail_unless(element_value(pipeline, "left", "pattern") == "ball");
+  fail_unless(element_value(pipeline, "right", "pattern") == "smpte");
+  fail_unless(element_value(pipeline, "waits", "max-size-buffers") == "3");
+  fail_unless(element_value(pipeline, "key", "strength") == "75");
+  gst_object_unref(pipeline);
+}
+GST_END_TEST;
+
 GST_START_TEST(test_what_is_no_studio_file) {
   const std::pair<std::string, const char*> wrong[] = {
-      {"{", "test.json: not JSON: "},
+      {"{", "test.json: not JSON at line 1, column 2: "},
       {"[]", "\"format\" must be \"polyhull-studio\""},
       {"{}", "\"format\" must be"},
       {R"({"format":"polyhull-rig","version":1})", "\"format\" must be"},
@@ -146,7 +229,12 @@ GST_START_TEST(test_what_is_no_studio_file) {
        "elements.a: must be an object"},
       {R"({"format":"polyhull-studio","version":1,"cameras":{"a":{"b":null}}})",
        "cameras.a.b: must be"},
-      {std::string(100000, '['), "not JSON"},
+      {std::string(60, '['), "not JSON"},
+      {std::string(1000000, '['), "test.json: more than 64 brackets within each other"},
+      {R"({"format":"polyhull-studio","version":)" + std::string(1000000, '[') +
+           std::string(1000000, ']') + "}",
+       "more than 64 brackets"},
+      {"{\"format\":\"\xe9\"}", "not JSON"},
   };
   for (const auto& [text, part] : wrong) {
     std::string message = "no error";
@@ -169,6 +257,10 @@ static Suite* studio_file_suite() {
   tcase_add_test(tests, test_what_has_no_taker);
   tcase_add_test(tests, test_wrong_values_are_named_and_left_out);
   tcase_add_test(tests, test_live_changes_come_back);
+  tcase_add_test(tests, test_changes_of_cameras_and_others_together);
+  tcase_add_test(tests, test_what_json_cannot_hold_is_left_out);
+  tcase_add_test(tests, test_elements_that_came_later);
+  tcase_add_test(tests, test_branches_go_through_bins);
   tcase_add_test(tests, test_what_is_no_studio_file);
   return suite;
 }

@@ -11,6 +11,7 @@
 #include <numbers>
 
 #include "base/error.h"
+#include "base/parse_json.h"
 #include "scene/announcement.h"
 #include "studio/room/room.h"
 #include "studio/room/shapes.h"
@@ -312,6 +313,19 @@ TEST_F(SceneFile, BadFilesAreRefusedWithReasons) {
   EXPECT_TRUE(contains(failure((folder_ / "text.glb").string()), "not a readable glTF"));
   std::ofstream(folder_ / "text.gltf") << "{ \"asset\": ";
   EXPECT_TRUE(contains(failure((folder_ / "text.gltf").string()), "not a readable glTF"));
+  const std::string deep = "{\"asset\":{\"version\":\"2.0\",\"extras\":" +
+                           std::string(1000000, '[') + std::string(1000000, ']') + "}}  ";
+  std::ofstream(folder_ / "deep.gltf") << deep;
+  EXPECT_TRUE(contains(failure((folder_ / "deep.gltf").string()), "more than 64 brackets"));
+  std::string head("glTF\2\0\0\0????????JSON", 20);
+  for (int i = 0; i < 4; ++i) {
+    head[8 + i] = static_cast<char>((deep.size() + 20) >> 8 * i);
+    head[12 + i] = static_cast<char>(deep.size() >> 8 * i);
+  }
+  std::ofstream(folder_ / "deep.glb") << head << deep;
+  EXPECT_TRUE(contains(failure((folder_ / "deep.glb").string()), "more than 64 brackets"));
+  // Brackets in a text are none.
+  EXPECT_EQ(json_depth(R"({"a": "[[[[\"[[[\\", "b": [1, {}]})"), 3u);
   std::ofstream(folder_ / "mesh.obj") << "v 0 0 0";
   EXPECT_TRUE(contains(failure((folder_ / "mesh.obj").string()), ".glb or .gltf"));
 
@@ -417,6 +431,9 @@ TEST(Announcement, RefusesWhatIsNone) {
   EXPECT_THROW(parse_announcement(""), Error);
   EXPECT_THROW(parse_announcement("[]"), Error);
   EXPECT_THROW(parse_announcement("{\"format\":\"polyhull-announcement\",\"version\":2}"), Error);
+  EXPECT_THROW(parse_announcement("{\"format\":" + std::string(1000000, '[') +
+                                  std::string(1000000, ']') + "}"),
+               Error);
   EXPECT_THROW(parse_announcement("{\"format\":\"polyhull-announcement\",\"version\":1}"), Error);
   json root = json::parse(announcement_to_json({look_at({1, 2, 3}, {0, 1, 0}, 50, 64, 48)}));
   for (const char* name : {"viewport", "scene", "lights", "exposure", "ambient"}) {

@@ -38,6 +38,11 @@ TEST(SetSpread, OffsetsAreFromTheMiddleOfEachSet) {
   EXPECT_EQ(offsets.at("two"), 0);
   EXPECT_EQ(offsets.at("early"), -90);
   spread.reset();
+  // Of two the later one is the middle.
+  spread.add({{"one", 10}, {"two", 35}});
+  EXPECT_EQ(spread.offsets().at("one"), -25);
+  EXPECT_EQ(spread.offsets().at("two"), 0);
+  spread.reset();
   EXPECT_TRUE(spread.offsets().empty());
 }
 

@@ -21,38 +21,6 @@
 namespace polyhull::test {
 namespace {
 
-/// A ring of cameras like the built-in rig's first, written to a file; returns its path.
-std::string ring_rig(const LiveOptions& options) {
-  const Rig built_in = default_rig();
-  Rig rig = built_in;
-  rig.cameras.clear();
-  for (int i = 0; i < options.cameras; ++i) {
-    Camera camera = built_in.cameras[0];
-    camera.name = "cam" + std::to_string(i);
-    const double scale = std::min(static_cast<double>(options.width) / camera.width,
-                                  static_cast<double>(options.height) / camera.height);
-    camera.K[0][0] *= scale;
-    camera.K[1][1] *= scale;
-    camera.K[2][0] = 0.5 * (options.width - 1);
-    camera.K[2][1] = 0.5 * (options.height - 1);
-    camera.width = options.width;
-    camera.height = options.height;
-    const double angle = 2.0 * M_PI * i / options.cameras, c = std::cos(angle), s = std::sin(angle);
-    const Mat3 turn(Vec3(c, 0, -s), Vec3(0, 1, 0), Vec3(s, 0, c));
-    camera.R = camera.R * turn;
-    rig.cameras.push_back(camera);
-  }
-  const std::string path =
-      (std::filesystem::temp_directory_path() /
-       ("polyhull_live_" + std::to_string(::getuid()) + "_" + std::to_string(options.cameras) + "_" + std::to_string(options.width) +
-        "x" + std::to_string(options.height) + ".json"))
-          .string();
-  const std::string partial = path + "." + std::to_string(::getpid());
-  std::ofstream(partial) << rig_to_json(rig);
-  std::filesystem::rename(partial, path);
-  return path;
-}
-
 /// A spindle of 1.7 m as an OBJ file, quickly drawn: machines shall be busy with the line, not with
 /// its cameras. Returns its path.
 std::string spindle() {
@@ -106,6 +74,37 @@ std::string line_of(const LiveOptions& options, int linked) {
 }
 
 }  // namespace
+
+std::string ring_rig(const LiveOptions& options) {
+  const Rig built_in = default_rig();
+  Rig rig = built_in;
+  rig.cameras.clear();
+  for (int i = 0; i < options.cameras; ++i) {
+    Camera camera = built_in.cameras[0];
+    camera.name = "cam" + std::to_string(i);
+    const double scale = std::min(static_cast<double>(options.width) / camera.width,
+                                  static_cast<double>(options.height) / camera.height);
+    camera.K[0][0] *= scale;
+    camera.K[1][1] *= scale;
+    camera.K[2][0] = 0.5 * (options.width - 1);
+    camera.K[2][1] = 0.5 * (options.height - 1);
+    camera.width = options.width;
+    camera.height = options.height;
+    const double angle = 2.0 * M_PI * i / options.cameras, c = std::cos(angle), s = std::sin(angle);
+    const Mat3 turn(Vec3(c, 0, -s), Vec3(0, 1, 0), Vec3(s, 0, c));
+    camera.R = camera.R * turn;
+    rig.cameras.push_back(camera);
+  }
+  const std::string path =
+      (std::filesystem::temp_directory_path() /
+       ("polyhull_live_" + std::to_string(::getuid()) + "_" + std::to_string(options.cameras) + "_" + std::to_string(options.width) +
+        "x" + std::to_string(options.height) + ".json"))
+          .string();
+  const std::string partial = path + "." + std::to_string(::getpid());
+  std::ofstream(partial) << rig_to_json(rig);
+  std::filesystem::rename(partial, path);
+  return path;
+}
 
 bool LiveSet::whole(int cameras) const {
   return static_cast<int>(numbers.size()) == cameras && !mixed();

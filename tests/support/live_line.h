@@ -24,10 +24,14 @@ struct LiveOptions {
   std::string branch = "queue ! silhouette sigma=1 tolerance=1";
   std::string source;  ///< further properties of rigtestsrc
   int linked = -1;     ///< so many of the cameras from the start, -1: all
-  std::string hull;  ///< properties of hullbuild
+  std::string hull;    ///< properties of hullbuild
   /// From hullbuild on.
   std::string tail = "fakesink sync=true";
 };
+
+/// A ring of such cameras, cam0, cam1 and so on, each like the built-in rig's first, written to a
+/// file; returns its path.
+std::string ring_rig(const LiveOptions& options);
 
 /// What one set shows.
 struct LiveSet {

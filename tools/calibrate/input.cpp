@@ -11,6 +11,7 @@
 
 #include "base/error.h"
 #include "base/thread_pool.h"
+#include "wire/payload.h"
 
 namespace polyhull::calibrate_tool {
 namespace {
@@ -70,7 +71,13 @@ Files list_files(const std::string& folder) {
     if (paths.empty())
       throw Error(bad, "The folder '{}' holds no PNG or JPEG pictures.", entry.path().string());
     std::ranges::sort(paths);
-    files[entry.path().filename().string()] = std::move(paths);
+    const std::string name = entry.path().filename().string();
+    if (!is_utf8(name))
+      throw Error(bad,
+                  "The folder '{}' has a name that is not UTF-8, as the rig file needs for its "
+                  "cameras; rename it.",
+                  entry.path().string());
+    files[name] = std::move(paths);
   }
   if (files.empty())
     throw Error(
@@ -127,10 +134,15 @@ std::vector<Job> look_for_boards(const Pictures& pictures, const BoardFinder& fi
   std::size_t done = 0;
   parallel_for(jobs.size(), 1, 0, [&](std::size_t begin, std::size_t end) {
     for (std::size_t j = begin; j < end; ++j) {
-      const Picture grey = load_grey(pictures.files[jobs[j].camera][jobs[j].instant]);
+      const std::string& file = pictures.files[jobs[j].camera][jobs[j].instant];
+      const Picture grey = load_grey(file);
       jobs[j].width = grey.width;
       jobs[j].height = grey.height;
-      jobs[j].view = finder.find(grey, pictures.instants[jobs[j].instant] == floor);
+      try {
+        jobs[j].view = finder.find(grey, pictures.instants[jobs[j].instant] == floor);
+      } catch (const Error& error) {
+        throw Error(error.kind(), "'{}': {}", file, error.what());
+      }
       const std::lock_guard lock(telling);
       progress(fmt::format("finding the board in {} pictures", jobs.size()),
                static_cast<double>(++done) / static_cast<double>(jobs.size()));
@@ -236,7 +248,13 @@ std::vector<Vec3> read_floor_points(const std::string& path, const Rig& rig) {
     at->second.emplace_back(found - rig.cameras.data(), pixel);
   }
   std::vector<Vec3> out;
-  for (const auto& [name, seen] : points) out.push_back(calibration::triangulate(rig, seen));
+  for (const auto& [name, seen] : points) {
+    try {
+      out.push_back(calibration::triangulate(rig, seen));
+    } catch (const Error& error) {
+      throw Error(bad, "'{}', point '{}': {}", path, name, error.what());
+    }
+  }
   return out;
 }
 

@@ -96,9 +96,9 @@ std::string scene_drawing(const calibration::Calibration& calibration) {
   scene["up"] = array_of(calibration.rig.up);
   scene["floor"] = calibration.rig.up.y > 0.5;
   std::string text = scene.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
-  // No name may end the script.
-  for (std::size_t at = 0; (at = text.find("</", at)) != std::string::npos; at += 3)
-    text.replace(at, 2, "<\\/");
+  // No name may end the script, or begin a comment in it.
+  for (std::size_t at = 0; (at = text.find('<', at)) != std::string::npos; at += 6)
+    text.replace(at, 1, "\\u003c");
   return "<canvas id=\"scene\" width=\"900\" height=\"560\"></canvas><script>const scene=" + text +
          ";" + script + "</script>";
 }

@@ -16,6 +16,7 @@
 #include <set>
 
 #include "base/error.h"
+#include "base/parse_json.h"
 #include "rig/import.h"
 #include "text_file.h"
 
@@ -153,12 +154,7 @@ int pixels(const Sample& sample, const char* path, int given) {
 
 Camera parse_opentrackio(const std::string& text, const std::string& source,
                          const Options& options) {
-  Json root;
-  try {
-    root = Json::parse(text);
-  } catch (const Json::exception& error) {
-    throw Error(Error::Kind::bad_input, "{}: not JSON: {}.", source, error.what());
-  }
+  const auto root = parse_json<Json>(text, source);
   const Sample sample(root, source);
   if (!root.is_object()) sample.fail("an OpenTrackIO sample is a JSON object");
   Camera camera;

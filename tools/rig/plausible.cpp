@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "median.h"
+#include "base/median.h"
 
 namespace polyhull {
 namespace {

@@ -106,6 +106,14 @@ std::optional<std::string> fill(GValue* target, const Json& value, const GParamS
   return std::nullopt;
 }
 
+std::optional<Json> json_of(double number) {
+  return std::isfinite(number) ? std::optional<Json>(number) : std::nullopt;
+}
+
+std::optional<Json> json_of(const char* text) {
+  return g_utf8_validate(text, -1, nullptr) ? std::optional<Json>(text) : std::nullopt;
+}
+
 }  // namespace
 
 bool is_setting(const GParamSpec* spec) {
@@ -114,7 +122,7 @@ bool is_setting(const GParamSpec* spec) {
          !g_type_is_a(spec->value_type, G_TYPE_POINTER) && std::string_view(spec->name) != "name";
 }
 
-Json property_json(GObject* object, const GParamSpec* spec) {
+std::optional<Json> property_json(GObject* object, const GParamSpec* spec) {
   g_auto(GValue) value = G_VALUE_INIT;
   g_value_init(&value, spec->value_type);
   g_object_get_property(object, spec->name, &value);
@@ -123,20 +131,20 @@ Json property_json(GObject* object, const GParamSpec* spec) {
   if (G_VALUE_HOLDS_UINT(&value)) return g_value_get_uint(&value);
   if (G_VALUE_HOLDS_INT64(&value)) return g_value_get_int64(&value);
   if (G_VALUE_HOLDS_UINT64(&value)) return g_value_get_uint64(&value);
-  if (G_VALUE_HOLDS_DOUBLE(&value)) return g_value_get_double(&value);
-  if (G_VALUE_HOLDS_FLOAT(&value)) return static_cast<double>(g_value_get_float(&value));
+  if (G_VALUE_HOLDS_DOUBLE(&value)) return json_of(g_value_get_double(&value));
+  if (G_VALUE_HOLDS_FLOAT(&value)) return json_of(static_cast<double>(g_value_get_float(&value)));
   if (G_IS_PARAM_SPEC_ENUM(spec)) {
     const GEnumValue* found =
         g_enum_get_value(G_PARAM_SPEC_ENUM(spec)->enum_class, g_value_get_enum(&value));
-    return found ? Json(found->value_nick) : Json();
+    return found ? std::optional<Json>(found->value_nick) : std::nullopt;
   }
   if (G_VALUE_HOLDS_STRING(&value)) {
     const char* text = g_value_get_string(&value);
-    return text ? Json(text) : Json();
+    return text ? json_of(text) : Json();
   }
-  if (G_VALUE_HOLDS_BOXED(&value) && g_value_get_boxed(&value) == nullptr) return nullptr;
+  if (G_VALUE_HOLDS_BOXED(&value) && g_value_get_boxed(&value) == nullptr) return Json();
   g_autofree char* text = gst_value_serialize(&value);
-  return text ? Json(text) : Json();
+  return text ? json_of(text) : std::nullopt;
 }
 
 std::optional<std::string> set_property_json(GObject* object, const GParamSpec* spec,

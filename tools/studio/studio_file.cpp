@@ -8,6 +8,8 @@
 #include <string_view>
 
 #include "base/error.h"
+#include "base/parse_json.h"
+#include "plugins/common/elements_in.h"
 #include "studio/property_json.h"
 
 namespace polyhull {
@@ -15,28 +17,9 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-struct Unref {
-  void operator()(gpointer object) const { gst_object_unref(object); }
-};
-using Element = std::unique_ptr<GstElement, Unref>;
-
-std::vector<Element> elements_of(GstBin* pipeline) {
-  std::vector<Element> found;
-  g_autoptr(GstIterator) iterator = gst_bin_iterate_recurse(pipeline);
-  g_auto(GValue) item = G_VALUE_INIT;
-  for (;;) {
-    const GstIteratorResult result = gst_iterator_next(iterator, &item);
-    if (result == GST_ITERATOR_RESYNC) {
-      found.clear();
-      gst_iterator_resync(iterator);
-    } else if (result != GST_ITERATOR_OK) {
-      return found;
-    } else {
-      found.emplace_back(GST_ELEMENT(g_value_dup_object(&item)));
-      g_value_reset(&item);
-    }
-  }
-}
+using element::ElementReference;
+using element::elements_in;
+using Elements = std::vector<ElementReference>;
 
 std::string name_of(GstElement* element) {
   g_autofree gchar* name = gst_object_get_name(GST_OBJECT(element));
@@ -57,9 +40,27 @@ std::optional<std::string> camera_of(GstElement* element) {
   return camera ? std::optional<std::string>(camera) : std::nullopt;
 }
 
-// What is linked to \p element from upstream, itself included: the camera's branch.
+// The element's pad that feeds \p sink, through any number of bins' pads; null where none does.
+GstPad* feeding_pad(GstPad* sink) {
+  GstPad* pad = gst_pad_get_peer(sink);
+  while (pad && GST_IS_PROXY_PAD(pad)) {
+    g_autoptr(GstPad) of_bin = pad;
+    if (GST_IS_GHOST_PAD(of_bin)) {  // the way out of a bin
+      pad = gst_ghost_pad_get_target(GST_GHOST_PAD(of_bin));
+    } else {  // the way into one, seen from within
+      g_autoptr(GstProxyPad) outside = gst_proxy_pad_get_internal(GST_PROXY_PAD(of_bin));
+      pad = outside ? gst_pad_get_peer(GST_PAD(outside)) : nullptr;
+    }
+  }
+  return pad;
+}
+
+// What is linked to \p element from upstream, itself and the bins around included: the camera's branch.
 void add_branch(GstElement* element, std::set<GstElement*>& branch) {
   if (!branch.insert(element).second) return;
+  for (GstObject* bin = GST_OBJECT_PARENT(element); bin && !GST_IS_PIPELINE(bin);
+       bin = GST_OBJECT_PARENT(bin))
+    branch.insert(GST_ELEMENT(bin));
   g_autoptr(GList) pads = nullptr;
   GST_OBJECT_LOCK(element);
   for (GList* pad = element->sinkpads; pad; pad = pad->next)
@@ -67,22 +68,22 @@ void add_branch(GstElement* element, std::set<GstElement*>& branch) {
   GST_OBJECT_UNLOCK(element);
   for (GList* item = pads; item; item = item->next) {
     g_autoptr(GstPad) pad = GST_PAD(item->data);
-    g_autoptr(GstPad) peer = gst_pad_get_peer(pad);
-    g_autoptr(GstElement) parent = peer ? gst_pad_get_parent_element(peer) : nullptr;
+    g_autoptr(GstPad) feeding = feeding_pad(pad);
+    g_autoptr(GstElement) parent = feeding ? gst_pad_get_parent_element(feeding) : nullptr;
     if (parent) add_branch(parent, branch);
   }
 }
 
 // Elements in the branches of \p camera.
-std::set<GstElement*> branch_of(const std::vector<Element>& elements, const std::string& camera) {
+std::set<GstElement*> branch_of(const Elements& elements, const std::string& camera) {
   std::set<GstElement*> branch;
-  for (const Element& element : elements)
+  for (const ElementReference& element : elements)
     if (camera_of(element.get()) == camera) add_branch(element.get(), branch);
   return branch;
 }
 
 struct Property {
-  std::unique_ptr<GObject, Unref> owner;
+  std::unique_ptr<GObject, element::ObjectUnref> owner;
   GParamSpec* spec = nullptr;  // null where there is none
 };
 
@@ -96,16 +97,20 @@ Property property_of(GstElement* element, const std::string& name) {
     spec = g_object_class_find_property(G_OBJECT_GET_CLASS(element), name.c_str());
     owner = G_OBJECT(gst_object_ref(element));
   }
-  return {std::unique_ptr<GObject, Unref>(owner), spec};
+  return {std::unique_ptr<GObject, element::ObjectUnref>(owner), spec};
 }
 
 // The values of \p entry as they now are, but for those that \p stronger (null: nothing) sets after it.
-void update(GstElement* element, Json& entry, const Json* stronger) {
+void update(GstElement* element, Json& entry, const Json* stronger,
+            std::vector<std::string>& unsaid) {
   for (auto& [name, value] : entry.items()) {
     if (stronger && stronger->contains(name)) continue;
     const Property property = property_of(element, name);
-    if (property.spec && is_setting(property.spec))
-      value = property_json(property.owner.get(), property.spec);
+    if (!property.spec || !is_setting(property.spec)) continue;
+    if (const std::optional<Json> now = property_json(property.owner.get(), property.spec))
+      value = *now;
+    else
+      unsaid.push_back(name_of(element) + "." + name);
   }
 }
 
@@ -130,11 +135,7 @@ void check_layout(const Json& part, const std::string& where, int depth) {
 StudioFile StudioFile::parse(const std::string& text, const std::string& source) {
   StudioFile studio;
   studio.source_ = source;
-  try {
-    studio.file_ = Json::parse(text);
-  } catch (const Json::exception& error) {
-    throw Error(Error::Kind::bad_input, "{}: not JSON: {}.", source, error.what());
-  }
+  studio.file_ = parse_json<Json>(text, source);
   const Json& file = studio.file_;
   if (!file.is_object() || file.value("format", Json()) != "polyhull-studio")
     throw Error(Error::Kind::bad_input,
@@ -167,7 +168,7 @@ void StudioFile::apply_to(GstElement* element, const std::string& where, const J
 
 StudioFile::Report StudioFile::apply(GstBin* pipeline) {
   Report report;
-  const std::vector<Element> elements = elements_of(pipeline);
+  const Elements elements = elements_in(pipeline);
   for (const auto& [key, part] : file_.items()) {
     static const std::set<std::string> known{"format", "version", "description", "elements",
                                              "cameras"};
@@ -184,9 +185,9 @@ StudioFile::Report StudioFile::apply(GstBin* pipeline) {
     for (const auto& [kind, properties] : kinds.items()) {
       const std::string where = "cameras." + camera + "." + kind;
       bool taken = false;
-      for (GstElement* element : branch) {
-        if (kind_of(element) != kind) continue;
-        apply_to(element, where, properties, report);
+      for (const ElementReference& element : elements) {
+        if (!branch.contains(element.get()) || kind_of(element.get()) != kind) continue;
+        apply_to(element.get(), where, properties, report);
         taken = true;
       }
       if (!taken) report.without_taker.push_back(fmt::format("{}, {}", source_, where));
@@ -195,59 +196,69 @@ StudioFile::Report StudioFile::apply(GstBin* pipeline) {
   const Json named = file_.value("elements", Json::object());
   for (const auto& [name, properties] : named.items()) {
     bool taken = false;
-    for (const Element& element : elements) {
+    for (const ElementReference& element : elements) {
       if (name_of(element.get()) != name) continue;
       apply_to(element.get(), "elements." + name, properties, report);
       taken = true;
     }
     if (!taken) report.without_taker.push_back(fmt::format("{}, elements.{}", source_, name));
   }
-  applied_ = settings_of(pipeline);
+  for (const ElementReference& element : elements)
+    applied_[name_of(element.get())] = settings_of(element.get());
   return report;
 }
 
-StudioFile::Settings StudioFile::settings_of(GstBin* pipeline) {
+StudioFile::Settings StudioFile::settings_of(GstElement* element) {
   Settings settings;
-  for (const Element& element : elements_of(pipeline)) {
-    guint count = 0;
-    g_autofree GParamSpec** specs =
-        g_object_class_list_properties(G_OBJECT_GET_CLASS(element.get()), &count);
-    for (guint i = 0; i < count; ++i)
-      if (is_setting(specs[i]) && !is_not_of_people(specs[i]))
-        settings[name_of(element.get())][specs[i]->name] =
-            property_json(G_OBJECT(element.get()), specs[i]);
-  }
+  guint count = 0;
+  g_autofree GParamSpec** specs =
+      g_object_class_list_properties(G_OBJECT_GET_CLASS(element), &count);
+  for (guint i = 0; i < count; ++i)
+    if (is_setting(specs[i]) && !is_not_of_people(specs[i]))
+      settings[specs[i]->name] = property_json(G_OBJECT(element), specs[i]);
   return settings;
 }
 
-void StudioFile::read_back(GstBin* pipeline) {
-  const std::vector<Element> elements = elements_of(pipeline);
-  std::map<GstElement*, Json*> camera_entries;  // what the file says of the element by its camera
+std::vector<std::string> StudioFile::read_back(GstBin* pipeline) {
+  std::vector<std::string> unsaid;
+  const Elements elements = elements_in(pipeline);
+  std::map<GstElement*, std::string> cameras;  // under which the file has the element's kind
   if (file_.contains("cameras")) {
-    for (auto& [camera, kinds] : file_["cameras"].items())
-      for (GstElement* element : branch_of(elements, camera))
-        if (kinds.contains(kind_of(element))) camera_entries[element] = &kinds[kind_of(element)];
+    for (const auto& [camera, kinds] : file_["cameras"].items()) {
+      const std::set<GstElement*> branch = branch_of(elements, camera);
+      for (const ElementReference& element : elements)
+        if (branch.contains(element.get()) && kinds.contains(kind_of(element.get())))
+          cameras[element.get()] = camera;
+    }
   }
-  const Settings now = settings_of(pipeline);
-  for (const Element& element : elements) {
+  for (const ElementReference& element : elements) {
     const std::string name = name_of(element.get());
-    Json* by_camera =
-        camera_entries.contains(element.get()) ? camera_entries[element.get()] : nullptr;
+    // Looked up for each element: what the file gets moves what it has in memory.
+    Json* by_camera = nullptr;
+    if (const auto found = cameras.find(element.get()); found != cameras.end())
+      by_camera = &file_["cameras"][found->second][kind_of(element.get())];
     Json* by_name = nullptr;
     if (file_.contains("elements") && file_["elements"].contains(name))
       by_name = &file_["elements"][name];
-    if (by_camera) update(element.get(), *by_camera, by_name);
-    if (by_name) update(element.get(), *by_name, nullptr);
-    for (const auto& [property, value] : now.at(name)) {
+    if (by_camera) update(element.get(), *by_camera, by_name, unsaid);
+    if (by_name) update(element.get(), *by_name, nullptr, unsaid);
+    // Elements that came later, as a decodebin's, have only their own defaults to tell.
+    const auto before = applied_.find(name);
+    if (before == applied_.end()) continue;
+    for (const auto& [property, value] : settings_of(element.get())) {
       if ((by_camera && by_camera->contains(property)) || (by_name && by_name->contains(property)))
         continue;
-      const auto before = applied_.find(name);
-      // Elements that came later, as a decodebin's, have only their own defaults to tell.
-      if (before == applied_.end() || before->second.at(property) == value) continue;
+      const auto was = before->second.find(property);
+      if (was == before->second.end() || was->second == value) continue;
+      if (!value || !g_utf8_validate(name.c_str(), -1, nullptr)) {
+        unsaid.push_back(name + "." + property);
+        continue;
+      }
       Json& entry = by_camera ? *by_camera : file_["elements"][name];
-      entry[property] = value;
+      entry[property] = *value;
     }
   }
+  return unsaid;
 }
 
 std::string StudioFile::text() const {

@@ -7,6 +7,7 @@
 
 #include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,7 +16,7 @@ namespace polyhull {
 class StudioFile {
  public:
   /// Reads a file's text; \p source names it in messages. Throws Error (bad_input) for what is not
-  /// JSON (line and column), of another format or version, or not laid out as a studio file (the key).
+  /// JSON (line and column) or nested too deeply, of another format or version, or not laid out as a studio file (the key).
   static StudioFile parse(const std::string& text, const std::string& source);
 
   /// What apply() found.
@@ -29,24 +30,25 @@ class StudioFile {
   Report apply(GstBin* pipeline);
 
   /// Takes back what the elements' settings are now: those that the file holds, and those that have
-  /// changed since apply(). What has no taker stays as it is.
-  void read_back(GstBin* pipeline);
+  /// changed since apply(). What has no taker stays as it is. Returns the settings that a file cannot
+  /// hold (property_json()) and that are left as the file has them, as "ELEMENT.PROPERTY".
+  std::vector<std::string> read_back(GstBin* pipeline);
 
   /// The file's text, indented.
   std::string text() const;
 
  private:
   using Json = nlohmann::ordered_json;
-  /// Settings by element and property.
-  using Settings = std::map<std::string, std::map<std::string, Json>>;
+  /// By property; nothing for what a file cannot hold.
+  using Settings = std::map<std::string, std::optional<Json>>;
 
-  static Settings settings_of(GstBin* pipeline);
+  static Settings settings_of(GstElement* element);
   void apply_to(GstElement* element, const std::string& where, const Json& properties,
                 Report& report) const;
 
   Json file_;
   std::string source_;
-  Settings applied_;
+  std::map<std::string, Settings> applied_;  // by element
 };
 
 }  // namespace polyhull

@@ -8,6 +8,8 @@
 #include <optional>
 #include <utility>
 
+#include "base/median.h"
+
 namespace polyhull {
 namespace {
 
@@ -42,12 +44,6 @@ MeanSquare of_pairs(std::span<const PairTangency> pairs, std::size_t view, bool 
   for (const PairTangency& pair : pairs)
     if ((pair.first == view || pair.second == view) == with) sum.add(pair.error);
   return sum;
-}
-
-double median(std::vector<double>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 Vec2 middle_of(const Rings& rings) {
@@ -145,7 +141,7 @@ std::vector<PairTangency> median_by_pair(std::span<const Tangency> tangencies) {
   for (auto& [pair, of_planes] : errors) {
     MeanSquare sum;
     for (std::vector<double>& of_plane : of_planes)
-      if (!of_plane.empty()) sum.add(median(of_plane));
+      if (!of_plane.empty()) sum.add(median(std::move(of_plane)));
     medians.push_back({pair.first, pair.second, sum.root()});
   }
   return medians;

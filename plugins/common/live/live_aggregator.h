@@ -20,8 +20,8 @@ namespace polyhull::element {
 
 /// What their states derive from. A State has besides `bool hear(GstAggregatorPad*, GstEvent*)` for
 /// events from upstream, false where one cannot be accepted; and may have `gboolean
-/// navigate(GstEvent*)`, which takes the reference, and `bool answer(GstQuery*)` for queries from
-/// downstream.
+/// navigate(GstEvent*)`, which takes the reference, `void hear_load(GstEvent*)`, which looks at each
+/// event from downstream, and `bool answer(GstQuery*)` for queries from there.
 struct LiveAggregator {
   LiveAggregator(gpointer object, const char* statistics_name,
                  InputWatch::In in = InputWatch::In::all_streams);
@@ -97,6 +97,7 @@ void install_live_aggregator(gpointer klass) {
       gst_event_unref(event);
       return TRUE;
     }
+    if constexpr (requires { self.hear_load(event); }) self.hear_load(event);
     if constexpr (requires { self.navigate(event); }) {
       if (GST_EVENT_TYPE(event) == GST_EVENT_NAVIGATION) return self.navigate(event);
     }

@@ -142,7 +142,7 @@ MappedFrame::MappedFrame(const GstVideoInfo& info, GstBuffer* buffer, GstMapFlag
   // Of a mosaic, sources attach a format that has no name.
   const GstVideoMeta* meta = gst_buffer_get_video_meta(buffer);
   if (meta != nullptr && meta->format != GST_VIDEO_INFO_FORMAT(&info)) {
-    map_plain(info, buffer, flags);
+    map_plain(info, *meta, buffer, flags);
     return;
   }
   // No reference is added: the caller holds the buffer while this object lives.
@@ -153,16 +153,27 @@ MappedFrame::MappedFrame(const GstVideoInfo& info, GstBuffer* buffer, GstMapFlag
   }
 }
 
-void MappedFrame::map_plain(const GstVideoInfo& info, GstBuffer* buffer, GstMapFlags flags) {
+void MappedFrame::map_plain(const GstVideoInfo& info, const GstVideoMeta& meta, GstBuffer* buffer,
+                            GstMapFlags flags) {
   frame_ = {};
-  if (gst_buffer_get_size(buffer) < GST_VIDEO_INFO_SIZE(&info) ||
-      !gst_buffer_map(buffer, &frame_.map[0], flags))
+  frame_.info = info;
+  gsize needed = GST_VIDEO_INFO_SIZE(&info);
+  // Some sources attach no more than the format, others how the rows lie, too.
+  if (GST_VIDEO_INFO_N_PLANES(&info) == 1 && meta.stride[0] != 0) {
+    const int row = GST_VIDEO_INFO_COMP_PSTRIDE(&info, 0) * GST_VIDEO_INFO_WIDTH(&info);
+    if (meta.stride[0] < row) refuse(info, buffer);
+    GST_VIDEO_INFO_PLANE_STRIDE(&frame_.info, 0) = meta.stride[0];
+    GST_VIDEO_INFO_PLANE_OFFSET(&frame_.info, 0) = meta.offset[0];
+    const auto rows_before = static_cast<gsize>(GST_VIDEO_INFO_HEIGHT(&info) - 1);
+    needed =
+        meta.offset[0] + rows_before * static_cast<gsize>(meta.stride[0]) + static_cast<gsize>(row);
+  }
+  if (gst_buffer_get_size(buffer) < needed || !gst_buffer_map(buffer, &frame_.map[0], flags))
     refuse(info, buffer);
   plain_ = true;
-  frame_.info = info;
   frame_.buffer = buffer;
   for (guint i = 0; i < GST_VIDEO_INFO_N_PLANES(&info); ++i)
-    frame_.data[i] = frame_.map[0].data + GST_VIDEO_INFO_PLANE_OFFSET(&info, i);
+    frame_.data[i] = frame_.map[0].data + GST_VIDEO_INFO_PLANE_OFFSET(&frame_.info, i);
 }
 
 MappedFrame::~MappedFrame() {

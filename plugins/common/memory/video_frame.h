@@ -8,12 +8,12 @@
 #include "silhouette/pixels/frame.h"
 
 /// Caps that chromamatte and silhouette take; fastest first.
-#define POLYHULL_KEYABLE_CAPS                                                             \
-  GST_VIDEO_CAPS_MAKE(                                                                    \
+#define POLYHULL_KEYABLE_CAPS                                                                 \
+  GST_VIDEO_CAPS_MAKE(                                                                        \
       "{ NV12, I420, BGRx, RGBx, BGRA, RGBA, YUY2, UYVY, RGB, BGR, I420_10LE, v210, GRAY8 }") \
-  "; video/x-bayer, format=(string){ bggr, gbrg, grbg, rggb, bggr10le, gbrg10le, "        \
-  "grbg10le, rggb10le, bggr12le, gbrg12le, grbg12le, rggb12le }, "                        \
-  "width=" GST_VIDEO_SIZE_RANGE ", height=" GST_VIDEO_SIZE_RANGE                          \
+  "; video/x-bayer, format=(string){ bggr, gbrg, grbg, rggb, bggr10le, gbrg10le, "            \
+  "grbg10le, rggb10le, bggr12le, gbrg12le, grbg12le, rggb12le }, "                            \
+  "width=" GST_VIDEO_SIZE_RANGE ", height=" GST_VIDEO_SIZE_RANGE                              \
   ", framerate=" GST_VIDEO_FPS_RANGE
 
 namespace polyhull::element {
@@ -50,7 +50,8 @@ class MappedFrame {
   guint texture() const { return *static_cast<const guint*>(frame_.data[0]); }
 
  private:
-  void map_plain(const GstVideoInfo& info, GstBuffer* buffer, GstMapFlags flags);
+  void map_plain(const GstVideoInfo& info, const GstVideoMeta& meta, GstBuffer* buffer,
+                 GstMapFlags flags);
 
   GstVideoFrame frame_;
   bool plain_ = false;  // mapped as bytes

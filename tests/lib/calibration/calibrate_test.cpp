@@ -272,7 +272,7 @@ TEST(Calibrate, WhatCannotBeIsRefused) {
   const TrueTake truth = make_ring(settings);
   Take take = truth.take;
   take.board.square = 0.0;
-  expect_refused(take, {"squares have a side of 0"});
+  expect_refused(take, {"squares have a side of 0 mm"});
   take = truth.take;
   take.board.columns = 2;
   expect_refused(take, {"2x6 inner corners"});

@@ -11,10 +11,13 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <opencv2/imgproc.hpp>
+#include <opencv2/videoio.hpp>
 #include <sstream>
 
 #include "base/error.h"
 #include "calibrate/input.h"
+#include "studio/cameras/default_rig.h"
 #include "support/calibration_takes.h"
 
 namespace polyhull::calibration {
@@ -197,6 +200,83 @@ TEST_F(CalibrateTool, FromPicturesToRigAndReport) {
   EXPECT_GT(load_rig(floor).cameras[0].centre().y, 0.5);
 }
 
+TEST_F(CalibrateTool, FromVideos) {
+  // Each view stands still for half a second; what is between must not be looked at.
+  const std::vector<Camera> truth = render(chessboard(7, 6), 12);
+  fs::rename(folder_ / "take" / "left", folder_ / "left");
+  const auto record = [&](const std::string& name, double rate) {
+    cv::VideoWriter video((folder_ / "take" / (name + ".avi")).string(),
+                          cv::VideoWriter::fourcc('M', 'J', 'P', 'G'), rate, cv::Size(640, 480));
+    for (int frame = 0; frame < 60; ++frame) {
+      const fs::path file = folder_ / name / fmt::format("{:02}.png", frame / 5);
+      Picture picture = load_picture(file.string(), 3);
+      if (frame % 5 != 0) std::ranges::fill(picture.pixels, std::uint8_t{90});
+      video.write(cv::Mat(480, 640, CV_8UC3, picture.pixels.data()));
+    }
+  };
+  record("left", 10.0);
+  EXPECT_EQ(run("--board 7x6 --square 100"), 1);
+  expect_said("holds videos and the folder 'right'");
+  fs::rename(folder_ / "take" / "right", folder_ / "right");
+  record("right", 12.5);
+  EXPECT_EQ(run("--board 7x6 --square 100"), 1);
+  expect_said("right.avi' has 12.500 frames a second");
+  record("right", 10.0);
+  const std::string rig = (folder_ / "rig.json").string();
+  EXPECT_EQ(run("--every 0.5 --board 7x6 --square 100 --floor-view 000015 -o '" + rig + "'"), 0)
+      << text_;
+  expect_said("finding the board in 24 pictures: 100 %");
+  const Rig found = load_rig(rig);
+  ASSERT_EQ(found.cameras.size(), 2u);
+  const double apart = glm::length(found.cameras[0].centre() - found.cameras[1].centre());
+  EXPECT_NEAR(apart, glm::length(truth[0].centre() - truth[1].centre()), 2e-3);
+  std::ofstream(folder_ / "take" / "right.avi") << "no video";
+  EXPECT_EQ(run("--board 7x6 --square 100"), 1);
+  expect_said("right.avi' cannot be read as a video");
+}
+
+TEST_F(CalibrateTool, FromLiveCameras) {
+  const std::vector<Camera> truth = render(chessboard(7, 6), 12);
+  fs::rename(folder_ / "take", folder_ / "boards");
+  const auto camera = [&](const std::string& name) {
+    return fmt::format(
+        "--live '{}=multifilesrc location={}/%02d.png caps=image/png,framerate=1/1 stop-index=11 ! "
+        "pngdec ! videorate ! video/x-raw,framerate=20/1 ! identity sync=true' ",
+        name, (folder_ / "boards" / name).string());
+  };
+  const std::string rig = (folder_ / "rig.json").string();
+  const std::string shown = (folder_ / "shown.jpg").string();
+  // Views stand still for a second each; the cameras end before there is enough. A busy machine
+  // misses some, which may leave too few to be called good.
+  EXPECT_NE(run(camera("left") + camera("right") + "--every 0.2 --board 7x6 --square 100 -o '" +
+                rig + "' --show 'jpegenc ! multifilesink location=" + shown + "'"),
+            1)
+      << text_;
+  expect_said("left: 4 views");
+  expect_said(" % covered, ");
+  const Rig found = load_rig(rig);
+  ASSERT_EQ(found.cameras.size(), 2u);
+  const double apart = glm::length(found.cameras[0].centre() - found.cameras[1].centre());
+  EXPECT_NEAR(apart, glm::length(truth[0].centre() - truth[1].centre()), 2e-3);
+  const Picture guide = load_picture(shown, 3);
+  EXPECT_EQ(guide.width, 1280);
+  int green = 0;
+  for (std::size_t i = 0; i < guide.pixels.size(); i += 3)
+    green += guide.pixels[i + 1] > guide.pixels[i] + 20;
+  EXPECT_GT(green, 20000) << "covered cells are not to be seen";
+
+  EXPECT_EQ(run(camera("left") + "--board 7x6 --square 100"), 1);
+  expect_said("is not empty");
+  fs::remove_all(folder_ / "take");
+  EXPECT_EQ(run("--live nothing --board 7x6 --square 100"), 1);
+  expect_said("expected NAME=ELEMENTS");
+  EXPECT_EQ(run("--show '' --live 'c=nosuchelement' --board 7x6 --square 100"), 1);
+  expect_said("camera 'c' are not understood");
+  fs::remove_all(folder_ / "take");
+  EXPECT_EQ(run("--show '' --live 'c=filesrc location=/nowhere' --board 7x6 --square 100"), 1);
+  expect_said("amera 'c' ");
+}
+
 TEST_F(CalibrateTool, Charuco) {
   const std::vector<Camera> truth = render(charuco(7, 5), 12);
   const std::string rig = (folder_ / "rig.json").string();
@@ -240,6 +320,53 @@ TEST_F(CalibrateTool, BadInput) {
   save_picture(grey, (folder_ / "take/b/x.png").string());
   EXPECT_EQ(run("--square 24"), 1);
   expect_said("has no number in its name");
+}
+
+// Said before the pictures, which show no board, are looked at.
+TEST_F(CalibrateTool, WrongArgumentsAreSaidAtOnce) {
+  const Picture grey{64, 48, 1, std::vector<std::uint8_t>(64 * 48, 120)};
+  fs::create_directories(folder_ / "take" / "a");
+  save_picture(grey, (folder_ / "take/a/1.png").string());
+  const std::pair<const char*, const char*> wrong[] = {
+      {"--floor-view 7", "there is no such instant. They are '1' to '1'"},
+      {"--floor-points /no/where", "'/no/where'"},
+      {"--lenses /no/where", "/no/where"},
+      {"-o /no/where/rig.json", "There is no folder '/no/where'"},
+      {"--report /no/where/page.html", "There is no folder '/no/where'"},
+      {"--thickness nan", "--thickness is nan; 0 to 1000 mm"},
+      {"--thickness -1", "--thickness is -1"}};
+  for (const auto& [arguments, words] : wrong) {
+    EXPECT_EQ(run(std::string("--square 24 ") + arguments), 1) << arguments;
+    expect_said(words);
+  }
+  for (const char* square : {"nan", "-5", "1e30", "0.00001"}) {
+    EXPECT_EQ(run(std::string("--square ") + square), 1);
+    expect_said("0.1 mm to 10 m can be used");
+  }
+  fs::create_directories(folder_ / "take" / "caf\xe9");
+  save_picture(grey, (folder_ / "take/caf\xe9/1.png").string());
+  EXPECT_EQ(run("--square 24"), 1);
+  expect_said("a name that is not UTF-8");
+}
+
+TEST_F(CalibrateTool, FloorPointsNameWhatIsWrong) {
+  const Rig rig = default_rig();
+  const auto refused = [&](const std::string& text) -> std::string {
+    const std::string path = (folder_ / "points.txt").string();
+    std::ofstream(path) << text;
+    try {
+      calibrate_tool::read_floor_points(path, rig);
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "no error";
+  };
+  EXPECT_NE(refused("a cam0 1").find("line 1: expected POINT CAMERA U V"), std::string::npos);
+  EXPECT_NE(refused("# x\na nobody 1 2").find("line 2: there is no camera 'nobody'"),
+            std::string::npos);
+  EXPECT_NE(refused("a cam0 nan 2").find("line 1"), std::string::npos);
+  EXPECT_NE(refused("a cam0 5 5\na cam1 9 9\nb cam0 1 2").find("point 'b'"), std::string::npos);
+  EXPECT_NE(refused("a cam0 5 5\na cam0 5 5").find("point 'a'"), std::string::npos);
 }
 
 TEST_F(CalibrateTool, PicturesOfOneInstantShareNameOrNumber) {

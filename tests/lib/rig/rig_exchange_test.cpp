@@ -276,6 +276,8 @@ TEST(RigExchange, OpenTrackIoRefusesWhatItCannotSay) {
   refuses("{\"x\": 1,", "{", "translation.x must be a number");
   refuses("\"id\": \"Dolly\"", "\"scale\": {\"x\": 2, \"y\": 1, \"z\": 1}", "scales");
   refuses("{", "[", "not JSON");
+  refuses("\"num\": 1", "\"num\": " + std::string(1000000, '[') + std::string(1000000, ']'),
+          "sample: more than 64 brackets");
 }
 
 TEST(RigExchange, OpenTrackIoNamesAndWorld) {

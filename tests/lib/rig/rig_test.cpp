@@ -104,6 +104,10 @@ TEST(Rig, NotJsonTellsLineAndColumn) {
   EXPECT_NE(message_of([] { parse_rig("[1, 2]", "x"); }), "no error");
   EXPECT_NE(message_of([] { parse_rig("\"\xff\xfe\"", "x"); }), "no error");
   EXPECT_NE(message_of([] { parse_rig(std::string(100000, '['), "x"); }), "no error");
+  std::string text = rig_to_json(default_rig());
+  text.replace(text.find("700.0"), 5, std::string(1000000, '[') + std::string(1000000, ']'));
+  EXPECT_EQ(message_of([&] { parse_rig(text, "stage.json"); }),
+            "stage.json: more than 64 brackets within each other.");
 }
 
 TEST(Rig, NanAndInfinityAreRefused) {

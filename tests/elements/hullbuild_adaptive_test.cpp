@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+// hullbuild's adaptive: contours become coarser while what follows holds the sets up, whatever the
+// sink, and finer again.
+#include "support/live_line.h"
+
+#include <gst/check/gstcheck.h>
+
+#include <functional>
+
+#include "element_checks.h"
+
+using namespace polyhull::test;
+
+namespace {
+
+#ifdef __SANITIZE_ADDRESS__
+constexpr bool in_time = false;
+#else
+constexpr bool in_time = true;
+#endif
+
+/// A line whose every set is held up for 170 ms of the 100 that there are, before a sink that never
+/// tells of its time.
+LiveOptions held_up(const char* hull) {
+  LiveOptions options;
+  options.rate = 10;
+  options.width = 320;
+  options.height = 240;
+  options.figure = true;
+  options.branch = "queue ! silhouette sigma=1 tolerance=.25";
+  options.hull = hull;
+  options.tail = "identity name=slow sleep-time=170000 ! fakesink sync=false qos=false";
+  return options;
+}
+
+double hull_figure(const LiveLine& line, const char* name) {
+  GstElement* hull = line.element("hull");
+  const double value = figure(hull, name);
+  gst_object_unref(hull);
+  return value;
+}
+
+/// Plays on until \p reached, for 20 s at most.
+bool play_until(LiveLine& line, const std::function<bool()>& reached) {
+  for (int i = 0; i < 100 && !reached(); ++i) line.play(0.2);
+  return reached();
+}
+
+}  // namespace
+
+GST_START_TEST(what_is_held_up_becomes_coarser_and_fine_again) {
+  LiveLine line(held_up("adaptive=true"));
+  fail_unless(play_until(line, [&] { return line.statistic("hull", "sets") > 0; }));
+  fail_unless(hull_figure(line, "coarser-px") == 0.0);
+  const auto vertices = line.statistic("hull", "contour-vertices");
+  fail_unless(vertices > 0);
+  fail_unless(play_until(line, [&] { return hull_figure(line, "coarser-px") > 1.9; }));
+  fail_unless(line.statistic("hull", "contour-vertices") < 3 * vertices / 4, "%d of %d",
+              static_cast<int>(line.statistic("hull", "contour-vertices")),
+              static_cast<int>(vertices));
+  const double coarsest = hull_figure(line, "coarser-px");
+  GstElement* slow = line.element("slow");
+  g_object_set(slow, "sleep-time", 0, nullptr);
+  gst_object_unref(slow);
+  fail_unless(play_until(line, [&] { return hull_figure(line, "coarser-px") < 0.9 * coarsest; }));
+  // Switched off it holds no longer, from the next set on.
+  GstElement* hull = line.element("hull");
+  g_object_set(hull, "adaptive", FALSE, nullptr);
+  gst_object_unref(hull);
+  fail_unless(play_until(line, [&] { return hull_figure(line, "coarser-px") == 0.0; }));
+}
+GST_END_TEST
+
+GST_START_TEST(without_adaptive_contours_stay) {
+  LiveLine line(held_up(""));
+  line.play(3.0);
+  fail_unless(hull_figure(line, "coarser-px") == 0.0);
+}
+GST_END_TEST
+
+/// A sink that keeps the time and says that there is enough of it is believed: that it holds sets
+/// until they are due is no load.
+GST_START_TEST(waiting_for_the_time_is_no_load) {
+  LiveOptions options = held_up("adaptive=true");
+  options.tail = "fakesink sync=true qos=true ts-offset=300000000";
+  LiveLine line(options);
+  line.play(4.0);
+  fail_unless(line.statistic("hull", "sets") > 5);
+  fail_unless(!in_time || hull_figure(line, "coarser-px") == 0.0, "%g px",
+              hull_figure(line, "coarser-px"));
+}
+GST_END_TEST
+
+static Suite* adaptive_suite() {
+  Suite* suite = suite_create("hullbuild_adaptive");
+  TCase* tests = tcase_create("adaptive");
+  suite_add_tcase(suite, tests);
+  tcase_set_timeout(tests, 120);
+  tcase_add_test(tests, what_is_held_up_becomes_coarser_and_fine_again);
+  tcase_add_test(tests, without_adaptive_contours_stay);
+  tcase_add_test(tests, waiting_for_the_time_is_no_load);
+  return suite;
+}
+
+GST_CHECK_MAIN(adaptive)

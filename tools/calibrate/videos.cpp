@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "calibrate/videos.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdlib>
+#include <map>
+#include <mutex>
+#include <opencv2/imgproc.hpp>
+#include <opencv2/videoio.hpp>
+#include <vector>
+
+#include "base/error.h"
+#include "base/picture.h"
+#include "base/thread_pool.h"
+
+namespace polyhull::calibrate_tool {
+namespace {
+
+namespace fs = std::filesystem;
+constexpr auto bad = Error::Kind::bad_input;
+
+bool is_video(const fs::path& path) {
+  std::string ending = path.extension().string();
+  std::ranges::transform(ending, ending.begin(), [](unsigned char c) { return std::tolower(c); });
+  constexpr std::array endings{".mkv", ".mp4", ".mov", ".avi", ".webm"};
+  return std::ranges::find(endings, ending) != endings.end();
+}
+
+std::map<std::string, fs::path> videos_in(const std::string& folder) {
+  std::error_code error;
+  if (!fs::is_directory(folder, error))
+    throw Error(Error::Kind::not_found, "There is no folder '{}'.", folder);
+  std::map<std::string, fs::path> videos;  // by camera
+  fs::path pictures;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
+    if (entry.is_directory()) pictures = entry.path();
+    if (!entry.is_regular_file() || !is_video(entry.path())) continue;
+    const auto [at, first] = videos.emplace(entry.path().stem().string(), entry.path());
+    if (!first)
+      throw Error(bad, "'{}' and '{}' are both of camera '{}'. Leave one.", at->second.string(),
+                  entry.path().string(), at->first);
+  }
+  if (!videos.empty() && !pictures.empty())
+    throw Error(bad,
+                "'{}' holds videos and the folder '{}'. Give either videos, one per camera, or a "
+                "folder of pictures per camera.",
+                folder, pictures.filename().string());
+  return videos;
+}
+
+Picture grey_of(const cv::Mat& frame) {
+  cv::Mat grey;
+  if (frame.channels() == 1)
+    grey = frame;
+  else
+    cv::cvtColor(frame, grey, cv::COLOR_BGR2GRAY);
+  Picture picture{grey.cols, grey.rows, 1, {}};
+  picture.pixels.resize(grey.total());
+  for (int y = 0; y < grey.rows; ++y)
+    std::copy_n(grey.ptr<std::uint8_t>(y), grey.cols, picture.row(y));
+  return picture;
+}
+
+cv::VideoCapture opened(const fs::path& path) {
+  cv::VideoCapture video(path.string(), cv::CAP_FFMPEG);
+  const double rate = video.isOpened() ? video.get(cv::CAP_PROP_FPS) : 0.0;
+  if (!(rate > 0.0 && rate < 10000.0))
+    throw Error(bad,
+                "'{}' cannot be read as a video. Convert it, with ffmpeg or gst-launch-1.0, to "
+                "H.264 or MJPEG in a Matroska file.",
+                path.string());
+  return video;
+}
+
+}  // namespace
+
+bool holds_videos(const std::string& folder) {
+  return !videos_in(folder).empty();
+}
+
+ScratchFolder::ScratchFolder() {
+  std::error_code error;
+  std::string path = (fs::temp_directory_path(error) / "polyhull-calibrate-XXXXXX").string();
+  if (error || mkdtemp(path.data()) == nullptr)
+    throw Error(Error::Kind::not_found,
+                "No folder for the videos' pictures can be made in '{}'. Set TMPDIR to a folder "
+                "that can be written.",
+                fs::path(path).parent_path().string());
+  path_ = path;
+}
+
+ScratchFolder::~ScratchFolder() {
+  std::error_code ignored;
+  fs::remove_all(path_, ignored);
+}
+
+void unpack_videos(const std::string& folder, double seconds, const std::string& out,
+                   const calibration::Progress& progress) {
+  const std::map<std::string, fs::path> found = videos_in(folder);
+  const std::vector<std::pair<std::string, fs::path>> videos(found.begin(), found.end());
+  const double rate = opened(videos.front().second).get(cv::CAP_PROP_FPS);
+  for (const auto& [camera, path] : videos) {
+    const double own = opened(path).get(cv::CAP_PROP_FPS);
+    if (std::abs(own - rate) > 1e-3 * rate)
+      throw Error(bad,
+                  "'{}' has {:.3f} frames a second, '{}' {:.3f}. Frames of one number must be of "
+                  "one instant: record all cameras at one rate.",
+                  path.string(), own, videos.front().second.string(), rate);
+  }
+  const long step = std::max(1L, std::lround(std::min(1e6, seconds) * rate));
+  std::mutex telling;
+  std::size_t done = 0;
+  parallel_for(videos.size(), 1, 0, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t v = begin; v < end; ++v) {
+      const fs::path pictures = fs::path(out) / videos[v].first;
+      fs::create_directories(pictures);
+      cv::VideoCapture video = opened(videos[v].second);
+      cv::Mat frame;
+      long number = 0;
+      for (; video.grab(); ++number) {
+        if (number % step != 0 || !video.retrieve(frame) || frame.empty()) continue;
+        save_picture(grey_of(frame), (pictures / fmt::format("{:06}.png", number)).string());
+      }
+      if (number == 0) throw Error(bad, "'{}' has no frames.", videos[v].second.string());
+      const std::lock_guard lock(telling);
+      progress(fmt::format("taking pictures from {} videos", videos.size()),
+               static_cast<double>(++done) / static_cast<double>(videos.size()));
+    }
+  });
+}
+
+}  // namespace polyhull::calibrate_tool

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// Videos of a board, one per camera, as folders of pictures.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "studio/calibration/adjust.h"
+
+namespace polyhull::calibrate_tool {
+
+/// Whether videos (MKV, MP4, MOV, AVI, WebM) lie in \p folder. Throws Error: no such folder, folders
+/// of pictures beside videos, two videos of one name.
+bool holds_videos(const std::string& folder);
+
+/// A folder for one run, gone with the object.
+class ScratchFolder {
+ public:
+  ScratchFolder();  ///< throws Error where none can be made
+  ~ScratchFolder();
+  ScratchFolder(const ScratchFolder&) = delete;
+  std::string path() const { return path_.string(); }
+
+ private:
+  std::filesystem::path path_;
+};
+
+/// Writes each frame that begins another \p seconds of each video of \p folder as a grey picture
+/// into \p out: CAMERA/FRAME.png, where CAMERA is the video's name and FRAME its frame's number from
+/// 0. Frames of one number are of one instant. Throws Error, naming the video: it cannot be read, or
+/// has another frame rate than the others.
+void unpack_videos(const std::string& folder, double seconds, const std::string& out,
+                   const calibration::Progress& progress);
+
+}  // namespace polyhull::calibrate_tool
