@@ -30,12 +30,17 @@ def project(camera, point):
     return k[0][0] * x / z + k[0][2], k[1][1] * y / z + k[1][2]
 
 
-def write_grey(path, width, height, rows):
+def write_picture(path, width, height, rows, kind):
+    """8-bit PNG; kind: 0 grey, 2 RGB."""
     def chunk(kind, data):
         return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
     with open(path, "wb") as file:
-        file.write(b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 0, 0, 0, 0)) +
+        file.write(b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, kind, 0, 0, 0)) +
                    chunk(b"IDAT", zlib.compress(b"".join(b"\0" + row for row in rows), 1)) + chunk(b"IEND", b""))
+
+
+def write_grey(path, width, height, rows):
+    write_picture(path, width, height, rows, 0)
 
 
 def write_mask(path, camera, low, high):
@@ -121,6 +126,55 @@ def check_refine(folder, cameras):
         assert words in note, (arguments, note)
 
 
+CHART = """735244 c29682 627a9d 576c43 8580b1 67bdaa d67e2c 505ba6 c15a63 5e3c6c 9dbc40 e0a32e
+           383d96 469449 af363c e7c71f bb5695 0885a1 f3f3f2 c8c8c8 a0a0a0 7a7a79 555555 343434"""
+
+
+def write_chart(path, camera, gain):
+    """The chart from (100, 100) on, patches 40 px wide, as a camera of this gain sees it."""
+    def seen(code):
+        code /= 255
+        light = gain * (code / 12.92 if code <= .04045 else ((code + .055) / 1.055) ** 2.4)
+        return min(255, round(255 * (12.92 * light if light <= .0031308 else 1.055 * light ** (1 / 2.4) - .055)))
+    patches = [bytes(seen(code) for code in bytes.fromhex(patch)) for patch in CHART.split()]
+    width, height = camera["width"], camera["height"]
+    grey = bytes([90]) * 3
+    rows = [grey * width] * 100
+    for row in range(4):
+        line = b"".join(patch * 40 for patch in patches[6 * row:6 * row + 6])
+        rows += [grey * 100 + line + grey * (width - 340)] * 40
+    write_picture(path, width, height, rows + [grey * width] * (height - 260), 2)
+
+
+def check_colours(folder, rig, cameras):
+    corners, pictures = [], []
+    for camera, gain in zip(cameras, (1.0, 0.8)):
+        path = os.path.join(folder, camera["name"] + "_chart.png")
+        write_chart(path, camera, gain)
+        pictures.append(camera["name"] + "=" + path)
+        corners.append(camera["name"] + "=100,100,339,100,339,259,100,259")
+    arguments = ["colours", rig, "--pictures", *pictures, "--corners", *corners, "--reference"]
+    for reference in "cam0", "chart":
+        lines = run(*arguments, reference).splitlines()
+        assert "24 patches" in lines[0], lines
+        assert max(map(float, lines[1].split()[1:])) < 0.01, lines
+        name, mean, worst, mean_after, worst_after = lines[5].split()
+        assert name == "cam1" and 3 < float(mean) < float(worst) and float(worst_after) < 1, lines
+        assert abs(float(lines[6].split()[0]) - 1.25) < 0.02, lines
+    assert "cam9" in run(*arguments, "cam9", fails=True)
+    note = run("colours", rig, "--pictures", *pictures, "--corners", corners[0], fails=True)
+    assert "'cam1' has no --corners" in note, note
+    note = run("colours", rig, "--pictures", pictures[0], "--corners", *corners, fails=True)
+    assert "'cam1' has --corners but no picture" in note, note
+    note = run("colours", rig, "--pictures", pictures[0], "--corners", "cam0=1,2,3", fails=True)
+    assert "cam0=1,2,3" in note and "dark skin" in note, note
+    write_chart(pictures[1].split("=")[1], cameras[1], 1.3)
+    result = subprocess.run([TOOL, *arguments, "cam0"], capture_output=True, text=True)
+    assert "white (cam1)" in result.stderr and result.returncode == 0, result
+    write_chart(pictures[1].split("=")[1], cameras[1], 100)
+    assert "are well exposed" in run(*arguments, "cam0", fails=True)
+
+
 def main():
     with tempfile.TemporaryDirectory() as folder:
         text = run("export")
@@ -173,6 +227,7 @@ def main():
         assert "nothing found wrong" in some and "cam1  " not in some.split("pictures:")[1], some
 
         check_refine(folder, cameras)
+        check_colours(folder, copy, cameras)
 
         note = run("check", "--pictures", "cam9=" + masks["cam0"], fails=True)
         assert "cam9" in note and "cam0, cam1, cam2, cam3" in note, note

@@ -6,6 +6,7 @@
 
 #include "base/error.h"
 #include "camera_files.h"
+#include "colours/compare_colours.h"
 #include "mask_contours.h"
 #include "rig/check.h"
 #include "rig/check_pictures.h"
@@ -241,11 +242,34 @@ int main(int count, char** values) {
       ->capture_default_str();
   refine_command->add_option("-o,--output", refine_output, "The new rig file")->required();
 
+  std::string coloured;
+  ColourArguments colours;
+  CLI::App* colours_command = app.add_subcommand(
+      "colours",
+      "Prints how far the cameras' colours lie apart (CIEDE2000) on a colour checker of 24 "
+      "patches, "
+      "and the 3x3 matrix for linear light that would bring each to the reference.");
+  colours_command->add_option("file", coloured, "The rig file")->required();
+  colours_command
+      ->add_option("--pictures", colours.pictures,
+                   "CAMERA=FILE ...: pictures (PNG, JPEG) with the chart, as of check")
+      ->required();
+  colours_command
+      ->add_option("--corners", colours.corners,
+                   "CAMERA=X,Y,X,Y,X,Y,X,Y ...: the outer corners of the patches dark skin, bluish "
+                   "green, black and white in the camera's picture, px")
+      ->required();
+  colours_command
+      ->add_option("--reference", colours.reference,
+                   "mean of the cameras, chart (its published values) or a camera's name")
+      ->capture_default_str();
+
   std::string exported, export_output, export_format = "rig";
   CLI::App* export_command = app.add_subcommand(
       "export",
       "Writes the built-in rig, or a normalised copy of a rig file (K, R and t instead of P, true "
-      "rotations, up and unit written out), to standard output or into --output; or the cameras for "
+      "rotations, up and unit written out), to standard output or into --output; or the cameras "
+      "for "
       "other programs.");
   export_command->add_option("file", exported, "The rig file; without one, the built-in rig");
   export_command
@@ -268,6 +292,10 @@ int main(int count, char** values) {
     }
     if (refine_command->parsed()) {
       write(refine_rig(rig_of(refined), refine), refine_output);
+      return 0;
+    }
+    if (colours_command->parsed()) {
+      std::cout << compare_colours(rig_of(coloured), colours);
       return 0;
     }
     run_export(rig_of(exported), export_format, export_output);
