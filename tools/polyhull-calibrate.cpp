@@ -12,6 +12,7 @@
 #include "calibrate/live.h"
 #include "calibrate/report.h"
 #include "calibrate/videos.h"
+#include "calibrate/wand.h"
 #include "progress.h"
 #include "text_file.h"
 
@@ -194,15 +195,24 @@ void add_options(CLI::App& app, Arguments& arguments) {
 }  // namespace
 
 int main(int count, char** values) {
+  // The pictures are spread over the threads already.
+  cv::setNumThreads(1);
+  if (count > 1 && std::string(values[1]) == "wand") {
+    try {
+      return run_wand(count - 1, values + 1);
+    } catch (const std::exception& error) {
+      std::cerr << "polyhull-calibrate wand: " << error.what() << "\n";
+      return 1;
+    }
+  }
   CLI::App app(
       "Calibrates cameras by pictures of a board: lenses and places of all of them in one world. "
       "Exits with 0 where the result is good, with 2 where it is not, with 1 where there is none.",
       "polyhull-calibrate");
   Arguments arguments;
   add_options(app, arguments);
+  app.footer("polyhull-calibrate wand --help: by a light that is moved through the dark.");
   CLI11_PARSE(app, count, values);
-  // The pictures are spread over the threads already.
-  cv::setNumThreads(1);
   try {
     return run(arguments);
   } catch (const std::exception& error) {

@@ -14,9 +14,10 @@
 /// times since 1970 by the machine's, others so that the first view stays where it is.
 ///
 /// A clock that jumps (its time moves by a second more or less than both the running time and the
-/// arrival of its frames) is corrected for its camera alone. Cameras whose first views, which come
-/// together, are half a minute apart have clocks that nobody has set to each other: then running
-/// times count, as where some camera has neither timecode nor capture time.
+/// arrival of its frames, and no stall explains it) is corrected for its camera alone. Cameras whose
+/// first views, which come together, are half a minute apart, or in a live stream after a second
+/// still a second, have clocks that nobody has set to each other: then running times count, as where
+/// some camera has neither timecode nor capture time.
 #pragma once
 
 #include <algorithm>
@@ -46,6 +47,7 @@ struct ArrivalTimes {
   std::int64_t base = 0;           ///< the pipeline clock's time at running time 0
   std::int64_t running = no_time;  ///< now; no_time: not playing
   std::int64_t unix = 0;           ///< the machine's time since 1970
+  bool live = false;               ///< views come as they are taken
 };
 
 /// For one thread at a time.
@@ -54,10 +56,16 @@ class Instants {
   /// A camera; compared only.
   using Key = const void*;
 
+  /// Two cameras whose clocks nobody has set to each other.
+  struct Apart {
+    Key from = nullptr;           ///< the other one; null: there is none
+    std::int64_t difference = 0;  ///< by how much this camera's views seem to come ahead of its, ns
+  };
+
   struct Placed {
     std::int64_t time = no_time;  ///< on this pipeline's running time; may be negative
     std::int64_t jump = 0;        ///< by how much the camera's clock has just jumped, ns
-    Key apart_from = nullptr;     ///< its clock was found not to be this camera's
+    Apart apart;                  ///< its clock has just been found not to be another's
   };
 
   /// Places the view \p times of \p camera, which comes at \p now.
@@ -91,8 +99,14 @@ class Instants {
     TimeAxis axis = TimeAxis::running;  // running: none
     std::int64_t value = no_time;       // the last, corrected
     std::int64_t correction = 0;
-    bool foreign = false;  // not comparable to the other cameras'
-    bool judged = false;   // ... has been looked at
+    std::int64_t unpaused = 0;  // pauses that the offsets know and its views have not shown yet
+    std::int64_t lead = 0;      // value less arrival, of the last view that nothing held up
+    std::int64_t since = 0;     // arrival of the first
+    bool delayed = false;       // a stall has held views up, and those to come
+    bool fractional = false;    // timecodes of 23.976, 29.97, 59.94 … frames/s
+    bool foreign = false;       // not comparable to the other cameras'
+    bool looked_at = false;     // ... its first value
+    bool judged = false;        // ... for good
   };
   struct Camera {
     Track clock, timecode;
@@ -108,18 +122,21 @@ class Instants {
 
   bool is_local(const ViewTimes& times) const;
   void note_base(std::int64_t base);
+  void see_pause(Track& track, std::int64_t beyond_running);
+  static bool is_delayed(const Track& track, std::int64_t value, std::int64_t silent,
+                         const ArrivalTimes& now);
   std::int64_t follow(Track& track, const Camera& camera, TimeAxis axis, std::int64_t value,
                       const ViewTimes& times, const ArrivalTimes& now);
   TimeAxis common_axis() const;
   void anchor(TimeAxis axis, std::int64_t value, std::int64_t time, const ArrivalTimes& now);
   std::int64_t placed(const Camera& camera, TimeAxis axis) const;
-  Key judge(Key key, Camera& camera, Track& track, const ArrivalTimes& now);
+  Apart judge(Key key, const Camera& camera, Track& track, const ArrivalTimes& now);
 
   std::map<Key, Camera> cameras_;
   std::array<Offset, axes> offsets_;
   std::vector<std::int64_t> bases_{0};  // that the pipeline has had, the newest last
-  std::int64_t pause_ = 0;              // by how much the base time has moved since the last look
-  std::int64_t latest_ = no_time;       // the last time that a view was placed at
+  std::int64_t pause_ = 0;  // by how much the base time has moved, and no view has shown it yet
+  std::int64_t latest_ = no_time;  // the last time that a view was placed at
   TimeAxis axis_ = TimeAxis::running;
 };
 

@@ -16,6 +16,9 @@ namespace polyhull {
 /// A view or set without a trigger number, or without a time.
 inline constexpr std::uint64_t no_trigger = ~std::uint64_t{0};
 inline constexpr std::int64_t no_time = INT64_MIN;
+/// Capture times lie from 0 to this, the year 2065, so that sums and differences of a few never
+/// overflow.
+inline constexpr std::int64_t latest_time = 3'000'000'000'000'000'000;
 
 /// Whose clock a capture time is of, and who read it. Times of one clock can be compared, whoever
 /// read them: arrival and pipeline are one.
@@ -32,11 +35,11 @@ enum class PixelFormat : std::uint8_t { none, rgba, grey };
 struct View {
   std::string camera;  ///< its name in the rig
   std::uint64_t trigger = no_trigger;
-  std::int64_t capture_time = no_time;  ///< ns, absolute
+  std::int64_t capture_time = no_time;         ///< ns, absolute; 0 to latest_time
   CaptureClock clock = CaptureClock::arrival;  ///< of capture_time
-  std::int64_t timecode = no_time;  ///< ns since midnight, of the frame's first instant
-  int width = 0;                    ///< pixels of the full frame
-  int height = 0;                   ///< pixels of the full frame
+  std::int64_t timecode = no_time;             ///< ns since midnight, of the frame's first instant
+  int width = 0;                               ///< pixels of the full frame
+  int height = 0;                              ///< pixels of the full frame
   Rectangle roi;   ///< the part of the frame that `pixels` covers; empty: no pixels
   Rings contours;  ///< real (distorted) full-frame pixels
   PixelFormat format = PixelFormat::none;

@@ -20,6 +20,17 @@ constexpr std::int64_t latest_timecode = 90'000'000'000'000;  // ns
               what);
 }
 
+void validate_times(const View& view) {
+  const auto within = [](std::int64_t time, std::int64_t latest) {
+    return time == no_time || (time >= 0 && time <= latest);
+  };
+  if (view.clock > CaptureClock::ptp) fail(view, "unknown clock of the capture time");
+  if (!within(view.capture_time, latest_time))
+    fail(view, fmt::format("the capture time of {} ns is not from 0 to the year 2065",
+                           view.capture_time));
+  if (!within(view.timecode, latest_timecode)) fail(view, "the timecode is not within a day");
+}
+
 void validate_rings(const View& view) {
   std::uint32_t begin = 0;
   for (const std::uint32_t end : view.contours.ends) {
@@ -94,9 +105,7 @@ void validate_view(const View& view) {
   if (!side_is_good(view.width) || !side_is_good(view.height))
     fail(view, fmt::format("the frame is {}x{}; each side must be 1 to 32768 pixels", view.width,
                            view.height));
-  if (view.clock > CaptureClock::ptp) fail(view, "unknown clock of the capture time");
-  if (view.timecode != no_time && (view.timecode < 0 || view.timecode > latest_timecode))
-    fail(view, "the timecode is not within a day");
+  validate_times(view);
   if (view.stride < 0 || view.stride > 0x100000) fail(view, "the stride is out of range");
   validate_rings(view);
   validate_pixels(view);
@@ -178,6 +187,7 @@ View read_view_times(std::span<const Bytes> segments) {
   view.capture_time = table.capture_time();
   view.clock = static_cast<CaptureClock>(table.capture_clock());
   view.timecode = table.timecode();
+  validate_times(view);
   return view;
 }
 

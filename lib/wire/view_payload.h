@@ -19,8 +19,8 @@ std::vector<std::uint8_t> write_view(const View& view);
 /// View::pixels borrows from \p segments. Throws Error, see Payload.
 View read_view(std::span<const Bytes> segments);
 
-/// Only trigger number, times and clock, as they stand there; the rest is not looked at. Throws Error
-/// for bytes that are no view's.
+/// Only trigger number, times and clock; the rest is not looked at. Throws Error for bytes that are
+/// no view's, and for times and clocks that read_view() would refuse.
 View read_view_times(std::span<const Bytes> segments);
 
 /// The same as read_view() for a payload in one run.

@@ -38,8 +38,10 @@ void find_camera_time(GstBuffer* buffer, std::int64_t& time, CaptureClock& clock
                                                           GST_REFERENCE_TIMESTAMP_META_API_TYPE)) {
     const auto* stamp = reinterpret_cast<const GstReferenceTimestampMeta*>(meta);
     const KnownClock* entry = find(stamp->reference);
-    if (entry == nullptr || stamp->timestamp > G_MAXINT64) continue;
-    time = static_cast<std::int64_t>(stamp->timestamp - static_cast<guint64>(entry->epoch));
+    if (entry == nullptr) continue;
+    const guint64 since = stamp->timestamp - static_cast<guint64>(entry->epoch);
+    if (since > static_cast<guint64>(latest_time)) continue;  // or before the epoch
+    time = static_cast<std::int64_t>(since);
     clock = entry->clock;
     return;
   }

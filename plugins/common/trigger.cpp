@@ -16,6 +16,11 @@ GstCaps* trigger_caps() {
   return caps;
 }
 
+/// \p time, ns; no_time where a view cannot have it.
+std::int64_t known(GstClockTime time) {
+  return time <= static_cast<GstClockTime>(latest_time) ? static_cast<std::int64_t>(time) : no_time;
+}
+
 std::int64_t absolute_time(GstElement* element, const GstSegment& segment, GstBuffer* buffer) {
   const GstClockTime stamp =
       GST_BUFFER_PTS_IS_VALID(buffer) ? GST_BUFFER_PTS(buffer) : GST_BUFFER_DTS(buffer);
@@ -23,7 +28,8 @@ std::int64_t absolute_time(GstElement* element, const GstSegment& segment, GstBu
   const GstClockTime running = gst_segment_to_running_time(&segment, GST_FORMAT_TIME, stamp);
   if (!GST_CLOCK_TIME_IS_VALID(running)) return no_time;
   const GstClockTime base = gst_element_get_base_time(element);
-  return static_cast<std::int64_t>(running + (GST_CLOCK_TIME_IS_VALID(base) ? base : 0));
+  return known(running) == no_time ? no_time
+                                   : known(running + (GST_CLOCK_TIME_IS_VALID(base) ? base : 0));
 }
 
 using Pulses = std::shared_ptr<PulseTable>;
@@ -46,10 +52,8 @@ Capture capture_of(GstElement* element, const GstSegment& segment, GstBuffer* bu
   const auto* meta = gst_buffer_get_reference_timestamp_meta(buffer, trigger_caps());
   if (meta != nullptr) {
     capture.trigger = meta->timestamp;
-    if (GST_CLOCK_TIME_IS_VALID(meta->duration)) {
-      capture.time = static_cast<std::int64_t>(meta->duration);
-      capture.clock = CaptureClock::pipeline;
-    }
+    capture.time = known(meta->duration);
+    if (capture.time != no_time) capture.clock = CaptureClock::pipeline;
   } else if (use_offset && GST_BUFFER_OFFSET_IS_VALID(buffer)) {
     capture.trigger = GST_BUFFER_OFFSET(buffer);
   }

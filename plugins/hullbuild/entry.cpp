@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "plugins/hullbuild/entry.h"
 
+#include <cstdlib>
+#include <optional>
+
 #include "base/error.h"
 #include "plugins/common/memory/payload_buffer.h"
 #include "plugins/hullbuild/private.h"
@@ -9,12 +12,15 @@
 namespace polyhull::element {
 namespace {
 
-/// Its times, all unknown where the bytes are no view: that is said when they are looked at.
-View times_of(GstBuffer* buffer) {
+/// Running times of more than 31 years are nobody's.
+constexpr std::int64_t latest_running = 1'000'000'000'000'000'000;
+
+/// Its times; none where the bytes are no view: that is said when they are looked at.
+std::optional<View> times_of(GstBuffer* buffer) {
   try {
     return read_view_times(MappedBuffer(buffer).segments());
   } catch (const Error&) {
-    return {};
+    return std::nullopt;
   }
 }
 
@@ -32,17 +38,23 @@ void say_jump(HullBuild& self, GstPad* pad, std::int64_t jump) {
                   camera_of(pad), 1e-9 * static_cast<double>(jump)));
 }
 
-void say_apart(HullBuild& self, GstPad* pad, Instants::Key key) {
+void say_apart(HullBuild& self, GstPad* pad, const Instants::Apart& apart) {
   std::string other = "another";  // where its pad has been released meanwhile
   for (GstAggregatorPad* each : Pads(self.element))
-    if (each == key) other = camera_of(each);
+    if (each == apart.from) other = camera_of(each);
   self.statistics.warn(
       GST_ELEMENT_CAST(self.element), "clocks-apart",
-      fmt::format("The clocks of cameras {} and {} tell times that are half a minute apart and "
-                  "more: nobody has set them to each other. Views are matched by running time "
-                  "instead, which holds only for branches of one pipeline. Share a clock (PTP, "
-                  "NTP, GstNetClientClock), a timecode or a trigger.",
-                  camera_of(pad), other));
+      fmt::format("The clocks of cameras {} and {} tell times that are {:.1f} s apart when their "
+                  "views come: nobody has set them to each other. Views are matched by running "
+                  "time instead, which holds only for branches of one pipeline. Share a clock "
+                  "(PTP, NTP, GstNetClientClock), a timecode or a trigger.",
+                  camera_of(pad), other, 1e-9 * static_cast<double>(std::abs(apart.difference))));
+}
+
+/// Whether a buffer of \p segment can have the running time \p time, ns.
+bool reaches(GstSegment& segment, std::int64_t time) {
+  return GST_CLOCK_TIME_IS_VALID(gst_segment_position_from_running_time(
+      &segment, GST_FORMAT_TIME, static_cast<guint64>(time)));
 }
 
 /// Adds \p shift, ns, to the times of the buffer.
@@ -67,21 +79,35 @@ GstPadProbeReturn place_view(GstPad* pad, GstPadProbeInfo* info) {
   gst_event_copy_segment(event, &arrival.segment);
   const std::int64_t running = arrival.time();
   if (running == no_time || arrival.segment.rate != 1.0) return GST_PAD_PROBE_OK;
-  const View view = times_of(arrival.buffer);
+  const std::optional<View> view = times_of(arrival.buffer);
+  if (!view) return GST_PAD_PROBE_OK;
+  if (running < 0 || running > latest_running) {
+    ++state_of<HullPadState>(pad).unusable;
+    self.statistics.warn(
+        element, "views-unusable",
+        fmt::format("A view on {} was dropped: its buffer's time is more than 31 years after the "
+                    "begin of the stream. Look at what stamps it.",
+                    GST_OBJECT_NAME(pad)));
+    return GST_PAD_PROBE_DROP;
+  }
   const ArrivalTimes now{g_get_monotonic_time() * GST_USECOND,
                          static_cast<std::int64_t>(gst_element_get_base_time(element)),
-                         running_time_now(element), g_get_real_time() * GST_USECOND};
+                         running_time_now(element), g_get_real_time() * GST_USECOND,
+                         self.live.load()};
   Instants::Placed placed;
   {
     const std::scoped_lock lock(self.instants_mutex);
-    placed = self.instants.place(pad, {running, view.capture_time, view.clock, view.timecode}, now);
+    placed =
+        self.instants.place(pad, {running, view->capture_time, view->clock, view->timecode}, now);
   }
   if (placed.jump != 0) say_jump(self, pad, placed.jump);
-  if (placed.apart_from != nullptr) say_apart(self, pad, placed.apart_from);
+  if (placed.apart.from != nullptr) say_apart(self, pad, placed.apart);
   const std::int64_t shift = placed.time - running;
   state_of<LivePadState>(pad).shift = shift;
   if (shift == 0) return GST_PAD_PROBE_OK;
-  if (placed.time < 0) {
+  // Its segment may begin after running time 0, and reach back no further than to its start.
+  const bool early = placed.time < 0 || !reaches(arrival.segment, placed.time);
+  if (early) {
     ++state_of<HullPadState>(pad).early;
     self.statistics.count("views-early");
     return GST_PAD_PROBE_DROP;

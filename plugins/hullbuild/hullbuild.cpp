@@ -100,8 +100,10 @@ void note_times(HullBuild& self, const Pads& pads, const ViewDecision& set) {
                         : axis == TimeAxis::running  ? "sets-by-running-time"
                                                      : "sets-by-capture-time");
   const HullSettings settings = snapshot(element, self.settings);
-  self.times.note(element, views, !by_trigger && axis == TimeAxis::running,
-                  static_cast<std::int64_t>(settings.sync_tolerance));
+  const auto by = by_trigger                  ? SetTimes::By::trigger
+                  : axis == TimeAxis::running ? SetTimes::By::running_time
+                                              : SetTimes::By::capture_time;
+  self.times.note(element, views, by, static_cast<std::int64_t>(settings.sync_tolerance));
   if (!self.times.due()) return;
   GstStructure* told = self.statistics_of(element);
   gst_structure_set_name(told, "polyhull-sets");
@@ -142,8 +144,13 @@ GstStructure* HullBuild::statistics_of(gpointer object) {
   return stats;
 }
 
-bool HullBuild::hear(GstAggregatorPad*, GstEvent* event) {
+bool HullBuild::hear(GstAggregatorPad* pad, GstEvent* event) {
   if (GST_EVENT_TYPE(event) == GST_EVENT_SEGMENT) new_segment = true;
+  // At once, in the thread that brings the views: the next may come before the sets are looked at.
+  if (GST_EVENT_TYPE(event) == GST_EVENT_FLUSH_STOP) {
+    const std::scoped_lock lock(instants_mutex);
+    instants.forget(pad);
+  }
   return true;
 }
 

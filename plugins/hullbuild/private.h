@@ -40,6 +40,7 @@ struct HullBuild : LiveAggregator {
   std::vector<std::pair<std::string, double>> tangency_pixels;
 
   std::atomic<bool> rig_changed{false};
+  std::atomic<bool> live{false};            // as of the last look at the inputs
   std::atomic<std::int64_t> start_wait{0};  // for cameras that have not sent anything yet
 
   std::mutex instants_mutex;  // protects the next

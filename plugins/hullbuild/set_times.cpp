@@ -25,7 +25,7 @@ double microseconds(std::int64_t time) {
 
 }  // namespace
 
-void SetTimes::note(GstElement* element, const std::vector<CameraTime>& set, bool by_running_time,
+void SetTimes::note(GstElement* element, const std::vector<CameraTime>& set, By by,
                     std::int64_t tolerance) {
   ++sets_;
   if (set.size() < 2) return;
@@ -33,12 +33,12 @@ void SetTimes::note(GstElement* element, const std::vector<CameraTime>& set, boo
     const std::scoped_lock lock(mutex_);
     spread_.add(set);
   }
-  if (by_running_time && !std::exchange(said_running_, true))
+  if (by == By::running_time && !std::exchange(said_running_, true))
     warn(element,
          "Views are matched by running time: not all cameras say when they took them, or not on "
          "one clock. That holds for branches of one pipeline that were started together, and no "
          "others. A trigger, timecodes or a shared clock (PTP, NTP) make it certain.");
-  judge(element, set.front().time, tolerance);
+  if (by != By::trigger) judge(element, set.front().time, tolerance);
 }
 
 void SetTimes::judge(GstElement* element, std::int64_t now, std::int64_t tolerance) {

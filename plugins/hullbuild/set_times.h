@@ -19,10 +19,13 @@ namespace polyhull::element {
 /// Warnings go out as messages of the element. tell() may be called by any thread, the rest by one.
 class SetTimes {
  public:
-  /// Notes a set: its views' times, whether they had nothing better than running times, which is said
-  /// once, and how far apart they may be (ns). Names a camera that is steadily beside the others.
-  void note(GstElement* element, const std::vector<CameraTime>& set, bool by_running_time,
-            std::int64_t tolerance);
+  /// By what a set's views were matched.
+  enum class By { trigger, capture_time, running_time };
+
+  /// Notes a set: its views' times, what they were matched by (by nothing better than running times:
+  /// which is said once), and how far apart they may be (ns). Names a camera that is steadily beside
+  /// the others, except of sets by trigger: their views may be any time apart.
+  void note(GstElement* element, const std::vector<CameraTime>& set, By by, std::int64_t tolerance);
 
   /// Adds to \p stats: spread-minimum-us, -median-us, -maximum-us, and of each camera
   /// offset-us-NAME.

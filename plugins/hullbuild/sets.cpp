@@ -342,10 +342,6 @@ void forget_stream(HullBuild& self, GstAggregatorPad* pad) {
   state.reset();
   state.delivered = delivered;  // it is still the camera that it was
   self.sets.reset();
-  {
-    const std::scoped_lock lock(self.instants_mutex);
-    self.instants.forget(pad);
-  }
   self.first_time = self.last_time = no_time;
   self.new_segment = true;
 }
@@ -373,7 +369,7 @@ void forget_streams(HullBuild& self) {
 
 GstFlowReturn send_next_set(HullBuild& self, bool timeout) {
   const LiveSettings settings = snapshot(self.element, self.settings).live();
-  const bool live = self.keep_time(settings);
+  const bool live = self.live = self.keep_time(settings);
   self.start_wait = static_cast<std::int64_t>(
       GST_CLOCK_TIME_IS_VALID(settings.max_wait) ? 0 : settings.max_latency);
   Step step{Outcome::again};

@@ -149,9 +149,10 @@ GstFlowReturn stamp(GstBaseTransform* base, GstBuffer* buffer) {
   return guarded(element, GST_FLOW_ERROR, [&]() -> GstFlowReturn {
     state_of<TriggerStamp>(element).statistics.count("frames");
     const Capture capture = capture_of(element, base->segment, buffer, false);
-    // Pulses have the pipeline clock's times; a time of the camera's own stays beside the number.
-    const std::int64_t time = capture.on_pipeline_clock;
-    attach_trigger(buffer, number_of(element, time), time == capture.time ? time : no_time);
+    // Pulses have the pipeline clock's times. Beside the number stands no time of another clock, and
+    // none of the frame's arrival: whoever finds one there takes it for that of the exposure.
+    attach_trigger(buffer, number_of(element, capture.on_pipeline_clock),
+                   capture.clock == CaptureClock::pipeline ? capture.time : no_time);
     return GST_FLOW_OK;
   });
 }

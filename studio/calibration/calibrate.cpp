@@ -45,6 +45,8 @@ class Coverage {
   std::array<bool, static_cast<std::size_t>(columns) * rows> seen_{};
 };
 
+}  // namespace
+
 CameraFit fit_of(const Take& take, const Adjusted& adjusted, std::size_t c) {
   CameraFit out;
   Coverage coverage(take.cameras[c]);
@@ -72,8 +74,6 @@ CameraFit fit_of(const Take& take, const Adjusted& adjusted, std::size_t c) {
   out.rotation_sigma = glm::degrees(std::sqrt(trace(adjusted.uncertainties[c].rotation)));
   return out;
 }
-
-}  // namespace
 
 Calibration calibrate(Take take, const Settings& settings) {
   check_take(take);

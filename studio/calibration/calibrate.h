@@ -61,6 +61,9 @@ struct Calibration {
 /// place_cameras() and adjust() do.
 Calibration calibrate(Take take, const Settings& settings);
 
+/// What \p adjusted says of camera \p c of \p take.
+CameraFit fit_of(const Take& take, const Adjusted& adjusted, std::size_t c);
+
 /// Moves the world to \p floor. Throws Error (bad_input) where no view of that instant took part,
 /// or where points lie on a line.
 void move_to_floor(Calibration& calibration, const Floor& floor);

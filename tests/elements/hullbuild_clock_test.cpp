@@ -177,6 +177,70 @@ GST_START_TEST(what_is_of_no_use_is_counted_per_camera) {
 }
 GST_END_TEST
 
+// A segment that begins at running time 10 s: what was taken before cannot be told in it.
+GST_START_TEST(views_of_before_their_segment_are_early) {
+  Bench bench("", 2);
+  for (GstHarness* input : bench.inputs) {
+    GstSegment segment;
+    gst_segment_init(&segment, GST_FORMAT_TIME);
+    segment.base = 10 * GST_SECOND;
+    fail_unless(gst_harness_push_event(input, gst_event_new_segment(&segment)));
+  }
+  for (int c = 0; c < 2; ++c) push_timed(bench, c, 0, {far});
+  bench.pull();
+  push_timed(bench, 1, frame_time, {far - 2 * frame_ns});
+  for (int c = 0; c < 2; ++c) push_timed(bench, c, 2 * frame_time, {far + 2 * frame_ns});
+  fail_unless_equals_int(bench.pull()->views.size(), 2);
+  fail_unless_equals_uint64(bench.count("early-views-cam1"), 1);
+  fail_unless_equals_uint64(bench.count("views-early"), 1);
+}
+GST_END_TEST
+
+// Their times may be any time apart.
+GST_START_TEST(sets_by_trigger_name_no_camera_beside_the_others) {
+  Bench bench("sync-tolerance=8000000", 2);
+  for (int i = 0; i < 200; ++i) {
+    for (int c = 0; c < 2; ++c) {
+      std::vector<std::uint8_t> pixels;
+      View view = box_view(bench.rig.cameras[c], {}, i, pixels);
+      view.capture_time = far + i * frame_ns + c * 30000000;
+      view.clock = CaptureClock::ptp;
+      bench.push(c, view, i * frame_time);
+    }
+    fail_unless_equals_int(bench.pull()->views.size(), 2);
+  }
+  fail_unless_equals_uint64(bench.count("sets-by-trigger"), 200);
+  fail_unless(bench.warnings().empty());
+}
+GST_END_TEST
+
+// By capture time alone: a missing view, one out of order, a camera that comes and goes.
+GST_START_TEST(cameras_come_and_go_by_capture_time) {
+  Bench bench("", 3);
+  const auto push = [&](int camera, int i) {
+    push_timed(bench, camera, i * frame_time + ahead[camera], {far + i * frame_ns});
+  };
+  for (int i = 0; i < 6; ++i) {
+    for (int c = 0; c < 3; ++c)
+      if (i != 3 || c != 1) push(c, i);
+    if (i == 3) continue;  // known to lack camera 1 once that has sent the next
+    if (i == 4) {
+      fail_unless_equals_int(bench.pull()->views.size(), 2);
+      fail_unless_equals_uint64(GST_BUFFER_PTS(bench.last.get()), 3 * frame_time);
+    }
+    fail_unless_equals_int(bench.pull()->views.size(), 3);
+  }
+  push(1, 3);  // late
+  gst_harness_push_event(bench.inputs[2], gst_event_new_eos());
+  for (int i = 6; i < 9; ++i) {
+    for (int c = 0; c < 2; ++c) push(c, i);
+    fail_unless_equals_int(bench.pull()->views.size(), 2);
+  }
+  fail_unless_equals_uint64(bench.count("late-views-cam1"), 1);
+  fail_unless_equals_uint64(bench.count("sets-incomplete"), 4);
+}
+GST_END_TEST
+
 GST_START_TEST(views_of_dropped_sets_are_counted) {
   Bench bench("missing-camera=drop-set", 2);
   push_timed(bench, 0, 0, {far});
@@ -336,6 +400,9 @@ static Suite* clock_suite() {
   tcase_add_test(tests, a_clock_that_jumps_by_an_hour_stops_nobody);
   tcase_add_test(tests, a_camera_that_is_steadily_late_is_named);
   tcase_add_test(tests, what_is_of_no_use_is_counted_per_camera);
+  tcase_add_test(tests, views_of_before_their_segment_are_early);
+  tcase_add_test(tests, sets_by_trigger_name_no_camera_beside_the_others);
+  tcase_add_test(tests, cameras_come_and_go_by_capture_time);
   tcase_add_test(tests, views_of_dropped_sets_are_counted);
   tcase_add_test(tests, a_message_tells_of_the_sets);
   tcase_add_test(tests, pipelines_started_apart_make_whole_sets);

@@ -92,13 +92,13 @@ TEST(Instants, ClocksThatNobodyHasSetMakeRunningTimesDecide) {
   const auto view = [](int i, int c) {
     return taken(i * frame, (c == 0 ? 7 : 9000) * second + i * frame, CaptureClock::ptp);
   };
-  EXPECT_EQ(instants.place(camera(0), view(0, 0), at(0)).apart_from, nullptr);
-  EXPECT_EQ(instants.place(camera(1), view(0, 1), at(0)).apart_from, camera(0));
+  EXPECT_EQ(instants.place(camera(0), view(0, 0), at(0)).apart.from, nullptr);
+  EXPECT_EQ(instants.place(camera(1), view(0, 1), at(0)).apart.from, camera(0));
   for (int i = 1; i < 20; ++i)
     for (int c = 0; c < 2; ++c) {
       const auto placed = instants.place(camera(c), view(i, c), at(i * frame));
       EXPECT_EQ(placed.time, i * frame);
-      EXPECT_EQ(placed.apart_from, nullptr);  // said once
+      EXPECT_EQ(placed.apart.from, nullptr);  // said once
     }
   EXPECT_EQ(instants.axis(), TimeAxis::running);
 }
@@ -110,7 +110,7 @@ TEST(Instants, ACameraOfThisPipelineBesideAMachineOfAnotherTimeStaysWhereItIs) {
       // The other machine's views come first; it was started an hour before.
       const ViewTimes view = arrived(i * frame, c == 0 ? boot + hour : boot);
       const auto placed = instants.place(camera(c), view, at(i * frame));
-      EXPECT_EQ(placed.apart_from, i == 0 && c == 1 ? camera(0) : nullptr);
+      EXPECT_EQ(placed.apart.from, i == 0 && c == 1 ? camera(0) : nullptr);
       if (i > 0) {
         EXPECT_EQ(placed.time, i * frame) << c;
       }
@@ -214,6 +214,127 @@ TEST(Instants, APauseStopsACamerasClockNot) {
             taken(i * frame, hour + i * frame + (live ? paused : 0), CaptureClock::ptp);
         const auto placed = instants.place(camera(c), view, now);
         EXPECT_EQ(placed.time, i * frame) << i;
+        EXPECT_EQ(placed.jump, 0);
+      }
+  }
+}
+
+// Camera 1 has five views of before the pause in a queue when it ends.
+TEST(Instants, ViewsThatWaitedThroughAPauseDoNotHideIt) {
+  Instants instants;
+  constexpr std::int64_t pause = 8 * second;
+  for (int i = 0; i < 60; ++i)
+    for (int c = 0; c < 2; ++c) {
+      if (c == 1 && i >= 30 && i < 35) continue;  // they come below
+      ArrivalTimes now = at(i * frame, boot + (i >= 25 ? pause : 0));
+      now.monotonic += i >= 25 ? pause : 0;
+      const std::int64_t paused = i >= 30 ? pause : 0;  // 25 to 29 were taken before
+      const auto placed = instants.place(
+          camera(c), taken(i * frame, hour + i * frame + paused, CaptureClock::ptp), now);
+      EXPECT_EQ(placed.time, i * frame) << c << " " << i;
+      EXPECT_EQ(placed.jump, 0);
+    }
+}
+
+TEST(Instants, OneCamerasOldViewsMeetThePauseThatAnotherHasShown) {
+  Instants instants;
+  constexpr std::int64_t pause = 8 * second;
+  const auto place = [&](int c, int i, bool after, bool old) {
+    ArrivalTimes now = at(i * frame, boot + (after ? pause : 0));
+    now.monotonic += after ? pause : 0;
+    const std::int64_t paused = after && !old ? pause : 0;
+    return instants
+        .place(camera(c), taken(i * frame, hour + i * frame + paused, CaptureClock::ptp), now)
+        .time;
+  };
+  for (int i = 0; i < 20; ++i)
+    for (int c = 0; c < 2; ++c) EXPECT_EQ(place(c, i, false, false), i * frame);
+  for (int i = 20; i < 23; ++i) EXPECT_EQ(place(0, i, true, false), i * frame);
+  for (int i = 20; i < 23; ++i) EXPECT_EQ(place(1, i, true, true), i * frame);
+  for (int i = 23; i < 40; ++i)
+    for (int c = 0; c < 2; ++c) EXPECT_EQ(place(c, i, true, false), i * frame);
+}
+
+TEST(Instants, ClocksSecondsApartAreNoSharedOnesInALiveStream) {
+  for (const std::int64_t off : {2 * second, 12 * second, -5 * second}) {
+    Instants instants;
+    int told = 0;
+    for (int i = 0; i < 100; ++i)
+      for (int c = 0; c < 2; ++c) {
+        ArrivalTimes now = at(i * frame + 30 * ms);
+        now.live = true;
+        const ViewTimes view =
+            taken(i * frame, hour + i * frame + (c == 1 ? off : 0), CaptureClock::ptp);
+        const auto placed = instants.place(camera(c), view, now);
+        if (placed.apart.from != nullptr) {
+          ++told;
+          EXPECT_EQ(placed.apart.from, camera(1 - c));
+          EXPECT_EQ(placed.apart.difference, c == 1 ? off : -off);
+        }
+        if (i > 30) {
+          EXPECT_EQ(placed.time, i * frame);
+        }
+      }
+    EXPECT_EQ(told, 1);
+    EXPECT_EQ(instants.axis(), TimeAxis::running);
+  }
+}
+
+TEST(Instants, WhatHasPiledUpBeforeAStartIsNoOtherClock) {
+  Instants instants;
+  for (int i = 0; i < 100; ++i)
+    for (int c = 0; c < 2; ++c) {
+      // The second camera's first views have waited for up to four seconds.
+      const std::int64_t waited =
+          c == 1 ? std::max<std::int64_t>(0, 4 * second - i * 8 * frame) : 0;
+      ArrivalTimes now = at(i * frame);
+      now.live = true;
+      const std::int64_t time = hour + i * frame - waited;
+      const auto placed = instants.place(camera(c), taken(i * frame, time, CaptureClock::ptp), now);
+      EXPECT_EQ(placed.apart.from, nullptr);
+      EXPECT_EQ(placed.time, i * frame - waited);
+    }
+}
+
+// The running times are those of the receipt, as of a network source that stamps.
+TEST(Instants, AStallOfViewsStampedAtTheirReceiptIsNoJump) {
+  for (const int lost : {0, 100}) {  // at the stall's end, after a first view of before it
+    Instants instants;
+    for (int i = 0; i < 300; ++i) {
+      if (i > 100 && i <= 100 + lost) continue;
+      const std::int64_t capture = i * frame;
+      const std::int64_t came =
+          i >= 100 ? std::max(capture, 100 * frame + 5 * second + (i - 100) * ms) : capture;
+      const auto placed =
+          instants.place(camera(0), taken(came, capture + hour, CaptureClock::ptp), at(came));
+      EXPECT_EQ(placed.jump, 0) << i;
+      EXPECT_EQ(placed.time, capture) << i;
+    }
+    // A jump is one as before.
+    const auto placed =
+        instants.place(camera(0), taken(300 * frame, 2 * hour, CaptureClock::ptp), at(300 * frame));
+    EXPECT_NE(placed.jump, 0);
+    EXPECT_EQ(placed.time, 300 * frame);
+  }
+}
+
+// As gst_video_time_code_nsec_since_daily_jam() has them.
+TEST(Instants, FractionalTimecodesPassMidnight) {
+  struct Rate {
+    std::int64_t numerator, frames_a_day;
+  };
+  for (const auto& [numerator, frames_a_day] :
+       {Rate{30000, 24 * 3600 * 30}, Rate{30000, 2589408}, Rate{60000, 2 * 2589408},
+        Rate{24000, 24 * 3600 * 24}, Rate{60000, 24 * 3600 * 60}}) {
+    Instants instants;
+    for (int i = 0; i < 40; ++i)
+      for (int c = 0; c < 3; ++c) {
+        if (c == 2 && i < 30) continue;  // joins after midnight
+        const std::int64_t running = i * 1001 * second / numerator;
+        ViewTimes view{running + c * second, no_time, {}, no_time};
+        view.timecode = (frames_a_day - 20 + i) % frames_a_day * 1001 * second / numerator;
+        const auto placed = instants.place(camera(c), view, at(running));
+        EXPECT_NEAR(static_cast<double>(placed.time), static_cast<double>(running), 2.0) << c;
         EXPECT_EQ(placed.jump, 0);
       }
   }

@@ -378,8 +378,40 @@ TEST(ViewPayload, OddClocksAndTimecodesAreRefused) {
   view.timecode = 25LL * 3600 * 1'000'000'000 + 1;
   EXPECT_THROW(write_view(view), Error);
   view.timecode = no_time;
+  view.capture_time = -1;
+  EXPECT_THROW(write_view(view), Error);
+  view.capture_time = latest_time + 1;
+  EXPECT_THROW(write_view(view), Error);
+  view.capture_time = latest_time;
+  EXPECT_NO_THROW(write_view(view));
   view.clock = static_cast<CaptureClock>(4);
   EXPECT_THROW(write_view(view), Error);
+}
+
+// They are read before anything else of the view is, and calculated with.
+TEST(ViewPayload, TimesAloneAreCheckedToo) {
+  const auto refused = [](std::int64_t capture, std::int64_t timecode, int clock) {
+    flatbuffers::FlatBufferBuilder builder;
+    builder.Finish(wire::CreateView(builder, builder.CreateString("x"), 7, capture, 64, 48, 0, 0, 0,
+                                    0, 0, 0, wire::PixelFormat::none, wire::PixelCoding::raw, 0, 0,
+                                    static_cast<wire::CaptureClock>(clock), timecode));
+    const std::vector<std::uint8_t> bytes =
+        write_payload_header(PayloadKind::view, {builder.GetBufferPointer(), builder.GetSize()}, 0);
+    const Bytes run(bytes);
+    try {
+      read_view_times({&run, 1});
+      return false;
+    } catch (const Error&) {
+      return true;
+    }
+  };
+  EXPECT_FALSE(refused(no_time, no_time, 0));
+  EXPECT_FALSE(refused(latest_time, 0, 3));
+  EXPECT_TRUE(refused(INT64_MAX, no_time, 0));
+  EXPECT_TRUE(refused(no_time + 1, no_time, 0));
+  EXPECT_TRUE(refused(0, INT64_MAX, 0));
+  EXPECT_TRUE(refused(0, -1, 0));
+  EXPECT_TRUE(refused(0, no_time, 4));
 }
 
 // A few bytes that point to one long list many times must not unpack to gigabytes.

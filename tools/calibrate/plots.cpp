@@ -151,6 +151,7 @@ std::string view_picture(const Calibration& calibration, const Pictures& picture
   const ViewFit& fit = calibration.adjusted.views[v];
   const calibration::TakeCamera& camera = calibration.take.cameras[view.camera];
   const std::string& file = pictures.files[view.camera][view.instant];
+  if (file.empty()) return "";  // detections without pictures
   const Picture grey = load_picture(file, 1);
   const Picture small = shrink(grey, std::max(1, (grey.width + 479) / 480));
   std::string out = fmt::format(

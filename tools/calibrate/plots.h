@@ -22,7 +22,8 @@ std::string residual_cloud(const calibration::Calibration& calibration, std::siz
 /// The mean residual in each of 16x9 cells of the picture as arrows: what the lens's model leaves.
 std::string residual_field(const calibration::Calibration& calibration, std::size_t c);
 
-/// View \p v: its picture, small, with its corners and their residuals, lengthened.
+/// View \p v: its picture, small, with its corners and their residuals, lengthened; nothing where
+/// there is no picture.
 std::string view_picture(const calibration::Calibration& calibration, const Pictures& pictures,
                          std::size_t v);
 

@@ -112,10 +112,12 @@ std::string report_page(const Calibration& calibration, const Pictures& pictures
   for (const std::string& fault : faults) out += "<li>" + escaped(fault) + "</li>";
   add(out,
       "{}</div><p>{} views at {} instants; corners are {:.3f} px (root mean square) from where the "
-      "model has them, which is a noise of {:.3f} px in each coordinate. Squares of {:.3f} mm.</p>",
+      "model has them, which is a noise of {:.3f} px in each coordinate.{}</p>",
       faults.empty() ? "" : "</ul>", calibration.take.views.size(),
       calibration.take.instants.size(), calibration.adjusted.rms, calibration.adjusted.noise,
-      1e3 * calibration.take.board.square);
+      calibration.take.board.square > 0.0
+          ? fmt::format(" Squares of {:.3f} mm.", 1e3 * calibration.take.board.square)
+          : "");
   add_cameras(out, calibration);
   out += "<h2>In space</h2><p>Drag to turn, wheel to zoom. Axes: x red, y green, z blue.</p>";
   out += scene_drawing(calibration);

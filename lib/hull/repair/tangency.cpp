@@ -156,13 +156,18 @@ double error_without(std::span<const PairTangency> pairs, std::size_t view) {
 }
 
 int camera_off(std::span<const PairTangency> pairs, std::size_t views) {
+  int worst = -1;
+  double largest = 0.0;
   for (std::size_t k = 0; k < views; ++k) {
     const MeanSquare with = of_pairs(pairs, k, true), without = of_pairs(pairs, k, false);
     // Two pairs at least on one side, one on the other: three cameras can tell.
     if (with.count < 2 || without.count < 1) continue;
-    if (with.root() >= noticed && with.root() >= 3.0 * without.root()) return static_cast<int>(k);
+    const double times = with.root() / std::max(without.root(), 1e-9);
+    if (with.root() < noticed || times < 3.0 || times <= largest) continue;
+    worst = static_cast<int>(k);
+    largest = times;
   }
-  return -1;
+  return worst;
 }
 
 }  // namespace polyhull

@@ -63,7 +63,8 @@ double error_with(std::span<const PairTangency> pairs, std::size_t view);
 double error_without(std::span<const PairTangency> pairs, std::size_t view);
 
 /// The view of \p views that \p pairs point at: the root mean square of its pairs is 1 px or more,
-/// and three times that of the pairs without it. -1: none, or it cannot be told.
+/// and three times that of the pairs without it, of several the most times. -1: none, or it cannot be
+/// told.
 int camera_off(std::span<const PairTangency> pairs, std::size_t views);
 
 }  // namespace polyhull

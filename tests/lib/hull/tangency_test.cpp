@@ -146,4 +146,23 @@ TEST(Tangency, RoundsAskAllPairs) {
   EXPECT_EQ(sum.size(), find_tangencies(views).size());
 }
 
+// Two are off: the worse one is named, whatever its number.
+TEST(Tangency, TheWorstCameraIsNamed) {
+  for (const bool last : {false, true}) {
+    std::vector<PairTangency> pairs;
+    for (std::size_t a = 0; a < 6; ++a)
+      for (std::size_t b = a + 1; b < 6; ++b) {
+        const bool with_first = a == 0, with_last = b == 5;
+        const double large = 20.0, small = 8.0, sound = 0.2;
+        const double first = last ? small : large, other = last ? large : small;
+        const double error = with_first && with_last ? 0.1
+                             : with_first            ? first
+                             : with_last             ? other
+                                                     : sound;
+        pairs.push_back({a, b, error});
+      }
+    EXPECT_EQ(camera_off(pairs, 6), last ? 5 : 0);
+  }
+}
+
 }  // namespace
