@@ -65,10 +65,12 @@ settings+=${features:+ $features}
 line=(hullbuild name=hull "rig=$rig" ! hulltexture ! $sink)
 [ -z "$pulses" ] || line+=(serialtrigger "device=$pulses" mode=break "rate=$rate/1")
 for camera in "${cameras[@]}"; do
-  # Its own times begin at 0 with each camera's first frame; on a trigger it must not set the rate.
+  # Its own times begin at 0 with each camera's first frame: steadystamp mends that; pulses are compared
+  # with the times of fetching. On a trigger it must not set the rate.
   caps=$format
   [ "$trigger" != off ] || caps+=",framerate=$rate/1"
-  line+=(aravissrc "camera-name=${camera#*=}" do-timestamp=true "exposure=$exposure" "gain=$gain" "features=${settings# }" ! "$caps" !)
+  line+=(aravissrc "camera-name=${camera#*=}" "do-timestamp=$([ -z "$pulses" ] && echo false || echo true)" "exposure=$exposure" "gain=$gain" "features=${settings# }" ! "$caps" !)
+  [ -n "$pulses" ] || line+=(steadystamp !)
   [ -z "$pulses" ] || line+=(triggerstamp "delay=$(awk -v ms="$delay" 'BEGIN { printf "%.0f", ms * 1e6 }')" !)
   line+=(queue ! silhouette "camera=${camera%%=*}" ! hull.)
 done

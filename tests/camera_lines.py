@@ -56,6 +56,8 @@ def check_aravis():
     free = line_of("cameras-aravis.sh", "--cameras", "cam0=a cam1=b")
     assert elements(free, "aravissrc")[0].get_property("features") == "TriggerMode=Off"
     assert not elements(free, "triggerstamp") and not elements(free, "serialtrigger")
+    assert len(elements(free, "steadystamp")) == 2 and not elements(pipeline, "steadystamp")
+    assert not elements(free, "aravissrc")[0].get_property("do-timestamp")
 
 
 def check_v4l2():

