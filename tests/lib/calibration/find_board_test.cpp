@@ -251,8 +251,8 @@ TEST_F(CalibrateTool, FromLiveCameras) {
   };
   const std::string rig = (folder_ / "rig.json").string();
   const std::string shown = (folder_ / "shown.jpg").string();
-  // Views stand still for a second each and more; the cameras end before there is enough. A busy machine
-  // misses some, which may leave too few to be called good.
+  // Views stand still for a second each and more; the cameras end before there is enough. A busy
+  // machine misses some, which may leave too few to be called good.
   EXPECT_NE(run(camera("left") + camera("right") + "--every 0.2 --board 7x6 --square 100 -o '" +
                 rig + "' --show 'jpegenc ! multifilesink location=" + shown + "'"),
             1)
