@@ -1,11 +1,12 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: LGPL-2.1-or-later
 # Four GigE Vision cameras in software, each in a network namespace of its own at the end of a cable of
-# its own, through aravissrc into hullbuild: started a second apart, unplugged, plugged in again.
+# its own, through aravissrc into hullbuild: started apart, unplugged, plugged in again.
 #   tests/gige/gige.sh FOLDER [--minutes N]
 # FOLDER holds the programs fake_camera and line (tests/gige of the build folder). --minutes N: a run of
-# that length, a camera unplugged each minute; by default 25 s, one camera once. Needs root, iproute2 and
-# GStreamer's aravissrc; ends with 77 where one is missing. Nothing outside the namespaces is touched.
+# that length, cameras started 3 s apart, one unplugged each minute; by default 25 s, cameras a second
+# apart, one unplugged once. Needs root, iproute2 and GStreamer's aravissrc; ends with 77 where one is
+# missing. Nothing outside the namespaces is touched.
 set -uo pipefail
 skip() { echo "skipped: $*"; exit 77; }
 

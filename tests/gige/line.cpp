@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// GigE Vision cameras through aravissrc into hullbuild: started a second apart, unplugged and plugged
-// in again. Which instant a view shows is read from its picture. gige.sh makes the cameras and the
-// network that this program needs.
+// GigE Vision cameras through aravissrc into hullbuild: started apart, unplugged and plugged in
+// again. Which instant a view shows is read from its picture. gige.sh makes the cameras and the network
+// that this program needs.
 #include <gst/gst.h>
 
 #include <CLI/CLI.hpp>
@@ -280,6 +280,7 @@ int main(int argc, char** argv) {
 
   Line line(addresses, networks);
   line.play();
+  const double apart = minutes > 0.0 ? 3.0 : 1.0;  // s, of the cameras' starts
   const std::size_t count = line.cameras.size();
   for (NetworkCamera& camera : line.cameras) {
     if (!line.start(camera)) {
@@ -287,14 +288,14 @@ int main(int argc, char** argv) {
                   camera.address.c_str());
       return 1;
     }
-    line.run(line.now() + 1.0, false);
+    line.run(line.now() + apart, false);
   }
   // Now and then a camera takes the order to start and sends nothing; aravissrc gives it up after two
   // seconds, and it is started again.
   const auto all_send = [&] {
     return whole_share(line.sets(), count, line.now() - 1.5, line.now() - 0.5) > least_share;
   };
-  while (!all_send() && line.now() < 20.0) line.run(line.now() + 0.2, true);
+  while (!all_send() && line.now() < 30.0) line.run(line.now() + 0.2, true);
   const double end = std::max(25.0, minutes * 60.0);
   const double all_on = line.now();
   line.run(all_on + 5.0, true);
