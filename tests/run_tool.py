@@ -269,7 +269,11 @@ class SharedClock(unittest.TestCase):
             self.assertLessEqual(echoed, asked)
 
     def test_refusals(self):
-        for options, words in ((["--clock", "nowhere"], "expected HOST:PORT"),
+        taken = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self.addCleanup(taken.close)
+        taken.bind(("0.0.0.0", 0))
+        for options, words in ((["--clock-server", str(taken.getsockname()[1])], "it is taken"),
+                               (["--clock", "nowhere"], "expected HOST:PORT"),
                                (["--clock", "host:99999"], "expected HOST:PORT"),
                                (["--clock", "127.0.0.1:9"], "does not answer"),
                                (["--clock", "a:1", "--clock-server", "2"], "excludes")):
