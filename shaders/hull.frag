@@ -31,7 +31,7 @@ struct View {
   vec4 origin;
   vec4 lens[3];
   vec4 limits;
-  vec4 gain;  // of linear colours; 1 for the matte
+  mat3 colour;
   vec4 flows;
 };
 layout(std140) uniform Views { View views[VIEW_SLOTS]; };
@@ -105,7 +105,8 @@ vec4 colour_of(vec4 in_map, uint slot, vec4 from_map, float focal, vec2 shift) {
   float whole = floor(log2(spans));
   float level = whole + spans * exp2(-whole) - 1.0;
   vec2 at = min(picture_coordinate(in_map, slot, from_map, shift), views[slot].limits.xy);
-  return min(views[slot].gain * textureLod(pictures, vec3(at, float(slot)), level), vec4(1.0));
+  vec4 seen = textureLod(pictures, vec3(at, float(slot)), level);
+  return vec4(clamp(views[slot].colour * seen.rgb, 0.0, 1.0), min(seen.a, 1.0));
 }
 
 #ifdef RIBBON

@@ -16,7 +16,7 @@ struct View {
   vec4 origin;          // real pixel at picture coordinate (0, 0)
   vec4 lens[3];         // k1 k2 p1 p2 k3 k4 k5 k6 s1 s2 s3 s4
   vec4 limits;          // the largest picture and map coordinates that are the view's own
-  vec4 gain;
+  mat3 colour;          // what linear colours are multiplied by
   vec4 flows;           // of two flows (lib/render/picture_flows.h): the other view's slot or -1, t
 };
 layout(std140) uniform Views { View views[VIEW_SLOTS]; };

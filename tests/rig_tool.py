@@ -162,6 +162,24 @@ def check_colours(folder, rig, cameras):
         assert name == "cam1" and 3 < float(mean) < float(worst) and float(worst_after) < 1, lines
         assert abs(float(lines[6].split()[0]) - 1.25) < 0.02, lines
     assert "cam9" in run(*arguments, "cam9", fails=True)
+    # The matrices are kept in the rig file, and its copies.
+    matched = os.path.join(folder, "matched.json")
+    run(*arguments, "cam0", "-o", matched)
+    for of in matched, os.path.join(folder, "matched_copy.json"):
+        with open(of) as file:
+            kept = json.load(file)["cameras"]
+        assert abs(kept[1]["colour"][1][1] - 1.25) < 0.02 and len(kept) == len(cameras), kept[1]
+        assert abs(kept[0].get("colour", [[1]])[0][0] - 1) < 1e-4 and "colour" not in kept[-1], kept
+        run("export", matched, "-o", os.path.join(folder, "matched_copy.json"))
+    # White as a grey card.
+    grey = [camera["name"] + "=104,224,132,252" for camera in cameras[:2]]
+    card = ["colours", rig, "--pictures", *pictures, "--grey", *grey, "--reference", "cam0"]
+    lines = run(*card, "-o", matched).splitlines()
+    assert "a grey card" in lines[0] and float(lines[5].split()[4]) < 0.01, lines
+    with open(matched) as file:
+        assert abs(json.load(file)["cameras"][1]["colour"][2][2] - 1.25) < 0.02
+    assert "either --corners" in run(*card, "--corners", *corners, fails=True)
+    assert "within the grey card" in run(*card[:-2], "cam0=1,2,3", fails=True)
     note = run("colours", rig, "--pictures", *pictures, "--corners", corners[0], fails=True)
     assert "'cam1' has no --corners" in note, note
     note = run("colours", rig, "--pictures", pictures[0], "--corners", *corners, fails=True)

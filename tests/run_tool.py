@@ -7,9 +7,12 @@ import json
 import pathlib
 import re
 import signal
+import socket
+import struct
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 import unittest
 
@@ -196,6 +199,88 @@ class Studio(unittest.TestCase):
         result = self.studio({}, "--save-studio", self.folder.name + "/no/where.json")
         self.assertEqual(result.returncode, 1)
         self.assertIn("Cannot write", result.stderr)
+
+
+class SharedClock(unittest.TestCase):
+    LINE = "rigtestsrc is-live=true num-buffers=3 ! silhouette ! gdppay ! filesink location="
+
+    def first_time(self, path):
+        """Seconds, of the first buffer in gdppay's packets."""
+        data, at = path.read_bytes(), 0
+        while at < len(data):
+            kind, size, pts = struct.unpack(">HIQ", data[at + 4:at + 18])
+            if kind == 1:
+                return pts * 1e-9
+            at += 62 + size
+        self.fail("no buffer was written")
+
+    def test_running_time_is_the_servers_clock(self):
+        # A time server whose clock is far from this machine's: GStreamer's packets are two times.
+        ahead = 5_000_000_000_000
+        server = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        server.bind(("127.0.0.1", 0))
+
+        def serve():
+            while True:
+                packet, sender = server.recvfrom(64)
+                if len(packet) != 16:
+                    return
+                server.sendto(packet[:8] + struct.pack(">Q", time.monotonic_ns() + ahead), sender)
+        thread = threading.Thread(target=serve, daemon=True)
+        thread.start()
+        port = server.getsockname()[1]
+        with tempfile.TemporaryDirectory() as folder:
+            views = pathlib.Path(folder) / "views.gdp"
+            before = time.monotonic_ns()
+            run(self.LINE + str(views), "--clock", f"127.0.0.1:{port}")
+            after = time.monotonic_ns()
+            first = self.first_time(views)
+        server.sendto(b"end", ("127.0.0.1", port))
+        thread.join(10)
+        server.close()
+        self.assertGreater(first, 1e-9 * (before + ahead) - 1.0)
+        self.assertLess(first, 1e-9 * (after + ahead) + 1.0)
+
+    def test_gives_its_clock(self):
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as client:
+            client.bind(("127.0.0.1", 0))
+            with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
+                free.bind(("127.0.0.1", 0))
+                port = free.getsockname()[1]
+            program = subprocess.Popen([PROGRAM, "--quiet", "--brief", "--clock-server", str(port),
+                                        "videotestsrc", "is-live=true", "!", "fakesink"], stdout=subprocess.DEVNULL)
+            try:
+                client.settimeout(0.2)
+                for _ in range(200):
+                    self.assertIsNone(program.poll())
+                    asked = time.monotonic_ns()
+                    client.sendto(struct.pack(">QQ", asked, 0), ("127.0.0.1", port))
+                    try:
+                        reply = client.recv(64)
+                        break
+                    except (socket.timeout, ConnectionError):
+                        time.sleep(0.1)
+                echoed, told = struct.unpack(">QQ", reply)
+                answered = time.monotonic_ns()
+            finally:
+                program.send_signal(signal.SIGINT)
+                self.assertEqual(program.wait(60), 0)
+            self.assertTrue(asked <= told <= answered, (asked, told, answered))
+            self.assertLessEqual(echoed, asked)
+
+    def test_refusals(self):
+        taken = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self.addCleanup(taken.close)
+        taken.bind(("0.0.0.0", 0))
+        for options, words in ((["--clock-server", str(taken.getsockname()[1])], "it is taken"),
+                               (["--clock", "nowhere"], "expected HOST:PORT"),
+                               (["--clock", "host:99999"], "expected HOST:PORT"),
+                               (["--clock", "127.0.0.1:9"], "does not answer"),
+                               (["--clock", "a:1", "--clock-server", "2"], "excludes")):
+            result = subprocess.run([PROGRAM, *options, "videotestsrc", "num-buffers=1", "!", "fakesink"],
+                                    capture_output=True, text=True, timeout=60)
+            self.assertNotEqual(result.returncode, 0)
+            self.assertIn(words, result.stderr + result.stdout)
 
 
 if __name__ == "__main__":

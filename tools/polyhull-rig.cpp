@@ -6,7 +6,7 @@
 
 #include "base/error.h"
 #include "camera_files.h"
-#include "colours/compare_colours.h"
+#include "colours/match_colours.h"
 #include "mask_contours.h"
 #include "rig/check.h"
 #include "rig/check_pictures.h"
@@ -242,27 +242,32 @@ int main(int count, char** values) {
       ->capture_default_str();
   refine_command->add_option("-o,--output", refine_output, "The new rig file")->required();
 
-  std::string coloured;
+  std::string coloured, colours_output;
   ColourArguments colours;
   CLI::App* colours_command = app.add_subcommand(
       "colours",
       "Prints how far the cameras' colours lie apart (CIEDE2000) on a colour checker of 24 "
-      "patches, "
-      "and the 3x3 matrix for linear light that would bring each to the reference.");
+      "patches or a grey card, and the 3x3 matrix for linear light that brings each to the "
+      "reference; writes the rig file with these matrices, which hulltexture and composite apply.");
   colours_command->add_option("file", coloured, "The rig file")->required();
   colours_command
       ->add_option("--pictures", colours.pictures,
-                   "CAMERA=FILE ...: pictures (PNG, JPEG) with the chart, as of check")
+                   "CAMERA=FILE ...: pictures (PNG, JPEG) with the chart or card, as of check")
       ->required();
+  colours_command->add_option(
+      "--corners", colours.corners,
+      "CAMERA=X,Y,X,Y,X,Y,X,Y ...: the outer corners of the patches dark skin, bluish "
+      "green, black and white in the camera's picture, px");
+  colours_command->add_option("--grey", colours.grey,
+                              "CAMERA=LEFT,TOP,RIGHT,BOTTOM ...: instead of --corners a rectangle "
+                              "within a grey card, px; a gain for each channel comes of it");
   colours_command
-      ->add_option("--corners", colours.corners,
-                   "CAMERA=X,Y,X,Y,X,Y,X,Y ...: the outer corners of the patches dark skin, bluish "
-                   "green, black and white in the camera's picture, px")
-      ->required();
-  colours_command
-      ->add_option("--reference", colours.reference,
-                   "mean of the cameras, chart (its published values) or a camera's name")
+      ->add_option(
+          "--reference", colours.reference,
+          "mean of the cameras, chart (its published values; of a card: grey) or a camera's name")
       ->capture_default_str();
+  colours_command->add_option("-o,--output", colours_output,
+                              "The rig file to write, with the matrices (`colour` of each camera)");
 
   std::string exported, export_output, export_format = "rig";
   CLI::App* export_command = app.add_subcommand(
@@ -295,7 +300,9 @@ int main(int count, char** values) {
       return 0;
     }
     if (colours_command->parsed()) {
-      std::cout << compare_colours(rig_of(coloured), colours);
+      Rig rig = rig_of(coloured);
+      std::cout << match_colours(rig, colours);
+      if (!colours_output.empty()) write(rig, colours_output);
       return 0;
     }
     run_export(rig_of(exported), export_format, export_output);

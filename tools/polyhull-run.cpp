@@ -19,6 +19,7 @@
 
 #include "base/stopwatch.h"
 #include "plugins/common/elements_in.h"
+#include "run_clock.h"
 #include "run_profile.h"
 #include "studio/studio_file.h"
 #include "text_file.h"
@@ -320,6 +321,15 @@ int main(int argc, char** argv) {
                  "Saves the settings at the end (Ctrl-C is one) here; SIGUSR1 saves them while it "
                  "runs, without this "
                  "option into --studio's file");
+  int clock_port = 0;
+  std::string clock_server;
+  app.add_option("--clock-server", clock_port,
+                 "Gives this machine's clock to others on this UDP port; running time is the "
+                 "clock's")
+      ->check(CLI::Range(1, 65535));
+  app.add_option("--clock", clock_server,
+                 "HOST:PORT of a machine that gives its clock; running time is that clock's")
+      ->excludes("--clock-server");
   CLI11_PARSE(app, argc, argv);
 
   gst_init(nullptr, nullptr);
@@ -344,6 +354,14 @@ int main(int argc, char** argv) {
     gst_object_unref(run.pipeline);
     return 1;
   }
+  GstObject* clock_provider = nullptr;
+  try {
+    clock_provider = share_clock(run.pipeline, clock_port, clock_server);
+  } catch (const std::exception& failure) {
+    std::fprintf(stderr, "polyhull-run: %s\n", failure.what());
+    gst_object_unref(run.pipeline);
+    return 1;
+  }
   std::signal(SIGINT, request_end);
   std::signal(SIGTERM, request_end);
   run.watch = {};
@@ -355,5 +373,6 @@ int main(int argc, char** argv) {
   const bool saved = save_if_requested(run);
   gst_element_set_state(run.pipeline, GST_STATE_NULL);
   gst_object_unref(run.pipeline);
+  gst_clear_object(&clock_provider);
   return run.failed || !reported || !saved ? 1 : 0;
 }

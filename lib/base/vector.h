@@ -17,6 +17,7 @@ using Mat3 = glm::dmat3;
 using Mat4 = glm::dmat4;
 using Vec2f = glm::vec2;
 using Vec3f = glm::vec3;
+using Mat3f = glm::mat3;
 
 /// The area of the parallelogram of two vectors in the plane, positive where the way from \p a to
 /// \p b is the one from x to y.

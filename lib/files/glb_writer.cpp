@@ -105,7 +105,7 @@ class GlbWriter : GltfBuilder {
 
   int picture_material(int number) {
     const View& view = mesh_.views[number].view;
-    const Picture picture = texture_picture(view, gain_of(*mesh_.texturing, number));
+    const Picture picture = texture_picture(mesh_, number);
     const std::vector<std::uint8_t> encoded = options_.jpeg_quality > 0
                                                   ? encode_jpeg(picture, options_.jpeg_quality)
                                                   : encode_png(picture);

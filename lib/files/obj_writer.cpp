@@ -90,8 +90,7 @@ void write_obj(const Mesh& mesh, const std::string& path, const MeshFileOptions&
       const View& view = mesh.views[part.view].view;
       name = std::to_string(part.view) + "_" + word(view.camera);
       const std::string picture = stem.filename().string() + "-" + name + ".png";
-      const std::vector<std::uint8_t> encoded =
-          encode_png(texture_picture(view, gain_of(*mesh.texturing, part.view)));
+      const std::vector<std::uint8_t> encoded = encode_png(texture_picture(mesh, part.view));
       write_whole_file((stem.parent_path() / picture).string(),
                        {reinterpret_cast<const char*>(encoded.data()), encoded.size()});
       materials += material(name, Vec3f(1.0f), picture);

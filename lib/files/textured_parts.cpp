@@ -181,22 +181,25 @@ std::vector<TexturedPart> textured_parts(const Mesh& mesh, double max_error) {
   return splitter.parts();
 }
 
-Picture texture_picture(const View& view, const Vec3f& gain) {
+Picture texture_picture(const Mesh& mesh, std::size_t number) {
+  const View& view = mesh.views[number].view;
+  const Mat3f colour = colour_of(*mesh.texturing, mesh.views[number].calibration, number);
   constexpr int spread = 4;
   constexpr std::uint8_t foreground = 128;
   const int width = view.roi.width, height = view.roi.height;
   Picture picture{width, height, 3, std::vector<std::uint8_t>(std::size_t(width) * height * 3)};
   std::vector<std::uint8_t> known(std::size_t(width) * height);
-  std::array<std::array<std::uint8_t, 256>, 3> codes;  // what a byte becomes
-  for (int c = 0; c < 3; ++c)
-    for (int i = 0; i < 256; ++i) {
-      const auto code = static_cast<std::uint8_t>(i);
-      codes[c][i] = gain[c] == 1.0f ? code : linear_to_srgb(gain[c] * srgb_to_linear(code));
-    }
+  const bool coloured = colour != Mat3f(1.0f);
   for (int y = 0; y < height; ++y) {
     const std::uint8_t* source = view.pixels.data() + std::size_t(y) * view.stride;
     for (int x = 0; x < width; ++x) {
-      for (int c = 0; c < 3; ++c) picture.row(y)[3 * x + c] = codes[c][source[4 * x + c]];
+      std::uint8_t* const target = picture.row(y) + 3 * x;
+      std::copy_n(source + 4 * x, 3, target);
+      if (coloured) {
+        const Vec3f light = colour * Vec3f(srgb_to_linear(target[0]), srgb_to_linear(target[1]),
+                                           srgb_to_linear(target[2]));
+        for (int c = 0; c < 3; ++c) target[c] = linear_to_srgb(light[c]);
+      }
       known[std::size_t(y) * width + x] = source[4 * x + 3] >= foreground;
     }
   }

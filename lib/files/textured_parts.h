@@ -23,9 +23,9 @@ struct TexturedPart {
 /// along the edges, as far as splitting goes (mesh_files.h).
 std::vector<TexturedPart> textured_parts(const Mesh& mesh, double max_error = 0.5);
 
-/// The region of interest of \p view, whose pixels are RGBA, as RGB, with the foreground's colour
-/// spread a few pixels into the background, so that texture filters do not mix in the screen's
-/// colour. Linear colours are multiplied by \p gain.
-Picture texture_picture(const View& view, const Vec3f& gain);
+/// The region of interest of view \p number of \p mesh, whose pixels are RGBA, as RGB, with the
+/// foreground's colour spread a few pixels into the background, so that texture filters do not mix in
+/// the screen's colour. Colours are multiplied as colour_of() says.
+Picture texture_picture(const Mesh& mesh, std::size_t number);
 
 }  // namespace polyhull

@@ -15,7 +15,7 @@ void MeshTexturer::texture(Mesh& mesh, const TextureSettings& settings) {
     cameras.push_back(view.calibration);
     FillPicture& picture = pictures.emplace_back();
     if (view.view.format == PixelFormat::rgba)
-      picture = {view.view.roi, view.view.stride, view.view.pixels};
+      picture = {view.view.roi, view.view.stride, view.view.pixels, Mat3f(view.calibration.colour)};
   }
   mesh.texturing = texturer_.texture(mesh.hull, cameras, settings);
   Stopwatch watch;
@@ -29,7 +29,7 @@ void MeshTexturer::texture(Mesh& mesh, const TextureSettings& settings) {
         balance_.update(mesh.hull, {cameras, pictures, *mesh.texturing, settings.threads}, names,
                         time, settings.balance_time);
     for (std::size_t k = 0; k < pictures.size(); ++k)
-      pictures[k].gain = mesh.texturing->gains[k];
+      pictures[k].colour = colour_of(*mesh.texturing, cameras[k], k);
   } else {
     balance_.reset();
   }

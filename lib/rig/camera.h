@@ -18,12 +18,14 @@ namespace polyhull {
 
 struct Camera {
   std::string name;
-  int width = 0;   ///< pixels of the full frame
-  int height = 0;  ///< pixels of the full frame
-  Mat3 K{1.0};     ///< upper triangular; may have skew
+  int width = 0;                   ///< pixels of the full frame
+  int height = 0;                  ///< pixels of the full frame
+  Mat3 K{1.0};                     ///< upper triangular; may have skew
   std::vector<double> distortion;  ///< empty, or 4, 5, 8 or 12 coefficients in OpenCV's order
   Mat3 R{1.0};                     ///< world to camera, a rotation
   Vec3 t{0.0};                     ///< world units
+  /// Brings its linear light (red, green, blue) to the colours that all cameras of its rig agree on.
+  Mat3 colour{1.0};
 
   /// The centre of projection in world coordinates, -R^T t.
   Vec3 centre() const;

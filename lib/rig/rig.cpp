@@ -62,6 +62,18 @@ void validate_pose(const Camera& camera, const std::string& where) {
   if (!finite(camera.t)) fail(where, "t has a number that is not finite");
 }
 
+void validate_colour(const Camera& camera, const std::string& where) {
+  constexpr double most = 16.0, least_determinant = 1e-4;
+  for (const double number : to_rows(camera.colour))
+    if (!(std::abs(number) <= most))
+      fail(where,
+           fmt::format("the colour matrix has a number that is not finite or beyond {}", most));
+  if (!(glm::determinant(camera.colour) >= least_determinant))
+    fail(where, fmt::format("the colour matrix makes colours alike that differ: its determinant, "
+                            "{:g}, is below {}",
+                            glm::determinant(camera.colour), least_determinant));
+}
+
 }  // namespace
 
 const Camera* Rig::find(std::string_view name) const {
@@ -90,6 +102,7 @@ double Rig::metres_per_unit() const {
 void validate_camera(const Camera& camera, const std::string& where) {
   validate_intrinsics(camera, where);
   validate_pose(camera, where);
+  validate_colour(camera, where);
 }
 
 void validate_rig(const Rig& rig, const std::string& source) {

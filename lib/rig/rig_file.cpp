@@ -116,6 +116,7 @@ Camera read_camera(const json& value, const std::string& where,
   }
   if (value.contains("distortion"))
     camera.distortion = numbers(value["distortion"], named + ".distortion");
+  if (value.contains("colour")) camera.colour = matrix3(value["colour"], named + ".colour");
   return camera;
 }
 
@@ -208,7 +209,9 @@ std::string rig_to_json(const Rig& rig) {
            ",\n      \"K\": " + rows(camera.K);
     if (!camera.distortion.empty())
       out += ",\n      \"distortion\": " + list(camera.distortion.data(), camera.distortion.size());
-    out += ",\n      \"R\": " + rows(camera.R) + ",\n      \"t\": " + list(camera.t) + "\n    }";
+    out += ",\n      \"R\": " + rows(camera.R) + ",\n      \"t\": " + list(camera.t);
+    if (camera.colour != Mat3(1.0)) out += ",\n      \"colour\": " + rows(camera.colour);
+    out += "\n    }";
     out += i + 1 < rig.cameras.size() ? ",\n" : "\n";
   }
   return out + "  ]\n}\n";

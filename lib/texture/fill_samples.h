@@ -19,7 +19,7 @@ struct FillPicture {
   Rectangle roi;                         ///< the part of the frame that `pixels` covers
   int stride = 0;                        ///< bytes from one row to the next
   std::span<const std::uint8_t> pixels;  ///< RGBA, alpha the matte; none: the view colours nothing
-  Vec3f gain{1.0f};                      ///< what its linear colours are multiplied by
+  Mat3f colour{1.0f};                    ///< what its linear colours are multiplied by
 };
 
 /// A colour, and how sure it is that it is the surface's own.

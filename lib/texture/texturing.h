@@ -58,7 +58,7 @@ struct OcclusionMap {
 /// in `view` is moved from which a point of the surface takes its colour, the eye decides
 /// (render/picture_flows.h). Texel (i, j) stands for texel (2 i, 2 j) of the view's OcclusionMap.
 struct PictureFlow {
-  static constexpr int coarser = 2;          ///< than the map
+  static constexpr int coarser = 2;            ///< than the map
   static constexpr float unit = 1.0f / 16.0f;  ///< of an offset: texels of the map
   static constexpr int most_of_view = 2;       ///< flows that a view may have
   int view = 0;
@@ -77,24 +77,28 @@ struct Texturing {
   Vec3f untextured{0.5f};              ///< colour (sRGB, 0..1) of what no camera sees
   std::vector<std::uint64_t> visible;  ///< per triangle: the views that see it unoccluded
   std::vector<std::int8_t> best;       ///< per triangle: the view of method direct, -1: none
-  std::vector<float> weights;      ///< per vertex, per view, 0..1, not normalised; vertex-major:
-                                   ///< camera_normal: the camera-normal weight, else 1;
-                                   ///< both reduced by the occluded share of the triangles around
-  std::vector<Vec3f> normals;      ///< per vertex, unit length
+  std::vector<float> weights;  ///< per vertex, per view, 0..1, not normalised; vertex-major:
+                               ///< camera_normal: the camera-normal weight, else 1;
+                               ///< both reduced by the occluded share of the triangles around
+  std::vector<Vec3f> normals;  ///< per vertex, unit length
   /// Per vertex: the colour of what no camera sees there (RGBA bytes, sRGB), instead of `untextured`;
   /// or none.
   std::vector<std::uint32_t> fill;
-  /// Per view: what its linear red, green and blue are multiplied by, so that the cameras agree; or
-  /// none.
+  /// Per view: what its linear red, green and blue are multiplied by, after its camera's own matrix, so
+  /// that the cameras agree; or none.
   std::vector<Vec3f> gains;
   std::vector<OcclusionMap> maps;  ///< per view; none for method direct and where occlusion is off
   /// Of pairs of views that disagree, each way, by view and other; none without maps.
   std::vector<PictureFlow> flows;
 };
 
-/// The gain of view \p view; 1 where there are none.
-inline Vec3f gain_of(const Texturing& texturing, std::size_t view) {
-  return view < texturing.gains.size() ? texturing.gains[view] : Vec3f(1.0f);
+/// What the linear colours of view \p view, seen by \p camera, are multiplied by: the camera's own
+/// matrix, then the view's gains.
+inline Mat3f colour_of(const Texturing& texturing, const Camera& camera, std::size_t view) {
+  Mat3f colour(camera.colour);
+  if (view < texturing.gains.size())
+    for (int column = 0; column < 3; ++column) colour[column] *= texturing.gains[view];
+  return colour;
 }
 
 }  // namespace polyhull

@@ -34,8 +34,13 @@ flatbuffers::Offset<wire::Camera> pack_camera(flatbuffers::FlatBufferBuilder& bu
   const auto k_offset = builder.CreateVector(k.data(), k.size());
   const auto distortion = builder.CreateVector(camera.distortion);
   const auto r_offset = builder.CreateVector(r.data(), r.size());
-  return wire::CreateCamera(builder, k_offset, distortion, r_offset,
-                            pack_vector(builder, camera.t));
+  flatbuffers::Offset<flatbuffers::Vector<double>> colour;
+  if (camera.colour != Mat3(1.0)) {
+    const auto rows = to_rows(camera.colour);
+    colour = builder.CreateVector(rows.data(), rows.size());
+  }
+  return wire::CreateCamera(builder, k_offset, distortion, r_offset, pack_vector(builder, camera.t),
+                            colour);
 }
 
 // Enough room from the start: a builder that grows copies everything.
@@ -169,6 +174,8 @@ Camera unpack_camera(const wire::Camera& table, const View& view) {
   camera.distortion = unpack_numbers<double>(table.distortion());
   camera.R = from_rows(unpack_array<9>(table.r(), "R"));
   camera.t = unpack_vector(table.t(), "t");
+  if (table.colour())
+    camera.colour = from_rows(unpack_array<9>(table.colour(), "the colour matrix"));
   return camera;
 }
 

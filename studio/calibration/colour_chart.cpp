@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "studio/calibration/colour_chart.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "base/error.h"
@@ -86,6 +87,34 @@ ChartColours read_chart(const Picture& picture, const std::array<Vec2, 4>& corne
     colours.clipped[patch] = clipped * 100 >= steps * steps;
   }
   return colours;
+}
+
+Vec3 read_card(const Picture& picture, const Vec2& from, const Vec2& to,
+               const std::string& camera) {
+  const Vec2 low = glm::ceil(glm::min(from, to)), high = glm::floor(glm::max(from, to));
+  if (!(low.x >= 0 && low.y >= 0 && high.x < picture.width && high.y < picture.height))
+    throw Error(
+        Error::Kind::bad_input,
+        "The grey card's rectangle of camera '{}' is not within its picture of {}x{} pixels.",
+        camera, picture.width, picture.height);
+  const double area = (high.x - low.x + 1) * (high.y - low.y + 1);
+  if (!(area >= 64))
+    throw Error(
+        Error::Kind::bad_input,
+        "The grey card's rectangle of camera '{}' has fewer than 64 pixels; take a larger one.",
+        camera);
+  Vec3 sum(0.0);
+  double clipped = 0.0;
+  for (int y = static_cast<int>(low.y); y <= static_cast<int>(high.y); ++y)
+    for (int x = static_cast<int>(low.x); x <= static_cast<int>(high.x); ++x) {
+      const std::uint8_t* pixel = picture.row(y) + 3 * x;
+      for (int c = 0; c < 3; ++c) sum[c] += srgb_to_linear(pixel[c]);
+      clipped += std::any_of(pixel, pixel + 3, [](int code) { return code == 0 || code >= 254; });
+    }
+  if (clipped * 100 >= area)
+    throw Error(Error::Kind::bad_input,
+                "Camera '{}' sees the grey card over- or underexposed; mend its exposure.", camera);
+  return sum / area;
 }
 
 const std::array<Vec3, chart_patches>& published_chart() {

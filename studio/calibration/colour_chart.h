@@ -32,6 +32,12 @@ struct ChartColours {
 ChartColours read_chart(const Picture& picture, const std::array<Vec2, 4>& corners,
                         const std::string& camera);
 
+/// The mean light of a grey card's part between the corners \p from and \p to (pixels, each axis in any
+/// order) of \p picture (3 channels), sRGB undone. Throws Error, naming \p camera, for a rectangle that
+/// is not within the picture or has less than 64 pixels, and where a hundredth of it and more is at 0
+/// or >= 254.
+Vec3 read_card(const Picture& picture, const Vec2& from, const Vec2& to, const std::string& camera);
+
 /// The chart's colours as published for sRGB (X-Rite, before November 2014), linear. Cyan lies
 /// outside of sRGB, whose red is clipped.
 const std::array<Vec3, chart_patches>& published_chart();

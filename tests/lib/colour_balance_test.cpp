@@ -26,7 +26,8 @@ std::vector<Vec3f> faults(std::size_t cameras) {
   for (int c = 0; c < 3; ++c) {
     double mean = 0.0;
     for (std::size_t k = 0; k < cameras; ++k) {
-      gains[k][c] = static_cast<float>(0.2 * std::sin(2.4 * static_cast<double>(k) + 1.1 * c + 0.4));
+      gains[k][c] =
+          static_cast<float>(0.2 * std::sin(2.4 * static_cast<double>(k) + 1.1 * c + 0.4));
       mean += gains[k][c] / static_cast<double>(cameras);
     }
     for (Vec3f& gain : gains)
@@ -38,8 +39,8 @@ std::vector<Vec3f> faults(std::size_t cameras) {
 void apply(const Vec3f& gain, Picture& picture) {
   for (std::size_t i = 0; i < picture.pixels.size(); ++i)
     if (i % 4 < 3)
-      picture.pixels[i] = linear_to_srgb(gain[static_cast<int>(i % 4)] *
-                                         srgb_to_linear(picture.pixels[i]));
+      picture.pixels[i] =
+          linear_to_srgb(gain[static_cast<int>(i % 4)] * srgb_to_linear(picture.pixels[i]));
 }
 
 /// A body, its refined surface and what cameras see of it, each with a gain of its own.
@@ -113,6 +114,33 @@ TEST(ColourBalance, SeamsGo) {
   }
 }
 
+// Cameras that see colours their own way, each with the matrix that undoes it: nothing is lost, but for
+// what rounding to bytes and clipping take, and there is nothing left to balance.
+TEST(ColourBalance, MatricesOfTheCamerasCountFirst) {
+  Stage stage("5");
+  const double right = stage.psnr(textured(stage, false));
+  for (std::size_t k = 0; k < 5; ++k) {
+    const double s = 0.08 * std::sin(2.4 * static_cast<double>(k) + 0.4), g = 0.9 + 0.5 * s;
+    const Mat3 response = from_rows({g, s, -0.04, 0.03 - s, g + 0.06, -0.02, s, 0.05, 0.85 - s});
+    for (std::size_t i = 0; i < stage.scene.pictures[k].pixels.size(); i += 4) {
+      std::uint8_t* pixel = &stage.scene.pictures[k].pixels[i];
+      const Vec3 light = response * Vec3(srgb_to_linear(pixel[0]), srgb_to_linear(pixel[1]),
+                                         srgb_to_linear(pixel[2]));
+      for (int c = 0; c < 3; ++c) pixel[c] = linear_to_srgb(static_cast<float>(light[c]));
+    }
+    stage.scene.cameras[k].colour = glm::inverse(response);
+  }
+  const double matched = stage.psnr(textured(stage, false));
+  const Mesh balanced = textured(stage, true);
+  for (const Vec3f& gain : balanced.texturing->gains)
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(gain[c], 1.0f, 0.06f);  // dark places were clipped
+  for (Camera& camera : stage.scene.cameras) camera.colour = Mat3(1.0);
+  const double spoilt = stage.psnr(textured(stage, false));
+  std::printf("%.2f dB, spoilt %.2f, by matrices %.2f\n", right, spoilt, matched);
+  EXPECT_LT(spoilt, right - 1.5);
+  EXPECT_GT(matched, right - 0.1);
+}
+
 /// A painted ball before a ring of cameras, of whose pictures some are darker.
 class Ring {
  public:
@@ -132,8 +160,9 @@ class Ring {
   }
   std::size_t size() const { return cameras_.size(); }
   /// What \p balance makes of it, without camera \p missing.
-  std::vector<Vec3f> gains(ColourBalance& balance, std::optional<double> time, double constant = 2.0,
-                           std::size_t missing = ~std::size_t{0}, int threads = 1) const {
+  std::vector<Vec3f> gains(ColourBalance& balance, std::optional<double> time,
+                           double constant = 2.0, std::size_t missing = ~std::size_t{0},
+                           int threads = 1) const {
     std::vector<FillPicture> pictures;
     std::vector<Camera> cameras;
     std::vector<std::string_view> names;
@@ -212,7 +241,8 @@ TEST(ColourBalance, MissingCamerasAreRemembered) {
   for (int i = 0; i < 10; ++i) without = ring.gains(balance, 1.2 + 0.2 * i, 2.0, 2);
   ASSERT_EQ(without.size(), 5u);
   for (std::size_t k = 0; k < 5; ++k)
-    for (int c = 0; c < 3; ++c) EXPECT_NEAR(without[k][c], before[k < 2 ? k : k + 1][c], 0.01f) << k;
+    for (int c = 0; c < 3; ++c)
+      EXPECT_NEAR(without[k][c], before[k < 2 ? k : k + 1][c], 0.01f) << k;
   const std::vector<Vec3f> after = ring.gains(balance, 3.1);
   for (int c = 0; c < 3; ++c) EXPECT_NEAR(after[2][c], before[2][c], 0.01f);
 }

@@ -77,26 +77,34 @@ TEST_P(CompositorSkinTest, EveryTermOfTheLensIsUndone) {
   }
 }
 
-// A view's linear colours are multiplied by its gain, near by and where smaller pictures are drawn.
-TEST_P(CompositorSkinTest, GainsMultiplyLight) {
+// A view's linear colours are multiplied by its camera's matrix and its gain, near by and where smaller
+// pictures are drawn.
+TEST_P(CompositorSkinTest, MatricesAndGainsMultiplyLight) {
   Camera camera = synthetic::look_at({0, 1, 1.5}, {0, 1, 0}, 320, 320, 80.0);
   camera.name = "cam0";
   static PaintedWall wall({camera});  // for all interfaces
   const Vec3f gain(0.5f, 1.25f, 0.8f);
+  const Mat3 colour = from_rows({0.9, 0.2, -0.1, -0.05, 1.1, 0.1, 0.15, -0.3, 1.3});
   for (const double distance : {1.5, 9.0}) {
     Shot shot(floor_scene({}, point_lamp({0, 3, 0}, Vec3f(1.0f))), wall.photographed.mesh,
               synthetic::look_at({0, 1, distance}, {0, 1, 0}, 256, 256, 60.0));
     const std::vector<Vec3> places{{-0.45, 0.6, 0}, {0.4, 0.7, 0}, {0.1, 1.1, 0}, {0.3, 1.4, 0}};
     std::vector<Vec3f> before;
     wall.photographed.mesh.texturing->gains.clear();
+    wall.photographed.mesh.views[0].calibration.colour = Mat3(1.0);
     shot.draw(0.0f);
     for (const Vec3& place : places) before.push_back(shot.at(place));
-    wall.photographed.mesh.texturing->gains = {gain};
-    shot.draw(0.0f);
-    for (std::size_t i = 0; i < places.size(); ++i)
-      for (int c = 0; c < 3; ++c)
-        EXPECT_NEAR(shot.at(places[i])[c], std::min(gain[c] * before[i][c], 1.0f), 0.012f)
-            << distance << " m, place " << i << ", channel " << c;
+    for (const Mat3& matrix : {Mat3(1.0), colour}) {
+      wall.photographed.mesh.texturing->gains = {gain};
+      wall.photographed.mesh.views[0].calibration.colour = matrix;
+      shot.draw(0.0f);
+      for (std::size_t i = 0; i < places.size(); ++i) {
+        const Vec3f expected = glm::clamp(gain * (Mat3f(matrix) * before[i]), 0.0f, 1.0f);
+        for (int c = 0; c < 3; ++c)
+          EXPECT_NEAR(shot.at(places[i])[c], expected[c], 0.015f)
+              << distance << " m, place " << i << ", channel " << c;
+      }
+    }
   }
 }
 

@@ -201,9 +201,10 @@ TEST(FillColoursTest, GainsCount) {
   Stage stage(ball(8), front(), [](std::size_t, int, int) { return Vec3f(100, 150, 60); });
   texture_mesh(stage.mesh());
   const View& view = stage.mesh().views[0].view;
-  const FillPicture picture{view.roi, view.stride, view.pixels, Vec3f(2.0f, 0.5f, 1.0f)};
-  const std::vector<std::uint32_t> fill =
-      FillColours().find(stage.mesh().hull, front(), std::span(&picture, 1), *stage.mesh().texturing, {});
+  const FillPicture picture{view.roi, view.stride, view.pixels,
+                            Mat3f(2.0f, 0, 0, 0, 0.5f, 0, 0, 0, 1.0f)};
+  const std::vector<std::uint32_t> fill = FillColours().find(
+      stage.mesh().hull, front(), std::span(&picture, 1), *stage.mesh().texturing, {});
   ASSERT_FALSE(fill.empty());
   for (const std::uint32_t rgba : fill) {
     EXPECT_NEAR(colour(rgba).x, linear_to_srgb(2.0f * srgb_to_linear(100)), 1.0f);

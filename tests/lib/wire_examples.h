@@ -61,6 +61,7 @@ inline Mesh mesh(std::span<const std::uint8_t> block_a, std::span<const std::uin
     mesh.views.push_back(mesh_view);
   }
   mesh.views[1].calibration.distortion = {-0.3, 0.1, 1e-3, 1e-4, 0.02};
+  mesh.views[1].calibration.colour = from_rows({1.1, 0.1, -0.1, 0.0, 0.9, 0.05, -0.2, 0.1, 1.3});
   Texturing texturing;
   texturing.method = TextureMethod::direct;
   texturing.metric = TextureMetric::viewing_angle;

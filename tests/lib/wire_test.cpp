@@ -66,7 +66,7 @@ void expect_same(const Mesh& a, const Mesh& b) {
     const Camera& p = a.views[i].calibration;
     const Camera& q = b.views[i].calibration;
     EXPECT_TRUE(p.name == q.name && p.width == q.width && p.height == q.height && p.K == q.K &&
-                p.distortion == q.distortion && p.R == q.R && p.t == q.t);
+                p.distortion == q.distortion && p.R == q.R && p.t == q.t && p.colour == q.colour);
   }
   ASSERT_EQ(a.texturing.has_value(), b.texturing.has_value());
   if (!a.texturing) return;

@@ -24,10 +24,10 @@ struct ViewBlock {
   glm::vec4 origin{0.0f};
   glm::vec4 lens[3] = {glm::vec4(0.0f), glm::vec4(0.0f), glm::vec4(0.0f)};
   glm::vec4 limits{1.0f};
-  glm::vec4 gain{1.0f};
+  glm::mat3x4 colour{1.0f};  // columns with a fourth number that nothing reads
   glm::vec4 flows{-1.0f};
 };
-static_assert(sizeof(ViewBlock) == 16 * 15);
+static_assert(sizeof(ViewBlock) == 16 * 17);
 
 int rounded_up(int size) {
   return (size + 63) / 64 *
@@ -320,7 +320,7 @@ void SubjectBuffers::upload_views(const Mesh& mesh) {
       block.limits.z = (static_cast<float>(map.width) + 0.5f) / static_cast<float>(map_width_);
       block.limits.w = (static_cast<float>(map.height) + 0.5f) / static_cast<float>(map_height_);
     }
-    if (mesh.texturing) block.gain = glm::vec4(gain_of(*mesh.texturing, k), 1.0f);
+    if (mesh.texturing) block.colour = glm::mat3x4(colour_of(*mesh.texturing, camera, k));
     for (std::size_t i = 0; i < std::min<std::size_t>(camera.distortion.size(), 12); ++i)
       block.lens[i / 4][static_cast<int>(i % 4)] = static_cast<float>(camera.distortion[i]);
     distortion_ = distortion_ || camera.has_distortion();

@@ -29,7 +29,6 @@ struct SkinView {
   bool distorted = false;
   float fx = 1.0f, fy = 1.0f, cx = 0.0f, cy = 0.0f, skew = 0.0f;
   float lens[12] = {};
-  float gain[3] = {1.0f, 1.0f, 1.0f};  ///< of the picture's linear colours; for those who fetch
 };
 
 /// Points of a subject's surface in one view, in arrays of \p count.
@@ -42,8 +41,8 @@ struct SkinPoints {
 
 /// Where a view shows what another one shows (PictureFlow), in that view's pinhole pixels.
 struct SkinFlow {
-  const std::int8_t* offsets = nullptr;  ///< x, y of each texel
-  int width = 0, height = 0;             ///< at least 2
+  const std::int8_t* offsets = nullptr;    ///< x, y of each texel
+  int width = 0, height = 0;               ///< at least 2
   float x = 0.0f, y = 0.0f, scale = 1.0f;  ///< texel = (pixel - x) * scale
   float unit = 1.0f;                       ///< pixels of an offset of 1
   std::uint32_t other = 0;                 ///< the other view's slot

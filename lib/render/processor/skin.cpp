@@ -85,9 +85,13 @@ SkinCounts Skin::prepare(const Mesh& mesh, const std::vector<Vec3>& eyes, double
                   levels_needed(mesh, drawing_.views[i], eyes, pixel_size));
   });
   views_.clear();
+  colours_.clear();
   smaller_.clear();
   for (const int view : drawing_.views) {
     views_.push_back(look_through(mesh, view));
+    colours_.push_back(mesh.texturing
+                           ? colour_of(*mesh.texturing, mesh.views[view].calibration, view)
+                           : Mat3f(1.0f));
     std::vector<SkinView>& smaller = smaller_.emplace_back();
     for (const SmallerPicture& picture : pictures_[static_cast<std::size_t>(view)].smaller) {
       SkinView next = smaller.empty() ? views_.back() : smaller.back();
@@ -209,8 +213,6 @@ SkinView Skin::look_through(const Mesh& mesh, int number) const {
   out.skew = static_cast<float>(camera.K[1][0]);
   for (std::size_t i = 0; i < std::min<std::size_t>(camera.distortion.size(), 12); ++i)
     out.lens[i] = static_cast<float>(camera.distortion[i]);
-  if (mesh.texturing)
-    for (int c = 0; c < 3; ++c) out.gain[c] = gain_of(*mesh.texturing, k)[c];
   return out;
 }
 
@@ -237,11 +239,14 @@ void Skin::fetch(std::size_t slot, const SkinItems& items, SkinScratch& s) const
   const auto colours = [&](const SkinView& view, std::size_t count, float* u, float* v) {
     loops().fetch(view, static_cast<int>(count), srgb_to_linear_table(), u, v, s.red.data(),
                   s.green.data(), s.blue.data(), ribbons ? s.alpha.data() : nullptr);
-    float* const channels[] = {s.red.data(), s.green.data(), s.blue.data()};
-    for (int c = 0; c < 3; ++c)
-      if (const float gain = view.gain[c]; gain != 1.0f)
-        for (std::size_t j = 0; j < count; ++j)
-          channels[c][j] = std::min(gain * channels[c][j], 1.0f);
+    const Mat3f& colour = colours_[slot];
+    if (colour == Mat3f(1.0f)) return;
+    for (std::size_t j = 0; j < count; ++j) {
+      const Vec3f light = glm::clamp(colour * Vec3f(s.red[j], s.green[j], s.blue[j]), 0.0f, 1.0f);
+      s.red[j] = light.r;
+      s.green[j] = light.g;
+      s.blue[j] = light.b;
+    }
   };
   if (smaller_[slot].empty()) {
     colours(views_[slot], s.chosen.size(), s.u.data(), s.v.data());

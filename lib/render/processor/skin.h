@@ -108,6 +108,7 @@ class Skin {
   std::vector<std::size_t> first_, first_wide_;  // by eye
   std::vector<Picture> pictures_;                // by view
   std::vector<SkinView> views_;                  // by slot
+  std::vector<Mat3f> colours_;                   // by slot: colour_of()
   std::vector<std::vector<SkinView>> smaller_;   // by slot and level, from 1 on
   std::vector<std::vector<SkinFlow>> flows_;     // by slot
   double pixel_size_ = 0.0;

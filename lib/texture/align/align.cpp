@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "base/thread_pool.h"
+#include "texture/colour/eye.h"
 
 namespace polyhull {
 namespace {
@@ -38,7 +39,7 @@ std::vector<std::uint16_t> least_around(const std::vector<std::uint16_t>& in, in
 
 /// The mean of the pixels around a place, the nearer the more; by how much the matte holds them.
 struct Mean {
-  float colour[3] = {};
+  Vec3f colour{0.0f};
   float covered = 0.0f;
 };
 
@@ -64,7 +65,7 @@ Mean mean_around(const FillPicture& picture, const Vec2& at, float reach) {
     }
   }
   if (!(out.covered > 0.0f)) return out;
-  for (float& c : out.colour) c /= out.covered;
+  out.colour /= out.covered;
   out.covered /= all;
   return out;
 }
@@ -107,9 +108,7 @@ void PictureAligner::sample(const Camera& camera, const FillPicture& picture,
   const float unit = (map.far - map.near) / 65534.0f;
   const bool distorted = camera.has_distortion();
   const auto reach = static_cast<float>(std::max(grid.step, 1.0));
-  float gain[3];  // of codes, nearly
-  for (int c = 0; c < 3; ++c)
-    gain[c] = picture.gain[c] == 1.0f ? 1.0f : std::pow(picture.gain[c], 1.0f / 2.2f);
+  const bool coloured = picture.colour != Mat3f(1.0f);
   for (int y = 1; y < grid.image.height - 1; ++y) {
     for (int x = 1; x < grid.image.width - 1; ++x) {
       const std::size_t texel = static_cast<std::size_t>(coarser * y) * map.width + coarser * x;
@@ -117,7 +116,8 @@ void PictureAligner::sample(const Camera& camera, const FillPicture& picture,
       const Vec2 ideal(grid.x + x * grid.step, grid.y + y * grid.step);
       const Mean mean = mean_around(picture, distorted ? camera.distort(ideal) : ideal, reach);
       const std::size_t i = static_cast<std::size_t>(y) * grid.image.width + x;
-      for (int c = 0; c < 3; ++c) grid.image.channel[c][i] = gain[c] * mean.colour[c];
+      const Vec3f colour = coloured ? with_colour(mean.colour, picture.colour) : mean.colour;
+      for (int c = 0; c < 3; ++c) grid.image.channel[c][i] = colour[c];
       grid.image.weight[i] = mean.covered * static_cast<float>(map.fade[texel]) / 255.0f;
       grid.sees = grid.sees || grid.image.weight[i] > 0.0f;
       grid.depth[i] = map.near + static_cast<float>(depth[texel]) * unit;

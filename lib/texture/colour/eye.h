@@ -3,6 +3,7 @@
 /// What one view sees of single points of a hull, and in which colour.
 #pragma once
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstdint>
@@ -20,12 +21,13 @@ namespace polyhull {
 
 static_assert(std::endian::native == std::endian::little);  // RGBA bytes are read as a word
 
-/// The sRGB codes (0..255) of \p codes' light times \p gain; not clipped.
-inline Vec3f with_gain(const Vec3f& codes, const Vec3f& gain) {
-  Vec3f out;
-  for (int c = 0; c < 3; ++c)
-    out[c] = 255.0f * srgb_encoded(gain[c] * srgb_decoded(codes[c] / 255.0f));
-  return out;
+/// The sRGB codes (from 0 on) of \p codes' light times \p colour; above 255 not clipped.
+inline Vec3f with_colour(const Vec3f& codes, const Mat3f& colour) {
+  Vec3f light;
+  for (int c = 0; c < 3; ++c) light[c] = srgb_decoded(codes[c] / 255.0f);
+  light = colour * light;
+  for (int c = 0; c < 3; ++c) light[c] = 255.0f * srgb_encoded(std::max(light[c], 0.0f));
+  return light;
 }
 
 /// One view, ready to be asked what it sees at points of the surface and in which colour.
@@ -72,7 +74,8 @@ class Eye {
   std::optional<Vec3f> colour(const Vec2f& at) const {
     const Vec2 real = pixel_of(at);
     if (!(std::abs(real.x) < 1e6 && std::abs(real.y) < 1e6)) return std::nullopt;
-    return mean_around(static_cast<int>(std::lround(real.x)), static_cast<int>(std::lround(real.y)));
+    return mean_around(static_cast<int>(std::lround(real.x)),
+                       static_cast<int>(std::lround(real.y)));
   }
 
   /// The same, interpolated between pixels.
@@ -86,7 +89,8 @@ class Eye {
           mean_around(static_cast<int>(left) + i % 2, static_cast<int>(top) + i / 2);
       if (!mean) return std::nullopt;
       const double across = real.x - left, down = real.y - top;
-      sum += static_cast<float>((i % 2 ? across : 1.0 - across) * (i / 2 ? down : 1.0 - down)) * *mean;
+      sum +=
+          static_cast<float>((i % 2 ? across : 1.0 - across) * (i / 2 ? down : 1.0 - down)) * *mean;
     }
     return sum;
   }
@@ -118,7 +122,7 @@ class Eye {
       }
     }
     const Vec3f mean = Vec3f(even & 0xffffu, odd, even >> 16) * (1.0f / 9.0f);
-    return picture_.gain == Vec3f(1.0f) ? mean : with_gain(mean, picture_.gain);
+    return picture_.colour == Mat3f(1.0f) ? mean : with_colour(mean, picture_.colour);
   }
 
   const Camera& camera_;

@@ -110,6 +110,19 @@ TEST(ColourChart, ClippedPatchesAreFound) {
   EXPECT_FALSE(seen.clipped[21]);  // neutral 5
 }
 
+TEST(GreyCard, ItsLightAndWhatCannotBeRead) {
+  Picture picture{width, height, 3, std::vector<std::uint8_t>(width * height * 3, 128)};
+  for (std::size_t i = 0; i < picture.pixels.size(); i += 3) picture.pixels[i] = 100;
+  const Vec3 light = read_card(picture, {20, 90}, {80, 30}, "cam0");
+  EXPECT_NEAR(light.r, srgb_to_linear(100), 1e-6);
+  EXPECT_NEAR(light.g, srgb_to_linear(128), 1e-6);
+  EXPECT_THROW(read_card(picture, {20, 30}, {width, 90}, "a"), Error);
+  EXPECT_THROW(read_card(picture, {NAN, 30}, {80, 90}, "a"), Error);
+  EXPECT_THROW(read_card(picture, {20, 30}, {24, 34}, "a"), Error);
+  for (int x = 20; x < 80; ++x) picture.row(50)[3 * x + 1] = 255;
+  EXPECT_THROW(read_card(picture, {20, 30}, {80, 90}, "a"), Error);
+}
+
 TEST(ColourChart, CornersThatCannotBe) {
   const Picture picture{width, height, 3, std::vector<std::uint8_t>(width * height * 3, 20)};
   EXPECT_THROW(read_chart(picture, {Vec2{30, 20}, {330, 40}, {280, 215}, {45, 200}}, "a"), Error);

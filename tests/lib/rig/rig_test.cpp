@@ -43,7 +43,7 @@ void expect_refused(const std::function<void(json&)>& change,
 
 bool same(const Camera& a, const Camera& b) {
   return a.name == b.name && a.width == b.width && a.height == b.height && a.K == b.K &&
-         a.R == b.R && a.t == b.t && a.distortion == b.distortion;
+         a.R == b.R && a.t == b.t && a.distortion == b.distortion && a.colour == b.colour;
 }
 
 TEST(Rig, DefaultSeesAPersonFully) {
@@ -72,6 +72,7 @@ TEST(Rig, DefaultSeesAPersonFully) {
 TEST(Rig, ComesBackFromItsFileExactly) {
   Rig rig = default_rig();
   rig.cameras[1].distortion = {-0.3, 0.1, 1e-4, -2e-5, 0.01};
+  rig.cameras[1].colour = from_rows({1.1, 0.1, -0.1, 0.0, 0.9, 0.05, -0.2, 0.1, 1.0 / 3.0});
   rig.cameras[2].name = "left \"wing\"\\\n";
   rig.unit = "mm";
   rig.up = Vec3(0, 0, -1);

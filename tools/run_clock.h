@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// One clock for pipelines on several machines, by GStreamer's network clock.
+#pragma once
+
+#include <gst/gst.h>
+
+#include <string>
+
+/// Lets \p pipeline run by a clock that other machines share, and count its running time from that
+/// clock's zero, so that equal running times are equal instants on all machines. \p server_port: the
+/// pipeline's own clock is given to others on this UDP port (0: not); \p server: HOST:PORT of who
+/// gives it ("": not). Returns what serves the clock, to be unreferenced after the pipeline, or
+/// null where nothing is served. Throws polyhull::Error where the port is taken, \p server is no
+/// HOST:PORT, or does not answer within ten seconds.
+GstObject* share_clock(GstElement* pipeline, int server_port, const std::string& server);
