@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "track/opentrackio_segments.h"
+
+#include <algorithm>
+#include <array>
+
+#include "base/error.h"
+
+namespace polyhull {
+namespace {
+
+constexpr std::array<std::uint8_t, 4> identifier{'O', 'T', 'r', 'k'};
+constexpr std::size_t header_size = 16, checksummed = 14;
+
+Error broken(const std::string& what) {
+  return Error(Error::Kind::bad_input, "OpenTrackIO: {}.", what);
+}
+
+std::uint32_t big_endian(std::span<const std::uint8_t> bytes) {
+  std::uint32_t value = 0;
+  for (const std::uint8_t byte : bytes) value = value << 8 | byte;
+  return value;
+}
+
+OpenTrackIOEncoding encoding_of(std::uint8_t number) {
+  if (number == 1) return OpenTrackIOEncoding::json;
+  if (number == 2) return OpenTrackIOEncoding::cbor;
+  throw broken(fmt::format("encoding {} is neither 1 (JSON) nor 2 (CBOR)", number));
+}
+
+}  // namespace
+
+std::uint16_t fletcher16(std::span<const std::uint8_t> header,
+                         std::span<const std::uint8_t> payload, unsigned modulus) {
+  unsigned sum = 0, sum_of_sums = 0;
+  for (const auto bytes : {header, payload}) {
+    for (const std::uint8_t byte : bytes) {
+      sum = (sum + byte) % modulus;
+      sum_of_sums = (sum_of_sums + sum) % modulus;
+    }
+  }
+  return static_cast<std::uint16_t>(sum_of_sums << 8 | sum);
+}
+
+OpenTrackIOPacket parse_opentrackio_packet(std::span<const std::uint8_t> bytes) {
+  OpenTrackIOPacket packet;
+  if (!bytes.empty() && bytes[0] == '{') {
+    packet.payload = bytes;
+    return packet;
+  }
+  if (bytes.size() < header_size)
+    throw broken(fmt::format("a packet of {} bytes is shorter than a header", bytes.size()));
+  if (!std::equal(identifier.begin(), identifier.end(), bytes.begin()))
+    throw broken("a packet begins neither with \"OTrk\" nor with \"{\"");
+  packet.encoding = encoding_of(bytes[5]);
+  packet.sequence = static_cast<std::uint16_t>(big_endian(bytes.subspan(6, 2)));
+  packet.offset = big_endian(bytes.subspan(8, 4));
+  const std::uint32_t length = big_endian(bytes.subspan(12, 2));
+  packet.last = length & 0x8000;
+  packet.payload = bytes.subspan(header_size);
+  if ((length & 0x7FFF) != packet.payload.size())
+    throw broken(fmt::format("the header promises {} bytes of payload, {} came", length & 0x7FFF,
+                             packet.payload.size()));
+  const std::uint32_t sent = big_endian(bytes.subspan(checksummed, 2));
+  const auto header = bytes.first(checksummed);
+  if (sent != fletcher16(header, packet.payload, 255) &&
+      sent != fletcher16(header, packet.payload, 256))
+    throw broken("the checksum is wrong");
+  return packet;
+}
+
+std::optional<OpenTrackIOBytes> OpenTrackIOSegments::add(const OpenTrackIOPacket& packet) {
+  if (!packet.sequence)
+    return OpenTrackIOBytes{packet.encoding, {}, {packet.payload.begin(), packet.payload.end()}};
+  if (!sequence_ || *packet.sequence != *sequence_) {
+    // Numbers wrap: up to half the circle back is before. A whole sample that comes late is still a
+    // sample (its place in time is the track's business); a part of one is of no use.
+    const bool before = sequence_ && static_cast<std::int16_t>(*packet.sequence - *sequence_) < 0;
+    const bool whole = packet.offset == 0 && packet.last;
+    if (before && whole)
+      return OpenTrackIOBytes{
+          packet.encoding, packet.sequence, {packet.payload.begin(), packet.payload.end()}};
+    // A sender that begins anew counts from anywhere, with the first segment of a sample.
+    if (before && (in_work_ || packet.offset != 0)) {
+      ++late_;
+      return {};
+    }
+    begin(packet);
+  } else if (!in_work_) {
+    if (packet.offset != 0 || !packet.last) return {};  // a segment sent twice
+    begin(packet);
+  }
+  keep(packet);
+  return take_if_whole();
+}
+
+void OpenTrackIOSegments::begin(const OpenTrackIOPacket& packet) {
+  if (in_work_) ++incomplete_;
+  in_work_ = true;
+  sequence_ = packet.sequence;
+  encoding_ = packet.encoding;
+  size_.reset();
+  parts_.clear();
+}
+
+void OpenTrackIOSegments::keep(const OpenTrackIOPacket& packet) {
+  const std::size_t begins = packet.offset, ends = begins + packet.payload.size();
+  const auto fail = [this](const std::string& what) {
+    in_work_ = false;
+    ++incomplete_;
+    parts_.clear();
+    return broken(what);
+  };
+  if (ends > largest_sample)
+    throw fail(
+        fmt::format("a sample of {} bytes or more; at most {} are read", ends, largest_sample));
+  if (packet.encoding != encoding_) throw fail("segments of one sample differ in encoding");
+  if (packet.last && size_ && *size_ != ends) throw fail("a sample has two ends");
+  if (packet.last) size_ = ends;
+  if (size_ && ends > *size_) throw fail("a segment lies beyond the end of its sample");
+  if (!packet.payload.empty())
+    parts_.try_emplace(begins, packet.payload.begin(), packet.payload.end());
+}
+
+std::optional<OpenTrackIOBytes> OpenTrackIOSegments::take_if_whole() {
+  if (!size_) return {};
+  OpenTrackIOBytes sample{encoding_, sequence_, {}};
+  for (const auto& [begins, part] : parts_) {
+    if (begins > sample.bytes.size()) return {};  // a gap
+    if (begins < sample.bytes.size()) {
+      in_work_ = false;
+      ++incomplete_;
+      parts_.clear();
+      throw broken("segments of one sample overlap");
+    }
+    sample.bytes.insert(sample.bytes.end(), part.begin(), part.end());
+  }
+  if (sample.bytes.size() != *size_) return {};
+  in_work_ = false;
+  parts_.clear();
+  return sample;
+}
+
+}  // namespace polyhull

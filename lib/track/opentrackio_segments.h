@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// OpenTrackIO's packets (SMPTE RIS OSVP, protocol 1.0), and the samples that several of them make.
+///
+///      byte  0 –  3  "OTrk"
+///                 4  reserved
+///                 5  encoding: 1 JSON, 2 CBOR
+///            6 –  7  sequence number, one for all segments of a sample
+///            8 – 11  where in the sample this segment begins, in bytes
+///           12 – 13  bit 15: the sample's last segment; the others: bytes of payload
+///           14 – 15  Fletcher-16 over the 14 bytes before and the payload
+///           16 –     payload
+///
+/// All numbers are big-endian.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace polyhull {
+
+enum class OpenTrackIOEncoding { json, cbor };
+
+struct OpenTrackIOPacket {
+  OpenTrackIOEncoding encoding = OpenTrackIOEncoding::json;
+  std::optional<std::uint16_t> sequence;  ///< none in a packet without header
+  std::uint32_t offset = 0;
+  bool last = true;
+  std::span<const std::uint8_t> payload;  ///< within the bytes that were parsed
+};
+
+/// The packet that \p bytes hold: one with a header, whose checksum may be computed modulo 255 or 256
+/// (senders differ), or a whole sample as bare JSON, which begins with "{". Throws Error (bad_input)
+/// for anything else.
+OpenTrackIOPacket parse_opentrackio_packet(std::span<const std::uint8_t> bytes);
+
+/// Fletcher-16 over \p header and then \p payload with sums modulo \p modulus, 255 or 256.
+std::uint16_t fletcher16(std::span<const std::uint8_t> header,
+                         std::span<const std::uint8_t> payload, unsigned modulus);
+
+/// A whole sample, still encoded.
+struct OpenTrackIOBytes {
+  OpenTrackIOEncoding encoding = OpenTrackIOEncoding::json;
+  std::optional<std::uint16_t> sequence;
+  std::vector<std::uint8_t> bytes;
+};
+
+/// Puts the segments of one sender together, in whatever order they come. One sample is in work at a
+/// time: a segment of a later one gives it up.
+class OpenTrackIOSegments {
+ public:
+  static constexpr std::size_t largest_sample = 65536;  ///< bytes
+
+  /// The sample that \p packet completes, if it does. Throws Error (bad_input), and gives the sample
+  /// up, where segments contradict each other or the sample would be above `largest_sample`.
+  std::optional<OpenTrackIOBytes> add(const OpenTrackIOPacket& packet);
+
+  std::uint64_t incomplete() const { return incomplete_; }  ///< samples given up
+  std::uint64_t late() const { return late_; }  ///< segments of samples before the one in work
+
+ private:
+  void begin(const OpenTrackIOPacket& packet);
+  void keep(const OpenTrackIOPacket& packet);
+  std::optional<OpenTrackIOBytes> take_if_whole();
+
+  bool in_work_ = false;
+  std::optional<std::uint16_t> sequence_;  // of the sample in work, or of the last one
+  OpenTrackIOEncoding encoding_ = OpenTrackIOEncoding::json;
+  std::optional<std::size_t> size_;                         // known once the last segment is here
+  std::map<std::size_t, std::vector<std::uint8_t>> parts_;  // by offset
+  std::uint64_t incomplete_ = 0, late_ = 0;
+};
+
+}  // namespace polyhull

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "track/track.h"
+
+#include <algorithm>
+#include <glm/gtc/quaternion.hpp>
+
+#include "base/error.h"
+
+namespace polyhull {
+namespace {
+
+// Numbers further back than this are a sender that began anew, not a packet on a detour.
+constexpr int furthest_detour = 100;
+// Evenly over the time that is smoothed, both ends included: motion of constant speed is late by
+// exactly half of it.
+constexpr int smoothing_steps = 8;
+
+// From \p a (share 0) to \p b (share 1), or beyond. The lens is between the two's, never beyond.
+TrackedPose between(const TrackedPose& a, const TrackedPose& b, double share) {
+  TrackedPose pose = share < 0.5 ? a : b;
+  pose.place = a.place + share * (b.place - a.place);
+  pose.axes = glm::mat3_cast(glm::normalize(glm::slerp(
+      glm::normalize(glm::quat_cast(a.axes)), glm::normalize(glm::quat_cast(b.axes)), share)));
+  if (a.focal_length_mm && b.focal_length_mm)
+    pose.focal_length_mm =
+        *a.focal_length_mm + std::min(share, 1.0) * (*b.focal_length_mm - *a.focal_length_mm);
+  return pose;
+}
+
+}  // namespace
+
+Track::Track(TrackSettings settings) : settings_(std::move(settings)) {
+  if (settings_.smoothing_ns < 0 || settings_.smoothing_ns > memory_ns ||
+      settings_.prediction_ns < 0)
+    throw Error(Error::Kind::bad_input,
+                "A track's smoothing must be between 0 and {} s, its prediction 0 or above.",
+                memory_ns / 1'000'000'000);
+}
+
+bool Track::follows(const TrackedPose& pose, std::int64_t arrival_ns) {
+  const bool silent = sender_ && arrival_ns - heard_ns_ > silence_ns;
+  const bool wanted = settings_.source.empty() ? !sender_ || silent || pose.source == *sender_
+                                               : pose.source == settings_.source;
+  if (!wanted) {
+    ++counters_.other_senders;
+    return false;
+  }
+  if (sender_ && *sender_ != pose.source) poses_.clear();  // nothing lies between two cameras
+  sender_ = pose.source;
+  heard_ns_ = arrival_ns;
+  return true;
+}
+
+bool Track::in_order(const TrackedPose& pose) {
+  if (poses_.empty() || !pose.sequence || !poses_.back().pose.sequence) return true;
+  const TrackedPose& last = poses_.back().pose;
+  const int step = static_cast<std::int16_t>(*pose.sequence - *last.sequence);
+  // Some senders leave the number as it is.
+  if (step == 0 && pose.place == last.place && pose.axes == last.axes) {
+    ++counters_.repeated;
+    return false;
+  }
+  if (step < 0 && step >= -furthest_detour) {
+    ++counters_.reordered;
+    if (counters_.lost > 0) --counters_.lost;
+    return false;
+  }
+  if (step > 1 && step <= furthest_detour) counters_.lost += static_cast<std::uint64_t>(step - 1);
+  return true;
+}
+
+bool Track::add(const TrackedPose& pose, std::int64_t arrival_ns) {
+  if (!follows(pose, arrival_ns) || !in_order(pose)) return false;
+  const std::int64_t time = arrival_ns - settings_.delay_ns;
+  // Of poses that arrive at once, or under a clock that was set back, the last one holds.
+  while (!poses_.empty() && poses_.back().time >= time) poses_.pop_back();
+  poses_.push_back({time, pose});
+  while (poses_.size() > most_poses || poses_.front().time < time - 2 * memory_ns)
+    poses_.pop_front();
+  ++counters_.poses;
+  return true;
+}
+
+std::optional<TrackedPose> Track::unsmoothed(std::int64_t time_ns) const {
+  if (poses_.empty() || time_ns < poses_.front().time) return {};
+  const auto after = std::upper_bound(poses_.begin(), poses_.end(), time_ns,
+                                      [](std::int64_t t, const Timed& p) { return t < p.time; });
+  const Timed& last = poses_.back();
+  std::size_t right = static_cast<std::size_t>(after - poses_.begin());
+  if (after == poses_.end()) {
+    if (settings_.prediction_ns == 0 || poses_.size() < 2) return last.pose;
+    time_ns = std::min(time_ns, last.time + settings_.prediction_ns);
+    --right;
+  }
+  const Timed &a = poses_[right - 1], &b = poses_[right];
+  return between(a.pose, b.pose,
+                 static_cast<double>(time_ns - a.time) / static_cast<double>(b.time - a.time));
+}
+
+std::optional<TrackedPose> Track::at(std::int64_t time_ns) const {
+  std::optional<TrackedPose> mean = unsmoothed(time_ns);
+  if (!mean || settings_.smoothing_ns == 0) return mean;
+  for (int i = 1; i <= smoothing_steps; ++i) {
+    const std::int64_t back = settings_.smoothing_ns * i / smoothing_steps;
+    // Before the first pose the camera stood where it was first seen.
+    const auto next = unsmoothed(std::max(time_ns - back, poses_.front().time));
+    mean = between(*mean, *next, 1.0 / (i + 1));
+  }
+  return mean;
+}
+
+}  // namespace polyhull

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "track/tracked_pose.h"
+
+#include <cmath>
+#include <numbers>
+
+#include "base/error.h"
+
+namespace polyhull {
+namespace {
+
+Mat3 turn(int axis, double degrees) {
+  const double angle = degrees * std::numbers::pi / 180.0;
+  const double c = std::cos(angle), s = std::sin(angle);
+  const int next = (axis + 1) % 3, last = (axis + 2) % 3;
+  Mat3 m(1.0);
+  m[next][next] = m[last][last] = c;
+  m[next][last] = s;
+  m[last][next] = -s;
+  return m;
+}
+
+void check(bool usable, const char* what) {
+  if (!usable) throw Error(Error::Kind::bad_input, "A tracked camera cannot be used: {}.", what);
+}
+
+bool usable_length(const std::optional<double>& length) {
+  return !length || (std::isfinite(*length) && *length > 0.0);
+}
+
+// The focal length in pixels, which are square.
+double focal_pixels(const TrackedPose& pose, int width, int height, double vertical_degrees) {
+  if (pose.focal_length_mm && pose.sensor_width_mm)
+    return *pose.focal_length_mm / *pose.sensor_width_mm * width;
+  if (pose.focal_length_mm && pose.sensor_height_mm)
+    return *pose.focal_length_mm / *pose.sensor_height_mm * height;
+  check(vertical_degrees > 0.0 && vertical_degrees < 180.0,
+        "its field of view must be between 0 and 180 degrees");
+  return 0.5 * height / std::tan(vertical_degrees * std::numbers::pi / 360.0);
+}
+
+}  // namespace
+
+Mat3 axes_of_angles(double pan, double tilt, double roll) {
+  return turn(2, pan) * turn(0, tilt) * turn(1, roll);
+}
+
+Camera camera_of(const TrackedPose& pose, int width, int height, double vertical_degrees) {
+  check(width > 0 && height > 0, "its picture is empty");
+  for (int i = 0; i < 3; ++i) {
+    check(std::isfinite(pose.place[i]), "its place is not finite");
+    for (int j = 0; j < 3; ++j) check(std::isfinite(pose.axes[i][j]), "its angles are not finite");
+  }
+  check(usable_length(pose.focal_length_mm) && usable_length(pose.sensor_width_mm) &&
+            usable_length(pose.sensor_height_mm),
+        "its focal length and its sensor's size must be above 0");
+  Camera camera;
+  camera.name = "viewport";
+  camera.width = width;
+  camera.height = height;
+  const double focal = focal_pixels(pose, width, height, vertical_degrees);
+  check(std::isfinite(focal) && focal > 0.0, "its focal length is out of range");
+  camera.K = from_rows({focal, 0, 0.5 * (width - 1), 0, focal, 0.5 * (height - 1), 0, 0, 1});
+  const Mat3 to_scene = from_rows({1, 0, 0, 0, 0, 1, 0, -1, 0});
+  const Mat3 right_down_forward = from_rows({1, 0, 0, 0, 0, -1, 0, 1, 0});
+  camera.R = right_down_forward * glm::transpose(to_scene * pose.axes);
+  camera.t = -(camera.R * (to_scene * pose.place));
+  return camera;
+}
+
+}  // namespace polyhull

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// Where a tracked camera stands and how it looks, as one packet of a tracking protocol says it.
+///
+/// The tracker's world is the one that FreeD and OpenTrackIO share: right-handed, metres, z up; a
+/// camera whose angles are all 0 looks along +y, with x to its right.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "base/vector.h"
+#include "rig/camera.h"
+
+namespace polyhull {
+
+struct TrackedPose {
+  std::string
+      source;  ///< who sends: "freed 3", or an OpenTrackIO source's identifier; may be empty
+  std::optional<std::uint16_t> sequence;        ///< grows by one a packet, modulo 65536
+  std::optional<std::int64_t> capture_time_ns;  ///< by the sender's clock, from that clock's epoch
+  Vec3 place{0.0};  ///< the entrance pupil in the tracker's world, metres
+  Mat3 axes{1.0};   ///< columns: the camera's right, forward and up in the tracker's world
+  std::optional<double> focal_length_mm;   ///< the pinhole model's
+  std::optional<double> sensor_width_mm;   ///< of the part of the sensor that the picture shows
+  std::optional<double> sensor_height_mm;  ///< likewise
+};
+
+/// The turn by \p pan about z, then \p tilt about the turned x, then \p roll about the turned y, each
+/// in degrees and right-handed: pan to the left as seen from above, tilt upwards, roll clockwise as
+/// the camera's operator sees it. Columns as in TrackedPose::axes.
+Mat3 axes_of_angles(double pan, double tilt, double roll);
+
+/// \p pose as a camera of \p width by \p height pixels in a scene's coordinates (metres, y up: the
+/// tracker's (x, y, z) is the scene's (x, z, -y)). The field of view is the lens's where the pose
+/// tells the focal length and the sensor's width or height (the width counts where both are known;
+/// pixels are square), else \p vertical_degrees from the bottom of the picture to its top.
+/// Throws Error (bad_input) for an empty picture, for a field of view that is not between 0° and
+/// 180°, and for a pose with numbers that are not finite or lengths not above 0.
+Camera camera_of(const TrackedPose& pose, int width, int height, double vertical_degrees);
+
+}  // namespace polyhull

@@ -1,0 +1,268 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+// FreeD and OpenTrackIO: values decoded, segments put together, broken packets refused.
+#include "packets.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <functional>
+#include <random>
+
+#include "base/error.h"
+#include "track/opentrackio_sample.h"
+
+namespace polyhull {
+namespace {
+
+using namespace track_examples;
+
+TrackedPose opentrackio_pose(OpenTrackIOSegments& segments, const Packet& packet) {
+  const auto sample = segments.add(parse_opentrackio_packet(packet));
+  if (!sample) throw Error(Error::Kind::bad_input, "not yet whole");
+  return parse_opentrackio_sample(*sample);
+}
+
+void expect_near(const Vec3& a, const Vec3& b, double tolerance) {
+  EXPECT_LE(glm::length(a - b), tolerance);
+}
+
+TEST(FreeD, DecodesTheBytesOfTheTable) {
+  // Pan 90° = 0x2D0000, tilt -45° = 0xE98000, roll 1/32768°; x 1 m = 64000 = 0x00FA00, y -1 m, height
+  // 1/64 mm. The sum of the first 28 bytes is 0x53D.
+  const Packet bytes{0xD1, 0x05, 0x2D, 0x00, 0x00, 0xE9, 0x80, 0x00, 0x00, 0x00,
+                     0x01, 0x00, 0xFA, 0x00, 0xFF, 0x06, 0x00, 0x00, 0x00, 0x01,
+                     0x00, 0x09, 0xC4, 0x01, 0x00, 0x02, 0x00, 0x00, 0x03};
+  const FreeDPacket packet = parse_freed(bytes);
+  EXPECT_EQ(packet.camera, 5);
+  EXPECT_EQ(packet.degrees, (std::array<double, 3>{90.0, -45.0, 1.0 / 32768.0}));
+  EXPECT_EQ(packet.metres, (std::array<double, 3>{1.0, -1.0, 1.0 / 64000.0}));
+  EXPECT_EQ(packet.zoom, 2500u);
+  EXPECT_EQ(packet.focus, 0x010002u);
+}
+
+TEST(FreeD, TurnsAsTheProtocolSays) {
+  // To the right by 90°: along +x. Upwards by 45°.
+  TrackedPose pose = pose_of(parse_freed(freed(1, {90, 0, 0}, {0, 0, 0}, 0, 0)), {});
+  expect_near(pose.axes[1], {1, 0, 0}, 1e-12);
+  expect_near(pose.axes[0], {0, -1, 0}, 1e-12);
+  pose = pose_of(parse_freed(freed(1, {0, 45, 0}, {0, 0, 0}, 0, 0)), {});
+  expect_near(pose.axes[1], {0, std::sqrt(0.5), std::sqrt(0.5)}, 1e-12);
+  // Clockwise: the right side goes down.
+  pose = pose_of(parse_freed(freed(1, {0, 0, 90}, {0, 0, 0}, 0, 0)), {});
+  expect_near(pose.axes[0], {0, 0, -1}, 1e-12);
+}
+
+TEST(FreeD, SettingsSignOrderAndOffset) {
+  const FreeDPacket packet = parse_freed(freed(9, {30, 0, 0}, {1, 2, 3}, 2500, 0));
+  FreeDSettings settings;
+  settings.axis = {1, 2, 0};
+  settings.sign = {1, -1, 1};
+  settings.offset = {10, 0, 0};
+  settings.turn_sign = {-1, 1, 1};
+  settings.turn_offset = {-60, 0, 0};
+  settings.zoom_is_focal_length = true;
+  const TrackedPose pose = pose_of(packet, settings);
+  EXPECT_EQ(pose.source, "freed 9");
+  expect_near(pose.place, {12, -3, 1}, 1e-12);
+  expect_near(pose.axes[1], {-1, 0, 0}, 1e-12);  // 90° to the left
+  EXPECT_DOUBLE_EQ(pose.focal_length_mm.value(), 25.0);
+  settings.axis = {0, 0, 1};
+  EXPECT_THROW(pose_of(packet, settings), Error);
+}
+
+TEST(FreeD, AThousandPosesWithinItsOwnRounding) {
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> metre(-100, 100), turn(-180, 180);
+  for (int i = 0; i < 1000; ++i) {
+    const Vec3 place(metre(random), metre(random), metre(random));
+    const Vec3 angles(turn(random), turn(random) / 2, turn(random));
+    const TrackedPose pose = pose_of(parse_freed(freed(1, angles, place, 0, 0)), {});
+    const Mat3 truth = axes_of_angles(-angles.x, angles.y, angles.z);
+    for (int k = 0; k < 3; ++k) {
+      EXPECT_LE(std::abs(pose.place[k] - place[k]), 0.5 / 64000.0 + 1e-12);
+      // Three angles, each off by half a step at most.
+      EXPECT_LE(glm::length(pose.axes[k] - truth[k]), 3 * 0.5 / 32768.0 * M_PI / 180.0 + 1e-12);
+    }
+  }
+}
+
+TEST(FreeD, RefusesEveryOtherByte) {
+  const Packet good = freed(1, {12, -7, 3}, {1, 2, 3}, 4, 5);
+  EXPECT_NO_THROW(parse_freed(good));
+  for (std::size_t size = 0; size < good.size(); ++size)
+    EXPECT_THROW(parse_freed({good.data(), size}), Error);
+  for (std::size_t at = 0; at < good.size(); ++at)
+    for (int flip = 1; flip < 256; ++flip) {
+      Packet bad = good;
+      bad[at] ^= static_cast<std::uint8_t>(flip);
+      EXPECT_THROW(parse_freed(bad), Error) << "byte " << at;
+    }
+}
+
+TEST(OpenTrackIO, ReadsASampleInEachEncodingAndWithoutHeader) {
+  const nlohmann::json value = sample({90, 30, 0}, {1.5, -2.25, 3.125});
+  const Packet cbor = nlohmann::json::to_cbor(value), text = json_bytes(value);
+  for (const Packet& packet :
+       {text, segment(text, 1, 700, 0, text.size(), 255),
+        segment(text, 1, 700, 0, text.size(), 256), segment(cbor, 2, 700, 0, cbor.size(), 255),
+        segment(cbor, 2, 700, 0, cbor.size(), 256)}) {
+    OpenTrackIOSegments segments;
+    const TrackedPose pose = opentrackio_pose(segments, packet);
+    EXPECT_EQ(pose.source, "urn:uuid:00000000-0000-4000-8000-000000000007");
+    EXPECT_EQ(pose.sequence, packet[0] == '{' ? 41 : 700);
+    EXPECT_EQ(pose.capture_time_ns, 1718806554'500000000);
+    EXPECT_EQ(pose.place, Vec3(1.5, -2.25, 3.125));
+    // Pan is right-handed about z: 90° look along -x.
+    expect_near(pose.axes[1], {-std::cos(M_PI / 6), 0, 0.5}, 1e-12);
+    EXPECT_EQ(pose.focal_length_mm, 24.5);
+    EXPECT_EQ(pose.sensor_width_mm, 36.0);
+    EXPECT_EQ(pose.sensor_height_mm, 24.0);
+  }
+}
+
+TEST(OpenTrackIO, PlacesTheEntrancePupilAndChainsTransforms) {
+  nlohmann::json value = sample({90, 0, 0}, {0, 0, 2});
+  value["transforms"].push_back({{"translation", {{"x", 0.0}, {"y", 1.0}, {"z", 0.0}}},
+                                 {"rotation", {{"pan", -90.0}, {"tilt", 0.0}, {"roll", 0.0}}}});
+  value["lens"]["entrancePupilOffset"] = 0.125;
+  OpenTrackIOSegments segments;
+  const TrackedPose pose = opentrackio_pose(segments, json_bytes(value));
+  expect_near(pose.place, {-1, 0.125, 2}, 1e-12);
+  expect_near(pose.axes[1], {0, 1, 0}, 1e-12);
+}
+
+TEST(OpenTrackIO, AThousandPosesExactly) {
+  std::mt19937 random(2);
+  std::uniform_real_distribution<double> metre(-100, 100), turn(-180, 180);
+  OpenTrackIOSegments segments;
+  for (std::uint16_t i = 0; i < 1000; ++i) {
+    const Vec3 place(metre(random), metre(random), metre(random));
+    const nlohmann::json value = sample({turn(random), turn(random), turn(random)}, place);
+    const Packet bytes = i % 2 ? nlohmann::json::to_cbor(value) : json_bytes(value);
+    const Packet packet = segment(bytes, i % 2 ? 2 : 1, i, 0, bytes.size(), 255);
+    expect_near(opentrackio_pose(segments, packet).place, place, 1e-6);
+  }
+}
+
+TEST(OpenTrackIO, PutsSegmentsTogetherInAnyOrder) {
+  const Packet text = json_bytes(sample({0, 0, 0}, {1, 2, 3}));
+  std::vector<std::size_t> order{0, 1, 2, 3};
+  std::uint16_t sequence = 65530;  // wraps
+  OpenTrackIOSegments segments;
+  do {
+    const std::size_t part = text.size() / 4;
+    int whole = 0;
+    for (const std::size_t i : order) {
+      const std::size_t count = i == 3 ? text.size() - 3 * part : part;
+      const Packet packet = segment(text, 1, sequence, i * part, count, 255);
+      for (int twice = 0; twice < 2; ++twice)
+        if (const auto done = segments.add(parse_opentrackio_packet(packet))) {
+          ++whole;
+          EXPECT_EQ(done->bytes, text);
+        }
+    }
+    EXPECT_EQ(whole, 1);
+    ++sequence;
+  } while (std::next_permutation(order.begin(), order.end()));
+  EXPECT_EQ(segments.incomplete(), 0u);
+  EXPECT_EQ(segments.late(), 0u);
+}
+
+TEST(OpenTrackIO, CountsLostAndLateSegments) {
+  const Packet text = json_bytes(sample({0, 0, 0}, {1, 2, 3}));
+  OpenTrackIOSegments segments;
+  const auto add = [&](std::uint16_t sequence, std::size_t begins, std::size_t count) {
+    const Packet packet = segment(text, 1, sequence, begins, count, 256);
+    return segments.add(parse_opentrackio_packet(packet)).has_value();
+  };
+  EXPECT_FALSE(add(5, 0, 100));
+  EXPECT_FALSE(add(6, 0, 100));  // 5 is given up
+  EXPECT_EQ(segments.incomplete(), 1u);
+  EXPECT_FALSE(add(5, 100, text.size() - 100));
+  EXPECT_EQ(segments.late(), 1u);
+  EXPECT_TRUE(add(6, 100, text.size() - 100));
+  EXPECT_THROW(add(7, 100, text.size() - 100) || add(7, 50, 100) || add(7, 0, 60), Error);
+  EXPECT_EQ(segments.incomplete(), 2u);
+}
+
+TEST(OpenTrackIO, RefusesEachFault) {
+  const auto refuses = [](const std::function<void(nlohmann::json&)>& spoil) {
+    nlohmann::json value = sample({0, 0, 0}, {1, 2, 3});
+    spoil(value);
+    OpenTrackIOSegments segments;
+    EXPECT_THROW(opentrackio_pose(segments, json_bytes(value)), Error) << value.dump();
+  };
+  refuses([](auto& v) { v.erase("transforms"); });
+  refuses([](auto& v) { v["transforms"] = nlohmann::json::array(); });
+  refuses([](auto& v) { v["transforms"][0] = 7; });
+  refuses([](auto& v) { v["transforms"][0]["translation"].erase("x"); });
+  refuses([](auto& v) { v["transforms"][0]["rotation"]["pan"] = "90"; });
+  refuses([](auto& v) { v["transforms"][0]["scale"] = {{"x", 2}, {"y", 1}, {"z", 1}}; });
+  refuses([](auto& v) { v["lens"]["pinholeFocalLength"] = 0; });
+  refuses([](auto& v) { v["timing"]["sampleTimestamp"]["seconds"] = -1; });
+  refuses([](auto& v) { v["timing"]["sampleTimestamp"]["nanoseconds"] = 1000000000; });
+}
+
+TEST(OpenTrackIO, RefusesDeepNesting) {
+  for (const std::uint8_t opens : {0x81, 0x9F, 0x7F, 0x5F, 0xBF}) {
+    const Packet deep(60000, opens);
+    EXPECT_THROW(parse_opentrackio_sample({OpenTrackIOEncoding::cbor, {}, deep}), Error);
+  }
+  EXPECT_THROW(parse_opentrackio_sample({OpenTrackIOEncoding::json, {}, Packet(60000, '[')}),
+               Error);
+}
+
+TEST(OpenTrackIO, SurvivesMutations) {
+  const nlohmann::json value = sample({10, 20, 30}, {1, 2, 3});
+  const Packet cbor = nlohmann::json::to_cbor(value), text = json_bytes(value);
+  std::mt19937 random(3);
+  OpenTrackIOSegments segments;
+  int refused = 0;
+  for (int i = 0; i < 20000; ++i) {
+    const bool is_cbor = i % 2;
+    Packet bytes = is_cbor ? cbor : text;
+    for (unsigned flips = random() % 4; flips > 0; --flips)
+      bytes[random() % bytes.size()] = static_cast<std::uint8_t>(random());
+    const std::size_t begins = random() % 3 ? 0 : random() % bytes.size();
+    Packet packet = segment(bytes, is_cbor ? 2 : 1, static_cast<std::uint16_t>(random() % 8),
+                            begins, random() % (bytes.size() - begins + 1), 255);
+    if (random() % 2 == 0) packet = segment(bytes, is_cbor ? 2 : 1, 9, 0, bytes.size(), 255);
+    if (random() % 4 == 0) packet[random() % packet.size()] ^= 1;
+    if (random() % 4 == 0) packet.resize(random() % packet.size());
+    try {
+      const auto done = segments.add(parse_opentrackio_packet(packet));
+      if (!done) continue;
+      const TrackedPose pose = parse_opentrackio_sample(*done);
+      for (int k = 0; k < 3; ++k) EXPECT_TRUE(std::isfinite(pose.place[k]));
+    } catch (const Error&) {
+      ++refused;
+    }
+  }
+  EXPECT_GT(refused, 1000);
+}
+
+TEST(TrackedCamera, LooksFromWhereTheTrackerSays) {
+  TrackedPose pose;
+  pose.place = {1, 2, 3};
+  pose.axes = axes_of_angles(0, 0, 0);
+  const Camera camera = camera_of(pose, 640, 480, 90.0);
+  // Along the tracker's +y, the scene's -z; up is the scene's +y.
+  const auto seen = [&](const Vec3& scene) { return camera.R * scene + camera.t; };
+  expect_near(seen({1, 3, -2}), {0, 0, 0}, 1e-12);
+  expect_near(seen({1, 3, -7}), {0, 0, 5}, 1e-12);
+  expect_near(seen({2, 4, -2}), {1, -1, 0}, 1e-12);
+  EXPECT_NEAR(camera.K[1][1], 240.0, 1e-9);
+  EXPECT_NEAR(glm::determinant(camera.R), 1.0, 1e-12);
+  pose.focal_length_mm = 18.0;
+  pose.sensor_height_mm = 24.0;
+  EXPECT_NEAR(camera_of(pose, 640, 480, 90.0).K[0][0], 360.0, 1e-9);
+  pose.sensor_width_mm = 36.0;
+  EXPECT_NEAR(camera_of(pose, 640, 480, 90.0).K[0][0], 320.0, 1e-9);
+  pose.focal_length_mm = -1.0;
+  EXPECT_THROW(camera_of(pose, 640, 480, 90.0), Error);
+  EXPECT_THROW(camera_of({}, 0, 480, 90.0), Error);
+  EXPECT_THROW(camera_of({}, 640, 480, 180.0), Error);
+}
+
+}  // namespace
+}  // namespace polyhull

@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+// Poses between those that arrive: interpolation, smoothing's lag, prediction, loss, two senders.
+#include "track/track.h"
+
+#include <gtest/gtest.h>
+
+#include "base/error.h"
+
+namespace polyhull {
+namespace {
+
+constexpr std::int64_t ms = 1'000'000;
+
+TrackedPose pose_at(double x, double pan = 0.0) {
+  TrackedPose pose;
+  pose.source = "a";
+  pose.place.x = x;
+  pose.axes = axes_of_angles(pan, 0, 0);
+  return pose;
+}
+
+// 1 m and 10° a second, 50 poses a second, for 1 s.
+Track moving(TrackSettings settings) {
+  Track track(std::move(settings));
+  for (int i = 0; i <= 50; ++i) track.add(pose_at(0.02 * i, 0.2 * i), 20 * ms * i);
+  return track;
+}
+
+void expect_at(const Track& track, std::int64_t time, double seconds) {
+  const auto pose = track.at(time);
+  ASSERT_TRUE(pose);
+  EXPECT_NEAR(pose->place.x, seconds, 1e-9);
+  const Mat3 truth = axes_of_angles(10 * seconds, 0, 0);
+  for (int k = 0; k < 3; ++k) EXPECT_LE(glm::length(pose->axes[k] - truth[k]), 1e-7);
+}
+
+TEST(Track, LiesBetweenPosesAndStandsAfterTheLast) {
+  const Track track = moving({});
+  EXPECT_FALSE(track.at(-1));
+  expect_at(track, 0, 0.0);
+  expect_at(track, 507 * ms, 0.507);
+  expect_at(track, 5000 * ms, 1.0);
+  EXPECT_FALSE(Track({}).at(0));
+}
+
+TEST(Track, DelaySmoothingAndPredictionShiftAsTheySay) {
+  TrackSettings settings;
+  settings.delay_ns = 40 * ms;
+  expect_at(moving(settings), 460 * ms, 0.5);
+  settings.delay_ns = 0;
+  settings.smoothing_ns = 100 * ms;
+  const Track smooth = moving(settings);
+  EXPECT_EQ(smooth.lag_ns(), 50 * ms);
+  expect_at(smooth, 507 * ms, 0.457);
+  settings.smoothing_ns = 0;
+  settings.prediction_ns = 30 * ms;
+  const Track predicted = moving(settings);
+  expect_at(predicted, 1015 * ms, 1.015);
+  expect_at(predicted, 2000 * ms, 1.03);
+  settings.prediction_ns = -1;
+  EXPECT_THROW(Track{settings}, Error);
+}
+
+TEST(Track, CountsLossReorderingAndRepetition) {
+  Track track({});
+  const int sequences[] = {65533, 65534, 1, 0, 1, 2};  // 65535 is lost, 0 is late, 1 comes twice
+  for (int i = 0; i < 6; ++i) {
+    TrackedPose pose = pose_at(sequences[i]);
+    pose.sequence = static_cast<std::uint16_t>(sequences[i]);
+    EXPECT_EQ(track.add(pose, 20 * ms * i), i != 3 && i != 4);
+  }
+  EXPECT_EQ(track.counters().poses, 4u);
+  EXPECT_EQ(track.counters().lost, 1u);
+  EXPECT_EQ(track.counters().reordered, 1u);
+  EXPECT_EQ(track.counters().repeated, 1u);
+  // A sender that begins anew far away.
+  TrackedPose pose = pose_at(7);
+  pose.sequence = 30000;
+  EXPECT_TRUE(track.add(pose, 200 * ms));
+  EXPECT_EQ(track.counters().lost, 1u);
+}
+
+TEST(Track, FollowsOneSender) {
+  Track track({});
+  TrackedPose other = pose_at(100);
+  other.source = "b";
+  EXPECT_TRUE(track.add(pose_at(1), 0));
+  EXPECT_FALSE(track.add(other, 10 * ms));
+  EXPECT_EQ(track.counters().other_senders, 1u);
+  EXPECT_EQ(track.at(10 * ms)->place.x, 1.0);
+  // The first has been silent; nothing lies between the two.
+  EXPECT_TRUE(track.add(other, 1200 * ms));
+  EXPECT_EQ(track.at(1200 * ms)->place.x, 100.0);
+  EXPECT_FALSE(track.at(600 * ms));
+  TrackSettings settings;
+  settings.source = "b";
+  Track named(settings);
+  EXPECT_FALSE(named.add(pose_at(1), 0));
+  EXPECT_TRUE(named.add(other, 10 * ms));
+}
+
+TEST(Track, KeepsABoundedMemory) {
+  Track track({});
+  for (int i = 0; i < 20000; ++i) track.add(pose_at(i), ms * i);
+  EXPECT_FALSE(track.at(10000 * ms));
+  EXPECT_NEAR(track.at(19000 * ms)->place.x, 19000.0, 1e-6);
+}
+
+}  // namespace
+}  // namespace polyhull
