@@ -178,7 +178,10 @@ def check_colours(folder, rig, cameras):
     assert "a grey card" in lines[0] and float(lines[5].split()[4]) < 0.01, lines
     with open(matched) as file:
         assert abs(json.load(file)["cameras"][1]["colour"][2][2] - 1.25) < 0.02
-    assert "either --corners" in run(*card, "--corners", *corners, fails=True)
+    assert "Give either --corners" in run(*card, "--corners", *corners, fails=True)
+    assert "goes without" in run(*card, "--overlaps", fails=True)
+    note = run("colours", rig, "--overlaps", "--pictures", *pictures, fails=True)
+    assert "_chart.png" in note, note
     assert "within the grey card" in run(*card[:-2], "cam0=1,2,3", fails=True)
     note = run("colours", rig, "--pictures", *pictures, "--corners", corners[0], fails=True)
     assert "'cam1' has no --corners" in note, note

@@ -7,6 +7,7 @@
 #include "base/error.h"
 #include "camera_files.h"
 #include "colours/match_colours.h"
+#include "colours/overlap_colours.h"
 #include "mask_contours.h"
 #include "rig/check.h"
 #include "rig/check_pictures.h"
@@ -243,6 +244,7 @@ int main(int count, char** values) {
   refine_command->add_option("-o,--output", refine_output, "The new rig file")->required();
 
   std::string coloured, colours_output;
+  bool overlaps = false;
   ColourArguments colours;
   CLI::App* colours_command = app.add_subcommand(
       "colours",
@@ -252,7 +254,7 @@ int main(int count, char** values) {
   colours_command->add_option("file", coloured, "The rig file")->required();
   colours_command
       ->add_option("--pictures", colours.pictures,
-                   "CAMERA=FILE ...: pictures (PNG, JPEG) with the chart or card, as of check")
+                   "CAMERA=FILE ...: pictures (PNG, JPEG) with the chart, card or subject")
       ->required();
   colours_command->add_option(
       "--corners", colours.corners,
@@ -266,6 +268,11 @@ int main(int count, char** values) {
           "--reference", colours.reference,
           "mean of the cameras, chart (its published values; of a card: grey) or a camera's name")
       ->capture_default_str();
+  colours_command->add_flag(
+      "--overlaps", overlaps,
+      "Instead of --corners: by what cameras see of the same places of a "
+      "subject. The pictures are of one instant, with its matte in their alpha "
+      "(PNG); a gain for each channel is added to the rig's matrices");
   colours_command->add_option("-o,--output", colours_output,
                               "The rig file to write, with the matrices (`colour` of each camera)");
 
@@ -301,7 +308,9 @@ int main(int count, char** values) {
     }
     if (colours_command->parsed()) {
       Rig rig = rig_of(coloured);
-      std::cout << match_colours(rig, colours);
+      if (overlaps && !(colours.corners.empty() && colours.grey.empty()))
+        throw Error(Error::Kind::bad_input, "--overlaps goes without --corners and --grey.");
+      std::cout << (overlaps ? match_overlaps(rig, colours.pictures) : match_colours(rig, colours));
       if (!colours_output.empty()) write(rig, colours_output);
       return 0;
     }

@@ -169,7 +169,7 @@ std::string match_colours(Rig& rig, const ColourArguments& arguments) {
   const bool grey = !arguments.grey.empty();
   if (grey == !arguments.corners.empty())
     throw Error(Error::Kind::bad_input,
-                "Give either --corners of a colour checker or --grey of a grey card.");
+                "Give either --corners of a colour checker, --grey of a grey card or --overlaps.");
   std::vector<Seen> seen = read_pictures(rig, arguments);
   const std::vector<int> patches = grey ? std::vector<int>{0} : common_patches(seen);
   for (Seen& one : seen)
