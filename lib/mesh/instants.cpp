@@ -242,9 +242,16 @@ Instants::Placed Instants::place(Key key, const ViewTimes& times, const ArrivalT
   result.apart = judge(key, camera, camera.clock, now);
   if (const Apart found = judge(key, camera, camera.timecode, now); found.from != nullptr)
     result.apart = found;
+  if (now.live && camera.clock.axis != TimeAxis::running && !camera.clock.delayed)
+    result.drift = drifts_.note(key, camera.clock.value, now.monotonic);
+  // Frames stamped when they came, by this pipeline's clock, show only how they came.
+  if (local) result.drift = 0;
   axis_ = common_axis();
   camera.axis = axis_;
-  camera.time = result.time = placed(camera, axis_);
+  result.time = placed(camera, axis_);
+  const bool by_clock = axis_ != TimeAxis::running && axis_ != TimeAxis::timecode;
+  if (by_clock && !local) result.time -= drifts_.gained(key, now.monotonic);
+  camera.time = result.time;
   latest_ = result.time;
   return result;
 }

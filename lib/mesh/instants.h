@@ -17,7 +17,8 @@
 /// arrival of its frames, and no stall explains it) is corrected for its camera alone. Cameras whose
 /// first views, which come together, are half a minute apart, or in a live stream after a second
 /// still a second, have clocks that nobody has set to each other: then running times count, as where
-/// some camera has neither timecode nor capture time.
+/// some camera has neither timecode nor capture time. In a live stream a clock that drifts is found
+/// and followed by how its frames' times move beside those at which they come (clock_drifts.h).
 #pragma once
 
 #include <algorithm>
@@ -26,6 +27,7 @@
 #include <map>
 #include <vector>
 
+#include "mesh/clock_drifts.h"
 #include "mesh/view.h"
 
 namespace polyhull {
@@ -66,6 +68,7 @@ class Instants {
     std::int64_t time = no_time;  ///< on this pipeline's running time; may be negative
     std::int64_t jump = 0;        ///< by how much the camera's clock has just jumped, ns
     Apart apart;                  ///< its clock has just been found not to be another's
+    double drift = 0;             ///< its clock has just been found to run so fast, millionths
   };
 
   /// Places the view \p times of \p camera, which comes at \p now.
@@ -77,6 +80,7 @@ class Instants {
   /// \p camera starts anew.
   void forget(Key camera) {
     cameras_.erase(camera);
+    drifts_.forget(camera);
     // After a flush of all, running time begins anew.
     if (!cameras_.empty()) return;
     offsets_ = {};
@@ -85,9 +89,11 @@ class Instants {
   /// Forgets all cameras but these.
   template <class Cameras>
   void keep_only(const Cameras& cameras) {
-    std::erase_if(cameras_, [&](const auto& entry) {
-      return std::find(cameras.begin(), cameras.end(), entry.first) == cameras.end();
-    });
+    const auto kept = [&](Key camera) {
+      return std::find(cameras.begin(), cameras.end(), camera) != cameras.end();
+    };
+    std::erase_if(cameras_, [&](const auto& entry) { return !kept(entry.first); });
+    drifts_.keep_only(kept);
   }
   /// Forgets everything.
   void reset() { *this = Instants(); }
@@ -133,6 +139,7 @@ class Instants {
   Apart judge(Key key, const Camera& camera, Track& track, const ArrivalTimes& now);
 
   std::map<Key, Camera> cameras_;
+  ClockDrifts drifts_;  // of live streams
   std::array<Offset, axes> offsets_;
   std::vector<std::int64_t> bases_{0};  // that the pipeline has had, the newest last
   std::int64_t pause_ = 0;  // by how much the base time has moved, and no view has shown it yet

@@ -38,6 +38,15 @@ void say_jump(HullBuild& self, GstPad* pad, std::int64_t jump) {
                   camera_of(pad), 1e-9 * static_cast<double>(jump)));
 }
 
+void say_drift(HullBuild& self, GstPad* pad, double drift) {
+  self.statistics.warn(
+      GST_ELEMENT_CAST(self.element), "clock-drifts",
+      fmt::format("The clock of camera {} runs {:.0f} millionths {} than the other cameras'. Its "
+                  "capture times are corrected by when its views come, which is as exact as their "
+                  "way is steady. Let it follow the others' clock (PTP, NTP, GstNetClientClock).",
+                  camera_of(pad), std::abs(drift), drift > 0 ? "faster" : "slower"));
+}
+
 void say_apart(HullBuild& self, GstPad* pad, const Instants::Apart& apart) {
   std::string other = "another";  // where its pad has been released meanwhile
   for (GstAggregatorPad* each : Pads(self.element))
@@ -102,6 +111,7 @@ GstPadProbeReturn place_view(GstPad* pad, GstPadProbeInfo* info) {
   }
   if (placed.jump != 0) say_jump(self, pad, placed.jump);
   if (placed.apart.from != nullptr) say_apart(self, pad, placed.apart);
+  if (placed.drift != 0) say_drift(self, pad, placed.drift);
   const std::int64_t shift = placed.time - running;
   state_of<LivePadState>(pad).shift = shift;
   if (shift == 0) return GST_PAD_PROBE_OK;

@@ -112,11 +112,25 @@ void note_times(HullBuild& self, const Pads& pads, const ViewDecision& set) {
 
 HullBuild::HullBuild(gpointer object)
     : LiveAggregator(object, "hullbuild-stats", InputWatch::In::files) {
-  statistics.declare({"sets-incomplete", "sets-dropped-incomplete", "sets-dropped-few-cameras",
-                      "sets-refused", "sets-overdue", "sets-unwanted", "views-late",
-                      "views-duplicate", "views-early", "views-held", "views-unusable",
-                      "clock-jumps", "clocks-apart", "sets-by-trigger", "sets-by-timecode",
-                      "sets-by-capture-time", "sets-by-running-time", "rigs-refused",
+  statistics.declare({"sets-incomplete",
+                      "sets-dropped-incomplete",
+                      "sets-dropped-few-cameras",
+                      "sets-refused",
+                      "sets-overdue",
+                      "sets-unwanted",
+                      "views-late",
+                      "views-duplicate",
+                      "views-early",
+                      "views-held",
+                      "views-unusable",
+                      "clock-jumps",
+                      "clocks-apart",
+                      "clock-drifts",
+                      "sets-by-trigger",
+                      "sets-by-timecode",
+                      "sets-by-capture-time",
+                      "sets-by-running-time",
+                      "rigs-refused",
                       "frame-step"});
 }
 
