@@ -15,6 +15,7 @@ GST_ELEMENT_REGISTER_DECLARE(scenesrc)
 GST_ELEMENT_REGISTER_DECLARE(hullrefine)
 GST_ELEMENT_REGISTER_DECLARE(hulltexture)
 GST_ELEMENT_REGISTER_DECLARE(composite)
+GST_ELEMENT_REGISTER_DECLARE(viewclientsrc)
 
 static gboolean plugin_init(GstPlugin* plugin) {
   gboolean any = FALSE;
@@ -32,6 +33,7 @@ static gboolean plugin_init(GstPlugin* plugin) {
   any |= GST_ELEMENT_REGISTER(hullrefine, plugin);
   any |= GST_ELEMENT_REGISTER(hulltexture, plugin);
   any |= GST_ELEMENT_REGISTER(composite, plugin);
+  any |= GST_ELEMENT_REGISTER(viewclientsrc, plugin);
   return any;
 }
 
