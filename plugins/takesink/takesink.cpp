@@ -110,6 +110,12 @@ std::string read_text(const char* what, const std::string& path) {
   return {text, size};
 }
 
+std::optional<guint> number_of(const char* pad_name) {
+  guint number = 0;
+  if (pad_name == nullptr || std::sscanf(pad_name, "sink_%u", &number) != 1) return std::nullopt;
+  return number;
+}
+
 bool open(GstElement* element) {
   TakeSink& self = state_of<TakeSink>(element);
   return guarded(element, false, [&] {
@@ -137,7 +143,14 @@ bool open(GstElement* element) {
     }
     self.statistics.reset();
     self.ended = false;
-    for (auto& [pad, stream] : self.streams) stream = {};
+    // In the pads' order, whichever carries something first.
+    std::map<guint, Stream*> ordered;
+    for (auto& [pad, stream] : self.streams) {
+      stream = {};
+      ordered[number_of(GST_OBJECT_NAME(pad)).value_or(0)] = &stream;
+    }
+    for (const auto& [number, stream] : ordered)
+      stream->id = self.take->stream(fmt::format("sink_{}", number));
     return true;
   });
 }
@@ -271,11 +284,10 @@ gboolean event(GstPad* pad, GstObject* parent, GstEvent* event) {
 GstPad* request_new_pad(GstElement* element, GstPadTemplate* from, const gchar* name,
                         const GstCaps*) {
   TakeSink& self = state_of<TakeSink>(element);
-  std::string chosen = name == nullptr ? "" : name;
+  std::string chosen;
   {
     const std::scoped_lock lock(self.mutex);
-    guint number = 0;
-    if (std::sscanf(chosen.c_str(), "sink_%u", &number) != 1) number = self.next_pad;
+    const guint number = number_of(name).value_or(self.next_pad);
     self.next_pad = std::max(self.next_pad, number + 1);
     chosen = fmt::format("sink_{}", number);
   }
