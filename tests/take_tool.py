@@ -5,6 +5,7 @@
 usage: take_tool.py POLYHULL_TAKE"""
 import json
 import pathlib
+import shutil
 import struct
 import subprocess
 import sys
@@ -92,6 +93,29 @@ class Take(unittest.TestCase):
             seen = [node for node, keys in shown.items() if [size for when, size in keys if when <= time][-1:] == [1]]
             self.assertEqual([glb["nodes"].index(hulls[frame])], seen)
         self.assertGreaterEqual(len(glb["images"]), FRAMES)
+
+    @unittest.skipUnless(shutil.which("blender"), "Blender is not installed")
+    def test_blender_plays_the_animation(self):
+        output = self.folder / "blender.glb"
+        self.assertEqual(take("export", self.take, "-o", output).returncode, 0)
+        # Debian 12's numpy has lost a name that its Blender's importer uses.
+        script = self.folder / "play.py"
+        script.write_text(f"""
+import numpy
+numpy.bool = bool
+import bpy
+bpy.ops.wm.read_factory_settings(use_empty=True)
+bpy.ops.import_scene.gltf(filepath={str(output)!r})
+bpy.context.scene.render.fps = 25
+for frame in range({FRAMES}):
+    bpy.context.scene.frame_set(frame)
+    print("seen", frame, [o.name for o in bpy.data.objects if o.type == "MESH" and o.matrix_world.to_scale().x > 0.5])
+""")
+        result = subprocess.run(["blender", "-b", "-P", str(script)], capture_output=True, text=True, timeout=120)
+        seen = [line.split(" ", 2)[2] for line in result.stdout.splitlines() if line.startswith("seen ")]
+        self.assertEqual(len(seen), FRAMES, result.stderr)
+        self.assertEqual(len(set(seen)), FRAMES, seen)
+        self.assertTrue(all(names.count("'") == 2 for names in seen), seen)
 
     def test_a_sequence(self):
         result = take("export", self.take, "-o", self.folder / "hull-%03d.ply", "--from", 0.08, "--to", 0.2, "--every", 2)
