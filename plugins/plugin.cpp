@@ -10,6 +10,8 @@ GST_ELEMENT_REGISTER_DECLARE(hullbuild)
 GST_ELEMENT_REGISTER_DECLARE(hullexport)
 GST_ELEMENT_REGISTER_DECLARE(serialtrigger)
 GST_ELEMENT_REGISTER_DECLARE(steadystamp)
+GST_ELEMENT_REGISTER_DECLARE(takesink)
+GST_ELEMENT_REGISTER_DECLARE(takesrc)
 GST_ELEMENT_REGISTER_DECLARE(triggerstamp)
 GST_ELEMENT_REGISTER_DECLARE(scenesrc)
 GST_ELEMENT_REGISTER_DECLARE(hullrefine)
@@ -27,6 +29,8 @@ static gboolean plugin_init(GstPlugin* plugin) {
   any |= GST_ELEMENT_REGISTER(hullexport, plugin);
   any |= GST_ELEMENT_REGISTER(serialtrigger, plugin);
   any |= GST_ELEMENT_REGISTER(steadystamp, plugin);
+  any |= GST_ELEMENT_REGISTER(takesink, plugin);
+  any |= GST_ELEMENT_REGISTER(takesrc, plugin);
   any |= GST_ELEMENT_REGISTER(triggerstamp, plugin);
   any |= GST_ELEMENT_REGISTER(scenesrc, plugin);
   any |= GST_ELEMENT_REGISTER(hullrefine, plugin);
