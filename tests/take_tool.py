@@ -4,6 +4,7 @@
 
 usage: take_tool.py POLYHULL_TAKE"""
 import json
+import os
 import pathlib
 import shutil
 import struct
@@ -111,9 +112,11 @@ for frame in range({FRAMES}):
     bpy.context.scene.frame_set(frame)
     print("seen", frame, [o.name for o in bpy.data.objects if o.type == "MESH" and o.matrix_world.to_scale().x > 0.5])
 """)
-        result = subprocess.run(["blender", "-b", "-P", str(script)], capture_output=True, text=True, timeout=120)
+        # Its Python is the system's, whichever one runs this.
+        result = subprocess.run(["blender", "-b", "-P", str(script)], capture_output=True, text=True, timeout=120,
+                                env=dict(os.environ, PATH="/usr/bin:/bin"))
         seen = [line.split(" ", 2)[2] for line in result.stdout.splitlines() if line.startswith("seen ")]
-        self.assertEqual(len(seen), FRAMES, result.stderr)
+        self.assertEqual(len(seen), FRAMES, result.stdout + result.stderr)
         self.assertEqual(len(set(seen)), FRAMES, seen)
         self.assertTrue(all(names.count("'") == 2 for names in seen), seen)
 
