@@ -88,8 +88,8 @@ GST_START_TEST(test_hulls_and_colours_are_the_same) {
   const auto plain = outputs(take.hulls(""));
   fail_unless_equals_int(plain.size(), 5);
   for (const char* coding : {"none", "lz4", "zstd", "auto link=50", "auto link=100000"}) {
-    const auto packed = outputs(
-        hulls(std::string("viewencode coding=") + coding + " ! gdppay ! gdpdepay ! viewdecode !"));
+    const auto packed = outputs(take.hulls(std::string("viewencode coding=") + coding +
+                                           " ! gdppay ! gdpdepay ! viewdecode !"));
     fail_unless_equals_int(packed.size(), 5);
     // Rows lie without gaps behind viewdecode; the rig test's do before, too.
     for (std::size_t i = 0; i < plain.size(); ++i)
