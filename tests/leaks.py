@@ -21,8 +21,8 @@ PIPELINES = {
                              "scenesrc num-buffers=3 ! video/x-raw,width=320,height=180 ! "
                              "c.background composite name=c ! fakesink",
     "to a take": "rigtestsrc camera=cam0 num-buffers=3 ! silhouette camera=cam0 ! "
-                 "takesink location={folder}/leaks.take",
-    "from a take": "takesrc location={folder}/leaks.take ! fakesink",
+                 "viewencode coding=zstd ! takesink location={folder}/leaks.take",
+    "from a take": "takesrc location={folder}/leaks.take ! viewdecode ! fakesink",
     "error on the way": "rigtestsrc rig=/nowhere/rig.json camera=cam0 ! chromamatte ! fakesink",
 }
 

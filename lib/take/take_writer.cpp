@@ -109,6 +109,8 @@ void TakeWriter::commit() {
 
 void TakeWriter::finish() {
   commit();
+  // Takes the empty journal away: a take is one file.
+  database_.execute("PRAGMA journal_mode = DELETE");
 }
 
 void TakeWriter::note(const std::string& name, const std::string& value) {

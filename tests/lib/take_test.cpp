@@ -91,6 +91,7 @@ TEST_F(Takes, WhatIsWrittenIsRead) {
     take.write(take.stream("sound"), other, {});
     take.finish();
   }
+  EXPECT_FALSE(std::filesystem::exists(path + "-journal"));
   const TakeContent content = read_take(path);
   ASSERT_EQ(content.streams.size(), 4u);
   EXPECT_EQ(content.streams[2].name, "cam2");
