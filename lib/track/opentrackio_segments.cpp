@@ -5,6 +5,7 @@
 #include <array>
 
 #include "base/error.h"
+#include "track/packet_error.h"
 
 namespace polyhull {
 namespace {
@@ -49,7 +50,8 @@ OpenTrackIOPacket parse_opentrackio_packet(std::span<const std::uint8_t> bytes) 
     return packet;
   }
   if (bytes.size() < header_size)
-    throw broken(fmt::format("a packet of {} bytes is shorter than a header", bytes.size()));
+    throw PacketError(PacketError::Fault::truncated,
+                      "OpenTrackIO: a packet of {} bytes is shorter than a header.", bytes.size());
   if (!std::equal(identifier.begin(), identifier.end(), bytes.begin()))
     throw broken("a packet begins neither with \"OTrk\" nor with \"{\"");
   packet.encoding = encoding_of(bytes[5]);
@@ -59,13 +61,14 @@ OpenTrackIOPacket parse_opentrackio_packet(std::span<const std::uint8_t> bytes) 
   packet.last = length & 0x8000;
   packet.payload = bytes.subspan(header_size);
   if ((length & 0x7FFF) != packet.payload.size())
-    throw broken(fmt::format("the header promises {} bytes of payload, {} came", length & 0x7FFF,
-                             packet.payload.size()));
+    throw PacketError(PacketError::Fault::truncated,
+                      "OpenTrackIO: the header promises {} bytes of payload, {} came.",
+                      length & 0x7FFF, packet.payload.size());
   const std::uint32_t sent = big_endian(bytes.subspan(checksummed, 2));
   const auto header = bytes.first(checksummed);
   if (sent != fletcher16(header, packet.payload, 255) &&
       sent != fletcher16(header, packet.payload, 256))
-    throw broken("the checksum is wrong");
+    throw PacketError(PacketError::Fault::checksum, "OpenTrackIO: the checksum is wrong.");
   return packet;
 }
 

@@ -29,12 +29,26 @@ TrackedPose between(const TrackedPose& a, const TrackedPose& b, double share) {
 
 }  // namespace
 
-Track::Track(TrackSettings settings) : settings_(std::move(settings)) {
-  if (settings_.smoothing_ns < 0 || settings_.smoothing_ns > memory_ns ||
-      settings_.prediction_ns < 0)
+Track::Track(TrackSettings settings) {
+  set(std::move(settings));
+}
+
+void Track::set(TrackSettings settings) {
+  if (settings.smoothing_ns < 0 || settings.smoothing_ns > memory_ns || settings.prediction_ns < 0)
     throw Error(Error::Kind::bad_input,
                 "A track's smoothing must be between 0 and {} s, its prediction 0 or above.",
                 memory_ns / 1'000'000'000);
+  settings_ = std::move(settings);
+}
+
+std::optional<std::int64_t> Track::begin() const {
+  if (poses_.empty()) return {};
+  return poses_.front().time;
+}
+
+std::optional<std::int64_t> Track::end() const {
+  if (poses_.empty()) return {};
+  return poses_.back().time;
 }
 
 bool Track::follows(const TrackedPose& pose, std::int64_t arrival_ns) {
