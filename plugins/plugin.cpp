@@ -11,6 +11,7 @@ GST_ELEMENT_REGISTER_DECLARE(hullexport)
 GST_ELEMENT_REGISTER_DECLARE(serialtrigger)
 GST_ELEMENT_REGISTER_DECLARE(steadystamp)
 GST_ELEMENT_REGISTER_DECLARE(triggerstamp)
+GST_ELEMENT_REGISTER_DECLARE(tracksrc)
 GST_ELEMENT_REGISTER_DECLARE(scenesrc)
 GST_ELEMENT_REGISTER_DECLARE(hullrefine)
 GST_ELEMENT_REGISTER_DECLARE(hulltexture)
@@ -28,6 +29,7 @@ static gboolean plugin_init(GstPlugin* plugin) {
   any |= GST_ELEMENT_REGISTER(serialtrigger, plugin);
   any |= GST_ELEMENT_REGISTER(steadystamp, plugin);
   any |= GST_ELEMENT_REGISTER(triggerstamp, plugin);
+  any |= GST_ELEMENT_REGISTER(tracksrc, plugin);
   any |= GST_ELEMENT_REGISTER(scenesrc, plugin);
   any |= GST_ELEMENT_REGISTER(hullrefine, plugin);
   any |= GST_ELEMENT_REGISTER(hulltexture, plugin);

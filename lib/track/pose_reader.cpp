@@ -19,13 +19,15 @@ TrackProtocol protocol_of(std::span<const std::uint8_t> packet) {
 }  // namespace
 
 OpenTrackIOSegments& PoseReader::segments_of(const std::string& sender) {
-  if (segments_.size() >= most_senders && !segments_.contains(sender)) {
-    // More senders than any studio has: whoever is real begins again with its next sample.
-    incomplete_ = incomplete();
-    late_ = late();
-    segments_.clear();
-  }
+  // More senders than any studio has: whoever is real begins again with its next sample.
+  if (segments_.size() >= most_senders && !segments_.contains(sender)) forget();
   return segments_[sender];
+}
+
+void PoseReader::forget() {
+  incomplete_ = incomplete();
+  late_ = late();
+  segments_.clear();
 }
 
 std::uint64_t PoseReader::incomplete() const {

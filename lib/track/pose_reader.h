@@ -40,6 +40,9 @@ class PoseReader {
   std::optional<TrackedPose> read(std::span<const std::uint8_t> packet, const std::string& sender,
                                   const PoseReaderSettings& settings);
 
+  /// Forgets segments whose sample is not whole; counters stay.
+  void forget();
+
   std::uint64_t incomplete() const;  ///< samples of which segments never came
   std::uint64_t late() const;        ///< segments that came after their sample was given up
 

@@ -41,6 +41,11 @@ void Track::set(TrackSettings settings) {
   settings_ = std::move(settings);
 }
 
+void Track::forget() {
+  poses_.clear();
+  sender_.reset();
+}
+
 std::optional<std::int64_t> Track::begin() const {
   if (poses_.empty()) return {};
   return poses_.front().time;
@@ -89,7 +94,8 @@ bool Track::add(const TrackedPose& pose, std::int64_t arrival_ns) {
   // Of poses that arrive at once, or under a clock that was set back, the last one holds.
   while (!poses_.empty() && poses_.back().time >= time) poses_.pop_back();
   poses_.push_back({time, pose});
-  while (poses_.size() > most_poses || poses_.front().time < time - 2 * memory_ns)
+  // The one that held when the memory begins stays, however old.
+  while (poses_.size() > most_poses || (poses_.size() > 1 && poses_[1].time < time - 2 * memory_ns))
     poses_.pop_front();
   ++counters_.poses;
   return true;
@@ -107,6 +113,8 @@ std::optional<TrackedPose> Track::unsmoothed(std::int64_t time_ns) const {
     --right;
   }
   const Timed &a = poses_[right - 1], &b = poses_[right];
+  // Where the camera was through a silence is not known; it did not begin to move at its start.
+  if (after != poses_.end() && b.time - a.time > silence_ns) return a.pose;
   return between(a.pose, b.pose,
                  static_cast<double>(time_ns - a.time) / static_cast<double>(b.time - a.time));
 }

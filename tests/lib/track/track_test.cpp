@@ -99,6 +99,19 @@ TEST(Track, FollowsOneSender) {
   EXPECT_TRUE(named.add(other, 10 * ms));
 }
 
+TEST(Track, StandsThroughASilence) {
+  Track track({});
+  track.add(pose_at(1), 0);
+  track.add(pose_at(2), 10'000 * ms);
+  EXPECT_EQ(track.at(9'999 * ms)->place.x, 1.0);
+  EXPECT_EQ(track.at(10'000 * ms)->place.x, 2.0);
+  EXPECT_EQ(track.begin(), 0);
+  EXPECT_EQ(track.end(), 10'000 * ms);
+  track.forget();
+  EXPECT_FALSE(track.begin());
+  EXPECT_EQ(track.counters().poses, 2u);
+}
+
 TEST(Track, KeepsABoundedMemory) {
   Track track({});
   for (int i = 0; i < 20000; ++i) track.add(pose_at(i), ms * i);
