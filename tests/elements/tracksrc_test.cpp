@@ -467,8 +467,6 @@ GST_START_TEST(test_states) {
 GST_END_TEST
 
 static Suite* tracksrc_suite() {
-  folder = std::filesystem::temp_directory_path() / ("polyhull_track" + std::to_string(getpid()));
-  std::filesystem::create_directories(folder);
   Suite* suite = suite_create("tracksrc");
   TCase* tests = tcase_create("general");
   suite_add_tcase(suite, tests);
@@ -493,4 +491,12 @@ static Suite* tracksrc_suite() {
   return suite;
 }
 
-GST_CHECK_MAIN(tracksrc)
+int main(int argc, char** argv) {
+  folder = std::filesystem::temp_directory_path() / ("polyhull_track" + std::to_string(getpid()));
+  std::filesystem::create_directories(folder);
+  gst_check_init(&argc, &argv);
+  const int failures = gst_check_run_suite(tracksrc_suite(), "tracksrc", __FILE__);
+  std::error_code ignored;
+  std::filesystem::remove_all(folder, ignored);
+  return failures;
+}

@@ -64,6 +64,11 @@ void CameraTrack::unlock(bool unlocked) {
   changed_.notify_all();
 }
 
+bool CameraTrack::unlocked() const {
+  const std::scoped_lock lock(mutex_);
+  return unlocked_;
+}
+
 void CameraTrack::push_upstream(GstEvent* event) {
   g_autoptr(GstPad) pad = linked_pad();
   if (pad) {
@@ -151,8 +156,8 @@ void CameraTrack::add(GstBuffer* buffer) {
   GstClockTime time = GST_CLOCK_TIME_NONE;
   int sign = 0;
   if (segment_.format == GST_FORMAT_TIME && GST_BUFFER_PTS_IS_VALID(buffer))
-    sign = gst_segment_to_running_time_full(&segment_, GST_FORMAT_TIME, GST_BUFFER_PTS(buffer),
-                                            &time);
+    sign =
+        gst_segment_to_running_time_full(&segment_, GST_FORMAT_TIME, GST_BUFFER_PTS(buffer), &time);
   if (sign == 0 || time > static_cast<GstClockTime>(G_MAXINT64 / 4))
     throw Error(Error::Kind::bad_input, "It has no time on the pipeline's clock.");
   // Nothing lies between two cameras.

@@ -42,6 +42,7 @@ class CameraTrack {
 
   /// Ends waiting, now and from now on, until it is allowed again.
   void unlock(bool unlocked);
+  bool unlocked() const;
   /// Passes an event that goes upstream on to where the track comes from; takes the reference.
   void push_upstream(GstEvent* event);
 
