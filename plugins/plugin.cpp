@@ -10,6 +10,8 @@ GST_ELEMENT_REGISTER_DECLARE(hullbuild)
 GST_ELEMENT_REGISTER_DECLARE(hullexport)
 GST_ELEMENT_REGISTER_DECLARE(serialtrigger)
 GST_ELEMENT_REGISTER_DECLARE(steadystamp)
+GST_ELEMENT_REGISTER_DECLARE(takesink)
+GST_ELEMENT_REGISTER_DECLARE(takesrc)
 GST_ELEMENT_REGISTER_DECLARE(triggerstamp)
 GST_ELEMENT_REGISTER_DECLARE(tracksrc)
 GST_ELEMENT_REGISTER_DECLARE(scenesrc)
@@ -28,6 +30,8 @@ static gboolean plugin_init(GstPlugin* plugin) {
   any |= GST_ELEMENT_REGISTER(hullexport, plugin);
   any |= GST_ELEMENT_REGISTER(serialtrigger, plugin);
   any |= GST_ELEMENT_REGISTER(steadystamp, plugin);
+  any |= GST_ELEMENT_REGISTER(takesink, plugin);
+  any |= GST_ELEMENT_REGISTER(takesrc, plugin);
   any |= GST_ELEMENT_REGISTER(triggerstamp, plugin);
   any |= GST_ELEMENT_REGISTER(tracksrc, plugin);
   any |= GST_ELEMENT_REGISTER(scenesrc, plugin);
