@@ -6,6 +6,7 @@
 #include <gst/base/gstpushsrc.h>
 
 #include <algorithm>
+#include <atomic>
 #include <filesystem>
 #include <limits>
 #include <memory>
@@ -58,6 +59,7 @@ struct TrackSrc {
   GstElement* element;
   Statistics statistics{"tracksrc-stats"};
   GCancellable* cancellable = g_cancellable_new();
+  std::atomic<bool> playing{false};  // the base class goes on asking through a pause
   // From here on the streaming thread's, or of changes of state without one.
   TrackInput input;
   std::unique_ptr<UdpSocket> socket;
@@ -112,7 +114,7 @@ std::optional<Datagram> TrackSrc::datagram() {
   if (socket) {
     std::optional<Datagram> came = socket->receive(patience_us, cancellable);
     const std::int64_t time = running_time_now(element);
-    if (time == no_time) return {};
+    if (!playing || time == no_time) return {};
     if (came) came->time_ns = std::max<std::int64_t>(time, 0);
     return came;
   }
@@ -141,7 +143,9 @@ std::optional<TrackInput::Timed> TrackSrc::read() {
     std::optional<TrackInput::Timed> pose;
     if (came) pose = input.take(*came, settings_now);
     tell_latency(settings_now);
-    const std::int64_t now = came ? came->time_ns : socket ? running_time_now(element) : no_time;
+    const std::int64_t now = came                ? came->time_ns
+                             : socket && playing ? running_time_now(element)
+                                                 : no_time;
     if (!pose && now != no_time) input.watch(now);
     if (pose) return pose;
   }
@@ -240,11 +244,14 @@ GstStateChangeReturn change_state(GstElement* element, GstStateChange transition
     gst_base_src_set_live(GST_BASE_SRC(element), self.socket != nullptr);
   }
   // What came while nobody listened would get times at which it did not come.
-  if (transition == GST_STATE_CHANGE_PAUSED_TO_PLAYING && self.socket)
+  if (transition == GST_STATE_CHANGE_PAUSED_TO_PLAYING) {
     guarded(element, 0, [&] {
-      self.socket->drain();
+      if (self.socket) self.socket->drain();
       return 0;
     });
+    self.playing = true;
+  }
+  if (transition == GST_STATE_CHANGE_PLAYING_TO_PAUSED) self.playing = false;
   const GstStateChangeReturn result =
       GST_ELEMENT_CLASS(parent_class<TrackSrc>())->change_state(element, transition);
   if (transition == GST_STATE_CHANGE_PAUSED_TO_READY ||

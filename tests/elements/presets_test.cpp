@@ -114,6 +114,10 @@ GST_START_TEST(test_saved_changed_loaded) {
     GstElement* element = gst_element_factory_make(name.c_str(), nullptr);
     fail_unless(GST_IS_PRESET(element), "%s has no presets", name.c_str());
     const auto standard = values_of(element);
+    if (standard.empty()) {  // all that it has is its own: there is nothing to save
+      gst_object_unref(element);
+      continue;
+    }
     for (const auto& [property, value] : standard) change(element, spec_of(element, property));
     const auto changed = values_of(element);
     std::size_t different = 0;

@@ -456,7 +456,8 @@ GST_START_TEST(test_nothing_stale_after_a_pause) {
   bench.send(at_x(2));
   g_usleep(50000);
   gst_element_set_state(bench.element, GST_STATE_PLAYING);
-  fail_unless(bench.at(500 * ms, at_x(3)).x() == 3.0);
+  const Came came = bench.at(500 * ms, at_x(3));
+  fail_unless(came.x() == 3.0, "the pose %g came at %" G_GUINT64_FORMAT, came.x(), came.time);
 }
 GST_END_TEST
 
