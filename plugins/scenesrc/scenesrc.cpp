@@ -225,7 +225,7 @@ void SceneSrc::class_init(gpointer klass) {
       "computed), light-loads (found in a file), light-exact (1: it is not on its way there), "
       "light-rays (of the light in the picture), light-points, warnings; of the pad track poses, "
       "poses-unusable, frames-tracked, frames-untracked (before the first pose, or more than a "
-      "second after the last), track-losses; "
+      "second after the last), frames-ahead (tracked, but later than the last pose), track-losses; "
       "times in milliseconds: last-frame-ms, last-drawn-ms, light-ms; and threads-used (how many "
       "threads took part in the last frame's parallel loops, on average).");
   set_metadata(klass, "Scene source", "Source/Video",

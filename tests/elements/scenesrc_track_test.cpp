@@ -3,21 +3,15 @@
 #include <unistd.h>
 
 #include <atomic>
-#include <cstring>
 #include <filesystem>
 #include <random>
 #include <vector>
 
-#include "../lib/track/packets.h"
-#include "element_checks.h"
-#include "scene/announcement.h"
+#include "camera_announced.h"
 #include "small_scene.h"
-#include "track/packet_file.h"
-#include "track/pose_message.h"
 
 using namespace polyhull;
 using namespace polyhull::test;
-using namespace polyhull::track_examples;
 
 namespace {
 
@@ -30,80 +24,14 @@ std::string scenesrc(const std::string& properties, const char* rate = "25/1") {
          " ! video/x-raw,format=RGBA,width=32,height=24,framerate=" + rate + " ";
 }
 
-/// A frame as it left: its time, the camera that was announced for it, and its picture.
-struct Shown {
-  GstClockTime time;
-  Camera camera;
-  std::vector<std::uint8_t> pixels;
-};
-
-/// What leaves the element `src` (or comes at another pad): on one streaming thread.
-struct Log {
-  std::vector<Shown> frames;
-  Camera camera;
-};
-
-GstPadProbeReturn note(GstPad*, GstPadProbeInfo* info, gpointer data) {
-  Log& log = *static_cast<Log*>(data);
-  if (GST_PAD_PROBE_INFO_TYPE(info) & GST_PAD_PROBE_TYPE_BUFFER) {
-    GstBuffer* buffer = GST_PAD_PROBE_INFO_BUFFER(info);
-    Shown frame{GST_BUFFER_PTS(buffer), log.camera,
-                std::vector<std::uint8_t>(gst_buffer_get_size(buffer))};
-    gst_buffer_extract(buffer, 0, frame.pixels.data(), frame.pixels.size());
-    log.frames.push_back(std::move(frame));
-  } else {
-    const GstStructure* said = gst_event_get_structure(GST_PAD_PROBE_INFO_EVENT(info));
-    if (said != nullptr && gst_structure_has_name(said, "polyhull-announcement"))
-      log.camera = parse_announcement(gst_structure_get_string(said, "json")).viewport;
-  }
-  return GST_PAD_PROBE_OK;
+void log_source(GstElement* pipeline, CameraLog& log) {
+  GstElement* source = gst_bin_get_by_name(GST_BIN(pipeline), "src");
+  log_cameras(source, log);
+  gst_object_unref(source);
 }
 
-void log_pad(GstElement* pipeline, const char* element, const char* pad_name, Log& log) {
-  GstElement* found = gst_bin_get_by_name(GST_BIN(pipeline), element);
-  GstPad* pad = gst_element_get_static_pad(found, pad_name);
-  gst_pad_add_probe(
-      pad,
-      static_cast<GstPadProbeType>(GST_PAD_PROBE_TYPE_BUFFER | GST_PAD_PROBE_TYPE_EVENT_DOWNSTREAM),
-      note, &log, nullptr);
-  gst_object_unref(pad);
-  gst_object_unref(found);
-}
-
-/// Writes OpenTrackIO packets as they come \p step ns apart, with the places and angles given.
-std::string recording(const char* name, std::int64_t step, const std::vector<Vec3>& places,
-                      const std::vector<Vec3>& angles) {
-  const std::string path = (folder / name).string();
-  PacketRecorder recorder(path, 55555);
-  for (std::size_t i = 0; i < places.size(); ++i) {
-    nlohmann::json value = sample(angles[i], places[i]);
-    value["timing"]["sequenceNumber"] = i;
-    recorder.write({step * static_cast<std::int64_t>(i), 0x7F000001, 4000, json_bytes(value)});
-  }
-  return path;
-}
-
-/// 1 m along x and 10° of pan a second, a pose every \p step ns, looking from (x, -3, 0.3).
 std::string moving(const char* name, std::int64_t step, int count) {
-  std::vector<Vec3> places, angles;
-  for (int i = 0; i < count; ++i) {
-    const double seconds = 1e-9 * static_cast<double>(step) * i;
-    places.push_back({seconds, -3, 0.3});
-    angles.push_back({10 * seconds, 0, 0});
-  }
-  return recording(name, step, places, angles);
-}
-
-/// Where the announced camera is in the tracker's world.
-Vec3 place(const Camera& camera) {
-  const Vec3 c = camera.centre();
-  return {c.x, -c.z, c.y};
-}
-
-void expect_place(const Camera& camera, const Vec3& truth) {
-  const Vec3 found = place(camera);
-  fail_unless(glm::length(found - truth) <= 1e-6, "(%.9g %.9g %.9g) is not (%.9g %.9g %.9g)",
-              found.x, found.y, found.z, truth.x, truth.y, truth.z);
+  return record_motion(folder / name, step, count);
 }
 
 void play(GstElement* pipeline) {
@@ -123,53 +51,11 @@ guint64 counter(GstElement* pipeline, const char* element, const char* name) {
   return value;
 }
 
-/// A pad that pushes poses to scenesrc's track from the test.
-struct Pusher {
-  Pusher(GstElement* pipeline, bool live)
-      : source(gst_bin_get_by_name(GST_BIN(pipeline), "src")),
-        track(gst_element_request_pad_simple(source, "track")),
-        pad(gst_pad_new("poses", GST_PAD_SRC)) {
-    fail_unless(track != nullptr);
-    g_object_set_data(G_OBJECT(pad), "live", GINT_TO_POINTER(live));
-    gst_pad_set_query_function(pad, answer);
-    fail_unless(gst_pad_link(pad, track) == GST_PAD_LINK_OK);
-  }
-  ~Pusher() {
-    gst_pad_set_active(pad, FALSE);
-    gst_element_release_request_pad(source, track);
-    gst_object_unref(track);
-    gst_object_unref(pad);
-    gst_object_unref(source);
-  }
-  static gboolean answer(GstPad* pad, GstObject*, GstQuery* query) {
-    if (GST_QUERY_TYPE(query) != GST_QUERY_LATENCY) return FALSE;
-    gst_query_set_latency(query, g_object_get_data(G_OBJECT(pad), "live") != nullptr, 0,
-                          GST_CLOCK_TIME_NONE);
-    return TRUE;
-  }
-  /// Once the pipeline is on its way.
-  void begin() {
-    gst_pad_set_active(pad, TRUE);
-    GstSegment segment;
-    gst_segment_init(&segment, GST_FORMAT_TIME);
-    gst_pad_push_event(pad, gst_event_new_stream_start("poses"));
-    gst_pad_push_event(pad, gst_event_new_segment(&segment));
-  }
-  GstFlowReturn push(const std::string& text, GstClockTime time) {
-    GstBuffer* buffer =
-        text.empty() ? gst_buffer_new() : gst_buffer_new_memdup(text.data(), text.size());
-    GST_BUFFER_PTS(buffer) = time;
-    return gst_pad_push(pad, buffer);
-  }
-  GstFlowReturn push(double x, GstClockTime time) {
-    PoseMessage message;
-    message.pose.place = {x, -3, 0.3};
-    return push(pose_message_to_json(message), time);
-  }
-  GstElement* source;
-  GstPad* track;
-  GstPad* pad;
-};
+GstElement* source_of(GstElement* pipeline) {
+  GstElement* source = gst_bin_get_by_name(GST_BIN(pipeline), "src");
+  gst_object_unref(source);  // the pipeline has it
+  return source;
+}
 
 }  // namespace
 
@@ -187,10 +73,10 @@ GST_START_TEST(test_random_poses_are_announced) {
     angles.push_back({turn(random), turn(random) / 2, turn(random)});
   }
   GstElement* pipeline = parse(
-      "tracksrc location=" + recording("random.pcap", 40 * ms, places, angles) + " ! src.track" +
-      scenesrc("num-buffers=" + std::to_string(count)) + " ! fakesink sync=false");
-  Log log;
-  log_pad(pipeline, "src", "src", log);
+      "tracksrc location=" + record_track(folder / "random.pcap", 40 * ms, places, angles) +
+      " ! src.track" + scenesrc("num-buffers=" + std::to_string(count)) + " ! fakesink sync=false");
+  CameraLog log;
+  log_source(pipeline, log);
   play(pipeline);
   fail_unless_equals_int(log.frames.size(), count);
   for (std::size_t i = 0; i < log.frames.size(); ++i) {
@@ -214,8 +100,8 @@ GST_START_TEST(test_between_poses_and_in_register) {
   GstElement* pipeline =
       parse("tracksrc location=" + moving("moving.pcap", 7 * ms, 200) + " ! src.track" +
             scenesrc("num-buffers=30") + " ! fakesink sync=false");
-  Log log;
-  log_pad(pipeline, "src", "src", log);
+  CameraLog log;
+  log_source(pipeline, log);
   play(pipeline);
   fail_unless_equals_int(log.frames.size(), 30);
   int seen = 0;
@@ -223,9 +109,8 @@ GST_START_TEST(test_between_poses_and_in_register) {
     expect_place(frame.camera, {1e-9 * static_cast<double>(frame.time), -3, 0.3});
     const Vec2 at = *frame.camera.project_ideal({0, 0.3, 0.3});
     if (at.x < 1 || at.x > 30) continue;
-    const std::uint8_t* pixel =
-        &frame.pixels[4 * (32 * static_cast<std::size_t>(std::lround(at.y)) +
-                           static_cast<std::size_t>(std::lround(at.x)))];
+    const std::uint8_t* pixel = &frame.bytes[4 * (32 * static_cast<std::size_t>(std::lround(at.y)) +
+                                                  static_cast<std::size_t>(std::lround(at.x)))];
     fail_unless(pixel[0] > 2 * pixel[2] && pixel[0] > 2 * pixel[1], "the box's face is red");
     ++seen;
   }
@@ -239,8 +124,8 @@ GST_START_TEST(test_composite_hears_of_each_frame) {
       parse("tracksrc location=" + moving("composite.pcap", 10 * ms, 100) + " ! src.track" +
             scenesrc("num-buffers=10") +
             " ! c.background composite name=c backend=processor ! fakesink sync=false");
-  Log log;
-  log_pad(pipeline, "src", "src", log);
+  CameraLog log;
+  log_source(pipeline, log);
   play(pipeline);
   fail_unless_equals_int(log.frames.size(), 10);
   fail_unless_equals_uint64(counter(pipeline, "c", "announcements"), 10);
@@ -252,10 +137,10 @@ GST_END_TEST
 GST_START_TEST(test_seek_takes_the_track_along) {
   GstElement* pipeline = parse("tracksrc location=" + moving("seek.pcap", 10 * ms, 300) +
                                " ! src.track" + scenesrc("") + " ! fakesink name=sink sync=false");
-  Log log;
+  CameraLog log;
   gst_element_set_state(pipeline, GST_STATE_PAUSED);
   gst_element_get_state(pipeline, nullptr, nullptr, GST_CLOCK_TIME_NONE);
-  log_pad(pipeline, "src", "src", log);
+  log_source(pipeline, log);
   for (const double to : {1.2, 0.4, 2.0, 0.0}) {
     fail_unless(gst_element_seek_simple(pipeline, GST_FORMAT_TIME, GST_SEEK_FLAG_FLUSH,
                                         static_cast<gint64>(to * 1e9)));
@@ -272,8 +157,8 @@ GST_START_TEST(test_lost_track_keeps_its_last_pose) {
   GstElement* pipeline =
       parse("tracksrc location=" + moving("lost.pcap", 10 * ms, 51) + " ! src.track" +
             scenesrc("num-buffers=75") + " ! fakesink sync=false");
-  Log log;
-  log_pad(pipeline, "src", "src", log);
+  CameraLog log;
+  log_source(pipeline, log);
   gst_element_set_state(pipeline, GST_STATE_PLAYING);
   GstBus* bus = gst_element_get_bus(pipeline);
   int warnings = 0;
@@ -303,15 +188,15 @@ GST_END_TEST
 // is survived.
 GST_START_TEST(test_live_is_a_frame_late_at_most) {
   GstElement* pipeline = parse(scenesrc("is-live=true", "20/1") + " ! fakesink sync=false");
-  Pusher poses(pipeline, true);
+  PosePusher poses(source_of(pipeline), true);
   static std::atomic<guint64> sent;  // the last pose that was taken, in millimetres
   sent = 0;
   struct Live {
-    Log log;
+    CameraLog log;
     std::vector<guint64> sent;  // when each frame left
   } live;
-  log_pad(pipeline, "src", "src", live.log);
-  GstPad* pad = gst_element_get_static_pad(poses.source, "src");
+  log_source(pipeline, live.log);
+  GstPad* pad = gst_element_get_static_pad(poses.element, "src");
   gst_pad_add_probe(
       pad, GST_PAD_PROBE_TYPE_BUFFER,
       [](GstPad*, GstPadProbeInfo*, gpointer data) {
@@ -330,11 +215,11 @@ GST_START_TEST(test_live_is_a_frame_late_at_most) {
       sent = at / GST_MSECOND;
     }
   };
-  const auto tracked = [&] { return statistic(poses.source, "frames-tracked"); };
+  const auto tracked = [&] { return statistic(poses.element, "frames-tracked"); };
   for (int i = 0; i < 60 && tracked() < 10; ++i) track_for(500 * GST_MSECOND);
   fail_unless(tracked() >= 10);
-  for (int i = 0; i < 3000 && statistic(poses.source, "track-losses") == 0; ++i) g_usleep(10000);
-  fail_unless_equals_uint64(statistic(poses.source, "track-losses"), 1);
+  for (int i = 0; i < 3000 && statistic(poses.element, "track-losses") == 0; ++i) g_usleep(10000);
+  fail_unless_equals_uint64(statistic(poses.element, "track-losses"), 1);
   const guint64 before = tracked();
   for (int i = 0; i < 60 && tracked() < before + 5; ++i) track_for(500 * GST_MSECOND);
   fail_unless(tracked() >= before + 5);
@@ -343,7 +228,7 @@ GST_START_TEST(test_live_is_a_frame_late_at_most) {
   guint64 checked = 0;
   for (std::size_t i = 2; i < live.sent.size(); ++i) {
     if (live.sent[i - 1] == 0) continue;
-    const double shown = 1000 * place(live.log.frames[i].camera).x;
+    const double shown = 1000 * tracked_place(live.log.frames[i].camera).x;
     fail_unless(shown + 1.001 >= static_cast<double>(live.sent[i - 1]),
                 "frame %zu shows the pose of %g ms; that of %g ms had come", i, shown,
                 static_cast<double>(live.sent[i - 1]));
@@ -357,9 +242,9 @@ GST_END_TEST
 GST_START_TEST(test_messages_that_are_none_are_counted) {
   GstElement* pipeline = parse(scenesrc("num-buffers=20") + " ! fakesink sync=false");
   {
-    Pusher poses(pipeline, false);
-    Log log;
-    log_pad(pipeline, "src", "src", log);
+    PosePusher poses(source_of(pipeline), false);
+    CameraLog log;
+    log_source(pipeline, log);
     gst_element_set_state(pipeline, GST_STATE_PLAYING);
     poses.begin();
     fail_unless_equals_int(poses.push(0.0, 0), GST_FLOW_OK);
@@ -369,15 +254,15 @@ GST_START_TEST(test_messages_that_are_none_are_counted) {
     fail_unless_equals_int(poses.push(1.0, GST_CLOCK_TIME_NONE), GST_FLOW_OK);
     fail_unless_equals_int(poses.push(0.8, 800 * GST_MSECOND), GST_FLOW_OK);
     check_ended(wait_for_end(pipeline));
-    fail_unless_equals_uint64(statistic(poses.source, "poses"), 2);
-    fail_unless_equals_uint64(statistic(poses.source, "poses-unusable"), 6);
+    fail_unless_equals_uint64(statistic(poses.element, "poses"), 2);
+    fail_unless_equals_uint64(statistic(poses.element, "poses-unusable"), 6);
     for (const Shown& frame : log.frames)
       expect_place(frame.camera, {1e-9 * static_cast<double>(frame.time), -3, 0.3});
     gst_element_set_state(pipeline, GST_STATE_NULL);
   }
   // Without the pad, or with one that nothing is linked to, the viewport is the properties'.
-  Log log;
-  log_pad(pipeline, "src", "src", log);
+  CameraLog log;
+  log_source(pipeline, log);
   GstElement* source = gst_bin_get_by_name(GST_BIN(pipeline), "src");
   GstPad* track = gst_element_request_pad_simple(source, "track");
   play(pipeline);

@@ -29,8 +29,8 @@ std::chrono::steady_clock::time_point deadline_of(std::int64_t ns_from_now) {
 
 CameraTrack::CameraTrack(GstElement* element, Statistics& statistics)
     : element_(element), statistics_(statistics) {
-  statistics.declare(
-      {"poses", "poses-unusable", "frames-tracked", "frames-untracked", "track-losses"});
+  statistics.declare({"poses", "poses-unusable", "frames-tracked", "frames-untracked",
+                      "frames-ahead", "track-losses"});
   gst_segment_init(&segment_, GST_FORMAT_UNDEFINED);
 }
 
@@ -109,6 +109,7 @@ std::optional<std::string> CameraTrack::judge(std::int64_t time) {
   if (!begun_) begun_ = time;
   const bool old = time - end.value_or(*begun_) > Track::silence_ns;
   statistics_.count(end && !old ? "frames-tracked" : "frames-untracked");
+  if (end && !old && time > *end) statistics_.count("frames-ahead");
   const bool was_lost = lost_;
   lost_ = old;
   if (!old || was_lost) return {};

@@ -21,7 +21,7 @@ inline constexpr char camera_caps[] = "application/x-polyhull-camera";
 /// Takes what comes at the pad on its streaming thread, and is asked on the element's. A track that
 /// is not live waits there when it is a second ahead of the frames; one that is live never does.
 /// Counts poses, poses-unusable, frames-tracked, frames-untracked (without a pose, or with one that
-/// is more than a second old) and track-losses.
+/// is more than a second old), frames-ahead (tracked, but later than the last pose) and track-losses.
 class CameraTrack {
  public:
   CameraTrack(GstElement* element, Statistics& statistics);
