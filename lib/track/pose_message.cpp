@@ -44,6 +44,17 @@ std::optional<double> length(const Json& root, const char* name) {
   return value;
 }
 
+std::vector<double> distortion(const Json& root) {
+  std::vector<double> result;
+  const auto found = root.find("distortion");
+  if (found == root.end()) return result;
+  const std::size_t count = found->is_array() ? found->size() : 0;
+  if (count != 4 && count != 5 && count != 8 && count != 12)
+    throw broken("'distortion' must be a list of 4, 5, 8 or 12 numbers");
+  for (const Json& k : *found) result.push_back(finite(k, "distortion"));
+  return result;
+}
+
 void check_rotation(const Mat3& R) {
   const Mat3 rest = R * glm::transpose(R) - Mat3(1.0);
   double most = std::abs(glm::determinant(R) - 1.0);
@@ -65,6 +76,12 @@ std::string pose_message_to_json(const PoseMessage& message) {
   if (message.pose.focal_length_mm) out["focal_length_mm"] = *message.pose.focal_length_mm;
   if (message.pose.sensor_width_mm) out["sensor_width_mm"] = *message.pose.sensor_width_mm;
   if (message.pose.sensor_height_mm) out["sensor_height_mm"] = *message.pose.sensor_height_mm;
+  if (message.pose.projection_offset_mm != Vec2(0.0))
+    out["projection_offset_mm"] = {message.pose.projection_offset_mm.x,
+                                   message.pose.projection_offset_mm.y};
+  if (!message.pose.distortion.empty()) out["distortion"] = message.pose.distortion;
+  if (message.pose.focus_distance_m) out["focus_distance_m"] = *message.pose.focus_distance_m;
+  if (message.pose.f_number) out["f_number"] = *message.pose.f_number;
   if (message.prediction_ns > 0) out["prediction_ns"] = message.prediction_ns;
   // Names may hold any bytes; JSON must be UTF-8.
   return out.dump(-1, ' ', false, Json::error_handler_t::replace);
@@ -85,6 +102,13 @@ PoseMessage parse_pose_message(std::string_view text) {
   message.pose.focal_length_mm = length(root, "focal_length_mm");
   message.pose.sensor_width_mm = length(root, "sensor_width_mm");
   message.pose.sensor_height_mm = length(root, "sensor_height_mm");
+  if (root.contains("projection_offset_mm")) {
+    const auto offset = numbers<2>(root, "projection_offset_mm");
+    message.pose.projection_offset_mm = {offset[0], offset[1]};
+  }
+  message.pose.distortion = distortion(root);
+  message.pose.focus_distance_m = length(root, "focus_distance_m");
+  message.pose.f_number = length(root, "f_number");
   if (const auto found = root.find("prediction_ns"); found != root.end()) {
     const double prediction = finite(*found, "prediction_ns");
     if (!(prediction >= 0.0 && prediction <= most_prediction))

@@ -15,15 +15,27 @@ constexpr int furthest_detour = 100;
 // exactly half of it.
 constexpr int smoothing_steps = 8;
 
+std::optional<double> mean(const std::optional<double>& a, const std::optional<double>& b,
+                           double share) {
+  if (!a || !b) return share < 0.5 ? a : b;
+  return *a + share * (*b - *a);
+}
+
 // From \p a (share 0) to \p b (share 1), or beyond. The lens is between the two's, never beyond.
 TrackedPose between(const TrackedPose& a, const TrackedPose& b, double share) {
   TrackedPose pose = share < 0.5 ? a : b;
   pose.place = a.place + share * (b.place - a.place);
   pose.axes = glm::mat3_cast(glm::normalize(glm::slerp(
       glm::normalize(glm::quat_cast(a.axes)), glm::normalize(glm::quat_cast(b.axes)), share)));
-  if (a.focal_length_mm && b.focal_length_mm)
-    pose.focal_length_mm =
-        *a.focal_length_mm + std::min(share, 1.0) * (*b.focal_length_mm - *a.focal_length_mm);
+  share = std::clamp(share, 0.0, 1.0);
+  pose.focal_length_mm = mean(a.focal_length_mm, b.focal_length_mm, share);
+  pose.focus_distance_m = mean(a.focus_distance_m, b.focus_distance_m, share);
+  pose.f_number = mean(a.f_number, b.f_number, share);
+  pose.projection_offset_mm =
+      a.projection_offset_mm + share * (b.projection_offset_mm - a.projection_offset_mm);
+  if (a.distortion.size() == b.distortion.size())
+    for (std::size_t i = 0; i < a.distortion.size(); ++i)
+      pose.distortion[i] = a.distortion[i] + share * (b.distortion[i] - a.distortion[i]);
   return pose;
 }
 

@@ -37,6 +37,14 @@ bool usable_length(const std::optional<double>& length) {
   return !length || (std::isfinite(*length) && *length > 0.0);
 }
 
+bool usable_lens(const TrackedPose& pose) {
+  const std::size_t count = pose.distortion.size();
+  bool finite =
+      std::isfinite(pose.projection_offset_mm.x) && std::isfinite(pose.projection_offset_mm.y);
+  for (const double k : pose.distortion) finite = finite && std::isfinite(k);
+  return finite && (count == 0 || count == 4 || count == 5 || count == 8 || count == 12);
+}
+
 // The focal length in pixels, which are square.
 double focal_pixels(const TrackedPose& pose, int width, int height, double vertical_degrees) {
   if (pose.focal_length_mm && pose.sensor_width_mm)
@@ -80,7 +88,13 @@ Camera camera_of(const TrackedPose& pose, int width, int height, double vertical
   camera.height = height;
   const double focal = focal_pixels(pose, width, height, vertical_degrees);
   check(std::isfinite(focal) && focal > 0.0, "its focal length is out of range");
-  camera.K = from_rows({focal, 0, 0.5 * (width - 1), 0, focal, 0.5 * (height - 1), 0, 0, 1});
+  check(usable_lens(pose), "its lens is out of range");
+  // From mm on the sensor, which only a known focal length relates to pixels.
+  const Vec2 offset =
+      pose.focal_length_mm ? focal / *pose.focal_length_mm * pose.projection_offset_mm : Vec2(0.0);
+  camera.K = from_rows(
+      {focal, 0, 0.5 * (width - 1) + offset.x, 0, focal, 0.5 * (height - 1) + offset.y, 0, 0, 1});
+  camera.distortion = pose.distortion;
   const Extrinsics extrinsics = extrinsics_of(pose);
   camera.R = extrinsics.R;
   camera.t = extrinsics.t;

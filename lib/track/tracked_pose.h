@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "base/vector.h"
 #include "rig/camera.h"
@@ -25,6 +26,11 @@ struct TrackedPose {
   std::optional<double> focal_length_mm;   ///< the pinhole model's
   std::optional<double> sensor_width_mm;   ///< of the part of the sensor that the picture shows
   std::optional<double> sensor_height_mm;  ///< likewise
+  Vec2 projection_offset_mm{
+      0.0};  ///< the principal point from the picture's middle, right and down
+  std::vector<double> distortion;          ///< as in Camera
+  std::optional<double> focus_distance_m;  ///< what is sharp, from the entrance pupil
+  std::optional<double> f_number;
 };
 
 /// The turn by \p pan about z, then \p tilt about the turned x, then \p roll about the turned y, each

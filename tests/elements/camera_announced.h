@@ -62,6 +62,7 @@ inline std::string record_track(const std::filesystem::path& path, std::int64_t 
   for (std::size_t i = 0; i < places.size(); ++i) {
     nlohmann::json value = track_examples::sample(angles[i], places[i]);
     value["timing"]["sequenceNumber"] = i;
+    value["lens"]["projectionOffset"] = {{"x", 6.0}, {"y", -3.0}};  // a sixth of the picture
     recorder.write(
         {step * static_cast<std::int64_t>(i), 0x7F000001, 4000, track_examples::json_bytes(value)});
   }

@@ -241,10 +241,10 @@ GST_END_TEST
 
 GST_START_TEST(test_messages_that_are_none_are_counted) {
   GstElement* pipeline = parse(scenesrc("num-buffers=20") + " ! fakesink sync=false");
+  CameraLog log;
+  log_source(pipeline, log);
   {
     PosePusher poses(source_of(pipeline), false);
-    CameraLog log;
-    log_source(pipeline, log);
     gst_element_set_state(pipeline, GST_STATE_PLAYING);
     poses.begin();
     fail_unless_equals_int(poses.push(0.0, 0), GST_FLOW_OK);
@@ -261,8 +261,6 @@ GST_START_TEST(test_messages_that_are_none_are_counted) {
     gst_element_set_state(pipeline, GST_STATE_NULL);
   }
   // Without the pad, or with one that nothing is linked to, the viewport is the properties'.
-  CameraLog log;
-  log_source(pipeline, log);
   GstElement* source = gst_bin_get_by_name(GST_BIN(pipeline), "src");
   GstPad* track = gst_element_request_pad_simple(source, "track");
   play(pipeline);

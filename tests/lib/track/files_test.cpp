@@ -150,6 +150,10 @@ TEST(PoseMessage, ThousandPosesComeBack) {
     sent.pose.axes = axes_of_angles(turn(random), turn(random), turn(random));
     if (i % 2 == 0) sent.pose.focal_length_mm = 10.0 + i;
     if (i % 3 == 0) sent.pose.sensor_height_mm = 20.25;
+    if (i % 5 == 0) sent.pose.projection_offset_mm = {0.1 * i, -0.2};
+    if (i % 7 == 0) sent.pose.distortion = {metre(random), metre(random), metre(random), 1e-5, 0.3};
+    if (i % 11 == 0) sent.pose.focus_distance_m = 0.5 * (i + 1);
+    if (i % 13 == 0) sent.pose.f_number = 2.8;
     sent.prediction_ns = i;
     const PoseMessage came = parse_pose_message(pose_message_to_json(sent));
     EXPECT_EQ(came.pose.source, "freed 3");
@@ -159,6 +163,10 @@ TEST(PoseMessage, ThousandPosesComeBack) {
     EXPECT_EQ(came.pose.focal_length_mm, sent.pose.focal_length_mm);
     EXPECT_EQ(came.pose.sensor_width_mm, sent.pose.sensor_width_mm);
     EXPECT_EQ(came.pose.sensor_height_mm, sent.pose.sensor_height_mm);
+    EXPECT_EQ(came.pose.projection_offset_mm, sent.pose.projection_offset_mm);
+    EXPECT_EQ(came.pose.distortion, sent.pose.distortion);
+    EXPECT_EQ(came.pose.focus_distance_m, sent.pose.focus_distance_m);
+    EXPECT_EQ(came.pose.f_number, sent.pose.f_number);
     EXPECT_EQ(came.prediction_ns, i);
   }
 }
@@ -175,6 +183,10 @@ TEST(PoseMessage, RefusesWhatIsNone) {
         message(R"("R":[1,0,0,0,1,0,0,0,-1],)" + place), message(rotation + R"(,"t":[0,1])"),
         message(rotation + R"(,"t":[0,1,1e999])"), message(rotation + R"(,"t":[0,1,"2"])"),
         message(rotation + "," + place + R"(,"focal_length_mm":0)"),
+        message(rotation + "," + place + R"(,"distortion":[1,2,3])"),
+        message(rotation + "," + place + R"(,"distortion":[1,2,3,"4"])"),
+        message(rotation + "," + place + R"(,"projection_offset_mm":1)"),
+        message(rotation + "," + place + R"(,"f_number":-1)"),
         message(rotation + "," + place + R"(,"prediction_ns":-1)"),
         message(rotation + "," + place + R"(,"prediction_ns":1e30)")})
     EXPECT_THROW(parse_pose_message(text), Error) << text;
