@@ -11,6 +11,7 @@ namespace polyhull {
 namespace {
 
 constexpr std::array<std::uint8_t, 4> identifier{'O', 'T', 'r', 'k'};
+constexpr int furthest_detour = 100;  // as Track's
 constexpr std::size_t header_size = 16, checksummed = 14;
 
 Error broken(const std::string& what) {
@@ -76,9 +77,10 @@ std::optional<OpenTrackIOBytes> OpenTrackIOSegments::add(const OpenTrackIOPacket
   if (!packet.sequence)
     return OpenTrackIOBytes{packet.encoding, {}, {packet.payload.begin(), packet.payload.end()}};
   if (!sequence_ || *packet.sequence != *sequence_) {
-    // Numbers wrap: up to half the circle back is before. A whole sample that comes late is still a
+    // Numbers wrap. A little back is before; further back is a sender that began anew. A whole sample that comes late is still a
     // sample (its place in time is the track's business); a part of one is of no use.
-    const bool before = sequence_ && static_cast<std::int16_t>(*packet.sequence - *sequence_) < 0;
+    const int step = sequence_ ? static_cast<std::int16_t>(*packet.sequence - *sequence_) : 1;
+    const bool before = step < 0 && step >= -furthest_detour;
     const bool whole = packet.offset == 0 && packet.last;
     if (before && whole)
       return OpenTrackIOBytes{

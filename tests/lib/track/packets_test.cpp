@@ -226,6 +226,19 @@ TEST(OpenTrackIO, CountsLostAndLateSegments) {
   EXPECT_EQ(segments.incomplete(), 2u);
 }
 
+TEST(OpenTrackIO, ASenderThatBeginsAnewIsReadAtOnce) {
+  const Packet text = json_bytes(sample({0, 0, 0}, {1, 2, 3}));
+  OpenTrackIOSegments segments;
+  const auto add = [&](std::uint16_t sequence, std::size_t begins, std::size_t count) {
+    return segments.add(parse_opentrackio_packet(segment(text, 1, sequence, begins, count, 255)));
+  };
+  EXPECT_FALSE(add(7000, 0, 100));  // it ends here, in the middle of a sample
+  EXPECT_FALSE(add(0, 0, 100));
+  EXPECT_TRUE(add(0, 100, text.size() - 100));
+  EXPECT_FALSE(add(1, 0, 100));
+  EXPECT_TRUE(add(1, 100, text.size() - 100));
+}
+
 TEST(OpenTrackIO, RefusesEachFault) {
   const auto refuses = [](const std::function<void(nlohmann::json&)>& spoil) {
     nlohmann::json value = sample({0, 0, 0}, {1, 2, 3});
