@@ -13,6 +13,8 @@ GST_ELEMENT_REGISTER_DECLARE(steadystamp)
 GST_ELEMENT_REGISTER_DECLARE(takesink)
 GST_ELEMENT_REGISTER_DECLARE(takesrc)
 GST_ELEMENT_REGISTER_DECLARE(triggerstamp)
+GST_ELEMENT_REGISTER_DECLARE(tracksrc)
+GST_ELEMENT_REGISTER_DECLARE(trackstamp)
 GST_ELEMENT_REGISTER_DECLARE(scenesrc)
 GST_ELEMENT_REGISTER_DECLARE(hullrefine)
 GST_ELEMENT_REGISTER_DECLARE(hulltexture)
@@ -34,6 +36,8 @@ static gboolean plugin_init(GstPlugin* plugin) {
   any |= GST_ELEMENT_REGISTER(takesink, plugin);
   any |= GST_ELEMENT_REGISTER(takesrc, plugin);
   any |= GST_ELEMENT_REGISTER(triggerstamp, plugin);
+  any |= GST_ELEMENT_REGISTER(tracksrc, plugin);
+  any |= GST_ELEMENT_REGISTER(trackstamp, plugin);
   any |= GST_ELEMENT_REGISTER(scenesrc, plugin);
   any |= GST_ELEMENT_REGISTER(hullrefine, plugin);
   any |= GST_ELEMENT_REGISTER(hulltexture, plugin);
