@@ -65,6 +65,12 @@ class Take(unittest.TestCase):
         self.assertEqual(rows[1][1:7], ["view", "of", "cam0", "0.000", "0.240", str(FRAMES)])
         self.assertEqual(rows[4][1:5], ["mesh", "0.000", "0.240", str(FRAMES)])
 
+    def test_packed_views(self):
+        packed = self.folder / "packed.take"
+        line = f"takesrc location={self.take} ! viewencode coding=lz4 ! takesink location={packed}"
+        subprocess.run(["gst-launch-1.0", "-q", *line.split()], check=True, timeout=60)
+        self.assertIn("view of cam0, packed", take("info", packed).stdout)
+
     def test_texts(self):
         self.assertEqual(take("extract", self.take, "rig").stdout, self.rig.read_text())
         missing = take("extract", self.take, "settings")

@@ -13,8 +13,8 @@
 #include "take/take_reader.h"
 #include "take/take_writer.h"
 #include "text_file.h"
+#include "wire/coded_view.h"
 #include "wire/mesh_payload.h"
-#include "wire/view_payload.h"
 
 namespace {
 
@@ -29,7 +29,11 @@ double seconds(std::int64_t time) {
 
 /// What the first packet of a stream says.
 std::string describe(const TakePacket& packet) {
-  if (packet.caps.starts_with(view_caps)) return "view of " + read_view(Bytes(packet.data)).camera;
+  if (packet.caps.starts_with(view_caps)) {
+    const Bytes bytes(packet.data);
+    const CodedView coded = read_coded_view({&bytes, 1});
+    return "view of " + coded.view.camera + (coded.coding == PixelCoding::raw ? "" : ", packed");
+  }
   if (packet.caps.starts_with(mesh_caps)) return "mesh";
   return packet.caps.substr(0, packet.caps.find(','));
 }
