@@ -107,7 +107,7 @@ struct PosePusher {
   }
   ~PosePusher() {
     gst_pad_set_active(pad, FALSE);
-    gst_pad_unlink(pad, track);
+    if (gst_pad_is_linked(pad)) gst_pad_unlink(pad, track);
     if (requested) gst_element_release_request_pad(element, track);
     gst_object_unref(track);
     gst_object_unref(pad);

@@ -273,6 +273,22 @@ GST_START_TEST(test_messages_that_are_none_are_counted) {
 }
 GST_END_TEST
 
+GST_START_TEST(test_unlinked_while_a_frame_waits) {
+  GstElement* pipeline = parse(scenesrc("num-buffers=5") + " ! fakesink sync=false");
+  {
+    PosePusher poses(source_of(pipeline), false);
+    gst_element_set_state(pipeline, GST_STATE_PLAYING);
+    poses.begin();
+    fail_unless_equals_int(poses.push(0.0, 0), GST_FLOW_OK);
+    g_usleep(50000);
+    fail_unless(gst_pad_unlink(poses.pad, poses.track));
+    check_ended(wait_for_end(pipeline));
+    gst_element_set_state(pipeline, GST_STATE_NULL);
+  }
+  stop(pipeline);
+}
+GST_END_TEST
+
 GST_START_TEST(test_states) {
   check_states("tracksrc location=" + moving("states.pcap", 10 * ms, 500) + " ! src.track" +
                    scenesrc("") + " ! fakesink",
@@ -293,6 +309,7 @@ static Suite* scenesrc_track_suite() {
   tcase_add_test(tests, test_lost_track_keeps_its_last_pose);
   tcase_add_test(tests, test_live_is_a_frame_late_at_most);
   tcase_add_test(tests, test_messages_that_are_none_are_counted);
+  tcase_add_test(tests, test_unlinked_while_a_frame_waits);
   tcase_add_test(tests, test_states);
   return suite;
 }

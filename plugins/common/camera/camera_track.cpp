@@ -92,7 +92,9 @@ bool CameraTrack::wait(std::unique_lock<std::mutex>& lock, std::int64_t time,
   const std::int64_t begun = monotonic_ns();
   while (!known()) {
     if (!live_) {
-      changed_.wait(lock);
+      // Who is unlinked meanwhile tells nobody.
+      changed_.wait_until(lock, deadline_of(Track::silence_ns));
+      if (!pad_ || !gst_pad_is_linked(pad_)) return false;
       continue;
     }
     const std::int64_t left =

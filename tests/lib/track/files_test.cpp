@@ -86,7 +86,7 @@ TEST_F(PacketFiles, EveryCutLeavesWhatIsWhole) {
 TEST_F(PacketFiles, DamageEndsInAnErrorOrALeftOutPacket) {
   const std::string whole = content(recorded("a.pcap", 4));
   std::mt19937 random(3);
-  for (int round = 0; round < 2000; ++round) {
+  for (int round = 0; round < 600; ++round) {
     std::string bad = whole;
     for (int i = 0; i < 3; ++i) bad[random() % bad.size()] = static_cast<char>(random());
     try {
