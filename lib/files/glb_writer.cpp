@@ -4,6 +4,7 @@
 #include <sstream>
 
 #include "base/error.h"
+#include "files/glb_animation.h"
 #include "files/mesh_files_internal.h"
 #include "files/textured_parts.h"
 #include "mesh/world.h"
@@ -16,61 +17,98 @@ constexpr char unlit[] = "KHR_materials_unlit";
 
 class GlbWriter : GltfBuilder {
  public:
-  GlbWriter(const Mesh& mesh, const MeshFileOptions& options) : mesh_(mesh), options_(options) {
-    using Value = tinygltf::Value;
-    Value::Object extras;
-    extras["polyhullUp"] =
-        Value(Value::Array{Value(mesh.up.x), Value(mesh.up.y), Value(mesh.up.z)});
-    extras["polyhullMetresPerUnit"] = Value(mesh.metres_per_unit);
-    model.asset.extras = Value(extras);
-  }
+  explicit GlbWriter(const MeshFileOptions& options) : options_(options) {}
 
-  std::string write() {
+  std::size_t size() const { return model.buffers[0].data.size(); }
+  bool empty() const { return hulls_.empty(); }
+
+  /// Adds the node of a hull; all have the world of the first.
+  void add_hull(const Mesh& mesh) {
+    if (hulls_.empty()) {
+      up_ = mesh.up;
+      metres_per_unit_ = mesh.metres_per_unit;
+    }
     tinygltf::Mesh gltf_mesh;
     gltf_mesh.name = "hull";
-    if (mesh_.texturing && options_.textured) {
-      for (const TexturedPart& part : textured_parts(mesh_))
-        gltf_mesh.primitives.push_back(textured_primitive(part));
-    } else if (!mesh_.hull.empty()) {
+    if (mesh.texturing && options_.textured) {
+      for (const TexturedPart& part : textured_parts(mesh))
+        gltf_mesh.primitives.push_back(textured_primitive(mesh, part));
+    } else if (!mesh.hull.empty()) {
       gltf_mesh.primitives.push_back(
-          primitive(mesh_.hull.vertices, mesh_.hull.triangles, plain_material()));
+          primitive(mesh.hull.vertices, mesh.hull.triangles, plain_material(mesh)));
     }
     // A glTF mesh must have a primitive: an empty hull is a node without a mesh.
     tinygltf::Node node;
     node.name = "polyhull";
-    const Vec3& origin = mesh_.hull.origin;
+    const Vec3& origin = mesh.hull.origin;
     if (origin != Vec3(0.0)) node.translation = {origin.x, origin.y, origin.z};
     if (!gltf_mesh.primitives.empty()) {
-      model.meshes.push_back(std::move(gltf_mesh));
-      node.mesh = 0;
+      node.mesh = add(model.meshes, std::move(gltf_mesh));
     }
-    model.nodes.push_back(std::move(node));
-    model.scenes[0].nodes = {add_root()};
+    hulls_.push_back(add(model.nodes, std::move(node)));
+  }
+
+  /// Shows each hull from its time of \p seconds, which rise, until the next.
+  void animate(const std::vector<float>& seconds) {
+    tinygltf::Animation animation;
+    animation.name = "take";
+    for (std::size_t i = 0; i < hulls_.size() && hulls_.size() > 1; ++i) {
+      std::vector<float> times;
+      std::vector<Vec3f> sizes;
+      const auto show = [&](float time, float size) {
+        times.push_back(time);
+        sizes.emplace_back(size);
+      };
+      if (i > 0) show(seconds.front(), 0);
+      show(seconds[i], 1);
+      if (i + 1 < hulls_.size()) show(seconds[i + 1], 0);
+      // What plays no animation shows the first.
+      if (i > 0) model.nodes[hulls_[i]].scale = {0, 0, 0};
+      tinygltf::AnimationSampler sampler;
+      sampler.input = add_accessor(times);
+      model.accessors[sampler.input].minValues = {times.front()};
+      model.accessors[sampler.input].maxValues = {times.back()};
+      sampler.output = add_accessor(sizes, 0);
+      sampler.interpolation = "STEP";
+      tinygltf::AnimationChannel channel;
+      channel.sampler = add(animation.samplers, std::move(sampler));
+      channel.target_node = hulls_[i];
+      channel.target_path = "scale";
+      animation.channels.push_back(std::move(channel));
+    }
+    if (!animation.channels.empty()) model.animations.push_back(std::move(animation));
+  }
+
+  std::string write() {
+    using Value = tinygltf::Value;
+    Value::Object extras;
+    extras["polyhullUp"] = Value(Value::Array{Value(up_.x), Value(up_.y), Value(up_.z)});
+    extras["polyhullMetresPerUnit"] = Value(metres_per_unit_);
+    model.asset.extras = Value(extras);
+    model.scenes[0].nodes = roots();
     if (model.buffers[0].data.empty()) model.buffers.clear();
     std::ostringstream out;
     tinygltf::TinyGLTF gltf;
     if (!gltf.WriteGltfSceneToStream(&model, out, false, true))
       throw Error(Error::Kind::io,
-                  "A hull of {} triangles could not be put into GLB form: too little memory?",
-                  mesh_.hull.triangles.size() / 3);
+                  "A hull of {} bytes could not be put into GLB form: too little memory?", size());
     return out.str();
   }
 
  private:
   /// The node that takes the rig's world to glTF's, which is metres with y up; where the rig's is
-  /// the same, the hull's own node.
-  int add_root() {
-    const Mat4 turn = scene_from_world(mesh_.up, 1.0);
-    const double scale = mesh_.metres_per_unit;
-    if (turn == Mat4(1.0) && scale == 1.0) return 0;
+  /// the same, the hulls' own nodes.
+  std::vector<int> roots() {
+    const Mat4 turn = scene_from_world(up_, 1.0);
+    const double scale = metres_per_unit_;
+    if (turn == Mat4(1.0) && scale == 1.0) return hulls_;
     tinygltf::Node root;
     root.name = "rig";
     const glm::dquat q = glm::normalize(glm::quat_cast(Mat3(turn)));
     if (turn != Mat4(1.0)) root.rotation = {q.x, q.y, q.z, q.w};
     if (scale != 1.0) root.scale = {scale, scale, scale};
-    root.children = {0};
-    model.nodes.push_back(std::move(root));
-    return 1;
+    root.children = hulls_;
+    return {add(model.nodes, std::move(root))};
   }
 
   tinygltf::Primitive primitive(const std::vector<Vec3f>& positions,
@@ -83,18 +121,18 @@ class GlbWriter : GltfBuilder {
     return result;
   }
 
-  tinygltf::Primitive textured_primitive(const TexturedPart& part) {
-    if (part.view < 0) return primitive(part.positions, part.triangles, plain_material());
+  tinygltf::Primitive textured_primitive(const Mesh& mesh, const TexturedPart& part) {
+    if (part.view < 0) return primitive(part.positions, part.triangles, plain_material(mesh));
     tinygltf::Primitive result =
-        primitive(part.positions, part.triangles, picture_material(part.view));
+        primitive(part.positions, part.triangles, picture_material(mesh, part.view));
     result.attributes["TEXCOORD_0"] = add_accessor(part.coordinates);
     return result;
   }
 
-  int plain_material() {
-    const Vec3f colour = mesh_.texturing ? mesh_.texturing->untextured : Vec3f(0.5f);
+  int plain_material(const Mesh& mesh) {
+    const Vec3f colour = mesh.texturing ? mesh.texturing->untextured : Vec3f(0.5f);
     tinygltf::Material material;
-    material.name = mesh_.texturing ? "unseen" : "hull";
+    material.name = mesh.texturing ? "unseen" : "hull";
     const auto linear = [](float c) {
       return c <= 0.04045f ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4);
     };
@@ -103,9 +141,9 @@ class GlbWriter : GltfBuilder {
     return finish(std::move(material));
   }
 
-  int picture_material(int number) {
-    const View& view = mesh_.views[number].view;
-    const Picture picture = texture_picture(mesh_, number);
+  int picture_material(const Mesh& mesh, int number) {
+    const View& view = mesh.views[number].view;
+    const Picture picture = texture_picture(mesh, number);
     const std::vector<std::uint8_t> encoded = options_.jpeg_quality > 0
                                                   ? encode_jpeg(picture, options_.jpeg_quality)
                                                   : encode_png(picture);
@@ -135,14 +173,51 @@ class GlbWriter : GltfBuilder {
     return add(model.materials, std::move(material));
   }
 
-  const Mesh& mesh_;
-  const MeshFileOptions& options_;
+  MeshFileOptions options_;
+  std::vector<int> hulls_;  // their nodes
+  Vec3 up_{0, 1, 0};
+  double metres_per_unit_ = 1.0;
 };
 
 }  // namespace
 
 void write_glb(const Mesh& mesh, const std::string& path, const MeshFileOptions& options) {
-  write_whole_file(path, GlbWriter(mesh, options).write());
+  GlbWriter writer(options);
+  writer.add_hull(mesh);
+  write_whole_file(path, writer.write());
+}
+
+struct GlbAnimation::State {
+  explicit State(const MeshFileOptions& options) : writer(options) {}
+  GlbWriter writer;
+  std::vector<float> seconds;
+};
+
+GlbAnimation::GlbAnimation(const MeshFileOptions& options)
+    : state_(std::make_unique<State>(options)) {}
+GlbAnimation::~GlbAnimation() = default;
+
+void GlbAnimation::add(const Mesh& mesh, double seconds) {
+  const auto time = static_cast<float>(seconds);
+  if (!state_->seconds.empty() && !(time > state_->seconds.back()))
+    throw Error(Error::Kind::bad_input,
+                "The mesh at {} s cannot follow the one at {} s in an animation.", seconds,
+                state_->seconds.back());
+  state_->writer.add_hull(mesh);
+  state_->seconds.push_back(time);
+  // What a GLB's lengths can say, with room for its JSON.
+  if (state_->writer.size() > std::size_t{3'900} << 20)
+    throw Error(Error::Kind::unsupported,
+                "{} meshes are more than one GLB file holds (4 GiB); write a part of them, every "
+                "second one, or a file each.",
+                state_->seconds.size());
+}
+
+void GlbAnimation::write(const std::string& path) {
+  if (state_->writer.empty())
+    throw Error(Error::Kind::bad_input, "'{}' was not written: there is no mesh.", path);
+  state_->writer.animate(state_->seconds);
+  write_whole_file(path, state_->writer.write());
 }
 
 }  // namespace polyhull

@@ -156,7 +156,8 @@ void Instants::anchor(TimeAxis axis, std::int64_t value, std::int64_t time,
   Offset& offset = offsets_[static_cast<std::size_t>(axis)];
   if (offset.value != no_time) return;
   offset.value = value - time;
-  if (now.running == no_time) return;
+  // What is not live was taken at another time, with another start of the clocks.
+  if (now.running == no_time || !now.live) return;
   if (axis == TimeAxis::pipeline && std::abs(now.base + now.running - value) < plausible) {
     offset = {now.base, true};
   } else if (axis == TimeAxis::unix && value <= now.unix && now.unix - value < lately) {
@@ -203,8 +204,14 @@ Instants::Placed Instants::place(Key key, const ViewTimes& times, const ArrivalT
   Placed result{times.running};
   if (times.running == no_time) return result;
   Camera& camera = cameras_[key];
-  const bool local = is_local(times);
-  if (local) {
+  // Frames of files that came before the clock ran: a take has them, and where it was recorded is
+  // told by those that follow.
+  const bool before_clock =
+      !now.live && times.clock == CaptureClock::arrival && times.capture == times.running;
+  const bool local = !before_clock && is_local(times);
+  if (before_clock) {
+    camera.clock = {};
+  } else if (local) {
     // Its value is what the running time makes it, with the base time of now. What was found of it
     // beside the others stays.
     if (camera.clock.axis != TimeAxis::pipeline) {

@@ -10,8 +10,8 @@
 ///     time = value - offset + correction of the camera,
 ///
 /// where the offset is the same for all cameras, so that equal values become equal times, and
-/// places them on the running time of the pipeline: values of its own clock by its base time,
-/// times since 1970 by the machine's, others so that the first view stays where it is.
+/// places them on the running time of the pipeline: in a live stream values of its own clock by its
+/// base time and times since 1970 by the machine's, others so that the first view stays where it is.
 ///
 /// A clock that jumps (its time moves by a second more or less than both the running time and the
 /// arrival of its frames, and no stall explains it) is corrected for its camera alone. Cameras whose

@@ -16,24 +16,30 @@ namespace polyhull {
 
 /// A glTF model with one scene and one buffer. What is added gets the next index, which comes back.
 struct GltfBuilder {
+  template <typename T>
+  static constexpr int default_target =
+      std::is_same_v<T, std::uint32_t> ? TINYGLTF_TARGET_ELEMENT_ARRAY_BUFFER
+      : std::is_same_v<T, float>       ? 0
+                                       : TINYGLTF_TARGET_ARRAY_BUFFER;
+
   GltfBuilder();
 
   /// A buffer view of the \p size bytes from \p data on, which begins at a multiple of four;
   /// \p target as in glTF (0: none).
   int add_view(const void* data, std::size_t size, int target = 0);
 
-  /// An accessor of vertex attributes (Vec2f, Vec3f) or of indices (std::uint32_t).
+  /// An accessor of vertex attributes (Vec2f, Vec3f), of indices (std::uint32_t), or of an
+  /// animation's values (float, Vec3f; \p target 0).
   template <typename T>
-  int add_accessor(const std::vector<T>& values) {
+  int add_accessor(const std::vector<T>& values, int target = default_target<T>) {
     constexpr bool is_index = std::is_same_v<T, std::uint32_t>;
-    static_assert(is_index || std::is_same_v<T, Vec2f> || std::is_same_v<T, Vec3f>);
+    constexpr bool is_scalar = is_index || std::is_same_v<T, float>;
+    static_assert(is_scalar || std::is_same_v<T, Vec2f> || std::is_same_v<T, Vec3f>);
     tinygltf::Accessor accessor;
-    accessor.bufferView =
-        add_view(values.data(), values.size() * sizeof(T),
-                 is_index ? TINYGLTF_TARGET_ELEMENT_ARRAY_BUFFER : TINYGLTF_TARGET_ARRAY_BUFFER);
+    accessor.bufferView = add_view(values.data(), values.size() * sizeof(T), target);
     accessor.componentType =
         is_index ? TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT : TINYGLTF_COMPONENT_TYPE_FLOAT;
-    accessor.type = is_index                   ? TINYGLTF_TYPE_SCALAR
+    accessor.type = is_scalar                  ? TINYGLTF_TYPE_SCALAR
                     : std::is_same_v<T, Vec2f> ? TINYGLTF_TYPE_VEC2
                                                : TINYGLTF_TYPE_VEC3;
     accessor.count = values.size();

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "base/error.h"
+#include "track/packet_error.h"
 
 namespace polyhull {
 namespace {
@@ -24,7 +25,11 @@ double signed_at(std::span<const std::uint8_t> bytes, std::size_t at) {
 }  // namespace
 
 FreeDPacket parse_freed(std::span<const std::uint8_t> bytes) {
-  if (bytes.size() != freed_packet_size)
+  if (bytes.size() < freed_packet_size)
+    throw PacketError(PacketError::Fault::truncated,
+                      "FreeD: a packet D1 has {} bytes, this one has {}.", freed_packet_size,
+                      bytes.size());
+  if (bytes.size() > freed_packet_size)
     throw Error(Error::Kind::bad_input, "FreeD: a packet D1 has {} bytes, this one has {}.",
                 freed_packet_size, bytes.size());
   if (bytes[0] != position_and_orientation)
@@ -34,8 +39,9 @@ FreeDPacket parse_freed(std::span<const std::uint8_t> bytes) {
   unsigned sum = 0x40;
   for (const std::uint8_t byte : bytes.first(freed_packet_size - 1)) sum -= byte;
   if ((sum & 0xFF) != bytes.back())
-    throw Error(Error::Kind::bad_input, "FreeD: the checksum is 0x{:02X}, the bytes make 0x{:02X}.",
-                int{bytes.back()}, sum & 0xFF);
+    throw PacketError(PacketError::Fault::checksum,
+                      "FreeD: the checksum is 0x{:02X}, the bytes make 0x{:02X}.",
+                      int{bytes.back()}, sum & 0xFF);
   FreeDPacket packet;
   packet.camera = bytes[1];
   for (std::size_t i = 0; i < 3; ++i) {

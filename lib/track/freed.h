@@ -47,8 +47,8 @@ struct FreeDPacket {
   std::uint32_t focus = 0;
 };
 
-/// The packet that \p bytes hold. Throws Error (bad_input) for bytes that are not exactly one packet
-/// D1 and for a wrong checksum.
+/// The packet that \p bytes hold. Throws PacketError for fewer bytes and for a wrong
+/// checksum, Error (bad_input) for more bytes and another type.
 FreeDPacket parse_freed(std::span<const std::uint8_t> bytes);
 
 /// \p packet as a pose of the source "freed N". Throws Error (bad_input) for settings whose `axis` is

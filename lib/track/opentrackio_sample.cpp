@@ -2,14 +2,16 @@
 #include "track/opentrackio_sample.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "base/parse_json.h"
+#include "track/opentrackio_json.h"
 
 namespace polyhull {
 namespace {
 
 using Json = nlohmann::json;
+using opentrackio::find;
+using opentrackio::length;
 
 Error broken(const std::string& what) {
   return Error(Error::Kind::bad_input, "OpenTrackIO: {}.", what);
@@ -66,58 +68,6 @@ Json parse(const OpenTrackIOBytes& sample) {
                           "OpenTrackIO sample");
 }
 
-// The value at a path such as /lens/distortion, or null.
-const Json* find(const Json& root, const char* path) {
-  const Json::json_pointer pointer(path);
-  return root.contains(pointer) ? &root.at(pointer) : nullptr;
-}
-
-double number(const Json* value, const std::string& what) {
-  if (!value || !value->is_number()) throw broken(what + " must be a number");
-  const double result = value->get<double>();
-  if (!std::isfinite(result)) throw broken(what + " is not finite");
-  return result;
-}
-
-std::optional<double> length(const Json& root, const char* path) {
-  const Json* value = find(root, path);
-  if (!value) return {};
-  const double result = number(value, path);
-  if (!(result > 0.0)) throw broken(fmt::format("{} must be above 0", path));
-  return result;
-}
-
-Vec3 three(const Json& transform, const char* name, std::array<const char*, 3> members,
-           double missing) {
-  Vec3 result(missing);
-  const auto found = transform.find(name);
-  if (found == transform.end()) return result;
-  for (int i = 0; i < 3; ++i) {
-    const char* member = members[static_cast<std::size_t>(i)];
-    const bool there = found->is_object() && found->contains(member);
-    result[i] = number(there ? &found->at(member) : nullptr, fmt::format("{}.{}", name, member));
-  }
-  return result;
-}
-
-void set_pose(TrackedPose& pose, const Json& root) {
-  const Json* transforms = find(root, "/transforms");
-  if (!transforms || !transforms->is_array() || transforms->empty())
-    throw broken("a sample without transforms");
-  for (const Json& transform : *transforms) {
-    if (!transform.is_object()) throw broken("transforms must hold objects");
-    if (three(transform, "scale", {"x", "y", "z"}, 1.0) != Vec3(1.0))
-      throw broken("a transform scales; a camera cannot");
-    pose.place += pose.axes * three(transform, "translation", {"x", "y", "z"}, 0.0);
-    const Vec3 angles = three(transform, "rotation", {"pan", "tilt", "roll"}, 0.0);
-    pose.axes = pose.axes * axes_of_angles(angles[0], angles[1], angles[2]);
-  }
-  if (const Json* offset = find(root, "/lens/entrancePupilOffset"))
-    pose.place += pose.axes[1] * number(offset, "lens.entrancePupilOffset");
-  for (int i = 0; i < 3; ++i)
-    if (!std::isfinite(pose.place[i])) throw broken("the transforms together are not finite");
-}
-
 void set_times(TrackedPose& pose, const Json& root) {
   if (!pose.sequence) {
     if (const Json* sequence = find(root, "/timing/sequenceNumber")) {
@@ -139,6 +89,19 @@ void set_times(TrackedPose& pose, const Json& root) {
                                 (nanoseconds ? nanoseconds->get<std::uint64_t>() : 0));
 }
 
+void set_lens(TrackedPose& pose, const Json& root) {
+  pose.focal_length_mm = length(root, "/lens/pinholeFocalLength");
+  pose.sensor_width_mm = length(root, "/static/camera/activeSensorPhysicalDimensions/width");
+  pose.sensor_height_mm = length(root, "/static/camera/activeSensorPhysicalDimensions/height");
+  pose.projection_offset_mm = {opentrackio::number_or_zero(root, "/lens/projectionOffset/x"),
+                               opentrackio::number_or_zero(root, "/lens/projectionOffset/y")};
+  pose.focus_distance_m = length(root, "/lens/focusDistance");
+  pose.f_number = length(root, "/lens/fStop");
+  if (pose.focal_length_mm)
+    pose.distortion =
+        opentrackio::opencv_distortion(root, *pose.focal_length_mm).value_or(std::vector<double>());
+}
+
 }  // namespace
 
 TrackedPose parse_opentrackio_sample(const OpenTrackIOBytes& sample) {
@@ -151,11 +114,13 @@ TrackedPose parse_opentrackio_sample(const OpenTrackIOBytes& sample) {
       pose.source = id->get<std::string>();
     else if (const Json* index = find(root, "/sourceNumber"); index && index->is_number_unsigned())
       pose.source = fmt::format("opentrackio {}", index->get<std::uint64_t>());
-    set_pose(pose, root);
+    const Json* transforms = find(root, "/transforms");
+    if (!transforms || transforms->empty()) throw broken("a sample without transforms");
+    const opentrackio::Placed placed = opentrackio::placed(root);
+    pose.axes = placed.axes;
+    pose.place = placed.place;
     set_times(pose, root);
-    pose.focal_length_mm = length(root, "/lens/pinholeFocalLength");
-    pose.sensor_width_mm = length(root, "/static/camera/activeSensorPhysicalDimensions/width");
-    pose.sensor_height_mm = length(root, "/static/camera/activeSensorPhysicalDimensions/height");
+    set_lens(pose, root);
   } catch (const Json::exception& error) {
     throw broken(error.what());
   }

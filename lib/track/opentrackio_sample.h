@@ -2,7 +2,9 @@
 /// \file
 /// OpenTrackIO's samples (SMPTE RIS OSVP, protocol 1.0), JSON or CBOR, as poses. Read are
 /// `transforms` (metres, degrees; from the world to the camera, one within the other), `lens.
-/// pinholeFocalLength` (mm) and `.entrancePupilOffset` (metres along the view), `static.camera.
+/// pinholeFocalLength` and `.projectionOffset` (mm), `.entrancePupilOffset` (metres along the view),
+/// `.distortion` (of the model "Brown-Conrady U-D" around the centre of projection; others are passed
+/// over), `.focusDistance` (metres) and `.fStop`, `static.camera.
 /// activeSensorPhysicalDimensions` (mm), `timing.sequenceNumber` and `.sampleTimestamp`, `sourceId`
 /// and `sourceNumber`. Whatever else a sample holds is passed over.
 #pragma once

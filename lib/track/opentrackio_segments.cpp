@@ -5,11 +5,13 @@
 #include <array>
 
 #include "base/error.h"
+#include "track/packet_error.h"
 
 namespace polyhull {
 namespace {
 
 constexpr std::array<std::uint8_t, 4> identifier{'O', 'T', 'r', 'k'};
+constexpr int furthest_detour = 100;  // as Track's
 constexpr std::size_t header_size = 16, checksummed = 14;
 
 Error broken(const std::string& what) {
@@ -49,7 +51,8 @@ OpenTrackIOPacket parse_opentrackio_packet(std::span<const std::uint8_t> bytes) 
     return packet;
   }
   if (bytes.size() < header_size)
-    throw broken(fmt::format("a packet of {} bytes is shorter than a header", bytes.size()));
+    throw PacketError(PacketError::Fault::truncated,
+                      "OpenTrackIO: a packet of {} bytes is shorter than a header.", bytes.size());
   if (!std::equal(identifier.begin(), identifier.end(), bytes.begin()))
     throw broken("a packet begins neither with \"OTrk\" nor with \"{\"");
   packet.encoding = encoding_of(bytes[5]);
@@ -59,13 +62,14 @@ OpenTrackIOPacket parse_opentrackio_packet(std::span<const std::uint8_t> bytes) 
   packet.last = length & 0x8000;
   packet.payload = bytes.subspan(header_size);
   if ((length & 0x7FFF) != packet.payload.size())
-    throw broken(fmt::format("the header promises {} bytes of payload, {} came", length & 0x7FFF,
-                             packet.payload.size()));
+    throw PacketError(PacketError::Fault::truncated,
+                      "OpenTrackIO: the header promises {} bytes of payload, {} came.",
+                      length & 0x7FFF, packet.payload.size());
   const std::uint32_t sent = big_endian(bytes.subspan(checksummed, 2));
   const auto header = bytes.first(checksummed);
   if (sent != fletcher16(header, packet.payload, 255) &&
       sent != fletcher16(header, packet.payload, 256))
-    throw broken("the checksum is wrong");
+    throw PacketError(PacketError::Fault::checksum, "OpenTrackIO: the checksum is wrong.");
   return packet;
 }
 
@@ -73,9 +77,10 @@ std::optional<OpenTrackIOBytes> OpenTrackIOSegments::add(const OpenTrackIOPacket
   if (!packet.sequence)
     return OpenTrackIOBytes{packet.encoding, {}, {packet.payload.begin(), packet.payload.end()}};
   if (!sequence_ || *packet.sequence != *sequence_) {
-    // Numbers wrap: up to half the circle back is before. A whole sample that comes late is still a
+    // Numbers wrap. A little back is before; further back is a sender that began anew. A whole sample that comes late is still a
     // sample (its place in time is the track's business); a part of one is of no use.
-    const bool before = sequence_ && static_cast<std::int16_t>(*packet.sequence - *sequence_) < 0;
+    const int step = sequence_ ? static_cast<std::int16_t>(*packet.sequence - *sequence_) : 1;
+    const bool before = step < 0 && step >= -furthest_detour;
     const bool whole = packet.offset == 0 && packet.last;
     if (before && whole)
       return OpenTrackIOBytes{

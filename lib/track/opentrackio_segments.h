@@ -34,8 +34,8 @@ struct OpenTrackIOPacket {
 };
 
 /// The packet that \p bytes hold: one with a header, whose checksum may be computed modulo 255 or 256
-/// (senders differ), or a whole sample as bare JSON, which begins with "{". Throws Error (bad_input)
-/// for anything else.
+/// (senders differ), or a whole sample as bare JSON, which begins with "{". Throws
+/// PacketError where bytes are missing or the checksum is wrong, Error (bad_input) for anything else.
 OpenTrackIOPacket parse_opentrackio_packet(std::span<const std::uint8_t> bytes);
 
 /// Fletcher-16 over \p header and then \p payload with sums modulo \p modulus, 255 or 256.

@@ -15,26 +15,57 @@ constexpr int furthest_detour = 100;
 // exactly half of it.
 constexpr int smoothing_steps = 8;
 
+std::optional<double> mean(const std::optional<double>& a, const std::optional<double>& b,
+                           double share) {
+  if (!a || !b) return share < 0.5 ? a : b;
+  return *a + share * (*b - *a);
+}
+
 // From \p a (share 0) to \p b (share 1), or beyond. The lens is between the two's, never beyond.
 TrackedPose between(const TrackedPose& a, const TrackedPose& b, double share) {
   TrackedPose pose = share < 0.5 ? a : b;
   pose.place = a.place + share * (b.place - a.place);
   pose.axes = glm::mat3_cast(glm::normalize(glm::slerp(
       glm::normalize(glm::quat_cast(a.axes)), glm::normalize(glm::quat_cast(b.axes)), share)));
-  if (a.focal_length_mm && b.focal_length_mm)
-    pose.focal_length_mm =
-        *a.focal_length_mm + std::min(share, 1.0) * (*b.focal_length_mm - *a.focal_length_mm);
+  share = std::clamp(share, 0.0, 1.0);
+  pose.focal_length_mm = mean(a.focal_length_mm, b.focal_length_mm, share);
+  pose.focus_distance_m = mean(a.focus_distance_m, b.focus_distance_m, share);
+  pose.f_number = mean(a.f_number, b.f_number, share);
+  pose.projection_offset_mm =
+      a.projection_offset_mm + share * (b.projection_offset_mm - a.projection_offset_mm);
+  if (a.distortion.size() == b.distortion.size())
+    for (std::size_t i = 0; i < a.distortion.size(); ++i)
+      pose.distortion[i] = a.distortion[i] + share * (b.distortion[i] - a.distortion[i]);
   return pose;
 }
 
 }  // namespace
 
-Track::Track(TrackSettings settings) : settings_(std::move(settings)) {
-  if (settings_.smoothing_ns < 0 || settings_.smoothing_ns > memory_ns ||
-      settings_.prediction_ns < 0)
+Track::Track(TrackSettings settings) {
+  set(std::move(settings));
+}
+
+void Track::set(TrackSettings settings) {
+  if (settings.smoothing_ns < 0 || settings.smoothing_ns > memory_ns || settings.prediction_ns < 0)
     throw Error(Error::Kind::bad_input,
                 "A track's smoothing must be between 0 and {} s, its prediction 0 or above.",
                 memory_ns / 1'000'000'000);
+  settings_ = std::move(settings);
+}
+
+void Track::forget() {
+  poses_.clear();
+  sender_.reset();
+}
+
+std::optional<std::int64_t> Track::begin() const {
+  if (poses_.empty()) return {};
+  return poses_.front().time;
+}
+
+std::optional<std::int64_t> Track::end() const {
+  if (poses_.empty()) return {};
+  return poses_.back().time;
 }
 
 bool Track::follows(const TrackedPose& pose, std::int64_t arrival_ns) {
@@ -75,7 +106,8 @@ bool Track::add(const TrackedPose& pose, std::int64_t arrival_ns) {
   // Of poses that arrive at once, or under a clock that was set back, the last one holds.
   while (!poses_.empty() && poses_.back().time >= time) poses_.pop_back();
   poses_.push_back({time, pose});
-  while (poses_.size() > most_poses || poses_.front().time < time - 2 * memory_ns)
+  // The one that held when the memory begins stays, however old.
+  while (poses_.size() > most_poses || (poses_.size() > 1 && poses_[1].time < time - 2 * memory_ns))
     poses_.pop_front();
   ++counters_.poses;
   return true;
@@ -93,6 +125,8 @@ std::optional<TrackedPose> Track::unsmoothed(std::int64_t time_ns) const {
     --right;
   }
   const Timed &a = poses_[right - 1], &b = poses_[right];
+  // Where the camera was through a silence is not known; it did not begin to move at its start.
+  if (after != poses_.end() && b.time - a.time > silence_ns) return a.pose;
   return between(a.pose, b.pose,
                  static_cast<double>(time_ns - a.time) / static_cast<double>(b.time - a.time));
 }

@@ -41,13 +41,23 @@ class Track {
   /// `memory_ns`.
   explicit Track(TrackSettings settings);
 
+  /// Follows other settings from now on; what is kept stays. Throws as the constructor does.
+  void set(TrackSettings settings);
+
+  /// Forgets all poses, and whom it follows; counters stay.
+  void forget();
+
   /// Takes \p pose, which arrived at \p arrival_ns; whether it was of use. Poses of one sender arrive
   /// in no order that matters: `sequence` tells.
   bool add(const TrackedPose& pose, std::int64_t arrival_ns);
 
-  /// The pose at \p time_ns: between two poses on the straight line and the shortest turn, after the
-  /// last one as `prediction_ns` says. None at a time before the first pose that is kept.
+  /// The pose at \p time_ns: between two poses on the straight line and the shortest turn (where
+  /// they are more than `silence_ns` apart, the first one), after the last one as `prediction_ns` says. None at a time before the first pose that is kept.
   std::optional<TrackedPose> at(std::int64_t time_ns) const;
+
+  /// The time of the first and of the last pose that is kept; none before the first.
+  std::optional<std::int64_t> begin() const;
+  std::optional<std::int64_t> end() const;
 
   /// How much later than the truth `at` is by its own doing: half of the smoothing.
   std::int64_t lag_ns() const { return settings_.smoothing_ns / 2; }

@@ -20,12 +20,29 @@ Mat3 turn(int axis, double degrees) {
   return m;
 }
 
+Mat3 to_scene() {
+  return from_rows({1, 0, 0, 0, 0, 1, 0, -1, 0});
+}
+
+// From the camera's right, forward and up.
+Mat3 right_down_forward() {
+  return from_rows({1, 0, 0, 0, 0, -1, 0, 1, 0});
+}
+
 void check(bool usable, const char* what) {
   if (!usable) throw Error(Error::Kind::bad_input, "A tracked camera cannot be used: {}.", what);
 }
 
 bool usable_length(const std::optional<double>& length) {
   return !length || (std::isfinite(*length) && *length > 0.0);
+}
+
+bool usable_lens(const TrackedPose& pose) {
+  const std::size_t count = pose.distortion.size();
+  bool finite =
+      std::isfinite(pose.projection_offset_mm.x) && std::isfinite(pose.projection_offset_mm.y);
+  for (const double k : pose.distortion) finite = finite && std::isfinite(k);
+  return finite && (count == 0 || count == 4 || count == 5 || count == 8 || count == 12);
 }
 
 // The focal length in pixels, which are square.
@@ -45,6 +62,17 @@ Mat3 axes_of_angles(double pan, double tilt, double roll) {
   return turn(2, pan) * turn(0, tilt) * turn(1, roll);
 }
 
+Extrinsics extrinsics_of(const TrackedPose& pose) {
+  const Mat3 R = right_down_forward() * glm::transpose(to_scene() * pose.axes);
+  return {R, -(R * (to_scene() * pose.place))};
+}
+
+void set_extrinsics(TrackedPose& pose, const Extrinsics& extrinsics) {
+  const Mat3 to_tracker = glm::transpose(to_scene());
+  pose.axes = to_tracker * glm::transpose(extrinsics.R) * right_down_forward();
+  pose.place = -(to_tracker * (glm::transpose(extrinsics.R) * extrinsics.t));
+}
+
 Camera camera_of(const TrackedPose& pose, int width, int height, double vertical_degrees) {
   check(width > 0 && height > 0, "its picture is empty");
   for (int i = 0; i < 3; ++i) {
@@ -60,11 +88,16 @@ Camera camera_of(const TrackedPose& pose, int width, int height, double vertical
   camera.height = height;
   const double focal = focal_pixels(pose, width, height, vertical_degrees);
   check(std::isfinite(focal) && focal > 0.0, "its focal length is out of range");
-  camera.K = from_rows({focal, 0, 0.5 * (width - 1), 0, focal, 0.5 * (height - 1), 0, 0, 1});
-  const Mat3 to_scene = from_rows({1, 0, 0, 0, 0, 1, 0, -1, 0});
-  const Mat3 right_down_forward = from_rows({1, 0, 0, 0, 0, -1, 0, 1, 0});
-  camera.R = right_down_forward * glm::transpose(to_scene * pose.axes);
-  camera.t = -(camera.R * (to_scene * pose.place));
+  check(usable_lens(pose), "its lens is out of range");
+  // From mm on the sensor, which only a known focal length relates to pixels.
+  const Vec2 offset =
+      pose.focal_length_mm ? focal / *pose.focal_length_mm * pose.projection_offset_mm : Vec2(0.0);
+  camera.K = from_rows(
+      {focal, 0, 0.5 * (width - 1) + offset.x, 0, focal, 0.5 * (height - 1) + offset.y, 0, 0, 1});
+  camera.distortion = pose.distortion;
+  const Extrinsics extrinsics = extrinsics_of(pose);
+  camera.R = extrinsics.R;
+  camera.t = extrinsics.t;
   return camera;
 }
 

@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "base/vector.h"
 #include "rig/camera.h"
@@ -25,6 +26,11 @@ struct TrackedPose {
   std::optional<double> focal_length_mm;   ///< the pinhole model's
   std::optional<double> sensor_width_mm;   ///< of the part of the sensor that the picture shows
   std::optional<double> sensor_height_mm;  ///< likewise
+  Vec2 projection_offset_mm{
+      0.0};  ///< the principal point from the picture's middle, right and down
+  std::vector<double> distortion;          ///< as in Camera
+  std::optional<double> focus_distance_m;  ///< what is sharp, from the entrance pupil
+  std::optional<double> f_number;
 };
 
 /// The turn by \p pan about z, then \p tilt about the turned x, then \p roll about the turned y, each
@@ -32,8 +38,19 @@ struct TrackedPose {
 /// the camera's operator sees it. Columns as in TrackedPose::axes.
 Mat3 axes_of_angles(double pan, double tilt, double roll);
 
-/// \p pose as a camera of \p width by \p height pixels in a scene's coordinates (metres, y up: the
-/// tracker's (x, y, z) is the scene's (x, z, -y)). The field of view is the lens's where the pose
+/// A camera in a scene's coordinates (metres, y up: the tracker's (x, y, z) is the scene's (x, z, -y)),
+/// as in Camera: x_cam = R X + t.
+struct Extrinsics {
+  Mat3 R{1.0};
+  Vec3 t{0.0};
+};
+
+Extrinsics extrinsics_of(const TrackedPose& pose);
+
+/// The other way: place and axes of \p pose from \p extrinsics, whose R is a rotation.
+void set_extrinsics(TrackedPose& pose, const Extrinsics& extrinsics);
+
+/// \p pose as a camera of \p width by \p height pixels in a scene's coordinates. The field of view is the lens's where the pose
 /// tells the focal length and the sensor's width or height (the width counts where both are known;
 /// pixels are square), else \p vertical_degrees from the bottom of the picture to its top.
 /// Throws Error (bad_input) for an empty picture, for a field of view that is not between 0° and

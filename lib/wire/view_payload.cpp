@@ -44,12 +44,16 @@ void validate_rings(const View& view) {
       fail(view, "a contour vertex is not finite or more than a million pixels away");
 }
 
-void validate_pixels(const View& view) {
+bool has_pixels(const View& view) {
+  return view.roi != Rectangle{} && view.format != PixelFormat::none;
+}
+
+void validate_region(const View& view) {
   const Rectangle& roi = view.roi;
   if (view.format != PixelFormat::none && view.format != PixelFormat::rgba &&
       view.format != PixelFormat::grey)
     fail(view, "unknown pixel format");
-  if (roi == Rectangle{} || view.format == PixelFormat::none) {
+  if (!has_pixels(view)) {
     if (roi != Rectangle{} || view.format != PixelFormat::none || !view.pixels.empty() ||
         view.stride != 0)
       fail(view, "region of interest, pixel format and pixels must be all there or all absent");
@@ -61,7 +65,11 @@ void validate_pixels(const View& view) {
                            roi.width, roi.height, roi.x, roi.y, view.width, view.height));
   if (view.stride < roi.width * bytes_per_pixel(view.format))
     fail(view, fmt::format("the stride of {} bytes is shorter than a row", view.stride));
-  const std::size_t most = static_cast<std::size_t>(view.stride) * roi.height;
+}
+
+void validate_pixels(const View& view) {
+  if (!has_pixels(view)) return;
+  const std::size_t most = static_cast<std::size_t>(view.stride) * view.roi.height;
   if (view.pixels.size() < pixels_needed(view) || view.pixels.size() > most)
     fail(view, fmt::format("{} bytes of pixels came, the region of interest takes {} to {}",
                            view.pixels.size(), pixels_needed(view), most));
@@ -76,15 +84,15 @@ std::uint32_t size32(std::size_t size) {
   return static_cast<std::uint32_t>(size);
 }
 
-const wire::View& verified(const Payload& payload) {
+}  // namespace
+
+const wire::View& verified_view(const Payload& payload) {
   const Bytes buffer = payload.flatbuffer();
   flatbuffers::Verifier verifier(buffer.data(), buffer.size());
   if (!wire::VerifyViewBuffer(verifier))
     throw Error(Error::Kind::bad_input, "Not a usable view: its FlatBuffer is damaged.");
   return *wire::GetView(buffer.data());
 }
-
-}  // namespace
 
 int bytes_per_pixel(PixelFormat format) {
   return format == PixelFormat::rgba ? 4 : format == PixelFormat::grey ? 1 : 0;
@@ -97,6 +105,11 @@ std::size_t pixels_needed(const View& view) {
 }
 
 void validate_view(const View& view) {
+  validate_all_but_pixels(view);
+  validate_pixels(view);
+}
+
+void validate_all_but_pixels(const View& view) {
   if (view.camera.size() > longest_name || !is_utf8(view.camera))
     fail(view, "the camera's name is longer than 256 bytes or not UTF-8");
   const auto side_is_good = [](int side) {
@@ -108,11 +121,11 @@ void validate_view(const View& view) {
   validate_times(view);
   if (view.stride < 0 || view.stride > 0x100000) fail(view, "the stride is out of range");
   validate_rings(view);
-  validate_pixels(view);
+  validate_region(view);
 }
 
-flatbuffers::Offset<wire::View> pack_view(flatbuffers::FlatBufferBuilder& builder,
-                                          const View& view) {
+flatbuffers::Offset<wire::View> pack_view(flatbuffers::FlatBufferBuilder& builder, const View& view,
+                                          const StoredPixels& pixels) {
   const auto camera = builder.CreateString(view.camera);
   const Rings& rings = view.contours;
   const auto points = builder.CreateVector(reinterpret_cast<const float*>(rings.points.data()),
@@ -120,23 +133,19 @@ flatbuffers::Offset<wire::View> pack_view(flatbuffers::FlatBufferBuilder& builde
   const auto ends = builder.CreateVector(rings.ends.data(), size32(rings.ends.size()));
   return wire::CreateView(builder, camera, view.trigger, view.capture_time, view.width, view.height,
                           view.roi.x, view.roi.y, view.roi.width, view.roi.height, points, ends,
-                          static_cast<wire::PixelFormat>(view.format), wire::PixelCoding::raw,
-                          view.stride, view.pixels.size(),
+                          static_cast<wire::PixelFormat>(view.format),
+                          static_cast<wire::PixelCoding>(pixels.coding),
+                          static_cast<std::uint32_t>(pixels.stride), pixels.bytes,
                           static_cast<wire::CaptureClock>(view.clock), view.timecode);
 }
 
-View unpack_view(const wire::View& table, Payload& payload) {
+View unpack_all_but_pixels(const wire::View& table) {
   const auto side = [](std::uint32_t value) {
     if (value > 0x7FFFFFFF)
       throw Error(Error::Kind::bad_input,
                   "Not a usable view: its size, offset or stride {} is beyond 31 bits.", value);
     return static_cast<int>(value);
   };
-  if (table.coding() != wire::PixelCoding::raw)
-    throw Error(Error::Kind::unsupported,
-                "A view's pixels are coded in a way that this build does not know (number {}); it "
-                "reads raw pixels, number {}.",
-                static_cast<int>(table.coding()), static_cast<int>(wire::PixelCoding::raw));
   View view;
   view.camera = table.camera()->str();
   view.trigger = table.trigger();
@@ -151,6 +160,16 @@ View unpack_view(const wire::View& table, Payload& payload) {
   view.contours.ends = unpack_numbers<std::uint32_t>(table.ends());
   view.format = static_cast<PixelFormat>(table.format());
   view.stride = side(table.stride());
+  return view;
+}
+
+View unpack_view(const wire::View& table, Payload& payload) {
+  if (table.coding() != wire::PixelCoding::raw)
+    throw Error(
+        Error::Kind::unsupported, "A view's pixels are packed ({}). Put viewdecode in front.",
+        table.coding() <= wire::PixelCoding::MAX ? wire::EnumNamePixelCoding(table.coding())
+                                                 : "in a way that this build does not know");
+  View view = unpack_all_but_pixels(table);
   view.pixels = payload.take_block(table.pixels_size());
   validate_view(view);
   return view;
@@ -174,14 +193,14 @@ std::vector<std::uint8_t> write_view(const View& view) {
 
 View read_view(std::span<const Bytes> segments) {
   Payload payload(PayloadKind::view, segments);
-  View view = unpack_view(verified(payload), payload);
+  View view = unpack_view(verified_view(payload), payload);
   payload.finish();
   return view;
 }
 
 View read_view_times(std::span<const Bytes> segments) {
   const Payload payload(PayloadKind::view, segments);
-  const wire::View& table = verified(payload);
+  const wire::View& table = verified_view(payload);
   View view;
   view.trigger = table.trigger();
   view.capture_time = table.capture_time();

@@ -65,7 +65,7 @@ std::shared_ptr<const Scene> FrameComposer::open(const std::string& name) {
 }
 
 void FrameComposer::announce(std::optional<Announcement> announcement) {
-  if (announcement) open(announcement->scene);
+  if (announcement && !announcement->scene.empty()) open(announcement->scene);
   announcement_ = std::move(announcement);
 }
 
@@ -86,14 +86,17 @@ void FrameComposer::prepare(const CompositeSettings& settings, const GstVideoInf
   for (GstAggregatorPad* pad : meshes) add_subject(pad, by_image);
   if (announcement_) {
     frame_.viewport = announcement_->viewport;
+  } else {
+    const ViewportPose pose = settings.pose();
+    frame_.viewport =
+        look_at(pose.eye, pose.target, settings.field_of_view, frame_.width, frame_.height);
+  }
+  if (announcement_ && !announcement_->scene.empty()) {
     frame_.scene = open(announcement_->scene);
     frame_.lights = announcement_->lights;
     frame_.exposure = announcement_->exposure;
     frame_.ambient = announcement_->ambient;
   } else {
-    const ViewportPose pose = settings.pose();
-    frame_.viewport =
-        look_at(pose.eye, pose.target, settings.field_of_view, frame_.width, frame_.height);
     frame_.scene = settings.scene.empty() ? nullptr : open(settings.scene);
     frame_.lights = frame_.scene ? frame_.scene->lights : std::vector<Light>();
     frame_.exposure = settings.exposure > 0.0 ? static_cast<float>(settings.exposure)

@@ -99,10 +99,12 @@ GstPadProbeReturn place_view(GstPad* pad, GstPadProbeInfo* info) {
                     GST_OBJECT_NAME(pad)));
     return GST_PAD_PROBE_DROP;
   }
+  // The first views come before anybody has looked whether the stream is live.
+  const bool live = self.live.load() ||
+                    GST_CLOCK_TIME_IS_VALID(gst_aggregator_get_latency(GST_AGGREGATOR(element)));
   const ArrivalTimes now{g_get_monotonic_time() * GST_USECOND,
                          static_cast<std::int64_t>(gst_element_get_base_time(element)),
-                         running_time_now(element), g_get_real_time() * GST_USECOND,
-                         self.live.load()};
+                         running_time_now(element), g_get_real_time() * GST_USECOND, live};
   Instants::Placed placed;
   {
     const std::scoped_lock lock(self.instants_mutex);

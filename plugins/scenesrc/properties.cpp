@@ -139,7 +139,9 @@ std::span<const Property<ViewportSettings>> old_viewport_properties() {
 }
 
 Camera scene_viewport(const SceneSettings& settings, const ViewportControl& control,
-                      const Scene& scene, double seconds, int width, int height) {
+                      const std::optional<TrackedPose>& tracked, const Scene& scene, double seconds,
+                      int width, int height) {
+  if (tracked) return camera_of(*tracked, width, height, settings.field_of_view);
   double fov = settings.field_of_view;
   ViewportPose pose = settings.pose();
   Vec3 up(0, 1, 0);

@@ -3,12 +3,14 @@
 /// The properties of scenesrc, and the viewport and lights that follow from them.
 #pragma once
 
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "plugins/common/viewport.h"
 #include "scene/scene.h"
+#include "track/tracked_pose.h"
 #include "view/background.h"
 
 namespace polyhull::element {
@@ -48,10 +50,12 @@ std::span<const Property<SceneSettings>> scene_properties();
 /// The old names among the viewport's.
 std::span<const Property<ViewportSettings>> old_viewport_properties();
 
-/// The viewport at stream time \p seconds, for a picture of \p width x \p height square pixels.
-/// Throws Error when the settings make none (eye = target, no such camera in the scene).
+/// The viewport at stream time \p seconds, for a picture of \p width x \p height square pixels: that of
+/// the tracked camera where \p tracked tells it. Throws Error when the settings or it make none (eye =
+/// target, no such camera in the scene).
 Camera scene_viewport(const SceneSettings& settings, const ViewportControl& control,
-                      const Scene& scene, double seconds, int width, int height);
+                      const std::optional<TrackedPose>& tracked, const Scene& scene, double seconds,
+                      int width, int height);
 
 /// \p lights, as the scene's file has them, brightened and the first one moved.
 std::vector<Light> scene_lights(const SceneSettings& settings, std::vector<Light> lights);

@@ -5,7 +5,7 @@
 /// what it shows, and a still one nothing. Before each buffer that it first holds for, the sticky
 /// event "polyhull-announcement" says which camera, lights and scene made the picture, so that
 /// composite draws its subjects with exactly those. Mouse and keys (GstNavigation) move the
-/// viewport.
+/// viewport, or a tracked camera at the pad track does.
 #include <gst/base/gstpushsrc.h>
 #include <gst/video/video.h>
 
@@ -14,6 +14,7 @@
 
 #include "base/stopwatch.h"
 #include "base/thread_pool.h"
+#include "plugins/common/camera/camera_track.h"
 #include "plugins/common/live/frame_source.h"
 #include "plugins/scenesrc/properties.h"
 #include "plugins/scenesrc/stream.h"
@@ -34,7 +35,8 @@ struct SceneSrc : FrameSource {
   static GType base_type() { return GST_TYPE_PUSH_SRC; }
   static void class_init(gpointer klass);
 
-  explicit SceneSrc(gpointer object) : FrameSource(object) {
+  explicit SceneSrc(gpointer object)
+      : FrameSource(object), track(GST_ELEMENT_CAST(object), statistics) {
     statistics.declare({"frames", "frames-drawn", "frames-refined", "frames-repeated",
                         "frames-skipped", "frames-unwanted", "light-fills", "light-points",
                         "light-loads", "light-exact", "light-rays", "rays", "pixels-smoothed",
@@ -73,6 +75,7 @@ struct SceneSrc : FrameSource {
   ViewportControl control;
 
   Statistics statistics{"scenesrc-stats"};
+  CameraTrack track;
   SceneStream stream;  // the streaming thread's; PAUSED is entered and left without one
 };
 
@@ -97,6 +100,16 @@ GstPadProbeReturn announce(GstPad* pad, GstPadProbeInfo*, gpointer data) {
   return GST_PAD_PROBE_OK;
 }
 
+/// The tracked camera at the time \p pts of the stream. A live frame waits for no pose: it shows the
+/// last one.
+std::optional<TrackedPose> tracked_at(SceneSrc& self, GstBaseSrc* source, GstClockTime pts) {
+  const guint64 time = gst_segment_to_running_time(&source->segment, GST_FORMAT_TIME, pts);
+  if (!GST_CLOCK_TIME_IS_VALID(time)) return {};
+  return self.track.at(static_cast<std::int64_t>(time), gst_base_src_is_live(source)
+                                                            ? std::optional<std::int64_t>(0)
+                                                            : std::nullopt);
+}
+
 GstFlowReturn create(GstPushSrc* push, GstBuffer** out) {
   auto* source = GST_BASE_SRC(push);
   SceneSrc& self = state_of<SceneSrc>(push);
@@ -112,17 +125,19 @@ GstFlowReturn create(GstPushSrc* push, GstBuffer** out) {
     bool lit = false;
     if (gst_base_src_is_live(source) && !stream.is_lit()) {
       // The light takes its time; which frame is due is known after that.
-      lit = stream.draw(GST_ELEMENT(push), statistics, snapshot(push, self.settings), {}, info,
+      lit = stream.draw(GST_ELEMENT(push), statistics, snapshot(push, self.settings), {}, {}, info,
                         self.clock.next().time) == Background::Work::lit;
     }
     const FrameClock::Frame next = self.clock.next();
     const GstClockTime pts = next.time;
     gst_object_sync_values(GST_OBJECT(push), pts);
+    const std::optional<TrackedPose> tracked = tracked_at(self, source, pts);
+    if (self.track.unlocked()) return GST_FLOW_FLUSHING;
     const SceneSettings settings = snapshot(push, self.settings);
     const ViewportControl control = snapshot(push, self.control);
 
     const Background::Work work =
-        stream.draw(GST_ELEMENT(push), statistics, settings, control, info, pts);
+        stream.draw(GST_ELEMENT(push), statistics, settings, control, tracked, info, pts);
     lit |= work == Background::Work::lit;
     const bool refined =
         work == Background::Work::none && stream.refine(source, settings, self.clock.due(next));
@@ -161,12 +176,38 @@ GstFlowReturn create(GstPushSrc* push, GstBuffer** out) {
   });
 }
 
-/// Mouse and keys.
+/// Mouse and keys; and a seek, which is the track's, too.
 bool SceneSrc::take(GstBaseSrc* source, GstEvent* event) {
+  if (GST_EVENT_TYPE(event) == GST_EVENT_SEEK) track.push_upstream(gst_event_ref(event));
   if (GST_EVENT_TYPE(event) != GST_EVENT_NAVIGATION) return false;
   const ObjectLock lock(source);
   navigate(event, control, info.height);
   return true;
+}
+
+GstPad* request_new_pad(GstElement* element, GstPadTemplate* pad_template, const gchar*,
+                        const GstCaps*) {
+  GstPad* pad = state_of<SceneSrc>(element).track.make_pad(pad_template);
+  if (pad == nullptr) return nullptr;
+  if (GST_STATE(element) > GST_STATE_READY) gst_pad_set_active(pad, TRUE);
+  gst_element_add_pad(element, pad);
+  return pad;
+}
+
+void release_pad(GstElement* element, GstPad* pad) {
+  gst_pad_set_active(pad, FALSE);
+  state_of<SceneSrc>(element).track.forget_pad();
+  gst_element_remove_pad(element, pad);
+}
+
+gboolean unlock(GstBaseSrc* source) {
+  state_of<SceneSrc>(source).track.unlock(true);
+  return TRUE;
+}
+
+gboolean unlock_stop(GstBaseSrc* source) {
+  state_of<SceneSrc>(source).track.unlock(false);
+  return TRUE;
 }
 
 void SceneSrc::class_init(gpointer klass) {
@@ -182,7 +223,9 @@ void SceneSrc::class_init(gpointer klass) {
       "pixels-smoothed (of drawn frames: that show several triangles, or with rays are drawn with "
       "eight), samples (per pixel, in the picture now), light-fills (how often the light was "
       "computed), light-loads (found in a file), light-exact (1: it is not on its way there), "
-      "light-rays (of the light in the picture), light-points, warnings; "
+      "light-rays (of the light in the picture), light-points, warnings; of the pad track poses, "
+      "poses-unusable, frames-tracked, frames-untracked (before the first pose, or more than a "
+      "second after the last), frames-ahead (tracked, but later than the last pose), track-losses; "
       "times in milliseconds: last-frame-ms, last-drawn-ms, light-ms; and threads-used (how many "
       "threads took part in the last frame's parallel loops, on average).");
   set_metadata(klass, "Scene source", "Source/Video",
@@ -191,7 +234,12 @@ void SceneSrc::class_init(gpointer klass) {
                "video/x-raw, format=(string){ RGBA, BGRA, RGBx, BGRx }, width=(int)[1, 16384], "
                "height=(int)[1, 16384], framerate=(fraction)[1/2147483647, 2147483647/1], "
                "colorimetry=(string)sRGB, pixel-aspect-ratio=(fraction)1/1");
+  add_template(klass, "track", GST_PAD_SINK, camera_caps, G_TYPE_NONE, GST_PAD_REQUEST);
   install_frame_source<SceneSrc>(klass);
+  GST_ELEMENT_CLASS(klass)->request_new_pad = request_new_pad;
+  GST_ELEMENT_CLASS(klass)->release_pad = release_pad;
+  GST_BASE_SRC_CLASS(klass)->unlock = unlock;
+  GST_BASE_SRC_CLASS(klass)->unlock_stop = unlock_stop;
   GST_BASE_SRC_CLASS(klass)->fixate = fixate;
   GST_PUSH_SRC_CLASS(klass)->create = create;
 }

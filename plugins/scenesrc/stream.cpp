@@ -46,9 +46,10 @@ void SceneStream::close() {
 
 Background::Work SceneStream::draw(GstElement* element, Statistics& statistics,
                                    const SceneSettings& settings, const ViewportControl& control,
+                                   const std::optional<TrackedPose>& tracked,
                                    const GstVideoInfo& info, GstClockTime pts) {
   try {
-    camera_ = scene_viewport(settings, control, background_->scene(),
+    camera_ = scene_viewport(settings, control, tracked, background_->scene(),
                              static_cast<double>(pts) / GST_SECOND, info.width, info.height);
   } catch (const Error& error) {
     // A viewport that is impossible for a moment does not end the stream.

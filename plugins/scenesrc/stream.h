@@ -7,6 +7,7 @@
 #include <gst/video/video.h>
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -29,10 +30,12 @@ class SceneStream {
   bool is_open() const { return background_ != nullptr; }
   Background& background() { return *background_; }
 
-  /// Makes the background's picture that of stream time \p pts; what it did. An impossible viewport
+  /// Makes the background's picture that of stream time \p pts, from \p tracked where it tells a camera;
+  /// what it did. An impossible viewport
   /// throws Error at first, and is a warning once there has been a possible one.
   Background::Work draw(GstElement* element, Statistics& statistics, const SceneSettings& settings,
-                        const ViewportControl& control, const GstVideoInfo& info, GstClockTime pts);
+                        const ViewportControl& control, const std::optional<TrackedPose>& tracked,
+                        const GstVideoInfo& info, GstClockTime pts);
 
   /// Traces a still view further as the settings allow, in a live stream until running time is
   /// \p due; true when the picture has become better.

@@ -169,6 +169,30 @@ GST_START_TEST(announced_camera_counts) {
 }
 GST_END_TEST
 
+// As trackstamp announces: the picture is that of the same camera, set by properties.
+GST_START_TEST(announced_camera_without_scene_leaves_the_scene_to_properties) {
+  std::vector<std::uint8_t> pictures[2];
+  for (const bool announced : {false, true}) {
+    Bench bench;
+    g_object_set(bench.element, "scene", "builtin:room", "eye-z", 2.5, nullptr);
+    if (announced) {
+      g_object_set(bench.element, "eye-x", 50.0, nullptr);
+      Announcement announcement;
+      announcement.viewport = look_at({0, 1.2, 2.5}, {0, 1, 0}, 52, width, height);
+      gst_harness_push_event(bench.background,
+                             announcement_event(announcement_to_json(announcement)));
+    }
+    gst_harness_push(bench.mesh, mesh_buffer(0));
+    GstBuffer* out = bench.step(frame(0), mesh_buffer(frame_time(1)));
+    fail_unless(changed_pixels(out) > 500);
+    pictures[announced].resize(gst_buffer_get_size(out));
+    gst_buffer_extract(out, 0, pictures[announced].data(), pictures[announced].size());
+    gst_buffer_unref(out);
+  }
+  fail_unless(pictures[0] == pictures[1]);
+}
+GST_END_TEST
+
 GST_START_TEST(navigation_moves_the_viewport) {
   Bench bench(false);
   gst_harness_push(bench.background, frame(0));
@@ -399,6 +423,7 @@ static Suite* composite_suite() {
   tcase_add_test(fed, a_mesh_is_shown_until_max_mesh_age);
   tcase_add_test(fed, bad_payloads_do_not_stop_the_picture);
   tcase_add_test(fed, announced_camera_counts);
+  tcase_add_test(fed, announced_camera_without_scene_leaves_the_scene_to_properties);
   tcase_add_test(fed, navigation_moves_the_viewport);
   tcase_add_test(fed, eos_flush_and_lifetime);
   tcase_add_test(fed, live_without_a_background_frame_waits);

@@ -18,10 +18,10 @@ const std::string folder = [] {
   return std::string(made);
 }();
 
-const std::set<std::string> own{"name",           "parent",        "camera",       "device",
-                                "location",       "mesh-location", "rig",          "scene",
-                                "clean-plate",    "inside-mask",   "outside-mask", "inside-polygon",
-                                "outside-polygon"};
+const std::set<std::string> own{"name",           "parent",         "camera",      "device",
+                                "location",       "mesh-location",  "record",      "rig",
+                                "scene",          "clean-plate",    "inside-mask", "outside-mask",
+                                "inside-polygon", "outside-polygon"};
 
 std::vector<std::string> element_names() {
   std::vector<std::string> names;
@@ -114,6 +114,10 @@ GST_START_TEST(test_saved_changed_loaded) {
     GstElement* element = gst_element_factory_make(name.c_str(), nullptr);
     fail_unless(GST_IS_PRESET(element), "%s has no presets", name.c_str());
     const auto standard = values_of(element);
+    if (standard.empty()) {  // all that it has is its own: there is nothing to save
+      gst_object_unref(element);
+      continue;
+    }
     for (const auto& [property, value] : standard) change(element, spec_of(element, property));
     const auto changed = values_of(element);
     std::size_t different = 0;

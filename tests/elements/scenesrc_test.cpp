@@ -13,7 +13,7 @@
 
 #include "element_checks.h"
 #include "scene/announcement.h"
-#include "studio/room/shapes.h"
+#include "small_scene.h"
 
 using namespace polyhull;
 using namespace polyhull::test;
@@ -22,27 +22,8 @@ namespace {
 
 std::filesystem::path folder;
 
-/// A red box on a mirror floor under a lamp, and a camera: quick to light.
-std::string small_scene() {
-  Scene scene;
-  scene.materials.resize(3);
-  scene.materials[0].base_colour = {0.8f, 0.1f, 0.1f};
-  scene.materials[1].base_colour = {0.2f, 0.3f, 0.5f};
-  scene.materials[1].roughness = 0.0f;
-  scene.materials[2].emission = Vec3f(8.0f);
-  scene.meshes = {box("box", 0, {-0.3f, 0, -0.3f}, {0.3f, 0.6f, 0.3f}),
-                  parallelogram("floor", 1, {-1, 0, 1}, {2, 0, 0}, {0, 0, -2}),
-                  parallelogram("lamp", 2, {-0.5f, 2, -0.5f}, {1, 0, 0}, {0, 0, 1})};
-  scene.exposure = 0.7f;
-  scene.cameras = {look_at({0, 3, 0.1}, {0, 0, 0}, 40, 1280, 720)};
-  scene.cameras[0].name = "above";
-  const std::string path = (folder / "small.glb").string();
-  save_scene(scene, path);
-  return path;
-}
-
 const std::string& small() {
-  static const std::string path = small_scene();
+  static const std::string path = write_small_scene((folder / "small.glb").string());
   return path;
 }
 

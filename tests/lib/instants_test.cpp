@@ -21,6 +21,11 @@ Instants::Key camera(int i) {
 ArrivalTimes at(std::int64_t running, std::int64_t base = boot) {
   return {777 * second + running, base, running, epoch + running};
 }
+ArrivalTimes live_at(std::int64_t running) {
+  ArrivalTimes now = at(running);
+  now.live = true;
+  return now;
+}
 ViewTimes arrived(std::int64_t running, std::int64_t base = boot) {
   return {running, base + running, CaptureClock::arrival, no_time};
 }
@@ -59,8 +64,8 @@ TEST(Instants, NoneOfThisPipelineItsClockCounts) {
   for (int i = 100; i < 120; ++i)
     for (int c = 0; c < 2; ++c) {
       const std::int64_t base = boot - (c + 1) * 2 * second;  // both were there before
-      const auto placed =
-          instants.place(camera(c), arrived(boot + i * frame - base, base), at(i * frame + 7 * ms));
+      const auto placed = instants.place(camera(c), arrived(boot + i * frame - base, base),
+                                         live_at(i * frame + 7 * ms));
       EXPECT_EQ(placed.time, i * frame);
     }
 }
@@ -72,9 +77,25 @@ TEST(Instants, TimesSince1970AreThisMachines) {
       // They come 30 and 55 ms after they were taken.
       const std::int64_t late = c == 0 ? 30 * ms : 55 * ms;
       const ViewTimes view = taken(i * frame + late, epoch + i * frame, CaptureClock::unix);
-      EXPECT_EQ(instants.place(camera(c), view, at(i * frame + late)).time, i * frame);
+      EXPECT_EQ(instants.place(camera(c), view, live_at(i * frame + late)).time, i * frame);
     }
   EXPECT_EQ(instants.axis(), TimeAxis::unix);
+}
+
+// As of a take that is played seconds after it was recorded.
+TEST(Instants, RecordedTimesAreNotOfThisPipelinesClock) {
+  for (const CaptureClock clock : {CaptureClock::arrival, CaptureClock::unix}) {
+    Instants instants;
+    for (int i = 0; i < 20; ++i)
+      for (int c = 0; c < 2; ++c) {
+        const std::int64_t recorded = (clock == CaptureClock::unix ? epoch - second
+                                       : i < 3 + c                 ? 0  // before the clock ran
+                                                                   : boot - 5 * second) +
+                                      i * frame;
+        EXPECT_EQ(instants.place(camera(c), taken(i * frame, recorded, clock), at(i * ms)).time,
+                  i * frame);
+      }
+  }
 }
 
 TEST(Instants, OtherClocksBeginWhereTheFirstViewIs) {

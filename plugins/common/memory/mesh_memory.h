@@ -7,6 +7,7 @@
 
 #include <gst/gst.h>
 
+#include <cstddef>
 #include <span>
 #include <vector>
 
@@ -19,6 +20,14 @@ namespace polyhull::element {
 /// set to. Throws Error for a mesh that breaks a rule of validate_mesh(), or pixels that cannot be
 /// read.
 GstMemory* make_mesh_memory(Mesh mesh, std::span<GstMemory* const> pixels);
+
+/// A read-only memory of all pixels of \p mesh, a memory of make_mesh_memory(), one after the other;
+/// for buffers, which hold 16 memories at most. They are put together when they are first asked for.
+GstMemory* make_all_pixels_memory(GstMemory* mesh);
+
+/// The memory with the pixels of view \p number of the mesh that \p buffer holds as an object, which
+/// lives as long as the buffer; null: it has none.
+GstMemory* mesh_pixels(GstBuffer* buffer, std::size_t number);
 
 /// The mesh that \p buffer holds as an object, which lives as long as the buffer; null: its bytes
 /// have to be read.

@@ -28,6 +28,10 @@ auto read_segments(MappedBuffer& mapped, Read read) {
 GstMemory* pixel_memory(GstBuffer* buffer, const View& view, const PixelSource& source) {
   const gsize size = view.pixels.size();
   if (size == 0) return nullptr;
+  if (source.memory != nullptr && source.memory->size == size) {
+    gst_buffer_add_parent_buffer_meta(buffer, source.buffer);
+    return gst_memory_ref(source.memory);
+  }
   guint index = 0, count = 0;
   gsize skip = 0;
   if (source.buffer != nullptr &&
@@ -96,6 +100,7 @@ MeshBuffer::MeshBuffer(GstBuffer* buffer)
 }
 
 PixelSource MeshBuffer::pixels(std::size_t view) const {
+  if (!mapped_) return {buffer(), 0, mesh_pixels(buffer(), view)};
   gsize offset = gst_buffer_get_size(buffer());
   for (std::size_t i = mesh_->views.size(); i-- > view;)
     offset -= mesh_->views[i].view.pixels.size();
@@ -104,13 +109,22 @@ PixelSource MeshBuffer::pixels(std::size_t view) const {
 
 GstBuffer* make_mesh_buffer(Mesh mesh, std::span<const PixelSource> pixels) {
   g_autoptr(GstBuffer) buffer = gst_buffer_new();
-  std::vector<GstMemory*> memories;
+  std::vector<MemoryRef> kept;
+  std::vector<GstMemory*> memories;  // null: a view without pixels
   for (std::size_t i = 0; i < mesh.views.size(); ++i) {
-    memories.push_back(
-        pixel_memory(buffer, mesh.views[i].view, i < pixels.size() ? pixels[i] : PixelSource{}));
-    if (memories.back() != nullptr) gst_buffer_append_memory(buffer, memories.back());
+    GstMemory* memory =
+        pixel_memory(buffer, mesh.views[i].view, i < pixels.size() ? pixels[i] : PixelSource{});
+    memories.push_back(memory);
+    if (memory != nullptr) kept.emplace_back(memory);
   }
-  gst_buffer_prepend_memory(buffer, make_mesh_memory(std::move(mesh), memories));
+  GstMemory* header = make_mesh_memory(std::move(mesh), memories);
+  gst_buffer_append_memory(buffer, header);
+  // A buffer that gets more memories than it holds copies them all into one.
+  if (kept.size() >= gst_buffer_get_max_memory()) {
+    gst_buffer_append_memory(buffer, make_all_pixels_memory(header));
+  } else {
+    for (MemoryRef& memory : kept) gst_buffer_append_memory(buffer, memory.release());
+  }
   return g_steal_pointer(&buffer);
 }
 

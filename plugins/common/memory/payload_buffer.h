@@ -23,10 +23,12 @@ namespace polyhull::element {
 inline constexpr char view_caps[] = "application/x-polyhull-view";
 inline constexpr char mesh_caps[] = "application/x-polyhull-mesh";
 
-/// Bytes [offset, …) of \p buffer hold a view's pixels; null: copy View::pixels.
+/// Bytes [offset, …) of \p buffer hold a view's pixels; null: copy View::pixels. Where a memory holds
+/// nothing else and lives as long as the buffer, it is told instead of the offset.
 struct PixelSource {
   GstBuffer* buffer = nullptr;
   gsize offset = 0;
+  GstMemory* memory = nullptr;
 };
 
 /// A buffer mapped for reading, memory by memory. Keeps a reference on it.

@@ -131,6 +131,47 @@ TEST(OpenTrackIO, PlacesTheEntrancePupilAndChainsTransforms) {
   expect_near(pose.axes[1], {0, 1, 0}, 1e-12);
 }
 
+// By the formulas of the group's paper, in mm on the sensor with y down.
+TEST(OpenTrackIO, TellsTheLens) {
+  nlohmann::json value = sample({0, 0, 0}, {0, 0, 0});
+  value["static"]["camera"]["activeSensorPhysicalDimensions"] = {{"width", 36.0},
+                                                                 {"height", 20.25}};
+  value["lens"] = nlohmann::json::parse(R"({
+    "pinholeFocalLength": 24.3, "focusDistance": 3.5, "fStop": 2.8,
+    "projectionOffset": {"x": 0.1, "y": -0.2},
+    "distortion": [{"radial": [9.0]},
+                   {"model": "Brown-Conrady U-D", "tangential": [2e-5, -3e-5],
+                    "radial": [-1e-4, 2e-5, 3e-8, -1e-8, 2e-11, 1e-11]}]})");
+  OpenTrackIOSegments segments;
+  TrackedPose pose = opentrackio_pose(segments, json_bytes(value));
+  EXPECT_EQ(pose.focus_distance_m, 3.5);
+  EXPECT_EQ(pose.f_number, 2.8);
+  const Camera camera = camera_of(pose, 3840, 2160, 1.0);
+  for (const Vec2 p : {Vec2(0.0, 0.0), Vec2(5.0, -4.0), Vec2(-12.0, 7.0)}) {
+    const double s = p.x * p.x + p.y * p.y;
+    const double radial = (1.0 - 1e-4 * s + 3e-8 * s * s + 2e-11 * s * s * s) /
+                          (1.0 + 2e-5 * s - 1e-8 * s * s + 1e-11 * s * s * s);
+    const Vec2 distorted(p.x * radial + 2 * 2e-5 * p.x * p.y - 3e-5 * (s + 2 * p.x * p.x),
+                         p.y * radial + 2e-5 * (s + 2 * p.y * p.y) - 2 * 3e-5 * p.x * p.y);
+    // Along the scene's -z, x to the right and y up.
+    const std::optional<Vec2> found = camera.project({p.x, -p.y, -24.3});
+    ASSERT_TRUE(found);
+    EXPECT_NEAR(found->x, (distorted.x + 0.1) / 36.0 * 3840 + 1919.5, 1e-9);
+    EXPECT_NEAR(found->y, (distorted.y - 0.2) / 36.0 * 3840 + 1079.5, 1e-9);
+  }
+  // A model from distorted to undistorted is passed over; one that is broken is not.
+  value["lens"]["distortion"][1]["model"] = "Brown-Conrady D-U";
+  EXPECT_TRUE(opentrackio_pose(segments, json_bytes(value)).distortion.empty());
+  value["lens"]["distortion"][1]["model"] = "Brown-Conrady U-D";
+  value["lens"]["distortionOffset"] = {{"x", 0.1}, {"y", 0.0}};
+  EXPECT_TRUE(opentrackio_pose(segments, json_bytes(value)).distortion.empty());
+  value["lens"].erase("distortionOffset");
+  value["lens"]["distortion"][1]["radial"] = "none";
+  EXPECT_THROW(opentrackio_pose(segments, json_bytes(value)), Error);
+  pose.distortion = {1, 2};
+  EXPECT_THROW(camera_of(pose, 3840, 2160, 1.0), Error);
+}
+
 TEST(OpenTrackIO, AThousandPosesExactly) {
   std::mt19937 random(2);
   std::uniform_real_distribution<double> metre(-100, 100), turn(-180, 180);
@@ -183,6 +224,19 @@ TEST(OpenTrackIO, CountsLostAndLateSegments) {
   EXPECT_TRUE(add(6, 100, text.size() - 100));
   EXPECT_THROW(add(7, 100, text.size() - 100) || add(7, 50, 100) || add(7, 0, 60), Error);
   EXPECT_EQ(segments.incomplete(), 2u);
+}
+
+TEST(OpenTrackIO, ASenderThatBeginsAnewIsReadAtOnce) {
+  const Packet text = json_bytes(sample({0, 0, 0}, {1, 2, 3}));
+  OpenTrackIOSegments segments;
+  const auto add = [&](std::uint16_t sequence, std::size_t begins, std::size_t count) {
+    return segments.add(parse_opentrackio_packet(segment(text, 1, sequence, begins, count, 255)));
+  };
+  EXPECT_FALSE(add(7000, 0, 100));  // it ends here, in the middle of a sample
+  EXPECT_FALSE(add(0, 0, 100));
+  EXPECT_TRUE(add(0, 100, text.size() - 100));
+  EXPECT_FALSE(add(1, 0, 100));
+  EXPECT_TRUE(add(1, 100, text.size() - 100));
 }
 
 TEST(OpenTrackIO, RefusesEachFault) {

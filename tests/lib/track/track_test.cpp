@@ -99,6 +99,44 @@ TEST(Track, FollowsOneSender) {
   EXPECT_TRUE(named.add(other, 10 * ms));
 }
 
+TEST(Track, TheLensIsBetweenTheTwoAndNeverBeyond) {
+  TrackSettings settings;
+  settings.prediction_ns = 1000 * ms;
+  Track track(settings);
+  TrackedPose a = pose_at(0), b = pose_at(1);
+  a.focal_length_mm = 20.0, b.focal_length_mm = 40.0;
+  a.focus_distance_m = 2.0, b.focus_distance_m = 3.0;
+  a.distortion = {0.1, 0, 0, 0, 0}, b.distortion = {0.3, 0, 0, 0, 0};
+  b.projection_offset_mm = {0.4, 0};
+  b.f_number = 4.0;
+  track.add(a, 0);
+  track.add(b, 100 * ms);
+  TrackedPose pose = *track.at(25 * ms);
+  EXPECT_DOUBLE_EQ(*pose.focal_length_mm, 25.0);
+  EXPECT_DOUBLE_EQ(*pose.focus_distance_m, 2.25);
+  EXPECT_DOUBLE_EQ(pose.distortion[0], 0.15);
+  EXPECT_DOUBLE_EQ(pose.projection_offset_mm.x, 0.1);
+  EXPECT_FALSE(pose.f_number);
+  pose = *track.at(150 * ms);
+  EXPECT_DOUBLE_EQ(pose.place.x, 1.5);
+  EXPECT_DOUBLE_EQ(*pose.focal_length_mm, 40.0);
+  EXPECT_DOUBLE_EQ(pose.distortion[0], 0.3);
+  EXPECT_EQ(pose.f_number, 4.0);
+}
+
+TEST(Track, StandsThroughASilence) {
+  Track track({});
+  track.add(pose_at(1), 0);
+  track.add(pose_at(2), 10'000 * ms);
+  EXPECT_EQ(track.at(9'999 * ms)->place.x, 1.0);
+  EXPECT_EQ(track.at(10'000 * ms)->place.x, 2.0);
+  EXPECT_EQ(track.begin(), 0);
+  EXPECT_EQ(track.end(), 10'000 * ms);
+  track.forget();
+  EXPECT_FALSE(track.begin());
+  EXPECT_EQ(track.counters().poses, 2u);
+}
+
 TEST(Track, KeepsABoundedMemory) {
   Track track({});
   for (int i = 0; i < 20000; ++i) track.add(pose_at(i), ms * i);

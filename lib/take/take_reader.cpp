@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "take/take_reader.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "base/error.h"
+#include "take/packet_hash.h"
+#include "take/streams.h"
+
+namespace polyhull {
+
+TakeContent read_take(const std::string& path) {
+  TakeDatabase database(path, TakeDatabase::For::reading);
+  check_take(database);
+  TakeContent content;
+  content.streams = read_streams(database);
+  for (const TakeStream& stream : content.streams) content.end = std::max(content.end, stream.end);
+  TakeStatement notes(database, "SELECT name, value FROM note ORDER BY name");
+  while (notes.step()) content.notes.push_back({notes.text(0), notes.text(1)});
+  return content;
+}
+
+TakeCursor::TakeCursor(const std::string& path, std::int64_t stream)
+    : database_(path, TakeDatabase::For::reading), stream_(stream) {
+  check_take(database_);
+  after_ = TakeStatement(database_,
+                         "SELECT id, time FROM packet INDEXED BY packet_by_time "
+                         "WHERE stream = ? AND (time, id) > (?, ?) ORDER BY time, id LIMIT 1");
+  before_ = TakeStatement(database_,
+                          "SELECT id, time FROM packet INDEXED BY packet_by_time "
+                          "WHERE stream = ? AND (time, id) < (?, ?) "
+                          "ORDER BY time DESC, id DESC LIMIT 1");
+  row_ = TakeStatement(database_,
+                       "SELECT time, duration, flags, hash, data, caps FROM packet "
+                       "JOIN format ON format.id = packet.format WHERE packet.id = ?");
+  by_id_ = TakeStatement(database_,
+                         "SELECT id, time FROM packet NOT INDEXED WHERE id = ? AND stream = ?");
+  try {
+    TakeStatement last(database_, "SELECT max(id) FROM packet");
+    if (last.step()) last_id_ = last.number(0);
+  } catch (const Error& error) {
+    if (error.kind() != Error::Kind::bad_input) throw;
+  }
+  seek(0);
+}
+
+void TakeCursor::seek(std::int64_t time, bool backwards) {
+  constexpr std::int64_t all = std::numeric_limits<std::int64_t>::max();
+  backwards_ = backwards;
+  without_index_ = false;
+  at_ = backwards ? Place{all, time} : Place{-1, time};
+}
+
+/// Where the next packet is.
+std::optional<TakeCursor::Place> TakeCursor::place() {
+  if (!without_index_) {
+    TakeStatement& next = backwards_ ? before_ : after_;
+    try {
+      next.reset();
+      const bool found = next.bind(stream_).bind(at_.time).bind(at_.id).step();
+      const Place place = found ? Place{next.number(0), next.number(1)} : Place{};
+      next.reset();
+      return found ? std::optional(place) : std::nullopt;
+    } catch (const Error& error) {
+      if (error.kind() != Error::Kind::bad_input) throw;
+      without_index_ = true;
+      ++damaged_;
+    }
+  }
+  const std::int64_t from = at_.time;
+  const std::int64_t step = backwards_ ? -1 : 1;
+  std::int64_t id = at_.id < 0 || at_.id > last_id_ ? (backwards_ ? last_id_ : 1) : at_.id + step;
+  for (; id >= 1 && id <= last_id_; id += step) {
+    try {
+      by_id_.reset();
+      const bool found = by_id_.bind(id).bind(stream_).step();
+      const std::int64_t time = found ? by_id_.number(1) : 0;
+      by_id_.reset();
+      if (found && (backwards_ ? time <= from : time >= from)) return Place{id, time};
+    } catch (const Error& error) {
+      if (error.kind() != Error::Kind::bad_input) throw;
+      ++damaged_;
+    }
+  }
+  return std::nullopt;
+}
+
+std::optional<TakePacket> TakeCursor::fetch(const Place& place) {
+  std::optional<TakePacket> packet;
+  try {
+    row_.reset();
+    if (!row_.bind(place.id).step()) return packet;
+    const auto data = row_.bytes(4);
+    if (row_.number(0) == place.time && row_.number(3) == packet_hash(place.time, data))
+      packet = {row_.text(5), place.time, row_.number(1),
+                static_cast<std::uint32_t>(row_.number(2)),
+                std::vector<std::uint8_t>(data.begin(), data.end())};
+    row_.reset();
+  } catch (const Error& error) {
+    if (error.kind() != Error::Kind::bad_input) throw;
+  }
+  return packet;
+}
+
+std::optional<TakePacket> TakeCursor::next() {
+  while (const auto found = place()) {
+    at_ = *found;
+    if (auto packet = fetch(at_)) return packet;
+    ++damaged_;
+  }
+  return std::nullopt;
+}
+
+}  // namespace polyhull

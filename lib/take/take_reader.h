@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// Reads a take (take.h).
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "take/database.h"
+#include "take/take.h"
+
+namespace polyhull {
+
+/// What a take holds.
+struct TakeContent {
+  std::vector<TakeStream> streams;
+  std::vector<TakeNote> notes;
+  std::int64_t end = 0;  ///< of the longest stream, ns
+};
+
+/// Throws Error: not_found, io, bad_input (no take, or damaged where its tables are listed),
+/// unsupported (another version).
+TakeContent read_take(const std::string& path);
+
+/// The packets of one stream, one after the other. Each has its own connection to the file: streams
+/// can be read by different threads, one thread for each.
+class TakeCursor {
+ public:
+  /// Throws as read_take() does.
+  TakeCursor(const std::string& path, std::int64_t stream);
+
+  /// The next packet is the first whose time is \p time or later, ns; \p backwards: next() goes
+  /// back in time from the last one whose time is \p time or earlier.
+  void seek(std::int64_t time, bool backwards = false);
+
+  /// The next packet; none: there are no more. Packets that are damaged are left out and counted.
+  /// Throws Error (io) where the file cannot be read at all.
+  std::optional<TakePacket> next();
+
+  std::uint64_t damaged() const { return damaged_; }
+
+ private:
+  struct Place {
+    std::int64_t id, time;
+  };
+  std::optional<Place> place();
+  std::optional<TakePacket> fetch(const Place& place);
+
+  TakeDatabase database_;
+  TakeStatement after_, before_, row_, by_id_;
+  std::int64_t stream_;
+  std::int64_t last_id_ = 0;  // of all packets
+  Place at_{-1, -1};          // of the last packet told
+  bool backwards_ = false;
+  bool without_index_ = false;  // it is damaged: packets are taken in the order written
+  std::uint64_t damaged_ = 0;
+};
+
+}  // namespace polyhull

@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "take/take_writer.h"
+
+#include <algorithm>
+#include <filesystem>
+
+#include "base/error.h"
+#include "take/packet_hash.h"
+#include "take/streams.h"
+
+namespace polyhull {
+namespace {
+
+constexpr std::int64_t same_instant = 10'000'000;  // ns
+
+// A journal of what pages were before, not of what they become: new pages need none, so that pixels
+// are written once. Without waiting for the disk a killed process loses nothing that was committed
+// (the system has it), a machine without power can.
+constexpr char set_up[] =
+    "PRAGMA journal_mode = TRUNCATE;"
+    "PRAGMA synchronous = OFF;";
+
+constexpr char tables[] =
+    "PRAGMA application_id = 1346917451;"  // take_application
+    "PRAGMA user_version = 1;"
+    "CREATE TABLE stream (id INTEGER PRIMARY KEY, name TEXT NOT NULL UNIQUE);"
+    "CREATE TABLE format (id INTEGER PRIMARY KEY, stream INTEGER NOT NULL, caps TEXT NOT NULL);"
+    "CREATE TABLE packet (id INTEGER PRIMARY KEY, stream INTEGER NOT NULL, format INTEGER NOT NULL,"
+    "  time INTEGER NOT NULL, duration INTEGER NOT NULL, flags INTEGER NOT NULL,"
+    "  hash INTEGER NOT NULL, data BLOB NOT NULL);"
+    "CREATE INDEX packet_by_time ON packet (stream, time);"
+    "CREATE TABLE note (name TEXT PRIMARY KEY, value TEXT NOT NULL);";
+static_assert(take_application == 1346917451 && take_version == 1);
+
+TakeDatabase open(const std::string& path, TakeWriter::Existing existing) {
+  const std::filesystem::path folder = std::filesystem::absolute(path).parent_path();
+  if (!std::filesystem::is_directory(folder))
+    throw Error(
+        Error::Kind::not_found,
+        "The take '{}' cannot be written: there is no folder '{}'. Make it, or set location "
+        "to another one.",
+        path, folder.string());
+  std::error_code ignored;
+  const bool there = std::filesystem::is_regular_file(path, ignored) &&
+                     std::filesystem::file_size(path, ignored) > 0;
+  if (there) {
+    if (existing == TakeWriter::Existing::refuse)
+      throw Error(Error::Kind::bad_input, "'{}' is there already. Name another file.", path);
+    TakeDatabase old(path, TakeDatabase::For::writing);
+    try {
+      check_take(old);
+    } catch (const Error& error) {
+      throw Error(error.kind(), "{} Nothing was written.", error.what());
+    }
+    if (existing == TakeWriter::Existing::append) return old;
+  }
+  if (there) {
+    std::filesystem::remove(path, ignored);
+    std::filesystem::remove(path + "-journal", ignored);
+  }
+  return TakeDatabase(path, TakeDatabase::For::writing);
+}
+
+}  // namespace
+
+TakeWriter::TakeWriter(const std::string& path, Existing existing)
+    : database_(open(path, existing)) {
+  const bool fresh = [&] {
+    TakeStatement any(database_, "SELECT count(*) FROM sqlite_master");
+    return any.step() && any.number(0) == 0;
+  }();
+  if (fresh) database_.execute("PRAGMA page_size = 32768");
+  database_.execute(set_up);
+  if (fresh) {
+    database_.execute("BEGIN");
+    database_.execute(tables);
+    database_.execute("COMMIT");
+  } else {
+    for (const TakeStream& stream : read_streams(database_)) begin_ = std::max(begin_, stream.end);
+  }
+  insert_ =
+      TakeStatement(database_,
+                    "INSERT INTO packet (stream, format, time, duration, flags, hash, data) VALUES "
+                    "(?, ?, ?, ?, ?, ?, ?)");
+}
+
+TakeWriter::~TakeWriter() {
+  try {
+    finish();
+  } catch (const std::exception&) {
+    // Who wants to know calls finish().
+  }
+}
+
+void TakeWriter::commit() {
+  if (instant_ == no_take_time) return;
+  instant_ = no_take_time;
+  try {
+    database_.execute("COMMIT");
+  } catch (const Error&) {
+    try {
+      database_.execute("ROLLBACK");
+    } catch (const Error&) {
+      // SQLite has done it.
+    }
+    throw;
+  }
+}
+
+void TakeWriter::finish() {
+  commit();
+  // Takes the empty journal away: a take is one file.
+  database_.execute("PRAGMA journal_mode = DELETE");
+}
+
+void TakeWriter::note(const std::string& name, const std::string& value) {
+  TakeStatement(database_, "INSERT OR REPLACE INTO note (name, value) VALUES (?, ?)")
+      .bind(std::string_view(name))
+      .bind(std::string_view(value))
+      .run();
+}
+
+std::int64_t TakeWriter::stream(const std::string& name) {
+  TakeStatement(database_, "INSERT OR IGNORE INTO stream (name) VALUES (?)")
+      .bind(std::string_view(name))
+      .run();
+  TakeStatement found(database_, "SELECT id FROM stream WHERE name = ?");
+  found.bind(std::string_view(name));
+  if (!found.step()) throw Error(Error::Kind::bad_input, "The take's table of streams is damaged.");
+  return found.number(0);
+}
+
+std::int64_t TakeWriter::format(std::int64_t stream, const std::string& caps) {
+  auto& [known, id] = formats_[stream];
+  if (id != 0 && known == caps) return id;
+  TakeStatement found(database_, "SELECT id FROM format WHERE stream = ? AND caps = ?");
+  found.bind(stream).bind(std::string_view(caps));
+  if (found.step()) {
+    id = found.number(0);
+  } else {
+    TakeStatement(database_, "INSERT INTO format (stream, caps) VALUES (?, ?)")
+        .bind(stream)
+        .bind(std::string_view(caps))
+        .run();
+    TakeStatement made(database_, "SELECT last_insert_rowid()");
+    made.step();
+    id = made.number(0);
+  }
+  known = caps;
+  return id;
+}
+
+void TakeWriter::write(std::int64_t stream, const TakePacket& packet,
+                       std::span<const std::uint8_t> data) {
+  if (packet.time < 0 || packet.time > INT64_MAX / 4)
+    throw Error(Error::Kind::bad_input, "A packet of a take has the time {} ns.", packet.time);
+  const std::int64_t time = begin_ + packet.time;
+  if (instant_ != no_take_time && time >= instant_ + same_instant) commit();
+  if (instant_ == no_take_time) {
+    database_.execute("BEGIN");
+    instant_ = time;
+  }
+  try {
+    const std::int64_t of_format = format(stream, packet.caps);
+    insert_.bind(stream)
+        .bind(of_format)
+        .bind(time)
+        .bind(packet.duration)
+        .bind(static_cast<std::int64_t>(packet.flags))
+        .bind(packet_hash(time, data))
+        .bind(data)
+        .run();
+  } catch (const Error&) {
+    insert_.reset();
+    formats_.clear();
+    try {
+      // The packets of this instant that were written before stay, if they can.
+      commit();
+    } catch (const Error&) {
+      // Then they do not; what was committed before does.
+    }
+    throw;
+  }
+  bytes_ += data.size();
+}
+
+}  // namespace polyhull

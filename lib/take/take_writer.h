@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// Writes a take (take.h).
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <span>
+#include <string>
+
+#include "take/database.h"
+#include "take/take.h"
+
+namespace polyhull {
+
+/// For one thread at a time.
+class TakeWriter {
+ public:
+  enum class Existing {
+    replace,  ///< a take that is there is overwritten; a file that is no take is not
+    append,   ///< what comes is put behind what is there, on streams of the same names
+    refuse,
+  };
+  /// Opens \p path, and makes good what a killed writer has left there. Throws Error: not_found (no
+  /// such folder), io, bad_input (another kind of file; Existing::refuse and there is one).
+  TakeWriter(const std::string& path, Existing existing);
+  /// As finish(), without errors.
+  ~TakeWriter();
+  TakeWriter(const TakeWriter&) = delete;
+  TakeWriter& operator=(const TakeWriter&) = delete;
+
+  /// Where what is written next begins: 0, or the end of what was there.
+  std::int64_t begin() const { return begin_; }
+
+  /// Keeps \p value under \p name, in the place of what was there.
+  void note(const std::string& name, const std::string& value);
+
+  /// The stream \p name, made where it is not there.
+  std::int64_t stream(const std::string& name);
+
+  /// Writes a packet of \p stream; TakePacket::data does not count, \p data does, and times are from
+  /// begin() on. Commits the packets before where this one is of a later instant (10 ms and more).
+  /// Throws Error (io): the disk is full, or gone. The packets that were committed stay readable.
+  void write(std::int64_t stream, const TakePacket& packet, std::span<const std::uint8_t> data);
+
+  /// Commits what there is.
+  void commit();
+  /// Commits and closes.
+  void finish();
+
+  std::uint64_t bytes() const { return bytes_; }  ///< of all packets written
+
+ private:
+  std::int64_t format(std::int64_t stream, const std::string& caps);
+
+  TakeDatabase database_;
+  TakeStatement insert_;
+  std::map<std::int64_t, std::pair<std::string, std::int64_t>>
+      formats_;  // of each stream, the last
+  std::int64_t begin_ = 0;
+  std::int64_t instant_ = no_take_time;  // of the transaction that is open
+  std::uint64_t bytes_ = 0;
+};
+
+}  // namespace polyhull

@@ -1,0 +1,451 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// takesrc: plays a take that takesink wrote (lib/take/take.h). Each of its streams has a pad and a
+/// thread of its own, so that one that lacks a view never holds up the others; all are sought
+/// together.
+#include <gst/base/gstflowcombiner.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "base/error.h"
+#include "plugins/common/element.h"
+#include "plugins/common/guard.h"
+#include "take/take_reader.h"
+
+GST_DEBUG_CATEGORY_STATIC(takesrc_debug);
+#define GST_CAT_DEFAULT takesrc_debug
+
+namespace {
+
+using namespace polyhull;
+using namespace polyhull::element;
+
+/// An error of this element, of which a message has told.
+constexpr GstFlowReturn told_error = GST_FLOW_CUSTOM_ERROR;
+
+struct Settings {
+  std::string location;
+};
+
+/// One pad. All but `pad` belongs to its thread, and while that is stopped to who stopped it.
+struct Stream {
+  GstPad* pad = nullptr;
+  std::optional<TakeCursor> cursor;
+  std::string caps;      // that were sent
+  bool started = false;  // its stream-start was sent
+  bool segment_due = true;
+  bool discont = true;
+  std::uint64_t damaged = 0;  // of the cursor, that were told
+};
+
+struct TakeSrc {
+  static constexpr char type_name[] = "PolyhullTakeSrc";
+  static GType base_type() { return GST_TYPE_ELEMENT; }
+  static void class_init(gpointer klass);
+
+  explicit TakeSrc(gpointer object) {
+    GST_OBJECT_FLAG_SET(object, GST_ELEMENT_FLAG_SOURCE);
+    statistics.declare({"buffers", "bytes", "packets-damaged", "seeks"});
+  }
+  ~TakeSrc() { gst_flow_combiner_free(combiner); }
+
+  Settings settings;  // under the object lock
+  Statistics statistics{"takesrc-stats"};
+
+  std::mutex seeking;  // one at a time; protects streams
+  std::vector<std::unique_ptr<Stream>> streams;
+  std::int64_t end = 0;
+
+  std::mutex mutex;  // protects all below
+  GstFlowCombiner* combiner = gst_flow_combiner_new();
+  GstSegment segment{};
+  guint32 seqnum = GST_SEQNUM_INVALID;  // of the last seek
+  guint group = 0;
+};
+
+std::span<const Property<Settings>> properties() {
+  static const Property<Settings> table[] = {
+      property<&Settings::location>("location", "Location", "The take to play, one file.", 0, 0,
+                                    Change::when_ready),
+  };
+  return table;
+}
+
+void send_start(GstElement* element, Stream& stream) {
+  TakeSrc& self = state_of<TakeSrc>(element);
+  g_autofree char* id = gst_pad_create_stream_id(stream.pad, element, GST_PAD_NAME(stream.pad));
+  GstEvent* event = gst_event_new_stream_start(id);
+  {
+    const std::scoped_lock lock(self.mutex);
+    gst_event_set_group_id(event, self.group);
+  }
+  gst_pad_push_event(stream.pad, event);
+  stream.started = true;
+}
+
+void send_segment(TakeSrc& self, Stream& stream) {
+  GstEvent* event = nullptr;
+  {
+    const std::scoped_lock lock(self.mutex);
+    event = gst_event_new_segment(&self.segment);
+    if (self.seqnum != GST_SEQNUM_INVALID) gst_event_set_seqnum(event, self.seqnum);
+  }
+  gst_pad_push_event(stream.pad, event);
+  stream.segment_due = false;
+}
+
+void send_caps(Stream& stream, const std::string& text) {
+  if (!text.empty()) {
+    GstCaps* caps = gst_caps_from_string(text.c_str());
+    if (caps == nullptr)
+      throw Error(Error::Kind::bad_input, "The take says of {} what are no caps: '{}'.",
+                  GST_PAD_NAME(stream.pad), text);
+    gst_pad_push_event(stream.pad, gst_event_new_caps(caps));
+    gst_caps_unref(caps);
+  }
+  stream.caps = text;
+}
+
+GstBuffer* make_buffer(TakePacket& packet, bool discont) {
+  auto* data = new std::vector<std::uint8_t>(std::move(packet.data));
+  GstBuffer* buffer = gst_buffer_new_wrapped_full(
+      GST_MEMORY_FLAG_READONLY, data->data(), data->size(), 0, data->size(), data,
+      [](gpointer bytes) { delete static_cast<std::vector<std::uint8_t>*>(bytes); });
+  GST_BUFFER_PTS(buffer) = static_cast<GstClockTime>(packet.time);
+  if (packet.duration != no_take_time)
+    GST_BUFFER_DURATION(buffer) = static_cast<GstClockTime>(packet.duration);
+  GST_BUFFER_FLAG_SET(buffer, packet.flags);
+  if (discont) GST_BUFFER_FLAG_SET(buffer, GST_BUFFER_FLAG_DISCONT);
+  return buffer;
+}
+
+/// The next packet within the segment.
+std::optional<TakePacket> next_packet(GstElement* element, Stream& stream) {
+  TakeSrc& self = state_of<TakeSrc>(element);
+  GstSegment segment;
+  {
+    const std::scoped_lock lock(self.mutex);
+    segment = self.segment;
+  }
+  auto packet = stream.cursor->next();
+  const std::uint64_t damaged =
+      stream.cursor->damaged() - std::exchange(stream.damaged, stream.cursor->damaged());
+  if (damaged > 0) {
+    self.statistics.count("packets-damaged", damaged - 1);
+    self.statistics.warn(
+        element, "packets-damaged",
+        fmt::format("{} buffers of {} are damaged in '{}' and were left out.", damaged,
+                    GST_PAD_NAME(stream.pad), snapshot(element, self.settings).location));
+  }
+  if (!packet) return packet;
+  const auto time = static_cast<GstClockTime>(packet->time);
+  const bool beyond = segment.rate > 0
+                          ? GST_CLOCK_TIME_IS_VALID(segment.stop) && time >= segment.stop
+                          : time < segment.start;
+  return beyond ? std::nullopt : std::move(packet);
+}
+
+void finish(GstElement* element, Stream& stream, GstFlowReturn flow) {
+  TakeSrc& self = state_of<TakeSrc>(element);
+  gst_pad_pause_task(stream.pad);
+  GstFlowReturn combined = flow;
+  guint32 seqnum = GST_SEQNUM_INVALID;
+  {
+    const std::scoped_lock lock(self.mutex);
+    combined = gst_flow_combiner_update_pad_flow(self.combiner, stream.pad,
+                                                 flow == told_error ? GST_FLOW_ERROR : flow);
+    seqnum = self.seqnum;
+  }
+  if (flow == GST_FLOW_EOS || flow == told_error) {
+    GstEvent* end = gst_event_new_eos();
+    if (seqnum != GST_SEQNUM_INVALID) gst_event_set_seqnum(end, seqnum);
+    gst_pad_push_event(stream.pad, end);
+  } else if (combined == GST_FLOW_NOT_LINKED || combined < GST_FLOW_EOS) {
+    GST_ELEMENT_FLOW_ERROR(element, combined);
+    gst_pad_push_event(stream.pad, gst_event_new_eos());
+  }
+}
+
+/// One buffer.
+void loop(gpointer data) {
+  auto* pad = static_cast<GstPad*>(data);
+  auto& stream = *static_cast<Stream*>(gst_pad_get_element_private(pad));
+  g_autoptr(GstElement) element = gst_pad_get_parent_element(pad);
+  if (element == nullptr) return;
+  TakeSrc& self = state_of<TakeSrc>(element);
+  const GstFlowReturn flow = guarded(element, told_error, [&]() -> GstFlowReturn {
+    if (!stream.started) send_start(element, stream);
+    auto packet = next_packet(element, stream);
+    if (packet && packet->caps != stream.caps) send_caps(stream, packet->caps);
+    if (stream.segment_due) send_segment(self, stream);
+    if (!packet) return GST_FLOW_EOS;
+    const std::size_t size = packet->data.size();
+    const GstFlowReturn pushed =
+        gst_pad_push(pad, make_buffer(*packet, std::exchange(stream.discont, false)));
+    if (pushed == GST_FLOW_OK) {
+      self.statistics.count("buffers");
+      self.statistics.count("bytes", size);
+    }
+    return pushed;
+  });
+  if (flow != GST_FLOW_OK) finish(element, stream, flow);
+}
+
+/// Sets the stream, whose thread stands, to where \p segment begins: there, or at what has to be
+/// decoded before.
+void set_out(Stream& stream, const GstSegment& segment) {
+  if (segment.rate < 0) {
+    stream.cursor->seek(static_cast<std::int64_t>(segment.stop) - 1, true);
+  } else {
+    const auto start = static_cast<std::int64_t>(segment.start);
+    stream.cursor->seek(start);
+    auto first = stream.cursor->next();
+    std::int64_t from = start;
+    if (first && (first->flags & GST_BUFFER_FLAG_DELTA_UNIT) != 0) {
+      stream.cursor->seek(first->time, true);
+      while ((first = stream.cursor->next()))
+        if ((first->flags & GST_BUFFER_FLAG_DELTA_UNIT) == 0) break;
+      if (first) from = first->time;
+    }
+    stream.cursor->seek(from);
+  }
+  stream.segment_due = stream.discont = true;
+}
+
+void start_threads(TakeSrc& self) {
+  for (const auto& stream : self.streams)
+    gst_pad_start_task(stream->pad, loop, stream->pad, nullptr);
+}
+
+bool seek(GstElement* element, GstEvent* event) {
+  TakeSrc& self = state_of<TakeSrc>(element);
+  gdouble rate = 1;
+  GstFormat format{};
+  GstSeekFlags flags{};
+  GstSeekType start_type{}, stop_type{};
+  gint64 start = 0, stop = 0;
+  gst_event_parse_seek(event, &rate, &format, &flags, &start_type, &start, &stop_type, &stop);
+  if (format != GST_FORMAT_TIME) return false;
+  const guint32 seqnum = gst_event_get_seqnum(event);
+  const std::scoped_lock one(self.seeking);
+  if (self.streams.empty()) return false;
+  {
+    // One seek comes once from each sink.
+    const std::scoped_lock lock(self.mutex);
+    if (seqnum == self.seqnum) return true;
+  }
+  const bool flush = (flags & GST_SEEK_FLAG_FLUSH) != 0;
+  for (const auto& stream : self.streams) {
+    if (flush) {
+      GstEvent* begin = gst_event_new_flush_start();
+      gst_event_set_seqnum(begin, seqnum);
+      gst_pad_push_event(stream->pad, begin);
+    }
+    gst_pad_pause_task(stream->pad);
+  }
+  for (const auto& stream : self.streams) {
+    GST_PAD_STREAM_LOCK(stream->pad);  // its thread stands
+    GST_PAD_STREAM_UNLOCK(stream->pad);
+  }
+  const bool sought = guarded(element, false, [&] {
+    GstSegment segment;
+    {
+      const std::scoped_lock lock(self.mutex);
+      if (!gst_segment_do_seek(&self.segment, rate, format, flags, start_type,
+                               static_cast<guint64>(start), stop_type, static_cast<guint64>(stop),
+                               nullptr))
+        return false;
+      if (!GST_CLOCK_TIME_IS_VALID(self.segment.stop) && rate < 0)
+        self.segment.stop = static_cast<guint64>(self.end);
+      self.seqnum = seqnum;
+      gst_flow_combiner_reset(self.combiner);
+      segment = self.segment;
+    }
+    for (const auto& stream : self.streams) set_out(*stream, segment);
+    self.statistics.count("seeks");
+    return true;
+  });
+  for (const auto& stream : self.streams)
+    if (flush) {
+      GstEvent* end = gst_event_new_flush_stop(TRUE);
+      gst_event_set_seqnum(end, seqnum);
+      gst_pad_push_event(stream->pad, end);
+    }
+  start_threads(self);
+  return sought;
+}
+
+gboolean event(GstPad* pad, GstObject* parent, GstEvent* event) {
+  if (GST_EVENT_TYPE(event) != GST_EVENT_SEEK) return gst_pad_event_default(pad, parent, event);
+  const bool done = seek(GST_ELEMENT_CAST(parent), event);
+  gst_event_unref(event);
+  return done;
+}
+
+gboolean send_event(GstElement* element, GstEvent* event) {
+  if (GST_EVENT_TYPE(event) != GST_EVENT_SEEK)
+    return GST_ELEMENT_CLASS(parent_class<TakeSrc>())->send_event(element, event);
+  const bool done = seek(element, event);
+  gst_event_unref(event);
+  return done;
+}
+
+gboolean query(GstPad* pad, GstObject* parent, GstQuery* query) {
+  TakeSrc& self = state_of<TakeSrc>(parent);
+  GstFormat format = GST_FORMAT_TIME;
+  switch (GST_QUERY_TYPE(query)) {
+    case GST_QUERY_DURATION:
+      gst_query_parse_duration(query, &format, nullptr);
+      if (format != GST_FORMAT_TIME) return FALSE;
+      gst_query_set_duration(query, GST_FORMAT_TIME, self.end);
+      return TRUE;
+    case GST_QUERY_SEEKING:
+      gst_query_parse_seeking(query, &format, nullptr, nullptr, nullptr);
+      gst_query_set_seeking(query, format, format == GST_FORMAT_TIME, 0, self.end);
+      return TRUE;
+    case GST_QUERY_SEGMENT: {
+      const std::scoped_lock lock(self.mutex);
+      const GstSegment& segment = self.segment;
+      gst_query_set_segment(query, segment.rate, GST_FORMAT_TIME,
+                            static_cast<gint64>(segment.start), static_cast<gint64>(segment.stop));
+      return TRUE;
+    }
+    default:
+      return gst_pad_query_default(pad, parent, query);
+  }
+}
+
+/// A pad's name: sink_3's stream plays on src_3. \p taken: the names of others.
+std::string pad_name(const std::string& stream, std::size_t index, std::set<std::string>& taken) {
+  guint number = 0;
+  if (std::sscanf(stream.c_str(), "sink_%u", &number) != 1) number = static_cast<guint>(index);
+  for (;; ++number) {
+    std::string name = fmt::format("src_{}", number);
+    if (taken.insert(name).second) return name;
+  }
+}
+
+/// The pad \p name: that of the last time, which may be linked, or a new one.
+GstPad* make_pad(GstElement* element, const std::string& name) {
+  if (GstPad* pad = gst_element_get_static_pad(element, name.c_str())) {
+    gst_object_unref(pad);
+    return pad;
+  }
+  GstPad* pad = gst_pad_new_from_template(
+      gst_element_class_get_pad_template(GST_ELEMENT_GET_CLASS(element), "src_%u"), name.c_str());
+  gst_pad_set_event_function(pad, event);
+  gst_pad_set_query_function(pad, query);
+  gst_pad_use_fixed_caps(pad);
+  gst_pad_set_active(pad, TRUE);
+  gst_element_add_pad(element, pad);
+  return pad;
+}
+
+/// Takes away the pads of another take.
+void remove_others(GstElement* element, const std::set<std::string>& names) {
+  std::vector<GstPad*> others;
+  {
+    const ObjectLock lock(element);
+    for (GList* item = element->srcpads; item != nullptr; item = item->next)
+      if (!names.contains(GST_OBJECT_NAME(item->data)))
+        others.push_back(GST_PAD(gst_object_ref(item->data)));
+  }
+  for (GstPad* pad : others) {
+    gst_pad_set_active(pad, FALSE);
+    gst_element_remove_pad(element, pad);
+    gst_object_unref(pad);
+  }
+}
+
+bool open(GstElement* element) {
+  TakeSrc& self = state_of<TakeSrc>(element);
+  return guarded(element, false, [&] {
+    const std::string location = snapshot(element, self.settings).location;
+    if (location.empty())
+      throw Error(Error::Kind::not_found, "There is no take to play; set location=NAME.take.");
+    const TakeContent content = read_take(location);
+    if (content.streams.empty())
+      throw Error(Error::Kind::bad_input, "The take '{}' holds nothing: no stream was written.",
+                  location);
+    std::vector<std::unique_ptr<Stream>> streams;
+    for (const TakeStream& told : content.streams) {
+      auto& stream = streams.emplace_back(std::make_unique<Stream>());
+      stream->cursor.emplace(location, told.id);
+    }
+    self.statistics.reset();
+    self.end = content.end;
+    {
+      const std::scoped_lock lock(self.mutex);
+      gst_segment_init(&self.segment, GST_FORMAT_TIME);
+      // No stop: the last buffers may have no duration.
+      self.segment.duration = static_cast<guint64>(content.end);
+      self.seqnum = GST_SEQNUM_INVALID;
+      self.group = gst_util_group_id_next();
+    }
+    std::set<std::string> names;
+    for (std::size_t i = 0; i < streams.size(); ++i) pad_name(content.streams[i].name, i, names);
+    remove_others(element, names);
+    names.clear();
+    for (std::size_t i = 0; i < streams.size(); ++i) {
+      GstPad* pad = make_pad(element, pad_name(content.streams[i].name, i, names));
+      streams[i]->pad = pad;
+      gst_pad_set_element_private(pad, streams[i].get());
+      gst_flow_combiner_add_pad(self.combiner, pad);
+    }
+    {
+      const std::scoped_lock one(self.seeking);
+      self.streams = std::move(streams);
+    }
+    gst_element_no_more_pads(element);
+    const std::scoped_lock one(self.seeking);
+    start_threads(self);
+    return true;
+  });
+}
+
+/// Its pads stay, for the next time: what they were linked to when they came stays linked.
+void close(GstElement* element) {
+  TakeSrc& self = state_of<TakeSrc>(element);
+  const std::scoped_lock one(self.seeking);
+  for (const auto& stream : self.streams) {
+    gst_pad_set_active(stream->pad, FALSE);
+    gst_pad_stop_task(stream->pad);
+    gst_flow_combiner_remove_pad(self.combiner, stream->pad);
+  }
+  self.streams.clear();
+}
+
+GstStateChangeReturn change_state(GstElement* element, GstStateChange transition) {
+  const GstStateChangeReturn result =
+      GST_ELEMENT_CLASS(parent_class<TakeSrc>())->change_state(element, transition);
+  if (result == GST_STATE_CHANGE_FAILURE) return result;
+  if (transition == GST_STATE_CHANGE_READY_TO_PAUSED && !open(element))
+    return GST_STATE_CHANGE_FAILURE;
+  if (transition == GST_STATE_CHANGE_PAUSED_TO_READY) close(element);
+  return result;
+}
+
+void TakeSrc::class_init(gpointer klass) {
+  GST_DEBUG_CATEGORY_INIT(takesrc_debug, "takesrc", 0, "takes from files");
+  add_properties<TakeSrc>(klass, properties(), &TakeSrc::settings);
+  add_statistics<TakeSrc>(klass,
+                          "Counters since the start: buffers and bytes (played), packets-damaged "
+                          "(left out), seeks.");
+  set_metadata(klass, "Take player", "Source/File",
+               "Plays the views, meshes and sound of a performance from one file");
+  add_template(klass, "src_%u", GST_PAD_SRC, "ANY", G_TYPE_NONE, GST_PAD_SOMETIMES);
+  auto* element_class = GST_ELEMENT_CLASS(klass);
+  element_class->change_state = change_state;
+  element_class->send_event = send_event;
+}
+
+}  // namespace
+
+GST_ELEMENT_REGISTER_DEFINE(takesrc, "takesrc", GST_RANK_NONE, type_of<TakeSrc>())

@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "plugins/tracksrc/track_input.h"
+
+#include "base/error.h"
+#include "track/packet_error.h"
+
+namespace polyhull::element {
+
+TrackInput::TrackInput(GstElement* element, Statistics& statistics)
+    : element_(element), statistics_(statistics) {
+  statistics.declare({"packets", "poses", "bad-checksum", "truncated", "refused", "incomplete",
+                      "late", "lost", "reordered", "repeated", "other-senders", "silences",
+                      "recorded", "record-failures", "packets-skipped", "recordings-damaged",
+                      "settings-refused", "port"});
+}
+
+void TrackInput::open(const TrackInputSettings& settings, std::uint16_t port) {
+  reader_settings(settings);
+  reader_ = {};
+  track_ = Track(track_settings(settings));
+  source_ = settings.source;
+  others_ = 0;
+  heard_.reset();
+  silent_ = false;
+  recorder_.reset();
+  if (!settings.record.empty()) recorder_ = std::make_unique<PacketRecorder>(settings.record, port);
+}
+
+void TrackInput::forget() {
+  reader_.forget();
+  track_.forget();
+  heard_.reset();
+}
+
+void TrackInput::record(const Datagram& datagram) {
+  if (!recorder_) return;
+  try {
+    recorder_->write(datagram);
+    statistics_.count("recorded");
+  } catch (const Error& error) {
+    recorder_.reset();
+    statistics_.warn(element_, "record-failures", error.what());
+  }
+}
+
+std::optional<TrackedPose> TrackInput::read(const Datagram& datagram,
+                                            const TrackInputSettings& settings) {
+  const auto refuse = [&](const char* counter, const Error& error) {
+    statistics_.warn(
+        element_, counter,
+        fmt::format("A packet from {} was not used: {}", datagram.sender(), error.what()));
+  };
+  PoseReaderSettings how;
+  try {
+    how = reader_settings(settings);
+  } catch (const Error& error) {
+    statistics_.warn(element_, "settings-refused",
+                     fmt::format("{} Until then packets are not used.", error.what()));
+    return {};
+  }
+  try {
+    return reader_.read(datagram.bytes, datagram.sender(), how);
+  } catch (const PacketError& error) {
+    refuse(error.fault() == PacketError::Fault::truncated ? "truncated" : "bad-checksum", error);
+  } catch (const Error& error) {
+    refuse("refused", error);
+  }
+  return {};
+}
+
+std::optional<TrackInput::Timed> TrackInput::take(const Datagram& datagram,
+                                                  const TrackInputSettings& settings) {
+  statistics_.count("packets");
+  record(datagram);
+  if (settings.source != source_) {
+    source_ = settings.source;
+    track_.forget();
+  }
+  track_.set(track_settings(settings));
+  std::optional<TrackedPose> pose = read(datagram, settings);
+  std::optional<Timed> timed;
+  if (pose && !settings.source.empty() && pose->source != settings.source) {
+    ++others_;
+  } else if (pose) {
+    // Two machines may send under the same number.
+    pose->source += " from " + datagram.sender_host();
+    if (track_.add(*pose, datagram.time_ns)) {
+      const std::int64_t time = *track_.end();
+      timed = {time - track_.lag_ns(), *track_.at(time)};
+      heard_ = datagram.time_ns;
+      silent_ = false;
+    }
+  }
+  tell();
+  return timed;
+}
+
+void TrackInput::tell() {
+  const TrackCounters& counters = track_.counters();
+  statistics_.set_count("poses", counters.poses);
+  statistics_.set_count("lost", counters.lost);
+  statistics_.set_count("reordered", counters.reordered);
+  statistics_.set_count("repeated", counters.repeated);
+  statistics_.set_count("other-senders", counters.other_senders + others_);
+  statistics_.set_count("incomplete", reader_.incomplete());
+  statistics_.set_count("late", reader_.late());
+  statistics_.set("smoothing-lag-ms", 1e-6 * static_cast<double>(track_.lag_ns()));
+}
+
+void TrackInput::watch(std::int64_t now) {
+  if (!heard_ || now < *heard_) heard_ = now;
+  if (silent_ || now - *heard_ <= Track::silence_ns) return;
+  silent_ = true;
+  const std::string who = source_.empty() ? "a tracked camera" : fmt::format("'{}'", source_);
+  statistics_.warn(element_, "silences",
+                   fmt::format("Nothing usable has come from {} for a second. Look at the tracker, "
+                               "its target address and port, and at the other counters of stats.",
+                               who));
+}
+
+std::int64_t TrackInput::latency(const TrackInputSettings& settings) const {
+  return static_cast<std::int64_t>(settings.delay + settings.smoothing / 2);
+}
+
+}  // namespace polyhull::element

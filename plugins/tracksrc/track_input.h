@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// Datagrams as timed poses, with all that is counted and said about them.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "plugins/common/statistics.h"
+#include "plugins/tracksrc/properties.h"
+#include "track/packet_file.h"
+#include "track/pose_reader.h"
+#include "track/track.h"
+
+namespace polyhull::element {
+
+/// For one thread.
+class TrackInput {
+ public:
+  TrackInput(GstElement* element, Statistics& statistics);
+
+  /// At the start of a stream, in the state that nothing has come. Throws Error where the settings
+  /// are unusable or packets cannot be recorded; \p port is where they come to.
+  void open(const TrackInputSettings& settings, std::uint16_t port);
+  void close() { recorder_.reset(); }
+  /// After a seek: poses so far are of another time.
+  void forget();
+
+  /// A pose and its time.
+  struct Timed {
+    std::int64_t time = 0;  ///< ns, may be below 0
+    TrackedPose pose;
+  };
+  /// The pose that \p datagram brings, if it does. What is wrong with it is counted and said.
+  std::optional<Timed> take(const Datagram& datagram, const TrackInputSettings& settings);
+
+  /// It is \p now: where no pose has come for a second, that is counted and said, once.
+  void watch(std::int64_t now);
+
+  /// How much later than it was true a pose comes, ns.
+  std::int64_t latency(const TrackInputSettings& settings) const;
+
+ private:
+  void record(const Datagram& datagram);
+  std::optional<TrackedPose> read(const Datagram& datagram, const TrackInputSettings& settings);
+  void tell();
+
+  GstElement* element_;
+  Statistics& statistics_;
+  PoseReader reader_;
+  Track track_{{}};
+  std::unique_ptr<PacketRecorder> recorder_;
+  std::string source_;  // the property, as it was
+  std::uint64_t others_ = 0;
+  std::optional<std::int64_t> heard_;  // when a pose came, or listening began
+  bool silent_ = false;
+};
+
+}  // namespace polyhull::element

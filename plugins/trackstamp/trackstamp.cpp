@@ -1,0 +1,251 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// trackstamp: announces with each frame of video that comes from elsewhere (a real camera, another
+/// program, a file) where the tracked camera was at its time, so that composite draws its subjects with
+/// exactly that.
+#include <gst/base/gstbasetransform.h>
+#include <gst/video/video.h>
+
+#include <algorithm>
+#include <atomic>
+#include <optional>
+#include <string>
+
+#include "base/error.h"
+#include "plugins/common/camera/camera_track.h"
+#include "plugins/common/element.h"
+#include "plugins/common/guard.h"
+#include "plugins/common/transform.h"
+#include "plugins/common/viewport.h"
+#include "scene/announcement.h"
+
+GST_DEBUG_CATEGORY_STATIC(trackstamp_debug);
+#define GST_CAT_DEFAULT trackstamp_debug
+
+namespace {
+
+using namespace polyhull;
+using namespace polyhull::element;
+
+struct Settings {
+  double field_of_view = ViewportSettings{}.field_of_view;
+};
+
+struct TrackStamp {
+  static constexpr char type_name[] = "PolyhullTrackStamp";
+  static GType base_type() { return GST_TYPE_BASE_TRANSFORM; }
+  static void class_init(gpointer klass);
+  explicit TrackStamp(gpointer object);
+
+  void begin_segment();
+  void announce(std::optional<TrackedPose> pose);
+  void take_announcement(GstEvent* event);
+
+  Settings settings;  // under the object lock
+  GstBaseTransform* element;
+  Statistics statistics{"trackstamp-stats"};
+  CameraTrack track;
+  std::atomic<bool> live{false};        // the video
+  std::atomic<std::int64_t> frame{0};   // how long one lasts, ns
+  std::atomic<std::int64_t> behind{0};  // how much later than frames poses come, ns
+  std::atomic<bool> say_again{false};
+  // The streaming thread's.
+  int width = 0, height = 0;
+  Announcement from_upstream;  // the scene is empty where nothing was announced
+  std::string announced;
+};
+
+std::span<const Property<Settings>> properties() {
+  static const Property<Settings> table[] = {property<&Settings::field_of_view>(
+      "field-of-view", "Field of view",
+      "Angle from the lower to the upper edge of the picture, in degrees (1 to 170), where the "
+      "track does not tell the lens.",
+      1, 170)};
+  return table;
+}
+
+TrackStamp::TrackStamp(gpointer object)
+    : element(GST_BASE_TRANSFORM(object)), track(GST_ELEMENT_CAST(object), statistics) {
+  statistics.declare({"frames", "announcements", "frames-untimed", "announcements-unusable"});
+  gst_base_transform_set_passthrough(element, TRUE);
+  gst_base_transform_set_qos_enabled(element, FALSE);
+  GstPadTemplate* pad_template =
+      gst_element_class_get_pad_template(GST_ELEMENT_GET_CLASS(object), "track");
+  gst_element_add_pad(GST_ELEMENT_CAST(object), track.make_pad(pad_template));
+}
+
+/// What \p pad's other side says of its latency, ns; nullopt: it is not live.
+std::optional<std::int64_t> latency_at(GstPad* pad) {
+  g_autoptr(GstQuery) query = gst_query_new_latency();
+  gboolean live = FALSE;
+  GstClockTime least = 0;
+  if (pad == nullptr || !gst_pad_peer_query(pad, query)) return {};
+  gst_query_parse_latency(query, &live, &least, nullptr);
+  if (!live) return {};
+  return GST_CLOCK_TIME_IS_VALID(least) ? static_cast<std::int64_t>(least) : 0;
+}
+
+/// Learns whether frames have to wait for poses, and how long.
+void TrackStamp::begin_segment() {
+  g_autoptr(GstPad) poses = track.linked_pad();
+  const auto video = latency_at(element->sinkpad), late = latency_at(poses);
+  live = video.has_value();
+  behind = std::max<std::int64_t>(0, late.value_or(0) - video.value_or(0));
+}
+
+void TrackStamp::take_announcement(GstEvent* event) {
+  try {
+    const gchar* json = gst_structure_get_string(gst_event_get_structure(event), "json");
+    if (json == nullptr) throw Error(Error::Kind::bad_input, "The event has no field 'json'.");
+    from_upstream = parse_announcement(json);
+  } catch (const std::exception& error) {
+    statistics.warn(GST_ELEMENT_CAST(element), "announcements-unusable",
+                    fmt::format("What upstream announced is not used: {}", error.what()));
+  }
+}
+
+/// Says what is true from the next frame on, unless it was said already.
+void TrackStamp::announce(std::optional<TrackedPose> pose) {
+  Announcement announcement = from_upstream;
+  if (pose)
+    announcement.viewport =
+        camera_of(*pose, width, height, snapshot(element, settings).field_of_view);
+  if (announcement.viewport.width == 0) return;  // nobody has told a camera
+  std::string json = announcement_to_json(announcement);
+  if (say_again.exchange(false)) announced.clear();
+  if (json == announced) return;
+  announced = std::move(json);
+  statistics.count("announcements");
+  gst_pad_push_event(
+      element->srcpad,
+      gst_event_new_custom(GST_EVENT_CUSTOM_DOWNSTREAM_STICKY,
+                           gst_structure_new("polyhull-announcement", "json", G_TYPE_STRING,
+                                             announced.c_str(), nullptr)));
+}
+
+GstFlowReturn stamp(GstBaseTransform* base, GstBuffer* buffer) {
+  TrackStamp& self = state_of<TrackStamp>(base);
+  return guarded(GST_ELEMENT(base), GST_FLOW_ERROR, [&] {
+    self.statistics.count("frames");
+    const guint64 time =
+        gst_segment_to_running_time(&base->segment, GST_FORMAT_TIME, GST_BUFFER_PTS(buffer));
+    if (!GST_CLOCK_TIME_IS_VALID(time)) {
+      self.statistics.warn(GST_ELEMENT(base), "frames-untimed",
+                           "A frame has no time, so it is not known where the tracked camera was: "
+                           "the one of the frame before stays. Let its source give times.");
+      return GST_FLOW_OK;
+    }
+    const std::optional<TrackedPose> pose =
+        self.track.at(static_cast<std::int64_t>(time),
+                      self.live ? std::optional(self.behind + self.frame) : std::nullopt);
+    if (self.track.unlocked()) return GST_FLOW_FLUSHING;
+    self.announce(pose);
+    return GST_FLOW_OK;
+  });
+}
+
+gboolean set_caps(GstBaseTransform* base, GstCaps* caps, GstCaps*) {
+  TrackStamp& self = state_of<TrackStamp>(base);
+  const GstStructure* format = gst_caps_get_structure(caps, 0);
+  gint numerator = 0, denominator = 1;
+  if (!gst_structure_get_int(format, "width", &self.width) ||
+      !gst_structure_get_int(format, "height", &self.height) || self.width < 1 || self.height < 1) {
+    GST_ELEMENT_ERROR(base, STREAM, FORMAT,
+                      ("Frames of %" GST_PTR_FORMAT
+                       " have no width and height. Put trackstamp where video passes.",
+                       static_cast<void*>(caps)),
+                      (nullptr));
+    return FALSE;
+  }
+  gst_structure_get_fraction(format, "framerate", &numerator, &denominator);
+  self.frame =
+      numerator > 0
+          ? static_cast<std::int64_t>(gst_util_uint64_scale_int(GST_SECOND, denominator, numerator))
+          : 0;
+  self.say_again = true;
+  return TRUE;
+}
+
+gboolean sink_event(GstBaseTransform* base, GstEvent* event) {
+  TrackStamp& self = state_of<TrackStamp>(base);
+  if (gst_event_has_name(event, "polyhull-announcement")) {
+    self.take_announcement(event);
+    gst_event_unref(event);
+    return TRUE;
+  }
+  if (GST_EVENT_TYPE(event) == GST_EVENT_FLUSH_START) self.track.unlock(true);
+  if (GST_EVENT_TYPE(event) == GST_EVENT_FLUSH_STOP) {
+    self.track.unlock(false);
+    self.say_again = true;
+  }
+  if (GST_EVENT_TYPE(event) == GST_EVENT_SEGMENT) self.begin_segment();
+  return GST_BASE_TRANSFORM_CLASS(parent_class<TrackStamp>())->sink_event(base, event);
+}
+
+/// A seek is the track's, too.
+gboolean src_event(GstBaseTransform* base, GstEvent* event) {
+  if (GST_EVENT_TYPE(event) == GST_EVENT_SEEK)
+    state_of<TrackStamp>(base).track.push_upstream(gst_event_ref(event));
+  return GST_BASE_TRANSFORM_CLASS(parent_class<TrackStamp>())->src_event(base, event);
+}
+
+/// A frame of a live stream may wait until its poses are there, and a frame more.
+gboolean query(GstBaseTransform* base, GstPadDirection direction, GstQuery* query) {
+  TrackStamp& self = state_of<TrackStamp>(base);
+  if (!GST_BASE_TRANSFORM_CLASS(parent_class<TrackStamp>())->query(base, direction, query))
+    return FALSE;
+  if (direction != GST_PAD_SRC || GST_QUERY_TYPE(query) != GST_QUERY_LATENCY) return TRUE;
+  gboolean live = FALSE;
+  GstClockTime least = 0, most = 0;
+  gst_query_parse_latency(query, &live, &least, &most);
+  if (!live) return TRUE;
+  self.begin_segment();
+  const auto wait = static_cast<GstClockTime>(self.behind + self.frame);
+  gst_query_set_latency(query, live, least + wait, most);
+  return TRUE;
+}
+
+gboolean start(GstBaseTransform* base) {
+  TrackStamp& self = state_of<TrackStamp>(base);
+  self.statistics.reset();
+  self.from_upstream = {};
+  self.announced.clear();
+  return TRUE;
+}
+
+GstStateChangeReturn change_state(GstElement* element, GstStateChange transition) {
+  TrackStamp& self = state_of<TrackStamp>(element);
+  if (transition == GST_STATE_CHANGE_READY_TO_PAUSED) self.track.unlock(false);
+  if (transition == GST_STATE_CHANGE_PAUSED_TO_READY) self.track.unlock(true);
+  return GST_ELEMENT_CLASS(parent_class<TrackStamp>())->change_state(element, transition);
+}
+
+void TrackStamp::class_init(gpointer klass) {
+  GST_DEBUG_CATEGORY_INIT(trackstamp_debug, "trackstamp", 0, "frames and their tracked camera");
+  add_properties<TrackStamp>(klass, properties(), &TrackStamp::settings);
+  add_statistics<TrackStamp>(
+      klass,
+      "Counters since the start: frames, frames-untimed, announcements (frames with another camera "
+      "than the one before), announcements-unusable (of upstream); of the pad track poses, "
+      "poses-unusable, frames-tracked, frames-untracked (before the first pose, or more than a "
+      "second after the last), frames-ahead (tracked, but later than the last pose), "
+      "track-losses.");
+  set_metadata(klass, "Track stamp", "Filter/Video",
+               "Announces with each frame where the tracked camera was at its time");
+  add_template(klass, "sink", GST_PAD_SINK, "ANY");
+  add_template(klass, "src", GST_PAD_SRC, "ANY");
+  add_template(klass, "track", GST_PAD_SINK, camera_caps);
+  GST_ELEMENT_CLASS(klass)->change_state = change_state;
+  auto* base_class = GST_BASE_TRANSFORM_CLASS(klass);
+  base_class->start = start;
+  base_class->set_caps = set_caps;
+  base_class->sink_event = sink_event;
+  base_class->src_event = src_event;
+  base_class->query = query;
+  base_class->before_transform = sync_controlled_properties;
+  base_class->transform_ip = stamp;
+}
+
+}  // namespace
+
+GST_ELEMENT_REGISTER_DEFINE(trackstamp, "trackstamp", GST_RANK_NONE, type_of<TrackStamp>())

@@ -1,0 +1,358 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+// takesink and takesrc: what was recorded plays as it was, from any place.
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <mutex>
+#include <vector>
+
+#include "element_checks.h"
+
+using namespace polyhull::test;
+
+namespace {
+
+/// A folder that goes with the test.
+struct Folder {
+  Folder() {
+    char name[] = "/tmp/polyhull_takes_XXXXXX";
+    path = mkdtemp(name);
+  }
+  ~Folder() { std::filesystem::remove_all(path); }
+  std::string file(const char* name = "dance.take") const { return path + "/" + name; }
+  std::string path;
+};
+
+struct Seen {
+  GstClockTime time, duration;
+  std::string bytes;
+  bool operator==(const Seen&) const = default;
+};
+
+/// What came out of a line's elements called `out…`, by name.
+struct Played {
+  explicit Played(const std::string& line) : pipeline(parse(line)) {
+    g_autoptr(GstIterator) all = gst_bin_iterate_sinks(GST_BIN(pipeline));
+    gst_iterator_foreach(
+        all,
+        [](const GValue* item, gpointer data) {
+          auto* element = GST_ELEMENT(g_value_get_object(item));
+          if (g_object_class_find_property(G_OBJECT_GET_CLASS(element), "signal-handoffs") ==
+              nullptr)
+            return;
+          g_object_set(element, "signal-handoffs", TRUE, nullptr);
+          g_signal_connect(element, "handoff", G_CALLBACK(take), data);
+        },
+        this);
+  }
+  ~Played() {
+    gst_element_set_state(pipeline, GST_STATE_NULL);
+    gst_object_unref(pipeline);
+  }
+  static void take(GstElement* sink, GstBuffer* buffer, GstPad*, gpointer data) {
+    auto& self = *static_cast<Played*>(data);
+    GstMapInfo map;
+    gst_buffer_map(buffer, &map, GST_MAP_READ);
+    const std::scoped_lock lock(self.mutex);
+    self.seen[GST_OBJECT_NAME(sink)].push_back(
+        {GST_BUFFER_PTS(buffer), GST_BUFFER_DURATION(buffer),
+         std::string(reinterpret_cast<char*>(map.data), map.size)});
+    gst_buffer_unmap(buffer, &map);
+  }
+  std::vector<Seen> of(const char* name) {
+    const std::scoped_lock lock(mutex);
+    return seen[name];
+  }
+  void clear() {
+    const std::scoped_lock lock(mutex);
+    seen.clear();
+  }
+  std::string run() {
+    gst_element_set_state(pipeline, GST_STATE_PLAYING);
+    return wait_for_end(pipeline);
+  }
+
+  GstElement* pipeline;
+  std::mutex mutex;
+  std::map<std::string, std::vector<Seen>> seen;
+};
+
+/// Three cameras' views, into a take and what \p rest does with tee a, b and c.
+std::string cameras(int frames, const std::string& take, const std::string& rest = "",
+                    const std::string& settings = "") {
+  std::string line = "takesink name=t location=" + take + " " + settings + " ";
+  for (const char* name : {"0", "1", "2"})
+    line += std::string("rigtestsrc camera=cam") + name + " num-buffers=" + std::to_string(frames) +
+            " ! video/x-raw,framerate=25/1 ! silhouette camera=cam" + name + " ! tee name=c" +
+            name + " ! queue ! t.sink_" + name + " ";
+  return line + rest;
+}
+
+constexpr char hull[] =
+    "hullbuild name=h ! fakesink name=out c0. ! queue ! h. c1. ! queue ! h. c2. ! queue ! h. ";
+
+constexpr char replay[] =
+    " name=t t.src_0 ! queue ! h. t.src_1 ! queue ! h. t.src_2 ! queue ! h. hullbuild name=h ! "
+    "fakesink name=out";
+
+/// A take of \p frames tiny frames of 40 ms on two pads; each holds its number.
+std::string numbers(const Folder& folder, int frames) {
+  const std::string line =
+      "takesink name=t location=" + folder.file() +
+      " videotestsrc pattern=ball num-buffers=" + std::to_string(frames) +
+      " ! video/x-raw,format=GRAY8,width=16,height=16,framerate=25/1 ! t.sink_0 "
+      "videotestsrc pattern=snow num-buffers=" +
+      std::to_string(frames) +
+      " ! video/x-raw,format=GRAY8,width=8,height=8,framerate=25/1 ! t.sink_4";
+  check_ended(run_to_end(line));
+  return folder.file();
+}
+
+constexpr GstClockTime frame = 40 * GST_MSECOND;
+
+bool seek(GstElement* pipeline, double rate, GstSeekFlags flags, GstClockTime from,
+          GstClockTime to) {
+  return gst_element_seek(pipeline, rate, GST_FORMAT_TIME, flags, GST_SEEK_TYPE_SET,
+                          static_cast<gint64>(from), GST_SEEK_TYPE_SET,
+                          GST_CLOCK_TIME_IS_VALID(to) ? static_cast<gint64>(to) : -1);
+}
+
+constexpr auto flushing = static_cast<GstSeekFlags>(GST_SEEK_FLAG_FLUSH | GST_SEEK_FLAG_ACCURATE);
+
+}  // namespace
+
+GST_START_TEST(test_documented) {
+  check_documented("takesink");
+  check_documented("takesrc");
+}
+GST_END_TEST
+
+GST_START_TEST(test_hulls_are_the_same_to_the_byte) {
+  const Folder folder;
+  Played live(cameras(12, folder.file(), hull));
+  check_ended(live.run());
+  Played again("takesrc location=" + folder.file() + replay);
+  check_ended(again.run());
+  const auto before = live.of("out"), after = again.of("out");
+  fail_unless_equals_int(before.size(), 12);
+  fail_unless_equals_int(after.size(), 12);
+  for (std::size_t i = 0; i < before.size(); ++i) fail_unless(before[i] == after[i], "hull %zu", i);
+}
+GST_END_TEST
+
+GST_START_TEST(test_times_caps_and_bytes_stay) {
+  const Folder folder;
+  const std::string sources =
+      "videotestsrc num-buffers=25 ! video/x-raw,format=GRAY8,width=64,height=48,framerate=25/1 ! "
+      "tee "
+      "name=v ! queue ! t.sink_0 v. ! queue ! fakesink name=outv "
+      "audiotestsrc num-buffers=43 ! audio/x-raw,format=S16LE,rate=44100,channels=1 ! tee name=a ! "
+      "queue ! t.sink_1 a. ! queue ! fakesink name=outa ";
+  Played live("takesink name=t location=" + folder.file() + " " + sources);
+  check_ended(live.run());
+  Played again("takesrc name=t location=" + folder.file() +
+               " t.src_0 ! video/x-raw,format=GRAY8,width=64,height=48,framerate=25/1 ! fakesink "
+               "name=outv t.src_1 ! audio/x-raw,format=S16LE,rate=44100,channels=1 ! fakesink "
+               "name=outa");
+  check_ended(again.run());
+  fail_unless_equals_int(live.of("outv").size(), 25);
+  fail_unless(live.of("outv") == again.of("outv"));
+  fail_unless(live.of("outa") == again.of("outa"));
+}
+GST_END_TEST
+
+GST_START_TEST(test_any_place_is_found) {
+  const Folder folder;
+  Played all("takesrc name=t location=" + numbers(folder, 100) +
+             " t.src_0 ! fakesink name=out t.src_4 ! fakesink name=outs");
+  check_ended(all.run());
+  const auto truth = all.of("out");
+  fail_unless_equals_int(truth.size(), 100);
+  gint64 duration = 0;
+  fail_unless(gst_element_query_duration(all.pipeline, GST_FORMAT_TIME, &duration));
+  fail_unless_equals_uint64(duration, 100 * frame);
+  for (const int from : {70, 3, 99, 0, 42}) {
+    gst_element_set_state(all.pipeline, GST_STATE_PAUSED);
+    gst_element_get_state(all.pipeline, nullptr, nullptr, GST_CLOCK_TIME_NONE);
+    all.clear();
+    const int to = std::min(100, from + 5);
+    fail_unless(seek(all.pipeline, 1.0, flushing, from * frame, to * frame));
+    check_ended(all.run());
+    for (const char* out : {"out", "outs"}) {
+      const auto seen = all.of(out);
+      fail_unless_equals_int(seen.size(), to - from);
+      for (int i = 0; i < to - from; ++i)
+        fail_unless_equals_uint64(seen[static_cast<std::size_t>(i)].time, (from + i) * frame);
+    }
+    fail_unless(all.of("out")[0] == truth[static_cast<std::size_t>(from)]);
+  }
+}
+GST_END_TEST
+
+GST_START_TEST(test_backwards_and_at_other_rates) {
+  const Folder folder;
+  Played all("takesrc name=t location=" + numbers(folder, 50) +
+             " t.src_0 ! fakesink name=out t.src_4 ! fakesink");
+  gst_element_set_state(all.pipeline, GST_STATE_PAUSED);
+  gst_element_get_state(all.pipeline, nullptr, nullptr, GST_CLOCK_TIME_NONE);
+  for (const double rate : {-1.0, 2.5, -4.0}) {
+    all.clear();
+    fail_unless(seek(all.pipeline, rate, flushing, 10 * frame, 20 * frame));
+    check_ended(all.run());
+    const auto seen = all.of("out");
+    fail_unless_equals_int(seen.size(), 10);
+    for (int i = 0; i < 10; ++i)
+      fail_unless_equals_uint64(seen[static_cast<std::size_t>(i)].time,
+                                (rate > 0 ? 10 + i : 19 - i) * frame);
+    gst_element_set_state(all.pipeline, GST_STATE_PAUSED);
+  }
+}
+GST_END_TEST
+
+GST_START_TEST(test_seeking_while_it_plays) {
+  const Folder folder;
+  Played all("takesrc name=t location=" + numbers(folder, 200) +
+             " t.src_0 ! queue ! fakesink name=out sync=true t.src_4 ! queue ! fakesink sync=true");
+  gst_element_set_state(all.pipeline, GST_STATE_PLAYING);
+  for (int i = 0; i < 20; ++i) {
+    fail_unless(seek(all.pipeline, 1.0, flushing, (i * 37 % 190) * frame, GST_CLOCK_TIME_NONE));
+    g_usleep(static_cast<gulong>(i % 4) * 15'000);
+  }
+  all.clear();
+  fail_unless(seek(all.pipeline, 1.0, flushing, 190 * frame, GST_CLOCK_TIME_NONE));
+  check_ended(wait_for_end(all.pipeline));
+  const auto seen = all.of("out");
+  fail_unless(seen.size() >= 10);
+  fail_unless_equals_uint64(seen.back().time, 199 * frame);
+}
+GST_END_TEST
+
+GST_START_TEST(test_more_is_added_and_what_is_there_is_kept) {
+  const Folder folder;
+  check_ended(run_to_end(cameras(3, folder.file())));
+  const std::string refused = run_to_end(cameras(3, folder.file()));
+  fail_unless(refused.find("there already") != std::string::npos, "%s", refused.c_str());
+  check_ended(run_to_end(cameras(4, folder.file(), "", "existing=append")));
+  Played both("takesrc name=t location=" + folder.file() +
+              " t.src_0 ! fakesink name=out t.src_1 ! fakesink t.src_2 ! fakesink");
+  check_ended(both.run());
+  const auto seen = both.of("out");
+  fail_unless_equals_int(seen.size(), 7);
+  for (guint64 i = 0; i < 7; ++i) fail_unless_equals_uint64(seen[i].time, i * frame);
+  check_ended(run_to_end(cameras(2, folder.file(), "", "existing=replace")));
+  Played less("takesrc location=" + folder.file() + " ! fakesink name=out");
+  check_ended(less.run());
+  fail_unless_equals_int(less.of("out").size(), 2);
+}
+GST_END_TEST
+
+GST_START_TEST(test_states) {
+  const Folder folder;
+  check_states(cameras(100, folder.file(), "", "existing=replace"), 20);
+}
+GST_END_TEST
+
+GST_START_TEST(test_playing_states) {
+  const Folder folder;
+  check_states("takesrc name=t location=" + numbers(folder, 30) +
+                   " t.src_0 ! queue ! fakesink sync=true t.src_4 ! fakesink",
+               30);
+}
+GST_END_TEST
+
+GST_START_TEST(test_bad_input) {
+  const Folder folder;
+  const auto says = [](const std::string& line, const char* what) {
+    const std::string end = run_to_end(line);
+    fail_unless(end.find(what) != std::string::npos, "%s: %s", line.c_str(), end.c_str());
+  };
+  const std::string source = "videotestsrc num-buffers=3 ! ";
+  says(source + "takesink", "location");
+  says(source + "takesink location=/nowhere/at/all.take", "no folder");
+  says(source + "takesink location=" + folder.path, "no file");
+  says(source + "takesink rig=/nowhere.json location=" + folder.file(), "/nowhere.json");
+  fail_if(std::filesystem::exists(folder.file()));
+  says("takesrc ! fakesink", "location");
+  says("takesrc location=" + folder.file() + " ! fakesink", "No such file");
+  std::ofstream(folder.file()) << "this is no take, but somebody's diary, which must not be lost";
+  says("takesrc location=" + folder.file() + " ! fakesink", "no take");
+  says(source + "takesink existing=replace location=" + folder.file(), "no take");
+  fail_unless_equals_int(std::filesystem::file_size(folder.file()), 61);
+  // Two that write the same file.
+  says(source + "takesink location=" + folder.file("x.take") + " " + source +
+           "takesink location=" + folder.file("x.take"),
+       "Another element");
+}
+GST_END_TEST
+
+GST_START_TEST(test_a_stream_without_times_is_said) {
+  const Folder folder;
+  GstElement* pipeline = parse(
+      "fakesrc num-buffers=4 sizetype=fixed sizemax=10 format=bytes ! takesink name=t location=" +
+      folder.file());
+  gst_element_set_state(pipeline, GST_STATE_PLAYING);
+  check_ended(wait_for_end(pipeline));
+  GstElement* sink = gst_bin_get_by_name(GST_BIN(pipeline), "t");
+  fail_unless_equals_uint64(statistic(sink, "buffers"), 4);
+  fail_unless_equals_uint64(statistic(sink, "buffers-untimed"), 4);
+  gst_object_unref(sink);
+  gst_element_set_state(pipeline, GST_STATE_NULL);
+  gst_object_unref(pipeline);
+}
+GST_END_TEST
+
+GST_START_TEST(test_a_damaged_take_plays_what_is_whole) {
+  const Folder folder;
+  check_ended(
+      run_to_end("videotestsrc pattern=snow num-buffers=60 ! "
+                 "video/x-raw,format=GRAY8,width=320,height=240,framerate=25/1 ! "
+                 "takesink location=" +
+                 folder.file()));
+  {
+    std::fstream file(folder.file(), std::ios::in | std::ios::out | std::ios::binary);
+    file.seekp(static_cast<std::streamoff>(std::filesystem::file_size(folder.file()) / 2));
+    file << std::string(100, 'x');
+  }
+  Played rest("takesrc name=t location=" + folder.file() + " ! fakesink name=out");
+  GstBus* bus = gst_element_get_bus(rest.pipeline);
+  gst_element_set_state(rest.pipeline, GST_STATE_PLAYING);
+  GstMessage* message = gst_bus_timed_pop_filtered(
+      bus, 60 * GST_SECOND,
+      static_cast<GstMessageType>(GST_MESSAGE_WARNING | GST_MESSAGE_EOS | GST_MESSAGE_ERROR));
+  fail_unless_equals_int(GST_MESSAGE_TYPE(message), GST_MESSAGE_WARNING);
+  GError* said = nullptr;
+  gst_message_parse_warning(message, &said, nullptr);
+  fail_unless(strstr(said->message, "damaged") != nullptr, "%s", said->message);
+  g_error_free(said);
+  gst_message_unref(message);
+  gst_object_unref(bus);
+  check_ended(wait_for_end(rest.pipeline));
+  GstElement* source = gst_bin_get_by_name(GST_BIN(rest.pipeline), "t");
+  fail_unless(statistic(source, "packets-damaged") >= 1);
+  gst_object_unref(source);
+  fail_unless(rest.of("out").size() >= 55 && rest.of("out").size() < 60);
+}
+GST_END_TEST
+
+static Suite* take_suite() {
+  Suite* suite = suite_create("take");
+  TCase* general = tcase_create("general");
+  tcase_set_timeout(general, 180);
+  suite_add_tcase(suite, general);
+  tcase_add_test(general, test_documented);
+  tcase_add_test(general, test_hulls_are_the_same_to_the_byte);
+  tcase_add_test(general, test_times_caps_and_bytes_stay);
+  tcase_add_test(general, test_any_place_is_found);
+  tcase_add_test(general, test_backwards_and_at_other_rates);
+  tcase_add_test(general, test_seeking_while_it_plays);
+  tcase_add_test(general, test_more_is_added_and_what_is_there_is_kept);
+  tcase_add_test(general, test_states);
+  tcase_add_test(general, test_playing_states);
+  tcase_add_test(general, test_bad_input);
+  tcase_add_test(general, test_a_stream_without_times_is_said);
+  tcase_add_test(general, test_a_damaged_take_plays_what_is_whole);
+  return suite;
+}
+
+GST_CHECK_MAIN(take)

@@ -1,0 +1,503 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+// tracksrc: packets over UDP and from recordings as poses on a clock that the tests set.
+#include <gst/check/gstharness.h>
+#include <gst/check/gsttestclock.h>
+
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "../lib/track/packets.h"
+#include "element_checks.h"
+#include "support/tracker.h"
+#include "track/packet_file.h"
+#include "track/pose_message.h"
+
+using namespace polyhull;
+using namespace polyhull::test;
+using namespace polyhull::track_examples;
+
+namespace {
+
+constexpr GstClockTime ms = GST_MSECOND;
+
+std::filesystem::path folder;
+
+/// A pose as it came: its time, its bytes and what they say.
+struct Came {
+  GstClockTime time = 0;
+  std::string bytes;
+  PoseMessage message;
+  double x() const { return message.pose.place.x; }
+};
+
+Came came_in(GstBuffer* buffer) {
+  Came came;
+  came.time = GST_BUFFER_PTS(buffer);
+  came.bytes.resize(gst_buffer_get_size(buffer));
+  gst_buffer_extract(buffer, 0, came.bytes.data(), came.bytes.size());
+  came.message = parse_pose_message(came.bytes);
+  gst_buffer_unref(buffer);
+  return came;
+}
+
+/// tracksrc on a clock that the test sets.
+struct Bench {
+  explicit Bench(const std::string& properties)
+      : harness(gst_harness_new_parse(("tracksrc " + properties).c_str())), bus(gst_bus_new()) {
+    gst_harness_use_testclock(harness);
+    element = gst_harness_find_element(harness, "tracksrc");
+    gst_element_set_bus(element, bus);
+    gst_harness_play(harness);
+    port = statistic(element, "port");
+  }
+  ~Bench() {
+    gst_element_set_bus(element, nullptr);
+    gst_object_unref(bus);
+    gst_object_unref(element);
+    gst_harness_teardown(harness);
+  }
+
+  void send(const Packet& packet, const Tracker& from) { from.send(port, packet); }
+  void send(const Packet& packet) { send(packet, tracker); }
+  /// Waits until a counter is at \p value.
+  void wait_for(const char* counter, guint64 value) {
+    for (int i = 0; i < 3000 && statistic(element, counter) < value; ++i) g_usleep(10000);
+    fail_unless_equals_uint64(statistic(element, counter), value);
+  }
+  Came pull() {
+    GstBuffer* buffer = gst_harness_pull(harness);
+    fail_unless(buffer != nullptr, "no pose came");
+    return came_in(buffer);
+  }
+  /// What comes of \p packet when it arrives at \p time.
+  Came at(GstClockTime time, const Packet& packet) {
+    gst_harness_set_time(harness, time);
+    send(packet);
+    return pull();
+  }
+  /// \p packet brings no pose, and \p counter becomes 1 more.
+  void nothing_of(const Packet& packet, const char* counter, const Tracker& from) {
+    const guint64 before = statistic(element, counter);
+    send(packet, from);
+    wait_for(counter, before + 1);
+    fail_unless(gst_harness_try_pull(harness) == nullptr);
+  }
+  void nothing_of(const Packet& packet, const char* counter) {
+    nothing_of(packet, counter, tracker);
+  }
+
+  GstHarness* harness;
+  GstBus* bus;
+  GstElement* element;
+  guint64 port = 0;
+  Tracker tracker;
+};
+
+Packet at_x(double x, std::uint8_t camera = 1) {
+  return freed(camera, {0, 0, 0}, {x, 0, 0}, 0, 0);
+}
+
+/// An OpenTrackIO packet under the number \p sequence.
+Packet numbered(std::uint16_t sequence, double x) {
+  const Packet text = json_bytes(sample({0, 0, 0}, {x, 0, 0}));
+  return segment(text, 1, sequence, 0, text.size(), 255);
+}
+
+void expect_near(const Vec3& a, const Vec3& b, double tolerance) {
+  fail_unless(glm::length(a - b) <= tolerance, "(%g %g %g) is not (%g %g %g)", a.x, a.y, a.z, b.x,
+              b.y, b.z);
+}
+
+void expect_in(const std::string& text, std::initializer_list<const char*> parts) {
+  for (const char* part : parts)
+    fail_unless(text.find(part) != std::string::npos, "\"%s\" is not in \"%s\"", part,
+                text.c_str());
+}
+
+std::string path(const char* name) {
+  return (folder / name).string();
+}
+
+/// A recording of \p count poses, 10 ms and 10 mm apart.
+std::string recording(const char* name, int count) {
+  PacketRecorder recorder(path(name), 55555);
+  for (int i = 0; i < count; ++i)
+    recorder.write({static_cast<std::int64_t>(10 * ms) * i, 0x7F000001, 4000, at_x(0.01 * i)});
+  return path(name);
+}
+
+/// All that tracksrc plays of a recording.
+std::vector<Came> played(const std::string& properties, std::string* warning = nullptr) {
+  GstElement* pipeline = parse("tracksrc name=t " + properties +
+                               " ! fakesink name=sink signal-handoffs=true sync=false");
+  GstElement* sink = gst_bin_get_by_name(GST_BIN(pipeline), "sink");
+  std::vector<Came> result;
+  const auto keep = +[](GstElement*, GstBuffer* buffer, GstPad*, std::vector<Came>* to) {
+    to->push_back(came_in(gst_buffer_ref(buffer)));
+  };
+  g_signal_connect(sink, "handoff", G_CALLBACK(keep), &result);
+  GstBus* bus = gst_element_get_bus(pipeline);
+  gst_element_set_state(pipeline, GST_STATE_PLAYING);
+  GstMessage* message = nullptr;
+  for (;;) {
+    message = gst_bus_timed_pop_filtered(
+        bus, 60 * GST_SECOND,
+        static_cast<GstMessageType>(GST_MESSAGE_EOS | GST_MESSAGE_ERROR | GST_MESSAGE_WARNING));
+    if (message == nullptr || GST_MESSAGE_TYPE(message) != GST_MESSAGE_WARNING) break;
+    GError* error = nullptr;
+    gst_message_parse_warning(message, &error, nullptr);
+    if (warning) *warning = error->message;
+    g_clear_error(&error);
+    gst_message_unref(message);
+  }
+  fail_unless(message != nullptr && GST_MESSAGE_TYPE(message) == GST_MESSAGE_EOS, "%s",
+              properties.c_str());
+  gst_message_unref(message);
+  gst_element_set_state(pipeline, GST_STATE_NULL);
+  gst_object_unref(bus);
+  gst_object_unref(sink);
+  gst_object_unref(pipeline);
+  return result;
+}
+
+std::string refusal(const std::string& properties) {
+  GstElement* pipeline = parse("tracksrc " + properties + " ! fakesink");
+  std::string said = "it was not refused";
+  if (gst_element_set_state(pipeline, GST_STATE_PLAYING) == GST_STATE_CHANGE_FAILURE)
+    said = wait_for_end(pipeline, GST_SECOND);
+  gst_element_set_state(pipeline, GST_STATE_NULL);
+  gst_object_unref(pipeline);
+  return said;
+}
+
+GstClockTime latency_of(GstElement* element) {
+  GstQuery* query = gst_query_new_latency();
+  gboolean live = FALSE;
+  GstClockTime least = 0;
+  fail_unless(gst_element_query(element, query));
+  gst_query_parse_latency(query, &live, &least, nullptr);
+  gst_query_unref(query);
+  return live ? least : GST_CLOCK_TIME_NONE;
+}
+
+}  // namespace
+
+GST_START_TEST(test_documented) {
+  check_documented("tracksrc");
+}
+GST_END_TEST
+
+GST_START_TEST(test_freed) {
+  Bench bench("port=0 delay=30000000 prediction=5000000");
+  const Came came = bench.at(100 * ms, freed(7, {90, 0, 0}, {1.5, -2.25, 3.125}, 2500, 0));
+  fail_unless_equals_uint64(came.time, 70 * ms);
+  expect_near(came.message.pose.place, {1.5, -2.25, 3.125}, 1e-12);
+  expect_near(came.message.pose.axes[1], {1, 0, 0}, 1e-12);  // to the right: along x
+  fail_unless(came.message.pose.source == "freed 7 from 127.0.0.1");
+  fail_if(came.message.pose.focal_length_mm.has_value());
+  fail_unless_equals_int64(came.message.prediction_ns, 5000000);
+  fail_unless_equals_uint64(statistic(bench.element, "poses"), 1);
+}
+GST_END_TEST
+
+GST_START_TEST(test_settings_of_freed_change_live) {
+  Bench bench("port=0 axes=y-xz invert-pan=true offset-z=10 zoom-is-focal-length=true");
+  const Packet packet = freed(1, {90, 0, 0}, {1, 2, 3}, 2500, 0);
+  Came came = bench.at(10 * ms, packet);
+  expect_near(came.message.pose.place, {2, -1, 13}, 1e-12);
+  expect_near(came.message.pose.axes[1], {-1, 0, 0}, 1e-12);
+  fail_unless(came.message.pose.focal_length_mm == 25.0);
+  fail_if(came.message.pose.sensor_width_mm.has_value());
+  g_object_set(bench.element, "axes", "xyz", "offset-pan", -90.0, "sensor-width", 35.0, nullptr);
+  came = bench.at(20 * ms, packet);
+  expect_near(came.message.pose.place, {1, 2, 13}, 1e-12);
+  expect_near(came.message.pose.axes[1], {0, -1, 0}, 1e-12);
+  fail_unless(came.message.pose.sensor_width_mm == 35.0);
+  // Axes that are none: said, and mended live.
+  for (const char* axes : {"", "xy", "xxz", "xyzx", "x y z", "xy--z", "nonsense"}) {
+    g_object_set(bench.element, "axes", axes, nullptr);
+    bench.nothing_of(packet, "settings-refused");
+  }
+  const auto said = warnings_on(bench.bus);
+  fail_unless(!said.empty());
+  expect_in(said[0], {"axes=", "y-xz"});
+  g_object_set(bench.element, "axes", "zyx", nullptr);
+  expect_near(bench.at(30 * ms, packet).message.pose.place, {3, 2, 11}, 1e-12);
+}
+GST_END_TEST
+
+GST_START_TEST(test_opentrackio) {
+  Bench bench("port=0 protocol=opentrackio");
+  const nlohmann::json value = sample({90, 30, 0}, {1.5, -2.25, 3.125});
+  const Packet text = json_bytes(value), cbor = nlohmann::json::to_cbor(value);
+  const Packet packets[] = {text, segment(text, 1, 700, 0, text.size(), 255),
+                            segment(cbor, 2, 701, 0, cbor.size(), 256)};
+  GstClockTime time = 0;
+  for (const Packet& packet : packets) {
+    const Came came = bench.at(time += 20 * ms, packet);
+    fail_unless_equals_uint64(came.time, time);
+    expect_near(came.message.pose.place, {1.5, -2.25, 3.125}, 1e-12);
+    expect_near(came.message.pose.axes[1], {-std::cos(M_PI / 6), 0, 0.5}, 1e-12);
+    fail_unless(came.message.pose.focal_length_mm == 24.5);
+    fail_unless(came.message.pose.sensor_width_mm == 36.0);
+    expect_in(came.message.pose.source, {"urn:uuid:00000000-0000-4000-8000-000000000007 from"});
+  }
+  // In segments, the last one first.
+  const std::size_t half = cbor.size() / 2;
+  bench.send(segment(cbor, 2, 702, half, cbor.size() - half, 255));
+  expect_near(bench.at(100 * ms, segment(cbor, 2, 702, 0, half, 255)).message.pose.place,
+              {1.5, -2.25, 3.125}, 1e-12);
+}
+GST_END_TEST
+
+GST_START_TEST(test_loss_reordering_and_repetition) {
+  Bench bench("port=0");
+  bench.at(10 * ms, numbered(10, 0.1));
+  bench.at(20 * ms, numbered(14, 0.4));  // three are missing
+  fail_unless_equals_uint64(statistic(bench.element, "lost"), 3);
+  bench.nothing_of(numbered(12, 0.2), "reordered");
+  fail_unless_equals_uint64(statistic(bench.element, "lost"), 2);
+  bench.nothing_of(numbered(14, 0.4), "repeated");
+  fail_unless(bench.at(30 * ms, numbered(15, 0.5)).x() == 0.5);
+  fail_unless_equals_uint64(statistic(bench.element, "poses"), 3);
+}
+GST_END_TEST
+
+GST_START_TEST(test_two_senders) {
+  Bench bench("port=0");
+  const Tracker other("127.0.0.2");
+  fail_unless(bench.at(100 * ms, at_x(1)).x() == 1.0);
+  // Another camera, and another machine under the same number.
+  bench.nothing_of(at_x(50, 2), "other-senders");
+  bench.nothing_of(at_x(60), "other-senders", other);
+  // The first one has been silent for more than a second: another may follow.
+  gst_harness_set_time(bench.harness, 1200 * ms);
+  bench.send(at_x(60), other);
+  fail_unless(bench.pull().x() == 60.0);
+  bench.nothing_of(at_x(1), "other-senders");
+  // The one that is asked for, at once.
+  g_object_set(bench.element, "source", "freed 2", nullptr);
+  bench.nothing_of(at_x(60), "other-senders", other);
+  fail_unless(bench.at(1300 * ms, at_x(50, 2)).x() == 50.0);
+}
+GST_END_TEST
+
+GST_START_TEST(test_bad_packets_are_counted_and_the_rest_is_used) {
+  Bench bench("port=0");
+  bench.at(10 * ms, at_x(1));
+  Packet bad = at_x(2);
+  bad[9] ^= 0x10;
+  bench.nothing_of(bad, "bad-checksum");
+  bench.nothing_of(Packet(bad.begin(), bad.begin() + 20), "truncated");
+  bad.push_back(0);
+  bench.nothing_of(bad, "refused");
+  bench.nothing_of({'G', 'E', 'T', ' ', '/'}, "refused");
+  bench.nothing_of({}, "refused");
+  bench.nothing_of(Packet(60000, '{'), "refused");
+  Packet whole = numbered(1, 1.0);
+  whole[30] ^= 1;
+  bench.nothing_of(whole, "bad-checksum");
+  bench.nothing_of(Packet(whole.begin(), whole.begin() + 100), "truncated");
+  const auto said = warnings_on(bench.bus);
+  fail_unless(said.size() >= 3);  // of each counter one a second
+  expect_in(said[0], {"127.0.0.1:", "checksum"});
+  fail_unless(bench.at(20 * ms, at_x(3)).x() == 3.0);
+  fail_unless_equals_uint64(statistic(bench.element, "packets"), 10);
+}
+GST_END_TEST
+
+GST_START_TEST(test_silence_is_said_once) {
+  Bench bench("port=0");
+  bench.at(10 * ms, at_x(1));
+  gst_harness_set_time(bench.harness, 1000 * ms);
+  bench.nothing_of({0}, "refused");
+  fail_unless_equals_uint64(statistic(bench.element, "silences"), 0);
+  gst_harness_set_time(bench.harness, 1020 * ms);
+  bench.wait_for("silences", 1);
+  gst_harness_set_time(bench.harness, 5000 * ms);
+  bench.nothing_of({0}, "refused");
+  fail_unless_equals_uint64(statistic(bench.element, "silences"), 1);
+  bench.at(6000 * ms, at_x(1));
+  gst_harness_set_time(bench.harness, 7010 * ms);
+  bench.wait_for("silences", 2);
+}
+GST_END_TEST
+
+// Motion of constant speed is where it was at the time that the pose has, however much is averaged.
+GST_START_TEST(test_smoothing_is_latency_and_no_lag) {
+  Bench bench("port=0 smoothing=80000000 delay=20000000");
+  Came came;
+  for (guint64 i = 1; i <= 20; ++i)
+    came = bench.at(i * 20 * ms, at_x(0.02 * static_cast<double>(i)));
+  fail_unless_equals_uint64(came.time, (400 - 20 - 40) * ms);
+  expect_near(came.message.pose.place, {0.36, 0, 0}, 1e-9);  // as it was at 360 ms of arrival
+  fail_unless_equals_uint64(latency_of(bench.element), 60 * ms);
+  fail_unless(figure(bench.element, "smoothing-lag-ms") == 40.0);
+  // Off again, live: the latency's change is told.
+  g_object_set(bench.element, "smoothing", guint64{0}, nullptr);
+  bench.at(420 * ms, at_x(0.42));
+  fail_unless_equals_uint64(bench.at(440 * ms, at_x(0.44)).time, 420 * ms);
+  fail_unless_equals_uint64(latency_of(bench.element), 20 * ms);
+  GstMessage* message = gst_bus_pop_filtered(bench.bus, GST_MESSAGE_LATENCY);
+  fail_unless(message != nullptr);
+  gst_message_unref(message);
+}
+GST_END_TEST
+
+GST_START_TEST(test_record_and_replay_are_identical) {
+  const std::string file = path("record.pcap");
+  const std::string properties = "delay=15000000 smoothing=30000000 ";
+  std::vector<Came> live;
+  {
+    Bench bench("port=0 record=" + file + " " + properties);
+    for (guint64 i = 1; i <= 30; ++i) {
+      live.push_back(bench.at(
+          i * 17 * ms + 3, numbered(static_cast<std::uint16_t>(i), 0.1 * static_cast<double>(i))));
+      if (i % 5 == 0) bench.nothing_of({1, 2, 3}, "refused");
+    }
+    fail_unless_equals_uint64(statistic(bench.element, "recorded"), 36);
+  }
+  const std::vector<Came> again = played("location=" + file + " " + properties);
+  // A pose from before the stream's begin is left out unless it holds there.
+  std::size_t kept_from = 0;
+  while (kept_from + 1 < live.size() && live[kept_from + 1].time == 0) ++kept_from;
+  fail_unless_equals_int(again.size(), live.size() - kept_from);
+  for (std::size_t i = 0; i < again.size(); ++i) {
+    fail_unless_equals_uint64(again[i].time, live[kept_from + i].time);
+    fail_unless(again[i].bytes == live[kept_from + i].bytes);
+  }
+}
+GST_END_TEST
+
+GST_START_TEST(test_replay_is_sought) {
+  const std::string file = recording("sought.pcap", 100);
+  GstElement* pipeline = parse("tracksrc location=" + file + " ! appsink name=sink sync=false");
+  GstElement* sink = gst_bin_get_by_name(GST_BIN(pipeline), "sink");
+  gst_element_set_state(pipeline, GST_STATE_PAUSED);
+  gst_element_get_state(pipeline, nullptr, nullptr, GST_CLOCK_TIME_NONE);
+  for (const GstClockTime to : {505 * ms, 0 * ms, 250 * ms, 989 * ms}) {
+    fail_unless(gst_element_seek_simple(pipeline, GST_FORMAT_TIME, GST_SEEK_FLAG_FLUSH,
+                                        static_cast<gint64>(to)));
+    GstSample* sample = nullptr;
+    g_signal_emit_by_name(sink, "pull-preroll", &sample);
+    const Came came = came_in(gst_buffer_ref(gst_sample_get_buffer(sample)));
+    gst_sample_unref(sample);
+    // First comes the one that holds at the time that was sought.
+    const GstClockTime holds = to / (10 * ms) * (10 * ms);
+    fail_unless_equals_uint64(came.time, holds);
+    expect_near({came.x(), 0, 0}, {static_cast<double>(holds) * 1e-9, 0, 0}, 1e-5);
+  }
+  gst_element_set_state(pipeline, GST_STATE_NULL);
+  gst_object_unref(sink);
+  gst_object_unref(pipeline);
+}
+GST_END_TEST
+
+GST_START_TEST(test_damaged_recording_is_used_as_far_as_it_goes) {
+  const std::string whole = recording("whole.pcap", 10);
+  fail_unless_equals_int(played("location=" + whole).size(), 10);
+  std::filesystem::copy_file(whole, path("cut.pcap"),
+                             std::filesystem::copy_options::overwrite_existing);
+  std::filesystem::resize_file(path("cut.pcap"), std::filesystem::file_size(whole) - 5);
+  std::string warning;
+  fail_unless_equals_int(played("location=" + path("cut.pcap"), &warning).size(), 9);
+  expect_in(warning, {"cut.pcap", "damaged", "truncated"});
+}
+GST_END_TEST
+
+GST_START_TEST(test_full_disk_ends_the_recording_alone) {
+  Bench bench("port=0 record=/dev/full");
+  bench.at(10 * ms, at_x(1));
+  bench.at(20 * ms, at_x(2));
+  fail_unless_equals_uint64(statistic(bench.element, "record-failures"), 1);
+  const auto said = warnings_on(bench.bus);
+  fail_unless_equals_int(said.size(), 1);
+  expect_in(said[0], {"/dev/full", "disk is full"});
+}
+GST_END_TEST
+
+GST_START_TEST(test_refusals) {
+  Bench bench("port=0");
+  expect_in(refusal("port=" + std::to_string(bench.port)),
+            {std::to_string(bench.port).c_str(), "in use", "another port"});
+  expect_in(refusal("port=0 address=nonsense"), {"nonsense", "IPv4"});
+  expect_in(refusal("port=0 address=::1"), {"::1", "IPv4"});
+  expect_in(refusal("port=0 address=192.0.2.1"), {"192.0.2.1", "this machine's"});
+  expect_in(refusal("port=0 address=239.135.1.1 multicast-iface=nowhere0"),
+            {"nowhere0", "multicast-iface"});
+  expect_in(refusal("port=0 axes=abc"), {"axes=abc"});
+  expect_in(refusal("location=/nowhere/a.pcap"), {"/nowhere/a.pcap"});
+  expect_in(refusal("port=0 record=/nowhere/a.pcap"), {"/nowhere/a.pcap", "recorded"});
+  const std::string file = recording("same.pcap", 1);
+  expect_in(refusal("location=" + file + " record=" + file), {"same.pcap", "at once"});
+  std::ofstream(path("text")) << "this is no recording at all, but text";
+  expect_in(refusal("location=" + path("text")), {"text", "no recorded track", "tcpdump"});
+  std::ofstream(path("empty"));
+  expect_in(refusal("location=" + path("empty")), {"empty", "no recorded track"});
+}
+GST_END_TEST
+
+GST_START_TEST(test_multicast) {
+  Bench bench("port=0 address=239.135.1.7 multicast-iface=lo");
+  gst_harness_set_time(bench.harness, 10 * ms);
+  bench.tracker.send(bench.port, numbered(1, 4.0), "239.135.1.7");
+  fail_unless(bench.pull().x() == 4.0);
+}
+GST_END_TEST
+
+// What came before PLAYING would get a time at which it did not come.
+GST_START_TEST(test_nothing_stale_after_a_pause) {
+  Bench bench("port=0");
+  bench.at(10 * ms, at_x(1));
+  gst_element_set_state(bench.element, GST_STATE_PAUSED);
+  bench.send(at_x(2));
+  g_usleep(50000);
+  gst_element_set_state(bench.element, GST_STATE_PLAYING);
+  const Came came = bench.at(500 * ms, at_x(3));
+  fail_unless(came.x() == 3.0, "the pose %g came at %" G_GUINT64_FORMAT, came.x(), came.time);
+}
+GST_END_TEST
+
+GST_START_TEST(test_states) {
+  check_states("tracksrc port=0 ! fakesink async=false", 20);
+  check_states("tracksrc location=" + recording("states.pcap", 5) + " ! fakesink", 20);
+}
+GST_END_TEST
+
+static Suite* tracksrc_suite() {
+  Suite* suite = suite_create("tracksrc");
+  TCase* tests = tcase_create("general");
+  suite_add_tcase(suite, tests);
+  tcase_set_timeout(tests, 60);
+  tcase_add_test(tests, test_documented);
+  tcase_add_test(tests, test_freed);
+  tcase_add_test(tests, test_settings_of_freed_change_live);
+  tcase_add_test(tests, test_opentrackio);
+  tcase_add_test(tests, test_loss_reordering_and_repetition);
+  tcase_add_test(tests, test_two_senders);
+  tcase_add_test(tests, test_bad_packets_are_counted_and_the_rest_is_used);
+  tcase_add_test(tests, test_silence_is_said_once);
+  tcase_add_test(tests, test_smoothing_is_latency_and_no_lag);
+  tcase_add_test(tests, test_record_and_replay_are_identical);
+  tcase_add_test(tests, test_replay_is_sought);
+  tcase_add_test(tests, test_damaged_recording_is_used_as_far_as_it_goes);
+  tcase_add_test(tests, test_full_disk_ends_the_recording_alone);
+  tcase_add_test(tests, test_refusals);
+  tcase_add_test(tests, test_multicast);
+  tcase_add_test(tests, test_nothing_stale_after_a_pause);
+  tcase_add_test(tests, test_states);
+  return suite;
+}
+
+int main(int argc, char** argv) {
+  folder = std::filesystem::temp_directory_path() / ("polyhull_track" + std::to_string(getpid()));
+  std::filesystem::create_directories(folder);
+  gst_check_init(&argc, &argv);
+  const int failures = gst_check_run_suite(tracksrc_suite(), "tracksrc", __FILE__);
+  std::error_code ignored;
+  std::filesystem::remove_all(folder, ignored);
+  return failures;
+}

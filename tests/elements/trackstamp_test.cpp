@@ -1,0 +1,246 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+// trackstamp: what it announces with each frame of a video is the track at the frame's time.
+#include <gst/check/gstharness.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <thread>
+
+#include "camera_announced.h"
+
+using namespace polyhull;
+using namespace polyhull::test;
+
+namespace {
+
+constexpr std::int64_t ms = GST_MSECOND;
+std::filesystem::path folder;
+
+/// trackstamp fed by hand: frames of 64x48 of a live source that is 30 ms late, and poses.
+struct Bench {
+  explicit Bench(const char* rate, bool live_poses = true, GstClockTime late = 0)
+      : element(gst_element_factory_make("trackstamp", nullptr)),
+        harness(gst_harness_new_with_element(element, "sink", "src")),
+        bus(gst_bus_new()),
+        poses(element, live_poses, late) {
+    gst_element_set_bus(element, bus);
+    gst_harness_set_upstream_latency(harness, 30 * GST_MSECOND);
+    log_cameras(element, log);
+    gst_harness_set_src_caps_str(
+        harness,
+        (std::string("video/x-raw,format=GRAY8,width=64,height=48,framerate=") + rate).c_str());
+    poses.begin();
+  }
+  ~Bench() {
+    gst_element_set_bus(element, nullptr);
+    gst_object_unref(bus);
+  }
+  void close() { gst_harness_teardown(harness); }
+  GstFlowReturn push(GstClockTime time) {
+    GstBuffer* buffer = gst_harness_create_buffer(harness, 64 * 48);
+    GST_BUFFER_PTS(buffer) = time;
+    return gst_harness_push(harness, buffer);
+  }
+
+  GstElement* element;
+  GstHarness* harness;
+  GstBus* bus;
+  PosePusher poses;
+  CameraLog log;
+};
+
+GstEvent* announcement_of(const Announcement& announcement) {
+  return gst_event_new_custom(
+      GST_EVENT_CUSTOM_DOWNSTREAM_STICKY,
+      gst_structure_new("polyhull-announcement", "json", G_TYPE_STRING,
+                        announcement_to_json(announcement).c_str(), nullptr));
+}
+
+}  // namespace
+
+GST_START_TEST(test_documented) {
+  check_documented("trackstamp");
+}
+GST_END_TEST
+
+GST_START_TEST(test_each_frame_has_its_camera) {
+  GstElement* pipeline = parse(
+      "tracksrc location=" + record_motion(folder / "a.pcap", 7 * ms, 200) +
+      " ! t.track videotestsrc num-buffers=30 ! video/x-raw,width=64,height=48,framerate=25/1 ! "
+      "trackstamp name=t ! fakesink sync=false");
+  GstElement* element = gst_bin_get_by_name(GST_BIN(pipeline), "t");
+  CameraLog log;
+  log_cameras(element, log);
+  gst_element_set_state(pipeline, GST_STATE_PLAYING);
+  check_ended(wait_for_end(pipeline));
+  fail_unless_equals_int(log.frames.size(), 30);
+  for (const Shown& frame : log.frames) {
+    expect_place(frame.camera, {1e-9 * static_cast<double>(frame.time), -3, 0.3});
+    fail_unless(frame.camera.width == 64 && frame.camera.height == 48);
+    fail_unless(std::abs(frame.camera.K[0][0] - 24.5 / 36.0 * 64) < 1e-9);
+  }
+  fail_unless_equals_uint64(statistic(element, "announcements"), 30);
+  fail_unless_equals_uint64(statistic(element, "frames-tracked"), 30);
+  // Both are sought together.
+  gst_element_set_state(pipeline, GST_STATE_READY);
+  gst_element_set_state(pipeline, GST_STATE_PAUSED);
+  gst_element_get_state(pipeline, nullptr, nullptr, GST_CLOCK_TIME_NONE);
+  fail_unless(gst_element_seek_simple(pipeline, GST_FORMAT_TIME, GST_SEEK_FLAG_FLUSH, 600 * ms));
+  gst_element_get_state(pipeline, nullptr, nullptr, GST_CLOCK_TIME_NONE);
+  fail_unless_equals_uint64(log.frames.back().time, 600 * ms);
+  expect_place(log.frames.back().camera, {0.6, -3, 0.3});
+  gst_element_set_state(pipeline, GST_STATE_NULL);
+  gst_object_unref(element);
+  gst_object_unref(pipeline);
+}
+GST_END_TEST
+
+// A frame waits for the pose after it; frames of a tenth of a hertz leave a busy machine its time.
+GST_START_TEST(test_live_frame_waits_for_its_pose) {
+  Bench bench("1/10");
+  bench.poses.push(0.0, 0);
+  std::thread frame([&] { fail_unless_equals_int(bench.push(500 * ms), GST_FLOW_OK); });
+  g_usleep(50000);
+  bench.poses.push(1.0, 1000 * ms);
+  frame.join();
+  fail_unless_equals_int(bench.log.frames.size(), 1);
+  expect_place(bench.log.frames[0].camera, {0.5, -3, 0.3});
+  fail_unless_equals_uint64(statistic(bench.element, "frames-ahead"), 0);
+  bench.close();
+}
+GST_END_TEST
+
+// Where none comes, the frame goes on with the last one: a frame later, not more.
+GST_START_TEST(test_live_frame_goes_on_without_a_pose) {
+  Bench bench("100/1");
+  fail_unless_equals_int(bench.push(0), GST_FLOW_OK);
+  fail_unless_equals_int(bench.log.frames[0].camera.width, 0);  // nothing is known yet
+  bench.poses.push(0.3, 0);
+  fail_unless_equals_int(bench.push(20 * ms), GST_FLOW_OK);
+  expect_place(bench.log.frames[1].camera, {0.3, -3, 0.3});
+  fail_unless_equals_uint64(statistic(bench.element, "frames-ahead"), 1);
+  fail_unless_equals_uint64(statistic(bench.element, "frames-untracked"), 1);
+  // Lost, said once, and back.
+  for (int i = 0; i < 3; ++i) bench.push((1100 + 10 * i) * ms);
+  expect_place(bench.log.frames.back().camera, {0.3, -3, 0.3});
+  fail_unless_equals_uint64(statistic(bench.element, "track-losses"), 1);
+  fail_unless_equals_int(warnings_on(bench.bus).size(), 1);
+  bench.poses.push(0.7, 1200 * ms);
+  bench.push(1200 * ms);
+  expect_place(bench.log.frames.back().camera, {0.7, -3, 0.3});
+  fail_unless_equals_uint64(statistic(bench.element, "frames-tracked"), 2);
+  bench.close();
+}
+GST_END_TEST
+
+GST_START_TEST(test_latency) {
+  // Of the later of the two, and a frame more.
+  const struct {
+    bool live;
+    GstClockTime late, sum;
+  } cases[] = {{true, 100 * GST_MSECOND, 140 * GST_MSECOND},
+               {true, 10 * GST_MSECOND, 70 * GST_MSECOND},
+               {false, 0, 70 * GST_MSECOND}};
+  for (const auto& expected : cases) {
+    Bench bench("25/1", expected.live, expected.late);
+    fail_unless_equals_uint64(gst_harness_query_latency(bench.harness), expected.sum);
+    bench.close();
+  }
+}
+GST_END_TEST
+
+GST_START_TEST(test_scene_of_upstream_stays) {
+  Bench bench("100/1");
+  Announcement upstream;
+  upstream.viewport = look_at({0, 1, 3}, {0, 1, 0}, 40, 64, 48);
+  upstream.scene = "builtin:room";
+  upstream.exposure = 0.5f;
+  gst_harness_push_event(bench.harness, announcement_of(upstream));
+  bench.push(0);
+  fail_unless(bench.log.frames[0].camera == upstream.viewport);
+  bench.poses.push(0.3, 0);
+  bench.push(10 * ms);
+  expect_place(bench.log.frames[1].camera, {0.3, -3, 0.3});
+  fail_unless(bench.log.announced.scene == "builtin:room");
+  fail_unless(bench.log.announced.exposure == 0.5f);
+  // The track does not tell the lens: the property does, live.
+  g_object_set(bench.element, "field-of-view", 90.0, nullptr);
+  bench.push(20 * ms);
+  fail_unless(std::abs(bench.log.frames[2].camera.K[1][1] - 24.0) < 1e-9);
+  // What is none is counted, and what was said before stays.
+  gst_harness_push_event(bench.harness,
+                         gst_event_new_custom(GST_EVENT_CUSTOM_DOWNSTREAM_STICKY,
+                                              gst_structure_new("polyhull-announcement", "json",
+                                                                G_TYPE_STRING, "{", nullptr)));
+  fail_unless_equals_uint64(statistic(bench.element, "announcements-unusable"), 1);
+  bench.push(30 * ms);
+  fail_unless(bench.log.announced.scene == "builtin:room");
+  bench.close();
+}
+GST_END_TEST
+
+GST_START_TEST(test_flush_ends_the_waiting) {
+  Bench bench("1/100");
+  bench.poses.push(0.0, 0);
+  std::thread frame([&] { fail_unless_equals_int(bench.push(500 * ms), GST_FLOW_FLUSHING); });
+  g_usleep(50000);
+  gst_harness_push_event(bench.harness, gst_event_new_flush_start());
+  frame.join();
+  gst_harness_push_event(bench.harness, gst_event_new_flush_stop(TRUE));
+  GstSegment segment;
+  gst_segment_init(&segment, GST_FORMAT_TIME);
+  gst_harness_push_event(bench.harness, gst_event_new_segment(&segment));
+  bench.poses.push(0.6, 600 * ms);
+  fail_unless_equals_int(bench.push(300 * ms), GST_FLOW_OK);
+  expect_place(bench.log.frames.back().camera, {0.3, -3, 0.3});
+  // A frame without a time passes.
+  fail_unless_equals_int(bench.push(GST_CLOCK_TIME_NONE), GST_FLOW_OK);
+  fail_unless_equals_uint64(statistic(bench.element, "frames-untimed"), 1);
+  bench.close();
+}
+GST_END_TEST
+
+GST_START_TEST(test_what_is_no_video_is_refused) {
+  const std::string said = run_to_end(
+      "tracksrc port=0 num-buffers=1 ! t.track audiotestsrc num-buffers=1 ! trackstamp "
+      "name=t ! fakesink");
+  fail_unless(said.find("width and height") != std::string::npos, "%s", said.c_str());
+}
+GST_END_TEST
+
+GST_START_TEST(test_states) {
+  check_states("tracksrc location=" + record_motion(folder / "states.pcap", 10 * ms, 500) +
+                   " ! t.track videotestsrc ! trackstamp name=t ! fakesink",
+               20);
+  check_states("tracksrc port=0 ! t.track videotestsrc is-live=true ! trackstamp name=t ! fakesink",
+               6);
+}
+GST_END_TEST
+
+static Suite* trackstamp_suite() {
+  Suite* suite = suite_create("trackstamp");
+  TCase* tests = tcase_create("general");
+  suite_add_tcase(suite, tests);
+  tcase_set_timeout(tests, 100);
+  tcase_add_test(tests, test_documented);
+  tcase_add_test(tests, test_each_frame_has_its_camera);
+  tcase_add_test(tests, test_live_frame_waits_for_its_pose);
+  tcase_add_test(tests, test_live_frame_goes_on_without_a_pose);
+  tcase_add_test(tests, test_latency);
+  tcase_add_test(tests, test_scene_of_upstream_stays);
+  tcase_add_test(tests, test_flush_ends_the_waiting);
+  tcase_add_test(tests, test_what_is_no_video_is_refused);
+  tcase_add_test(tests, test_states);
+  return suite;
+}
+
+int main(int argc, char** argv) {
+  folder =
+      std::filesystem::temp_directory_path() / ("polyhull_trackstamp" + std::to_string(getpid()));
+  std::filesystem::create_directories(folder);
+  gst_check_init(&argc, &argv);
+  const int failures = gst_check_run_suite(trackstamp_suite(), "trackstamp", __FILE__);
+  std::error_code ignored;
+  std::filesystem::remove_all(folder, ignored);
+  return failures;
+}

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+// libFuzzer entry: any bytes as a camera's message, and in pieces as packets of two senders, which a
+// track follows.
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <string>
+
+#include "base/error.h"
+#include "track/pose_message.h"
+#include "track/pose_reader.h"
+#include "track/track.h"
+
+using namespace polyhull;
+
+static void check(const TrackedPose& pose) {
+  try {
+    const Camera camera = camera_of(pose, 640, 480, 40.0);
+    if (!std::isfinite(camera.t.x + camera.t.y + camera.t.z)) std::abort();
+    const PoseMessage message = parse_pose_message(pose_message_to_json({pose}));
+    if (message.pose.distortion != pose.distortion) std::abort();
+  } catch (const Error&) {
+  }
+}
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  try {
+    check(parse_pose_message({reinterpret_cast<const char*>(data), size}).pose);
+  } catch (const Error&) {
+  }
+  PoseReader reader;
+  Track track({});
+  std::int64_t time = 0;
+  // A byte for the sender and the time, two for the length, then a packet.
+  for (std::size_t at = 0; at + 3 <= size;) {
+    const int sender = data[at] & 1;
+    time += (data[at] >> 1) * std::int64_t{5'000'000};
+    const std::size_t length =
+        std::min<std::size_t>(data[at + 1] << 8 | data[at + 2], size - at - 3);
+    try {
+      const auto pose = reader.read({data + at + 3, length}, std::to_string(sender), {});
+      if (pose && track.add(*pose, time)) check(*track.at(*track.end()));
+    } catch (const Error&) {
+    }
+    at += 3 + length;
+  }
+  return 0;
+}

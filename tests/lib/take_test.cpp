@@ -1,0 +1,312 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+// Takes: written, read, killed, damaged, on a full disk.
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <sqlite3.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <random>
+
+#include "base/error.h"
+#include "take/take_reader.h"
+#include "take/take_writer.h"
+
+namespace polyhull {
+namespace {
+
+constexpr std::int64_t frame = 40'000'000;
+using Existing = TakeWriter::Existing;
+
+/// A folder that goes with the test.
+class Takes : public testing::Test {
+ protected:
+  Takes() {
+    char name[] = "/tmp/polyhull_take_XXXXXX";
+    folder = mkdtemp(name);
+    path = folder + "/dance.take";
+  }
+  ~Takes() override { std::filesystem::remove_all(folder); }
+
+  std::string folder, path;
+};
+
+/// What camera \p camera sees at instant \p number: bytes that tell both.
+std::vector<std::uint8_t> content(int camera, int number, std::size_t size = 5000) {
+  std::vector<std::uint8_t> bytes(size);
+  std::minstd_rand random(static_cast<unsigned>(1 + camera * 100'003 + number));
+  for (auto& byte : bytes) byte = static_cast<std::uint8_t>(random() >> 8);
+  return bytes;
+}
+
+TakePacket packet(int number) {
+  return {"application/x-polyhull-view",
+          number * frame,
+          frame,
+          static_cast<std::uint32_t>(number % 3),
+          {}};
+}
+
+/// Instants [from, to) of so many cameras.
+void write(TakeWriter& take, int cameras, int from, int to, std::size_t size = 5000) {
+  for (int i = from; i < to; ++i)
+    for (int c = 0; c < cameras; ++c)
+      take.write(take.stream("cam" + std::to_string(c)), packet(i), content(c, i, size));
+}
+
+/// Reads all of stream \p name and holds each packet against what was written.
+int count_sound(const std::string& path, const std::string& name, int camera,
+                std::size_t size = 5000) {
+  for (const TakeStream& stream : read_take(path).streams) {
+    if (stream.name != name) continue;
+    TakeCursor cursor(path, stream.id);
+    int count = 0;
+    while (const auto read = cursor.next()) {
+      const int number = static_cast<int>(read->time / frame);
+      EXPECT_EQ(read->time, number * frame);
+      EXPECT_EQ(read->duration, frame);
+      EXPECT_EQ(read->flags, static_cast<std::uint32_t>(number % 3));
+      EXPECT_EQ(read->data, content(camera, number, size)) << number;
+      ++count;
+    }
+    return count;
+  }
+  return 0;
+}
+
+TEST_F(Takes, WhatIsWrittenIsRead) {
+  {
+    TakeWriter take(path, Existing::refuse);
+    take.note("rig", "{}");
+    take.note("rig", "{ \"cameras\": [] }");
+    write(take, 3, 0, 50);
+    TakePacket other = packet(50);
+    other.caps = "audio/x-raw, rate=48000";
+    other.duration = no_take_time;
+    take.write(take.stream("sound"), other, {});
+    take.finish();
+  }
+  EXPECT_FALSE(std::filesystem::exists(path + "-journal"));
+  const TakeContent content = read_take(path);
+  ASSERT_EQ(content.streams.size(), 4u);
+  EXPECT_EQ(content.streams[2].name, "cam2");
+  EXPECT_EQ(content.streams[2].begin, 0);
+  EXPECT_EQ(content.streams[2].end, 50 * frame);
+  EXPECT_EQ(content.streams[3].begin, 50 * frame);
+  EXPECT_EQ(content.end, 50 * frame);
+  ASSERT_EQ(content.notes.size(), 1u);
+  EXPECT_EQ(content.notes[0].value, "{ \"cameras\": [] }");
+  for (int c = 0; c < 3; ++c) EXPECT_EQ(count_sound(path, "cam" + std::to_string(c), c), 50);
+  TakeCursor sound(path, content.streams[3].id);
+  const auto read = sound.next();
+  ASSERT_TRUE(read);
+  EXPECT_EQ(read->caps, "audio/x-raw, rate=48000");
+  EXPECT_EQ(read->duration, no_take_time);
+  EXPECT_TRUE(read->data.empty());
+  EXPECT_FALSE(sound.next());
+}
+
+TEST_F(Takes, AnyPlaceIsFoundInBothDirections) {
+  {
+    TakeWriter take(path, Existing::refuse);
+    write(take, 2, 0, 200);
+  }
+  TakeCursor cursor(path, read_take(path).streams[1].id);
+  std::mt19937 random(3);
+  for (int i = 0; i < 300; ++i) {
+    const int number = static_cast<int>(random() % 198);
+    const bool backwards = i % 2 == 1;
+    cursor.seek(number * frame + (backwards ? 7 : -7), backwards);
+    for (int step = 0; step < 2; ++step) {
+      const auto read = cursor.next();
+      const int expected = number + (backwards ? -step : step);
+      if (expected < 0) {
+        EXPECT_FALSE(read);
+      } else {
+        ASSERT_TRUE(read);
+        EXPECT_EQ(read->time, expected * frame);
+      }
+    }
+  }
+  cursor.seek(200 * frame);
+  EXPECT_FALSE(cursor.next());
+}
+
+TEST_F(Takes, WhatIsAddedLaterFollows) {
+  for (int part = 0; part < 3; ++part) {
+    TakeWriter take(path, Existing::append);
+    EXPECT_EQ(take.begin(), part * 20 * frame);
+    for (int i = 0; i < 20; ++i)
+      for (int c = 0; c < 2; ++c) {
+        TakePacket next = packet(i);
+        next.flags = static_cast<std::uint32_t>((part * 20 + i) % 3);
+        take.write(take.stream("cam" + std::to_string(c)), next, content(c, part * 20 + i));
+      }
+    take.finish();
+  }
+  EXPECT_EQ(read_take(path).streams.size(), 2u);
+  EXPECT_EQ(count_sound(path, "cam1", 1), 60);
+}
+
+TEST_F(Takes, AWriterKilledAtAnyMomentLeavesAllButTheLastSet) {
+  constexpr int cameras = 3;
+  std::mt19937 random(11);
+  const char* rounds = std::getenv("POLYHULL_KILLS");
+  const int kills = rounds != nullptr ? std::atoi(rounds) : 12;
+  int whole = 0;
+  for (int round = 0; round < kills; ++round) {
+    std::filesystem::remove(path);
+    std::filesystem::remove(path + "-journal");
+    int told[2];
+    ASSERT_EQ(pipe(told), 0);
+    const pid_t child = fork();
+    if (child == 0) {
+      // Tells each set once write() of the next has begun to be possible.
+      TakeWriter take(path, Existing::replace);
+      for (int i = 0;; ++i) {
+        write(take, cameras, i, i + 1, 60'000);
+        if (::write(told[1], &i, sizeof i) != sizeof i) _exit(1);
+      }
+    }
+    close(told[1]);
+    int last = -1;
+    const int after = static_cast<int>(random() % 30);
+    while (last < after && read(told[0], &last, sizeof last) == sizeof last) {
+    }
+    usleep(random() % 3000);
+    kill(child, SIGKILL);
+    waitpid(child, nullptr, 0);
+    while (read(told[0], &last, sizeof last) == sizeof last) {
+    }
+    close(told[0]);
+    // Sets 0 to `last` were written, and all but the last of them committed.
+    for (int c = 0; c < cameras; ++c)
+      EXPECT_GE(count_sound(path, "cam" + std::to_string(c), c, 60'000), last) << "round " << round;
+    ++whole;
+    // And more can be added.
+    TakeWriter take(path, Existing::append);
+    const std::int64_t begin = take.begin();
+    write(take, cameras, 0, 2, 60'000);
+    take.finish();
+    EXPECT_EQ(read_take(path).streams[0].end, begin + 2 * frame);
+  }
+  std::printf("%d of %d killed writers left all but the last set\n", whole, kills);
+}
+
+TEST_F(Takes, ADamagedTakeGivesWhatIsWhole) {
+  {
+    TakeWriter take(path, Existing::refuse);
+    write(take, 2, 0, 100, 100'000);
+  }
+  const auto size = std::filesystem::file_size(path);
+  const std::string sound = folder + "/sound.take";
+  std::filesystem::copy_file(path, sound);
+  std::mt19937 random(5);
+  int readable = 0, found = 0, lost = 0;
+  for (int round = 0; round < 40; ++round) {
+    std::filesystem::copy_file(sound, path, std::filesystem::copy_options::overwrite_existing);
+    {
+      std::fstream file(path, std::ios::in | std::ios::out | std::ios::binary);
+      // Somewhere behind the tables' list, a byte or a stretch.
+      file.seekp(static_cast<std::streamoff>(32768 + random() % (size - 65536)));
+      const std::string garbage(round % 2 == 0 ? 1 : 20'000, static_cast<char>(random()));
+      file.write(garbage.data(), static_cast<std::streamsize>(garbage.size()));
+    }
+    try {
+      for (const TakeStream& stream : read_take(path).streams) {
+        const int camera = stream.name == "cam0" ? 0 : 1;
+        TakeCursor cursor(path, stream.id);
+        int count = 0;
+        while (const auto read = cursor.next()) {
+          EXPECT_EQ(read->data, content(camera, static_cast<int>(read->time / frame), 100'000));
+          ++count;
+        }
+        EXPECT_LE(count, 100);
+        if (count < 100) {
+          EXPECT_GT(cursor.damaged(), 0u);
+        }
+        found += count;
+        lost += 100 - count;
+      }
+      ++readable;
+    } catch (const Error& error) {
+      EXPECT_NE(std::string(error.what()).find("damaged"), std::string::npos) << error.what();
+    }
+  }
+  std::printf("%d of 40 damaged takes readable, of them %d packets whole, %d lost\n", readable,
+              found, lost);
+  EXPECT_GE(readable, 35);
+  EXPECT_LT(lost, found / 20);
+}
+
+TEST_F(Takes, AFullDiskIsSaidAndWhatWasWrittenStays) {
+  // A file that may not grow any more is what a full disk is to its writer.
+  rlimit before{};
+  getrlimit(RLIMIT_FSIZE, &before);
+  std::signal(SIGXFSZ, SIG_IGN);
+  int sets = 0;
+  {
+    TakeWriter take(path, Existing::refuse);
+    rlimit small = before;
+    small.rlim_cur = 3'000'000;
+    setrlimit(RLIMIT_FSIZE, &small);
+    try {
+      for (; sets < 1000; ++sets) write(take, 2, sets, sets + 1, 50'000);
+      ADD_FAILURE() << "nothing was said";
+    } catch (const Error& error) {
+      EXPECT_EQ(error.kind(), Error::Kind::io);
+      EXPECT_NE(std::string(error.what()).find("disk is full"), std::string::npos) << error.what();
+    }
+    setrlimit(RLIMIT_FSIZE, &before);
+  }
+  std::signal(SIGXFSZ, SIG_DFL);
+  EXPECT_GT(sets, 10);
+  EXPECT_GE(count_sound(path, "cam0", 0, 50'000), sets - 1);
+}
+
+TEST_F(Takes, WhatIsNoTakeIsRefusedInWords) {
+  const auto message = [](auto&& body) -> std::string {
+    try {
+      body();
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "";
+  };
+  const auto has = [&](const std::string& text, const char* what) {
+    EXPECT_NE(text.find(what), std::string::npos) << text;
+  };
+  has(message([&] { read_take(path); }), "No such file");
+  has(message([&] { read_take(folder); }), "no file");
+  has(message([&] { TakeWriter(folder + "/none/x.take", Existing::replace); }), "no folder");
+  std::ofstream(path) << std::string(10'000, 'x');
+  has(message([&] { read_take(path); }), "no take");
+  has(message([&] { TakeWriter(path, Existing::append); }), "no take");
+  has(message([&] { TakeWriter(path, Existing::replace); }), "no take");
+  EXPECT_EQ(std::filesystem::file_size(path), 10'000u);  // another's file is not overwritten
+  std::filesystem::remove(path);
+  sqlite3* other = nullptr;
+  sqlite3_open(path.c_str(), &other);
+  sqlite3_exec(other, "CREATE TABLE a (b)", nullptr, nullptr, nullptr);
+  sqlite3_close(other);
+  has(message([&] { read_take(path); }), "another program's");
+  has(message([&] { TakeWriter(path, Existing::replace); }), "another program's");
+  std::filesystem::remove(path);
+  { TakeWriter take(path, Existing::refuse); }
+  EXPECT_TRUE(read_take(path).streams.empty());
+  has(message([&] { TakeWriter(path, Existing::refuse); }), "there already");
+  sqlite3_open(path.c_str(), &other);
+  sqlite3_exec(other, "PRAGMA user_version = 9", nullptr, nullptr, nullptr);
+  sqlite3_close(other);
+  has(message([&] { read_take(path); }), "version 9");
+  TakeWriter again(path + "2", Existing::replace);
+  has(message([&] { again.write(1, {"", -5, 0, 0, {}}, {}); }), "-5 ns");
+}
+
+}  // namespace
+}  // namespace polyhull
