@@ -19,6 +19,7 @@ GST_ELEMENT_REGISTER_DECLARE(scenesrc)
 GST_ELEMENT_REGISTER_DECLARE(hullrefine)
 GST_ELEMENT_REGISTER_DECLARE(hulltexture)
 GST_ELEMENT_REGISTER_DECLARE(composite)
+GST_ELEMENT_REGISTER_DECLARE(viewclientsrc)
 GST_ELEMENT_REGISTER_DECLARE(viewdecode)
 GST_ELEMENT_REGISTER_DECLARE(viewencode)
 
@@ -42,6 +43,7 @@ static gboolean plugin_init(GstPlugin* plugin) {
   any |= GST_ELEMENT_REGISTER(hullrefine, plugin);
   any |= GST_ELEMENT_REGISTER(hulltexture, plugin);
   any |= GST_ELEMENT_REGISTER(composite, plugin);
+  any |= GST_ELEMENT_REGISTER(viewclientsrc, plugin);
   any |= GST_ELEMENT_REGISTER(viewdecode, plugin);
   any |= GST_ELEMENT_REGISTER(viewencode, plugin);
   return any;

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "plugins/viewclientsrc/settings.h"
+
+namespace polyhull::element {
+
+std::span<const Property<ViewClientSettings>> view_client_properties() {
+  using S = ViewClientSettings;
+  static const Property<S> table[] = {
+      property<&S::host>("host", "Host",
+                         "Name or address of the machine that sends: the only one that is listened "
+                         "to.",
+                         0, 0, Change::when_ready),
+      property<&S::port>("port", "Port", "Its TCP port (1 to 65535).", 1, 65535,
+                         Change::when_ready),
+      property<&S::timeout>("timeout", "Timeout",
+                            "A connection over which no whole frame has come for so many "
+                            "nanoseconds (10 ms to 1000 s) is cut and made again. It must be "
+                            "longer than from one frame to the next.",
+                            10.0 * GST_MSECOND, 1000.0 * GST_SECOND),
+      property<&S::retry>("retry", "Retry",
+                          "How long after a cut or a failed attempt it connects again, in "
+                          "nanoseconds (1 ms to 1000 s).",
+                          GST_MSECOND, 1000.0 * GST_SECOND),
+      property<&S::max_age>("max-age", "Longest age",
+                            "Frames that were taken longer ago than this, by the pipeline's clock, "
+                            "are dropped, in nanoseconds (0 to 60 s; 0: none): after a cut, what "
+                            "was held up. Frames more than a minute old, or from the future, are "
+                            "of another clock and pass with a warning.",
+                            0, 60.0 * GST_SECOND),
+      property<&S::max_packet>("max-packet", "Largest packet",
+                               "The most bytes that one frame may have (1024 to 1 GiB); a "
+                               "connection that announces more is cut.",
+                               1024, 1 << 30),
+      property<&S::max_rate>("max-rate", "Largest rate",
+                             "The most bytes per second that may come, with a second's worth at "
+                             "once; a connection that brings more is cut. 0: any.",
+                             0, 1e12),
+      property<&S::latency>("latency", "Latency",
+                            "The latency that is reported, in nanoseconds (0 to 10 s). hullbuild "
+                            "learns by itself how late views come; set it where what follows does "
+                            "not.",
+                            0, 10.0 * GST_SECOND),
+      property<&S::end_with_sender>(
+          "end-with-sender", "End with the sender",
+          "The stream ends where the sender closes the connection; otherwise "
+          "the sender is waited for as after any cut."),
+  };
+  return table;
+}
+
+}  // namespace polyhull::element

@@ -1,0 +1,461 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+// viewclientsrc before real connections: what gdppay sends, and what only somebody else would.
+#include "support/sender.h"
+
+#include <glib/gstdio.h>
+#include <gst/app/gstappsink.h>
+
+#include <atomic>
+#include <memory>
+
+#include "element_checks.h"
+#include "gdp_stream.h"
+
+using namespace polyhull;
+using namespace polyhull::test;
+
+namespace {
+
+constexpr char views[] =
+    "rigtestsrc camera=cam0 num-buffers=6 ! silhouette "
+    "camera=cam0";
+
+const GdpStream& recorded() {
+  static const GdpStream stream = record_stream(views);
+  return stream;
+}
+
+/// A pipeline from viewclientsrc to an appsink.
+struct Client {
+  Client(int port, const std::string& properties = "max-age=0")
+      : pipeline(parse("viewclientsrc name=client retry=20000000 timeout=20000000000 port=" +
+                       std::to_string(port) + " " + properties +
+                       " ! appsink name=sink sync=false")),
+        source(gst_bin_get_by_name(GST_BIN(pipeline), "client")),
+        sink(gst_bin_get_by_name(GST_BIN(pipeline), "sink")),
+        bus(gst_element_get_bus(pipeline)) {
+    fail_if(gst_element_set_state(pipeline, GST_STATE_PLAYING) == GST_STATE_CHANGE_FAILURE);
+  }
+  ~Client() {
+    fail_unless_equals_int(gst_element_set_state(pipeline, GST_STATE_NULL),
+                           GST_STATE_CHANGE_SUCCESS);
+    gst_object_unref(bus);
+    gst_object_unref(sink);
+    gst_object_unref(source);
+    gst_object_unref(pipeline);
+  }
+  /// The next frame; empty at the end of the stream.
+  Packet next() {
+    GstSample* sample = gst_app_sink_try_pull_sample(GST_APP_SINK(sink), 60 * GST_SECOND);
+    if (sample == nullptr) {
+      fail_unless(gst_app_sink_is_eos(GST_APP_SINK(sink)), "no frame came");
+      return {};
+    }
+    time = GST_BUFFER_PTS(gst_sample_get_buffer(sample));
+    const Packet bytes = bytes_of(gst_sample_get_buffer(sample));
+    gst_sample_unref(sample);
+    return bytes;
+  }
+  void expect_frames(std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i)
+      fail_unless(next() == recorded().payloads[i], "frame %zu differs", i);
+  }
+  /// Waits until the counter is at least \p value.
+  void wait_for(const char* counter, guint64 value) {
+    for (int i = 0; i < 6000 && statistic(source, counter) < value; ++i) g_usleep(10000);
+    fail_unless(statistic(source, counter) >= value, "%s is %" G_GUINT64_FORMAT, counter,
+                statistic(source, counter));
+  }
+  /// Whether one of the warnings so far has \p text.
+  void expect_warning(const char* text) {
+    std::string all;
+    for (const std::string& warning : warnings_on(bus)) all += warning + "\n";
+    fail_unless(all.find(text) != std::string::npos, "\"%s\" is not in \"%s\"", text, all.c_str());
+  }
+  GstElement *pipeline, *source, *sink;
+  GstBus* bus;
+  GstClockTime time = 0;
+};
+
+/// The first connection brings \p bad, later ones the recorded stream: \p counter tells, a warning has
+/// \p words, and the stream that comes then is whole.
+void check_refused(const Packet& bad, const char* counter, const char* words,
+                   const std::string& properties = "max-age=0") {
+  const Sender sender([&](int number, Accepted& accepted) {
+    accepted.send(number == 0 ? bad : recorded().bytes());
+    if (number == 0) accepted.wait_for_cut();
+  });
+  Client client(sender.port(), properties + " end-with-sender=true");
+  client.expect_frames(0, recorded().payloads.size());
+  fail_unless(client.next().empty());
+  fail_unless_equals_uint64(statistic(client.source, counter), 1);
+  fail_unless_equals_uint64(statistic(client.source, "cuts"), 1);
+  fail_unless_equals_uint64(statistic(client.source, "connections"), 2);
+  client.expect_warning(words);
+}
+
+Packet with_byte(Packet packet, std::size_t at, std::uint8_t value) {
+  packet.at(at) = value;
+  return packet;
+}
+
+Packet joined(Packet first, const Packet& second) {
+  first.insert(first.end(), second.begin(), second.end());
+  return first;
+}
+
+/// The recorded stream's head and first frame's packet, without header's checksum and changed.
+Packet forged(std::size_t at, std::uint8_t value) {
+  const Packet& frame = recorded().packets[recorded().frames[0]];
+  return joined(recorded().head(), with_byte(with_byte(frame, 2, 0), at, value));
+}
+
+}  // namespace
+
+GST_START_TEST(test_documented) {
+  check_documented("viewclientsrc");
+}
+GST_END_TEST
+
+GST_START_TEST(test_same_bytes) {
+  for (const char* payer : {"", "crc-payload=true", "crc-header=false"}) {
+    const GdpStream stream = record_stream(views, payer);
+    const Sender sender([&](int, Accepted& accepted) {
+      // In pieces that end anywhere.
+      const Packet all = stream.bytes();
+      for (std::size_t at = 0; at < all.size(); at += 1013)
+        accepted.send(Bytes(all).subspan(at, std::min<std::size_t>(1013, all.size() - at)));
+    });
+    Client client(sender.port(), "max-age=0 end-with-sender=true");
+    for (std::size_t i = 0; i < stream.payloads.size(); ++i) {
+      fail_unless(client.next() == stream.payloads[i], "frame %zu differs", i);
+      fail_unless_equals_uint64(client.time,
+                                read_packet_header(stream.packets[stream.frames[i]]).time);
+    }
+    fail_unless(client.next().empty());
+    fail_unless_equals_uint64(statistic(client.source, "bytes"), stream.bytes().size());
+    fail_unless_equals_uint64(statistic(client.source, "ends-of-sender"), 1);
+  }
+}
+GST_END_TEST
+
+GST_START_TEST(test_cut_and_back) {
+  const Packet head = recorded().head();
+  const auto frame = [](std::size_t i) { return recorded().packets[recorded().frames[i]]; };
+  const Sender sender([&](int number, Accepted& accepted) {
+    if (number == 0) {
+      accepted.send(joined(head, frame(0)));
+      const Packet half = frame(1);
+      accepted.send(Bytes(half).first(half.size() / 2));  // and the end
+    } else if (number == 1) {
+      accepted.send(Bytes(head).first(10));
+    } else {
+      accepted.send(joined(head, joined(frame(2), frame(3))));
+      accepted.wait_for_cut();
+    }
+  });
+  Client client(sender.port());
+  client.expect_frames(0, 1);
+  client.expect_frames(2, 4);
+  fail_unless_equals_uint64(statistic(client.source, "cuts"), 2);
+  fail_unless_equals_uint64(statistic(client.source, "frames"), 3);
+  // Lost is said once, then the return.
+  GstBus* bus = client.bus;
+  std::vector<gboolean> connected;
+  while (GstMessage* message = gst_bus_pop_filtered(bus, GST_MESSAGE_ELEMENT)) {
+    gboolean value = FALSE;
+    const GstStructure* structure = gst_message_get_structure(message);
+    fail_unless(gst_structure_has_name(structure, "polyhull-link"));
+    fail_unless(gst_structure_get_boolean(structure, "connected", &value));
+    connected.push_back(value);
+    gst_message_unref(message);
+  }
+  fail_unless_equals_uint64(connected.size(), 2);
+  fail_unless(!connected[0] && connected[1]);
+}
+GST_END_TEST
+
+GST_START_TEST(test_refused) {
+  check_refused(Packet(200, 'x'), "refused-packets", "data protocol 1.0");
+  check_refused(with_byte(recorded().bytes(), 7, 1), "refused-packets", "checksum is wrong");
+  check_refused(forged(5, 7), "refused-packets", "of kind 7");
+  check_refused(forged(10, 0x7f), "refused-packets", "after the year 2065");
+  check_refused(forged(6, 0x7f), "refused-sizes", "bytes, and 67108864 are allowed by max-packet");
+  // A limit is live.
+  const Sender sender([](int, Accepted& accepted) {
+    accepted.send(recorded().bytes());
+    accepted.wait_for_cut();
+  });
+  Client client(sender.port(), "max-age=0 max-packet=1024");
+  client.wait_for("refused-sizes", 2);
+  g_object_set(client.source, "max-packet", guint64{1 << 24}, nullptr);
+  client.expect_frames(0, 6);
+}
+GST_END_TEST
+
+GST_START_TEST(test_refused_formats) {
+  const GdpStream video =
+      record_stream("videotestsrc num-buffers=2 ! video/x-raw,width=32,height=16");
+  check_refused(video.bytes(), "refused-formats", "neither views nor meshes");
+  check_refused(recorded().packets[recorded().frames[0]], "refused-formats", "before its format");
+}
+GST_END_TEST
+
+// What is no frame in a packet that is one is dropped, and the connection stays.
+GST_START_TEST(test_forged_frames) {
+  const Sender sender([&](int, Accepted& accepted) {
+    accepted.send(recorded().head());
+    Packet frame = recorded().packets[recorded().frames[0]];
+    for (std::size_t at = packet_header_size; at < packet_header_size + 32; ++at) frame[at] ^= 0x55;
+    accepted.send(frame);
+    accepted.send(recorded().packets[recorded().frames[1]]);
+    accepted.wait_for_cut();
+  });
+  Client client(sender.port());
+  client.expect_frames(1, 2);
+  fail_unless_equals_uint64(statistic(client.source, "refused-frames"), 1);
+  fail_unless_equals_uint64(statistic(client.source, "cuts"), 0);
+  client.expect_warning("is dropped");
+}
+GST_END_TEST
+
+// Packets without end are cut off, by their number and by their bytes.
+GST_START_TEST(test_floods) {
+  const Packet head = recorded().head();
+  std::atomic<bool> flood = true;
+  const auto script = [&](const Packet& packet) {
+    return [&, packet](int, Accepted& accepted) {
+      accepted.send(head);
+      while (flood && accepted.send(packet)) {
+      }
+      if (!flood) accepted.send(recorded().packets[recorded().frames[3]]);
+      accepted.wait_for_cut();
+    };
+  };
+  Packet many;
+  for (int i = 0; i < 5000; ++i) many = joined(std::move(many), recorded().packets[0]);
+  {
+    const Sender sender(script(many));
+    Client client(sender.port());
+    client.wait_for("refused-rates", 2);
+    client.expect_warning("packets a second");
+    flood = false;
+    client.expect_frames(3, 4);
+  }
+  flood = true;
+  const Packet& frame = recorded().packets[recorded().frames[0]];
+  const Sender sender(script(frame));
+  Client client(sender.port(), "max-age=0 max-rate=" + std::to_string(20 * frame.size()));
+  g_object_set(client.sink, "drop", TRUE, "max-buffers", 1, nullptr);
+  client.wait_for("refused-rates", 2);
+}
+GST_END_TEST
+
+// Who connects and says nothing is left, as is who says too little.
+GST_START_TEST(test_half_open) {
+  recorded();
+  const Sender sender([&](int number, Accepted& accepted) {
+    if (number == 1) accepted.send(Bytes(recorded().packets[0]).first(30));
+    if (number >= 2) accepted.send(recorded().bytes());
+    accepted.wait_for_cut();
+  });
+  Client client(sender.port(), "max-age=0 timeout=100000000");
+  client.wait_for("silences", 2);
+  client.expect_frames(0, 6);
+  client.expect_warning("no whole frame came for 100 ms");
+}
+GST_END_TEST
+
+GST_START_TEST(test_nobody_answers) {
+  int port = 0;
+  {
+    const Sender gone([](int, Accepted&) {});
+    port = gone.port();
+  }
+  Client client(port);
+  client.wait_for("connections-failed", 3);
+  fail_unless_equals_uint64(warnings_on(client.bus).size(), 1);
+  // Live changes reach the next attempt.
+  g_object_set(client.source, "retry", guint64{1000000}, nullptr);
+  const guint64 before = statistic(client.source, "connections-failed");
+  client.wait_for("connections-failed", before + 50);
+}
+GST_END_TEST
+
+// Frames by the pipeline's own clock: fresh ones pass, old ones are dropped, those of another clock pass.
+GST_START_TEST(test_age) {
+  const Packet frame = recorded().packets[recorded().frames[0]];
+  const ReadView first{recorded().payloads[0], {}};
+  const View view = read_view(Bytes(first.bytes));
+  fail_unless(view.clock == CaptureClock::arrival);
+  const auto aged = [&](gint64 age) {
+    GstClock* clock = gst_system_clock_obtain();
+    View changed = view;
+    changed.capture_time = static_cast<gint64>(gst_clock_get_time(clock)) - age;
+    gst_object_unref(clock);
+    const Packet payload = write_view(changed);
+    Packet packet = with_byte(Packet(frame.begin(), frame.begin() + packet_header_size), 2, 0);
+    for (int i = 0; i < 4; ++i)
+      packet[6 + i] = static_cast<std::uint8_t>(payload.size() >> (24 - 8 * i));
+    return joined(packet, payload);
+  };
+  const Sender sender([&](int, Accepted& accepted) {
+    accepted.send(recorded().head());
+    accepted.send(aged(40 * GST_SECOND));
+    accepted.send(aged(0));
+    accepted.send(aged(31 * GST_SECOND));
+    accepted.send(aged(1000 * GST_SECOND));
+    accepted.wait_for_cut();
+  });
+  Client client(sender.port(), "max-age=30000000000");
+  const auto seconds_ago = [&] {
+    const Packet bytes = client.next();
+    GstClock* clock = gst_system_clock_obtain();
+    const gint64 now = static_cast<gint64>(gst_clock_get_time(clock));
+    gst_object_unref(clock);
+    return (now - read_view(Bytes(bytes)).capture_time) / static_cast<gint64>(GST_SECOND);
+  };
+  fail_unless(seconds_ago() < 30);
+  fail_unless(seconds_ago() >= 1000);
+  fail_unless_equals_uint64(statistic(client.source, "frames-stale"), 2);
+  fail_unless_equals_uint64(statistic(client.source, "frames-of-another-clock"), 1);
+  client.expect_warning("different ones");
+}
+GST_END_TEST
+
+// Meshes, too; and the hull over three wires is the hull in one process, byte for byte.
+GST_START_TEST(test_hull_over_the_wire) {
+  constexpr int cameras = 4;
+  gchar* folder = g_dir_make_tmp("polyhull-views-XXXXXX", nullptr);
+  const auto file = [&](int camera) {
+    return std::string(folder) + "/" + std::to_string(camera) + ".gdp";
+  };
+  std::string process = "hullbuild name=h ";
+  for (int i = 0; i < cameras; ++i) {
+    const std::string n = std::to_string(i);
+    process += "rigtestsrc num-buffers=4 camera=cam" + n + " ! silhouette camera=cam" + n +
+               " ! tee name=v" + n + " v" + n +
+               ". ! queue ! gdppay ! filesink location=" + file(i) + " v" + n + ". ! queue ! h. ";
+  }
+  const GdpStream here = record_stream(process + "h.");
+  std::vector<std::unique_ptr<Sender>> senders;
+  // Live as it is, but nothing is given up for its lateness.
+  std::string wire = "hullbuild name=h max-wait=20000000000 ";
+  for (int i = 0; i < cameras; ++i) {
+    gchar* content = nullptr;
+    gsize size = 0;
+    fail_unless(g_file_get_contents(file(i).c_str(), &content, &size, nullptr));
+    const Packet bytes(content, content + size);
+    g_free(content);
+    g_unlink(file(i).c_str());
+    senders.push_back(
+        std::make_unique<Sender>([bytes](int, Accepted& accepted) { accepted.send(bytes); }));
+    wire += "viewclientsrc max-age=0 end-with-sender=true port=" +
+            std::to_string(senders.back()->port()) + " ! queue ! h. ";
+  }
+  g_rmdir(folder);
+  g_free(folder);
+  const GdpStream there = record_stream(wire + "h.");
+  fail_unless_equals_uint64(here.payloads.size(), 4);
+  // A live hullbuild may give up sets on a busy machine; what it makes is the same, in order.
+  fail_if(there.payloads.empty());
+  std::size_t at = 0;
+  for (const Packet& hull : there.payloads) {
+    while (at < here.payloads.size() && here.payloads[at] != hull) ++at;
+    fail_if(at == here.payloads.size(), "a hull over the wire is none of those in one process");
+    ++at;
+  }
+  const Sender meshes([&](int, Accepted& accepted) { accepted.send(here.bytes()); });
+  Client client(meshes.port(), "max-age=0 end-with-sender=true");
+  for (std::size_t i = 0; i < 4; ++i)
+    fail_unless(client.next() == here.payloads[i], "hull %zu differs after its own wire", i);
+  fail_unless(client.next().empty());
+}
+GST_END_TEST
+
+// Whatever it waits for, the states change at once.
+GST_START_TEST(test_states) {
+  const Sender silent([](int, Accepted& accepted) { accepted.wait_for_cut(); });
+  const std::string end = " timeout=1000000000000 retry=1000000000000 ! fakesink async=false";
+  check_states("viewclientsrc port=" + std::to_string(silent.port()) + end);
+  check_states("viewclientsrc port=1" + end);
+  const Sender sender([&](int, Accepted& accepted) {
+    accepted.send(recorded().bytes());
+    accepted.wait_for_cut();
+  });
+  check_states("viewclientsrc max-age=0 port=" + std::to_string(sender.port()) +
+               " retry=1000000 ! fakesink");
+}
+GST_END_TEST
+
+GST_START_TEST(test_pause) {
+  std::atomic<std::size_t> wanted = 1;
+  const Sender sender([&](int, Accepted& accepted) {
+    accepted.send(recorded().head());
+    for (std::size_t i = 0; i < 6; ++i) {
+      while (wanted <= i) g_usleep(1000);
+      accepted.send(recorded().packets[recorded().frames[i]]);
+    }
+    accepted.wait_for_cut();
+  });
+  Client client(sender.port());
+  for (std::size_t i = 0; i < 6; ++i) {
+    client.expect_frames(i, i + 1);
+    gst_element_set_state(client.pipeline, GST_STATE_PAUSED);
+    gst_element_set_state(client.pipeline, GST_STATE_PLAYING);
+    wanted = i + 2;
+  }
+}
+GST_END_TEST
+
+GST_START_TEST(test_bad_settings) {
+  const auto refusal = [](const std::string& properties) {
+    GstElement* pipeline = parse("viewclientsrc " + properties + " ! fakesink");
+    fail_unless_equals_int(gst_element_set_state(pipeline, GST_STATE_PLAYING),
+                           GST_STATE_CHANGE_FAILURE);
+    const std::string text = wait_for_end(pipeline, GST_SECOND);
+    gst_element_set_state(pipeline, GST_STATE_NULL);
+    gst_object_unref(pipeline);
+    return text;
+  };
+  fail_unless(refusal("host=\"\"").find("host is empty") != std::string::npos);
+}
+GST_END_TEST
+
+GST_START_TEST(test_latency) {
+  const Sender silent([](int, Accepted& accepted) { accepted.wait_for_cut(); });
+  Client client(silent.port(), "latency=30000000");
+  GstQuery* query = gst_query_new_latency();
+  gboolean live = FALSE;
+  GstClockTime least = 0;
+  fail_unless(gst_element_query(client.source, query));
+  gst_query_parse_latency(query, &live, &least, nullptr);
+  fail_unless(live && least == 30 * GST_MSECOND);
+  gst_query_unref(query);
+}
+GST_END_TEST
+
+static Suite* viewclientsrc_suite() {
+  Suite* suite = suite_create("viewclientsrc");
+  TCase* tests = tcase_create("general");
+  suite_add_tcase(suite, tests);
+  tcase_set_timeout(tests, 110);
+  tcase_add_test(tests, test_documented);
+  tcase_add_test(tests, test_same_bytes);
+  tcase_add_test(tests, test_cut_and_back);
+  tcase_add_test(tests, test_refused);
+  tcase_add_test(tests, test_refused_formats);
+  tcase_add_test(tests, test_forged_frames);
+  tcase_add_test(tests, test_floods);
+  tcase_add_test(tests, test_half_open);
+  tcase_add_test(tests, test_nobody_answers);
+  tcase_add_test(tests, test_age);
+  tcase_add_test(tests, test_hull_over_the_wire);
+  tcase_add_test(tests, test_states);
+  tcase_add_test(tests, test_pause);
+  tcase_add_test(tests, test_bad_settings);
+  tcase_add_test(tests, test_latency);
+  return suite;
+}
+
+GST_CHECK_MAIN(viewclientsrc)
