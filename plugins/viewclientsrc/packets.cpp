@@ -4,8 +4,8 @@
 #include <string>
 
 #include "plugins/common/memory/payload_buffer.h"
+#include "wire/coded_view.h"
 #include "wire/mesh_payload.h"
-#include "wire/view_payload.h"
 
 namespace polyhull::element {
 
@@ -50,7 +50,8 @@ bool read_segment(std::string_view text, GstSegment& segment) {
 std::int64_t verify_frame(Bytes bytes, std::string_view format) {
   const Bytes segments[] = {bytes};
   if (format == view_caps) {
-    const View view = read_view(segments);
+    // Packed pixels go on as they are; viewdecode holds them against their view.
+    const View view = read_coded_view(segments).view;
     const bool pipelines =
         view.clock == CaptureClock::arrival || view.clock == CaptureClock::pipeline;
     return pipelines ? view.capture_time : no_time;

@@ -1,0 +1,65 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: LGPL-2.1-or-later
+# The server of capture machines: gives them its clock, takes their views, builds and colours the hull.
+#   pipelines/server.sh --rig FILE --cameras "NAME=HOST[:PORT] ..." [OPTION...]
+#     --rig FILE          the rig file; NAME is a camera of it
+#     --cameras LIST      2 to 64 capture machines; default port 7481
+#     --clock-port N      UDP port of the clock; default 7480
+#     --max-wait MS       how long an instant waits for a late view; default 100
+#     --max-rate N        bytes a second from one camera at most; default 200000000
+#     --sink ELEMENTS     what takes the meshes; default fakesink
+#     --dry-run           prints the line and does nothing
+# A capture machine that is cut off is left out and comes back by itself. How the parts meet:
+# docs/network.md.
+set -euo pipefail
+source "$(dirname "$0")/prepare.sh"
+polyhull_help "$@"
+
+rig="" list="" clock_port=7480 max_wait=100 max_rate=200000000 sink=fakesink dry_run=false
+while [ $# -gt 0 ]; do
+  case $1 in
+    --dry-run) dry_run=true; shift; continue ;;
+    --rig | --cameras | --clock-port | --max-wait | --max-rate | --sink)
+      [ $# -gt 1 ] || fail "$1 needs a value; --help says which" ;;
+    *) fail "unknown argument '$1'; --help says what there is" ;;
+  esac
+  case $1 in
+    --rig) rig=$2 ;;
+    --cameras) list=$2 ;;
+    --clock-port) clock_port=$2 ;;
+    --max-wait) max_wait=$2 ;;
+    --max-rate) max_rate=$2 ;;
+    --sink) sink=$2 ;;
+  esac
+  shift 2
+done
+[ -n "$rig" ] || fail "--rig FILE says where the cameras stand; --help says what else there is"
+[ -f "$rig" ] || fail "the rig file '$rig' does not exist"
+for number in "--clock-port $clock_port" "--max-wait $max_wait" "--max-rate $max_rate"; do
+  [[ $number =~ ^--[a-z-]+\ [0-9]+$ ]] || fail "${number% *} is '${number#* }'; expected a whole number"
+done
+read -ra cameras <<<"$list"
+[ ${#cameras[@]} -ge 2 ] && [ ${#cameras[@]} -le 64 ] ||
+  fail "--cameras names ${#cameras[@]} cameras; expected 2 to 64 as NAME=HOST:PORT, separated by spaces"
+# shellcheck disable=SC2206
+line=(hullbuild name=hull "rig=$rig" "max-wait=$((max_wait * 1000000))" ! hulltexture ! $sink)
+seen=" "
+for camera in "${cameras[@]}"; do
+  name=${camera%%=*} address=${camera#*=}
+  [[ $camera == ?*=?* ]] || fail "--cameras has '$camera'; expected NAME=HOST:PORT"
+  [[ $seen != *" $name "* ]] || fail "--cameras names '$name' twice"
+  grep -qF "\"$name\"" "$rig" || fail "the rig file '$rig' has no camera '$name'"
+  seen+="$name "
+  [[ $address == *:* ]] || address+=:7481
+  line+=(viewclientsrc "name=$name" "host=${address%:*}" "port=${address##*:}" "max-rate=$max_rate" ! queue ! viewdecode ! queue ! hull.)
+done
+if $dry_run; then
+  printf 'polyhull-run --clock-server %q' "$clock_port"
+  printf ' %q' "${line[@]}"
+  printf '\n'
+  exit
+fi
+polyhull_install "${polyhull_packages_build[@]}" "${polyhull_packages_run[@]}"
+polyhull_programs
+polyhull_environment
+exec polyhull-run --clock-server "$clock_port" "${line[@]}"
