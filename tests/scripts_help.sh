@@ -18,7 +18,7 @@ expect() {
   fi
 }
 
-for script in pipelines/{cameras-aravis,cameras-v4l2,demo,record,room,turntable}.sh pipelines/send-track.py tests/{run,mutants}.sh; do
+for script in pipelines/{cameras-aravis,cameras-v4l2,capture,demo,record,room,server,turntable}.sh pipelines/send-track.py tests/{run,mutants}.sh; do
   for option in --help -h; do
     expect 0 "$script" "$script" "$option"
     expect 0 "$script" "$script" something "$option"
@@ -44,6 +44,21 @@ for script in pipelines/cameras-{aravis,v4l2}.sh; do
   expect 1 "unknown argument '--secnods'" "$script" --rig "$rig" --secnods 3
   expect 1 "--exposure is 'long'" "$script" --rig "$rig" --cameras "cam0=a cam1=b" --exposure long
 done
+expect 1 "--camera NAME says" pipelines/capture.sh
+expect 1 "--source says what" pipelines/capture.sh --camera cam0
+expect 1 "who gives the clock" pipelines/capture.sh --camera cam0 --source videotestsrc
+expect 1 "--port is '0'" pipelines/capture.sh --camera cam0 --source videotestsrc --server a --port 0
+expect 1 "unknown argument '--secnods'" pipelines/capture.sh --secnods 3
+expect 0 "polyhull-run --clock a:7480 videotestsrc" \
+  pipelines/capture.sh --camera cam0 --source videotestsrc --server a --dry-run
+expect 1 "--rig FILE says" pipelines/server.sh
+expect 1 "no-such.json' does not exist" pipelines/server.sh --rig no-such.json
+expect 1 "names 1 cameras; expected 2 to 64" pipelines/server.sh --rig "$rig" --cameras cam0=a
+expect 1 "'cam0' twice" pipelines/server.sh --rig "$rig" --cameras "cam0=a cam0=b"
+expect 1 "no camera 'cam9'" pipelines/server.sh --rig "$rig" --cameras "cam0=a cam9=b"
+expect 1 "--max-wait is 'long'" pipelines/server.sh --rig "$rig" --cameras "cam0=a cam1=b" --max-wait long
+expect 0 "name=cam1 host=b port=9 max-rate=200000000" \
+  pipelines/server.sh --rig "$rig" --cameras "cam0=a cam1=b:9" --dry-run
 expect 1 "say which with --trigger" pipelines/cameras-aravis.sh --rig "$rig" --cameras "cam0=a cam1=b" --pulses /dev/ttyS0
 expect 1 "there is no device /no/camera" pipelines/cameras-v4l2.sh --rig "$rig" --cameras "cam0=/no/camera cam1=/no/other"
 

@@ -118,8 +118,11 @@ GST_START_TEST(test_documented) {
 GST_END_TEST
 
 GST_START_TEST(test_same_bytes) {
-  for (const char* payer : {"", "crc-payload=true", "crc-header=false"}) {
-    const GdpStream stream = record_stream(views, payer);
+  const std::string packed = std::string(views) + " ! viewencode coding=zstd";
+  const std::pair<std::string, const char*> senders[] = {
+      {views, ""}, {views, "crc-payload=true"}, {views, "crc-header=false"}, {packed, ""}};
+  for (const auto& [source, payer] : senders) {
+    const GdpStream stream = record_stream(source, payer);
     const Sender sender([&](int, Accepted& accepted) {
       // In pieces that end anywhere.
       const Packet all = stream.bytes();
