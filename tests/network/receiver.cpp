@@ -155,7 +155,14 @@ void judge(const Receiver& self, double begin, double end) {
     const double after = back == sets.end() ? 1e9 : back->arrival - cut.end;
     std::printf("%s was cut off for %.1f s: %d sets of the others meanwhile\n", cut.camera.c_str(),
                 cut.end - cut.begin, meanwhile);
-    expect(meanwhile > 0, "the others went on without " + cut.camera);
+    const int before =
+        count([&](const Set& set) { return set.time > cut.begin - 4 && set.time <= cut.begin; });
+    // A machine that does other work besides may have been too slow for any set in these seconds.
+    if (before < 20) {
+      std::printf("%d sets in the 4 s before: too few to ask for those meanwhile\n", before);
+    } else {
+      expect(meanwhile > 0, "the others went on without " + cut.camera);
+    }
     // A second where nothing else runs on the machine.
     expect(after < 10,
            cut.camera + " was back in a set " + std::to_string(after) + " s after its link");
