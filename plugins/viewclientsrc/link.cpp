@@ -86,6 +86,11 @@ gssize Link::receive(std::span<std::uint8_t> bytes, GError** error) {
                                                   bytes.size(), cancel_, error);
 }
 
+LinkResult Link::ended(const char* why) {
+  why_ = why;
+  return secured_ != nullptr && !heard_ ? LinkResult::refused : LinkResult::ended;
+}
+
 LinkResult Link::read(std::span<std::uint8_t> bytes, std::int64_t timeout) {
   const std::int64_t end = g_get_monotonic_time() + timeout / 1000;
   while (!bytes.empty()) {
@@ -93,17 +98,15 @@ LinkResult Link::read(std::span<std::uint8_t> bytes, std::int64_t timeout) {
     g_autoptr(GError) error = nullptr;
     const gssize count = receive(bytes, &error);
     if (count > 0) {
+      heard_ = true;
       bytes = bytes.subspan(static_cast<std::size_t>(count));
       continue;
     }
-    if (count == 0) return LinkResult::ended;
+    if (count == 0) return ended("it was ended before anything came");
     if (g_error_matches(error, G_IO_ERROR, G_IO_ERROR_CANCELLED)) return LinkResult::cancelled;
     if (!g_error_matches(error, G_IO_ERROR, G_IO_ERROR_WOULD_BLOCK)) {
       // With TLS 1.3 a client learns only now what the server thinks of its certificate.
-      why_ = error->message;
-      const bool refused =
-          error->domain == G_TLS_ERROR && !g_error_matches(error, G_TLS_ERROR, G_TLS_ERROR_EOF);
-      return refused ? LinkResult::refused : LinkResult::ended;
+      return ended(error->message);
     }
     g_clear_error(&error);
     const std::int64_t left = end - g_get_monotonic_time();

@@ -35,17 +35,20 @@ class Link {
   Link& operator=(const Link&) = delete;
 
   /// Fills \p bytes. silent: they were not all there within \p timeout ns; ended: the connection is
-  /// at its end; refused: the other end does not trust this one, see why().
+  /// at its end; refused: the other end does not trust this one, see why(); taken for that is, too,
+  /// that it ends a connection with TLS before it has sent anything.
   LinkResult read(std::span<std::uint8_t> bytes, std::int64_t timeout);
 
   const std::string& why() const { return why_; }
 
  private:
+  LinkResult ended(const char* why);
   gssize receive(std::span<std::uint8_t> bytes, GError** error);
 
   GCancellable* cancel_;
   GRef<GSocket> socket_;
   GRef<GIOStream> secured_;  // null: without TLS
+  bool heard_ = false;       // anything
   std::string why_;
 };
 
