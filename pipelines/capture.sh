@@ -47,7 +47,7 @@ done
 [ -n "$server" ] || fail "--server HOST:PORT says who gives the clock"
 [[ $server == *:* ]] || server+=:7480
 [[ $port =~ ^[0-9]+$ ]] && [ "$port" -gt 0 ] && [ "$port" -lt 65536 ] || fail "--port is '$port'; expected 1 to 65535"
-[[ $link =~ ^[0-9]+(\.[0-9]+)?$ ]] || fail "--link is '$link'; expected megabits a second, or 0"
+[[ $link =~ ^(0|[1-9][0-9]*(\.[0-9]+)?)$ ]] || fail "--link is '$link'; expected megabits a second, 1 or more, or 0"
 
 for file in "$certificate" "$authority"; do
   [ -z "$certificate$authority" ] || [ -f "$file" ] ||

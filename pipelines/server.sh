@@ -55,7 +55,7 @@ read -ra cameras <<<"$list"
 [ ${#cameras[@]} -ge 2 ] && [ ${#cameras[@]} -le 64 ] ||
   fail "--cameras names ${#cameras[@]} cameras; expected 2 to 64 as NAME=HOST:PORT, separated by spaces"
 # shellcheck disable=SC2206
-line=(hullbuild name=hull "rig=$rig" "max-wait=$((max_wait * 1000000))" ! hulltexture ! $sink)
+line=(hullbuild name=hull "rig=$rig" "max-wait=$((10#$max_wait * 1000000))" ! hulltexture ! $sink)
 seen=" "
 for camera in "${cameras[@]}"; do
   name=${camera%%=*} address=${camera#*=}
@@ -64,6 +64,7 @@ for camera in "${cameras[@]}"; do
   grep -qF "\"$name\"" "$rig" || fail "the rig file '$rig' has no camera '$name'"
   seen+="$name "
   [[ $address == *:* ]] || address+=:7481
+  [[ ${address##*:} =~ ^[0-9]{1,5}$ ]] || fail "--cameras has '$camera'; its port is '${address##*:}', expected a number"
   keys=()
   if [ -n "$certificate" ]; then
     keys=("tls-certificate=$certificate" "tls-authority=$authority")

@@ -181,7 +181,7 @@ int recover(const std::string& path, const std::string& output) {
   std::printf("%llu buffers copied to %s, %llu damaged ones left out\n",
               static_cast<unsigned long long>(copied), output.c_str(),
               static_cast<unsigned long long>(damaged));
-  return 0;
+  return damaged > 0 ? 1 : 0;
 }
 
 }  // namespace

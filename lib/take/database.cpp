@@ -39,8 +39,18 @@ TakeDatabase::TakeDatabase(const std::string& path, For what) : path_(path), for
   if (code != SQLITE_OK) fail(code, "opened");
   sqlite3_extended_result_codes(handle, 1);
   sqlite3_busy_timeout(handle, 2000);
+  // A take's own tables are all that is asked, whatever else a file says.
+  sqlite3_db_config(handle, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, nullptr);
+  if (what == For::reading) read_what_there_is();
   // Blobs are larger than any cache that would be of use.
   execute("PRAGMA cache_size = -4096");
+}
+
+/// Of a file that is cut off SQLite reads the tables only where it is told to take them as they are.
+void TakeDatabase::read_what_there_is() {
+  const char* any = "SELECT count(*) FROM sqlite_master";
+  const int code = sqlite3_exec(handle(), any, nullptr, nullptr, nullptr);
+  if ((code & 0xff) == SQLITE_CORRUPT) execute("PRAGMA writable_schema = ON");
 }
 
 void TakeDatabase::fail(int code, const char* doing) const {
@@ -161,6 +171,19 @@ void check_take(TakeDatabase& database) {
                 "The take '{}' has version {}, and this build reads version {}. Use the polyhull "
                 "that wrote it, or a newer one.",
                 database.path(), version, take_version);
+  std::int64_t others = 0;
+  try {
+    others = pragma(
+        "SELECT count(*) FROM sqlite_master WHERE type NOT IN ('table', 'index') OR "
+        "sql LIKE 'create virtual%'");
+  } catch (const Error& error) {
+    if (error.kind() != Error::Kind::bad_input) throw;  // damaged: what can be read, is
+  }
+  if (others != 0)
+    throw Error(Error::Kind::bad_input,
+                "'{}' is no take: it has views, triggers or virtual tables, which takesink never "
+                "makes. Set location to a file that takesink wrote.",
+                database.path());
 }
 
 }  // namespace polyhull

@@ -65,6 +65,8 @@ class TakeDatabase {
   struct Close {
     void operator()(sqlite3* handle) const;
   };
+  void read_what_there_is();
+
   std::string path_;
   For for_;
   std::unique_ptr<sqlite3, Close> handle_;

@@ -2,24 +2,61 @@
 #include "take/streams.h"
 
 #include <algorithm>
+#include <string>
 
 #include "base/error.h"
 
 namespace polyhull {
 
+namespace {
+
+/// Those that packets name, where the streams' own table cannot be read.
+std::vector<TakeStream> streams_of_packets(TakeDatabase& database) {
+  std::vector<TakeStream> streams;
+  try {
+    TakeStatement all(database, "SELECT DISTINCT stream FROM packet NOT INDEXED ORDER BY stream");
+    while (all.step())
+      streams.push_back({all.number(0), "sink_" + std::to_string(all.number(0) - 1)});
+  } catch (const Error& error) {
+    if (error.kind() != Error::Kind::bad_input) throw;
+  }
+  return streams;
+}
+
+/// Its begin and end by \p sql; false where that cannot be read.
+bool read_ends(TakeDatabase& database, const char* sql, TakeStream& stream) {
+  try {
+    TakeStatement ends(database, sql);
+    ends.bind(stream.id).step();
+    stream.begin = ends.number(0);
+    stream.end = ends.number(1);
+    return true;
+  } catch (const Error& error) {
+    if (error.kind() != Error::Kind::bad_input) throw;
+    return false;
+  }
+}
+
+}  // namespace
+
 std::vector<TakeStream> read_streams(TakeDatabase& database) {
   std::vector<TakeStream> streams;
   // Of packets only the index is read, but for one of each stream: an hour of them is far more than
   // memory.
-  TakeStatement all(database, "SELECT id, name FROM stream ORDER BY id");
-  while (all.step()) streams.push_back({all.number(0), all.text(1)});
+  try {
+    TakeStatement all(database, "SELECT id, name FROM stream ORDER BY id");
+    while (all.step()) streams.push_back({all.number(0), all.text(1)});
+  } catch (const Error& error) {
+    if (error.kind() != Error::Kind::bad_input) throw;
+    streams = streams_of_packets(database);
+  }
   for (TakeStream& stream : streams) {
-    TakeStatement ends(database,
-                       "SELECT min(time), max(time) FROM packet INDEXED BY packet_by_time "
-                       "WHERE stream = ?");
-    ends.bind(stream.id).step();
-    stream.begin = ends.number(0);
-    stream.end = ends.number(1);
+    if (!read_ends(database,
+                   "SELECT min(time), max(time) FROM packet INDEXED BY packet_by_time "
+                   "WHERE stream = ?",
+                   stream))
+      read_ends(database, "SELECT min(time), max(time) FROM packet NOT INDEXED WHERE stream = ?",
+                stream);
     try {
       TakeStatement last(database,
                          "SELECT duration FROM packet WHERE stream = ? AND time = ? "

@@ -9,6 +9,12 @@
 #include "take/streams.h"
 
 namespace polyhull {
+namespace {
+
+/// Packets one after the other that cannot be read; then nothing is looked for any more.
+constexpr int most_unreadable = 1'000'000;
+
+}  // namespace
 
 TakeContent read_take(const std::string& path) {
   TakeDatabase database(path, TakeDatabase::For::reading);
@@ -16,8 +22,15 @@ TakeContent read_take(const std::string& path) {
   TakeContent content;
   content.streams = read_streams(database);
   for (const TakeStream& stream : content.streams) content.end = std::max(content.end, stream.end);
-  TakeStatement notes(database, "SELECT name, value FROM note ORDER BY name");
-  while (notes.step()) content.notes.push_back({notes.text(0), notes.text(1)});
+  try {
+    TakeStatement notes(database, "SELECT name, value FROM note NOT INDEXED");
+    while (notes.step()) content.notes.push_back({notes.text(0), notes.text(1)});
+  } catch (const Error& error) {
+    // Damaged; those that came before are whole.
+    if (error.kind() != Error::Kind::bad_input) throw;
+  }
+  std::sort(content.notes.begin(), content.notes.end(),
+            [](const TakeNote& a, const TakeNote& b) { return a.name < b.name; });
   return content;
 }
 
@@ -35,7 +48,11 @@ TakeCursor::TakeCursor(const std::string& path, std::int64_t stream)
                        "SELECT time, duration, flags, hash, data, caps FROM packet "
                        "JOIN format ON format.id = packet.format WHERE packet.id = ?");
   by_id_ = TakeStatement(database_,
-                         "SELECT id, time FROM packet NOT INDEXED WHERE id = ? AND stream = ?");
+                         "SELECT id, time FROM packet NOT INDEXED WHERE stream = ? AND id >= ? "
+                         "ORDER BY id LIMIT 1");
+  by_id_back_ = TakeStatement(database_,
+                              "SELECT id, time FROM packet NOT INDEXED WHERE stream = ? AND "
+                              "id <= ? ORDER BY id DESC LIMIT 1");
   try {
     TakeStatement last(database_, "SELECT max(id) FROM packet");
     if (last.step()) last_id_ = last.number(0);
@@ -71,16 +88,22 @@ std::optional<TakeCursor::Place> TakeCursor::place() {
   const std::int64_t from = at_.time;
   const std::int64_t step = backwards_ ? -1 : 1;
   std::int64_t id = at_.id < 0 || at_.id > last_id_ ? (backwards_ ? last_id_ : 1) : at_.id + step;
-  for (; id >= 1 && id <= last_id_; id += step) {
+  TakeStatement& next = backwards_ ? by_id_back_ : by_id_;
+  int unreadable = 0;  // one after the other
+  for (; id >= 1 && id <= last_id_ && unreadable < most_unreadable; id += step) {
     try {
-      by_id_.reset();
-      const bool found = by_id_.bind(id).bind(stream_).step();
-      const std::int64_t time = found ? by_id_.number(1) : 0;
-      by_id_.reset();
-      if (found && (backwards_ ? time <= from : time >= from)) return Place{id, time};
+      next.reset();
+      const bool found = next.bind(stream_).bind(id).step();
+      const Place place = found ? Place{next.number(0), next.number(1)} : Place{};
+      next.reset();
+      if (!found) return std::nullopt;
+      unreadable = 0;
+      id = place.id;
+      if (backwards_ ? place.time <= from : place.time >= from) return place;
     } catch (const Error& error) {
       if (error.kind() != Error::Kind::bad_input) throw;
       ++damaged_;
+      ++unreadable;
     }
   }
   return std::nullopt;

@@ -20,8 +20,9 @@ struct TakeContent {
   std::int64_t end = 0;  ///< of the longest stream, ns
 };
 
-/// Throws Error: not_found, io, bad_input (no take, or damaged where its tables are listed),
-/// unsupported (another version).
+/// What is damaged of the lists of streams and notes is left out, or found by the packets. Throws
+/// Error: not_found, io, bad_input (no take, or damaged where its tables are listed), unsupported
+/// (another version).
 TakeContent read_take(const std::string& path);
 
 /// The packets of one stream, one after the other. Each has its own connection to the file: streams
@@ -49,7 +50,7 @@ class TakeCursor {
   std::optional<TakePacket> fetch(const Place& place);
 
   TakeDatabase database_;
-  TakeStatement after_, before_, row_, by_id_;
+  TakeStatement after_, before_, row_, by_id_, by_id_back_;
   std::int64_t stream_;
   std::int64_t last_id_ = 0;  // of all packets
   Place at_{-1, -1};          // of the last packet told

@@ -1,7 +1,13 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "take/take_writer.h"
 
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+
 #include <algorithm>
+#include <cerrno>
+#include <cstdlib>
 #include <filesystem>
 
 #include "base/error.h"
@@ -32,7 +38,23 @@ constexpr char tables[] =
     "CREATE TABLE note (name TEXT PRIMARY KEY, value TEXT NOT NULL);";
 static_assert(take_application == 1346917451 && take_version == 1);
 
-TakeDatabase open(const std::string& path, TakeWriter::Existing existing) {
+}  // namespace
+
+TakeWriter::Claim::Claim(const std::string& path)
+    : file_(::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666)) {
+  // Why it cannot be opened is SQLite's to say.
+  if (file_ < 0 || flock(file_, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) return;
+  close(file_);
+  throw Error(Error::Kind::io,
+              "The take '{}' cannot be written: another program or element writes it.", path);
+}
+
+TakeWriter::Claim::~Claim() {
+  if (file_ >= 0) close(file_);
+}
+
+TakeDatabase TakeWriter::open(const std::string& path, Existing existing,
+                              std::optional<Claim>& claim) {
   const std::filesystem::path folder = std::filesystem::absolute(path).parent_path();
   if (!std::filesystem::is_directory(folder))
     throw Error(
@@ -45,7 +67,11 @@ TakeDatabase open(const std::string& path, TakeWriter::Existing existing) {
                      std::filesystem::file_size(path, ignored) > 0;
   if (there) {
     if (existing == TakeWriter::Existing::refuse)
-      throw Error(Error::Kind::bad_input, "'{}' is there already. Name another file.", path);
+      throw Error(Error::Kind::bad_input,
+                  "'{}' is there already. Name another file, or set existing=append or "
+                  "existing=replace.",
+                  path);
+    claim.emplace(path);
     TakeDatabase old(path, TakeDatabase::For::writing);
     try {
       check_take(old);
@@ -58,13 +84,13 @@ TakeDatabase open(const std::string& path, TakeWriter::Existing existing) {
     std::filesystem::remove(path, ignored);
     std::filesystem::remove(path + "-journal", ignored);
   }
+  claim.reset();
+  claim.emplace(path);
   return TakeDatabase(path, TakeDatabase::For::writing);
 }
 
-}  // namespace
-
 TakeWriter::TakeWriter(const std::string& path, Existing existing)
-    : database_(open(path, existing)) {
+    : database_(open(path, existing, claim_)) {
   const bool fresh = [&] {
     TakeStatement any(database_, "SELECT count(*) FROM sqlite_master");
     return any.step() && any.number(0) == 0;
@@ -155,7 +181,7 @@ void TakeWriter::write(std::int64_t stream, const TakePacket& packet,
   if (packet.time < 0 || packet.time > INT64_MAX / 4)
     throw Error(Error::Kind::bad_input, "A packet of a take has the time {} ns.", packet.time);
   const std::int64_t time = begin_ + packet.time;
-  if (instant_ != no_take_time && time >= instant_ + same_instant) commit();
+  if (instant_ != no_take_time && std::abs(time - instant_) >= same_instant) commit();
   if (instant_ == no_take_time) {
     database_.execute("BEGIN");
     instant_ = time;

@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <span>
 #include <string>
 
@@ -15,6 +16,18 @@ namespace polyhull {
 
 /// For one thread at a time.
 class TakeWriter {
+  /// Keeps a file from being written by anybody else for as long as this lives.
+  class Claim {
+   public:
+    /// Throws Error (io) where another writer has it.
+    explicit Claim(const std::string& path);
+    ~Claim();
+    Claim(const Claim&) = delete;
+
+   private:
+    int file_;
+  };
+
  public:
   enum class Existing {
     replace,  ///< a take that is there is overwritten; a file that is no take is not
@@ -22,7 +35,8 @@ class TakeWriter {
     refuse,
   };
   /// Opens \p path, and makes good what a killed writer has left there. Throws Error: not_found (no
-  /// such folder), io, bad_input (another kind of file; Existing::refuse and there is one).
+  /// such folder), io (so where another program or element writes it), bad_input (another kind of
+  /// file; Existing::refuse and there is one).
   TakeWriter(const std::string& path, Existing existing);
   /// As finish(), without errors.
   ~TakeWriter();
@@ -39,7 +53,7 @@ class TakeWriter {
   std::int64_t stream(const std::string& name);
 
   /// Writes a packet of \p stream; TakePacket::data does not count, \p data does, and times are from
-  /// begin() on. Commits the packets before where this one is of a later instant (10 ms and more).
+  /// begin() on. Commits the packets before where this one is of another instant (10 ms and more).
   /// Throws Error (io): the disk is full, or gone. The packets that were committed stay readable.
   void write(std::int64_t stream, const TakePacket& packet, std::span<const std::uint8_t> data);
 
@@ -53,6 +67,10 @@ class TakeWriter {
  private:
   std::int64_t format(std::int64_t stream, const std::string& caps);
 
+  static TakeDatabase open(const std::string& path, Existing existing, std::optional<Claim>& claim);
+
+  // Before the database: where a file is closed, the locks that SQLite has on it are gone.
+  std::optional<Claim> claim_;
   TakeDatabase database_;
   TakeStatement insert_;
   std::map<std::int64_t, std::pair<std::string, std::int64_t>>

@@ -108,6 +108,23 @@ void copy_alpha(std::span<const std::uint8_t> pixels, int stride, const PixelSha
   }
 }
 
+/// Whether the JPEG's frame header (ITU-T T.81, B.1.1.3: SOF2, 6, 10, 14) says that it comes in scans
+/// over the whole picture, of which there may be as many as its sender likes.
+bool is_progressive(Bytes jpeg) {
+  for (std::size_t at = 2; at + 3 < jpeg.size() && jpeg[at] == 0xff;) {
+    const std::uint8_t marker = jpeg[at + 1];
+    if (marker == 0xff) {  // fills
+      ++at;
+      continue;
+    }
+    if (marker == 0xda) return false;  // the first scan
+    if (marker >= 0xc0 && marker <= 0xcf && marker % 4 == 2) return true;
+    const bool alone = marker == 0x01 || (marker >= 0xd0 && marker <= 0xd8);
+    at += alone ? 2 : 2 + (std::size_t{jpeg[at + 2]} << 8 | jpeg[at + 3]);
+  }
+  return false;
+}
+
 }  // namespace
 
 struct PixelEncoder::State {
@@ -212,6 +229,8 @@ struct PixelDecoder::State {
                             &space) != 0 ||
         width != shape.width || height != shape.height)
       fail("the JPEG has another size than the region of interest, or is none");
+    if (is_progressive(picture))
+      fail("the JPEG is progressive, of which a small one can take minutes");
     // A JPEG that is cut off is no picture, even though it can be drawn.
     if (tjDecompress2(jpeg.get(), picture.data(), picture.size(), pixels.data(), width, 4 * width,
                       height, TJPF_RGBX, TJFLAG_STOPONWARNING) != 0)

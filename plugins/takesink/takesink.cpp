@@ -78,6 +78,7 @@ struct TakeSink {
   bool ended = false;  // and not yet told
   guint32 ended_by = 0;
   guint next_pad = 0;
+  std::optional<std::int64_t> origin;  // the running time at which the take begins
 };
 
 std::span<const Property<Settings>> properties() {
@@ -110,9 +111,12 @@ std::string read_text(const char* what, const std::string& path) {
   return {text, size};
 }
 
+constexpr guint most_pads = 1'000'000;  // more are nobody's numbers
+
 std::optional<guint> number_of(const char* pad_name) {
   guint number = 0;
-  if (pad_name == nullptr || std::sscanf(pad_name, "sink_%u", &number) != 1) return std::nullopt;
+  if (pad_name == nullptr || std::sscanf(pad_name, "sink_%u", &number) != 1 || number > most_pads)
+    return std::nullopt;
   return number;
 }
 
@@ -143,6 +147,7 @@ bool open(GstElement* element) {
     }
     self.statistics.reset();
     self.ended = false;
+    self.origin.reset();
     // In the pads' order, whichever carries something first.
     std::map<guint, Stream*> ordered;
     for (auto& [pad, stream] : self.streams) {
@@ -179,7 +184,11 @@ void tell_end(GstElement* element, std::unique_lock<std::mutex> lock) {
   gst_element_post_message(element, message);
 }
 
-/// Running time of \p buffer, ns; where it has none, that of the buffer before.
+/// Of other pads, what was taken before the first buffer comes may come after it.
+constexpr std::int64_t lead = GST_SECOND;
+
+/// Time of \p buffer in the take, ns: its running time, or what of that comes after a second before the
+/// first buffer; where it has none, that of the buffer before.
 std::int64_t time_of(GstElement* element, Stream& stream, GstBuffer* buffer) {
   const GstClockTime stamp =
       GST_BUFFER_PTS_IS_VALID(buffer) ? GST_BUFFER_PTS(buffer) : GST_BUFFER_DTS(buffer);
@@ -194,7 +203,11 @@ std::int64_t time_of(GstElement* element, Stream& stream, GstBuffer* buffer) {
         "do-timestamp=true of a live source does.");
     return stream.time;
   }
-  return stream.time = static_cast<std::int64_t>(time);
+  // A pipeline that has run for hours, or by another machine's clock, makes no take of hours.
+  TakeSink& self = state_of<TakeSink>(element);
+  const auto running = static_cast<std::int64_t>(time);
+  if (!self.origin) self.origin = std::max<std::int64_t>(0, running - lead);
+  return stream.time = std::max<std::int64_t>(0, running - *self.origin);
 }
 
 GstFlowReturn chain(GstPad* pad, GstObject* parent, GstBuffer* buffer) {
@@ -229,10 +242,10 @@ GstFlowReturn chain(GstPad* pad, GstObject* parent, GstBuffer* buffer) {
 }
 
 /// Where all streams have ended, what was written is made whole, and the end told.
-void end_stream(GstElement* element, GstPad* pad, guint32 seqnum) {
+void end_if_all_have(GstElement* element, guint32 seqnum) {
   TakeSink& self = state_of<TakeSink>(element);
   std::unique_lock lock(self.mutex);
-  self.streams[pad].ended = true;
+  if (self.streams.empty() || !self.take) return;
   for (const auto& [other, stream] : self.streams)
     if (!stream.ended) return;
   guarded(element, false, [&] {
@@ -242,6 +255,15 @@ void end_stream(GstElement* element, GstPad* pad, guint32 seqnum) {
   self.ended = true;
   self.ended_by = seqnum;
   tell_end(element, std::move(lock));
+}
+
+void end_stream(GstElement* element, GstPad* pad, guint32 seqnum) {
+  TakeSink& self = state_of<TakeSink>(element);
+  {
+    const std::scoped_lock lock(self.mutex);
+    self.streams[pad].ended = true;
+  }
+  end_if_all_have(element, seqnum);
 }
 
 gboolean event(GstPad* pad, GstObject* parent, GstEvent* event) {
@@ -299,8 +321,15 @@ GstPad* request_new_pad(GstElement* element, GstPadTemplate* from, const gchar* 
     self.streams[pad] = {};
   }
   if (GST_STATE(element) > GST_STATE_READY) gst_pad_set_active(pad, TRUE);
-  if (!gst_element_add_pad(element, pad)) return nullptr;  // the name is taken
-  return pad;
+  gst_object_ref_sink(pad);
+  const bool added = gst_element_add_pad(element, pad);
+  if (!added) {  // the name is taken
+    gst_pad_set_active(pad, FALSE);
+    const std::scoped_lock lock(self.mutex);
+    self.streams.erase(pad);
+  }
+  gst_object_unref(pad);
+  return added ? pad : nullptr;
 }
 
 void release_pad(GstElement* element, GstPad* pad) {
@@ -311,6 +340,8 @@ void release_pad(GstElement* element, GstPad* pad) {
     self.streams.erase(pad);
   }
   gst_element_remove_pad(element, pad);
+  // It may have been the only one that others' ends waited for.
+  end_if_all_have(element, gst_util_seqnum_next());
 }
 
 GstStateChangeReturn change_state(GstElement* element, GstStateChange transition) {

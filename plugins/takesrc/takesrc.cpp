@@ -119,9 +119,10 @@ GstBuffer* make_buffer(TakePacket& packet, bool discont) {
       GST_MEMORY_FLAG_READONLY, data->data(), data->size(), 0, data->size(), data,
       [](gpointer bytes) { delete static_cast<std::vector<std::uint8_t>*>(bytes); });
   GST_BUFFER_PTS(buffer) = static_cast<GstClockTime>(packet.time);
-  if (packet.duration != no_take_time)
+  if (packet.duration >= 0)
     GST_BUFFER_DURATION(buffer) = static_cast<GstClockTime>(packet.duration);
-  GST_BUFFER_FLAG_SET(buffer, packet.flags);
+  GST_BUFFER_FLAG_SET(buffer, packet.flags & (GST_BUFFER_FLAG_DELTA_UNIT | GST_BUFFER_FLAG_HEADER |
+                                              GST_BUFFER_FLAG_GAP));
   if (discont) GST_BUFFER_FLAG_SET(buffer, GST_BUFFER_FLAG_DISCONT);
   return buffer;
 }
@@ -135,6 +136,9 @@ std::optional<TakePacket> next_packet(GstElement* element, Stream& stream) {
     segment = self.segment;
   }
   auto packet = stream.cursor->next();
+  // Backwards, what needs the one before it to be decoded is left out.
+  while (segment.rate < 0 && packet && (packet->flags & GST_BUFFER_FLAG_DELTA_UNIT) != 0)
+    packet = stream.cursor->next();
   const std::uint64_t damaged =
       stream.cursor->damaged() - std::exchange(stream.damaged, stream.cursor->damaged());
   if (damaged > 0) {
@@ -187,6 +191,10 @@ void loop(gpointer data) {
     if (stream.segment_due) send_segment(self, stream);
     if (!packet) return GST_FLOW_EOS;
     const std::size_t size = packet->data.size();
+    {
+      const std::scoped_lock lock(self.mutex);
+      self.segment.position = static_cast<guint64>(packet->time);
+    }
     const GstFlowReturn pushed =
         gst_pad_push(pad, make_buffer(*packet, std::exchange(stream.discont, false)));
     if (pushed == GST_FLOW_OK) {
@@ -205,9 +213,13 @@ void set_out(Stream& stream, const GstSegment& segment) {
     stream.cursor->seek(static_cast<std::int64_t>(segment.stop) - 1, true);
   } else {
     const auto start = static_cast<std::int64_t>(segment.start);
-    stream.cursor->seek(start);
-    auto first = stream.cursor->next();
     std::int64_t from = start;
+    // What has begun before may still be seen, or heard.
+    stream.cursor->seek(start - 1, true);
+    const auto before = stream.cursor->next();
+    if (before && before->duration > start - before->time) from = before->time;
+    stream.cursor->seek(from);
+    auto first = stream.cursor->next();
     if (first && (first->flags & GST_BUFFER_FLAG_DELTA_UNIT) != 0) {
       stream.cursor->seek(first->time, true);
       while ((first = stream.cursor->next()))
@@ -232,7 +244,8 @@ bool seek(GstElement* element, GstEvent* event) {
   GstSeekType start_type{}, stop_type{};
   gint64 start = 0, stop = 0;
   gst_event_parse_seek(event, &rate, &format, &flags, &start_type, &start, &stop_type, &stop);
-  if (format != GST_FORMAT_TIME) return false;
+  // What ends a segment here is an end of stream.
+  if (format != GST_FORMAT_TIME || (flags & GST_SEEK_FLAG_SEGMENT) != 0) return false;
   const guint32 seqnum = gst_event_get_seqnum(event);
   const std::scoped_lock one(self.seeking);
   if (self.streams.empty()) return false;

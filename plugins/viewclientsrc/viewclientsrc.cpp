@@ -78,11 +78,12 @@ struct ViewClientSrc {
   TlsIdentity identity;
   std::unique_ptr<Link> link;
   RateLimit limit;
-  CapsRef format;      // what the connection brings
-  CapsRef agreed;      // what the source pad has agreed on
-  GstSegment segment;  // the sender's
-  bool first = true;   // no frame has come over this connection yet
-  bool lost = false;   // it has been said that there is no connection
+  CapsRef format;          // what the connection brings
+  CapsRef agreed;          // what the source pad has agreed on
+  GstSegment segment;      // the sender's
+  std::int64_t waits = 0;  // since when, monotonic µs, for the frame to come
+  bool first = true;       // no frame has come over this connection yet
+  bool lost = false;       // it has been said that there is no connection
 };
 
 void announce(GstElement* element, const ViewClientSettings& settings, bool connected,
@@ -132,6 +133,7 @@ bool ViewClientSrc::connect(GstElement* element, const ViewClientSettings& now) 
   }
   statistics.count("connections");
   limit = RateLimit();
+  waits = g_get_monotonic_time();
   format.reset();
   gst_segment_init(&segment, GST_FORMAT_TIME);
   first = true;
@@ -149,7 +151,9 @@ void ViewClientSrc::cut(GstElement* element, const ViewClientSettings& now, cons
 }
 
 void ViewClientSrc::read(std::span<std::uint8_t> bytes, const ViewClientSettings& now) {
-  switch (link->read(bytes, static_cast<std::int64_t>(now.timeout))) {
+  const auto left =
+      static_cast<std::int64_t>(now.timeout) - 1000 * (g_get_monotonic_time() - waits);
+  switch (link->read(bytes, left)) {
     case LinkResult::done:
       return;
     case LinkResult::cancelled:
@@ -279,6 +283,7 @@ GstBuffer* ViewClientSrc::receive(GstElement* element, const ViewClientSettings&
   GstBuffer* received = nullptr;
   if (header.kind == PacketKind::buffer) {
     received = frame(element, header, now);
+    waits = g_get_monotonic_time();
   } else {
     char text[longest_text];
     read({reinterpret_cast<std::uint8_t*>(text), header.size}, now);
@@ -294,6 +299,7 @@ GstFlowReturn create(GstPushSrc* push, GstBuffer** created) {
   auto* element = GST_ELEMENT(push);
   ViewClientSrc& self = state_of<ViewClientSrc>(push);
   return guarded(element, GST_FLOW_ERROR, [&]() -> GstFlowReturn {
+    self.waits = g_get_monotonic_time();  // what holds up the stream is not the sender
     while (!g_cancellable_is_cancelled(self.cancel.get())) {
       const ViewClientSettings now = snapshot(push, self.settings);
       if (self.link == nullptr && !self.connect(element, now)) {

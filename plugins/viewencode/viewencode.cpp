@@ -95,12 +95,15 @@ double thread_ms() {
   return 1e3 * static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_nsec);
 }
 
-void try_all(ViewEncode& self, const View& view, const PixelShape& shape, int quality) {
+/// Tries what may be chosen.
+void try_all(ViewEncode& self, const View& view, const PixelShape& shape,
+             const Settings& settings) {
   self.unpacked.resize(shape.bytes());
   for (const PixelCoding coding : {PixelCoding::lz4, PixelCoding::zstd, PixelCoding::jpeg}) {
-    if (coding == PixelCoding::jpeg && shape.channels != 4) continue;
+    if (coding == PixelCoding::jpeg && (settings.lossless || shape.channels != 4)) continue;
     const double begin = thread_ms();
-    const auto block = self.encoder.encode(coding, shape, view.pixels, view.stride, quality);
+    const auto block = self.encoder.encode(coding, shape, view.pixels, view.stride,
+                                           static_cast<int>(settings.quality));
     const double packed = thread_ms();
     self.decoder.decode(coding, shape, block, self.unpacked);
     const double end = thread_ms();
@@ -123,7 +126,7 @@ PixelCoding coding_of(ViewEncode& self, const Settings& settings, const View& vi
     case ViewCoding::automatic:
       break;
   }
-  if (self.choice.trial_due()) try_all(self, view, shape, static_cast<int>(settings.quality));
+  if (self.choice.trial_due()) try_all(self, view, shape, settings);
   return self.choice.choose(shape.bytes(), settings.link,
                             !settings.lossless && shape.channels == 4);
 }

@@ -52,6 +52,9 @@ inline GdpStream record_stream(const std::string& source, const std::string& pay
                                "max-size-time=0 ! appsink name=views sync=false t. ! queue "
                                "max-size-buffers=0 max-size-bytes=0 max-size-time=0 ! gdppay " +
                                payer + " ! appsink name=packets sync=false");
+  // Without a clock no view says when it came: those stamped once it runs would be older, for a live
+  // pipeline that starts later, than the others.
+  gst_pipeline_use_clock(GST_PIPELINE(pipeline), nullptr);
   gst_element_set_state(pipeline, GST_STATE_PLAYING);
   GdpStream stream;
   stream.payloads = pull_all(pipeline, "views");

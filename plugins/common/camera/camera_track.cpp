@@ -21,6 +21,14 @@ std::int64_t monotonic_ns() {
   return 1000 * g_get_monotonic_time();
 }
 
+/// Whether what is linked to \p pad is live.
+bool comes_live(GstPad* pad) {
+  g_autoptr(GstQuery) latency = gst_query_new_latency();
+  gboolean live = FALSE;
+  if (gst_pad_peer_query(pad, latency)) gst_query_parse_latency(latency, &live, nullptr, nullptr);
+  return live != FALSE;
+}
+
 std::chrono::steady_clock::time_point deadline_of(std::int64_t ns_from_now) {
   return std::chrono::steady_clock::now() + std::chrono::nanoseconds(ns_from_now);
 }
@@ -215,11 +223,16 @@ void CameraTrack::hear(GstPad* pad, GstEvent* event) {
     case GST_EVENT_FLUSH_STOP:
       reset(false);
       return;
+    case GST_EVENT_STREAM_START: {
+      // Which comes at once, the segment with the first pose.
+      const bool live = comes_live(pad);
+      const std::scoped_lock lock(mutex_);
+      live_ = live;
+      changed_.notify_all();
+      return;
+    }
     case GST_EVENT_SEGMENT: {
-      g_autoptr(GstQuery) latency = gst_query_new_latency();
-      gboolean live = FALSE;
-      if (gst_pad_peer_query(pad, latency))
-        gst_query_parse_latency(latency, &live, nullptr, nullptr);
+      const bool live = comes_live(pad);
       const std::scoped_lock lock(mutex_);
       gst_event_copy_segment(event, &segment_);
       live_ = live;

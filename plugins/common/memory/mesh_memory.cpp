@@ -51,11 +51,18 @@ struct AllPixels {
 
 gpointer map_pixels(GstMemory* memory, gsize, GstMapFlags) {
   auto* self = reinterpret_cast<AllPixels*>(memory);
-  std::call_once(self->once, [self] {
-    self->bytes.reserve(self->memory.maxsize);
-    for (const MappedMemory& each : self->of().pixels)
-      self->bytes.insert(self->bytes.end(), each.bytes().begin(), each.bytes().end());
-  });
+  try {
+    std::call_once(self->once, [self] {
+      std::vector<std::uint8_t> bytes;
+      bytes.reserve(self->memory.maxsize);
+      for (const MappedMemory& each : self->of().pixels)
+        bytes.insert(bytes.end(), each.bytes().begin(), each.bytes().end());
+      self->bytes = std::move(bytes);
+    });
+  } catch (const std::bad_alloc&) {
+    GST_ERROR("There is no memory for the pixels of a mesh's cameras.");
+    return nullptr;
+  }
   return self->bytes.data();
 }
 
