@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// What a real camera's lens, shutter and sensor do to the viewport's picture, apart from its
+/// distortion, which is Camera::distortion. Each is off by default. Names and units are those of
+/// OpenTrackIO where it has them; places count from the entrance pupil, which is where a Camera's
+/// centre is, so that its offset does not come in again.
+#pragma once
+
+#include <array>
+
+namespace polyhull {
+
+struct ViewportLens {
+  /// Diameter of the entrance pupil, metres: focal length over f-number. 0: a pinhole, all is sharp.
+  double aperture = 0.0;
+  double focus_distance = 3.0;  ///< of what is sharp, metres along the optical axis, above 0
+  /// OpenTrackIO's exposure fall-off a1 a2 a3: linear light is multiplied by
+  /// 1 + a1 r^2 + a2 r^4 + a3 r^6 with r the distance from the principal point over the focal length.
+  /// The natural fall-off cos^4 of an ideal lens is -2, 3, -4, to r^6.
+  std::array<double, 3> falloff{};
+  double grain = 0.0;  ///< standard deviation of each channel's code, as a share of white, 0..1
+  double grain_size = 1.0;  ///< pixels, 1 or above: of what belongs together
+  bool operator==(const ViewportLens&) const = default;
+};
+
+}  // namespace polyhull
