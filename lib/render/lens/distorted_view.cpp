@@ -2,6 +2,7 @@
 #include "render/lens/distorted_view.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 
@@ -73,18 +74,35 @@ void DistortedView::lay_out(const Camera& viewport) {
                         [&](const Vec2& p) { return lens.distort(p / scale + low); });
 }
 
+/// The nodes beyond the border: outside of the picture the inverse need not be smooth.
+void DistortedView::Grid::extend() {
+  const auto beyond = [](const Vec2& a, const Vec2& b, const Vec2& c) {
+    return 3.0 * a - 3.0 * b + c;
+  };
+  for (int j = 0; j <= rows; ++j) {
+    at(-1, j) = beyond(at(0, j), at(1, j), at(columns > 1 ? 2 : 0, j));
+    at(columns + 1, j) =
+        beyond(at(columns, j), at(columns - 1, j), at(columns > 1 ? columns - 2 : 1, j));
+  }
+  for (int i = -1; i <= columns + 1; ++i) {
+    at(i, -1) = beyond(at(i, 0), at(i, 1), at(i, rows > 1 ? 2 : 0));
+    at(i, rows + 1) = beyond(at(i, rows), at(i, rows - 1), at(i, rows > 1 ? rows - 2 : 1));
+  }
+}
+
 template <typename Map>
 DistortedView::Grid DistortedView::grid_of(int width, int height, const Map& map) {
   Grid grid;
-  grid.columns = (width + cell - 1) / cell + 1;
-  grid.rows = (height + cell - 1) / cell + 1;
-  grid.places.resize(static_cast<std::size_t>(grid.columns) * static_cast<std::size_t>(grid.rows));
-  parallel_for(static_cast<std::size_t>(grid.rows), 4, 0, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t j = begin; j < end; ++j)
-      for (int i = 0; i < grid.columns; ++i)
-        grid.places[j * static_cast<std::size_t>(grid.columns) + static_cast<std::size_t>(i)] =
-            Vec2f(map(Vec2(cell * i, static_cast<double>(cell) * static_cast<double>(j))));
-  });
+  grid.columns = (width + cell - 1) / cell;
+  grid.rows = (height + cell - 1) / cell;
+  grid.places.resize(grid.index(grid.columns + 1, grid.rows + 1) + 1);
+  parallel_for(static_cast<std::size_t>(grid.rows) + 1, 4, 0,
+               [&](std::size_t begin, std::size_t end) {
+                 for (int j = static_cast<int>(begin); j < static_cast<int>(end); ++j)
+                   for (int i = 0; i <= grid.columns; ++i)
+                     grid.at(i, j) = map(Vec2(cell * i, cell * j));
+               });
+  grid.extend();
   return grid;
 }
 
@@ -103,25 +121,46 @@ bool DistortedView::set(const Camera& viewport) {
   return active_ = true;
 }
 
+namespace {
+
+/// The cubic through four nodes, evenly apart, as coefficients of t: 0 at the second, 1 at the third.
+std::array<Vec2, 4> cubic_through(const Vec2& a, const Vec2& b, const Vec2& c, const Vec2& d) {
+  return {b, (-2.0 * a - 3.0 * b + 6.0 * c - d) / 6.0, 0.5 * (a + c) - b,
+          (d - a + 3.0 * (b - c)) / 6.0};
+}
+
+Vec2 on_cubic(const std::array<Vec2, 4>& c, double t) {
+  return ((c[3] * t + c[2]) * t + c[1]) * t + c[0];
+}
+
+}  // namespace
+
 /// Calls \p work for the runs of \p part, which is of the picture that \p grid's nodes are of.
 template <typename Work>
-void DistortedView::for_runs(const Grid& grid, const Rectangle& part, const Work& work) const {
+void DistortedView::for_runs(const Grid& grid, const Rectangle& part, const Work& work) {
   if (part.empty()) return;
-  const int right = part.x + part.width;
+  const int right = part.x + part.width, first = part.x / cell, last = (right - 1) / cell;
   parallel_for(
       static_cast<std::size_t>(part.height), 8, 0, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t row = begin; row < end; ++row) {
-          const int y = part.y + static_cast<int>(row), j = y / cell;
-          const float down = static_cast<float>(y % cell) / cell;
-          const auto between = [&](int i) {
-            return glm::mix(grid.at(i, j), grid.at(i, j + 1), down);
-          };
-          for (int x = part.x; x < right;) {
-            const int i = x / cell, next = std::min(cell * (i + 1), right);
-            const Vec2f first = between(i), step = (between(i + 1) - first) * (1.0f / cell);
-            const Vec2f at = first + static_cast<float>(x % cell) * step;
-            work(x, y, i, j, lens::PlaceRun{at.x, at.y, step.x, step.y, next - x});
-            x = next;
+        std::vector<Vec2> row(static_cast<std::size_t>(last - first) +
+                              4);  // of nodes, from first - 1 on
+        for (int y = part.y + static_cast<int>(begin); y < part.y + static_cast<int>(end); ++y) {
+          const int j = y / cell;
+          for (int i = first - 1; i <= last + 2; ++i)
+            row[static_cast<std::size_t>(i - first + 1)] =
+                on_cubic(cubic_through(grid.at(i, j - 1), grid.at(i, j), grid.at(i, j + 1),
+                                       grid.at(i, j + 2)),
+                         static_cast<double>(y % cell) / cell);
+          for (int i = first; i <= last; ++i) {
+            const Vec2* node = &row[static_cast<std::size_t>(i - first)];
+            const std::array<Vec2, 4> curve = cubic_through(node[0], node[1], node[2], node[3]);
+            const int x = std::max(cell * i, part.x), next = std::min(cell * (i + 1), right);
+            lens::PlaceRun run{{}, {}, x - cell * i, next - x};
+            for (std::size_t k = 0; k < 4; ++k) {
+              run.x[k] = static_cast<float>(curve[k].x);
+              run.y[k] = static_cast<float>(curve[k].y);
+            }
+            work(x, y, i, j, run);
           }
         }
       });
@@ -141,21 +180,20 @@ void DistortedView::take(const std::uint8_t* picture, int stride, const Rectangl
 
 /// Whether any pixel of the cell shows something of \p part.
 bool DistortedView::touches(const Rectangle& part, int i, int j) const {
-  const Vec2f a = to_pinhole_.at(i, j), b = to_pinhole_.at(i + 1, j), c = to_pinhole_.at(i, j + 1),
-              d = to_pinhole_.at(i + 1, j + 1);
-  const Vec2f low = glm::min(glm::min(a, b), glm::min(c, d)) - 2.0f;
-  const Vec2f high = glm::max(glm::max(a, b), glm::max(c, d)) + 2.0f;
-  return low.x < static_cast<float>(part.x + part.width) &&
-         high.x > static_cast<float>(part.x - 1) &&
-         low.y < static_cast<float>(part.y + part.height) &&
-         high.y > static_cast<float>(part.y - 1);
+  const Vec2 a = to_pinhole_.at(i, j), b = to_pinhole_.at(i + 1, j), c = to_pinhole_.at(i, j + 1),
+             d = to_pinhole_.at(i + 1, j + 1);
+  // Two pixels for the cubics, and what a side can be bent.
+  const Vec2 low = glm::min(glm::min(a, b), glm::min(c, d)) - 4.0;
+  const Vec2 high = glm::max(glm::max(a, b), glm::max(c, d)) + 4.0;
+  return low.x < part.x + part.width && high.x > part.x - 1 && low.y < part.y + part.height &&
+         high.y > part.y - 1;
 }
 
 Rectangle DistortedView::reach(const Rectangle& part) const {
   if (part.empty()) return {};
   int left = viewport_.width, top = viewport_.height, right = 0, bottom = 0;
-  for (int j = 0; j + 1 < to_pinhole_.rows; ++j)
-    for (int i = 0; i + 1 < to_pinhole_.columns; ++i) {
+  for (int j = 0; j < to_pinhole_.rows; ++j)
+    for (int i = 0; i < to_pinhole_.columns; ++i) {
       if (!touches(part, i, j)) continue;
       left = std::min(left, cell * i);
       right = std::max(right, std::min(cell * (i + 1), viewport_.width));
@@ -185,12 +223,13 @@ void DistortedView::give_all(std::uint8_t* target, int stride) const {
            });
 }
 
-Vec2f DistortedView::place(double x, double y) const {
-  const int i = std::clamp(static_cast<int>(x / cell), 0, to_pinhole_.columns - 2);
-  const int j = std::clamp(static_cast<int>(y / cell), 0, to_pinhole_.rows - 2);
-  const float across = static_cast<float>(x / cell - i), down = static_cast<float>(y / cell - j);
-  return glm::mix(glm::mix(to_pinhole_.at(i, j), to_pinhole_.at(i + 1, j), across),
-                  glm::mix(to_pinhole_.at(i, j + 1), to_pinhole_.at(i + 1, j + 1), across), down);
+Vec2 DistortedView::place(int x, int y) const {
+  Vec2 found(0.0);
+  for_runs(to_pinhole_, {x, y, 1, 1}, [&](int, int, int, int, const lens::PlaceRun& run) {
+    const double t = static_cast<double>(run.first) / cell;
+    for (std::size_t k = 4; k-- > 0;) found = found * t + Vec2(run.x[k], run.y[k]);
+  });
+  return found;
 }
 
 }  // namespace polyhull

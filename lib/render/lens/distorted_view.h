@@ -19,7 +19,7 @@
 ///
 /// The overscan picture has the focal length, in pixels, of D and up to `most_pixels` times D's
 /// pixels; a lens that would ask for more is drawn more coarsely. u and distort are exact at every
-/// eighth pixel and linear in between: .01 px for lenses as strong as k1 = -.3 at 90 degrees.
+/// eighth pixel and cubic in between.
 #pragma once
 
 #include <cstdint>
@@ -61,26 +61,30 @@ class DistortedView {
   void give_all(std::uint8_t* target, int stride) const;
 
   /// The pinhole's pixel that the picture's pixel (x, y) shows, as drawing takes it.
-  Vec2f place(double x, double y) const;
+  Vec2 place(int x, int y) const;
 
  private:
   static constexpr int cell = 8;  // pixels between nodes
 
-  /// Places in one picture of every eighth pixel of another.
+  /// Places in one picture of every eighth pixel of another: of node (i, j), pixel (8 i, 8 j), i and
+  /// j from -1 to two beyond the last cell's own.
   struct Grid {
-    int columns = 0, rows = 0;
-    std::vector<Vec2f> places;
-    const Vec2f& at(int i, int j) const {
-      return places[static_cast<std::size_t>(j) * static_cast<std::size_t>(columns) +
-                    static_cast<std::size_t>(i)];
+    int columns = 0, rows = 0;  // cells
+    std::vector<Vec2> places;
+    std::size_t index(int i, int j) const {
+      return static_cast<std::size_t>(j + 1) * static_cast<std::size_t>(columns + 3) +
+             static_cast<std::size_t>(i + 1);
     }
+    const Vec2& at(int i, int j) const { return places[index(i, j)]; }
+    Vec2& at(int i, int j) { return places[index(i, j)]; }
+    void extend();
   };
   template <typename Map>
   static Grid grid_of(int width, int height, const Map& map);
   void lay_out(const Camera& viewport);
   bool touches(const Rectangle& part, int i, int j) const;
   template <typename Work>
-  void for_runs(const Grid& grid, const Rectangle& part, const Work& work) const;
+  static void for_runs(const Grid& grid, const Rectangle& part, const Work& work);
 
   bool active_ = false;
   Camera viewport_, pinhole_;

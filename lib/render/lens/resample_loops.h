@@ -16,10 +16,11 @@ struct PictureSource {
   int width, height;
 };
 
-/// Places in a picture on a straight line, evenly apart: pixel centres are whole numbers.
+/// Places in a picture on a cubic curve, of which each run is an eighth further: place i is at
+/// ((c3 t + c2) t + c1) t + c0 with t = (first + i) / 8. Pixel centres are whole numbers.
 struct PlaceRun {
-  float x, y, step_x, step_y;
-  int count;
+  float x[4], y[4];
+  int first, count;
 };
 
 struct ResampleLoops {
