@@ -16,7 +16,7 @@ struct ViewportLens {
   double focus_distance = 3.0;  ///< of what is sharp, metres along the optical axis, above 0
   /// OpenTrackIO's exposure fall-off a1 a2 a3: linear light is multiplied by
   /// 1 + a1 r^2 + a2 r^4 + a3 r^6 with r the distance from the principal point over the focal length.
-  /// The natural fall-off cos^4 of an ideal lens is -2, 3, -4, to r^6.
+  /// The natural fall-off of an ideal lens, cos^4, is -1.84, 1.81, -.73 within .01 up to r = 1.
   std::array<double, 3> falloff{};
   double grain = 0.0;  ///< standard deviation of each channel's code, as a share of white, 0..1
   double grain_size = 1.0;  ///< pixels, 1 or above: of what belongs together

@@ -105,6 +105,24 @@ std::span<const Property<CompositeSettings>> composite_properties() {
           "soft-edges", "Soft edges",
           "Whether outlines are as soft as the mattes in the views' alpha, for hair and fur; "
           "otherwise they are the hull's polygons."),
+      property<&S::falloff_a1>(
+          "falloff-a1", "Fall-off a1",
+          "How the picture's linear light falls off from its middle, as OpenTrackIO's exposure "
+          "fall-off: it is multiplied by 1 + a1 r² + a2 r⁴ + a3 r⁶, r being the distance from the "
+          "principal point over the focal length (-100 to 100). -1.84, 1.81, -0.73 is the natural "
+          "fall-off of an ideal lens, cos⁴; 0, 0, 0 is none.",
+          -100, 100),
+      property<&S::falloff_a2>("falloff-a2", "Fall-off a2", "As falloff-a1 (-100 to 100).", -100,
+                               100),
+      property<&S::falloff_a3>("falloff-a3", "Fall-off a3", "As falloff-a1 (-100 to 100).", -100,
+                               100),
+      property<&S::grain>(
+          "grain", "Grain",
+          "Grain of the sensor: the standard deviation of each channel's code, as a share of white "
+          "(0 to 1); 0 is none. It depends on the frame's time alone.",
+          0, 1),
+      property<&S::grain_size>("grain-size", "Grain size",
+                               "How wide a grain is, in pixels (1 to 50).", 1, 50),
       property<&S::async_readback>(
           "async-readback", "Asynchronous read-back",
           "Whether a picture that OpenGL draws for system memory (RGBA) is handed on one frame "
@@ -142,6 +160,14 @@ RenderSettings render_settings(const CompositeSettings& settings) {
   out.soft_edges = settings.soft_edges;
   out.skip = settings.skip;
   return out;
+}
+
+ViewportLens lens_settings(const CompositeSettings& settings) {
+  ViewportLens lens;
+  lens.falloff = {settings.falloff_a1, settings.falloff_a2, settings.falloff_a3};
+  lens.grain = settings.grain;
+  lens.grain_size = settings.grain_size;
+  return lens;
 }
 
 std::span<const Property<PlacementSettings>> placement_properties() {

@@ -9,6 +9,7 @@
 #include "plugins/common/live/live_timing.h"
 #include "plugins/common/viewport.h"
 #include "render/frame.h"
+#include "scene/viewport_lens.h"
 
 namespace polyhull::element {
 
@@ -34,6 +35,9 @@ struct CompositeSettings : ViewportSettings {
   double reflection_alpha = RenderSettings{}.reflection_alpha;
   int edge_samples = RenderSettings{}.edge_samples;
   bool soft_edges = RenderSettings{}.soft_edges;
+  double falloff_a1 = 0.0, falloff_a2 = 0.0, falloff_a3 = 0.0;
+  double grain = ViewportLens{}.grain;
+  double grain_size = ViewportLens{}.grain_size;
   bool async_readback = false;
   bool skip = RenderSettings{}.skip;
   bool navigate = true;
@@ -48,6 +52,9 @@ std::span<const Property<CompositeSettings>> composite_properties();
 
 /// What of them the renderer needs.
 RenderSettings render_settings(const CompositeSettings& settings);
+
+/// What of them the lens is made of.
+ViewportLens lens_settings(const CompositeSettings& settings);
 
 /// What users can set on a mesh pad: metres and degrees.
 struct PlacementSettings {

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// A composite through the viewport's lens: what lies between a background, a renderer that knows
+/// pinhole cameras alone, and the picture that goes out. In this order, each left out where it
+/// changes nothing:
+///
+///   background -> overscan -> the renderer's composite -> back through the distortion
+///              -> fall-off and grain
+///
+/// A background is the picture as its camera took it, distortion included (distorted_view.h).
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include "render/frame.h"
+#include "render/lens/distorted_view.h"
+#include "render/lens/sensor.h"
+#include "scene/viewport_lens.h"
+
+namespace polyhull {
+
+class LensPicture {
+ public:
+  /// From now on \p frame's viewport with \p lens. Where the lens distorts, width, height and viewport
+  /// of \p frame become those that a renderer is to plan and draw: of a pinhole. Throws Error as
+  /// DistortedView, and where \p lens is out of its ranges.
+  void set(RenderFrame& frame, const ViewportLens& lens);
+
+  /// Whether anything is to be done; else the renderer draws alone.
+  bool active() const { return distorted_.active() || finishes(); }
+
+  /// Whether pixels change that RenderPlan::changed() does not name.
+  bool finishes() const { return Sensor::wanted(lens_); }
+
+  /// Draws RenderFrame as set() left it: as Renderer::render(), from rows and into rows.
+  using Compose = std::function<void(const std::uint8_t* background, int background_stride,
+                                     std::uint8_t* target, int target_stride)>;
+
+  /// Brings the composite into \p target, which holds \p background already or is the same memory:
+  /// RGBA rows of the picture. \p compose is called unless \p plan is untouched. \p number is the
+  /// frame's, for its grain.
+  void draw(const RenderPlan& plan, std::uint64_t number, const std::uint8_t* background,
+            int background_stride, std::uint8_t* target, int target_stride, const Compose& compose);
+
+ private:
+  Camera viewport_;
+  ViewportLens lens_;
+  DistortedView distorted_;
+  Sensor sensor_;
+};
+
+}  // namespace polyhull

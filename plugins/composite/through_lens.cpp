@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include <cstring>
+
+#include "base/stopwatch.h"
+#include "plugins/common/memory/video_frame.h"
+#include "plugins/composite/frame.h"
+
+namespace polyhull::element {
+
+/// Brings the composite through the lens into \p target, which holds the background.
+void FrameComposer::finish_picture(const std::uint8_t* background, int background_stride,
+                                   std::uint8_t* target, int target_stride) {
+  double inside = 0.0;  // the renderer's own time
+  const Stopwatch watch;
+  lens_.draw(plan_, number_, background, background_stride, target, target_stride,
+             [&](const std::uint8_t* from, int from_stride, std::uint8_t* to, int to_stride) {
+               const Stopwatch own;
+               with_renderer([&](Renderer& renderer) {
+                 renderer.render(frame_, plan_, settings_, from, from_stride, to, to_stride);
+               });
+               inside += own.milliseconds();
+             });
+  statistics_.set("lens-ms", watch.milliseconds() - inside);
+  statistics_.count("through-lens");
+}
+
+/// In system memory, whatever draws and wherever the pictures come from.
+void FrameComposer::draw_through_lens(const FrameBuffers& buffers, GstBuffer* output) {
+  if (output == buffers.background) {
+    const MappedFrame both(*buffers.info, output, GST_MAP_READWRITE);
+    check_strides(both.stride(), both.stride());
+    finish_picture(both.data(), both.stride(), both.data(), both.stride());
+    return;
+  }
+  const int width = GST_VIDEO_INFO_WIDTH(buffers.info),
+            height = GST_VIDEO_INFO_HEIGHT(buffers.info);
+  const MappedFrame background(*buffers.info, buffers.background, GST_MAP_READ);
+  const bool video = is_video_output(*buffers.output);
+  const MappedFrame target(video ? *buffers.output : *buffers.info, output,
+                           video ? GST_MAP_WRITE : GST_MAP_READWRITE);
+  std::uint8_t* drawn = target.data();
+  int stride = target.stride();
+  const std::size_t row = 4 * static_cast<std::size_t>(width);
+  if (video) {
+    through_lens_.resize(row * static_cast<std::size_t>(height));
+    drawn = through_lens_.data();
+    stride = static_cast<int>(row);
+  }
+  check_strides(background.stride(), stride);
+  for (int y = 0; y < height; ++y)
+    std::memcpy(drawn + static_cast<std::ptrdiff_t>(y) * stride,
+                background.data() + static_cast<std::ptrdiff_t>(y) * background.stride(), row);
+  finish_picture(background.data(), background.stride(), drawn, stride);
+  if (video) write_yuv(drawn, stride, yuv_picture(target.frame()));
+}
+
+}  // namespace polyhull::element
