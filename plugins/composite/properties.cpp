@@ -60,6 +60,17 @@ GType enum_type<MirrorMode>() {
        {MirrorMode::plain, "Mixed in with the constant share reflection-alpha", "plain"}});
 }
 
+template <>
+GType enum_type<FocusRange>() {
+  return register_enum<FocusRange>(
+      "PolyhullFocusRange",
+      {{FocusRange::off, "All is sharp", "off"},
+       {FocusRange::subject,
+        "Subjects are blurred where they are not in focus; the background's picture has it already",
+        "subject"},
+       {FocusRange::picture, "The scene and the subjects", "picture"}});
+}
+
 std::span<const Property<CompositeSettings>> composite_properties() {
   using S = CompositeSettings;
   constexpr double far = 1e6;
@@ -105,6 +116,20 @@ std::span<const Property<CompositeSettings>> composite_properties() {
           "soft-edges", "Soft edges",
           "Whether outlines are as soft as the mattes in the views' alpha, for hair and fur; "
           "otherwise they are the hull's polygons."),
+      property<&S::depth_of_field>(
+          "depth-of-field", "Depth of field",
+          "What is blurred where it is nearer or farther than focus-distance."),
+      property<&S::aperture>(
+          "aperture", "Aperture",
+          "Diameter of the lens's entrance pupil, focal length over f-number, in millimetres (0 to "
+          "1000); 0 takes what the background announces of a tracked lens, and where that is "
+          "nothing all is sharp.",
+          0, 1000),
+      property<&S::focus_distance>(
+          "focus-distance", "Focus distance",
+          "How far from the eye things are sharp, along the optical axis, in metres (0 to 1e6); 0 "
+          "takes what the background announces of a tracked lens, else 3.",
+          0, far),
       property<&S::falloff_a1>(
           "falloff-a1", "Fall-off a1",
           "How the picture's linear light falls off from its middle, as OpenTrackIO's exposure "
@@ -162,8 +187,19 @@ RenderSettings render_settings(const CompositeSettings& settings) {
   return out;
 }
 
-ViewportLens lens_settings(const CompositeSettings& settings) {
+ViewportLens lens_settings(const CompositeSettings& settings, const Announcement* announced) {
   ViewportLens lens;
+  if (settings.depth_of_field != FocusRange::off) {
+    lens.subject_only = settings.depth_of_field == FocusRange::subject;
+    if (settings.aperture > 0.0)
+      lens.aperture = 1e-3 * settings.aperture;
+    else if (announced)
+      lens.aperture = announced->aperture;
+    if (settings.focus_distance > 0.0)
+      lens.focus_distance = settings.focus_distance;
+    else if (announced && announced->focus_distance > 0.0)
+      lens.focus_distance = announced->focus_distance;
+  }
   lens.falloff = {settings.falloff_a1, settings.falloff_a2, settings.falloff_a3};
   lens.grain = settings.grain;
   lens.grain_size = settings.grain_size;

@@ -9,6 +9,7 @@
 #include "plugins/common/live/live_timing.h"
 #include "plugins/common/viewport.h"
 #include "render/frame.h"
+#include "scene/announcement.h"
 #include "scene/viewport_lens.h"
 
 namespace polyhull::element {
@@ -20,6 +21,13 @@ enum class Backend { automatic, processor, gl };
 enum class SubjectShape {
   mesh,         ///< its triangles
   image_based,  ///< the intersection of its views' silhouettes
+};
+
+/// What is out of focus where it is not at the focus distance.
+enum class FocusRange {
+  off,      ///< nothing
+  subject,  ///< the subjects: the background's picture has a depth of field of its own
+  picture,  ///< all
 };
 
 /// Times in ns.
@@ -35,6 +43,8 @@ struct CompositeSettings : ViewportSettings {
   double reflection_alpha = RenderSettings{}.reflection_alpha;
   int edge_samples = RenderSettings{}.edge_samples;
   bool soft_edges = RenderSettings{}.soft_edges;
+  FocusRange depth_of_field = FocusRange::off;
+  double aperture = 0.0, focus_distance = 0.0;  // mm, m; 0: as tracked
   double falloff_a1 = 0.0, falloff_a2 = 0.0, falloff_a3 = 0.0;
   double grain = ViewportLens{}.grain;
   double grain_size = ViewportLens{}.grain_size;
@@ -53,8 +63,8 @@ std::span<const Property<CompositeSettings>> composite_properties();
 /// What of them the renderer needs.
 RenderSettings render_settings(const CompositeSettings& settings);
 
-/// What of them the lens is made of.
-ViewportLens lens_settings(const CompositeSettings& settings);
+/// What of them the lens is made of; \p announced is the background's announcement, null: none.
+ViewportLens lens_settings(const CompositeSettings& settings, const Announcement* announced);
 
 /// What users can set on a mesh pad: metres and degrees.
 struct PlacementSettings {

@@ -12,11 +12,12 @@ void FrameComposer::finish_picture(const std::uint8_t* background, int backgroun
                                    std::uint8_t* target, int target_stride) {
   double inside = 0.0;  // the renderer's own time
   const Stopwatch watch;
-  lens_.draw(plan_, number_, background, background_stride, target, target_stride,
-             [&](const std::uint8_t* from, int from_stride, std::uint8_t* to, int to_stride) {
+  lens_.draw(frame_, plan_, number_, background, background_stride, target, target_stride,
+             [&](const RenderPlan& plan, const std::uint8_t* from, int from_stride,
+                 std::uint8_t* to, int to_stride) {
                const Stopwatch own;
                with_renderer([&](Renderer& renderer) {
-                 renderer.render(frame_, plan_, settings_, from, from_stride, to, to_stride);
+                 renderer.render(frame_, plan, settings_, from, from_stride, to, to_stride);
                });
                inside += own.milliseconds();
              });

@@ -160,6 +160,64 @@ GST_START_TEST(test_video_output_through_the_lens) {
 }
 GST_END_TEST;
 
+/// How many pixels differ.
+int changed(const Pixels& a, const Pixels& b) {
+  int count = 0;
+  for (std::size_t i = 0; i < a.size(); i += 4) count += std::memcmp(&a[i], &b[i], 4) != 0;
+  return count;
+}
+
+/// How many are not the background's.
+int touched(const Pixels& pixels) {
+  return changed(pixels, Pixels(pixels.size(), std::uint8_t{grey}));
+}
+
+// Out of focus the subject is wider than in focus, by its disk on both sides; where the lens is
+// tracked, by that lens.
+GST_START_TEST(test_depth_of_field) {
+  LensBench bench;
+  const Pixels plain = shown(bench, 0);
+  g_object_set(bench.element, "aperture", 100.0, "focus-distance", 4.0, nullptr);
+  fail_unless(shown(bench, 1) == plain, "off is not off");
+  gst_util_set_object_arg(G_OBJECT(bench.element), "depth-of-field", "picture");
+  const Box focused = box_of(shown(bench, 2)), sharp = box_of(plain);
+  fail_unless(focused.apart(sharp) <= 1.0, "%g", focused.apart(sharp));
+  // 1 / 1.5 m - 1 / 4 m times 50 mm times 185 px are 3.8 px.
+  g_object_set(bench.element, "focus-distance", 1.5, nullptr);
+  const Pixels near = shown(bench, 3);
+  const int before = touched(plain), after = touched(near);
+  // The figure is 35 px wide and 100 px high.
+  fail_unless(after > before + 300 && after < before + 2400, "%d, then %d", before, after);
+  fail_unless(changed(near, plain) > 500);
+  // Nothing is announced.
+  g_object_set(bench.element, "aperture", 0.0, nullptr);
+  fail_unless(shown(bench, 4) == plain, "there is no lens");
+}
+GST_END_TEST;
+
+GST_START_TEST(test_depth_of_field_of_a_tracked_lens) {
+  const auto frame_with = [](double aperture, double set) {
+    LensBench bench;
+    gst_util_set_object_arg(G_OBJECT(bench.element), "depth-of-field", "subject");
+    g_object_set(bench.element, "aperture", set, "focus-distance", set > 0.0 ? 1.5 : 0.0, nullptr);
+    Announcement announcement;
+    announcement.viewport = bench_camera();
+    announcement.aperture = aperture;
+    announcement.focus_distance = aperture > 0.0 ? 1.5 : 0.0;
+    gst_harness_push_event(
+        bench.background,
+        gst_event_new_custom(
+            GST_EVENT_CUSTOM_DOWNSTREAM_STICKY,
+            gst_structure_new("polyhull-announcement", "json", G_TYPE_STRING,
+                              announcement_to_json(announcement).c_str(), nullptr)));
+    return shown(bench, 0);
+  };
+  const Pixels none = frame_with(0.0, 0.0), tracked = frame_with(0.05, 0.0);
+  fail_unless(changed(none, tracked) > 300, "%d", changed(none, tracked));
+  fail_unless(tracked == frame_with(0.0, 50.0), "the same lens, set");
+}
+GST_END_TEST;
+
 // Grain and fall-off reach pictures without any subject, depend on the frame's time alone, and stay off
 // where they are off.
 GST_START_TEST(test_sensor_without_a_mesh) {
@@ -201,6 +259,8 @@ static Suite* composite_lens_suite(void) {
   tcase_add_test(tcase, test_set_lens_distorts);
   tcase_add_test(tcase, test_announced_lens_distorts);
   tcase_add_test(tcase, test_video_output_through_the_lens);
+  tcase_add_test(tcase, test_depth_of_field);
+  tcase_add_test(tcase, test_depth_of_field_of_a_tracked_lens);
   tcase_add_test(tcase, test_sensor_without_a_mesh);
   tcase_add_test(tcase, test_absurd_lens_is_survived);
   suite_add_tcase(suite, tcase);

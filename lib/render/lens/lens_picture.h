@@ -4,8 +4,8 @@
 /// pinhole cameras alone, and the picture that goes out. In this order, each left out where it
 /// changes nothing:
 ///
-///   background -> overscan -> the renderer's composite -> back through the distortion
-///              -> fall-off and grain
+///   background -> overscan -> the renderer's composite -> depth of field
+///              -> back through the distortion -> fall-off and grain
 ///
 /// A background is the picture as its camera took it, distortion included (distorted_view.h).
 #pragma once
@@ -15,6 +15,8 @@
 #include <vector>
 
 #include "render/frame.h"
+#include "render/lens/depth_layers.h"
+#include "render/lens/depth_of_field.h"
 #include "render/lens/distorted_view.h"
 #include "render/lens/sensor.h"
 #include "scene/viewport_lens.h"
@@ -32,22 +34,33 @@ class LensPicture {
   bool active() const { return distorted_.active() || finishes(); }
 
   /// Whether pixels change that RenderPlan::changed() does not name.
-  bool finishes() const { return Sensor::wanted(lens_); }
+  bool finishes() const { return Sensor::wanted(lens_) || DepthOfField::wanted(lens_); }
 
-  /// Draws RenderFrame as set() left it: as Renderer::render(), from rows and into rows.
-  using Compose = std::function<void(const std::uint8_t* background, int background_stride,
-                                     std::uint8_t* target, int target_stride)>;
+  /// Renderer::render() with the frame as set() left it.
+  using Compose =
+      std::function<void(const RenderPlan& plan, const std::uint8_t* background,
+                         int background_stride, std::uint8_t* target, int target_stride)>;
 
   /// Brings the composite into \p target, which holds \p background already or is the same memory:
-  /// RGBA rows of the picture. \p compose is called unless \p plan is untouched. \p number is the
-  /// frame's, for its grain.
-  void draw(const RenderPlan& plan, std::uint64_t number, const std::uint8_t* background,
-            int background_stride, std::uint8_t* target, int target_stride, const Compose& compose);
+  /// RGBA rows of the picture. \p frame is the one that set() made, \p plan its plan, or none where
+  /// there is no subject; \p compose is called unless that is untouched: for depth of field once for
+  /// what the subject does to the scene, and once for the subject. \p number is the frame's, for its
+  /// grain.
+  void draw(const RenderFrame& frame, const RenderPlan& plan, std::uint64_t number,
+            const std::uint8_t* background, int background_stride, std::uint8_t* target,
+            int target_stride, const Compose& compose);
 
  private:
+  void focus(const RenderFrame& frame, const RenderPlan& plan, const std::uint8_t* background,
+             int background_stride, std::uint8_t* target, int target_stride,
+             const Compose& compose);
+
   Camera viewport_;
   ViewportLens lens_;
   DistortedView distorted_;
+  DepthLayers depths_;
+  DepthOfField depth_of_field_;
+  std::vector<std::uint8_t> scene_, full_;  // sharp: without the subject before it, and with it
   Sensor sensor_;
 };
 
