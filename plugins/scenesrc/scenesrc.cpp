@@ -67,6 +67,10 @@ struct SceneSrc : FrameSource {
     }
     start(element);
     statistics.reset();
+    // A frame is asked for as soon as the pad src is active, which GstElement makes first: the
+    // track's must be by then, or that frame finds it flushing and goes without a pose.
+    g_autoptr(GstPad) track_pad = gst_element_get_static_pad(element, "track");
+    if (track_pad) gst_pad_set_active(track_pad, TRUE);
   }
   void close(GstElement*) { stream.close(); }
   bool take(GstBaseSrc* source, GstEvent* event);

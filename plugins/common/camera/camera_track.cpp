@@ -198,7 +198,7 @@ GstFlowReturn CameraTrack::chain(GstPad* pad, GstObject*, GstBuffer* buffer) {
 void CameraTrack::reset(bool flushing) {
   const std::scoped_lock lock(mutex_);
   flushing_ = flushing;
-  ended_ = false;
+  live_ = ended_ = false;
   track_.forget();
   asked_ = 0;
   begun_.reset();
