@@ -15,6 +15,10 @@ struct ViewportLens {
   double aperture = 0.0;
   double focus_distance = 3.0;  ///< of what is sharp, metres along the optical axis, above 0
   bool subject_only = false;    ///< the background's picture has its depth of field already
+  /// Share of the time from the frame before to this one in which the shutter is open, 0 or above: its
+  /// angle over 360 degrees. 0: what moves is sharp.
+  double shutter = 0.0;
+  bool still_background = false;  ///< the background's picture has its motion blur already
   /// OpenTrackIO's exposure fall-off a1 a2 a3: linear light is multiplied by
   /// 1 + a1 r^2 + a2 r^4 + a3 r^6 with r the distance from the principal point over the focal length.
   /// The natural fall-off of an ideal lens, cos^4, is -1.84, 1.81, -.73 within .01 up to r = 1.

@@ -106,7 +106,7 @@ void FrameComposer::prepare(const CompositeSettings& settings, const GstVideoInf
                                               : 1.0f;
     frame_.ambient = Vec3f(0.0f);
   }
-  lens_.set(frame_, lens_settings(settings, announcement_ ? &*announcement_ : nullptr));
+  set_lens(settings, info, background);
   number_ = GST_BUFFER_PTS_IS_VALID(background) ? GST_BUFFER_PTS(background) : number_ + 1;
   on_gpu_ = on_gpu;
   // Without a mesh no context is needed, nor made.

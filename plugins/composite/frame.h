@@ -90,6 +90,7 @@ class FrameComposer {
   void draw_through_lens(const FrameBuffers& buffers, GstBuffer* output);
   void finish_picture(const std::uint8_t* background, int background_stride, std::uint8_t* target,
                       int target_stride);
+  void set_lens(const CompositeSettings& settings, const GstVideoInfo& info, GstBuffer* background);
   void with_renderer(const std::function<void(Renderer&)>& work);
   bool run_gl(const std::function<void(Compositor&)>& work);  // false: it failed, and is given up
   void give_up_gl(const Error& why);
@@ -113,6 +114,8 @@ class FrameComposer {
   RenderPlan plan_;
   RenderSettings settings_;
   LensPicture lens_;
+  std::optional<Camera> viewport_before_;  // the last frame's, and its time
+  GstClockTime time_before_ = GST_CLOCK_TIME_NONE;
   std::uint64_t number_ = 0;                // of the frame: what its grain is made of
   std::vector<std::uint8_t> through_lens_;  // what becomes video
   /// By a pass's name those of its times, which statistics_ points to.

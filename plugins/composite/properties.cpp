@@ -61,14 +61,12 @@ GType enum_type<MirrorMode>() {
 }
 
 template <>
-GType enum_type<FocusRange>() {
-  return register_enum<FocusRange>(
-      "PolyhullFocusRange",
-      {{FocusRange::off, "All is sharp", "off"},
-       {FocusRange::subject,
-        "Subjects are blurred where they are not in focus; the background's picture has it already",
-        "subject"},
-       {FocusRange::picture, "The scene and the subjects", "picture"}});
+GType enum_type<BlurRange>() {
+  return register_enum<BlurRange>(
+      "PolyhullBlurRange",
+      {{BlurRange::off, "Nothing", "off"},
+       {BlurRange::subject, "The subjects; the background's picture has it already", "subject"},
+       {BlurRange::picture, "The scene and the subjects", "picture"}});
 }
 
 std::span<const Property<CompositeSettings>> composite_properties() {
@@ -130,6 +128,15 @@ std::span<const Property<CompositeSettings>> composite_properties() {
           "How far from the eye things are sharp, along the optical axis, in metres (0 to 1e6); 0 "
           "takes what the background announces of a tracked lens, else 3.",
           0, far),
+      property<&S::motion_blur>(
+          "motion-blur", "Motion blur",
+          "What is blurred where the viewport moves from frame to frame. A person's own motion is "
+          "blurred in the cameras' pictures."),
+      property<&S::shutter_angle>(
+          "shutter-angle", "Shutter angle",
+          "How long the viewport's shutter is open for motion-blur: in degrees, of which 360 are "
+          "the time from a frame to the next (0 to 360).",
+          0, 360),
       property<&S::falloff_a1>(
           "falloff-a1", "Fall-off a1",
           "How the picture's linear light falls off from its middle, as OpenTrackIO's exposure "
@@ -189,8 +196,8 @@ RenderSettings render_settings(const CompositeSettings& settings) {
 
 ViewportLens lens_settings(const CompositeSettings& settings, const Announcement* announced) {
   ViewportLens lens;
-  if (settings.depth_of_field != FocusRange::off) {
-    lens.subject_only = settings.depth_of_field == FocusRange::subject;
+  if (settings.depth_of_field != BlurRange::off) {
+    lens.subject_only = settings.depth_of_field == BlurRange::subject;
     if (settings.aperture > 0.0)
       lens.aperture = 1e-3 * settings.aperture;
     else if (announced)
@@ -199,6 +206,10 @@ ViewportLens lens_settings(const CompositeSettings& settings, const Announcement
       lens.focus_distance = settings.focus_distance;
     else if (announced && announced->focus_distance > 0.0)
       lens.focus_distance = announced->focus_distance;
+  }
+  if (settings.motion_blur != BlurRange::off) {
+    lens.still_background = settings.motion_blur == BlurRange::subject;
+    lens.shutter = settings.shutter_angle / 360.0;
   }
   lens.falloff = {settings.falloff_a1, settings.falloff_a2, settings.falloff_a3};
   lens.grain = settings.grain;

@@ -23,10 +23,10 @@ enum class SubjectShape {
   image_based,  ///< the intersection of its views' silhouettes
 };
 
-/// What is out of focus where it is not at the focus distance.
-enum class FocusRange {
+/// What is blurred out of focus, or by the viewport's motion.
+enum class BlurRange {
   off,      ///< nothing
-  subject,  ///< the subjects: the background's picture has a depth of field of its own
+  subject,  ///< the subjects: the background's picture has its own
   picture,  ///< all
 };
 
@@ -43,8 +43,9 @@ struct CompositeSettings : ViewportSettings {
   double reflection_alpha = RenderSettings{}.reflection_alpha;
   int edge_samples = RenderSettings{}.edge_samples;
   bool soft_edges = RenderSettings{}.soft_edges;
-  FocusRange depth_of_field = FocusRange::off;
+  BlurRange depth_of_field = BlurRange::off, motion_blur = BlurRange::off;
   double aperture = 0.0, focus_distance = 0.0;  // mm, m; 0: as tracked
+  double shutter_angle = 180.0;                 // degrees
   double falloff_a1 = 0.0, falloff_a2 = 0.0, falloff_a3 = 0.0;
   double grain = ViewportLens{}.grain;
   double grain_size = ViewportLens{}.grain_size;

@@ -1,11 +1,32 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
+#include <algorithm>
 #include <cstring>
+#include <utility>
 
 #include "base/stopwatch.h"
 #include "plugins/common/memory/video_frame.h"
 #include "plugins/composite/frame.h"
 
 namespace polyhull::element {
+
+/// The lens, and how the viewport has moved since the frame before, which may be some frames' time ago.
+void FrameComposer::set_lens(const CompositeSettings& settings, const GstVideoInfo& info,
+                             GstBuffer* background) {
+  constexpr GstClockTime longest = GST_SECOND;  // who stood still for that long was not moving
+  ViewportLens lens = lens_settings(settings, announcement_ ? &*announcement_ : nullptr);
+  const GstClockTime time = GST_BUFFER_PTS(background);
+  const bool known = viewport_before_ && GST_CLOCK_TIME_IS_VALID(time) &&
+                     GST_CLOCK_TIME_IS_VALID(time_before_) && time > time_before_ &&
+                     time - time_before_ <= longest;
+  if (known && GST_VIDEO_INFO_FPS_N(&info) > 0) {
+    const double frame =
+        static_cast<double>(GST_SECOND) * GST_VIDEO_INFO_FPS_D(&info) / GST_VIDEO_INFO_FPS_N(&info);
+    lens.shutter *= std::min(frame / static_cast<double>(time - time_before_), 1.0);
+  }
+  const std::optional<Camera> before = std::exchange(viewport_before_, frame_.viewport);
+  time_before_ = time;
+  lens_.set(frame_, lens, known ? &*before : nullptr);
+}
 
 /// Brings the composite through the lens into \p target, which holds the background.
 void FrameComposer::finish_picture(const std::uint8_t* background, int background_stride,

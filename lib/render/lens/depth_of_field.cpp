@@ -124,45 +124,15 @@ float DepthOfField::scene_radius(float circle) const {
   return subject_only_ ? sharp_radius : radius_of(circle);
 }
 
-/// The pixel there, or the picture's nearest.
-std::size_t DepthOfField::pixel(int x, int y) const {
-  return static_cast<std::size_t>(std::clamp(y, 0, height_ - 1)) *
-             static_cast<std::size_t>(width_) +
-         static_cast<std::size_t>(std::clamp(x, 0, width_ - 1));
-}
-
-void DepthOfField::read_layers(const ViewportLens& lens, float scale, const DepthLayers& depths,
-                               const Pictures& sharp) {
-  const std::size_t count = depths.scene().size();
-  for (auto* layer : {&scene_, &subject_}) layer->resize(count);
-  for (auto* circle : {&scene_circle_, &subject_circle_}) circle->resize(count);
+void DepthOfField::find_circles(const ViewportLens& lens, float scale, const DepthLayers& depths) {
+  const std::size_t count = layers_.scene.size();
+  scene_circle_.resize(count);
+  subject_circle_.resize(count);
   const float focus = static_cast<float>(1.0 / lens.focus_distance);
-  const float* linear = srgb_to_linear_table();
-  const auto light = [linear](const std::uint8_t* p) {
-    return Float4{linear[p[0]], linear[p[1]], linear[p[2]], 0.0f};
-  };
-  parallel_for(static_cast<std::size_t>(height_), 8, 0, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin * static_cast<std::size_t>(width_);
-         i < end * static_cast<std::size_t>(width_); ++i) {
-      const std::ptrdiff_t at =
-          static_cast<std::ptrdiff_t>(i / static_cast<std::size_t>(width_)) * sharp.stride +
-          4 * static_cast<std::ptrdiff_t>(i % static_cast<std::size_t>(width_));
-      const Float4 full = light(sharp.full + at);
-      const bool same = std::memcmp(sharp.full + at, sharp.scene + at, 4) == 0;
-      float coverage = depths.coverage()[i], inverse = depths.subject()[i];
-      if (coverage == 0.0f && !same && depths.image_subject() > 0.0f)
-        coverage = 1.0f, inverse = depths.image_subject();
-      // What no depth is known of stays where it is.
-      scene_[i] = coverage > 0.0f ? light(sharp.scene + at) : full;
-      scene_circle_[i] = scale * (depths.scene()[i] - focus);
-      subject_[i] = Float4{};
-      subject_circle_[i] = scale * (inverse - focus);
-      if (coverage == 0.0f) continue;
-      subject_[i] = full - (1.0f - coverage) * scene_[i];
-      for (int c = 0; c < 3; ++c) subject_[i][c] = std::max(subject_[i][c], 0.0f);
-      subject_[i][3] = coverage;
-    }
-  });
+  for (std::size_t i = 0; i < count; ++i) {
+    scene_circle_[i] = scale * (depths.scene()[i] - focus);
+    subject_circle_[i] = scale * (layers_.subject_inverse[i] - focus);
+  }
 }
 
 /// How far disks reach, tile by tile.
@@ -173,10 +143,11 @@ void DepthOfField::find_reach(int width, int height) {
   std::vector<float> scene(tiles, 0.0f), subject(tiles, -1.0f);  // the largest radius in each
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x) {
-      const std::size_t i = pixel(x, y),
+      const std::size_t i = layers_.pixel(x, y),
                         t = static_cast<std::size_t>(y / tile * columns_ + x / tile);
       scene[t] = std::max(scene[t], scene_radius(scene_circle_[i]));
-      if (subject_[i][3] > 0.0f) subject[t] = std::max(subject[t], radius_of(subject_circle_[i]));
+      if (layers_.subject[i][3] > 0.0f)
+        subject[t] = std::max(subject[t], radius_of(subject_circle_[i]));
     }
   reach_.assign(tiles, 0.0f);
   near_subject_.assign(tiles, 0);
@@ -201,11 +172,11 @@ Float4 DepthOfField::gather_subject(int x, int y, std::size_t count, float& circ
   float circles = 0.0f;
   for (std::size_t k = 0; k < count; ++k) {
     const Offset& o = offsets_[k];
-    const std::size_t q = pixel(x + o.x, y + o.y);
-    if (subject_[q][3] == 0.0f) continue;
+    const std::size_t q = layers_.pixel(x + o.x, y + o.y);
+    if (layers_.subject[q][3] == 0.0f) continue;
     const float w = o.share * weight(radius_of(subject_circle_[q]), o.distance);
-    light += w * subject_[q];
-    circles += w * subject_[q][3] * subject_circle_[q];
+    light += w * layers_.subject[q];
+    circles += w * layers_.subject[q][3] * subject_circle_[q];
   }
   if (light[3] < least) return Float4{};
   circle = circles / light[3];
@@ -214,7 +185,8 @@ Float4 DepthOfField::gather_subject(int x, int y, std::size_t count, float& circ
   float coverage = 0.0f;
   for (std::size_t k = 0; k < count && offsets_[k].distance < radius + 0.5f; ++k) {
     const Offset& o = offsets_[k];
-    coverage += o.share * weight(radius, o.distance) * subject_[pixel(x + o.x, y + o.y)][3];
+    coverage +=
+        o.share * weight(radius, o.distance) * layers_.subject[layers_.pixel(x + o.x, y + o.y)][3];
   }
   return light * (within(coverage) / light[3]);
 }
@@ -224,23 +196,23 @@ Float4 DepthOfField::gather(int x, int y, std::size_t count, bool subject) const
   float subject_circle = 0.0f;
   Float4 body{};
   if (subject) body = gather_subject(x, y, count, subject_circle);
-  const std::size_t p = pixel(x, y);
+  const std::size_t p = layers_.pixel(x, y);
   const float own = scene_circle_[p], own_radius = scene_radius(own);
   Sum nearest, front, middle, behind;
   for (std::size_t k = 0; k < count; ++k) {
     const Offset& o = offsets_[k];
-    const std::size_t q = pixel(x + o.x, y + o.y);
+    const std::size_t q = layers_.pixel(x + o.x, y + o.y);
     const float c = scene_circle_[q], radius = scene_radius(c);
     const float back = o.distance < own_radius + 0.5f ? before(own, c) : 0.0f;
     const float over = body[3] > 0.0f ? before(c, subject_circle) : 0.0f;
     if (back > 0.0f)
-      behind.add((1.0f - over) * back * o.share * weight(own_radius, o.distance), scene_[q]);
+      behind.add((1.0f - over) * back * o.share * weight(own_radius, o.distance), layers_.scene[q]);
     if (radius + 0.5f <= o.distance) continue;
     const float w = o.share * weight(radius, o.distance);
     const float ahead = before(c, own);
-    nearest.add(over * w, scene_[q]);
-    front.add((1.0f - over) * ahead * w, scene_[q]);
-    middle.add((1.0f - over) * (1.0f - ahead - before(own, c)) * w, scene_[q]);
+    nearest.add(over * w, layers_.scene[q]);
+    front.add((1.0f - over) * ahead * w, layers_.scene[q]);
+    middle.add((1.0f - over) * (1.0f - ahead - before(own, c)) * w, layers_.scene[q]);
   }
   Float4 scene = middle.layer();
   const float left = 1.0f - middle.coverage();
@@ -249,14 +221,14 @@ Float4 DepthOfField::gather(int x, int y, std::size_t count, bool subject) const
   } else if (middle.weight > least) {
     scene = middle.light * (1.0f / middle.weight);
   } else {
-    scene = scene_[p];
+    scene = layers_.scene[p];
   }
   scene = front.layer() + (1.0f - front.coverage()) * scene;
   if (body[3] == 0.0f) return scene;
   return nearest.layer() + (1.0f - nearest.coverage()) * (body + (1.0f - body[3]) * scene);
 }
 
-void DepthOfField::blur_tile(int column, int row, const Pictures& sharp, std::uint8_t* target,
+void DepthOfField::blur_tile(int column, int row, const SharpPictures& sharp, std::uint8_t* target,
                              int target_stride) const {
   const auto t = static_cast<std::size_t>(row * columns_ + column);
   const int right = std::min((column + 1) * tile, width_);
@@ -278,12 +250,13 @@ void DepthOfField::blur_tile(int column, int row, const Pictures& sharp, std::ui
 }
 
 void DepthOfField::apply(const Camera& camera, const ViewportLens& lens, const DepthLayers& depths,
-                         const Pictures& sharp, std::uint8_t* target, int target_stride) {
+                         const SharpPictures& sharp, std::uint8_t* target, int target_stride) {
   width_ = depths.width();
   height_ = depths.height();
   subject_only_ = lens.subject_only;
   const double focal = 0.5 * (camera.K[0][0] + camera.K[1][1]);
-  read_layers(lens, static_cast<float>(0.5 * lens.aperture * focal), depths, sharp);
+  layers_.read(depths, sharp);
+  find_circles(lens, static_cast<float>(0.5 * lens.aperture * focal), depths);
   find_reach(width_, height_);
   parallel_for(static_cast<std::size_t>(columns_ * rows_), 4, 0,
                [&](std::size_t begin, std::size_t end) {

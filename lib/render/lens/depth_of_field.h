@@ -31,8 +31,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "raytrace/float4.h"
-#include "render/lens/depth_layers.h"
+#include "render/lens/light_layers.h"
 #include "rig/camera.h"
 #include "scene/viewport_lens.h"
 
@@ -47,19 +46,11 @@ class DepthOfField {
   /// Whether \p lens asks for anything of this.
   static bool wanted(const ViewportLens& lens) { return lens.aperture > 0.0; }
 
-  /// Sharp pictures, RGBA rows \p stride bytes apart.
-  struct Pictures {
-    const std::uint8_t*
-        scene;  ///< without the subject before it, but with its shadow and mirror image
-    const std::uint8_t* full;  ///< with it; may be the same memory
-    int stride;
-  };
-
   /// Writes what \p lens makes of \p sharp into \p target, RGBA rows \p target_stride bytes apart, none
-  /// of the same memory; alpha as in Pictures::full. Light is added up linearly. \p camera is the
+  /// of the same memory; alpha as in SharpPictures::full. Light is added up linearly. \p camera is the
   /// pinhole's, of the size of \p depths.
   void apply(const Camera& camera, const ViewportLens& lens, const DepthLayers& depths,
-             const Pictures& sharp, std::uint8_t* target, int target_stride);
+             const SharpPictures& sharp, std::uint8_t* target, int target_stride);
 
  private:
   static constexpr int tile = 16;          // pixels
@@ -71,24 +62,22 @@ class DepthOfField {
   };
   void find_offsets();
   void find_disks();
-  void read_layers(const ViewportLens& lens, float scale, const DepthLayers& depths,
-                   const Pictures& sharp);
+  void find_circles(const ViewportLens& lens, float scale, const DepthLayers& depths);
   void find_reach(int width, int height);
-  void blur_tile(int column, int row, const Pictures& sharp, std::uint8_t* target,
+  void blur_tile(int column, int row, const SharpPictures& sharp, std::uint8_t* target,
                  int target_stride) const;
   Float4 gather(int x, int y, std::size_t count, bool subject) const;
   Float4 gather_subject(int x, int y, std::size_t count, float& circle) const;
   float weight(float radius, float distance) const;
   float radius_of(float circle) const;
   float scene_radius(float circle) const;
-  std::size_t pixel(int x, int y) const;
 
   std::vector<Offset> offsets_;      // by distance
   std::vector<float> inverse_area_;  // of a disk as the offsets see it, by its radius
   std::vector<float> drawn_radius_;  // by the true one
   int width_ = 0, height_ = 0, columns_ = 0, rows_ = 0;
   bool subject_only_ = false;
-  std::vector<Float4> scene_, subject_;  // linear; the subject's times its coverage, which is last
+  LightLayers layers_;
   std::vector<float> scene_circle_, subject_circle_;  // c
   std::vector<float> reach_;                          // by tile: the largest radius that gets there
   std::vector<std::uint8_t> near_subject_;            // by tile: whether any of the subject does

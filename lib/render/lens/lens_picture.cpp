@@ -11,20 +11,28 @@ namespace {
 
 void check(const ViewportLens& lens) {
   bool finite = std::isfinite(lens.aperture) && std::isfinite(lens.focus_distance) &&
-                std::isfinite(lens.grain) && std::isfinite(lens.grain_size);
+                std::isfinite(lens.shutter) && std::isfinite(lens.grain) &&
+                std::isfinite(lens.grain_size);
   for (const double a : lens.falloff) finite = finite && std::isfinite(a);
-  if (finite && lens.aperture >= 0.0 && lens.focus_distance > 0.0 && lens.grain >= 0.0) return;
+  if (finite && lens.aperture >= 0.0 && lens.focus_distance > 0.0 && lens.shutter >= 0.0 &&
+      lens.grain >= 0.0)
+    return;
   throw Error(
       Error::Kind::bad_input,
-      "The viewport's lens cannot be used: aperture and grain must be 0 or above, the focus "
-      "distance above 0, and all of it finite.");
+      "The viewport's lens cannot be used: aperture, shutter and grain must be 0 or above, the "
+      "focus distance above 0, and all of it finite.");
 }
 
 }  // namespace
 
-void LensPicture::set(RenderFrame& frame, const ViewportLens& lens) {
+void LensPicture::set(RenderFrame& frame, const ViewportLens& lens, const Camera* before) {
   check(lens);
   lens_ = lens;
+  moves_ = false;
+  if (before != nullptr && lens.shutter > 0.0) {
+    shutter_ = {resized(*before, frame.width, frame.height), lens.shutter, lens.still_background};
+    moves_ = MotionBlur::moves(resized(frame.viewport, frame.width, frame.height), shutter_);
+  }
   if (frame.viewport.distortion.empty() && !finishes()) {
     distorted_.set(frame.viewport);
     return;
@@ -34,12 +42,14 @@ void LensPicture::set(RenderFrame& frame, const ViewportLens& lens) {
   frame.viewport = distorted_.pinhole();
   frame.width = frame.viewport.width;
   frame.height = frame.viewport.height;
+  // The overscan's pixels are those of a pinhole's picture, moved and scaled.
+  shutter_.before.K = frame.viewport.K * glm::inverse(viewport_.K) * shutter_.before.K;
 }
 
-/// The composite with depth of field, of pinhole pictures of \p frame's size.
-void LensPicture::focus(const RenderFrame& frame, const RenderPlan& plan,
-                        const std::uint8_t* background, int background_stride, std::uint8_t* target,
-                        int target_stride, const Compose& compose) {
+/// The composite with depth of field and motion blur, of pinhole pictures of \p frame's size.
+void LensPicture::blur(const RenderFrame& frame, const RenderPlan& plan,
+                       const std::uint8_t* background, int background_stride, std::uint8_t* target,
+                       int target_stride, const Compose& compose) {
   const int stride = 4 * frame.width;
   scene_.resize(static_cast<std::size_t>(stride) * static_cast<std::size_t>(frame.height));
   for (int y = 0; y < frame.height; ++y)
@@ -61,30 +71,51 @@ void LensPicture::focus(const RenderFrame& frame, const RenderPlan& plan,
     full = full_.data();
   }
   depths_.set(frame, plan);
-  depth_of_field_.apply(resized(frame.viewport, frame.width, frame.height), lens_, depths_,
-                        {scene_.data(), full, stride}, target, target_stride);
+  const Camera camera = resized(frame.viewport, frame.width, frame.height);
+  SharpPictures sharp{scene_.data(), full, stride};
+  if (DepthOfField::wanted(lens_)) {
+    std::uint8_t* focused = target;
+    int focused_stride = target_stride;
+    if (moves_) {
+      focused_.resize(scene_.size());
+      focused = focused_.data();
+      focused_stride = stride;
+    }
+    depth_of_field_.apply(camera, lens_, depths_, sharp, focused, focused_stride);
+    if (!moves_) return;
+    // What the subject hides comes out from behind it.
+    const std::uint8_t* behind = focused;
+    if (full != scene_.data()) {
+      focused_scene_.resize(scene_.size());
+      depth_of_field_.apply(camera, lens_, depths_.scene_alone(),
+                            {scene_.data(), scene_.data(), stride}, focused_scene_.data(), stride);
+      behind = focused_scene_.data();
+    }
+    sharp = {behind, focused, stride};
+  }
+  motion_blur_.apply(camera, shutter_, depths_, sharp, target, target_stride);
 }
 
 void LensPicture::draw(const RenderFrame& frame, const RenderPlan& plan, std::uint64_t number,
                        const std::uint8_t* background, int background_stride, std::uint8_t* target,
                        int target_stride, const Compose& compose) {
-  const bool focuses = DepthOfField::wanted(lens_);
+  const bool blurred = blurs();
   if (!distorted_.active()) {
-    if (focuses)
-      focus(frame, plan, background, background_stride, target, target_stride, compose);
+    if (blurred)
+      blur(frame, plan, background, background_stride, target, target_stride, compose);
     else if (!plan.untouched())
       compose(plan, background, background_stride, target, target_stride);
-  } else if (focuses || !plan.untouched()) {
+  } else if (blurred || !plan.untouched()) {
     // A mirror shows what may lie anywhere in the picture.
     const Camera& pinhole = distorted_.pinhole();
     const Rectangle all{0, 0, pinhole.width, pinhole.height};
     distorted_.take(background, background_stride,
-                    focuses || plan.mirror_index >= 0 ? all : plan.changed());
+                    blurred || plan.mirror_index >= 0 ? all : plan.changed());
     const std::uint8_t* before = distorted_.before();
     std::uint8_t* drawn = distorted_.drawn();
     const int stride = distorted_.stride();
-    if (focuses) {
-      focus(frame, plan, before, stride, drawn, stride, compose);
+    if (blurred) {
+      blur(frame, plan, before, stride, drawn, stride, compose);
       distorted_.give_all(target, target_stride);
     } else {
       compose(plan, before, stride, drawn, stride);
