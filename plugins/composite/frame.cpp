@@ -340,6 +340,7 @@ void FrameComposer::reset() {
   scene_name_.clear();
   frame_ = {};
   plan_ = {};
+  viewport_before_.reset();
 }
 
 }  // namespace polyhull::element

@@ -21,13 +21,15 @@ void LightLayers::read(const DepthLayers& depths, const SharpPictures& sharp) {
     return Float4{linear[p[0]], linear[p[1]], linear[p[2]], 0.0f};
   };
   const auto columns = static_cast<std::size_t>(width);
+  const bool without = sharp.full == sharp.scene;
   parallel_for(static_cast<std::size_t>(height), 8, 0, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin * columns; i < end * columns; ++i) {
       const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(i / columns) * sharp.stride +
                                 4 * static_cast<std::ptrdiff_t>(i % columns);
       const Float4 full = light(sharp.full + at);
-      const bool same = std::memcmp(sharp.full + at, sharp.scene + at, 4) == 0;
-      float coverage = depths.coverage()[i], inverse = depths.subject()[i];
+      const bool same = without || std::memcmp(sharp.full + at, sharp.scene + at, 4) == 0;
+      float coverage = without ? 0.0f : depths.coverage()[i];
+      float inverse = without ? 0.0f : depths.subject()[i];
       if (coverage == 0.0f && !same && depths.image_subject() > 0.0f)
         coverage = 1.0f, inverse = depths.image_subject();
       // What no depth is known of stays where it is.

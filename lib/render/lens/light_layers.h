@@ -16,7 +16,7 @@ namespace polyhull {
 struct SharpPictures {
   const std::uint8_t*
       scene;  ///< without the subject before it, but with its shadow and mirror image
-  const std::uint8_t* full;  ///< with it; may be the same memory
+  const std::uint8_t* full;  ///< with it; the same memory: there is none
   int stride;
 };
 
