@@ -52,6 +52,8 @@ FrameComposer::FrameComposer(CompositeGl& gl, Statistics& statistics)
                       "background-bytes-uploaded",
                       "backgrounds-converted",
                       "through-lens",
+                      "motion-blurred",
+                      "lens-without-scene",
                       "pixels-shaded",
                       "pixels-changed"});
 }
@@ -340,7 +342,7 @@ void FrameComposer::reset() {
   scene_name_.clear();
   frame_ = {};
   plan_ = {};
-  viewport_before_.reset();
+  forget_motion();
 }
 
 }  // namespace polyhull::element

@@ -79,6 +79,9 @@ class FrameComposer {
   /// was lost as OpenGL failed. Throws Error.
   bool take(unsigned place, const GstVideoInfo& info, GstBuffer* output);
 
+  /// The next frame does not follow on the last one.
+  void forget_motion() { viewport_before_.reset(); }
+
   void reset();
 
  private:

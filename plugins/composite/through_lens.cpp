@@ -26,6 +26,13 @@ void FrameComposer::set_lens(const CompositeSettings& settings, const GstVideoIn
   const std::optional<Camera> before = std::exchange(viewport_before_, frame_.viewport);
   time_before_ = time;
   lens_.set(frame_, lens, known ? &*before : nullptr);
+  if (lens_.moves()) statistics_.count("motion-blurred");
+  if (frame_.scene) return;
+  if ((lens.aperture > 0.0 && !lens.subject_only) || (lens_.moves() && !lens.still_background))
+    statistics_.warn(gl_.element(), "lens-without-scene",
+                     "No scene tells how far away the background is: its depth of field and motion "
+                     "blur are those of what is infinitely far. Set scene, have the background "
+                     "announce it, or set depth-of-field and motion-blur to subject.");
 }
 
 /// Brings the composite through the lens into \p target, which holds the background.

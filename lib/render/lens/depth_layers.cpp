@@ -35,14 +35,6 @@ void DepthLayers::set(const RenderFrame& frame, const RenderPlan& plan) {
   draw_subjects(plan, pixels);
 }
 
-DepthLayers DepthLayers::scene_alone() const {
-  DepthLayers out = *this;
-  out.subject_.assign(scene_.size(), 0.0f);
-  out.coverage_.assign(scene_.size(), 0.0f);
-  out.image_subject_ = 0.0f;
-  return out;
-}
-
 void DepthLayers::draw_scene(const RenderFrame& frame, const Mat4& pixels) {
   scene_held_ = frame.scene;
   lights_ = frame.lights;

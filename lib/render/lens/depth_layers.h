@@ -18,9 +18,6 @@ class DepthLayers {
   /// as scene and viewport stay.
   void set(const RenderFrame& frame, const RenderPlan& plan);
 
-  /// The same without any subject.
-  DepthLayers scene_alone() const;
-
   int width() const { return width_; }
   int height() const { return height_; }
 

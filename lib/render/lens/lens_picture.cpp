@@ -20,7 +20,9 @@ void check(const ViewportLens& lens) {
   throw Error(
       Error::Kind::bad_input,
       "The viewport's lens cannot be used: aperture, shutter and grain must be 0 or above, the "
-      "focus distance above 0, and all of it finite.");
+      "focus distance above 0, and all of it finite. Got aperture {} m, focus distance {} m, "
+      "shutter {}, grain {}.",
+      lens.aperture, lens.focus_distance, lens.shutter, lens.grain);
 }
 
 }  // namespace
@@ -87,8 +89,8 @@ void LensPicture::blur(const RenderFrame& frame, const RenderPlan& plan,
     const std::uint8_t* behind = focused;
     if (full != scene_.data()) {
       focused_scene_.resize(scene_.size());
-      depth_of_field_.apply(camera, lens_, depths_.scene_alone(),
-                            {scene_.data(), scene_.data(), stride}, focused_scene_.data(), stride);
+      depth_of_field_.apply(camera, lens_, depths_, {scene_.data(), scene_.data(), stride},
+                            focused_scene_.data(), stride);
       behind = focused_scene_.data();
     }
     sharp = {behind, focused, stride};

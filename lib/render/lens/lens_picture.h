@@ -26,14 +26,17 @@ namespace polyhull {
 
 class LensPicture {
  public:
-  /// From now on \p frame's viewport with \p lens; \p before is the viewport one frame ago, null where
-  /// that is not known. Where the lens distorts, width, height and viewport
-  /// of \p frame become those that a renderer is to plan and draw: of a pinhole. Throws Error as
-  /// DistortedView, and where \p lens is out of its ranges.
+  /// From now on \p frame's viewport with \p lens; \p before is the viewport that
+  /// ViewportLens::shutter counts from, null where that is not known. Where the lens distorts, width,
+  /// height and viewport of \p frame become those that a renderer is to plan and draw: of a pinhole.
+  /// Throws Error as DistortedView, and where \p lens is out of its ranges.
   void set(RenderFrame& frame, const ViewportLens& lens, const Camera* before = nullptr);
 
   /// Whether anything is to be done; else the renderer draws alone.
   bool active() const { return distorted_.active() || finishes(); }
+
+  /// Whether the viewport moves while the shutter is open, so that it is seen.
+  bool moves() const { return moves_; }
 
   /// Whether pixels change that RenderPlan::changed() does not name.
   bool finishes() const { return Sensor::wanted(lens_) || blurs(); }
@@ -66,7 +69,7 @@ class LensPicture {
   MotionBlur::Shutter shutter_;
   bool moves_ = false;
   std::vector<std::uint8_t> scene_, full_;  // sharp: without the subject before it, and with it
-  std::vector<std::uint8_t> focused_scene_, focused_;
+  std::vector<std::uint8_t> focused_scene_, focused_;  // the same with depth of field, to be moved
   Sensor sensor_;
 };
 
