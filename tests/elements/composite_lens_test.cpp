@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// composite through the viewport's lens: distortion as it is announced or set, fall-off and grain.
+// composite through the viewport's lens: distortion as it is announced or set, depth of field, motion
+// blur, fall-off and grain.
 #include "composite_bench.h"
 
 #include <algorithm>
@@ -218,6 +219,88 @@ GST_START_TEST(test_depth_of_field_of_a_tracked_lens) {
 }
 GST_END_TEST;
 
+/// Looks past the subject by a degree and a half more with each frame: 5 pixels.
+void turn(Bench& bench, int i) {
+  g_object_set(bench.element, "target-x", 1.4 + 0.11 * i, nullptr);
+}
+
+// The viewport's motion blurs, standing still and off are as ever, to the bit, on both backends.
+GST_START_TEST(test_motion_blur) {
+  for (const char* backend : {"processor", "gl"}) {
+    const auto frames = [backend](const char* range, double angle) {
+      LensBench bench;
+      gst_util_set_object_arg(G_OBJECT(bench.element), "backend", backend);
+      gst_util_set_object_arg(G_OBJECT(bench.element), "motion-blur", range);
+      g_object_set(bench.element, "shutter-angle", angle, nullptr);
+      std::vector<Pixels> out;
+      for (int i = 0; i < 3; ++i) {
+        turn(bench, std::min(i, 1));  // the last stands still
+        out.push_back(shown(bench, i));
+      }
+      fail_unless(count_of(bench.element, "motion-blurred") == (out[1] == out[2] ? 0 : 1));
+      return out;
+    };
+    const std::vector<Pixels> sharp = frames("off", 180.0), blurred = frames("subject", 180.0);
+    fail_unless(sharp[1] == sharp[2]);
+    fail_unless(blurred[0] == sharp[0], "there is no frame before the first");
+    fail_unless(blurred[2] == sharp[2], "what stands still is blurred");
+    fail_unless(frames("subject", 0.0)[1] == sharp[1], "the shutter is closed");
+    // The outline is wider by what moves while the shutter is open, by half of it on either side.
+    const int still = touched(sharp[1]), half = touched(blurred[1]),
+              whole = touched(frames("subject", 360.0)[1]);
+    fail_unless(half > still + 150 && half < still + 600, "%d, still %d", half, still);
+    fail_unless(whole > half + 150 && whole < half + 600, "%d, open for half %d", whole, half);
+  }
+}
+GST_END_TEST;
+
+// The shutter is open for a frame's time, however long ago the last frame was; another camera and a flush are cuts.
+GST_START_TEST(test_motion_blur_over_gaps_and_cuts) {
+  const auto second = [](int number, double target, bool flush) {
+    LensBench bench;
+    gst_util_set_object_arg(G_OBJECT(bench.element), "motion-blur", "subject");
+    g_object_set(bench.element, "shutter-angle", 360.0, nullptr);
+    shown(bench, 0);
+    if (flush) {
+      GstPad* pad = GST_PAD_PEER(bench.background->srcpad);
+      fail_unless(gst_pad_send_event(pad, gst_event_new_flush_start()));
+      fail_unless(gst_pad_send_event(pad, gst_event_new_flush_stop(TRUE)));
+      GstSegment segment;
+      gst_segment_init(&segment, GST_FORMAT_TIME);
+      gst_harness_push_event(bench.background, gst_event_new_segment(&segment));
+    }
+    g_object_set(bench.element, "target-x", target, nullptr);
+    const Pixels picture = shown(bench, number);
+    fail_unless(count_of(bench.element, "drawn") > 0);
+    return std::pair(touched(picture), count_of(bench.element, "motion-blurred"));
+  };
+  const auto [next, blurred] = second(1, 1.7, false);
+  const auto [later, blurred_later] = second(4, 1.7, false);
+  fail_unless_equals_int(blurred, 1);
+  fail_unless_equals_int(blurred_later, 1);
+  fail_unless(next > later + 150, "%d, after a gap %d", next, later);
+  fail_unless_equals_int(second(40, 1.7, false).second, 0);  // that was a second and a half ago
+  fail_unless_equals_int(second(1, -3.0, false).second, 0);
+  fail_unless_equals_int(second(1, 1.7, true).second, 0);
+}
+GST_END_TEST;
+
+// A background whose depth nobody knows is blurred as if it were without end, and a warning says so.
+GST_START_TEST(test_blur_without_a_scene_warns) {
+  LensBench bench;
+  gst_util_set_object_arg(G_OBJECT(bench.element), "depth-of-field", "subject");
+  g_object_set(bench.element, "aperture", 50.0, nullptr);
+  shown(bench, 0);
+  fail_unless_equals_int(count_of(bench.element, "lens-without-scene"), 0);
+  gst_util_set_object_arg(G_OBJECT(bench.element), "depth-of-field", "picture");
+  shown(bench, 1);
+  fail_unless_equals_int(count_of(bench.element, "lens-without-scene"), 1);
+  g_object_set(bench.element, "scene", "builtin:room", nullptr);
+  shown(bench, 2);
+  fail_unless_equals_int(count_of(bench.element, "lens-without-scene"), 1);
+}
+GST_END_TEST;
+
 // Grain and fall-off reach pictures without any subject, depend on the frame's time alone, and stay off
 // where they are off.
 GST_START_TEST(test_sensor_without_a_mesh) {
@@ -261,6 +344,9 @@ static Suite* composite_lens_suite(void) {
   tcase_add_test(tcase, test_video_output_through_the_lens);
   tcase_add_test(tcase, test_depth_of_field);
   tcase_add_test(tcase, test_depth_of_field_of_a_tracked_lens);
+  tcase_add_test(tcase, test_motion_blur);
+  tcase_add_test(tcase, test_motion_blur_over_gaps_and_cuts);
+  tcase_add_test(tcase, test_blur_without_a_scene_warns);
   tcase_add_test(tcase, test_sensor_without_a_mesh);
   tcase_add_test(tcase, test_absurd_lens_is_survived);
   suite_add_tcase(suite, tcase);
