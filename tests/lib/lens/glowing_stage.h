@@ -92,6 +92,8 @@ struct Stage {
   TracedScene scene{glowing_scene()};
   Camera camera = viewport();
   Picture without, with;
+  RenderFrame frame;
+  RenderPlan plan;
   DepthLayers depths;
 
   Stage() {
@@ -99,14 +101,14 @@ struct Stage {
     scene.set_subjects(traced(hull));
     with = trace_picture(scene, camera, 64);
     mesh.hull = hull;
-    RenderFrame frame;
     frame.width = width;
     frame.height = height;
     frame.viewport = camera;
     frame.scene = std::make_shared<const Scene>(glowing_scene());
     frame.subjects.push_back({&mesh, {}, 0});
     ProcessorRenderer renderer;
-    depths.set(frame, renderer.plan(frame, {}));
+    plan = renderer.plan(frame, {});
+    depths.set(frame, plan);
   }
   /// Writes what \p draw makes of the layers' sharp pictures.
   template <typename Draw>

@@ -4,12 +4,14 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <string>
 #include <vector>
 
 #include "glowing_stage.h"
+#include "render/lens/lens_picture.h"
 
 namespace polyhull::test {
 namespace {
@@ -35,12 +37,12 @@ MotionBlur::Shutter shutter_of(const Move& move) {
   return shutter;
 }
 
-Picture truth(const TracedScene& scene, const Move& move) {
+Picture truth(const TracedScene& scene, const Move& move, const PathOptions& paths = {}) {
   constexpr int poses = 24;
   std::vector<Vec3f> sums(static_cast<std::size_t>(width) * height, Vec3f(0.0f));
   for (int i = 0; i < poses; ++i)
     trace_paths(scene, viewport_at(move, move.share * ((i + 0.5) / poses - 0.5)),
-                static_cast<std::uint32_t>(4 * i), 4, {}, sums);
+                static_cast<std::uint32_t>(4 * i), 4, paths, sums);
   return develop(sums, 4 * poses, width, height);
 }
 
@@ -74,6 +76,37 @@ TEST(MotionBlur, IsNearToTheTruth) {
     EXPECT_GE(found, move.least) << move.name;
     EXPECT_GE(found, sharp + 3.0) << move.name;
   }
+}
+
+// Both blurs, as a composite gets them.
+TEST(MotionBlur, WithDepthOfFieldIsNearToTheTruth) {
+  const Move& move = moves[1];
+  ViewportLens lens;
+  lens.aperture = 0.08;
+  lens.focus_distance = 4.2;
+  lens.shutter = move.share;
+  PathOptions paths;
+  paths.aperture = static_cast<float>(lens.aperture);
+  paths.focus_distance = static_cast<float>(lens.focus_distance);
+  RenderFrame frame = stage().frame;
+  const Camera before = viewport_at(move, -1.0);
+  LensPicture picture;
+  picture.set(frame, lens, &before);
+  EXPECT_TRUE(picture.moves());
+  Picture drawn = stage().without;
+  picture.draw(frame, stage().plan, 0, stage().without.pixels.data(), 4 * width,
+               drawn.pixels.data(), 4 * width,
+               [](const RenderPlan&, const std::uint8_t*, int, std::uint8_t* to, int stride) {
+                 ASSERT_EQ(stride, 4 * width);
+                 std::copy(stage().with.pixels.begin(), stage().with.pixels.end(), to);
+               });
+  const Picture truth = test::truth(stage().scene, move, paths);
+  const double found = psnr(drawn, truth), sharp = psnr(stage().with, truth);
+  std::printf("both   %.1f dB (sharp %.1f dB)\n", found, sharp);
+  keep(drawn, "both.png");
+  keep(truth, "both-truth.png");
+  EXPECT_GE(found, 36.0);
+  EXPECT_GE(found, sharp + 3.0);
 }
 
 // What stands still is as it was, to the bit.
