@@ -111,28 +111,34 @@ float DepthOfField::radius_of(float circle) const {
   return drawn_radius_[i] + share * (drawn_radius_[i + 1] - drawn_radius_[i]);
 }
 
-/// Of a disk of \p radius at \p distance from its middle.
-float DepthOfField::weight(float radius, float distance) const {
+float DepthOfField::inverse_area(float radius) const {
   const float at = radius * radius_steps;
   const auto i = static_cast<std::size_t>(at);
   const float share = at - static_cast<float>(i);
-  return within(radius - distance + 0.5f) *
-         (inverse_area_[i] + share * (inverse_area_[i + 1] - inverse_area_[i]));
+  return inverse_area_[i] + share * (inverse_area_[i + 1] - inverse_area_[i]);
 }
 
-float DepthOfField::scene_radius(float circle) const {
-  return subject_only_ ? sharp_radius : radius_of(circle);
+/// Of a disk at \p distance from its middle.
+float DepthOfField::weight(const Disk& disk, float distance) {
+  return within(disk.radius - distance + 0.5f) * disk.inverse_area;
 }
 
 void DepthOfField::find_circles(const ViewportLens& lens, float scale, const DepthLayers& depths) {
   const std::size_t count = layers_.scene.size();
-  scene_circle_.resize(count);
-  subject_circle_.resize(count);
+  scene_disks_.resize(count);
+  subject_disks_.resize(count);
   const float focus = static_cast<float>(1.0 / lens.focus_distance);
-  for (std::size_t i = 0; i < count; ++i) {
-    scene_circle_[i] = scale * (depths.scene()[i] - focus);
-    subject_circle_[i] = scale * (layers_.subject_inverse[i] - focus);
-  }
+  const auto disk = [&](float inverse, bool pixel) {
+    const float circle = scale * (inverse - focus);
+    const float radius = pixel ? sharp_radius : radius_of(circle);
+    return Disk{circle, radius, inverse_area(radius)};
+  };
+  parallel_for(count, 4096, 0, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      scene_disks_[i] = disk(depths.scene()[i], subject_only_);
+      if (layers_.subject[i][3] > 0.0f) subject_disks_[i] = disk(layers_.subject_inverse[i], false);
+    }
+  });
 }
 
 /// How far disks reach, tile by tile.
@@ -140,17 +146,21 @@ void DepthOfField::find_reach(int width, int height) {
   columns_ = (width + tile - 1) / tile;
   rows_ = (height + tile - 1) / tile;
   const auto tiles = static_cast<std::size_t>(columns_ * rows_);
-  std::vector<float> scene(tiles, 0.0f), subject(tiles, -1.0f);  // the largest radius in each
+  std::vector<float> scene(tiles, 0.0f), subject(tiles, -1.0f);     // the largest radius in each
+  std::vector<float> nearest(tiles, -1e9f), farthest(tiles, 1e9f);  // of the scene's circles
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x) {
       const std::size_t i = layers_.pixel(x, y),
                         t = static_cast<std::size_t>(y / tile * columns_ + x / tile);
-      scene[t] = std::max(scene[t], scene_radius(scene_circle_[i]));
-      if (layers_.subject[i][3] > 0.0f)
-        subject[t] = std::max(subject[t], radius_of(subject_circle_[i]));
+      const Disk& disk = scene_disks_[i];
+      scene[t] = std::max(scene[t], disk.radius);
+      nearest[t] = std::max(nearest[t], disk.circle);
+      farthest[t] = std::min(farthest[t], disk.circle);
+      if (layers_.subject[i][3] > 0.0f) subject[t] = std::max(subject[t], subject_disks_[i].radius);
     }
   reach_.assign(tiles, 0.0f);
   near_subject_.assign(tiles, 0);
+  even_.assign(tiles, 0);
   constexpr int most = static_cast<int>(most_radius) / tile + 1;
   for (int row = 0; row < rows_; ++row)
     for (int column = 0; column < columns_; ++column) {
@@ -163,6 +173,16 @@ void DepthOfField::find_reach(int width, int height) {
             if (radius + 1.0f > static_cast<float>(apart)) reach_[t] = std::max(reach_[t], radius);
           if (subject[other] + 1.0f > static_cast<float>(apart)) near_subject_[t] = 1;
         }
+      const int around = static_cast<int>(reach_[t] + 1.0f) / tile + 1;
+      float most_near = -1e9f, most_far = 1e9f;
+      for (int j = std::max(row - around, 0); j <= std::min(row + around, rows_ - 1); ++j)
+        for (int i = std::max(column - around, 0); i <= std::min(column + around, columns_ - 1);
+             ++i) {
+          const auto other = static_cast<std::size_t>(j * columns_ + i);
+          most_near = std::max(most_near, nearest[other]);
+          most_far = std::min(most_far, farthest[other]);
+        }
+      even_[t] = !near_subject_[t] && before(most_near, most_far) == 0.0f;
     }
 }
 
@@ -174,21 +194,36 @@ Float4 DepthOfField::gather_subject(int x, int y, std::size_t count, float& circ
     const Offset& o = offsets_[k];
     const std::size_t q = layers_.pixel(x + o.x, y + o.y);
     if (layers_.subject[q][3] == 0.0f) continue;
-    const float w = o.share * weight(radius_of(subject_circle_[q]), o.distance);
+    const float w = o.share * weight(subject_disks_[q], o.distance);
     light += w * layers_.subject[q];
-    circles += w * layers_.subject[q][3] * subject_circle_[q];
+    circles += w * layers_.subject[q][3] * subject_disks_[q].circle;
   }
   if (light[3] < least) return Float4{};
   circle = circles / light[3];
   // The subject as if it were even here, so that its coverage is that of its outline.
   const float radius = radius_of(circle);
+  const Disk mean{circle, radius, inverse_area(radius)};
   float coverage = 0.0f;
   for (std::size_t k = 0; k < count && offsets_[k].distance < radius + 0.5f; ++k) {
     const Offset& o = offsets_[k];
     coverage +=
-        o.share * weight(radius, o.distance) * layers_.subject[layers_.pixel(x + o.x, y + o.y)][3];
+        o.share * weight(mean, o.distance) * layers_.subject[layers_.pixel(x + o.x, y + o.y)][3];
   }
   return light * (within(coverage) / light[3]);
+}
+
+/// A pixel's light where circles are alike around it.
+Float4 DepthOfField::gather_even(int x, int y, std::size_t count) const {
+  Float4 light{};
+  float sum = 0.0f;
+  for (std::size_t k = 0; k < count; ++k) {
+    const Offset& o = offsets_[k];
+    const std::size_t q = layers_.pixel(x + o.x, y + o.y);
+    const float w = o.share * weight(scene_disks_[q], o.distance);
+    light += w * layers_.scene[q];
+    sum += w;
+  }
+  return sum > least ? light * (1.0f / sum) : layers_.scene[layers_.pixel(x, y)];
 }
 
 /// A pixel's light.
@@ -197,18 +232,20 @@ Float4 DepthOfField::gather(int x, int y, std::size_t count, bool subject) const
   Float4 body{};
   if (subject) body = gather_subject(x, y, count, subject_circle);
   const std::size_t p = layers_.pixel(x, y);
-  const float own = scene_circle_[p], own_radius = scene_radius(own);
+  const Disk& disk = scene_disks_[p];
+  const float own = disk.circle;
   Sum nearest, front, middle, behind;
   for (std::size_t k = 0; k < count; ++k) {
     const Offset& o = offsets_[k];
     const std::size_t q = layers_.pixel(x + o.x, y + o.y);
-    const float c = scene_circle_[q], radius = scene_radius(c);
-    const float back = o.distance < own_radius + 0.5f ? before(own, c) : 0.0f;
+    const Disk& other = scene_disks_[q];
+    const float c = other.circle;
+    const float back = o.distance < disk.radius + 0.5f ? before(own, c) : 0.0f;
     const float over = body[3] > 0.0f ? before(c, subject_circle) : 0.0f;
     if (back > 0.0f)
-      behind.add((1.0f - over) * back * o.share * weight(own_radius, o.distance), layers_.scene[q]);
-    if (radius + 0.5f <= o.distance) continue;
-    const float w = o.share * weight(radius, o.distance);
+      behind.add((1.0f - over) * back * o.share * weight(disk, o.distance), layers_.scene[q]);
+    if (other.radius + 0.5f <= o.distance) continue;
+    const float w = o.share * weight(other, o.distance);
     const float ahead = before(c, own);
     nearest.add(over * w, layers_.scene[q]);
     front.add((1.0f - over) * ahead * w, layers_.scene[q]);
@@ -244,7 +281,8 @@ void DepthOfField::blur_tile(int column, int row, const SharpPictures& sharp, st
           target + static_cast<std::ptrdiff_t>(y) * target_stride + 4 * std::ptrdiff_t{x};
       std::memcpy(to, from, 4);
       if (same) continue;
-      const Float4 light = gather(x, y, count, near_subject_[t] != 0);
+      const Float4 light =
+          even_[t] ? gather_even(x, y, count) : gather(x, y, count, near_subject_[t] != 0);
       for (int c = 0; c < 3; ++c) to[c] = linear_to_srgb(light[c], codes);
     }
 }

@@ -24,6 +24,9 @@
 /// disks are pixels. What the scene's own things hide is not
 /// known and is made up from what is beside it.
 ///
+/// Where all circles around a pixel are alike, and no subject is near, nothing is before or behind, and
+/// the sum over M is all of it.
+///
 /// Disks above `most_radius` count as that large. Pixels up to 4.5 from the middle are all looked at;
 /// 48 in each doubling of the radius beyond.
 #pragma once
@@ -68,9 +71,17 @@ class DepthOfField {
                  int target_stride) const;
   Float4 gather(int x, int y, std::size_t count, bool subject) const;
   Float4 gather_subject(int x, int y, std::size_t count, float& circle) const;
-  float weight(float radius, float distance) const;
+  Float4 gather_even(int x, int y, std::size_t count) const;
+  float inverse_area(float radius) const;
   float radius_of(float circle) const;
-  float scene_radius(float circle) const;
+
+  /// What a pixel becomes.
+  struct Disk {
+    float circle;        // c
+    float radius;        // as it is drawn
+    float inverse_area;  // of that
+  };
+  static float weight(const Disk& disk, float distance);
 
   std::vector<Offset> offsets_;      // by distance
   std::vector<float> inverse_area_;  // of a disk as the offsets see it, by its radius
@@ -78,9 +89,11 @@ class DepthOfField {
   int width_ = 0, height_ = 0, columns_ = 0, rows_ = 0;
   bool subject_only_ = false;
   LightLayers layers_;
-  std::vector<float> scene_circle_, subject_circle_;  // c
-  std::vector<float> reach_;                          // by tile: the largest radius that gets there
-  std::vector<std::uint8_t> near_subject_;            // by tile: whether any of the subject does
+  std::vector<Disk> scene_disks_, subject_disks_;
+  // By tile: the largest radius that gets there, whether any of the subject does, and whether the
+  // scene's circles are alike as far as that.
+  std::vector<float> reach_;
+  std::vector<std::uint8_t> near_subject_, even_;
 };
 
 }  // namespace polyhull

@@ -12,8 +12,9 @@
 namespace polyhull {
 namespace {
 
-constexpr float least_motion = 0.1f;  // pixels: less is not seen
-constexpr float arrived = 0.5f;       // pixels from where a source was to lead
+constexpr float least_motion = 0.1f;    // pixels: less is not seen
+constexpr float arrived = 0.5f;         // pixels from where a source was to lead
+constexpr float least_parallax = 1.0f;  // pixels: less is found from anywhere
 constexpr int iterations = 3;
 constexpr int most_steps = 64;
 
@@ -106,7 +107,7 @@ MotionBlur::Point MotionBlur::scene_source(Point p, float time, const Reach& rea
     best = q;
     least_error = error;
     if (arrives) nearest = depth;
-    if (reach.nearest - reach.farthest < 0.02f * reach.nearest) break;
+    if (reach.parallax < least_parallax) break;
   }
   return best;
 }
@@ -235,6 +236,10 @@ void MotionBlur::find_reach() {
           reach.farthest = std::min(reach.farthest, other.farthest);
           reach.subject |= other.subject;
         }
+      const Point middle{(static_cast<float>(column) + 0.5f) * tile,
+                         (static_cast<float>(row) + 0.5f) * tile};
+      const Point near = motion_at(middle, reach.nearest), far = motion_at(middle, reach.farthest);
+      reach.parallax = length({near.x - far.x, near.y - far.y});
     }
 }
 

@@ -10,9 +10,9 @@
 /// that time, half of it before the frame's instant: the picture is the mean over tau in
 /// [-s/2, s/2] of pictures in which each point lies at u + tau v. What of a layer is then seen
 /// at pixel p is at q with q + tau v(q, w(q)) = p, which is looked for by fixed-point
-/// iteration from three beginnings, the depth at p and the nearest and farthest around; of
-/// those that arrive, the nearest is what is seen. Where none does, a thing has uncovered what the
-/// picture does not show, and what lies beside it stands for it.
+/// iteration from the depth at p and, where their motions differ by a pixel, from the nearest and
+/// the farthest around; of those that arrive, the nearest is what is seen. Where none does, a thing
+/// has uncovered what the picture does not show, and what lies beside it stands for it.
 ///
 /// Motion is a straight line at even speed, and the scene and its subjects stand still in it: a person's
 /// own motion is blurred in the pictures of the cameras that saw it.
@@ -56,6 +56,7 @@ class MotionBlur {
   struct Reach {
     float motion = 0.0f;                    // the longest, in pixels, of the shutter's time
     float nearest = 0.0f, farthest = 0.0f;  // 1/z of the scene
+    float parallax = 0.0f;                  // how much their motion differs, in pixels
     bool subject = false;
   };
   void spread_subject();
