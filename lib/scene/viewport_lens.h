@@ -11,11 +11,12 @@
 namespace polyhull {
 
 struct ViewportLens {
-  /// Diameter of the entrance pupil, metres: focal length over f-number. 0: a pinhole, all is sharp.
+  /// Diameter of the entrance pupil, metres: focal length over f-number, 1 at most. 0: a pinhole, all
+  /// is sharp.
   double aperture = 0.0;
-  double focus_distance = 3.0;  ///< of what is sharp, metres along the optical axis, above 0
+  double focus_distance = 3.0;  ///< of what is sharp, metres along the optical axis, 1e-3 or above
   bool subject_only = false;    ///< the background's picture has its depth of field already
-  /// Share of the time from the frame before to this one in which the shutter is open, 0 or above: its
+  /// Share of the time from the frame before to this one in which the shutter is open, 0 to 1: its
   /// angle over 360 degrees. 0: what moves is sharp.
   double shutter = 0.0;
   bool still_background = false;  ///< the background's picture has its motion blur already

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "plugins/composite/properties.h"
 
+#include <algorithm>
+
 namespace polyhull::element {
 
 template <>
@@ -206,6 +208,9 @@ ViewportLens lens_settings(const CompositeSettings& settings, const Announcement
       lens.focus_distance = settings.focus_distance;
     else if (announced && announced->focus_distance > 0.0)
       lens.focus_distance = announced->focus_distance;
+    // Trackers tell what they like; no lens is wider, or focuses nearer.
+    lens.aperture = std::min(lens.aperture, 1.0);
+    lens.focus_distance = std::clamp(lens.focus_distance, 1e-3, 1e6);
   }
   if (settings.motion_blur != BlurRange::off) {
     lens.still_background = settings.motion_blur == BlurRange::subject;

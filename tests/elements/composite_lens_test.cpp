@@ -127,15 +127,19 @@ GST_START_TEST(test_set_lens_distorts) {
 }
 GST_END_TEST;
 
-GST_START_TEST(test_announced_lens_distorts) {
-  LensBench bench;
-  Announcement announcement;
-  announcement.viewport = bench_camera();
+void announce(Bench& bench, const Announcement& announcement) {
   gst_harness_push_event(
       bench.background,
       gst_event_new_custom(GST_EVENT_CUSTOM_DOWNSTREAM_STICKY,
                            gst_structure_new("polyhull-announcement", "json", G_TYPE_STRING,
                                              announcement_to_json(announcement).c_str(), nullptr)));
+}
+
+GST_START_TEST(test_announced_lens_distorts) {
+  LensBench bench;
+  Announcement announcement;
+  announcement.viewport = bench_camera();
+  announce(bench, announcement);
   check_distorted(shown(bench, 0));
 }
 GST_END_TEST;
@@ -205,12 +209,7 @@ GST_START_TEST(test_depth_of_field_of_a_tracked_lens) {
     announcement.viewport = bench_camera();
     announcement.aperture = aperture;
     announcement.focus_distance = aperture > 0.0 ? 1.5 : 0.0;
-    gst_harness_push_event(
-        bench.background,
-        gst_event_new_custom(
-            GST_EVENT_CUSTOM_DOWNSTREAM_STICKY,
-            gst_structure_new("polyhull-announcement", "json", G_TYPE_STRING,
-                              announcement_to_json(announcement).c_str(), nullptr)));
+    announce(bench, announcement);
     return shown(bench, 0);
   };
   const Pixels none = frame_with(0.0, 0.0), tracked = frame_with(0.05, 0.0);
@@ -332,6 +331,25 @@ GST_START_TEST(test_absurd_lens_is_survived) {
     set_distortion(bench.element, {i == 0 ? 10.0 : -10.0, i == 1 ? -10.0 : 10.0, -10, 10, -10});
     shown(bench, i);
   }
+  set_distortion(bench.element, {0, 0, 0, 0, 0});
+  for (const char* blur : {"depth-of-field", "motion-blur"})
+    gst_util_set_object_arg(G_OBJECT(bench.element), blur, "picture");
+  for (int i = 0; i < 4; ++i) {
+    Announcement announcement;
+    announcement.viewport = bench_camera();
+    announcement.aperture = i < 2 ? 1e300 : 1e-300;
+    announcement.focus_distance = i % 2 ? 1e300 : 1e-300;
+    announce(bench, announcement);
+    shown(bench, 3 + i);
+  }
+  // What is no lens at all is left out, and counted.
+  for (const char* json : {"{\"format\":\"polyhull-announcement\",\"aperture\":-1}", "[]", "nan"})
+    gst_harness_push_event(bench.background,
+                           gst_event_new_custom(GST_EVENT_CUSTOM_DOWNSTREAM_STICKY,
+                                                gst_structure_new("polyhull-announcement", "json",
+                                                                  G_TYPE_STRING, json, nullptr)));
+  shown(bench, 7);
+  fail_unless(count_of(bench.element, "announcements-unusable") > 0);
 }
 GST_END_TEST;
 

@@ -294,7 +294,7 @@ void DepthOfField::apply(const Camera& camera, const ViewportLens& lens, const D
   subject_only_ = lens.subject_only;
   const double focal = 0.5 * (camera.K[0][0] + camera.K[1][1]);
   layers_.read(depths, sharp);
-  find_circles(lens, static_cast<float>(0.5 * lens.aperture * focal), depths);
+  find_circles(lens, static_cast<float>(std::min(0.5 * lens.aperture * focal, 1e6)), depths);
   find_reach(width_, height_);
   parallel_for(static_cast<std::size_t>(columns_ * rows_), 4, 0,
                [&](std::size_t begin, std::size_t end) {

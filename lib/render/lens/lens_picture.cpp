@@ -14,15 +14,16 @@ void check(const ViewportLens& lens) {
                 std::isfinite(lens.shutter) && std::isfinite(lens.grain) &&
                 std::isfinite(lens.grain_size);
   for (const double a : lens.falloff) finite = finite && std::isfinite(a);
-  if (finite && lens.aperture >= 0.0 && lens.focus_distance > 0.0 && lens.shutter >= 0.0 &&
-      lens.grain >= 0.0)
+  if (finite && lens.aperture >= 0.0 && lens.aperture <= 1.0 && lens.focus_distance >= 1e-3 &&
+      lens.shutter >= 0.0 && lens.shutter <= 1.0 && lens.grain >= 0.0)
     return;
-  throw Error(
-      Error::Kind::bad_input,
-      "The viewport's lens cannot be used: aperture, shutter and grain must be 0 or above, the "
-      "focus distance above 0, and all of it finite. Got aperture {} m, focus distance {} m, "
-      "shutter {}, grain {}.",
-      lens.aperture, lens.focus_distance, lens.shutter, lens.grain);
+  throw Error(Error::Kind::bad_input,
+              "The viewport's lens cannot be used: the aperture must be 0 to 1 m, the focus "
+              "distance 1 mm or "
+              "above, the shutter's share 0 to 1, grain 0 or above, and all of it finite. Got "
+              "aperture {} m, focus distance {} m, "
+              "shutter {}, grain {}.",
+              lens.aperture, lens.focus_distance, lens.shutter, lens.grain);
 }
 
 }  // namespace

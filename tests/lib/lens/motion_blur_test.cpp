@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "base/error.h"
 #include "glowing_stage.h"
 #include "render/lens/lens_picture.h"
 
@@ -107,6 +108,25 @@ TEST(MotionBlur, WithDepthOfFieldIsNearToTheTruth) {
   keep(truth, "both-truth.png");
   EXPECT_GE(found, 36.0);
   EXPECT_GE(found, sharp + 3.0);
+}
+
+TEST(MotionBlur, WhatIsNoLensIsRefused) {
+  const double nan = std::nan("");
+  const auto refused = [](const auto& change) {
+    ViewportLens lens;
+    change(lens);
+    RenderFrame frame = stage().frame;
+    EXPECT_THROW(LensPicture().set(frame, lens), Error);
+  };
+  for (const double value : {nan, -0.1, 1.1, HUGE_VAL}) {
+    refused([value](ViewportLens& lens) { lens.aperture = value; });
+    refused([value](ViewportLens& lens) { lens.shutter = value; });
+  }
+  for (const double value : {nan, 0.0, -1.0, HUGE_VAL})
+    refused([value](ViewportLens& lens) { lens.focus_distance = value; });
+  for (const double value : {nan, -0.1, HUGE_VAL})
+    refused([value](ViewportLens& lens) { lens.grain = value; });
+  refused([nan](ViewportLens& lens) { lens.falloff[1] = nan; });
 }
 
 // What stands still is as it was, to the bit.
