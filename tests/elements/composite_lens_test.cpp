@@ -253,6 +253,36 @@ GST_START_TEST(test_motion_blur) {
 }
 GST_END_TEST;
 
+// What moves through a picture with distortion moves as without, and stays where it is on the whole.
+GST_START_TEST(test_motion_blur_through_distortion) {
+  const auto second = [](const char* range) {
+    LensBench bench;
+    set_distortion(bench.element, bench_camera().distortion);
+    gst_util_set_object_arg(G_OBJECT(bench.element), "motion-blur", range);
+    g_object_set(bench.element, "shutter-angle", 360.0, nullptr);
+    turn(bench, 0);
+    shown(bench, 0);
+    turn(bench, 1);
+    return shown(bench, 1);
+  };
+  const auto middle = [](const Pixels& pixels) {
+    double sum = 0.0, places = 0.0;
+    for (int y = 0; y < height; ++y)
+      for (int x = 0; x < width; ++x) {
+        const int off = std::abs(pixels[static_cast<std::size_t>(4 * (width * y + x))] - grey);
+        sum += off;
+        places += static_cast<double>(off) * x;
+      }
+    return places / sum;
+  };
+  const Pixels sharp = second("off"), blurred = second("subject");
+  const int more = touched(blurred) - touched(sharp);
+  fail_unless(more > 150 && more < 600, "%d pixels more", more);
+  fail_unless(std::abs(middle(blurred) - middle(sharp)) < 0.3, "%g, sharp %g", middle(blurred),
+              middle(sharp));
+}
+GST_END_TEST;
+
 // The shutter is open for a frame's time, however long ago the last frame was; another camera and a flush are cuts.
 GST_START_TEST(test_motion_blur_over_gaps_and_cuts) {
   const auto second = [](int number, double target, bool flush) {
@@ -363,6 +393,7 @@ static Suite* composite_lens_suite(void) {
   tcase_add_test(tcase, test_depth_of_field);
   tcase_add_test(tcase, test_depth_of_field_of_a_tracked_lens);
   tcase_add_test(tcase, test_motion_blur);
+  tcase_add_test(tcase, test_motion_blur_through_distortion);
   tcase_add_test(tcase, test_motion_blur_over_gaps_and_cuts);
   tcase_add_test(tcase, test_blur_without_a_scene_warns);
   tcase_add_test(tcase, test_sensor_without_a_mesh);
