@@ -97,6 +97,21 @@ TEST(DepthOfField, TheSubjectAlone) {
   EXPECT_GE(found, sharp + 3.0);
 }
 
+// A blurred pillar stands before the subject, and a sharp one before a blurred subject.
+TEST(DepthOfField, TheSubjectBehindAPillar) {
+  const Stage of(look_at({-1.2, 1.3, 4.2}, {-0.3, 1.0, 0}, 42.0, width, height));
+  for (const double focus : {4.2, 2.6}) {
+    const ViewportLens lens = lens_of(0.1, focus);
+    const Picture drawn = test::drawn(of, lens), truth = test::truth(of, lens);
+    const double found = psnr(drawn, truth), sharp = psnr(of.with, truth);
+    std::printf("behind a pillar, focus %.1f m: %.1f dB (sharp %.1f dB)\n", focus, found, sharp);
+    keep(drawn, "dof-behind-" + std::to_string(focus) + ".png");
+    keep(truth, "dof-behind-" + std::to_string(focus) + "-truth.png");
+    EXPECT_GE(found, 39.6);
+    EXPECT_GE(found, sharp + 3.0);
+  }
+}
+
 struct Case {
   const char* name;
   double focus, aperture, least;

@@ -90,13 +90,13 @@ struct Stage {
   Hull hull = figure();
   Mesh mesh;
   TracedScene scene{glowing_scene()};
-  Camera camera = viewport();
+  Camera camera;
   Picture without, with;
   RenderFrame frame;
   RenderPlan plan;
   DepthLayers depths;
 
-  Stage() {
+  explicit Stage(const Camera& seen_from = viewport()) : camera(seen_from) {
     without = trace_picture(scene, camera, 64);
     scene.set_subjects(traced(hull));
     with = trace_picture(scene, camera, 64);
