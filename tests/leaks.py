@@ -3,6 +3,7 @@
 """Runs pipelines through every element under GStreamer's leaks tracer and fails if any object, buffer,
 event or message is still alive after gst_deinit()."""
 import os
+import socket
 import struct
 import subprocess
 import sys
@@ -27,6 +28,10 @@ PIPELINES = {
     "tracked camera": "tracksrc location={folder}/leaks.pcap ! t.track tracksrc port=0 ! s.track "
                       "scenesrc name=s num-buffers=3 is-live=true ! video/x-raw,width=64,height=36 ! "
                       "fakesink videotestsrc num-buffers=30 ! trackstamp name=t ! fakesink",
+    "served and received": "rigtestsrc camera=cam0 is-live=true num-buffers=90 ! silhouette "
+                           "camera=cam0 ! gdppay ! viewserversink host=127.0.0.1 port={port} "
+                           "viewclientsrc port={port} max-age=0 retry=20000000 ! "
+                           "identity eos-after=5 ! fakesink",
     "error on the way": "rigtestsrc rig=/nowhere/rig.json camera=cam0 ! chromamatte ! fakesink",
 }
 
@@ -42,10 +47,16 @@ def record_track(path):
             file.write(struct.pack("<IIII", 0, i * 33000000, len(packet), len(packet)) + packet)
 
 
+def free_port():
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
 def run(name, pipeline, folder):
     """Whether nothing is left, and the pipeline ended as it should."""
     environment = dict(os.environ, GST_TRACERS="leaks", GST_DEBUG="GST_TRACER:7", GST_DEBUG_NO_COLOR="1")
-    result = subprocess.run(["gst-launch-1.0", "-q", *pipeline.format(folder=folder).split()],
+    result = subprocess.run(["gst-launch-1.0", "-q", *pipeline.format(folder=folder, port=free_port()).split()],
                             env=environment, capture_output=True, text=True, timeout=240)
     alive = [line for line in result.stderr.splitlines()
              if "object-alive, type-name=(string)" in line and "new format" not in line]
