@@ -166,6 +166,7 @@ void trace_paths(const TracedScene& scene, const Camera& camera, std::uint32_t f
                  int row_begin, int row_end) {
   const Tracer tracer(scene, options);
   const Vec3f eye(camera.centre());
+  const Vec3f right(glm::transpose(camera.R)[0]), down(glm::transpose(camera.R)[1]);
   const bool distorted = camera.has_distortion();
   const auto width = static_cast<std::size_t>(camera.width);
   const auto first_row = static_cast<std::size_t>(row_begin);
@@ -183,6 +184,12 @@ void trace_paths(const TracedScene& scene, const Camera& camera, std::uint32_t f
         Ray ray;
         ray.origin = eye;
         ray.direction = Vec3f(camera.ray(pixel));
+        if (options.aperture > 0.0f) {
+          const Vec3f disk = cosine_direction(points.next());  // its x and y are even on the disk
+          const Vec3f off = 0.5f * options.aperture * (disk.x * right + disk.y * down);
+          ray.origin += off;
+          ray.direction -= off / options.focus_distance;
+        }
         sums[i] += tracer.picture_value(ray, points);
       }
     }

@@ -29,6 +29,11 @@ struct PathOptions {
   /// camera rays, soft shadows many ways.
   int light_samples = 1;
   int bounce_samples = 1;
+  /// Of a thin lens around the camera's centre, metres; 0: a pinhole. Each sample goes through its own
+  /// place of the lens, from the pixel's place on the plane of what is sharp, which lies at depth
+  /// `focus_distance`.
+  float aperture = 0.0f;
+  float focus_distance = 3.0f;
 };
 
 /// Adds samples first .. first + count - 1 of each pixel to \p sums (linear picture values, row by

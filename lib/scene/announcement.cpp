@@ -51,6 +51,15 @@ Vec3f vector_of(const json& object, const char* name) {
   return Vec3f(static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2]));
 }
 
+/// Metres; 0 where there is none.
+double length_of(const json& object, const char* name) {
+  const auto found = object.find(name);
+  if (found == object.end()) return 0.0;
+  const double length = finite_number(*found, name);
+  if (length < 0.0) throw broken(fmt::format("'{}' must not be below 0", name));
+  return length;
+}
+
 json camera_to_json(const Camera& camera) {
   json out = {{"name", camera.name},     {"width", camera.width},
               {"height", camera.height}, {"K", to_rows(camera.K)},
@@ -89,13 +98,15 @@ std::string announcement_to_json(const Announcement& announcement) {
                       {"radiance", numbers(light.radiance)},
                       {"mesh", light.mesh}});
   }
-  const json out = {{"format", format},
-                    {"version", version},
-                    {"viewport", camera_to_json(announcement.viewport)},
-                    {"scene", announcement.scene},
-                    {"lights", lights},
-                    {"exposure", announcement.exposure},
-                    {"ambient", numbers(announcement.ambient)}};
+  json out = {{"format", format},
+              {"version", version},
+              {"viewport", camera_to_json(announcement.viewport)},
+              {"scene", announcement.scene},
+              {"lights", lights},
+              {"exposure", announcement.exposure},
+              {"ambient", numbers(announcement.ambient)}};
+  if (announcement.aperture > 0.0) out["aperture"] = announcement.aperture;
+  if (announcement.focus_distance > 0.0) out["focus-distance"] = announcement.focus_distance;
   // Names may hold any bytes; JSON must be UTF-8.
   return out.dump(-1, ' ', false, json::error_handler_t::replace);
 }
@@ -122,6 +133,8 @@ Announcement parse_announcement(std::string_view text) {
     }
     announcement.exposure = static_cast<float>(finite_number(member(root, "exposure"), "exposure"));
     announcement.ambient = vector_of(root, "ambient");
+    announcement.aperture = length_of(root, "aperture");
+    announcement.focus_distance = length_of(root, "focus-distance");
     return announcement;
   } catch (const json::exception& error) {
     throw broken(error.what());

@@ -73,6 +73,12 @@ void set_extrinsics(TrackedPose& pose, const Extrinsics& extrinsics) {
   pose.place = -(to_tracker * (glm::transpose(extrinsics.R) * extrinsics.t));
 }
 
+double aperture_of(const TrackedPose& pose) {
+  if (!pose.focal_length_mm || !pose.f_number || !(*pose.f_number > 0.0)) return 0.0;
+  const double aperture = 1e-3 * *pose.focal_length_mm / *pose.f_number;
+  return std::isfinite(aperture) && aperture > 0.0 ? aperture : 0.0;
+}
+
 Camera camera_of(const TrackedPose& pose, int width, int height, double vertical_degrees) {
   check(width > 0 && height > 0, "its picture is empty");
   for (int i = 0; i < 3; ++i) {

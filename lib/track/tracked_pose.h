@@ -50,6 +50,10 @@ Extrinsics extrinsics_of(const TrackedPose& pose);
 /// The other way: place and axes of \p pose from \p extrinsics, whose R is a rotation.
 void set_extrinsics(TrackedPose& pose, const Extrinsics& extrinsics);
 
+/// The diameter of the entrance pupil, metres: focal length over f-number; 0 where the pose does not
+/// tell both.
+double aperture_of(const TrackedPose& pose);
+
 /// \p pose as a camera of \p width by \p height pixels in a scene's coordinates. The field of view is the lens's where the pose
 /// tells the focal length and the sensor's width or height (the width counts where both are known;
 /// pixels are square), else \p vertical_degrees from the bottom of the picture to its top.

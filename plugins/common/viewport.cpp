@@ -5,6 +5,11 @@
 
 namespace polyhull::element {
 
+std::vector<double> ViewportSettings::distortion() const {
+  if (k1 == 0.0 && k2 == 0.0 && k3 == 0.0 && p1 == 0.0 && p2 == 0.0) return {};
+  return {k1, k2, p1, p2, k3};
+}
+
 std::span<const Property<ViewportSettings>> viewport_properties() {
   using S = ViewportSettings;
   constexpr double far = 1e6;
@@ -25,9 +30,23 @@ std::span<const Property<ViewportSettings>> viewport_properties() {
       property<&S::target_z>("target-z", "Target z",
                              "Point in the middle of the picture, z, in metres (-1e6 to 1e6).",
                              -far, far),
-      property<&S::field_of_view>(
-          "field-of-view", "Field of view",
-          "Angle from the lower to the upper edge of the picture, in degrees (1 to 170).", 1, 170),
+      property<&S::field_of_view>("field-of-view", "Field of view",
+                                  "Angle from the lower to the upper edge of the picture, in "
+                                  "degrees (1 to 170). A lens that "
+                                  "distorts moves these edges.",
+                                  1, 170),
+      property<&S::k1>(
+          "distortion-k1", "Distortion k1",
+          "The lens's radial distortion: OpenCV's coefficient k1 (-10 to 10). Negative: "
+          "barrel. It holds where neither a background's announcement nor a tracked "
+          "camera tells the lens.",
+          -10, 10),
+      property<&S::k2>("distortion-k2", "Distortion k2", "As distortion-k1: OpenCV's k2.", -10, 10),
+      property<&S::k3>("distortion-k3", "Distortion k3", "As distortion-k1: OpenCV's k3.", -10, 10),
+      property<&S::p1>("distortion-p1", "Distortion p1",
+                       "As distortion-k1: the tangential coefficient p1 of OpenCV.", -10, 10),
+      property<&S::p2>("distortion-p2", "Distortion p2",
+                       "As distortion-k1: the tangential coefficient p2 of OpenCV.", -10, 10),
   };
   return table;
 }

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <span>
+#include <vector>
 
 #include "plugins/common/property_table.h"
 #include "scene/viewport_control.h"
@@ -17,7 +18,10 @@ struct ViewportSettings {
   double eye_x = 1.15, eye_y = 1.5, eye_z = 2.75;
   double target_x = 0.0, target_y = 0.98, target_z = 0.0;
   double field_of_view = 52.0;
+  double k1 = 0.0, k2 = 0.0, k3 = 0.0, p1 = 0.0, p2 = 0.0;  // the lens's distortion
 
+  /// As Camera::distortion; empty without any.
+  std::vector<double> distortion() const;
   ViewportPose pose() const { return {{eye_x, eye_y, eye_z}, {target_x, target_y, target_z}}; }
   void set_pose(const ViewportPose& pose) {
     eye_x = pose.eye.x, eye_y = pose.eye.y, eye_z = pose.eye.z;

@@ -286,6 +286,7 @@ GstFlowReturn composite_aggregate(GstAggregator* aggregator, gboolean timeout) {
     self.forget_flushed(pads.all, [&self](GstAggregatorPad* pad) {
       if (is_mesh_pad(pad)) state_of<MeshPadState>(pad).forget();
       if (!is_mesh_pad(pad)) gst_clear_buffer(&self.held.buffer);
+      if (!is_mesh_pad(pad)) self.composer.forget_motion();
     });
     // It belongs to the segment and the format before.
     if (self.held.buffer && (self.new_segment || self.send_held_first)) return send_held(self);

@@ -212,6 +212,9 @@ void Composite::class_init(gpointer klass) {
       "rays (traced by it), gl-failures (OpenGL failed, and the processor went on), no-mesh, "
       "meshes, meshes-unusable, meshes-without-surface (nothing of them to draw with "
       "subject=mesh), "
+      "through-lens (frames that the lens changed; lens-ms: the time for it), motion-blurred "
+      "(frames in which the viewport moved), lens-without-scene (frames blurred by a depth that "
+      "nobody knows), "
       "image-based (subjects drawn so), image-based-refused (that could not), announcements, "
       "announcements-unusable, …-skipped and …-reused "
       "(work left out), scene-planes-taken (new views whose triangles the background's source had "
@@ -223,9 +226,8 @@ void Composite::class_init(gpointer klass) {
       "frame-ms and the milliseconds per pass on the CPU (…-ms) and, of a frame shortly before, on "
       "the graphics processor (…-gpu-ms, negative where it cannot tell). Live: wait-ms and "
       "latency-ms as they are now.");
-  composited_signal =
-      g_signal_new("composited", G_TYPE_FROM_CLASS(klass), G_SIGNAL_RUN_LAST, 0, nullptr, nullptr,
-                   nullptr, G_TYPE_NONE, 1, G_TYPE_UINT64);
+  composited_signal = g_signal_new("composited", G_TYPE_FROM_CLASS(klass), G_SIGNAL_RUN_LAST, 0,
+                                   nullptr, nullptr, nullptr, G_TYPE_NONE, 1, G_TYPE_UINT64);
   set_metadata(klass, "Scene compositor", "Filter/Effect/Video/Compositor",
                "Puts textured visual hulls into the picture of a synthetic scene, with occlusion, "
                "shadow and mirror image");

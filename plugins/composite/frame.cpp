@@ -16,6 +16,12 @@
 namespace polyhull::element {
 namespace {
 
+constexpr GstMapFlags on_gpu(GstMapFlags flags) {
+  return static_cast<GstMapFlags>(flags | GST_MAP_GL);
+}
+
+}  // namespace
+
 void check_strides(int from, int to) {
   if (from % 4 == 0 && to % 4 == 0) return;
   throw Error(Error::Kind::unsupported,
@@ -23,12 +29,6 @@ void check_strides(int from, int to) {
               "multiple of four. Put a videoconvert in front of it and behind it.",
               from, to);
 }
-
-constexpr GstMapFlags on_gpu(GstMapFlags flags) {
-  return static_cast<GstMapFlags>(flags | GST_MAP_GL);
-}
-
-}  // namespace
 
 FrameComposer::FrameComposer(CompositeGl& gl, Statistics& statistics)
     : gl_(gl), statistics_(statistics) {
@@ -51,6 +51,9 @@ FrameComposer::FrameComposer(CompositeGl& gl, Statistics& statistics)
                       "meshes-without-surface",
                       "background-bytes-uploaded",
                       "backgrounds-converted",
+                      "through-lens",
+                      "motion-blurred",
+                      "lens-without-scene",
                       "pixels-shaded",
                       "pixels-changed"});
 }
@@ -90,6 +93,7 @@ void FrameComposer::prepare(const CompositeSettings& settings, const GstVideoInf
     const ViewportPose pose = settings.pose();
     frame_.viewport =
         look_at(pose.eye, pose.target, settings.field_of_view, frame_.width, frame_.height);
+    frame_.viewport.distortion = settings.distortion();
   }
   if (announcement_ && !announcement_->scene.empty()) {
     frame_.scene = open(announcement_->scene);
@@ -104,6 +108,8 @@ void FrameComposer::prepare(const CompositeSettings& settings, const GstVideoInf
                                               : 1.0f;
     frame_.ambient = Vec3f(0.0f);
   }
+  set_lens(settings, info, background);
+  number_ = GST_BUFFER_PTS_IS_VALID(background) ? GST_BUFFER_PTS(background) : number_ + 1;
   on_gpu_ = on_gpu;
   // Without a mesh no context is needed, nor made.
   plan_ = {};
@@ -111,7 +117,7 @@ void FrameComposer::prepare(const CompositeSettings& settings, const GstVideoInf
   with_gl_ = !by_image && draws_with_gl(settings.backend, on_gpu);
   // The processor uploads nothing, and of pictures in OpenGL's memory nobody does.
   frame_.background_content = 0;
-  if (with_gl_ && !on_gpu)
+  if (with_gl_ && !on_gpu && !lens_.active())
     frame_.background_content = background_content_.number_of(background);
   else
     background_content_.reset();
@@ -172,7 +178,9 @@ bool FrameComposer::draws_with_gl(Backend wanted, bool on_gpu) {
 
 std::optional<unsigned> FrameComposer::draw(const FrameBuffers& buffers, GstBuffer* output,
                                             bool later) {
-  if (with_gl_ && buffers.background_on_gpu && buffers.output_on_gpu) {
+  if (lens_.active()) {
+    draw_through_lens(buffers, output);
+  } else if (with_gl_ && buffers.background_on_gpu && buffers.output_on_gpu) {
     draw_on_gpu(buffers, output);
   } else if (is_video_output(*buffers.output)) {
     draw_as_video(buffers, output);
@@ -334,6 +342,7 @@ void FrameComposer::reset() {
   scene_name_.clear();
   frame_ = {};
   plan_ = {};
+  forget_motion();
 }
 
 }  // namespace polyhull::element

@@ -22,6 +22,7 @@
 #include "plugins/composite/gl.h"
 #include "plugins/composite/pad.h"
 #include "plugins/composite/properties.h"
+#include "render/lens/lens_picture.h"
 #include "render/processor/processor_renderer.h"
 #include "scene/announcement.h"
 
@@ -35,6 +36,9 @@ struct FrameBuffers {
   bool background_on_gpu = false;
   bool output_on_gpu = false;
 };
+
+/// Throws Error (unsupported) where rows are apart by what is no multiple of four bytes.
+void check_strides(int from, int to);
 
 /// Draws frame after frame. For one thread.
 class FrameComposer {
@@ -54,7 +58,7 @@ class FrameComposer {
                const std::vector<GstAggregatorPad*>& meshes, bool on_gpu);
 
   /// Whether the background is the result as it is.
-  bool untouched() const { return plan_.untouched(); }
+  bool untouched() const { return plan_.untouched() && !lens_.finishes(); }
 
   /// How many meshes were left out because their vertices are not finite or too far away.
   int unusable() const { return plan_.unusable; }
@@ -75,6 +79,9 @@ class FrameComposer {
   /// was lost as OpenGL failed. Throws Error.
   bool take(unsigned place, const GstVideoInfo& info, GstBuffer* output);
 
+  /// The next frame does not follow on the last one.
+  void forget_motion() { viewport_before_.reset(); }
+
   void reset();
 
  private:
@@ -83,6 +90,10 @@ class FrameComposer {
   std::optional<unsigned> draw_in_memory(const FrameBuffers& buffers, GstBuffer* output,
                                          bool later);
   void draw_as_video(const FrameBuffers& buffers, GstBuffer* output);
+  void draw_through_lens(const FrameBuffers& buffers, GstBuffer* output);
+  void finish_picture(const std::uint8_t* background, int background_stride, std::uint8_t* target,
+                      int target_stride);
+  void set_lens(const CompositeSettings& settings, const GstVideoInfo& info, GstBuffer* background);
   void with_renderer(const std::function<void(Renderer&)>& work);
   bool run_gl(const std::function<void(Compositor&)>& work);  // false: it failed, and is given up
   void give_up_gl(const Error& why);
@@ -105,6 +116,11 @@ class FrameComposer {
   RenderFrame frame_;
   RenderPlan plan_;
   RenderSettings settings_;
+  LensPicture lens_;
+  std::optional<Camera> viewport_before_;  // the last frame's, and its time
+  GstClockTime time_before_ = GST_CLOCK_TIME_NONE;
+  std::uint64_t number_ = 0;                // of the frame: what its grain is made of
+  std::vector<std::uint8_t> through_lens_;  // what becomes video
   /// By a pass's name those of its times, which statistics_ points to.
   std::map<std::string_view, std::pair<std::string, std::string>> pass_figures_;
 };

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "plugins/composite/properties.h"
 
+#include <algorithm>
+
 namespace polyhull::element {
 
 template <>
@@ -60,6 +62,15 @@ GType enum_type<MirrorMode>() {
        {MirrorMode::plain, "Mixed in with the constant share reflection-alpha", "plain"}});
 }
 
+template <>
+GType enum_type<BlurRange>() {
+  return register_enum<BlurRange>(
+      "PolyhullBlurRange",
+      {{BlurRange::off, "Nothing", "off"},
+       {BlurRange::subject, "The subjects; the background's picture has it already", "subject"},
+       {BlurRange::picture, "The scene and the subjects", "picture"}});
+}
+
 std::span<const Property<CompositeSettings>> composite_properties() {
   using S = CompositeSettings;
   constexpr double far = 1e6;
@@ -105,6 +116,47 @@ std::span<const Property<CompositeSettings>> composite_properties() {
           "soft-edges", "Soft edges",
           "Whether outlines are as soft as the mattes in the views' alpha, for hair and fur; "
           "otherwise they are the hull's polygons."),
+      property<&S::depth_of_field>(
+          "depth-of-field", "Depth of field",
+          "What is blurred where it is nearer or farther than focus-distance."),
+      property<&S::aperture>(
+          "aperture", "Aperture",
+          "Diameter of the lens's entrance pupil, focal length over f-number, in millimetres (0 to "
+          "1000); 0 takes what the background announces of a tracked lens, and where that is "
+          "nothing all is sharp.",
+          0, 1000),
+      property<&S::focus_distance>(
+          "focus-distance", "Focus distance",
+          "How far from the eye things are sharp, along the optical axis, in metres (0 to 1e6); 0 "
+          "takes what the background announces of a tracked lens, else 3.",
+          0, far),
+      property<&S::motion_blur>(
+          "motion-blur", "Motion blur",
+          "What is blurred where the viewport moves from frame to frame. A person's own motion is "
+          "blurred in the cameras' pictures."),
+      property<&S::shutter_angle>(
+          "shutter-angle", "Shutter angle",
+          "How long the viewport's shutter is open for motion-blur: in degrees, of which 360 are "
+          "the time from a frame to the next (0 to 360).",
+          0, 360),
+      property<&S::falloff_a1>(
+          "falloff-a1", "Fall-off a1",
+          "How the picture's linear light falls off from its middle, as OpenTrackIO's exposure "
+          "fall-off: it is multiplied by 1 + a1 r² + a2 r⁴ + a3 r⁶, r being the distance from the "
+          "principal point over the focal length (-100 to 100). -1.84, 1.81, -0.73 is the natural "
+          "fall-off of an ideal lens, cos⁴; 0, 0, 0 is none.",
+          -100, 100),
+      property<&S::falloff_a2>("falloff-a2", "Fall-off a2", "As falloff-a1 (-100 to 100).", -100,
+                               100),
+      property<&S::falloff_a3>("falloff-a3", "Fall-off a3", "As falloff-a1 (-100 to 100).", -100,
+                               100),
+      property<&S::grain>(
+          "grain", "Grain",
+          "Grain of the sensor: the standard deviation of each channel's code, as a share of white "
+          "(0 to 1); 0 is none. It depends on the frame's time alone.",
+          0, 1),
+      property<&S::grain_size>("grain-size", "Grain size",
+                               "How wide a grain is, in pixels (1 to 50).", 1, 50),
       property<&S::async_readback>(
           "async-readback", "Asynchronous read-back",
           "Whether a picture that OpenGL draws for system memory (RGBA) is handed on one frame "
@@ -142,6 +194,32 @@ RenderSettings render_settings(const CompositeSettings& settings) {
   out.soft_edges = settings.soft_edges;
   out.skip = settings.skip;
   return out;
+}
+
+ViewportLens lens_settings(const CompositeSettings& settings, const Announcement* announced) {
+  ViewportLens lens;
+  if (settings.depth_of_field != BlurRange::off) {
+    lens.subject_only = settings.depth_of_field == BlurRange::subject;
+    if (settings.aperture > 0.0)
+      lens.aperture = 1e-3 * settings.aperture;
+    else if (announced)
+      lens.aperture = announced->aperture;
+    if (settings.focus_distance > 0.0)
+      lens.focus_distance = settings.focus_distance;
+    else if (announced && announced->focus_distance > 0.0)
+      lens.focus_distance = announced->focus_distance;
+    // Trackers tell what they like; no lens is wider, or focuses nearer.
+    lens.aperture = std::min(lens.aperture, 1.0);
+    lens.focus_distance = std::clamp(lens.focus_distance, 1e-3, 1e6);
+  }
+  if (settings.motion_blur != BlurRange::off) {
+    lens.still_background = settings.motion_blur == BlurRange::subject;
+    lens.shutter = settings.shutter_angle / 360.0;
+  }
+  lens.falloff = {settings.falloff_a1, settings.falloff_a2, settings.falloff_a3};
+  lens.grain = settings.grain;
+  lens.grain_size = settings.grain_size;
+  return lens;
 }
 
 std::span<const Property<PlacementSettings>> placement_properties() {

@@ -9,6 +9,8 @@
 #include "plugins/common/live/live_timing.h"
 #include "plugins/common/viewport.h"
 #include "render/frame.h"
+#include "scene/announcement.h"
+#include "scene/viewport_lens.h"
 
 namespace polyhull::element {
 
@@ -19,6 +21,13 @@ enum class Backend { automatic, processor, gl };
 enum class SubjectShape {
   mesh,         ///< its triangles
   image_based,  ///< the intersection of its views' silhouettes
+};
+
+/// What is blurred out of focus, or by the viewport's motion.
+enum class BlurRange {
+  off,      ///< nothing
+  subject,  ///< the subjects: the background's picture has its own
+  picture,  ///< all
 };
 
 /// Times in ns.
@@ -34,6 +43,12 @@ struct CompositeSettings : ViewportSettings {
   double reflection_alpha = RenderSettings{}.reflection_alpha;
   int edge_samples = RenderSettings{}.edge_samples;
   bool soft_edges = RenderSettings{}.soft_edges;
+  BlurRange depth_of_field = BlurRange::off, motion_blur = BlurRange::off;
+  double aperture = 0.0, focus_distance = 0.0;  // mm, m; 0: as tracked
+  double shutter_angle = 180.0;                 // degrees
+  double falloff_a1 = 0.0, falloff_a2 = 0.0, falloff_a3 = 0.0;
+  double grain = ViewportLens{}.grain;
+  double grain_size = ViewportLens{}.grain_size;
   bool async_readback = false;
   bool skip = RenderSettings{}.skip;
   bool navigate = true;
@@ -48,6 +63,9 @@ std::span<const Property<CompositeSettings>> composite_properties();
 
 /// What of them the renderer needs.
 RenderSettings render_settings(const CompositeSettings& settings);
+
+/// What of them the lens is made of; \p announced is the background's announcement, null: none.
+ViewportLens lens_settings(const CompositeSettings& settings, const Announcement* announced);
 
 /// What users can set on a mesh pad: metres and degrees.
 struct PlacementSettings {

@@ -172,7 +172,9 @@ Camera scene_viewport(const SceneSettings& settings, const ViewportControl& cont
     fov = 2.0 * std::atan(0.5 * found->height / found->K[1][1]) * 180.0 / std::numbers::pi;
   }
   pose = control.apply(pose);
-  return look_at(pose.eye, pose.target, fov, width, height, up);
+  Camera camera = look_at(pose.eye, pose.target, fov, width, height, up);
+  camera.distortion = settings.distortion();
+  return camera;
 }
 
 std::vector<Light> scene_lights(const SceneSettings& settings, std::vector<Light> lights) {

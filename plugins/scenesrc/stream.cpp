@@ -51,6 +51,8 @@ Background::Work SceneStream::draw(GstElement* element, Statistics& statistics,
   try {
     camera_ = scene_viewport(settings, control, tracked, background_->scene(),
                              static_cast<double>(pts) / GST_SECOND, info.width, info.height);
+    aperture_ = tracked ? aperture_of(*tracked) : 0.0;
+    focus_distance_ = tracked ? tracked->focus_distance_m.value_or(0.0) : 0.0;
   } catch (const Error& error) {
     // A viewport that is impossible for a moment does not end the stream.
     if (camera_.width != info.width || camera_.height != info.height) throw;
@@ -99,7 +101,10 @@ GstBuffer* SceneStream::make_buffer(const GstVideoInfo& info, bool changed) {
 }
 
 GstEvent* SceneStream::take_announcement() {
-  std::string json = announcement_to_json(background_->announcement());
+  Announcement announcement = background_->announcement();
+  announcement.aperture = aperture_;
+  announcement.focus_distance = focus_distance_;
+  std::string json = announcement_to_json(announcement);
   if (json == announced_) return nullptr;
   announced_ = std::move(json);
   return gst_event_new_custom(GST_EVENT_CUSTOM_DOWNSTREAM_STICKY,

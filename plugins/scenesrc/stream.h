@@ -57,8 +57,9 @@ class SceneStream {
   float exposure_ = 1.0f;      // as in the scene's file
   MemoryRef pixels_;           // of the last frame, shared with the buffers that show it
   GstVideoFormat pixels_format_ = GST_VIDEO_FORMAT_UNKNOWN;
-  Camera camera_;          // the last good one; width 0: none yet
-  std::string announced_;  // what downstream was last told
+  Camera camera_;                                 // the last good one; width 0: none yet
+  double aperture_ = 0.0, focus_distance_ = 0.0;  // of its lens, where that is tracked
+  std::string announced_;                         // what downstream was last told
 };
 
 }  // namespace polyhull::element

@@ -107,9 +107,12 @@ void TrackStamp::take_announcement(GstEvent* event) {
 /// Says what is true from the next frame on, unless it was said already.
 void TrackStamp::announce(std::optional<TrackedPose> pose) {
   Announcement announcement = from_upstream;
-  if (pose)
+  if (pose) {
     announcement.viewport =
         camera_of(*pose, width, height, snapshot(element, settings).field_of_view);
+    announcement.aperture = aperture_of(*pose);
+    announcement.focus_distance = pose->focus_distance_m.value_or(0.0);
+  }
   if (announcement.viewport.width == 0) return;  // nobody has told a camera
   std::string json = announcement_to_json(announcement);
   if (say_again.exchange(false)) announced.clear();

@@ -27,6 +27,7 @@ for size in 1280x720 1920x1080 3840x2160; do
   mv "$tables/picture.csv" "$tables/picture-$size.csv"
 done
 "$@" "$programs/picture_error_benchmark" --output "$tables"
+"$@" "$programs/lens_benchmark" --output "$tables"
 "$@" "$programs/edge_benchmark" "$tables"
 "$@" "$programs/background_benchmark" --truth 48 --tables "$tables"
 gnuplot -e "tables='$tables'; pictures='$source/docs/pictures'" "$source/tests/benchmarks/picture_plots.gp"

@@ -3,6 +3,7 @@
 /// What tests of tracked cameras share: recordings, poses pushed by hand, and the cameras announced.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <filesystem>
 #include <string>
@@ -62,6 +63,8 @@ inline std::string record_track(const std::filesystem::path& path, std::int64_t 
   for (std::size_t i = 0; i < places.size(); ++i) {
     nlohmann::json value = track_examples::sample(angles[i], places[i]);
     value["timing"]["sequenceNumber"] = i;
+    value["lens"]["fStop"] = 2.8;
+    value["lens"]["focusDistance"] = 2.5;
     value["lens"]["projectionOffset"] = {{"x", 6.0}, {"y", -3.0}};  // a sixth of the picture
     recorder.write(
         {step * static_cast<std::int64_t>(i), 0x7F000001, 4000, track_examples::json_bytes(value)});
@@ -90,6 +93,14 @@ inline void expect_place(const Camera& camera, const Vec3& truth) {
   const Vec3 found = tracked_place(camera);
   fail_unless(glm::length(found - truth) <= 1e-6, "(%.9g %.9g %.9g) is not (%.9g %.9g %.9g)",
               found.x, found.y, found.z, truth.x, truth.y, truth.z);
+}
+
+/// The lens of record_track()'s camera, 24.5 mm, as the last announcement tells it.
+inline void expect_lens(const CameraLog& log) {
+  fail_unless(std::abs(log.announced.aperture - 0.0245 / 2.8) < 1e-12, "aperture %g m",
+              log.announced.aperture);
+  fail_unless(std::abs(log.announced.focus_distance - 2.5) < 1e-12, "focus at %g m",
+              log.announced.focus_distance);
 }
 
 /// A pad that pushes poses to an element's pad `track` from the test; whether they are of a live

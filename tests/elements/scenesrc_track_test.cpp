@@ -90,6 +90,7 @@ GST_START_TEST(test_random_poses_are_announced) {
     // The lens that the packets tell: 24.5 mm before 36 mm.
     fail_unless(std::abs(camera.K[0][0] - 24.5 / 36.0 * 32) < 1e-9);
   }
+  expect_lens(log);
   fail_unless_equals_uint64(counter(pipeline, "src", "frames-tracked"), count);
   stop(pipeline);
 }

@@ -79,6 +79,7 @@ GST_START_TEST(test_each_frame_has_its_camera) {
     fail_unless(frame.camera.width == 64 && frame.camera.height == 48);
     fail_unless(std::abs(frame.camera.K[0][0] - 24.5 / 36.0 * 64) < 1e-9);
   }
+  expect_lens(log);
   fail_unless_equals_uint64(statistic(element, "announcements"), 30);
   fail_unless_equals_uint64(statistic(element, "frames-tracked"), 30);
   // Both are sought together.

@@ -313,8 +313,9 @@ TEST_F(SceneFile, BadFilesAreRefusedWithReasons) {
   EXPECT_TRUE(contains(failure((folder_ / "text.glb").string()), "not a readable glTF"));
   std::ofstream(folder_ / "text.gltf") << "{ \"asset\": ";
   EXPECT_TRUE(contains(failure((folder_ / "text.gltf").string()), "not a readable glTF"));
-  const std::string deep = "{\"asset\":{\"version\":\"2.0\",\"extras\":" +
-                           std::string(1000000, '[') + std::string(1000000, ']') + "}}  ";
+  const std::string deep =
+      "{\"asset\":{\"version\":\"2.0\",\"extras\":" + std::string(1000000, '[') +
+      std::string(1000000, ']') + "}}  ";
   std::ofstream(folder_ / "deep.gltf") << deep;
   EXPECT_TRUE(contains(failure((folder_ / "deep.gltf").string()), "more than 64 brackets"));
   std::string head("glTF\2\0\0\0????????JSON", 20);
@@ -416,6 +417,9 @@ TEST(Announcement, SurvivesJson) {
   announcement.lights = room_scene().lights;
   announcement.exposure = 0.75f;
   announcement.ambient = {0.1f, 0.2f, 0.3f};
+  announcement.aperture = 0.0175;
+  announcement.focus_distance = 2.25;
+  announcement.viewport.distortion = {-0.2, 0.05, 0.001, 0.002, 0.01};
   const Announcement read = parse_announcement(announcement_to_json(announcement));
   EXPECT_EQ(read.viewport.K, announcement.viewport.K);
   EXPECT_EQ(read.viewport.R, announcement.viewport.R);
@@ -425,6 +429,9 @@ TEST(Announcement, SurvivesJson) {
   EXPECT_EQ(read.lights, announcement.lights);
   EXPECT_EQ(read.exposure, announcement.exposure);
   EXPECT_EQ(read.ambient, announcement.ambient);
+  EXPECT_EQ(read.aperture, announcement.aperture);
+  EXPECT_EQ(read.focus_distance, announcement.focus_distance);
+  EXPECT_EQ(read.viewport.distortion, announcement.viewport.distortion);
 }
 
 TEST(Announcement, RefusesWhatIsNone) {
@@ -445,6 +452,15 @@ TEST(Announcement, RefusesWhatIsNone) {
     if (std::strcmp(name, "scene") != 0) {
       EXPECT_THROW(parse_announcement(wrong.dump()), Error) << name;
     }
+  }
+  for (const char* name : {"aperture", "focus-distance"}) {
+    json wrong = root;
+    for (const json& value : {json(-0.1), json("7"), json(nullptr), json::array()}) {
+      wrong[name] = value;
+      EXPECT_THROW(parse_announcement(wrong.dump()), Error) << name << value;
+    }
+    wrong[name] = 0.0;
+    EXPECT_NO_THROW(parse_announcement(wrong.dump()));
   }
   root["viewport"]["K"][0] = 0.0;
   EXPECT_THROW(parse_announcement(root.dump()), Error);

@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "base/error.h"
 
 namespace polyhull {
@@ -122,6 +124,20 @@ TEST(Track, TheLensIsBetweenTheTwoAndNeverBeyond) {
   EXPECT_DOUBLE_EQ(*pose.focal_length_mm, 40.0);
   EXPECT_DOUBLE_EQ(pose.distortion[0], 0.3);
   EXPECT_EQ(pose.f_number, 4.0);
+}
+
+TEST(Track, TheApertureIsTheFocalLengthOverTheFNumber) {
+  TrackedPose pose = pose_at(0);
+  pose.focal_length_mm.reset();
+  EXPECT_EQ(aperture_of(pose), 0.0);
+  pose.focal_length_mm = 50.0;
+  EXPECT_EQ(aperture_of(pose), 0.0);
+  for (const double none : {0.0, -2.0, std::nan("")}) {
+    pose.f_number = none;
+    EXPECT_EQ(aperture_of(pose), 0.0);
+  }
+  pose.f_number = 2.0;
+  EXPECT_DOUBLE_EQ(aperture_of(pose), 0.025);
 }
 
 TEST(Track, StandsThroughASilence) {

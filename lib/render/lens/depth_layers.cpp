@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "render/lens/depth_layers.h"
+
+#include <algorithm>
+#include <array>
+
+#include "base/thread_pool.h"
+#include "raster/screen_triangles.h"
+#include "view/scene_planes.h"
+
+namespace polyhull {
+namespace {
+
+constexpr int samples = 4;
+
+/// Calls \p draw for each band of rows: its number, first row and the one past its last.
+template <typename Draw>
+void for_bands(int height, const Draw& draw) {
+  parallel_for(static_cast<std::size_t>((height + band_rows - 1) / band_rows), 1, 0,
+               [&](std::size_t begin, std::size_t end) {
+                 for (int band = static_cast<int>(begin); band < static_cast<int>(end); ++band)
+                   draw(band, band * band_rows, std::min((band + 1) * band_rows, height));
+               });
+}
+
+}  // namespace
+
+void DepthLayers::set(const RenderFrame& frame, const RenderPlan& plan) {
+  const Mat4 pixels = pixels_from_scene(resized(frame.viewport, frame.width, frame.height));
+  const bool still = frame.scene == scene_held_ && frame.lights == lights_ && pixels == pixels_ &&
+                     frame.width == width_ && frame.height == height_;
+  width_ = frame.width;
+  height_ = frame.height;
+  if (!still) draw_scene(frame, pixels);
+  draw_subjects(plan, pixels);
+}
+
+void DepthLayers::draw_scene(const RenderFrame& frame, const Mat4& pixels) {
+  scene_held_ = frame.scene;
+  lights_ = frame.lights;
+  pixels_ = pixels;
+  const auto columns = static_cast<std::size_t>(width_);
+  scene_.assign(columns * static_cast<std::size_t>(height_), 0.0f);
+  if (!frame.scene) return;
+  SceneOnScreen screen;
+  screen.set(*frame.scene, pixels, {}, width_, height_, 0);
+  for_bands(height_, [&](int band, int top, int bottom) {
+    thread_local std::vector<std::uint32_t> ids;
+    thread_local std::vector<float> inverse;
+    const std::size_t pixels_drawn = columns * static_cast<std::size_t>(bottom - top);
+    ids.assign(samples * pixels_drawn, no_triangle);
+    inverse.assign(samples * pixels_drawn, 0.0f);
+    screen.draw(band, {0, width_, top, bottom, samples, sample_places(samples), inverse.data(),
+                       ids.data()});
+    float* nearest = &scene_[columns * static_cast<std::size_t>(top)];
+    for (std::size_t i = 0; i < samples * pixels_drawn; ++i)
+      nearest[i % pixels_drawn] = std::max(nearest[i % pixels_drawn], inverse[i]);
+  });
+}
+
+void DepthLayers::draw_subjects(const RenderPlan& plan, const Mat4& pixels) {
+  const auto columns = static_cast<std::size_t>(width_);
+  subject_.assign(scene_.size(), 0.0f);
+  coverage_.assign(scene_.size(), 0.0f);
+  image_subject_ = 0.0f;
+  if (plan.subject.empty()) return;
+  ScreenTriangles triangles;
+  triangles.begin(width_, height_);
+  for (const PlacedSubject& subject : plan.subjects) {
+    const auto corner = [&](std::uint32_t i) {
+      return Corner{Vec3(pixels * Vec4(Vec3(subject.points[i]), 1.0)), 1.0};
+    };
+    if (subject.image) {
+      const Bounds box = bounds_of(subject.points);
+      const double depth = (pixels * Vec4(0.5 * (box.min + box.max), 1.0)).z;
+      image_subject_ = static_cast<float>(1.0 / std::max(depth, 0.05));
+      continue;
+    }
+    const std::vector<std::uint32_t>& t = subject.mesh->hull.triangles;
+    for (std::size_t i = 0; i + 2 < t.size(); i += 3)
+      triangles.add({corner(t[i]), corner(t[i + 1]), corner(t[i + 2])}, 0, Facing::both);
+  }
+  for_bands(height_, [&](int band, int top, int bottom) {
+    const ScreenTriangles::Columns drawn = triangles.columns(band);
+    if (drawn.empty()) return;
+    thread_local std::vector<std::uint32_t> ids;
+    thread_local std::vector<float> inverse;
+    const auto across = static_cast<std::size_t>(drawn.end - drawn.first);
+    const std::size_t pixels_drawn = across * static_cast<std::size_t>(bottom - top);
+    ids.assign(samples * pixels_drawn, no_triangle);
+    inverse.resize(samples * pixels_drawn);
+    const auto place = [&](std::size_t i) {  // of the band's pixel i in the picture
+      return (static_cast<std::size_t>(top) + i / across) * columns +
+             static_cast<std::size_t>(drawn.first) + i % across;
+    };
+    // What the scene hides is not drawn.
+    for (std::size_t i = 0; i < samples * pixels_drawn; ++i)
+      inverse[i] = scene_[place(i % pixels_drawn)];
+    triangles.draw(band, {drawn.first, drawn.end, top, bottom, samples, sample_places(samples),
+                          inverse.data(), ids.data()});
+    for (std::size_t i = 0; i < pixels_drawn; ++i) {
+      int count = 0;
+      float sum = 0.0f;
+      for (std::size_t s = 0; s < samples; ++s) {
+        if (ids[s * pixels_drawn + i] == no_triangle) continue;
+        sum += inverse[s * pixels_drawn + i];
+        ++count;
+      }
+      if (count == 0) continue;
+      subject_[place(i)] = sum / static_cast<float>(count);
+      coverage_[place(i)] = static_cast<float>(count) / samples;
+    }
+  });
+}
+
+}  // namespace polyhull

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// How far away each pixel's scene and subjects are: what depth of field is made of, whatever draws the
+/// pictures.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "render/frame.h"
+#include "view/scene_on_screen.h"
+
+namespace polyhull {
+
+class DepthLayers {
+ public:
+  /// Of \p frame, whose viewport is taken for a pinhole, and its plan. The scene's are kept as long
+  /// as scene and viewport stay.
+  void set(const RenderFrame& frame, const RenderPlan& plan);
+
+  int width() const { return width_; }
+  int height() const { return height_; }
+
+  /// 1/z in metres (z along the optical axis) of the nearest that the scene has in a pixel, by four
+  /// samples, row by row: a pixel that is smoothed between two things goes with the nearer one. 0: of
+  /// nothing, as if without end.
+  const std::vector<float>& scene() const { return scene_; }
+
+  /// 1/z of the nearest subject, the mean over the samples that show it, and the share of the pixel
+  /// that does, by four samples; both 0 where there is none. A subject without triangles (drawn from
+  /// its silhouettes) is in neither.
+  const std::vector<float>& subject() const { return subject_; }
+  const std::vector<float>& coverage() const { return coverage_; }
+
+  /// 1/z of the middle of the subjects without triangles; 0: there are none.
+  float image_subject() const { return image_subject_; }
+
+ private:
+  void draw_scene(const RenderFrame& frame, const Mat4& pixels);
+  void draw_subjects(const RenderPlan& plan, const Mat4& pixels);
+
+  int width_ = 0, height_ = 0;
+  std::shared_ptr<const Scene> scene_held_;
+  std::vector<Light> lights_;  // lamps may be seen, and move
+  Mat4 pixels_{0.0};           // of what scene_ is
+  std::vector<float> scene_, subject_, coverage_;
+  float image_subject_ = 0.0f;
+};
+
+}  // namespace polyhull

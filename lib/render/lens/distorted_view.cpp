@@ -1,0 +1,235 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "render/lens/distorted_view.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+
+#include "base/error.h"
+#include "base/instruction_set.h"
+#include "base/thread_pool.h"
+#include "render/lens/resample_loops.h"
+#include "rig/lens.h"
+
+namespace polyhull {
+namespace {
+
+constexpr double margin = 3.0;      // pixels beyond the outermost place, for the cubics
+constexpr double widest = 20000.0;  // pixels of the overscan, before it is made coarser
+
+const lens::ResampleLoops& loops() {
+#if defined(__x86_64__)
+  static const lens::ResampleLoops& chosen =
+      may_use_avx2() ? lens::avx2_loops() : lens::baseline_loops();
+  return chosen;
+#else
+  return lens::baseline_loops();
+#endif
+}
+
+void check(const Camera& camera) {
+  bool usable = camera.width > 0 && camera.height > 0;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) usable = usable && std::isfinite(camera.K[i][j]);
+  for (const double k : camera.distortion) usable = usable && std::isfinite(k);
+  if (usable && camera.K[0][0] > 0.0 && camera.K[1][1] > 0.0) return;
+  throw Error(Error::Kind::bad_input,
+              "The viewport's lens cannot be used: it needs a picture, a focal length above 0, and "
+              "finite coefficients of distortion. Look at what the background or its tracker "
+              "announces, or at the properties distortion-k1 and on.");
+}
+
+}  // namespace
+
+/// The camera whose picture holds all that the viewport shows.
+void DistortedView::lay_out(const Camera& viewport) {
+  const Lens lens(viewport);
+  const double right = viewport.width - 0.5, bottom = viewport.height - 0.5;
+  // The border's image holds that of the picture.
+  Vec2 low(widest), high(-widest);
+  const auto look = [&](const Vec2& real) {
+    const Vec2 ideal = glm::clamp(lens.undistort(real), Vec2(-widest), Vec2(widest));
+    low = glm::min(low, ideal);
+    high = glm::max(high, ideal);
+  };
+  for (double x = -0.5; x < right + cell; x += cell)
+    for (const double y : {-0.5, bottom}) look({std::min(x, right), y});
+  for (double y = -0.5; y < bottom + cell; y += cell)
+    for (const double x : {-0.5, right}) look({x, std::min(y, bottom)});
+  low = glm::floor(low - margin);
+  const Vec2 size = glm::ceil(high - low + margin);
+  const double most = most_pixels * viewport.width * viewport.height;
+  const double scale = std::min(1.0, std::sqrt(most / (size.x * size.y)));
+  pinhole_ = viewport;
+  pinhole_.distortion.clear();
+  pinhole_.width = static_cast<int>(std::ceil(scale * size.x));
+  pinhole_.height = static_cast<int>(std::ceil(scale * size.y));
+  const Mat3 shrunk = from_rows({scale, 0, -scale * low.x, 0, scale, -scale * low.y, 0, 0, 1});
+  pinhole_.K = shrunk * viewport.K;
+  const auto moved = [&](const Vec2& ideal) { return scale * (ideal - low); };
+  to_pinhole_ = grid_of(viewport.width, viewport.height,
+                        [&](const Vec2& real) { return moved(lens.undistort(real)); });
+  to_picture_ = grid_of(pinhole_.width, pinhole_.height,
+                        [&](const Vec2& p) { return lens.distort(p / scale + low); });
+}
+
+/// The nodes beyond the border: outside of the picture the inverse need not be smooth.
+void DistortedView::Grid::extend() {
+  const auto beyond = [](const Vec2& a, const Vec2& b, const Vec2& c) {
+    return 3.0 * a - 3.0 * b + c;
+  };
+  for (int j = 0; j <= rows; ++j) {
+    at(-1, j) = beyond(at(0, j), at(1, j), at(columns > 1 ? 2 : 0, j));
+    at(columns + 1, j) =
+        beyond(at(columns, j), at(columns - 1, j), at(columns > 1 ? columns - 2 : 1, j));
+  }
+  for (int i = -1; i <= columns + 1; ++i) {
+    at(i, -1) = beyond(at(i, 0), at(i, 1), at(i, rows > 1 ? 2 : 0));
+    at(i, rows + 1) = beyond(at(i, rows), at(i, rows - 1), at(i, rows > 1 ? rows - 2 : 1));
+  }
+}
+
+template <typename Map>
+DistortedView::Grid DistortedView::grid_of(int width, int height, const Map& map) {
+  Grid grid;
+  grid.columns = (width + cell - 1) / cell;
+  grid.rows = (height + cell - 1) / cell;
+  grid.places.resize(grid.index(grid.columns + 1, grid.rows + 1) + 1);
+  parallel_for(static_cast<std::size_t>(grid.rows) + 1, 4, 0,
+               [&](std::size_t begin, std::size_t end) {
+                 for (int j = static_cast<int>(begin); j < static_cast<int>(end); ++j)
+                   for (int i = 0; i <= grid.columns; ++i)
+                     grid.at(i, j) = map(Vec2(cell * i, cell * j));
+               });
+  grid.extend();
+  return grid;
+}
+
+bool DistortedView::set(const Camera& viewport) {
+  // Most viewports have no lens, and cost nothing.
+  if (viewport.distortion.empty()) return active_ = false;
+  check(viewport);
+  if (!Distortion(viewport).active()) return active_ = false;
+  const bool same = active_ && viewport.K == viewport_.K && viewport.width == viewport_.width &&
+                    viewport.height == viewport_.height &&
+                    viewport.distortion == viewport_.distortion;
+  if (!same) lay_out(viewport);
+  viewport_ = viewport;
+  pinhole_.R = viewport.R;
+  pinhole_.t = viewport.t;
+  return active_ = true;
+}
+
+namespace {
+
+/// The cubic through four nodes, evenly apart, as coefficients of t: 0 at the second, 1 at the third.
+std::array<Vec2, 4> cubic_through(const Vec2& a, const Vec2& b, const Vec2& c, const Vec2& d) {
+  return {b, (-2.0 * a - 3.0 * b + 6.0 * c - d) / 6.0, 0.5 * (a + c) - b,
+          (d - a + 3.0 * (b - c)) / 6.0};
+}
+
+Vec2 on_cubic(const std::array<Vec2, 4>& c, double t) {
+  return ((c[3] * t + c[2]) * t + c[1]) * t + c[0];
+}
+
+}  // namespace
+
+/// Calls \p work for the runs of \p part, which is of the picture that \p grid's nodes are of.
+template <typename Work>
+void DistortedView::for_runs(const Grid& grid, const Rectangle& part, const Work& work) {
+  if (part.empty()) return;
+  const int right = part.x + part.width, first = part.x / cell, last = (right - 1) / cell;
+  parallel_for(
+      static_cast<std::size_t>(part.height), 8, 0, [&](std::size_t begin, std::size_t end) {
+        std::vector<Vec2> row(static_cast<std::size_t>(last - first) +
+                              4);  // of nodes, from first - 1 on
+        for (int y = part.y + static_cast<int>(begin); y < part.y + static_cast<int>(end); ++y) {
+          const int j = y / cell;
+          for (int i = first - 1; i <= last + 2; ++i)
+            row[static_cast<std::size_t>(i - first + 1)] =
+                on_cubic(cubic_through(grid.at(i, j - 1), grid.at(i, j), grid.at(i, j + 1),
+                                       grid.at(i, j + 2)),
+                         static_cast<double>(y % cell) / cell);
+          for (int i = first; i <= last; ++i) {
+            const Vec2* node = &row[static_cast<std::size_t>(i - first)];
+            const std::array<Vec2, 4> curve = cubic_through(node[0], node[1], node[2], node[3]);
+            const int x = std::max(cell * i, part.x), next = std::min(cell * (i + 1), right);
+            lens::PlaceRun run{{}, {}, x - cell * i, next - x};
+            for (std::size_t k = 0; k < 4; ++k) {
+              run.x[k] = static_cast<float>(curve[k].x);
+              run.y[k] = static_cast<float>(curve[k].y);
+            }
+            work(x, y, i, j, run);
+          }
+        }
+      });
+}
+
+void DistortedView::take(const std::uint8_t* picture, int stride, const Rectangle& part) {
+  const std::size_t row = static_cast<std::size_t>(this->stride());
+  before_.resize(row * static_cast<std::size_t>(pinhole_.height));
+  drawn_.resize(before_.size());
+  const lens::PictureSource from{picture, stride, viewport_.width, viewport_.height};
+  for_runs(to_picture_, part, [&](int x, int y, int, int, const lens::PlaceRun& run) {
+    const std::size_t at = row * static_cast<std::size_t>(y) + 4 * static_cast<std::size_t>(x);
+    loops().resample(from, run, &before_[at]);
+    std::memcpy(&drawn_[at], &before_[at], 4 * static_cast<std::size_t>(run.count));
+  });
+}
+
+/// Whether any pixel of the cell shows something of \p part.
+bool DistortedView::touches(const Rectangle& part, int i, int j) const {
+  const Vec2 a = to_pinhole_.at(i, j), b = to_pinhole_.at(i + 1, j), c = to_pinhole_.at(i, j + 1),
+             d = to_pinhole_.at(i + 1, j + 1);
+  // Two pixels for the cubics, and what a side can be bent.
+  const Vec2 low = glm::min(glm::min(a, b), glm::min(c, d)) - 4.0;
+  const Vec2 high = glm::max(glm::max(a, b), glm::max(c, d)) + 4.0;
+  return low.x < part.x + part.width && high.x > part.x - 1 && low.y < part.y + part.height &&
+         high.y > part.y - 1;
+}
+
+Rectangle DistortedView::reach(const Rectangle& part) const {
+  if (part.empty()) return {};
+  int left = viewport_.width, top = viewport_.height, right = 0, bottom = 0;
+  for (int j = 0; j < to_pinhole_.rows; ++j)
+    for (int i = 0; i < to_pinhole_.columns; ++i) {
+      if (!touches(part, i, j)) continue;
+      left = std::min(left, cell * i);
+      right = std::max(right, std::min(cell * (i + 1), viewport_.width));
+      top = std::min(top, cell * j);
+      bottom = std::max(bottom, std::min(cell * (j + 1), viewport_.height));
+    }
+  return right > left ? Rectangle{left, top, right - left, bottom - top} : Rectangle{};
+}
+
+void DistortedView::give(const Rectangle& changed, std::uint8_t* target, int stride) const {
+  const lens::PictureSource from{drawn_.data(), this->stride(), pinhole_.width, pinhole_.height};
+  for_runs(to_pinhole_, reach(changed), [&](int x, int y, int i, int j, const lens::PlaceRun& run) {
+    if (touches(changed, i, j))
+      loops().resample_changed(
+          from, before_.data(), run,
+          target + static_cast<std::ptrdiff_t>(y) * stride + 4 * std::ptrdiff_t{x});
+  });
+}
+
+void DistortedView::give_all(std::uint8_t* target, int stride) const {
+  const lens::PictureSource from{drawn_.data(), this->stride(), pinhole_.width, pinhole_.height};
+  for_runs(to_pinhole_, {0, 0, viewport_.width, viewport_.height},
+           [&](int x, int y, int, int, const lens::PlaceRun& run) {
+             loops().resample(
+                 from, run,
+                 target + static_cast<std::ptrdiff_t>(y) * stride + 4 * std::ptrdiff_t{x});
+           });
+}
+
+Vec2 DistortedView::place(int x, int y) const {
+  Vec2 found(0.0);
+  for_runs(to_pinhole_, {x, y, 1, 1}, [&](int, int, int, int, const lens::PlaceRun& run) {
+    const double t = static_cast<double>(run.first) / cell;
+    for (std::size_t k = 4; k-- > 0;) found = found * t + Vec2(run.x[k], run.y[k]);
+  });
+  return found;
+}
+
+}  // namespace polyhull

@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "render/lens/lens_picture.h"
+
+#include <cmath>
+#include <cstring>
+
+#include "base/error.h"
+
+namespace polyhull {
+namespace {
+
+void check(const ViewportLens& lens) {
+  bool finite = std::isfinite(lens.aperture) && std::isfinite(lens.focus_distance) &&
+                std::isfinite(lens.shutter) && std::isfinite(lens.grain) &&
+                std::isfinite(lens.grain_size);
+  for (const double a : lens.falloff) finite = finite && std::isfinite(a);
+  if (finite && lens.aperture >= 0.0 && lens.aperture <= 1.0 && lens.focus_distance >= 1e-3 &&
+      lens.shutter >= 0.0 && lens.shutter <= 1.0 && lens.grain >= 0.0)
+    return;
+  throw Error(Error::Kind::bad_input,
+              "The viewport's lens cannot be used: the aperture must be 0 to 1 m, the focus "
+              "distance 1 mm or "
+              "above, the shutter's share 0 to 1, grain 0 or above, and all of it finite. Got "
+              "aperture {} m, focus distance {} m, "
+              "shutter {}, grain {}.",
+              lens.aperture, lens.focus_distance, lens.shutter, lens.grain);
+}
+
+}  // namespace
+
+void LensPicture::set(RenderFrame& frame, const ViewportLens& lens, const Camera* before) {
+  check(lens);
+  lens_ = lens;
+  moves_ = false;
+  if (before != nullptr && lens.shutter > 0.0) {
+    shutter_ = {resized(*before, frame.width, frame.height), lens.shutter, lens.still_background};
+    moves_ = MotionBlur::moves(resized(frame.viewport, frame.width, frame.height), shutter_);
+  }
+  if (frame.viewport.distortion.empty() && !finishes()) {
+    distorted_.set(frame.viewport);
+    return;
+  }
+  viewport_ = resized(frame.viewport, frame.width, frame.height);
+  if (!distorted_.set(viewport_)) return;
+  frame.viewport = distorted_.pinhole();
+  frame.width = frame.viewport.width;
+  frame.height = frame.viewport.height;
+  // The overscan's pixels are those of a pinhole's picture, moved and scaled.
+  shutter_.before.K = frame.viewport.K * glm::inverse(viewport_.K) * shutter_.before.K;
+}
+
+/// The composite with depth of field and motion blur, of pinhole pictures of \p frame's size.
+void LensPicture::blur(const RenderFrame& frame, const RenderPlan& plan,
+                       const std::uint8_t* background, int background_stride, std::uint8_t* target,
+                       int target_stride, const Compose& compose) {
+  const int stride = 4 * frame.width;
+  scene_.resize(static_cast<std::size_t>(stride) * static_cast<std::size_t>(frame.height));
+  for (int y = 0; y < frame.height; ++y)
+    std::memcpy(&scene_[static_cast<std::size_t>(y) * static_cast<std::size_t>(stride)],
+                background + static_cast<std::ptrdiff_t>(y) * background_stride,
+                static_cast<std::size_t>(stride));
+  RenderPlan around = plan, subject = plan;
+  around.subject = {};
+  subject.shadow = subject.mirror = subject.mirror_shadow = {};
+  subject.light = subject.mirror_index = -1;
+  if (!around.untouched()) {
+    full_ = scene_;  // what is read while the other is written
+    compose(around, full_.data(), stride, scene_.data(), stride);
+  }
+  const std::uint8_t* full = scene_.data();
+  if (!subject.untouched()) {
+    full_ = scene_;
+    compose(subject, scene_.data(), stride, full_.data(), stride);
+    full = full_.data();
+  }
+  depths_.set(frame, plan);
+  const Camera camera = resized(frame.viewport, frame.width, frame.height);
+  SharpPictures sharp{scene_.data(), full, stride};
+  if (DepthOfField::wanted(lens_)) {
+    std::uint8_t* focused = target;
+    int focused_stride = target_stride;
+    if (moves_) {
+      focused_.resize(scene_.size());
+      focused = focused_.data();
+      focused_stride = stride;
+    }
+    depth_of_field_.apply(camera, lens_, depths_, sharp, focused, focused_stride);
+    if (!moves_) return;
+    // What the subject hides comes out from behind it.
+    const std::uint8_t* behind = focused;
+    if (full != scene_.data()) {
+      focused_scene_.resize(scene_.size());
+      depth_of_field_.apply(camera, lens_, depths_, {scene_.data(), scene_.data(), stride},
+                            focused_scene_.data(), stride);
+      behind = focused_scene_.data();
+    }
+    sharp = {behind, focused, stride};
+  }
+  motion_blur_.apply(camera, shutter_, depths_, sharp, target, target_stride);
+}
+
+void LensPicture::draw(const RenderFrame& frame, const RenderPlan& plan, std::uint64_t number,
+                       const std::uint8_t* background, int background_stride, std::uint8_t* target,
+                       int target_stride, const Compose& compose) {
+  const bool blurred = blurs();
+  if (!distorted_.active()) {
+    if (blurred)
+      blur(frame, plan, background, background_stride, target, target_stride, compose);
+    else if (!plan.untouched())
+      compose(plan, background, background_stride, target, target_stride);
+  } else if (blurred || !plan.untouched()) {
+    // A mirror shows what may lie anywhere in the picture.
+    const Camera& pinhole = distorted_.pinhole();
+    const Rectangle all{0, 0, pinhole.width, pinhole.height};
+    distorted_.take(background, background_stride,
+                    blurred || plan.mirror_index >= 0 ? all : plan.changed());
+    const std::uint8_t* before = distorted_.before();
+    std::uint8_t* drawn = distorted_.drawn();
+    const int stride = distorted_.stride();
+    if (blurred) {
+      blur(frame, plan, before, stride, drawn, stride, compose);
+      distorted_.give_all(target, target_stride);
+    } else {
+      compose(plan, before, stride, drawn, stride);
+      distorted_.give(plan.changed(), target, target_stride);
+    }
+  }
+  if (Sensor::wanted(lens_)) sensor_.finish(lens_, viewport_, number, target, target_stride);
+}
+
+}  // namespace polyhull

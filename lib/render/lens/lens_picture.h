@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// A composite through the viewport's lens: what lies between a background, a renderer that knows
+/// pinhole cameras alone, and the picture that goes out. In this order, each left out where it
+/// changes nothing:
+///
+///   background -> overscan -> the renderer's composite -> depth of field -> motion blur
+///              -> back through the distortion -> fall-off and grain
+///
+/// A background is the picture as its camera took it, distortion included (distorted_view.h).
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include "render/frame.h"
+#include "render/lens/depth_layers.h"
+#include "render/lens/depth_of_field.h"
+#include "render/lens/distorted_view.h"
+#include "render/lens/motion_blur.h"
+#include "render/lens/sensor.h"
+#include "scene/viewport_lens.h"
+
+namespace polyhull {
+
+class LensPicture {
+ public:
+  /// From now on \p frame's viewport with \p lens; \p before is the viewport that
+  /// ViewportLens::shutter counts from, null where that is not known. Where the lens distorts, width,
+  /// height and viewport of \p frame become those that a renderer is to plan and draw: of a pinhole.
+  /// Throws Error as DistortedView, and where \p lens is out of its ranges.
+  void set(RenderFrame& frame, const ViewportLens& lens, const Camera* before = nullptr);
+
+  /// Whether anything is to be done; else the renderer draws alone.
+  bool active() const { return distorted_.active() || finishes(); }
+
+  /// Whether the viewport moves while the shutter is open, so that it is seen.
+  bool moves() const { return moves_; }
+
+  /// Whether pixels change that RenderPlan::changed() does not name.
+  bool finishes() const { return Sensor::wanted(lens_) || blurs(); }
+
+  /// Renderer::render() with the frame as set() left it.
+  using Compose =
+      std::function<void(const RenderPlan& plan, const std::uint8_t* background,
+                         int background_stride, std::uint8_t* target, int target_stride)>;
+
+  /// Brings the composite into \p target, which holds \p background already or is the same memory:
+  /// RGBA rows of the picture. \p frame is the one that set() made, \p plan its plan, or none where
+  /// there is no subject; \p compose is called unless that is untouched: for blur once for what the
+  /// subject does to the scene, and once for the subject. \p number is the frame's, for its
+  /// grain.
+  void draw(const RenderFrame& frame, const RenderPlan& plan, std::uint64_t number,
+            const std::uint8_t* background, int background_stride, std::uint8_t* target,
+            int target_stride, const Compose& compose);
+
+ private:
+  bool blurs() const { return DepthOfField::wanted(lens_) || moves_; }
+  void blur(const RenderFrame& frame, const RenderPlan& plan, const std::uint8_t* background,
+            int background_stride, std::uint8_t* target, int target_stride, const Compose& compose);
+
+  Camera viewport_;
+  ViewportLens lens_;
+  DistortedView distorted_;
+  DepthLayers depths_;
+  DepthOfField depth_of_field_;
+  MotionBlur motion_blur_;
+  MotionBlur::Shutter shutter_;
+  bool moves_ = false;
+  std::vector<std::uint8_t> scene_, full_;  // sharp: without the subject before it, and with it
+  std::vector<std::uint8_t> focused_scene_, focused_;  // the same with depth of field, to be moved
+  Sensor sensor_;
+};
+
+}  // namespace polyhull

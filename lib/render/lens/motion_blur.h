@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// Motion blur of a viewport that moves while its shutter is open, from a sharp picture in two layers.
+///
+/// A point that is seen at pixel u with the inverse depth w was, at the frame before, at
+///
+///   u' ~ A (u, 1) + w b,     A = K' R' R^T K^-1,   b = K' (t' - R' R^T t)
+///
+/// so that it moves by v(u, w) = u - u' from frame to frame. The shutter is open for the share s of
+/// that time, half of it before the frame's instant: the picture is the mean over tau in
+/// [-s/2, s/2] of pictures in which each point lies at u + tau v. What of a layer is then seen
+/// at pixel p is at q with q + tau v(q, w(q)) = p, which is looked for by fixed-point
+/// iteration from the depth at p and, where their motions differ by a pixel, from the nearest and
+/// the farthest around; of those that arrive, the nearest is what is seen. Where none does, a thing
+/// has uncovered what the picture does not show, and what lies beside it stands for it.
+///
+/// Motion is a straight line at even speed, and the scene and its subjects stand still in it: a person's
+/// own motion is blurred in the pictures of the cameras that saw it.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "render/lens/light_layers.h"
+#include "rig/camera.h"
+
+namespace polyhull {
+
+class MotionBlur {
+ public:
+  static constexpr float most_motion = 64.0f;  ///< pixels; what moves by more is blurred by that
+
+  struct Shutter {
+    Camera before;              ///< the viewport at the frame before, a pinhole of the same size
+    double share = 0.0;         ///< of the time from that frame to this, in which light comes in
+    bool subject_only = false;  ///< the background's picture has its motion blur already
+  };
+
+  /// Whether \p camera moves with \p shutter so that it can be seen. Not where the motion is a cut:
+  /// the middle of the picture, or what is 3 m away there, moves by more than half the picture's width.
+  static bool moves(const Camera& camera, const Shutter& shutter);
+
+  /// Writes what the open shutter makes of \p sharp into \p target, RGBA rows \p target_stride bytes
+  /// apart, of other memory; alpha as in SharpPictures::full. Light is added up linearly. \p camera is
+  /// the pinhole's, of the size of \p depths.
+  void apply(const Camera& camera, const Shutter& shutter, const DepthLayers& depths,
+             const SharpPictures& sharp, std::uint8_t* target, int target_stride);
+
+ private:
+  static constexpr int tile = 16;  // pixels
+
+  struct Point {
+    float x, y;
+  };
+  /// What moves how, near a tile.
+  struct Reach {
+    float motion = 0.0f;                    // the longest, in pixels, of the shutter's time
+    float nearest = 0.0f, farthest = 0.0f;  // 1/z of the scene
+    float parallax = 0.0f;                  // how much their motion differs, in pixels
+    bool subject = false;
+  };
+  void spread_subject();
+  void find_reach();
+  Point motion_at(Point u, float inverse) const;
+  Point source(const std::vector<float>& inverses, Point p, float time, float begin,
+               float& error) const;
+  Point scene_source(Point p, float time, const Reach& reach) const;
+  Float4 seen(Point p, float time, const Reach& reach) const;
+  void blur_tile(int column, int row, const SharpPictures& sharp, std::uint8_t* target,
+                 int target_stride) const;
+
+  Vec3f rows_[3], shift_{0.0f};  // A and b
+  float share_ = 0.0f;
+  bool subject_only_ = false;
+  LightLayers layers_;
+  const std::vector<float>* scene_inverse_ = nullptr;
+  std::vector<float> subject_inverse_;  // 1/z, beyond the outline that of the nearest pixel in it
+  int columns_ = 0, rows_of_tiles_ = 0;
+  std::vector<Reach> reach_;
+};
+
+}  // namespace polyhull

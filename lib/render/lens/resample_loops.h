@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// The inner loops of distorted_view.h, compiled once per instruction set (resample_loops.inc) and
+/// chosen at run time.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+namespace polyhull::lens {
+
+/// An RGBA picture.
+struct PictureSource {
+  const std::uint8_t* pixels;
+  std::ptrdiff_t stride;  ///< bytes
+  int width, height;
+};
+
+/// Places in a picture on a cubic curve, of which each run is an eighth further: place i is at
+/// ((c3 t + c2) t + c1) t + c0 with t = (first + i) / 8. Pixel centres are whole numbers.
+struct PlaceRun {
+  float x[4], y[4];
+  int first, count;
+};
+
+struct ResampleLoops {
+  /// Writes the picture's values at \p places, as codes, by Catmull and Rom's cubics; beyond its
+  /// borders it goes on as its last pixels.
+  void (*resample)(const PictureSource& picture, const PlaceRun& places, std::uint8_t* out);
+  /// The same, but only where one of the 16 pixels that count differs from that of \p before, which
+  /// has the same size and stride; the rest of \p out stays.
+  void (*resample_changed)(const PictureSource& picture, const std::uint8_t* before,
+                           const PlaceRun& places, std::uint8_t* out);
+};
+
+const ResampleLoops& baseline_loops();
+#if defined(__x86_64__)
+const ResampleLoops& avx2_loops();
+#endif
+
+}  // namespace polyhull::lens

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include <algorithm>
+#include <cstring>
+#include <utility>
+
+#include "base/stopwatch.h"
+#include "plugins/common/memory/video_frame.h"
+#include "plugins/composite/frame.h"
+
+namespace polyhull::element {
+
+/// The lens, and how the viewport has moved since the frame before, which may be some frames' time ago.
+void FrameComposer::set_lens(const CompositeSettings& settings, const GstVideoInfo& info,
+                             GstBuffer* background) {
+  constexpr GstClockTime longest = GST_SECOND;  // who stood still for that long was not moving
+  ViewportLens lens = lens_settings(settings, announcement_ ? &*announcement_ : nullptr);
+  const GstClockTime time = GST_BUFFER_PTS(background);
+  const bool known = viewport_before_ && GST_CLOCK_TIME_IS_VALID(time) &&
+                     GST_CLOCK_TIME_IS_VALID(time_before_) && time > time_before_ &&
+                     time - time_before_ <= longest;
+  if (known && GST_VIDEO_INFO_FPS_N(&info) > 0) {
+    const double frame =
+        static_cast<double>(GST_SECOND) * GST_VIDEO_INFO_FPS_D(&info) / GST_VIDEO_INFO_FPS_N(&info);
+    lens.shutter *= std::min(frame / static_cast<double>(time - time_before_), 1.0);
+  }
+  const std::optional<Camera> before = std::exchange(viewport_before_, frame_.viewport);
+  time_before_ = time;
+  lens_.set(frame_, lens, known ? &*before : nullptr);
+  if (lens_.moves()) statistics_.count("motion-blurred");
+  if (frame_.scene) return;
+  if ((lens.aperture > 0.0 && !lens.subject_only) || (lens_.moves() && !lens.still_background))
+    statistics_.warn(gl_.element(), "lens-without-scene",
+                     "No scene tells how far away the background is: its depth of field and motion "
+                     "blur are those of what is infinitely far. Set scene, have the background "
+                     "announce it, or set depth-of-field and motion-blur to subject.");
+}
+
+/// Brings the composite through the lens into \p target, which holds the background.
+void FrameComposer::finish_picture(const std::uint8_t* background, int background_stride,
+                                   std::uint8_t* target, int target_stride) {
+  double inside = 0.0;  // the renderer's own time
+  const Stopwatch watch;
+  lens_.draw(frame_, plan_, number_, background, background_stride, target, target_stride,
+             [&](const RenderPlan& plan, const std::uint8_t* from, int from_stride,
+                 std::uint8_t* to, int to_stride) {
+               const Stopwatch own;
+               with_renderer([&](Renderer& renderer) {
+                 renderer.render(frame_, plan, settings_, from, from_stride, to, to_stride);
+               });
+               inside += own.milliseconds();
+             });
+  statistics_.set("lens-ms", watch.milliseconds() - inside);
+  statistics_.count("through-lens");
+}
+
+/// In system memory, whatever draws and wherever the pictures come from.
+void FrameComposer::draw_through_lens(const FrameBuffers& buffers, GstBuffer* output) {
+  if (output == buffers.background) {
+    const MappedFrame both(*buffers.info, output, GST_MAP_READWRITE);
+    check_strides(both.stride(), both.stride());
+    finish_picture(both.data(), both.stride(), both.data(), both.stride());
+    return;
+  }
+  const int width = GST_VIDEO_INFO_WIDTH(buffers.info),
+            height = GST_VIDEO_INFO_HEIGHT(buffers.info);
+  const MappedFrame background(*buffers.info, buffers.background, GST_MAP_READ);
+  const bool video = is_video_output(*buffers.output);
+  const MappedFrame target(video ? *buffers.output : *buffers.info, output,
+                           video ? GST_MAP_WRITE : GST_MAP_READWRITE);
+  std::uint8_t* drawn = target.data();
+  int stride = target.stride();
+  const std::size_t row = 4 * static_cast<std::size_t>(width);
+  if (video) {
+    through_lens_.resize(row * static_cast<std::size_t>(height));
+    drawn = through_lens_.data();
+    stride = static_cast<int>(row);
+  }
+  check_strides(background.stride(), stride);
+  for (int y = 0; y < height; ++y)
+    std::memcpy(drawn + static_cast<std::ptrdiff_t>(y) * stride,
+                background.data() + static_cast<std::ptrdiff_t>(y) * background.stride(), row);
+  finish_picture(background.data(), background.stride(), drawn, stride);
+  if (video) write_yuv(drawn, stride, yuv_picture(target.frame()));
+}
+
+}  // namespace polyhull::element

@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+// Depth of field against paths traced through a thin lens.
+#include "render/lens/depth_of_field.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <string>
+#include <vector>
+
+#include "glowing_stage.h"
+
+namespace polyhull::test {
+namespace {
+
+#ifdef __SANITIZE_ADDRESS__  // the paths take long
+constexpr int paths_per_pixel = 24;
+constexpr double noise = 4.0;  // dB, of the truth
+#else
+constexpr int paths_per_pixel = 128;
+constexpr double noise = 0.0;
+#endif
+
+Picture drawn(const Stage& stage, const ViewportLens& lens) {
+  return stage.drawn([&](const SharpPictures& sharp, Picture& out) {
+    DepthOfField().apply(stage.camera, lens, stage.depths, sharp, out.pixels.data(), 4 * width);
+  });
+}
+
+Picture truth(const Stage& stage, const ViewportLens& lens) {
+  PathOptions paths;
+  paths.aperture = static_cast<float>(lens.aperture);
+  paths.focus_distance = static_cast<float>(lens.focus_distance);
+  return trace_picture(stage.scene, stage.camera, paths_per_pixel, paths);
+}
+
+const Stage& stage() {
+  static const Stage made;
+  return made;
+}
+
+ViewportLens lens_of(double aperture, double focus) {
+  ViewportLens lens;
+  lens.aperture = aperture;
+  lens.focus_distance = focus;
+  return lens;
+}
+
+TEST(DepthOfField, DepthsAreTheScenes) {
+  const Camera camera = viewport();
+  const DepthLayers& depths = stage().depths;
+  const auto at = [&](const Vec3& point) {
+    const Vec2 p = camera.project_ideal(point).value();
+    return static_cast<std::size_t>(std::lround(p.y)) * width +
+           static_cast<std::size_t>(std::lround(p.x));
+  };
+  for (const Vec3& point : {Vec3(-1.8, 1.7, -4.0), Vec3(-0.56, 1.5, 1.72), Vec3(1.0, 0.0, 0.5)}) {
+    EXPECT_NEAR(depths.scene()[at(point)] * camera.to_camera(point).z, 1.0, 0.01);
+    EXPECT_EQ(depths.coverage()[at(point)], 0.0f);
+  }
+  const Vec3 belly(-0.1, 0.9, 0.2);
+  EXPECT_NEAR(depths.subject()[at(belly)] * camera.to_camera(belly).z, 1.0, 0.01);
+  EXPECT_EQ(depths.coverage()[at(belly)], 1.0f);
+  EXPECT_LT(depths.scene()[at(belly)], depths.subject()[at(belly)]);
+}
+
+TEST(DepthOfField, IsSharpWhereTheLensIsClosed) {
+  const Picture drawn = test::drawn(stage(), lens_of(1e-6, 4.2));
+  // Through linear light and back codes stay.
+  EXPECT_EQ(drawn.pixels, stage().with.pixels);
+}
+
+TEST(DepthOfField, EvenSurfacesStayEven) {
+  Stage even;
+  std::fill(even.without.pixels.begin(), even.without.pixels.end(), std::uint8_t{140});
+  even.with = even.without;
+  const Picture drawn = test::drawn(even, lens_of(0.2, 2.5));
+  for (std::size_t i = 0; i < drawn.pixels.size(); ++i) ASSERT_NEAR(drawn.pixels[i], 140, 1);
+}
+
+// With a background that has its depth of field, only the subject changes, and as the truth has it.
+TEST(DepthOfField, TheSubjectAlone) {
+  ViewportLens lens = lens_of(0.15, 8.2);
+  lens.subject_only = true;
+  Stage of;
+  of.scene.set_subjects({});
+  of.without = test::truth(of, lens);
+  of.scene.set_subjects(traced(of.hull));
+  // The pinhole's subject over the blurred scene.
+  for (std::size_t i = 0; i < of.with.pixels.size(); ++i) {
+    const float a = of.depths.coverage()[i / 4];
+    if (a == 0.0f) of.with.pixels[i] = of.without.pixels[i];
+  }
+  const Picture drawn = test::drawn(of, lens), truth = test::truth(of, lens);
+  int changed_far = 0;
+  for (std::size_t i = 0; i < drawn.pixels.size(); i += 4) {
+    const auto x = static_cast<int>(i / 4 % width);
+    if (x > 3 * width / 4)
+      changed_far += !std::equal(&drawn.pixels[i], &drawn.pixels[i] + 4, &of.with.pixels[i]);
+  }
+  EXPECT_EQ(changed_far, 0);
+  const double found = psnr(drawn, truth), sharp = psnr(of.with, truth);
+  std::printf("subject alone: %.1f dB (sharp %.1f dB)\n", found, sharp);
+  EXPECT_GE(found, sharp + 3.0);
+}
+
+// A blurred pillar stands before the subject, and a sharp one before a blurred subject.
+TEST(DepthOfField, TheSubjectBehindAPillar) {
+  const Stage of(look_at({-1.2, 1.3, 4.2}, {-0.3, 1.0, 0}, 42.0, width, height));
+  for (const double focus : {4.2, 2.6}) {
+    const ViewportLens lens = lens_of(0.1, focus);
+    const Picture drawn = test::drawn(of, lens), truth = test::truth(of, lens);
+    const double found = psnr(drawn, truth), sharp = psnr(of.with, truth);
+    std::printf("behind a pillar, focus %.1f m: %.1f dB (sharp %.1f dB)\n", focus, found, sharp);
+    keep(drawn, "dof-behind-" + std::to_string(focus) + ".png");
+    keep(truth, "dof-behind-" + std::to_string(focus) + "-truth.png");
+    EXPECT_GE(found, 39.6 - noise);
+    EXPECT_GE(found, sharp + 3.0);
+  }
+}
+
+struct Case {
+  const char* name;
+  double focus, aperture, least;
+};
+
+// Focus on the near pillar, the subject, and the wall.
+TEST(DepthOfField, IsNearToTheTruth) {
+  for (const Case& of : {Case{"pillar", 2.5, 0.05, 39.5}, Case{"subject", 4.2, 0.05, 37.5},
+                         Case{"subject-wide", 4.2, 0.15, 38.0}, Case{"wall", 8.2, 0.05, 41.0},
+                         Case{"wall-wide", 8.2, 0.15, 35.5}}) {
+    const ViewportLens lens = lens_of(of.aperture, of.focus);
+    const Picture drawn = test::drawn(stage(), lens), truth = test::truth(stage(), lens);
+    const double found = psnr(drawn, truth), sharp = psnr(stage().with, truth);
+    std::printf("%-12s focus %.1f m, aperture %.0f mm: %.1f dB (sharp %.1f dB)\n", of.name,
+                of.focus, 1e3 * of.aperture, found, sharp);
+    keep(drawn, std::string("dof-") + of.name + ".png");
+    keep(truth, std::string("dof-") + of.name + "-truth.png");
+    EXPECT_GE(found, of.least - noise) << of.name;
+    EXPECT_GE(found, sharp + 1.5) << of.name;
+  }
+}
+
+}  // namespace
+}  // namespace polyhull::test
