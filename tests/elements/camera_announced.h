@@ -92,14 +92,14 @@ inline void expect_place(const Camera& camera, const Vec3& truth) {
               found.x, found.y, found.z, truth.x, truth.y, truth.z);
 }
 
-/// A pad that pushes poses to an element's pad `track` from the test; whether they are of a live
-/// source, and how late they come then.
+/// A pad that pushes poses to an element's pad `track`, or whatever to another, from the test; whether
+/// they are of a live source, and how late they come then.
 struct PosePusher {
-  PosePusher(GstElement* of, bool is_live, GstClockTime late = 0)
+  PosePusher(GstElement* of, bool is_live, GstClockTime late = 0, const char* to = "track")
       : element(of), live(is_live), latency(late), pad(gst_pad_new("poses", GST_PAD_SRC)) {
-    track = gst_element_get_static_pad(element, "track");
+    track = gst_element_get_static_pad(element, to);
     requested = track == nullptr;
-    if (requested) track = gst_element_request_pad_simple(element, "track");
+    if (requested) track = gst_element_request_pad_simple(element, to);
     fail_unless(track != nullptr);
     gst_pad_set_element_private(pad, this);
     gst_pad_set_query_function(pad, answer);
