@@ -116,13 +116,14 @@ std::string announcement_to_json(const Announcement& announcement) {
                       {"radiance", numbers(light.radiance)},
                       {"mesh", light.mesh}});
   }
-  const json out = {{"format", format},
-                    {"version", version},
-                    {"viewport", camera_to_json(announcement.viewport)},
-                    {"scene", announcement.scene},
-                    {"lights", lights},
-                    {"exposure", announcement.exposure},
-                    {"ambient", numbers(announcement.ambient)}};
+  json out = {{"format", format},
+              {"version", version},
+              {"viewport", camera_to_json(announcement.viewport)},
+              {"scene", announcement.scene},
+              {"lights", lights},
+              {"exposure", announcement.exposure},
+              {"ambient", numbers(announcement.ambient)}};
+  if (announcement.depth_near > 0.0) out["depth_near"] = announcement.depth_near;
   // Names may hold any bytes; JSON must be UTF-8.
   return out.dump(-1, ' ', false, json::error_handler_t::replace);
 }
@@ -152,6 +153,10 @@ Announcement parse_announcement(std::string_view text) {
     }
     announcement.exposure = static_cast<float>(finite_number(member(root, "exposure"), "exposure"));
     announcement.ambient = vector_of(root, "ambient");
+    if (root.contains("depth_near")) {
+      announcement.depth_near = finite_number(root["depth_near"], "depth_near");
+      if (!(announcement.depth_near >= 1e-6)) throw broken("'depth_near' must be above 0 metres");
+    }
     return announcement;
   } catch (const json::exception& error) {
     throw broken(error.what());

@@ -22,6 +22,8 @@ struct Announcement {
   std::vector<Light> lights;  ///< the lights as they are in this frame
   float exposure = 1.0f;      ///< as in Scene
   Vec3f ambient{0.0f};        ///< mean indirect irradiance over the scene's surfaces
+  double depth_near = 0.0;    ///< metres that the largest value of a depth video beside the picture
+                              ///< stands for (docs/formats.md); 0: there is none
 };
 
 std::string announcement_to_json(const Announcement& announcement);

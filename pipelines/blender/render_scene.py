@@ -4,8 +4,9 @@ changes, and writes with each frame what composite must know of it: camera, ligh
 
     blender -b stage.blend --python pipelines/blender/render_scene.py -- FOLDER [--frames 1-50]
 
-FOLDER then holds frames/0001.png ..., scene-0001.glb ... and announcements.jsonl; see
-docs/outside-renderers.md for the pipeline that composites with them.
+FOLDER then holds frames/0001.png ..., scene-0001.glb ... and announcements.jsonl, and with --depth
+depth.gray16, raw frames of 16-bit grey; see docs/outside-renderers.md for the pipeline that composites
+with them.
 """
 import argparse
 import hashlib
@@ -156,6 +157,33 @@ def prepare(scene, options):
         scene.cycles.use_denoising = False
 
 
+def depth_output(scene, folder):
+    """Lets Blender write each frame's depth, whatever else it does with the picture."""
+    scene.view_layers[0].use_pass_z = True
+    if not scene.use_nodes:
+        scene.use_nodes = True  # with nodes that hand the picture on
+    nodes = scene.node_tree.nodes
+    layers = next((node for node in nodes if node.type == "R_LAYERS"), None) or nodes.new("CompositorNodeRLayers")
+    output = nodes.new("CompositorNodeOutputFile")
+    output.base_path = str(folder)
+    output.file_slots[0].path = "depth-"
+    output.format.file_format, output.format.color_depth = "OPEN_EXR", "32"
+    scene.node_tree.links.new(layers.outputs["Depth"], output.inputs[0])
+
+
+def read_depth(scene, folder, near):
+    """The depth just written as 65535 near / z, from the upper row down; 0 where nothing is."""
+    path, = folder.glob("depth-*.exr")
+    width, height = size_of(scene)
+    image = bpy.data.images.load(str(path))
+    depth = numpy.empty(4 * width * height, dtype=numpy.float32)
+    image.pixels.foreach_get(depth)
+    bpy.data.images.remove(image)
+    path.unlink()
+    depth = depth.reshape(height, width, 4)[::-1, :, 0].astype(float)
+    return numpy.rint(65535 * numpy.clip(near / numpy.maximum(depth, 1e-9), 0, 1)).astype("<u2").tobytes()
+
+
 def timecode(number, rate):
     """A count of whole frames a second; at 29.97 it is one without dropping."""
     seconds, frames = divmod(number, math.ceil(rate))
@@ -178,6 +206,8 @@ def parse():
     parser.add_argument("--engine", choices=["CYCLES", "BLENDER_EEVEE", "BLENDER_WORKBENCH"],
                         help="else the scene's; EEVEE and Workbench need a graphics driver")
     parser.add_argument("--samples", type=int, help="of Cycles; else the scene's")
+    parser.add_argument("--depth", type=float, metavar="METRES",
+                        help="writes the depth, too; METRES is the nearest that is told apart, as in 0.5")
     parser.add_argument("--to", help="also sends each line by UDP when its frame is there: HOST:PORT")
     return parser.parse_args(sys.argv[sys.argv.index("--") + 1:] if "--" in sys.argv else ["--help"])
 
@@ -193,6 +223,9 @@ def main():
     (folder / "frames").mkdir(parents=True, exist_ok=True)
     sender = socket.socket(socket.AF_INET, socket.SOCK_DGRAM) if options.to else None
     shape = scene_file = None
+    if options.depth:
+        depth_output(scene, folder)
+        (folder / "depth.gray16").write_bytes(b"")
     with open(folder / "announcements.jsonl", "w") as lines:
         for number in range(first, last + 1):
             scene.frame_set(number)
@@ -206,8 +239,13 @@ def main():
             said["timecode"] = timecode(number - first, rate)
             said["timecode_rate"] = fraction
             said["stream_time_ns"] = (number - first) * 1_000_000_000 * fraction[1] // fraction[0]
+            if options.depth:
+                said["depth_near"] = options.depth
             scene.render.filepath = str(folder / "frames" / f"{number:04}.png")
             bpy.ops.render.render(write_still=True)
+            if options.depth:
+                with open(folder / "depth.gray16", "ab") as depth:
+                    depth.write(read_depth(scene, folder, options.depth))
             line = json.dumps(said) + "\n"
             lines.write(line)
             lines.flush()

@@ -16,8 +16,10 @@
 #include "plugins/common/element.h"
 #include "plugins/common/guard.h"
 #include "plugins/common/live/live_pad.h"
+#include "plugins/common/memory/depth_meta.h"
 #include "plugins/common/transform.h"
 #include "plugins/common/viewport.h"
+#include "plugins/trackstamp/depth_input.h"
 #include "plugins/trackstamp/scene_input.h"
 #include "scene/announcement.h"
 
@@ -43,6 +45,7 @@ struct TrackStamp {
   void unlock(bool unlocked) {
     track.unlock(unlocked);
     scene.unlock(unlocked);
+    depth.unlock(unlocked);
   }
   void announce(std::optional<Announcement> scene, std::optional<TrackedPose> pose);
   std::optional<std::int64_t> scene_wait(GstClockTime running_time) const;
@@ -54,6 +57,7 @@ struct TrackStamp {
   Statistics statistics{"trackstamp-stats"};
   CameraTrack track;
   SceneInput scene;
+  DepthInput depth;
   std::atomic<bool> live{false};        // the video
   std::atomic<std::int64_t> late{0};    // how late it comes by what its source says, ns
   std::atomic<std::int64_t> frame{0};   // how long one lasts, ns
@@ -78,6 +82,8 @@ TrackStamp::TrackStamp(gpointer object)
     : element(GST_BASE_TRANSFORM(object)),
       track(GST_ELEMENT_CAST(object), statistics),
       scene(GST_ELEMENT_CAST(object), statistics,
+            [this] { return snapshot(element, scene_settings); }),
+      depth(GST_ELEMENT_CAST(object), statistics,
             [this] { return snapshot(element, scene_settings); }) {
   statistics.declare({"frames", "announcements", "frames-untimed", "announcements-unusable"});
   gst_base_transform_set_passthrough(element, TRUE);
@@ -87,6 +93,7 @@ TrackStamp::TrackStamp(gpointer object)
   };
   gst_element_add_pad(GST_ELEMENT_CAST(object), track.make_pad(pad_template("track")));
   gst_element_add_pad(GST_ELEMENT_CAST(object), scene.make_pad(pad_template("scene")));
+  gst_element_add_pad(GST_ELEMENT_CAST(object), depth.make_pad(pad_template("depth")));
 }
 
 /// What \p pad's other side says of its latency, ns; nullopt: it is not live.
@@ -161,6 +168,9 @@ GstFlowReturn stamp(GstBaseTransform* base, GstBuffer* buffer) {
                                       : self.frame.load();
     std::optional<Announcement> scene =
         self.scene.at(buffer, base->segment, duration, self.scene_wait(time));
+    if (auto depth = self.depth.at(buffer, base->segment, duration, self.scene_wait(time),
+                                   scene ? scene->depth_near : 0.0))
+      set_depth(buffer, std::move(depth));
     if (self.track.unlocked()) return GST_FLOW_FLUSHING;
     if (!GST_CLOCK_TIME_IS_VALID(time)) {
       self.statistics.warn(GST_ELEMENT(base), "frames-untimed",
@@ -176,6 +186,13 @@ GstFlowReturn stamp(GstBaseTransform* base, GstBuffer* buffer) {
     self.announce(std::move(scene), pose);
     return GST_FLOW_OK;
   });
+}
+
+/// A frame whose depth is to be attached must be writable; its pixels stay where they are.
+GstFlowReturn prepare_output_buffer(GstBaseTransform* base, GstBuffer* in, GstBuffer** out) {
+  const bool copied = state_of<TrackStamp>(base).depth.linked() && !gst_buffer_is_writable(in);
+  *out = copied ? gst_buffer_copy(in) : in;
+  return GST_FLOW_OK;
 }
 
 gboolean set_caps(GstBaseTransform* base, GstCaps* caps, GstCaps*) {
@@ -222,6 +239,7 @@ gboolean src_event(GstBaseTransform* base, GstEvent* event) {
   if (GST_EVENT_TYPE(event) == GST_EVENT_SEEK) {
     self.track.push_upstream(gst_event_ref(event));
     self.scene.rewind();
+    self.depth.push_upstream(gst_event_ref(event));
   }
   return GST_BASE_TRANSFORM_CLASS(parent_class<TrackStamp>())->src_event(base, event);
 }
@@ -276,7 +294,8 @@ void TrackStamp::class_init(gpointer klass) {
       "scene-messages-untimed (that do not tell what scene-match asks for), scene-messages-late "
       "(the frame had gone), frames-announced, frames-unannounced (before the first message, or "
       "more than a second after the last), frames-unmatchable (that do not tell what scene-match "
-      "asks for), scene-losses.");
+      "asks for), scene-losses; of the pad depth depth-frames, depth-frames-unmatchable, "
+      "frames-without-depth (that none came for, or that no depth_near was announced for).");
   set_metadata(klass, "Track stamp", "Filter/Video",
                "Announces with each frame where the tracked camera was, or an outside renderer's "
                "camera, lights and scene");
@@ -284,6 +303,7 @@ void TrackStamp::class_init(gpointer klass) {
   add_template(klass, "src", GST_PAD_SRC, "ANY");
   add_template(klass, "track", GST_PAD_SINK, camera_caps);
   add_template(klass, "scene", GST_PAD_SINK, "ANY");
+  add_template(klass, "depth", GST_PAD_SINK, depth_caps);
   GST_ELEMENT_CLASS(klass)->change_state = change_state;
   auto* base_class = GST_BASE_TRANSFORM_CLASS(klass);
   base_class->start = start;
@@ -292,6 +312,7 @@ void TrackStamp::class_init(gpointer klass) {
   base_class->src_event = src_event;
   base_class->query = query;
   base_class->before_transform = sync_controlled_properties;
+  base_class->prepare_output_buffer = prepare_output_buffer;
   base_class->transform_ip = stamp;
 }
 

@@ -3,6 +3,7 @@
 """A subject in Blender's scene: render_scene.py renders three frames and announces them, composite draws a
 hull into them, and Blender renders the same hull itself. Both pictures show it in one place; lamp and box
 move when Blender moves them."""
+import json
 import os
 import pathlib
 import shutil
@@ -70,7 +71,7 @@ class Outside(unittest.TestCase):
         cls.temporary = tempfile.TemporaryDirectory()
         cls.folder = pathlib.Path(cls.temporary.name)
         blender("-P", HERE / "stage.py", "-P", SOURCE / "pipelines" / "blender" / "render_scene.py", "--",
-                cls.folder, "--samples", 16)
+                cls.folder, "--samples", 16, "--depth", 0.5)
         launch(f"{HULL} ! hullexport location={cls.folder}/subject.glb")
         blender("-P", HERE / "stage.py", "-P", HERE / "truth.py", "--", cls.folder / "subject.glb", cls.folder)
         cls.frames = cls.read("frames/%04d.png")[..., :3].mean(3)
@@ -89,10 +90,10 @@ class Outside(unittest.TestCase):
         assert len(read) == FRAMES, (name, len(read))
         return linear(read) if linearly else read.astype(float)
 
-    def composite(self, background, mesh="", settings="", matched=""):
+    def composite(self, background, mesh="", settings="", matched="", messages="announcements.jsonl", depth=""):
         launch(f"{HULL} ! {mesh} c.mesh_0 {background} ! video/x-raw,format=RGBA ! timecodestamper ! "
-               f"trackstamp name=t {matched} ! c.background filesrc location={self.folder}/announcements.jsonl ! "
-               f"t.scene composite name=c backend=processor {settings} ! video/x-raw,format=RGBA ! "
+               f"trackstamp name=t {matched} ! c.background filesrc location={self.folder}/{messages} ! "
+               f"t.scene {depth} composite name=c backend=processor {settings} ! video/x-raw,format=RGBA ! "
                f"filesink location={self.folder}/composite.raw")
         made = pictures(self.folder / "composite.raw")
         self.assertEqual(len(made), FRAMES)
@@ -102,14 +103,17 @@ class Outside(unittest.TestCase):
         return self.composite(f"multifilesrc location={self.folder}/frames/%04d.png start-index=1 stop-index={FRAMES} "
                               "caps=image/png,framerate=25/1 ! pngdec ! videoconvert", "hulltexture !", matched=matched)
 
-    def test_register(self):
+    def coverage(self, **others):
         """Before black, the grey hull is its own coverage."""
         drawn = self.composite(f"videotestsrc pattern=black num-buffers={FRAMES} ! "
                                f"video/x-raw,width={WIDTH},height={HEIGHT},framerate=25/1 ! videoconvert",
-                               settings="edge-samples=8")
+                               settings="edge-samples=8", **others)
+        return [frame / numpy.median(frame[frame > 0.01]) for frame in drawn]
+
+    def test_register(self):
+        drawn = self.coverage()
         for frame in range(FRAMES):
-            grey = numpy.median(drawn[frame][drawn[frame] > 0.01])
-            ours, truth = drawn[frame] / grey, self.mask[frame]
+            ours, truth = drawn[frame], self.mask[frame]
             shift = centroid(ours) - centroid(truth)
             print(f"frame {frame + 1}: centroid {shift.round(4)} px, area {ours.sum() / truth.sum() - 1:+.3%}")
             self.assertLess(abs(shift).max(), 0.05)
@@ -122,6 +126,25 @@ class Outside(unittest.TestCase):
                       f"rms {numpy.sqrt((apart ** 2).mean()):.3f}, largest {abs(apart).max():.2f} px")
                 self.assertLess(abs(apart.mean(0)).max(), 0.1)
                 self.assertLess(numpy.sqrt((apart ** 2).mean()), 0.2)
+
+    def test_depth(self):
+        """Without the scene's geometry, Blender's depth hides what it hides."""
+        lines = [json.loads(line) for line in (self.folder / "announcements.jsonl").read_text().splitlines()]
+        (self.folder / "no-scene.jsonl").write_text("".join(json.dumps(dict(line, scene="")) + "\n" for line in lines))
+        depth = (f"filesrc location={self.folder}/depth.gray16 ! rawvideoparse format=gray16-le width={WIDTH} "
+                 f"height={HEIGHT} framerate=25/1 ! timecodestamper ! t.depth")
+        for name, drawn, hidden in (("depth alone", self.coverage(messages="no-scene.jsonl", depth=depth), True),
+                                    ("depth and scene", self.coverage(depth=depth), True),
+                                    ("neither", self.coverage(messages="no-scene.jsonl"), False)):
+            for frame in range(FRAMES):
+                ours, truth = drawn[frame], self.mask[frame]
+                shift, more = centroid(ours) - centroid(truth), ours.sum() / truth.sum() - 1
+                print(f"{name}, frame {frame + 1}: centroid {shift.round(3)} px, area {more:+.2%}")
+                if hidden:
+                    self.assertLess(abs(shift).max(), 0.3)
+                    self.assertLess(abs(more), 0.02)
+                else:
+                    self.assertGreater(more, 0.03)
 
     def shadow(self, pictures_with, frame):
         """Where the floor is darker than without the subject, away from it."""
