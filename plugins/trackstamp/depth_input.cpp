@@ -45,7 +45,8 @@ std::shared_ptr<const DepthPicture> picture_of(const GstVideoInfo& info, GstBuff
 DepthInput::DepthInput(GstElement* element, Statistics& statistics,
                        std::function<SceneInputSettings()> settings)
     : element_(element), statistics_(statistics), settings_(std::move(settings)) {
-  statistics.declare({"depth-frames", "depth-frames-unmatchable", "frames-without-depth"});
+  statistics.declare({"depth-frames", "depth-frames-unmatchable", "depth-frames-unusable",
+                      "frames-without-depth"});
   gst_segment_init(&segment_, GST_FORMAT_UNDEFINED);
   gst_video_info_init(&info_);
 }
@@ -126,7 +127,13 @@ std::shared_ptr<const DepthPicture> DepthInput::at(GstBuffer* frame, const GstSe
                      "'depth_near', which tells its measure: it is not used.");
     return nullptr;
   }
-  return picture_of(info, found.get(), near);
+  try {
+    return picture_of(info, found.get(), near);
+  } catch (const std::exception& error) {
+    statistics_.warn(element_, "depth-frames-unusable",
+                     fmt::format("A frame at the pad depth is not used: {}", error.what()));
+    return nullptr;
+  }
 }
 
 // ---- the pad's thread

@@ -24,8 +24,8 @@ namespace polyhull::element {
 inline constexpr char depth_caps[] = "video/x-raw, format=(string){ GRAY16_LE, GRAY16_BE }";
 
 /// Takes frames at the pad on its streaming thread, and is asked on the element's. Frames that do not
-/// come live wait there when they are ahead. Counts depth-frames, depth-frames-unmatchable and
-/// frames-without-depth.
+/// come live wait there when they are ahead. Counts depth-frames, depth-frames-unmatchable,
+/// depth-frames-unusable and frames-without-depth.
 class DepthInput {
  public:
   /// \p settings gives those of now, from any thread.

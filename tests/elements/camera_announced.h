@@ -120,11 +120,16 @@ struct PosePusher {
     return TRUE;
   }
   /// Once the element is on its way.
-  void begin() {
+  void begin(const char* format = nullptr) {
     gst_pad_set_active(pad, TRUE);
     GstSegment segment;
     gst_segment_init(&segment, GST_FORMAT_TIME);
     gst_pad_push_event(pad, gst_event_new_stream_start("poses"));
+    if (format != nullptr) {
+      GstCaps* caps = gst_caps_from_string(format);
+      gst_pad_push_event(pad, gst_event_new_caps(caps));
+      gst_caps_unref(caps);
+    }
     gst_pad_push_event(pad, gst_event_new_segment(&segment));
   }
   GstFlowReturn push(const std::string& text, GstClockTime time) {
