@@ -10,6 +10,9 @@
 #     --silhouette TEXT   properties of silhouette: "key-color=0x30a050 sigma=1.5"
 #     --link N            megabits a second to the server, this camera's part: how views are packed;
 #                         default 1000, 0: not packed
+#     --allow ADDRESSES   who may have them: "10.0.0.1 10.0.1.0/24"; default anybody
+#     --certificate FILE  this machine's certificate and key, and
+#     --authority FILE    who signs those of the machines that are trusted (pipelines/make-keys.sh)
 #     --dry-run           prints the line and does nothing
 # One for each camera; several on one machine need a port each. How the parts meet: docs/network.md.
 set -euo pipefail
@@ -17,10 +20,11 @@ source "$(dirname "$0")/prepare.sh"
 polyhull_help "$@"
 
 camera="" server="" source="" port=7481 listen=0.0.0.0 silhouette="" link=1000 dry_run=false
+allow="" certificate="" authority=""
 while [ $# -gt 0 ]; do
   case $1 in
     --dry-run) dry_run=true; shift; continue ;;
-    --camera | --server | --source | --port | --listen | --silhouette | --link)
+    --camera | --server | --source | --port | --listen | --silhouette | --link | --allow | --certificate | --authority)
       [ $# -gt 1 ] || fail "$1 needs a value; --help says which" ;;
     *) fail "unknown argument '$1'; --help says what there is" ;;
   esac
@@ -32,6 +36,9 @@ while [ $# -gt 0 ]; do
     --listen) listen=$2 ;;
     --silhouette) silhouette=$2 ;;
     --link) link=$2 ;;
+    --allow) allow=$2 ;;
+    --certificate) certificate=$2 ;;
+    --authority) authority=$2 ;;
   esac
   shift 2
 done
@@ -42,11 +49,18 @@ done
 [[ $port =~ ^[0-9]+$ ]] && [ "$port" -gt 0 ] && [ "$port" -lt 65536 ] || fail "--port is '$port'; expected 1 to 65535"
 [[ $link =~ ^[0-9]+(\.[0-9]+)?$ ]] || fail "--link is '$link'; expected megabits a second, or 0"
 
+for file in "$certificate" "$authority"; do
+  [ -z "$certificate$authority" ] || [ -f "$file" ] ||
+    fail "--certificate and --authority need a file each; '$file' is none"
+done
+
 # A server that takes nothing for two seconds, or is 50 views behind, is given up: it connects again.
 # shellcheck disable=SC2206
 line=($source ! queue ! silhouette "camera=$camera" $silhouette !)
 [ "$link" = 0 ] || line+=(viewencode "link=$link" !)
-line+=(gdppay ! tcpserversink "host=$listen" "port=$port" buffers-max=50 timeout=2000000000 sync=false)
+line+=(gdppay ! viewserversink "host=$listen" "port=$port")
+[ -z "$allow" ] || line+=("allow=$allow")
+[ -z "$certificate$authority" ] || line+=("tls-certificate=$certificate" "tls-authority=$authority")
 if $dry_run; then
   printf 'polyhull-run --clock %q' "$server"
   printf ' %q' "${line[@]}"

@@ -37,6 +37,7 @@ polyhull_packages_build=(
 polyhull_packages_run=(
   gstreamer1.0-tools gstreamer1.0-plugins-base gstreamer1.0-plugins-good gstreamer1.0-plugins-bad
   gstreamer1.0-plugins-ugly gstreamer1.0-libav gstreamer1.0-gl gstreamer1.0-x libgl1-mesa-dri libegl1
+  glib-networking openssl
 )
 polyhull_packages_test=(
   libgtest-dev libgmp-dev libcgal-dev python3-gi gir1.2-gstreamer-1.0 gir1.2-gst-plugins-base-1.0

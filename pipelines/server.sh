@@ -7,6 +7,10 @@
 #     --clock-port N      UDP port of the clock; default 7480
 #     --max-wait MS       how long an instant waits for a late view; default 100
 #     --max-rate N        bytes a second from one camera at most; default 200000000
+#     --certificate FILE  this machine's certificate and key, and
+#     --authority FILE    who signs those of the capture machines (pipelines/make-keys.sh), of which each is
+#                         for its NAME
+#     --tls-name WHAT     address: certificates are for the addresses; name: for the NAMEs (default)
 #     --sink ELEMENTS     what takes the meshes; default fakesink
 #     --dry-run           prints the line and does nothing
 # A capture machine that is cut off is left out and comes back by itself. How the parts meet:
@@ -16,10 +20,11 @@ source "$(dirname "$0")/prepare.sh"
 polyhull_help "$@"
 
 rig="" list="" clock_port=7480 max_wait=100 max_rate=200000000 sink=fakesink dry_run=false
+certificate="" authority="" tls_name=name
 while [ $# -gt 0 ]; do
   case $1 in
     --dry-run) dry_run=true; shift; continue ;;
-    --rig | --cameras | --clock-port | --max-wait | --max-rate | --sink)
+    --rig | --cameras | --clock-port | --max-wait | --max-rate | --sink | --certificate | --authority | --tls-name)
       [ $# -gt 1 ] || fail "$1 needs a value; --help says which" ;;
     *) fail "unknown argument '$1'; --help says what there is" ;;
   esac
@@ -30,6 +35,9 @@ while [ $# -gt 0 ]; do
     --max-wait) max_wait=$2 ;;
     --max-rate) max_rate=$2 ;;
     --sink) sink=$2 ;;
+    --certificate) certificate=$2 ;;
+    --authority) authority=$2 ;;
+    --tls-name) tls_name=$2 ;;
   esac
   shift 2
 done
@@ -38,6 +46,11 @@ done
 for number in "--clock-port $clock_port" "--max-wait $max_wait" "--max-rate $max_rate"; do
   [[ $number =~ ^--[a-z-]+\ [0-9]+$ ]] || fail "${number% *} is '${number#* }'; expected a whole number"
 done
+for file in "$certificate" "$authority"; do
+  [ -z "$certificate$authority" ] || [ -f "$file" ] ||
+    fail "--certificate and --authority need a file each; '$file' is none"
+done
+[[ $tls_name == name || $tls_name == address ]] || fail "--tls-name is '$tls_name'; expected name or address"
 read -ra cameras <<<"$list"
 [ ${#cameras[@]} -ge 2 ] && [ ${#cameras[@]} -le 64 ] ||
   fail "--cameras names ${#cameras[@]} cameras; expected 2 to 64 as NAME=HOST:PORT, separated by spaces"
@@ -51,7 +64,12 @@ for camera in "${cameras[@]}"; do
   grep -qF "\"$name\"" "$rig" || fail "the rig file '$rig' has no camera '$name'"
   seen+="$name "
   [[ $address == *:* ]] || address+=:7481
-  line+=(viewclientsrc "name=$name" "host=${address%:*}" "port=${address##*:}" "max-rate=$max_rate" ! queue ! viewdecode ! queue ! hull.)
+  keys=()
+  if [ -n "$certificate" ]; then
+    keys=("tls-certificate=$certificate" "tls-authority=$authority")
+    [ $tls_name = address ] || keys+=("tls-name=$name")
+  fi
+  line+=(viewclientsrc "name=$name" "host=${address%:*}" "port=${address##*:}" "max-rate=$max_rate" "${keys[@]}" ! queue ! viewdecode ! queue ! hull.)
 done
 if $dry_run; then
   printf 'polyhull-run --clock-server %q' "$clock_port"

@@ -22,6 +22,7 @@ GST_ELEMENT_REGISTER_DECLARE(composite)
 GST_ELEMENT_REGISTER_DECLARE(viewclientsrc)
 GST_ELEMENT_REGISTER_DECLARE(viewdecode)
 GST_ELEMENT_REGISTER_DECLARE(viewencode)
+GST_ELEMENT_REGISTER_DECLARE(viewserversink)
 
 static gboolean plugin_init(GstPlugin* plugin) {
   gboolean any = FALSE;
@@ -46,6 +47,7 @@ static gboolean plugin_init(GstPlugin* plugin) {
   any |= GST_ELEMENT_REGISTER(viewclientsrc, plugin);
   any |= GST_ELEMENT_REGISTER(viewdecode, plugin);
   any |= GST_ELEMENT_REGISTER(viewencode, plugin);
+  any |= GST_ELEMENT_REGISTER(viewserversink, plugin);
   return any;
 }
 

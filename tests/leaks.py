@@ -4,6 +4,7 @@
 event or message is still alive after gst_deinit()."""
 import json
 import os
+import socket
 import struct
 import subprocess
 import sys
@@ -31,6 +32,10 @@ PIPELINES = {
     "another program's scene": "filesrc location={folder}/leaks.jsonl ! t.scene videotestsrc num-buffers=9 ! "
                                "video/x-raw,format=GRAY16_LE,framerate=25/1 ! t.depth videotestsrc num-buffers=9 ! "
                                "video/x-raw,framerate=25/1 ! trackstamp name=t scene-match=stream-time ! fakesink",
+    "served and received": "rigtestsrc camera=cam0 is-live=true num-buffers=90 ! silhouette "
+                           "camera=cam0 ! gdppay ! viewserversink host=127.0.0.1 port={port} "
+                           "viewclientsrc port={port} max-age=0 retry=20000000 ! "
+                           "identity eos-after=5 ! fakesink",
     "error on the way": "rigtestsrc rig=/nowhere/rig.json camera=cam0 ! chromamatte ! fakesink",
 }
 
@@ -55,12 +60,16 @@ def write_announcements(path):
                 "ambient": [0, 0, 0], "depth_near": 0.5, "stream_time_ns": 40_000_000 * i,
                 "viewport": {"width": 320, "height": 240, "K": [300, 0, 159.5, 0, 300, 119.5, 0, 0, 1],
                              "R": [1, 0, 0, 0, -1, 0, 0, 0, -1], "t": [0, 1, 4 + i]}}) + "\n")
+def free_port():
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
 
 
 def run(name, pipeline, folder):
     """Whether nothing is left, and the pipeline ended as it should."""
     environment = dict(os.environ, GST_TRACERS="leaks", GST_DEBUG="GST_TRACER:7", GST_DEBUG_NO_COLOR="1")
-    result = subprocess.run(["gst-launch-1.0", "-q", *pipeline.format(folder=folder).split()],
+    result = subprocess.run(["gst-launch-1.0", "-q", *pipeline.format(folder=folder, port=free_port()).split()],
                             env=environment, capture_output=True, text=True, timeout=240)
     alive = [line for line in result.stderr.splitlines()
              if "object-alive, type-name=(string)" in line and "new format" not in line]

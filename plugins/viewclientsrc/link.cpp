@@ -1,19 +1,30 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "plugins/viewclientsrc/link.h"
 
-#include "base/error.h"
+#include <algorithm>
 
 namespace polyhull::element {
 namespace {
 
-/// Frees \p error and gives its sentence.
-std::string take_message(GError* error) {
-  std::string message = error != nullptr ? error->message : "no reason is given";
-  g_clear_error(&error);
-  return message;
-}
-
 constexpr std::int64_t connect_within = 400'000;  // µs
+constexpr guint handshake_within = 2;             // s, for each answer of the other end
+/// TLS may have to write before it can read: it is looked at again after so long, µs.
+constexpr std::int64_t longest_wait = 50'000;
+
+/// TLS over \p socket, both ends of which have proved who they are.
+GRef<GIOStream> secured(GSocket* socket, const TlsIdentity& identity, const std::string& name,
+                        GCancellable* cancel) {
+  const GRef<GSocketConnection> plain(g_socket_connection_factory_create_connection(socket));
+  GRef<GIOStream> stream = identity.client(G_IO_STREAM(plain.get()), name);
+  GError* error = nullptr;
+  g_socket_set_timeout(socket, handshake_within);
+  const bool shaken =
+      g_tls_connection_handshake(G_TLS_CONNECTION(stream.get()), cancel, &error) != FALSE;
+  g_socket_set_timeout(socket, 0);
+  if (shaken) return stream;
+  if (error->domain == G_TLS_ERROR) throw NotTrusted(Error::Kind::io, "{}", take_message(error));
+  throw Error(Error::Kind::io, "TLS was not agreed on: {}", take_message(error));
+}
 
 /// A socket that is connected to \p address; null and \p error where that failed.
 GRef<GSocket> connected(GSocketAddress* address, GCancellable* cancel, GError** error) {
@@ -36,10 +47,12 @@ GRef<GSocket> connected(GSocketAddress* address, GCancellable* cancel, GError** 
 
 }  // namespace
 
-Link::Link(const std::string& host, int port, GCancellable* cancel) : cancel_(cancel) {
-  g_autoptr(GSocketConnectable) name =
+Link::Link(const std::string& host, int port, const TlsIdentity& identity, const std::string& name,
+           GCancellable* cancel)
+    : cancel_(cancel) {
+  g_autoptr(GSocketConnectable) machine =
       g_network_address_new(host.c_str(), static_cast<guint16>(port));
-  g_autoptr(GSocketAddressEnumerator) addresses = g_socket_connectable_enumerate(name);
+  g_autoptr(GSocketAddressEnumerator) addresses = g_socket_connectable_enumerate(machine);
   GError* error = nullptr;
   while (socket_ == nullptr) {
     GError* why = nullptr;
@@ -56,6 +69,7 @@ Link::Link(const std::string& host, int port, GCancellable* cancel) : cancel_(ca
     throw Error(Error::Kind::io, "{}:{} cannot be reached: {}", host, port, take_message(error));
   }
   g_clear_error(&error);
+  if (identity) secured_ = secured(socket_.get(), identity, name, cancel);
 }
 
 Link::~Link() {
@@ -63,27 +77,45 @@ Link::~Link() {
   if (socket_ != nullptr) g_socket_close(socket_.get(), nullptr);
 }
 
+gssize Link::receive(std::span<std::uint8_t> bytes, GError** error) {
+  if (secured_ == nullptr)
+    return g_socket_receive(socket_.get(), reinterpret_cast<gchar*>(bytes.data()), bytes.size(),
+                            cancel_, error);
+  GInputStream* input = g_io_stream_get_input_stream(secured_.get());
+  return g_pollable_input_stream_read_nonblocking(G_POLLABLE_INPUT_STREAM(input), bytes.data(),
+                                                  bytes.size(), cancel_, error);
+}
+
+LinkResult Link::ended(const char* why) {
+  why_ = why;
+  return secured_ != nullptr && !heard_ ? LinkResult::refused : LinkResult::ended;
+}
+
 LinkResult Link::read(std::span<std::uint8_t> bytes, std::int64_t timeout) {
   const std::int64_t end = g_get_monotonic_time() + timeout / 1000;
   while (!bytes.empty()) {
     if (g_cancellable_is_cancelled(cancel_)) return LinkResult::cancelled;
     g_autoptr(GError) error = nullptr;
-    const gssize count = g_socket_receive(socket_.get(), reinterpret_cast<gchar*>(bytes.data()),
-                                          bytes.size(), cancel_, &error);
+    const gssize count = receive(bytes, &error);
     if (count > 0) {
+      heard_ = true;
       bytes = bytes.subspan(static_cast<std::size_t>(count));
       continue;
     }
-    if (count == 0) return LinkResult::ended;
+    if (count == 0) return ended("it was ended before anything came");
     if (g_error_matches(error, G_IO_ERROR, G_IO_ERROR_CANCELLED)) return LinkResult::cancelled;
-    if (!g_error_matches(error, G_IO_ERROR, G_IO_ERROR_WOULD_BLOCK)) return LinkResult::ended;
+    if (!g_error_matches(error, G_IO_ERROR, G_IO_ERROR_WOULD_BLOCK)) {
+      // With TLS 1.3 a client learns only now what the server thinks of its certificate.
+      return ended(error->message);
+    }
     g_clear_error(&error);
     const std::int64_t left = end - g_get_monotonic_time();
     if (left <= 0) return LinkResult::silent;
-    if (g_socket_condition_timed_wait(socket_.get(), G_IO_IN, left, cancel_, &error)) continue;
+    const std::int64_t wait = secured_ == nullptr ? left : std::min(left, longest_wait);
+    if (g_socket_condition_timed_wait(socket_.get(), G_IO_IN, wait, cancel_, &error)) continue;
     if (g_error_matches(error, G_IO_ERROR, G_IO_ERROR_CANCELLED)) return LinkResult::cancelled;
-    return g_error_matches(error, G_IO_ERROR, G_IO_ERROR_TIMED_OUT) ? LinkResult::silent
-                                                                    : LinkResult::ended;
+    if (!g_error_matches(error, G_IO_ERROR, G_IO_ERROR_TIMED_OUT)) return LinkResult::ended;
+    if (wait == left) return LinkResult::silent;
   }
   return LinkResult::done;
 }

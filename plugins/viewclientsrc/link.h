@@ -4,41 +4,52 @@
 /// time from another thread.
 #pragma once
 
-#include <gio/gio.h>
-
 #include <cstdint>
-#include <memory>
 #include <span>
 #include <string>
 
+#include "base/error.h"
+#include "plugins/common/network/tls.h"
+
 namespace polyhull::element {
 
-struct GUnref {
-  void operator()(gpointer object) const { g_object_unref(object); }
-};
-template <class T>
-using GRef = std::unique_ptr<T, GUnref>;
-
 /// What became of a wait.
-enum class LinkResult { done, cancelled, ended, silent };
+enum class LinkResult { done, cancelled, ended, silent, refused };
+
+/// One of the two ends cannot prove to the other who it is.
+class NotTrusted : public Error {
+ public:
+  using Error::Error;
+};
 
 class Link {
  public:
   /// Connects to \p host (a name or an address) and \p port, within 0.4 s for each of its addresses:
-  /// a new attempt reaches a machine that is back sooner than the repeats of the old one do.
-  /// Throws Error where nobody answers or \p cancel was cancelled.
-  Link(const std::string& host, int port, GCancellable* cancel);
+  /// a new attempt reaches a machine that is back sooner than the repeats of the old one do. Where
+  /// \p identity has TLS, both prove then who they are; the other's certificate must be for \p name.
+  /// Throws Error where nobody answers or \p cancel was cancelled, NotTrusted where the proof fails.
+  Link(const std::string& host, int port, const TlsIdentity& identity, const std::string& name,
+       GCancellable* cancel);
   ~Link();
   Link(const Link&) = delete;
   Link& operator=(const Link&) = delete;
 
   /// Fills \p bytes. silent: they were not all there within \p timeout ns; ended: the connection is
-  /// at its end.
+  /// at its end; refused: the other end does not trust this one, see why(); taken for that is, too,
+  /// that it ends a connection with TLS before it has sent anything.
   LinkResult read(std::span<std::uint8_t> bytes, std::int64_t timeout);
 
+  const std::string& why() const { return why_; }
+
  private:
+  LinkResult ended(const char* why);
+  gssize receive(std::span<std::uint8_t> bytes, GError** error);
+
   GCancellable* cancel_;
   GRef<GSocket> socket_;
+  GRef<GIOStream> secured_;  // null: without TLS
+  bool heard_ = false;       // anything
+  std::string why_;
 };
 
 /// Waits for \p time ns or until \p cancel is cancelled.

@@ -44,6 +44,18 @@ std::span<const Property<ViewClientSettings>> view_client_properties() {
           "end-with-sender", "End with the sender",
           "The stream ends where the sender closes the connection; otherwise "
           "the sender is waited for as after any cut."),
+      property<&S::tls_certificate>(
+          "tls-certificate", "TLS certificate",
+          "PEM file with this machine's certificate and its private key; empty: no TLS.", 0, 0,
+          Change::when_ready),
+      property<&S::tls_authority>("tls-authority", "TLS authority",
+                                  "PEM file with the certificates of who signs the sender's.", 0, 0,
+                                  Change::when_ready),
+      property<&S::tls_name>(
+          "tls-name", "TLS name",
+          "The name or address that the sender's certificate must be for; empty: "
+          "host.",
+          0, 0, Change::when_ready),
   };
   return table;
 }

@@ -50,7 +50,7 @@ struct ViewClientSrc {
     statistics.declare({"connections", "connections-failed", "cuts", "silences", "packets", "bytes",
                         "frames", "frames-stale", "frames-of-another-clock", "refused-packets",
                         "refused-sizes", "refused-rates", "refused-formats", "refused-frames",
-                        "ends-of-sender"});
+                        "refused-keys", "ends-of-sender"});
     statistics.set("age-ms", 0.0);
     gst_base_src_set_live(GST_BASE_SRC(object), TRUE);
     gst_base_src_set_format(GST_BASE_SRC(object), GST_FORMAT_TIME);
@@ -75,6 +75,7 @@ struct ViewClientSrc {
   Statistics statistics{"viewclientsrc-stats"};
   GRef<GCancellable> cancel;  // cancelled: whoever waits shall return
   // The streaming thread's:
+  TlsIdentity identity;
   std::unique_ptr<Link> link;
   RateLimit limit;
   CapsRef format;      // what the connection brings
@@ -99,10 +100,23 @@ std::string name_of(const ViewClientSettings& settings) {
   return fmt::format("{}:{}", settings.host, settings.port);
 }
 
+Cut not_trusted(const std::string& why) {
+  return {
+      "refused-keys",
+      fmt::format("the two ends do not trust each other ({}). Look at the certificate that each "
+                  "shows, the authority that each trusts, and the name that the sender's is "
+                  "for (tls-name).",
+                  why)};
+}
+
 /// One attempt; false where it failed, which is said once until there is a connection again.
 bool ViewClientSrc::connect(GstElement* element, const ViewClientSettings& now) {
   try {
-    link = std::make_unique<Link>(now.host, static_cast<int>(now.port), cancel.get());
+    link = std::make_unique<Link>(now.host, static_cast<int>(now.port), identity,
+                                  now.tls_name.empty() ? now.host : now.tls_name, cancel.get());
+  } catch (const NotTrusted& error) {
+    cut(element, now, not_trusted(error.what()));
+    return false;
   } catch (const Error& error) {
     if (g_cancellable_is_cancelled(cancel.get())) return false;
     if (lost) {
@@ -147,6 +161,8 @@ void ViewClientSrc::read(std::span<std::uint8_t> bytes, const ViewClientSettings
         throw EndOfStream{};
       }
       throw Cut{"ends-of-sender", "the sender, or the network, has ended it."};
+    case LinkResult::refused:
+      throw not_trusted(link->why());
     case LinkResult::silent:
       throw Cut{"silences", fmt::format("no whole frame came for {} ms. Look at the sender and the "
                                         "link, or set timeout higher.",
@@ -346,6 +362,7 @@ GstStateChangeReturn change_state(GstElement* element, GstStateChange transition
         if (now.host.empty())
           throw Error(Error::Kind::bad_input,
                       "host is empty; set it to the name or address of the machine that sends.");
+        self.identity = TlsIdentity(now.tls_certificate, now.tls_authority);
         self.statistics.reset();
         self.agreed.reset();
         self.lost = false;
@@ -366,8 +383,9 @@ void ViewClientSrc::class_init(gpointer klass) {
       "Counters since the start: connections, connections-failed (attempts), cuts, silences (cuts "
       "for want of frames), ends-of-sender, packets and bytes (whole packets), frames (sent on), "
       "frames-stale (dropped), frames-of-another-clock (passed), refused-packets (no packet of the "
-      "protocol), refused-sizes, refused-rates, refused-formats, refused-frames (dropped, the "
-      "connection stays); and age-ms, how long ago the last frame was taken.");
+      "protocol), refused-sizes, refused-rates, refused-formats, refused-keys (of TLS), "
+      "refused-frames (dropped, the connection stays); and age-ms, how long ago the last frame was "
+      "taken.");
   set_metadata(klass, "View client source", "Source/Network",
                "Receives views or meshes of another machine, connecting again after every cut");
   add_template(klass, "src", GST_PAD_SRC,

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// Who a machine is and whom it trusts, by GIO's TLS: both ends show a certificate, and each must be
+/// signed by an authority that the other one names.
+#pragma once
+
+#include <gio/gio.h>
+
+#include <memory>
+#include <string>
+
+namespace polyhull::element {
+
+struct GUnref {
+  void operator()(gpointer object) const { g_object_unref(object); }
+};
+template <class T>
+using GRef = std::unique_ptr<T, GUnref>;
+
+/// Frees \p error and gives its sentence.
+std::string take_message(GError* error);
+
+class TlsIdentity {
+ public:
+  /// No TLS.
+  TlsIdentity() = default;
+
+  /// Reads the PEM files \p certificate, with this machine's certificate and its private key, and
+  /// \p authority, with the certificates of who signs those that are trusted; both empty: no TLS.
+  /// Throws Error where only one is given, a file cannot be used, or GIO has no TLS.
+  TlsIdentity(const std::string& certificate, const std::string& authority);
+
+  explicit operator bool() const { return certificate_ != nullptr; }
+
+  /// \p plain as the client's end of a TLS connection to a server whose certificate is for \p name;
+  /// the handshake is to be made. Throws Error.
+  GRef<GIOStream> client(GIOStream* plain, const std::string& name) const;
+
+  /// \p plain as the server's end, where the client must show a certificate. Throws Error.
+  GRef<GIOStream> server(GIOStream* plain) const;
+
+ private:
+  GRef<GTlsCertificate> certificate_;
+  GRef<GTlsDatabase> authority_;
+};
+
+}  // namespace polyhull::element

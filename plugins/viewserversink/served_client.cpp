@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "plugins/viewserversink/served_client.h"
+
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+
+#include <utility>
+
+#include "base/error.h"
+#include "plugins/common/memory/payload_buffer.h"
+
+namespace polyhull::element {
+
+ServedClient::ServedClient(GRef<GSocketConnection> connection, std::string address,
+                           const TlsIdentity& identity, guint timeout)
+    : address_(std::move(address)), connection_(std::move(connection)) {
+  GSocket* socket = g_socket_connection_get_socket(connection_.get());
+  g_socket_set_timeout(socket, timeout);
+  g_socket_set_keepalive(socket, TRUE);
+  // A frame's last bytes wait for no answer to those before.
+  g_socket_set_option(socket, IPPROTO_TCP, TCP_NODELAY, 1, nullptr);
+  thread_ = std::thread([this, &identity] { serve(identity); });
+}
+
+ServedClient::~ServedClient() {
+  end(ClientEnd::closed);
+  thread_.join();
+  // At once and without a word: whoever is cut off may not answer.
+  g_socket_close(g_socket_connection_get_socket(connection_.get()), nullptr);
+}
+
+void ServedClient::end(ClientEnd why) {
+  end(why, {});
+}
+
+void ServedClient::end(ClientEnd why, std::string reason) {
+  {
+    const std::scoped_lock lock(mutex_);
+    if (ended_ != ClientEnd::none) return;
+    ended_ = why;
+    reason_ = std::move(reason);
+    queue_.clear();
+  }
+  g_cancellable_cancel(cancel_.get());
+  changed_.notify_all();
+}
+
+void ServedClient::begin_with(const std::vector<BufferRef>& head) {
+  const std::scoped_lock lock(mutex_);
+  if (trusted_ || ended_ != ClientEnd::none) return;
+  queue_.clear();
+  for (const BufferRef& packet : head) queue_.emplace_back(gst_buffer_ref(packet.get()));
+}
+
+void ServedClient::send(GstBuffer* packet, std::size_t most) {
+  {
+    const std::scoped_lock lock(mutex_);
+    if (ended_ != ClientEnd::none || !trusted_) return;
+    if (queue_.size() < most) {
+      queue_.emplace_back(gst_buffer_ref(packet));
+      changed_.notify_all();
+      return;
+    }
+  }
+  end(ClientEnd::slow);
+}
+
+ClientEnd ServedClient::ended() const {
+  const std::scoped_lock lock(mutex_);
+  return ended_;
+}
+
+std::string ServedClient::reason() const {
+  const std::scoped_lock lock(mutex_);
+  return reason_;
+}
+
+bool ServedClient::trusted() const {
+  const std::scoped_lock lock(mutex_);
+  return trusted_;
+}
+
+std::uint64_t ServedClient::bytes() const {
+  const std::scoped_lock lock(mutex_);
+  return bytes_;
+}
+
+/// False where it was not taken whole.
+bool ServedClient::write(GOutputStream* output, GstBuffer* packet) {
+  const MappedBuffer mapped(packet);
+  for (const Bytes& part : mapped.segments()) {
+    GError* error = nullptr;
+    if (!g_output_stream_write_all(output, part.data(), part.size(), nullptr, cancel_.get(),
+                                   &error)) {
+      const bool slow = g_error_matches(error, G_IO_ERROR, G_IO_ERROR_TIMED_OUT);
+      end(slow ? ClientEnd::slow : ClientEnd::closed, take_message(error));
+      return false;
+    }
+    const std::scoped_lock lock(mutex_);
+    bytes_ += part.size();
+  }
+  return true;
+}
+
+void ServedClient::serve(const TlsIdentity& identity) {
+  try {
+    serve_all(identity);
+  } catch (const std::exception& why) {
+    end(ClientEnd::closed, why.what());
+  }
+}
+
+void ServedClient::serve_all(const TlsIdentity& identity) {
+  GRef<GIOStream> secured;
+  if (identity) {
+    GError* error = nullptr;
+    secured = identity.server(G_IO_STREAM(connection_.get()));
+    if (!g_tls_connection_handshake(G_TLS_CONNECTION(secured.get()), cancel_.get(), &error)) {
+      const bool late = g_error_matches(error, G_IO_ERROR, G_IO_ERROR_TIMED_OUT);
+      end(late ? ClientEnd::late : ClientEnd::refused, take_message(error));
+      return;
+    }
+  }
+  GOutputStream* output = g_io_stream_get_output_stream(
+      secured != nullptr ? secured.get() : G_IO_STREAM(connection_.get()));
+  std::unique_lock lock(mutex_);
+  trusted_ = true;
+  while (true) {
+    changed_.wait(lock, [&] { return !queue_.empty() || ended_ != ClientEnd::none; });
+    if (ended_ != ClientEnd::none) return;
+    const BufferRef packet = std::move(queue_.front());
+    queue_.pop_front();
+    lock.unlock();
+    if (!write(output, packet.get())) return;
+    lock.lock();
+  }
+}
+
+}  // namespace polyhull::element

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// One client of viewserversink: a thread that proves who it is and then writes to it what is queued, so
+/// that nobody else waits for it.
+#pragma once
+
+#include <gst/gst.h>
+
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "plugins/common/memory/mapped_memory.h"
+#include "plugins/common/network/tls.h"
+
+namespace polyhull::element {
+
+/// Why a client is served no longer.
+enum class ClientEnd {
+  none,     ///< it still is
+  closed,   ///< by the client or the network, or because the server ends
+  refused,  ///< it could not prove who it is
+  late,     ///< ... or took too long to
+  slow,     ///< it takes nothing any more, or less than there is
+};
+
+class ServedClient {
+ public:
+  /// Serves \p connection, by TLS where \p identity has it, in a thread of its own. \p timeout (s) is
+  /// how long it may take nothing; \p address what it is called.
+  ServedClient(GRef<GSocketConnection> connection, std::string address, const TlsIdentity& identity,
+               guint timeout);
+  /// Cuts the connection.
+  ~ServedClient();
+  ServedClient(const ServedClient&) = delete;
+
+  /// What it gets first, once it has proved who it is; later than that without effect.
+  void begin_with(const std::vector<BufferRef>& head);
+
+  /// Queues \p packet for a client that has proved who it is. Where more than \p most would wait, it
+  /// is given up as slow.
+  void send(GstBuffer* packet, std::size_t most);
+
+  /// Gives it up, for the reason \p why.
+  void end(ClientEnd why);
+
+  ClientEnd ended() const;
+  /// What GIO says of the end; may be empty.
+  std::string reason() const;
+  /// Whether it has proved who it is.
+  bool trusted() const;
+  /// When it came, monotonic µs.
+  std::int64_t since() const { return since_; }
+  const std::string& address() const { return address_; }
+  /// Bytes that it has taken.
+  std::uint64_t bytes() const;
+
+ private:
+  void serve(const TlsIdentity& identity);
+  void serve_all(const TlsIdentity& identity);
+  bool write(GOutputStream* output, GstBuffer* packet);
+  void end(ClientEnd why, std::string reason);
+
+  const std::string address_;
+  const std::int64_t since_ = g_get_monotonic_time();
+  GRef<GSocketConnection> connection_;
+  GRef<GCancellable> cancel_{g_cancellable_new()};
+  mutable std::mutex mutex_;  // protects the five below
+  std::condition_variable changed_;
+  std::deque<BufferRef> queue_;
+  ClientEnd ended_ = ClientEnd::none;
+  std::string reason_;
+  bool trusted_ = false;
+  std::uint64_t bytes_ = 0;
+  std::thread thread_;  // the last: it uses what is above
+};
+
+}  // namespace polyhull::element

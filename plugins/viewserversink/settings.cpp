@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "plugins/viewserversink/settings.h"
+
+namespace polyhull::element {
+
+std::span<const Property<ViewServerSettings>> view_server_properties() {
+  using S = ViewServerSettings;
+  static const Property<S> table[] = {
+      property<&S::host>("host", "Host",
+                         "Address of this machine at which clients are served; 0.0.0.0: all of "
+                         "them, :: those of IPv6, too.",
+                         0, 0, Change::when_ready),
+      property<&S::port>("port", "Port",
+                         "The TCP port (0 to 65535); 0: any that is free, stats tell which.", 0,
+                         65535, Change::when_ready),
+      property<&S::allow>("allow", "Allowed addresses",
+                          "Addresses and networks from which clients may come, as in "
+                          "\"10.0.0.5, 10.1.0.0/16\"; empty: from anywhere.",
+                          0, 0, Change::when_ready),
+      property<&S::tls_certificate>(
+          "tls-certificate", "TLS certificate",
+          "PEM file with this machine's certificate and its private key; empty: no TLS.", 0, 0,
+          Change::when_ready),
+      property<&S::tls_authority>(
+          "tls-authority", "TLS authority",
+          "PEM file with the certificates of who signs those of the clients that are trusted.", 0,
+          0, Change::when_ready),
+      property<&S::max_clients>("max-clients", "Most clients",
+                                "How many are served at once (1 to 1000); more are refused.", 1,
+                                1000),
+      property<&S::buffers_max>("buffers-max", "Most buffers",
+                                "A client that so many frames wait for is given up (4 to 10000).",
+                                4, 10000),
+      property<&S::timeout>("timeout", "Timeout",
+                            "A client that takes nothing for so many nanoseconds, or has not "
+                            "proved by then who it is, is given up (1 s to 1000 s; whole seconds, "
+                            "for those that come from then on).",
+                            1.0 * GST_SECOND, 1000.0 * GST_SECOND),
+  };
+  return table;
+}
+
+}  // namespace polyhull::element

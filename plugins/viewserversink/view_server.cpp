@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "plugins/viewserversink/view_server.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "base/error.h"
+
+namespace polyhull::element {
+namespace {
+
+const char* counter_of(ClientEnd why) {
+  switch (why) {
+    case ClientEnd::refused:
+      return "refused-keys";
+    case ClientEnd::late:
+      return "handshakes-late";
+    case ClientEnd::slow:
+      return "clients-slow";
+    default:
+      return "clients-closed";
+  }
+}
+
+std::string address_of(GInetSocketAddress* address) {
+  g_autofree gchar* text = g_inet_address_to_string(g_inet_socket_address_get_address(address));
+  return std::string(text) + ":" + std::to_string(g_inet_socket_address_get_port(address));
+}
+
+guint seconds_of(std::uint64_t time) {
+  return static_cast<guint>((time + GST_SECOND - 1) / GST_SECOND);
+}
+
+}  // namespace
+
+ViewServer::ViewServer(const ViewServerSettings& settings, Listener listener)
+    : allowed_(settings.allow),
+      identity_(settings.tls_certificate, settings.tls_authority),
+      listener_(std::move(listener)),
+      settings_(settings) {
+  g_autoptr(GSocketAddress) wanted = g_inet_socket_address_new_from_string(
+      settings.host.c_str(), static_cast<guint>(settings.port));
+  if (wanted == nullptr)
+    throw Error(Error::Kind::bad_input,
+                "host is '{}', which is no address; set it to one of this machine's, or to 0.0.0.0 "
+                "for all of them.",
+                settings.host);
+  GError* error = nullptr;
+  g_autoptr(GSocketAddress) bound = nullptr;
+  if (!g_socket_listener_add_address(socket_.get(), wanted, G_SOCKET_TYPE_STREAM,
+                                     G_SOCKET_PROTOCOL_TCP, nullptr, &bound, &error))
+    throw Error(Error::Kind::io, "Clients cannot be served at {}:{}: {}. Set another host or port.",
+                settings.host, settings.port, take_message(error));
+  port_ = g_inet_socket_address_get_port(G_INET_SOCKET_ADDRESS(bound));
+  thread_ = std::thread([this] { accept(); });
+}
+
+ViewServer::~ViewServer() {
+  g_cancellable_cancel(cancel_.get());
+  thread_.join();
+  g_socket_listener_close(socket_.get());
+}
+
+void ViewServer::accept() {
+  while (!g_cancellable_is_cancelled(cancel_.get())) {
+    g_autoptr(GError) error = nullptr;
+    GRef<GSocketConnection> connection(
+        g_socket_listener_accept(socket_.get(), nullptr, cancel_.get(), &error));
+    if (connection != nullptr) {
+      welcome(std::move(connection));
+    } else if (!g_cancellable_is_cancelled(cancel_.get())) {
+      g_usleep(100'000);  // out of file descriptors, or of memory: others end meanwhile
+    }
+  }
+}
+
+/// A connection has come.
+void ViewServer::welcome(GRef<GSocketConnection> connection) {
+  g_autoptr(GSocketAddress) from =
+      g_socket_connection_get_remote_address(connection.get(), nullptr);
+  if (!G_IS_INET_SOCKET_ADDRESS(from)) return;
+  auto* inet = G_INET_SOCKET_ADDRESS(from);
+  const std::string address = address_of(inet);
+  if (!allowed_.has(g_inet_socket_address_get_address(inet))) {
+    listener_("refused-addresses", address, "it is not in allow");
+    return;
+  }
+  std::vector<std::unique_ptr<ServedClient>> removed;
+  bool full = false;
+  {
+    const std::scoped_lock lock(mutex_);
+    remove_ended(removed);
+    const auto trusted =
+        std::count_if(clients_.begin(), clients_.end(), [](const auto& c) { return c->trusted(); });
+    full = static_cast<std::size_t>(trusted) >= settings_.max_clients;
+    if (!full) {
+      if (clients_.size() - static_cast<std::size_t>(trusted) >= most_handshakes) {
+        const auto first = std::find_if(clients_.begin(), clients_.end(),
+                                        [](const auto& c) { return !c->trusted(); });
+        (*first)->end(ClientEnd::late);
+        removed.push_back(std::move(*first));
+        clients_.erase(first);
+      }
+      clients_.push_back(std::make_unique<ServedClient>(std::move(connection), address, identity_,
+                                                        seconds_of(settings_.timeout)));
+      clients_.back()->begin_with(head_);
+    }
+  }
+  tell(removed);
+  if (full)
+    listener_("refused-full", address, "max-clients are served already");
+  else
+    listener_("clients", address, {});
+}
+
+/// Takes those that have ended, and those whose handshake takes too long.
+void ViewServer::remove_ended(std::vector<std::unique_ptr<ServedClient>>& removed) {
+  const std::int64_t oldest =
+      g_get_monotonic_time() - 1'000'000 * std::int64_t{seconds_of(settings_.timeout)};
+  for (auto& client : clients_) {
+    if (!client->trusted() && client->since() < oldest) client->end(ClientEnd::late);
+    if (client->ended() == ClientEnd::none) continue;
+    bytes_ += client->bytes();
+    removed.push_back(std::move(client));
+  }
+  std::erase(clients_, nullptr);
+}
+
+void ViewServer::tell(const std::vector<std::unique_ptr<ServedClient>>& removed) {
+  for (const auto& client : removed)
+    listener_(counter_of(client->ended()), client->address(), client->reason());
+}
+
+void ViewServer::set_head(std::vector<BufferRef> head) {
+  const std::scoped_lock lock(mutex_);
+  head_ = std::move(head);
+  for (const auto& client : clients_) client->begin_with(head_);
+}
+
+void ViewServer::send(GstBuffer* packet, const ViewServerSettings& settings) {
+  std::vector<std::unique_ptr<ServedClient>> removed;
+  {
+    const std::scoped_lock lock(mutex_);
+    settings_.max_clients = settings.max_clients;
+    settings_.timeout = settings.timeout;
+    for (const auto& client : clients_) client->send(packet, settings.buffers_max);
+    remove_ended(removed);
+  }
+  tell(removed);
+}
+
+std::size_t ViewServer::clients() const {
+  const std::scoped_lock lock(mutex_);
+  return static_cast<std::size_t>(
+      std::count_if(clients_.begin(), clients_.end(),
+                    [](const auto& c) { return c->trusted() && c->ended() == ClientEnd::none; }));
+}
+
+std::uint64_t ViewServer::bytes() const {
+  const std::scoped_lock lock(mutex_);
+  std::uint64_t sum = bytes_;
+  for (const auto& client : clients_) sum += client->bytes();
+  return sum;
+}
+
+}  // namespace polyhull::element

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// Serves one stream of packets to clients over TCP, to those that may have it. Each has a thread of
+/// its own, so that the stream and the others wait for none.
+#pragma once
+
+#include <gio/gio.h>
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "plugins/viewserversink/allowed_addresses.h"
+#include "plugins/viewserversink/served_client.h"
+#include "plugins/viewserversink/settings.h"
+
+namespace polyhull::element {
+
+class ViewServer {
+ public:
+  /// Who has prove themselves to be whom they are by TLS at once; the one that came first of more is
+  /// given up: connections that say nothing keep nobody out.
+  static constexpr std::size_t most_handshakes = 16;
+
+  /// Told of each client that comes or goes, on any thread and without a lock; \p counter is one of
+  /// clients, clients-closed, clients-slow, refused-addresses, refused-full, refused-keys and
+  /// handshakes-late; \p why is what GIO says, or empty.
+  using Listener =
+      std::function<void(const char* counter, const std::string& address, const std::string& why)>;
+
+  /// Listens. Throws Error where the address cannot be used, or \p settings' names of files or
+  /// addresses.
+  ViewServer(const ViewServerSettings& settings, Listener listener);
+  ~ViewServer();
+  ViewServer(const ViewServer&) = delete;
+
+  int port() const { return port_; }
+
+  /// What comes first to every new client, from now on.
+  void set_head(std::vector<BufferRef> head);
+
+  /// Sends \p packet to all.
+  void send(GstBuffer* packet, const ViewServerSettings& settings);
+
+  /// How many are served now, and bytes that all have taken.
+  std::size_t clients() const;
+  std::uint64_t bytes() const;
+
+ private:
+  void accept();
+  void welcome(GRef<GSocketConnection> connection);
+  void remove_ended(std::vector<std::unique_ptr<ServedClient>>& removed);
+  void tell(const std::vector<std::unique_ptr<ServedClient>>& removed);
+
+  const AllowedAddresses allowed_;
+  const TlsIdentity identity_;
+  const Listener listener_;
+  GRef<GSocketListener> socket_{g_socket_listener_new()};
+  GRef<GCancellable> cancel_{g_cancellable_new()};
+  int port_ = 0;
+  mutable std::mutex mutex_;  // protects the four below
+  ViewServerSettings settings_;
+  std::vector<BufferRef> head_;
+  std::vector<std::unique_ptr<ServedClient>> clients_;  // in the order in which they came
+  std::uint64_t bytes_ = 0;                             // of those that are gone
+  std::thread thread_;
+};
+
+}  // namespace polyhull::element

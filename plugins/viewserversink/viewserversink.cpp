@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// viewserversink: the end of a capture machine's pipeline, behind gdppay: serves its views over TCP to
+/// those that may have them, by address and by TLS. Nobody who is slow, silent or not trusted holds up
+/// the stream or the others. Each client that comes or goes is announced by an element message
+/// "polyhull-client" with the fields address, served and reason.
+#include <gst/base/gstbasesink.h>
+
+#include <optional>
+#include <vector>
+
+#include "plugins/common/element.h"
+#include "plugins/common/guard.h"
+#include "plugins/viewserversink/settings.h"
+#include "plugins/viewserversink/view_server.h"
+
+GST_DEBUG_CATEGORY_STATIC(viewserversink_debug);
+#define GST_CAT_DEFAULT viewserversink_debug
+
+namespace {
+
+using namespace polyhull;
+using namespace polyhull::element;
+
+struct ViewServerSink {
+  static constexpr char type_name[] = "PolyhullViewServerSink";
+  static GType base_type() { return GST_TYPE_BASE_SINK; }
+  static void class_init(gpointer klass);
+
+  explicit ViewServerSink(gpointer object) {
+    statistics.declare({"port", "clients", "clients-now", "clients-closed", "clients-slow",
+                        "refused-addresses", "refused-full", "refused-keys", "handshakes-late",
+                        "packets", "bytes"});
+    gst_base_sink_set_sync(GST_BASE_SINK(object), FALSE);
+    // Whoever listens for clients is ready before the first frame.
+    gst_base_sink_set_async_enabled(GST_BASE_SINK(object), FALSE);
+  }
+
+  ViewServerSettings settings;  // under the object lock
+  Statistics statistics{"viewserversink-stats"};
+  std::optional<ViewServer> server;  // from READY on
+};
+
+/// Of the clients that come and go.
+void tell(GstElement* element, const char* counter, const std::string& address,
+          const std::string& why) {
+  Statistics& statistics = state_of<ViewServerSink>(element).statistics;
+  const std::string_view which = counter;
+  const bool served = which == "clients";
+  if (served || which == "clients-closed")
+    statistics.count(counter);
+  else
+    statistics.warn(
+        element, counter,
+        fmt::format("{} is not served{}: {}{}", address, which == "clients-slow" ? " any more" : "",
+                    which == "clients-slow"
+                        ? "it takes less than there is; it may connect again. Look at the link, or "
+                          "pack views more (viewencode)"
+                    : which == "refused-keys"
+                        ? "it has not proved who it is by a certificate that tls-authority signs"
+                    : which == "handshakes-late"
+                        ? "it has not proved in time who it is; is it a client without TLS?"
+                    : which == "refused-full" ? "as many as max-clients allows are served already"
+                                              : "its address is not in allow",
+                    which == "refused-keys" && !why.empty() ? " (" + why + ")." : "."));
+  gst_element_post_message(
+      element, gst_message_new_element(
+                   GST_OBJECT(element),
+                   gst_structure_new("polyhull-client", "address", G_TYPE_STRING, address.c_str(),
+                                     "served", G_TYPE_BOOLEAN, served, "reason", G_TYPE_STRING,
+                                     served ? "" : counter, nullptr)));
+}
+
+gboolean start(GstBaseSink* sink) {
+  auto* element = GST_ELEMENT(sink);
+  ViewServerSink& self = state_of<ViewServerSink>(sink);
+  return guarded(element, FALSE, [&] {
+    self.statistics.reset();
+    self.server.emplace(
+        snapshot(sink, self.settings),
+        [element](const char* counter, const std::string& address, const std::string& why) {
+          tell(element, counter, address, why);
+        });
+    self.statistics.set_count("port", static_cast<std::uint64_t>(self.server->port()));
+    return TRUE;
+  });
+}
+
+gboolean stop(GstBaseSink* sink) {
+  ViewServerSink& self = state_of<ViewServerSink>(sink);
+  if (self.server) self.statistics.set_count("bytes", self.server->bytes());
+  self.server.reset();
+  self.statistics.set_count("clients-now", 0);
+  return TRUE;
+}
+
+/// What gdppay repeats for everybody who comes later.
+gboolean set_caps(GstBaseSink* sink, GstCaps* caps) {
+  const GValue* header = gst_structure_get_value(gst_caps_get_structure(caps, 0), "streamheader");
+  std::vector<BufferRef> head;
+  if (header != nullptr && GST_VALUE_HOLDS_ARRAY(header))
+    for (guint i = 0; i < gst_value_array_get_size(header); ++i) {
+      GstBuffer* packet = gst_value_get_buffer(gst_value_array_get_value(header, i));
+      if (packet != nullptr) head.emplace_back(gst_buffer_ref(packet));
+    }
+  ViewServerSink& self = state_of<ViewServerSink>(sink);
+  if (self.server) self.server->set_head(std::move(head));
+  return TRUE;
+}
+
+GstFlowReturn render(GstBaseSink* sink, GstBuffer* buffer) {
+  ViewServerSink& self = state_of<ViewServerSink>(sink);
+  if (!self.server) return GST_FLOW_FLUSHING;
+  self.server->send(buffer, snapshot(sink, self.settings));
+  self.statistics.count("packets");
+  self.statistics.set_count("clients-now", self.server->clients());
+  self.statistics.set_count("bytes", self.server->bytes());
+  return GST_FLOW_OK;
+}
+
+void ViewServerSink::class_init(gpointer klass) {
+  GST_DEBUG_CATEGORY_INIT(viewserversink_debug, "viewserversink", 0, "views for other machines");
+  add_properties<ViewServerSink>(klass, view_server_properties(), &ViewServerSink::settings);
+  add_statistics<ViewServerSink>(
+      klass,
+      "Counters since the start: port (at which clients are served), clients (that came), "
+      "clients-now, clients-closed (gone by themselves), clients-slow (given up), "
+      "refused-addresses, refused-full, refused-keys (no certificate that is trusted), "
+      "handshakes-late, packets, and bytes that clients have taken.");
+  set_metadata(klass, "View server sink", "Sink/Network",
+               "Serves views or meshes to the machines that may have them");
+  add_template(klass, "sink", GST_PAD_SINK, "application/x-gdp");
+  GstBaseSinkClass* sink = GST_BASE_SINK_CLASS(klass);
+  sink->start = start;
+  sink->stop = stop;
+  sink->set_caps = set_caps;
+  sink->render = render;
+  gst_type_mark_as_plugin_api(type_of<ViewServerSink>(), static_cast<GstPluginAPIFlags>(0));
+}
+
+}  // namespace
+
+GST_ELEMENT_REGISTER_DEFINE(viewserversink, "viewserversink", GST_RANK_NONE,
+                            type_of<ViewServerSink>())

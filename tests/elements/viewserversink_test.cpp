@@ -1,0 +1,399 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+// viewserversink before clients that may have its views, and before those that may not.
+#include <gio/gio.h>
+#include <glib/gstdio.h>
+#include <gst/app/gstappsrc.h>
+
+#include <fstream>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "element_checks.h"
+#include "gdp_stream.h"
+#include "view_client.h"
+
+using namespace polyhull;
+using namespace polyhull::test;
+
+namespace {
+
+constexpr std::size_t frames = 6;
+
+const GdpStream& recorded() {
+  static const GdpStream stream =
+      record_stream("rigtestsrc camera=cam0 num-buffers=6 ! silhouette camera=cam0");
+  return stream;
+}
+
+/// A pipeline that serves the recorded views, one when the test says so.
+struct Server {
+  explicit Server(const std::string& properties = "")
+      : pipeline(parse("appsrc name=in format=time caps=application/x-polyhull-view ! gdppay ! "
+                       "viewserversink name=server host=127.0.0.1 port=0 " +
+                       properties)),
+        in(gst_bin_get_by_name(GST_BIN(pipeline), "in")),
+        sink(gst_bin_get_by_name(GST_BIN(pipeline), "server")),
+        bus(gst_element_get_bus(pipeline)) {
+    fail_if(gst_element_set_state(pipeline, GST_STATE_PLAYING) == GST_STATE_CHANGE_FAILURE);
+    // The stream's head is there with the first frame.
+    push();
+    wait_for("packets", 4);
+  }
+  ~Server() {
+    fail_unless_equals_int(gst_element_set_state(pipeline, GST_STATE_NULL),
+                           GST_STATE_CHANGE_SUCCESS);
+    gst_object_unref(bus);
+    gst_object_unref(sink);
+    gst_object_unref(in);
+    gst_object_unref(pipeline);
+  }
+  int port() const { return static_cast<int>(statistic(sink, "port")); }
+  /// Serves the next frame.
+  void push() {
+    const Packet& bytes = recorded().payloads[pushed % frames];
+    GstBuffer* buffer = gst_buffer_new_memdup(bytes.data(), bytes.size());
+    GST_BUFFER_PTS(buffer) = 40 * GST_MSECOND * pushed++;
+    fail_unless_equals_int(gst_app_src_push_buffer(GST_APP_SRC(in), buffer), GST_FLOW_OK);
+  }
+  void wait_for(const char* counter, guint64 value) const {
+    for (int i = 0; i < 6000 && statistic(sink, counter) < value; ++i) g_usleep(10000);
+    fail_unless(statistic(sink, counter) >= value, "%s is %" G_GUINT64_FORMAT, counter,
+                statistic(sink, counter));
+  }
+  /// The same, with a frame now and then, of which the server learns who is gone.
+  void push_until(const char* counter, guint64 value) {
+    for (int i = 0; i < 6000 && statistic(sink, counter) < value; ++i) {
+      push();
+      g_usleep(10000);
+    }
+    wait_for(counter, value);
+  }
+  void expect_warning(const char* text) const {
+    std::string all;
+    for (const std::string& warning : warnings_on(bus)) all += warning + "\n";
+    fail_unless(all.find(text) != std::string::npos, "\"%s\" is not in \"%s\"", text, all.c_str());
+  }
+  GstElement *pipeline, *in, *sink;
+  GstBus* bus;
+  std::size_t pushed = 0;
+};
+
+/// Serves a frame and waits until \p client has it, whatever it gets before.
+void catch_up(Server& server, Client& client) {
+  server.push();
+  do {
+    fail_if(client.next().empty());
+  } while (client.time != 40 * GST_MSECOND * (server.pushed - 1));
+}
+
+/// Serves frames until \p client is served; from then on it has each.
+void meet(Server& server, Client& client) {
+  server.push_until("clients-now", 1);
+  catch_up(server, client);
+}
+
+/// Frame by frame, the same bytes and none left out.
+void expect_frames(Server& server, Client& client, int count) {
+  for (int i = 0; i < count; ++i) {
+    server.push();
+    fail_unless(client.next() == recorded().payloads[(server.pushed - 1) % frames], "frame %d", i);
+  }
+}
+
+/// A client that does nothing by itself.
+class RawClient {
+ public:
+  explicit RawClient(int port) {
+    GSocketClient* client = g_socket_client_new();
+    connection_ = g_socket_client_connect_to_host(client, "127.0.0.1", static_cast<guint16>(port),
+                                                  nullptr, nullptr);
+    g_object_unref(client);
+    fail_if(connection_ == nullptr);
+  }
+  ~RawClient() { g_object_unref(connection_); }
+  RawClient(const RawClient&) = delete;
+  void write(const std::string& text) {
+    g_output_stream_write_all(g_io_stream_get_output_stream(G_IO_STREAM(connection_)), text.data(),
+                              text.size(), nullptr, nullptr, nullptr);
+  }
+
+ private:
+  GSocketConnection* connection_;
+};
+
+/// Keys of two authorities, made once: `here`, with machines "left" and "server", and `there`, with
+/// "stranger".
+class Keys {
+ public:
+  Keys() {
+    gchar* made = g_dir_make_tmp("polyhull-keys-XXXXXX", nullptr);
+    folder_ = made;
+    g_free(made);
+    run(script() + " " + folder_ + "/here left server");
+    run(script() + " " + folder_ + "/there stranger");
+  }
+  ~Keys() { run("rm -r " + folder_); }
+
+  /// Properties that say who a machine is and whom it trusts.
+  static std::string of(const std::string& machine, const std::string& who = "here",
+                        const std::string& trusted = "here") {
+    static const Keys keys;
+    return " tls-certificate=" + keys.folder_ + "/" + who + "/" + machine +
+           ".pem tls-authority=" + keys.folder_ + "/" + trusted + "/authority.pem ";
+  }
+  /// What a client needs beside.
+  static std::string client(const std::string& properties) {
+    return "max-age=0 tls-name=left " + properties;
+  }
+
+ private:
+  static std::string script() {
+    const char* source = g_getenv("POLYHULL_SOURCE");
+    fail_if(source == nullptr, "POLYHULL_SOURCE is not set: the test needs its pipelines folder");
+    return std::string(source) + "/pipelines/make-keys.sh";
+  }
+  static void run(const std::string& line) {
+    gint status = 0;
+    fail_unless(
+        g_spawn_command_line_sync(line.c_str(), nullptr, nullptr, &status, nullptr) && status == 0,
+        "%s", line.c_str());
+  }
+  std::string folder_;
+};
+
+}  // namespace
+
+GST_START_TEST(test_documented) {
+  check_documented("viewserversink");
+}
+GST_END_TEST
+
+GST_START_TEST(test_same_bytes_for_two) {
+  Server server;
+  Client one(server.port());
+  meet(server, one);
+  Client two(server.port());
+  server.push_until("clients-now", 2);
+  catch_up(server, two);
+  while (one.time != two.time) one.next();
+  for (int i = 0; i < 12; ++i) {
+    server.push();
+    const Packet& frame = recorded().payloads[(server.pushed - 1) % frames];
+    fail_unless(one.next() == frame && two.next() == frame, "frame %d", i);
+  }
+  fail_unless_equals_uint64(statistic(server.sink, "clients"), 2);
+  fail_unless(statistic(server.sink, "bytes") > 0);
+  fail_unless_equals_uint64(statistic(one.source, "connections"), 1);
+}
+GST_END_TEST
+
+GST_START_TEST(test_same_bytes_by_tls) {
+  Server server(Keys::of("left"));
+  Client client(server.port(), Keys::client(Keys::of("server")));
+  meet(server, client);
+  expect_frames(server, client, 30);
+  fail_unless_equals_uint64(statistic(client.source, "connections"), 1);
+  fail_unless_equals_uint64(statistic(server.sink, "refused-keys"), 0);
+}
+GST_END_TEST
+
+// Whoever is not trusted gets nothing, and both ends say why; who is trusted misses nothing.
+GST_START_TEST(test_wrong_keys) {
+  Server server(Keys::of("left"));
+  Client client(server.port(), Keys::client(Keys::of("server")));
+  meet(server, client);
+  const std::pair<const char*, std::string> wrong[] = {
+      {"a client of another authority", Keys::of("stranger", "there")},
+      {"a client that trusts another authority", Keys::of("server", "here", "there")},
+      {"a client that expects another machine", Keys::of("server") + "tls-name=right"},
+  };
+  guint64 refused = 0;
+  for (const auto& [what, properties] : wrong) {
+    Client stranger(server.port(), Keys::client(properties));
+    stranger.wait_for("refused-keys", 1);
+    stranger.expect_warning("do not trust each other");
+    server.push_until("refused-keys", refused + 1);
+    catch_up(server, client);
+    expect_frames(server, client, 5);
+    fail_unless_equals_uint64(statistic(stranger.source, "frames"), 0);
+    refused = statistic(server.sink, "refused-keys");
+  }
+  server.expect_warning("tls-authority signs");
+  fail_unless_equals_uint64(statistic(client.source, "connections"), 1);
+}
+GST_END_TEST
+
+// One of the two has TLS, the other not.
+GST_START_TEST(test_tls_and_none) {
+  {
+    Server server(Keys::of("left") + "timeout=1000000000");
+    Client plain(server.port(), "max-age=0 timeout=3000000000");
+    for (int i = 0;
+         i < 3000 &&
+         statistic(server.sink, "refused-keys") + statistic(server.sink, "handshakes-late") == 0;
+         ++i) {
+      server.push();
+      g_usleep(10000);
+    }
+    server.push_until("handshakes-late", 1);
+    fail_unless_equals_uint64(statistic(plain.source, "frames"), 0);
+  }
+  Server server;
+  Client secured(server.port(), Keys::client(Keys::of("server")));
+  secured.wait_for("refused-keys", 1);
+  fail_unless_equals_uint64(statistic(secured.source, "frames"), 0);
+}
+GST_END_TEST
+
+// Thirty who say nothing keep nobody out, and are cut.
+GST_START_TEST(test_half_open) {
+  Server server(Keys::of("left") + "max-clients=2 timeout=2000000000");
+  std::vector<std::unique_ptr<RawClient>> silent;
+  for (int i = 0; i < 30; ++i) silent.push_back(std::make_unique<RawClient>(server.port()));
+  Client client(server.port(), Keys::client(Keys::of("server")));
+  meet(server, client);
+  expect_frames(server, client, 10);
+  server.push_until("handshakes-late", 30);
+  fail_unless(statistic(server.sink, "clients-now") == 1);
+}
+GST_END_TEST
+
+GST_START_TEST(test_floods) {
+  for (const std::string& properties : {std::string(), Keys::of("left")}) {
+    Server server("max-clients=4 " + properties);
+    Client client(server.port(),
+                  properties.empty() ? "max-age=0" : Keys::client(Keys::of("server")));
+    meet(server, client);
+    for (int i = 0; i < 200; ++i) {
+      RawClient flood(server.port());
+      flood.write(std::string(static_cast<std::size_t>(i), static_cast<char>(37 * i)));
+      if (i % 20 == 0) expect_frames(server, client, 1);
+    }
+    expect_frames(server, client, 20);
+    fail_unless_equals_uint64(statistic(client.source, "connections"), 1);
+  }
+}
+GST_END_TEST
+
+// Who takes nothing is given up; the others miss nothing.
+GST_START_TEST(test_slow_client) {
+  Server server("buffers-max=4");
+  Client client(server.port());
+  meet(server, client);
+  const RawClient slow(server.port());
+  server.push_until("clients", 2);
+  catch_up(server, client);
+  for (int i = 0; i < 20000 && statistic(server.sink, "clients-slow") == 0; ++i)
+    expect_frames(server, client, 1);
+  fail_unless_equals_uint64(statistic(server.sink, "clients-slow"), 1);
+  expect_frames(server, client, 10);
+  server.expect_warning("takes less than there is");
+}
+GST_END_TEST
+
+GST_START_TEST(test_addresses) {
+  {
+    Server server("allow=\"10.0.0.0/8, 192.168.0.7\"");
+    Client client(server.port());
+    server.push_until("refused-addresses", 1);
+    server.expect_warning("not in allow");
+    fail_unless_equals_uint64(statistic(client.source, "frames"), 0);
+  }
+  Server server("allow=\"10.0.0.0/8 127.0.0.0/8\"");
+  Client client(server.port());
+  meet(server, client);
+  expect_frames(server, client, 5);
+}
+GST_END_TEST
+
+GST_START_TEST(test_most_clients) {
+  Server server("max-clients=1");
+  Client one(server.port());
+  meet(server, one);
+  Client two(server.port());
+  server.push_until("refused-full", 1);
+  server.expect_warning("max-clients");
+  fail_unless_equals_uint64(statistic(two.source, "frames"), 0);
+  g_object_set(server.sink, "max-clients", 2, nullptr);
+  server.push_until("clients-now", 2);
+}
+GST_END_TEST
+
+GST_START_TEST(test_flush) {
+  Server server;
+  Client client(server.port());
+  meet(server, client);
+  GstPad* pad = gst_element_get_static_pad(server.in, "src");
+  fail_unless(gst_pad_push_event(pad, gst_event_new_flush_start()));
+  fail_unless(gst_pad_push_event(pad, gst_event_new_flush_stop(FALSE)));
+  GstSegment segment;
+  gst_segment_init(&segment, GST_FORMAT_TIME);
+  fail_unless(gst_pad_push_event(pad, gst_event_new_segment(&segment)));
+  gst_object_unref(pad);
+  expect_frames(server, client, 6);
+}
+GST_END_TEST
+
+GST_START_TEST(test_states) {
+  check_states(
+      "rigtestsrc camera=cam0 num-buffers=3 ! silhouette camera=cam0 ! gdppay ! "
+      "viewserversink host=127.0.0.1 port=0");
+}
+GST_END_TEST
+
+GST_START_TEST(test_bad_settings) {
+  const auto refusal = [](const std::string& properties) {
+    GstElement* pipeline = parse("fakesrc ! application/x-gdp ! viewserversink " + properties);
+    fail_unless_equals_int(gst_element_set_state(pipeline, GST_STATE_PLAYING),
+                           GST_STATE_CHANGE_FAILURE);
+    const std::string text = wait_for_end(pipeline, GST_SECOND);
+    gst_element_set_state(pipeline, GST_STATE_NULL);
+    gst_object_unref(pipeline);
+    return text;
+  };
+  const auto expect = [&](const std::string& properties, const char* words) {
+    const std::string text = refusal("host=127.0.0.1 port=0 " + properties);
+    fail_unless(text.find(words) != std::string::npos, "\"%s\" is not in \"%s\"", words,
+                text.c_str());
+  };
+  Server server;
+  expect("port=" + std::to_string(server.port()), "cannot be served at 127.0.0.1");
+  expect("host=nobody", "host is 'nobody'");
+  expect("allow=\"10.0.0.1 there\"", "allow has 'there'");
+  expect("allow=10.0.0.0/99", "allow has '10.0.0.0/99'");
+  expect("tls-authority=/nowhere.pem", "Only tls-authority is set");
+  expect("tls-certificate=/nowhere.pem tls-authority=/nowhere.pem", "'/nowhere.pem'");
+  const std::string broken = std::string(g_get_tmp_dir()) + "/polyhull-broken.pem";
+  std::ofstream(broken) << "-----BEGIN CERTIFICATE-----\nnone\n-----END CERTIFICATE-----\n";
+  expect("tls-certificate=" + broken + " tls-authority=" + broken, "polyhull-broken.pem");
+  g_unlink(broken.c_str());
+  // An authority's file has no private key.
+  const std::string keys = Keys::of("left");
+  const std::string authority = keys.substr(keys.find("tls-authority=") + 14);
+  expect("tls-certificate=" + authority + "tls-authority=" + authority, "no private key");
+}
+GST_END_TEST
+
+static Suite* viewserversink_suite() {
+  Suite* suite = suite_create("viewserversink");
+  TCase* tests = tcase_create("general");
+  suite_add_tcase(suite, tests);
+  tcase_set_timeout(tests, 110);
+  tcase_add_test(tests, test_documented);
+  tcase_add_test(tests, test_same_bytes_for_two);
+  tcase_add_test(tests, test_same_bytes_by_tls);
+  tcase_add_test(tests, test_wrong_keys);
+  tcase_add_test(tests, test_tls_and_none);
+  tcase_add_test(tests, test_half_open);
+  tcase_add_test(tests, test_floods);
+  tcase_add_test(tests, test_slow_client);
+  tcase_add_test(tests, test_addresses);
+  tcase_add_test(tests, test_most_clients);
+  tcase_add_test(tests, test_flush);
+  tcase_add_test(tests, test_states);
+  tcase_add_test(tests, test_bad_settings);
+  return suite;
+}
+
+GST_CHECK_MAIN(viewserversink);
