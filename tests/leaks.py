@@ -60,6 +60,8 @@ def write_announcements(path):
                 "ambient": [0, 0, 0], "depth_near": 0.5, "stream_time_ns": 40_000_000 * i,
                 "viewport": {"width": 320, "height": 240, "K": [300, 0, 159.5, 0, 300, 119.5, 0, 0, 1],
                              "R": [1, 0, 0, 0, -1, 0, 0, 0, -1], "t": [0, 1, 4 + i]}}) + "\n")
+
+
 def free_port():
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
