@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
 """Runs pipelines through every element under GStreamer's leaks tracer and fails if any object, buffer,
 event or message is still alive after gst_deinit()."""
+import json
 import os
 import socket
 import struct
@@ -28,6 +29,9 @@ PIPELINES = {
     "tracked camera": "tracksrc location={folder}/leaks.pcap ! t.track tracksrc port=0 ! s.track "
                       "scenesrc name=s num-buffers=3 is-live=true ! video/x-raw,width=64,height=36 ! "
                       "fakesink videotestsrc num-buffers=30 ! trackstamp name=t ! fakesink",
+    "another program's scene": "filesrc location={folder}/leaks.jsonl ! t.scene videotestsrc num-buffers=9 ! "
+                               "video/x-raw,format=GRAY16_LE,framerate=25/1 ! t.depth videotestsrc num-buffers=9 ! "
+                               "video/x-raw,framerate=25/1 ! trackstamp name=t scene-match=stream-time ! fakesink",
     "served and received": "rigtestsrc camera=cam0 is-live=true num-buffers=90 ! silhouette "
                            "camera=cam0 ! gdppay ! viewserversink host=127.0.0.1 port={port} "
                            "viewclientsrc port={port} max-age=0 retry=20000000 ! "
@@ -45,6 +49,17 @@ def record_track(path):
         file.write(struct.pack("<IHHiIII", 0xA1B23C4D, 2, 4, 0, 0, 65535, 101))
         for i in range(30):
             file.write(struct.pack("<IIII", 0, i * 33000000, len(packet), len(packet)) + packet)
+
+
+def write_announcements(path):
+    """Of nine frames at 25 frames a second."""
+    with open(path, "w") as lines:
+        for i in range(9):
+            lines.write(json.dumps({
+                "format": "polyhull-announcement", "version": 1, "scene": "", "lights": [], "exposure": 1,
+                "ambient": [0, 0, 0], "depth_near": 0.5, "stream_time_ns": 40_000_000 * i,
+                "viewport": {"width": 320, "height": 240, "K": [300, 0, 159.5, 0, 300, 119.5, 0, 0, 1],
+                             "R": [1, 0, 0, 0, -1, 0, 0, 0, -1], "t": [0, 1, 4 + i]}}) + "\n")
 
 
 def free_port():
@@ -72,6 +87,7 @@ def main():
     # One folder for all: a take is written and then played.
     with tempfile.TemporaryDirectory() as folder:
         record_track(f"{folder}/leaks.pcap")
+        write_announcements(f"{folder}/leaks.jsonl")
         return 0 if all([run(name, pipeline, folder) for name, pipeline in PIPELINES.items()]) else 1
 
 

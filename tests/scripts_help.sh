@@ -18,7 +18,7 @@ expect() {
   fi
 }
 
-for script in pipelines/{cameras-aravis,cameras-v4l2,capture,demo,record,room,server,turntable}.sh pipelines/send-track.py tests/{run,mutants}.sh; do
+for script in pipelines/{cameras-aravis,cameras-v4l2,capture,demo,record,room,server,turntable}.sh pipelines/send-{scene,track}.py tests/{run,mutants}.sh; do
   for option in --help -h; do
     expect 0 "$script" "$script" "$option"
     expect 0 "$script" "$script" something "$option"

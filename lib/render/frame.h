@@ -18,6 +18,7 @@
 
 namespace polyhull {
 
+struct DepthPicture;  // depth_picture.h
 struct ScenePlanes;  // view/scene_planes.h
 
 /// How the subjects' shadow of the scene's main light is drawn.
@@ -74,6 +75,9 @@ struct RenderFrame {
   /// processor's renderer where they are of this view of this scene; the picture is the same to the
   /// bit. Null: none.
   std::shared_ptr<const ScenePlanes> planes;
+  /// What the background shows beyond the scene's geometry, or without any: hides subjects, too, by
+  /// the processor's renderer alone. Null: none.
+  std::shared_ptr<const DepthPicture> depth;
   /// The same number: the background's pixels in memory are those of the frames before that had it;
   /// 0: not known.
   std::uint64_t background_content = 0;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "scene/announcement.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -23,8 +25,12 @@ json numbers(const Vec3f& v) {
   return json::array({v.x, v.y, v.z});
 }
 
+constexpr int largest_side = 32768;  // pixels
+constexpr std::size_t most_lights = 1024;
+
+/// Many values end up as float.
 double finite_number(const json& value, const char* name) {
-  if (!value.is_number() || !std::isfinite(value.get<double>()))
+  if (!value.is_number() || !(std::abs(value.get<double>()) < 1e30))
     throw broken(fmt::format("'{}' must hold finite numbers", name));
   return value.get<double>();
 }
@@ -60,6 +66,23 @@ double length_of(const json& object, const char* name) {
   return length;
 }
 
+int side_of(const json& object, const char* name) {
+  const double pixels = finite_number(member(object, name), name);
+  if (!(pixels >= 1.0 && pixels <= largest_side))
+    throw broken(
+        fmt::format("the viewport's '{}' must be from 1 to {} pixels", name, largest_side));
+  return static_cast<int>(pixels);
+}
+
+/// Other programs may have computed it in single precision.
+void check_rotation(const Mat3& R) {
+  const Mat3 rest = R * glm::transpose(R) - Mat3(1.0);
+  double most = std::abs(glm::determinant(R) - 1.0);
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) most = std::max(most, std::abs(rest[i][j]));
+  if (!(most < 1e-5)) throw broken("'R' of the viewport is not a rotation");
+}
+
 json camera_to_json(const Camera& camera) {
   json out = {{"name", camera.name},     {"width", camera.width},
               {"height", camera.height}, {"K", to_rows(camera.K)},
@@ -72,17 +95,21 @@ Camera camera_from_json(const json& object) {
   if (!object.is_object()) throw broken("'viewport' must be an object");
   Camera camera;
   camera.name = object.value("name", "viewport");
-  camera.width = static_cast<int>(finite_number(member(object, "width"), "width"));
-  camera.height = static_cast<int>(finite_number(member(object, "height"), "height"));
-  if (camera.width < 1 || camera.height < 1) throw broken("the viewport's size is empty");
+  camera.width = side_of(object, "width");
+  camera.height = side_of(object, "height");
   camera.K = from_rows(array_of<9>(object, "K"));
   camera.R = from_rows(array_of<9>(object, "R"));
+  check_rotation(camera.R);
   const auto t = array_of<3>(object, "t");
   camera.t = Vec3(t[0], t[1], t[2]);
   if (!(camera.K[0][0] > 0.0 && camera.K[1][1] > 0.0))
     throw broken("the viewport's focal length must be above 0");
-  if (const auto found = object.find("distortion"); found != object.end())
+  if (const auto found = object.find("distortion"); found != object.end()) {
+    const std::size_t count = found->is_array() ? found->size() : 1;
+    if (count != 0 && count != 4 && count != 5 && count != 8 && count != 12)
+      throw broken("'distortion' must be a list of 4, 5, 8 or 12 numbers");
     for (const json& k : *found) camera.distortion.push_back(finite_number(k, "distortion"));
+  }
   return camera;
 }
 
@@ -107,6 +134,7 @@ std::string announcement_to_json(const Announcement& announcement) {
               {"ambient", numbers(announcement.ambient)}};
   if (announcement.aperture > 0.0) out["aperture"] = announcement.aperture;
   if (announcement.focus_distance > 0.0) out["focus-distance"] = announcement.focus_distance;
+  if (announcement.depth_near > 0.0) out["depth_near"] = announcement.depth_near;
   // Names may hold any bytes; JSON must be UTF-8.
   return out.dump(-1, ' ', false, json::error_handler_t::replace);
 }
@@ -120,7 +148,10 @@ Announcement parse_announcement(std::string_view text) {
     Announcement announcement;
     announcement.viewport = camera_from_json(member(root, "viewport"));
     announcement.scene = member(root, "scene").get<std::string>();
-    for (const json& object : member(root, "lights")) {
+    const json& lights = member(root, "lights");
+    if (!lights.is_array() || lights.size() > most_lights)
+      throw broken(fmt::format("'lights' must be a list of at most {}", most_lights));
+    for (const json& object : lights) {
       if (!object.is_object()) throw broken("each light must be an object");
       Light light;
       light.name = object.value("name", "");
@@ -135,6 +166,10 @@ Announcement parse_announcement(std::string_view text) {
     announcement.ambient = vector_of(root, "ambient");
     announcement.aperture = length_of(root, "aperture");
     announcement.focus_distance = length_of(root, "focus-distance");
+    if (root.contains("depth_near")) {
+      announcement.depth_near = finite_number(root["depth_near"], "depth_near");
+      if (!(announcement.depth_near >= 1e-6)) throw broken("'depth_near' must be above 0 metres");
+    }
     return announcement;
   } catch (const json::exception& error) {
     throw broken(error.what());

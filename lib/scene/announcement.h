@@ -25,6 +25,8 @@ struct Announcement {
   /// As in ViewportLens, of the viewport's real lens where that is known; 0: it is not. The picture need
   /// not have it.
   double aperture = 0.0, focus_distance = 0.0;
+  double depth_near = 0.0;  ///< metres that the largest value of a depth video beside the picture
+                            ///< stands for (docs/formats.md); 0: there is none
 };
 
 std::string announcement_to_json(const Announcement& announcement);

@@ -11,11 +11,11 @@ namespace {
 // stage, whose masks and polygons lie elsewhere in each picture, and a file or device of this machine
 // is not there on the next. (GStreamer 1.22 would bring polygons back with a backslash before each
 // comma, too.)
-constexpr std::array<std::string_view, 14> bound{"name",          "parent",         "camera",
-                                                 "device",        "location",       "rig",
-                                                 "record",        "scene",          "clean-plate",
-                                                 "inside-mask",   "inside-polygon", "outside-mask",
-                                                 "mesh-location", "outside-polygon"};
+constexpr std::array<std::string_view, 15> bound{"name",          "parent",          "camera",
+                                                 "device",        "location",        "rig",
+                                                 "record",        "scene",           "clean-plate",
+                                                 "inside-mask",   "inside-polygon",  "outside-mask",
+                                                 "mesh-location", "outside-polygon", "scene-file"};
 bool left_out(GObjectClass* klass, const char* name) {
   GParamSpec* spec = g_object_class_find_property(klass, name);
   // An old name sets the same as the new one, with a warning.

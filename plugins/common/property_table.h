@@ -82,6 +82,9 @@ GParamSpec* make_spec(const Property<Settings>& p, const T& standard) {
         p.name, p.nick, p.blurb, static_cast<guint64>(p.minimum),
         p.maximum >= 18446744073709551615.0 ? G_MAXUINT64 : static_cast<guint64>(p.maximum),
         standard, f);
+  } else if constexpr (std::is_same_v<T, std::int64_t>) {
+    return g_param_spec_int64(p.name, p.nick, p.blurb, static_cast<gint64>(p.minimum),
+                              static_cast<gint64>(p.maximum), standard, f);
   } else if constexpr (std::is_same_v<T, double>) {
     return g_param_spec_double(p.name, p.nick, p.blurb, p.minimum, p.maximum, standard, f);
   } else if constexpr (std::is_same_v<T, Fraction>) {
@@ -107,6 +110,8 @@ bool read_value(T& target, const GValue* value) {
     target = g_value_get_uint(value);
   } else if constexpr (std::is_same_v<T, std::uint64_t>) {
     target = g_value_get_uint64(value);
+  } else if constexpr (std::is_same_v<T, std::int64_t>) {
+    target = g_value_get_int64(value);
   } else if constexpr (std::is_same_v<T, double>) {
     // GObject's range check lets NaN pass.
     if (std::isnan(g_value_get_double(value))) return false;
@@ -132,6 +137,8 @@ void write_value(const T& source, GValue* value) {
     g_value_set_uint(value, source);
   } else if constexpr (std::is_same_v<T, std::uint64_t>) {
     g_value_set_uint64(value, source);
+  } else if constexpr (std::is_same_v<T, std::int64_t>) {
+    g_value_set_int64(value, source);
   } else if constexpr (std::is_same_v<T, double>) {
     g_value_set_double(value, source);
   } else if constexpr (std::is_same_v<T, Fraction>) {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 /// \file
 /// trackstamp: announces with each frame of video that comes from elsewhere (a real camera, another
-/// program, a file) where the tracked camera was at its time, so that composite draws its subjects with
-/// exactly that.
+/// program, a file) where the tracked camera was at its time, or what the program says of its camera,
+/// lights and scene, so that composite draws its subjects with exactly that.
 #include <gst/base/gstbasetransform.h>
 #include <gst/video/video.h>
 
@@ -15,8 +15,12 @@
 #include "plugins/common/camera/camera_track.h"
 #include "plugins/common/element.h"
 #include "plugins/common/guard.h"
+#include "plugins/common/live/live_pad.h"
+#include "plugins/common/memory/depth_meta.h"
 #include "plugins/common/transform.h"
 #include "plugins/common/viewport.h"
+#include "plugins/trackstamp/depth_input.h"
+#include "plugins/trackstamp/scene_input.h"
 #include "scene/announcement.h"
 
 GST_DEBUG_CATEGORY_STATIC(trackstamp_debug);
@@ -38,14 +42,24 @@ struct TrackStamp {
   explicit TrackStamp(gpointer object);
 
   void begin_segment();
-  void announce(std::optional<TrackedPose> pose);
+  void unlock(bool unlocked) {
+    track.unlock(unlocked);
+    scene.unlock(unlocked);
+    depth.unlock(unlocked);
+  }
+  void announce(std::optional<Announcement> scene, std::optional<TrackedPose> pose);
+  std::optional<std::int64_t> scene_wait(GstClockTime running_time) const;
   void take_announcement(GstEvent* event);
 
-  Settings settings;  // under the object lock
+  Settings settings;                  // under the object lock
+  SceneInputSettings scene_settings;  // likewise
   GstBaseTransform* element;
   Statistics statistics{"trackstamp-stats"};
   CameraTrack track;
+  SceneInput scene;
+  DepthInput depth;
   std::atomic<bool> live{false};        // the video
+  std::atomic<std::int64_t> late{0};    // how late it comes by what its source says, ns
   std::atomic<std::int64_t> frame{0};   // how long one lasts, ns
   std::atomic<std::int64_t> behind{0};  // how much later than frames poses come, ns
   std::atomic<bool> say_again{false};
@@ -65,13 +79,21 @@ std::span<const Property<Settings>> properties() {
 }
 
 TrackStamp::TrackStamp(gpointer object)
-    : element(GST_BASE_TRANSFORM(object)), track(GST_ELEMENT_CAST(object), statistics) {
+    : element(GST_BASE_TRANSFORM(object)),
+      track(GST_ELEMENT_CAST(object), statistics),
+      scene(GST_ELEMENT_CAST(object), statistics,
+            [this] { return snapshot(element, scene_settings); }),
+      depth(GST_ELEMENT_CAST(object), statistics,
+            [this] { return snapshot(element, scene_settings); }) {
   statistics.declare({"frames", "announcements", "frames-untimed", "announcements-unusable"});
   gst_base_transform_set_passthrough(element, TRUE);
   gst_base_transform_set_qos_enabled(element, FALSE);
-  GstPadTemplate* pad_template =
-      gst_element_class_get_pad_template(GST_ELEMENT_GET_CLASS(object), "track");
-  gst_element_add_pad(GST_ELEMENT_CAST(object), track.make_pad(pad_template));
+  const auto pad_template = [object](const char* name) {
+    return gst_element_class_get_pad_template(GST_ELEMENT_GET_CLASS(object), name);
+  };
+  gst_element_add_pad(GST_ELEMENT_CAST(object), track.make_pad(pad_template("track")));
+  gst_element_add_pad(GST_ELEMENT_CAST(object), scene.make_pad(pad_template("scene")));
+  gst_element_add_pad(GST_ELEMENT_CAST(object), depth.make_pad(pad_template("depth")));
 }
 
 /// What \p pad's other side says of its latency, ns; nullopt: it is not live.
@@ -88,9 +110,21 @@ std::optional<std::int64_t> latency_at(GstPad* pad) {
 /// Learns whether frames have to wait for poses, and how long.
 void TrackStamp::begin_segment() {
   g_autoptr(GstPad) poses = track.linked_pad();
-  const auto video = latency_at(element->sinkpad), late = latency_at(poses);
+  const auto video = latency_at(element->sinkpad), of_poses = latency_at(poses);
   live = video.has_value();
-  behind = std::max<std::int64_t>(0, late.value_or(0) - video.value_or(0));
+  late = video.value_or(0);
+  behind = std::max<std::int64_t>(0, of_poses.value_or(0) - video.value_or(0));
+}
+
+/// How long the frame of \p running_time may wait for its message: live video only until it is later
+/// than its source says by scene-wait, so that waits do not add up.
+std::optional<std::int64_t> TrackStamp::scene_wait(GstClockTime running_time) const {
+  if (!live) return {};
+  const auto longest = static_cast<std::int64_t>(snapshot(element, scene_settings).wait);
+  const std::int64_t now = running_time_now(GST_ELEMENT_CAST(element));
+  if (now == no_time || !GST_CLOCK_TIME_IS_VALID(running_time)) return longest;
+  const std::int64_t left = static_cast<std::int64_t>(running_time) + late + longest - now;
+  return std::clamp<std::int64_t>(left, 0, longest);
 }
 
 void TrackStamp::take_announcement(GstEvent* event) {
@@ -105,8 +139,8 @@ void TrackStamp::take_announcement(GstEvent* event) {
 }
 
 /// Says what is true from the next frame on, unless it was said already.
-void TrackStamp::announce(std::optional<TrackedPose> pose) {
-  Announcement announcement = from_upstream;
+void TrackStamp::announce(std::optional<Announcement> scene, std::optional<TrackedPose> pose) {
+  Announcement announcement = scene ? std::move(*scene) : from_upstream;
   if (pose) {
     announcement.viewport =
         camera_of(*pose, width, height, snapshot(element, settings).field_of_view);
@@ -132,19 +166,36 @@ GstFlowReturn stamp(GstBaseTransform* base, GstBuffer* buffer) {
     self.statistics.count("frames");
     const guint64 time =
         gst_segment_to_running_time(&base->segment, GST_FORMAT_TIME, GST_BUFFER_PTS(buffer));
+    const std::int64_t duration = GST_BUFFER_DURATION_IS_VALID(buffer)
+                                      ? static_cast<std::int64_t>(GST_BUFFER_DURATION(buffer))
+                                      : self.frame.load();
+    std::optional<Announcement> scene =
+        self.scene.at(buffer, base->segment, duration, self.scene_wait(time));
+    if (auto depth = self.depth.at(buffer, base->segment, duration, self.scene_wait(time),
+                                   scene ? scene->depth_near : 0.0))
+      set_depth(buffer, std::move(depth));
+    if (self.track.unlocked()) return GST_FLOW_FLUSHING;
     if (!GST_CLOCK_TIME_IS_VALID(time)) {
       self.statistics.warn(GST_ELEMENT(base), "frames-untimed",
                            "A frame has no time, so it is not known where the tracked camera was: "
                            "the one of the frame before stays. Let its source give times.");
+      if (scene) self.announce(std::move(scene), {});
       return GST_FLOW_OK;
     }
     const std::optional<TrackedPose> pose =
         self.track.at(static_cast<std::int64_t>(time),
                       self.live ? std::optional(self.behind + self.frame) : std::nullopt);
     if (self.track.unlocked()) return GST_FLOW_FLUSHING;
-    self.announce(pose);
+    self.announce(std::move(scene), pose);
     return GST_FLOW_OK;
   });
+}
+
+/// A frame whose depth is to be attached must be writable; its pixels stay where they are.
+GstFlowReturn prepare_output_buffer(GstBaseTransform* base, GstBuffer* in, GstBuffer** out) {
+  const bool copied = state_of<TrackStamp>(base).depth.linked() && !gst_buffer_is_writable(in);
+  *out = copied ? gst_buffer_copy(in) : in;
+  return GST_FLOW_OK;
 }
 
 gboolean set_caps(GstBaseTransform* base, GstCaps* caps, GstCaps*) {
@@ -176,19 +227,23 @@ gboolean sink_event(GstBaseTransform* base, GstEvent* event) {
     gst_event_unref(event);
     return TRUE;
   }
-  if (GST_EVENT_TYPE(event) == GST_EVENT_FLUSH_START) self.track.unlock(true);
+  if (GST_EVENT_TYPE(event) == GST_EVENT_FLUSH_START) self.unlock(true);
   if (GST_EVENT_TYPE(event) == GST_EVENT_FLUSH_STOP) {
-    self.track.unlock(false);
+    self.unlock(false);
     self.say_again = true;
   }
   if (GST_EVENT_TYPE(event) == GST_EVENT_SEGMENT) self.begin_segment();
   return GST_BASE_TRANSFORM_CLASS(parent_class<TrackStamp>())->sink_event(base, event);
 }
 
-/// A seek is the track's, too.
+/// A seek is the track's and the messages', too.
 gboolean src_event(GstBaseTransform* base, GstEvent* event) {
-  if (GST_EVENT_TYPE(event) == GST_EVENT_SEEK)
-    state_of<TrackStamp>(base).track.push_upstream(gst_event_ref(event));
+  TrackStamp& self = state_of<TrackStamp>(base);
+  if (GST_EVENT_TYPE(event) == GST_EVENT_SEEK) {
+    self.track.push_upstream(gst_event_ref(event));
+    self.scene.rewind();
+    self.depth.push_upstream(gst_event_ref(event));
+  }
   return GST_BASE_TRANSFORM_CLASS(parent_class<TrackStamp>())->src_event(base, event);
 }
 
@@ -203,7 +258,11 @@ gboolean query(GstBaseTransform* base, GstPadDirection direction, GstQuery* quer
   gst_query_parse_latency(query, &live, &least, &most);
   if (!live) return TRUE;
   self.begin_segment();
-  const auto wait = static_cast<GstClockTime>(self.behind + self.frame);
+  const SceneInputSettings now = snapshot(base, self.scene_settings);
+  const std::uint64_t for_scene =
+      self.scene.linked() && now.match != SceneMatch::arrival ? now.wait : 0;
+  const auto wait =
+      std::max<GstClockTime>(static_cast<GstClockTime>(self.behind + self.frame), for_scene);
   gst_query_set_latency(query, live, least + wait, most);
   return TRUE;
 }
@@ -212,32 +271,43 @@ gboolean start(GstBaseTransform* base) {
   TrackStamp& self = state_of<TrackStamp>(base);
   self.statistics.reset();
   self.from_upstream = {};
+  self.scene.reset();
   self.announced.clear();
   return TRUE;
 }
 
 GstStateChangeReturn change_state(GstElement* element, GstStateChange transition) {
   TrackStamp& self = state_of<TrackStamp>(element);
-  if (transition == GST_STATE_CHANGE_READY_TO_PAUSED) self.track.unlock(false);
-  if (transition == GST_STATE_CHANGE_PAUSED_TO_READY) self.track.unlock(true);
+  if (transition == GST_STATE_CHANGE_READY_TO_PAUSED) self.unlock(false);
+  if (transition == GST_STATE_CHANGE_PAUSED_TO_READY) self.unlock(true);
   return GST_ELEMENT_CLASS(parent_class<TrackStamp>())->change_state(element, transition);
 }
 
 void TrackStamp::class_init(gpointer klass) {
   GST_DEBUG_CATEGORY_INIT(trackstamp_debug, "trackstamp", 0, "frames and their tracked camera");
   add_properties<TrackStamp>(klass, properties(), &TrackStamp::settings);
+  add_properties<TrackStamp>(klass, scene_input_properties(), &TrackStamp::scene_settings);
   add_statistics<TrackStamp>(
       klass,
       "Counters since the start: frames, frames-untimed, announcements (frames with another camera "
       "than the one before), announcements-unusable (of upstream); of the pad track poses, "
       "poses-unusable, frames-tracked, frames-untracked (before the first pose, or more than a "
       "second after the last), frames-ahead (tracked, but later than the last pose), "
-      "track-losses.");
+      "track-losses; of the pad scene scene-messages, scene-messages-unusable, "
+      "scene-messages-untimed (that do not tell what scene-match asks for), scene-messages-late "
+      "(the frame had gone), frames-announced, frames-unannounced (before the first message, or "
+      "more than a second after the last), frames-unmatchable (that do not tell what scene-match "
+      "asks for), scene-losses; of the pad depth depth-frames, depth-frames-unmatchable, "
+      "depth-frames-unusable, "
+      "frames-without-depth (that none came for, or that no depth_near was announced for).");
   set_metadata(klass, "Track stamp", "Filter/Video",
-               "Announces with each frame where the tracked camera was at its time");
+               "Announces with each frame where the tracked camera was, or an outside renderer's "
+               "camera, lights and scene");
   add_template(klass, "sink", GST_PAD_SINK, "ANY");
   add_template(klass, "src", GST_PAD_SRC, "ANY");
   add_template(klass, "track", GST_PAD_SINK, camera_caps);
+  add_template(klass, "scene", GST_PAD_SINK, "ANY");
+  add_template(klass, "depth", GST_PAD_SINK, depth_caps);
   GST_ELEMENT_CLASS(klass)->change_state = change_state;
   auto* base_class = GST_BASE_TRANSFORM_CLASS(klass);
   base_class->start = start;
@@ -246,6 +316,7 @@ void TrackStamp::class_init(gpointer klass) {
   base_class->src_event = src_event;
   base_class->query = query;
   base_class->before_transform = sync_controlled_properties;
+  base_class->prepare_output_buffer = prepare_output_buffer;
   base_class->transform_ip = stamp;
 }
 

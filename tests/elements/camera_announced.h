@@ -103,14 +103,14 @@ inline void expect_lens(const CameraLog& log) {
               log.announced.focus_distance);
 }
 
-/// A pad that pushes poses to an element's pad `track` from the test; whether they are of a live
-/// source, and how late they come then.
+/// A pad that pushes poses to an element's pad `track`, or whatever to another, from the test; whether
+/// they are of a live source, and how late they come then.
 struct PosePusher {
-  PosePusher(GstElement* of, bool is_live, GstClockTime late = 0)
+  PosePusher(GstElement* of, bool is_live, GstClockTime late = 0, const char* to = "track")
       : element(of), live(is_live), latency(late), pad(gst_pad_new("poses", GST_PAD_SRC)) {
-    track = gst_element_get_static_pad(element, "track");
+    track = gst_element_get_static_pad(element, to);
     requested = track == nullptr;
-    if (requested) track = gst_element_request_pad_simple(element, "track");
+    if (requested) track = gst_element_request_pad_simple(element, to);
     fail_unless(track != nullptr);
     gst_pad_set_element_private(pad, this);
     gst_pad_set_query_function(pad, answer);
@@ -131,11 +131,16 @@ struct PosePusher {
     return TRUE;
   }
   /// Once the element is on its way.
-  void begin() {
+  void begin(const char* format = nullptr) {
     gst_pad_set_active(pad, TRUE);
     GstSegment segment;
     gst_segment_init(&segment, GST_FORMAT_TIME);
     gst_pad_push_event(pad, gst_event_new_stream_start("poses"));
+    if (format != nullptr) {
+      GstCaps* caps = gst_caps_from_string(format);
+      gst_pad_push_event(pad, gst_event_new_caps(caps));
+      gst_caps_unref(caps);
+    }
     gst_pad_push_event(pad, gst_event_new_segment(&segment));
   }
   GstFlowReturn push(const std::string& text, GstClockTime time) {

@@ -18,10 +18,10 @@ const std::string folder = [] {
   return std::string(made);
 }();
 
-const std::set<std::string> own{"name",           "parent",         "camera",      "device",
-                                "location",       "mesh-location",  "record",      "rig",
-                                "scene",          "clean-plate",    "inside-mask", "outside-mask",
-                                "inside-polygon", "outside-polygon"};
+const std::set<std::string> own{"name",           "parent",          "camera",      "device",
+                                "location",       "mesh-location",   "record",      "rig",
+                                "scene",          "clean-plate",     "inside-mask", "outside-mask",
+                                "inside-polygon", "outside-polygon", "scene-file"};
 
 std::vector<std::string> element_names() {
   std::vector<std::string> names;

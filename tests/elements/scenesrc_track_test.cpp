@@ -153,6 +153,16 @@ GST_START_TEST(test_seek_takes_the_track_along) {
 }
 GST_END_TEST
 
+// A live track that has never said anything holds up no frame for longer than a second.
+GST_START_TEST(test_silent_track_is_not_waited_for) {
+  GstElement* pipeline =
+      parse("tracksrc port=0 ! src.track" + scenesrc("num-buffers=5") + " ! fakesink sync=false");
+  play(pipeline);
+  fail_unless_equals_uint64(counter(pipeline, "src", "frames-untracked"), 5);
+  stop(pipeline);
+}
+GST_END_TEST
+
 // After the track's end its last pose stands; that is counted, and said once.
 GST_START_TEST(test_lost_track_keeps_its_last_pose) {
   GstElement* pipeline =
@@ -306,6 +316,7 @@ static Suite* scenesrc_track_suite() {
   tcase_add_test(tests, test_between_poses_and_in_register);
   tcase_add_test(tests, test_composite_hears_of_each_frame);
   tcase_add_test(tests, test_seek_takes_the_track_along);
+  tcase_add_test(tests, test_silent_track_is_not_waited_for);
   tcase_add_test(tests, test_lost_track_keeps_its_last_pose);
   tcase_add_test(tests, test_live_is_a_frame_late_at_most);
   tcase_add_test(tests, test_messages_that_are_none_are_counted);

@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // takesink and takesrc: what was recorded plays as it was, from any place.
+#include <gst/app/gstappsrc.h>
+
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <map>
 #include <mutex>
 #include <vector>
+
+#include "take/take_reader.h"
 
 #include "element_checks.h"
 
@@ -302,6 +306,127 @@ GST_START_TEST(test_a_stream_without_times_is_said) {
 }
 GST_END_TEST
 
+/// A pipeline into the folder's take, with what is pushed at its sources.
+struct Recording {
+  explicit Recording(const Folder& folder, int pads) {
+    std::string line = "takesink name=take location=" + folder.file();
+    for (int i = 0; i < pads; ++i)
+      line +=
+          " appsrc name=in" + std::to_string(i) + " format=time caps=application/x-test ! take.";
+    pipeline = parse(line);
+    gst_element_set_state(pipeline, GST_STATE_PLAYING);
+  }
+  ~Recording() {
+    gst_element_set_state(pipeline, GST_STATE_NULL);
+    gst_object_unref(pipeline);
+  }
+  GstElement* in(int pad) const {
+    GstElement* found =
+        gst_bin_get_by_name(GST_BIN(pipeline), ("in" + std::to_string(pad)).c_str());
+    gst_object_unref(found);  // the pipeline has it
+    return found;
+  }
+  void push(int pad, GstClockTime time, GstClockTime duration = GST_CLOCK_TIME_NONE,
+            guint flags = 0) const {
+    GstBuffer* buffer = gst_buffer_new_memdup(&time, sizeof time);
+    GST_BUFFER_PTS(buffer) = time;
+    GST_BUFFER_DURATION(buffer) = duration;
+    GST_BUFFER_FLAG_SET(buffer, flags);
+    fail_unless_equals_int(gst_app_src_push_buffer(GST_APP_SRC(in(pad)), buffer), GST_FLOW_OK);
+  }
+  void end(int pad) const { gst_app_src_end_of_stream(GST_APP_SRC(in(pad))); }
+  GstElement* pipeline;
+};
+
+/// The times at which the take's only stream comes, in milliseconds, after a seek to \p from by
+/// \p rate.
+std::vector<int> times_from(const Folder& folder, double rate, GstClockTime from,
+                            GstClockTime stop) {
+  Played played("takesrc location=" + folder.file() + " ! fakesink name=out sync=false");
+  gst_element_set_state(played.pipeline, GST_STATE_PAUSED);
+  gst_element_get_state(played.pipeline, nullptr, nullptr, GST_CLOCK_TIME_NONE);
+  fail_unless(gst_element_seek(played.pipeline, rate, GST_FORMAT_TIME, GST_SEEK_FLAG_FLUSH,
+                               GST_SEEK_TYPE_SET, static_cast<gint64>(from), GST_SEEK_TYPE_SET,
+                               static_cast<gint64>(stop)));
+  gst_element_get_state(played.pipeline, nullptr, nullptr, GST_CLOCK_TIME_NONE);
+  played.clear();
+  check_ended(played.run());
+  std::vector<int> times;
+  for (const Seen& seen : played.of("out"))
+    times.push_back(static_cast<int>(seen.time / GST_MSECOND));
+  return times;
+}
+
+// A pipeline that has run for hours makes no take of hours.
+GST_START_TEST(test_late_begin) {
+  const Folder folder;
+  {
+    const Recording recording(folder, 1);
+    for (int i = 0; i < 3; ++i) recording.push(0, 11 * 3600 * GST_SECOND + i * 40 * GST_MSECOND);
+    recording.end(0);
+    check_ended(wait_for_end(recording.pipeline));
+  }
+  const TakeContent content = read_take(folder.file());
+  fail_unless_equals_int64(content.streams[0].begin, GST_SECOND);
+  fail_unless_equals_int64(content.end, GST_SECOND + 80 * GST_MSECOND);
+}
+GST_END_TEST
+
+// What others wait for is released, or ends.
+GST_START_TEST(test_released_pad_ends_the_take) {
+  const Folder folder;
+  const Recording recording(folder, 2);
+  recording.push(0, 0);
+  recording.push(1, 0);
+  recording.end(0);
+  GstElement* take = gst_bin_get_by_name(GST_BIN(recording.pipeline), "take");
+  while (statistic(take, "buffers") < 2) g_usleep(1000);
+  g_usleep(100000);  // for the first stream's end, which nothing counts
+  GstElement* source = recording.in(1);
+  gst_element_set_locked_state(source, TRUE);
+  gst_element_set_state(source, GST_STATE_NULL);
+  GstPad* pad = gst_element_get_static_pad(take, "sink_1");
+  gst_element_release_request_pad(take, pad);
+  gst_object_unref(pad);
+  check_ended(wait_for_end(recording.pipeline));
+  gst_object_unref(take);
+}
+GST_END_TEST
+
+GST_START_TEST(test_pad_names) {
+  GstElement* take = gst_element_factory_make("takesink", nullptr);
+  GstPad* first = gst_element_request_pad_simple(take, "sink_0");
+  fail_unless(first != nullptr);
+  GstPad* other = gst_element_request_pad_simple(take, "sink_4294967295");
+  fail_unless(other != nullptr && g_str_equal(GST_OBJECT_NAME(other), "sink_1"), "%s",
+              other != nullptr ? GST_OBJECT_NAME(other) : "none");
+  for (GstPad* pad : {first, other}) {
+    gst_element_release_request_pad(take, pad);
+    gst_object_unref(pad);
+  }
+  gst_object_unref(take);
+}
+GST_END_TEST
+
+// What has begun before is still seen; backwards what stands for itself.
+GST_START_TEST(test_what_lasts_and_what_stands_alone) {
+  const Folder folder;
+  {
+    const Recording recording(folder, 1);
+    for (guint i = 0; i < 10; ++i)
+      recording.push(0, i * 40 * GST_MSECOND, 40 * GST_MSECOND,
+                     i % 5 == 0 ? 0 : GST_BUFFER_FLAG_DELTA_UNIT);
+    recording.end(0);
+    check_ended(wait_for_end(recording.pipeline));
+  }
+  fail_unless((times_from(folder, 1.0, 210 * GST_MSECOND, 290 * GST_MSECOND) ==
+               std::vector<int>{200, 240, 280}));
+  fail_unless((times_from(folder, 1.0, 290 * GST_MSECOND, 330 * GST_MSECOND) ==
+               std::vector<int>{200, 240, 280, 320}));
+  fail_unless((times_from(folder, -1.0, 0, 400 * GST_MSECOND) == std::vector<int>{200, 0}));
+}
+GST_END_TEST
+
 GST_START_TEST(test_a_damaged_take_plays_what_is_whole) {
   const Folder folder;
   check_ended(
@@ -352,6 +477,10 @@ static Suite* take_suite() {
   tcase_add_test(general, test_bad_input);
   tcase_add_test(general, test_a_stream_without_times_is_said);
   tcase_add_test(general, test_a_damaged_take_plays_what_is_whole);
+  tcase_add_test(general, test_late_begin);
+  tcase_add_test(general, test_released_pad_ends_the_take);
+  tcase_add_test(general, test_pad_names);
+  tcase_add_test(general, test_what_lasts_and_what_stands_alone);
   return suite;
 }
 

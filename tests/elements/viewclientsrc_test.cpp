@@ -329,6 +329,21 @@ GST_START_TEST(test_hull_over_the_wire) {
 }
 GST_END_TEST
 
+// Events come, frames do not.
+GST_START_TEST(test_events_are_no_frames) {
+  const Sender sender([&](int number, Accepted& accepted) {
+    if (number > 0) {
+      accepted.send(recorded().bytes());
+      return;
+    }
+    while (accepted.send(recorded().head())) g_usleep(50000);
+  });
+  Client client(sender.port(), "max-age=0 timeout=500000000 end-with-sender=true");
+  expect_frames(client, 0, recorded().payloads.size());
+  fail_unless_equals_uint64(statistic(client.source, "silences"), 1);
+}
+GST_END_TEST
+
 // Whatever it waits for, the states change at once.
 GST_START_TEST(test_states) {
   const Sender silent([](int, Accepted& accepted) { accepted.wait_for_cut(); });
@@ -407,6 +422,7 @@ static Suite* viewclientsrc_suite() {
   tcase_add_test(tests, test_nobody_answers);
   tcase_add_test(tests, test_age);
   tcase_add_test(tests, test_hull_over_the_wire);
+  tcase_add_test(tests, test_events_are_no_frames);
   tcase_add_test(tests, test_states);
   tcase_add_test(tests, test_pause);
   tcase_add_test(tests, test_bad_settings);

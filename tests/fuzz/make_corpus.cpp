@@ -7,6 +7,7 @@
 
 #include "../lib/wire_examples.h"
 #include "rig/export.h"
+#include "scene/announcement.h"
 #include "studio/cameras/default_rig.h"
 #include "wire/mesh_payload.h"
 #include "wire/view_payload.h"
@@ -44,5 +45,14 @@ int main(int count, char** arguments) {
   write("rig", rig_to_json(default_rig()));
   // The first byte tells the fuzzer which reader.
   write("exchange", "0" + exported::kalibr(default_rig()), "kalibr");
+  Announcement announcement;
+  announcement.viewport = default_rig().cameras[0];
+  announcement.scene = "builtin:room";
+  announcement.lights.resize(2);
+  std::string timed = announcement_to_json(announcement);
+  timed.pop_back();
+  timed +=
+      R"(,"timecode":"10:00:00;02","timecode_rate":[30000,1001],"stream_time_ns":0,"unix_time_ns":1,"depth_near":0.5})";
+  write("announcement", timed);
   write("exchange", std::string(opentrackio_sample), "opentrackio");
 }

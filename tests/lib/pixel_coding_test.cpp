@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // Packed pixels: exact where they must be, near where they may be, and nothing from a damaged block.
 #include <gtest/gtest.h>
+#include <turbojpeg.h>
 
 #include <cmath>
 #include <random>
@@ -162,6 +163,38 @@ std::vector<std::uint8_t> coded(const View& view, PixelCoding coding) {
   auto bytes = write_coded_view_header(view, coding, block.size());
   bytes.insert(bytes.end(), block.begin(), block.end());
   return bytes;
+}
+
+// Some kilobytes of it can take seconds.
+TEST(PixelCoding, ProgressiveJpegsAreRefused) {
+  const PixelShape shape{64, 48, 4};
+  const std::vector<std::uint8_t> pixels = picture(shape, 256);
+  PixelEncoder encoder;
+  PixelDecoder decoder;
+  const auto sound = encoder.encode(PixelCoding::jpeg, shape, pixels, 256, 90);
+  std::vector<std::uint8_t> block(sound.begin(), sound.end()), out(shape.bytes());
+  EXPECT_NO_THROW(decoder.decode(PixelCoding::jpeg, shape, block, out));
+  unsigned char* jpeg = nullptr;
+  unsigned long size = 0;
+  const tjhandle progressive = tjInitCompress();
+  ASSERT_EQ(tjCompress2(progressive, pixels.data(), 64, 256, 48, TJPF_RGBX, &jpeg, &size,
+                        TJSAMP_420, 90, TJFLAG_PROGRESSIVE),
+            0);
+  // In the place of the JPEG that was there.
+  std::size_t before = 0;
+  for (std::size_t i = 0; i < 4; ++i) before |= static_cast<std::size_t>(block[i]) << (8 * i);
+  std::vector<std::uint8_t> other;
+  for (std::size_t i = 0; i < 4; ++i) other.push_back(static_cast<std::uint8_t>(size >> (8 * i)));
+  other.insert(other.end(), jpeg, jpeg + size);
+  other.insert(other.end(), block.begin() + static_cast<std::ptrdiff_t>(4 + before), block.end());
+  tjFree(jpeg);
+  tjDestroy(progressive);
+  try {
+    decoder.decode(PixelCoding::jpeg, shape, other, out);
+    ADD_FAILURE() << "a progressive JPEG was unpacked";
+  } catch (const Error& error) {
+    EXPECT_NE(std::string(error.what()).find("progressive"), std::string::npos) << error.what();
+  }
 }
 
 TEST(CodedView, ComesBackAndSaysWhatReadsIt) {

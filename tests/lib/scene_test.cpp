@@ -13,6 +13,7 @@
 #include "base/error.h"
 #include "base/parse_json.h"
 #include "scene/announcement.h"
+#include "scene/timed_announcement.h"
 #include "studio/room/room.h"
 #include "studio/room/shapes.h"
 
@@ -462,8 +463,72 @@ TEST(Announcement, RefusesWhatIsNone) {
     wrong[name] = 0.0;
     EXPECT_NO_THROW(parse_announcement(wrong.dump()));
   }
-  root["viewport"]["K"][0] = 0.0;
-  EXPECT_THROW(parse_announcement(root.dump()), Error);
+  for (const auto& [pointer, value] : std::vector<std::pair<const char*, json>>{
+           {"/viewport/K/0", 0.0},
+           {"/viewport/R/0", 1.5},
+           {"/viewport/width", 0},
+           {"/viewport/width", 1e300},
+           {"/viewport/height", 40000},
+           {"/viewport/distortion", {1, 2, 3}},
+           {"/viewport/distortion", "no"},
+           {"/viewport/t/1", 1e200},
+           {"/lights", json::array({1})},
+           {"/lights", std::vector<json>(1025, json::object())}}) {
+    json wrong = root;
+    wrong[json::json_pointer(pointer)] = value;
+    EXPECT_THROW(parse_announcement(wrong.dump()), Error) << pointer;
+  }
+}
+
+TEST(TimedAnnouncement, TellsItsTimes) {
+  json root = json::parse(announcement_to_json({look_at({1, 2, 3}, {0, 1, 0}, 50, 64, 48)}));
+  EXPECT_FALSE(parse_timed_announcement(root.dump()).stream_time_ns);
+  root["stream_time_ns"] = 40000000;
+  root["unix_time_ns"] = 1700000000000000000;
+  root["timecode"] = "10:00:00:00";
+  root["timecode_rate"] = {25, 1};
+  const TimedAnnouncement timed = parse_timed_announcement(root.dump());
+  EXPECT_EQ(timed.stream_time_ns, 40000000);
+  EXPECT_EQ(timed.unix_time_ns, 1700000000000000000);
+  EXPECT_EQ(timed.timecode, "10:00:00:00");
+  EXPECT_EQ(timed.timecode_numerator, 25);
+  EXPECT_EQ(timed.announcement.viewport.width, 64);
+  for (const auto& [name, value] :
+       std::vector<std::pair<const char*, json>>{{"stream_time_ns", 1.5},
+                                                 {"stream_time_ns", -1},
+                                                 {"stream_time_ns", "0"},
+                                                 {"unix_time_ns", 9223372036854775807},
+                                                 {"unix_time_ns", 18446744073709551615u},
+                                                 {"timecode", 7},
+                                                 {"timecode_rate", json::array({25})},
+                                                 {"timecode_rate", json::array({0, 1})},
+                                                 {"timecode_rate", json::array({25, 1.5})},
+                                                 {"timecode_rate", "25"}}) {
+    json wrong = root;
+    wrong[name] = value;
+    EXPECT_THROW(parse_timed_announcement(wrong.dump()), Error) << name << value;
+  }
+}
+
+TEST(AnnouncementHistory, FindsWhatHolds) {
+  AnnouncementHistory history(100);
+  EXPECT_EQ(history.at(5), nullptr);
+  for (const std::int64_t time : {95, 10, 5}) history.add(time, {});
+  EXPECT_EQ(history.at(94), nullptr);
+  EXPECT_EQ(history.at(99)->time, 95);
+  EXPECT_EQ(history.at(4)->time, 95);  // the day after
+  EXPECT_EQ(history.at(7)->time, 5);
+  EXPECT_EQ(history.at(12)->time, 10);
+  EXPECT_TRUE(history.reaches(97));
+  EXPECT_FALSE(history.reaches(11));
+  EXPECT_EQ(history.later_than(96), 2u);
+  Announcement other;
+  other.exposure = 3.0f;
+  history.add(10, other);
+  EXPECT_EQ(history.size(), 3u);
+  EXPECT_EQ(history.at(10)->announcement.exposure, 3.0f);
+  for (std::int64_t time = 0; time < 3000; ++time) history.add(time % 2000 + 1000, {});
+  EXPECT_EQ(history.size(), AnnouncementHistory::most);
 }
 
 }  // namespace

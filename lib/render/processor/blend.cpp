@@ -40,10 +40,10 @@ void Blend::draw(int band) {
   const bool scene = layers_.scene.has_value();
   Stopwatch watch;
   front.part = layers_.front.paint(layers_.subjects, band, plan_.subject, layers_.direct, nullptr,
-                                   scene, scratch, front.colours);
+                                   scene, frame_.depth.get(), scratch, front.colours);
   seconds_subject += watch.lap();
   image.part = layers_.image.paint(layers_.subjects, band, plan_.mirror, layers_.mirrored,
-                                   &layers_.direct, scene, scratch, image.colours);
+                                   &layers_.direct, scene, nullptr, scratch, image.colours);
   seconds_mirror += watch.lap();
   const Rectangle rows{changed_.x, top, changed_.width, bottom - top};
   const PixelRows out = target_.video ? background_rows(background_, background_stride_, rows,

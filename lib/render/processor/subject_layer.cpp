@@ -118,6 +118,22 @@ void SubjectLayer::hide(const Rectangle& rows, const SceneLayer& scene, const Sc
   }
 }
 
+/// Of what is nearer than the scene that the scratch has, all samples of a pixel alike.
+void SubjectLayer::hide(const Rectangle& rows, const LayerView& view, const DepthPicture& depth,
+                        Scratch& scratch) const {
+  const auto pixels = static_cast<std::size_t>(rows.width) * static_cast<std::size_t>(rows.height);
+  std::size_t pixel = 0;
+  for (int y = rows.y; y < rows.y + rows.height; ++y) {
+    for (int x = rows.x; x < rows.x + rows.width; ++x, ++pixel) {
+      const float found = depth.at(x, y, view.width, view.height);
+      for (std::size_t s = 0; s < static_cast<std::size_t>(view.samples); ++s) {
+        float& scene = scratch.inverse[s * pixels + pixel];
+        if (found * (1.0f - depth_picture_ahead) > scene) scene = found;
+      }
+    }
+  }
+}
+
 /// Each triangle in a pixel is coloured once, in the middle of its samples.
 void SubjectLayer::find_items(const std::vector<ReadySubject>& subjects, const Rectangle& rows,
                               int samples, const Drawn& drawn,
@@ -190,8 +206,8 @@ Rectangle SubjectLayer::painted(int band, const Rectangle& part) const {
 
 Rectangle SubjectLayer::paint(const std::vector<ReadySubject>& subjects, int band,
                               const Rectangle& part, const SceneLayer& scene,
-                              const SceneLayer* frame, bool drawn, Scratch& scratch,
-                              std::vector<glm::vec4>& into) const {
+                              const SceneLayer* frame, bool drawn, const DepthPicture* depth,
+                              Scratch& scratch, std::vector<glm::vec4>& into) const {
   const Rectangle rows = painted(band, part);
   if (rows.empty()) return rows;
   const auto pixels = static_cast<std::size_t>(rows.width) * static_cast<std::size_t>(rows.height);
@@ -200,6 +216,7 @@ Rectangle SubjectLayer::paint(const std::vector<ReadySubject>& subjects, int ban
   scratch.inverse.assign(static_cast<std::size_t>(samples) * pixels, 0.0f);
   scratch.ids.assign(static_cast<std::size_t>(samples) * pixels, no_triangle);
   if (drawn) hide(rows, scene, frame, scratch);
+  if (depth != nullptr) hide(rows, scene.view(), *depth, scratch);
   const SampleRows sample_rows{rows.x,
                                rows.x + rows.width,
                                rows.y,

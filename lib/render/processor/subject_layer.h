@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "raster/screen_triangles.h"
+#include "render/depth_picture.h"
 #include "render/frame.h"
 #include "render/processor/image_layer.h"
 #include "render/processor/scene/scene_layer.h"
@@ -34,14 +35,16 @@ class SubjectLayer {
   /// Draws what of \p part lies in band \p band, hidden by \p scene and, where given, only where
   /// \p frame marks its mirror: premultiplied linear colours and coverage, row by row, of the
   /// rectangle that it returns; beside that there is nothing. \p drawn: the scene's layers have
-  /// something at all.
+  /// something at all. \p depth, where it is given, hides, too.
   Rectangle paint(const std::vector<ReadySubject>& subjects, int band, const Rectangle& part,
-                  const SceneLayer& scene, const SceneLayer* frame, bool drawn, Scratch& scratch,
-                  std::vector<glm::vec4>& into) const;
+                  const SceneLayer& scene, const SceneLayer* frame, bool drawn,
+                  const DepthPicture* depth, Scratch& scratch, std::vector<glm::vec4>& into) const;
 
  private:
   Rectangle painted(int band, const Rectangle& part) const;
   void hide(const Rectangle& rows, const SceneLayer& scene, const SceneLayer* frame,
+            Scratch& scratch) const;
+  void hide(const Rectangle& rows, const LayerView& view, const DepthPicture& depth,
             Scratch& scratch) const;
   /// Triangles, and by their ids subject and first vertex.
   struct Drawn {

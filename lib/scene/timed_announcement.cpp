@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "scene/timed_announcement.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "base/error.h"
+#include "base/parse_json.h"
+
+namespace polyhull {
+namespace {
+
+using nlohmann::json;
+
+/// Times beyond it could not be subtracted from each other.
+constexpr std::int64_t latest = INT64_MAX / 4;
+
+Error broken(const std::string& what) {
+  return Error(Error::Kind::bad_input, "A timed announcement cannot be used: {}.", what);
+}
+
+std::optional<std::int64_t> time_of(const json& root, const char* name) {
+  const auto found = root.find(name);
+  if (found == root.end()) return {};
+  // Integers beyond 64 bits are read as floating point and refused here.
+  if (!found->is_number_integer() ||
+      (found->is_number_unsigned() && found->get<std::uint64_t>() > latest) ||
+      found->get<std::int64_t>() < 0 || found->get<std::int64_t>() > latest)
+    throw broken(fmt::format("'{}' must be a whole number of nanoseconds from 0 on", name));
+  return found->get<std::int64_t>();
+}
+
+void read_timecode(const json& root, TimedAnnouncement& timed) {
+  const auto found = root.find("timecode");
+  if (found == root.end()) return;
+  const json rate = root.value("timecode_rate", json());
+  const auto is_part = [](const json& value) {
+    return value.is_number_integer() && value >= 1 && value <= 1'000'000;
+  };
+  if (!found->is_string()) throw broken("'timecode' must be a text such as \"10:00:00:00\"");
+  if (!rate.is_array() || rate.size() != 2 || !is_part(rate[0]) || !is_part(rate[1]))
+    throw broken("'timecode_rate' must tell the timecode's frames per second as in [25, 1]");
+  timed.timecode = found->get<std::string>();
+  timed.timecode_numerator = rate[0].get<int>();
+  timed.timecode_denominator = rate[1].get<int>();
+}
+
+}  // namespace
+
+TimedAnnouncement parse_timed_announcement(std::string_view text) {
+  TimedAnnouncement timed;
+  timed.announcement = parse_announcement(text);
+  const auto root = parse_json<json>(text, "announcement of the scene");
+  read_timecode(root, timed);
+  timed.stream_time_ns = time_of(root, "stream_time_ns");
+  timed.unix_time_ns = time_of(root, "unix_time_ns");
+  return timed;
+}
+
+std::int64_t AnnouncementHistory::difference(std::int64_t a, std::int64_t b) const {
+  if (period_ == 0) return a - b;
+  const std::int64_t ahead = ((a - b) % period_ + period_) % period_;
+  return ahead < period_ / 2 ? ahead : ahead - period_;
+}
+
+void AnnouncementHistory::add(std::int64_t time, Announcement announcement) {
+  std::erase_if(entries_, [&](const Entry& entry) { return entry.time == time; });
+  entries_.push_back({time, std::move(announcement)});
+  if (entries_.size() > most) entries_.pop_front();
+}
+
+const AnnouncementHistory::Entry* AnnouncementHistory::at(std::int64_t time) const {
+  const Entry* best = nullptr;
+  for (const Entry& entry : entries_) {
+    if (difference(entry.time, time) > 0) continue;
+    if (best == nullptr || difference(entry.time, best->time) > 0) best = &entry;
+  }
+  return best;
+}
+
+bool AnnouncementHistory::reaches(std::int64_t time) const {
+  return std::any_of(entries_.begin(), entries_.end(),
+                     [&](const Entry& entry) { return difference(entry.time, time) >= 0; });
+}
+
+std::size_t AnnouncementHistory::later_than(std::int64_t time) const {
+  return static_cast<std::size_t>(
+      std::count_if(entries_.begin(), entries_.end(),
+                    [&](const Entry& entry) { return difference(entry.time, time) > 0; }));
+}
+
+}  // namespace polyhull

@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "plugins/trackstamp/scene_match.h"
+
+#include <gst/video/video.h>
+
+#include <algorithm>
+#include <memory>
+
+#include "base/error.h"
+#include "plugins/common/capture_clock.h"
+
+namespace polyhull::element {
+namespace {
+
+struct TimeCodeFree {
+  void operator()(GstVideoTimeCode* timecode) const { gst_video_time_code_free(timecode); }
+};
+using TimeCode = std::unique_ptr<GstVideoTimeCode, TimeCodeFree>;
+
+/// \p message's timecode at its rate, as ns since midnight; sets \p period to a day of such.
+std::int64_t timecode_of_message(const TimedAnnouncement& message, std::int64_t& period) {
+  if (message.timecode.empty())
+    throw Error(Error::Kind::bad_input,
+                "It has no 'timecode', by which scene-match=timecode finds its frame.");
+  const TimeCode text(gst_video_time_code_new_from_string(message.timecode.c_str()));
+  const auto at_rate = [&](guint hours, guint minutes, guint seconds, guint frames) {
+    TimeCode made(gst_video_time_code_new_empty());
+    gst_video_time_code_init(made.get(), static_cast<guint>(message.timecode_numerator),
+                             static_cast<guint>(message.timecode_denominator), nullptr,
+                             text->config.flags, hours, minutes, seconds, frames, 0);
+    return made;
+  };
+  const TimeCode timecode =
+      text ? at_rate(text->hours, text->minutes, text->seconds, text->frames) : nullptr;
+  if (!timecode || !gst_video_time_code_is_valid(timecode.get()))
+    throw Error(Error::Kind::bad_input, "There is no timecode '{}' at {}/{} frames per second.",
+                message.timecode, message.timecode_numerator, message.timecode_denominator);
+  const int nominal = (message.timecode_numerator + message.timecode_denominator - 1) /
+                      message.timecode_denominator;
+  const TimeCode last = at_rate(23, 59, 59, static_cast<guint>(std::max(0, nominal - 1)));
+  period =
+      static_cast<std::int64_t>(gst_video_time_code_nsec_since_daily_jam(last.get()) +
+                                gst_util_uint64_scale_int(GST_SECOND, message.timecode_denominator,
+                                                          message.timecode_numerator));
+  return static_cast<std::int64_t>(gst_video_time_code_nsec_since_daily_jam(timecode.get()));
+}
+
+}  // namespace
+
+template <>
+GType enum_type<SceneMatch>() {
+  return register_enum<SceneMatch>(
+      "PolyhullSceneMatch",
+      {{SceneMatch::timecode, "Timecode of the frames and of the messages", "timecode"},
+       {SceneMatch::clock, "When the frame was taken, since 1970; unix_time_ns of the messages",
+        "clock"},
+       {SceneMatch::stream_time, "Time from the begin of the video; stream_time_ns of the messages",
+        "stream-time"},
+       {SceneMatch::arrival, "When a message came", "arrival"}});
+}
+
+std::span<const Property<SceneInputSettings>> scene_input_properties() {
+  static const Property<SceneInputSettings> table[] = {
+      property<&SceneInputSettings::match>("scene-match", "Scene match",
+                                           "By what a message at the pad scene finds its frame."),
+      property<&SceneInputSettings::delay>(
+          "scene-delay", "Scene delay",
+          "By how many nanoseconds a message at the pad scene holds later than it says (-10 s to "
+          "10 s): what the video is late against its timecode or time, or, with "
+          "scene-match=arrival, against the messages.",
+          -1e10, 1e10),
+      property<&SceneInputSettings::wait>(
+          "scene-wait", "Scene wait",
+          "How many nanoseconds a frame of live video waits for its message at the pad scene "
+          "(0 to 10 s) beyond when it comes; part of the latency. With scene-match=arrival it "
+          "waits for none.",
+          0, 1e10),
+      property<&SceneInputSettings::file>(
+          "scene-file", "Scene file",
+          "Path of the glTF file in the place of the one that messages at the pad scene name, "
+          "as the program's machine may have it elsewhere. Unset: theirs.")};
+  return table;
+}
+
+std::int64_t time_of_message(const TimedAnnouncement& message, SceneMatch match,
+                             std::optional<std::int64_t> arrival, std::int64_t& period) {
+  const auto or_refuse = [](std::optional<std::int64_t> time, const char* what) {
+    if (!time) throw Error(Error::Kind::bad_input, "{}", what);
+    return *time;
+  };
+  switch (match) {
+    case SceneMatch::timecode:
+      return timecode_of_message(message, period);
+    case SceneMatch::clock:
+      return or_refuse(message.unix_time_ns,
+                       "It has no 'unix_time_ns', by which scene-match=clock finds its frame.");
+    case SceneMatch::stream_time:
+      return or_refuse(
+          message.stream_time_ns,
+          "It has no 'stream_time_ns', by which scene-match=stream-time finds its frame.");
+    default:
+      return or_refuse(arrival,
+                       "It came without a time, by which scene-match=arrival finds its "
+                       "frame; files have none.");
+  }
+}
+
+const char* missing_in_frames(SceneMatch match) {
+  switch (match) {
+    case SceneMatch::timecode:
+      return "has no timecode: put timecodestamper, or what reads the video's own, before "
+             "trackstamp";
+    case SceneMatch::clock:
+      return "does not tell when it was taken since 1970 (a reference timestamp of "
+             "timestamp/x-unix or x-ntp)";
+    default:
+      return "has no time";
+  }
+}
+
+/// The time by which \p frame is to be found; none where it does not tell.
+std::optional<std::int64_t> time_of_frame(GstBuffer* frame, const GstSegment& segment,
+                                          SceneMatch match) {
+  std::int64_t time = no_time;
+  CaptureClock clock = CaptureClock::unix;
+  GstClockTime stamp = GST_CLOCK_TIME_NONE;
+  switch (match) {
+    case SceneMatch::timecode:
+      time = timecode_of(frame);
+      break;
+    case SceneMatch::clock:
+      find_camera_time(frame, time, clock);
+      if (clock != CaptureClock::unix) time = no_time;
+      break;
+    case SceneMatch::stream_time:
+      stamp = gst_segment_to_stream_time(&segment, GST_FORMAT_TIME, GST_BUFFER_PTS(frame));
+      break;
+    case SceneMatch::arrival:
+      stamp = gst_segment_to_running_time(&segment, GST_FORMAT_TIME, GST_BUFFER_PTS(frame));
+      break;
+  }
+  if (GST_CLOCK_TIME_IS_VALID(stamp)) time = static_cast<std::int64_t>(stamp);
+  return time == no_time ? std::nullopt : std::optional(time);
+}
+
+}  // namespace polyhull::element

@@ -1,0 +1,228 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+// trackstamp's pad depth: a second video's frames go along with the first's, and composite hides subjects
+// behind what they show.
+#include <gst/check/gstharness.h>
+#include <gst/video/video.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "camera_announced.h"
+
+using namespace polyhull;
+using namespace polyhull::test;
+
+namespace {
+
+using nlohmann::json;
+
+constexpr std::int64_t ms = GST_MSECOND;
+std::filesystem::path folder;
+
+/// Lines of \p count frames at 25 frames/s of a camera before the origin; \p near: depth_near, 0: none.
+std::string write_messages(const char* name, int count, double near) {
+  Announcement announcement;
+  announcement.viewport = look_at({0, 1.2, 3.5}, {0, 1, 0}, 45, 96, 64);
+  announcement.depth_near = near;
+  json said = json::parse(announcement_to_json(announcement));
+  fail_unless(said.contains("depth_near") == (near > 0));
+  const std::filesystem::path path = folder / name;
+  std::ofstream out(path);
+  for (int i = 0; i < count; ++i) {
+    said["stream_time_ns"] = 40 * ms * i;
+    out << said.dump() << "\n";
+  }
+  return path.string();
+}
+
+struct Result {
+  guint64 changed, without, refused;
+};
+
+/// What composite has drawn of a hull before a grey picture of 3 frames whose depth \p depth is.
+Result composited(const std::string& messages, const std::string& depth,
+                  const char* settings = "backend=processor") {
+  std::string line = "filesrc location=" + messages +
+                     " ! t.scene videotestsrc pattern=blue num-buffers=3 ! "
+                     "video/x-raw,format=RGBA,width=96,height=64,framerate=25/1 ! "
+                     "trackstamp name=t scene-match=stream-time ! c.background " +
+                     depth + " composite name=c shadow=off " + settings +
+                     " ! fakesink hullbuild name=h ! c.mesh_0";
+  for (const char* camera : {"cam0", "cam1", "cam2"})
+    line += std::string(" rigtestsrc num-buffers=1 camera=") + camera +
+            " ! silhouette camera=" + camera + " ! h.";
+  GstElement* pipeline = parse(line);
+  GstElement* stamp = gst_bin_get_by_name(GST_BIN(pipeline), "t");
+  GstElement* composite = gst_bin_get_by_name(GST_BIN(pipeline), "c");
+  gst_element_set_state(pipeline, GST_STATE_PLAYING);
+  check_ended(wait_for_end(pipeline));
+  const Result result{statistic(composite, "pixels-changed"),
+                      statistic(stamp, "frames-without-depth"),
+                      statistic(composite, "depths-refused")};
+  fail_unless_equals_uint64(statistic(composite, "frames"), 3);
+  gst_element_set_state(pipeline, GST_STATE_NULL);
+  gst_object_unref(composite);
+  gst_object_unref(stamp);
+  gst_object_unref(pipeline);
+  return result;
+}
+
+std::string depth_of(const char* pattern, const char* format = "GRAY16_LE", int count = 3) {
+  return std::string("videotestsrc pattern=") + pattern + " num-buffers=" + std::to_string(count) +
+         " ! video/x-raw,format=" + format + ",width=48,height=32,framerate=25/1 ! t.depth";
+}
+
+/// trackstamp fed by hand at sink and depth, of 2x1 pixels, matched by running time.
+struct Bench {
+  explicit Bench(bool live)
+      : element(gst_element_factory_make("trackstamp", nullptr)),
+        frames(gst_harness_new_with_element(element, "sink", "src")),
+        messages(element, live, 0, "scene"),
+        depths(element, live, 0, "depth") {
+    gst_util_set_object_arg(G_OBJECT(element), "scene-match", "stream-time");
+    g_object_set(element, "scene-wait", guint64{0}, nullptr);
+    gst_harness_set_live(frames, live);
+    gst_harness_set_src_caps_str(frames,
+                                 "video/x-raw,format=GRAY8,width=4,height=1,framerate=25/1");
+    messages.begin();
+    Announcement announcement;
+    announcement.viewport = look_at({0, 1, 3}, {0, 1, 0}, 45, 4, 1);
+    announcement.depth_near = 0.5;
+    json said = json::parse(announcement_to_json(announcement));
+    said["stream_time_ns"] = 0;
+    messages.push(said.dump() + "\n", GST_CLOCK_TIME_NONE);
+    said["stream_time_ns"] = 900 * ms;
+    messages.push(said.dump() + "\n", GST_CLOCK_TIME_NONE);
+    depths.begin("video/x-raw,format=GRAY16_BE,width=2,height=1,framerate=25/1");
+  }
+  void close() { gst_harness_teardown(frames); }
+  /// Whether a frame of \p time goes out with a depth.
+  bool send(std::int64_t time) {
+    GstBuffer* buffer = gst_harness_create_buffer(frames, 4);
+    GST_BUFFER_PTS(buffer) = static_cast<GstClockTime>(time);
+    GstBuffer* held = gst_buffer_ref(buffer);  // so that it cannot be written to
+    fail_unless_equals_int(gst_harness_push(frames, buffer), GST_FLOW_OK);
+    GstBuffer* out = gst_harness_pull(frames);
+    const GType api = g_type_from_name("PolyhullDepthMetaAPI");
+    const bool attached = api != 0 && gst_buffer_get_meta(out, api) != nullptr;
+    fail_unless(api == 0 || gst_buffer_get_meta(held, api) == nullptr);
+    fail_unless(gst_buffer_peek_memory(out, 0) == gst_buffer_peek_memory(held, 0));
+    gst_buffer_unref(out);
+    gst_buffer_unref(held);
+    return attached;
+  }
+  GstFlowReturn push(std::int64_t time) {
+    return depths.push(std::string(4, 'x'), static_cast<GstClockTime>(time));
+  }
+
+  GstElement* element;
+  GstHarness* frames;
+  PosePusher messages, depths;
+};
+
+}  // namespace
+
+GST_START_TEST(test_near_things_hide) {
+  const std::string messages = write_messages("near.jsonl", 3, 0.5);
+  const Result open = composited(messages, "");
+  fail_unless(open.changed > 100, "%" G_GUINT64_FORMAT, open.changed);
+  for (const char* format : {"GRAY16_LE", "GRAY16_BE"}) {
+    const Result hidden = composited(messages, depth_of("white", format));
+    fail_unless_equals_uint64(hidden.changed, 0);
+    fail_unless_equals_uint64(hidden.without, 0);
+    // Black is eight metres away, or nothing.
+    fail_unless_equals_uint64(composited(messages, depth_of("black", format)).changed,
+                              open.changed);
+  }
+  // The upper half of the picture, white and black in 16 bits.
+  const std::filesystem::path path = folder / "half.gray16";
+  {
+    std::ofstream out(path, std::ios::binary);
+    for (int frame = 0; frame < 3; ++frame)
+      out << std::string(48 * 16 * 2, '\xff') << std::string(48 * 16 * 2, '\0');
+  }
+  const Result half = composited(
+      messages,
+      "filesrc location=" + path.string() +
+          " ! rawvideoparse format=gray16-le width=48 height=32 framerate=25/1 ! t.depth");
+  fail_unless(half.changed > open.changed / 5 && half.changed < open.changed * 4 / 5,
+              "%" G_GUINT64_FORMAT " of %" G_GUINT64_FORMAT, half.changed, open.changed);
+}
+GST_END_TEST
+
+GST_START_TEST(test_without_measure_or_frames) {
+  const std::string unmeasured = write_messages("unmeasured.jsonl", 3, 0.0);
+  const Result open = composited(unmeasured, "");
+  const Result ignored = composited(unmeasured, depth_of("white"));
+  fail_unless_equals_uint64(ignored.changed, open.changed);
+  fail_unless_equals_uint64(ignored.without, 3);
+  const std::string messages = write_messages("near.jsonl", 3, 0.5);
+  fail_unless_equals_uint64(composited(messages, depth_of("white", "GRAY16_LE", 1)).without, 2);
+}
+GST_END_TEST
+
+GST_START_TEST(test_frames_find_each_other) {
+  Bench bench(true);
+  for (int i : {0, 1, 2, 5}) fail_unless_equals_int(bench.push(40 * ms * i), GST_FLOW_OK);
+  fail_unless(bench.send(0));
+  fail_unless(bench.send(40 * ms + 19 * ms));
+  fail_unless(!bench.send(120 * ms));  // dropped on the way
+  fail_unless(bench.send(200 * ms));
+  fail_unless_equals_uint64(statistic(bench.element, "frames-without-depth"), 1);
+  fail_unless_equals_int(bench.depths.push("xxxx", GST_CLOCK_TIME_NONE), GST_FLOW_OK);
+  fail_unless_equals_uint64(statistic(bench.element, "depth-frames-unmatchable"), 1);
+  // One that is cut short is an error of its maker's; it is not read beyond its end.
+  fail_unless_equals_int(bench.depths.push("x", 240 * ms), GST_FLOW_OK);
+  fail_unless(!bench.send(240 * ms));
+  fail_unless_equals_uint64(statistic(bench.element, "depth-frames-unusable"), 1);
+  bench.close();
+}
+GST_END_TEST
+
+GST_START_TEST(test_files_wait_for_each_other) {
+  Bench bench(false);
+  std::thread depth([&] {
+    for (int i = 0; i < 12; ++i) fail_unless_equals_int(bench.push(40 * ms * i), GST_FLOW_OK);
+  });
+  for (int i = 0; i < 12; ++i) fail_unless(bench.send(40 * ms * i), "frame %d", i);
+  depth.join();
+  fail_unless_equals_uint64(statistic(bench.element, "frames-without-depth"), 0);
+  bench.close();
+}
+GST_END_TEST
+
+GST_START_TEST(test_states) {
+  check_states(
+      "filesrc location=" + write_messages("states.jsonl", 1000, 0.5) +
+          " ! t.scene videotestsrc ! video/x-raw,format=GRAY16_LE ! t.depth videotestsrc ! "
+          "trackstamp name=t scene-match=stream-time ! fakesink",
+      20);
+}
+GST_END_TEST
+
+static Suite* trackstamp_depth_suite() {
+  Suite* suite = suite_create("trackstamp_depth");
+  TCase* tests = tcase_create("general");
+  suite_add_tcase(suite, tests);
+  tcase_set_timeout(tests, 100);
+  tcase_add_test(tests, test_near_things_hide);
+  tcase_add_test(tests, test_without_measure_or_frames);
+  tcase_add_test(tests, test_frames_find_each_other);
+  tcase_add_test(tests, test_files_wait_for_each_other);
+  tcase_add_test(tests, test_states);
+  return suite;
+}
+
+int main(int argc, char** argv) {
+  folder = std::filesystem::temp_directory_path() /
+           ("polyhull_trackstamp_depth" + std::to_string(getpid()));
+  std::filesystem::create_directories(folder);
+  gst_check_init(&argc, &argv);
+  const int failures = gst_check_run_suite(trackstamp_depth_suite(), "trackstamp_depth", __FILE__);
+  std::error_code ignored;
+  std::filesystem::remove_all(folder, ignored);
+  return failures;
+}

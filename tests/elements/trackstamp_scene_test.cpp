@@ -1,0 +1,416 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+// trackstamp's pad scene: what another program says of its camera, lights and scene is announced with
+// the frame that it says it of.
+#include <gst/check/gstharness.h>
+#include <gst/video/video.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "camera_announced.h"
+
+using namespace polyhull;
+using namespace polyhull::test;
+
+namespace {
+
+using nlohmann::json;
+
+constexpr std::int64_t ms = GST_MSECOND;
+std::filesystem::path folder;
+
+/// The message of a camera \p number metres from the scene's origin and a lamp as bright.
+json message(int number) {
+  Announcement announcement;
+  announcement.viewport = look_at({0, 1, 1.0 * number}, {0, 1, 0}, 40, 64, 48);
+  announcement.scene = "builtin:room";
+  Light lamp;
+  lamp.radiance = Vec3f(static_cast<float>(number));
+  announcement.lights = {lamp};
+  return json::parse(announcement_to_json(announcement));
+}
+
+std::string line(json with) {
+  return with.dump() + "\n";
+}
+
+json at_timecode(int number, const std::string& timecode, int rate = 25, int of = 1) {
+  json out = message(number);
+  out["timecode"] = timecode;
+  out["timecode_rate"] = {rate, of};
+  return out;
+}
+
+json at_stream_time(int number, std::int64_t time) {
+  json out = message(number);
+  out["stream_time_ns"] = time;
+  return out;
+}
+
+/// The number of the message() that was announced, by camera and lamp; 0: none.
+int number_of(const Announcement& announced) {
+  if (announced.viewport.width == 0) return 0;
+  const int number = static_cast<int>(std::lround(announced.viewport.centre().z));
+  fail_unless_equals_int(announced.lights.size(), 1);
+  fail_unless_equals_int(static_cast<int>(announced.lights[0].radiance.x), number);
+  return number;
+}
+
+/// trackstamp fed by hand: frames of a source that is live or not, and what comes at its pad scene.
+struct Bench {
+  explicit Bench(const char* match, bool live = true, bool live_video = true)
+      : element(gst_element_factory_make("trackstamp", nullptr)),
+        harness(gst_harness_new_with_element(element, "sink", "src")),
+        bus(gst_bus_new()),
+        messages(element, live, 0, "scene") {
+    gst_element_set_bus(element, bus);
+    gst_util_set_object_arg(G_OBJECT(element), "scene-match", match);
+    g_object_set(element, "scene-wait", guint64{0}, nullptr);
+    if (live_video) gst_harness_set_upstream_latency(harness, 30 * GST_MSECOND);
+    gst_harness_set_live(harness, live_video);
+    log_cameras(element, log);
+    gst_harness_set_src_caps_str(harness,
+                                 "video/x-raw,format=GRAY8,width=64,height=48,framerate=25/1");
+    messages.begin();
+  }
+  ~Bench() {
+    gst_element_set_bus(element, nullptr);
+    gst_object_unref(bus);
+  }
+  void close() { gst_harness_teardown(harness); }
+
+  GstBuffer* frame(int number) {
+    GstBuffer* buffer = gst_harness_create_buffer(harness, 64 * 48);
+    GST_BUFFER_PTS(buffer) = static_cast<GstClockTime>(40 * ms * number);
+    return buffer;
+  }
+  /// Sends it; the number of what is announced for it.
+  int send(GstBuffer* buffer) {
+    fail_unless_equals_int(gst_harness_push(harness, buffer), GST_FLOW_OK);
+    return number_of(log.announced);
+  }
+  int send_at(int number, const char* timecode, int rate = 25, int of = 1) {
+    GstBuffer* buffer = frame(number);
+    GstVideoTimeCode* code = gst_video_time_code_new_from_string(timecode);
+    code->config.fps_n = static_cast<guint>(rate);
+    code->config.fps_d = static_cast<guint>(of);
+    gst_buffer_add_video_time_code_meta(buffer, code);
+    gst_video_time_code_free(code);
+    return send(buffer);
+  }
+  void say(const json& what, GstClockTime time = GST_CLOCK_TIME_NONE) {
+    messages.push(line(what), time);
+  }
+  guint64 count(const char* name) { return statistic(element, name); }
+
+  GstElement* element;
+  GstHarness* harness;
+  GstBus* bus;
+  PosePusher messages;
+  CameraLog log;
+};
+
+}  // namespace
+
+GST_START_TEST(test_each_frame_has_its_message_by_timecode) {
+  Bench bench("timecode");
+  fail_unless_equals_int(bench.send_at(0, "10:00:00:23"), 0);  // nothing has come yet
+  // In no order that matters.
+  bench.say(at_timecode(3, "10:00:01:01"));
+  bench.say(at_timecode(1, "10:00:00:24"));
+  bench.say(at_timecode(2, "10:00:01:00"));
+  fail_unless_equals_int(bench.send_at(1, "10:00:00:24"), 1);
+  fail_unless_equals_int(bench.send_at(2, "10:00:01:00"), 2);
+  fail_unless_equals_int(bench.send_at(3, "10:00:01:01"), 3);
+  fail_unless_equals_int(bench.send_at(4, "10:00:01:02"), 3);  // it holds until another comes
+  fail_unless_equals_int(bench.send_at(5, "10:00:00:24"), 1);  // the video jumps back
+  fail_unless_equals_uint64(bench.count("scene-messages"), 3);
+  fail_unless_equals_uint64(bench.count("frames-announced"), 5);
+  fail_unless_equals_uint64(bench.count("frames-unannounced"), 1);
+  fail_unless_equals_uint64(bench.count("scene-messages-late"), 0);
+  bench.close();
+}
+GST_END_TEST
+
+// The hour 0 follows the hour 23; and timecodes of 29.97 frames/s with and without dropping.
+GST_START_TEST(test_midnight) {
+  for (const bool drops : {true, false}) {
+    const char sign = drops ? ';' : ':';
+    const auto code = [&](const char* begin, const char* end) {
+      return std::string(begin) + sign + end;
+    };
+    Bench bench("timecode");
+    bench.say(at_timecode(1, code("23:59:59", "28"), 30000, 1001));
+    bench.say(at_timecode(2, code("23:59:59", "29"), 30000, 1001));
+    bench.say(at_timecode(3, code("00:00:00", "00"), 30000, 1001));
+    bench.say(at_timecode(4, code("00:00:00", "01"), 30000, 1001));
+    const char* codes[] = {"23:59:59", "23:59:59", "00:00:00", "00:00:00"};
+    const char* frames[] = {"28", "29", "00", "01"};
+    for (int i = 0; i < 4; ++i)
+      fail_unless_equals_int(bench.send_at(i, code(codes[i], frames[i]).c_str(), 30000, 1001),
+                             i + 1);
+    bench.close();
+  }
+}
+GST_END_TEST
+
+GST_START_TEST(test_delay_is_live) {
+  Bench bench("timecode");
+  for (int i = 0; i < 9; ++i) bench.say(at_timecode(i + 1, "01:00:00:0" + std::to_string(i)));
+  fail_unless_equals_int(bench.send_at(4, "01:00:00:04"), 5);
+  g_object_set(bench.element, "scene-delay", gint64{80 * ms}, nullptr);
+  fail_unless_equals_int(bench.send_at(5, "01:00:00:05"), 4);
+  g_object_set(bench.element, "scene-delay", gint64{-40 * ms}, nullptr);
+  fail_unless_equals_int(bench.send_at(6, "01:00:00:06"), 8);
+  bench.close();
+}
+GST_END_TEST
+
+GST_START_TEST(test_by_clock) {
+  Bench bench("clock");
+  GstCaps* unix_clock = gst_caps_new_empty_simple("timestamp/x-unix");
+  constexpr std::int64_t begin = 1'700'000'000'000'000'000;
+  const auto send = [&](int number, std::int64_t time) {
+    GstBuffer* buffer = bench.frame(number);
+    gst_buffer_add_reference_timestamp_meta(buffer, unix_clock, static_cast<guint64>(time),
+                                            GST_CLOCK_TIME_NONE);
+    return bench.send(buffer);
+  };
+  for (int i = 0; i < 3; ++i) {
+    json said = message(i + 1);
+    said["unix_time_ns"] = begin + 40 * ms * i;
+    bench.say(said);
+  }
+  // Within half a frame.
+  fail_unless_equals_int(send(0, begin), 1);
+  fail_unless_equals_int(send(1, begin + 40 * ms - 19 * ms), 2);
+  fail_unless_equals_int(send(2, begin + 80 * ms + 19 * ms), 3);
+  // A frame that does not tell keeps what was.
+  fail_unless_equals_int(bench.send(bench.frame(3)), 3);
+  fail_unless_equals_uint64(bench.count("frames-unmatchable"), 1);
+  gst_caps_unref(unix_clock);
+  bench.close();
+}
+GST_END_TEST
+
+GST_START_TEST(test_by_arrival) {
+  Bench bench("arrival");
+  bench.say(message(1), 10 * ms);
+  fail_unless_equals_int(bench.send(bench.frame(1)), 1);
+  bench.say(message(2), 79 * ms);
+  bench.say(message(3), 81 * ms);
+  fail_unless_equals_int(bench.send(bench.frame(2)), 2);
+  fail_unless_equals_int(bench.send(bench.frame(3)), 3);
+  g_object_set(bench.element, "scene-delay", gint64{80 * ms}, nullptr);
+  fail_unless_equals_int(bench.send(bench.frame(4)), 2);
+  bench.say(message(4));  // came without a time
+  fail_unless_equals_uint64(bench.count("scene-messages-untimed"), 1);
+  bench.close();
+}
+GST_END_TEST
+
+// Lines in a file, cut anywhere; they do not run away from the frames, and a seek takes them along.
+GST_START_TEST(test_file_along_with_the_video) {
+  const std::filesystem::path path = folder / "messages.jsonl";
+  {
+    std::ofstream out(path);
+    for (int i = 0; i < 100; ++i) {
+      std::string text = line(at_stream_time(i + 1, i * 1'000'000'000LL / 30));
+      if (i == 99) text.pop_back();  // the last line need not end
+      out << text;
+    }
+  }
+  GstElement* pipeline = parse(
+      "filesrc blocksize=777 location=" + path.string() +
+      " ! t.scene videotestsrc num-buffers=100 ! video/x-raw,width=64,height=48,framerate=30/1 ! "
+      "trackstamp name=t scene-match=stream-time ! fakesink sync=false");
+  GstElement* element = gst_bin_get_by_name(GST_BIN(pipeline), "t");
+  CameraLog log;
+  log_cameras(element, log);
+  gst_element_set_state(pipeline, GST_STATE_PLAYING);
+  check_ended(wait_for_end(pipeline));
+  fail_unless_equals_int(log.frames.size(), 100);
+  for (std::size_t i = 0; i < 100; ++i)
+    fail_unless_equals_int(std::lround(log.frames[i].camera.centre().z), static_cast<int>(i + 1));
+  fail_unless_equals_uint64(statistic(element, "frames-announced"), 100);
+  gst_element_set_state(pipeline, GST_STATE_READY);
+  gst_element_set_state(pipeline, GST_STATE_PAUSED);
+  gst_element_get_state(pipeline, nullptr, nullptr, 20 * GST_SECOND);
+  fail_unless(gst_element_seek_simple(pipeline, GST_FORMAT_TIME,
+                                      static_cast<GstSeekFlags>(GST_SEEK_FLAG_FLUSH), GST_SECOND));
+  gst_element_get_state(pipeline, nullptr, nullptr, 20 * GST_SECOND);
+  fail_unless_equals_int(std::lround(log.frames.back().camera.centre().z), 31);
+  gst_element_set_state(pipeline, GST_STATE_NULL);
+  gst_object_unref(element);
+  gst_object_unref(pipeline);
+}
+GST_END_TEST
+
+// A frame of live video waits for its message; a frame that has waited long enough goes on.
+GST_START_TEST(test_live_frame_waits) {
+  Bench bench("timecode");
+  g_object_set(bench.element, "scene-wait", guint64{10 * GST_SECOND}, nullptr);
+  fail_unless_equals_uint64(gst_harness_query_latency(bench.harness), 10'030 * GST_MSECOND);
+  int announced = 0;
+  std::thread frame([&] { announced = bench.send_at(0, "10:00:00:00"); });
+  g_usleep(50000);
+  bench.say(at_timecode(4, "10:00:00:00"));
+  frame.join();
+  fail_unless_equals_int(announced, 4);
+  g_object_set(bench.element, "scene-wait", guint64{0}, nullptr);
+  fail_unless_equals_int(bench.send_at(1, "10:00:00:01"), 4);
+  bench.say(at_timecode(5, "10:00:00:01"));  // too late
+  fail_unless_equals_uint64(bench.count("scene-messages-late"), 1);
+  bench.close();
+}
+GST_END_TEST
+
+GST_START_TEST(test_flush_ends_the_waiting) {
+  Bench bench("timecode", false, false);
+  std::thread frame([&] {
+    GstBuffer* buffer = bench.frame(0);
+    gst_buffer_add_video_time_code_meta_full(buffer, 25, 1, nullptr, GST_VIDEO_TIME_CODE_FLAGS_NONE,
+                                             10, 0, 0, 0, 0);
+    fail_unless_equals_int(gst_harness_push(bench.harness, buffer), GST_FLOW_FLUSHING);
+  });
+  g_usleep(50000);
+  gst_harness_push_event(bench.harness, gst_event_new_flush_start());
+  frame.join();
+  gst_harness_push_event(bench.harness, gst_event_new_flush_stop(TRUE));
+  GstSegment segment;
+  gst_segment_init(&segment, GST_FORMAT_TIME);
+  gst_harness_push_event(bench.harness, gst_event_new_segment(&segment));
+  bench.say(at_timecode(4, "10:00:00:00"));
+  fail_unless_equals_int(bench.send_at(0, "10:00:00:00"), 4);
+  bench.close();
+}
+GST_END_TEST
+
+GST_START_TEST(test_silence_is_said_once) {
+  Bench bench("timecode");
+  bench.say(at_timecode(1, "10:00:00:00"));
+  fail_unless_equals_int(bench.send_at(0, "10:00:01:00"), 1);
+  fail_unless_equals_uint64(bench.count("scene-losses"), 0);
+  for (int i = 1; i < 4; ++i)
+    fail_unless_equals_int(bench.send_at(i, ("10:00:02:0" + std::to_string(i)).c_str()), 1);
+  fail_unless_equals_uint64(bench.count("scene-losses"), 1);
+  fail_unless_equals_uint64(bench.count("frames-unannounced"), 3);
+  fail_unless_equals_int(warnings_on(bench.bus).size(), 1);
+  bench.say(at_timecode(2, "10:00:02:10"));
+  fail_unless_equals_int(bench.send_at(5, "10:00:02:10"), 2);
+  fail_unless_equals_uint64(bench.count("frames-announced"), 2);
+  bench.close();
+}
+GST_END_TEST
+
+// Whatever comes: said, counted, and what held goes on.
+GST_START_TEST(test_what_is_no_message) {
+  Bench bench("timecode");
+  bench.say(at_timecode(7, "10:00:00:00"));
+  json wrong_version = at_timecode(1, "10:00:00:01");
+  wrong_version["version"] = 2;
+  json no_rate = at_timecode(1, "10:00:00:01");
+  no_rate.erase("timecode_rate");
+  json no_rotation = at_timecode(1, "10:00:00:01");
+  no_rotation["viewport"]["R"][0] = 2;
+  json huge = at_timecode(1, "10:00:00:01");
+  huge["viewport"]["width"] = 1e300;
+  const std::string unusable[] = {"{",
+                                  "[]",
+                                  "7",
+                                  "\xff\xfe",
+                                  std::string(3 << 20, '['),
+                                  wrong_version.dump(),
+                                  no_rate.dump(),
+                                  no_rotation.dump(),
+                                  huge.dump()};
+  guint64 count = 0;
+  for (const std::string& text : unusable) {
+    bench.messages.push(text + "\n", GST_CLOCK_TIME_NONE);
+    fail_unless_equals_uint64(bench.count("scene-messages-unusable"), ++count);
+  }
+  const json untimed[] = {message(1), at_stream_time(1, 0), at_timecode(1, "10:00:00:25"),
+                          at_timecode(1, "yesterday"), at_timecode(1, "00:01:00;00", 30000, 1001)};
+  count = 0;
+  for (const json& what : untimed) {
+    bench.say(what);
+    fail_unless_equals_uint64(bench.count("scene-messages-untimed"), ++count);
+  }
+  const auto said = warnings_on(bench.bus);
+  fail_unless_equals_int(said.size(), 2);  // one a second of each kind
+  fail_unless(said[1].find("'timecode'") != std::string::npos, "%s", said[1].c_str());
+  bench.messages.push("", GST_CLOCK_TIME_NONE);
+  bench.messages.push("\n \r\n", GST_CLOCK_TIME_NONE);
+  fail_unless_equals_int(bench.send_at(1, "10:00:00:01"), 7);
+  fail_unless_equals_uint64(bench.count("scene-messages"), 1);
+  bench.close();
+}
+GST_END_TEST
+
+// The track's camera stands before the messages'; scene-file before the scene that they name.
+GST_START_TEST(test_track_and_file_go_before) {
+  Bench bench("timecode");
+  PosePusher poses(bench.element, true);
+  poses.begin();
+  poses.push(0.5, 0);
+  g_object_set(bench.element, "scene-file", "builtin:another", nullptr);
+  bench.say(at_timecode(3, "10:00:00:00"));
+  GstBuffer* buffer = bench.frame(0);
+  gst_buffer_add_video_time_code_meta_full(buffer, 25, 1, nullptr, GST_VIDEO_TIME_CODE_FLAGS_NONE,
+                                           10, 0, 0, 0, 0);
+  fail_unless_equals_int(gst_harness_push(bench.harness, buffer), GST_FLOW_OK);
+  expect_place(bench.log.announced.viewport, {0.5, -3, 0.3});
+  fail_unless(bench.log.announced.lights[0].radiance.x == 3.0f);
+  fail_unless(bench.log.announced.scene == "builtin:another");
+  bench.close();
+}
+GST_END_TEST
+
+GST_START_TEST(test_states) {
+  const std::filesystem::path path = folder / "states.jsonl";
+  std::ofstream out(path);
+  for (int i = 0; i < 3000; ++i) out << line(at_stream_time(i + 1, 40 * ms * i));
+  out.close();
+  check_states("filesrc location=" + path.string() +
+                   " ! t.scene videotestsrc ! trackstamp name=t scene-match=stream-time ! fakesink",
+               20);
+  check_states(
+      "udpsrc port=0 ! t.scene videotestsrc is-live=true ! timecodestamper ! trackstamp name=t ! "
+      "fakesink",
+      6);
+}
+GST_END_TEST
+
+static Suite* trackstamp_scene_suite() {
+  Suite* suite = suite_create("trackstamp_scene");
+  TCase* tests = tcase_create("general");
+  suite_add_tcase(suite, tests);
+  tcase_set_timeout(tests, 100);
+  tcase_add_test(tests, test_each_frame_has_its_message_by_timecode);
+  tcase_add_test(tests, test_midnight);
+  tcase_add_test(tests, test_delay_is_live);
+  tcase_add_test(tests, test_by_clock);
+  tcase_add_test(tests, test_by_arrival);
+  tcase_add_test(tests, test_file_along_with_the_video);
+  tcase_add_test(tests, test_live_frame_waits);
+  tcase_add_test(tests, test_flush_ends_the_waiting);
+  tcase_add_test(tests, test_silence_is_said_once);
+  tcase_add_test(tests, test_what_is_no_message);
+  tcase_add_test(tests, test_track_and_file_go_before);
+  tcase_add_test(tests, test_states);
+  return suite;
+}
+
+int main(int argc, char** argv) {
+  folder = std::filesystem::temp_directory_path() /
+           ("polyhull_trackstamp_scene" + std::to_string(getpid()));
+  std::filesystem::create_directories(folder);
+  gst_check_init(&argc, &argv);
+  const int failures = gst_check_run_suite(trackstamp_scene_suite(), "trackstamp_scene", __FILE__);
+  std::error_code ignored;
+  std::filesystem::remove_all(folder, ignored);
+  return failures;
+}

@@ -1,0 +1,182 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""A subject in Blender's scene: render_scene.py renders three frames and announces them, composite draws a
+hull into them, and Blender renders the same hull itself. Both pictures show it in one place; lamp and box
+move when Blender moves them."""
+import json
+import os
+import pathlib
+import shutil
+import subprocess
+import tempfile
+import unittest
+
+import numpy
+
+SOURCE = pathlib.Path(os.environ["POLYHULL_SOURCE"])
+HERE = SOURCE / "tests" / "outside"
+WIDTH, HEIGHT, FRAMES = 362, 214, 3
+HULL = " ".join(f"rigtestsrc camera=cam{i} num-buffers=1 ! silhouette camera=cam{i} ! h." for i in range(4)) + \
+    " hullbuild name=h"
+
+
+def blender(*arguments):
+    # Its Python is the system's, whichever one runs this.
+    result = subprocess.run(["blender", "-b", "--factory-startup", "--python-exit-code", "1", *map(str, arguments)],
+                            capture_output=True, text=True, timeout=600, env=dict(os.environ, PATH="/usr/bin:/bin"))
+    if result.returncode != 0:
+        raise AssertionError(result.stdout[-3000:] + result.stderr[-3000:])
+
+
+def launch(line):
+    subprocess.run(["gst-launch-1.0", "-q", *line.split()], check=True, timeout=300)
+
+
+def linear(values):
+    values = values / 255.0
+    return numpy.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4)
+
+
+def pictures(path):
+    return numpy.fromfile(path, dtype=numpy.uint8).reshape(-1, HEIGHT, WIDTH, 4)
+
+
+def edges(coverage):
+    """Where a row's only run of the subject begins and ends, in fractions of a pixel, by row."""
+    found = {}
+    for y, row in enumerate(coverage):
+        seen, whole = numpy.flatnonzero(row > 0.01), numpy.flatnonzero(row > 0.99)
+        if len(whole) < 4 or len(whole) != whole[-1] - whole[0] + 1 or len(seen) != seen[-1] - seen[0] + 1:
+            continue
+        found[y] = numpy.array([whole[0] - row[seen[0]:whole[0]].sum(), whole[-1] + row[whole[-1] + 1:].sum()])
+    return found
+
+
+def centroid(weights):
+    y, x = numpy.mgrid[:HEIGHT, :WIDTH]
+    return numpy.array([(x * weights).sum(), (y * weights).sum()]) / weights.sum()
+
+
+def spread(values, radius):
+    kernel = numpy.ones(2 * radius + 1) / (2 * radius + 1)
+    for axis in (0, 1):
+        values = numpy.apply_along_axis(lambda line: numpy.convolve(line, kernel, "same"), axis, values)
+    return values
+
+
+@unittest.skipUnless(shutil.which("blender"), "Blender is not installed")
+class Outside(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.temporary = tempfile.TemporaryDirectory()
+        cls.folder = pathlib.Path(cls.temporary.name)
+        blender("-P", HERE / "stage.py", "-P", SOURCE / "pipelines" / "blender" / "render_scene.py", "--",
+                cls.folder, "--samples", 16, "--depth", 0.5)
+        launch(f"{HULL} ! hullexport location={cls.folder}/subject.glb")
+        blender("-P", HERE / "stage.py", "-P", HERE / "truth.py", "--", cls.folder / "subject.glb", cls.folder)
+        cls.frames = cls.read("frames/%04d.png")[..., :3].mean(3)
+        cls.lit = cls.read("lit-%d.png")[..., :3].mean(3)
+        cls.mask = cls.read("mask-%d.png", linearly=False)[..., 3] / 255.0
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.temporary.cleanup()
+
+    @classmethod
+    def read(cls, name, linearly=True):
+        launch(f"multifilesrc location={cls.folder}/{name} start-index=1 stop-index={FRAMES} caps=image/png ! pngdec ! "
+               f"videoconvert ! video/x-raw,format=RGBA ! filesink location={cls.folder}/read.raw")
+        read = pictures(cls.folder / "read.raw")
+        assert len(read) == FRAMES, (name, len(read))
+        return linear(read) if linearly else read.astype(float)
+
+    def composite(self, background, mesh="", settings="", matched="", messages="announcements.jsonl", depth=""):
+        launch(f"{HULL} ! {mesh} c.mesh_0 {background} ! video/x-raw,format=RGBA ! timecodestamper ! "
+               f"trackstamp name=t {matched} ! c.background filesrc location={self.folder}/{messages} ! "
+               f"t.scene {depth} composite name=c backend=processor {settings} ! video/x-raw,format=RGBA ! "
+               f"filesink location={self.folder}/composite.raw")
+        made = pictures(self.folder / "composite.raw")
+        self.assertEqual(len(made), FRAMES)
+        return linear(made[..., :3]).mean(3)
+
+    def rendered(self, matched=""):
+        return self.composite(f"multifilesrc location={self.folder}/frames/%04d.png start-index=1 stop-index={FRAMES} "
+                              "caps=image/png,framerate=25/1 ! pngdec ! videoconvert", "hulltexture !", matched=matched)
+
+    def coverage(self, **others):
+        """Before black, the grey hull is its own coverage."""
+        drawn = self.composite(f"videotestsrc pattern=black num-buffers={FRAMES} ! "
+                               f"video/x-raw,width={WIDTH},height={HEIGHT},framerate=25/1 ! videoconvert",
+                               settings="edge-samples=8", **others)
+        return [frame / numpy.median(frame[frame > 0.01]) for frame in drawn]
+
+    def test_register(self):
+        drawn = self.coverage()
+        for frame in range(FRAMES):
+            ours, truth = drawn[frame], self.mask[frame]
+            shift = centroid(ours) - centroid(truth)
+            print(f"frame {frame + 1}: centroid {shift.round(4)} px, area {ours.sum() / truth.sum() - 1:+.3%}")
+            self.assertLess(abs(shift).max(), 0.05)
+            self.assertLess(abs(ours.sum() / truth.sum() - 1), 0.005)
+            for axis, of_ours, of_truth in (("x", edges(ours), edges(truth)), ("y", edges(ours.T), edges(truth.T))):
+                common = sorted(of_ours.keys() & of_truth.keys())
+                self.assertGreater(len(common), 8)
+                apart = numpy.array([of_ours[k] - of_truth[k] for k in common])
+                print(f"  {axis}: {2 * len(common)} edges, mean {apart.mean(0).round(4)}, "
+                      f"rms {numpy.sqrt((apart ** 2).mean()):.3f}, largest {abs(apart).max():.2f} px")
+                self.assertLess(abs(apart.mean(0)).max(), 0.1)
+                self.assertLess(numpy.sqrt((apart ** 2).mean()), 0.2)
+
+    def test_depth(self):
+        """Without the scene's geometry, Blender's depth hides what it hides."""
+        lines = [json.loads(line) for line in (self.folder / "announcements.jsonl").read_text().splitlines()]
+        (self.folder / "no-scene.jsonl").write_text("".join(json.dumps(dict(line, scene="")) + "\n" for line in lines))
+        depth = (f"filesrc location={self.folder}/depth.gray16 ! rawvideoparse format=gray16-le width={WIDTH} "
+                 f"height={HEIGHT} framerate=25/1 ! timecodestamper ! t.depth")
+        for name, drawn, hidden in (("depth alone", self.coverage(messages="no-scene.jsonl", depth=depth), True),
+                                    ("depth and scene", self.coverage(depth=depth), True),
+                                    ("neither", self.coverage(messages="no-scene.jsonl"), False)):
+            for frame in range(FRAMES):
+                ours, truth = drawn[frame], self.mask[frame]
+                shift, more = centroid(ours) - centroid(truth), ours.sum() / truth.sum() - 1
+                print(f"{name}, frame {frame + 1}: centroid {shift.round(3)} px, area {more:+.2%}")
+                if hidden:
+                    self.assertLess(abs(shift).max(), 0.3)
+                    self.assertLess(abs(more), 0.02)
+                else:
+                    self.assertGreater(more, 0.03)
+
+    def shadow(self, pictures_with, frame):
+        """Where the floor is darker than without the subject, away from it."""
+        floor = numpy.zeros((HEIGHT, WIDTH), dtype=bool)
+        floor[HEIGHT // 2:] = True
+        floor &= spread(self.mask[frame], 3) < 1e-9
+        return numpy.where(floor, spread(self.frames[frame] - pictures_with[frame], 2), 0) > 0.03
+
+    def test_lamp_moves_with_the_frame(self):
+        ours = self.rendered()
+        delayed = self.rendered("scene-delay=40000000")
+        for frame in range(FRAMES):
+            mine, truth = self.shadow(ours, frame), self.shadow(self.lit, frame)
+            overlap = (mine & truth).sum() / (mine | truth).sum()
+            apart = centroid(mine) - centroid(truth)
+            print(f"frame {frame + 1}: shadows overlap {overlap:.2f}, centroids {apart.round(2)} px apart")
+            self.assertGreater(overlap, 0.6)
+            self.assertLess(abs(apart).max(), 8)
+        # The lamp has moved in the second frame; a frame too late is seen.
+        late, truth = self.shadow(delayed, 1), self.shadow(self.lit, 1)
+        self.assertLess((late & truth).sum() / (late | truth).sum(), 0.2)
+
+    def test_brightness(self):
+        """The shadow takes away the light that Blender's lamp gives, in Blender's watts."""
+        ours = self.rendered()
+        for frame in range(FRAMES):
+            core = self.shadow(ours, frame) & self.shadow(self.lit, frame)
+            share = (self.frames - ours)[frame][core].sum() / (self.frames - self.lit)[frame][core].sum()
+            print(f"frame {frame + 1}: the shadow takes {share:.2f} of what Blender's takes")
+            self.assertGreater(share, 0.7)
+            self.assertLess(share, 1.3)
+
+
+if __name__ == "__main__":
+    unittest.main()
