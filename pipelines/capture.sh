@@ -8,6 +8,7 @@
 #     --port N            the views are served on this TCP port; default 7481
 #     --listen ADDRESS    only on this address; default all
 #     --silhouette TEXT   properties of silhouette: "key-color=0x30a050 sigma=1.5"
+#     --settings          the server may change them (server.sh --silhouette); needs keys
 #     --link N            megabits a second to the server, this camera's part: how views are packed;
 #                         default 1000, 0: not packed
 #     --allow ADDRESSES   who may have them: "10.0.0.1 10.0.1.0/24"; default anybody
@@ -20,10 +21,11 @@ source "$(dirname "$0")/prepare.sh"
 polyhull_help "$@"
 
 camera="" server="" source="" port=7481 listen=0.0.0.0 silhouette="" link=1000 dry_run=false
-allow="" certificate="" authority=""
+allow="" certificate="" authority="" settings=false
 while [ $# -gt 0 ]; do
   case $1 in
     --dry-run) dry_run=true; shift; continue ;;
+    --settings) settings=true; shift; continue ;;
     --camera | --server | --source | --port | --listen | --silhouette | --link | --allow | --certificate | --authority)
       [ $# -gt 1 ] || fail "$1 needs a value; --help says which" ;;
     *) fail "unknown argument '$1'; --help says what there is" ;;
@@ -56,9 +58,10 @@ done
 
 # A server that takes nothing for two seconds, or is 50 views behind, is given up: it connects again.
 # shellcheck disable=SC2206
-line=($source ! queue ! silhouette "camera=$camera" $silhouette !)
+line=($source ! queue ! silhouette name=keyer "camera=$camera" $silhouette !)
 [ "$link" = 0 ] || line+=(viewencode "link=$link" !)
 line+=(gdppay ! viewserversink "host=$listen" "port=$port")
+! $settings || line+=(settings-for=keyer)
 [ -z "$allow" ] || line+=("allow=$allow")
 [ -z "$certificate$authority" ] || line+=("tls-certificate=$certificate" "tls-authority=$authority")
 if $dry_run; then

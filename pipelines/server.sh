@@ -11,6 +11,8 @@
 #     --authority FILE    who signs those of the capture machines (pipelines/make-keys.sh), of which each is
 #                         for its NAME
 #     --tls-name WHAT     address: certificates are for the addresses; name: for the NAMEs (default)
+#     --silhouette TEXT   properties that the capture machines' silhouettes are to have: "sigma=1.5", where
+#                         they allow it (capture.sh --settings)
 #     --sink ELEMENTS     what takes the meshes; default fakesink
 #     --dry-run           prints the line and does nothing
 # A capture machine that is cut off is left out and comes back by itself. How the parts meet:
@@ -20,11 +22,11 @@ source "$(dirname "$0")/prepare.sh"
 polyhull_help "$@"
 
 rig="" list="" clock_port=7480 max_wait=100 max_rate=200000000 sink=fakesink dry_run=false
-certificate="" authority="" tls_name=name
+certificate="" authority="" tls_name=name silhouette=""
 while [ $# -gt 0 ]; do
   case $1 in
     --dry-run) dry_run=true; shift; continue ;;
-    --rig | --cameras | --clock-port | --max-wait | --max-rate | --sink | --certificate | --authority | --tls-name)
+    --rig | --cameras | --clock-port | --max-wait | --max-rate | --sink | --certificate | --authority | --tls-name | --silhouette)
       [ $# -gt 1 ] || fail "$1 needs a value; --help says which" ;;
     *) fail "unknown argument '$1'; --help says what there is" ;;
   esac
@@ -38,6 +40,7 @@ while [ $# -gt 0 ]; do
     --certificate) certificate=$2 ;;
     --authority) authority=$2 ;;
     --tls-name) tls_name=$2 ;;
+    --silhouette) silhouette=$2 ;;
   esac
   shift 2
 done
@@ -70,6 +73,7 @@ for camera in "${cameras[@]}"; do
     keys=("tls-certificate=$certificate" "tls-authority=$authority")
     [ $tls_name = address ] || keys+=("tls-name=$name")
   fi
+  [ -z "$silhouette" ] || keys+=("settings=$silhouette")
   line+=(viewclientsrc "name=$name" "host=${address%:*}" "port=${address##*:}" "max-rate=$max_rate" "${keys[@]}" ! queue ! viewdecode ! queue ! hull.)
 done
 if $dry_run; then

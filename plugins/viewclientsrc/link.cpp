@@ -86,6 +86,18 @@ gssize Link::receive(std::span<std::uint8_t> bytes, GError** error) {
                                                   bytes.size(), cancel_, error);
 }
 
+void Link::send(std::string& text) {
+  gssize count = 0;
+  if (secured_ == nullptr) {
+    count = g_socket_send(socket_.get(), text.data(), text.size(), cancel_, nullptr);
+  } else {
+    GOutputStream* output = g_io_stream_get_output_stream(secured_.get());
+    count = g_pollable_output_stream_write_nonblocking(G_POLLABLE_OUTPUT_STREAM(output),
+                                                       text.data(), text.size(), cancel_, nullptr);
+  }
+  if (count > 0) text.erase(0, static_cast<std::size_t>(count));
+}
+
 LinkResult Link::ended(const char* why) {
   why_ = why;
   return secured_ != nullptr && !heard_ ? LinkResult::refused : LinkResult::ended;

@@ -39,6 +39,10 @@ class Link {
   /// that it ends a connection with TLS before it has sent anything.
   LinkResult read(std::span<std::uint8_t> bytes, std::int64_t timeout);
 
+  /// Sends as much of \p text as can be sent at once, and takes it from \p text. What cannot be sent
+  /// because the connection is at its end stays; read() tells of that.
+  void send(std::string& text);
+
   const std::string& why() const { return why_; }
 
  private:

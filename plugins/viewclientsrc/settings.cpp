@@ -51,6 +51,10 @@ std::span<const Property<ViewClientSettings>> view_client_properties() {
       property<&S::tls_authority>("tls-authority", "TLS authority",
                                   "PEM file with the certificates of who signs the sender's.", 0, 0,
                                   Change::when_ready),
+      property<&S::settings>("settings", "Settings",
+                             "Properties that the sender's element is to have, as in "
+                             "\"sigma=1.5\": sent with each connection and where they change, and "
+                             "taken where the sender's viewserversink has settings-for."),
       property<&S::tls_name>(
           "tls-name", "TLS name",
           "The name or address that the sender's certificate must be for; empty: "

@@ -25,6 +25,7 @@ struct ViewClientSettings {
   std::uint64_t latency = 0;
   bool end_with_sender = false;
   std::string tls_certificate, tls_authority, tls_name;
+  std::string settings;
 };
 
 std::span<const Property<ViewClientSettings>> view_client_properties();

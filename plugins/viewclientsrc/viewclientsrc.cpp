@@ -65,6 +65,7 @@ struct ViewClientSrc {
   void read(std::span<std::uint8_t> bytes, const ViewClientSettings& settings);
   PacketHeader read_header(const ViewClientSettings& settings);
   GstBuffer* receive(GstElement* element, const ViewClientSettings& settings);
+  void tell(const ViewClientSettings& settings);
   void hear(GstElement* element, const PacketHeader& header, std::string_view text);
   GstBuffer* frame(GstElement* element, const PacketHeader& header,
                    const ViewClientSettings& settings);
@@ -83,7 +84,9 @@ struct ViewClientSrc {
   GstSegment segment;      // the sender's
   std::int64_t waits = 0;  // since when, monotonic µs, for the frame to come
   bool first = true;       // no frame has come over this connection yet
-  bool lost = false;       // it has been said that there is no connection
+  std::string told,
+      unsent;         // settings that this connection knows of, and what of them is to be sent
+  bool lost = false;  // it has been said that there is no connection
 };
 
 void announce(GstElement* element, const ViewClientSettings& settings, bool connected,
@@ -134,6 +137,8 @@ bool ViewClientSrc::connect(GstElement* element, const ViewClientSettings& now) 
   statistics.count("connections");
   limit = RateLimit();
   waits = g_get_monotonic_time();
+  told.clear();
+  unsent.clear();
   format.reset();
   gst_segment_init(&segment, GST_FORMAT_TIME);
   first = true;
@@ -195,6 +200,16 @@ PacketHeader ViewClientSrc::read_header(const ViewClientSettings& now) {
               fmt::format("it brings more than {} packets a second, or than max-rate allows.",
                           RateLimit::packets_per_second)};
   return header;
+}
+
+/// Tells the sender what has changed in the settings for it.
+void ViewClientSrc::tell(const ViewClientSettings& now) {
+  if (now.settings != told && unsent.empty()) {
+    told = now.settings;
+    for (const char c : told) unsent += c == '\n' ? ' ' : c;
+    unsent += '\n';
+  }
+  if (!unsent.empty()) link->send(unsent);
 }
 
 /// A caps or event packet.
@@ -307,6 +322,7 @@ GstFlowReturn create(GstPushSrc* push, GstBuffer** created) {
         continue;
       }
       GstBuffer* buffer = nullptr;
+      self.tell(now);
       try {
         buffer = self.receive(element, now);
       } catch (const Cut& reason) {

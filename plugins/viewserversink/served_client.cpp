@@ -12,8 +12,10 @@
 namespace polyhull::element {
 
 ServedClient::ServedClient(GRef<GSocketConnection> connection, std::string address,
-                           const TlsIdentity& identity, guint timeout)
-    : address_(std::move(address)), connection_(std::move(connection)) {
+                           const TlsIdentity& identity, guint timeout, Listener listener)
+    : address_(std::move(address)),
+      listener_(std::move(listener)),
+      connection_(std::move(connection)) {
   GSocket* socket = g_socket_connection_get_socket(connection_.get());
   g_socket_set_timeout(socket, timeout);
   g_socket_set_keepalive(socket, TRUE);
@@ -123,6 +125,50 @@ void ServedClient::serve_all(const TlsIdentity& identity) {
   }
   GOutputStream* output = g_io_stream_get_output_stream(
       secured != nullptr ? secured.get() : G_IO_STREAM(connection_.get()));
+  std::thread ear;
+  if (listener_) {
+    GIOStream* stream = secured != nullptr ? secured.get() : G_IO_STREAM(connection_.get());
+    ear = std::thread([this, input = g_io_stream_get_input_stream(stream)] { listen(input); });
+  }
+  write_all(output);
+  if (ear.joinable()) {
+    g_cancellable_cancel(cancel_.get());
+    ear.join();
+  }
+}
+
+/// What the client says, line by line, until the connection ends.
+void ServedClient::listen(GInputStream* input) {
+  std::string line;
+  char bytes[512];
+  while (!g_cancellable_is_cancelled(cancel_.get())) {
+    GError* error = nullptr;
+    const gssize count = g_input_stream_read(input, bytes, sizeof bytes, cancel_.get(), &error);
+    if (count < 0 && g_error_matches(error, G_IO_ERROR, G_IO_ERROR_TIMED_OUT)) {
+      g_clear_error(&error);  // it has nothing to say
+      continue;
+    }
+    if (count <= 0) {
+      end(ClientEnd::closed, error != nullptr ? take_message(error) : "");
+      return;
+    }
+    for (gssize i = 0; i < count; ++i) {
+      if (bytes[i] != '\n') {
+        line += bytes[i];
+      } else {
+        listener_(line);
+        line.clear();
+      }
+    }
+    if (line.size() > longest_line) {
+      end(ClientEnd::closed, "it says more than a line can have");
+      return;
+    }
+  }
+}
+
+/// What is queued, until the connection ends.
+void ServedClient::write_all(GOutputStream* output) {
   std::unique_lock lock(mutex_);
   trusted_ = true;
   while (true) {

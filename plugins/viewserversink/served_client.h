@@ -9,6 +9,7 @@
 #include <condition_variable>
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -31,10 +32,16 @@ enum class ClientEnd {
 
 class ServedClient {
  public:
+  static constexpr std::size_t longest_line = 4096;  ///< of what a client says
+
+  /// Told each line that the client says once it has proved who it is, on a thread of the client's.
+  using Listener = std::function<void(const std::string& line)>;
+
   /// Serves \p connection, by TLS where \p identity has it, in a thread of its own. \p timeout (s) is
-  /// how long it may take nothing; \p address what it is called.
+  /// how long it may take nothing; \p address what it is called; \p listener hears it, none: nobody
+  /// does.
   ServedClient(GRef<GSocketConnection> connection, std::string address, const TlsIdentity& identity,
-               guint timeout);
+               guint timeout, Listener listener);
   /// Cuts the connection.
   ~ServedClient();
   ServedClient(const ServedClient&) = delete;
@@ -63,10 +70,13 @@ class ServedClient {
  private:
   void serve(const TlsIdentity& identity);
   void serve_all(const TlsIdentity& identity);
+  void write_all(GOutputStream* output);
   bool write(GOutputStream* output, GstBuffer* packet);
   void end(ClientEnd why, std::string reason);
+  void listen(GInputStream* input);
 
   const std::string address_;
+  const Listener listener_;
   const std::int64_t since_ = g_get_monotonic_time();
   GRef<GSocketConnection> connection_;
   GRef<GCancellable> cancel_{g_cancellable_new()};

@@ -25,6 +25,11 @@ std::span<const Property<ViewServerSettings>> view_server_properties() {
           "tls-authority", "TLS authority",
           "PEM file with the certificates of who signs those of the clients that are trusted.", 0,
           0, Change::when_ready),
+      property<&S::settings_for>(
+          "settings-for", "Settings for",
+          "Name of the element of this pipeline whose properties clients may set, those that may "
+          "change while it plays; needs TLS. Empty: none.",
+          0, 0, Change::when_ready),
       property<&S::max_clients>("max-clients", "Most clients",
                                 "How many are served at once (1 to 1000); more are refused.", 1,
                                 1000),

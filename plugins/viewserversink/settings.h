@@ -18,6 +18,7 @@ struct ViewServerSettings {
   std::uint32_t port = 7481;
   std::string allow;
   std::string tls_certificate, tls_authority;
+  std::string settings_for;
   std::uint32_t max_clients = 8;
   std::uint32_t buffers_max = 50;
   std::uint64_t timeout = 2 * GST_SECOND;

@@ -33,11 +33,17 @@ guint seconds_of(std::uint64_t time) {
 
 }  // namespace
 
-ViewServer::ViewServer(const ViewServerSettings& settings, Listener listener)
+ViewServer::ViewServer(const ViewServerSettings& settings, Listener listener, Settings said)
     : allowed_(settings.allow),
       identity_(settings.tls_certificate, settings.tls_authority),
       listener_(std::move(listener)),
+      said_(std::move(said)),
       settings_(settings) {
+  if (said_ && !identity_)
+    throw Error(
+        Error::Kind::bad_input,
+        "settings-for is set without TLS: settings are taken from those alone who prove who "
+        "they are. Set tls-certificate and tls-authority.");
   g_autoptr(GSocketAddress) wanted = g_inet_socket_address_new_from_string(
       settings.host.c_str(), static_cast<guint>(settings.port));
   if (wanted == nullptr)
@@ -101,8 +107,11 @@ void ViewServer::welcome(GRef<GSocketConnection> connection) {
         removed.push_back(std::move(*first));
         clients_.erase(first);
       }
+      ServedClient::Listener hears;
+      if (said_) hears = [this, address](const std::string& line) { said_(address, line); };
       clients_.push_back(std::make_unique<ServedClient>(std::move(connection), address, identity_,
-                                                        seconds_of(settings_.timeout)));
+                                                        seconds_of(settings_.timeout),
+                                                        std::move(hears)));
       clients_.back()->begin_with(head_);
     }
   }

@@ -32,9 +32,13 @@ class ViewServer {
   using Listener =
       std::function<void(const char* counter, const std::string& address, const std::string& why)>;
 
+  /// Told the lines that trusted clients say, on their threads and without a lock; none: nobody hears
+  /// them.
+  using Settings = std::function<void(const std::string& address, const std::string& line)>;
+
   /// Listens. Throws Error where the address cannot be used, or \p settings' names of files or
   /// addresses.
-  ViewServer(const ViewServerSettings& settings, Listener listener);
+  ViewServer(const ViewServerSettings& settings, Listener listener, Settings said);
   ~ViewServer();
   ViewServer(const ViewServer&) = delete;
 
@@ -59,6 +63,7 @@ class ViewServer {
   const AllowedAddresses allowed_;
   const TlsIdentity identity_;
   const Listener listener_;
+  const Settings said_;
   GRef<GSocketListener> socket_{g_socket_listener_new()};
   GRef<GCancellable> cancel_{g_cancellable_new()};
   int port_ = 0;

@@ -11,6 +11,7 @@
 
 #include "plugins/common/element.h"
 #include "plugins/common/guard.h"
+#include "plugins/viewserversink/remote_settings.h"
 #include "plugins/viewserversink/settings.h"
 #include "plugins/viewserversink/view_server.h"
 
@@ -30,7 +31,7 @@ struct ViewServerSink {
   explicit ViewServerSink(gpointer object) {
     statistics.declare({"port", "clients", "clients-now", "clients-closed", "clients-slow",
                         "refused-addresses", "refused-full", "refused-keys", "handshakes-late",
-                        "packets", "bytes"});
+                        "settings", "settings-refused", "packets", "bytes"});
     gst_base_sink_set_sync(GST_BASE_SINK(object), FALSE);
     // Whoever listens for clients is ready before the first frame.
     gst_base_sink_set_async_enabled(GST_BASE_SINK(object), FALSE);
@@ -71,16 +72,37 @@ void tell(GstElement* element, const char* counter, const std::string& address,
                                      served ? "" : counter, nullptr)));
 }
 
+/// Settings of the client at \p address for the element \p name.
+void change(GstElement* element, const std::string& name, const std::string& address,
+            const std::string& line) {
+  Statistics& statistics = state_of<ViewServerSink>(element).statistics;
+  try {
+    apply_remote_settings(element, name, line);
+    statistics.count("settings");
+  } catch (const std::exception& error) {
+    statistics.warn(element, "settings-refused",
+                    fmt::format("Settings that {} sends are not taken: {}", address, error.what()));
+  }
+}
+
 gboolean start(GstBaseSink* sink) {
   auto* element = GST_ELEMENT(sink);
   ViewServerSink& self = state_of<ViewServerSink>(sink);
   return guarded(element, FALSE, [&] {
     self.statistics.reset();
+    const ViewServerSettings settings = snapshot(sink, self.settings);
+    ViewServer::Settings said;
+    if (!settings.settings_for.empty())
+      said = [element, name = settings.settings_for](const std::string& address,
+                                                     const std::string& line) {
+        change(element, name, address, line);
+      };
     self.server.emplace(
-        snapshot(sink, self.settings),
+        settings,
         [element](const char* counter, const std::string& address, const std::string& why) {
           tell(element, counter, address, why);
-        });
+        },
+        std::move(said));
     self.statistics.set_count("port", static_cast<std::uint64_t>(self.server->port()));
     return TRUE;
   });
@@ -126,7 +148,8 @@ void ViewServerSink::class_init(gpointer klass) {
       "Counters since the start: port (at which clients are served), clients (that came), "
       "clients-now, clients-closed (gone by themselves), clients-slow (given up), "
       "refused-addresses, refused-full, refused-keys (no certificate that is trusted), "
-      "handshakes-late, packets, and bytes that clients have taken.");
+      "handshakes-late, settings (lines that clients have sent and that hold), settings-refused, "
+      "packets, and bytes that clients have taken.");
   set_metadata(klass, "View server sink", "Sink/Network",
                "Serves views or meshes to the machines that may have them");
   add_template(klass, "sink", GST_PAD_SINK, "application/x-gdp");

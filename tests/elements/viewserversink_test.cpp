@@ -320,6 +320,50 @@ GST_START_TEST(test_most_clients) {
 }
 GST_END_TEST
 
+/// Until \p client's server has \p value for its element's property.
+void wait_for_property(Server& server, GstElement* element, const char* property, double value) {
+  double found = -1.0;
+  for (int i = 0; i < 6000; ++i) {
+    g_object_get(element, property, &found, nullptr);
+    if (found == value) return;
+    server.push();
+    g_usleep(10000);
+  }
+  fail("%s is %g, not %g", property, found, value);
+}
+
+// Settings of those who have proved who they are reach the element that may have them.
+GST_START_TEST(test_settings_arrive) {
+  Server server(Keys::of("left") + "settings-for=blur");
+  GstElement* blur = gst_element_factory_make("gaussblur", "blur");
+  gst_object_ref(blur);
+  gst_bin_add(GST_BIN(server.pipeline), blur);
+  gst_element_set_locked_state(blur, TRUE);
+  Client client(server.port(), Keys::client(Keys::of("server")) + " settings=\"sigma=2.5\"");
+  meet(server, client);
+  wait_for_property(server, blur, "sigma", 2.5);
+  g_object_set(client.source, "settings", "sigma=1.25", nullptr);
+  wait_for_property(server, blur, "sigma", 1.25);
+  guint64 refused = 0;
+  for (const char* wrong : {"sigma=-7", "sigma=wide", "sigma", "name=other", "colour=3",
+                            "sigma=3 colour=3", "\"sigma=4"}) {
+    g_object_set(client.source, "settings", wrong, nullptr);
+    for (int i = 0; i < 6000 && statistic(server.sink, "settings-refused") == refused; ++i) {
+      server.push();
+      g_usleep(5000);
+    }
+    fail_unless_equals_uint64(statistic(server.sink, "settings-refused"), ++refused);
+  }
+  double sigma = 0.0;
+  g_object_get(blur, "sigma", &sigma, nullptr);
+  fail_unless(sigma == 1.25);
+  server.expect_warning("are not taken");
+  fail_unless_equals_uint64(statistic(client.source, "connections"), 1);
+  gst_element_set_locked_state(blur, FALSE);
+  gst_object_unref(blur);
+}
+GST_END_TEST
+
 GST_START_TEST(test_flush) {
   Server server;
   Client client(server.port());
@@ -368,6 +412,7 @@ GST_START_TEST(test_bad_settings) {
   std::ofstream(broken) << "-----BEGIN CERTIFICATE-----\nnone\n-----END CERTIFICATE-----\n";
   expect("tls-certificate=" + broken + " tls-authority=" + broken, "polyhull-broken.pem");
   g_unlink(broken.c_str());
+  expect("settings-for=keyer", "without TLS");
   // An authority's file has no private key.
   const std::string keys = Keys::of("left");
   const std::string authority = keys.substr(keys.find("tls-authority=") + 14);
@@ -390,6 +435,7 @@ static Suite* viewserversink_suite() {
   tcase_add_test(tests, test_slow_client);
   tcase_add_test(tests, test_addresses);
   tcase_add_test(tests, test_most_clients);
+  tcase_add_test(tests, test_settings_arrive);
   tcase_add_test(tests, test_flush);
   tcase_add_test(tests, test_states);
   tcase_add_test(tests, test_bad_settings);
