@@ -12,7 +12,8 @@
 namespace polyhull::element {
 
 ServedClient::ServedClient(GRef<GSocketConnection> connection, std::string address,
-                           const TlsIdentity& identity, guint timeout, Listener listener)
+                           const TlsIdentity& identity, guint timeout, Listener listener,
+                           const std::vector<BufferRef>& head)
     : address_(std::move(address)),
       listener_(std::move(listener)),
       connection_(std::move(connection)) {
@@ -21,6 +22,8 @@ ServedClient::ServedClient(GRef<GSocketConnection> connection, std::string addre
   g_socket_set_keepalive(socket, TRUE);
   // A frame's last bytes wait for no answer to those before.
   g_socket_set_option(socket, IPPROTO_TCP, TCP_NODELAY, 1, nullptr);
+  // Without TLS whoever has come is trusted as soon as the thread runs.
+  begin_with(head);
   thread_ = std::thread([this, &identity] { serve(identity); });
 }
 

@@ -37,16 +37,16 @@ class ServedClient {
   /// Told each line that the client says once it has proved who it is, on a thread of the client's.
   using Listener = std::function<void(const std::string& line)>;
 
-  /// Serves \p connection, by TLS where \p identity has it, in a thread of its own. \p timeout (s) is
-  /// how long it may take nothing; \p address what it is called; \p listener hears it, none: nobody
-  /// does.
+  /// Serves \p connection, by TLS where \p identity has it, in a thread of its own; first of all it
+  /// gets \p head. \p timeout (s) is how long it may take nothing; \p address what it is called;
+  /// \p listener hears it, none: nobody does.
   ServedClient(GRef<GSocketConnection> connection, std::string address, const TlsIdentity& identity,
-               guint timeout, Listener listener);
+               guint timeout, Listener listener, const std::vector<BufferRef>& head);
   /// Cuts the connection.
   ~ServedClient();
   ServedClient(const ServedClient&) = delete;
 
-  /// What it gets first, once it has proved who it is; later than that without effect.
+  /// What it gets first instead, where it has not yet proved who it is.
   void begin_with(const std::vector<BufferRef>& head);
 
   /// Queues \p packet for a client that has proved who it is. Where more than \p most would wait, it

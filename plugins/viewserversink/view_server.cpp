@@ -111,8 +111,7 @@ void ViewServer::welcome(GRef<GSocketConnection> connection) {
       if (said_) hears = [this, address](const std::string& line) { said_(address, line); };
       clients_.push_back(std::make_unique<ServedClient>(std::move(connection), address, identity_,
                                                         seconds_of(settings_.timeout),
-                                                        std::move(hears)));
-      clients_.back()->begin_with(head_);
+                                                        std::move(hears), head_));
     }
   }
   tell(removed);

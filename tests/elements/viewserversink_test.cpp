@@ -188,6 +188,20 @@ GST_START_TEST(test_same_bytes_for_two) {
 }
 GST_END_TEST
 
+// Whoever comes gets the stream's head before any frame, however soon its thread runs.
+GST_START_TEST(test_head_first) {
+  Server server;
+  for (int i = 0; i < 40; ++i) {
+    Client client(server.port());
+    meet(server, client);
+    fail_unless_equals_uint64(statistic(client.source, "connections"), 1);
+    fail_unless_equals_uint64(statistic(client.source, "cuts"), 0);
+    gst_element_set_state(client.pipeline, GST_STATE_NULL);
+    server.push_until("clients-closed", static_cast<guint64>(i) + 1);
+  }
+}
+GST_END_TEST
+
 GST_START_TEST(test_same_bytes_by_tls) {
   Server server(Keys::of("left"));
   Client client(server.port(), Keys::client(Keys::of("server")));
@@ -432,6 +446,7 @@ static Suite* viewserversink_suite() {
   tcase_set_timeout(tests, 200);
   tcase_add_test(tests, test_documented);
   tcase_add_test(tests, test_same_bytes_for_two);
+  tcase_add_test(tests, test_head_first);
   tcase_add_test(tests, test_same_bytes_by_tls);
   tcase_add_test(tests, test_wrong_keys);
   tcase_add_test(tests, test_tls_and_none);
