@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "plugins/trackstamp/depth_input.h"
 
-#include <chrono>
 #include <cstdlib>
 #include <cstring>
 #include <utility>
@@ -13,10 +12,6 @@ namespace {
 
 /// Frames that wait: of files until they are asked for, live ones until later ones have come.
 constexpr std::size_t most_of_files = 4, most_live = 64;
-
-std::chrono::steady_clock::time_point deadline_of(std::int64_t ns_from_now) {
-  return std::chrono::steady_clock::now() + std::chrono::nanoseconds(ns_from_now);
-}
 
 /// 65535 is \p near metres away, v is 65535 near / v, and 0 is nothing.
 std::shared_ptr<const DepthPicture> picture_of(const GstVideoInfo& info, GstBuffer* buffer,
@@ -47,32 +42,7 @@ DepthInput::DepthInput(GstElement* element, Statistics& statistics,
     : element_(element), statistics_(statistics), settings_(std::move(settings)) {
   statistics.declare({"depth-frames", "depth-frames-unmatchable", "depth-frames-unusable",
                       "frames-without-depth"});
-  gst_segment_init(&segment_, GST_FORMAT_UNDEFINED);
   gst_video_info_init(&info_);
-}
-
-GstPad* DepthInput::make_pad(GstPadTemplate* pad_template) {
-  pad_ = gst_pad_new_from_template(pad_template, "depth");
-  gst_pad_set_element_private(pad_, this);
-  gst_pad_set_chain_function(pad_, chain);
-  gst_pad_set_event_function(pad_, event);
-  gst_pad_set_query_function(pad_, query);
-  gst_pad_set_activatemode_function(pad_, activate);
-  return pad_;
-}
-
-void DepthInput::unlock(bool unlocked) {
-  const std::scoped_lock lock(mutex_);
-  unlocked_ = unlocked;
-  changed_.notify_all();
-}
-
-void DepthInput::push_upstream(GstEvent* event) {
-  if (linked()) {
-    gst_pad_push_event(pad_, event);
-  } else {
-    gst_event_unref(event);
-  }
 }
 
 // ---- the element's thread
@@ -80,9 +50,8 @@ void DepthInput::push_upstream(GstEvent* event) {
 /// Takes what is within \p tolerance of \p time; what is older than that goes.
 BufferRef DepthInput::find(std::int64_t time, std::int64_t tolerance,
                            std::optional<std::int64_t> longest, GstVideoInfo& info) {
-  std::unique_lock lock(mutex_);
-  const auto known = [&] {
-    if (flushing_ || unlocked_ || ended_) return true;
+  Lock lock(mutex_);
+  wait(lock, longest, [&] {
     while (!live_ && !arrived_.empty() && arrived_.front().time < time - tolerance) {
       arrived_.pop_front();
       changed_.notify_all();
@@ -90,13 +59,7 @@ BufferRef DepthInput::find(std::int64_t time, std::int64_t tolerance,
     for (const Arrived& frame : arrived_)
       if (frame.time >= time - tolerance) return true;
     return false;
-  };
-  if (longest) {
-    changed_.wait_until(lock, deadline_of(*longest), known);
-  } else {
-    // Who is unlinked meanwhile tells nobody.
-    while (!known() && !live_ && linked()) changed_.wait_until(lock, deadline_of(GST_SECOND));
-  }
+  });
   for (auto frame = arrived_.begin(); frame != arrived_.end(); ++frame) {
     if (std::abs(frame->time - time) > tolerance) continue;
     info = frame->info;
@@ -138,13 +101,10 @@ std::shared_ptr<const DepthPicture> DepthInput::at(GstBuffer* frame, const GstSe
 
 // ---- the pad's thread
 
-DepthInput& DepthInput::of(GstPad* pad) {
-  return *static_cast<DepthInput*>(gst_pad_get_element_private(pad));
-}
-
 GstFlowReturn DepthInput::take(BufferRef buffer) {
   const SceneInputSettings settings = settings_();
-  std::unique_lock lock(mutex_);
+  Lock lock(mutex_);
+  if (flushing_) return GST_FLOW_FLUSHING;
   if (GST_VIDEO_INFO_FORMAT(&info_) == GST_VIDEO_FORMAT_UNKNOWN) return GST_FLOW_NOT_NEGOTIATED;
   const auto time = time_of_frame(buffer.get(), segment_, settings.match);
   if (!time) {
@@ -155,83 +115,21 @@ GstFlowReturn DepthInput::take(BufferRef buffer) {
     return GST_FLOW_OK;
   }
   statistics_.count("depth-frames");
-  changed_.wait(lock, [&] { return flushing_ || live_ || arrived_.size() < most_of_files; });
-  if (flushing_) return GST_FLOW_FLUSHING;
+  const GstFlowReturn held = hold(lock, [&] { return arrived_.size() >= most_of_files; });
+  if (held != GST_FLOW_OK) return held;
   arrived_.push_back({*time, std::move(buffer), info_});
   if (arrived_.size() > most_live) arrived_.pop_front();
   changed_.notify_all();
   return GST_FLOW_OK;
 }
 
-GstFlowReturn DepthInput::chain(GstPad* pad, GstObject*, GstBuffer* buffer) {
-  return of(pad).take(BufferRef(buffer));
-}
-
-void DepthInput::forget(bool flushing) {
+bool DepthInput::hear_caps(GstCaps* caps) {
   const std::scoped_lock lock(mutex_);
-  flushing_ = flushing;
-  live_ = ended_ = false;
+  return gst_video_info_from_caps(&info_, caps);
+}
+
+void DepthInput::forget() {
   arrived_.clear();
-  gst_segment_init(&segment_, GST_FORMAT_UNDEFINED);
-  changed_.notify_all();
-}
-
-/// Whether the event can be lived with.
-bool DepthInput::hear(GstPad* pad, GstEvent* event) {
-  switch (GST_EVENT_TYPE(event)) {
-    case GST_EVENT_FLUSH_START:
-      forget(true);
-      break;
-    case GST_EVENT_FLUSH_STOP:
-      forget(false);
-      break;
-    case GST_EVENT_CAPS: {
-      GstCaps* caps = nullptr;
-      gst_event_parse_caps(event, &caps);
-      const std::scoped_lock lock(mutex_);
-      return gst_video_info_from_caps(&info_, caps);
-    }
-    case GST_EVENT_SEGMENT: {
-      g_autoptr(GstQuery) latency = gst_query_new_latency();
-      gboolean live = FALSE;
-      if (gst_pad_peer_query(pad, latency))
-        gst_query_parse_latency(latency, &live, nullptr, nullptr);
-      const std::scoped_lock lock(mutex_);
-      gst_event_copy_segment(event, &segment_);
-      live_ = live;
-      ended_ = false;
-      changed_.notify_all();
-      break;
-    }
-    case GST_EVENT_EOS: {
-      const std::scoped_lock lock(mutex_);
-      ended_ = true;
-      changed_.notify_all();
-      break;
-    }
-    default:
-      break;
-  }
-  return true;
-}
-
-gboolean DepthInput::event(GstPad* pad, GstObject*, GstEvent* event) {
-  const bool good = of(pad).hear(pad, event);
-  gst_event_unref(event);
-  return good;
-}
-
-/// Nothing of the depth goes on into the stream of frames.
-gboolean DepthInput::query(GstPad* pad, GstObject* parent, GstQuery* query) {
-  const bool caps =
-      GST_QUERY_TYPE(query) == GST_QUERY_CAPS || GST_QUERY_TYPE(query) == GST_QUERY_ACCEPT_CAPS;
-  return caps ? gst_pad_query_default(pad, parent, query) : FALSE;
-}
-
-gboolean DepthInput::activate(GstPad* pad, GstObject*, GstPadMode mode, gboolean active) {
-  if (mode != GST_PAD_MODE_PUSH) return FALSE;
-  of(pad).forget(!active);
-  return TRUE;
 }
 
 }  // namespace polyhull::element

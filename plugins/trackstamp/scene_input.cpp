@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "plugins/trackstamp/scene_input.h"
 
-#include <chrono>
 #include <utility>
 
 #include "base/error.h"
-#include "plugins/common/memory/mapped_memory.h"
 
 namespace polyhull::element {
 namespace {
@@ -17,10 +15,6 @@ constexpr std::int64_t silence = GST_SECOND;
 /// A thousand lights have less.
 constexpr std::size_t longest_line = 1 << 20;
 
-std::chrono::steady_clock::time_point deadline_of(std::int64_t ns_from_now) {
-  return std::chrono::steady_clock::now() + std::chrono::nanoseconds(ns_from_now);
-}
-
 }  // namespace
 
 SceneInput::SceneInput(GstElement* element, Statistics& statistics,
@@ -29,30 +23,12 @@ SceneInput::SceneInput(GstElement* element, Statistics& statistics,
   statistics.declare({"scene-messages", "scene-messages-unusable", "scene-messages-untimed",
                       "scene-messages-late", "frames-announced", "frames-unannounced",
                       "frames-unmatchable", "scene-losses"});
-  gst_segment_init(&segment_, GST_FORMAT_UNDEFINED);
-}
-
-GstPad* SceneInput::make_pad(GstPadTemplate* pad_template) {
-  pad_ = gst_pad_new_from_template(pad_template, "scene");
-  gst_pad_set_element_private(pad_, this);
-  gst_pad_set_chain_function(pad_, chain);
-  gst_pad_set_event_function(pad_, event);
-  gst_pad_set_query_function(pad_, query);
-  gst_pad_set_activatemode_function(pad_, activate);
-  return pad_;
-}
-
-void SceneInput::unlock(bool unlocked) {
-  const std::scoped_lock lock(mutex_);
-  unlocked_ = unlocked;
-  changed_.notify_all();
 }
 
 void SceneInput::rewind() {
-  if (!linked()) return;
   // Nobody is told where it cannot: what comes over a network goes on.
-  gst_pad_push_event(pad_, gst_event_new_seek(1.0, GST_FORMAT_BYTES, GST_SEEK_FLAG_FLUSH,
-                                              GST_SEEK_TYPE_SET, 0, GST_SEEK_TYPE_NONE, -1));
+  push_upstream(gst_event_new_seek(1.0, GST_FORMAT_BYTES, GST_SEEK_FLAG_FLUSH, GST_SEEK_TYPE_SET, 0,
+                                   GST_SEEK_TYPE_NONE, -1));
 }
 
 void SceneInput::reset() {
@@ -117,17 +93,9 @@ std::optional<Announcement> SceneInput::at(GstBuffer* frame, const GstSegment& s
     follow(settings.match, settings.match == SceneMatch::timecode ? period_ : 0);
     asked_ = time + tolerance;
     changed_.notify_all();
-    const auto known = [&] {
-      return flushing_ || unlocked_ || ended_ || history_.reaches(time - tolerance);
-    };
     if (!by_arrival) {
       if (longest && lost_) longest = 0;
-      if (longest) {
-        changed_.wait_until(lock, deadline_of(*longest), known);
-      } else {
-        // Who is unlinked meanwhile tells nobody, and who turns out to be live is not waited for.
-        while (!known() && !live_ && linked()) changed_.wait_until(lock, deadline_of(silence));
-      }
+      wait(lock, longest, [&] { return history_.reaches(time - tolerance); });
     }
     const auto* entry = history_.at(time + tolerance);
     if (entry != nullptr) current_ = entry->announcement;
@@ -141,10 +109,6 @@ std::optional<Announcement> SceneInput::at(GstBuffer* frame, const GstSegment& s
 }
 
 // ---- the pad's thread
-
-SceneInput& SceneInput::of(GstPad* pad) {
-  return *static_cast<SceneInput*>(gst_pad_get_element_private(pad));
-}
 
 void SceneInput::take_line(const std::string& line, std::optional<std::int64_t> arrival) {
   const char* counter = "scene-messages-unusable";
@@ -192,100 +156,35 @@ bool SceneInput::is_ahead() const {
          history_.later_than(*asked_) > AnnouncementHistory::most / 2;
 }
 
-GstFlowReturn SceneInput::take(GstBuffer* buffer) {
-  std::string bytes(gst_buffer_get_size(buffer), '\0');
-  gst_buffer_extract(buffer, 0, bytes.data(), bytes.size());
+GstFlowReturn SceneInput::take(BufferRef buffer) {
+  std::string bytes(gst_buffer_get_size(buffer.get()), '\0');
+  gst_buffer_extract(buffer.get(), 0, bytes.data(), bytes.size());
   std::optional<std::int64_t> arrival;
   {
     const std::scoped_lock lock(mutex_);
-    if (segment_.format == GST_FORMAT_TIME) {
-      const GstClockTime time =
-          gst_segment_to_running_time(&segment_, GST_FORMAT_TIME, GST_BUFFER_PTS(buffer));
-      if (GST_CLOCK_TIME_IS_VALID(time) && time < static_cast<GstClockTime>(G_MAXINT64 / 4))
-        arrival = static_cast<std::int64_t>(time);
-    }
+    if (flushing_) return GST_FLOW_FLUSHING;
+    arrival = running_time(buffer.get());
   }
   split(bytes, arrival);
   Lock lock(mutex_);
-  changed_.wait(lock, [&] { return flushing_ || live_ || !is_ahead(); });
-  return flushing_ ? GST_FLOW_FLUSHING : GST_FLOW_OK;
+  return hold(lock, [&] { return is_ahead(); });
 }
 
-GstFlowReturn SceneInput::chain(GstPad* pad, GstObject*, GstBuffer* buffer) {
-  const BufferRef held(buffer);
-  return of(pad).take(buffer);
+void SceneInput::begin() {
+  unfinished_.clear();
+  too_long_ = false;
 }
 
-void SceneInput::forget(bool flushing) {
-  const std::scoped_lock lock(mutex_);
-  flushing_ = flushing;
-  live_ = ended_ = false;
+void SceneInput::end() {
+  if (!unfinished_.empty()) split("\n", std::nullopt);
+}
+
+void SceneInput::forget() {
   history_ = AnnouncementHistory(period_);
   asked_.reset();
   answered_.reset();
   first_.reset();
   lost_ = false;
-  gst_segment_init(&segment_, GST_FORMAT_UNDEFINED);
-  changed_.notify_all();
-}
-
-void SceneInput::hear(GstPad* pad, GstEvent* event) {
-  switch (GST_EVENT_TYPE(event)) {
-    case GST_EVENT_FLUSH_START:
-      forget(true);
-      return;
-    case GST_EVENT_FLUSH_STOP:
-      unfinished_.clear();
-      too_long_ = false;
-      forget(false);
-      return;
-    case GST_EVENT_SEGMENT: {
-      g_autoptr(GstQuery) latency = gst_query_new_latency();
-      gboolean live = FALSE;
-      if (gst_pad_peer_query(pad, latency))
-        gst_query_parse_latency(latency, &live, nullptr, nullptr);
-      const std::scoped_lock lock(mutex_);
-      gst_event_copy_segment(event, &segment_);
-      live_ = live;
-      ended_ = false;
-      changed_.notify_all();
-      return;
-    }
-    case GST_EVENT_EOS: {
-      if (!unfinished_.empty()) split("\n", std::nullopt);
-      const std::scoped_lock lock(mutex_);
-      ended_ = true;
-      changed_.notify_all();
-      return;
-    }
-    default:
-      return;
-  }
-}
-
-gboolean SceneInput::event(GstPad* pad, GstObject*, GstEvent* event) {
-  of(pad).hear(pad, event);
-  gst_event_unref(event);
-  return TRUE;
-}
-
-/// Nothing of the messages goes on into the stream of frames.
-gboolean SceneInput::query(GstPad* pad, GstObject* parent, GstQuery* query) {
-  const bool caps =
-      GST_QUERY_TYPE(query) == GST_QUERY_CAPS || GST_QUERY_TYPE(query) == GST_QUERY_ACCEPT_CAPS;
-  return caps ? gst_pad_query_default(pad, parent, query) : FALSE;
-}
-
-gboolean SceneInput::activate(GstPad* pad, GstObject*, GstPadMode mode, gboolean active) {
-  if (mode != GST_PAD_MODE_PUSH) return FALSE;
-  SceneInput& self = of(pad);
-  // The pad's thread is not within it before it is active; after, GStreamer waits for it.
-  if (active) {
-    self.unfinished_.clear();
-    self.too_long_ = false;
-  }
-  self.forget(!active);
-  return TRUE;
 }
 
 }  // namespace polyhull::element

@@ -124,6 +124,7 @@ std::optional<std::int64_t> time_of_frame(GstBuffer* frame, const GstSegment& se
   std::int64_t time = no_time;
   CaptureClock clock = CaptureClock::unix;
   GstClockTime stamp = GST_CLOCK_TIME_NONE;
+  const bool timed = segment.format == GST_FORMAT_TIME;
   switch (match) {
     case SceneMatch::timecode:
       time = timecode_of(frame);
@@ -133,10 +134,12 @@ std::optional<std::int64_t> time_of_frame(GstBuffer* frame, const GstSegment& se
       if (clock != CaptureClock::unix) time = no_time;
       break;
     case SceneMatch::stream_time:
-      stamp = gst_segment_to_stream_time(&segment, GST_FORMAT_TIME, GST_BUFFER_PTS(frame));
+      if (timed)
+        stamp = gst_segment_to_stream_time(&segment, GST_FORMAT_TIME, GST_BUFFER_PTS(frame));
       break;
     case SceneMatch::arrival:
-      stamp = gst_segment_to_running_time(&segment, GST_FORMAT_TIME, GST_BUFFER_PTS(frame));
+      if (timed)
+        stamp = gst_segment_to_running_time(&segment, GST_FORMAT_TIME, GST_BUFFER_PTS(frame));
       break;
   }
   if (GST_CLOCK_TIME_IS_VALID(stamp)) time = static_cast<std::int64_t>(stamp);

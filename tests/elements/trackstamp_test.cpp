@@ -3,6 +3,7 @@
 #include <gst/check/gstharness.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <filesystem>
 #include <thread>
 
@@ -209,6 +210,29 @@ GST_START_TEST(test_what_is_no_video_is_refused) {
 }
 GST_END_TEST
 
+// What is live and has never said anything holds up no frame of video that is not.
+GST_START_TEST(test_silent_inputs_are_not_waited_for) {
+  for (const char* pad : {"track", "scene", "depth"}) {
+    GstElement* pipeline = parse(std::string("udpsrc port=0 ! t.") + pad +
+                                 " videotestsrc num-buffers=3 ! trackstamp name=t "
+                                 "scene-match=stream-time ! fakesink name=sink sync=false");
+    GstElement* sink = gst_bin_get_by_name(GST_BIN(pipeline), "sink");
+    std::atomic<int> came{0};
+    g_object_set(sink, "signal-handoffs", TRUE, nullptr);
+    g_signal_connect(
+        sink, "handoff",
+        G_CALLBACK(+[](GstElement*, GstBuffer*, GstPad*, std::atomic<int>* count) { ++*count; }),
+        &came);
+    fail_if(gst_element_set_state(pipeline, GST_STATE_PLAYING) == GST_STATE_CHANGE_FAILURE);
+    for (int i = 0; i < 2000 && came < 3; ++i) g_usleep(10000);
+    fail_unless(came == 3, "%s: %d frames came", pad, came.load());
+    gst_element_set_state(pipeline, GST_STATE_NULL);
+    gst_object_unref(sink);
+    gst_object_unref(pipeline);
+  }
+}
+GST_END_TEST
+
 GST_START_TEST(test_states) {
   check_states("tracksrc location=" + record_motion(folder / "states.pcap", 10 * ms, 500) +
                    " ! t.track videotestsrc ! trackstamp name=t ! fakesink",
@@ -231,6 +255,7 @@ static Suite* trackstamp_suite() {
   tcase_add_test(tests, test_scene_of_upstream_stays);
   tcase_add_test(tests, test_flush_ends_the_waiting);
   tcase_add_test(tests, test_what_is_no_video_is_refused);
+  tcase_add_test(tests, test_silent_inputs_are_not_waited_for);
   tcase_add_test(tests, test_states);
   return suite;
 }

@@ -2,10 +2,8 @@
 #include "plugins/common/camera/camera_track.h"
 
 #include <algorithm>
-#include <chrono>
 
 #include "base/error.h"
-#include "plugins/common/memory/mapped_memory.h"
 #include "track/pose_message.h"
 
 namespace polyhull::element {
@@ -21,96 +19,33 @@ std::int64_t monotonic_ns() {
   return 1000 * g_get_monotonic_time();
 }
 
-/// Whether what is linked to \p pad is live.
-bool comes_live(GstPad* pad) {
-  g_autoptr(GstQuery) latency = gst_query_new_latency();
-  gboolean live = FALSE;
-  if (gst_pad_peer_query(pad, latency)) gst_query_parse_latency(latency, &live, nullptr, nullptr);
-  return live != FALSE;
-}
-
-std::chrono::steady_clock::time_point deadline_of(std::int64_t ns_from_now) {
-  return std::chrono::steady_clock::now() + std::chrono::nanoseconds(ns_from_now);
-}
-
 }  // namespace
 
 CameraTrack::CameraTrack(GstElement* element, Statistics& statistics)
     : element_(element), statistics_(statistics) {
   statistics.declare({"poses", "poses-unusable", "frames-tracked", "frames-untracked",
                       "frames-ahead", "track-losses"});
-  gst_segment_init(&segment_, GST_FORMAT_UNDEFINED);
-}
-
-GstPad* CameraTrack::make_pad(GstPadTemplate* pad_template) {
-  const std::scoped_lock lock(mutex_);
-  if (pad_) return nullptr;
-  pad_ = gst_pad_new_from_template(pad_template, "track");
-  gst_pad_set_element_private(pad_, this);
-  gst_pad_set_chain_function(pad_, chain);
-  gst_pad_set_event_function(pad_, event);
-  gst_pad_set_query_function(pad_, query);
-  gst_pad_set_activatemode_function(pad_, activate);
-  return pad_;
-}
-
-void CameraTrack::forget_pad() {
-  reset(true);
-  const std::scoped_lock lock(mutex_);
-  pad_ = nullptr;
-}
-
-GstPad* CameraTrack::linked_pad() const {
-  const std::scoped_lock lock(mutex_);
-  if (!pad_ || !gst_pad_is_linked(pad_)) return nullptr;
-  return static_cast<GstPad*>(gst_object_ref(pad_));
-}
-
-void CameraTrack::unlock(bool unlocked) {
-  const std::scoped_lock lock(mutex_);
-  unlocked_ = unlocked;
-  changed_.notify_all();
-}
-
-bool CameraTrack::unlocked() const {
-  const std::scoped_lock lock(mutex_);
-  return unlocked_;
-}
-
-void CameraTrack::push_upstream(GstEvent* event) {
-  g_autoptr(GstPad) pad = linked_pad();
-  if (pad) {
-    gst_pad_push_event(pad, event);
-  } else {
-    gst_event_unref(event);
-  }
 }
 
 // ---- the element's thread
 
-bool CameraTrack::wait(std::unique_lock<std::mutex>& lock, std::int64_t time,
-                       std::optional<std::int64_t> longest) {
+void CameraTrack::wait_for_pose(Lock& lock, std::int64_t time,
+                                std::optional<std::int64_t> longest) {
   const auto known = [&] {
     const auto end = track_.end();
-    return flushing_ || unlocked_ || ended_ || (end && *end >= time);
+    return end && *end >= time;
   };
   // Who is lost is not waited for again with each frame.
   if (longest && lost_) longest = 0;
-  if (longest) return changed_.wait_until(lock, deadline_of(*longest), known);
   const std::int64_t begun = monotonic_ns();
-  while (!known()) {
-    if (!live_) {
-      // Who is unlinked meanwhile tells nobody.
-      changed_.wait_until(lock, deadline_of(Track::silence_ns));
-      if (!pad_ || !gst_pad_is_linked(pad_)) return false;
-      continue;
-    }
+  wait(lock, longest, known);
+  if (longest) return;
+  while (live_ && !over() && !known()) {
     const std::int64_t left =
         std::max(arrival_, lost_ ? 0 : begun) + Track::silence_ns - monotonic_ns();
-    if (left <= 0) return false;
-    changed_.wait_until(lock, deadline_of(left));
+    if (left <= 0) return;
+    changed_.wait_until(lock, in(left));
   }
-  return true;
 }
 
 /// Counts the frame at \p time; the sentence to say where the track has just been lost.
@@ -131,17 +66,14 @@ std::optional<std::string> CameraTrack::judge(std::int64_t time) {
 }
 
 std::optional<TrackedPose> CameraTrack::at(std::int64_t time, std::optional<std::int64_t> longest) {
-  {
-    g_autoptr(GstPad) pad = linked_pad();
-    if (!pad) return {};
-  }
+  if (!linked()) return {};
   std::optional<TrackedPose> pose;
   std::optional<std::string> loss;
   {
-    std::unique_lock lock(mutex_);
+    Lock lock(mutex_);
     asked_ = time;
     changed_.notify_all();
-    wait(lock, time, longest);
+    wait_for_pose(lock, time, longest);
     if (const auto begin = track_.begin()) pose = track_.at(std::max(time, *begin));
     loss = judge(time);
   }
@@ -150,10 +82,6 @@ std::optional<TrackedPose> CameraTrack::at(std::int64_t time, std::optional<std:
 }
 
 // ---- the track's thread
-
-CameraTrack& CameraTrack::of(GstPad* pad) {
-  return *static_cast<CameraTrack*>(gst_pad_get_element_private(pad));
-}
 
 void CameraTrack::add(GstBuffer* buffer) {
   const gsize size = gst_buffer_get_size(buffer);
@@ -164,109 +92,40 @@ void CameraTrack::add(GstBuffer* buffer) {
   gst_buffer_extract(buffer, 0, json.data(), size);
   const PoseMessage message = parse_pose_message(json);
   const std::scoped_lock lock(mutex_);
-  GstClockTime time = GST_CLOCK_TIME_NONE;
-  int sign = 0;
-  if (segment_.format == GST_FORMAT_TIME && GST_BUFFER_PTS_IS_VALID(buffer))
-    sign =
-        gst_segment_to_running_time_full(&segment_, GST_FORMAT_TIME, GST_BUFFER_PTS(buffer), &time);
-  if (sign == 0 || time > static_cast<GstClockTime>(G_MAXINT64 / 4))
-    throw Error(Error::Kind::bad_input, "It has no time on the pipeline's clock.");
+  if (flushing_) return;
+  const auto time = running_time(buffer);
+  if (!time) throw Error(Error::Kind::bad_input, "It has no time on the pipeline's clock.");
   // Nothing lies between two cameras.
   if (message.pose.source != source_) track_.forget();
   source_ = message.pose.source;
   TrackSettings settings;
   settings.prediction_ns = message.prediction_ns;
   track_.set(settings);
-  track_.add(message.pose, sign * static_cast<std::int64_t>(time));
+  track_.add(message.pose, *time);
   arrival_ = monotonic_ns();
   changed_.notify_all();
 }
 
-GstFlowReturn CameraTrack::take(GstBuffer* buffer) {
+GstFlowReturn CameraTrack::take(BufferRef buffer) {
   try {
-    add(buffer);
+    add(buffer.get());
     statistics_.count("poses");
   } catch (const std::exception& error) {
     statistics_.warn(element_, "poses-unusable",
                      fmt::format("A pose at the pad track is not used: {}", error.what()));
   }
-  std::unique_lock lock(mutex_);
-  changed_.wait(lock, [&] {
+  Lock lock(mutex_);
+  return hold(lock, [&] {
     const auto end = track_.end();
-    return flushing_ || live_ || !end || *end <= asked_ + most_ahead;
+    return end && *end > asked_ + most_ahead;
   });
-  return flushing_ ? GST_FLOW_FLUSHING : GST_FLOW_OK;
 }
 
-GstFlowReturn CameraTrack::chain(GstPad* pad, GstObject*, GstBuffer* buffer) {
-  const BufferRef held(buffer);
-  return of(pad).take(buffer);
-}
-
-void CameraTrack::reset(bool flushing) {
-  const std::scoped_lock lock(mutex_);
-  flushing_ = flushing;
-  live_ = ended_ = false;
+void CameraTrack::forget() {
   track_.forget();
   asked_ = 0;
   begun_.reset();
   lost_ = false;
-  gst_segment_init(&segment_, GST_FORMAT_UNDEFINED);
-  changed_.notify_all();
-}
-
-void CameraTrack::hear(GstPad* pad, GstEvent* event) {
-  switch (GST_EVENT_TYPE(event)) {
-    case GST_EVENT_FLUSH_START:
-      reset(true);
-      return;
-    case GST_EVENT_FLUSH_STOP:
-      reset(false);
-      return;
-    case GST_EVENT_STREAM_START: {
-      // Which comes at once, the segment with the first pose.
-      const bool live = comes_live(pad);
-      const std::scoped_lock lock(mutex_);
-      live_ = live;
-      changed_.notify_all();
-      return;
-    }
-    case GST_EVENT_SEGMENT: {
-      const bool live = comes_live(pad);
-      const std::scoped_lock lock(mutex_);
-      gst_event_copy_segment(event, &segment_);
-      live_ = live;
-      ended_ = false;
-      return;
-    }
-    case GST_EVENT_EOS: {
-      const std::scoped_lock lock(mutex_);
-      ended_ = true;
-      changed_.notify_all();
-      return;
-    }
-    default:
-      return;
-  }
-}
-
-gboolean CameraTrack::event(GstPad* pad, GstObject*, GstEvent* event) {
-  of(pad).hear(pad, event);
-  gst_event_unref(event);
-  return TRUE;
-}
-
-/// Nothing of a track goes on into the stream of frames.
-gboolean CameraTrack::query(GstPad* pad, GstObject* parent, GstQuery* query) {
-  const bool caps =
-      GST_QUERY_TYPE(query) == GST_QUERY_CAPS || GST_QUERY_TYPE(query) == GST_QUERY_ACCEPT_CAPS;
-  return caps ? gst_pad_query_default(pad, parent, query) : FALSE;
-}
-
-gboolean CameraTrack::activate(GstPad* pad, GstObject*, GstPadMode mode, gboolean active) {
-  if (mode != GST_PAD_MODE_PUSH) return FALSE;
-  of(pad).reset(!active);
-  return TRUE;
 }
 
 }  // namespace polyhull::element
