@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "plugins/viewclientsrc/packets.h"
 
+#include <regex>
 #include <string>
 
 #include "plugins/common/memory/payload_buffer.h"
@@ -11,29 +12,37 @@ namespace polyhull::element {
 
 namespace {
 
-/// GStreamer's readers descend with each bracket, and anybody may have written what they read.
-bool nests(std::string_view text) {
-  return text.find_first_of("{[<") != std::string_view::npos;
+// GStreamer's readers descend with each bracket, and keep for good each name that they have not met
+// before; and anybody may have written what they read. So they get no more than these: what gdppay
+// writes of the formats of views and meshes, and of segments.
+const std::regex& caps_form() {
+  static const std::regex form(
+      R"(application/x-polyhull-(view|mesh)(, framerate=\(fraction\)\d{1,9}/\d{1,9})?;?)");
+  return form;
+}
+
+const std::regex& segment_form() {
+  static const std::regex form(
+      R"re(GstEventSegment, segment=\(GstSegment\)"(Gst)?[Ss]egment, flags=\(GstSegmentFlags\)[\w+-]*, )re"
+      R"re(rate=\(double\)[\d.e+-]+, applied-rate=\(double\)[\d.e+-]+, format=\(GstFormat\)time)re"
+      R"re((, (base|offset|start|stop|time|position|duration)=\(guint64\)\d{1,20}){0,7};?";?)re");
+  return form;
+}
+
+bool has_form(std::string_view text, const std::regex& form) {
+  constexpr std::size_t longest = 1024;  // the library's reader, too, descends
+  return text.size() <= longest && std::regex_match(text.begin(), text.end(), form);
 }
 
 }  // namespace
 
 GstCaps* read_caps(std::string_view text) {
-  if (nests(text)) return nullptr;
-  GstCaps* caps = gst_caps_from_string(std::string(text).c_str());
-  if (caps == nullptr) return nullptr;
-  if (gst_caps_is_fixed(caps)) {
-    const GstStructure* structure = gst_caps_get_structure(caps, 0);
-    for (const char* known : {view_caps, mesh_caps})
-      if (gst_structure_has_name(structure, known)) return caps;
-  }
-  gst_caps_unref(caps);
-  return nullptr;
+  if (!has_form(text, caps_form())) return nullptr;
+  return gst_caps_from_string(std::string(text).c_str());
 }
 
 bool read_segment(std::string_view text, GstSegment& segment) {
-  constexpr std::string_view begin = "GstEventSegment, segment=(GstSegment)";
-  if (!text.starts_with(begin) || nests(text)) return false;
+  if (!has_form(text, segment_form())) return false;
   GstStructure* structure = gst_structure_from_string(std::string(text).c_str(), nullptr);
   if (structure == nullptr) return false;
   const GValue* value = gst_structure_get_value(structure, "segment");

@@ -217,9 +217,10 @@ void ViewClientSrc::hear(GstElement* element, const PacketHeader& header, std::s
   if (header.kind == PacketKind::caps) {
     format.reset(read_caps(text));
     if (format == nullptr)
-      throw Cut{"refused-formats",
-                "what it brings is neither views nor meshes. The sender's pipeline must have "
-                "silhouette, contourfind or hullbuild before gdppay."};
+      throw Cut{
+          "refused-formats",
+          "what it brings is neither views nor meshes, with at most a framerate. The sender's "
+          "pipeline must have silhouette, contourfind or hullbuild before gdppay."};
   } else if (header.event == GST_EVENT_SEGMENT) {
     if (!read_segment(text, segment))
       throw Cut{"refused-packets", "its segment is none of times that go forward."};

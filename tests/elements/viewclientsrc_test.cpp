@@ -156,6 +156,18 @@ GST_START_TEST(test_refused_formats) {
 }
 GST_END_TEST
 
+// GStreamer keeps each name that it reads for good: those of strangers are not given to it.
+GST_START_TEST(test_names_of_strangers) {
+  const std::string good = "framerate=(fraction)25/1", bad = "never-met=(string)abcdef";
+  Packet bytes = recorded().bytes();
+  const auto at = std::search(bytes.begin(), bytes.end(), good.begin(), good.end());
+  fail_if(at == bytes.end() || good.size() != bad.size());
+  std::copy(bad.begin(), bad.end(), at);
+  check_refused(bytes, "refused-formats", "neither views nor meshes");
+  fail_unless(g_quark_try_string("never-met") == 0);
+}
+GST_END_TEST
+
 // What is no frame in a packet that is one is dropped, and the connection stays.
 GST_START_TEST(test_forged_frames) {
   const Sender sender([&](int, Accepted& accepted) {
@@ -417,6 +429,7 @@ static Suite* viewclientsrc_suite() {
   tcase_add_test(tests, test_cut_and_back);
   tcase_add_test(tests, test_refused);
   tcase_add_test(tests, test_refused_formats);
+  tcase_add_test(tests, test_names_of_strangers);
   tcase_add_test(tests, test_forged_frames);
   tcase_add_test(tests, test_floods);
   tcase_add_test(tests, test_half_open);

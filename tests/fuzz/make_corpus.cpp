@@ -1,15 +1,19 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// Writes good examples for the fuzzers into FOLDER/view, /mesh, /rig and /exchange to start from.
+// Writes good examples for the fuzzers into FOLDER/view, /mesh, /rig and so on to start from.
 #include <filesystem>
 #include <fstream>
 #include <iostream>
 #include <string>
 
+#include "../lib/track/packets.h"
 #include "../lib/wire_examples.h"
 #include "rig/export.h"
 #include "scene/announcement.h"
 #include "studio/cameras/default_rig.h"
+#include "track/pose_message.h"
+#include "wire/coded_view.h"
 #include "wire/mesh_payload.h"
+#include "wire/packet.h"
 #include "wire/view_payload.h"
 
 namespace {
@@ -24,6 +28,36 @@ constexpr char opentrackio_sample[] = R"(1{
                            "radial": [-1e-4, 2e-5, 3e-8, -1e-8, 2e-11, 1e-11]}]},
   "transforms": [{"translation": {"x": 1, "y": 2, "z": 3},
                   "rotation": {"pan": 90, "tilt": -30, "roll": 0}}]})";
+
+using Packet = polyhull::track_examples::Packet;
+
+/// A view packed by \p coding.
+Packet coded_view(polyhull::PixelCoding coding) {
+  using namespace polyhull;
+  const std::vector<std::uint8_t> pixels = examples::pixels(840, 3);
+  const View view = examples::view("cam0", pixels);
+  const PixelShape shape{view.roi.width, view.roi.height, 4};
+  PixelEncoder encoder;
+  const auto block = encoder.encode(coding, shape, view.pixels, view.stride);
+  Packet out = write_coded_view_header(view, coding, block.size());
+  out.insert(out.end(), block.begin(), block.end());
+  return out;
+}
+
+/// A packet of a buffer of 4 bytes without checksums.
+Packet packet() {
+  Packet out(polyhull::packet_header_size + 4);
+  out[0] = 1;
+  out[9] = 4;  // the payload's size
+  return out;
+}
+
+/// As the fuzzer of tracks takes packets: a byte for sender and time, two for the length, the packet.
+void append_packet(Packet& to, std::uint8_t time, const Packet& packet) {
+  to.push_back(time);
+  polyhull::track_examples::append(to, static_cast<std::uint32_t>(packet.size()), 2);
+  to.insert(to.end(), packet.begin(), packet.end());
+}
 
 }  // namespace
 
@@ -55,4 +89,26 @@ int main(int count, char** arguments) {
       R"(,"timecode":"10:00:00;02","timecode_rate":[30000,1001],"stream_time_ns":0,"unix_time_ns":1,"depth_near":0.5})";
   write("announcement", timed);
   write("exchange", std::string(opentrackio_sample), "opentrackio");
+  write("packet", packet());
+  for (const PixelCoding coding : {PixelCoding::lz4, PixelCoding::zstd, PixelCoding::jpeg})
+    write("packet", coded_view(coding),
+          ("view" + std::to_string(static_cast<int>(coding))).c_str());
+  const nlohmann::json sample = track_examples::sample({10, 20, 30}, {1, 2, 3});
+  const Packet freed = track_examples::freed(7, {10, 20, 30}, {1, 2, 3}, 100, 200);
+  const Packet text = track_examples::json_bytes(sample);
+  write("freed", freed);
+  write("opentrackio", text, "json");
+  write("opentrackio", nlohmann::json::to_cbor(sample), "cbor");
+  write("opentrackio", track_examples::segment(text, 1, 1, 0, text.size(), 255), "segment");
+  write("track", pose_message_to_json({}), "message");
+  Packet packets;
+  append_packet(packets, 8, freed);
+  append_packet(packets, 9, track_examples::segment(text, 1, 1, 0, text.size(), 255));
+  write("track", packets, "packets");
+  write("packet_text", std::string("1application/x-polyhull-view, camera=(string)cam0"), "caps");
+  write("packet_text",
+        std::string(
+            "2offset=(guint64)0, start=(guint64)0, stop=(guint64)18446744073709551615, "
+            "time=(guint64)0, position=(guint64)0, duration=(guint64)18446744073709551615;\""),
+        "segment");
 }
