@@ -27,7 +27,7 @@ void FrameComposer::set_lens(const CompositeSettings& settings, const GstVideoIn
   time_before_ = time;
   lens_.set(frame_, lens, known ? &*before : nullptr);
   if (lens_.moves()) statistics_.count("motion-blurred");
-  if (frame_.scene) return;
+  if (frame_.scene || frame_.depth) return;
   if ((lens.aperture > 0.0 && !lens.subject_only) || (lens_.moves() && !lens.still_background))
     statistics_.warn(gl_.element(), "lens-without-scene",
                      "No scene tells how far away the background is: its depth of field and motion "

@@ -9,6 +9,8 @@
 
 #include "backend.h"
 #include "figure_stage.h"
+#include "render/lens/depth_layers.h"
+#include "render/lens/lens_picture.h"
 
 namespace polyhull {
 namespace {
@@ -89,6 +91,57 @@ TEST_P(DepthPictureTest, BackendsAgree) {
     before = shown;
   }
   EXPECT_GT(parts, 5);  // so many of the planes cut it
+}
+
+// With a lens that distorts, of the picture as it comes and goes out.
+TEST_P(DepthPictureTest, GoesThroughTheLens) {
+  const auto renderer = make_renderer();
+  stage_.frame.viewport.distortion = {-0.2, 0.05, 0.0, 0.0};
+  const auto draw_lens = [&](float inverse) {
+    RenderFrame frame = stage_.frame;
+    if (inverse > 0.0f) {
+      auto depth = std::make_shared<DepthPicture>(DepthPicture{width, height, {}});
+      for (int i = 0; i < width * height; ++i)
+        depth->inverse.push_back(i % width < width / 2 ? inverse : 0.0f);
+      frame.depth = depth;
+    }
+    LensPicture lens;
+    lens.set(frame, {});
+    Picture out = stage_.background;
+    const RenderPlan plan = renderer->plan(frame, settings_);
+    lens.draw(frame, plan, 0, stage_.background.pixels.data(), 4 * width, out.pixels.data(),
+              4 * width,
+              [&](const RenderPlan& part, const std::uint8_t* from, int from_stride,
+                  std::uint8_t* to, int to_stride) {
+                renderer->render(frame, part, settings_, from, from_stride, to, to_stride);
+              });
+    return out;
+  };
+  const Picture open = draw_lens(0.0f), half = draw_lens(5.0f);
+  constexpr int beside = 4;  // the border's pixels are put together of both sides
+  ASSERT_FALSE(same(open, stage_.background, 0, width / 2 - beside));
+  ASSERT_FALSE(same(open, stage_.background, width / 2 + beside, width));
+  EXPECT_TRUE(same(half, stage_.background, 0, width / 2 - beside));
+  EXPECT_TRUE(same(half, open, width / 2 + beside, width));
+}
+
+// For depth of field: the nearer of what the scene has and what the picture tells.
+TEST(DepthLayers, HeedTheDepthPicture) {
+  synthetic::FigureStage stage(width, height);
+  DepthLayers layers;
+  layers.set(stage.frame, {});
+  const std::vector<float> scene = layers.scene();
+  auto depth = std::make_shared<DepthPicture>(DepthPicture{width, height, scene});
+  for (std::size_t i = 0; i < scene.size(); ++i)
+    depth->inverse[i] *= i % 3 == 0 ? 1.5f : i % 3 == 1 ? 1.01f : 0.5f;
+  stage.frame.depth = depth;
+  layers.set(stage.frame, {});
+  ASSERT_EQ(layers.scene().size(), scene.size());
+  for (std::size_t i = 0; i < scene.size(); ++i)
+    ASSERT_EQ(layers.scene()[i], i % 3 == 0 ? 1.5f * scene[i] : scene[i]) << i;
+  stage.frame.depth.reset();
+  layers.set(stage.frame, {});
+  EXPECT_EQ(layers.scene(), scene);
 }
 
 INSTANTIATE_TEST_SUITE_P(Backends, DepthPictureTest, ::testing::ValuesIn(testing::all_backends),

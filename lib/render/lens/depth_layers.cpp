@@ -6,6 +6,7 @@
 
 #include "base/thread_pool.h"
 #include "raster/screen_triangles.h"
+#include "render/depth_picture.h"
 #include "view/scene_planes.h"
 
 namespace polyhull {
@@ -32,6 +33,7 @@ void DepthLayers::set(const RenderFrame& frame, const RenderPlan& plan) {
   width_ = frame.width;
   height_ = frame.height;
   if (!still) draw_scene(frame, pixels);
+  add_depth(frame);
   draw_subjects(plan, pixels);
 }
 
@@ -56,6 +58,18 @@ void DepthLayers::draw_scene(const RenderFrame& frame, const Mat4& pixels) {
     for (std::size_t i = 0; i < samples * pixels_drawn; ++i)
       nearest[i % pixels_drawn] = std::max(nearest[i % pixels_drawn], inverse[i]);
   });
+}
+
+void DepthLayers::add_depth(const RenderFrame& frame) {
+  depth_.clear();
+  if (!frame.depth) return;
+  depth_ = scene_;
+  std::size_t i = 0;
+  for (int y = 0; y < height_; ++y)
+    for (int x = 0; x < width_; ++x, ++i) {
+      const float found = frame.depth->at(x, y, width_, height_);
+      if (found * (1.0f - depth_picture_ahead) > depth_[i]) depth_[i] = found;
+    }
 }
 
 void DepthLayers::draw_subjects(const RenderPlan& plan, const Mat4& pixels) {
@@ -95,7 +109,7 @@ void DepthLayers::draw_subjects(const RenderPlan& plan, const Mat4& pixels) {
     };
     // What the scene hides is not drawn.
     for (std::size_t i = 0; i < samples * pixels_drawn; ++i)
-      inverse[i] = scene_[place(i % pixels_drawn)];
+      inverse[i] = scene()[place(i % pixels_drawn)];
     triangles.draw(band, {drawn.first, drawn.end, top, bottom, samples, sample_places(samples),
                           inverse.data(), ids.data()});
     for (std::size_t i = 0; i < pixels_drawn; ++i) {

@@ -23,8 +23,8 @@ class DepthLayers {
 
   /// 1/z in metres (z along the optical axis) of the nearest that the scene has in a pixel, by four
   /// samples, row by row: a pixel that is smoothed between two things goes with the nearer one. 0: of
-  /// nothing, as if without end.
-  const std::vector<float>& scene() const { return scene_; }
+  /// nothing, as if without end. Where the frame's depth picture is ahead of it, what that has.
+  const std::vector<float>& scene() const { return depth_.empty() ? scene_ : depth_; }
 
   /// 1/z of the nearest subject, the mean over the samples that show it, and the share of the pixel
   /// that does, by four samples; both 0 where there is none. A subject without triangles (drawn from
@@ -37,6 +37,7 @@ class DepthLayers {
 
  private:
   void draw_scene(const RenderFrame& frame, const Mat4& pixels);
+  void add_depth(const RenderFrame& frame);
   void draw_subjects(const RenderPlan& plan, const Mat4& pixels);
 
   int width_ = 0, height_ = 0;
@@ -44,6 +45,7 @@ class DepthLayers {
   std::vector<Light> lights_;  // lamps may be seen, and move
   Mat4 pixels_{0.0};           // of what scene_ is
   std::vector<float> scene_, subject_, coverage_;
+  std::vector<float> depth_;  // scene_ with the frame's depth picture; empty where that has none
   float image_subject_ = 0.0f;
 };
 

@@ -178,6 +178,34 @@ void DistortedView::take(const std::uint8_t* picture, int stride, const Rectangl
   });
 }
 
+std::shared_ptr<const DepthPicture> DistortedView::take(const DepthPicture& depth) const {
+  auto taken = std::make_shared<DepthPicture>();
+  taken->width = pinhole_.width;
+  taken->height = pinhole_.height;
+  const auto columns = static_cast<std::size_t>(pinhole_.width);
+  const auto right = static_cast<float>(viewport_.width - 1),
+             bottom = static_cast<float>(viewport_.height - 1);
+  taken->inverse.assign(columns * static_cast<std::size_t>(pinhole_.height), 0.0f);
+  for_runs(
+      to_picture_, {0, 0, pinhole_.width, pinhole_.height},
+      [&](int x, int y, int, int, const lens::PlaceRun& run) {
+        float* to =
+            &taken->inverse[columns * static_cast<std::size_t>(y) + static_cast<std::size_t>(x)];
+        for (int i = 0; i < run.count; ++i) {
+          const float t = static_cast<float>(run.first + i) / cell;
+          const auto along = [t](const auto& c) {
+            return std::floor(((c[3] * t + c[2]) * t + c[1]) * t + c[0] + 0.5f);
+          };
+          const float column = along(run.x), row = along(run.y);
+          // What is no number is at the border, too.
+          const int px = column > 0.0f ? static_cast<int>(std::min(column, right)) : 0;
+          const int py = row > 0.0f ? static_cast<int>(std::min(row, bottom)) : 0;
+          to[i] = depth.at(px, py, viewport_.width, viewport_.height);
+        }
+      });
+  return taken;
+}
+
 /// Whether any pixel of the cell shows something of \p part.
 bool DistortedView::touches(const Rectangle& part, int i, int j) const {
   const Vec2 a = to_pinhole_.at(i, j), b = to_pinhole_.at(i + 1, j), c = to_pinhole_.at(i, j + 1),

@@ -23,8 +23,10 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <vector>
 
+#include "render/depth_picture.h"
 #include "rig/camera.h"
 
 namespace polyhull {
@@ -44,6 +46,10 @@ class DistortedView {
   /// Takes what \p part (pinhole pixels) shows of \p picture, RGBA rows \p stride bytes apart, into
   /// before() and drawn(); what lies beside it there is not defined.
   void take(const std::uint8_t* picture, int stride, const Rectangle& part);
+
+  /// What the pinhole's picture shows of \p depth, which is of the picture, of its size or another: to
+  /// the nearest pixel; beyond its borders it goes on as its last pixels.
+  std::shared_ptr<const DepthPicture> take(const DepthPicture& depth) const;
 
   /// RGBA rows without gaps.
   const std::uint8_t* before() const { return before_.data(); }

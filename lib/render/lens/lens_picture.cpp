@@ -45,6 +45,7 @@ void LensPicture::set(RenderFrame& frame, const ViewportLens& lens, const Camera
   frame.viewport = distorted_.pinhole();
   frame.width = frame.viewport.width;
   frame.height = frame.viewport.height;
+  if (frame.depth) frame.depth = distorted_.take(*frame.depth);
   // The overscan's pixels are those of a pinhole's picture, moved and scaled.
   shutter_.before.K = frame.viewport.K * glm::inverse(viewport_.K) * shutter_.before.K;
 }

@@ -28,7 +28,8 @@ class LensPicture {
  public:
   /// From now on \p frame's viewport with \p lens; \p before is the viewport that
   /// ViewportLens::shutter counts from, null where that is not known. Where the lens distorts, width,
-  /// height and viewport of \p frame become those that a renderer is to plan and draw: of a pinhole.
+  /// height, viewport and depth of \p frame become those that a renderer is to plan and draw: of a
+  /// pinhole.
   /// Throws Error as DistortedView, and where \p lens is out of its ranges.
   void set(RenderFrame& frame, const ViewportLens& lens, const Camera* before = nullptr);
 

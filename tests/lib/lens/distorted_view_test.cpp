@@ -60,6 +60,35 @@ TEST(DistortedView, RefusesNumbersThatAreNone) {
   EXPECT_THROW(view.set(flat), Error);
 }
 
+// What a depth tells of the picture's pixels goes to the pinhole's that show the same.
+TEST(DistortedView, TakesDepths) {
+  for (const std::vector<double>& k : lenses()) {
+    const Camera camera = camera_with(k, 320, 180);
+    DepthPicture depth{320, 180, {}};
+    for (int y = 0; y < 180; ++y)
+      for (int x = 0; x < 320; ++x) depth.inverse.push_back(static_cast<float>(1 + x + 1000 * y));
+    DistortedView view;
+    ASSERT_TRUE(view.set(camera));
+    const auto taken = view.take(depth);
+    ASSERT_EQ(taken->width, view.pinhole().width);
+    ASSERT_EQ(taken->height, view.pinhole().height);
+    int seen = 0, wrong = 0;
+    for (int y = 0; y < 180; ++y)
+      for (int x = 0; x < 320; ++x) {
+        const Vec2 at = glm::floor(view.place(x, y) + 0.5);
+        const float found =
+            taken->at(static_cast<int>(at.x), static_cast<int>(at.y), taken->width, taken->height);
+        if (!(found > 0.0f)) continue;
+        ++seen;
+        const int number = static_cast<int>(found) - 1;
+        // The pinhole's pixel is half of one away, the picture's half of another.
+        wrong += std::abs(number % 1000 - x) > 2 || std::abs(number / 1000 - y) > 2;
+      }
+    EXPECT_GT(seen, 320 * 180 * 9 / 10);
+    EXPECT_EQ(wrong, 0);
+  }
+}
+
 // Whatever the numbers, the overscan stays small and drawing stays within its memory.
 TEST(DistortedView, HoldsOutAgainstAbsurdLenses) {
   for (const std::vector<double>& k : std::vector<std::vector<double>>{{-5.0, 0, 0, 0},
