@@ -225,7 +225,10 @@ void PulseThread::give_pulse(const PulseParameters& parameters, std::int64_t pla
   if (result == SerialLine::Result::done) {
     ++number_;
     if (parameters.mode != PulseMode::zeros) {
-      sleep_monotonic(begin + parameters.pulse);
+      // From when the line is surely up: cameras may miss a pulse that is too short.
+      const std::int64_t end = monotonic() + parameters.pulse;
+      free_ = end + millisecond;
+      sleep_monotonic(end);
       result = line_->end_pulse();
     }
     listener_.pulsed(pulse);

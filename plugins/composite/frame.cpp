@@ -49,7 +49,6 @@ FrameComposer::FrameComposer(CompositeGl& gl, Statistics& statistics)
                       "bytes-uploaded",
                       "image-based",
                       "image-based-refused",
-                      "depths-refused",
                       "meshes-without-surface",
                       "background-bytes-uploaded",
                       "backgrounds-converted",
@@ -89,13 +88,6 @@ void FrameComposer::prepare(const CompositeSettings& settings, const GstVideoInf
     statistics_.warn(gl_.element(), "image-based-refused",
                      "OpenGL does not draw subject=image-based: the meshes' triangles are drawn "
                      "instead. Set backend=processor, with pictures in system memory.");
-  if (frame_.depth && (on_gpu || settings.backend == Backend::gl)) {
-    frame_.depth.reset();
-    if (!meshes.empty())
-      statistics_.warn(gl_.element(), "depths-refused",
-                       "OpenGL does not heed the background's depth: the scene's geometry alone "
-                       "hides subjects. Set backend=processor, with pictures in system memory.");
-  }
   for (GstAggregatorPad* pad : meshes) add_subject(pad, by_image);
   if (announcement_) {
     frame_.viewport = announcement_->viewport;
@@ -124,7 +116,7 @@ void FrameComposer::prepare(const CompositeSettings& settings, const GstVideoInf
   // Without a mesh no context is needed, nor made.
   plan_ = {};
   if (frame_.subjects.empty()) return;
-  with_gl_ = !by_image && !frame_.depth && draws_with_gl(settings.backend, on_gpu);
+  with_gl_ = !by_image && draws_with_gl(settings.backend, on_gpu);
   // The processor uploads nothing, and of pictures in OpenGL's memory nobody does.
   frame_.background_content = 0;
   if (with_gl_ && !on_gpu && !lens_.active())

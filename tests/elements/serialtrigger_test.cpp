@@ -287,7 +287,7 @@ GST_START_TEST(test_lines_are_held_for_the_pulse) {
       if (s.request == mode.down && up != 0) shortest = std::min(shortest, s.time - up);
       up = s.request == mode.up ? s.time : 0;
     }
-    fail_unless(shortest > 14900000 && shortest < 16000000, "mode %s: %" G_GINT64_FORMAT " ns",
+    fail_unless(shortest >= 15000000 && shortest < 16000000, "mode %s: %" G_GINT64_FORMAT " ns",
                 mode.mode, shortest);
   }
   lines_exist = false;

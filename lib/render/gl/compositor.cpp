@@ -37,6 +37,7 @@ struct Compositor::State {
   std::vector<SubjectBuffers> subjects;
   std::vector<SkinKey> skin_keys;
   SceneLayers layers, mirrored_layers;  // as the viewport sees the scene, and in the plan's mirror
+  DepthPicturePass depth_picture;
   gl::EdgeLayer front;
   ShadowMaps maps;
   ShadowPrograms shadow_programs;
@@ -96,9 +97,8 @@ void Compositor::State::upload_subjects(const RenderFrame& frame, const RenderPl
     if (settings.skip && subject.content != 0 && skin_keys[i] == enough) continue;
     statistics.mesh_reused = false;
     subjects[i].upload_shape(subject.mesh->hull);
-    const UploadCounts counts =
-        subjects[i].upload_skin(*subject.mesh, key.eyes, plan.pixel_size, key.levels,
-                                key.all_views, key.soft);
+    const UploadCounts counts = subjects[i].upload_skin(*subject.mesh, key.eyes, plan.pixel_size,
+                                                        key.levels, key.all_views, key.soft);
     statistics.pictures_uploaded += counts.pictures;
     statistics.pictures_skipped += counts.pictures_skipped;
     statistics.bytes_uploaded += 4 * counts.pixels;
@@ -123,6 +123,7 @@ void Compositor::State::draw_front(const PassInput& in) {
     in.scene.draw();
     glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
   }
+  depth_picture.draw(in);
   glEnable(GL_CULL_FACE);
   glCullFace(GL_BACK);
   glFrontFace(GL_CW);  // the framebuffer's rows go down the picture

@@ -126,6 +126,22 @@ class ShadowPass {
   bool skips_ = true;
 };
 
+/// What a background's maker tells of its depth (depth_picture.h), before the subjects are drawn.
+class DepthPicturePass {
+ public:
+  /// Puts the frame's depth picture, where it has one, into the bound framebuffer's depth, which has
+  /// the scene's and a cleared stencil buffer.
+  void draw(const PassInput& in);
+
+ private:
+  void upload(const std::shared_ptr<const DepthPicture>& picture);
+
+  gl::Program program_;
+  gl::Texture texture_;
+  gl::VertexArray nothing_;
+  std::shared_ptr<const DepthPicture> shown_;
+};
+
 /// The subjects' image in the plan's mirror, and what the mirror showed there.
 class MirrorPass {
  public:

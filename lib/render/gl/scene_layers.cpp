@@ -4,9 +4,6 @@
 #include "render/gl/tiles.h"
 
 namespace polyhull {
-namespace {
-
-/// 1/z = x * depth + y, of the depths that \p clip makes; its w is z.
 Vec2 inverse_from_depth(const Mat4& clip) {
   const auto row = [&](int r) { return Vec4(clip[0][r], clip[1][r], clip[2][r], clip[3][r]); };
   // Clip z = a w + b, and 2 depth - 1 = a + b / w.
@@ -14,8 +11,6 @@ Vec2 inverse_from_depth(const Mat4& clip) {
   const double a = glm::dot(Vec3(z), Vec3(w)) / glm::dot(Vec3(w), Vec3(w)), b = z.w - a * w.w;
   return {2.0 / b, -(1.0 + a) / b};
 }
-
-}  // namespace
 
 ShadowGrid::ShadowGrid(const RenderFrame& frame, ShadowQuality quality)
     : step(quality == ShadowQuality::hard ? 1 : 2),

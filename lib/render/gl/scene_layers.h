@@ -41,6 +41,9 @@ LayerView direct_view(const RenderFrame& frame, const RenderPlan& plan);
 /// marks that.
 LayerView view_in_mirror(const RenderFrame& frame, const RenderPlan& plan, GLuint seen);
 
+/// 1/z = x * depth + y, of the depths that \p clip makes; its w is z.
+Vec2 inverse_from_depth(const Mat4& clip);
+
 class SceneLayers {
  public:
   /// Makes ready what \p view sees in the tiles of \p seen (pixels) and a little around them: the
