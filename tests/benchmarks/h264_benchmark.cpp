@@ -229,10 +229,10 @@ void report(const char* path) {
   by_quantiser("x264 intra 4:2:0", fast + "key-int-max=1", "I420", false);
   by_quantiser("x264 veryfast intra 4:4:4", good + "key-int-max=1", "Y444", false);
   by_quantiser("x264 inter 4:4:4", fast + "key-int-max=25", "Y444", true);
-  // It takes no quantiser from GStreamer.
+  // With intra frames alone it minds neither a quantiser nor this: one figure is all there is.
   with_matte("openh264 intra 4:2:0",
              "openh264enc rate-control=bitrate bitrate=@ complexity=low multi-thread=1 gop-size=1",
-             "I420", false, "bit/s", {2'000'000, 8'000'000});
+             "I420", false, "bit/s", {8'000'000});
   for (const char* step : {"10", "18", "26"}) {
     std::string line = fast + "key-int-max=1";
     line.replace(line.find('@'), 1, step);
