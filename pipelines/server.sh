@@ -3,7 +3,7 @@
 # The server of capture machines: gives them its clock, takes their views, builds and colours the hull.
 #   pipelines/server.sh --rig FILE --cameras "NAME=HOST[:PORT] ..." [OPTION...]
 #     --rig FILE          the rig file; NAME is a camera of it
-#     --cameras LIST      2 to 64 capture machines; default port 7481
+#     --cameras LIST      2 to 64 capture machines; default port 7481; IPv6 in brackets: left=[fd00::5]:7481
 #     --clock-port N      UDP port of the clock; default 7480
 #     --max-wait MS       how long an instant waits for a late view; default 100
 #     --max-rate N        bytes a second from one camera at most; default 200000000
@@ -66,15 +66,19 @@ for camera in "${cameras[@]}"; do
   [[ $seen != *" $name "* ]] || fail "--cameras names '$name' twice"
   grep -qF "\"$name\"" "$rig" || fail "the rig file '$rig' has no camera '$name'"
   seen+="$name "
-  [[ $address == *:* ]] || address+=:7481
-  [[ ${address##*:} =~ ^[0-9]{1,5}$ ]] || fail "--cameras has '$camera'; its port is '${address##*:}', expected a number"
+  [[ $address == *:* && $address != *] ]] || address+=:7481
+  host=${address%:*} port=${address##*:}
+  # An IPv6 address has colons of its own.
+  [[ $host != \[*\] ]] || host=${host:1:-1}
+  [[ $host != *:* || $address == \[* ]] || fail "--cameras has '$camera'; an IPv6 address needs brackets: NAME=[$address]:7481"
+  [[ $port =~ ^[0-9]{1,5}$ ]] || fail "--cameras has '$camera'; its port is '$port', expected a number"
   keys=()
   if [ -n "$certificate" ]; then
     keys=("tls-certificate=$certificate" "tls-authority=$authority")
     [ $tls_name = address ] || keys+=("tls-name=$name")
   fi
   [ -z "$silhouette" ] || keys+=("settings=$silhouette")
-  line+=(viewclientsrc "name=$name" "host=${address%:*}" "port=${address##*:}" "max-rate=$max_rate" "${keys[@]}" ! queue ! viewdecode ! queue ! hull.)
+  line+=(viewclientsrc "name=$name" "host=$host" "port=$port" "max-rate=$max_rate" "${keys[@]}" ! queue ! viewdecode ! queue ! hull.)
 done
 if $dry_run; then
   printf 'polyhull-run --clock-server %q' "$clock_port"

@@ -37,7 +37,10 @@ GstObject* share_clock(GstElement* pipeline, int server_port, const std::string&
     clock = gst_system_clock_obtain();
   } else {
     const int port = port_of(server);
-    const std::string host = server.substr(0, server.rfind(':'));
+    std::string host = server.substr(0, server.rfind(':'));
+    // An IPv6 address has colons of its own: [fd00::1]:7480.
+    if (host.size() > 2 && host.front() == '[' && host.back() == ']')
+      host = host.substr(1, host.size() - 2);
     clock = gst_net_client_clock_new(nullptr, host.c_str(), port, 0);
     if (clock == nullptr || !gst_clock_wait_for_sync(clock, answer_within))
       throw Error(
@@ -47,7 +50,10 @@ GstObject* share_clock(GstElement* pipeline, int server_port, const std::string&
           server, port);
   }
   if (server_port != 0) {
-    provider = GST_OBJECT(gst_net_time_provider_new(clock, nullptr, server_port));
+    // IPv6's any address hears IPv4, too; not every machine has it.
+    provider = GST_OBJECT(gst_net_time_provider_new(clock, "::", server_port));
+    if (provider == nullptr)
+      provider = GST_OBJECT(gst_net_time_provider_new(clock, nullptr, server_port));
     if (provider == nullptr)
       throw Error(Error::Kind::io,
                   "The clock cannot be served on UDP port {}: it is taken, or not allowed. Choose "

@@ -19,7 +19,8 @@ std::span<const Property<ViewClientSettings>> view_client_properties() {
                             10.0 * GST_MSECOND, 1000.0 * GST_SECOND),
       property<&S::retry>("retry", "Retry",
                           "How long after a cut or a failed attempt it connects again, in "
-                          "nanoseconds (1 ms to 1000 s).",
+                          "nanoseconds (1 ms to 1000 s). After a silence of timeout it does so at "
+                          "once.",
                           GST_MSECOND, 1000.0 * GST_SECOND),
       property<&S::max_age>("max-age", "Longest age",
                             "Frames that were taken longer ago than this, by the pipeline's clock, "

@@ -32,6 +32,7 @@ constexpr std::int64_t other_clock = 60 * GST_SECOND;  // frames older than this
 struct Cut {
   const char* counter;
   std::string why;
+  bool waited = false;  // long enough: the next attempt follows at once
 };
 
 struct EndOfStream {};
@@ -173,9 +174,11 @@ void ViewClientSrc::read(std::span<std::uint8_t> bytes, const ViewClientSettings
     case LinkResult::refused:
       throw not_trusted(link->why());
     case LinkResult::silent:
-      throw Cut{"silences", fmt::format("no whole frame came for {} ms. Look at the sender and the "
-                                        "link, or set timeout higher.",
-                                        now.timeout / GST_MSECOND)};
+      throw Cut{"silences",
+                fmt::format("no whole frame came for {} ms. Look at the sender and the "
+                            "link, or set timeout higher.",
+                            now.timeout / GST_MSECOND),
+                true};
   }
 }
 
@@ -328,7 +331,7 @@ GstFlowReturn create(GstPushSrc* push, GstBuffer** created) {
         buffer = self.receive(element, now);
       } catch (const Cut& reason) {
         self.cut(element, now, reason);
-        wait_for(self.cancel.get(), static_cast<std::int64_t>(now.retry));
+        if (!reason.waited) wait_for(self.cancel.get(), static_cast<std::int64_t>(now.retry));
         continue;
       } catch (const EndOfStream&) {
         self.link.reset();

@@ -25,3 +25,4 @@ else
   echo "no real views: POLYHULL_DATA does not hold utrecht_voxel"
 fi
 "$build/tests/benchmarks/coding_benchmark" "${takes[@]}"
+"$build/tests/benchmarks/h264_benchmark" "${takes[@]}"

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "measure.h"
-#include "take/take_reader.h"
+#include "take_pixels.h"
 #include "wire/coded_view.h"
 #include "wire/coding_choice.h"
 
@@ -16,32 +16,6 @@ using namespace polyhull::benchmark;
 namespace {
 
 constexpr double links[] = {100, 1000, 10'000};  // Mbit/s
-
-struct Frame {
-  PixelShape shape;
-  std::vector<std::uint8_t> pixels;
-};
-
-/// The views of all streams of a take.
-std::vector<Frame> read_frames(const char* path) {
-  std::vector<Frame> frames;
-  for (const TakeStream& stream : read_take(path).streams) {
-    TakeCursor cursor(path, stream.id);
-    while (const auto packet = cursor.next()) {
-      const View view = read_view(Bytes(packet->data));
-      const PixelShape shape{view.roi.width, view.roi.height, bytes_per_pixel(view.format)};
-      if (shape.channels != 4) continue;
-      Frame frame{shape, {}};
-      const auto row = static_cast<std::ptrdiff_t>(shape.width) * 4;
-      for (int y = 0; y < shape.height; ++y) {
-        const auto begin = view.pixels.begin() + static_cast<std::ptrdiff_t>(y) * view.stride;
-        frame.pixels.insert(frame.pixels.end(), begin, begin + row);
-      }
-      frames.push_back(std::move(frame));
-    }
-  }
-  return frames;
-}
 
 struct Result {
   double raw = 0, bytes = 0, pack = 0, unpack = 0;  // of all frames; ms

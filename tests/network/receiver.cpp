@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // The server of tests/network/network.sh: runs server.sh's line by the clock that it serves, reads from
 // the labels in the views' pictures which instant each set shows, and tells how sets, cuts and returns
-// went. On standard input: "cut NAME", "mend NAME", when a link is cut or mended.
+// went. On standard input: "cut NAME", "mend NAME", when a link is cut or mended. With --strict the
+// bars are those of a machine that has nothing else to do; without, what time passes while others
+// work is printed and held to wider ones.
 #include <gst/gst.h>
 #include <unistd.h>
 
@@ -10,6 +12,7 @@
 #include <cstdlib>
 #include <fstream>
 #include <iostream>
+#include <map>
 #include <mutex>
 #include <string>
 #include <thread>
@@ -36,7 +39,9 @@ struct Cut {
 
 struct Receiver {
   GstElement* pipeline = nullptr;
-  std::mutex mutex;  // protects all below
+  bool strict = false;
+  std::mutex mutex;                                   // protects all below
+  std::map<std::string, std::vector<double>> frames;  // when they came, of each camera
   std::vector<Set> sets;
   std::vector<Cut> cuts;
 
@@ -67,6 +72,13 @@ GstPadProbeReturn mesh_comes(GstPad*, GstPadProbeInfo* info, gpointer data) {
   gst_buffer_unmap(buffer, &map);
   const std::scoped_lock lock(self.mutex);
   self.sets.push_back(std::move(set));
+  return GST_PAD_PROBE_OK;
+}
+
+GstPadProbeReturn frame_comes(GstPad* pad, GstPadProbeInfo*, gpointer data) {
+  auto& self = *static_cast<Receiver*>(data);
+  const std::scoped_lock lock(self.mutex);
+  self.frames[GST_OBJECT_NAME(GST_PAD_PARENT(pad))].push_back(self.now());
   return GST_PAD_PROBE_OK;
 }
 
@@ -127,11 +139,18 @@ void judge(const Receiver& self, double begin, double end) {
   int unreadable = 0, views = 0;
   std::vector<double> latencies;
   bool rising = true;
+  double pause = 0, pause_begin = 0;
   for (std::size_t i = 0; i < sets.size(); ++i) {
     views += static_cast<int>(sets[i].numbers.size());
     unreadable += static_cast<int>(std::count(sets[i].numbers.begin(), sets[i].numbers.end(), -1));
     latencies.push_back(1e3 * (sets[i].arrival - sets[i].time));
     rising = rising && (i == 0 || sets[i].time > sets[i - 1].time);
+    // The links, the clocks and the waits settle in the first seconds.
+    if (i > 0 && sets[i - 1].arrival > begin + 10 &&
+        sets[i].arrival - sets[i - 1].arrival > pause) {
+      pause_begin = sets[i - 1].arrival;
+      pause = sets[i].arrival - pause_begin;
+    }
   }
   expect(whole_sets > 20, std::to_string(sets.size()) + " sets, " + std::to_string(whole_sets) +
                               " of all four cameras, in " + std::to_string(end - begin) + " s");
@@ -144,15 +163,27 @@ void judge(const Receiver& self, double begin, double end) {
       "latency from the exposure to the coloured hull: median %.0f ms, 99 %% %.0f ms, most "
       "%.0f ms\n",
       latencies[latencies.size() / 2], latencies[latencies.size() * 99 / 100], latencies.back());
-  expect(rising && latencies.back() < 5000, "no stale set: times rise, none is 5 s old");
+  // viewclientsrc lets nothing pass that is older than a second.
+  const double oldest = self.strict ? 1500 : 5000;
+  expect(rising && latencies.back() < oldest,
+         "no stale set: times rise, none is " + std::to_string(1e-3 * oldest) + " s old");
+  expect(pause < (self.strict ? 1.0 : 5.0), "no stuck set: at most " + std::to_string(pause) +
+                                                " s from one to the next, after " +
+                                                std::to_string(pause_begin - begin) + " s");
+  int returns_in_time = 0;
   for (const Cut& cut : self.cuts) {
     const int meanwhile = count([&](const Set& set) {
       return set.time > cut.begin && set.time < std::min(cut.end, end) && !whole(set);
     });
     const auto back = std::find_if(sets.begin(), sets.end(), [&](const Set& set) {
-      return set.time > cut.begin + 1 && whole(set) && set.arrival > cut.end;
+      return set.time > cut.begin + std::min(1.0, 0.5 * (cut.end - cut.begin)) && whole(set) &&
+             set.arrival > cut.end;
     });
     const double after = back == sets.end() ? 1e9 : back->arrival - cut.end;
+    const auto& frames = self.frames.at(cut.camera);
+    const auto frame = std::upper_bound(frames.begin(), frames.end(), cut.end);
+    const double seen = frame == frames.end() ? 1e9 : *frame - cut.end;
+    returns_in_time += after <= 1.0;
     std::printf("%s was cut off for %.1f s: %d sets of the others meanwhile\n", cut.camera.c_str(),
                 cut.end - cut.begin, meanwhile);
     const int before =
@@ -163,21 +194,38 @@ void judge(const Receiver& self, double begin, double end) {
     } else {
       expect(meanwhile > 0, "the others went on without " + cut.camera);
     }
-    // A second where nothing else runs on the machine.
-    expect(after < 10,
-           cut.camera + " was back in a set " + std::to_string(after) + " s after its link");
+    expect(after <= (self.strict ? 1.0 : 5.0),
+           cut.camera + " was back in a set " + std::to_string(after) +
+               " s after its link, its first frame after " + std::to_string(seen) + " s");
   }
+  std::printf("%d of %zu returns within a second\n", returns_in_time, self.cuts.size());
+}
+
+/// The median of the part from \p begin to \p end (of 1) of \p samples.
+double median(const std::vector<double>& samples, double begin, double end) {
+  const auto at = [&](double share) {
+    return samples.begin() +
+           static_cast<std::ptrdiff_t>(share * static_cast<double>(samples.size()));
+  };
+  std::vector<double> part(at(begin), at(end));
+  if (part.empty()) return 0;
+  const auto middle = part.begin() + static_cast<std::ptrdiff_t>(part.size() / 2);
+  std::nth_element(part.begin(), middle, part.end());
+  return *middle;
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
   gst_init(&argc, &argv);
+  Receiver self;
+  self.strict = argc > 1 && std::string(argv[1]) == "--strict";
+  argv += self.strict;
+  argc -= self.strict;
   if (argc < 4) {
-    std::fprintf(stderr, "usage: receiver SECONDS CLOCK_PORT ELEMENTS...\n");
+    std::fprintf(stderr, "usage: receiver [--strict] SECONDS CLOCK_PORT ELEMENTS...\n");
     return 2;
   }
-  Receiver self;
   g_autoptr(GError) error = nullptr;
   self.pipeline = gst_parse_launchv(const_cast<const gchar**>(argv + 3), &error);
   if (self.pipeline == nullptr || error != nullptr) {
@@ -190,16 +238,26 @@ int main(int argc, char** argv) {
   GstPad* source = gst_element_get_static_pad(hull, "src");
   gst_pad_add_probe(source, GST_PAD_PROBE_TYPE_BUFFER, mesh_comes, &self, nullptr);
   gst_object_unref(source);
+  for (int i = 0; i < 4; ++i) {
+    const std::string name = "cam" + std::to_string(i);
+    self.frames[name];
+    GstElement* camera = gst_bin_get_by_name(GST_BIN(self.pipeline), name.c_str());
+    GstPad* pad = gst_element_get_static_pad(camera, "src");
+    gst_pad_add_probe(pad, GST_PAD_PROBE_TYPE_BUFFER, frame_comes, &self, nullptr);
+    gst_object_unref(pad);
+    gst_object_unref(camera);
+  }
   gst_element_set_state(self.pipeline, GST_STATE_PLAYING);
   std::thread(listen, std::ref(self)).detach();
   const double begin = self.now();
-  double first_quarter = 0;
+  std::vector<double> memory;  // while it plays, ten times a second, MiB
+  double sampled = begin;
   GstBus* bus = gst_element_get_bus(self.pipeline);
   while (self.now() < begin + seconds) {
     GstMessage* message = gst_bus_timed_pop_filtered(
         bus, 100 * GST_MSECOND,
         static_cast<GstMessageType>(GST_MESSAGE_ERROR | GST_MESSAGE_WARNING | GST_MESSAGE_LATENCY));
-    if (first_quarter == 0 && self.now() > begin + 0.25 * seconds) first_quarter = resident();
+    for (; sampled < self.now(); sampled += 0.1) memory.push_back(resident());
     if (message == nullptr) continue;
     if (GST_MESSAGE_TYPE(message) == GST_MESSAGE_LATENCY) {
       gst_bin_recalculate_latency(GST_BIN(self.pipeline));
@@ -223,9 +281,13 @@ int main(int argc, char** argv) {
     const std::scoped_lock lock(self.mutex);
     judge(self, begin, end);
   }
-  std::printf("%.1f MB came, %.1f MB/s; memory %.0f MiB after a quarter, %.0f MiB at the end\n",
-              megabytes, megabytes / (end - begin), first_quarter, resident());
-  expect(resident() < first_quarter + 100, "memory does not grow without end");
+  const double early = median(memory, 0.25, 0.5), late = median(memory, 0.75, 1.0);
+  std::printf(
+      "%.1f MB came, %.1f MB/s; memory while it plays %.1f MiB in the second quarter, %.1f MiB in "
+      "the last\n",
+      megabytes, megabytes / (end - begin), early, late);
+  // In short runs the heap still fills with what the first cut and return need.
+  expect(late < early + (seconds >= 300 ? 8 : 32), "memory stays flat while it plays");
   gst_object_unref(bus);
   gst_object_unref(hull);
   gst_object_unref(self.pipeline);
