@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <climits>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -72,6 +73,14 @@ int side_of(const json& object, const char* name) {
     throw broken(
         fmt::format("the viewport's '{}' must be from 1 to {} pixels", name, largest_side));
   return static_cast<int>(pixels);
+}
+
+/// The mesh that shines; -1 where there is none.
+int mesh_of(const json& light) {
+  const double mesh = finite_number(light.value("mesh", json(-1)), "mesh");
+  if (mesh != std::floor(mesh) || mesh < -1.0 || mesh > INT_MAX)
+    throw broken("a light's 'mesh' must be a whole number from -1 on");
+  return static_cast<int>(mesh);
 }
 
 /// Other programs may have computed it in single precision.
@@ -159,7 +168,7 @@ Announcement parse_announcement(std::string_view text) {
       light.u = vector_of(object, "u");
       light.v = vector_of(object, "v");
       light.radiance = vector_of(object, "radiance");
-      light.mesh = object.value("mesh", -1);
+      light.mesh = mesh_of(object);
       announcement.lights.push_back(std::move(light));
     }
     announcement.exposure = static_cast<float>(finite_number(member(root, "exposure"), "exposure"));

@@ -478,6 +478,15 @@ TEST(Announcement, RefusesWhatIsNone) {
     wrong[json::json_pointer(pointer)] = value;
     EXPECT_THROW(parse_announcement(wrong.dump()), Error) << pointer;
   }
+  Announcement lit{look_at({1, 2, 3}, {0, 1, 0}, 50, 64, 48)};
+  lit.lights.resize(1);
+  root = json::parse(announcement_to_json(lit));
+  EXPECT_NO_THROW(parse_announcement(root.dump()));
+  for (const json& mesh : {json(-2), json(0.5), json(1e72), json(-1e72), json(1ll << 31), json("1"),
+                           json(18446744073709551615ull), json(nullptr)}) {
+    root["lights"][0]["mesh"] = mesh;
+    EXPECT_THROW(parse_announcement(root.dump()), Error) << mesh;
+  }
 }
 
 TEST(TimedAnnouncement, TellsItsTimes) {
