@@ -2,6 +2,7 @@
 #include "take/take_writer.h"
 
 #include <fcntl.h>
+#include <sqlite3.h>
 #include <sys/file.h>
 #include <unistd.h>
 
@@ -124,6 +125,7 @@ void TakeWriter::commit() {
   try {
     database_.execute("COMMIT");
   } catch (const Error&) {
+    told_packed_ = false;
     try {
       database_.execute("ROLLBACK");
     } catch (const Error&) {
@@ -176,8 +178,16 @@ std::int64_t TakeWriter::format(std::int64_t stream, const std::string& caps) {
   return id;
 }
 
-void TakeWriter::write(std::int64_t stream, const TakePacket& packet,
-                       std::span<const std::uint8_t> data) {
+/// Within the transaction of the first of them: older readers must not take it for what it is not.
+void TakeWriter::tell_packed() {
+  if (told_packed_) return;
+  database_.execute("PRAGMA user_version = 2");
+  static_assert(packed_take_version == 2);
+  told_packed_ = true;
+}
+
+std::int64_t TakeWriter::write(std::int64_t stream, const TakePacket& packet,
+                               std::span<const std::uint8_t> data, bool packed) {
   if (packet.time < 0 || packet.time > INT64_MAX / 4)
     throw Error(Error::Kind::bad_input, "A packet of a take has the time {} ns.", packet.time);
   const std::int64_t time = begin_ + packet.time;
@@ -187,18 +197,20 @@ void TakeWriter::write(std::int64_t stream, const TakePacket& packet,
     instant_ = time;
   }
   try {
+    if (packed) tell_packed();
     const std::int64_t of_format = format(stream, packet.caps);
     insert_.bind(stream)
         .bind(of_format)
         .bind(time)
         .bind(packet.duration)
-        .bind(static_cast<std::int64_t>(packet.flags))
+        .bind(static_cast<std::int64_t>(packet.flags) | (packed ? packed_flag : 0))
         .bind(packet_hash(time, data))
         .bind(data)
         .run();
   } catch (const Error&) {
     insert_.reset();
     formats_.clear();
+    told_packed_ = false;
     try {
       // The packets of this instant that were written before stay, if they can.
       commit();
@@ -208,6 +220,7 @@ void TakeWriter::write(std::int64_t stream, const TakePacket& packet,
     throw;
   }
   bytes_ += data.size();
+  return sqlite3_last_insert_rowid(database_.handle());
 }
 
 }  // namespace polyhull
