@@ -13,6 +13,7 @@
 
 #include "base/error.h"
 #include "take/packet_hash.h"
+#include "take/packing.h"
 #include "take/streams.h"
 
 namespace polyhull {
@@ -125,7 +126,7 @@ void TakeWriter::commit() {
   try {
     database_.execute("COMMIT");
   } catch (const Error&) {
-    told_packed_ = false;
+    forget();
     try {
       database_.execute("ROLLBACK");
     } catch (const Error&) {
@@ -178,6 +179,13 @@ std::int64_t TakeWriter::format(std::int64_t stream, const std::string& caps) {
   return id;
 }
 
+/// What was written in this transaction may be gone, and its ids another's.
+void TakeWriter::forget() {
+  formats_.clear();
+  packed_.clear();
+  told_packed_ = false;
+}
+
 /// Within the transaction of the first of them: older readers must not take it for what it is not.
 void TakeWriter::tell_packed() {
   if (told_packed_) return;
@@ -190,6 +198,12 @@ std::int64_t TakeWriter::write(std::int64_t stream, const TakePacket& packet,
                                std::span<const std::uint8_t> data, bool packed) {
   if (packet.time < 0 || packet.time > INT64_MAX / 4)
     throw Error(Error::Kind::bad_input, "A packet of a take has the time {} ns.", packet.time);
+  if (packed) {
+    const std::int64_t before = PacketUnpacker::before(data);
+    if (before != 0 && packed_[stream] != before)
+      throw Error(Error::Kind::bad_input,
+                  "A packet of a take is packed behind another than its stream's last.");
+  }
   const std::int64_t time = begin_ + packet.time;
   if (instant_ != no_take_time && std::abs(time - instant_) >= same_instant) commit();
   if (instant_ == no_take_time) {
@@ -209,8 +223,7 @@ std::int64_t TakeWriter::write(std::int64_t stream, const TakePacket& packet,
         .run();
   } catch (const Error&) {
     insert_.reset();
-    formats_.clear();
-    told_packed_ = false;
+    forget();
     try {
       // The packets of this instant that were written before stay, if they can.
       commit();
@@ -220,7 +233,9 @@ std::int64_t TakeWriter::write(std::int64_t stream, const TakePacket& packet,
     throw;
   }
   bytes_ += data.size();
-  return sqlite3_last_insert_rowid(database_.handle());
+  const std::int64_t id = sqlite3_last_insert_rowid(database_.handle());
+  packed_[stream] = packed ? id : 0;
+  return id;
 }
 
 }  // namespace polyhull
