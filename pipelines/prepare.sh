@@ -32,7 +32,7 @@ polyhull_packages_build=(
   libepoxy-dev libegl-dev libfmt-dev libglm-dev libembree-dev libstb-dev
   libtinygltf-dev libtinyobjloader-dev nlohmann-json3-dev libflatbuffers-dev flatbuffers-compiler
   libcli11-dev libpcap-dev libopencv-dev libopencv-contrib-dev libceres-dev libyaml-cpp-dev libsqlite3-dev liblz4-dev libzstd-dev
-  libturbojpeg0-dev
+  libturbojpeg0-dev libvpx-dev libyuv-dev
 )
 polyhull_packages_run=(
   gstreamer1.0-tools gstreamer1.0-plugins-base gstreamer1.0-plugins-good gstreamer1.0-plugins-bad

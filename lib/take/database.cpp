@@ -166,11 +166,11 @@ void check_take(TakeDatabase& database) {
                 "takesink wrote.",
                 database.path());
   const std::int64_t version = pragma("PRAGMA user_version");
-  if (version != take_version)
+  if (version != take_version && version != packed_take_version)
     throw Error(Error::Kind::unsupported,
-                "The take '{}' has version {}, and this build reads version {}. Use the polyhull "
-                "that wrote it, or a newer one.",
-                database.path(), version, take_version);
+                "The take '{}' has version {}, and this build reads versions {} and {}. Use the "
+                "polyhull that wrote it, or a newer one.",
+                database.path(), version, take_version, packed_take_version);
   std::int64_t others = 0;
   try {
     others = pragma(

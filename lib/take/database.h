@@ -72,8 +72,9 @@ class TakeDatabase {
   std::unique_ptr<sqlite3, Close> handle_;
 };
 
-/// "PHTK", and the number of the tables' layout.
-inline constexpr std::int64_t take_application = 0x5048544b, take_version = 1;
+/// "PHTK", and the numbers of the layout: without and with packed packets.
+inline constexpr std::int64_t take_application = 0x5048544b, take_version = 1,
+                              packed_take_version = 2;
 
 /// Throws Error (bad_input, unsupported) where \p database is no take of a version that is known.
 void check_take(TakeDatabase& database);

@@ -12,7 +12,8 @@
 ///
 /// with an index of packets by stream and time. Times are nanoseconds from the take's begin.
 /// Packets of one instant are committed together: what a killed writer leaves lacks at most the
-/// last one. `hash` tells packets that a damaged disk has changed.
+/// last one. `hash` tells packets that a damaged disk has changed. Where bit 32 of `flags` is set,
+/// `data` is packed (packing.h); a take that has such a packet is of version 2, others of version 1.
 #pragma once
 
 #include <cstdint>
@@ -43,6 +44,8 @@ struct TakePacket {
   std::int64_t duration = no_take_time;  ///< ns
   std::uint32_t flags = 0;               ///< kept as they are
   std::vector<std::uint8_t> data;
+  std::size_t stored = 0;  ///< read: bytes that it takes in the file
+  bool alone = true;       ///< read: it was unpacked without any other
 };
 
 }  // namespace polyhull

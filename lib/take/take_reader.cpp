@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 #include "base/error.h"
 #include "take/packet_hash.h"
@@ -45,7 +46,7 @@ TakeCursor::TakeCursor(const std::string& path, std::int64_t stream)
                           "WHERE stream = ? AND (time, id) < (?, ?) "
                           "ORDER BY time DESC, id DESC LIMIT 1");
   row_ = TakeStatement(database_,
-                       "SELECT time, duration, flags, hash, data, caps FROM packet "
+                       "SELECT time, duration, flags, hash, data, caps, packet.stream FROM packet "
                        "JOIN format ON format.id = packet.format WHERE packet.id = ?");
   by_id_ = TakeStatement(database_,
                          "SELECT id, time FROM packet NOT INDEXED WHERE stream = ? AND id >= ? "
@@ -109,19 +110,64 @@ std::optional<TakeCursor::Place> TakeCursor::place() {
   return std::nullopt;
 }
 
-std::optional<TakePacket> TakeCursor::fetch(const Place& place) {
-  std::optional<TakePacket> packet;
+/// The packet as it lies in the file; false: it is not there, another stream's, or damaged.
+bool TakeCursor::fetch_stored(std::int64_t id, TakePacket& packet, bool& packed) {
   try {
     row_.reset();
-    if (!row_.bind(place.id).step()) return packet;
+    if (!row_.bind(id).step()) return false;
     const auto data = row_.bytes(4);
-    if (row_.number(0) == place.time && row_.number(3) == packet_hash(place.time, data))
-      packet = {row_.text(5), place.time, row_.number(1),
-                static_cast<std::uint32_t>(row_.number(2)),
-                std::vector<std::uint8_t>(data.begin(), data.end())};
+    packet.time = row_.number(0);
+    if (row_.number(3) != packet_hash(packet.time, data) || row_.number(6) != stream_) return false;
+    packet.caps = row_.text(5);
+    packet.duration = row_.number(1);
+    packet.flags = static_cast<std::uint32_t>(row_.number(2));
+    packet.data.assign(data.begin(), data.end());
+    packet.stored = packet.data.size();
+    packed = (row_.number(2) & packed_flag) != 0;
     row_.reset();
+    return true;
   } catch (const Error& error) {
     if (error.kind() != Error::Kind::bad_input) throw;
+    return false;
+  }
+}
+
+/// Unpacks what is before it first, back to what is at hand or stands alone.
+bool TakeCursor::unpack(std::int64_t id, TakePacket& packet) {
+  std::vector<std::pair<std::int64_t, std::vector<std::uint8_t>>> chain;
+  std::int64_t before = PacketUnpacker::before(packet.data);
+  packet.alone = before == 0;
+  if (id == unpacker_.last()) {  // a seek looks at what comes, and goes back to it
+    packet.data.assign(unpacker_.packet().begin(), unpacker_.packet().end());
+    return true;
+  }
+  std::int64_t after = id;
+  while (before != 0 && before != unpacker_.last()) {
+    TakePacket other;
+    bool packed = false;
+    // Ids fall, so that no damage makes a ring of it.
+    if (before < 0 || before >= after || chain.size() >= longest_key_interval ||
+        !fetch_stored(before, other, packed) || !packed)
+      return false;
+    after = before;
+    before = PacketUnpacker::before(other.data);
+    chain.emplace_back(after, std::move(other.data));
+  }
+  for (; !chain.empty(); chain.pop_back())
+    unpacker_.unpack(chain.back().first, chain.back().second);
+  packet.data = unpacker_.unpack(id, packet.data);
+  return true;
+}
+
+std::optional<TakePacket> TakeCursor::fetch(const Place& place) {
+  TakePacket packet;
+  bool packed = false;
+  if (!fetch_stored(place.id, packet, packed) || packet.time != place.time) return std::nullopt;
+  try {
+    if (packed && !unpack(place.id, packet)) return std::nullopt;
+  } catch (const Error& error) {
+    if (error.kind() != Error::Kind::bad_input) throw;
+    return std::nullopt;
   }
   return packet;
 }

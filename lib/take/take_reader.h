@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "take/database.h"
+#include "take/packing.h"
 #include "take/take.h"
 
 namespace polyhull {
@@ -36,7 +37,8 @@ class TakeCursor {
   /// back in time from the last one whose time is \p time or earlier.
   void seek(std::int64_t time, bool backwards = false);
 
-  /// The next packet; none: there are no more. Packets that are damaged are left out and counted.
+  /// The next packet; none: there are no more. Packets that are damaged, or packed behind one that
+  /// is, are left out and counted.
   /// Throws Error (io) where the file cannot be read at all.
   std::optional<TakePacket> next();
 
@@ -48,6 +50,8 @@ class TakeCursor {
   };
   std::optional<Place> place();
   std::optional<TakePacket> fetch(const Place& place);
+  bool fetch_stored(std::int64_t id, TakePacket& packet, bool& packed);
+  bool unpack(std::int64_t id, TakePacket& packet);
 
   TakeDatabase database_;
   TakeStatement after_, before_, row_, by_id_, by_id_back_;
@@ -57,6 +61,7 @@ class TakeCursor {
   bool backwards_ = false;
   bool without_index_ = false;  // it is damaged: packets are taken in the order written
   std::uint64_t damaged_ = 0;
+  PacketUnpacker unpacker_;
 };
 
 }  // namespace polyhull

@@ -2,6 +2,7 @@
 #include "take/take_writer.h"
 
 #include <fcntl.h>
+#include <sqlite3.h>
 #include <sys/file.h>
 #include <unistd.h>
 
@@ -12,6 +13,7 @@
 
 #include "base/error.h"
 #include "take/packet_hash.h"
+#include "take/packing.h"
 #include "take/streams.h"
 
 namespace polyhull {
@@ -124,6 +126,7 @@ void TakeWriter::commit() {
   try {
     database_.execute("COMMIT");
   } catch (const Error&) {
+    forget();
     try {
       database_.execute("ROLLBACK");
     } catch (const Error&) {
@@ -176,10 +179,31 @@ std::int64_t TakeWriter::format(std::int64_t stream, const std::string& caps) {
   return id;
 }
 
-void TakeWriter::write(std::int64_t stream, const TakePacket& packet,
-                       std::span<const std::uint8_t> data) {
+/// What was written in this transaction may be gone, and its ids another's.
+void TakeWriter::forget() {
+  formats_.clear();
+  packed_.clear();
+  told_packed_ = false;
+}
+
+/// Within the transaction of the first of them: older readers must not take it for what it is not.
+void TakeWriter::tell_packed() {
+  if (told_packed_) return;
+  database_.execute("PRAGMA user_version = 2");
+  static_assert(packed_take_version == 2);
+  told_packed_ = true;
+}
+
+std::int64_t TakeWriter::write(std::int64_t stream, const TakePacket& packet,
+                               std::span<const std::uint8_t> data, bool packed) {
   if (packet.time < 0 || packet.time > INT64_MAX / 4)
     throw Error(Error::Kind::bad_input, "A packet of a take has the time {} ns.", packet.time);
+  if (packed) {
+    const std::int64_t before = PacketUnpacker::before(data);
+    if (before != 0 && packed_[stream] != before)
+      throw Error(Error::Kind::bad_input,
+                  "A packet of a take is packed behind another than its stream's last.");
+  }
   const std::int64_t time = begin_ + packet.time;
   if (instant_ != no_take_time && std::abs(time - instant_) >= same_instant) commit();
   if (instant_ == no_take_time) {
@@ -187,18 +211,19 @@ void TakeWriter::write(std::int64_t stream, const TakePacket& packet,
     instant_ = time;
   }
   try {
+    if (packed) tell_packed();
     const std::int64_t of_format = format(stream, packet.caps);
     insert_.bind(stream)
         .bind(of_format)
         .bind(time)
         .bind(packet.duration)
-        .bind(static_cast<std::int64_t>(packet.flags))
+        .bind(static_cast<std::int64_t>(packet.flags) | (packed ? packed_flag : 0))
         .bind(packet_hash(time, data))
         .bind(data)
         .run();
   } catch (const Error&) {
     insert_.reset();
-    formats_.clear();
+    forget();
     try {
       // The packets of this instant that were written before stay, if they can.
       commit();
@@ -208,6 +233,9 @@ void TakeWriter::write(std::int64_t stream, const TakePacket& packet,
     throw;
   }
   bytes_ += data.size();
+  const std::int64_t id = sqlite3_last_insert_rowid(database_.handle());
+  packed_[stream] = packed ? id : 0;
+  return id;
 }
 
 }  // namespace polyhull

@@ -54,8 +54,12 @@ class TakeWriter {
 
   /// Writes a packet of \p stream; TakePacket::data does not count, \p data does, and times are from
   /// begin() on. Commits the packets before where this one is of another instant (10 ms and more).
-  /// Throws Error (io): the disk is full, or gone. The packets that were committed stay readable.
-  void write(std::int64_t stream, const TakePacket& packet, std::span<const std::uint8_t> data);
+  /// \p packed: \p data is what a PacketPacker made of it. Returns its id, above 0, by which packets
+  /// can be packed behind it. Throws Error: io: the disk is full, or gone; the packets that were
+  /// committed stay readable, and nothing may be packed behind what was written before; bad_input: it
+  /// is packed behind another packet than the stream's last.
+  std::int64_t write(std::int64_t stream, const TakePacket& packet,
+                     std::span<const std::uint8_t> data, bool packed = false);
 
   /// Commits what there is.
   void commit();
@@ -66,6 +70,8 @@ class TakeWriter {
 
  private:
   std::int64_t format(std::int64_t stream, const std::string& caps);
+  void tell_packed();
+  void forget();
 
   static TakeDatabase open(const std::string& path, Existing existing, std::optional<Claim>& claim);
 
@@ -78,6 +84,8 @@ class TakeWriter {
   std::int64_t begin_ = 0;
   std::int64_t instant_ = no_take_time;  // of the transaction that is open
   std::uint64_t bytes_ = 0;
+  bool told_packed_ = false;                     // the file says that it has packed packets
+  std::map<std::int64_t, std::int64_t> packed_;  // of each stream, its last packet if it is packed
 };
 
 }  // namespace polyhull

@@ -4,11 +4,14 @@
 /// plays it again (lib/take/take.h). Each pad is a stream; buffers are written as they come, with
 /// their running times, and never waited for.
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
+#include <filesystem>
 #include <map>
 #include <mutex>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "base/error.h"
 #include "base/stopwatch.h"
@@ -16,45 +19,28 @@
 #include "plugins/common/element.h"
 #include "plugins/common/guard.h"
 #include "plugins/common/memory/payload_buffer.h"
+#include "plugins/takesink/takesink_settings.h"
+#include "take/packing.h"
+#include "take/take_reader.h"
 #include "take/take_writer.h"
 
 GST_DEBUG_CATEGORY_STATIC(takesink_debug);
 #define GST_CAT_DEFAULT takesink_debug
-
-namespace polyhull::element {
-
-enum class ExistingTake { refuse, append, replace };
-
-template <>
-GType enum_type<ExistingTake>() {
-  return register_enum<ExistingTake>(
-      "PolyhullExistingTake",
-      {{ExistingTake::refuse, "End with an error", "refuse"},
-       {ExistingTake::append, "Put what comes behind what is there", "append"},
-       {ExistingTake::replace, "Delete the take that is there", "replace"}});
-}
-
-}  // namespace polyhull::element
 
 namespace {
 
 using namespace polyhull;
 using namespace polyhull::element;
 
-struct Settings {
-  std::string location;
-  ExistingTake existing = ExistingTake::refuse;
-  std::string rig;
-  std::string settings;
-};
-
 /// One pad's stream.
 struct Stream {
   std::int64_t id = 0;  // in the file; 0: not known yet
   GstSegment segment{};
   std::string caps;
-  std::int64_t time = 0;  // of the last buffer
+  std::int64_t time = 0;         // of the last buffer
+  std::int64_t last_packed = 0;  // the id of the last packet, where it was packed
   bool ended = false;
+  PacketPacker packer;  // the pad's thread's, not under the lock: streams are packed side by side
 };
 
 struct TakeSink {
@@ -64,10 +50,10 @@ struct TakeSink {
 
   explicit TakeSink(gpointer object) {
     GST_OBJECT_FLAG_SET(object, GST_ELEMENT_FLAG_SINK);
-    statistics.declare({"buffers", "bytes", "buffers-untimed"});
+    statistics.declare({"buffers", "bytes", "bytes-stored", "buffers-alone", "buffers-untimed"});
   }
 
-  Settings settings;  // under the object lock
+  TakeSinkSettings settings;  // under the object lock
   Statistics statistics{"takesink-stats"};
 
   std::mutex mutex;  // protects all below
@@ -79,27 +65,9 @@ struct TakeSink {
   guint32 ended_by = 0;
   guint next_pad = 0;
   std::optional<std::int64_t> origin;  // the running time at which the take begins
+  double vertex_error = 0;             // mm, the largest
+  double colour_error = 0, colours = 0;
 };
-
-std::span<const Property<Settings>> properties() {
-  using S = Settings;
-  static const Property<S> table[] = {
-      property<&S::location>("location", "Location", "The take to write, one file.", 0, 0,
-                             Change::when_ready),
-      property<&S::existing>("existing", "Existing take",
-                             "What is done where there is a take of this name already. Any other "
-                             "file is refused.",
-                             0, 0, Change::when_ready),
-      property<&S::rig>("rig", "Rig",
-                        "Rig file whose content is kept in the take, so that it goes where the "
-                        "take goes. Unset: none.",
-                        0, 0, Change::when_ready),
-      property<&S::settings>("settings", "Settings",
-                             "Studio file whose content is kept in the take. Unset: none.", 0, 0,
-                             Change::when_ready),
-  };
-  return table;
-}
 
 std::string read_text(const char* what, const std::string& path) {
   g_autofree char* text = nullptr;
@@ -120,24 +88,34 @@ std::optional<guint> number_of(const char* pad_name) {
   return number;
 }
 
+/// What is there was seen by the cameras of the rig that is there.
+void check_rig(const std::string& location, const std::string& rig) {
+  if (!std::filesystem::exists(location)) return;
+  for (const TakeNote& note : read_take(location).notes)
+    if (note.name == "rig" && note.value != rig)
+      throw Error(Error::Kind::bad_input,
+                  "The take '{}' keeps another rig than the one that is to be kept in it, by which "
+                  "what is in it was recorded. Write another take, or leave rig unset if the "
+                  "cameras are the same.",
+                  location);
+}
+
 bool open(GstElement* element) {
   TakeSink& self = state_of<TakeSink>(element);
   return guarded(element, false, [&] {
-    const Settings settings = snapshot(element, self.settings);
+    const TakeSinkSettings settings = snapshot(element, self.settings);
     if (settings.location.empty())
       throw Error(Error::Kind::not_found, "There is no file to write; set location=NAME.take.");
     const std::scoped_lock lock(self.mutex);
     self.claim.emplace(settings.location);
-    const auto existing = settings.existing == ExistingTake::refuse ? TakeWriter::Existing::refuse
-                          : settings.existing == ExistingTake::append
-                              ? TakeWriter::Existing::append
-                              : TakeWriter::Existing::replace;
     try {
       // Read before a take is replaced.
       const std::string rig = settings.rig.empty() ? "" : read_text("rig", settings.rig);
+      if (settings.existing == TakeWriter::Existing::append && !settings.rig.empty())
+        check_rig(settings.location, rig);
       const std::string studio =
           settings.settings.empty() ? "" : read_text("settings", settings.settings);
-      self.take.emplace(settings.location, existing);
+      self.take.emplace(settings.location, settings.existing);
       if (!settings.rig.empty()) self.take->note("rig", rig);
       if (!settings.settings.empty()) self.take->note("settings", studio);
     } catch (...) {
@@ -148,10 +126,11 @@ bool open(GstElement* element) {
     self.statistics.reset();
     self.ended = false;
     self.origin.reset();
+    self.vertex_error = self.colour_error = self.colours = 0;
     // In the pads' order, whichever carries something first.
     std::map<guint, Stream*> ordered;
     for (auto& [pad, stream] : self.streams) {
-      stream = {};
+      stream = Stream();
       ordered[number_of(GST_OBJECT_NAME(pad)).value_or(0)] = &stream;
     }
     for (const auto& [number, stream] : ordered)
@@ -162,15 +141,22 @@ bool open(GstElement* element) {
 
 bool close(GstElement* element) {
   TakeSink& self = state_of<TakeSink>(element);
-  const std::scoped_lock lock(self.mutex);
-  const bool closed = guarded(element, false, [&] {
-    if (self.take) self.take->finish();
+  return guarded(element, false, [&] {
+    const std::scoped_lock lock(self.mutex);
+    const auto leave = [&] {
+      self.take.reset();
+      self.claim.reset();
+      self.playing = false;
+    };
+    try {
+      if (self.take) self.take->finish();
+    } catch (...) {
+      leave();
+      throw;
+    }
+    leave();
     return true;
   });
-  self.take.reset();
-  self.claim.reset();
-  self.playing = false;
-  return closed;
 }
 
 /// The message that makes the pipeline end; it counts only while playing.
@@ -188,55 +174,88 @@ void tell_end(GstElement* element, std::unique_lock<std::mutex> lock) {
 constexpr std::int64_t lead = GST_SECOND;
 
 /// Time of \p buffer in the take, ns: its running time, or what of that comes after a second before the
-/// first buffer; where it has none, that of the buffer before.
-std::int64_t time_of(GstElement* element, Stream& stream, GstBuffer* buffer) {
+/// first buffer. None: it has no running time.
+std::optional<std::int64_t> time_of(TakeSink& self, const Stream& stream, GstBuffer* buffer) {
   const GstClockTime stamp =
       GST_BUFFER_PTS_IS_VALID(buffer) ? GST_BUFFER_PTS(buffer) : GST_BUFFER_DTS(buffer);
   const GstClockTime time =
       stream.segment.format == GST_FORMAT_TIME
           ? gst_segment_to_running_time(&stream.segment, GST_FORMAT_TIME, stamp)
           : GST_CLOCK_TIME_NONE;
-  if (!GST_CLOCK_TIME_IS_VALID(time) || time > static_cast<GstClockTime>(G_MAXINT64 / 4)) {
-    state_of<TakeSink>(element).statistics.warn(
+  if (!GST_CLOCK_TIME_IS_VALID(time) || time > static_cast<GstClockTime>(G_MAXINT64 / 4))
+    return std::nullopt;
+  // A pipeline that has run for hours, or by another machine's clock, makes no take of hours.
+  const auto running = static_cast<std::int64_t>(time);
+  if (!self.origin) self.origin = std::max<std::int64_t>(0, running - lead);
+  return std::max<std::int64_t>(0, running - *self.origin);
+}
+
+void count(TakeSink& self, std::size_t size, std::size_t stored, const PackedPacket& packed) {
+  self.statistics.count("buffers");
+  self.statistics.count("bytes", size);
+  self.statistics.count("bytes-stored", stored);
+  if (packed.data.empty() || packed.alone) self.statistics.count("buffers-alone");
+  if (packed.vertex_error > self.vertex_error) {
+    self.vertex_error = packed.vertex_error;
+    self.statistics.set("vertex-error-mm", self.vertex_error);
+  }
+  if (packed.colours == 0) return;
+  self.colour_error += packed.colour_error;
+  self.colours += static_cast<double>(packed.colours);
+  constexpr double most = 255.0 * 255.0;
+  self.statistics.set("picture-psnr",
+                      10.0 * std::log10(most * self.colours / std::max(1.0, self.colour_error)));
+}
+
+GstFlowReturn write(GstElement* element, GstPad* pad, GstBuffer* buffer) {
+  TakeSink& self = state_of<TakeSink>(element);
+  const PackingSettings packing = packing_of(snapshot(element, self.settings));
+  MappedBuffer mapped(buffer);
+  if (mapped.segments().size() != 1) mapped.join();
+  const Bytes bytes = mapped.segments().empty() ? Bytes() : mapped.segments().front();
+  TakePacket packet;
+  bool untimed = false;
+  Stream* stream = nullptr;
+  {
+    const std::scoped_lock lock(self.mutex);
+    if (!self.take) return GST_FLOW_FLUSHING;
+    stream = &self.streams[pad];
+    if (stream->ended) return GST_FLOW_EOS;
+    const auto time = time_of(self, *stream, buffer);
+    untimed = !time;
+    packet.time = stream->time = time.value_or(stream->time);
+    packet.caps = stream->caps;
+  }
+  if (untimed)
+    self.statistics.warn(
         element, "buffers-untimed",
         "A buffer without a running time was given that of the one before. Look at what stamps it; "
         "do-timestamp=true of a live source does.");
-    return stream.time;
-  }
-  // A pipeline that has run for hours, or by another machine's clock, makes no take of hours.
-  TakeSink& self = state_of<TakeSink>(element);
-  const auto running = static_cast<std::int64_t>(time);
-  if (!self.origin) self.origin = std::max<std::int64_t>(0, running - lead);
-  return stream.time = std::max<std::int64_t>(0, running - *self.origin);
+  const GstClockTime duration = GST_BUFFER_DURATION(buffer);
+  if (GST_CLOCK_TIME_IS_VALID(duration)) packet.duration = static_cast<std::int64_t>(duration);
+  packet.flags = GST_BUFFER_FLAGS(buffer) &
+                 (GST_BUFFER_FLAG_DELTA_UNIT | GST_BUFFER_FLAG_HEADER | GST_BUFFER_FLAG_GAP);
+  const Stopwatch watch;
+  const PackedPacket packed = stream->packer.pack(packing, packet.caps, bytes, stream->last_packed);
+  const double packed_after = watch.milliseconds();
+  const std::scoped_lock lock(self.mutex);
+  if (!self.take) return GST_FLOW_FLUSHING;
+  if (stream->id == 0) stream->id = self.take->stream(GST_OBJECT_NAME(pad));
+  const bool is_packed = !packed.data.empty();
+  stream->last_packed = 0;  // where it cannot be written
+  const std::int64_t id =
+      self.take->write(stream->id, packet, is_packed ? packed.data : bytes, is_packed);
+  if (is_packed) stream->last_packed = id;
+  self.statistics.set("write-ms", watch.milliseconds());
+  self.statistics.set("pack-ms", packed_after);
+  count(self, bytes.size(), is_packed ? packed.data.size() : bytes.size(), packed);
+  return GST_FLOW_OK;
 }
 
 GstFlowReturn chain(GstPad* pad, GstObject* parent, GstBuffer* buffer) {
   auto* element = GST_ELEMENT_CAST(parent);
-  TakeSink& self = state_of<TakeSink>(element);
-  const GstFlowReturn flow = guarded(element, GST_FLOW_ERROR, [&]() -> GstFlowReturn {
-    MappedBuffer mapped(buffer);
-    if (mapped.segments().size() != 1) mapped.join();
-    const Bytes bytes = mapped.segments().empty() ? Bytes() : mapped.segments().front();
-    const std::scoped_lock lock(self.mutex);
-    if (!self.take) return GST_FLOW_FLUSHING;
-    Stream& stream = self.streams[pad];
-    if (stream.ended) return GST_FLOW_EOS;
-    if (stream.id == 0) stream.id = self.take->stream(GST_OBJECT_NAME(pad));
-    const GstClockTime duration = GST_BUFFER_DURATION(buffer);
-    const TakePacket packet{
-        stream.caps,
-        time_of(element, stream, buffer),
-        GST_CLOCK_TIME_IS_VALID(duration) ? static_cast<std::int64_t>(duration) : no_take_time,
-        GST_BUFFER_FLAGS(buffer) &
-            (GST_BUFFER_FLAG_DELTA_UNIT | GST_BUFFER_FLAG_HEADER | GST_BUFFER_FLAG_GAP),
-        {}};
-    const Stopwatch watch;
-    self.take->write(stream.id, packet, bytes);
-    self.statistics.set("write-ms", watch.milliseconds());
-    self.statistics.count("buffers");
-    self.statistics.count("bytes", bytes.size());
-    return GST_FLOW_OK;
-  });
+  const GstFlowReturn flow =
+      guarded(element, GST_FLOW_ERROR, [&] { return write(element, pad, buffer); });
   gst_buffer_unref(buffer);
   return flow;
 }
@@ -244,14 +263,16 @@ GstFlowReturn chain(GstPad* pad, GstObject* parent, GstBuffer* buffer) {
 /// Where all streams have ended, what was written is made whole, and the end told.
 void end_if_all_have(GstElement* element, guint32 seqnum) {
   TakeSink& self = state_of<TakeSink>(element);
-  std::unique_lock lock(self.mutex);
-  if (self.streams.empty() || !self.take) return;
-  for (const auto& [other, stream] : self.streams)
-    if (!stream.ended) return;
-  guarded(element, false, [&] {
-    if (self.take) self.take->commit();
+  const bool all = guarded(element, true, [&] {
+    const std::scoped_lock lock(self.mutex);
+    if (self.streams.empty() || !self.take) return false;
+    for (const auto& [other, stream] : self.streams)
+      if (!stream.ended) return false;
+    self.take->commit();
     return true;
   });
+  if (!all) return;
+  std::unique_lock lock(self.mutex);
   self.ended = true;
   self.ended_by = seqnum;
   tell_end(element, std::move(lock));
@@ -318,7 +339,7 @@ GstPad* request_new_pad(GstElement* element, GstPadTemplate* from, const gchar* 
   gst_pad_set_event_function(pad, event);
   {
     const std::scoped_lock lock(self.mutex);
-    self.streams[pad] = {};
+    self.streams[pad] = Stream();
   }
   if (GST_STATE(element) > GST_STATE_READY) gst_pad_set_active(pad, TRUE);
   gst_object_ref_sink(pad);
@@ -366,11 +387,15 @@ GstStateChangeReturn change_state(GstElement* element, GstStateChange transition
 
 void TakeSink::class_init(gpointer klass) {
   GST_DEBUG_CATEGORY_INIT(takesink_debug, "takesink", 0, "takes to files");
-  add_properties<TakeSink>(klass, properties(), &TakeSink::settings);
-  add_statistics<TakeSink>(klass,
-                           "Counters since the start: buffers and bytes (written), "
-                           "buffers-untimed (that got the time of the one before); write-ms, the "
-                           "milliseconds the last buffer took.");
+  add_properties<TakeSink>(klass, takesink_properties(), &TakeSink::settings);
+  add_statistics<TakeSink>(
+      klass,
+      "Counters since the start: buffers and bytes (that came), bytes-stored, "
+      "buffers-alone (stored so that no other is needed), buffers-untimed (that "
+      "got the time of the one before); write-ms, the milliseconds the last "
+      "buffer took, pack-ms those of its compression. With compression=lossy "
+      "vertex-error-mm, how far the vertex moved that moved the furthest, and "
+      "picture-psnr, the colours' peak signal to noise ratio in dB.");
   set_metadata(klass, "Take writer", "Sink/File",
                "Writes views, meshes and sound of a performance into one file");
   add_template(klass, "sink_%u", GST_PAD_SINK, "ANY", G_TYPE_NONE, GST_PAD_REQUEST);

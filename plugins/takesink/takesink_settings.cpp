@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "plugins/takesink/takesink_settings.h"
+
+namespace polyhull::element {
+
+template <>
+GType enum_type<TakeWriter::Existing>() {
+  using Existing = TakeWriter::Existing;
+  return register_enum<Existing>(
+      "PolyhullExistingTake", {{Existing::refuse, "End with an error", "refuse"},
+                               {Existing::append, "Put what comes behind what is there", "append"},
+                               {Existing::replace, "Delete the take that is there", "replace"}});
+}
+
+template <>
+GType enum_type<Packing>() {
+  return register_enum<Packing>(
+      "PolyhullTakeCompression",
+      {{Packing::none, "As it comes", "none"},
+       {Packing::exact, "Smaller; what is played is the same byte by byte", "exact"},
+       {Packing::lossy, "Far smaller; colours, mattes and vertices have an error", "lossy"}});
+}
+
+std::span<const Property<TakeSinkSettings>> takesink_properties() {
+  using S = TakeSinkSettings;
+  static const Property<S> table[] = {
+      property<&S::location>("location", "Location", "The take to write, one file.", 0, 0,
+                             Change::when_ready),
+      property<&S::existing>("existing", "Existing take",
+                             "What is done where there is a take of this name already. Any other "
+                             "file is refused.",
+                             0, 0, Change::when_ready),
+      property<&S::rig>("rig", "Rig",
+                        "Rig file whose content is kept in the take, so that it goes where the "
+                        "take goes. Unset: none.",
+                        0, 0, Change::when_ready),
+      property<&S::settings>("settings", "Settings",
+                             "Studio file whose content is kept in the take. Unset: none.", 0, 0,
+                             Change::when_ready),
+      property<&S::compression>(
+          "compression", "Compression",
+          "How buffers are made smaller by what the ones before told. What 'lossy' loses is set by "
+          "precision and quantizer."),
+      property<&S::key_interval>(
+          "key-interval", "Key interval",
+          "With compression: buffers of a stream from one that stands alone to the next (1 to "
+          "250). "
+          "A seek unpacks no more than these; a damaged one takes those up to the next with it.",
+          1, longest_key_interval),
+      property<&S::precision>(
+          "precision", "Precision",
+          "With compression=lossy: how far a mesh's vertex may move, in millimetres (0 to 100). 0: "
+          "not at all.",
+          0, 100),
+      property<&S::quantizer>(
+          "quantizer", "Quantizer",
+          "With compression=lossy: VP8's, of the pictures (0, the best, to 63, the smallest).", 0,
+          63),
+  };
+  return table;
+}
+
+PackingSettings packing_of(const TakeSinkSettings& settings) {
+  return {settings.compression, settings.key_interval, settings.precision, settings.quantizer};
+}
+
+}  // namespace polyhull::element
