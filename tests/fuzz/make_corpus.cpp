@@ -10,6 +10,7 @@
 #include "rig/export.h"
 #include "scene/announcement.h"
 #include "studio/cameras/default_rig.h"
+#include "take/packing.h"
 #include "track/pose_message.h"
 #include "wire/coded_view.h"
 #include "wire/mesh_payload.h"
@@ -89,6 +90,19 @@ int main(int count, char** arguments) {
       R"(,"timecode":"10:00:00;02","timecode_rate":[30000,1001],"stream_time_ns":0,"unix_time_ns":1,"depth_near":0.5})";
   write("announcement", timed);
   write("exchange", std::string(opentrackio_sample), "opentrackio");
+  // The first byte: 0 alone, 1 behind the same packed with loss, 3 without.
+  for (const Packing packing : {Packing::exact, Packing::lossy}) {
+    PacketPacker packer;
+    const bool lossy = packing == Packing::lossy;
+    const Packet whole = write_view(examples::view("cam0", a));
+    for (const char* name : {"alone", "behind"}) {
+      const PackedPacket packed = packer.pack({packing}, "application/x-polyhull-view", whole,
+                                              std::string(name) == "alone" ? 0 : 1);
+      Packet bytes{static_cast<std::uint8_t>(std::string(name) == "alone" ? 0 : lossy ? 1 : 3)};
+      bytes.insert(bytes.end(), packed.data.begin(), packed.data.end());
+      write("packed_take", bytes, (name + std::string(lossy ? "-lossy" : "-exact")).c_str());
+    }
+  }
   write("packet", packet());
   for (const PixelCoding coding : {PixelCoding::lz4, PixelCoding::zstd, PixelCoding::jpeg})
     write("packet", coded_view(coding),
