@@ -131,6 +131,18 @@ for frame in range({FRAMES}):
         self.assertEqual(result.returncode, 0, result.stderr)
         self.assertEqual(sorted(path.name for path in self.folder.glob("hull-*.ply")), ["hull-000.ply", "hull-001.ply"])
 
+    def test_what_is_no_mesh_is_left_out(self):
+        mixed = self.folder / "mixed.take"
+        mixed.write_bytes(self.take.read_bytes())
+        rubbish = (f"fakesrc num-buffers=2 sizetype=fixed sizemax=100 filltype=zero ! "
+                   f"application/x-polyhull-mesh ! t.sink_9 takesink name=t location={mixed} existing=append")
+        subprocess.run(["gst-launch-1.0", "-q", *rubbish.split()], check=True, timeout=60)
+        result = take("export", mixed, "-o", self.folder / "mixed.glb")
+        self.assertEqual(result.returncode, 1, result.stdout)
+        self.assertIn(f"{FRAMES} meshes written", result.stdout)
+        self.assertIn("2 buffers are no meshes", result.stderr)
+        self.assertIn("of the stream sink_9 is left out", result.stderr)
+
     def test_what_cannot_be_exported(self):
         for arguments, word in [(["-o", self.folder / "x.ply"], "numbered"),
                                 (["-o", self.folder / "x.glb", "--stream", "sink_0"], "no meshes"),

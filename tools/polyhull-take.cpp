@@ -124,12 +124,20 @@ int write_meshes(const std::string& path, const Export& options) {
   TakeCursor cursor(path, stream.id);
   cursor.seek(static_cast<std::int64_t>(1e9 * options.from));
   GlbAnimation animation(file_options);
-  std::uint64_t meshes = 0, written = 0;
+  std::uint64_t meshes = 0, written = 0, unreadable = 0;
   std::optional<std::int64_t> begin;
   while (const auto packet = cursor.next()) {
     if (seconds(packet->time) >= options.to) break;
     if (meshes++ % options.every != 0) continue;
-    const Mesh mesh = read_mesh(Bytes(packet->data));
+    Mesh mesh;
+    try {
+      mesh = read_mesh(Bytes(packet->data));
+    } catch (const Error& error) {
+      if (unreadable++ == 0)
+        std::fprintf(stderr, "What is at %.3f s of the stream %s is left out: %s\n",
+                     seconds(packet->time), stream.name.c_str(), error.what());
+      continue;
+    }
     if (!begin) begin = packet->time;
     if (animated) {
       animation.add(mesh, seconds(packet->time - *begin));
@@ -147,7 +155,10 @@ int write_meshes(const std::string& path, const Export& options) {
   if (cursor.damaged() > 0)
     std::fprintf(stderr, "%llu buffers are damaged and were left out\n",
                  static_cast<unsigned long long>(cursor.damaged()));
-  return cursor.damaged() > 0 ? 1 : 0;
+  if (unreadable > 0)
+    std::fprintf(stderr, "%llu buffers are no meshes and were left out\n",
+                 static_cast<unsigned long long>(unreadable));
+  return cursor.damaged() + unreadable > 0 ? 1 : 0;
 }
 
 /// Copies what is whole, in the order of time.
