@@ -6,7 +6,7 @@
 #     --server HOST:PORT  who gives the clock (pipelines/server.sh); default port 7480; IPv6 in brackets: [fd00::1]
 #     --source ELEMENTS   the camera, as gst-launch has it: "v4l2src device=/dev/video0 ! videoconvert"
 #     --port N            the views are served on this TCP port; default 7481
-#     --listen ADDRESS    only on this address; default all
+#     --listen ADDRESS    only on this address; default all of IPv4; "::" has IPv6, too
 #     --silhouette TEXT   properties of silhouette: "key-color=0x30a050 sigma=1.5"
 #     --settings          the server may change them (server.sh --silhouette); needs keys
 #     --link N            megabits a second to the server, this camera's part: how views are packed;

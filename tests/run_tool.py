@@ -262,6 +262,10 @@ class SharedClock(unittest.TestCase):
                         time.sleep(0.1)
                 echoed, told = struct.unpack(">QQ", reply)
                 answered = time.monotonic_ns()
+                second = subprocess.run([PROGRAM, "--clock-server", str(port), "videotestsrc", "num-buffers=1", "!",
+                                         "fakesink"], capture_output=True, text=True, timeout=60)
+                self.assertNotEqual(second.returncode, 0)
+                self.assertIn("it is taken", second.stderr + second.stdout)
             finally:
                 program.send_signal(signal.SIGINT)
                 self.assertEqual(program.wait(60), 0)

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "run_clock.h"
 
+#include <gio/gio.h>
 #include <gst/net/net.h>
 
 #include <charconv>
@@ -27,6 +28,20 @@ int port_of(const std::string& server) {
               server);
 }
 
+/// Whether nobody has UDP port \p port. GStreamer's provider shares one with whoever is there: of two
+/// clocks on one port, nobody knows which answers.
+bool is_free(int port) {
+  for (const GSocketFamily family : {G_SOCKET_FAMILY_IPV6, G_SOCKET_FAMILY_IPV4}) {
+    g_autoptr(GSocket) socket =
+        g_socket_new(family, G_SOCKET_TYPE_DATAGRAM, G_SOCKET_PROTOCOL_UDP, nullptr);
+    if (socket == nullptr) continue;  // not every machine has IPv6
+    g_autoptr(GInetAddress) any = g_inet_address_new_any(family);
+    g_autoptr(GSocketAddress) address = g_inet_socket_address_new(any, static_cast<guint16>(port));
+    if (!g_socket_bind(socket, address, FALSE, nullptr)) return false;
+  }
+  return true;
+}
+
 }  // namespace
 
 GstObject* share_clock(GstElement* pipeline, int server_port, const std::string& server) {
@@ -51,8 +66,9 @@ GstObject* share_clock(GstElement* pipeline, int server_port, const std::string&
   }
   if (server_port != 0) {
     // IPv6's any address hears IPv4, too; not every machine has it.
-    provider = GST_OBJECT(gst_net_time_provider_new(clock, "::", server_port));
-    if (provider == nullptr)
+    if (is_free(server_port))
+      provider = GST_OBJECT(gst_net_time_provider_new(clock, "::", server_port));
+    if (provider == nullptr && is_free(server_port))
       provider = GST_OBJECT(gst_net_time_provider_new(clock, nullptr, server_port));
     if (provider == nullptr)
       throw Error(Error::Kind::io,
