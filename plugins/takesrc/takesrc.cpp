@@ -6,7 +6,6 @@
 #include <gst/base/gstflowcombiner.h>
 
 #include <algorithm>
-#include <cstdio>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -17,6 +16,7 @@
 #include "base/error.h"
 #include "plugins/common/element.h"
 #include "plugins/common/guard.h"
+#include "plugins/takesrc/take_pads.h"
 #include "take/take_reader.h"
 
 GST_DEBUG_CATEGORY_STATIC(takesrc_debug);
@@ -335,48 +335,6 @@ gboolean query(GstPad* pad, GstObject* parent, GstQuery* query) {
   }
 }
 
-/// A pad's name: sink_3's stream plays on src_3. \p taken: the names of others.
-std::string pad_name(const std::string& stream, std::size_t index, std::set<std::string>& taken) {
-  guint number = 0;
-  if (std::sscanf(stream.c_str(), "sink_%u", &number) != 1) number = static_cast<guint>(index);
-  for (;; ++number) {
-    std::string name = fmt::format("src_{}", number);
-    if (taken.insert(name).second) return name;
-  }
-}
-
-/// The pad \p name: that of the last time, which may be linked, or a new one.
-GstPad* make_pad(GstElement* element, const std::string& name) {
-  if (GstPad* pad = gst_element_get_static_pad(element, name.c_str())) {
-    gst_object_unref(pad);
-    return pad;
-  }
-  GstPad* pad = gst_pad_new_from_template(
-      gst_element_class_get_pad_template(GST_ELEMENT_GET_CLASS(element), "src_%u"), name.c_str());
-  gst_pad_set_event_function(pad, event);
-  gst_pad_set_query_function(pad, query);
-  gst_pad_use_fixed_caps(pad);
-  gst_pad_set_active(pad, TRUE);
-  gst_element_add_pad(element, pad);
-  return pad;
-}
-
-/// Takes away the pads of another take.
-void remove_others(GstElement* element, const std::set<std::string>& names) {
-  std::vector<GstPad*> others;
-  {
-    const ObjectLock lock(element);
-    for (GList* item = element->srcpads; item != nullptr; item = item->next)
-      if (!names.contains(GST_OBJECT_NAME(item->data)))
-        others.push_back(GST_PAD(gst_object_ref(item->data)));
-  }
-  for (GstPad* pad : others) {
-    gst_pad_set_active(pad, FALSE);
-    gst_element_remove_pad(element, pad);
-    gst_object_unref(pad);
-  }
-}
-
 bool open(GstElement* element) {
   TakeSrc& self = state_of<TakeSrc>(element);
   return guarded(element, false, [&] {
@@ -403,11 +361,13 @@ bool open(GstElement* element) {
       self.group = gst_util_group_id_next();
     }
     std::set<std::string> names;
-    for (std::size_t i = 0; i < streams.size(); ++i) pad_name(content.streams[i].name, i, names);
-    remove_others(element, names);
+    for (std::size_t i = 0; i < streams.size(); ++i)
+      take_pad_name(content.streams[i].name, i, names);
+    remove_other_pads(element, names);
     names.clear();
     for (std::size_t i = 0; i < streams.size(); ++i) {
-      GstPad* pad = make_pad(element, pad_name(content.streams[i].name, i, names));
+      const std::string name = take_pad_name(content.streams[i].name, i, names);
+      GstPad* pad = take_pad(element, name, event, query);
       streams[i]->pad = pad;
       gst_pad_set_element_private(pad, streams[i].get());
       gst_flow_combiner_add_pad(self.combiner, pad);

@@ -81,7 +81,8 @@ inline void check_statistic_types(GstElement* element) {
   for (gint i = 0; i < gst_structure_n_fields(stats); ++i) {
     const std::string name = gst_structure_nth_field_name(stats, static_cast<guint>(i));
     const bool figure = name.ends_with("-ms") || name.ends_with("-us") || name.ends_with("-px") ||
-                        name == "tolerance" || name == "threads-used" || name == "screen-signal" ||
+                        name.ends_with("-mm") || name.ends_with("-psnr") || name == "tolerance" ||
+                        name == "threads-used" || name == "screen-signal" ||
                         name == "foreground-signal";
     const GType type = gst_structure_get_field_type(stats, name.c_str());
     fail_unless(type == (figure ? G_TYPE_DOUBLE : G_TYPE_UINT64), "stats has %s as %s",
@@ -145,6 +146,20 @@ inline guint64 statistic(GstElement* element, const char* field) {
   gst_structure_free(stats);
   fail_unless(found, "stats has no counter %s", field);
   return value;
+}
+
+/// Waits until a counter of the element's `stats` is at least \p value.
+inline void wait_for_statistic(GstElement* element, const char* field, guint64 value) {
+  for (int i = 0; i < 6000 && statistic(element, field) < value; ++i) g_usleep(10000);
+  fail_unless(statistic(element, field) >= value, "%s is %" G_GUINT64_FORMAT, field,
+              statistic(element, field));
+}
+
+/// Whether one of the warnings on \p bus, which are taken from it, has \p text.
+inline void expect_warning(GstBus* bus, const char* text) {
+  std::string all;
+  for (const std::string& warning : warnings_on(bus)) all += warning + "\n";
+  fail_unless(all.find(text) != std::string::npos, "\"%s\" is not in \"%s\"", text, all.c_str());
 }
 
 /// A figure of the element's `stats`.

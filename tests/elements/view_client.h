@@ -43,18 +43,8 @@ struct Client {
     gst_sample_unref(sample);
     return bytes;
   }
-  /// Waits until the counter is at least \p value.
-  void wait_for(const char* counter, guint64 value) {
-    for (int i = 0; i < 6000 && statistic(source, counter) < value; ++i) g_usleep(10000);
-    fail_unless(statistic(source, counter) >= value, "%s is %" G_GUINT64_FORMAT, counter,
-                statistic(source, counter));
-  }
-  /// Whether one of the warnings so far has \p text.
-  void expect_warning(const char* text) {
-    std::string all;
-    for (const std::string& warning : warnings_on(bus)) all += warning + "\n";
-    fail_unless(all.find(text) != std::string::npos, "\"%s\" is not in \"%s\"", text, all.c_str());
-  }
+  void wait_for(const char* counter, guint64 value) { wait_for_statistic(source, counter, value); }
+  void expect_warning(const char* text) { test::expect_warning(bus, text); }
   GstElement *pipeline, *source, *sink;
   GstBus* bus;
   GstClockTime time = 0;

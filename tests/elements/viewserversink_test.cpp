@@ -57,9 +57,7 @@ struct Server {
     fail_unless_equals_int(gst_app_src_push_buffer(GST_APP_SRC(in), buffer), GST_FLOW_OK);
   }
   void wait_for(const char* counter, guint64 value) const {
-    for (int i = 0; i < 6000 && statistic(sink, counter) < value; ++i) g_usleep(10000);
-    fail_unless(statistic(sink, counter) >= value, "%s is %" G_GUINT64_FORMAT, counter,
-                statistic(sink, counter));
+    wait_for_statistic(sink, counter, value);
   }
   /// The same, with a frame now and then, of which the server learns who is gone.
   void push_until(const char* counter, guint64 value) {
@@ -69,11 +67,7 @@ struct Server {
     }
     wait_for(counter, value);
   }
-  void expect_warning(const char* text) const {
-    std::string all;
-    for (const std::string& warning : warnings_on(bus)) all += warning + "\n";
-    fail_unless(all.find(text) != std::string::npos, "\"%s\" is not in \"%s\"", text, all.c_str());
-  }
+  void expect_warning(const char* text) const { test::expect_warning(bus, text); }
   GstElement *pipeline, *in, *sink;
   GstBus* bus;
   std::size_t pushed = 0;
