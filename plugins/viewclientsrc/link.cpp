@@ -6,18 +6,19 @@
 namespace polyhull::element {
 namespace {
 
-constexpr std::int64_t connect_within = 400'000;  // µs
-constexpr guint handshake_within = 2;             // s, for each answer of the other end
+constexpr std::int64_t connect_within = 400'000;         // µs
+constexpr std::int64_t least_handshake = 2'000'000'000;  // ns, for each answer of the other end
 /// TLS may have to write before it can read: it is looked at again after so long, µs.
 constexpr std::int64_t longest_wait = 50'000;
 
 /// TLS over \p socket, both ends of which have proved who they are.
 GRef<GIOStream> secured(GSocket* socket, const TlsIdentity& identity, const std::string& name,
-                        GCancellable* cancel) {
+                        std::int64_t timeout, GCancellable* cancel) {
   const GRef<GSocketConnection> plain(g_socket_connection_factory_create_connection(socket));
   GRef<GIOStream> stream = identity.client(G_IO_STREAM(plain.get()), name);
   GError* error = nullptr;
-  g_socket_set_timeout(socket, handshake_within);
+  g_socket_set_timeout(socket,
+                       static_cast<guint>(std::max(timeout, least_handshake) / 1'000'000'000));
   const bool shaken =
       g_tls_connection_handshake(G_TLS_CONNECTION(stream.get()), cancel, &error) != FALSE;
   g_socket_set_timeout(socket, 0);
@@ -48,7 +49,7 @@ GRef<GSocket> connected(GSocketAddress* address, GCancellable* cancel, GError** 
 }  // namespace
 
 Link::Link(const std::string& host, int port, const TlsIdentity& identity, const std::string& name,
-           GCancellable* cancel)
+           std::int64_t timeout, GCancellable* cancel)
     : cancel_(cancel) {
   g_autoptr(GSocketConnectable) machine =
       g_network_address_new(host.c_str(), static_cast<guint16>(port));
@@ -69,7 +70,7 @@ Link::Link(const std::string& host, int port, const TlsIdentity& identity, const
     throw Error(Error::Kind::io, "{}:{} cannot be reached: {}", host, port, take_message(error));
   }
   g_clear_error(&error);
-  if (identity) secured_ = secured(socket_.get(), identity, name, cancel);
+  if (identity) secured_ = secured(socket_.get(), identity, name, timeout, cancel);
 }
 
 Link::~Link() {

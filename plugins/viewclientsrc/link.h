@@ -26,10 +26,11 @@ class Link {
  public:
   /// Connects to \p host (a name or an address) and \p port, within 0.4 s for each of its addresses:
   /// a new attempt reaches a machine that is back sooner than the repeats of the old one do. Where
-  /// \p identity has TLS, both prove then who they are; the other's certificate must be for \p name.
+  /// \p identity has TLS, both prove then who they are; the other's certificate must be for \p name,
+  /// and each of its answers come within \p timeout ns, or two seconds where that is less.
   /// Throws Error where nobody answers or \p cancel was cancelled, NotTrusted where the proof fails.
   Link(const std::string& host, int port, const TlsIdentity& identity, const std::string& name,
-       GCancellable* cancel);
+       std::int64_t timeout, GCancellable* cancel);
   ~Link();
   Link(const Link&) = delete;
   Link& operator=(const Link&) = delete;

@@ -118,7 +118,8 @@ Cut not_trusted(const std::string& why) {
 bool ViewClientSrc::connect(GstElement* element, const ViewClientSettings& now) {
   try {
     link = std::make_unique<Link>(now.host, static_cast<int>(now.port), identity,
-                                  now.tls_name.empty() ? now.host : now.tls_name, cancel.get());
+                                  now.tls_name.empty() ? now.host : now.tls_name,
+                                  static_cast<std::int64_t>(now.timeout), cancel.get());
   } catch (const NotTrusted& error) {
     cut(element, now, not_trusted(error.what()));
     return false;

@@ -155,10 +155,13 @@ inline void wait_for_statistic(GstElement* element, const char* field, guint64 v
               statistic(element, field));
 }
 
-/// Whether one of the warnings on \p bus, which are taken from it, has \p text.
+/// Waits for a warning on \p bus, from which those before it are taken, that has \p text.
 inline void expect_warning(GstBus* bus, const char* text) {
   std::string all;
-  for (const std::string& warning : warnings_on(bus)) all += warning + "\n";
+  for (int i = 0; i < 2000 && all.find(text) == std::string::npos; ++i) {
+    for (const std::string& warning : warnings_on(bus)) all += warning + "\n";
+    g_usleep(10000);
+  }
   fail_unless(all.find(text) != std::string::npos, "\"%s\" is not in \"%s\"", text, all.c_str());
 }
 

@@ -30,7 +30,9 @@ const GdpStream& recorded() {
 struct Server {
   explicit Server(const std::string& properties = "")
       : pipeline(parse("appsrc name=in format=time caps=application/x-polyhull-view ! gdppay ! "
-                       "viewserversink name=server host=127.0.0.1 port=0 " +
+                       "viewserversink name=server host=127.0.0.1 port=0 "
+                       // Here slow clients are those that a test wants slow.
+                       "buffers-max=10000 timeout=60000000000 " +
                        properties)),
         in(gst_bin_get_by_name(GST_BIN(pipeline), "in")),
         sink(gst_bin_get_by_name(GST_BIN(pipeline), "server")),
