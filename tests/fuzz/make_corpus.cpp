@@ -106,8 +106,9 @@ int main(int count, char** arguments) {
     // 4: opened, a view and a mesh.
     const Packet mesh = write_mesh(examples::mesh(a, b));
     for (const auto& [kind, packet] : {std::pair{"view", &whole}, std::pair{"mesh", &mesh}}) {
+      PacketPacker alone;
       const PackedPacket packed =
-          PacketPacker().pack({packing}, std::string("application/x-polyhull-") + kind, *packet, 0);
+          alone.pack({packing}, std::string("application/x-polyhull-") + kind, *packet, 0);
       Packet bytes = test::open_packet(packed.data);
       bytes.insert(bytes.begin(), 4);
       write("packed_take", bytes,
