@@ -472,6 +472,19 @@ TEST(Announcement, RefusesWhatIsNone) {
            {"/viewport/distortion", {1, 2, 3}},
            {"/viewport/distortion", "no"},
            {"/viewport/t/1", 1e200},
+           {"/viewport/K/0", 1e-29},
+           {"/viewport/K/0", 1e-3},
+           {"/viewport/K/1", 1e20},
+           {"/viewport/K/2", 1e20},
+           {"/viewport/K/3", 1e20},
+           {"/viewport/K/5", -1e20},
+           {"/viewport/K/6", 1e-3},
+           {"/viewport/K/7", 1},
+           {"/viewport/K/8", 0},
+           {"/exposure", -1e-3},
+           {"/exposure", 1e10},
+           {"/ambient/0", -1e-3},
+           {"/ambient/2", 1e20},
            {"/lights", json::array({1})},
            {"/lights", std::vector<json>(1025, json::object())}}) {
     json wrong = root;
@@ -482,6 +495,15 @@ TEST(Announcement, RefusesWhatIsNone) {
   lit.lights.resize(1);
   root = json::parse(announcement_to_json(lit));
   EXPECT_NO_THROW(parse_announcement(root.dump()));
+  for (const auto& [pointer, value] :
+       std::vector<std::pair<const char*, double>>{{"/lights/0/centre/0", -1e10},
+                                                   {"/lights/0/u/1", 1e20},
+                                                   {"/lights/0/v/2", 1e20},
+                                                   {"/lights/0/radiance/0", -1e-3}}) {
+    json wrong = root;
+    wrong[json::json_pointer(pointer)] = value;
+    EXPECT_THROW(parse_announcement(wrong.dump()), Error) << pointer;
+  }
   for (const json& mesh : {json(-2), json(0.5), json(1e72), json(-1e72), json(1ll << 31), json("1"),
                            json(18446744073709551615ull), json(nullptr)}) {
     root["lights"][0]["mesh"] = mesh;
