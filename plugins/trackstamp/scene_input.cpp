@@ -42,6 +42,7 @@ void SceneInput::follow(SceneMatch match, std::int64_t period) {
   if (match_ != match) {
     asked_.reset();
     answered_.reset();
+    own_before_.reset();
   }
   match_ = match;
   period_ = period;
@@ -92,13 +93,21 @@ std::optional<Announcement> SceneInput::at(GstBuffer* frame, const GstSegment& s
     Lock lock(mutex_);
     follow(settings.match, settings.match == SceneMatch::timecode ? period_ : 0);
     asked_ = time + tolerance;
+    wanted_ = time - tolerance;
+    // Not the delay's: who sets a longer one wants the same messages later.
+    if (own_before_ && history_.difference(*own_time, *own_before_) < -AnnouncementHistory::near)
+      history_.begin_again(wanted_, run_);
+    own_before_ = own_time;
     changed_.notify_all();
     if (!by_arrival) {
       if (longest && lost_) longest = 0;
-      wait(lock, longest, [&] { return history_.reaches(time - tolerance); });
+      wait(lock, longest, [&] { return history_.reaches(wanted_); });
     }
     const auto* entry = history_.at(time + tolerance);
-    if (entry != nullptr) current_ = entry->announcement;
+    if (entry != nullptr) {
+      current_ = entry->announcement;
+      run_ = entry->run;
+    }
     loss = judge(entry, time);
     answered_ = asked_;
     found = current_;
@@ -150,10 +159,11 @@ void SceneInput::split(const std::string& bytes, std::optional<std::int64_t> arr
   unfinished_.clear();
 }
 
+/// Never where a frame's message may be the next.
 bool SceneInput::is_ahead() const {
   if (!asked_) return history_.size() > AnnouncementHistory::most / 2;
-  return history_.later_than(*asked_ + most_ahead) > 0 ||
-         history_.later_than(*asked_) > AnnouncementHistory::most / 2;
+  return history_.reaches(wanted_) && (history_.last_after(*asked_) > most_ahead ||
+                                       history_.since(*asked_) > AnnouncementHistory::most / 2);
 }
 
 GstFlowReturn SceneInput::take(BufferRef buffer) {
@@ -181,8 +191,10 @@ void SceneInput::end() {
 
 void SceneInput::forget() {
   history_ = AnnouncementHistory(period_);
+  run_ = 0;
   asked_.reset();
   answered_.reset();
+  own_before_.reset();
   first_.reset();
   lost_ = false;
 }

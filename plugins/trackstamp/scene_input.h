@@ -61,10 +61,13 @@ class SceneInput final : public SidePad {
   std::int64_t period_ = 0;
   AnnouncementHistory history_;
   std::optional<Announcement> current_;
-  std::optional<std::int64_t> asked_;     // the latest frame's time
-  std::optional<std::int64_t> answered_;  // the latest's that has gone
-  std::optional<std::int64_t> first_;     // the first's, as long as no message has held
-  bool lost_ = false;                     // it has been said
+  std::uint64_t run_ = 0;                   // of the entry that gave it
+  std::optional<std::int64_t> asked_;       // the latest frame's time
+  std::int64_t wanted_ = 0;                 // from which on it may hold, if asked_
+  std::optional<std::int64_t> own_before_;  // the frame's before, without the delay
+  std::optional<std::int64_t> answered_;    // the latest's that has gone
+  std::optional<std::int64_t> first_;       // the first's, as long as no message has held
+  bool lost_ = false;                       // it has been said
 };
 
 }  // namespace polyhull::element

@@ -268,6 +268,79 @@ GST_START_TEST(test_live_frame_waits) {
 }
 GST_END_TEST
 
+// One message of a far later time: frames wait for theirs as before.
+GST_START_TEST(test_message_of_another_time) {
+  Bench bench("timecode");
+  bench.say(at_timecode(1, "10:00:00:00"));
+  bench.say(at_timecode(9, "15:00:00:00"));
+  fail_unless_equals_int(bench.send_at(0, "10:00:00:00"), 1);
+  g_object_set(bench.element, "scene-wait", guint64{10 * GST_SECOND}, nullptr);
+  int announced = 0;
+  std::thread frame([&] { announced = bench.send_at(1, "10:00:00:01"); });
+  g_usleep(50000);
+  bench.say(at_timecode(2, "10:00:00:01"));
+  frame.join();
+  fail_unless_equals_int(announced, 2);
+  bench.close();
+}
+GST_END_TEST
+
+// The sender's timecode and the video's begin again: what holds is of the same turn.
+GST_START_TEST(test_live_timecode_begins_again) {
+  Bench bench("timecode");
+  const auto code = [](int i) { return "10:00:0" + std::to_string(i) + ":00"; };
+  for (int i = 0; i < 5; ++i) {
+    bench.say(at_timecode(i + 1, code(i)));
+    fail_unless_equals_int(bench.send_at(25 * i, code(i).c_str()), i + 1);
+  }
+  g_object_set(bench.element, "scene-wait", guint64{10 * GST_SECOND}, nullptr);
+  for (int i = 0; i < 5; ++i) {
+    int announced = 0;
+    std::thread frame([&] { announced = bench.send_at(125 + 25 * i, code(i).c_str()); });
+    g_usleep(20000);
+    bench.say(at_timecode(10 + i, code(i)));
+    frame.join();
+    fail_unless_equals_int(announced, 10 + i);
+  }
+  bench.close();
+}
+GST_END_TEST
+
+// Lines and video jump to an earlier hour, or to a later one, and back to the one where they were.
+GST_START_TEST(test_file_whose_timecode_jumps) {
+  const auto code = [](int i) {
+    const int hours[] = {10, 1, 10, 15};
+    char text[64];
+    std::snprintf(text, sizeof text, "%02d:00:%02d:%02d", hours[i / 700], i % 700 / 25, i % 25);
+    return std::string(text);
+  };
+  constexpr int count = 4 * 700;
+  Bench bench("timecode", false, false);
+  std::thread file([&] {
+    std::string lines;
+    for (int i = 0; i < count; ++i) {
+      lines += line(at_timecode(i + 1, code(i)));
+      if (i % 7 != 6) continue;
+      bench.messages.push(lines, GST_CLOCK_TIME_NONE);
+      lines.clear();
+    }
+  });
+  for (int i = 0; i < count; ++i) {
+    fail_unless_equals_int(bench.send_at(i, code(i).c_str()), i + 1);
+    if (i % 700 != 699) continue;
+    // Lets the file run ahead as far as it may.
+    for (guint64 before = 0, now = 1; before != now; now = bench.count("scene-messages")) {
+      before = now;
+      g_usleep(50000);
+    }
+  }
+  file.join();
+  fail_unless_equals_uint64(bench.count("scene-messages"), count);
+  fail_unless_equals_uint64(bench.count("frames-announced"), count);
+  bench.close();
+}
+GST_END_TEST
+
 GST_START_TEST(test_flush_ends_the_waiting) {
   Bench bench("timecode", false, false);
   std::thread frame([&] {
@@ -396,6 +469,9 @@ static Suite* trackstamp_scene_suite() {
   tcase_add_test(tests, test_by_arrival);
   tcase_add_test(tests, test_file_along_with_the_video);
   tcase_add_test(tests, test_live_frame_waits);
+  tcase_add_test(tests, test_message_of_another_time);
+  tcase_add_test(tests, test_live_timecode_begins_again);
+  tcase_add_test(tests, test_file_whose_timecode_jumps);
   tcase_add_test(tests, test_flush_ends_the_waiting);
   tcase_add_test(tests, test_silence_is_said_once);
   tcase_add_test(tests, test_what_is_no_message);
