@@ -141,22 +141,28 @@ void SceneInput::take_line(const std::string& line, std::optional<std::int64_t> 
   }
 }
 
-void SceneInput::split(const std::string& bytes, std::optional<std::int64_t> arrival) {
+/// Each line waits for itself: one buffer may hold more of them than are kept.
+GstFlowReturn SceneInput::split(const std::string& bytes, std::optional<std::int64_t> arrival) {
   std::size_t begin = 0;
   for (std::size_t end; (end = bytes.find('\n', begin)) != std::string::npos; begin = end + 1) {
     unfinished_.append(bytes, begin, end - begin);
     const std::string line = std::exchange(unfinished_, {});
-    if (!std::exchange(too_long_, false) && line.find_first_not_of(" \t\r") != std::string::npos)
-      take_line(line, arrival);
+    if (std::exchange(too_long_, false) || line.find_first_not_of(" \t\r") == std::string::npos)
+      continue;
+    take_line(line, arrival);
+    Lock lock(mutex_);
+    const GstFlowReturn held = hold(lock, [&] { return is_ahead(); });
+    if (held != GST_FLOW_OK) return held;
   }
   unfinished_.append(bytes, begin);
-  if (unfinished_.size() <= longest_line) return;
+  if (unfinished_.size() <= longest_line) return GST_FLOW_OK;
   if (!std::exchange(too_long_, true))
     statistics_.warn(element_, "scene-messages-unusable",
                      fmt::format("A line at the pad scene has more than {} bytes and is left out. "
                                  "Each message ends with a line feed.",
                                  longest_line));
   unfinished_.clear();
+  return GST_FLOW_OK;
 }
 
 /// Never where a frame's message may be the next.
@@ -175,9 +181,7 @@ GstFlowReturn SceneInput::take(BufferRef buffer) {
     if (flushing_) return GST_FLOW_FLUSHING;
     arrival = running_time(buffer.get());
   }
-  split(bytes, arrival);
-  Lock lock(mutex_);
-  return hold(lock, [&] { return is_ahead(); });
+  return split(bytes, arrival);
 }
 
 void SceneInput::begin() {

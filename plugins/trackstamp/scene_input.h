@@ -45,7 +45,7 @@ class SceneInput final : public SidePad {
   void begin() override;
   void end() override;
   void forget() override;
-  void split(const std::string& bytes, std::optional<std::int64_t> arrival);
+  GstFlowReturn split(const std::string& bytes, std::optional<std::int64_t> arrival);
   void take_line(const std::string& line, std::optional<std::int64_t> arrival);
   bool is_ahead() const;
   void follow(SceneMatch match, std::int64_t period);

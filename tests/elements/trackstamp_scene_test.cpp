@@ -249,6 +249,22 @@ GST_START_TEST(test_file_along_with_the_video) {
 }
 GST_END_TEST
 
+// More lines than are kept, at once.
+GST_START_TEST(test_many_lines_in_one_buffer) {
+  Bench bench("stream-time", false, false);
+  constexpr int count = 2500;
+  std::string lines;
+  for (int i = 0; i < count; ++i) lines += line(at_stream_time(i + 1, 40 * ms * i));
+  std::thread file([&] {
+    fail_unless_equals_int(bench.messages.push(lines, GST_CLOCK_TIME_NONE), GST_FLOW_OK);
+  });
+  for (int i = 0; i < count; ++i) fail_unless_equals_int(bench.send(bench.frame(i)), i + 1);
+  file.join();
+  fail_unless_equals_uint64(bench.count("frames-announced"), count);
+  bench.close();
+}
+GST_END_TEST
+
 // A frame of live video waits for its message; a frame that has waited long enough goes on.
 GST_START_TEST(test_live_frame_waits) {
   Bench bench("timecode");
@@ -468,6 +484,7 @@ static Suite* trackstamp_scene_suite() {
   tcase_add_test(tests, test_by_clock);
   tcase_add_test(tests, test_by_arrival);
   tcase_add_test(tests, test_file_along_with_the_video);
+  tcase_add_test(tests, test_many_lines_in_one_buffer);
   tcase_add_test(tests, test_live_frame_waits);
   tcase_add_test(tests, test_message_of_another_time);
   tcase_add_test(tests, test_live_timecode_begins_again);
