@@ -18,8 +18,12 @@ constexpr std::size_t longest_line = 1 << 20;
 }  // namespace
 
 SceneInput::SceneInput(GstElement* element, Statistics& statistics,
-                       std::function<SceneInputSettings()> settings)
-    : element_(element), statistics_(statistics), settings_(std::move(settings)) {
+                       std::function<SceneInputSettings()> settings,
+                       std::function<std::optional<std::int64_t>()> video_now)
+    : element_(element),
+      statistics_(statistics),
+      settings_(std::move(settings)),
+      video_now_(std::move(video_now)) {
   statistics.declare({"scene-messages", "scene-messages-unusable", "scene-messages-untimed",
                       "scene-messages-late", "frames-announced", "frames-unannounced",
                       "frames-unmatchable", "scene-losses"});
@@ -57,7 +61,9 @@ std::optional<std::string> SceneInput::judge(const AnnouncementHistory::Entry* e
                                              std::int64_t time) {
   if (!first_) first_ = time;
   const std::int64_t age = history_.difference(time, entry != nullptr ? entry->time : *first_);
-  const bool old = live_ && !ended_ && age > silence;
+  // What waits at the pad is there, and is not to hold yet.
+  const bool comes = live_ || (video_live_ && history_.last_after(time) <= 0);
+  const bool old = comes && !ended_ && age > silence;
   statistics_.count(entry != nullptr && !old ? "frames-announced" : "frames-unannounced");
   const bool was_lost = std::exchange(lost_, old);
   if (!old || was_lost) return {};
@@ -91,6 +97,7 @@ std::optional<Announcement> SceneInput::at(GstBuffer* frame, const GstSegment& s
   std::optional<Announcement> found;
   {
     Lock lock(mutex_);
+    video_live_ = longest.has_value();
     follow(settings.match, settings.match == SceneMatch::timecode ? period_ : 0);
     asked_ = time + tolerance;
     wanted_ = time - tolerance;
@@ -167,6 +174,8 @@ GstFlowReturn SceneInput::split(const std::string& bytes, std::optional<std::int
 
 /// Never where a frame's message may be the next.
 bool SceneInput::is_ahead() const {
+  // They hold from when they come.
+  if (match_ == SceneMatch::arrival && video_live_) return false;
   if (!asked_) return history_.size() > AnnouncementHistory::most / 2;
   return history_.reaches(wanted_) && (history_.last_after(*asked_) > most_ahead ||
                                        history_.since(*asked_) > AnnouncementHistory::most / 2);
@@ -181,6 +190,7 @@ GstFlowReturn SceneInput::take(BufferRef buffer) {
     if (flushing_) return GST_FLOW_FLUSHING;
     arrival = running_time(buffer.get());
   }
+  if (!arrival) arrival = video_now_();
   return split(bytes, arrival);
 }
 

@@ -24,9 +24,11 @@ namespace polyhull::element {
 /// frames-unannounced, scene-losses, and frames-unmatchable.
 class SceneInput final : public SidePad {
  public:
-  /// \p settings gives those of now, from any thread.
+  /// \p settings gives those of now, \p video_now the running time, none where the video is not live:
+  /// both from any thread.
   SceneInput(GstElement* element, Statistics& statistics,
-             std::function<SceneInputSettings()> settings);
+             std::function<SceneInputSettings()> settings,
+             std::function<std::optional<std::int64_t>()> video_now);
 
   /// What holds for \p frame, of \p segment, \p duration ns long (0: not known): the last message
   /// that is at most half a frame later than it; where none is, what held for the frame before;
@@ -54,6 +56,7 @@ class SceneInput final : public SidePad {
   GstElement* element_;
   Statistics& statistics_;
   std::function<SceneInputSettings()> settings_;
+  std::function<std::optional<std::int64_t>()> video_now_;
   std::string unfinished_;  // the line that has begun; the pad's thread's, or while that stands
   bool too_long_ = false;   // its begin has been left out
   // Under the lock:
@@ -68,6 +71,7 @@ class SceneInput final : public SidePad {
   std::optional<std::int64_t> answered_;    // the latest's that has gone
   std::optional<std::int64_t> first_;       // the first's, as long as no message has held
   bool lost_ = false;                       // it has been said
+  bool video_live_ = false;                 // of the latest frame
 };
 
 }  // namespace polyhull::element

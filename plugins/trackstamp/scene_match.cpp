@@ -99,9 +99,11 @@ std::int64_t time_of_message(const TimedAnnouncement& message, SceneMatch match,
           message.stream_time_ns,
           "It has no 'stream_time_ns', by which scene-match=stream-time finds its frame.");
     default:
-      return or_refuse(arrival,
-                       "It came without a time, by which scene-match=arrival finds its "
-                       "frame; files have none.");
+      return or_refuse(
+          arrival,
+          "It came without a time, by which scene-match=arrival finds its frame, beside "
+          "video that is not live. Match by what it tells: scene-match=timecode, "
+          "clock or stream-time.");
   }
 }
 

@@ -42,6 +42,7 @@ struct TrackStamp {
   explicit TrackStamp(gpointer object);
 
   void begin_segment();
+  std::optional<std::int64_t> now() const;
   void unlock(bool unlocked) {
     track.unlock(unlocked);
     scene.unlock(unlocked);
@@ -81,8 +82,10 @@ std::span<const Property<Settings>> properties() {
 TrackStamp::TrackStamp(gpointer object)
     : element(GST_BASE_TRANSFORM(object)),
       track(GST_ELEMENT_CAST(object), statistics),
-      scene(GST_ELEMENT_CAST(object), statistics,
-            [this] { return snapshot(element, scene_settings); }),
+      scene(
+          GST_ELEMENT_CAST(object), statistics,
+          [this] { return snapshot(element, scene_settings); },
+          [this] { return live ? now() : std::nullopt; }),
       depth(GST_ELEMENT_CAST(object), statistics,
             [this] { return snapshot(element, scene_settings); }) {
   statistics.declare({"frames", "announcements", "frames-untimed", "announcements-unusable"});
@@ -114,6 +117,12 @@ void TrackStamp::begin_segment() {
   live = video.has_value();
   late = video.value_or(0);
   behind = std::max<std::int64_t>(0, of_poses.value_or(0) - video.value_or(0));
+}
+
+/// The running time; none before there is a clock.
+std::optional<std::int64_t> TrackStamp::now() const {
+  const std::int64_t time = running_time_now(GST_ELEMENT_CAST(element));
+  return time == no_time ? std::nullopt : std::optional(time);
 }
 
 /// How long the frame of \p running_time may wait for its message: live video only until it is later

@@ -206,9 +206,34 @@ GST_START_TEST(test_by_arrival) {
   fail_unless_equals_int(bench.send(bench.frame(3)), 3);
   g_object_set(bench.element, "scene-delay", gint64{80 * ms}, nullptr);
   fail_unless_equals_int(bench.send(bench.frame(4)), 2);
-  bench.say(message(4));  // came without a time
-  fail_unless_equals_uint64(bench.count("scene-messages-untimed"), 1);
   bench.close();
+}
+GST_END_TEST
+
+// tcpclientsrc gives no times: beside live video the messages hold from when they come.
+GST_START_TEST(test_by_arrival_without_times) {
+  Bench bench("arrival", false);
+  gst_harness_use_testclock(bench.harness);
+  gst_harness_set_time(bench.harness, 50 * ms);
+  fail_unless_equals_int(bench.send(bench.frame(0)), 0);
+  bench.say(message(1));
+  fail_unless_equals_int(bench.send(bench.frame(1)), 0);
+  fail_unless_equals_int(bench.send(bench.frame(2)), 1);
+  g_object_set(bench.element, "scene-delay", gint64{10 * GST_SECOND}, nullptr);
+  for (int i = 2; i < 100; ++i) {
+    gst_harness_set_time(bench.harness, static_cast<GstClockTime>(40 * ms * i));
+    bench.say(message(i));
+    bench.send(bench.frame(i));
+  }
+  fail_unless_equals_int(bench.send(bench.frame(252)), 2);
+  fail_unless_equals_uint64(bench.count("scene-messages-untimed"), 0);
+  bench.close();
+  Bench files("arrival", false, false);
+  files.say(message(1));
+  files.send(files.frame(0));
+  fail_unless_equals_uint64(files.count("scene-messages-untimed"), 1);
+  fail_unless(warnings_on(files.bus).at(0).find("scene-match=timecode") != std::string::npos);
+  files.close();
 }
 GST_END_TEST
 
@@ -379,19 +404,22 @@ GST_START_TEST(test_flush_ends_the_waiting) {
 GST_END_TEST
 
 GST_START_TEST(test_silence_is_said_once) {
-  Bench bench("timecode");
-  bench.say(at_timecode(1, "10:00:00:00"));
-  fail_unless_equals_int(bench.send_at(0, "10:00:01:00"), 1);
-  fail_unless_equals_uint64(bench.count("scene-losses"), 0);
-  for (int i = 1; i < 4; ++i)
-    fail_unless_equals_int(bench.send_at(i, ("10:00:02:0" + std::to_string(i)).c_str()), 1);
-  fail_unless_equals_uint64(bench.count("scene-losses"), 1);
-  fail_unless_equals_uint64(bench.count("frames-unannounced"), 3);
-  fail_unless_equals_int(warnings_on(bench.bus).size(), 1);
-  bench.say(at_timecode(2, "10:00:02:10"));
-  fail_unless_equals_int(bench.send_at(5, "10:00:02:10"), 2);
-  fail_unless_equals_uint64(bench.count("frames-announced"), 2);
-  bench.close();
+  // As udpsrc gives them, and as tcpclientsrc does, which does not say that it is live.
+  for (const bool live : {true, false}) {
+    Bench bench("timecode", live);
+    bench.say(at_timecode(1, "10:00:00:00"));
+    fail_unless_equals_int(bench.send_at(0, "10:00:01:00"), 1);
+    fail_unless_equals_uint64(bench.count("scene-losses"), 0);
+    for (int i = 1; i < 4; ++i)
+      fail_unless_equals_int(bench.send_at(i, ("10:00:02:0" + std::to_string(i)).c_str()), 1);
+    fail_unless_equals_uint64(bench.count("scene-losses"), 1);
+    fail_unless_equals_uint64(bench.count("frames-unannounced"), 3);
+    fail_unless_equals_int(warnings_on(bench.bus).size(), 1);
+    bench.say(at_timecode(2, "10:00:02:10"));
+    fail_unless_equals_int(bench.send_at(5, "10:00:02:10"), 2);
+    fail_unless_equals_uint64(bench.count("frames-announced"), 2);
+    bench.close();
+  }
 }
 GST_END_TEST
 
@@ -483,6 +511,7 @@ static Suite* trackstamp_scene_suite() {
   tcase_add_test(tests, test_delay_is_live);
   tcase_add_test(tests, test_by_clock);
   tcase_add_test(tests, test_by_arrival);
+  tcase_add_test(tests, test_by_arrival_without_times);
   tcase_add_test(tests, test_file_along_with_the_video);
   tcase_add_test(tests, test_many_lines_in_one_buffer);
   tcase_add_test(tests, test_live_frame_waits);
