@@ -67,12 +67,16 @@ std::optional<std::string> SceneInput::judge(const AnnouncementHistory::Entry* e
   statistics_.count(entry != nullptr && !old ? "frames-announced" : "frames-unannounced");
   const bool was_lost = std::exchange(lost_, old);
   if (!old || was_lost) return {};
+  const std::string look =
+      begun_ > 0
+          ? fmt::format("{} bytes have come without a line feed, with which each message ends",
+                        begun_)
+          : "See whether the sender is there";
   return fmt::format(
       "At the pad scene no message has come for the frames of the last second{}: what was "
-      "announced "
-      "before is kept. See whether the sender is there, and look at scene-match and scene-delay "
-      "({} messages are known).",
-      entry == nullptr ? " or any before" : "", history_.size());
+      "announced before is kept. {}, and look at scene-match and scene-delay ({} messages are "
+      "known).",
+      entry == nullptr ? " or any before" : "", look, history_.size());
 }
 
 std::optional<Announcement> SceneInput::at(GstBuffer* frame, const GstSegment& segment,
@@ -162,6 +166,10 @@ GstFlowReturn SceneInput::split(const std::string& bytes, std::optional<std::int
     if (held != GST_FLOW_OK) return held;
   }
   unfinished_.append(bytes, begin);
+  {
+    const std::scoped_lock lock(mutex_);
+    begun_ = unfinished_.size();
+  }
   if (unfinished_.size() <= longest_line) return GST_FLOW_OK;
   if (!std::exchange(too_long_, true))
     statistics_.warn(element_, "scene-messages-unusable",
@@ -210,6 +218,7 @@ void SceneInput::forget() {
   answered_.reset();
   own_before_.reset();
   first_.reset();
+  begun_ = 0;
   lost_ = false;
 }
 

@@ -71,6 +71,7 @@ class SceneInput final : public SidePad {
   std::optional<std::int64_t> answered_;    // the latest's that has gone
   std::optional<std::int64_t> first_;       // the first's, as long as no message has held
   bool lost_ = false;                       // it has been said
+  std::size_t begun_ = 0;                   // bytes of the line that has not ended
   bool video_live_ = false;                 // of the latest frame
 };
 

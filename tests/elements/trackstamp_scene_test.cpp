@@ -423,6 +423,21 @@ GST_START_TEST(test_silence_is_said_once) {
 }
 GST_END_TEST
 
+// A sender that forgets the line feeds is there; it is told what is missing.
+GST_START_TEST(test_messages_without_line_feeds) {
+  Bench bench("timecode");
+  const std::string said = at_timecode(1, "10:00:00:00").dump();
+  fail_unless_equals_int(bench.send_at(0, "10:00:00:00"), 0);
+  for (int i = 0; i < 3; ++i) bench.messages.push(said, GST_CLOCK_TIME_NONE);
+  fail_unless_equals_int(bench.send_at(1, "10:00:01:01"), 0);
+  const std::string warning = warnings_on(bench.bus).at(0);
+  fail_unless(warning.find(std::to_string(3 * said.size()) + " bytes") != std::string::npos &&
+                  warning.find("line feed") != std::string::npos,
+              "%s", warning.c_str());
+  bench.close();
+}
+GST_END_TEST
+
 // Whatever comes: said, counted, and what held goes on.
 GST_START_TEST(test_what_is_no_message) {
   Bench bench("timecode");
@@ -520,6 +535,7 @@ static Suite* trackstamp_scene_suite() {
   tcase_add_test(tests, test_file_whose_timecode_jumps);
   tcase_add_test(tests, test_flush_ends_the_waiting);
   tcase_add_test(tests, test_silence_is_said_once);
+  tcase_add_test(tests, test_messages_without_line_feeds);
   tcase_add_test(tests, test_what_is_no_message);
   tcase_add_test(tests, test_track_and_file_go_before);
   tcase_add_test(tests, test_states);
