@@ -148,6 +148,17 @@ inline guint64 statistic(GstElement* element, const char* field) {
   return value;
 }
 
+/// All of the element's `stats`, for a message.
+inline std::string statistics_text(GstElement* element) {
+  GstStructure* stats = nullptr;
+  g_object_get(element, "stats", &stats, nullptr);
+  gchar* text = gst_structure_to_string(stats);
+  std::string result = text;
+  g_free(text);
+  gst_structure_free(stats);
+  return result;
+}
+
 /// Waits until a counter of the element's `stats` is at least \p value.
 inline void wait_for_statistic(GstElement* element, const char* field, guint64 value) {
   for (int i = 0; i < 6000 && statistic(element, field) < value; ++i) g_usleep(10000);

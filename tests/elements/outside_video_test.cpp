@@ -102,7 +102,7 @@ void expect_own_messages(const std::string& video, const char* match, int messag
   CameraLog log;
   log_cameras(plate, log);
   fail_if(gst_element_set_state(pipeline, GST_STATE_PLAYING) == GST_STATE_CHANGE_FAILURE);
-  wait_for_statistic(plate, "frames-announced", 60);
+  wait_for_statistic(plate, "frames-announced", 64);
   fail_unless_equals_int(gst_element_set_state(pipeline, GST_STATE_NULL), GST_STATE_CHANGE_SUCCESS);
   int announced = 0, alone = 0;
   std::set<int> seen;

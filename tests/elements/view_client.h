@@ -35,7 +35,8 @@ struct Client {
   Packet next() {
     GstSample* sample = gst_app_sink_try_pull_sample(GST_APP_SINK(sink), 60 * GST_SECOND);
     if (sample == nullptr) {
-      fail_unless(gst_app_sink_is_eos(GST_APP_SINK(sink)), "no frame came");
+      fail_unless(gst_app_sink_is_eos(GST_APP_SINK(sink)), "no frame came: %s",
+                  statistics_text(source).c_str());
       return {};
     }
     time = GST_BUFFER_PTS(gst_sample_get_buffer(sample));

@@ -93,7 +93,8 @@ void meet(Server& server, Client& client) {
 void expect_frames(Server& server, Client& client, int count) {
   for (int i = 0; i < count; ++i) {
     server.push();
-    fail_unless(client.next() == recorded().payloads[(server.pushed - 1) % frames], "frame %d", i);
+    fail_unless(client.next() == recorded().payloads[(server.pushed - 1) % frames], "frame %d: %s",
+                i, statistics_text(server.sink).c_str());
   }
 }
 

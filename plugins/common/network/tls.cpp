@@ -44,23 +44,29 @@ TlsIdentity::TlsIdentity(const std::string& certificate, const std::string& auth
                 authority, take_message(error));
 }
 
-GRef<GIOStream> TlsIdentity::client(GIOStream* plain, const std::string& name) const {
-  g_autoptr(GSocketConnectable) identity = g_network_address_new(name.c_str(), 0);
+GRef<GIOStream> TlsIdentity::connection(GType type, GIOStream* plain, const char* property,
+                                        gpointer value) const {
   GError* error = nullptr;
-  GRef<GIOStream> stream(g_tls_client_connection_new(plain, identity, &error));
+  // With the database from the start: without one all of the system's authorities are read for each
+  // connection, which a flood of them would be paid for.
+  GRef<GIOStream> stream(static_cast<GIOStream*>(
+      g_initable_new(type, nullptr, &error, "base-io-stream", plain, "certificate",
+                     certificate_.get(), "database", authority_.get(), property, value, nullptr)));
   if (stream == nullptr)
     throw Error(Error::Kind::io, "TLS does not start: {}", take_message(error));
-  g_tls_connection_set_certificate(G_TLS_CONNECTION(stream.get()), certificate_.get());
-  g_tls_connection_set_database(G_TLS_CONNECTION(stream.get()), authority_.get());
   return stream;
 }
 
+GRef<GIOStream> TlsIdentity::client(GIOStream* plain, const std::string& name) const {
+  g_autoptr(GSocketConnectable) identity = g_network_address_new(name.c_str(), 0);
+  return connection(g_tls_backend_get_client_connection_type(g_tls_backend_get_default()), plain,
+                    "server-identity", identity);
+}
+
 GRef<GIOStream> TlsIdentity::server(GIOStream* plain) const {
-  GError* error = nullptr;
-  GRef<GIOStream> stream(g_tls_server_connection_new(plain, certificate_.get(), &error));
-  if (stream == nullptr)
-    throw Error(Error::Kind::io, "TLS does not start: {}", take_message(error));
-  g_tls_connection_set_database(G_TLS_CONNECTION(stream.get()), authority_.get());
+  GRef<GIOStream> stream =
+      connection(g_tls_backend_get_server_connection_type(g_tls_backend_get_default()), plain,
+                 nullptr, nullptr);
   // A server's connection accepts nobody by itself.
   const auto accept = +[](GTlsConnection*, GTlsCertificate*, GTlsCertificateFlags wrong,
                           gpointer) -> gboolean { return wrong == 0; };

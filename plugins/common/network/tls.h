@@ -40,6 +40,10 @@ class TlsIdentity {
   GRef<GIOStream> server(GIOStream* plain) const;
 
  private:
+  /// \p property, with \p value, is one more of \p type; null: none.
+  GRef<GIOStream> connection(GType type, GIOStream* plain, const char* property,
+                             gpointer value) const;
+
   GRef<GTlsCertificate> certificate_;
   GRef<GTlsDatabase> authority_;
 };
