@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <thread>
 
 #include "camera_announced.h"
@@ -234,6 +235,26 @@ GST_START_TEST(test_by_arrival_without_times) {
   fail_unless_equals_uint64(files.count("scene-messages-untimed"), 1);
   fail_unless(warnings_on(files.bus).at(0).find("scene-match=timecode") != std::string::npos);
   files.close();
+}
+GST_END_TEST
+
+// What it may wait for, and no more.
+GST_START_TEST(test_latency) {
+  for (const char* match : {"timecode", "arrival"}) {
+    for (const bool with_depth : {false, true}) {
+      Bench bench(match);
+      g_object_set(bench.element, "scene-wait", guint64{15 * GST_MSECOND}, nullptr);
+      latencies_told(bench.bus);
+      std::optional<PosePusher> depth;
+      if (with_depth) depth.emplace(bench.element, true, 0, "depth");
+      const bool waits = with_depth || std::string(match) == "timecode";
+      fail_unless_equals_uint64(gst_harness_query_latency(bench.harness), (waits ? 45 : 30) * ms);
+      g_object_set(bench.element, "scene-wait", guint64{20 * GST_MSECOND}, nullptr);
+      fail_unless_equals_int(latencies_told(bench.bus), waits ? 1 : 0);
+      depth.reset();
+      bench.close();
+    }
+  }
 }
 GST_END_TEST
 
@@ -527,6 +548,7 @@ static Suite* trackstamp_scene_suite() {
   tcase_add_test(tests, test_by_clock);
   tcase_add_test(tests, test_by_arrival);
   tcase_add_test(tests, test_by_arrival_without_times);
+  tcase_add_test(tests, test_latency);
   tcase_add_test(tests, test_file_along_with_the_video);
   tcase_add_test(tests, test_many_lines_in_one_buffer);
   tcase_add_test(tests, test_live_frame_waits);
