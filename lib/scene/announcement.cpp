@@ -9,6 +9,7 @@
 
 #include "base/error.h"
 #include "base/parse_json.h"
+#include "scene/drawable.h"
 
 namespace polyhull {
 namespace {
@@ -92,6 +93,22 @@ void check_rotation(const Mat3& R) {
   if (!(most < 1e-5)) throw broken("'R' of the viewport is not a rotation");
 }
 
+/// At any size that the picture may be drawn at, and distorted, there is then a projection.
+void check_projection(const Camera& camera) {
+  constexpr double least = 1e-4, most = 1e5;
+  const double sides[] = {1.0 * camera.width, 1.0 * camera.height};
+  for (int i = 0; i < 2; ++i) {
+    const double focal = camera.K[i][i] / sides[i], centre = camera.K[2][i] / sides[i];
+    if (!(focal >= least && focal <= most && std::abs(centre) <= most))
+      throw broken(fmt::format(
+          "the viewport's focal lengths in 'K' must be from {:g} to {:g} times the picture's width "
+          "and height, and the principal point no farther away",
+          least, most));
+  }
+  if (!(std::abs(camera.K[1][0]) <= most * sides[0]))
+    throw broken("the viewport's skew in 'K' is out of range");
+}
+
 json camera_to_json(const Camera& camera) {
   json out = {{"name", camera.name},     {"width", camera.width},
               {"height", camera.height}, {"K", to_rows(camera.K)},
@@ -111,8 +128,8 @@ Camera camera_from_json(const json& object) {
   check_rotation(camera.R);
   const auto t = array_of<3>(object, "t");
   camera.t = Vec3(t[0], t[1], t[2]);
-  if (!(camera.K[0][0] > 0.0 && camera.K[1][1] > 0.0))
-    throw broken("the viewport's focal length must be above 0");
+  check_viewport(camera);
+  check_projection(camera);
   if (const auto found = object.find("distortion"); found != object.end()) {
     const std::size_t count = found->is_array() ? found->size() : 1;
     if (count != 0 && count != 4 && count != 5 && count != 8 && count != 12)
@@ -173,6 +190,7 @@ Announcement parse_announcement(std::string_view text) {
     }
     announcement.exposure = static_cast<float>(finite_number(member(root, "exposure"), "exposure"));
     announcement.ambient = vector_of(root, "ambient");
+    check_light(announcement.lights, announcement.exposure, announcement.ambient);
     announcement.aperture = length_of(root, "aperture");
     announcement.focus_distance = length_of(root, "focus-distance");
     if (root.contains("depth_near")) {

@@ -61,8 +61,7 @@ FrameComposer::FrameComposer(CompositeGl& gl, Statistics& statistics)
 
 std::shared_ptr<const Scene> FrameComposer::open(const std::string& name) {
   if (!scene_ || scene_name_ != name) {
-    scene_.reset();
-    scene_ = std::make_shared<const Scene>(open_scene(name));
+    scene_ = std::make_shared<const Scene>(open_scene(name));  // else the one before stays
     scene_name_ = name;
   }
   return scene_;

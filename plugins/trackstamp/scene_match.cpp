@@ -71,9 +71,9 @@ std::span<const Property<SceneInputSettings>> scene_input_properties() {
           -1e10, 1e10),
       property<&SceneInputSettings::wait>(
           "scene-wait", "Scene wait",
-          "How many nanoseconds a frame of live video waits for its message at the pad scene "
-          "(0 to 10 s) beyond when it comes; part of the latency. With scene-match=arrival it "
-          "waits for none.",
+          "How many nanoseconds a frame of live video waits for its message at the pad scene and "
+          "its depth at the pad depth (0 to 10 s) beyond when it comes; part of the latency. With "
+          "scene-match=arrival it waits for no message.",
           0, 1e10),
       property<&SceneInputSettings::file>(
           "scene-file", "Scene file",
@@ -99,9 +99,11 @@ std::int64_t time_of_message(const TimedAnnouncement& message, SceneMatch match,
           message.stream_time_ns,
           "It has no 'stream_time_ns', by which scene-match=stream-time finds its frame.");
     default:
-      return or_refuse(arrival,
-                       "It came without a time, by which scene-match=arrival finds its "
-                       "frame; files have none.");
+      return or_refuse(
+          arrival,
+          "It came without a time, by which scene-match=arrival finds its frame, beside "
+          "video that is not live. Match by what it tells: scene-match=timecode, "
+          "clock or stream-time.");
   }
 }
 

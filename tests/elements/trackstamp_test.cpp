@@ -151,6 +151,33 @@ GST_START_TEST(test_latency) {
 }
 GST_END_TEST
 
+// A frame that has waited for something else is not kept any longer than until its own latency.
+GST_START_TEST(test_waits_do_not_add_up) {
+  constexpr GstClockTime hour = 3600 * GST_SECOND;
+  Bench bench("25/1", true, hour);
+  fail_unless_equals_uint64(gst_harness_query_latency(bench.harness), hour + 40 * ms);
+  gst_harness_set_time(bench.harness, hour + 41 * ms);
+  bench.push(0);
+  fail_unless_equals_int(bench.log.frames.size(), 1);
+  bench.close();
+}
+GST_END_TEST
+
+GST_START_TEST(test_another_rate_is_another_latency) {
+  Bench bench("25/1");
+  bench.push(0);
+  fail_unless_equals_int(latencies_told(bench.bus), 1);
+  bench.push(40 * ms);
+  fail_unless_equals_int(latencies_told(bench.bus), 0);
+  gst_harness_set_src_caps_str(bench.harness,
+                               "video/x-raw,format=GRAY8,width=64,height=48,framerate=50/1");
+  bench.push(80 * ms);
+  fail_unless_equals_int(latencies_told(bench.bus), 1);
+  fail_unless_equals_uint64(gst_harness_query_latency(bench.harness), 50 * ms);
+  bench.close();
+}
+GST_END_TEST
+
 GST_START_TEST(test_scene_of_upstream_stays) {
   Bench bench("100/1");
   Announcement upstream;
@@ -252,6 +279,8 @@ static Suite* trackstamp_suite() {
   tcase_add_test(tests, test_live_frame_waits_for_its_pose);
   tcase_add_test(tests, test_live_frame_goes_on_without_a_pose);
   tcase_add_test(tests, test_latency);
+  tcase_add_test(tests, test_waits_do_not_add_up);
+  tcase_add_test(tests, test_another_rate_is_another_latency);
   tcase_add_test(tests, test_scene_of_upstream_stays);
   tcase_add_test(tests, test_flush_ends_the_waiting);
   tcase_add_test(tests, test_what_is_no_video_is_refused);
