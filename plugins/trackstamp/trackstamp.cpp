@@ -334,7 +334,8 @@ void TrackStamp::class_init(gpointer klass) {
       "more than a second after the last), frames-unmatchable (that do not tell what scene-match "
       "asks for), scene-losses; of the pad depth depth-frames, depth-frames-unmatchable, "
       "depth-frames-unusable, "
-      "frames-without-depth (that none came for, or that no depth_near was announced for).");
+      "frames-without-depth (that none came for, or that no depth_near was announced for), "
+      "depth-losses.");
   set_metadata(klass, "Track stamp", "Filter/Video",
                "Announces with each frame where the tracked camera was, or an outside renderer's "
                "camera, lights and scene");
