@@ -312,9 +312,15 @@ TEST(TrackedCamera, LooksFromWhereTheTrackerSays) {
   EXPECT_NEAR(camera_of(pose, 640, 480, 90.0).K[0][0], 360.0, 1e-9);
   pose.sensor_width_mm = 36.0;
   EXPECT_NEAR(camera_of(pose, 640, 480, 90.0).K[0][0], 320.0, 1e-9);
+  // Pixels a fifth wider than high: more of them stand on each other than side by side.
+  EXPECT_NEAR(camera_of(pose, 640, 480, 90.0, 1.2).K[0][0], 320.0, 1e-9);
+  EXPECT_NEAR(camera_of(pose, 640, 480, 90.0, 1.2).K[1][1], 384.0, 1e-9);
+  EXPECT_NEAR(camera_of({}, 640, 480, 90.0, 1.2).K[0][0], 200.0, 1e-9);
+  EXPECT_NEAR(camera_of({}, 640, 480, 90.0, 1.2).K[1][1], 240.0, 1e-9);
   pose.focal_length_mm = -1.0;
   EXPECT_THROW(camera_of(pose, 640, 480, 90.0), Error);
   EXPECT_THROW(camera_of({}, 0, 480, 90.0), Error);
+  EXPECT_THROW(camera_of({}, 640, 480, 90.0, 0.0), Error);
   EXPECT_THROW(camera_of({}, 640, 480, 180.0), Error);
 }
 
