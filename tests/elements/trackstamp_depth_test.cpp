@@ -229,22 +229,27 @@ GST_START_TEST(test_timecodes_jump) {
     Bench bench(false, "timecode");
     std::thread depth([&] {
       for (int i = 0; i < count; ++i)
-        fail_unless_equals_int(bench.push(40 * ms * i, jumping_timecode(i)), GST_FLOW_OK);
+        if (i != 24)  // lost just before midnight
+          fail_unless_equals_int(bench.push(40 * ms * i, jumping_timecode(i)), GST_FLOW_OK);
       gst_pad_push_event(bench.depths.pad, gst_event_new_eos());
     });
     gst_pad_push_event(bench.messages.pad, gst_event_new_eos());
     for (int i = 0; i < count; ++i) bench.send(40 * ms * i, jumping_timecode(i));
     depth.join();
-    fail_unless_equals_uint64(statistic(bench.element, "frames-without-depth"), 0);
+    fail_unless_equals_uint64(statistic(bench.element, "frames-without-depth"), 1);
     bench.close();
   }
   // Live, the depth a little after each frame.
   Bench bench(true, "timecode");
   g_object_set(bench.element, "scene-wait", guint64{10 * GST_SECOND}, nullptr);
   gst_pad_push_event(bench.messages.pad, gst_event_new_eos());
-  for (int i = 0; i < count; i += i % 50 == 49 || i % 50 == 0 ? 1 : 7) {
+  for (int i = 0; i < count; ++i) {
+    if (i == 149) {  // a frame is lost just before a jump
+      fail_unless_equals_int(bench.push(40 * ms * i, jumping_timecode(i)), GST_FLOW_OK);
+      continue;
+    }
     std::thread frame([&] { bench.send(40 * ms * i, jumping_timecode(i)); });
-    g_usleep(5000);
+    g_usleep(2000);
     fail_unless_equals_int(bench.push(40 * ms * i, jumping_timecode(i)), GST_FLOW_OK);
     frame.join();
   }
