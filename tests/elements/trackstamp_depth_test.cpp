@@ -209,6 +209,24 @@ GST_START_TEST(test_files_wait_for_each_other) {
 }
 GST_END_TEST
 
+// What is sought as a segment ends without an end of stream, until another begins.
+GST_START_TEST(test_segment_that_is_done) {
+  Bench bench(false);
+  for (int i = 0; i < 3; ++i) fail_unless_equals_int(bench.push(40 * ms * i), GST_FLOW_OK);
+  for (GstPad* pad : {bench.depths.pad, bench.messages.pad})
+    gst_pad_push_event(pad, gst_event_new_segment_done(GST_FORMAT_TIME, 120 * ms));
+  for (int i = 0; i < 30; ++i) fail_unless(bench.send(40 * ms * i) == (i < 3), "frame %d", i);
+  GstSegment segment;
+  gst_segment_init(&segment, GST_FORMAT_TIME);
+  gst_pad_push_event(bench.depths.pad, gst_event_new_segment(&segment));
+  std::thread frame([&] { fail_unless(bench.send(1200 * ms)); });
+  g_usleep(20000);
+  fail_unless_equals_int(bench.push(1200 * ms), GST_FLOW_OK);
+  frame.join();
+  bench.close();
+}
+GST_END_TEST
+
 /// Timecodes that go over midnight and then back to an earlier hour, and on to a later one.
 std::string jumping_timecode(int i) {
   if (i < 50)
@@ -306,6 +324,7 @@ static Suite* trackstamp_depth_suite() {
   tcase_add_test(tests, test_without_measure_or_frames);
   tcase_add_test(tests, test_frames_find_each_other);
   tcase_add_test(tests, test_files_wait_for_each_other);
+  tcase_add_test(tests, test_segment_that_is_done);
   tcase_add_test(tests, test_timecodes_jump);
   tcase_add_test(tests, test_silent_depth_is_lost);
   tcase_add_test(tests, test_states);
