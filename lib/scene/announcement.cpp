@@ -5,10 +5,10 @@
 #include <array>
 #include <climits>
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "base/error.h"
 #include "base/parse_json.h"
+#include "scene/announcement_json.h"
 #include "scene/drawable.h"
 
 namespace polyhull {
@@ -150,7 +150,10 @@ std::string announcement_to_json(const Announcement& announcement) {
 }
 
 Announcement parse_announcement(std::string_view text) {
-  const auto root = parse_json<json>(text, "announcement of the scene");
+  return announcement_of(parse_json<json>(text, "announcement of the scene"));
+}
+
+Announcement announcement_of(const json& root) {
   if (!root.is_object() || root.value("format", json()) != format)
     throw broken("it is not JSON of the format 'polyhull-announcement'");
   if (root.value("version", json()) != version) throw broken("this program reads version 1 only");

@@ -3,11 +3,11 @@
 
 #include <algorithm>
 #include <iterator>
-#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "base/error.h"
 #include "base/parse_json.h"
+#include "scene/announcement_json.h"
 
 namespace polyhull {
 namespace {
@@ -51,8 +51,8 @@ void read_timecode(const json& root, TimedAnnouncement& timed) {
 
 TimedAnnouncement parse_timed_announcement(std::string_view text) {
   TimedAnnouncement timed;
-  timed.announcement = parse_announcement(text);
   const auto root = parse_json<json>(text, "announcement of the scene");
+  timed.announcement = announcement_of(root);
   read_timecode(root, timed);
   timed.stream_time_ns = time_of(root, "stream_time_ns");
   timed.unix_time_ns = time_of(root, "unix_time_ns");
