@@ -15,6 +15,7 @@ import math
 import pathlib
 import socket
 import sys
+from fractions import Fraction
 
 import _cycles
 import bpy
@@ -40,8 +41,16 @@ def axes(matrix):
 
 
 def size_of(scene):
-    share = scene.render.resolution_percentage / 100
-    return int(scene.render.resolution_x * share), int(scene.render.resolution_y * share)
+    """In pixels, rounded down in whole numbers as Blender does."""
+    percentage = scene.render.resolution_percentage
+    return scene.render.resolution_x * percentage // 100, scene.render.resolution_y * percentage // 100
+
+
+def frame_rate(fps, fps_base):
+    """Frames a second as a fraction. Blender keeps fps / fps_base, the base in single precision."""
+    if abs(fps_base - 1.001) < 1e-5:  # as NTSC has it
+        return Fraction(fps * 1000, 1001)
+    return Fraction(fps / round(fps_base, 4)).limit_denominator(1000)
 
 
 def viewport(scene, depsgraph):
@@ -217,8 +226,7 @@ def main():
     scene = bpy.context.scene
     prepare(scene, options)
     first, last = options.frames or (scene.frame_start, scene.frame_end)
-    rate = scene.render.fps / scene.render.fps_base
-    fraction = [round(scene.render.fps * 1001), 1001] if abs(rate - round(rate)) > 1e-6 else [round(rate), 1]
+    rate = frame_rate(scene.render.fps, scene.render.fps_base)
     folder = options.folder.absolute()
     (folder / "frames").mkdir(parents=True, exist_ok=True)
     sender = socket.socket(socket.AF_INET, socket.SOCK_DGRAM) if options.to else None
@@ -237,8 +245,8 @@ def main():
                 depsgraph = bpy.context.evaluated_depsgraph_get()
             said = announcement(scene, depsgraph, scene_file)
             said["timecode"] = timecode(number - first, rate)
-            said["timecode_rate"] = fraction
-            said["stream_time_ns"] = (number - first) * 1_000_000_000 * fraction[1] // fraction[0]
+            said["timecode_rate"] = [rate.numerator, rate.denominator]
+            said["stream_time_ns"] = math.floor((number - first) * 1_000_000_000 / rate)
             if options.depth:
                 said["depth_near"] = options.depth
             scene.render.filepath = str(folder / "frames" / f"{number:04}.png")

@@ -26,6 +26,7 @@ def blender(*arguments):
                             capture_output=True, text=True, timeout=600, env=dict(os.environ, PATH="/usr/bin:/bin"))
     if result.returncode != 0:
         raise AssertionError(result.stdout[-3000:] + result.stderr[-3000:])
+    return result.stdout
 
 
 def launch(line):
@@ -176,6 +177,28 @@ class Outside(unittest.TestCase):
             print(f"frame {frame + 1}: the shadow takes {share:.2f} of what Blender's takes")
             self.assertGreater(share, 0.7)
             self.assertLess(share, 1.3)
+
+
+@unittest.skipUnless(shutil.which("blender"), "Blender is not installed")
+class Odd(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.temporary = tempfile.TemporaryDirectory()
+        cls.folder = pathlib.Path(cls.temporary.name)
+        cls.said = blender("-P", HERE / "stage.py", "-P", HERE / "odd.py",
+                           "-P", SOURCE / "pipelines" / "blender" / "render_scene.py", "--",
+                           cls.folder, "--samples", 1, "--depth", 0.5, "--frames", "1-3")
+        cls.lines = [json.loads(line) for line in (cls.folder / "announcements.jsonl").read_text().splitlines()]
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.temporary.cleanup()
+
+    def test_rates(self):
+        self.assertEqual(json.loads((self.folder / "rates.json").read_text()),
+                         [[24, 1], [25, 1], [30000, 1001], [24000, 1001], [60000, 1001], [25, 2], [100, 3], [1, 4]])
+        self.assertEqual([line["timecode_rate"] for line in self.lines], 3 * [[25, 2]])
+        self.assertEqual([line["stream_time_ns"] for line in self.lines], [0, 80_000_000, 160_000_000])
 
 
 if __name__ == "__main__":
