@@ -168,6 +168,8 @@ def prepare(scene, options):
 
 def depth_output(scene, folder):
     """Lets Blender write each frame's depth, whatever else it does with the picture."""
+    for left in folder.glob("depth-*.exr"):  # by a run that was stopped
+        left.unlink()
     scene.view_layers[0].use_pass_z = True
     if not scene.use_nodes:
         scene.use_nodes = True  # with nodes that hand the picture on
@@ -181,7 +183,8 @@ def depth_output(scene, folder):
 
 
 def read_depth(scene, folder, near):
-    """The depth just written as 65535 near / z, from the upper row down; 0 where nothing is."""
+    """The depth just written as 65535 near / z, from the upper row down, rows filled up to whole four
+    bytes, as rawvideoparse takes them; 0 where nothing is."""
     path, = folder.glob("depth-*.exr")
     width, height = size_of(scene)
     image = bpy.data.images.load(str(path))
@@ -190,7 +193,9 @@ def read_depth(scene, folder, near):
     bpy.data.images.remove(image)
     path.unlink()
     depth = depth.reshape(height, width, 4)[::-1, :, 0].astype(float)
-    return numpy.rint(65535 * numpy.clip(near / numpy.maximum(depth, 1e-9), 0, 1)).astype("<u2").tobytes()
+    rows = numpy.zeros((height, width + width % 2), dtype="<u2")
+    rows[:, :width] = numpy.rint(65535 * numpy.clip(near / numpy.maximum(depth, 1e-9), 0, 1))
+    return rows.tobytes()
 
 
 def timecode(number, rate):

@@ -200,6 +200,25 @@ class Odd(unittest.TestCase):
         self.assertEqual([line["timecode_rate"] for line in self.lines], 3 * [[25, 2]])
         self.assertEqual([line["stream_time_ns"] for line in self.lines], [0, 80_000_000, 160_000_000])
 
+    def test_size(self):
+        """The size that Blender rendered; an odd one's depth is read row by row."""
+        header = (self.folder / "frames" / "0001.png").read_bytes()[16:24]
+        size = [int.from_bytes(header[:4], "big"), int.from_bytes(header[4:], "big")]
+        self.assertEqual(size, [29, 29])
+        for line in self.lines:
+            self.assertEqual([line["viewport"]["width"], line["viewport"]["height"]], size)
+        launch(f"filesrc location={self.folder}/depth.gray16 ! rawvideoparse format=gray16-le width={size[0]} "
+               f"height={size[1]} framerate=25/2 ! video/x-raw,format=GRAY16_LE ! videoconvert ! "
+               f"video/x-raw,format=GRAY16_BE ! filesink location={self.folder}/read.raw")
+        read = numpy.fromfile(self.folder / "read.raw", dtype=">u2")
+        depth = read.reshape(len(self.lines), size[1], size[0] + 1)[:, :, :size[0]]
+        self.assertEqual(len(depth), 3)
+        # The floor's 1/z is linear over the picture.
+        floor = depth[:, 24:].astype(int)
+        self.assertGreater(floor.min(), 0)
+        for axis in (1, 2):
+            self.assertLess(abs(numpy.diff(floor, 2, axis)).max(), 3)
+
 
 if __name__ == "__main__":
     unittest.main()
