@@ -99,9 +99,20 @@ def light(item):
             "v": (half[0] * turn[:, 0]).tolist(), "radiance": colour.tolist(), "mesh": -1}
 
 
-def rendered(scene, depsgraph, kinds):
-    return [item.evaluated_get(depsgraph) for item in scene.objects
-            if item.type in kinds and not item.hide_render]
+def switched_on(layer):
+    """The objects of a layer collection and those within it that are not switched off for rendering."""
+    if layer.collection.hide_render:
+        return set()
+    return (set() if layer.exclude else set(layer.collection.objects)).union(*map(switched_on, layer.children))
+
+
+def rendered(scene):
+    shown = set().union(*(switched_on(layer.layer_collection) for layer in scene.view_layers if layer.use))
+    return [item for item in scene.objects if item in shown and not item.hide_render]
+
+
+def evaluated(scene, depsgraph, kinds):
+    return [item.evaluated_get(depsgraph) for item in rendered(scene) if item.type in kinds]
 
 
 def ambient(scene):
@@ -117,29 +128,49 @@ def ambient(scene):
 
 def announcement(scene, depsgraph, scene_file):
     return {"format": "polyhull-announcement", "version": 1, "viewport": viewport(scene, depsgraph),
-            "scene": str(scene_file), "lights": [light(item) for item in rendered(scene, depsgraph, {"LIGHT"})],
+            "scene": str(scene_file), "lights": [light(item) for item in evaluated(scene, depsgraph, {"LIGHT"})],
             "exposure": 2.0 ** scene.view_settings.exposure, "ambient": ambient(scene)}
 
 
+def settings_of(material):
+    """What a material is set to. Node groups and the pixels of pictures are not looked into."""
+    if material is None:
+        return None
+    found = [material.name, tuple(material.diffuse_color), material.use_backface_culling]
+    for node in material.node_tree.nodes if material.use_nodes else ():
+        found += [node.name, node.image.name if getattr(node, "image", None) else ""]
+        for socket in (*node.inputs, *node.outputs):
+            value = getattr(socket, "default_value", None)
+            found.append(tuple(value) if hasattr(value, "__len__") else value)
+    return found
+
+
 def shape_of(scene, depsgraph):
-    """Changes where anything solid moves, bends or changes its material."""
+    """Changes where anything solid moves, bends, gets another material or its material another setting."""
     digest = hashlib.sha256()
-    for item in rendered(scene, depsgraph, {"MESH", "CURVE", "SURFACE", "META", "FONT"}):
+    for item in evaluated(scene, depsgraph, {"MESH", "CURVE", "SURFACE", "META", "FONT"}):
         mesh = item.to_mesh()
         points = numpy.empty(3 * len(mesh.vertices), dtype=numpy.float32)
         mesh.vertices.foreach_get("co", points)
         digest.update(numpy.array(item.matrix_world, dtype=numpy.float32).tobytes() + points.tobytes())
-        digest.update("".join(slot.name for slot in item.material_slots).encode())
+        digest.update(repr([settings_of(slot.material) for slot in item.material_slots]).encode())
         item.to_mesh_clear()
     return digest.digest()
 
 
-def export(path):
-    """With modifiers, as it is at this frame. Blender's own exporter needs its add-on."""
+def export(scene, path):
+    """With modifiers, as it is at this frame. Blender's own exporter needs its add-on, and knows nothing of
+    collections that are switched off."""
     bpy.ops.preferences.addon_enable(module="io_scene_gltf2")
+    shown = set(rendered(scene))
+    hidden = [item for item in scene.objects if item not in shown and not item.hide_render]
+    for item in hidden:
+        item.hide_render = True
     bpy.ops.export_scene.gltf(filepath=str(path), export_format="GLB", use_renderable=True, export_apply=True,
                               export_cameras=True, export_lights=True, export_extras=True,
                               export_animations=False, export_current_frame=True, export_yup=True)
+    for item in hidden:
+        item.hide_render = False
 
 
 def prepare(scene, options):
@@ -246,7 +277,7 @@ def main():
             if shape != (shape := shape_of(scene, depsgraph)):
                 # Another name each time: composite reads a file once.
                 scene_file = folder / f"scene-{number:04}.glb"
-                export(scene_file)
+                export(scene, scene_file)
                 depsgraph = bpy.context.evaluated_depsgraph_get()
             said = announcement(scene, depsgraph, scene_file)
             said["timecode"] = timecode(number - first, rate)

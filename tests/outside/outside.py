@@ -219,6 +219,29 @@ class Odd(unittest.TestCase):
         for axis in (1, 2):
             self.assertLess(abs(numpy.diff(floor, 2, axis)).max(), 3)
 
+    def scene(self, number):
+        """The JSON of a frame's GLB."""
+        data = (self.folder / f"scene-{number:04}.glb").read_bytes()
+        return json.loads(data[20:20 + int.from_bytes(data[12:16], "little")])
+
+    def test_collections(self):
+        """What is not rendered is neither announced nor exported."""
+        for line in self.lines:
+            self.assertEqual([light["name"] for light in line["lights"]], ["lamp"])
+        names = [node["name"] for node in self.scene(1)["nodes"]]
+        self.assertIn("Plane", names)
+        self.assertNotIn("unseen", names)
+        self.assertNotIn("unlit", names)
+
+    def test_colour(self):
+        """A scene of its own for another colour."""
+        self.assertEqual([pathlib.Path(line["scene"]).name for line in self.lines],
+                         [f"scene-{number:04}.glb" for number in (1, 2, 3)])
+        for number, expected in ((1, (0.7, 0.3, 0.1, 1)), (2, (0.1, 0.3, 0.7, 1))):
+            box, = (found for found in self.scene(number)["materials"] if found["name"] == "box")
+            for found, wanted in zip(box["pbrMetallicRoughness"]["baseColorFactor"], expected, strict=True):
+                self.assertAlmostEqual(found, wanted, places=5)
+
 
 if __name__ == "__main__":
     unittest.main()
