@@ -226,6 +226,27 @@ TEST(OpenTrackIO, CountsLostAndLateSegments) {
   EXPECT_EQ(segments.incomplete(), 2u);
 }
 
+// What overlaps, or comes in crumbs, is refused as it comes: a flood must not fill the memory.
+TEST(OpenTrackIO, KeepsNoMoreThanASample) {
+  const Packet bytes(5000, 'x');
+  const auto taken = [&](std::size_t step, std::size_t size) {
+    OpenTrackIOSegments segments;
+    std::size_t kept = 0;
+    try {
+      for (; kept * step + size < bytes.size(); ++kept)
+        segments.add(parse_opentrackio_packet(segment(bytes, 1, 3, kept * step, size, 255)));
+    } catch (const Error&) {
+    }
+    return kept;
+  };
+  EXPECT_EQ(taken(1, 2000), 1u);
+  EXPECT_EQ(taken(4, 4), OpenTrackIOSegments::most_parts);
+  EXPECT_EQ(taken(50, 50), 99u);
+  OpenTrackIOSegments backwards;
+  backwards.add(parse_opentrackio_packet(segment(bytes, 1, 3, 1000, 1000, 255)));
+  EXPECT_THROW(backwards.add(parse_opentrackio_packet(segment(bytes, 1, 3, 900, 101, 255))), Error);
+}
+
 TEST(OpenTrackIO, ASenderThatBeginsAnewIsReadAtOnce) {
   const Packet text = json_bytes(sample({0, 0, 0}, {1, 2, 3}));
   OpenTrackIOSegments segments;
