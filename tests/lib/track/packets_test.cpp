@@ -10,6 +10,7 @@
 
 #include "base/error.h"
 #include "track/opentrackio_sample.h"
+#include "track/pose_reader.h"
 
 namespace polyhull {
 namespace {
@@ -258,6 +259,26 @@ TEST(OpenTrackIO, ASenderThatBeginsAnewIsReadAtOnce) {
   EXPECT_TRUE(add(0, 100, text.size() - 100));
   EXPECT_FALSE(add(1, 0, 100));
   EXPECT_TRUE(add(1, 100, text.size() - 100));
+}
+
+// `static` need not be in each sample.
+TEST(OpenTrackIO, ASensorHoldsForItsSource) {
+  PoseReader reader;
+  const auto width = [&](const char* source, std::optional<double> sensor) {
+    nlohmann::json value = sample({0, 0, 0}, {1, 2, 3});
+    value["sourceId"] = source;
+    value.erase("static");
+    if (sensor) value["static"]["camera"]["activeSensorPhysicalDimensions"]["width"] = *sensor;
+    const Packet text = json_bytes(value);
+    const auto pose = reader.read(segment(text, 1, 1, 0, text.size(), 255), source, {});
+    return pose->sensor_width_mm;
+  };
+  EXPECT_EQ(width("a", {}), std::nullopt);
+  EXPECT_EQ(width("a", 36.0), 36.0);
+  EXPECT_EQ(width("a", {}), 36.0);
+  EXPECT_EQ(width("b", {}), std::nullopt);
+  EXPECT_EQ(width("a", 24.0), 24.0);
+  EXPECT_EQ(width("a", {}), 24.0);
 }
 
 TEST(OpenTrackIO, RefusesEachFault) {
