@@ -235,6 +235,17 @@ def timecode(number, rate):
     return f"{seconds // 3600 % 24:02}:{seconds // 60 % 60:02}:{seconds % 60:02}:{frames:02}"
 
 
+def pipeline(folder, first, last, size, rate, with_depth):
+    """What composites with the frames; a mesh is to be added, and a sink."""
+    fraction = f"framerate={rate.numerator}/{rate.denominator}"
+    depth = (f" filesrc location={folder}/depth.gray16 ! rawvideoparse format=gray16-le width={size[0]} "
+             f"height={size[1]} {fraction} ! timecodestamper ! plate.depth") if with_depth else ""
+    return (f"multifilesrc location={folder}/frames/%04d.png start-index={first} stop-index={last} "
+            f"caps=image/png,{fraction} ! pngdec ! videoconvert ! video/x-raw,format=RGBA ! timecodestamper ! "
+            f"trackstamp name=plate ! mix.background filesrc location={folder}/announcements.jsonl ! "
+            f"plate.scene{depth} composite name=mix")
+
+
 def whole_pair(sign):
     def read(text):
         first, second = (int(part) for part in text.split(sign))
@@ -296,6 +307,8 @@ def main():
             if sender:
                 host, port = options.to.rsplit(":", 1)
                 sender.sendto(line.encode(), (host, int(port)))
+    print("To composite with it:\n  gst-launch-1.0",
+          pipeline(folder, first, last, size_of(scene), rate, options.depth))
 
 
 if __name__ == "__main__":

@@ -208,7 +208,7 @@ class Odd(unittest.TestCase):
         for line in self.lines:
             self.assertEqual([line["viewport"]["width"], line["viewport"]["height"]], size)
         launch(f"filesrc location={self.folder}/depth.gray16 ! rawvideoparse format=gray16-le width={size[0]} "
-               f"height={size[1]} framerate=25/2 ! video/x-raw,format=GRAY16_LE ! videoconvert ! "
+               f"height={size[1]} ! video/x-raw,format=GRAY16_LE ! videoconvert ! "
                f"video/x-raw,format=GRAY16_BE ! filesink location={self.folder}/read.raw")
         read = numpy.fromfile(self.folder / "read.raw", dtype=">u2")
         depth = read.reshape(len(self.lines), size[1], size[0] + 1)[:, :, :size[0]]
@@ -223,6 +223,16 @@ class Odd(unittest.TestCase):
         """The JSON of a frame's GLB."""
         data = (self.folder / f"scene-{number:04}.glb").read_bytes()
         return json.loads(data[20:20 + int.from_bytes(data[12:16], "little")])
+
+    def test_pipeline(self):
+        """The printed line runs, at the scene's rate."""
+        lines = [line.strip() for line in self.said.splitlines()]
+        command, = (line for line in lines if line.startswith("gst-launch-1.0 "))
+        self.assertEqual(command.count("framerate=25/2"), 2)
+        run = subprocess.run([*command.split(), *"name=mix ! video/x-raw,framerate=25/2 ! filesink".split(),
+                              f"location={self.folder}/printed.raw"], timeout=300, capture_output=True, text=True)
+        self.assertEqual(run.returncode, 0, run.stderr)
+        self.assertEqual((self.folder / "printed.raw").stat().st_size, 3 * 29 * 29 * 4)
 
     def test_collections(self):
         """What is not rendered is neither announced nor exported."""
