@@ -6,6 +6,7 @@
 #include <set>
 
 #include "base/error.h"
+#include "base/rotation.h"
 
 namespace polyhull {
 namespace {
@@ -47,10 +48,7 @@ void validate_intrinsics(const Camera& camera, const std::string& where) {
 void validate_pose(const Camera& camera, const std::string& where) {
   for (const double value : to_rows(camera.R))
     if (!std::isfinite(value)) fail(where, "R has a number that is not finite");
-  const Mat3 off = camera.R * glm::transpose(camera.R) - Mat3(1.0);
-  double worst = 0.0;
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) worst = std::max(worst, std::abs(off[i][j]));
+  const double worst = orthonormal_error(camera.R);
   if (worst > 1e-4)
     fail(where, fmt::format("R is not a rotation: its rows are not orthonormal (R R^T differs from "
                             "the identity by {:g})",

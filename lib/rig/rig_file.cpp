@@ -7,6 +7,7 @@
 
 #include "base/error.h"
 #include "base/parse_json.h"
+#include "base/rotation.h"
 #include "rig/projection_matrix.h"
 #include "rig/rig.h"
 
@@ -85,11 +86,7 @@ std::string text(const json& value, const std::string& where) {
 // same.
 void orthonormalise(Mat3& R) {
   for (int round = 0; round < 10; ++round) {
-    const Mat3 off = R * glm::transpose(R) - Mat3(1.0);
-    double worst = 0.0;
-    for (int i = 0; i < 3; ++i)
-      for (int j = 0; j < 3; ++j) worst = std::max(worst, std::abs(off[i][j]));
-    if (!(worst > 1e-13)) return;
+    if (!(orthonormal_error(R) > 1e-13)) return;
     R = 0.5 * (R + glm::transpose(glm::inverse(R)));
   }
 }

@@ -8,6 +8,7 @@
 
 #include "base/error.h"
 #include "base/parse_json.h"
+#include "base/rotation.h"
 #include "scene/announcement_json.h"
 #include "scene/drawable.h"
 
@@ -86,11 +87,7 @@ int mesh_of(const json& light) {
 
 /// Other programs may have computed it in single precision.
 void check_rotation(const Mat3& R) {
-  const Mat3 rest = R * glm::transpose(R) - Mat3(1.0);
-  double most = std::abs(glm::determinant(R) - 1.0);
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) most = std::max(most, std::abs(rest[i][j]));
-  if (!(most < 1e-5)) throw broken("'R' of the viewport is not a rotation");
+  if (!(rotation_error(R) < 1e-5)) throw broken("'R' of the viewport is not a rotation");
 }
 
 json camera_to_json(const Camera& camera) {

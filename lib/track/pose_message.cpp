@@ -6,6 +6,7 @@
 
 #include "base/error.h"
 #include "base/parse_json.h"
+#include "base/rotation.h"
 
 namespace polyhull {
 namespace {
@@ -56,11 +57,7 @@ std::vector<double> distortion(const Json& root) {
 }
 
 void check_rotation(const Mat3& R) {
-  const Mat3 rest = R * glm::transpose(R) - Mat3(1.0);
-  double most = std::abs(glm::determinant(R) - 1.0);
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) most = std::max(most, std::abs(rest[i][j]));
-  if (!(most < 1e-6)) throw broken("'R' is not a rotation");
+  if (!(rotation_error(R) < 1e-6)) throw broken("'R' is not a rotation");
 }
 
 }  // namespace
