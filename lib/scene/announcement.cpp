@@ -93,22 +93,6 @@ void check_rotation(const Mat3& R) {
   if (!(most < 1e-5)) throw broken("'R' of the viewport is not a rotation");
 }
 
-/// At any size that the picture may be drawn at, and distorted, there is then a projection.
-void check_projection(const Camera& camera) {
-  constexpr double least = 1e-4, most = 1e5;
-  const double sides[] = {1.0 * camera.width, 1.0 * camera.height};
-  for (int i = 0; i < 2; ++i) {
-    const double focal = camera.K[i][i] / sides[i], centre = camera.K[2][i] / sides[i];
-    if (!(focal >= least && focal <= most && std::abs(centre) <= most))
-      throw broken(fmt::format(
-          "the viewport's focal lengths in 'K' must be from {:g} to {:g} times the picture's width "
-          "and height, and the principal point no farther away",
-          least, most));
-  }
-  if (!(std::abs(camera.K[1][0]) <= most * sides[0]))
-    throw broken("the viewport's skew in 'K' is out of range");
-}
-
 json camera_to_json(const Camera& camera) {
   json out = {{"name", camera.name},     {"width", camera.width},
               {"height", camera.height}, {"K", to_rows(camera.K)},

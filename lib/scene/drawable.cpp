@@ -43,6 +43,22 @@ void check_viewport(const Camera& camera) {
               "a focal length f other than zero, a rotation, and only finite numbers.");
 }
 
+void check_projection(const Camera& camera) {
+  constexpr double least = 1e-4, most = 1e5;
+  const double sides[] = {1.0 * camera.width, 1.0 * camera.height};
+  for (int i = 0; i < 2; ++i) {
+    const double focal = camera.K[i][i] / sides[i], centre = camera.K[2][i] / sides[i];
+    if (!(focal >= least && focal <= most && std::abs(centre) <= most))
+      throw Error(
+          Error::Kind::bad_input,
+          "The viewport's focal lengths in 'K' must be from {:g} to {:g} times the picture's width "
+          "and height, and the principal point no farther away.",
+          least, most);
+  }
+  if (!(std::abs(camera.K[1][0]) <= most * sides[0]))
+    throw Error(Error::Kind::bad_input, "The viewport's skew in 'K' is out of range.");
+}
+
 void check_light(const std::vector<Light>& lights, float exposure, const Vec3f& ambient) {
   for (std::size_t i = 0; i < lights.size(); ++i) {
     const Light& light = lights[i];

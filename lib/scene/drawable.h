@@ -17,6 +17,11 @@ bool within_reach(const Vec3f& v);
 /// whose K is not of the form [f s c; 0 f c; 0 0 1], pixels.
 void check_viewport(const Camera& camera);
 
+/// Throws Error for a viewport whose focal lengths are not from 1e-4 to 1e5 times the picture's size, or
+/// whose principal point or skew is beyond that: at any size that the picture may be drawn at, and
+/// distorted, there is a projection otherwise.
+void check_projection(const Camera& camera);
+
 /// Throws Error for light that is not finite or below 0, and for what of it is beyond 1e9 m or above
 /// 1e9: \p exposure and \p ambient as in Announcement.
 void check_light(const std::vector<Light>& lights, float exposure, const Vec3f& ambient);

@@ -15,6 +15,7 @@ import math
 import pathlib
 import socket
 import sys
+from fractions import Fraction
 
 import _cycles
 import bpy
@@ -40,8 +41,16 @@ def axes(matrix):
 
 
 def size_of(scene):
-    share = scene.render.resolution_percentage / 100
-    return int(scene.render.resolution_x * share), int(scene.render.resolution_y * share)
+    """In pixels, rounded down in whole numbers as Blender does."""
+    percentage = scene.render.resolution_percentage
+    return scene.render.resolution_x * percentage // 100, scene.render.resolution_y * percentage // 100
+
+
+def frame_rate(fps, fps_base):
+    """Frames a second as a fraction. Blender keeps fps / fps_base, the base in single precision."""
+    if abs(fps_base - 1.001) < 1e-5:  # as NTSC has it
+        return Fraction(fps * 1000, 1001)
+    return Fraction(fps / round(fps_base, 4)).limit_denominator(1000)
 
 
 def viewport(scene, depsgraph):
@@ -90,9 +99,20 @@ def light(item):
             "v": (half[0] * turn[:, 0]).tolist(), "radiance": colour.tolist(), "mesh": -1}
 
 
-def rendered(scene, depsgraph, kinds):
-    return [item.evaluated_get(depsgraph) for item in scene.objects
-            if item.type in kinds and not item.hide_render]
+def switched_on(layer):
+    """The objects of a layer collection and those within it that are not switched off for rendering."""
+    if layer.collection.hide_render:
+        return set()
+    return (set() if layer.exclude else set(layer.collection.objects)).union(*map(switched_on, layer.children))
+
+
+def rendered(scene):
+    shown = set().union(*(switched_on(layer.layer_collection) for layer in scene.view_layers if layer.use))
+    return [item for item in scene.objects if item in shown and not item.hide_render]
+
+
+def evaluated(scene, depsgraph, kinds):
+    return [item.evaluated_get(depsgraph) for item in rendered(scene) if item.type in kinds]
 
 
 def ambient(scene):
@@ -108,29 +128,49 @@ def ambient(scene):
 
 def announcement(scene, depsgraph, scene_file):
     return {"format": "polyhull-announcement", "version": 1, "viewport": viewport(scene, depsgraph),
-            "scene": str(scene_file), "lights": [light(item) for item in rendered(scene, depsgraph, {"LIGHT"})],
+            "scene": str(scene_file), "lights": [light(item) for item in evaluated(scene, depsgraph, {"LIGHT"})],
             "exposure": 2.0 ** scene.view_settings.exposure, "ambient": ambient(scene)}
 
 
+def settings_of(material):
+    """What a material is set to. Node groups and the pixels of pictures are not looked into."""
+    if material is None:
+        return None
+    found = [material.name, tuple(material.diffuse_color), material.use_backface_culling]
+    for node in material.node_tree.nodes if material.use_nodes else ():
+        found += [node.name, node.image.name if getattr(node, "image", None) else ""]
+        for socket in (*node.inputs, *node.outputs):
+            value = getattr(socket, "default_value", None)
+            found.append(tuple(value) if hasattr(value, "__len__") else value)
+    return found
+
+
 def shape_of(scene, depsgraph):
-    """Changes where anything solid moves, bends or changes its material."""
+    """Changes where anything solid moves, bends, gets another material or its material another setting."""
     digest = hashlib.sha256()
-    for item in rendered(scene, depsgraph, {"MESH", "CURVE", "SURFACE", "META", "FONT"}):
+    for item in evaluated(scene, depsgraph, {"MESH", "CURVE", "SURFACE", "META", "FONT"}):
         mesh = item.to_mesh()
         points = numpy.empty(3 * len(mesh.vertices), dtype=numpy.float32)
         mesh.vertices.foreach_get("co", points)
         digest.update(numpy.array(item.matrix_world, dtype=numpy.float32).tobytes() + points.tobytes())
-        digest.update("".join(slot.name for slot in item.material_slots).encode())
+        digest.update(repr([settings_of(slot.material) for slot in item.material_slots]).encode())
         item.to_mesh_clear()
     return digest.digest()
 
 
-def export(path):
-    """With modifiers, as it is at this frame. Blender's own exporter needs its add-on."""
+def export(scene, path):
+    """With modifiers, as it is at this frame. Blender's own exporter needs its add-on, and knows nothing of
+    collections that are switched off."""
     bpy.ops.preferences.addon_enable(module="io_scene_gltf2")
+    shown = set(rendered(scene))
+    hidden = [item for item in scene.objects if item not in shown and not item.hide_render]
+    for item in hidden:
+        item.hide_render = True
     bpy.ops.export_scene.gltf(filepath=str(path), export_format="GLB", use_renderable=True, export_apply=True,
                               export_cameras=True, export_lights=True, export_extras=True,
                               export_animations=False, export_current_frame=True, export_yup=True)
+    for item in hidden:
+        item.hide_render = False
 
 
 def prepare(scene, options):
@@ -159,6 +199,8 @@ def prepare(scene, options):
 
 def depth_output(scene, folder):
     """Lets Blender write each frame's depth, whatever else it does with the picture."""
+    for left in folder.glob("depth-*.exr"):  # by a run that was stopped
+        left.unlink()
     scene.view_layers[0].use_pass_z = True
     if not scene.use_nodes:
         scene.use_nodes = True  # with nodes that hand the picture on
@@ -172,7 +214,8 @@ def depth_output(scene, folder):
 
 
 def read_depth(scene, folder, near):
-    """The depth just written as 65535 near / z, from the upper row down; 0 where nothing is."""
+    """The depth just written as 65535 near / z, from the upper row down, rows filled up to whole four
+    bytes, as rawvideoparse takes them; 0 where nothing is."""
     path, = folder.glob("depth-*.exr")
     width, height = size_of(scene)
     image = bpy.data.images.load(str(path))
@@ -181,13 +224,26 @@ def read_depth(scene, folder, near):
     bpy.data.images.remove(image)
     path.unlink()
     depth = depth.reshape(height, width, 4)[::-1, :, 0].astype(float)
-    return numpy.rint(65535 * numpy.clip(near / numpy.maximum(depth, 1e-9), 0, 1)).astype("<u2").tobytes()
+    rows = numpy.zeros((height, width + width % 2), dtype="<u2")
+    rows[:, :width] = numpy.rint(65535 * numpy.clip(near / numpy.maximum(depth, 1e-9), 0, 1))
+    return rows.tobytes()
 
 
 def timecode(number, rate):
     """A count of whole frames a second; at 29.97 it is one without dropping."""
     seconds, frames = divmod(number, math.ceil(rate))
     return f"{seconds // 3600 % 24:02}:{seconds // 60 % 60:02}:{seconds % 60:02}:{frames:02}"
+
+
+def pipeline(folder, first, last, size, rate, with_depth):
+    """What composites with the frames; a mesh is to be added, and a sink."""
+    fraction = f"framerate={rate.numerator}/{rate.denominator}"
+    depth = (f" filesrc location={folder}/depth.gray16 ! rawvideoparse format=gray16-le width={size[0]} "
+             f"height={size[1]} {fraction} ! timecodestamper ! plate.depth") if with_depth else ""
+    return (f"multifilesrc location={folder}/frames/%04d.png start-index={first} stop-index={last} "
+            f"caps=image/png,{fraction} ! pngdec ! videoconvert ! video/x-raw,format=RGBA ! timecodestamper ! "
+            f"trackstamp name=plate ! mix.background filesrc location={folder}/announcements.jsonl ! "
+            f"plate.scene{depth} composite name=mix")
 
 
 def whole_pair(sign):
@@ -217,8 +273,7 @@ def main():
     scene = bpy.context.scene
     prepare(scene, options)
     first, last = options.frames or (scene.frame_start, scene.frame_end)
-    rate = scene.render.fps / scene.render.fps_base
-    fraction = [round(scene.render.fps * 1001), 1001] if abs(rate - round(rate)) > 1e-6 else [round(rate), 1]
+    rate = frame_rate(scene.render.fps, scene.render.fps_base)
     folder = options.folder.absolute()
     (folder / "frames").mkdir(parents=True, exist_ok=True)
     sender = socket.socket(socket.AF_INET, socket.SOCK_DGRAM) if options.to else None
@@ -233,12 +288,12 @@ def main():
             if shape != (shape := shape_of(scene, depsgraph)):
                 # Another name each time: composite reads a file once.
                 scene_file = folder / f"scene-{number:04}.glb"
-                export(scene_file)
+                export(scene, scene_file)
                 depsgraph = bpy.context.evaluated_depsgraph_get()
             said = announcement(scene, depsgraph, scene_file)
             said["timecode"] = timecode(number - first, rate)
-            said["timecode_rate"] = fraction
-            said["stream_time_ns"] = (number - first) * 1_000_000_000 * fraction[1] // fraction[0]
+            said["timecode_rate"] = [rate.numerator, rate.denominator]
+            said["stream_time_ns"] = math.floor((number - first) * 1_000_000_000 / rate)
             if options.depth:
                 said["depth_near"] = options.depth
             scene.render.filepath = str(folder / "frames" / f"{number:04}.png")
@@ -252,6 +307,8 @@ def main():
             if sender:
                 host, port = options.to.rsplit(":", 1)
                 sender.sendto(line.encode(), (host, int(port)))
+    print("To composite with it:\n  gst-launch-1.0",
+          pipeline(folder, first, last, size_of(scene), rate, options.depth))
 
 
 if __name__ == "__main__":

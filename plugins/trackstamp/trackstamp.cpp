@@ -22,6 +22,7 @@
 #include "plugins/trackstamp/depth_input.h"
 #include "plugins/trackstamp/scene_input.h"
 #include "scene/announcement.h"
+#include "scene/drawable.h"
 
 GST_DEBUG_CATEGORY_STATIC(trackstamp_debug);
 #define GST_CAT_DEFAULT trackstamp_debug
@@ -49,6 +50,7 @@ struct TrackStamp {
     scene.unlock(unlocked);
     depth.unlock(unlocked);
   }
+  void look_through(const TrackedPose& pose);
   void announce(std::optional<Announcement> scene, std::optional<TrackedPose> pose);
   std::int64_t wait_for_scene() const;
   std::int64_t wait_for_pose() const { return behind + frame; }
@@ -73,7 +75,9 @@ struct TrackStamp {
   std::atomic<bool> say_again{false};
   // The streaming thread's.
   int width = 0, height = 0;
+  double pixel_aspect = 1;
   Announcement from_upstream;  // the scene is empty where nothing was announced
+  Announcement tracked;        // camera and lens of the last pose, for this size of picture
   std::string announced;
 };
 
@@ -181,14 +185,31 @@ void TrackStamp::take_announcement(GstEvent* event) {
   }
 }
 
+/// Takes the camera of \p pose; one that nothing can be drawn with leaves the one before.
+void TrackStamp::look_through(const TrackedPose& pose) {
+  try {
+    const Camera camera =
+        camera_of(pose, width, height, snapshot(element, settings).field_of_view, pixel_aspect);
+    check_viewport(camera);
+    check_projection(camera);
+    tracked.viewport = camera;
+    tracked.aperture = aperture_of(pose);
+    tracked.focus_distance = pose.focus_distance_m.value_or(0.0);
+  } catch (const Error& error) {
+    statistics.warn(
+        GST_ELEMENT_CAST(element), "poses-unusable",
+        fmt::format("A pose of the track is not used, the one before stays: {}", error.what()));
+  }
+}
+
 /// Says what is true from the next frame on, unless it was said already.
 void TrackStamp::announce(std::optional<Announcement> scene, std::optional<TrackedPose> pose) {
   Announcement announcement = scene ? std::move(*scene) : from_upstream;
-  if (pose) {
-    announcement.viewport =
-        camera_of(*pose, width, height, snapshot(element, settings).field_of_view);
-    announcement.aperture = aperture_of(*pose);
-    announcement.focus_distance = pose->focus_distance_m.value_or(0.0);
+  if (pose) look_through(*pose);
+  if (pose && tracked.viewport.width > 0) {
+    announcement.viewport = tracked.viewport;
+    announcement.aperture = tracked.aperture;
+    announcement.focus_distance = tracked.focus_distance;
   }
   if (announcement.viewport.width == 0) return;  // nobody has told a camera
   std::string json = announcement_to_json(announcement);
@@ -255,6 +276,10 @@ gboolean set_caps(GstBaseTransform* base, GstCaps* caps, GstCaps*) {
     return FALSE;
   }
   gst_structure_get_fraction(format, "framerate", &numerator, &denominator);
+  gint across = 1, down = 1;
+  gst_structure_get_fraction(format, "pixel-aspect-ratio", &across, &down);
+  self.pixel_aspect = across > 0 && down > 0 ? 1.0 * across / down : 1.0;
+  self.tracked = {};
   const std::int64_t frame =
       numerator > 0
           ? static_cast<std::int64_t>(gst_util_uint64_scale_int(GST_SECOND, denominator, numerator))
@@ -313,7 +338,7 @@ gboolean query(GstBaseTransform* base, GstPadDirection direction, GstQuery* quer
 gboolean start(GstBaseTransform* base) {
   TrackStamp& self = state_of<TrackStamp>(base);
   self.statistics.reset();
-  self.from_upstream = {};
+  self.from_upstream = self.tracked = {};
   self.scene.reset();
   self.announced.clear();
   return TRUE;

@@ -112,6 +112,45 @@ GST_START_TEST(test_live_frame_waits_for_its_pose) {
 }
 GST_END_TEST
 
+// A pose that nothing can be drawn with is left out; it does not end the stream.
+GST_START_TEST(test_unusable_poses) {
+  Bench bench("100/1");
+  bench.poses.push(0.3, 0);
+  fail_unless_equals_int(bench.push(0), GST_FLOW_OK);
+  const auto lens = [](double focal, double sensor) {
+    PoseMessage message;
+    message.pose.focal_length_mm = focal;
+    message.pose.sensor_width_mm = sensor;
+    return pose_message_to_json(message);
+  };
+  int at = 0;
+  for (const std::string& message : {lens(1e300, 1e-300), lens(1e-12, 36.0), lens(1e9, 36.0)}) {
+    bench.poses.push(message, ++at * 20 * ms);
+    fail_unless_equals_int(bench.push(at * 20 * ms), GST_FLOW_OK);
+    expect_place(bench.log.frames.back().camera, {0.3, -3, 0.3});
+    fail_unless_equals_uint64(statistic(bench.element, "poses-unusable"), at);
+  }
+  bench.poses.push(1e308, 100 * ms);
+  bench.poses.push(-1e308, 120 * ms);
+  fail_unless_equals_int(bench.push(110 * ms), GST_FLOW_OK);
+  expect_place(bench.log.frames.back().camera, {0.3, -3, 0.3});
+  bench.poses.push(0.7, 140 * ms);
+  bench.push(140 * ms);
+  expect_place(bench.log.frames.back().camera, {0.7, -3, 0.3});
+  bench.close();
+}
+GST_END_TEST
+
+GST_START_TEST(test_pixel_aspect) {
+  Bench bench("25/1, pixel-aspect-ratio=(fraction)16/15");
+  bench.poses.push(0.3, 0);
+  fail_unless_equals_int(bench.push(0), GST_FLOW_OK);
+  const Camera& camera = bench.log.frames.back().camera;
+  fail_unless(std::abs(camera.K[1][1] / camera.K[0][0] - 16.0 / 15.0) < 1e-12);
+  bench.close();
+}
+GST_END_TEST
+
 // Where none comes, the frame goes on with the last one: a frame later, not more.
 GST_START_TEST(test_live_frame_goes_on_without_a_pose) {
   Bench bench("100/1");
@@ -277,6 +316,8 @@ static Suite* trackstamp_suite() {
   tcase_add_test(tests, test_documented);
   tcase_add_test(tests, test_each_frame_has_its_camera);
   tcase_add_test(tests, test_live_frame_waits_for_its_pose);
+  tcase_add_test(tests, test_unusable_poses);
+  tcase_add_test(tests, test_pixel_aspect);
   tcase_add_test(tests, test_live_frame_goes_on_without_a_pose);
   tcase_add_test(tests, test_latency);
   tcase_add_test(tests, test_waits_do_not_add_up);

@@ -7,6 +7,7 @@
 
 #include "../lib/track/packets.h"
 #include "../lib/wire_examples.h"
+#include "open_packet.h"
 #include "rig/export.h"
 #include "scene/announcement.h"
 #include "studio/cameras/default_rig.h"
@@ -101,6 +102,17 @@ int main(int count, char** arguments) {
       Packet bytes{static_cast<std::uint8_t>(std::string(name) == "alone" ? 0 : lossy ? 1 : 3)};
       bytes.insert(bytes.end(), packed.data.begin(), packed.data.end());
       write("packed_take", bytes, (name + std::string(lossy ? "-lossy" : "-exact")).c_str());
+    }
+    // 4: opened, a view and a mesh.
+    const Packet mesh = write_mesh(examples::mesh(a, b));
+    for (const auto& [kind, packet] : {std::pair{"view", &whole}, std::pair{"mesh", &mesh}}) {
+      PacketPacker alone;
+      const PackedPacket packed =
+          alone.pack({packing}, std::string("application/x-polyhull-") + kind, *packet, 0);
+      Packet bytes = test::open_packet(packed.data);
+      bytes.insert(bytes.begin(), 4);
+      write("packed_take", bytes,
+            (std::string("open-") + kind + (lossy ? "-lossy" : "-exact")).c_str());
     }
   }
   write("packet", packet());

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // libFuzzer entry: any bytes as a packed packet of a take, alone and behind a good one, and the same
-// bytes packed and unpacked. The first byte tells how.
+// bytes packed and unpacked. The first byte tells how: 1 behind a good one (2: an exact one), 4 with what
+// zstd gives in the place of what it is given.
 #include <cstdlib>
 #include <cstring>
 #include <vector>
 
 #include "../lib/wire_examples.h"
 #include "base/error.h"
+#include "open_packet.h"
 #include "take/packing.h"
 #include "wire/view_payload.h"
 
@@ -32,6 +34,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (size == 0) return 0;
   const int how = data[0];
   std::vector<std::uint8_t> bytes(data + 1, data + size);
+  if (how & 4) bytes = test::close_packet(bytes);
   PacketUnpacker unpacker;
   try {
     if (how & 1) {

@@ -26,6 +26,7 @@ def blender(*arguments):
                             capture_output=True, text=True, timeout=600, env=dict(os.environ, PATH="/usr/bin:/bin"))
     if result.returncode != 0:
         raise AssertionError(result.stdout[-3000:] + result.stderr[-3000:])
+    return result.stdout
 
 
 def launch(line):
@@ -176,6 +177,80 @@ class Outside(unittest.TestCase):
             print(f"frame {frame + 1}: the shadow takes {share:.2f} of what Blender's takes")
             self.assertGreater(share, 0.7)
             self.assertLess(share, 1.3)
+
+
+@unittest.skipUnless(shutil.which("blender"), "Blender is not installed")
+class Odd(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.temporary = tempfile.TemporaryDirectory()
+        cls.folder = pathlib.Path(cls.temporary.name)
+        cls.said = blender("-P", HERE / "stage.py", "-P", HERE / "odd.py",
+                           "-P", SOURCE / "pipelines" / "blender" / "render_scene.py", "--",
+                           cls.folder, "--samples", 1, "--depth", 0.5, "--frames", "1-3")
+        cls.lines = [json.loads(line) for line in (cls.folder / "announcements.jsonl").read_text().splitlines()]
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.temporary.cleanup()
+
+    def test_rates(self):
+        self.assertEqual(json.loads((self.folder / "rates.json").read_text()),
+                         [[24, 1], [25, 1], [30000, 1001], [24000, 1001], [60000, 1001], [25, 2], [100, 3], [1, 4]])
+        self.assertEqual([line["timecode_rate"] for line in self.lines], 3 * [[25, 2]])
+        self.assertEqual([line["stream_time_ns"] for line in self.lines], [0, 80_000_000, 160_000_000])
+
+    def test_size(self):
+        """The size that Blender rendered; an odd one's depth is read row by row."""
+        header = (self.folder / "frames" / "0001.png").read_bytes()[16:24]
+        size = [int.from_bytes(header[:4], "big"), int.from_bytes(header[4:], "big")]
+        self.assertEqual(size, [29, 29])
+        for line in self.lines:
+            self.assertEqual([line["viewport"]["width"], line["viewport"]["height"]], size)
+        launch(f"filesrc location={self.folder}/depth.gray16 ! rawvideoparse format=gray16-le width={size[0]} "
+               f"height={size[1]} ! video/x-raw,format=GRAY16_LE ! videoconvert ! "
+               f"video/x-raw,format=GRAY16_BE ! filesink location={self.folder}/read.raw")
+        read = numpy.fromfile(self.folder / "read.raw", dtype=">u2")
+        depth = read.reshape(len(self.lines), size[1], size[0] + 1)[:, :, :size[0]]
+        self.assertEqual(len(depth), 3)
+        # The floor's 1/z is linear over the picture.
+        floor = depth[:, 24:].astype(int)
+        self.assertGreater(floor.min(), 0)
+        for axis in (1, 2):
+            self.assertLess(abs(numpy.diff(floor, 2, axis)).max(), 3)
+
+    def scene(self, number):
+        """The JSON of a frame's GLB."""
+        data = (self.folder / f"scene-{number:04}.glb").read_bytes()
+        return json.loads(data[20:20 + int.from_bytes(data[12:16], "little")])
+
+    def test_pipeline(self):
+        """The printed line runs, at the scene's rate."""
+        lines = [line.strip() for line in self.said.splitlines()]
+        command, = (line for line in lines if line.startswith("gst-launch-1.0 "))
+        self.assertEqual(command.count("framerate=25/2"), 2)
+        run = subprocess.run([*command.split(), *"name=mix ! video/x-raw,framerate=25/2 ! filesink".split(),
+                              f"location={self.folder}/printed.raw"], timeout=300, capture_output=True, text=True)
+        self.assertEqual(run.returncode, 0, run.stderr)
+        self.assertEqual((self.folder / "printed.raw").stat().st_size, 3 * 29 * 29 * 4)
+
+    def test_collections(self):
+        """What is not rendered is neither announced nor exported."""
+        for line in self.lines:
+            self.assertEqual([light["name"] for light in line["lights"]], ["lamp"])
+        names = [node["name"] for node in self.scene(1)["nodes"]]
+        self.assertIn("Plane", names)
+        self.assertNotIn("unseen", names)
+        self.assertNotIn("unlit", names)
+
+    def test_colour(self):
+        """A scene of its own for another colour."""
+        self.assertEqual([pathlib.Path(line["scene"]).name for line in self.lines],
+                         [f"scene-{number:04}.glb" for number in (1, 2, 3)])
+        for number, expected in ((1, (0.7, 0.3, 0.1, 1)), (2, (0.1, 0.3, 0.7, 1))):
+            box, = (found for found in self.scene(number)["materials"] if found["name"] == "box")
+            for found, wanted in zip(box["pbrMetallicRoughness"]["baseColorFactor"], expected, strict=True):
+                self.assertAlmostEqual(found, wanted, places=5)
 
 
 if __name__ == "__main__":
