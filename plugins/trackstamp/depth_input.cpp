@@ -150,6 +150,12 @@ std::shared_ptr<const DepthPicture> DepthInput::at(GstBuffer* frame, const GstSe
   }
 }
 
+void DepthInput::video_flushed() {
+  const std::scoped_lock lock(mutex_);
+  asked_.reset();
+  heard_.reset();
+}
+
 // ---- the pad's thread
 
 GstFlowReturn DepthInput::take(BufferRef buffer) {

@@ -37,6 +37,8 @@ class DepthInput final : public SidePad {
   std::shared_ptr<const DepthPicture> at(GstBuffer* frame, const GstSegment& segment,
                                          std::int64_t duration, std::optional<std::int64_t> longest,
                                          double near);
+  /// The frame to come does not follow the one before.
+  void video_flushed();
 
  private:
   struct Arrived {

@@ -128,6 +128,12 @@ std::optional<Announcement> SceneInput::at(GstBuffer* frame, const GstSegment& s
   return found;
 }
 
+void SceneInput::video_flushed() {
+  const std::scoped_lock lock(mutex_);
+  asked_.reset();
+  own_before_.reset();
+}
+
 // ---- the pad's thread
 
 void SceneInput::take_line(const std::string& line, std::optional<std::int64_t> arrival) {
@@ -198,7 +204,7 @@ GstFlowReturn SceneInput::take(BufferRef buffer) {
     if (flushing_) return GST_FLOW_FLUSHING;
     arrival = running_time(buffer.get());
   }
-  if (!arrival) arrival = video_now_();
+  if (!arrival && settings_().match == SceneMatch::arrival) arrival = video_now_();
   return split(bytes, arrival);
 }
 

@@ -39,6 +39,8 @@ class SceneInput final : public SidePad {
 
   /// Lets lines that come from a file come from its begin again.
   void rewind();
+  /// The frame to come does not follow the one before.
+  void video_flushed();
   /// Forgets what held.
   void reset();
 

@@ -110,8 +110,8 @@ std::int64_t time_of_message(const TimedAnnouncement& message, SceneMatch match,
       return or_refuse(
           arrival,
           "It came without a time, by which scene-match=arrival finds its frame, beside "
-          "video that is not live. Match by what it tells: scene-match=timecode, "
-          "clock or stream-time.");
+          "video that is not live or has not begun. Of files match by what it tells: "
+          "scene-match=timecode, clock or stream-time.");
   }
 }
 

@@ -44,6 +44,7 @@ struct TrackStamp {
 
   void begin_segment();
   std::optional<std::int64_t> now() const;
+  std::optional<std::int64_t> arrival() const;
   void unlock(bool unlocked) {
     track.unlock(unlocked);
     scene.unlock(unlocked);
@@ -89,13 +90,23 @@ std::span<const Property<Settings>> properties() {
   return table;
 }
 
+/// What \p pad's other side says of its latency, ns; nullopt: it is not live.
+std::optional<std::int64_t> latency_at(GstPad* pad) {
+  g_autoptr(GstQuery) query = gst_query_new_latency();
+  gboolean live = FALSE;
+  GstClockTime least = 0;
+  if (pad == nullptr || !gst_pad_peer_query(pad, query)) return {};
+  gst_query_parse_latency(query, &live, &least, nullptr);
+  if (!live) return {};
+  return GST_CLOCK_TIME_IS_VALID(least) ? static_cast<std::int64_t>(least) : 0;
+}
+
 TrackStamp::TrackStamp(gpointer object)
     : element(GST_BASE_TRANSFORM(object)),
       track(GST_ELEMENT_CAST(object), statistics),
       scene(
           GST_ELEMENT_CAST(object), statistics,
-          [this] { return snapshot(element, scene_settings); },
-          [this] { return live ? now() : std::nullopt; }),
+          [this] { return snapshot(element, scene_settings); }, [this] { return arrival(); }),
       depth(GST_ELEMENT_CAST(object), statistics,
             [this] { return snapshot(element, scene_settings); }) {
   statistics.declare({"frames", "announcements", "frames-untimed", "announcements-unusable"});
@@ -107,17 +118,6 @@ TrackStamp::TrackStamp(gpointer object)
   gst_element_add_pad(GST_ELEMENT_CAST(object), track.make_pad(pad_template("track")));
   gst_element_add_pad(GST_ELEMENT_CAST(object), scene.make_pad(pad_template("scene")));
   gst_element_add_pad(GST_ELEMENT_CAST(object), depth.make_pad(pad_template("depth")));
-}
-
-/// What \p pad's other side says of its latency, ns; nullopt: it is not live.
-std::optional<std::int64_t> latency_at(GstPad* pad) {
-  g_autoptr(GstQuery) query = gst_query_new_latency();
-  gboolean live = FALSE;
-  GstClockTime least = 0;
-  if (pad == nullptr || !gst_pad_peer_query(pad, query)) return {};
-  gst_query_parse_latency(query, &live, &least, nullptr);
-  if (!live) return {};
-  return GST_CLOCK_TIME_IS_VALID(least) ? static_cast<std::int64_t>(least) : 0;
 }
 
 /// Learns whether frames have to wait for poses, and how long.
@@ -133,6 +133,12 @@ void TrackStamp::begin_segment() {
 std::optional<std::int64_t> TrackStamp::now() const {
   const std::int64_t time = running_time_now(GST_ELEMENT_CAST(element));
   return time == no_time ? std::nullopt : std::optional(time);
+}
+
+/// When what comes now beside live video has come: at the begin, where that is yet to be.
+std::optional<std::int64_t> TrackStamp::arrival() const {
+  if (!latency_at(element->sinkpad)) return {};
+  return std::max<std::int64_t>(0, now().value_or(0));
 }
 
 std::int64_t TrackStamp::wait_for_scene() const {
@@ -293,6 +299,8 @@ gboolean sink_event(GstBaseTransform* base, GstEvent* event) {
   if (GST_EVENT_TYPE(event) == GST_EVENT_FLUSH_START) self.unlock(true);
   if (GST_EVENT_TYPE(event) == GST_EVENT_FLUSH_STOP) {
     self.unlock(false);
+    self.scene.video_flushed();
+    self.depth.video_flushed();
     self.say_again = true;
   }
   if (GST_EVENT_TYPE(event) == GST_EVENT_SEGMENT) self.begin_segment();

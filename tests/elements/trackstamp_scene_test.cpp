@@ -216,8 +216,8 @@ GST_START_TEST(test_by_arrival_without_times) {
   Bench bench("arrival", false);
   gst_harness_use_testclock(bench.harness);
   gst_harness_set_time(bench.harness, 50 * ms);
+  bench.say(message(1));  // before the video has begun
   fail_unless_equals_int(bench.send(bench.frame(0)), 0);
-  bench.say(message(1));
   fail_unless_equals_int(bench.send(bench.frame(1)), 0);
   fail_unless_equals_int(bench.send(bench.frame(2)), 1);
   g_object_set(bench.element, "scene-delay", gint64{10 * GST_SECOND}, nullptr);
@@ -424,6 +424,22 @@ GST_START_TEST(test_flush_ends_the_waiting) {
 }
 GST_END_TEST
 
+// A seek goes to the messages first: a frame of before comes among those from the begin again.
+GST_START_TEST(test_frame_of_before_a_seek) {
+  Bench bench("stream-time", false, false);
+  for (int i = 0; i < 20; ++i) bench.say(at_stream_time(i + 1, 40 * ms * i));
+  gst_pad_push_event(bench.messages.pad, gst_event_new_eos());
+  bench.send(bench.frame(2000));
+  gst_harness_push_event(bench.harness, gst_event_new_flush_start());
+  gst_harness_push_event(bench.harness, gst_event_new_flush_stop(TRUE));
+  GstSegment segment;
+  gst_segment_init(&segment, GST_FORMAT_TIME);
+  gst_harness_push_event(bench.harness, gst_event_new_segment(&segment));
+  for (int i = 3; i < 20; ++i) fail_unless_equals_int(bench.send(bench.frame(i)), i + 1);
+  bench.close();
+}
+GST_END_TEST
+
 GST_START_TEST(test_silence_is_said_once) {
   // As udpsrc gives them, and as tcpclientsrc does, which does not say that it is live.
   for (const bool live : {true, false}) {
@@ -556,6 +572,7 @@ static Suite* trackstamp_scene_suite() {
   tcase_add_test(tests, test_live_timecode_begins_again);
   tcase_add_test(tests, test_file_whose_timecode_jumps);
   tcase_add_test(tests, test_flush_ends_the_waiting);
+  tcase_add_test(tests, test_frame_of_before_a_seek);
   tcase_add_test(tests, test_silence_is_said_once);
   tcase_add_test(tests, test_messages_without_line_feeds);
   tcase_add_test(tests, test_what_is_no_message);
