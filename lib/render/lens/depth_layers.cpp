@@ -29,18 +29,17 @@ void for_bands(int height, const Draw& draw) {
 
 void DepthLayers::set(const RenderFrame& frame, const RenderPlan& plan) {
   const Mat4 pixels = pixels_from_scene(resized(frame.viewport, frame.width, frame.height));
-  const bool still = frame.scene == scene_held_ && frame.lights == lights_ && pixels == pixels_ &&
-                     frame.width == width_ && frame.height == height_;
+  scene_reused_ = frame.scene == scene_held_ && pixels == pixels_ && frame.width == width_ &&
+                  frame.height == height_;
   width_ = frame.width;
   height_ = frame.height;
-  if (!still) draw_scene(frame, pixels);
+  if (!scene_reused_) draw_scene(frame, pixels);
   add_depth(frame);
   draw_subjects(plan, pixels);
 }
 
 void DepthLayers::draw_scene(const RenderFrame& frame, const Mat4& pixels) {
   scene_held_ = frame.scene;
-  lights_ = frame.lights;
   pixels_ = pixels;
   const auto columns = static_cast<std::size_t>(width_);
   scene_.assign(columns * static_cast<std::size_t>(height_), 0.0f);

@@ -18,6 +18,9 @@ class DepthLayers {
   /// as scene and viewport stay.
   void set(const RenderFrame& frame, const RenderPlan& plan);
 
+  /// Whether the last set() found the scene's as they were.
+  bool scene_reused() const { return scene_reused_; }
+
   int width() const { return width_; }
   int height() const { return height_; }
 
@@ -39,8 +42,8 @@ class DepthLayers {
 
   int width_ = 0, height_ = 0;
   std::shared_ptr<const Scene> scene_held_;
-  std::vector<Light> lights_;  // lamps may be seen, and move
-  Mat4 pixels_{0.0};           // of what scene_ is
+  Mat4 pixels_{0.0};  // of what scene_ is
+  bool scene_reused_ = false;
   std::vector<float> scene_, subject_, coverage_;
   std::vector<float> depth_;  // scene_ with the frame's depth picture; empty where that has none
 };

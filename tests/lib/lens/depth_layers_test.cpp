@@ -75,5 +75,22 @@ TEST(DepthLayersTest, EachImageBasedSubjectHasItsOwnDepth) {
   }
 }
 
+// A lamp that moves does not move what is seen.
+TEST(DepthLayersTest, TheScenesDepthIsKeptWhileSceneAndViewportStay) {
+  Two two;
+  DepthLayers depths;
+  two.set(depths, false, false);
+  EXPECT_FALSE(depths.scene_reused());
+  two.frame.lights.front().centre.x += 0.1f;
+  two.set(depths, false, false);
+  EXPECT_TRUE(depths.scene_reused());
+  two.frame.viewport.t.x += 0.1;
+  two.set(depths, false, false);
+  EXPECT_FALSE(depths.scene_reused());
+  two.frame.scene = std::make_shared<const Scene>(synthetic::small_room(true));
+  two.set(depths, false, false);
+  EXPECT_FALSE(depths.scene_reused());
+}
+
 }  // namespace
 }  // namespace polyhull
