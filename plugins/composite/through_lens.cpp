@@ -39,6 +39,7 @@ void FrameComposer::set_lens(const CompositeSettings& settings, const GstVideoIn
 void FrameComposer::finish_picture(const std::uint8_t* background, int background_stride,
                                    std::uint8_t* target, int target_stride) {
   double inside = 0.0;  // the renderer's own time
+  std::optional<RenderStatistics> drawn;
   const Stopwatch watch;
   lens_.draw(frame_, plan_, number_, background, background_stride, target, target_stride,
              [&](const RenderPlan& plan, const std::uint8_t* from, int from_stride,
@@ -46,9 +47,14 @@ void FrameComposer::finish_picture(const std::uint8_t* background, int backgroun
                const Stopwatch own;
                with_renderer([&](Renderer& renderer) {
                  renderer.render(frame_, plan, settings_, from, from_stride, to, to_stride);
+                 if (drawn)
+                   drawn->add(renderer.statistics());
+                 else
+                   drawn = renderer.statistics();
                });
                inside += own.milliseconds();
              });
+  if (drawn) report(*drawn);
   statistics_.set("lens-ms", watch.milliseconds() - inside);
   statistics_.count("through-lens");
 }

@@ -218,6 +218,40 @@ GST_START_TEST(test_depth_of_field_of_a_tracked_lens) {
 }
 GST_END_TEST;
 
+// A frame is drawn in two parts where the lens blurs, but made ready and counted once.
+GST_START_TEST(test_blur_makes_ready_and_counts_once) {
+  constexpr const char* counts[] = {"drawn",           "pictures-uploaded", "mesh-reused",
+                                    "subject-skipped", "shadow-skipped",    "mirror-skipped"};
+  for (const char* backend : {"processor", "gl"}) {
+    const auto counted = [&](const char* range) {
+      Bench bench;
+      bench.wait_for_all();
+      gst_util_set_object_arg(G_OBJECT(bench.element), "backend", backend);
+      gst_util_set_object_arg(G_OBJECT(bench.element), "depth-of-field", range);
+      g_object_set(bench.element, "scene", "builtin:room", "eye-z", 2.7, "aperture", 50.0, nullptr);
+      // One mesh for all frames.
+      GstBuffer* mesh = mesh_buffer(frame_time(0));
+      GST_BUFFER_DURATION(mesh) = 40 * 4 * GST_MSECOND;
+      gst_harness_push(bench.mesh, mesh);
+      for (int i = 0; i < 4; ++i)
+        gst_buffer_unref(
+            bench.step(frame(frame_time(i)), i == 0 ? mesh_buffer(frame_time(4)) : nullptr));
+      std::vector<guint64> found;
+      for (const char* name : counts) found.push_back(count_of(bench.element, name));
+      return found;
+    };
+    const std::vector<guint64> sharp = counted("off"), blurred = counted("picture");
+    fail_unless_equals_uint64(sharp[0], 4);
+    fail_unless(sharp[1] > 0);
+    fail_unless_equals_uint64(sharp[2], 3);
+    fail_unless_equals_uint64(sharp[5], 0);
+    for (std::size_t i = 0; i < std::size(counts); ++i)
+      fail_unless(blurred[i] == sharp[i], "%s, %s: %" G_GUINT64_FORMAT ", not %" G_GUINT64_FORMAT,
+                  backend, counts[i], blurred[i], sharp[i]);
+  }
+}
+GST_END_TEST;
+
 /// Looks past the subject by a degree and a half more with each frame: 5 pixels.
 void turn(Bench& bench, int i) {
   g_object_set(bench.element, "target-x", 1.4 + 0.11 * i, nullptr);
@@ -392,6 +426,7 @@ static Suite* composite_lens_suite(void) {
   tcase_add_test(tcase, test_video_output_through_the_lens);
   tcase_add_test(tcase, test_depth_of_field);
   tcase_add_test(tcase, test_depth_of_field_of_a_tracked_lens);
+  tcase_add_test(tcase, test_blur_makes_ready_and_counts_once);
   tcase_add_test(tcase, test_motion_blur);
   tcase_add_test(tcase, test_motion_blur_through_distortion);
   tcase_add_test(tcase, test_motion_blur_over_gaps_and_cuts);
