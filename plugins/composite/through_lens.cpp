@@ -15,9 +15,10 @@ void FrameComposer::set_lens(const CompositeSettings& settings, const GstVideoIn
   constexpr GstClockTime longest = GST_SECOND;  // who stood still for that long was not moving
   ViewportLens lens = lens_settings(settings, announcement_ ? &*announcement_ : nullptr);
   const GstClockTime time = GST_BUFFER_PTS(background);
-  const bool known = viewport_before_ && GST_CLOCK_TIME_IS_VALID(time) &&
-                     GST_CLOCK_TIME_IS_VALID(time_before_) && time > time_before_ &&
-                     time - time_before_ <= longest;
+  // Of another name, it is another camera.
+  const bool known = viewport_before_ && viewport_before_->name == frame_.viewport.name &&
+                     GST_CLOCK_TIME_IS_VALID(time) && GST_CLOCK_TIME_IS_VALID(time_before_) &&
+                     time > time_before_ && time - time_before_ <= longest;
   if (known && GST_VIDEO_INFO_FPS_N(&info) > 0) {
     const double frame =
         static_cast<double>(GST_SECOND) * GST_VIDEO_INFO_FPS_D(&info) / GST_VIDEO_INFO_FPS_N(&info);

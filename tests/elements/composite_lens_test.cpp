@@ -337,14 +337,33 @@ GST_START_TEST(test_motion_blur_over_gaps_and_cuts) {
     fail_unless(count_of(bench.element, "drawn") > 0);
     return std::pair(touched(picture), count_of(bench.element, "motion-blurred"));
   };
-  const auto [next, blurred] = second(1, 1.7, false);
-  const auto [later, blurred_later] = second(4, 1.7, false);
+  const auto [next, blurred] = second(1, 0.95, false);
+  const auto [later, blurred_later] = second(4, 0.95, false);
   fail_unless_equals_int(blurred, 1);
   fail_unless_equals_int(blurred_later, 1);
   fail_unless(next > later + 150, "%d, after a gap %d", next, later);
-  fail_unless_equals_int(second(40, 1.7, false).second, 0);  // that was a second and a half ago
+  fail_unless_equals_int(second(40, 0.95, false).second, 0);  // that was a second and a half ago
   fail_unless_equals_int(second(1, -3.0, false).second, 0);
-  fail_unless_equals_int(second(1, 1.7, true).second, 0);
+  fail_unless_equals_int(second(1, 0.95, true).second, 0);
+}
+GST_END_TEST;
+
+// A camera of another name is another one, however near it stands.
+GST_START_TEST(test_motion_blur_knows_cameras_apart) {
+  for (const bool other : {false, true}) {
+    LensBench bench;
+    gst_util_set_object_arg(G_OBJECT(bench.element), "motion-blur", "subject");
+    Announcement announcement;
+    announcement.viewport = bench_camera();
+    announcement.viewport.name = "one";
+    announce(bench, announcement);
+    shown(bench, 0);
+    announcement.viewport.t.x += 0.1;
+    if (other) announcement.viewport.name = "two";
+    announce(bench, announcement);
+    shown(bench, 1);
+    fail_unless_equals_uint64(count_of(bench.element, "motion-blurred"), other ? 0 : 1);
+  }
 }
 GST_END_TEST;
 
@@ -430,6 +449,7 @@ static Suite* composite_lens_suite(void) {
   tcase_add_test(tcase, test_motion_blur);
   tcase_add_test(tcase, test_motion_blur_through_distortion);
   tcase_add_test(tcase, test_motion_blur_over_gaps_and_cuts);
+  tcase_add_test(tcase, test_motion_blur_knows_cameras_apart);
   tcase_add_test(tcase, test_blur_without_a_scene_warns);
   tcase_add_test(tcase, test_sensor_without_a_mesh);
   tcase_add_test(tcase, test_absurd_lens_is_survived);
