@@ -3,8 +3,36 @@
 
 #include <algorithm>
 #include <cstring>
+#include <string_view>
 
 namespace polyhull {
+
+void RenderStatistics::add(const RenderStatistics& part) {
+  for (const PassTime& time : part.passes) {
+    const auto same = std::find_if(passes.begin(), passes.end(), [&](const PassTime& own) {
+      return std::string_view(own.name) == time.name;
+    });
+    if (same == passes.end()) {
+      passes.push_back(time);
+      continue;
+    }
+    same->cpu_milliseconds += time.cpu_milliseconds;
+    if (time.gpu_milliseconds >= 0.0)
+      same->gpu_milliseconds = std::max(same->gpu_milliseconds, 0.0) + time.gpu_milliseconds;
+  }
+  pictures_uploaded += part.pictures_uploaded;
+  pictures_skipped += part.pictures_skipped;
+  bytes_uploaded += part.bytes_uploaded;
+  background_bytes_uploaded += part.background_bytes_uploaded;
+  rays += part.rays;
+  pixels_shaded += part.pixels_shaded;
+  pixels_changed += part.pixels_changed;
+  subject_skipped = subject_skipped && part.subject_skipped;
+  shadow_skipped = shadow_skipped && part.shadow_skipped;
+  mirror_skipped = mirror_skipped && part.mirror_skipped;
+  scene_planes_taken = scene_planes_taken || part.scene_planes_taken;
+  mesh_reused = mesh_reused && part.mesh_reused;
+}
 
 RenderPlan Renderer::plan(const RenderFrame& frame, const RenderSettings& settings) {
   if (frame.scene != bounds_held_) {

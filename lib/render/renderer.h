@@ -46,6 +46,11 @@ struct RenderStatistics {
   bool scene_planes_taken = false;    ///< RenderFrame::planes, for a view that is new
   bool static_shadow_reused = false;  ///< what the scene itself hides from the light
   bool mesh_reused = false;           ///< what was made ready of it before is used again
+
+  /// Adds those of a frame's next part, of a composite that is drawn in parts (lens/lens_picture.h):
+  /// times and counts are added up, skipped is what none of them has drawn, and of the scene holds
+  /// what the first part says.
+  void add(const RenderStatistics& part);
 };
 
 /// Draws frame after frame, and keeps what stays. Not for use by two threads at once.

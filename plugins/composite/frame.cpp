@@ -199,19 +199,15 @@ void FrameComposer::draw_on_gpu(const FrameBuffers& buffers, GstBuffer* output) 
   const MappedFrame target(*buffers.info, output, on_gpu(GST_MAP_WRITE));
   run_gl([&](Compositor& compositor) {
     compositor.render(frame_, plan_, settings_, background.texture(), target.texture());
-    report(compositor);
+    report(compositor.statistics());
   });
   if (GstGLSyncMeta* sync = gst_buffer_get_gl_sync_meta(output))
     gst_gl_sync_meta_set_sync_point(sync, gl_.context());
 }
 
 void FrameComposer::with_renderer(const std::function<void(Renderer&)>& work) {
-  const auto reported = [&](Renderer& renderer) {
-    work(renderer);
-    report(renderer);
-  };
-  if (with_gl_ && run_gl(reported)) return;
-  if (processor_) reported(*processor_);
+  if (with_gl_ && run_gl(work)) return;
+  if (processor_) work(*processor_);
 }
 
 bool FrameComposer::run_gl(const std::function<void(Compositor&)>& work) {
@@ -262,6 +258,7 @@ void FrameComposer::draw_as_video(const FrameBuffers& buffers, GstBuffer* output
   with_renderer([&](Renderer& renderer) {
     renderer.render_yuv(frame_, plan_, settings_, background.data(), background.stride(),
                         yuv_picture(target.frame()));
+    report(renderer.statistics());
   });
 }
 
@@ -273,11 +270,12 @@ std::optional<unsigned> FrameComposer::draw_in_memory(const FrameBuffers& buffer
     check_strides(from_stride, to_stride);
     const auto start = [&](Compositor& compositor) {
       place = compositor.start(frame_, plan_, settings_, from, from_stride);
-      report(compositor);
+      report(compositor.statistics());
     };
     if (later && with_gl_ && run_gl(start)) return;
     with_renderer([&](Renderer& renderer) {
       renderer.render(frame_, plan_, settings_, from, from_stride, to, to_stride);
+      report(renderer.statistics());
     });
   };
   if (output == buffers.background) {
@@ -302,8 +300,7 @@ bool FrameComposer::take(unsigned place, const GstVideoInfo& info, GstBuffer* ou
       [&](Compositor& compositor) { compositor.take(place, target.data(), target.stride()); });
 }
 
-void FrameComposer::report(const Renderer& renderer) {
-  const RenderStatistics& s = renderer.statistics();
+void FrameComposer::report(const RenderStatistics& s) {
   for (const RenderStatistics::PassTime& pass : s.passes) {
     const auto [found, fresh] = pass_figures_.try_emplace(pass.name);
     auto& [cpu, gpu] = found->second;

@@ -100,7 +100,7 @@ class FrameComposer {
   bool draws_with_gl(Backend wanted, bool on_gpu);
   void add_subject(GstAggregatorPad* pad, bool by_image);
   std::shared_ptr<const ImageSubject> image_of(GstAggregatorPad* pad);
-  void report(const Renderer& renderer);
+  void report(const RenderStatistics& statistics);
 
   CompositeGl& gl_;
   std::unique_ptr<ProcessorRenderer> processor_;

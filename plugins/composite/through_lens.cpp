@@ -15,9 +15,10 @@ void FrameComposer::set_lens(const CompositeSettings& settings, const GstVideoIn
   constexpr GstClockTime longest = GST_SECOND;  // who stood still for that long was not moving
   ViewportLens lens = lens_settings(settings, announcement_ ? &*announcement_ : nullptr);
   const GstClockTime time = GST_BUFFER_PTS(background);
-  const bool known = viewport_before_ && GST_CLOCK_TIME_IS_VALID(time) &&
-                     GST_CLOCK_TIME_IS_VALID(time_before_) && time > time_before_ &&
-                     time - time_before_ <= longest;
+  // Of another name, it is another camera.
+  const bool known = viewport_before_ && viewport_before_->name == frame_.viewport.name &&
+                     GST_CLOCK_TIME_IS_VALID(time) && GST_CLOCK_TIME_IS_VALID(time_before_) &&
+                     time > time_before_ && time - time_before_ <= longest;
   if (known && GST_VIDEO_INFO_FPS_N(&info) > 0) {
     const double frame =
         static_cast<double>(GST_SECOND) * GST_VIDEO_INFO_FPS_D(&info) / GST_VIDEO_INFO_FPS_N(&info);
@@ -39,6 +40,7 @@ void FrameComposer::set_lens(const CompositeSettings& settings, const GstVideoIn
 void FrameComposer::finish_picture(const std::uint8_t* background, int background_stride,
                                    std::uint8_t* target, int target_stride) {
   double inside = 0.0;  // the renderer's own time
+  std::optional<RenderStatistics> drawn;
   const Stopwatch watch;
   lens_.draw(frame_, plan_, number_, background, background_stride, target, target_stride,
              [&](const RenderPlan& plan, const std::uint8_t* from, int from_stride,
@@ -46,9 +48,14 @@ void FrameComposer::finish_picture(const std::uint8_t* background, int backgroun
                const Stopwatch own;
                with_renderer([&](Renderer& renderer) {
                  renderer.render(frame_, plan, settings_, from, from_stride, to, to_stride);
+                 if (drawn)
+                   drawn->add(renderer.statistics());
+                 else
+                   drawn = renderer.statistics();
                });
                inside += own.milliseconds();
              });
+  if (drawn) report(*drawn);
   statistics_.set("lens-ms", watch.milliseconds() - inside);
   statistics_.count("through-lens");
 }

@@ -218,6 +218,40 @@ GST_START_TEST(test_depth_of_field_of_a_tracked_lens) {
 }
 GST_END_TEST;
 
+// A frame is drawn in two parts where the lens blurs, but made ready and counted once.
+GST_START_TEST(test_blur_makes_ready_and_counts_once) {
+  constexpr const char* counts[] = {"drawn",           "pictures-uploaded", "mesh-reused",
+                                    "subject-skipped", "shadow-skipped",    "mirror-skipped"};
+  for (const char* backend : {"processor", "gl"}) {
+    const auto counted = [&](const char* range) {
+      Bench bench;
+      bench.wait_for_all();
+      gst_util_set_object_arg(G_OBJECT(bench.element), "backend", backend);
+      gst_util_set_object_arg(G_OBJECT(bench.element), "depth-of-field", range);
+      g_object_set(bench.element, "scene", "builtin:room", "eye-z", 2.7, "aperture", 50.0, nullptr);
+      // One mesh for all frames.
+      GstBuffer* mesh = mesh_buffer(frame_time(0));
+      GST_BUFFER_DURATION(mesh) = 40 * 4 * GST_MSECOND;
+      gst_harness_push(bench.mesh, mesh);
+      for (int i = 0; i < 4; ++i)
+        gst_buffer_unref(
+            bench.step(frame(frame_time(i)), i == 0 ? mesh_buffer(frame_time(4)) : nullptr));
+      std::vector<guint64> found;
+      for (const char* name : counts) found.push_back(count_of(bench.element, name));
+      return found;
+    };
+    const std::vector<guint64> sharp = counted("off"), blurred = counted("picture");
+    fail_unless_equals_uint64(sharp[0], 4);
+    fail_unless(sharp[1] > 0);
+    fail_unless_equals_uint64(sharp[2], 3);
+    fail_unless_equals_uint64(sharp[5], 0);
+    for (std::size_t i = 0; i < std::size(counts); ++i)
+      fail_unless(blurred[i] == sharp[i], "%s, %s: %" G_GUINT64_FORMAT ", not %" G_GUINT64_FORMAT,
+                  backend, counts[i], blurred[i], sharp[i]);
+  }
+}
+GST_END_TEST;
+
 /// Looks past the subject by a degree and a half more with each frame: 5 pixels.
 void turn(Bench& bench, int i) {
   g_object_set(bench.element, "target-x", 1.4 + 0.11 * i, nullptr);
@@ -303,14 +337,33 @@ GST_START_TEST(test_motion_blur_over_gaps_and_cuts) {
     fail_unless(count_of(bench.element, "drawn") > 0);
     return std::pair(touched(picture), count_of(bench.element, "motion-blurred"));
   };
-  const auto [next, blurred] = second(1, 1.7, false);
-  const auto [later, blurred_later] = second(4, 1.7, false);
+  const auto [next, blurred] = second(1, 0.95, false);
+  const auto [later, blurred_later] = second(4, 0.95, false);
   fail_unless_equals_int(blurred, 1);
   fail_unless_equals_int(blurred_later, 1);
   fail_unless(next > later + 150, "%d, after a gap %d", next, later);
-  fail_unless_equals_int(second(40, 1.7, false).second, 0);  // that was a second and a half ago
+  fail_unless_equals_int(second(40, 0.95, false).second, 0);  // that was a second and a half ago
   fail_unless_equals_int(second(1, -3.0, false).second, 0);
-  fail_unless_equals_int(second(1, 1.7, true).second, 0);
+  fail_unless_equals_int(second(1, 0.95, true).second, 0);
+}
+GST_END_TEST;
+
+// A camera of another name is another one, however near it stands.
+GST_START_TEST(test_motion_blur_knows_cameras_apart) {
+  for (const bool other : {false, true}) {
+    LensBench bench;
+    gst_util_set_object_arg(G_OBJECT(bench.element), "motion-blur", "subject");
+    Announcement announcement;
+    announcement.viewport = bench_camera();
+    announcement.viewport.name = "one";
+    announce(bench, announcement);
+    shown(bench, 0);
+    announcement.viewport.t.x += 0.1;
+    if (other) announcement.viewport.name = "two";
+    announce(bench, announcement);
+    shown(bench, 1);
+    fail_unless_equals_uint64(count_of(bench.element, "motion-blurred"), other ? 0 : 1);
+  }
 }
 GST_END_TEST;
 
@@ -392,9 +445,11 @@ static Suite* composite_lens_suite(void) {
   tcase_add_test(tcase, test_video_output_through_the_lens);
   tcase_add_test(tcase, test_depth_of_field);
   tcase_add_test(tcase, test_depth_of_field_of_a_tracked_lens);
+  tcase_add_test(tcase, test_blur_makes_ready_and_counts_once);
   tcase_add_test(tcase, test_motion_blur);
   tcase_add_test(tcase, test_motion_blur_through_distortion);
   tcase_add_test(tcase, test_motion_blur_over_gaps_and_cuts);
+  tcase_add_test(tcase, test_motion_blur_knows_cameras_apart);
   tcase_add_test(tcase, test_blur_without_a_scene_warns);
   tcase_add_test(tcase, test_sensor_without_a_mesh);
   tcase_add_test(tcase, test_absurd_lens_is_survived);

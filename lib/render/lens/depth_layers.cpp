@@ -7,6 +7,7 @@
 #include "base/thread_pool.h"
 #include "raster/screen_triangles.h"
 #include "render/depth_picture.h"
+#include "render/processor/image_layer.h"
 #include "view/scene_planes.h"
 
 namespace polyhull {
@@ -28,18 +29,17 @@ void for_bands(int height, const Draw& draw) {
 
 void DepthLayers::set(const RenderFrame& frame, const RenderPlan& plan) {
   const Mat4 pixels = pixels_from_scene(resized(frame.viewport, frame.width, frame.height));
-  const bool still = frame.scene == scene_held_ && frame.lights == lights_ && pixels == pixels_ &&
-                     frame.width == width_ && frame.height == height_;
+  scene_reused_ = frame.scene == scene_held_ && pixels == pixels_ && frame.width == width_ &&
+                  frame.height == height_;
   width_ = frame.width;
   height_ = frame.height;
-  if (!still) draw_scene(frame, pixels);
+  if (!scene_reused_) draw_scene(frame, pixels);
   add_depth(frame);
   draw_subjects(plan, pixels);
 }
 
 void DepthLayers::draw_scene(const RenderFrame& frame, const Mat4& pixels) {
   scene_held_ = frame.scene;
-  lights_ = frame.lights;
   pixels_ = pixels;
   const auto columns = static_cast<std::size_t>(width_);
   scene_.assign(columns * static_cast<std::size_t>(height_), 0.0f);
@@ -76,29 +76,36 @@ void DepthLayers::draw_subjects(const RenderPlan& plan, const Mat4& pixels) {
   const auto columns = static_cast<std::size_t>(width_);
   subject_.assign(scene_.size(), 0.0f);
   coverage_.assign(scene_.size(), 0.0f);
-  image_subject_ = 0.0f;
   if (plan.subject.empty()) return;
   ScreenTriangles triangles;
   triangles.begin(width_, height_);
+  std::vector<processor::ReadySubject> by_image;
   for (const PlacedSubject& subject : plan.subjects) {
+    if (subject.image) {
+      processor::ReadySubject& ready = by_image.emplace_back();
+      ready.image = subject.image;
+      ready.local_to_scene = subject.local_to_scene;
+      continue;
+    }
     const auto corner = [&](std::uint32_t i) {
       return Corner{Vec3(pixels * Vec4(Vec3(subject.points[i]), 1.0)), 1.0};
     };
-    if (subject.image) {
-      const Bounds box = bounds_of(subject.points);
-      const double depth = (pixels * Vec4(0.5 * (box.min + box.max), 1.0)).z;
-      image_subject_ = static_cast<float>(1.0 / std::max(depth, 0.05));
-      continue;
-    }
     const std::vector<std::uint32_t>& t = subject.mesh->hull.triangles;
     for (std::size_t i = 0; i + 2 < t.size(); i += 3)
       triangles.add({corner(t[i]), corner(t[i + 1]), corner(t[i + 2])}, 0, Facing::both);
   }
+  processor::ImageLayer images;
+  images.fill(by_image, {0, pixels, Facing::clockwise, std::nullopt}, width_, height_);
   for_bands(height_, [&](int band, int top, int bottom) {
-    const ScreenTriangles::Columns drawn = triangles.columns(band);
+    ScreenTriangles::Columns drawn = triangles.columns(band);
+    if (const Rectangle part = images.painted(band); !part.empty())
+      drawn = drawn.empty() ? ScreenTriangles::Columns{part.x, part.x + part.width}
+                            : ScreenTriangles::Columns{std::min(drawn.first, part.x),
+                                                       std::max(drawn.end, part.x + part.width)};
     if (drawn.empty()) return;
     thread_local std::vector<std::uint32_t> ids;
     thread_local std::vector<float> inverse;
+    thread_local processor::ImageLayer::Scratch scratch;
     const auto across = static_cast<std::size_t>(drawn.end - drawn.first);
     const std::size_t pixels_drawn = across * static_cast<std::size_t>(bottom - top);
     ids.assign(samples * pixels_drawn, no_triangle);
@@ -110,13 +117,19 @@ void DepthLayers::draw_subjects(const RenderPlan& plan, const Mat4& pixels) {
     // What the scene hides is not drawn.
     for (std::size_t i = 0; i < samples * pixels_drawn; ++i)
       inverse[i] = scene()[place(i % pixels_drawn)];
-    triangles.draw(band, {drawn.first, drawn.end, top, bottom, samples, sample_places(samples),
-                          inverse.data(), ids.data()});
+    const SampleRows rows{drawn.first,    drawn.end, top, bottom, samples, sample_places(samples),
+                          inverse.data(), ids.data()};
+    triangles.draw(band, rows);
+    images.draw(by_image, rows, scratch);
+    const auto shown = [&](std::size_t sample) {
+      return ids[sample] != no_triangle ||
+             (!by_image.empty() && scratch.seen[sample].subject != no_triangle);
+    };
     for (std::size_t i = 0; i < pixels_drawn; ++i) {
       int count = 0;
       float sum = 0.0f;
       for (std::size_t s = 0; s < samples; ++s) {
-        if (ids[s * pixels_drawn + i] == no_triangle) continue;
+        if (!shown(s * pixels_drawn + i)) continue;
         sum += inverse[s * pixels_drawn + i];
         ++count;
       }

@@ -18,6 +18,9 @@ class DepthLayers {
   /// as scene and viewport stay.
   void set(const RenderFrame& frame, const RenderPlan& plan);
 
+  /// Whether the last set() found the scene's as they were.
+  bool scene_reused() const { return scene_reused_; }
+
   int width() const { return width_; }
   int height() const { return height_; }
 
@@ -27,13 +30,10 @@ class DepthLayers {
   const std::vector<float>& scene() const { return depth_.empty() ? scene_ : depth_; }
 
   /// 1/z of the nearest subject, the mean over the samples that show it, and the share of the pixel
-  /// that does, by four samples; both 0 where there is none. A subject without triangles (drawn from
-  /// its silhouettes) is in neither.
+  /// that does, by four samples; both 0 where there is none. Of a subject without triangles, what the
+  /// rays meet that draw it from its silhouettes (processor/image_layer.h).
   const std::vector<float>& subject() const { return subject_; }
   const std::vector<float>& coverage() const { return coverage_; }
-
-  /// 1/z of the middle of the subjects without triangles; 0: there are none.
-  float image_subject() const { return image_subject_; }
 
  private:
   void draw_scene(const RenderFrame& frame, const Mat4& pixels);
@@ -42,11 +42,10 @@ class DepthLayers {
 
   int width_ = 0, height_ = 0;
   std::shared_ptr<const Scene> scene_held_;
-  std::vector<Light> lights_;  // lamps may be seen, and move
-  Mat4 pixels_{0.0};           // of what scene_ is
+  Mat4 pixels_{0.0};  // of what scene_ is
+  bool scene_reused_ = false;
   std::vector<float> scene_, subject_, coverage_;
   std::vector<float> depth_;  // scene_ with the frame's depth picture; empty where that has none
-  float image_subject_ = 0.0f;
 };
 
 }  // namespace polyhull

@@ -63,7 +63,7 @@ void LensPicture::blur(const RenderFrame& frame, const RenderPlan& plan,
   RenderPlan around = plan, subject = plan;
   around.subject = {};
   subject.shadow = subject.mirror = subject.mirror_shadow = {};
-  subject.light = subject.mirror_index = -1;
+  subject.light = -1;  // the mirror's eye stays: what is made ready for it serves both
   if (!around.untouched()) {
     full_ = scene_;  // what is read while the other is written
     compose(around, full_.data(), stride, scene_.data(), stride);

@@ -2,7 +2,6 @@
 #include "render/lens/light_layers.h"
 
 #include <algorithm>
-#include <cstring>
 
 #include "base/srgb.h"
 #include "base/thread_pool.h"
@@ -27,11 +26,8 @@ void LightLayers::read(const DepthLayers& depths, const SharpPictures& sharp) {
       const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(i / columns) * sharp.stride +
                                 4 * static_cast<std::ptrdiff_t>(i % columns);
       const Float4 full = light(sharp.full + at);
-      const bool same = without || std::memcmp(sharp.full + at, sharp.scene + at, 4) == 0;
-      float coverage = without ? 0.0f : depths.coverage()[i];
-      float inverse = without ? 0.0f : depths.subject()[i];
-      if (coverage == 0.0f && !same && depths.image_subject() > 0.0f)
-        coverage = 1.0f, inverse = depths.image_subject();
+      const float coverage = without ? 0.0f : depths.coverage()[i];
+      const float inverse = without ? 0.0f : depths.subject()[i];
       // What no depth is known of stays where it is.
       scene[i] = coverage > 0.0f ? light(sharp.scene + at) : full;
       subject[i] = Float4{};

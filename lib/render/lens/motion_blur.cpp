@@ -17,6 +17,7 @@ constexpr float arrived = 0.5f;         // pixels from where a source was to lea
 constexpr float least_parallax = 1.0f;  // pixels: less is found from anywhere
 constexpr int iterations = 3;
 constexpr int most_steps = 64;
+const double most_turn = glm::radians(15.0);  // from a frame to the next: more is a cut
 
 /// Between four pixels.
 Float4 between(const std::vector<Float4>& layer, const LightLayers& layers, float x, float y) {
@@ -44,6 +45,8 @@ bool MotionBlur::moves(const Camera& camera, const Shutter& shutter) {
   Mat3 a;
   Vec3 b;
   find_map(camera, shutter.before, a, b);
+  const Mat3 turn = shutter.before.R * glm::transpose(camera.R);
+  if (turn[0][0] + turn[1][1] + turn[2][2] < 1.0 + 2.0 * std::cos(most_turn)) return false;
   const double width = camera.width, height = camera.height;
   double most = 0.0;
   for (const double inverse : {0.0, 1.0 / 3.0, 2.0})

@@ -37,7 +37,8 @@ class MotionBlur {
   };
 
   /// Whether \p camera moves with \p shutter so that it can be seen. Not where the motion is a cut:
-  /// the middle of the picture, or what is 3 m away there, moves by more than half the picture's width.
+  /// the middle of the picture, or what is 3 m away there, moves by more than half the picture's width,
+  /// or the viewport turns by more than 15 degrees, as between cameras that look at one subject.
   static bool moves(const Camera& camera, const Shutter& shutter);
 
   /// Writes what the open shutter makes of \p sharp into \p target, RGBA rows \p target_stride bytes

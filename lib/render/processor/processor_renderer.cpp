@@ -123,7 +123,7 @@ void ProcessorRenderer::State::prepare(const RenderFrame& frame, const RenderPla
       prepared[task] = own.lap();
     }
   });
-  if (!shadowed) shadow_light.reset();
+  if (!shadowed && !same) shadow_light.reset();  // the casters are not these subjects'
   statistics.passes.push_back({"upload", 1e3 * prepared[0], -1.0});
   if (shadowed) statistics.passes.push_back({"shadow-maps", 1e3 * prepared[1], -1.0});
 }

@@ -158,6 +158,18 @@ TEST(MotionBlur, CutsAreNoMotion) {
     EXPECT_FALSE(MotionBlur::moves(camera, {other, 0.5, false}));
 }
 
+// Cameras around a subject that all aim at it: its middle stays in the picture's.
+TEST(MotionBlur, CutsBetweenCamerasThatAimAtOneSubject) {
+  const auto around = [](double degrees) {
+    const double a = glm::radians(degrees);
+    return look_at({2.7 * std::sin(a), 1.0, 2.7 * std::cos(a)}, {0, 1.0, 0}, 42.0, width, height);
+  };
+  for (const double degrees : {25.0, 40.0, 60.0, 180.0})
+    EXPECT_FALSE(MotionBlur::moves(around(0.0), {around(degrees), 0.5, false})) << degrees;
+  for (const double degrees : {1.0, 5.0, 14.0})
+    EXPECT_TRUE(MotionBlur::moves(around(0.0), {around(degrees), 0.5, false})) << degrees;
+}
+
 TEST(MotionBlur, EvenSurfacesStayEven) {
   Stage even;
   std::fill(even.without.pixels.begin(), even.without.pixels.end(), std::uint8_t{140});
