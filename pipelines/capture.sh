@@ -57,8 +57,11 @@ for file in "$certificate" "$authority"; do
 done
 
 # A server that takes nothing for two seconds, or is 50 views behind, is given up: it connects again.
+# Words, but no names of files that they may look like.
+set -f
 # shellcheck disable=SC2206
 line=($source ! queue ! silhouette name=keyer "camera=$camera" $silhouette !)
+set +f
 [ "$link" = 0 ] || line+=(viewencode "link=$link" !)
 line+=(gdppay ! viewserversink "host=$listen" "port=$port")
 ! $settings || line+=(settings-for=keyer)

@@ -20,27 +20,29 @@ folder=$1
 shift
 umask 077
 mkdir -p "$folder"
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+# openssl says much where nothing is wrong; what it says is shown where something is.
+run() { openssl "$@" 2> "$work/said" || fail "openssl $1 failed: $(tail -n 3 "$work/said" | tr '\n' ' ')"; }
 new_key=(-newkey ec -pkeyopt ec_paramgen_curve:prime256v1 -noenc)
 if [ ! -e "$folder/authority.pem" ]; then
-  openssl req -x509 "${new_key[@]}" -days 3650 -subj "/CN=polyhull machines" \
+  run req -x509 "${new_key[@]}" -days 3650 -subj "/CN=polyhull machines" \
     -addext basicConstraints=critical,CA:TRUE -addext keyUsage=critical,keyCertSign,cRLSign \
-    -keyout "$folder/authority-key.pem" -out "$folder/authority.pem" 2> /dev/null
+    -keyout "$folder/authority-key.pem" -out "$folder/authority.pem"
   chmod 644 "$folder/authority.pem"
 fi
 [ -e "$folder/authority-key.pem" ] || fail "$folder/authority-key.pem is not there; it signs new machines"
 for name in "$@"; do
+  [ ${#name} -le 64 ] || fail "'$name' has ${#name} letters; a certificate's name has 64 at most"
   [[ $name =~ ^[A-Za-z0-9.:_-]+$ ]] || fail "'$name' is no name of a machine and no address"
   file=$folder/$name.pem
   [ ! -e "$file" ] || continue
   kind=DNS
   [[ ! $name =~ ^[0-9.]+$ && $name != *:* ]] || kind=IP
-  work=$(mktemp -d)
-  trap 'rm -rf "$work"' EXIT
-  openssl req "${new_key[@]}" -subj "/CN=$name" -keyout "$work/key.pem" -out "$work/request.pem" 2> /dev/null
+  run req "${new_key[@]}" -subj "/CN=$name" -keyout "$work/key.pem" -out "$work/request.pem"
   printf 'subjectAltName=%s:%s\nextendedKeyUsage=serverAuth,clientAuth\n' "$kind" "$name" > "$work/extensions"
-  openssl x509 -req -in "$work/request.pem" -CA "$folder/authority.pem" -CAkey "$folder/authority-key.pem" \
-    -CAcreateserial -days 3650 -extfile "$work/extensions" -out "$work/certificate.pem" 2> /dev/null
+  run x509 -req -in "$work/request.pem" -CA "$folder/authority.pem" -CAkey "$folder/authority-key.pem" \
+    -CAcreateserial -days 3650 -extfile "$work/extensions" -out "$work/certificate.pem"
   cat "$work/certificate.pem" "$work/key.pem" > "$file"
-  rm -rf "$work"
   printf '%s\n' "$file"
 done

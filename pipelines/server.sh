@@ -57,8 +57,11 @@ done
 read -ra cameras <<<"$list"
 [ ${#cameras[@]} -ge 2 ] && [ ${#cameras[@]} -le 64 ] ||
   fail "--cameras names ${#cameras[@]} cameras; expected 2 to 64 as NAME=HOST:PORT, separated by spaces"
+# Words, but no names of files that they may look like.
+set -f
 # shellcheck disable=SC2206
 line=(hullbuild name=hull "rig=$rig" "max-wait=$((10#$max_wait * 1000000))" ! hulltexture ! $sink)
+set +f
 seen=" "
 for camera in "${cameras[@]}"; do
   name=${camera%%=*} address=${camera#*=}

@@ -48,7 +48,13 @@ int info(const std::string& path) {
     std::string what = "nothing";
     std::uint64_t buffers = 0, bytes = 0;
     while (const auto packet = cursor.next()) {
-      if (buffers++ == 0) what = describe(*packet);
+      if (buffers++ == 0) {
+        try {
+          what = describe(*packet);
+        } catch (const Error&) {
+          what = "unreadable";
+        }
+      }
       bytes += packet->data.size();
     }
     std::printf("%-10s %-28s %10.3f %10.3f %10llu %12llu", stream.name.c_str(), what.c_str(),

@@ -77,13 +77,15 @@ void PacketPacker::State::round_vertices(PayloadRegions& found, PackedPacket& re
 }
 
 void PacketPacker::State::encode_videos(PackedPacket& result) {
+  // All of them: one whose subject is out of the frame just now must not go on from before, either.
+  if (result.alone)
+    for (VideoEncoder& video : videos) video.begin_anew();
   std::size_t index = 0;
   for (Region& region : now.regions) {
     if (!region.pictured()) continue;
     if (videos.size() <= index) videos.emplace_back();
     VideoEncoder& video = videos[index++];
     if (region.element != 4) continue;
-    if (result.alone) video.begin_anew();
     std::uint8_t* pixels = now.packet.data() + region.offset;
     if (!video.encode(region, pixels, settings.quantizer)) continue;
     round_matte(pixels, region.size);

@@ -69,6 +69,8 @@ void PacketUnpacker::State::read_head() {
 
 void PacketUnpacker::State::read_pictures(bool alone, Bytes frames) {
   const std::uint8_t* from = pictures.data();
+  if (alone)
+    for (VideoDecoder& video : videos) video.begin_anew();
   std::size_t index = 0;
   for (const Region& region : now.regions) {
     if (!region.pictured()) continue;
@@ -77,7 +79,6 @@ void PacketUnpacker::State::read_pictures(bool alone, Bytes frames) {
     from += filtered_size(region);
     if (videos.size() <= index) videos.emplace_back();
     VideoDecoder& video = videos[index++];
-    if (alone) video.begin_anew();
     if (region.kind != RegionKind::video) continue;
     if (region.video_size > frames.size()) refuse_packed("a video's frame is cut off");
     video.decode(region, frames.first(region.video_size), pixels);

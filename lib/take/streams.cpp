@@ -10,6 +10,9 @@ namespace polyhull {
 
 namespace {
 
+/// What lasts longer, ns, is damaged: what is appended must not begin in a thousand years.
+constexpr std::int64_t longest_duration = 3'600'000'000'000;
+
 /// Those that packets name, where the streams' own table cannot be read.
 std::vector<TakeStream> streams_of_packets(TakeDatabase& database) {
   std::vector<TakeStream> streams;
@@ -28,8 +31,8 @@ bool read_ends(TakeDatabase& database, const char* sql, TakeStream& stream) {
   try {
     TakeStatement ends(database, sql);
     ends.bind(stream.id).step();
-    stream.begin = ends.number(0);
-    stream.end = ends.number(1);
+    stream.begin = std::clamp<std::int64_t>(ends.number(0), 0, largest_take_time);
+    stream.end = std::clamp<std::int64_t>(ends.number(1), 0, largest_take_time);
     return true;
   } catch (const Error& error) {
     if (error.kind() != Error::Kind::bad_input) throw;
@@ -62,7 +65,7 @@ std::vector<TakeStream> read_streams(TakeDatabase& database) {
                          "SELECT duration FROM packet WHERE stream = ? AND time = ? "
                          "ORDER BY id DESC LIMIT 1");
       if (last.bind(stream.id).bind(stream.end).step())
-        stream.end += std::max<std::int64_t>(0, last.number(0));
+        if (last.number(0) > 0 && last.number(0) <= longest_duration) stream.end += last.number(0);
     } catch (const Error&) {
       // Damaged; its begin is known.
     }

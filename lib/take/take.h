@@ -24,6 +24,9 @@ namespace polyhull {
 
 inline constexpr std::int64_t no_take_time = -1;
 
+/// Of packets, ns: sums of two are times, too.
+inline constexpr std::int64_t largest_take_time = INT64_MAX / 4;
+
 /// One stream of a take.
 struct TakeStream {
   std::int64_t id = 0;

@@ -117,13 +117,15 @@ bool TakeCursor::fetch_stored(std::int64_t id, TakePacket& packet, bool& packed)
     if (!row_.bind(id).step()) return false;
     const auto data = row_.bytes(4);
     packet.time = row_.number(0);
-    if (row_.number(3) != packet_hash(packet.time, data) || row_.number(6) != stream_) return false;
     packet.caps = row_.text(5);
     packet.duration = row_.number(1);
     packet.flags = static_cast<std::uint32_t>(row_.number(2));
+    packed = (row_.number(2) & packed_flag) != 0;
+    if (row_.number(6) != stream_ ||
+        row_.number(3) != packet_hash(packet.time, data, packet, packed))
+      return false;
     packet.data.assign(data.begin(), data.end());
     packet.stored = packet.data.size();
-    packed = (row_.number(2) & packed_flag) != 0;
     row_.reset();
     return true;
   } catch (const Error& error) {

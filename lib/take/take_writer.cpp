@@ -196,7 +196,7 @@ void TakeWriter::tell_packed() {
 
 std::int64_t TakeWriter::write(std::int64_t stream, const TakePacket& packet,
                                std::span<const std::uint8_t> data, bool packed) {
-  if (packet.time < 0 || packet.time > INT64_MAX / 4)
+  if (packet.time < 0 || packet.time > largest_take_time)
     throw Error(Error::Kind::bad_input, "A packet of a take has the time {} ns.", packet.time);
   if (packed) {
     const std::int64_t before = PacketUnpacker::before(data);
@@ -218,7 +218,7 @@ std::int64_t TakeWriter::write(std::int64_t stream, const TakePacket& packet,
         .bind(time)
         .bind(packet.duration)
         .bind(static_cast<std::int64_t>(packet.flags) | (packed ? packed_flag : 0))
-        .bind(packet_hash(time, data))
+        .bind(packet_hash(time, data, packet, packed))
         .bind(data)
         .run();
   } catch (const Error&) {

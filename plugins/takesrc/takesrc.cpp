@@ -207,10 +207,11 @@ void loop(gpointer data) {
 }
 
 /// Sets the stream, whose thread stands, to where \p segment begins: there, or at what has to be
-/// decoded before.
-void set_out(Stream& stream, const GstSegment& segment) {
+/// decoded before. \p end: of the take, where a last buffer may lie that lasts no time.
+void set_out(Stream& stream, const GstSegment& segment, std::int64_t end) {
   if (segment.rate < 0) {
-    stream.cursor->seek(static_cast<std::int64_t>(segment.stop) - 1, true);
+    const auto stop = static_cast<std::int64_t>(segment.stop);
+    stream.cursor->seek(stop < end ? stop - 1 : stop, true);
   } else {
     const auto start = static_cast<std::int64_t>(segment.start);
     std::int64_t from = start;
@@ -281,7 +282,7 @@ bool seek(GstElement* element, GstEvent* event) {
       gst_flow_combiner_reset(self.combiner);
       segment = self.segment;
     }
-    for (const auto& stream : self.streams) set_out(*stream, segment);
+    for (const auto& stream : self.streams) set_out(*stream, segment, self.end);
     self.statistics.count("seeks");
     return true;
   });

@@ -128,16 +128,22 @@ void ServedClient::serve_all(const TlsIdentity& identity) {
   }
   GOutputStream* output = g_io_stream_get_output_stream(
       secured != nullptr ? secured.get() : G_IO_STREAM(connection_.get()));
-  std::thread ear;
+  // Ends with this, however this ends.
+  struct Ear {
+    GCancellable* cancel;
+    std::thread thread;
+    ~Ear() {
+      if (!thread.joinable()) return;
+      g_cancellable_cancel(cancel);
+      thread.join();
+    }
+  } ear{cancel_.get(), {}};
   if (listener_) {
     GIOStream* stream = secured != nullptr ? secured.get() : G_IO_STREAM(connection_.get());
-    ear = std::thread([this, input = g_io_stream_get_input_stream(stream)] { listen(input); });
+    ear.thread =
+        std::thread([this, input = g_io_stream_get_input_stream(stream)] { listen(input); });
   }
   write_all(output);
-  if (ear.joinable()) {
-    g_cancellable_cancel(cancel_.get());
-    ear.join();
-  }
 }
 
 /// What the client says, line by line, until the connection ends.

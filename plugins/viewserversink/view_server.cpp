@@ -52,6 +52,8 @@ ViewServer::ViewServer(const ViewServerSettings& settings, Listener listener, Se
                 "for all of them.",
                 settings.host);
   GError* error = nullptr;
+  // A burst of strangers must not keep a client from its place in the queue.
+  g_socket_listener_set_backlog(socket_.get(), 128);
   g_autoptr(GSocketAddress) bound = nullptr;
   if (!g_socket_listener_add_address(socket_.get(), wanted, G_SOCKET_TYPE_STREAM,
                                      G_SOCKET_PROTOCOL_TCP, nullptr, &bound, &error))
@@ -73,7 +75,12 @@ void ViewServer::accept() {
     GRef<GSocketConnection> connection(
         g_socket_listener_accept(socket_.get(), nullptr, cancel_.get(), &error));
     if (connection != nullptr) {
-      welcome(std::move(connection));
+      try {
+        welcome(std::move(connection));
+      } catch (const std::exception& why) {  // no thread is to be had: others end meanwhile
+        listener_("refused-resources", "A client", why.what());
+        g_usleep(100'000);
+      }
     } else if (!g_cancellable_is_cancelled(cancel_.get())) {
       g_usleep(100'000);  // out of file descriptors, or of memory: others end meanwhile
     }

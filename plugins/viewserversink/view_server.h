@@ -27,8 +27,8 @@ class ViewServer {
   static constexpr std::size_t most_handshakes = 16;
 
   /// Told of each client that comes or goes, on any thread and without a lock; \p counter is one of
-  /// clients, clients-closed, clients-slow, refused-addresses, refused-full, refused-keys and
-  /// handshakes-late; \p why is what GIO says, or empty.
+  /// clients, clients-closed, clients-slow, refused-addresses, refused-full, refused-keys,
+  /// refused-resources and handshakes-late; \p why is what GIO or the system says, or empty.
   using Listener =
       std::function<void(const char* counter, const std::string& address, const std::string& why)>;
 

@@ -30,8 +30,8 @@ struct ViewServerSink {
 
   explicit ViewServerSink(gpointer object) {
     statistics.declare({"port", "clients", "clients-now", "clients-closed", "clients-slow",
-                        "refused-addresses", "refused-full", "refused-keys", "handshakes-late",
-                        "settings", "settings-refused", "packets", "bytes"});
+                        "refused-addresses", "refused-full", "refused-keys", "refused-resources",
+                        "handshakes-late", "settings", "settings-refused", "packets", "bytes"});
     gst_base_sink_set_sync(GST_BASE_SINK(object), FALSE);
     // Whoever listens for clients is ready before the first frame.
     gst_base_sink_set_async_enabled(GST_BASE_SINK(object), FALSE);
@@ -61,9 +61,13 @@ void tell(GstElement* element, const char* counter, const std::string& address,
                         ? "it has not proved who it is by a certificate that tls-authority signs"
                     : which == "handshakes-late"
                         ? "it has not proved in time who it is; is it a client without TLS?"
+                    : which == "refused-resources"
+                        ? "this machine has no thread for it; look at the process's limits"
                     : which == "refused-full" ? "as many as max-clients allows are served already"
                                               : "its address is not in allow",
-                    which == "refused-keys" && !why.empty() ? " (" + why + ")." : "."));
+                    (which == "refused-keys" || which == "refused-resources") && !why.empty()
+                        ? " (" + why + ")."
+                        : "."));
   gst_element_post_message(
       element, gst_message_new_element(
                    GST_OBJECT(element),
@@ -148,6 +152,7 @@ void ViewServerSink::class_init(gpointer klass) {
       "Counters since the start: port (at which clients are served), clients (that came), "
       "clients-now, clients-closed (gone by themselves), clients-slow (given up), "
       "refused-addresses, refused-full, refused-keys (no certificate that is trusted), "
+      "refused-resources (no thread is to be had), "
       "handshakes-late, settings (lines that clients have sent and that hold), settings-refused, "
       "packets, and bytes that clients have taken.");
   set_metadata(klass, "View server sink", "Sink/Network",

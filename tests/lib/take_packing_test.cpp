@@ -329,6 +329,35 @@ TEST(TakePacking, RegionsMayGoAnywhere) {
   }
 }
 
+// The subject is out of the frame just where a packet stands alone: what follows is the same from
+// there as from the begin, and after whatever was unpacked before.
+TEST(TakePacking, ASeekIsRightWhereWhatStandsAloneHasNoPicture) {
+  constexpr int interval = 4, count = 16;
+  Scene scene(4, 3);
+  PackingSettings settings = lossy();
+  settings.key_interval = interval;
+  PacketPacker packer;
+  PacketUnpacker through;
+  std::vector<Data> packed, truth;
+  for (int i = 0; i < count; ++i) {
+    View view = scene.view(i);
+    if (i % interval == 0 && i > 0)
+      view.roi = {}, view.format = PixelFormat::none, view.stride = 0, view.pixels = {};
+    const PackedPacket packet = packer.pack(settings, view_caps, view_bytes(view), i);
+    ASSERT_FALSE(packet.data.empty());
+    ASSERT_EQ(packet.alone, i % interval == 0);
+    packed.emplace_back(packet.data.begin(), packet.data.end());
+    truth.push_back(through.unpack(i + 1, packed.back()));
+  }
+  for (int key = 0; key < count; key += interval)
+    for (int before : {0, 3}) {
+      PacketUnpacker fresh;
+      for (int i = 0; i < before; ++i) fresh.unpack(i + 1, packed[i]);
+      for (int i = key; i < key + interval; ++i)
+        ASSERT_EQ(fresh.unpack(i + 1, packed[i]), truth[i]) << "packet " << i;
+    }
+}
+
 TEST(TakePacking, LiesAreRefused) {
   Scene scene(4, 1);
   PacketPacker packer;
