@@ -7,51 +7,12 @@
 
 #include "base/error.h"
 #include "render/soft_edge.h"
+#include "scene/drawable.h"
 
 namespace polyhull {
 namespace {
 
 constexpr double near_plane = 0.05;  // metres
-
-void check_viewport(const Camera& camera) {
-  bool finite = camera.width > 0 && camera.height > 0;
-  for (int i = 0; i < 3; ++i) {
-    finite = finite && std::isfinite(camera.t[i]);
-    for (int j = 0; j < 3; ++j)
-      finite = finite && std::isfinite(camera.R[i][j]) && std::isfinite(camera.K[i][j]);
-  }
-  if (!finite || std::abs(camera.K[0][0]) < 1e-9 || std::abs(camera.K[1][1]) < 1e-9 ||
-      std::abs(glm::determinant(camera.R) - 1.0) > 1e-3) {
-    throw Error(
-        Error::Kind::bad_input,
-        "The viewport camera is not usable: it needs a size, a focal length other than zero, "
-        "a rotation, and only finite numbers.");
-  }
-}
-
-/// Beyond, single precision no longer tells a person's parts from each other, and squares overflow.
-constexpr float most = 1e9f;
-
-bool usable(const Vec3f& v) {
-  return std::abs(v.x) <= most && std::abs(v.y) <= most && std::abs(v.z) <= most;
-}
-
-void check_light(const RenderFrame& frame) {
-  for (std::size_t i = 0; i < frame.lights.size(); ++i) {
-    const Light& light = frame.lights[i];
-    if (usable(light.centre) && usable(light.u) && usable(light.v) &&
-        std::isfinite(light.radiance.x + light.radiance.y + light.radiance.z))
-      continue;
-    throw Error(Error::Kind::bad_input,
-                "Light {} of the scene cannot be used: its centre, u and v must be finite and at "
-                "most {:g} m, its radiance finite.",
-                i, most);
-  }
-  if (!(std::abs(frame.exposure) <= most) || !usable(frame.ambient))
-    throw Error(Error::Kind::bad_input,
-                "The scene's exposure ({:g}) and ambient light must be finite, and at most {:g}.",
-                frame.exposure, most);
-}
 
 /// Adds where the edges of \p scene lie in the circular cone from \p source around \p box: there the
 /// light leaves the scene between the rays through the box's corners.
@@ -173,17 +134,17 @@ int area(const Rectangle& r) {
 RenderPlan plan_frame(const RenderFrame& frame, const RenderSettings& settings,
                       const Bounds& scene_bounds) {
   check_viewport(frame.viewport);
-  check_light(frame);
+  check_light(frame.lights, frame.exposure, frame.ambient);
   RenderPlan plan;
   plan.eye = frame.viewport.centre();
   Bounds everything = scene_bounds;
   Bounds people;
   for (const RenderSubject& subject : frame.subjects) {
-    const bool something = subject.image ? !subject.image->hull.empty()
-                                         : subject.mesh && !subject.mesh->hull.empty();
+    const bool something =
+        subject.image ? !subject.image->hull.empty() : subject.mesh && !subject.mesh->hull.empty();
     if (!something) continue;
     PlacedSubject placed = place(subject);
-    if (!std::all_of(placed.points.begin(), placed.points.end(), usable)) {
+    if (!std::all_of(placed.points.begin(), placed.points.end(), within_reach)) {
       ++plan.unusable;
       continue;
     }

@@ -5,10 +5,11 @@
 #include <array>
 #include <climits>
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "base/error.h"
 #include "base/parse_json.h"
+#include "scene/announcement_json.h"
+#include "scene/drawable.h"
 
 namespace polyhull {
 namespace {
@@ -111,8 +112,8 @@ Camera camera_from_json(const json& object) {
   check_rotation(camera.R);
   const auto t = array_of<3>(object, "t");
   camera.t = Vec3(t[0], t[1], t[2]);
-  if (!(camera.K[0][0] > 0.0 && camera.K[1][1] > 0.0))
-    throw broken("the viewport's focal length must be above 0");
+  check_viewport(camera);
+  check_projection(camera);
   if (const auto found = object.find("distortion"); found != object.end()) {
     const std::size_t count = found->is_array() ? found->size() : 1;
     if (count != 0 && count != 4 && count != 5 && count != 8 && count != 12)
@@ -149,7 +150,10 @@ std::string announcement_to_json(const Announcement& announcement) {
 }
 
 Announcement parse_announcement(std::string_view text) {
-  const auto root = parse_json<json>(text, "announcement of the scene");
+  return announcement_of(parse_json<json>(text, "announcement of the scene"));
+}
+
+Announcement announcement_of(const json& root) {
   if (!root.is_object() || root.value("format", json()) != format)
     throw broken("it is not JSON of the format 'polyhull-announcement'");
   if (root.value("version", json()) != version) throw broken("this program reads version 1 only");
@@ -173,6 +177,7 @@ Announcement parse_announcement(std::string_view text) {
     }
     announcement.exposure = static_cast<float>(finite_number(member(root, "exposure"), "exposure"));
     announcement.ambient = vector_of(root, "ambient");
+    check_light(announcement.lights, announcement.exposure, announcement.ambient);
     announcement.aperture = length_of(root, "aperture");
     announcement.focus_distance = length_of(root, "focus-distance");
     if (root.contains("depth_near")) {

@@ -31,7 +31,8 @@ struct Announcement {
 
 std::string announcement_to_json(const Announcement& announcement);
 
-/// Throws Error on text that is not an announcement.
+/// Throws Error on text that is not an announcement, or one that nothing can be drawn with
+/// (drawable.h).
 Announcement parse_announcement(std::string_view json);
 
 }  // namespace polyhull

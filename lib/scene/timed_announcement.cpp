@@ -2,11 +2,12 @@
 #include "scene/timed_announcement.h"
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
+#include <iterator>
 #include <utility>
 
 #include "base/error.h"
 #include "base/parse_json.h"
+#include "scene/announcement_json.h"
 
 namespace polyhull {
 namespace {
@@ -50,24 +51,32 @@ void read_timecode(const json& root, TimedAnnouncement& timed) {
 
 TimedAnnouncement parse_timed_announcement(std::string_view text) {
   TimedAnnouncement timed;
-  timed.announcement = parse_announcement(text);
   const auto root = parse_json<json>(text, "announcement of the scene");
+  timed.announcement = announcement_of(root);
   read_timecode(root, timed);
   timed.stream_time_ns = time_of(root, "stream_time_ns");
   timed.unix_time_ns = time_of(root, "unix_time_ns");
   return timed;
 }
 
-std::int64_t AnnouncementHistory::difference(std::int64_t a, std::int64_t b) const {
-  if (period_ == 0) return a - b;
-  const std::int64_t ahead = ((a - b) % period_ + period_) % period_;
-  return ahead < period_ / 2 ? ahead : ahead - period_;
+std::int64_t time_difference(std::int64_t a, std::int64_t b, std::int64_t period) {
+  if (period == 0) return a - b;
+  const std::int64_t ahead = ((a - b) % period + period) % period;
+  return ahead < period / 2 ? ahead : ahead - period;
 }
 
 void AnnouncementHistory::add(std::int64_t time, Announcement announcement) {
+  if (last_after(time) > near) ++run_;
   std::erase_if(entries_, [&](const Entry& entry) { return entry.time == time; });
-  entries_.push_back({time, std::move(announcement)});
+  entries_.push_back({time, std::move(announcement), run_});
   if (entries_.size() > most) entries_.pop_front();
+}
+
+void AnnouncementHistory::begin_again(std::int64_t time, std::uint64_t run) {
+  if (run_ == run) ++run_;  // messages are yet to jump
+  std::erase_if(entries_, [&](const Entry& entry) {
+    return entry.run < run_ && difference(entry.time, time) >= 0;
+  });
 }
 
 const AnnouncementHistory::Entry* AnnouncementHistory::at(std::int64_t time) const {
@@ -80,14 +89,23 @@ const AnnouncementHistory::Entry* AnnouncementHistory::at(std::int64_t time) con
 }
 
 bool AnnouncementHistory::reaches(std::int64_t time) const {
-  return std::any_of(entries_.begin(), entries_.end(),
-                     [&](const Entry& entry) { return difference(entry.time, time) >= 0; });
+  const auto later = [&](const Entry& entry) { return difference(entry.time, time) >= 0; };
+  const auto next = [&](const Entry& entry) {
+    return later(entry) && difference(entry.time, time) <= near;
+  };
+  return std::any_of(entries_.begin(), entries_.end(), next) ||
+         (entries_.size() >= 2 && later(entries_.back()) && later(*std::next(entries_.rbegin())));
 }
 
-std::size_t AnnouncementHistory::later_than(std::int64_t time) const {
-  return static_cast<std::size_t>(
-      std::count_if(entries_.begin(), entries_.end(),
-                    [&](const Entry& entry) { return difference(entry.time, time) > 0; }));
+std::size_t AnnouncementHistory::since(std::int64_t time) const {
+  const Entry* held = at(time);
+  const auto is_held = [&](const Entry& entry) { return &entry == held; };
+  return static_cast<std::size_t>(std::find_if(entries_.rbegin(), entries_.rend(), is_held) -
+                                  entries_.rbegin());
+}
+
+std::int64_t AnnouncementHistory::last_after(std::int64_t time) const {
+  return entries_.empty() ? 0 : difference(entries_.back().time, time);
 }
 
 }  // namespace polyhull

@@ -30,40 +30,57 @@ struct TimedAnnouncement {
 /// none. Whether the timecode exists at its rate is not looked at.
 TimedAnnouncement parse_timed_announcement(std::string_view json);
 
-/// Announcements by the time from which on each holds, ns on a clock of the caller. Not for several
-/// threads at once.
+/// How much later \p a is than \p b, ns; \p period: after which the clock begins at 0 again, as timecodes
+/// do each day, so that times are up to half of it before or after each other; 0: never.
+std::int64_t time_difference(std::int64_t a, std::int64_t b, std::int64_t period);
+
+/// Announcements by the time from which on each holds, ns on a clock of the caller. Times may jump back
+/// or ahead for good, or in a single message that is wrong. Not for several threads at once.
 class AnnouncementHistory {
  public:
   static constexpr std::size_t most = 1024;  ///< kept; the one that came first goes
+  /// What is farther away than this, ns, need not be of the same run of the clock.
+  static constexpr std::int64_t near = 2'000'000'000;
 
-  /// \p period: after which the clock begins at 0 again, as timecodes do each day; 0: never. Times
-  /// are then up to half of it before or after each other.
+  /// \p period as in time_difference().
   explicit AnnouncementHistory(std::int64_t period = 0) : period_(period) {}
 
   struct Entry {
     std::int64_t time = 0;
     Announcement announcement;
+    std::uint64_t run = 0;  ///< how often times had jumped back when it came
   };
 
   /// Takes \p announcement, in whatever order they come; of two with one time the later counts.
   void add(std::int64_t time, Announcement announcement);
 
+  /// What is asked for has jumped back to \p time, after an entry of \p run: of what came before
+  /// messages did or will, too, all that holds from \p time or later on goes.
+  void begin_again(std::int64_t time, std::uint64_t run);
+
   /// The one that holds at \p time: the last that is not later; null: none.
   const Entry* at(std::int64_t time) const;
 
-  /// Whether one is known that holds from \p time or later on.
+  /// Whether one is known that holds from \p time on or up to \p near later, or the last two that came
+  /// hold from later on: then none can be waited for.
   bool reaches(std::int64_t time) const;
 
-  /// How many hold only from a time after \p time on.
-  std::size_t later_than(std::int64_t time) const;
+  /// How many came after the one that holds at \p time; all, where none does.
+  std::size_t since(std::int64_t time) const;
+
+  /// How much later than \p time the one is that came last; 0: none did.
+  std::int64_t last_after(std::int64_t time) const;
 
   /// How much later \p a is than \p b.
-  std::int64_t difference(std::int64_t a, std::int64_t b) const;
+  std::int64_t difference(std::int64_t a, std::int64_t b) const {
+    return time_difference(a, b, period_);
+  }
 
   std::size_t size() const { return entries_.size(); }
 
  private:
   std::int64_t period_;
+  std::uint64_t run_ = 0;      // of what comes
   std::deque<Entry> entries_;  // as they came
 };
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <iterator>
 
 #include "base/error.h"
 #include "track/packet_error.h"
@@ -123,21 +124,23 @@ void OpenTrackIOSegments::keep(const OpenTrackIOPacket& packet) {
   if (packet.last && size_ && *size_ != ends) throw fail("a sample has two ends");
   if (packet.last) size_ = ends;
   if (size_ && ends > *size_) throw fail("a segment lies beyond the end of its sample");
-  if (!packet.payload.empty())
-    parts_.try_emplace(begins, packet.payload.begin(), packet.payload.end());
+  if (packet.payload.empty()) return;
+  const auto after = parts_.lower_bound(begins);
+  if (after != parts_.end() && after->first == begins) return;  // sent twice
+  // Now, not at the end: what overlaps could be many times a sample.
+  const auto end_of = [](const auto& part) { return part.first + part.second.size(); };
+  if ((after != parts_.end() && after->first < ends) ||
+      (after != parts_.begin() && end_of(*std::prev(after)) > begins))
+    throw fail("segments of one sample overlap");
+  if (parts_.size() == most_parts) throw fail("a sample of too many segments");
+  parts_.try_emplace(after, begins, packet.payload.begin(), packet.payload.end());
 }
 
 std::optional<OpenTrackIOBytes> OpenTrackIOSegments::take_if_whole() {
   if (!size_) return {};
   OpenTrackIOBytes sample{encoding_, sequence_, {}};
   for (const auto& [begins, part] : parts_) {
-    if (begins > sample.bytes.size()) return {};  // a gap
-    if (begins < sample.bytes.size()) {
-      in_work_ = false;
-      ++incomplete_;
-      parts_.clear();
-      throw broken("segments of one sample overlap");
-    }
+    if (begins != sample.bytes.size()) return {};  // a gap
     sample.bytes.insert(sample.bytes.end(), part.begin(), part.end());
   }
   if (sample.bytes.size() != *size_) return {};

@@ -54,6 +54,7 @@ struct OpenTrackIOBytes {
 class OpenTrackIOSegments {
  public:
   static constexpr std::size_t largest_sample = 65536;  ///< bytes
+  static constexpr std::size_t most_parts = 1024;       ///< segments of one sample
 
   /// The sample that \p packet completes, if it does. Throws Error (bad_input), and gives the sample
   /// up, where segments contradict each other or the sample would be above `largest_sample`.

@@ -42,6 +42,17 @@ std::uint64_t PoseReader::late() const {
   return sum;
 }
 
+void PoseReader::know_sensor(TrackedPose& pose, const std::string& sender) {
+  const std::string& source = pose.source.empty() ? sender : pose.source;
+  if (pose.sensor_width_mm || pose.sensor_height_mm) {
+    if (sensors_.size() >= most_senders && !sensors_.contains(source)) sensors_.clear();
+    sensors_[source] = {pose.sensor_width_mm, pose.sensor_height_mm};
+  } else if (const auto known = sensors_.find(source); known != sensors_.end()) {
+    pose.sensor_width_mm = known->second.width_mm;
+    pose.sensor_height_mm = known->second.height_mm;
+  }
+}
+
 std::optional<TrackedPose> PoseReader::read(std::span<const std::uint8_t> packet,
                                             const std::string& sender,
                                             const PoseReaderSettings& settings) {
@@ -52,6 +63,7 @@ std::optional<TrackedPose> PoseReader::read(std::span<const std::uint8_t> packet
     pose = pose_of(parse_freed(packet), settings.freed);
   } else if (const auto sample = segments_of(sender).add(parse_opentrackio_packet(packet))) {
     pose = parse_opentrackio_sample(*sample);
+    know_sensor(*pose, sender);
   }
   if (pose && !pose->sensor_width_mm && !pose->sensor_height_mm && settings.sensor_width_mm > 0.0)
     pose->sensor_width_mm = settings.sensor_width_mm;

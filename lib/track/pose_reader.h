@@ -36,7 +36,8 @@ class PoseReader {
   /// The pose that \p packet tells or completes; none where segments are missing yet. \p sender
   /// (such as "192.168.1.7:40000") keeps the segments of different senders apart. Throws PacketError
   /// for a packet that is cut short or whose checksum is wrong, Error (bad_input) for one that cannot
-  /// be used for another reason.
+  /// be used for another reason. A sensor's size, which OpenTrackIO's senders may tell now and then
+  /// only, holds for its source until another is told.
   std::optional<TrackedPose> read(std::span<const std::uint8_t> packet, const std::string& sender,
                                   const PoseReaderSettings& settings);
 
@@ -49,7 +50,13 @@ class PoseReader {
  private:
   OpenTrackIOSegments& segments_of(const std::string& sender);
 
+  struct Sensor {
+    std::optional<double> width_mm, height_mm;
+  };
+  void know_sensor(TrackedPose& pose, const std::string& sender);
+
   std::map<std::string, OpenTrackIOSegments> segments_;
+  std::map<std::string, Sensor> sensors_;    // by source, else sender
   std::uint64_t incomplete_ = 0, late_ = 0;  // of senders that are no longer kept
 };
 

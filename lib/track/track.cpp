@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <glm/gtc/quaternion.hpp>
+#include <iterator>
 
 #include "base/error.h"
 
@@ -14,6 +15,8 @@ constexpr int furthest_detour = 100;
 // Evenly over the time that is smoothed, both ends included: motion of constant speed is late by
 // exactly half of it.
 constexpr int smoothing_steps = 8;
+// Motion is told by poses at least this far apart, ns.
+constexpr std::int64_t least_span = 50'000'000;
 
 std::optional<double> mean(const std::optional<double>& a, const std::optional<double>& b,
                            double share) {
@@ -113,20 +116,31 @@ bool Track::add(const TrackedPose& pose, std::int64_t arrival_ns) {
   return true;
 }
 
+/// Poses that arrive together, as after a delay on the way, tell no speed. So motion is that over a
+/// span of some poses, and goes on for no longer than it was seen.
+TrackedPose Track::predicted(std::int64_t time_ns) const {
+  const std::int64_t span = std::max(least_span, settings_.prediction_ns);
+  const Timed& last = poses_.back();
+  auto first = std::prev(poses_.end());
+  while (first != poses_.begin() && first->time > last.time - span &&
+         first->time - std::prev(first)->time <= silence_ns)
+    --first;
+  const std::int64_t seen = last.time - first->time;
+  if (seen == 0) return last.pose;
+  const std::int64_t on = std::min({time_ns - last.time, settings_.prediction_ns, seen});
+  return between(first->pose, last.pose,
+                 static_cast<double>(seen + on) / static_cast<double>(seen));
+}
+
 std::optional<TrackedPose> Track::unsmoothed(std::int64_t time_ns) const {
   if (poses_.empty() || time_ns < poses_.front().time) return {};
   const auto after = std::upper_bound(poses_.begin(), poses_.end(), time_ns,
                                       [](std::int64_t t, const Timed& p) { return t < p.time; });
   const Timed& last = poses_.back();
-  std::size_t right = static_cast<std::size_t>(after - poses_.begin());
-  if (after == poses_.end()) {
-    if (settings_.prediction_ns == 0 || poses_.size() < 2) return last.pose;
-    time_ns = std::min(time_ns, last.time + settings_.prediction_ns);
-    --right;
-  }
-  const Timed &a = poses_[right - 1], &b = poses_[right];
+  if (after == poses_.end()) return settings_.prediction_ns == 0 ? last.pose : predicted(time_ns);
+  const Timed &a = *std::prev(after), &b = *after;
   // Where the camera was through a silence is not known; it did not begin to move at its start.
-  if (after != poses_.end() && b.time - a.time > silence_ns) return a.pose;
+  if (b.time - a.time > silence_ns) return a.pose;
   return between(a.pose, b.pose,
                  static_cast<double>(time_ns - a.time) / static_cast<double>(b.time - a.time));
 }

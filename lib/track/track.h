@@ -17,7 +17,9 @@ struct TrackSettings {
   std::int64_t delay_ns = 0;  ///< how long a pose has been true when it arrives
   std::int64_t smoothing_ns = 0;  ///< 0 or above: poses are averaged over that long before the time
                                   ///< asked for, which makes them late by half of it
-  std::int64_t prediction_ns = 0;  ///< how far motion goes on after the last pose; 0: it stands
+  std::int64_t prediction_ns =
+      0;  ///< how far motion goes on after the last pose, as it was over the
+          ///< same time before, or 50 ms; 0: it stands
 };
 
 struct TrackCounters {
@@ -70,6 +72,7 @@ class Track {
   };
   bool follows(const TrackedPose& pose, std::int64_t arrival_ns);
   bool in_order(const TrackedPose& pose);
+  TrackedPose predicted(std::int64_t time_ns) const;
   std::optional<TrackedPose> unsmoothed(std::int64_t time_ns) const;
 
   TrackSettings settings_;

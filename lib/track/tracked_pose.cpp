@@ -45,15 +45,17 @@ bool usable_lens(const TrackedPose& pose) {
   return finite && (count == 0 || count == 4 || count == 5 || count == 8 || count == 12);
 }
 
-// The focal length in pixels, which are square.
-double focal_pixels(const TrackedPose& pose, int width, int height, double vertical_degrees) {
+// The focal lengths in pixels, which are pixel_aspect times as wide as high.
+Vec2 focal_pixels(const TrackedPose& pose, int width, int height, double vertical_degrees,
+                  double pixel_aspect) {
   if (pose.focal_length_mm && pose.sensor_width_mm)
-    return *pose.focal_length_mm / *pose.sensor_width_mm * width;
+    return *pose.focal_length_mm / *pose.sensor_width_mm * width * Vec2(1.0, pixel_aspect);
+  const Vec2 by_height(1.0 / pixel_aspect, 1.0);
   if (pose.focal_length_mm && pose.sensor_height_mm)
-    return *pose.focal_length_mm / *pose.sensor_height_mm * height;
+    return *pose.focal_length_mm / *pose.sensor_height_mm * height * by_height;
   check(vertical_degrees > 0.0 && vertical_degrees < 180.0,
         "its field of view must be between 0 and 180 degrees");
-  return 0.5 * height / std::tan(vertical_degrees * std::numbers::pi / 360.0);
+  return 0.5 * height / std::tan(vertical_degrees * std::numbers::pi / 360.0) * by_height;
 }
 
 }  // namespace
@@ -79,8 +81,10 @@ double aperture_of(const TrackedPose& pose) {
   return std::isfinite(aperture) && aperture > 0.0 ? aperture : 0.0;
 }
 
-Camera camera_of(const TrackedPose& pose, int width, int height, double vertical_degrees) {
-  check(width > 0 && height > 0, "its picture is empty");
+Camera camera_of(const TrackedPose& pose, int width, int height, double vertical_degrees,
+                 double pixel_aspect) {
+  check(width > 0 && height > 0 && pixel_aspect > 0.0 && std::isfinite(pixel_aspect),
+        "its picture is empty");
   for (int i = 0; i < 3; ++i) {
     check(std::isfinite(pose.place[i]), "its place is not finite");
     for (int j = 0; j < 3; ++j) check(std::isfinite(pose.axes[i][j]), "its angles are not finite");
@@ -92,14 +96,15 @@ Camera camera_of(const TrackedPose& pose, int width, int height, double vertical
   camera.name = "viewport";
   camera.width = width;
   camera.height = height;
-  const double focal = focal_pixels(pose, width, height, vertical_degrees);
-  check(std::isfinite(focal) && focal > 0.0, "its focal length is out of range");
+  const Vec2 focal = focal_pixels(pose, width, height, vertical_degrees, pixel_aspect);
+  check(std::isfinite(focal.x + focal.y) && focal.x > 0.0 && focal.y > 0.0,
+        "its focal length is out of range");
   check(usable_lens(pose), "its lens is out of range");
   // From mm on the sensor, which only a known focal length relates to pixels.
   const Vec2 offset =
       pose.focal_length_mm ? focal / *pose.focal_length_mm * pose.projection_offset_mm : Vec2(0.0);
-  camera.K = from_rows(
-      {focal, 0, 0.5 * (width - 1) + offset.x, 0, focal, 0.5 * (height - 1) + offset.y, 0, 0, 1});
+  camera.K = from_rows({focal.x, 0, 0.5 * (width - 1) + offset.x, 0, focal.y,
+                        0.5 * (height - 1) + offset.y, 0, 0, 1});
   camera.distortion = pose.distortion;
   const Extrinsics extrinsics = extrinsics_of(pose);
   camera.R = extrinsics.R;

@@ -54,11 +54,13 @@ void set_extrinsics(TrackedPose& pose, const Extrinsics& extrinsics);
 /// tell both.
 double aperture_of(const TrackedPose& pose);
 
-/// \p pose as a camera of \p width by \p height pixels in a scene's coordinates. The field of view is the lens's where the pose
-/// tells the focal length and the sensor's width or height (the width counts where both are known;
-/// pixels are square), else \p vertical_degrees from the bottom of the picture to its top.
+/// \p pose as a camera of \p width by \p height pixels, \p pixel_aspect times as wide as high, in a
+/// scene's coordinates. The field of view is the lens's where the pose tells the focal length and the
+/// sensor's width or height (the width counts where both are known), else \p vertical_degrees from the
+/// bottom of the picture to its top.
 /// Throws Error (bad_input) for an empty picture, for a field of view that is not between 0° and
 /// 180°, and for a pose with numbers that are not finite or lengths not above 0.
-Camera camera_of(const TrackedPose& pose, int width, int height, double vertical_degrees);
+Camera camera_of(const TrackedPose& pose, int width, int height, double vertical_degrees,
+                 double pixel_aspect = 1.0);
 
 }  // namespace polyhull

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "plugins/trackstamp/depth_input.h"
 
+#include <algorithm>
 #include <cstdlib>
 #include <cstring>
+#include <iterator>
 #include <utility>
 
 #include "plugins/common/memory/video_frame.h"
@@ -12,6 +14,8 @@ namespace {
 
 /// Frames that wait: of files until they are asked for, live ones until later ones have come.
 constexpr std::size_t most_of_files = 4, most_live = 64;
+/// What is farther away need not be of the same run of the clock.
+constexpr std::int64_t soon = GST_SECOND;
 
 /// 65535 is \p near metres away, v is 65535 near / v, and 0 is nothing.
 std::shared_ptr<const DepthPicture> picture_of(const GstVideoInfo& info, GstBuffer* buffer,
@@ -41,27 +45,64 @@ DepthInput::DepthInput(GstElement* element, Statistics& statistics,
                        std::function<SceneInputSettings()> settings)
     : element_(element), statistics_(statistics), settings_(std::move(settings)) {
   statistics.declare({"depth-frames", "depth-frames-unmatchable", "depth-frames-unusable",
-                      "frames-without-depth"});
+                      "frames-without-depth", "depth-losses"});
   gst_video_info_init(&info_);
 }
 
 // ---- the element's thread
 
+/// Whether the frame at \p time, or none any more, can come: one is there for then or soon after, or
+/// the last two are later.
+bool DepthInput::reaches(std::int64_t time) const {
+  const auto later = [&](const Arrived& frame) { return difference(frame.time, time) >= 0; };
+  const auto next = [&](const Arrived& frame) {
+    return later(frame) && difference(frame.time, time) <= soon;
+  };
+  return std::any_of(arrived_.begin(), arrived_.end(), next) ||
+         (arrived_.size() >= 2 && later(arrived_.back()) && later(*std::next(arrived_.rbegin())));
+}
+
+/// Lets go what is of no use for \p time or later: of files what is older, and what came first from
+/// far later, where time has \p jumped back or is behind it in what has come.
+void DepthInput::clear_before(std::int64_t time, bool jumped) {
+  const auto far_later = [&](const Arrived& frame) { return difference(frame.time, time) > soon; };
+  const auto useless = [&] {
+    if (!far_later(arrived_.front())) return !live_ && difference(arrived_.front().time, time) < 0;
+    return jumped || !std::all_of(arrived_.begin(), arrived_.end(), far_later);
+  };
+  while (!arrived_.empty() && useless()) {
+    arrived_.pop_front();
+    changed_.notify_all();
+  }
+}
+
+/// Whether nothing has come for the last second of live video's frames, nor is there for this one.
+bool DepthInput::is_silent(std::int64_t time) {
+  const bool waits = !arrived_.empty() && difference(arrived_.back().time, time) >= 0;
+  if (std::exchange(has_come_, false) || waits || !heard_ || difference(time, *heard_) < 0)
+    heard_ = time;
+  return !ended_ && difference(time, *heard_) > GST_SECOND;
+}
+
 /// Takes what is within \p tolerance of \p time; what is older than that goes.
 BufferRef DepthInput::find(std::int64_t time, std::int64_t tolerance,
-                           std::optional<std::int64_t> longest, GstVideoInfo& info) {
+                           std::optional<std::int64_t> longest, GstVideoInfo& info,
+                           bool& newly_lost) {
   Lock lock(mutex_);
+  if (longest) {
+    const bool was_lost = std::exchange(lost_, is_silent(time));
+    if (lost_) longest = 0;
+    newly_lost = lost_ && !was_lost;
+  }
+  const bool jumped = asked_ && difference(time, *asked_) < -soon;
+  asked_ = time;
+  clear_before(time - tolerance, jumped);
   wait(lock, longest, [&] {
-    while (!live_ && !arrived_.empty() && arrived_.front().time < time - tolerance) {
-      arrived_.pop_front();
-      changed_.notify_all();
-    }
-    for (const Arrived& frame : arrived_)
-      if (frame.time >= time - tolerance) return true;
-    return false;
+    clear_before(time - tolerance, false);
+    return reaches(time - tolerance);
   });
   for (auto frame = arrived_.begin(); frame != arrived_.end(); ++frame) {
-    if (std::abs(frame->time - time) > tolerance) continue;
+    if (std::abs(difference(frame->time, time)) > tolerance) continue;
     info = frame->info;
     BufferRef found(gst_buffer_ref(frame->buffer.get()));
     // It stays: the frame after may be shown again.
@@ -77,9 +118,19 @@ std::shared_ptr<const DepthPicture> DepthInput::at(GstBuffer* frame, const GstSe
                                                    std::optional<std::int64_t> longest,
                                                    double near) {
   if (!linked()) return nullptr;
-  const auto time = time_of_frame(frame, segment, settings_().match);
+  const SceneMatch match = settings_().match;
+  const auto time = time_of_frame(frame, segment, match);
   GstVideoInfo info;
-  const BufferRef found = time ? find(*time, duration / 2, longest, info) : nullptr;
+  bool newly_lost = false;
+  {
+    const std::scoped_lock lock(mutex_);
+    period_ = period_of_frame(frame, match);
+  }
+  const BufferRef found = time ? find(*time, duration / 2, longest, info, newly_lost) : nullptr;
+  if (newly_lost)
+    statistics_.warn(element_, "depth-losses",
+                     "At the pad depth nothing has come for a second: frames go on without, and "
+                     "wait for it no longer. See whether its sender is there.");
   if (!found) {
     statistics_.count("frames-without-depth");
     return nullptr;
@@ -117,6 +168,7 @@ GstFlowReturn DepthInput::take(BufferRef buffer) {
   statistics_.count("depth-frames");
   const GstFlowReturn held = hold(lock, [&] { return arrived_.size() >= most_of_files; });
   if (held != GST_FLOW_OK) return held;
+  has_come_ = true;
   arrived_.push_back({*time, std::move(buffer), info_});
   if (arrived_.size() > most_live) arrived_.pop_front();
   changed_.notify_all();
@@ -130,6 +182,9 @@ bool DepthInput::hear_caps(GstCaps* caps) {
 
 void DepthInput::forget() {
   arrived_.clear();
+  asked_.reset();
+  heard_.reset();
+  has_come_ = lost_ = false;
 }
 
 }  // namespace polyhull::element

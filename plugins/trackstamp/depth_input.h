@@ -24,7 +24,7 @@ inline constexpr char depth_caps[] = "video/x-raw, format=(string){ GRAY16_LE, G
 
 /// Takes frames at the pad on its streaming thread, and is asked on the element's. Frames that do not
 /// come live wait there when they are ahead. Counts depth-frames, depth-frames-unmatchable,
-/// depth-frames-unusable and frames-without-depth.
+/// depth-frames-unusable, frames-without-depth and depth-losses.
 class DepthInput final : public SidePad {
  public:
   /// \p settings gives those of now, from any thread.
@@ -48,14 +48,25 @@ class DepthInput final : public SidePad {
   bool hear_caps(GstCaps* caps) override;
   void forget() override;
   BufferRef find(std::int64_t time, std::int64_t tolerance, std::optional<std::int64_t> longest,
-                 GstVideoInfo& info);
+                 GstVideoInfo& info, bool& newly_lost);
+  bool reaches(std::int64_t time) const;
+  void clear_before(std::int64_t time, bool jumped);
+  bool is_silent(std::int64_t time);
+  std::int64_t difference(std::int64_t a, std::int64_t b) const {
+    return time_difference(a, b, period_);
+  }
 
   GstElement* element_;
   Statistics& statistics_;
   std::function<SceneInputSettings()> settings_;
   // Under the lock:
   GstVideoInfo info_;
-  std::deque<Arrived> arrived_;  // as they came
+  std::deque<Arrived> arrived_;        // as they came
+  std::int64_t period_ = 0;            // of the latest frame's clock
+  std::optional<std::int64_t> asked_;  // its time
+  std::optional<std::int64_t> heard_;  // the one's that something had come for
+  bool has_come_ = false;              // something, since
+  bool lost_ = false;                  // it has been said
 };
 
 }  // namespace polyhull::element

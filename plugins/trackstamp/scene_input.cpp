@@ -18,8 +18,12 @@ constexpr std::size_t longest_line = 1 << 20;
 }  // namespace
 
 SceneInput::SceneInput(GstElement* element, Statistics& statistics,
-                       std::function<SceneInputSettings()> settings)
-    : element_(element), statistics_(statistics), settings_(std::move(settings)) {
+                       std::function<SceneInputSettings()> settings,
+                       std::function<std::optional<std::int64_t>()> video_now)
+    : element_(element),
+      statistics_(statistics),
+      settings_(std::move(settings)),
+      video_now_(std::move(video_now)) {
   statistics.declare({"scene-messages", "scene-messages-unusable", "scene-messages-untimed",
                       "scene-messages-late", "frames-announced", "frames-unannounced",
                       "frames-unmatchable", "scene-losses"});
@@ -42,6 +46,7 @@ void SceneInput::follow(SceneMatch match, std::int64_t period) {
   if (match_ != match) {
     asked_.reset();
     answered_.reset();
+    own_before_.reset();
   }
   match_ = match;
   period_ = period;
@@ -56,16 +61,22 @@ std::optional<std::string> SceneInput::judge(const AnnouncementHistory::Entry* e
                                              std::int64_t time) {
   if (!first_) first_ = time;
   const std::int64_t age = history_.difference(time, entry != nullptr ? entry->time : *first_);
-  const bool old = live_ && !ended_ && age > silence;
+  // What waits at the pad is there, and is not to hold yet.
+  const bool comes = live_ || (video_live_ && history_.last_after(time) <= 0);
+  const bool old = comes && !ended_ && age > silence;
   statistics_.count(entry != nullptr && !old ? "frames-announced" : "frames-unannounced");
   const bool was_lost = std::exchange(lost_, old);
   if (!old || was_lost) return {};
+  const std::string look =
+      begun_ > 0
+          ? fmt::format("{} bytes have come without a line feed, with which each message ends",
+                        begun_)
+          : "See whether the sender is there";
   return fmt::format(
       "At the pad scene no message has come for the frames of the last second{}: what was "
-      "announced "
-      "before is kept. See whether the sender is there, and look at scene-match and scene-delay "
-      "({} messages are known).",
-      entry == nullptr ? " or any before" : "", history_.size());
+      "announced before is kept. {}, and look at scene-match and scene-delay ({} messages are "
+      "known).",
+      entry == nullptr ? " or any before" : "", look, history_.size());
 }
 
 std::optional<Announcement> SceneInput::at(GstBuffer* frame, const GstSegment& segment,
@@ -90,15 +101,24 @@ std::optional<Announcement> SceneInput::at(GstBuffer* frame, const GstSegment& s
   std::optional<Announcement> found;
   {
     Lock lock(mutex_);
+    video_live_ = longest.has_value();
     follow(settings.match, settings.match == SceneMatch::timecode ? period_ : 0);
     asked_ = time + tolerance;
+    wanted_ = time - tolerance;
+    // Not the delay's: who sets a longer one wants the same messages later.
+    if (own_before_ && history_.difference(*own_time, *own_before_) < -AnnouncementHistory::near)
+      history_.begin_again(wanted_, run_);
+    own_before_ = own_time;
     changed_.notify_all();
     if (!by_arrival) {
       if (longest && lost_) longest = 0;
-      wait(lock, longest, [&] { return history_.reaches(time - tolerance); });
+      wait(lock, longest, [&] { return history_.reaches(wanted_); });
     }
     const auto* entry = history_.at(time + tolerance);
-    if (entry != nullptr) current_ = entry->announcement;
+    if (entry != nullptr) {
+      current_ = entry->announcement;
+      run_ = entry->run;
+    }
     loss = judge(entry, time);
     answered_ = asked_;
     found = current_;
@@ -132,28 +152,41 @@ void SceneInput::take_line(const std::string& line, std::optional<std::int64_t> 
   }
 }
 
-void SceneInput::split(const std::string& bytes, std::optional<std::int64_t> arrival) {
+/// Each line waits for itself: one buffer may hold more of them than are kept.
+GstFlowReturn SceneInput::split(const std::string& bytes, std::optional<std::int64_t> arrival) {
   std::size_t begin = 0;
   for (std::size_t end; (end = bytes.find('\n', begin)) != std::string::npos; begin = end + 1) {
     unfinished_.append(bytes, begin, end - begin);
     const std::string line = std::exchange(unfinished_, {});
-    if (!std::exchange(too_long_, false) && line.find_first_not_of(" \t\r") != std::string::npos)
-      take_line(line, arrival);
+    if (std::exchange(too_long_, false) || line.find_first_not_of(" \t\r") == std::string::npos)
+      continue;
+    take_line(line, arrival);
+    Lock lock(mutex_);
+    const GstFlowReturn held = hold(lock, [&] { return is_ahead(); });
+    if (held != GST_FLOW_OK) return held;
   }
   unfinished_.append(bytes, begin);
-  if (unfinished_.size() <= longest_line) return;
+  {
+    const std::scoped_lock lock(mutex_);
+    begun_ = unfinished_.size();
+  }
+  if (unfinished_.size() <= longest_line) return GST_FLOW_OK;
   if (!std::exchange(too_long_, true))
     statistics_.warn(element_, "scene-messages-unusable",
                      fmt::format("A line at the pad scene has more than {} bytes and is left out. "
                                  "Each message ends with a line feed.",
                                  longest_line));
   unfinished_.clear();
+  return GST_FLOW_OK;
 }
 
+/// Never where a frame's message may be the next.
 bool SceneInput::is_ahead() const {
+  // They hold from when they come.
+  if (match_ == SceneMatch::arrival && video_live_) return false;
   if (!asked_) return history_.size() > AnnouncementHistory::most / 2;
-  return history_.later_than(*asked_ + most_ahead) > 0 ||
-         history_.later_than(*asked_) > AnnouncementHistory::most / 2;
+  return history_.reaches(wanted_) && (history_.last_after(*asked_) > most_ahead ||
+                                       history_.since(*asked_) > AnnouncementHistory::most / 2);
 }
 
 GstFlowReturn SceneInput::take(BufferRef buffer) {
@@ -165,9 +198,8 @@ GstFlowReturn SceneInput::take(BufferRef buffer) {
     if (flushing_) return GST_FLOW_FLUSHING;
     arrival = running_time(buffer.get());
   }
-  split(bytes, arrival);
-  Lock lock(mutex_);
-  return hold(lock, [&] { return is_ahead(); });
+  if (!arrival) arrival = video_now_();
+  return split(bytes, arrival);
 }
 
 void SceneInput::begin() {
@@ -181,9 +213,12 @@ void SceneInput::end() {
 
 void SceneInput::forget() {
   history_ = AnnouncementHistory(period_);
+  run_ = 0;
   asked_.reset();
   answered_.reset();
+  own_before_.reset();
   first_.reset();
+  begun_ = 0;
   lost_ = false;
 }
 

@@ -24,9 +24,11 @@ namespace polyhull::element {
 /// frames-unannounced, scene-losses, and frames-unmatchable.
 class SceneInput final : public SidePad {
  public:
-  /// \p settings gives those of now, from any thread.
+  /// \p settings gives those of now, \p video_now the running time, none where the video is not live:
+  /// both from any thread.
   SceneInput(GstElement* element, Statistics& statistics,
-             std::function<SceneInputSettings()> settings);
+             std::function<SceneInputSettings()> settings,
+             std::function<std::optional<std::int64_t>()> video_now);
 
   /// What holds for \p frame, of \p segment, \p duration ns long (0: not known): the last message
   /// that is at most half a frame later than it; where none is, what held for the frame before;
@@ -45,7 +47,7 @@ class SceneInput final : public SidePad {
   void begin() override;
   void end() override;
   void forget() override;
-  void split(const std::string& bytes, std::optional<std::int64_t> arrival);
+  GstFlowReturn split(const std::string& bytes, std::optional<std::int64_t> arrival);
   void take_line(const std::string& line, std::optional<std::int64_t> arrival);
   bool is_ahead() const;
   void follow(SceneMatch match, std::int64_t period);
@@ -54,6 +56,7 @@ class SceneInput final : public SidePad {
   GstElement* element_;
   Statistics& statistics_;
   std::function<SceneInputSettings()> settings_;
+  std::function<std::optional<std::int64_t>()> video_now_;
   std::string unfinished_;  // the line that has begun; the pad's thread's, or while that stands
   bool too_long_ = false;   // its begin has been left out
   // Under the lock:
@@ -61,10 +64,15 @@ class SceneInput final : public SidePad {
   std::int64_t period_ = 0;
   AnnouncementHistory history_;
   std::optional<Announcement> current_;
-  std::optional<std::int64_t> asked_;     // the latest frame's time
-  std::optional<std::int64_t> answered_;  // the latest's that has gone
-  std::optional<std::int64_t> first_;     // the first's, as long as no message has held
-  bool lost_ = false;                     // it has been said
+  std::uint64_t run_ = 0;                   // of the entry that gave it
+  std::optional<std::int64_t> asked_;       // the latest frame's time
+  std::int64_t wanted_ = 0;                 // from which on it may hold, if asked_
+  std::optional<std::int64_t> own_before_;  // the frame's before, without the delay
+  std::optional<std::int64_t> answered_;    // the latest's that has gone
+  std::optional<std::int64_t> first_;       // the first's, as long as no message has held
+  bool lost_ = false;                       // it has been said
+  std::size_t begun_ = 0;                   // bytes of the line that has not ended
+  bool video_live_ = false;                 // of the latest frame
 };
 
 }  // namespace polyhull::element

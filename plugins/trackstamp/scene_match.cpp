@@ -17,31 +17,39 @@ struct TimeCodeFree {
 };
 using TimeCode = std::unique_ptr<GstVideoTimeCode, TimeCodeFree>;
 
+TimeCode make_timecode(int numerator, int denominator, GstVideoTimeCodeFlags flags, guint hours,
+                       guint minutes, guint seconds, guint frames) {
+  TimeCode made(gst_video_time_code_new_empty());
+  gst_video_time_code_init(made.get(), static_cast<guint>(numerator),
+                           static_cast<guint>(denominator), nullptr, flags, hours, minutes, seconds,
+                           frames, 0);
+  return made;
+}
+
+/// A day of timecodes, ns.
+std::int64_t day_of(int numerator, int denominator, GstVideoTimeCodeFlags flags) {
+  const int nominal = (numerator + denominator - 1) / denominator;
+  const TimeCode last = make_timecode(numerator, denominator, flags, 23, 59, 59,
+                                      static_cast<guint>(std::max(0, nominal - 1)));
+  return static_cast<std::int64_t>(gst_video_time_code_nsec_since_daily_jam(last.get()) +
+                                   gst_util_uint64_scale_int(GST_SECOND, denominator, numerator));
+}
+
 /// \p message's timecode at its rate, as ns since midnight; sets \p period to a day of such.
 std::int64_t timecode_of_message(const TimedAnnouncement& message, std::int64_t& period) {
   if (message.timecode.empty())
     throw Error(Error::Kind::bad_input,
                 "It has no 'timecode', by which scene-match=timecode finds its frame.");
   const TimeCode text(gst_video_time_code_new_from_string(message.timecode.c_str()));
-  const auto at_rate = [&](guint hours, guint minutes, guint seconds, guint frames) {
-    TimeCode made(gst_video_time_code_new_empty());
-    gst_video_time_code_init(made.get(), static_cast<guint>(message.timecode_numerator),
-                             static_cast<guint>(message.timecode_denominator), nullptr,
-                             text->config.flags, hours, minutes, seconds, frames, 0);
-    return made;
-  };
+  const int numerator = message.timecode_numerator, denominator = message.timecode_denominator;
   const TimeCode timecode =
-      text ? at_rate(text->hours, text->minutes, text->seconds, text->frames) : nullptr;
+      text ? make_timecode(numerator, denominator, text->config.flags, text->hours, text->minutes,
+                           text->seconds, text->frames)
+           : nullptr;
   if (!timecode || !gst_video_time_code_is_valid(timecode.get()))
     throw Error(Error::Kind::bad_input, "There is no timecode '{}' at {}/{} frames per second.",
-                message.timecode, message.timecode_numerator, message.timecode_denominator);
-  const int nominal = (message.timecode_numerator + message.timecode_denominator - 1) /
-                      message.timecode_denominator;
-  const TimeCode last = at_rate(23, 59, 59, static_cast<guint>(std::max(0, nominal - 1)));
-  period =
-      static_cast<std::int64_t>(gst_video_time_code_nsec_since_daily_jam(last.get()) +
-                                gst_util_uint64_scale_int(GST_SECOND, message.timecode_denominator,
-                                                          message.timecode_numerator));
+                message.timecode, numerator, denominator);
+  period = day_of(numerator, denominator, text->config.flags);
   return static_cast<std::int64_t>(gst_video_time_code_nsec_since_daily_jam(timecode.get()));
 }
 
@@ -71,9 +79,9 @@ std::span<const Property<SceneInputSettings>> scene_input_properties() {
           -1e10, 1e10),
       property<&SceneInputSettings::wait>(
           "scene-wait", "Scene wait",
-          "How many nanoseconds a frame of live video waits for its message at the pad scene "
-          "(0 to 10 s) beyond when it comes; part of the latency. With scene-match=arrival it "
-          "waits for none.",
+          "How many nanoseconds a frame of live video waits for its message at the pad scene and "
+          "its depth at the pad depth (0 to 10 s) beyond when it comes; part of the latency. With "
+          "scene-match=arrival it waits for no message.",
           0, 1e10),
       property<&SceneInputSettings::file>(
           "scene-file", "Scene file",
@@ -99,9 +107,11 @@ std::int64_t time_of_message(const TimedAnnouncement& message, SceneMatch match,
           message.stream_time_ns,
           "It has no 'stream_time_ns', by which scene-match=stream-time finds its frame.");
     default:
-      return or_refuse(arrival,
-                       "It came without a time, by which scene-match=arrival finds its "
-                       "frame; files have none.");
+      return or_refuse(
+          arrival,
+          "It came without a time, by which scene-match=arrival finds its frame, beside "
+          "video that is not live. Match by what it tells: scene-match=timecode, "
+          "clock or stream-time.");
   }
 }
 
@@ -144,6 +154,12 @@ std::optional<std::int64_t> time_of_frame(GstBuffer* frame, const GstSegment& se
   }
   if (GST_CLOCK_TIME_IS_VALID(stamp)) time = static_cast<std::int64_t>(stamp);
   return time == no_time ? std::nullopt : std::optional(time);
+}
+
+std::int64_t period_of_frame(GstBuffer* frame, SceneMatch match) {
+  if (match != SceneMatch::timecode || timecode_of(frame) == no_time) return 0;
+  const GstVideoTimeCodeConfig& config = gst_buffer_get_video_time_code_meta(frame)->tc.config;
+  return day_of(static_cast<int>(config.fps_n), static_cast<int>(config.fps_d), config.flags);
 }
 
 }  // namespace polyhull::element

@@ -44,6 +44,9 @@ std::int64_t time_of_message(const TimedAnnouncement& message, SceneMatch match,
 std::optional<std::int64_t> time_of_frame(GstBuffer* frame, const GstSegment& segment,
                                           SceneMatch match);
 
+/// After which that clock begins at 0 again, ns; 0: never, or \p frame does not tell.
+std::int64_t period_of_frame(GstBuffer* frame, SceneMatch match);
+
 /// What to say of a frame without one: "has no ...".
 const char* missing_in_frames(SceneMatch match);
 

@@ -22,6 +22,7 @@
 #include "plugins/trackstamp/depth_input.h"
 #include "plugins/trackstamp/scene_input.h"
 #include "scene/announcement.h"
+#include "scene/drawable.h"
 
 GST_DEBUG_CATEGORY_STATIC(trackstamp_debug);
 #define GST_CAT_DEFAULT trackstamp_debug
@@ -42,13 +43,20 @@ struct TrackStamp {
   explicit TrackStamp(gpointer object);
 
   void begin_segment();
+  std::optional<std::int64_t> now() const;
   void unlock(bool unlocked) {
     track.unlock(unlocked);
     scene.unlock(unlocked);
     depth.unlock(unlocked);
   }
+  void look_through(const TrackedPose& pose);
   void announce(std::optional<Announcement> scene, std::optional<TrackedPose> pose);
-  std::optional<std::int64_t> scene_wait(GstClockTime running_time) const;
+  std::int64_t wait_for_scene() const;
+  std::int64_t wait_for_pose() const { return behind + frame; }
+  std::int64_t latency() const;
+  void tell_latency();
+  void property_set(gpointer, std::string_view name);
+  std::optional<std::int64_t> left(GstClockTime running_time, std::int64_t longest) const;
   void take_announcement(GstEvent* event);
 
   Settings settings;                  // under the object lock
@@ -58,14 +66,17 @@ struct TrackStamp {
   CameraTrack track;
   SceneInput scene;
   DepthInput depth;
-  std::atomic<bool> live{false};        // the video
-  std::atomic<std::int64_t> late{0};    // how late it comes by what its source says, ns
-  std::atomic<std::int64_t> frame{0};   // how long one lasts, ns
-  std::atomic<std::int64_t> behind{0};  // how much later than frames poses come, ns
+  std::atomic<bool> live{false};              // the video
+  std::atomic<std::int64_t> late{0};          // how late it comes by what its source says, ns
+  std::atomic<std::int64_t> frame{0};         // how long one lasts, ns
+  std::atomic<std::int64_t> behind{0};        // how much later than frames poses come, ns
+  std::atomic<std::int64_t> told_latency{0};  // ns
   std::atomic<bool> say_again{false};
   // The streaming thread's.
   int width = 0, height = 0;
+  double pixel_aspect = 1;
   Announcement from_upstream;  // the scene is empty where nothing was announced
+  Announcement tracked;        // camera and lens of the last pose, for this size of picture
   std::string announced;
 };
 
@@ -81,8 +92,10 @@ std::span<const Property<Settings>> properties() {
 TrackStamp::TrackStamp(gpointer object)
     : element(GST_BASE_TRANSFORM(object)),
       track(GST_ELEMENT_CAST(object), statistics),
-      scene(GST_ELEMENT_CAST(object), statistics,
-            [this] { return snapshot(element, scene_settings); }),
+      scene(
+          GST_ELEMENT_CAST(object), statistics,
+          [this] { return snapshot(element, scene_settings); },
+          [this] { return live ? now() : std::nullopt; }),
       depth(GST_ELEMENT_CAST(object), statistics,
             [this] { return snapshot(element, scene_settings); }) {
   statistics.declare({"frames", "announcements", "frames-untimed", "announcements-unusable"});
@@ -116,15 +129,43 @@ void TrackStamp::begin_segment() {
   behind = std::max<std::int64_t>(0, of_poses.value_or(0) - video.value_or(0));
 }
 
-/// How long the frame of \p running_time may wait for its message: live video only until it is later
-/// than its source says by scene-wait, so that waits do not add up.
-std::optional<std::int64_t> TrackStamp::scene_wait(GstClockTime running_time) const {
+/// The running time; none before there is a clock.
+std::optional<std::int64_t> TrackStamp::now() const {
+  const std::int64_t time = running_time_now(GST_ELEMENT_CAST(element));
+  return time == no_time ? std::nullopt : std::optional(time);
+}
+
+std::int64_t TrackStamp::wait_for_scene() const {
+  return static_cast<std::int64_t>(snapshot(element, scene_settings).wait);
+}
+
+/// By how much frames of live video may leave later than they come, ns.
+std::int64_t TrackStamp::latency() const {
+  const bool by_arrival = snapshot(element, scene_settings).match == SceneMatch::arrival;
+  const bool waits = depth.linked() || (scene.linked() && !by_arrival);
+  return std::max(waits ? wait_for_scene() : 0, track.linked() ? wait_for_pose() : 0);
+}
+
+void TrackStamp::tell_latency() {
+  const std::int64_t now = latency();
+  if (told_latency.exchange(now) == now) return;
+  gst_element_post_message(GST_ELEMENT_CAST(element),
+                           gst_message_new_latency(GST_OBJECT_CAST(element)));
+}
+
+void TrackStamp::property_set(gpointer, std::string_view name) {
+  if (name.starts_with("scene-")) tell_latency();
+}
+
+/// How long the frame of \p running_time may wait for what comes up to \p longest later: live video
+/// only until it is later than its source says by that, so that waits do not add up.
+std::optional<std::int64_t> TrackStamp::left(GstClockTime running_time,
+                                             std::int64_t longest) const {
   if (!live) return {};
-  const auto longest = static_cast<std::int64_t>(snapshot(element, scene_settings).wait);
-  const std::int64_t now = running_time_now(GST_ELEMENT_CAST(element));
-  if (now == no_time || !GST_CLOCK_TIME_IS_VALID(running_time)) return longest;
-  const std::int64_t left = static_cast<std::int64_t>(running_time) + late + longest - now;
-  return std::clamp<std::int64_t>(left, 0, longest);
+  const auto time = now();
+  if (!time || !GST_CLOCK_TIME_IS_VALID(running_time)) return longest;
+  const std::int64_t rest = static_cast<std::int64_t>(running_time) + late + longest - *time;
+  return std::clamp<std::int64_t>(rest, 0, longest);
 }
 
 void TrackStamp::take_announcement(GstEvent* event) {
@@ -138,14 +179,31 @@ void TrackStamp::take_announcement(GstEvent* event) {
   }
 }
 
+/// Takes the camera of \p pose; one that nothing can be drawn with leaves the one before.
+void TrackStamp::look_through(const TrackedPose& pose) {
+  try {
+    const Camera camera =
+        camera_of(pose, width, height, snapshot(element, settings).field_of_view, pixel_aspect);
+    check_viewport(camera);
+    check_projection(camera);
+    tracked.viewport = camera;
+    tracked.aperture = aperture_of(pose);
+    tracked.focus_distance = pose.focus_distance_m.value_or(0.0);
+  } catch (const Error& error) {
+    statistics.warn(
+        GST_ELEMENT_CAST(element), "poses-unusable",
+        fmt::format("A pose of the track is not used, the one before stays: {}", error.what()));
+  }
+}
+
 /// Says what is true from the next frame on, unless it was said already.
 void TrackStamp::announce(std::optional<Announcement> scene, std::optional<TrackedPose> pose) {
   Announcement announcement = scene ? std::move(*scene) : from_upstream;
-  if (pose) {
-    announcement.viewport =
-        camera_of(*pose, width, height, snapshot(element, settings).field_of_view);
-    announcement.aperture = aperture_of(*pose);
-    announcement.focus_distance = pose->focus_distance_m.value_or(0.0);
+  if (pose) look_through(*pose);
+  if (pose && tracked.viewport.width > 0) {
+    announcement.viewport = tracked.viewport;
+    announcement.aperture = tracked.aperture;
+    announcement.focus_distance = tracked.focus_distance;
   }
   if (announcement.viewport.width == 0) return;  // nobody has told a camera
   std::string json = announcement_to_json(announcement);
@@ -170,9 +228,10 @@ GstFlowReturn stamp(GstBaseTransform* base, GstBuffer* buffer) {
                                       ? static_cast<std::int64_t>(GST_BUFFER_DURATION(buffer))
                                       : self.frame.load();
     std::optional<Announcement> scene =
-        self.scene.at(buffer, base->segment, duration, self.scene_wait(time));
-    if (auto depth = self.depth.at(buffer, base->segment, duration, self.scene_wait(time),
-                                   scene ? scene->depth_near : 0.0))
+        self.scene.at(buffer, base->segment, duration, self.left(time, self.wait_for_scene()));
+    if (auto depth =
+            self.depth.at(buffer, base->segment, duration, self.left(time, self.wait_for_scene()),
+                          scene ? scene->depth_near : 0.0))
       set_depth(buffer, std::move(depth));
     if (self.track.unlocked()) return GST_FLOW_FLUSHING;
     if (!GST_CLOCK_TIME_IS_VALID(time)) {
@@ -183,8 +242,7 @@ GstFlowReturn stamp(GstBaseTransform* base, GstBuffer* buffer) {
       return GST_FLOW_OK;
     }
     const std::optional<TrackedPose> pose =
-        self.track.at(static_cast<std::int64_t>(time),
-                      self.live ? std::optional(self.behind + self.frame) : std::nullopt);
+        self.track.at(static_cast<std::int64_t>(time), self.left(time, self.wait_for_pose()));
     if (self.track.unlocked()) return GST_FLOW_FLUSHING;
     self.announce(std::move(scene), pose);
     return GST_FLOW_OK;
@@ -212,10 +270,15 @@ gboolean set_caps(GstBaseTransform* base, GstCaps* caps, GstCaps*) {
     return FALSE;
   }
   gst_structure_get_fraction(format, "framerate", &numerator, &denominator);
-  self.frame =
+  gint across = 1, down = 1;
+  gst_structure_get_fraction(format, "pixel-aspect-ratio", &across, &down);
+  self.pixel_aspect = across > 0 && down > 0 ? 1.0 * across / down : 1.0;
+  self.tracked = {};
+  const std::int64_t frame =
       numerator > 0
           ? static_cast<std::int64_t>(gst_util_uint64_scale_int(GST_SECOND, denominator, numerator))
           : 0;
+  if (self.frame.exchange(frame) != frame) self.tell_latency();
   self.say_again = true;
   return TRUE;
 }
@@ -247,7 +310,7 @@ gboolean src_event(GstBaseTransform* base, GstEvent* event) {
   return GST_BASE_TRANSFORM_CLASS(parent_class<TrackStamp>())->src_event(base, event);
 }
 
-/// A frame of a live stream may wait until its poses are there, and a frame more.
+/// A frame of a live stream may wait until its poses are there, and a frame more, or by scene-wait.
 gboolean query(GstBaseTransform* base, GstPadDirection direction, GstQuery* query) {
   TrackStamp& self = state_of<TrackStamp>(base);
   if (!GST_BASE_TRANSFORM_CLASS(parent_class<TrackStamp>())->query(base, direction, query))
@@ -258,19 +321,16 @@ gboolean query(GstBaseTransform* base, GstPadDirection direction, GstQuery* quer
   gst_query_parse_latency(query, &live, &least, &most);
   if (!live) return TRUE;
   self.begin_segment();
-  const SceneInputSettings now = snapshot(base, self.scene_settings);
-  const std::uint64_t for_scene =
-      self.scene.linked() && now.match != SceneMatch::arrival ? now.wait : 0;
-  const auto wait =
-      std::max<GstClockTime>(static_cast<GstClockTime>(self.behind + self.frame), for_scene);
-  gst_query_set_latency(query, live, least + wait, most);
+  const std::int64_t waits = self.latency();
+  self.told_latency = waits;
+  gst_query_set_latency(query, live, least + static_cast<GstClockTime>(waits), most);
   return TRUE;
 }
 
 gboolean start(GstBaseTransform* base) {
   TrackStamp& self = state_of<TrackStamp>(base);
   self.statistics.reset();
-  self.from_upstream = {};
+  self.from_upstream = self.tracked = {};
   self.scene.reset();
   self.announced.clear();
   return TRUE;
@@ -299,7 +359,8 @@ void TrackStamp::class_init(gpointer klass) {
       "more than a second after the last), frames-unmatchable (that do not tell what scene-match "
       "asks for), scene-losses; of the pad depth depth-frames, depth-frames-unmatchable, "
       "depth-frames-unusable, "
-      "frames-without-depth (that none came for, or that no depth_near was announced for).");
+      "frames-without-depth (that none came for, or that no depth_near was announced for), "
+      "depth-losses.");
   set_metadata(klass, "Track stamp", "Filter/Video",
                "Announces with each frame where the tracked camera was, or an outside renderer's "
                "camera, lights and scene");

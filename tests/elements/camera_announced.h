@@ -55,6 +55,16 @@ inline void log_cameras(GstElement* element, CameraLog& log) {
   gst_object_unref(pad);
 }
 
+/// How often an element has said, since one asked, that its latency is another now.
+inline int latencies_told(GstBus* bus) {
+  int count = 0;
+  while (GstMessage* message = gst_bus_pop_filtered(bus, GST_MESSAGE_LATENCY)) {
+    gst_message_unref(message);
+    ++count;
+  }
+  return count;
+}
+
 /// Writes OpenTrackIO packets as they come \p step ns apart, with the places and angles given, to
 /// \p path; returns that.
 inline std::string record_track(const std::filesystem::path& path, std::int64_t step,

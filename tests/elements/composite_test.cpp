@@ -10,6 +10,7 @@
 #include <cstring>
 #include <ctime>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <vector>
 
 #include "composite_bench.h"
@@ -162,10 +163,33 @@ GST_START_TEST(announced_camera_counts) {
   out = bench.step(frame(frame_time(1)), mesh_buffer(frame_time(2)));
   fail_unless(changed_pixels(out) > 1000);
   gst_buffer_unref(out);
-  gst_harness_push_event(bench.background, announcement_event("{nonsense"));
-  gst_buffer_unref(bench.step(frame(frame_time(2)), mesh_buffer(frame_time(3))));
   fail_unless_equals_uint64(test::statistic(bench.element, "announcements"), 2);
-  fail_unless_equals_uint64(test::statistic(bench.element, "announcements-unusable"), 1);
+  // What cannot be used is left out, and the last one holds.
+  const std::string good = announcement_to_json(announcement);
+  const auto with = [&](const char* pointer, const nlohmann::json& value) {
+    nlohmann::json wrong = nlohmann::json::parse(good);
+    wrong[nlohmann::json::json_pointer(pointer)] = value;
+    return wrong.dump();
+  };
+  const std::string unusable[] = {"{nonsense",
+                                  with("/exposure", -1e29),
+                                  with("/exposure", -0.5),
+                                  with("/ambient/1", 1e20),
+                                  with("/lights/0/u/0", 1e20),
+                                  with("/lights/0/radiance/2", -1),
+                                  with("/viewport/K/0", 1e-29),
+                                  with("/viewport/K/8", 0),
+                                  with("/viewport/K/3", 1e20),
+                                  with("/scene", "there-is-no-such-file.glb")};
+  int count = 0;
+  for (const std::string& json : unusable) {
+    gst_harness_push_event(bench.background, announcement_event(json));
+    out = bench.step(frame(frame_time(2 + count)), mesh_buffer(frame_time(3 + count)));
+    fail_unless(changed_pixels(out) > 1000, "%s", json.c_str());
+    gst_buffer_unref(out);
+    fail_unless_equals_uint64(test::statistic(bench.element, "announcements-unusable"), ++count);
+  }
+  fail_unless_equals_uint64(test::statistic(bench.element, "announcements"), 2);
 }
 GST_END_TEST
 

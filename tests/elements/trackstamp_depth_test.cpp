@@ -76,14 +76,14 @@ std::string depth_of(const char* pattern, const char* format = "GRAY16_LE", int 
 
 /// trackstamp fed by hand at sink and depth, of 2x1 pixels, matched by running time.
 struct Bench {
-  explicit Bench(bool live)
+  explicit Bench(bool live, const char* match = "stream-time", bool live_video = false)
       : element(gst_element_factory_make("trackstamp", nullptr)),
         frames(gst_harness_new_with_element(element, "sink", "src")),
         messages(element, live, 0, "scene"),
         depths(element, live, 0, "depth") {
-    gst_util_set_object_arg(G_OBJECT(element), "scene-match", "stream-time");
+    gst_util_set_object_arg(G_OBJECT(element), "scene-match", match);
     g_object_set(element, "scene-wait", guint64{0}, nullptr);
-    gst_harness_set_live(frames, live);
+    gst_harness_set_live(frames, live || live_video);
     gst_harness_set_src_caps_str(frames,
                                  "video/x-raw,format=GRAY8,width=4,height=1,framerate=25/1");
     messages.begin();
@@ -91,6 +91,8 @@ struct Bench {
     announcement.viewport = look_at({0, 1, 3}, {0, 1, 0}, 45, 4, 1);
     announcement.depth_near = 0.5;
     json said = json::parse(announcement_to_json(announcement));
+    said["timecode"] = "23:59:59:00";
+    said["timecode_rate"] = {25, 1};
     said["stream_time_ns"] = 0;
     messages.push(said.dump() + "\n", GST_CLOCK_TIME_NONE);
     said["stream_time_ns"] = 900 * ms;
@@ -98,10 +100,19 @@ struct Bench {
     depths.begin("video/x-raw,format=GRAY16_BE,width=2,height=1,framerate=25/1");
   }
   void close() { gst_harness_teardown(frames); }
+  static void mark(GstBuffer* buffer, const std::string& timecode) {
+    if (timecode.empty()) return;
+    GstVideoTimeCode* code = gst_video_time_code_new_from_string(timecode.c_str());
+    code->config.fps_n = 25;
+    code->config.fps_d = 1;
+    gst_buffer_add_video_time_code_meta(buffer, code);
+    gst_video_time_code_free(code);
+  }
   /// Whether a frame of \p time goes out with a depth.
-  bool send(std::int64_t time) {
+  bool send(std::int64_t time, const std::string& timecode = "") {
     GstBuffer* buffer = gst_harness_create_buffer(frames, 4);
     GST_BUFFER_PTS(buffer) = static_cast<GstClockTime>(time);
+    mark(buffer, timecode);
     GstBuffer* held = gst_buffer_ref(buffer);  // so that it cannot be written to
     fail_unless_equals_int(gst_harness_push(frames, buffer), GST_FLOW_OK);
     GstBuffer* out = gst_harness_pull(frames);
@@ -113,8 +124,11 @@ struct Bench {
     gst_buffer_unref(held);
     return attached;
   }
-  GstFlowReturn push(std::int64_t time) {
-    return depths.push(std::string(4, 'x'), static_cast<GstClockTime>(time));
+  GstFlowReturn push(std::int64_t time, const std::string& timecode = "") {
+    GstBuffer* buffer = gst_buffer_new_memdup("xxxx", 4);
+    GST_BUFFER_PTS(buffer) = static_cast<GstClockTime>(time);
+    mark(buffer, timecode);
+    return gst_pad_push(depths.pad, buffer);
   }
 
   GstElement* element;
@@ -195,6 +209,103 @@ GST_START_TEST(test_files_wait_for_each_other) {
 }
 GST_END_TEST
 
+// What is sought as a segment ends without an end of stream, until another begins.
+GST_START_TEST(test_segment_that_is_done) {
+  Bench bench(false);
+  for (int i = 0; i < 3; ++i) fail_unless_equals_int(bench.push(40 * ms * i), GST_FLOW_OK);
+  for (GstPad* pad : {bench.depths.pad, bench.messages.pad})
+    gst_pad_push_event(pad, gst_event_new_segment_done(GST_FORMAT_TIME, 120 * ms));
+  for (int i = 0; i < 30; ++i) fail_unless(bench.send(40 * ms * i) == (i < 3), "frame %d", i);
+  GstSegment segment;
+  gst_segment_init(&segment, GST_FORMAT_TIME);
+  gst_pad_push_event(bench.depths.pad, gst_event_new_segment(&segment));
+  std::thread frame([&] { fail_unless(bench.send(1200 * ms)); });
+  g_usleep(20000);
+  fail_unless_equals_int(bench.push(1200 * ms), GST_FLOW_OK);
+  frame.join();
+  bench.close();
+}
+GST_END_TEST
+
+/// Timecodes that go over midnight and then back to an earlier hour, and on to a later one.
+std::string jumping_timecode(int i) {
+  if (i < 50)
+    return (i < 25 ? "23:59:59:" : "00:00:00:") + std::string(i % 25 < 10 ? "0" : "") +
+           std::to_string(i % 25);
+  char text[64];
+  std::snprintf(text, sizeof text, "%02d:00:%02d:%02d",
+                i < 150   ? 21
+                : i < 250 ? 17
+                          : 20,
+                i % 50 / 25, i % 25);
+  return text;
+}
+
+GST_START_TEST(test_timecodes_jump) {
+  constexpr int count = 350;
+  {
+    Bench bench(false, "timecode");
+    std::thread depth([&] {
+      for (int i = 0; i < count; ++i)
+        if (i != 24)  // lost just before midnight
+          fail_unless_equals_int(bench.push(40 * ms * i, jumping_timecode(i)), GST_FLOW_OK);
+      gst_pad_push_event(bench.depths.pad, gst_event_new_eos());
+    });
+    gst_pad_push_event(bench.messages.pad, gst_event_new_eos());
+    for (int i = 0; i < count; ++i) bench.send(40 * ms * i, jumping_timecode(i));
+    depth.join();
+    fail_unless_equals_uint64(statistic(bench.element, "frames-without-depth"), 1);
+    bench.close();
+  }
+  // Live, the depth a little after each frame.
+  Bench bench(true, "timecode");
+  g_object_set(bench.element, "scene-wait", guint64{10 * GST_SECOND}, nullptr);
+  gst_pad_push_event(bench.messages.pad, gst_event_new_eos());
+  for (int i = 0; i < count; ++i) {
+    if (i == 149) {  // a frame is lost just before a jump
+      fail_unless_equals_int(bench.push(40 * ms * i, jumping_timecode(i)), GST_FLOW_OK);
+      continue;
+    }
+    std::thread frame([&] { bench.send(40 * ms * i, jumping_timecode(i)); });
+    g_usleep(2000);
+    fail_unless_equals_int(bench.push(40 * ms * i, jumping_timecode(i)), GST_FLOW_OK);
+    frame.join();
+  }
+  fail_unless_equals_uint64(statistic(bench.element, "frames-without-depth"), 0);
+  bench.close();
+}
+GST_END_TEST
+
+// A depth that is silent is waited for a second long, and again when it is back.
+GST_START_TEST(test_silent_depth_is_lost) {
+  for (const bool live : {true, false}) {
+    Bench bench(live, "stream-time", true);
+    GstBus* bus = gst_bus_new();
+    gst_element_set_bus(bench.element, bus);
+    gst_pad_push_event(bench.messages.pad, gst_event_new_eos());
+    fail_unless_equals_int(bench.push(0), GST_FLOW_OK);
+    bench.send(0);
+    for (int i = 1; i < 60; ++i) bench.send(40 * ms * i);
+    fail_unless_equals_uint64(statistic(bench.element, "depth-losses"), 1);
+    fail_unless_equals_int(warnings_on(bus).size(), 1);
+    // Waiting would take longer than the test may.
+    g_object_set(bench.element, "scene-wait", guint64{10 * GST_SECOND}, nullptr);
+    for (int i = 60; i < 72; ++i) bench.send(40 * ms * i);
+    fail_unless_equals_int(bench.push(40 * ms * 72), GST_FLOW_OK);
+    bench.send(40 * ms * 72);
+    std::thread frame([&] { bench.send(40 * ms * 73); });
+    g_usleep(20000);
+    fail_unless_equals_int(bench.push(40 * ms * 73), GST_FLOW_OK);
+    frame.join();
+    fail_unless_equals_uint64(statistic(bench.element, "depth-losses"), 1);
+    fail_unless_equals_uint64(statistic(bench.element, "frames-without-depth"), 71);
+    gst_element_set_bus(bench.element, nullptr);
+    gst_object_unref(bus);
+    bench.close();
+  }
+}
+GST_END_TEST
+
 GST_START_TEST(test_states) {
   check_states(
       "filesrc location=" + write_messages("states.jsonl", 1000, 0.5) +
@@ -213,6 +324,9 @@ static Suite* trackstamp_depth_suite() {
   tcase_add_test(tests, test_without_measure_or_frames);
   tcase_add_test(tests, test_frames_find_each_other);
   tcase_add_test(tests, test_files_wait_for_each_other);
+  tcase_add_test(tests, test_segment_that_is_done);
+  tcase_add_test(tests, test_timecodes_jump);
+  tcase_add_test(tests, test_silent_depth_is_lost);
   tcase_add_test(tests, test_states);
   return suite;
 }

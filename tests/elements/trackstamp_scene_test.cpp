@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <thread>
 
 #include "camera_announced.h"
@@ -206,9 +207,54 @@ GST_START_TEST(test_by_arrival) {
   fail_unless_equals_int(bench.send(bench.frame(3)), 3);
   g_object_set(bench.element, "scene-delay", gint64{80 * ms}, nullptr);
   fail_unless_equals_int(bench.send(bench.frame(4)), 2);
-  bench.say(message(4));  // came without a time
-  fail_unless_equals_uint64(bench.count("scene-messages-untimed"), 1);
   bench.close();
+}
+GST_END_TEST
+
+// tcpclientsrc gives no times: beside live video the messages hold from when they come.
+GST_START_TEST(test_by_arrival_without_times) {
+  Bench bench("arrival", false);
+  gst_harness_use_testclock(bench.harness);
+  gst_harness_set_time(bench.harness, 50 * ms);
+  fail_unless_equals_int(bench.send(bench.frame(0)), 0);
+  bench.say(message(1));
+  fail_unless_equals_int(bench.send(bench.frame(1)), 0);
+  fail_unless_equals_int(bench.send(bench.frame(2)), 1);
+  g_object_set(bench.element, "scene-delay", gint64{10 * GST_SECOND}, nullptr);
+  for (int i = 2; i < 100; ++i) {
+    gst_harness_set_time(bench.harness, static_cast<GstClockTime>(40 * ms * i));
+    bench.say(message(i));
+    bench.send(bench.frame(i));
+  }
+  fail_unless_equals_int(bench.send(bench.frame(252)), 2);
+  fail_unless_equals_uint64(bench.count("scene-messages-untimed"), 0);
+  bench.close();
+  Bench files("arrival", false, false);
+  files.say(message(1));
+  files.send(files.frame(0));
+  fail_unless_equals_uint64(files.count("scene-messages-untimed"), 1);
+  fail_unless(warnings_on(files.bus).at(0).find("scene-match=timecode") != std::string::npos);
+  files.close();
+}
+GST_END_TEST
+
+// What it may wait for, and no more.
+GST_START_TEST(test_latency) {
+  for (const char* match : {"timecode", "arrival"}) {
+    for (const bool with_depth : {false, true}) {
+      Bench bench(match);
+      g_object_set(bench.element, "scene-wait", guint64{15 * GST_MSECOND}, nullptr);
+      latencies_told(bench.bus);
+      std::optional<PosePusher> depth;
+      if (with_depth) depth.emplace(bench.element, true, 0, "depth");
+      const bool waits = with_depth || std::string(match) == "timecode";
+      fail_unless_equals_uint64(gst_harness_query_latency(bench.harness), (waits ? 45 : 30) * ms);
+      g_object_set(bench.element, "scene-wait", guint64{20 * GST_MSECOND}, nullptr);
+      fail_unless_equals_int(latencies_told(bench.bus), waits ? 1 : 0);
+      depth.reset();
+      bench.close();
+    }
+  }
 }
 GST_END_TEST
 
@@ -249,6 +295,22 @@ GST_START_TEST(test_file_along_with_the_video) {
 }
 GST_END_TEST
 
+// More lines than are kept, at once.
+GST_START_TEST(test_many_lines_in_one_buffer) {
+  Bench bench("stream-time", false, false);
+  constexpr int count = 2500;
+  std::string lines;
+  for (int i = 0; i < count; ++i) lines += line(at_stream_time(i + 1, 40 * ms * i));
+  std::thread file([&] {
+    fail_unless_equals_int(bench.messages.push(lines, GST_CLOCK_TIME_NONE), GST_FLOW_OK);
+  });
+  for (int i = 0; i < count; ++i) fail_unless_equals_int(bench.send(bench.frame(i)), i + 1);
+  file.join();
+  fail_unless_equals_uint64(bench.count("frames-announced"), count);
+  bench.close();
+}
+GST_END_TEST
+
 // A frame of live video waits for its message; a frame that has waited long enough goes on.
 GST_START_TEST(test_live_frame_waits) {
   Bench bench("timecode");
@@ -264,6 +326,79 @@ GST_START_TEST(test_live_frame_waits) {
   fail_unless_equals_int(bench.send_at(1, "10:00:00:01"), 4);
   bench.say(at_timecode(5, "10:00:00:01"));  // too late
   fail_unless_equals_uint64(bench.count("scene-messages-late"), 1);
+  bench.close();
+}
+GST_END_TEST
+
+// One message of a far later time: frames wait for theirs as before.
+GST_START_TEST(test_message_of_another_time) {
+  Bench bench("timecode");
+  bench.say(at_timecode(1, "10:00:00:00"));
+  bench.say(at_timecode(9, "15:00:00:00"));
+  fail_unless_equals_int(bench.send_at(0, "10:00:00:00"), 1);
+  g_object_set(bench.element, "scene-wait", guint64{10 * GST_SECOND}, nullptr);
+  int announced = 0;
+  std::thread frame([&] { announced = bench.send_at(1, "10:00:00:01"); });
+  g_usleep(50000);
+  bench.say(at_timecode(2, "10:00:00:01"));
+  frame.join();
+  fail_unless_equals_int(announced, 2);
+  bench.close();
+}
+GST_END_TEST
+
+// The sender's timecode and the video's begin again: what holds is of the same turn.
+GST_START_TEST(test_live_timecode_begins_again) {
+  Bench bench("timecode");
+  const auto code = [](int i) { return "10:00:0" + std::to_string(i) + ":00"; };
+  for (int i = 0; i < 5; ++i) {
+    bench.say(at_timecode(i + 1, code(i)));
+    fail_unless_equals_int(bench.send_at(25 * i, code(i).c_str()), i + 1);
+  }
+  g_object_set(bench.element, "scene-wait", guint64{10 * GST_SECOND}, nullptr);
+  for (int i = 0; i < 5; ++i) {
+    int announced = 0;
+    std::thread frame([&] { announced = bench.send_at(125 + 25 * i, code(i).c_str()); });
+    g_usleep(20000);
+    bench.say(at_timecode(10 + i, code(i)));
+    frame.join();
+    fail_unless_equals_int(announced, 10 + i);
+  }
+  bench.close();
+}
+GST_END_TEST
+
+// Lines and video jump to an earlier hour, or to a later one, and back to the one where they were.
+GST_START_TEST(test_file_whose_timecode_jumps) {
+  const auto code = [](int i) {
+    const int hours[] = {10, 1, 10, 15};
+    char text[64];
+    std::snprintf(text, sizeof text, "%02d:00:%02d:%02d", hours[i / 700], i % 700 / 25, i % 25);
+    return std::string(text);
+  };
+  constexpr int count = 4 * 700;
+  Bench bench("timecode", false, false);
+  std::thread file([&] {
+    std::string lines;
+    for (int i = 0; i < count; ++i) {
+      lines += line(at_timecode(i + 1, code(i)));
+      if (i % 7 != 6) continue;
+      bench.messages.push(lines, GST_CLOCK_TIME_NONE);
+      lines.clear();
+    }
+  });
+  for (int i = 0; i < count; ++i) {
+    fail_unless_equals_int(bench.send_at(i, code(i).c_str()), i + 1);
+    if (i % 700 != 699) continue;
+    // Lets the file run ahead as far as it may.
+    for (guint64 before = 0, now = 1; before != now; now = bench.count("scene-messages")) {
+      before = now;
+      g_usleep(50000);
+    }
+  }
+  file.join();
+  fail_unless_equals_uint64(bench.count("scene-messages"), count);
+  fail_unless_equals_uint64(bench.count("frames-announced"), count);
   bench.close();
 }
 GST_END_TEST
@@ -290,18 +425,36 @@ GST_START_TEST(test_flush_ends_the_waiting) {
 GST_END_TEST
 
 GST_START_TEST(test_silence_is_said_once) {
+  // As udpsrc gives them, and as tcpclientsrc does, which does not say that it is live.
+  for (const bool live : {true, false}) {
+    Bench bench("timecode", live);
+    bench.say(at_timecode(1, "10:00:00:00"));
+    fail_unless_equals_int(bench.send_at(0, "10:00:01:00"), 1);
+    fail_unless_equals_uint64(bench.count("scene-losses"), 0);
+    for (int i = 1; i < 4; ++i)
+      fail_unless_equals_int(bench.send_at(i, ("10:00:02:0" + std::to_string(i)).c_str()), 1);
+    fail_unless_equals_uint64(bench.count("scene-losses"), 1);
+    fail_unless_equals_uint64(bench.count("frames-unannounced"), 3);
+    fail_unless_equals_int(warnings_on(bench.bus).size(), 1);
+    bench.say(at_timecode(2, "10:00:02:10"));
+    fail_unless_equals_int(bench.send_at(5, "10:00:02:10"), 2);
+    fail_unless_equals_uint64(bench.count("frames-announced"), 2);
+    bench.close();
+  }
+}
+GST_END_TEST
+
+// A sender that forgets the line feeds is there; it is told what is missing.
+GST_START_TEST(test_messages_without_line_feeds) {
   Bench bench("timecode");
-  bench.say(at_timecode(1, "10:00:00:00"));
-  fail_unless_equals_int(bench.send_at(0, "10:00:01:00"), 1);
-  fail_unless_equals_uint64(bench.count("scene-losses"), 0);
-  for (int i = 1; i < 4; ++i)
-    fail_unless_equals_int(bench.send_at(i, ("10:00:02:0" + std::to_string(i)).c_str()), 1);
-  fail_unless_equals_uint64(bench.count("scene-losses"), 1);
-  fail_unless_equals_uint64(bench.count("frames-unannounced"), 3);
-  fail_unless_equals_int(warnings_on(bench.bus).size(), 1);
-  bench.say(at_timecode(2, "10:00:02:10"));
-  fail_unless_equals_int(bench.send_at(5, "10:00:02:10"), 2);
-  fail_unless_equals_uint64(bench.count("frames-announced"), 2);
+  const std::string said = at_timecode(1, "10:00:00:00").dump();
+  fail_unless_equals_int(bench.send_at(0, "10:00:00:00"), 0);
+  for (int i = 0; i < 3; ++i) bench.messages.push(said, GST_CLOCK_TIME_NONE);
+  fail_unless_equals_int(bench.send_at(1, "10:00:01:01"), 0);
+  const std::string warning = warnings_on(bench.bus).at(0);
+  fail_unless(warning.find(std::to_string(3 * said.size()) + " bytes") != std::string::npos &&
+                  warning.find("line feed") != std::string::npos,
+              "%s", warning.c_str());
   bench.close();
 }
 GST_END_TEST
@@ -394,10 +547,17 @@ static Suite* trackstamp_scene_suite() {
   tcase_add_test(tests, test_delay_is_live);
   tcase_add_test(tests, test_by_clock);
   tcase_add_test(tests, test_by_arrival);
+  tcase_add_test(tests, test_by_arrival_without_times);
+  tcase_add_test(tests, test_latency);
   tcase_add_test(tests, test_file_along_with_the_video);
+  tcase_add_test(tests, test_many_lines_in_one_buffer);
   tcase_add_test(tests, test_live_frame_waits);
+  tcase_add_test(tests, test_message_of_another_time);
+  tcase_add_test(tests, test_live_timecode_begins_again);
+  tcase_add_test(tests, test_file_whose_timecode_jumps);
   tcase_add_test(tests, test_flush_ends_the_waiting);
   tcase_add_test(tests, test_silence_is_said_once);
+  tcase_add_test(tests, test_messages_without_line_feeds);
   tcase_add_test(tests, test_what_is_no_message);
   tcase_add_test(tests, test_track_and_file_go_before);
   tcase_add_test(tests, test_states);

@@ -112,6 +112,45 @@ GST_START_TEST(test_live_frame_waits_for_its_pose) {
 }
 GST_END_TEST
 
+// A pose that nothing can be drawn with is left out; it does not end the stream.
+GST_START_TEST(test_unusable_poses) {
+  Bench bench("100/1");
+  bench.poses.push(0.3, 0);
+  fail_unless_equals_int(bench.push(0), GST_FLOW_OK);
+  const auto lens = [](double focal, double sensor) {
+    PoseMessage message;
+    message.pose.focal_length_mm = focal;
+    message.pose.sensor_width_mm = sensor;
+    return pose_message_to_json(message);
+  };
+  int at = 0;
+  for (const std::string& message : {lens(1e300, 1e-300), lens(1e-12, 36.0), lens(1e9, 36.0)}) {
+    bench.poses.push(message, ++at * 20 * ms);
+    fail_unless_equals_int(bench.push(at * 20 * ms), GST_FLOW_OK);
+    expect_place(bench.log.frames.back().camera, {0.3, -3, 0.3});
+    fail_unless_equals_uint64(statistic(bench.element, "poses-unusable"), at);
+  }
+  bench.poses.push(1e308, 100 * ms);
+  bench.poses.push(-1e308, 120 * ms);
+  fail_unless_equals_int(bench.push(110 * ms), GST_FLOW_OK);
+  expect_place(bench.log.frames.back().camera, {0.3, -3, 0.3});
+  bench.poses.push(0.7, 140 * ms);
+  bench.push(140 * ms);
+  expect_place(bench.log.frames.back().camera, {0.7, -3, 0.3});
+  bench.close();
+}
+GST_END_TEST
+
+GST_START_TEST(test_pixel_aspect) {
+  Bench bench("25/1, pixel-aspect-ratio=(fraction)16/15");
+  bench.poses.push(0.3, 0);
+  fail_unless_equals_int(bench.push(0), GST_FLOW_OK);
+  const Camera& camera = bench.log.frames.back().camera;
+  fail_unless(std::abs(camera.K[1][1] / camera.K[0][0] - 16.0 / 15.0) < 1e-12);
+  bench.close();
+}
+GST_END_TEST
+
 // Where none comes, the frame goes on with the last one: a frame later, not more.
 GST_START_TEST(test_live_frame_goes_on_without_a_pose) {
   Bench bench("100/1");
@@ -148,6 +187,33 @@ GST_START_TEST(test_latency) {
     fail_unless_equals_uint64(gst_harness_query_latency(bench.harness), expected.sum);
     bench.close();
   }
+}
+GST_END_TEST
+
+// A frame that has waited for something else is not kept any longer than until its own latency.
+GST_START_TEST(test_waits_do_not_add_up) {
+  constexpr GstClockTime hour = 3600 * GST_SECOND;
+  Bench bench("25/1", true, hour);
+  fail_unless_equals_uint64(gst_harness_query_latency(bench.harness), hour + 40 * ms);
+  gst_harness_set_time(bench.harness, hour + 41 * ms);
+  bench.push(0);
+  fail_unless_equals_int(bench.log.frames.size(), 1);
+  bench.close();
+}
+GST_END_TEST
+
+GST_START_TEST(test_another_rate_is_another_latency) {
+  Bench bench("25/1");
+  bench.push(0);
+  fail_unless_equals_int(latencies_told(bench.bus), 1);
+  bench.push(40 * ms);
+  fail_unless_equals_int(latencies_told(bench.bus), 0);
+  gst_harness_set_src_caps_str(bench.harness,
+                               "video/x-raw,format=GRAY8,width=64,height=48,framerate=50/1");
+  bench.push(80 * ms);
+  fail_unless_equals_int(latencies_told(bench.bus), 1);
+  fail_unless_equals_uint64(gst_harness_query_latency(bench.harness), 50 * ms);
+  bench.close();
 }
 GST_END_TEST
 
@@ -250,8 +316,12 @@ static Suite* trackstamp_suite() {
   tcase_add_test(tests, test_documented);
   tcase_add_test(tests, test_each_frame_has_its_camera);
   tcase_add_test(tests, test_live_frame_waits_for_its_pose);
+  tcase_add_test(tests, test_unusable_poses);
+  tcase_add_test(tests, test_pixel_aspect);
   tcase_add_test(tests, test_live_frame_goes_on_without_a_pose);
   tcase_add_test(tests, test_latency);
+  tcase_add_test(tests, test_waits_do_not_add_up);
+  tcase_add_test(tests, test_another_rate_is_another_latency);
   tcase_add_test(tests, test_scene_of_upstream_stays);
   tcase_add_test(tests, test_flush_ends_the_waiting);
   tcase_add_test(tests, test_what_is_no_video_is_refused);

@@ -472,6 +472,19 @@ TEST(Announcement, RefusesWhatIsNone) {
            {"/viewport/distortion", {1, 2, 3}},
            {"/viewport/distortion", "no"},
            {"/viewport/t/1", 1e200},
+           {"/viewport/K/0", 1e-29},
+           {"/viewport/K/0", 1e-3},
+           {"/viewport/K/1", 1e20},
+           {"/viewport/K/2", 1e20},
+           {"/viewport/K/3", 1e20},
+           {"/viewport/K/5", -1e20},
+           {"/viewport/K/6", 1e-3},
+           {"/viewport/K/7", 1},
+           {"/viewport/K/8", 0},
+           {"/exposure", -1e-3},
+           {"/exposure", 1e10},
+           {"/ambient/0", -1e-3},
+           {"/ambient/2", 1e20},
            {"/lights", json::array({1})},
            {"/lights", std::vector<json>(1025, json::object())}}) {
     json wrong = root;
@@ -482,6 +495,15 @@ TEST(Announcement, RefusesWhatIsNone) {
   lit.lights.resize(1);
   root = json::parse(announcement_to_json(lit));
   EXPECT_NO_THROW(parse_announcement(root.dump()));
+  for (const auto& [pointer, value] :
+       std::vector<std::pair<const char*, double>>{{"/lights/0/centre/0", -1e10},
+                                                   {"/lights/0/u/1", 1e20},
+                                                   {"/lights/0/v/2", 1e20},
+                                                   {"/lights/0/radiance/0", -1e-3}}) {
+    json wrong = root;
+    wrong[json::json_pointer(pointer)] = value;
+    EXPECT_THROW(parse_announcement(wrong.dump()), Error) << pointer;
+  }
   for (const json& mesh : {json(-2), json(0.5), json(1e72), json(-1e72), json(1ll << 31), json("1"),
                            json(18446744073709551615ull), json(nullptr)}) {
     root["lights"][0]["mesh"] = mesh;
@@ -530,7 +552,10 @@ TEST(AnnouncementHistory, FindsWhatHolds) {
   EXPECT_EQ(history.at(12)->time, 10);
   EXPECT_TRUE(history.reaches(97));
   EXPECT_FALSE(history.reaches(11));
-  EXPECT_EQ(history.later_than(96), 2u);
+  EXPECT_EQ(history.since(99), 2u);
+  EXPECT_EQ(history.since(5), 0u);
+  EXPECT_EQ(history.since(94), 3u);
+  EXPECT_EQ(history.last_after(97), 8);
   Announcement other;
   other.exposure = 3.0f;
   history.add(10, other);
@@ -538,6 +563,50 @@ TEST(AnnouncementHistory, FindsWhatHolds) {
   EXPECT_EQ(history.at(10)->announcement.exposure, 3.0f);
   for (std::int64_t time = 0; time < 3000; ++time) history.add(time % 2000 + 1000, {});
   EXPECT_EQ(history.size(), AnnouncementHistory::most);
+}
+
+constexpr std::int64_t second = 1'000'000'000, day = 86400 * second;
+
+// One message of another time, forged or wrong, does not stand for those that are to come.
+TEST(AnnouncementHistory, IsNotReachedByOneFarAway) {
+  AnnouncementHistory history(day);
+  history.add(10 * second, {});
+  history.add(5000 * second, {});
+  EXPECT_FALSE(history.reaches(11 * second));
+  history.add(11 * second, {});
+  EXPECT_TRUE(history.reaches(11 * second));
+  EXPECT_FALSE(history.reaches(12 * second));
+  // Two, or the last of a few: they only change now and then.
+  history.add(20 * second, {});
+  history.add(30 * second, {});
+  EXPECT_TRUE(history.reaches(12 * second));
+}
+
+// Each time what is asked for jumps back, messages have done so before or will afterwards.
+TEST(AnnouncementHistory, BeginsAgain) {
+  for (const bool messages_first : {false, true}) {
+    AnnouncementHistory history(day);
+    std::uint64_t run = 0;
+    for (int loop = 0; loop < 4; ++loop) {
+      const float mark = static_cast<float>(loop);
+      const auto add = [&](std::int64_t time) {
+        Announcement announcement;
+        announcement.exposure = mark;
+        history.add(time * second, announcement);
+      };
+      if (messages_first) add(0);
+      if (loop > 0) history.begin_again(0, run);
+      if (!messages_first) add(0);
+      for (int time = 1; time < 10; ++time) {
+        EXPECT_FALSE(history.reaches(time * second)) << loop << " " << time;
+        add(time);
+        EXPECT_TRUE(history.reaches(time * second));
+        EXPECT_EQ(history.at(time * second)->announcement.exposure, mark);
+        run = history.at(time * second)->run;
+        if (time == 5) add(5000);  // forged
+      }
+    }
+  }
 }
 
 }  // namespace

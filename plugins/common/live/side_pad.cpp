@@ -117,6 +117,7 @@ bool SidePad::hear(GstPad* pad, GstEvent* event) {
       changed_.notify_all();
       return true;
     }
+    case GST_EVENT_SEGMENT_DONE:  // nothing comes before another segment
     case GST_EVENT_EOS: {
       end();
       const std::scoped_lock lock(mutex_);

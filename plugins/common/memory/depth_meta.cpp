@@ -46,9 +46,12 @@ const GstMetaInfo* meta_info() {
 }  // namespace
 
 void set_depth(GstBuffer* buffer, Depth depth) {
+  // Who shares the buffer reads its metas.
+  if (!gst_buffer_is_writable(buffer)) return;
   GstMeta* meta = gst_buffer_get_meta(buffer, api_type());
   if (meta == nullptr && depth == nullptr) return;
   if (meta == nullptr) meta = gst_buffer_add_meta(buffer, meta_info(), nullptr);
+  if (meta == nullptr) return;
   reinterpret_cast<DepthMeta*>(meta)->depth = std::move(depth);
 }
 

@@ -11,7 +11,8 @@
 
 namespace polyhull::element {
 
-/// Attaches \p depth to \p buffer, which is writable, instead of any that is there; null: none.
+/// Attaches \p depth to \p buffer instead of any that is there; null: none. A buffer that is not
+/// writable stays as it is.
 void set_depth(GstBuffer* buffer, std::shared_ptr<const DepthPicture> depth);
 
 /// What is attached to \p buffer; null: nothing.

@@ -10,6 +10,7 @@
 
 #include "base/error.h"
 #include "track/opentrackio_sample.h"
+#include "track/pose_reader.h"
 
 namespace polyhull {
 namespace {
@@ -226,6 +227,27 @@ TEST(OpenTrackIO, CountsLostAndLateSegments) {
   EXPECT_EQ(segments.incomplete(), 2u);
 }
 
+// What overlaps, or comes in crumbs, is refused as it comes: a flood must not fill the memory.
+TEST(OpenTrackIO, KeepsNoMoreThanASample) {
+  const Packet bytes(5000, 'x');
+  const auto taken = [&](std::size_t step, std::size_t size) {
+    OpenTrackIOSegments segments;
+    std::size_t kept = 0;
+    try {
+      for (; kept * step + size < bytes.size(); ++kept)
+        segments.add(parse_opentrackio_packet(segment(bytes, 1, 3, kept * step, size, 255)));
+    } catch (const Error&) {
+    }
+    return kept;
+  };
+  EXPECT_EQ(taken(1, 2000), 1u);
+  EXPECT_EQ(taken(4, 4), OpenTrackIOSegments::most_parts);
+  EXPECT_EQ(taken(50, 50), 99u);
+  OpenTrackIOSegments backwards;
+  backwards.add(parse_opentrackio_packet(segment(bytes, 1, 3, 1000, 1000, 255)));
+  EXPECT_THROW(backwards.add(parse_opentrackio_packet(segment(bytes, 1, 3, 900, 101, 255))), Error);
+}
+
 TEST(OpenTrackIO, ASenderThatBeginsAnewIsReadAtOnce) {
   const Packet text = json_bytes(sample({0, 0, 0}, {1, 2, 3}));
   OpenTrackIOSegments segments;
@@ -237,6 +259,26 @@ TEST(OpenTrackIO, ASenderThatBeginsAnewIsReadAtOnce) {
   EXPECT_TRUE(add(0, 100, text.size() - 100));
   EXPECT_FALSE(add(1, 0, 100));
   EXPECT_TRUE(add(1, 100, text.size() - 100));
+}
+
+// `static` need not be in each sample.
+TEST(OpenTrackIO, ASensorHoldsForItsSource) {
+  PoseReader reader;
+  const auto width = [&](const char* source, std::optional<double> sensor) {
+    nlohmann::json value = sample({0, 0, 0}, {1, 2, 3});
+    value["sourceId"] = source;
+    value.erase("static");
+    if (sensor) value["static"]["camera"]["activeSensorPhysicalDimensions"]["width"] = *sensor;
+    const Packet text = json_bytes(value);
+    const auto pose = reader.read(segment(text, 1, 1, 0, text.size(), 255), source, {});
+    return pose->sensor_width_mm;
+  };
+  EXPECT_EQ(width("a", {}), std::nullopt);
+  EXPECT_EQ(width("a", 36.0), 36.0);
+  EXPECT_EQ(width("a", {}), 36.0);
+  EXPECT_EQ(width("b", {}), std::nullopt);
+  EXPECT_EQ(width("a", 24.0), 24.0);
+  EXPECT_EQ(width("a", {}), 24.0);
 }
 
 TEST(OpenTrackIO, RefusesEachFault) {
@@ -312,9 +354,15 @@ TEST(TrackedCamera, LooksFromWhereTheTrackerSays) {
   EXPECT_NEAR(camera_of(pose, 640, 480, 90.0).K[0][0], 360.0, 1e-9);
   pose.sensor_width_mm = 36.0;
   EXPECT_NEAR(camera_of(pose, 640, 480, 90.0).K[0][0], 320.0, 1e-9);
+  // Pixels a fifth wider than high: more of them stand on each other than side by side.
+  EXPECT_NEAR(camera_of(pose, 640, 480, 90.0, 1.2).K[0][0], 320.0, 1e-9);
+  EXPECT_NEAR(camera_of(pose, 640, 480, 90.0, 1.2).K[1][1], 384.0, 1e-9);
+  EXPECT_NEAR(camera_of({}, 640, 480, 90.0, 1.2).K[0][0], 200.0, 1e-9);
+  EXPECT_NEAR(camera_of({}, 640, 480, 90.0, 1.2).K[1][1], 240.0, 1e-9);
   pose.focal_length_mm = -1.0;
   EXPECT_THROW(camera_of(pose, 640, 480, 90.0), Error);
   EXPECT_THROW(camera_of({}, 0, 480, 90.0), Error);
+  EXPECT_THROW(camera_of({}, 640, 480, 90.0, 0.0), Error);
   EXPECT_THROW(camera_of({}, 640, 480, 180.0), Error);
 }
 

@@ -63,6 +63,39 @@ TEST(Track, DelaySmoothingAndPredictionShiftAsTheySay) {
   EXPECT_THROW(Track{settings}, Error);
 }
 
+// Five poses at a time, as a switch's queue or a late wake-up of the receiver makes of 50 a second.
+TEST(Track, PredictionIsNotThrownByPosesThatComeTogether) {
+  TrackSettings settings;
+  settings.prediction_ns = 40 * ms;
+  Track track(settings);
+  double furthest = 0;
+  for (int i = 0; i < 100; ++i) {
+    const std::int64_t arrival = 100 * ms * (i / 5) + 20'000 * (i % 5);
+    track.add(pose_at(0.01 * i), arrival);
+    const auto pose = track.at(arrival + 40 * ms);
+    furthest = std::max(furthest, std::abs(pose->place.x - 0.01 * i));
+  }
+  // .5 m/s for 40 ms, and what is not even in the arrivals; 20 m by the last two alone.
+  EXPECT_LT(furthest, 0.05);
+  // Sent twice, it moves on.
+  track.add(pose_at(1.0), 2001 * ms);
+  track.add(pose_at(1.0), 2001 * ms + 30'000);
+  EXPECT_GT(track.at(2041 * ms)->place.x, 1.003);
+}
+
+// Nothing is known of the motion before a silence, nor of one that has only begun.
+TEST(Track, PredictionGoesNoFurtherThanWasSeen) {
+  TrackSettings settings;
+  settings.prediction_ns = 100 * ms;
+  Track track(settings);
+  track.add(pose_at(0.0), 0);
+  EXPECT_EQ(track.at(500 * ms)->place.x, 0.0);
+  track.add(pose_at(5.0), 3000 * ms);
+  EXPECT_EQ(track.at(3050 * ms)->place.x, 5.0);
+  track.add(pose_at(5.1), 3010 * ms);
+  EXPECT_NEAR(track.at(3500 * ms)->place.x, 5.2, 1e-9);
+}
+
 TEST(Track, CountsLossReorderingAndRepetition) {
   Track track({});
   const int sequences[] = {65533, 65534, 1, 0, 1, 2};  // 65535 is lost, 0 is late, 1 comes twice
