@@ -5,6 +5,8 @@
 
 #include <cmath>
 #include <cstring>
+#include <filesystem>
+#include <system_error>
 
 #include "base/error.h"
 #include "base/stopwatch.h"
@@ -59,11 +61,22 @@ FrameComposer::FrameComposer(CompositeGl& gl, Statistics& statistics)
                       "pixels-changed"});
 }
 
+/// The scene of that name. Where it cannot be read, the last one stays, and the file is not read again
+/// before it has changed: whoever announces it does so with each frame.
 std::shared_ptr<const Scene> FrameComposer::open(const std::string& name) {
-  if (!scene_ || scene_name_ != name) {
-    scene_ = std::make_shared<const Scene>(open_scene(name));  // else the one before stays
-    scene_name_ = name;
+  if (scene_ && scene_name_ == name) return scene_;
+  std::error_code none;
+  const auto written = std::filesystem::last_write_time(name, none);
+  if (failed_scene_ && failed_scene_->name == name && failed_scene_->written == written)
+    throw failed_scene_->why;
+  try {
+    scene_ = std::make_shared<const Scene>(open_scene(name));
+  } catch (const Error& error) {
+    failed_scene_ = {name, written, error};
+    throw;
   }
+  scene_name_ = name;
+  failed_scene_.reset();
   return scene_;
 }
 
@@ -338,6 +351,7 @@ void FrameComposer::reset() {
   background_video_.reset();
   scene_.reset();
   scene_name_.clear();
+  failed_scene_.reset();
   frame_ = {};
   plan_ = {};
   forget_motion();

@@ -6,6 +6,7 @@
 
 #include <gst/video/video.h>
 
+#include <filesystem>
 #include <functional>
 #include <map>
 #include <memory>
@@ -113,6 +114,12 @@ class FrameComposer {
   std::optional<Announcement> announcement_;
   std::string scene_name_;
   std::shared_ptr<const Scene> scene_;
+  struct FailedScene {
+    std::string name;
+    std::filesystem::file_time_type written;
+    Error why;
+  };
+  std::optional<FailedScene> failed_scene_;
   RenderFrame frame_;
   RenderPlan plan_;
   RenderSettings settings_;
