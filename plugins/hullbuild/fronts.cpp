@@ -8,6 +8,8 @@ namespace polyhull::element {
 namespace {
 
 constexpr std::int64_t start_time = GST_SECOND;
+/// A live pad that has brought nothing for so long may be stood in for by another.
+constexpr std::int64_t silent_time = GST_SECOND;
 
 ViewHead head_of_gap(const Arrival& gap) {
   ViewHead head;
@@ -25,6 +27,51 @@ ViewHead head_of_view(const HullPadState& state) {
   head.repeated = head.trigger != no_trigger ? head.trigger == state.last_trigger
                                              : head.time != no_time && head.time == state.last_time;
   return head;
+}
+
+/// The view, or what is none, at the front of \p pad is left out, which is said.
+void drop_unusable(HullBuild& self, GstAggregatorPad* pad, const Error& why) {
+  HullPadState& state = state_of<HullPadState>(pad);
+  state.forget_front();
+  pop(pad);
+  ++state.unusable;
+  self.statistics.warn(
+      GST_ELEMENT_CAST(self.element), "views-unusable",
+      fmt::format("A buffer on {} was dropped: {}", GST_OBJECT_NAME(pad), why.what()));
+}
+
+/// Whether \p other is who brings the camera \p name, and would still at \p time (running time, ns).
+bool owns(const HullPadState& other, const std::string& name, std::int64_t time) {
+  if (other.name != name || other.brought != name || other.ended) return false;
+  return other.view != nullptr || time == no_time || other.brought_at == no_time ||
+         time - other.brought_at < silent_time;
+}
+
+/// Throws Error unless the view at the front of the pad \p at is of a camera of the rig, of its size,
+/// and no other pad's.
+void check_front(HullBuild& self, const Pads& pads, std::size_t at) {
+  GstAggregatorPad* pad = pads[at];
+  HullPadState& state = state_of<HullPadState>(pad);
+  const View& view = state.view->view();
+  const std::string& name = state.brought;
+  const std::string where = std::string("hullbuild's pad ") + GST_OBJECT_NAME(pad);
+  if (name.empty())
+    throw Error(Error::Kind::bad_input,
+                "{} has no camera: neither its property camera nor its views name one. Set "
+                "camera=NAME on contourfind or {}::camera=NAME here.",
+                where, GST_OBJECT_NAME(pad));
+  for (std::size_t i = 0; i < pads.size(); ++i) {
+    if (i == at) continue;
+    const HullPadState& other = state_of<HullPadState>(pads[i]);
+    const bool before = i < at && other.view != nullptr && other.brought == name;
+    if (before || (self.live && owns(other, name, state.head.time)))
+      throw Error(Error::Kind::bad_input,
+                  "{} and {} both bring views of camera '{}'. Each pad takes another camera.",
+                  where, GST_OBJECT_NAME(pads[i]), name);
+  }
+  self.stage.check(where, name, view.width, view.height);
+  const ObjectLock lock(pad);
+  state.name = name;
 }
 
 }  // namespace
@@ -51,11 +98,7 @@ ViewHead look_at(HullBuild& self, GstAggregatorPad* pad) {
     try {
       if (!arrival.gap()) state.view = std::make_unique<ViewBuffer>(arrival.buffer);
     } catch (const Error& error) {
-      pop(pad);
-      ++state.unusable;
-      self.statistics.warn(
-          GST_ELEMENT_CAST(self.element), "views-unusable",
-          fmt::format("A buffer on {} was dropped: {}", GST_OBJECT_NAME(pad), error.what()));
+      drop_unusable(self, pad, error);
       continue;
     }
     state.parsed = arrival;
@@ -72,31 +115,27 @@ void drop_fronts(const Pads& pads, const std::vector<std::size_t>& which) {
   }
 }
 
-void check_cameras(HullBuild& self, const Pads& pads) {
-  std::vector<std::pair<std::string, const char*>> seen;
+bool check_cameras(HullBuild& self, const Pads& pads) {
   for (GstAggregatorPad* pad : pads) {
-    const HullPadState& state = state_of<HullPadState>(pad);
+    HullPadState& state = state_of<HullPadState>(pad);
     if (state.view == nullptr) continue;
-    const View& view = state.view->view();
-    const std::string name = name_of(pad, view);
-    const std::string where = std::string("hullbuild's pad ") + GST_OBJECT_NAME(pad);
-    if (name.empty())
-      throw Error(Error::Kind::bad_input,
-                  "{} has no camera: neither its property camera nor its views name one. Set "
-                  "camera=NAME on contourfind or {}::camera=NAME here.",
-                  where, GST_OBJECT_NAME(pad));
-    for (const auto& [other, other_pad] : seen)
-      if (other == name)
-        throw Error(Error::Kind::bad_input,
-                    "{} and {} both bring views of camera '{}'. Each pad takes another camera.",
-                    where, other_pad, name);
-    seen.emplace_back(name, GST_OBJECT_NAME(pad));
-    {
-      const ObjectLock lock(pad);
-      state_of<HullPadState>(pad).name = name;
-    }
-    self.stage.check(where, name, view.width, view.height);
+    state.brought = name_of(pad, state.view->view());
+    state.brought_at = state.head.time;
   }
+  bool good = true;
+  for (std::size_t i = 0; i < pads.size(); ++i) {
+    HullPadState& state = state_of<HullPadState>(pads[i]);
+    if (state.view == nullptr) continue;
+    try {
+      check_front(self, pads, i);
+    } catch (const Error& error) {
+      // What one live camera does must not end the others' show.
+      if (!self.live) throw;
+      drop_unusable(self, pads[i], error);
+      good = false;
+    }
+  }
+  return good;
 }
 
 std::int64_t next_deadline(HullBuild& self, const Pads& pads) {

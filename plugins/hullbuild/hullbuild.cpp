@@ -200,7 +200,8 @@ void HullBuild::class_init(gpointer klass) {
       "set's first and last view, and of each camera offset-us-NAME, by how much its views "
       "usually come after the middle of their sets. Views that were of no use, of each camera: "
       "late-views-NAME (their set had gone), duplicate-views-NAME, early-views-NAME (taken before "
-      "the first set's time), unusable-views-NAME (no views), given-up-views-NAME (their set was "
+      "the first set's time), unusable-views-NAME (no views, or not of their camera), "
+      "given-up-views-NAME (their set was "
       "dropped); and clock-jumps-NAME. A message polyhull-sets on the bus has the same once a "
       "second, or every hundred sets.");
   set_metadata(klass, "Visual hull builder", "Generic/Video",

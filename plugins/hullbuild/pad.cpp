@@ -33,6 +33,8 @@ void HullPadState::reset() {
   last_trigger = no_trigger;
   last_time = no_time;
   missed_since = no_time;
+  brought.clear();
+  brought_at = no_time;
   delivered = ended = false;
   late = duplicate = early = unusable = given_up = jumps = 0;
   holes_filled = pieces_dropped = 0;

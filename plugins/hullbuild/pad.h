@@ -42,7 +42,9 @@ struct HullPadState {
   bool delivered = false;               ///< a view of it has been in a set
   std::int64_t missed_since = no_time;  ///< sets have lacked it from this running time on
 
-  std::string name;                    ///< of its camera, under the pad's object lock
+  std::string name;                   ///< of its camera, under the pad's object lock
+  std::string brought;                ///< the camera of its last view, which may not be one
+  std::int64_t brought_at = no_time;  ///< running time of that view
 
   /// Views that were of no use: that came after their set had gone, twice, before the first set's
   /// time, as no view; whose set was dropped.

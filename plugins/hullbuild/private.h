@@ -79,8 +79,8 @@ ViewHead look_at(HullBuild& self, GstAggregatorPad* pad);
 void drop_fronts(const Pads& pads, const std::vector<std::size_t>& which);
 
 /// Throws Error unless each pad with a view has a camera of the rig, of the right size, and no two
-/// have the same.
-void check_cameras(HullBuild& self, const Pads& pads);
+/// have the same. In a live stream such a view is dropped, with a warning, and false is returned.
+bool check_cameras(HullBuild& self, const Pads& pads);
 
 /// Running time until which what waits is waited for in a live stream: no_time where nothing waits
 /// that has a time, 0 where all cameras have something there.

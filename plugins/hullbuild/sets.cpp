@@ -48,7 +48,10 @@ std::vector<SetView> views_of(HullBuild& self, const Pads& pads, const ViewDecis
     const bool fresh = set.time == no_time || state.held_time == no_time ||
                        set.time - state.held_time <= static_cast<std::int64_t>(settings.hold_time);
     const Camera* camera = self.stage.rig().find(name);
-    if (!fresh || camera == nullptr || camera->width != held.width || camera->height != held.height)
+    const bool here = std::any_of(views.begin(), views.end(),
+                                  [&](const SetView& view) { return view.camera == name; });
+    if (!fresh || here || camera == nullptr || camera->width != held.width ||
+        camera->height != held.height)
       continue;
     views.push_back({name, state.held.get()});
     self.statistics.count("views-held");
@@ -309,7 +312,7 @@ Step next_step(HullBuild& self, const Pads& pads, bool deadline_passed) {
   for (GstAggregatorPad* pad : pads) heads.push_back(look_at(self, pad));
   const HullSettings settings = snapshot(self.element, self.settings);
   load_changed_rig(self, settings);
-  check_cameras(self, pads);
+  if (!check_cameras(self, pads)) return {Outcome::again};
   const ViewDecision decision =
       self.sets.next(heads, static_cast<std::int64_t>(settings.sync_tolerance), deadline_passed);
   using Kind = ViewDecision::Kind;

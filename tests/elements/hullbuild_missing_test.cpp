@@ -105,6 +105,69 @@ GST_START_TEST(test_long_gaps_count_in_live_streams) {
 }
 GST_END_TEST
 
+/// Live, views that are not of the pad's camera are dropped, whatever is wrong with them, and the
+/// other cameras' sets go on.
+GST_START_TEST(test_live_views_of_wrong_cameras_are_dropped) {
+  Bench bench("max-wait=30000000", 4, true);
+  GstTestClock* clock = gst_harness_get_testclock(bench.output);
+  const auto let_pass = [&](GstClockTime time) {
+    GstClockID id = nullptr;
+    gst_test_clock_wait_for_next_pending_id(clock, &id);
+    gst_clock_id_unref(id);
+    gst_test_clock_set_time(clock, time);
+    GstClockID done = gst_test_clock_process_next_clock_id(clock);
+    if (done != nullptr) gst_clock_id_unref(done);
+  };
+  const auto bad = [&](int frame, const std::string& name, int width) {
+    Camera camera = bench.rig.cameras[3];
+    camera.name = name;
+    camera.width = width;
+    std::vector<std::uint8_t> pixels;
+    bench.push(3, box_view(camera, {}, frame, pixels), frame * frame_time);
+  };
+  const auto expect_dropped = [&](guint64 count, std::initializer_list<const char*> words) {
+    wait_for_statistic(bench.element, "views-unusable", count);
+    std::string all;
+    for (const std::string& warning : bench.warnings()) all += warning + "\n";
+    if (words.size() > 0) expect_in(all, words);
+  };
+  for (int i = 0; i < 3; ++i) bench.push_box(i, 5);
+  bad(5, "rihgt", 1024);
+  expect_dropped(1, {"sink_3", "rihgt", "the rig does not have", "cam0, cam1, cam2, cam3"});
+  let_pass(230 * GST_MSECOND);
+  fail_unless_equals_int(bench.pull()->views.size(), 3);
+  // The sets are looked at where all cameras have something, or the time is up.
+  g_usleep(1'100'000);  // each warning stands for a second
+  for (int i = 0; i < 3; ++i) bench.push_box(i, 6);
+  bad(6, "cam3", 640);
+  expect_dropped(2, {"sink_3", "cam3", "640x768", "1024x768"});
+  g_usleep(1'100'000);
+  bad(6, "cam0", 1024);
+  expect_dropped(3, {"sink_3", "sink_0", "both bring views of camera 'cam0'"});
+  bad(6, "", 1024);
+  expect_dropped(4, {});
+  bench.push_box(3, 6);
+  const auto mesh = bench.pull();
+  fail_unless_equals_int(mesh->views.size(), 4);
+  fail_unless(mesh->views[0].view.trigger == 6 && mesh->views[3].view.camera == "cam3");
+  fail_unless_equals_uint64(bench.count("unusable-views-cam3"), 4);
+  // A camera that another pad has brought is that one's, also where its view is missing.
+  for (int i = 1; i < 3; ++i) bench.push_box(i, 7);
+  bad(7, "cam0", 1024);
+  let_pass(400 * GST_MSECOND);
+  fail_unless_equals_int(bench.pull()->views.size(), 2);
+  fail_unless_equals_uint64(bench.count("views-unusable"), 5);
+  // Who has been silent for a second may be stood in for.
+  gst_test_clock_set_time(clock, 1300 * GST_MSECOND);
+  for (int i = 1; i < 3; ++i) bench.push_box(i, 33);
+  bad(33, "cam0", 1024);
+  let_pass(1400 * GST_MSECOND);
+  fail_unless_equals_int(bench.pull()->views.size(), 3);
+  fail_unless_equals_uint64(bench.count("views-unusable"), 5);
+  gst_object_unref(clock);
+}
+GST_END_TEST
+
 /// Silhouettes that meet nowhere: a rig that is not this stage's, or swapped cameras. Said once.
 GST_START_TEST(test_silhouettes_without_a_common_point_are_said) {
   Bench bench;
@@ -259,6 +322,7 @@ static Suite* hullbuild_missing_suite() {
   tcase_add_test(tests, test_missing_views);
   tcase_add_test(tests, test_live_sets_wait_no_longer_than_max_wait);
   tcase_add_test(tests, test_long_gaps_count_in_live_streams);
+  tcase_add_test(tests, test_live_views_of_wrong_cameras_are_dropped);
   tcase_add_test(tests, test_silhouettes_without_a_common_point_are_said);
   tcase_add_test(tests, test_few_empty_hulls_are_not_said);
   tcase_add_test(tests, test_freeze_drops_for_a_moment_and_then_builds);
