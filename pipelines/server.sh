@@ -53,6 +53,8 @@ for file in "$certificate" "$authority"; do
   [ -z "$certificate$authority" ] || [ -f "$file" ] ||
     fail "--certificate and --authority need a file each; '$file' is none"
 done
+[ -z "$silhouette" ] || [ -n "$certificate" ] ||
+  fail "--silhouette needs --certificate and --authority: capture machines take settings only from who proves who it is"
 [[ $tls_name == name || $tls_name == address ]] || fail "--tls-name is '$tls_name'; expected name or address"
 read -ra cameras <<<"$list"
 [ ${#cameras[@]} -ge 2 ] && [ ${#cameras[@]} -le 64 ] ||
@@ -81,7 +83,7 @@ for camera in "${cameras[@]}"; do
     [ $tls_name = address ] || keys+=("tls-name=$name")
   fi
   [ -z "$silhouette" ] || keys+=("settings=$silhouette")
-  line+=(viewclientsrc "name=$name" "host=$host" "port=$port" "max-rate=$max_rate" "${keys[@]}" ! queue ! viewdecode ! queue ! hull.)
+  line+=(viewclientsrc "name=$name" "camera=$name" "host=$host" "port=$port" "max-rate=$max_rate" "${keys[@]}" ! queue ! viewdecode ! queue ! hull.)
 done
 if $dry_run; then
   printf 'polyhull-run --clock-server %q' "$clock_port"

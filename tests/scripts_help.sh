@@ -57,11 +57,12 @@ expect 1 "names 1 cameras; expected 2 to 64" pipelines/server.sh --rig "$rig" --
 expect 1 "'cam0' twice" pipelines/server.sh --rig "$rig" --cameras "cam0=a cam0=b"
 expect 1 "no camera 'cam9'" pipelines/server.sh --rig "$rig" --cameras "cam0=a cam9=b"
 expect 1 "--max-wait is 'long'" pipelines/server.sh --rig "$rig" --cameras "cam0=a cam1=b" --max-wait long
-expect 0 "name=cam1 host=b port=9 max-rate=200000000" \
+expect 0 "name=cam1 camera=cam1 host=b port=9 max-rate=200000000" \
   pipelines/server.sh --rig "$rig" --cameras "cam0=a cam1=b:9" --dry-run
 expect 0 "host=fd00::5 port=9 max-rate" \
   pipelines/server.sh --rig "$rig" --cameras "cam0=[fd00::5]:9 cam1=[fd00::6]" --dry-run
 expect 1 "an IPv6 address needs brackets" pipelines/server.sh --rig "$rig" --cameras "cam0=fd00::5 cam1=b"
+expect 1 "--silhouette needs --certificate" pipelines/server.sh --rig "$rig" --cameras "cam0=a cam1=b" --silhouette sigma=1
 expect 0 'clock \[fd00::1\]:7480 videotestsrc' \
   pipelines/capture.sh --camera cam0 --source videotestsrc --server "[fd00::1]" --dry-run
 expect 1 "say which with --trigger" pipelines/cameras-aravis.sh --rig "$rig" --cameras "cam0=a cam1=b" --pulses /dev/ttyS0

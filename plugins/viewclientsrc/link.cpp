@@ -2,29 +2,99 @@
 #include "plugins/viewclientsrc/link.h"
 
 #include <algorithm>
+#include <chrono>
+#include <condition_variable>
+#include <mutex>
+#include <thread>
 
 namespace polyhull::element {
 namespace {
 
 constexpr std::int64_t connect_within = 400'000;         // µs
-constexpr std::int64_t least_handshake = 2'000'000'000;  // ns, for each answer of the other end
+constexpr std::int64_t least_handshake = 1'000'000'000;  // ns
 /// TLS may have to write before it can read: it is looked at again after so long, µs.
 constexpr std::int64_t longest_wait = 50'000;
 
+/// Shuts a socket down, whatever is waited for on it, unless it is gone before \p time ns are over or
+/// \p cancel is cancelled.
+class Deadline {
+ public:
+  Deadline(GSocket* socket, std::int64_t time, GCancellable* cancel)
+      : socket_(socket), cancel_(cancel) {
+    const auto end = std::chrono::steady_clock::now() + std::chrono::nanoseconds(time);
+    cancelled_ = g_cancellable_connect(cancel, G_CALLBACK(+[](GCancellable*, gpointer socket) {
+                                         g_socket_shutdown(static_cast<GSocket*>(socket), TRUE,
+                                                           TRUE, nullptr);
+                                       }),
+                                       socket, nullptr);
+    thread_ = std::thread([this, end] {
+      std::unique_lock lock(mutex_);
+      if (gone_.wait_until(lock, end, [this] { return is_gone_; })) return;
+      passed_ = true;
+      g_socket_shutdown(socket_, TRUE, TRUE, nullptr);
+    });
+  }
+  ~Deadline() { stop(); }
+  Deadline(const Deadline&) = delete;
+
+  /// Ends the watch; whether the time was over.
+  bool stop() {
+    if (!thread_.joinable()) return passed_;
+    g_cancellable_disconnect(cancel_, cancelled_);
+    {
+      const std::scoped_lock lock(mutex_);
+      is_gone_ = true;
+    }
+    gone_.notify_one();
+    thread_.join();
+    return passed_;
+  }
+
+ private:
+  GSocket* socket_;
+  GCancellable* cancel_;
+  gulong cancelled_ = 0;
+  std::mutex mutex_;  // protects the next
+  bool is_gone_ = false, passed_ = false;
+  std::condition_variable gone_;
+  std::thread thread_;
+};
+
+/// Whether \p error says that one of the two cannot prove who it is, and not that the connection
+/// ended or that what came is no TLS.
+bool is_of_trust(const GError* error) {
+  return g_error_matches(error, G_TLS_ERROR, G_TLS_ERROR_BAD_CERTIFICATE) ||
+         g_error_matches(error, G_TLS_ERROR, G_TLS_ERROR_CERTIFICATE_REQUIRED) ||
+         g_error_matches(error, G_TLS_ERROR, G_TLS_ERROR_HANDSHAKE);
+}
+
 /// TLS over \p socket, both ends of which have proved who they are.
 GRef<GIOStream> secured(GSocket* socket, const TlsIdentity& identity, const std::string& name,
-                        std::int64_t timeout, GCancellable* cancel) {
+                        const std::string& where, std::int64_t timeout, GCancellable* cancel) {
   const GRef<GSocketConnection> plain(g_socket_connection_factory_create_connection(socket));
   GRef<GIOStream> stream = identity.client(G_IO_STREAM(plain.get()), name);
   GError* error = nullptr;
-  g_socket_set_timeout(socket,
-                       static_cast<guint>(std::max(timeout, least_handshake) / 1'000'000'000));
+  timeout = std::max(timeout, least_handshake);
+  Deadline deadline(socket, timeout, cancel);
   const bool shaken =
       g_tls_connection_handshake(G_TLS_CONNECTION(stream.get()), cancel, &error) != FALSE;
-  g_socket_set_timeout(socket, 0);
+  if (deadline.stop()) {
+    g_clear_error(&error);
+    throw Error(Error::Kind::io, "{} has not agreed on TLS within {} ms", where,
+                timeout / 1'000'000);
+  }
   if (shaken) return stream;
-  if (error->domain == G_TLS_ERROR) throw NotTrusted(Error::Kind::io, "{}", take_message(error));
-  throw Error(Error::Kind::io, "TLS was not agreed on: {}", take_message(error));
+  const bool ended = error->domain == G_TLS_ERROR, untrusted = is_of_trust(error);
+  const std::string why = take_message(error);
+  if (untrusted) throw NotTrusted(Error::Kind::io, "{}", why);
+  if (ended)
+    throw Error(
+        Error::Kind::io,
+        "{} ended the connection before it said who it is ({}): it serves as many as it may "
+        "(max-clients), this machine's address is not in its allow, it is stopping, or it "
+        "has no TLS",
+        where, why);
+  throw Error(Error::Kind::io, "{} has not agreed on TLS: {}", where, why);
 }
 
 /// A socket that is connected to \p address; null and \p error where that failed.
@@ -70,7 +140,9 @@ Link::Link(const std::string& host, int port, const TlsIdentity& identity, const
     throw Error(Error::Kind::io, "{}:{} cannot be reached: {}", host, port, take_message(error));
   }
   g_clear_error(&error);
-  if (identity) secured_ = secured(socket_.get(), identity, name, timeout, cancel);
+  if (identity)
+    secured_ =
+        secured(socket_.get(), identity, name, fmt::format("{}:{}", host, port), timeout, cancel);
 }
 
 Link::~Link() {
@@ -115,7 +187,7 @@ LinkResult Link::read(std::span<std::uint8_t> bytes, std::int64_t timeout) {
       bytes = bytes.subspan(static_cast<std::size_t>(count));
       continue;
     }
-    if (count == 0) return ended("it was ended before anything came");
+    if (count == 0) return ended("without a word");
     if (g_error_matches(error, G_IO_ERROR, G_IO_ERROR_CANCELLED)) return LinkResult::cancelled;
     if (!g_error_matches(error, G_IO_ERROR, G_IO_ERROR_WOULD_BLOCK)) {
       // With TLS 1.3 a client learns only now what the server thinks of its certificate.

@@ -27,8 +27,9 @@ class Link {
   /// Connects to \p host (a name or an address) and \p port, within 0.4 s for each of its addresses:
   /// a new attempt reaches a machine that is back sooner than the repeats of the old one do. Where
   /// \p identity has TLS, both prove then who they are; the other's certificate must be for \p name,
-  /// and each of its answers come within \p timeout ns, or two seconds where that is less.
-  /// Throws Error where nobody answers or \p cancel was cancelled, NotTrusted where the proof fails.
+  /// and all of that be done within \p timeout ns, or a second where that is less.
+  /// Throws Error where nobody answers, the other end ends the connection before it has said who it
+  /// is, the time is over, or \p cancel was cancelled; NotTrusted where the proof fails.
   Link(const std::string& host, int port, const TlsIdentity& identity, const std::string& name,
        std::int64_t timeout, GCancellable* cancel);
   ~Link();

@@ -34,6 +34,24 @@ bool has_form(std::string_view text, const std::regex& form) {
   return text.size() <= longest && std::regex_match(text.begin(), text.end(), form);
 }
 
+/// Throws Error for a view that is of another camera, or that takes more of what follows than it may.
+void check_limits(const View& view, std::size_t unpacked, const ViewClientSettings& limits) {
+  if (!limits.camera.empty() && view.camera != limits.camera)
+    throw Error(Error::Kind::bad_input,
+                "it is of camera '{}', and expected is '{}'. Set the sender's camera, as of its "
+                "silhouette or of capture.sh, or this element's.",
+                view.camera, limits.camera);
+  if (view.contours.points.size() > limits.max_vertices)
+    throw Error(Error::Kind::bad_input,
+                "its outlines have {} vertices, and {} are allowed by max-vertices. Look at the "
+                "sender's keying and its tolerance.",
+                view.contours.points.size(), limits.max_vertices);
+  if (unpacked > limits.max_unpacked)
+    throw Error(Error::Kind::bad_input,
+                "its pixels are {} bytes, and {} are allowed by max-unpacked.", unpacked,
+                limits.max_unpacked);
+}
+
 }  // namespace
 
 GstCaps* read_caps(std::string_view text) {
@@ -56,11 +74,15 @@ bool read_segment(std::string_view text, GstSegment& segment) {
   return true;
 }
 
-std::int64_t verify_frame(Bytes bytes, std::string_view format) {
+std::int64_t verify_frame(Bytes bytes, std::string_view format, const ViewClientSettings& limits) {
   const Bytes segments[] = {bytes};
   if (format == view_caps) {
     // Packed pixels go on as they are; viewdecode holds them against their view.
-    const View view = read_coded_view(segments).view;
+    const CodedView coded = read_coded_view(segments);
+    const View& view = coded.view;
+    check_limits(view,
+                 coded.coding == PixelCoding::raw ? coded.block.size() : coded.shape().bytes(),
+                 limits);
     const bool pipelines =
         view.clock == CaptureClock::arrival || view.clock == CaptureClock::pipeline;
     return pipelines ? view.capture_time : no_time;

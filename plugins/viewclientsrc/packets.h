@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "mesh/view.h"
+#include "plugins/viewclientsrc/settings.h"
 #include "wire/packet.h"
 
 namespace polyhull::element {
@@ -24,7 +25,7 @@ bool read_segment(std::string_view text, GstSegment& segment);
 
 /// Reads the frame in \p bytes, a view's or a mesh's by \p format, from end to end, and gives its
 /// capture time where that is of a pipeline's clock, otherwise no_time. Throws Error for bytes that
-/// break a rule of the format.
-std::int64_t verify_frame(Bytes bytes, std::string_view format);
+/// break a rule of the format, and for a view that \p limits do not allow.
+std::int64_t verify_frame(Bytes bytes, std::string_view format, const ViewClientSettings& limits);
 
 }  // namespace polyhull::element

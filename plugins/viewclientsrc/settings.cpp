@@ -36,6 +36,19 @@ std::span<const Property<ViewClientSettings>> view_client_properties() {
                              "The most bytes per second that may come, with a second's worth at "
                              "once; a connection that brings more is cut. 0: any.",
                              0, 1e12),
+      property<&S::camera>("camera", "Camera",
+                           "The camera whose views come here: those of others are dropped. Empty: "
+                           "any's."),
+      property<&S::max_vertices>(
+          "max-vertices", "Most vertices",
+          "The most vertices that the outlines of one view may have (3 to 10 million); a view with "
+          "more, over which the hull would take long, is dropped.",
+          3, 10'000'000),
+      property<&S::max_unpacked>(
+          "max-unpacked", "Largest picture",
+          "The most bytes that the pixels of one view may be, unpacked (1024 to 256 MiB): a "
+          "kilobyte of the wire can become all that. A view with more is dropped.",
+          1024, 256 << 20),
       property<&S::latency>("latency", "Latency",
                             "The latency that is reported, in nanoseconds (0 to 10 s). hullbuild "
                             "learns by itself how late views come; set it where what follows does "
@@ -55,7 +68,8 @@ std::span<const Property<ViewClientSettings>> view_client_properties() {
       property<&S::settings>("settings", "Settings",
                              "Properties that the sender's element is to have, as in "
                              "\"sigma=1.5\": sent with each connection and where they change, and "
-                             "taken where the sender's viewserversink has settings-for."),
+                             "taken where the sender's viewserversink has settings-for. At most "
+                             "4000 bytes; empty: it keeps those that it has."),
       property<&S::tls_name>(
           "tls-name", "TLS name",
           "The name or address that the sender's certificate must be for; empty: "

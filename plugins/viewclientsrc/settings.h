@@ -26,6 +26,9 @@ struct ViewClientSettings {
   bool end_with_sender = false;
   std::string tls_certificate, tls_authority, tls_name;
   std::string settings;
+  std::string camera;
+  std::uint32_t max_vertices = 10'000;
+  std::uint64_t max_unpacked = 64 << 20;
 };
 
 std::span<const Property<ViewClientSettings>> view_client_properties();

@@ -186,6 +186,94 @@ GST_START_TEST(test_forged_frames) {
 }
 GST_END_TEST
 
+/// The head, then \p view's packet, then a frame that is let through: the view is refused, with
+/// \p words, and the connection stays.
+void check_frame_refused(const View& view, const std::string& properties, const char* words) {
+  const Packet payload = write_view(view);
+  const Packet& frame = recorded().packets[recorded().frames[0]];
+  Packet packet = with_byte(Packet(frame.begin(), frame.begin() + packet_header_size), 2, 0);
+  for (int i = 0; i < 4; ++i)
+    packet[6 + i] = static_cast<std::uint8_t>(payload.size() >> (24 - 8 * i));
+  packet = joined(packet, payload);
+  const Sender sender([&](int, Accepted& accepted) {
+    accepted.send(recorded().head());
+    accepted.send(packet);
+    accepted.send(recorded().packets[recorded().frames[1]]);
+    accepted.wait_for_cut();
+  });
+  Client client(sender.port(), "max-age=0 " + properties);
+  expect_frames(client, 1, 2);
+  fail_unless_equals_uint64(statistic(client.source, "refused-frames"), 1);
+  fail_unless_equals_uint64(statistic(client.source, "cuts"), 0);
+  client.expect_warning(words);
+}
+
+// What would cost those that follow their time or memory, or is another camera's, is dropped here.
+GST_START_TEST(test_limits_of_frames) {
+  const ReadView first{recorded().payloads[0], {}};
+  View other = read_view(Bytes(first.bytes));
+  other.camera = "cam1";
+  check_frame_refused(other, "camera=cam0", "of camera 'cam1', and expected is 'cam0'");
+  View comb = read_view(Bytes(first.bytes));
+  comb.contours = {};
+  for (int i = 0; i < 30'000; ++i)
+    comb.contours.points.emplace_back(static_cast<float>(i % 1000), i % 2 ? 700.0f : 10.0f);
+  comb.contours.ends = {30'000};
+  check_frame_refused(comb, "", "30000 vertices, and 10000 are allowed by max-vertices");
+  View large = read_view(Bytes(first.bytes));
+  std::vector<std::uint8_t> pixels(4 * 512 * 512);
+  large.roi = {0, 0, 512, 512};
+  large.format = PixelFormat::rgba;
+  large.stride = 4 * 512;
+  large.pixels = pixels;
+  check_frame_refused(large, "max-unpacked=1000000",
+                      "pixels are 1048576 bytes, and 1000000 are allowed by max-unpacked");
+}
+GST_END_TEST
+
+// Packed pixels count as what becomes of them.
+GST_START_TEST(test_limit_of_packed_pixels) {
+  const GdpStream packed = record_stream(std::string(views) + " ! viewencode coding=zstd");
+  const Sender sender([&](int, Accepted& accepted) {
+    accepted.send(packed.bytes());
+    accepted.wait_for_cut();
+  });
+  const std::string most = std::to_string(packed.payloads[0].size() + 1000);
+  Client client(sender.port(), "max-age=0 max-unpacked=" + most);
+  client.wait_for("refused-frames", packed.frames.size());
+  fail_unless_equals_uint64(statistic(client.source, "frames"), 0);
+}
+GST_END_TEST
+
+// Meshes where views are wanted are refused here, before what takes views ends the stream.
+GST_START_TEST(test_meshes_where_views_are_wanted) {
+  const std::string words = "x-polyhull-mesh";
+  Packet head = recorded().head();
+  const std::string view = "x-polyhull-view";
+  const auto at = std::search(head.begin(), head.end(), view.begin(), view.end());
+  fail_if(at == head.end());
+  std::copy(words.begin(), words.end(), at);
+  // The caps packet's checksum is that of the header alone.
+  const Sender sender([&](int number, Accepted& accepted) {
+    accepted.send(number == 0 ? head : recorded().bytes());
+    accepted.wait_for_cut();
+  });
+  GstElement* pipeline =
+      parse("viewclientsrc name=client retry=20000000 timeout=20000000000 max-age=0 port=" +
+            std::to_string(sender.port()) + " ! queue ! viewdecode ! appsink name=sink sync=false");
+  GstElement* source = gst_bin_get_by_name(GST_BIN(pipeline), "client");
+  GstBus* bus = gst_element_get_bus(pipeline);
+  gst_element_set_state(pipeline, GST_STATE_PLAYING);
+  wait_for_statistic(source, "frames", recorded().frames.size());
+  fail_unless_equals_uint64(statistic(source, "refused-formats"), 1);
+  expect_warning(bus, "it brings application/x-polyhull-mesh");
+  gst_element_set_state(pipeline, GST_STATE_NULL);
+  gst_object_unref(bus);
+  gst_object_unref(source);
+  gst_object_unref(pipeline);
+}
+GST_END_TEST
+
 // Packets without end are cut off, by their number and by their bytes.
 GST_START_TEST(test_floods) {
   const Packet head = recorded().head();
@@ -404,6 +492,8 @@ GST_START_TEST(test_bad_settings) {
     return text;
   };
   fail_unless(refusal("host=\"\"").find("host is empty") != std::string::npos);
+  fail_unless(refusal("settings=" + std::string(4001, 'x')).find("4001 bytes") !=
+              std::string::npos);
 }
 GST_END_TEST
 
@@ -432,6 +522,9 @@ static Suite* viewclientsrc_suite() {
   tcase_add_test(tests, test_refused_formats);
   tcase_add_test(tests, test_names_of_strangers);
   tcase_add_test(tests, test_forged_frames);
+  tcase_add_test(tests, test_limits_of_frames);
+  tcase_add_test(tests, test_limit_of_packed_pixels);
+  tcase_add_test(tests, test_meshes_where_views_are_wanted);
   tcase_add_test(tests, test_floods);
   tcase_add_test(tests, test_half_open);
   tcase_add_test(tests, test_nobody_answers);

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // viewserversink before clients that may have its views, and before those that may not.
+#include "support/sender.h"
+
 #include <gio/gio.h>
 #include <glib/gstdio.h>
 #include <gst/app/gstappsrc.h>
@@ -252,8 +254,51 @@ GST_START_TEST(test_tls_and_none) {
   }
   Server server;
   Client secured(server.port(), Keys::client(Keys::of("server")));
-  secured.wait_for("refused-keys", 1);
+  secured.wait_for("connections-failed", 1);
+  secured.expect_warning("before it said who it is");
+  fail_unless_equals_uint64(statistic(secured.source, "refused-keys"), 0);
   fail_unless_equals_uint64(statistic(secured.source, "frames"), 0);
+}
+GST_END_TEST
+
+// A server that is full, or does not know the address, is not taken for one with other keys.
+GST_START_TEST(test_turned_away_by_tls) {
+  {
+    Server server(Keys::of("left") + "max-clients=1");
+    Client one(server.port(), Keys::client(Keys::of("server")));
+    meet(server, one);
+    Client two(server.port(), Keys::client(Keys::of("server")));
+    two.wait_for("connections-failed", 2);
+    two.expect_warning("max-clients");
+    fail_unless_equals_uint64(statistic(two.source, "refused-keys"), 0);
+    g_object_set(server.sink, "max-clients", 2, nullptr);
+    server.push_until("clients-now", 2);
+  }
+  Server server(Keys::of("left") + "allow=10.0.0.1");
+  Client client(server.port(), Keys::client(Keys::of("server")));
+  client.wait_for("connections-failed", 1);
+  client.expect_warning("not in its allow");
+  fail_unless_equals_uint64(statistic(client.source, "refused-keys"), 0);
+}
+GST_END_TEST
+
+// Who draws out the handshake, a byte now and then, is left, too; and the states change at once.
+GST_START_TEST(test_handshake_drawn_out) {
+  const Sender sender([](int, Accepted& accepted) {
+    // The head of a TLS record, then its content.
+    std::uint8_t byte[] = {0x16, 3, 3, 0x40, 0};
+    for (std::size_t i = 0; accepted.send(Bytes(byte).subspan(i, 1)); i += i < 4 ? 1 : 0)
+      g_usleep(200'000);
+  });
+  Client client(sender.port(), Keys::client(Keys::of("server")) + "timeout=1500000000");
+  client.wait_for("connections-failed", 2);
+  client.expect_warning("has not agreed on TLS within 1500 ms");
+  fail_unless_equals_uint64(statistic(client.source, "refused-keys"), 0);
+  g_object_set(client.source, "timeout", 1000 * GST_SECOND, nullptr);
+  g_usleep(2'500'000);  // what has begun before ends as it began
+  const gint64 begin = g_get_monotonic_time();
+  gst_element_set_state(client.pipeline, GST_STATE_READY);
+  fail_unless(g_get_monotonic_time() - begin < 1'000'000);
 }
 GST_END_TEST
 
@@ -374,6 +419,18 @@ GST_START_TEST(test_settings_arrive) {
   g_object_get(blur, "sigma", &sigma, nullptr);
   fail_unless(sigma == 1.25);
   server.expect_warning("are not taken");
+  // None asked for: it keeps what it has, and hears nothing; nor of what is too long for it.
+  const guint64 taken = statistic(server.sink, "settings");
+  g_object_set(client.source, "settings", "", nullptr);
+  for (int i = 0; i < 3; ++i) catch_up(server, client);
+  g_object_set(client.source, "settings", std::string(5000, 'x').c_str(), nullptr);
+  catch_up(server, client);
+  client.expect_warning("5000 bytes and is not sent");
+  fail_unless_equals_uint64(statistic(client.source, "settings-refused"), 1);
+  g_object_set(client.source, "settings", "sigma=3.5", nullptr);
+  wait_for_property(server, blur, "sigma", 3.5);
+  fail_unless_equals_uint64(statistic(server.sink, "settings"), taken + 1);
+  fail_unless_equals_uint64(statistic(server.sink, "settings-refused"), refused);
   fail_unless_equals_uint64(statistic(client.source, "connections"), 1);
   gst_element_set_locked_state(blur, FALSE);
   gst_object_unref(blur);
@@ -447,6 +504,8 @@ static Suite* viewserversink_suite() {
   tcase_add_test(tests, test_same_bytes_by_tls);
   tcase_add_test(tests, test_wrong_keys);
   tcase_add_test(tests, test_tls_and_none);
+  tcase_add_test(tests, test_turned_away_by_tls);
+  tcase_add_test(tests, test_handshake_drawn_out);
   tcase_add_test(tests, test_half_open);
   tcase_add_test(tests, test_floods);
   tcase_add_test(tests, test_slow_client);
