@@ -5,6 +5,7 @@
 #include <turbojpeg.h>
 #include <zstd.h>
 
+#include <algorithm>
 #include <cstring>
 
 #include "base/error.h"
@@ -108,21 +109,33 @@ void copy_alpha(std::span<const std::uint8_t> pixels, int stride, const PixelSha
   }
 }
 
-/// Whether the JPEG's frame header (ITU-T T.81, B.1.1.3: SOF2, 6, 10, 14) says that it comes in scans
-/// over the whole picture, of which there may be as many as its sender likes.
-bool is_progressive(Bytes jpeg) {
-  for (std::size_t at = 2; at + 3 < jpeg.size() && jpeg[at] == 0xff;) {
+/// Whether \p jpeg is of the kind that tjCompress2() writes (ITU-T T.81, B.1.1.3): baseline, with one
+/// scan of three components and nothing behind it. Of others, which are read as well, a small one can
+/// take hours: each scan goes over the whole picture, and there may be as many as its sender likes.
+bool is_plain(Bytes jpeg) {
+  bool frame = false;
+  std::size_t at = 2;
+  for (;; at += 2 + (std::size_t{jpeg[at + 2]} << 8 | jpeg[at + 3])) {
+    if (at + 10 > jpeg.size() || jpeg[at] != 0xff) return false;
     const std::uint8_t marker = jpeg[at + 1];
-    if (marker == 0xff) {  // fills
-      ++at;
-      continue;
-    }
-    if (marker == 0xda) return false;  // the first scan
-    if (marker >= 0xc0 && marker <= 0xcf && marker % 4 == 2) return true;
-    const bool alone = marker == 0x01 || (marker >= 0xd0 && marker <= 0xd8);
-    at += alone ? 2 : 2 + (std::size_t{jpeg[at + 2]} << 8 | jpeg[at + 3]);
+    if (marker == 0xda) break;  // the scan
+    const bool frames = marker == 0xc0;
+    if (frames && (frame || jpeg[at + 9] != 3)) return false;
+    frame = frame || frames;
+    const bool tables = marker == 0xc4 || marker == 0xdb || marker == 0xdd;
+    const bool notes = (marker >= 0xe0 && marker <= 0xef) || marker == 0xfe;
+    if (!frames && !tables && !notes) return false;
   }
-  return false;
+  if (!frame || jpeg[at + 4] != 3) return false;
+  // In a scan 0xff is followed by 0 or by a restart's number.
+  const auto end = jpeg.end();
+  auto byte = jpeg.begin() + static_cast<std::ptrdiff_t>(at + 2);
+  for (;;) {
+    byte = std::find(byte, end, 0xff);
+    if (byte == end || ++byte == end) return false;
+    if (*byte != 0 && (*byte < 0xd0 || *byte > 0xd7)) break;
+  }
+  return *byte == 0xd9 && byte + 1 == end;
 }
 
 }  // namespace
@@ -224,13 +237,15 @@ struct PixelDecoder::State {
     for (std::size_t i = 0; i < 4; ++i) size |= static_cast<std::size_t>(block[i]) << (8 * i);
     if (size > block.size() - 4) fail("the JPEG is cut off");
     const Bytes picture = block.subspan(4, size);
+    if (!is_plain(picture)) fail("the JPEG is cut off, or not of the kind that viewencode makes");
     int width = 0, height = 0, sampling = 0, space = 0;
     if (tjDecompressHeader3(jpeg.get(), picture.data(), picture.size(), &width, &height, &sampling,
-                            &space) != 0 ||
-        width != shape.width || height != shape.height)
-      fail("the JPEG has another size than the region of interest, or is none");
-    if (is_progressive(picture))
-      fail("the JPEG is progressive, of which a small one can take minutes");
+                            &space) != 0) {
+      jpeg.reset(tjInitDecompress());  // which would find the next one damaged, too
+      fail("the JPEG's head is damaged");
+    }
+    if (width != shape.width || height != shape.height)
+      fail("the JPEG has another size than the region of interest");
     // A JPEG that is cut off is no picture, even though it can be drawn.
     if (tjDecompress2(jpeg.get(), picture.data(), picture.size(), pixels.data(), width, 4 * width,
                       height, TJPF_RGBX, TJFLAG_STOPONWARNING) != 0)

@@ -165,36 +165,112 @@ std::vector<std::uint8_t> coded(const View& view, PixelCoding coding) {
   return bytes;
 }
 
-// Some kilobytes of it can take seconds.
-TEST(PixelCoding, ProgressiveJpegsAreRefused) {
+/// \p block with \p jpeg in the place of the JPEG that is there.
+std::vector<std::uint8_t> with_jpeg(std::span<const std::uint8_t> block, Bytes jpeg) {
+  std::size_t before = 0;
+  for (std::size_t i = 0; i < 4; ++i) before |= static_cast<std::size_t>(block[i]) << (8 * i);
+  std::vector<std::uint8_t> other;
+  for (std::size_t i = 0; i < 4; ++i)
+    other.push_back(static_cast<std::uint8_t>(jpeg.size() >> (8 * i)));
+  other.insert(other.end(), jpeg.begin(), jpeg.end());
+  other.insert(other.end(), block.begin() + static_cast<std::ptrdiff_t>(4 + before), block.end());
+  return other;
+}
+
+// A kilobyte of what libjpeg reads besides can take minutes: progressive ones, arithmetic codes, and
+// scans without end, each over the whole picture.
+TEST(PixelCoding, OnlyPlainJpegsAreUnpacked) {
   const PixelShape shape{64, 48, 4};
   const std::vector<std::uint8_t> pixels = picture(shape, 256);
   PixelEncoder encoder;
   PixelDecoder decoder;
   const auto sound = encoder.encode(PixelCoding::jpeg, shape, pixels, 256, 90);
-  std::vector<std::uint8_t> block(sound.begin(), sound.end()), out(shape.bytes());
+  const std::vector<std::uint8_t> block(sound.begin(), sound.end());
+  std::vector<std::uint8_t> out(shape.bytes());
   EXPECT_NO_THROW(decoder.decode(PixelCoding::jpeg, shape, block, out));
+  const auto expect_refused = [&](const PixelShape& of, std::span<const std::uint8_t> whole,
+                                  Bytes jpeg, const char* what) {
+    std::vector<std::uint8_t> to(of.bytes());
+    try {
+      decoder.decode(PixelCoding::jpeg, of, with_jpeg(whole, jpeg), to);
+      ADD_FAILURE() << what << " was unpacked";
+    } catch (const Error& error) {
+      EXPECT_NE(std::string(error.what()).find("not of the kind that viewencode makes"),
+                std::string::npos)
+          << what << ": " << error.what();
+    }
+  };
   unsigned char* jpeg = nullptr;
   unsigned long size = 0;
   const tjhandle progressive = tjInitCompress();
   ASSERT_EQ(tjCompress2(progressive, pixels.data(), 64, 256, 48, TJPF_RGBX, &jpeg, &size,
                         TJSAMP_420, 90, TJFLAG_PROGRESSIVE),
             0);
-  // In the place of the JPEG that was there.
-  std::size_t before = 0;
-  for (std::size_t i = 0; i < 4; ++i) before |= static_cast<std::size_t>(block[i]) << (8 * i);
-  std::vector<std::uint8_t> other;
-  for (std::size_t i = 0; i < 4; ++i) other.push_back(static_cast<std::uint8_t>(size >> (8 * i)));
-  other.insert(other.end(), jpeg, jpeg + size);
-  other.insert(other.end(), block.begin() + static_cast<std::ptrdiff_t>(4 + before), block.end());
+  expect_refused(shape, block, {jpeg, size}, "a progressive JPEG");
   tjFree(jpeg);
   tjDestroy(progressive);
-  try {
-    decoder.decode(PixelCoding::jpeg, shape, other, out);
-    ADD_FAILURE() << "a progressive JPEG was unpacked";
-  } catch (const Error& error) {
-    EXPECT_NE(std::string(error.what()).find("progressive"), std::string::npos) << error.what();
+
+  // One block of grey: what its JPEG is, is known bit by bit.
+  const PixelShape small{8, 8, 4};
+  const std::vector<std::uint8_t> grey(small.bytes(), 128);
+  const auto kept = encoder.encode(PixelCoding::jpeg, small, grey, 32, 90);
+  const std::vector<std::uint8_t> whole(kept.begin(), kept.end());
+  std::size_t length = 0;
+  for (std::size_t i = 0; i < 4; ++i) length |= static_cast<std::size_t>(whole[i]) << (8 * i);
+  const std::vector<std::uint8_t> plain(whole.begin() + 4,
+                                        whole.begin() + 4 + static_cast<std::ptrdiff_t>(length));
+  const auto find = [&](std::uint8_t marker) {
+    for (std::size_t at = 2;; at += 2 + (plain[at + 2] << 8 | plain[at + 3]))
+      if (plain.at(at + 1) == marker) return static_cast<std::ptrdiff_t>(at);
+  };
+  for (int kind = 0xc1; kind <= 0xcf; ++kind) {
+    if (kind == 0xc4) continue;  // tables
+    std::vector<std::uint8_t> other = plain;
+    other[static_cast<std::size_t>(find(0xc0)) + 1] = static_cast<std::uint8_t>(kind);
+    expect_refused(small, whole, other, "another frame header");
   }
+  const std::vector<std::uint8_t> head(plain.begin(), plain.begin() + find(0xda));
+  std::vector<std::uint8_t> split = head;
+  for (const std::uint8_t part : {1, 2, 3}) {
+    const std::uint8_t table = part == 1 ? 0x00 : 0x11, code = part == 1 ? 0x2b : 0x0f;
+    for (const std::uint8_t byte : {0xff, 0xda, 0, 8, 1, +part, +table, 0, 0x3f, 0, +code})
+      split.push_back(byte);
+  }
+  for (const std::uint8_t byte : {0xff, 0xd9}) split.push_back(byte);
+  expect_refused(small, whole, split, "a JPEG of three scans");
+  std::vector<std::uint8_t> twice(plain.begin(), plain.end() - 2);
+  twice.insert(twice.end(), plain.begin() + find(0xda), plain.end());
+  expect_refused(small, whole, twice, "a JPEG of two whole scans");
+  for (std::size_t cut = 0; cut < plain.size(); ++cut) {
+    std::vector<std::uint8_t> to(small.bytes());
+    EXPECT_THROW(
+        decoder.decode(PixelCoding::jpeg, small, with_jpeg(whole, Bytes(plain).first(cut)), to),
+        Error)
+        << cut;
+  }
+}
+
+// Whatever came before, what is sound is unpacked.
+TEST(PixelCoding, DamagedJpegsLeaveNothingBehind) {
+  const PixelShape shape{60, 40, 4};
+  const std::vector<std::uint8_t> pixels = picture(shape, 240);
+  PixelEncoder encoder;
+  PixelDecoder decoder;
+  const auto kept = encoder.encode(PixelCoding::jpeg, shape, pixels, 240);
+  const std::vector<std::uint8_t> block(kept.begin(), kept.end());
+  std::vector<std::uint8_t> out(shape.bytes());
+  int refused = 0;
+  for (std::size_t at = 4; at < 700; ++at) {
+    std::vector<std::uint8_t> wrong = block;
+    wrong[at] ^= 0xff;
+    try {
+      decoder.decode(PixelCoding::jpeg, shape, wrong, out);
+    } catch (const Error&) {
+      ++refused;
+    }
+    ASSERT_NO_THROW(decoder.decode(PixelCoding::jpeg, shape, block, out)) << at;
+  }
+  EXPECT_GT(refused, 50);
 }
 
 TEST(CodedView, ComesBackAndSaysWhatReadsIt) {
