@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <chrono>
 #include <cstdlib>
 #include <filesystem>
 
@@ -19,14 +20,26 @@
 namespace polyhull {
 namespace {
 
+using Clock = std::chrono::steady_clock;
+
 constexpr std::int64_t same_instant = 10'000'000;  // ns
+
+// Whatever the times say, what is not committed is gone with a killed writer, and in memory.
+constexpr auto longest_transaction = std::chrono::seconds(1);
+constexpr std::uint64_t largest_transaction = 256u << 20;
+
+// How long a commit waits for those who read the file just now, ms: a moment, as what comes next can
+// be committed with it; a second where there is so much that it should not become more.
+constexpr int short_wait = 20, long_wait = 1000;
 
 // A journal of what pages were before, not of what they become: new pages need none, so that pixels
 // are written once. Without waiting for the disk a killed process loses nothing that was committed
-// (the system has it), a machine without power can.
+// (the system has it), a machine without power can. What is not committed stays in memory: were it
+// written before, nobody could read until the commit.
 constexpr char set_up[] =
     "PRAGMA journal_mode = TRUNCATE;"
-    "PRAGMA synchronous = OFF;";
+    "PRAGMA synchronous = OFF;"
+    "PRAGMA cache_spill = OFF;";
 
 constexpr char tables[] =
     "PRAGMA application_id = 1346917451;"  // take_application
@@ -120,24 +133,67 @@ TakeWriter::~TakeWriter() {
   }
 }
 
-void TakeWriter::commit() {
-  if (instant_ == no_take_time) return;
-  instant_ = no_take_time;
+bool TakeWriter::in_transaction() const {
+  return sqlite3_get_autocommit(database_.handle()) == 0;
+}
+
+bool TakeWriter::commit(int wait_ms) {
+  if (!in_transaction()) return true;
+  sqlite3_busy_timeout(database_.handle(), wait_ms);
+  const int code = sqlite3_exec(database_.handle(), "COMMIT", nullptr, nullptr, nullptr);
+  sqlite3_busy_timeout(database_.handle(), take_wait_ms);
+  tried_ = Clock::now();
+  held_up_ = (code & 0xff) == SQLITE_BUSY;
+  if (held_up_) return false;
+  if (code == SQLITE_OK) return true;
   try {
-    database_.execute("COMMIT");
+    database_.fail(code, "written");
   } catch (const Error&) {
-    forget();
-    try {
-      database_.execute("ROLLBACK");
-    } catch (const Error&) {
-      // SQLite has done it.
-    }
+    roll_back();
     throw;
   }
 }
 
-void TakeWriter::finish() {
-  commit();
+/// Where packets of \p time begin another instant, and where the transaction is old or large.
+void TakeWriter::commit_if_due(std::int64_t time) {
+  if (!in_transaction()) return;
+  const bool large = pending_ >= largest_transaction;
+  if (!large && std::abs(time - instant_) < same_instant &&
+      Clock::now() - tried_ < longest_transaction)
+    return;
+  // Once it was held up nobody else begins to read before it: those who do are waited for.
+  commit(large ? long_wait : held_up_ ? 0 : short_wait);
+  instant_ = time;
+}
+
+void TakeWriter::begin_transaction(std::int64_t time) {
+  if (in_transaction()) return;
+  database_.execute("BEGIN");
+  instant_ = time;
+  tried_ = Clock::now();
+  pending_ = 0;
+}
+
+void TakeWriter::roll_back() {
+  forget();
+  held_up_ = false;
+  try {
+    if (in_transaction()) database_.execute("ROLLBACK");
+  } catch (const Error&) {
+    // SQLite has done it.
+  }
+}
+
+void TakeWriter::finish(int wait_ms) {
+  if (!commit(wait_ms)) {
+    const double lost = 1e-6 * static_cast<double>(pending_);
+    roll_back();
+    throw Error(
+        Error::Kind::io,
+        "The last {:.1f} MB of the take '{}' could not be written: another program has been "
+        "reading it for longer than {:.3g} s. What was written before stays.",
+        lost, database_.path(), 1e-3 * wait_ms);
+  }
   // Takes the empty journal away: a take is one file.
   database_.execute("PRAGMA journal_mode = DELETE");
 }
@@ -205,11 +261,8 @@ std::int64_t TakeWriter::write(std::int64_t stream, const TakePacket& packet,
                   "A packet of a take is packed behind another than its stream's last.");
   }
   const std::int64_t time = begin_ + packet.time;
-  if (instant_ != no_take_time && std::abs(time - instant_) >= same_instant) commit();
-  if (instant_ == no_take_time) {
-    database_.execute("BEGIN");
-    instant_ = time;
-  }
+  commit_if_due(time);
+  begin_transaction(time);
   try {
     if (packed) tell_packed();
     const std::int64_t of_format = format(stream, packet.caps);
@@ -226,13 +279,14 @@ std::int64_t TakeWriter::write(std::int64_t stream, const TakePacket& packet,
     forget();
     try {
       // The packets of this instant that were written before stay, if they can.
-      commit();
+      commit(short_wait);
     } catch (const Error&) {
       // Then they do not; what was committed before does.
     }
     throw;
   }
   bytes_ += data.size();
+  pending_ += data.size();
   const std::int64_t id = sqlite3_last_insert_rowid(database_.handle());
   packed_[stream] = packed ? id : 0;
   return id;

@@ -3,6 +3,7 @@
 /// Writes a take (take.h).
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -53,7 +54,8 @@ class TakeWriter {
   std::int64_t stream(const std::string& name);
 
   /// Writes a packet of \p stream; TakePacket::data does not count, \p data does, and times are from
-  /// begin() on. Commits the packets before where this one is of another instant (10 ms and more).
+  /// begin() on. Commits the packets before where this one is of another instant (10 ms and more), or
+  /// where they wait for a second or are 256 MiB; while others read the file they wait for longer.
   /// \p packed: \p data is what a PacketPacker made of it. Returns its id, above 0, by which packets
   /// can be packed behind it. Throws Error: io: the disk is full, or gone; the packets that were
   /// committed stay readable, and nothing may be packed behind what was written before; bad_input: it
@@ -61,16 +63,24 @@ class TakeWriter {
   std::int64_t write(std::int64_t stream, const TakePacket& packet,
                      std::span<const std::uint8_t> data, bool packed = false);
 
-  /// Commits what there is.
-  void commit();
-  /// Commits and closes.
-  void finish();
+  /// Commits what there is. False: others read the file, and did so for \p wait_ms; it is tried again
+  /// with what is written next. Throws Error (io): the disk is full, or gone.
+  bool commit(int wait_ms = take_wait_ms);
+  /// The last commit was held up by who reads the file.
+  bool held_up() const { return held_up_; }
+  /// Commits and closes. Throws Error (io) as commit() does, and where others have read the file for
+  /// \p wait_ms: what was not committed is given up then.
+  void finish(int wait_ms = 10'000);
 
   std::uint64_t bytes() const { return bytes_; }  ///< of all packets written
 
  private:
   std::int64_t format(std::int64_t stream, const std::string& caps);
   void tell_packed();
+  bool in_transaction() const;
+  void begin_transaction(std::int64_t time);
+  void commit_if_due(std::int64_t time);
+  void roll_back();
   void forget();
 
   static TakeDatabase open(const std::string& path, Existing existing, std::optional<Claim>& claim);
@@ -82,8 +92,12 @@ class TakeWriter {
   std::map<std::int64_t, std::pair<std::string, std::int64_t>>
       formats_;  // of each stream, the last
   std::int64_t begin_ = 0;
-  std::int64_t instant_ = no_take_time;  // of the transaction that is open
   std::uint64_t bytes_ = 0;
+  // Of the transaction that is open:
+  std::int64_t instant_ = 0;                     // of which it was last
+  std::chrono::steady_clock::time_point tried_;  // when it began, or was last tried to be committed
+  std::uint64_t pending_ = 0;                    // bytes of its packets
+  bool held_up_ = false;
   bool told_packed_ = false;                     // the file says that it has packed packets
   std::map<std::int64_t, std::int64_t> packed_;  // of each stream, its last packet if it is packed
 };

@@ -139,24 +139,18 @@ bool open(GstElement* element) {
   });
 }
 
-bool close(GstElement* element) {
+/// What cannot be written any more is said; the element stops all the same.
+void close(GstElement* element) {
   TakeSink& self = state_of<TakeSink>(element);
-  return guarded(element, false, [&] {
+  guarded(element, 0, [&] {
     const std::scoped_lock lock(self.mutex);
-    const auto leave = [&] {
-      self.take.reset();
-      self.claim.reset();
-      self.playing = false;
-    };
-    try {
-      if (self.take) self.take->finish();
-    } catch (...) {
-      leave();
-      throw;
-    }
-    leave();
-    return true;
+    if (self.take) self.take->finish();
+    return 0;
   });
+  const std::scoped_lock lock(self.mutex);
+  self.take.reset();
+  self.claim.reset();
+  self.playing = false;
 }
 
 /// The message that makes the pipeline end; it counts only while playing.
@@ -373,15 +367,14 @@ GstStateChangeReturn change_state(GstElement* element, GstStateChange transition
     const std::scoped_lock lock(self.mutex);
     self.playing = false;
   }
-  GstStateChangeReturn result =
+  const GstStateChangeReturn result =
       GST_ELEMENT_CLASS(parent_class<TakeSink>())->change_state(element, transition);
   if (transition == GST_STATE_CHANGE_PAUSED_TO_PLAYING) {
     std::unique_lock lock(self.mutex);
     self.playing = true;
     tell_end(element, std::move(lock));
   }
-  if (transition == GST_STATE_CHANGE_PAUSED_TO_READY && !close(element))
-    result = GST_STATE_CHANGE_FAILURE;
+  if (transition == GST_STATE_CHANGE_PAUSED_TO_READY) close(element);
   return result;
 }
 

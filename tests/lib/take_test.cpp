@@ -7,6 +7,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <csignal>
 #include <filesystem>
 #include <fstream>
@@ -295,6 +296,87 @@ TEST_F(Takes, AStreamThatIsAheadHoldsNothingBack) {
     write(take, 1, i, i + 1);
     EXPECT_GE(count_sound(path, "cam0", 0), i);
   }
+}
+
+// Streams whose times stand still are committed all the same.
+TEST_F(Takes, WhatIsOldIsCommittedWhateverItsTime) {
+  TakeWriter take(path, Existing::refuse);
+  const std::int64_t stream = take.stream("untimed");
+  for (int i = 0; i < 5; ++i) take.write(stream, packet(0), content(0, 0));
+  EXPECT_EQ(count_sound(path, "untimed", 0), 0);
+  usleep(1'100'000);
+  take.write(stream, packet(0), content(0, 0));
+  EXPECT_EQ(count_sound(path, "untimed", 0), 5);
+}
+
+TEST_F(Takes, WhatIsMuchIsCommittedWhateverItsTime) {
+  TakeWriter take(path, Existing::refuse);
+  const std::int64_t stream = take.stream("untimed");
+  const std::vector<std::uint8_t> much(90 << 20);
+  for (int i = 0; i < 4; ++i) take.write(stream, packet(0), much);
+  EXPECT_EQ(read_take(path).streams[0].end, frame);
+}
+
+// An instant that is larger than SQLite's cache is written to the file only when it is committed.
+TEST_F(Takes, CanBeReadWhileALargeInstantIsWritten) {
+  TakeWriter take(path, Existing::refuse);
+  write(take, 4, 0, 1, 8'000'000);
+  write(take, 4, 1, 2, 8'000'000);
+  const auto begin = std::chrono::steady_clock::now();
+  EXPECT_EQ(count_sound(path, "cam3", 3, 8'000'000), 1);
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::milliseconds(1500));
+}
+
+/// Another program that reads the file, and does not stop.
+struct SlowReader {
+  explicit SlowReader(const std::string& path) {
+    sqlite3_open(path.c_str(), &base);
+    sqlite3_prepare_v2(base, "SELECT id FROM packet", -1, &statement, nullptr);
+    EXPECT_EQ(sqlite3_step(statement), SQLITE_ROW);
+  }
+  ~SlowReader() {
+    sqlite3_finalize(statement);
+    sqlite3_close(base);
+  }
+  sqlite3* base = nullptr;
+  sqlite3_stmt* statement = nullptr;
+};
+
+TEST_F(Takes, ASlowReaderHoldsUpNothing) {
+  {
+    TakeWriter take(path, Existing::refuse);
+    write(take, 2, 0, 5);
+    {
+      const SlowReader slow(path);
+      const auto begin = std::chrono::steady_clock::now();
+      write(take, 2, 5, 105);
+      EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::milliseconds(1500));
+      EXPECT_TRUE(take.held_up());
+    }
+    write(take, 2, 105, 107);
+    EXPECT_FALSE(take.held_up());
+    EXPECT_EQ(count_sound(path, "cam1", 1), 106);
+    take.finish();
+  }
+  EXPECT_EQ(count_sound(path, "cam0", 0), 107);
+  EXPECT_EQ(count_sound(path, "cam1", 1), 107);
+}
+
+TEST_F(Takes, AReaderThatDoesNotStopIsSaidAtTheEnd) {
+  TakeWriter take(path, Existing::refuse);
+  write(take, 2, 0, 6);
+  const SlowReader slow(path);
+  write(take, 2, 6, 10);
+  EXPECT_FALSE(take.commit(10));
+  try {
+    take.finish(50);
+    ADD_FAILURE() << "nothing was said";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind(), Error::Kind::io);
+    EXPECT_NE(std::string(error.what()).find("has been reading it"), std::string::npos)
+        << error.what();
+  }
+  EXPECT_EQ(count_sound(path, "cam0", 0), 5);
 }
 
 TEST_F(Takes, OneWriterAtATime) {
