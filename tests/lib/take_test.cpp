@@ -154,6 +154,26 @@ TEST_F(Takes, WhatIsAddedLaterFollows) {
   EXPECT_EQ(count_sound(path, "cam1", 1), 60);
 }
 
+// A last packet that does not say how long it lasts does as long as the one before.
+TEST_F(Takes, WhatIsAddedLaterNeverComesWithTheLast) {
+  TakePacket next = packet(0);
+  next.duration = no_take_time;
+  {
+    TakeWriter take(path, Existing::refuse);
+    take.write(take.stream("cam0"), next, content(0, 0));
+  }
+  {
+    TakeWriter take(path, Existing::append);
+    EXPECT_EQ(take.begin(), 40'000'000);
+    next.time = 5'000'000;
+    take.write(take.stream("cam0"), next, content(0, 0));
+    next.time = 15'000'000;
+    take.write(take.stream("cam0"), next, content(0, 0));
+  }
+  TakeWriter take(path, Existing::append);
+  EXPECT_EQ(take.begin(), 65'000'000);
+}
+
 TEST_F(Takes, AWriterKilledAtAnyMomentLeavesAllButTheLastSet) {
   constexpr int cameras = 3;
   std::mt19937 random(11);
@@ -418,6 +438,83 @@ TEST_F(Takes, AFullDiskIsSaidAndWhatWasWrittenStays) {
   std::signal(SIGXFSZ, SIG_DFL);
   EXPECT_GT(sets, 10);
   EXPECT_GE(count_sound(path, "cam0", 0, 50'000), sets - 1);
+}
+
+/// What each packet of the only stream was announced by, in the order of time.
+std::vector<std::string> announced(const std::string& path, std::uint64_t* damaged = nullptr) {
+  TakeCursor cursor(path, read_take(path).streams.at(0).id);
+  std::vector<std::string> all;
+  while (const auto read = cursor.next())
+    all.push_back(read->event == 0 ? "none" : cursor.announcement(read->event));
+  if (damaged != nullptr) *damaged = cursor.damaged();
+  return all;
+}
+
+void execute(const std::string& path, const char* sql) {
+  sqlite3* base = nullptr;
+  sqlite3_open(path.c_str(), &base);
+  EXPECT_EQ(sqlite3_exec(base, sql, nullptr, nullptr, nullptr), SQLITE_OK) << sqlite3_errmsg(base);
+  sqlite3_close(base);
+}
+
+TEST_F(Takes, AnnouncementsHoldFromTheirPacketOn) {
+  {
+    TakeWriter take(path, Existing::refuse);
+    write(take, 1, 0, 1);
+    take.announce(take.stream("cam0"), "a");
+    write(take, 1, 1, 3);
+    take.announce(take.stream("cam0"), "b");
+    take.announce(take.stream("cam0"), "c");
+    write(take, 1, 3, 4);
+    take.announce(take.stream("cam0"), "c");
+    write(take, 1, 4, 5);
+  }
+  EXPECT_EQ(announced(path), (std::vector<std::string>{"none", "a", "a", "c", "c"}));
+  TakeCursor cursor(path, 1);
+  for (const bool backwards : {false, true}) {
+    cursor.seek(2 * frame, backwards);
+    EXPECT_EQ(cursor.announcement(cursor.next()->event), "a");
+  }
+  execute(path, "UPDATE event SET value = 'd' WHERE value = 'a'");
+  std::uint64_t damaged = 0;
+  EXPECT_EQ(announced(path, &damaged), (std::vector<std::string>{"none", "", "", "c", "c"}));
+  EXPECT_EQ(damaged, 2u);
+}
+
+// They have no table of them.
+TEST_F(Takes, OlderTakesAreReadAndAddedTo) {
+  {
+    TakeWriter take(path, Existing::refuse);
+    write(take, 1, 0, 2);
+  }
+  execute(path, "DROP TABLE event");
+  EXPECT_EQ(announced(path), (std::vector<std::string>{"none", "none"}));
+  {
+    TakeWriter take(path, Existing::append);
+    take.announce(take.stream("cam0"), "a");
+    write(take, 1, 0, 1);
+  }
+  EXPECT_EQ(announced(path), (std::vector<std::string>{"none", "none", "a"}));
+}
+
+// With the packets of the transaction that fails.
+TEST_F(Takes, WhatAFullDiskHasTakenIsAnnouncedAgain) {
+  rlimit before{};
+  getrlimit(RLIMIT_FSIZE, &before);
+  std::signal(SIGXFSZ, SIG_IGN);
+  TakeWriter take(path, Existing::refuse);
+  write(take, 1, 0, 2);
+  take.announce(take.stream("cam0"), "a");
+  write(take, 1, 2, 3, 500'000);
+  rlimit small = before;
+  small.rlim_cur = 300'000;
+  setrlimit(RLIMIT_FSIZE, &small);
+  EXPECT_THROW(write(take, 1, 3, 4), Error);
+  setrlimit(RLIMIT_FSIZE, &before);
+  std::signal(SIGXFSZ, SIG_DFL);
+  write(take, 1, 4, 5);
+  take.finish();
+  EXPECT_EQ(announced(path), (std::vector<std::string>{"none", "none", "a"}));
 }
 
 TEST_F(Takes, WhatIsNoTakeIsRefusedInWords) {
