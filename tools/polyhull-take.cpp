@@ -3,8 +3,10 @@
 // files, and what is whole of a damaged one.
 #include <CLI/CLI.hpp>
 #include <cstdio>
+#include <deque>
 #include <map>
 #include <optional>
+#include <utility>
 
 #include "base/error.h"
 #include "files/glb_animation.h"
@@ -46,7 +48,8 @@ int info(const std::string& path) {
   for (const TakeStream& stream : content.streams) {
     TakeCursor cursor(path, stream.id);
     std::string what = "nothing";
-    std::uint64_t buffers = 0, bytes = 0;
+    std::uint64_t buffers = 0, bytes = 0, announcements = 0;
+    std::int64_t event = 0;
     while (const auto packet = cursor.next()) {
       if (buffers++ == 0) {
         try {
@@ -56,10 +59,13 @@ int info(const std::string& path) {
         }
       }
       bytes += packet->data.size();
+      if (std::exchange(event, packet->event) != packet->event) ++announcements;
     }
     std::printf("%-10s %-28s %10.3f %10.3f %10llu %12llu", stream.name.c_str(), what.c_str(),
                 seconds(stream.begin), seconds(stream.end),
                 static_cast<unsigned long long>(buffers), static_cast<unsigned long long>(bytes));
+    if (announcements > 0)
+      std::printf("  %llu announcements", static_cast<unsigned long long>(announcements));
     if (cursor.damaged() > 0)
       std::printf("  %llu damaged", static_cast<unsigned long long>(cursor.damaged()));
     std::printf("\n");
@@ -173,15 +179,16 @@ int recover(const std::string& path, const std::string& output) {
   TakeWriter take(output, TakeWriter::Existing::refuse);
   for (const TakeNote& note : content.notes) take.note(note.name, note.value);
   struct Source {
+    Source(const std::string& path, std::int64_t from, std::int64_t to)
+        : cursor(path, from), stream(to), next(cursor.next()) {}
     TakeCursor cursor;
     std::int64_t stream;
     std::optional<TakePacket> next;
+    std::int64_t event = 0;
   };
-  std::vector<Source> sources;
-  for (const TakeStream& stream : content.streams) {
-    sources.push_back({TakeCursor(path, stream.id), take.stream(stream.name), std::nullopt});
-    sources.back().next = sources.back().cursor.next();
-  }
+  std::deque<Source> sources;
+  for (const TakeStream& stream : content.streams)
+    sources.emplace_back(path, stream.id, take.stream(stream.name));
   std::uint64_t copied = 0, damaged = 0;
   for (;;) {
     Source* first = nullptr;
@@ -189,6 +196,9 @@ int recover(const std::string& path, const std::string& output) {
       if (source.next && (first == nullptr || source.next->time < first->next->time))
         first = &source;
     if (first == nullptr) break;
+    const std::int64_t event = first->next->event;
+    if (std::exchange(first->event, event) != event)
+      take.announce(first->stream, first->cursor.announcement(event));
     take.write(first->stream, *first->next, first->next->data);
     first->next = first->cursor.next();
     ++copied;

@@ -38,7 +38,8 @@ TakeDatabase::TakeDatabase(const std::string& path, For what) : path_(path), for
   handle_.reset(handle);
   if (code != SQLITE_OK) fail(code, "opened");
   sqlite3_extended_result_codes(handle, 1);
-  sqlite3_busy_timeout(handle, 2000);
+  // A writer that waits for a slow reader lets nobody else begin to read.
+  sqlite3_busy_timeout(handle, what == For::reading ? 5 * take_wait_ms : take_wait_ms);
   // A take's own tables are all that is asked, whatever else a file says.
   sqlite3_db_config(handle, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, nullptr);
   if (what == For::reading) read_what_there_is();
@@ -71,7 +72,8 @@ void TakeDatabase::fail(int code, const char* doing) const {
                 path_, doing);
   if (kind == SQLITE_BUSY || kind == SQLITE_LOCKED)
     throw Error(Error::Kind::io,
-                "The take '{}' cannot be {}: another program or element writes it.", path_, doing);
+                "The take '{}' cannot be {}: another program or element reads or writes it.", path_,
+                doing);
   const int system = sqlite3_system_errno(handle_.get());
   throw Error(Error::Kind::io, "The take '{}' cannot be {}: {}{}{}.", path_, doing,
               sqlite3_errmsg(handle_.get()), system != 0 ? ", " : "",

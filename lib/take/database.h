@@ -16,6 +16,9 @@ namespace polyhull {
 
 class TakeDatabase;
 
+/// How long who finds a take locked waits for who locks it.
+inline constexpr int take_wait_ms = 2000;
+
 /// One prepared statement. Throws Error (io, bad_input for a damaged file) wherever SQLite fails.
 class TakeStatement {
  public:

@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <span>
+#include <string_view>
 
 #include "base/content_hash.h"
 #include "take/take.h"
@@ -25,6 +26,14 @@ inline std::int64_t packet_hash(std::int64_t time, std::span<const std::uint8_t>
     hash.add(std::int64_t{packet.flags});
     hash.add_bytes(reinterpret_cast<const std::uint8_t*>(packet.caps.data()), packet.caps.size());
   }
+  return static_cast<std::int64_t>(hash.value());
+}
+
+/// Of an event that is stored with packet \p packet.
+inline std::int64_t event_hash(std::int64_t packet, std::string_view value) {
+  ContentHash hash;
+  hash.add(packet);
+  hash.add_bytes(reinterpret_cast<const std::uint8_t*>(value.data()), value.size());
   return static_cast<std::int64_t>(hash.value());
 }
 

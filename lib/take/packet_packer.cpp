@@ -40,7 +40,8 @@ struct PacketPacker::State {
   std::unique_ptr<ZSTD_CCtx, FreeZstd> zstd{ZSTD_createCCtx()};
   PackingSettings settings;
   std::string caps;
-  unsigned since_alone = 0;  // packets, that one included; 0: there is none
+  unsigned since_alone = 0;             // packets, that one included; 0: there is none
+  std::uint64_t bytes_since_alone = 0;  // of them
   PacketBefore now, before;
   std::vector<std::uint8_t> pictures, block;
   std::vector<VideoEncoder> videos;  // by the order of pictures
@@ -147,7 +148,8 @@ std::size_t PacketPacker::State::add_packed(Bytes bytes, Bytes prefix) {
 
 PackedPacket PacketPacker::State::pack(std::int64_t id_before, Bytes packet) {
   PackedPacket result;
-  result.alone = id_before == 0 || since_alone == 0 || since_alone >= settings.key_interval;
+  result.alone = id_before == 0 || since_alone == 0 || since_alone >= settings.key_interval ||
+                 bytes_since_alone + packet.size() > most_key_bytes;
   now.packet.assign(packet.begin(), packet.end());
   PayloadRegions found = find_regions(caps, now.packet);
   if (settings.packing == Packing::lossy) round_vertices(found, result);
@@ -204,6 +206,7 @@ PackedPacket PacketPacker::pack(const PackingSettings& settings, std::string_vie
     return {};
   }
   s.since_alone = result.alone ? 1 : s.since_alone + 1;
+  s.bytes_since_alone = (result.alone ? 0 : s.bytes_since_alone) + packet.size();
   std::swap(s.now, s.before);
   return result;
 }

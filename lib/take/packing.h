@@ -8,8 +8,9 @@
 /// pictures' colours become VP8 (picture_video.h), and mattes have 33 levels, while contours and all
 /// else stay.
 ///
-/// A packet that stands alone comes at least every so many: a seek unpacks no more than those. What
-/// is damaged takes with it what follows up to the next of these. Layout: packed_layout.h.
+/// A packet that stands alone comes at least every so many, or every 8 MiB: a seek unpacks no more
+/// than those. What is damaged takes with it what follows up to the next of these. Layout:
+/// packed_layout.h.
 #pragma once
 
 #include <cstdint>
@@ -29,11 +30,16 @@ enum class Packing {
 /// More packets are never unpacked for one.
 inline constexpr unsigned longest_key_interval = 250;
 
+/// From one that stands alone to the next, unpacked: so many take some 12 ms, and a seek is one of
+/// several streams.
+inline constexpr std::uint64_t most_key_bytes = 8u << 20;
+
 struct PackingSettings {
   Packing packing = Packing::none;
-  unsigned key_interval = 8;  ///< packets from one that stands alone to the next, at most 250
-  double precision = 0.1;     ///< lossy: how far a vertex may move, mm; 0: not at all
-  int quantizer = 16;         ///< lossy: VP8's, of the pictures, 0 (best) to 63
+  /// Packets from one that stands alone to the next, at most 250; fewer where most_key_bytes says so.
+  unsigned key_interval = 8;
+  double precision = 0.1;  ///< lossy: how far a vertex may move, mm; 0: not at all
+  int quantizer = 16;      ///< lossy: VP8's, of the pictures, 0 (best) to 63
   bool operator==(const PackingSettings&) const = default;
 };
 

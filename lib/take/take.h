@@ -8,11 +8,12 @@
 ///     stream (id, name)                 one per camera, mesh or sound
 ///     format (id, stream, caps)         what its packets are, as text; the last one said is true
 ///     packet (id, stream, format, time, duration, flags, hash, data)   in the order written
+///     event  (id, stream, packet, name, value, hash)   what was announced before that packet
 ///     note   (name, value)              "rig", "settings" … : the text of the file of that name
 ///
-/// with an index of packets by stream and time. Times are nanoseconds from the take's begin.
-/// Packets of one instant are committed together: what a killed writer leaves lacks at most the
-/// last one. `hash` tells packets that a damaged disk has changed. Where bit 32 of `flags` is set,
+/// with an index of packets by stream and time, and one of events by stream and packet. Times are
+/// nanoseconds from the take's begin. Packets of one instant are committed together: what a killed
+/// writer leaves lacks at most the last one. `hash` tells packets that a damaged disk has changed. Where bit 32 of `flags` is set,
 /// `data` is packed (packing.h); a take that has such a packet is of version 2, others of version 1.
 #pragma once
 
@@ -23,6 +24,10 @@
 namespace polyhull {
 
 inline constexpr std::int64_t no_take_time = -1;
+
+/// The event that is kept, and how many bytes it has at most.
+inline constexpr char take_announcement[] = "polyhull-announcement";
+inline constexpr std::size_t largest_announcement = 1 << 20;
 
 /// Of packets, ns: sums of two are times, too.
 inline constexpr std::int64_t largest_take_time = INT64_MAX / 4;
@@ -49,6 +54,7 @@ struct TakePacket {
   std::vector<std::uint8_t> data;
   std::size_t stored = 0;  ///< read: bytes that it takes in the file
   bool alone = true;       ///< read: it was unpacked without any other
+  std::int64_t event = 0;  ///< read: by which TakeCursor::announcement() tells what is true of it
 };
 
 }  // namespace polyhull

@@ -55,6 +55,14 @@ TakeCursor::TakeCursor(const std::string& path, std::int64_t stream)
                               "SELECT id, time FROM packet NOT INDEXED WHERE stream = ? AND "
                               "id <= ? ORDER BY id DESC LIMIT 1");
   try {
+    event_of_.emplace(database_,
+                      "SELECT id FROM event INDEXED BY event_by_packet WHERE stream = ? AND "
+                      "packet <= ? AND name = ? ORDER BY packet DESC, id DESC LIMIT 1");
+    event_.emplace(database_, "SELECT value, hash, packet FROM event WHERE id = ?");
+  } catch (const Error&) {
+    event_of_.reset();
+  }
+  try {
     TakeStatement last(database_, "SELECT max(id) FROM packet");
     if (last.step()) last_id_ = last.number(0);
   } catch (const Error& error) {
@@ -174,10 +182,48 @@ std::optional<TakePacket> TakeCursor::fetch(const Place& place) {
   return packet;
 }
 
+/// The last one that was announced before packet \p id was written; 0: none.
+std::int64_t TakeCursor::event_of(std::int64_t id) {
+  if (!event_of_) return 0;
+  try {
+    event_of_->reset();
+    const bool found =
+        event_of_->bind(stream_).bind(id).bind(std::string_view(take_announcement)).step();
+    const std::int64_t event = found ? event_of_->number(0) : 0;
+    event_of_->reset();
+    return event;
+  } catch (const Error& error) {
+    if (error.kind() != Error::Kind::bad_input) throw;
+    event_of_.reset();
+    ++damaged_;
+    return 0;
+  }
+}
+
+std::string TakeCursor::announcement(std::int64_t event) {
+  if (!event_ || event == 0) return {};
+  try {
+    event_->reset();
+    std::string value;
+    if (event_->bind(event).step() && event_->bytes(0).size() <= largest_announcement)
+      value = event_->text(0);
+    const bool whole = !value.empty() && event_->number(1) == event_hash(event_->number(2), value);
+    event_->reset();
+    if (whole) return value;
+  } catch (const Error& error) {
+    if (error.kind() != Error::Kind::bad_input) throw;
+  }
+  ++damaged_;
+  return {};
+}
+
 std::optional<TakePacket> TakeCursor::next() {
   while (const auto found = place()) {
     at_ = *found;
-    if (auto packet = fetch(at_)) return packet;
+    if (auto packet = fetch(at_)) {
+      packet->event = event_of(at_.id);
+      return packet;
+    }
     ++damaged_;
   }
   return std::nullopt;

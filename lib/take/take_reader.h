@@ -32,6 +32,8 @@ class TakeCursor {
  public:
   /// Throws as read_take() does.
   TakeCursor(const std::string& path, std::int64_t stream);
+  TakeCursor(const TakeCursor&) = delete;  // its statements know where its database is
+  TakeCursor& operator=(const TakeCursor&) = delete;
 
   /// The next packet is the first whose time is \p time or later, ns; \p backwards: next() goes
   /// back in time from the last one whose time is \p time or earlier.
@@ -41,6 +43,9 @@ class TakeCursor {
   /// is, are left out and counted.
   /// Throws Error (io) where the file cannot be read at all.
   std::optional<TakePacket> next();
+
+  /// The announcement (take.h) that TakePacket::event stands for; empty where it is damaged.
+  std::string announcement(std::int64_t event);
 
   std::uint64_t damaged() const { return damaged_; }
 
@@ -52,9 +57,11 @@ class TakeCursor {
   std::optional<TakePacket> fetch(const Place& place);
   bool fetch_stored(std::int64_t id, TakePacket& packet, bool& packed);
   bool unpack(std::int64_t id, TakePacket& packet);
+  std::int64_t event_of(std::int64_t id);
 
   TakeDatabase database_;
   TakeStatement after_, before_, row_, by_id_, by_id_back_;
+  std::optional<TakeStatement> event_of_, event_;  // older takes have none
   std::int64_t stream_;
   std::int64_t last_id_ = 0;  // of all packets
   Place at_{-1, -1};          // of the last packet told

@@ -8,8 +8,10 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <chrono>
 #include <cstdlib>
 #include <filesystem>
+#include <utility>
 
 #include "base/error.h"
 #include "take/packet_hash.h"
@@ -19,14 +21,26 @@
 namespace polyhull {
 namespace {
 
+using Clock = std::chrono::steady_clock;
+
 constexpr std::int64_t same_instant = 10'000'000;  // ns
+
+// Whatever the times say, what is not committed is gone with a killed writer, and in memory.
+constexpr auto longest_transaction = std::chrono::seconds(1);
+constexpr std::uint64_t largest_transaction = 256u << 20;
+
+// How long a commit waits for those who read the file just now, ms: a moment, as what comes next can
+// be committed with it; a second where there is so much that it should not become more.
+constexpr int short_wait = 20, long_wait = 1000;
 
 // A journal of what pages were before, not of what they become: new pages need none, so that pixels
 // are written once. Without waiting for the disk a killed process loses nothing that was committed
-// (the system has it), a machine without power can.
+// (the system has it), a machine without power can. What is not committed stays in memory: were it
+// written before, nobody could read until the commit.
 constexpr char set_up[] =
     "PRAGMA journal_mode = TRUNCATE;"
-    "PRAGMA synchronous = OFF;";
+    "PRAGMA synchronous = OFF;"
+    "PRAGMA cache_spill = OFF;";
 
 constexpr char tables[] =
     "PRAGMA application_id = 1346917451;"  // take_application
@@ -39,6 +53,29 @@ constexpr char tables[] =
     "CREATE INDEX packet_by_time ON packet (stream, time);"
     "CREATE TABLE note (name TEXT PRIMARY KEY, value TEXT NOT NULL);";
 static_assert(take_application == 1346917451 && take_version == 1);
+
+// Older takes have none.
+constexpr char event_table[] =
+    "CREATE TABLE IF NOT EXISTS event (id INTEGER PRIMARY KEY, stream INTEGER NOT NULL,"
+    "  packet INTEGER NOT NULL, name TEXT NOT NULL, value TEXT NOT NULL, hash INTEGER NOT NULL);"
+    "CREATE INDEX IF NOT EXISTS event_by_packet ON event (stream, packet);";
+
+/// Where \p stream ends, with a last packet that says of itself how long it lasts, or lasts as long as
+/// the one before it did, or 40 ms.
+std::int64_t whole_end(TakeDatabase& database, const TakeStream& stream) {
+  constexpr std::int64_t usual = 40'000'000, longest = 1'000'000'000;
+  try {
+    TakeStatement last(database,
+                       "SELECT time FROM packet INDEXED BY packet_by_time WHERE stream = ? "
+                       "ORDER BY time DESC LIMIT 2");
+    if (!last.bind(stream.id).step() || last.number(0) < stream.end) return stream.end;
+    const std::int64_t before = last.step() ? last.number(0) : stream.end;
+    const std::int64_t lasted = stream.end - before;
+    return stream.end + (lasted > 0 && lasted <= longest ? lasted : usual);
+  } catch (const Error&) {
+    return stream.end + usual;  // damaged
+  }
+}
 
 }  // namespace
 
@@ -102,9 +139,12 @@ TakeWriter::TakeWriter(const std::string& path, Existing existing)
   if (fresh) {
     database_.execute("BEGIN");
     database_.execute(tables);
+    database_.execute(event_table);
     database_.execute("COMMIT");
   } else {
-    for (const TakeStream& stream : read_streams(database_)) begin_ = std::max(begin_, stream.end);
+    database_.execute(event_table);
+    for (const TakeStream& stream : read_streams(database_))
+      begin_ = std::max(begin_, whole_end(database_, stream));
   }
   insert_ =
       TakeStatement(database_,
@@ -120,24 +160,67 @@ TakeWriter::~TakeWriter() {
   }
 }
 
-void TakeWriter::commit() {
-  if (instant_ == no_take_time) return;
-  instant_ = no_take_time;
+bool TakeWriter::in_transaction() const {
+  return sqlite3_get_autocommit(database_.handle()) == 0;
+}
+
+bool TakeWriter::commit(int wait_ms) {
+  if (!in_transaction()) return true;
+  sqlite3_busy_timeout(database_.handle(), wait_ms);
+  const int code = sqlite3_exec(database_.handle(), "COMMIT", nullptr, nullptr, nullptr);
+  sqlite3_busy_timeout(database_.handle(), take_wait_ms);
+  tried_ = Clock::now();
+  held_up_ = (code & 0xff) == SQLITE_BUSY;
+  if (held_up_) return false;
+  if (code == SQLITE_OK) return true;
   try {
-    database_.execute("COMMIT");
+    database_.fail(code, "written");
   } catch (const Error&) {
-    forget();
-    try {
-      database_.execute("ROLLBACK");
-    } catch (const Error&) {
-      // SQLite has done it.
-    }
+    roll_back();
     throw;
   }
 }
 
-void TakeWriter::finish() {
-  commit();
+/// Where packets of \p time begin another instant, and where the transaction is old or large.
+void TakeWriter::commit_if_due(std::int64_t time) {
+  if (!in_transaction()) return;
+  const bool large = pending_ >= largest_transaction;
+  if (!large && std::abs(time - instant_) < same_instant &&
+      Clock::now() - tried_ < longest_transaction)
+    return;
+  // Once it was held up nobody else begins to read before it: those who do are waited for.
+  commit(large ? long_wait : held_up_ ? 0 : short_wait);
+  instant_ = time;
+}
+
+void TakeWriter::begin_transaction(std::int64_t time) {
+  if (in_transaction()) return;
+  database_.execute("BEGIN");
+  instant_ = time;
+  tried_ = Clock::now();
+  pending_ = 0;
+}
+
+void TakeWriter::roll_back() {
+  forget();
+  held_up_ = false;
+  try {
+    if (in_transaction()) database_.execute("ROLLBACK");
+  } catch (const Error&) {
+    // SQLite has done it.
+  }
+}
+
+void TakeWriter::finish(int wait_ms) {
+  if (!commit(wait_ms)) {
+    const double lost = 1e-6 * static_cast<double>(pending_);
+    roll_back();
+    throw Error(
+        Error::Kind::io,
+        "The last {:.1f} MB of the take '{}' could not be written: another program has been "
+        "reading it for longer than {:.3g} s. What was written before stays.",
+        lost, database_.path(), 1e-3 * wait_ms);
+  }
   // Takes the empty journal away: a take is one file.
   database_.execute("PRAGMA journal_mode = DELETE");
 }
@@ -150,17 +233,58 @@ void TakeWriter::note(const std::string& name, const std::string& value) {
 }
 
 std::int64_t TakeWriter::stream(const std::string& name) {
+  make_streams_again();
   TakeStatement(database_, "INSERT OR IGNORE INTO stream (name) VALUES (?)")
       .bind(std::string_view(name))
       .run();
   TakeStatement found(database_, "SELECT id FROM stream WHERE name = ?");
   found.bind(std::string_view(name));
   if (!found.step()) throw Error(Error::Kind::bad_input, "The take's table of streams is damaged.");
+  streams_[found.number(0)].name = name;
   return found.number(0);
 }
 
+/// Those that were made in a transaction that is gone, under the ids that were told.
+void TakeWriter::make_streams_again() {
+  if (!streams_lost_) return;
+  for (const auto& [id, stream] : streams_)
+    if (!stream.name.empty())
+      TakeStatement(database_, "INSERT OR IGNORE INTO stream (id, name) VALUES (?, ?)")
+          .bind(id)
+          .bind(std::string_view(stream.name))
+          .run();
+  streams_lost_ = false;
+}
+
+std::int64_t TakeWriter::last_packed(std::int64_t stream) const {
+  const auto found = streams_.find(stream);
+  return found == streams_.end() ? 0 : found->second.packed;
+}
+
+void TakeWriter::announce(std::int64_t stream, std::string json) {
+  Stream& of = streams_[stream];
+  if (of.announcement == json) return;
+  of.announcement = std::move(json);
+  of.announced = false;
+}
+
+/// With the packet from which on it is true: of both or none is read.
+void TakeWriter::write_announcement(std::int64_t stream, std::int64_t packet) {
+  Stream& of = streams_[stream];
+  if (of.announced || of.announcement.empty()) return;
+  TakeStatement(database_,
+                "INSERT INTO event (stream, packet, name, value, hash) VALUES (?, ?, ?, ?, ?)")
+      .bind(stream)
+      .bind(packet)
+      .bind(std::string_view(take_announcement))
+      .bind(std::string_view(of.announcement))
+      .bind(event_hash(packet, of.announcement))
+      .run();
+  of.announced = true;
+}
+
 std::int64_t TakeWriter::format(std::int64_t stream, const std::string& caps) {
-  auto& [known, id] = formats_[stream];
+  auto& [known, id] = streams_[stream].format;
   if (id != 0 && known == caps) return id;
   TakeStatement found(database_, "SELECT id FROM format WHERE stream = ? AND caps = ?");
   found.bind(stream).bind(std::string_view(caps));
@@ -181,9 +305,13 @@ std::int64_t TakeWriter::format(std::int64_t stream, const std::string& caps) {
 
 /// What was written in this transaction may be gone, and its ids another's.
 void TakeWriter::forget() {
-  formats_.clear();
-  packed_.clear();
+  for (auto& [id, stream] : streams_) {
+    stream.format = {};
+    stream.packed = 0;
+    stream.announced = false;
+  }
   told_packed_ = false;
+  streams_lost_ = true;
 }
 
 /// Within the transaction of the first of them: older readers must not take it for what it is not.
@@ -200,17 +328,16 @@ std::int64_t TakeWriter::write(std::int64_t stream, const TakePacket& packet,
     throw Error(Error::Kind::bad_input, "A packet of a take has the time {} ns.", packet.time);
   if (packed) {
     const std::int64_t before = PacketUnpacker::before(data);
-    if (before != 0 && packed_[stream] != before)
+    if (before != 0 && last_packed(stream) != before)
       throw Error(Error::Kind::bad_input,
                   "A packet of a take is packed behind another than its stream's last.");
   }
   const std::int64_t time = begin_ + packet.time;
-  if (instant_ != no_take_time && std::abs(time - instant_) >= same_instant) commit();
-  if (instant_ == no_take_time) {
-    database_.execute("BEGIN");
-    instant_ = time;
-  }
+  commit_if_due(time);
+  begin_transaction(time);
+  std::int64_t id = 0;
   try {
+    make_streams_again();
     if (packed) tell_packed();
     const std::int64_t of_format = format(stream, packet.caps);
     insert_.bind(stream)
@@ -221,20 +348,22 @@ std::int64_t TakeWriter::write(std::int64_t stream, const TakePacket& packet,
         .bind(packet_hash(time, data, packet, packed))
         .bind(data)
         .run();
+    id = sqlite3_last_insert_rowid(database_.handle());
+    write_announcement(stream, id);
   } catch (const Error&) {
     insert_.reset();
     forget();
     try {
       // The packets of this instant that were written before stay, if they can.
-      commit();
+      commit(short_wait);
     } catch (const Error&) {
       // Then they do not; what was committed before does.
     }
     throw;
   }
   bytes_ += data.size();
-  const std::int64_t id = sqlite3_last_insert_rowid(database_.handle());
-  packed_[stream] = packed ? id : 0;
+  pending_ += data.size();
+  streams_[stream].packed = packed ? id : 0;
   return id;
 }
 

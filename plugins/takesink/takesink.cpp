@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <filesystem>
 #include <map>
 #include <mutex>
 #include <optional>
@@ -19,9 +18,9 @@
 #include "plugins/common/element.h"
 #include "plugins/common/guard.h"
 #include "plugins/common/memory/payload_buffer.h"
+#include "plugins/takesink/take_times.h"
 #include "plugins/takesink/takesink_settings.h"
 #include "take/packing.h"
-#include "take/take_reader.h"
 #include "take/take_writer.h"
 
 GST_DEBUG_CATEGORY_STATIC(takesink_debug);
@@ -37,8 +36,9 @@ struct Stream {
   std::int64_t id = 0;  // in the file; 0: not known yet
   GstSegment segment{};
   std::string caps;
+  std::string announcement;      // that came and is not in the take yet
   std::int64_t time = 0;         // of the last buffer
-  std::int64_t last_packed = 0;  // the id of the last packet, where it was packed
+  std::int64_t last_packed = 0;  // id of what the packer packed last; 0: it was not written
   bool ended = false;
   PacketPacker packer;  // the pad's thread's, not under the lock: streams are packed side by side
 };
@@ -50,7 +50,9 @@ struct TakeSink {
 
   explicit TakeSink(gpointer object) {
     GST_OBJECT_FLAG_SET(object, GST_ELEMENT_FLAG_SINK);
-    statistics.declare({"buffers", "bytes", "bytes-stored", "buffers-alone", "buffers-untimed"});
+    statistics.declare({"buffers", "bytes", "bytes-stored", "buffers-alone", "buffers-untimed",
+                        "buffers-early", "commits-held-up", "announcements",
+                        "announcements-unusable"});
   }
 
   TakeSinkSettings settings;  // under the object lock
@@ -64,20 +66,11 @@ struct TakeSink {
   bool ended = false;  // and not yet told
   guint32 ended_by = 0;
   guint next_pad = 0;
-  std::optional<std::int64_t> origin;  // the running time at which the take begins
-  double vertex_error = 0;             // mm, the largest
+  TakeTimes times;
+  bool held_up = false;     // was said
+  double vertex_error = 0;  // mm, the largest
   double colour_error = 0, colours = 0;
 };
-
-std::string read_text(const char* what, const std::string& path) {
-  g_autofree char* text = nullptr;
-  gsize size = 0;
-  g_autoptr(GError) error = nullptr;
-  if (!g_file_get_contents(path.c_str(), &text, &size, &error))
-    throw Error(Error::Kind::not_found, "The file for {}, '{}', cannot be kept in the take: {}.",
-                what, path, error->message);
-  return {text, size};
-}
 
 constexpr guint most_pads = 1'000'000;  // more are nobody's numbers
 
@@ -86,18 +79,6 @@ std::optional<guint> number_of(const char* pad_name) {
   if (pad_name == nullptr || std::sscanf(pad_name, "sink_%u", &number) != 1 || number > most_pads)
     return std::nullopt;
   return number;
-}
-
-/// What is there was seen by the cameras of the rig that is there.
-void check_rig(const std::string& location, const std::string& rig) {
-  if (!std::filesystem::exists(location)) return;
-  for (const TakeNote& note : read_take(location).notes)
-    if (note.name == "rig" && note.value != rig)
-      throw Error(Error::Kind::bad_input,
-                  "The take '{}' keeps another rig than the one that is to be kept in it, by which "
-                  "what is in it was recorded. Write another take, or leave rig unset if the "
-                  "cameras are the same.",
-                  location);
 }
 
 bool open(GstElement* element) {
@@ -110,22 +91,18 @@ bool open(GstElement* element) {
     self.claim.emplace(settings.location);
     try {
       // Read before a take is replaced.
-      const std::string rig = settings.rig.empty() ? "" : read_text("rig", settings.rig);
-      if (settings.existing == TakeWriter::Existing::append && !settings.rig.empty())
-        check_rig(settings.location, rig);
-      const std::string studio =
-          settings.settings.empty() ? "" : read_text("settings", settings.settings);
+      const TakeTexts texts = read_texts(settings);
       self.take.emplace(settings.location, settings.existing);
-      if (!settings.rig.empty()) self.take->note("rig", rig);
-      if (!settings.settings.empty()) self.take->note("settings", studio);
+      if (!settings.rig.empty()) self.take->note("rig", texts.rig);
+      if (!settings.settings.empty()) self.take->note("settings", texts.settings);
     } catch (...) {
       self.take.reset();
       self.claim.reset();
       throw;
     }
     self.statistics.reset();
-    self.ended = false;
-    self.origin.reset();
+    self.ended = self.held_up = false;
+    self.times = TakeTimes();
     self.vertex_error = self.colour_error = self.colours = 0;
     // In the pads' order, whichever carries something first.
     std::map<guint, Stream*> ordered;
@@ -139,24 +116,18 @@ bool open(GstElement* element) {
   });
 }
 
-bool close(GstElement* element) {
+/// What cannot be written any more is said; the element stops all the same.
+void close(GstElement* element) {
   TakeSink& self = state_of<TakeSink>(element);
-  return guarded(element, false, [&] {
+  guarded(element, 0, [&] {
     const std::scoped_lock lock(self.mutex);
-    const auto leave = [&] {
-      self.take.reset();
-      self.claim.reset();
-      self.playing = false;
-    };
-    try {
-      if (self.take) self.take->finish();
-    } catch (...) {
-      leave();
-      throw;
-    }
-    leave();
-    return true;
+    if (self.take) self.take->finish();
+    return 0;
   });
+  const std::scoped_lock lock(self.mutex);
+  self.take.reset();
+  self.claim.reset();
+  self.playing = false;
 }
 
 /// The message that makes the pipeline end; it counts only while playing.
@@ -168,26 +139,6 @@ void tell_end(GstElement* element, std::unique_lock<std::mutex> lock) {
   gst_message_set_seqnum(message, self.ended_by);
   lock.unlock();
   gst_element_post_message(element, message);
-}
-
-/// Of other pads, what was taken before the first buffer comes may come after it.
-constexpr std::int64_t lead = GST_SECOND;
-
-/// Time of \p buffer in the take, ns: its running time, or what of that comes after a second before the
-/// first buffer. None: it has no running time.
-std::optional<std::int64_t> time_of(TakeSink& self, const Stream& stream, GstBuffer* buffer) {
-  const GstClockTime stamp =
-      GST_BUFFER_PTS_IS_VALID(buffer) ? GST_BUFFER_PTS(buffer) : GST_BUFFER_DTS(buffer);
-  const GstClockTime time =
-      stream.segment.format == GST_FORMAT_TIME
-          ? gst_segment_to_running_time(&stream.segment, GST_FORMAT_TIME, stamp)
-          : GST_CLOCK_TIME_NONE;
-  if (!GST_CLOCK_TIME_IS_VALID(time) || time > static_cast<GstClockTime>(G_MAXINT64 / 4))
-    return std::nullopt;
-  // A pipeline that has run for hours, or by another machine's clock, makes no take of hours.
-  const auto running = static_cast<std::int64_t>(time);
-  if (!self.origin) self.origin = std::max<std::int64_t>(0, running - lead);
-  return std::max<std::int64_t>(0, running - *self.origin);
 }
 
 void count(TakeSink& self, std::size_t size, std::size_t stored, const PackedPacket& packed) {
@@ -214,41 +165,65 @@ GstFlowReturn write(GstElement* element, GstPad* pad, GstBuffer* buffer) {
   if (mapped.segments().size() != 1) mapped.join();
   const Bytes bytes = mapped.segments().empty() ? Bytes() : mapped.segments().front();
   TakePacket packet;
-  bool untimed = false;
+  std::optional<TakeTimes::Time> time;
   Stream* stream = nullptr;
+  std::int64_t before = 0;
   {
     const std::scoped_lock lock(self.mutex);
     if (!self.take) return GST_FLOW_FLUSHING;
     stream = &self.streams[pad];
     if (stream->ended) return GST_FLOW_EOS;
-    const auto time = time_of(self, *stream, buffer);
-    untimed = !time;
-    packet.time = stream->time = time.value_or(stream->time);
+    time = self.times.of(stream->segment, buffer);
+    packet.time = stream->time = time ? time->time : stream->time;
     packet.caps = stream->caps;
+    // Where another stream's packet could not be written, this one's may be gone with it.
+    before = self.take->last_packed(stream->id);
+    if (before != stream->last_packed) before = 0;
   }
-  if (untimed)
+  if (!time)
     self.statistics.warn(
         element, "buffers-untimed",
         "A buffer without a running time was given that of the one before. Look at what stamps it; "
         "do-timestamp=true of a live source does.");
+  if (time && time->early)
+    self.statistics.warn(
+        element, "buffers-early",
+        fmt::format("A buffer of {} has a time from more than ten seconds before the take's first "
+                    "buffer, and was put at the take's begin. Look at what stamps it.",
+                    GST_PAD_NAME(pad)));
   const GstClockTime duration = GST_BUFFER_DURATION(buffer);
   if (GST_CLOCK_TIME_IS_VALID(duration)) packet.duration = static_cast<std::int64_t>(duration);
   packet.flags = GST_BUFFER_FLAGS(buffer) &
                  (GST_BUFFER_FLAG_DELTA_UNIT | GST_BUFFER_FLAG_HEADER | GST_BUFFER_FLAG_GAP);
   const Stopwatch watch;
-  const PackedPacket packed = stream->packer.pack(packing, packet.caps, bytes, stream->last_packed);
+  PackedPacket packed = stream->packer.pack(packing, packet.caps, bytes, before);
   const double packed_after = watch.milliseconds();
-  const std::scoped_lock lock(self.mutex);
-  if (!self.take) return GST_FLOW_FLUSHING;
-  if (stream->id == 0) stream->id = self.take->stream(GST_OBJECT_NAME(pad));
-  const bool is_packed = !packed.data.empty();
-  stream->last_packed = 0;  // where it cannot be written
-  const std::int64_t id =
-      self.take->write(stream->id, packet, is_packed ? packed.data : bytes, is_packed);
-  if (is_packed) stream->last_packed = id;
-  self.statistics.set("write-ms", watch.milliseconds());
-  self.statistics.set("pack-ms", packed_after);
-  count(self, bytes.size(), is_packed ? packed.data.size() : bytes.size(), packed);
+  bool held_up = false;
+  {
+    const std::scoped_lock lock(self.mutex);
+    if (!self.take) return GST_FLOW_FLUSHING;
+    if (stream->id == 0) stream->id = self.take->stream(GST_OBJECT_NAME(pad));
+    if (!packed.alone && self.take->last_packed(stream->id) != before)
+      packed = stream->packer.pack(packing, packet.caps, bytes, 0);
+    if (!stream->announcement.empty()) {
+      self.take->announce(stream->id, std::exchange(stream->announcement, {}));
+      self.statistics.count("announcements");
+    }
+    const bool is_packed = !packed.data.empty();
+    stream->last_packed = 0;  // where it cannot be written
+    const std::int64_t id =
+        self.take->write(stream->id, packet, is_packed ? packed.data : bytes, is_packed);
+    if (is_packed) stream->last_packed = id;
+    held_up = self.take->held_up() && !self.held_up;
+    self.held_up = self.take->held_up();
+    self.statistics.set("write-ms", watch.milliseconds());
+    self.statistics.set("pack-ms", packed_after);
+    count(self, bytes.size(), is_packed ? packed.data.size() : bytes.size(), packed);
+  }
+  if (held_up)
+    self.statistics.warn(element, "commits-held-up",
+                         "Another program reads the take without a pause; what comes meanwhile is "
+                         "kept in memory, and lost where this one is killed. Let it read a copy.");
   return GST_FLOW_OK;
 }
 
@@ -265,11 +240,15 @@ void end_if_all_have(GstElement* element, guint32 seqnum) {
   TakeSink& self = state_of<TakeSink>(element);
   const bool all = guarded(element, true, [&] {
     const std::scoped_lock lock(self.mutex);
-    if (self.streams.empty() || !self.take) return false;
-    for (const auto& [other, stream] : self.streams)
-      if (!stream.ended) return false;
-    self.take->commit();
-    return true;
+    if (!self.take) return false;
+    bool any = false;
+    for (const auto& [other, stream] : self.streams) {
+      // What nothing is linked to has no end.
+      if (!stream.ended && gst_pad_is_linked(other)) return false;
+      any = any || stream.ended;
+    }
+    if (any) self.take->commit();
+    return any;
   });
   if (!all) return;
   std::unique_lock lock(self.mutex);
@@ -285,6 +264,23 @@ void end_stream(GstElement* element, GstPad* pad, guint32 seqnum) {
     self.streams[pad].ended = true;
   }
   end_if_all_have(element, seqnum);
+}
+
+/// It goes into the take with the next buffer.
+void keep_announcement(GstElement* element, GstPad* pad, GstEvent* event) {
+  TakeSink& self = state_of<TakeSink>(element);
+  const char* json = gst_structure_get_string(gst_event_get_structure(event), "json");
+  if (json == nullptr || *json == 0) return;
+  std::string text = json;
+  if (text.size() > largest_announcement) {
+    self.statistics.warn(element, "announcements-unusable",
+                         fmt::format("An announcement of {} bytes at {} is left out of the take, "
+                                     "which keeps up to {}. Send a smaller one.",
+                                     text.size(), GST_PAD_NAME(pad), largest_announcement));
+    return;
+  }
+  const std::scoped_lock lock(self.mutex);
+  self.streams[pad].announcement = std::move(text);
 }
 
 gboolean event(GstPad* pad, GstObject* parent, GstEvent* event) {
@@ -314,6 +310,9 @@ gboolean event(GstPad* pad, GstObject* parent, GstEvent* event) {
       self.streams[pad].ended = self.ended = false;
       break;
     }
+    case GST_EVENT_CUSTOM_DOWNSTREAM_STICKY:
+      if (gst_event_has_name(event, take_announcement)) keep_announcement(element, pad, event);
+      break;
     case GST_EVENT_EOS:
       end_stream(element, pad, gst_event_get_seqnum(event));
       break;
@@ -373,15 +372,14 @@ GstStateChangeReturn change_state(GstElement* element, GstStateChange transition
     const std::scoped_lock lock(self.mutex);
     self.playing = false;
   }
-  GstStateChangeReturn result =
+  const GstStateChangeReturn result =
       GST_ELEMENT_CLASS(parent_class<TakeSink>())->change_state(element, transition);
   if (transition == GST_STATE_CHANGE_PAUSED_TO_PLAYING) {
     std::unique_lock lock(self.mutex);
     self.playing = true;
     tell_end(element, std::move(lock));
   }
-  if (transition == GST_STATE_CHANGE_PAUSED_TO_READY && !close(element))
-    result = GST_STATE_CHANGE_FAILURE;
+  if (transition == GST_STATE_CHANGE_PAUSED_TO_READY) close(element);
   return result;
 }
 
@@ -392,7 +390,9 @@ void TakeSink::class_init(gpointer klass) {
       klass,
       "Counters since the start: buffers and bytes (that came), bytes-stored, "
       "buffers-alone (stored so that no other is needed), buffers-untimed (that "
-      "got the time of the one before); write-ms, the milliseconds the last "
+      "got the time of the one before), buffers-early (that were put at the take's begin), "
+      "commits-held-up (times that another program's reading held up the writing), announcements "
+      "(kept) and announcements-unusable (too large); write-ms, the milliseconds the last "
       "buffer took, pack-ms those of its compression. With compression=lossy "
       "vertex-error-mm, how far the vertex moved that moved the furthest, and "
       "picture-psnr, the colours' peak signal to noise ratio in dB.");

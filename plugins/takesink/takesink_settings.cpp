@@ -1,7 +1,38 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "plugins/takesink/takesink_settings.h"
 
+#include <filesystem>
+
+#include "base/error.h"
+#include "take/take_reader.h"
+
 namespace polyhull::element {
+namespace {
+
+std::string read_text(const char* what, const std::string& path) {
+  if (path.empty()) return {};
+  g_autofree char* text = nullptr;
+  gsize size = 0;
+  g_autoptr(GError) error = nullptr;
+  if (!g_file_get_contents(path.c_str(), &text, &size, &error))
+    throw Error(Error::Kind::not_found, "The file for {}, '{}', cannot be kept in the take: {}.",
+                what, path, error->message);
+  return {text, size};
+}
+
+/// What is there was seen by the cameras of the rig that is there.
+void check_rig(const std::string& location, const std::string& rig) {
+  if (!std::filesystem::exists(location)) return;
+  for (const TakeNote& note : read_take(location).notes)
+    if (note.name == "rig" && note.value != rig)
+      throw Error(Error::Kind::bad_input,
+                  "The take '{}' keeps another rig than the one that is to be kept in it, by which "
+                  "what is in it was recorded. Write another take, or leave rig unset if the "
+                  "cameras are the same.",
+                  location);
+}
+
+}  // namespace
 
 template <>
 GType enum_type<TakeWriter::Existing>() {
@@ -62,6 +93,15 @@ std::span<const Property<TakeSinkSettings>> takesink_properties() {
 
 PackingSettings packing_of(const TakeSinkSettings& settings) {
   return {settings.compression, settings.key_interval, settings.precision, settings.quantizer};
+}
+
+TakeTexts read_texts(const TakeSinkSettings& settings) {
+  TakeTexts texts;
+  texts.rig = read_text("rig", settings.rig);
+  if (settings.existing == TakeWriter::Existing::append && !settings.rig.empty())
+    check_rig(settings.location, texts.rig);
+  texts.settings = read_text("settings", settings.settings);
+  return texts;
 }
 
 }  // namespace polyhull::element

@@ -28,4 +28,13 @@ std::span<const Property<TakeSinkSettings>> takesink_properties();
 /// How packets are packed by these.
 PackingSettings packing_of(const TakeSinkSettings& settings);
 
+/// What is kept in the take of the files that are named.
+struct TakeTexts {
+  std::string rig, settings;
+};
+
+/// Throws Error: not_found where one cannot be read, bad_input where the take that is to be added to
+/// keeps another rig.
+TakeTexts read_texts(const TakeSinkSettings& settings);
+
 }  // namespace polyhull::element

@@ -38,8 +38,9 @@ struct Settings {
 struct Stream {
   GstPad* pad = nullptr;
   std::optional<TakeCursor> cursor;
-  std::string caps;      // that were sent
-  bool started = false;  // its stream-start was sent
+  std::string caps;        // that were sent
+  std::int64_t event = 0;  // whose announcement was sent
+  bool started = false;    // its stream-start was sent
   bool segment_due = true;
   bool discont = true;
   std::uint64_t damaged = 0;  // of the cursor, that were told
@@ -111,6 +112,18 @@ void send_caps(Stream& stream, const std::string& text) {
     gst_caps_unref(caps);
   }
   stream.caps = text;
+}
+
+/// Of what comes from now on.
+void send_announcement(Stream& stream, std::int64_t event) {
+  stream.event = event;
+  const std::string json = stream.cursor->announcement(event);
+  if (json.empty() || !g_utf8_validate(json.data(), static_cast<gssize>(json.size()), nullptr))
+    return;
+  gst_pad_push_event(
+      stream.pad, gst_event_new_custom(GST_EVENT_CUSTOM_DOWNSTREAM_STICKY,
+                                       gst_structure_new(take_announcement, "json", G_TYPE_STRING,
+                                                         json.c_str(), nullptr)));
 }
 
 GstBuffer* make_buffer(TakePacket& packet, bool discont) {
@@ -190,6 +203,7 @@ void loop(gpointer data) {
     if (packet && packet->caps != stream.caps) send_caps(stream, packet->caps);
     if (stream.segment_due) send_segment(self, stream);
     if (!packet) return GST_FLOW_EOS;
+    if (packet->event != stream.event) send_announcement(stream, packet->event);
     const std::size_t size = packet->data.size();
     {
       const std::scoped_lock lock(self.mutex);
@@ -230,6 +244,7 @@ void set_out(Stream& stream, const GstSegment& segment, std::int64_t end) {
     stream.cursor->seek(from);
   }
   stream.segment_due = stream.discont = true;
+  stream.event = 0;  // behind a flush it is said again
 }
 
 void start_threads(TakeSrc& self) {

@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <cstdlib>
+#include <deque>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
@@ -59,7 +60,7 @@ Written write(const std::string& path, int sets, int cameras, std::size_t size) 
 
 void seeks(const std::string& path, int sets) {
   const TakeContent content = read_take(path);
-  std::vector<TakeCursor> cursors;
+  std::deque<TakeCursor> cursors;
   for (const TakeStream& stream : content.streams) cursors.emplace_back(path, stream.id);
   std::mt19937 random(2);
   std::vector<double> times;

@@ -1,12 +1,18 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // takesink's compression: what is played is what was recorded, or within the error that is said.
+#include <gst/check/gstharness.h>
+#include <sys/resource.h>
+
 #include <cmath>
+#include <csignal>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <mutex>
+#include <random>
 #include <vector>
 
+#include "take/take_reader.h"
 #include "wire/mesh_payload.h"
 #include "wire/view_payload.h"
 
@@ -287,6 +293,60 @@ GST_START_TEST(test_another_rig_is_refused) {
 }
 GST_END_TEST
 
+/// Much of it as before, and too much new for one page of the file.
+GstBuffer* changing(unsigned pad, unsigned number) {
+  std::string bytes(6000, static_cast<char>(pad));
+  std::minstd_rand random(1 + 1000 * pad + number);
+  for (std::size_t i = 0; i < 4000; ++i) bytes[i] = static_cast<char>(random() >> 8);
+  GstBuffer* buffer = gst_buffer_new_memdup(bytes.data(), bytes.size());
+  GST_BUFFER_PTS(buffer) = number * 40 * GST_MSECOND;
+  return buffer;
+}
+
+// The instant that the disk has no room for is gone, of all pads; those that did not fail go on.
+GST_START_TEST(test_the_other_pads_outlive_a_full_disk) {
+  const Folder folder;
+  rlimit before{};
+  getrlimit(RLIMIT_FSIZE, &before);
+  std::signal(SIGXFSZ, SIG_IGN);
+  rlimit small = before;
+  small.rlim_cur = 600'000;
+  GstElement* take = gst_element_factory_make("takesink", nullptr);
+  g_object_set(take, "location", folder.file().c_str(), nullptr);
+  gst_util_set_object_arg(G_OBJECT(take), "compression", "exact");
+  GstHarness* first = gst_harness_new_with_element(take, "sink_0", nullptr);
+  GstHarness* other = gst_harness_new_with_element(take, "sink_1", nullptr);
+  for (GstHarness* harness : {first, other})
+    gst_harness_set_src_caps_str(harness, "application/x-test");
+  setrlimit(RLIMIT_FSIZE, &small);
+  unsigned number = 0;
+  while (number < 1000 && gst_harness_push(first, changing(0, number)) == GST_FLOW_OK) {
+    fail_unless_equals_int(gst_harness_push(other, changing(1, number)), GST_FLOW_OK);
+    ++number;
+  }
+  fail_unless(number > 10 && number < 1000 && number % 8 != 1, "%u", number);
+  setrlimit(RLIMIT_FSIZE, &before);
+  const unsigned end = number + 20;
+  for (unsigned i = number; i < end; ++i)
+    fail_unless_equals_int(gst_harness_push(other, changing(1, i)), GST_FLOW_OK);
+  gst_element_set_state(take, GST_STATE_NULL);
+  gst_harness_teardown(first);
+  gst_harness_teardown(other);
+  gst_object_unref(take);
+  polyhull::TakeCursor cursor(folder.file(), 2);
+  for (unsigned i = 0; i < end; ++i) {
+    if (i == number - 1) continue;
+    const auto packet = cursor.next();
+    fail_unless(packet.has_value());
+    GstBuffer* truth = changing(1, i);
+    fail_unless_equals_uint64(static_cast<guint64>(packet->time), GST_BUFFER_PTS(truth));
+    fail_unless(gst_buffer_memcmp(truth, 0, packet->data.data(), packet->data.size()) == 0);
+    gst_buffer_unref(truth);
+  }
+  fail_unless(!cursor.next() && cursor.damaged() == 0);
+}
+GST_END_TEST
+
 static Suite* take_compression_suite() {
   Suite* suite = suite_create("take-compression");
   TCase* general = tcase_create("general");
@@ -300,6 +360,7 @@ static Suite* take_compression_suite() {
   tcase_add_test(general, test_settings_change_while_it_plays);
   tcase_add_test(general, test_damage_is_said_and_ends_at_the_next_key);
   tcase_add_test(general, test_states);
+  tcase_add_test(general, test_the_other_pads_outlive_a_full_disk);
   tcase_add_test(general, test_another_rig_is_refused);
   return suite;
 }

@@ -1,86 +1,19 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // takesink and takesrc: what was recorded plays as it was, from any place.
 #include <gst/app/gstappsrc.h>
+#include <sqlite3.h>
 
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
-#include <map>
-#include <mutex>
 #include <vector>
 
 #include "take/take_reader.h"
 
-#include "element_checks.h"
+#include "played.h"
 
 using namespace polyhull::test;
 
 namespace {
-
-/// A folder that goes with the test.
-struct Folder {
-  Folder() {
-    char name[] = "/tmp/polyhull_takes_XXXXXX";
-    path = mkdtemp(name);
-  }
-  ~Folder() { std::filesystem::remove_all(path); }
-  std::string file(const char* name = "dance.take") const { return path + "/" + name; }
-  std::string path;
-};
-
-struct Seen {
-  GstClockTime time, duration;
-  std::string bytes;
-  bool operator==(const Seen&) const = default;
-};
-
-/// What came out of a line's elements called `out…`, by name.
-struct Played {
-  explicit Played(const std::string& line) : pipeline(parse(line)) {
-    g_autoptr(GstIterator) all = gst_bin_iterate_sinks(GST_BIN(pipeline));
-    gst_iterator_foreach(
-        all,
-        [](const GValue* item, gpointer data) {
-          auto* element = GST_ELEMENT(g_value_get_object(item));
-          if (g_object_class_find_property(G_OBJECT_GET_CLASS(element), "signal-handoffs") ==
-              nullptr)
-            return;
-          g_object_set(element, "signal-handoffs", TRUE, nullptr);
-          g_signal_connect(element, "handoff", G_CALLBACK(take), data);
-        },
-        this);
-  }
-  ~Played() {
-    gst_element_set_state(pipeline, GST_STATE_NULL);
-    gst_object_unref(pipeline);
-  }
-  static void take(GstElement* sink, GstBuffer* buffer, GstPad*, gpointer data) {
-    auto& self = *static_cast<Played*>(data);
-    GstMapInfo map;
-    gst_buffer_map(buffer, &map, GST_MAP_READ);
-    const std::scoped_lock lock(self.mutex);
-    self.seen[GST_OBJECT_NAME(sink)].push_back(
-        {GST_BUFFER_PTS(buffer), GST_BUFFER_DURATION(buffer),
-         std::string(reinterpret_cast<char*>(map.data), map.size)});
-    gst_buffer_unmap(buffer, &map);
-  }
-  std::vector<Seen> of(const char* name) {
-    const std::scoped_lock lock(mutex);
-    return seen[name];
-  }
-  void clear() {
-    const std::scoped_lock lock(mutex);
-    seen.clear();
-  }
-  std::string run() {
-    gst_element_set_state(pipeline, GST_STATE_PLAYING);
-    return wait_for_end(pipeline);
-  }
-
-  GstElement* pipeline;
-  std::mutex mutex;
-  std::map<std::string, std::vector<Seen>> seen;
-};
 
 /// Three cameras' views, into a take and what \p rest does with tee a, b and c.
 std::string cameras(int frames, const std::string& take, const std::string& rest = "",
@@ -367,8 +300,89 @@ GST_START_TEST(test_late_begin) {
     check_ended(wait_for_end(recording.pipeline));
   }
   const polyhull::TakeContent content = polyhull::read_take(folder.file());
-  fail_unless_equals_int64(content.streams[0].begin, GST_SECOND);
-  fail_unless_equals_int64(content.end, GST_SECOND + 80 * GST_MSECOND);
+  fail_unless_equals_int64(content.streams[0].begin, 10 * GST_SECOND);
+  fail_unless_equals_int64(content.end, 10 * GST_SECOND + 80 * GST_MSECOND);
+}
+GST_END_TEST
+
+void wait_for_buffers(GstElement* take, guint64 count) {
+  while (statistic(take, "buffers") < count) g_usleep(1000);
+}
+
+// Streams begin at times of their own; what is too early for the take is said.
+GST_START_TEST(test_streams_begin_apart) {
+  const Folder folder;
+  {
+    const Recording recording(folder, 2);
+    GstElement* take = gst_bin_get_by_name(GST_BIN(recording.pipeline), "take");
+    recording.push(0, 100 * GST_SECOND);
+    wait_for_buffers(take, 1);
+    for (const guint64 at : {91, 92, 93}) recording.push(1, at * GST_SECOND);
+    wait_for_buffers(take, 4);
+    fail_unless_equals_uint64(statistic(take, "buffers-early"), 0);
+    recording.push(1, 89 * GST_SECOND);
+    wait_for_buffers(take, 5);
+    fail_unless_equals_uint64(statistic(take, "buffers-early"), 1);
+    gst_object_unref(take);
+    recording.end(0);
+    recording.end(1);
+    check_ended(wait_for_end(recording.pipeline));
+  }
+  polyhull::TakeCursor cursor(folder.file(), 2);
+  for (const int after : {0, 1, 2, 3})
+    fail_unless_equals_int64(cursor.next()->time, after * std::int64_t{1'000'000'000});
+}
+GST_END_TEST
+
+// A pad that waits for a camera that never came has no end.
+GST_START_TEST(test_an_unlinked_pad_holds_no_end) {
+  const Folder folder;
+  const Recording recording(folder, 1);
+  GstElement* take = gst_bin_get_by_name(GST_BIN(recording.pipeline), "take");
+  GstPad* spare = gst_element_request_pad_simple(take, "sink_7");
+  GstPad* other = gst_element_request_pad_simple(take, "sink_8");
+  recording.push(0, 0);
+  wait_for_buffers(take, 1);
+  gst_element_release_request_pad(take, other);  // ends nothing
+  g_autoptr(GstBus) bus = gst_element_get_bus(recording.pipeline);
+  fail_unless(gst_bus_timed_pop_filtered(bus, 100 * GST_MSECOND, GST_MESSAGE_EOS) == nullptr);
+  recording.end(0);
+  check_ended(wait_for_end(recording.pipeline));
+  gst_object_unref(other);
+  gst_object_unref(spare);
+  gst_object_unref(take);
+}
+GST_END_TEST
+
+// Somebody looks into the take for longer than it is recorded: the element stops, and says so.
+GST_START_TEST(test_a_reader_that_does_not_stop) {
+  const Folder folder;
+  sqlite3* base = nullptr;
+  sqlite3_stmt* slow = nullptr;
+  {
+    const Recording recording(folder, 1);
+    GstElement* take = gst_bin_get_by_name(GST_BIN(recording.pipeline), "take");
+    for (guint i = 0; i < 3; ++i) recording.push(0, i * frame);
+    wait_for_buffers(take, 3);
+    fail_unless_equals_int(sqlite3_open(folder.file().c_str(), &base), SQLITE_OK);
+    sqlite3_prepare_v2(base, "SELECT id FROM packet", -1, &slow, nullptr);
+    fail_unless_equals_int(sqlite3_step(slow), SQLITE_ROW);
+    for (guint i = 3; i < 50; ++i) recording.push(0, i * frame);
+    wait_for_buffers(take, 50);
+    fail_unless_equals_uint64(statistic(take, "commits-held-up"), 1);
+    fail_unless_equals_int(gst_element_set_state(recording.pipeline, GST_STATE_READY),
+                           GST_STATE_CHANGE_SUCCESS);
+    g_autoptr(GstBus) bus = gst_element_get_bus(recording.pipeline);
+    g_autoptr(GstMessage) message = gst_bus_pop_filtered(bus, GST_MESSAGE_ERROR);
+    fail_unless(message != nullptr);
+    g_autoptr(GError) error = nullptr;
+    gst_message_parse_error(message, &error, nullptr);
+    fail_unless(strstr(error->message, "has been reading it") != nullptr, "%s", error->message);
+    gst_object_unref(take);
+  }
+  sqlite3_finalize(slow);
+  sqlite3_close(base);
+  fail_unless_equals_int64(polyhull::read_take(folder.file()).end, frame);
 }
 GST_END_TEST
 
@@ -380,7 +394,7 @@ GST_START_TEST(test_released_pad_ends_the_take) {
   recording.push(1, 0);
   recording.end(0);
   GstElement* take = gst_bin_get_by_name(GST_BIN(recording.pipeline), "take");
-  while (statistic(take, "buffers") < 2) g_usleep(1000);
+  wait_for_buffers(take, 2);
   g_usleep(100000);  // for the first stream's end, which nothing counts
   GstElement* source = recording.in(1);
   gst_element_set_locked_state(source, TRUE);
@@ -485,6 +499,9 @@ static Suite* take_suite() {
   tcase_add_test(general, test_a_stream_without_times_is_said);
   tcase_add_test(general, test_a_damaged_take_plays_what_is_whole);
   tcase_add_test(general, test_late_begin);
+  tcase_add_test(general, test_streams_begin_apart);
+  tcase_add_test(general, test_an_unlinked_pad_holds_no_end);
+  tcase_add_test(general, test_a_reader_that_does_not_stop);
   tcase_add_test(general, test_released_pad_ends_the_take);
   tcase_add_test(general, test_pad_names);
   tcase_add_test(general, test_what_lasts_and_what_stands_alone);

@@ -2,6 +2,7 @@
 // Takes whose packets are packed: sought, added to, killed, damaged, read while they are written.
 #include <gtest/gtest.h>
 #include <sqlite3.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -299,6 +300,57 @@ TEST_F(PackedTakes, ChainsAreFollowedToTheirLongest) {
   cursor.seek(249 * frame);
   EXPECT_EQ(cursor.next()->data, content(0, 249));
   EXPECT_TRUE(cursor.next()->alone);
+}
+
+// What the last transaction held is gone: packets, and a stream that was new.
+TEST_F(PackedTakes, AfterAFullDiskAllGoesOn) {
+  TakeWriter take(path, Existing::refuse);
+  Cameras cameras(take, 2);
+  cameras.write(0, 10, 0);
+  rlimit before{};
+  getrlimit(RLIMIT_FSIZE, &before);
+  std::signal(SIGXFSZ, SIG_IGN);
+  rlimit small = before;
+  small.rlim_cur = std::filesystem::file_size(path);
+  setrlimit(RLIMIT_FSIZE, &small);
+  std::int64_t late = 0;
+  int at = 10;
+  try {
+    for (; at < 1000; ++at) {
+      cameras.write(at, at);
+      late = take.stream("late" + std::to_string(at));
+      take.write(late, {"application/x-test", at * frame, frame, 0, {}}, content(5, at));
+    }
+    ADD_FAILURE() << "nothing was said";
+  } catch (const Error& error) {
+    EXPECT_NE(std::string(error.what()).find("disk is full"), std::string::npos) << error.what();
+  }
+  setrlimit(RLIMIT_FSIZE, &before);
+  std::signal(SIGXFSZ, SIG_DFL);
+  for (std::size_t c = 0; c < 2; ++c) {
+    EXPECT_EQ(take.last_packed(cameras.streams[c]), 0);
+    EXPECT_NE(cameras.before[c], 0);
+    cameras.before[c] = take.last_packed(cameras.streams[c]);
+  }
+  const std::int64_t other = take.stream("other");
+  EXPECT_NE(other, late);
+  cameras.write(at, at + 20, 0);
+  const TakePacket last{"application/x-test", at * frame, frame, 0, {}};
+  take.write(late, last, content(5, at));
+  take.write(other, last, content(6, at));
+  for (std::size_t c = 0; c < 2; ++c)
+    EXPECT_EQ(take.last_packed(cameras.streams[c]), cameras.before[c]);
+  take.finish();
+  for (int c = 0; c < 2; ++c) EXPECT_GE(count_sound(c), 28);
+  std::vector<std::string> names;
+  for (const TakeStream& stream : read_take(path).streams) {
+    names.push_back(stream.name);
+    TakeCursor cursor(path, stream.id);
+    if (stream.id == late) {
+      EXPECT_TRUE(cursor.next());
+    }
+  }
+  EXPECT_NE(std::find(names.begin(), names.end(), "late" + std::to_string(at - 1)), names.end());
 }
 
 }  // namespace

@@ -130,6 +130,22 @@ double squared_error(const View& a, const View& b, int* matte) {
   return sum;
 }
 
+// A seek unpacks no more than 8 MiB.
+TEST(TakePacking, LargePacketsStandAloneSooner) {
+  Chain chain;
+  const Data large(5u << 19, 7), small(1000, 7);
+  std::string alone;
+  for (int i = 0; i < 8; ++i) {
+    ASSERT_EQ(chain.pass(exact(250), "application/x-test", large), large);
+    alone += chain.packed.alone ? '1' : '0';
+  }
+  EXPECT_EQ(alone, "10010010");
+  for (int i = 0; i < 200; ++i) {
+    chain.pass(exact(250), "application/x-test", small);
+    EXPECT_FALSE(chain.packed.alone) << i;
+  }
+}
+
 TEST(TakePacking, ExactIsTheSameToTheByte) {
   for (const int channels : {1, 4}) {
     for (const int noise : {0, 3}) {

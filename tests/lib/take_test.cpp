@@ -7,6 +7,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <csignal>
 #include <filesystem>
 #include <fstream>
@@ -153,6 +154,26 @@ TEST_F(Takes, WhatIsAddedLaterFollows) {
   EXPECT_EQ(count_sound(path, "cam1", 1), 60);
 }
 
+// A last packet that does not say how long it lasts does as long as the one before.
+TEST_F(Takes, WhatIsAddedLaterNeverComesWithTheLast) {
+  TakePacket next = packet(0);
+  next.duration = no_take_time;
+  {
+    TakeWriter take(path, Existing::refuse);
+    take.write(take.stream("cam0"), next, content(0, 0));
+  }
+  {
+    TakeWriter take(path, Existing::append);
+    EXPECT_EQ(take.begin(), 40'000'000);
+    next.time = 5'000'000;
+    take.write(take.stream("cam0"), next, content(0, 0));
+    next.time = 15'000'000;
+    take.write(take.stream("cam0"), next, content(0, 0));
+  }
+  TakeWriter take(path, Existing::append);
+  EXPECT_EQ(take.begin(), 65'000'000);
+}
+
 TEST_F(Takes, AWriterKilledAtAnyMomentLeavesAllButTheLastSet) {
   constexpr int cameras = 3;
   std::mt19937 random(11);
@@ -297,6 +318,87 @@ TEST_F(Takes, AStreamThatIsAheadHoldsNothingBack) {
   }
 }
 
+// Streams whose times stand still are committed all the same.
+TEST_F(Takes, WhatIsOldIsCommittedWhateverItsTime) {
+  TakeWriter take(path, Existing::refuse);
+  const std::int64_t stream = take.stream("untimed");
+  for (int i = 0; i < 5; ++i) take.write(stream, packet(0), content(0, 0));
+  EXPECT_EQ(count_sound(path, "untimed", 0), 0);
+  usleep(1'100'000);
+  take.write(stream, packet(0), content(0, 0));
+  EXPECT_EQ(count_sound(path, "untimed", 0), 5);
+}
+
+TEST_F(Takes, WhatIsMuchIsCommittedWhateverItsTime) {
+  TakeWriter take(path, Existing::refuse);
+  const std::int64_t stream = take.stream("untimed");
+  const std::vector<std::uint8_t> much(90 << 20);
+  for (int i = 0; i < 4; ++i) take.write(stream, packet(0), much);
+  EXPECT_EQ(read_take(path).streams[0].end, frame);
+}
+
+// An instant that is larger than SQLite's cache is written to the file only when it is committed.
+TEST_F(Takes, CanBeReadWhileALargeInstantIsWritten) {
+  TakeWriter take(path, Existing::refuse);
+  write(take, 4, 0, 1, 8'000'000);
+  write(take, 4, 1, 2, 8'000'000);
+  const auto begin = std::chrono::steady_clock::now();
+  EXPECT_EQ(count_sound(path, "cam3", 3, 8'000'000), 1);
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::milliseconds(1500));
+}
+
+/// Another program that reads the file, and does not stop.
+struct SlowReader {
+  explicit SlowReader(const std::string& path) {
+    sqlite3_open(path.c_str(), &base);
+    sqlite3_prepare_v2(base, "SELECT id FROM packet", -1, &statement, nullptr);
+    EXPECT_EQ(sqlite3_step(statement), SQLITE_ROW);
+  }
+  ~SlowReader() {
+    sqlite3_finalize(statement);
+    sqlite3_close(base);
+  }
+  sqlite3* base = nullptr;
+  sqlite3_stmt* statement = nullptr;
+};
+
+TEST_F(Takes, ASlowReaderHoldsUpNothing) {
+  {
+    TakeWriter take(path, Existing::refuse);
+    write(take, 2, 0, 5);
+    {
+      const SlowReader slow(path);
+      const auto begin = std::chrono::steady_clock::now();
+      write(take, 2, 5, 105);
+      EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::milliseconds(1500));
+      EXPECT_TRUE(take.held_up());
+    }
+    write(take, 2, 105, 107);
+    EXPECT_FALSE(take.held_up());
+    EXPECT_EQ(count_sound(path, "cam1", 1), 106);
+    take.finish();
+  }
+  EXPECT_EQ(count_sound(path, "cam0", 0), 107);
+  EXPECT_EQ(count_sound(path, "cam1", 1), 107);
+}
+
+TEST_F(Takes, AReaderThatDoesNotStopIsSaidAtTheEnd) {
+  TakeWriter take(path, Existing::refuse);
+  write(take, 2, 0, 6);
+  const SlowReader slow(path);
+  write(take, 2, 6, 10);
+  EXPECT_FALSE(take.commit(10));
+  try {
+    take.finish(50);
+    ADD_FAILURE() << "nothing was said";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind(), Error::Kind::io);
+    EXPECT_NE(std::string(error.what()).find("has been reading it"), std::string::npos)
+        << error.what();
+  }
+  EXPECT_EQ(count_sound(path, "cam0", 0), 5);
+}
+
 TEST_F(Takes, OneWriterAtATime) {
   TakeWriter take(path, Existing::refuse);
   write(take, 1, 0, 5);
@@ -336,6 +438,83 @@ TEST_F(Takes, AFullDiskIsSaidAndWhatWasWrittenStays) {
   std::signal(SIGXFSZ, SIG_DFL);
   EXPECT_GT(sets, 10);
   EXPECT_GE(count_sound(path, "cam0", 0, 50'000), sets - 1);
+}
+
+/// What each packet of the only stream was announced by, in the order of time.
+std::vector<std::string> announced(const std::string& path, std::uint64_t* damaged = nullptr) {
+  TakeCursor cursor(path, read_take(path).streams.at(0).id);
+  std::vector<std::string> all;
+  while (const auto read = cursor.next())
+    all.push_back(read->event == 0 ? "none" : cursor.announcement(read->event));
+  if (damaged != nullptr) *damaged = cursor.damaged();
+  return all;
+}
+
+void execute(const std::string& path, const char* sql) {
+  sqlite3* base = nullptr;
+  sqlite3_open(path.c_str(), &base);
+  EXPECT_EQ(sqlite3_exec(base, sql, nullptr, nullptr, nullptr), SQLITE_OK) << sqlite3_errmsg(base);
+  sqlite3_close(base);
+}
+
+TEST_F(Takes, AnnouncementsHoldFromTheirPacketOn) {
+  {
+    TakeWriter take(path, Existing::refuse);
+    write(take, 1, 0, 1);
+    take.announce(take.stream("cam0"), "a");
+    write(take, 1, 1, 3);
+    take.announce(take.stream("cam0"), "b");
+    take.announce(take.stream("cam0"), "c");
+    write(take, 1, 3, 4);
+    take.announce(take.stream("cam0"), "c");
+    write(take, 1, 4, 5);
+  }
+  EXPECT_EQ(announced(path), (std::vector<std::string>{"none", "a", "a", "c", "c"}));
+  TakeCursor cursor(path, 1);
+  for (const bool backwards : {false, true}) {
+    cursor.seek(2 * frame, backwards);
+    EXPECT_EQ(cursor.announcement(cursor.next()->event), "a");
+  }
+  execute(path, "UPDATE event SET value = 'd' WHERE value = 'a'");
+  std::uint64_t damaged = 0;
+  EXPECT_EQ(announced(path, &damaged), (std::vector<std::string>{"none", "", "", "c", "c"}));
+  EXPECT_EQ(damaged, 2u);
+}
+
+// They have no table of them.
+TEST_F(Takes, OlderTakesAreReadAndAddedTo) {
+  {
+    TakeWriter take(path, Existing::refuse);
+    write(take, 1, 0, 2);
+  }
+  execute(path, "DROP TABLE event");
+  EXPECT_EQ(announced(path), (std::vector<std::string>{"none", "none"}));
+  {
+    TakeWriter take(path, Existing::append);
+    take.announce(take.stream("cam0"), "a");
+    write(take, 1, 0, 1);
+  }
+  EXPECT_EQ(announced(path), (std::vector<std::string>{"none", "none", "a"}));
+}
+
+// With the packets of the transaction that fails.
+TEST_F(Takes, WhatAFullDiskHasTakenIsAnnouncedAgain) {
+  rlimit before{};
+  getrlimit(RLIMIT_FSIZE, &before);
+  std::signal(SIGXFSZ, SIG_IGN);
+  TakeWriter take(path, Existing::refuse);
+  write(take, 1, 0, 2);
+  take.announce(take.stream("cam0"), "a");
+  write(take, 1, 2, 3, 500'000);
+  rlimit small = before;
+  small.rlim_cur = 300'000;
+  setrlimit(RLIMIT_FSIZE, &small);
+  EXPECT_THROW(write(take, 1, 3, 4), Error);
+  setrlimit(RLIMIT_FSIZE, &before);
+  std::signal(SIGXFSZ, SIG_DFL);
+  write(take, 1, 4, 5);
+  take.finish();
+  EXPECT_EQ(announced(path), (std::vector<std::string>{"none", "none", "a"}));
 }
 
 TEST_F(Takes, WhatIsNoTakeIsRefusedInWords) {
