@@ -71,6 +71,21 @@ class Take(unittest.TestCase):
         subprocess.run(["gst-launch-1.0", "-q", *line.split()], check=True, timeout=60)
         self.assertIn("view of cam0, packed", take("info", packed).stdout)
 
+    def test_announcements_are_rescued(self):
+        lines = self.folder / "lines.jsonl"
+        lines.write_text("".join(json.dumps({
+            "format": "polyhull-announcement", "version": 1, "scene": "", "lights": [], "exposure": 1,
+            "ambient": [0, 0, 0], "stream_time_ns": 40_000_000 * i,
+            "viewport": {"width": 32, "height": 24, "K": [30, 0, 15.5, 0, 30, 11.5, 0, 0, 1],
+                         "R": [1, 0, 0, 0, -1, 0, 0, 0, -1], "t": [0, 1, 4 + i]}}) + "\n" for i in range(3)))
+        announced, rescued = self.folder / "announced.take", self.folder / "announced-rescued.take"
+        line = (f"videotestsrc num-buffers=5 ! video/x-raw,width=32,height=24,framerate=25/1 ! trackstamp name=s "
+                f"scene-match=stream-time ! takesink location={announced} filesrc location={lines} ! s.scene")
+        subprocess.run(["gst-launch-1.0", "-q", *line.split()], check=True, timeout=60)
+        self.assertEqual(take("recover", announced, "-o", rescued).returncode, 0)
+        for path in [announced, rescued]:
+            self.assertIn("  3 announcements", take("info", path).stdout)
+
     def test_texts(self):
         self.assertEqual(take("extract", self.take, "rig").stdout, self.rig.read_text())
         missing = take("extract", self.take, "settings")

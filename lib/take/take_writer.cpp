@@ -27,11 +27,12 @@ constexpr std::int64_t same_instant = 10'000'000;  // ns
 
 // Whatever the times say, what is not committed is gone with a killed writer, and in memory.
 constexpr auto longest_transaction = std::chrono::seconds(1);
-constexpr std::uint64_t largest_transaction = 256u << 20;
+constexpr std::uint64_t largest_transaction = 64u << 20;
 
 // How long a commit waits for those who read the file just now, ms: a moment, as what comes next can
 // be committed with it; a second where there is so much that it should not become more.
 constexpr int short_wait = 20, long_wait = 1000;
+constexpr std::uint64_t too_much = 1u << 30;
 
 // A journal of what pages were before, not of what they become: new pages need none, so that pixels
 // are written once. Without waiting for the disk a killed process loses nothing that was committed
@@ -171,6 +172,7 @@ bool TakeWriter::commit(int wait_ms) {
   const int code = sqlite3_exec(database_.handle(), "COMMIT", nullptr, nullptr, nullptr);
   sqlite3_busy_timeout(database_.handle(), take_wait_ms);
   tried_ = Clock::now();
+  tried_bytes_ = pending_;
   held_up_ = (code & 0xff) == SQLITE_BUSY;
   if (held_up_) return false;
   if (code == SQLITE_OK) return true;
@@ -185,12 +187,11 @@ bool TakeWriter::commit(int wait_ms) {
 /// Where packets of \p time begin another instant, and where the transaction is old or large.
 void TakeWriter::commit_if_due(std::int64_t time) {
   if (!in_transaction()) return;
-  const bool large = pending_ >= largest_transaction;
-  if (!large && std::abs(time - instant_) < same_instant &&
-      Clock::now() - tried_ < longest_transaction)
+  if (std::abs(time - instant_) < same_instant && Clock::now() - tried_ < longest_transaction &&
+      pending_ - tried_bytes_ < largest_transaction)
     return;
   // Once it was held up nobody else begins to read before it: those who do are waited for.
-  commit(large ? long_wait : held_up_ ? 0 : short_wait);
+  commit(pending_ >= too_much ? long_wait : held_up_ ? 0 : short_wait);
   instant_ = time;
 }
 
@@ -199,7 +200,7 @@ void TakeWriter::begin_transaction(std::int64_t time) {
   database_.execute("BEGIN");
   instant_ = time;
   tried_ = Clock::now();
-  pending_ = 0;
+  pending_ = tried_bytes_ = 0;
 }
 
 void TakeWriter::roll_back() {

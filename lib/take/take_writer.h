@@ -57,7 +57,7 @@ class TakeWriter {
 
   /// Writes a packet of \p stream; TakePacket::data does not count, \p data does, and times are from
   /// begin() on. Commits the packets before where this one is of another instant (10 ms and more), or
-  /// where they wait for a second or are 256 MiB; while others read the file they wait for longer.
+  /// where they wait for a second or are 64 MiB; while others read the file they wait for longer.
   /// \p packed: \p data is what a PacketPacker made of it. Returns its id, above 0, by which packets
   /// can be packed behind it. Throws Error: io: the disk is full, or gone; the packets that were
   /// committed stay readable, and nothing may be packed behind what was written before; bad_input: it
@@ -114,7 +114,8 @@ class TakeWriter {
   // Of the transaction that is open:
   std::int64_t instant_ = 0;                     // of which it was last
   std::chrono::steady_clock::time_point tried_;  // when it began, or was last tried to be committed
-  std::uint64_t pending_ = 0;                    // bytes of its packets
+  std::uint64_t pending_ = 0,
+                tried_bytes_ = 0;  // bytes of its packets, and of those that were tried
   bool held_up_ = false;
   bool told_packed_ = false;  // the file says that it has packed packets
 };

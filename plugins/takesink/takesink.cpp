@@ -167,7 +167,6 @@ GstFlowReturn write(GstElement* element, GstPad* pad, GstBuffer* buffer) {
   TakePacket packet;
   std::optional<TakeTimes::Time> time;
   Stream* stream = nullptr;
-  std::int64_t before = 0;
   {
     const std::scoped_lock lock(self.mutex);
     if (!self.take) return GST_FLOW_FLUSHING;
@@ -176,9 +175,6 @@ GstFlowReturn write(GstElement* element, GstPad* pad, GstBuffer* buffer) {
     time = self.times.of(stream->segment, buffer);
     packet.time = stream->time = time ? time->time : stream->time;
     packet.caps = stream->caps;
-    // Where another stream's packet could not be written, this one's may be gone with it.
-    before = self.take->last_packed(stream->id);
-    if (before != stream->last_packed) before = 0;
   }
   if (!time)
     self.statistics.warn(
@@ -196,14 +192,15 @@ GstFlowReturn write(GstElement* element, GstPad* pad, GstBuffer* buffer) {
   packet.flags = GST_BUFFER_FLAGS(buffer) &
                  (GST_BUFFER_FLAG_DELTA_UNIT | GST_BUFFER_FLAG_HEADER | GST_BUFFER_FLAG_GAP);
   const Stopwatch watch;
-  PackedPacket packed = stream->packer.pack(packing, packet.caps, bytes, before);
+  PackedPacket packed = stream->packer.pack(packing, packet.caps, bytes, stream->last_packed);
   const double packed_after = watch.milliseconds();
   bool held_up = false;
   {
     const std::scoped_lock lock(self.mutex);
     if (!self.take) return GST_FLOW_FLUSHING;
     if (stream->id == 0) stream->id = self.take->stream(GST_OBJECT_NAME(pad));
-    if (!packed.alone && self.take->last_packed(stream->id) != before)
+    // Where another stream's packet could not be written, this one's may be gone with it.
+    if (!packed.alone && self.take->last_packed(stream->id) != stream->last_packed)
       packed = stream->packer.pack(packing, packet.caps, bytes, 0);
     if (!stream->announcement.empty()) {
       self.take->announce(stream->id, std::exchange(stream->announcement, {}));

@@ -86,8 +86,9 @@ GST_START_TEST(test_seeks_find_the_camera_of_the_frame) {
     log_take(played.pipeline, log);
     gst_element_set_state(played.pipeline, GST_STATE_PAUSED);
     gst_element_get_state(played.pipeline, nullptr, nullptr, GST_CLOCK_TIME_NONE);
-    for (const int to : {9, 2, 7, 0}) {
+    for (const int to : {9, 9, 2, 7, 0}) {
       log.frames.clear();
+      log.announced = {};  // what a flush has taken is said again
       const gint64 time = to * 40 * static_cast<gint64>(GST_MSECOND);
       fail_unless(gst_element_seek(played.pipeline, backwards ? -1.0 : 1.0, GST_FORMAT_TIME,
                                    GST_SEEK_FLAG_FLUSH, GST_SEEK_TYPE_SET, backwards ? 0 : time,
@@ -114,7 +115,7 @@ GST_START_TEST(test_a_track_is_kept) {
       std::to_string(frames) +
       " ! video/x-raw,format=RGBA,width=160,height=90,framerate=25/1 ! src.sink";
   for (const std::string& line : {tracked_scene(folder) + "! fakesink sync=false", video}) {
-    Played played("takesrc location=" + folder.file() + " ! src.track " + line);
+    Played played("takesrc location=" + folder.file() + " ! queue ! src.track " + line);
     GstElement* source = gst_bin_get_by_name(GST_BIN(played.pipeline), "src");
     CameraLog log;
     log_cameras(source, log);

@@ -332,7 +332,7 @@ TEST_F(Takes, WhatIsOldIsCommittedWhateverItsTime) {
 TEST_F(Takes, WhatIsMuchIsCommittedWhateverItsTime) {
   TakeWriter take(path, Existing::refuse);
   const std::int64_t stream = take.stream("untimed");
-  const std::vector<std::uint8_t> much(90 << 20);
+  const std::vector<std::uint8_t> much(22 << 20);
   for (int i = 0; i < 4; ++i) take.write(stream, packet(0), much);
   EXPECT_EQ(read_take(path).streams[0].end, frame);
 }
