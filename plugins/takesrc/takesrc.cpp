@@ -280,6 +280,11 @@ bool lead(GstSegment& segment, GstEvent* event, std::int64_t end) {
       (start >= static_cast<gint64>(segment.stop) ||
        static_cast<gint64>(segment.stop) >= static_cast<gint64>(end)))
     segment.stop = GST_CLOCK_TIME_NONE;
+  const guint64 from =
+      start_type == GST_SEEK_TYPE_NONE ? segment.start : static_cast<guint64>(start);
+  const guint64 to = stop_type == GST_SEEK_TYPE_NONE ? segment.stop : static_cast<guint64>(stop);
+  const bool types = start_type <= GST_SEEK_TYPE_SET && stop_type <= GST_SEEK_TYPE_SET;
+  if (types && from > to) return false;  // no end is the largest number
   if (!gst_segment_do_seek(&segment, rate, format, flags, start_type, static_cast<guint64>(start),
                            stop_type, static_cast<guint64>(stop), nullptr))
     return false;
