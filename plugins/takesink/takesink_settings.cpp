@@ -75,7 +75,7 @@ std::span<const Property<TakeSinkSettings>> takesink_properties() {
       property<&S::key_interval>(
           "key-interval", "Key interval",
           "With compression: buffers of a stream from one that stands alone to the next (1 to "
-          "250). "
+          "250), fewer where they are large. "
           "A seek unpacks no more than these; a damaged one takes those up to the next with it.",
           1, longest_key_interval),
       property<&S::precision>(

@@ -377,7 +377,7 @@ TEST_F(Takes, CanBeReadWhileALargeInstantIsWritten) {
   write(take, 4, 1, 2, 8'000'000);
   const auto begin = std::chrono::steady_clock::now();
   EXPECT_EQ(count_sound(path, "cam3", 3, 8'000'000), 1);
-  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::milliseconds(1500));
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(5));
 }
 
 /// Another program that reads the file, and does not stop.
@@ -403,7 +403,7 @@ TEST_F(Takes, ASlowReaderHoldsUpNothing) {
       const SlowReader slow(path);
       const auto begin = std::chrono::steady_clock::now();
       write(take, 2, 5, 105);
-      EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::milliseconds(1500));
+      EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(2));
       EXPECT_TRUE(take.held_up());
     }
     write(take, 2, 105, 107);
