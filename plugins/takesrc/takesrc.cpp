@@ -17,7 +17,7 @@
 #include "plugins/common/element.h"
 #include "plugins/common/guard.h"
 #include "plugins/takesrc/take_pads.h"
-#include "take/take_reader.h"
+#include "plugins/takesrc/take_stream.h"
 
 GST_DEBUG_CATEGORY_STATIC(takesrc_debug);
 #define GST_CAT_DEFAULT takesrc_debug
@@ -32,18 +32,6 @@ constexpr GstFlowReturn told_error = GST_FLOW_CUSTOM_ERROR;
 
 struct Settings {
   std::string location;
-};
-
-/// One pad. All but `pad` belongs to its thread, and while that is stopped to who stopped it.
-struct Stream {
-  GstPad* pad = nullptr;
-  std::optional<TakeCursor> cursor;
-  std::string caps;        // that were sent
-  std::int64_t event = 0;  // whose announcement was sent
-  bool started = false;    // its stream-start was sent
-  bool segment_due = true;
-  bool discont = true;
-  std::uint64_t damaged = 0;  // of the cursor, that were told
 };
 
 struct TakeSrc {
@@ -100,66 +88,6 @@ void send_segment(TakeSrc& self, Stream& stream) {
   }
   gst_pad_push_event(stream.pad, event);
   stream.segment_due = false;
-}
-
-void send_caps(Stream& stream, const std::string& text) {
-  if (!text.empty()) {
-    GstCaps* caps = gst_caps_from_string(text.c_str());
-    if (caps == nullptr)
-      throw Error(Error::Kind::bad_input, "The take says of {} what are no caps: '{}'.",
-                  GST_PAD_NAME(stream.pad), text);
-    gst_pad_push_event(stream.pad, gst_event_new_caps(caps));
-    gst_caps_unref(caps);
-  }
-  stream.caps = text;
-}
-
-/// Of what comes from now on.
-void send_announcement(Stream& stream, std::int64_t event) {
-  stream.event = event;
-  const std::string json = stream.cursor->announcement(event);
-  if (json.empty() || !g_utf8_validate(json.data(), static_cast<gssize>(json.size()), nullptr))
-    return;
-  gst_pad_push_event(
-      stream.pad, gst_event_new_custom(GST_EVENT_CUSTOM_DOWNSTREAM_STICKY,
-                                       gst_structure_new(take_announcement, "json", G_TYPE_STRING,
-                                                         json.c_str(), nullptr)));
-}
-
-GstBuffer* make_buffer(TakePacket& packet, bool discont) {
-  GstBuffer* buffer = nullptr;
-  if (packet.data.empty()) {
-    buffer = gst_buffer_new();
-  } else {
-    auto* data = new std::vector<std::uint8_t>(std::move(packet.data));
-    buffer = gst_buffer_new_wrapped_full(
-        GST_MEMORY_FLAG_READONLY, data->data(), data->size(), 0, data->size(), data,
-        [](gpointer bytes) { delete static_cast<std::vector<std::uint8_t>*>(bytes); });
-  }
-  GST_BUFFER_PTS(buffer) = static_cast<GstClockTime>(packet.time);
-  if (packet.duration >= 0)
-    GST_BUFFER_DURATION(buffer) = static_cast<GstClockTime>(packet.duration);
-  GST_BUFFER_FLAG_SET(buffer, packet.flags & (GST_BUFFER_FLAG_DELTA_UNIT | GST_BUFFER_FLAG_HEADER |
-                                              GST_BUFFER_FLAG_GAP));
-  if (discont) GST_BUFFER_FLAG_SET(buffer, GST_BUFFER_FLAG_DISCONT);
-  return buffer;
-}
-
-bool needs_another(const TakePacket& packet) {
-  return (packet.flags & GST_BUFFER_FLAG_DELTA_UNIT) != 0;
-}
-
-/// The first packet after a seek, or what has to be decoded before it.
-std::optional<TakePacket> first_packet(TakeCursor& cursor) {
-  auto first = cursor.next();
-  if (!first || !needs_another(*first)) return first;
-  const std::int64_t sought = first->time;
-  cursor.seek(sought, true);
-  do {
-    first = cursor.next();
-  } while (first && needs_another(*first));
-  cursor.seek(first ? first->time : sought);
-  return cursor.next();
 }
 
 /// The next packet within the segment.
@@ -240,21 +168,6 @@ void loop(gpointer data) {
     return pushed;
   });
   if (flow != GST_FLOW_OK) finish(element, stream, flow);
-}
-
-/// Sets the stream, whose thread stands, to where \p segment goes on. \p end: of the take, where a last
-/// buffer may lie that lasts no time. Nothing is unpacked here: each stream's thread does that.
-void set_out(Stream& stream, const GstSegment& segment, std::int64_t end) {
-  const auto at = static_cast<std::int64_t>(segment.position);
-  if (segment.rate < 0) {
-    stream.cursor->seek(at < end ? at - 1 : at, true);
-  } else {
-    // What has begun before may still be seen, or heard.
-    stream.cursor->seek(at - 1, true);
-    const auto before = stream.cursor->peek();
-    stream.cursor->seek(before && before->duration > at - before->time ? before->time : at);
-  }
-  stream.event = 0;  // behind a flush it is said again
 }
 
 void start_threads(TakeSrc& self) {

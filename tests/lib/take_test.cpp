@@ -313,8 +313,9 @@ TEST_F(Takes, WhatNoWriterMakesIsRefused) {
         "CREATE VIEW seen AS SELECT * FROM packet",
         "WITH RECURSIVE n(i) AS (SELECT 3 UNION ALL SELECT i + 1 FROM n WHERE i < 300) "
         "INSERT INTO stream (id, name) SELECT i, 'sink_' || i FROM n"}) {
+    std::filesystem::remove(path);
     {
-      TakeWriter take(path, Existing::replace);
+      TakeWriter take(path, Existing::refuse);
       write(take, 2, 0, 4);
     }
     execute(path, sql);
@@ -507,13 +508,13 @@ TEST_F(Takes, AnnouncementsHoldFromTheirPacketOn) {
   EXPECT_EQ(damaged, 2u);
 }
 
-// They have no table of them.
+// They have no table of announcements and no second place for formats.
 TEST_F(Takes, OlderTakesAreReadAndAddedTo) {
   {
     TakeWriter take(path, Existing::refuse);
     write(take, 1, 0, 2);
   }
-  execute(path, "DROP TABLE event");
+  execute(path, "DROP TABLE event; DROP INDEX format_by_caps");
   EXPECT_EQ(announced(path), (std::vector<std::string>{"none", "none"}));
   {
     TakeWriter take(path, Existing::append);
