@@ -187,6 +187,17 @@ for frame in range({FRAMES}):
         self.assertEqual(take("extract", rescued, "rig").stdout, self.rig.read_text())
         self.assertIn("there already", take("recover", damaged, "-o", rescued).stderr)
 
+    def test_whatever_page_is_gone_the_rest_is_rescued(self):
+        sound = self.take.read_bytes()
+        damaged, rescued = self.folder / "page.take", self.folder / "rescued_page.take"
+        page = 32768
+        for at in range(page, len(sound), page):
+            damaged.write_bytes(sound[:at] + b"\xa5" * min(page, len(sound) - at) + sound[at + page:])
+            rescued.unlink(missing_ok=True)
+            result = take("recover", damaged, "-o", rescued)
+            self.assertIn(result.returncode, (0, 1), result.stderr)
+            self.assertRegex(result.stdout, r"^\d+ buffers copied", result.stderr)
+
 
 if __name__ == "__main__":
     unittest.main()

@@ -4,11 +4,13 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <deque>
+#include <filesystem>
 #include <map>
 #include <optional>
 #include <utility>
 
 #include "base/error.h"
+#include "base/stopwatch.h"
 #include "files/glb_animation.h"
 #include "files/mesh_files.h"
 #include "files/numbered_name.h"
@@ -27,6 +29,11 @@ constexpr char mesh_caps[] = "application/x-polyhull-mesh";
 
 double seconds(std::int64_t time) {
   return 1e-9 * static_cast<double>(time);
+}
+
+/// As an animation tells it.
+float seconds_apart(std::int64_t begin, std::int64_t time) {
+  return static_cast<float>(seconds(time - begin));
 }
 
 /// What the first packet of a stream says.
@@ -136,8 +143,9 @@ int write_meshes(const std::string& path, const Export& options) {
   TakeCursor cursor(path, stream.id);
   cursor.seek(static_cast<std::int64_t>(1e9 * options.from));
   GlbAnimation animation(file_options);
-  std::uint64_t meshes = 0, written = 0, unreadable = 0;
-  std::optional<std::int64_t> begin;
+  std::uint64_t meshes = 0, written = 0, unreadable = 0, together = 0, bytes = 0;
+  std::optional<std::int64_t> begin, last;
+  const Stopwatch taken;
   while (const auto packet = cursor.next()) {
     if (seconds(packet->time) >= options.to) break;
     if (meshes++ % options.every != 0) continue;
@@ -151,19 +159,32 @@ int write_meshes(const std::string& path, const Export& options) {
       continue;
     }
     if (!begin) begin = packet->time;
+    if (animated && last && seconds_apart(*begin, *last) == seconds_apart(*begin, packet->time)) {
+      ++together;
+      continue;
+    }
+    last = packet->time;
     if (animated) {
       animation.add(mesh, seconds(packet->time - *begin));
     } else {
       write_mesh_file(mesh, name.name(written), file_options);
+      bytes += std::filesystem::file_size(name.name(written));
     }
     ++written;
   }
   if (written == 0)
     throw Error(Error::Kind::bad_input, "There is no mesh from {} to {} s in '{}', which has {} s.",
                 options.from, options.to, path, seconds(stream.end));
-  if (animated) animation.write(options.output);
-  std::printf("%llu meshes written to %s\n", static_cast<unsigned long long>(written),
-              options.output.c_str());
+  if (animated) {
+    animation.write(options.output);
+    bytes = std::filesystem::file_size(options.output);
+  }
+  std::printf("%llu meshes written to %s: %.3f s of the performance, %.1f MB, in %.1f s\n",
+              static_cast<unsigned long long>(written), options.output.c_str(),
+              seconds(*last - *begin), 1e-6 * static_cast<double>(bytes), taken.seconds());
+  if (together > 0)
+    std::fprintf(stderr, "%llu meshes have the time of the one before and were left out\n",
+                 static_cast<unsigned long long>(together));
   if (cursor.damaged() > 0)
     std::fprintf(stderr, "%llu buffers are damaged and were left out\n",
                  static_cast<unsigned long long>(cursor.damaged()));

@@ -16,9 +16,9 @@ namespace polyhull {
 class ClaimedLocation {
  public:
   /// Throws Error where somebody else in this process holds \p location, a path or a pattern of
-  /// paths.
+  /// paths, by this name or by another that leads there.
   explicit ClaimedLocation(const std::string& location)
-      : path_(std::filesystem::absolute(location).lexically_normal().string()) {
+      : path_(std::filesystem::weakly_canonical(std::filesystem::absolute(location)).string()) {
     const std::scoped_lock lock(mutex_);
     if (!taken_.insert(path_).second)
       throw Error(Error::Kind::bad_input,

@@ -10,6 +10,9 @@ namespace polyhull {
 
 namespace {
 
+/// More are no writer's: each has a thread and a connection of its own.
+constexpr std::size_t most_streams = 256;
+
 /// What lasts longer, ns, is damaged: what is appended must not begin in a thousand years.
 constexpr std::int64_t longest_duration = 3'600'000'000'000;
 
@@ -53,6 +56,10 @@ std::vector<TakeStream> read_streams(TakeDatabase& database) {
     if (error.kind() != Error::Kind::bad_input) throw;
     streams = streams_of_packets(database);
   }
+  if (streams.size() > most_streams)
+    throw Error(Error::Kind::unsupported,
+                "The take '{}' has {} streams, of which {} can be played. Was it damaged?",
+                database.path(), streams.size(), most_streams);
   for (TakeStream& stream : streams) {
     if (!read_ends(database,
                    "SELECT min(time), max(time) FROM packet INDEXED BY packet_by_time "

@@ -15,6 +15,9 @@ namespace {
 /// Packets one after the other that cannot be read; then nothing is looked for any more.
 constexpr int most_unreadable = 1'000'000;
 
+/// Of what was unpacked for one packet: packed, in memory at once, and kept for those before it.
+constexpr std::size_t largest_chain = std::size_t{1} << 30, most_kept = 64 << 20;
+
 }  // namespace
 
 TakeContent read_take(const std::string& path) {
@@ -35,9 +38,15 @@ TakeContent read_take(const std::string& path) {
   return content;
 }
 
+/// The file, if it is a take.
+TakeDatabase TakeCursor::checked(const std::string& path) {
+  TakeDatabase database(path, TakeDatabase::For::reading);
+  check_take(database);
+  return database;
+}
+
 TakeCursor::TakeCursor(const std::string& path, std::int64_t stream)
-    : database_(path, TakeDatabase::For::reading), stream_(stream) {
-  check_take(database_);
+    : database_(checked(path)), formats_(database_, stream), stream_(stream) {
   after_ = TakeStatement(database_,
                          "SELECT id, time FROM packet INDEXED BY packet_by_time "
                          "WHERE stream = ? AND (time, id) > (?, ?) ORDER BY time, id LIMIT 1");
@@ -46,8 +55,9 @@ TakeCursor::TakeCursor(const std::string& path, std::int64_t stream)
                           "WHERE stream = ? AND (time, id) < (?, ?) "
                           "ORDER BY time DESC, id DESC LIMIT 1");
   row_ = TakeStatement(database_,
-                       "SELECT time, duration, flags, hash, data, caps, packet.stream FROM packet "
-                       "JOIN format ON format.id = packet.format WHERE packet.id = ?");
+                       "SELECT time, duration, flags, hash, data, format, stream FROM packet "
+                       "WHERE id = ?");
+  head_ = TakeStatement(database_, "SELECT duration, flags FROM packet WHERE id = ?");
   by_id_ = TakeStatement(database_,
                          "SELECT id, time FROM packet NOT INDEXED WHERE stream = ? AND id >= ? "
                          "ORDER BY id LIMIT 1");
@@ -76,6 +86,8 @@ void TakeCursor::seek(std::int64_t time, bool backwards) {
   backwards_ = backwards;
   without_index_ = false;
   at_ = backwards ? Place{all, time} : Place{-1, time};
+  kept_.clear();
+  kept_bytes_ = 0;
 }
 
 /// Where the next packet is.
@@ -122,20 +134,23 @@ std::optional<TakeCursor::Place> TakeCursor::place() {
 bool TakeCursor::fetch_stored(std::int64_t id, TakePacket& packet, bool& packed) {
   try {
     row_.reset();
-    if (!row_.bind(id).step()) return false;
-    const auto data = row_.bytes(4);
-    packet.time = row_.number(0);
-    packet.caps = row_.text(5);
-    packet.duration = row_.number(1);
-    packet.flags = static_cast<std::uint32_t>(row_.number(2));
-    packed = (row_.number(2) & packed_flag) != 0;
-    if (row_.number(6) != stream_ ||
-        row_.number(3) != packet_hash(packet.time, data, packet, packed))
-      return false;
-    packet.data.assign(data.begin(), data.end());
-    packet.stored = packet.data.size();
-    row_.reset();
-    return true;
+    bool whole = false;
+    if (row_.bind(id).step() && row_.number(6) == stream_) {
+      const auto data = row_.bytes(4);
+      packet.time = row_.number(0);
+      packet.duration = row_.number(1);
+      packet.flags = static_cast<std::uint32_t>(row_.number(2));
+      packed = (row_.number(2) & packed_flag) != 0;
+      for (const std::string_view caps : formats_.find(row_.number(5))) {
+        packet.caps = caps;
+        whole = row_.number(3) == packet_hash(packet.time, data, packet, packed);
+        if (whole) break;
+      }
+      if (whole) packet.data.assign(data.begin(), data.end());
+      packet.stored = packet.data.size();
+    }
+    row_.reset();  // who writes waits for it
+    return whole;
   } catch (const Error& error) {
     if (error.kind() != Error::Kind::bad_input) throw;
     return false;
@@ -147,26 +162,44 @@ bool TakeCursor::unpack(std::int64_t id, TakePacket& packet) {
   std::vector<std::pair<std::int64_t, std::vector<std::uint8_t>>> chain;
   std::int64_t before = PacketUnpacker::before(packet.data);
   packet.alone = before == 0;
-  if (id == unpacker_.last()) {  // a seek looks at what comes, and goes back to it
-    packet.data.assign(unpacker_.packet().begin(), unpacker_.packet().end());
+  if (const auto found = kept_.find(id); found != kept_.end()) {
+    packet.data = std::move(found->second);
+    kept_bytes_ -= packet.data.size();
+    kept_.erase(found);
     return true;
   }
+  kept_.clear();
+  kept_bytes_ = 0;
+  std::size_t bytes = 0;
   std::int64_t after = id;
   while (before != 0 && before != unpacker_.last()) {
     TakePacket other;
     bool packed = false;
     // Ids fall, so that no damage makes a ring of it.
     if (before < 0 || before >= after || chain.size() >= longest_key_interval ||
-        !fetch_stored(before, other, packed) || !packed)
+        bytes > largest_chain || !fetch_stored(before, other, packed) || !packed)
       return false;
+    bytes += other.data.size();
     after = before;
     before = PacketUnpacker::before(other.data);
     chain.emplace_back(after, std::move(other.data));
   }
-  for (; !chain.empty(); chain.pop_back())
-    unpacker_.unpack(chain.back().first, chain.back().second);
+  for (; !chain.empty(); chain.pop_back()) {
+    auto unpacked = unpacker_.unpack(chain.back().first, chain.back().second);
+    if (backwards_) keep(chain.back().first, std::move(unpacked));
+  }
   packet.data = unpacker_.unpack(id, packet.data);
   return true;
+}
+
+/// For later; the first ones go where they become too many, as they come last.
+void TakeCursor::keep(std::int64_t id, std::vector<std::uint8_t> unpacked) {
+  kept_bytes_ += unpacked.size();
+  kept_.emplace(id, std::move(unpacked));
+  while (kept_bytes_ > most_kept) {
+    kept_bytes_ -= kept_.begin()->second.size();
+    kept_.erase(kept_.begin());
+  }
 }
 
 std::optional<TakePacket> TakeCursor::fetch(const Place& place) {
@@ -215,6 +248,24 @@ std::string TakeCursor::announcement(std::int64_t event) {
   }
   ++damaged_;
   return {};
+}
+
+std::optional<TakePacket> TakeCursor::peek() {
+  const auto found = place();
+  if (!found) return std::nullopt;
+  TakePacket packet;
+  packet.time = found->time;
+  try {
+    head_.reset();
+    if (head_.bind(found->id).step()) {
+      packet.duration = head_.number(0);
+      packet.flags = static_cast<std::uint32_t>(head_.number(1));
+    }
+    head_.reset();
+  } catch (const Error& error) {
+    if (error.kind() != Error::Kind::bad_input) throw;  // next() counts it
+  }
+  return packet;
 }
 
 std::optional<TakePacket> TakeCursor::next() {

@@ -4,11 +4,13 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "take/database.h"
+#include "take/formats.h"
 #include "take/packing.h"
 #include "take/take.h"
 
@@ -44,6 +46,10 @@ class TakeCursor {
   /// Throws Error (io) where the file cannot be read at all.
   std::optional<TakePacket> next();
 
+  /// Time, duration and flags of the next packet, which stays the next one: nothing else is read, held
+  /// against a checksum or unpacked.
+  std::optional<TakePacket> peek();
+
   /// The announcement (take.h) that TakePacket::event stands for; empty where it is damaged.
   std::string announcement(std::int64_t event);
 
@@ -53,14 +59,17 @@ class TakeCursor {
   struct Place {
     std::int64_t id, time;
   };
+  static TakeDatabase checked(const std::string& path);
   std::optional<Place> place();
   std::optional<TakePacket> fetch(const Place& place);
   bool fetch_stored(std::int64_t id, TakePacket& packet, bool& packed);
   bool unpack(std::int64_t id, TakePacket& packet);
+  void keep(std::int64_t id, std::vector<std::uint8_t> unpacked);
   std::int64_t event_of(std::int64_t id);
 
   TakeDatabase database_;
-  TakeStatement after_, before_, row_, by_id_, by_id_back_;
+  TakeStatement after_, before_, row_, head_, by_id_, by_id_back_;
+  TakeFormats formats_;
   std::optional<TakeStatement> event_of_, event_;  // older takes have none
   std::int64_t stream_;
   std::int64_t last_id_ = 0;  // of all packets
@@ -69,6 +78,9 @@ class TakeCursor {
   bool without_index_ = false;  // it is damaged: packets are taken in the order written
   std::uint64_t damaged_ = 0;
   PacketUnpacker unpacker_;
+  // Going back: what was unpacked on the way to a packet comes next.
+  std::map<std::int64_t, std::vector<std::uint8_t>> kept_;
+  std::size_t kept_bytes_ = 0;
 };
 
 }  // namespace polyhull

@@ -55,8 +55,9 @@ constexpr char tables[] =
     "CREATE TABLE note (name TEXT PRIMARY KEY, value TEXT NOT NULL);";
 static_assert(take_application == 1346917451 && take_version == 1);
 
-// Older takes have none.
-constexpr char event_table[] =
+// Older takes have none of these. The index is a second place for what the packets are (formats.h).
+constexpr char later_tables[] =
+    "CREATE INDEX IF NOT EXISTS format_by_caps ON format (stream, caps);"
     "CREATE TABLE IF NOT EXISTS event (id INTEGER PRIMARY KEY, stream INTEGER NOT NULL,"
     "  packet INTEGER NOT NULL, name TEXT NOT NULL, value TEXT NOT NULL, hash INTEGER NOT NULL);"
     "CREATE INDEX IF NOT EXISTS event_by_packet ON event (stream, packet);";
@@ -140,10 +141,10 @@ TakeWriter::TakeWriter(const std::string& path, Existing existing)
   if (fresh) {
     database_.execute("BEGIN");
     database_.execute(tables);
-    database_.execute(event_table);
+    database_.execute(later_tables);
     database_.execute("COMMIT");
   } else {
-    database_.execute(event_table);
+    database_.execute(later_tables);
     for (const TakeStream& stream : read_streams(database_))
       begin_ = std::max(begin_, whole_end(database_, stream));
   }

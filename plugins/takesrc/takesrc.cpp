@@ -17,7 +17,7 @@
 #include "plugins/common/element.h"
 #include "plugins/common/guard.h"
 #include "plugins/takesrc/take_pads.h"
-#include "take/take_reader.h"
+#include "plugins/takesrc/take_stream.h"
 
 GST_DEBUG_CATEGORY_STATIC(takesrc_debug);
 #define GST_CAT_DEFAULT takesrc_debug
@@ -32,18 +32,6 @@ constexpr GstFlowReturn told_error = GST_FLOW_CUSTOM_ERROR;
 
 struct Settings {
   std::string location;
-};
-
-/// One pad. All but `pad` belongs to its thread, and while that is stopped to who stopped it.
-struct Stream {
-  GstPad* pad = nullptr;
-  std::optional<TakeCursor> cursor;
-  std::string caps;        // that were sent
-  std::int64_t event = 0;  // whose announcement was sent
-  bool started = false;    // its stream-start was sent
-  bool segment_due = true;
-  bool discont = true;
-  std::uint64_t damaged = 0;  // of the cursor, that were told
 };
 
 struct TakeSrc {
@@ -102,44 +90,6 @@ void send_segment(TakeSrc& self, Stream& stream) {
   stream.segment_due = false;
 }
 
-void send_caps(Stream& stream, const std::string& text) {
-  if (!text.empty()) {
-    GstCaps* caps = gst_caps_from_string(text.c_str());
-    if (caps == nullptr)
-      throw Error(Error::Kind::bad_input, "The take says of {} what are no caps: '{}'.",
-                  GST_PAD_NAME(stream.pad), text);
-    gst_pad_push_event(stream.pad, gst_event_new_caps(caps));
-    gst_caps_unref(caps);
-  }
-  stream.caps = text;
-}
-
-/// Of what comes from now on.
-void send_announcement(Stream& stream, std::int64_t event) {
-  stream.event = event;
-  const std::string json = stream.cursor->announcement(event);
-  if (json.empty() || !g_utf8_validate(json.data(), static_cast<gssize>(json.size()), nullptr))
-    return;
-  gst_pad_push_event(
-      stream.pad, gst_event_new_custom(GST_EVENT_CUSTOM_DOWNSTREAM_STICKY,
-                                       gst_structure_new(take_announcement, "json", G_TYPE_STRING,
-                                                         json.c_str(), nullptr)));
-}
-
-GstBuffer* make_buffer(TakePacket& packet, bool discont) {
-  auto* data = new std::vector<std::uint8_t>(std::move(packet.data));
-  GstBuffer* buffer = gst_buffer_new_wrapped_full(
-      GST_MEMORY_FLAG_READONLY, data->data(), data->size(), 0, data->size(), data,
-      [](gpointer bytes) { delete static_cast<std::vector<std::uint8_t>*>(bytes); });
-  GST_BUFFER_PTS(buffer) = static_cast<GstClockTime>(packet.time);
-  if (packet.duration >= 0)
-    GST_BUFFER_DURATION(buffer) = static_cast<GstClockTime>(packet.duration);
-  GST_BUFFER_FLAG_SET(buffer, packet.flags & (GST_BUFFER_FLAG_DELTA_UNIT | GST_BUFFER_FLAG_HEADER |
-                                              GST_BUFFER_FLAG_GAP));
-  if (discont) GST_BUFFER_FLAG_SET(buffer, GST_BUFFER_FLAG_DISCONT);
-  return buffer;
-}
-
 /// The next packet within the segment.
 std::optional<TakePacket> next_packet(GstElement* element, Stream& stream) {
   TakeSrc& self = state_of<TakeSrc>(element);
@@ -148,10 +98,10 @@ std::optional<TakePacket> next_packet(GstElement* element, Stream& stream) {
     const std::scoped_lock lock(self.mutex);
     segment = self.segment;
   }
-  auto packet = stream.cursor->next();
+  auto packet =
+      segment.rate > 0 && stream.discont ? first_packet(*stream.cursor) : stream.cursor->next();
   // Backwards, what needs the one before it to be decoded is left out.
-  while (segment.rate < 0 && packet && (packet->flags & GST_BUFFER_FLAG_DELTA_UNIT) != 0)
-    packet = stream.cursor->next();
+  while (segment.rate < 0 && packet && needs_another(*packet)) packet = stream.cursor->next();
   const std::uint64_t damaged =
       stream.cursor->damaged() - std::exchange(stream.damaged, stream.cursor->damaged());
   if (damaged > 0) {
@@ -220,48 +170,44 @@ void loop(gpointer data) {
   if (flow != GST_FLOW_OK) finish(element, stream, flow);
 }
 
-/// Sets the stream, whose thread stands, to where \p segment begins: there, or at what has to be
-/// decoded before. \p end: of the take, where a last buffer may lie that lasts no time.
-void set_out(Stream& stream, const GstSegment& segment, std::int64_t end) {
-  if (segment.rate < 0) {
-    const auto stop = static_cast<std::int64_t>(segment.stop);
-    stream.cursor->seek(stop < end ? stop - 1 : stop, true);
-  } else {
-    const auto start = static_cast<std::int64_t>(segment.start);
-    std::int64_t from = start;
-    // What has begun before may still be seen, or heard.
-    stream.cursor->seek(start - 1, true);
-    const auto before = stream.cursor->next();
-    if (before && before->duration > start - before->time) from = before->time;
-    stream.cursor->seek(from);
-    auto first = stream.cursor->next();
-    if (first && (first->flags & GST_BUFFER_FLAG_DELTA_UNIT) != 0) {
-      stream.cursor->seek(first->time, true);
-      while ((first = stream.cursor->next()))
-        if ((first->flags & GST_BUFFER_FLAG_DELTA_UNIT) == 0) break;
-      if (first) from = first->time;
-    }
-    stream.cursor->seek(from);
-  }
-  stream.segment_due = stream.discont = true;
-  stream.event = 0;  // behind a flush it is said again
-}
-
 void start_threads(TakeSrc& self) {
   for (const auto& stream : self.streams)
     gst_pad_start_task(stream->pad, loop, stream->pad, nullptr);
 }
 
-bool seek(GstElement* element, GstEvent* event) {
-  TakeSrc& self = state_of<TakeSrc>(element);
+/// Where a seek leads from \p segment; false: nowhere.
+bool lead(GstSegment& segment, GstEvent* event, std::int64_t end) {
   gdouble rate = 1;
   GstFormat format{};
   GstSeekFlags flags{};
   GstSeekType start_type{}, stop_type{};
   gint64 start = 0, stop = 0;
   gst_event_parse_seek(event, &rate, &format, &flags, &start_type, &start, &stop_type, &stop);
-  // What ends a segment here is an end of stream.
-  if (format != GST_FORMAT_TIME || (flags & GST_SEEK_FLAG_SEGMENT) != 0) return false;
+  // What ends a segment here is an end of stream; and without a flush a paused thread could stand for
+  // good in what is full behind it.
+  constexpr int refused = GST_SEEK_FLAG_SEGMENT | GST_SEEK_FLAG_INSTANT_RATE_CHANGE;
+  if (format != GST_FORMAT_TIME || (flags & refused) != 0 || (flags & GST_SEEK_FLAG_FLUSH) == 0)
+    return false;
+  // Going on from behind where going back, or a part, has ended.
+  if (rate > 0 && start_type == GST_SEEK_TYPE_SET && stop_type == GST_SEEK_TYPE_NONE &&
+      (start >= static_cast<gint64>(segment.stop) ||
+       static_cast<gint64>(segment.stop) >= static_cast<gint64>(end)))
+    segment.stop = GST_CLOCK_TIME_NONE;
+  const guint64 from =
+      start_type == GST_SEEK_TYPE_NONE ? segment.start : static_cast<guint64>(start);
+  const guint64 to = stop_type == GST_SEEK_TYPE_NONE ? segment.stop : static_cast<guint64>(stop);
+  const bool types = start_type <= GST_SEEK_TYPE_SET && stop_type <= GST_SEEK_TYPE_SET;
+  if (types && from > to) return false;  // no end is the largest number
+  if (!gst_segment_do_seek(&segment, rate, format, flags, start_type, static_cast<guint64>(start),
+                           stop_type, static_cast<guint64>(stop), nullptr))
+    return false;
+  if (rate < 0 && !GST_CLOCK_TIME_IS_VALID(segment.stop)) segment.stop = static_cast<guint64>(end);
+  if (rate < 0 && segment.position > segment.stop) segment.position = segment.stop;
+  return true;
+}
+
+bool seek(GstElement* element, GstEvent* event) {
+  TakeSrc& self = state_of<TakeSrc>(element);
   const guint32 seqnum = gst_event_get_seqnum(event);
   const std::scoped_lock one(self.seeking);
   if (self.streams.empty()) return false;
@@ -269,14 +215,14 @@ bool seek(GstElement* element, GstEvent* event) {
     // One seek comes once from each sink.
     const std::scoped_lock lock(self.mutex);
     if (seqnum == self.seqnum) return true;
+    // Before anything is flushed: a seek that is refused changes nothing.
+    GstSegment segment = self.segment;
+    if (!lead(segment, event, self.end)) return false;
   }
-  const bool flush = (flags & GST_SEEK_FLAG_FLUSH) != 0;
   for (const auto& stream : self.streams) {
-    if (flush) {
-      GstEvent* begin = gst_event_new_flush_start();
-      gst_event_set_seqnum(begin, seqnum);
-      gst_pad_push_event(stream->pad, begin);
-    }
+    GstEvent* begin = gst_event_new_flush_start();
+    gst_event_set_seqnum(begin, seqnum);
+    gst_pad_push_event(stream->pad, begin);
     gst_pad_pause_task(stream->pad);
   }
   for (const auto& stream : self.streams) {
@@ -287,26 +233,21 @@ bool seek(GstElement* element, GstEvent* event) {
     GstSegment segment;
     {
       const std::scoped_lock lock(self.mutex);
-      if (!gst_segment_do_seek(&self.segment, rate, format, flags, start_type,
-                               static_cast<guint64>(start), stop_type, static_cast<guint64>(stop),
-                               nullptr))
-        return false;
-      if (!GST_CLOCK_TIME_IS_VALID(self.segment.stop) && rate < 0)
-        self.segment.stop = static_cast<guint64>(self.end);
+      lead(self.segment, event, self.end);  // from where the threads stand now
       self.seqnum = seqnum;
       gst_flow_combiner_reset(self.combiner);
       segment = self.segment;
     }
+    for (const auto& stream : self.streams) stream->segment_due = stream->discont = true;
     for (const auto& stream : self.streams) set_out(*stream, segment, self.end);
     self.statistics.count("seeks");
     return true;
   });
-  for (const auto& stream : self.streams)
-    if (flush) {
-      GstEvent* end = gst_event_new_flush_stop(TRUE);
-      gst_event_set_seqnum(end, seqnum);
-      gst_pad_push_event(stream->pad, end);
-    }
+  for (const auto& stream : self.streams) {
+    GstEvent* end = gst_event_new_flush_stop(TRUE);
+    gst_event_set_seqnum(end, seqnum);
+    gst_pad_push_event(stream->pad, end);
+  }
   start_threads(self);
   return sought;
 }

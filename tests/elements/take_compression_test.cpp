@@ -310,7 +310,7 @@ GST_START_TEST(test_the_other_pads_outlive_a_full_disk) {
   getrlimit(RLIMIT_FSIZE, &before);
   std::signal(SIGXFSZ, SIG_IGN);
   rlimit small = before;
-  small.rlim_cur = 600'000;
+  small.rlim_cur = 640'000;
   GstElement* take = gst_element_factory_make("takesink", nullptr);
   g_object_set(take, "location", folder.file().c_str(), nullptr);
   gst_util_set_object_arg(G_OBJECT(take), "compression", "exact");

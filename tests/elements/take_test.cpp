@@ -147,6 +147,80 @@ GST_START_TEST(test_backwards_and_at_other_rates) {
 }
 GST_END_TEST
 
+bool seek_simply(GstElement* pipeline, double rate, int flags, GstSeekType type, gint64 from) {
+  return gst_element_seek(pipeline, rate, GST_FORMAT_TIME, static_cast<GstSeekFlags>(flags), type,
+                          from, GST_SEEK_TYPE_NONE, -1);
+}
+
+// What cannot be done changes nothing of what plays.
+GST_START_TEST(test_a_refused_seek_changes_nothing) {
+  const Folder folder;
+  Played all("takesrc name=t location=" + numbers(folder, 50) +
+             " t.src_0 ! fakesink name=out t.src_4 ! fakesink");
+  gst_element_set_state(all.pipeline, GST_STATE_PAUSED);
+  gst_element_get_state(all.pipeline, nullptr, nullptr, GST_CLOCK_TIME_NONE);
+  fail_unless(seek(all.pipeline, 1.0, flushing, 10 * frame, 20 * frame));
+  gst_element_get_state(all.pipeline, nullptr, nullptr, GST_CLOCK_TIME_NONE);
+  all.clear();
+  const int flush = GST_SEEK_FLAG_FLUSH;
+  fail_if(seek_simply(all.pipeline, 1.0, 0, GST_SEEK_TYPE_SET, 0));
+  fail_if(seek_simply(all.pipeline, 1.0, flush | GST_SEEK_FLAG_SEGMENT, GST_SEEK_TYPE_SET, 0));
+  fail_if(seek_simply(all.pipeline, 2.0, GST_SEEK_FLAG_INSTANT_RATE_CHANGE, GST_SEEK_TYPE_NONE, 0));
+  fail_if(seek(all.pipeline, 1.0, flushing, 30 * frame, 20 * frame));
+  check_ended(all.run());
+  const auto seen = all.of("out");
+  fail_unless(seen.size() >= 9 && seen.size() <= 10, "%zu", seen.size());
+  fail_unless_equals_uint64(seen.back().time, 19 * frame);
+}
+GST_END_TEST
+
+GST_START_TEST(test_forwards_after_backwards) {
+  const Folder folder;
+  Played all("takesrc name=t location=" + numbers(folder, 50) +
+             " t.src_0 ! fakesink name=out t.src_4 ! fakesink");
+  gst_element_set_state(all.pipeline, GST_STATE_PAUSED);
+  gst_element_get_state(all.pipeline, nullptr, nullptr, GST_CLOCK_TIME_NONE);
+  for (const gint64 stop : {gint64{10 * frame}, gint64{-1}}) {
+    fail_unless(gst_element_seek(all.pipeline, -1.0, GST_FORMAT_TIME, flushing, GST_SEEK_TYPE_SET,
+                                 0, GST_SEEK_TYPE_SET, stop));
+    gst_element_get_state(all.pipeline, nullptr, nullptr, GST_CLOCK_TIME_NONE);
+    all.clear();
+    fail_unless(seek_simply(all.pipeline, 1.0, flushing, GST_SEEK_TYPE_SET, 20 * frame));
+    check_ended(all.run());
+    const auto seen = all.of("out");
+    fail_unless_equals_int(seen.size(), 30);
+    fail_unless_equals_uint64(seen.front().time, 20 * frame);
+    fail_unless_equals_uint64(seen.back().time, 49 * frame);
+    gst_element_set_state(all.pipeline, GST_STATE_PAUSED);
+  }
+}
+GST_END_TEST
+
+// From where it is, in both directions.
+GST_START_TEST(test_another_rate_alone) {
+  const Folder folder;
+  Played all("takesrc name=t location=" + numbers(folder, 50) +
+             " t.src_0 ! fakesink name=out t.src_4 ! fakesink");
+  for (const double rate : {2.0, -2.0}) {
+    gst_element_set_state(all.pipeline, GST_STATE_PAUSED);
+    gst_element_get_state(all.pipeline, nullptr, nullptr, GST_CLOCK_TIME_NONE);
+    const bool forwards = rate > 0;
+    fail_unless(seek(all.pipeline, forwards ? 1.0 : -1.0, flushing, forwards ? 30 * frame : 0,
+                     forwards ? GST_CLOCK_TIME_NONE : 30 * frame + 1));
+    gst_element_get_state(all.pipeline, nullptr, nullptr, GST_CLOCK_TIME_NONE);
+    all.clear();
+    fail_unless(seek_simply(all.pipeline, rate, flushing, GST_SEEK_TYPE_NONE, 0));
+    check_ended(all.run());
+    const auto seen = all.of("out");
+    fail_if(seen.empty());
+    const GstClockTime begin = seen.front().time, end = seen.back().time;
+    fail_unless(begin >= 29 * frame && begin <= 31 * frame, "%" GST_TIME_FORMAT,
+                GST_TIME_ARGS(begin));
+    fail_unless_equals_uint64(end, rate > 0 ? 49 * frame : 0);
+  }
+}
+GST_END_TEST
+
 GST_START_TEST(test_seeking_while_it_plays) {
   const Folder folder;
   Played all("takesrc name=t location=" + numbers(folder, 200) +
@@ -491,6 +565,9 @@ static Suite* take_suite() {
   tcase_add_test(general, test_times_caps_and_bytes_stay);
   tcase_add_test(general, test_any_place_is_found);
   tcase_add_test(general, test_backwards_and_at_other_rates);
+  tcase_add_test(general, test_a_refused_seek_changes_nothing);
+  tcase_add_test(general, test_forwards_after_backwards);
+  tcase_add_test(general, test_another_rate_alone);
   tcase_add_test(general, test_seeking_while_it_plays);
   tcase_add_test(general, test_more_is_added_and_what_is_there_is_kept);
   tcase_add_test(general, test_states);
