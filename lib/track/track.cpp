@@ -16,6 +16,8 @@ constexpr int furthest_detour = 100;
 // Evenly over the time that is smoothed, both ends included: motion of constant speed is late by
 // exactly half of it.
 constexpr int smoothing_steps = 8;
+// A clock that NTP puts right is slowed by up to so much meanwhile.
+constexpr double clock_drift = 5e-4;
 // Motion is told by poses at least this far apart, ns.
 constexpr std::int64_t least_span = 50'000'000;
 
@@ -132,7 +134,7 @@ std::int64_t Track::true_time(const TrackedPose& pose, std::int64_t arrival_ns) 
     time = capture - *settings_.clock_begin_ns;
   } else {
     const std::uint64_t restarts = steady_.restarts();
-    time = steady_.place(capture, arrival_ns, {.settle = 0})->time;
+    time = steady_.place(capture, arrival_ns, {.settle = 0, .drift = clock_drift})->time;
     if (steady_.restarts() != restarts) ++counters_.times_unusable;
   }
   if (std::abs(arrival_ns - time) > silence_ns) return unusable_time(arrival_ns);

@@ -270,7 +270,7 @@ void TrackSrc::class_init(gpointer klass) {
       klass,
       "Counters since the start: packets, poses (taken), bad-checksum, truncated, refused (packets "
       "that are none for another reason), incomplete (samples of which packets never came), late "
-      "(packets of samples before the one in work), lost (numbers that never came), reordered "
+      "(packets of samples that were given up), lost (numbers that never came), reordered "
       "(came "
       "after later ones, and were left out), repeated, other-senders (of cameras that are not "
       "followed), times-unusable (sender's times that stood, went back or are not the clock's: the "

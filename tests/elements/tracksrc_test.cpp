@@ -390,8 +390,8 @@ GST_START_TEST(test_what_packets_waited_is_taken_out) {
                    numbered(static_cast<std::uint16_t>(i), 1e-9 * static_cast<double>(taken),
                             1718806554 * GST_SECOND + taken)));
       const double wanted = live.back().x() * 1e9 + static_cast<double>(100 * ms);
-      // 1e-4 of the time since the last packet that did not wait.
-      fail_unless(std::abs(static_cast<double>(live.back().time) - wanted) < 1e-4 * GST_SECOND);
+      // What clocks may differ since the last packet that did not wait, .3 s ago at most.
+      fail_unless(std::abs(static_cast<double>(live.back().time) - wanted) < 2e-4 * GST_SECOND);
     }
     fail_unless_equals_uint64(statistic(bench.element, "times-unusable"), 0);
     // Who waits for poses must know how late they come.
