@@ -95,10 +95,10 @@ std::span<const Property<TrackInputSettings>> track_input_properties() {
           "Width of the part of the sensor that the picture shows, in millimetres (0 to 1000), "
           "where packets do not tell. 0: unknown; the field of view is then the receiver's.",
           0.0, 1000.0),
-      property<&S::times>("times", "Times",
-                          "What says when a pose was true. Without a time of the sender's, as in "
-                          "FreeD, it is always "
-                          "the arrival."),
+      property<&S::times>(
+          "times", "Times",
+          "What says when a pose was true. Without a time of the sender's, as in FreeD, it is "
+          "always the arrival."),
       property<&S::delay>(
           "delay", "Delay",
           "How long a pose has been true by its time, in nanoseconds (0 to 10 s): when its packet "

@@ -11,11 +11,12 @@ namespace {
 /// What packets usually wait is told in such steps: with each change of the latency a pipeline is
 /// arranged anew.
 constexpr std::int64_t latency_step = 5 * GST_MSECOND;
+/// Nobody waits for less.
+constexpr std::int64_t no_wait = GST_MSECOND;
+
 constexpr char wrong_clock[] =
     "A sender's time stands, or is more than a second from the pipeline's clock, so the packet's "
     "arrival was taken. Give the pipeline the sender's clock, such as PTP's, or set times=sender.";
-/// Nobody waits for less.
-constexpr std::int64_t no_wait = GST_MSECOND;
 
 std::int64_t in_steps(std::int64_t held_up) {
   if (held_up <= no_wait) return 0;
