@@ -9,6 +9,7 @@ looks at it, as FreeD's or OpenTrackIO's packets over UDP.
 import argparse
 import json
 import math
+import random
 import socket
 import struct
 import time
@@ -29,12 +30,14 @@ def freed(camera, pan, tilt, place):
     return packet + bytes([(0x40 - sum(packet)) & 0xFF])
 
 
-def opentrackio(number, pan, tilt, place, sequence):
-    """A packet with a header: degrees, metres; pan grows to the left."""
+def opentrackio(number, pan, tilt, place, sequence, taken):
+    """A packet with a header: degrees, metres, seconds; pan grows to the left."""
     x, y, z = place
     sample = {
         "protocol": {"name": "OpenTrackIO", "version": [1, 0, 1]},
         "sourceId": f"urn:uuid:00000000-0000-4000-8000-{number:012}", "sourceNumber": number,
+        "timing": {"sequenceNumber": sequence, "sampleTimestamp": {
+            "seconds": int(taken), "nanoseconds": int(taken % 1 * 1e9)}},
         "static": {"camera": {"activeSensorPhysicalDimensions": {"width": 35.9, "height": 20.2}}},
         "lens": {"pinholeFocalLength": 20.7},
         "transforms": [{"translation": {"x": x, "y": y, "z": z},
@@ -55,20 +58,23 @@ def main():
     parser.add_argument("--seconds", type=float, default=60, help="how long it sends")
     parser.add_argument("--speed", type=float, default=30, help="degrees per second on the circle")
     parser.add_argument("--radius", type=float, default=2.7, help="metres")
+    parser.add_argument("--jitter", type=float, default=0,
+                        help="packets wait for up to so many milliseconds, as at a switch")
     parser.add_argument("--height", type=float, default=1.5, help="metres")
     options = parser.parse_args()
 
     sender = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-    begin = time.monotonic()
+    begin, taken = time.monotonic(), time.time()
     tilt = math.degrees(math.atan2(0.98 - options.height, options.radius))
     for count in range(round(options.seconds * options.rate)):
-        time.sleep(max(0, begin + count / options.rate - time.monotonic()))
+        waits = random.uniform(0, options.jitter * 1e-3)
+        time.sleep(max(0, begin + count / options.rate + waits - time.monotonic()))
         angle = options.speed * count / options.rate
         pan = -(angle + 180) % 360 - 180
         place = (options.radius * math.sin(math.radians(angle)),
                  -options.radius * math.cos(math.radians(angle)), options.height)
         packet = freed(options.camera, pan, tilt, place) if options.protocol == "freed" else \
-            opentrackio(options.camera, pan, tilt, place, count)
+            opentrackio(options.camera, pan, tilt, place, count, taken + count / options.rate)
         sender.sendto(packet, (options.to, options.port))
 
 

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "track/opentrackio_json.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
 #include "base/error.h"
+#include "rig/lens.h"
 #include "track/tracked_pose.h"
 
 namespace polyhull::opentrackio {
@@ -43,6 +45,52 @@ std::vector<double> list(const Json& model, const char* name, std::size_t most) 
   return values;
 }
 
+/// The first of \p models whose name is one of \p names; null is the one that has none.
+const Json* model_of(const Json& models, std::initializer_list<Json> names) {
+  for (const Json& model : models)
+    if (model.is_object() && std::count(names.begin(), names.end(), model.value("model", Json())))
+      return &model;
+  return nullptr;
+}
+
+/// A model's coefficients for points divided by \p f, in OpenCV's order.
+std::vector<double> as_told(const Json& model, double f) {
+  const std::vector<double> l = list(model, "radial", 6), q = list(model, "tangential", 2);
+  const double f2 = f * f, f4 = f2 * f2, f6 = f4 * f2;
+  std::vector<double> k{l[0] * f2, l[2] * f4, q[0] * f,  q[1] * f,
+                        l[4] * f6, l[1] * f2, l[3] * f4, l[5] * f6};
+  if (l[1] == 0.0 && l[3] == 0.0 && l[5] == 0.0) k.resize(5);
+  for (const double coefficient : k)
+    if (!std::isfinite(coefficient)) throw broken("the lens's distortion is not finite");
+  return k;
+}
+
+/// OpenCV's coefficients of a model that takes distorted points to undistorted ones.
+std::vector<double> as_fitted(const Json& model, double f, const Vec2& reach,
+                              FittedDistortion& last) {
+  constexpr int columns = 16, rows = 12;
+  Camera camera;  // whose pixels are points divided by f
+  camera.distortion = as_told(model, f);
+  const Vec2 corner = reach / f;
+  std::vector<double> told = camera.distortion;
+  told.insert(told.end(), {corner.x, corner.y});
+  if (told != last.told) {
+    const Distortion undistort(camera);
+    std::vector<DistortedPoint> points;
+    for (int i = 0; i <= columns; ++i)
+      for (int j = 0; j <= rows; ++j) {
+        const Vec2 real = corner * (2.0 * Vec2(i, j) / Vec2(columns, rows) - 1.0);
+        points.push_back({undistort.distort(real), real});
+      }
+    last = {told, fit_distortion(points, corner.x / 1920.0)};
+  }
+  if (!last.coefficients)
+    throw broken(
+        "lens.distortion, which is told from distorted to undistorted (D-U), is no lens's: "
+        "nothing in OpenCV's terms is within half a pixel of it");
+  return *last.coefficients;
+}
+
 }  // namespace
 
 const Json* find(const Json& root, const char* path) {
@@ -72,15 +120,20 @@ std::optional<double> length(const Json& root, const char* path) {
 
 Placed placed(const Json& root) {
   Placed result;
+  Mat3 stretched{1.0};  // the axes, and all scales so far
   if (const Json* transforms = find(root, "/transforms")) {
     if (!transforms->is_array()) throw broken("transforms must be a list");
     for (const Json& transform : *transforms) {
       if (!transform.is_object()) throw broken("transforms must hold objects");
-      if (three(transform, "scale", {"x", "y", "z"}, 1.0) != Vec3(1.0))
-        throw broken("a transform scales; a camera cannot");
-      result.place += result.axes * three(transform, "translation", {"x", "y", "z"}, 0.0);
+      const Vec3 scale = three(transform, "scale", {"x", "y", "z"}, 1.0);
+      if (!(scale.x > 0.0 && scale.y > 0.0 && scale.z > 0.0))
+        throw broken("a transform's scale must be above 0");
+      result.place += stretched * three(transform, "translation", {"x", "y", "z"}, 0.0);
       const Vec3 angles = three(transform, "rotation", {"pan", "tilt", "roll"}, 0.0);
-      result.axes = result.axes * axes_of_angles(angles[0], angles[1], angles[2]);
+      const Mat3 turn = axes_of_angles(angles[0], angles[1], angles[2]);
+      result.axes = result.axes * turn;
+      stretched = stretched * turn;
+      for (int i = 0; i < 3; ++i) stretched[i] *= scale[i];
     }
   }
   // Transforms place the sensor; rays meet at the entrance pupil, so many metres before it.
@@ -90,25 +143,32 @@ Placed placed(const Json& root) {
   return result;
 }
 
-std::optional<std::vector<double>> opencv_distortion(const Json& root, double f) {
+std::optional<double> squeeze(const Json& root) {
+  if (!find(root, "/static/camera/anamorphicSqueeze")) return {};
+  const auto above = length(root, "/static/camera/anamorphicSqueeze/num");
+  const auto below = length(root, "/static/camera/anamorphicSqueeze/denom");
+  const double result = above && below ? *above / *below : 0.0;
+  if (!(result > 0.0) || !std::isfinite(result))
+    throw broken("static.camera.anamorphicSqueeze must have num and denom above 0");
+  return result;
+}
+
+std::vector<double> opencv_distortion(const Json& root, double f, const Vec2& reach,
+                                      FittedDistortion& last) {
   const Json* models = find(root, "/lens/distortion");
-  if (!models) return std::vector<double>();
+  if (!models) return {};
   if (!models->is_array()) throw broken("lens.distortion must be a list");
-  if (models->empty()) return std::vector<double>();
-  const Json* found = nullptr;
-  for (const Json& model : *models)
-    if (model.is_object() && model.value("model", Json()) == "Brown-Conrady U-D") found = &model;
+  if (models->empty()) return {};
   for (const char* axis : {"/lens/distortionOffset/x", "/lens/distortionOffset/y"})
-    if (number_or_zero(root, axis) != 0.0) return {};
-  if (!found) return {};
-  const std::vector<double> l = list(*found, "radial", 6), q = list(*found, "tangential", 2);
-  const double f2 = f * f, f4 = f2 * f2, f6 = f4 * f2;
-  std::vector<double> k{l[0] * f2, l[2] * f4, q[0] * f,  q[1] * f,
-                        l[4] * f6, l[1] * f2, l[3] * f4, l[5] * f6};
-  if (l[1] == 0.0 && l[3] == 0.0 && l[5] == 0.0) k.resize(5);
-  for (const double coefficient : k)
-    if (!std::isfinite(coefficient)) throw broken("the lens's distortion is not finite");
-  return k;
+    if (number_or_zero(root, axis) != 0.0)
+      throw broken(
+          "lens.distortionOffset is not 0; OpenCV's lenses are centred on the principal point");
+  if (const Json* model = model_of(*models, {"Brown-Conrady U-D"})) return as_told(*model, f);
+  if (const Json* model = model_of(*models, {"Brown-Conrady D-U", nullptr}))
+    return as_fitted(*model, f, reach, last);
+  throw broken(
+      "lens.distortion has no model \"Brown-Conrady U-D\" or \"D-U\"; another cannot be had in "
+      "OpenCV's terms");
 }
 
 }  // namespace polyhull::opentrackio

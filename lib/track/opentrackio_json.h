@@ -5,14 +5,17 @@
 ///
 /// World: metres, z up; a camera without rotation looks along y, x to its right. Transforms are from
 /// parent to child, each rotation about z (pan), then the turned x (tilt), then y (roll), right-handed.
-/// Lens: with F the pinhole focal length and (x, y) a point on the sensor without distortion, all in
-/// mm from the centre of projection, y down, s = x^2 + y^2, l1... the radial and q1 q2 the tangential
-/// coefficients of the model from undistorted to distorted ("U-D"),
+/// A transform's scale stretches the translations of those within it; a camera's axes and lens have
+/// none. Lens: with F the pinhole focal length and (x, y) a point on the sensor without distortion, all
+/// in mm from the centre of projection, y down, s = x^2 + y^2, l1... the radial and q1 q2 the
+/// tangential coefficients of the model from undistorted to distorted ("U-D"),
 ///
 ///     x' = x (1 + l1 s + l3 s^2 + l5 s^3) / (1 + l2 s + l4 s^2 + l6 s^3) + 2 q1 x y + q2 (s + 2 x^2)
 ///
 /// and y' likewise: OpenCV's model in mm. With x = F x_n the radial k of OpenCV is l F^(2n) and the
 /// tangential p is q F, since that term is added (the group's paper on the conversion says F^2).
+/// The model from distorted to undistorted ("D-U"), which holds where none is named, is the same
+/// formula the other way (inverse_distortion.h).
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -21,6 +24,7 @@
 #include <vector>
 
 #include "base/vector.h"
+#include "track/inverse_distortion.h"
 
 namespace polyhull::opentrackio {
 
@@ -42,13 +46,20 @@ struct Placed {
   Vec3 place{0.0};
 };
 
-/// As `transforms` and `lens.entrancePupilOffset` say; without transforms the origin. Refuses a
-/// transform that scales.
+/// As `transforms` and `lens.entrancePupilOffset` say; without transforms the origin. Refuses a scale
+/// that is not above 0.
 Placed placed(const nlohmann::json& root);
 
+/// The height over the width of a square's image on the sensor (`static.camera.anamorphicSqueeze`): 2
+/// for a lens that squeezes by 2; none where it is not told.
+std::optional<double> squeeze(const nlohmann::json& root);
+
 /// OpenCV's coefficients of `lens.distortion` for a focal length of \p f mm; empty where the list is
-/// empty or missing; none where no model of it is "Brown-Conrady U-D", or `distortionOffset` is not 0,
-/// which OpenCV's cannot say.
-std::optional<std::vector<double>> opencv_distortion(const nlohmann::json& root, double f);
+/// empty or missing. Those of "Brown-Conrady U-D" where it is there; else of "Brown-Conrady D-U", of
+/// which the sensor is fitted up to \p reach mm from the centre of projection, to half a pixel of
+/// 1920, with what \p last holds. Throws Error where the lens cannot be told so: for another model,
+/// for a `distortionOffset` that is not 0, and where nothing fits.
+std::vector<double> opencv_distortion(const nlohmann::json& root, double f, const Vec2& reach,
+                                      FittedDistortion& last);
 
 }  // namespace polyhull::opentrackio

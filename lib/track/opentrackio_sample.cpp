@@ -68,13 +68,39 @@ Json parse(const OpenTrackIOBytes& sample) {
                           "OpenTrackIO sample");
 }
 
+void check_version(const Json& root) {
+  const Json* version = find(root, "/protocol/version");
+  if (!version) return;
+  const bool is_list = version->is_array() && !version->empty();
+  const bool is_1 =
+      is_list ? version->front() == 1
+              : version->is_string() && version->get_ref<const std::string&>().starts_with("1.");
+  if (is_1) return;
+  const auto text = [](const Json& value) {
+    return value.dump(-1, ' ', /*ensure_ascii=*/true, Json::error_handler_t::replace);
+  };
+  std::string told = text(*version);
+  if (is_list && version->size() >= 3)
+    told = fmt::format("{}.{}.{}", text((*version)[0]), text((*version)[1]), text((*version)[2]));
+  throw Error(Error::Kind::bad_input, "OpenTrackIO version {}, expected 1.x.", told.substr(0, 40));
+}
+
+std::string source_of(const Json& root) {
+  if (const Json* id = find(root, "/sourceId"); id && id->is_string())
+    return id->get<std::string>();
+  if (const Json* index = find(root, "/sourceNumber"); index && index->is_number_unsigned())
+    return fmt::format("opentrackio {}", index->get<std::uint64_t>());
+  return {};
+}
+
+void set_sequence(TrackedPose& pose, const Json& root) {
+  const Json* sequence = find(root, "/timing/sequenceNumber");
+  if (!sequence) return;
+  if (!sequence->is_number_unsigned()) throw broken("timing.sequenceNumber must be whole");
+  pose.sequence = static_cast<std::uint16_t>(sequence->get<std::uint64_t>());
+}
+
 void set_times(TrackedPose& pose, const Json& root) {
-  if (!pose.sequence) {
-    if (const Json* sequence = find(root, "/timing/sequenceNumber")) {
-      if (!sequence->is_number_unsigned()) throw broken("timing.sequenceNumber must be whole");
-      pose.sequence = static_cast<std::uint16_t>(sequence->get<std::uint64_t>());
-    }
-  }
   const Json* seconds = find(root, "/timing/sampleTimestamp/seconds");
   if (!seconds) return;
   const Json* nanoseconds = find(root, "/timing/sampleTimestamp/nanoseconds");
@@ -89,42 +115,125 @@ void set_times(TrackedPose& pose, const Json& root) {
                                 (nanoseconds ? nanoseconds->get<std::uint64_t>() : 0));
 }
 
-void set_lens(TrackedPose& pose, const Json& root) {
-  pose.focal_length_mm = length(root, "/lens/pinholeFocalLength");
-  pose.sensor_width_mm = length(root, "/static/camera/activeSensorPhysicalDimensions/width");
-  pose.sensor_height_mm = length(root, "/static/camera/activeSensorPhysicalDimensions/height");
-  pose.projection_offset_mm = {opentrackio::number_or_zero(root, "/lens/projectionOffset/x"),
-                               opentrackio::number_or_zero(root, "/lens/projectionOffset/y")};
-  pose.focus_distance_m = length(root, "/lens/focusDistance");
-  pose.f_number = length(root, "/lens/fStop");
-  if (pose.focal_length_mm)
-    pose.distortion =
-        opentrackio::opencv_distortion(root, *pose.focal_length_mm).value_or(std::vector<double>());
+void set_place(TrackedPose& pose, const Json& root) {
+  const Json* transforms = find(root, "/transforms");
+  if (!transforms || transforms->empty()) throw broken("a sample without transforms");
+  const opentrackio::Placed placed = opentrackio::placed(root);
+  pose.axes = placed.axes;
+  pose.place = placed.place;
 }
 
 }  // namespace
 
-TrackedPose parse_opentrackio_sample(const OpenTrackIOBytes& sample) {
+/// What of a sample may be missing.
+class OpenTrackIOReader::Reading {
+ public:
+  Reading(const Json& root, Source& source, OpenTrackIOSample& out)
+      : root_(root), source_(source), out_(out) {}
+
+  void times() {
+    optional([&] { set_sequence(out_.pose, root_); });
+    optional([&] { set_times(out_.pose, root_); });
+  }
+
+  void sensor(double fallback_width) {
+    std::optional<double> width, height;
+    optional([&] { width = length(root_, "/static/camera/activeSensorPhysicalDimensions/width"); });
+    optional(
+        [&] { height = length(root_, "/static/camera/activeSensorPhysicalDimensions/height"); });
+    if (width || height) source_.sensor_width_mm = width, source_.sensor_height_mm = height;
+    optional([&] { source_.squeeze = opentrackio::squeeze(root_).value_or(source_.squeeze); });
+    width_ = source_.sensor_width_mm;
+    height_ = source_.sensor_height_mm;
+    if (!width_ && !height_ && fallback_width > 0.0) width_ = fallback_width;
+    if (width_) out_.pose.sensor_width_mm = *width_ * source_.squeeze;
+    out_.pose.sensor_height_mm = height_;
+  }
+
+  void lens() {
+    TrackedPose& pose = out_.pose;
+    optional([&] { pose.focal_length_mm = length(root_, "/lens/pinholeFocalLength"); });
+    optional([&] { pose.focus_distance_m = length(root_, "/lens/focusDistance"); });
+    optional([&] { pose.f_number = length(root_, "/lens/fStop"); });
+    Vec2 offset(0.0);
+    optional([&] {
+      offset = {opentrackio::number_or_zero(root_, "/lens/projectionOffset/x"),
+                opentrackio::number_or_zero(root_, "/lens/projectionOffset/y")};
+    });
+    pose.projection_offset_mm = offset * Vec2(source_.squeeze, 1.0);
+    try {
+      distortion(offset);
+    } catch (const std::exception& error) {
+      out_.lens_unread = error.what();
+    }
+  }
+
+ private:
+  template <class Read>
+  void optional(const Read& read) {
+    try {
+      read();
+    } catch (const std::exception& error) {
+      out_.unread.emplace_back(error.what());
+    }
+  }
+
+  void distortion(const Vec2& offset) {
+    const Json* told = find(root_, "/lens/distortion");
+    if (!told || told->empty()) return;
+    if (!out_.pose.focal_length_mm)
+      throw broken("lens.distortion is told without a usable lens.pinholeFocalLength");
+    if (source_.squeeze != 1.0)
+      throw broken("lens.distortion is of a lens that squeezes, for which it is not defined");
+    // Where the sensor is not known, the largest that is usual.
+    const double width = width_.value_or(height_ ? 1.5 * *height_ : 36.0);
+    const double height = height_.value_or(width / 1.5);
+    const Vec2 reach = 0.5 * Vec2(width, height) + glm::abs(offset);
+    out_.pose.distortion =
+        opentrackio::opencv_distortion(root_, *out_.pose.focal_length_mm, reach, source_.lens);
+  }
+
+  const Json& root_;
+  Source& source_;
+  OpenTrackIOSample& out_;
+  std::optional<double> width_, height_;  // the sensor's
+};
+
+OpenTrackIOReader::Source& OpenTrackIOReader::source(const std::string& name,
+                                                     const std::string& host) {
+  const std::pair key(name, host);
+  // More sources than any studio has: who has not been heard for longest tells its sensor again.
+  if (sources_.size() >= most_sources && !sources_.contains(key))
+    sources_.erase(std::min_element(
+        sources_.begin(), sources_.end(),
+        [](const auto& a, const auto& b) { return a.second.read < b.second.read; }));
+  Source& source = sources_[key];
+  source.read = ++reads_;
+  return source;
+}
+
+OpenTrackIOSample OpenTrackIOReader::read(const OpenTrackIOBytes& sample, const std::string& host,
+                                          double sensor_width_mm) {
   const Json root = parse(sample);
   if (!root.is_object()) throw broken("a sample must be an object");
-  TrackedPose pose;
-  pose.sequence = sample.sequence;
+  OpenTrackIOSample result;
+  result.pose.sequence = sample.sequence;
   try {
-    if (const Json* id = find(root, "/sourceId"); id && id->is_string())
-      pose.source = id->get<std::string>();
-    else if (const Json* index = find(root, "/sourceNumber"); index && index->is_number_unsigned())
-      pose.source = fmt::format("opentrackio {}", index->get<std::uint64_t>());
-    const Json* transforms = find(root, "/transforms");
-    if (!transforms || transforms->empty()) throw broken("a sample without transforms");
-    const opentrackio::Placed placed = opentrackio::placed(root);
-    pose.axes = placed.axes;
-    pose.place = placed.place;
-    set_times(pose, root);
-    set_lens(pose, root);
+    check_version(root);
+    result.pose.source = source_of(root);
+    set_place(result.pose, root);
+    Reading reading(root, source(result.pose.source, host), result);
+    reading.times();
+    reading.sensor(sensor_width_mm);
+    reading.lens();
   } catch (const Json::exception& error) {
     throw broken(error.what());
   }
-  return pose;
+  return result;
+}
+
+TrackedPose parse_opentrackio_sample(const OpenTrackIOBytes& sample) {
+  return OpenTrackIOReader().read(sample, "").pose;
 }
 
 }  // namespace polyhull

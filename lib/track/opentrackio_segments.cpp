@@ -31,6 +31,11 @@ OpenTrackIOEncoding encoding_of(std::uint8_t number) {
   throw broken(fmt::format("encoding {} is neither 1 (JSON) nor 2 (CBOR)", number));
 }
 
+// Numbers of two bytes; 0 is left out by those who count from 1.
+bool is_next(std::uint16_t number, std::uint16_t last) {
+  return number == static_cast<std::uint16_t>(last + 1) || (last == 65535 && number == 1);
+}
+
 }  // namespace
 
 std::uint16_t fletcher16(std::span<const std::uint8_t> header,
@@ -68,24 +73,38 @@ OpenTrackIOPacket parse_opentrackio_packet(std::span<const std::uint8_t> bytes) 
                       length & 0x7FFF, packet.payload.size());
   const std::uint32_t sent = big_endian(bytes.subspan(checksummed, 2));
   const auto header = bytes.first(checksummed);
-  if (sent != fletcher16(header, packet.payload, 255) &&
-      sent != fletcher16(header, packet.payload, 256))
-    throw PacketError(PacketError::Fault::checksum, "OpenTrackIO: the checksum is wrong.");
-  return packet;
+  for (const unsigned modulus : {255u, 256u}) {
+    const std::uint32_t sum = fletcher16(header, packet.payload, modulus);
+    if (sent == sum || sent == (sum >> 8 | (sum & 0xFF) << 8)) return packet;
+  }
+  throw PacketError(PacketError::Fault::checksum, "OpenTrackIO: the checksum is wrong.");
+}
+
+OpenTrackIOBytes whole_sample(const OpenTrackIOPacket& packet) {
+  return {packet.encoding, packet.sequence, {packet.payload.begin(), packet.payload.end()}};
 }
 
 std::optional<OpenTrackIOBytes> OpenTrackIOSegments::add(const OpenTrackIOPacket& packet) {
-  if (!packet.sequence)
-    return OpenTrackIOBytes{packet.encoding, {}, {packet.payload.begin(), packet.payload.end()}};
+  if (!packet.sequence) return whole_sample(packet);
+  if (continues(packet)) {
+    last_number_ = *packet.sequence;
+    keep(packet);
+    return take_if_whole();
+  }
+  // Where each segment has its own number, one whose neighbour is missing is of nobody knows which
+  // sample.
+  const bool of_this = in_work_ && packet.sequence == sequence_;
+  if (numbered_ == Numbered::segments && packet.offset != 0 && !of_this) {
+    ++late_;
+    return {};
+  }
   if (!sequence_ || *packet.sequence != *sequence_) {
-    // Numbers wrap. A little back is before; further back is a sender that began anew. A whole sample that comes late is still a
-    // sample (its place in time is the track's business); a part of one is of no use.
+    // Numbers wrap. A little back is before; further back is a sender that began anew. A whole sample
+    // that comes late is still a sample (its place in time is the track's business); a part of one is
+    // of no use.
     const int step = sequence_ ? static_cast<std::int16_t>(*packet.sequence - *sequence_) : 1;
     const bool before = step < 0 && step >= -furthest_detour;
-    const bool whole = packet.offset == 0 && packet.last;
-    if (before && whole)
-      return OpenTrackIOBytes{
-          packet.encoding, packet.sequence, {packet.payload.begin(), packet.payload.end()}};
+    if (before && packet.is_whole()) return whole_sample(packet);
     // A sender that begins anew counts from anywhere, with the first segment of a sample.
     if (before && (in_work_ || packet.offset != 0)) {
       ++late_;
@@ -100,10 +119,21 @@ std::optional<OpenTrackIOBytes> OpenTrackIOSegments::add(const OpenTrackIOPacket
   return take_if_whole();
 }
 
+/// Whether \p packet is the next segment of the sample in work, under the next number.
+bool OpenTrackIOSegments::continues(const OpenTrackIOPacket& packet) const {
+  if (!in_work_ || size_ || parts_.empty() || numbered_ == Numbered::samples) return false;
+  const auto& [begins, part] = *parts_.rbegin();
+  return packet.offset == begins + part.size() && is_next(*packet.sequence, last_number_);
+}
+
 void OpenTrackIOSegments::begin(const OpenTrackIOPacket& packet) {
-  if (in_work_) ++incomplete_;
+  if (in_work_) {
+    ++incomplete_;
+    numbered_ = Numbered::unknown;  // it may be another sender by now
+  }
   in_work_ = true;
   sequence_ = packet.sequence;
+  last_number_ = *packet.sequence;
   encoding_ = packet.encoding;
   size_.reset();
   parts_.clear();
@@ -144,6 +174,10 @@ std::optional<OpenTrackIOBytes> OpenTrackIOSegments::take_if_whole() {
     sample.bytes.insert(sample.bytes.end(), part.begin(), part.end());
   }
   if (sample.bytes.size() != *size_) return {};
+  if (parts_.size() > 1) {
+    numbered_ = last_number_ == *sequence_ ? Numbered::samples : Numbered::segments;
+    if (numbered_ == Numbered::segments) sample.sequence.reset();  // it would count segments
+  }
   in_work_ = false;
   parts_.clear();
   return sample;

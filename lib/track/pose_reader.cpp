@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "track/pose_reader.h"
 
+#include <algorithm>
+#include <tuple>
+#include <utility>
+
 #include "base/error.h"
-#include "track/opentrackio_sample.h"
 
 namespace polyhull {
 namespace {
@@ -18,56 +21,76 @@ TrackProtocol protocol_of(std::span<const std::uint8_t> packet) {
 
 }  // namespace
 
-OpenTrackIOSegments& PoseReader::segments_of(const std::string& sender) {
-  // More senders than any studio has: whoever is real begins again with its next sample.
-  if (segments_.size() >= most_senders && !segments_.contains(sender)) forget();
-  return segments_[sender];
+/// The sample that \p packet is or completes.
+std::optional<OpenTrackIOBytes> PoseReader::completed(const OpenTrackIOPacket& packet,
+                                                      const std::string& sender) {
+  auto found = senders_.find(sender);
+  if (found == senders_.end()) {
+    if (!packet.sequence || packet.is_whole()) return whole_sample(packet);
+    if (senders_.size() >= most_senders) make_room();
+    found = senders_.try_emplace(sender).first;
+  }
+  found->second.heard = packets_;
+  std::optional<OpenTrackIOBytes> sample = found->second.segments.add(packet);
+  if (sample) found->second.completed = packets_;
+  return sample;
+}
+
+/// More senders than any studio has: one goes that has completed nothing for longest, so that others'
+/// single packets take nobody's place.
+void PoseReader::make_room() {
+  const auto gone =
+      std::min_element(senders_.begin(), senders_.end(), [](const auto& a, const auto& b) {
+        return std::tie(a.second.completed, a.second.heard) <
+               std::tie(b.second.completed, b.second.heard);
+      });
+  incomplete_ += gone->second.segments.incomplete();
+  late_ += gone->second.segments.late();
+  senders_.erase(gone);
 }
 
 void PoseReader::forget() {
-  incomplete_ = incomplete();
-  late_ = late();
-  segments_.clear();
+  while (!senders_.empty()) make_room();
 }
 
 std::uint64_t PoseReader::incomplete() const {
   std::uint64_t sum = incomplete_;
-  for (const auto& [sender, segments] : segments_) sum += segments.incomplete();
+  for (const auto& [name, sender] : senders_) sum += sender.segments.incomplete();
   return sum;
 }
 
 std::uint64_t PoseReader::late() const {
   std::uint64_t sum = late_;
-  for (const auto& [sender, segments] : segments_) sum += segments.late();
+  for (const auto& [name, sender] : senders_) sum += sender.segments.late();
   return sum;
 }
 
-void PoseReader::know_sensor(TrackedPose& pose, const std::string& sender) {
-  const std::string& source = pose.source.empty() ? sender : pose.source;
-  if (pose.sensor_width_mm || pose.sensor_height_mm) {
-    if (sensors_.size() >= most_senders && !sensors_.contains(source)) sensors_.clear();
-    sensors_[source] = {pose.sensor_width_mm, pose.sensor_height_mm};
-  } else if (const auto known = sensors_.find(source); known != sensors_.end()) {
-    pose.sensor_width_mm = known->second.width_mm;
-    pose.sensor_height_mm = known->second.height_mm;
-  }
+TrackedPose PoseReader::sample_pose(const OpenTrackIOBytes& sample, const std::string& sender,
+                                    const PoseReaderSettings& settings) {
+  // A sender that begins anew has another port.
+  const std::string host = sender.substr(0, sender.rfind(':'));
+  OpenTrackIOSample read = samples_.read(sample, host, settings.sensor_width_mm);
+  unread_ = std::move(read.unread);
+  lens_unread_ = std::move(read.lens_unread);
+  return std::move(read.pose);
 }
 
 std::optional<TrackedPose> PoseReader::read(std::span<const std::uint8_t> packet,
                                             const std::string& sender,
                                             const PoseReaderSettings& settings) {
+  ++packets_;
+  unread_.clear();
+  lens_unread_.reset();
   const TrackProtocol protocol =
       settings.protocol == TrackProtocol::automatic ? protocol_of(packet) : settings.protocol;
-  std::optional<TrackedPose> pose;
   if (protocol == TrackProtocol::freed) {
-    pose = pose_of(parse_freed(packet), settings.freed);
-  } else if (const auto sample = segments_of(sender).add(parse_opentrackio_packet(packet))) {
-    pose = parse_opentrackio_sample(*sample);
-    know_sensor(*pose, sender);
+    TrackedPose pose = pose_of(parse_freed(packet), settings.freed);
+    if (settings.sensor_width_mm > 0.0) pose.sensor_width_mm = settings.sensor_width_mm;
+    return pose;
   }
-  if (pose && !pose->sensor_width_mm && !pose->sensor_height_mm && settings.sensor_width_mm > 0.0)
-    pose->sensor_width_mm = settings.sensor_width_mm;
-  return pose;
+  const auto sample = completed(parse_opentrackio_packet(packet), sender);
+  if (!sample) return {};
+  return sample_pose(*sample, sender, settings);
 }
 
 }  // namespace polyhull

@@ -8,8 +8,10 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "track/freed.h"
+#include "track/opentrackio_sample.h"
 #include "track/opentrackio_segments.h"
 #include "track/tracked_pose.h"
 
@@ -36,8 +38,7 @@ class PoseReader {
   /// The pose that \p packet tells or completes; none where segments are missing yet. \p sender
   /// (such as "192.168.1.7:40000") keeps the segments of different senders apart. Throws PacketError
   /// for a packet that is cut short or whose checksum is wrong, Error (bad_input) for one that cannot
-  /// be used for another reason. A sensor's size, which OpenTrackIO's senders may tell now and then
-  /// only, holds for its source until another is told.
+  /// be used for another reason.
   std::optional<TrackedPose> read(std::span<const std::uint8_t> packet, const std::string& sender,
                                   const PoseReaderSettings& settings);
 
@@ -47,16 +48,26 @@ class PoseReader {
   std::uint64_t incomplete() const;  ///< samples of which segments never came
   std::uint64_t late() const;        ///< segments that came after their sample was given up
 
+  /// What of the last packet's pose was left out, and why (as in OpenTrackIOSample).
+  const std::vector<std::string>& unread() const { return unread_; }
+  const std::optional<std::string>& lens_unread() const { return lens_unread_; }
+
  private:
-  OpenTrackIOSegments& segments_of(const std::string& sender);
-
-  struct Sensor {
-    std::optional<double> width_mm, height_mm;
+  struct Sender {
+    OpenTrackIOSegments segments;
+    std::uint64_t completed = 0, heard = 0;  // when, by packets; completed 0: never
   };
-  void know_sensor(TrackedPose& pose, const std::string& sender);
+  std::optional<OpenTrackIOBytes> completed(const OpenTrackIOPacket& packet,
+                                            const std::string& sender);
+  void make_room();
+  TrackedPose sample_pose(const OpenTrackIOBytes& sample, const std::string& sender,
+                          const PoseReaderSettings& settings);
 
-  std::map<std::string, OpenTrackIOSegments> segments_;
-  std::map<std::string, Sensor> sensors_;    // by source, else sender
+  std::map<std::string, Sender> senders_;  // of segments
+  OpenTrackIOReader samples_;
+  std::vector<std::string> unread_;
+  std::optional<std::string> lens_unread_;
+  std::uint64_t packets_ = 0;
   std::uint64_t incomplete_ = 0, late_ = 0;  // of senders that are no longer kept
 };
 

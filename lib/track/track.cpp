@@ -2,6 +2,7 @@
 #include "track/track.h"
 
 #include <algorithm>
+#include <cstdlib>
 #include <glm/gtc/quaternion.hpp>
 #include <iterator>
 
@@ -15,6 +16,8 @@ constexpr int furthest_detour = 100;
 // Evenly over the time that is smoothed, both ends included: motion of constant speed is late by
 // exactly half of it.
 constexpr int smoothing_steps = 8;
+// A clock that NTP puts right is slowed by up to so much meanwhile.
+constexpr double clock_drift = 5e-4;
 // Motion is told by poses at least this far apart, ns.
 constexpr std::int64_t least_span = 50'000'000;
 
@@ -57,8 +60,16 @@ void Track::set(TrackSettings settings) {
 }
 
 void Track::forget() {
-  poses_.clear();
+  forget_sender();
   sender_.reset();
+}
+
+void Track::forget_sender() {
+  poses_.clear();
+  numbers_move_ = false;
+  steady_.reset();
+  capture_ns_.reset();
+  held_up_.reset();
 }
 
 std::optional<std::int64_t> Track::begin() const {
@@ -79,7 +90,7 @@ bool Track::follows(const TrackedPose& pose, std::int64_t arrival_ns) {
     ++counters_.other_senders;
     return false;
   }
-  if (sender_ && *sender_ != pose.source) poses_.clear();  // nothing lies between two cameras
+  if (sender_ && *sender_ != pose.source) forget_sender();  // nothing lies between two cameras
   sender_ = pose.source;
   heard_ns_ = arrival_ns;
   return true;
@@ -89,8 +100,10 @@ bool Track::in_order(const TrackedPose& pose) {
   if (poses_.empty() || !pose.sequence || !poses_.back().pose.sequence) return true;
   const TrackedPose& last = poses_.back().pose;
   const int step = static_cast<std::int16_t>(*pose.sequence - *last.sequence);
-  // Some senders leave the number as it is.
-  if (step == 0 && pose.place == last.place && pose.axes == last.axes) {
+  numbers_move_ = numbers_move_ || step != 0;
+  // Some senders leave the number as it is, and a camera may rest.
+  if (step == 0 && numbers_move_ && pose.capture_time_ns == last.capture_time_ns &&
+      pose.place == last.place && pose.axes == last.axes) {
     ++counters_.repeated;
     return false;
   }
@@ -103,9 +116,36 @@ bool Track::in_order(const TrackedPose& pose) {
   return true;
 }
 
+std::int64_t Track::unusable_time(std::int64_t arrival_ns) {
+  ++counters_.times_unusable;
+  steady_.reset();
+  return arrival_ns;
+}
+
+/// When \p pose, the newest of its sender, was true if none is delayed by more than the quickest.
+std::int64_t Track::true_time(const TrackedPose& pose, std::int64_t arrival_ns) {
+  if (settings_.times == TrackTimes::arrival || !pose.capture_time_ns) return arrival_ns;
+  const std::int64_t capture = *pose.capture_time_ns;
+  const bool stands = capture_ns_ == capture;
+  capture_ns_ = capture;
+  if (stands) return unusable_time(arrival_ns);
+  std::int64_t time = 0;
+  if (settings_.times == TrackTimes::clock && settings_.clock_begin_ns) {
+    time = capture - *settings_.clock_begin_ns;
+  } else {
+    const std::uint64_t restarts = steady_.restarts();
+    time = steady_.place(capture, arrival_ns, {.settle = 0, .drift = clock_drift})->time;
+    if (steady_.restarts() != restarts) ++counters_.times_unusable;
+  }
+  if (std::abs(arrival_ns - time) > silence_ns) return unusable_time(arrival_ns);
+  held_up_.add(arrival_ns, std::max<std::int64_t>(0, arrival_ns - time));
+  return time;
+}
+
 bool Track::add(const TrackedPose& pose, std::int64_t arrival_ns) {
+  // What comes late is no measure of when others were true.
   if (!follows(pose, arrival_ns) || !in_order(pose)) return false;
-  const std::int64_t time = arrival_ns - settings_.delay_ns;
+  const std::int64_t time = true_time(pose, arrival_ns) - settings_.delay_ns;
   // Of poses that arrive at once, or under a clock that was set back, the last one holds.
   while (!poses_.empty() && poses_.back().time >= time) poses_.pop_back();
   poses_.push_back({time, pose});

@@ -8,13 +8,25 @@
 #include <optional>
 #include <string>
 
+#include "live/lateness_window.h"
+#include "live/steady_times.h"
 #include "track/tracked_pose.h"
 
 namespace polyhull {
 
+/// What says when a pose was true.
+enum class TrackTimes {
+  arrival,  ///< when it came
+  sender,   ///< the sender's time, brought onto the receiver's clock by the quickest poses
+  clock,    ///< the sender's time, as the receiver's clock is the same
+};
+
 struct TrackSettings {
   std::string source;         ///< the only TrackedPose::source to follow; empty: the first heard
   std::int64_t delay_ns = 0;  ///< how long a pose has been true when it arrives
+  TrackTimes times = TrackTimes::arrival;
+  /// Of `clock`: the sender's time at the receiver's 0; where nobody knows, `clock` is `sender`.
+  std::optional<std::int64_t> clock_begin_ns;
   std::int64_t smoothing_ns = 0;  ///< 0 or above: poses are averaged over that long before the time
                                   ///< asked for, which makes them late by half of it
   std::int64_t prediction_ns =
@@ -28,10 +40,18 @@ struct TrackCounters {
   std::uint64_t reordered = 0;      ///< came after later ones, and were left out
   std::uint64_t repeated = 0;       ///< came twice, and were taken once
   std::uint64_t other_senders = 0;  ///< of another source than the one followed
+  /// Sender's times that could not be used: they stood, went back or jumped by a second, or are more
+  /// than a second from the arrival on the same clock. The arrival was taken.
+  std::uint64_t times_unusable = 0;
 };
 
 /// Not for several threads at once. Times are nanoseconds on the clock of the caller, who says when a
-/// pose arrived; the sender's own times are not used.
+/// pose arrived. Which of two poses came first, and who is silent, is told by their arrival and their
+/// sequence alone.
+///
+/// Packets wait at switches, and receivers wake up late: arrivals are as uneven as that. With
+/// `TrackTimes::sender` a pose stands at its own time plus the least delay of those so far
+/// (live/steady_times.h), as if none had waited.
 class Track {
  public:
   static constexpr std::int64_t silence_ns =
@@ -63,6 +83,8 @@ class Track {
 
   /// How much later than the truth `at` is by its own doing: half of the smoothing.
   std::int64_t lag_ns() const { return settings_.smoothing_ns / 2; }
+  /// By how much later than their times poses usually come, with the delay taken as 0.
+  std::int64_t held_up_ns() const { return held_up_.usually_largest(heard_ns_).value_or(0); }
   const TrackCounters& counters() const { return counters_; }
 
  private:
@@ -70,8 +92,11 @@ class Track {
     std::int64_t time;
     TrackedPose pose;
   };
+  void forget_sender();
   bool follows(const TrackedPose& pose, std::int64_t arrival_ns);
   bool in_order(const TrackedPose& pose);
+  std::int64_t true_time(const TrackedPose& pose, std::int64_t arrival_ns);
+  std::int64_t unusable_time(std::int64_t arrival_ns);
   TrackedPose predicted(std::int64_t time_ns) const;
   std::optional<TrackedPose> unsmoothed(std::int64_t time_ns) const;
 
@@ -79,6 +104,10 @@ class Track {
   TrackCounters counters_;
   std::optional<std::string> sender_;
   std::int64_t heard_ns_ = 0;
+  bool numbers_move_ = false;  // the sender's
+  SteadyTimes steady_;
+  std::optional<std::int64_t> capture_ns_;  // of the last pose with one
+  LatenessWindow held_up_;
   std::deque<Timed> poses_;  // times grow strictly
 };
 

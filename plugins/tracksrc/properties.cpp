@@ -14,6 +14,17 @@ GType enum_type<TrackProtocol>() {
        {TrackProtocol::opentrackio, "OpenTrackIO, JSON or CBOR", "opentrackio"}});
 }
 
+template <>
+GType enum_type<TrackTimes>() {
+  return register_enum<TrackTimes>(
+      "PolyhullTrackTimes",
+      {{TrackTimes::arrival, "When its packet came", "arrival"},
+       {TrackTimes::sender, "The sender's time, where it tells one, as if no packet had waited",
+        "sender"},
+       {TrackTimes::clock, "The sender's time, on the pipeline's clock, which is the sender's",
+        "clock"}});
+}
+
 std::span<const Property<TrackInputSettings>> track_input_properties() {
   using S = TrackInputSettings;
   constexpr double far = 1e6;
@@ -22,7 +33,8 @@ std::span<const Property<TrackInputSettings>> track_input_properties() {
       property<&S::address>(
           "address", "Address",
           "IPv4 address to listen on: 0.0.0.0 for all of this machine's, one of them, or a "
-          "multicast group, which is joined (OpenTrackIO: 239.135.1.N for source number N).",
+          "multicast group, which is joined (OpenTrackIO: 239.135.1.N for source number N, "
+          "235.135.1.N by its version 1.0.0).",
           0, 0, Change::when_ready),
       property<&S::port>(
           "port", "Port",
@@ -83,10 +95,15 @@ std::span<const Property<TrackInputSettings>> track_input_properties() {
           "Width of the part of the sensor that the picture shows, in millimetres (0 to 1000), "
           "where packets do not tell. 0: unknown; the field of view is then the receiver's.",
           0.0, 1000.0),
+      property<&S::times>(
+          "times", "Times",
+          "What says when a pose was true. Without a time of the sender's, as in FreeD, it is "
+          "always the arrival."),
       property<&S::delay>(
           "delay", "Delay",
-          "How long a pose has been true when its packet arrives, in nanoseconds (0 to 10 s).", 0,
-          10e9),
+          "How long a pose has been true by its time, in nanoseconds (0 to 10 s): when its packet "
+          "arrives, or with times=clock, when the sender says.",
+          0, 10e9),
       property<&S::smoothing>(
           "smoothing", "Smoothing",
           "Over which time poses are averaged, in nanoseconds (0 to 2 s). A pose is given the time "
@@ -139,6 +156,7 @@ PoseReaderSettings reader_settings(const TrackInputSettings& s) {
 
 TrackSettings track_settings(const TrackInputSettings& s) {
   TrackSettings out;
+  out.times = s.times;
   out.delay_ns = static_cast<std::int64_t>(s.delay);
   out.smoothing_ns = static_cast<std::int64_t>(s.smoothing);
   return out;

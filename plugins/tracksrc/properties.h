@@ -28,6 +28,7 @@ struct TrackInputSettings {
   double offset_pan = 0.0, offset_tilt = 0.0, offset_roll = 0.0;
   bool zoom_is_focal_length = false;
   double sensor_width = 0.0;  // mm
+  TrackTimes times = TrackTimes::sender;
   std::uint64_t delay = 0;
   std::uint64_t smoothing = 0;
   std::uint64_t prediction = 0;

@@ -6,12 +6,48 @@
 
 namespace polyhull::element {
 
+namespace {
+
+/// What packets usually wait is told in such steps: with each change of the latency a pipeline is
+/// arranged anew.
+constexpr std::int64_t latency_step = 5 * GST_MSECOND;
+/// Nobody waits for less.
+constexpr std::int64_t no_wait = GST_MSECOND;
+
+constexpr char wrong_clock[] =
+    "A sender's time stands, or is more than a second from the pipeline's clock, so the packet's "
+    "arrival was taken. Give the pipeline the sender's clock, such as PTP's, or set times=sender.";
+
+std::int64_t in_steps(std::int64_t held_up) {
+  if (held_up <= no_wait) return 0;
+  return (held_up + latency_step - 1) / latency_step * latency_step;
+}
+
+}  // namespace
+
 TrackInput::TrackInput(GstElement* element, Statistics& statistics)
     : element_(element), statistics_(statistics) {
-  statistics.declare({"packets", "poses", "bad-checksum", "truncated", "refused", "incomplete",
-                      "late", "lost", "reordered", "repeated", "other-senders", "silences",
-                      "recorded", "record-failures", "packets-skipped", "recordings-damaged",
-                      "settings-refused", "port"});
+  statistics.declare({"packets",
+                      "poses",
+                      "bad-checksum",
+                      "truncated",
+                      "refused",
+                      "incomplete",
+                      "late",
+                      "lost",
+                      "reordered",
+                      "repeated",
+                      "other-senders",
+                      "times-unusable",
+                      "values-unread",
+                      "lenses-unread",
+                      "silences",
+                      "recorded",
+                      "record-failures",
+                      "packets-skipped",
+                      "recordings-damaged",
+                      "settings-refused",
+                      "port"});
 }
 
 void TrackInput::open(const TrackInputSettings& settings, std::uint16_t port) {
@@ -22,6 +58,7 @@ void TrackInput::open(const TrackInputSettings& settings, std::uint16_t port) {
   others_ = 0;
   heard_.reset();
   silent_ = false;
+  held_up_ = 0;
   recorder_.reset();
   if (!settings.record.empty()) recorder_ = std::make_unique<PacketRecorder>(settings.record, port);
 }
@@ -59,7 +96,9 @@ std::optional<TrackedPose> TrackInput::read(const Datagram& datagram,
     return {};
   }
   try {
-    return reader_.read(datagram.bytes, datagram.sender(), how);
+    std::optional<TrackedPose> pose = reader_.read(datagram.bytes, datagram.sender(), how);
+    tell_left_out(datagram);
+    return pose;
   } catch (const PacketError& error) {
     refuse(error.fault() == PacketError::Fault::truncated ? "truncated" : "bad-checksum", error);
   } catch (const Error& error) {
@@ -68,15 +107,31 @@ std::optional<TrackedPose> TrackInput::read(const Datagram& datagram,
   return {};
 }
 
+void TrackInput::tell_left_out(const Datagram& datagram) {
+  for (const std::string& why : reader_.unread())
+    statistics_.warn(
+        element_, "values-unread",
+        fmt::format("A value from {} was left out, the pose is used: {}", datagram.sender(), why));
+  if (reader_.lens_unread())
+    statistics_.warn(
+        element_, "lenses-unread",
+        fmt::format("A lens's distortion from {} was left out, so the picture will not "
+                    "fit it: {}",
+                    datagram.sender(), *reader_.lens_unread()));
+}
+
 std::optional<TrackInput::Timed> TrackInput::take(const Datagram& datagram,
-                                                  const TrackInputSettings& settings) {
+                                                  const TrackInputSettings& settings,
+                                                  std::optional<std::int64_t> base_time) {
   statistics_.count("packets");
   record(datagram);
   if (settings.source != source_) {
     source_ = settings.source;
     track_.forget();
   }
-  track_.set(track_settings(settings));
+  TrackSettings how = track_settings(settings);
+  how.clock_begin_ns = base_time;
+  track_.set(how);
   std::optional<TrackedPose> pose = read(datagram, settings);
   std::optional<Timed> timed;
   if (pose && !settings.source.empty() && pose->source != settings.source) {
@@ -84,7 +139,12 @@ std::optional<TrackInput::Timed> TrackInput::take(const Datagram& datagram,
   } else if (pose) {
     // Two machines may send under the same number.
     pose->source += " from " + datagram.sender_host();
-    if (track_.add(*pose, datagram.time_ns)) {
+    const std::uint64_t unusable = track_.counters().times_unusable;
+    const bool taken = track_.add(*pose, datagram.time_ns);
+    if (base_time && settings.times == TrackTimes::clock &&
+        track_.counters().times_unusable != unusable)
+      statistics_.warn(element_, "times-unusable", wrong_clock);
+    if (taken) {
       const std::int64_t time = *track_.end();
       timed = {time - track_.lag_ns(), *track_.at(time)};
       heard_ = datagram.time_ns;
@@ -102,9 +162,12 @@ void TrackInput::tell() {
   statistics_.set_count("reordered", counters.reordered);
   statistics_.set_count("repeated", counters.repeated);
   statistics_.set_count("other-senders", counters.other_senders + others_);
+  statistics_.set_count("times-unusable", counters.times_unusable);
   statistics_.set_count("incomplete", reader_.incomplete());
   statistics_.set_count("late", reader_.late());
   statistics_.set("smoothing-lag-ms", 1e-6 * static_cast<double>(track_.lag_ns()));
+  statistics_.set("held-up-ms", 1e-6 * static_cast<double>(track_.held_up_ns()));
+  held_up_ = in_steps(track_.held_up_ns());
 }
 
 void TrackInput::watch(std::int64_t now) {
@@ -119,7 +182,7 @@ void TrackInput::watch(std::int64_t now) {
 }
 
 std::int64_t TrackInput::latency(const TrackInputSettings& settings) const {
-  return static_cast<std::int64_t>(settings.delay + settings.smoothing / 2);
+  return static_cast<std::int64_t>(settings.delay + settings.smoothing / 2) + held_up_;
 }
 
 }  // namespace polyhull::element

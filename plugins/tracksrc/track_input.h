@@ -3,6 +3,7 @@
 /// Datagrams as timed poses, with all that is counted and said about them.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -34,17 +35,20 @@ class TrackInput {
     TrackedPose pose;
   };
   /// The pose that \p datagram brings, if it does. What is wrong with it is counted and said.
-  std::optional<Timed> take(const Datagram& datagram, const TrackInputSettings& settings);
+  /// \p base_time is what the pipeline's clock showed when running time was 0, where that is known.
+  std::optional<Timed> take(const Datagram& datagram, const TrackInputSettings& settings,
+                            std::optional<std::int64_t> base_time);
 
   /// It is \p now: where no pose has come for a second, that is counted and said, once.
   void watch(std::int64_t now);
 
-  /// How much later than it was true a pose comes, ns.
+  /// How much later than it was true a pose comes, ns. For any thread.
   std::int64_t latency(const TrackInputSettings& settings) const;
 
  private:
   void record(const Datagram& datagram);
   std::optional<TrackedPose> read(const Datagram& datagram, const TrackInputSettings& settings);
+  void tell_left_out(const Datagram& datagram);
   void tell();
 
   GstElement* element_;
@@ -56,6 +60,7 @@ class TrackInput {
   std::uint64_t others_ = 0;
   std::optional<std::int64_t> heard_;  // when a pose came, or listening began
   bool silent_ = false;
+  std::atomic<std::int64_t> held_up_{0};  // in steps that latency is told in
 };
 
 }  // namespace polyhull::element

@@ -141,7 +141,10 @@ std::optional<TrackInput::Timed> TrackSrc::read() {
     // As they are now that it has come.
     const TrackInputSettings settings_now = snapshot(element, settings);
     std::optional<TrackInput::Timed> pose;
-    if (came) pose = input.take(*came, settings_now);
+    // Of a recording nobody knows what the clock showed.
+    std::optional<std::int64_t> base;
+    if (socket) base = static_cast<std::int64_t>(gst_element_get_base_time(element));
+    if (came) pose = input.take(*came, settings_now, base);
     tell_latency(settings_now);
     const std::int64_t now = came                ? came->time_ns
                              : socket && playing ? running_time_now(element)
@@ -267,13 +270,18 @@ void TrackSrc::class_init(gpointer klass) {
       klass,
       "Counters since the start: packets, poses (taken), bad-checksum, truncated, refused (packets "
       "that are none for another reason), incomplete (samples of which packets never came), late "
-      "(packets of samples before the one in work), lost (numbers that never came), reordered "
+      "(packets of samples that were given up), lost (numbers that never came), reordered "
       "(came "
       "after later ones, and were left out), repeated, other-senders (of cameras that are not "
-      "followed), silences (a second without a pose), recorded, record-failures, packets-skipped "
+      "followed), times-unusable (sender's times that stood, went back or are not the clock's: the "
+      "arrival was taken), values-unread and lenses-unread (values and distortions of lenses that "
+      "were left out of a pose), silences (a second without a pose), recorded, record-failures, "
+      "packets-skipped "
       "(of a recording, that are no UDP datagrams over IPv4), recordings-damaged, "
-      "settings-refused; port (on which it listens); and smoothing-lag-ms, by how much later poses "
-      "come for their smoothing.");
+      "settings-refused; port (on which it listens); smoothing-lag-ms, by how much later poses "
+      "come "
+      "for their smoothing; and held-up-ms, by how much later than the quickest they usually "
+      "come.");
   set_metadata(klass, "Track source", "Source/Network",
                "Poses of a tracked camera, from FreeD or OpenTrackIO over UDP or from a recording");
   add_template(klass, "src", GST_PAD_SRC, camera_caps);

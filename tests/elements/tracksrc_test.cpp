@@ -100,9 +100,13 @@ Packet at_x(double x, std::uint8_t camera = 1) {
   return freed(camera, {0, 0, 0}, {x, 0, 0}, 0, 0);
 }
 
-/// An OpenTrackIO packet under the number \p sequence.
-Packet numbered(std::uint16_t sequence, double x) {
-  const Packet text = json_bytes(sample({0, 0, 0}, {x, 0, 0}));
+/// An OpenTrackIO packet under the number \p sequence, taken at the time \p taken of its clock.
+Packet numbered(std::uint16_t sequence, double x, GstClockTime taken = 1718806554 * GST_SECOND) {
+  nlohmann::json value = sample({0, 0, 0}, {x, 0, 0});
+  value["timing"]["sequenceNumber"] = sequence;
+  value["timing"]["sampleTimestamp"] = {{"seconds", taken / GST_SECOND},
+                                        {"nanoseconds", taken % GST_SECOND}};
+  const Packet text = json_bytes(value);
   return segment(text, 1, sequence, 0, text.size(), 255);
 }
 
@@ -372,6 +376,78 @@ GST_START_TEST(test_record_and_replay_are_identical) {
 }
 GST_END_TEST
 
+// Packets that wait for up to 15 ms, of a camera that moves by a metre a second.
+GST_START_TEST(test_what_packets_waited_is_taken_out) {
+  const std::string file = path("waited.pcap");
+  std::vector<Came> live;
+  {
+    Bench bench("port=0 record=" + file);
+    // The first one waited for nothing.
+    for (guint64 i = 0; i < 60; ++i) {
+      const GstClockTime taken = i * 20 * ms, waited = i * 7 % 16 * ms;
+      live.push_back(
+          bench.at(taken + 100 * ms + waited,
+                   numbered(static_cast<std::uint16_t>(i), 1e-9 * static_cast<double>(taken),
+                            1718806554 * GST_SECOND + taken)));
+      const double wanted = live.back().x() * 1e9 + static_cast<double>(100 * ms);
+      // What clocks may differ since the last packet that did not wait, .3 s ago at most.
+      fail_unless(std::abs(static_cast<double>(live.back().time) - wanted) < 2e-4 * GST_SECOND);
+    }
+    fail_unless_equals_uint64(statistic(bench.element, "times-unusable"), 0);
+    // Who waits for poses must know how late they come.
+    fail_unless(std::abs(figure(bench.element, "held-up-ms") - 15.0) < 0.5);
+    fail_unless_equals_uint64(latency_of(bench.element), 15 * ms);
+    GstMessage* message = gst_bus_pop_filtered(bench.bus, GST_MESSAGE_LATENCY);
+    fail_unless(message != nullptr);
+    gst_message_unref(message);
+    // As they arrive, live.
+    gst_util_set_object_arg(G_OBJECT(bench.element), "times", "arrival");
+    fail_unless_equals_uint64(
+        bench.at(1311 * ms, numbered(60, 1.2, 1718806554 * GST_SECOND + 1200 * ms)).time,
+        1311 * ms);
+  }
+  const std::vector<Came> again = played("location=" + file);
+  fail_unless_equals_int(again.size(), live.size() + 1);
+  for (std::size_t i = 0; i < live.size(); ++i) {
+    fail_unless_equals_uint64(again[i].time, live[i].time);
+    fail_unless(again[i].bytes == live[i].bytes);
+  }
+}
+GST_END_TEST
+
+// The pipeline's clock is the sender's.
+GST_START_TEST(test_times_of_the_clock) {
+  Bench bench("port=0 times=clock delay=1000000");
+  const GstClockTime base = gst_element_get_base_time(bench.element);
+  fail_unless_equals_uint64(bench.at(110 * ms, numbered(1, 0.1, base + 103 * ms)).time, 102 * ms);
+  fail_unless_equals_uint64(bench.at(124 * ms, numbered(2, 0.2, base + 123 * ms)).time, 122 * ms);
+  fail_unless_equals_uint64(statistic(bench.element, "times-unusable"), 0);
+  fail_unless_equals_uint64(bench.at(140 * ms, numbered(3, 0.3)).time, 139 * ms);
+  fail_unless_equals_uint64(statistic(bench.element, "times-unusable"), 1);
+  const auto said = warnings_on(bench.bus);
+  fail_unless_equals_int(said.size(), 1);
+  expect_in(said[0], {"PTP", "times=sender"});
+}
+GST_END_TEST
+
+GST_START_TEST(test_what_is_left_out_is_said) {
+  Bench bench("port=0");
+  nlohmann::json value = sample({0, 0, 0}, {1, 0, 0});
+  value["lens"]["fStop"] = 0;
+  value["lens"]["distortion"] = {{{"model", "Fisheye"}, {"radial", {1.0}}}};
+  fail_unless(bench.at(10 * ms, json_bytes(value)).x() == 1.0);
+  fail_unless_equals_uint64(statistic(bench.element, "values-unread"), 1);
+  fail_unless_equals_uint64(statistic(bench.element, "lenses-unread"), 1);
+  value["protocol"]["version"] = {2, 0, 0};
+  bench.nothing_of(json_bytes(value), "refused");
+  const auto said = warnings_on(bench.bus);
+  fail_unless_equals_int(said.size(), 3);
+  expect_in(said[0], {"127.0.0.1:", "fStop"});
+  expect_in(said[1], {"127.0.0.1:", "D-U"});
+  expect_in(said[2], {"version 2.0.0, expected 1.x"});
+}
+GST_END_TEST
+
 GST_START_TEST(test_replay_is_sought) {
   const std::string file = recording("sought.pcap", 100);
   GstElement* pipeline = parse("tracksrc location=" + file + " ! appsink name=sink sync=false");
@@ -482,6 +558,9 @@ static Suite* tracksrc_suite() {
   tcase_add_test(tests, test_silence_is_said_once);
   tcase_add_test(tests, test_smoothing_is_latency_and_no_lag);
   tcase_add_test(tests, test_record_and_replay_are_identical);
+  tcase_add_test(tests, test_what_packets_waited_is_taken_out);
+  tcase_add_test(tests, test_times_of_the_clock);
+  tcase_add_test(tests, test_what_is_left_out_is_said);
   tcase_add_test(tests, test_replay_is_sought);
   tcase_add_test(tests, test_damaged_recording_is_used_as_far_as_it_goes);
   tcase_add_test(tests, test_full_disk_ends_the_recording_alone);

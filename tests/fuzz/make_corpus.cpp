@@ -126,6 +126,13 @@ int main(int count, char** arguments) {
   write("opentrackio", text, "json");
   write("opentrackio", nlohmann::json::to_cbor(sample), "cbor");
   write("opentrackio", track_examples::segment(text, 1, 1, 0, text.size(), 255), "segment");
+  nlohmann::json lens = sample;
+  lens["lens"]["distortion"] = {{{"radial", {-1e-4, 0.0, 1e-8}}, {"tangential", {1e-6, 1e-6}}}};
+  lens["static"]["camera"]["anamorphicSqueeze"] = {{"num", 2}, {"denom", 1}};
+  lens["transforms"][0]["scale"] = {{"x", 1}, {"y", 2}, {"z", 3}};
+  write("opentrackio", track_examples::json_bytes(lens), "squeezed");
+  lens["static"]["camera"].erase("anamorphicSqueeze");
+  write("opentrackio", track_examples::json_bytes(lens), "lens");
   write("track", pose_message_to_json({}), "message");
   Packet packets;
   append_packet(packets, 8, freed);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // libFuzzer entry: any bytes as a camera's message, and in pieces as packets of two senders, which a
-// track follows.
+// track follows by each kind of time.
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
@@ -29,7 +29,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   } catch (const Error&) {
   }
   PoseReader reader;
-  Track track({});
+  TrackSettings settings;
+  settings.times = static_cast<TrackTimes>(size % 3);
+  if (size % 2) settings.clock_begin_ns = 1'718'806'554'000'000'000;
+  Track track(settings);
   std::int64_t time = 0;
   // A byte for the sender and the time, two for the length, then a packet.
   for (std::size_t at = 0; at + 3 <= size;) {
@@ -39,7 +42,12 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         std::min<std::size_t>(data[at + 1] << 8 | data[at + 2], size - at - 3);
     try {
       const auto pose = reader.read({data + at + 3, length}, std::to_string(sender), {});
-      if (pose && track.add(*pose, time)) check(*track.at(*track.end()));
+      if (pose && track.add(*pose, time)) {
+        check(*track.at(*track.end()));
+        const std::int64_t far = *track.end() - time;  // of its own clock, a second at most
+        if (far > Track::silence_ns || far < -Track::silence_ns || track.held_up_ns() < 0)
+          std::abort();
+      }
     } catch (const Error&) {
     }
     at += 3 + length;

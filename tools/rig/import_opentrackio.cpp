@@ -27,17 +27,6 @@ double positive(const Json& root, const char* path) {
   return *value;
 }
 
-std::vector<double> lens_model(const Json& root, double f) {
-  const std::optional<std::vector<double>> coefficients = opencv_distortion(root, f);
-  if (coefficients) return *coefficients;
-  for (const char* axis : {"/lens/distortionOffset/x", "/lens/distortionOffset/y"})
-    if (number_or_zero(root, axis) != 0.0)
-      fail("lens.distortionOffset is not 0; OpenCV's lenses are centred on the principal point");
-  fail(
-      "lens.distortion has no model \"Brown-Conrady U-D\"; one from distorted to undistorted (D-U) "
-      "or another cannot be had in OpenCV's terms");
-}
-
 int pixels(const Json& root, const char* path, int given) {
   if (given > 0) return given;
   const double value = positive(root, path);
@@ -63,11 +52,13 @@ Camera camera_of(const Json& root, const Options& options) {
   const double y =
       camera.height / positive(root, "/static/camera/activeSensorPhysicalDimensions/height");
   const double f = positive(root, "/lens/pinholeFocalLength");
-  camera.K = from_rows(
-      {f * x, 0, 0.5 * camera.width - 0.5 + x * number_or_zero(root, "/lens/projectionOffset/x"), 0,
-       f * y, 0.5 * camera.height - 0.5 + y * number_or_zero(root, "/lens/projectionOffset/y"), 0,
-       0, 1});
-  camera.distortion = lens_model(root, f);
+  const Vec2 offset(number_or_zero(root, "/lens/projectionOffset/x"),
+                    number_or_zero(root, "/lens/projectionOffset/y"));
+  const Vec2 half(0.5 * camera.width / x, 0.5 * camera.height / y);
+  camera.K = from_rows({f * x, 0, 0.5 * camera.width - 0.5 + x * offset.x, 0, f * y,
+                        0.5 * camera.height - 0.5 + y * offset.y, 0, 0, 1});
+  FittedDistortion nothing_yet;
+  camera.distortion = opencv_distortion(root, f, half + glm::abs(offset), nothing_yet);
   const Placed pose = placed(root);
   camera.R = from_rows({1, 0, 0, 0, 0, -1, 0, 1, 0}) * glm::transpose(pose.axes);
   camera.t = -(camera.R * pose.place);

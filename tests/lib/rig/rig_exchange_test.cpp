@@ -263,7 +263,10 @@ TEST(RigExchange, OpenTrackIoRefusesWhatItCannotSay) {
     expect_refused(
         [&] { import::parse_opentrackio(with(opentrackio_file, from, to), "sample", {}); }, part);
   };
-  refuses("U-D", "D-U", "has no model \"Brown-Conrady U-D\"");
+  // 9 per square millimetre is no lens's.
+  refuses("{\"model\": \"Brown-Conrady U-D\"", "{\"model\": \"Fisheye\"", "D-U");
+  refuses("[{\"radial\": [9.0]},\n                          {\"model\": \"Brown-Conrady U-D\"",
+          "[{\"model\": \"Fisheye\"", "has no model \"Brown-Conrady U-D\"");
   refuses("\"distortionOffset\": {\"x\": 0.0", "\"distortionOffset\": {\"x\": 0.1",
           "distortionOffset");
   refuses("\"num\": 1", "\"num\": 2", "anamorphicSqueeze");
@@ -274,7 +277,8 @@ TEST(RigExchange, OpenTrackIoRefusesWhatItCannotSay) {
   refuses("-1e-4,", "[],", "radial must be a number");
   refuses("1e-11]", "1e-11, 0]", "at most 6");
   refuses("{\"x\": 1,", "{", "translation.x must be a number");
-  refuses("\"id\": \"Dolly\"", "\"scale\": {\"x\": 2, \"y\": 1, \"z\": 1}", "scales");
+  refuses("\"id\": \"Dolly\"", "\"scale\": {\"x\": 0, \"y\": 1, \"z\": 1}",
+          "scale must be above 0");
   refuses("{", "[", "not JSON");
   refuses("\"num\": 1", "\"num\": " + std::string(1000000, '[') + std::string(1000000, ']'),
           "sample: more than 64 brackets");

@@ -5,6 +5,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdio>
+#include <numbers>
+#include <random>
 
 #include "base/error.h"
 
@@ -113,6 +116,130 @@ TEST(Track, CountsLossReorderingAndRepetition) {
   pose.sequence = 30000;
   EXPECT_TRUE(track.add(pose, 200 * ms));
   EXPECT_EQ(track.counters().lost, 1u);
+}
+
+// A camera that pans by 30° a second, whose packets wait for 0 to 15 ms at a switch (none overtakes) and
+// need 2 ms otherwise; its clock has begun elsewhere and is slow by .4 thousandths.
+double worst_error(TrackTimes times, std::int64_t usual_delay) {
+  TrackSettings settings;
+  settings.times = times;
+  settings.delay_ns = usual_delay;
+  Track track(settings);
+  std::mt19937 random(5);
+  std::uniform_int_distribution<std::int64_t> wait(0, 15 * ms);
+  std::int64_t before = 0;
+  double worst = 0.0;
+  for (int i = 0; i < 2000; ++i) {
+    const std::int64_t taken = 10 * ms * i + 1000 * ms;
+    TrackedPose pose = pose_at(0, 30e-9 * static_cast<double>(taken));
+    pose.sequence = static_cast<std::uint16_t>(i);
+    pose.capture_time_ns = 1'700'000'000'000'000'000 + taken - taken / 2500;
+    before = std::max(before, taken + 2 * ms + wait(random));
+    EXPECT_TRUE(track.add(pose, before));
+    const std::int64_t asked = taken - 37 * ms;  // a frame that is mixed a little later
+    if (i < 200) continue;                       // until one packet has not waited
+    const Vec3 truth = axes_of_angles(30e-9 * static_cast<double>(asked), 0, 0)[1];
+    const double angle = std::acos(std::min(1.0, glm::dot(track.at(asked)->axes[1], truth)));
+    worst = std::max(worst, angle * 180.0 / std::numbers::pi);
+  }
+  EXPECT_EQ(track.counters().times_unusable, 0u);
+  if (times == TrackTimes::sender) {
+    // What is waited for is known, as it has to be told.
+    EXPECT_NEAR(1e-6 * static_cast<double>(track.held_up_ns()), 15.0, 1.0);
+  } else {
+    EXPECT_EQ(track.held_up_ns(), 0);
+  }
+  return worst;
+}
+
+TEST(Track, TheSendersTimesTakeOutWhatPacketsWaited) {
+  const double by_arrival = worst_error(TrackTimes::arrival, 10 * ms);  // in the mean
+  const double by_sender = worst_error(TrackTimes::sender, 2 * ms);
+  std::printf("panning by 30 degrees a second: off by up to %.3f by arrival, %.4f by the sender\n",
+              by_arrival, by_sender);
+  EXPECT_GT(by_arrival, 0.15);
+  EXPECT_LT(by_sender, 0.02);
+}
+
+TEST(Track, OnTheSendersClockItsTimeIsTaken) {
+  TrackSettings settings;
+  settings.times = TrackTimes::clock;
+  settings.clock_begin_ns = 1'700'000'000'000 * ms;
+  Track track(settings);
+  const auto add = [&](std::int64_t capture, std::int64_t arrival) {
+    TrackedPose pose = pose_at(static_cast<double>(arrival));
+    pose.capture_time_ns = *settings.clock_begin_ns + capture;
+    EXPECT_TRUE(track.add(pose, arrival));
+    return *track.end();
+  };
+  EXPECT_EQ(add(100 * ms, 107 * ms), 100 * ms);
+  EXPECT_EQ(add(120 * ms, 121 * ms), 120 * ms);
+  EXPECT_EQ(track.counters().times_unusable, 0u);
+  // Another clock's, after all: by 37 s, as TAI and UTC are.
+  EXPECT_EQ(add(37'140 * ms, 141 * ms), 141 * ms);
+  EXPECT_EQ(track.counters().times_unusable, 1u);
+  EXPECT_EQ(add(160 * ms, 163 * ms), 160 * ms);
+  // Nobody knows what the clock showed: the quickest pose tells.
+  settings.clock_begin_ns.reset();
+  track.set(settings);
+  settings.clock_begin_ns = 5;
+  EXPECT_EQ(add(180 * ms, 183 * ms), 183 * ms);
+  EXPECT_EQ(add(200 * ms, 211 * ms), 203 * ms + 10'000);  // and a drift of 5e-4
+}
+
+TEST(Track, SendersTimesThatTellNothingGiveWayToArrivals) {
+  TrackSettings settings;
+  settings.times = TrackTimes::sender;
+  Track track(settings);
+  std::uint16_t sequence = 0;
+  const auto add = [&](std::optional<std::int64_t> capture, std::int64_t arrival) {
+    TrackedPose pose = pose_at(static_cast<double>(arrival));
+    pose.capture_time_ns = capture;
+    pose.sequence = ++sequence;
+    EXPECT_TRUE(track.add(pose, arrival));
+    return *track.end();
+  };
+  EXPECT_EQ(add({}, 10 * ms), 10 * ms);
+  // It stands, and goes on seconds later.
+  EXPECT_EQ(add(500 * ms, 20 * ms), 20 * ms);
+  EXPECT_EQ(add(500 * ms, 31 * ms), 31 * ms);
+  EXPECT_EQ(add(500 * ms, 3040 * ms), 3040 * ms);
+  EXPECT_EQ(track.counters().times_unusable, 2u);
+  EXPECT_EQ(add(510 * ms, 3050 * ms), 3050 * ms);
+  // It begins anew, and jumps.
+  EXPECT_EQ(add(5 * ms, 3060 * ms), 3060 * ms);
+  EXPECT_EQ(add(15 * ms, 3072 * ms), 3070 * ms + 5'000);
+  EXPECT_EQ(add(90'000 * ms, 3080 * ms), 3080 * ms);
+  // After more than a second on the way.
+  EXPECT_EQ(add(90'010 * ms, 5000 * ms), 5000 * ms);
+  EXPECT_EQ(track.counters().times_unusable, 5u);
+  // A late packet is left out, and is no clock that went back.
+  TrackedPose late = pose_at(7);
+  late.sequence = static_cast<std::uint16_t>(sequence - 1);
+  late.capture_time_ns = 89'990 * ms;
+  EXPECT_FALSE(track.add(late, 5001 * ms));
+  EXPECT_EQ(track.counters().reordered, 1u);
+  EXPECT_EQ(track.counters().times_unusable, 5u);
+}
+
+// Its sender may leave the number as it is, or the number may be all that moves.
+TEST(Track, ACameraAtRestIsThere) {
+  Track track({});
+  TrackedPose pose = pose_at(1);
+  pose.sequence = 0;
+  for (int i = 0; i < 100; ++i) EXPECT_TRUE(track.add(pose, 20 * ms * i));
+  EXPECT_EQ(track.counters().repeated, 0u);
+  // One that counts, and sends a sample twice.
+  for (std::uint16_t i = 1; i < 10; ++i) {
+    pose.sequence = i;
+    pose.capture_time_ns = 20 * ms * i;
+    EXPECT_TRUE(track.add(pose, 2000 * ms + 20 * ms * i));
+    EXPECT_FALSE(track.add(pose, 2001 * ms + 20 * ms * i));
+  }
+  EXPECT_EQ(track.counters().repeated, 9u);
+  // The number stands for a while, time does not.
+  pose.capture_time_ns = 300 * ms;
+  EXPECT_TRUE(track.add(pose, 2300 * ms));
 }
 
 TEST(Track, FollowsOneSender) {
