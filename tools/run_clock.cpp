@@ -5,6 +5,8 @@
 #include <gst/net/net.h>
 
 #include <charconv>
+#include <optional>
+#include <string_view>
 
 #include "base/error.h"
 
@@ -14,18 +16,59 @@ namespace {
 
 constexpr GstClockTime answer_within = 10 * GST_SECOND;
 
-int port_of(const std::string& server) {
-  const std::size_t colon = server.rfind(':');
-  int port = 0;
-  if (colon != std::string::npos && colon > 0) {
-    const char* const end = server.data() + server.size();
-    const auto [last, failure] = std::from_chars(server.data() + colon + 1, end, port);
-    if (failure == std::errc() && last == end && port > 0 && port < 65536) return port;
-  }
+/// The whole number in \p text from \p least to \p most.
+std::optional<int> number_in(std::string_view text, int least, int most) {
+  int number = 0;
+  const char* const end = text.data() + text.size();
+  const auto [last, failure] = std::from_chars(text.data(), end, number);
+  if (failure != std::errc() || last != end || number < least || number > most) return {};
+  return number;
+}
+
+[[noreturn]] void fail_name(const std::string& server) {
   throw Error(Error::Kind::bad_input,
               "--clock is '{}'; expected HOST:PORT, as of a machine that runs polyhull-run "
-              "--clock-server PORT.",
+              "--clock-server PORT, or ptp or ptp:DOMAIN (0 to 255).",
               server);
+}
+
+GstClock* network_clock(const std::string& server) {
+  const std::size_t colon = server.rfind(':');
+  if (colon == std::string::npos || colon == 0) fail_name(server);
+  const auto port = number_in(std::string_view(server).substr(colon + 1), 1, 65535);
+  if (!port) fail_name(server);
+  std::string host = server.substr(0, colon);
+  // An IPv6 address has colons of its own: [fd00::1]:7480.
+  if (host.size() > 2 && host.front() == '[' && host.back() == ']')
+    host = host.substr(1, host.size() - 2);
+  g_autoptr(GstClock) clock = gst_net_client_clock_new(nullptr, host.c_str(), *port, 0);
+  if (clock == nullptr || !gst_clock_wait_for_sync(clock, answer_within))
+    throw Error(Error::Kind::io,
+                "The clock at {} does not answer. Start polyhull-run --clock-server {} there, and "
+                "let UDP on that port through.",
+                server, *port);
+  return GST_CLOCK(gst_object_ref(clock));
+}
+
+/// The clock that a PTP grandmaster gives to the domain that \p server, "ptp" or "ptp:DOMAIN", names.
+GstClock* ptp_clock(const std::string& server) {
+  const auto domain = server == "ptp" ? 0 : number_in(std::string_view(server).substr(4), 0, 255);
+  if (!domain) fail_name(server);
+  if (!gst_ptp_init(GST_PTP_CLOCK_ID_NONE, nullptr))
+    throw Error(
+        Error::Kind::unsupported,
+        "PTP cannot be followed: GStreamer's gst-ptp-helper does not run here. It comes with "
+        "GStreamer, needs UDP ports 319 and 320 and the right to use them (sudo setcap "
+        "cap_net_bind_service,cap_net_admin=ep on that file), and a network interface that "
+        "is up and has multicast.");
+  g_autoptr(GstClock) clock = gst_ptp_clock_new(nullptr, static_cast<guint>(*domain));
+  if (clock == nullptr || !gst_clock_wait_for_sync(clock, answer_within))
+    throw Error(Error::Kind::io,
+                "No PTP clock is heard in domain {} within ten seconds. Look at the grandmaster's "
+                "domain (ptp:DOMAIN), that it speaks PTP version 2 over UDP/IPv4 with end-to-end "
+                "delays, and that multicast to 224.0.1.129 comes through.",
+                *domain);
+  return GST_CLOCK(gst_object_ref(clock));
 }
 
 /// Whether nobody has UDP port \p port. GStreamer's provider shares one with whoever is there: of two
@@ -51,18 +94,8 @@ GstObject* share_clock(GstElement* pipeline, int server_port, const std::string&
   if (server.empty()) {
     clock = gst_system_clock_obtain();
   } else {
-    const int port = port_of(server);
-    std::string host = server.substr(0, server.rfind(':'));
-    // An IPv6 address has colons of its own: [fd00::1]:7480.
-    if (host.size() > 2 && host.front() == '[' && host.back() == ']')
-      host = host.substr(1, host.size() - 2);
-    clock = gst_net_client_clock_new(nullptr, host.c_str(), port, 0);
-    if (clock == nullptr || !gst_clock_wait_for_sync(clock, answer_within))
-      throw Error(
-          Error::Kind::io,
-          "The clock at {} does not answer. Start polyhull-run --clock-server {} there, and "
-          "let UDP on that port through.",
-          server, port);
+    clock =
+        server == "ptp" || server.starts_with("ptp:") ? ptp_clock(server) : network_clock(server);
   }
   if (server_port != 0) {
     // IPv6's any address hears IPv4, too; not every machine has it.
