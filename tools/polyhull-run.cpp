@@ -19,9 +19,9 @@
 
 #include "base/stopwatch.h"
 #include "plugins/common/elements_in.h"
-#include "run_clock.h"
-#include "run_clock_watch.h"
-#include "run_profile.h"
+#include "run/clock.h"
+#include "run/clock_watch.h"
+#include "run/profile.h"
 #include "studio/studio_file.h"
 #include "text_file.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "run_clock_watch.h"
+#include "run/clock_watch.h"
 
 #include <gst/net/net.h>
 

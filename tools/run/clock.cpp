@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "run_clock.h"
+#include "run/clock.h"
 
 #include <gio/gio.h>
 #include <gst/net/net.h>
 
 #include <charconv>
+#include <chrono>
+#include <future>
+#include <memory>
 #include <optional>
 #include <string_view>
+#include <thread>
 
 #include "base/error.h"
 
@@ -50,11 +54,22 @@ GstClock* network_clock(const std::string& server) {
   return GST_CLOCK(gst_object_ref(clock));
 }
 
+/// Whether PTP can be followed. Where its helper is not to be found, GStreamer 1.22 waits forever.
+bool begin_ptp() {
+  const auto begun = std::make_shared<std::promise<bool>>();
+  std::future<bool> result = begun->get_future();
+  std::thread([begun] {
+    begun->set_value(gst_ptp_init(GST_PTP_CLOCK_ID_NONE, nullptr) != FALSE);
+  }).detach();
+  return result.wait_for(std::chrono::nanoseconds(answer_within)) == std::future_status::ready &&
+         result.get();
+}
+
 /// The clock that a PTP grandmaster gives to the domain that \p server, "ptp" or "ptp:DOMAIN", names.
 GstClock* ptp_clock(const std::string& server) {
   const auto domain = server == "ptp" ? 0 : number_in(std::string_view(server).substr(4), 0, 255);
   if (!domain) fail_name(server);
-  if (!gst_ptp_init(GST_PTP_CLOCK_ID_NONE, nullptr))
+  if (!begin_ptp())
     throw Error(
         Error::Kind::unsupported,
         "PTP cannot be followed: GStreamer's gst-ptp-helper does not run here. It comes with "
@@ -66,7 +81,8 @@ GstClock* ptp_clock(const std::string& server) {
     throw Error(Error::Kind::io,
                 "No PTP clock is heard in domain {} within ten seconds. Look at the grandmaster's "
                 "domain (ptp:DOMAIN), that it speaks PTP version 2 over UDP/IPv4 with end-to-end "
-                "delays, and that multicast to 224.0.1.129 comes through.",
+                "delays, and that this machine has a route to 224.0.1.129 (ip route add "
+                "224.0.0.0/4 dev DEVICE) and lets UDP ports 319 and 320 through.",
                 *domain);
   return GST_CLOCK(gst_object_ref(clock));
 }
