@@ -19,6 +19,9 @@ using polyhull::Error;
 namespace {
 
 constexpr GstClockTime answer_within = 10 * GST_SECOND;
+/// Running time by PTP counts from the year 2020: half a century since 1970 is more than the elements
+/// take for one. A grandmaster whose time is before that has one of its own, with a zero of its own.
+constexpr GstClockTime ptp_zero = 1'577'836'800 * GST_SECOND;
 
 /// The whole number in \p text from \p least to \p most.
 std::optional<int> number_in(std::string_view text, int least, int most) {
@@ -128,6 +131,7 @@ GstObject* share_clock(GstElement* pipeline, int server_port, const std::string&
   gst_pipeline_use_clock(GST_PIPELINE(pipeline), clock);
   // No start of one's own: running time is the clock's time, the same on all machines.
   gst_element_set_start_time(pipeline, GST_CLOCK_TIME_NONE);
-  gst_element_set_base_time(pipeline, 0);
+  const bool since_zero = GST_IS_PTP_CLOCK(clock) && gst_clock_get_time(clock) > ptp_zero;
+  gst_element_set_base_time(pipeline, since_zero ? ptp_zero : 0);
   return provider;
 }
