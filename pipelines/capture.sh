@@ -3,7 +3,8 @@
 # A capture machine: keys one camera and serves its views to the server, by the server's clock.
 #   pipelines/capture.sh --camera NAME --server HOST[:PORT] --source "ELEMENTS" [OPTION...]
 #     --camera NAME       its name in the rig file
-#     --server HOST:PORT  who gives the clock (pipelines/server.sh); default port 7480; IPv6 in brackets: [fd00::1]
+#     --server HOST:PORT  who gives the clock (pipelines/server.sh); default port 7480; IPv6 in brackets: [fd00::1];
+#                         ptp or ptp:DOMAIN: the network's PTP clock (server.sh --clock)
 #     --source ELEMENTS   the camera, as gst-launch has it: "v4l2src device=/dev/video0 ! videoconvert"
 #     --port N            the views are served on this TCP port; default 7481
 #     --listen ADDRESS    only on this address; default all of IPv4; "::" has IPv6, too
@@ -47,7 +48,7 @@ done
 [ -n "$camera" ] || fail "--camera NAME says which camera of the rig this is"
 [ -n "$source" ] || fail "--source says what the camera is, as gst-launch has it; --help has an example"
 [ -n "$server" ] || fail "--server HOST:PORT says who gives the clock"
-[[ $server == *:* && $server != *] ]] || server+=:7480
+[[ $server == ptp || ( $server == *:* && $server != *] ) ]] || server+=:7480
 [[ $port =~ ^[0-9]+$ ]] && [ "$port" -gt 0 ] && [ "$port" -lt 65536 ] || fail "--port is '$port'; expected 1 to 65535"
 [[ $link =~ ^(0|[1-9][0-9]*(\.[0-9]+)?)$ ]] || fail "--link is '$link'; expected megabits a second, 1 or more, or 0"
 

@@ -5,6 +5,8 @@
 #     --rig FILE          the rig file; NAME is a camera of it
 #     --cameras LIST      2 to 64 capture machines; default port 7481; IPv6 in brackets: left=[fd00::5]:7481
 #     --clock-port N      UDP port of the clock; default 7480
+#     --clock ptp[:N]     gives no clock but follows the network's PTP clock, of domain N (default 0), as the
+#                         capture machines do then (capture.sh --server ptp[:N])
 #     --max-wait MS       how long an instant waits for a late view; default 100
 #     --max-rate N        bytes a second from one camera at most; default 200000000
 #     --certificate FILE  this machine's certificate and key, and
@@ -21,12 +23,12 @@ set -euo pipefail
 source "$(dirname "$0")/prepare.sh"
 polyhull_help "$@"
 
-rig="" list="" clock_port=7480 max_wait=100 max_rate=200000000 sink=fakesink dry_run=false
+rig="" list="" clock_port=7480 clock="" max_wait=100 max_rate=200000000 sink=fakesink dry_run=false
 certificate="" authority="" tls_name=name silhouette=""
 while [ $# -gt 0 ]; do
   case $1 in
     --dry-run) dry_run=true; shift; continue ;;
-    --rig | --cameras | --clock-port | --max-wait | --max-rate | --sink | --certificate | --authority | --tls-name | --silhouette)
+    --rig | --cameras | --clock-port | --clock | --max-wait | --max-rate | --sink | --certificate | --authority | --tls-name | --silhouette)
       [ $# -gt 1 ] || fail "$1 needs a value; --help says which" ;;
     *) fail "unknown argument '$1'; --help says what there is" ;;
   esac
@@ -34,6 +36,7 @@ while [ $# -gt 0 ]; do
     --rig) rig=$2 ;;
     --cameras) list=$2 ;;
     --clock-port) clock_port=$2 ;;
+    --clock) clock=$2 ;;
     --max-wait) max_wait=$2 ;;
     --max-rate) max_rate=$2 ;;
     --sink) sink=$2 ;;
@@ -53,6 +56,7 @@ for file in "$certificate" "$authority"; do
   [ -z "$certificate$authority" ] || [ -f "$file" ] ||
     fail "--certificate and --authority need a file each; '$file' is none"
 done
+[[ -z $clock || $clock =~ ^ptp(:[0-9]{1,3})?$ ]] || fail "--clock is '$clock'; expected ptp or ptp:DOMAIN"
 [ -z "$silhouette" ] || [ -n "$certificate" ] ||
   fail "--silhouette needs --certificate and --authority: capture machines take settings only from who proves who it is"
 [[ $tls_name == name || $tls_name == address ]] || fail "--tls-name is '$tls_name'; expected name or address"
@@ -85,8 +89,10 @@ for camera in "${cameras[@]}"; do
   [ -z "$silhouette" ] || keys+=("settings=$silhouette")
   line+=(viewclientsrc "name=$name" "camera=$name" "host=$host" "port=$port" "max-rate=$max_rate" "${keys[@]}" ! queue ! viewdecode ! queue ! hull.)
 done
+by=(--clock-server "$clock_port")
+[ -z "$clock" ] || by=(--clock "$clock")
 if $dry_run; then
-  printf 'polyhull-run --clock-server %q' "$clock_port"
+  printf 'polyhull-run %s %q' "${by[@]}"
   printf ' %q' "${line[@]}"
   printf '\n'
   exit
@@ -94,4 +100,4 @@ fi
 polyhull_install "${polyhull_packages_build[@]}" "${polyhull_packages_run[@]}"
 polyhull_programs
 polyhull_environment
-exec polyhull-run --clock-server "$clock_port" "${line[@]}"
+exec polyhull-run "${by[@]}" "${line[@]}"

@@ -30,6 +30,15 @@ def run(pipeline, *options):
         return result.stdout, json.loads(figures.read_text())
 
 
+def wait_until_it_takes(program, kind):
+    """Waits until a started program has a handler for this signal."""
+    for _ in range(200):
+        time.sleep(0.1)
+        status = pathlib.Path(f"/proc/{program.pid}/status").read_text()
+        if int(re.search(r"SigCgt:\s*(\w+)", status).group(1), 16) >> (kind - 1) & 1:
+            return
+
+
 class Latency(unittest.TestCase):
     def check_sums(self, latency):
         self.assertLessEqual(latency["minimum_ms"], latency["median_ms"])
@@ -121,11 +130,7 @@ class Studio(unittest.TestCase):
         program = subprocess.Popen([PROGRAM, "--quiet", "--studio", str(path), "videotestsrc", "is-live=true", "!",
                                     "chromamatte", "name=key", "!", "fakesink"], stderr=subprocess.PIPE, text=True)
         try:
-            for _ in range(100):  # the handler is there once the pipeline is
-                time.sleep(0.1)
-                status = pathlib.Path(f"/proc/{program.pid}/status").read_text()
-                if int(re.search(r"SigCgt:\s*(\w+)", status).group(1), 16) >> (signal.SIGUSR1 - 1) & 1:
-                    break
+            wait_until_it_takes(program, signal.SIGUSR1)  # the handler is there once the pipeline is
             program.send_signal(signal.SIGUSR1)
             self.assertIn("settings saved to", program.stderr.readline())
         finally:
@@ -140,11 +145,7 @@ class Studio(unittest.TestCase):
                                    text=True)
         self.addCleanup(program.communicate)
         self.addCleanup(program.kill)
-        for _ in range(100):
-            time.sleep(0.1)
-            status = pathlib.Path(f"/proc/{program.pid}/status").read_text()
-            if int(re.search(r"SigCgt:\s*(\w+)", status).group(1), 16) >> (signal.SIGINT - 1) & 1:
-                break
+        wait_until_it_takes(program, signal.SIGINT)
         time.sleep(0.5)
         return program
 
@@ -201,6 +202,31 @@ class Studio(unittest.TestCase):
         self.assertIn("Cannot write", result.stderr)
 
 
+class TimeServer:
+    """A clock that is far from this machine's: GStreamer's packets are two times."""
+
+    def __init__(self, ahead):
+        self.ahead, self.silent = ahead, False
+        self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self.socket.bind(("127.0.0.1", 0))
+        self.port = self.socket.getsockname()[1]
+        self.thread = threading.Thread(target=self.serve, daemon=True)
+        self.thread.start()
+
+    def serve(self):
+        while True:
+            packet, sender = self.socket.recvfrom(64)
+            if len(packet) != 16:
+                return
+            if not self.silent:
+                self.socket.sendto(packet[:8] + struct.pack(">Q", time.monotonic_ns() + self.ahead), sender)
+
+    def close(self):
+        self.socket.sendto(b"end", ("127.0.0.1", self.port))
+        self.thread.join(10)
+        self.socket.close()
+
+
 class SharedClock(unittest.TestCase):
     LINE = "rigtestsrc is-live=true num-buffers=3 ! silhouette ! gdppay ! filesink location="
 
@@ -215,31 +241,66 @@ class SharedClock(unittest.TestCase):
         self.fail("no buffer was written")
 
     def test_running_time_is_the_servers_clock(self):
-        # A time server whose clock is far from this machine's: GStreamer's packets are two times.
-        ahead = 5_000_000_000_000
-        server = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        server.bind(("127.0.0.1", 0))
-
-        def serve():
-            while True:
-                packet, sender = server.recvfrom(64)
-                if len(packet) != 16:
-                    return
-                server.sendto(packet[:8] + struct.pack(">Q", time.monotonic_ns() + ahead), sender)
-        thread = threading.Thread(target=serve, daemon=True)
-        thread.start()
-        port = server.getsockname()[1]
+        server = TimeServer(5_000_000_000_000)
+        self.addCleanup(server.close)
         with tempfile.TemporaryDirectory() as folder:
             views = pathlib.Path(folder) / "views.gdp"
             before = time.monotonic_ns()
-            run(self.LINE + str(views), "--clock", f"127.0.0.1:{port}")
+            run(self.LINE + str(views), "--clock", f"127.0.0.1:{server.port}")
             after = time.monotonic_ns()
             first = self.first_time(views)
-        server.sendto(b"end", ("127.0.0.1", port))
-        thread.join(10)
-        server.close()
-        self.assertGreater(first, 1e-9 * (before + ahead) - 1.0)
-        self.assertLess(first, 1e-9 * (after + ahead) + 1.0)
+        self.assertGreater(first, 1e-9 * (before + server.ahead) - 1.0)
+        self.assertLess(first, 1e-9 * (after + server.ahead) + 1.0)
+
+    def follower(self, server, *options):
+        """polyhull-run that follows the server's clock, once it plays."""
+        program = subprocess.Popen([PROGRAM, "--quiet", "--brief", "--clock", f"127.0.0.1:{server.port}", *options,
+                                    *"videotestsrc is-live=true ! fakesink".split()], stdout=subprocess.DEVNULL,
+                                   stderr=subprocess.PIPE, text=True)
+        self.addCleanup(program.communicate)
+        self.addCleanup(program.kill)
+        wait_until_it_takes(program, signal.SIGINT)  # which it does once it plays
+        time.sleep(1)
+        return program
+
+    def said(self, program, words):
+        """Reads what it says until these words come; the lines before and this one."""
+        lines = []
+        while True:
+            line = program.stderr.readline()
+            self.assertTrue(line, f"'{words}' is not in {lines}")
+            lines.append(line)
+            if words in line:
+                return lines
+
+    def test_a_clock_that_is_lost(self):
+        server = TimeServer(5_000_000_000_000)
+        self.addCleanup(server.close)
+        with tempfile.TemporaryDirectory() as folder:
+            figures = pathlib.Path(folder) / "figures.json"
+            program = self.follower(server, "--json", str(figures))
+            server.silent = True
+            self.said(program, f"nothing has come of the clock of 127.0.0.1:{server.port} for 5 s")
+            time.sleep(3)
+            server.silent = False
+            self.assertEqual(len([line for line in self.said(program, "is there again") if line.strip()]), 1)
+            program.send_signal(signal.SIGINT)
+            self.assertEqual(program.wait(60), 0)
+            self.assertEqual(json.loads(figures.read_text())["clock_losses"], 1)
+
+    def test_a_clock_that_begins_again(self):
+        # At once, as when its program is another's; and after a silence, as when its machine starts again.
+        for silence in (0, 7):
+            server = TimeServer(5_000_000_000_000)
+            self.addCleanup(server.close)
+            program = self.follower(server)
+            server.silent = silence > 0
+            time.sleep(silence)
+            server.ahead, server.silent = 0, False
+            began = time.monotonic()
+            self.said(program, "is another one than it was")
+            self.assertEqual(program.wait(60), 1)
+            self.assertLess(time.monotonic() - began, 20)
 
     def test_gives_its_clock(self):
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as client:
@@ -280,6 +341,7 @@ class SharedClock(unittest.TestCase):
                                (["--clock", "nowhere"], "expected HOST:PORT"),
                                (["--clock", "host:99999"], "expected HOST:PORT"),
                                (["--clock", "127.0.0.1:9"], "does not answer"),
+                               (["--clock", "ptp:256"], "ptp:DOMAIN"),
                                (["--clock", "a:1", "--clock-server", "2"], "excludes")):
             result = subprocess.run([PROGRAM, *options, "videotestsrc", "num-buffers=1", "!", "fakesink"],
                                     capture_output=True, text=True, timeout=60)

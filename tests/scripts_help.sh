@@ -62,6 +62,13 @@ expect 0 "name=cam1 camera=cam1 host=b port=9 max-rate=200000000" \
 expect 0 "host=fd00::5 port=9 max-rate" \
   pipelines/server.sh --rig "$rig" --cameras "cam0=[fd00::5]:9 cam1=[fd00::6]" --dry-run
 expect 1 "an IPv6 address needs brackets" pipelines/server.sh --rig "$rig" --cameras "cam0=fd00::5 cam1=b"
+expect 1 "--clock is 'ntp'" pipelines/server.sh --rig "$rig" --cameras "cam0=a cam1=b" --clock ntp
+expect 0 "polyhull-run --clock ptp:5 hullbuild" \
+  pipelines/server.sh --rig "$rig" --cameras "cam0=a cam1=b" --clock ptp:5 --dry-run
+expect 0 "polyhull-run --clock ptp videotestsrc" \
+  pipelines/capture.sh --camera cam0 --source videotestsrc --server ptp --dry-run
+expect 0 "polyhull-run --clock ptp:5 videotestsrc" \
+  pipelines/capture.sh --camera cam0 --source videotestsrc --server ptp:5 --dry-run
 expect 1 "--silhouette needs --certificate" pipelines/server.sh --rig "$rig" --cameras "cam0=a cam1=b" --silhouette sigma=1
 expect 0 'clock \[fd00::1\]:7480 videotestsrc' \
   pipelines/capture.sh --camera cam0 --source videotestsrc --server "[fd00::1]" --dry-run

@@ -19,8 +19,9 @@
 
 #include "base/stopwatch.h"
 #include "plugins/common/elements_in.h"
-#include "run_clock.h"
-#include "run_profile.h"
+#include "run/clock.h"
+#include "run/clock_watch.h"
+#include "run/profile.h"
 #include "studio/studio_file.h"
 #include "text_file.h"
 
@@ -50,7 +51,9 @@ struct Run {
   std::optional<polyhull::StudioFile> studio;
   std::string studio_path;  // where live changes are saved
   polyhull::Stopwatch watch;
-  double next_progress = 10.0;  // seconds since start
+  double next_progress = 10.0;      // seconds since start
+  std::optional<ClockWatch> clock;  // that of another machine
+  double next_look = 0.0;           // at it, seconds since start
 };
 
 void print_message(const char* kind, GstMessage* message, GError* error, const char* debug) {
@@ -118,6 +121,18 @@ bool save_if_requested(Run& run) {
   }
 }
 
+// Once a second; what cannot go on is said.
+void look_at_clock(Run& run) {
+  if (!run.clock || run.watch.seconds() < run.next_look) return;
+  run.next_look = run.watch.seconds() + 1.0;
+  try {
+    run.clock->look();
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "\npolyhull-run: %s\n", error.what());
+    run.failed = true;
+  }
+}
+
 // Runs until the end of the stream or an error.
 void run_to_end(Run& run) {
   g_autoptr(GstBus) bus = gst_element_get_bus(run.pipeline);
@@ -131,6 +146,10 @@ void run_to_end(Run& run) {
                                     GST_MESSAGE_LATENCY));
     save_if_requested(run);
     if (end_requests > 1) return;
+    if (!run.failed) {
+      look_at_clock(run);
+      if (run.failed) return;
+    }
     if (end_requests > 0 && !ending) {
       ending = true;
       std::fprintf(stderr, "\npolyhull-run: ending the stream; again to stop at once\n");
@@ -285,6 +304,7 @@ void report(const Run& run, double wall, double cpu, const std::string& json_pat
   json["frames"] = frames;
   const double rate = span > 0.0 ? static_cast<double>(frames - 1) / span : 0.0;
   json["frames_per_second"] = rate;
+  if (run.clock) json["clock_losses"] = run.clock->losses();
   std::printf(
       "\n%llu frames in %.2f s, %.1f frames per second after the first; processor time %.2f s\n",
       static_cast<unsigned long long>(frames), wall, rate, cpu);
@@ -328,7 +348,8 @@ int main(int argc, char** argv) {
                  "clock's")
       ->check(CLI::Range(1, 65535));
   app.add_option("--clock", clock_server,
-                 "HOST:PORT of a machine that gives its clock; running time is that clock's")
+                 "HOST:PORT of a machine that gives its clock, or ptp or ptp:DOMAIN for the "
+                 "network's PTP clock; running time is that clock's")
       ->excludes("--clock-server");
   CLI11_PARSE(app, argc, argv);
 
@@ -357,6 +378,10 @@ int main(int argc, char** argv) {
   GstObject* clock_provider = nullptr;
   try {
     clock_provider = share_clock(run.pipeline, clock_port, clock_server);
+    if (!clock_server.empty()) {
+      g_autoptr(GstClock) clock = gst_pipeline_get_pipeline_clock(GST_PIPELINE(run.pipeline));
+      run.clock.emplace(clock, clock_server);
+    }
   } catch (const std::exception& failure) {
     std::fprintf(stderr, "polyhull-run: %s\n", failure.what());
     gst_object_unref(run.pipeline);
@@ -371,6 +396,7 @@ int main(int argc, char** argv) {
   const bool reported = run.failed || report_all(run, wall, process_cpu_seconds() - cpu, json_path);
   save_requested = save_requested || save_at_end;
   const bool saved = save_if_requested(run);
+  run.clock.reset();
   gst_element_set_state(run.pipeline, GST_STATE_NULL);
   gst_object_unref(run.pipeline);
   gst_clear_object(&clock_provider);

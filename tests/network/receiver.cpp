@@ -19,7 +19,7 @@
 #include <vector>
 
 #include "studio/cameras/stamp.h"
-#include "tools/run_clock.h"
+#include "tools/run/clock.h"
 #include "wire/mesh_payload.h"
 
 namespace {

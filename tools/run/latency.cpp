@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "run_latency.h"
+#include "run/latency.h"
 
 #include <algorithm>
 #include <numeric>

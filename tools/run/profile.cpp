@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #define GST_USE_UNSTABLE_API
-#include "run_profile.h"
+#include "run/profile.h"
 
 #include <gst/gsttracer.h>
 #include <time.h>

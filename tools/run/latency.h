@@ -24,8 +24,8 @@ struct LatencyReport {
   std::size_t frames = 0;
   double minimum = 0.0, median = 0.0, maximum = 0.0, mean = 0.0;
   std::map<std::string, double> shares;  ///< by element, on average over the frames
-  double other_cameras = 0.0;            ///< from the first camera's picture to the last, on average
-  std::set<std::string> cameras;         ///< where the pictures came from
+  double other_cameras = 0.0;     ///< from the first camera's picture to the last, on average
+  std::set<std::string> cameras;  ///< where the pictures came from
 };
 
 /// Follows buffers. Not for two threads at once.

@@ -12,7 +12,7 @@
 #include <map>
 #include <string>
 
-#include "run_latency.h"
+#include "run/latency.h"
 
 namespace polyhull {
 
