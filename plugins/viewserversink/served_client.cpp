@@ -45,6 +45,9 @@ void ServedClient::end(ClientEnd why, std::string reason) {
     ended_ = why;
     reason_ = std::move(reason);
     queue_.clear();
+    // What waits on the socket ends at once, TLS's goodbye included: it would wait for the client.
+    // Under the lock, before which nobody who sees the end closes it.
+    g_socket_shutdown(g_socket_connection_get_socket(connection_.get()), TRUE, TRUE, nullptr);
   }
   g_cancellable_cancel(cancel_.get());
   changed_.notify_all();
@@ -108,19 +111,21 @@ bool ServedClient::write(GOutputStream* output, GstBuffer* packet) {
 }
 
 void ServedClient::serve(const TlsIdentity& identity) {
+  // Lasts beyond end(): before, its closing would wait for a client that takes nothing.
+  GRef<GIOStream> secured;
   try {
-    serve_all(identity);
+    serve_all(identity, secured);
   } catch (const std::exception& why) {
     end(ClientEnd::closed, why.what());
   }
 }
 
-void ServedClient::serve_all(const TlsIdentity& identity) {
-  GRef<GIOStream> secured;
+void ServedClient::serve_all(const TlsIdentity& identity, GRef<GIOStream>& secured) {
   if (identity) {
     GError* error = nullptr;
     secured = identity.server(G_IO_STREAM(connection_.get()));
-    if (!g_tls_connection_handshake(G_TLS_CONNECTION(secured.get()), cancel_.get(), &error)) {
+    // end() shuts its socket down: not every version of GIO's TLS can be cancelled here.
+    if (!g_tls_connection_handshake(G_TLS_CONNECTION(secured.get()), nullptr, &error)) {
       const bool late = g_error_matches(error, G_IO_ERROR, G_IO_ERROR_TIMED_OUT);
       end(late ? ClientEnd::late : ClientEnd::refused, take_message(error));
       return;

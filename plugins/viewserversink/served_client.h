@@ -69,7 +69,7 @@ class ServedClient {
 
  private:
   void serve(const TlsIdentity& identity);
-  void serve_all(const TlsIdentity& identity);
+  void serve_all(const TlsIdentity& identity, GRef<GIOStream>& secured);
   void write_all(GOutputStream* output);
   bool write(GOutputStream* output, GstBuffer* packet);
   void end(ClientEnd why, std::string reason);
