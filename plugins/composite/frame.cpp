@@ -354,6 +354,9 @@ void FrameComposer::reset() {
   failed_scene_.reset();
   frame_ = {};
   plan_ = {};
+  lens_ = {};
+  through_lens_ = {};
+  number_ = 0;
   forget_motion();
 }
 

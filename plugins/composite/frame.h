@@ -59,7 +59,7 @@ class FrameComposer {
                const std::vector<GstAggregatorPad*>& meshes, bool on_gpu);
 
   /// Whether the background is the result as it is.
-  bool untouched() const { return plan_.untouched() && !lens_.finishes(); }
+  bool untouched() const { return plan_.untouched() && !lens_.finishes(plan_); }
 
   /// How many meshes were left out because their vertices are not finite or too far away.
   int unusable() const { return plan_.unusable; }

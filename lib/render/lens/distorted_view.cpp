@@ -42,6 +42,22 @@ void check(const Camera& camera) {
 
 }  // namespace
 
+/// The cells with a corner that the lens's model has no place for. \p real_of is the way back.
+template <typename Map>
+void DistortedView::find_lost(const Map& real_of) {
+  lost_.assign(
+      static_cast<std::size_t>(to_pinhole_.columns) * static_cast<std::size_t>(to_pinhole_.rows),
+      0);
+  for (int j = 0; j <= to_pinhole_.rows; ++j)
+    for (int i = 0; i <= to_pinhole_.columns; ++i) {
+      if (glm::length(real_of(to_pinhole_.at(i, j)) - Vec2(cell * i, cell * j)) < 1e-3) continue;
+      for (int row = std::max(j - 1, 0); row <= std::min(j, to_pinhole_.rows - 1); ++row)
+        for (int column = std::max(i - 1, 0); column <= std::min(i, to_pinhole_.columns - 1);
+             ++column)
+          lost_[static_cast<std::size_t>(row * to_pinhole_.columns + column)] = 1;
+    }
+}
+
 /// The camera whose picture holds all that the viewport shows.
 void DistortedView::lay_out(const Camera& viewport) {
   const Lens lens(viewport);
@@ -70,8 +86,9 @@ void DistortedView::lay_out(const Camera& viewport) {
   const auto moved = [&](const Vec2& ideal) { return scale * (ideal - low); };
   to_pinhole_ = grid_of(viewport.width, viewport.height,
                         [&](const Vec2& real) { return moved(lens.undistort(real)); });
-  to_picture_ = grid_of(pinhole_.width, pinhole_.height,
-                        [&](const Vec2& p) { return lens.distort(p / scale + low); });
+  const auto real_of = [&](const Vec2& p) { return lens.distort(p / scale + low); };
+  to_picture_ = grid_of(pinhole_.width, pinhole_.height, real_of);
+  find_lost(real_of);
 }
 
 /// The nodes beyond the border: outside of the picture the inverse need not be smooth.
@@ -114,7 +131,10 @@ bool DistortedView::set(const Camera& viewport) {
   const bool same = active_ && viewport.K == viewport_.K && viewport.width == viewport_.width &&
                     viewport.height == viewport_.height &&
                     viewport.distortion == viewport_.distortion;
-  if (!same) lay_out(viewport);
+  if (!same) {
+    make_alike();  // and so they stay, whatever size they get
+    lay_out(viewport);
+  }
   viewport_ = viewport;
   pinhole_.R = viewport.R;
   pinhole_.t = viewport.t;
@@ -166,12 +186,34 @@ void DistortedView::for_runs(const Grid& grid, const Rectangle& part, const Work
       });
 }
 
+/// \p part and what a pixel that shows some of it is computed from, within the overscan.
+Rectangle DistortedView::grown(const Rectangle& part) const {
+  constexpr int reach = 4;
+  if (part.empty()) return {};
+  const int left = std::max(part.x - reach, 0), top = std::max(part.y - reach, 0);
+  return {left, top, std::min(part.x + part.width + reach, pinhole_.width) - left,
+          std::min(part.y + part.height + reach, pinhole_.height) - top};
+}
+
+/// Takes out of drawn_ what was drawn.
+void DistortedView::make_alike() {
+  for (int y = written_.y; y < written_.y + written_.height; ++y) {
+    const std::size_t at =
+        4 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(pinhole_.width) +
+             static_cast<std::size_t>(written_.x));
+    std::memcpy(&drawn_[at], &before_[at], 4 * static_cast<std::size_t>(written_.width));
+  }
+  written_ = {};
+}
+
 void DistortedView::take(const std::uint8_t* picture, int stride, const Rectangle& part) {
+  make_alike();
   const std::size_t row = static_cast<std::size_t>(this->stride());
   before_.resize(row * static_cast<std::size_t>(pinhole_.height));
   drawn_.resize(before_.size());
   const lens::PictureSource from{picture, stride, viewport_.width, viewport_.height};
-  for_runs(to_picture_, part, [&](int x, int y, int, int, const lens::PlaceRun& run) {
+  written_ = part;
+  for_runs(to_picture_, grown(part), [&](int x, int y, int, int, const lens::PlaceRun& run) {
     const std::size_t at = row * static_cast<std::size_t>(y) + 4 * static_cast<std::size_t>(x);
     loops().resample(from, run, &before_[at]);
     std::memcpy(&drawn_[at], &before_[at], 4 * static_cast<std::size_t>(run.count));
@@ -208,6 +250,7 @@ std::shared_ptr<const DepthPicture> DistortedView::take(const DepthPicture& dept
 
 /// Whether any pixel of the cell shows something of \p part.
 bool DistortedView::touches(const Rectangle& part, int i, int j) const {
+  if (lost_[static_cast<std::size_t>(j * to_pinhole_.columns + i)]) return false;
   const Vec2 a = to_pinhole_.at(i, j), b = to_pinhole_.at(i + 1, j), c = to_pinhole_.at(i, j + 1),
              d = to_pinhole_.at(i + 1, j + 1);
   // Two pixels for the cubics, and what a side can be bent.
@@ -239,16 +282,6 @@ void DistortedView::give(const Rectangle& changed, std::uint8_t* target, int str
           from, before_.data(), run,
           target + static_cast<std::ptrdiff_t>(y) * stride + 4 * std::ptrdiff_t{x});
   });
-}
-
-void DistortedView::give_all(std::uint8_t* target, int stride) const {
-  const lens::PictureSource from{drawn_.data(), this->stride(), pinhole_.width, pinhole_.height};
-  for_runs(to_pinhole_, {0, 0, viewport_.width, viewport_.height},
-           [&](int x, int y, int, int, const lens::PlaceRun& run) {
-             loops().resample(
-                 from, run,
-                 target + static_cast<std::ptrdiff_t>(y) * stride + 4 * std::ptrdiff_t{x});
-           });
 }
 
 Vec2 DistortedView::place(int x, int y) const {

@@ -19,7 +19,8 @@
 ///
 /// The overscan picture has the focal length, in pixels, of D and up to `most_pixels` times D's
 /// pixels; a lens that would ask for more is drawn more coarsely. u and distort are exact at every
-/// eighth pixel and cubic in between.
+/// eighth pixel and cubic in between. Where the model of a lens turns back, pixels at the picture's rim
+/// have no u; they stay D(d), in cells of eight pixels.
 #pragma once
 
 #include <cstdint>
@@ -44,7 +45,8 @@ class DistortedView {
   const Camera& pinhole() const { return pinhole_; }
 
   /// Takes what \p part (pinhole pixels) shows of \p picture, RGBA rows \p stride bytes apart, into
-  /// before() and drawn(); what lies beside it there is not defined.
+  /// before() and drawn(), with what the cubics reach beside it. Beyond that both are alike, of frames
+  /// before. Until the next time drawn() may be written within \p part alone.
   void take(const std::uint8_t* picture, int stride, const Rectangle& part);
 
   /// What the pinhole's picture shows of \p depth, which is of the picture, of its size or another: to
@@ -62,9 +64,6 @@ class DistortedView {
   /// Brings drawn(), which differs from before() within \p changed alone, into \p target, which holds
   /// the picture that was taken; only pixels that change are written.
   void give(const Rectangle& changed, std::uint8_t* target, int stride) const;
-
-  /// Brings all of drawn() into \p target.
-  void give_all(std::uint8_t* target, int stride) const;
 
   /// The pinhole's pixel that the picture's pixel (x, y) shows, as drawing takes it.
   Vec2 place(int x, int y) const;
@@ -88,6 +87,10 @@ class DistortedView {
   template <typename Map>
   static Grid grid_of(int width, int height, const Map& map);
   void lay_out(const Camera& viewport);
+  template <typename Map>
+  void find_lost(const Map& real_of);
+  void make_alike();
+  Rectangle grown(const Rectangle& part) const;
   bool touches(const Rectangle& part, int i, int j) const;
   template <typename Work>
   static void for_runs(const Grid& grid, const Rectangle& part, const Work& work);
@@ -95,6 +98,8 @@ class DistortedView {
   bool active_ = false;
   Camera viewport_, pinhole_;
   Grid to_pinhole_, to_picture_;
+  std::vector<char> lost_;  // cells of to_pinhole_, row by row, with a corner that has no place
+  Rectangle written_;       // where drawn_ need not be as before_
   std::vector<std::uint8_t> before_, drawn_;
 };
 

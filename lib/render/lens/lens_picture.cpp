@@ -36,7 +36,7 @@ void LensPicture::set(RenderFrame& frame, const ViewportLens& lens, const Camera
     shutter_ = {resized(*before, frame.width, frame.height), lens.shutter, lens.still_background};
     moves_ = MotionBlur::moves(resized(frame.viewport, frame.width, frame.height), shutter_);
   }
-  if (frame.viewport.distortion.empty() && !finishes()) {
+  if (frame.viewport.distortion.empty() && !wanted()) {
     distorted_.set(frame.viewport);
     return;
   }
@@ -45,7 +45,9 @@ void LensPicture::set(RenderFrame& frame, const ViewportLens& lens, const Camera
   frame.viewport = distorted_.pinhole();
   frame.width = frame.viewport.width;
   frame.height = frame.viewport.height;
-  if (frame.depth) frame.depth = distorted_.take(*frame.depth);
+  // Without subjects and blur nobody asks for it.
+  if (frame.depth && (wanted() || !frame.subjects.empty()))
+    frame.depth = distorted_.take(*frame.depth);
   // The overscan's pixels are those of a pinhole's picture, moved and scaled.
   shutter_.before.K = frame.viewport.K * glm::inverse(viewport_.K) * shutter_.before.K;
 }
@@ -77,16 +79,17 @@ void LensPicture::blur(const RenderFrame& frame, const RenderPlan& plan,
   depths_.set(frame, plan);
   const Camera camera = resized(frame.viewport, frame.width, frame.height);
   SharpPictures sharp{scene_.data(), full, stride};
-  if (DepthOfField::wanted(lens_)) {
+  const bool moving = moves(plan);
+  if (focuses(plan)) {
     std::uint8_t* focused = target;
     int focused_stride = target_stride;
-    if (moves_) {
+    if (moving) {
       focused_.resize(scene_.size());
       focused = focused_.data();
       focused_stride = stride;
     }
     depth_of_field_.apply(camera, lens_, depths_, sharp, focused, focused_stride);
-    if (!moves_) return;
+    if (!moving) return;
     // What the subject hides comes out from behind it.
     const std::uint8_t* behind = focused;
     if (full != scene_.data()) {
@@ -103,7 +106,7 @@ void LensPicture::blur(const RenderFrame& frame, const RenderPlan& plan,
 void LensPicture::draw(const RenderFrame& frame, const RenderPlan& plan, std::uint64_t number,
                        const std::uint8_t* background, int background_stride, std::uint8_t* target,
                        int target_stride, const Compose& compose) {
-  const bool blurred = blurs();
+  const bool blurred = blurs(plan);
   if (!distorted_.active()) {
     if (blurred)
       blur(frame, plan, background, background_stride, target, target_stride, compose);
@@ -113,18 +116,16 @@ void LensPicture::draw(const RenderFrame& frame, const RenderPlan& plan, std::ui
     // A mirror shows what may lie anywhere in the picture.
     const Camera& pinhole = distorted_.pinhole();
     const Rectangle all{0, 0, pinhole.width, pinhole.height};
-    distorted_.take(background, background_stride,
-                    blurred || plan.mirror_index >= 0 ? all : plan.changed());
+    const Rectangle changed = blurred ? all : plan.changed();
+    distorted_.take(background, background_stride, plan.mirror_index >= 0 ? all : changed);
     const std::uint8_t* before = distorted_.before();
     std::uint8_t* drawn = distorted_.drawn();
     const int stride = distorted_.stride();
-    if (blurred) {
+    if (blurred)
       blur(frame, plan, before, stride, drawn, stride, compose);
-      distorted_.give_all(target, target_stride);
-    } else {
+    else
       compose(plan, before, stride, drawn, stride);
-      distorted_.give(plan.changed(), target, target_stride);
-    }
+    distorted_.give(changed, target, target_stride);
   }
   if (Sensor::wanted(lens_)) sensor_.finish(lens_, viewport_, number, target, target_stride);
 }

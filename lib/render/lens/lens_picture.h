@@ -34,13 +34,13 @@ class LensPicture {
   void set(RenderFrame& frame, const ViewportLens& lens, const Camera* before = nullptr);
 
   /// Whether anything is to be done; else the renderer draws alone.
-  bool active() const { return distorted_.active() || finishes(); }
+  bool active() const { return distorted_.active() || wanted(); }
 
   /// Whether the viewport moves while the shutter is open, so that it is seen.
   bool moves() const { return moves_; }
 
-  /// Whether pixels change that RenderPlan::changed() does not name.
-  bool finishes() const { return Sensor::wanted(lens_) || blurs(); }
+  /// Whether pixels change that RenderPlan::changed() of \p plan does not name.
+  bool finishes(const RenderPlan& plan) const { return Sensor::wanted(lens_) || blurs(plan); }
 
   /// Renderer::render() with the frame as set() left it.
   using Compose =
@@ -57,7 +57,15 @@ class LensPicture {
             int target_stride, const Compose& compose);
 
  private:
-  bool blurs() const { return DepthOfField::wanted(lens_) || moves_; }
+  bool wanted() const { return Sensor::wanted(lens_) || DepthOfField::wanted(lens_) || moves_; }
+  // Where the subject alone is blurred, one has to be in the picture.
+  bool focuses(const RenderPlan& plan) const {
+    return DepthOfField::wanted(lens_) && !(lens_.subject_only && plan.subject.empty());
+  }
+  bool moves(const RenderPlan& plan) const {
+    return moves_ && !(lens_.still_background && plan.subject.empty());
+  }
+  bool blurs(const RenderPlan& plan) const { return focuses(plan) || moves(plan); }
   void blur(const RenderFrame& frame, const RenderPlan& plan, const std::uint8_t* background,
             int background_stride, std::uint8_t* target, int target_stride, const Compose& compose);
 

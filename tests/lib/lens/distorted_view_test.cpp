@@ -107,7 +107,6 @@ TEST(DistortedView, HoldsOutAgainstAbsurdLenses) {
     view.take(picture.data(), 4 * 97, all);
     for (int i = 0; i < all.width * all.height; ++i) view.drawn()[4 * i] ^= 1;
     view.give(all, picture.data(), 4 * 97);
-    view.give_all(picture.data(), 4 * 97);
   }
 }
 
@@ -176,6 +175,68 @@ TEST(DistortedView, WritesOnlyWhatChanges) {
       }
     EXPECT_GE(changed, 1);
   }
+}
+
+// What was drawn before, elsewhere or by a lens of another size, is not to be seen.
+TEST(DistortedView, RemembersNothing) {
+  for (const std::vector<double>& k : lenses()) {
+    const Camera camera = camera_with(k, 323, 181);
+    DistortedView used;
+    std::mt19937 random(9);
+    for (unsigned frame = 0; frame < 12; ++frame) {
+      const Camera zoomed = camera_with(k, 323, 181, frame % 3 == 2 ? 60.0 : 70.0);
+      const std::vector<std::uint8_t> picture = noise(zoomed, 100 + frame);
+      std::vector<std::uint8_t> targets[2] = {picture, picture};
+      DistortedView fresh;
+      DistortedView* const views[2] = {&used, &fresh};
+      const unsigned seed = random();
+      for (int i = 0; i < 2; ++i) {
+        DistortedView& view = *views[i];
+        ASSERT_TRUE(view.set(zoomed));
+        std::mt19937 same(seed);
+        const int width = view.pinhole().width, height = view.pinhole().height;
+        Rectangle part{static_cast<int>(same() % static_cast<unsigned>(width - 40)),
+                       static_cast<int>(same() % static_cast<unsigned>(height - 40)), 40, 40};
+        if (frame % 4 == 1) part = {0, 0, width, height};
+        view.take(picture.data(), 4 * 323, part);
+        for (int y = part.y; y < part.y + part.height; ++y)
+          for (int x = part.x; x < part.x + part.width; ++x)
+            if (same() % 3 == 0) view.drawn()[view.stride() * y + 4 * x] = 200;
+        view.give(part, targets[i].data(), 4 * 323);
+      }
+      EXPECT_EQ(targets[0], targets[1]) << frame;
+      EXPECT_NE(targets[0], picture) << frame;
+    }
+  }
+}
+
+// A barrel lens whose model turns back within the picture.
+TEST(DistortedView, LeavesPixelsWithoutAPlaceAlone) {
+  const Camera camera = camera_with({-0.3, 0, 0, 0}, 320, 180, 80.0);
+  DistortedView view;
+  ASSERT_TRUE(view.set(camera));
+  const Lens lens(camera);
+  const std::vector<std::uint8_t> picture = noise(camera, 7);
+  std::vector<std::uint8_t> target = picture;
+  const Rectangle all{0, 0, view.pinhole().width, view.pinhole().height};
+  view.take(picture.data(), 4 * 320, all);
+  for (int i = 0; i < all.width * all.height; ++i) view.drawn()[4 * i] ^= 255;
+  view.give(all, target.data(), 4 * 320);
+  int without = 0, drawn = 0;
+  for (int y = 0; y < 180; ++y)
+    for (int x = 0; x < 320; ++x) {
+      const Vec2 real(x, y);
+      const std::size_t at = 4 * (static_cast<std::size_t>(y) * 320 + static_cast<std::size_t>(x));
+      const bool same = std::equal(&target[at], &target[at] + 4, &picture[at]);
+      if (glm::length(lens.distort(lens.undistort(real)) - real) > 1e-2) {
+        ++without;
+        EXPECT_TRUE(same) << x << ", " << y;
+      } else {
+        drawn += !same;
+      }
+    }
+  EXPECT_GT(without, 1000);
+  EXPECT_GT(drawn, 20'000);
 }
 
 // ---- against rays through the real lens
