@@ -257,6 +257,9 @@ class SharedClock(unittest.TestCase):
         program = subprocess.Popen([PROGRAM, "--quiet", "--brief", "--clock", f"127.0.0.1:{server.port}", *options,
                                     *"videotestsrc is-live=true ! fakesink".split()], stdout=subprocess.DEVNULL,
                                    stderr=subprocess.PIPE, text=True)
+        watchdog = threading.Timer(30, program.kill)
+        watchdog.start()
+        self.addCleanup(watchdog.cancel)
         self.addCleanup(program.communicate)
         self.addCleanup(program.kill)
         wait_until_it_takes(program, signal.SIGINT)  # which it does once it plays

@@ -48,10 +48,10 @@ std::vector<SetView> views_of(HullBuild& self, const Pads& pads, const ViewDecis
     const bool fresh = set.time == no_time || state.held_time == no_time ||
                        set.time - state.held_time <= static_cast<std::int64_t>(settings.hold_time);
     const Camera* camera = self.stage.rig().find(name);
-    const bool here = std::any_of(views.begin(), views.end(),
-                                  [&](const SetView& view) { return view.camera == name; });
-    if (!fresh || here || camera == nullptr || camera->width != held.width ||
-        camera->height != held.height)
+    if (std::any_of(views.begin(), views.end(),
+                    [&](const SetView& view) { return view.camera == name; }))
+      continue;
+    if (!fresh || camera == nullptr || camera->width != held.width || camera->height != held.height)
       continue;
     views.push_back({name, state.held.get()});
     self.statistics.count("views-held");
