@@ -21,6 +21,7 @@
 #include <vector>
 
 #include "base/vector.h"
+#include "track/timecode.h"
 
 namespace polyhull::opentrackio {
 
@@ -45,6 +46,11 @@ struct Placed {
 /// As `transforms` and `lens.entrancePupilOffset` say; without transforms the origin. Refuses a
 /// transform that scales.
 Placed placed(const nlohmann::json& root);
+
+/// `timing.timecode`, whose `subFrame` is one of as many as `timing.sampleRate` has samples in a frame,
+/// else of two, as fields are; none where there is none that could be one, as senders have that know of
+/// no video.
+std::optional<Timecode> timecode(const nlohmann::json& root);
 
 /// OpenCV's coefficients of `lens.distortion` for a focal length of \p f mm; empty where the list is
 /// empty or missing; none where no model of it is "Brown-Conrady U-D", or `distortionOffset` is not 0,

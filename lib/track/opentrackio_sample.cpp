@@ -69,6 +69,7 @@ Json parse(const OpenTrackIOBytes& sample) {
 }
 
 void set_times(TrackedPose& pose, const Json& root) {
+  pose.timecode = opentrackio::timecode(root);
   if (!pose.sequence) {
     if (const Json* sequence = find(root, "/timing/sequenceNumber")) {
       if (!sequence->is_number_unsigned()) throw broken("timing.sequenceNumber must be whole");

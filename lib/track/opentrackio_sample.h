@@ -5,8 +5,8 @@
 /// pinholeFocalLength` and `.projectionOffset` (mm), `.entrancePupilOffset` (metres along the view),
 /// `.distortion` (of the model "Brown-Conrady U-D" around the centre of projection; others are passed
 /// over), `.focusDistance` (metres) and `.fStop`, `static.camera.
-/// activeSensorPhysicalDimensions` (mm), `timing.sequenceNumber` and `.sampleTimestamp`, `sourceId`
-/// and `sourceNumber`. Whatever else a sample holds is passed over.
+/// activeSensorPhysicalDimensions` (mm), `timing.sequenceNumber`, `.sampleTimestamp` and `.timecode`,
+/// `sourceId` and `sourceNumber`. Whatever else a sample holds is passed over.
 #pragma once
 
 #include "track/opentrackio_segments.h"
