@@ -591,7 +591,7 @@ TEST(AnnouncementHistory, IsBounded) {
     EXPECT_LE(history.bytes(), AnnouncementHistory::most_bytes);
     EXPECT_NE(history.at(time), nullptr);
   }
-  history.begin_again(0, 1);
+  history.begin_again(0, 0);
   EXPECT_EQ(history.size(), 0u);
   EXPECT_EQ(history.bytes(), 0u);
 }
