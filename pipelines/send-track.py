@@ -30,7 +30,15 @@ def freed(camera, pan, tilt, place):
     return packet + bytes([(0x40 - sum(packet)) & 0xFF])
 
 
-def opentrackio(number, pan, tilt, place, sequence, taken):
+def timecode(seconds, rate):
+    """From 00:00:00:00 on, as timecodestamper's."""
+    frame = int(seconds * rate + 1e-6)
+    return {"hours": frame // rate // 3600 % 24, "minutes": frame // rate // 60 % 60,
+            "seconds": frame // rate % 60, "frames": frame % rate,
+            "frameRate": {"num": rate, "denom": 1}}
+
+
+def opentrackio(number, pan, tilt, place, sequence, taken, code):
     """A packet with a header: degrees, metres, seconds; pan grows to the left."""
     x, y, z = place
     sample = {
@@ -42,6 +50,8 @@ def opentrackio(number, pan, tilt, place, sequence, taken):
         "lens": {"pinholeFocalLength": 20.7},
         "transforms": [{"translation": {"x": x, "y": y, "z": z},
                         "rotation": {"pan": -pan, "tilt": tilt, "roll": 0}}]}
+    if code:
+        sample["timing"]["timecode"] = code
     payload = json.dumps(sample).encode()
     header = b"OTrk" + struct.pack(">BBHIH", 0, 1, sequence & 0xFFFF, 0, 0x8000 | len(payload))
     return header + struct.pack(">H", fletcher16(header + payload)) + payload
@@ -55,6 +65,8 @@ def main():
     parser.add_argument("--port", type=int, default=40000)
     parser.add_argument("--camera", type=int, default=1, help="number of the camera, 1 to 200")
     parser.add_argument("--rate", type=float, default=100, help="packets per second")
+    parser.add_argument("--timecode", type=int, default=0, metavar="RATE",
+                        help="adds timecodes of so many whole frames a second (OpenTrackIO)")
     parser.add_argument("--seconds", type=float, default=60, help="how long it sends")
     parser.add_argument("--speed", type=float, default=30, help="degrees per second on the circle")
     parser.add_argument("--radius", type=float, default=2.7, help="metres")
@@ -74,7 +86,8 @@ def main():
         place = (options.radius * math.sin(math.radians(angle)),
                  -options.radius * math.cos(math.radians(angle)), options.height)
         packet = freed(options.camera, pan, tilt, place) if options.protocol == "freed" else \
-            opentrackio(options.camera, pan, tilt, place, count, taken + count / options.rate)
+            opentrackio(options.camera, pan, tilt, place, count, taken + count / options.rate,
+                        options.timecode and timecode(count / options.rate, options.timecode))
         sender.sendto(packet, (options.to, options.port))
 
 

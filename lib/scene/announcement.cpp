@@ -30,6 +30,7 @@ json numbers(const Vec3f& v) {
 
 constexpr int largest_side = 32768;  // pixels
 constexpr std::size_t most_lights = 1024;
+constexpr std::size_t longest_name = 4096;  // bytes
 
 /// Many values end up as float.
 double finite_number(const json& value, const char* name) {
@@ -69,6 +70,13 @@ double length_of(const json& object, const char* name) {
   return length;
 }
 
+std::string name_of(const json& value, const char* name) {
+  std::string text = value.get<std::string>();
+  if (text.size() > longest_name)
+    throw broken(fmt::format("'{}' must have at most {} bytes", name, longest_name));
+  return text;
+}
+
 int side_of(const json& object, const char* name) {
   const double pixels = finite_number(member(object, name), name);
   if (!(pixels >= 1.0 && pixels <= largest_side))
@@ -101,7 +109,7 @@ json camera_to_json(const Camera& camera) {
 Camera camera_from_json(const json& object) {
   if (!object.is_object()) throw broken("'viewport' must be an object");
   Camera camera;
-  camera.name = object.value("name", "viewport");
+  camera.name = name_of(object.value("name", json("viewport")), "name");
   camera.width = side_of(object, "width");
   camera.height = side_of(object, "height");
   camera.K = from_rows(array_of<9>(object, "K"));
@@ -157,14 +165,14 @@ Announcement announcement_of(const json& root) {
   try {
     Announcement announcement;
     announcement.viewport = camera_from_json(member(root, "viewport"));
-    announcement.scene = member(root, "scene").get<std::string>();
+    announcement.scene = name_of(member(root, "scene"), "scene");
     const json& lights = member(root, "lights");
     if (!lights.is_array() || lights.size() > most_lights)
       throw broken(fmt::format("'lights' must be a list of at most {}", most_lights));
     for (const json& object : lights) {
       if (!object.is_object()) throw broken("each light must be an object");
       Light light;
-      light.name = object.value("name", "");
+      light.name = name_of(object.value("name", json("")), "name");
       light.centre = vector_of(object, "centre");
       light.u = vector_of(object, "u");
       light.v = vector_of(object, "v");

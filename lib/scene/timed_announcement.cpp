@@ -47,6 +47,14 @@ void read_timecode(const json& root, TimedAnnouncement& timed) {
   timed.timecode_denominator = rate[1].get<int>();
 }
 
+std::size_t bytes_of(const Announcement& announcement) {
+  std::size_t bytes = sizeof(AnnouncementHistory::Entry) + announcement.scene.size() +
+                      announcement.viewport.name.size() +
+                      announcement.lights.size() * sizeof(Light);
+  for (const Light& light : announcement.lights) bytes += light.name.size();
+  return bytes;
+}
+
 }  // namespace
 
 TimedAnnouncement parse_timed_announcement(std::string_view text) {
@@ -65,18 +73,30 @@ std::int64_t time_difference(std::int64_t a, std::int64_t b, std::int64_t period
   return ahead < period / 2 ? ahead : ahead - period;
 }
 
+template <typename Which>
+void AnnouncementHistory::erase(Which which) {
+  std::erase_if(entries_, [&](const Entry& entry) {
+    if (!which(entry)) return false;
+    bytes_ -= entry.bytes;
+    return true;
+  });
+}
+
 void AnnouncementHistory::add(std::int64_t time, Announcement announcement) {
   if (last_after(time) > near) ++run_;
-  std::erase_if(entries_, [&](const Entry& entry) { return entry.time == time; });
-  entries_.push_back({time, std::move(announcement), run_});
-  if (entries_.size() > most) entries_.pop_front();
+  erase([&](const Entry& entry) { return entry.time == time; });
+  const std::size_t bytes = bytes_of(announcement);
+  entries_.push_back({time, std::move(announcement), run_, bytes});
+  bytes_ += bytes;
+  while (entries_.size() > most || (bytes_ > most_bytes && entries_.size() > 1)) {
+    bytes_ -= entries_.front().bytes;
+    entries_.pop_front();
+  }
 }
 
 void AnnouncementHistory::begin_again(std::int64_t time, std::uint64_t run) {
   if (run_ == run) ++run_;  // messages are yet to jump
-  std::erase_if(entries_, [&](const Entry& entry) {
-    return entry.run < run_ && difference(entry.time, time) >= 0;
-  });
+  erase([&](const Entry& entry) { return entry.run < run_ && difference(entry.time, time) >= 0; });
 }
 
 const AnnouncementHistory::Entry* AnnouncementHistory::at(std::int64_t time) const {
@@ -97,11 +117,14 @@ bool AnnouncementHistory::reaches(std::int64_t time) const {
          (entries_.size() >= 2 && later(entries_.back()) && later(*std::next(entries_.rbegin())));
 }
 
-std::size_t AnnouncementHistory::since(std::int64_t time) const {
+bool AnnouncementHistory::is_crowded(std::int64_t time) const {
   const Entry* held = at(time);
-  const auto is_held = [&](const Entry& entry) { return &entry == held; };
-  return static_cast<std::size_t>(std::find_if(entries_.rbegin(), entries_.rend(), is_held) -
-                                  entries_.rbegin());
+  std::size_t count = 0, bytes = 0;
+  for (auto entry = entries_.rbegin(); entry != entries_.rend() && &*entry != held; ++entry) {
+    ++count;
+    bytes += entry->bytes;
+  }
+  return count > most / 2 || bytes > most_bytes / 2;
 }
 
 std::int64_t AnnouncementHistory::last_after(std::int64_t time) const {

@@ -39,6 +39,7 @@ std::int64_t time_difference(std::int64_t a, std::int64_t b, std::int64_t period
 class AnnouncementHistory {
  public:
   static constexpr std::size_t most = 1024;  ///< kept; the one that came first goes
+  static constexpr std::size_t most_bytes = std::size_t{32} << 20;  ///< that they have together
   /// What is farther away than this, ns, need not be of the same run of the clock.
   static constexpr std::int64_t near = 2'000'000'000;
 
@@ -49,6 +50,7 @@ class AnnouncementHistory {
     std::int64_t time = 0;
     Announcement announcement;
     std::uint64_t run = 0;  ///< how often times had jumped back when it came
+    std::size_t bytes = 0;  ///< that it has
   };
 
   /// Takes \p announcement, in whatever order they come; of two with one time the later counts.
@@ -65,8 +67,9 @@ class AnnouncementHistory {
   /// hold from later on: then none can be waited for.
   bool reaches(std::int64_t time) const;
 
-  /// How many came after the one that holds at \p time; all, where none does.
-  std::size_t since(std::int64_t time) const;
+  /// Whether so many came after the one that holds at \p time (all, where none does), half of what is
+  /// kept, that it may soon have to go.
+  bool is_crowded(std::int64_t time) const;
 
   /// How much later than \p time the one is that came last; 0: none did.
   std::int64_t last_after(std::int64_t time) const;
@@ -77,11 +80,16 @@ class AnnouncementHistory {
   }
 
   std::size_t size() const { return entries_.size(); }
+  std::size_t bytes() const { return bytes_; }
 
  private:
+  template <typename Which>
+  void erase(Which which);
+
   std::int64_t period_;
   std::uint64_t run_ = 0;      // of what comes
   std::deque<Entry> entries_;  // as they came
+  std::size_t bytes_ = 0;      // of all
 };
 
 }  // namespace polyhull

@@ -91,6 +91,15 @@ std::vector<double> as_fitted(const Json& model, double f, const Vec2& reach,
   return *last.coefficients;
 }
 
+/// The whole number from 0 to \p most at \p path; none where there is none.
+std::optional<int> whole(const Json& root, const char* path, int most) {
+  const Json* value = find(root, path);
+  if (!value || !value->is_number_unsigned()) return {};
+  const std::uint64_t number = value->get<std::uint64_t>();
+  if (number > static_cast<std::uint64_t>(most)) return {};
+  return static_cast<int>(number);
+}
+
 }  // namespace
 
 const Json* find(const Json& root, const char* path) {
@@ -150,6 +159,30 @@ std::optional<double> squeeze(const Json& root) {
   const double result = above && below ? *above / *below : 0.0;
   if (!(result > 0.0) || !std::isfinite(result))
     throw broken("static.camera.anamorphicSqueeze must have num and denom above 0");
+  return result;
+}
+
+std::optional<Timecode> timecode(const Json& root) {
+  const auto part = [&](const char* path) {
+    return whole(root, path, Timecode::most_rate).value_or(-1);
+  };
+  Timecode result;
+  result.hours = part("/timing/timecode/hours");
+  result.minutes = part("/timing/timecode/minutes");
+  result.seconds = part("/timing/timecode/seconds");
+  result.frames = part("/timing/timecode/frames");
+  result.numerator = part("/timing/timecode/frameRate/num");
+  result.denominator = part("/timing/timecode/frameRate/denom");
+  if (const Json* drops = find(root, "/timing/timecode/dropFrame"); drops && drops->is_boolean())
+    result.drops = drops->get<bool>();
+  if (!time_of(result, false)) return {};
+  if (const auto sub = whole(root, "/timing/timecode/subFrame", 9999); sub && *sub > 0) {
+    const double samples = part("/timing/sampleRate/num"), of = part("/timing/sampleRate/denom");
+    const double in_frame = samples / of * result.denominator / result.numerator;
+    const bool told = samples > 0 && of > 0 && in_frame < 10000.0;
+    result.part = *sub;
+    result.parts = std::max(told ? static_cast<int>(std::lround(in_frame)) : 2, *sub + 1);
+  }
   return result;
 }
 

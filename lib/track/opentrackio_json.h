@@ -25,6 +25,7 @@
 
 #include "base/vector.h"
 #include "track/inverse_distortion.h"
+#include "track/timecode.h"
 
 namespace polyhull::opentrackio {
 
@@ -53,6 +54,11 @@ Placed placed(const nlohmann::json& root);
 /// The height over the width of a square's image on the sensor (`static.camera.anamorphicSqueeze`): 2
 /// for a lens that squeezes by 2; none where it is not told.
 std::optional<double> squeeze(const nlohmann::json& root);
+
+/// `timing.timecode`, whose `subFrame` is one of as many as `timing.sampleRate` has samples in a frame,
+/// else of two, as fields are; none where there is none that could be one, as senders have that know of
+/// no video.
+std::optional<Timecode> timecode(const nlohmann::json& root);
 
 /// OpenCV's coefficients of `lens.distortion` for a focal length of \p f mm; empty where the list is
 /// empty or missing. Those of "Brown-Conrady U-D" where it is there; else of "Brown-Conrady D-U", of

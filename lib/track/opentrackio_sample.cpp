@@ -101,6 +101,7 @@ void set_sequence(TrackedPose& pose, const Json& root) {
 }
 
 void set_times(TrackedPose& pose, const Json& root) {
+  pose.timecode = opentrackio::timecode(root);
   const Json* seconds = find(root, "/timing/sampleTimestamp/seconds");
   if (!seconds) return;
   const Json* nanoseconds = find(root, "/timing/sampleTimestamp/nanoseconds");

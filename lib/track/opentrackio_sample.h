@@ -5,8 +5,9 @@
 /// scales), `lens.pinholeFocalLength` and `.projectionOffset` (mm), `.entrancePupilOffset` (metres
 /// along the view), `.distortion` (of the model "Brown-Conrady U-D" or "D-U" around the centre of
 /// projection), `.focusDistance` (metres) and `.fStop`, `static.camera.
-/// activeSensorPhysicalDimensions` (mm) and `.anamorphicSqueeze`, `timing.sequenceNumber` and
-/// `.sampleTimestamp`, `sourceId` and `sourceNumber`. Whatever else a sample holds is passed over.
+/// activeSensorPhysicalDimensions` (mm) and `.anamorphicSqueeze`, `timing.sequenceNumber`,
+/// `.sampleTimestamp` and `.timecode`, `sourceId` and `sourceNumber`. Whatever else a sample holds is
+/// passed over.
 #pragma once
 
 #include <map>

@@ -2,6 +2,7 @@
 #include "track/pose_message.h"
 
 #include <cmath>
+#include <cstdio>
 #include <nlohmann/json.hpp>
 
 #include "base/error.h"
@@ -15,7 +16,7 @@ using Json = nlohmann::json;
 
 constexpr const char* format = "polyhull-camera";
 constexpr int version = 1;
-constexpr double most_prediction = 10e9;
+constexpr double longest_duration = 10e9;  // ns
 
 Error broken(const std::string& what) {
   return Error(Error::Kind::bad_input, "A camera's message cannot be used: {}.", what);
@@ -56,6 +57,60 @@ std::vector<double> distortion(const Json& root) {
   return result;
 }
 
+/// ns; 0 where there is none.
+std::int64_t duration(const Json& root, const char* name) {
+  const auto found = root.find(name);
+  if (found == root.end()) return 0;
+  const double value = finite(*found, name);
+  if (!(value >= 0.0 && value <= longest_duration))
+    throw broken(fmt::format("'{}' must be between 0 and 10 s", name));
+  return static_cast<std::int64_t>(value);
+}
+
+void write_timecode(const Timecode& t, Json& out) {
+  out["timecode"] = fmt::format("{:02}:{:02}:{:02}:{:02}", t.hours, t.minutes, t.seconds, t.frames);
+  out["timecode_rate"] = {t.numerator, t.denominator};
+  if (t.drops) out["timecode_drops"] = *t.drops;
+  if (t.parts > 1) out["timecode_part"] = {t.part, t.parts};
+}
+
+/// Two whole numbers; none where there is nothing.
+std::optional<std::array<int, 2>> pair(const Json& root, const char* name) {
+  const auto found = root.find(name);
+  if (found == root.end()) return {};
+  std::array<int, 2> result{};
+  const bool two = found->is_array() && found->size() == 2;
+  for (std::size_t i = 0; i < 2; ++i) {
+    if (!two || !(*found)[i].is_number_unsigned() ||
+        (*found)[i].get<std::uint64_t>() > Timecode::most_rate)
+      throw broken(
+          fmt::format("'{}' must be two whole numbers from 0 to {}", name, Timecode::most_rate));
+    result[i] = (*found)[i].get<int>();
+  }
+  return result;
+}
+
+std::optional<Timecode> timecode(const Json& root) {
+  const auto found = root.find("timecode");
+  if (found == root.end()) return {};
+  Timecode result;
+  const std::string text = found->is_string() ? found->get<std::string>() : "";
+  char tail = 0;
+  const bool is_text = std::sscanf(text.c_str(), "%2d:%2d:%2d:%7d%c", &result.hours,
+                                   &result.minutes, &result.seconds, &result.frames, &tail) == 4;
+  const auto rate = pair(root, "timecode_rate");
+  if (rate) result.numerator = (*rate)[0], result.denominator = (*rate)[1];
+  if (const auto part = pair(root, "timecode_part"))
+    result.part = (*part)[0], result.parts = (*part)[1];
+  if (const auto drops = root.find("timecode_drops"); drops != root.end() && drops->is_boolean())
+    result.drops = drops->get<bool>();
+  if (!is_text || !rate || !time_of(result, false))
+    throw broken(
+        "'timecode' must be as \"10:00:00:00\", and exist at so many frames a second as "
+        "'timecode_rate' says");
+  return result;
+}
+
 void check_rotation(const Mat3& R) {
   if (!(rotation_error(R) < 1e-6)) throw broken("'R' is not a rotation");
 }
@@ -80,6 +135,8 @@ std::string pose_message_to_json(const PoseMessage& message) {
   if (message.pose.focus_distance_m) out["focus_distance_m"] = *message.pose.focus_distance_m;
   if (message.pose.f_number) out["f_number"] = *message.pose.f_number;
   if (message.prediction_ns > 0) out["prediction_ns"] = message.prediction_ns;
+  if (message.pose.timecode) write_timecode(*message.pose.timecode, out);
+  if (message.timecode_lag_ns > 0) out["timecode_lag_ns"] = message.timecode_lag_ns;
   // Names may hold any bytes; JSON must be UTF-8.
   return out.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
@@ -106,12 +163,9 @@ PoseMessage parse_pose_message(std::string_view text) {
   message.pose.distortion = distortion(root);
   message.pose.focus_distance_m = length(root, "focus_distance_m");
   message.pose.f_number = length(root, "f_number");
-  if (const auto found = root.find("prediction_ns"); found != root.end()) {
-    const double prediction = finite(*found, "prediction_ns");
-    if (!(prediction >= 0.0 && prediction <= most_prediction))
-      throw broken("'prediction_ns' must be between 0 and 10 s");
-    message.prediction_ns = static_cast<std::int64_t>(prediction);
-  }
+  message.prediction_ns = duration(root, "prediction_ns");
+  message.pose.timecode = timecode(root);
+  message.timecode_lag_ns = duration(root, "timecode_lag_ns");
   return message;
 }
 

@@ -13,8 +13,9 @@
 namespace polyhull {
 
 struct PoseMessage {
-  TrackedPose pose;                ///< its sequence and capture time are not sent
-  std::int64_t prediction_ns = 0;  ///< how far motion goes on after this pose where none follows
+  TrackedPose pose;                  ///< its sequence and capture time are not sent
+  std::int64_t prediction_ns = 0;    ///< how far motion goes on after this pose where none follows
+  std::int64_t timecode_lag_ns = 0;  ///< how much earlier than its timecode says the pose was true
 };
 
 std::string pose_message_to_json(const PoseMessage& message);

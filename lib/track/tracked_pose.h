@@ -13,6 +13,7 @@
 
 #include "base/vector.h"
 #include "rig/camera.h"
+#include "track/timecode.h"
 
 namespace polyhull {
 
@@ -21,6 +22,7 @@ struct TrackedPose {
       source;  ///< who sends: "freed 3", or an OpenTrackIO source's identifier; may be empty
   std::optional<std::uint16_t> sequence;        ///< grows by one a packet, modulo 65536
   std::optional<std::int64_t> capture_time_ns;  ///< by the sender's clock, from that clock's epoch
+  std::optional<Timecode> timecode;             ///< of the video frame that the sender saw it by
   Vec3 place{0.0};  ///< the entrance pupil in the tracker's world, metres
   Mat3 axes{1.0};   ///< columns: the camera's right, forward and up in the tracker's world
   std::optional<double> focal_length_mm;   ///< the pinhole model's

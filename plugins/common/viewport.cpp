@@ -51,6 +51,10 @@ std::span<const Property<ViewportSettings>> viewport_properties() {
   return table;
 }
 
+std::span<const Property<ViewportSettings>> distortion_properties() {
+  return viewport_properties().last(5);
+}
+
 bool navigate(GstEvent* event, ViewportControl& control, int height) {
   gdouble x = 0, y = 0, dx = 0, dy = 0;
   gint button = 0;

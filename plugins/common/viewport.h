@@ -32,6 +32,9 @@ struct ViewportSettings {
 /// One row per property of ViewportSettings.
 std::span<const Property<ViewportSettings>> viewport_properties();
 
+/// Those of the lens's distortion among them.
+std::span<const Property<ViewportSettings>> distortion_properties();
+
 /// Takes a navigation event; true: the view changes. \p height: of the picture that the mouse is
 /// on, pixels. The caller holds the lock that protects \p control.
 bool navigate(GstEvent* event, ViewportControl& control, int height);

@@ -141,7 +141,11 @@ std::span<const Property<ViewportSettings>> old_viewport_properties() {
 Camera scene_viewport(const SceneSettings& settings, const ViewportControl& control,
                       const std::optional<TrackedPose>& tracked, const Scene& scene, double seconds,
                       int width, int height) {
-  if (tracked) return camera_of(*tracked, width, height, settings.field_of_view);
+  if (tracked) {
+    Camera camera = camera_of(*tracked, width, height, settings.field_of_view);
+    if (camera.distortion.empty()) camera.distortion = settings.distortion();
+    return camera;
+  }
   double fov = settings.field_of_view;
   ViewportPose pose = settings.pose();
   Vec3 up(0, 1, 0);

@@ -109,9 +109,9 @@ GstPadProbeReturn announce(GstPad* pad, GstPadProbeInfo*, gpointer data) {
 std::optional<TrackedPose> tracked_at(SceneSrc& self, GstBaseSrc* source, GstClockTime pts) {
   const guint64 time = gst_segment_to_running_time(&source->segment, GST_FORMAT_TIME, pts);
   if (!GST_CLOCK_TIME_IS_VALID(time)) return {};
-  return self.track.at(static_cast<std::int64_t>(time), gst_base_src_is_live(source)
-                                                            ? std::optional<std::int64_t>(0)
-                                                            : std::nullopt);
+  return self.track.at({static_cast<std::int64_t>(time)}, gst_base_src_is_live(source)
+                                                              ? std::optional<std::int64_t>(0)
+                                                              : std::nullopt);
 }
 
 GstFlowReturn create(GstPushSrc* push, GstBuffer** out) {
@@ -182,7 +182,7 @@ GstFlowReturn create(GstPushSrc* push, GstBuffer** out) {
 
 /// Mouse and keys; and a seek, which is the track's, too.
 bool SceneSrc::take(GstBaseSrc* source, GstEvent* event) {
-  if (GST_EVENT_TYPE(event) == GST_EVENT_SEEK) track.push_upstream(gst_event_ref(event));
+  if (GST_EVENT_TYPE(event) == GST_EVENT_SEEK) track.seek(gst_event_ref(event));
   if (GST_EVENT_TYPE(event) != GST_EVENT_NAVIGATION) return false;
   const ObjectLock lock(source);
   navigate(event, control, info.height);
@@ -209,8 +209,11 @@ gboolean unlock(GstBaseSrc* source) {
   return TRUE;
 }
 
+/// Also where a seek's flush ends: no frame is being made.
 gboolean unlock_stop(GstBaseSrc* source) {
-  state_of<SceneSrc>(source).track.unlock(false);
+  CameraTrack& track = state_of<SceneSrc>(source).track;
+  track.video_flushed();
+  track.unlock(false);
   return TRUE;
 }
 

@@ -146,7 +146,8 @@ std::optional<TrackInput::Timed> TrackInput::take(const Datagram& datagram,
       statistics_.warn(element_, "times-unusable", wrong_clock);
     if (taken) {
       const std::int64_t time = *track_.end();
-      timed = {time - track_.lag_ns(), *track_.at(time)};
+      timed = {time - track_.lag_ns(), *track_.at(time), track_.lag_ns()};
+      timed->pose.timecode = pose->timecode;  // not that of one of those that were averaged
       heard_ = datagram.time_ns;
       silent_ = false;
     }

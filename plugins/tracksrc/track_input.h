@@ -33,6 +33,7 @@ class TrackInput {
   struct Timed {
     std::int64_t time = 0;  ///< ns, may be below 0
     TrackedPose pose;
+    std::int64_t lag = 0;  ///< by how much earlier than its timecode says it was true, ns
   };
   /// The pose that \p datagram brings, if it does. What is wrong with it is counted and said.
   /// \p base_time is what the pipeline's clock showed when running time was 0, where that is known.

@@ -187,6 +187,7 @@ GstFlowReturn create(GstPushSrc* push, GstBuffer** out) {
     PoseMessage message{pose->pose};
     message.prediction_ns =
         static_cast<std::int64_t>(snapshot(self.element, self.settings).prediction);
+    message.timecode_lag_ns = pose->lag;
     const std::string json = pose_message_to_json(message);
     *out = gst_buffer_new_memdup(json.data(), json.size());
     // A pose that was true before the stream began holds at its begin.

@@ -14,6 +14,8 @@ namespace {
 
 /// Frames that wait: of files until they are asked for, live ones until later ones have come.
 constexpr std::size_t most_of_files = 4, most_live = 64;
+/// What live ones may have together: 15 of 2160p. A decoder may have lent them.
+constexpr std::size_t most_bytes = std::size_t{256} << 20;
 /// What is farther away need not be of the same run of the clock.
 constexpr std::int64_t soon = GST_SECOND;
 
@@ -84,11 +86,28 @@ bool DepthInput::is_silent(std::int64_t time) {
   return !ended_ && difference(time, *heard_) > GST_SECOND;
 }
 
-/// Takes what is within \p tolerance of \p time; what is older than that goes.
-BufferRef DepthInput::find(std::int64_t time, std::int64_t tolerance,
+std::size_t DepthInput::waiting_bytes() const {
+  std::size_t bytes = 0;
+  for (const Arrived& frame : arrived_) bytes += frame.info.size;
+  return bytes;
+}
+
+/// Half of how long the frame lasts, or the depth's if those are shorter, of which one that is nearer
+/// may be yet to come.
+std::int64_t DepthInput::tolerance_for(std::int64_t duration) const {
+  const int numerator = GST_VIDEO_INFO_FPS_N(&info_), denominator = GST_VIDEO_INFO_FPS_D(&info_);
+  if (numerator <= 0 || denominator <= 0) return duration / 2;
+  const auto own =
+      static_cast<std::int64_t>(gst_util_uint64_scale_int(GST_SECOND, denominator, numerator));
+  return std::min(duration, own) / 2;
+}
+
+/// Takes the nearest that is within half of \p duration of \p time; what is older than that goes.
+BufferRef DepthInput::find(std::int64_t time, std::int64_t duration,
                            std::optional<std::int64_t> longest, GstVideoInfo& info,
                            bool& newly_lost) {
   Lock lock(mutex_);
+  const std::int64_t tolerance = tolerance_for(duration);
   if (longest) {
     const bool was_lost = std::exchange(lost_, is_silent(time));
     if (lost_) longest = 0;
@@ -101,16 +120,17 @@ BufferRef DepthInput::find(std::int64_t time, std::int64_t tolerance,
     clear_before(time - tolerance, false);
     return reaches(time - tolerance);
   });
-  for (auto frame = arrived_.begin(); frame != arrived_.end(); ++frame) {
-    if (std::abs(difference(frame->time, time)) > tolerance) continue;
-    info = frame->info;
-    BufferRef found(gst_buffer_ref(frame->buffer.get()));
-    // It stays: the frame after may be shown again.
-    arrived_.erase(arrived_.begin(), frame);
-    changed_.notify_all();
-    return found;
-  }
-  return nullptr;
+  const auto apart = [&](const Arrived& frame) { return std::abs(difference(frame.time, time)); };
+  const auto nearest =
+      std::min_element(arrived_.begin(), arrived_.end(),
+                       [&](const Arrived& a, const Arrived& b) { return apart(a) < apart(b); });
+  if (nearest == arrived_.end() || apart(*nearest) > tolerance) return nullptr;
+  info = nearest->info;
+  BufferRef found(gst_buffer_ref(nearest->buffer.get()));
+  // It stays: the frame after may be shown again.
+  arrived_.erase(arrived_.begin(), nearest);
+  changed_.notify_all();
+  return found;
 }
 
 std::shared_ptr<const DepthPicture> DepthInput::at(GstBuffer* frame, const GstSegment& segment,
@@ -126,7 +146,7 @@ std::shared_ptr<const DepthPicture> DepthInput::at(GstBuffer* frame, const GstSe
     const std::scoped_lock lock(mutex_);
     period_ = period_of_frame(frame, match);
   }
-  const BufferRef found = time ? find(*time, duration / 2, longest, info, newly_lost) : nullptr;
+  const BufferRef found = time ? find(*time, duration, longest, info, newly_lost) : nullptr;
   if (newly_lost)
     statistics_.warn(element_, "depth-losses",
                      "At the pad depth nothing has come for a second: frames go on without, and "
@@ -176,7 +196,8 @@ GstFlowReturn DepthInput::take(BufferRef buffer) {
   if (held != GST_FLOW_OK) return held;
   has_come_ = true;
   arrived_.push_back({*time, std::move(buffer), info_});
-  if (arrived_.size() > most_live) arrived_.pop_front();
+  while (arrived_.size() > most_live || (arrived_.size() > 1 && waiting_bytes() > most_bytes))
+    arrived_.pop_front();
   changed_.notify_all();
   return GST_FLOW_OK;
 }

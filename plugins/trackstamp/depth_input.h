@@ -31,8 +31,8 @@ class DepthInput final : public SidePad {
   DepthInput(GstElement* element, Statistics& statistics,
              std::function<SceneInputSettings()> settings);
 
-  /// The depth of \p frame, of \p segment, \p duration ns long (0: not known): the frame that is no
-  /// more than half of that away, whose largest value stands for \p near metres; null where there is
+  /// The depth of \p frame, of \p segment, \p duration ns long (0: not known): the nearest frame that
+  /// is no more than half of that away, or half of its own, whose largest value stands for \p near metres; null where there is
   /// none. Waits for it, but at most \p longest ns (none: as long as it takes).
   std::shared_ptr<const DepthPicture> at(GstBuffer* frame, const GstSegment& segment,
                                          std::int64_t duration, std::optional<std::int64_t> longest,
@@ -49,9 +49,11 @@ class DepthInput final : public SidePad {
   GstFlowReturn take(BufferRef buffer) override;
   bool hear_caps(GstCaps* caps) override;
   void forget() override;
-  BufferRef find(std::int64_t time, std::int64_t tolerance, std::optional<std::int64_t> longest,
+  BufferRef find(std::int64_t time, std::int64_t duration, std::optional<std::int64_t> longest,
                  GstVideoInfo& info, bool& newly_lost);
   bool reaches(std::int64_t time) const;
+  std::size_t waiting_bytes() const;
+  std::int64_t tolerance_for(std::int64_t duration) const;
   void clear_before(std::int64_t time, bool jumped);
   bool is_silent(std::int64_t time);
   std::int64_t difference(std::int64_t a, std::int64_t b) const {

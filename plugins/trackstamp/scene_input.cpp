@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "plugins/trackstamp/scene_input.h"
 
+#include <gst/net/gstnetaddressmeta.h>
+
 #include <utility>
 
 #include "base/error.h"
@@ -62,13 +64,17 @@ std::optional<std::string> SceneInput::judge(const AnnouncementHistory::Entry* e
   if (!first_) first_ = time;
   const std::int64_t age = history_.difference(time, entry != nullptr ? entry->time : *first_);
   // What waits at the pad is there, and is not to hold yet.
-  const bool comes = live_ || (video_live_ && history_.last_after(time) <= 0);
+  const std::int64_t ahead = history_.last_after(time);
+  const bool of_another_time = entry == nullptr && ahead > AnnouncementHistory::near;
+  const bool comes = live_ || (video_live_ && (ahead <= 0 || of_another_time));
   const bool old = comes && !ended_ && age > silence;
   statistics_.count(entry != nullptr && !old ? "frames-announced" : "frames-unannounced");
   const bool was_lost = std::exchange(lost_, old);
   if (!old || was_lost) return {};
   const std::string look =
-      begun_ > 0
+      of_another_time
+          ? fmt::format("What waits there holds {:.1f} s later", 1e-9 * static_cast<double>(ahead))
+      : begun_ > 0
           ? fmt::format("{} bytes have come without a line feed, with which each message ends",
                         begun_)
           : "See whether the sender is there";
@@ -190,9 +196,11 @@ GstFlowReturn SceneInput::split(const std::string& bytes, std::optional<std::int
 bool SceneInput::is_ahead() const {
   // They hold from when they come.
   if (match_ == SceneMatch::arrival && video_live_) return false;
-  if (!asked_) return history_.size() > AnnouncementHistory::most / 2;
-  return history_.reaches(wanted_) && (history_.last_after(*asked_) > most_ahead ||
-                                       history_.since(*asked_) > AnnouncementHistory::most / 2);
+  if (!asked_)
+    return history_.size() > AnnouncementHistory::most / 2 ||
+           history_.bytes() > AnnouncementHistory::most_bytes / 2;
+  return history_.reaches(wanted_) &&
+         (history_.last_after(*asked_) > most_ahead || history_.is_crowded(*asked_));
 }
 
 GstFlowReturn SceneInput::take(BufferRef buffer) {
@@ -205,7 +213,11 @@ GstFlowReturn SceneInput::take(BufferRef buffer) {
     arrival = running_time(buffer.get());
   }
   if (!arrival && settings_().match == SceneMatch::arrival) arrival = video_now_();
-  return split(bytes, arrival);
+  if (gst_buffer_get_net_address_meta(buffer.get()) == nullptr) return split(bytes, arrival);
+  // A datagram, whole or not, leaves nothing to the next one.
+  end();
+  too_long_ = false;
+  return split(bytes + "\n", arrival);
 }
 
 void SceneInput::begin() {

@@ -156,6 +156,11 @@ std::optional<std::int64_t> time_of_frame(GstBuffer* frame, const GstSegment& se
   return time == no_time ? std::nullopt : std::optional(time);
 }
 
+bool drops_timecodes(GstBuffer* frame) {
+  const GstVideoTimeCodeMeta* meta = gst_buffer_get_video_time_code_meta(frame);
+  return meta != nullptr && (meta->tc.config.flags & GST_VIDEO_TIME_CODE_FLAGS_DROP_FRAME) != 0;
+}
+
 std::int64_t period_of_frame(GstBuffer* frame, SceneMatch match) {
   if (match != SceneMatch::timecode || timecode_of(frame) == no_time) return 0;
   const GstVideoTimeCodeConfig& config = gst_buffer_get_video_time_code_meta(frame)->tc.config;

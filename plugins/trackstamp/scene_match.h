@@ -44,6 +44,9 @@ std::int64_t time_of_message(const TimedAnnouncement& message, SceneMatch match,
 std::optional<std::int64_t> time_of_frame(GstBuffer* frame, const GstSegment& segment,
                                           SceneMatch match);
 
+/// Whether the count of \p frame's timecodes leaves numbers out.
+bool drops_timecodes(GstBuffer* frame);
+
 /// After which that clock begins at 0 again, ns; 0: never, or \p frame does not tell.
 std::int64_t period_of_frame(GstBuffer* frame, SceneMatch match);
 

@@ -18,8 +18,8 @@
 #include "plugins/common/live/live_pad.h"
 #include "plugins/common/memory/depth_meta.h"
 #include "plugins/common/transform.h"
-#include "plugins/common/viewport.h"
 #include "plugins/trackstamp/depth_input.h"
+#include "plugins/trackstamp/properties.h"
 #include "plugins/trackstamp/scene_input.h"
 #include "scene/announcement.h"
 #include "scene/drawable.h"
@@ -31,10 +31,6 @@ namespace {
 
 using namespace polyhull;
 using namespace polyhull::element;
-
-struct Settings {
-  double field_of_view = ViewportSettings{}.field_of_view;
-};
 
 struct TrackStamp {
   static constexpr char type_name[] = "PolyhullTrackStamp";
@@ -53,24 +49,25 @@ struct TrackStamp {
   void look_through(const TrackedPose& pose);
   void announce(std::optional<Announcement> scene, std::optional<TrackedPose> pose);
   std::int64_t wait_for_scene() const;
-  std::int64_t wait_for_pose() const { return behind + frame; }
+  std::int64_t wait_for_pose() const;
   std::int64_t latency() const;
   void tell_latency();
   void property_set(gpointer, std::string_view name);
   std::optional<std::int64_t> left(GstClockTime running_time, std::int64_t longest) const;
+  std::optional<TrackMoment> moment_of(GstBuffer* buffer) const;
   void take_announcement(GstEvent* event);
 
-  Settings settings;                  // under the object lock
+  TrackStampSettings settings;        // under the object lock
   SceneInputSettings scene_settings;  // likewise
   GstBaseTransform* element;
   Statistics statistics{"trackstamp-stats"};
   CameraTrack track;
   SceneInput scene;
   DepthInput depth;
-  std::atomic<bool> live{false};              // the video
-  std::atomic<std::int64_t> late{0};          // how late it comes by what its source says, ns
-  std::atomic<std::int64_t> frame{0};         // how long one lasts, ns
-  std::atomic<std::int64_t> behind{0};        // how much later than frames poses come, ns
+  std::atomic<bool> live{false};        // the video
+  std::atomic<std::int64_t> late{0};    // how late it comes by what its source says, ns
+  std::atomic<std::int64_t> frame{0};   // how long one lasts, ns
+  std::atomic<std::int64_t> behind{0};  // how much later than frames poses come, ns, or before
   std::atomic<std::int64_t> told_latency{0};  // ns
   std::atomic<bool> say_again{false};
   // The streaming thread's.
@@ -80,15 +77,6 @@ struct TrackStamp {
   Announcement tracked;        // camera and lens of the last pose, for this size of picture
   std::string announced;
 };
-
-std::span<const Property<Settings>> properties() {
-  static const Property<Settings> table[] = {property<&Settings::field_of_view>(
-      "field-of-view", "Field of view",
-      "Angle from the lower to the upper edge of the picture, in degrees (1 to 170), where the "
-      "track does not tell the lens.",
-      1, 170)};
-  return table;
-}
 
 /// What \p pad's other side says of its latency, ns; nullopt: it is not live.
 std::optional<std::int64_t> latency_at(GstPad* pad) {
@@ -103,7 +91,8 @@ std::optional<std::int64_t> latency_at(GstPad* pad) {
 
 TrackStamp::TrackStamp(gpointer object)
     : element(GST_BASE_TRANSFORM(object)),
-      track(GST_ELEMENT_CAST(object), statistics),
+      track(GST_ELEMENT_CAST(object), statistics,
+            [this] { return snapshot(element, settings).match; }),
       scene(
           GST_ELEMENT_CAST(object), statistics,
           [this] { return snapshot(element, scene_settings); }, [this] { return arrival(); }),
@@ -126,7 +115,7 @@ void TrackStamp::begin_segment() {
   const auto video = latency_at(element->sinkpad), of_poses = latency_at(poses);
   live = video.has_value();
   late = video.value_or(0);
-  behind = std::max<std::int64_t>(0, of_poses.value_or(0) - video.value_or(0));
+  behind = of_poses.value_or(0) - video.value_or(0);
 }
 
 /// The running time; none before there is a clock.
@@ -145,6 +134,11 @@ std::int64_t TrackStamp::wait_for_scene() const {
   return static_cast<std::int64_t>(snapshot(element, scene_settings).wait);
 }
 
+std::int64_t TrackStamp::wait_for_pose() const {
+  const std::int64_t later = behind - snapshot(element, settings).delay;
+  return std::max<std::int64_t>(0, later) + frame;
+}
+
 /// By how much frames of live video may leave later than they come, ns.
 std::int64_t TrackStamp::latency() const {
   const bool by_arrival = snapshot(element, scene_settings).match == SceneMatch::arrival;
@@ -160,7 +154,7 @@ void TrackStamp::tell_latency() {
 }
 
 void TrackStamp::property_set(gpointer, std::string_view name) {
-  if (name.starts_with("scene-")) tell_latency();
+  if (name.starts_with("scene-") || name.starts_with("track-")) tell_latency();
 }
 
 /// How long the frame of \p running_time may wait for what comes up to \p longest later: live video
@@ -188,8 +182,9 @@ void TrackStamp::take_announcement(GstEvent* event) {
 /// Takes the camera of \p pose; one that nothing can be drawn with leaves the one before.
 void TrackStamp::look_through(const TrackedPose& pose) {
   try {
-    const Camera camera =
-        camera_of(pose, width, height, snapshot(element, settings).field_of_view, pixel_aspect);
+    const TrackStampSettings now = snapshot(element, settings);
+    Camera camera = camera_of(pose, width, height, now.field_of_view, pixel_aspect);
+    if (camera.distortion.empty()) camera.distortion = now.distortion();
     check_viewport(camera);
     check_projection(camera);
     tracked.viewport = camera;
@@ -202,11 +197,12 @@ void TrackStamp::look_through(const TrackedPose& pose) {
   }
 }
 
-/// Says what is true from the next frame on, unless it was said already.
+/// Says what is true from the next frame on, unless it was said already. Where a frame has no pose of
+/// its own, the tracked camera stays where it was.
 void TrackStamp::announce(std::optional<Announcement> scene, std::optional<TrackedPose> pose) {
   Announcement announcement = scene ? std::move(*scene) : from_upstream;
   if (pose) look_through(*pose);
-  if (pose && tracked.viewport.width > 0) {
+  if (track.linked() && tracked.viewport.width > 0) {
     announcement.viewport = tracked.viewport;
     announcement.aperture = tracked.aperture;
     announcement.focus_distance = tracked.focus_distance;
@@ -222,6 +218,17 @@ void TrackStamp::announce(std::optional<Announcement> scene, std::optional<Track
       gst_event_new_custom(GST_EVENT_CUSTOM_DOWNSTREAM_STICKY,
                            gst_structure_new("polyhull-announcement", "json", G_TYPE_STRING,
                                              announced.c_str(), nullptr)));
+}
+
+/// When \p buffer's camera is to be looked up in the track; none where it does not tell.
+std::optional<TrackMoment> TrackStamp::moment_of(GstBuffer* buffer) const {
+  const TrackStampSettings now = snapshot(element, settings);
+  const bool by_timecode = now.match == TrackMatch::timecode;
+  const SceneMatch match = by_timecode ? SceneMatch::timecode : SceneMatch::arrival;
+  const auto time = time_of_frame(buffer, element->segment, match);
+  if (!time) return {};
+  return TrackMoment{*time - now.delay, now.match, period_of_frame(buffer, match),
+                     by_timecode && drops_timecodes(buffer)};
 }
 
 GstFlowReturn stamp(GstBaseTransform* base, GstBuffer* buffer) {
@@ -240,15 +247,19 @@ GstFlowReturn stamp(GstBaseTransform* base, GstBuffer* buffer) {
                           scene ? scene->depth_near : 0.0))
       set_depth(buffer, std::move(depth));
     if (self.track.unlocked()) return GST_FLOW_FLUSHING;
-    if (!GST_CLOCK_TIME_IS_VALID(time)) {
-      self.statistics.warn(GST_ELEMENT(base), "frames-untimed",
-                           "A frame has no time, so it is not known where the tracked camera was: "
-                           "the one of the frame before stays. Let its source give times.");
-      if (scene) self.announce(std::move(scene), {});
-      return GST_FLOW_OK;
+    const std::optional<TrackMoment> moment = self.moment_of(buffer);
+    std::optional<TrackedPose> pose;
+    if (moment) {
+      pose = self.track.at(*moment, self.left(time, self.wait_for_pose()));
+    } else if (self.track.linked()) {
+      const bool by_timecode = snapshot(self.element, self.settings).match == TrackMatch::timecode;
+      self.statistics.warn(
+          GST_ELEMENT(base), "frames-untimed",
+          fmt::format("A frame {}, so it is not known where the tracked camera was: the one of the "
+                      "frame before stays.{}",
+                      missing_in_frames(by_timecode ? SceneMatch::timecode : SceneMatch::arrival),
+                      by_timecode ? "" : " Let its source give times."));
     }
-    const std::optional<TrackedPose> pose =
-        self.track.at(static_cast<std::int64_t>(time), self.left(time, self.wait_for_pose()));
     if (self.track.unlocked()) return GST_FLOW_FLUSHING;
     self.announce(std::move(scene), pose);
     return GST_FLOW_OK;
@@ -299,23 +310,31 @@ gboolean sink_event(GstBaseTransform* base, GstEvent* event) {
   if (GST_EVENT_TYPE(event) == GST_EVENT_FLUSH_START) self.unlock(true);
   if (GST_EVENT_TYPE(event) == GST_EVENT_FLUSH_STOP) {
     self.unlock(false);
+    self.track.video_flushed();
     self.scene.video_flushed();
     self.depth.video_flushed();
     self.say_again = true;
   }
-  if (GST_EVENT_TYPE(event) == GST_EVENT_SEGMENT) self.begin_segment();
+  if (GST_EVENT_TYPE(event) == GST_EVENT_SEGMENT) {
+    self.track.video_flushed();  // nor is a frame to come of before where a seek has not flushed
+    self.begin_segment();
+  }
   return GST_BASE_TRANSFORM_CLASS(parent_class<TrackStamp>())->sink_event(base, event);
 }
 
 /// A seek is the track's and the messages', too.
 gboolean src_event(GstBaseTransform* base, GstEvent* event) {
   TrackStamp& self = state_of<TrackStamp>(base);
-  if (GST_EVENT_TYPE(event) == GST_EVENT_SEEK) {
-    self.track.push_upstream(gst_event_ref(event));
+  const bool seeks = GST_EVENT_TYPE(event) == GST_EVENT_SEEK;
+  if (seeks) {
+    self.track.seek(gst_event_ref(event));
     self.scene.rewind();
     self.depth.push_upstream(gst_event_ref(event));
   }
-  return GST_BASE_TRANSFORM_CLASS(parent_class<TrackStamp>())->src_event(base, event);
+  const gboolean taken =
+      GST_BASE_TRANSFORM_CLASS(parent_class<TrackStamp>())->src_event(base, event);
+  if (seeks && !taken) self.track.seek_failed();
+  return taken;
 }
 
 /// A frame of a live stream may wait until its poses are there, and a frame more, or by scene-wait.
@@ -339,6 +358,7 @@ gboolean start(GstBaseTransform* base) {
   TrackStamp& self = state_of<TrackStamp>(base);
   self.statistics.reset();
   self.from_upstream = self.tracked = {};
+  self.track.video_flushed();
   self.scene.reset();
   self.announced.clear();
   return TRUE;
@@ -353,14 +373,18 @@ GstStateChangeReturn change_state(GstElement* element, GstStateChange transition
 
 void TrackStamp::class_init(gpointer klass) {
   GST_DEBUG_CATEGORY_INIT(trackstamp_debug, "trackstamp", 0, "frames and their tracked camera");
-  add_properties<TrackStamp>(klass, properties(), &TrackStamp::settings);
+  add_properties<TrackStamp>(klass, field_of_view_properties(), &TrackStamp::settings);
+  add_properties<TrackStamp>(klass, track_match_properties(), &TrackStamp::settings);
+  add_properties<TrackStamp>(klass, distortion_properties(), &TrackStamp::settings);
   add_properties<TrackStamp>(klass, scene_input_properties(), &TrackStamp::scene_settings);
   add_statistics<TrackStamp>(
       klass,
-      "Counters since the start: frames, frames-untimed, announcements (frames with another camera "
+      "Counters since the start: frames, frames-untimed (that do not tell what track-match asks "
+      "for), announcements (frames with another camera "
       "than the one before), announcements-unusable (of upstream); of the pad track poses, "
-      "poses-unusable, frames-tracked, frames-untracked (before the first pose, or more than a "
-      "second after the last), frames-ahead (tracked, but later than the last pose), "
+      "poses-unusable, poses-untimed (that do not tell it), frames-tracked, frames-untracked "
+      "(before the first pose, or more than a second after the last), frames-ahead (tracked, but "
+      "later than the last pose), "
       "track-losses; of the pad scene scene-messages, scene-messages-unusable, "
       "scene-messages-untimed (that do not tell what scene-match asks for), scene-messages-late "
       "(the frame had gone), frames-announced, frames-unannounced (before the first message, or "

@@ -3,10 +3,13 @@
 /// What tests of tracked cameras share: recordings, poses pushed by hand, and the cameras announced.
 #pragma once
 
+#include <atomic>
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "../lib/track/packets.h"
@@ -172,6 +175,45 @@ struct PosePusher {
   GstPad* pad;
   GstPad* track = nullptr;
   bool requested = false;
+};
+
+/// Poses as from a file: 1 m along x a second, one each 10 ms; a seek, wherever to, is one to the begin.
+struct PoseFile : PosePusher {
+  explicit PoseFile(GstElement* of) : PosePusher(of, false) {
+    gst_pad_set_event_function(pad, seek);
+    gst_pad_set_active(pad, TRUE);
+    gst_pad_push_event(pad, gst_event_new_stream_start("poses"));
+  }
+  ~PoseFile() {
+    gst_pad_push_event(pad, gst_event_new_flush_start());
+    if (thread.joinable()) thread.join();
+  }
+  void play() {
+    GstSegment segment;
+    gst_segment_init(&segment, GST_FORMAT_TIME);
+    gst_pad_push_event(pad, gst_event_new_segment(&segment));
+    pushed = 0;
+    thread = std::thread([this] {
+      for (int i = 0; i < 100'000 && push(0.01 * i, 10 * GST_MSECOND * i) == GST_FLOW_OK; ++i)
+        ++pushed;
+    });
+  }
+  static gboolean seek(GstPad* pad, GstObject*, GstEvent* event) {
+    auto* self = static_cast<PoseFile*>(static_cast<PosePusher*>(gst_pad_get_element_private(pad)));
+    const bool sought = GST_EVENT_TYPE(event) == GST_EVENT_SEEK;
+    gst_event_unref(event);
+    if (!sought) return FALSE;
+    gst_pad_push_event(pad, gst_event_new_flush_start());
+    self->thread.join();
+    gst_pad_push_event(pad, gst_event_new_flush_stop(TRUE));
+    self->play();
+    if (self->afterwards) self->afterwards();
+    return TRUE;
+  }
+
+  std::thread thread;
+  std::atomic<int> pushed{0};
+  std::function<void()> afterwards;  // before the seek's answer
 };
 
 }  // namespace polyhull::test

@@ -153,6 +153,48 @@ GST_START_TEST(test_seek_takes_the_track_along) {
 }
 GST_END_TEST
 
+// A seek goes to the track first: frames of before come among poses from the begin again.
+GST_START_TEST(test_frames_of_before_a_seek) {
+  GstElement* pipeline = parse(scenesrc("") + " ! fakesink name=sink sync=false");
+  CameraLog log;
+  log_source(pipeline, log);
+  {
+    PoseFile poses(source_of(pipeline));
+    gst_element_set_state(pipeline, GST_STATE_PLAYING);
+    poses.play();
+    for (int i = 0; i < 3000 && poses.pushed < 2000; ++i) g_usleep(10000);
+    poses.afterwards = [&] {
+      for (int i = 0; i < 500 && poses.pushed < 100; ++i) g_usleep(10000);
+      g_usleep(200000);
+      fail_unless(poses.pushed <= 102, "%d poses have come", poses.pushed.load());
+    };
+    fail_unless(gst_element_seek_simple(pipeline, GST_FORMAT_TIME, GST_SEEK_FLAG_FLUSH, 0));
+    for (int i = 0; i < 3000 && poses.pushed < 300; ++i) g_usleep(10000);
+    gst_element_set_state(pipeline, GST_STATE_NULL);
+  }
+  log.frames.pop_back();  // whose announcement the end may have cut off
+  std::size_t begin = log.frames.size() - 1;
+  while (log.frames[begin].time > 0) --begin;
+  fail_unless(begin > 0 && log.frames.size() - begin > 40);
+  for (std::size_t i = begin; i < log.frames.size(); ++i)
+    expect_place(log.frames[i].camera, {1e-9 * static_cast<double>(log.frames[i].time), -3, 0.3});
+  gst_object_unref(pipeline);
+}
+GST_END_TEST
+
+// FreeD tells no distortion of the lens: the properties' holds.
+GST_START_TEST(test_distortion_where_the_track_tells_none) {
+  GstElement* pipeline =
+      parse("tracksrc location=" + moving("plain.pcap", 10 * ms, 10) + " ! src.track" +
+            scenesrc("num-buffers=1 distortion-k1=-0.1") + " ! fakesink sync=false");
+  CameraLog log;
+  log_source(pipeline, log);
+  play(pipeline);
+  fail_unless(log.frames.at(0).camera.distortion == std::vector<double>({-0.1, 0, 0, 0, 0}));
+  stop(pipeline);
+}
+GST_END_TEST
+
 // A live track that has never said anything holds up no frame for longer than a second.
 GST_START_TEST(test_silent_track_is_not_waited_for) {
   GstElement* pipeline =
@@ -316,6 +358,8 @@ static Suite* scenesrc_track_suite() {
   tcase_add_test(tests, test_between_poses_and_in_register);
   tcase_add_test(tests, test_composite_hears_of_each_frame);
   tcase_add_test(tests, test_seek_takes_the_track_along);
+  tcase_add_test(tests, test_frames_of_before_a_seek);
+  tcase_add_test(tests, test_distortion_where_the_track_tells_none);
   tcase_add_test(tests, test_silent_track_is_not_waited_for);
   tcase_add_test(tests, test_lost_track_keeps_its_last_pose);
   tcase_add_test(tests, test_live_is_a_frame_late_at_most);

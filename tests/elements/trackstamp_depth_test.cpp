@@ -5,6 +5,7 @@
 #include <gst/video/video.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -197,6 +198,52 @@ GST_START_TEST(test_frames_find_each_other) {
 }
 GST_END_TEST
 
+GST_START_TEST(test_nearest_frame) {
+  Bench bench(true);
+  const auto rate = [&](const char* of) {
+    GstCaps* caps = gst_caps_from_string(
+        (std::string("video/x-raw,format=GRAY16_BE,width=2,height=1,framerate=") + of).c_str());
+    gst_pad_push_event(bench.depths.pad, gst_event_new_caps(caps));
+    gst_caps_unref(caps);
+  };
+  // Of depth at twice the rate the one before is not the frame's, whose own is yet to come.
+  rate("50/1");
+  bench.push(20 * ms);
+  fail_unless(!bench.send(40 * ms));
+  bench.push(40 * ms);
+  fail_unless(bench.send(40 * ms));
+  // At a rate that nobody knows the nearest is taken, and those of before are gone.
+  rate("0/1");
+  bench.push(385 * ms);
+  bench.push(400 * ms);
+  fail_unless(bench.send(400 * ms));
+  fail_unless(!bench.send(375 * ms));
+  bench.close();
+}
+GST_END_TEST
+
+// Live frames that nothing matches give back their memory.
+GST_START_TEST(test_live_frames_do_not_pile_up) {
+  Bench bench(true);
+  GstCaps* caps =
+      gst_caps_from_string("video/x-raw,format=GRAY16_BE,width=4096,height=4096,framerate=25/1");
+  gst_pad_push_event(bench.depths.pad, gst_event_new_caps(caps));
+  gst_caps_unref(caps);
+  static std::atomic<int> alive;
+  alive = 0;
+  for (int i = 0; i < 30; ++i) {
+    GstBuffer* buffer = gst_buffer_new();
+    GST_BUFFER_PTS(buffer) = static_cast<GstClockTime>(40 * ms * i);
+    ++alive;
+    gst_mini_object_weak_ref(
+        GST_MINI_OBJECT_CAST(buffer), [](gpointer, GstMiniObject*) { --alive; }, nullptr);
+    fail_unless_equals_int(gst_pad_push(bench.depths.pad, buffer), GST_FLOW_OK);
+  }
+  fail_unless_equals_int(alive, 8);  // of 32 MiB
+  bench.close();
+}
+GST_END_TEST
+
 GST_START_TEST(test_files_wait_for_each_other) {
   Bench bench(false);
   std::thread depth([&] {
@@ -323,6 +370,8 @@ static Suite* trackstamp_depth_suite() {
   tcase_add_test(tests, test_near_things_hide);
   tcase_add_test(tests, test_without_measure_or_frames);
   tcase_add_test(tests, test_frames_find_each_other);
+  tcase_add_test(tests, test_nearest_frame);
+  tcase_add_test(tests, test_live_frames_do_not_pile_up);
   tcase_add_test(tests, test_files_wait_for_each_other);
   tcase_add_test(tests, test_segment_that_is_done);
   tcase_add_test(tests, test_timecodes_jump);

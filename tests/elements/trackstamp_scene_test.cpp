@@ -2,6 +2,7 @@
 // trackstamp's pad scene: what another program says of its camera, lights and scene is announced with
 // the frame that it says it of.
 #include <gst/check/gstharness.h>
+#include <gst/net/gstnetaddressmeta.h>
 #include <gst/video/video.h>
 #include <unistd.h>
 
@@ -460,6 +461,48 @@ GST_START_TEST(test_silence_is_said_once) {
 }
 GST_END_TEST
 
+// Of a sender that does not say that it is live, messages ahead by mistake wait, and nothing holds.
+GST_START_TEST(test_messages_of_a_later_time) {
+  Bench bench("timecode", false);
+  bench.say(at_timecode(1, "11:00:00:00"));
+  fail_unless_equals_int(bench.send_at(0, "10:00:00:00"), 0);
+  fail_unless_equals_int(bench.send_at(25, "10:00:01:00"), 0);
+  fail_unless_equals_uint64(bench.count("scene-losses"), 0);
+  fail_unless_equals_int(bench.send_at(26, "10:00:01:01"), 0);
+  fail_unless_equals_uint64(bench.count("scene-losses"), 1);
+  const std::string warning = warnings_on(bench.bus).at(0);
+  fail_unless(warning.find("holds 3599.0 s later") != std::string::npos, "%s", warning.c_str());
+  bench.close();
+}
+GST_END_TEST
+
+// A datagram is a message, whatever came before it.
+GST_START_TEST(test_datagrams_are_messages) {
+  Bench bench("timecode");
+  GSocketAddress* sender = g_inet_socket_address_new_from_string("127.0.0.1", 40000);
+  const auto datagram = [&](const std::string& bytes) {
+    GstBuffer* buffer = gst_buffer_new_memdup(bytes.data(), bytes.size());
+    gst_buffer_add_net_address_meta(buffer, sender);
+    fail_unless_equals_int(gst_pad_push(bench.messages.pad, buffer), GST_FLOW_OK);
+  };
+  datagram("stray");
+  fail_unless_equals_uint64(bench.count("scene-messages-unusable"), 1);
+  datagram(line(at_timecode(1, "10:00:00:00")));
+  datagram(at_timecode(2, "10:00:00:01").dump());  // without the line feed
+  datagram(line(at_timecode(3, "10:00:00:02")) + at_timecode(4, "10:00:00:03").dump());
+  for (int i = 0; i < 4; ++i)
+    fail_unless_equals_int(bench.send_at(i, ("10:00:00:0" + std::to_string(i)).c_str()), i + 1);
+  // Nor does it end what came otherwise.
+  bench.messages.push("{", GST_CLOCK_TIME_NONE);
+  datagram(line(at_timecode(5, "10:00:00:04")));
+  fail_unless_equals_int(bench.send_at(4, "10:00:00:04"), 5);
+  fail_unless_equals_uint64(bench.count("scene-messages-unusable"), 2);
+  fail_unless_equals_uint64(bench.count("scene-messages"), 5);
+  g_object_unref(sender);
+  bench.close();
+}
+GST_END_TEST
+
 // A sender that forgets the line feeds is there; it is told what is missing.
 GST_START_TEST(test_messages_without_line_feeds) {
   Bench bench("timecode");
@@ -574,6 +617,8 @@ static Suite* trackstamp_scene_suite() {
   tcase_add_test(tests, test_flush_ends_the_waiting);
   tcase_add_test(tests, test_frame_of_before_a_seek);
   tcase_add_test(tests, test_silence_is_said_once);
+  tcase_add_test(tests, test_messages_of_a_later_time);
+  tcase_add_test(tests, test_datagrams_are_messages);
   tcase_add_test(tests, test_messages_without_line_feeds);
   tcase_add_test(tests, test_what_is_no_message);
   tcase_add_test(tests, test_track_and_file_go_before);

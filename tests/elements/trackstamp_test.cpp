@@ -268,6 +268,117 @@ GST_START_TEST(test_flush_ends_the_waiting) {
 }
 GST_END_TEST
 
+// A seek goes to the track first: a frame of before comes among poses from the begin again.
+GST_START_TEST(test_frame_of_before_a_seek) {
+  for (const bool works : {true, false}) {
+    GstElement* element = gst_element_factory_make("trackstamp", nullptr);
+    GstHarness* harness = gst_harness_new_with_element(element, "sink", "src");
+    CameraLog log;
+    log_cameras(element, log);
+    gst_harness_set_live(harness, FALSE);
+    gst_harness_set_src_caps_str(harness,
+                                 "video/x-raw,format=GRAY8,width=64,height=48,framerate=25/1");
+    const auto push = [&](GstClockTime time) {
+      GstBuffer* buffer = gst_harness_create_buffer(harness, 64 * 48);
+      GST_BUFFER_PTS(buffer) = time;
+      return gst_harness_push(harness, buffer);
+    };
+    PoseFile poses(element);
+    poses.play();
+    push(20 * GST_SECOND);
+    expect_place(log.announced.viewport, {20, -3, 0.3});
+    if (!works) {  // of the video; the frames then follow the track on
+      GstPad* to = gst_element_get_static_pad(element, "sink");
+      GstPad* from = gst_pad_get_peer(to);
+      gst_pad_set_event_function(from, [](GstPad*, GstObject*, GstEvent* event) -> gboolean {
+        gst_event_unref(event);
+        return FALSE;
+      });
+      gst_object_unref(from);
+      gst_object_unref(to);
+    }
+    GstFlowReturn flow = GST_FLOW_OK;
+    std::thread before;
+    poses.afterwards = [&] {
+      before = std::thread([&] { flow = push(30 * GST_SECOND); });
+      for (int i = 0; i < 500 && poses.pushed < 100; ++i) g_usleep(10000);
+      g_usleep(100000);
+      fail_unless(poses.pushed <= 102, "%d poses have come", poses.pushed.load());
+    };
+    gst_harness_push_upstream_event(
+        harness, gst_event_new_seek(1.0, GST_FORMAT_TIME, GST_SEEK_FLAG_FLUSH, GST_SEEK_TYPE_SET, 0,
+                                    GST_SEEK_TYPE_NONE, -1));
+    if (works) {
+      gst_harness_push_event(harness, gst_event_new_flush_start());
+      before.join();
+      fail_unless_equals_int(flow, GST_FLOW_FLUSHING);
+      gst_harness_push_event(harness, gst_event_new_flush_stop(TRUE));
+      GstSegment segment;
+      gst_segment_init(&segment, GST_FORMAT_TIME);
+      gst_harness_push_event(harness, gst_event_new_segment(&segment));
+      for (int i = 0; i < 50; ++i) {
+        push(static_cast<GstClockTime>(i) * 40 * ms);
+        expect_place(log.announced.viewport, {0.04 * i, -3, 0.3});
+      }
+    } else {
+      before.join();
+      fail_unless_equals_int(flow, GST_FLOW_OK);
+      expect_place(log.announced.viewport, {30, -3, 0.3});
+    }
+    gst_harness_teardown(harness);
+  }
+}
+GST_END_TEST
+
+// FreeD does not tell the lens's distortion, and OpenTrackIO need not.
+GST_START_TEST(test_distortion_where_the_track_tells_none) {
+  Bench bench("100/1");
+  g_object_set(bench.element, "distortion-k1", -0.2, "distortion-p2", 0.01, nullptr);
+  bench.poses.push(0.3, 0);
+  bench.push(0);
+  fail_unless(bench.log.announced.viewport.distortion ==
+              std::vector<double>({-0.2, 0.0, 0.0, 0.01, 0.0}));
+  PoseMessage message;
+  message.pose.distortion = {0.1, 0.0, 0.0, 0.0};
+  bench.poses.push(pose_message_to_json(message), 10 * ms);
+  bench.push(10 * ms);
+  fail_unless(bench.log.announced.viewport.distortion == message.pose.distortion);
+  bench.close();
+}
+GST_END_TEST
+
+// With a scene beside the track a frame without a pose of its own keeps the tracked camera, too.
+GST_START_TEST(test_tracked_camera_stays_beside_a_scene) {
+  Bench bench("100/1");
+  g_object_set(bench.element, "scene-wait", guint64{0}, nullptr);
+  PosePusher scene(bench.element, true, 0, "scene");
+  gst_util_set_object_arg(G_OBJECT(bench.element), "scene-match", "arrival");
+  scene.begin();
+  Announcement said;
+  said.viewport = look_at({0, 1, 3}, {0, 1, 0}, 40, 64, 48);
+  said.scene = "builtin:room";
+  scene.push(announcement_to_json(said) + "\n", 0);
+  bench.push(0);
+  fail_unless(bench.log.announced.viewport == said.viewport);
+  bench.poses.push(0.3, 10 * ms);
+  bench.push(10 * ms);
+  expect_place(bench.log.announced.viewport, {0.3, -3, 0.3});
+  said.exposure = 0.5f;
+  scene.push(announcement_to_json(said) + "\n", 15 * ms);
+  bench.push(20 * ms);
+  bench.push(GST_CLOCK_TIME_NONE);  // no time, and then no poses
+  expect_place(bench.log.announced.viewport, {0.3, -3, 0.3});
+  gst_pad_push_event(bench.poses.pad, gst_event_new_flush_start());
+  gst_pad_push_event(bench.poses.pad, gst_event_new_flush_stop(TRUE));
+  said.exposure = 0.25f;
+  scene.push(announcement_to_json(said) + "\n", 25 * ms);
+  bench.push(30 * ms);
+  fail_unless(bench.log.announced.exposure == 0.25f);
+  expect_place(bench.log.announced.viewport, {0.3, -3, 0.3});
+  bench.close();
+}
+GST_END_TEST
+
 GST_START_TEST(test_what_is_no_video_is_refused) {
   const std::string said = run_to_end(
       "tracksrc port=0 num-buffers=1 ! t.track audiotestsrc num-buffers=1 ! trackstamp "
@@ -324,6 +435,9 @@ static Suite* trackstamp_suite() {
   tcase_add_test(tests, test_another_rate_is_another_latency);
   tcase_add_test(tests, test_scene_of_upstream_stays);
   tcase_add_test(tests, test_flush_ends_the_waiting);
+  tcase_add_test(tests, test_frame_of_before_a_seek);
+  tcase_add_test(tests, test_distortion_where_the_track_tells_none);
+  tcase_add_test(tests, test_tracked_camera_stays_beside_a_scene);
   tcase_add_test(tests, test_what_is_no_video_is_refused);
   tcase_add_test(tests, test_silent_inputs_are_not_waited_for);
   tcase_add_test(tests, test_states);

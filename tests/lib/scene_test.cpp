@@ -485,6 +485,9 @@ TEST(Announcement, RefusesWhatIsNone) {
            {"/exposure", 1e10},
            {"/ambient/0", -1e-3},
            {"/ambient/2", 1e20},
+           {"/viewport/name", std::string(4097, 'x')},
+           {"/scene", std::string(4097, 'x')},
+           {"/scene", 7},
            {"/lights", json::array({1})},
            {"/lights", std::vector<json>(1025, json::object())}}) {
     json wrong = root;
@@ -494,7 +497,11 @@ TEST(Announcement, RefusesWhatIsNone) {
   Announcement lit{look_at({1, 2, 3}, {0, 1, 0}, 50, 64, 48)};
   lit.lights.resize(1);
   root = json::parse(announcement_to_json(lit));
+  root["lights"][0]["name"] = std::string(4096, 'x');
   EXPECT_NO_THROW(parse_announcement(root.dump()));
+  root["lights"][0]["name"] = std::string(4097, 'x');
+  EXPECT_THROW(parse_announcement(root.dump()), Error);
+  root["lights"][0]["name"] = "lamp";
   for (const auto& [pointer, value] :
        std::vector<std::pair<const char*, double>>{{"/lights/0/centre/0", -1e10},
                                                    {"/lights/0/u/1", 1e20},
@@ -552,9 +559,6 @@ TEST(AnnouncementHistory, FindsWhatHolds) {
   EXPECT_EQ(history.at(12)->time, 10);
   EXPECT_TRUE(history.reaches(97));
   EXPECT_FALSE(history.reaches(11));
-  EXPECT_EQ(history.since(99), 2u);
-  EXPECT_EQ(history.since(5), 0u);
-  EXPECT_EQ(history.since(94), 3u);
   EXPECT_EQ(history.last_after(97), 8);
   Announcement other;
   other.exposure = 3.0f;
@@ -563,6 +567,33 @@ TEST(AnnouncementHistory, FindsWhatHolds) {
   EXPECT_EQ(history.at(10)->announcement.exposure, 3.0f);
   for (std::int64_t time = 0; time < 3000; ++time) history.add(time % 2000 + 1000, {});
   EXPECT_EQ(history.size(), AnnouncementHistory::most);
+}
+
+// Whatever a sender says, it fills no more than what is kept together.
+TEST(AnnouncementHistory, IsBounded) {
+  AnnouncementHistory history, small;
+  for (std::int64_t time = 0; time <= 512; ++time) small.add(time, {});
+  EXPECT_FALSE(small.is_crowded(0));
+  EXPECT_TRUE(small.is_crowded(-1));
+  small.add(513, {});
+  EXPECT_TRUE(small.is_crowded(0));
+  EXPECT_FALSE(small.is_crowded(1));
+  Announcement large;
+  large.lights.resize(1024);
+  for (Light& light : large.lights) light.name.assign(1000, 'x');
+  std::int64_t time = 0;
+  for (; !history.is_crowded(0); ++time) history.add(time, large);
+  EXPECT_GT(history.size(), 10u);
+  EXPECT_NEAR(static_cast<double>(history.bytes()), 0.5 * AnnouncementHistory::most_bytes, 3e6);
+  for (; time < 200; ++time) {
+    history.add(time, large);
+    history.add(time, large);  // in the place of the one before
+    EXPECT_LE(history.bytes(), AnnouncementHistory::most_bytes);
+    EXPECT_NE(history.at(time), nullptr);
+  }
+  history.begin_again(0, 0);
+  EXPECT_EQ(history.size(), 0u);
+  EXPECT_EQ(history.bytes(), 0u);
 }
 
 constexpr std::int64_t second = 1'000'000'000, day = 86400 * second;

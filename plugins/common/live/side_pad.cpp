@@ -57,13 +57,11 @@ bool SidePad::unlocked() const {
   return unlocked_;
 }
 
-void SidePad::push_upstream(GstEvent* event) {
+bool SidePad::push_upstream(GstEvent* event) {
   g_autoptr(GstPad) pad = linked_pad();
-  if (pad != nullptr) {
-    gst_pad_push_event(pad, event);
-  } else {
-    gst_event_unref(event);
-  }
+  if (pad != nullptr) return gst_pad_push_event(pad, event);
+  gst_event_unref(event);
+  return false;
 }
 
 std::optional<std::int64_t> SidePad::running_time(GstBuffer* buffer) const {

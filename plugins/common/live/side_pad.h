@@ -35,8 +35,9 @@ class SidePad {
   /// Ends waiting, now and from now on, until it is allowed again.
   void unlock(bool unlocked);
   bool unlocked() const;
-  /// Passes an event that goes upstream on to what is linked to the pad; takes the reference.
-  void push_upstream(GstEvent* event);
+  /// Passes an event that goes upstream on to what is linked to the pad; takes the reference. Whether
+  /// somebody took it.
+  bool push_upstream(GstEvent* event);
 
  protected:
   using Lock = std::unique_lock<std::mutex>;
