@@ -4,11 +4,13 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 
 #include "base/srgb.h"
 #include "base/thread_pool.h"
 #include "raytrace/area_light.h"
 #include "raytrace/sampling.h"
+#include "rig/lens.h"
 
 namespace polyhull {
 namespace {
@@ -167,7 +169,8 @@ void trace_paths(const TracedScene& scene, const Camera& camera, std::uint32_t f
   const Tracer tracer(scene, options);
   const Vec3f eye(camera.centre());
   const Vec3f right(glm::transpose(camera.R)[0]), down(glm::transpose(camera.R)[1]);
-  const bool distorted = camera.has_distortion();
+  std::optional<Lens> lens;  // one for all rays: to make it takes far longer than a ray's use of it
+  if (camera.has_distortion()) lens.emplace(camera);
   const auto width = static_cast<std::size_t>(camera.width);
   const auto first_row = static_cast<std::size_t>(row_begin);
   const std::size_t rows =
@@ -180,7 +183,7 @@ void trace_paths(const TracedScene& scene, const Camera& camera, std::uint32_t f
         const Vec2f place = points.next();
         Vec2 pixel(static_cast<double>(i % width) + place.x - 0.5,
                    static_cast<double>(i / width) + place.y - 0.5);
-        if (distorted) pixel = camera.undistort(pixel);
+        if (lens) pixel = lens->undistort(pixel);
         Ray ray;
         ray.origin = eye;
         ray.direction = Vec3f(camera.ray(pixel));

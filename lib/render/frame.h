@@ -75,8 +75,8 @@ struct RenderFrame {
   /// processor's renderer where they are of this view of this scene; the picture is the same to the
   /// bit. Null: none.
   std::shared_ptr<const ScenePlanes> planes;
-  /// What the background shows beyond the scene's geometry, or without any: hides subjects, too, by
-  /// the processor's renderer alone. Null: none.
+  /// What the background shows beyond the scene's geometry, or without any: hides subjects, too.
+  /// Null: none.
   std::shared_ptr<const DepthPicture> depth;
   /// The same number: the background's pixels in memory are those of the frames before that had it;
   /// 0: not known.

@@ -15,10 +15,10 @@ constexpr float least_throughput = 1.0f / 1024.0f;
 
 ViewRays::ViewRays(const TracedScene& scene, const LightCache& light, const Camera& camera,
                    const ViewOptions& options)
-    : scene_(scene), light_(light), camera_(camera), options_(options) {
+    : scene_(scene), light_(light), options_(options) {
   exposure_ = scene.scene().exposure;
   eye_ = Vec3f(camera.centre());
-  distorted_ = camera.has_distortion();
+  if (camera.has_distortion()) lens_.emplace(camera);
   // Pinhole rays are linear in the pixel.
   corner_ = Vec3f(camera.ray({0.0, 0.0}));
   step_x_ = Vec3f(camera.ray({1.0, 0.0}) - camera.ray({0.0, 0.0}));
@@ -27,8 +27,8 @@ ViewRays::ViewRays(const TracedScene& scene, const LightCache& light, const Came
 
 Way ViewRays::way(float x, float y, std::uint32_t slot) const {
   Way out;
-  if (distorted_) {
-    const Vec2 ideal = camera_.undistort({x, y});
+  if (lens_) {
+    const Vec2 ideal = lens_->undistort({x, y});
     x = static_cast<float>(ideal.x);
     y = static_cast<float>(ideal.y);
   }
@@ -60,8 +60,7 @@ std::uint64_t ViewRays::follow(RayWork& work, std::size_t count, int depth) cons
   std::uint64_t rays = 0;
   for (; count > 0; ++depth) {
     for (std::size_t i = 0; i < count; ++i) work.rays[i] = work.ways[i].ray;
-    scene_.caster().intersect(std::span(work.rays).first(count),
-                              std::span(work.hits).first(count));
+    scene_.caster().intersect(std::span(work.rays).first(count), std::span(work.hits).first(count));
     rays += count;
     std::size_t onward = 0;
     for (std::size_t i = 0; i < count; ++i) {
@@ -95,10 +94,9 @@ bool ViewRays::shade(const Way& way, const RayHit& hit, Vec3f& value, Way& next)
     diffuse = (Vec3f(1.0f) - f) * (1.0f - surface.material->metallic);
   }
   if (diffuse != Vec3f(0.0f)) {
-    const Vec3f colour =
-        scene_.base_colour(hit, way.ray.origin, way.ray.direction, way.dx, way.dy);
-    value += way.throughput * diffuse * colour * light_.irradiance(hit, surface.back) *
-             (exposure_ / pi);
+    const Vec3f colour = scene_.base_colour(hit, way.ray.origin, way.ray.direction, way.dx, way.dy);
+    value +=
+        way.throughput * diffuse * colour * light_.irradiance(hit, surface.back) * (exposure_ / pi);
   }
   if (!mirror) return false;
   next.throughput = way.throughput * f;

@@ -5,9 +5,11 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "raytrace/light_cache.h"
+#include "rig/lens.h"
 #include "view/view_renderer.h"
 
 namespace polyhull {
@@ -33,7 +35,7 @@ struct RayWork {
 
 class ViewRays {
  public:
-  /// All must outlive this.
+  /// All but \p camera must outlive this.
   ViewRays(const TracedScene& scene, const LightCache& light, const Camera& camera,
            const ViewOptions& options);
 
@@ -52,11 +54,10 @@ class ViewRays {
 
   const TracedScene& scene_;
   const LightCache& light_;
-  const Camera& camera_;
   const ViewOptions& options_;
   float exposure_;
   Vec3f eye_;
-  bool distorted_;
+  std::optional<Lens> lens_;  // none: the viewport does not distort
   Vec3f corner_, step_x_, step_y_;
 };
 

@@ -16,16 +16,20 @@ void FrameComposer::set_lens(const CompositeSettings& settings, const GstVideoIn
   ViewportLens lens = lens_settings(settings, announcement_ ? &*announcement_ : nullptr);
   const GstClockTime time = GST_BUFFER_PTS(background);
   // Of another name, it is another camera.
-  const bool known = viewport_before_ && viewport_before_->name == frame_.viewport.name &&
-                     GST_CLOCK_TIME_IS_VALID(time) && GST_CLOCK_TIME_IS_VALID(time_before_) &&
-                     time > time_before_ && time - time_before_ <= longest;
+  bool known = viewport_before_ && viewport_before_->name == frame_.viewport.name &&
+               GST_CLOCK_TIME_IS_VALID(time) && GST_CLOCK_TIME_IS_VALID(time_before_) &&
+               time > time_before_ && time - time_before_ <= longest;
+  double frames = 1.0;  // since then: not all are drawn where that takes too long
   if (known && GST_VIDEO_INFO_FPS_N(&info) > 0) {
     const double frame =
         static_cast<double>(GST_SECOND) * GST_VIDEO_INFO_FPS_D(&info) / GST_VIDEO_INFO_FPS_N(&info);
-    lens.shutter *= std::min(frame / static_cast<double>(time - time_before_), 1.0);
+    frames = std::max(static_cast<double>(time - time_before_) / frame, 1.0);
+    lens.shutter /= frames;
   }
   const std::optional<Camera> before = std::exchange(viewport_before_, frame_.viewport);
   time_before_ = time;
+  known = known && !MotionBlur::is_cut(resized(frame_.viewport, frame_.width, frame_.height),
+                                       resized(*before, frame_.width, frame_.height), frames);
   lens_.set(frame_, lens, known ? &*before : nullptr);
   if (lens_.moves()) statistics_.count("motion-blurred");
   if (frame_.scene || frame_.depth) return;

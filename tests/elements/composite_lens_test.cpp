@@ -347,6 +347,9 @@ GST_START_TEST(test_motion_blur_over_gaps_and_cuts) {
   fail_unless_equals_int(blurred, 1);
   fail_unless_equals_int(blurred_later, 1);
   fail_unless(next > later + 150, "%d, after a gap %d", next, later);
+  // A pan of four degrees a frame of which every fourth is drawn.
+  fail_unless_equals_int(second(1, 0.15, false).second, 0);
+  fail_unless_equals_int(second(4, 0.15, false).second, 1);
   fail_unless_equals_int(second(40, 0.95, false).second, 0);  // that was a second and a half ago
   fail_unless_equals_int(second(1, -3.0, false).second, 0);
   fail_unless_equals_int(second(1, 0.95, true).second, 0);

@@ -43,16 +43,26 @@ struct Sum {
 
 }  // namespace
 
-DepthOfField::DepthOfField() {
+/// Makes the disks for a focal length of \p fx by \p fy pixels.
+void DepthOfField::set_pixels(double fx, double fy) {
+  // In steps that no picture shows: lenses that are calibrated or zoom differ from square by a hair.
+  const double ratio = std::round(1000.0 * std::clamp(fy / fx, 1e-2, 1e2)) / 1000.0;
+  const auto wide = static_cast<float>(std::max(ratio, 1.0)),
+             high = static_cast<float>(std::max(1.0 / ratio, 1.0));
+  if (wide == wide_ && high == high_) return;
+  wide_ = wide;
+  high_ = high;
   find_offsets();
   find_disks();
 }
 
 void DepthOfField::find_offsets() {
+  offsets_.clear();
   const int inner = static_cast<int>(exact_radius);
   for (int y = -inner; y <= inner; ++y)
     for (int x = -inner; x <= inner; ++x) {
-      const float distance = std::sqrt(static_cast<float>(x * x + y * y));
+      const float across = wide_ * static_cast<float>(x), down = high_ * static_cast<float>(y);
+      const float distance = std::sqrt(across * across + down * down);
       if (distance < exact_radius) offsets_.push_back({x, y, distance, 1.0f});
     }
   // Beyond, rings that are twice as wide each, evenly filled on a sunflower's spiral.
@@ -67,9 +77,10 @@ void DepthOfField::find_offsets() {
       const float radius = std::sqrt(from * from + area * (static_cast<float>(i) + 0.5f) /
                                                        static_cast<float>(count));
       const float angle = golden * static_cast<float>(turn);
-      offsets_.push_back({static_cast<int>(std::lround(radius * std::cos(angle))),
-                          static_cast<int>(std::lround(radius * std::sin(angle))), radius,
-                          std::numbers::pi_v<float> * area / static_cast<float>(count)});
+      offsets_.push_back(
+          {static_cast<int>(std::lround(radius * std::cos(angle) / wide_)),
+           static_cast<int>(std::lround(radius * std::sin(angle) / high_)), radius,
+           std::numbers::pi_v<float> * area / (wide_ * high_ * static_cast<float>(count))});
     }
   }
   std::stable_sort(offsets_.begin(), offsets_.end(),
@@ -79,6 +90,8 @@ void DepthOfField::find_offsets() {
 /// The areas, so that an even surface stays as it is; and the radii that are drawn: pixels are as wide
 /// as small disks, so that what is drawn has the true disk's variance, radius^2 / 4.
 void DepthOfField::find_disks() {
+  inverse_area_.clear();
+  drawn_radius_.clear();
   std::vector<double> variances;
   for (int i = 0; i <= static_cast<int>(most_radius) * radius_steps + 1; ++i) {
     const float radius = static_cast<float>(i) / radius_steps;
@@ -87,7 +100,9 @@ void DepthOfField::find_disks() {
       const double share =
           static_cast<double>(within(radius - offset.distance + 0.5f) * offset.share);
       area += share;
-      spread += 0.5 * share * static_cast<double>(offset.x * offset.x + offset.y * offset.y);
+      const double x = static_cast<double>(wide_) * offset.x,
+                   y = static_cast<double>(high_) * offset.y;
+      spread += 0.5 * share * (x * x + y * y);
     }
     inverse_area_.push_back(static_cast<float>(1.0 / std::max(area, 1e-3)));
     variances.push_back(spread / std::max(area, 1e-3));
@@ -292,7 +307,8 @@ void DepthOfField::apply(const Camera& camera, const ViewportLens& lens, const D
   width_ = depths.width();
   height_ = depths.height();
   subject_only_ = lens.subject_only;
-  const double focal = 0.5 * (camera.K[0][0] + camera.K[1][1]);
+  const double focal = std::max(camera.K[0][0], camera.K[1][1]);
+  set_pixels(camera.K[0][0], camera.K[1][1]);
   layers_.read(depths, sharp);
   find_circles(lens, static_cast<float>(std::min(0.5 * lens.aperture * focal, 1e6)), depths);
   find_reach(width_, height_);

@@ -27,6 +27,9 @@
 /// Where all circles around a pixel are alike, and no subject is near, nothing is before or behind, and
 /// the sum over M is all of it.
 ///
+/// Pixels need not be square: radii and distances count in those along the side on which f is larger,
+/// and the disk is an ellipse of pixels.
+///
 /// Disks above `most_radius` count as that large. Pixels up to 4.5 from the middle are all looked at;
 /// 48 in each doubling of the radius beyond.
 #pragma once
@@ -43,8 +46,6 @@ namespace polyhull {
 class DepthOfField {
  public:
   static constexpr float most_radius = 64.0f;  ///< pixels
-
-  DepthOfField();
 
   /// Whether \p lens asks for anything of this.
   static bool wanted(const ViewportLens& lens) { return lens.aperture > 0.0; }
@@ -63,6 +64,7 @@ class DepthOfField {
     int x, y;
     float distance, share;  // share: of how many pixels it stands for
   };
+  void set_pixels(double fx, double fy);
   void find_offsets();
   void find_disks();
   void find_circles(const ViewportLens& lens, float scale, const DepthLayers& depths);
@@ -83,6 +85,7 @@ class DepthOfField {
   };
   static float weight(const Disk& disk, float distance);
 
+  float wide_ = 0.0f, high_ = 0.0f;  // a pixel, in the unit of radii: 1 or more; 0: none made yet
   std::vector<Offset> offsets_;      // by distance
   std::vector<float> inverse_area_;  // of a disk as the offsets see it, by its radius
   std::vector<float> drawn_radius_;  // by the true one

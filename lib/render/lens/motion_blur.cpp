@@ -17,7 +17,10 @@ constexpr float arrived = 0.5f;         // pixels from where a source was to lea
 constexpr float least_parallax = 1.0f;  // pixels: less is found from anywhere
 constexpr int iterations = 3;
 constexpr int most_steps = 64;
-const double most_turn = glm::radians(15.0);  // from a frame to the next: more is a cut
+// From a frame to the next; more is a cut.
+const double most_turn = glm::radians(15.0);
+constexpr double most_shift = 0.5;   // of the picture's width
+constexpr double most_frames = 2.0;  // by which they grow where frames lie between
 
 /// Between four pixels.
 Float4 between(const std::vector<Float4>& layer, const LightLayers& layers, float x, float y) {
@@ -40,26 +43,34 @@ void find_map(const Camera& camera, const Camera& before, Mat3& a, Vec3& b) {
 
 }  // namespace
 
+bool MotionBlur::is_cut(const Camera& camera, const Camera& before, double frames) {
+  const double allowed = std::clamp(frames, 1.0, most_frames);
+  const Mat3 turn = before.R * glm::transpose(camera.R);
+  if (turn[0][0] + turn[1][1] + turn[2][2] < 1.0 + 2.0 * std::cos(allowed * most_turn)) return true;
+  Mat3 a;
+  Vec3 b;
+  find_map(camera, before, a, b);
+  const Vec2 middle{0.5 * (camera.width - 1.0), 0.5 * (camera.height - 1.0)};
+  for (const double inverse : {0.0, 1.0 / 3.0}) {
+    const Vec3 q = a * Vec3(middle, 1.0) + inverse * b;
+    if (!(q.z > 0.0)) return true;
+    if (glm::length(middle - Vec2(q) / q.z) > allowed * most_shift * camera.width) return true;
+  }
+  return false;
+}
+
 bool MotionBlur::moves(const Camera& camera, const Shutter& shutter) {
   if (!(shutter.share > 0.0)) return false;
   Mat3 a;
   Vec3 b;
   find_map(camera, shutter.before, a, b);
-  const Mat3 turn = shutter.before.R * glm::transpose(camera.R);
-  if (turn[0][0] + turn[1][1] + turn[2][2] < 1.0 + 2.0 * std::cos(most_turn)) return false;
   const double width = camera.width, height = camera.height;
   double most = 0.0;
   for (const double inverse : {0.0, 1.0 / 3.0, 2.0})
     for (const Vec2& at : {Vec2(0.5, 0.5), Vec2(0, 0), Vec2(1, 0), Vec2(0, 1), Vec2(1, 1)}) {
       const Vec2 u{at.x * (width - 1.0), at.y * (height - 1.0)};
       const Vec3 q = a * Vec3(u, 1.0) + inverse * b;
-      if (!(q.z > 0.0)) {
-        if (at.x == 0.5 && inverse < 1.0) return false;
-        continue;
-      }
-      const double motion = glm::length(u - Vec2(q) / q.z);
-      if (at.x == 0.5 && inverse < 1.0 && motion > 0.5 * width) return false;
-      most = std::max(most, motion);
+      if (q.z > 0.0) most = std::max(most, glm::length(u - Vec2(q) / q.z));
     }
   return shutter.share * most >= static_cast<double>(least_motion);
 }
@@ -162,16 +173,28 @@ void MotionBlur::blur_tile(int column, int row, const SharpPictures& sharp, std:
 void MotionBlur::spread_subject() {
   subject_inverse_ = layers_.subject_inverse;
   constexpr int most = static_cast<int>(0.5f * most_motion) + 2;
-  const auto spread = [&](std::size_t from, std::ptrdiff_t step, int count) {
+  std::vector<int> ages;  // how far the pixel is away that depth was taken from
+  const auto spread = [&](std::size_t from, std::size_t step, std::size_t count) {
+    ages.resize(count);
     int age = most;
     float last = 0.0f;
-    for (int i = 0; i < count; ++i) {
-      float& here =
-          subject_inverse_[static_cast<std::size_t>(static_cast<std::ptrdiff_t>(from) + i * step)];
+    for (std::size_t i = 0; i < count; ++i) {
+      float& here = subject_inverse_[from + i * step];
       if (here > 0.0f) {
         last = here;
         age = 0;
       } else if (++age <= most) {
+        here = last;
+      }
+      ages[i] = age;
+    }
+    age = most;
+    for (std::size_t i = count; i-- > 0;) {
+      float& here = subject_inverse_[from + i * step];
+      if (ages[i] == 0) {
+        last = here;
+        age = 0;
+      } else if (++age <= most && age < ages[i]) {
         here = last;
       }
     }
@@ -179,17 +202,11 @@ void MotionBlur::spread_subject() {
   const auto columns = static_cast<std::size_t>(layers_.width),
              rows = static_cast<std::size_t>(layers_.height);
   for (std::size_t y = 0; y < rows; ++y) {
-    const std::vector<float> before(
-        subject_inverse_.begin() + static_cast<std::ptrdiff_t>(y * columns),
-        subject_inverse_.begin() + static_cast<std::ptrdiff_t>((y + 1) * columns));
-    if (std::all_of(before.begin(), before.end(), [](float w) { return w == 0.0f; })) continue;
-    spread(y * columns, 1, layers_.width);
-    spread((y + 1) * columns - 1, -1, layers_.width);
+    const auto row = subject_inverse_.begin() + static_cast<std::ptrdiff_t>(y * columns);
+    if (std::any_of(row, row + layers_.width, [](float w) { return w > 0.0f; }))
+      spread(y * columns, 1, columns);
   }
-  for (std::size_t x = 0; x < columns; ++x) {
-    spread(x, static_cast<std::ptrdiff_t>(columns), layers_.height);
-    spread(x + (rows - 1) * columns, -static_cast<std::ptrdiff_t>(columns), layers_.height);
-  }
+  for (std::size_t x = 0; x < columns; ++x) spread(x, columns, rows);
 }
 
 /// What can come to each tile, from the tiles around.

@@ -36,9 +36,14 @@ class MotionBlur {
     bool subject_only = false;  ///< the background's picture has its motion blur already
   };
 
-  /// Whether \p camera moves with \p shutter so that it can be seen. Not where the motion is a cut:
-  /// the middle of the picture, or what is 3 m away there, moves by more than half the picture's width,
-  /// or the viewport turns by more than 15 degrees, as between cameras that look at one subject.
+  /// Whether \p camera is another one than \p before, \p frames frames' time ago, both with pictures of
+  /// one size: the middle of the picture, or what is 3 m away there, has moved by more than half the
+  /// picture's width, or the viewport has turned by more than 15 degrees, as between cameras that look
+  /// at one subject. Both grow with the frames, to twice that: beyond, cameras of a rig are not told from
+  /// fast pans.
+  static bool is_cut(const Camera& camera, const Camera& before, double frames);
+
+  /// Whether \p camera moves with \p shutter so that it can be seen. A cut is to be kept from here.
   static bool moves(const Camera& camera, const Shutter& shutter);
 
   /// Writes what the open shutter makes of \p sharp into \p target, RGBA rows \p target_stride bytes
@@ -75,7 +80,8 @@ class MotionBlur {
   bool subject_only_ = false;
   LightLayers layers_;
   const std::vector<float>* scene_inverse_ = nullptr;
-  std::vector<float> subject_inverse_;  // 1/z, beyond the outline that of the nearest pixel in it
+  // 1/z, beyond the outline that of the nearest pixel in it along the row, else along the column.
+  std::vector<float> subject_inverse_;
   int columns_ = 0, rows_of_tiles_ = 0;
   std::vector<Reach> reach_;
 };

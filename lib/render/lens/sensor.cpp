@@ -24,23 +24,22 @@ std::uint64_t mixed(std::uint64_t value) {
 void blur_rows(const std::vector<float>& from, std::vector<float>& to, int side,
                const std::vector<float>& weights) {
   const int reach = static_cast<int>(weights.size()) / 2;
-  for (int y = 0; y < side; ++y)
-    for (int x = 0; x < side; ++x) {
-      float sum = 0.0f;
-      for (int k = -reach; k <= reach; ++k)
-        sum += weights[static_cast<std::size_t>(k + reach)] *
-               from[static_cast<std::size_t>(y * side + ((x + k) & (side - 1)))];
-      to[static_cast<std::size_t>(x * side + y)] = sum;  // turned: twice is both ways
-    }
+  parallel_for(static_cast<std::size_t>(side), 8, 0, [&](std::size_t begin, std::size_t end) {
+    for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y)
+      for (int x = 0; x < side; ++x) {
+        float sum = 0.0f;
+        for (int k = -reach; k <= reach; ++k)
+          sum += weights[static_cast<std::size_t>(k + reach)] *
+                 from[static_cast<std::size_t>(y * side + ((x + k) & (side - 1)))];
+        to[static_cast<std::size_t>(x * side + y)] = sum;  // turned: twice is both ways
+      }
+  });
 }
 
-}  // namespace
-
-void Sensor::make_tile(double size) {
-  if (size == tile_size_) return;
-  constexpr auto count = static_cast<std::size_t>(side) * side;
+/// Independent numbers of the normal distribution.
+std::vector<float> white_noise(std::size_t count) {
   std::mt19937_64 random(20260101);
-  std::vector<float> noise(count), turned(count);
+  std::vector<float> noise(count);
   // By hand: std::normal_distribution differs from library to library.
   for (float& value : noise) {
     const double u = (static_cast<double>(random() >> 11) + 0.5) * 0x1p-53;
@@ -48,13 +47,23 @@ void Sensor::make_tile(double size) {
     value =
         static_cast<float>(std::sqrt(-2.0 * std::log(u)) * std::cos(2.0 * 3.14159265358979 * v));
   }
+  return noise;
+}
+
+}  // namespace
+
+void Sensor::make_tile(double size) {
+  if (size == tile_size_) return;
+  constexpr auto count = static_cast<std::size_t>(side) * side;
+  if (white_.empty()) white_ = white_noise(count);
+  std::vector<float> noise(count), turned(count);
   // The autocorrelation of noise blurred with sigma is a Gaussian of sqrt(2) sigma.
   const double sigma = size / (2.0 * std::sqrt(2.0 * std::log(2.0)) * std::sqrt(2.0));
   const int reach = std::min(static_cast<int>(std::ceil(4.0 * sigma)), side / 2 - 1);
   std::vector<float> weights;
   for (int k = -reach; k <= reach; ++k)
     weights.push_back(static_cast<float>(std::exp(-0.5 * k * k / (sigma * sigma))));
-  blur_rows(noise, turned, side, weights);
+  blur_rows(white_, turned, side, weights);
   blur_rows(turned, noise, side, weights);
   double mean = 0.0, square = 0.0;
   for (const float value : noise) mean += value / static_cast<double>(count);

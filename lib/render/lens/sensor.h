@@ -41,8 +41,9 @@ class Sensor {
   void fall_off(const ViewportLens& lens, const Camera& viewport, int y, std::uint8_t* row) const;
   void add_grain(std::uint64_t frame, int width, int y, float scale, std::uint8_t* row) const;
 
-  double tile_size_ = 0.0;   // grain size that the tile is of
-  std::vector<float> tile_;  // rows of side + side numbers: the second half repeats the first
+  std::vector<float> white_;  // kept, since the size may change while playing
+  double tile_size_ = 0.0;    // grain size that the tile is of
+  std::vector<float> tile_;   // rows of side + side numbers: the second half repeats the first
 };
 
 }  // namespace polyhull

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "glowing_stage.h"
@@ -139,6 +140,23 @@ TEST(DepthOfField, IsNearToTheTruth) {
     keep(truth, std::string("dof-") + of.name + "-truth.png");
     EXPECT_GE(found, of.least - noise) << of.name;
     EXPECT_GE(found, sharp + 1.5) << of.name;
+  }
+}
+
+// Of pixels that are not square a disk is an ellipse, as of what anamorphic video stores.
+TEST(DepthOfField, PixelsNeedNotBeSquare) {
+  for (const auto& [ratio, least] : {std::pair(1.25, 40.7), std::pair(0.5, 40.0)}) {
+    Camera camera = viewport();
+    camera.K[1][1] *= ratio;
+    const Stage of(camera);
+    const ViewportLens lens = lens_of(0.15, 8.2);
+    const Picture drawn = test::drawn(of, lens), truth = test::truth(of, lens);
+    const double found = psnr(drawn, truth), sharp = psnr(of.with, truth);
+    std::printf("pixels 1:%.2f: %.1f dB (sharp %.1f dB)\n", ratio, found, sharp);
+    keep(drawn, "dof-pixels-" + std::to_string(ratio) + ".png");
+    keep(truth, "dof-pixels-" + std::to_string(ratio) + "-truth.png");
+    EXPECT_GE(found, least - noise) << ratio;
+    EXPECT_EQ(test::drawn(of, lens_of(1e-6, 4.2)).pixels, of.with.pixels) << ratio;
   }
 }
 

@@ -154,8 +154,9 @@ TEST(MotionBlur, CutsAreNoMotion) {
   const Camera camera = viewport_at(moves[0], 0.0);
   for (const Camera& other : {look_at({0.3, 1.3, 4.2}, {4.0, 1.0, 0}, 42.0, width, height),
                               look_at({0.3, 1.3, -4.2}, {0, 1.0, 0}, 42.0, width, height),
-                              look_at({4.2, 1.3, 4.2}, {4.0, 1.0, 0}, 42.0, width, height)})
-    EXPECT_FALSE(MotionBlur::moves(camera, {other, 0.5, false}));
+                              look_at({6.2, 1.3, 4.2}, {6.0, 1.0, 0}, 42.0, width, height)})
+    for (const double frames : {1.0, 4.0})
+      EXPECT_TRUE(MotionBlur::is_cut(camera, other, frames)) << frames;
 }
 
 // Cameras around a subject that all aim at it: its middle stays in the picture's.
@@ -165,9 +166,28 @@ TEST(MotionBlur, CutsBetweenCamerasThatAimAtOneSubject) {
     return look_at({2.7 * std::sin(a), 1.0, 2.7 * std::cos(a)}, {0, 1.0, 0}, 42.0, width, height);
   };
   for (const double degrees : {25.0, 40.0, 60.0, 180.0})
-    EXPECT_FALSE(MotionBlur::moves(around(0.0), {around(degrees), 0.5, false})) << degrees;
+    EXPECT_TRUE(MotionBlur::is_cut(around(0.0), around(degrees), 1.0)) << degrees;
   for (const double degrees : {1.0, 5.0, 14.0})
-    EXPECT_TRUE(MotionBlur::moves(around(0.0), {around(degrees), 0.5, false})) << degrees;
+    EXPECT_FALSE(MotionBlur::is_cut(around(0.0), around(degrees), 1.0)) << degrees;
+  // A second without frames makes none of them one.
+  for (const double degrees : {31.0, 40.0, 60.0, 180.0})
+    EXPECT_TRUE(MotionBlur::is_cut(around(0.0), around(degrees), 25.0)) << degrees;
+}
+
+// A pan stays one where not every frame is drawn.
+TEST(MotionBlur, PansOverSeveralFramesAreNoCuts) {
+  for (const double fov : {42.0, 70.0}) {
+    const auto panned = [fov](double degrees) {
+      const double a = glm::radians(degrees);
+      return look_at({0, 1, 0}, {std::sin(a), 1, -std::cos(a)}, fov, width, height);
+    };
+    for (const double degrees : {4.0, 7.0}) {
+      EXPECT_FALSE(MotionBlur::is_cut(panned(0.0), panned(degrees), 1.0)) << degrees;
+      EXPECT_FALSE(MotionBlur::is_cut(panned(0.0), panned(4.0 * degrees), 4.0)) << degrees;
+      EXPECT_TRUE(MotionBlur::is_cut(panned(0.0), panned(4.0 * degrees), 1.0)) << degrees;
+    }
+    EXPECT_TRUE(MotionBlur::is_cut(panned(0.0), panned(16.0), 1.05));  // by a frame that is late
+  }
 }
 
 TEST(MotionBlur, EvenSurfacesStayEven) {

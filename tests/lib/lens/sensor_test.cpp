@@ -135,5 +135,18 @@ TEST(Sensor, GrainLeavesAlphaAndKeepsWithinCodes) {
   EXPECT_NEAR(black / (static_cast<double>(width) * height), 0.308, 0.02);
 }
 
+// Grain of a size is the same whatever size was before it.
+TEST(Sensor, SizesMayChange) {
+  Sensor sensor;
+  ViewportLens lens;
+  lens.grain = 0.05;
+  for (const double size : {1.0, 6.0, 2.5, 1.0}) {
+    lens.grain_size = size;
+    Pixels pixels = even(128);
+    sensor.finish(lens, viewport(), 3, pixels.data(), 4 * width);
+    EXPECT_EQ(pixels, grained(0.05, size, 3)) << size;
+  }
+}
+
 }  // namespace
 }  // namespace polyhull
