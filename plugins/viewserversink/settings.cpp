@@ -28,7 +28,8 @@ std::span<const Property<ViewServerSettings>> view_server_properties() {
       property<&S::settings_for>(
           "settings-for", "Settings for",
           "Name of the element of this pipeline whose properties clients may set, those that may "
-          "change while it plays; needs TLS. Empty: none.",
+          "change while it plays and are no files or other texts but polygons; needs TLS. Empty: "
+          "none.",
           0, 0, Change::when_ready),
       property<&S::max_clients>("max-clients", "Most clients",
                                 "How many are served at once (1 to 1000); more are refused.", 1,

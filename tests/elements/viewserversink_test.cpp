@@ -472,6 +472,37 @@ GST_START_TEST(test_settings_arrive) {
 }
 GST_END_TEST
 
+// Clients reach no file, and no camera becomes another.
+GST_START_TEST(test_settings_reach_no_files) {
+  Server server(Keys::of("left") + "settings-for=keyer");
+  GstElement* keyer = gst_element_factory_make("silhouette", "keyer");
+  g_object_set(keyer, "camera", "cam0", nullptr);
+  gst_object_ref(keyer);
+  gst_bin_add(GST_BIN(server.pipeline), keyer);
+  gst_element_set_locked_state(keyer, TRUE);
+  Client client(server.port(), Keys::client(Keys::of("server")) +
+                                   " settings=\"sigma=2.5 inside-polygon=\'1,1 9,1 9,9\'\"");
+  meet(server, client);
+  wait_for_property(server, keyer, "sigma", 2.5);
+  guint64 refused = 0;
+  const auto text = [&](const char* property) {
+    g_autofree gchar* value = nullptr;
+    g_object_get(keyer, property, &value, nullptr);
+    return std::string(value != nullptr ? value : "");
+  };
+  fail_unless_equals_string(text("inside-polygon").c_str(), "1,1 9,1 9,9");
+  for (const char* name : {"rig", "camera", "clean-plate", "outside-mask", "inside-mask"}) {
+    const std::string before = text(name);
+    g_object_set(client.source, "settings", (std::string(name) + "=/dev/zero").c_str(), nullptr);
+    server.push_until("settings-refused", ++refused);
+    fail_unless_equals_string(text(name).c_str(), before.c_str());
+  }
+  server.expect_warning("no file or other text");
+  gst_element_set_locked_state(keyer, FALSE);
+  gst_object_unref(keyer);
+}
+GST_END_TEST
+
 GST_START_TEST(test_flush) {
   Server server;
   Client client(server.port());
@@ -547,6 +578,7 @@ static Suite* viewserversink_suite() {
   tcase_add_test(tests, test_addresses);
   tcase_add_test(tests, test_most_clients);
   tcase_add_test(tests, test_settings_arrive);
+  tcase_add_test(tests, test_settings_reach_no_files);
   tcase_add_test(tests, test_flush);
   tcase_add_test(tests, test_states);
   tcase_add_test(tests, test_bad_settings);
