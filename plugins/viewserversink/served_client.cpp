@@ -127,7 +127,11 @@ void ServedClient::serve_all(const TlsIdentity& identity, GRef<GIOStream>& secur
     // end() shuts its socket down: not every version of GIO's TLS can be cancelled here.
     if (!g_tls_connection_handshake(G_TLS_CONNECTION(secured.get()), nullptr, &error)) {
       const bool late = g_error_matches(error, G_IO_ERROR, G_IO_ERROR_TIMED_OUT);
-      end(late ? ClientEnd::late : ClientEnd::refused, take_message(error));
+      const bool other = TlsIdentity::has_other_name(secured.get());
+      end(late    ? ClientEnd::late
+          : other ? ClientEnd::uninvited
+                  : ClientEnd::refused,
+          take_message(error));
       return;
     }
   }

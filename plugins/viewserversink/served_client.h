@@ -23,11 +23,12 @@ namespace polyhull::element {
 
 /// Why a client is served no longer.
 enum class ClientEnd {
-  none,     ///< it still is
-  closed,   ///< by the client or the network, or because the server ends
-  refused,  ///< it could not prove who it is
-  late,     ///< ... or took too long to
-  slow,     ///< it takes nothing any more, or less than there is
+  none,       ///< it still is
+  closed,     ///< by the client or the network, or because the server ends
+  refused,    ///< it could not prove who it is
+  uninvited,  ///< it has, and is none of those that may come
+  late,       ///< it took too long to
+  slow,       ///< it takes nothing any more, or less than there is
 };
 
 class ServedClient {

@@ -25,6 +25,11 @@ std::span<const Property<ViewServerSettings>> view_server_properties() {
           "tls-authority", "TLS authority",
           "PEM file with the certificates of who signs those of the clients that are trusted.", 0,
           0, Change::when_ready),
+      property<&S::tls_clients>(
+          "tls-clients", "TLS clients",
+          "Names or addresses of the machines that may be clients, as in \"server recorder\": a "
+          "client's certificate must be for one of them. Empty: all that tls-authority signs.",
+          0, 0, Change::when_ready),
       property<&S::settings_for>(
           "settings-for", "Settings for",
           "Name of the element of this pipeline whose properties clients may set, those that may "

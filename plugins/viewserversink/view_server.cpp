@@ -9,10 +9,12 @@
 namespace polyhull::element {
 namespace {
 
-const char* counter_of(ClientEnd why) {
+const char* event_of(ClientEnd why) {
   switch (why) {
     case ClientEnd::refused:
       return "refused-keys";
+    case ClientEnd::uninvited:
+      return "refused-names";
     case ClientEnd::late:
       return "handshakes-late";
     case ClientEnd::slow:
@@ -35,7 +37,7 @@ guint seconds_of(std::uint64_t time) {
 
 ViewServer::ViewServer(const ViewServerSettings& settings, Listener listener, Settings said)
     : allowed_(settings.allow),
-      identity_(settings.tls_certificate, settings.tls_authority),
+      identity_(settings.tls_certificate, settings.tls_authority, words_of(settings.tls_clients)),
       listener_(std::move(listener)),
       said_(std::move(said)),
       settings_(settings) {
@@ -44,6 +46,13 @@ ViewServer::ViewServer(const ViewServerSettings& settings, Listener listener, Se
         Error::Kind::bad_input,
         "settings-for is set without TLS: settings are taken from those alone who prove who "
         "they are. Set tls-certificate and tls-authority.");
+  // A mistake must not let everybody in.
+  if (!settings.tls_clients.empty() && (!identity_ || words_of(settings.tls_clients).empty()))
+    throw Error(Error::Kind::bad_input, "tls-clients is '{}', which {}.", settings.tls_clients,
+                identity_ ? "names nobody; name the clients, or leave it empty for all that "
+                            "tls-authority signs"
+                          : "nobody can be held to without TLS; set tls-certificate and "
+                            "tls-authority");
   g_autoptr(GSocketAddress) wanted = g_inet_socket_address_new_from_string(
       settings.host.c_str(), static_cast<guint>(settings.port));
   if (wanted == nullptr)
@@ -143,7 +152,7 @@ void ViewServer::remove_ended(std::vector<std::unique_ptr<ServedClient>>& remove
 
 void ViewServer::tell(const std::vector<std::unique_ptr<ServedClient>>& removed) {
   for (const auto& client : removed)
-    listener_(counter_of(client->ended()), client->address(), client->reason());
+    listener_(event_of(client->ended()), client->address(), client->reason());
 }
 
 void ViewServer::set_head(std::vector<BufferRef> head) {

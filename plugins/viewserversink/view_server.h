@@ -26,11 +26,12 @@ class ViewServer {
   /// given up: connections that say nothing keep nobody out.
   static constexpr std::size_t most_handshakes = 16;
 
-  /// Told of each client that comes or goes, on any thread and without a lock; \p counter is one of
+  /// Told of each client that comes or goes, on any thread and without a lock; \p event is one of
   /// clients, clients-closed, clients-slow, refused-addresses, refused-full, refused-keys,
-  /// refused-resources and handshakes-late; \p why is what GIO or the system says, or empty.
+  /// refused-names, refused-resources and handshakes-late; \p why is what GIO or the system says, or
+  /// empty.
   using Listener =
-      std::function<void(const char* counter, const std::string& address, const std::string& why)>;
+      std::function<void(const char* event, const std::string& address, const std::string& why)>;
 
   /// Told the lines that trusted clients say, on their threads and without a lock; none: nobody hears
   /// them.

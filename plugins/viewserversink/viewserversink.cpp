@@ -6,7 +6,10 @@
 /// "polyhull-client" with the fields address, served and reason.
 #include <gst/base/gstbasesink.h>
 
+#include <algorithm>
+#include <iterator>
 #include <optional>
+#include <string_view>
 #include <vector>
 
 #include "plugins/common/element.h"
@@ -42,32 +45,47 @@ struct ViewServerSink {
   std::optional<ViewServer> server;  // from READY on
 };
 
+/// What becomes of a client that is not served, or not any more.
+struct Refusal {
+  std::string_view event;  // as ViewServer has it
+  const char* counter;
+  const char* sentence;
+  bool says_why;  // what GIO or the system says comes behind it
+};
+constexpr Refusal refusals[] = {
+    {"clients-slow", "clients-slow",
+     "is not served any more: it takes less than there is; it may connect again. Look at the link, "
+     "or pack views more (viewencode)",
+     false},
+    {"refused-keys", "refused-keys",
+     "is not served: it has not proved who it is by a certificate that tls-authority signs", true},
+    {"refused-names", "refused-keys",
+     "is not served: its certificate is good, but for none of the names in tls-clients", false},
+    {"handshakes-late", "handshakes-late",
+     "is not served: it has not proved in time who it is; is it a client without TLS?", false},
+    {"refused-resources", "refused-resources",
+     "is not served: this machine has no thread for it; look at the process's limits", true},
+    {"refused-full", "refused-full",
+     "is not served: as many as max-clients allows are served already", false},
+    {"refused-addresses", "refused-addresses", "is not served: its address is not in allow", false},
+};
+
 /// Of the clients that come and go.
-void tell(GstElement* element, const char* counter, const std::string& address,
+void tell(GstElement* element, const char* event, const std::string& address,
           const std::string& why) {
   Statistics& statistics = state_of<ViewServerSink>(element).statistics;
-  const std::string_view which = counter;
-  const bool served = which == "clients";
-  if (served || which == "clients-closed")
+  const char* counter = event;
+  const auto* refusal = std::find_if(std::begin(refusals), std::end(refusals),
+                                     [&](const Refusal& r) { return r.event == event; });
+  if (refusal == std::end(refusals)) {
     statistics.count(counter);
-  else
-    statistics.warn(
-        element, counter,
-        fmt::format("{} is not served{}: {}{}", address, which == "clients-slow" ? " any more" : "",
-                    which == "clients-slow"
-                        ? "it takes less than there is; it may connect again. Look at the link, or "
-                          "pack views more (viewencode)"
-                    : which == "refused-keys"
-                        ? "it has not proved who it is by a certificate that tls-authority signs"
-                    : which == "handshakes-late"
-                        ? "it has not proved in time who it is; is it a client without TLS?"
-                    : which == "refused-resources"
-                        ? "this machine has no thread for it; look at the process's limits"
-                    : which == "refused-full" ? "as many as max-clients allows are served already"
-                                              : "its address is not in allow",
-                    (which == "refused-keys" || which == "refused-resources") && !why.empty()
-                        ? " (" + why + ")."
-                        : "."));
+  } else {
+    counter = refusal->counter;
+    statistics.warn(element, counter,
+                    fmt::format("{} {}{}.", address, refusal->sentence,
+                                refusal->says_why && !why.empty() ? " (" + why + ")" : ""));
+  }
+  const bool served = std::string_view(counter) == "clients";
   gst_element_post_message(
       element, gst_message_new_element(
                    GST_OBJECT(element),
@@ -151,7 +169,9 @@ void ViewServerSink::class_init(gpointer klass) {
       klass,
       "Counters since the start: port (at which clients are served), clients (that came), "
       "clients-now, clients-closed (gone by themselves), clients-slow (given up), "
-      "refused-addresses, refused-full, refused-keys (no certificate that is trusted), "
+      "refused-addresses, refused-full, refused-keys (no certificate that is trusted, or of none "
+      "of "
+      "tls-clients), "
       "refused-resources (no thread is to be had), "
       "handshakes-late, settings (lines that clients have sent and that hold), settings-refused, "
       "packets, and bytes that clients have taken.");

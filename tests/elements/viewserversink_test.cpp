@@ -147,15 +147,15 @@ class RawClient {
   GIOStream* secured_ = nullptr;
 };
 
-/// Keys of two authorities, made once: `here`, with machines "left" and "server", and `there`, with
-/// "stranger".
+/// Keys of two authorities, made once: `here`, with machines "left", "right", "server" and two
+/// addresses, and `there`, with "stranger".
 class Keys {
  public:
   Keys() {
     gchar* made = g_dir_make_tmp("polyhull-keys-XXXXXX", nullptr);
     folder_ = made;
     g_free(made);
-    run(script() + " " + folder_ + "/here left server");
+    run(script() + " " + folder_ + "/here left right server 10.0.0.8 10.0.0.9");
     run(script() + " " + folder_ + "/there stranger");
   }
   ~Keys() { run("rm -r " + folder_); }
@@ -259,6 +259,27 @@ GST_START_TEST(test_wrong_keys) {
     refused = statistic(server.sink, "refused-keys");
   }
   server.expect_warning("tls-authority signs");
+  fail_unless_equals_uint64(statistic(client.source, "connections"), 1);
+}
+GST_END_TEST
+
+// Of those whose certificates are good, only the named are served: by their names and addresses.
+GST_START_TEST(test_clients_by_name) {
+  Server server(Keys::of("left") + "tls-clients=\"10.0.0.9, server\"");
+  Client client(server.port(), Keys::client(Keys::of("server")));
+  meet(server, client);
+  for (const char* other : {"right", "10.0.0.8"}) {
+    const guint64 before = statistic(server.sink, "refused-keys");
+    Client stranger(server.port(), Keys::client(Keys::of(other)));
+    stranger.wait_for("refused-keys", 1);
+    server.push_until("refused-keys", before + 1);
+    server.expect_warning("none of the names in tls-clients");
+    fail_unless_equals_uint64(statistic(stranger.source, "frames"), 0);
+  }
+  catch_up(server, client);
+  expect_frames(server, client, 3);
+  Client two(server.port(), Keys::client(Keys::of("10.0.0.9")));
+  server.push_until("clients-now", 2);
   fail_unless_equals_uint64(statistic(client.source, "connections"), 1);
 }
 GST_END_TEST
@@ -552,6 +573,9 @@ GST_START_TEST(test_bad_settings) {
   expect("tls-certificate=" + broken + " tls-authority=" + broken, "polyhull-broken.pem");
   g_unlink(broken.c_str());
   expect("settings-for=keyer", "without TLS");
+  expect("tls-clients=server", "without TLS");
+  expect(Keys::of("left") + "tls-clients=\", \"", "names nobody");
+  expect("allow=\", \"", "names nobody");
   // An authority's file has no private key.
   const std::string keys = Keys::of("left");
   const std::string authority = keys.substr(keys.find("tls-authority=") + 14);
@@ -569,6 +593,7 @@ static Suite* viewserversink_suite() {
   tcase_add_test(tests, test_head_first);
   tcase_add_test(tests, test_same_bytes_by_tls);
   tcase_add_test(tests, test_wrong_keys);
+  tcase_add_test(tests, test_clients_by_name);
   tcase_add_test(tests, test_tls_and_none);
   tcase_add_test(tests, test_turned_away_by_tls);
   tcase_add_test(tests, test_handshake_drawn_out);
