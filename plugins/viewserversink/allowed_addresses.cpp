@@ -46,4 +46,11 @@ bool AllowedAddresses::has(GInetAddress* address) const {
   });
 }
 
+std::string network_of(GInetAddress* address) {
+  const GRef<GInetAddress> each = plain(address);
+  constexpr gsize network = 8;
+  return {reinterpret_cast<const char*>(g_inet_address_to_bytes(each.get())),
+          std::min(g_inet_address_get_native_size(each.get()), network)};
+}
+
 }  // namespace polyhull::element

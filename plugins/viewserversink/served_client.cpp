@@ -3,6 +3,7 @@
 
 #include <netinet/in.h>
 #include <netinet/tcp.h>
+#include <poll.h>
 
 #include <utility>
 
@@ -11,15 +12,22 @@
 
 namespace polyhull::element {
 
-ServedClient::ServedClient(GRef<GSocketConnection> connection, std::string address,
-                           const TlsIdentity& identity, guint timeout, Listener listener,
-                           const std::vector<BufferRef>& head)
-    : address_(std::move(address)),
+ServedClient::ServedClient(GRef<GSocketConnection> connection, From from,
+                           const TlsIdentity& identity, guint timeout, Admission admission,
+                           Listener listener, const std::vector<BufferRef>& head)
+    : from_(std::move(from)),
+      admission_(std::move(admission)),
       listener_(std::move(listener)),
       connection_(std::move(connection)) {
   GSocket* socket = g_socket_connection_get_socket(connection_.get());
   g_socket_set_timeout(socket, timeout);
+  // Whoever is gone without a word is known to be so soon, and keeps nobody's place: asked after
+  // `timeout` without a byte, and given up where no answer comes for as long.
+  const auto seconds = static_cast<gint>(timeout);
   g_socket_set_keepalive(socket, TRUE);
+  g_socket_set_option(socket, IPPROTO_TCP, TCP_KEEPIDLE, seconds, nullptr);
+  g_socket_set_option(socket, IPPROTO_TCP, TCP_KEEPINTVL, 1, nullptr);
+  g_socket_set_option(socket, IPPROTO_TCP, TCP_USER_TIMEOUT, 1000 * seconds, nullptr);
   // A frame's last bytes wait for no answer to those before.
   g_socket_set_option(socket, IPPROTO_TCP, TCP_NODELAY, 1, nullptr);
   // Without TLS whoever has come is trusted as soon as the thread runs.
@@ -34,21 +42,36 @@ ServedClient::~ServedClient() {
   g_socket_close(g_socket_connection_get_socket(connection_.get()), nullptr);
 }
 
+void ServedClient::trust() {
+  const std::scoped_lock lock(mutex_);
+  trusted_ = true;
+}
+
+void ServedClient::look() {
+  if (listener_) return;  // it is read, and what it says last is not to be lost
+  const std::scoped_lock lock(mutex_);
+  if (!trusted_ || ended_ != ClientEnd::none) return;
+  pollfd socket{g_socket_get_fd(g_socket_connection_get_socket(connection_.get())), POLLRDHUP, 0};
+  if (poll(&socket, 1, 0) > 0) end_locked(ClientEnd::closed, {});
+}
+
 void ServedClient::end(ClientEnd why) {
   end(why, {});
 }
 
 void ServedClient::end(ClientEnd why, std::string reason) {
-  {
-    const std::scoped_lock lock(mutex_);
-    if (ended_ != ClientEnd::none) return;
-    ended_ = why;
-    reason_ = std::move(reason);
-    queue_.clear();
-    // What waits on the socket ends at once, TLS's goodbye included: it would wait for the client.
-    // Under the lock, before which nobody who sees the end closes it.
-    g_socket_shutdown(g_socket_connection_get_socket(connection_.get()), TRUE, TRUE, nullptr);
-  }
+  const std::scoped_lock lock(mutex_);
+  end_locked(why, std::move(reason));
+}
+
+void ServedClient::end_locked(ClientEnd why, std::string reason) {
+  if (ended_ != ClientEnd::none) return;
+  ended_ = why;
+  reason_ = std::move(reason);
+  queue_.clear();
+  // What waits on the socket ends at once, TLS's goodbye included: it would wait for the client.
+  // Under the lock: nobody who sees the end has closed it by then.
+  g_socket_shutdown(g_socket_connection_get_socket(connection_.get()), TRUE, TRUE, nullptr);
   g_cancellable_cancel(cancel_.get());
   changed_.notify_all();
 }
@@ -61,16 +84,11 @@ void ServedClient::begin_with(const std::vector<BufferRef>& head) {
 }
 
 void ServedClient::send(GstBuffer* packet, std::size_t most) {
-  {
-    const std::scoped_lock lock(mutex_);
-    if (ended_ != ClientEnd::none || !trusted_) return;
-    if (queue_.size() < most) {
-      queue_.emplace_back(gst_buffer_ref(packet));
-      changed_.notify_all();
-      return;
-    }
-  }
-  end(ClientEnd::slow);
+  const std::scoped_lock lock(mutex_);
+  if (ended_ != ClientEnd::none || !trusted_) return;
+  if (queue_.size() >= most) return end_locked(ClientEnd::slow, {});
+  queue_.emplace_back(gst_buffer_ref(packet));
+  changed_.notify_all();
 }
 
 ClientEnd ServedClient::ended() const {
@@ -135,6 +153,7 @@ void ServedClient::serve_all(const TlsIdentity& identity, GRef<GIOStream>& secur
       return;
     }
   }
+  if (!admission_(*this)) return end(ClientEnd::full);
   GOutputStream* output = g_io_stream_get_output_stream(
       secured != nullptr ? secured.get() : G_IO_STREAM(connection_.get()));
   // Ends with this, however this ends.
@@ -188,7 +207,6 @@ void ServedClient::listen(GInputStream* input) {
 /// What is queued, until the connection ends.
 void ServedClient::write_all(GOutputStream* output) {
   std::unique_lock lock(mutex_);
-  trusted_ = true;
   while (true) {
     changed_.wait(lock, [&] { return !queue_.empty() || ended_ != ClientEnd::none; });
     if (ended_ != ClientEnd::none) return;

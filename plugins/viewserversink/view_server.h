@@ -22,9 +22,10 @@ namespace polyhull::element {
 
 class ViewServer {
  public:
-  /// Who has prove themselves to be whom they are by TLS at once; the one that came first of more is
-  /// given up: connections that say nothing keep nobody out.
-  static constexpr std::size_t most_handshakes = 16;
+  /// So many prove by TLS who they are at once; of more, the address that has the most of them gives
+  /// up its first one: connections that say nothing, or one machine that makes many, keep nobody out.
+  /// Fewer than the ten threads that GIO has for it.
+  static constexpr std::size_t most_handshakes = 8;
 
   /// Told of each client that comes or goes, on any thread and without a lock; \p event is one of
   /// clients, clients-closed, clients-slow, refused-addresses, refused-full, refused-keys,
@@ -58,8 +59,11 @@ class ViewServer {
  private:
   void accept();
   void welcome(GRef<GSocketConnection> connection);
+  bool admit(ServedClient& client);
+  std::size_t served() const;
+  void make_way(const std::string& network, std::vector<std::unique_ptr<ServedClient>>& removed);
   void remove_ended(std::vector<std::unique_ptr<ServedClient>>& removed);
-  void tell(const std::vector<std::unique_ptr<ServedClient>>& removed);
+  void tell(std::vector<std::unique_ptr<ServedClient>>& removed);
 
   const AllowedAddresses allowed_;
   const TlsIdentity identity_;

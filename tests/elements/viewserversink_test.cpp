@@ -101,11 +101,11 @@ void expect_frames(Server& server, Client& client, int count) {
   }
 }
 
-/// A client that does nothing by itself: no TLS, or its handshake alone.
+/// A client that does nothing by itself.
 class RawClient {
  public:
-  /// \p keys as Keys::of() has them; \p from is its own address.
-  explicit RawClient(int port, const std::string& keys = "", const char* from = "127.0.0.1") {
+  /// \p from is its own address.
+  explicit RawClient(int port, const char* from = "127.0.0.1") {
     GSocketClient* client = g_socket_client_new();
     GSocketAddress* address = g_inet_socket_address_new_from_string(from, 0);
     g_socket_client_set_local_address(client, address);
@@ -114,7 +114,16 @@ class RawClient {
         client, "127.0.0.1", static_cast<guint16>(port), nullptr, nullptr));
     g_object_unref(client);
     fail_if(connection_ == nullptr);
-    if (keys.empty()) return;
+  }
+  ~RawClient() {
+    // Without a goodbye.
+    g_socket_close(g_socket_connection_get_socket(G_SOCKET_CONNECTION(connection_)), nullptr);
+    g_clear_object(&secured_);
+    g_object_unref(connection_);
+  }
+  RawClient(const RawClient&) = delete;
+  /// Proves who it is, by \p keys as Keys::of() has them.
+  void prove(const std::string& keys) {
     const std::size_t begin = keys.find('=') + 1;
     const std::string file = keys.substr(begin, keys.find(' ', begin) - begin);
     GError* error = nullptr;
@@ -129,13 +138,11 @@ class RawClient {
     if (!g_tls_connection_handshake(G_TLS_CONNECTION(secured_), nullptr, &error))
       fail("%s", error->message);
   }
-  ~RawClient() {
-    // Without a goodbye.
-    g_socket_close(g_socket_connection_get_socket(G_SOCKET_CONNECTION(connection_)), nullptr);
-    g_clear_object(&secured_);
-    g_object_unref(connection_);
+  /// Whether the server has ended it, or has said anything.
+  bool is_cut() const {
+    GSocket* socket = g_socket_connection_get_socket(G_SOCKET_CONNECTION(connection_));
+    return g_socket_condition_check(socket, static_cast<GIOCondition>(G_IO_IN | G_IO_HUP)) != 0;
   }
-  RawClient(const RawClient&) = delete;
   void write(const std::string& text) {
     GIOStream* stream = secured_ != nullptr ? secured_ : connection_;
     g_output_stream_write_all(g_io_stream_get_output_stream(stream), text.data(), text.size(),
@@ -362,6 +369,27 @@ GST_START_TEST(test_half_open) {
 }
 GST_END_TEST
 
+// However many come from one address, they cut none that comes from another.
+GST_START_TEST(test_flood_of_one_address) {
+  Server server(Keys::of("left"));
+  std::vector<std::unique_ptr<RawClient>> flood;
+  const auto come = [&](int count) {
+    for (int i = 0; i < count; ++i)
+      flood.push_back(std::make_unique<RawClient>(server.port(), "127.0.0.2"));
+  };
+  const RawClient early(server.port(), "127.0.0.3");
+  come(30);
+  const RawClient late(server.port(), "127.0.0.4");
+  come(30);
+  server.wait_for("handshakes-late", 62 - 8);
+  fail_unless_equals_uint64(statistic(server.sink, "handshakes-late"), 62 - 8);
+  fail_if(early.is_cut() || late.is_cut());
+  Client client(server.port(), Keys::client(Keys::of("server")));
+  meet(server, client);
+  fail_unless_equals_uint64(statistic(client.source, "connections-failed"), 0);
+}
+GST_END_TEST
+
 GST_START_TEST(test_floods) {
 #ifdef __SANITIZE_ADDRESS__
   constexpr int connections = 40;
@@ -390,7 +418,8 @@ GST_START_TEST(test_slow_client) {
     Server server("buffers-max=4 " + (tls ? Keys::of("left") : ""));
     Client client(server.port(), tls ? Keys::client(Keys::of("server")) : "max-age=0");
     meet(server, client);
-    const RawClient slow(server.port(), tls ? Keys::of("server") : "");
+    RawClient slow(server.port());
+    if (tls) slow.prove(Keys::of("server"));
     server.push_until("clients", 2);
     server.push_until("clients-now", 2);
     catch_up(server, client);
@@ -434,6 +463,33 @@ GST_START_TEST(test_most_clients) {
   fail_unless_equals_uint64(statistic(two.source, "frames"), 0);
   g_object_set(server.sink, "max-clients", 2, nullptr);
   server.push_until("clients-now", 2);
+}
+GST_END_TEST
+
+// Two who prove at once who they are have one place between them.
+GST_START_TEST(test_most_proven_clients) {
+  Server server(Keys::of("left") + "max-clients=1");
+  RawClient one(server.port()), two(server.port());
+  two.prove(Keys::of("server"));
+  server.push_until("clients-now", 1);
+  one.prove(Keys::of("server"));
+  server.push_until("refused-full", 1);
+  fail_unless_equals_uint64(statistic(server.sink, "clients-now"), 1);
+  fail_unless_equals_uint64(statistic(server.sink, "clients"), 1);
+}
+GST_END_TEST
+
+// Those who are gone keep nobody out, though nothing is sent of which their going would be learnt.
+GST_START_TEST(test_gone_in_silence) {
+  for (const bool tls : {false, true}) {
+    Server server("max-clients=2 " + (tls ? Keys::of("left") : ""));
+    for (guint64 i = 1; i <= 10; ++i) {
+      RawClient client(server.port());
+      if (tls) client.prove(Keys::of("server"));
+      server.wait_for("clients", i);
+    }
+    fail_unless_equals_uint64(statistic(server.sink, "refused-full"), 0);
+  }
 }
 GST_END_TEST
 
@@ -598,10 +654,13 @@ static Suite* viewserversink_suite() {
   tcase_add_test(tests, test_turned_away_by_tls);
   tcase_add_test(tests, test_handshake_drawn_out);
   tcase_add_test(tests, test_half_open);
+  tcase_add_test(tests, test_flood_of_one_address);
   tcase_add_test(tests, test_floods);
   tcase_add_test(tests, test_slow_client);
   tcase_add_test(tests, test_addresses);
   tcase_add_test(tests, test_most_clients);
+  tcase_add_test(tests, test_most_proven_clients);
+  tcase_add_test(tests, test_gone_in_silence);
   tcase_add_test(tests, test_settings_arrive);
   tcase_add_test(tests, test_settings_reach_no_files);
   tcase_add_test(tests, test_flush);
