@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "plugins/viewserversink/served_client.h"
 
+#include <linux/sockios.h>
 #include <netinet/in.h>
 #include <netinet/tcp.h>
 #include <poll.h>
+#include <sys/ioctl.h>
 
 #include <utility>
 
@@ -106,6 +108,14 @@ bool ServedClient::trusted() const {
   return trusted_;
 }
 
+bool ServedClient::has_all() const {
+  const std::scoped_lock lock(mutex_);
+  if (!trusted_ || ended_ != ClientEnd::none) return true;
+  int underway = 0;  // not acknowledged
+  ioctl(g_socket_get_fd(g_socket_connection_get_socket(connection_.get())), SIOCOUTQ, &underway);
+  return queue_.empty() && !writing_ && underway == 0;
+}
+
 std::uint64_t ServedClient::bytes() const {
   const std::scoped_lock lock(mutex_);
   return bytes_;
@@ -178,6 +188,8 @@ void ServedClient::serve_all(const TlsIdentity& identity, GRef<GIOStream>& secur
 void ServedClient::listen(GInputStream* input) {
   std::string line;
   char bytes[512];
+  std::int64_t second = 0;
+  int lines = 0;
   while (!g_cancellable_is_cancelled(cancel_.get())) {
     GError* error = nullptr;
     const gssize count = g_input_stream_read(input, bytes, sizeof bytes, cancel_.get(), &error);
@@ -192,15 +204,20 @@ void ServedClient::listen(GInputStream* input) {
     for (gssize i = 0; i < count; ++i) {
       if (bytes[i] != '\n') {
         line += bytes[i];
-      } else {
-        listener_(line);
-        line.clear();
+        continue;
       }
+      const std::int64_t now = g_get_monotonic_time() / 1'000'000;
+      if (now != second) lines = 0;
+      second = now;
+      if (++lines > most_lines)
+        return end(ClientEnd::noisy,
+                   fmt::format("it says more than {} lines a second", most_lines));
+      if (!line.empty()) listener_(line);
+      line.clear();
     }
-    if (line.size() > longest_line) {
-      end(ClientEnd::closed, "it says more than a line can have");
-      return;
-    }
+    if (line.size() > longest_line)
+      return end(ClientEnd::noisy,
+                 fmt::format("it says a line of more than {} bytes", longest_line));
   }
 }
 
@@ -212,9 +229,11 @@ void ServedClient::write_all(GOutputStream* output) {
     if (ended_ != ClientEnd::none) return;
     const BufferRef packet = std::move(queue_.front());
     queue_.pop_front();
+    writing_ = true;
     lock.unlock();
     if (!write(output, packet.get())) return;
     lock.lock();
+    writing_ = false;
   }
 }
 

@@ -29,12 +29,15 @@ enum class ClientEnd {
   uninvited,  ///< it has, and is none of those that may come
   late,       ///< it took too long to
   full,       ///< others are served already, as many as may be
+  noisy,      ///< it says more than it may
   slow,       ///< it takes nothing any more, or less than there is
 };
 
 class ServedClient {
  public:
   static constexpr std::size_t longest_line = 4096;  ///< of what a client says
+  /// ... in a second: a slider that is drawn says sixty.
+  static constexpr int most_lines = 200;
 
   /// Told each line that the client says once it has proved who it is, on a thread of the client's.
   using Listener = std::function<void(const std::string& line)>;
@@ -83,6 +86,8 @@ class ServedClient {
   std::int64_t since() const { return since_; }
   const std::string& address() const { return from_.address; }
   const std::string& network() const { return from_.network; }
+  /// Whether it has all that was queued for it, or gets nothing any more.
+  bool has_all() const;
   /// Bytes that it has taken.
   std::uint64_t bytes() const;
 
@@ -101,12 +106,12 @@ class ServedClient {
   const std::int64_t since_ = g_get_monotonic_time();
   GRef<GSocketConnection> connection_;
   GRef<GCancellable> cancel_{g_cancellable_new()};
-  mutable std::mutex mutex_;  // protects the five below
+  mutable std::mutex mutex_;  // protects the six below
   std::condition_variable changed_;
   std::deque<BufferRef> queue_;
   ClientEnd ended_ = ClientEnd::none;
   std::string reason_;
-  bool trusted_ = false;
+  bool trusted_ = false, writing_ = false;
   std::uint64_t bytes_ = 0;
   std::thread thread_;  // the last: it uses what is above
 };

@@ -45,7 +45,8 @@ std::span<const Property<ViewServerSettings>> view_server_properties() {
       property<&S::timeout>("timeout", "Timeout",
                             "A client that takes nothing for so many nanoseconds, or has not "
                             "proved by then who it is, is given up (1 s to 1000 s; whole seconds, "
-                            "for those that come from then on).",
+                            "for those that come from then on). At the end of the stream clients "
+                            "have so long to take the last of it.",
                             1.0 * GST_SECOND, 1000.0 * GST_SECOND),
   };
   return table;

@@ -20,6 +20,8 @@ const char* event_of(ClientEnd why) {
       return "handshakes-late";
     case ClientEnd::full:
       return "refused-full";
+    case ClientEnd::noisy:
+      return "refused-noise";
     case ClientEnd::slow:
       return "clients-slow";
     default:
@@ -212,6 +214,11 @@ void ViewServer::send(GstBuffer* packet, const ViewServerSettings& settings) {
     remove_ended(removed);
   }
   tell(removed);
+}
+
+bool ViewServer::all_have_all() const {
+  const std::scoped_lock lock(mutex_);
+  return std::all_of(clients_.begin(), clients_.end(), [](const auto& c) { return c->has_all(); });
 }
 
 std::size_t ViewServer::clients() const {

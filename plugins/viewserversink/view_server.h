@@ -27,9 +27,9 @@ class ViewServer {
   /// Fewer than the ten threads that GIO has for it.
   static constexpr std::size_t most_handshakes = 8;
 
-  /// Told of each client that comes or goes, on any thread and without a lock; \p event is one of
+  /// Told of each client that is served, or not any more, or refused, on any thread and without a lock; \p event is one of
   /// clients, clients-closed, clients-slow, refused-addresses, refused-full, refused-keys,
-  /// refused-names, refused-resources and handshakes-late; \p why is what GIO or the system says, or
+  /// refused-names, refused-resources, refused-noise and handshakes-late; \p why is what GIO or the system says, or
   /// empty.
   using Listener =
       std::function<void(const char* event, const std::string& address, const std::string& why)>;
@@ -51,6 +51,9 @@ class ViewServer {
 
   /// Sends \p packet to all.
   void send(GstBuffer* packet, const ViewServerSettings& settings);
+
+  /// Whether all clients have all that was sent.
+  bool all_have_all() const;
 
   /// How many are served now, and bytes that all have taken.
   std::size_t clients() const;

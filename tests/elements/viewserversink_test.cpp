@@ -10,6 +10,7 @@
 #include <fstream>
 #include <memory>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "element_checks.h"
@@ -137,6 +138,17 @@ class RawClient {
     g_signal_connect(secured_, "accept-certificate", G_CALLBACK(accept), nullptr);
     if (!g_tls_connection_handshake(G_TLS_CONNECTION(secured_), nullptr, &error))
       fail("%s", error->message);
+  }
+  /// How many bytes come until the server ends it.
+  std::size_t read_all() {
+    std::vector<char> bytes(1 << 20);
+    std::size_t sum = 0;
+    while (true) {
+      const gssize count = g_input_stream_read(g_io_stream_get_input_stream(connection_),
+                                               bytes.data(), bytes.size(), nullptr, nullptr);
+      if (count <= 0) return sum;
+      sum += static_cast<std::size_t>(count);
+    }
   }
   /// Whether the server has ended it, or has said anything.
   bool is_cut() const {
@@ -580,6 +592,92 @@ GST_START_TEST(test_settings_reach_no_files) {
 }
 GST_END_TEST
 
+// Who says much is not heard for ever; empty lines say nothing.
+GST_START_TEST(test_settings_without_end) {
+  Server server(Keys::of("left") + "settings-for=server");
+  const auto until_warnings_come_again = [] { g_usleep(1'100'000); };
+  RawClient client(server.port());
+  client.prove(Keys::of("server"));
+  client.write("\n\n\nlarge=1\n\n");
+  server.push_until("settings-refused", 1);
+  until_warnings_come_again();
+  client.write(std::string(2000, '\n'));
+  server.push_until("settings-refused", 2);
+  server.push_until("clients-now", 0);
+  server.expect_warning("lines a second");
+  fail_unless_equals_uint64(statistic(server.sink, "clients-closed"), 0);
+  until_warnings_come_again();
+  RawClient other(server.port());
+  other.prove(Keys::of("server"));
+  other.write(std::string(100'000, 'x'));
+  server.push_until("settings-refused", 3);
+  server.expect_warning("a line of more than 4096 bytes");
+}
+GST_END_TEST
+
+// The end comes when all have all, however long the last of it is underway; and can be given up.
+GST_START_TEST(test_end_of_stream) {
+  for (const bool reads : {true, false}) {
+    Server server;
+    RawClient client(server.port());
+    server.wait_for("clients", 1);
+    std::size_t sum = 0;
+    while (sum < 30'000'000) {
+      sum += recorded().payloads[server.pushed % frames].size();
+      server.push();
+    }
+    const guint64 all = server.pushed + 3;  // and the head
+    server.wait_for("packets", all);
+    fail_unless_equals_int(gst_app_src_end_of_stream(GST_APP_SRC(server.in)), GST_FLOW_OK);
+    fail_if(wait_for_end(server.pipeline, GST_SECOND / 2).empty(), "it ends before all have all");
+    std::size_t came = 0;
+    std::thread reader([&] {
+      if (reads) came = client.read_all();
+    });
+    if (reads) check_ended(wait_for_end(server.pipeline));
+    const gint64 begin = g_get_monotonic_time();
+    gst_element_set_state(server.pipeline, GST_STATE_NULL);
+    reader.join();
+    fail_unless(g_get_monotonic_time() - begin < 10'000'000);
+    fail_if(reads && came < sum, "%zu of %zu bytes", came, sum);
+  }
+}
+GST_END_TEST
+
+// What is set in READY holds.
+GST_START_TEST(test_set_when_ready) {
+  GstElement* pipeline = parse(
+      "fakesrc num-buffers=1 ! application/x-gdp ! "
+      "viewserversink name=server host=nobody allow=there");
+  fail_unless_equals_int(gst_element_set_state(pipeline, GST_STATE_READY),
+                         GST_STATE_CHANGE_SUCCESS);
+  GstElement* sink = gst_bin_get_by_name(GST_BIN(pipeline), "server");
+  g_object_set(sink, "host", "127.0.0.1", "port", 0, "allow", "", nullptr);
+  fail_if(gst_element_set_state(pipeline, GST_STATE_PLAYING) == GST_STATE_CHANGE_FAILURE);
+  check_ended(wait_for_end(pipeline));
+  gst_element_set_state(pipeline, GST_STATE_NULL);
+  gst_object_unref(sink);
+  gst_object_unref(pipeline);
+}
+GST_END_TEST
+
+// A flood of strangers is none of messages.
+GST_START_TEST(test_messages_of_a_flood) {
+  Server server("allow=10.0.0.1");
+  const gint64 begin = g_get_monotonic_time();
+  for (int i = 0; i < 200; ++i) RawClient stranger(server.port());
+  server.wait_for("refused-addresses", 200);
+  const gint64 seconds = (g_get_monotonic_time() - begin) / 1'000'000 + 2;
+  gint64 messages = 0;
+  while (GstMessage* message = gst_bus_pop_filtered(server.bus, GST_MESSAGE_ELEMENT)) {
+    if (gst_message_has_name(message, "polyhull-client")) ++messages;
+    gst_message_unref(message);
+  }
+  fail_unless(messages > 0 && messages <= 10 * seconds, "%d messages in %d s",
+              static_cast<int>(messages), static_cast<int>(seconds));
+}
+GST_END_TEST
+
 GST_START_TEST(test_flush) {
   Server server;
   Client client(server.port());
@@ -663,6 +761,10 @@ static Suite* viewserversink_suite() {
   tcase_add_test(tests, test_gone_in_silence);
   tcase_add_test(tests, test_settings_arrive);
   tcase_add_test(tests, test_settings_reach_no_files);
+  tcase_add_test(tests, test_settings_without_end);
+  tcase_add_test(tests, test_end_of_stream);
+  tcase_add_test(tests, test_set_when_ready);
+  tcase_add_test(tests, test_messages_of_a_flood);
   tcase_add_test(tests, test_flush);
   tcase_add_test(tests, test_states);
   tcase_add_test(tests, test_bad_settings);
