@@ -15,6 +15,8 @@
 #     --allow ADDRESSES   who may have them: "10.0.0.1 10.0.1.0/24"; default anybody
 #     --certificate FILE  this machine's certificate and key, and
 #     --authority FILE    who signs those of the machines that are trusted (pipelines/make-keys.sh)
+#     --client NAMES      of those machines, whose certificate must be for one of these names: "server";
+#                         default any
 #     --dry-run           prints the line and does nothing
 # One for each camera; several on one machine need a port each. How the parts meet: docs/network.md.
 set -euo pipefail
@@ -22,12 +24,12 @@ source "$(dirname "$0")/prepare.sh"
 polyhull_help "$@"
 
 camera="" server="" source="" port=7481 listen=0.0.0.0 silhouette="" link=1000 dry_run=false
-allow="" certificate="" authority="" settings=false
+allow="" certificate="" authority="" client="" settings=false
 while [ $# -gt 0 ]; do
   case $1 in
     --dry-run) dry_run=true; shift; continue ;;
     --settings) settings=true; shift; continue ;;
-    --camera | --server | --source | --port | --listen | --silhouette | --link | --allow | --certificate | --authority)
+    --camera | --server | --source | --port | --listen | --silhouette | --link | --allow | --certificate | --authority | --client)
       [ $# -gt 1 ] || fail "$1 needs a value; --help says which" ;;
     *) fail "unknown argument '$1'; --help says what there is" ;;
   esac
@@ -42,6 +44,7 @@ while [ $# -gt 0 ]; do
     --allow) allow=$2 ;;
     --certificate) certificate=$2 ;;
     --authority) authority=$2 ;;
+    --client) client=$2 ;;
   esac
   shift 2
 done
@@ -56,6 +59,7 @@ for file in "$certificate" "$authority"; do
   [ -z "$certificate$authority" ] || [ -f "$file" ] ||
     fail "--certificate and --authority need a file each; '$file' is none"
 done
+[ -z "$client" ] || [ -n "$certificate" ] || fail "--client needs --certificate and --authority, which say who a client is"
 
 # A server that takes nothing for two seconds, or is 50 views behind, is given up: it connects again.
 # Words, but no names of files that they may look like.
@@ -68,6 +72,7 @@ line+=(gdppay ! viewserversink "host=$listen" "port=$port")
 ! $settings || line+=(settings-for=keyer)
 [ -z "$allow" ] || line+=("allow=$allow")
 [ -z "$certificate$authority" ] || line+=("tls-certificate=$certificate" "tls-authority=$authority")
+[ -z "$client" ] || line+=("tls-clients=$client")
 if $dry_run; then
   printf 'polyhull-run --clock %q' "$server"
   printf ' %q' "${line[@]}"

@@ -8,11 +8,12 @@
 #     NAME    what the machine is called, or its address: what others connect to, or know it by
 #             (tls-name)
 # Run again for more machines; keys that are there stay. authority-key.pem signs new machines: keep it
-# where none of them is. Certificates are good for ten years.
+# where none of them is. Certificates are good for ten years and cannot be called back: where a key is
+# lost, make a new authority in another folder, and new keys for all other machines.
 set -euo pipefail
 fail() { printf 'make-keys.sh: %s\n' "$1" >&2; exit 2; }
 case ${1:-} in
-  -h | --help) sed -n '3,11s/^# \{0,1\}//p' "$0"; exit ;;
+  -h | --help) sed -n '3,12s/^# \{0,1\}//p' "$0"; exit ;;
 esac
 [ $# -ge 2 ] || fail "expected a folder and the machines' names; --help says more"
 command -v openssl > /dev/null || fail "openssl is not there: install the package openssl"

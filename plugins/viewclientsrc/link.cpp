@@ -76,8 +76,9 @@ GRef<GIOStream> secured(GSocket* socket, const TlsIdentity& identity, const std:
   GError* error = nullptr;
   timeout = std::max(timeout, least_handshake);
   Deadline deadline(socket, timeout, cancel);
+  // The deadline ends it where it is cancelled: by itself GIO's TLS then lets go of what it has not.
   const bool shaken =
-      g_tls_connection_handshake(G_TLS_CONNECTION(stream.get()), cancel, &error) != FALSE;
+      g_tls_connection_handshake(G_TLS_CONNECTION(stream.get()), nullptr, &error) != FALSE;
   if (deadline.stop()) {
     g_clear_error(&error);
     throw Error(Error::Kind::io, "{} has not agreed on TLS within {} ms", where,

@@ -24,10 +24,10 @@ GRef<GInetAddress> plain(GInetAddress* address) {
 }  // namespace
 
 AllowedAddresses::AllowedAddresses(const std::string& text) {
-  constexpr char gaps[] = ", \t\n";
-  for (std::size_t at = text.find_first_not_of(gaps); at != std::string::npos;) {
-    const std::size_t end = text.find_first_of(gaps, at);
-    const std::string each = text.substr(at, end == std::string::npos ? end : end - at);
+  if (!text.empty() && words_of(text).empty())
+    throw Error(Error::Kind::bad_input,
+                "allow names nobody; name the clients' addresses, or leave it empty for all.");
+  for (const std::string& each : words_of(text)) {
     GError* error = nullptr;
     masks_.emplace_back(g_inet_address_mask_new_from_string(each.c_str(), &error));
     if (masks_.back() == nullptr)
@@ -35,7 +35,6 @@ AllowedAddresses::AllowedAddresses(const std::string& text) {
                   "allow has '{}', which is no address or network: {}. Expected are such as "
                   "10.0.0.5 or 10.1.0.0/16, with spaces or commas between them.",
                   each, take_message(error));
-    at = end == std::string::npos ? end : text.find_first_not_of(gaps, end);
   }
 }
 
@@ -45,6 +44,13 @@ bool AllowedAddresses::has(GInetAddress* address) const {
   return std::any_of(masks_.begin(), masks_.end(), [&](const GRef<GInetAddressMask>& mask) {
     return g_inet_address_mask_matches(mask.get(), each.get());
   });
+}
+
+std::string network_of(GInetAddress* address) {
+  const GRef<GInetAddress> each = plain(address);
+  constexpr gsize network = 8;
+  return {reinterpret_cast<const char*>(g_inet_address_to_bytes(each.get())),
+          std::min(g_inet_address_get_native_size(each.get()), network)};
 }
 
 }  // namespace polyhull::element

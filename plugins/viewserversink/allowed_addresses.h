@@ -25,4 +25,8 @@ class AllowedAddresses {
   std::vector<GRef<GInetAddressMask>> masks_;
 };
 
+/// Of whom \p address is: an IPv4 address for itself, an IPv6 one for the 64 bits of its network, of
+/// which one machine may have all.
+std::string network_of(GInetAddress* address);
+
 }  // namespace polyhull::element

@@ -2,6 +2,7 @@
 #include "plugins/viewserversink/remote_settings.h"
 
 #include <memory>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -28,6 +29,16 @@ GRef<GstElement> element_of(GstElement* beside, const std::string& name) {
     throw Error(Error::Kind::not_found,
                 "There is no element '{}' in the pipeline, as settings-for says.", name);
   return GRef<GstElement>(found);
+}
+
+/// Whether clients may set \p property: one that may change while it plays, and no text, which may be
+/// a file's name or say which camera this is, but for the two that are polygons.
+bool is_for_clients(const GParamSpec* property) {
+  constexpr guint live = GST_PARAM_CONTROLLABLE | GST_PARAM_MUTABLE_PLAYING;
+  const std::string_view name = property->name;
+  return (property->flags & G_PARAM_WRITABLE) != 0 && (property->flags & live) != 0 &&
+         (property->value_type != G_TYPE_STRING || name == "outside-polygon" ||
+          name == "inside-polygon");
 }
 
 /// The value that \p text gives the property \p name.
@@ -59,13 +70,11 @@ void apply_remote_settings(GstElement* beside, const std::string& name, const st
         equals == std::string::npos
             ? nullptr
             : g_object_class_find_property(G_OBJECT_GET_CLASS(element.get()), key.c_str());
-    constexpr guint live = GST_PARAM_CONTROLLABLE | GST_PARAM_MUTABLE_PLAYING;
-    if (property == nullptr || (property->flags & G_PARAM_WRITABLE) == 0 ||
-        (property->flags & live) == 0)
+    if (property == nullptr || !is_for_clients(property))
       throw Error(
           Error::Kind::bad_input,
-          "'{}' is no property of '{}' that can be set while it plays; expected are such as "
-          "\"sigma=1.5\".",
+          "'{}' is no property of '{}' that clients can set: one that may change while it plays, "
+          "and no file or other text; expected are such as \"sigma=1.5\".",
           key, name);
     changes.emplace_back(property, value_of(property, key, each.substr(equals + 1)));
   }

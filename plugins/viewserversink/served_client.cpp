@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "plugins/viewserversink/served_client.h"
 
+#include <linux/sockios.h>
 #include <netinet/in.h>
 #include <netinet/tcp.h>
+#include <poll.h>
+#include <sys/ioctl.h>
 
 #include <utility>
 
@@ -11,15 +14,22 @@
 
 namespace polyhull::element {
 
-ServedClient::ServedClient(GRef<GSocketConnection> connection, std::string address,
-                           const TlsIdentity& identity, guint timeout, Listener listener,
-                           const std::vector<BufferRef>& head)
-    : address_(std::move(address)),
+ServedClient::ServedClient(GRef<GSocketConnection> connection, From from,
+                           const TlsIdentity& identity, guint timeout, Admission admission,
+                           Listener listener, const std::vector<BufferRef>& head)
+    : from_(std::move(from)),
+      admission_(std::move(admission)),
       listener_(std::move(listener)),
       connection_(std::move(connection)) {
   GSocket* socket = g_socket_connection_get_socket(connection_.get());
   g_socket_set_timeout(socket, timeout);
+  // Whoever is gone without a word is known to be so soon, and keeps nobody's place: asked after
+  // `timeout` without a byte, and given up where no answer comes for as long.
+  const auto seconds = static_cast<gint>(timeout);
   g_socket_set_keepalive(socket, TRUE);
+  g_socket_set_option(socket, IPPROTO_TCP, TCP_KEEPIDLE, seconds, nullptr);
+  g_socket_set_option(socket, IPPROTO_TCP, TCP_KEEPINTVL, 1, nullptr);
+  g_socket_set_option(socket, IPPROTO_TCP, TCP_USER_TIMEOUT, 1000 * seconds, nullptr);
   // A frame's last bytes wait for no answer to those before.
   g_socket_set_option(socket, IPPROTO_TCP, TCP_NODELAY, 1, nullptr);
   // Without TLS whoever has come is trusted as soon as the thread runs.
@@ -34,21 +44,36 @@ ServedClient::~ServedClient() {
   g_socket_close(g_socket_connection_get_socket(connection_.get()), nullptr);
 }
 
+void ServedClient::trust() {
+  const std::scoped_lock lock(mutex_);
+  trusted_ = true;
+}
+
+void ServedClient::look() {
+  if (listener_) return;  // it is read, and what it says last is not to be lost
+  const std::scoped_lock lock(mutex_);
+  if (!trusted_ || ended_ != ClientEnd::none) return;
+  pollfd socket{g_socket_get_fd(g_socket_connection_get_socket(connection_.get())), POLLRDHUP, 0};
+  if (poll(&socket, 1, 0) > 0) end_locked(ClientEnd::closed, {});
+}
+
 void ServedClient::end(ClientEnd why) {
   end(why, {});
 }
 
 void ServedClient::end(ClientEnd why, std::string reason) {
-  {
-    const std::scoped_lock lock(mutex_);
-    if (ended_ != ClientEnd::none) return;
-    ended_ = why;
-    reason_ = std::move(reason);
-    queue_.clear();
-    // What waits on the socket ends at once, TLS's goodbye included: it would wait for the client.
-    // Under the lock, before which nobody who sees the end closes it.
-    g_socket_shutdown(g_socket_connection_get_socket(connection_.get()), TRUE, TRUE, nullptr);
-  }
+  const std::scoped_lock lock(mutex_);
+  end_locked(why, std::move(reason));
+}
+
+void ServedClient::end_locked(ClientEnd why, std::string reason) {
+  if (ended_ != ClientEnd::none) return;
+  ended_ = why;
+  reason_ = std::move(reason);
+  queue_.clear();
+  // What waits on the socket ends at once, TLS's goodbye included: it would wait for the client.
+  // Under the lock: nobody who sees the end has closed it by then.
+  g_socket_shutdown(g_socket_connection_get_socket(connection_.get()), TRUE, TRUE, nullptr);
   g_cancellable_cancel(cancel_.get());
   changed_.notify_all();
 }
@@ -61,16 +86,11 @@ void ServedClient::begin_with(const std::vector<BufferRef>& head) {
 }
 
 void ServedClient::send(GstBuffer* packet, std::size_t most) {
-  {
-    const std::scoped_lock lock(mutex_);
-    if (ended_ != ClientEnd::none || !trusted_) return;
-    if (queue_.size() < most) {
-      queue_.emplace_back(gst_buffer_ref(packet));
-      changed_.notify_all();
-      return;
-    }
-  }
-  end(ClientEnd::slow);
+  const std::scoped_lock lock(mutex_);
+  if (ended_ != ClientEnd::none || !trusted_) return;
+  if (queue_.size() >= most) return end_locked(ClientEnd::slow, {});
+  queue_.emplace_back(gst_buffer_ref(packet));
+  changed_.notify_all();
 }
 
 ClientEnd ServedClient::ended() const {
@@ -86,6 +106,14 @@ std::string ServedClient::reason() const {
 bool ServedClient::trusted() const {
   const std::scoped_lock lock(mutex_);
   return trusted_;
+}
+
+bool ServedClient::has_all() const {
+  const std::scoped_lock lock(mutex_);
+  if (!trusted_ || ended_ != ClientEnd::none) return true;
+  int underway = 0;  // not acknowledged
+  ioctl(g_socket_get_fd(g_socket_connection_get_socket(connection_.get())), SIOCOUTQ, &underway);
+  return queue_.empty() && !writing_ && underway == 0;
 }
 
 std::uint64_t ServedClient::bytes() const {
@@ -127,10 +155,15 @@ void ServedClient::serve_all(const TlsIdentity& identity, GRef<GIOStream>& secur
     // end() shuts its socket down: not every version of GIO's TLS can be cancelled here.
     if (!g_tls_connection_handshake(G_TLS_CONNECTION(secured.get()), nullptr, &error)) {
       const bool late = g_error_matches(error, G_IO_ERROR, G_IO_ERROR_TIMED_OUT);
-      end(late ? ClientEnd::late : ClientEnd::refused, take_message(error));
+      const bool other = TlsIdentity::has_other_name(secured.get());
+      end(late    ? ClientEnd::late
+          : other ? ClientEnd::uninvited
+                  : ClientEnd::refused,
+          take_message(error));
       return;
     }
   }
+  if (!admission_(*this)) return end(ClientEnd::full);
   GOutputStream* output = g_io_stream_get_output_stream(
       secured != nullptr ? secured.get() : G_IO_STREAM(connection_.get()));
   // Ends with this, however this ends.
@@ -155,6 +188,8 @@ void ServedClient::serve_all(const TlsIdentity& identity, GRef<GIOStream>& secur
 void ServedClient::listen(GInputStream* input) {
   std::string line;
   char bytes[512];
+  std::int64_t second = 0;
+  int lines = 0;
   while (!g_cancellable_is_cancelled(cancel_.get())) {
     GError* error = nullptr;
     const gssize count = g_input_stream_read(input, bytes, sizeof bytes, cancel_.get(), &error);
@@ -169,30 +204,36 @@ void ServedClient::listen(GInputStream* input) {
     for (gssize i = 0; i < count; ++i) {
       if (bytes[i] != '\n') {
         line += bytes[i];
-      } else {
-        listener_(line);
-        line.clear();
+        continue;
       }
+      const std::int64_t now = g_get_monotonic_time() / 1'000'000;
+      if (now != second) lines = 0;
+      second = now;
+      if (++lines > most_lines)
+        return end(ClientEnd::noisy,
+                   fmt::format("it says more than {} lines a second", most_lines));
+      if (!line.empty()) listener_(line);
+      line.clear();
     }
-    if (line.size() > longest_line) {
-      end(ClientEnd::closed, "it says more than a line can have");
-      return;
-    }
+    if (line.size() > longest_line)
+      return end(ClientEnd::noisy,
+                 fmt::format("it says a line of more than {} bytes", longest_line));
   }
 }
 
 /// What is queued, until the connection ends.
 void ServedClient::write_all(GOutputStream* output) {
   std::unique_lock lock(mutex_);
-  trusted_ = true;
   while (true) {
     changed_.wait(lock, [&] { return !queue_.empty() || ended_ != ClientEnd::none; });
     if (ended_ != ClientEnd::none) return;
     const BufferRef packet = std::move(queue_.front());
     queue_.pop_front();
+    writing_ = true;
     lock.unlock();
     if (!write(output, packet.get())) return;
     lock.lock();
+    writing_ = false;
   }
 }
 

@@ -25,10 +25,16 @@ std::span<const Property<ViewServerSettings>> view_server_properties() {
           "tls-authority", "TLS authority",
           "PEM file with the certificates of who signs those of the clients that are trusted.", 0,
           0, Change::when_ready),
+      property<&S::tls_clients>(
+          "tls-clients", "TLS clients",
+          "Names or addresses of the machines that may be clients, as in \"server recorder\": a "
+          "client's certificate must be for one of them. Empty: all that tls-authority signs.",
+          0, 0, Change::when_ready),
       property<&S::settings_for>(
           "settings-for", "Settings for",
           "Name of the element of this pipeline whose properties clients may set, those that may "
-          "change while it plays; needs TLS. Empty: none.",
+          "change while it plays and are no files or other texts but polygons; needs TLS. Empty: "
+          "none.",
           0, 0, Change::when_ready),
       property<&S::max_clients>("max-clients", "Most clients",
                                 "How many are served at once (1 to 1000); more are refused.", 1,
@@ -39,7 +45,8 @@ std::span<const Property<ViewServerSettings>> view_server_properties() {
       property<&S::timeout>("timeout", "Timeout",
                             "A client that takes nothing for so many nanoseconds, or has not "
                             "proved by then who it is, is given up (1 s to 1000 s; whole seconds, "
-                            "for those that come from then on).",
+                            "for those that come from then on). At the end of the stream clients "
+                            "have so long to take the last of it.",
                             1.0 * GST_SECOND, 1000.0 * GST_SECOND),
   };
   return table;

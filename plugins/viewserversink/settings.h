@@ -17,7 +17,7 @@ struct ViewServerSettings {
   std::string host = "0.0.0.0";
   std::uint32_t port = 7481;
   std::string allow;
-  std::string tls_certificate, tls_authority;
+  std::string tls_certificate, tls_authority, tls_clients;
   std::string settings_for;
   std::uint32_t max_clients = 8;
   std::uint32_t buffers_max = 50;

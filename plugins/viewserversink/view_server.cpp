@@ -2,6 +2,7 @@
 #include "plugins/viewserversink/view_server.h"
 
 #include <algorithm>
+#include <map>
 #include <utility>
 
 #include "base/error.h"
@@ -9,12 +10,18 @@
 namespace polyhull::element {
 namespace {
 
-const char* counter_of(ClientEnd why) {
+const char* event_of(ClientEnd why) {
   switch (why) {
     case ClientEnd::refused:
       return "refused-keys";
+    case ClientEnd::uninvited:
+      return "refused-names";
     case ClientEnd::late:
       return "handshakes-late";
+    case ClientEnd::full:
+      return "refused-full";
+    case ClientEnd::noisy:
+      return "refused-noise";
     case ClientEnd::slow:
       return "clients-slow";
     default:
@@ -35,7 +42,7 @@ guint seconds_of(std::uint64_t time) {
 
 ViewServer::ViewServer(const ViewServerSettings& settings, Listener listener, Settings said)
     : allowed_(settings.allow),
-      identity_(settings.tls_certificate, settings.tls_authority),
+      identity_(settings.tls_certificate, settings.tls_authority, words_of(settings.tls_clients)),
       listener_(std::move(listener)),
       said_(std::move(said)),
       settings_(settings) {
@@ -44,6 +51,13 @@ ViewServer::ViewServer(const ViewServerSettings& settings, Listener listener, Se
         Error::Kind::bad_input,
         "settings-for is set without TLS: settings are taken from those alone who prove who "
         "they are. Set tls-certificate and tls-authority.");
+  // A mistake must not let everybody in.
+  if (!settings.tls_clients.empty() && (!identity_ || words_of(settings.tls_clients).empty()))
+    throw Error(Error::Kind::bad_input, "tls-clients is '{}', which {}.", settings.tls_clients,
+                identity_ ? "names nobody; name the clients, or leave it empty for all that "
+                            "tls-authority signs"
+                          : "nobody can be held to without TLS; set tls-certificate and "
+                            "tls-authority");
   g_autoptr(GSocketAddress) wanted = g_inet_socket_address_new_from_string(
       settings.host.c_str(), static_cast<guint>(settings.port));
   if (wanted == nullptr)
@@ -67,6 +81,10 @@ ViewServer::~ViewServer() {
   g_cancellable_cancel(cancel_.get());
   thread_.join();
   g_socket_listener_close(socket_.get());
+  // Their threads may still look through the others.
+  std::vector<std::unique_ptr<ServedClient>> last;
+  const std::scoped_lock lock(mutex_);
+  last.swap(clients_);
 }
 
 void ViewServer::accept() {
@@ -98,34 +116,62 @@ void ViewServer::welcome(GRef<GSocketConnection> connection) {
     listener_("refused-addresses", address, "it is not in allow");
     return;
   }
+  std::string network = network_of(g_inet_socket_address_get_address(inet));
   std::vector<std::unique_ptr<ServedClient>> removed;
   bool full = false;
   {
     const std::scoped_lock lock(mutex_);
     remove_ended(removed);
-    const auto trusted =
-        std::count_if(clients_.begin(), clients_.end(), [](const auto& c) { return c->trusted(); });
-    full = static_cast<std::size_t>(trusted) >= settings_.max_clients;
+    // Without TLS nobody has to prove anything.
+    const std::size_t taken = identity_ ? served() : clients_.size();
+    full = taken >= settings_.max_clients;
     if (!full) {
-      if (clients_.size() - static_cast<std::size_t>(trusted) >= most_handshakes) {
-        const auto first = std::find_if(clients_.begin(), clients_.end(),
-                                        [](const auto& c) { return !c->trusted(); });
-        (*first)->end(ClientEnd::late);
-        removed.push_back(std::move(*first));
-        clients_.erase(first);
-      }
+      if (clients_.size() - taken >= most_handshakes) make_way(network, removed);
       ServedClient::Listener hears;
       if (said_) hears = [this, address](const std::string& line) { said_(address, line); };
-      clients_.push_back(std::make_unique<ServedClient>(std::move(connection), address, identity_,
-                                                        seconds_of(settings_.timeout),
-                                                        std::move(hears), head_));
+      clients_.push_back(std::make_unique<ServedClient>(
+          std::move(connection), ServedClient::From{address, std::move(network)}, identity_,
+          seconds_of(settings_.timeout), [this](ServedClient& client) { return admit(client); },
+          std::move(hears), head_));
     }
   }
   tell(removed);
-  if (full)
-    listener_("refused-full", address, "max-clients are served already");
-  else
-    listener_("clients", address, {});
+  if (full) listener_("refused-full", address, {});
+}
+
+/// \p client has proved who it is: whether there is a place for it still.
+bool ViewServer::admit(ServedClient& client) {
+  {
+    const std::scoped_lock lock(mutex_);
+    if (client.ended() != ClientEnd::none || served() >= settings_.max_clients) return false;
+    client.trust();
+  }
+  listener_("clients", client.address(), {});
+  return true;
+}
+
+std::size_t ViewServer::served() const {
+  return static_cast<std::size_t>(
+      std::count_if(clients_.begin(), clients_.end(),
+                    [](const auto& c) { return c->trusted() && c->ended() == ClientEnd::none; }));
+}
+
+/// Of those who are proving who they are, one more from \p network included, takes the first of the
+/// network that has the most.
+void ViewServer::make_way(const std::string& network,
+                          std::vector<std::unique_ptr<ServedClient>>& removed) {
+  std::map<std::string, std::size_t> counts{{network, 1}};
+  for (const auto& client : clients_)
+    if (!client->trusted()) ++counts[client->network()];
+  auto given_up = clients_.end();
+  for (auto each = clients_.begin(); each != clients_.end(); ++each)
+    if (!(*each)->trusted() &&
+        (given_up == clients_.end() || counts[(*each)->network()] > counts[(*given_up)->network()]))
+      given_up = each;
+  if (given_up == clients_.end()) return;
+  (*given_up)->end(ClientEnd::late);
+  removed.push_back(std::move(*given_up));
+  clients_.erase(given_up);
 }
 
 /// Takes those that have ended, and those whose handshake takes too long.
@@ -134,6 +180,7 @@ void ViewServer::remove_ended(std::vector<std::unique_ptr<ServedClient>>& remove
       g_get_monotonic_time() - 1'000'000 * std::int64_t{seconds_of(settings_.timeout)};
   for (auto& client : clients_) {
     if (!client->trusted() && client->since() < oldest) client->end(ClientEnd::late);
+    client->look();
     if (client->ended() == ClientEnd::none) continue;
     bytes_ += client->bytes();
     removed.push_back(std::move(client));
@@ -141,9 +188,14 @@ void ViewServer::remove_ended(std::vector<std::unique_ptr<ServedClient>>& remove
   std::erase(clients_, nullptr);
 }
 
-void ViewServer::tell(const std::vector<std::unique_ptr<ServedClient>>& removed) {
-  for (const auto& client : removed)
-    listener_(counter_of(client->ended()), client->address(), client->reason());
+void ViewServer::tell(std::vector<std::unique_ptr<ServedClient>>& removed) {
+  for (auto& client : removed) {
+    const ClientEnd why = client->ended();
+    const std::string address = client->address(), reason = client->reason();
+    // Its thread has said by then that it came.
+    client.reset();
+    listener_(event_of(why), address, reason);
+  }
 }
 
 void ViewServer::set_head(std::vector<BufferRef> head) {
@@ -164,11 +216,14 @@ void ViewServer::send(GstBuffer* packet, const ViewServerSettings& settings) {
   tell(removed);
 }
 
+bool ViewServer::all_have_all() const {
+  const std::scoped_lock lock(mutex_);
+  return std::all_of(clients_.begin(), clients_.end(), [](const auto& c) { return c->has_all(); });
+}
+
 std::size_t ViewServer::clients() const {
   const std::scoped_lock lock(mutex_);
-  return static_cast<std::size_t>(
-      std::count_if(clients_.begin(), clients_.end(),
-                    [](const auto& c) { return c->trusted() && c->ended() == ClientEnd::none; }));
+  return served();
 }
 
 std::uint64_t ViewServer::bytes() const {

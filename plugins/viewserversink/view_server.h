@@ -22,15 +22,17 @@ namespace polyhull::element {
 
 class ViewServer {
  public:
-  /// Who has prove themselves to be whom they are by TLS at once; the one that came first of more is
-  /// given up: connections that say nothing keep nobody out.
-  static constexpr std::size_t most_handshakes = 16;
+  /// So many prove by TLS who they are at once; of more, the address that has the most of them gives
+  /// up its first one: connections that say nothing, or one machine that makes many, keep nobody out.
+  /// Fewer than the ten threads that GIO has for it.
+  static constexpr std::size_t most_handshakes = 8;
 
-  /// Told of each client that comes or goes, on any thread and without a lock; \p counter is one of
+  /// Told of each client that is served, or not any more, or refused, on any thread and without a lock; \p event is one of
   /// clients, clients-closed, clients-slow, refused-addresses, refused-full, refused-keys,
-  /// refused-resources and handshakes-late; \p why is what GIO or the system says, or empty.
+  /// refused-names, refused-resources, refused-noise and handshakes-late; \p why is what GIO or the system says, or
+  /// empty.
   using Listener =
-      std::function<void(const char* counter, const std::string& address, const std::string& why)>;
+      std::function<void(const char* event, const std::string& address, const std::string& why)>;
 
   /// Told the lines that trusted clients say, on their threads and without a lock; none: nobody hears
   /// them.
@@ -50,6 +52,9 @@ class ViewServer {
   /// Sends \p packet to all.
   void send(GstBuffer* packet, const ViewServerSettings& settings);
 
+  /// Whether all clients have all that was sent.
+  bool all_have_all() const;
+
   /// How many are served now, and bytes that all have taken.
   std::size_t clients() const;
   std::uint64_t bytes() const;
@@ -57,8 +62,11 @@ class ViewServer {
  private:
   void accept();
   void welcome(GRef<GSocketConnection> connection);
+  bool admit(ServedClient& client);
+  std::size_t served() const;
+  void make_way(const std::string& network, std::vector<std::unique_ptr<ServedClient>>& removed);
   void remove_ended(std::vector<std::unique_ptr<ServedClient>>& removed);
-  void tell(const std::vector<std::unique_ptr<ServedClient>>& removed);
+  void tell(std::vector<std::unique_ptr<ServedClient>>& removed);
 
   const AllowedAddresses allowed_;
   const TlsIdentity identity_;

@@ -10,6 +10,7 @@
 #include <fstream>
 #include <memory>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "element_checks.h"
@@ -101,11 +102,11 @@ void expect_frames(Server& server, Client& client, int count) {
   }
 }
 
-/// A client that does nothing by itself: no TLS, or its handshake alone.
+/// A client that does nothing by itself.
 class RawClient {
  public:
-  /// \p keys as Keys::of() has them; \p from is its own address.
-  explicit RawClient(int port, const std::string& keys = "", const char* from = "127.0.0.1") {
+  /// \p from is its own address.
+  explicit RawClient(int port, const char* from = "127.0.0.1") {
     GSocketClient* client = g_socket_client_new();
     GSocketAddress* address = g_inet_socket_address_new_from_string(from, 0);
     g_socket_client_set_local_address(client, address);
@@ -114,7 +115,16 @@ class RawClient {
         client, "127.0.0.1", static_cast<guint16>(port), nullptr, nullptr));
     g_object_unref(client);
     fail_if(connection_ == nullptr);
-    if (keys.empty()) return;
+  }
+  ~RawClient() {
+    // Without a goodbye.
+    g_socket_close(g_socket_connection_get_socket(G_SOCKET_CONNECTION(connection_)), nullptr);
+    g_clear_object(&secured_);
+    g_object_unref(connection_);
+  }
+  RawClient(const RawClient&) = delete;
+  /// Proves who it is, by \p keys as Keys::of() has them.
+  void prove(const std::string& keys) {
     const std::size_t begin = keys.find('=') + 1;
     const std::string file = keys.substr(begin, keys.find(' ', begin) - begin);
     GError* error = nullptr;
@@ -129,13 +139,22 @@ class RawClient {
     if (!g_tls_connection_handshake(G_TLS_CONNECTION(secured_), nullptr, &error))
       fail("%s", error->message);
   }
-  ~RawClient() {
-    // Without a goodbye.
-    g_socket_close(g_socket_connection_get_socket(G_SOCKET_CONNECTION(connection_)), nullptr);
-    g_clear_object(&secured_);
-    g_object_unref(connection_);
+  /// How many bytes come until the server ends it.
+  std::size_t read_all() {
+    std::vector<char> bytes(1 << 20);
+    std::size_t sum = 0;
+    while (true) {
+      const gssize count = g_input_stream_read(g_io_stream_get_input_stream(connection_),
+                                               bytes.data(), bytes.size(), nullptr, nullptr);
+      if (count <= 0) return sum;
+      sum += static_cast<std::size_t>(count);
+    }
   }
-  RawClient(const RawClient&) = delete;
+  /// Whether the server has ended it, or has said anything.
+  bool is_cut() const {
+    GSocket* socket = g_socket_connection_get_socket(G_SOCKET_CONNECTION(connection_));
+    return g_socket_condition_check(socket, static_cast<GIOCondition>(G_IO_IN | G_IO_HUP)) != 0;
+  }
   void write(const std::string& text) {
     GIOStream* stream = secured_ != nullptr ? secured_ : connection_;
     g_output_stream_write_all(g_io_stream_get_output_stream(stream), text.data(), text.size(),
@@ -147,15 +166,15 @@ class RawClient {
   GIOStream* secured_ = nullptr;
 };
 
-/// Keys of two authorities, made once: `here`, with machines "left" and "server", and `there`, with
-/// "stranger".
+/// Keys of two authorities, made once: `here`, with machines "left", "right", "server" and two
+/// addresses, and `there`, with "stranger".
 class Keys {
  public:
   Keys() {
     gchar* made = g_dir_make_tmp("polyhull-keys-XXXXXX", nullptr);
     folder_ = made;
     g_free(made);
-    run(script() + " " + folder_ + "/here left server");
+    run(script() + " " + folder_ + "/here left right server 10.0.0.8 10.0.0.9");
     run(script() + " " + folder_ + "/there stranger");
   }
   ~Keys() { run("rm -r " + folder_); }
@@ -263,6 +282,27 @@ GST_START_TEST(test_wrong_keys) {
 }
 GST_END_TEST
 
+// Of those whose certificates are good, only the named are served: by their names and addresses.
+GST_START_TEST(test_clients_by_name) {
+  Server server(Keys::of("left") + "tls-clients=\"10.0.0.9, server\"");
+  Client client(server.port(), Keys::client(Keys::of("server")));
+  meet(server, client);
+  for (const char* other : {"right", "10.0.0.8"}) {
+    const guint64 before = statistic(server.sink, "refused-keys");
+    Client stranger(server.port(), Keys::client(Keys::of(other)));
+    stranger.wait_for("refused-keys", 1);
+    server.push_until("refused-keys", before + 1);
+    server.expect_warning("none of the names in tls-clients");
+    fail_unless_equals_uint64(statistic(stranger.source, "frames"), 0);
+  }
+  catch_up(server, client);
+  expect_frames(server, client, 3);
+  Client two(server.port(), Keys::client(Keys::of("10.0.0.9")));
+  server.push_until("clients-now", 2);
+  fail_unless_equals_uint64(statistic(client.source, "connections"), 1);
+}
+GST_END_TEST
+
 // One of the two has TLS, the other not.
 GST_START_TEST(test_tls_and_none) {
   {
@@ -341,6 +381,27 @@ GST_START_TEST(test_half_open) {
 }
 GST_END_TEST
 
+// However many come from one address, they cut none that comes from another.
+GST_START_TEST(test_flood_of_one_address) {
+  Server server(Keys::of("left"));
+  std::vector<std::unique_ptr<RawClient>> flood;
+  const auto come = [&](int count) {
+    for (int i = 0; i < count; ++i)
+      flood.push_back(std::make_unique<RawClient>(server.port(), "127.0.0.2"));
+  };
+  const RawClient early(server.port(), "127.0.0.3");
+  come(30);
+  const RawClient late(server.port(), "127.0.0.4");
+  come(30);
+  server.wait_for("handshakes-late", 62 - 8);
+  fail_unless_equals_uint64(statistic(server.sink, "handshakes-late"), 62 - 8);
+  fail_if(early.is_cut() || late.is_cut());
+  Client client(server.port(), Keys::client(Keys::of("server")));
+  meet(server, client);
+  fail_unless_equals_uint64(statistic(client.source, "connections-failed"), 0);
+}
+GST_END_TEST
+
 GST_START_TEST(test_floods) {
 #ifdef __SANITIZE_ADDRESS__
   constexpr int connections = 40;
@@ -369,7 +430,8 @@ GST_START_TEST(test_slow_client) {
     Server server("buffers-max=4 " + (tls ? Keys::of("left") : ""));
     Client client(server.port(), tls ? Keys::client(Keys::of("server")) : "max-age=0");
     meet(server, client);
-    const RawClient slow(server.port(), tls ? Keys::of("server") : "");
+    RawClient slow(server.port());
+    if (tls) slow.prove(Keys::of("server"));
     server.push_until("clients", 2);
     server.push_until("clients-now", 2);
     catch_up(server, client);
@@ -413,6 +475,33 @@ GST_START_TEST(test_most_clients) {
   fail_unless_equals_uint64(statistic(two.source, "frames"), 0);
   g_object_set(server.sink, "max-clients", 2, nullptr);
   server.push_until("clients-now", 2);
+}
+GST_END_TEST
+
+// Two who prove at once who they are have one place between them.
+GST_START_TEST(test_most_proven_clients) {
+  Server server(Keys::of("left") + "max-clients=1");
+  RawClient one(server.port()), two(server.port());
+  two.prove(Keys::of("server"));
+  server.push_until("clients-now", 1);
+  one.prove(Keys::of("server"));
+  server.push_until("refused-full", 1);
+  fail_unless_equals_uint64(statistic(server.sink, "clients-now"), 1);
+  fail_unless_equals_uint64(statistic(server.sink, "clients"), 1);
+}
+GST_END_TEST
+
+// Those who are gone keep nobody out, though nothing is sent of which their going would be learnt.
+GST_START_TEST(test_gone_in_silence) {
+  for (const bool tls : {false, true}) {
+    Server server("max-clients=2 " + (tls ? Keys::of("left") : ""));
+    for (guint64 i = 1; i <= 10; ++i) {
+      RawClient client(server.port());
+      if (tls) client.prove(Keys::of("server"));
+      server.wait_for("clients", i);
+    }
+    fail_unless_equals_uint64(statistic(server.sink, "refused-full"), 0);
+  }
 }
 GST_END_TEST
 
@@ -472,6 +561,123 @@ GST_START_TEST(test_settings_arrive) {
 }
 GST_END_TEST
 
+// Clients reach no file, and no camera becomes another.
+GST_START_TEST(test_settings_reach_no_files) {
+  Server server(Keys::of("left") + "settings-for=keyer");
+  GstElement* keyer = gst_element_factory_make("silhouette", "keyer");
+  g_object_set(keyer, "camera", "cam0", nullptr);
+  gst_object_ref(keyer);
+  gst_bin_add(GST_BIN(server.pipeline), keyer);
+  gst_element_set_locked_state(keyer, TRUE);
+  Client client(server.port(), Keys::client(Keys::of("server")) +
+                                   " settings=\"sigma=2.5 inside-polygon=\'1,1 9,1 9,9\'\"");
+  meet(server, client);
+  wait_for_property(server, keyer, "sigma", 2.5);
+  guint64 refused = 0;
+  const auto text = [&](const char* property) {
+    g_autofree gchar* value = nullptr;
+    g_object_get(keyer, property, &value, nullptr);
+    return std::string(value != nullptr ? value : "");
+  };
+  fail_unless_equals_string(text("inside-polygon").c_str(), "1,1 9,1 9,9");
+  for (const char* name : {"rig", "camera", "clean-plate", "outside-mask", "inside-mask"}) {
+    const std::string before = text(name);
+    g_object_set(client.source, "settings", (std::string(name) + "=/dev/zero").c_str(), nullptr);
+    server.push_until("settings-refused", ++refused);
+    fail_unless_equals_string(text(name).c_str(), before.c_str());
+  }
+  server.expect_warning("no file or other text");
+  gst_element_set_locked_state(keyer, FALSE);
+  gst_object_unref(keyer);
+}
+GST_END_TEST
+
+// Who says much is not heard for ever; empty lines say nothing.
+GST_START_TEST(test_settings_without_end) {
+  Server server(Keys::of("left") + "settings-for=server");
+  const auto until_warnings_come_again = [] { g_usleep(1'100'000); };
+  RawClient client(server.port());
+  client.prove(Keys::of("server"));
+  client.write("\n\n\nlarge=1\n\n");
+  server.push_until("settings-refused", 1);
+  until_warnings_come_again();
+  client.write(std::string(2000, '\n'));
+  server.push_until("settings-refused", 2);
+  server.push_until("clients-now", 0);
+  server.expect_warning("lines a second");
+  fail_unless_equals_uint64(statistic(server.sink, "clients-closed"), 0);
+  until_warnings_come_again();
+  RawClient other(server.port());
+  other.prove(Keys::of("server"));
+  other.write(std::string(100'000, 'x'));
+  server.push_until("settings-refused", 3);
+  server.expect_warning("a line of more than 4096 bytes");
+}
+GST_END_TEST
+
+// The end comes when all have all, however long the last of it is underway; and can be given up.
+GST_START_TEST(test_end_of_stream) {
+  for (const bool reads : {true, false}) {
+    Server server;
+    RawClient client(server.port());
+    server.wait_for("clients", 1);
+    std::size_t sum = 0;
+    while (sum < 30'000'000) {
+      sum += recorded().payloads[server.pushed % frames].size();
+      server.push();
+    }
+    const guint64 all = server.pushed + 3;  // and the head
+    server.wait_for("packets", all);
+    fail_unless_equals_int(gst_app_src_end_of_stream(GST_APP_SRC(server.in)), GST_FLOW_OK);
+    fail_if(wait_for_end(server.pipeline, GST_SECOND / 2).empty(), "it ends before all have all");
+    std::size_t came = 0;
+    std::thread reader([&] {
+      if (reads) came = client.read_all();
+    });
+    if (reads) check_ended(wait_for_end(server.pipeline));
+    const gint64 begin = g_get_monotonic_time();
+    gst_element_set_state(server.pipeline, GST_STATE_NULL);
+    reader.join();
+    fail_unless(g_get_monotonic_time() - begin < 10'000'000);
+    fail_if(reads && came < sum, "%zu of %zu bytes", came, sum);
+  }
+}
+GST_END_TEST
+
+// What is set in READY holds.
+GST_START_TEST(test_set_when_ready) {
+  GstElement* pipeline = parse(
+      "fakesrc num-buffers=1 ! application/x-gdp ! "
+      "viewserversink name=server host=nobody allow=there");
+  fail_unless_equals_int(gst_element_set_state(pipeline, GST_STATE_READY),
+                         GST_STATE_CHANGE_SUCCESS);
+  GstElement* sink = gst_bin_get_by_name(GST_BIN(pipeline), "server");
+  g_object_set(sink, "host", "127.0.0.1", "port", 0, "allow", "", nullptr);
+  fail_if(gst_element_set_state(pipeline, GST_STATE_PLAYING) == GST_STATE_CHANGE_FAILURE);
+  check_ended(wait_for_end(pipeline));
+  gst_element_set_state(pipeline, GST_STATE_NULL);
+  gst_object_unref(sink);
+  gst_object_unref(pipeline);
+}
+GST_END_TEST
+
+// A flood of strangers is none of messages.
+GST_START_TEST(test_messages_of_a_flood) {
+  Server server("allow=10.0.0.1");
+  const gint64 begin = g_get_monotonic_time();
+  for (int i = 0; i < 200; ++i) RawClient stranger(server.port());
+  server.wait_for("refused-addresses", 200);
+  const gint64 seconds = (g_get_monotonic_time() - begin) / 1'000'000 + 2;
+  gint64 messages = 0;
+  while (GstMessage* message = gst_bus_pop_filtered(server.bus, GST_MESSAGE_ELEMENT)) {
+    if (gst_message_has_name(message, "polyhull-client")) ++messages;
+    gst_message_unref(message);
+  }
+  fail_unless(messages > 0 && messages <= 10 * seconds, "%d messages in %d s",
+              static_cast<int>(messages), static_cast<int>(seconds));
+}
+GST_END_TEST
+
 GST_START_TEST(test_flush) {
   Server server;
   Client client(server.port());
@@ -521,6 +727,9 @@ GST_START_TEST(test_bad_settings) {
   expect("tls-certificate=" + broken + " tls-authority=" + broken, "polyhull-broken.pem");
   g_unlink(broken.c_str());
   expect("settings-for=keyer", "without TLS");
+  expect("tls-clients=server", "without TLS");
+  expect(Keys::of("left") + "tls-clients=\", \"", "names nobody");
+  expect("allow=\", \"", "names nobody");
   // An authority's file has no private key.
   const std::string keys = Keys::of("left");
   const std::string authority = keys.substr(keys.find("tls-authority=") + 14);
@@ -538,15 +747,24 @@ static Suite* viewserversink_suite() {
   tcase_add_test(tests, test_head_first);
   tcase_add_test(tests, test_same_bytes_by_tls);
   tcase_add_test(tests, test_wrong_keys);
+  tcase_add_test(tests, test_clients_by_name);
   tcase_add_test(tests, test_tls_and_none);
   tcase_add_test(tests, test_turned_away_by_tls);
   tcase_add_test(tests, test_handshake_drawn_out);
   tcase_add_test(tests, test_half_open);
+  tcase_add_test(tests, test_flood_of_one_address);
   tcase_add_test(tests, test_floods);
   tcase_add_test(tests, test_slow_client);
   tcase_add_test(tests, test_addresses);
   tcase_add_test(tests, test_most_clients);
+  tcase_add_test(tests, test_most_proven_clients);
+  tcase_add_test(tests, test_gone_in_silence);
   tcase_add_test(tests, test_settings_arrive);
+  tcase_add_test(tests, test_settings_reach_no_files);
+  tcase_add_test(tests, test_settings_without_end);
+  tcase_add_test(tests, test_end_of_stream);
+  tcase_add_test(tests, test_set_when_ready);
+  tcase_add_test(tests, test_messages_of_a_flood);
   tcase_add_test(tests, test_flush);
   tcase_add_test(tests, test_states);
   tcase_add_test(tests, test_bad_settings);

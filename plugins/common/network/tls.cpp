@@ -1,9 +1,28 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "plugins/common/network/tls.h"
 
+#include <algorithm>
+#include <utility>
+
 #include "base/error.h"
 
 namespace polyhull::element {
+namespace {
+
+constexpr char other_name[] = "polyhull-other-name";
+
+}  // namespace
+
+std::vector<std::string> words_of(const std::string& text) {
+  constexpr char gaps[] = ", \t\n";
+  std::vector<std::string> words;
+  for (std::size_t at = text.find_first_not_of(gaps); at != std::string::npos;) {
+    const std::size_t end = std::min(text.find_first_of(gaps, at), text.size());
+    words.push_back(text.substr(at, end - at));
+    at = text.find_first_not_of(gaps, end);
+  }
+  return words;
+}
 
 std::string take_message(GError* error) {
   std::string message = error != nullptr ? error->message : "no reason is given";
@@ -11,7 +30,9 @@ std::string take_message(GError* error) {
   return message;
 }
 
-TlsIdentity::TlsIdentity(const std::string& certificate, const std::string& authority) {
+TlsIdentity::TlsIdentity(const std::string& certificate, const std::string& authority,
+                         std::vector<std::string> clients)
+    : clients_(std::move(clients)) {
   if (certificate.empty() && authority.empty()) return;
   if (certificate.empty() || authority.empty())
     throw Error(Error::Kind::bad_input,
@@ -68,11 +89,30 @@ GRef<GIOStream> TlsIdentity::server(GIOStream* plain) const {
       connection(g_tls_backend_get_server_connection_type(g_tls_backend_get_default()), plain,
                  nullptr, nullptr);
   // A server's connection accepts nobody by itself.
-  const auto accept = +[](GTlsConnection*, GTlsCertificate*, GTlsCertificateFlags wrong,
-                          gpointer) -> gboolean { return wrong == 0; };
-  g_signal_connect(stream.get(), "accept-certificate", G_CALLBACK(accept), nullptr);
+  const auto accept = +[](GTlsConnection* connection, GTlsCertificate* client,
+                          GTlsCertificateFlags wrong, gpointer identity) -> gboolean {
+    if (wrong != 0) return FALSE;
+    if (static_cast<const TlsIdentity*>(identity)->has_name(client)) return TRUE;
+    g_object_set_data(G_OBJECT(connection), other_name, connection);
+    return FALSE;
+  };
+  g_signal_connect(stream.get(), "accept-certificate", G_CALLBACK(accept),
+                   const_cast<TlsIdentity*>(this));
   g_object_set(stream.get(), "authentication-mode", G_TLS_AUTHENTICATION_REQUIRED, nullptr);
   return stream;
+}
+
+bool TlsIdentity::has_name(GTlsCertificate* client) const {
+  return clients_.empty() ||
+         std::any_of(clients_.begin(), clients_.end(), [client](const std::string& name) {
+           g_autoptr(GSocketConnectable) identity = g_network_address_new(name.c_str(), 0);
+           return (g_tls_certificate_verify(client, identity, nullptr) &
+                   G_TLS_CERTIFICATE_BAD_IDENTITY) == 0;
+         });
+}
+
+bool TlsIdentity::has_other_name(GIOStream* server) {
+  return g_object_get_data(G_OBJECT(server), other_name) != nullptr;
 }
 
 }  // namespace polyhull::element

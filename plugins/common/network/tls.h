@@ -8,6 +8,7 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
 namespace polyhull::element {
 
@@ -20,6 +21,9 @@ using GRef = std::unique_ptr<T, GUnref>;
 /// Frees \p error and gives its sentence.
 std::string take_message(GError* error);
 
+/// The words of \p text, between spaces, commas and line ends.
+std::vector<std::string> words_of(const std::string& text);
+
 class TlsIdentity {
  public:
   /// No TLS.
@@ -27,8 +31,11 @@ class TlsIdentity {
 
   /// Reads the PEM files \p certificate, with this machine's certificate and its private key, and
   /// \p authority, with the certificates of who signs those that are trusted; both empty: no TLS.
-  /// Throws Error where only one is given, a file cannot be used, or GIO has no TLS.
-  TlsIdentity(const std::string& certificate, const std::string& authority);
+  /// \p clients: the names, for one of which the certificate of a server's client must be; none: any
+  /// that \p authority signs. Throws Error where only one is given, a file cannot be used, or GIO has
+  /// no TLS.
+  TlsIdentity(const std::string& certificate, const std::string& authority,
+              std::vector<std::string> clients = {});
 
   explicit operator bool() const { return certificate_ != nullptr; }
 
@@ -36,16 +43,22 @@ class TlsIdentity {
   /// the handshake is to be made. Throws Error.
   GRef<GIOStream> client(GIOStream* plain, const std::string& name) const;
 
-  /// \p plain as the server's end, where the client must show a certificate. Throws Error.
+  /// \p plain as the server's end, where the client must show a certificate. This must outlive it.
+  /// Throws Error.
   GRef<GIOStream> server(GIOStream* plain) const;
+
+  /// Whether \p server refuses its client for its name, not for who has signed it.
+  static bool has_other_name(GIOStream* server);
 
  private:
   /// \p property, with \p value, is one more of \p type; null: none.
   GRef<GIOStream> connection(GType type, GIOStream* plain, const char* property,
                              gpointer value) const;
+  bool has_name(GTlsCertificate* client) const;
 
   GRef<GTlsCertificate> certificate_;
   GRef<GTlsDatabase> authority_;
+  std::vector<std::string> clients_;
 };
 
 }  // namespace polyhull::element
