@@ -19,7 +19,7 @@
 namespace polyhull {
 
 struct DepthPicture;  // depth_picture.h
-struct ScenePlanes;  // view/scene_planes.h
+struct ScenePlanes;   // view/scene_planes.h
 
 /// How the subjects' shadow of the scene's main light is drawn.
 enum class ShadowQuality {
@@ -86,14 +86,14 @@ struct RenderFrame {
 /// A subject in scene coordinates.
 struct PlacedSubject {
   const Mesh* mesh = nullptr;  ///< of an image-based subject ImageSubject::mesh
-  Mat4 to_scene{1.0};         ///< from the mesh's world
-  Mat4 local_to_scene{1.0};   ///< from coordinates relative to Hull::origin
-  Mat4 from_scene{1.0};       ///< to the mesh's world
+  Mat4 to_scene{1.0};          ///< from the mesh's world
+  Mat4 local_to_scene{1.0};    ///< from coordinates relative to Hull::origin
+  Mat4 from_scene{1.0};        ///< to the mesh's world
   /// The hull's vertices in scene coordinates; of an image-based subject the corners around it.
   std::vector<Vec3f> points;
   std::shared_ptr<const ImageSubject> image;  ///< as RenderSubject::image
-  std::uint64_t content = 0;  ///< as RenderSubject::content
-  int beyond = 0;             ///< pixels that its soft edge reaches beyond its hull
+  std::uint64_t content = 0;                  ///< as RenderSubject::content
+  int beyond = 0;                             ///< pixels that its soft edge reaches beyond its hull
 };
 
 /// What has to be drawn where. Rectangles are empty for what changes no pixel.

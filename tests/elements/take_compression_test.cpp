@@ -55,8 +55,8 @@ struct Played {
     GstMapInfo map;
     gst_buffer_map(buffer, &map, GST_MAP_READ);
     const std::scoped_lock lock(self.mutex);
-    self.seen.push_back({GST_BUFFER_PTS(buffer),
-                         std::string(reinterpret_cast<char*>(map.data), map.size)});
+    self.seen.push_back(
+        {GST_BUFFER_PTS(buffer), std::string(reinterpret_cast<char*>(map.data), map.size)});
     gst_buffer_unmap(buffer, &map);
   }
   std::string run() {
@@ -181,10 +181,9 @@ GST_START_TEST(test_lossy_meshes_move_as_far_as_said) {
     const polyhull::Mesh is = polyhull::read_mesh(bytes_of(again.seen[i]));
     fail_unless(was.hull.triangles == is.hull.triangles);
     for (std::size_t v = 0; v < was.hull.vertices.size(); ++v)
-      most = std::max(most,
-                      1000 * was.metres_per_unit *
-                          glm::length(polyhull::Vec3(was.hull.vertices[v]) -
-                                      polyhull::Vec3(is.hull.vertices[v])));
+      most = std::max(most, 1000 * was.metres_per_unit *
+                                glm::length(polyhull::Vec3(was.hull.vertices[v]) -
+                                            polyhull::Vec3(is.hull.vertices[v])));
   }
   fail_unless(most > 1 && most <= 2.001, "%f mm", most);
   const double said = live.ask([](GstElement* sink) { return figure(sink, "vertex-error-mm"); });
@@ -207,11 +206,11 @@ GST_START_TEST(test_any_place_is_found) {
         const std::scoped_lock lock(again.mutex);
         again.seen.clear();
       }
-      fail_unless(gst_element_seek(
-          again.pipeline, rate, GST_FORMAT_TIME,
-          static_cast<GstSeekFlags>(GST_SEEK_FLAG_FLUSH | GST_SEEK_FLAG_ACCURATE),
-          GST_SEEK_TYPE_SET, static_cast<gint64>(from * frame), GST_SEEK_TYPE_SET,
-          static_cast<gint64>((from + 6) * frame)));
+      fail_unless(
+          gst_element_seek(again.pipeline, rate, GST_FORMAT_TIME,
+                           static_cast<GstSeekFlags>(GST_SEEK_FLAG_FLUSH | GST_SEEK_FLAG_ACCURATE),
+                           GST_SEEK_TYPE_SET, static_cast<gint64>(from * frame), GST_SEEK_TYPE_SET,
+                           static_cast<gint64>((from + 6) * frame)));
       check_ended(again.run());
       fail_unless_equals_int(again.seen.size(), 6);
       for (int i = 0; i < 6; ++i)
@@ -228,10 +227,11 @@ GST_START_TEST(test_settings_change_while_it_plays) {
   const Folder folder;
   std::vector<Seen> all;
   for (const char* existing : {"refuse", "append"}) {
-    Played live("takesink name=t location=" + folder.file() + " existing=" + existing +
-                " videotestsrc num-buffers=60 ! "
-                "video/x-raw,format=GRAY8,width=64,height=48,framerate=25/1 ! identity "
-                "sleep-time=1000 ! tee name=v ! queue ! t. v. ! queue ! fakesink name=out sync=false");
+    Played live(
+        "takesink name=t location=" + folder.file() + " existing=" + existing +
+        " videotestsrc num-buffers=60 ! "
+        "video/x-raw,format=GRAY8,width=64,height=48,framerate=25/1 ! identity "
+        "sleep-time=1000 ! tee name=v ! queue ! t. v. ! queue ! fakesink name=out sync=false");
     gst_element_set_state(live.pipeline, GST_STATE_PLAYING);
     GstElement* sink = gst_bin_get_by_name(GST_BIN(live.pipeline), "t");
     for (int i = 0; i < 12; ++i) {
