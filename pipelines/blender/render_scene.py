@@ -155,6 +155,11 @@ def shape_of(scene, depsgraph):
         digest.update(numpy.array(item.matrix_world, dtype=numpy.float32).tobytes() + points.tobytes())
         digest.update(repr([settings_of(slot.material) for slot in item.material_slots]).encode())
         item.to_mesh_clear()
+    # Of instances Blender's exporter writes those of collections.
+    for instance in depsgraph.object_instances:
+        if instance.is_instance and instance.parent.instance_type == "COLLECTION":
+            digest.update(instance.object.name.encode() +
+                          numpy.array(instance.matrix_world, dtype=numpy.float32).tobytes())
     return digest.digest()
 
 
@@ -201,11 +206,19 @@ def depth_output(scene, folder):
     """Lets Blender write each frame's depth, whatever else it does with the picture."""
     for left in folder.glob("depth-*.exr"):  # by a run that was stopped
         left.unlink()
-    scene.view_layers[0].use_pass_z = True
-    if not scene.use_nodes:
-        scene.use_nodes = True  # with nodes that hand the picture on
+    layer = next((layer for layer in scene.view_layers if layer.use), scene.view_layers[0])
+    layer.use_pass_z = True
+    dormant = scene.node_tree is not None and not scene.use_nodes
+    scene.use_nodes = True  # new ones hand the picture on
     nodes = scene.node_tree.nodes
-    layers = next((node for node in nodes if node.type == "R_LAYERS"), None) or nodes.new("CompositorNodeRLayers")
+    layers = nodes.new("CompositorNodeRLayers")
+    layers.scene, layers.layer = scene, layer.name
+    # What somebody has switched off must not come to life.
+    for node in list(nodes) if dormant else ():
+        if node.type == "COMPOSITE":
+            scene.node_tree.links.new(layers.outputs["Image"], node.inputs["Image"])
+        elif node.type == "OUTPUT_FILE":
+            node.mute = True
     output = nodes.new("CompositorNodeOutputFile")
     output.base_path = str(folder)
     output.file_slots[0].path = "depth-"

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
 """Run inside Blender, after stage.py: the same scene as outside.py wants it where it is odd. Rows that are
 no multiple of four bytes, a size in per cent, another run's rest, a collection that is not rendered, a
-colour that changes, 12.5 frames a second; and the rate that render_scene.py finds for others."""
+colour that changes, an instance that moves, nodes that are switched off, 12.5 frames a second; and the rate that render_scene.py finds for others."""
 import json
 import pathlib
 import runpy
@@ -36,4 +36,23 @@ colour = bpy.data.materials["box"].node_tree.nodes["Principled BSDF"].inputs["Ba
 for frame, value in ((1, (0.7, 0.3, 0.1, 1)), (2, (0.1, 0.3, 0.7, 1))):
     colour.default_value = value
     colour.keyframe_insert("default_value", frame=frame)
+# A collection that is not in the scene has an instance there, which moves in frame 4.
+prop = bpy.data.collections.new("prop")
+prop.objects.link(bpy.data.objects.new("part", bpy.data.meshes["Cube"]))
+instance = bpy.data.objects.new("instance", None)
+instance.instance_type, instance.instance_collection = "COLLECTION", prop
+scene.collection.objects.link(instance)
+for frame, place in ((1, (2.5, 1, 0.5)), (4, (2.8, 1, 0.5))):
+    instance.location = place
+    instance.keyframe_insert("location", frame=frame)
+for curve in instance.animation_data.action.fcurves:
+    for point in curve.keyframe_points:
+        point.interpolation = "CONSTANT"
+# Nodes that would turn the picture's colours round, if they were on.
+scene.use_nodes = True
+tree = scene.node_tree
+invert = tree.nodes.new("CompositorNodeInvert")
+tree.links.new(tree.nodes["Render Layers"].outputs["Image"], invert.inputs["Color"])
+tree.links.new(invert.outputs["Color"], tree.nodes["Composite"].inputs["Image"])
+scene.use_nodes = False
 (folder / "depth-0007.exr").write_bytes(b"left by a crash")

@@ -187,7 +187,7 @@ class Odd(unittest.TestCase):
         cls.folder = pathlib.Path(cls.temporary.name)
         cls.said = blender("-P", HERE / "stage.py", "-P", HERE / "odd.py",
                            "-P", SOURCE / "pipelines" / "blender" / "render_scene.py", "--",
-                           cls.folder, "--samples", 1, "--depth", 0.5, "--frames", "1-3")
+                           cls.folder, "--samples", 1, "--depth", 0.5, "--frames", "1-4")
         cls.lines = [json.loads(line) for line in (cls.folder / "announcements.jsonl").read_text().splitlines()]
 
     @classmethod
@@ -197,8 +197,8 @@ class Odd(unittest.TestCase):
     def test_rates(self):
         self.assertEqual(json.loads((self.folder / "rates.json").read_text()),
                          [[24, 1], [25, 1], [30000, 1001], [24000, 1001], [60000, 1001], [25, 2], [100, 3], [1, 4]])
-        self.assertEqual([line["timecode_rate"] for line in self.lines], 3 * [[25, 2]])
-        self.assertEqual([line["stream_time_ns"] for line in self.lines], [0, 80_000_000, 160_000_000])
+        self.assertEqual([line["timecode_rate"] for line in self.lines], 4 * [[25, 2]])
+        self.assertEqual([line["stream_time_ns"] for line in self.lines], [0, 80_000_000, 160_000_000, 240_000_000])
 
     def test_size(self):
         """The size that Blender rendered; an odd one's depth is read row by row."""
@@ -212,7 +212,7 @@ class Odd(unittest.TestCase):
                f"video/x-raw,format=GRAY16_BE ! filesink location={self.folder}/read.raw")
         read = numpy.fromfile(self.folder / "read.raw", dtype=">u2")
         depth = read.reshape(len(self.lines), size[1], size[0] + 1)[:, :, :size[0]]
-        self.assertEqual(len(depth), 3)
+        self.assertEqual(len(depth), 4)
         # The floor's 1/z is linear over the picture.
         floor = depth[:, 24:].astype(int)
         self.assertGreater(floor.min(), 0)
@@ -232,7 +232,7 @@ class Odd(unittest.TestCase):
         run = subprocess.run([*command.split(), *"name=mix ! video/x-raw,framerate=25/2 ! filesink".split(),
                               f"location={self.folder}/printed.raw"], timeout=300, capture_output=True, text=True)
         self.assertEqual(run.returncode, 0, run.stderr)
-        self.assertEqual((self.folder / "printed.raw").stat().st_size, 3 * 29 * 29 * 4)
+        self.assertEqual((self.folder / "printed.raw").stat().st_size, 4 * 29 * 29 * 4)
 
     def test_collections(self):
         """What is not rendered is neither announced nor exported."""
@@ -243,10 +243,17 @@ class Odd(unittest.TestCase):
         self.assertNotIn("unseen", names)
         self.assertNotIn("unlit", names)
 
-    def test_colour(self):
-        """A scene of its own for another colour."""
+    def test_nodes(self):
+        """What is switched off stays so where depth is asked for: the wall is blue."""
+        launch(f"filesrc location={self.folder}/frames/0001.png ! pngdec ! videoconvert ! "
+               f"video/x-raw,format=RGBA ! filesink location={self.folder}/wall.raw")
+        wall = numpy.fromfile(self.folder / "wall.raw", dtype=numpy.uint8).reshape(29, 29, 4)[:8].mean((0, 1))
+        self.assertGreater(wall[2], wall[0] + 10)
+
+    def test_changes(self):
+        """A scene of its own for another colour, and for an instance that has moved."""
         self.assertEqual([pathlib.Path(line["scene"]).name for line in self.lines],
-                         [f"scene-{number:04}.glb" for number in (1, 2, 3)])
+                         [f"scene-{number:04}.glb" for number in (1, 2, 3, 4)])
         for number, expected in ((1, (0.7, 0.3, 0.1, 1)), (2, (0.1, 0.3, 0.7, 1))):
             box, = (found for found in self.scene(number)["materials"] if found["name"] == "box")
             for found, wanted in zip(box["pbrMetallicRoughness"]["baseColorFactor"], expected, strict=True):
