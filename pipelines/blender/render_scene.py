@@ -145,14 +145,33 @@ def settings_of(material):
     return found
 
 
+SOLID = {"MESH", "CURVE", "SURFACE", "META", "FONT"}
+
+
+def instances(scene, depsgraph):
+    """What the scene's objects repeat elsewhere (collections, vertices, faces, particles), and where to. Not
+    by geometry nodes: the exporter leaves those out."""
+    shown = set(rendered(scene))
+    return [(item.instance_object, item.matrix_world.copy()) for item in depsgraph.object_instances
+            if item.is_instance and item.parent.original in shown and item.parent.original.is_instancer
+            and item.instance_object.type in SOLID]
+
+
 def shape_of(scene, depsgraph):
     """Changes where anything solid moves, bends, gets another material or its material another setting."""
     digest = hashlib.sha256()
-    for item in evaluated(scene, depsgraph, {"MESH", "CURVE", "SURFACE", "META", "FONT"}):
+    found = [(item, item.matrix_world) for item in evaluated(scene, depsgraph, SOLID)]
+    found += instances(scene, depsgraph)
+    known = set()
+    for item, matrix in found:
+        digest.update(repr(item.name_full).encode() + numpy.array(matrix, dtype=numpy.float32).tobytes())
+        if item.name_full in known:  # instances share its mesh
+            continue
+        known.add(item.name_full)
         mesh = item.to_mesh()
         points = numpy.empty(3 * len(mesh.vertices), dtype=numpy.float32)
         mesh.vertices.foreach_get("co", points)
-        digest.update(numpy.array(item.matrix_world, dtype=numpy.float32).tobytes() + points.tobytes())
+        digest.update(points.tobytes())
         digest.update(repr([settings_of(slot.material) for slot in item.material_slots]).encode())
         item.to_mesh_clear()
     return digest.digest()

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
 """Run inside Blender, after stage.py: the same scene as outside.py wants it where it is odd. Rows that are
 no multiple of four bytes, a size in per cent, another run's rest, a collection that is not rendered, a
-colour that changes, 12.5 frames a second; and the rate that render_scene.py finds for others."""
+colour that changes, instances that move, 12.5 frames a second; and the rate that render_scene.py finds for others."""
 import json
 import pathlib
 import runpy
@@ -36,4 +36,22 @@ colour = bpy.data.materials["box"].node_tree.nodes["Principled BSDF"].inputs["Ba
 for frame, value in ((1, (0.7, 0.3, 0.1, 1)), (2, (0.1, 0.3, 0.7, 1))):
     colour.default_value = value
     colour.keyframe_insert("default_value", frame=frame)
+# Of what is there only as instances, a collection's moves in frame 4, and in 5 particles carry two more.
+props = bpy.data.collections.new("props")
+props.objects.link(bpy.data.objects.new("prop", bpy.data.meshes["Cube"]))
+place = bpy.data.objects.new("place", None)
+place.instance_type, place.instance_collection = "COLLECTION", props
+place.scale = (0.2, 0.2, 0.2)
+for frame, height in ((1, 2.2), (3, 2.2), (4, 2.5)):
+    place.location = (0, 2, height)
+    place.keyframe_insert("location", frame=frame)
+emitter = bpy.data.objects.new("emitter", bpy.data.meshes["Plane"])
+emitter.location, emitter.scale = (0, 2, 2), (0.05, 0.05, 0.05)
+for item in (place, emitter):
+    scene.collection.objects.link(item)
+emitter.modifiers.new("particles", "PARTICLE_SYSTEM")
+particles = emitter.particle_systems[0].settings
+particles.count, particles.frame_start, particles.frame_end = 2, 5, 5
+particles.render_type, particles.instance_object = "OBJECT", props.objects["prop"]
+particles.physics_type = "NO"
 (folder / "depth-0007.exr").write_bytes(b"left by a crash")
