@@ -220,11 +220,17 @@ def depth_output(scene, folder):
     """Lets Blender write each frame's depth, whatever else it does with the picture."""
     for left in folder.glob("depth-*.exr"):  # by a run that was stopped
         left.unlink()
-    scene.view_layers[0].use_pass_z = True
-    if not scene.use_nodes:
-        scene.use_nodes = True  # with nodes that hand the picture on
+    view_layer = next((layer for layer in scene.view_layers if layer.use), scene.view_layers[0])
+    view_layer.use_pass_z = True
+    composited = scene.use_nodes and scene.render.use_compositing
+    scene.use_nodes = scene.render.use_compositing = True
     nodes = scene.node_tree.nodes
-    layers = next((node for node in nodes if node.type == "R_LAYERS"), None) or nodes.new("CompositorNodeRLayers")
+    layers = nodes.new("CompositorNodeRLayers")
+    layers.scene, layers.layer = scene, view_layer.name
+    if not composited:  # what was switched off must not change the picture now: it is handed on as it is
+        for node in [node for node in nodes if node != layers]:
+            nodes.remove(node)
+        scene.node_tree.links.new(layers.outputs["Image"], nodes.new("CompositorNodeComposite").inputs["Image"])
     output = nodes.new("CompositorNodeOutputFile")
     output.base_path = str(folder)
     output.file_slots[0].path = "depth-"

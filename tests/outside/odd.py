@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
 """Run inside Blender, after stage.py: the same scene as outside.py wants it where it is odd. Rows that are
 no multiple of four bytes, a size in per cent, another run's rest, a collection that is not rendered, a
-colour that changes, instances that move, 12.5 frames a second; and the rate that render_scene.py finds for others."""
+colour that changes, instances that move, a compositor that is switched off, a view layer that is not
+rendered, 12.5 frames a second; and the rate that render_scene.py finds for others."""
 import json
 import pathlib
 import runpy
@@ -54,4 +55,13 @@ particles = emitter.particle_systems[0].settings
 particles.count, particles.frame_start, particles.frame_end = 2, 5, 5
 particles.render_type, particles.instance_object = "OBJECT", props.objects["prop"]
 particles.physics_type = "NO"
+# A compositor that is switched off would invert the picture. The first view layer is not rendered.
+scene.use_nodes = True
+nodes = scene.node_tree.nodes
+invert = nodes.new("CompositorNodeInvert")
+scene.node_tree.links.new(nodes["Render Layers"].outputs["Image"], invert.inputs["Color"])
+scene.node_tree.links.new(invert.outputs["Color"], nodes["Composite"].inputs["Image"])
+scene.use_nodes = False
+scene.view_layers.new("rendered")
+scene.view_layers[0].use = False
 (folder / "depth-0007.exr").write_bytes(b"left by a crash")

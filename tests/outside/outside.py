@@ -185,14 +185,18 @@ class Odd(unittest.TestCase):
     def setUpClass(cls):
         cls.temporary = tempfile.TemporaryDirectory()
         cls.folder = pathlib.Path(cls.temporary.name)
-        cls.said = blender("-P", HERE / "stage.py", "-P", HERE / "odd.py",
-                           "-P", SOURCE / "pipelines" / "blender" / "render_scene.py", "--",
-                           cls.folder, "--samples", 1, "--depth", 0.5, "--frames", "1-6")
+        cls.said = cls.render(cls.folder, "--depth", 0.5, "--frames", "1-6")
         cls.lines = [json.loads(line) for line in (cls.folder / "announcements.jsonl").read_text().splitlines()]
 
     @classmethod
     def tearDownClass(cls):
         cls.temporary.cleanup()
+
+    @staticmethod
+    def render(folder, *options):
+        return blender("-P", HERE / "stage.py", "-P", HERE / "odd.py",
+                       "-P", SOURCE / "pipelines" / "blender" / "render_scene.py", "--",
+                       folder, "--samples", 1, *options)
 
     def test_rates(self):
         self.assertEqual(json.loads((self.folder / "rates.json").read_text()),
@@ -218,6 +222,17 @@ class Odd(unittest.TestCase):
         self.assertGreater(floor.min(), 0)
         for axis in (1, 2):
             self.assertLess(abs(numpy.diff(floor, 2, axis)).max(), 3)
+
+    def test_without_depth(self):
+        """Writing the depth does not change the picture."""
+        without = self.folder / "without"
+        without.mkdir()
+        self.render(without, "--frames", "1-1")
+        read = []
+        for folder in (self.folder, without):
+            launch(f"filesrc location={folder}/frames/0001.png ! pngdec ! filesink location={self.folder}/picture.raw")
+            read.append((self.folder / "picture.raw").read_bytes())
+        self.assertEqual(*read)
 
     def scene(self, number):
         """The JSON of a frame's GLB."""
