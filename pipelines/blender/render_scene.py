@@ -145,14 +145,33 @@ def settings_of(material):
     return found
 
 
+SOLID = {"MESH", "CURVE", "SURFACE", "META", "FONT"}
+
+
+def instances(scene, depsgraph):
+    """What the scene's objects repeat elsewhere (collections, vertices, faces, particles), and where to. Not
+    by geometry nodes: the exporter leaves those out."""
+    shown = set(rendered(scene))
+    return [(item.instance_object, item.matrix_world.copy()) for item in depsgraph.object_instances
+            if item.is_instance and item.parent.original in shown and item.parent.original.is_instancer
+            and item.instance_object.type in SOLID]
+
+
 def shape_of(scene, depsgraph):
     """Changes where anything solid moves, bends, gets another material or its material another setting."""
     digest = hashlib.sha256()
-    for item in evaluated(scene, depsgraph, {"MESH", "CURVE", "SURFACE", "META", "FONT"}):
+    found = [(item, item.matrix_world) for item in evaluated(scene, depsgraph, SOLID)]
+    found += instances(scene, depsgraph)
+    known = set()
+    for item, matrix in found:
+        digest.update(repr(item.name_full).encode() + numpy.array(matrix, dtype=numpy.float32).tobytes())
+        if item.name_full in known:  # instances share its mesh
+            continue
+        known.add(item.name_full)
         mesh = item.to_mesh()
         points = numpy.empty(3 * len(mesh.vertices), dtype=numpy.float32)
         mesh.vertices.foreach_get("co", points)
-        digest.update(numpy.array(item.matrix_world, dtype=numpy.float32).tobytes() + points.tobytes())
+        digest.update(points.tobytes())
         digest.update(repr([settings_of(slot.material) for slot in item.material_slots]).encode())
         item.to_mesh_clear()
     # Of instances Blender's exporter writes those of collections.
@@ -206,19 +225,17 @@ def depth_output(scene, folder):
     """Lets Blender write each frame's depth, whatever else it does with the picture."""
     for left in folder.glob("depth-*.exr"):  # by a run that was stopped
         left.unlink()
-    layer = next((layer for layer in scene.view_layers if layer.use), scene.view_layers[0])
-    layer.use_pass_z = True
-    dormant = scene.node_tree is not None and not scene.use_nodes
-    scene.use_nodes = True  # new ones hand the picture on
+    view_layer = next((layer for layer in scene.view_layers if layer.use), scene.view_layers[0])
+    view_layer.use_pass_z = True
+    composited = scene.use_nodes and scene.render.use_compositing
+    scene.use_nodes = scene.render.use_compositing = True
     nodes = scene.node_tree.nodes
     layers = nodes.new("CompositorNodeRLayers")
-    layers.scene, layers.layer = scene, layer.name
-    # What somebody has switched off must not come to life.
-    for node in list(nodes) if dormant else ():
-        if node.type == "COMPOSITE":
-            scene.node_tree.links.new(layers.outputs["Image"], node.inputs["Image"])
-        elif node.type == "OUTPUT_FILE":
-            node.mute = True
+    layers.scene, layers.layer = scene, view_layer.name
+    if not composited:  # what was switched off must not change the picture now: it is handed on as it is
+        for node in [node for node in nodes if node != layers]:
+            nodes.remove(node)
+        scene.node_tree.links.new(layers.outputs["Image"], nodes.new("CompositorNodeComposite").inputs["Image"])
     output = nodes.new("CompositorNodeOutputFile")
     output.base_path = str(folder)
     output.file_slots[0].path = "depth-"

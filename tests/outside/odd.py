@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
 """Run inside Blender, after stage.py: the same scene as outside.py wants it where it is odd. Rows that are
 no multiple of four bytes, a size in per cent, another run's rest, a collection that is not rendered, a
-colour that changes, an instance that moves, nodes that are switched off, 12.5 frames a second; and the rate that render_scene.py finds for others."""
+colour that changes, instances that move, a compositor that is switched off, a view layer that is not
+rendered, 12.5 frames a second; and the rate that render_scene.py finds for others."""
 import json
 import pathlib
 import runpy
@@ -36,23 +37,31 @@ colour = bpy.data.materials["box"].node_tree.nodes["Principled BSDF"].inputs["Ba
 for frame, value in ((1, (0.7, 0.3, 0.1, 1)), (2, (0.1, 0.3, 0.7, 1))):
     colour.default_value = value
     colour.keyframe_insert("default_value", frame=frame)
-# A collection that is not in the scene has an instance there, which moves in frame 4.
-prop = bpy.data.collections.new("prop")
-prop.objects.link(bpy.data.objects.new("part", bpy.data.meshes["Cube"]))
-instance = bpy.data.objects.new("instance", None)
-instance.instance_type, instance.instance_collection = "COLLECTION", prop
-scene.collection.objects.link(instance)
-for frame, place in ((1, (2.5, 1, 0.5)), (4, (2.8, 1, 0.5))):
-    instance.location = place
-    instance.keyframe_insert("location", frame=frame)
-for curve in instance.animation_data.action.fcurves:
-    for point in curve.keyframe_points:
-        point.interpolation = "CONSTANT"
-# Nodes that would turn the picture's colours round, if they were on.
+# Of what is there only as instances, a collection's moves in frame 4, and in 5 particles carry two more.
+props = bpy.data.collections.new("props")
+props.objects.link(bpy.data.objects.new("prop", bpy.data.meshes["Cube"]))
+place = bpy.data.objects.new("place", None)
+place.instance_type, place.instance_collection = "COLLECTION", props
+place.scale = (0.2, 0.2, 0.2)
+for frame, height in ((1, 2.2), (3, 2.2), (4, 2.5)):
+    place.location = (0, 2, height)
+    place.keyframe_insert("location", frame=frame)
+emitter = bpy.data.objects.new("emitter", bpy.data.meshes["Plane"])
+emitter.location, emitter.scale = (0, 2, 2), (0.05, 0.05, 0.05)
+for item in (place, emitter):
+    scene.collection.objects.link(item)
+emitter.modifiers.new("particles", "PARTICLE_SYSTEM")
+particles = emitter.particle_systems[0].settings
+particles.count, particles.frame_start, particles.frame_end = 2, 5, 5
+particles.render_type, particles.instance_object = "OBJECT", props.objects["prop"]
+particles.physics_type = "NO"
+# A compositor that is switched off would invert the picture. The first view layer is not rendered.
 scene.use_nodes = True
-tree = scene.node_tree
-invert = tree.nodes.new("CompositorNodeInvert")
-tree.links.new(tree.nodes["Render Layers"].outputs["Image"], invert.inputs["Color"])
-tree.links.new(invert.outputs["Color"], tree.nodes["Composite"].inputs["Image"])
+nodes = scene.node_tree.nodes
+invert = nodes.new("CompositorNodeInvert")
+scene.node_tree.links.new(nodes["Render Layers"].outputs["Image"], invert.inputs["Color"])
+scene.node_tree.links.new(invert.outputs["Color"], nodes["Composite"].inputs["Image"])
 scene.use_nodes = False
+scene.view_layers.new("rendered")
+scene.view_layers[0].use = False
 (folder / "depth-0007.exr").write_bytes(b"left by a crash")

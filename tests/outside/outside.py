@@ -185,20 +185,24 @@ class Odd(unittest.TestCase):
     def setUpClass(cls):
         cls.temporary = tempfile.TemporaryDirectory()
         cls.folder = pathlib.Path(cls.temporary.name)
-        cls.said = blender("-P", HERE / "stage.py", "-P", HERE / "odd.py",
-                           "-P", SOURCE / "pipelines" / "blender" / "render_scene.py", "--",
-                           cls.folder, "--samples", 1, "--depth", 0.5, "--frames", "1-4")
+        cls.said = cls.render(cls.folder, "--depth", 0.5, "--frames", "1-6")
         cls.lines = [json.loads(line) for line in (cls.folder / "announcements.jsonl").read_text().splitlines()]
 
     @classmethod
     def tearDownClass(cls):
         cls.temporary.cleanup()
 
+    @staticmethod
+    def render(folder, *options):
+        return blender("-P", HERE / "stage.py", "-P", HERE / "odd.py",
+                       "-P", SOURCE / "pipelines" / "blender" / "render_scene.py", "--",
+                       folder, "--samples", 1, *options)
+
     def test_rates(self):
         self.assertEqual(json.loads((self.folder / "rates.json").read_text()),
                          [[24, 1], [25, 1], [30000, 1001], [24000, 1001], [60000, 1001], [25, 2], [100, 3], [1, 4]])
-        self.assertEqual([line["timecode_rate"] for line in self.lines], 4 * [[25, 2]])
-        self.assertEqual([line["stream_time_ns"] for line in self.lines], [0, 80_000_000, 160_000_000, 240_000_000])
+        self.assertEqual([line["timecode_rate"] for line in self.lines], 6 * [[25, 2]])
+        self.assertEqual([line["stream_time_ns"] for line in self.lines], [80_000_000 * i for i in range(6)])
 
     def test_size(self):
         """The size that Blender rendered; an odd one's depth is read row by row."""
@@ -212,12 +216,23 @@ class Odd(unittest.TestCase):
                f"video/x-raw,format=GRAY16_BE ! filesink location={self.folder}/read.raw")
         read = numpy.fromfile(self.folder / "read.raw", dtype=">u2")
         depth = read.reshape(len(self.lines), size[1], size[0] + 1)[:, :, :size[0]]
-        self.assertEqual(len(depth), 4)
+        self.assertEqual(len(depth), 6)
         # The floor's 1/z is linear over the picture.
         floor = depth[:, 24:].astype(int)
         self.assertGreater(floor.min(), 0)
         for axis in (1, 2):
             self.assertLess(abs(numpy.diff(floor, 2, axis)).max(), 3)
+
+    def test_without_depth(self):
+        """Writing the depth does not change the picture."""
+        without = self.folder / "without"
+        without.mkdir()
+        self.render(without, "--frames", "1-1")
+        read = []
+        for folder in (self.folder, without):
+            launch(f"filesrc location={folder}/frames/0001.png ! pngdec ! filesink location={self.folder}/picture.raw")
+            read.append((self.folder / "picture.raw").read_bytes())
+        self.assertEqual(*read)
 
     def scene(self, number):
         """The JSON of a frame's GLB."""
@@ -232,7 +247,7 @@ class Odd(unittest.TestCase):
         run = subprocess.run([*command.split(), *"name=mix ! video/x-raw,framerate=25/2 ! filesink".split(),
                               f"location={self.folder}/printed.raw"], timeout=300, capture_output=True, text=True)
         self.assertEqual(run.returncode, 0, run.stderr)
-        self.assertEqual((self.folder / "printed.raw").stat().st_size, 4 * 29 * 29 * 4)
+        self.assertEqual((self.folder / "printed.raw").stat().st_size, 6 * 29 * 29 * 4)
 
     def test_collections(self):
         """What is not rendered is neither announced nor exported."""
@@ -243,21 +258,28 @@ class Odd(unittest.TestCase):
         self.assertNotIn("unseen", names)
         self.assertNotIn("unlit", names)
 
-    def test_nodes(self):
-        """What is switched off stays so where depth is asked for: the wall is blue."""
-        launch(f"filesrc location={self.folder}/frames/0001.png ! pngdec ! videoconvert ! "
-               f"video/x-raw,format=RGBA ! filesink location={self.folder}/wall.raw")
-        wall = numpy.fromfile(self.folder / "wall.raw", dtype=numpy.uint8).reshape(29, 29, 4)[:8].mean((0, 1))
-        self.assertGreater(wall[2], wall[0] + 10)
-
-    def test_changes(self):
-        """A scene of its own for another colour, and for an instance that has moved."""
+    def test_scenes(self):
+        """A scene of its own for each frame in which something is otherwise, but for no other."""
         self.assertEqual([pathlib.Path(line["scene"]).name for line in self.lines],
-                         [f"scene-{number:04}.glb" for number in (1, 2, 3, 4)])
+                         [f"scene-{number:04}.glb" for number in (1, 2, 3, 4, 5, 5)])
+
+    def test_colour(self):
         for number, expected in ((1, (0.7, 0.3, 0.1, 1)), (2, (0.1, 0.3, 0.7, 1))):
             box, = (found for found in self.scene(number)["materials"] if found["name"] == "box")
             for found, wanted in zip(box["pbrMetallicRoughness"]["baseColorFactor"], expected, strict=True):
                 self.assertAlmostEqual(found, wanted, places=5)
+
+    def test_instances(self):
+        """The scene has what only a collection's instance or particles show, where they show it."""
+        def props(number):
+            nodes = self.scene(number)["nodes"]
+            return {node["name"]: sum(nodes[child]["name"].startswith("prop") for child in node.get("children", []))
+                    for node in nodes if node["name"] in ("place", "emitter")}
+        for number, carried in ((3, 0), (4, 0), (5, 2)):
+            self.assertEqual(props(number), {"place": 1, "emitter": carried})
+        for number, height in ((3, 2.2), (4, 2.5)):
+            place, = (node for node in self.scene(number)["nodes"] if node["name"] == "place")
+            self.assertAlmostEqual(place["translation"][1], height, places=5)
 
 
 if __name__ == "__main__":
