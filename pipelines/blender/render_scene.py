@@ -174,11 +174,6 @@ def shape_of(scene, depsgraph):
         digest.update(points.tobytes())
         digest.update(repr([settings_of(slot.material) for slot in item.material_slots]).encode())
         item.to_mesh_clear()
-    # Of instances Blender's exporter writes those of collections.
-    for instance in depsgraph.object_instances:
-        if instance.is_instance and instance.parent.instance_type == "COLLECTION":
-            digest.update(instance.object.name.encode() +
-                          numpy.array(instance.matrix_world, dtype=numpy.float32).tobytes())
     return digest.digest()
 
 
