@@ -310,7 +310,7 @@ gboolean sink_event(GstBaseTransform* base, GstEvent* event) {
   if (GST_EVENT_TYPE(event) == GST_EVENT_FLUSH_START) self.unlock(true);
   if (GST_EVENT_TYPE(event) == GST_EVENT_FLUSH_STOP) {
     self.unlock(false);
-    self.track.video_flushed();
+    self.track.video_flushed(gst_event_get_seqnum(event));
     self.scene.video_flushed();
     self.depth.video_flushed();
     self.say_again = true;

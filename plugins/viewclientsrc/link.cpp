@@ -26,7 +26,7 @@ class Deadline {
                                          g_socket_shutdown(static_cast<GSocket*>(socket), TRUE,
                                                            TRUE, nullptr);
                                        }),
-                                       socket, nullptr);
+                                       g_object_ref(socket), g_object_unref);
     thread_ = std::thread([this, end] {
       std::unique_lock lock(mutex_);
       if (gone_.wait_until(lock, end, [this] { return is_gone_; })) return;

@@ -218,7 +218,10 @@ void ViewServer::send(GstBuffer* packet, const ViewServerSettings& settings) {
 
 bool ViewServer::all_have_all() const {
   const std::scoped_lock lock(mutex_);
-  return std::all_of(clients_.begin(), clients_.end(), [](const auto& c) { return c->has_all(); });
+  return std::all_of(clients_.begin(), clients_.end(), [](const auto& c) {
+    c->look();  // who has gone acknowledges nothing any more
+    return c->has_all();
+  });
 }
 
 std::size_t ViewServer::clients() const {

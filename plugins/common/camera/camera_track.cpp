@@ -139,7 +139,7 @@ void CameraTrack::seek(GstEvent* event) {
   gst_event_parse_seek(event, nullptr, &format, &flags, nullptr, nullptr, nullptr, nullptr);
   if (format == GST_FORMAT_TIME && (flags & GST_SEEK_FLAG_FLUSH)) {
     const std::scoped_lock lock(mutex_);
-    sought_ = true;
+    sought_ = gst_event_get_seqnum(event) != flushed_by_;
   }
   if (!push_upstream(event)) seek_failed();
 }
@@ -151,8 +151,9 @@ void CameraTrack::seek_failed() {
   changed_.notify_all();
 }
 
-void CameraTrack::video_flushed() {
+void CameraTrack::video_flushed(guint32 seek) {
   const std::scoped_lock lock(mutex_);
+  if (seek != GST_SEQNUM_INVALID) flushed_by_ = seek;
   sought_ = false;
   asked_.reset();
   latest_.reset();

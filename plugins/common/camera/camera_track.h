@@ -57,8 +57,9 @@ class CameraTrack final : public SidePad {
   /// until \p event has led nowhere with the video, are of before: the track does not follow them.
   void seek(GstEvent* event);
   void seek_failed();
-  /// The frame to come does not follow the one before.
-  void video_flushed();
+  /// The frame to come does not follow the one before. \p seek: the number of the seek that flushed; the
+  /// same one may come again, once from each sink, and flushes no more.
+  void video_flushed(guint32 seek = GST_SEQNUM_INVALID);
 
  private:
   GstFlowReturn take(BufferRef buffer) override;
@@ -95,9 +96,10 @@ class CameraTrack final : public SidePad {
   std::optional<std::int64_t> asked_;   // the latest frame's time that the track follows
   std::optional<std::int64_t> latest_;  // the latest frame's
   bool sought_ = false;                 // frames to come are of before the seek
-  std::optional<std::int64_t> begun_;   // the first frame's time
-  std::int64_t arrival_ = 0;            // of the last pose, monotonic ns
-  bool lost_ = false;                   // it has been said
+  guint32 flushed_by_ = GST_SEQNUM_INVALID;
+  std::optional<std::int64_t> begun_;  // the first frame's time
+  std::int64_t arrival_ = 0;           // of the last pose, monotonic ns
+  bool lost_ = false;                  // it has been said
 };
 
 }  // namespace polyhull::element
