@@ -305,17 +305,22 @@ GST_START_TEST(test_frame_of_before_a_seek) {
       g_usleep(100000);
       fail_unless(poses.pushed <= 102, "%d poses have come", poses.pushed.load());
     };
-    gst_harness_push_upstream_event(
-        harness, gst_event_new_seek(1.0, GST_FORMAT_TIME, GST_SEEK_FLAG_FLUSH, GST_SEEK_TYPE_SET, 0,
-                                    GST_SEEK_TYPE_NONE, -1));
+    GstEvent* seek = gst_event_new_seek(1.0, GST_FORMAT_TIME, GST_SEEK_FLAG_FLUSH,
+                                        GST_SEEK_TYPE_SET, 0, GST_SEEK_TYPE_NONE, -1);
+    gst_harness_push_upstream_event(harness, gst_event_ref(seek));
     if (works) {
       gst_harness_push_event(harness, gst_event_new_flush_start());
       before.join();
       fail_unless_equals_int(flow, GST_FLOW_FLUSHING);
-      gst_harness_push_event(harness, gst_event_new_flush_stop(TRUE));
+      GstEvent* flushed = gst_event_new_flush_stop(TRUE);
+      gst_event_set_seqnum(flushed, gst_event_get_seqnum(seek));
+      gst_harness_push_event(harness, flushed);
       GstSegment segment;
       gst_segment_init(&segment, GST_FORMAT_TIME);
       gst_harness_push_event(harness, gst_event_new_segment(&segment));
+      // Another sink's copy of the seek, by which nothing is flushed again.
+      poses.afterwards = [] {};
+      gst_harness_push_upstream_event(harness, gst_event_ref(seek));
       for (int i = 0; i < 50; ++i) {
         push(static_cast<GstClockTime>(i) * 40 * ms);
         expect_place(log.announced.viewport, {0.04 * i, -3, 0.3});
@@ -325,6 +330,7 @@ GST_START_TEST(test_frame_of_before_a_seek) {
       fail_unless_equals_int(flow, GST_FLOW_OK);
       expect_place(log.announced.viewport, {30, -3, 0.3});
     }
+    gst_event_unref(seek);
     gst_harness_teardown(harness);
   }
 }
