@@ -22,17 +22,18 @@ class Deadline {
   Deadline(GSocket* socket, std::int64_t time, GCancellable* cancel)
       : socket_(socket), cancel_(cancel) {
     const auto end = std::chrono::steady_clock::now() + std::chrono::nanoseconds(time);
-    cancelled_ = g_cancellable_connect(cancel, G_CALLBACK(+[](GCancellable*, gpointer socket) {
-                                         g_socket_shutdown(static_cast<GSocket*>(socket), TRUE,
-                                                           TRUE, nullptr);
-                                       }),
-                                       g_object_ref(socket), g_object_unref);
     thread_ = std::thread([this, end] {
       std::unique_lock lock(mutex_);
       if (gone_.wait_until(lock, end, [this] { return is_gone_; })) return;
       passed_ = true;
       g_socket_shutdown(socket_, TRUE, TRUE, nullptr);
     });
+    // Last: where there is no thread nothing is left behind.
+    cancelled_ = g_cancellable_connect(cancel, G_CALLBACK(+[](GCancellable*, gpointer socket) {
+                                         g_socket_shutdown(static_cast<GSocket*>(socket), TRUE,
+                                                           TRUE, nullptr);
+                                       }),
+                                       socket, nullptr);
   }
   ~Deadline() { stop(); }
   Deadline(const Deadline&) = delete;
