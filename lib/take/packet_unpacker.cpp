@@ -112,10 +112,6 @@ std::int64_t PacketUnpacker::last() const {
   return state_->last;
 }
 
-std::span<const std::uint8_t> PacketUnpacker::packet() const {
-  return state_->before.packet;
-}
-
 std::vector<std::uint8_t> PacketUnpacker::unpack(std::int64_t id,
                                                  std::span<const std::uint8_t> packed) {
   State& s = *state_;

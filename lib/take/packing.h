@@ -83,8 +83,6 @@ class PacketUnpacker {
 
   /// The id of the packet that unpack() gave last; 0: none.
   std::int64_t last() const;
-  /// That packet.
-  std::span<const std::uint8_t> packet() const;
 
   /// What was packed as packet \p id; last() has to be before(packed), or that 0. Throws Error
   /// (bad_input, unsupported); last() is 0 then.
