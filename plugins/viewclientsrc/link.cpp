@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "plugins/viewclientsrc/link.h"
 
+#include <sys/socket.h>
+
 #include <algorithm>
 #include <chrono>
 #include <condition_variable>
 #include <mutex>
 #include <thread>
+#include <utility>
 
 namespace polyhull::element {
 namespace {
@@ -26,12 +29,11 @@ class Deadline {
       std::unique_lock lock(mutex_);
       if (gone_.wait_until(lock, end, [this] { return is_gone_; })) return;
       passed_ = true;
-      g_socket_shutdown(socket_, TRUE, TRUE, nullptr);
+      shut(socket_);
     });
     // Last: where there is no thread nothing is left behind.
     cancelled_ = g_cancellable_connect(cancel, G_CALLBACK(+[](GCancellable*, gpointer socket) {
-                                         g_socket_shutdown(static_cast<GSocket*>(socket), TRUE,
-                                                           TRUE, nullptr);
+                                         shut(static_cast<GSocket*>(socket));
                                        }),
                                        socket, nullptr);
   }
@@ -52,6 +54,10 @@ class Deadline {
   }
 
  private:
+  /// Behind GIO's back: a socket that g_socket_shutdown has seen has no remote address any more, and
+  /// TLS takes one for there as it begins.
+  static void shut(GSocket* socket) { shutdown(g_socket_get_fd(socket), SHUT_RDWR); }
+
   GSocket* socket_;
   GCancellable* cancel_;
   gulong cancelled_ = 0;
@@ -67,6 +73,14 @@ bool is_of_trust(const GError* error) {
   return g_error_matches(error, G_TLS_ERROR, G_TLS_ERROR_BAD_CERTIFICATE) ||
          g_error_matches(error, G_TLS_ERROR, G_TLS_ERROR_CERTIFICATE_REQUIRED) ||
          g_error_matches(error, G_TLS_ERROR, G_TLS_ERROR_HANDSHAKE);
+}
+
+Error ended_at_once(const std::string& where, const std::string& why) {
+  return {Error::Kind::io,
+          "{} ended the connection before it said who it is ({}): it serves as many as it may "
+          "(max-clients), this machine's address is not in its allow, it is stopping, or it has "
+          "no TLS",
+          where, why};
 }
 
 /// TLS over \p socket, both ends of which have proved who they are.
@@ -89,13 +103,7 @@ GRef<GIOStream> secured(GSocket* socket, const TlsIdentity& identity, const std:
   const bool ended = error->domain == G_TLS_ERROR, untrusted = is_of_trust(error);
   const std::string why = take_message(error);
   if (untrusted) throw NotTrusted(Error::Kind::io, "{}", why);
-  if (ended)
-    throw Error(
-        Error::Kind::io,
-        "{} ended the connection before it said who it is ({}): it serves as many as it may "
-        "(max-clients), this machine's address is not in its allow, it is stopping, or it "
-        "has no TLS",
-        where, why);
+  if (ended) throw ended_at_once(where, why);
   throw Error(Error::Kind::io, "{} has not agreed on TLS: {}", where, why);
 }
 
@@ -115,7 +123,10 @@ GRef<GSocket> connected(GSocketAddress* address, GCancellable* cancel, GError** 
   if (!g_socket_condition_timed_wait(socket.get(), G_IO_OUT, connect_within, cancel, error) ||
       !g_socket_check_connect_result(socket.get(), error))
     return nullptr;
-  return socket;
+  // The socket keeps the address from now on, even where the server resets the connection: TLS takes
+  // one for there as it begins.
+  const GRef<GSocketAddress> there(g_socket_get_remote_address(socket.get(), error));
+  return there != nullptr ? std::move(socket) : nullptr;
 }
 
 }  // namespace
@@ -123,6 +134,7 @@ GRef<GSocket> connected(GSocketAddress* address, GCancellable* cancel, GError** 
 Link::Link(const std::string& host, int port, const TlsIdentity& identity, const std::string& name,
            std::int64_t timeout, GCancellable* cancel)
     : cancel_(cancel) {
+  const std::string where = fmt::format("{}:{}", host, port);
   g_autoptr(GSocketConnectable) machine =
       g_network_address_new(host.c_str(), static_cast<guint16>(port));
   g_autoptr(GSocketAddressEnumerator) addresses = g_socket_connectable_enumerate(machine);
@@ -139,12 +151,13 @@ Link::Link(const std::string& host, int port, const TlsIdentity& identity, const
       g_clear_error(&error);
       error = why;
     }
-    throw Error(Error::Kind::io, "{}:{} cannot be reached: {}", host, port, take_message(error));
+    const bool reset = g_error_matches(error, G_IO_ERROR, G_IO_ERROR_CONNECTION_CLOSED);
+    const std::string reason = take_message(error);
+    if (reset) throw ended_at_once(where, reason);
+    throw Error(Error::Kind::io, "{} cannot be reached: {}", where, reason);
   }
   g_clear_error(&error);
-  if (identity)
-    secured_ =
-        secured(socket_.get(), identity, name, fmt::format("{}:{}", host, port), timeout, cancel);
+  if (identity) secured_ = secured(socket_.get(), identity, name, where, timeout, cancel);
 }
 
 Link::~Link() {

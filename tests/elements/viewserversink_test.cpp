@@ -348,6 +348,20 @@ GST_START_TEST(test_turned_away_by_tls) {
 }
 GST_END_TEST
 
+// Connections that are reset, or that their own end leaves, before TLS has begun on them.
+GST_START_TEST(test_ended_before_tls) {
+  const Sender sender([](int, Accepted& accepted) { accepted.reset_at_close(); });
+  const std::string keys = Keys::client(Keys::of("server")) + "retry=1000000";
+  Client client(sender.port(), keys);
+  client.wait_for("connections-failed", 500);
+  client.expect_warning("ended the connection before it said who it is");
+  for (gulong i = 0; i < 100; ++i) {
+    const Client brief(sender.port(), keys);
+    g_usleep(30 * i);
+  }
+}
+GST_END_TEST
+
 // Who draws out the handshake, a byte now and then, is left, too; and the states change at once.
 GST_START_TEST(test_handshake_drawn_out) {
   const Sender sender([](int, Accepted& accepted) {
@@ -750,6 +764,7 @@ static Suite* viewserversink_suite() {
   tcase_add_test(tests, test_clients_by_name);
   tcase_add_test(tests, test_tls_and_none);
   tcase_add_test(tests, test_turned_away_by_tls);
+  tcase_add_test(tests, test_ended_before_tls);
   tcase_add_test(tests, test_handshake_drawn_out);
   tcase_add_test(tests, test_half_open);
   tcase_add_test(tests, test_flood_of_one_address);

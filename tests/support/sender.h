@@ -4,6 +4,7 @@
 #pragma once
 
 #include <gio/gio.h>
+#include <sys/socket.h>
 
 #include <cstdint>
 #include <functional>
@@ -25,6 +26,13 @@ class Accepted {
     GOutputStream* output = g_io_stream_get_output_stream(G_IO_STREAM(connection_));
     return g_output_stream_write_all(output, bytes.data(), bytes.size(), nullptr, cancel_,
                                      nullptr) != FALSE;
+  }
+
+  /// Closed, the connection is reset.
+  void reset_at_close() {
+    const linger at_once{1, 0};
+    setsockopt(g_socket_get_fd(g_socket_connection_get_socket(connection_)), SOL_SOCKET, SO_LINGER,
+               &at_once, sizeof at_once);
   }
 
   /// Waits until the other end has cut the connection, or the test ends.
