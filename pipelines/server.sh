@@ -15,6 +15,9 @@
 #     --tls-name WHAT     address: certificates are for the addresses; name: for the NAMEs (default)
 #     --silhouette TEXT   properties that the capture machines' silhouettes are to have: "sigma=1.5", where
 #                         they allow it (capture.sh --settings)
+#     --trigger TEXT      this machine fires the capture machines' cameras: properties of serialtrigger, such
+#                         as "device=/dev/ttyS0 rate=25/1"; sets meet by the pulses' numbers then
+#     --stamp TEXT        properties of triggerstamp, by which frames find their pulse: "delay=20000000"
 #     --sink ELEMENTS     what takes the meshes; default fakesink
 #     --dry-run           prints the line and does nothing
 # A capture machine that is cut off is left out and comes back by itself. How the parts meet:
@@ -24,11 +27,11 @@ source "$(dirname "$0")/prepare.sh"
 polyhull_help "$@"
 
 rig="" list="" clock_port=7480 clock="" max_wait=100 max_rate=200000000 sink=fakesink dry_run=false
-certificate="" authority="" tls_name=name silhouette=""
+certificate="" authority="" tls_name=name silhouette="" trigger="" stamp=""
 while [ $# -gt 0 ]; do
   case $1 in
     --dry-run) dry_run=true; shift; continue ;;
-    --rig | --cameras | --clock-port | --clock | --max-wait | --max-rate | --sink | --certificate | --authority | --tls-name | --silhouette)
+    --rig | --cameras | --clock-port | --clock | --max-wait | --max-rate | --sink | --certificate | --authority | --tls-name | --silhouette | --trigger | --stamp)
       [ $# -gt 1 ] || fail "$1 needs a value; --help says which" ;;
     *) fail "unknown argument '$1'; --help says what there is" ;;
   esac
@@ -44,6 +47,8 @@ while [ $# -gt 0 ]; do
     --authority) authority=$2 ;;
     --tls-name) tls_name=$2 ;;
     --silhouette) silhouette=$2 ;;
+    --trigger) trigger=$2 ;;
+    --stamp) stamp=$2 ;;
   esac
   shift 2
 done
@@ -59,6 +64,7 @@ done
 [[ -z $clock || $clock =~ ^ptp(:[0-9]{1,3})?$ ]] || fail "--clock is '$clock'; expected ptp or ptp:DOMAIN"
 [ -z "$silhouette" ] || [ -n "$certificate" ] ||
   fail "--silhouette needs --certificate and --authority: capture machines take settings only from who proves who it is"
+[ -z "$stamp" ] || [ -n "$trigger" ] || fail "--stamp needs --trigger, whose pulses frames answer to"
 [[ $tls_name == name || $tls_name == address ]] || fail "--tls-name is '$tls_name'; expected name or address"
 read -ra cameras <<<"$list"
 [ ${#cameras[@]} -ge 2 ] && [ ${#cameras[@]} -le 64 ] ||
@@ -67,6 +73,11 @@ read -ra cameras <<<"$list"
 set -f
 # shellcheck disable=SC2206
 line=(hullbuild name=hull "rig=$rig" "max-wait=$((10#$max_wait * 1000000))" ! hulltexture ! $sink)
+numbers=()
+if [ -n "$trigger" ]; then
+  # shellcheck disable=SC2206
+  line+=(serialtrigger $trigger) numbers=(triggerstamp $stamp !)
+fi
 set +f
 seen=" "
 for camera in "${cameras[@]}"; do
@@ -87,7 +98,7 @@ for camera in "${cameras[@]}"; do
     [ $tls_name = address ] || keys+=("tls-name=$name")
   fi
   [ -z "$silhouette" ] || keys+=("settings=$silhouette")
-  line+=(viewclientsrc "name=$name" "camera=$name" "host=$host" "port=$port" "max-rate=$max_rate" "${keys[@]}" ! queue ! viewdecode ! queue ! hull.)
+  line+=(viewclientsrc "name=$name" "camera=$name" "host=$host" "port=$port" "max-rate=$max_rate" "${keys[@]}" ! queue ! viewdecode ! "${numbers[@]}" queue ! hull.)
 done
 by=(--clock-server "$clock_port")
 [ -z "$clock" ] || by=(--clock "$clock")

@@ -69,6 +69,9 @@ expect 0 "polyhull-run --clock ptp videotestsrc" \
   pipelines/capture.sh --camera cam0 --source videotestsrc --server ptp --dry-run
 expect 0 "polyhull-run --clock ptp:5 videotestsrc" \
   pipelines/capture.sh --camera cam0 --source videotestsrc --server ptp:5 --dry-run
+expect 1 "--stamp needs --trigger" pipelines/server.sh --rig "$rig" --cameras "cam0=a cam1=b" --stamp delay=0
+expect 0 "serialtrigger device=/dev/ttyS0 rate=25/1 viewclientsrc name=cam0 camera=cam0 host=a port=7481 max-rate=200000000 \\! queue \\! viewdecode \\! triggerstamp delay=20000000 \\! queue" \
+  pipelines/server.sh --rig "$rig" --cameras "cam0=a cam1=b" --trigger "device=/dev/ttyS0 rate=25/1" --stamp delay=20000000 --dry-run
 expect 1 "--silhouette needs --certificate" pipelines/server.sh --rig "$rig" --cameras "cam0=a cam1=b" --silhouette sigma=1
 expect 0 'clock \[fd00::1\]:7480 videotestsrc' \
   pipelines/capture.sh --camera cam0 --source videotestsrc --server "[fd00::1]" --dry-run

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 /// \file
 /// triggerstamp: gives each frame of a camera the number of the pulse that it answers to. It stands
-/// right behind the camera's source, in the pipeline of a serialtrigger, whose pulses it compares
-/// with the frames' times; frames pass through, with the number (see plugins/common/trigger.h)
-/// where exactly one pulse explains them.
+/// in the pipeline of a serialtrigger, whose pulses it compares with the frames' times, right behind
+/// the camera's source; or, where a capture machine has the camera, behind viewclientsrc, as views
+/// carry those times. Frames pass through, with the number (see plugins/common/trigger.h) where
+/// exactly one pulse explains them.
 #include <gst/base/gstbasetransform.h>
 
 #include <mutex>
@@ -13,10 +14,12 @@
 #include "mesh/view.h"
 #include "plugins/common/element.h"
 #include "plugins/common/guard.h"
+#include "plugins/common/memory/payload_buffer.h"
 #include "plugins/common/transform.h"
 #include "plugins/common/trigger.h"
 #include "trigger/frame_matcher.h"
 #include "trigger/jitter.h"
+#include "wire/view_payload.h"
 
 GST_DEBUG_CATEGORY_STATIC(triggerstamp_debug);
 #define GST_CAT_DEFAULT triggerstamp_debug
@@ -47,7 +50,8 @@ struct TriggerStamp {
 
   explicit TriggerStamp(gpointer object) {
     statistics.declare({"frames", "frames-numbered", "frames-unexplained", "frames-repeated",
-                        "frames-ambiguous", "frames-untimed", "pulses-unanswered"});
+                        "frames-ambiguous", "frames-untimed", "views-unusable",
+                        "pulses-unanswered"});
     for (const char* figure : {"mean-delay-us", "delay-jitter-us"}) statistics.set(figure, 0.0);
     // A frame left out here would be missing from its set.
     gst_base_transform_set_qos_enabled(GST_BASE_TRANSFORM(object), FALSE);
@@ -60,7 +64,8 @@ struct TriggerStamp {
   std::mutex mutex;                          // protects the following
   std::shared_ptr<const PulseTable> pulses;  // from PAUSED on
   std::optional<FrameMatcher> matcher;       // then, too
-  Jitter delays;                             // of the streaming thread
+  Jitter delays;                             // of the streaming thread, as is the next
+  bool views = false;                        // views come, not a camera's frames
 };
 
 std::span<const Property<Settings>> properties() {
@@ -115,13 +120,17 @@ void tell(GstElement* element, const FrameMatcher::Match& match, const Settings&
                                 to - from));
 }
 
-/// The number that \p buffer of \p element has earned; no_trigger: none.
+/// The number that a frame of the pipeline clock's time \p time has earned; no_trigger: none.
 std::uint64_t number_of(GstElement* element, std::int64_t time) {
   TriggerStamp& self = state_of<TriggerStamp>(element);
+  self.statistics.count("frames");
   if (time == no_time) {
     self.statistics.warn(element, "frames-untimed",
-                         "A frame without a time gets no number: give the source "
-                         "do-timestamp=true.");
+                         self.views
+                             ? "A view whose time is not of the pipeline's clock gets no number: "
+                               "its camera's own clock stamps it, or nobody does."
+                             : "A frame without a time gets no number: give the source "
+                               "do-timestamp=true.");
     return no_trigger;
   }
   const Settings settings = snapshot(element, self.settings);
@@ -146,8 +155,8 @@ std::uint64_t number_of(GstElement* element, std::int64_t time) {
 
 GstFlowReturn stamp(GstBaseTransform* base, GstBuffer* buffer) {
   auto* element = GST_ELEMENT_CAST(base);
+  if (state_of<TriggerStamp>(element).views) return GST_FLOW_OK;  // numbered_view() has done it
   return guarded(element, GST_FLOW_ERROR, [&]() -> GstFlowReturn {
-    state_of<TriggerStamp>(element).statistics.count("frames");
     const Capture capture = capture_of(element, base->segment, buffer, false);
     // Pulses have the pipeline clock's times. Beside the number stands no time of another clock, and
     // none of the frame's arrival: whoever finds one there takes it for that of the exposure.
@@ -157,11 +166,48 @@ GstFlowReturn stamp(GstBaseTransform* base, GstBuffer* buffer) {
   });
 }
 
-/// The buffer itself, or where others hold it, another one of the same memory: pixels are not
-/// copied.
-GstFlowReturn prepare_output_buffer(GstBaseTransform*, GstBuffer* in, GstBuffer** out) {
-  *out = gst_buffer_is_writable(in) ? in : gst_buffer_copy(in);
-  return GST_FLOW_OK;
+/// The view in \p in with the number that it has earned, in a header of its own; the pixels are
+/// shared. Throws Error for bytes that are no view.
+GstBuffer* numbered_view(GstElement* element, GstBuffer* in) {
+  const ViewBuffer read(in);
+  View view = read.view();
+  const bool pipelines =
+      view.clock == CaptureClock::arrival || view.clock == CaptureClock::pipeline;
+  view.trigger = number_of(element, pipelines ? view.capture_time : no_time);
+  const auto header = write_view_header(view);
+  GstBuffer* out = gst_buffer_new_memdup(header.data(), header.size());
+  gst_buffer_copy_into(out, in, GST_BUFFER_COPY_METADATA, 0, static_cast<gsize>(-1));
+  if (!view.pixels.empty())
+    gst_buffer_copy_into(out, in, GST_BUFFER_COPY_MEMORY,
+                         gst_buffer_get_size(in) - view.pixels.size(), view.pixels.size());
+  return out;
+}
+
+/// A camera's frame goes on itself, or where others hold it, as another buffer of the same memory:
+/// pixels are not copied.
+GstFlowReturn prepare_output_buffer(GstBaseTransform* base, GstBuffer* in, GstBuffer** out) {
+  auto* element = GST_ELEMENT_CAST(base);
+  TriggerStamp& self = state_of<TriggerStamp>(element);
+  if (!self.views) {
+    *out = gst_buffer_is_writable(in) ? in : gst_buffer_copy(in);
+    return GST_FLOW_OK;
+  }
+  return guarded(element, GST_FLOW_ERROR, [&]() -> GstFlowReturn {
+    try {
+      *out = numbered_view(element, in);
+      return GST_FLOW_OK;
+    } catch (const Error& error) {
+      self.statistics.warn(element, "views-unusable",
+                           fmt::format("A view was left out: {}", error.what()));
+      return GST_BASE_TRANSFORM_FLOW_DROPPED;
+    }
+  });
+}
+
+gboolean set_caps(GstBaseTransform* base, GstCaps* caps, GstCaps*) {
+  state_of<TriggerStamp>(base).views =
+      gst_structure_has_name(gst_caps_get_structure(caps, 0), view_caps);
+  return TRUE;
 }
 
 gboolean start(GstBaseTransform* base) {
@@ -205,7 +251,8 @@ void TriggerStamp::class_init(gpointer klass) {
       klass,
       "Counters since the start: frames, frames-numbered, frames-unexplained (no pulse is theirs), "
       "frames-repeated (their pulse has its frame), frames-ambiguous (several pulses may be "
-      "theirs), frames-untimed, pulses-unanswered (their time for a frame is over); and of the "
+      "theirs), frames-untimed, views-unusable (left out), pulses-unanswered (their time for a "
+      "frame is over); and of the "
       "numbered frames mean-delay-us and delay-jitter-us (standard deviation), by how much later "
       "than its pulse a frame's time is.");
   set_metadata(klass, "Trigger stamp", "Filter/Video",
@@ -215,6 +262,7 @@ void TriggerStamp::class_init(gpointer klass) {
   auto* base_class = GST_BASE_TRANSFORM_CLASS(klass);
   base_class->start = start;
   base_class->stop = stop;
+  base_class->set_caps = set_caps;
   base_class->before_transform = sync_controlled_properties;
   base_class->prepare_output_buffer = prepare_output_buffer;
   base_class->transform_ip = stamp;
