@@ -59,6 +59,8 @@ for file in "$certificate" "$authority"; do
   [ -z "$certificate$authority" ] || [ -f "$file" ] ||
     fail "--certificate and --authority need a file each; '$file' is none"
 done
+! $settings || [ -n "$certificate" ] ||
+  fail "--settings needs --certificate and --authority: settings are taken only from who proves who it is"
 [ -z "$client" ] || [ -n "$certificate" ] || fail "--client needs --certificate and --authority, which say who a client is"
 
 # A server that takes nothing for two seconds, or is 50 views behind, is given up: it connects again.

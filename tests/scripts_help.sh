@@ -51,6 +51,7 @@ expect 1 "--port is '0'" pipelines/capture.sh --camera cam0 --source videotestsr
 expect 1 "unknown argument '--secnods'" pipelines/capture.sh --secnods 3
 expect 0 "polyhull-run --clock a:7480 videotestsrc" \
   pipelines/capture.sh --camera cam0 --source videotestsrc --server a --dry-run
+expect 1 "--settings needs --certificate" pipelines/capture.sh --camera cam0 --source videotestsrc --server a --settings --dry-run
 expect 1 "--rig FILE says" pipelines/server.sh
 expect 1 "no-such.json' does not exist" pipelines/server.sh --rig no-such.json
 expect 1 "names 1 cameras; expected 2 to 64" pipelines/server.sh --rig "$rig" --cameras cam0=a

@@ -11,11 +11,11 @@
 ///     event  (id, stream, packet, name, value, hash)   what was announced before that packet
 ///     note   (name, value)              "rig", "settings" … : the text of the file of that name
 ///
-/// with an index of packets by stream and time, one of events by stream and packet, and one of formats by
-/// stream and caps, which is a second copy of them. Times are
-/// nanoseconds from the take's begin. Packets of one instant are committed together: what a killed
-/// writer leaves lacks at most the last one. `hash` tells packets that a damaged disk has changed. Where bit 32 of `flags` is set,
-/// `data` is packed (packing.h); a take that has such a packet is of version 2, others of version 1.
+/// with an index of packets by stream and time, one of events by stream and packet, and one of formats
+/// by stream and caps, which is a second copy of them. Times are nanoseconds from the take's begin.
+/// Packets of one instant are committed together: what a killed writer leaves lacks at most the last
+/// one. `hash` tells packets that a damaged disk has changed. Where bit 32 of `flags` is set, `data` is
+/// packed (packing.h); a take that has such a packet is of version 2, others of version 1.
 #pragma once
 
 #include <cstdint>

@@ -233,8 +233,4 @@ OpenTrackIOSample OpenTrackIOReader::read(const OpenTrackIOBytes& sample, const 
   return result;
 }
 
-TrackedPose parse_opentrackio_sample(const OpenTrackIOBytes& sample) {
-  return OpenTrackIOReader().read(sample, "").pose;
-}
-
 }  // namespace polyhull

@@ -59,7 +59,4 @@ class OpenTrackIOReader {
   std::uint64_t reads_ = 0;
 };
 
-/// The same by a reader that remembers nothing.
-TrackedPose parse_opentrackio_sample(const OpenTrackIOBytes& sample);
-
 }  // namespace polyhull

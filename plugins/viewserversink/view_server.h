@@ -27,10 +27,10 @@ class ViewServer {
   /// Fewer than the ten threads that GIO has for it.
   static constexpr std::size_t most_handshakes = 8;
 
-  /// Told of each client that is served, or not any more, or refused, on any thread and without a lock; \p event is one of
-  /// clients, clients-closed, clients-slow, refused-addresses, refused-full, refused-keys,
-  /// refused-names, refused-resources, refused-noise and handshakes-late; \p why is what GIO or the system says, or
-  /// empty.
+  /// Told of each client that is served, or not any more, or refused, on any thread and without a
+  /// lock; \p event is one of clients, clients-closed, clients-slow, refused-addresses, refused-full,
+  /// refused-keys, refused-names, refused-resources, refused-noise and handshakes-late
+  /// (viewserversink says which counters they are); \p why is what GIO or the system says, or empty.
   using Listener =
       std::function<void(const char* event, const std::string& address, const std::string& why)>;
 

@@ -12,6 +12,7 @@
 #include "scene/announcement.h"
 #include "studio/cameras/default_rig.h"
 #include "take/packing.h"
+#include "track/packet_file.h"
 #include "track/pose_message.h"
 #include "wire/coded_view.h"
 #include "wire/mesh_payload.h"
@@ -138,6 +139,15 @@ int main(int count, char** arguments) {
   append_packet(packets, 8, freed);
   append_packet(packets, 9, track_examples::segment(text, 1, 1, 0, text.size(), 255));
   write("track", packets, "packets");
+  const std::filesystem::path recording = std::filesystem::path(arguments[1]) / "recording";
+  std::filesystem::create_directories(recording);
+  PacketRecorder recorder(recording / "example", 40000);
+  recorder.write({0, 0x7F000001, 50000, freed});
+  recorder.write({20'000'000, 0x7F000001, 50000, text});
+  write("remote_settings",
+        std::string("number=-3 real=.5 flag=true whole=7 format=bytes fraction=1/2"), "numbers");
+  write("remote_settings", std::string("inside-polygon='0,0 1,0 1,1' number=2"), "polygon");
+  write("remote_settings", std::string("name=sink location=/dev/zero size=1"), "refused");
   write("packet_text", std::string("1application/x-polyhull-view, camera=(string)cam0"), "caps");
   write("packet_text",
         std::string(

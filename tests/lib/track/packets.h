@@ -9,11 +9,17 @@
 #include <vector>
 
 #include "track/freed.h"
+#include "track/opentrackio_sample.h"
 #include "track/opentrackio_segments.h"
 
 namespace polyhull::track_examples {
 
 using Packet = std::vector<std::uint8_t>;
+
+/// The pose in \p sample, by a reader that remembers nothing.
+inline TrackedPose pose_in(const OpenTrackIOBytes& sample) {
+  return OpenTrackIOReader().read(sample, "").pose;
+}
 
 inline void append(Packet& packet, std::uint32_t value, int bytes) {
   for (int i = bytes - 1; i >= 0; --i)

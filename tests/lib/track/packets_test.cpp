@@ -20,7 +20,7 @@ using namespace track_examples;
 TrackedPose opentrackio_pose(OpenTrackIOSegments& segments, const Packet& packet) {
   const auto sample = segments.add(parse_opentrackio_packet(packet));
   if (!sample) throw Error(Error::Kind::bad_input, "not yet whole");
-  return parse_opentrackio_sample(*sample);
+  return pose_in(*sample);
 }
 
 void expect_near(const Vec3& a, const Vec3& b, double tolerance) {
@@ -292,10 +292,9 @@ TEST(OpenTrackIO, RefusesEachFault) {
 TEST(OpenTrackIO, RefusesDeepNesting) {
   for (const std::uint8_t opens : {0x81, 0x9F, 0x7F, 0x5F, 0xBF}) {
     const Packet deep(60000, opens);
-    EXPECT_THROW(parse_opentrackio_sample({OpenTrackIOEncoding::cbor, {}, deep}), Error);
+    EXPECT_THROW(pose_in({OpenTrackIOEncoding::cbor, {}, deep}), Error);
   }
-  EXPECT_THROW(parse_opentrackio_sample({OpenTrackIOEncoding::json, {}, Packet(60000, '[')}),
-               Error);
+  EXPECT_THROW(pose_in({OpenTrackIOEncoding::json, {}, Packet(60000, '[')}), Error);
 }
 
 TEST(OpenTrackIO, SurvivesMutations) {
@@ -318,7 +317,7 @@ TEST(OpenTrackIO, SurvivesMutations) {
     try {
       const auto done = segments.add(parse_opentrackio_packet(packet));
       if (!done) continue;
-      const TrackedPose pose = parse_opentrackio_sample(*done);
+      const TrackedPose pose = pose_in(*done);
       for (int k = 0; k < 3; ++k) EXPECT_TRUE(std::isfinite(pose.place[k]));
     } catch (const Error&) {
       ++refused;

@@ -63,7 +63,7 @@ nlohmann::json with_timecode() {
 }
 
 TrackedPose read(const nlohmann::json& value) {
-  return parse_opentrackio_sample({OpenTrackIOEncoding::json, {}, json_bytes(value)});
+  return pose_in({OpenTrackIOEncoding::json, {}, json_bytes(value)});
 }
 
 TEST(Timecode, OfOpenTrackIO) {
