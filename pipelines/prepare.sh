@@ -66,10 +66,8 @@ polyhull_install() {
     apt-get install -y -q --no-install-recommends "${missing[@]}"
 }
 
-# polyhull_compile DIRECTORY [MESON OPTION...]: configures DIRECTORY with these options and builds
-# everything that changed.
-polyhull_compile() {
-  $polyhull_installed && return
+# polyhull_configure DIRECTORY [MESON OPTION...]: makes DIRECTORY a build folder with these options.
+polyhull_configure() {
   local directory=$1
   shift
   if [ ! -f "$directory/build.ninja" ]; then
@@ -78,6 +76,14 @@ polyhull_compile() {
   else
     meson configure "$directory" "$@" >/dev/null
   fi
+}
+
+# polyhull_compile DIRECTORY [MESON OPTION...]: configures DIRECTORY with these options and builds
+# everything that changed.
+polyhull_compile() {
+  $polyhull_installed && return
+  polyhull_configure "$@"
+  local directory=$1
   say "building $directory (nothing to do where nothing changed)"
   ninja -C "$directory"
 }

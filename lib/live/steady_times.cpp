@@ -9,6 +9,8 @@ namespace {
 constexpr std::int64_t jump = 1'000'000'000;
 /// What a stall may hold up; a clock that has fallen so far behind has begun anew.
 constexpr std::int64_t longest_stall = 10'000'000'000;
+/// Frames that come one by one, and late, for so long are not held up.
+constexpr std::int64_t longest_lateness = 3'000'000'000;
 
 }  // namespace
 
@@ -16,6 +18,19 @@ void SteadyTimes::reset() {
   const std::uint64_t restarts = restarts_;
   *this = SteadyTimes();
   restarts_ = restarts;
+}
+
+void SteadyTimes::look_for_step(std::int64_t arrival, std::int64_t delay, std::int64_t step) {
+  if (delay < delay_ + step) {
+    late_since_.reset();
+    return;
+  }
+  late_delay_ = late_since_ ? std::min(late_delay_, delay) : delay;
+  if (!late_since_) late_since_ = arrival;
+  if (arrival - *late_since_ < longest_lateness) return;
+  delay_ = late_delay_;
+  late_since_.reset();
+  ++restarts_;
 }
 
 std::optional<SteadyTimes::Placed> SteadyTimes::place(std::int64_t time, std::int64_t arrival,
@@ -33,6 +48,7 @@ std::optional<SteadyTimes::Placed> SteadyTimes::place(std::int64_t time, std::in
     const auto drift =
         static_cast<std::int64_t>(settings.drift * static_cast<double>(time - last_));
     delay_ = std::min(delay_ + drift, delay);
+    look_for_step(arrival, delay, settings.step);
   }
   last_ = time;
   if (time - first_ < settings.settle) return std::nullopt;

@@ -8,7 +8,9 @@
 /// at
 ///     t_i + min over k <= i of (a_k - t_k + d (t_i - t_k))
 /// less that delay's constant part, which times alone do not tell. d bounds how much faster than the
-/// camera's clock the receiver's may run; a slower one is followed at once.
+/// camera's clock the receiver's may run; a slower one is followed at once. Where for three seconds of
+/// arrivals all frames came later than that by a step that no stall explains, one of the two clocks
+/// was set, and the least delay of these seconds holds.
 #pragma once
 
 #include <cstdint>
@@ -22,6 +24,7 @@ class SteadyTimes {
   struct Settings {
     std::int64_t settle = 500'000'000;  ///< how long frames are only looked at
     double drift = 1e-4;                ///< d: 0 to 0.01
+    std::int64_t step = 1'000'000'000;  ///< by how much all frames come later where a clock was set
   };
 
   struct Placed {
@@ -36,16 +39,21 @@ class SteadyTimes {
   /// The least delay, as it is now; 0 before the first frame.
   std::int64_t delay() const { return delay_; }
 
-  /// How often the camera's clock has begun anew: it went back, or moved by a second more or less
-  /// than the arrivals, other than by frames that were held up.
+  /// How often the camera's clock has begun anew: it went back, or moved by a second more, or lastingly
+  /// by a step less, than the arrivals.
   std::uint64_t restarts() const { return restarts_; }
 
   /// Forgets the camera's clock; restarts() stays.
   void reset();
 
  private:
+  void look_for_step(std::int64_t arrival, std::int64_t delay, std::int64_t step);
+
   bool begun_ = false;
   std::int64_t first_ = 0, last_ = 0, delay_ = 0;  // camera's times; arrival less time
+  // Since when, by arrivals, all frames are later by a step, and the least delay since.
+  std::optional<std::int64_t> late_since_;
+  std::int64_t late_delay_ = 0;
   std::uint64_t restarts_ = 0;
 };
 

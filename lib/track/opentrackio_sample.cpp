@@ -85,9 +85,16 @@ void check_version(const Json& root) {
   throw Error(Error::Kind::bad_input, "OpenTrackIO version {}, expected 1.x.", told.substr(0, 40));
 }
 
+constexpr std::size_t longest_source = 256;
+
 std::string source_of(const Json& root) {
-  if (const Json* id = find(root, "/sourceId"); id && id->is_string())
-    return id->get<std::string>();
+  if (const Json* id = find(root, "/sourceId"); id && id->is_string()) {
+    const auto& name = id->get_ref<const std::string&>();
+    if (name.size() > longest_source)  // it is kept with each pose
+      throw broken(
+          fmt::format("sourceId has {} bytes, expected {} at most", name.size(), longest_source));
+    return name;
+  }
   if (const Json* index = find(root, "/sourceNumber"); index && index->is_number_unsigned())
     return fmt::format("opentrackio {}", index->get<std::uint64_t>());
   return {};

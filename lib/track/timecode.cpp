@@ -23,7 +23,9 @@ bool within(int value, int end) {
 
 std::optional<std::int64_t> time_of(const Timecode& t, bool drops) {
   const auto is_rate = [](int value) { return value >= 1 && value <= Timecode::most_rate; };
-  if (!is_rate(t.numerator) || !is_rate(t.denominator) || t.parts < 1 || !within(t.part, t.parts))
+  // Of less than a frame a second no second has a frame 0.
+  if (!is_rate(t.numerator) || !is_rate(t.denominator) || t.numerator < t.denominator ||
+      t.parts < 1 || !within(t.part, t.parts))
     return {};
   const int nominal = (t.numerator + t.denominator - 1) / t.denominator;
   if (!within(t.hours, 24) || !within(t.minutes, 60) || !within(t.seconds, 60) ||

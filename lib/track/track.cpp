@@ -13,11 +13,15 @@ namespace {
 
 // Numbers further back than this are a sender that began anew, not a packet on a detour.
 constexpr int furthest_detour = 100;
+// Nor are so many with one number after the other.
+constexpr int longest_detour = 10;
 // Evenly over the time that is smoothed, both ends included: motion of constant speed is late by
 // exactly half of it.
 constexpr int smoothing_steps = 8;
 // A clock that NTP puts right is slowed by up to so much meanwhile.
 constexpr double clock_drift = 5e-4;
+// A sender's clock that is set back by more puts its poses that far back for good, ns.
+constexpr std::int64_t clock_step = 100'000'000;
 // Motion is told by poses at least this far apart, ns.
 constexpr std::int64_t least_span = 50'000'000;
 
@@ -66,9 +70,11 @@ void Track::forget() {
 
 void Track::forget_sender() {
   poses_.clear();
-  numbers_move_ = false;
+  numbers_move_ = was_silent_ = false;
+  left_out_in_a_row_ = 0;
   steady_.reset();
   capture_ns_.reset();
+  used_ns_.reset();
   held_up_.reset();
 }
 
@@ -92,12 +98,36 @@ bool Track::follows(const TrackedPose& pose, std::int64_t arrival_ns) {
   }
   if (sender_ && *sender_ != pose.source) forget_sender();  // nothing lies between two cameras
   sender_ = pose.source;
+  was_silent_ = silent;
   heard_ns_ = arrival_ns;
   return true;
 }
 
+/// Whether the one left out with \p sequence follows so many others that this is the order.
+bool Track::begins_anew(std::uint16_t sequence) {
+  const bool next = left_out_in_a_row_ > 0 && sequence == static_cast<std::uint16_t>(left_out_ + 1);
+  left_out_in_a_row_ = next ? left_out_in_a_row_ + 1 : 1;
+  left_out_ = sequence;
+  return left_out_in_a_row_ > longest_detour;
+}
+
+/// Counts what comes after a later one.
+void Track::count_detour(const TrackedPose& pose) {
+  const auto end =
+      poses_.rbegin() + std::min<std::ptrdiff_t>(std::ssize(poses_), furthest_detour + 1);
+  const bool known = std::any_of(poses_.rbegin(), end, [&](const Timed& before) {
+    return before.pose.sequence == pose.sequence;
+  });
+  if (known) {
+    ++counters_.repeated;
+  } else {
+    ++counters_.reordered;
+    if (counters_.lost > 0) --counters_.lost;
+  }
+}
+
 bool Track::in_order(const TrackedPose& pose) {
-  if (poses_.empty() || !pose.sequence || !poses_.back().pose.sequence) return true;
+  if (poses_.empty() || was_silent_ || !pose.sequence || !poses_.back().pose.sequence) return true;
   const TrackedPose& last = poses_.back().pose;
   const int step = static_cast<std::int16_t>(*pose.sequence - *last.sequence);
   numbers_move_ = numbers_move_ || step != 0;
@@ -107,11 +137,11 @@ bool Track::in_order(const TrackedPose& pose) {
     ++counters_.repeated;
     return false;
   }
-  if (step < 0 && step >= -furthest_detour) {
-    ++counters_.reordered;
-    if (counters_.lost > 0) --counters_.lost;
+  if (step < 0 && step >= -furthest_detour && !begins_anew(*pose.sequence)) {
+    count_detour(pose);
     return false;
   }
+  left_out_in_a_row_ = 0;
   if (step > 1 && step <= furthest_detour) counters_.lost += static_cast<std::uint64_t>(step - 1);
   return true;
 }
@@ -131,13 +161,17 @@ std::int64_t Track::true_time(const TrackedPose& pose, std::int64_t arrival_ns) 
   if (stands) return unusable_time(arrival_ns);
   std::int64_t time = 0;
   if (settings_.times == TrackTimes::clock && settings_.clock_begin_ns) {
+    if (used_ns_ && capture < *used_ns_) return unusable_time(arrival_ns);
     time = capture - *settings_.clock_begin_ns;
   } else {
     const std::uint64_t restarts = steady_.restarts();
-    time = steady_.place(capture, arrival_ns, {.settle = 0, .drift = clock_drift})->time;
+    time =
+        steady_.place(capture, arrival_ns, {.settle = 0, .drift = clock_drift, .step = clock_step})
+            ->time;
     if (steady_.restarts() != restarts) ++counters_.times_unusable;
   }
   if (std::abs(arrival_ns - time) > silence_ns) return unusable_time(arrival_ns);
+  if (settings_.times == TrackTimes::clock) used_ns_ = capture;
   held_up_.add(arrival_ns, std::max<std::int64_t>(0, arrival_ns - time));
   return time;
 }

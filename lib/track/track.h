@@ -37,7 +37,7 @@ struct TrackSettings {
 struct TrackCounters {
   std::uint64_t poses = 0;          ///< taken
   std::uint64_t lost = 0;           ///< sequence numbers that never came
-  std::uint64_t reordered = 0;      ///< came after later ones, and were left out
+  std::uint64_t reordered = 0;      ///< came after later ones for the first time, and were left out
   std::uint64_t repeated = 0;       ///< came twice, and were taken once
   std::uint64_t other_senders = 0;  ///< of another source than the one followed
   /// Sender's times that could not be used: they stood, went back or jumped by a second, or are more
@@ -94,6 +94,8 @@ class Track {
   };
   void forget_sender();
   bool follows(const TrackedPose& pose, std::int64_t arrival_ns);
+  bool begins_anew(std::uint16_t sequence);
+  void count_detour(const TrackedPose& pose);
   bool in_order(const TrackedPose& pose);
   std::int64_t true_time(const TrackedPose& pose, std::int64_t arrival_ns);
   std::int64_t unusable_time(std::int64_t arrival_ns);
@@ -105,8 +107,13 @@ class Track {
   std::optional<std::string> sender_;
   std::int64_t heard_ns_ = 0;
   bool numbers_move_ = false;  // the sender's
+  bool was_silent_ = false;    // it, before the pose that comes
+  // Poses that were left out one after the other, each of the next number, and the last one's.
+  int left_out_in_a_row_ = 0;
+  std::uint16_t left_out_ = 0;
   SteadyTimes steady_;
   std::optional<std::int64_t> capture_ns_;  // of the last pose with one
+  std::optional<std::int64_t> used_ns_;     // of the last whose own time was taken by `clock`
   LatenessWindow held_up_;
   std::deque<Timed> poses_;  // times grow strictly
 };

@@ -32,13 +32,14 @@ const KnownClock* find(const GstCaps* reference) {
 
 }  // namespace
 
-void find_camera_time(GstBuffer* buffer, std::int64_t& time, CaptureClock& clock) {
+void find_camera_time(GstBuffer* buffer, std::int64_t& time, CaptureClock& clock,
+                      std::optional<CaptureClock> only) {
   gpointer state = nullptr;
   while (GstMeta* meta = gst_buffer_iterate_meta_filtered(buffer, &state,
                                                           GST_REFERENCE_TIMESTAMP_META_API_TYPE)) {
     const auto* stamp = reinterpret_cast<const GstReferenceTimestampMeta*>(meta);
     const KnownClock* entry = find(stamp->reference);
-    if (entry == nullptr) continue;
+    if (entry == nullptr || (only && entry->clock != *only)) continue;
     const guint64 since = stamp->timestamp - static_cast<guint64>(entry->epoch);
     if (since > static_cast<guint64>(latest_time)) continue;  // or before the epoch
     time = static_cast<std::int64_t>(since);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "plugins/tracksrc/track_input.h"
 
+#include <algorithm>
+
 #include "base/error.h"
 #include "track/packet_error.h"
 
@@ -21,6 +23,12 @@ constexpr char wrong_clock[] =
 std::int64_t in_steps(std::int64_t held_up) {
   if (held_up <= no_wait) return 0;
   return (held_up + latency_step - 1) / latency_step * latency_step;
+}
+
+/// The step for \p held_up after \p before; one at an edge does not go to and fro.
+std::int64_t next_step(std::int64_t held_up, std::int64_t before) {
+  const std::int64_t step = in_steps(held_up);
+  return step < before ? std::min(before, in_steps(held_up + GST_MSECOND)) : step;
 }
 
 }  // namespace
@@ -168,7 +176,7 @@ void TrackInput::tell() {
   statistics_.set_count("late", reader_.late());
   statistics_.set("smoothing-lag-ms", 1e-6 * static_cast<double>(track_.lag_ns()));
   statistics_.set("held-up-ms", 1e-6 * static_cast<double>(track_.held_up_ns()));
-  held_up_ = in_steps(track_.held_up_ns());
+  held_up_ = next_step(track_.held_up_ns(), held_up_);
 }
 
 void TrackInput::watch(std::int64_t now) {

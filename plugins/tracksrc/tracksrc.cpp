@@ -133,11 +133,8 @@ std::optional<Datagram> TrackSrc::datagram() {
 /// The next pose; none at the end, or when unlocked.
 std::optional<TrackInput::Timed> TrackSrc::read() {
   while (!stopped() && !ended) {
-    if (socket) {
-      const std::int64_t now = running_time_now(element);
-      if (now != no_time) gst_object_sync_values(GST_OBJECT(element), static_cast<guint64>(now));
-    }
     const std::optional<Datagram> came = datagram();
+    if (came) gst_object_sync_values(GST_OBJECT(element), static_cast<GstClockTime>(came->time_ns));
     // As they are now that it has come.
     const TrackInputSettings settings_now = snapshot(element, settings);
     std::optional<TrackInput::Timed> pose;

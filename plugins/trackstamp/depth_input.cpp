@@ -96,10 +96,10 @@ std::size_t DepthInput::waiting_bytes() const {
 /// may be yet to come.
 std::int64_t DepthInput::tolerance_for(std::int64_t duration) const {
   const int numerator = GST_VIDEO_INFO_FPS_N(&info_), denominator = GST_VIDEO_INFO_FPS_D(&info_);
-  if (numerator <= 0 || denominator <= 0) return duration / 2;
+  if (numerator <= 0 || denominator <= 0) return duration / 2;  // of either may be 0: not known
   const auto own =
       static_cast<std::int64_t>(gst_util_uint64_scale_int(GST_SECOND, denominator, numerator));
-  return std::min(duration, own) / 2;
+  return duration > 0 ? std::min(duration, own) / 2 : own / 2;
 }
 
 /// Takes the nearest that is within half of \p duration of \p time; what is older than that goes.

@@ -140,8 +140,7 @@ std::optional<std::int64_t> time_of_frame(GstBuffer* frame, const GstSegment& se
       time = timecode_of(frame);
       break;
     case SceneMatch::clock:
-      find_camera_time(frame, time, clock);
-      if (clock != CaptureClock::unix) time = no_time;
+      find_camera_time(frame, time, clock, CaptureClock::unix);
       break;
     case SceneMatch::stream_time:
       if (timed)

@@ -32,6 +32,9 @@ namespace {
 using namespace polyhull;
 using namespace polyhull::element;
 
+/// How long frames of an unknown rate may wait beyond their pose, ns.
+constexpr std::int64_t usual_frame = 40 * GST_MSECOND;
+
 struct TrackStamp {
   static constexpr char type_name[] = "PolyhullTrackStamp";
   static GType base_type() { return GST_TYPE_BASE_TRANSFORM; }
@@ -54,6 +57,7 @@ struct TrackStamp {
   void tell_latency();
   void property_set(gpointer, std::string_view name);
   std::optional<std::int64_t> left(GstClockTime running_time, std::int64_t longest) const;
+  std::int64_t length_of(GstBuffer* buffer, GstClockTime time);
   std::optional<TrackMoment> moment_of(GstBuffer* buffer) const;
   void take_announcement(GstEvent* event);
 
@@ -66,15 +70,17 @@ struct TrackStamp {
   DepthInput depth;
   std::atomic<bool> live{false};        // the video
   std::atomic<std::int64_t> late{0};    // how late it comes by what its source says, ns
-  std::atomic<std::int64_t> frame{0};   // how long one lasts, ns
+  std::atomic<std::int64_t> frame{0};   // how long one lasts, ns; 0: the caps do not tell
   std::atomic<std::int64_t> behind{0};  // how much later than frames poses come, ns, or before
   std::atomic<std::int64_t> told_latency{0};  // ns
   std::atomic<bool> say_again{false};
   // The streaming thread's.
   int width = 0, height = 0;
   double pixel_aspect = 1;
-  Announcement from_upstream;  // the scene is empty where nothing was announced
-  Announcement tracked;        // camera and lens of the last pose, for this size of picture
+  GstClockTime last_time = GST_CLOCK_TIME_NONE;  // of the frame before
+  std::int64_t last_length = 0;                  // to it, ns
+  Announcement from_upstream;                    // the scene is empty where nothing was announced
+  Announcement tracked;  // camera and lens of the last pose, for this size of picture
   std::string announced;
 };
 
@@ -136,7 +142,7 @@ std::int64_t TrackStamp::wait_for_scene() const {
 
 std::int64_t TrackStamp::wait_for_pose() const {
   const std::int64_t later = behind - snapshot(element, settings).delay;
-  return std::max<std::int64_t>(0, later) + frame;
+  return std::max<std::int64_t>(0, later) + (frame > 0 ? frame.load() : usual_frame);
 }
 
 /// By how much frames of live video may leave later than they come, ns.
@@ -231,15 +237,25 @@ std::optional<TrackMoment> TrackStamp::moment_of(GstBuffer* buffer) const {
                      by_timecode && drops_timecodes(buffer)};
 }
 
+/// How long the frame at running time \p time lasts: as it says, as the caps do, or as the one before.
+std::int64_t TrackStamp::length_of(GstBuffer* buffer, GstClockTime time) {
+  const GstClockTime before = std::exchange(last_time, time);
+  if (GST_BUFFER_DURATION_IS_VALID(buffer))
+    return static_cast<std::int64_t>(GST_BUFFER_DURATION(buffer));
+  if (frame > 0) return frame;
+  const bool known = GST_CLOCK_TIME_IS_VALID(before) && GST_CLOCK_TIME_IS_VALID(time);
+  if (known && time > before)
+    last_length = static_cast<std::int64_t>(std::min<GstClockTime>(time - before, GST_SECOND));
+  return last_length;
+}
+
 GstFlowReturn stamp(GstBaseTransform* base, GstBuffer* buffer) {
   TrackStamp& self = state_of<TrackStamp>(base);
   return guarded(GST_ELEMENT(base), GST_FLOW_ERROR, [&] {
     self.statistics.count("frames");
     const guint64 time =
         gst_segment_to_running_time(&base->segment, GST_FORMAT_TIME, GST_BUFFER_PTS(buffer));
-    const std::int64_t duration = GST_BUFFER_DURATION_IS_VALID(buffer)
-                                      ? static_cast<std::int64_t>(GST_BUFFER_DURATION(buffer))
-                                      : self.frame.load();
+    const std::int64_t duration = self.length_of(buffer, time);
     std::optional<Announcement> scene =
         self.scene.at(buffer, base->segment, duration, self.left(time, self.wait_for_scene()));
     if (auto depth =

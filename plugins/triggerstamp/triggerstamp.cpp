@@ -204,10 +204,15 @@ GstFlowReturn prepare_output_buffer(GstBaseTransform* base, GstBuffer* in, GstBu
   });
 }
 
-gboolean set_caps(GstBaseTransform* base, GstCaps* caps, GstCaps*) {
-  state_of<TriggerStamp>(base).views =
-      gst_structure_has_name(gst_caps_get_structure(caps, 0), view_caps);
-  return TRUE;
+/// Not set_caps(), with which GstBaseTransform refuses frames that come without any caps.
+gboolean sink_event(GstBaseTransform* base, GstEvent* event) {
+  if (GST_EVENT_TYPE(event) == GST_EVENT_CAPS) {
+    GstCaps* caps = nullptr;
+    gst_event_parse_caps(event, &caps);
+    state_of<TriggerStamp>(base).views =
+        gst_structure_has_name(gst_caps_get_structure(caps, 0), view_caps);
+  }
+  return GST_BASE_TRANSFORM_CLASS(parent_class<TriggerStamp>())->sink_event(base, event);
 }
 
 gboolean start(GstBaseTransform* base) {
@@ -262,7 +267,7 @@ void TriggerStamp::class_init(gpointer klass) {
   auto* base_class = GST_BASE_TRANSFORM_CLASS(klass);
   base_class->start = start;
   base_class->stop = stop;
-  base_class->set_caps = set_caps;
+  base_class->sink_event = sink_event;
   base_class->before_transform = sync_controlled_properties;
   base_class->prepare_output_buffer = prepare_output_buffer;
   base_class->transform_ip = stamp;

@@ -193,6 +193,37 @@ GST_START_TEST(test_by_clock) {
   // A frame that does not tell keeps what was.
   fail_unless_equals_int(bench.send(bench.frame(3)), 3);
   fail_unless_equals_uint64(bench.count("frames-unmatchable"), 1);
+  // Of a frame with several clocks' times the one that messages tell counts.
+  GstCaps* ptp = gst_caps_new_empty_simple("timestamp/x-ptp");
+  GstBuffer* buffer = bench.frame(4);
+  gst_buffer_add_reference_timestamp_meta(buffer, ptp, 7, GST_CLOCK_TIME_NONE);
+  gst_buffer_add_reference_timestamp_meta(buffer, unix_clock, begin, GST_CLOCK_TIME_NONE);
+  fail_unless_equals_int(bench.send(buffer), 1);
+  fail_unless_equals_uint64(bench.count("frames-unmatchable"), 1);
+  gst_caps_unref(ptp);
+  gst_caps_unref(unix_clock);
+  bench.close();
+}
+GST_END_TEST
+
+// As an RTP stream without a rate has it: a frame is as long as the one before.
+GST_START_TEST(test_frames_of_unknown_rate) {
+  Bench bench("clock");
+  gst_harness_set_src_caps_str(bench.harness,
+                               "video/x-raw,format=GRAY8,width=64,height=48,framerate=0/1");
+  GstCaps* unix_clock = gst_caps_new_empty_simple("timestamp/x-unix");
+  constexpr std::int64_t begin = 1'700'000'000'000'000'000;
+  for (int i = 0; i < 4; ++i) {
+    json said = message(i + 1);
+    said["unix_time_ns"] = begin + 40 * ms * i + 5000;  // otherwise rounded
+    bench.say(said);
+  }
+  for (int i = 0; i < 4; ++i) {
+    GstBuffer* buffer = bench.frame(i);
+    gst_buffer_add_reference_timestamp_meta(
+        buffer, unix_clock, static_cast<guint64>(begin + 40 * ms * i), GST_CLOCK_TIME_NONE);
+    fail_unless_equals_int(bench.send(buffer), i == 0 ? 0 : i + 1);
+  }
   gst_caps_unref(unix_clock);
   bench.close();
 }
@@ -605,6 +636,7 @@ static Suite* trackstamp_scene_suite() {
   tcase_add_test(tests, test_midnight);
   tcase_add_test(tests, test_delay_is_live);
   tcase_add_test(tests, test_by_clock);
+  tcase_add_test(tests, test_frames_of_unknown_rate);
   tcase_add_test(tests, test_by_arrival);
   tcase_add_test(tests, test_by_arrival_without_times);
   tcase_add_test(tests, test_latency);

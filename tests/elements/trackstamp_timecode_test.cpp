@@ -167,6 +167,15 @@ GST_START_TEST(test_smoothed_poses) {
 }
 GST_END_TEST
 
+// Poses that are quicker than the video are there before its first frame has told how it counts.
+GST_START_TEST(test_poses_before_the_first_frame) {
+  Bench bench;
+  for (int i = 0; i < 5; ++i) bench.pose(code(i), 0.1 * i);
+  expect_near(bench.send(code(2)), 0.2);
+  bench.close();
+}
+GST_END_TEST
+
 // Over the minute where 29.97 leaves numbers out, and over midnight. Who does not tell whether it does
 // counts as the video.
 GST_START_TEST(test_dropped_numbers_and_midnight) {
@@ -326,6 +335,7 @@ static Suite* trackstamp_timecode_suite() {
   tcase_set_timeout(tests, 100);
   tcase_add_test(tests, test_each_frame_has_its_pose);
   tcase_add_test(tests, test_smoothed_poses);
+  tcase_add_test(tests, test_poses_before_the_first_frame);
   tcase_add_test(tests, test_dropped_numbers_and_midnight);
   tcase_add_test(tests, test_more_poses_than_frames);
   tcase_add_test(tests, test_timecode_jumps);

@@ -67,6 +67,31 @@ TEST(SteadyTimes, AStallIsNoNewClock) {
   EXPECT_LT(times.delay(), 11 * ms);
 }
 
+// The receiver's clock is set forward, or the camera's back: no frame will come sooner again.
+TEST(SteadyTimes, AStepThatLastsIsANewClock) {
+  SteadyTimes times;
+  for (int i = 0; i < 50; ++i) times.place(i * frame, i * frame + 10 * ms, {});
+  for (int i = 50; i < 200; ++i) {
+    const std::int64_t arrival = i * frame + 2'000 * ms + (10 + i % 7) * ms;
+    const auto found = times.place(i * frame, arrival, {});
+    ASSERT_TRUE(found);
+    EXPECT_LE(found->time, arrival);
+    if (i > 50 + 76) {
+      EXPECT_LT(found->held_up, 7 * ms) << i;
+    }
+  }
+  EXPECT_EQ(times.restarts(), 1u);
+  // Five seconds' frames that come at once are no clock, however long the stall was.
+  for (int i = 200; i < 325; ++i) times.place(i * frame, 325 * frame + 2'010 * ms, {});
+  EXPECT_EQ(times.restarts(), 1u);
+  EXPECT_LT(times.delay(), 2'011 * ms);
+  // A smaller step where it is asked for.
+  for (int i = 325; i < 425; ++i)
+    times.place(i * frame, i * frame + 2'510 * ms, {.step = 200 * ms});
+  EXPECT_EQ(times.restarts(), 2u);
+  EXPECT_EQ(times.delay(), 2'510 * ms);
+}
+
 TEST(SteadyTimes, ACameraThatStartsAgainIsLearnedAnew) {
   SteadyTimes times;
   for (int i = 0; i < 50; ++i) times.place(i * frame, 9'000 * ms + i * frame, {});

@@ -41,8 +41,8 @@ CameraTrack::CameraTrack(GstElement* element, Statistics& statistics,
 
 /// Of what came under another rule nothing can be said under that of \p moment.
 void CameraTrack::follow(const TrackMoment& moment) {
-  const bool counted_otherwise =
-      moment.match == TrackMatch::timecode && drops_.value_or(true) != moment.drops;
+  const bool counted_otherwise = moment.match == TrackMatch::timecode &&
+                                 (drops_ ? *drops_ != moment.drops : assumed_ && !moment.drops);
   if (match_ != moment.match) asked_.reset();
   if (match_ != moment.match || counted_otherwise) forget_poses();
   match_ = moment.match;
@@ -168,6 +168,7 @@ void CameraTrack::add_in_a_row(const PoseMessage& message, std::int64_t arrival)
                 "It has no timecode, by which track-match=timecode finds its frame, as FreeD has "
                 "none, and OpenTrackIO need not have one. Or set track-match=running-time.");
   const Timecode& timecode = *message.pose.timecode;
+  assumed_ = assumed_ || (!drops_ && timecode.can_drop() && !timecode.drops);
   // What counts 29.97 frames per second usually leaves numbers out.
   const auto told = time_of(timecode, drops_.value_or(true));
   if (!told)
@@ -257,6 +258,7 @@ void CameraTrack::forget_poses() {
   before_.forget();
   stray_.reset();
   spread_.forget();
+  assumed_ = false;
 }
 
 void CameraTrack::forget() {

@@ -92,6 +92,7 @@ class CameraTrack final : public SidePad {
   TimecodeSpread spread_;
   std::int64_t period_ = 0;
   std::optional<bool> drops_;  // of the video; none: no frame has told
+  bool assumed_ = false;       // before it did, that it does
   std::string source_;
   std::optional<std::int64_t> asked_;   // the latest frame's time that the track follows
   std::optional<std::int64_t> latest_;  // the latest frame's

@@ -287,6 +287,7 @@ TEST(OpenTrackIO, RefusesEachFault) {
   refuses([](auto& v) { v["transforms"][0]["scale"] = {{"x", 0}, {"y", 1}, {"z", 1}}; });
   refuses([](auto& v) { v["transforms"][0]["scale"] = {{"x", -1}, {"y", 1}, {"z", 1}}; });
   refuses([](auto& v) { v["lens"]["entrancePupilOffset"] = "none"; });
+  refuses([](auto& v) { v["sourceId"] = std::string(257, 'a'); });
 }
 
 TEST(OpenTrackIO, RefusesDeepNesting) {

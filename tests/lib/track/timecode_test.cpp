@@ -41,9 +41,10 @@ TEST(Timecode, IsATime) {
 }
 
 TEST(Timecode, RefusesWhatIsNone) {
-  for (const Timecode& t : {code(24, 0, 0, 0, 25), code(0, 60, 0, 0, 25), code(0, 0, 60, 0, 25),
-                            code(0, 0, 0, 25, 25), code(0, 0, 0, -1, 25), code(0, 0, 0, 0, 0),
-                            code(0, 0, 0, 0, 25, 0), code(0, 0, 0, 0, 2'000'000)})
+  for (const Timecode& t :
+       {code(24, 0, 0, 0, 25), code(0, 60, 0, 0, 25), code(0, 0, 60, 0, 25), code(0, 0, 0, 25, 25),
+        code(0, 0, 0, -1, 25), code(0, 0, 0, 0, 0), code(0, 0, 0, 0, 25, 0),
+        code(0, 0, 0, 0, 2'000'000), code(23, 59, 59, 0, 1, 1'000'000), code(0, 0, 0, 0, 1, 2)})
     EXPECT_FALSE(time_of(t, false));
   EXPECT_TRUE(time_of(code(0, 1, 0, 0, 30000, 1001), false));
   EXPECT_FALSE(time_of(code(0, 1, 0, 0, 30000, 1001), true));

@@ -118,6 +118,39 @@ TEST(Track, CountsLossReorderingAndRepetition) {
   EXPECT_EQ(track.counters().lost, 1u);
 }
 
+TEST(Track, TheSecondOfTwoWaysIsRepetition) {
+  Track track({});
+  // 2 is lost on both; each other number comes again behind the next.
+  for (const int number : {1, 3, 1, 4, 3, 5, 4}) {
+    TrackedPose pose = pose_at(number);
+    pose.sequence = static_cast<std::uint16_t>(number);
+    track.add(pose, 20 * ms * number);
+  }
+  EXPECT_EQ(track.counters().poses, 4u);
+  EXPECT_EQ(track.counters().lost, 1u);
+  EXPECT_EQ(track.counters().reordered, 0u);
+  EXPECT_EQ(track.counters().repeated, 3u);
+}
+
+// A sender that is started again counts from 0, slightly below where it was.
+TEST(Track, ASenderThatBeginsAnewIsFollowed) {
+  for (const bool silent : {true, false}) {
+    Track track({});
+    std::int64_t time = 0;
+    const auto send = [&](int number, double x) {
+      TrackedPose pose = pose_at(x);
+      pose.sequence = static_cast<std::uint16_t>(number);
+      return track.add(pose, time += 40 * ms);
+    };
+    for (int i = 0; i < 100; ++i) EXPECT_TRUE(send(i, 0));
+    if (silent) time += 1200 * ms;
+    int taken = 0;
+    for (int i = 0; i < 100; ++i) taken += send(i, 1);
+    EXPECT_EQ(taken, silent ? 100 : 90);
+    EXPECT_EQ(track.at(time)->place.x, 1.0);
+  }
+}
+
 // A camera that pans by 30° a second, whose packets wait for 0 to 15 ms at a switch (none overtakes) and
 // need 2 ms otherwise; its clock has begun elsewhere and is slow by .4 thousandths.
 double worst_error(TrackTimes times, std::int64_t usual_delay) {
@@ -187,6 +220,22 @@ TEST(Track, OnTheSendersClockItsTimeIsTaken) {
   EXPECT_EQ(add(200 * ms, 211 * ms), 203 * ms + 10'000);  // and a drift of 5e-4
 }
 
+// A sample that is overtaken and tells no number, on a clock that both have.
+TEST(Track, TimesThatGoBackOnTheSendersClockAreNotTaken) {
+  TrackSettings settings;
+  settings.times = TrackTimes::clock;
+  settings.clock_begin_ns = 0;
+  Track track(settings);
+  for (int i = 0; i < 50; ++i) {
+    TrackedPose pose = pose_at(i);
+    pose.capture_time_ns = 20 * ms * (i == 40 ? 25 : i);
+    EXPECT_TRUE(track.add(pose, 20 * ms * i + 5 * ms));
+  }
+  EXPECT_EQ(track.counters().times_unusable, 1u);
+  EXPECT_EQ(track.at(20 * ms * 30)->place.x, 30.0);
+  EXPECT_EQ(track.at(20 * ms * 45)->place.x, 45.0);
+}
+
 TEST(Track, SendersTimesThatTellNothingGiveWayToArrivals) {
   TrackSettings settings;
   settings.times = TrackTimes::sender;
@@ -213,12 +262,12 @@ TEST(Track, SendersTimesThatTellNothingGiveWayToArrivals) {
   // After more than a second on the way.
   EXPECT_EQ(add(90'010 * ms, 5000 * ms), 5000 * ms);
   EXPECT_EQ(track.counters().times_unusable, 5u);
-  // A late packet is left out, and is no clock that went back.
+  // A packet that comes late, again, is left out, and is no clock that went back.
   TrackedPose late = pose_at(7);
   late.sequence = static_cast<std::uint16_t>(sequence - 1);
   late.capture_time_ns = 89'990 * ms;
   EXPECT_FALSE(track.add(late, 5001 * ms));
-  EXPECT_EQ(track.counters().reordered, 1u);
+  EXPECT_EQ(track.counters().repeated, 1u);
   EXPECT_EQ(track.counters().times_unusable, 5u);
 }
 
