@@ -27,6 +27,7 @@ run_suite() {
   local directory=$1 log
   shift
   log=$(mktemp)
+  rm -f "$directory/meson-logs/testlog.txt"
   meson test -C "$directory" --print-errorlogs "$@" 2>&1 | tee "$log" || true
   count() { sed -n "s/^$1: *\([0-9]*\).*/\1/p" "$log" | tail -n 1; }
   local ok fail timeout skip

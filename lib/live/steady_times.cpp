@@ -9,8 +9,9 @@ namespace {
 constexpr std::int64_t jump = 1'000'000'000;
 /// What a stall may hold up; a clock that has fallen so far behind has begun anew.
 constexpr std::int64_t longest_stall = 10'000'000'000;
-/// Frames that come one by one, and late, for so long are not held up.
-constexpr std::int64_t longest_lateness = 3'000'000'000;
+/// So many frames that come late for so long are not held up.
+constexpr std::int64_t longest_lateness = 10'000'000'000;
+constexpr int most_late_frames = 20;
 
 }  // namespace
 
@@ -25,9 +26,13 @@ void SteadyTimes::look_for_step(std::int64_t arrival, std::int64_t delay, std::i
     late_since_.reset();
     return;
   }
-  late_delay_ = late_since_ ? std::min(late_delay_, delay) : delay;
-  if (!late_since_) late_since_ = arrival;
-  if (arrival - *late_since_ < longest_lateness) return;
+  if (!late_since_ || delay > late_delay_ + step) {
+    late_since_ = arrival;
+    late_frames_ = 0;
+    late_delay_ = delay;
+  }
+  late_delay_ = std::min(late_delay_, delay);
+  if (++late_frames_ < most_late_frames || arrival - *late_since_ < longest_lateness) return;
   delay_ = late_delay_;
   late_since_.reset();
   ++restarts_;

@@ -8,9 +8,10 @@
 /// at
 ///     t_i + min over k <= i of (a_k - t_k + d (t_i - t_k))
 /// less that delay's constant part, which times alone do not tell. d bounds how much faster than the
-/// camera's clock the receiver's may run; a slower one is followed at once. Where for three seconds of
-/// arrivals all frames came later than that by a step that no stall explains, one of the two clocks
-/// was set, and the least delay of these seconds holds.
+/// camera's clock the receiver's may run; a slower one is followed at once. Where for ten seconds
+/// all frames, and twenty at least, came later than that by a step, one of the two clocks was set, or
+/// the way has become that much longer: times alone do not tell which. The least delay of these
+/// seconds holds from then on.
 #pragma once
 
 #include <cstdint>
@@ -51,8 +52,9 @@ class SteadyTimes {
 
   bool begun_ = false;
   std::int64_t first_ = 0, last_ = 0, delay_ = 0;  // camera's times; arrival less time
-  // Since when, by arrivals, all frames are later by a step, and the least delay since.
+  // Since when, by arrivals, all frames are later by a step; how many, and their least delay.
   std::optional<std::int64_t> late_since_;
+  int late_frames_ = 0;
   std::int64_t late_delay_ = 0;
   std::uint64_t restarts_ = 0;
 };

@@ -25,6 +25,10 @@ constexpr std::int64_t clock_step = 100'000'000;
 // Motion is told by poses at least this far apart, ns.
 constexpr std::int64_t least_span = 50'000'000;
 
+bool is_same(const TrackedPose& a, const TrackedPose& b) {
+  return a.capture_time_ns == b.capture_time_ns && a.place == b.place && a.axes == b.axes;
+}
+
 std::optional<double> mean(const std::optional<double>& a, const std::optional<double>& b,
                            double share) {
   if (!a || !b) return share < 0.5 ? a : b;
@@ -111,36 +115,41 @@ bool Track::begins_anew(std::uint16_t sequence) {
   return left_out_in_a_row_ > longest_detour;
 }
 
-/// Counts what comes after a later one.
-void Track::count_detour(const TrackedPose& pose) {
+/// The pose of that number among the latest.
+const TrackedPose* Track::kept(std::uint16_t sequence) const {
   const auto end =
       poses_.rbegin() + std::min<std::ptrdiff_t>(std::ssize(poses_), furthest_detour + 1);
-  const bool known = std::any_of(poses_.rbegin(), end, [&](const Timed& before) {
-    return before.pose.sequence == pose.sequence;
-  });
-  if (known) {
+  const auto found = std::find_if(
+      poses_.rbegin(), end, [&](const Timed& before) { return before.pose.sequence == sequence; });
+  return found == end ? nullptr : &found->pose;
+}
+
+/// Whether \p pose, whose number is lower than the last, is left out, and counted as what it is.
+bool Track::left_out(const TrackedPose& pose) {
+  const TrackedPose* before = kept(*pose.sequence);
+  // Of a sender that is heard on two ways the second may be far behind.
+  if (before != nullptr && is_same(*before, pose)) {
+    left_out_in_a_row_ = 0;
     ++counters_.repeated;
-  } else {
-    ++counters_.reordered;
-    if (counters_.lost > 0) --counters_.lost;
+    return true;
   }
+  if (begins_anew(*pose.sequence)) return false;
+  ++counters_.reordered;
+  if (before == nullptr && counters_.lost > 0) --counters_.lost;
+  return true;
 }
 
 bool Track::in_order(const TrackedPose& pose) {
-  if (poses_.empty() || was_silent_ || !pose.sequence || !poses_.back().pose.sequence) return true;
+  if (poses_.empty() || !pose.sequence || !poses_.back().pose.sequence) return true;
   const TrackedPose& last = poses_.back().pose;
   const int step = static_cast<std::int16_t>(*pose.sequence - *last.sequence);
   numbers_move_ = numbers_move_ || step != 0;
   // Some senders leave the number as it is, and a camera may rest.
-  if (step == 0 && numbers_move_ && pose.capture_time_ns == last.capture_time_ns &&
-      pose.place == last.place && pose.axes == last.axes) {
+  if (step == 0 && numbers_move_ && is_same(pose, last)) {
     ++counters_.repeated;
     return false;
   }
-  if (step < 0 && step >= -furthest_detour && !begins_anew(*pose.sequence)) {
-    count_detour(pose);
-    return false;
-  }
+  if (step < 0 && step >= -furthest_detour && !was_silent_ && left_out(pose)) return false;
   left_out_in_a_row_ = 0;
   if (step > 1 && step <= furthest_detour) counters_.lost += static_cast<std::uint64_t>(step - 1);
   return true;
@@ -161,7 +170,9 @@ std::int64_t Track::true_time(const TrackedPose& pose, std::int64_t arrival_ns) 
   if (stands) return unusable_time(arrival_ns);
   std::int64_t time = 0;
   if (settings_.times == TrackTimes::clock && settings_.clock_begin_ns) {
-    if (used_ns_ && capture < *used_ns_) return unusable_time(arrival_ns);
+    const std::int64_t back = used_ns_ ? *used_ns_ - capture : 0;
+    // By more both clocks were set.
+    if (back > 0 && back < silence_ns) return unusable_time(arrival_ns);
     time = capture - *settings_.clock_begin_ns;
   } else {
     const std::uint64_t restarts = steady_.restarts();

@@ -95,7 +95,8 @@ class Track {
   void forget_sender();
   bool follows(const TrackedPose& pose, std::int64_t arrival_ns);
   bool begins_anew(std::uint16_t sequence);
-  void count_detour(const TrackedPose& pose);
+  const TrackedPose* kept(std::uint16_t sequence) const;
+  bool left_out(const TrackedPose& pose);
   bool in_order(const TrackedPose& pose);
   std::int64_t true_time(const TrackedPose& pose, std::int64_t arrival_ns);
   std::int64_t unusable_time(std::int64_t arrival_ns);

@@ -28,7 +28,7 @@ std::int64_t in_steps(std::int64_t held_up) {
 /// The step for \p held_up after \p before; one at an edge does not go to and fro.
 std::int64_t next_step(std::int64_t held_up, std::int64_t before) {
   const std::int64_t step = in_steps(held_up);
-  return step < before ? std::min(before, in_steps(held_up + GST_MSECOND)) : step;
+  return step < before ? std::min(before, in_steps(held_up + no_wait / 2)) : step;
 }
 
 }  // namespace

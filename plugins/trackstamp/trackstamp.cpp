@@ -117,6 +117,7 @@ TrackStamp::TrackStamp(gpointer object)
 
 /// Learns whether frames have to wait for poses, and how long.
 void TrackStamp::begin_segment() {
+  last_time = GST_CLOCK_TIME_NONE;
   g_autoptr(GstPad) poses = track.linked_pad();
   const auto video = latency_at(element->sinkpad), of_poses = latency_at(poses);
   live = video.has_value();
@@ -244,8 +245,10 @@ std::int64_t TrackStamp::length_of(GstBuffer* buffer, GstClockTime time) {
     return static_cast<std::int64_t>(GST_BUFFER_DURATION(buffer));
   if (frame > 0) return frame;
   const bool known = GST_CLOCK_TIME_IS_VALID(before) && GST_CLOCK_TIME_IS_VALID(time);
-  if (known && time > before)
-    last_length = static_cast<std::int64_t>(std::min<GstClockTime>(time - before, GST_SECOND));
+  const auto length = known ? static_cast<std::int64_t>(time - before) : 0;
+  // Nothing is learned from a gap.
+  if (length > 0 && length < GST_SECOND && (last_length == 0 || length <= 2 * last_length))
+    last_length = length;
   return last_length;
 }
 
@@ -307,6 +310,8 @@ gboolean set_caps(GstBaseTransform* base, GstCaps* caps, GstCaps*) {
   gst_structure_get_fraction(format, "pixel-aspect-ratio", &across, &down);
   self.pixel_aspect = across > 0 && down > 0 ? 1.0 * across / down : 1.0;
   self.tracked = {};
+  self.last_time = GST_CLOCK_TIME_NONE;
+  self.last_length = 0;
   const std::int64_t frame =
       numerator > 0
           ? static_cast<std::int64_t>(gst_util_uint64_scale_int(GST_SECOND, denominator, numerator))

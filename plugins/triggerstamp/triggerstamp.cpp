@@ -222,6 +222,7 @@ gboolean start(GstBaseTransform* base) {
     auto pulses = find_pulses(element, snapshot(element, self.settings).trigger);
     self.statistics.reset();
     self.delays = Jitter();
+    self.views = false;
     const std::scoped_lock lock(self.mutex);
     self.pulses = std::move(pulses);
     self.matcher.emplace(*self.pulses);

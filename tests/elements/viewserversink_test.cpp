@@ -353,11 +353,11 @@ GST_START_TEST(test_ended_before_tls) {
   const Sender sender([](int, Accepted& accepted) { accepted.reset_at_close(); });
   const std::string keys = Keys::client(Keys::of("server")) + "retry=1000000";
   Client client(sender.port(), keys);
-  client.wait_for("connections-failed", 500);
+  client.wait_for("connections-failed", 150);
   client.expect_warning("ended the connection before it said who it is");
-  for (gulong i = 0; i < 100; ++i) {
+  for (gulong i = 0; i < 40; ++i) {
     const Client brief(sender.port(), keys);
-    g_usleep(30 * i);
+    g_usleep(75 * i);
   }
 }
 GST_END_TEST

@@ -71,25 +71,42 @@ TEST(SteadyTimes, AStallIsNoNewClock) {
 TEST(SteadyTimes, AStepThatLastsIsANewClock) {
   SteadyTimes times;
   for (int i = 0; i < 50; ++i) times.place(i * frame, i * frame + 10 * ms, {});
-  for (int i = 50; i < 200; ++i) {
+  for (int i = 50; i < 400; ++i) {
     const std::int64_t arrival = i * frame + 2'000 * ms + (10 + i % 7) * ms;
     const auto found = times.place(i * frame, arrival, {});
     ASSERT_TRUE(found);
     EXPECT_LE(found->time, arrival);
-    if (i > 50 + 76) {
+    if (i > 50 + 251) {
       EXPECT_LT(found->held_up, 7 * ms) << i;
     }
   }
   EXPECT_EQ(times.restarts(), 1u);
   // Five seconds' frames that come at once are no clock, however long the stall was.
-  for (int i = 200; i < 325; ++i) times.place(i * frame, 325 * frame + 2'010 * ms, {});
+  for (int i = 400; i < 525; ++i) times.place(i * frame, 525 * frame + 2'010 * ms, {});
   EXPECT_EQ(times.restarts(), 1u);
-  EXPECT_LT(times.delay(), 2'011 * ms);
+  EXPECT_LT(times.delay(), 2'012 * ms);
   // A smaller step where it is asked for.
-  for (int i = 325; i < 425; ++i)
+  for (int i = 525; i < 825; ++i)
     times.place(i * frame, i * frame + 2'510 * ms, {.step = 200 * ms});
   EXPECT_EQ(times.restarts(), 2u);
   EXPECT_EQ(times.delay(), 2'510 * ms);
+}
+
+// Frames that are sent again, for want of an answer, and then nothing, and then all that is left; and
+// a camera that is slower than any stall.
+TEST(SteadyTimes, LateFramesWithGapsAreNoNewClock) {
+  SteadyTimes times;
+  for (int i = 0; i < 500; ++i) {
+    std::int64_t arrival = i * frame + 10 * ms;
+    if (i >= 100 && i < 140) arrival = 140 * frame + 10 * ms + i * ms;
+    if (i >= 140 && i < 500) arrival = 500 * frame + 10 * ms;
+    times.place(i * frame, arrival, {});
+  }
+  EXPECT_EQ(times.restarts(), 1u);  // by fourteen seconds without a frame
+  SteadyTimes slow;
+  for (int i = 0; i < 60; ++i)
+    slow.place(i * 4'000 * ms, i * 4'000 * ms + (i >= 30 && i < 36 ? 1'100 * ms : 10 * ms), {});
+  EXPECT_EQ(slow.restarts(), 0u);
 }
 
 TEST(SteadyTimes, ACameraThatStartsAgainIsLearnedAnew) {

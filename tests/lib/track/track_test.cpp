@@ -132,6 +132,27 @@ TEST(Track, TheSecondOfTwoWaysIsRepetition) {
   EXPECT_EQ(track.counters().repeated, 3u);
 }
 
+// Of two ways the quicker ends, and the other is fifteen poses behind.
+TEST(Track, TheSecondOfTwoWaysTakesOver) {
+  Track track({});
+  std::int64_t time = 0;
+  const auto send = [&](int number) {
+    TrackedPose pose = pose_at(number);
+    pose.sequence = static_cast<std::uint16_t>(number);
+    return track.add(pose, time += 10 * ms);
+  };
+  for (int i = 0; i < 50; ++i) {
+    EXPECT_TRUE(send(i));
+    if (i >= 15) {
+      EXPECT_FALSE(send(i - 15));
+    }
+  }
+  for (int i = 35; i < 50; ++i) EXPECT_FALSE(send(i));
+  EXPECT_TRUE(send(50));
+  EXPECT_EQ(track.counters().repeated, 50u);
+  EXPECT_EQ(track.counters().reordered, 0u);
+}
+
 // A sender that is started again counts from 0, slightly below where it was.
 TEST(Track, ASenderThatBeginsAnewIsFollowed) {
   for (const bool silent : {true, false}) {
@@ -148,6 +169,10 @@ TEST(Track, ASenderThatBeginsAnewIsFollowed) {
     for (int i = 0; i < 100; ++i) taken += send(i, 1);
     EXPECT_EQ(taken, silent ? 100 : 90);
     EXPECT_EQ(track.at(time)->place.x, 1.0);
+    // What a silence has swallowed is lost.
+    time += 1200 * ms;
+    EXPECT_TRUE(send(120, 2));
+    EXPECT_EQ(track.counters().lost, 20u);
   }
 }
 
@@ -262,12 +287,12 @@ TEST(Track, SendersTimesThatTellNothingGiveWayToArrivals) {
   // After more than a second on the way.
   EXPECT_EQ(add(90'010 * ms, 5000 * ms), 5000 * ms);
   EXPECT_EQ(track.counters().times_unusable, 5u);
-  // A packet that comes late, again, is left out, and is no clock that went back.
+  // A late packet is left out, and is no clock that went back.
   TrackedPose late = pose_at(7);
   late.sequence = static_cast<std::uint16_t>(sequence - 1);
   late.capture_time_ns = 89'990 * ms;
   EXPECT_FALSE(track.add(late, 5001 * ms));
-  EXPECT_EQ(track.counters().repeated, 1u);
+  EXPECT_EQ(track.counters().reordered, 1u);
   EXPECT_EQ(track.counters().times_unusable, 5u);
 }
 
