@@ -4,6 +4,8 @@
 #pragma once
 
 #include <gst/app/gstappsink.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <cstring>
 #include <string>
@@ -45,35 +47,88 @@ inline std::vector<Packet> pull_all(GstElement* pipeline, const char* name) {
   return all;
 }
 
-/// \p count frames of the chain \p source. \p payer: gdppay's properties.
-inline GdpStream record_stream(const std::string& source, const std::string& payer = "") {
-  GstElement* pipeline = parse(source +
-                               " ! tee name=t t. ! queue max-size-buffers=0 max-size-bytes=0 "
-                               "max-size-time=0 ! appsink name=views sync=false t. ! queue "
-                               "max-size-buffers=0 max-size-bytes=0 max-size-time=0 ! gdppay " +
-                               payer + " ! appsink name=packets sync=false");
+/// What gdppay, with \p payer as its properties, makes of the chain \p source, and with \p payloads
+/// the frames before it.
+inline Packet packed_by_gdppay(const std::string& source, const std::string& payer,
+                               std::vector<Packet>* payloads = nullptr) {
+  // Outside of checks, too: no fail_unless().
+  GError* error = nullptr;
+  GstElement* pipeline =
+      gst_parse_launch((source +
+                        " ! tee name=t t. ! queue max-size-buffers=0 max-size-bytes=0 "
+                        "max-size-time=0 ! appsink name=views sync=false t. ! queue "
+                        "max-size-buffers=0 max-size-bytes=0 max-size-time=0 ! gdppay " +
+                        payer + " ! appsink name=packets sync=false")
+                           .c_str(),
+                       &error);
+  g_assert_no_error(error);
   // Without a clock no view says when it came: those stamped once it runs would be older, for a live
   // pipeline that starts later, than the others.
   gst_pipeline_use_clock(GST_PIPELINE(pipeline), nullptr);
   gst_element_set_state(pipeline, GST_STATE_PLAYING);
-  GdpStream stream;
-  stream.payloads = pull_all(pipeline, "views");
+  const std::vector<Packet> frames = pull_all(pipeline, "views");
+  if (payloads != nullptr) *payloads = frames;
   Packet all;
   for (const Packet& part : pull_all(pipeline, "packets"))
     all.insert(all.end(), part.begin(), part.end());
   gst_element_set_state(pipeline, GST_STATE_NULL);
   gst_object_unref(pipeline);
+  return all;
+}
+
+/// The stream whose bytes are \p all.
+inline GdpStream stream_of(const Packet& all) {
+  GdpStream stream;
   for (std::size_t at = 0; at < all.size();) {
-    const PacketHeader header = read_packet_header(Bytes(all).subspan(at));
-    if (header.kind == PacketKind::buffer) stream.frames.push_back(stream.packets.size());
-    const std::size_t end = at + packet_header_size + header.size;
-    fail_unless(end <= all.size(), "gdppay's stream is cut");
-    stream.packets.emplace_back(all.begin() + static_cast<std::ptrdiff_t>(at),
-                                all.begin() + static_cast<std::ptrdiff_t>(end));
-    at = end;
+    const Bytes rest = Bytes(all).subspan(at);
+    const PacketHeader header = read_packet_header(rest);
+    const std::size_t size = packet_header_size + header.size;
+    g_assert(size <= rest.size());
+    if (header.kind == PacketKind::buffer) {
+      stream.frames.push_back(stream.packets.size());
+      const Bytes payload = rest.subspan(packet_header_size, header.size);
+      stream.payloads.emplace_back(payload.begin(), payload.end());
+    }
+    stream.packets.emplace_back(rest.begin(), rest.begin() + static_cast<std::ptrdiff_t>(size));
+    at += size;
   }
+  return stream;
+}
+
+/// The frames of the chain \p source. \p payer: gdppay's properties.
+inline GdpStream record_stream(const std::string& source, const std::string& payer = "") {
+  std::vector<Packet> payloads;
+  const GdpStream stream = stream_of(packed_by_gdppay(source, payer, &payloads));
   fail_if(stream.frames.empty(), "no frame came of %s", source.c_str());
-  fail_unless_equals_uint64(stream.frames.size(), stream.payloads.size());
+  fail_unless(stream.payloads == payloads);
+  return stream;
+}
+
+/// The same by a process of its own: each check is one, too, and has what was recorded before the
+/// first of them, when this process must have no thread yet.
+inline GdpStream record_before_checks(const std::string& source) {
+  int pipe_ends[2];
+  g_assert(pipe(pipe_ends) == 0);
+  const pid_t recorder = fork();
+  g_assert(recorder >= 0);
+  if (recorder == 0) {
+    const Packet all = packed_by_gdppay(source, "");
+    for (std::size_t at = 0; at < all.size();) {
+      const ssize_t count = write(pipe_ends[1], all.data() + at, all.size() - at);
+      if (count <= 0) _exit(1);
+      at += static_cast<std::size_t>(count);
+    }
+    _exit(0);
+  }
+  close(pipe_ends[1]);
+  Packet all;
+  std::uint8_t bytes[65536];
+  for (ssize_t count; (count = read(pipe_ends[0], bytes, sizeof bytes)) > 0;)
+    all.insert(all.end(), bytes, bytes + count);
+  close(pipe_ends[0]);
+  waitpid(recorder, nullptr, 0);
+  GdpStream stream = stream_of(all);
+  g_assert(!stream.frames.empty());
   return stream;
 }
 

@@ -20,7 +20,7 @@ constexpr char views[] =
     "camera=cam0";
 
 const GdpStream& recorded() {
-  static const GdpStream stream = record_stream(views);
+  static const GdpStream stream = record_before_checks(views);
   return stream;
 }
 
@@ -511,6 +511,7 @@ GST_START_TEST(test_latency) {
 GST_END_TEST
 
 static Suite* viewclientsrc_suite() {
+  recorded();
   Suite* suite = suite_create("viewclientsrc");
   TCase* tests = tcase_create("general");
   suite_add_tcase(suite, tests);

@@ -26,7 +26,7 @@ constexpr std::size_t frames = 6;
 
 const GdpStream& recorded() {
   static const GdpStream stream =
-      record_stream("rigtestsrc camera=cam0 num-buffers=6 ! silhouette camera=cam0");
+      record_before_checks("rigtestsrc camera=cam0 num-buffers=6 ! silhouette camera=cam0");
   return stream;
 }
 
@@ -752,6 +752,7 @@ GST_START_TEST(test_bad_settings) {
 GST_END_TEST
 
 static Suite* viewserversink_suite() {
+  recorded();
   Suite* suite = suite_create("viewserversink");
   TCase* tests = tcase_create("general");
   suite_add_tcase(suite, tests);
