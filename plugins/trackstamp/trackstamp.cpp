@@ -6,94 +6,20 @@
 #include <gst/base/gstbasetransform.h>
 #include <gst/video/video.h>
 
-#include <algorithm>
-#include <atomic>
 #include <optional>
 #include <string>
 
 #include "base/error.h"
-#include "plugins/common/camera/camera_track.h"
-#include "plugins/common/element.h"
 #include "plugins/common/guard.h"
 #include "plugins/common/live/live_pad.h"
 #include "plugins/common/memory/depth_meta.h"
 #include "plugins/common/transform.h"
-#include "plugins/trackstamp/depth_input.h"
-#include "plugins/trackstamp/properties.h"
-#include "plugins/trackstamp/scene_input.h"
-#include "scene/announcement.h"
-#include "scene/drawable.h"
+#include "plugins/trackstamp/private.h"
 
 GST_DEBUG_CATEGORY_STATIC(trackstamp_debug);
 #define GST_CAT_DEFAULT trackstamp_debug
 
-namespace {
-
-using namespace polyhull;
-using namespace polyhull::element;
-
-/// How long frames of an unknown rate may wait beyond their pose, ns.
-constexpr std::int64_t usual_frame = 40 * GST_MSECOND;
-
-struct TrackStamp {
-  static constexpr char type_name[] = "PolyhullTrackStamp";
-  static GType base_type() { return GST_TYPE_BASE_TRANSFORM; }
-  static void class_init(gpointer klass);
-  explicit TrackStamp(gpointer object);
-
-  void begin_segment();
-  std::optional<std::int64_t> now() const;
-  std::optional<std::int64_t> arrival() const;
-  void unlock(bool unlocked) {
-    track.unlock(unlocked);
-    scene.unlock(unlocked);
-    depth.unlock(unlocked);
-  }
-  void look_through(const TrackedPose& pose);
-  void announce(std::optional<Announcement> scene, std::optional<TrackedPose> pose);
-  std::int64_t wait_for_scene() const;
-  std::int64_t wait_for_pose() const;
-  std::int64_t latency() const;
-  void tell_latency();
-  void property_set(gpointer, std::string_view name);
-  std::optional<std::int64_t> left(GstClockTime running_time, std::int64_t longest) const;
-  std::int64_t length_of(GstBuffer* buffer, GstClockTime time);
-  std::optional<TrackMoment> moment_of(GstBuffer* buffer) const;
-  void take_announcement(GstEvent* event);
-
-  TrackStampSettings settings;        // under the object lock
-  SceneInputSettings scene_settings;  // likewise
-  GstBaseTransform* element;
-  Statistics statistics{"trackstamp-stats"};
-  CameraTrack track;
-  SceneInput scene;
-  DepthInput depth;
-  std::atomic<bool> live{false};        // the video
-  std::atomic<std::int64_t> late{0};    // how late it comes by what its source says, ns
-  std::atomic<std::int64_t> frame{0};   // how long one lasts, ns; 0: the caps do not tell
-  std::atomic<std::int64_t> behind{0};  // how much later than frames poses come, ns, or before
-  std::atomic<std::int64_t> told_latency{0};  // ns
-  std::atomic<bool> say_again{false};
-  // The streaming thread's.
-  int width = 0, height = 0;
-  double pixel_aspect = 1;
-  GstClockTime last_time = GST_CLOCK_TIME_NONE;  // of the frame before
-  std::int64_t last_length = 0;                  // to it, ns
-  Announcement from_upstream;                    // the scene is empty where nothing was announced
-  Announcement tracked;  // camera and lens of the last pose, for this size of picture
-  std::string announced;
-};
-
-/// What \p pad's other side says of its latency, ns; nullopt: it is not live.
-std::optional<std::int64_t> latency_at(GstPad* pad) {
-  g_autoptr(GstQuery) query = gst_query_new_latency();
-  gboolean live = FALSE;
-  GstClockTime least = 0;
-  if (pad == nullptr || !gst_pad_peer_query(pad, query)) return {};
-  gst_query_parse_latency(query, &live, &least, nullptr);
-  if (!live) return {};
-  return GST_CLOCK_TIME_IS_VALID(least) ? static_cast<std::int64_t>(least) : 0;
-}
+namespace polyhull::element {
 
 TrackStamp::TrackStamp(gpointer object)
     : element(GST_BASE_TRANSFORM(object)),
@@ -115,142 +41,11 @@ TrackStamp::TrackStamp(gpointer object)
   gst_element_add_pad(GST_ELEMENT_CAST(object), depth.make_pad(pad_template("depth")));
 }
 
-/// Learns whether frames have to wait for poses, and how long.
-void TrackStamp::begin_segment() {
-  last_time = GST_CLOCK_TIME_NONE;
-  g_autoptr(GstPad) poses = track.linked_pad();
-  const auto video = latency_at(element->sinkpad), of_poses = latency_at(poses);
-  live = video.has_value();
-  late = video.value_or(0);
-  behind = of_poses.value_or(0) - video.value_or(0);
-}
-
-/// The running time; none before there is a clock.
-std::optional<std::int64_t> TrackStamp::now() const {
-  const std::int64_t time = running_time_now(GST_ELEMENT_CAST(element));
-  return time == no_time ? std::nullopt : std::optional(time);
-}
-
-/// When what comes now beside live video has come: at the begin, where that is yet to be.
-std::optional<std::int64_t> TrackStamp::arrival() const {
-  if (!latency_at(element->sinkpad)) return {};
-  return std::max<std::int64_t>(0, now().value_or(0));
-}
-
-std::int64_t TrackStamp::wait_for_scene() const {
-  return static_cast<std::int64_t>(snapshot(element, scene_settings).wait);
-}
-
-std::int64_t TrackStamp::wait_for_pose() const {
-  const std::int64_t later = behind - snapshot(element, settings).delay;
-  return std::max<std::int64_t>(0, later) + (frame > 0 ? frame.load() : usual_frame);
-}
-
-/// By how much frames of live video may leave later than they come, ns.
-std::int64_t TrackStamp::latency() const {
-  const bool by_arrival = snapshot(element, scene_settings).match == SceneMatch::arrival;
-  const bool waits = depth.linked() || (scene.linked() && !by_arrival);
-  return std::max(waits ? wait_for_scene() : 0, track.linked() ? wait_for_pose() : 0);
-}
-
-void TrackStamp::tell_latency() {
-  const std::int64_t now = latency();
-  if (told_latency.exchange(now) == now) return;
-  gst_element_post_message(GST_ELEMENT_CAST(element),
-                           gst_message_new_latency(GST_OBJECT_CAST(element)));
-}
-
 void TrackStamp::property_set(gpointer, std::string_view name) {
   if (name.starts_with("scene-") || name.starts_with("track-")) tell_latency();
 }
 
-/// How long the frame of \p running_time may wait for what comes up to \p longest later: live video
-/// only until it is later than its source says by that, so that waits do not add up.
-std::optional<std::int64_t> TrackStamp::left(GstClockTime running_time,
-                                             std::int64_t longest) const {
-  if (!live) return {};
-  const auto time = now();
-  if (!time || !GST_CLOCK_TIME_IS_VALID(running_time)) return longest;
-  const std::int64_t rest = static_cast<std::int64_t>(running_time) + late + longest - *time;
-  return std::clamp<std::int64_t>(rest, 0, longest);
-}
-
-void TrackStamp::take_announcement(GstEvent* event) {
-  try {
-    const gchar* json = gst_structure_get_string(gst_event_get_structure(event), "json");
-    if (json == nullptr) throw Error(Error::Kind::bad_input, "The event has no field 'json'.");
-    from_upstream = parse_announcement(json);
-  } catch (const std::exception& error) {
-    statistics.warn(GST_ELEMENT_CAST(element), "announcements-unusable",
-                    fmt::format("What upstream announced is not used: {}", error.what()));
-  }
-}
-
-/// Takes the camera of \p pose; one that nothing can be drawn with leaves the one before.
-void TrackStamp::look_through(const TrackedPose& pose) {
-  try {
-    const TrackStampSettings now = snapshot(element, settings);
-    Camera camera = camera_of(pose, width, height, now.field_of_view, pixel_aspect);
-    if (camera.distortion.empty()) camera.distortion = now.distortion();
-    check_viewport(camera);
-    check_projection(camera);
-    tracked.viewport = camera;
-    tracked.aperture = aperture_of(pose);
-    tracked.focus_distance = pose.focus_distance_m.value_or(0.0);
-  } catch (const Error& error) {
-    statistics.warn(
-        GST_ELEMENT_CAST(element), "poses-unusable",
-        fmt::format("A pose of the track is not used, the one before stays: {}", error.what()));
-  }
-}
-
-/// Says what is true from the next frame on, unless it was said already. Where a frame has no pose of
-/// its own, the tracked camera stays where it was.
-void TrackStamp::announce(std::optional<Announcement> scene, std::optional<TrackedPose> pose) {
-  Announcement announcement = scene ? std::move(*scene) : from_upstream;
-  if (pose) look_through(*pose);
-  if (track.linked() && tracked.viewport.width > 0) {
-    announcement.viewport = tracked.viewport;
-    announcement.aperture = tracked.aperture;
-    announcement.focus_distance = tracked.focus_distance;
-  }
-  if (announcement.viewport.width == 0) return;  // nobody has told a camera
-  std::string json = announcement_to_json(announcement);
-  if (say_again.exchange(false)) announced.clear();
-  if (json == announced) return;
-  announced = std::move(json);
-  statistics.count("announcements");
-  gst_pad_push_event(
-      element->srcpad,
-      gst_event_new_custom(GST_EVENT_CUSTOM_DOWNSTREAM_STICKY,
-                           gst_structure_new("polyhull-announcement", "json", G_TYPE_STRING,
-                                             announced.c_str(), nullptr)));
-}
-
-/// When \p buffer's camera is to be looked up in the track; none where it does not tell.
-std::optional<TrackMoment> TrackStamp::moment_of(GstBuffer* buffer) const {
-  const TrackStampSettings now = snapshot(element, settings);
-  const bool by_timecode = now.match == TrackMatch::timecode;
-  const SceneMatch match = by_timecode ? SceneMatch::timecode : SceneMatch::arrival;
-  const auto time = time_of_frame(buffer, element->segment, match);
-  if (!time) return {};
-  return TrackMoment{*time - now.delay, now.match, period_of_frame(buffer, match),
-                     by_timecode && drops_timecodes(buffer)};
-}
-
-/// How long the frame at running time \p time lasts: as it says, as the caps do, or as the one before.
-std::int64_t TrackStamp::length_of(GstBuffer* buffer, GstClockTime time) {
-  const GstClockTime before = std::exchange(last_time, time);
-  if (GST_BUFFER_DURATION_IS_VALID(buffer))
-    return static_cast<std::int64_t>(GST_BUFFER_DURATION(buffer));
-  if (frame > 0) return frame;
-  const bool known = GST_CLOCK_TIME_IS_VALID(before) && GST_CLOCK_TIME_IS_VALID(time);
-  const auto length = known ? static_cast<std::int64_t>(time - before) : 0;
-  // Nothing is learned from a gap.
-  if (length > 0 && length < GST_SECOND && (last_length == 0 || length <= 2 * last_length))
-    last_length = length;
-  return last_length;
-}
+namespace {
 
 GstFlowReturn stamp(GstBaseTransform* base, GstBuffer* buffer) {
   TrackStamp& self = state_of<TrackStamp>(base);
@@ -392,6 +187,8 @@ GstStateChangeReturn change_state(GstElement* element, GstStateChange transition
   return GST_ELEMENT_CLASS(parent_class<TrackStamp>())->change_state(element, transition);
 }
 
+}  // namespace
+
 void TrackStamp::class_init(gpointer klass) {
   GST_DEBUG_CATEGORY_INIT(trackstamp_debug, "trackstamp", 0, "frames and their tracked camera");
   add_properties<TrackStamp>(klass, field_of_view_properties(), &TrackStamp::settings);
@@ -434,6 +231,7 @@ void TrackStamp::class_init(gpointer klass) {
   base_class->transform_ip = stamp;
 }
 
-}  // namespace
+}  // namespace polyhull::element
 
+using namespace polyhull::element;
 GST_ELEMENT_REGISTER_DEFINE(trackstamp, "trackstamp", GST_RANK_NONE, type_of<TrackStamp>())
