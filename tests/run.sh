@@ -18,8 +18,11 @@ done
 
 polyhull_install "${polyhull_packages_build[@]}" "${polyhull_packages_run[@]}" \
   "${polyhull_packages_test[@]}"
-# Lines in back traces, and no more: whole debug information takes a fifth of the time to build.
-polyhull_compile "$polyhull_build" -Dtests=true -Dbuildtype=debugoptimized -Dcpp_args=-g1
+# A new build folder has lines for back traces and no more: whole debug information takes a quarter of
+# the time to build. One that is there keeps what it has.
+debug=()
+[ -f "$polyhull_build/build.ninja" ] || debug=(-Dcpp_args=-g1)
+polyhull_compile "$polyhull_build" -Dtests=true -Dbuildtype=debugoptimized "${debug[@]}"
 
 passed=0 failed=0 skipped=0 broken= missing=
 # run_suite BUILD-DIRECTORY MESON-TEST-ARGUMENT...: adds meson's summary to the totals.
