@@ -12,6 +12,8 @@ constexpr std::int64_t longest_stall = 10'000'000'000;
 /// So many frames that come late for so long are not held up.
 constexpr std::int64_t longest_lateness = 10'000'000'000;
 constexpr int most_late_frames = 20;
+/// For so long frames that are even later are held up besides.
+constexpr std::int64_t longest_hiccup = 3'000'000'000;
 
 }  // namespace
 
@@ -26,11 +28,14 @@ void SteadyTimes::look_for_step(std::int64_t arrival, std::int64_t delay, std::i
     late_since_.reset();
     return;
   }
-  if (!late_since_ || delay > late_delay_ + step) {
+  const bool later = late_since_ && delay > late_delay_ + step;
+  if (later && arrival - late_last_ < longest_hiccup) return;
+  if (!late_since_ || later) {
     late_since_ = arrival;
     late_frames_ = 0;
     late_delay_ = delay;
   }
+  late_last_ = arrival;
   late_delay_ = std::min(late_delay_, delay);
   if (++late_frames_ < most_late_frames || arrival - *late_since_ < longest_lateness) return;
   delay_ = late_delay_;

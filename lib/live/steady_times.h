@@ -52,10 +52,10 @@ class SteadyTimes {
 
   bool begun_ = false;
   std::int64_t first_ = 0, last_ = 0, delay_ = 0;  // camera's times; arrival less time
-  // Since when, by arrivals, all frames are later by a step; how many, and their least delay.
+  // Since when, by arrivals, all frames are later by a step; how many, the last, their least delay.
   std::optional<std::int64_t> late_since_;
   int late_frames_ = 0;
-  std::int64_t late_delay_ = 0;
+  std::int64_t late_last_ = 0, late_delay_ = 0;
   std::uint64_t restarts_ = 0;
 };
 

@@ -128,13 +128,14 @@ const TrackedPose* Track::kept(std::uint16_t sequence) const {
 bool Track::left_out(const TrackedPose& pose) {
   const TrackedPose* before = kept(*pose.sequence);
   // Of a sender that is heard on two ways the second may be far behind.
-  if (before != nullptr && is_same(*before, pose)) {
+  const bool again = before != nullptr && is_same(*before, pose);
+  // Without times a camera that rests looks the same when it begins anew.
+  if (again && pose.capture_time_ns) {
     left_out_in_a_row_ = 0;
-    ++counters_.repeated;
-    return true;
+  } else if (begins_anew(*pose.sequence)) {
+    return false;
   }
-  if (begins_anew(*pose.sequence)) return false;
-  ++counters_.reordered;
+  ++(again ? counters_.repeated : counters_.reordered);
   if (before == nullptr && counters_.lost > 0) --counters_.lost;
   return true;
 }

@@ -40,8 +40,9 @@ struct TrackCounters {
   std::uint64_t reordered = 0;      ///< came after later ones for the first time, and were left out
   std::uint64_t repeated = 0;       ///< came twice, and were taken once
   std::uint64_t other_senders = 0;  ///< of another source than the one followed
-  /// Sender's times that could not be used: they stood, went back or jumped by a second, or are more
-  /// than a second from the arrival on the same clock. The arrival was taken.
+  /// Sender's times that could not be used, so that the arrival was taken: they stood, or are more than
+  /// a second from the arrival on the same clock, or went back there by less than a second. And how
+  /// often a sender's clock was found to have been set (live/steady_times.h).
   std::uint64_t times_unusable = 0;
 };
 

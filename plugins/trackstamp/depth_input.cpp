@@ -18,6 +18,8 @@ constexpr std::size_t most_of_files = 4, most_live = 64;
 constexpr std::size_t most_bytes = std::size_t{256} << 20;
 /// What is farther away need not be of the same run of the clock.
 constexpr std::int64_t soon = GST_SECOND;
+/// Frames whose times are further apart follow a jump, which is no silence.
+constexpr std::int64_t longest_step = 2 * GST_SECOND;
 
 /// 65535 is \p near metres away, v is 65535 near / v, and 0 is nothing.
 std::shared_ptr<const DepthPicture> picture_of(const GstVideoInfo& info, GstBuffer* buffer,
@@ -108,12 +110,14 @@ BufferRef DepthInput::find(std::int64_t time, std::int64_t duration,
                            bool& newly_lost) {
   Lock lock(mutex_);
   const std::int64_t tolerance = tolerance_for(duration);
+  const std::int64_t step = asked_ ? difference(time, *asked_) : 0;
   if (longest) {
+    if (!lost_ && step > longest_step) heard_ = time;
     const bool was_lost = std::exchange(lost_, is_silent(time));
     if (lost_) longest = 0;
     newly_lost = lost_ && !was_lost;
   }
-  const bool jumped = asked_ && difference(time, *asked_) < -soon;
+  const bool jumped = step < -soon;
   asked_ = time;
   clear_before(time - tolerance, jumped);
   wait(lock, longest, [&] {

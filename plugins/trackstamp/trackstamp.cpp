@@ -133,6 +133,7 @@ gboolean sink_event(GstBaseTransform* base, GstEvent* event) {
   }
   if (GST_EVENT_TYPE(event) == GST_EVENT_SEGMENT) {
     self.track.video_flushed();  // nor is a frame to come of before where a seek has not flushed
+    self.last_time = GST_CLOCK_TIME_NONE;
     self.begin_segment();
   }
   return GST_BASE_TRANSFORM_CLASS(parent_class<TrackStamp>())->sink_event(base, event);

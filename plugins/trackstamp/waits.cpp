@@ -27,7 +27,6 @@ std::optional<std::int64_t> latency_at(GstPad* pad) {
 
 /// Learns whether frames have to wait for poses, and how long.
 void TrackStamp::begin_segment() {
-  last_time = GST_CLOCK_TIME_NONE;
   g_autoptr(GstPad) poses = track.linked_pad();
   const auto video = latency_at(element->sinkpad), of_poses = latency_at(poses);
   live = video.has_value();
@@ -88,10 +87,11 @@ std::int64_t TrackStamp::length_of(GstBuffer* buffer, GstClockTime time) {
     return static_cast<std::int64_t>(GST_BUFFER_DURATION(buffer));
   if (frame > 0) return frame;
   const bool known = GST_CLOCK_TIME_IS_VALID(before) && GST_CLOCK_TIME_IS_VALID(time);
-  const auto length = known ? static_cast<std::int64_t>(time - before) : 0;
-  // Nothing is learned from a gap.
-  if (length > 0 && length < GST_SECOND && (last_length == 0 || length <= 2 * last_length))
-    last_length = length;
+  auto length =
+      known ? std::min<std::int64_t>(static_cast<std::int64_t>(time - before), GST_SECOND) : 0;
+  // A gap is no frame's length; frames that have become longer are.
+  if (last_length > 0) length = std::min(length, 2 * last_length);
+  if (length > 0) last_length = length;
   return last_length;
 }
 

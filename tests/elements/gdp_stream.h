@@ -126,7 +126,9 @@ inline GdpStream record_before_checks(const std::string& source) {
   for (ssize_t count; (count = read(pipe_ends[0], bytes, sizeof bytes)) > 0;)
     all.insert(all.end(), bytes, bytes + count);
   close(pipe_ends[0]);
-  waitpid(recorder, nullptr, 0);
+  int status = 0;
+  g_assert(waitpid(recorder, &status, 0) == recorder && WIFEXITED(status) &&
+           WEXITSTATUS(status) == 0);
   GdpStream stream = stream_of(all);
   g_assert(!stream.frames.empty());
   return stream;

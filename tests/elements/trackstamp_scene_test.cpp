@@ -224,6 +224,20 @@ GST_START_TEST(test_frames_of_unknown_rate) {
         buffer, unix_clock, static_cast<guint64>(begin + 40 * ms * i), GST_CLOCK_TIME_NONE);
     fail_unless_equals_int(bench.send(buffer), i == 0 ? 0 : i + 1);
   }
+  // From 16 to 40 ms a frame, as cameras do in the dark: 19 ms are half a frame only then.
+  std::int64_t time = 160 * ms;
+  for (int i = 0; i < 12; ++i, time += i < 6 ? 16 * ms : 40 * ms) {
+    json said = message(5 + i);
+    said["unix_time_ns"] = begin + time + 19 * ms;
+    bench.say(said);
+    GstBuffer* buffer = bench.frame(0);
+    GST_BUFFER_PTS(buffer) = static_cast<GstClockTime>(time);
+    gst_buffer_add_reference_timestamp_meta(buffer, unix_clock, static_cast<guint64>(begin + time),
+                                            GST_CLOCK_TIME_NONE);
+    const int found = bench.send(buffer);
+    if (i >= 8) fail_unless_equals_int(found, 5 + i);
+    if (i >= 2 && i < 6) fail_unless(found < 5 + i);
+  }
   gst_caps_unref(unix_clock);
   bench.close();
 }

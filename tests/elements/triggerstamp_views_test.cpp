@@ -212,6 +212,9 @@ GST_START_TEST(test_over_the_network) {
     const std::int64_t after = mesh.capture_time - pulses[last];
     fail_unless(after >= 10 * millisecond && after <= 110 * millisecond, "%f ms after its pulse",
                 1e-6 * static_cast<double>(after));
+    // It is still when the far cameras took it.
+    const std::int64_t taken = mesh.capture_time - first.time - 60 * millisecond;
+    fail_unless_equals_int64(taken % (200 * millisecond), 0);
   }
   for (GstElement* pipeline : {far, near}) gst_element_set_state(pipeline, GST_STATE_NULL);
   for (int i = 0; i < cameras; ++i) {

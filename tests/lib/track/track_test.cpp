@@ -132,6 +132,20 @@ TEST(Track, TheSecondOfTwoWaysIsRepetition) {
   EXPECT_EQ(track.counters().repeated, 3u);
 }
 
+// The same of a camera that rests and tells no times.
+TEST(Track, ASenderThatBeginsAnewAtRestIsFollowed) {
+  Track track({});
+  std::int64_t time = 0;
+  for (const int last : {100, 60, 110})
+    for (int i = 0; i < last; ++i) {
+      TrackedPose pose = pose_at(1);
+      pose.sequence = static_cast<std::uint16_t>(i);
+      track.add(pose, time += 40 * ms);
+    }
+  EXPECT_EQ(track.counters().poses, 100u + 50u + 100u);
+  EXPECT_EQ(track.counters().repeated, 10u);  // those that are looked for
+}
+
 // Of two ways the quicker ends, and the other is fifteen poses behind.
 TEST(Track, TheSecondOfTwoWaysTakesOver) {
   Track track({});
@@ -139,6 +153,7 @@ TEST(Track, TheSecondOfTwoWaysTakesOver) {
   const auto send = [&](int number) {
     TrackedPose pose = pose_at(number);
     pose.sequence = static_cast<std::uint16_t>(number);
+    pose.capture_time_ns = 10 * ms * number;
     return track.add(pose, time += 10 * ms);
   };
   for (int i = 0; i < 50; ++i) {
@@ -259,6 +274,13 @@ TEST(Track, TimesThatGoBackOnTheSendersClockAreNotTaken) {
   EXPECT_EQ(track.counters().times_unusable, 1u);
   EXPECT_EQ(track.at(20 * ms * 30)->place.x, 30.0);
   EXPECT_EQ(track.at(20 * ms * 45)->place.x, 45.0);
+  // Both clocks are set back.
+  for (int i = 0; i < 10; ++i) {
+    TrackedPose pose = pose_at(i);
+    pose.capture_time_ns = 20 * ms * i - 5000 * ms;
+    EXPECT_TRUE(track.add(pose, 20 * ms * i - 4995 * ms));
+  }
+  EXPECT_EQ(track.counters().times_unusable, 1u);
 }
 
 TEST(Track, SendersTimesThatTellNothingGiveWayToArrivals) {
