@@ -12,6 +12,11 @@
 
 namespace polyhull::element {
 
+/// Whether times of \p clock are of the pipeline's, whoever read them.
+inline bool is_pipelines(CaptureClock clock) {
+  return clock == CaptureClock::arrival || clock == CaptureClock::pipeline;
+}
+
 /// Takes the capture time (ns) and its clock from the first GstReferenceTimestampMeta of \p buffer
 /// whose caps name a clock that several cameras may share: `timestamp/x-unix` and
 /// `timestamp/x-ndi-timestamp` (since 1970 UTC), `timestamp/x-ntp` (since 1900 UTC, as

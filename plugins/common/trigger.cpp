@@ -60,7 +60,7 @@ Capture capture_of(GstElement* element, const GstSegment& segment, GstBuffer* bu
   if (capture.time == no_time) find_camera_time(buffer, capture.time, capture.clock);
   const bool arrival = capture.time == no_time;
   if (arrival) capture.time = absolute_time(element, segment, buffer);
-  capture.on_pipeline_clock = arrival || capture.clock == CaptureClock::pipeline
+  capture.on_pipeline_clock = arrival || is_pipelines(capture.clock)
                                   ? capture.time
                                   : absolute_time(element, segment, buffer);
   return capture;

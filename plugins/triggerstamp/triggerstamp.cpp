@@ -12,6 +12,7 @@
 
 #include "base/error.h"
 #include "mesh/view.h"
+#include "plugins/common/capture_clock.h"
 #include "plugins/common/element.h"
 #include "plugins/common/guard.h"
 #include "plugins/common/memory/payload_buffer.h"
@@ -19,7 +20,6 @@
 #include "plugins/common/trigger.h"
 #include "trigger/frame_matcher.h"
 #include "trigger/jitter.h"
-#include "wire/view_payload.h"
 
 GST_DEBUG_CATEGORY_STATIC(triggerstamp_debug);
 #define GST_CAT_DEFAULT triggerstamp_debug
@@ -66,6 +66,7 @@ struct TriggerStamp {
   std::optional<FrameMatcher> matcher;       // then, too
   Jitter delays;                             // of the streaming thread, as is the next
   bool views = false;                        // views come, not a camera's frames
+  ViewWriter writer;
 };
 
 std::span<const Property<Settings>> properties() {
@@ -166,21 +167,12 @@ GstFlowReturn stamp(GstBaseTransform* base, GstBuffer* buffer) {
   });
 }
 
-/// The view in \p in with the number that it has earned, in a header of its own; the pixels are
-/// shared. Throws Error for bytes that are no view.
+/// The view in \p in with the number that it has earned. Throws Error for bytes that are no view.
 GstBuffer* numbered_view(GstElement* element, GstBuffer* in) {
   const ViewBuffer read(in);
   View view = read.view();
-  const bool pipelines =
-      view.clock == CaptureClock::arrival || view.clock == CaptureClock::pipeline;
-  view.trigger = number_of(element, pipelines ? view.capture_time : no_time);
-  const auto header = write_view_header(view);
-  GstBuffer* out = gst_buffer_new_memdup(header.data(), header.size());
-  gst_buffer_copy_into(out, in, GST_BUFFER_COPY_METADATA, 0, static_cast<gsize>(-1));
-  if (!view.pixels.empty())
-    gst_buffer_copy_into(out, in, GST_BUFFER_COPY_MEMORY,
-                         gst_buffer_get_size(in) - view.pixels.size(), view.pixels.size());
-  return out;
+  view.trigger = number_of(element, is_pipelines(view.clock) ? view.capture_time : no_time);
+  return state_of<TriggerStamp>(element).writer.write(view, read.pixels(), in);
 }
 
 /// A camera's frame goes on itself, or where others hold it, as another buffer of the same memory:

@@ -4,6 +4,7 @@
 #include <regex>
 #include <string>
 
+#include "plugins/common/capture_clock.h"
 #include "plugins/common/memory/payload_buffer.h"
 #include "wire/coded_view.h"
 #include "wire/mesh_payload.h"
@@ -83,9 +84,7 @@ std::int64_t verify_frame(Bytes bytes, std::string_view format, const ViewClient
     check_limits(view,
                  coded.coding == PixelCoding::raw ? coded.block.size() : coded.shape().bytes(),
                  limits);
-    const bool pipelines =
-        view.clock == CaptureClock::arrival || view.clock == CaptureClock::pipeline;
-    return pipelines ? view.capture_time : no_time;
+    return is_pipelines(view.clock) ? view.capture_time : no_time;
   }
   read_mesh(segments);
   return no_time;  // of a clock that the mesh does not name

@@ -78,16 +78,28 @@ GstMemory* ViewWriter::allocate(std::size_t size) const {
   return gst_allocator_alloc(allocator_.get(), size, nullptr);
 }
 
-GstBuffer* ViewWriter::write(const View& view, GstMemory* pixels, GstBuffer* source) const {
+GstBuffer* ViewWriter::write_header(const View& view, GstBuffer* source) const {
   const std::vector<std::uint8_t> header = write_view_header(view);
   MappedMemory memory(allocate(header.size()), GST_MAP_WRITE);
   std::copy(header.begin(), header.end(), memory.data());
-  g_autoptr(GstBuffer) buffer = gst_buffer_new();
+  GstBuffer* buffer = gst_buffer_new();
   gst_buffer_append_memory(buffer, gst_memory_ref(memory.memory()));
-  if (pixels != nullptr) gst_buffer_append_memory(buffer, gst_memory_ref(pixels));
   gst_buffer_copy_into(
       buffer, source,
       static_cast<GstBufferCopyFlags>(GST_BUFFER_COPY_FLAGS | GST_BUFFER_COPY_TIMESTAMPS), 0, -1);
+  return buffer;
+}
+
+GstBuffer* ViewWriter::write(const View& view, GstMemory* pixels, GstBuffer* source) const {
+  GstBuffer* buffer = write_header(view, source);
+  if (pixels != nullptr) gst_buffer_append_memory(buffer, gst_memory_ref(pixels));
+  return buffer;
+}
+
+GstBuffer* ViewWriter::write(const View& view, const PixelSource& pixels, GstBuffer* source) const {
+  g_autoptr(GstBuffer) buffer = write_header(view, source);
+  if (GstMemory* memory = pixel_memory(buffer, view, pixels))
+    gst_buffer_append_memory(buffer, memory);
   return g_steal_pointer(&buffer);
 }
 

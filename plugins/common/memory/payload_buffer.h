@@ -75,7 +75,12 @@ class ViewWriter {
   /// validate_view().
   GstBuffer* write(const View& view, GstMemory* pixels, GstBuffer* source) const;
 
+  /// The same with the pixels of another buffer, shared where that is possible.
+  GstBuffer* write(const View& view, const PixelSource& pixels, GstBuffer* source) const;
+
  private:
+  GstBuffer* write_header(const View& view, GstBuffer* source) const;
+
   std::unique_ptr<GstAllocator, Unref> allocator_{make_recycling_allocator()};
 };
 
