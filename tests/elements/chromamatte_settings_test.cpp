@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // chromamatte's properties: what each does to the matte, and what is said where one cannot be used.
 #include <gst/check/gstharness.h>
-#include <gst/controller/gstdirectcontrolbinding.h>
-#include <gst/controller/gstinterpolationcontrolsource.h>
 
 #include <cmath>
 #include <filesystem>
 #include <fstream>
 
 #include "base/picture.h"
+#include "elements/controlled.h"
 #include "elements/element_checks.h"
 #include "elements/keyed_disk.h"
 
@@ -116,20 +115,13 @@ GST_END_TEST
 GST_START_TEST(a_controller_drives_properties) {
   GstHarness* h = harness_for("chromamatte");
   GstElement* key = gst_harness_find_element(h, "chromamatte");
-  GstControlSource* source = gst_interpolation_control_source_new();
-  g_object_set(source, "mode", GST_INTERPOLATION_MODE_NONE, nullptr);
-  fail_unless(gst_object_add_control_binding(
-      GST_OBJECT(key), gst_direct_control_binding_new_absolute(GST_OBJECT(key), "roi-x", source)));
-  auto* values = GST_TIMED_VALUE_CONTROL_SOURCE(source);
-  gst_timed_value_control_source_set(values, 0, 0.0);
-  gst_timed_value_control_source_set(values, GST_SECOND, 90.0);
+  control(key, "roi-x", 0.0, 90.0, GST_SECOND, GST_INTERPOLATION_MODE_NONE);
   GstBuffer* out = pushed(h, "RGBx", subject, 0);
   fail_unless(alpha_area(out, width, height) > 900);
   gst_buffer_unref(out);
   out = pushed(h, "RGBx", subject, GST_SECOND);
   fail_unless_equals_float(alpha_area(out, width, height), 0.0);
   gst_buffer_unref(out);
-  gst_object_unref(source);
   gst_object_unref(key);
   gst_harness_teardown(h);
 }

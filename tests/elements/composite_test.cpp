@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gst/check/gstharness.h>
-#include <gst/controller/gstdirectcontrolbinding.h>
-#include <gst/controller/gstinterpolationcontrolsource.h>
 #include <gst/gl/gl.h>
 #include <gst/video/navigation.h>
 #include <gst/video/video.h>
@@ -14,6 +12,7 @@
 #include <vector>
 
 #include "composite_bench.h"
+#include "controlled.h"
 #include "element_checks.h"
 #include "scene/announcement.h"
 #include "studio/room/room.h"
@@ -305,14 +304,7 @@ GST_END_TEST
 // After a seek a controlled property has the value of the place sought, as stream time says.
 GST_START_TEST(controllers_count_stream_time) {
   Bench bench(false);
-  GstControlSource* source = gst_interpolation_control_source_new();
-  g_object_set(source, "mode", GST_INTERPOLATION_MODE_LINEAR, nullptr);
-  gst_timed_value_control_source_set(GST_TIMED_VALUE_CONTROL_SOURCE(source), 0, 0.0);
-  gst_timed_value_control_source_set(GST_TIMED_VALUE_CONTROL_SOURCE(source), 10 * GST_SECOND, 10.0);
-  gst_object_add_control_binding(
-      GST_OBJECT(bench.element),
-      gst_direct_control_binding_new_absolute(GST_OBJECT(bench.element), "eye-x", source));
-  gst_object_unref(source);
+  control(bench.element, "eye-x", 0.0, 10.0, 10 * GST_SECOND);
   GstSegment segment;
   gst_segment_init(&segment, GST_FORMAT_TIME);
   segment.start = segment.time = segment.position = 4 * GST_SECOND;

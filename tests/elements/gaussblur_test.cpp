@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gst/check/gstharness.h>
-#include <gst/controller/gstdirectcontrolbinding.h>
-#include <gst/controller/gstinterpolationcontrolsource.h>
 
 #include <cmath>
 #include <random>
 #include <vector>
 
+#include "elements/controlled.h"
 #include "elements/element_checks.h"
 #include "elements/frames.h"
 #include "elements/views.h"
@@ -296,12 +295,7 @@ GST_END_TEST
 GST_START_TEST(a_controller_drives_sigma) {
   GstHarness* h = harness_for("gaussblur");
   GstElement* blur = gst_harness_find_element(h, "gaussblur");
-  GstControlSource* source = gst_interpolation_control_source_new();
-  g_object_set(source, "mode", GST_INTERPOLATION_MODE_LINEAR, nullptr);
-  gst_object_add_control_binding(
-      GST_OBJECT(blur), gst_direct_control_binding_new_absolute(GST_OBJECT(blur), "sigma", source));
-  gst_timed_value_control_source_set(GST_TIMED_VALUE_CONTROL_SOURCE(source), 0, 0.0);
-  gst_timed_value_control_source_set(GST_TIMED_VALUE_CONTROL_SOURCE(source), GST_SECOND, 10.0);
+  control(blur, "sigma", 0.0, 10.0, GST_SECOND);
   gst_buffer_unref(pushed(h, "RGBA", subject, 0));
   fail_unless_equals_int(static_cast<int>(statistic(blur, "passed-through")), 1);
   gst_buffer_unref(pushed(h, "RGBA", subject, GST_SECOND / 2));
@@ -309,7 +303,6 @@ GST_START_TEST(a_controller_drives_sigma) {
   g_object_get(blur, "sigma", &sigma, nullptr);
   fail_unless_equals_float(sigma, 5.0);
   fail_unless_equals_int(static_cast<int>(statistic(blur, "frames")), 1);
-  gst_object_unref(source);
   gst_object_unref(blur);
   gst_harness_teardown(h);
 }

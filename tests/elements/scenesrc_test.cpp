@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include <gst/controller/gstdirectcontrolbinding.h>
-#include <gst/controller/gstinterpolationcontrolsource.h>
 #include <gst/video/navigation.h>
 #include <gst/video/video.h>
 #include <unistd.h>
@@ -11,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "controlled.h"
 #include "element_checks.h"
 #include "scene/announcement.h"
 #include "small_scene.h"
@@ -399,14 +398,7 @@ GST_START_TEST(controllers_drive_the_viewport) {
   Log log;
   GstElement* pipeline = start(line_of("num-buffers=3"), log);
   GstElement* source = gst_bin_get_by_name(GST_BIN(pipeline), "src");
-  GstControlSource* control = gst_interpolation_control_source_new();
-  g_object_set(control, "mode", GST_INTERPOLATION_MODE_LINEAR, nullptr);
-  auto* values = GST_TIMED_VALUE_CONTROL_SOURCE(control);
-  gst_timed_value_control_source_set(values, 0, 1.0);
-  gst_timed_value_control_source_set(values, 80 * GST_MSECOND, 3.0);
-  gst_object_add_control_binding(GST_OBJECT(source), gst_direct_control_binding_new_absolute(
-                                                         GST_OBJECT(source), "eye-x", control));
-  gst_object_unref(control);
+  control(source, "eye-x", 1.0, 3.0, 80 * GST_MSECOND);
   gst_object_unref(source);
   gst_element_set_state(pipeline, GST_STATE_PLAYING);
   fail_unless(wait_for_end(pipeline).empty());

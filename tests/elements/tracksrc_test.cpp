@@ -2,8 +2,6 @@
 // tracksrc: packets over UDP and from recordings as poses on a clock that the tests set.
 #include <gst/check/gstharness.h>
 #include <gst/check/gsttestclock.h>
-#include <gst/controller/gstdirectcontrolbinding.h>
-#include <gst/controller/gstinterpolationcontrolsource.h>
 
 #include <cstring>
 #include <filesystem>
@@ -12,6 +10,7 @@
 #include <vector>
 
 #include "../lib/track/packets.h"
+#include "controlled.h"
 #include "element_checks.h"
 #include "support/tracker.h"
 #include "track/packet_file.h"
@@ -235,31 +234,19 @@ GST_START_TEST(test_settings_of_freed_change_live) {
 }
 GST_END_TEST
 
-/// Lets offset-x of \p element grow from 0 by a metre a second.
-void move_offset(GstElement* element) {
-  GstControlSource* source = gst_interpolation_control_source_new();
-  g_object_set(source, "mode", GST_INTERPOLATION_MODE_LINEAR, nullptr);
-  fail_unless(gst_object_add_control_binding(
-      GST_OBJECT(element),
-      gst_direct_control_binding_new_absolute(GST_OBJECT(element), "offset-x", source)));
-  gst_timed_value_control_source_set(GST_TIMED_VALUE_CONTROL_SOURCE(source), 0, 0.0);
-  gst_timed_value_control_source_set(GST_TIMED_VALUE_CONTROL_SOURCE(source), GST_SECOND, 1.0);
-  gst_object_unref(source);
-}
-
 // A controlled property is, for each packet, what it is when that comes, recorded or not.
 GST_START_TEST(test_controllers) {
   const std::string file = path("controlled.pcap");
   {
     Bench bench("port=0 record=" + file);
-    move_offset(bench.element);
+    control(bench.element, "offset-x", 0.0, 1.0, GST_SECOND);
     for (guint64 i = 1; i <= 5; ++i)
       expect_near(bench.at(i * 100 * ms, at_x(0)).message.pose.place,
                   {0.1 * static_cast<double>(i), 0, 0}, 1e-9);
   }
   GstHarness* harness = gst_harness_new_parse(("tracksrc location=" + file).c_str());
   GstElement* element = gst_harness_find_element(harness, "tracksrc");
-  move_offset(element);
+  control(element, "offset-x", 0.0, 1.0, GST_SECOND);
   gst_harness_play(harness);
   for (int i = 1; i <= 5; ++i)
     expect_near(came_in(gst_harness_pull(harness)).message.pose.place, {0.1 * i, 0, 0}, 1e-9);

@@ -61,6 +61,15 @@ int number_of(const Announcement& announced) {
   return number;
 }
 
+/// \p buffer as taken at \p time, ns, of \p clock: "unix" or "ptp".
+GstBuffer* taken_at(GstBuffer* buffer, std::int64_t time, const std::string& clock = "unix") {
+  GstCaps* caps = gst_caps_new_empty_simple(("timestamp/x-" + clock).c_str());
+  gst_buffer_add_reference_timestamp_meta(buffer, caps, static_cast<guint64>(time),
+                                          GST_CLOCK_TIME_NONE);
+  gst_caps_unref(caps);
+  return buffer;
+}
+
 /// trackstamp fed by hand: frames of a source that is live or not, and what comes at its pad scene.
 struct Bench {
   explicit Bench(const char* match, bool live = true, bool live_video = true)
@@ -173,13 +182,9 @@ GST_END_TEST
 
 GST_START_TEST(test_by_clock) {
   Bench bench("clock");
-  GstCaps* unix_clock = gst_caps_new_empty_simple("timestamp/x-unix");
   constexpr std::int64_t begin = 1'700'000'000'000'000'000;
   const auto send = [&](int number, std::int64_t time) {
-    GstBuffer* buffer = bench.frame(number);
-    gst_buffer_add_reference_timestamp_meta(buffer, unix_clock, static_cast<guint64>(time),
-                                            GST_CLOCK_TIME_NONE);
-    return bench.send(buffer);
+    return bench.send(taken_at(bench.frame(number), time));
   };
   for (int i = 0; i < 3; ++i) {
     json said = message(i + 1);
@@ -194,14 +199,8 @@ GST_START_TEST(test_by_clock) {
   fail_unless_equals_int(bench.send(bench.frame(3)), 3);
   fail_unless_equals_uint64(bench.count("frames-unmatchable"), 1);
   // Of a frame with several clocks' times the one that messages tell counts.
-  GstCaps* ptp = gst_caps_new_empty_simple("timestamp/x-ptp");
-  GstBuffer* buffer = bench.frame(4);
-  gst_buffer_add_reference_timestamp_meta(buffer, ptp, 7, GST_CLOCK_TIME_NONE);
-  gst_buffer_add_reference_timestamp_meta(buffer, unix_clock, begin, GST_CLOCK_TIME_NONE);
-  fail_unless_equals_int(bench.send(buffer), 1);
+  fail_unless_equals_int(bench.send(taken_at(taken_at(bench.frame(4), 7, "ptp"), begin)), 1);
   fail_unless_equals_uint64(bench.count("frames-unmatchable"), 1);
-  gst_caps_unref(ptp);
-  gst_caps_unref(unix_clock);
   bench.close();
 }
 GST_END_TEST
@@ -211,7 +210,6 @@ GST_START_TEST(test_frames_of_unknown_rate) {
   Bench bench("clock");
   gst_harness_set_src_caps_str(bench.harness,
                                "video/x-raw,format=GRAY8,width=64,height=48,framerate=0/1");
-  GstCaps* unix_clock = gst_caps_new_empty_simple("timestamp/x-unix");
   constexpr std::int64_t begin = 1'700'000'000'000'000'000;
   for (int i = 0; i < 4; ++i) {
     json said = message(i + 1);
@@ -219,10 +217,8 @@ GST_START_TEST(test_frames_of_unknown_rate) {
     bench.say(said);
   }
   for (int i = 0; i < 4; ++i) {
-    GstBuffer* buffer = bench.frame(i);
-    gst_buffer_add_reference_timestamp_meta(
-        buffer, unix_clock, static_cast<guint64>(begin + 40 * ms * i), GST_CLOCK_TIME_NONE);
-    fail_unless_equals_int(bench.send(buffer), i == 0 ? 0 : i + 1);
+    const int found = bench.send(taken_at(bench.frame(i), begin + 40 * ms * i));
+    fail_unless_equals_int(found, i == 0 ? 0 : i + 1);
   }
   // From 16 to 40 ms a frame, as cameras do in the dark: 19 ms are half a frame only then.
   std::int64_t time = 160 * ms;
@@ -232,13 +228,10 @@ GST_START_TEST(test_frames_of_unknown_rate) {
     bench.say(said);
     GstBuffer* buffer = bench.frame(0);
     GST_BUFFER_PTS(buffer) = static_cast<GstClockTime>(time);
-    gst_buffer_add_reference_timestamp_meta(buffer, unix_clock, static_cast<guint64>(begin + time),
-                                            GST_CLOCK_TIME_NONE);
-    const int found = bench.send(buffer);
+    const int found = bench.send(taken_at(buffer, begin + time));
     if (i >= 8) fail_unless_equals_int(found, 5 + i);
     if (i >= 2 && i < 6) fail_unless(found < 5 + i);
   }
-  gst_caps_unref(unix_clock);
   bench.close();
 }
 GST_END_TEST

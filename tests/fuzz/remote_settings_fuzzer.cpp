@@ -14,12 +14,10 @@ namespace {
 
 constexpr auto live = static_cast<GParamFlags>(G_PARAM_READWRITE | GST_PARAM_MUTABLE_PLAYING);
 
-enum Id : guint { number = 1, real, flag, whole, format, fraction, polygon, name, location, size };
+enum Id : guint { number = 1, real, flag, whole, format, fraction, polygon, location, size };
 
 struct Keyer {
   GstElement parent;
-  gint number;
-  gdouble real;
 };
 struct KeyerClass {
   GstElementClass parent;
@@ -27,21 +25,17 @@ struct KeyerClass {
 
 G_DEFINE_TYPE(Keyer, keyer, GST_TYPE_ELEMENT)
 
-void set(GObject* object, guint id, const GValue* value, GParamSpec*) {
-  auto* keyer = reinterpret_cast<Keyer*>(object);
+void set(GObject*, guint id, const GValue* value, GParamSpec*) {
   switch (id) {
     case number:
-      keyer->number = g_value_get_int(value);
-      if (keyer->number < -5 || keyer->number > 5) std::abort();
+      if (std::abs(g_value_get_int(value)) > 5) std::abort();
       break;
     case real:
-      keyer->real = g_value_get_double(value);
-      if (!(keyer->real >= 0.0 && keyer->real <= 1.0)) std::abort();
+      if (!(g_value_get_double(value) >= 0.0 && g_value_get_double(value) <= 1.0)) std::abort();
       break;
     case fraction:
       if (gst_value_get_fraction_denominator(value) == 0) std::abort();
       break;
-    case name:
     case location:
     case size:
       std::abort();
