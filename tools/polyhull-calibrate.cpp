@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // polyhull-calibrate: from pictures of a board to a rig file and a report. Exits with 0 where the
 // result is good, 2 where it was written but is not good, 1 where there is none.
-#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <iostream>
 #include <opencv2/core.hpp>
@@ -13,6 +12,7 @@
 #include "calibrate/report.h"
 #include "calibrate/videos.h"
 #include "calibrate/wand.h"
+#include "command_line.h"
 #include "progress.h"
 #include "text_file.h"
 
@@ -136,60 +136,64 @@ int run(const Arguments& arguments) {
   return faults.empty() ? 0 : 2;
 }
 
-void add_options(CLI::App& app, Arguments& arguments) {
-  app.add_option(
-      "folder", arguments.folder,
+void add_options(CommandLine& command, Arguments& arguments) {
+  command.option(
+      "folder", &arguments.folder,
       "A folder with a sub-folder of pictures (PNG, JPEG) per camera, which is named after "
       "it; pictures of one instant share their name, or the last number in it. Or a folder with a "
       "video per camera, begun together: an instant is named by its frame's number, as 000050");
-  app.add_option(
-         "--live", arguments.live,
-         "A camera to take pictures from, NAME=ELEMENTS, as in 'cam0=v4l2src "
-         "device=/dev/video0'; once for each. The pictures go into the folder, which must be "
-         "new; a board that stands still is taken by itself, until there is enough or Ctrl-C")
-      ->type_name("NAME=ELEMENTS");
-  app.add_option(
-         "--show", arguments.show,
-         "GStreamer elements that show live cameras, what is covered and where the board is "
-         "wanted next; '': none")
-      ->capture_default_str();
-  app.add_option("--every", arguments.every,
-                 "Of videos and live cameras: seconds from one picture to the next")
-      ->check(CLI::Range(0.0, 3600.0))
-      ->capture_default_str();
-  app.add_option("--board", arguments.board,
-                 "The board's inner corners, COLUMNSxROWS: of 10x7 squares it is 9x6")
-      ->capture_default_str();
-  app.add_option("--square", arguments.square, "Side of a square, mm; measure it")->required();
-  app.add_option("--charuco", arguments.charuco,
+  command
+      .option("--live", &arguments.live,
+              "A camera to take pictures from, NAME=ELEMENTS, as in 'cam0=v4l2src "
+              "device=/dev/video0'; once for each. The pictures go into the folder, which must be "
+              "new; a board that stands still is taken by itself, until there is enough or Ctrl-C")
+      .type_name("NAME=ELEMENTS");
+  command
+      .option("--show", &arguments.show,
+              "GStreamer elements that show live cameras, what is covered and where the board is "
+              "wanted next; '': none")
+      .shown();
+  command
+      .option("--every", &arguments.every,
+              "Of videos and live cameras: seconds from one picture to the next")
+      .range(0.0, 3600.0)
+      .shown();
+  command
+      .option("--board", &arguments.board,
+              "The board's inner corners, COLUMNSxROWS: of 10x7 squares it is 9x6")
+      .shown();
+  command.option("--square", &arguments.square, "Side of a square, mm; measure it").required();
+  command.option("--charuco", &arguments.charuco,
                  "The board is a ChArUco board with markers of this dictionary, such as 4X4_100");
-  app.add_option("--marker", arguments.marker,
+  command.option("--marker", &arguments.marker,
                  "ChArUco: side of a marker, mm (default: 3/4 square)");
-  app.add_option("-o,--output", arguments.output, "Writes the rig file, in metres");
-  app.add_option("--report", arguments.report, "Writes a report, one HTML page");
-  auto* view =
-      app.add_option("--floor-view", arguments.floor_view,
+  command.option("-o,--output", &arguments.output, "Writes the rig file, in metres");
+  command.option("--report", &arguments.report, "Writes a report, one HTML page");
+  const Option view =
+      command.option("--floor-view", &arguments.floor_view,
                      "The instant at which the board lies on the floor, face up: its middle "
                      "becomes the origin, y points up, x along its columns");
-  app.add_option("--thickness", arguments.thickness, "Of the board on the floor, mm")
-      ->capture_default_str();
-  app.add_option(
-         "--floor-points", arguments.floor_points,
-         "A text file of points on the floor, lines of POINT CAMERA U V (px): the first is the "
-         "origin, x points to the second; three or more, each in two cameras or more")
-      ->excludes(view);
-  app.add_option("--lenses", arguments.lenses,
+  command.option("--thickness", &arguments.thickness, "Of the board on the floor, mm").shown();
+  command
+      .option(
+          "--floor-points", &arguments.floor_points,
+          "A text file of points on the floor, lines of POINT CAMERA U V (px): the first is the "
+          "origin, x points to the second; three or more, each in two cameras or more")
+      .excludes(view);
+  command.option("--lenses", &arguments.lenses,
                  "A rig file whose lenses are kept, so that only the poses are found");
-  app.add_option("--distortion", arguments.distortion,
-                 "How many coefficients: 0, 4 (k1 k2 p1 p2) or 5 (k3, too)")
-      ->check(CLI::IsMember({0, 4, 5}))
-      ->capture_default_str();
-  app.add_option("--max-rms", arguments.bar.rms,
-                 "Distance (root mean square, px) above which a camera is not good")
-      ->capture_default_str();
-  app.add_option("--draw-board", arguments.drawn_board,
+  command
+      .option("--distortion", &arguments.distortion,
+              "How many coefficients: 0, 4 (k1 k2 p1 p2) or 5 (k3, too)")
+      .one_of({0, 4, 5})
+      .shown();
+  command
+      .option("--max-rms", &arguments.bar.rms,
+              "Distance (root mean square, px) above which a camera is not good")
+      .shown();
+  command.option("--draw-board", &arguments.drawn_board,
                  "Only draws the board to print, a PNG file of 100 pixels a square");
-  app.add_flag("--quiet", arguments.quiet, "Shows no progress");
+  command.flag("--quiet", &arguments.quiet, "Shows no progress");
 }
 
 }  // namespace
@@ -197,26 +201,13 @@ void add_options(CLI::App& app, Arguments& arguments) {
 int main(int count, char** values) {
   // The pictures are spread over the threads already.
   cv::setNumThreads(1);
-  if (count > 1 && std::string(values[1]) == "wand") {
-    try {
-      return run_wand(count - 1, values + 1);
-    } catch (const std::exception& error) {
-      std::cerr << "polyhull-calibrate wand: " << error.what() << "\n";
-      return 1;
-    }
-  }
-  CLI::App app(
+  if (count > 1 && std::string(values[1]) == "wand") return run_wand(count - 1, values + 1);
+  CommandLine command(
+      "polyhull-calibrate",
       "Calibrates cameras by pictures of a board: lenses and places of all of them in one world. "
-      "Exits with 0 where the result is good, with 2 where it is not, with 1 where there is none.",
-      "polyhull-calibrate");
+      "Exits with 0 where the result is good, with 2 where it is not, with 1 where there is none.");
   Arguments arguments;
-  add_options(app, arguments);
-  app.footer("polyhull-calibrate wand --help: by a light that is moved through the dark.");
-  CLI11_PARSE(app, count, values);
-  try {
-    return run(arguments);
-  } catch (const std::exception& error) {
-    std::cerr << "polyhull-calibrate: " << error.what() << "\n";
-    return 1;
-  }
+  add_options(command, arguments);
+  command.footer("polyhull-calibrate wand --help: by a light that is moved through the dark.");
+  return command.run(count, values, [&] { return run(arguments); });
 }

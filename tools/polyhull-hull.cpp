@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // Hulls without a pipeline: from a scene file (rig and silhouettes), or from a rig and mask
 // pictures, to a mesh file; prints what was made and how long each phase took.
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
@@ -16,7 +15,7 @@
 #include "base/stopwatch.h"
 #include "base/thread_pool.h"
 #include "camera_files.h"
-#include "choice.h"
+#include "command_line.h"
 #include "files/mesh_files.h"
 #include "hull/hull.h"
 #include "hull/measure.h"
@@ -78,6 +77,8 @@ struct Phase {
 };
 
 int run(const Arguments& arguments) {
+  if (arguments.scene.empty() && arguments.rig.empty())
+    throw Error(Error::Kind::bad_input, "give a scene file, or --rig with --mask; see --help");
   if (!arguments.output.empty() && !is_mesh_file_name(arguments.output)) {
     throw Error(Error::Kind::bad_input, "--output {}: expected a name that ends in {}.",
                 arguments.output, mesh_file_endings());
@@ -154,59 +155,55 @@ int run(const Arguments& arguments) {
 }  // namespace polyhull
 
 int main(int argc, char** argv) {
-  CLI::App app{
+  using namespace polyhull;
+  CommandLine command(
+      "polyhull-hull",
       "Builds the exact visual hull of silhouettes, without a pipeline.\n\n"
       "  polyhull-hull SCENE.json -o hull.ply\n"
       "  polyhull-hull --rig rig.json --mask cam0=a.png --mask cam1=b.png -o hull.glb\n\n"
       "A scene file holds {\"rig\": {...}, \"silhouettes\": [camera][ring][vertex][u, v]} in "
-      "undistorted pixels."};
-  polyhull::Arguments arguments;
-  auto* scene =
-      app.add_option("scene", arguments.scene, "Scene file (JSON)")->check(CLI::ExistingFile);
-  auto* rig = app.add_option("--rig", arguments.rig, "Rig file, used with --mask")
-                  ->check(CLI::ExistingFile);
-  auto* masks = app.add_option(
-      "--mask", arguments.masks,
+      "undistorted pixels.");
+  Arguments arguments;
+  Option scene = command.option("scene", &arguments.scene, "Scene file (JSON)").existing_file();
+  Option rig =
+      command.option("--rig", &arguments.rig, "Rig file, used with --mask").existing_file();
+  Option masks = command.option(
+      "--mask", &arguments.masks,
       "CAMERA=FILE: mask of one camera, foreground bright; a FILE alone goes to the camera "
       "with whose name it, or its folder, begins, else to the next one without a mask");
-  rig->excludes(scene)->needs(masks);
-  masks->needs(rig);
-  app.add_option("--sigma", arguments.mask.sigma, "Blur of masks before tracing, px")
-      ->check(CLI::Range(0.0, 100.0))
-      ->capture_default_str();
-  app.add_option("--tolerance", arguments.mask.tolerance,
-                 "How far polygons may leave a mask's contour, px")
-      ->check(CLI::Range(0.0, 100.0))
-      ->capture_default_str();
-  app.add_option("-o,--output", arguments.output,
-                 "Mesh file, its format by its ending: " + polyhull::mesh_file_endings());
-  app.add_option("--bounds", arguments.bounds,
-                 "rig, none, or x,y,z,x,y,z: the box the hull is limited to")
-      ->capture_default_str();
-  polyhull::add_choice(app, "--unseen", arguments.hull.unseen,
-                       "Space that a camera does not see: carve or keep (needs bounds)",
-                       {{"carve", polyhull::Unseen::carve}, {"keep", polyhull::Unseen::keep}})
-      ->default_str("carve");
-  app.add_option("--max-deviation", arguments.hull.max_deviation,
-                 "How far simplification may move the surface, world units; 0: none")
-      ->check(CLI::Range(0.0, std::numeric_limits<double>::max()))
-      ->capture_default_str();
-  app.add_option("--threads", arguments.hull.threads, "Threads that build the hull")
-      ->check(CLI::Range(1, 1024))
-      ->capture_default_str();
-  app.add_option("--repeat", arguments.repeat, "Builds the hull this often and prints median times")
-      ->check(CLI::Range(1, 1000000))
-      ->capture_default_str();
-  app.add_flag("--json", arguments.json, "Prints one JSON object");
-  CLI11_PARSE(app, argc, argv);
-  if (arguments.scene.empty() && arguments.rig.empty()) {
-    std::fprintf(stderr, "polyhull-hull: give a scene file, or --rig with --mask; see --help\n");
-    return 1;
-  }
-  try {
-    return polyhull::run(arguments);
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "polyhull-hull: %s\n", error.what());
-    return 1;
-  }
+  rig.excludes(scene).needs(masks);
+  masks.needs(rig);
+  command.option("--sigma", &arguments.mask.sigma, "Blur of masks before tracing, px")
+      .range(0.0, 100.0)
+      .shown();
+  command
+      .option("--tolerance", &arguments.mask.tolerance,
+              "How far polygons may leave a mask's contour, px")
+      .range(0.0, 100.0)
+      .shown();
+  command.option("-o,--output", &arguments.output,
+                 "Mesh file, its format by its ending: " + mesh_file_endings());
+  command
+      .option("--bounds", &arguments.bounds,
+              "rig, none, or x,y,z,x,y,z: the box the hull is limited to")
+      .shown();
+  command
+      .choice("--unseen", &arguments.hull.unseen,
+              "Space that a camera does not see: carve or keep (needs bounds)",
+              {{"carve", Unseen::carve}, {"keep", Unseen::keep}})
+      .shown();
+  command
+      .option("--max-deviation", &arguments.hull.max_deviation,
+              "How far simplification may move the surface, world units; 0: none")
+      .not_negative()
+      .shown();
+  command.option("--threads", &arguments.hull.threads, "Threads that build the hull")
+      .range(1, 1024)
+      .shown();
+  command
+      .option("--repeat", &arguments.repeat, "Builds the hull this often and prints median times")
+      .range(1, 1000000)
+      .shown();
+  command.flag("--json", &arguments.json, "Prints one JSON object");
+  return command.run(argc, argv, [&] { return run(arguments); });
 }

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // Reads meshes as hullbuild and hulltexture send them (application/x-polyhull-mesh, one per file,
 // as multifilesink writes them) and tells what they are worth: coverage tables and contact sheets.
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <fstream>
 #include <iterator>
@@ -9,6 +8,7 @@
 
 #include "base/error.h"
 #include "base/picture.h"
+#include "command_line.h"
 #include "hull/measure.h"
 #include "report/coverage.h"
 #include "report/sheet.h"
@@ -101,35 +101,31 @@ int closed(const std::vector<std::string>& paths) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app{"Coverage tables and contact sheets of meshes in files"};
-  app.require_subcommand(1);
+  CommandLine command("polyhull-report", "Coverage tables and contact sheets of meshes in files");
   std::vector<std::string> meshes, composites;
   std::string output = "sheet.png", json_path;
   report::SheetSettings settings;
   bool by_matte = false;
-  CLI::App* table = app.add_subcommand("coverage", "How each camera's mask is filled by the hull");
-  table->add_option("mesh", meshes, "Mesh files")->required();
-  table->add_flag("--matte", by_matte, "Against the keyed matte instead of the contours");
-  table->add_option("--json", json_path, "Also write the table to this file");
-  CLI::App* sheet = app.add_subcommand("sheet", "Draw what each stage made of one instant");
-  sheet->add_option("mesh", meshes, "Mesh file")->required()->expected(1);
-  sheet->add_option("-o,--output", output, "Picture to write")->capture_default_str();
-  sheet->add_option("--composite", composites, "Pictures to show in the last rows");
-  sheet->add_option("--columns", settings.columns, "Cameras to show")->capture_default_str();
-  CLI::App* check = app.add_subcommand("closed", "Whether every edge has its partner");
-  check->add_option("mesh", meshes, "Mesh files")->required();
-  CLI11_PARSE(app, argc, argv);
-  try {
-    if (*check) return closed(meshes);
-    if (*table)
+  CommandLine table =
+      command.subcommand("coverage", "How each camera's mask is filled by the hull");
+  table.option("mesh", &meshes, "Mesh files").required();
+  table.flag("--matte", &by_matte, "Against the keyed matte instead of the contours");
+  table.option("--json", &json_path, "Also write the table to this file");
+  CommandLine sheet = command.subcommand("sheet", "Draw what each stage made of one instant");
+  sheet.option("mesh", &meshes, "Mesh file").required().expected(1);
+  sheet.option("-o,--output", &output, "Picture to write").shown();
+  sheet.option("--composite", &composites, "Pictures to show in the last rows");
+  sheet.option("--columns", &settings.columns, "Cameras to show").shown();
+  CommandLine check = command.subcommand("closed", "Whether every edge has its partner");
+  check.option("mesh", &meshes, "Mesh files").required();
+  return command.run(argc, argv, [&] {
+    if (check.given()) return closed(meshes);
+    if (table.given())
       return coverage(meshes, by_matte ? report::Mask::matte : report::Mask::contours, json_path);
     for (const std::string& path : composites) settings.composites.push_back(load_picture(path));
     const MeshFile file = read_mesh_file(meshes.front());
     save_picture(report::draw_sheet(file.mesh, settings), output);
     std::printf("%s\n", output.c_str());
     return 0;
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "polyhull-report: %s\n", error.what());
-    return 1;
-  }
+  });
 }

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // polyhull-rig: where to put cameras, calibrations of other programs as rig files, what is wrong
 // with a rig and what to expect of it, and the built-in rig as a file.
-#include <CLI/CLI.hpp>
 #include <iostream>
 
 #include "base/error.h"
 #include "camera_files.h"
 #include "colours/match_colours.h"
 #include "colours/overlap_colours.h"
+#include "command_line.h"
 #include "mask_contours.h"
 #include "rig/check.h"
 #include "rig/check_pictures.h"
@@ -121,103 +121,97 @@ int run_check(const std::string& file, const std::vector<std::string>& files,
   return 0;
 }
 
-void add_plan_options(CLI::App* command, PlanArguments& arguments) {
+void add_plan_options(CommandLine& command, PlanArguments& arguments) {
   PlanRequest& request = arguments.request;
-  command->add_option("--cameras", request.cameras, "How many cameras, 2 to 64")
-      ->capture_default_str();
+  command.option("--cameras", &request.cameras, "How many cameras, 2 to 64").shown();
   command
-      ->add_option("--stage", arguments.stage,
-                   "Where the person moves: WIDTHxDEPTHxHEIGHT (x, z, y), metres")
-      ->capture_default_str();
+      .option("--stage", &arguments.stage,
+              "Where the person moves: WIDTHxDEPTHxHEIGHT (x, z, y), metres")
+      .shown();
   command
-      ->add_option("--picture", arguments.picture,
-                   "A camera's picture, WIDTHxHEIGHT px; 1080x1920 for cameras on their side")
-      ->capture_default_str();
-  command
-      ->add_option("--fov", request.fov, "Degrees from the left to the right edge of the picture")
-      ->capture_default_str();
-  command->add_option("--distance", arguments.distance,
-                      "Metres from the stage's axis to each camera, where a person in the middle "
-                      "must fit into the picture (default: as near as the whole stage fits)");
-  command->add_option("--heights", request.heights,
-                      "Heights at which cameras may stand, metres above the floor (default: 0.35, "
-                      "0.65 and 1 times the stage's height)");
-  command->add_option("--drawing", arguments.drawing, "Draws the plan from above, an SVG file");
-  command->add_option("-o,--output", arguments.output, "Writes a rig file to start from");
+      .option("--picture", &arguments.picture,
+              "A camera's picture, WIDTHxHEIGHT px; 1080x1920 for cameras on their side")
+      .shown();
+  command.option("--fov", &request.fov, "Degrees from the left to the right edge of the picture")
+      .shown();
+  command.option("--distance", &arguments.distance,
+                 "Metres from the stage's axis to each camera, where a person in the middle "
+                 "must fit into the picture (default: as near as the whole stage fits)");
+  command.option("--heights", &request.heights,
+                 "Heights at which cameras may stand, metres above the floor (default: 0.35, "
+                 "0.65 and 1 times the stage's height)");
+  command.option("--drawing", &arguments.drawing, "Draws the plan from above, an SVG file");
+  command.option("-o,--output", &arguments.output, "Writes a rig file to start from");
 }
 
 }  // namespace
 
 int main(int count, char** values) {
-  CLI::App app("Rig files: plan cameras, import other programs' calibrations, check them.",
-               "polyhull-rig");
-  app.require_subcommand(1);
+  CommandLine command("polyhull-rig",
+                      "Rig files: plan cameras, import other programs' calibrations, check them.");
 
   ImportArguments arguments;
-  CLI::App* import_command = app.add_subcommand(
+  CommandLine import_command = command.subcommand(
       "import", "Turns a calibration into a rig file on standard output, or into --output.");
   import_command
-      ->add_option(
-          "format", arguments.format,
-          "middlebury (*_par.txt), pmatrices (3x4 matrices), text (name K distortion R t per "
-          "line), opencv (XML or YAML per camera, or intrinsics and extrinsics of a stereo "
-          "pair), bouguet (Calib_Results.m per camera), colmap (folder with cameras.txt and "
-          "images.txt), kalibr (camchain.yaml), opentrackio (a JSON sample per camera)")
-      ->required()
-      ->check(CLI::IsMember({"middlebury", "pmatrices", "text", "opencv", "bouguet", "colmap",
-                             "kalibr", "opentrackio"}));
-  import_command->add_option("files", arguments.files, "Files or folders to read")->required();
-  import_command->add_option("--size", arguments.size, "Size of the pictures, WIDTHxHEIGHT px");
+      .option("format", &arguments.format,
+              "middlebury (*_par.txt), pmatrices (3x4 matrices), text (name K distortion R t per "
+              "line), opencv (XML or YAML per camera, or intrinsics and extrinsics of a stereo "
+              "pair), bouguet (Calib_Results.m per camera), colmap (folder with cameras.txt and "
+              "images.txt), kalibr (camchain.yaml), opentrackio (a JSON sample per camera)")
+      .required()
+      .one_of({"middlebury", "pmatrices", "text", "opencv", "bouguet", "colmap", "kalibr",
+               "opentrackio"});
+  import_command.option("files", &arguments.files, "Files or folders to read").required();
+  import_command.option("--size", &arguments.size, "Size of the pictures, WIDTHxHEIGHT px");
   import_command
-      ->add_option("--bounds", arguments.bounds,
-                   "Working volume: least x y z, greatest x y z, in the calibration's unit")
-      ->expected(6)
-      ->allow_extra_args(false);
-  import_command
-      ->add_option("--up", arguments.up, "Direction that points up: x y z (default 0 1 0)")
-      ->expected(3);
-  import_command->add_option("--unit", arguments.unit,
-                             "Unit of the calibration: m, cm, mm, in, ft or a number of metres");
-  import_command->add_option("--names", arguments.options.name,
-                             "Names for cameras without one (default cam%d)");
-  import_command->add_option("--first", arguments.options.first,
-                             "Number of the first such camera (default 0)");
-  import_command->add_option("--board", arguments.options.board,
-                             "bouguet: number of the board picture that is the world (default 1)");
-  import_command->add_flag("--prototype-axes", arguments.options.prototype_axes,
-                           "bouguet: the world's x, y, z are y, -x, z of the board, as in the 2005 "
-                           "prototype");
-  import_command->add_option("-o,--output", arguments.output, "File to write");
+      .option("--bounds", &arguments.bounds,
+              "Working volume: least x y z, greatest x y z, in the calibration's unit")
+      .expected(6);
+  import_command.option("--up", &arguments.up, "Direction that points up: x y z (default 0 1 0)")
+      .expected(3);
+  import_command.option("--unit", &arguments.unit,
+                        "Unit of the calibration: m, cm, mm, in, ft or a number of metres");
+  import_command.option("--names", &arguments.options.name,
+                        "Names for cameras without one (default cam%d)");
+  import_command.option("--first", &arguments.options.first,
+                        "Number of the first such camera (default 0)");
+  import_command.option("--board", &arguments.options.board,
+                        "bouguet: number of the board picture that is the world (default 1)");
+  import_command.flag("--prototype-axes", &arguments.options.prototype_axes,
+                      "bouguet: the world's x, y, z are y, -x, z of the board, as in the 2005 "
+                      "prototype");
+  import_command.option("-o,--output", &arguments.output, "File to write");
 
   std::string file;
-  CLI::App* check_command =
-      app.add_subcommand("check",
+  CommandLine check_command =
+      command.subcommand("check",
                          "Prints what is wrong with a rig file, a table of its cameras, how near a "
                          "person's hull will be "
                          "to the person, and where one camera more would bring most.");
-  check_command->add_option("file", file, "The rig file; without one, the built-in rig");
+  check_command.option("file", &file, "The rig file; without one, the built-in rig");
   std::vector<std::string> pictures;
   MaskSettings mask;
-  check_command->add_option(
-      "--pictures", pictures,
+  check_command.option(
+      "--pictures", &pictures,
       "CAMERA=FILE ...: pictures (PNG, JPEG) of one subject at one instant, to find cameras that "
       "contradict each other: masks (grey, or alpha) or pictures before a coloured screen; a FILE "
       "alone goes to the camera with whose name it begins, else to the next one without a picture");
   check_command
-      ->add_option("--keep-largest", mask.keep_largest,
-                   "Looks at this many pieces of each picture's matte only, the largest; 0: all")
-      ->check(CLI::Range(0, 1000))
-      ->capture_default_str();
-  check_command->add_option("--sigma", mask.sigma, "Blur of the pictures' mattes, px")
-      ->check(CLI::Range(0.0, 100.0))
-      ->capture_default_str();
+      .option("--keep-largest", &mask.keep_largest,
+              "Looks at this many pieces of each picture's matte only, the largest; 0: all")
+      .range(0, 1000)
+      .shown();
+  check_command.option("--sigma", &mask.sigma, "Blur of the pictures' mattes, px")
+      .range(0.0, 100.0)
+      .shown();
 
   bool no_forecast = false;
-  check_command->add_flag("--no-forecast", no_forecast,
-                          "Leaves out the simulation, which takes seconds; so do --pictures");
+  check_command.flag("--no-forecast", &no_forecast,
+                     "Leaves out the simulation, which takes seconds; so do --pictures");
 
   PlanArguments plan;
-  CLI::App* plan_command = app.add_subcommand(
+  CommandLine plan_command = command.subcommand(
       "plan",
       "Finds places for cameras around a stage, simulates a person there, prints what to "
       "expect.");
@@ -225,88 +219,86 @@ int main(int count, char** values) {
 
   std::string refined, refine_output;
   RefineArguments refine;
-  CLI::App* refine_command = app.add_subcommand(
+  CommandLine refine_command = command.subcommand(
       "refine",
       "Finds where cameras really stand, from pictures of somebody who walked between them, all "
       "cameras at the same instants.");
-  refine_command->add_option("file", refined, "The rig file")->required();
+  refine_command.option("file", &refined, "The rig file").required();
   refine_command
-      ->add_option("--pictures", refine.folders,
-                   "CAMERA=FOLDER ...: each camera's pictures (PNG, JPEG; masks or before a "
-                   "coloured screen), whose names end in the number of their instant; 20 instants "
-                   "and more, all over the stage")
-      ->required();
-  refine_command->add_option("--only", refine.only,
-                             "CAMERA ...: only these move, as one that was bumped");
-  refine_command->add_option("--keep-largest", refine.mask.keep_largest, "As of check")
-      ->check(CLI::Range(0, 1000))
-      ->capture_default_str();
-  refine_command->add_option("-o,--output", refine_output, "The new rig file")->required();
+      .option("--pictures", &refine.folders,
+              "CAMERA=FOLDER ...: each camera's pictures (PNG, JPEG; masks or before a "
+              "coloured screen), whose names end in the number of their instant; 20 instants "
+              "and more, all over the stage")
+      .required();
+  refine_command.option("--only", &refine.only,
+                        "CAMERA ...: only these move, as one that was bumped");
+  refine_command.option("--keep-largest", &refine.mask.keep_largest, "As of check")
+      .range(0, 1000)
+      .shown();
+  refine_command.option("-o,--output", &refine_output, "The new rig file").required();
 
   std::string coloured, colours_output;
   bool overlaps = false;
   ColourArguments colours;
-  CLI::App* colours_command = app.add_subcommand(
+  CommandLine colours_command = command.subcommand(
       "colours",
       "Prints how far the cameras' colours lie apart (CIEDE2000) on a colour checker of 24 "
       "patches or a grey card, and the 3x3 matrix for linear light that brings each to the "
       "reference; writes the rig file with these matrices, which hulltexture and composite apply.");
-  colours_command->add_option("file", coloured, "The rig file")->required();
+  colours_command.option("file", &coloured, "The rig file").required();
   colours_command
-      ->add_option("--pictures", colours.pictures,
-                   "CAMERA=FILE ...: pictures (PNG, JPEG) with the chart, card or subject")
-      ->required();
-  colours_command->add_option(
-      "--corners", colours.corners,
+      .option("--pictures", &colours.pictures,
+              "CAMERA=FILE ...: pictures (PNG, JPEG) with the chart, card or subject")
+      .required();
+  colours_command.option(
+      "--corners", &colours.corners,
       "CAMERA=X,Y,X,Y,X,Y,X,Y ...: the outer corners of the patches dark skin, bluish "
       "green, black and white in the camera's picture, px");
-  colours_command->add_option("--grey", colours.grey,
-                              "CAMERA=LEFT,TOP,RIGHT,BOTTOM ...: instead of --corners a rectangle "
-                              "within a grey card, px; a gain for each channel comes of it");
+  colours_command.option("--grey", &colours.grey,
+                         "CAMERA=LEFT,TOP,RIGHT,BOTTOM ...: instead of --corners a rectangle "
+                         "within a grey card, px; a gain for each channel comes of it");
   colours_command
-      ->add_option(
-          "--reference", colours.reference,
+      .option(
+          "--reference", &colours.reference,
           "mean of the cameras, chart (its published values; of a card: grey) or a camera's name")
-      ->capture_default_str();
-  colours_command->add_flag(
-      "--overlaps", overlaps,
-      "Instead of --corners: by what cameras see of the same places of a "
-      "subject. The pictures are of one instant, with its matte in their alpha "
-      "(PNG); a gain for each channel is added to the rig's matrices");
-  colours_command->add_option("-o,--output", colours_output,
-                              "The rig file to write, with the matrices (`colour` of each camera)");
+      .shown();
+  colours_command.flag("--overlaps", &overlaps,
+                       "Instead of --corners: by what cameras see of the same places of a "
+                       "subject. The pictures are of one instant, with its matte in their alpha "
+                       "(PNG); a gain for each channel is added to the rig's matrices");
+  colours_command.option("-o,--output", &colours_output,
+                         "The rig file to write, with the matrices (`colour` of each camera)");
 
   std::string exported, export_output, export_format = "rig";
-  CLI::App* export_command = app.add_subcommand(
+  CommandLine export_command = command.subcommand(
       "export",
       "Writes the built-in rig, or a normalised copy of a rig file (K, R and t instead of P, true "
       "rotations, up and unit written out), to standard output or into --output; or the cameras "
       "for "
       "other programs.");
-  export_command->add_option("file", exported, "The rig file; without one, the built-in rig");
+  export_command.option("file", &exported, "The rig file; without one, the built-in rig");
   export_command
-      ->add_option("--format", export_format,
-                   "rig, opencv (a YAML file per camera), colmap (cameras.txt, images.txt), kalibr "
-                   "(camchain.yaml)")
-      ->check(CLI::IsMember({"rig", "opencv", "colmap", "kalibr"}))
-      ->capture_default_str();
-  export_command->add_option("-o,--output", export_output,
-                             "File to write; of opencv and colmap the folder, which is made");
+      .option("--format", &export_format,
+              "rig, opencv (a YAML file per camera), colmap (cameras.txt, images.txt), kalibr "
+              "(camchain.yaml)")
+      .one_of({"rig", "opencv", "colmap", "kalibr"})
+      .shown();
+  export_command.option("-o,--output", &export_output,
+                        "File to write; of opencv and colmap the folder, which is made");
 
-  CLI11_PARSE(app, count, values);
-  try {
-    if (import_command->parsed()) return run_import(arguments);
-    if (check_command->parsed()) return run_check(file, pictures, mask, !no_forecast);
-    if (plan_command->parsed()) {
+  return command.run(count, values, [&] {
+    if (import_command.given()) return run_import(arguments);
+    if (check_command.given()) return run_check(file, pictures, mask, !no_forecast);
+    if (plan_command.given()) {
       const Rig rig = run_plan(plan);
       if (!plan.output.empty()) write(rig, plan.output);
       return 0;
     }
-    if (refine_command->parsed()) {
+    if (refine_command.given()) {
       write(refine_rig(rig_of(refined), refine), refine_output);
       return 0;
     }
-    if (colours_command->parsed()) {
+    if (colours_command.given()) {
       Rig rig = rig_of(coloured);
       if (overlaps && !(colours.corners.empty() && colours.grey.empty()))
         throw Error(Error::Kind::bad_input, "--overlaps goes without --corners and --grey.");
@@ -316,8 +308,5 @@ int main(int count, char** values) {
     }
     run_export(rig_of(exported), export_format, export_output);
     return 0;
-  } catch (const std::exception& error) {
-    std::cerr << "polyhull-rig: " << error.what() << "\n";
-    return 1;
-  }
+  });
 }

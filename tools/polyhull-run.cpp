@@ -7,7 +7,6 @@
 #include <time.h>
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <csignal>
 #include <cstdio>
@@ -18,6 +17,7 @@
 #include <vector>
 
 #include "base/stopwatch.h"
+#include "command_line.h"
 #include "plugins/common/elements_in.h"
 #include "run/clock.h"
 #include "run/clock_watch.h"
@@ -325,33 +325,37 @@ bool report_all(const Run& run, double wall, double cpu, const std::string& json
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app{"Runs a pipeline as gst-launch-1.0 does and prints where the time went."};
+  polyhull::CommandLine command(
+      "polyhull-run", "Runs a pipeline as gst-launch-1.0 does and prints where the time went.");
   std::vector<std::string> words;
   std::string json_path;
   Run run;
-  app.add_option("pipeline", words, "The pipeline in gst-launch-1.0's syntax")->required();
-  app.add_option("--json", json_path, "Also write the figures to this file");
-  app.add_flag("--quiet", run.quiet, "No progress line");
-  app.add_option("--count", run.count_at,
+  command.option("pipeline", &words, "The pipeline in gst-launch-1.0's syntax").required();
+  command.option("--json", &json_path, "Also write the figures to this file");
+  command.flag("--quiet", &run.quiet, "No progress line");
+  command.option("--count", &run.count_at,
                  "Name of the element whose buffers count as frames (default: the busiest sink)");
-  app.add_flag("--brief", run.brief, "Only the last line of the figures");
+  command.flag("--brief", &run.brief, "Only the last line of the figures");
   std::string studio;
-  app.add_option("--studio", studio, "Settings of the elements, a studio file (docs/studio.md)");
-  app.add_option("--save-studio", run.studio_path,
+  command.option("--studio", &studio, "Settings of the elements, a studio file (docs/studio.md)");
+  command.option("--save-studio", &run.studio_path,
                  "Saves the settings at the end (Ctrl-C is one) here; SIGUSR1 saves them while it "
                  "runs, without this "
                  "option into --studio's file");
   int clock_port = 0;
   std::string clock_server;
-  app.add_option("--clock-server", clock_port,
-                 "Gives this machine's clock to others on this UDP port; running time is the "
-                 "clock's")
-      ->check(CLI::Range(1, 65535));
-  app.add_option("--clock", clock_server,
-                 "HOST:PORT of a machine that gives its clock, or ptp or ptp:DOMAIN for the "
-                 "network's PTP clock; running time is that clock's")
-      ->excludes("--clock-server");
-  CLI11_PARSE(app, argc, argv);
+  const polyhull::Option server =
+      command
+          .option("--clock-server", &clock_port,
+                  "Gives this machine's clock to others on this UDP port; running time is the "
+                  "clock's")
+          .range(1, 65535);
+  command
+      .option("--clock", &clock_server,
+              "HOST:PORT of a machine that gives its clock, or ptp or ptp:DOMAIN for the "
+              "network's PTP clock; running time is that clock's")
+      .excludes(server);
+  if (const auto status = command.parse(argc, argv)) return *status;
 
   gst_init(nullptr, nullptr);
   polyhull::start_profile(run.count_at);

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // Silhouettes without a pipeline: a picture in, rings out, with times and counts.
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
 #include <iostream>
@@ -12,7 +11,7 @@
 #include "base/median.h"
 #include "base/picture.h"
 #include "base/stopwatch.h"
-#include "choice.h"
+#include "command_line.h"
 #include "silhouette/silhouette.h"
 #include "silhouette_options.h"
 #include "text_file.h"
@@ -92,24 +91,23 @@ struct Arguments {
   bool json = false;
   SilhouetteOptions options;
 
-  void add_to(CLI::App& app) {
-    app.add_option("picture", picture, "PNG or JPEG file")->required();
-    app.add_option("-o,--output", output, "Writes the rings as JSON; '-': to standard output");
-    app.add_option("--matte", matte, "Writes the matte before the blur as a grey PNG");
-    app.add_option("--view-file", view_file, "Writes the picture that --view chooses as PNG");
-    add_choice(app, "--view", view, "For --view-file: composite, matte, status or spill",
-               {{"composite", KeyView::composite},
-                {"matte", KeyView::matte},
-                {"status", KeyView::status},
-                {"spill", KeyView::spill}});
-    app.add_option("--format", format, "Pixel format that the picture is given to the keyer in")
-        ->check(CLI::IsMember({"RGBx", "BGRx", "RGB", "I420", "NV12", "YUY2", "UYVY"}));
-    app.add_option("--plate", plates, "Clean plates; several are averaged, with their variation");
-    app.add_option("--repeat", repeat, "Processes the picture this many times")
-        ->check(CLI::Range(1, 1000000));
-    app.add_option("--threads", threads, "This many streams at a time")->check(CLI::Range(1, 256));
-    app.add_flag("--json", json, "Prints times and counts as JSON");
-    options.add_to(app);
+  void add_to(CommandLine& command) {
+    command.option("picture", &picture, "PNG or JPEG file").required();
+    command.option("-o,--output", &output, "Writes the rings as JSON; '-': to standard output");
+    command.option("--matte", &matte, "Writes the matte before the blur as a grey PNG");
+    command.option("--view-file", &view_file, "Writes the picture that --view chooses as PNG");
+    command.choice("--view", &view, "For --view-file: composite, matte, status or spill",
+                   {{"composite", KeyView::composite},
+                    {"matte", KeyView::matte},
+                    {"status", KeyView::status},
+                    {"spill", KeyView::spill}});
+    command.option("--format", &format, "Pixel format that the picture is given to the keyer in")
+        .one_of({"RGBx", "BGRx", "RGB", "I420", "NV12", "YUY2", "UYVY"});
+    command.option("--plate", &plates, "Clean plates; several are averaged, with their variation");
+    command.option("--repeat", &repeat, "Processes the picture this many times").range(1, 1000000);
+    command.option("--threads", &threads, "This many streams at a time").range(1, 256);
+    command.flag("--json", &json, "Prints times and counts as JSON");
+    options.add_to(command);
   }
 };
 
@@ -247,14 +245,7 @@ Json report(const Work& work, const Arguments& arguments, double seconds, const 
             {"foreground_signal", c.foreground_signal}}}};
 }
 
-int run(int argc, char** argv) {
-  CLI::App app{
-      "Keys a picture, blurs the matte, traces its half level and writes the silhouette's "
-      "polygons."};
-  Arguments arguments;
-  arguments.add_to(app);
-  CLI11_PARSE(app, argc, argv);
-
+int run(const Arguments& arguments) {
   const Work work(arguments);
   const Stopwatch watch;
   const Result result = run_streams(work, arguments)[0];
@@ -287,10 +278,11 @@ int run(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  try {
-    return run(argc, argv);
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "polyhull-silhouette: %s\n", error.what());
-    return 1;
-  }
+  CommandLine command(
+      "polyhull-silhouette",
+      "Keys a picture, blurs the matte, traces its half level and writes the silhouette's "
+      "polygons.");
+  Arguments arguments;
+  arguments.add_to(command);
+  return command.run(argc, argv, [&] { return run(arguments); });
 }

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // Looks into takes that takesink wrote: what is in them, the texts that they keep, their meshes as
 // files, and what is whole of a damaged one.
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <deque>
 #include <filesystem>
@@ -11,6 +10,7 @@
 
 #include "base/error.h"
 #include "base/stopwatch.h"
+#include "command_line.h"
 #include "files/glb_animation.h"
 #include "files/mesh_files.h"
 #include "files/numbered_name.h"
@@ -235,50 +235,41 @@ int recover(const std::string& path, const std::string& output) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app{"Looks into takes that takesink wrote"};
-  app.require_subcommand(1);
+  CommandLine command("polyhull-take", "Looks into takes that takesink wrote");
   std::string path, name, output;
   Export options;
-  const auto takes = [&](CLI::App* command) {
-    command->add_option("take", path, "The take")->required();
+  const auto takes = [&](CommandLine& subcommand) {
+    subcommand.option("take", &path, "The take").required();
   };
-  CLI::App* shown = app.add_subcommand(
+  CommandLine shown = command.subcommand(
       "info",
       "What is in it; every buffer is read and held against its checksum (exit status 1: "
       "some are damaged)");
   takes(shown);
-  CLI::App* text = app.add_subcommand("extract", "Print a text that it keeps");
+  CommandLine text = command.subcommand("extract", "Print a text that it keeps");
   takes(text);
-  text->add_option("name", name, "rig, settings")->required();
-  text->add_option("-o,--output", output, "File to write instead");
-  CLI::App* meshes = app.add_subcommand("export", "Its meshes as files");
+  text.option("name", &name, "rig, settings").required();
+  text.option("-o,--output", &output, "File to write instead");
+  CommandLine meshes = command.subcommand("export", "Its meshes as files");
   takes(meshes);
   meshes
-      ->add_option("-o,--output", options.output,
-                   "One animated .glb, or a numbered sequence (hull-%05d.glb, .ply, .obj)")
-      ->required();
-  meshes->add_option("--stream", options.stream, "Which stream, where several hold meshes");
-  meshes->add_option("--from", options.from, "Seconds")
-      ->capture_default_str()
-      ->check(CLI::NonNegativeNumber);
-  meshes->add_option("--to", options.to, "Seconds, not included")->check(CLI::Range(0.0, 1e9));
-  meshes->add_option("--every", options.every, "Only every n-th mesh")
-      ->capture_default_str()
-      ->check(CLI::Range(1, 1'000'000));
-  meshes->add_option("--jpeg-quality", options.quality, "Of GLB's pictures, 1 to 100; 0: PNG")
-      ->capture_default_str()
-      ->check(CLI::Range(0, 100));
-  CLI::App* rescue = app.add_subcommand("recover", "Copy what is whole of a damaged one");
+      .option("-o,--output", &options.output,
+              "One animated .glb, or a numbered sequence (hull-%05d.glb, .ply, .obj)")
+      .required();
+  meshes.option("--stream", &options.stream, "Which stream, where several hold meshes");
+  meshes.option("--from", &options.from, "Seconds").shown().not_negative();
+  meshes.option("--to", &options.to, "Seconds, not included").range(0.0, 1e9);
+  meshes.option("--every", &options.every, "Only every n-th mesh").shown().range(1, 1'000'000);
+  meshes.option("--jpeg-quality", &options.quality, "Of GLB's pictures, 1 to 100; 0: PNG")
+      .shown()
+      .range(0, 100);
+  CommandLine rescue = command.subcommand("recover", "Copy what is whole of a damaged one");
   takes(rescue);
-  rescue->add_option("-o,--output", output, "The take to write")->required();
-  CLI11_PARSE(app, argc, argv);
-  try {
-    if (*shown) return info(path);
-    if (*text) return extract(path, name, output);
-    if (*meshes) return write_meshes(path, options);
+  rescue.option("-o,--output", &output, "The take to write").required();
+  return command.run(argc, argv, [&] {
+    if (shown.given()) return info(path);
+    if (text.given()) return extract(path, name, output);
+    if (meshes.given()) return write_meshes(path, options);
     return recover(path, output);
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "polyhull-take: %s\n", error.what());
-    return 1;
-  }
+  });
 }

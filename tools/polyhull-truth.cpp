@@ -4,7 +4,6 @@
 // colours of the studio (matched lighting), throws a shadow, is mirrored and blocks the light that
 // walls reflect. Prints the PSNR of the whole picture and of the regions subject, mirror image and
 // shadow, and writes picture, truth, their difference and the empty room side by side.
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -14,6 +13,7 @@
 #include "base/error.h"
 #include "base/picture.h"
 #include "base/srgb.h"
+#include "command_line.h"
 #include "raytrace/path_tracer.h"
 #include "rig/rig.h"
 #include "scene/scene.h"
@@ -137,59 +137,51 @@ Picture side_by_side(const Picture& picture, const Picture& truth, const Picture
   return out;
 }
 
-int run(int argc, char** argv) {
-  CLI::App app(
+}  // namespace
+
+int main(int argc, char** argv) {
+  CommandLine command(
+      "polyhull-truth",
       "Holds a picture of composite over the built-in room against the path-traced truth.");
   std::string picture_file, output = "truth.png";
   double seconds = 0.0, fov = 52.0;
   int shrink_by = 2;
   std::uint32_t samples = 24;
   std::vector<double> eye{0.0, 1.5, 2.7}, target{0.0, 0.98, 0.0};
-  app.add_option("picture", picture_file, "PNG of composite")->required();
-  app.add_option("--seconds", seconds, "Stream time of the picture: the instant of the figure");
-  app.add_option("--eye", eye, "Viewport: x y z, metres")->expected(3)->capture_default_str();
-  app.add_option("--target", target, "Middle of the picture: x y z, metres")->expected(3);
-  app.add_option("--fov", fov, "Angle from lower to upper edge, degrees")->capture_default_str();
-  app.add_option("--shrink", shrink_by, "Compare at 1/N of the size")->check(CLI::Range(1, 16));
-  app.add_option("--samples", samples, "Paths per pixel")->capture_default_str();
-  app.add_option("-o,--output", output, "Picture to write")->capture_default_str();
-  CLI11_PARSE(app, argc, argv);
+  command.option("picture", &picture_file, "PNG of composite").required();
+  command.option("--seconds", &seconds, "Stream time of the picture: the instant of the figure");
+  command.option("--eye", &eye, "Viewport: x y z, metres").expected(3).shown();
+  command.option("--target", &target, "Middle of the picture: x y z, metres").expected(3);
+  command.option("--fov", &fov, "Angle from lower to upper edge, degrees").shown();
+  command.option("--shrink", &shrink_by, "Compare at 1/N of the size").range(1, 16);
+  command.option("--samples", &samples, "Paths per pixel").shown();
+  command.option("-o,--output", &output, "Picture to write").shown();
+  return command.run(argc, argv, [&] {
+    const Picture picture = shrink(load_picture(picture_file, 4), shrink_by);
+    const Camera camera = look_at({eye[0], eye[1], eye[2]}, {target[0], target[1], target[2]}, fov,
+                                  picture.width, picture.height);
+    const Scene scene = room_scene();
+    TracedScene traced(scene);
+    PathOptions options;
+    options.light_samples = 4;
+    const Picture empty = trace_picture(traced, camera, samples, options);
+    traced.set_subjects({true_figure(seconds)});
+    const Picture truth = trace_picture(traced, camera, samples, options);
+    std::vector<Region> regions = find_regions(traced, camera);
+    mark_shadow(truth, empty, regions);
 
-  const Picture picture = shrink(load_picture(picture_file, 4), shrink_by);
-  const Camera camera = look_at({eye[0], eye[1], eye[2]}, {target[0], target[1], target[2]}, fov,
-                                picture.width, picture.height);
-  const Scene scene = room_scene();
-  TracedScene traced(scene);
-  PathOptions options;
-  options.light_samples = 4;
-  const Picture empty = trace_picture(traced, camera, samples, options);
-  traced.set_subjects({true_figure(seconds)});
-  const Picture truth = trace_picture(traced, camera, samples, options);
-  std::vector<Region> regions = find_regions(traced, camera);
-  mark_shadow(truth, empty, regions);
-
-  const auto print = [&](const char* name, bool all, Region region) {
-    std::printf("%-14s %6.2f dB   (empty room %6.2f dB)\n", name,
-                psnr(picture, truth, regions, all, region),
-                psnr(empty, truth, regions, all, region));
-  };
-  print("whole picture", true, Region::room);
-  print("subject", false, Region::subject);
-  print("mirror image", false, Region::mirror_image);
-  print("shadow", false, Region::shadow);
-  print("untouched room", false, Region::room);
-  save_picture(side_by_side(picture, truth, empty), output);
-  std::printf("%s: picture, truth; difference times 4, empty room\n", output.c_str());
-  return 0;
-}
-
-}  // namespace
-
-int main(int argc, char** argv) {
-  try {
-    return run(argc, argv);
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "polyhull-truth: %s\n", error.what());
-    return 1;
-  }
+    const auto print = [&](const char* name, bool all, Region region) {
+      std::printf("%-14s %6.2f dB   (empty room %6.2f dB)\n", name,
+                  psnr(picture, truth, regions, all, region),
+                  psnr(empty, truth, regions, all, region));
+    };
+    print("whole picture", true, Region::room);
+    print("subject", false, Region::subject);
+    print("mirror image", false, Region::mirror_image);
+    print("shadow", false, Region::shadow);
+    print("untouched room", false, Region::room);
+    save_picture(side_by_side(picture, truth, empty), output);
+    std::printf("%s: picture, truth; difference times 4, empty room\n", output.c_str());
+    return 0;
+  });
 }

@@ -6,7 +6,7 @@
 #include <memory>
 
 #include "base/error.h"
-#include "choice.h"
+#include "command_line.h"
 
 namespace polyhull {
 namespace {
@@ -117,62 +117,62 @@ FrameMemory pack(const Picture& picture, const std::string& format) {
   return out;
 }
 
-void SilhouetteOptions::add_to(CLI::App& app) {
+void SilhouetteOptions::add_to(CommandLine& command) {
   KeySettings& k = settings_.key;
-  app.add_option("--key", key_,
+  command.option("--key", &key_,
                  "Colour of the screen: green, blue, auto, or rrggbb in hexadecimal");
-  add_choice(app, "--method", k.method, "How the matte is made: soft, prototype or difference",
-             {{"soft", KeyMethod::soft},
-              {"prototype", KeyMethod::threshold},
-              {"difference", KeyMethod::difference}});
-  app.add_option("--strength", k.strength, "Prototype: margin of the key channel, 0..255");
-  app.add_option("--bright-threshold", k.bright_threshold,
+  command.choice("--method", &k.method, "How the matte is made: soft, prototype or difference",
+                 {{"soft", KeyMethod::soft},
+                  {"prototype", KeyMethod::threshold},
+                  {"difference", KeyMethod::difference}});
+  command.option("--strength", &k.strength, "Prototype: margin of the key channel, 0..255");
+  command.option("--bright-threshold", &k.bright_threshold,
                  "Prototype: R+G+B above this, 0..765, is foreground");
-  app.add_option("--red-gain", k.red_gain, "Multiplies red for the decision, 0..4");
-  app.add_option("--blue-gain", k.blue_gain, "Multiplies blue for the decision, 0..4");
-  app.add_option("--roi", roi_, "Region of interest: x y width height, px")->expected(4);
-  app.add_option("--screen", screen_, "Soft: sample of the screen, red green blue")->expected(3);
-  app.add_option("--foreground", foreground_, "Soft: sample of the subject, red green blue")
-      ->expected(3);
-  app.add_flag("--uneven", k.uneven, "Soft: follow slow changes of the screen over the picture");
-  app.add_option("--clip-black", k.clip_black, "Alpha below this fraction is 0");
-  app.add_option("--clip-white", k.clip_white, "Alpha above this fraction is 255");
-  app.add_option("--choke", k.choke,
+  command.option("--red-gain", &k.red_gain, "Multiplies red for the decision, 0..4");
+  command.option("--blue-gain", &k.blue_gain, "Multiplies blue for the decision, 0..4");
+  command.option("--roi", &roi_, "Region of interest: x y width height, px").expected(4);
+  command.option("--screen", &screen_, "Soft: sample of the screen, red green blue").expected(3);
+  command.option("--foreground", &foreground_, "Soft: sample of the subject, red green blue")
+      .expected(3);
+  command.flag("--uneven", &k.uneven, "Soft: follow slow changes of the screen over the picture");
+  command.option("--clip-black", &k.clip_black, "Alpha below this fraction is 0");
+  command.option("--clip-white", &k.clip_white, "Alpha above this fraction is 255");
+  command.option("--choke", &k.choke,
                  "How far the matte is shaved off, px, -32..32 (negative: grown)");
-  app.add_option("--close", k.close, "Gaps up to twice this width are closed, px, 0..32");
-  app.add_option("--spill", k.spill, "Fraction of the spill that is removed, 0..1");
-  app.add_option("--difference-low", k.difference_low,
+  command.option("--close", &k.close, "Gaps up to twice this width are closed, px, 0..32");
+  command.option("--spill", &k.spill, "Fraction of the spill that is removed, 0..1");
+  command.option("--difference-low", &k.difference_low,
                  "Difference: background up to this distance in levels");
-  app.add_option("--difference-high", k.difference_high,
+  command.option("--difference-high", &k.difference_high,
                  "Difference: foreground from this distance in levels on");
-  app.add_option("--shadow-darkest", k.shadow_darkest,
+  command.option("--shadow-darkest", &k.shadow_darkest,
                  "Difference: fraction of the light that a shadow leaves at least");
-  app.add_option("--light-brightest", k.light_brightest,
+  command.option("--light-brightest", &k.light_brightest,
                  "Difference: most light relative to the plate, 1..4");
-  app.add_option("--light-penalty", k.light_penalty,
+  command.option("--light-penalty", &k.light_penalty,
                  "Difference: fraction of a change of light that counts");
-  app.add_option("--inside-mask", inside_mask_, "Grey picture: where it is not 0 is foreground");
-  app.add_option("--outside-mask", outside_mask_, "Grey picture: where it is not 0 is background");
-  app.add_option("--sigma", settings_.blur.sigma, "Blur of the matte, px, 0..100");
-  add_choice(
-      app, "--blur", settings_.blur.method, "How the blur is computed: fir, box or recursive",
+  command.option("--inside-mask", &inside_mask_, "Grey picture: where it is not 0 is foreground");
+  command.option("--outside-mask", &outside_mask_, "Grey picture: where it is not 0 is background");
+  command.option("--sigma", &settings_.blur.sigma, "Blur of the matte, px, 0..100");
+  command.choice(
+      "--blur", &settings_.blur.method, "How the blur is computed: fir, box or recursive",
       {{"fir", BlurMethod::fir}, {"box", BlurMethod::box}, {"recursive", BlurMethod::recursive}});
-  app.add_option("--passes", settings_.blur.passes, "Box: passes, 1..10");
-  app.add_option("--threshold", settings_.blur.threshold,
+  command.option("--passes", &settings_.blur.passes, "Box: passes, 1..10");
+  command.option("--threshold", &settings_.blur.threshold,
                  "Level, 1..255, from which on the blurred matte is 255, else 0; 0: stays grey");
-  add_choice(app, "--trace", settings_.method, "Which line is traced: subpixel or binary",
-             {{"subpixel", TraceMethod::subpixel}, {"binary", TraceMethod::binary}});
-  app.add_flag("--uncorrected", uncorrected_,
+  command.choice("--trace", &settings_.method, "Which line is traced: subpixel or binary",
+                 {{"subpixel", TraceMethod::subpixel}, {"binary", TraceMethod::binary}});
+  command.flag("--uncorrected", &uncorrected_,
                "Leave the shift that the blur puts on curved boundaries");
-  app.add_option("--tolerance", settings_.approximate.tolerance,
+  command.option("--tolerance", &settings_.approximate.tolerance,
                  "How far polygons may leave the traced line, px; 0: every traced vertex");
-  app.add_option("--min-edges", settings_.approximate.min_edges,
+  command.option("--min-edges", &settings_.approximate.min_edges,
                  "Rings with fewer edges are dropped, 3..1000");
-  app.add_option("--min-area", settings_.approximate.min_area,
+  command.option("--min-area", &settings_.approximate.min_area,
                  "Smaller outer rings are dropped, px²");
-  app.add_option("--min-hole-area", settings_.approximate.min_hole_area,
+  command.option("--min-hole-area", &settings_.approximate.min_hole_area,
                  "Smaller holes are filled, px²");
-  app.add_option("--keep-largest", settings_.approximate.keep_largest,
+  command.option("--keep-largest", &settings_.approximate.keep_largest,
                  "Only so many outer rings, the largest; 0: all");
 }
 

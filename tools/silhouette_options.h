@@ -3,7 +3,6 @@
 /// The silhouette stage's settings as command-line options, and pictures as camera formats.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <array>
 #include <string>
 #include <vector>
@@ -12,6 +11,8 @@
 #include "silhouette/silhouette.h"
 
 namespace polyhull {
+
+class CommandLine;
 
 /// A frame that owns its planes.
 struct FrameMemory {
@@ -29,8 +30,8 @@ FrameMemory pack(const Picture& picture, const std::string& format);
 /// The options and what they set.
 class SilhouetteOptions {
  public:
-  /// Adds them to \p app, which must not outlive this.
-  void add_to(CLI::App& app);
+  /// Adds them to \p command, which sets this when it parses.
+  void add_to(CommandLine& command);
   /// What was given; reads the mask pictures. Throws Error.
   SilhouetteSettings settings() const;
 

@@ -4,11 +4,11 @@
 // own places, against what is to be seen there; the two takes turns in one run. Writes align.csv,
 // and with --pictures sheets: without, with, the truth. --motion: the figure's walk, and how its
 // pictures change from frame to frame.
-#include <CLI/CLI.hpp>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 
+#include "command_line.h"
 #include "measure.h"
 #include "mesh/texture_mesh.h"
 #include "refine/refine.h"
@@ -282,24 +282,20 @@ void run_all(const Options& options) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app{"Measures what hulltexture's align=flow brings; writes align.csv."};
+  CommandLine command("align_benchmark",
+                      "Measures what hulltexture's align=flow brings; writes align.csv.");
   Options options;
-  app.add_option("--rig", options.rigs, "As body_benchmark's");
-  app.add_option("--scene", options.scenes, "Only these bodies");
-  app.add_option("--metric", options.metric, "viewing-angle or camera-normal");
-  app.add_option("--wrong", options.wrong, "Pixels by which the cameras' calibration is wrong");
-  app.add_option("--runs", options.runs, "Runs that are timed")->check(CLI::Range(1, 1000));
-  app.add_option("--threads", options.threads, "Threads of the texturing");
-  app.add_flag("--motion", options.motion, "Measure the walk instead");
-  app.add_option("--pictures", options.pictures, "Folder for sheets")
-      ->check(CLI::ExistingDirectory);
-  app.add_option("--output", options.output, "Folder for the table")->check(CLI::ExistingDirectory);
-  CLI11_PARSE(app, argc, argv);
-  try {
+  command.option("--rig", &options.rigs, "As body_benchmark's");
+  command.option("--scene", &options.scenes, "Only these bodies");
+  command.option("--metric", &options.metric, "viewing-angle or camera-normal");
+  command.option("--wrong", &options.wrong, "Pixels by which the cameras' calibration is wrong");
+  command.option("--runs", &options.runs, "Runs that are timed").range(1, 1000);
+  command.option("--threads", &options.threads, "Threads of the texturing");
+  command.flag("--motion", &options.motion, "Measure the walk instead");
+  command.option("--pictures", &options.pictures, "Folder for sheets").existing_folder();
+  command.option("--output", &options.output, "Folder for the table").existing_folder();
+  return command.run(argc, argv, [&] {
     run_all(options);
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "align_benchmark: %s\n", error.what());
-    return 1;
-  }
-  return 0;
+    return 0;
+  });
 }

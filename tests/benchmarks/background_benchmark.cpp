@@ -3,7 +3,6 @@
 // time of all threads, medians over an orbit; and how far each is from the path tracer's picture. With
 // --tables, what the light costs and how far from the path tracer's its pictures are, into
 // scenesrc_light.tsv there.
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -11,6 +10,7 @@
 #include <numbers>
 
 #include "base/thread_pool.h"
+#include "command_line.h"
 #include "measure.h"
 #include "studio/room/room.h"
 #include "view/background.h"
@@ -102,19 +102,19 @@ void write_light_table(const std::string& folder, const TracedScene& scene,
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("What a new view of a background costs");
+  CommandLine command("background_benchmark", "What a new view of a background costs");
   std::string size = "1280x720", keep, only, tables;
   int views = 30, truth = 0;
   double step = 12.0;
-  app.add_option("--size", size, "WIDTHxHEIGHT");
-  app.add_option("--views", views, "views of the orbit");
-  app.add_option("--step", step, "degrees between them");
-  app.add_option("--only", only, "raster or rays");
-  app.add_option("--truth", truth,
+  command.option("--size", &size, "WIDTHxHEIGHT");
+  command.option("--views", &views, "views of the orbit");
+  command.option("--step", &step, "degrees between them");
+  command.option("--only", &only, "raster or rays");
+  command.option("--truth", &truth,
                  "path-traced samples per pixel that three views are held against");
-  app.add_option("--keep", keep, "folder for the views");
-  app.add_option("--tables", tables, "folder for the table of lights; with --truth");
-  CLI11_PARSE(app, argc, argv);
+  command.option("--keep", &keep, "folder for the views");
+  command.option("--tables", &tables, "folder for the table of lights; with --truth");
+  if (const auto status = command.parse(argc, argv)) return *status;
   int width = 0, height = 0;
   if (std::sscanf(size.c_str(), "%dx%d", &width, &height) != 2 || width < 1 || height < 1) {
     std::fprintf(stderr, "--size is '%s'; it takes WIDTHxHEIGHT, such as 1280x720.\n",

@@ -2,7 +2,6 @@
 // How far surfaces made from silhouettes are from the body that cast them: five bodies, rings of
 // cameras, one row for each rig and method, means over the bodies, in body.csv; and in
 // body_motion.csv how they move when the body does not, and when it walks.
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
@@ -11,6 +10,7 @@
 #include "body_methods.h"
 #include "body_motion.h"
 #include "body_sheet.h"
+#include "command_line.h"
 #include "measure.h"
 #include "support/body_scenes.h"
 #include "support/hollow_bodies.h"
@@ -137,30 +137,28 @@ void run_all(const Options& options) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app{"Measures surfaces made from silhouettes against the true body; writes body.csv."};
+  CommandLine command(
+      "body_benchmark",
+      "Measures surfaces made from silhouettes against the true body; writes body.csv.");
   Options options;
-  app.add_option("--rig", options.rigs,
+  command.option("--rig", &options.rigs,
                  "Rings of that many cameras, or 4far: 0, 90, 225, 315 degrees");
-  app.add_option("--scene", options.scenes, "Only these bodies");
-  app.add_option("--method", options.methods, "Only these methods");
-  app.add_option("--runs", options.runs, "Runs that are timed")->check(CLI::Range(1, 1000));
-  app.add_option("--threads", options.threads, "Threads of the methods")->check(CLI::Range(1, 64));
-  app.add_flag("--hollows", options.hollows,
+  command.option("--scene", &options.scenes, "Only these bodies");
+  command.option("--method", &options.methods, "Only these methods");
+  command.option("--runs", &options.runs, "Runs that are timed").range(1, 1000);
+  command.option("--threads", &options.threads, "Threads of the methods").range(1, 64);
+  command.flag("--hollows", &options.hollows,
                "Two bodies with hollows that no silhouette shows, instead of the five");
-  app.add_flag("--no-psnr", options.no_psnr, "Leave out the textured pictures' error");
-  app.add_flag("--motion,!--no-motion", options.motion,
+  command.flag("--no-psnr", &options.no_psnr, "Leave out the textured pictures' error");
+  command.flag("--motion,!--no-motion", &options.motion,
                "Whether to measure the surfaces' motion, too");
-  app.add_flag("--each", options.each, "A row for each body, too");
-  app.add_option("--pictures", options.pictures,
-                 "Folder for sheets: methods and truth side by side")
-      ->check(CLI::ExistingDirectory);
-  app.add_option("--output", options.output, "Folder for the table")->check(CLI::ExistingDirectory);
-  CLI11_PARSE(app, argc, argv);
-  try {
+  command.flag("--each", &options.each, "A row for each body, too");
+  command
+      .option("--pictures", &options.pictures, "Folder for sheets: methods and truth side by side")
+      .existing_folder();
+  command.option("--output", &options.output, "Folder for the table").existing_folder();
+  return command.run(argc, argv, [&] {
     run_all(options);
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "body_benchmark: %s\n", error.what());
-    return 1;
-  }
-  return 0;
+    return 0;
+  });
 }

@@ -4,12 +4,12 @@
 // calibration_plots.gp draws.
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <cmath>
 #include <cstdio>
 #include <fstream>
 
 #include "base/stopwatch.h"
+#include "command_line.h"
 #include "support/calibration_takes.h"
 
 using namespace polyhull;
@@ -56,12 +56,13 @@ Row measure(int cameras, double noise, int takes) {
 }  // namespace
 
 int main(int count, char** values) {
-  CLI::App app("Errors of calibrations against noise and number of cameras.");
+  CommandLine command("calibration_benchmark",
+                      "Errors of calibrations against noise and number of cameras.");
   std::string output = ".";
   int takes = 3;
-  app.add_option("--output", output, "Folder for calibration.csv");
-  app.add_option("--takes", takes, "Takes per row");
-  CLI11_PARSE(app, count, values);
+  command.option("--output", &output, "Folder for calibration.csv");
+  command.option("--takes", &takes, "Takes per row");
+  if (const auto status = command.parse(count, values)) return *status;
   std::ofstream table(output + "/calibration.csv");
   table << "cameras,noise,views,centre_mm,centre_sigma_mm,rotation_deg,focal_percent,k1,rms_px,"
            "seconds\n";

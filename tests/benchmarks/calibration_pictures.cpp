@@ -1,26 +1,27 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // Renders a take of boards as polyhull-calibrate reads it, FOLDER/CAMERA/INSTANT.jpg, to time it.
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <filesystem>
 
 #include "base/thread_pool.h"
+#include "command_line.h"
 #include "support/calibration_takes.h"
 
 int main(int count, char** values) {
   using namespace polyhull;
   using namespace polyhull::calibration;
-  CLI::App app("Renders pictures of a board before a ring of cameras.");
+  CommandLine command("calibration_pictures",
+                      "Renders pictures of a board before a ring of cameras.");
   RingSettings settings;
   settings.board = {13, 8, 0.08};
   settings.instants = 80;
   settings.near_views = 25;
   std::string folder;
-  app.add_option("folder", folder, "Gets a folder per camera")->required();
-  app.add_option("--cameras", settings.cameras, "How many");
-  app.add_option("--instants", settings.instants, "With the board somewhere on the stage");
-  app.add_option("--near", settings.near_views, "Views of each camera with the board near");
-  CLI11_PARSE(app, count, values);
+  command.option("folder", &folder, "Gets a folder per camera").required();
+  command.option("--cameras", &settings.cameras, "How many");
+  command.option("--instants", &settings.instants, "With the board somewhere on the stage");
+  command.option("--near", &settings.near_views, "Views of each camera with the board near");
+  if (const auto status = command.parse(count, values)) return *status;
   const TrueTake truth = make_ring(settings);
   const Picture drawing = BoardFinder({settings.board, 0.75, ""}).draw(60);
   const std::filesystem::path root(folder);

@@ -2,7 +2,6 @@
 // Which cameras should colour a body: the error of the refined surface's picture by hulltexture's
 // metric and number of cameras, from where the cameras stand, a quarter of the way and half way to
 // the next; cameras.csv, means over the bodies.
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
 #include <cstdio>
@@ -10,6 +9,7 @@
 #include <numeric>
 
 #include "body_methods.h"
+#include "command_line.h"
 #include "measure.h"
 #include "support/body_scenes.h"
 
@@ -108,20 +108,17 @@ void run_all(const Options& options) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app{"Measures which cameras should colour a body; writes cameras.csv."};
+  CommandLine command("cameras_benchmark",
+                      "Measures which cameras should colour a body; writes cameras.csv.");
   Options options;
-  app.add_option("--rig", options.rigs, "Rings of that many cameras, or 4far");
-  app.add_option("--scene", options.scenes, "Only these bodies");
-  app.add_option("--method", options.method, "The surface: hull, fast, good or fine");
-  app.add_option("--cameras", options.cameras, "How many are blended");
-  app.add_flag("--each", options.each, "A row for each body, too");
-  app.add_option("--output", options.output, "Folder for the table")->check(CLI::ExistingDirectory);
-  CLI11_PARSE(app, argc, argv);
-  try {
+  command.option("--rig", &options.rigs, "Rings of that many cameras, or 4far");
+  command.option("--scene", &options.scenes, "Only these bodies");
+  command.option("--method", &options.method, "The surface: hull, fast, good or fine");
+  command.option("--cameras", &options.cameras, "How many are blended");
+  command.flag("--each", &options.each, "A row for each body, too");
+  command.option("--output", &options.output, "Folder for the table").existing_folder();
+  return command.run(argc, argv, [&] {
     run_all(options);
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "cameras_benchmark: %s\n", error.what());
-    return 1;
-  }
-  return 0;
+    return 0;
+  });
 }

@@ -3,13 +3,13 @@
 // by voxels; beside them the exact hull and the image-based one, which have no cells. Processor time
 // on one thread of the surface and of a textured frame of 1280x720, distance to the body, and error
 // half way between cameras; cells.csv.
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <cstdlib>
 #include <functional>
 
 #include "base/thread_pool.h"
 #include "body_frames.h"
+#include "command_line.h"
 #include "imagehull/image_subject.h"
 #include "measure.h"
 #include "refine/refine.h"
@@ -104,15 +104,16 @@ void measure_on(const Take& take, const Method& method, int runs, Row& row) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app{"Refined surface and voxels over the size of cells, hull and image-based hull."};
+  CommandLine command(
+      "cells_benchmark",
+      "Refined surface and voxels over the size of cells, hull and image-based hull.");
   std::string output = ".";
   int runs = 3;
   std::vector<std::string> rigs{"4", "8"};
-  app.add_option("--output", output, "Folder for the table")->check(CLI::ExistingDirectory);
-  app.add_option("--runs", runs, "Runs that are timed")->check(CLI::Range(1, 1000));
-  app.add_option("--rig", rigs, "Rings of that many cameras");
-  CLI11_PARSE(app, argc, argv);
-  try {
+  command.option("--output", &output, "Folder for the table").existing_folder();
+  command.option("--runs", &runs, "Runs that are timed").range(1, 1000);
+  command.option("--rig", &rigs, "Rings of that many cameras");
+  return command.run(argc, argv, [&] {
     const char* data = std::getenv("POLYHULL_DATA");
     const std::vector<Body> bodies = study_bodies(data ? data : "");
     Table table(output + "/cells.csv",
@@ -132,9 +133,6 @@ int main(int argc, char** argv) {
                   row.error.psnr / row.error.views);
       }
     }
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "cells_benchmark: %s\n", error.what());
-    return 1;
-  }
-  return 0;
+    return 0;
+  });
 }

@@ -2,12 +2,12 @@
 // What the subject's outline costs and how far it is from the truth: a sharp and a hairy figure, mattes
 // as keyed and blurred, seen from a camera, near one and between two.
 
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <fstream>
 #include <memory>
 #include <numbers>
 
+#include "command_line.h"
 #include "gl_context.h"
 #include "measure.h"
 #include "render/gl/compositor.h"
@@ -54,16 +54,16 @@ Drawn draw(Renderer& renderer, const StudioMesh& studio, const Camera& viewport,
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("What outlines cost and how far they are from the truth");
+  CommandLine command("edge_benchmark", "What outlines cost and how far they are from the truth");
   std::string output = ".", keep;
   int cameras = 8, rounds = 9;
   bool gl = false;
-  app.add_option("output", output, "folder for edges.tsv");
-  app.add_option("--cameras", cameras, "of the ring");
-  app.add_option("--rounds", rounds, "times that each picture is drawn");
-  app.add_option("--keep", keep, "folder for the pictures");
-  app.add_flag("--gl", gl, "by OpenGL");
-  CLI11_PARSE(app, argc, argv);
+  command.option("output", &output, "folder for edges.tsv");
+  command.option("--cameras", &cameras, "of the ring");
+  command.option("--rounds", &rounds, "times that each picture is drawn");
+  command.option("--keep", &keep, "folder for the pictures");
+  command.flag("--gl", &gl, "by OpenGL");
+  if (const auto status = command.parse(argc, argv)) return *status;
   polyhull::testing::HeadlessContext context(false);
   std::unique_ptr<Renderer> renderer;
   if (gl)

@@ -9,7 +9,6 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -22,6 +21,7 @@
 
 #include "base/error.h"
 #include "base/thread_pool.h"
+#include "command_line.h"
 #include "support/cgal_hull.h"
 #include "support/membership.h"
 #include "support/mesh_checks.h"
@@ -224,23 +224,21 @@ void measure_steady_state(const Arguments& arguments) {
 }  // namespace polyhull::test
 
 int main(int argc, char** argv) {
-  CLI::App app{"Times HullBuilder and its peers and writes CSV tables."};
+  polyhull::CommandLine command("hull_benchmark", "Times HullBuilder and its peers and writes CSV tables.");
   polyhull::test::Arguments arguments;
   const char* data = std::getenv("POLYHULL_DATA");
   arguments.data = data ? data : "";
-  app.add_option("--data", arguments.data, "Folder that holds hull_scenes/ ($POLYHULL_DATA)");
-  app.add_option("--output", arguments.output, "Folder for the tables")
-      ->check(CLI::ExistingDirectory);
-  app.add_option("--cgal-limit", arguments.cgal_limit,
+  command.option("--data", &arguments.data, "Folder that holds hull_scenes/ ($POLYHULL_DATA)");
+  command.option("--output", &arguments.output, "Folder for the tables").existing_folder();
+  command.option("--cgal-limit", &arguments.cgal_limit,
                  "Contour vertices up to which CGAL runs, too");
-  app.add_option("--parts", arguments.parts, "Which tables: growth,threads,steady,peers");
-  app.add_option("--only", arguments.only, "Peers: scenes whose names begin with one of these")
-      ->delimiter(',');
-  app.add_flag("--append", arguments.append, "Add rows to the tables instead of new ones");
-  app.add_option("--points", arguments.points, "Random points per scene");
-  app.add_option("--seconds", arguments.seconds, "About how long each time is measured");
-  CLI11_PARSE(app, argc, argv);
-  try {
+  command.option("--parts", &arguments.parts, "Which tables: growth,threads,steady,peers");
+  command.option("--only", &arguments.only, "Peers: scenes whose names begin with one of these")
+      .separated_by(',');
+  command.flag("--append", &arguments.append, "Add rows to the tables instead of new ones");
+  command.option("--points", &arguments.points, "Random points per scene");
+  command.option("--seconds", &arguments.seconds, "About how long each time is measured");
+  return command.run(argc, argv, [&] {
     const auto wanted = [&](const char* part) {
       return arguments.parts.find(part) != std::string::npos;
     };
@@ -248,8 +246,6 @@ int main(int argc, char** argv) {
     if (wanted("threads")) polyhull::test::measure_threads(arguments);
     if (wanted("steady")) polyhull::test::measure_steady_state(arguments);
     if (wanted("peers")) polyhull::test::compare_peers(arguments);
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "hull_benchmark: %s\n", error.what());
-    return 1;
-  }
+    return 0;
+  });
 }

@@ -4,7 +4,6 @@
 // voxel hulls of several sizes from the finest contours. hull_error.csv holds time against the
 // hull's silhouettes' overlap with the body's (in its own cameras and in others), its volume, and
 // its distance to the body.
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -13,6 +12,7 @@
 #include <functional>
 
 #include "base/error.h"
+#include "command_line.h"
 #include "silhouette/blur/blur.h"
 #include "silhouette/contour/approximate.h"
 #include "silhouette/contour/trace.h"
@@ -156,17 +156,15 @@ class Study {
 }  // namespace polyhull::test
 
 int main(int argc, char** argv) {
-  CLI::App app{"Measures the hull's error against its time and writes hull_error.csv."};
+  polyhull::CommandLine command("hull_error_benchmark",
+                      "Measures the hull's error against its time and writes hull_error.csv.");
   const char* data = std::getenv("POLYHULL_DATA");
   std::string body = std::string(data ? data : "") + "/meshes/makehuman_body_metres.obj",
               output = ".";
-  app.add_option("--body", body, "OBJ file of a closed body in metres");
-  app.add_option("--output", output, "Folder for the table")->check(CLI::ExistingDirectory);
-  CLI11_PARSE(app, argc, argv);
-  try {
+  command.option("--body", &body, "OBJ file of a closed body in metres");
+  command.option("--output", &output, "Folder for the table").existing_folder();
+  return command.run(argc, argv, [&] {
     polyhull::test::Study(body, output).run();
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "hull_error_benchmark: %s\n", error.what());
-    return 1;
-  }
+    return 0;
+  });
 }

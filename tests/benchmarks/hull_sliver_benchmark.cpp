@@ -3,7 +3,6 @@
 // hull_slivers.csv holds the share of slivers, turned triangles, triangles that cross each other,
 // the change of the volume and the random points on the wrong side. Deviations are given relative
 // to the diagonal of the hull's box.
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -12,6 +11,7 @@
 #include <string>
 
 #include "base/error.h"
+#include "command_line.h"
 #include "support/cgal_self_intersections.h"
 #include "support/membership.h"
 #include "support/mesh_checks.h"
@@ -57,20 +57,20 @@ void measure(std::FILE* file, const HullScene& scene, const std::vector<double>&
 
 int main(int argc, char** argv) {
   using namespace polyhull;
-  CLI::App app{"Measures what simplification does to the hull and writes hull_slivers.csv."};
+  CommandLine command("hull_sliver_benchmark",
+                      "Measures what simplification does to the hull and writes hull_slivers.csv.");
   const char* environment = std::getenv("POLYHULL_DATA");
   std::string data = environment ? environment : "", output = ".", only;
   std::size_t points = 200000, crossing_limit = 100000;
   std::vector<double> deviations{0, 1e-6, 1e-5, 3e-5, 1e-4, 2e-4, 5e-4, 1e-3};
-  app.add_option("--data", data, "Folder that holds hull_scenes/ ($POLYHULL_DATA)");
-  app.add_option("--output", output, "Folder for the table")->check(CLI::ExistingDirectory);
-  app.add_option("--only", only, "Scenes whose names contain this");
-  app.add_option("--points", points, "Random points per hull");
-  app.add_option("--crossings", crossing_limit,
+  command.option("--data", &data, "Folder that holds hull_scenes/ ($POLYHULL_DATA)");
+  command.option("--output", &output, "Folder for the table").existing_folder();
+  command.option("--only", &only, "Scenes whose names contain this");
+  command.option("--points", &points, "Random points per hull");
+  command.option("--crossings", &crossing_limit,
                  "Triangles up to which crossing triangles are counted");
-  app.add_option("--deviations", deviations, "Relative to the diagonal of the hull's box");
-  CLI11_PARSE(app, argc, argv);
-  try {
+  command.option("--deviations", &deviations, "Relative to the diagonal of the hull's box");
+  return command.run(argc, argv, [&] {
     std::FILE* file = std::fopen((output + "/hull_slivers.csv").c_str(), "w");
     if (!file) throw Error(Error::Kind::io, "{}: cannot write hull_slivers.csv.", output);
     const char* header =
@@ -86,8 +86,6 @@ int main(int argc, char** argv) {
       if (path.find(only) != std::string::npos)
         test::measure(file, load_hull_scene(path), deviations, points, crossing_limit);
     std::fclose(file);
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "hull_sliver_benchmark: %s\n", error.what());
-    return 1;
-  }
+    return 0;
+  });
 }

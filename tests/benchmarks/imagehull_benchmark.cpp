@@ -2,7 +2,6 @@
 // From contours and pictures to a drawn frame, three ways: the image-based hull, the polyhedral hull and
 // the refined surface, both textured; time on one thread, and error half way between cameras. One of
 // cameras, contour tolerance and output size changes at a time; imagehull.csv.
-#include <CLI/CLI.hpp>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -10,6 +9,7 @@
 
 #include "base/thread_pool.h"
 #include "body_frames.h"
+#include "command_line.h"
 #include "imagehull/image_subject.h"
 #include "measure.h"
 #include "refine/refine.h"
@@ -106,13 +106,13 @@ void measure(const Case& now_is, const char* changed, const std::vector<Body>& b
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app{"Image-based hull, polyhedral hull and refined surface: time and error."};
+  CommandLine command("imagehull_benchmark",
+                      "Image-based hull, polyhedral hull and refined surface: time and error.");
   std::string output = ".";
   int runs = 5;
-  app.add_option("--output", output, "Folder for the table")->check(CLI::ExistingDirectory);
-  app.add_option("--runs", runs, "Runs that are timed")->check(CLI::Range(1, 1000));
-  CLI11_PARSE(app, argc, argv);
-  try {
+  command.option("--output", &output, "Folder for the table").existing_folder();
+  command.option("--runs", &runs, "Runs that are timed").range(1, 1000);
+  return command.run(argc, argv, [&] {
     const char* data = std::getenv("POLYHULL_DATA");
     const std::vector<Body> bodies = study_bodies(data ? data : "");
     Table table(output + "/imagehull.csv",
@@ -123,9 +123,6 @@ int main(int argc, char** argv) {
       measure({.tolerance = tolerance}, "tolerance", bodies, runs, table);
     for (const int height : {360, 720, 1080})
       measure({.width = height * 16 / 9, .height = height}, "size", bodies, runs, table);
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "imagehull_benchmark: %s\n", error.what());
-    return 1;
-  }
-  return 0;
+    return 0;
+  });
 }

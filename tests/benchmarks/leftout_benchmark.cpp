@@ -2,11 +2,11 @@
 // What a surface made from some real cameras shows from the place of another, against that one's
 // picture, inside its silhouette: the hull and the refined surface, coloured in all ways. One row
 // for each set, way and camera left out, and their means, in leftout.csv.
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 
+#include "command_line.h"
 #include "measure.h"
 #include "mesh/texture_mesh.h"
 #include "room_frames.h"
@@ -197,21 +197,19 @@ void run_all(const Options& options) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app{
-      "Draws real subjects from the place of a camera that was left out; writes leftout.csv."};
+  CommandLine command(
+      "leftout_benchmark",
+      "Draws real subjects from the place of a camera that was left out; writes leftout.csv.");
   Options options;
-  app.add_option("--set", options.sets, "Only these: oxford, middlebury, room");
-  app.add_flag("--fine", options.fine, "The refined surface with quality fine instead of good");
-  app.add_option("--pictures", options.pictures,
-                 "Folder for pictures: hull, refined (blended by viewing angle), and what was seen")
-      ->check(CLI::ExistingDirectory);
-  app.add_option("--output", options.output, "Folder for the table")->check(CLI::ExistingDirectory);
-  CLI11_PARSE(app, argc, argv);
-  try {
+  command.option("--set", &options.sets, "Only these: oxford, middlebury, room");
+  command.flag("--fine", &options.fine, "The refined surface with quality fine instead of good");
+  command
+      .option("--pictures", &options.pictures,
+              "Folder for pictures: hull, refined (blended by viewing angle), and what was seen")
+      .existing_folder();
+  command.option("--output", &options.output, "Folder for the table").existing_folder();
+  return command.run(argc, argv, [&] {
     run_all(options);
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "leftout_benchmark: %s\n", error.what());
-    return 1;
-  }
-  return 0;
+    return 0;
+  });
 }

@@ -3,7 +3,6 @@
 // processor time of all threads, medians over frames of a figure in the built-in room, drawn by the
 // processor. The background is that of the pinhole in all rows: the time does not hang on it.
 
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <functional>
 #include <memory>
@@ -11,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "command_line.h"
 #include "measure.h"
 #include "render/lens/lens_picture.h"
 #include "render/processor/processor_renderer.h"
@@ -82,14 +82,14 @@ const std::vector<Row>& rows() {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("What the viewport's lens costs");
+  CommandLine command("lens_benchmark", "What the viewport's lens costs");
   std::string size = "1280x720", output = ".", keep;
   int frames = 9;
-  app.add_option("--size", size, "WIDTHxHEIGHT");
-  app.add_option("--frames", frames, "frames of each row, and one before them");
-  app.add_option("--output", output, "folder for lens.csv");
-  app.add_option("--keep", keep, "folder for the last picture of each row");
-  CLI11_PARSE(app, argc, argv);
+  command.option("--size", &size, "WIDTHxHEIGHT");
+  command.option("--frames", &frames, "frames of each row, and one before them");
+  command.option("--output", &output, "folder for lens.csv");
+  command.option("--keep", &keep, "folder for the last picture of each row");
+  if (const auto status = command.parse(argc, argv)) return *status;
   int width = 0, height = 0;
   if (std::sscanf(size.c_str(), "%dx%d", &width, &height) != 2 || width < 1 || height < 1) {
     std::fprintf(stderr, "--size is '%s'; it takes WIDTHxHEIGHT, such as 1280x720.\n",

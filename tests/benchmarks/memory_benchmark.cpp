@@ -3,13 +3,13 @@
 // frame its refined surface (or its hull), textured with and without memory, is drawn from places
 // where no camera stands, against what is to be seen there. Writes memory.csv, and with --pictures
 // sheets: without, with, the truth.
-#include <CLI/CLI.hpp>
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <numbers>
 
+#include "command_line.h"
 #include "measure.h"
 #include "mesh/texture_mesh.h"
 #include "refine/refine.h"
@@ -252,15 +252,15 @@ void measure(const std::string& name, const Options& options, Table& table) {
 
 int main(int argc, char** argv) {
   Options options;
-  CLI::App app{"What remembered colours bring"};
-  app.add_option("--output", options.output, "folder of memory.csv");
-  app.add_option("--pictures", options.pictures, "folder for sheets");
-  app.add_option("--scenes", options.scenes, "MOTION-RIG: turn, walk, stand; half, 3, 4, 4far");
-  app.add_option("--every", options.every, "which frames are drawn");
-  app.add_option("--frames", options.frames, "of 40 ms");
-  app.add_option("--threads", options.threads, "");
-  app.add_flag("--hull", options.hull, "not the refined surface");
-  CLI11_PARSE(app, argc, argv);
+  CommandLine command("memory_benchmark", "What remembered colours bring");
+  command.option("--output", &options.output, "folder of memory.csv");
+  command.option("--pictures", &options.pictures, "folder for sheets");
+  command.option("--scenes", &options.scenes, "MOTION-RIG: turn, walk, stand; half, 3, 4, 4far");
+  command.option("--every", &options.every, "which frames are drawn");
+  command.option("--frames", &options.frames, "of 40 ms");
+  command.option("--threads", &options.threads, "");
+  command.flag("--hull", &options.hull, "not the refined surface");
+  if (const auto status = command.parse(argc, argv)) return *status;
   Table table(
       options.output + "/memory.csv",
       "scene,without_db,with_db,least_gain,acts_percent,gain_where,ms_without,ms_with,points,"

@@ -6,13 +6,13 @@
 // is wrong than with all cameras, on average and in the outage's last frame, the worst instant, and
 // the largest jumps from one picture to the next beyond the figure's own motion, while cameras are
 // missing and when they come back. For good means three seconds.
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
 #include <map>
 #include <tuple>
 
 #include "base/thread_pool.h"
+#include "command_line.h"
 #include "measure.h"
 #include "outage.h"
 
@@ -146,12 +146,13 @@ void study(Table& table, const Rig& rig, const std::vector<Loss>& losses,
 
 int main(int argc, char** argv) {
   using namespace polyhull::benchmark;
-  CLI::App app{"Compares what to show while cameras are missing; writes missing_camera.csv."};
+  polyhull::CommandLine command(
+      "missing_camera",
+      "Compares what to show while cameras are missing; writes missing_camera.csv.");
   std::string output = ".", sheets;
-  app.add_option("folder", output, "Folder for the table")->check(CLI::ExistingDirectory);
-  app.add_option("--sheets", sheets, "Folder for pictures")->check(CLI::ExistingDirectory);
-  CLI11_PARSE(app, argc, argv);
-  try {
+  command.option("folder", &output, "Folder for the table").existing_folder();
+  command.option("--sheets", &sheets, "Folder for pictures").existing_folder();
+  return command.run(argc, argv, [&] {
     Table table(output + "/missing_camera.csv",
                 "missing,policy,frames,error,cut_off,added,excess,last_excess,worst,jump_in,"
                 "jump_out");
@@ -161,8 +162,6 @@ int main(int argc, char** argv) {
            {"2 opposite of 4", {{0, 2}, {1, 3}}, 2}},
           sheets);
     study(table, rig_of(8), {{"1 of 8", {{0}, {6}}, 3}, {"4 of 8", {{0, 1, 2, 3}}, 3}}, sheets);
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "missing_camera: %s\n", error.what());
-    return 1;
-  }
+    return 0;
+  });
 }

@@ -5,7 +5,6 @@
 // how many change; what OpenGL uploads of the background after its first frame, and for how many of the
 // frames after that nothing of the scene is drawn anew.
 
-#include <CLI/CLI.hpp>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
@@ -16,6 +15,7 @@
 
 #include "base/error.h"
 #include "base/thread_pool.h"
+#include "command_line.h"
 #include "gl_context.h"
 #include "measure.h"
 #include "render/gl/compositor.h"
@@ -91,23 +91,23 @@ struct Result {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("What a composite costs");
+  CommandLine command("picture_benchmark", "What a composite costs");
   std::vector<std::string> files;
   std::string size = "1280x720", backend = "all", output, keep, only;
   int rounds = 3;
   bool detailed = false, each = false;
-  app.add_option("meshes", files, "recorded meshes, one per file")->required();
-  app.add_option("--size", size, "WIDTHxHEIGHT");
-  app.add_option("--backend", backend, "processor, gl or all");
-  app.add_option("--only", only,
+  command.option("meshes", &files, "recorded meshes, one per file").required();
+  command.option("--size", &size, "WIDTHxHEIGHT");
+  command.option("--backend", &backend, "processor, gl or all");
+  command.option("--only", &only,
                  "one row: SHADOW-still, SHADOW-travels or SHADOW-given (travels, with planes)");
-  app.add_option("--rounds", rounds, "times through the meshes");
-  app.add_option("--output", output, "folder for picture.csv");
-  app.add_option("--keep", keep, "folder for the last picture of each row");
-  app.add_flag("--passes", detailed, "prints each pass's median, too");
-  app.add_flag("--finish", each,
+  command.option("--rounds", &rounds, "times through the meshes");
+  command.option("--output", &output, "folder for picture.csv");
+  command.option("--keep", &keep, "folder for the last picture of each row");
+  command.flag("--passes", &detailed, "prints each pass's median, too");
+  command.flag("--finish", &each,
                "waits for OpenGL after each pass: the passes' times are their own");
-  CLI11_PARSE(app, argc, argv);
+  if (const auto status = command.parse(argc, argv)) return *status;
   int width = 0, height = 0;
   if (std::sscanf(size.c_str(), "%dx%d", &width, &height) != 2 || width < 1 || height < 1) {
     std::fprintf(stderr, "--size is '%s'; it takes WIDTHxHEIGHT, such as 1280x720.\n",

@@ -2,7 +2,6 @@
 // What a composite's time buys: the shadow's error against 1,024 rays, the mirror image's and the
 // whole picture's against a plain ray tracer, for each backend. picture_plots.gp draws the tables.
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <memory>
@@ -10,6 +9,7 @@
 #include <tuple>
 
 #include "base/srgb.h"
+#include "command_line.h"
 #include "figure_stage.h"
 #include "flip.h"
 #include "gl_context.h"
@@ -149,11 +149,11 @@ void mirrors(const std::string& folder, const std::vector<bool>& backends) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("What a composite's time buys");
+  CommandLine command("picture_error_benchmark", "What a composite's time buys");
   std::string folder = ".", backend = "all";
-  app.add_option("--output", folder, "folder for picture_shadow.csv and picture_mirror.csv");
-  app.add_option("--backend", backend, "processor, gl or all");
-  CLI11_PARSE(app, argc, argv);
+  command.option("--output", &folder, "folder for picture_shadow.csv and picture_mirror.csv");
+  command.option("--backend", &backend, "processor, gl or all");
+  if (const auto status = command.parse(argc, argv)) return *status;
   polyhull::testing::HeadlessContext context(false);
   std::vector<bool> backends;
   if (backend != "gl") backends.push_back(true);

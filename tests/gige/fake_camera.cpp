@@ -8,13 +8,13 @@
 #include <gst/gst.h>
 #include <gst/video/video.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdint>
 #include <cstdio>
 #include <string>
 #include <vector>
 
+#include "command_line.h"
 #include "studio/cameras/stamp.h"
 #include "support/live_line.h"
 
@@ -125,12 +125,13 @@ int main(int argc, char** argv) {
   gst_init(&argc, &argv);
   std::string interface, camera = "cam0";
   Sensor sensor;
-  CLI::App app("A GigE Vision camera in software, with rigtestsrc's numbered pictures");
-  app.add_option("--interface", interface, "network interface or address")->required();
-  app.add_option("--camera", camera, "which of the ring's, cam0 to cam3, also its serial number");
-  app.add_option("--late", sensor.late, "us that it exposes later than other such cameras")
-      ->check(CLI::Range(0, static_cast<int>(period / 2)));
-  CLI11_PARSE(app, argc, argv);
+  polyhull::CommandLine command(
+      "fake_camera", "A GigE Vision camera in software, with rigtestsrc's numbered pictures");
+  command.option("--interface", &interface, "network interface or address").required();
+  command.option("--camera", &camera, "which of the ring's, cam0 to cam3, also its serial number");
+  command.option("--late", &sensor.late, "us that it exposes later than other such cameras")
+      .range(0, static_cast<int>(period / 2));
+  if (const auto status = command.parse(argc, argv)) return *status;
   if (!draw(camera, sensor)) return 1;
 
   ArvGvFakeCamera* server = arv_gv_fake_camera_new(interface.c_str(), camera.c_str());

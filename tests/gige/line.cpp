@@ -4,7 +4,6 @@
 // that this program needs.
 #include <gst/gst.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -16,6 +15,7 @@
 #include <string>
 #include <vector>
 
+#include "command_line.h"
 #include "studio/cameras/stamp.h"
 #include "support/live_line.h"
 #include "wire/mesh_payload.h"
@@ -265,13 +265,14 @@ int main(int argc, char** argv) {
   gst_init(&argc, &argv);
   std::vector<std::string> addresses, networks;
   double minutes = 0.0, late = 0.0;
-  CLI::App app("GigE Vision cameras into hullbuild, unplugged and plugged in again");
-  app.add_option("--camera", addresses, "the cameras' addresses")->required();
-  app.add_option("--network", networks, "the cameras' network namespaces")->required();
-  app.add_option("--late", late, "us that the last camera exposes later than the others");
-  app.add_option("--minutes", minutes,
+  polyhull::CommandLine command(
+      "line", "GigE Vision cameras into hullbuild, unplugged and plugged in again");
+  command.option("--camera", &addresses, "the cameras' addresses").required();
+  command.option("--network", &networks, "the cameras' network namespaces").required();
+  command.option("--late", &late, "us that the last camera exposes later than the others");
+  command.option("--minutes", &minutes,
                  "how long it runs; default: 25 s, one camera unplugged once");
-  CLI11_PARSE(app, argc, argv);
+  if (const auto status = command.parse(argc, argv)) return *status;
   if (addresses.size() != networks.size() || addresses.size() < 3) {
     std::fprintf(stderr, "line: three cameras at least, each with --camera and --network\n");
     return 1;

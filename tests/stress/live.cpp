@@ -4,9 +4,9 @@
 //   live [--cameras 4] [--rate 25] [--width 160] [--height 120] [--starts 20] [--seconds 20]
 //        [--delays 0,20,80,150] [--jitter 15] [--busy-from 5 --busy-for 10] [--branch LINE]
 //        [--hull PROPERTIES] [--tail LINE] [--share 0.999]
-#include <CLI/CLI.hpp>
 #include <ctime>
 
+#include "command_line.h"
 #include "support/live_line.h"
 
 using namespace polyhull::test;
@@ -27,26 +27,26 @@ int main(int argc, char** argv) {
   int starts = 20, busy_threads = 2;
   double seconds = 20, busy_from = -1, busy_for = 10, share = 0.0;
   bool words = false, timeline = false;
-  CLI::App app("Live lines and what became of their instants");
-  app.add_option("--cameras", options.cameras);
-  app.add_option("--rate", options.rate);
-  app.add_option("--width", options.width);
-  app.add_option("--height", options.height);
-  app.add_option("--starts", starts);
-  app.add_option("--seconds", seconds);
-  app.add_option("--delays", options.delays)->delimiter(',');
-  app.add_option("--jitter", options.jitter);
-  app.add_option("--busy-from", busy_from);
-  app.add_option("--busy-for", busy_for);
-  app.add_option("--busy-threads", busy_threads);
-  app.add_option("--branch", options.branch);
-  app.add_option("--hull", options.hull);
-  app.add_option("--tail", options.tail);
-  app.add_option("--share", share, "of the instants that must be shown by whole sets");
-  app.add_flag("--figure", options.figure, "the walking figure instead of a spindle");
-  app.add_flag("--words", words, "print warnings");
-  app.add_flag("--timeline", timeline, "print the whole sets of each second");
-  CLI11_PARSE(app, argc, argv);
+  polyhull::CommandLine command("live", "Live lines and what became of their instants");
+  command.option("--cameras", &options.cameras);
+  command.option("--rate", &options.rate);
+  command.option("--width", &options.width);
+  command.option("--height", &options.height);
+  command.option("--starts", &starts);
+  command.option("--seconds", &seconds);
+  command.option("--delays", &options.delays).separated_by(',');
+  command.option("--jitter", &options.jitter);
+  command.option("--busy-from", &busy_from);
+  command.option("--busy-for", &busy_for);
+  command.option("--busy-threads", &busy_threads);
+  command.option("--branch", &options.branch);
+  command.option("--hull", &options.hull);
+  command.option("--tail", &options.tail);
+  command.option("--share", &share, "of the instants that must be shown by whole sets");
+  command.flag("--figure", &options.figure, "the walking figure instead of a spindle");
+  command.flag("--words", &words, "print warnings");
+  command.flag("--timeline", &timeline, "print the whole sets of each second");
+  if (const auto status = command.parse(argc, argv)) return *status;
 
   std::printf("start  sets whole incomplete mixed split  of-instants  late overdue unwanted  "
               "latency-ms  cores\n");

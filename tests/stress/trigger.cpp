@@ -4,13 +4,13 @@
 // status tells whether every frame got its own pulse's number, and every pulse has its frames.
 //   trigger [--pulses 10000] [--rate 60/1] [--cameras 4] [--busy 4] [--delay 8] [--jitter 2]
 //           [--transfer 40] [--lost 0]
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <cstdio>
 #include <thread>
 
+#include "command_line.h"
 #include "support/triggered_line.h"
 
 using namespace polyhull::test;
@@ -49,16 +49,16 @@ int main(int argc, char** argv) {
   std::string rate = "60/1";
   int cameras = 4, busy = 4, lost = 0;
   double delay = 8, jitter = 2, transfer = 40;
-  CLI::App app("Trigger pulses and the frames that answer them");
-  app.add_option("--pulses", pulses);
-  app.add_option("--rate", rate);
-  app.add_option("--cameras", cameras);
-  app.add_option("--busy", busy, "threads that compute all the time");
-  app.add_option("--delay", delay, "ms from a pulse to its frame's time");
-  app.add_option("--jitter", jitter, "ms to both sides");
-  app.add_option("--transfer", transfer, "ms from a frame's time to its arrival");
-  app.add_option("--lost", lost, "frames in a thousand that are never sent");
-  CLI11_PARSE(app, argc, argv);
+  polyhull::CommandLine command("trigger", "Trigger pulses and the frames that answer them");
+  command.option("--pulses", &pulses);
+  command.option("--rate", &rate);
+  command.option("--cameras", &cameras);
+  command.option("--busy", &busy, "threads that compute all the time");
+  command.option("--delay", &delay, "ms from a pulse to its frame's time");
+  command.option("--jitter", &jitter, "ms to both sides");
+  command.option("--transfer", &transfer, "ms from a frame's time to its arrival");
+  command.option("--lost", &lost, "frames in a thousand that are never sent");
+  if (const auto status = command.parse(argc, argv)) return *status;
 
   TriggeredOptions options;
   options.cameras = cameras;

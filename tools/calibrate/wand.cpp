@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "calibrate/wand.h"
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <iostream>
 #include <map>
@@ -9,6 +8,7 @@
 #include "base/error.h"
 #include "calibrate/report.h"
 #include "calibrate/wand_input.h"
+#include "command_line.h"
 #include "progress.h"
 #include "text_file.h"
 
@@ -162,47 +162,50 @@ int calibrate_by(const Arguments& arguments, bool length_given) {
 }  // namespace
 
 int run_wand(int count, char** values) {
-  CLI::App app(
+  CommandLine command(
+      "polyhull-calibrate wand",
       "Calibrates cameras by a light that is moved through the dark stage. Exits with 0 where the "
-      "result is good, with 2 where it is not, with 1 where there is none.",
-      "polyhull-calibrate wand");
+      "result is good, with 2 where it is not, with 1 where there is none.");
   Arguments arguments;
   arguments.bar.left_out = 0.3;  // reflections and mismatches are usual
-  app.add_option("folder", arguments.folder,
+  command.option("folder", &arguments.folder,
                  "A folder with a sub-folder of pictures per camera, as for boards");
-  app.add_option("--detections", arguments.detections,
+  command.option("--detections", &arguments.detections,
                  "Instead of pictures: a text file, lines of POINT CAMERA U V (px)");
-  app.add_option("--size", arguments.size, "Of the pictures for --detections, WIDTHxHEIGHT");
-  auto* length = app.add_option("--length", arguments.length,
-                                "A wand with two lights, the first brighter: their distance, mm");
-  auto* between = app.add_option("--between", arguments.between,
-                                 "Two points (instants) and their distance: NAME NAME MM")
-                      ->expected(3)
-                      ->excludes(length);
-  app.add_option("--cameras-apart", arguments.cameras_apart,
-                 "Two cameras and the distance of their centres: NAME NAME MM")
-      ->expected(3)
-      ->excludes(length)
-      ->excludes(between);
-  app.add_option("--rig", arguments.rig,
+  command.option("--size", &arguments.size, "Of the pictures for --detections, WIDTHxHEIGHT");
+  const Option length =
+      command.option("--length", &arguments.length,
+                     "A wand with two lights, the first brighter: their distance, mm");
+  const Option between = command
+                             .option("--between", &arguments.between,
+                                     "Two points (instants) and their distance: NAME NAME MM")
+                             .expected(3)
+                             .excludes(length);
+  command
+      .option("--cameras-apart", &arguments.cameras_apart,
+              "Two cameras and the distance of their centres: NAME NAME MM")
+      .expected(3)
+      .excludes(length)
+      .excludes(between);
+  command.option("--rig", &arguments.rig,
                  "A rig file whose lenses are kept; without it they are "
                  "found, beginning with --field-of-view");
-  app.add_option("--field-of-view", arguments.field_of_view, "Horizontal, degrees: a first guess")
-      ->check(CLI::Range(5.0, 150.0))
-      ->capture_default_str();
-  app.add_option("--distortion", arguments.distortion, "How many coefficients: 0, 4 or 5")
-      ->check(CLI::IsMember({0, 4, 5}))
-      ->capture_default_str();
-  app.add_option("--floor-points", arguments.floor_points,
+  command.option("--field-of-view", &arguments.field_of_view, "Horizontal, degrees: a first guess")
+      .range(5.0, 150.0)
+      .shown();
+  command.option("--distortion", &arguments.distortion, "How many coefficients: 0, 4 or 5")
+      .one_of({0, 4, 5})
+      .shown();
+  command.option("--floor-points", &arguments.floor_points,
                  "Points on the floor, lines of POINT CAMERA U V, as for boards");
-  app.add_option("--max-rms", arguments.bar.rms,
-                 "Distance (root mean square, px) above which a camera is not good")
-      ->capture_default_str();
-  app.add_option("-o,--output", arguments.output, "Writes the rig file, in metres");
-  app.add_option("--report", arguments.report, "Writes a report, one HTML page");
-  app.add_flag("--quiet", arguments.quiet, "Shows no progress");
-  CLI11_PARSE(app, count, values);
-  return calibrate_by(arguments, length->count() > 0);
+  command
+      .option("--max-rms", &arguments.bar.rms,
+              "Distance (root mean square, px) above which a camera is not good")
+      .shown();
+  command.option("-o,--output", &arguments.output, "Writes the rig file, in metres");
+  command.option("--report", &arguments.report, "Writes a report, one HTML page");
+  command.flag("--quiet", &arguments.quiet, "Shows no progress");
+  return command.run(count, values, [&] { return calibrate_by(arguments, length.given()); });
 }
 
 }  // namespace polyhull::calibrate_tool
