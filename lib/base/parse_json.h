@@ -3,70 +3,25 @@
 /// JSON from a file or from the network. Not for public headers: it needs nlohmann's.
 #pragma once
 
-#include <algorithm>
-#include <cstring>
-#include <nlohmann/json.hpp>
+#include <cstddef>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <string_view>
 
-#include "base/error.h"
-
 namespace polyhull {
-
-/// Where the \p byte-th byte of \p text (from 1) is: "line 3, column 7".
-inline std::string line_and_column(std::string_view text, std::size_t byte) {
-  std::size_t line = 1, column = 1;
-  for (std::size_t i = 0; i + 1 < byte && i < text.size(); ++i) {
-    if (text[i] == '\n') {
-      ++line;
-      column = 1;
-    } else {
-      ++column;
-    }
-  }
-  return fmt::format("line {}, column {}", line, column);
-}
 
 /// Arrays and objects within each other, beyond which JSON's functions, which call themselves as
 /// deep, may run out of stack.
 constexpr std::size_t deepest_json = 64;
 
 /// How many arrays and objects stand within each other in \p text at most.
-inline std::size_t json_depth(std::string_view text) {
-  std::size_t depth = 0, most = 0;
-  bool in_string = false;
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    const char c = text[i];
-    if (c == '"') in_string = !in_string;
-    if (in_string) {
-      i += c == '\\';
-    } else if (c == '[' || c == '{') {
-      most = std::max(most, ++depth);
-    } else if ((c == ']' || c == '}') && depth > 0) {
-      --depth;
-    }
-  }
-  return most;
-}
+std::size_t json_depth(std::string_view text);
 
-/// The value that \p text is. Throws Error (bad_input), beginning with \p source, for what is not
-/// JSON (line and column), and for more than `deepest_json` arrays and objects within each other.
+/// The value that \p text is, as nlohmann::json or nlohmann::ordered_json. Throws Error (bad_input),
+/// beginning with \p source, for what is not JSON (line and column), and for more than
+/// `deepest_json` arrays and objects within each other. Compiled once, for nlohmann's parser takes
+/// seconds to compile.
 template <class Json = nlohmann::json>
-Json parse_json(std::string_view text, const std::string& source) {
-  if (json_depth(text) > deepest_json)
-    throw Error(Error::Kind::bad_input, "{}: more than {} brackets within each other.", source,
-                deepest_json);
-  try {
-    return Json::parse(text);
-  } catch (const nlohmann::detail::parse_error& error) {
-    // nlohmann: "[json.exception.parse_error.101] parse error at line 1, column 2: what"
-    const char* what = std::strstr(error.what(), ": ");
-    throw Error(Error::Kind::bad_input, "{}: not JSON at {}: {}{}.", source,
-                line_and_column(text, error.byte), what ? what + 2 : error.what(),
-                text.find("NaN") != text.npos ? " (NaN is no JSON number)" : "");
-  } catch (const nlohmann::detail::exception& error) {
-    throw Error(Error::Kind::bad_input, "{}: not usable JSON: {}.", source, error.what());
-  }
-}
+Json parse_json(std::string_view text, const std::string& source);
 
 }  // namespace polyhull

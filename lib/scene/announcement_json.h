@@ -3,7 +3,7 @@
 /// An announcement in JSON that has been read already.
 #pragma once
 
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 
 #include "scene/announcement.h"
 

@@ -18,7 +18,7 @@
 /// formula the other way (inverse_distortion.h).
 #pragma once
 
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>

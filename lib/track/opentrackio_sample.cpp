@@ -2,7 +2,9 @@
 #include "track/opentrackio_sample.h"
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 
+#include "base/error.h"
 #include "base/parse_json.h"
 #include "track/opentrackio_json.h"
 
