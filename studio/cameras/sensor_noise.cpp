@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <mutex>
 #include <numbers>
 
 #ifdef __SSE2__
@@ -17,6 +18,23 @@ namespace {
 constexpr std::size_t table_pixels = 1 << 16;
 constexpr std::size_t piece = 256;  // pixels that are read in one go
 
+using Table = std::vector<std::int8_t>;  // four values per pixel, alpha's 0
+
+Table make_table(double deviation) {
+  Table table(4 * (table_pixels + piece), 0);
+  const auto uniform = [](std::uint64_t i) {
+    return (static_cast<double>(mix_bits(i) >> 11) + 0.5) * 0x1p-53;
+  };
+  std::uint64_t counter = 0;
+  for (std::size_t i = 0; i < table.size(); ++i) {
+    if (i % 4 == 3) continue;
+    const double radius = std::sqrt(-2.0 * std::log(uniform(counter++)));
+    const double value = deviation * radius * std::cos(2.0 * std::numbers::pi * uniform(counter++));
+    table[i] = static_cast<std::int8_t>(std::clamp(std::lround(value), -127L, 127L));
+  }
+  return table;
+}
+
 }  // namespace
 
 std::uint64_t mix_bits(std::uint64_t x) {
@@ -28,18 +46,15 @@ std::uint64_t mix_bits(std::uint64_t x) {
 
 void SensorNoise::prepare(double deviation) {
   if (deviation == deviation_) return;
-  deviation_ = deviation;
-  table_.assign(4 * (table_pixels + piece), 0);
-  const auto uniform = [](std::uint64_t i) {
-    return (static_cast<double>(mix_bits(i) >> 11) + 0.5) * 0x1p-53;
-  };
-  std::uint64_t counter = 0;
-  for (std::size_t i = 0; i < table_.size(); ++i) {
-    if (i % 4 == 3) continue;
-    const double radius = std::sqrt(-2.0 * std::log(uniform(counter++)));
-    const double value = deviation * radius * std::cos(2.0 * std::numbers::pi * uniform(counter++));
-    table_[i] = static_cast<std::int8_t>(std::clamp(std::lround(value), -127L, 127L));
-  }
+  // The table says nothing about the camera: those of a process share it.
+  static std::mutex mutex;
+  static std::weak_ptr<const Table> last;
+  static double last_deviation = -1.0;
+  const std::lock_guard lock(mutex);
+  table_ = deviation == last_deviation ? last.lock() : nullptr;
+  if (!table_) table_ = std::make_shared<const Table>(make_table(deviation));
+  last = table_;
+  last_deviation = deviation_ = deviation;
 }
 
 void SensorNoise::add(double deviation, std::uint64_t key, std::uint8_t* pixels,
@@ -47,7 +62,7 @@ void SensorNoise::add(double deviation, std::uint64_t key, std::uint8_t* pixels,
   if (deviation <= 0.0) return;
   for (std::size_t first = 0; first < count; first += piece) {
     const std::size_t n = 4 * std::min(piece, count - first);
-    const std::int8_t* noise = table_.data() + 4 * (mix_bits(key + first) % table_pixels);
+    const std::int8_t* noise = table_->data() + 4 * (mix_bits(key + first) % table_pixels);
     std::uint8_t* p = pixels + 4 * first;
     std::size_t i = 0;
 #ifdef __SSE2__

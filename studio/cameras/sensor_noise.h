@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 namespace polyhull {
@@ -25,7 +26,7 @@ class SensorNoise {
 
  private:
   double deviation_ = -1.0;
-  std::vector<std::int8_t> table_;  // four values per pixel, alpha's 0
+  std::shared_ptr<const std::vector<std::int8_t>> table_;
 };
 
 /// A well mixed function of its argument (SplitMix64's finaliser).
