@@ -72,6 +72,11 @@ void write_depth(RigTestDrawing& drawing, double scale, const GstVideoFrame& fra
 
 }  // namespace
 
+void prepare(RigTestDrawing& drawing, const RigTestSettings& settings) {
+  if (settings.output != RigOutput::matte && settings.output != RigOutput::depth)
+    drawing.picture->prepare(look_of(settings));
+}
+
 void draw(RigTestDrawing& drawing, const RigTestSettings& settings, std::uint64_t number,
           const GstVideoFrame& frame) {
   auto* pixels = static_cast<std::uint8_t*>(GST_VIDEO_FRAME_PLANE_DATA(&frame, 0));

@@ -22,6 +22,10 @@ struct RigTestDrawing {
   std::vector<float> depth;
 };
 
+/// Does before the stream begins what its first frame would take long for, which a live one could
+/// not make up for.
+void prepare(RigTestDrawing& drawing, const RigTestSettings& settings);
+
 /// Draws frame number \p number at the time that was set on drawing.picture, as settings.output
 /// says, in the format of \p frame. Throws Error.
 void draw(RigTestDrawing& drawing, const RigTestSettings& settings, std::uint64_t number,

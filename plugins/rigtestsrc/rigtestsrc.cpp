@@ -111,7 +111,9 @@ void RigTestSrc::open(GstElement* element) {
   opened.drawing.metres_per_unit = opened.rig.metres_per_unit();
   if (!now.mesh_location.empty())
     opened.mesh_name = std::make_unique<NumberedName>(now.mesh_location);
-  opened.drawing.picture = std::make_unique<CameraPicture>(opened.rig, camera, opened.subject);
+  opened.drawing.picture =
+      std::make_unique<CameraPicture>(opened.rig, camera, opened.subject, now.quality);
+  prepare(opened.drawing, now);
   opened.camera_seed = static_cast<std::uint64_t>(camera) << 32;
   clock.set_delay({now.delay, now.jitter, opened.camera_seed + now.seed});
   start(element);

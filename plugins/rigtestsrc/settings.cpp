@@ -23,6 +23,14 @@ GType enum_type<RigOutput>() {
        {RigOutput::depth, "The true depth at the pixel's centre (GRAY16_LE)", "depth"}});
 }
 
+template <>
+GType enum_type<PictureQuality>() {
+  return register_enum<PictureQuality>(
+      "PolyhullPictureQuality",
+      {{PictureQuality::fast, "Samples only where an outline passes", "fast"},
+       {PictureQuality::exact, "Samples in all pixels", "exact"}});
+}
+
 namespace {
 
 using S = RigTestSettings;
@@ -79,6 +87,11 @@ constexpr Property<RigTestSettings> properties[] = {
     property<&S::output>("output", "Output",
                          "What the buffers hold: the picture or the truth about it.", 0, 0,
                          Change::when_ready),
+    property<&S::quality>("quality", "Quality",
+                          "How the subject's colours are found: at one point of each pixel that no "
+                          "outline touches, or from samples everywhere, which takes twice "
+                          "as long. Coverage and depth are the same.",
+                          0, 0, Change::when_ready),
     property<&S::depth_scale>("depth-scale", "Depth scale",
                               "Metres per level of output=depth, 0.000001 to 1. Level 0 is where "
                               "the subject is not; depths beyond 65535 levels become 65535.",

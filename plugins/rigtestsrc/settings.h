@@ -8,6 +8,7 @@
 #include <string>
 
 #include "plugins/common/property_table.h"
+#include "studio/cameras/camera_picture.h"
 
 namespace polyhull::element {
 
@@ -30,6 +31,7 @@ struct RigTestSettings {
   double speed = 1.0;
   double start = 0.0;
   RigOutput output = RigOutput::picture;
+  PictureQuality quality = PictureQuality::fast;
   double depth_scale = 0.0002;
   std::string mesh_location;
   bool stamp = false;

@@ -18,11 +18,15 @@ std::uint8_t byte(float value) {
 
 }  // namespace
 
-CameraPicture::CameraPicture(const Rig& rig, int index, std::shared_ptr<const Subject> subject)
+CameraPicture::CameraPicture(const Rig& rig, int index, std::shared_ptr<const Subject> subject,
+                             PictureQuality quality)
     : index_(index),
       placement_(placement_for(rig)),
       metres_per_unit_(rig.metres_per_unit()),
-      subject_(std::move(subject)) {
+      subject_(std::move(subject)),
+      quality_(quality),
+      sampling_(quality == PictureQuality::fast && subject_->closed() ? Sampling::outlines
+                                                                      : Sampling::everywhere) {
   if (index < 0 || index >= static_cast<int>(rig.cameras.size())) {
     throw Error(Error::Kind::bad_input,
                 "Camera number {} was asked for, but the rig has {} cameras, counted from 0.",
@@ -35,62 +39,80 @@ CameraPicture::CameraPicture(const Rig& rig, int index, std::shared_ptr<const Su
 }
 
 void CameraPicture::set_time(double seconds) {
-  if (posed_ && seconds == time_) return;
-  subject_->pose(seconds, surface_);
-  time_ = seconds;
-  posed_ = true;
-  shadow_cast_ = false;
+  if (!instant_ || instant_->seconds() != seconds) instant_ = subject_->instant(seconds);
 }
 
 CoverageRaster::Mesh CameraPicture::mesh() const {
   CoverageRaster::Mesh mesh;
-  mesh.positions = surface_.positions;
+  mesh.positions = surface().positions;
   mesh.triangles = subject_->triangles();
   mesh.linear = placement_.linear;
   mesh.origin = placement_.origin;
   mesh.separation = static_cast<float>(0.02 / metres_per_unit_);
+  mesh.sampling = sampling_;
   return mesh;
 }
 
+CameraPicture::Illumination CameraPicture::illumination(const Vec3f& normal,
+                                                        const Vec3f& position) const {
+  const Vec3f to_eye = glm::normalize(eye_ - position);
+  return {studio_light(normal), std::max(glm::dot(normal, to_eye), 0.0f), 0.35f - 0.15f * normal.y,
+          0.0f};
+}
+
+void CameraPicture::illuminate() {
+  const SubjectFrame& frame = surface();
+  vertices_.resize(frame.positions.size());
+  parallel_for(vertices_.size(), 4096, 0, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i)
+      vertices_[i] = illumination(frame.normals[i], frame.positions[i]);
+  });
+}
+
 Vec3f CameraPicture::shade(const PictureLook& look, const Vec3f& screen_light,
-                           const Fragment& f) const {
+                           const SubjectFrame& frame, const Fragment& f) const {
   const std::uint32_t* v = &subject_->triangles()[3 * static_cast<std::size_t>(f.triangle)];
-  const auto mix = [&](const std::vector<Vec3f>& values) {
+  const auto mix = [&](const auto& values) {
     return values[v[0]] * f.at.x + values[v[1]] * f.at.y + values[v[2]] * f.at.z;
   };
-  const Vec3f sum = mix(surface_.normals);
-  const float length = glm::length(sum);
-  const Vec3f normal = length > 0.0f ? sum / length : Vec3f(0, 1, 0);
-  const Vec3f to_eye = glm::normalize(eye_ - mix(surface_.positions));
-  const float facing = std::max(glm::dot(normal, to_eye), 0.0f);
+  Illumination at;
+  if (quality_ == PictureQuality::fast) {
+    at = mix(vertices_);
+  } else {
+    const Vec3f sum = mix(frame.normals);
+    const float length = glm::length(sum);
+    at = illumination(length > 0.0f ? sum / length : Vec3f(0, 1, 0), mix(frame.positions));
+  }
+  const float brightness = at[0], facing = at[1], around = at[2];
   // A pixel sees the more of a surface, the more that is turned away.
   const float width = f.depth * pixel_size_ / std::max(facing, 0.35f);
   const Vec3f albedo = subject_->albedo(f.triangle, f.at, width);
-  Vec3f light = albedo * studio_light(normal);
+  Vec3f light = albedo * brightness;
   if (look.spill > 0.0) {
     // From the floor and the walls around, and by reflection at grazing angles.
     const float graze = (1.0f - facing) * (1.0f - facing);
-    const float around = 0.35f - 0.15f * normal.y;
     light +=
         screen_light * static_cast<float>(look.spill) * (albedo * around + Vec3f(0.35f * graze));
   }
   return light;
 }
 
-void CameraPicture::picture(const PictureLook& look, std::uint64_t frame, bool matte_in_alpha,
-                            std::uint8_t* pixels, std::ptrdiff_t stride) {
+void CameraPicture::prepare(const PictureLook& look) {
   if (!screen_ready_ || !(look.screen == screen_look_)) {
     screen_.prepare(camera_, look.screen, index_);
     screen_look_ = look.screen;
     screen_ready_ = true;
   }
-  const bool shadow = look.shadow > 0.0;
-  if (shadow && !screen_.has_floor()) screen_.find_floor(camera_, placement_);
-  if (shadow && !shadow_cast_) {
-    shadow_.cast(surface_, subject_->triangles());
-    shadow_cast_ = true;
-  }
+  if (look.shadow > 0.0 && !screen_.has_floor()) screen_.find_floor(camera_, placement_);
   noise_.prepare(look.noise);
+}
+
+void CameraPicture::picture(const PictureLook& look, std::uint64_t number, bool matte_in_alpha,
+                            std::uint8_t* pixels, std::ptrdiff_t stride) {
+  prepare(look);
+  const bool shadow = look.shadow > 0.0;
+  const FloorShadow* floor = shadow ? &instant_->shadow() : nullptr;
+  if (shadow) screen_.find_shadow(*floor);
   const auto& green = look.screen.colour;
   const Vec3f screen_light = srgb_decoded(Vec3f(green[0], green[1], green[2]) / 255.0f);
   const auto row = [&](int y) { return pixels + y * stride; };
@@ -99,22 +121,28 @@ void CameraPicture::picture(const PictureLook& look, std::uint64_t frame, bool m
       std::memcpy(row(y), screen_.row(y), 4 * static_cast<std::size_t>(camera_.width));
       if (matte_in_alpha)
         for (int x = 0; x < camera_.width; ++x) row(y)[4 * x + 3] = 0;
-      if (shadow && y >= screen_.first_shadow_row() && y <= screen_.last_shadow_row())
-        screen_.add_shadow(shadow_, look.shadow, y, row(y));
+      if (shadow) screen_.add_shadow(*floor, look.shadow, y, row(y));
     }
   });
+  if (quality_ == PictureQuality::fast) illuminate();
+  const SubjectFrame& frame = surface();
+  const std::uint8_t* codes = linear_to_srgb_table();
   region_ = raster_.draw(camera_, mesh(), [&](int y, std::span<const CoveredPixel> covered) {
     for (const CoveredPixel& pixel : covered) {
       std::uint8_t* out = row(y) + 4 * static_cast<std::size_t>(pixel.x);
+      if (quality_ == PictureQuality::fast && pixel.coverage == 1.0f && pixel.fragment_count == 1) {
+        const Vec3f colour = shade(look, screen_light, frame, pixel.fragments[0]);
+        for (int c = 0; c < 3; ++c) out[c] = linear_to_srgb(colour[c], codes);
+        if (matte_in_alpha) out[3] = 255;
+        continue;
+      }
       Vec3f light(0.0f), code(0.0f);
       for (int i = 0; i < pixel.fragment_count; ++i) {
         const Fragment& f = pixel.fragments[i];
-        const Vec3f colour = shade(look, screen_light, f);
+        const Vec3f colour = shade(look, screen_light, frame, f);
         light += colour * f.weight;
         if (!look.linear_light) {
-          code += Vec3f(srgb_from_linear(colour.x), srgb_from_linear(colour.y),
-                        srgb_from_linear(colour.z)) *
-                  f.weight;
+          code += srgb_from_linear(colour) * f.weight;
         }
       }
       for (int c = 0; c < 3; ++c) {
@@ -132,7 +160,7 @@ void CameraPicture::picture(const PictureLook& look, std::uint64_t frame, bool m
   });
   if (look.noise <= 0.0) return;
   const std::uint64_t key =
-      mix_bits(mix_bits(mix_bits(look.seed) + frame) + static_cast<std::uint64_t>(index_));
+      mix_bits(mix_bits(mix_bits(look.seed) + number) + static_cast<std::uint64_t>(index_));
   parallel_for(camera_.height, 32, 0, [&](std::size_t begin, std::size_t end) {
     for (std::size_t y = begin; y < end; ++y) {
       noise_.add(look.noise, mix_bits(key + y), row(static_cast<int>(y)), camera_.width);

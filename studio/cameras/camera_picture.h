@@ -10,7 +10,7 @@
 #include "studio/cameras/coverage_raster.h"
 #include "studio/cameras/sensor_noise.h"
 #include "studio/cameras/studio.h"
-#include "studio/figure/subject.h"
+#include "studio/figure/subject_instant.h"
 
 namespace polyhull {
 
@@ -24,18 +24,28 @@ struct PictureLook {
   bool linear_light = false;  ///< outlines mix light (as in a lens) instead of picture values
 };
 
+/// How a picture is drawn: with as much work as it needs, or the same everywhere.
+enum class PictureQuality {
+  fast,   ///< samples where an outline passes, elsewhere one point a pixel; lit per vertex
+  exact,  ///< samples in all pixels, each lit by itself
+};
+
 /// Draws one camera of a rig. Keeps what frames have in common. Not for use by two threads at once.
 class CameraPicture {
  public:
   /// \p index is the camera's number in \p rig. Throws Error if there is no such camera.
-  CameraPicture(const Rig& rig, int index, std::shared_ptr<const Subject> subject);
+  CameraPicture(const Rig& rig, int index, std::shared_ptr<const Subject> subject,
+                PictureQuality quality = PictureQuality::fast);
 
-  /// The subject's surface of the frames to come. Cheap where nothing changed.
+  /// The instant of the frames to come. Cheap where nothing changed or another camera asked for it.
   void set_time(double seconds);
 
-  /// RGBA rows of \p stride bytes; \p frame numbers the noise. Alpha is 255 or, where
+  /// Does now what the first picture() with \p look would take long for.
+  void prepare(const PictureLook& look);
+
+  /// RGBA rows of \p stride bytes; \p number chooses the noise. Alpha is 255 or, where
   /// \p matte_in_alpha, the true matte.
-  void picture(const PictureLook& look, std::uint64_t frame, bool matte_in_alpha,
+  void picture(const PictureLook& look, std::uint64_t number, bool matte_in_alpha,
                std::uint8_t* pixels, std::ptrdiff_t stride);
 
   /// The true matte: the share of each pixel that the subject covers, 0..255.
@@ -45,7 +55,7 @@ class CameraPicture {
   void depth(float* values);
 
   const Camera& camera() const { return camera_; }
-  const SubjectFrame& surface() const { return surface_; }
+  const SubjectFrame& surface() const { return instant_->surface(); }
   const Subject& subject() const { return *subject_; }
 
   /// The smallest rectangle that holds the subject in the frame drawn last.
@@ -53,24 +63,29 @@ class CameraPicture {
 
  private:
   CoverageRaster::Mesh mesh() const;
-  Vec3f shade(const PictureLook& look, const Vec3f& screen_light, const Fragment& fragment) const;
+  /// How much light comes to a point from the studio, how far its surface faces the camera, how
+  /// much light comes from the screen around; unused.
+  using Illumination = glm::vec4;
+  Illumination illumination(const Vec3f& normal, const Vec3f& position) const;
+  void illuminate();
+  Vec3f shade(const PictureLook& look, const Vec3f& screen_light, const SubjectFrame& frame,
+              const Fragment& fragment) const;
 
   Camera camera_;
   int index_;
   Placement placement_;
   double metres_per_unit_;
   std::shared_ptr<const Subject> subject_;
+  PictureQuality quality_;
+  Sampling sampling_;
   Vec3f eye_{0.0f};          // in stage coordinates
   float pixel_size_ = 0.0f;  // metres at one world unit of depth
-  double time_ = 0.0;
-  bool posed_ = false;
-  bool shadow_cast_ = false;
-  SubjectFrame surface_;
+  std::shared_ptr<const SubjectInstant> instant_;
+  std::vector<Illumination> vertices_;  // of the surface, for PictureQuality::fast
   CoverageRaster raster_;
   Screen screen_;
   Screen::Look screen_look_;
   bool screen_ready_ = false;
-  FloorShadow shadow_;
   SensorNoise noise_;
   Rectangle region_;
 };

@@ -13,6 +13,11 @@
 /// Coverage is the share of the 64 samples inside any triangle. Which surface a pixel shows is
 /// decided by depth at 16 of them; samples that lie together in depth make one fragment, shaded
 /// once at their common centre.
+///
+/// Only where an outline passes does a pixel of a closed mesh need its samples: elsewhere one
+/// surface covers it all, which its centre finds. Outlines lie on edges between a triangle that
+/// faces the camera and one that does not. Sampling::outlines takes samples in the pixels that such
+/// edges touch, with the same coverage and depth as Sampling::everywhere, which open meshes need.
 #pragma once
 
 #include <cstdint>
@@ -42,6 +47,9 @@ struct CoveredPixel {
   Fragment fragments[4];
 };
 
+/// Which pixels take samples; the others have one fragment, at their centre.
+enum class Sampling { outlines, everywhere };
+
 /// Keeps its memory from one call to the next. Not for use by two threads at once.
 class CoverageRaster {
  public:
@@ -51,6 +59,7 @@ class CoverageRaster {
     Mat3 linear{1.0};  ///< positions to the camera's world: linear * p + origin
     Vec3 origin{0.0};
     float separation = 0.02f;  ///< world units; fragments differ in depth by at least this
+    Sampling sampling = Sampling::everywhere;
   };
   /// Gets row \p y and its covered pixels from left to right. Called once per row with any, from
   /// several threads of the pool in no particular order.
@@ -60,14 +69,16 @@ class CoverageRaster {
   Rectangle draw(const Camera& camera, const Mesh& mesh, const RowSink& sink);
 
  private:
-  struct Vertex {
-    Vec3 position{0.0};  // camera coordinates
-    Vec2 ideal{0.0};     // pinhole pixel, where in front of the camera
-    bool in_front = false;
+  struct ScreenPoint {
     std::int32_t x = 0;  // 1/1024 px
     std::int32_t y = 0;
     float inverse_depth = 0.0f;
     bool valid = false;  // in front of the camera and where the lens model holds
+  };
+  struct Vertex : ScreenPoint {
+    Vec3 position{0.0};  // camera coordinates
+    Vec2 ideal{0.0};     // pinhole pixel, where in front of the camera
+    bool in_front = false;
   };
   struct Corner {
     Vertex vertex;
@@ -77,31 +88,58 @@ class CoverageRaster {
     std::int32_t x[3], y[3];
     float inverse_depth[3];
     std::uint32_t source;
-    std::uint32_t corners;  // index into corner_coordinates_, or no_corners
+    std::uint32_t corners;   // index into corner_coordinates_, or no_corners
+    std::uint32_t outlines;  // bit k: there may be an outline from corner k to the next
   };
+  static constexpr int band_rows = 16;
+  struct Samples;
   struct Band;
+  struct Setup;
 
   Vertex project(const Vec3& position) const;
-  void split(const Corner& a, const Corner& b, const Corner& c, std::uint32_t source, int depth);
-  void emit(const Corner* const corners[3], std::uint32_t source, bool whole);
-  void split_all(std::span<const std::uint32_t> triangles);
+  // Bit k of sides: there may be an outline on the side opposite to corner k.
+  void split(const Corner& a, const Corner& b, const Corner& c, std::uint32_t source,
+             unsigned sides, int depth);
+  void emit(const ScreenPoint* const points[3], const Corner* const* corners, std::uint32_t source,
+            unsigned sides);
+  bool is_small(const ScreenPoint* const points[3]) const;
+  void find_facing(std::span<const std::uint32_t> triangles);
+  enum class Way : std::uint8_t { none, whole, split };  // of a triangle to the screen
+  void split_all(const Mesh& mesh);
   void find_valid_region(const Camera& camera);
-  Rectangle drawn_region() const;
-  int sort_into_bands(const Rectangle& region);  // how many there are
-  void draw_band(int first_row, int rows, const Rectangle& region,
-                 std::span<const std::uint32_t> list, float separation, const RowSink& sink) const;
+  void mark_outlines(const Triangle& triangle, Band& band) const;
+  void draw_band(int first_row, int rows, const Rectangle& region, std::span<const Triangle> list,
+                 float separation, const RowSink& sink) const;
+  static void cover_centres(const Triangle& triangle, const Setup& setup, std::uint32_t index,
+                            int x_first, int x_last, int y_first, int y_last, Band& band);
+  static void cover_samples(const Triangle& triangle, const Setup& setup, std::uint32_t index,
+                            int x, int y, Samples& samples);
   void cover(const Triangle& triangle, std::uint32_t index, Band& band) const;
-  void resolve(const Band& band, int x, int y, float separation, CoveredPixel& pixel) const;
-  Fragment fragment(std::uint32_t index, float x, float y) const;
+  void cover_all(std::span<const Triangle> list, Band& band) const;
+  void cover_all_avx2(std::span<const Triangle> list, Band& band) const;
+  void resolve(std::span<const Triangle> list, const Band& band, int x, int y, float separation,
+               CoveredPixel& pixel) const;
+  Vec3f weights(const Triangle& triangle, float x, float y) const;  // of the corners, at a point
+  Fragment fragment(const Triangle& triangle, const Vec3f& weights, float depth) const;
+  Fragment fragment(const Triangle& triangle, float x, float y) const;
 
   const Camera* camera_ = nullptr;
+  Mat3 linear_{1.0};  // positions to camera coordinates
+  Vec3 origin_{0.0};
   bool two_sided_ = false;
+  bool everywhere_ = false;
   Vec2 valid_min_{0.0}, valid_max_{0.0};  // pinhole pixels
   std::vector<double> known_lens_;        // the lens that valid_min_, valid_max_ belong to
-  std::vector<Vertex> vertices_;
-  std::vector<Triangle> triangles_;
+  std::vector<ScreenPoint> vertices_;
+  std::vector<std::uint8_t> facing_;  // of the triangles at each vertex: bits front, back
+  std::vector<Way> ways_;
   std::vector<Vec3f> corner_coordinates_;
-  std::vector<std::vector<std::uint32_t>> bands_;
+  // The triangles that reach into each band of rows. They lie together: to fetch them from all over
+  // the mesh takes longer than to draw them.
+  std::vector<std::vector<Triangle>> bands_;
+  struct {
+    std::int32_t left, right, top, bottom;
+  } drawn_{};  // by all triangles
 };
 
 }  // namespace polyhull

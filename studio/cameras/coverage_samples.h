@@ -4,13 +4,14 @@
 /// its files, and a header so that the loops are inlined there.
 ///
 /// Sample (i, j), 0 <= i, j < 8, lies at (128 i + 16 j - 504, 128 j + 16 i - 504) / 1024 px from
-/// the pixel's centre: a square lattice sheared both ways. It is bit 8 j + i of a mask. Two samples
+/// the pixel's centre: a square lattice sheared both ways. It is bit 8 i + j of a mask. Two samples
 /// of each row decide on depth: columns depth_column[j] and that plus 4.
 #pragma once
 
 #include <array>
 #include <cstdint>
 #include <cstdlib>
+#include <cstring>
 
 #ifdef __SSE2__
 #include <emmintrin.h>
@@ -26,6 +27,14 @@ inline constexpr std::uint32_t nothing = ~std::uint32_t{0};
 /// The pixel that a coordinate in 1/1024 px lies in.
 inline std::int32_t floor_pixel(std::int32_t fixed) {
   return (fixed + unit / 2) >> 10;
+}
+
+/// The first pixel whose centre is not before a coordinate, and the last whose is not behind it.
+inline std::int32_t next_centre(std::int32_t fixed) {
+  return (fixed + unit - 1) >> 10;
+}
+inline std::int32_t last_centre(std::int32_t fixed) {
+  return fixed >> 10;
 }
 
 inline constexpr int samples = 64;
@@ -47,14 +56,22 @@ constexpr DepthPattern make_depth_pattern() {
 }
 inline constexpr DepthPattern pattern = make_depth_pattern();
 
+/// The bits of a byte, one zero between any two.
+inline std::uint32_t spread_bits(std::uint32_t bits) {
+  bits = (bits | bits << 4) & 0x0f0f;
+  bits = (bits | bits << 2) & 0x3333;
+  return (bits | bits << 1) & 0x5555;
+}
+
 /// The bits of the depth samples of \p mask: bit k for sample k of the depth pattern.
 inline std::uint32_t depth_bits(std::uint64_t mask) {
-  std::uint32_t bits = 0;
-  for (int j = 0; j < 8; ++j) {
-    const std::uint32_t row = static_cast<std::uint32_t>(mask >> (8 * j) >> depth_column[j]) & 0x11;
-    bits |= ((row | row >> 3) & 3) << (2 * j);
-  }
-  return bits;
+  // Of rows 0 and 4 column 0, of rows 1 and 5 column 2, and so on, as depth_column says.
+  const auto rows = [](std::uint32_t columns) {
+    return (columns & 0x11) | (columns >> 16 & 0x22) | (columns >> 8 & 0x44) |
+           (columns >> 24 & 0x88);
+  };
+  return spread_bits(rows(static_cast<std::uint32_t>(mask))) |
+         spread_bits(rows(static_cast<std::uint32_t>(mask >> 32))) << 1;
 }
 
 /// What an edge function a x + b y gains from one sample to the next, and its extremes in a pixel.
@@ -67,41 +84,28 @@ inline EdgeSteps edge_steps(std::int32_t a, std::int32_t b) {
           (std::abs(a) + std::abs(b)) * (unit / 2)};
 }
 
-/// Bit 8 j + i: sample (i, j) lies on the inner side of all three edges, whose functions are \p e
+/// Bit 8 i + j: sample (i, j) lies on the inner side of all three edges, whose functions are \p e
 /// at the pixel's centre.
-inline std::uint64_t inside(const std::int32_t (&e)[3], const EdgeSteps (&steps)[3]) {
-  std::uint64_t mask = 0;
-#ifdef __SSE2__
-  __m128i left[3], right[3], down[3];
-  for (int k = 0; k < 3; ++k) {
-    const std::int32_t start = e[k] + steps[k].first, u = steps[k].column;
-    left[k] = _mm_add_epi32(_mm_set1_epi32(start), _mm_set_epi32(3 * u, 2 * u, u, 0));
-    right[k] = _mm_add_epi32(left[k], _mm_set1_epi32(4 * u));
-    down[k] = _mm_set1_epi32(steps[k].row);
-  }
+[[gnu::always_inline]] inline std::uint64_t inside(const std::int32_t (&e)[3],
+                                                   const EdgeSteps (&steps)[3]) {
+  using Int8 = int __attribute__((vector_size(32)));
+  using Char8 = unsigned char __attribute__((vector_size(8)));
+  const Int8 columns = {0, 1, 2, 3, 4, 5, 6, 7};
+  Int8 a = columns * steps[0].column + (e[0] + steps[0].first);
+  Int8 b = columns * steps[1].column + (e[1] + steps[1].first);
+  Int8 c = columns * steps[2].column + (e[2] + steps[2].first);
+  Int8 outside = {};
   for (int j = 0; j < 8; ++j) {
-    // A negative value, whose highest bit is set, is outside.
-    const __m128i l = _mm_or_si128(_mm_or_si128(left[0], left[1]), left[2]);
-    const __m128i r = _mm_or_si128(_mm_or_si128(right[0], right[1]), right[2]);
-    const int outside = _mm_movemask_ps(_mm_castsi128_ps(l)) | _mm_movemask_ps(_mm_castsi128_ps(r))
-                                                                   << 4;
-    mask |= static_cast<std::uint64_t>(~outside & 255) << (8 * j);
-    for (int k = 0; k < 3; ++k) {
-      left[k] = _mm_add_epi32(left[k], down[k]);
-      right[k] = _mm_add_epi32(right[k], down[k]);
-    }
+    // A negative value is outside.
+    outside |= ((a | b | c) >> 31) & (1 << j);
+    a += steps[0].row;
+    b += steps[1].row;
+    c += steps[2].row;
   }
-#else
-  for (int j = 0; j < 8; ++j) {
-    for (int i = 0; i < 8; ++i) {
-      std::int32_t any = 0;
-      for (int k = 0; k < 3; ++k)
-        any |= e[k] + steps[k].first + i * steps[k].column + j * steps[k].row;
-      mask |= static_cast<std::uint64_t>(any >= 0) << (8 * j + i);
-    }
-  }
-#endif
-  return mask;
+  const Char8 bytes = __builtin_convertvector(outside, Char8);
+  std::uint64_t mask;
+  std::memcpy(&mask, &bytes, sizeof mask);
+  return ~mask;
 }
 
 /// Where \p bits has a depth sample and the plane centre + gx x + gy y (held between \p far and

@@ -16,6 +16,14 @@ namespace {
 constexpr std::int32_t longest_edge = 16 * unit;
 constexpr int deepest_split = 14;
 constexpr int deepest_split_behind = 6;  // of triangles that reach behind the camera
+constexpr std::uint8_t front = 1, back = 2;
+
+/// Twice the area; y points down, so that of a triangle seen from outside is negative.
+template <class Point>
+std::int64_t area_of(const Point* const p[3]) {
+  return static_cast<std::int64_t>(p[1]->x - p[0]->x) * (p[2]->y - p[0]->y) -
+         static_cast<std::int64_t>(p[2]->x - p[0]->x) * (p[1]->y - p[0]->y);
+}
 
 }  // namespace
 
@@ -73,19 +81,19 @@ void CoverageRaster::find_valid_region(const Camera& camera) {
   }
 }
 
-void CoverageRaster::emit(const Corner* const corners[3], std::uint32_t source, bool whole) {
-  const Vertex *a = &corners[0]->vertex, *b = &corners[1]->vertex, *c = &corners[2]->vertex;
-  const std::int64_t area = static_cast<std::int64_t>(b->x - a->x) * (c->y - a->y) -
-                            static_cast<std::int64_t>(c->x - a->x) * (b->y - a->y);
-  // y points down, so the outside of a triangle has negative area.
+void CoverageRaster::emit(const ScreenPoint* const points[3], const Corner* const* corners,
+                          std::uint32_t source, unsigned sides) {
+  const std::int64_t area = area_of(points);
   if (area == 0 || (area > 0 && !two_sided_)) return;
   const int order[3] = {0, area < 0 ? 2 : 1, area < 0 ? 1 : 2};
   Triangle t;
+  t.outlines = 0;
   for (int k = 0; k < 3; ++k) {
-    const Vertex& v = corners[order[k]]->vertex;
+    const ScreenPoint& v = *points[order[k]];
     t.x[k] = v.x;
     t.y[k] = v.y;
     t.inverse_depth[k] = v.inverse_depth;
+    t.outlines |= (sides >> order[(k + 2) % 3] & 1) << k;
   }
   const auto [left, right] = std::minmax({t.x[0], t.x[1], t.x[2]});
   const auto [top, bottom] = std::minmax({t.y[0], t.y[1], t.y[2]});
@@ -95,15 +103,19 @@ void CoverageRaster::emit(const Corner* const corners[3], std::uint32_t source, 
   t.source = source;
   t.corners = static_cast<std::uint32_t>(corner_coordinates_.size());
   // Whole triangles need no coordinates of their own, only the order that was chosen.
-  if (whole)
+  if (corners == nullptr)
     t.corners = nothing - 1 - (area > 0);
   else
     for (const int k : order) corner_coordinates_.push_back(corners[k]->at);
-  triangles_.push_back(t);
+  drawn_ = {std::min(drawn_.left, left), std::max(drawn_.right, right), std::min(drawn_.top, top),
+            std::max(drawn_.bottom, bottom)};
+  const int last = std::min(floor_pixel(bottom), camera_->height - 1) / band_rows;
+  for (int band = std::max(floor_pixel(top), 0) / band_rows; band <= last; ++band)
+    bands_[band].push_back(t);
 }
 
 void CoverageRaster::split(const Corner& a, const Corner& b, const Corner& c, std::uint32_t source,
-                           int depth) {
+                           unsigned sides, int depth) {
   const Corner* corner[3] = {&a, &b, &c};
   const Vertex *va = &a.vertex, *vb = &b.vertex, *vc = &c.vertex;
   if (!va->in_front && !vb->in_front && !vc->in_front) return;
@@ -130,7 +142,16 @@ void CoverageRaster::split(const Corner& a, const Corner& b, const Corner& c, st
     cuts += cut[k];
   }
   if (cuts == 0) {
-    if (va->valid && vb->valid && vc->valid) emit(corner, source, depth == 0);
+    if (!va->valid || !vb->valid || !vc->valid) return;
+    // A bent triangle can turn its back in part. Else only its own sides can be outlines.
+    unsigned outlines = camera_->has_distortion() ? 7 : 0;
+    for (int k = 0; k < 3; ++k)
+      for (int side = 0; side < 3; ++side)
+        if ((sides >> side & 1) && corner[(k + 1) % 3]->at[side] == 0.0f &&
+            corner[(k + 2) % 3]->at[side] == 0.0f)
+          outlines |= 1u << k;
+    const ScreenPoint* const points[3] = {va, vb, vc};
+    emit(points, corner, source, outlines);
     return;
   }
   Corner middle[3];
@@ -141,36 +162,79 @@ void CoverageRaster::split(const Corner& a, const Corner& b, const Corner& c, st
     middle[k].at = 0.5f * (p.at + q.at);
   }
   if (cuts == 3) {
-    split(a, middle[0], middle[2], source, depth + 1);
-    split(middle[0], b, middle[1], source, depth + 1);
-    split(middle[2], middle[1], c, source, depth + 1);
-    split(middle[0], middle[1], middle[2], source, depth + 1);
+    split(a, middle[0], middle[2], source, sides, depth + 1);
+    split(middle[0], b, middle[1], source, sides, depth + 1);
+    split(middle[2], middle[1], c, source, sides, depth + 1);
+    split(middle[0], middle[1], middle[2], source, sides, depth + 1);
     return;
   }
   for (int k = 0; k < 3; ++k) {
     const Corner &p = *corner[k], &q = *corner[(k + 1) % 3], &r = *corner[(k + 2) % 3];
     if (cuts == 1 && cut[k]) {
-      split(p, middle[k], r, source, depth + 1);
-      split(middle[k], q, r, source, depth + 1);
+      split(p, middle[k], r, source, sides, depth + 1);
+      split(middle[k], q, r, source, sides, depth + 1);
     } else if (cuts == 2 && !cut[k]) {
       // The two cut edges meet in r.
-      split(p, q, middle[(k + 1) % 3], source, depth + 1);
-      split(p, middle[(k + 1) % 3], middle[(k + 2) % 3], source, depth + 1);
-      split(middle[(k + 1) % 3], r, middle[(k + 2) % 3], source, depth + 1);
+      split(p, q, middle[(k + 1) % 3], source, sides, depth + 1);
+      split(p, middle[(k + 1) % 3], middle[(k + 2) % 3], source, sides, depth + 1);
+      split(middle[(k + 1) % 3], r, middle[(k + 2) % 3], source, sides, depth + 1);
     }
   }
 }
 
-void CoverageRaster::split_all(std::span<const std::uint32_t> triangles) {
-  triangles_.clear();
-  corner_coordinates_.clear();
+bool CoverageRaster::is_small(const ScreenPoint* const points[3]) const {
+  bool small = points[0]->valid && points[1]->valid && points[2]->valid;
+  for (int k = 0; k < 3 && small; ++k) {
+    const ScreenPoint &p = *points[k], &q = *points[(k + 1) % 3];
+    small = std::abs(p.x - q.x) <= longest_edge && std::abs(p.y - q.y) <= longest_edge;
+  }
+  return small;
+}
+
+void CoverageRaster::find_facing(std::span<const std::uint32_t> triangles) {
+  facing_.assign(vertices_.size(), 0);
+  ways_.resize(triangles.size() / 3);
+  const bool bends = camera_->has_distortion();
   for (std::size_t t = 0; t < triangles.size(); t += 3) {
-    Corner corner[3];
-    for (int k = 0; k < 3; ++k) {
-      corner[k].vertex = vertices_[triangles[t + k]];
-      corner[k].at[k] = 1.0f;
+    const ScreenPoint* const points[3] = {&vertices_[triangles[t]], &vertices_[triangles[t + 1]],
+                                          &vertices_[triangles[t + 2]]};
+    const bool small = is_small(points);
+    std::uint8_t facing = front | back;
+    const bool valid = small || (points[0]->valid && points[1]->valid && points[2]->valid);
+    const std::int64_t area = valid ? area_of(points) : 0;
+    if (area != 0 && (small || !bends)) facing = area < 0 ? front : back;
+    for (int k = 0; k < 3; ++k) facing_[triangles[t + k]] |= facing;
+    const bool seen = area < 0 || (area > 0 && two_sided_);
+    ways_[t / 3] = !small ? Way::split : seen ? Way::whole : Way::none;
+  }
+}
+
+void CoverageRaster::split_all(const Mesh& mesh) {
+  bands_.resize((camera_->height + band_rows - 1) / band_rows);
+  for (auto& band : bands_) band.clear();
+  drawn_ = {INT32_MAX, INT32_MIN, INT32_MAX, INT32_MIN};
+  corner_coordinates_.clear();
+  find_facing(mesh.triangles);
+  const auto outline = [&](std::uint32_t a, std::uint32_t b) {
+    return facing_[a] == (front | back) && facing_[b] == (front | back);
+  };
+  for (std::size_t t = 0; t < mesh.triangles.size(); t += 3) {
+    const auto source = static_cast<std::uint32_t>(t / 3);
+    if (ways_[source] == Way::none) continue;
+    const std::uint32_t a = mesh.triangles[t], b = mesh.triangles[t + 1], c = mesh.triangles[t + 2];
+    const unsigned sides = outline(b, c) | outline(c, a) << 1 | outline(a, b) << 2;
+    if (ways_[source] == Way::whole) {
+      const ScreenPoint* const points[3] = {&vertices_[a], &vertices_[b], &vertices_[c]};
+      emit(points, nullptr, source, sides);
+      continue;
     }
-    split(corner[0], corner[1], corner[2], static_cast<std::uint32_t>(t / 3), 0);
+    Corner corners[3];
+    for (int k = 0; k < 3; ++k) {
+      const Vec3 position(mesh.positions[mesh.triangles[t + k]]);
+      corners[k].vertex = project(linear_ * position + origin_);
+      corners[k].at[k] = 1.0f;
+    }
+    split(corners[0], corners[1], corners[2], source, sides, 0);
   }
 }
 

@@ -41,10 +41,16 @@ void lay(Vec3f& colour, const Vec3f& over, float cover) {
   colour += (over - colour) * cover;
 }
 
+/// floor() of small numbers, which is asked for per pixel.
+float whole_below(float x) {
+  const auto whole = static_cast<float>(static_cast<int>(x));
+  return whole > x ? whole - 1.0f : whole;
+}
+
 /// Share of a periodic stripe pattern with \p period of which the first \p part is on, averaged.
 float stripes(float x, float period, float part, float width) {
   const auto integral = [&](float s) {
-    const float n = std::floor(s);
+    const float n = whole_below(s);
     return n * part + std::min(s - n, part);
   };
   const float w = std::max(width / period, 1e-4f), s = x / period;

@@ -178,7 +178,8 @@ class FileSubject : public Subject {
 
   void report(const std::string& path) {
     const ManifoldDefects defects = manifold_defects(triangles_, vertex_count_);
-    if (defects.none()) return;
+    closed_ = defects.none();
+    if (closed_) return;
     warning_ = fmt::format(
         "Subject '{}' is not a closed surface: {} open edges, {} edges with more than two faces, "
         "{} "

@@ -2,54 +2,20 @@
 #include "studio/figure/subject.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "base/error.h"
-#include "base/srgb.h"
 #include "studio/figure/figure.h"
 #include "studio/figure/file_subject.h"
 #include "studio/figure/hairy_figure.h"
 
 namespace polyhull {
-namespace {
-
-constexpr int srgb_steps = 4096;
-
-/// sRGB codes over the square root of the linear value, where the curve is almost straight.
-const std::array<float, srgb_steps + 2>& srgb_table() {
-  static const auto table = [] {
-    std::array<float, srgb_steps + 2> t;
-    for (int i = 0; i < srgb_steps + 2; ++i) {
-      const float root = static_cast<float>(i) / srgb_steps;
-      t[i] = srgb_encoded(root * root);
-    }
-    return t;
-  }();
-  return table;
-}
-
-}  // namespace
-
-float srgb_from_linear(float linear) {
-  // Also right for what is not a number.
-  const float s = (linear > 0.0f ? std::sqrt(std::min(linear, 1.0f)) : 0.0f) * srgb_steps;
-  const int i = static_cast<int>(s);
-  const auto& table = srgb_table();
-  return table[i] + (table[i + 1] - table[i]) * (s - static_cast<float>(i));
-}
-
 std::shared_ptr<const Subject> open_subject(const std::string& name, double height) {
   if (!name.empty() && name != "figure" && name != "hairy") return load_subject(name, height);
-  static const auto figure = std::make_shared<const Figure>();
+  static const auto figure = std::make_shared<const Figure>(stored_figure_skin());
   if (name != "hairy") return figure;
   static const std::shared_ptr<const Subject> hairy = std::make_shared<const HairyFigure>(figure);
   return hairy;
-}
-
-float studio_light(const Vec3f& normal) {
-  static const Vec3f key = glm::normalize(Vec3f(0.45f, 0.65f, 0.60f));
-  return 0.66f + 0.13f * normal.y + 0.26f * std::max(glm::dot(normal, key), 0.0f);
 }
 
 Vec3f outgoing_colour(const Subject& subject, const SubjectFrame& frame, std::uint32_t triangle,

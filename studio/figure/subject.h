@@ -10,11 +10,13 @@
 
 #include <cstdint>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <vector>
 
 #include "base/vector.h"
 #include "rig/rig.h"
+#include "studio/figure/light.h"
 
 namespace polyhull {
 
@@ -23,6 +25,8 @@ struct SubjectFrame {
   std::vector<Vec3f> positions;
   std::vector<Vec3f> normals;  ///< unit length, outward
 };
+
+class SubjectInstant;
 
 /// A closed (unless said otherwise) triangle mesh whose vertices move. Metres, y up, standing on y
 /// = 0.
@@ -37,10 +41,17 @@ class Subject {
   /// The surface at \p seconds; a function of the time alone. Safe to call from several threads.
   virtual void pose(double seconds, SubjectFrame& frame) const = 0;
 
+  /// The subject at \p seconds. The last few instants that were asked for are kept: cameras that ask
+  /// for the same share it (subject_instant.h). Safe to call from several threads.
+  std::shared_ptr<const SubjectInstant> instant(double seconds) const;
+
   /// Diffuse albedo (linear Rec. 709) times the share of the studio's light that reaches the point,
   /// at barycentric coordinates \p at of triangle number \p triangle; detail finer than \p width
   /// metres is averaged.
   virtual Vec3f albedo(std::uint32_t triangle, const Vec3f& at, float width) const = 0;
+
+  /// Whether each edge joins two triangles.
+  bool closed() const { return closed_; }
 
   /// Empty, or what is wrong with the surface (it is not closed), in a sentence.
   const std::string& warning() const { return warning_; }
@@ -48,17 +59,18 @@ class Subject {
  protected:
   std::vector<std::uint32_t> triangles_;
   std::size_t vertex_count_ = 0;
+  bool closed_ = true;
   std::string warning_;
+
+ private:
+  mutable std::mutex instants_mutex_;
+  mutable std::vector<std::shared_ptr<const SubjectInstant>> instants_;  // oldest first
 };
 
 /// The procedural figure for "" and "figure", the same with a coat of hair for "hairy" (each made
 /// once per process and shared), else the subject of an OBJ file, scaled to \p height metres (0:
 /// taken as metres), which turns about itself once in ten seconds. Throws Error if the file is missing, is no OBJ file or has no triangles.
 std::shared_ptr<const Subject> open_subject(const std::string& name, double height = 0.0);
-
-/// Light of the studio at a matt surface with \p normal (unit length), 0..1: soft from all sides,
-/// more from above and from the front left.
-float studio_light(const Vec3f& normal);
 
 /// The colour (sRGB, 0..1) that a point of \p subject sends out.
 Vec3f outgoing_colour(const Subject& subject, const SubjectFrame& frame, std::uint32_t triangle,
@@ -87,8 +99,5 @@ TruthMesh truth_mesh(const Subject& subject, const Rig& rig, double seconds);
 /// Writes \p mesh to \p path: binary PLY (.ply) or OBJ with colours after the positions (.obj).
 /// Throws Error: unknown ending, not writable.
 void write_truth_mesh(const TruthMesh& mesh, const std::string& path);
-
-/// sRGB code (0..1) of a linear value (clamped to 0..1), from a table.
-float srgb_from_linear(float linear);
 
 }  // namespace polyhull

@@ -124,6 +124,24 @@ GST_START_TEST(test_same_bytes_again) {
 }
 GST_END_TEST
 
+/// The qualities differ in colours alone, and little.
+GST_START_TEST(test_quality) {
+  for (const char* output : {"matte", "depth"}) {
+    const std::string line = std::string("num-buffers=1 start=2 output=") + output;
+    fail_unless(shoot(line, "video/x-raw")[0].bytes ==
+                shoot(line + " quality=exact", "video/x-raw")[0].bytes);
+  }
+  const auto fast = shoot("num-buffers=1 start=2 noise=0")[0].bytes;
+  const auto exact = shoot("num-buffers=1 start=2 noise=0 quality=exact")[0].bytes;
+  fail_if(fast == exact);
+  double squares = 0.0;
+  for (std::size_t i = 0; i < fast.size(); ++i)
+    squares += std::pow(static_cast<double>(fast[i]) - exact[i], 2.0);
+  const double rms = std::sqrt(squares / static_cast<double>(fast.size()));
+  fail_unless(rms < 0.5, "rms %g", rms);
+}
+GST_END_TEST
+
 /// All formats carry the same picture: BGRx is RGBA turned round, the YUV formats agree with each
 /// other byte for byte, and what videoconvert makes of them is near the RGBA picture (its fast
 /// paths are off by up to three levels; the exact values are tested in the library's yuv test).
@@ -384,6 +402,7 @@ static Suite* rigtestsrc_suite() {
   tcase_add_test(tests, test_states);
   tcase_add_test(tests, test_buffers_are_numbered_and_timed);
   tcase_add_test(tests, test_same_bytes_again);
+  tcase_add_test(tests, test_quality);
   tcase_add_test(tests, test_chroma_formats);
   tcase_add_test(tests, test_seek);
   tcase_add_test(tests, test_live_properties);

@@ -3,10 +3,13 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <memory>
 #include <numbers>
+#include <thread>
 
 #include "base/error.h"
 #include "base/thread_pool.h"
@@ -104,6 +107,11 @@ TEST_P(SphereMatte, MatchesTheAnalyticOne) {
         worst_depth = std::max(worst_depth, std::abs(depth[y * 1024 + x] - truth));
     }
   }
+  CameraPicture exact(rig, 1, sphere, PictureQuality::exact);
+  exact.set_time(0.7);
+  std::vector<std::uint8_t> exact_matte(matte.size());
+  exact.matte(exact_matte.data(), 1024);
+  EXPECT_EQ(matte, exact_matte);
   const double perimeter = 2.0 * std::sqrt(std::numbers::pi * true_area);
   RecordProperty("bias_px_millionths", static_cast<int>(1e6 * (area - true_area) / perimeter));
   // The polyhedron lies up to r (1 - cos(pi / 320)) = 0.02 mm inside the sphere, about 0.006 px.
@@ -230,17 +238,97 @@ PictureLook studio() {
 TEST(CameraPicture, SameBytesOnOneThreadAndMany) {
   Rig rig = default_rig();
   rig.cameras[2].distortion = {-0.1, 0.02, 0.0, 0.0};
-  std::vector<std::uint8_t> pictures[3];
-  for (int run = 0; run < 3; ++run) {
-    set_pool_threads(run == 1 ? 4 : 1);
-    CameraPicture picture(rig, 2, open_subject("figure"));
-    picture.set_time(4.4);
-    pictures[run].resize(1024 * 768 * 4);
-    picture.picture(studio(), 17, false, pictures[run].data(), 4096);
+  for (const PictureQuality quality : {PictureQuality::fast, PictureQuality::exact}) {
+    std::vector<std::uint8_t> pictures[3];
+    for (int run = 0; run < 3; ++run) {
+      set_pool_threads(run == 1 ? 4 : 1);
+      CameraPicture picture(rig, 2, open_subject("figure"), quality);
+      picture.set_time(4.4);
+      pictures[run].resize(1024 * 768 * 4);
+      picture.picture(studio(), 17, false, pictures[run].data(), 4096);
+    }
+    set_pool_threads(0);
+    EXPECT_EQ(pictures[0], pictures[1]);
+    EXPECT_EQ(pictures[0], pictures[2]);
   }
-  set_pool_threads(0);
-  EXPECT_EQ(pictures[0], pictures[1]);
-  EXPECT_EQ(pictures[0], pictures[2]);
+}
+
+/// Everything but the colours inside outlines is the same in both qualities.
+TEST(CameraPicture, FastHasTheCoverageAndDepthOfExact) {
+  Rig rig = default_rig();
+  rig.cameras[1].distortion = {-0.28, 0.11, 0.0012, -0.0009, -0.02};
+  PictureLook look = studio();
+  look.noise = 0.0;
+  for (const char* subject : {"figure", "hairy"}) {
+    for (const double time : {0.0, 3.3, 6.9}) {
+      for (const int camera : {0, 1, 3}) {
+        std::vector<std::uint8_t> pixels[2], matte[2];
+        std::vector<float> depth[2];
+        for (const int exact : {0, 1}) {
+          CameraPicture picture(rig, camera, open_subject(subject),
+                                exact ? PictureQuality::exact : PictureQuality::fast);
+          picture.set_time(time);
+          pixels[exact].resize(1024 * 768 * 4);
+          matte[exact].resize(1024 * 768);
+          depth[exact].resize(1024 * 768);
+          picture.picture(look, 0, true, pixels[exact].data(), 4096);
+          picture.matte(matte[exact].data(), 1024);
+          picture.depth(depth[exact].data());
+        }
+        ASSERT_EQ(matte[0], matte[1]) << subject << " at " << time;
+        ASSERT_EQ(depth[0], depth[1]) << subject << " at " << time;
+        double sum = 0.0, squares = 0.0, count = 0.0;
+        for (std::size_t i = 0; i < pixels[0].size(); ++i) {
+          const double d = static_cast<double>(pixels[0][i]) - pixels[1][i];
+          const int covered = matte[0][i / 4];
+          if (i % 4 == 3 || covered == 0) ASSERT_EQ(d, 0.0);
+          if (i % 4 == 3 || covered == 0) continue;
+          sum += d;
+          squares += d * d;
+          ++count;
+        }
+        RecordProperty("mean_thousandths", static_cast<int>(1000.0 * sum / count));
+        RecordProperty("rms_thousandths", static_cast<int>(1000.0 * std::sqrt(squares / count)));
+        EXPECT_LT(std::abs(sum / count), 0.05) << subject << " at " << time;
+        EXPECT_LT(std::sqrt(squares / count), 1.2) << subject << " at " << time;
+      }
+    }
+  }
+}
+
+/// A triangle of its own for each instant, and how often it was asked for.
+class CountedSubject : public Subject {
+ public:
+  CountedSubject() {
+    triangles_ = {0, 1, 2, 2, 1, 0};
+    vertex_count_ = 3;
+  }
+  void pose(double seconds, SubjectFrame& frame) const override {
+    ++poses;
+    frame.positions = {{0, 1, 0}, {0.5, 1, 0}, {0, 1.5f + 0.1f * static_cast<float>(seconds), 0}};
+    frame.normals.assign(3, {0, 0, 1});
+  }
+  Vec3f albedo(std::uint32_t, const Vec3f&, float) const override { return Vec3f(0.5f); }
+  mutable std::atomic<int> poses = 0;
+};
+
+TEST(CameraPicture, CamerasOfAnInstantShareThePose) {
+  const Rig rig = default_rig();
+  const auto subject = std::make_shared<CountedSubject>();
+  std::vector<std::thread> cameras;
+  for (int c = 0; c < 4; ++c) {
+    cameras.emplace_back([&, c] {
+      CameraPicture picture(rig, c, subject);
+      std::vector<std::uint8_t> matte(1024 * 768);
+      for (int n = 0; n < 6; ++n) {
+        picture.set_time(0.04 * n);
+        picture.matte(matte.data(), 1024);
+        EXPECT_EQ(picture.surface().positions[2].y, 1.5f + 0.1f * static_cast<float>(0.04 * n));
+      }
+    });
+  }
+  for (std::thread& camera : cameras) camera.join();
+  EXPECT_EQ(subject->poses, 6);
 }
 
 TEST(CameraPicture, EachKnobDoesWhatItSays) {

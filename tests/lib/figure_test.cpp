@@ -136,11 +136,11 @@ TEST(Figure, StandingFeetDoNotSlide) {
 
 TEST(Figure, SameOnOneThreadAndMany) {
   set_pool_threads(1);
-  const Figure one(0.03f);
+  const Figure one(make_figure_skin(0.03f));
   SubjectFrame a, b;
   one.pose(2.5, a);
   set_pool_threads(4);
-  const Figure many(0.03f);
+  const Figure many(make_figure_skin(0.03f));
   many.pose(2.5, b);
   set_pool_threads(0);
   EXPECT_EQ(one.triangles(), many.triangles());
