@@ -12,6 +12,7 @@
 #include <string>
 
 #include "plugins/common/guard.h"
+#include "plugins/common/log.h"
 #include "plugins/common/memory/matte_meta.h"
 #include "plugins/common/memory/recycling_allocator.h"
 #include "plugins/common/memory/video_frame.h"
@@ -113,6 +114,8 @@ gboolean set_caps(GstBaseTransform* base, GstCaps* in, GstCaps* out) {
     return FALSE;
   filter->negotiated = guarded(GST_ELEMENT_CAST(base), FALSE, [&]() -> gboolean {
     state_of<ChromaMatte>(base).layout = frame_template(in, filter->in_info);
+    GST_DEBUG_OBJECT(base, "%" GST_PTR_FORMAT " becomes %" GST_PTR_FORMAT, printed(in),
+                     printed(out));
     return TRUE;
   });
   return filter->negotiated;
@@ -127,6 +130,10 @@ gboolean decide_allocation(GstBaseTransform* base, GstQuery* query) {
   gst_allocation_params_init(&params);
   const bool any = gst_query_get_n_allocation_params(query) > 0;
   if (any) gst_query_parse_nth_allocation_param(query, 0, &wanted, &params);
+  GST_DEBUG_OBJECT(base, "frames are allocated by %s",
+                   wanted != nullptr    ? GST_OBJECT_NAME(wanted)
+                   : params.align >= 64 ? "the base class, as their alignment is asked for"
+                                        : "this element, which notes who writes to them");
   if (wanted == nullptr && params.align < 64) {
     g_autoptr(GstAllocator) allocator = make_recycling_allocator();
     if (any)
@@ -206,6 +213,9 @@ GstFlowReturn transform(GstBaseTransform* base, GstBuffer* in, GstBuffer* out) {
     if (view == KeyView::composite) set_matte(out, {matte, nullptr, 0.0});
     report_calibration(self.keyer.calibration(), element, self.statistics);
     self.statistics.count("frames");
+    GST_LOG_OBJECT(base, "%s, %s: %" GST_PTR_FORMAT,
+                   self.keyer.needs_plane() ? "keyed as a whole" : "keyed row by row",
+                   view == KeyView::composite ? "matte attached" : "another view", printed(out));
     return GST_FLOW_OK;
   });
 }

@@ -41,6 +41,7 @@
 #include <utility>
 #include <vector>
 
+#include "plugins/common/log.h"
 #include "plugins/common/object_lock.h"
 #include "plugins/common/property_table.h"
 #include "plugins/common/statistics.h"
@@ -93,6 +94,7 @@ namespace detail {
 template <class State>
 void set_property(GObject* object, guint id, const GValue* value, GParamSpec* spec) {
   Class<State>::properties[id - 1].set(object, value);
+  if (_gst_debug_min >= GST_LEVEL_DEBUG) log_property(object, value, spec);
   if constexpr (requires(State & s) { s.property_set(object, spec->name); })
     state_of<State>(object).property_set(object, spec->name);
 }

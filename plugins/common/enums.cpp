@@ -69,4 +69,13 @@ GType register_enum_values(const char* type_name, const GEnumValue* values) {
   return type;
 }
 
+const char* nick_of_value(GType type, int value) {
+  auto* known = static_cast<GEnumClass*>(g_type_class_ref(type));
+  const GEnumValue* found = g_enum_get_value(known, value);
+  const char* nick =
+      found != nullptr ? found->value_nick : "unknown";  // static, as register_enum() asks
+  g_type_class_unref(known);
+  return nick;
+}
+
 }  // namespace polyhull::element

@@ -41,4 +41,13 @@ GType register_enum(const char* type_name, std::initializer_list<EnumValue<T>> v
 template <class T>
 GType enum_type();
 
+/// What users type for \p value, of the registered enumeration \p type.
+const char* nick_of_value(GType type, int value);
+
+/// What users type for \p value.
+template <class T>
+const char* nick_of(T value) {
+  return nick_of_value(enum_type<T>(), static_cast<int>(value));
+}
+
 }  // namespace polyhull::element

@@ -4,6 +4,7 @@
 #include <cstring>
 
 #include "plugins/common/guard.h"
+#include "plugins/common/log.h"
 
 namespace polyhull::element {
 
@@ -82,11 +83,8 @@ void Statistics::warn(GstElement* element, const char* counter, const std::strin
     if (!quiet) known.last_warning = now;
   }
   // Posted without the lock: a bus handler may read the statistics.
-  if (quiet) {
-    GST_WARNING_OBJECT(element, "%s", text.c_str());
-  } else {
-    GST_ELEMENT_WARNING(element, STREAM, FAILED, ("%s", text.c_str()), (nullptr));
-  }
+  GST_CAT_WARNING_OBJECT(category_of(element), element, "%s", text.c_str());
+  if (!quiet) GST_ELEMENT_WARNING(element, STREAM, FAILED, ("%s", text.c_str()), (nullptr));
 }
 
 GParamSpec* statistics_property(const char* blurb) {

@@ -45,7 +45,7 @@ class Statistics {
 
   /// The stream goes on, but something is wrong: adds 1 to the counter \p counter and posts a
   /// warning message on \p element with the sentence \p what, at most one per second and counter;
-  /// more go to the debug log only.
+  /// the debug log has each.
   void warn(GstElement* element, const char* counter, const std::string& what);
 
  private:

@@ -8,6 +8,7 @@
 #include "base/error.h"
 #include "base/stopwatch.h"
 #include "plugins/common/guard.h"
+#include "plugins/common/log.h"
 #include "plugins/composite/element.h"
 
 namespace polyhull::element {
@@ -43,6 +44,8 @@ void show(Composite& self, GstAggregatorPad* pad, GstBuffer* buffer, std::int64_
     state.time = time;
     self.newcomer = state.mesh->mesh().trigger;
     self.statistics.count("meshes");
+    GST_LOG_OBJECT(pad, "shows %zu triangles from %" GST_TIME_FORMAT " on",
+                   state.mesh->mesh().hull.triangles.size() / 3, GST_TIME_ARGS(clock_time(time)));
   } catch (const Error& error) {
     self.statistics.warn(
         GST_ELEMENT_CAST(self.element), "meshes-unusable",
@@ -175,6 +178,10 @@ void drop_useless(Composite& self, GstAggregatorPad* background) {
                          (more_wait(background) && now > frame.end + self.timing.latency());
     if (!unwanted && !overdue) return;
     self.statistics.count(unwanted ? "frames-unwanted" : "frames-overdue");
+    GST_DEBUG_OBJECT(
+        self.element, "the frame of %" GST_TIME_FORMAT " is left out: %s, at %" GST_TIME_FORMAT,
+        GST_TIME_ARGS(clock_time(frame.begin)),
+        unwanted ? "not all can be drawn" : "too late to be used", GST_TIME_ARGS(clock_time(now)));
     if (!unwanted) self.pace.note(frame.begin, frame.end - frame.begin, true);
     pop(background);
   }
@@ -233,7 +240,11 @@ Made make_frame(Composite& self, const CompositePads& pads, bool live, bool time
   const bool due = live && frame.begin != no_time && now != no_time
                        ? now >= frame.begin + self.timing.wait()
                        : timeout;
-  if (!complete && !due) return {nullptr, GST_AGGREGATOR_FLOW_NEED_DATA};
+  if (!complete && !due) {
+    GST_LOG_OBJECT(self.element, "the frame of %" GST_TIME_FORMAT " waits for its meshes",
+                   GST_TIME_ARGS(clock_time(frame.begin)));
+    return {nullptr, GST_AGGREGATOR_FLOW_NEED_DATA};
+  }
   const GstClockTime stream_time = frame.arrival->stream_time();
   const GstSegment segment = frame.arrival->segment;
   const bool gap = frame.arrival->gap();
@@ -246,10 +257,13 @@ Made make_frame(Composite& self, const CompositePads& pads, bool live, bool time
   }
   const CompositeSettings settings = snapshot(self.element, self.settings);
   std::optional<unsigned> place;
-  GstBuffer* out =
-      compose(self, g_steal_pointer(&picture), shown(pads, frame.end, settings.max_mesh_age),
-              settings.async_readback, place);
+  const std::vector<GstAggregatorPad*> meshes = shown(pads, frame.end, settings.max_mesh_age);
+  GstBuffer* out = compose(self, g_steal_pointer(&picture), meshes, settings.async_readback, place);
   if (!out) return {nullptr, GST_FLOW_FLUSHING};
+  GST_LOG_OBJECT(self.element, "%zu of %zu meshes, %s%s, in %.1f ms: %" GST_PTR_FORMAT,
+                 meshes.size(), pads.meshes.size(), self.composer.drawn_by(),
+                 complete ? "" : ", without waiting any longer", watch.milliseconds(),
+                 printed(out));
   self.statistics.count("frames");
   self.statistics.set("frame-ms", watch.milliseconds());
   self.timing.note_work(watch.seconds());

@@ -13,12 +13,12 @@
 
 #include "base/error.h"
 #include "plugins/common/guard.h"
+#include "plugins/common/log.h"
 #include "plugins/common/memory/video_pool.h"
 #include "plugins/composite/caps.h"
 #include "plugins/composite/element.h"
 
 GST_DEBUG_CATEGORY(composite_debug);
-#define GST_CAT_DEFAULT composite_debug
 
 namespace polyhull::element {
 namespace {
@@ -73,6 +73,7 @@ gboolean negotiated_src_caps(GstAggregator* aggregator, GstCaps* caps) {
   Composite& self = state_of<Composite>(aggregator);
   if (!gst_video_info_from_caps(&self.output_info, caps)) return FALSE;
   self.output_on_gpu = is_gl_caps(caps);
+  GST_DEBUG_OBJECT(aggregator, "the output is %" GST_PTR_FORMAT, printed(caps));
   return GST_AGGREGATOR_CLASS(parent_class<Composite>())->negotiated_src_caps(aggregator, caps);
 }
 
@@ -80,6 +81,8 @@ gboolean decide_allocation(GstAggregator* aggregator, GstQuery* query) {
   Composite& self = state_of<Composite>(aggregator);
   return guarded(GST_ELEMENT_CAST(aggregator), gboolean{FALSE}, [&]() -> gboolean {
     if (self.output_on_gpu) self.gl.ensure();
+    GST_DEBUG_OBJECT(aggregator, "frames are allocated in %s",
+                     self.output_on_gpu ? "OpenGL's memory" : "system memory");
     return decide_video_pool(query, self.output_on_gpu ? self.gl.context() : nullptr);
   });
 }
@@ -110,6 +113,7 @@ void take_announcement(Composite& self, GstEvent* event) {
     self.composer.announce(parse_announcement(json));
     self.announced = true;
     self.statistics.count("announcements");
+    GST_DEBUG_OBJECT(self.element, "the background announces %s", json);
   } catch (const Error& error) {
     self.statistics.warn(
         GST_ELEMENT_CAST(self.element), "announcements-unusable",
@@ -125,6 +129,7 @@ gboolean take_caps(Composite& self, GstEvent* event) {
   gst_event_parse_caps(event, &caps);
   if (!gst_video_info_from_caps(&self.background_info, caps)) return FALSE;
   self.background_on_gpu = is_gl_caps(caps);
+  GST_DEBUG_OBJECT(self.element, "the background is %" GST_PTR_FORMAT, printed(caps));
   self.height = GST_VIDEO_INFO_HEIGHT(&self.background_info);
   gst_pad_mark_reconfigure(self.element->srcpad);
   return TRUE;

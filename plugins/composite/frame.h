@@ -61,6 +61,11 @@ class FrameComposer {
   /// Whether the background is the result as it is.
   bool untouched() const { return plan_.untouched() && !lens_.finishes(plan_); }
 
+  /// What becomes of the frame, for the log.
+  const char* drawn_by() const {
+    return untouched() ? "untouched" : with_gl_ ? "drawn by OpenGL" : "drawn by the processor";
+  }
+
   /// How many meshes were left out because their vertices are not finite or too far away.
   int unusable() const { return plan_.unusable; }
 

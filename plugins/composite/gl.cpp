@@ -10,9 +10,6 @@
 #include "plugins/common/object_lock.h"
 #include "render/gl/objects/gl_objects.h"
 
-GST_DEBUG_CATEGORY_EXTERN(composite_debug);
-#define GST_CAT_DEFAULT composite_debug
-
 namespace polyhull::element {
 namespace {
 

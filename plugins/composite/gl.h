@@ -14,6 +14,9 @@
 
 #include "render/gl/compositor.h"
 
+GST_DEBUG_CATEGORY_EXTERN(composite_debug);
+#define GST_CAT_DEFAULT composite_debug
+
 namespace polyhull::element {
 
 /// Where the environment names no display and no way to OpenGL, sets GST_GL_PLATFORM=egl and

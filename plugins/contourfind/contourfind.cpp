@@ -40,7 +40,7 @@ struct ContourFind : ViewElement {
 
 gboolean set_caps(GstBaseTransform* base, GstCaps* in, GstCaps*) {
   ContourFind& self = state_of<ContourFind>(base);
-  if (!self.set_format(in)) return FALSE;
+  if (!self.set_format(base, in)) return FALSE;
   self.before = {};
   return TRUE;
 }

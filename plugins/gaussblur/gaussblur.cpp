@@ -8,6 +8,7 @@
 
 #include "plugins/common/element.h"
 #include "plugins/common/guard.h"
+#include "plugins/common/log.h"
 #include "plugins/common/memory/matte_meta.h"
 #include "plugins/common/silhouette/blur_properties.h"
 #include "plugins/common/transform.h"
@@ -66,7 +67,8 @@ void write_back(const Field& field, const Matte& before, int threshold, std::uin
   }
 }
 
-void blur_frame(GaussBlur& self, const BlurSettings& values, GstVideoFrame* frame) {
+void blur_frame(GstElement* element, const BlurSettings& values, GstVideoFrame* frame) {
+  GaussBlur& self = state_of<GaussBlur>(element);
   const AlphaView alpha = alpha_of(*frame);
   self.blur.set(values);
   const MatteContent* content = attached_matte(frame->buffer, alpha, self.unwritten);
@@ -78,12 +80,15 @@ void blur_frame(GaussBlur& self, const BlurSettings& values, GstVideoFrame* fram
   self.blur.apply(matte, *field);
   write_back(*field, matte, values.threshold, alpha.first, alpha.stride, alpha.step);
   set_matte(frame->buffer, {nullptr, field, corrected_sigma(values, true)});
+  GST_LOG_OBJECT(element, "blurred by sigma %g, of %s matte: %" GST_PTR_FORMAT, values.sigma,
+                 attached != nullptr ? "the attached" : "its own", printed(frame->buffer));
 }
 
 GstFlowReturn transform_frame_ip(GstVideoFilter* filter, GstVideoFrame* frame) {
+  GstElement* element = GST_ELEMENT_CAST(filter);
   GaussBlur& self = state_of<GaussBlur>(filter);
-  return guarded(GST_ELEMENT_CAST(filter), GST_FLOW_ERROR, [&]() -> GstFlowReturn {
-    blur_frame(self, snapshot(filter, self.values), frame);
+  return guarded(element, GST_FLOW_ERROR, [&]() -> GstFlowReturn {
+    blur_frame(element, snapshot(filter, self.values), frame);
     self.statistics.count("frames");
     return GST_FLOW_OK;
   });
@@ -96,7 +101,9 @@ void before_transform(GstBaseTransform* base, GstBuffer* buffer) {
   self.unwritten = is_unwritten(buffer);
   const bool idle = snapshot(base, self.values).idle();
   gst_base_transform_set_passthrough(base, idle);
-  if (idle) self.statistics.count("passed-through");
+  if (!idle) return;
+  self.statistics.count("passed-through");
+  GST_LOG_OBJECT(base, "passes as sigma and threshold are 0: %" GST_PTR_FORMAT, printed(buffer));
 }
 
 gboolean start(GstBaseTransform* base) {

@@ -120,10 +120,16 @@ GstPadProbeReturn place_view(GstPad* pad, GstPadProbeInfo* info) {
   // Its segment may begin after running time 0, and reach back no further than to its start.
   const bool early = placed.time < 0 || !reaches(arrival.segment, placed.time);
   if (early) {
+    GST_DEBUG_OBJECT(pad,
+                     "a view of running time %" G_GINT64_FORMAT
+                     " ns is dropped: it was taken before the stream began",
+                     gint64{placed.time});
     ++state_of<HullPadState>(pad).early;
     self.statistics.count("views-early");
     return GST_PAD_PROBE_DROP;
   }
+  GST_LOG_OBJECT(pad, "moved by %.3f ms, to when its view was taken",
+                 1e-6 * static_cast<double>(shift));
   move(info, shift);
   return GST_PAD_PROBE_OK;
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
+#include <utility>
 
 #include "base/error.h"
 #include "plugins/hullbuild/private.h"
@@ -70,6 +71,9 @@ void check_front(HullBuild& self, const Pads& pads, std::size_t at) {
                   where, GST_OBJECT_NAME(pads[i]), name);
   }
   self.stage.check(where, name, view.width, view.height);
+  if (state.name == name) return;
+  GST_DEBUG_OBJECT(pad, "camera %s joins with the view of %" GST_TIME_FORMAT, name.c_str(),
+                   GST_TIME_ARGS(clock_time(state.head.time)));
   const ObjectLock lock(pad);
   state.name = name;
 }
@@ -85,7 +89,9 @@ ViewHead look_at(HullBuild& self, GstAggregatorPad* pad) {
   HullPadState& state = state_of<HullPadState>(pad);
   for (;;) {
     const Arrival* front = peek(pad);
-    state.ended = front == nullptr && gst_aggregator_pad_is_eos(pad);
+    const bool ended = front == nullptr && gst_aggregator_pad_is_eos(pad);
+    if (std::exchange(state.ended, ended) != ended)
+      GST_DEBUG_OBJECT(pad, "camera %s %s", state.name.c_str(), ended ? "has ended" : "goes on");
     if (front == nullptr) {
       state.forget_front();
       ViewHead head;

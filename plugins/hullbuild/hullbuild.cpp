@@ -13,8 +13,7 @@
 #include "plugins/hullbuild/private.h"
 #include "studio/cameras/default_rig.h"
 
-GST_DEBUG_CATEGORY_STATIC(hullbuild_debug);
-#define GST_CAT_DEFAULT hullbuild_debug
+GST_DEBUG_CATEGORY(hullbuild_debug);
 
 namespace polyhull::element {
 namespace {
@@ -45,6 +44,11 @@ gboolean start(GstAggregator* aggregator) {
     self.load.reset();
     forget_streams(self);
     self.begin(settings.live());
+    GST_DEBUG_OBJECT(
+        aggregator,
+        "starts with %zu cameras of rig '%s', missing-camera=%s, sync-tolerance %.1f ms",
+        self.stage.rig().cameras.size(), settings.rig.c_str(), nick_of(settings.missing_camera),
+        1e-6 * static_cast<double>(settings.sync_tolerance));
     return TRUE;
   });
 }

@@ -13,6 +13,7 @@
 
 #include "mesh/instants.h"
 #include "plugins/common/live/live_aggregator.h"
+#include "plugins/common/log.h"
 #include "plugins/hullbuild/coarsening.h"
 #include "plugins/hullbuild/doubt_watch.h"
 #include "plugins/hullbuild/pad.h"
@@ -21,6 +22,9 @@
 #include "plugins/hullbuild/set_times.h"
 #include "plugins/hullbuild/tangency_watch.h"
 #include "plugins/hullbuild/words.h"
+
+GST_DEBUG_CATEGORY_EXTERN(hullbuild_debug);
+#define GST_CAT_DEFAULT hullbuild_debug
 
 namespace polyhull::element {
 
@@ -59,6 +63,16 @@ struct HullBuild : LiveAggregator {
   HullWords words;
 };
 
+// ---- absent.cpp
+
+/// Notes which cameras the set has and lacks; returns those that it lacks.
+std::vector<AbsentCamera> absent_cameras(HullBuild& self, const Pads& pads,
+                                         const ViewDecision& set);
+
+/// Whether an incomplete set must not be built, by missing-camera. A camera that sends, but too
+/// late or not everything, is waited for ten times as long as one that is silent.
+bool must_be_whole(const std::vector<AbsentCamera>& absent, const HullSettings& settings);
+
 // ---- contradictions.cpp
 
 /// Counts what was mended for each camera, and says so where it lasts.
@@ -91,6 +105,18 @@ std::int64_t next_deadline(HullBuild& self, const Pads& pads);
 /// Notes the times of the views of \p set for `stats` and the message `polyhull-sets`, which has the
 /// same fields.
 void note_times(HullBuild& self, const Pads& pads, const ViewDecision& set);
+
+// ---- instant_text.cpp: for the log
+
+/// The instant of \p set, and which camera took its view when:
+/// "instant 0:00:00.040000000 (cam0 +0 us, cam1 +12 us), trigger 3".
+std::string instant_text(const Pads& pads, const ViewDecision& set);
+
+/// The views at the fronts \p which, with their times.
+std::string views_text(const Pads& pads, const std::vector<std::size_t>& which);
+
+/// The cameras for which \p heads wait, with the pads of those that have sent nothing.
+std::string waiting_text(const Pads& pads, const std::vector<ViewHead>& heads);
 
 // ---- sets.cpp
 

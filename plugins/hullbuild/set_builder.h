@@ -52,6 +52,8 @@ class SetBuilder {
   /// Of the last set: whether its hull is empty, and whether one was asked for and each of its views,
   /// two at least, has a foreground.
   bool is_empty() const { return is_empty_; }
+  /// Whether it is that of the set before.
+  bool is_reused() const { return stage_->statistics().reused; }
   bool all_see_foreground() const { return all_see_foreground_; }
 
   /// Of the last set: the cameras whose silhouettes were mended.

@@ -155,34 +155,6 @@ Step drop_set(HullBuild& self, const Pads& pads, const ViewDecision& set,
   return {Outcome::again};
 }
 
-/// Notes which cameras the set has and lacks; returns those that it lacks.
-std::vector<AbsentCamera> absent_cameras(HullBuild& self, const Pads& pads,
-                                         const ViewDecision& set) {
-  const std::int64_t now = self.timing.live() ? self.timing.now() : no_time;
-  const std::int64_t interval =
-      set.time != no_time ? state_of<HullPadState>(pads[set.heads.front()]).parsed.end() - set.time
-                          : 0;
-  std::vector<AbsentCamera> absent;
-  for (std::size_t i = 0; i < pads.size(); ++i) {
-    HullPadState& state = state_of<HullPadState>(pads[i]);
-    if (std::binary_search(set.heads.begin(), set.heads.end(), i)) {
-      state.missed_since = no_time;
-      continue;
-    }
-    if (state.missed_since == no_time && set.time != no_time)
-      state.missed_since = set.time - interval;
-    AbsentCamera camera{state.name.empty() ? GST_OBJECT_NAME(pads[i]) : state.name};
-    camera.ended = state.ended;
-    camera.known = state.delivered || state.view != nullptr;
-    // Without times there is nothing to hold a picture by.
-    camera.missed = set.time != no_time ? set.time - state.missed_since : INT64_MAX;
-    const auto arrival = state_of<LivePadState>(pads[i]).punctuality.last_arrival();
-    camera.silent = now != no_time && arrival ? now - *arrival : camera.missed;
-    absent.push_back(std::move(camera));
-  }
-  return absent;
-}
-
 /// Whether a live set comes when nobody can use it any more, and newer views wait.
 bool is_overdue(HullBuild& self, const Pads& pads, const ViewDecision& set) {
   const std::int64_t now = self.timing.now();
@@ -192,18 +164,6 @@ bool is_overdue(HullBuild& self, const Pads& pads, const ViewDecision& set) {
   const std::int64_t interval = std::max(first.end() - set.time, a_moment);
   if (now <= set.time + interval + self.timing.latency()) return false;
   return later_views_wait(pads, set) || std::any_of(pads.begin(), pads.end(), more_wait);
-}
-
-/// Whether an incomplete set must not be built, by missing-camera. A camera that sends, but too
-/// late or not everything, is waited for ten times as long as one that is silent.
-bool must_be_whole(const std::vector<AbsentCamera>& absent, const HullSettings& settings) {
-  if (settings.missing_camera == MissingCamera::drop_set) return true;
-  if (settings.missing_camera != MissingCamera::freeze) return false;
-  const auto hold = static_cast<std::int64_t>(settings.hold_time);
-  return std::any_of(absent.begin(), absent.end(), [&](const AbsentCamera& camera) {
-    if (camera.ended || !camera.known) return false;
-    return camera.missed <= hold || (camera.silent <= hold && camera.missed <= 10 * hold);
-  });
 }
 
 /// Once a camera has ended no set can be complete any more.
@@ -218,8 +178,15 @@ Step build_set(HullBuild& self, const Pads& pads, const ViewDecision& set,
   const Stopwatch watch;
   if (self.timing.live() && set.time != no_time) {
     if (self.first_time == no_time) self.first_time = set.time;
-    if (!self.pace.wanted(set.time)) return drop_set(self, pads, set, settings, "sets-unwanted");
+    if (!self.pace.wanted(set.time)) {
+      GST_DEBUG_OBJECT(element, "%s is left out: one in %" G_GUINT64_FORMAT " is asked for",
+                       instant_text(pads, set).c_str(), self.statistics.counter("frame-step"));
+      return drop_set(self, pads, set, settings, "sets-unwanted");
+    }
     if (is_overdue(self, pads, set)) {
+      GST_DEBUG_OBJECT(element, "%s is dropped at %s: too late for a latency of %.1f ms",
+                       instant_text(pads, set).c_str(), time_text(self.timing.now()).c_str(),
+                       1e-6 * static_cast<double>(self.timing.latency()));
       // Where a sink is what is late, whoever draws for it sets the pace.
       if (!self.pace.too_late(set.time)) note_pace(self, pads, set, true);
       return drop_set(self, pads, set, settings, "sets-overdue");
@@ -228,6 +195,9 @@ Step build_set(HullBuild& self, const Pads& pads, const ViewDecision& set,
   const std::vector<AbsentCamera> absent = absent_cameras(self, pads, set);
   self.words.absent(element, absent);
   if (!absent.empty() && must_be_whole(absent, settings)) {
+    GST_DEBUG_OBJECT(element, "%s is dropped by missing-camera=%s: it lacks %s",
+                     instant_text(pads, set).c_str(), nick_of(settings.missing_camera),
+                     list_of(absent, true).c_str());
     note_left_out(self, pads, set);
     const Step dropped = drop_set(self, pads, set, settings, "sets-dropped-incomplete");
     const bool over = settings.missing_camera == MissingCamera::drop_set && any_ended(pads);
@@ -238,6 +208,9 @@ Step build_set(HullBuild& self, const Pads& pads, const ViewDecision& set,
   const std::size_t fewest =
       settings.min_cameras > 0 ? settings.min_cameras : std::min(automatic_fewest, pads.size());
   if (used < fewest) {
+    GST_DEBUG_OBJECT(element, "%s is dropped by min-cameras: %zu views, %zu are asked for%s%s",
+                     instant_text(pads, set).c_str(), used, fewest,
+                     absent.empty() ? "" : "; it lacks ", list_of(absent, true).c_str());
     take_views(pads, set, settings);
     self.statistics.count("sets-dropped-few-cameras");
     self.words.too_few(element, set.time, used, fewest);
@@ -251,6 +224,8 @@ Step build_set(HullBuild& self, const Pads& pads, const ViewDecision& set,
   } catch (const Error& error) {
     // One odd silhouette does not end the stream; what is wrong with the settings does.
     if (error.kind() != Error::Kind::unsupported) throw;
+    GST_DEBUG_OBJECT(element, "%s is dropped, as it cannot be built",
+                     instant_text(pads, set).c_str());
     take_views(pads, set, settings);
     self.statistics.warn(element, "sets-refused",
                          fmt::format("A set was dropped: {}", error.what()));
@@ -259,6 +234,9 @@ Step build_set(HullBuild& self, const Pads& pads, const ViewDecision& set,
   }
   // Who has been silent for this long is gone.
   if (!absent.empty()) {
+    GST_DEBUG_OBJECT(element, "%s is built by missing-camera=%s without %s",
+                     instant_text(pads, set).c_str(), nick_of(settings.missing_camera),
+                     list_of(absent, true).c_str());
     self.statistics.count("sets-incomplete");
     self.unexplained.clear();
   }
@@ -269,6 +247,10 @@ Step build_set(HullBuild& self, const Pads& pads, const ViewDecision& set,
   note_times(self, pads, set);
   const std::int64_t interval = note_pace(self, pads, set, false);
   stamp(self, pads, set, buffer);
+  GST_LOG_OBJECT(element, "%s is built of %zu views in %.1f ms: %s%s: %" GST_PTR_FORMAT,
+                 instant_text(pads, set).c_str(), used, watch.milliseconds(),
+                 self.stage.is_empty() ? "an empty mesh" : "a mesh",
+                 self.stage.is_reused() ? " used again" : "", printed(buffer));
   take_views(pads, set, settings);
   self.timing.note_work(watch.seconds());
   self.statistics.set("set-ms", watch.milliseconds());
@@ -318,6 +300,7 @@ Step next_step(HullBuild& self, const Pads& pads, bool deadline_passed) {
   using Kind = ViewDecision::Kind;
   switch (decision.kind) {
     case Kind::wait:
+      GST_LOG_OBJECT(self.element, "waits for %s", waiting_text(pads, heads).c_str());
       return {Outcome::need_data};
     case Kind::end:
       return {Outcome::ended};
@@ -325,9 +308,13 @@ Step next_step(HullBuild& self, const Pads& pads, bool deadline_passed) {
       sync_controlled_properties(self, pads[decision.heads.front()]);
       return build_set(self, pads, decision, snapshot(self.element, self.settings));
     case Kind::drop_late:
+      GST_DEBUG_OBJECT(self.element, "dropped, as their instant has gone: %s",
+                       views_text(pads, decision.heads).c_str());
       count_late(self, pads, decision.heads, settings);
       break;
     case Kind::drop_duplicate:
+      GST_DEBUG_OBJECT(self.element, "dropped, as they came twice: %s",
+                       views_text(pads, decision.heads).c_str());
       self.statistics.count("views-duplicate", decision.heads.size());
       for (const std::size_t i : decision.heads) ++state_of<HullPadState>(pads[i]).duplicate;
       break;

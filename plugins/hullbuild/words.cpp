@@ -35,6 +35,8 @@ std::string reason(const AbsentCamera& camera) {
   return "has sent nothing for " + seconds(camera.silent);
 }
 
+}  // namespace
+
 std::string list_of(const std::vector<AbsentCamera>& cameras, bool with_reasons) {
   std::string text;
   for (const AbsentCamera& camera : cameras) {
@@ -43,8 +45,6 @@ std::string list_of(const std::vector<AbsentCamera>& cameras, bool with_reasons)
   }
   return text;
 }
-
-}  // namespace
 
 void HullWords::built(GstElement* element, std::int64_t now, std::size_t used,
                       const std::vector<AbsentCamera>& absent) {

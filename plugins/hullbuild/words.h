@@ -25,6 +25,9 @@ struct AbsentCamera {
   std::int64_t silent = 0;  ///< ns since something came from it
 };
 
+/// Their names, with commas between them, and \p with_reasons why they are absent.
+std::string list_of(const std::vector<AbsentCamera>& cameras, bool with_reasons);
+
 /// A camera and how late its views come.
 struct CameraLateness {
   std::string name;

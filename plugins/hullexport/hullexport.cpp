@@ -20,6 +20,7 @@
 #include "files/numbered_name.h"
 #include "plugins/common/element.h"
 #include "plugins/common/guard.h"
+#include "plugins/common/log.h"
 #include "plugins/common/memory/payload_buffer.h"
 
 GST_DEBUG_CATEGORY_STATIC(hullexport_debug);
@@ -130,6 +131,8 @@ void write_file(GstBaseSink* base, GstBuffer* buffer, const Mesh& mesh) {
   write_mesh_file(mesh, path, options);
   self.statistics.set("write-ms", watch.milliseconds());
   self.statistics.count("files");
+  GST_DEBUG_OBJECT(base, "'%s' is written: %zu triangles in %.1f ms", path.c_str(),
+                   mesh.hull.triangles.size() / 3, watch.milliseconds());
   post_file(base, path, index, buffer);
 }
 
@@ -138,8 +141,14 @@ GstFlowReturn render(GstBaseSink* base, GstBuffer* buffer) {
   return guarded(GST_ELEMENT_CAST(base), GST_FLOW_ERROR, [&]() -> GstFlowReturn {
     const Settings settings = snapshot(base, self.settings);
     const bool due = self.meshes++ % settings.every == 0;
-    if (self.name->numbered() ? !due : settings.keep == KeptMesh::first && self.first_written)
-      return GST_FLOW_OK;
+    const bool skipped =
+        self.name->numbered() ? !due : settings.keep == KeptMesh::first && self.first_written;
+    GST_LOG_OBJECT(base, "%s: %" GST_PTR_FORMAT,
+                   !skipped                ? "taken"
+                   : self.name->numbered() ? "left out by every"
+                                           : "left out by keep=first",
+                   printed(buffer));
+    if (skipped) return GST_FLOW_OK;
     std::optional<MeshBuffer> mesh;
     try {
       mesh.emplace(buffer);

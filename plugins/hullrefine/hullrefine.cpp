@@ -105,8 +105,11 @@ std::vector<ViewPixels> pixels_of(HullRefine& self, GstElement* element, const M
 bool refine_mesh(GstBaseTransform* transform, Mesh& mesh) {
   HullRefine& self = state_of<HullRefine>(transform);
   RefineSettings settings = snapshot(transform, self.settings);
-  if (settings.quality == RefineQuality::off || mesh.hull.empty() || mesh.views.empty())
+  if (settings.quality == RefineQuality::off || mesh.hull.empty() || mesh.views.empty()) {
+    GST_DEBUG_OBJECT(transform, "nothing to refine: %s",
+                     settings.quality == RefineQuality::off ? "quality=off" : "the hull is empty");
     return false;
+  }
   std::vector<CameraContours> views;
   for (const MeshView& view : mesh.views) views.push_back({&view.calibration, &view.view.contours});
   std::vector<ViewPixels> pixels;
@@ -120,6 +123,8 @@ bool refine_mesh(GstBaseTransform* transform, Mesh& mesh) {
                          fmt::format("A hull passed as it was: {}", error.what()));
     return false;
   }
+  if (self.refiner->statistics().reused)
+    GST_DEBUG_OBJECT(transform, "nothing has changed: the surface before is used again");
   mesh.texturing.reset();  // it was the hull's
   self.statistics.set("threads-used", loops.threads());
   report(self, self.refiner->statistics());

@@ -198,6 +198,8 @@ bool texture_mesh(GstBaseTransform* transform, Mesh& mesh) {
   self.texturer->texture(mesh, to_texture_settings(settings));
   self.statistics.set("threads-used", loops.threads());
   report(self, self.texturer->statistics());
+  if (self.texturer->statistics().reused)
+    GST_DEBUG_OBJECT(transform, "the hull has not changed: its visibility is used again");
   self.statistics.set("balance-ms", 1e3 * self.texturer->seconds_balance());
   self.statistics.set("fill-ms", 1e3 * self.texturer->seconds_fill());
   const AlignStatistics& align = self.texturer->align_statistics();

@@ -100,7 +100,10 @@ GstCaps* fixate(GstBaseSrc* source, GstCaps* caps) {
 GstPadProbeReturn announce(GstPad* pad, GstPadProbeInfo*, gpointer data) {
   SceneStream& stream = state_of<SceneSrc>(data).stream;
   if (!stream.is_open()) return GST_PAD_PROBE_OK;
-  if (GstEvent* event = stream.take_announcement()) gst_pad_push_event(pad, event);
+  if (GstEvent* event = stream.take_announcement()) {
+    GST_DEBUG_OBJECT(data, "announces %" GST_PTR_FORMAT, printed(event));
+    gst_pad_push_event(pad, event);
+  }
   return GST_PAD_PROBE_OK;
 }
 
@@ -174,6 +177,12 @@ GstFlowReturn create(GstPushSrc* push, GstBuffer** out) {
     statistics.set("last-frame-ms", spent);
     statistics.set("threads-used", loops.threads());
 
+    GST_LOG_OBJECT(push, "%s in %.1f ms, %s",
+                   lit                              ? "lit and drawn"
+                   : work != Background::Work::none ? "drawn"
+                   : refined                        ? "refined"
+                                                    : "nothing has changed: the picture before",
+                   spent, tracked ? "from the tracked camera" : "from the viewport");
     self.clock.finish(next, buffer);
     *out = buffer;
     return GST_FLOW_OK;

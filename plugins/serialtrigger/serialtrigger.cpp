@@ -190,6 +190,9 @@ void announce(GstElement* element, const Pulse& pulse) {
   self.statistics.set("p99-lateness-us", self.jitter.p99());
   self.statistics.set("largest-lateness-us", self.jitter.largest());
   const auto time = static_cast<guint64>(pulse.time);
+  GST_LOG_OBJECT(
+      element, "pulse %" G_GUINT64_FORMAT " at the clock's %" GST_TIME_FORMAT ", %.1f us late",
+      guint64{pulse.number}, GST_TIME_ARGS(time), 1e-3 * static_cast<double>(pulse.lateness));
   gst_element_post_message(
       element,
       gst_message_new_element(
@@ -207,8 +210,15 @@ PulseListener listener_of(GstElement* element) {
   return {[&self](const Pulse& pulse) { self.pulses->add(pulse); },
           [&self] { self.pulses->withdraw(); },
           [element](const Pulse& pulse) { announce(element, pulse); },
-          [&self] { self.statistics.count("timeouts"); },
-          [&self](std::uint64_t count) { self.statistics.count("pulses-skipped", count); },
+          [&self, element] {
+            GST_DEBUG_OBJECT(element, "no set has come in time: a pulse is given without one");
+            self.statistics.count("timeouts");
+          },
+          [&self, element](std::uint64_t count) {
+            GST_DEBUG_OBJECT(element, "%" G_GUINT64_FORMAT " pulses are skipped as too late",
+                             guint64{count});
+            self.statistics.count("pulses-skipped", count);
+          },
           [&self, element, device] {
             self.statistics.warn(
                 element, "pulses-blocked",

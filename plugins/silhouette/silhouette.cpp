@@ -73,7 +73,7 @@ std::span<const Property<ContourValues>> contour_table() {
 gboolean set_caps(GstBaseTransform* base, GstCaps* in, GstCaps*) {
   SilhouetteElement& self = state_of<SilhouetteElement>(base);
   return guarded(GST_ELEMENT_CAST(base), FALSE, [&]() -> gboolean {
-    if (!self.set_format(in)) return FALSE;
+    if (!self.set_format(base, in)) return FALSE;
     self.layout = frame_template(in, self.info);
     self.sent = {};
     return TRUE;

@@ -11,6 +11,7 @@
 #include "live/steady_times.h"
 #include "plugins/common/element.h"
 #include "plugins/common/guard.h"
+#include "plugins/common/log.h"
 #include "plugins/common/transform.h"
 
 GST_DEBUG_CATEGORY_STATIC(steadystamp_debug);
@@ -91,9 +92,13 @@ GstFlowReturn place(GstBaseTransform* base, GstBuffer* buffer) {
     self.statistics.set("delay-ms", 1e-6 * static_cast<double>(self.times.delay()));
     if (!placed) {
       self.statistics.count("frames-settling");
+      GST_LOG_OBJECT(base, "dropped while the delay is learned, now %.1f ms: %" GST_PTR_FORMAT,
+                     1e-6 * static_cast<double>(self.times.delay()), printed(buffer));
       return GST_BASE_TRANSFORM_FLOW_DROPPED;
     }
     self.statistics.set("held-up-ms", 1e-6 * static_cast<double>(placed->held_up));
+    GST_LOG_OBJECT(base, "was taken at running time %" GST_TIME_FORMAT ": %" GST_PTR_FORMAT,
+                   GST_TIME_ARGS(clock_time(placed->time)), printed(buffer));
     GST_BUFFER_PTS(buffer) = gst_segment_position_from_running_time(
         &base->segment, GST_FORMAT_TIME,
         static_cast<guint64>(std::max<std::int64_t>(0, placed->time)));

@@ -17,6 +17,7 @@
 #include "files/claimed_location.h"
 #include "plugins/common/element.h"
 #include "plugins/common/guard.h"
+#include "plugins/common/log.h"
 #include "plugins/common/memory/payload_buffer.h"
 #include "plugins/takesink/take_times.h"
 #include "plugins/takesink/takesink_settings.h"
@@ -216,6 +217,12 @@ GstFlowReturn write(GstElement* element, GstPad* pad, GstBuffer* buffer) {
     self.statistics.set("write-ms", watch.milliseconds());
     self.statistics.set("pack-ms", packed_after);
     count(self, bytes.size(), is_packed ? packed.data.size() : bytes.size(), packed);
+    GST_LOG_OBJECT(pad, "written at %" GST_TIME_FORMAT " of the take, %s: %" GST_PTR_FORMAT,
+                   GST_TIME_ARGS(clock_time(packet.time)),
+                   !is_packed     ? "as it is"
+                   : packed.alone ? "packed alone"
+                                  : "packed after the one before",
+                   printed(buffer));
   }
   if (held_up)
     self.statistics.warn(element, "commits-held-up",
@@ -259,6 +266,7 @@ void end_stream(GstElement* element, GstPad* pad, guint32 seqnum) {
   {
     const std::scoped_lock lock(self.mutex);
     self.streams[pad].ended = true;
+    GST_DEBUG_OBJECT(pad, "has ended");
   }
   end_if_all_have(element, seqnum);
 }
@@ -290,6 +298,7 @@ gboolean event(GstPad* pad, GstObject* parent, GstEvent* event) {
       g_autofree char* text = gst_caps_to_string(caps);
       const std::scoped_lock lock(self.mutex);
       self.streams[pad].caps = text;
+      GST_DEBUG_OBJECT(pad, "brings %s", text);
       break;
     }
     case GST_EVENT_SEGMENT: {

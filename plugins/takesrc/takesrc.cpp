@@ -16,6 +16,7 @@
 #include "base/error.h"
 #include "plugins/common/element.h"
 #include "plugins/common/guard.h"
+#include "plugins/common/log.h"
 #include "plugins/takesrc/take_pads.h"
 #include "plugins/takesrc/take_stream.h"
 
@@ -152,15 +153,19 @@ void loop(gpointer data) {
     auto packet = next_packet(element, stream);
     if (packet && packet->caps != stream.caps) send_caps(stream, packet->caps);
     if (stream.segment_due) send_segment(self, stream);
-    if (!packet) return GST_FLOW_EOS;
+    if (!packet) {
+      GST_DEBUG_OBJECT(pad, "its stream has ended");
+      return GST_FLOW_EOS;
+    }
     if (packet->event != stream.event) send_announcement(stream, packet->event);
     const std::size_t size = packet->data.size();
     {
       const std::scoped_lock lock(self.mutex);
       self.segment.position = static_cast<guint64>(packet->time);
     }
-    const GstFlowReturn pushed =
-        gst_pad_push(pad, make_buffer(*packet, std::exchange(stream.discont, false)));
+    GstBuffer* buffer = make_buffer(*packet, std::exchange(stream.discont, false));
+    GST_LOG_OBJECT(pad, "sends %" GST_PTR_FORMAT, printed(buffer));
+    const GstFlowReturn pushed = gst_pad_push(pad, buffer);
     if (pushed == GST_FLOW_OK) {
       self.statistics.count("buffers");
       self.statistics.count("bytes", size);
@@ -241,6 +246,7 @@ bool seek(GstElement* element, GstEvent* event) {
     for (const auto& stream : self.streams) stream->segment_due = stream->discont = true;
     for (const auto& stream : self.streams) set_out(*stream, segment, self.end);
     self.statistics.count("seeks");
+    GST_DEBUG_OBJECT(element, "goes on with %" GST_SEGMENT_FORMAT, printed(&segment));
     return true;
   });
   for (const auto& stream : self.streams) {

@@ -18,6 +18,7 @@
 #include "plugins/common/element.h"
 #include "plugins/common/guard.h"
 #include "plugins/common/live/live_pad.h"
+#include "plugins/common/log.h"
 #include "plugins/tracksrc/track_input.h"
 #include "plugins/tracksrc/udp_socket.h"
 #include "track/pose_message.h"
@@ -91,6 +92,7 @@ void TrackSrc::open() {
   ended = false;
   begin = any_time;
   told_latency = input.latency(now);
+  GST_DEBUG_OBJECT(element, "%s port %u", socket ? "listens on" : "plays a recording of", port);
 }
 
 void TrackSrc::close() {
@@ -170,6 +172,7 @@ std::optional<TrackInput::Timed> TrackSrc::next() {
 void TrackSrc::tell_latency(const TrackInputSettings& now) {
   const std::int64_t latency = input.latency(now);
   if (!socket || std::exchange(told_latency, latency) == latency) return;
+  GST_DEBUG_OBJECT(element, "has a latency of %.1f ms now", 1e-6 * static_cast<double>(latency));
   gst_element_post_message(element, gst_message_new_latency(GST_OBJECT(element)));
 }
 
@@ -189,6 +192,7 @@ GstFlowReturn create(GstPushSrc* push, GstBuffer** out) {
     *out = gst_buffer_new_memdup(json.data(), json.size());
     // A pose that was true before the stream began holds at its begin.
     GST_BUFFER_PTS(*out) = static_cast<GstClockTime>(std::max<std::int64_t>(pose->time, 0));
+    GST_LOG_OBJECT(push, "pose of %s: %" GST_PTR_FORMAT, pose->pose.source.c_str(), printed(*out));
     return GST_FLOW_OK;
   });
 }

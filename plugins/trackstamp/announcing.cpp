@@ -51,6 +51,7 @@ void TrackStamp::announce(std::optional<Announcement> scene, std::optional<Track
   if (json == announced) return;
   announced = std::move(json);
   statistics.count("announcements");
+  GST_DEBUG_OBJECT(element, "announces %s", announced.c_str());
   gst_pad_push_event(
       element->srcpad,
       gst_event_new_custom(GST_EVENT_CUSTOM_DOWNSTREAM_STICKY,

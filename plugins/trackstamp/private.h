@@ -13,10 +13,14 @@
 
 #include "plugins/common/camera/camera_track.h"
 #include "plugins/common/element.h"
+#include "plugins/common/log.h"
 #include "plugins/trackstamp/depth_input.h"
 #include "plugins/trackstamp/properties.h"
 #include "plugins/trackstamp/scene_input.h"
 #include "scene/announcement.h"
+
+GST_DEBUG_CATEGORY_EXTERN(trackstamp_debug);
+#define GST_CAT_DEFAULT trackstamp_debug
 
 namespace polyhull::element {
 

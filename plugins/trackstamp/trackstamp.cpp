@@ -16,8 +16,7 @@
 #include "plugins/common/transform.h"
 #include "plugins/trackstamp/private.h"
 
-GST_DEBUG_CATEGORY_STATIC(trackstamp_debug);
-#define GST_CAT_DEFAULT trackstamp_debug
+GST_DEBUG_CATEGORY(trackstamp_debug);
 
 namespace polyhull::element {
 
@@ -75,6 +74,8 @@ GstFlowReturn stamp(GstBaseTransform* base, GstBuffer* buffer) {
                       by_timecode ? "" : " Let its source give times."));
     }
     if (self.track.unlocked()) return GST_FLOW_FLUSHING;
+    GST_LOG_OBJECT(base, "%s, %s: %" GST_PTR_FORMAT, pose ? "with a pose" : "without a pose",
+                   scene ? "with what was announced" : "without an announcement", printed(buffer));
     self.announce(std::move(scene), pose);
     return GST_FLOW_OK;
   });
@@ -113,6 +114,7 @@ gboolean set_caps(GstBaseTransform* base, GstCaps* caps, GstCaps*) {
           : 0;
   if (self.frame.exchange(frame) != frame) self.tell_latency();
   self.say_again = true;
+  GST_DEBUG_OBJECT(base, "takes %" GST_PTR_FORMAT, printed(caps));
   return TRUE;
 }
 

@@ -32,6 +32,8 @@ void TrackStamp::begin_segment() {
   live = video.has_value();
   late = video.value_or(0);
   behind = of_poses.value_or(0) - video.value_or(0);
+  GST_DEBUG_OBJECT(element, "the video is %s, and poses come %.1f ms after its frames",
+                   video ? "live" : "not live", 1e-6 * static_cast<double>(behind));
 }
 
 /// The running time; none before there is a clock.
@@ -65,6 +67,7 @@ std::int64_t TrackStamp::latency() const {
 void TrackStamp::tell_latency() {
   const std::int64_t now = latency();
   if (told_latency.exchange(now) == now) return;
+  GST_DEBUG_OBJECT(element, "has a latency of %.1f ms now", 1e-6 * static_cast<double>(now));
   gst_element_post_message(GST_ELEMENT_CAST(element),
                            gst_message_new_latency(GST_OBJECT_CAST(element)));
 }

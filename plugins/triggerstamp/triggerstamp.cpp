@@ -15,6 +15,7 @@
 #include "plugins/common/capture_clock.h"
 #include "plugins/common/element.h"
 #include "plugins/common/guard.h"
+#include "plugins/common/log.h"
 #include "plugins/common/memory/payload_buffer.h"
 #include "plugins/common/transform.h"
 #include "plugins/common/trigger.h"
@@ -121,8 +122,12 @@ void tell(GstElement* element, const FrameMatcher::Match& match, const Settings&
                                 to - from));
 }
 
-/// The number that a frame of the pipeline clock's time \p time has earned; no_trigger: none.
-std::uint64_t number_of(GstElement* element, std::int64_t time) {
+/// Of FrameMatcher::Kind.
+constexpr const char* kinds[] = {"numbered", "unexplained", "repeated", "ambiguous"};
+
+/// The number that the frame \p buffer of the pipeline clock's time \p time has earned; no_trigger:
+/// none.
+std::uint64_t number_of(GstElement* element, GstBuffer* buffer, std::int64_t time) {
   TriggerStamp& self = state_of<TriggerStamp>(element);
   self.statistics.count("frames");
   if (time == no_time) {
@@ -132,6 +137,7 @@ std::uint64_t number_of(GstElement* element, std::int64_t time) {
                                "its camera's own clock stamps it, or nobody does."
                              : "A frame without a time gets no number: give the source "
                                "do-timestamp=true.");
+    GST_LOG_OBJECT(element, "no time, so no number: %" GST_PTR_FORMAT, printed(buffer));
     return no_trigger;
   }
   const Settings settings = snapshot(element, self.settings);
@@ -143,6 +149,9 @@ std::uint64_t number_of(GstElement* element, std::int64_t time) {
     unanswered = self.matcher->unanswered();
   }
   self.statistics.set_count("pulses-unanswered", unanswered);
+  GST_LOG_OBJECT(element, "%s, %.1f ms after pulse %" G_GUINT64_FORMAT ": %" GST_PTR_FORMAT,
+                 kinds[static_cast<std::size_t>(match.kind)],
+                 1e-6 * static_cast<double>(match.after), guint64{match.number}, printed(buffer));
   if (match.kind != FrameMatcher::Kind::numbered) {
     tell(element, match, settings);
     return no_trigger;
@@ -161,7 +170,7 @@ GstFlowReturn stamp(GstBaseTransform* base, GstBuffer* buffer) {
     const Capture capture = capture_of(element, base->segment, buffer, false);
     // Pulses have the pipeline clock's times. Beside the number stands no time of another clock, and
     // none of the frame's arrival: whoever finds one there takes it for that of the exposure.
-    attach_trigger(buffer, number_of(element, capture.on_pipeline_clock),
+    attach_trigger(buffer, number_of(element, buffer, capture.on_pipeline_clock),
                    capture.clock == CaptureClock::pipeline ? capture.time : no_time);
     return GST_FLOW_OK;
   });
@@ -171,7 +180,7 @@ GstFlowReturn stamp(GstBaseTransform* base, GstBuffer* buffer) {
 GstBuffer* numbered_view(GstElement* element, GstBuffer* in) {
   const ViewBuffer read(in);
   View view = read.view();
-  view.trigger = number_of(element, is_pipelines(view.clock) ? view.capture_time : no_time);
+  view.trigger = number_of(element, in, is_pipelines(view.clock) ? view.capture_time : no_time);
   return state_of<TriggerStamp>(element).writer.write(view, read.pixels(), in);
 }
 

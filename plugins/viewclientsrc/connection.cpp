@@ -3,8 +3,6 @@
 #include "base/error.h"
 #include "plugins/viewclientsrc/private.h"
 
-#define GST_CAT_DEFAULT viewclientsrc_debug
-
 namespace polyhull::element {
 namespace {
 
@@ -56,6 +54,7 @@ bool ViewClientSrc::connect(GstElement* element, const ViewClientSettings& now) 
     return false;
   }
   statistics.count("connections");
+  GST_DEBUG_OBJECT(element, "is connected to %s", name_of(now).c_str());
   limit = RateLimit();
   waits = g_get_monotonic_time();
   told.clear();

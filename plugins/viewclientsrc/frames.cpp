@@ -4,8 +4,6 @@
 #include "plugins/common/memory/mapped_memory.h"
 #include "plugins/viewclientsrc/private.h"
 
-#define GST_CAT_DEFAULT viewclientsrc_debug
-
 namespace polyhull::element {
 namespace {
 
@@ -30,6 +28,7 @@ void ViewClientSrc::hear(GstElement* element, const PacketHeader& header, std::s
                       "silhouette or contourfind before the sender's gdppay, meshes of hullbuild.",
                       gst_structure_get_name(gst_caps_get_structure(format.get(), 0)),
                       GST_OBJECT_NAME(element))};
+    GST_DEBUG_OBJECT(element, "the sender brings %" GST_PTR_FORMAT, printed(format.get()));
   } else if (header.event == GST_EVENT_SEGMENT) {
     if (!read_segment(text, segment))
       throw Cut{"refused-packets", "its segment is none of times that go forward."};

@@ -9,12 +9,14 @@
 #include <string>
 
 #include "plugins/common/element.h"
+#include "plugins/common/log.h"
 #include "plugins/common/memory/payload_buffer.h"
 #include "plugins/viewclientsrc/link.h"
 #include "plugins/viewclientsrc/packets.h"
 #include "plugins/viewclientsrc/settings.h"
 
 GST_DEBUG_CATEGORY_EXTERN(viewclientsrc_debug);
+#define GST_CAT_DEFAULT viewclientsrc_debug
 
 namespace polyhull::element {
 

@@ -14,7 +14,6 @@
 #include "plugins/viewclientsrc/private.h"
 
 GST_DEBUG_CATEGORY(viewclientsrc_debug);
-#define GST_CAT_DEFAULT viewclientsrc_debug
 
 namespace polyhull::element {
 namespace {
@@ -54,6 +53,7 @@ GstFlowReturn create(GstPushSrc* push, GstBuffer** created) {
       if (self.lost) announce(element, now, true, "frames come again");
       self.first = self.lost = false;
       self.statistics.count("frames");
+      GST_LOG_OBJECT(push, "received %" GST_PTR_FORMAT, printed(buffer));
       *created = buffer;
       return GST_FLOW_OK;
     }

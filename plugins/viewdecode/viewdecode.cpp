@@ -7,6 +7,7 @@
 #include "base/stopwatch.h"
 #include "plugins/common/element.h"
 #include "plugins/common/guard.h"
+#include "plugins/common/log.h"
 #include "plugins/common/memory/payload_buffer.h"
 #include "plugins/common/transform.h"
 #include "wire/coded_view.h"
@@ -64,6 +65,9 @@ GstFlowReturn prepare_output_buffer(GstBaseTransform* base, GstBuffer* in, GstBu
     self.statistics.count("bytes-in", gst_buffer_get_size(in));
     self.statistics.count("bytes-out", gst_buffer_get_size(*out));
     self.statistics.set("unpack-ms", watch.milliseconds());
+    GST_LOG_OBJECT(base, "%s, %zu bytes: %" GST_PTR_FORMAT,
+                   *out == in ? "passed as it is" : "unpacked", gst_buffer_get_size(*out),
+                   printed(in));
     return GST_FLOW_OK;
   });
 }

@@ -12,6 +12,7 @@
 #include "base/error.h"
 #include "plugins/common/element.h"
 #include "plugins/common/guard.h"
+#include "plugins/common/log.h"
 #include "plugins/common/memory/payload_buffer.h"
 #include "plugins/common/transform.h"
 #include "wire/coded_view.h"
@@ -95,6 +96,9 @@ double thread_ms() {
   return 1e3 * static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_nsec);
 }
 
+/// Of the codings, by their numbers.
+constexpr const char* counters[] = {"views-raw", "views-lz4", "views-zstd", "views-jpeg"};
+
 /// Tries what may be chosen.
 void try_all(ViewEncode& self, const View& view, const PixelShape& shape,
              const Settings& settings) {
@@ -108,6 +112,9 @@ void try_all(ViewEncode& self, const View& view, const PixelShape& shape,
     self.decoder.decode(coding, shape, block, self.unpacked);
     const double end = thread_ms();
     self.choice.note(coding, {shape.bytes(), block.size(), packed - begin, end - packed});
+    GST_DEBUG("trial of %s: %zu bytes become %zu, packed in %.2f ms and unpacked in %.2f ms",
+              counters[static_cast<std::size_t>(coding)], shape.bytes(), block.size(),
+              packed - begin, end - packed);
   }
 }
 
@@ -170,13 +177,14 @@ GstFlowReturn prepare_output_buffer(GstBaseTransform* base, GstBuffer* in, GstBu
                           self.encoder.encode(coding, shape, seen.pixels, seen.stride,
                                               static_cast<int>(settings.quality)),
                           in);
-    static constexpr const char* counters[] = {"views-raw", "views-lz4", "views-zstd",
-                                               "views-jpeg"};
     self.statistics.count(counters[static_cast<std::size_t>(coding)]);
     self.statistics.count("views");
     self.statistics.count("bytes-in", gst_buffer_get_size(in));
     self.statistics.count("bytes-out", gst_buffer_get_size(*out));
     self.statistics.set("pack-ms", thread_ms() - begin);
+    GST_LOG_OBJECT(base, "%s, %zu bytes: %" GST_PTR_FORMAT,
+                   counters[static_cast<std::size_t>(coding)], gst_buffer_get_size(*out),
+                   printed(in));
     return GST_FLOW_OK;
   });
 }

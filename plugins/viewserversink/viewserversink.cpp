@@ -16,6 +16,7 @@
 
 #include "plugins/common/element.h"
 #include "plugins/common/guard.h"
+#include "plugins/common/log.h"
 #include "plugins/viewserversink/remote_settings.h"
 #include "plugins/viewserversink/settings.h"
 #include "plugins/viewserversink/view_server.h"
@@ -96,6 +97,8 @@ void tell(GstElement* element, const char* event, const std::string& address,
           const std::string& why) {
   ViewServerSink& self = state_of<ViewServerSink>(element);
   Statistics& statistics = self.statistics;
+  GST_DEBUG_OBJECT(element, "%s: %s%s%s", address.c_str(), event, why.empty() ? "" : ", ",
+                   why.c_str());
   const char* counter = event;
   const auto* refusal = std::find_if(std::begin(refusals), std::end(refusals),
                                      [&](const Refusal& r) { return r.event == event; });
@@ -123,6 +126,7 @@ void change(GstElement* element, const std::string& name, const std::string& add
             const std::string& line) {
   Statistics& statistics = state_of<ViewServerSink>(element).statistics;
   try {
+    GST_DEBUG_OBJECT(element, "%s sets '%s' of %s", address.c_str(), line.c_str(), name.c_str());
     apply_remote_settings(element, name, line);
     statistics.count("settings");
   } catch (const std::exception& error) {
@@ -148,6 +152,7 @@ bool start(GstElement* element) {
           tell(element, counter, address, why);
         },
         std::move(said));
+    GST_DEBUG_OBJECT(element, "serves at port %d", self.server->port());
     self.statistics.set_count("port", static_cast<std::uint64_t>(self.server->port()));
     return true;
   });
@@ -222,6 +227,8 @@ GstFlowReturn render(GstBaseSink* sink, GstBuffer* buffer) {
   self.statistics.count("packets");
   self.statistics.set_count("clients-now", self.server->clients());
   self.statistics.set_count("bytes", self.server->bytes());
+  GST_LOG_OBJECT(sink, "sent to %zu clients: %" GST_PTR_FORMAT, self.server->clients(),
+                 printed(buffer));
   return GST_FLOW_OK;
 }
 

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "plugins/common/log.h"
+
 namespace polyhull::element {
 namespace {
 
@@ -32,7 +34,7 @@ void FrameClock::set_rate(int numerator, int denominator) {
 
 bool FrameClock::seek(GstSegment* segment) {
   if (segment->rate < 0.0) {
-    GST_WARNING_OBJECT(source_, "Playing backwards is not supported.");
+    GST_CAT_WARNING_OBJECT(category_of(source_), source_, "Playing backwards is not supported.");
     return false;
   }
   segment->time = segment->start;
@@ -63,8 +65,15 @@ void FrameClock::set_delay(const Delay& delay) {
 FrameClock::Frame FrameClock::next() {
   const bool live = gst_base_src_is_live(source_);
   const std::scoped_lock lock(mutex_);
-  return schedule_.next(live ? clock_.now() : no_time, delay_.delay, live ? &grids_ : nullptr,
-                        [this](std::uint64_t number) { return running_time_of(number); });
+  const Frame frame =
+      schedule_.next(live ? clock_.now() : no_time, delay_.delay, live ? &grids_ : nullptr,
+                     [this](std::uint64_t number) { return running_time_of(number); });
+  if (frame.late > 0 || frame.unwanted > 0)
+    GST_CAT_DEBUG_OBJECT(category_of(source_), source_,
+                         "before frame %" G_GUINT64_FORMAT " %" G_GUINT64_FORMAT
+                         " are left out as late, %" G_GUINT64_FORMAT " as unwanted downstream",
+                         frame.number, frame.late, frame.unwanted);
+  return frame;
 }
 
 void FrameClock::finish(const Frame& frame, GstBuffer* buffer) {
@@ -73,6 +82,7 @@ void FrameClock::finish(const Frame& frame, GstBuffer* buffer) {
   GST_BUFFER_DURATION(buffer) = frame.duration;
   GST_BUFFER_OFFSET(buffer) = frame.number;
   GST_BUFFER_OFFSET_END(buffer) = frame.number + 1;
+  GST_CAT_LOG_OBJECT(category_of(source_), source_, "made %" GST_PTR_FORMAT, printed(buffer));
   const std::scoped_lock lock(mutex_);
   schedule_.finish(frame.number);
 }

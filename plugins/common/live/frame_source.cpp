@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "plugins/common/live/frame_source.h"
 
+#include "plugins/common/log.h"
+
 namespace polyhull::element {
 
 FrameSource::FrameSource(gpointer object) : clock(GST_BASE_SRC(object)) {
@@ -23,6 +25,7 @@ bool FrameSource::set_format(GstBaseSrc* source, GstCaps* caps, const char* refu
     const ObjectLock lock(source);
     info = parsed;
   }
+  GST_CAT_DEBUG_OBJECT(category_of(source), source, "makes %" GST_PTR_FORMAT, printed(caps));
   clock.set_rate(GST_VIDEO_INFO_FPS_N(&parsed), GST_VIDEO_INFO_FPS_D(&parsed));
   gst_base_src_set_blocksize(source, static_cast<guint>(parsed.size));
   return true;

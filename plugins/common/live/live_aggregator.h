@@ -71,11 +71,13 @@ void install_live_aggregator(gpointer klass) {
                                       const gchar* name, const GstCaps* caps) {
     GstPad* pad = GST_ELEMENT_CLASS(parent_class<State>())
                       ->request_new_pad(element, pad_template, name, caps);
-    if (pad != nullptr)
-      gst_child_proxy_child_added(GST_CHILD_PROXY(element), G_OBJECT(pad), GST_OBJECT_NAME(pad));
+    if (pad == nullptr) return pad;
+    GST_CAT_DEBUG_OBJECT(category_of(element), pad, "is requested");
+    gst_child_proxy_child_added(GST_CHILD_PROXY(element), G_OBJECT(pad), GST_OBJECT_NAME(pad));
     return pad;
   };
   element_class->release_pad = [](GstElement* element, GstPad* pad) {
+    GST_CAT_DEBUG_OBJECT(category_of(element), pad, "is released");
     gst_child_proxy_child_removed(GST_CHILD_PROXY(element), G_OBJECT(pad), GST_OBJECT_NAME(pad));
     GST_ELEMENT_CLASS(parent_class<State>())->release_pad(element, pad);
   };

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "plugins/common/live/live_pad.h"
+#include "plugins/common/log.h"
 
 namespace polyhull::element {
 
@@ -37,6 +38,8 @@ GstFlowReturn submit_wanted(GstBaseTransform* transform, const PaceFilter& pace,
   if (pace.wanted(time, running_time_now(GST_ELEMENT_CAST(transform))))
     return parent->submit_input_buffer(transform, discontinuous, input);
   statistics.count("frames-unwanted");
+  GST_CAT_DEBUG_OBJECT(category_of(transform), transform,
+                       "left out as unwanted downstream: %" GST_PTR_FORMAT, printed(input));
   gst_buffer_unref(input);
   return GST_BASE_TRANSFORM_FLOW_DROPPED;
 }
@@ -78,6 +81,8 @@ void LivePace::tell_sources() {
     PaceChange theirs = change;
     theirs.grid.anchor -= state.shift;
     if (theirs.from != INT64_MIN) theirs.from -= state.shift;  // INT64_MIN: at once, on any clock
+    GST_CAT_DEBUG_OBJECT(category_of(pad), pad,
+                         "the source is asked for every frame in %" G_GUINT64_FORMAT, step());
     gst_pad_push_event(GST_PAD(pad), make_pace_event(theirs));
   }
 }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "plugins/common/live/live_pad.h"
 
+#include "plugins/common/log.h"
+
 namespace polyhull::element {
 
 // ---- Arrival
@@ -37,6 +39,8 @@ namespace {
 /// The upstream thread's: a buffer is about to enter the queue.
 GstPadProbeReturn buffer_comes(GstPad* pad, GstPadProbeInfo* info, gpointer) {
   LivePadState& state = state_of<LivePadState>(pad);
+  GST_CAT_LOG_OBJECT(category_of(pad), pad, "%" GST_PTR_FORMAT " comes",
+                     GST_PAD_PROBE_INFO_DATA(info));
   if (state.entry != nullptr) {
     const GstPadProbeReturn entered = state.entry(pad, info);
     if (entered != GST_PAD_PROBE_OK) return entered;

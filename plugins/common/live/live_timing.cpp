@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "plugins/common/log.h"
+
 namespace polyhull::element {
 namespace {
 
@@ -67,6 +69,9 @@ void LiveTiming::make_room(std::int64_t room) {
 void LiveTiming::update(const LiveSettings& settings) {
   const bool playing = live();
   if (!learn(settings, playing)) return;
+  GST_CAT_DEBUG_OBJECT(category_of(element_), element_,
+                       "waits %.1f ms for its inputs, and has a latency of %.1f ms",
+                       1e-6 * static_cast<double>(wait()), 1e-6 * static_cast<double>(latency()));
   gst_element_post_message(GST_ELEMENT_CAST(element_),
                            gst_message_new_latency(GST_OBJECT_CAST(element_)));
 }

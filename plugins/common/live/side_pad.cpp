@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "plugins/common/live/side_pad.h"
 
+#include "plugins/common/log.h"
+
 namespace polyhull::element {
 namespace {
 
@@ -133,6 +135,7 @@ SidePad& SidePad::of(GstPad* pad) {
 }
 
 GstFlowReturn SidePad::chain(GstPad* pad, GstObject*, GstBuffer* buffer) {
+  GST_CAT_LOG_OBJECT(category_of(pad), pad, "%" GST_PTR_FORMAT " comes", printed(buffer));
   return of(pad).take(BufferRef(buffer));
 }
 

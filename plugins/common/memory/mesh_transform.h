@@ -10,7 +10,9 @@
 #include <vector>
 
 #include "base/error.h"
+#include "base/stopwatch.h"
 #include "plugins/common/guard.h"
+#include "plugins/common/log.h"
 #include "plugins/common/memory/payload_buffer.h"
 #include "plugins/common/statistics.h"
 #include "plugins/common/transform.h"
@@ -41,10 +43,16 @@ GstFlowReturn change_mesh(GstBaseTransform* base, Statistics& statistics, GstBuf
       return GST_FLOW_OK;
     }
     Mesh mesh = in->mesh();
+    const Stopwatch watch;
     if (!change(mesh)) {
+      GST_CAT_LOG_OBJECT(category_of(base), base, "passed as it is: %" GST_PTR_FORMAT,
+                         printed(queued));
       *out = gst_buffer_ref(queued);
       return GST_FLOW_OK;
     }
+    GST_CAT_LOG_OBJECT(
+        category_of(base), base, "%zu triangles of %zu views after %.1f ms: %" GST_PTR_FORMAT,
+        mesh.hull.triangles.size() / 3, mesh.views.size(), watch.milliseconds(), printed(queued));
     std::vector<PixelSource> pixels;
     for (std::size_t k = 0; k < mesh.views.size(); ++k) pixels.push_back(in->pixels(k));
     *out = make_mesh_buffer(std::move(mesh), pixels);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "plugins/common/log.h"
 #include "plugins/common/trigger.h"
 
 namespace polyhull::element {
@@ -62,8 +63,9 @@ GstCaps* view_transform_caps(GstBaseTransform* base, GstPadDirection direction, 
                   filter);
 }
 
-bool ViewElement::set_format(const GstCaps* caps) {
+bool ViewElement::set_format(GstBaseTransform* base, const GstCaps* caps) {
   if (!video_info_of(caps, &info)) return false;
+  GST_CAT_DEBUG_OBJECT(category_of(base), base, "takes %" GST_PTR_FORMAT, printed(caps));
   control.set_stream_rate(GST_VIDEO_INFO_FPS_N(&info), GST_VIDEO_INFO_FPS_D(&info));
   return true;
 }
@@ -108,12 +110,13 @@ void declare_contour_statistics(Statistics& statistics) {
   statistics.set("tolerance", 0.0);
 }
 
-void report_contours(Statistics& statistics, const ApproximateCounts& counts, Unchanged unchanged,
-                     double tolerance) {
+void ViewElement::report_contours(Statistics& statistics, const ApproximateCounts& counts,
+                                  Unchanged same, double tolerance) {
+  unchanged = same;
   statistics.count("frames");
   statistics.count("empty", counts.rings == 0 ? 1 : 0);
-  statistics.count("reused", unchanged.frame ? 1 : 0);
-  statistics.count("steady", unchanged.contours ? 1 : 0);
+  statistics.count("reused", same.frame ? 1 : 0);
+  statistics.count("steady", same.contours ? 1 : 0);
   statistics.set_count("traced-rings", counts.traced_rings);
   statistics.set_count("traced-points", counts.traced_points);
   statistics.set_count("rings", counts.rings);
@@ -121,6 +124,17 @@ void report_contours(Statistics& statistics, const ApproximateCounts& counts, Un
   statistics.set_count("dropped-rings", counts.dropped_rings);
   statistics.set_count("crossings", counts.crossings);
   statistics.set("tolerance", tolerance);
+}
+
+void ViewElement::log_view(GstBaseTransform* base, GstBuffer* frame) const {
+  GST_CAT_LOG_OBJECT(
+      category_of(base), base,
+      "view of %s: %zu rings of %zu points%s, %zu bytes of pixels, of %" GST_PTR_FORMAT,
+      view.camera.c_str(), view.contours.size(), view.contours.points.size(),
+      unchanged.frame      ? " (the frame before, used again)"
+      : unchanged.contours ? " (steady)"
+                           : "",
+      view.pixels.size(), printed(frame));
 }
 
 }  // namespace polyhull::element

@@ -41,25 +41,37 @@ class ToleranceControl {
   double stream_rate_ = 0.0;
 };
 
+/// What a frame did not change.
+struct Unchanged {
+  bool frame = false;     ///< the frame itself, so that its contours were not looked for
+  bool contours = false;  ///< its contours, by their steadiness
+};
+
 /// What the states of both hold.
 struct ViewElement {
   ViewElement() { gst_video_info_init(&info); }
 
   /// Takes over the input's format and frame rate; false: \p caps are no video.
-  bool set_format(const GstCaps* caps);
+  bool set_format(GstBaseTransform* base, const GstCaps* caps);
   /// Learns from QoS events what the tolerance has to be.
   void observe(GstBaseTransform* base, GstEvent* event);
   /// The tolerance to use now, px, within what the approximation takes.
   double tolerance_of(const ContourValues& values) const;
   /// Makes camera name, trigger number, capture time and size of `view` those of \p frame.
   void begin_view(GstBaseTransform* base, const ContourValues& values, const GstVideoFrame& frame);
+  /// Counts one frame, and notes what of it is \p same as before.
+  void report_contours(Statistics& statistics, const ApproximateCounts& counts, Unchanged same,
+                       double tolerance);
+  /// Logs the view that was made of \p frame.
+  void log_view(GstBaseTransform* base, GstBuffer* frame) const;
 
   ContourValues contour;  // under the object lock
 
   ToleranceControl control;
   GstVideoInfo info;  // the rest belongs to the streaming thread
   ViewWriter writer;
-  View view;  // that of the last frame; its memory is used again
+  View view;            // that of the last frame; its memory is used again
+  Unchanged unchanged;  // of that frame
 };
 
 /// What `stats` of contourfind holds.
@@ -67,16 +79,6 @@ extern const char* const contour_statistics_blurb;
 
 /// Makes the contours' entries appear in `stats`.
 void declare_contour_statistics(Statistics& statistics);
-
-/// What a frame did not change.
-struct Unchanged {
-  bool frame = false;     ///< the frame itself, so that its contours were not looked for
-  bool contours = false;  ///< its contours, by their steadiness
-};
-
-/// Counts one frame.
-void report_contours(Statistics& statistics, const ApproximateCounts& counts, Unchanged unchanged,
-                     double tolerance);
 
 /// For GstBaseTransformClass::transform_caps: any video that the sink pad takes becomes views of
 /// the same frame rate.
@@ -104,6 +106,7 @@ void install_view_element(gpointer klass) {
     return guarded(GST_ELEMENT_CAST(base), GST_FLOW_ERROR, [&]() -> GstFlowReturn {
       const MappedFrame frame(self.info, in);
       *out = self.make_view(base, frame.frame());
+      self.log_view(base, in);
       return GST_FLOW_OK;
     });
   };
