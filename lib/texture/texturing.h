@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "base/vector.h"
+#include "rig/camera.h"
 
 namespace polyhull {
 

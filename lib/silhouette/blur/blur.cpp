@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "silhouette/blur/blur_state.h"
+#include "silhouette/blur/blur.h"
 
 #include <cmath>
 
 #include "base/error.h"
+#include "silhouette/blur/blur_state.h"
 #include "silhouette/pixels/kernels.h"
 
 namespace polyhull {

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
+#include "silhouette/contour/contourer.h"
+
 #include "base/error.h"
 #include "silhouette/contour/contourer_state.h"
 
