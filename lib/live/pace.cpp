@@ -11,7 +11,7 @@ constexpr std::int64_t judged_at_least = second / 2;  // time, and
 constexpr int judged_instants = 12;                   // instants before a judgement
 constexpr int largest_share = 5;                      // one in so many may be lost
 constexpr std::int64_t first_patience = 2 * second, last_patience = 16 * second;
-constexpr std::int64_t settling = second;  // until what had piled up is gone
+constexpr std::int64_t settling = second;        // until what had piled up is gone
 constexpr std::int64_t trial_time = 3 * second;  // in which a trial shows whether it fails
 
 }  // namespace

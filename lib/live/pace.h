@@ -32,9 +32,9 @@ class Pace {
 
   int step_ = 1;
   bool started_ = false;
-  std::int64_t begin_ = 0;    // of what is counted
-  std::int64_t clean_ = 0;    // since then no more than a few were lost
-  std::int64_t trial_ = -1;   // when the last trial began, -1: none that may still fail
+  std::int64_t begin_ = 0;   // of what is counted
+  std::int64_t clean_ = 0;   // since then no more than a few were lost
+  std::int64_t trial_ = -1;  // when the last trial began, -1: none that may still fail
   std::int64_t patience_ = 2'000'000'000;
   int instants_ = 0, lost_ = 0;
 };

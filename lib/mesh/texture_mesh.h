@@ -31,8 +31,10 @@ class MeshTexturer {
   double seconds_fill() const { return seconds_fill_; }                 ///< of the last call
   const AlignStatistics& align_statistics() const { return aligned_; }  ///< of the last call
   double seconds_align() const { return seconds_align_; }               ///< of the last call
-  const MemoryStatistics& memory_statistics() const { return memory_.statistics(); }  ///< of the last call
-  double seconds_memory() const { return seconds_memory_; }             ///< of the last call
+  const MemoryStatistics& memory_statistics() const {
+    return memory_.statistics();
+  }                                                          ///< of the last call
+  double seconds_memory() const { return seconds_memory_; }  ///< of the last call
 
  private:
   HullTexturer texturer_;

@@ -36,9 +36,7 @@ struct Material {
   Vec3f f0() const;
   bool is_mirror() const { return roughness < 0.05f; }
   /// Whether all light that comes from it is what it mirrors: smooth metal that does not shine.
-  bool only_mirrors() const {
-    return is_mirror() && metallic >= 1.0f && emission == Vec3f(0.0f);
-  }
+  bool only_mirrors() const { return is_mirror() && metallic >= 1.0f && emission == Vec3f(0.0f); }
 };
 
 /// One triangle mesh with one material, in world coordinates.

@@ -169,7 +169,8 @@ const Rings& Silhouetter::process(const FrameView& frame) {
   s.contours.valid = false;
   const ContourSettings settings{
       {s.settings.method, corrected_sigma(s.settings.blur, s.settings.correct_curvature)},
-      s.settings.approximate, s.settings.steadiness};
+      s.settings.approximate,
+      s.settings.steadiness};
   if (s.keyer.needs_plane() || !s.blur.streams())
     s.planes(frame, settings.trace);
   else

@@ -38,13 +38,13 @@ struct TextureSettings {
   TextureMethod method = TextureMethod::blend;
   TextureMetric metric = TextureMetric::camera_normal;
   std::uint32_t cameras = 2;
-  Vec3f untextured{0.5f};  ///< sRGB, 0..1
+  Vec3f untextured{0.5f};                   ///< sRGB, 0..1
   TextureFill fill = TextureFill::inpaint;  ///< for FillColours, which has the pictures
-  bool balance = false;        ///< Texturing::gains from the pictures: ColourBalance
-  double balance_time = 4.0;   ///< of it, seconds
-  TextureAlign align = TextureAlign::off;  ///< for PictureAligner, which has the pictures
-  bool memory = false;         ///< what was seen earlier fills what is not seen now: ColourMemory
-  double memory_time = 60.0;   ///< of it: what was not seen for so many seconds counts half
+  bool balance = false;                     ///< Texturing::gains from the pictures: ColourBalance
+  double balance_time = 4.0;                ///< of it, seconds
+  TextureAlign align = TextureAlign::off;   ///< for PictureAligner, which has the pictures
+  bool memory = false;        ///< what was seen earlier fills what is not seen now: ColourMemory
+  double memory_time = 60.0;  ///< of it: what was not seen for so many seconds counts half
   /// Off: every view sees every triangle that faces it, as in the prototype.
   bool occlusion = true;
   int map_size = 320;        ///< texels of the longer side of an OcclusionMap

@@ -37,9 +37,9 @@ void SceneOnScreen::set(const Scene& scene, const Mat4& pixels_from_scene,
         while (id >= first[mesh + 1]) ++mesh;
         const SceneMesh& of = scene.meshes[mesh];
         const std::uint32_t* t = &of.triangles[3 * (id - first[mesh])];
-        triangles.add({corner(of.positions[t[0]]), corner(of.positions[t[1]]),
-                       corner(of.positions[t[2]])},
-                      static_cast<std::uint32_t>(id), Facing::both);
+        triangles.add(
+            {corner(of.positions[t[0]]), corner(of.positions[t[1]]), corner(of.positions[t[2]])},
+            static_cast<std::uint32_t>(id), Facing::both);
       }
     }
   });

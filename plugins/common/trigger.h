@@ -32,7 +32,7 @@ struct Capture {
   std::int64_t time = no_time;  ///< ns
   CaptureClock clock = CaptureClock::arrival;
   std::int64_t on_pipeline_clock = no_time;  ///< ns: `time` where it is of that, else the arrival
-  std::int64_t timecode = no_time;  ///< ns since midnight
+  std::int64_t timecode = no_time;           ///< ns since midnight
 };
 
 /// Trigger number and capture time of \p buffer, which \p element receives within \p segment.

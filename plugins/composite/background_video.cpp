@@ -26,7 +26,8 @@ BackgroundVideo::BackgroundVideo() {
 }
 
 bool BackgroundVideo::is_held(GstBuffer* frame, const GstVideoInfo& to) const {
-  return source_ != nullptr && same_memory(source_, frame) && gst_video_info_is_equal(&format_, &to);
+  return source_ != nullptr && same_memory(source_, frame) &&
+         gst_video_info_is_equal(&format_, &to);
 }
 
 GstBuffer* BackgroundVideo::of(GstBuffer* frame, const GstVideoInfo& from, const GstVideoInfo& to) {

@@ -32,7 +32,8 @@ GstCaps* output_caps(const GstVideoInfo& info, bool background_on_gpu) {
       "video/x-raw, format=(string){NV12,I420}, colorimetry=(string)bt709, "
       "chroma-site=(string)mpeg2");
   for (const char* field : {"format", "colorimetry", "chroma-site"})
-    gst_caps_set_value(video, field, gst_structure_get_value(gst_caps_get_structure(format, 0), field));
+    gst_caps_set_value(video, field,
+                       gst_structure_get_value(gst_caps_get_structure(format, 0), field));
   return gst_caps_merge(with_both_memories(shape, background_on_gpu), video);
 }
 

@@ -19,8 +19,8 @@ namespace polyhull::element {
 struct HeldFrame {
   GstBuffer* buffer = nullptr;  ///< null: none is held
   GstVideoInfo info;
-  unsigned place = 0;          ///< for FrameComposer::take()
-  std::int64_t due = no_time;  ///< running time when it goes out if no other frame comes
+  unsigned place = 0;                     ///< for FrameComposer::take()
+  std::int64_t due = no_time;             ///< running time when it goes out if no other frame comes
   std::optional<std::uint64_t> newcomer;  ///< as Composite::newcomer, of this frame
 };
 

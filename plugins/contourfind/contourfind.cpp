@@ -59,9 +59,9 @@ MatteContent content_of(ContourFind& self, const GstVideoFrame& frame) {
 const Rings& ContourFind::find_contours(MatteContent content, const ContourValues& values,
                                         double tolerance) {
   const ContourSettings settings{{values.method, values.correct_curvature ? content.sigma : 0.0},
-                                 values.approximation(tolerance), values.steadiness};
-  const bool reused =
-      values.reuse && contourer.holds(settings) && same_content(content, before);
+                                 values.approximation(tolerance),
+                                 values.steadiness};
+  const bool reused = values.reuse && contourer.holds(settings) && same_content(content, before);
   if (!reused && content.field != nullptr)
     contourer.find(*content.field, settings);
   else if (!reused)

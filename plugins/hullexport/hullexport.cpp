@@ -224,10 +224,11 @@ gboolean open(GstElement* element) {
     std::filesystem::path folder = std::filesystem::path(self.name->name(0)).parent_path();
     if (folder.empty()) folder = ".";
     if (access(folder.c_str(), W_OK | X_OK) != 0)
-      throw Error(Error::Kind::io,
-                  "The folder of '{}' cannot be written to: {}. Make the folder, or set location to "
-                  "another one.",
-                  location, std::strerror(errno));
+      throw Error(
+          Error::Kind::io,
+          "The folder of '{}' cannot be written to: {}. Make the folder, or set location to "
+          "another one.",
+          location, std::strerror(errno));
     self.claim.emplace(location);
     self.statistics.reset();
     self.first_written = false;

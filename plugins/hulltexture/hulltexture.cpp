@@ -35,7 +35,8 @@ GType enum_type<TextureMetric>() {
        {TextureMetric::viewing_angle,
         "By the angle between the directions to the camera and to the viewport", "viewing-angle"},
        {TextureMetric::lumigraph,
-        "By that angle, more steeply, and by how finely the camera sees the surface", "lumigraph"}});
+        "By that angle, more steeply, and by how finely the camera sees the surface",
+        "lumigraph"}});
 }
 
 template <>
@@ -104,13 +105,15 @@ const Property<Settings> table[] = {
                                     "big-endian ARGB (0 to 0xffffffff; alpha is not used).",
                                     0, 4294967295.0),
     property<&Settings::fill>("fill", "Fill", "What colours the surface where no camera sees it."),
-    property<&Settings::balance>("balance", "Balance",
-                                 "Whether the cameras' gains are found by which their colours agree "
-                                 "where several see the same place."),
-    property<&Settings::balance_time>("balance-time", "Balance time",
-                                      "Over how many seconds gains follow the cameras (0 to 3600); 0 "
-                                      "finds them anew in every mesh.",
-                                      0, 3600),
+    property<&Settings::balance>(
+        "balance", "Balance",
+        "Whether the cameras' gains are found by which their colours agree "
+        "where several see the same place."),
+    property<&Settings::balance_time>(
+        "balance-time", "Balance time",
+        "Over how many seconds gains follow the cameras (0 to 3600); 0 "
+        "finds them anew in every mesh.",
+        0, 3600),
     property<&Settings::fade_width>("fade-width", "Fade width",
                                     "Over how many pixels of a camera its share rises from none at "
                                     "the rim of what it sees to all (0 to 200).",
@@ -127,13 +130,15 @@ const Property<Settings> table[] = {
     property<&Settings::align>("align", "Align",
                                "Whether the cameras' pictures are moved onto each other where they "
                                "disagree. Acts on a blend with occlusion."),
-    property<&Settings::memory>("memory", "Memory",
-                                "Whether what no camera sees takes the colours that were seen there "
-                                "earlier, carried along by the surface's motion. Not with fill=grey."),
-    property<&Settings::memory_time>("memory-time", "Memory time",
-                                     "After how many seconds unseen a remembered colour counts half "
-                                     "(0 to 86400); 0 remembers nothing.",
-                                     0, 86400),
+    property<&Settings::memory>(
+        "memory", "Memory",
+        "Whether what no camera sees takes the colours that were seen there "
+        "earlier, carried along by the surface's motion. Not with fill=grey."),
+    property<&Settings::memory_time>(
+        "memory-time", "Memory time",
+        "After how many seconds unseen a remembered colour counts half "
+        "(0 to 86400); 0 remembers nothing.",
+        0, 86400),
 };
 constexpr std::span<const Property<Settings>> properties(table);
 
@@ -143,9 +148,8 @@ struct HullTexture {
   static void class_init(gpointer klass);
 
   explicit HullTexture(gpointer object) {
-    statistics.declare(
-        {"meshes", "texturings-reused", "pieces", "pieces-sampled", "meshes-unusable",
-         "flows", "pairs", "pairs-reused"});
+    statistics.declare({"meshes", "texturings-reused", "pieces", "pieces-sampled",
+                        "meshes-unusable", "flows", "pairs", "pairs-reused"});
     set_up_mesh_transform(object);
   }
 
@@ -215,8 +219,7 @@ bool texture_mesh(GstBaseTransform* transform, Mesh& mesh) {
 /// What was learned of the cameras and the subject ends with a flush.
 gboolean handle_event(GstBaseTransform* base, GstEvent* event) {
   HullTexture& self = state_of<HullTexture>(base);
-  if (GST_EVENT_TYPE(event) == GST_EVENT_FLUSH_STOP && self.texturer)
-    self.texturer->forget();
+  if (GST_EVENT_TYPE(event) == GST_EVENT_FLUSH_STOP && self.texturer) self.texturer->forget();
   return GST_BASE_TRANSFORM_CLASS(parent_class<HullTexture>())->sink_event(base, event);
 }
 
@@ -228,11 +231,16 @@ void HullTexture::class_init(gpointer klass) {
       "Counters since the start: meshes, texturings-reused (the hull had not changed), pieces (of "
       "triangles that face a camera, summed over the cameras), pieces-sampled (those that the edge "
       "of something before them may cross), meshes-unusable, and with align=flow pairs (of cameras "
-      "whose pictures were compared), pairs-reused (those of which nothing had changed) and flows (those "
-      "that disagree); and of the last mesh the milliseconds for visibility with the maps, for weights, "
-      "for the balance, for the fill, for align=flow and for the memory, with memory=on memory-points "
-      "(that are remembered), memory-vertices (whose fill is remembered by half or more), memory-trust (0 to "
-      "1, as memory-error and memory-error-without tell: how far off remembered colours and the fill were of what "
+      "whose pictures were compared), pairs-reused (those of which nothing had changed) and flows "
+      "(those "
+      "that disagree); and of the last mesh the milliseconds for visibility with the maps, for "
+      "weights, "
+      "for the balance, for the fill, for align=flow and for the memory, with memory=on "
+      "memory-points "
+      "(that are remembered), memory-vertices (whose fill is remembered by half or more), "
+      "memory-trust (0 to "
+      "1, as memory-error and memory-error-without tell: how far off remembered colours and the "
+      "fill were of what "
       "was seen again, root mean squares in codes of 0 to 255), and threads-used "
       "(how many threads took part in its parallel loops, on average).");
   set_metadata(klass, "Visual hull texturing", "Filter/Video",

@@ -21,7 +21,8 @@
 namespace polyhull::test {
 
 inline constexpr int width = 320, height = 180;
-inline constexpr char background_caps[] = "video/x-raw,format=RGBA,width=320,height=180,framerate=25/1";
+inline constexpr char background_caps[] =
+    "video/x-raw,format=RGBA,width=320,height=180,framerate=25/1";
 inline constexpr char mesh_caps[] = "application/x-polyhull-mesh";
 
 inline const synthetic::Photographed& subject() {

@@ -131,10 +131,10 @@ struct LiveBench {
       const double there = std::max(shown[at], came[static_cast<std::size_t>(i + offset)]);
       out.push_back(left[at].time - there - left[at].work);
     }
-    fail_unless(!out.empty() && (!in_time || 10 * static_cast<int>(out.size()) >=
-                                                 8 * (feed.frames - 1 - first)),
-                "only %d frames of %d have left", static_cast<int>(out.size()),
-                feed.frames - 1 - first);
+    fail_unless(
+        !out.empty() &&
+            (!in_time || 10 * static_cast<int>(out.size()) >= 8 * (feed.frames - 1 - first)),
+        "only %d frames of %d have left", static_cast<int>(out.size()), feed.frames - 1 - first);
     std::sort(out.begin(), out.end());
     return out;
   }
@@ -155,7 +155,8 @@ void expect_prompt(const Feed& feed, int offset = 0) {
   bench.run();
   const std::vector<double> idle = bench.idle(8, offset);
   const double middle = idle[idle.size() / 2];
-  fail_unless(!in_time || middle <= 5.0, "phase %g ms, length %g ms: idle for %.2f ms (%.2f to %.2f)",
+  fail_unless(!in_time || middle <= 5.0,
+              "phase %g ms, length %g ms: idle for %.2f ms (%.2f to %.2f)",
               1e-6 * static_cast<double>(feed.phase), 1e-6 * static_cast<double>(feed.length),
               middle, idle.front(), idle.back());
 }
@@ -237,7 +238,8 @@ GST_START_TEST(the_latency_holds_the_work) {
   int late = 0;
   for (std::size_t i = 8; i < bench.left.size(); ++i)
     late += bench.left[i].time > 40.0 * static_cast<double>(i) + latency + 5.0;
-  fail_unless(!in_time || late <= static_cast<int>(bench.left.size() / 5), "%d frames left later than the %.1f ms said", late, latency);
+  fail_unless(!in_time || late <= static_cast<int>(bench.left.size() / 5),
+              "%d frames left later than the %.1f ms said", late, latency);
 }
 GST_END_TEST
 

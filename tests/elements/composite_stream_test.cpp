@@ -124,13 +124,14 @@ struct Told {
 
 // Each set brings one signal, when the first frame that shows it has gone, however many show it.
 GST_START_TEST(tells_of_each_set_once) {
-  std::string line = "composite name=mix ! fakesink name=sink sync=false signal-handoffs=true "
-                     "videotestsrc num-buffers=12 ! " + caps_of(160, 90) +
-                     " ! mix.background hullbuild name=hull ! mix.mesh_0";
+  std::string line =
+      "composite name=mix ! fakesink name=sink sync=false signal-handoffs=true "
+      "videotestsrc num-buffers=12 ! " +
+      caps_of(160, 90) + " ! mix.background hullbuild name=hull ! mix.mesh_0";
   for (int i = 0; i < 4; ++i)
     line += " rigtestsrc num-buffers=4 camera=cam" + std::to_string(i) +
-            " ! video/x-raw,framerate=25/3 ! silhouette camera=cam" +
-            std::to_string(i) + " ! hull.sink_" + std::to_string(i);
+            " ! video/x-raw,framerate=25/3 ! silhouette camera=cam" + std::to_string(i) +
+            " ! hull.sink_" + std::to_string(i);
   GstElement* pipeline = test::parse(line);
   GstElement* mix = gst_bin_get_by_name(GST_BIN(pipeline), "mix");
   GstElement* sink = gst_bin_get_by_name(GST_BIN(pipeline), "sink");

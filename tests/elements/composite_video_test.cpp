@@ -28,7 +28,8 @@ std::vector<Plane> components(GstHarness* harness, GstBuffer* buffer) {
   for (guint k = 0; k < (rgba ? 1u : 3u); ++k) {
     out.emplace_back();
     const int step = rgba ? 1 : GST_VIDEO_FRAME_COMP_PSTRIDE(&video, k);
-    const int across = rgba ? 4 * GST_VIDEO_FRAME_WIDTH(&video) : GST_VIDEO_FRAME_COMP_WIDTH(&video, k);
+    const int across =
+        rgba ? 4 * GST_VIDEO_FRAME_WIDTH(&video) : GST_VIDEO_FRAME_COMP_WIDTH(&video, k);
     const auto* data = static_cast<const std::uint8_t*>(GST_VIDEO_FRAME_COMP_DATA(&video, k));
     for (int y = 0; y < GST_VIDEO_FRAME_COMP_HEIGHT(&video, k); ++y)
       for (int x = 0; x < across; ++x)
@@ -39,7 +40,8 @@ std::vector<Plane> components(GstHarness* harness, GstBuffer* buffer) {
 }
 
 std::vector<Plane> converted(const Plane& rgba) {
-  std::vector<Plane> out{Plane(width * height), Plane(width * height / 4), Plane(width * height / 4)};
+  std::vector<Plane> out{Plane(width * height), Plane(width * height / 4),
+                         Plane(width * height / 4)};
   YuvPicture video;
   video.width = width;
   video.height = height;
@@ -62,8 +64,8 @@ std::vector<std::vector<Plane>> frames_as(const std::string& format, const char*
   gst_harness_push(bench.mesh, mesh_buffer(frame_time(1)));
   for (int i = 0; i < 3; ++i) {
     gst_child_proxy_set(GST_CHILD_PROXY(bench.element), "mesh_0::translate-x", 0.1 * i, nullptr);
-    GstBuffer* picture = bench.step(frame(frame_time(i), 32 * i),
-                                    i == 0 ? nullptr : mesh_buffer(frame_time(i + 1)));
+    GstBuffer* picture =
+        bench.step(frame(frame_time(i), 32 * i), i == 0 ? nullptr : mesh_buffer(frame_time(i + 1)));
     fail_unless_equals_uint64(GST_BUFFER_PTS(picture), frame_time(i));
     fail_unless_equals_uint64(GST_BUFFER_DURATION(picture), 40 * GST_MSECOND);
     out.push_back(components(bench.background, picture));
@@ -92,7 +94,9 @@ std::string caps_before(const std::string& sink) {
   return out;
 }
 
-bool has(const std::string& text, const char* part) { return text.find(part) != std::string::npos; }
+bool has(const std::string& text, const char* part) {
+  return text.find(part) != std::string::npos;
+}
 
 }  // namespace
 
@@ -148,10 +152,10 @@ GST_START_TEST(a_new_size_in_the_stream) {
   gst_harness_set_sink_caps_str(bench.background, "video/x-raw,format=I420");
   int number = 0;
   for (const auto& [across, down] : {std::pair{64, 48}, {33, 17}, {1, 1}, {64, 48}}) {
-    gst_harness_set_src_caps_str(
-        bench.background, ("video/x-raw,format=RGBA,framerate=25/1,width=" + std::to_string(across) +
-                           ",height=" + std::to_string(down))
-                              .c_str());
+    gst_harness_set_src_caps_str(bench.background,
+                                 ("video/x-raw,format=RGBA,framerate=25/1,width=" +
+                                  std::to_string(across) + ",height=" + std::to_string(down))
+                                     .c_str());
     const auto size = static_cast<gsize>(4 * across * down);
     GstBuffer* in = gst_buffer_new_allocate(nullptr, size, nullptr);
     gst_buffer_memset(in, 0, 255, size);
@@ -162,7 +166,8 @@ GST_START_TEST(a_new_size_in_the_stream) {
     const auto planes = components(bench.background, out);
     fail_unless(planes[0] == Plane(static_cast<std::size_t>(across * down), 235));
     fail_unless(planes[1] == planes[2] &&
-                planes[1] == Plane(static_cast<std::size_t>((across + 1) / 2 * ((down + 1) / 2)), 128));
+                planes[1] ==
+                    Plane(static_cast<std::size_t>((across + 1) / 2 * ((down + 1) / 2)), 128));
     gst_buffer_unref(out);
   }
 }
@@ -172,7 +177,8 @@ GST_START_TEST(downstream_chooses) {
   fail_unless(has(caps_before("fakesink"), "format=(string)RGBA"));
   fail_unless(has(caps_before("video/x-raw,format={I420,NV12,RGBA} ! fakesink"), "(string)RGBA"));
   for (const char* format : {"NV12", "I420"}) {
-    const std::string caps = caps_before(std::string("video/x-raw,format=") + format + " ! fakesink");
+    const std::string caps =
+        caps_before(std::string("video/x-raw,format=") + format + " ! fakesink");
     fail_unless(has(caps, format) && has(caps, "bt709") && has(caps, "chroma-site=(string)mpeg2"),
                 "%s", caps.c_str());
   }

@@ -499,8 +499,7 @@ static View disc_view(const Camera& camera, std::uint64_t trigger,
   view.contours.points.clear();
   for (int i = 0; i < 240; ++i) {
     const double angle = -2.0 * std::numbers::pi * i / 240;
-    view.contours.points.push_back(
-        Vec2f(middle + 150.0 * Vec2(std::cos(angle), std::sin(angle))));
+    view.contours.points.push_back(Vec2f(middle + 150.0 * Vec2(std::cos(angle), std::sin(angle))));
   }
   view.contours.ends = {240};
   return view;
@@ -512,8 +511,7 @@ GST_START_TEST(test_max_deviation_leaves_vertices_out) {
   for (int frame = 0; frame < 2; ++frame) {
     Bench bench(frame == 0 ? "max-deviation=0" : "max-deviation=0.05");
     std::vector<std::uint8_t> pixels;
-    for (int i = 0; i < 4; ++i)
-      bench.push(i, disc_view(bench.rig.cameras[i], frame, pixels), 0);
+    for (int i = 0; i < 4; ++i) bench.push(i, disc_view(bench.rig.cameras[i], frame, pixels), 0);
     const auto mesh = bench.pull();
     triangles[frame] = mesh->hull.triangles.size();
     volumes[frame] = enclosed_volume(mesh->hull);

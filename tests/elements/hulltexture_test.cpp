@@ -265,7 +265,8 @@ GST_START_TEST(colours_are_remembered) {
   const auto check = [&](int n) {
     // The cameras go round it instead, with the colours: to the element it is the same.
     const double a = 0.1 * n;
-    const Mat3 turn(Vec3(std::cos(a), 0, -std::sin(a)), Vec3(0, 1, 0), Vec3(std::sin(a), 0, std::cos(a)));
+    const Mat3 turn(Vec3(std::cos(a), 0, -std::sin(a)), Vec3(0, 1, 0),
+                    Vec3(std::sin(a), 0, std::cos(a)));
     std::vector<Camera> turned = cameras;
     for (Camera& camera : turned) camera.R = camera.R * turn;
     synthetic::Photographed seen = synthetic::photographed(rest, turned);

@@ -51,9 +51,8 @@ GstPad* source_pad(const LiveLine& line, const char* element) {
 
 bool warned(const LiveLine& line, std::initializer_list<const char*> parts) {
   return std::any_of(line.warnings().begin(), line.warnings().end(), [&](const std::string& text) {
-    return std::all_of(parts.begin(), parts.end(), [&](const char* part) {
-      return text.find(part) != std::string::npos;
-    });
+    return std::all_of(parts.begin(), parts.end(),
+                       [&](const char* part) { return text.find(part) != std::string::npos; });
   });
 }
 
@@ -115,8 +114,7 @@ GST_START_TEST(what_comes_too_late_is_no_set_of_its_own) {
   LiveLine line(options);
   GstPad* pad = source_pad(line, "cam3");
   gst_pad_add_probe(
-      pad,
-      static_cast<GstPadProbeType>(GST_PAD_PROBE_TYPE_QUERY_UPSTREAM),
+      pad, static_cast<GstPadProbeType>(GST_PAD_PROBE_TYPE_QUERY_UPSTREAM),
       [](GstPad*, GstPadProbeInfo* info, gpointer) {
         GstQuery* query = GST_PAD_PROBE_INFO_QUERY(info);
         if (GST_QUERY_TYPE(query) != GST_QUERY_LATENCY) return GST_PAD_PROBE_OK;
@@ -261,8 +259,8 @@ GST_START_TEST(seeking_while_live_starts_anew) {
   fail_unless(!in_time || sets.size() > before + 15, "%d sets after the seek",
               static_cast<int>(sets.size() - before));
   for (std::size_t i = before; i < sets.size(); ++i) {
-    fail_unless(!sets[i].mixed() && is_new(sets[i]), "set %d shows %d",
-                static_cast<int>(i), sets[i].numbers[0]);
+    fail_unless(!sets[i].mixed() && is_new(sets[i]), "set %d shows %d", static_cast<int>(i),
+                sets[i].numbers[0]);
     fail_unless(sets[i].time < GST_SECOND || sets[i].whole(4) || !in_time,
                 "set %d of frame %d has %d views", static_cast<int>(i), sets[i].numbers[0],
                 static_cast<int>(sets[i].numbers.size()));

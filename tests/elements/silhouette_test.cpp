@@ -282,7 +282,8 @@ GST_START_TEST(settings_count_on_a_still_picture) {
     // From picture 5 on they are all the same.
     for (int i = 5; i < 12; ++i) {
       if (i == 9)
-        for (GstElement* element : elements) gst_util_set_object_arg(G_OBJECT(element), name, value);
+        for (GstElement* element : elements)
+          gst_util_set_object_arg(G_OBJECT(element), name, value);
       const ReadView a = take_view(gst_harness_push_and_pull(on, pictures.frame(i)));
       const ReadView b = take_view(gst_harness_push_and_pull(off, pictures.frame(i)));
       fail_unless(a.view.contours == b.view.contours, "%s: frame %d", name, i);

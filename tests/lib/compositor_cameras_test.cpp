@@ -77,8 +77,8 @@ class Drawer {
     shot.frame.scene = scene_;
     shot.settings.shadow = ShadowQuality::off;
     shot.settings.mirror = MirrorMode::off;
-    const std::vector<std::uint8_t> black(
-        static_cast<std::size_t>(viewport.width) * viewport.height * 4);
+    const std::vector<std::uint8_t> black(static_cast<std::size_t>(viewport.width) *
+                                          viewport.height * 4);
     shot.picture = Picture{viewport.width, viewport.height, 4, black};
     const int stride = 4 * viewport.width;
     renderer_->render(shot.frame, renderer_->plan(shot.frame, shot.settings), shot.settings,
@@ -88,8 +88,8 @@ class Drawer {
 
  private:
   std::unique_ptr<Renderer> renderer_ = testing::BackendTest::make_renderer();
-  std::shared_ptr<const Scene> scene_ = std::make_shared<const Scene>(
-      floor_scene({}, point_lamp({0, 3, 0}, Vec3f(1.0f))));
+  std::shared_ptr<const Scene> scene_ =
+      std::make_shared<const Scene>(floor_scene({}, point_lamp({0, 3, 0}, Vec3f(1.0f))));
 };
 
 /// The blend by its definition: the \p best largest weights less the next one.
@@ -129,8 +129,8 @@ TEST_P(CompositorCamerasTest, AnyNumberOfThemIsBlended) {
             {0, 1, 0}, 48, 48, 30.0);
       }
       const PlainBall ball(cameras, settings, 24);
-      const synthetic::Shot shot = drawer.from(synthetic::look_at(eye, {0, 1, 0}, 96, 96, 16.0),
-                                               ball.photographed.mesh);
+      const synthetic::Shot shot =
+          drawer.from(synthetic::look_at(eye, {0, 1, 0}, 96, 96, 16.0), ball.photographed.mesh);
       double sum = 0.0;
       int points = 0, far = 0;
       for (double y = -0.25; y <= 0.25; y += 0.05) {
@@ -138,8 +138,8 @@ TEST_P(CompositorCamerasTest, AnyNumberOfThemIsBlended) {
           // A point of the ball towards the eye.
           const Vec3 to_eye = glm::normalize(eye - Vec3(0, 1, 0));
           const Vec3 right = glm::normalize(glm::cross(Vec3(0, 1, 0), to_eye));
-          const Vec3 n = glm::normalize(to_eye + 2.0 * x * right +
-                                        2.0 * y * glm::cross(to_eye, right));
+          const Vec3 n =
+              glm::normalize(to_eye + 2.0 * x * right + 2.0 * y * glm::cross(to_eye, right));
           const Vec3 p = Vec3(0, 1, 0) + 0.4 * n;
           std::vector<float> weights;
           bool none = true;
@@ -214,8 +214,9 @@ TEST_P(CompositorCamerasTest, NothingJumpsOnTheViewportsWay) {
       float jump = 0.0f, way = 0.0f;
       for (int step = -32; step <= steps - 8; ++step) {
         const Vec3 eye = Vec3(0, 1, 0) + 3.0 * towards(static_cast<double>(step) / steps);
-        const Vec3f c = drawer.from(synthetic::look_at(eye, point, 17, 17, 3.0),
-                                    ball.photographed.mesh).at(point);
+        const Vec3f c =
+            drawer.from(synthetic::look_at(eye, point, 17, 17, 3.0), ball.photographed.mesh)
+                .at(point);
         if (last.x >= 0.0f) {
           jump = std::max(jump, glm::length(c - last));
           way += glm::length(c - last);
@@ -247,8 +248,8 @@ TEST_P(CompositorCamerasTest, NothingJumpsOverTheSurface) {
       const PlainBall ball(ring(count), settings);
       const double angle = 1.0 / count;
       const Vec3 eye = Vec3(0, 1.02, 0) + 3.0 * Vec3(std::sin(angle), 0.0, std::cos(angle));
-      const synthetic::Shot shot = drawer.from(
-          synthetic::look_at(eye, {0, 1.02, 0}, 320, 16, 14.0), ball.photographed.mesh);
+      const synthetic::Shot shot =
+          drawer.from(synthetic::look_at(eye, {0, 1.02, 0}, 320, 16, 14.0), ball.photographed.mesh);
       float jump = 0.0f;
       Vec3f last(-1.0f);
       for (int x = 24; x < 296; ++x) {
@@ -280,8 +281,10 @@ TEST_P(CompositorCamerasTest, ResolutionCountsWhereItIsMissed) {
   Drawer drawer;
   const Vec3f first = rounded(colour_of_camera(0)), second = rounded(colour_of_camera(1));
   for (const auto& [pixels, share] : {std::pair{640, 2.0f / 3.0f}, std::pair{40, 0.5f}}) {
-    const Vec3f c = drawer.from(synthetic::look_at({0, 1, 3}, {0, 1, 0}, pixels, pixels, 30.0),
-                                photographed.mesh).at({0, 1, 0});
+    const Vec3f c =
+        drawer
+            .from(synthetic::look_at({0, 1, 3}, {0, 1, 0}, pixels, pixels, 30.0), photographed.mesh)
+            .at({0, 1, 0});
     EXPECT_LT(glm::length(c - (share * first + (1.0f - share) * second)), 0.03f) << pixels;
   }
 }

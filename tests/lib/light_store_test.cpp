@@ -96,8 +96,8 @@ TEST_F(LightStore, DamagedFilesAreNotUsed) {
   store_light(LightCache(scene, options), scene, options, folder);
   const fs::path path = only_file();
   const auto size = fs::file_size(path);
-  for (const std::uintmax_t place : {std::uintmax_t{3}, std::uintmax_t{9}, std::uintmax_t{25},
-                                     std::uintmax_t{60}, size - 1}) {
+  for (const std::uintmax_t place :
+       {std::uintmax_t{3}, std::uintmax_t{9}, std::uintmax_t{25}, std::uintmax_t{60}, size - 1}) {
     std::fstream file(path, std::ios::in | std::ios::out | std::ios::binary);
     file.seekg(static_cast<std::streamoff>(place));
     const int byte = file.get();

@@ -47,8 +47,8 @@ TEST(Stamp, SurvivesNoiseAndCropping) {
     for (std::uint8_t& value : picture.pixels)
       value = static_cast<std::uint8_t>(std::clamp(value + noise(random), 0.0, 255.0));
     // The subject's rectangle, as a view has it.
-    const auto read =
-        read_stamp(picture.pixels.data() + 10 * picture.stride() + 4 * 50, picture.stride(), 40, 100);
+    const auto read = read_stamp(picture.pixels.data() + 10 * picture.stride() + 4 * 50,
+                                 picture.stride(), 40, 100);
     ASSERT_TRUE(read) << number;
     EXPECT_EQ(*read, static_cast<std::uint16_t>(number * 331));
   }

@@ -32,7 +32,7 @@ struct Chain {
   RenderFrame frame;
   RenderSettings settings;
   int reused = 0;  // hulls and their texturing that were the last ones
-  Picture background{width, height, 4, std::vector<std::uint8_t>(width * height * 4, 128)};
+  Picture background{width, height, 4, std::vector<std::uint8_t>(width* height * 4, 128)};
 
   explicit Chain(const SilhouetteSettings& s) {
     const auto subject = open_subject("figure");

@@ -8,8 +8,8 @@
 #include <cmath>
 
 #include "base/error.h"
-#include "synthetic.h"
 #include "raytrace/ray_caster.h"
+#include "synthetic.h"
 
 namespace polyhull {
 namespace {
@@ -211,8 +211,7 @@ TEST(Texture, EverySideOfTheFrameEndsWhatIsSeen) {
     for (std::size_t f = 0; f < hull.triangles.size() / 3; ++f) {
       const Vec3 middle = (corner(hull, f, 0) + corner(hull, f, 1) + corner(hull, f, 2)) / 3.0;
       const Vec2 pixel = camera.project(middle).value();
-      const bool inside =
-          pixel.x > -25.0 && pixel.y > -25.0 && pixel.x < 664.0 && pixel.y < 504.0;
+      const bool inside = pixel.x > -25.0 && pixel.y > -25.0 && pixel.x < 664.0 && pixel.y < 504.0;
       outside += !inside;
       if (!(texturing.visible[f] & 1)) continue;
       ++seen;

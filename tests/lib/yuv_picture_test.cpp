@@ -122,12 +122,14 @@ TEST(YuvPicture, BlackWhiteAndGreyAreWhatTheyShouldBe) {
 TEST(YuvPicture, PartsMakeTheWhole) {
   std::mt19937 random(5);
   for (int round = 0; round < 200; ++round) {
-    const int width = 1 + static_cast<int>(random() % 40), height = 1 + static_cast<int>(random() % 20);
+    const int width = 1 + static_cast<int>(random() % 40),
+              height = 1 + static_cast<int>(random() % 20);
     const bool in_turn = round % 2 == 0;
     std::vector<std::uint8_t> rgba = noise(width, height);
     Video video(width, height, in_turn), whole(width, height, in_turn);
     write_yuv(rgba.data(), 4 * width, video.picture);
-    Rectangle changed{static_cast<int>(random() % width), static_cast<int>(random() % height), 0, 0};
+    Rectangle changed{static_cast<int>(random() % width), static_cast<int>(random() % height), 0,
+                      0};
     changed.width = 1 + static_cast<int>(random() % (width - changed.x));
     changed.height = 1 + static_cast<int>(random() % (height - changed.y));
     for (int y = changed.y; y < changed.y + changed.height; ++y)

@@ -48,8 +48,9 @@ int main(int argc, char** argv) {
   command.flag("--timeline", &timeline, "print the whole sets of each second");
   if (const auto status = command.parse(argc, argv)) return *status;
 
-  std::printf("start  sets whole incomplete mixed split  of-instants  late overdue unwanted  "
-              "latency-ms  cores\n");
+  std::printf(
+      "start  sets whole incomplete mixed split  of-instants  late overdue unwanted  "
+      "latency-ms  cores\n");
   bool good = true;
   LiveFigures sum;
   for (int start = 0; start < starts; ++start) {
@@ -110,9 +111,10 @@ int main(int argc, char** argv) {
     sum.instants += f.instants;
     sum.unreadable += f.unreadable;
   }
-  std::printf("all: %d sets, %d whole, %d incomplete, %d mixed, %d split; %d of %d instants shown "
-              "(%.3f %%), %d labels not read\n",
-              sum.sets, sum.shown, sum.incomplete, sum.mixed, sum.split, sum.shown, sum.instants,
-              100.0 * sum.share(), sum.unreadable);
+  std::printf(
+      "all: %d sets, %d whole, %d incomplete, %d mixed, %d split; %d of %d instants shown "
+      "(%.3f %%), %d labels not read\n",
+      sum.sets, sum.shown, sum.incomplete, sum.mixed, sum.split, sum.shown, sum.instants,
+      100.0 * sum.share(), sum.unreadable);
   return good ? 0 : 1;
 }

@@ -67,8 +67,8 @@ inline void expect_right(const Hull& hull, std::span<const Silhouette> views,
     EXPECT_EQ(planes.bad_source, 0u) << what;
     EXPECT_EQ(mesh.flat_triangles, 0u) << what << ": triangles without area";
     EXPECT_LE(planes.worst_distance, 4 * rounding) << what;
-    EXPECT_EQ(planes.flipped, 0u)
-        << what << ": " << planes.flipped << " of " << planes.checked << " triangles flipped";
+    EXPECT_EQ(planes.flipped, 0u) << what << ": " << planes.flipped << " of " << planes.checked
+                                  << " triangles flipped";
     EXPECT_TRUE(!expect.simple || planes.wrong_side == 0)
         << what << ": " << planes.wrong_side << " faces look inward";
   }

@@ -43,7 +43,8 @@ std::string spindle() {
     file << "f " << top << " " << last + i << " " << last + j << "\n";
     for (int row = 0; row < rows - 2; ++row) {
       const int a = row * around + 1;
-      file << "f " << a + i << " " << a + j << " " << a + around + j << " " << a + around + i << "\n";
+      file << "f " << a + i << " " << a + j << " " << a + around + j << " " << a + around + i
+           << "\n";
     }
   }
   file.close();
@@ -97,8 +98,8 @@ std::string ring_rig(const LiveOptions& options) {
   }
   const std::string path =
       (std::filesystem::temp_directory_path() /
-       ("polyhull_live_" + std::to_string(::getuid()) + "_" + std::to_string(options.cameras) + "_" + std::to_string(options.width) +
-        "x" + std::to_string(options.height) + ".json"))
+       ("polyhull_live_" + std::to_string(::getuid()) + "_" + std::to_string(options.cameras) +
+        "_" + std::to_string(options.width) + "x" + std::to_string(options.height) + ".json"))
           .string();
   const std::string partial = path + "." + std::to_string(::getpid());
   std::ofstream(partial) << rig_to_json(rig);

@@ -57,9 +57,9 @@ struct Shot {
   }
   void draw(float background) {
     const auto value = static_cast<std::uint8_t>(std::lround(255.0f * to_srgb(background)));
-    draw(Picture{
-        frame.width, frame.height, 4,
-        std::vector<std::uint8_t>(static_cast<std::size_t>(frame.width) * frame.height * 4, value)});
+    draw(Picture{frame.width, frame.height, 4,
+                 std::vector<std::uint8_t>(static_cast<std::size_t>(frame.width) * frame.height * 4,
+                                           value)});
   }
   void draw(const Picture& before) {
     picture = before;

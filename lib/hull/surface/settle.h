@@ -29,11 +29,11 @@ struct SettlingMesh {
   HalfEdges edges;
   std::span<const std::uint32_t> face_of;  ///< of each triangle, its normal's number
   std::span<const Vec3> normals;
-  std::span<const Vec3f> from;        ///< the vertices before anything was settled
-  std::span<const double> moved;      ///< of each vertex, what counts as moved already
-  double limit = 0.0;                 ///< of that and the way from there together
-  double step = 0.0;                  ///< of the float grid at the largest coordinate
-  double grid = 0.0;                  ///< of the places that vertices may go to
+  std::span<const Vec3f> from;    ///< the vertices before anything was settled
+  std::span<const double> moved;  ///< of each vertex, what counts as moved already
+  double limit = 0.0;             ///< of that and the way from there together
+  double step = 0.0;              ///< of the float grid at the largest coordinate
+  double grid = 0.0;              ///< of the places that vertices may go to
 };
 
 /// Works around the broken \p triangle until no triangle of the vertices at work is broken; false

@@ -76,7 +76,7 @@ class SubjectBuffers {
   int picture_width_ = 0, picture_height_ = 0, picture_layers_ = 0, picture_levels_ = 1;
   int map_width_ = 0, map_height_ = 0, map_layers_ = 0;
   bool use_maps_ = false, distortion_ = false, soft_ = false;
-  std::vector<float> rests_;  // by view, what its rim counts
+  std::vector<float> rests_;   // by view, what its rim counts
   mutable gl::Texture flows_;  // most_of_view layers for each view
   int flow_width_ = 0, flow_height_ = 0, flow_layers_ = 0;
   bool use_flows_ = false;

@@ -11,8 +11,8 @@ namespace {
 constexpr std::uint32_t number_bits = 0x0fffffffu;  // below the sample's number
 
 /// The point of a triangle's surface at \p at, seen in \p share of the pixel.
-void add_point(SkinItems& items, const HullVertex* corner, const Foot& at, float depth,
-               float share, std::uint32_t pixel) {
+void add_point(SkinItems& items, const HullVertex* corner, const Foot& at, float depth, float share,
+               std::uint32_t pixel) {
   const HullVertex &a = corner[0], &b = corner[1], &c = corner[2];
   const float first = 1.0f - at.second - at.third;
   const Vec3f p = first * a.position + at.second * b.position + at.third * c.position;

@@ -22,8 +22,8 @@ PixelRows background_rows(const std::uint8_t* background, std::ptrdiff_t stride,
 
 void write_rows(const PixelRows& rows, int y, const Touched& touched, const YuvPicture& target) {
   if (touched.left >= touched.right) return;
-  const Rectangle part = yuv_part({touched.left, y, touched.right - touched.left, 2}, target.width,
-                                  target.height);
+  const Rectangle part =
+      yuv_part({touched.left, y, touched.right - touched.left, 2}, target.width, target.height);
   write_yuv({rows.pixels, rows.stride, rows.left, rows.top}, part, target);
 }
 

@@ -38,8 +38,8 @@ void write_edge_chroma(const std::uint8_t* top, const std::uint8_t* bottom, int 
   const std::uint8_t* from[2] = {top, bottom};
   for (int row = 0; row < 2; ++row)
     for (int i = -1; i <= 1; ++i)
-      std::memcpy(rows[row] + 4 * (i + 1),
-                  from[row] + 4 * (std::clamp(x + i, 0, to.width - 1) - x), 4);
+      std::memcpy(rows[row] + 4 * (i + 1), from[row] + 4 * (std::clamp(x + i, 0, to.width - 1) - x),
+                  4);
   write_chroma(rows[0] + 4, rows[1] + 4, 1, x, y, to);
 }
 
@@ -72,7 +72,8 @@ void write_yuv(const RgbaPart& from, const Rectangle& part, const YuvPicture& to
       last = right - 1;
       write_edge_chroma(at(last, y), at(last, second), last, y, to);
     }
-    if (first < last) write_chroma(at(first, y), at(first, second), (last - first) / 2, first, y, to);
+    if (first < last)
+      write_chroma(at(first, y), at(first, second), (last - first) / 2, first, y, to);
   }
 }
 

@@ -85,8 +85,8 @@ bool SteadyRings::find(Vec2f from, Vec2f to, Place& place) const {
   const int high = std::min(row_of(from) + reach - lowest_, rows - 1);
   float least = limit_;
   bool found = false;
-  for (std::uint32_t i = low <= high ? row_begins_[low] : 0; low <= high && i < row_begins_[high + 1];
-       ++i) {
+  for (std::uint32_t i = low <= high ? row_begins_[low] : 0;
+       low <= high && i < row_begins_[high + 1]; ++i) {
     const std::uint32_t p = by_row_[i];
     const Vec2f a = rings_.points[p];
     if (std::abs(a.x - from.x) > longest_edge) continue;
@@ -191,8 +191,7 @@ void SteadyRings::splice_ring(std::span<const Vec2f> ring, Rings& out,
       stays += stretch.last - stretch.first;
       add(out, made.begin, ring[(start + stretch.last) % n]);
     } else {
-      for (std::size_t k = i; k <= stretch.last; ++k)
-        add(out, made.begin, ring[(start + k) % n]);
+      for (std::size_t k = i; k <= stretch.last; ++k) add(out, made.begin, ring[(start + k) % n]);
     }
     i = stretch.last + 1;
   }

@@ -104,7 +104,7 @@ enum class KeyLack : std::uint8_t {
 
 /// What the keyer measured or was told; for properties, stats and reports.
 struct KeyCalibration {
-  bool valid = false;              ///< samples found (or given)
+  bool valid = false;  ///< samples found (or given)
   KeyLack lacks = KeyLack::nothing;
   Rgb screen{};                    ///< colour of the screen
   Rgb foreground{};                ///< colour of the foreground

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "silhouette/pixels/colour_kernels.inc"
+
 #include "silhouette/pixels/bayer_kernels.inc"
 
 namespace polyhull::silhouette {

@@ -63,7 +63,7 @@ void pixel_alpha(const std::uint8_t* pixels, int count, const PixelForms& forms,
   }
   if (x < count)
     avx2_kernels().pixel_alpha(pixels + 4 * x, static_cast<int>(count - x), forms, ramp, alpha + x,
-                             block_states + x / 16);
+                               block_states + x / 16);
 }
 
 }  // namespace

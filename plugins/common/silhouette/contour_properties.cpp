@@ -44,7 +44,8 @@ std::span<const Property<ContourValues>> contour_properties() {
       property<&S::tolerance>(
           "tolerance", "Tolerance",
           "Largest distance in pixels, from 0 to 100, between the traced line and the polygon that "
-          "replaces it (Hausdorff distance, never exceeded but by steadiness). 0 keeps every traced "
+          "replaces it (Hausdorff distance, never exceeded but by steadiness). 0 keeps every "
+          "traced "
           "point.",
           0.0, 100.0),
       property<&S::min_edges>("min-edges", "Least edges",

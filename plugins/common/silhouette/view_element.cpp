@@ -105,8 +105,8 @@ const char* const contour_statistics_blurb =
     "and points sent, the rings dropped, and the tolerance used in pixels.";
 
 void declare_contour_statistics(Statistics& statistics) {
-  statistics.declare({"frames", "empty", "reused", "steady", "traced-rings", "traced-points", "rings",
-                      "points", "dropped-rings", "crossings"});
+  statistics.declare({"frames", "empty", "reused", "steady", "traced-rings", "traced-points",
+                      "rings", "points", "dropped-rings", "crossings"});
   statistics.set("tolerance", 0.0);
 }
 
