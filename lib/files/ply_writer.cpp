@@ -8,7 +8,7 @@ namespace polyhull {
 namespace {
 
 template <class T>
-void append(std::string& out, const T& value) {
+void append_bytes(std::string& out, const T& value) {
   out.append(reinterpret_cast<const char*>(&value), sizeof value);
 }
 
@@ -30,14 +30,14 @@ void write_ply(const Mesh& mesh, const std::string& path, const MeshFileOptions&
     const Vec3 world = hull.origin + Vec3(vertex);
     for (int axis = 0; axis < 3; ++axis) {
       if (options.double_precision)
-        append(out, world[axis]);
+        append_bytes(out, world[axis]);
       else
-        append(out, static_cast<float>(world[axis]));
+        append_bytes(out, static_cast<float>(world[axis]));
     }
   }
   for (std::size_t i = 0; i + 2 < hull.triangles.size(); i += 3) {
     out.push_back(3);
-    for (int corner = 0; corner < 3; ++corner) append(out, hull.triangles[i + corner]);
+    for (int corner = 0; corner < 3; ++corner) append_bytes(out, hull.triangles[i + corner]);
   }
   write_whole_file(path, out);
 }

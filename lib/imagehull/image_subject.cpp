@@ -26,7 +26,7 @@ View without_contours(const View& view) {
 }
 
 /// Before a lens could make numbers of what is none.
-void check(const View& view) {
+void check_view(const View& view) {
   for (const Vec2f& point : view.contours.points)
     if (!std::isfinite(point.x) || !std::isfinite(point.y))
       throw Error(Error::Kind::bad_input,
@@ -38,7 +38,7 @@ void check(const View& view) {
 ImageSubject image_subject(const Mesh& mesh) {
   std::vector<UndistortedRings> rings;
   for (const MeshView& view : mesh.views) {
-    check(view.view);
+    check_view(view.view);
     rings.push_back(undistort_rings(view.calibration, view.view.contours));
   }
   std::vector<Silhouette> silhouettes;

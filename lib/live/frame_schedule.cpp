@@ -3,12 +3,12 @@
 
 #include <algorithm>
 
+#include "base/nanoseconds.h"
+
 namespace polyhull {
 namespace {
 
 __extension__ typedef unsigned __int128 Uint128;
-
-constexpr std::uint64_t second = 1'000'000'000;
 
 /// a b / c, rounded down.
 std::uint64_t scale(std::uint64_t a, std::uint64_t b, std::uint64_t c) {
@@ -33,11 +33,11 @@ std::int64_t FrameDelay::of(std::uint64_t number) const {
 }
 
 std::uint64_t FrameSchedule::time_of(std::uint64_t number) const {
-  return scale(number, second * rate_d_, rate_n_);
+  return scale(number, std::uint64_t{second} * rate_d_, rate_n_);
 }
 
 std::uint64_t FrameSchedule::number_at(std::uint64_t time) const {
-  return scale(time, rate_n_, second * rate_d_);
+  return scale(time, rate_n_, std::uint64_t{second} * rate_d_);
 }
 
 void FrameSchedule::set_rate(int numerator, int denominator) {

@@ -3,10 +3,11 @@
 
 #include <algorithm>
 
+#include "base/nanoseconds.h"
+
 namespace polyhull {
 namespace {
 
-constexpr std::int64_t second = 1'000'000'000;
 constexpr std::int64_t judged_at_least = second / 2;  // time, and
 constexpr int judged_instants = 12;                   // instants before a judgement
 constexpr int largest_share = 5;                      // one in so many may be lost

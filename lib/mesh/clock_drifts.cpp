@@ -7,11 +7,11 @@
 #include <vector>
 
 #include "base/median.h"
+#include "base/nanoseconds.h"
 
 namespace polyhull {
 namespace {
 
-constexpr std::int64_t second = 1'000'000'000;
 constexpr std::int64_t block_length = 2 * second;
 constexpr std::int64_t window = 300 * second;  // blocks a line is laid through
 constexpr std::size_t fewest_points = 15;      // that are a line

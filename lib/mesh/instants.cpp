@@ -5,10 +5,11 @@
 #include <cstdlib>
 #include <utility>
 
+#include "base/nanoseconds.h"
+
 namespace polyhull {
 namespace {
 
-constexpr std::int64_t second = 1'000'000'000;
 constexpr std::int64_t day = 86'400 * second;
 // Days of timecodes whose frames are 1.001 of a whole fraction of a second long: those that drop
 // numbers keep to the clock but for 86 ms, the others reach midnight 86.4 s late.

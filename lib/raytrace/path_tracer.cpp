@@ -15,7 +15,6 @@
 namespace polyhull {
 namespace {
 
-constexpr float pi = std::numbers::pi_v<float>;
 constexpr float least_throughput =
     1e-3f;  // a mirror image fainter than this shows in no 8-bit picture
 
@@ -52,15 +51,15 @@ class Tracer {
       const Surface surface = scene_.surface(ray, hit);
       value += throughput * glm::min(exposure_ * surface.emission, Vec3f(1.0f));
       if (!surface.material->is_mirror()) {
-        value +=
-            throughput * scene_.base_colour(hit) * (exposure_ / pi) * irradiance(surface, points);
+        value += throughput * scene_.base_colour(hit) *
+                 (exposure_ / std::numbers::pi_v<float>)*irradiance(surface, points);
         break;
       }
       const Vec3f f = reflectance(surface, ray);
       const Vec3f diffuse = (Vec3f(1.0f) - f) * (1.0f - surface.material->metallic);
       if (largest(diffuse) > 0.0f) {
-        value += throughput * diffuse * scene_.base_colour(hit) * (exposure_ / pi) *
-                 irradiance(surface, points);
+        value += throughput * diffuse * scene_.base_colour(hit) *
+                 (exposure_ / std::numbers::pi_v<float>)*irradiance(surface, points);
       }
       throughput *= f;
       if (largest(throughput) < least_throughput) break;
@@ -121,7 +120,7 @@ class Tracer {
       bounced += bounce(ray, Points{index, hash(points.seed, 0xb5297a4dU)});
     }
     return direct / static_cast<float>(light_samples) +
-           bounced * (pi / static_cast<float>(bounce_samples));
+           bounced * (std::numbers::pi_v<float> / static_cast<float>(bounce_samples));
   }
 
   /// L_1 along a ray from a diffuse point.
@@ -145,7 +144,8 @@ class Tracer {
         Vec3f direct(0.0f);
         for (const Light& light : scene_.scene().lights)
           direct += light_sample(scene_, light, points.next(), start(surface), surface.normal);
-        radiance += throughput * diffuse * scene_.base_colour(hit) / pi * direct;
+        radiance +=
+            throughput * diffuse * scene_.base_colour(hit) / std::numbers::pi_v<float> * direct;
       }
       if (!mirror) break;
       planar = scene_.is_planar_mirror(hit.mesh);

@@ -7,13 +7,10 @@
 
 #include "base/error.h"
 #include "base/rotation.h"
+#include "rig/rig_error.h"
 
 namespace polyhull {
 namespace {
-
-[[noreturn]] void fail(const std::string& where, const std::string& what) {
-  throw Error(Error::Kind::bad_input, "{}: {}.", where, what);
-}
 
 bool finite(const Vec3& v) {
   return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
@@ -23,53 +20,59 @@ void validate_intrinsics(const Camera& camera, const std::string& where) {
   constexpr int largest_side = 32768;
   if (camera.width < 1 || camera.height < 1 || camera.width > largest_side ||
       camera.height > largest_side)
-    fail(where, fmt::format("the picture size is {}x{}; each side must be 1 to 32768 pixels",
-                            camera.width, camera.height));
+    fail_rig(where, fmt::format("the picture size is {}x{}; each side must be 1 to 32768 pixels",
+                                camera.width, camera.height));
   const auto k = to_rows(camera.K);
   for (const double value : k)
-    if (!std::isfinite(value)) fail(where, "K has a number that is not finite");
+    if (!std::isfinite(value)) fail_rig(where, "K has a number that is not finite");
   if (!(k[0] > 0.0) || !(k[4] > 0.0))
-    fail(where,
-         fmt::format(
-             "the focal lengths K[0][0] and K[1][1] are {:g} and {:g} px; both must be positive",
-             k[0], k[4]));
+    fail_rig(
+        where,
+        fmt::format(
+            "the focal lengths K[0][0] and K[1][1] are {:g} and {:g} px; both must be positive",
+            k[0], k[4]));
   if (k[3] != 0.0 || k[6] != 0.0 || k[7] != 0.0 || k[8] != 1.0)
-    fail(where,
-         "K must be upper triangular with K[2][2] = 1: [[fx, skew, cx], [0, fy, cy], [0, 0, 1]]");
+    fail_rig(
+        where,
+        "K must be upper triangular with K[2][2] = 1: [[fx, skew, cx], [0, fy, cy], [0, 0, 1]]");
   const std::size_t count = camera.distortion.size();
   if (count != 0 && count != 4 && count != 5 && count != 8 && count != 12)
-    fail(where, fmt::format("distortion has {} coefficients; OpenCV's model takes 4 (k1 k2 p1 p2), "
-                            "5 (k3), 8 (k4 k5 k6) or 12 (s1 s2 s3 s4)",
-                            count));
+    fail_rig(where,
+             fmt::format("distortion has {} coefficients; OpenCV's model takes 4 (k1 k2 p1 p2), "
+                         "5 (k3), 8 (k4 k5 k6) or 12 (s1 s2 s3 s4)",
+                         count));
   for (const double value : camera.distortion)
-    if (!std::isfinite(value)) fail(where, "distortion has a number that is not finite");
+    if (!std::isfinite(value)) fail_rig(where, "distortion has a number that is not finite");
 }
 
 void validate_pose(const Camera& camera, const std::string& where) {
   for (const double value : to_rows(camera.R))
-    if (!std::isfinite(value)) fail(where, "R has a number that is not finite");
+    if (!std::isfinite(value)) fail_rig(where, "R has a number that is not finite");
   const double worst = orthonormal_error(camera.R);
   if (worst > 1e-4)
-    fail(where, fmt::format("R is not a rotation: its rows are not orthonormal (R R^T differs from "
-                            "the identity by {:g})",
-                            worst));
+    fail_rig(where,
+             fmt::format("R is not a rotation: its rows are not orthonormal (R R^T differs from "
+                         "the identity by {:g})",
+                         worst));
   if (glm::determinant(camera.R) < 0.0)
-    fail(where,
-         "R is a reflection (determinant -1): the frame is left-handed. x_cam = R X + t wants z "
-         "forward, x right, y down in a right-handed world");
-  if (!finite(camera.t)) fail(where, "t has a number that is not finite");
+    fail_rig(
+        where,
+        "R is a reflection (determinant -1): the frame is left-handed. x_cam = R X + t wants z "
+        "forward, x right, y down in a right-handed world");
+  if (!finite(camera.t)) fail_rig(where, "t has a number that is not finite");
 }
 
 void validate_colour(const Camera& camera, const std::string& where) {
   constexpr double most = 16.0, least_determinant = 1e-4;
   for (const double number : to_rows(camera.colour))
     if (!(std::abs(number) <= most))
-      fail(where,
-           fmt::format("the colour matrix has a number that is not finite or beyond {}", most));
+      fail_rig(where,
+               fmt::format("the colour matrix has a number that is not finite or beyond {}", most));
   if (!(glm::determinant(camera.colour) >= least_determinant))
-    fail(where, fmt::format("the colour matrix makes colours alike that differ: its determinant, "
-                            "{:g}, is below {}",
-                            glm::determinant(camera.colour), least_determinant));
+    fail_rig(where,
+             fmt::format("the colour matrix makes colours alike that differ: its determinant, "
+                         "{:g}, is below {}",
+                         glm::determinant(camera.colour), least_determinant));
 }
 
 }  // namespace
@@ -104,26 +107,26 @@ void validate_camera(const Camera& camera, const std::string& where) {
 }
 
 void validate_rig(const Rig& rig, const std::string& source) {
-  if (rig.cameras.empty()) fail(source, "the rig has no cameras");
+  if (rig.cameras.empty()) fail_rig(source, "the rig has no cameras");
   std::set<std::string_view> names;
   for (std::size_t i = 0; i < rig.cameras.size(); ++i) {
     const Camera& camera = rig.cameras[i];
     const std::string where = fmt::format("{}: cameras[{}] ('{}')", source, i, camera.name);
-    if (camera.name.empty()) fail(where, "the name is empty");
+    if (camera.name.empty()) fail_rig(where, "the name is empty");
     if (!names.insert(camera.name).second)
-      fail(where, "another camera has the same name; each name may occur once");
+      fail_rig(where, "another camera has the same name; each name may occur once");
     validate_camera(camera, where);
   }
   if (rig.bounds) {
     if (!finite(rig.bounds->min) || !finite(rig.bounds->max))
-      fail(source, "bounds has a number that is not finite");
+      fail_rig(source, "bounds has a number that is not finite");
     for (int axis = 0; axis < 3; ++axis)
       if (!(rig.bounds->min[axis] < rig.bounds->max[axis]))
-        fail(source,
-             fmt::format("bounds are inside out or flat: min is not below max in {}", "xyz"[axis]));
+        fail_rig(source, fmt::format("bounds are inside out or flat: min is not below max in {}",
+                                     "xyz"[axis]));
   }
   if (!finite(rig.up) || !(glm::length(rig.up) > 0.0))
-    fail(source, "up must be a direction: three finite numbers, not all zero");
+    fail_rig(source, "up must be a direction: three finite numbers, not all zero");
   try {
     rig.metres_per_unit();
   } catch (const Error& error) {

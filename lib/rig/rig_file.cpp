@@ -10,32 +10,29 @@
 #include "base/rotation.h"
 #include "rig/projection_matrix.h"
 #include "rig/rig.h"
+#include "rig/rig_error.h"
 
 namespace polyhull {
 namespace {
 
 using nlohmann::json;
 
-[[noreturn]] void fail(const std::string& where, const std::string& what) {
-  throw Error(Error::Kind::bad_input, "{}: {}.", where, what);
-}
-
 const json& member(const json& object, const char* key, const std::string& where) {
   const auto found = object.find(key);
-  if (found == object.end()) fail(where, fmt::format("'{}' is missing", key));
+  if (found == object.end()) fail_rig(where, fmt::format("'{}' is missing", key));
   return *found;
 }
 
 double number(const json& value, const std::string& where) {
   if (!value.is_number())
-    fail(where, fmt::format("expected a number, found {}", value.dump().substr(0, 40)));
+    fail_rig(where, fmt::format("expected a number, found {}", value.dump().substr(0, 40)));
   const double result = value.get<double>();
-  if (!std::isfinite(result)) fail(where, "the number is not finite");
+  if (!std::isfinite(result)) fail_rig(where, "the number is not finite");
   return result;
 }
 
 std::vector<double> numbers(const json& value, const std::string& where) {
-  if (!value.is_array()) fail(where, "expected a list of numbers");
+  if (!value.is_array()) fail_rig(where, "expected a list of numbers");
   std::vector<double> result;
   for (std::size_t i = 0; i < value.size(); ++i)
     result.push_back(number(value[i], fmt::format("{}[{}]", where, i)));
@@ -44,19 +41,19 @@ std::vector<double> numbers(const json& value, const std::string& where) {
 
 Vec3 vector3(const json& value, const std::string& where) {
   const std::vector<double> v = numbers(value, where);
-  if (v.size() != 3) fail(where, fmt::format("expected three numbers, found {}", v.size()));
+  if (v.size() != 3) fail_rig(where, fmt::format("expected three numbers, found {}", v.size()));
   return {v[0], v[1], v[2]};
 }
 
 std::vector<double> matrix(const json& value, std::size_t columns, const std::string& where) {
   if (!value.is_array() || value.size() != 3)
-    fail(where, fmt::format("expected three rows of {} numbers", columns));
+    fail_rig(where, fmt::format("expected three rows of {} numbers", columns));
   std::vector<double> result;
   for (std::size_t i = 0; i < 3; ++i) {
     const std::string row_where = fmt::format("{}[{}]", where, i);
     const std::vector<double> row = numbers(value[i], row_where);
     if (row.size() != columns)
-      fail(row_where, fmt::format("expected {} numbers, found {}", columns, row.size()));
+      fail_rig(row_where, fmt::format("expected {} numbers, found {}", columns, row.size()));
     result.insert(result.end(), row.begin(), row.end());
   }
   return result;
@@ -72,12 +69,12 @@ Mat3 matrix3(const json& value, const std::string& where) {
 int whole(const json& value, const std::string& where) {
   const double result = number(value, where);
   if (result != std::floor(result) || std::abs(result) > 1e9)
-    fail(where, "expected a whole number");
+    fail_rig(where, "expected a whole number");
   return static_cast<int>(result);
 }
 
 std::string text(const json& value, const std::string& where) {
-  if (!value.is_string()) fail(where, "expected a string");
+  if (!value.is_string()) fail_rig(where, "expected a string");
   return value.get<std::string>();
 }
 
@@ -93,7 +90,7 @@ void orthonormalise(Mat3& R) {
 
 Camera read_camera(const json& value, const std::string& where,
                    std::optional<ProjectionMatrix>& projection) {
-  if (!value.is_object()) fail(where, "expected an object describing a camera");
+  if (!value.is_object()) fail_rig(where, "expected an object describing a camera");
   Camera camera;
   camera.name = text(member(value, "name", where), where + ".name");
   const std::string named = fmt::format("{} ('{}')", where, camera.name);
@@ -102,7 +99,7 @@ Camera read_camera(const json& value, const std::string& where,
   if (value.contains("P")) {
     for (const char* key : {"K", "R", "t"})
       if (value.contains(key))
-        fail(named, fmt::format("gives both P and {}; give either P or K, R and t", key));
+        fail_rig(named, fmt::format("gives both P and {}; give either P or K, R and t", key));
     const std::vector<double> p = matrix(value["P"], 4, named + ".P");
     projection.emplace();
     for (int i = 0; i < 12; ++i) (*projection)[i / 4][i % 4] = p[i];
@@ -118,7 +115,7 @@ Camera read_camera(const json& value, const std::string& where,
 }
 
 void read_cameras(const json& list, Rig& rig, const std::string& source) {
-  if (!list.is_array()) fail(source + ": cameras", "expected a list of cameras");
+  if (!list.is_array()) fail_rig(source + ": cameras", "expected a list of cameras");
   std::vector<std::optional<ProjectionMatrix>> projections(list.size());
   std::vector<ProjectionMatrix> given;
   for (std::size_t i = 0; i < list.size(); ++i) {
@@ -157,7 +154,7 @@ std::string rows(const Mat3& m) {
 Rig parse_rig(std::string_view content, const std::string& source) {
   const json root = parse_json(content, source);
   if (!root.is_object() || !root.contains("format") || root["format"] != "polyhull-rig")
-    fail(source, "not a rig file: expected an object with \"format\": \"polyhull-rig\"");
+    fail_rig(source, "not a rig file: expected an object with \"format\": \"polyhull-rig\"");
   const int version = whole(member(root, "version", source), source + ": version");
   if (version != 1)
     throw Error(Error::Kind::unsupported, "{}: rig file version {}; this program reads version 1.",
@@ -167,7 +164,7 @@ Rig parse_rig(std::string_view content, const std::string& source) {
   if (root.contains("unit")) rig.unit = text(root["unit"], source + ": unit");
   if (root.contains("bounds")) {
     const json& bounds = root["bounds"];
-    if (!bounds.is_object()) fail(source + ": bounds", "expected {\"min\": [3], \"max\": [3]}");
+    if (!bounds.is_object()) fail_rig(source + ": bounds", "expected {\"min\": [3], \"max\": [3]}");
     rig.bounds =
         Bounds{vector3(member(bounds, "min", source + ": bounds"), source + ": bounds.min"),
                vector3(member(bounds, "max", source + ": bounds"), source + ": bounds.max")};

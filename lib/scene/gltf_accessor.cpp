@@ -9,7 +9,7 @@
 namespace polyhull {
 namespace {
 
-Error broken(const GltfSource& source, const std::string& what, const std::string& why) {
+Error broken_accessor(const GltfSource& source, const std::string& what, const std::string& why) {
   return Error(Error::Kind::bad_input, "Scene '{}': the {} cannot be read: {}.", source.path, what,
                why);
 }
@@ -26,14 +26,15 @@ struct Elements {
 Elements open_accessor(const GltfSource& source, int index, std::size_t components,
                        const std::string& what) {
   if (index < 0 || static_cast<std::size_t>(index) >= source.model.accessors.size())
-    throw broken(source, what, fmt::format("accessor {} does not exist", index));
+    throw broken_accessor(source, what, fmt::format("accessor {} does not exist", index));
   const tinygltf::Accessor& accessor = source.model.accessors[index];
-  if (accessor.sparse.isSparse) throw broken(source, what, "sparse accessors are not supported");
+  if (accessor.sparse.isSparse)
+    throw broken_accessor(source, what, "sparse accessors are not supported");
   const int stored = tinygltf::GetNumComponentsInType(static_cast<std::uint32_t>(accessor.type));
   const int bytes =
       tinygltf::GetComponentSizeInBytes(static_cast<std::uint32_t>(accessor.componentType));
   if (stored != static_cast<int>(components) || bytes < 1)
-    throw broken(source, what, "its accessor has another type than it must have");
+    throw broken_accessor(source, what, "its accessor has another type than it must have");
   const GltfBytes view = read_view(source, accessor.bufferView, what);
   const std::size_t element = components * static_cast<std::size_t>(bytes);
   const std::size_t declared = source.model.bufferViews[accessor.bufferView].byteStride;
@@ -42,8 +43,8 @@ Elements open_accessor(const GltfSource& source, int index, std::size_t componen
       (accessor.byteOffset > view.size || stride < element ||
        view.size - accessor.byteOffset < element ||
        (view.size - accessor.byteOffset - element) / stride < accessor.count - 1)) {
-    throw broken(source, what,
-                 "its accessor reaches beyond its buffer (the file is cut short or damaged)");
+    throw broken_accessor(
+        source, what, "its accessor reaches beyond its buffer (the file is cut short or damaged)");
   }
   return {view.data + accessor.byteOffset, accessor.count, stride, accessor.componentType,
           accessor.normalized};
@@ -98,13 +99,13 @@ double gltf_number(const tinygltf::ExtensionMap& extensions, const char* extensi
 GltfBytes read_view(const GltfSource& source, int index, const std::string& what) {
   const tinygltf::Model& model = source.model;
   if (index < 0 || static_cast<std::size_t>(index) >= model.bufferViews.size())
-    throw broken(source, what, fmt::format("buffer view {} does not exist", index));
+    throw broken_accessor(source, what, fmt::format("buffer view {} does not exist", index));
   const tinygltf::BufferView& view = model.bufferViews[index];
   if (view.buffer < 0 || static_cast<std::size_t>(view.buffer) >= model.buffers.size())
-    throw broken(source, what, fmt::format("buffer {} does not exist", view.buffer));
+    throw broken_accessor(source, what, fmt::format("buffer {} does not exist", view.buffer));
   const std::vector<unsigned char>& bytes = model.buffers[view.buffer].data;
   if (view.byteOffset > bytes.size() || view.byteLength > bytes.size() - view.byteOffset) {
-    throw broken(
+    throw broken_accessor(
         source, what,
         fmt::format("buffer view {} reaches beyond its buffer (the file is cut short or damaged)",
                     index));
@@ -142,7 +143,7 @@ std::vector<std::uint32_t> read_indices(const GltfSource& source, int index,
         values[i] = load<std::uint32_t>(p);
         break;
       default:
-        throw broken(source, what, "indices must be unsigned integers");
+        throw broken_accessor(source, what, "indices must be unsigned integers");
     }
   }
   return values;

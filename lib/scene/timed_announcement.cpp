@@ -18,7 +18,7 @@ using nlohmann::json;
 /// Times beyond it could not be subtracted from each other.
 constexpr std::int64_t latest = INT64_MAX / 4;
 
-Error broken(const std::string& what) {
+Error unusable(const std::string& what) {
   return Error(Error::Kind::bad_input, "A timed announcement cannot be used: {}.", what);
 }
 
@@ -29,7 +29,7 @@ std::optional<std::int64_t> time_of(const json& root, const char* name) {
   if (!found->is_number_integer() ||
       (found->is_number_unsigned() && found->get<std::uint64_t>() > latest) ||
       found->get<std::int64_t>() < 0 || found->get<std::int64_t>() > latest)
-    throw broken(fmt::format("'{}' must be a whole number of nanoseconds from 0 on", name));
+    throw unusable(fmt::format("'{}' must be a whole number of nanoseconds from 0 on", name));
   return found->get<std::int64_t>();
 }
 
@@ -40,9 +40,9 @@ void read_timecode(const json& root, TimedAnnouncement& timed) {
   const auto is_part = [](const json& value) {
     return value.is_number_integer() && value >= 1 && value <= 1'000'000;
   };
-  if (!found->is_string()) throw broken("'timecode' must be a text such as \"10:00:00:00\"");
+  if (!found->is_string()) throw unusable("'timecode' must be a text such as \"10:00:00:00\"");
   if (!rate.is_array() || rate.size() != 2 || !is_part(rate[0]) || !is_part(rate[1]))
-    throw broken("'timecode_rate' must tell the timecode's frames per second as in [25, 1]");
+    throw unusable("'timecode_rate' must tell the timecode's frames per second as in [25, 1]");
   timed.timecode = found->get<std::string>();
   timed.timecode_numerator = rate[0].get<int>();
   timed.timecode_denominator = rate[1].get<int>();

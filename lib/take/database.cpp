@@ -36,7 +36,7 @@ TakeDatabase::TakeDatabase(const std::string& path, For what) : path_(path), for
   if (what == For::writing) flags |= SQLITE_OPEN_CREATE;
   const int code = sqlite3_open_v2(path.c_str(), &handle, flags, nullptr);
   handle_.reset(handle);
-  if (code != SQLITE_OK) fail(code, "opened");
+  if (code != SQLITE_OK) fail_with(code, "opened");
   sqlite3_extended_result_codes(handle, 1);
   // A writer that waits for a slow reader lets nobody else begin to read.
   sqlite3_busy_timeout(handle, what == For::reading ? 5 * take_wait_ms : take_wait_ms);
@@ -54,7 +54,7 @@ void TakeDatabase::read_what_there_is() {
   if ((code & 0xff) == SQLITE_CORRUPT) execute("PRAGMA writable_schema = ON");
 }
 
-void TakeDatabase::fail(int code, const char* doing) const {
+void TakeDatabase::fail_with(int code, const char* doing) const {
   const int kind = code & 0xff;
   if (kind == SQLITE_FULL || (kind == SQLITE_IOERR && (errno == ENOSPC || errno == EFBIG)))
     throw Error(Error::Kind::io,
@@ -82,7 +82,7 @@ void TakeDatabase::fail(int code, const char* doing) const {
 
 void TakeDatabase::execute(const char* sql) {
   const int code = sqlite3_exec(handle(), sql, nullptr, nullptr, nullptr);
-  if (code != SQLITE_OK) fail(code, for_ == For::writing ? "written" : "read");
+  if (code != SQLITE_OK) fail_with(code, for_ == For::writing ? "written" : "read");
 }
 
 TakeStatement::TakeStatement(TakeDatabase& database, const char* sql) : database_(&database) {
@@ -90,7 +90,7 @@ TakeStatement::TakeStatement(TakeDatabase& database, const char* sql) : database
   const int code = sqlite3_prepare_v3(database.handle(), sql, -1, SQLITE_PREPARE_PERSISTENT,
                                       &statement, nullptr);
   statement_.reset(statement);
-  if (code != SQLITE_OK) database.fail(code, "read");
+  if (code != SQLITE_OK) database.fail_with(code, "read");
 }
 
 TakeStatement& TakeStatement::bind(std::int64_t value) {
@@ -114,7 +114,7 @@ TakeStatement& TakeStatement::bind(std::span<const std::uint8_t> bytes) {
                 "A buffer of {} bytes is too large for the take '{}', which takes up to a thousand "
                 "million.",
                 bytes.size(), database_->path());
-  if (code != SQLITE_OK) database_->fail(code, "written");
+  if (code != SQLITE_OK) database_->fail_with(code, "written");
   return *this;
 }
 
@@ -123,7 +123,7 @@ bool TakeStatement::step() {
   if (code == SQLITE_ROW) return true;
   if (code == SQLITE_DONE) return false;
   sqlite3_reset(statement_.get());
-  database_->fail(code, sqlite3_stmt_readonly(statement_.get()) != 0 ? "read" : "written");
+  database_->fail_with(code, sqlite3_stmt_readonly(statement_.get()) != 0 ? "read" : "written");
 }
 
 void TakeStatement::run() {

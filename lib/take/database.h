@@ -62,7 +62,7 @@ class TakeDatabase {
   sqlite3* handle() const { return handle_.get(); }
   const std::string& path() const { return path_; }
   /// Throws the Error that tells SQLite's \p code, which \p doing ("write", "read") gave.
-  [[noreturn]] void fail(int code, const char* doing) const;
+  [[noreturn]] void fail_with(int code, const char* doing) const;
 
  private:
   struct Close {

@@ -12,6 +12,7 @@
 #include "take/packing.h"
 #include "take/payload_regions.h"
 #include "take/picture_video.h"
+#include "wire/zstd_contexts.h"
 
 namespace polyhull {
 namespace {
@@ -23,10 +24,6 @@ constexpr int zstd_level = 1;
 // outside stays so, the rest moves by 4 of 255 at most.
 constexpr int matte_levels = 32;
 
-struct FreeZstd {
-  void operator()(ZSTD_CCtx* context) const { ZSTD_freeCCtx(context); }
-};
-
 void round_matte(std::uint8_t* pixels, std::size_t bytes) {
   for (std::size_t i = 3; i < bytes; i += 4) {
     const int level = (pixels[i] * matte_levels + 127) / 255;
@@ -37,7 +34,7 @@ void round_matte(std::uint8_t* pixels, std::size_t bytes) {
 }  // namespace
 
 struct PacketPacker::State {
-  std::unique_ptr<ZSTD_CCtx, FreeZstd> zstd{ZSTD_createCCtx()};
+  ZstdPacker zstd{ZSTD_createCCtx()};
   PackingSettings settings;
   std::string caps;
   unsigned since_alone = 0;             // packets, that one included; 0: there is none

@@ -9,18 +9,13 @@
 #include "take/packet_before.h"
 #include "take/packing.h"
 #include "take/picture_video.h"
+#include "wire/zstd_contexts.h"
 
 namespace polyhull {
-namespace {
-
-struct FreeZstd {
-  void operator()(ZSTD_DCtx* context) const { ZSTD_freeDCtx(context); }
-};
-
-}  // namespace
+namespace {}  // namespace
 
 struct PacketUnpacker::State {
-  std::unique_ptr<ZSTD_DCtx, FreeZstd> zstd{ZSTD_createDCtx()};
+  ZstdUnpacker zstd{ZSTD_createDCtx()};
   std::int64_t last = 0;
   PacketBefore now, before;
   std::vector<std::uint8_t> pictures;

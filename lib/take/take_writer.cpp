@@ -177,7 +177,7 @@ bool TakeWriter::commit(int wait_ms) {
   if (held_up_) return false;
   if (code == SQLITE_OK) return true;
   try {
-    database_.fail(code, "written");
+    database_.fail_with(code, "written");
   } catch (const Error&) {
     roll_back();
     throw;

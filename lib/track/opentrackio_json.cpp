@@ -8,16 +8,13 @@
 
 #include "base/error.h"
 #include "rig/lens.h"
+#include "track/packet_error.h"
 #include "track/tracked_pose.h"
 
 namespace polyhull::opentrackio {
 namespace {
 
 using Json = nlohmann::json;
-
-Error broken(const std::string& what) {
-  return Error(Error::Kind::bad_input, "OpenTrackIO: {}.", what);
-}
 
 Vec3 three(const Json& transform, const char* name, std::array<const char*, 3> members,
            double missing) {
@@ -37,7 +34,7 @@ std::vector<double> list(const Json& model, const char* name, std::size_t most) 
   const auto found = model.find(name);
   if (found != model.end()) {
     if (!found->is_array() || found->size() > most)
-      throw broken(
+      throw opentrackio_error(
           fmt::format("lens.distortion: {} must be a list of at most {} numbers", name, most));
     for (const Json& item : *found)
       values.push_back(number(&item, fmt::format("lens.distortion: {}", name)));
@@ -62,7 +59,7 @@ std::vector<double> as_told(const Json& model, double f) {
                         l[4] * f6, l[1] * f2, l[3] * f4, l[5] * f6};
   if (l[1] == 0.0 && l[3] == 0.0 && l[5] == 0.0) k.resize(5);
   for (const double coefficient : k)
-    if (!std::isfinite(coefficient)) throw broken("the lens's distortion is not finite");
+    if (!std::isfinite(coefficient)) throw opentrackio_error("the lens's distortion is not finite");
   return k;
 }
 
@@ -86,7 +83,7 @@ std::vector<double> as_fitted(const Json& model, double f, const Vec2& reach,
     last = {told, fit_distortion(points, corner.x / 1920.0)};
   }
   if (!last.coefficients)
-    throw broken(
+    throw opentrackio_error(
         "lens.distortion, which is told from distorted to undistorted (D-U), is no lens's: "
         "nothing in OpenCV's terms is within half a pixel of it");
   return *last.coefficients;
@@ -109,9 +106,9 @@ const Json* find(const Json& root, const char* path) {
 }
 
 double number(const Json* value, const std::string& what) {
-  if (!value || !value->is_number()) throw broken(what + " must be a number");
+  if (!value || !value->is_number()) throw opentrackio_error(what + " must be a number");
   const double result = value->get<double>();
-  if (!std::isfinite(result)) throw broken(what + " is not finite");
+  if (!std::isfinite(result)) throw opentrackio_error(what + " is not finite");
   return result;
 }
 
@@ -124,7 +121,7 @@ std::optional<double> length(const Json& root, const char* path) {
   const Json* value = find(root, path);
   if (!value) return {};
   const double result = number(value, path);
-  if (!(result > 0.0)) throw broken(fmt::format("{} must be above 0", path));
+  if (!(result > 0.0)) throw opentrackio_error(fmt::format("{} must be above 0", path));
   return result;
 }
 
@@ -132,12 +129,12 @@ Placed placed(const Json& root) {
   Placed result;
   Mat3 stretched{1.0};  // the axes, and all scales so far
   if (const Json* transforms = find(root, "/transforms")) {
-    if (!transforms->is_array()) throw broken("transforms must be a list");
+    if (!transforms->is_array()) throw opentrackio_error("transforms must be a list");
     for (const Json& transform : *transforms) {
-      if (!transform.is_object()) throw broken("transforms must hold objects");
+      if (!transform.is_object()) throw opentrackio_error("transforms must hold objects");
       const Vec3 scale = three(transform, "scale", {"x", "y", "z"}, 1.0);
       if (!(scale.x > 0.0 && scale.y > 0.0 && scale.z > 0.0))
-        throw broken("a transform's scale must be above 0");
+        throw opentrackio_error("a transform's scale must be above 0");
       result.place += stretched * three(transform, "translation", {"x", "y", "z"}, 0.0);
       const Vec3 angles = three(transform, "rotation", {"pan", "tilt", "roll"}, 0.0);
       const Mat3 turn = axes_of_angles(angles[0], angles[1], angles[2]);
@@ -149,7 +146,8 @@ Placed placed(const Json& root) {
   // Transforms place the sensor; rays meet at the entrance pupil, so many metres before it.
   result.place += result.axes[1] * number_or_zero(root, "/lens/entrancePupilOffset");
   for (int i = 0; i < 3; ++i)
-    if (!std::isfinite(result.place[i])) throw broken("the transforms together are not finite");
+    if (!std::isfinite(result.place[i]))
+      throw opentrackio_error("the transforms together are not finite");
   return result;
 }
 
@@ -159,7 +157,7 @@ std::optional<double> squeeze(const Json& root) {
   const auto below = length(root, "/static/camera/anamorphicSqueeze/denom");
   const double result = above && below ? *above / *below : 0.0;
   if (!(result > 0.0) || !std::isfinite(result))
-    throw broken("static.camera.anamorphicSqueeze must have num and denom above 0");
+    throw opentrackio_error("static.camera.anamorphicSqueeze must have num and denom above 0");
   return result;
 }
 
@@ -191,16 +189,16 @@ std::vector<double> opencv_distortion(const Json& root, double f, const Vec2& re
                                       FittedDistortion& last) {
   const Json* models = find(root, "/lens/distortion");
   if (!models) return {};
-  if (!models->is_array()) throw broken("lens.distortion must be a list");
+  if (!models->is_array()) throw opentrackio_error("lens.distortion must be a list");
   if (models->empty()) return {};
   for (const char* axis : {"/lens/distortionOffset/x", "/lens/distortionOffset/y"})
     if (number_or_zero(root, axis) != 0.0)
-      throw broken(
+      throw opentrackio_error(
           "lens.distortionOffset is not 0; OpenCV's lenses are centred on the principal point");
   if (const Json* model = model_of(*models, {"Brown-Conrady U-D"})) return as_told(*model, f);
   if (const Json* model = model_of(*models, {"Brown-Conrady D-U", nullptr}))
     return as_fitted(*model, f, reach, last);
-  throw broken(
+  throw opentrackio_error(
       "lens.distortion has no model \"Brown-Conrady U-D\" or \"D-U\"; another cannot be had in "
       "OpenCV's terms");
 }

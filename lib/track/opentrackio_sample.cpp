@@ -7,6 +7,7 @@
 #include "base/error.h"
 #include "base/parse_json.h"
 #include "track/opentrackio_json.h"
+#include "track/packet_error.h"
 
 namespace polyhull {
 namespace {
@@ -14,10 +15,6 @@ namespace {
 using Json = nlohmann::json;
 using opentrackio::find;
 using opentrackio::length;
-
-Error broken(const std::string& what) {
-  return Error(Error::Kind::bad_input, "OpenTrackIO: {}.", what);
-}
 
 // nlohmann's CBOR reader calls itself for each array and object within another; what this one
 // refuses ends the reading.
@@ -53,15 +50,15 @@ bool may_nest_strings(const std::vector<std::uint8_t>& bytes) {
 
 Json parse_cbor(const std::vector<std::uint8_t>& bytes) {
   if (bytes.size() > OpenTrackIOSegments::largest_sample || may_nest_strings(bytes))
-    throw broken("a sample that is too large or too deep to be read");
+    throw opentrackio_error("a sample that is too large or too deep to be read");
   Json root;
   ShallowReader reader(root);
   try {
     if (Json::sax_parse(bytes, &reader, Json::input_format_t::cbor)) return root;
   } catch (const Json::exception& error) {
-    throw broken(fmt::format("a sample that is not CBOR ({})", error.what()));
+    throw opentrackio_error(fmt::format("a sample that is not CBOR ({})", error.what()));
   }
-  throw broken("a sample that is not CBOR, or nested too deep");
+  throw opentrackio_error("a sample that is not CBOR, or nested too deep");
 }
 
 Json parse(const OpenTrackIOBytes& sample) {
@@ -93,7 +90,7 @@ std::string source_of(const Json& root) {
   if (const Json* id = find(root, "/sourceId"); id && id->is_string()) {
     const auto& name = id->get_ref<const std::string&>();
     if (name.size() > longest_source)  // it is kept with each pose
-      throw broken(
+      throw opentrackio_error(
           fmt::format("sourceId has {} bytes, expected {} at most", name.size(), longest_source));
     return name;
   }
@@ -105,7 +102,8 @@ std::string source_of(const Json& root) {
 void set_sequence(TrackedPose& pose, const Json& root) {
   const Json* sequence = find(root, "/timing/sequenceNumber");
   if (!sequence) return;
-  if (!sequence->is_number_unsigned()) throw broken("timing.sequenceNumber must be whole");
+  if (!sequence->is_number_unsigned())
+    throw opentrackio_error("timing.sequenceNumber must be whole");
   pose.sequence = static_cast<std::uint16_t>(sequence->get<std::uint64_t>());
 }
 
@@ -119,7 +117,7 @@ void set_times(TrackedPose& pose, const Json& root) {
   if (!seconds->is_number_unsigned() || seconds->get<std::uint64_t>() > most_seconds ||
       (nanoseconds &&
        (!nanoseconds->is_number_unsigned() || nanoseconds->get<std::uint64_t>() >= second)))
-    throw broken("timing.sampleTimestamp must be whole seconds and nanoseconds");
+    throw opentrackio_error("timing.sampleTimestamp must be whole seconds and nanoseconds");
   pose.capture_time_ns =
       static_cast<std::int64_t>(seconds->get<std::uint64_t>() * second +
                                 (nanoseconds ? nanoseconds->get<std::uint64_t>() : 0));
@@ -127,7 +125,7 @@ void set_times(TrackedPose& pose, const Json& root) {
 
 void set_place(TrackedPose& pose, const Json& root) {
   const Json* transforms = find(root, "/transforms");
-  if (!transforms || transforms->empty()) throw broken("a sample without transforms");
+  if (!transforms || transforms->empty()) throw opentrackio_error("a sample without transforms");
   const opentrackio::Placed placed = opentrackio::placed(root);
   pose.axes = placed.axes;
   pose.place = placed.place;
@@ -192,9 +190,10 @@ class OpenTrackIOReader::Reading {
     const Json* told = find(root_, "/lens/distortion");
     if (!told || told->empty()) return;
     if (!out_.pose.focal_length_mm)
-      throw broken("lens.distortion is told without a usable lens.pinholeFocalLength");
+      throw opentrackio_error("lens.distortion is told without a usable lens.pinholeFocalLength");
     if (source_.squeeze != 1.0)
-      throw broken("lens.distortion is of a lens that squeezes, for which it is not defined");
+      throw opentrackio_error(
+          "lens.distortion is of a lens that squeezes, for which it is not defined");
     // Where the sensor is not known, the largest that is usual.
     const double width = width_.value_or(height_ ? 1.5 * *height_ : 36.0);
     const double height = height_.value_or(width / 1.5);
@@ -225,7 +224,7 @@ OpenTrackIOReader::Source& OpenTrackIOReader::source(const std::string& name,
 OpenTrackIOSample OpenTrackIOReader::read(const OpenTrackIOBytes& sample, const std::string& host,
                                           double sensor_width_mm) {
   const Json root = parse(sample);
-  if (!root.is_object()) throw broken("a sample must be an object");
+  if (!root.is_object()) throw opentrackio_error("a sample must be an object");
   OpenTrackIOSample result;
   result.pose.sequence = sample.sequence;
   try {
@@ -237,7 +236,7 @@ OpenTrackIOSample OpenTrackIOReader::read(const OpenTrackIOBytes& sample, const 
     reading.sensor(sensor_width_mm);
     reading.lens();
   } catch (const Json::exception& error) {
-    throw broken(error.what());
+    throw opentrackio_error(error.what());
   }
   return result;
 }

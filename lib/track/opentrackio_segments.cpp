@@ -12,23 +12,12 @@ namespace polyhull {
 namespace {
 
 constexpr std::array<std::uint8_t, 4> identifier{'O', 'T', 'r', 'k'};
-constexpr int furthest_detour = 100;  // as Track's
 constexpr std::size_t header_size = 16, checksummed = 14;
-
-Error broken(const std::string& what) {
-  return Error(Error::Kind::bad_input, "OpenTrackIO: {}.", what);
-}
-
-std::uint32_t big_endian(std::span<const std::uint8_t> bytes) {
-  std::uint32_t value = 0;
-  for (const std::uint8_t byte : bytes) value = value << 8 | byte;
-  return value;
-}
 
 OpenTrackIOEncoding encoding_of(std::uint8_t number) {
   if (number == 1) return OpenTrackIOEncoding::json;
   if (number == 2) return OpenTrackIOEncoding::cbor;
-  throw broken(fmt::format("encoding {} is neither 1 (JSON) nor 2 (CBOR)", number));
+  throw opentrackio_error(fmt::format("encoding {} is neither 1 (JSON) nor 2 (CBOR)", number));
 }
 
 // Numbers of two bytes; 0 is left out by those who count from 1.
@@ -60,7 +49,7 @@ OpenTrackIOPacket parse_opentrackio_packet(std::span<const std::uint8_t> bytes) 
     throw PacketError(PacketError::Fault::truncated,
                       "OpenTrackIO: a packet of {} bytes is shorter than a header.", bytes.size());
   if (!std::equal(identifier.begin(), identifier.end(), bytes.begin()))
-    throw broken("a packet begins neither with \"OTrk\" nor with \"{\"");
+    throw opentrackio_error("a packet begins neither with \"OTrk\" nor with \"{\"");
   packet.encoding = encoding_of(bytes[5]);
   packet.sequence = static_cast<std::uint16_t>(big_endian(bytes.subspan(6, 2)));
   packet.offset = big_endian(bytes.subspan(8, 4));
@@ -145,7 +134,7 @@ void OpenTrackIOSegments::keep(const OpenTrackIOPacket& packet) {
     in_work_ = false;
     ++incomplete_;
     parts_.clear();
-    return broken(what);
+    return opentrackio_error(what);
   };
   if (ends > largest_sample)
     throw fail(

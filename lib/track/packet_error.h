@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 /// \file
-/// Why a tracking packet was refused, for those who count it.
+/// Why tracking packets and their samples are refused; numbers in packets.
 #pragma once
 
+#include <cstdint>
+#include <span>
+#include <string>
 #include <utility>
 
 #include "base/error.h"
@@ -24,5 +27,20 @@ class PacketError : public Error {
  private:
   Fault fault_;
 };
+
+/// A packet or sample of OpenTrackIO that cannot be used (bad_input).
+inline Error opentrackio_error(const std::string& what) {
+  return Error(Error::Kind::bad_input, "OpenTrackIO: {}.", what);
+}
+
+/// A number of up to four \p bytes, the highest first.
+inline std::uint32_t big_endian(std::span<const std::uint8_t> bytes) {
+  std::uint32_t value = 0;
+  for (const std::uint8_t byte : bytes) value = value << 8 | byte;
+  return value;
+}
+
+/// Numbers further back than this are a sender that began anew, not a packet on a detour.
+constexpr int furthest_detour = 100;
 
 }  // namespace polyhull

@@ -8,6 +8,8 @@
 #include <filesystem>
 
 #include "base/error.h"
+#include "base/nanoseconds.h"
+#include "track/packet_error.h"
 
 namespace polyhull {
 namespace {
@@ -15,15 +17,8 @@ namespace {
 constexpr std::size_t ip_header = 20, udp_header = 8;
 constexpr std::uint8_t udp = 17;
 constexpr int largest_packet = 65535;
-constexpr std::int64_t second = 1'000'000'000;
 // Nobody's pipeline runs that long, and no capture is that old.
 constexpr std::int64_t a_year = 365 * 24 * 3600 * second;
-
-std::uint32_t big_endian(std::span<const std::uint8_t> bytes) {
-  std::uint32_t value = 0;
-  for (const std::uint8_t byte : bytes) value = value << 8 | byte;
-  return value;
-}
 
 void append(std::vector<std::uint8_t>& to, std::uint32_t value, int bytes) {
   for (int i = bytes - 1; i >= 0; --i) to.push_back(static_cast<std::uint8_t>(value >> (8 * i)));

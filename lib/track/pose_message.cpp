@@ -18,13 +18,13 @@ constexpr const char* format = "polyhull-camera";
 constexpr int version = 1;
 constexpr double longest_duration = 10e9;  // ns
 
-Error broken(const std::string& what) {
+Error unusable(const std::string& what) {
   return Error(Error::Kind::bad_input, "A camera's message cannot be used: {}.", what);
 }
 
 double finite(const Json& value, const char* name) {
   if (!value.is_number() || !std::isfinite(value.get<double>()))
-    throw broken(fmt::format("'{}' must hold finite numbers", name));
+    throw unusable(fmt::format("'{}' must hold finite numbers", name));
   return value.get<double>();
 }
 
@@ -32,17 +32,17 @@ template <std::size_t count>
 std::array<double, count> numbers(const Json& root, const char* name) {
   const auto found = root.find(name);
   if (found == root.end() || !found->is_array() || found->size() != count)
-    throw broken(fmt::format("'{}' must be a list of {} numbers", name, count));
+    throw unusable(fmt::format("'{}' must be a list of {} numbers", name, count));
   std::array<double, count> result;
   for (std::size_t i = 0; i < count; ++i) result[i] = finite((*found)[i], name);
   return result;
 }
 
-std::optional<double> length(const Json& root, const char* name) {
+std::optional<double> positive(const Json& root, const char* name) {
   const auto found = root.find(name);
   if (found == root.end()) return {};
   const double value = finite(*found, name);
-  if (!(value > 0.0)) throw broken(fmt::format("'{}' must be above 0", name));
+  if (!(value > 0.0)) throw unusable(fmt::format("'{}' must be above 0", name));
   return value;
 }
 
@@ -52,7 +52,7 @@ std::vector<double> distortion(const Json& root) {
   if (found == root.end()) return result;
   const std::size_t count = found->is_array() ? found->size() : 0;
   if (count != 4 && count != 5 && count != 8 && count != 12)
-    throw broken("'distortion' must be a list of 4, 5, 8 or 12 numbers");
+    throw unusable("'distortion' must be a list of 4, 5, 8 or 12 numbers");
   for (const Json& k : *found) result.push_back(finite(k, "distortion"));
   return result;
 }
@@ -63,7 +63,7 @@ std::int64_t duration(const Json& root, const char* name) {
   if (found == root.end()) return 0;
   const double value = finite(*found, name);
   if (!(value >= 0.0 && value <= longest_duration))
-    throw broken(fmt::format("'{}' must be between 0 and 10 s", name));
+    throw unusable(fmt::format("'{}' must be between 0 and 10 s", name));
   return static_cast<std::int64_t>(value);
 }
 
@@ -83,7 +83,7 @@ std::optional<std::array<int, 2>> pair(const Json& root, const char* name) {
   for (std::size_t i = 0; i < 2; ++i) {
     if (!two || !(*found)[i].is_number_unsigned() ||
         (*found)[i].get<std::uint64_t>() > Timecode::most_rate)
-      throw broken(
+      throw unusable(
           fmt::format("'{}' must be two whole numbers from 0 to {}", name, Timecode::most_rate));
     result[i] = (*found)[i].get<int>();
   }
@@ -105,14 +105,14 @@ std::optional<Timecode> timecode(const Json& root) {
   if (const auto drops = root.find("timecode_drops"); drops != root.end() && drops->is_boolean())
     result.drops = drops->get<bool>();
   if (!is_text || !rate || !time_of(result, false))
-    throw broken(
+    throw unusable(
         "'timecode' must be as \"10:00:00:00\", and exist at so many frames a second as "
         "'timecode_rate' says");
   return result;
 }
 
 void check_rotation(const Mat3& R) {
-  if (!(rotation_error(R) < 1e-6)) throw broken("'R' is not a rotation");
+  if (!(rotation_error(R) < 1e-6)) throw unusable("'R' is not a rotation");
 }
 
 }  // namespace
@@ -144,8 +144,8 @@ std::string pose_message_to_json(const PoseMessage& message) {
 PoseMessage parse_pose_message(std::string_view text) {
   const auto root = parse_json<Json>(text, "camera's message");
   if (!root.is_object() || root.value("format", Json()) != format)
-    throw broken("it is not JSON of the format 'polyhull-camera'");
-  if (root.value("version", Json()) != version) throw broken("this program reads version 1 only");
+    throw unusable("it is not JSON of the format 'polyhull-camera'");
+  if (root.value("version", Json()) != version) throw unusable("this program reads version 1 only");
   PoseMessage message;
   if (const auto source = root.find("source"); source != root.end() && source->is_string())
     message.pose.source = source->get<std::string>();
@@ -153,16 +153,16 @@ PoseMessage parse_pose_message(std::string_view text) {
   check_rotation(R);
   const auto t = numbers<3>(root, "t");
   set_extrinsics(message.pose, {R, {t[0], t[1], t[2]}});
-  message.pose.focal_length_mm = length(root, "focal_length_mm");
-  message.pose.sensor_width_mm = length(root, "sensor_width_mm");
-  message.pose.sensor_height_mm = length(root, "sensor_height_mm");
+  message.pose.focal_length_mm = positive(root, "focal_length_mm");
+  message.pose.sensor_width_mm = positive(root, "sensor_width_mm");
+  message.pose.sensor_height_mm = positive(root, "sensor_height_mm");
   if (root.contains("projection_offset_mm")) {
     const auto offset = numbers<2>(root, "projection_offset_mm");
     message.pose.projection_offset_mm = {offset[0], offset[1]};
   }
   message.pose.distortion = distortion(root);
-  message.pose.focus_distance_m = length(root, "focus_distance_m");
-  message.pose.f_number = length(root, "f_number");
+  message.pose.focus_distance_m = positive(root, "focus_distance_m");
+  message.pose.f_number = positive(root, "f_number");
   message.prediction_ns = duration(root, "prediction_ns");
   message.pose.timecode = timecode(root);
   message.timecode_lag_ns = duration(root, "timecode_lag_ns");

@@ -3,10 +3,10 @@
 
 #include <algorithm>
 
+#include "base/nanoseconds.h"
+
 namespace polyhull {
 namespace {
-
-constexpr std::int64_t second = 1'000'000'000;
 
 /// How long \p frames last. Rounded down as GStreamer does, so that a frame's own pose is its own to
 /// the nanosecond.

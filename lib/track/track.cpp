@@ -7,13 +7,12 @@
 #include <iterator>
 
 #include "base/error.h"
+#include "track/packet_error.h"
 
 namespace polyhull {
 namespace {
 
-// Numbers further back than this are a sender that began anew, not a packet on a detour.
-constexpr int furthest_detour = 100;
-// Nor are so many with one number after the other.
+// So many late numbers one after the other are a sender that began anew.
 constexpr int longest_detour = 10;
 // Evenly over the time that is smoothed, both ends included: motion of constant speed is late by
 // exactly half of it.

@@ -10,13 +10,13 @@
 #include <utility>
 
 #include "base/error.h"
+#include "base/nanoseconds.h"
 
 namespace polyhull {
 namespace {
 
 __extension__ typedef __int128 Int128;
 
-constexpr std::int64_t second = 1000000000;
 constexpr std::int64_t millisecond = 1000000;
 // Longest uninterrupted sleep: how soon a changed rate or the end is noticed.
 constexpr std::int64_t nap = 20 * millisecond;

@@ -9,6 +9,7 @@
 #include <cstring>
 
 #include "base/error.h"
+#include "wire/zstd_contexts.h"
 
 namespace polyhull {
 namespace {
@@ -141,7 +142,7 @@ bool is_plain(Bytes jpeg) {
 }  // namespace
 
 struct PixelEncoder::State {
-  std::unique_ptr<ZSTD_CCtx, FreeWith<ZSTD_freeCCtx>> zstd{ZSTD_createCCtx()};
+  ZstdPacker zstd{ZSTD_createCCtx()};
   std::unique_ptr<void, FreeWith<tjDestroy>> jpeg{tjInitCompress()};
   std::vector<std::uint8_t> row, alpha, planes, block;
 
@@ -211,7 +212,7 @@ std::span<const std::uint8_t> PixelEncoder::encode(PixelCoding coding, const Pix
 }
 
 struct PixelDecoder::State {
-  std::unique_ptr<ZSTD_DCtx, FreeWith<ZSTD_freeDCtx>> zstd{ZSTD_createDCtx()};
+  ZstdUnpacker zstd{ZSTD_createDCtx()};
   std::unique_ptr<void, FreeWith<tjDestroy>> jpeg{tjInitDecompress()};
   std::vector<std::uint8_t> planes, alpha;
 

@@ -14,7 +14,7 @@ struct KnownClock {
   std::int64_t epoch;  // what is taken from its times, ns
 };
 
-constexpr KnownClock known[] = {
+constexpr KnownClock known_clocks[] = {
     {"timestamp/x-unix", CaptureClock::unix, 0},
     {"timestamp/x-ndi-timestamp", CaptureClock::unix, 0},
     {"timestamp/x-ntp", CaptureClock::unix, from_1900_to_1970},
@@ -25,7 +25,7 @@ const KnownClock* find(const GstCaps* reference) {
   if (reference == nullptr || gst_caps_is_empty(reference) || gst_caps_is_any(reference))
     return nullptr;
   const char* name = gst_structure_get_name(gst_caps_get_structure(reference, 0));
-  for (const KnownClock& entry : known)
+  for (const KnownClock& entry : known_clocks)
     if (g_str_equal(name, entry.caps)) return &entry;
   return nullptr;
 }

@@ -7,7 +7,7 @@
 namespace polyhull::element {
 namespace {
 
-std::string camera_of(GstAggregatorPad* pad) {
+std::string name_of_camera(GstAggregatorPad* pad) {
   const HullPadState& state = state_of<HullPadState>(pad);
   return state.name.empty() ? GST_OBJECT_NAME(pad) : state.name;
 }
@@ -18,7 +18,7 @@ std::string instant_text(const Pads& pads, const ViewDecision& set) {
   std::string views;
   for (const std::size_t i : set.heads) {
     const std::int64_t time = state_of<HullPadState>(pads[i]).head.time;
-    views += (views.empty() ? "" : ", ") + camera_of(pads[i]);
+    views += (views.empty() ? "" : ", ") + name_of_camera(pads[i]);
     if (time != no_time && set.time != no_time)
       views += fmt::format(" +{} us", (time - set.time) / 1000);
   }
@@ -29,7 +29,7 @@ std::string instant_text(const Pads& pads, const ViewDecision& set) {
 std::string views_text(const Pads& pads, const std::vector<std::size_t>& which) {
   std::string text;
   for (const std::size_t i : which)
-    text += fmt::format("{}{} at {}", text.empty() ? "" : ", ", camera_of(pads[i]),
+    text += fmt::format("{}{} at {}", text.empty() ? "" : ", ", name_of_camera(pads[i]),
                         time_text(state_of<HullPadState>(pads[i]).head.time));
   return text;
 }
@@ -38,7 +38,7 @@ std::string waiting_text(const Pads& pads, const std::vector<ViewHead>& heads) {
   std::string text;
   for (std::size_t i = 0; i < heads.size(); ++i)
     if (heads[i].state == ViewHead::State::waiting)
-      text += (text.empty() ? "" : ", ") + camera_of(pads[i]);
+      text += (text.empty() ? "" : ", ") + name_of_camera(pads[i]);
   return text;
 }
 

@@ -7,17 +7,13 @@
 #include <cstdlib>
 #include <utility>
 
+#include "plugins/hullbuild/words.h"
+
 namespace polyhull::element {
 namespace {
 
-constexpr std::int64_t second = GST_SECOND;
 constexpr std::int64_t steadily = 3 * second;
-constexpr std::int64_t again_after = 60 * second;
 constexpr int most_sets = 100;  // between two messages
-
-void warn(GstElement* element, const std::string& text) {
-  GST_ELEMENT_WARNING(element, STREAM, FAILED, ("%s", text.c_str()), (nullptr));
-}
 
 double microseconds(std::int64_t time) {
   return 1e-3 * static_cast<double>(time);

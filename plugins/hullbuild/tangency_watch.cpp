@@ -8,8 +8,8 @@
 namespace polyhull::element {
 namespace {
 
-// A median over the window changes after half of it.
-constexpr std::int64_t window = 600 * GST_MSECOND, look_again = 200 * GST_MSECOND;
+// A median over the median_window changes after half of it.
+constexpr std::int64_t median_window = 600 * GST_MSECOND, look_again = 200 * GST_MSECOND;
 
 }  // namespace
 
@@ -20,7 +20,7 @@ bool TangencyWatch::add(std::int64_t now, const std::vector<std::string>& camera
     cameras_ = cameras;
   }
   entries_.push_back({now, std::move(tangencies)});
-  while (entries_.front().time <= now - window) entries_.pop_front();
+  while (entries_.front().time <= now - median_window) entries_.pop_front();
   if (!pairs_.empty() && now - looked_at_ < look_again) return false;
   looked_at_ = now;
   std::vector<Tangency> all;

@@ -6,18 +6,12 @@
 namespace polyhull::element {
 namespace {
 
-constexpr std::int64_t second = GST_SECOND;
-constexpr std::int64_t again_after = 60 * second;  // the same words
-constexpr std::int64_t silence = second;           // that is worth a word
-constexpr std::int64_t lasting = 3 * second;       // a silhouette that is mended for so long
-constexpr std::int64_t moment = second;            // without it in between
-constexpr std::int64_t shortly = 2 * second / 5;   // for which silhouettes contradict each other
+constexpr std::int64_t silence = second;          // that is worth a word
+constexpr std::int64_t lasting = 3 * second;      // a silhouette that is mended for so long
+constexpr std::int64_t moment = second;           // without it in between
+constexpr std::int64_t shortly = 2 * second / 5;  // for which silhouettes contradict each other
 constexpr double contradictory = 0.04;  // of their outlines; sound ones come to a hundredth
 constexpr int empty_in_a_row = 5;       // one may be a subject that has just left
-
-void warn(GstElement* element, const std::string& text) {
-  GST_ELEMENT_WARNING(element, STREAM, FAILED, ("%s", text.c_str()), (nullptr));
-}
 
 std::string milliseconds(std::int64_t time) {
   return fmt::format("{:.0f} ms", static_cast<double>(time) * 1e-6);
@@ -44,6 +38,10 @@ std::string list_of(const std::vector<AbsentCamera>& cameras, bool with_reasons)
     if (with_reasons) text += " (" + reason(camera) + ")";
   }
   return text;
+}
+
+void warn(GstElement* element, const std::string& text) {
+  GST_ELEMENT_WARNING(element, STREAM, FAILED, ("%s", text.c_str()), (nullptr));
 }
 
 void HullWords::built(GstElement* element, std::int64_t now, std::size_t used,

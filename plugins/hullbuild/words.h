@@ -11,10 +11,16 @@
 #include <string>
 #include <vector>
 
+#include "base/nanoseconds.h"
 #include "plugins/hullbuild/doubt_watch.h"
 #include "plugins/hullbuild/set_builder.h"
 
 namespace polyhull::element {
+
+constexpr std::int64_t again_after = 60 * second;  ///< the same message may come, ns
+
+/// Posts \p text as a warning of \p element.
+void warn(GstElement* element, const std::string& text);
 
 /// A camera that a set lacks.
 struct AbsentCamera {

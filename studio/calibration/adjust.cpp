@@ -15,7 +15,7 @@ namespace {
 
 // Distances from which Huber's loss grows linearly only, px.
 constexpr double huber = 2.0;
-constexpr int most_rounds = 5;
+constexpr int most_adjustments = 5;
 
 std::array<double, 12> twelve(const Camera& camera) {
   std::array<double, 12> k{};
@@ -43,8 +43,8 @@ class Adjuster {
   Adjusted run() {
     measure();
     for (ViewFit& fit : fits_) fit.used = std::isfinite(fit.rms);
-    for (int round = 0; round < most_rounds; ++round) {
-      progress_("adjusting all cameras", static_cast<double>(round) / most_rounds);
+    for (int round = 0; round < most_adjustments; ++round) {
+      progress_("adjusting all cameras", static_cast<double>(round) / most_adjustments);
       solve(true);
       const std::vector<ViewFit> before = fits_;
       measure();

@@ -35,7 +35,8 @@ Mat3 from_square(const std::array<Vec2, 4>& corners) {
   return from_rows({x.x, y.x, p0.x, x.y, y.y, p0.y, g, h, 1.0});
 }
 
-void check(const Picture& picture, const std::array<Vec2, 4>& corners, const std::string& camera) {
+void check_corners(const Picture& picture, const std::array<Vec2, 4>& corners,
+                   const std::string& camera) {
   double turn = 0.0;
   for (int i = 0; i < 4; ++i) {
     const Vec2 p = corners[i], next = corners[(i + 1) % 4], after = corners[(i + 2) % 4];
@@ -63,7 +64,7 @@ void check(const Picture& picture, const std::array<Vec2, 4>& corners, const std
 
 ChartColours read_chart(const Picture& picture, const std::array<Vec2, 4>& corners,
                         const std::string& camera) {
-  check(picture, corners, camera);
+  check_corners(picture, corners, camera);
   const Mat3 to_picture = from_square(corners);
   constexpr int steps = 15;  // samples a side, of the middle half of a patch
   ChartColours colours;

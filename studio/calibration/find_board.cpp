@@ -13,8 +13,6 @@
 namespace polyhull::calibration {
 namespace {
 
-constexpr auto bad = Error::Kind::bad_input;
-
 const std::map<std::string, int> dictionaries = {
     {"4X4_50", cv::aruco::DICT_4X4_50},          {"4X4_100", cv::aruco::DICT_4X4_100},
     {"4X4_250", cv::aruco::DICT_4X4_250},        {"4X4_1000", cv::aruco::DICT_4X4_1000},
@@ -27,7 +25,7 @@ const std::map<std::string, int> dictionaries = {
     {"ORIGINAL", cv::aruco::DICT_ARUCO_ORIGINAL}};
 
 // The picture's pixels, which nobody writes to.
-cv::Mat matrix_of(const Picture& grey) {
+cv::Mat picture_matrix(const Picture& grey) {
   return {grey.height, grey.width, CV_8UC1, const_cast<std::uint8_t*>(grey.pixels.data())};
 }
 
@@ -190,21 +188,23 @@ BoardFinder::BoardFinder(const Target& target) {
   if (board.named) {
     const auto found = dictionaries.find(target.dictionary);
     if (found == dictionaries.end())
-      throw Error(bad, "There is no dictionary of markers '{}'; there are {}.", target.dictionary,
-                  [] {
+      throw Error(Error::Kind::bad_input, "There is no dictionary of markers '{}'; there are {}.",
+                  target.dictionary, [] {
                     std::string all;
                     for (const auto& [name, _] : dictionaries)
                       all += (all.empty() ? "" : ", ") + name;
                     return all;
                   }());
     if (!(target.marker > 0.0 && target.marker < 1.0))
-      throw Error(bad, "A marker has {} of its square's side; between 0 and 1 is possible.",
+      throw Error(Error::Kind::bad_input,
+                  "A marker has {} of its square's side; between 0 and 1 is possible.",
                   target.marker);
     const auto dictionary = cv::aruco::getPredefinedDictionary(found->second);
     const int needed = (board.columns + 1) * (board.rows + 1) / 2;
     if (dictionary->bytesList.rows < needed)
-      throw Error(bad, "The board has {} markers, the dictionary {} only {}; use a larger one.",
-                  needed, target.dictionary, dictionary->bytesList.rows);
+      throw Error(Error::Kind::bad_input,
+                  "The board has {} markers, the dictionary {} only {}; use a larger one.", needed,
+                  target.dictionary, dictionary->bytesList.rows);
     self->charuco = cv::aruco::CharucoBoard::create(
         board.columns + 1, board.rows + 1, static_cast<float>(board.square),
         static_cast<float>(board.square * target.marker), dictionary);
@@ -215,10 +215,11 @@ BoardFinder::BoardFinder(const Target& target) {
 std::optional<View> BoardFinder::find(const Picture& grey, bool flat) const {
   const Board& board = self_->target.board;
   try {
-    return board.named ? find_charuco(matrix_of(grey), board, self_->charuco)
-                       : find_chessboard(matrix_of(grey), board, flat);
+    return board.named ? find_charuco(picture_matrix(grey), board, self_->charuco)
+                       : find_chessboard(picture_matrix(grey), board, flat);
   } catch (const cv::Exception& error) {
-    throw Error(bad, "OpenCV cannot look for a board in the picture: {}.", error.err);
+    throw Error(Error::Kind::bad_input, "OpenCV cannot look for a board in the picture: {}.",
+                error.err);
   }
 }
 
@@ -227,7 +228,7 @@ Picture BoardFinder::draw(int square) const {
   Picture out{(board.columns + 3) * square, (board.rows + 3) * square, 1, {}};
   out.pixels.assign(static_cast<std::size_t>(out.width) * out.height, 255);
   if (board.named) {
-    cv::Mat drawn = matrix_of(out);
+    cv::Mat drawn = picture_matrix(out);
     self_->charuco->draw({out.width, out.height}, drawn, square);
     return out;
   }

@@ -8,8 +8,6 @@
 namespace polyhull::calibration {
 namespace {
 
-constexpr auto bad = Error::Kind::bad_input;
-
 // From the old world to one with these axes (unit vectors) and origin.
 Pose frame_of(const Vec3& x, const Vec3& y, const Vec3& origin) {
   const Mat3 R = glm::transpose(Mat3(x, y, glm::cross(x, y)));
@@ -21,7 +19,7 @@ Pose frame_of_board(const Calibration& c, std::size_t instant, double thickness)
     return view.instant == instant && c.adjusted.views[&view - c.take.views.data()].used;
   });
   if (!seen)
-    throw Error(bad,
+    throw Error(Error::Kind::bad_input,
                 "The floor's view '{}' fits no camera's others, or no camera saw the board in it.",
                 c.take.instants.at(instant));
   const Pose& board = c.adjusted.boards[instant];
@@ -31,7 +29,7 @@ Pose frame_of_board(const Calibration& c, std::size_t instant, double thickness)
 
 Pose frame_of_points(const Calibration& c, const std::vector<Vec3>& points) {
   if (points.size() < 3)
-    throw Error(bad, "The floor needs 3 points; {} were given.", points.size());
+    throw Error(Error::Kind::bad_input, "The floor needs 3 points; {} were given.", points.size());
   const Vec3 along = points[1] - points[0];
   // The plane's normal by Newell's method; for three points their cross product.
   Vec3 normal(0.0);
@@ -41,7 +39,8 @@ Pose frame_of_points(const Calibration& c, const std::vector<Vec3>& points) {
     reach = std::max(reach, glm::length(points[i] - points[0]));
   }
   if (!(glm::length(normal) > 1e-3 * reach * reach) || !(glm::length(along) > 0.0))
-    throw Error(bad, "The floor's points lie on a line; take three that span a triangle.");
+    throw Error(Error::Kind::bad_input,
+                "The floor's points lie on a line; take three that span a triangle.");
   Vec3 up = glm::normalize(normal);
   // Cameras stand above the floor.
   double height = 0.0;
@@ -83,7 +82,8 @@ Vec3 triangulate(const Rig& rig, const std::vector<std::pair<std::size_t, Vec2>>
     right += across * camera.centre();
   }
   if (seen.size() < 2 || !(std::abs(glm::determinant(normal)) > 1e-9))
-    throw Error(bad, "A point on the floor must be seen by two cameras from different sides.");
+    throw Error(Error::Kind::bad_input,
+                "A point on the floor must be seen by two cameras from different sides.");
   return glm::inverse(normal) * right;
 }
 

@@ -13,8 +13,6 @@
 namespace polyhull::calibration {
 namespace {
 
-constexpr auto bad = Error::Kind::bad_input;
-
 // More views make the start slower, not better: the adjustment takes all of them.
 constexpr std::size_t most_views = 20;
 
@@ -83,8 +81,8 @@ Zhang calibrate(const Take& take, std::size_t c, const std::vector<View>& views,
         translations, lens_sigma, pose_sigma, errors, flags,
         cv::TermCriteria(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 30, 1e-6));
   } catch (const cv::Exception& error) {
-    throw Error(bad, "The views of camera '{}' do not determine its lens ({}).", given.name,
-                error.err);
+    throw Error(Error::Kind::bad_input, "The views of camera '{}' do not determine its lens ({}).",
+                given.name, error.err);
   }
   Zhang out;
   out.camera.name = given.name;
@@ -118,7 +116,7 @@ void place_boards(const Take& take, const std::vector<View>& views, LensStart& s
 
 [[noreturn]] void refuse_parallel(const std::string& camera) {
   throw Error(
-      bad,
+      Error::Kind::bad_input,
       "The views of camera '{}' do not determine its focal length: the board stands parallel "
       "in all of them. Tilt it by 20 to 45 degrees, each time another way.",
       camera);
@@ -196,7 +194,7 @@ LensStart start_lens(const Take& take, std::size_t c, const std::vector<View>& v
     good = kept;
     if (good.size() < least_views)
       throw Error(
-          bad,
+          Error::Kind::bad_input,
           "The views of camera '{}' contradict each other: no lens explains more than {} of "
           "them.",
           given.name, good.size());

@@ -13,7 +13,6 @@ namespace polyhull::calibration {
 
 namespace {
 
-constexpr auto bad = Error::Kind::bad_input;
 constexpr double infinite = std::numeric_limits<double>::infinity();
 
 class Linker {
@@ -90,26 +89,26 @@ class Linker {
     if (shared == 0) {
       const bool few = 2 * std::ranges::count(placed, true) <= std::ssize(placed);
       throw Error(
-          bad,
+          Error::Kind::bad_input,
           "No view of the board connects {} with {}: hold it where one of the first and one "
           "of the others see it at the same instant.",
           names(placed, few), names(placed, !few));
     }
     if (agrees(from, to))
       throw Error(
-          bad,
+          Error::Kind::bad_input,
           "A board of {}x{} inner corners looks the same after half a turn, and the {} views "
           "that cameras '{}' and '{}' share do not tell which way round each saw it: take "
           "more of them, or a board with one row more.",
           take_.board.columns, take_.board.rows, shared, take_.cameras[from].name,
           take_.cameras[to].name);
     if (const std::optional<std::size_t> mirrored = find_mirrored(take_, starts_, {from, to}))
-      throw Error(bad,
+      throw Error(Error::Kind::bad_input,
                   "The pictures of camera '{}' look mirrored: reflected, they agree with the other "
                   "cameras. Switch off mirroring in the camera or recorder.",
                   take_.cameras[*mirrored].name);
     throw Error(
-        bad,
+        Error::Kind::bad_input,
         "Cameras '{}' and '{}' contradict each other: the board moves otherwise before the "
         "one than before the other ({:.0f} px in {} shared views). Are their pictures of the "
         "same instants, unmirrored, of one board, and did both cameras stand still?",

@@ -6,9 +6,9 @@
 namespace polyhull {
 namespace {
 
-constexpr int cells = 7;                  // along a side, the rim's included
-constexpr int smallest_subject = 24;      // pixels
-constexpr int cells_per_subject = 44;     // of the subject's height
+constexpr int cells = 7;               // along a side, the rim's included
+constexpr int smallest_subject = 24;   // pixels
+constexpr int cells_per_subject = 44;  // of the subject's height
 constexpr std::uint32_t always_white = 1u << 24;
 
 /// The 25 bits in the label's inside.

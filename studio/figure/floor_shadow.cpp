@@ -29,8 +29,8 @@ void smooth_axis(const std::vector<float>& in, std::vector<float>& out, int cell
   }
 }
 
-void smooth(std::vector<float>& map, std::vector<float>& scratch, int cells, int radius,
-            int passes) {
+void blur_map(std::vector<float>& map, std::vector<float>& scratch, int cells, int radius,
+              int passes) {
   for (int pass = 0; pass < passes; ++pass) {
     smooth_axis(map, scratch, cells, radius, true);
     smooth_axis(scratch, map, cells, radius, false);
@@ -74,9 +74,9 @@ FloorShadow::FloorShadow(const SubjectFrame& frame, const std::vector<std::uint3
   }
   // A tight part at the feet and a wide one around.
   std::vector<float> scratch(map_.size());
-  smooth(map_, scratch, cells, 1, 2);
+  blur_map(map_, scratch, cells, 1, 2);
   std::vector<float> wide = map_;
-  smooth(wide, scratch, cells, 6, 3);
+  blur_map(wide, scratch, cells, 6, 3);
   for (std::size_t i = 0; i < map_.size(); ++i)
     map_[i] = std::min(0.6f * map_[i] + 0.9f * wide[i], 1.0f);
 

@@ -16,11 +16,11 @@
 namespace polyhull {
 namespace {
 
-constexpr std::size_t samples = 10000;    // on each surface
-constexpr std::size_t points_each = 800;  // on each body, for what is seen
-constexpr double tolerance = 0.5;         // px, of the contours
-constexpr double least_step = 1.0;        // degrees from camera to camera
-constexpr int longest_side = 2048;        // px of simulated pictures
+constexpr std::size_t samples = 10000;         // on each surface
+constexpr std::size_t seen_points_each = 800;  // on each body, for what is seen
+constexpr double tolerance = 0.5;              // px, of the contours
+constexpr double least_step = 1.0;             // degrees from camera to camera
+constexpr int longest_side = 2048;             // px of simulated pictures
 
 std::vector<Rings> contours_of(const StageBody& body, const std::vector<Camera>& cameras) {
   std::vector<Rings> contours(cameras.size());
@@ -116,7 +116,7 @@ class Simulation {
 
 void count_seen(const std::vector<Camera>& cameras, const std::vector<StageBody>& bodies,
                 Forecast& forecast) {
-  const std::vector<SurfacePoint> points = surface_points(bodies, points_each);
+  const std::vector<SurfacePoint> points = surface_points(bodies, seen_points_each);
   const std::vector<Sight> sights = sights_of(cameras, bodies, points);
   Sight all = no_sight(points.size());
   for (const Sight& sight : sights) add(sight, all);

@@ -5,11 +5,7 @@
 #include <numbers>
 
 namespace polyhull {
-namespace {
-
-constexpr float pi = std::numbers::pi_v<float>;
-
-}  // namespace
+namespace {}  // namespace
 
 SceneMesh parallelogram(const std::string& name, int material, const Vec3f& corner, const Vec3f& a,
                         const Vec3f& b, const Vec2f& repeat) {
@@ -58,7 +54,8 @@ SceneMesh lathe(const std::string& name, int material, const Vec3f& foot,
     const auto row = static_cast<std::uint32_t>(mesh.positions.size());
     for (int k = 0; k <= segments; ++k) {
       const float turn = static_cast<float>(k) / static_cast<float>(segments);
-      const float c = std::cos(2.0f * pi * turn), s = -std::sin(2.0f * pi * turn);
+      const float c = std::cos(2.0f * std::numbers::pi_v<float> * turn),
+                  s = -std::sin(2.0f * std::numbers::pi_v<float> * turn);
       mesh.positions.push_back(foot + Vec3f(profile[i].x * c, profile[i].y, profile[i].x * s));
       mesh.normals.emplace_back(outward.x * c, outward.y, outward.x * s);
       mesh.texture_coordinates.emplace_back(turn, -length);
@@ -83,7 +80,8 @@ SceneMesh sphere(const std::string& name, int material, const Vec3f& centre, flo
   std::vector<Vec2f> profile;
   const int rows = segments / 2;
   for (int i = 0; i <= rows; ++i) {
-    const float angle = pi * (static_cast<float>(i) / static_cast<float>(rows) - 0.5f);
+    const float angle =
+        std::numbers::pi_v<float> * (static_cast<float>(i) / static_cast<float>(rows) - 0.5f);
     const bool pole = i == 0 || i == rows;
     profile.emplace_back(pole ? 0.0f : radius * std::cos(angle), radius * std::sin(angle));
   }

@@ -11,7 +11,7 @@ namespace polyhull::exported {
 namespace {
 
 // Always with an exponent: FileStorage reads what looks like a whole number as an int.
-std::string matrix(const char* name, int rows, std::span<const double> values) {
+std::string matrix_text(const char* name, int rows, std::span<const double> values) {
   std::string data;
   for (const double value : values)
     data += fmt::format("{}{:.16e}", data.empty() ? "" : ", ", value);
@@ -22,10 +22,11 @@ std::string matrix(const char* name, int rows, std::span<const double> values) {
 std::string text_of(const Camera& camera) {
   std::string text = fmt::format("%YAML:1.0\n---\nimage_width: {}\nimage_height: {}\n",
                                  camera.width, camera.height);
-  text += matrix("camera_matrix", 3, to_rows(camera.K));
-  if (!camera.distortion.empty()) text += matrix("distortion_coefficients", 1, camera.distortion);
-  text += matrix("R", 3, to_rows(camera.R));
-  text += matrix("T", 3, std::array{camera.t.x, camera.t.y, camera.t.z});
+  text += matrix_text("camera_matrix", 3, to_rows(camera.K));
+  if (!camera.distortion.empty())
+    text += matrix_text("distortion_coefficients", 1, camera.distortion);
+  text += matrix_text("R", 3, to_rows(camera.R));
+  text += matrix_text("T", 3, std::array{camera.t.x, camera.t.y, camera.t.z});
   return text;
 }
 

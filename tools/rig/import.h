@@ -5,12 +5,20 @@
 /// hold.
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <vector>
 
+#include "base/error.h"
 #include "rig/rig.h"
 
 namespace polyhull::import {
+
+/// Throws Error (bad_input): \p what is wrong with \p line (from 1) of \p file.
+[[noreturn]] inline void fail_at(const std::string& file, std::size_t line,
+                                 const std::string& what) {
+  throw Error(Error::Kind::bad_input, "{}, line {}: {}.", file, line, what);
+}
 
 /// What the files do not say.
 struct Options {

@@ -78,7 +78,7 @@ const std::vector<double>& get(const Variables& variables, const std::string& fi
   return found->second;
 }
 
-Camera read_camera(const std::string& file, const Options& options) {
+Camera read_bouguet_camera(const std::string& file, const Options& options) {
   const Variables variables = read_assignments(file);
   const auto number = [&](const std::string& name) { return get(variables, file, name, 1)[0]; };
   Camera camera;
@@ -117,7 +117,7 @@ Rig bouguet(const std::vector<std::string>& files, const Options& options) {
   Rig rig;
   const std::vector<std::string> names = names_of(files);
   for (std::size_t i = 0; i < files.size(); ++i) {
-    rig.cameras.push_back(read_camera(files[i], options));
+    rig.cameras.push_back(read_bouguet_camera(files[i], options));
     rig.cameras.back().name = names[i];
   }
   return parse_rig(rig_to_json(rig), files.front());

@@ -13,10 +13,6 @@
 namespace polyhull::import {
 namespace {
 
-[[noreturn]] void fail(const std::string& file, std::size_t line, const std::string& what) {
-  throw Error(Error::Kind::bad_input, "{}, line {}: {}.", file, line, what);
-}
-
 std::ifstream open_file(const std::string& path) {
   std::ifstream in(path);
   if (!in)
@@ -39,12 +35,14 @@ void set_model(Camera& camera, const std::string& model, const std::vector<doubl
                                                   {"OPENCV", 8},         {"FULL_OPENCV", 12}};
   const auto known = counts.find(model);
   if (known == counts.end())
-    fail(file, line,
-         fmt::format("camera model {} cannot be had in OpenCV's terms; undistort the pictures with "
-                     "COLMAP first",
-                     model));
+    fail_at(
+        file, line,
+        fmt::format("camera model {} cannot be had in OpenCV's terms; undistort the pictures with "
+                    "COLMAP first",
+                    model));
   if (p.size() != known->second)
-    fail(file, line, fmt::format("{} has {} parameters, found {}", model, known->second, p.size()));
+    fail_at(file, line,
+            fmt::format("{} has {} parameters, found {}", model, known->second, p.size()));
   const bool one_focal = model == "SIMPLE_PINHOLE" || model == "SIMPLE_RADIAL" || model == "RADIAL";
   camera.K = one_focal ? intrinsics(p[0], p[0], p[1], p[2]) : intrinsics(p[0], p[1], p[2], p[3]);
   if (model == "SIMPLE_RADIAL") camera.distortion = {p[3], 0, 0, 0};
@@ -66,7 +64,7 @@ std::map<int, Camera> read_cameras(const std::string& file) {
     Camera camera;
     if (line.empty() || line[0] == '#') continue;
     if (!(words >> id >> model >> camera.width >> camera.height))
-      fail(file, number, "expected: id model width height parameters");
+      fail_at(file, number, "expected: id model width height parameters");
     std::vector<double> parameters;
     for (double value; words >> value;) parameters.push_back(value);
     set_model(camera, model, parameters, file, number);
@@ -98,13 +96,13 @@ Rig colmap(const std::string& folder, const Options&) {
     Vec3 t;
     std::string name;
     if (!(words >> id >> w >> x >> y >> z >> t.x >> t.y >> t.z >> camera_id >> name))
-      fail(file, number, "expected: id qw qx qy qz tx ty tz camera name");
+      fail_at(file, number, "expected: id qw qx qy qz tx ty tz camera name");
     points_follow = true;
     const auto found = cameras.find(camera_id);
     if (found == cameras.end())
-      fail(file, number, fmt::format("camera {} is not in cameras.txt", camera_id));
+      fail_at(file, number, fmt::format("camera {} is not in cameras.txt", camera_id));
     const double size = w * w + x * x + y * y + z * z;
-    if (!(size > 0.0)) fail(file, number, "the rotation's quaternion is zero");
+    if (!(size > 0.0)) fail_at(file, number, "the rotation's quaternion is zero");
     const double s = 2.0 / size;
     Camera& camera = rig.cameras.emplace_back(found->second);
     camera.name = name_of_file(std::filesystem::path(name).stem().string());

@@ -124,7 +124,7 @@ void set_intrinsics(Camera& camera, const File& file, Names matrix_name, Names d
     camera.distortion.pop_back();
 }
 
-Camera read_camera(const std::string& path, const Options& options) {
+Camera read_opencv_camera(const std::string& path, const Options& options) {
   const File file(path);
   Camera camera;
   set_size(camera, file, options);
@@ -157,7 +157,7 @@ Rig opencv(const std::vector<std::string>& files, const Options& options) {
   } else {
     const std::vector<std::string> names = names_of(files);
     for (std::size_t i = 0; i < files.size(); ++i) {
-      rig.cameras.push_back(read_camera(files[i], options));
+      rig.cameras.push_back(read_opencv_camera(files[i], options));
       rig.cameras.back().name = names[i];
     }
   }

@@ -17,10 +17,6 @@
 namespace polyhull::import {
 namespace {
 
-[[noreturn]] void fail(const std::string& file, std::size_t line, const std::string& what) {
-  throw Error(Error::Kind::bad_input, "{}, line {}: {}.", file, line, what);
-}
-
 struct Line {
   std::size_t number;
   std::vector<std::string> words;
@@ -50,36 +46,36 @@ bool is_number(const std::string& word) {
 }
 
 double number(const std::string& file, std::size_t line, const std::string& word) {
-  if (!is_number(word)) fail(file, line, fmt::format("'{}' is not a number", word));
+  if (!is_number(word)) fail_at(file, line, fmt::format("'{}' is not a number", word));
   const double value = std::strtod(word.c_str(), nullptr);
-  if (!std::isfinite(value)) fail(file, line, fmt::format("'{}' is not finite", word));
+  if (!std::isfinite(value)) fail_at(file, line, fmt::format("'{}' is not finite", word));
   return value;
 }
 
 std::vector<double> numbers(const std::string& file, const Line& line, std::size_t first,
                             std::size_t count) {
   if (line.words.size() != first + count)
-    fail(file, line.number,
-         fmt::format("expected {} numbers, found {}", count,
-                     line.words.size() - std::min(first, line.words.size())));
+    fail_at(file, line.number,
+            fmt::format("expected {} numbers, found {}", count,
+                        line.words.size() - std::min(first, line.words.size())));
   std::vector<double> result;
   for (std::size_t i = first; i < line.words.size(); ++i)
     result.push_back(number(file, line.number, line.words[i]));
   return result;
 }
 
-Mat3 matrix(const std::vector<double>& values, std::size_t first) {
+Mat3 matrix_at(const std::vector<double>& values, std::size_t first) {
   std::array<double, 9> rows;
   std::copy_n(values.begin() + first, 9, rows.begin());
   return from_rows(rows);
 }
 
-Vec3 vector(const std::vector<double>& values, std::size_t first) {
+Vec3 vector_at(const std::vector<double>& values, std::size_t first) {
   return {values[first], values[first + 1], values[first + 2]};
 }
 
-void set_size(Camera& camera, const Options& options, const std::string& file,
-              const std::string& picture) {
+void set_picture_size(Camera& camera, const Options& options, const std::string& file,
+                      const std::string& picture) {
   camera.width = options.width;
   camera.height = options.height;
   if (camera.width > 0) return;
@@ -136,22 +132,23 @@ Mat3 rotation_of(const Vec3& v) {
 Rig middlebury(const std::string& file, const Options& options) {
   const std::vector<Line> lines = read_lines(file);
   if (lines.empty() || lines[0].words.size() != 1 || !is_number(lines[0].words[0]))
-    fail(file, 1, "a Middlebury file starts with the number of its cameras");
+    fail_at(file, 1, "a Middlebury file starts with the number of its cameras");
   Rig rig;
   for (std::size_t i = 1; i < lines.size(); ++i) {
     const std::vector<double> values = numbers(file, lines[i], 1, 21);
     Camera& camera = rig.cameras.emplace_back();
     const std::string& picture = lines[i].words[0];
     camera.name = std::filesystem::path(picture).stem().string();
-    set_size(camera, options, file, picture);
-    camera.K = matrix(values, 0);
-    camera.R = matrix(values, 9);
-    camera.t = vector(values, 18);
+    set_picture_size(camera, options, file, picture);
+    camera.K = matrix_at(values, 0);
+    camera.R = matrix_at(values, 9);
+    camera.t = vector_at(values, 18);
   }
   const double promised = number(file, lines[0].number, lines[0].words[0]);
   if (promised != static_cast<double>(rig.cameras.size()))
-    fail(file, lines[0].number,
-         fmt::format("it promises {} cameras and holds {}", lines[0].words[0], rig.cameras.size()));
+    fail_at(
+        file, lines[0].number,
+        fmt::format("it promises {} cameras and holds {}", lines[0].words[0], rig.cameras.size()));
   return finish(std::move(rig), file);
 }
 
@@ -163,13 +160,13 @@ Rig projection_matrices(const std::vector<std::string>& files, const Options& op
     for (const Line& line : read_lines(file)) {
       if (!is_number(line.words[0])) continue;  // CONTOUR and the like
       if (line.words.size() != 4 && line.words.size() != 12)
-        fail(file, line.number,
-             fmt::format("a projection matrix has 12 numbers on one line or 4 on each of three "
-                         "lines; found {}",
-                         line.words.size()));
+        fail_at(file, line.number,
+                fmt::format("a projection matrix has 12 numbers on one line or 4 on each of three "
+                            "lines; found {}",
+                            line.words.size()));
       if (row.empty()) places.push_back(file + ", line " + std::to_string(line.number));
       for (const std::string& word : line.words) row.push_back(number(file, line.number, word));
-      if (row.size() > 12) fail(file, line.number, "a projection matrix is cut short before it");
+      if (row.size() > 12) fail_at(file, line.number, "a projection matrix is cut short before it");
       if (row.size() < 12) continue;
       ProjectionMatrix& P = matrices.emplace_back();
       for (int i = 0; i < 12; ++i) P[i / 4][i % 4] = row[i];
@@ -189,7 +186,7 @@ Rig projection_matrices(const std::vector<std::string>& files, const Options& op
     Camera& camera = rig.cameras.emplace_back();
     camera.name =
         files.size() == matrices.size() && files.size() > 1 ? names[i] : numbered(options, i);
-    set_size(camera, options, files.front(), "");
+    set_picture_size(camera, options, files.front(), "");
     set_projection(camera, matrices[i], focus, places[i]);
   }
   return finish(std::move(rig), files.front());
@@ -201,11 +198,11 @@ Rig text(const std::string& file, const Options& options) {
     const std::vector<double> values = numbers(file, line, 1, 26);
     Camera& camera = rig.cameras.emplace_back();
     camera.name = line.words[0];
-    set_size(camera, options, file, "");
-    camera.K = matrix(values, 0);
+    set_picture_size(camera, options, file, "");
+    camera.K = matrix_at(values, 0);
     camera.distortion.assign(values.begin() + 9, values.begin() + 14);
-    camera.R = matrix(values, 14);
-    camera.t = vector(values, 23);
+    camera.R = matrix_at(values, 14);
+    camera.t = vector_at(values, 23);
   }
   return finish(std::move(rig), file);
 }

@@ -20,7 +20,7 @@ Point operator-(const Point& a, const Point& b) {
   return {a.x - b.x, a.y - b.y};
 }
 /// Coordinates are below 2^31, differences below 2^32.
-Int128 cross(const Point& a, const Point& b) {
+Int128 exact_cross(const Point& a, const Point& b) {
   return static_cast<Int128>(a.x) * b.y - static_cast<Int128>(a.y) * b.x;
 }
 Int128 dot(const Point& a, const Point& b) {
@@ -50,7 +50,7 @@ bool near(const Point& p, const Segment& s) {
   const Int128 along = dot(d, e), length = dot(d, d);
   if (along < 0) return 2 * dot(e, e) < 1;
   if (along > length) return p == s.b;
-  const double off = static_cast<double>(cross(d, e));
+  const double off = static_cast<double>(exact_cross(d, e));
   return 2 * off * off < static_cast<double>(length);
 }
 
@@ -78,8 +78,8 @@ bool split(std::vector<Segment>& segments) {
         if (p != t.a && p != t.b && near(p, t)) at(k, p), touched = true;
       if (touched) continue;
       const Point d = s.b - s.a, e = t.b - t.a;
-      const Int128 s0 = cross(d, t.a - s.a), s1 = cross(d, t.b - s.a);
-      const Int128 t0 = cross(e, s.a - t.a), t1 = cross(e, s.b - t.a);
+      const Int128 s0 = exact_cross(d, t.a - s.a), s1 = exact_cross(d, t.b - s.a);
+      const Int128 t0 = exact_cross(e, s.a - t.a), t1 = exact_cross(e, s.b - t.a);
       if (sign(s0) * sign(s1) >= 0 || sign(t0) * sign(t1) >= 0) continue;
       const double f = static_cast<double>(t0) / static_cast<double>(t0 - t1);
       const Point p{s.a.x + std::llrint(f * static_cast<double>(d.x)),
@@ -181,11 +181,11 @@ struct Arc {
 /// Whether direction p comes before q when turning clockwise from \p base.
 bool clockwise_before(const Point& base, const Point& p, const Point& q) {
   const auto half = [&](const Point& d) {
-    const int s = sign(cross(base, d));
+    const int s = sign(exact_cross(base, d));
     return s < 0 ? 0 : s == 0 ? 1 : 2;
   };
   const int a = half(p), b = half(q);
-  return a != b ? a < b : cross(p, q) < 0;
+  return a != b ? a < b : exact_cross(p, q) < 0;
 }
 
 std::uint64_t point_key(const Point& p) {

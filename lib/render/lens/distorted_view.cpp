@@ -28,7 +28,7 @@ const lens::ResampleLoops& loops() {
 #endif
 }
 
-void check(const Camera& camera) {
+void check_viewport(const Camera& camera) {
   bool usable = camera.width > 0 && camera.height > 0;
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) usable = usable && std::isfinite(camera.K[i][j]);
@@ -126,7 +126,7 @@ DistortedView::Grid DistortedView::grid_of(int width, int height, const Map& map
 bool DistortedView::set(const Camera& viewport) {
   // Most viewports have no lens, and cost nothing.
   if (viewport.distortion.empty()) return active_ = false;
-  check(viewport);
+  check_viewport(viewport);
   if (!Distortion(viewport).active()) return active_ = false;
   const bool same = active_ && viewport.K == viewport_.K && viewport.width == viewport_.width &&
                     viewport.height == viewport_.height &&

@@ -4,10 +4,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/nanoseconds.h"
+
 namespace polyhull {
 namespace {
 
-constexpr std::int64_t second = 1'000'000'000;
 constexpr std::int64_t window = second / 2;
 constexpr std::int64_t shortest_wait = 2 * second;
 constexpr std::int64_t longest_wait = 64 * second;

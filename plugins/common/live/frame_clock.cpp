@@ -8,7 +8,8 @@
 namespace polyhull::element {
 namespace {
 
-constexpr std::int64_t steady = 5'000'000;  // changes of latency below it are not worth a message
+constexpr std::int64_t least_change =
+    5'000'000;  // changes of latency below it are not worth a message
 
 }  // namespace
 
@@ -118,7 +119,7 @@ void FrameClock::report(std::int64_t now, std::int64_t late) {
     const std::scoped_lock lock(mutex_);
     if (!unsynced_ && clock_.now() != no_time) lateness_.add(now, std::max<std::int64_t>(late, 0));
     const std::int64_t latency = lateness_.largest(now).value_or(0);
-    changed = std::abs(latency - reported_) > steady;
+    changed = std::abs(latency - reported_) > least_change;
     if (changed) reported_ = latency;
   }
   if (changed)

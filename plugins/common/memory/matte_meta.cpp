@@ -15,7 +15,7 @@ struct MatteMeta {
   std::uint64_t stamp;   // write_stamp() of the buffer when it was attached
 };
 
-GType api_type() {
+GType matte_api_type() {
   static const GType type = [] {
     static const gchar* tags[] = {GST_META_TAG_VIDEO_STR,
                                   GST_META_TAG_VIDEO_SIZE_STR,
@@ -28,43 +28,44 @@ GType api_type() {
   return type;
 }
 
-gboolean initialise(GstMeta* meta, gpointer, GstBuffer*) {
+gboolean initialise_matte(GstMeta* meta, gpointer, GstBuffer*) {
   new (&reinterpret_cast<MatteMeta*>(meta)->content) MatteContent;
   return TRUE;
 }
 
-void free_content(GstMeta* meta, GstBuffer*) {
+void free_matte(GstMeta* meta, GstBuffer*) {
   reinterpret_cast<MatteMeta*>(meta)->content.~MatteContent();
 }
 
-gboolean transform(GstBuffer* target, GstMeta* meta, GstBuffer*, GQuark type, gpointer data) {
+gboolean transform_matte(GstBuffer* target, GstMeta* meta, GstBuffer*, GQuark type, gpointer data) {
   if (!GST_META_TRANSFORM_IS_COPY(type)) return FALSE;
   const auto* copy = static_cast<GstMetaTransformCopy*>(data);
   if (copy->region) return FALSE;
   // With the stamp of the memory it was made for: only a buffer of that memory has it.
   const auto* matte = reinterpret_cast<MatteMeta*>(meta);
   set_matte(target, matte->content);
-  reinterpret_cast<MatteMeta*>(gst_buffer_get_meta(target, api_type()))->stamp = matte->stamp;
+  reinterpret_cast<MatteMeta*>(gst_buffer_get_meta(target, matte_api_type()))->stamp = matte->stamp;
   return TRUE;
 }
 
-const GstMetaInfo* meta_info() {
-  static const GstMetaInfo* const info = gst_meta_register(
-      api_type(), "PolyhullMatteMeta", sizeof(MatteMeta), initialise, free_content, transform);
+const GstMetaInfo* matte_meta_info() {
+  static const GstMetaInfo* const info =
+      gst_meta_register(matte_api_type(), "PolyhullMatteMeta", sizeof(MatteMeta), initialise_matte,
+                        free_matte, transform_matte);
   return info;
 }
 
 }  // namespace
 
 void set_matte(GstBuffer* buffer, MatteContent content) {
-  GstMeta* meta = gst_buffer_get_meta(buffer, api_type());
-  if (meta == nullptr) meta = gst_buffer_add_meta(buffer, meta_info(), nullptr);
+  GstMeta* meta = gst_buffer_get_meta(buffer, matte_api_type());
+  if (meta == nullptr) meta = gst_buffer_add_meta(buffer, matte_meta_info(), nullptr);
   reinterpret_cast<MatteMeta*>(meta)->content = std::move(content);
   reinterpret_cast<MatteMeta*>(meta)->stamp = write_stamp(buffer);
 }
 
 bool is_unwritten(GstBuffer* buffer) {
-  const GstMeta* meta = gst_buffer_get_meta(buffer, api_type());
+  const GstMeta* meta = gst_buffer_get_meta(buffer, matte_api_type());
   if (meta == nullptr) return false;
   const std::uint64_t stamp = reinterpret_cast<const MatteMeta*>(meta)->stamp;
   return stamp != 0 && stamp == write_stamp(buffer);
@@ -78,7 +79,7 @@ AlphaView alpha_of(const GstVideoFrame& frame) {
 }
 
 const MatteContent* attached_matte(GstBuffer* buffer, const AlphaView& alpha, bool unwritten) {
-  GstMeta* meta = gst_buffer_get_meta(buffer, api_type());
+  GstMeta* meta = gst_buffer_get_meta(buffer, matte_api_type());
   if (meta == nullptr) return nullptr;
   const MatteContent& content = reinterpret_cast<MatteMeta*>(meta)->content;
   const auto fits = [&](const auto& plane) {

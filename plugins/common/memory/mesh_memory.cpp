@@ -68,7 +68,7 @@ gpointer map_pixels(GstMemory* memory, gsize, GstMapFlags) {
 
 /// A part of the bytes, which keeps the whole.
 template <auto map>
-GstMemory* share(GstMemory* memory, gssize offset, gssize size) {
+GstMemory* share_mapped(GstMemory* memory, gssize offset, gssize size) {
   gpointer data = map(memory, 0, GST_MAP_READ);
   if (data == nullptr) return nullptr;
   const gsize begin = memory->offset + static_cast<gsize>(offset);
@@ -96,7 +96,7 @@ struct LazyAllocator {
     allocator->mem_type = std::is_same_v<Held, MeshMemory> ? memory_type : pixels_type;
     allocator->mem_map = map;
     allocator->mem_unmap = unmap;
-    allocator->mem_share = share<map>;
+    allocator->mem_share = share_mapped<map>;
     GST_OBJECT_FLAG_SET(allocator, GST_ALLOCATOR_FLAG_CUSTOM_ALLOC);
   }
 };

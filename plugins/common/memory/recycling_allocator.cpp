@@ -89,7 +89,7 @@ void release(GstAllocator* allocator, GstMemory* memory) {
   if (dropped != nullptr) destroy(dropped);
 }
 
-gpointer map(GstMemory* memory, gsize, GstMapFlags flags) {
+gpointer map_block(GstMemory* memory, gsize, GstMapFlags flags) {
   static std::atomic<std::uint64_t> last{0};
   auto* block = reinterpret_cast<Block*>(memory);
   // Whoever reads the stamp got the memory after it was unmapped, by a pad or a queue.
@@ -98,7 +98,7 @@ gpointer map(GstMemory* memory, gsize, GstMapFlags flags) {
   return block->data;
 }
 
-void unmap(GstMemory*) {}
+void unmap_block(GstMemory*) {}
 
 GstMemory* share(GstMemory* memory, gssize offset, gssize size) {
   auto* block = reinterpret_cast<Block*>(memory);
@@ -117,8 +117,8 @@ GstMemory* share(GstMemory* memory, gssize offset, gssize size) {
 RecyclingAllocator::RecyclingAllocator(gpointer object) {
   auto* allocator = GST_ALLOCATOR_CAST(object);
   allocator->mem_type = "polyhull-recycled";
-  allocator->mem_map = map;
-  allocator->mem_unmap = unmap;
+  allocator->mem_map = map_block;
+  allocator->mem_unmap = unmap_block;
   allocator->mem_share = share;
   // Only make_recycling_allocator() hands these out, gst_allocator_alloc() works on them as usual.
   GST_OBJECT_FLAG_UNSET(allocator, GST_ALLOCATOR_FLAG_CUSTOM_ALLOC);
