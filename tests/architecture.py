@@ -36,7 +36,7 @@ def check_rows(page):
     rows = re.findall(r"^\| `((?:lib|studio)/[\w/]+)` \|[^|]*\|([^|]*)\|$", page, re.M)
     allowed = {name: {item.strip() for item in items.split(",") if item.strip()} for name, items in rows}
     folders = {str(path.relative_to(ROOT)) for top in ("lib", "studio") for path in (ROOT / top).rglob("*")
-               if path.is_dir() and any(child.suffix in SOURCES for child in path.iterdir())}
+               if path.is_dir() and path.name != "precompiled" and any(child.suffix in SOURCES for child in path.iterdir())}
     for name in sorted(folders ^ allowed.keys()):
         problems.append(f"{name} is {'not on the page' if name in folders else 'on the page, but there is no such folder'}")
     for name in sorted(folders & allowed.keys()):
@@ -46,6 +46,36 @@ def check_rows(page):
             problems.append(f"{uses[room]} includes {room}, which the row of {name} does not allow")
         for room in sorted(allowed[name] - uses.keys()):
             problems.append(f"{name} no longer includes {room}: take it out of its row")
+    return problems
+
+
+def unnamed(source):
+    """Names of functions, types and values in a source's unnamed namespaces."""
+    names, depth = set(), False
+    for line in source.read_text().splitlines():
+        if line.startswith("namespace {"):
+            depth = True
+        elif line.startswith("}  // namespace"):
+            depth = False
+        elif depth and (found := re.match(r"(?:struct|class|enum class) (\w+)|[a-zA-Z][^=;()]*?[ &*>](\w+)(?:\(|\[| = |\{|;)", line)):
+            if not line.startswith(("return", "template", "using ", "}")):
+                names.add(found[1] or found[2])
+    return names
+
+
+def check_units():
+    """The sources of a folder are compiled together: a name that two of them use might find the other's overload."""
+    problems = []
+    for top in ("lib", "studio", "plugins", "tools/rig"):
+        for folder in sorted(path for path in [ROOT / top, *(ROOT / top).rglob("*")] if path.is_dir()):
+            seen = {}
+            for source in sorted(folder.glob("*.cpp")):
+                if source.name == "figure_skin_writer.cpp" or re.search(r"_(plain|baseline|avx2|avx512)\.cpp$", source.name):
+                    continue
+                for name in sorted(unnamed(source)):
+                    if name in seen:
+                        problems.append(f"{source.relative_to(ROOT)} and {seen[name]} both have their own {name}")
+                    seen.setdefault(name, source.name)
     return problems
 
 
@@ -83,7 +113,7 @@ def check_names(page):
 
 def main():
     page = (ROOT / "docs" / "architecture.md").read_text()
-    problems = check_rows(page) + check_plugins() + check_names(page)
+    problems = check_rows(page) + check_plugins() + check_units() + check_names(page)
     for folder in {path.parent for top in ("lib", "studio", "plugins", "tools") for path in (ROOT / top).rglob("*.cpp")}:
         count = sum(child.suffix in SOURCES for child in folder.iterdir())
         if count > 26:

@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
 """Whether each file includes what it needs: a header compiles with nothing before it, a source without the build's
-precompiled header. NAME.cpp includes NAME.h first, so that compiling the source shows both. Compiled here, for their
-syntax and with the flags of the build folder, are the headers that have no such source and what the working tree or
-the last commit changed; with --all every source, too. What was good is not compiled again before its text, or that
+precompiled header and without the other sources of its unit. NAME.cpp includes NAME.h first, so that compiling the
+source shows both. Compiled here, for their syntax and with the flags of the build folder, are the headers that have
+no such source and what the working tree or the last commit changed; with --all, or POLYHULL_LONG=1, every source,
+too. What was good is not compiled again before its text, or that
 of a file that it includes, changes.
 
 usage: includes.py BUILD-FOLDER [--all] [--jobs N]"""
@@ -26,6 +27,11 @@ INCLUDE = re.compile(rb'^[ \t]*#[ \t]*include[ \t]*(?:<[^>]+>|"([^"]+)")', re.M)
 NO_FLAG = re.compile(r"-(M|W|O|g|o$|c$|include$|fpch|fdiagnostics|fsanitize)|.*\.(o|d|cpp|pch|gch)$|ccache$")
 
 
+@functools.cache
+def text_of(path):
+    return path.read_bytes()
+
+
 def git(*arguments):
     result = subprocess.run(["git", "-C", ROOT, *arguments], capture_output=True, text=True)
     return result.stdout.split() if result.returncode == 0 else []
@@ -38,7 +44,11 @@ def commands_of(build):
         words = shlex.split(entry["command"])
         flags = [word for before, word in zip([""] + words, words)
                  if not NO_FLAG.match(word) and before not in ("-o", "-MF", "-MQ", "-include")]
-        found[pathlib.Path(os.path.normpath(build / entry["file"]))] = tuple(flags)
+        source = pathlib.Path(os.path.normpath(build / entry["file"]))
+        # A unit includes the sources of a folder.
+        parts = [name.decode() for name in INCLUDE.findall(text_of(source))] if source.name.startswith("unit_") else []
+        for path in [ROOT / "lib" / name if (ROOT / "lib" / name).exists() else ROOT / name for name in parts] or [source]:
+            found[path] = tuple(flags)
     return found
 
 
@@ -50,11 +60,6 @@ def headers_with_flags(commands, headers):
             by_folder[folder][flags] += 1
     return {header: by_folder[next(folder for folder in header.parents if by_folder[folder])].most_common(1)[0][0]
             for header in headers}
-
-
-@functools.cache
-def text_of(path):
-    return path.read_bytes()
 
 
 def included_by(path, flags, build):
@@ -112,7 +117,8 @@ def main():
     changed = {ROOT / name for name in git("diff", "--name-only", "HEAD^") + git("ls-files", "-o", "--exclude-standard")}
     files = headers_with_flags(commands, [h for h in headers if h in changed or not own_header_first(h)])
     files |= {source: flags for source, flags in commands.items()
-              if ROOT in source.parents and source.suffix == ".cpp" and (options.all or source in changed)}
+              if ROOT in source.parents and build not in source.parents and source.suffix == ".cpp"
+              and (options.all or "POLYHULL_LONG" in os.environ or source in changed)}
     stamps = {path: stamp_of(path, flags, build) for path, flags in files.items()}
     remembered = build / "includes-good.txt"
     good = set(remembered.read_text().split()) if remembered.exists() else set()

@@ -100,7 +100,7 @@ if [ -e "$copy" ]; then
 else
   git -C "$polyhull_source" worktree add --quiet --detach "$copy" "$commit"
 fi
-[ -f "$build/build.ninja" ] || meson setup "$build" "$copy" -Dtests=true > /dev/null
+[ -f "$build/build.ninja" ] || polyhull_configure "$build" --buildtype=release -Dtests=true
 trap 'git -C "$copy" checkout --quiet -- .' EXIT
 
 # run_tests TEST...: 0 where all pass, 125 where something does not build. Builds what these need.

@@ -79,7 +79,7 @@ expect 0 'clock \[fd00::1\]:7480 videotestsrc' \
 expect 1 "say which with --trigger" pipelines/cameras-aravis.sh --rig "$rig" --cameras "cam0=a cam1=b" --pulses /dev/ttyS0
 expect 1 "there is no device /no/camera" pipelines/cameras-v4l2.sh --rig "$rig" --cameras "cam0=/no/camera cam1=/no/other"
 
-# The pipelines build a release, in a folder that the tests' build does not share.
+# The pipelines build a release.
 stubs=$(mktemp -d)
 trap 'rm -rf "$stubs"' EXIT
 for tool in meson ninja; do

@@ -82,9 +82,8 @@ void run_all(const Options& options) {
   const char* data = std::getenv("POLYHULL_DATA");
   std::vector<Body> bodies = study_bodies(data ? data : "");
   std::erase_if(bodies, [&](const Body& body) {
-    return !options.scenes.empty() &&
-           std::find(options.scenes.begin(), options.scenes.end(), body.name) ==
-               options.scenes.end();
+    return !options.scenes.empty() && std::find(options.scenes.begin(), options.scenes.end(),
+                                                body.name) == options.scenes.end();
   });
   std::vector<Method> methods = benchmark::body_methods(2);
   std::erase_if(methods, [&](const Method& m) { return m.name != options.method; });

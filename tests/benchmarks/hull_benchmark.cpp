@@ -224,7 +224,8 @@ void measure_steady_state(const Arguments& arguments) {
 }  // namespace polyhull::test
 
 int main(int argc, char** argv) {
-  polyhull::CommandLine command("hull_benchmark", "Times HullBuilder and its peers and writes CSV tables.");
+  polyhull::CommandLine command("hull_benchmark",
+                                "Times HullBuilder and its peers and writes CSV tables.");
   polyhull::test::Arguments arguments;
   const char* data = std::getenv("POLYHULL_DATA");
   arguments.data = data ? data : "";

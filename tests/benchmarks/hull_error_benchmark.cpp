@@ -156,8 +156,9 @@ class Study {
 }  // namespace polyhull::test
 
 int main(int argc, char** argv) {
-  polyhull::CommandLine command("hull_error_benchmark",
-                      "Measures the hull's error against its time and writes hull_error.csv.");
+  polyhull::CommandLine command(
+      "hull_error_benchmark",
+      "Measures the hull's error against its time and writes hull_error.csv.");
   const char* data = std::getenv("POLYHULL_DATA");
   std::string body = std::string(data ? data : "") + "/meshes/makehuman_body_metres.obj",
               output = ".";

@@ -66,8 +66,7 @@ int main(int argc, char** argv) {
       const Times one = measure(hull, rig.cameras, 1, rounds);
       table.row("%s,%zu,%d,%.2f,%.2f,%.2f,%.2f,%.2f,%.1f,%.3f", dense ? "body" : "hull",
                 hull.triangles.size() / 3, count, two.wall, two.processor, one.processor,
-                one.visibility, one.weights,
-                100.0 * sampled / pieces, 100.0 * agreed);
+                one.visibility, one.weights, 100.0 * sampled / pieces, 100.0 * agreed);
     }
   }
   return 0;

@@ -7,6 +7,7 @@
 #include "base/thread_pool.h"
 #include "raytrace/ray_caster.h"
 #include "studio/figure/figure.h"
+#include "studio/figure/figure_skin.h"
 
 namespace polyhull::test {
 namespace {
@@ -27,7 +28,7 @@ bool in_frame(const Camera& camera, const Vec3& point) {
 }  // namespace
 
 Hull dense_body() {
-  const Figure figure(0.0213f);
+  const Figure figure(make_figure_skin(0.0213f));
   SubjectFrame frame;
   figure.pose(3.0, frame);
   Hull hull;

@@ -28,7 +28,7 @@ std::string all_of(const std::vector<std::string>& warnings) {
 
 // The true mattes or the pictures of all cameras of a rig at one instant, as files.
 std::vector<std::string> files_of(const Rig& rig, double seconds, bool coloured) {
-  static const auto figure = std::make_shared<Figure>();
+  static const auto figure = open_subject("figure");
   const auto folder = std::filesystem::temp_directory_path() / "polyhull_rig_pictures";
   std::filesystem::create_directories(folder);
   std::vector<std::string> files;

@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// As plugins/precompiled/headers.h, for the tests of elements.
+#include <fstream>
+#include <iostream>
+#include <random>
+#include <sstream>
+#include <thread>
+
+#include "lib/precompiled/headers.h"
+// Defines the macro fail, so after the standard library.
+#include <gst/check/gstcheck.h>
+#include <gst/check/gstharness.h>
+#include <gst/gst.h>
+#include <gst/video/video.h>
