@@ -3,7 +3,7 @@
 # missing and builds polyhull. A second call finds nothing to do and says so.
 
 polyhull_source=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
-# Of the pipelines' own: tests/run.sh builds with assertions, in a folder of its own.
+# POLYHULL_BUILD_DIR names another build folder, which is used as it is.
 polyhull_build=${POLYHULL_BUILD_DIR:-$polyhull_source/build-release}
 # An installed copy has no sources beside it: its elements and tools are where GStreamer and PATH look,
 # and it writes below the folder it is called from.
@@ -26,18 +26,24 @@ polyhull_help() {
   done
 }
 
-polyhull_packages_build=(
-  g++ meson ninja-build pkg-config python3
-  libgstreamer1.0-dev libgstreamer-plugins-base1.0-dev libgstreamer-plugins-bad1.0-dev
+# For the elements, the tools that they need, and a film of them.
+polyhull_packages_demo=(
+  g++ meson ninja-build mold pkg-config python3
+  libgstreamer1.0-dev libgstreamer-plugins-base1.0-dev
   libepoxy-dev libegl-dev libfmt-dev libglm-dev libembree-dev libstb-dev
   libtinygltf-dev libtinyobjloader-dev nlohmann-json3-dev libflatbuffers-dev flatbuffers-compiler
-  libcli11-dev libpcap-dev libopencv-dev libopencv-contrib-dev libceres-dev libyaml-cpp-dev libsqlite3-dev liblz4-dev libzstd-dev
+  libcli11-dev libpcap-dev libopencv-imgproc-dev libsqlite3-dev liblz4-dev libzstd-dev
   libturbojpeg0-dev libvpx-dev libyuv-dev
+  gstreamer1.0-tools gstreamer1.0-plugins-base gstreamer1.0-plugins-good gstreamer1.0-plugins-ugly
+  gstreamer1.0-gl libgl1-mesa-dri libegl1
 )
+# For all else that is built.
+polyhull_packages_build=(
+  "${polyhull_packages_demo[@]}" libopencv-dev libopencv-contrib-dev libceres-dev libyaml-cpp-dev
+)
+# For cameras, files, displays and networks of all kinds.
 polyhull_packages_run=(
-  gstreamer1.0-tools gstreamer1.0-plugins-base gstreamer1.0-plugins-good gstreamer1.0-plugins-bad
-  gstreamer1.0-plugins-ugly gstreamer1.0-libav gstreamer1.0-gl gstreamer1.0-x libgl1-mesa-dri libegl1
-  glib-networking openssl
+  gstreamer1.0-plugins-bad gstreamer1.0-libav gstreamer1.0-x glib-networking openssl
 )
 polyhull_packages_test=(
   libgtest-dev libgmp-dev libcgal-dev python3-gi gir1.2-gstreamer-1.0 gir1.2-gst-plugins-base-1.0
@@ -66,38 +72,36 @@ polyhull_install() {
     apt-get install -y -q --no-install-recommends "${missing[@]}"
 }
 
+# Where ccache is installed, meson uses it. What it keeps fits every clone: paths count from the build
+# folder, and precompiled headers are told apart by what is in them.
+export CCACHE_NOHASHDIR=1 CCACHE_BASEDIR=${CCACHE_BASEDIR:-$polyhull_source}
+export CCACHE_SLOPPINESS=${CCACHE_SLOPPINESS:-pch_defines,time_macros,include_file_mtime,include_file_ctime}
+
 # polyhull_configure DIRECTORY [MESON OPTION...]: makes DIRECTORY a build folder with these options.
 polyhull_configure() {
   local directory=$1
   shift
   if [ ! -f "$directory/build.ninja" ]; then
     say "configuring $directory"
+    if command -v mold >/dev/null; then export CXX_LD=${CXX_LD:-mold}; fi
     meson setup "$directory" "$polyhull_source" "$@"
   else
     meson configure "$directory" "$@" >/dev/null
   fi
 }
 
-# polyhull_compile DIRECTORY [MESON OPTION...]: configures DIRECTORY with these options and builds
-# everything that changed.
-polyhull_compile() {
+# polyhull_build_targets TARGET...: builds these in $polyhull_build, without assertions, -O3 where a
+# benchmark asks for it. The tests use the same folder: what is built is built once.
+polyhull_build_targets() {
   $polyhull_installed && return
-  polyhull_configure "$@"
-  local directory=$1
-  say "building $directory (nothing to do where nothing changed)"
-  ninja -C "$directory"
+  [ -f "$polyhull_build/build.ninja" ] ||
+    polyhull_configure "$polyhull_build" --buildtype=release -Dtests=false
+  say "building $* (nothing to do where nothing changed)"
+  ninja -C "$polyhull_build" "$@"
 }
 
-# polyhull_programs: builds the plugin and the tools only, as fast as they go and without assertions.
-polyhull_programs() {
-  $polyhull_installed && return
-  if [ ! -f "$polyhull_build/build.ninja" ]; then
-    say "configuring $polyhull_build"
-    meson setup "$polyhull_build" "$polyhull_source" --buildtype=release -Dtests=false
-  fi
-  say "building the plugin and the tools (nothing to do where nothing changed)"
-  ninja -C "$polyhull_build" programs
-}
+# polyhull_programs: builds the plugin and the tools.
+polyhull_programs() { polyhull_build_targets programs; }
 
 # polyhull_environment: the tools and elements of the build tree, for what is run after it.
 polyhull_environment() {
