@@ -47,7 +47,7 @@ polyhull_packages_run=(
 )
 polyhull_packages_test=(
   libgtest-dev libgmp-dev libcgal-dev python3-gi gir1.2-gstreamer-1.0 gir1.2-gst-plugins-base-1.0
-  python3-flatbuffers libaravis-dev libusb-1.0-0-dev iproute2 clang-format
+  python3-flatbuffers libaravis-dev libusb-1.0-0-dev iproute2 clang-format ccache
 )
 
 # polyhull_install PACKAGE...: installs those that are missing.
