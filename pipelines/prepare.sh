@@ -74,7 +74,7 @@ polyhull_install() {
 
 # Where ccache is installed, meson uses it. What it keeps fits every clone: paths count from the build
 # folder, and precompiled headers are told apart by what is in them.
-export CCACHE_NOHASHDIR=1 CCACHE_BASEDIR=${CCACHE_BASEDIR:-$polyhull_source}
+export CCACHE_DEPEND=1 CCACHE_NOHASHDIR=1 CCACHE_BASEDIR=${CCACHE_BASEDIR:-$polyhull_source}
 export CCACHE_SLOPPINESS=${CCACHE_SLOPPINESS:-pch_defines,time_macros,include_file_mtime,include_file_ctime}
 
 # polyhull_configure DIRECTORY [MESON OPTION...]: makes DIRECTORY a build folder with these options.
