@@ -16,6 +16,8 @@ import re
 import subprocess
 import sys
 
+import times
+
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 
 
@@ -52,15 +54,10 @@ def sources_of_objects(build):
     return sources
 
 
-def times(build):
+def last_times(build):
     """Seconds of each test in its last run."""
-    seconds = {}
-    for log in sorted(build.glob("meson-logs/*.json"), key=lambda path: path.stat().st_mtime):
-        for line in log.read_text().splitlines():
-            result = json.loads(line)
-            if result.get("result") == "OK":
-                seconds[result["name"].split(" / ")[-1]] = result["duration"]
-    return seconds
+    logs = sorted(build.glob("meson-logs/*.json"), key=lambda path: path.stat().st_mtime)
+    return {name: time for log in logs for name, time in times.seconds(log).items()}
 
 
 class Build:
@@ -113,7 +110,7 @@ def main():
     build_folder = pathlib.Path(sys.argv[1]).resolve()
     budget = float(sys.argv[2]) if len(sys.argv) > 2 else 100.0
     changed = set(sys.argv[3:] or changed_files())
-    build, seconds = Build(build_folder), times(build_folder)
+    build, seconds = Build(build_folder), last_times(build_folder)
     targets = {target["id"]: [str(pathlib.Path(path).relative_to(build_folder)) for path in target["filename"]]
                for target in json.loads("\n".join(lines_of("meson", "introspect", "--targets", str(build_folder))))}
     near = []
