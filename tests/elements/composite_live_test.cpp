@@ -8,16 +8,14 @@
 #include <mutex>
 #include <vector>
 
+#include "support/run_kind.h"
+
 using namespace polyhull;
 using namespace polyhull::test;
 
 namespace {
 
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr bool in_time = false;
-#else
-constexpr bool in_time = true;
-#endif
+const bool in_time = !sanitized();
 
 /// Times in ns.
 struct Feed {

@@ -10,6 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "support/run_kind.h"
+
 namespace polyhull::test {
 
 /// A pipeline from a gst-launch line; fails the test where it does not parse.
@@ -56,9 +58,7 @@ inline void check_ended(const std::string& end) {
 /// Takes a pipeline from NULL to PLAYING and back \p times times, sometimes at once and sometimes
 /// after it has prerolled; ten times at most under the sanitizers, which take their time.
 inline void check_states(const std::string& line, int times = 50) {
-#ifdef __SANITIZE_ADDRESS__
-  times = std::min(times, 10);
-#endif
+  if (sanitized()) times = std::min(times, 10);
   GstElement* pipeline = parse(line);
   for (int i = 0; i < times; ++i) {
     fail_if(gst_element_set_state(pipeline, GST_STATE_PLAYING) == GST_STATE_CHANGE_FAILURE);

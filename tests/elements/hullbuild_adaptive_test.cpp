@@ -8,16 +8,13 @@
 #include <functional>
 
 #include "element_checks.h"
+#include "support/run_kind.h"
 
 using namespace polyhull::test;
 
 namespace {
 
-#ifdef __SANITIZE_ADDRESS__
-constexpr bool in_time = false;
-#else
-constexpr bool in_time = true;
-#endif
+const bool in_time = !sanitized();
 
 /// A line whose every set is held up for 170 ms of the 100 that there are, before a sink that never
 /// tells of its time.

@@ -10,16 +10,13 @@
 #include <random>
 
 #include "element_checks.h"
+#include "support/run_kind.h"
 
 using namespace polyhull::test;
 
 namespace {
 
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr bool in_time = false;  // sanitized code may come too late; what comes must be whole
-#else
-constexpr bool in_time = true;
-#endif
+const bool in_time = !sanitized();  // else it may come too late; what comes must be whole
 
 void expect_whole(const LiveLine& line, double begin, double end, double share) {
   fail_unless(line.error().empty(), "%s", line.error().c_str());

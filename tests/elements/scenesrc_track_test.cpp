@@ -9,6 +9,7 @@
 
 #include "camera_announced.h"
 #include "small_scene.h"
+#include "support/run_kind.h"
 
 using namespace polyhull;
 using namespace polyhull::test;
@@ -60,11 +61,7 @@ GstElement* source_of(GstElement* pipeline) {
 }  // namespace
 
 GST_START_TEST(test_random_poses_are_announced) {
-#ifdef __SANITIZE_ADDRESS__
-  constexpr int count = 100;
-#else
-  constexpr int count = 1000;
-#endif
+  const int count = sanitized() ? 100 : 1000;
   std::mt19937 random(5);
   std::uniform_real_distribution<double> metre(-50, 50), turn(-180, 180);
   std::vector<Vec3> places, angles;

@@ -13,6 +13,7 @@
 #include "elements/element_checks.h"
 #include "elements/frames.h"
 #include "elements/views.h"
+#include "support/run_kind.h"
 
 using namespace polyhull;
 using namespace polyhull::test;
@@ -215,11 +216,8 @@ GST_END_TEST
 
 /// Properties are set from another thread while frames run; nothing tears, crashes or stops.
 GST_START_TEST(properties_change_while_frames_run) {
-#ifdef __SANITIZE_ADDRESS__
-  const std::string source = "videotestsrc num-buffers=100 ";  // each takes its time
-#else
-  const std::string source = "videotestsrc num-buffers=300 ";
-#endif
+  const std::string source =
+      "videotestsrc num-buffers=" + std::string(sanitized() ? "100 " : "300 ");
   for (const char* rest :
        {"pattern=smpte100 ! video/x-raw,format=NV12,width=320,height=240 ! silhouette name=a ! "
         "fakesink",

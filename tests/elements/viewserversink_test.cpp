@@ -15,6 +15,7 @@
 
 #include "element_checks.h"
 #include "gdp_stream.h"
+#include "support/run_kind.h"
 #include "view_client.h"
 
 using namespace polyhull;
@@ -417,11 +418,7 @@ GST_START_TEST(test_flood_of_one_address) {
 GST_END_TEST
 
 GST_START_TEST(test_floods) {
-#ifdef __SANITIZE_ADDRESS__
-  constexpr int connections = 40;
-#else
-  constexpr int connections = 200;
-#endif
+  const int connections = sanitized() ? 40 : 200;
   for (const std::string& properties : {std::string(), Keys::of("left")}) {
     Server server("max-clients=4 " + properties);
     Client client(server.port(),

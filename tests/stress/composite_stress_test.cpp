@@ -145,7 +145,7 @@ TEST_P(CompositeStress, WhateverComesIsDrawnAsIfItWereTheFirst) {
   std::vector<synthetic::Photographed> figures;
   for (const int count : {1, 2, 4, 64}) figures.push_back(figure_before(count));
   int refused = 0;
-  const int count = rounds(processor() ? 600 : 60);
+  const int count = rounds(processor() ? 600 : 30);
   for (int round = 0; round < count; ++round) {
     RenderFrame frame;
     frame.width = chance.of<int>({1, 2, 7, 33, 64, 97});

@@ -19,6 +19,7 @@
 #include "calibrate/input.h"
 #include "studio/cameras/default_rig.h"
 #include "support/calibration_takes.h"
+#include "support/run_kind.h"
 
 namespace polyhull::calibration {
 namespace {
@@ -238,11 +239,8 @@ TEST_F(CalibrateTool, FromVideos) {
 TEST_F(CalibrateTool, FromLiveCameras) {
   const std::vector<Camera> truth = render(chessboard(7, 6), 12);
   fs::rename(folder_ / "take", folder_ / "boards");
-#ifdef __SANITIZE_ADDRESS__
-  const char* views_a_second = "1/4";  // sanitized code takes its time to find a board
-#else
-  const char* views_a_second = "1/1";
-#endif
+  // Sanitized code takes its time to find a board.
+  const char* views_a_second = test::sanitized() ? "1/4" : "1/1";
   const auto camera = [&](const std::string& name) {
     return fmt::format(
         "--live '{}=multifilesrc location={}/%02d.png caps=image/png,framerate={} stop-index=11 ! "

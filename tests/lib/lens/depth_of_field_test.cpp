@@ -11,17 +11,14 @@
 #include <vector>
 
 #include "glowing_stage.h"
+#include "support/run_kind.h"
 
 namespace polyhull::test {
 namespace {
 
-#ifdef __SANITIZE_ADDRESS__  // the paths take long
-constexpr int paths_per_pixel = 24;
-constexpr double noise = 4.0;  // dB, of the truth
-#else
-constexpr int paths_per_pixel = 128;
-constexpr double noise = 0.0;
-#endif
+// The paths take long.
+const int paths_per_pixel = at_length() ? 128 : 24;
+const double noise = at_length() ? 0.0 : 4.0;  // dB, of the truth
 
 Picture drawn(const Stage& stage, const ViewportLens& lens) {
   return stage.drawn([&](const SharpPictures& sharp, Picture& out) {

@@ -13,17 +13,14 @@
 #include "base/error.h"
 #include "glowing_stage.h"
 #include "render/lens/lens_picture.h"
+#include "support/run_kind.h"
 
 namespace polyhull::test {
 namespace {
 
-#ifdef __SANITIZE_ADDRESS__  // the paths take long
-constexpr int paths_per_pose = 1;
-constexpr double noise = 4.0;  // dB, of the truth
-#else
-constexpr int paths_per_pose = 4;
-constexpr double noise = 0.0;
-#endif
+// The paths take long.
+const int paths_per_pose = at_length() ? 4 : 1;
+const double noise = at_length() ? 0.0 : 4.0;  // dB, of the truth
 
 /// How a viewport moves from a frame to the next.
 struct Move {
