@@ -24,13 +24,14 @@ polyhull_install "${polyhull_packages_build[@]}" "${polyhull_packages_run[@]}" \
   "${polyhull_packages_test[@]}"
 polyhull_configure "$polyhull_build" -Dbuildtype=release -Dtests=true -Dcalibration=enabled
 
-passed=0 failed=0 skipped=0 broken= missing=
+passed=0 failed=0 skipped=0 broken= missing= times=()
 # run_suite LOG-NAME MESON-TEST-ARGUMENT...: adds meson's summary to the totals.
 run_suite() {
   local name=$1 log
   shift
   log=$(mktemp)
-  rm -f "$polyhull_build/meson-logs/$name.txt"
+  local logs=$polyhull_build/meson-logs/$name  # meson adds a wrapper's name
+  rm -f "$logs"*
   meson test -C "$polyhull_build" --print-errorlogs --logbase "$name" "$@" 2>&1 | tee "$log" || true
   count() { sed -n "s/^$1: *\([0-9]*\).*/\1/p" "$log" | tail -n 1; }
   local ok fail timeout skip
@@ -44,14 +45,16 @@ run_suite() {
   skipped=$((skipped + ${skip:-0}))
   broken+=$(grep -E '^ *[0-9]+/[0-9]+ .* (FAIL|ERROR|TIMEOUT) ' "$log" || true)
   # gst-check's lines that say which check failed, and where.
-  broken+=$(grep -hE '^[^ ]+:[0-9]+:[EF]:' "$polyhull_build/meson-logs/$name.txt" | sed 's/^/\n  /' || true)
+  broken+=$(grep -hE '^[^ ]+:[0-9]+:[EF]:' "$logs"*.txt | sed 's/^/\n  /' || true)
   # What GoogleTest and the other programs left out, with the reason where it stands in the line.
-  missing+=$(grep -hE '^\[  SKIPPED \] .* \(|^SKIPPED: ' "$polyhull_build/meson-logs/$name.txt" | sed 's/^/\n  /' || true)
+  missing+=$(grep -hE '^\[  SKIPPED \] .* \(|^SKIPPED: ' "$logs"*.txt | sed 's/^/\n  /' || true)
   rm -f "$log"
+  times+=("$logs"*.json)
 }
 
 # finish: the summary, and the status.
 finish() {
+  "$polyhull_source/tests/times.py" 20 "${times[@]}"
   [ -z "$missing" ] || printf 'What was skipped inside programs:\n%b\n' "$missing"
   [ -z "$broken" ] || printf 'What failed:\n%b\n' "$broken"
   say "$((SECONDS / 60)) min $((SECONDS % 60)) s; logs: $polyhull_build/meson-logs"
@@ -75,9 +78,9 @@ run_suite testlog
 
 sanitized=$polyhull_source/build-sanitize
 polyhull_configure "$sanitized" -Dtests=true -Dsanitize=true -Dcalibration=enabled -Dbuildtype=plain \
-  -Doptimization=1 -Db_lundef=false
+  -Doptimization=1 -Db_ndebug=false -Db_lundef=false
 say "building the libraries and elements with the sanitizers"
-ninja -C "$sanitized" sanitized
+ninja -C "$sanitized" sanitized ${POLYHULL_LONG:+sanitized-long}
 say "running the library and element tests on them, $SECONDS s from the start"
 export POLYHULL_SANITIZED=$sanitized
 run_suite sanitized --suite lib --suite elements --suite stress --timeout-multiplier 4 \
