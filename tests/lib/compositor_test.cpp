@@ -86,7 +86,7 @@ TEST_P(CompositorTest, EveryShaderCompiles) {
 TEST_P(CompositorTest, StandsInTheSceneLikeTheTruth) {
   Stage stage(480, 270);
   stage.trace_background(6, 2);
-  const Picture truth = stage.truth(6, 2);
+  static const Picture truth = stage.truth(6, 2);  // of all backends
   const auto compositor_renderer = make_renderer();
   Renderer& compositor = *compositor_renderer;
   std::printf("%s\n", compositor.description().c_str());

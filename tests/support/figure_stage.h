@@ -32,6 +32,9 @@ struct FigureStage {
   Picture truth(int light_side = 8, int pixel_side = 2) const;
   /// Renders the frame over the background.
   Picture composite(Renderer& renderer, const RenderSettings& settings) const;
+
+ private:
+  bool polished_;
 };
 
 /// The share of \p light's irradiance at \p at, by \p side x \p side rays, that
