@@ -3,16 +3,41 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 #include "base/thread_pool.h"
 #include "rig/lens.h"
+
+#ifdef __SSE2__
+#include <emmintrin.h>
+#endif
 
 namespace polyhull {
 namespace {
 
 constexpr int node = 16;  // pixels between the nodes of the floor's coarse grid
 
+/// Multiplies the colours of an RGBx pixel by \p light.
+void darken(std::uint8_t* pixel, float light) {
+#ifdef __SSE2__
+  const __m128i none = _mm_setzero_si128();
+  std::int32_t word;
+  std::memcpy(&word, pixel, sizeof word);
+  const __m128i codes = _mm_unpacklo_epi16(_mm_unpacklo_epi8(_mm_cvtsi32_si128(word), none), none);
+  const __m128 darker =
+      _mm_add_ps(_mm_mul_ps(_mm_cvtepi32_ps(codes), _mm_setr_ps(light, light, light, 1.0f)),
+                 _mm_set1_ps(0.5f));
+  const __m128i whole = _mm_packs_epi32(_mm_cvttps_epi32(darker), none);
+  word = _mm_cvtsi128_si32(_mm_packus_epi16(whole, none));
+  std::memcpy(pixel, &word, sizeof word);
+#else
+  for (int c = 0; c < 3; ++c)
+    pixel[c] = static_cast<std::uint8_t>(static_cast<float>(pixel[c]) * light + 0.5f);
+#endif
+}
+
 }  // namespace
+
 void Screen::prepare(const Camera& camera, const Look& look, int index) {
   width_ = camera.width;
   height_ = camera.height;
@@ -123,9 +148,7 @@ void Screen::add_shadow(const FloorShadow& shadow, double strength, int y,
     if (!shadow.reaches(floor[x])) continue;
     const float dark = shadow.at(floor[x].x, floor[x].y);
     const float light = 1.0f - static_cast<float>(strength) * dark;
-    std::uint8_t* pixel = pixels + 4 * static_cast<std::size_t>(x);
-    for (int c = 0; c < 3; ++c)
-      pixel[c] = static_cast<std::uint8_t>(static_cast<float>(pixel[c]) * light + 0.5f);
+    darken(pixels + 4 * static_cast<std::size_t>(x), light);
   }
 }
 

@@ -28,12 +28,12 @@ struct Palette {
 const Palette palette;
 
 /// 1 where x < 0, 0 where x > 0, over \p width.
-float below(float x, float width) {
+[[gnu::always_inline]] inline float below(float x, float width) {
   return std::clamp(0.5f - x / width, 0.0f, 1.0f);
 }
 
 /// Coverage of the band |x| < half, right on average also where it is narrower than \p width.
-float band(float x, float half, float width) {
+[[gnu::always_inline]] inline float band(float x, float half, float width) {
   return std::max(below(x - half, width) - below(x + half, width), 0.0f);
 }
 
@@ -118,6 +118,8 @@ Vec3f ponytail(const Vec3f& p, float w) {
 void emblem(Vec3f& colour, const Vec3f& p, float w) {
   if (p.z > 0.03f) {
     const float x = p.x, y = p.y - 1.285f;
+    // Nothing of it reaches farther.
+    if (x * x + y * y > (0.064f + w) * (0.064f + w)) return;
     lay(colour, palette.logo, ellipse(x, y, 0.062f, 0.062f, w));
     lay(colour, palette.letter,
         ellipse(x, y, 0.058f, 0.058f, w) - ellipse(x, y, 0.053f, 0.053f, w));
@@ -127,6 +129,7 @@ void emblem(Vec3f& colour, const Vec3f& p, float w) {
     lay(colour, palette.letter, bowl * below(-0.017f - x, w));
   } else if (p.z < -0.03f) {
     const float x = -p.x, y = p.y - 1.270f;
+    if (std::abs(x) > 0.1f + w || std::abs(y) > 0.09f + w) return;
     lay(colour, palette.stripe, band(x, 0.056f, w) * band(y - 0.062f, 0.013f, w));
     const float slope = x - 0.042f + (0.062f - y) * 0.52f;
     lay(colour, palette.stripe, band(slope, 0.016f, w) * band(y + 0.004f, 0.076f, w));
@@ -137,7 +140,8 @@ Vec3f shirt(const Vec3f& p, float w) {
   Vec3f colour = palette.shirt;
   // Stripes around the belly and over the shoulders; a plain field between them carries the emblem.
   const float field = below(1.195f - p.y, w) * below(p.y - 1.372f, w);
-  lay(colour, palette.stripe, (1.0f - field) * stripes(p.y - 0.912f, 0.046f, 0.40f, w));
+  if (field < 1.0f)
+    lay(colour, palette.stripe, (1.0f - field) * stripes(p.y - 0.912f, 0.046f, 0.40f, w));
   emblem(colour, p, w);
   // A round neck, lower in front.
   const float neckline =
@@ -189,7 +193,7 @@ Vec3f trousers(const Vec3f& p, float w) {
     lay(colour, palette.shade, 0.5f * band(ax - centre, 0.0025f, w));
     lay(colour, palette.shade,
         band(p.y - 0.86f - 0.5f * (ax - 0.1f), 0.003f, w) * below(0.085f - ax, w));
-  } else {
+  } else if (std::abs(p.y - 0.875f) < 0.041f + w) {
     lay(colour, palette.seam,
         0.8f * (band(ax - 0.07f, 0.038f, w) * band(p.y - 0.875f, 0.040f, w) -
                 band(ax - 0.07f, 0.035f, w) * band(p.y - 0.875f, 0.037f, w)));

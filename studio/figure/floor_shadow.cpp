@@ -11,20 +11,25 @@ float square(const Vec3f& v) {
   return glm::dot(v, v);
 }
 
-/// Two box passes of radius \p radius along one axis of a square map.
+/// A box pass of radius \p radius along one axis of a square map, several lines at a time: each
+/// sum waits for the one before it in its line.
 void smooth_axis(const std::vector<float>& in, std::vector<float>& out, int cells, int radius,
                  bool along_x) {
   const std::size_t step = along_x ? 1 : cells, next = along_x ? cells : 1;
   const float scale = 1.0f / static_cast<float>(2 * radius + 1);
-  for (int line = 0; line < cells; ++line) {
+  constexpr int lines = 16;
+  for (int line = 0; line < cells; line += lines) {
     const float* source = in.data() + line * next;
     float* target = out.data() + line * next;
-    float sum = 0.0f;
-    for (int i = 0; i < radius; ++i) sum += source[i * step];
+    float sums[lines] = {};
+    const auto add = [&](int i, float sign) {
+      for (int k = 0; k < lines; ++k) sums[k] += sign * source[i * step + k * next];
+    };
+    for (int i = 0; i < radius; ++i) add(i, 1.0f);
     for (int i = 0; i < cells; ++i) {
-      if (i + radius < cells) sum += source[(i + radius) * step];
-      if (i - radius - 1 >= 0) sum -= source[(i - radius - 1) * step];
-      target[i * step] = std::max(sum * scale, 0.0f);
+      if (i + radius < cells) add(i + radius, 1.0f);
+      if (i - radius - 1 >= 0) add(i - radius - 1, -1.0f);
+      for (int k = 0; k < lines; ++k) target[i * step + k * next] = std::max(sums[k] * scale, 0.0f);
     }
   }
 }
