@@ -27,7 +27,7 @@ template <>
 GType enum_type<PictureQuality>() {
   return register_enum<PictureQuality>(
       "PolyhullPictureQuality",
-      {{PictureQuality::fast, "Samples only where an outline passes", "fast"},
+      {{PictureQuality::fast, "Coarser where pixels are large, samples only at outlines", "fast"},
        {PictureQuality::exact, "Samples in all pixels", "exact"}});
 }
 

@@ -24,9 +24,7 @@ CameraPicture::CameraPicture(const Rig& rig, int index, std::shared_ptr<const Su
       placement_(placement_for(rig)),
       metres_per_unit_(rig.metres_per_unit()),
       subject_(std::move(subject)),
-      quality_(quality),
-      sampling_(quality == PictureQuality::fast && subject_->closed() ? Sampling::outlines
-                                                                      : Sampling::everywhere) {
+      quality_(quality) {
   if (index < 0 || index >= static_cast<int>(rig.cameras.size())) {
     throw Error(Error::Kind::bad_input,
                 "Camera number {} was asked for, but the rig has {} cameras, counted from 0.",
@@ -36,6 +34,13 @@ CameraPicture::CameraPicture(const Rig& rig, int index, std::shared_ptr<const Su
   eye_ = Vec3f(glm::inverse(placement_.linear) * (camera_.centre() - placement_.origin));
   pixel_size_ = static_cast<float>(2.0 * metres_per_unit_ /
                                    (std::abs(camera_.K[0][0]) + std::abs(camera_.K[1][1])));
+  if (quality != PictureQuality::fast) return;
+  // Metres that a pixel sees in the middle of the stage, at half the height of a person.
+  const float distance = glm::distance(eye_, Vec3f(0.0f, 0.9f, 0.0f));
+  const float pixel = distance * pixel_size_ / static_cast<float>(metres_per_unit_);
+  if (auto coarser = subject_->coarser(pixel)) subject_ = std::move(coarser);
+  samples_outlines_ = subject_->closed();
+  if (samples_outlines_) subject_->neighbours();  // now, not while the first frame waits
 }
 
 void CameraPicture::set_time(double seconds) {
@@ -49,7 +54,7 @@ CoverageRaster::Mesh CameraPicture::mesh() const {
   mesh.linear = placement_.linear;
   mesh.origin = placement_.origin;
   mesh.separation = static_cast<float>(0.02 / metres_per_unit_);
-  mesh.sampling = sampling_;
+  if (samples_outlines_) mesh.neighbours = subject_->neighbours();
   return mesh;
 }
 

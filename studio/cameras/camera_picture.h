@@ -26,7 +26,8 @@ struct PictureLook {
 
 /// How a picture is drawn: with as much work as it needs, or the same everywhere.
 enum class PictureQuality {
-  fast,   ///< samples where an outline passes, elsewhere one point a pixel; lit per vertex
+  fast,   ///< a surface as coarse as the pixels allow; samples where an outline passes, elsewhere
+          ///< one point a pixel; lit per vertex
   exact,  ///< samples in all pixels, each lit by itself
 };
 
@@ -56,6 +57,7 @@ class CameraPicture {
 
   const Camera& camera() const { return camera_; }
   const SubjectFrame& surface() const { return instant_->surface(); }
+  /// What is drawn: the subject that was given, or a coarser one.
   const Subject& subject() const { return *subject_; }
 
   /// The smallest rectangle that holds the subject in the frame drawn last.
@@ -77,9 +79,9 @@ class CameraPicture {
   double metres_per_unit_;
   std::shared_ptr<const Subject> subject_;
   PictureQuality quality_;
-  Sampling sampling_;
-  Vec3f eye_{0.0f};          // in stage coordinates
-  float pixel_size_ = 0.0f;  // metres at one world unit of depth
+  bool samples_outlines_ = false;  // only
+  Vec3f eye_{0.0f};                // in stage coordinates
+  float pixel_size_ = 0.0f;        // metres at one world unit of depth
   std::shared_ptr<const SubjectInstant> instant_;
   std::vector<Illumination> vertices_;  // of the surface, for PictureQuality::fast
   CoverageRaster raster_;

@@ -217,7 +217,7 @@ void CoverageRaster::mark_outlines(const Triangle& t, Band& band) const {
   }
 }
 
-Vec3f CoverageRaster::weights(const Triangle& t, float x, float y) const {
+inline Vec3f CoverageRaster::weights(const Triangle& t, float x, float y) const {
   Vec3f w;
   for (int k = 0; k < 3; ++k) {
     const int p = (k + 1) % 3, q = (k + 2) % 3;
@@ -234,7 +234,7 @@ Vec3f CoverageRaster::weights(const Triangle& t, float x, float y) const {
   return w / sum;
 }
 
-Fragment CoverageRaster::fragment(const Triangle& t, const Vec3f& w, float depth) const {
+inline Fragment CoverageRaster::fragment(const Triangle& t, const Vec3f& w, float depth) const {
   Fragment f;
   f.triangle = t.source;
   f.depth = depth;
@@ -255,20 +255,25 @@ Fragment CoverageRaster::fragment(const Triangle& t, float x, float y) const {
                   w.x / t.inverse_depth[0] + w.y / t.inverse_depth[1] + w.z / t.inverse_depth[2]);
 }
 
+/// A pixel that one triangle covers.
+[[gnu::always_inline]] inline void CoverageRaster::show(const Triangle& t, float depth, int x,
+                                                        int y, CoveredPixel& out) const {
+  out.x = x;
+  out.centre_depth = depth;
+  out.coverage = 1.0f;
+  out.fragment_count = 1;
+  out.fragments[0] =
+      fragment(t, weights(t, static_cast<float>(x * unit), static_cast<float>(y * unit)), depth);
+  out.fragments[0].weight = 1.0f;
+}
+
+/// A pixel that takes samples.
 void CoverageRaster::resolve(std::span<const Triangle> list, const Band& band, int x, int y,
                              float separation, CoveredPixel& out) const {
   const std::size_t at = band.at(x, y);
   const float px = static_cast<float>(x * unit), py = static_cast<float>(y * unit);
   out.x = x;
   out.centre_depth = band.centres[at] > 0.0f ? 1.0f / band.centres[at] : 0.0f;
-  if (band.sample_index[at] < 0) {
-    out.coverage = 1.0f;
-    out.fragment_count = 1;
-    const Triangle& t = list[band.triangles[at]];
-    out.fragments[0] = fragment(t, weights(t, px, py), out.centre_depth);
-    out.fragments[0].weight = 1.0f;
-    return;
-  }
   const Samples& pixel = band.samples[band.sample_index[at]];
   out.coverage = static_cast<float>(std::popcount(pixel.covered)) / samples;
   out.fragment_count = 0;
@@ -336,9 +341,13 @@ void CoverageRaster::draw_band(int first_row, int rows, const Rectangle& region,
   for (int y = first_row; y < first_row + rows; ++y) {
     std::size_t count = 0;
     for (int x = region.x; x < region.x + region.width; ++x) {
-      const std::int32_t samples = band.sample_index[band.at(x, y)];
-      if (samples < 0 ? band.centres[band.at(x, y)] > 0.0f : band.samples[samples].covered != 0)
-        resolve(list, band, x, y, separation, row[count++]);
+      const std::size_t at = band.at(x, y);
+      const std::int32_t samples = band.sample_index[at];
+      if (samples >= 0) {
+        if (band.samples[samples].covered != 0) resolve(list, band, x, y, separation, row[count++]);
+      } else if (band.centres[at] > 0.0f) {
+        show(list[band.triangles[at]], 1.0f / band.centres[at], x, y, row[count++]);
+      }
     }
     if (count > 0) sink(y, {row.data(), count});
   }
@@ -360,7 +369,7 @@ Rectangle CoverageRaster::draw(const Camera& camera, const Mesh& mesh, const Row
   });
   // From inside the subject its surface is seen from behind.
   two_sided_ = behind;
-  everywhere_ = mesh.sampling == Sampling::everywhere || two_sided_;
+  everywhere_ = mesh.neighbours.empty() || two_sided_;
 
   split_all(mesh);
   if (drawn_.right < drawn_.left) return {};

@@ -16,8 +16,8 @@
 ///
 /// Only where an outline passes does a pixel of a closed mesh need its samples: elsewhere one
 /// surface covers it all, which its centre finds. Outlines lie on edges between a triangle that
-/// faces the camera and one that does not. Sampling::outlines takes samples in the pixels that such
-/// edges touch, with the same coverage and depth as Sampling::everywhere, which open meshes need.
+/// faces the camera and one that does not. Where a mesh comes with its neighbours, samples are taken
+/// in the pixels that such edges touch, with the same coverage and depth as everywhere.
 #pragma once
 
 #include <cstdint>
@@ -47,9 +47,6 @@ struct CoveredPixel {
   Fragment fragments[4];
 };
 
-/// Which pixels take samples; the others have one fragment, at their centre.
-enum class Sampling { outlines, everywhere };
-
 /// Keeps its memory from one call to the next. Not for use by two threads at once.
 class CoverageRaster {
  public:
@@ -59,7 +56,9 @@ class CoverageRaster {
     Mat3 linear{1.0};  ///< positions to the camera's world: linear * p + origin
     Vec3 origin{0.0};
     float separation = 0.02f;  ///< world units; fragments differ in depth by at least this
-    Sampling sampling = Sampling::everywhere;
+    /// Empty: all pixels take samples. Else the mesh is closed, only pixels at outlines take them,
+    /// and this is the triangle beyond each side (corner k to the next of triangle t: 3 t + k).
+    std::span<const std::uint32_t> neighbours = {};
   };
   /// Gets row \p y and its covered pixels from left to right. Called once per row with any, from
   /// several threads of the pool in no particular order.
@@ -103,7 +102,7 @@ class CoverageRaster {
   void emit(const ScreenPoint* const points[3], const Corner* const* corners, std::uint32_t source,
             unsigned sides);
   bool is_small(const ScreenPoint* const points[3]) const;
-  void find_facing(std::span<const std::uint32_t> triangles);
+  void find_facing(const Mesh& mesh);
   enum class Way : std::uint8_t { none, whole, split };  // of a triangle to the screen
   void split_all(const Mesh& mesh);
   void find_valid_region(const Camera& camera);
@@ -117,6 +116,7 @@ class CoverageRaster {
   void cover(const Triangle& triangle, std::uint32_t index, Band& band) const;
   void cover_all(std::span<const Triangle> list, Band& band) const;
   void cover_all_avx2(std::span<const Triangle> list, Band& band) const;
+  void show(const Triangle& triangle, float depth, int x, int y, CoveredPixel& pixel) const;
   void resolve(std::span<const Triangle> list, const Band& band, int x, int y, float separation,
                CoveredPixel& pixel) const;
   Vec3f weights(const Triangle& triangle, float x, float y) const;  // of the corners, at a point
@@ -131,7 +131,7 @@ class CoverageRaster {
   Vec2 valid_min_{0.0}, valid_max_{0.0};  // pinhole pixels
   std::vector<double> known_lens_;        // the lens that valid_min_, valid_max_ belong to
   std::vector<ScreenPoint> vertices_;
-  std::vector<std::uint8_t> facing_;  // of the triangles at each vertex: bits front, back
+  std::vector<std::uint8_t> facing_;  // of each triangle: bits front, back
   std::vector<Way> ways_;
   std::vector<Vec3f> corner_coordinates_;
   // The triangles that reach into each band of rows. They lie together: to fetch them from all over

@@ -191,8 +191,9 @@ bool CoverageRaster::is_small(const ScreenPoint* const points[3]) const {
   return small;
 }
 
-void CoverageRaster::find_facing(std::span<const std::uint32_t> triangles) {
-  facing_.assign(vertices_.size(), 0);
+void CoverageRaster::find_facing(const Mesh& mesh) {
+  const std::span<const std::uint32_t> triangles = mesh.triangles;
+  facing_.resize(triangles.size() / 3);
   ways_.resize(triangles.size() / 3);
   const bool bends = camera_->has_distortion();
   for (std::size_t t = 0; t < triangles.size(); t += 3) {
@@ -203,7 +204,7 @@ void CoverageRaster::find_facing(std::span<const std::uint32_t> triangles) {
     const bool valid = small || (points[0]->valid && points[1]->valid && points[2]->valid);
     const std::int64_t area = valid ? area_of(points) : 0;
     if (area != 0 && (small || !bends)) facing = area < 0 ? front : back;
-    for (int k = 0; k < 3; ++k) facing_[triangles[t + k]] |= facing;
+    facing_[t / 3] = facing;
     const bool seen = area < 0 || (area > 0 && two_sided_);
     ways_[t / 3] = !small ? Way::split : seen ? Way::whole : Way::none;
   }
@@ -214,15 +215,15 @@ void CoverageRaster::split_all(const Mesh& mesh) {
   for (auto& band : bands_) band.clear();
   drawn_ = {INT32_MAX, INT32_MIN, INT32_MAX, INT32_MIN};
   corner_coordinates_.clear();
-  find_facing(mesh.triangles);
-  const auto outline = [&](std::uint32_t a, std::uint32_t b) {
-    return facing_[a] == (front | back) && facing_[b] == (front | back);
+  find_facing(mesh);
+  const auto outline = [&](std::size_t t, int k) -> unsigned {
+    return !everywhere_ && (facing_[t / 3] | facing_[mesh.neighbours[t + k]]) == (front | back);
   };
   for (std::size_t t = 0; t < mesh.triangles.size(); t += 3) {
     const auto source = static_cast<std::uint32_t>(t / 3);
     if (ways_[source] == Way::none) continue;
     const std::uint32_t a = mesh.triangles[t], b = mesh.triangles[t + 1], c = mesh.triangles[t + 2];
-    const unsigned sides = outline(b, c) | outline(c, a) << 1 | outline(a, b) << 2;
+    const unsigned sides = outline(t, 1) | outline(t, 2) << 1 | outline(t, 0) << 2;
     if (ways_[source] == Way::whole) {
       const ScreenPoint* const points[3] = {&vertices_[a], &vertices_[b], &vertices_[c]};
       emit(points, nullptr, source, sides);

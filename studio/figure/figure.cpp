@@ -24,7 +24,10 @@ DualQuaternion dual_quaternion(const RigidMotion& motion) {
 
 }  // namespace
 
-Figure::Figure(FigureSkin skin) : skin_(std::move(skin)) {
+Figure::Figure(FigureSkin skin, std::shared_ptr<const Figure> coarser, float pixel)
+    : skin_(std::move(skin)) {
+  coarser_ = std::move(coarser);
+  coarser_pixel_ = pixel;
   triangles_ = std::move(skin_.triangles);
   vertex_count_ = skin_.positions.size();
   for (std::size_t i = 0; i < vertex_count_; ++i)

@@ -21,7 +21,9 @@ Vec3f figure_albedo(const Vec3f& p, float width);
 
 class Figure : public Subject {
  public:
-  explicit Figure(FigureSkin skin);
+  /// \p coarser, if any, will do where a pixel sees \p pixel metres of the figure.
+  explicit Figure(FigureSkin skin, std::shared_ptr<const Figure> coarser = nullptr,
+                  float pixel = 0.0f);
 
   void pose(double seconds, SubjectFrame& frame) const override;
   Vec3f albedo(std::uint32_t triangle, const Vec3f& at, float width) const override;

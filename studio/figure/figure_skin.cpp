@@ -7,7 +7,8 @@
 
 #include "base/thread_pool.h"
 #include "studio/figure/implicit_skin.h"
-#include "studio/figure/polygonise.h"
+#include "studio/figure/polygons/coarsen.h"
+#include "studio/figure/polygons/polygonise.h"
 #include "studio/figure/skeleton.h"
 
 namespace polyhull {
@@ -32,16 +33,8 @@ float openness(const std::vector<SkinBody>& bodies, const Vec3f& p, const Vec3f&
   return std::clamp(1.0f - 0.42f * closed, 0.25f, 1.0f);
 }
 
-}  // namespace
-
-FigureSkin make_figure_skin(float step) {
-  const std::vector<SkinBody> bodies = figure_bodies();
-  const auto value = [&](const Vec3f& p) { return skin_value(bodies, p); };
-  const auto gradient = [&](const Vec3f& p) { return skin_gradient(bodies, p); };
-  TriangleMesh mesh = polygonise(value, {-0.74f, -0.04f, -0.26f}, {0.74f, 1.82f, 0.24f}, step);
-  relax(
-      mesh, value, [&](const Vec3f& p) { return rough_skin_gradient(bodies, p); }, 5);
-
+/// The skin whose surface is \p mesh.
+FigureSkin skin_on(const std::vector<SkinBody>& bodies, TriangleMesh mesh) {
   FigureSkin skin;
   skin.positions = std::move(mesh.vertices);
   skin.triangles = std::move(mesh.triangles);
@@ -53,7 +46,7 @@ FigureSkin make_figure_skin(float step) {
   parallel_for(count, 256, 0, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const Vec3f& p = skin.positions[i];
-      skin.normals[i] = glm::normalize(gradient(p));
+      skin.normals[i] = glm::normalize(skin_gradient(bodies, p));
       skin.openness[i] = openness(bodies, p, skin.normals[i]);
       // A bone holds a vertex the more, the nearer one of its bodies is.
       std::array<float, bone_count> nearest;
@@ -77,6 +70,29 @@ FigureSkin make_figure_skin(float step) {
     }
   });
   return skin;
+}
+
+}  // namespace
+
+FigureSkin make_figure_skin(float step) {
+  const std::vector<SkinBody> bodies = figure_bodies();
+  const auto value = [&](const Vec3f& p) { return skin_value(bodies, p); };
+  TriangleMesh mesh = polygonise(value, {-0.74f, -0.04f, -0.26f}, {0.74f, 1.82f, 0.24f}, step);
+  relax(
+      mesh, value, [&](const Vec3f& p) { return rough_skin_gradient(bodies, p); }, 5);
+  return skin_on(bodies, std::move(mesh));
+}
+
+FigureSkin coarser_figure_skin(const FigureSkin& skin, std::size_t triangles) {
+  // Where bones share the surface it bends: a vertex that changes them counts as moved so far.
+  constexpr float bend = 0.01f;
+  std::vector<float> held(skin.positions.size() * bone_count, 0.0f);
+  for (std::size_t i = 0; i < skin.positions.size(); ++i)
+    for (int k = 0; k < FigureSkin::influences; ++k)
+      held[i * bone_count + skin.bones[i][k]] = bend * skin.weights[i][k];
+  TriangleMesh mesh{skin.positions, skin.triangles};
+  coarsen(mesh, triangles, held, bone_count);
+  return skin_on(figure_bodies(), std::move(mesh));
 }
 
 }  // namespace polyhull

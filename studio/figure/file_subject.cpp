@@ -11,7 +11,7 @@
 #include "base/error.h"
 #include "base/picture.h"
 #include "base/srgb.h"
-#include "studio/figure/polygonise.h"
+#include "studio/figure/polygons/polygonise.h"
 
 namespace polyhull {
 namespace {

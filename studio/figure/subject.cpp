@@ -10,9 +10,54 @@
 #include "studio/figure/hairy_figure.h"
 
 namespace polyhull {
+namespace {
+
+std::shared_ptr<const Figure> stored_figure() {
+  std::shared_ptr<const Figure> figure;
+  float pixel = 0.0f;
+  for (std::size_t i = coarser_skins.size() + 1; i-- > 0;) {
+    figure = std::make_shared<const Figure>(stored_figure_skin(i), figure, pixel);
+    if (i > 0) pixel = coarser_skins[i - 1].pixel;
+  }
+  return figure;
+}
+
+std::vector<std::uint32_t> find_neighbours(const std::vector<std::uint32_t>& triangles,
+                                           std::size_t vertex_count) {
+  const auto next = [](std::size_t side) { return side % 3 == 2 ? side - 2 : side + 1; };
+  // The sides that begin at each vertex.
+  std::vector<std::uint32_t> ends(vertex_count + 1, 0), sides(triangles.size());
+  for (const std::uint32_t v : triangles) ++ends[v];
+  for (std::size_t v = 0; v < vertex_count; ++v) ends[v + 1] += ends[v];
+  for (std::size_t s = 0; s < triangles.size(); ++s)
+    sides[--ends[triangles[s]]] = static_cast<std::uint32_t>(s);
+  std::vector<std::uint32_t> neighbours(triangles.size());
+  for (std::size_t s = 0; s < triangles.size(); ++s) {
+    const std::uint32_t from = triangles[s], to = triangles[next(s)];
+    neighbours[s] = static_cast<std::uint32_t>(s / 3);
+    for (std::uint32_t i = ends[to]; i < ends[to + 1]; ++i)
+      if (triangles[next(sides[i])] == from) neighbours[s] = sides[i] / 3;
+  }
+  return neighbours;
+}
+
+}  // namespace
+
+const std::vector<std::uint32_t>& Subject::neighbours() const {
+  std::call_once(neighbours_found_,
+                 [&] { neighbours_ = find_neighbours(triangles_, vertex_count_); });
+  return neighbours_;
+}
+
+std::shared_ptr<const Subject> Subject::coarser(float pixel) const {
+  if (!coarser_ || pixel < coarser_pixel_) return nullptr;
+  const std::shared_ptr<const Subject> still_coarser = coarser_->coarser(pixel);
+  return still_coarser ? still_coarser : coarser_;
+}
+
 std::shared_ptr<const Subject> open_subject(const std::string& name, double height) {
   if (!name.empty() && name != "figure" && name != "hairy") return load_subject(name, height);
-  static const auto figure = std::make_shared<const Figure>(stored_figure_skin());
+  static const std::shared_ptr<const Figure> figure = stored_figure();
   if (name != "hairy") return figure;
   static const std::shared_ptr<const Subject> hairy = std::make_shared<const HairyFigure>(figure);
   return hairy;

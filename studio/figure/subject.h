@@ -38,6 +38,10 @@ class Subject {
   const std::vector<std::uint32_t>& triangles() const { return triangles_; }
   std::size_t vertex_count() const { return vertex_count_; }
 
+  /// Of a closed surface: entry 3 t + k is the triangle beyond the side of triangle t from its
+  /// corner k to the next. Found when first asked for. Safe to call from several threads.
+  const std::vector<std::uint32_t>& neighbours() const;
+
   /// The surface at \p seconds; a function of the time alone. Safe to call from several threads.
   virtual void pose(double seconds, SubjectFrame& frame) const = 0;
 
@@ -53,6 +57,10 @@ class Subject {
   /// Whether each edge joins two triangles.
   bool closed() const { return closed_; }
 
+  /// Nearly the same subject with fewer triangles, for cameras of whose pixels each sees \p pixel
+  /// metres of it; null where there is none that they could not tell from this one.
+  std::shared_ptr<const Subject> coarser(float pixel) const;
+
   /// Empty, or what is wrong with the surface (it is not closed), in a sentence.
   const std::string& warning() const { return warning_; }
 
@@ -61,8 +69,12 @@ class Subject {
   std::size_t vertex_count_ = 0;
   bool closed_ = true;
   std::string warning_;
+  std::shared_ptr<const Subject> coarser_;
+  float coarser_pixel_ = 0.0f;  ///< metres, from which coarser_ will do
 
  private:
+  mutable std::once_flag neighbours_found_;
+  mutable std::vector<std::uint32_t> neighbours_;
   mutable std::mutex instants_mutex_;
   mutable std::vector<std::shared_ptr<const SubjectInstant>> instants_;  // oldest first
 };

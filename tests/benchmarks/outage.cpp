@@ -123,7 +123,8 @@ Outage::Outage(const Rig& rig, double start) : rig_(rig), views_(viewpoints_of(r
       rings.push_back(contours(picture));
       if (instant.frame < 0) last_.push_back(std::move(picture));
     }
-    CoverageRaster::Mesh figure{cameras[0].surface().positions, subject->triangles()};
+    const auto shown = subject->instant(start + frame_time * instant.frame);
+    CoverageRaster::Mesh figure{shown->surface().positions, subject->triangles()};
     truth_.push_back(pictures(figure));
     shown_[whole].push_back(pictures(build(rings)));
   }

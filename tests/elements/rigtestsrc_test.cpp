@@ -124,13 +124,24 @@ GST_START_TEST(test_same_bytes_again) {
 }
 GST_END_TEST
 
-/// The qualities differ in colours alone, and little.
+/// The qualities differ little.
 GST_START_TEST(test_quality) {
   for (const char* output : {"matte", "depth"}) {
-    const std::string line = std::string("num-buffers=1 start=2 output=") + output;
+    // Hair is drawn by the same triangles with both.
+    const std::string line = std::string("num-buffers=1 start=2 subject=hairy output=") + output;
     fail_unless(shoot(line, "video/x-raw")[0].bytes ==
                 shoot(line + " quality=exact", "video/x-raw")[0].bytes);
   }
+  const auto matte = shoot("num-buffers=1 start=2 output=matte", "video/x-raw")[0].bytes;
+  const auto true_matte =
+      shoot("num-buffers=1 start=2 output=matte quality=exact", "video/x-raw")[0].bytes;
+  double more = 0.0, apart = 0.0;
+  for (std::size_t i = 0; i < matte.size(); ++i) {
+    more += (matte[i] - true_matte[i]) / 255.0;
+    apart += std::abs(matte[i] - true_matte[i]) / 255.0;
+  }
+  // Pixels, of an outline of about 1,500.
+  fail_unless(std::abs(more) < 15.0 && apart < 120.0, "%g, %g", more, apart);
   const auto fast = shoot("num-buffers=1 start=2 noise=0")[0].bytes;
   const auto exact = shoot("num-buffers=1 start=2 noise=0 quality=exact")[0].bytes;
   fail_if(fast == exact);
@@ -138,7 +149,7 @@ GST_START_TEST(test_quality) {
   for (std::size_t i = 0; i < fast.size(); ++i)
     squares += std::pow(static_cast<double>(fast[i]) - exact[i], 2.0);
   const double rms = std::sqrt(squares / static_cast<double>(fast.size()));
-  fail_unless(rms < 0.5, "rms %g", rms);
+  fail_unless(rms < 0.65, "rms %g", rms);
 }
 GST_END_TEST
 

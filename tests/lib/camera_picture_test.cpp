@@ -253,47 +253,134 @@ TEST(CameraPicture, SameBytesOnOneThreadAndMany) {
   }
 }
 
-/// Everything but the colours inside outlines is the same in both qualities.
-TEST(CameraPicture, FastHasTheCoverageAndDepthOfExact) {
-  Rig rig = default_rig();
-  rig.cameras[1].distortion = {-0.28, 0.11, 0.0012, -0.0009, -0.02};
+/// What both qualities make of an instant.
+struct Drawn {
+  std::vector<std::uint8_t> pixels, matte;
+  std::vector<float> depth;
+};
+
+Drawn drawn(CameraPicture picture, double time) {
+  const Camera& camera = picture.camera();
+  const std::size_t count = static_cast<std::size_t>(camera.width) * camera.height;
+  Drawn result{std::vector<std::uint8_t>(4 * count), std::vector<std::uint8_t>(count),
+               std::vector<float>(count)};
   PictureLook look = studio();
   look.noise = 0.0;
-  for (const char* subject : {"figure", "hairy"}) {
+  picture.set_time(time);
+  picture.picture(look, 0, true, result.pixels.data(), 4 * camera.width);
+  picture.matte(result.matte.data(), camera.width);
+  picture.depth(result.depth.data());
+  return result;
+}
+
+/// Mean and root mean square of \p a - \p b over the colours where either shows the subject.
+std::pair<double, double> colour_difference(const Drawn& a, const Drawn& b) {
+  double sum = 0.0, squares = 0.0, count = 0.0;
+  for (std::size_t i = 0; i < a.pixels.size(); ++i) {
+    if (i % 4 == 3 || (a.matte[i / 4] == 0 && b.matte[i / 4] == 0)) continue;
+    const double d = static_cast<double>(a.pixels[i]) - b.pixels[i];
+    sum += d;
+    squares += d * d;
+    ++count;
+  }
+  return {sum / count, std::sqrt(squares / count)};
+}
+
+/// Of one surface everything but the colours inside outlines is the same in both qualities.
+TEST(CameraPicture, OutlinesAloneNeedSamples) {
+  Rig rig = default_rig();
+  rig.cameras[1].distortion = {-0.28, 0.11, 0.0012, -0.0009, -0.02};
+  for (const char* name : {"figure", "hairy"}) {
+    const auto subject = open_subject(name);
     for (const double time : {0.0, 3.3, 6.9}) {
       for (const int camera : {0, 1, 3}) {
-        std::vector<std::uint8_t> pixels[2], matte[2];
-        std::vector<float> depth[2];
-        for (const int exact : {0, 1}) {
-          CameraPicture picture(rig, camera, open_subject(subject),
-                                exact ? PictureQuality::exact : PictureQuality::fast);
-          picture.set_time(time);
-          pixels[exact].resize(1024 * 768 * 4);
-          matte[exact].resize(1024 * 768);
-          depth[exact].resize(1024 * 768);
-          picture.picture(look, 0, true, pixels[exact].data(), 4096);
-          picture.matte(matte[exact].data(), 1024);
-          picture.depth(depth[exact].data());
-        }
-        ASSERT_EQ(matte[0], matte[1]) << subject << " at " << time;
-        ASSERT_EQ(depth[0], depth[1]) << subject << " at " << time;
-        double sum = 0.0, squares = 0.0, count = 0.0;
-        for (std::size_t i = 0; i < pixels[0].size(); ++i) {
-          const double d = static_cast<double>(pixels[0][i]) - pixels[1][i];
-          const int covered = matte[0][i / 4];
-          if (i % 4 == 3 || covered == 0) ASSERT_EQ(d, 0.0);
-          if (i % 4 == 3 || covered == 0) continue;
-          sum += d;
-          squares += d * d;
-          ++count;
-        }
-        RecordProperty("mean_thousandths", static_cast<int>(1000.0 * sum / count));
-        RecordProperty("rms_thousandths", static_cast<int>(1000.0 * std::sqrt(squares / count)));
-        EXPECT_LT(std::abs(sum / count), 0.1) << subject << " at " << time;
-        EXPECT_LT(std::sqrt(squares / count), 1.2) << subject << " at " << time;
+        CameraPicture fast(rig, camera, subject);
+        const std::shared_ptr<const Subject> same(subject, &fast.subject());
+        const Drawn exact = drawn(CameraPicture(rig, camera, same, PictureQuality::exact), time);
+        const Drawn a = drawn(std::move(fast), time);
+        ASSERT_EQ(a.matte, exact.matte) << name << " at " << time;
+        ASSERT_EQ(a.depth, exact.depth) << name << " at " << time;
+        for (std::size_t i = 0; i < a.pixels.size(); ++i)
+          ASSERT_TRUE(a.pixels[i] == exact.pixels[i] || (i % 4 != 3 && a.matte[i / 4] != 0));
+        const auto [mean, rms] = colour_difference(a, exact);
+        RecordProperty("mean_thousandths", static_cast<int>(1000.0 * mean));
+        RecordProperty("rms_thousandths", static_cast<int>(1000.0 * rms));
+        EXPECT_LT(std::abs(mean), 0.1) << name << " at " << time;
+        EXPECT_LT(rms, 2.0) << name << " at " << time;
       }
     }
   }
+}
+
+/// default_rig() with pixels \p times as large.
+Rig rig_with_pixels(double times) {
+  Rig rig = default_rig();
+  for (Camera& camera : rig.cameras) {
+    camera.width = static_cast<int>(camera.width / times);
+    camera.height = static_cast<int>(camera.height / times);
+    for (int column = 0; column < 3; ++column)
+      for (int row = 0; row < 2; ++row) camera.K[column][row] /= times;
+  }
+  return rig;
+}
+
+/// The coarser surfaces of the quality fast show the same person.
+TEST(CameraPicture, FastIsNearExact) {
+  const auto subject = open_subject("figure");
+  for (const double pixels : {0.5, 1.0, 2.0}) {
+    const Rig rig = rig_with_pixels(pixels);
+    for (const double time : {0.0, 3.3, 6.9}) {
+      for (const int camera : {0, 1, 3}) {
+        const Drawn fast = drawn(CameraPicture(rig, camera, subject), time);
+        const Drawn exact = drawn(CameraPicture(rig, camera, subject, PictureQuality::exact), time);
+        // The difference of the areas by the outline's length is how far it lies outside.
+        const int width = rig.cameras[camera].width;
+        double area = 0.0, apart = 0.0, squares = 0.0, length = 0.0;
+        for (std::size_t i = width + 1; i < exact.matte.size(); ++i) {
+          const double d = (static_cast<double>(fast.matte[i]) - exact.matte[i]) / 255.0;
+          area += d;
+          apart += std::abs(d);
+          squares += d * d;
+          length += std::hypot(exact.matte[i] - exact.matte[i - 1],
+                               exact.matte[i] - exact.matte[i - width]) /
+                    255.0;
+        }
+        const auto [mean, rms] = colour_difference(fast, exact);
+        EXPECT_LT(std::abs(area / length), 0.02) << pixels << ", " << camera << ", " << time;
+        EXPECT_LT(apart / length, 0.08) << pixels << ", " << camera << ", " << time;
+        EXPECT_LT(std::sqrt(squares / length), 0.12) << pixels << ", " << camera << ", " << time;
+        EXPECT_LT(std::abs(mean), 0.5) << pixels << ", " << camera << ", " << time;
+        EXPECT_LT(rms, 5.0) << pixels << ", " << camera << ", " << time;
+      }
+    }
+  }
+}
+
+TEST(CameraPicture, LargePixelsGetACoarseSurface) {
+  const auto subject = open_subject("figure");
+  const std::size_t all = subject->triangles().size() / 3;
+  std::size_t before = all + 1;
+  for (const double pixels : {0.25, 0.5, 1.0, 2.0}) {
+    Rig rig = rig_with_pixels(pixels);
+    CameraPicture picture(rig, 0, subject);
+    const std::size_t drawn_triangles = picture.subject().triangles().size() / 3;
+    EXPECT_LT(drawn_triangles, before);
+    if (pixels < 0.5) {
+      EXPECT_EQ(drawn_triangles, all);
+    }
+    before = drawn_triangles;
+    EXPECT_EQ(&CameraPicture(rig, 0, subject, PictureQuality::exact).subject(), subject.get());
+    // Cameras share what they draw.
+    EXPECT_EQ(&CameraPicture(rig, 2, subject).subject(), &picture.subject());
+    // The unit does not matter.
+    rig.unit = "mm";
+    for (Camera& camera : rig.cameras) camera.t *= 1000.0;
+    rig.bounds.reset();
+    EXPECT_EQ(&CameraPicture(rig, 0, subject).subject(), &picture.subject());
+  }
+  // Hair is not made coarser.
+  const auto hairy = open_subject("hairy");
+  EXPECT_EQ(&CameraPicture(rig_with_pixels(2.0), 0, hairy).subject(), hairy.get());
 }
 
 /// A triangle of its own for each instant, and how often it was asked for.

@@ -6,7 +6,7 @@
 #include <functional>
 #include <numbers>
 
-#include "studio/figure/polygonise.h"
+#include "studio/figure/polygons/polygonise.h"
 
 namespace polyhull::test {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "studio/figure/polygonise.h"
+#include "studio/figure/polygons/polygonise.h"
 
 #include <algorithm>
 #include <array>
