@@ -310,7 +310,9 @@ TEST(HullStress, AMovingFigureWithCamerasThatComeAndGo) {
       "%d frames, up to %zu triangles; memory %.1f MB after a quarter, %.1f MB at the end\n",
       frames, worst_triangles, double(after_a_quarter) / 1e6, double(end) / 1e6);
   // The sanitizers hold freed memory back; there the leak check judges.
-  if (!sanitized()) EXPECT_LT(end, after_a_quarter + after_a_quarter / 20 + 4000000);
+  if (!sanitized()) {
+    EXPECT_LT(end, after_a_quarter + after_a_quarter / 20 + 4000000);
+  }
 }
 
 }  // namespace

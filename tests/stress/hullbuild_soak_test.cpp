@@ -228,7 +228,9 @@ TEST(HullbuildSoak, AMovingFigureWithCamerasThatComeAndGo) {
   EXPECT_GT(arrivals.meshes, possible - possible / 5);
   EXPECT_EQ(arrivals.unsound, 0);
   // The sanitizers hold freed memory back; there the leak check judges.
-  if (!sanitized()) EXPECT_LT(end, after_a_quarter + after_a_quarter / 20 + 4000000);
+  if (!sanitized()) {
+    EXPECT_LT(end, after_a_quarter + after_a_quarter / 20 + 4000000);
+  }
 }
 
 }  // namespace
