@@ -306,7 +306,7 @@ TEST(CameraPicture, OutlinesAloneNeedSamples) {
         RecordProperty("mean_thousandths", static_cast<int>(1000.0 * mean));
         RecordProperty("rms_thousandths", static_cast<int>(1000.0 * rms));
         EXPECT_LT(std::abs(mean), 0.1) << name << " at " << time;
-        EXPECT_LT(rms, 2.0) << name << " at " << time;
+        EXPECT_LT(rms, 1.5) << name << " at " << time;
       }
     }
   }
