@@ -224,7 +224,7 @@ std::vector<Picture> pictures_of(const Rig& rig, const std::vector<Camera>& came
   std::vector<Picture> pictures(cameras.size());
   parallel_for(cameras.size(), 1, 0, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) {
-      CameraPicture camera(with, static_cast<int>(k), body.subject);
+      CameraPicture camera(with, static_cast<int>(k), body.subject, PictureQuality::exact);
       camera.set_time(body.seconds);
       Picture& out = pictures[k];
       out = {cameras[k].width, cameras[k].height, 4, {}};

@@ -60,7 +60,7 @@ std::vector<Matte> mattes_of(const std::shared_ptr<const Subject>& subject, cons
                              double time) {
   std::vector<Matte> mattes;
   for (std::size_t i = 0; i < rig.cameras.size(); ++i) {
-    CameraPicture picture(rig, static_cast<int>(i), subject);
+    CameraPicture picture(rig, static_cast<int>(i), subject, PictureQuality::exact);
     picture.set_time(time);
     Matte& matte = mattes.emplace_back();
     matte.resize(rig.cameras[i].width, rig.cameras[i].height);

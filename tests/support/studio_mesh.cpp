@@ -41,7 +41,7 @@ StudioMesh studio_mesh(const Rig& rig, const std::string& subject, double second
   std::vector<CameraContours> contours;
   for (std::size_t k = 0; k < count; ++k) {
     const Camera& camera = rig.cameras[k];
-    CameraPicture picture(rig, static_cast<int>(k), open_subject(subject));
+    CameraPicture picture(rig, static_cast<int>(k), open_subject(subject), PictureQuality::exact);
     picture.set_time(seconds);
     FrameView frame;
     frame.format = FrameFormat::rgba;
@@ -79,7 +79,7 @@ Picture studio_truth(const Camera& viewport, const std::string& subject, double 
                      const std::array<std::uint8_t, 3>& background) {
   Rig rig = default_rig();
   rig.cameras = {viewport};
-  CameraPicture camera(rig, 0, open_subject(subject));
+  CameraPicture camera(rig, 0, open_subject(subject), PictureQuality::exact);
   camera.set_time(seconds);
   PictureLook look;
   std::copy(background.begin(), background.end(), look.screen.colour);
