@@ -191,7 +191,10 @@ for frame in range({FRAMES}):
         sound = self.take.read_bytes()
         damaged, rescued = self.folder / "page.take", self.folder / "rescued_page.take"
         page = 32768
-        for at in range(page, len(sound), page):
+        places = list(range(page, len(sound), page))
+        if "POLYHULL_LONG" not in os.environ:
+            places = places[:3] + places[3::7] + places[-1:]
+        for at in places:
             damaged.write_bytes(sound[:at] + b"\xa5" * min(page, len(sound) - at) + sound[at + page:])
             rescued.unlink(missing_ok=True)
             result = take("recover", damaged, "-o", rescued)
