@@ -4,17 +4,21 @@
 up every setting that the text names as `ELEMENT PROPERTY=VALUE`: the element must take it.
 
 A fence whose first line is `# not run: REASON` is left out and listed. Each one runs in an empty folder
-of its own with `bash -e`; commands that the documents say run for ever are bounded by `timeout` there.
+of its own with `bash -e`, two at a time; commands that the documents say run for ever are bounded by `timeout` there.
 """
+import concurrent.futures
+import contextlib
 import os
 import pathlib
 import re
 import subprocess
 import sys
 import tempfile
+import threading
 
 SOURCE = pathlib.Path(os.environ["POLYHULL_SOURCE"])
 TIMEOUT = int(os.environ.get("POLYHULL_DOCS_TIMEOUT", "120"))
+PORTS = threading.Lock()  # of the network and of real time, one example at a time
 
 
 def documents():
@@ -80,34 +84,36 @@ def run(code):
                               text=True, timeout=TIMEOUT)
 
 
+def outcome(fence):
+    """What to say of an example, and whether it ran (None: it was left out)."""
+    path, line, code = fence
+    where = f"{path}:{line}"
+    reason = re.match(r"# not run: (.*)", code)
+    if reason:
+        return f"left out {where}: {reason.group(1)}", None
+    if re.search(r"(^|[ =\"'])data/", code) and not pathlib.Path(os.environ.get("POLYHULL_DATA", "")).is_dir():
+        return f"skipped {where}: the real input is not here", None
+    try:
+        with PORTS if re.search(r"port|server|client|udp|tcp|srt|--live|is-live", code) else contextlib.nullcontext():
+            result = run(code)
+        if result.returncode == 0:
+            return f"ok {where}", True
+        output = result.stdout + result.stderr
+    except subprocess.TimeoutExpired:
+        output = f"still running after {TIMEOUT} s"
+    return f"FAILED {where}\n{code}\n{output}", False
+
+
 def main():
     wanted = sys.argv[1] if len(sys.argv) > 1 else ""
     settings, failures = check_settings()
     print(f"{settings} settings looked up, {failures} wrong")
     passed = 0
-    for path, line, code in fences():
-        where = f"{path}:{line}"
-        if wanted and wanted not in where:
-            continue
-        reason = re.match(r"# not run: (.*)", code)
-        if reason:
-            print(f"left out {where}: {reason.group(1)}")
-            continue
-        if re.search(r"(^|[ =\"'])data/", code) and not pathlib.Path(
-                os.environ.get("POLYHULL_DATA", "")).is_dir():
-            print(f"skipped {where}: the real input is not here")
-            continue
-        try:
-            result = run(code)
-            if result.returncode == 0:
-                passed += 1
-                print(f"ok {where}")
-                continue
-            output = result.stdout + result.stderr
-        except subprocess.TimeoutExpired:
-            output = f"still running after {TIMEOUT} s"
-        failures += 1
-        print(f"FAILED {where}\n{code}\n{output}")
+    with concurrent.futures.ThreadPoolExecutor(2) as pool:
+        for text, ran in pool.map(outcome, [fence for fence in fences() if wanted in f"{fence[0]}:{fence[1]}"]):
+            print(text, flush=True)
+            passed += ran is True
+            failures += ran is False
     print(f"{passed} examples ran, {failures} failed")
     return 1 if failures or not passed else 0
 
