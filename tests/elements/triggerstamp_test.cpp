@@ -203,7 +203,7 @@ GST_START_TEST(test_fires_when_a_set_was_composited) {
       "serialtrigger name=trigger rate=0/1 fire-on=composited timeout=20000000000 "
       "device=" +
       terminal.device +
-      " composite name=mix ! fakesink sync=false videotestsrc "
+      " composite name=mix ! fakesink sync=true videotestsrc "
       "num-buffers=4 ! video/x-raw,format=RGBA,width=160,height=90,framerate=10/1 ! "
       "mix.background hullbuild name=hull ! mix.mesh_0";
   for (const char* camera : {"cam0", "cam1", "cam2", "cam3"})
