@@ -17,12 +17,14 @@ void start(int, char**, char** environment) {
   };
   char** end = environment;
   while (*end != nullptr) ++end;
+  if (std::none_of(environment, end, is_preload)) return;
+  void* const initialise = dlsym(RTLD_DEFAULT, "__asan_init");
+  if (initialise == nullptr) return;  // another library is preloaded
   char** const kept = std::remove_if(environment, end, is_preload);
-  if (kept == end) return;
   *std::remove_if(environment, kept, [](const char* entry) {
     return std::string_view(entry).starts_with("LD_LIBRARY_PATH=");
   }) = nullptr;
-  reinterpret_cast<void (*)()>(dlsym(RTLD_DEFAULT, "__asan_init"))();
+  reinterpret_cast<void (*)()>(initialise)();
 }
 
 [[gnu::section(".preinit_array"), gnu::used]] void (*const start_first)(int, char**,
