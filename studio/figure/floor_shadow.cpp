@@ -11,25 +11,27 @@ float square(const Vec3f& v) {
   return glm::dot(v, v);
 }
 
+constexpr int lines_at_once = 16;
+
 /// A box pass of radius \p radius along one axis of a square map, several lines at a time: each
 /// sum waits for the one before it in its line.
 void smooth_axis(const std::vector<float>& in, std::vector<float>& out, int cells, int radius,
                  bool along_x) {
   const std::size_t step = along_x ? 1 : cells, next = along_x ? cells : 1;
   const float scale = 1.0f / static_cast<float>(2 * radius + 1);
-  constexpr int lines = 16;
-  for (int line = 0; line < cells; line += lines) {
+  for (int line = 0; line < cells; line += lines_at_once) {
     const float* source = in.data() + line * next;
     float* target = out.data() + line * next;
-    float sums[lines] = {};
+    float sums[lines_at_once] = {};
     const auto add = [&](int i, float sign) {
-      for (int k = 0; k < lines; ++k) sums[k] += sign * source[i * step + k * next];
+      for (int k = 0; k < lines_at_once; ++k) sums[k] += sign * source[i * step + k * next];
     };
     for (int i = 0; i < radius; ++i) add(i, 1.0f);
     for (int i = 0; i < cells; ++i) {
       if (i + radius < cells) add(i + radius, 1.0f);
       if (i - radius - 1 >= 0) add(i - radius - 1, -1.0f);
-      for (int k = 0; k < lines; ++k) target[i * step + k * next] = std::max(sums[k] * scale, 0.0f);
+      for (int k = 0; k < lines_at_once; ++k)
+        target[i * step + k * next] = std::max(sums[k] * scale, 0.0f);
     }
   }
 }
@@ -46,6 +48,7 @@ void blur_map(std::vector<float>& map, std::vector<float>& scratch, int cells, i
 
 FloorShadow::FloorShadow(const SubjectFrame& frame, const std::vector<std::uint32_t>& triangles)
     : map_(cells * cells, 0.0f) {
+  static_assert(cells % lines_at_once == 0);
   constexpr float per_metre = cells / (2.0f * reach);
   constexpr float small = 0.9f / per_metre, small_square = small * small;
   const auto mark = [&](const Vec3f& p) {

@@ -2,6 +2,8 @@
 #include "studio/figure/polygons/coarsen.h"
 
 #include <algorithm>
+#include <cstdint>
+#include <iterator>
 #include <queue>
 #include <tuple>
 #include <utility>

@@ -9,8 +9,7 @@
 /// outlines stay. What is flat gets large triangles, what is round small ones.
 #pragma once
 
-#include <cstdint>
-#include <functional>
+#include <cstddef>
 #include <vector>
 
 #include "studio/figure/polygons/polygonise.h"
