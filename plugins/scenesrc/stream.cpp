@@ -38,7 +38,7 @@ void SceneStream::open(const SceneSettings& settings) {
 }
 
 void SceneStream::close() {
-  pixels_.reset();
+  sent_.reset();
   background_.reset();
   camera_ = Camera{};
   announced_.clear();
@@ -84,18 +84,18 @@ bool SceneStream::refine(GstBaseSrc* source, const SceneSettings& settings, GstC
 
 GstBuffer* SceneStream::make_buffer(const GstVideoInfo& info, bool changed) {
   const GstVideoFormat format = GST_VIDEO_INFO_FORMAT(&info);
-  if (changed || pixels_ == nullptr || pixels_format_ != format ||
-      gst_memory_get_sizes(pixels_.get(), nullptr, nullptr) != info.size) {
+  if (changed || sent_ == nullptr || sent_format_ != format ||
+      gst_buffer_get_size(sent_.get()) != info.size) {
     MappedMemory memory(gst_allocator_alloc(nullptr, info.size, nullptr), GST_MAP_WRITE);
     const bool bgr = format == GST_VIDEO_FORMAT_BGRx || format == GST_VIDEO_FORMAT_BGRA;
     background_->write(memory.data(),
                        static_cast<std::size_t>(GST_VIDEO_INFO_PLANE_STRIDE(&info, 0)),
                        bgr ? 2 : 0);
-    pixels_.reset(gst_memory_ref(memory.memory()));
-    pixels_format_ = format;
+    sent_.reset(gst_buffer_new());
+    gst_buffer_append_memory(sent_.get(), gst_memory_ref(memory.memory()));
+    sent_format_ = format;
   }
-  GstBuffer* buffer = gst_buffer_new();
-  gst_buffer_append_memory(buffer, gst_memory_ref(pixels_.get()));
+  GstBuffer* buffer = gst_buffer_copy(sent_.get());
   set_planes(buffer, background_->planes());
   return buffer;
 }

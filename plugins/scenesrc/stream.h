@@ -55,8 +55,9 @@ class SceneStream {
   std::unique_ptr<Background> background_;
   std::vector<Light> lights_;  // as in the scene's file
   float exposure_ = 1.0f;      // as in the scene's file
-  MemoryRef pixels_;           // of the last frame, shared with the buffers that show it
-  GstVideoFormat pixels_format_ = GST_VIDEO_FORMAT_UNKNOWN;
+  // The last picture. Its memory is in two buffers wherever one of them is sent: nobody may write to it.
+  BufferRef sent_;
+  GstVideoFormat sent_format_ = GST_VIDEO_FORMAT_UNKNOWN;
   Camera camera_;                                 // the last good one; width 0: none yet
   double aperture_ = 0.0, focus_distance_ = 0.0;  // of its lens, where that is tracked
   std::string announced_;                         // what downstream was last told

@@ -96,12 +96,40 @@ GST_START_TEST(pixels_are_counted) {
 }
 GST_END_TEST
 
+// scenesrc sends the memory of a picture that stands still with each frame: who draws into it draws
+// over what was drawn before.
+GST_START_TEST(what_a_source_sends_again_is_not_drawn_into) {
+  for (const char* backend : {"processor", "gl"}) {
+    GstHarness* scene = gst_harness_new_parse(
+        "scenesrc refinement=never ! capsfilter "
+        "caps=video/x-raw,format=RGBA,width=320,height=180,framerate=25/1");
+    gst_harness_play(scene);
+    StillBench bench(backend);
+    std::vector<std::uint8_t> first;
+    GstMemory* memory = nullptr;
+    for (int i = 0; i < 4; ++i) {
+      GstBuffer* picture = gst_harness_pull(scene);
+      fail_unless(picture != nullptr);
+      fail_unless(i == 0 || gst_buffer_peek_memory(picture, 0) == memory, "it sends another");
+      memory = gst_buffer_peek_memory(picture, 0);
+      fail_if(gst_buffer_is_all_memory_writable(picture));
+      const std::vector<std::uint8_t> drawn = bench.draw(i, picture);
+      if (i == 0) first = drawn;
+      fail_unless(drawn == first, "%s: frame %d is another", backend, i);
+    }
+    fail_unless(statistic(bench.element, "pixels-changed") > 0);
+    gst_harness_teardown(scene);
+  }
+}
+GST_END_TEST
+
 static Suite* composite_still_suite() {
   Suite* suite = suite_create("composite_still");
   TCase* tc = tcase_create("general");
   tcase_add_test(tc, shared_memory_is_uploaded_once);
   tcase_add_test(tc, equal_frames_are_uploaded_once);
   tcase_add_test(tc, the_processor_uploads_nothing);
+  tcase_add_test(tc, what_a_source_sends_again_is_not_drawn_into);
   tcase_add_test(tc, pixels_are_counted);
   suite_add_tcase(suite, tc);
   return suite;
