@@ -20,8 +20,6 @@ namespace fs = std::filesystem;
 using calibration::BoardFinder;
 using calibration::Take;
 using calibration::View;
-constexpr auto bad = Error::Kind::bad_input;
-
 bool is_picture(const fs::path& path) {
   std::string ending = path.extension().string();
   std::ranges::transform(ending, ending.begin(), [](unsigned char c) { return std::tolower(c); });
@@ -69,11 +67,12 @@ Files list_files(const std::string& folder) {
     for (const fs::directory_entry& file : fs::directory_iterator(entry.path()))
       if (is_picture(file.path())) paths.push_back(file.path());
     if (paths.empty())
-      throw Error(bad, "The folder '{}' holds no PNG or JPEG pictures.", entry.path().string());
+      throw Error(Error::Kind::bad_input, "The folder '{}' holds no PNG or JPEG pictures.",
+                  entry.path().string());
     std::ranges::sort(paths);
     const std::string name = entry.path().filename().string();
     if (!is_utf8(name))
-      throw Error(bad,
+      throw Error(Error::Kind::bad_input,
                   "The folder '{}' has a name that is not UTF-8, as the rig file needs for its "
                   "cameras; rename it.",
                   entry.path().string());
@@ -81,7 +80,8 @@ Files list_files(const std::string& folder) {
   }
   if (files.empty())
     throw Error(
-        bad, "The folder '{}' has no sub-folders; there must be one per camera, with its pictures.",
+        Error::Kind::bad_input,
+        "The folder '{}' has no sub-folders; there must be one per camera, with its pictures.",
         folder);
   return files;
 }
@@ -104,13 +104,13 @@ Picture mirrored(Picture picture) {
     if (file.empty() || !target.board.named || tried++ == 10) continue;
     if (finder.find(mirrored(load_grey(file))))
       throw Error(
-          bad,
+          Error::Kind::bad_input,
           "The pictures of camera '{}' are mirrored: markers are read in '{}' only when it is "
           "reflected. Switch off mirroring in the camera or recorder.",
           pictures.cameras[c], file);
   }
   throw Error(
-      bad,
+      Error::Kind::bad_input,
       "The board is in none of the pictures of camera '{}'. Has it {}x{} inner corners{}? A "
       "chessboard must be seen whole, sharp, with a white margin.",
       pictures.cameras[c], target.board.columns, target.board.rows,
@@ -162,13 +162,14 @@ Pictures list_pictures(const std::string& folder) {
     for (const fs::path& path : paths) {
       const std::string instant = by_name ? path.stem().string() : number_in(path.stem().string());
       if (instant.empty())
-        throw Error(bad,
+        throw Error(Error::Kind::bad_input,
                     "No two cameras have pictures of the same name, and '{}' has no number in its "
                     "name: pictures of one instant must share name or number.",
                     path.string());
       if (!found[camera].emplace(instant, path.string()).second)
-        throw Error(bad, "Camera '{}' has two pictures of instant '{}': '{}' and '{}'.", camera,
-                    instant, found[camera][instant], path.string());
+        throw Error(Error::Kind::bad_input,
+                    "Camera '{}' has two pictures of instant '{}': '{}' and '{}'.", camera, instant,
+                    found[camera][instant], path.string());
       instants.insert(instant);
     }
   }
@@ -201,7 +202,8 @@ Take find_views(const Pictures& pictures, const calibration::Target& target,
       camera.height = job.height;
     }
     if (job.width != camera.width || job.height != camera.height)
-      throw Error(bad, "'{}' has {}x{} pixels, the pictures before it of camera '{}' {}x{}.",
+      throw Error(Error::Kind::bad_input,
+                  "'{}' has {}x{} pixels, the pictures before it of camera '{}' {}x{}.",
                   pictures.files[job.camera][job.instant], job.width, job.height, camera.name,
                   camera.width, camera.height);
     if (!job.view) continue;
@@ -218,10 +220,13 @@ Take find_views(const Pictures& pictures, const calibration::Target& target,
 void use_lenses(Take& take, const Rig& rig) {
   for (calibration::TakeCamera& camera : take.cameras) {
     const Camera* known = rig.find(camera.name);
-    if (!known) throw Error(bad, "The file with the lenses has no camera '{}'.", camera.name);
+    if (!known)
+      throw Error(Error::Kind::bad_input, "The file with the lenses has no camera '{}'.",
+                  camera.name);
     if (known->width != camera.width || known->height != camera.height)
       throw Error(
-          bad, "The pictures of camera '{}' have {}x{} pixels, its lens was calibrated with {}x{}.",
+          Error::Kind::bad_input,
+          "The pictures of camera '{}' have {}x{} pixels, its lens was calibrated with {}x{}.",
           camera.name, camera.width, camera.height, known->width, known->height);
     camera.known = *known;
   }
@@ -240,9 +245,12 @@ std::vector<Vec3> read_floor_points(const std::string& path, const Rig& rig) {
     Vec2 pixel;
     const bool read = static_cast<bool>(words >> point >> camera >> pixel.x >> pixel.y);
     if (!read || (words >> rest))
-      throw Error(bad, "'{}', line {}: expected POINT CAMERA U V.", path, number);
+      throw Error(Error::Kind::bad_input, "'{}', line {}: expected POINT CAMERA U V.", path,
+                  number);
     const Camera* found = rig.find(camera);
-    if (!found) throw Error(bad, "'{}', line {}: there is no camera '{}'.", path, number, camera);
+    if (!found)
+      throw Error(Error::Kind::bad_input, "'{}', line {}: there is no camera '{}'.", path, number,
+                  camera);
     auto at = std::ranges::find(points, point, [](const auto& p) { return p.first; });
     if (at == points.end()) at = points.insert(points.end(), {point, {}});
     at->second.emplace_back(found - rig.cameras.data(), pixel);
@@ -252,7 +260,7 @@ std::vector<Vec3> read_floor_points(const std::string& path, const Rig& rig) {
     try {
       out.push_back(calibration::triangulate(rig, seen));
     } catch (const Error& error) {
-      throw Error(bad, "'{}', point '{}': {}", path, name, error.what());
+      throw Error(Error::Kind::bad_input, "'{}', point '{}': {}", path, name, error.what());
     }
   }
   return out;

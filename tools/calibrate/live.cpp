@@ -20,7 +20,6 @@ namespace {
 namespace fs = std::filesystem;
 using calibration::BoardGuide;
 using calibration::View;
-constexpr auto bad = Error::Kind::bad_input;
 using Views = std::vector<std::optional<View>>;
 
 /// Cameras without a common trigger take a moving board at different places; within this they are
@@ -50,9 +49,11 @@ void make_empty(const std::string& folder) {
   std::error_code error;
   fs::create_directories(folder, error);
   if (error || !fs::is_directory(folder))
-    throw Error(bad, "The folder '{}' cannot be made: {}.", folder, error.message());
+    throw Error(Error::Kind::bad_input, "The folder '{}' cannot be made: {}.", folder,
+                error.message());
   if (!fs::is_empty(folder, error))
-    throw Error(bad, "The folder '{}' is not empty; give a new one for the live cameras' pictures.",
+    throw Error(Error::Kind::bad_input,
+                "The folder '{}' is not empty; give a new one for the live cameras' pictures.",
                 folder);
 }
 
@@ -70,9 +71,9 @@ bool stands_still(const View& now, const std::optional<View>& before, int width)
   return count > 0 && sum < still * width * count;
 }
 
-class Take {
+class LivePictures {
  public:
-  Take(const LiveTake& how, const calibration::Target& target)
+  LivePictures(const LiveTake& how, const calibration::Target& target)
       : how_(how), finder_(target), cameras_(how.sources), last_(how.sources.size()) {
     if (!how.show.empty()) window_.emplace(how.show);
     for (const LiveSource& source : how.sources) names_.push_back(source.name);
@@ -97,7 +98,8 @@ class Take {
         std::this_thread::sleep_for(std::chrono::milliseconds(10));
     }
     if (guide.instants() == 0)
-      throw Error(bad, "No camera has seen the board standing still for {:g} s.", how_.every);
+      throw Error(Error::Kind::bad_input, "No camera has seen the board standing still for {:g} s.",
+                  how_.every);
   }
 
  private:
@@ -109,7 +111,8 @@ class Take {
       if (!open || std::ranges::none_of(last_, &Picture::empty)) break;
     }
     for (std::size_t c = 0; c < last_.size(); ++c)
-      if (last_[c].empty()) throw Error(bad, "Camera '{}' has sent no picture.", names_[c]);
+      if (last_[c].empty())
+        throw Error(Error::Kind::bad_input, "Camera '{}' has sent no picture.", names_[c]);
   }
 
   Views look() {
@@ -118,8 +121,9 @@ class Take {
       for (std::size_t c = begin; c < end; ++c) {
         if (!pictures_[c]) continue;
         if (pictures_[c]->width != last_[c].width || pictures_[c]->height != last_[c].height)
-          throw Error(bad, "Camera '{}' has changed from {}x{} to {}x{}.", names_[c],
-                      last_[c].width, last_[c].height, pictures_[c]->width, pictures_[c]->height);
+          throw Error(Error::Kind::bad_input, "Camera '{}' has changed from {}x{} to {}x{}.",
+                      names_[c], last_[c].width, last_[c].height, pictures_[c]->width,
+                      pictures_[c]->height);
         last_[c] = std::move(*pictures_[c]);
         views[c] = finder_.find(last_[c]);
         if (views[c]) views[c]->camera = c;
@@ -165,7 +169,7 @@ void take_live(const LiveTake& take, const calibration::Target& target) {
   gst_init(nullptr, nullptr);
   make_empty(take.folder);
   const Interruption until;
-  Take(take, target).run();
+  LivePictures(take, target).run();
 }
 
 }  // namespace polyhull::calibrate_tool

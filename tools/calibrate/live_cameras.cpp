@@ -13,8 +13,6 @@
 namespace polyhull::calibrate_tool {
 namespace {
 
-constexpr auto bad = Error::Kind::bad_input;
-
 GstElement* parse(const std::string& line, const std::string& whose) {
   GError* error = nullptr;
   GstElement* pipeline = gst_parse_launch(line.c_str(), &error);
@@ -22,7 +20,7 @@ GstElement* parse(const std::string& line, const std::string& whose) {
   const std::string what = error->message;
   g_clear_error(&error);
   if (pipeline != nullptr) gst_object_unref(pipeline);
-  throw Error(bad, "The elements of {} are not understood: {}.", whose, what);
+  throw Error(Error::Kind::bad_input, "The elements of {} are not understood: {}.", whose, what);
 }
 
 Picture picture_of(GstSample* sample) {
@@ -47,13 +45,14 @@ LiveSource parse_source(const std::string& text) {
   const auto sign = text.find('=');
   const auto space = text.find_first_of(" !");
   if (sign == std::string::npos || sign == 0 || space < sign || sign + 1 == text.size())
-    throw Error(bad,
+    throw Error(Error::Kind::bad_input,
                 "--live is '{}'; expected NAME=ELEMENTS, such as 'cam0=v4l2src "
                 "device=/dev/video0'.",
                 text);
   LiveSource source{text.substr(0, sign), text.substr(sign + 1)};
   if (source.name.find('/') != std::string::npos || source.name.starts_with('.'))
-    throw Error(bad, "'{}' cannot name a camera: it is the name of a folder, too.", source.name);
+    throw Error(Error::Kind::bad_input,
+                "'{}' cannot name a camera: it is the name of a folder, too.", source.name);
   return source;
 }
 
@@ -63,7 +62,7 @@ LiveCameras::LiveCameras(const std::vector<LiveSource>& sources) {
   try {
     for (const LiveSource& source : sources) {
       if (std::ranges::any_of(cameras_, [&](const Camera& c) { return c.name == source.name; }))
-        throw Error(bad, "Two of --live name the camera '{}'.", source.name);
+        throw Error(Error::Kind::bad_input, "Two of --live name the camera '{}'.", source.name);
       GError* error = nullptr;
       const std::string line = source.elements +
                                " ! videoconvert ! video/x-raw,format=GRAY8 ! appsink name=sink "
@@ -73,7 +72,8 @@ LiveCameras::LiveCameras(const std::vector<LiveSource>& sources) {
         const std::string what = error->message;
         g_clear_error(&error);
         if (bin != nullptr) gst_object_unref(bin);
-        throw Error(bad, "The elements of camera '{}' are not understood: {}.", source.name, what);
+        throw Error(Error::Kind::bad_input, "The elements of camera '{}' are not understood: {}.",
+                    source.name, what);
       }
       gst_object_set_name(GST_OBJECT(bin), source.name.c_str());
       gst_bin_add(GST_BIN(pipeline_), bin);
@@ -81,7 +81,7 @@ LiveCameras::LiveCameras(const std::vector<LiveSource>& sources) {
     }
     if (gst_element_set_state(pipeline_, GST_STATE_PLAYING) == GST_STATE_CHANGE_FAILURE) {
       throw_errors();
-      throw Error(bad, "The cameras do not start.");
+      throw Error(Error::Kind::bad_input, "The cameras do not start.");
     }
   } catch (...) {
     gst_element_set_state(pipeline_, GST_STATE_NULL);
@@ -113,7 +113,7 @@ void LiveCameras::throw_errors() {
   const std::string what = error->message;
   g_clear_error(&error);
   gst_message_unref(message);
-  throw Error(bad, "Camera '{}' fails: {}", who, what);
+  throw Error(Error::Kind::bad_input, "Camera '{}' fails: {}", who, what);
 }
 
 bool LiveCameras::take(GstClockTime tolerance, std::vector<std::optional<Picture>>& pictures) {
@@ -151,7 +151,8 @@ Window::Window(const std::string& elements) {
     gst_element_set_state(pipeline_, GST_STATE_NULL);
     gst_object_unref(source_);
     gst_object_unref(pipeline_);
-    throw Error(bad, "'{}' cannot show pictures here. --show '' does without.", elements);
+    throw Error(Error::Kind::bad_input, "'{}' cannot show pictures here. --show '' does without.",
+                elements);
   }
 }
 

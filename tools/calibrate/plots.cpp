@@ -5,9 +5,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 
 #include "base/picture.h"
+#include "calibrate/append.h"
 
 namespace polyhull::calibrate_tool {
 namespace {
@@ -15,11 +15,6 @@ namespace {
 using calibration::Calibration;
 using calibration::View;
 using calibration::ViewFit;
-
-template <typename... Values>
-void add(std::string& out, fmt::format_string<Values...> format, Values&&... values) {
-  fmt::format_to(std::back_inserter(out), format, std::forward<Values>(values)...);
-}
 
 std::string base64(const std::vector<std::uint8_t>& bytes) {
   constexpr char letters[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
@@ -96,9 +91,9 @@ std::string coverage_plot(const Calibration& calibration, std::size_t c) {
   const calibration::TakeCamera& camera = calibration.take.cameras[c];
   std::string out = svg_begin(camera, 360);
   const double radius = camera.width / 250.0;
-  add(out, "<g fill=\"#2266aa\" fill-opacity=\".5\">");
+  append(out, "<g fill=\"#2266aa\" fill-opacity=\".5\">");
   each_corner(calibration, c, [&](const Vec2& corner, const Vec2&) {
-    add(out, "<circle cx=\"{:.0f}\" cy=\"{:.0f}\" r=\"{:.1f}\"/>", corner.x, corner.y, radius);
+    append(out, "<circle cx=\"{:.0f}\" cy=\"{:.0f}\" r=\"{:.1f}\"/>", corner.x, corner.y, radius);
   });
   return out + "</g></svg>";
 }
@@ -111,7 +106,7 @@ std::string residual_cloud(const Calibration& calibration, std::size_t c) {
       "fill=\"#aa3322\" fill-opacity=\".35\">";
   each_corner(calibration, c, [&](const Vec2&, const Vec2& residual) {
     const Vec2 p = glm::clamp(scale * residual, -198.0, 198.0);
-    add(out, "<circle cx=\"{:.0f}\" cy=\"{:.0f}\" r=\"3\"/>", p.x, p.y);
+    append(out, "<circle cx=\"{:.0f}\" cy=\"{:.0f}\" r=\"3\"/>", p.x, p.y);
   });
   return out + "</g><circle r=\"40\" fill=\"none\" stroke=\"#000\" stroke-width=\"2\"/></svg>";
 }
@@ -137,11 +132,11 @@ std::string residual_field(const Calibration& calibration, std::size_t c) {
     const Vec2 to = from + scale * mean;
     // What is left of so many corners' noise is nothing to see in.
     const bool sure = glm::length(mean) > 3.0 * calibration.adjusted.noise / std::sqrt(counts[i]);
-    add(out,
-        "<line x1=\"{:.0f}\" y1=\"{:.0f}\" x2=\"{:.0f}\" y2=\"{:.0f}\" stroke=\"{}\" "
-        "stroke-width=\"{:.1f}\"/><circle cx=\"{:.0f}\" cy=\"{:.0f}\" r=\"{:.1f}\"/>",
-        from.x, from.y, to.x, to.y, sure ? "#cc2211" : "#2266aa", camera.width / 300.0, from.x,
-        from.y, camera.width / 400.0);
+    append(out,
+           "<line x1=\"{:.0f}\" y1=\"{:.0f}\" x2=\"{:.0f}\" y2=\"{:.0f}\" stroke=\"{}\" "
+           "stroke-width=\"{:.1f}\"/><circle cx=\"{:.0f}\" cy=\"{:.0f}\" r=\"{:.1f}\"/>",
+           from.x, from.y, to.x, to.y, sure ? "#cc2211" : "#2266aa", camera.width / 300.0, from.x,
+           from.y, camera.width / 400.0);
   }
   return out + "</svg>";
 }
@@ -163,13 +158,14 @@ std::string view_picture(const Calibration& calibration, const Pictures& picture
   for (std::size_t i = 0; i < view.corners.size(); ++i) {
     const Vec2& at = view.corners[i];
     const Vec2 to = at + glm::clamp(longer * fit.residuals[i], -1e4, 1e4);
-    add(out,
-        "<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"{:.1f}\" fill=\"{}\"/><line x1=\"{:.1f}\" "
-        "y1=\"{:.1f}\" x2=\"{:.1f}\" y2=\"{:.1f}\" stroke=\"#ff3322\" stroke-width=\"{:.1f}\"/>",
-        at.x, at.y, camera.width / 250.0, view.ids[i] == 0 ? "#ffdd00" : "#22cc55", at.x, at.y,
-        to.x, to.y, camera.width / 400.0);
+    append(out,
+           "<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"{:.1f}\" fill=\"{}\"/><line x1=\"{:.1f}\" "
+           "y1=\"{:.1f}\" x2=\"{:.1f}\" y2=\"{:.1f}\" stroke=\"#ff3322\" stroke-width=\"{:.1f}\"/>",
+           at.x, at.y, camera.width / 250.0, view.ids[i] == 0 ? "#ffdd00" : "#22cc55", at.x, at.y,
+           to.x, to.y, camera.width / 400.0);
   }
-  add(out,
+  append(
+      out,
       "</svg><figcaption>{}, {}: {:.2f} px{}; residuals {:.0f} times as long</figcaption></figure>",
       escaped(camera.name), escaped(calibration.take.instants[view.instant]), fit.rms,
       fit.used ? "" : ", left out", longer);

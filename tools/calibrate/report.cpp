@@ -4,8 +4,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <iterator>
 
+#include "calibrate/append.h"
 #include "calibrate/plots.h"
 
 namespace polyhull::calibrate_tool {
@@ -13,11 +13,6 @@ namespace {
 
 using calibration::Calibration;
 using calibration::CameraFit;
-
-template <typename... Values>
-void add(std::string& out, fmt::format_string<Values...> format, Values&&... values) {
-  fmt::format_to(std::back_inserter(out), format, std::forward<Values>(values)...);
-}
 
 constexpr const char* style = R"(<style>
 body{font:15px/1.4 sans-serif;margin:2em;max-width:1500px}table{border-collapse:collapse}
@@ -42,16 +37,16 @@ void add_cameras(std::string& out, const Calibration& calibration) {
     const Camera& camera = calibration.rig.cameras[c];
     const auto& sigma = calibration.adjusted.uncertainties[c].lens;
     const Vec3 centre = camera.centre();
-    add(out, "<tr><td>{}<td>{}<td>{}<td>{:.3f}<td>{:.0f} %<td>{}<td>{}<td>{}<td>{}",
-        escaped(camera.name), fit.views, fit.left_out, fit.rms, 1e2 * fit.coverage,
-        number(camera.K[0][0], sigma[0], 2), number(camera.K[1][1], sigma[1], 2),
-        number(camera.K[2][0], sigma[2], 2), number(camera.K[2][1], sigma[3], 2));
+    append(out, "<tr><td>{}<td>{}<td>{}<td>{:.3f}<td>{:.0f} %<td>{}<td>{}<td>{}<td>{}",
+           escaped(camera.name), fit.views, fit.left_out, fit.rms, 1e2 * fit.coverage,
+           number(camera.K[0][0], sigma[0], 2), number(camera.K[1][1], sigma[1], 2),
+           number(camera.K[2][0], sigma[2], 2), number(camera.K[2][1], sigma[3], 2));
     for (std::size_t i = 0; i < 5; ++i) {
       const bool has = i < camera.distortion.size();
       out += "<td>" + (has ? number(camera.distortion[i], sigma[4 + i], 4) : std::string("–"));
     }
-    add(out, "<td>{:.4f} {:.4f} {:.4f}<td>{:.2f}<td>{:.4f}</tr>", centre.x, centre.y, centre.z,
-        1e3 * fit.centre_sigma, fit.rotation_sigma);
+    append(out, "<td>{:.4f} {:.4f} {:.4f}<td>{:.2f}<td>{:.4f}</tr>", centre.x, centre.y, centre.z,
+           1e3 * fit.centre_sigma, fit.rotation_sigma);
   }
   out +=
       "</table><p>± is one standard deviation by the adjustment's covariances, of poses against "
@@ -85,8 +80,9 @@ void add_views(std::string& out, const Calibration& calibration) {
   std::string left_out;
   for (std::size_t v = 0; v < take.views.size(); ++v)
     if (!calibration.adjusted.views[v].used)
-      add(left_out, "<li>{}, {}: {:.2f} px</li>", escaped(take.cameras[take.views[v].camera].name),
-          escaped(take.instants[take.views[v].instant]), calibration.adjusted.views[v].rms);
+      append(left_out, "<li>{}, {}: {:.2f} px</li>",
+             escaped(take.cameras[take.views[v].camera].name),
+             escaped(take.instants[take.views[v].instant]), calibration.adjusted.views[v].rms);
   if (!left_out.empty()) out += "<p>Left out:</p><ul>" + left_out + "</ul>";
 }
 
@@ -107,10 +103,11 @@ std::string report_page(const Calibration& calibration, const Pictures& pictures
                         const std::vector<std::string>& faults) {
   std::string out = "<!doctype html><html lang=en><meta charset=utf-8><title>Calibration</title>";
   out += style;
-  add(out, "<h1>Calibration of {} cameras</h1><div class={}>{}", calibration.cameras.size(),
-      faults.empty() ? "good" : "bad", faults.empty() ? "Good." : "Not good:<ul>");
+  append(out, "<h1>Calibration of {} cameras</h1><div class={}>{}", calibration.cameras.size(),
+         faults.empty() ? "good" : "bad", faults.empty() ? "Good." : "Not good:<ul>");
   for (const std::string& fault : faults) out += "<li>" + escaped(fault) + "</li>";
-  add(out,
+  append(
+      out,
       "{}</div><p>{} views at {} instants; corners are {:.3f} px (root mean square) from where the "
       "model has them, which is a noise of {:.3f} px in each coordinate.{}</p>",
       faults.empty() ? "" : "</ul>", calibration.take.views.size(),
@@ -123,7 +120,8 @@ std::string report_page(const Calibration& calibration, const Pictures& pictures
   out += scene_drawing(calibration);
   add_views(out, calibration);
   for (std::size_t c = 0; c < calibration.cameras.size(); ++c) {
-    add(out,
+    append(
+        out,
         "<h2>{}</h2><p>Where corners were seen; their residuals (circle: the noise); the mean "
         "residual "
         "by place (a cell's width: the noise; red: more than chance), where a lens shows that the "
@@ -145,11 +143,11 @@ std::string report_table(const Calibration& calibration) {
     const CameraFit& fit = calibration.cameras[c];
     const Camera& camera = calibration.rig.cameras[c];
     const Vec3 p = camera.centre();
-    add(out, "{:12} {:5} {:8} {:7.3f} {:6.0f}% {:>19} {:>25} {:9.3f} {:9.4f}°\n", camera.name,
-        fit.views, fit.left_out, fit.rms, 1e2 * fit.coverage,
-        number(camera.K[0][0], calibration.adjusted.uncertainties[c].lens[0], 2),
-        fmt::format("{:.4f} {:.4f} {:.4f}", p.x, p.y, p.z), 1e3 * fit.centre_sigma,
-        fit.rotation_sigma);
+    append(out, "{:12} {:5} {:8} {:7.3f} {:6.0f}% {:>19} {:>25} {:9.3f} {:9.4f}°\n", camera.name,
+           fit.views, fit.left_out, fit.rms, 1e2 * fit.coverage,
+           number(camera.K[0][0], calibration.adjusted.uncertainties[c].lens[0], 2),
+           fmt::format("{:.4f} {:.4f} {:.4f}", p.x, p.y, p.z), 1e3 * fit.centre_sigma,
+           fit.rotation_sigma);
   }
   return out;
 }

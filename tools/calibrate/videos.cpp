@@ -21,8 +21,6 @@ namespace polyhull::calibrate_tool {
 namespace {
 
 namespace fs = std::filesystem;
-constexpr auto bad = Error::Kind::bad_input;
-
 bool is_video(const fs::path& path) {
   std::string ending = path.extension().string();
   std::ranges::transform(ending, ending.begin(), [](unsigned char c) { return std::tolower(c); });
@@ -41,11 +39,11 @@ std::map<std::string, fs::path> videos_in(const std::string& folder) {
     if (!entry.is_regular_file() || !is_video(entry.path())) continue;
     const auto [at, first] = videos.emplace(entry.path().stem().string(), entry.path());
     if (!first)
-      throw Error(bad, "'{}' and '{}' are both of camera '{}'. Leave one.", at->second.string(),
-                  entry.path().string(), at->first);
+      throw Error(Error::Kind::bad_input, "'{}' and '{}' are both of camera '{}'. Leave one.",
+                  at->second.string(), entry.path().string(), at->first);
   }
   if (!videos.empty() && !pictures.empty())
-    throw Error(bad,
+    throw Error(Error::Kind::bad_input,
                 "'{}' holds videos and the folder '{}'. Give either videos, one per camera, or a "
                 "folder of pictures per camera.",
                 folder, pictures.filename().string());
@@ -69,7 +67,7 @@ cv::VideoCapture opened(const fs::path& path) {
   cv::VideoCapture video(path.string(), cv::CAP_FFMPEG);
   const double rate = video.isOpened() ? video.get(cv::CAP_PROP_FPS) : 0.0;
   if (!(rate > 0.0 && rate < 10000.0))
-    throw Error(bad,
+    throw Error(Error::Kind::bad_input,
                 "'{}' cannot be read as a video. Convert it, with ffmpeg or gst-launch-1.0, to "
                 "H.264 or MJPEG in a Matroska file.",
                 path.string());
@@ -106,7 +104,7 @@ void unpack_videos(const std::string& folder, double seconds, const std::string&
   for (const auto& [camera, path] : videos) {
     const double own = opened(path).get(cv::CAP_PROP_FPS);
     if (std::abs(own - rate) > 1e-3 * rate)
-      throw Error(bad,
+      throw Error(Error::Kind::bad_input,
                   "'{}' has {:.3f} frames a second, '{}' {:.3f}. Frames of one number must be of "
                   "one instant: record all cameras at one rate.",
                   path.string(), own, videos.front().second.string(), rate);
@@ -125,7 +123,8 @@ void unpack_videos(const std::string& folder, double seconds, const std::string&
         if (number % step != 0 || !video.retrieve(frame) || frame.empty()) continue;
         save_picture(grey_of(frame), (pictures / fmt::format("{:06}.png", number)).string());
       }
-      if (number == 0) throw Error(bad, "'{}' has no frames.", videos[v].second.string());
+      if (number == 0)
+        throw Error(Error::Kind::bad_input, "'{}' has no frames.", videos[v].second.string());
       const std::lock_guard lock(telling);
       progress(fmt::format("taking pictures from {} videos", videos.size()),
                static_cast<double>(++done) / static_cast<double>(videos.size()));

@@ -15,8 +15,6 @@ namespace polyhull::calibrate_tool {
 
 using calibration::LightFault;
 using calibration::Take;
-constexpr auto bad = Error::Kind::bad_input;
-
 Take find_light_views(const Pictures& pictures, int lights, std::vector<LightCounts>* counts,
                       const calibration::Progress& progress) {
   Take take = calibration::empty_wand_take();
@@ -37,7 +35,8 @@ Take find_light_views(const Pictures& pictures, int lights, std::vector<LightCou
         camera.height = grey.height;
       }
       if (grey.width != camera.width || grey.height != camera.height)
-        throw Error(bad, "'{}' has {}x{} pixels, the pictures before it of camera '{}' {}x{}.",
+        throw Error(Error::Kind::bad_input,
+                    "'{}' has {}x{} pixels, the pictures before it of camera '{}' {}x{}.",
                     pictures.files[c][i], grey.width, grey.height, camera.name, camera.width,
                     camera.height);
       const calibration::Lights found = calibration::find_lights(grey, lights);
@@ -71,14 +70,15 @@ void read_detections(const std::string& path, int width, int height, Take& take)
     std::string point, camera, rest;
     Vec2 pixel(NAN);
     if (!(words >> point >> camera >> pixel.x >> pixel.y) || (words >> rest))
-      throw Error(bad, "'{}', line {}: expected POINT CAMERA U V.", path, number);
+      throw Error(Error::Kind::bad_input, "'{}', line {}: expected POINT CAMERA U V.", path,
+                  number);
     const auto [c, new_camera] = cameras.emplace(camera, take.cameras.size());
     if (new_camera) take.cameras.push_back({camera, width, height, {}});
     const auto [i, new_instant] = instants.emplace(point, take.instants.size());
     if (new_instant) take.instants.push_back(point);
     if (!seen.emplace(c->second, i->second).second)
-      throw Error(bad, "'{}', line {}: camera '{}' has point '{}' already.", path, number, camera,
-                  point);
+      throw Error(Error::Kind::bad_input, "'{}', line {}: camera '{}' has point '{}' already.",
+                  path, number, camera, point);
     take.views.push_back({c->second, i->second, {0}, {pixel}});
   }
 }
