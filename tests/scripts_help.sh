@@ -18,7 +18,7 @@ expect() {
   fi
 }
 
-for script in pipelines/{cameras-aravis,cameras-v4l2,capture,demo,record,room,server,turntable}.sh pipelines/send-{scene,track}.py tests/{run,mutants}.sh; do
+for script in pipelines/{cameras-aravis,cameras-v4l2,capture,demo,record,room,server,turntable}.sh pipelines/send-{scene,track}.py tests/{gpu,mutants,run}.sh; do
   for option in --help -h; do
     expect 0 "$script" "$script" "$option"
     expect 0 "$script" "$script" something "$option"
@@ -33,6 +33,7 @@ expect 1 "unknown argument" tests/mutants.sh --lits
 expect 1 "no fault is called" tests/mutants.sh no-such-fault
 expect 1 "usage" pipelines/room.sh
 expect 1 "usage" pipelines/turntable.sh
+expect 1 "usage" tests/gpu.sh
 rig=$source_folder/pipelines/rigs/five.json
 for script in pipelines/cameras-{aravis,v4l2}.sh; do
   expect 1 "--rig FILE says" "$script"

@@ -95,8 +95,9 @@ int main(int argc, char** argv) {
   std::vector<std::string> files;
   std::string size = "1280x720", backend = "all", output, keep, only;
   int rounds = 3;
-  bool detailed = false, each = false;
-  command.option("meshes", &files, "recorded meshes, one per file").required();
+  bool detailed = false, each = false, device = false;
+  command.option("meshes", &files, "recorded meshes, one per file");
+  command.flag("--device", &device, "says which OpenGL there is, and ends");
   command.option("--size", &size, "WIDTHxHEIGHT");
   command.option("--backend", &backend, "processor, gl or all");
   command.option("--only", &only,
@@ -108,10 +109,20 @@ int main(int argc, char** argv) {
   command.flag("--finish", &each,
                "waits for OpenGL after each pass: the passes' times are their own");
   if (const auto status = command.parse(argc, argv)) return *status;
+  polyhull::testing::HeadlessContext context(false);
+  if (device || context.ready())
+    std::printf("OpenGL: %s\n", context.ready()
+                                    ? reinterpret_cast<const char*>(glGetString(GL_RENDERER))
+                                    : context.why().c_str());
+  if (device) return context.ready() ? 0 : 1;
   int width = 0, height = 0;
   if (std::sscanf(size.c_str(), "%dx%d", &width, &height) != 2 || width < 1 || height < 1) {
     std::fprintf(stderr, "--size is '%s'; it takes WIDTHxHEIGHT, such as 1280x720.\n",
                  size.c_str());
+    return 1;
+  }
+  if (files.empty()) {
+    std::fprintf(stderr, "Give recorded meshes.\n");
     return 1;
   }
   const std::vector<Recorded> meshes = read(files);
@@ -124,7 +135,6 @@ int main(int argc, char** argv) {
     background.write(before.pixels.data(), 4 * static_cast<std::size_t>(width), 0);
   }
 
-  polyhull::testing::HeadlessContext context(false);
   std::printf("%-10s %-6s %-11s %9s %9s %7s %8s %8s %6s %8s %5s\n", "backend", "shadow", "viewport",
               "wall ms", "cpu ms", "threads", "shaded", "changed", "ratio", "upload B", "kept");
   std::ofstream table;
