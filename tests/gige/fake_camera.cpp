@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // A GigE Vision camera in software: Aravis' fake camera on one network interface, with rigtestsrc's
-// numbered pictures in its sensor, as BayerRG8. It exposes at whole periods of the machine's time,
-// so that several of them see the same instants, as cameras on one trigger do, whenever they were
-// started; the number on the label is the instant's. It runs until it is ended.
+// numbered pictures in its sensor, as BayerRG8. It exposes at whole periods of the machine's monotonic
+// time, so that several of them see the same instants, as cameras on one trigger do, whenever they
+// were started; the number on the label is the instant's. It runs until it is ended.
 #include <arv.h>
 #include <gst/app/gstappsink.h>
 #include <gst/gst.h>
@@ -120,6 +120,12 @@ void expose(ArvBuffer* buffer, void* data, guint32, guint32, ArvPixelFormat form
 }
 
 }  // namespace
+
+/// In GLib's place, for Aravis' camera, too: a camera's clock is not set while it runs, as the machine's
+/// may be; and several of them have the same, as if by PTP.
+extern "C" gint64 g_get_real_time() {
+  return g_get_monotonic_time();
+}
 
 int main(int argc, char** argv) {
   gst_init(&argc, &argv);

@@ -24,10 +24,13 @@ using namespace polyhull;
 
 namespace {
 
+constexpr double period = 0.04, turn = 128 * period;  // s, as fake_camera.cpp has them
+
 struct Set {
-  double time;               // running time, s
-  std::vector<int> numbers;  // on the labels, -1: not to be read
-  double spread = -1.0;      // us, of the views' capture times; -1: not all have one
+  double time;                // running time, s
+  std::vector<int> numbers;   // on the labels, -1: not to be read
+  double spread = -1.0;       // us, of the views' capture times; -1: not all have one
+  std::vector<double> after;  // ms, of the views' capture times after their labels' instants
 };
 
 struct NetworkCamera {
@@ -215,6 +218,9 @@ class Line {
           read_stamp(view.pixels.data(), view.stride, view.roi.width, view.roi.height);
       set.numbers.push_back(number ? *number : -1);
       timed = timed && view.capture_time != no_time;
+      // Both of the machine's monotonic clock: the label's number is the exposure's in periods.
+      const double captured = 1e-9 * static_cast<double>(view.capture_time);
+      set.after.push_back(1e3 * std::remainder(captured - period * set.numbers.back(), turn));
       first = std::min(first, view.capture_time);
       last = std::max(last, view.capture_time);
     }
@@ -325,13 +331,14 @@ int main(int argc, char** argv) {
 
   const std::vector<Set> sets = line.sets();
   std::size_t views = 0, unreadable = 0, mixed_sets = 0, untimed = 0;
+  constexpr std::size_t most_shown = 10;
   for (const Set& set : sets) {
     views += set.numbers.size();
     unreadable += std::count(set.numbers.begin(), set.numbers.end(), -1);
-    if (mixed(set)) {
-      ++mixed_sets;
+    if (mixed(set) && ++mixed_sets <= most_shown) {
       std::printf("mixed at %.3f s:", set.time);
-      for (const int number : set.numbers) std::printf(" %d", number);
+      for (std::size_t i = 0; i < set.numbers.size(); ++i)
+        std::printf(" %d (captured %.1f ms later)", set.numbers[i], set.after[i]);
       std::printf(", spread %.0f us\n", set.spread);
     }
     untimed += set.spread < 0.0;
