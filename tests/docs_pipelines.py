@@ -15,6 +15,7 @@ import subprocess
 import sys
 import tempfile
 import threading
+import time
 
 SOURCE = pathlib.Path(os.environ["POLYHULL_SOURCE"])
 TIMEOUT = int(os.environ.get("POLYHULL_DOCS_TIMEOUT", "120"))
@@ -95,9 +96,10 @@ def outcome(fence):
         return f"skipped {where}: the real input is not here", None
     try:
         with PORTS if re.search(r"port|server|client|udp|tcp|srt|--live|is-live", code) else contextlib.nullcontext():
+            began = time.monotonic()
             result = run(code)
         if result.returncode == 0:
-            return f"ok {where}", True
+            return f"ok {where}, {time.monotonic() - began:.1f} s", True
         output = result.stdout + result.stderr
     except subprocess.TimeoutExpired:
         output = f"still running after {TIMEOUT} s"

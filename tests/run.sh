@@ -24,57 +24,43 @@ polyhull_install "${polyhull_packages_build[@]}" "${polyhull_packages_run[@]}" \
   "${polyhull_packages_test[@]}"
 polyhull_configure "$polyhull_build" -Dbuildtype=release -Dtests=true -Dcalibration=enabled
 
-passed=0 failed=0 skipped=0 broken= missing= times=()
-# run_suite LOG-NAME MESON-TEST-ARGUMENT...: adds meson's summary to the totals.
-run_suite() {
-  local name=$1 log
-  shift
-  log=$(mktemp)
-  local logs=$polyhull_build/meson-logs/$name  # meson adds a wrapper's name
-  rm -f "$logs"*
-  meson test -C "$polyhull_build" --print-errorlogs --logbase "$name" "$@" 2>&1 | tee "$log" || true
-  count() { sed -n "s/^$1: *\([0-9]*\).*/\1/p" "$log" | tail -n 1; }
-  local ok fail timeout skip
-  ok=$(count Ok) fail=$(count Fail) timeout=$(count Timeout) skip=$(count Skipped)
-  if [ -z "$ok" ]; then
-    echo "meson test gave no summary"
-    fail=1
-  fi
-  passed=$((passed + ${ok:-0}))
-  failed=$((failed + ${fail:-0} + ${timeout:-0}))
-  skipped=$((skipped + ${skip:-0}))
-  broken+=$(grep -E '^ *[0-9]+/[0-9]+ .* (FAIL|ERROR|TIMEOUT) ' "$log" || true)
-  # gst-check's lines that say which check failed, and where.
-  broken+=$(grep -hE '^[^ ]+:[0-9]+:[EF]:' "$logs"*.txt | sed 's/^/\n  /' || true)
-  # What GoogleTest and the other programs left out, with the reason where it stands in the line.
-  missing+=$(grep -hE '^\[  SKIPPED \] .* \(|^SKIPPED: ' "$logs"*.txt | sed 's/^/\n  /' || true)
-  rm -f "$log"
-  times+=("$logs"*.json)
+logs=$polyhull_build/meson-logs
+# run_tests LOG-NAME MESON-TEST-ARGUMENT...
+run_tests() {
+  meson test -C "$polyhull_build" --print-errorlogs --logbase "$@" || true
 }
 
-# finish: the summary, and the status.
+# run_suite LOG-NAME PATTERN MESON-TEST-ARGUMENT...: those of real time, whose names have PATTERN, come last and two at a
+# time: they need a machine that is not busy, and do little.
+run_suite() {
+  local name=$1 pattern=$2
+  shift 2
+  rm -f "$logs/$name"*
+  run_tests "$name" --no-suite real-time "$@"
+  meson test -C "$polyhull_build" --no-rebuild --list --suite real-time | sed -n "s|.* / \\(.*$pattern.*\\)|\\1|p" |
+    xargs -P 2 -I{} meson test -C "$polyhull_build" --no-rebuild --print-errorlogs --logbase "$name-{}" "$@" {} || true
+}
+
+# finish LOG...: the summary, and the status.
 finish() {
-  "$polyhull_source/tests/times.py" 20 "${times[@]}" || true
-  [ -z "$missing" ] || printf 'What was skipped inside programs:\n%b\n' "$missing"
-  [ -z "$broken" ] || printf 'What failed:\n%b\n' "$broken"
-  say "$((SECONDS / 60)) min $((SECONDS % 60)) s; logs: $polyhull_build/meson-logs"
-  echo "$passed passed, $failed failed, $skipped skipped"
-  [ "$failed" -eq 0 ]
+  say "$((SECONDS / 60)) min $((SECONDS % 60)) s; logs: $logs"
+  "$polyhull_source/tests/summary.py" "$@"
 }
 
 if $quick; then
   mapfile -t nearest < <("$polyhull_source/tests/nearest.py" "$polyhull_build")
   [ ${#nearest[@]} -gt 0 ] || fail "no test is near to what the working tree changes"
   say "building what these link and running them: ${nearest[*]}"
-  run_suite quick "${nearest[@]}"
-  finish
+  rm -f "$logs"/quick*
+  run_tests quick "${nearest[@]}"
+  finish "$logs"/quick*.json
   exit
 fi
 
 say "building $polyhull_build (nothing to do where nothing changed)"
 ninja -C "$polyhull_build"
 say "running the tests, $SECONDS s from the start"
-run_suite testlog
+run_suite plain ""
 
 sanitized=$polyhull_source/build-sanitize
 polyhull_configure "$sanitized" -Dtests=true -Dsanitize=true -Dcalibration=enabled -Dbuildtype=plain \
@@ -83,6 +69,6 @@ say "building the libraries and elements with the sanitizers"
 ninja -C "$sanitized" sanitized ${POLYHULL_LONG:+sanitized-long}
 say "running the library and element tests on them, $SECONDS s from the start"
 export POLYHULL_SANITIZED=$sanitized
-run_suite sanitized --suite lib --suite elements --suite stress --timeout-multiplier 4 \
+run_suite sanitized element- --suite lib --suite elements --suite stress --timeout-multiplier 4 \
   --wrapper "$polyhull_source/tests/sanitized.sh"
-finish
+finish "$logs"/{plain,sanitized}*.json

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
 """polyhull-run's latency: of pipelines whose elements take a known time; studio files set and saved.
 
-usage: run_tool.py POLYHULL_RUN"""
+usage: run_tool.py POLYHULL_RUN [Latency | Studio | SharedClock]"""
 import json
 import pathlib
 import re

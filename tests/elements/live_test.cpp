@@ -318,7 +318,7 @@ GST_END_TEST
 /// Lines with queues of any size anywhere, and any wait.
 GST_START_TEST(no_queue_and_no_wait_stalls) {
   const char* times = g_getenv("POLYHULL_STRESS");
-  const int rounds = times != nullptr ? 3 * std::max(1, std::atoi(times)) : 3;
+  const int rounds = times != nullptr ? 3 * std::max(1, std::atoi(times)) : 1;
   std::mt19937 random(8);
   const auto queue = [&] {
     const int sizes[] = {1, 2, 3, 5, 20, 200};
