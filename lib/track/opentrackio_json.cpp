@@ -43,12 +43,28 @@ std::vector<double> list(const Json& model, const char* name, std::size_t most) 
   return values;
 }
 
+/// What `lens.distortion` lists; a model alone is a list of one.
+std::vector<const Json*> models_in(const Json& distortion) {
+  if (distortion.is_object()) return {&distortion};
+  if (!distortion.is_array()) throw opentrackio_error("lens.distortion must be a list");
+  std::vector<const Json*> models;
+  for (const Json& model : distortion) models.push_back(&model);
+  return models;
+}
+
 /// The first of \p models whose name is one of \p names; null is the one that has none.
-const Json* model_of(const Json& models, std::initializer_list<Json> names) {
-  for (const Json& model : models)
-    if (model.is_object() && std::count(names.begin(), names.end(), model.value("model", Json())))
-      return &model;
+const Json* model_of(const std::vector<const Json*>& models, std::initializer_list<Json> names) {
+  for (const Json* model : models)
+    if (model->is_object() && std::count(names.begin(), names.end(), model->value("model", Json())))
+      return model;
   return nullptr;
+}
+
+/// Whether the member \p name of a model tells coefficients that are not all 0, or none that can be read.
+bool is_coefficient_of_a_distortion(const std::string& name, const Json& value) {
+  if (name == "model" || value.is_number()) return false;  // such as the overscan
+  return !value.is_array() ||
+         std::any_of(value.begin(), value.end(), [](const Json& item) { return item != 0.0; });
 }
 
 /// A model's coefficients for points divided by \p f, in OpenCV's order.
@@ -185,18 +201,29 @@ std::optional<Timecode> timecode(const Json& root) {
   return result;
 }
 
+bool distorts(const Json& root) {
+  const Json* told = find(root, "/lens/distortion");
+  if (!told) return false;
+  for (const Json* model : models_in(*told)) {
+    if (!model->is_object()) return true;
+    for (const auto& [name, value] : model->items())
+      if (is_coefficient_of_a_distortion(name, value)) return true;
+  }
+  return false;
+}
+
 std::vector<double> opencv_distortion(const Json& root, double f, const Vec2& reach,
                                       FittedDistortion& last) {
-  const Json* models = find(root, "/lens/distortion");
-  if (!models) return {};
-  if (!models->is_array()) throw opentrackio_error("lens.distortion must be a list");
-  if (models->empty()) return {};
+  const Json* told = find(root, "/lens/distortion");
+  if (!told || told->empty()) return {};
+  const std::vector<const Json*> models = models_in(*told);
+  if (!distorts(root)) return std::vector<double>(5);
   for (const char* axis : {"/lens/distortionOffset/x", "/lens/distortionOffset/y"})
     if (number_or_zero(root, axis) != 0.0)
       throw opentrackio_error(
           "lens.distortionOffset is not 0; OpenCV's lenses are centred on the principal point");
-  if (const Json* model = model_of(*models, {"Brown-Conrady U-D"})) return as_told(*model, f);
-  if (const Json* model = model_of(*models, {"Brown-Conrady D-U", nullptr}))
+  if (const Json* model = model_of(models, {"Brown-Conrady U-D"})) return as_told(*model, f);
+  if (const Json* model = model_of(models, {"Brown-Conrady D-U", nullptr}))
     return as_fitted(*model, f, reach, last);
   throw opentrackio_error(
       "lens.distortion has no model \"Brown-Conrady U-D\" or \"D-U\"; another cannot be had in "

@@ -60,8 +60,12 @@ std::optional<double> squeeze(const nlohmann::json& root);
 /// no video.
 std::optional<Timecode> timecode(const nlohmann::json& root);
 
+/// Whether `lens.distortion`, one model or a list of them, holds a coefficient that is not 0: senders of
+/// lenses that do not distort tell models of any name.
+bool distorts(const nlohmann::json& root);
+
 /// OpenCV's coefficients of `lens.distortion` for a focal length of \p f mm; empty where the list is
-/// empty or missing. Those of "Brown-Conrady U-D" where it is there; else of "Brown-Conrady D-U", of
+/// empty or missing, zeros where it holds no other number. Those of "Brown-Conrady U-D" where it is there; else of "Brown-Conrady D-U", of
 /// which the sensor is fitted up to \p reach mm from the centre of projection, to half a pixel of
 /// 1920, with what \p last holds. Throws Error where the lens cannot be told so: for another model,
 /// for a `distortionOffset` that is not 0, and where nothing fits.

@@ -54,7 +54,9 @@ Json parse_cbor(const std::vector<std::uint8_t>& bytes) {
   Json root;
   ShallowReader reader(root);
   try {
-    if (Json::sax_parse(bytes, &reader, Json::input_format_t::cbor)) return root;
+    const auto content = without_cbor_mark(bytes);
+    if (Json::sax_parse(content.begin(), content.end(), &reader, Json::input_format_t::cbor))
+      return root;
   } catch (const Json::exception& error) {
     throw opentrackio_error(fmt::format("a sample that is not CBOR ({})", error.what()));
   }
@@ -169,6 +171,9 @@ class OpenTrackIOReader::Reading {
                 opentrackio::number_or_zero(root_, "/lens/projectionOffset/y")};
     });
     pose.projection_offset_mm = offset * Vec2(source_.squeeze, 1.0);
+    out_.is_at_pupil = find(root_, "/lens/entrancePupilOffset") != nullptr;
+    encoders("/lens/encoders", out_.encoders);
+    encoders("/lens/rawEncoders", out_.raw_encoders);
     try {
       distortion(offset);
     } catch (const std::exception& error) {
@@ -186,9 +191,20 @@ class OpenTrackIOReader::Reading {
     }
   }
 
+  void encoders(const std::string& path, LensEncoders& to) {
+    const auto read = [&](const char* name, std::optional<double>& value) {
+      const std::string place = path + name;
+      if (const Json* told = find(root_, place.c_str())) value = opentrackio::number(told, place);
+    };
+    optional([&] { read("/zoom", to.zoom); });
+    optional([&] { read("/focus", to.focus); });
+  }
+
   void distortion(const Vec2& offset) {
-    const Json* told = find(root_, "/lens/distortion");
-    if (!told || told->empty()) return;
+    if (!opentrackio::distorts(root_)) {
+      out_.pose.distortion = opentrackio::opencv_distortion(root_, 1.0, Vec2(1.0), source_.lens);
+      return;
+    }
     if (!out_.pose.focal_length_mm)
       throw opentrackio_error("lens.distortion is told without a usable lens.pinholeFocalLength");
     if (source_.squeeze != 1.0)

@@ -4,7 +4,7 @@
 /// `transforms` (metres, degrees; from the world to the camera, one within the other, with their
 /// scales), `lens.pinholeFocalLength` and `.projectionOffset` (mm), `.entrancePupilOffset` (metres
 /// along the view), `.distortion` (of the model "Brown-Conrady U-D" or "D-U" around the centre of
-/// projection), `.focusDistance` (metres) and `.fStop`, `static.camera.
+/// projection), `.focusDistance` (metres), `.fStop`, `.encoders` and `.rawEncoders`, `static.camera.
 /// activeSensorPhysicalDimensions` (mm) and `.anamorphicSqueeze`, `timing.sequenceNumber`,
 /// `.sampleTimestamp` and `.timecode`, `sourceId` and `sourceNumber`. Whatever else a sample holds is
 /// passed over.
@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "track/inverse_distortion.h"
+#include "track/lens_table.h"
 #include "track/opentrackio_segments.h"
 #include "track/tracked_pose.h"
 
@@ -24,6 +25,8 @@ namespace polyhull {
 
 struct OpenTrackIOSample {
   TrackedPose pose;
+  LensEncoders encoders, raw_encoders;     ///< from 0 to 1, and as the tracker counts
+  bool is_at_pupil = false;                ///< the entrance pupil's offset was told
   std::vector<std::string> unread;         ///< values that were left out, and why
   std::optional<std::string> lens_unread;  ///< why the lens's distortion was left out, if it was
 };

@@ -20,6 +20,28 @@ OpenTrackIOEncoding encoding_of(std::uint8_t number) {
   throw opentrackio_error(fmt::format("encoding {} is neither 1 (JSON) nor 2 (CBOR)", number));
 }
 
+/// \p bytes without a byte order mark and white space before it.
+std::span<const std::uint8_t> text_of(std::span<const std::uint8_t> bytes) {
+  constexpr std::array<std::uint8_t, 3> mark{0xEF, 0xBB, 0xBF};
+  if (bytes.size() >= mark.size() && std::equal(mark.begin(), mark.end(), bytes.begin()))
+    bytes = bytes.subspan(mark.size());
+  const auto begins = std::find_if(bytes.begin(), bytes.end(), [](std::uint8_t byte) {
+    return byte != ' ' && byte != '\t' && byte != '\n' && byte != '\r';
+  });
+  return bytes.subspan(static_cast<std::size_t>(begins - bytes.begin()));
+}
+
+bool is_json(std::span<const std::uint8_t> bytes) {
+  const auto text = text_of(bytes);
+  return !text.empty() && text[0] == '{';
+}
+
+/// A map's first byte (RFC 8949, 3.1): its size in it, in up to eight bytes more, or nowhere.
+bool is_cbor(std::span<const std::uint8_t> bytes) {
+  const auto content = without_cbor_mark(bytes);
+  return !content.empty() && ((content[0] >= 0xA0 && content[0] <= 0xBB) || content[0] == 0xBF);
+}
+
 // Numbers of two bytes; 0 is left out by those who count from 1.
 bool is_next(std::uint16_t number, std::uint16_t last) {
   return number == static_cast<std::uint16_t>(last + 1) || (last == 65535 && number == 1);
@@ -39,9 +61,25 @@ std::uint16_t fletcher16(std::span<const std::uint8_t> header,
   return static_cast<std::uint16_t>(sum_of_sums << 8 | sum);
 }
 
+std::span<const std::uint8_t> without_cbor_mark(std::span<const std::uint8_t> bytes) {
+  constexpr std::array<std::uint8_t, 3> mark{0xD9, 0xD9, 0xF7};
+  const bool marked =
+      bytes.size() >= mark.size() && std::equal(mark.begin(), mark.end(), bytes.begin());
+  return marked ? bytes.subspan(mark.size()) : bytes;
+}
+
+bool is_opentrackio(std::span<const std::uint8_t> bytes) {
+  return (!bytes.empty() && bytes[0] == identifier[0]) || is_json(bytes) || is_cbor(bytes);
+}
+
 OpenTrackIOPacket parse_opentrackio_packet(std::span<const std::uint8_t> bytes) {
   OpenTrackIOPacket packet;
-  if (!bytes.empty() && bytes[0] == '{') {
+  if (is_json(bytes)) {
+    packet.payload = text_of(bytes);
+    return packet;
+  }
+  if (is_cbor(bytes)) {
+    packet.encoding = OpenTrackIOEncoding::cbor;
     packet.payload = bytes;
     return packet;
   }
@@ -49,7 +87,8 @@ OpenTrackIOPacket parse_opentrackio_packet(std::span<const std::uint8_t> bytes) 
     throw PacketError(PacketError::Fault::truncated,
                       "OpenTrackIO: a packet of {} bytes is shorter than a header.", bytes.size());
   if (!std::equal(identifier.begin(), identifier.end(), bytes.begin()))
-    throw opentrackio_error("a packet begins neither with \"OTrk\" nor with \"{\"");
+    throw opentrackio_error(
+        "a packet begins neither with \"OTrk\" nor as a sample in JSON or CBOR does");
   packet.encoding = encoding_of(bytes[5]);
   packet.sequence = static_cast<std::uint16_t>(big_endian(bytes.subspan(6, 2)));
   packet.offset = big_endian(bytes.subspan(8, 4));

@@ -12,7 +12,8 @@
 ///                    sum of sums first or the sum first (senders and the protocol's pages differ)
 ///           16 –     payload
 ///
-/// All numbers are big-endian.
+/// All numbers are big-endian. Some senders leave the header out: a packet then is a sample, in JSON
+/// (perhaps behind a byte order mark or white space) or in CBOR.
 #pragma once
 
 #include <cstddef>
@@ -36,10 +37,16 @@ struct OpenTrackIOPacket {
   bool is_whole() const { return offset == 0 && last; }  ///< a sample by itself
 };
 
+/// Whether \p bytes begin as a packet does, with or without header.
+bool is_opentrackio(std::span<const std::uint8_t> bytes);
+
 /// The packet that \p bytes hold: one with a header, or a whole sample as bare JSON, which begins with
-/// "{". Throws PacketError where bytes are missing or the checksum is wrong, Error (bad_input) for
+/// "{", or bare CBOR, which begins with a map. Throws PacketError where bytes are missing or the checksum is wrong, Error (bad_input) for
 /// anything else.
 OpenTrackIOPacket parse_opentrackio_packet(std::span<const std::uint8_t> bytes);
+
+/// \p bytes without the three that say of CBOR that it is CBOR (RFC 8949, 3.4.6), if they are there.
+std::span<const std::uint8_t> without_cbor_mark(std::span<const std::uint8_t> bytes);
 
 /// Fletcher-16 over \p header and then \p payload with sums modulo \p modulus, 255 or 256; the sum of
 /// sums in the high byte.

@@ -11,15 +11,21 @@ namespace polyhull {
 namespace {
 
 TrackProtocol protocol_of(std::span<const std::uint8_t> packet) {
-  if (!packet.empty() && packet[0] == 0xD1) return TrackProtocol::freed;
-  if (!packet.empty() && (packet[0] == 'O' || packet[0] == '{')) return TrackProtocol::opentrackio;
+  if (is_freed(packet)) return TrackProtocol::freed;
+  if (is_opentrackio(packet)) return TrackProtocol::opentrackio;
   throw Error(Error::Kind::bad_input,
               "A packet of {} bytes is neither FreeD's (which begins with 0xD1) nor OpenTrackIO's "
-              "(\"OTrk\" or \"{{\").",
+              "(\"OTrk\", \"{{\", or a map in CBOR).",
               packet.size());
 }
 
 }  // namespace
+
+std::vector<std::span<const std::uint8_t>> packets_in(std::span<const std::uint8_t> datagram,
+                                                      TrackProtocol protocol) {
+  if (protocol == TrackProtocol::opentrackio) return {datagram};
+  return freed_packets(datagram);
+}
 
 /// The sample that \p packet is or completes.
 std::optional<OpenTrackIOBytes> PoseReader::completed(const OpenTrackIOPacket& packet,
@@ -65,6 +71,16 @@ std::uint64_t PoseReader::late() const {
   return sum;
 }
 
+/// Adds what the lens file tells for \p encoders.
+void PoseReader::add_lens_at(const LensEncoders& encoders, const PoseReaderSettings& settings,
+                             bool is_at_pupil, TrackedPose& pose) {
+  if (!settings.lens) return;
+  const LensState lens = settings.lens->at(encoders);
+  lens_outside_ = lens.outside;
+  lens_blind_ = lens.blind;
+  add_lens(pose, lens, is_at_pupil);
+}
+
 TrackedPose PoseReader::sample_pose(const OpenTrackIOBytes& sample, const std::string& sender,
                                     const PoseReaderSettings& settings) {
   // A sender that begins anew has another port.
@@ -72,6 +88,11 @@ TrackedPose PoseReader::sample_pose(const OpenTrackIOBytes& sample, const std::s
   OpenTrackIOSample read = samples_.read(sample, host, settings.sensor_width_mm);
   unread_ = std::move(read.unread);
   lens_unread_ = std::move(read.lens_unread);
+  const bool told = !read.pose.distortion.empty();
+  if (settings.lens)
+    add_lens_at(settings.lens->is_normalised() ? read.encoders : read.raw_encoders, settings,
+                read.is_at_pupil, read.pose);
+  if (!told && !read.pose.distortion.empty()) lens_unread_.reset();  // the file's stands for it
   return std::move(read.pose);
 }
 
@@ -81,11 +102,18 @@ std::optional<TrackedPose> PoseReader::read(std::span<const std::uint8_t> packet
   ++packets_;
   unread_.clear();
   lens_unread_.reset();
+  lens_outside_ = lens_blind_ = false;
   const TrackProtocol protocol =
       settings.protocol == TrackProtocol::automatic ? protocol_of(packet) : settings.protocol;
   if (protocol == TrackProtocol::freed) {
-    TrackedPose pose = pose_of(parse_freed(packet), settings.freed);
+    if (is_other_freed(packet)) {
+      ++polls_;
+      return {};
+    }
+    const FreeDPacket read = parse_freed(packet, settings.freed.checksum);
+    TrackedPose pose = pose_of(read, settings.freed);
     if (settings.sensor_width_mm > 0.0) pose.sensor_width_mm = settings.sensor_width_mm;
+    add_lens_at({read.zoom, read.focus}, settings, /*is_at_pupil=*/false, pose);
     return pose;
   }
   const auto sample = completed(parse_opentrackio_packet(packet), sender);

@@ -25,6 +25,16 @@ GType enum_type<TrackTimes>() {
         "clock"}});
 }
 
+template <>
+GType enum_type<FreeDChecksum>() {
+  return register_enum<FreeDChecksum>(
+      "PolyhullFreeDChecksum",
+      {{FreeDChecksum::required, "It must be right", "required"},
+       {FreeDChecksum::zero_is_none, "It must be right, or 0, as of senders that make none",
+        "zero-is-none"},
+       {FreeDChecksum::ignored, "Whatever it is", "ignored"}});
+}
+
 std::span<const Property<TrackInputSettings>> track_input_properties() {
   using S = TrackInputSettings;
   constexpr double far = 1e6;
@@ -86,10 +96,19 @@ std::span<const Property<TrackInputSettings>> track_input_properties() {
       property<&S::offset_roll>(
           "offset-roll", "Offset roll",
           "Of FreeD: degrees added to roll, after its inversion (-360 to 360).", -360.0, 360.0),
+      property<&S::checksum>("checksum", "Checksum",
+                             "Of FreeD: what the last byte of a packet must be for it to be used."),
       property<&S::zoom_is_focal_length>(
           "zoom-is-focal-length", "Zoom is focal length",
           "Of FreeD: whether zoom holds the focal length in hundredths of a millimetre and no "
           "encoder's value. The field of view then follows it, with sensor-width."),
+      property<&S::lens_file>(
+          "lens-file", "Lens file",
+          "Path of a table that tells, for the encoders' values in packets, what of the lens they "
+          "do "
+          "not: focal length or field of view, distortion, focus distance, entrance pupil. Empty: "
+          "none.",
+          0, 0, Change::when_ready),
       property<&S::sensor_width>(
           "sensor-width", "Sensor width",
           "Width of the part of the sensor that the picture shows, in millimetres (0 to 1000), "
@@ -149,6 +168,7 @@ PoseReaderSettings reader_settings(const TrackInputSettings& s) {
                          s.invert_roll ? -1.0 : 1.0};
   out.freed.offset = {s.offset_x, s.offset_y, s.offset_z};
   out.freed.turn_offset = {s.offset_pan, s.offset_tilt, s.offset_roll};
+  out.freed.checksum = s.checksum;
   out.freed.zoom_is_focal_length = s.zoom_is_focal_length;
   out.sensor_width_mm = s.sensor_width;
   return out;

@@ -26,7 +26,9 @@ struct TrackInputSettings {
   bool invert_pan = false, invert_tilt = false, invert_roll = false;
   double offset_x = 0.0, offset_y = 0.0, offset_z = 0.0;
   double offset_pan = 0.0, offset_tilt = 0.0, offset_roll = 0.0;
+  FreeDChecksum checksum = FreeDChecksum::required;
   bool zoom_is_focal_length = false;
+  std::string lens_file;
   double sensor_width = 0.0;  // mm
   TrackTimes times = TrackTimes::sender;
   std::uint64_t delay = 0;
@@ -36,7 +38,7 @@ struct TrackInputSettings {
 
 std::span<const Property<TrackInputSettings>> track_input_properties();
 
-/// What the reader of packets needs of them. Throws Error for axes that are none.
+/// What the reader of packets needs of them, but for the lens file, which is read once. Throws Error for axes that are none.
 PoseReaderSettings reader_settings(const TrackInputSettings& settings);
 /// What the track needs of them; the receiver of the poses predicts.
 TrackSettings track_settings(const TrackInputSettings& settings);

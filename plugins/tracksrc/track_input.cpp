@@ -2,6 +2,7 @@
 #include "plugins/tracksrc/track_input.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "base/error.h"
 #include "track/packet_error.h"
@@ -49,6 +50,9 @@ TrackInput::TrackInput(GstElement* element, Statistics& statistics)
                       "times-unusable",
                       "values-unread",
                       "lenses-unread",
+                      "lenses-doubtful",
+                      "lenses-outside",
+                      "polls",
                       "silences",
                       "recorded",
                       "record-failures",
@@ -60,6 +64,10 @@ TrackInput::TrackInput(GstElement* element, Statistics& statistics)
 
 void TrackInput::open(const TrackInputSettings& settings, std::uint16_t port) {
   reader_settings(settings);
+  lens_.reset();
+  if (!settings.lens_file.empty())
+    lens_ = std::make_shared<const LensTable>(load_lens_table(settings.lens_file));
+  lens_doubts_ = {};
   reader_ = {};
   track_ = Track(track_settings(settings));
   source_ = settings.source;
@@ -88,7 +96,7 @@ void TrackInput::record(const Datagram& datagram) {
   }
 }
 
-std::optional<TrackedPose> TrackInput::read(const Datagram& datagram,
+std::optional<TrackedPose> TrackInput::read(Packet packet, const Datagram& datagram,
                                             const TrackInputSettings& settings) {
   const auto refuse = [&](const char* counter, const Error& error) {
     statistics_.warn(
@@ -98,13 +106,14 @@ std::optional<TrackedPose> TrackInput::read(const Datagram& datagram,
   PoseReaderSettings how;
   try {
     how = reader_settings(settings);
+    how.lens = lens_;
   } catch (const Error& error) {
     statistics_.warn(element_, "settings-refused",
                      fmt::format("{} Until then packets are not used.", error.what()));
     return {};
   }
   try {
-    std::optional<TrackedPose> pose = reader_.read(datagram.bytes, datagram.sender(), how);
+    std::optional<TrackedPose> pose = reader_.read(packet, datagram.sender(), how);
     tell_left_out(datagram);
     return pose;
   } catch (const PacketError& error) {
@@ -128,10 +137,73 @@ void TrackInput::tell_left_out(const Datagram& datagram) {
                     datagram.sender(), *reader_.lens_unread()));
 }
 
-std::optional<TrackInput::Timed> TrackInput::take(const Datagram& datagram,
-                                                  const TrackInputSettings& settings,
-                                                  std::optional<std::int64_t> base_time) {
-  statistics_.count("packets");
+/// Counts, and says of each kind once, why the field of view will not be that of the lens of \p pose,
+/// which the last packet told.
+void TrackInput::doubt_lens(const TrackedPose& pose, const TrackInputSettings& settings) {
+  const auto doubt = [&](const char* counter, bool& said, const std::string& what) {
+    if (std::exchange(said, true))
+      statistics_.count(counter);
+    else
+      statistics_.warn(element_, counter, what);
+  };
+  if (reader_.lens_outside())
+    doubt("lenses-outside", lens_doubts_.outside,
+          fmt::format(
+              "The encoders are beyond the rows of lens-file={}, of which the last one holds. "
+              "Measure the lens there, and see whether the tracker counts zoom and focus as "
+              "the file does.",
+              settings.lens_file));
+  else
+    lens_doubts_.outside = false;
+  if (reader_.lens_blind())
+    doubt("lenses-doubtful", lens_doubts_.blind,
+          fmt::format("lens-file={} goes by an encoder that packets do not tell. Of OpenTrackIO a "
+                      "file of values from 0 to 1 goes by lens.encoders, another by "
+                      "lens.rawEncoders.",
+                      settings.lens_file));
+  if (!pose.focal_length_mm) return;
+  const bool by_zoom = settings.zoom_is_focal_length && pose.source.starts_with("freed ");
+  if (const auto why =
+          by_zoom ? doubt_in_focal_length(*pose.focal_length_mm, pose.sensor_width_mm.value_or(0.0))
+                  : std::nullopt)
+    doubt("lenses-doubtful", lens_doubts_.implausible,
+          fmt::format(
+              "With zoom-is-focal-length=true a packet's zoom is {}. Where it is an encoder's "
+              "value, set that to false and lens-file to what the lens does there.",
+              *why));
+  if (!pose.sensor_width_mm && !pose.sensor_height_mm)
+    doubt("lenses-doubtful", lens_doubts_.no_sensor,
+          "The focal length is known but the sensor is not, so the field of view does not follow "
+          "it: set sensor-width.");
+}
+
+/// \p pose, of a packet in \p datagram, in the track, unless it is another's.
+std::optional<TrackInput::Timed> TrackInput::place(TrackedPose pose, const Datagram& datagram,
+                                                   const TrackInputSettings& settings,
+                                                   bool by_clock) {
+  if (!settings.source.empty() && pose.source != settings.source) {
+    ++others_;
+    return {};
+  }
+  // Two machines may send under the same number.
+  pose.source += " from " + datagram.sender_host();
+  const std::uint64_t unusable = track_.counters().times_unusable;
+  const bool taken = track_.add(pose, datagram.time_ns);
+  if (by_clock && track_.counters().times_unusable != unusable)
+    statistics_.warn(element_, "times-unusable", wrong_clock);
+  if (!taken) return {};
+  doubt_lens(pose, settings);
+  const std::int64_t time = *track_.end();
+  Timed timed{time - track_.lag_ns(), *track_.at(time), track_.lag_ns()};
+  timed.pose.timecode = pose.timecode;  // not that of one of those that were averaged
+  heard_ = datagram.time_ns;
+  silent_ = false;
+  return timed;
+}
+
+std::vector<TrackInput::Timed> TrackInput::take(const Datagram& datagram,
+                                                const TrackInputSettings& settings,
+                                                std::optional<std::int64_t> base_time) {
   record(datagram);
   if (settings.source != source_) {
     source_ = settings.source;
@@ -140,28 +212,17 @@ std::optional<TrackInput::Timed> TrackInput::take(const Datagram& datagram,
   TrackSettings how = track_settings(settings);
   how.clock_begin_ns = base_time;
   track_.set(how);
-  std::optional<TrackedPose> pose = read(datagram, settings);
-  std::optional<Timed> timed;
-  if (pose && !settings.source.empty() && pose->source != settings.source) {
-    ++others_;
-  } else if (pose) {
-    // Two machines may send under the same number.
-    pose->source += " from " + datagram.sender_host();
-    const std::uint64_t unusable = track_.counters().times_unusable;
-    const bool taken = track_.add(*pose, datagram.time_ns);
-    if (base_time && settings.times == TrackTimes::clock &&
-        track_.counters().times_unusable != unusable)
-      statistics_.warn(element_, "times-unusable", wrong_clock);
-    if (taken) {
-      const std::int64_t time = *track_.end();
-      timed = {time - track_.lag_ns(), *track_.at(time), track_.lag_ns()};
-      timed->pose.timecode = pose->timecode;  // not that of one of those that were averaged
-      heard_ = datagram.time_ns;
-      silent_ = false;
-    }
+  const bool by_clock = base_time && settings.times == TrackTimes::clock;
+  std::vector<Timed> all;
+  for (const Packet packet : packets_in(datagram.bytes, settings.protocol)) {
+    statistics_.count("packets");
+    auto pose = read(packet, datagram, settings);
+    if (!pose) continue;
+    if (auto timed = place(std::move(*pose), datagram, settings, by_clock))
+      all.push_back(std::move(*timed));
   }
   tell();
-  return timed;
+  return all;
 }
 
 void TrackInput::tell() {
@@ -174,6 +235,7 @@ void TrackInput::tell() {
   statistics_.set_count("times-unusable", counters.times_unusable);
   statistics_.set_count("incomplete", reader_.incomplete());
   statistics_.set_count("late", reader_.late());
+  statistics_.set_count("polls", reader_.polls());
   statistics_.set("smoothing-lag-ms", 1e-6 * static_cast<double>(track_.lag_ns()));
   statistics_.set("held-up-ms", 1e-6 * static_cast<double>(track_.held_up_ns()));
   held_up_ = next_step(track_.held_up_ns(), held_up_);

@@ -7,7 +7,9 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
+#include <vector>
 
 #include "plugins/common/statistics.h"
 #include "plugins/tracksrc/properties.h"
@@ -35,10 +37,11 @@ class TrackInput {
     TrackedPose pose;
     std::int64_t lag = 0;  ///< by how much earlier than its timecode says it was true, ns
   };
-  /// The pose that \p datagram brings, if it does. What is wrong with it is counted and said.
+  /// The poses that \p datagram brings, in order: of FreeD's packets several may be in one. What is
+  /// wrong with it is counted and said.
   /// \p base_time is what the pipeline's clock showed when running time was 0, where that is known.
-  std::optional<Timed> take(const Datagram& datagram, const TrackInputSettings& settings,
-                            std::optional<std::int64_t> base_time);
+  std::vector<Timed> take(const Datagram& datagram, const TrackInputSettings& settings,
+                          std::optional<std::int64_t> base_time);
 
   /// It is \p now: where no pose has come for a second, that is counted and said, once.
   void watch(std::int64_t now);
@@ -48,13 +51,23 @@ class TrackInput {
 
  private:
   void record(const Datagram& datagram);
-  std::optional<TrackedPose> read(const Datagram& datagram, const TrackInputSettings& settings);
+  using Packet = std::span<const std::uint8_t>;
+  std::optional<TrackedPose> read(Packet packet, const Datagram& datagram,
+                                  const TrackInputSettings& settings);
+  std::optional<Timed> place(TrackedPose pose, const Datagram& datagram,
+                             const TrackInputSettings& settings, bool by_clock);
   void tell_left_out(const Datagram& datagram);
+  void doubt_lens(const TrackedPose& pose, const TrackInputSettings& settings);
   void tell();
 
   GstElement* element_;
   Statistics& statistics_;
   PoseReader reader_;
+  std::shared_ptr<const LensTable> lens_;
+  struct LensDoubts {
+    bool outside = false, blind = false, implausible = false, no_sensor = false;
+  };
+  LensDoubts lens_doubts_;  // that were said
   Track track_{{}};
   std::unique_ptr<PacketRecorder> recorder_;
   std::string source_;  // the property, as it was

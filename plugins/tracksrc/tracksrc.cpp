@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <deque>
 #include <filesystem>
 #include <limits>
 #include <memory>
@@ -67,6 +68,7 @@ struct TrackSrc {
   std::unique_ptr<PacketRecording> recording;
   bool ended = false;                          // of the recording
   std::int64_t begin = any_time;               // what comes before is passed over
+  std::deque<TrackInput::Timed> ready;         // of the last datagram
   std::optional<TrackInput::Timed> following;  // was read already
   std::int64_t told_latency = 0;
 };
@@ -98,6 +100,7 @@ void TrackSrc::open() {
 void TrackSrc::close() {
   socket.reset();
   recording.reset();
+  ready.clear();
   following.reset();
   input.close();
 }
@@ -106,6 +109,7 @@ void TrackSrc::close() {
 void TrackSrc::rewind(std::int64_t to) {
   recording = std::make_unique<PacketRecording>(snapshot(element, settings).location);
   input.forget();
+  ready.clear();
   following.reset();
   ended = false;
   begin = to;
@@ -134,22 +138,28 @@ std::optional<Datagram> TrackSrc::datagram() {
 
 /// The next pose; none at the end, or when unlocked.
 std::optional<TrackInput::Timed> TrackSrc::read() {
-  while (!stopped() && !ended) {
+  while (!stopped()) {
+    if (!ready.empty()) {
+      std::optional<TrackInput::Timed> pose = std::move(ready.front());
+      ready.pop_front();
+      return pose;
+    }
+    if (ended) return {};
     const std::optional<Datagram> came = datagram();
     if (came) gst_object_sync_values(GST_OBJECT(element), static_cast<GstClockTime>(came->time_ns));
     // As they are now that it has come.
     const TrackInputSettings settings_now = snapshot(element, settings);
-    std::optional<TrackInput::Timed> pose;
     // Of a recording nobody knows what the clock showed.
     std::optional<std::int64_t> base;
     if (socket) base = static_cast<std::int64_t>(gst_element_get_base_time(element));
-    if (came) pose = input.take(*came, settings_now, base);
+    if (came)
+      for (TrackInput::Timed& pose : input.take(*came, settings_now, base))
+        ready.push_back(std::move(pose));
     tell_latency(settings_now);
     const std::int64_t now = came                ? came->time_ns
                              : socket && playing ? running_time_now(element)
                                                  : no_time;
-    if (!pose && now != no_time) input.watch(now);
-    if (pose) return pose;
+    if (ready.empty() && now != no_time) input.watch(now);
   }
   return {};
 }
@@ -277,7 +287,12 @@ void TrackSrc::class_init(gpointer klass) {
       "after later ones, and were left out), repeated, other-senders (of cameras that are not "
       "followed), times-unusable (sender's times that stood, went back or are not the clock's: the "
       "arrival was taken), values-unread and lenses-unread (values and distortions of lenses that "
-      "were left out of a pose), silences (a second without a pose), recorded, record-failures, "
+      "were left out of a pose), lenses-doubtful (poses whose field of view will not be the "
+      "lens's, as "
+      "the sensor's width, an encoder or a plausible focal length is missing), lenses-outside "
+      "(poses "
+      "beyond the rows of the lens file), polls (FreeD's messages that tell no pose), silences (a "
+      "second without a pose), recorded, record-failures, "
       "packets-skipped "
       "(of a recording, that are no UDP datagrams over IPv4), recordings-damaged, "
       "settings-refused; port (on which it listens); smoothing-lag-ms, by how much later poses "

@@ -4,6 +4,7 @@
 
 #include <atomic>
 #include <filesystem>
+#include <fstream>
 #include <random>
 #include <vector>
 
@@ -192,6 +193,39 @@ GST_START_TEST(test_distortion_where_the_track_tells_none) {
 }
 GST_END_TEST
 
+// A PTZ head's encoders move the viewport's lens by way of a lens file, up to composite.
+GST_START_TEST(test_encoders_move_the_lens) {
+  {
+    PacketRecorder recorder((folder / "ptz.pcap").string(), 55555);
+    for (unsigned i = 0; i <= 10; ++i)
+      recorder.write({40 * ms * i, 0x7F000001, 4000,
+                      track_examples::freed(1, {0, 0, 0}, {0, -3, 0.3}, 100 * i, 1000 - 100 * i)});
+    std::ofstream(folder / "lens.txt") << "zoom focal_length_mm k1 entrance_pupil_m\n"
+                                          "0 10 -0.1 0.0\n1000 30 0.1 0.2\n"
+                                          "focus focus_distance_m\n0 1\n1000 inf\n";
+  }
+  GstElement* pipeline =
+      parse("tracksrc sensor-width=12 location=" + (folder / "ptz.pcap").string() + " lens-file=" +
+            (folder / "lens.txt").string() + " ! src.track" + scenesrc("num-buffers=11") +
+            " ! c.background composite name=c backend=processor ! fakesink "
+            "sync=false");
+  CameraLog log;
+  log_source(pipeline, log);
+  play(pipeline);
+  fail_unless_equals_int(log.frames.size(), 11);
+  for (std::size_t i = 0; i < log.frames.size(); ++i) {
+    const Camera& camera = log.frames[i].camera;
+    const double zoom = 0.1 * static_cast<double>(i);
+    fail_unless(std::abs(camera.K[0][0] - (10 + 20 * zoom) / 12 * 32) < 1e-6);
+    fail_unless(std::abs(camera.distortion.at(0) - (-0.1 + 0.2 * zoom)) < 1e-9);
+    expect_place(camera, {0, -3 + 0.2 * zoom, 0.3});
+  }
+  fail_unless(std::abs(log.announced.focus_distance - 1.0) < 1e-9);
+  fail_unless_equals_uint64(counter(pipeline, "c", "announcements"), 11);
+  stop(pipeline);
+}
+GST_END_TEST
+
 // A live track that has never said anything holds up no frame for longer than a second.
 GST_START_TEST(test_silent_track_is_not_waited_for) {
   GstElement* pipeline =
@@ -357,6 +391,7 @@ static Suite* scenesrc_track_suite() {
   tcase_add_test(tests, test_seek_takes_the_track_along);
   tcase_add_test(tests, test_frames_of_before_a_seek);
   tcase_add_test(tests, test_distortion_where_the_track_tells_none);
+  tcase_add_test(tests, test_encoders_move_the_lens);
   tcase_add_test(tests, test_silent_track_is_not_waited_for);
   tcase_add_test(tests, test_lost_track_keeps_its_last_pose);
   tcase_add_test(tests, test_live_is_a_frame_late_at_most);

@@ -27,6 +27,27 @@ double positive(const Json& root, const char* path) {
   return *value;
 }
 
+/// Refuses a sample that lacks what a camera is made of, and says all that is missing.
+void check_complete(const Json& root, const Options& options) {
+  std::string missing;
+  const auto need = [&](std::initializer_list<const char*> paths, const char* what) {
+    for (const char* path : paths)
+      if (!find(root, path)) {
+        missing += (missing.empty() ? "" : "; ") + std::string(what);
+        return;
+      }
+  };
+  if (options.width <= 0 || options.height <= 0)
+    need({"/static/camera/activeSensorResolution/width",
+          "/static/camera/activeSensorResolution/height"},
+         "static.camera.activeSensorResolution (give the pictures' size as --size WIDTHxHEIGHT)");
+  need({"/static/camera/activeSensorPhysicalDimensions/width",
+        "/static/camera/activeSensorPhysicalDimensions/height"},
+       "static.camera.activeSensorPhysicalDimensions (width and height of the sensor, mm)");
+  need({"/lens/pinholeFocalLength"}, "lens.pinholeFocalLength (mm)");
+  if (!missing.empty()) fail("the sample lacks " + missing);
+}
+
 int pixels(const Json& root, const char* path, int given) {
   if (given > 0) return given;
   const double value = positive(root, path);
@@ -37,6 +58,7 @@ int pixels(const Json& root, const char* path, int given) {
 
 Camera camera_of(const Json& root, const Options& options) {
   if (!root.is_object()) fail("an OpenTrackIO sample is a JSON object");
+  check_complete(root, options);
   Camera camera;
   if (const Json* label = find(root, "/static/camera/label"); label && label->is_string())
     camera.name = label->get<std::string>();

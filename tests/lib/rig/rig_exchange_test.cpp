@@ -273,6 +273,12 @@ TEST(RigExchange, OpenTrackIoRefusesWhatItCannotSay) {
   refuses("24.3", "0", "/lens/pinholeFocalLength must be above 0");
   refuses("24.3", "\"24.3\"", "/lens/pinholeFocalLength must be a number");
   refuses("24.3", "1e999", "sample: ");
+  refuses("\"pinholeFocalLength\": 24.3, ", "", "lacks lens.pinholeFocalLength");
+  refuses("\"activeSensorResolution\": {\"width\": 3840, \"height\": 2160}", "\"label2\": 1",
+          "--size WIDTHxHEIGHT");
+  refuses("\"height\": 2160", "\"depth\": 2160", "lacks static.camera.activeSensorResolution");
+  refuses("\"activeSensorPhysicalDimensions\"", "\"sensor\"",
+          "lacks static.camera.activeSensorPhysicalDimensions");
   refuses("3840", "3840.5", "whole number");
   refuses("-1e-4,", "[],", "radial must be a number");
   refuses("1e-11]", "1e-11, 0]", "at most 6");

@@ -398,6 +398,67 @@ TEST(OpenTrackIO, DistortedToUndistortedWithinATwentiethOfAPixel) {
   }
 }
 
+// Of a lens that does not distort the model's name, its centre and the rest do not matter.
+TEST(OpenTrackIO, CoefficientsOf0AreNoAlarm) {
+  json value = sample({0, 0, 0}, {1, 2, 3});
+  value["static"]["camera"]["anamorphicSqueeze"] = {{"num", 2}, {"denom", 1}};
+  value["lens"] = {{"distortionOffset", {{"x", 0.1}, {"y", 0.0}}}};
+  const json zeros{
+      {"model", "Brown-Conrady"}, {"radial", {0, 0.0}}, {"tangential", {0}}, {"overscan", 1.1}};
+  for (const json& told : {json::array({zeros}), json::array({zeros, {{"model", "X"}}}), zeros}) {
+    value["lens"]["distortion"] = told;
+    const OpenTrackIOSample sample = read(value);
+    EXPECT_FALSE(sample.lens_unread) << *sample.lens_unread;
+    EXPECT_EQ(sample.pose.distortion, std::vector<double>(5));
+  }
+  value["lens"]["distortion"] = json::array({zeros});
+  value["lens"]["distortion"][0]["radial"][1] = 1e-9;
+  EXPECT_TRUE(read(value).lens_unread);
+  value.erase("lens");
+  value["lens"] = {{"pinholeFocalLength", 24.5}};
+  // A model alone is a list of one.
+  value.erase("static");
+  value["lens"]["distortion"] = {{"model", "Brown-Conrady U-D"}, {"radial", {1e-5}}};
+  EXPECT_NEAR(read(value).pose.distortion.at(0), 1e-5 * 24.5 * 24.5, 1e-12);
+}
+
+// By encoders from 0 to 1 or as the tracker counts, where the sample tells no focal length.
+TEST(OpenTrackIO, ALensFileReadsTheEncoders) {
+  json value = sample({0, 0, 0}, {1, 2, 3});
+  value["lens"] = {{"encoders", {{"zoom", 0.5}, {"focus", 0.25}}},
+                   {"rawEncoders", {{"zoom", 3000}, {"focus", 1000}}},
+                   {"distortion", {{{"model", "Brown-Conrady U-D"}, {"radial", {1e-5}}}}}};
+  PoseReader reader;
+  const auto read_by = [&](const char* file) {
+    PoseReaderSettings settings;
+    settings.lens = std::make_shared<const LensTable>(file, "lens.txt");
+    return *reader.read(json_bytes(value), "a:1", settings);
+  };
+  const char* const normalised =
+      "zoom focal_length_mm k1 entrance_pupil_m\n0 10 -0.2 0.1\n1 30 -0.2 0.1\n";
+  TrackedPose pose = read_by(normalised);
+  EXPECT_DOUBLE_EQ(pose.focal_length_mm.value(), 20.0);
+  EXPECT_EQ(pose.distortion.at(0), -0.2);
+  EXPECT_FALSE(reader.lens_unread());  // the file's stands for it
+  expect_near(pose.place, {1, 2.1, 3});
+  EXPECT_DOUBLE_EQ(read_by("zoom focal_length_mm\n2000 10\n4000 30\n").focal_length_mm.value(),
+                   20.0);
+  EXPECT_TRUE(reader.lens_unread());
+  EXPECT_DOUBLE_EQ(read_by("focus focus_distance_m\n0 1\n2000 1\n").focus_distance_m.value(), 1.0);
+  value["lens"]["entrancePupilOffset"] = 0.5;
+  value["lens"]["pinholeFocalLength"] = 7.0;
+  pose = read_by(normalised);
+  EXPECT_EQ(pose.focal_length_mm, 7.0);
+  expect_near(pose.place, {1, 2.5, 3});
+  value["lens"]["encoders"].erase("zoom");
+  read_by(normalised);
+  EXPECT_TRUE(reader.lens_blind());
+  // One that is no number is left out and said.
+  value["lens"]["encoders"]["zoom"] = "wide";
+  read_by(normalised);
+  EXPECT_EQ(reader.unread().size(), 1u);
+}
+
 TEST(OpenTrackIO, ALensThatCannotBeToldIsSaid) {
   json value = sample({0, 0, 0}, {1, 2, 3});
   value["lens"]["distortion"] = {{{"radial", {-1e-5}}, {"model", "Brown-Conrady U-D"}}};

@@ -5,11 +5,13 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstring>
 #include <functional>
 #include <random>
 
 #include "base/error.h"
 #include "track/opentrackio_sample.h"
+#include "track/packet_error.h"
 #include "track/pose_reader.h"
 
 namespace polyhull {
@@ -100,14 +102,124 @@ TEST(FreeD, RefusesEveryOtherByte) {
     }
 }
 
+TEST(FreeD, AChecksumMayBeLeftOut) {
+  Packet packet = freed(89, {12, -7, 3}, {1, 2, 3}, 4, 5);
+  packet.back() = 0;
+  try {
+    parse_freed(packet);
+    ADD_FAILURE() << "it was taken";
+  } catch (const PacketError& error) {
+    EXPECT_NE(std::string(error.what()).find("checksum=zero-is-none"), std::string::npos);
+  }
+  EXPECT_EQ(parse_freed(packet, FreeDChecksum::zero_is_none).camera, 89);
+  EXPECT_EQ(parse_freed(packet, FreeDChecksum::ignored).camera, 89);
+  packet.back() = 1;
+  EXPECT_THROW(parse_freed(packet, FreeDChecksum::zero_is_none), PacketError);
+  EXPECT_EQ(parse_freed(packet, FreeDChecksum::ignored).camera, 89);
+}
+
+// Packets one after the other, with line ends, padding and polls around them.
+TEST(FreeD, SeveralPacketsInADatagram) {
+  const Packet one = freed(1, {1, 0, 0}, {0, 0, 0}, 0, 0),
+               two = freed(255, {2, 0, 0}, {0, 0, 0}, 0, 0);
+  const Packet poll{0xD0, 0x01, 0xD1, 0x9E}, lines{'\r', '\n'};
+  const auto sizes = [&](std::initializer_list<Packet> parts, TrackProtocol protocol) {
+    Packet all;
+    for (const Packet& part : parts) all.insert(all.end(), part.begin(), part.end());
+    std::vector<std::size_t> found;
+    std::size_t poses = 0;
+    PoseReader reader;
+    for (const auto packet : packets_in(all, protocol)) {
+      found.push_back(packet.size());
+      try {
+        poses += reader.read(packet, "a:1", {}).has_value();
+      } catch (const Error&) {
+      }
+    }
+    found.push_back(poses);
+    return found;
+  };
+  using Sizes = std::vector<std::size_t>;
+  for (const TrackProtocol protocol : {TrackProtocol::automatic, TrackProtocol::freed}) {
+    EXPECT_EQ(sizes({one}, protocol), (Sizes{29, 1}));
+    EXPECT_EQ(sizes({one, two}, protocol), (Sizes{29, 29, 2}));
+    EXPECT_EQ(sizes({one, lines}, protocol), (Sizes{29, 1}));
+    EXPECT_EQ(sizes({lines, one, lines, two, Packet(35, 0)}, protocol), (Sizes{29, 29, 2}));
+    EXPECT_EQ(sizes({one, Packet(3, 0xFF)}, protocol), (Sizes{29, 1}));
+    EXPECT_EQ(sizes({one, Packet{'a', 'b'}}, protocol), (Sizes{29, 1}));
+    EXPECT_EQ(sizes({poll, one, poll}, protocol), (Sizes{4, 29, 4, 1}));
+    EXPECT_EQ(sizes({one, Packet(two.begin(), two.begin() + 20)}, protocol), (Sizes{29, 20, 1}));
+    EXPECT_EQ(sizes({Packet(40, 0)}, protocol), (Sizes{40, 0}));
+    EXPECT_EQ(sizes({{}}, protocol), (Sizes{0, 0}));
+  }
+  // A sample is one packet, whatever is in it.
+  const Packet text = json_bytes(sample({0, 0, 0}, {1, 2, 3}));
+  EXPECT_EQ(sizes({lines, text, one}, TrackProtocol::automatic), (Sizes{text.size() + 31, 0}));
+  EXPECT_EQ(sizes({text}, TrackProtocol::automatic), (Sizes{text.size(), 1}));
+}
+
+TEST(FreeD, PollsTellNoPose) {
+  PoseReader reader;
+  for (const Packet& packet : {Packet{0xD0, 0x01, 0xD1, 0x9E}, Packet{0xD2, 0x01, 0x05, 0x68}})
+    EXPECT_FALSE(reader.read(packet, "a:1", {}));
+  EXPECT_EQ(reader.polls(), 2u);
+  EXPECT_THROW(reader.read(Packet{0xD0, 0x01, 0xD1, 0x9F}, "a:1", {}), Error);
+}
+
+TEST(FreeD, AnEncodersValueIsHardlyAFocalLength) {
+  for (const double mm : {2.0, 9.5, 29.1, 129.0, 150.0})
+    EXPECT_FALSE(doubt_in_focal_length(mm, 0.0));
+  EXPECT_FALSE(doubt_in_focal_length(129.0, 5.6));  // the long end of a PTZ head
+  EXPECT_FALSE(doubt_in_focal_length(400.0, 36.0));
+  EXPECT_TRUE(doubt_in_focal_length(164.0, 13.2));
+  EXPECT_TRUE(doubt_in_focal_length(289.0, 13.2));
+  EXPECT_TRUE(doubt_in_focal_length(289.0, 0.0));
+  EXPECT_TRUE(doubt_in_focal_length(0.5, 13.2));
+}
+
+// Zoom and focus are encoders' values, of which a lens file makes a lens.
+TEST(FreeD, ALensFileReadsTheEncoders) {
+  PoseReaderSettings settings;
+  settings.sensor_width_mm = 13.2;
+  settings.lens = std::make_shared<const LensTable>(
+      "zoom focal_length_mm entrance_pupil_m\n100 10 0.1\n200 30 0.3\n"
+      "focus focus_distance_m\n0 1\n1000 inf\n",
+      "lens.txt");
+  PoseReader reader;
+  TrackedPose pose = *reader.read(freed(1, {90, 0, 0}, {1, 2, 3}, 150, 500), "a:1", settings);
+  EXPECT_DOUBLE_EQ(pose.focal_length_mm.value(), 20.0);
+  EXPECT_DOUBLE_EQ(pose.focus_distance_m.value(), 2.0);
+  expect_near(pose.place, {1.2, 2, 3}, 1e-12);  // forward along x
+  EXPECT_FALSE(reader.lens_outside());
+  EXPECT_EQ(reader.read(freed(1, {90, 0, 0}, {1, 2, 3}, 201, 0), "a:1", settings)->focal_length_mm,
+            30.0);
+  EXPECT_TRUE(reader.lens_outside());
+  // What the packet tells stays.
+  settings.freed.zoom_is_focal_length = true;
+  pose = *reader.read(freed(1, {90, 0, 0}, {1, 2, 3}, 150, 500), "a:1", settings);
+  EXPECT_EQ(pose.focal_length_mm, 1.5);
+  EXPECT_DOUBLE_EQ(pose.focus_distance_m.value(), 2.0);
+  EXPECT_FALSE(reader.lens_outside());
+}
+
 TEST(OpenTrackIO, ReadsASampleInEachEncodingAndWithoutHeader) {
   const nlohmann::json value = sample({90, 30, 0}, {1.5, -2.25, 3.125});
   const Packet cbor = nlohmann::json::to_cbor(value), text = json_bytes(value);
+  const std::string indented = value.dump(2);
+  const auto behind = [](const char* begin, const auto& bytes) {
+    Packet packet(begin, begin + std::strlen(begin));
+    packet.insert(packet.end(), bytes.begin(), bytes.end());
+    return packet;
+  };
+  const Packet marked = behind("\xEF\xBB\xBF", text), tagged = behind("\xD9\xD9\xF7", cbor);
   for (const Packet& packet :
-       {text, segment(text, 1, 700, 0, text.size(), 255),
+       {text, cbor, tagged, marked, behind("", indented), behind("\r\n", indented),
+        behind("\xEF\xBB\xBF\n ", indented), segment(marked, 1, 700, 0, marked.size(), 255),
+        segment(tagged, 2, 700, 0, tagged.size(), 255), segment(text, 1, 700, 0, text.size(), 255),
         segment(text, 1, 700, 0, text.size(), 256), segment(cbor, 2, 700, 0, cbor.size(), 255),
         segment(cbor, 2, 700, 0, cbor.size(), 256)}) {
     OpenTrackIOSegments segments;
+    ASSERT_TRUE(is_opentrackio(packet));
     const TrackedPose pose = opentrackio_pose(segments, packet);
     EXPECT_EQ(pose.source, "urn:uuid:00000000-0000-4000-8000-000000000007");
     EXPECT_EQ(pose.sequence, 41);  // the sample's own, not the header's 700
