@@ -23,10 +23,11 @@ def fletcher16(data):
     return high << 8 | low
 
 
-def freed(camera, pan, tilt, place):
-    """A packet D1: degrees, metres; pan grows to the right."""
+def freed(camera, pan, tilt, place, zoom, focus):
+    """A packet D1: degrees, metres, encoders' values; pan grows to the right."""
     steps = [round(angle * 32768) for angle in (pan, tilt, 0)] + [round(v * 64000) for v in place]
-    packet = bytes([0xD1, camera]) + b"".join(struct.pack(">i", s)[1:] for s in steps) + bytes(8)
+    steps += [round(zoom), focus]
+    packet = bytes([0xD1, camera]) + b"".join(struct.pack(">i", s)[1:] for s in steps) + bytes(2)
     return packet + bytes([(0x40 - sum(packet)) & 0xFF])
 
 
@@ -70,6 +71,9 @@ def main():
     parser.add_argument("--seconds", type=float, default=60, help="how long it sends")
     parser.add_argument("--speed", type=float, default=30, help="degrees per second on the circle")
     parser.add_argument("--radius", type=float, default=2.7, help="metres")
+    parser.add_argument("--zoom", type=int, nargs=2, default=[0, 0], metavar=("FROM", "TO"),
+                        help="zoom's encoder goes to and fro between these in 8 s (FreeD)")
+    parser.add_argument("--focus", type=int, default=0, help="focus's encoder (FreeD)")
     parser.add_argument("--jitter", type=float, default=0,
                         help="packets wait for up to so many milliseconds, as at a switch")
     parser.add_argument("--height", type=float, default=1.5, help="metres")
@@ -85,7 +89,9 @@ def main():
         pan = -(angle + 180) % 360 - 180
         place = (options.radius * math.sin(math.radians(angle)),
                  -options.radius * math.cos(math.radians(angle)), options.height)
-        packet = freed(options.camera, pan, tilt, place) if options.protocol == "freed" else \
+        low, high = options.zoom
+        zoom = low + (high - low) * (1 - abs(count / options.rate / 4 % 2 - 1))
+        packet = freed(options.camera, pan, tilt, place, zoom, options.focus) if options.protocol == "freed" else \
             opentrackio(options.camera, pan, tilt, place, count, taken + count / options.rate,
                         options.timecode and timecode(count / options.rate, options.timecode))
         sender.sendto(packet, (options.to, options.port))

@@ -124,6 +124,14 @@ int main(int count, char** arguments) {
   const Packet freed = track_examples::freed(7, {10, 20, 30}, {1, 2, 3}, 100, 200);
   const Packet text = track_examples::json_bytes(sample);
   write("freed", freed);
+  write("lens_table",
+        std::string("zoom focus focal_length_mm k1 entrance_pupil_cm\n0 0 5 -0.1 6\n0 9 6 -.1 6\n"
+                    "0x40 5 50 0.02 9 # far\n"),
+        "blanks");
+  write("lens_table",
+        std::string("Zoom,hfov deg,K2,P1,K6,Projection offset x [mm]\r\n0,60,0,0,0,0.1\r\n"
+                    "1,5,0.1,0,0,0\r\nFocus,Focus distance (ft)\r\n0,2\r\n1,inf\r\n"),
+        "commas");
   write("opentrackio", text, "json");
   write("opentrackio", nlohmann::json::to_cbor(sample), "cbor");
   write("opentrackio", track_examples::segment(text, 1, 1, 0, text.size(), 255), "segment");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// libFuzzer entry: any bytes as a sample in either encoding, and as packets of 64 bytes
+// libFuzzer entry: any bytes as a sample in either encoding, as one packet, and as packets of 64 bytes
 // whose checksums are put right (in one of the forms that are sent), with what they make put together
 // and read by one who remembers.
 #include <algorithm>
@@ -31,6 +31,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   OpenTrackIOReader reader;
   read(reader, {OpenTrackIOEncoding::json, {}, all});
   read(reader, {OpenTrackIOEncoding::cbor, {}, all});
+  try {
+    read(reader, whole_sample(parse_opentrackio_packet(all)));
+  } catch (const Error&) {
+  }
   OpenTrackIOSegments segments;
   for (std::size_t begins = 0; begins < size; begins += 64) {
     std::vector<std::uint8_t> packet(data + begins, data + std::min(begins + 64, size));

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <memory>
 #include <string>
 
 #include "base/error.h"
@@ -29,6 +30,11 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   } catch (const Error&) {
   }
   PoseReader reader;
+  PoseReaderSettings how;
+  how.lens = std::make_shared<const LensTable>(
+      "zoom focal_length_mm k1 entrance_pupil_m\n0 5 -0.1 0\n1000 50 0.1 0.1\n"
+      "focus focus_distance_m\n0 1\n1000 inf\n",
+      "lens");
   TrackSettings settings;
   settings.times = static_cast<TrackTimes>(size % 3);
   if (size % 2) settings.clock_begin_ns = 1'718'806'554'000'000'000;
@@ -40,16 +46,16 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     time += (data[at] >> 1) * std::int64_t{5'000'000};
     const std::size_t length =
         std::min<std::size_t>(data[at + 1] << 8 | data[at + 2], size - at - 3);
-    try {
-      const auto pose = reader.read({data + at + 3, length}, std::to_string(sender), {});
-      if (pose && track.add(*pose, time)) {
-        check(*track.at(*track.end()));
-        const std::int64_t far = *track.end() - time;  // of its own clock, a second at most
-        if (far > Track::silence_ns || far < -Track::silence_ns || track.held_up_ns() < 0)
-          std::abort();
+    for (const auto packet : packets_in({data + at + 3, length}, how.protocol)) try {
+        const auto pose = reader.read(packet, std::to_string(sender), how);
+        if (pose && track.add(*pose, time)) {
+          check(*track.at(*track.end()));
+          const std::int64_t far = *track.end() - time;  // of its own clock, a second at most
+          if (far > Track::silence_ns || far < -Track::silence_ns || track.held_up_ns() < 0)
+            std::abort();
+        }
+      } catch (const Error&) {
       }
-    } catch (const Error&) {
-    }
     at += 3 + length;
   }
   return 0;
