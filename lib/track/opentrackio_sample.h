@@ -17,7 +17,7 @@
 #include <vector>
 
 #include "track/inverse_distortion.h"
-#include "track/lens_table.h"
+#include "track/lens/lens_table.h"
 #include "track/opentrackio_segments.h"
 #include "track/tracked_pose.h"
 

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "track/freed.h"
-#include "track/lens_table.h"
+#include "track/lens/lens_table.h"
 #include "track/opentrackio_sample.h"
 #include "track/opentrackio_segments.h"
 #include "track/tracked_pose.h"

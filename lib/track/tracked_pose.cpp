@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "base/error.h"
+#include "track/lens/lens_table.h"
 
 namespace polyhull {
 namespace {
@@ -79,6 +80,20 @@ double aperture_of(const TrackedPose& pose) {
   if (!pose.focal_length_mm || !pose.f_number || !(*pose.f_number > 0.0)) return 0.0;
   const double aperture = 1e-3 * *pose.focal_length_mm / *pose.f_number;
   return std::isfinite(aperture) && aperture > 0.0 ? aperture : 0.0;
+}
+
+void add_lens(TrackedPose& pose, const LensState& lens, bool is_at_pupil) {
+  constexpr double assumed_width_mm = 36.0;
+  if (!pose.focal_length_mm && lens.focal_length_widths) {
+    if (!pose.sensor_width_mm) pose.sensor_width_mm = assumed_width_mm;
+    pose.focal_length_mm = *lens.focal_length_widths * *pose.sensor_width_mm;
+  }
+  if (!pose.focal_length_mm) pose.focal_length_mm = lens.focal_length_mm;
+  if (!pose.focus_distance_m) pose.focus_distance_m = lens.focus_distance_m;
+  if (pose.distortion.empty()) pose.distortion = lens.distortion;
+  if (lens.projection_offset_mm && pose.projection_offset_mm == Vec2(0.0))
+    pose.projection_offset_mm = *lens.projection_offset_mm;
+  if (lens.entrance_pupil_m && !is_at_pupil) pose.place += *lens.entrance_pupil_m * pose.axes[1];
 }
 
 Camera camera_of(const TrackedPose& pose, int width, int height, double vertical_degrees,

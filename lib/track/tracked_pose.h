@@ -17,6 +17,8 @@
 
 namespace polyhull {
 
+struct LensState;
+
 struct TrackedPose {
   std::string
       source;  ///< who sends: "freed 3", or an OpenTrackIO source's identifier; may be empty
@@ -55,6 +57,11 @@ void set_extrinsics(TrackedPose& pose, const Extrinsics& extrinsics);
 /// The diameter of the entrance pupil, metres: focal length over f-number; 0 where the pose does not
 /// tell both.
 double aperture_of(const TrackedPose& pose);
+
+/// Adds to \p pose what it does not tell and \p lens does. A field of view is a focal length before the
+/// pose's sensor, or before one of 36 mm where its width is not known. The place moves to the entrance
+/// pupil unless it \p is_at_pupil already.
+void add_lens(TrackedPose& pose, const LensState& lens, bool is_at_pupil);
 
 /// \p pose as a camera of \p width by \p height pixels, \p pixel_aspect times as wide as high, in a
 /// scene's coordinates. The field of view is the lens's where the pose tells the focal length and the

@@ -12,94 +12,14 @@
 #include "../lib/track/packets.h"
 #include "controlled.h"
 #include "element_checks.h"
-#include "support/tracker.h"
 #include "track/packet_file.h"
-#include "track/pose_message.h"
+#include "tracksrc_bench.h"
 
 using namespace polyhull;
 using namespace polyhull::test;
 using namespace polyhull::track_examples;
 
 namespace {
-
-constexpr GstClockTime ms = GST_MSECOND;
-
-std::filesystem::path folder;
-
-/// A pose as it came: its time, its bytes and what they say.
-struct Came {
-  GstClockTime time = 0;
-  std::string bytes;
-  PoseMessage message;
-  double x() const { return message.pose.place.x; }
-};
-
-Came came_in(GstBuffer* buffer) {
-  Came came;
-  came.time = GST_BUFFER_PTS(buffer);
-  came.bytes.resize(gst_buffer_get_size(buffer));
-  gst_buffer_extract(buffer, 0, came.bytes.data(), came.bytes.size());
-  came.message = parse_pose_message(came.bytes);
-  gst_buffer_unref(buffer);
-  return came;
-}
-
-/// tracksrc on a clock that the test sets.
-struct Bench {
-  explicit Bench(const std::string& properties)
-      : harness(gst_harness_new_parse(("tracksrc " + properties).c_str())), bus(gst_bus_new()) {
-    gst_harness_use_testclock(harness);
-    element = gst_harness_find_element(harness, "tracksrc");
-    gst_element_set_bus(element, bus);
-    gst_harness_play(harness);
-    port = statistic(element, "port");
-  }
-  ~Bench() {
-    gst_element_set_bus(element, nullptr);
-    gst_object_unref(bus);
-    gst_object_unref(element);
-    gst_harness_teardown(harness);
-  }
-
-  void send(const Packet& packet, const Tracker& from) { from.send(port, packet); }
-  void send(const Packet& packet) { send(packet, tracker); }
-  /// Waits until a counter is at \p value.
-  void wait_for(const char* counter, guint64 value) {
-    for (int i = 0; i < 3000 && statistic(element, counter) < value; ++i) g_usleep(10000);
-    fail_unless_equals_uint64(statistic(element, counter), value);
-  }
-  Came pull() {
-    GstBuffer* buffer = gst_harness_pull(harness);
-    fail_unless(buffer != nullptr, "no pose came");
-    return came_in(buffer);
-  }
-  /// What comes of \p packet when it arrives at \p time.
-  Came at(GstClockTime time, const Packet& packet) {
-    gst_harness_set_time(harness, time);
-    send(packet);
-    return pull();
-  }
-  /// \p packet brings no pose, and \p counter becomes 1 more.
-  void nothing_of(const Packet& packet, const char* counter, const Tracker& from) {
-    const guint64 before = statistic(element, counter);
-    send(packet, from);
-    wait_for(counter, before + 1);
-    fail_unless(gst_harness_try_pull(harness) == nullptr);
-  }
-  void nothing_of(const Packet& packet, const char* counter) {
-    nothing_of(packet, counter, tracker);
-  }
-
-  GstHarness* harness;
-  GstBus* bus;
-  GstElement* element;
-  guint64 port = 0;
-  Tracker tracker;
-};
-
-Packet at_x(double x, std::uint8_t camera = 1) {
-  return freed(camera, {0, 0, 0}, {x, 0, 0}, 0, 0);
-}
 
 /// An OpenTrackIO packet under the number \p sequence, taken at the time \p taken of its clock.
 Packet numbered(std::uint16_t sequence, double x, GstClockTime taken = 1718806554 * GST_SECOND) {
@@ -109,21 +29,6 @@ Packet numbered(std::uint16_t sequence, double x, GstClockTime taken = 171880655
                                         {"nanoseconds", taken % GST_SECOND}};
   const Packet text = json_bytes(value);
   return segment(text, 1, sequence, 0, text.size(), 255);
-}
-
-void expect_near(const Vec3& a, const Vec3& b, double tolerance) {
-  fail_unless(glm::length(a - b) <= tolerance, "(%g %g %g) is not (%g %g %g)", a.x, a.y, a.z, b.x,
-              b.y, b.z);
-}
-
-void expect_in(const std::string& text, std::initializer_list<const char*> parts) {
-  for (const char* part : parts)
-    fail_unless(text.find(part) != std::string::npos, "\"%s\" is not in \"%s\"", part,
-                text.c_str());
-}
-
-std::string path(const char* name) {
-  return (folder / name).string();
 }
 
 /// A recording of \p count poses, 10 ms and 10 mm apart.
@@ -168,16 +73,6 @@ std::vector<Came> played(const std::string& properties, std::string* warning = n
   return result;
 }
 
-std::string refusal(const std::string& properties) {
-  GstElement* pipeline = parse("tracksrc " + properties + " ! fakesink");
-  std::string said = "it was not refused";
-  if (gst_element_set_state(pipeline, GST_STATE_PLAYING) == GST_STATE_CHANGE_FAILURE)
-    said = wait_for_end(pipeline, GST_SECOND);
-  gst_element_set_state(pipeline, GST_STATE_NULL);
-  gst_object_unref(pipeline);
-  return said;
-}
-
 GstClockTime latency_of(GstElement* element) {
   GstQuery* query = gst_query_new_latency();
   gboolean live = FALSE;
@@ -192,46 +87,6 @@ GstClockTime latency_of(GstElement* element) {
 
 GST_START_TEST(test_documented) {
   check_documented("tracksrc");
-}
-GST_END_TEST
-
-GST_START_TEST(test_freed) {
-  Bench bench("port=0 delay=30000000 prediction=5000000");
-  const Came came = bench.at(100 * ms, freed(7, {90, 0, 0}, {1.5, -2.25, 3.125}, 2500, 0));
-  fail_unless_equals_uint64(came.time, 70 * ms);
-  expect_near(came.message.pose.place, {1.5, -2.25, 3.125}, 1e-12);
-  expect_near(came.message.pose.axes[1], {1, 0, 0}, 1e-12);  // to the right: along x
-  fail_unless(came.message.pose.source == "freed 7 from 127.0.0.1");
-  fail_if(came.message.pose.focal_length_mm.has_value());
-  fail_unless_equals_int64(came.message.prediction_ns, 5000000);
-  fail_unless_equals_uint64(statistic(bench.element, "poses"), 1);
-}
-GST_END_TEST
-
-GST_START_TEST(test_settings_of_freed_change_live) {
-  Bench bench("port=0 axes=y-xz invert-pan=true offset-z=10 zoom-is-focal-length=true");
-  const Packet packet = freed(1, {90, 0, 0}, {1, 2, 3}, 2500, 0);
-  Came came = bench.at(10 * ms, packet);
-  expect_near(came.message.pose.place, {2, -1, 13}, 1e-12);
-  expect_near(came.message.pose.axes[1], {-1, 0, 0}, 1e-12);
-  fail_unless(came.message.pose.focal_length_mm == 25.0);
-  fail_if(came.message.pose.sensor_width_mm.has_value());
-  g_object_set(bench.element, "axes", "xyz", "offset-pan", -90.0, "sensor-width", 35.0, nullptr);
-  came = bench.at(20 * ms, packet);
-  expect_near(came.message.pose.place, {1, 2, 13}, 1e-12);
-  expect_near(came.message.pose.axes[1], {0, -1, 0}, 1e-12);
-  fail_unless(came.message.pose.sensor_width_mm == 35.0);
-  // Axes that are none: said, and mended live.
-  for (const char* axes : {"", "xy", "xxz", "xyzx", "x y z", "xy--z", "nonsense"}) {
-    g_object_set(bench.element, "axes", axes, nullptr);
-    bench.nothing_of(packet, "settings-refused");
-  }
-  const auto said = warnings_on(bench.bus);
-  fail_unless(said.size() >= 2);
-  expect_in(said[0], {"sensor-width"});  // of the focal length alone
-  expect_in(said[1], {"axes=", "y-xz"});
-  g_object_set(bench.element, "axes", "zyx", nullptr);
-  expect_near(bench.at(30 * ms, packet).message.pose.place, {3, 2, 11}, 1e-12);
 }
 GST_END_TEST
 
@@ -334,101 +189,6 @@ GST_START_TEST(test_bad_packets_are_counted_and_the_rest_is_used) {
   expect_in(said[0], {"127.0.0.1:", "checksum"});
   fail_unless(bench.at(20 * ms, at_x(3)).x() == 3.0);
   fail_unless_equals_uint64(statistic(bench.element, "packets"), 11);
-}
-GST_END_TEST
-
-// Of Z CAM's heads and others: cameras of any number, no checksum, a line end behind, polls between.
-GST_START_TEST(test_freed_as_others_send_it) {
-  Bench bench("port=0 source=\"freed 255\"");
-  Packet packet = at_x(1, 255);
-  packet.insert(packet.end(), {'\r', '\n'});
-  fail_unless(bench.at(10 * ms, packet).x() == 1.0);
-  bench.nothing_of({0xD0, 0x01, 0xD1, 0x9E}, "polls");
-  fail_unless_equals_int(warnings_on(bench.bus).size(), 0);
-  packet = at_x(2, 255);
-  packet.back() = 0;
-  bench.nothing_of(packet, "bad-checksum");
-  const auto said = warnings_on(bench.bus);
-  fail_unless_equals_int(said.size(), 1);
-  expect_in(said[0], {"checksum=zero-is-none"});
-  gst_util_set_object_arg(G_OBJECT(bench.element), "checksum", "zero-is-none");
-  fail_unless(bench.at(20 * ms, packet).x() == 2.0);
-}
-GST_END_TEST
-
-GST_START_TEST(test_several_packets_in_a_datagram) {
-  Bench bench("port=0");
-  Packet all;
-  for (const auto& [x, camera] : {std::pair{1, 1}, {9, 89}, {2, 1}, {3, 1}})
-    for (const std::uint8_t byte : at_x(x, static_cast<std::uint8_t>(camera))) all.push_back(byte);
-  gst_harness_set_time(bench.harness, 10 * ms);
-  bench.send(all);
-  for (const double x : {1.0, 2.0, 3.0}) {
-    const Came came = bench.pull();
-    fail_unless(came.x() == x);
-    fail_unless_equals_uint64(came.time, 10 * ms);
-  }
-  fail_unless_equals_uint64(statistic(bench.element, "other-senders"), 1);
-  fail_unless(bench.at(20 * ms, at_x(4)).x() == 4.0);
-}
-GST_END_TEST
-
-// Encoders taken for focal lengths are noticed once.
-GST_START_TEST(test_implausible_focal_lengths) {
-  Bench bench("port=0 zoom-is-focal-length=true sensor-width=13.2");
-  for (guint64 i = 0; i < 3; ++i)
-    bench.at((10 + i) * ms,
-             freed(1, {0, 0, 0}, {0, 0, 0}, 950 + 900 * static_cast<unsigned>(i), 0));
-  fail_unless_equals_uint64(statistic(bench.element, "lenses-doubtful"), 0);
-  for (guint64 i = 0; i < 3; ++i) bench.at((20 + i) * ms, freed(1, {0, 0, 0}, {0, 0, 0}, 28900, 0));
-  fail_unless_equals_uint64(statistic(bench.element, "lenses-doubtful"), 3);
-  const auto said = warnings_on(bench.bus);
-  fail_unless_equals_int(said.size(), 1);
-  expect_in(said[0], {"289 mm", "zoom-is-focal-length", "lens-file"});
-}
-GST_END_TEST
-
-GST_START_TEST(test_lens_file) {
-  std::ofstream(path("lens.csv")) << "Zoom,Focal length (mm),k1,Entrance pupil (mm)\n"
-                                     "0,10,-0.1,100\n1000,30,0.1,300\n"
-                                     "Focus,Focus distance (m)\n0,1\n1000,inf\n";
-  Bench bench("port=0 sensor-width=13.2 lens-file=" + path("lens.csv"));
-  const auto at = [&](GstClockTime time, unsigned zoom) {
-    return bench.at(time, freed(1, {0, 0, 0}, {1, 2, 3}, zoom, 500)).message.pose;
-  };
-  const TrackedPose pose = at(10 * ms, 500);
-  fail_unless(std::abs(*pose.focal_length_mm - 20.0) < 1e-9);
-  fail_unless(pose.sensor_width_mm == 13.2);
-  fail_unless(std::abs(pose.distortion.at(0)) < 1e-9);
-  fail_unless(std::abs(*pose.focus_distance_m - 2.0) < 1e-9);
-  expect_near(pose.place, {1, 2.2, 3}, 1e-9);
-  fail_unless_equals_int(warnings_on(bench.bus).size(), 0);
-  // Beyond its rows the last one holds; said each time that it goes there.
-  fail_unless(at(20 * ms, 1001).focal_length_mm == 30.0);
-  at(30 * ms, 1002);
-  fail_unless_equals_uint64(statistic(bench.element, "lenses-outside"), 2);
-  const auto said = warnings_on(bench.bus);
-  fail_unless_equals_int(said.size(), 1);
-  expect_in(said[0], {"lens.csv", "beyond"});
-}
-GST_END_TEST
-
-GST_START_TEST(test_lens_file_without_a_sensor) {
-  std::ofstream(path("lens.csv")) << "zoom focal_length_mm\n0 10\n";
-  Bench bench("port=0 lens-file=" + path("lens.csv"));
-  bench.at(10 * ms, at_x(1));
-  bench.at(20 * ms, at_x(1));
-  const auto said = warnings_on(bench.bus);
-  fail_unless_equals_int(said.size(), 1);
-  expect_in(said[0], {"sensor-width"});
-  nlohmann::json value = sample({0, 0, 0}, {1, 0, 0});
-  value["lens"] = {{"encoders", {{"zoom", 0.5}}}};
-  std::ofstream(path("lens.csv")) << "zoom focal_length_mm\n0 10\n1000 20\n";
-  Bench other("port=0 lens-file=" + path("lens.csv"));
-  other.at(10 * ms, json_bytes(value));
-  const auto also = warnings_on(other.bus);
-  fail_unless_equals_int(also.size(), 1);
-  expect_in(also[0], {"lens.csv", "lens.encoders", "rawEncoders"});
 }
 GST_END_TEST
 
@@ -671,18 +431,11 @@ static Suite* tracksrc_suite() {
   suite_add_tcase(suite, tests);
   tcase_set_timeout(tests, 60);
   tcase_add_test(tests, test_documented);
-  tcase_add_test(tests, test_freed);
-  tcase_add_test(tests, test_settings_of_freed_change_live);
   tcase_add_test(tests, test_controllers);
   tcase_add_test(tests, test_opentrackio);
   tcase_add_test(tests, test_loss_reordering_and_repetition);
   tcase_add_test(tests, test_two_senders);
   tcase_add_test(tests, test_bad_packets_are_counted_and_the_rest_is_used);
-  tcase_add_test(tests, test_freed_as_others_send_it);
-  tcase_add_test(tests, test_several_packets_in_a_datagram);
-  tcase_add_test(tests, test_implausible_focal_lengths);
-  tcase_add_test(tests, test_lens_file);
-  tcase_add_test(tests, test_lens_file_without_a_sensor);
   tcase_add_test(tests, test_silence_is_said_once);
   tcase_add_test(tests, test_smoothing_is_latency_and_no_lag);
   tcase_add_test(tests, test_record_and_replay_are_identical);
@@ -700,11 +453,5 @@ static Suite* tracksrc_suite() {
 }
 
 int main(int argc, char** argv) {
-  folder = std::filesystem::temp_directory_path() / ("polyhull_track" + std::to_string(getpid()));
-  std::filesystem::create_directories(folder);
-  gst_check_init(&argc, &argv);
-  const int failures = gst_check_run_suite(tracksrc_suite(), "tracksrc", __FILE__);
-  std::error_code ignored;
-  std::filesystem::remove_all(folder, ignored);
-  return failures;
+  return run_in_folder(argc, argv, tracksrc_suite, "tracksrc", __FILE__);
 }

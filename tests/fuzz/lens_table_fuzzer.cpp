@@ -4,7 +4,8 @@
 #include <cstdlib>
 
 #include "base/error.h"
-#include "track/lens_table.h"
+#include "track/lens/lens_table.h"
+#include "track/tracked_pose.h"
 
 using namespace polyhull;
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // Lens files: exact at their rows, monotone between them, whatever program wrote them, and refused by
 // line where they are wrong.
-#include "track/lens_table.h"
+#include "track/lens/lens_table.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -13,7 +13,8 @@
 #include <random>
 
 #include "base/error.h"
-#include "track/monotone_cubic.h"
+#include "track/lens/monotone_cubic.h"
+#include "track/tracked_pose.h"
 
 namespace polyhull {
 namespace {

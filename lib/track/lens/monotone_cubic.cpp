@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "track/monotone_cubic.h"
+#include "track/lens/monotone_cubic.h"
 
 #include <algorithm>
 #include <cmath>

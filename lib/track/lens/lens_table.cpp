@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "track/lens_table.h"
+#include "track/lens/lens_table.h"
 
 #include <algorithm>
 #include <cerrno>
@@ -13,8 +13,8 @@
 #include <utility>
 
 #include "base/error.h"
-#include "track/lens_table_text.h"
-#include "track/monotone_cubic.h"
+#include "track/lens/lens_table_text.h"
+#include "track/lens/monotone_cubic.h"
 
 namespace polyhull {
 namespace {
@@ -336,20 +336,6 @@ LensTable load_lens_table(const std::string& path) {
     throw Error(Error::Kind::io, "Cannot read the lens file '{}'; is it a folder?", path);
   text.resize(static_cast<std::size_t>(file.gcount()));
   return LensTable(text, path);
-}
-
-void add_lens(TrackedPose& pose, const LensState& lens, bool is_at_pupil) {
-  constexpr double assumed_width_mm = 36.0;
-  if (!pose.focal_length_mm && lens.focal_length_widths) {
-    if (!pose.sensor_width_mm) pose.sensor_width_mm = assumed_width_mm;
-    pose.focal_length_mm = *lens.focal_length_widths * *pose.sensor_width_mm;
-  }
-  if (!pose.focal_length_mm) pose.focal_length_mm = lens.focal_length_mm;
-  if (!pose.focus_distance_m) pose.focus_distance_m = lens.focus_distance_m;
-  if (pose.distortion.empty()) pose.distortion = lens.distortion;
-  if (lens.projection_offset_mm && pose.projection_offset_mm == Vec2(0.0))
-    pose.projection_offset_mm = *lens.projection_offset_mm;
-  if (lens.entrance_pupil_m && !is_at_pupil) pose.place += *lens.entrance_pupil_m * pose.axes[1];
 }
 
 }  // namespace polyhull

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "track/lens_table_text.h"
+#include "track/lens/lens_table_text.h"
 
 #include <charconv>
 #include <cmath>

@@ -32,7 +32,6 @@
 #include <vector>
 
 #include "base/vector.h"
-#include "track/tracked_pose.h"
 
 namespace polyhull {
 
@@ -93,10 +92,5 @@ class LensTable {
 
 /// The lens file \p path. Throws Error (not_found, io) where it cannot be read, and as LensTable does.
 LensTable load_lens_table(const std::string& path);
-
-/// Adds to \p pose what it does not tell and \p lens does. A field of view is a focal length before the
-/// pose's sensor, or before one of 36 mm where its width is not known. The place moves to the entrance
-/// pupil unless it \p is_at_pupil already.
-void add_lens(TrackedPose& pose, const LensState& lens, bool is_at_pupil);
 
 }  // namespace polyhull
