@@ -55,6 +55,16 @@ TEST(MonotoneCubic, IsExactAtThePointsAndMonotoneBetween) {
     }
 }
 
+TEST(MonotoneCubic, IsFlatWhereItTurns) {
+  const auto at = [](double x) { return monotone_cubic({0, 1, 2, 4}, {0, 1, 0, 3}, x); };
+  EXPECT_EQ(at(1.0), 1.0);
+  for (const double x : {0.999, 1.001}) {
+    EXPECT_LT(at(x), 1.0);
+    EXPECT_GT(at(x), 1.0 - 1e-5);
+  }
+  for (double x = 0.0; x <= 4.0; x += 0.01) EXPECT_TRUE(at(x) >= 0.0 && at(x) <= 3.0) << x;
+}
+
 // A focal length that grows by 20, of nine rows: a sixth of what straight lines are off.
 TEST(MonotoneCubic, FollowsAZoom) {
   std::vector<double> xs, ys;
