@@ -38,7 +38,8 @@ struct TrackInputSettings {
 
 std::span<const Property<TrackInputSettings>> track_input_properties();
 
-/// What the reader of packets needs of them, but for the lens file, which is read once. Throws Error for axes that are none.
+/// What the reader of packets needs of them, but for the lens file, which is read once. Throws Error
+/// for axes that are none.
 PoseReaderSettings reader_settings(const TrackInputSettings& settings);
 /// What the track needs of them; the receiver of the poses predicts.
 TrackSettings track_settings(const TrackInputSettings& settings);
