@@ -55,7 +55,6 @@ cameras_run() {
     return
   fi
   cameras_present
-  polyhull_install "${polyhull_packages_build[@]}" "${polyhull_packages_run[@]}"
   polyhull_programs
   polyhull_environment
   exec gst-launch-1.0 "${line[@]}"

@@ -81,7 +81,6 @@ if $dry_run; then
   printf '\n'
   exit
 fi
-polyhull_install "${polyhull_packages_build[@]}" "${polyhull_packages_run[@]}"
-polyhull_programs
+polyhull_programs polyhull-run
 polyhull_environment
 exec polyhull-run --clock "$server" "${line[@]}"

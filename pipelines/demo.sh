@@ -42,8 +42,8 @@ case $count in
 esac
 [ -z "$sink" ] || $live || fail "--sink says where --live shows its pictures; add --live"
 
-# Recordings need polyhull-rig, and its libraries.
-if $all || $measure; then
+# All that is built needs more libraries than the film; the first picture comes before it is built.
+if $all; then
   polyhull_install "${polyhull_packages_build[@]}" "${polyhull_packages_run[@]}"
   [ ! -f "$polyhull_build/build.ninja" ] || polyhull_configure "$polyhull_build" -Dcalibration=enabled
 else
@@ -152,7 +152,7 @@ if $measure; then
     queue max-size-buffers=2 ! composite.background composite name=composite ! fakesink
 fi
 rm -rf "$out/recording" "$out/recording.log" "$out"/demo-[0-9][0-9].png
-if $all; then polyhull_programs; fi
+if $all; then polyhull_build_targets programs; fi
 
 say "made, $SECONDS s from the start:"
 (cd "$out" && ls -l demo* hull.glb)

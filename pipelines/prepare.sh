@@ -100,8 +100,23 @@ polyhull_build_targets() {
   ninja -C "$polyhull_build" "$@"
 }
 
-# polyhull_programs: builds the plugin and the tools.
-polyhull_programs() { polyhull_build_targets programs; }
+# polyhull_programs TOOL...: installs what the elements and these tools need, and builds them.
+polyhull_programs() {
+  $polyhull_installed && return
+  local packages=("${polyhull_packages_demo[@]}") tool
+  for tool in "$@"; do
+    case $tool in
+      polyhull-rig | polyhull-calibrate) packages=("${polyhull_packages_build[@]}") ;;
+    esac
+  done
+  polyhull_install "${packages[@]}" "${polyhull_packages_run[@]}"
+  # A build folder from before these libraries were installed does without the tools that need them.
+  for tool in "$@"; do
+    [ ! -f "$polyhull_build/build.ninja" ] || grep -q "^build tools/$tool:" "$polyhull_build/build.ninja" ||
+      polyhull_configure "$polyhull_build" -Dcalibration=enabled
+  done
+  polyhull_build_targets plugins/libgstpolyhull.so "${@/#/tools/}"
+}
 
 # polyhull_environment: the tools and elements of the build tree, for what is run after it.
 polyhull_environment() {

@@ -43,8 +43,7 @@ case $codec in
   *) fail "unknown codec '$codec'; $usage" ;;
 esac
 
-polyhull_install "${polyhull_packages_build[@]}" "${polyhull_packages_run[@]}"
-polyhull_programs
+polyhull_programs polyhull-rig
 polyhull_environment
 
 folder=${folder:-$polyhull_source/out/recording}

@@ -14,8 +14,7 @@ polyhull_help "$@"
 [ -f "$1/calibration_resolved.txt" ] || fail "'$1' does not hold calibration_resolved.txt"
 folder=$(cd "$1" && pwd)
 
-polyhull_install "${polyhull_packages_build[@]}" "${polyhull_packages_run[@]}"
-polyhull_programs
+polyhull_programs polyhull-rig polyhull-report polyhull-run
 polyhull_environment
 out=$polyhull_source/out
 mkdir -p "$out/room-meshes"

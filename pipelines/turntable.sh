@@ -15,8 +15,7 @@ polyhull_help "$@"
 [ -d "$1" ] || fail "folder '$1' does not exist"
 folder=$(cd "$1" && pwd)
 
-polyhull_install "${polyhull_packages_build[@]}" "${polyhull_packages_run[@]}"
-polyhull_programs
+polyhull_programs polyhull-rig polyhull-report polyhull-run
 polyhull_environment
 out=$polyhull_source/out
 mkdir -p "$out"
