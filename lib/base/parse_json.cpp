@@ -52,9 +52,15 @@ Json parse_json(std::string_view text, const std::string& source) {
     return Json::parse(text);
   } catch (const nlohmann::detail::parse_error& error) {
     // nlohmann: "[json.exception.parse_error.101] parse error at line 1, column 2: what"
-    const char* what = std::strstr(error.what(), ": ");
+    const char* begin = std::strstr(error.what(), ": ");
+    std::string what = begin ? begin + 2 : error.what();
+    // What was read last may be a picture's worth of base64.
+    constexpr std::size_t longest = 80;
+    if (const std::size_t last = what.find("; last read: '");
+        what.size() - std::min(last, what.size()) > longest)
+      what.resize(last);
     throw Error(Error::Kind::bad_input, "{}: not JSON at {}: {}{}.", source,
-                line_and_column(text, error.byte), what ? what + 2 : error.what(),
+                line_and_column(text, error.byte), what,
                 text.find("NaN") != text.npos ? " (NaN is no JSON number)" : "");
   } catch (const nlohmann::detail::exception& error) {
     throw Error(Error::Kind::bad_input, "{}: not usable JSON: {}.", source, error.what());

@@ -28,10 +28,13 @@ Error broken_scene(const std::string& path, const std::string& what);
 double gltf_number(const tinygltf::ExtensionMap& extensions, const char* extension,
                    const char* name, double otherwise);
 
+/// The error (unsupported) that says that \p what ("positions of mesh 'table'") cannot be unpacked.
+Error compressed(const GltfSource& source, const std::string& what, const std::string& extension);
+
 /// All elements of accessor \p index as floats, \p components per element (normalised integers
-/// become 0..1 or -1..1). \p what names them in errors ("positions of mesh 'table'"). Throws Error
-/// when the accessor does not exist, has another number of components, or reaches beyond its
-/// buffer.
+/// become 0..1 or -1..1); those that a sparse accessor replaces are replaced, and zeros where it has
+/// no other data. \p what names them in errors ("positions of mesh 'table'"). Throws Error when the
+/// accessor does not exist, has another number of components, or reaches beyond its buffer.
 std::vector<float> read_floats(const GltfSource& source, int index, std::size_t components,
                                const std::string& what);
 
@@ -44,8 +47,8 @@ struct GltfBytes {
   const unsigned char* data;
   std::size_t size;
 };
-/// The bytes of buffer view \p index. Throws Error when it does not exist or reaches beyond its
-/// buffer.
+/// The bytes of buffer view \p index, without up to three of padding that the file leaves out.
+/// Throws Error when it does not exist, reaches beyond its buffer, or is only there compressed.
 GltfBytes read_view(const GltfSource& source, int index, const std::string& what);
 
 }  // namespace polyhull

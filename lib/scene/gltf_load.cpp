@@ -2,15 +2,13 @@
 #include <tiny_gltf.h>
 
 #include <algorithm>
-#include <array>
+#include <cmath>
 #include <filesystem>
-#include <fstream>
-#include <glm/gtc/quaternion.hpp>
-#include <iterator>
 
 #include "base/error.h"
-#include "base/parse_json.h"
 #include "scene/gltf_accessor.h"
+#include "scene/gltf_file.h"
+#include "scene/gltf_instances.h"
 #include "scene/gltf_lights.h"
 #include "scene/gltf_materials.h"
 #include "scene/scene.h"
@@ -20,20 +18,8 @@ namespace {
 
 constexpr int deepest_node = 200;                   // a file whose nodes form a ring must end
 constexpr float largest_texture_coordinate = 1e6f;  // floats beyond have no fraction to speak of
+constexpr std::size_t most_instanced_triangles = 10'000'000;  // some 2 GB with what traces them
 constexpr int camera_width = 1280, camera_height = 720;
-
-const char* const known_extensions[] = {
-    "KHR_lights_punctual",   "KHR_materials_ior",     "KHR_materials_emissive_strength",
-    "KHR_texture_transform", "KHR_mesh_quantization", "KHR_materials_specular",
-    "KHR_materials_unlit"};
-
-/// Keeps the encoded bytes of a picture that lies in a file of its own or in the JSON text; they
-/// are decoded only where a material uses them.
-bool keep_bytes(tinygltf::Image* image, const int, std::string*, std::string*, int, int,
-                const unsigned char* bytes, int size, void*) {
-  if (image->bufferView < 0) image->image.assign(bytes, bytes + size);
-  return true;
-}
 
 class Loader {
  public:
@@ -44,15 +30,6 @@ class Loader {
   }
 
   Scene load() {
-    for (const std::string& extension : model_.extensionsRequired) {
-      if (std::find(std::begin(known_extensions), std::end(known_extensions), extension) ==
-          std::end(known_extensions)) {
-        throw Error(Error::Kind::unsupported,
-                    "Scene '{}' needs the glTF extension {}, which is not supported. Export it "
-                    "without (for Blender: no compression).",
-                    path_, extension);
-      }
-    }
     add_materials(source_, scene_);
     default_material_ = static_cast<int>(scene_.materials.size());
     scene_.materials.push_back({});
@@ -84,29 +61,6 @@ class Loader {
     for (const int root : roots_) add_node(root, Mat4(1.0), 0);
   }
 
-  Mat4 local_transform(const tinygltf::Node& node) const {
-    Mat4 local(1.0);
-    if (node.matrix.size() == 16) {
-      for (int i = 0; i < 16; ++i) local[i / 4][i % 4] = node.matrix[i];
-    } else {
-      if (node.translation.size() == 3)
-        local[3] = Vec4(node.translation[0], node.translation[1], node.translation[2], 1.0);
-      if (node.rotation.size() == 4) {
-        const glm::dquat q(node.rotation[3], node.rotation[0], node.rotation[1], node.rotation[2]);
-        if (glm::length(q) > 0.0) local *= glm::mat4_cast(glm::normalize(q));
-      }
-      if (node.scale.size() == 3)
-        for (int k = 0; k < 3; ++k) local[k] *= node.scale[k];
-    }
-    for (int i = 0; i < 16; ++i) {
-      if (!std::isfinite(local[i / 4][i % 4])) {
-        throw broken_scene(
-            path_, fmt::format("has a node '{}' with a transform that is not finite.", node.name));
-      }
-    }
-    return local;
-  }
-
   void add_node(int index, const Mat4& parent, int depth) {
     if (index < 0 || static_cast<std::size_t>(index) >= model_.nodes.size()) {
       throw broken_scene(path_, fmt::format("refers to node {}, which does not exist.", index));
@@ -114,7 +68,7 @@ class Loader {
     if (depth > deepest_node || ++nodes_visited_ > 4 * model_.nodes.size())
       throw broken_scene(path_, "has nodes that contain one another.");
     const tinygltf::Node& node = model_.nodes[index];
-    const Mat4 to_world = parent * local_transform(node);
+    const Mat4 to_world = parent * local_transform(source_, node);
     if (node.mesh >= 0) add_mesh(node, to_world);
     if (node.camera >= 0) add_camera(node, to_world);
     if (const auto light = node.extensions.find("KHR_lights_punctual");
@@ -134,6 +88,7 @@ class Loader {
       throw broken_scene(
           path_, fmt::format("has a node '{}' with a mesh that does not exist.", node.name));
     const tinygltf::Mesh& mesh = model_.meshes[node.mesh];
+    const std::vector<Mat4> instances = instance_transforms(source_, node);
     for (const tinygltf::Primitive& primitive : mesh.primitives) {
       const std::string name = !node.name.empty() ? node.name : mesh.name;
       const int mode = primitive.mode < 0 ? TINYGLTF_MODE_TRIANGLES : primitive.mode;
@@ -144,9 +99,25 @@ class Loader {
         throw broken_scene(
             path_, fmt::format("has a mesh '{}' with a material that does not exist.", name));
       apply_texture_transform(primitive.material, out);
-      place(to_world, out);
-      check_finite(out);
-      scene_.meshes.push_back(std::move(out));
+      if (instances.size() > 1) count_instances(out, instances.size());
+      for (std::size_t i = 0; i < instances.size(); ++i) {
+        SceneMesh instance = i + 1 < instances.size() ? out : std::move(out);
+        place(to_world * instances[i], instance);
+        check_finite(instance);
+        scene_.meshes.push_back(std::move(instance));
+      }
+    }
+  }
+
+  /// Instances are drawn as meshes, and a small file can ask for more of them than memory holds.
+  void count_instances(const SceneMesh& mesh, std::size_t instances) {
+    instanced_triangles_ += std::max(mesh.triangles.size(), mesh.positions.size()) / 3 * instances;
+    if (instanced_triangles_ > most_instanced_triangles) {
+      throw Error(
+          Error::Kind::unsupported,
+          "Scene '{}': with the {} instances of mesh '{}' ({} triangles each) all instances "
+          "have more than {} triangles. Export fewer, or a simpler mesh.",
+          path_, instances, mesh.name, mesh.triangles.size() / 3, most_instanced_triangles);
     }
   }
 
@@ -159,6 +130,7 @@ class Loader {
       return found == primitive.attributes.end() ? -1 : found->second;
     };
     const std::string of = fmt::format(" of mesh '{}'", name);
+    refuse_compressed(primitive, of);
     const std::vector<float> p = read_floats(source_, attribute("POSITION"), 3, "positions" + of);
     for (std::size_t i = 0; i < p.size(); i += 3)
       out.positions.emplace_back(p[i], p[i + 1], p[i + 2]);
@@ -207,9 +179,28 @@ class Loader {
     return out;
   }
 
+  /// An accessor without data stands for zeros, but not where an extension has them in its own form.
+  void refuse_compressed(const tinygltf::Primitive& primitive, const std::string& of) const {
+    const auto without_data = [&](int accessor) {
+      return accessor >= 0 && static_cast<std::size_t>(accessor) < model_.accessors.size() &&
+             model_.accessors[accessor].bufferView < 0 &&
+             !model_.accessors[accessor].sparse.isSparse;
+    };
+    if (!without_data(primitive.indices) &&
+        std::none_of(primitive.attributes.begin(), primitive.attributes.end(),
+                     [&](const auto& attribute) { return without_data(attribute.second); }))
+      return;
+    for (const auto& [extension, value] : primitive.extensions)
+      if (value.Has("bufferView")) throw compressed(source_, "vertices" + of, extension);
+  }
+
   int texture_set(int material) const {
     if (material < 0 || static_cast<std::size_t>(material) >= model_.materials.size()) return 0;
-    return model_.materials[material].pbrMetallicRoughness.baseColorTexture.texCoord;
+    const tinygltf::TextureInfo& texture =
+        model_.materials[material].pbrMetallicRoughness.baseColorTexture;
+    const double set =
+        gltf_number(texture.extensions, "KHR_texture_transform", "texCoord", texture.texCoord);
+    return static_cast<int>(std::clamp(set, 0.0, 1e6));
   }
 
   /// glTF asks for flat normals where a file has none: each triangle gets vertices of its own.
@@ -303,8 +294,18 @@ class Loader {
     const Vec3 forward = -Vec3(to_world[2]);
     Camera camera = look_at(eye, eye + forward, glm::degrees(in.perspective.yfov), camera_width,
                             camera_height, Vec3(to_world[1]));
-    camera.name = node.name.empty() ? in.name : node.name;
+    camera.name = camera_name(!node.name.empty() ? node.name : in.name, node.camera);
     scene_.cameras.push_back(std::move(camera));
+  }
+
+  /// \p name, or one that tells the number of a camera that has none; each once, to be chosen by it.
+  std::string camera_name(const std::string& name, int number) const {
+    const std::string wanted = name.empty() ? fmt::format("camera {}", number) : name;
+    std::string unique = wanted;
+    const auto taken = [&](const Camera& camera) { return camera.name == unique; };
+    for (int n = 2; std::any_of(scene_.cameras.begin(), scene_.cameras.end(), taken); ++n)
+      unique = fmt::format("{} ({})", wanted, n);
+    return unique;
   }
 
   void add_distant_lights() {
@@ -333,22 +334,9 @@ class Loader {
   int default_material_ = 0;
   std::vector<int> roots_;
   std::size_t nodes_visited_ = 0;
+  std::size_t instanced_triangles_ = 0;
   std::vector<PunctualLight> lights_;
 };
-
-// The JSON of a glTF file: all of a .gltf, the first chunk of a .glb; what there is of it.
-std::string json_of_file(const std::string& path, bool binary) {
-  constexpr std::size_t header = 20;  // the file's and the first chunk's
-  std::ifstream file(path, std::ios::binary);
-  if (!binary) return {std::istreambuf_iterator<char>(file), {}};
-  std::array<unsigned char, header> bytes{};
-  if (!file.read(reinterpret_cast<char*>(bytes.data()), header)) return {};
-  std::size_t length = 0;
-  for (int i = 3; i >= 0; --i) length = length << 8 | bytes[12 + i];
-  std::string text(std::min<std::size_t>(length, std::filesystem::file_size(path) - header), ' ');
-  file.read(text.data(), static_cast<std::streamsize>(text.size()));
-  return text;
-}
 
 }  // namespace
 
@@ -366,27 +354,7 @@ Scene load_scene(const std::string& path) {
     throw Error(Error::Kind::unsupported,
                 "Scene '{}': the name must end in .glb or .gltf (glTF 2.0).", path);
   }
-  if (json_depth(json_of_file(path, ending == ".glb")) > deepest_json)
-    throw broken_scene(path, fmt::format("is not a readable glTF 2.0 file: more than {} brackets "
-                                         "within each other",
-                                         deepest_json));
-  tinygltf::TinyGLTF reader;
-  reader.SetImageLoader(keep_bytes, nullptr);
-  tinygltf::Model model;
-  std::string problem, warning;
-  bool read = false;
-  try {
-    read = ending == ".glb" ? reader.LoadBinaryFromFile(&model, &problem, &warning, path)
-                            : reader.LoadASCIIFromFile(&model, &problem, &warning, path);
-  } catch (const std::exception& error) {
-    problem = error.what();
-  }
-  if (!read) {
-    while (!problem.empty() && std::isspace(static_cast<unsigned char>(problem.back())))
-      problem.pop_back();
-    throw broken_scene(path, fmt::format("is not a readable glTF 2.0 file: {}",
-                                         problem.empty() ? "broken content" : problem));
-  }
+  const tinygltf::Model model = read_gltf(path);
   return Loader(model, path).load();
 }
 

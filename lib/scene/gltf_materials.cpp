@@ -3,9 +3,29 @@
 
 #include <cmath>
 #include <map>
+#include <string_view>
+
+#include "scene/data_uri.h"
+#include "scene/gltf_file.h"
 
 namespace polyhull {
 namespace {
+
+/// The kind of picture that \p bytes begin as, where it is known and none that can be read.
+const char* other_picture(std::string_view bytes) {
+  using namespace std::literals;
+  if (bytes.starts_with("RIFF") && bytes.substr(0, 12).ends_with("WEBP")) return "a WebP picture";
+  if (bytes.starts_with("\xABKTX 20"sv)) return "a KTX2 (Basis Universal) picture";
+  if (bytes.starts_with("GIF8")) return "a GIF picture";
+  if (bytes.starts_with("BM")) return "a BMP picture";
+  if (bytes.starts_with("DDS ")) return "a DDS picture";
+  if (bytes.starts_with("II*\0"sv) || bytes.starts_with("MM\0*"sv)) return "a TIFF picture";
+  if (bytes.starts_with("#?RADIANCE") || bytes.starts_with("v/1\1")) return "an HDR picture";
+  if (bytes.substr(0, 12).find("ftypavi") == 4) return "an AVIF picture";
+  if (bytes.substr(0, 12).find("ftyp") == 4) return "a HEIF picture or a film";
+  if (bytes.starts_with("<")) return "a text (SVG or a web page)";
+  return nullptr;
+}
 
 class MaterialReader {
  public:
@@ -42,6 +62,12 @@ class MaterialReader {
   }
 
   int add_texture(const tinygltf::TextureInfo& info, const std::string& material) {
+    if (static_cast<std::size_t>(info.index) < source_.model.textures.size()) {
+      const tinygltf::Texture& texture = source_.model.textures[info.index];
+      if (texture.source < 0 && !texture.extensions.empty())
+        throw compressed(source_, fmt::format("base colours of material '{}'", material),
+                         texture.extensions.begin()->first);
+    }
     if (static_cast<std::size_t>(info.index) >= source_.model.textures.size() ||
         source_.model.textures[info.index].source < 0 ||
         static_cast<std::size_t>(source_.model.textures[info.index].source) >=
@@ -53,21 +79,36 @@ class MaterialReader {
     const int source = source_.model.textures[info.index].source;
     if (const auto known = textures_.find(source); known != textures_.end()) return known->second;
     const tinygltf::Image& image = source_.model.images[source];
-    const std::string name =
-        image.uri.empty() ? (image.name.empty() ? fmt::format("image {}", source) : image.name)
-                          : image.uri;
-    GltfBytes bytes{image.image.data(), image.image.size()};
-    if (image.bufferView >= 0)
-      bytes = read_view(source_, image.bufferView, fmt::format("texture '{}'", name));
-    if (bytes.size == 0) {
-      throw Error(Error::Kind::not_found,
-                  "Scene '{}': the texture '{}' of material '{}' is missing. It is looked for "
-                  "beside the scene's file; a .glb file holds its textures itself.",
-                  source_.path, name, material);
+    const bool in_file = !image.uri.empty() && !is_data_uri(image.uri);
+    const std::string name = in_file              ? image.uri
+                             : image.name.empty() ? fmt::format("image {}", source)
+                                                  : image.name;
+    const std::string what = fmt::format("texture '{}' of material '{}'", name, material);
+    std::vector<unsigned char> of_address;
+    GltfBytes bytes{nullptr, 0};
+    if (image.bufferView >= 0) {
+      bytes = read_view(source_, image.bufferView, what);
+    } else if (!image.uri.empty()) {
+      of_address = read_address(source_.path, image.uri, what);
+      bytes = {of_address.data(), of_address.size()};
     }
-    scene_.textures.push_back(
-        decode_picture({bytes.data, bytes.size}, 4,
-                       fmt::format("texture '{}' of scene '{}'", name, source_.path)));
+    if (bytes.size == 0 && in_file) {
+      throw Error(Error::Kind::not_found,
+                  "Scene '{}': the {} is missing or empty. It is looked for beside the scene's "
+                  "file; a .glb file holds its textures itself.",
+                  source_.path, what);
+    }
+    if (bytes.size == 0) {
+      throw Error(Error::Kind::bad_input, "Scene '{}': the {} has no data: export it anew.",
+                  source_.path, what);
+    }
+    if (const char* kind = other_picture({reinterpret_cast<const char*>(bytes.data), bytes.size})) {
+      throw Error(Error::Kind::unsupported,
+                  "Scene '{}': the {} is {}, not a readable PNG or JPEG. Save it as one of these.",
+                  source_.path, what, kind);
+    }
+    scene_.textures.push_back(decode_picture({bytes.data, bytes.size}, 4,
+                                             fmt::format("{} of scene '{}'", what, source_.path)));
     const int index = static_cast<int>(scene_.textures.size()) - 1;
     textures_[source] = index;
     return index;

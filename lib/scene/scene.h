@@ -84,13 +84,14 @@ struct Scene {
   float exposure = 1.0f;        ///< picture value (linear, 1 = white) per radiance
 };
 
-/// Reads a glTF 2.0 file (.glb or .gltf): the default scene's triangle meshes, materials (factors,
-/// base colour texture; KHR_materials_ior, KHR_materials_emissive_strength, KHR_texture_transform),
-/// cameras and lights (KHR_lights_punctual, with `size` [w, h] in the extras an area light;
+/// Reads a glTF 2.0 file (.glb or .gltf, told apart by their content): the default scene's triangle
+/// meshes (one for each instance of EXT_mesh_gpu_instancing), materials (factors, base colour texture;
+/// KHR_materials_ior, KHR_materials_emissive_strength, KHR_texture_transform), perspective cameras,
+/// each with a name of its own, and lights (KHR_lights_punctual, with `size` [w, h] in the extras an area light;
 /// parallelograms of an emissive material); `exposure` from the scene's extras, or such that a
 /// white surface under the mean direct light is shown a little below white (docs/scenes.md). Throws
 /// Error: missing file, broken content, numbers that are not finite, no geometry, a texture that
-/// cannot be read, a required extension that is not known.
+/// cannot be read, a required extension that is not known, too many instances.
 Scene load_scene(const std::string& path);
 
 /// Writes \p scene as a GLB file that load_scene() reads back. Throws Error.

@@ -164,8 +164,9 @@ Camera scene_viewport(const SceneSettings& settings, const ViewportControl& cont
     if (found == nullptr) {
       throw Error(Error::Kind::not_found, "The scene '{}' has no camera called '{}'. {}",
                   scene.name, settings.camera,
-                  names.empty() ? "It has none; leave camera empty."
-                                : "Set camera to one of its (" + names + ") or leave it empty.");
+                  names.empty()
+                      ? "It has none (orthographic ones do not count); leave camera empty."
+                      : "Set camera to one of its (" + names + ") or leave it empty.");
     }
     const Mat3 axes = glm::transpose(found->R);
     pose.eye = found->centre();

@@ -1,0 +1,244 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "scene/gltf_file.h"
+
+#include <algorithm>
+#include <climits>
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string_view>
+
+#include "base/error.h"
+#include "base/parse_json.h"
+#include "scene/data_uri.h"
+#include "scene/gltf_accessor.h"
+
+namespace polyhull {
+namespace {
+
+using Json = nlohmann::json;
+
+const char* const known_extensions[] = {
+    "KHR_lights_punctual",   "KHR_materials_ior",      "KHR_materials_emissive_strength",
+    "KHR_texture_transform", "KHR_mesh_quantization",  "KHR_materials_specular",
+    "KHR_materials_unlit",   "EXT_mesh_gpu_instancing"};
+
+Error unreadable_gltf(const std::string& path, const std::string& why) {
+  return broken_scene(path, "is not a readable glTF 2.0 file: " + why);
+}
+
+std::string whole_file(const std::filesystem::path& path, const std::string& source) {
+  std::ifstream file(path, std::ios::binary);
+  std::string bytes((std::istreambuf_iterator<char>(file)), {});
+  if (!file || file.bad())
+    throw Error(Error::Kind::io, "{}: '{}' cannot be read; check that you may read it.", source,
+                path.string());
+  return bytes;
+}
+
+/// What a file's bytes hold; views of them.
+struct Contents {
+  std::string_view json;
+  std::string_view binary;  // a GLB's chunk
+};
+
+std::uint32_t word(std::string_view bytes, std::size_t at) {
+  std::uint32_t value = 0;
+  for (int i = 3; i >= 0; --i) value = value << 8 | static_cast<unsigned char>(bytes[at + i]);
+  return value;
+}
+
+/// The chunks of a GLB file. Writers pad chunks or not and say wrong lengths of the whole file:
+/// what counts are the chunks' own lengths. Chunks of other kinds are passed over.
+Contents open_glb(std::string_view bytes, const std::string& path) {
+  constexpr std::size_t head = 12, chunk_head = 8;
+  constexpr std::uint32_t json = 0x4E4F534A, binary = 0x004E4942;
+  if (bytes.size() < head + chunk_head) throw unreadable_gltf(path, "it is cut short");
+  if (const std::uint32_t version = word(bytes, 4); version != 2) {
+    throw Error(Error::Kind::unsupported,
+                "Scene '{}' is a GLB file of version {}; only version 2 (glTF 2.0) is read. Export "
+                "it anew, or convert it.",
+                path, version);
+  }
+  const auto kind = [&](std::size_t at) {
+    return at + chunk_head <= bytes.size() ? word(bytes, at + 4) : 0;
+  };
+  const auto known = [&](std::size_t at) { return kind(at) == json || kind(at) == binary; };
+  std::optional<std::string_view> found_json, found_binary;
+  for (std::size_t at = head; at + chunk_head <= bytes.size();) {
+    // A chunk may be followed by padding that its length does not count.
+    if (const std::size_t padded = (at + 3) / 4 * 4; !known(at) && known(padded)) at = padded;
+    const std::size_t length = word(bytes, at), begin = at + chunk_head;
+    const std::string_view chunk = bytes.substr(begin, length);
+    if (kind(at) == json && !found_json) {
+      if (chunk.size() < length)
+        throw unreadable_gltf(path, "it ends within its JSON chunk (the file is cut short)");
+      found_json = chunk;
+    } else if (kind(at) == binary && !found_binary) {
+      found_binary = chunk;
+    }
+    at = begin + length;
+  }
+  if (!found_json) throw unreadable_gltf(path, "it has no JSON chunk");
+  return {*found_json, found_binary.value_or("")};
+}
+
+Contents open_contents(std::string_view bytes, const std::string& path) {
+  if (bytes.starts_with("glTF")) return open_glb(bytes, path);
+  if (bytes.starts_with("\xFF\xFE") || bytes.starts_with("\xFE\xFF"))
+    throw unreadable_gltf(path, "it is a text in UTF-16; save it as UTF-8");
+  std::string_view text = bytes;
+  if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
+  if (const std::size_t first = text.find_first_not_of(" \t\r\n");
+      first == text.npos || text[first] != '{') {
+    throw unreadable_gltf(path,
+                          "it begins neither as a GLB file does (\"glTF\") nor as JSON (\"{\"); "
+                          "perhaps it is a file of another kind or a failed download");
+  }
+  return {text, {}};
+}
+
+std::string text_of(const Json& object, const char* name) {
+  const auto found = object.find(name);
+  return found != object.end() && found->is_string() ? found->get<std::string>() : "";
+}
+
+/// The list \p name of \p root, taken out of it; empty where there is none.
+Json take_list(Json& root, const char* name, const std::string& path) {
+  const auto found = root.find(name);
+  if (found == root.end()) return Json::array();
+  Json list = std::move(*found);
+  root.erase(found);
+  if (!list.is_array() ||
+      !std::all_of(list.begin(), list.end(), [](const Json& item) { return item.is_object(); }))
+    throw unreadable_gltf(path, fmt::format("its \"{}\" is not a list of objects", name));
+  return list;
+}
+
+void check_version_and_extensions(const Json& root, const std::string& path) {
+  const std::string version = text_of(root.value("asset", Json::object()), "version");
+  if (!version.empty() && !version.starts_with("2.")) {
+    throw Error(Error::Kind::unsupported,
+                "Scene '{}' is a file of glTF {}; only glTF 2.0 is read. Export it anew, or "
+                "convert it.",
+                path, version);
+  }
+  for (const Json& required : root.value("extensionsRequired", Json::array())) {
+    const std::string extension =
+        required.is_string() ? required.get<std::string>() : required.dump();
+    if (std::find(std::begin(known_extensions), std::end(known_extensions), extension) ==
+        std::end(known_extensions)) {
+      throw Error(Error::Kind::unsupported,
+                  "Scene '{}' needs the glTF extension {}, which is not supported. Export it "
+                  "without (for Blender: no compression).",
+                  path, extension);
+    }
+  }
+}
+
+std::vector<tinygltf::Buffer> read_buffers(const Json& list, std::string_view binary,
+                                           const std::string& path) {
+  std::vector<tinygltf::Buffer> buffers(list.size());
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    const std::string uri = text_of(list[i], "uri");
+    if (!uri.empty()) {
+      buffers[i].data = read_address(path, uri, fmt::format("buffer {}", i));
+      if (buffers[i].data.empty() && !is_data_uri(uri)) {
+        throw Error(
+            Error::Kind::not_found,
+            "Scene '{}': the file '{}' with its buffer {} is missing or empty. It is looked "
+            "for beside the scene's file; a .glb file holds its buffers itself.",
+            path, uri, i);
+      }
+    } else if (i == 0) {
+      buffers[i].data.assign(binary.begin(), binary.end());
+    }
+  }
+  return buffers;
+}
+
+std::vector<tinygltf::Image> read_images(const Json& list) {
+  std::vector<tinygltf::Image> images(list.size());
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    images[i].name = text_of(list[i], "name");
+    images[i].uri = text_of(list[i], "uri");
+    const auto view = list[i].find("bufferView");
+    if (view != list[i].end() && view->is_number_unsigned())
+      images[i].bufferView =
+          static_cast<int>(std::min<std::uint64_t>(view->get<std::uint64_t>(), INT_MAX));
+  }
+  return images;
+}
+
+/// The model of \p root, which tinygltf understands. It refuses indices without a buffer view, which sparse
+/// ones may be: until it has read them they have one.
+tinygltf::Model read_model(Json& root, const std::string& path) {
+  Json& views = root["bufferViews"];
+  if (!views.is_array()) views = Json::array();
+  const int none = static_cast<int>(views.size());
+  if (const auto accessors = root.find("accessors");
+      accessors != root.end() && accessors->is_array())
+    for (Json& accessor : *accessors)
+      if (accessor.is_object() && !accessor.contains("bufferView")) accessor["bufferView"] = none;
+  views.push_back({{"buffer", 0}, {"byteLength", 1}});
+  const std::string text = root.dump();
+  tinygltf::TinyGLTF reader;
+  tinygltf::Model model;
+  std::string problem, warning;
+  if (!reader.LoadASCIIFromString(&model, &problem, &warning, text.c_str(),
+                                  static_cast<unsigned>(text.size()), "")) {
+    while (!problem.empty() && std::isspace(static_cast<unsigned char>(problem.back())))
+      problem.pop_back();
+    throw unreadable_gltf(path, problem.empty() ? "broken content" : problem);
+  }
+  model.bufferViews.pop_back();
+  for (tinygltf::Accessor& accessor : model.accessors)
+    if (accessor.bufferView == none) accessor.bufferView = -1;
+  return model;
+}
+
+}  // namespace
+
+tinygltf::Model read_gltf(const std::string& path) {
+  const std::string bytes = whole_file(path, fmt::format("Scene '{}'", path));
+  const Contents contents = open_contents(bytes, path);
+  Json root =
+      parse_json(contents.json, fmt::format("Scene '{}' is not a readable glTF 2.0 file", path));
+  if (!root.is_object()) throw unreadable_gltf(path, "its JSON is not an object");
+  std::string problem;
+  try {
+    check_version_and_extensions(root, path);
+    const Json buffers = take_list(root, "buffers", path), images = take_list(root, "images", path);
+    tinygltf::Model model = read_model(root, path);
+    model.buffers = read_buffers(buffers, contents.binary, path);
+    model.images = read_images(images);
+    return model;
+  } catch (const Error&) {
+    throw;
+  } catch (const std::exception& error) {
+    problem = error.what();
+  }
+  throw unreadable_gltf(path, problem);
+}
+
+std::vector<unsigned char> read_address(const std::string& path, const std::string& uri,
+                                        const std::string& what) {
+  const std::string source = fmt::format("Scene '{}': the {} cannot be read", path, what);
+  if (is_data_uri(uri)) return decode_data_uri(uri, source);
+  // Some writers escape, some do not, some write Windows' separators.
+  std::string slashes = unescape(uri);
+  std::replace(slashes.begin(), slashes.end(), '\\', '/');
+  const std::filesystem::path folder = std::filesystem::path(path).parent_path();
+  for (const std::string& name : {unescape(uri), uri, slashes}) {
+    std::error_code error;
+    if (!std::filesystem::is_regular_file(folder / name, error)) continue;
+    const std::string bytes = whole_file(folder / name, source);
+    return {bytes.begin(), bytes.end()};
+  }
+  return {};
+}
+
+}  // namespace polyhull
