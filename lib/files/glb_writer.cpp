@@ -7,8 +7,8 @@
 #include "files/glb_animation.h"
 #include "files/mesh_files_internal.h"
 #include "files/textured_parts.h"
+#include "gltf/builder.h"
 #include "mesh/world.h"
-#include "scene/gltf_builder.h"
 
 namespace polyhull {
 namespace {
@@ -34,8 +34,8 @@ class GlbWriter : GltfBuilder {
       for (const TexturedPart& part : textured_parts(mesh))
         gltf_mesh.primitives.push_back(textured_primitive(mesh, part));
     } else if (!mesh.hull.empty()) {
-      gltf_mesh.primitives.push_back(
-          primitive(mesh.hull.vertices, mesh.hull.triangles, plain_material(mesh)));
+      gltf_mesh.primitives.push_back(primitive(mesh.hull.vertices, mesh.hull.normals,
+                                               mesh.hull.triangles, plain_material(mesh)));
     }
     // A glTF mesh must have a primitive: an empty hull is a node without a mesh.
     tinygltf::Node node;
@@ -112,19 +112,22 @@ class GlbWriter : GltfBuilder {
   }
 
   tinygltf::Primitive primitive(const std::vector<Vec3f>& positions,
+                                const std::vector<Vec3f>& normals,
                                 const std::vector<std::uint32_t>& triangles, int material) {
     tinygltf::Primitive result;
     result.mode = TINYGLTF_MODE_TRIANGLES;
     result.material = material;
     result.attributes["POSITION"] = add_positions(positions);
+    // A polyhedron has none: readers then draw its faces flat.
+    if (!normals.empty()) result.attributes["NORMAL"] = add_accessor(normals);
     result.indices = add_accessor(triangles);
     return result;
   }
 
   tinygltf::Primitive textured_primitive(const Mesh& mesh, const TexturedPart& part) {
-    if (part.view < 0) return primitive(part.positions, part.triangles, plain_material(mesh));
-    tinygltf::Primitive result =
-        primitive(part.positions, part.triangles, picture_material(mesh, part.view));
+    const int material = part.view < 0 ? plain_material(mesh) : picture_material(mesh, part.view);
+    tinygltf::Primitive result = primitive(part.positions, part.normals, part.triangles, material);
+    if (part.view < 0) return result;
     result.attributes["TEXCOORD_0"] = add_accessor(part.coordinates);
     return result;
   }

@@ -30,7 +30,8 @@ struct MeshFileOptions {
 };
 
 /// Writes \p mesh in the format that \p path's ending names (.glb, .ply, .obj, any case). A
-/// textured OBJ file brings a .mtl file and PNG pictures beside it. An empty mesh gives a valid
+/// textured OBJ file brings a .mtl file and PNG pictures beside it, whose names begin with its own, but
+/// for blanks, # and the like (docs/formats.md). An empty mesh gives a valid
 /// empty file. Throws Error for an unknown ending and for files that cannot be written.
 void write_mesh_file(const Mesh& mesh, const std::string& path,
                      const MeshFileOptions& options = {});

@@ -23,7 +23,7 @@ constexpr std::size_t most_triangles = 4'000'000;
 
 class Splitter {
  public:
-  explicit Splitter(const Mesh& mesh) : mesh_(mesh) {
+  explicit Splitter(const Mesh& mesh) : mesh_(mesh), normals_(mesh.hull.normals) {
     for (const MeshView& view : mesh.views) lenses_.emplace_back(view.calibration);
     for (const Vec3f& vertex : mesh.hull.vertices) vertices_.emplace_back(vertex);
     for (std::size_t i = 0; i < mesh.hull.triangles.size() / 3; ++i) {
@@ -103,7 +103,12 @@ class Splitter {
     const std::uint32_t a = triangle.corners[edge], b = triangle.corners[(edge + 1) % 3];
     const auto [place, added] =
         split_edges_.try_emplace(edge_key(a, b), static_cast<std::uint32_t>(vertices_.size()));
-    if (added) vertices_.push_back(0.5 * (vertices_[a] + vertices_[b]));
+    if (!added) return;
+    vertices_.push_back(0.5 * (vertices_[a] + vertices_[b]));
+    if (normals_.empty()) return;
+    const Vec3f normal = normals_[a] + normals_[b];
+    const float length = glm::length(normal);
+    normals_.push_back(length > 0.0f ? normal / length : normals_[a]);
   }
 
   // Middles of the edges that are split, by this triangle or its neighbours; all sides agree.
@@ -151,6 +156,7 @@ class Splitter {
             index.try_emplace(corner, static_cast<std::uint32_t>(part.positions.size()));
         if (added) {
           part.positions.emplace_back(vertices_[corner]);
+          if (!normals_.empty()) part.normals.push_back(normals_[corner]);
           if (view >= 0) part.coordinates.push_back(coordinate(view, vertices_[corner]));
         }
         part.triangles.push_back(place->second);
@@ -169,6 +175,7 @@ class Splitter {
   const Mesh& mesh_;
   std::vector<Lens> lenses_;
   std::vector<Vec3> vertices_;
+  std::vector<Vec3f> normals_;  // of the vertices, or none
   std::vector<Triangle> triangles_;
   std::unordered_map<std::uint64_t, std::uint32_t> split_edges_;
 };

@@ -14,6 +14,7 @@ namespace polyhull {
 struct TexturedPart {
   int view = -1;                   ///< index into Mesh::views; -1: seen by no camera
   std::vector<Vec3f> positions;    ///< relative to Hull::origin
+  std::vector<Vec3f> normals;      ///< where the hull has them, unit length
   std::vector<Vec2f> coordinates;  ///< 0..1 from the top left corner of the region of interest
   std::vector<std::uint32_t> triangles;
 };

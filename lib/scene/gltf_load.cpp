@@ -6,9 +6,9 @@
 #include <filesystem>
 
 #include "base/error.h"
-#include "scene/gltf_accessor.h"
-#include "scene/gltf_file.h"
-#include "scene/gltf_instances.h"
+#include "gltf/accessor.h"
+#include "gltf/file.h"
+#include "gltf/instances.h"
 #include "scene/gltf_lights.h"
 #include "scene/gltf_materials.h"
 #include "scene/scene.h"

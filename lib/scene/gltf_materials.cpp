@@ -5,8 +5,8 @@
 #include <map>
 #include <string_view>
 
-#include "scene/data_uri.h"
-#include "scene/gltf_file.h"
+#include "gltf/data_uri.h"
+#include "gltf/file.h"
 
 namespace polyhull {
 namespace {

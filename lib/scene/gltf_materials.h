@@ -3,7 +3,7 @@
 /// Materials of a glTF file, with the pictures that they use, as materials and textures of a Scene.
 #pragma once
 
-#include "scene/gltf_accessor.h"
+#include "gltf/accessor.h"
 #include "scene/scene.h"
 
 namespace polyhull {

@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "base/error.h"
-#include "scene/gltf_builder.h"
+#include "gltf/builder.h"
 #include "scene/scene.h"
 
 namespace polyhull {

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <tiny_gltf.h>
 
+#include <algorithm>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -337,6 +338,97 @@ TEST(Obj, ComesBackThroughTheReader) {
   const ObjModel untextured = read_obj(path.string());
   EXPECT_EQ(untextured.triangles, example.mesh.hull.triangles);
   EXPECT_EQ(untextured.positions[3], Vec3f(0.5f, 1.5f, -0.5f));
+}
+
+std::vector<std::string> words_after(const std::string& text, const std::string& keyword) {
+  std::vector<std::string> found;
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);)
+    if (line.starts_with(keyword + " ")) found.push_back(line.substr(keyword.size() + 1));
+  return found;
+}
+
+// Plain readers cut names at blanks and take # for a comment; files of other names stay their own.
+TEST(Obj, NamesBesideItArePlainAndItsOwn) {
+  const Example example = textured_cube();
+  std::map<std::string, std::string> library_of;
+  for (const char* name : {"my hull.obj", "my_hull.obj", "hull.obj", "hull.OBJ", "-hull #1.obj"}) {
+    const auto path = folder() / name;
+    write_mesh_file(example.mesh, path.string());
+    const auto libraries = words_after(content(path), "mtllib");
+    ASSERT_EQ(libraries.size(), 1u);
+    for (const auto& [other, library] : library_of)
+      EXPECT_NE(libraries[0], library) << name << other;
+    library_of[name] = libraries[0];
+    ASSERT_TRUE(std::filesystem::exists(folder() / libraries[0])) << libraries[0];
+    const auto pictures = words_after(content(folder() / libraries[0]), "map_Kd");
+    EXPECT_EQ(pictures.size(), 2u);
+    for (const std::string& word : {libraries[0], pictures.at(0), pictures.at(1)}) {
+      EXPECT_EQ(word.find_first_of(" \t#"), std::string::npos) << word;
+      EXPECT_NE(word[0], '-') << word;
+      EXPECT_TRUE(std::filesystem::exists(folder() / word)) << word;
+    }
+    EXPECT_EQ(read_obj(path.string()).material_list.size(), 3u);
+  }
+  EXPECT_EQ(library_of["hull.obj"], "hull.mtl");
+  EXPECT_EQ(library_of["my_hull.obj"], "my_hull.mtl");
+  EXPECT_EQ(library_of["my hull.obj"].rfind("my_hull-", 0), 0u);
+}
+
+TEST(Obj, NumbersHaveNoExponents) {
+  Example example = textured_cube();
+  Mesh& mesh = example.mesh;
+  mesh.metres_per_unit = 1e-6;
+  mesh.hull.origin = Vec3(0.0, 1e21, 1e-30);
+  mesh.hull.vertices[0] = Vec3f(1.9e-8f, 0.0f, 1e-30f);
+  for (const bool textured : {false, true}) {
+    if (textured) mesh.hull.origin = Vec3(0, 1, 0);
+    MeshFileOptions options;
+    options.textured = textured;
+    const auto path = folder() / "tiny.obj";
+    write_mesh_file(mesh, path.string(), options);
+    const std::string text = content(path);
+    for (const char* keyword : {"v", "vt", "# metres per unit"})
+      for (const std::string& numbers : words_after(text, keyword))
+        EXPECT_EQ(numbers.find_first_not_of("0123456789.- "), std::string::npos) << numbers;
+    const ObjModel model = read_obj(path.string());
+    const auto small = std::count_if(model.positions.begin(), model.positions.end(),
+                                     [](const Vec3f& p) { return p.x == 1.9e-8f; });
+    EXPECT_GE(small, 1);
+  }
+}
+
+// A smooth surface has normals, also where triangles are split; a polyhedron has none.
+TEST(MeshFiles, NormalsOfSmoothSurfaces) {
+  Example example = textured_cube();
+  Mesh& mesh = example.mesh;
+  for (const bool smooth : {false, true}) {
+    if (smooth)
+      for (const Vec3f& vertex : mesh.hull.vertices)
+        mesh.hull.normals.push_back(glm::normalize(vertex));
+    for (const bool textured : {false, true}) {
+      MeshFileOptions options;
+      options.textured = textured;
+      write_mesh_file(mesh, (folder() / "smooth.glb").string(), options);
+      const tinygltf::Model model = load_gltf(folder() / "smooth.glb");
+      for (const tinygltf::Primitive& primitive : model.meshes.at(0).primitives) {
+        ASSERT_EQ(primitive.attributes.count("NORMAL"), smooth ? 1u : 0u);
+        if (!smooth) continue;
+        const auto positions = read_accessor<Vec3f>(model, primitive.attributes.at("POSITION"));
+        const auto normals = read_accessor<Vec3f>(model, primitive.attributes.at("NORMAL"));
+        ASSERT_EQ(normals.size(), positions.size());
+        for (std::size_t i = 0; i < normals.size(); ++i) {
+          EXPECT_NEAR(glm::length(normals[i]), 1.0f, 1e-5f);
+          EXPECT_GT(glm::dot(normals[i], positions[i]), 0.0f);
+        }
+      }
+      write_mesh_file(mesh, (folder() / "smooth.obj").string(), options);
+      const ObjModel obj = read_obj((folder() / "smooth.obj").string());
+      ASSERT_EQ(obj.normals.size(), smooth ? obj.triangles.size() : 0u);
+      for (std::size_t i = 0; i < obj.normals.size(); ++i)
+        EXPECT_GT(glm::dot(obj.normals[i], obj.positions[obj.triangles[i]] - Vec3f(0, 1, 0)), 0.0f);
+    }
+  }
 }
 
 TEST(Obj, SaysUnitAndUpWhereTheyAreUnusual) {

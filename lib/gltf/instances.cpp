@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "scene/gltf_instances.h"
+#include "gltf/instances.h"
 
 #include <cmath>
 #include <glm/gtc/quaternion.hpp>

@@ -4,7 +4,7 @@
 #pragma once
 
 #include "base/vector.h"
-#include "scene/gltf_accessor.h"
+#include "gltf/accessor.h"
 
 namespace polyhull {
 

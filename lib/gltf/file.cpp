@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "scene/gltf_file.h"
+#include "gltf/file.h"
 
 #include <algorithm>
 #include <climits>
@@ -13,8 +13,8 @@
 
 #include "base/error.h"
 #include "base/parse_json.h"
-#include "scene/data_uri.h"
-#include "scene/gltf_accessor.h"
+#include "gltf/accessor.h"
+#include "gltf/data_uri.h"
 
 namespace polyhull {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "scene/data_uri.h"
+#include "gltf/data_uri.h"
 
 #include <algorithm>
 #include <cctype>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "scene/gltf_builder.h"
+#include "gltf/builder.h"
 
 #include <algorithm>
 #include <cmath>

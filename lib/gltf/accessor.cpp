@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "scene/gltf_accessor.h"
+#include "gltf/accessor.h"
 
 #include <algorithm>
 #include <cstring>
