@@ -57,6 +57,7 @@ void mend_hidden(const SurfaceGrid& grid, std::vector<char>& hidden, std::vector
 
 constexpr float not_asked = -1.0f;  // as the fourth number of a share
 constexpr float alike = 0.12f;      // shares that differ less may be interpolated between
+constexpr int least_samples = 16;   // of bounced light
 constexpr float sharp = 0.7f;       // shares that differ more have a border in between
 
 /// The largest difference of a colour among a block's corners.
@@ -261,7 +262,15 @@ void LightCache::fill_bounced(const TracedScene& scene, const LightCacheOptions&
   const SurfaceGrid& grid = coarse_;
   std::vector<Float4>& values = bounced_[back ? 1 : 0];
   values.assign(grid.size(), Float4{});
-  const std::vector<Vec2f> points = spread_points(options.bounce_samples, bounce_seed);
+  // Dense meshes have a node at each vertex, however many: then each asks fewer ways.
+  const std::size_t most = options.most_nodes / 8;
+  const int samples =
+      grid.size() <= most
+          ? options.bounce_samples
+          : std::max(least_samples,
+                     static_cast<int>(options.bounce_samples * (static_cast<double>(most) /
+                                                                static_cast<double>(grid.size()))));
+  const std::vector<Vec2f> points = spread_points(samples, bounce_seed);
   std::vector<char> hidden(grid.size(), 0);
   std::atomic<std::uint64_t> rays = 0;
   // L_1 along a ray from a node, as the path tracer has it but with the straight light from the

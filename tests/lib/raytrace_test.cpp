@@ -9,6 +9,7 @@
 #include "base/thread_pool.h"
 #include "raytrace/area_light.h"
 #include "raytrace/filtered_texture.h"
+#include "raytrace/light_cache.h"
 #include "raytrace/path_tracer.h"
 #include "raytrace/sampling.h"
 #include "raytrace/surface_grid.h"
@@ -324,6 +325,29 @@ TEST(PathTracer, SameOnOneThreadAndOnMany) {
   many.threads = 4;
   EXPECT_EQ(traced(scene, camera, 2, one), traced(scene, camera, 2, many));
   set_pool_threads(0);
+}
+
+// A node at each vertex of a dense mesh, and yet not many more rays than a grid of the wanted size asks.
+TEST(LightCache, DenseMeshesAskFewerWaysOfEachNode) {
+  Scene scene;
+  scene.materials.push_back(diffuse(Vec3f(0.8f)));
+  scene.meshes = {sphere("ball", 0, {0, 1, 0}, 0.5f, 64),
+                  parallelogram("floor", 0, {-2, 0, 2}, {4, 0, 0}, {0, 0, -4})};
+  scene.lights = {ceiling_lamp(3.0f, 0.5f, 0.5f)};
+  const TracedScene traced_scene(scene);
+  LightCacheOptions options;
+  options.spacing = 0.5f;
+  options.bounce_spacing = 1.0f;
+  options.first_samples = options.light_samples = 1;
+  const LightCache enough(traced_scene, options);
+  const std::size_t vertices = scene.meshes[0].positions.size();
+  options.most_nodes = 8 * vertices / 4;
+  const LightCache dense(traced_scene, options);
+  EXPECT_LT(dense.rays(), enough.rays() / 3);
+  // The light is the same but for noise.
+  const Vec3f a = enough.mean_bounced(), b = dense.mean_bounced();
+  EXPECT_GT(a.x, 0.0f);
+  EXPECT_NEAR(b.x, a.x, 0.02f * a.x);
 }
 
 }  // namespace
