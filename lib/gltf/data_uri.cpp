@@ -9,6 +9,8 @@
 namespace polyhull {
 namespace {
 
+constexpr std::size_t longest_name = 100;
+
 std::string lower_case(std::string_view text) {
   std::string lower(text);
   std::transform(lower.begin(), lower.end(), lower.begin(),
@@ -68,6 +70,15 @@ std::vector<unsigned char> decode_data_uri(std::string_view uri, const std::stri
   const std::string data = unescape(uri.substr(comma + 1));
   if ((type + ";").find(";base64;") != type.npos) return decode_base64(data, source);
   return {data.begin(), data.end()};
+}
+
+std::string address_name(std::string_view uri) {
+  // The data of an address that is not told from a file's name are none either.
+  std::size_t length = std::min({uri.size(), longest_name, uri.find(";base64,")});
+  if (length == uri.size()) return std::string(uri);
+  // Not within a character of UTF-8.
+  while (length > 0 && (static_cast<unsigned char>(uri[length]) & 0xC0) == 0x80) --length;
+  return std::string(uri.substr(0, length)) + "...";
 }
 
 std::string unescape(std::string_view text) {

@@ -17,6 +17,9 @@ bool is_data_uri(std::string_view uri);
 /// (bad_input), beginning with \p source and never with a part of the data, for what is neither.
 std::vector<unsigned char> decode_data_uri(std::string_view uri, const std::string& source);
 
+/// \p uri for messages: a file's name, cut where it is too long for one, without data.
+std::string address_name(std::string_view uri);
+
 /// \p text with each %XX as the byte that it stands for; other % stay.
 std::string unescape(std::string_view text);
 

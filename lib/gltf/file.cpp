@@ -151,7 +151,7 @@ std::vector<tinygltf::Buffer> read_buffers(const Json& list, std::string_view bi
             Error::Kind::not_found,
             "Scene '{}': the file '{}' with its buffer {} is missing or empty. It is looked "
             "for beside the scene's file; a .glb file holds its buffers itself.",
-            path, uri, i);
+            path, address_name(uri), i);
       }
     } else if (i == 0) {
       buffers[i].data.assign(binary.begin(), binary.end());

@@ -80,7 +80,7 @@ class MaterialReader {
     if (const auto known = textures_.find(source); known != textures_.end()) return known->second;
     const tinygltf::Image& image = source_.model.images[source];
     const bool in_file = !image.uri.empty() && !is_data_uri(image.uri);
-    const std::string name = in_file              ? image.uri
+    const std::string name = in_file              ? address_name(image.uri)
                              : image.name.empty() ? fmt::format("image {}", source)
                                                   : image.name;
     const std::string what = fmt::format("texture '{}' of material '{}'", name, material);

@@ -333,6 +333,12 @@ TEST_F(GltfFiles, MessagesAboutPicturesNameThemAndShowNoData) {
       EXPECT_LT(message.size(), 400u);
     }
   }
+  // Addresses whose begin is misspelt are taken for files' names.
+  for (const std::string& uri : {"dat:image/png;base64," + red_pixel, std::string(5000, 'A')}) {
+    const std::string message = failure(write(textured_file({{"uri", uri}})));
+    EXPECT_TRUE(contains(message, "missing or empty")) << message;
+    EXPECT_FALSE(contains(message, red_pixel.substr(0, 12)) || message.size() > 600) << message;
+  }
   // A text cut short within the data of a picture or a buffer.
   std::string text = textured_file({{"uri", type + red_pixel}}).dump();
   text.resize(text.find(red_pixel) + 50);

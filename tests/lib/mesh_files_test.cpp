@@ -350,7 +350,8 @@ std::vector<std::string> words_after(const std::string& text, const std::string&
 
 // Plain readers cut names at blanks and take # for a comment; files of other names stay their own.
 TEST(Obj, NamesBesideItArePlainAndItsOwn) {
-  const Example example = textured_cube();
+  Example example = textured_cube();
+  for (MeshView& view : example.mesh.views) view.view.roi.width = view.view.roi.height = 8;
   std::map<std::string, std::string> library_of;
   for (const char* name : {"my hull.obj", "my_hull.obj", "hull.obj", "hull.OBJ", "-hull #1.obj"}) {
     const auto path = folder() / name;
@@ -377,6 +378,7 @@ TEST(Obj, NamesBesideItArePlainAndItsOwn) {
 
 TEST(Obj, NumbersHaveNoExponents) {
   Example example = textured_cube();
+  for (MeshView& view : example.mesh.views) view.view.roi.width = view.view.roi.height = 8;
   Mesh& mesh = example.mesh;
   mesh.metres_per_unit = 1e-6;
   mesh.hull.origin = Vec3(0.0, 1e21, 1e-30);
@@ -401,6 +403,7 @@ TEST(Obj, NumbersHaveNoExponents) {
 // A smooth surface has normals, also where triangles are split; a polyhedron has none.
 TEST(MeshFiles, NormalsOfSmoothSurfaces) {
   Example example = textured_cube();
+  for (MeshView& view : example.mesh.views) view.view.roi.width = view.view.roi.height = 8;
   Mesh& mesh = example.mesh;
   for (const bool smooth : {false, true}) {
     if (smooth)
