@@ -120,7 +120,7 @@ Json take_list(Json& root, const char* name, const std::string& path) {
 
 void check_version_and_extensions(const Json& root, const std::string& path) {
   const std::string version = text_of(root.value("asset", Json::object()), "version");
-  if (!version.empty() && !version.starts_with("2.")) {
+  if (!version.empty() && !version.starts_with('2')) {
     throw Error(Error::Kind::unsupported,
                 "Scene '{}' is a file of glTF {}; only glTF 2.0 is read. Export it anew, or "
                 "convert it.",
@@ -173,16 +173,21 @@ std::vector<tinygltf::Image> read_images(const Json& list) {
   return images;
 }
 
-/// The model of \p root, which tinygltf understands. It refuses indices without a buffer view, which sparse
-/// ones may be: until it has read them they have one.
+/// The model of \p root, which tinygltf understands. It refuses indices without a buffer view, which
+/// sparse ones may be: until it has read them they have one.
 tinygltf::Model read_model(Json& root, const std::string& path) {
   Json& views = root["bufferViews"];
   if (!views.is_array()) views = Json::array();
-  const int none = static_cast<int>(views.size());
+  std::vector<std::size_t> without_view;
   if (const auto accessors = root.find("accessors");
-      accessors != root.end() && accessors->is_array())
-    for (Json& accessor : *accessors)
-      if (accessor.is_object() && !accessor.contains("bufferView")) accessor["bufferView"] = none;
+      accessors != root.end() && accessors->is_array()) {
+    for (std::size_t i = 0; i < accessors->size(); ++i) {
+      Json& accessor = (*accessors)[i];
+      if (!accessor.is_object() || accessor.contains("bufferView")) continue;
+      accessor["bufferView"] = views.size();
+      without_view.push_back(i);
+    }
+  }
   views.push_back({{"buffer", 0}, {"byteLength", 1}});
   const std::string text = root.dump();
   tinygltf::TinyGLTF reader;
@@ -195,8 +200,7 @@ tinygltf::Model read_model(Json& root, const std::string& path) {
     throw unreadable_gltf(path, problem.empty() ? "broken content" : problem);
   }
   model.bufferViews.pop_back();
-  for (tinygltf::Accessor& accessor : model.accessors)
-    if (accessor.bufferView == none) accessor.bufferView = -1;
+  for (const std::size_t i : without_view) model.accessors.at(i).bufferView = -1;
   return model;
 }
 

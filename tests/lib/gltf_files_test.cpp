@@ -186,6 +186,9 @@ TEST_F(GltfFiles, BrokenSparseAccessorsAreRefused) {
   EXPECT_TRUE(contains(failure(write(root)), "positions of mesh 'thing'"));
   EXPECT_TRUE(contains(with({{"count", 1}}), "sparse"));
   root = whole;
+  root["accessors"][0]["bufferView"] = root["bufferViews"].size();
+  EXPECT_TRUE(contains(failure(write(root)), "buffer view 1 does not exist"));
+  root = whole;
   root["accessors"][0].erase("bufferView");
   root["accessors"][0]["count"] = 4'000'000'000u;
   EXPECT_TRUE(contains(failure(write(root)), "no data"));
@@ -470,6 +473,8 @@ TEST_F(GltfFiles, TheContentCountsNotTheEnding) {
   json old = triangle_file();
   old["asset"]["version"] = "1.0";
   EXPECT_TRUE(contains(failure(write(old)), "glTF 1.0"));
+  old["asset"]["version"] = "2";
+  EXPECT_EQ(failure(write(old)), "");
 }
 
 TEST_F(GltfFiles, MembersOfOtherKindsNeverCrash) {
