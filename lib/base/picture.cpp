@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cctype>
 #include <fstream>
+#include <iterator>
 
 #include "base/error.h"
 
@@ -37,40 +38,64 @@ std::string lower_ending(const std::string& path) {
   return ending;
 }
 
-}  // namespace
-
-Picture load_picture(const std::string& path, int channels) {
-  if (!std::ifstream(path))
-    throw Error(Error::Kind::not_found, "Picture '{}' cannot be opened for reading.", path);
-  Picture picture;
-  int stored = 0;
-  stbi_uc* data = stbi_load(path.c_str(), &picture.width, &picture.height, &stored, channels);
-  if (!data) {
-    throw Error(Error::Kind::bad_input, "Picture '{}' is not a readable PNG or JPEG file ({}).",
-                path, stbi_failure_reason());
+/// Whether the Huffman tables of a JPEG have as many codes as there can be, at most 256. stb_image of
+/// 2022 writes those of a damaged one behind the room that it has for them. True for other files.
+bool huffman_tables_fit(std::span<const std::uint8_t> bytes) {
+  const auto at = [&](std::size_t i) { return i < bytes.size() ? std::size_t{bytes[i]} : 0; };
+  if (at(0) != 0xFF || at(1) != 0xD8) return true;
+  for (std::size_t i = 2; i + 4 <= bytes.size();) {
+    const std::size_t marker = at(i + 1);
+    const bool alone = marker == 0 || marker == 1 || (marker >= 0xD0 && marker <= 0xD9);
+    if (at(i) != 0xFF || marker == 0xFF || alone) {  // between markers, or one without a segment
+      ++i;
+      continue;
+    }
+    const std::size_t end = i + 2 + std::max<std::size_t>(at(i + 2) << 8 | at(i + 3), 2);
+    for (std::size_t table = i + 4; marker == 0xC4 && table < end;) {
+      std::size_t codes = 0;
+      for (std::size_t k = 1; k <= 16; ++k) codes += at(table + k);
+      if (codes > 256) return false;
+      table += 17 + codes;
+    }
+    i = end;
   }
-  picture.channels = channels ? channels : stored;
-  const std::size_t size =
-      static_cast<std::size_t>(picture.width) * picture.height * picture.channels;
-  picture.pixels.assign(data, data + size);
-  stbi_image_free(data);
-  return picture;
+  return true;
 }
 
-Picture decode_picture(std::span<const std::uint8_t> bytes, int channels, const std::string& name) {
+/// \p problem is what the message says where they are none.
+Picture decode(std::span<const std::uint8_t> bytes, int channels, const std::string& problem) {
   Picture picture;
   int stored = 0;
-  stbi_uc* data = stbi_load_from_memory(bytes.data(), static_cast<int>(bytes.size()),
-                                        &picture.width, &picture.height, &stored, channels);
+  stbi_uc* data = nullptr;
+  const bool fits = huffman_tables_fit(bytes);
+  if (fits) {
+    data = stbi_load_from_memory(bytes.data(), static_cast<int>(bytes.size()), &picture.width,
+                                 &picture.height, &stored, channels);
+  }
   if (!data) {
-    throw Error(Error::Kind::bad_input, "The {} is not a readable PNG or JPEG picture ({}).", name,
-                stbi_failure_reason());
+    throw Error(Error::Kind::bad_input, "{} ({}).", problem,
+                fits ? stbi_failure_reason() : "damaged Huffman table");
   }
   picture.channels = channels ? channels : stored;
   picture.pixels.assign(
       data, data + static_cast<std::size_t>(picture.width) * picture.height * picture.channels);
   stbi_image_free(data);
   return picture;
+}
+
+}  // namespace
+
+Picture load_picture(const std::string& path, int channels) {
+  std::ifstream file(path, std::ios::binary);
+  if (!file)
+    throw Error(Error::Kind::not_found, "Picture '{}' cannot be opened for reading.", path);
+  const std::vector<char> bytes((std::istreambuf_iterator<char>(file)), {});
+  return decode({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()}, channels,
+                fmt::format("Picture '{}' is not a readable PNG or JPEG file", path));
+}
+
+Picture decode_picture(std::span<const std::uint8_t> bytes, int channels, const std::string& name) {
+  return decode(bytes, channels, fmt::format("The {} is not a readable PNG or JPEG picture", name));
 }
 
 std::vector<std::uint8_t> encode_png(const Picture& picture) {

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 
@@ -41,6 +42,22 @@ TEST(Picture, BrokenFileIsRefused) {
   const std::string path = temporary("broken.png");
   std::ofstream(path) << "not a picture";
   EXPECT_THROW(load_picture(path), Error);
+}
+
+// More codes than a table can have would be written over what lies behind it.
+TEST(Picture, DamagedHuffmanTablesAreRefused) {
+  std::vector<std::uint8_t> bytes = encode_jpeg({8, 8, 3, std::vector<std::uint8_t>(192, 90)}, 90);
+  EXPECT_EQ(decode_picture(bytes, 3, "picture").width, 8);
+  const std::uint8_t marker[] = {0xFF, 0xC4};
+  const auto table = std::search(bytes.begin(), bytes.end(), std::begin(marker), std::end(marker));
+  ASSERT_NE(table, bytes.end());
+  std::fill_n(table + 5, 16, std::uint8_t{255});
+  try {
+    decode_picture(bytes, 3, "picture");
+    FAIL() << "decoded";
+  } catch (const Error& error) {
+    EXPECT_NE(std::string(error.what()).find("Huffman"), std::string::npos) << error.what();
+  }
 }
 
 TEST(Picture, UnwritablePathIsRefused) {
