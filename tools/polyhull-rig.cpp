@@ -87,6 +87,10 @@ int run_import(ImportArguments& arguments) {
       throw Error(Error::Kind::bad_input, "--size is '{}'; expected WIDTHxHEIGHT, such as 720x576.",
                   arguments.size);
   }
+  const auto note = [](const std::string& text) {
+    std::cerr << "polyhull-rig: note: " << text << "\n";
+  };
+  arguments.options.note = note;
   Rig rig = import_rig(arguments);
   rig.unit = arguments.unit;
   if (!arguments.up.empty()) rig.up = Vec3(arguments.up[0], arguments.up[1], arguments.up[2]);
@@ -96,8 +100,7 @@ int run_import(ImportArguments& arguments) {
   }
   validate_rig(rig, arguments.files.front());
   write(rig, arguments.output);
-  for (const std::string& warning : examine_rig(rig).warnings)
-    std::cerr << "polyhull-rig: note: " << warning << "\n";
+  for (const std::string& warning : examine_rig(rig).warnings) note(warning);
   return 0;
 }
 

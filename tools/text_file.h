@@ -6,8 +6,10 @@
 #include <filesystem>
 #include <fstream>
 #include <string>
+#include <utility>
 
 #include "base/error.h"
+#include "base/plain_text.h"
 
 namespace polyhull {
 
@@ -19,9 +21,9 @@ inline void write_text(const std::string& text, const std::string& path) {
                 "Cannot write '{}'; check that the folder exists and may be written to.", path);
 }
 
-/// The text of the file \p path. Throws Error (not_found) where there is none, which names it, and
-/// (bad_input) for more than 16 MiB, which no file of settings has.
-inline std::string read_text(const std::string& path) {
+/// The text of the file \p path, as plain_text() makes it. Throws Error (not_found) where there is
+/// none, which names it, and (bad_input) for more than \p most MiB: no file of settings has 16.
+inline std::string read_text(const std::string& path, std::size_t most = 16) {
   std::ifstream in(path, std::ios::binary);
   if (!in || std::filesystem::is_directory(path))
     throw Error(Error::Kind::not_found,
@@ -29,10 +31,11 @@ inline std::string read_text(const std::string& path) {
   std::string text;
   for (char part[65536]; in.read(part, sizeof part) || in.gcount() > 0;) {
     text.append(part, static_cast<std::size_t>(in.gcount()));
-    if (text.size() > (std::size_t{16} << 20))
-      throw Error(Error::Kind::bad_input, "'{}' has more than 16 MiB; it is no such file.", path);
+    if (text.size() > (most << 20))
+      throw Error(Error::Kind::bad_input, "'{}' has more than {} MiB; it is no such file.", path,
+                  most);
   }
-  return text;
+  return plain_text(std::move(text), path);
 }
 
 /// Makes the folder \p path where it is missing. Throws Error (io), which names it.

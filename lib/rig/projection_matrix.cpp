@@ -32,6 +32,28 @@ Vec3 centre(const ProjectionMatrix& m) {
          determinant(m);
 }
 
+// P = K [R | t] with its last row as it is (of length 1) has the sign of its depths: a camera of a
+// right-handed world that looks along -z has the scene behind it. Another P may have been multiplied
+// by a negative number.
+[[noreturn]] void fail_handedness(double sign, double last_row, const std::string& where) {
+  const bool signed_depth = std::abs(last_row - 1.0) < 0.01;
+  if (signed_depth && sign < 0.0)
+    throw Error(Error::Kind::bad_input,
+                "{}: P has the scene behind the camera, as OpenGL's and Blender's cameras have it "
+                "(y up, looking along -z). Make P of a camera with y down and z forward: negate "
+                "the second and third rows of every camera's [R | t] before K is multiplied.",
+                where);
+  throw Error(Error::Kind::bad_input,
+              "{}: P belongs to a left-handed frame (its determinant is negative while the scene "
+              "lies at positive depth). Mirror the world: negate the third column of every "
+              "camera's P (which turns Z into -Z), or re-export the calibration with a "
+              "right-handed world and pixels counted from the top left.{}",
+              where,
+              signed_depth ? ""
+                           : " Of OpenGL's cameras (y up, looking along -z) negate the second and "
+                             "third rows of [R | t] instead, before K is multiplied.");
+}
+
 }  // namespace
 
 std::optional<Vec3> common_focus(std::span<const ProjectionMatrix> matrices) {
@@ -63,13 +85,7 @@ void set_projection(Camera& camera, const ProjectionMatrix& matrix, std::optiona
                 where);
   double sign = 1.0;
   if (focus) sign = glm::dot(row(matrix, 2), *focus) + matrix[2][3] < 0.0 ? -1.0 : 1.0;
-  if (sign * determinant(matrix) < 0.0)
-    throw Error(Error::Kind::bad_input,
-                "{}: P belongs to a left-handed frame (its determinant is negative while the scene "
-                "lies at positive depth). Mirror the world: negate the third column of every "
-                "camera's P (which turns Z into -Z), or re-export the calibration with a "
-                "right-handed world and pixels counted from the top left.",
-                where);
+  if (sign * determinant(matrix) < 0.0) fail_handedness(sign, glm::length(row(matrix, 2)), where);
   const double scale = sign / glm::length(row(matrix, 2));
   const Vec3 m1 = scale * row(matrix, 0), m2 = scale * row(matrix, 1), m3 = scale * row(matrix, 2);
   const double cx = glm::dot(m1, m3), cy = glm::dot(m2, m3);

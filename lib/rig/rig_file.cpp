@@ -7,6 +7,7 @@
 
 #include "base/error.h"
 #include "base/parse_json.h"
+#include "base/plain_text.h"
 #include "base/rotation.h"
 #include "rig/projection_matrix.h"
 #include "rig/rig.h"
@@ -152,7 +153,7 @@ std::string rows(const Mat3& m) {
 }  // namespace
 
 Rig parse_rig(std::string_view content, const std::string& source) {
-  const json root = parse_json(content, source);
+  const json root = parse_json(plain_text(std::string(content), source), source);
   if (!root.is_object() || !root.contains("format") || root["format"] != "polyhull-rig")
     fail_rig(source, "not a rig file: expected an object with \"format\": \"polyhull-rig\"");
   const int version = whole(member(root, "version", source), source + ": version");

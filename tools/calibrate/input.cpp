@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
 #include <map>
 #include <mutex>
 #include <set>
@@ -11,6 +10,7 @@
 
 #include "base/error.h"
 #include "base/thread_pool.h"
+#include "text_file.h"
 #include "wire/payload.h"
 
 namespace polyhull::calibrate_tool {
@@ -233,8 +233,7 @@ void use_lenses(Take& take, const Rig& rig) {
 }
 
 std::vector<Vec3> read_floor_points(const std::string& path, const Rig& rig) {
-  std::ifstream in(path);
-  if (!in) throw Error(Error::Kind::not_found, "Cannot read '{}'.", path);
+  std::istringstream in(read_text(path));
   std::vector<std::pair<std::string, std::vector<std::pair<std::size_t, Vec2>>>> points;
   std::string line;
   for (int number = 1; std::getline(in, line); ++number) {

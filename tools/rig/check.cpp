@@ -82,7 +82,7 @@ void examine_camera(const Rig& rig, const Camera& camera, const std::optional<Ve
     report.warnings.push_back(
         fmt::format("{} does not have the middle of the stage in its picture", name));
   const double aspect = camera.K[0][0] / camera.K[1][1];
-  if (aspect < 0.8 || aspect > 1.25)
+  if (std::abs(aspect - 1.0) > 0.03)
     report.warnings.push_back(
         fmt::format("{} has pixels that are not square: fx / fy is {:.3f}", name, aspect));
   if (camera.K[2][0] < 0 || camera.K[2][1] < 0 || camera.K[2][0] > camera.width - 1 ||

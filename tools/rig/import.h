@@ -6,6 +6,7 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -28,22 +29,27 @@ struct Options {
   int first = 0;                ///< number of the first such camera
   int board = 1;                ///< Bouguet: the board picture (omc_N, Tc_N) that is the world
   bool prototype_axes = false;  ///< Bouguet: the world turned as the 2005 prototype turned it
+  /// Told what a calibration holds that its rig does not.
+  std::function<void(const std::string&)> note = [](const std::string&) {};
 };
 
 /// Middlebury multi-view *_par.txt: a count, then "picture.png K(9) R(9) t(3)" per line. Names are
-/// the pictures'; sizes are read from the pictures where they lie beside the file.
+/// the pictures' (distinct_names() of import_lines.h); sizes are read from the pictures where they
+/// lie beside the file.
 Rig middlebury(const std::string& file, const Options& options);
 
 /// Plain 3x4 projection matrices, row by row: 12 numbers per line, or three lines of four, any
-/// number of matrices in a file; '#' starts a comment, words such as CONTOUR are skipped.
+/// number of matrices in a file; blanks, commas or semicolons between numbers, decimal commas and
+/// Matlab's brackets as in rows_of() (import_lines.h). Headings, which begin with a word and hold
+/// fewer than three numbers, are skipped, and so is a fourth row 0 0 0 1.
 Rig projection_matrices(const std::vector<std::string>& files, const Options& options);
 
-/// "name K(9) distortion(5) R(9) t(3)" per line; '#' starts a comment.
+/// "name K(9) distortion(5) R(9) t(3)" per line, read by rows_of(); the name may have blanks.
 Rig text(const std::string& file, const Options& options);
 
 /// OpenCV XML or YAML, one file per camera (matrix, distortion, rotation as matrix or Rodrigues
 /// vector, translation under their usual names), or a stereo pair's intrinsics (M1 D1 M2 D2) and
-/// extrinsics (R T). A file is named after itself, or after its folder if all have the same name.
+/// extrinsics (R T). Files are named by distinct_names().
 Rig opencv(const std::vector<std::string>& files, const Options& options);
 
 /// Bouguet's Calib_Results.m, one file per camera, named like opencv()'s. The world is the board's
@@ -52,12 +58,15 @@ Rig opencv(const std::vector<std::string>& files, const Options& options);
 /// to a rig's.
 Rig bouguet(const std::vector<std::string>& files, const Options& options);
 
-/// COLMAP's text model: the folder with cameras.txt and images.txt.
+/// COLMAP's text model: the folder with cameras.txt and images.txt. Cameras are named by their
+/// images' distinct_names(). Of images of one camera in one folder and at one place, which are of
+/// several instants, the first is taken, with a note.
 Rig colmap(const std::string& folder, const Options& options);
 
-/// Kalibr's camchain.yaml, without distortion or with its radtan model. Cameras are named after
-/// their topics (/NAME/image_raw), else after their keys. The world is that of T_cam_imu where every
-/// camera has one, else the first camera's, from which T_cn_cnm1 lead on.
+/// Kalibr's camchain.yaml, without distortion or with its radtan model: camN, with any first N and
+/// no gap. Cameras are named after their topics (/NAME/image_raw), else after their keys, and so all
+/// where two names are the same. The world is that of T_cam_imu (or T_imu_cam, the way back) where
+/// every camera has one, else the first camera's, from which T_cn_cnm1 lead on.
 Rig kalibr(const std::string& file);
 
 /// Like kalibr() on text; \p source names it in messages.
@@ -74,8 +83,7 @@ Camera parse_opentrackio(const std::string& text, const std::string& source,
 /// The rotation about \p v by |v| radians.
 Mat3 rotation_of(const Vec3& v);
 
-/// Names for files: their stems (see file_names.h), or their folders' names if the stems are all the
-/// same.
+/// distinct_names() of files, whose folders are known where their paths do not tell them.
 std::vector<std::string> names_of(const std::vector<std::string>& files);
 
 }  // namespace polyhull::import

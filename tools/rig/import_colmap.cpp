@@ -1,27 +1,57 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // COLMAP's text model: cameras.txt (intrinsics) and images.txt (poses; every second line holds
 // points).
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <map>
-#include <sstream>
+#include <ranges>
 
 #include "base/error.h"
-#include "rig/file_names.h"
 #include "rig/import.h"
+#include "rig/import_lines.h"
+#include "text_file.h"
 
 namespace polyhull::import {
 namespace {
 
-std::ifstream open_file(const std::string& path) {
-  std::ifstream in(path);
-  if (!in)
+constexpr std::size_t most_megabytes = 1024;  // images.txt has the points of all images
+
+std::string read_model_text(const std::string& path) {
+  if (!std::filesystem::is_regular_file(path))
     throw Error(Error::Kind::not_found,
                 "Cannot read '{}'; give the folder with COLMAP's cameras.txt and images.txt "
                 "(colmap model_converter --output_type TXT makes them).",
                 path);
-  return in;
+  return read_text(path, most_megabytes);
 }
+
+// A line's words, the first of which are numbers.
+struct Numbers {
+  const std::string& file;
+  const Line& line;
+  const char* expected;
+  std::vector<std::string_view> words = words_of(line.text);
+
+  [[noreturn]] void fail() const {
+    const auto has_comma = [](std::string_view word) { return word.find(',') != word.npos; };
+    const bool commas = std::ranges::any_of(words | std::views::take(9), has_comma);
+    fail_at(file, line.number,
+            fmt::format("expected: {}{}", expected,
+                        commas ? ", with blanks between them and no commas" : ""));
+  }
+  double number(std::size_t i) const {
+    const std::optional<double> value =
+        i < words.size() ? number_of(words[i]) : std::optional<double>();
+    if (!value || !std::isfinite(*value)) fail();
+    return *value;
+  }
+  int whole(std::size_t i) const {
+    const double value = number(i);
+    if (value != std::floor(value) || std::abs(value) > 1e9) fail();
+    return static_cast<int>(value);
+  }
+};
 
 // COLMAP counts pixels from the corner of the first one, rigs from its centre.
 Mat3 intrinsics(double fx, double fy, double cx, double cy) {
@@ -52,65 +82,150 @@ void set_model(Camera& camera, const std::string& model, const std::vector<doubl
     camera.distortion.resize(5);  // no denominator
 }
 
+bool empty_or_comment(const Line& line) {
+  return line.text.empty() || line.text[0] == '#';
+}
+
 std::map<int, Camera> read_cameras(const std::string& file) {
-  std::ifstream in = open_file(file);
+  const std::string text = read_model_text(file);
   std::map<int, Camera> cameras;
-  std::size_t number = 0;
-  for (std::string line; std::getline(in, line);) {
-    ++number;
-    std::istringstream words(line);
-    int id = 0;
-    std::string model;
+  for (const Line& line : lines_of(text)) {
+    if (empty_or_comment(line)) continue;
+    const Numbers values{file, line, "id model width height parameters"};
+    const int id = values.whole(0);
     Camera camera;
-    if (line.empty() || line[0] == '#') continue;
-    if (!(words >> id >> model >> camera.width >> camera.height))
-      fail_at(file, number, "expected: id model width height parameters");
+    camera.width = values.whole(2);
+    camera.height = values.whole(3);
     std::vector<double> parameters;
-    for (double value; words >> value;) parameters.push_back(value);
-    set_model(camera, model, parameters, file, number);
-    cameras[id] = camera;
+    for (std::size_t i = 4; i < values.words.size(); ++i) parameters.push_back(values.number(i));
+    set_model(camera, std::string(values.words[1]), parameters, file, line.number);
+    if (!cameras.emplace(id, camera).second)
+      fail_at(file, line.number, fmt::format("there is a camera {} before", id));
   }
   return cameras;
 }
 
+struct Image {
+  std::string path;
+  int camera_id;
+  Camera camera;
+};
+
+Image read_image(const std::map<int, Camera>& cameras, const std::string& file, const Line& line) {
+  const Numbers values{file, line, "id qw qx qy qz tx ty tz camera name"};
+  std::array<double, 9> v;
+  for (std::size_t i = 0; i < v.size(); ++i) v[i] = values.number(i);
+  if (values.words.size() < 10) values.fail();
+  Image image;
+  image.path =
+      line.text.substr(static_cast<std::size_t>(values.words[9].data() - line.text.data()));
+  image.camera_id = values.whole(8);
+  const auto found = cameras.find(image.camera_id);
+  if (found == cameras.end())
+    fail_at(file, line.number, fmt::format("camera {} is not in cameras.txt", image.camera_id));
+  const double w = v[1], x = v[2], y = v[3], z = v[4];
+  const double size = w * w + x * x + y * y + z * z;
+  if (!(std::abs(std::sqrt(size) - 1.0) < 0.02))
+    fail_at(file, line.number,
+            fmt::format("the rotation's quaternion (columns 2 to 5, qw qx qy qz) has length {:.3g} "
+                        "instead of 1; the place comes behind it: id qw qx qy qz tx ty tz camera "
+                        "name",
+                        std::sqrt(size)));
+  const double s = 2.0 / size;
+  image.camera = found->second;
+  image.camera.R = from_rows({1 - s * (y * y + z * z), s * (x * y - w * z), s * (x * z + w * y),
+                              s * (x * y + w * z), 1 - s * (x * x + z * z), s * (y * z - w * x),
+                              s * (x * z - w * y), s * (y * z + w * x), 1 - s * (x * x + y * y)});
+  image.camera.t = Vec3(v[5], v[6], v[7]);
+  return image;
+}
+
+// Throws where \p line, which comes behind that of \p image, is none of points.
+void check_points(const Image& image, const std::string& file, const Line& line) {
+  if (empty_or_comment(line)) return;
+  const std::vector<std::string_view> words = words_of(line.text);
+  if (words.size() % 3 == 0 &&
+      std::ranges::all_of(words, [](auto word) { return number_of(word).has_value(); }))
+    return;
+  fail_at(file, line.number,
+          fmt::format("the second line of image '{}' must be empty or hold triples of numbers (x y "
+                      "point); each image has two lines, the second one empty where there are no "
+                      "points",
+                      image.path));
+}
+
+std::vector<Image> read_images(const std::map<int, Camera>& cameras, const std::string& file) {
+  const std::string text = read_model_text(file);
+  std::vector<Image> images;
+  bool points_follow = false;
+  for (const Line& line : lines_of(text)) {
+    if (points_follow) {
+      check_points(images.back(), file, line);
+      points_follow = false;
+    } else if (!empty_or_comment(line)) {
+      images.push_back(read_image(cameras, file, line));
+      points_follow = true;
+    }
+  }
+  return images;
+}
+
+// By how many radians two rotations differ, if by few.
+double turned(const Mat3& a, const Mat3& b) {
+  const Mat3 off = a - b;
+  return std::sqrt(
+      0.5 * (glm::dot(off[0], off[0]) + glm::dot(off[1], off[1]) + glm::dot(off[2], off[2])));
+}
+
+std::string folder_of(std::string path) {
+  std::ranges::replace(path, '\\', '/');
+  return std::filesystem::path(path).parent_path().string();
+}
+
+// Of images of one camera in one folder that stand at the same place, the first: a still camera's
+// pictures of several instants, whose poses COLMAP finds apart.
+std::vector<Image> first_instants(std::vector<Image> images, const Options& options) {
+  constexpr double same_place = 0.005, same_direction = 0.01;  // of the rig's size; radians
+  Vec3 low(HUGE_VAL), high(-HUGE_VAL);
+  for (const Image& image : images) {
+    low = glm::min(low, image.camera.centre());
+    high = glm::max(high, image.camera.centre());
+  }
+  const double near = same_place * glm::length(high - low);
+  std::vector<Image> kept;
+  std::size_t left_out = 0;
+  for (Image& image : images) {
+    const auto same = [&](const Image& other) {
+      return other.camera_id == image.camera_id && folder_of(other.path) == folder_of(image.path) &&
+             glm::length(other.camera.centre() - image.camera.centre()) <= near &&
+             turned(other.camera.R, image.camera.R) <= same_direction;
+    };
+    if (const auto first = std::ranges::find_if(kept, same); first == kept.end()) {
+      kept.push_back(std::move(image));
+    } else if (left_out++ == 0) {
+      options.note(fmt::format(
+          "several images are of one camera at one place, as of several instants: of these only "
+          "the first is taken ('{}', not '{}', and so on)",
+          first->path, image.path));
+    }
+  }
+  return kept;
+}
+
 }  // namespace
 
-Rig colmap(const std::string& folder, const Options&) {
+Rig colmap(const std::string& folder, const Options& options) {
   const std::filesystem::path path(folder);
   const std::map<int, Camera> cameras = read_cameras((path / "cameras.txt").string());
   const std::string file = (path / "images.txt").string();
-  std::ifstream in = open_file(file);
   Rig rig;
-  std::size_t number = 0;
-  bool points_follow = false;
-  for (std::string line; std::getline(in, line);) {
-    ++number;
-    if (points_follow) {
-      points_follow = false;
-      continue;
-    }
-    if (line.empty() || line[0] == '#') continue;
-    std::istringstream words(line);
-    int id = 0, camera_id = 0;
-    double w = 0, x = 0, y = 0, z = 0;
-    Vec3 t;
-    std::string name;
-    if (!(words >> id >> w >> x >> y >> z >> t.x >> t.y >> t.z >> camera_id >> name))
-      fail_at(file, number, "expected: id qw qx qy qz tx ty tz camera name");
-    points_follow = true;
-    const auto found = cameras.find(camera_id);
-    if (found == cameras.end())
-      fail_at(file, number, fmt::format("camera {} is not in cameras.txt", camera_id));
-    const double size = w * w + x * x + y * y + z * z;
-    if (!(size > 0.0)) fail_at(file, number, "the rotation's quaternion is zero");
-    const double s = 2.0 / size;
-    Camera& camera = rig.cameras.emplace_back(found->second);
-    camera.name = name_of_file(std::filesystem::path(name).stem().string());
-    camera.R = from_rows({1 - s * (y * y + z * z), s * (x * y - w * z), s * (x * z + w * y),
-                          s * (x * y + w * z), 1 - s * (x * x + z * z), s * (y * z - w * x),
-                          s * (x * z - w * y), s * (y * z + w * x), 1 - s * (x * x + y * y)});
-    camera.t = t;
+  std::vector<std::string> paths;
+  for (Image& image : first_instants(read_images(cameras, file), options)) {
+    rig.cameras.push_back(std::move(image.camera));
+    paths.push_back(std::move(image.path));
   }
+  const std::vector<std::string> names = distinct_names(paths);
+  for (std::size_t i = 0; i < names.size(); ++i) rig.cameras[i].name = names[i];
   return parse_rig(rig_to_json(rig), file);
 }
 

@@ -2,9 +2,14 @@
 // Kalibr's camchain.yaml (github.com/ethz-asl/kalibr/wiki/yaml-formats).
 #include <yaml-cpp/yaml.h>
 
+#include <algorithm>
+#include <charconv>
 #include <cmath>
+#include <map>
+#include <set>
 
 #include "base/error.h"
+#include "base/plain_text.h"
 #include "rig/import.h"
 #include "text_file.h"
 
@@ -18,10 +23,11 @@ struct Transform {
 
 struct Chain {
   const std::string& source;
-  std::string key;  // of the camera at hand
+  std::string key;       // of the camera at hand
+  std::size_t line = 0;  // of its key
 
   [[noreturn]] void fail(const std::string& what) const {
-    throw Error(Error::Kind::bad_input, "{}, {}: {}.", source, key, what);
+    throw Error(Error::Kind::bad_input, "{}, line {}, {}: {}.", source, line, key, what);
   }
 
   std::vector<double> numbers(const YAML::Node& node, const char* name, std::size_t count) const {
@@ -99,9 +105,15 @@ struct Chain {
   }
 };
 
+// OpenCV's heading %YAML:1.0 is no directive of YAML.
+std::string without_heading(std::string text) {
+  if (text.starts_with("%YAML")) text[0] = '#';
+  return text;
+}
+
 YAML::Node load(const std::string& text, const std::string& source) {
   try {
-    const YAML::Node root = YAML::Load(text);
+    const YAML::Node root = YAML::Load(without_heading(plain_text(text, source)));
     if (root.IsMap() && root.size() > 0) return root;
   } catch (const YAML::Exception& error) {
     throw Error(Error::Kind::bad_input, "{}, line {}: not YAML: {}.", source, error.mark.line + 1,
@@ -111,35 +123,95 @@ YAML::Node load(const std::string& text, const std::string& source) {
               source);
 }
 
-Rig read_chain(const YAML::Node& root, const std::string& source) {
-  Chain chain{source, {}};
-  const auto key_of = [](std::size_t i) { return "cam" + std::to_string(i); };
-  bool all_in_world = true;
-  std::size_t count = 0;
-  for (; root[key_of(count)]; ++count)
-    all_in_world = all_in_world && root[key_of(count)].IsMap() && root[key_of(count)]["T_cam_imu"];
-  if (count == 0)
+struct Entry {
+  std::string key;
+  std::size_t line;
+  YAML::Node node;
+};
+
+// The cameras in the order of their numbers.
+std::vector<Entry> entries_of(const YAML::Node& root, const std::string& source) {
+  std::map<int, Entry> entries;
+  for (const auto& item : root) {
+    const std::string key = item.first.IsScalar() ? item.first.Scalar() : "";
+    const auto line = static_cast<std::size_t>(item.first.Mark().line + 1);
+    int number = 0;
+    const char* const end = key.data() + key.size();
+    if (!key.starts_with("cam") || std::from_chars(key.data() + 3, end, number).ptr != end ||
+        key.size() == 3 || number < 0) {
+      if (item.second.IsMap() && item.second["camera_model"])
+        fail_at(source, line,
+                fmt::format("the camera '{}' must be called cam and a number, as in cam0, cam1, …",
+                            key));
+      continue;
+    }
+    const auto [other, added] = entries.emplace(number, Entry{key, line, item.second});
+    if (!added)
+      fail_at(source, line,
+              fmt::format("{} is there a second time, after line {}", key, other->second.line));
+  }
+  if (entries.empty())
     throw Error(Error::Kind::bad_input, "{}: no cam0; a Kalibr camchain has cam0, cam1, ….",
                 source);
+  std::vector<Entry> chain;
+  int last = entries.begin()->first - 1;
+  for (auto& [number, entry] : entries) {
+    if (number != last + 1)
+      fail_at(
+          source, entry.line,
+          fmt::format("cam{} is missing between cam{} and {}; a chain's numbers have no gap, so "
+                      "renumber its cameras, or add it",
+                      last + 1, last, entry.key));
+    last = number;
+    chain.push_back(std::move(entry));
+  }
+  return chain;
+}
+
+bool in_world(const Entry& entry) {
+  return entry.node.IsMap() && (entry.node["T_cam_imu"] || entry.node["T_imu_cam"]);
+}
+
+// By keys, where two cameras have the same topic.
+void make_names_distinct(Rig& rig, const std::vector<Entry>& entries) {
+  std::set<std::string> names;
+  for (const Camera& camera : rig.cameras) names.insert(camera.name);
+  if (names.size() == entries.size()) return;
+  for (std::size_t i = 0; i < entries.size(); ++i) rig.cameras[i].name = entries[i].key;
+}
+
+Rig read_chain(const YAML::Node& root, const std::string& source) {
+  const std::vector<Entry> entries = entries_of(root, source);
+  const bool all_in_world = std::ranges::all_of(entries, in_world);
+  Chain chain{source, {}, 0};
   Rig rig;
   Transform last;
-  for (std::size_t i = 0; i < count; ++i) {
-    chain.key = key_of(i);
-    const YAML::Node node = root[chain.key];
+  for (const Entry& entry : entries) {
+    chain.key = entry.key;
+    chain.line = entry.line;
+    const YAML::Node& node = entry.node;
     Camera& camera = rig.cameras.emplace_back(chain.camera(node));
     Transform pose;
-    if (all_in_world) {
+    if (all_in_world && node["T_cam_imu"]) {
       pose = chain.transform(node["T_cam_imu"], "T_cam_imu");
-    } else if (const YAML::Node step = node["T_cn_cnm1"]) {
+    } else if (all_in_world) {
+      const Transform back = chain.transform(node["T_imu_cam"], "T_imu_cam");
+      pose.R = glm::transpose(back.R);
+      pose.t = -(pose.R * back.t);
+    } else if (rig.cameras.size() > 1) {
+      const YAML::Node step = node["T_cn_cnm1"];
+      if (!step)
+        chain.fail(
+            "T_cn_cnm1 is missing, so where the camera stands is not known (nor has every camera "
+            "T_cam_imu or T_imu_cam)");
       const Transform to_this = chain.transform(step, "T_cn_cnm1");
       pose = {to_this.R * last.R, to_this.R * last.t + to_this.t};
-    } else if (i > 0) {
-      chain.fail("T_cn_cnm1 is missing, so where the camera stands is not known");
     }
     camera.R = pose.R;
     camera.t = pose.t;
     last = pose;
   }
+  make_names_distinct(rig, entries);
   return rig;
 }
 

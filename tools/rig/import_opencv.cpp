@@ -1,60 +1,80 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // OpenCV's FileStorage files, XML or YAML.
-#include <filesystem>
+#include <algorithm>
+#include <cmath>
 #include <opencv2/core.hpp>
 
 #include "base/error.h"
 #include "rig/import.h"
+#include "rig/import_lines.h"
+#include "text_file.h"
 
 namespace polyhull::import {
 namespace {
 
 using Names = std::initializer_list<const char*>;
 
-constexpr Names matrix_names = {
-    "CameraMatrix", "camera_matrix", "cameraMatrix", "Camera_Matrix", "K", "M", "intrinsics"};
-constexpr Names distortion_names = {"DistortionCoeffs",
-                                    "distortion_coefficients",
-                                    "Distortion_Coefficients",
-                                    "distCoeffs",
-                                    "dist_coeffs",
+// By File::node_of(), which does not heed capitals and underscores.
+constexpr Names matrix_names = {"camera_matrix", "K", "M", "intrinsics"};
+constexpr Names distortion_names = {"distortion_coefficients", "distortion_coeffs", "dist_coeffs",
                                     "D"};
-constexpr Names rotation_names = {"Rotation", "R", "rvec", "rotation", "Rvec"};
-constexpr Names translation_names = {"Translation", "T", "t", "tvec", "translation", "Tvec"};
+constexpr Names rotation_names = {"rotation", "R", "rvec"};
+constexpr Names translation_names = {"translation", "T", "t", "tvec"};
+
+// Lower case, without what joins words: image_Width and imageWidth are the same.
+std::string plain_name(std::string_view name) {
+  std::string result;
+  for (const char c : name)
+    if (c != '_' && c != '-')
+      result += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return result;
+}
+
+constexpr const char* add_poses =
+    "Where the camera stands must be in its file as R and T (world to camera; of OpenCV's solvePnP "
+    "with one board that all cameras see, rvec and tvec); polyhull-calibrate finds lenses and "
+    "poses of all cameras from pictures of a board";
 
 class File {
  public:
-  explicit File(const std::string& path) : path_(path) {
-    if (!std::filesystem::is_regular_file(path))
-      throw Error(Error::Kind::not_found, "Cannot read '{}'; check that it exists and is a file.",
-                  path);
+  explicit File(const std::string& path) : path_(path), text_(read_text(path)) {
+    const bool packed = text_.starts_with("\x1f\x8b");  // gzip, which cv::FileStorage unpacks
+    if (!packed && is_ros()) fail(ros);
+    if (!packed && !text_.starts_with("%YAML") && !text_.starts_with("<?xml") &&
+        !text_.starts_with("{"))
+      fail("not an OpenCV XML or YAML file; these begin with %YAML:1.0 or <?xml version=\"1.0\"?>");
     try {
-      storage_.open(path, cv::FileStorage::READ);
+      storage_.open(packed ? path : text_,
+                    cv::FileStorage::READ | (packed ? 0 : cv::FileStorage::MEMORY));
     } catch (const cv::Exception& error) {
-      throw Error(Error::Kind::bad_input, "{}: not an OpenCV XML or YAML file: {}.", path,
-                  error.err);
+      fail(fmt::format("not an OpenCV XML or YAML file: {}", error.err));
     }
-    if (!storage_.isOpened() || !storage_.root().isMap())
-      throw Error(Error::Kind::bad_input, "{}: not an OpenCV XML or YAML file.", path);
+    if (!storage_.isOpened() || !storage_.root().isMap()) fail("not an OpenCV XML or YAML file");
+    refuse_other_models();
+  }
+
+  [[noreturn]] void fail(const std::string& what) const {
+    throw Error(Error::Kind::bad_input, "{}: {}.", path_, what);
   }
 
   bool has(const char* name) const { return !storage_[name].empty(); }
 
   // The first of the names that is there, as doubles; empty where none is.
   cv::Mat find(Names names) const {
-    for (const char* name : names) {
-      const cv::FileNode node = storage_[name];
-      if (node.empty()) continue;
-      cv::Mat raw, result;
-      try {
-        node >> raw;
-        raw.convertTo(result, CV_64F);
-      } catch (const cv::Exception& error) {
-        throw Error(Error::Kind::bad_input, "{}: {} is no matrix: {}.", path_, name, error.err);
-      }
-      return result.isContinuous() ? result : result.clone();
+    const cv::FileNode node = node_of(names);
+    if (node.empty()) return {};
+    cv::Mat raw, result;
+    try {
+      node >> raw;
+      raw.convertTo(result, CV_64F);
+    } catch (const cv::Exception& error) {
+      fail_in(node, fmt::format("{} is no matrix: {}", node.name(), error.err));
     }
-    return {};
+    if (!cv::checkRange(result))
+      fail_in(node, fmt::format("{} holds a number that is not finite (NaN); the calibration did "
+                                "not succeed",
+                                node.name()));
+    return result.isContinuous() ? result : result.clone();
   }
 
   cv::Mat need(Names names, std::initializer_list<std::size_t> sizes, const char* what) const {
@@ -62,27 +82,96 @@ class File {
     if (found.empty()) {
       std::string list;
       for (const char* name : names) list += (list.empty() ? "" : ", ") + std::string(name);
-      throw Error(Error::Kind::bad_input, "{}: no {}; looked for {}.", path_, what, list);
+      fail(fmt::format("no {}; looked for {}", what, list));
     }
-    for (const std::size_t size : sizes)
-      if (found.total() * found.channels() == size) return found;
+    const std::size_t count = found.total() * static_cast<std::size_t>(found.channels());
+    if (std::ranges::count(sizes, count)) return found;
     std::string expected;
     for (const std::size_t size : sizes)
       expected += (expected.empty() ? "" : " or ") + std::to_string(size);
-    throw Error(Error::Kind::bad_input, "{}: the {} has {} numbers, expected {}.", path_, what,
-                found.total() * found.channels(), expected);
+    fail_in(node_of(names),
+            fmt::format("the {} has {} numbers, expected {}", what, count, expected));
   }
 
   int whole(Names names) const {
-    for (const char* name : names)
-      if (has(name) && storage_[name].isInt()) return static_cast<int>(storage_[name]);
-    return 0;
+    const cv::FileNode node = node_of(names);
+    if (!node.isInt() && !node.isReal()) return 0;
+    const auto value = static_cast<double>(node);
+    return value == std::floor(value) && value >= 0.0 && value < 1e6 ? static_cast<int>(value) : 0;
   }
 
-  const std::string& path() const { return path_; }
+  // Names where a file's poses are the board's, one per picture.
+  void refuse_board_poses() const {
+    const cv::FileNode poses =
+        node_of({"extrinsic_parameters", "rvecs", "tvecs", "per_view_poses"});
+    if (!poses.empty())
+      fail_in(poses, fmt::format("{} holds poses of the board, one for each picture, as OpenCV's "
+                                 "calibration sample writes them; the camera has none. {}",
+                                 poses.name(), add_poses));
+  }
 
  private:
-  std::string path_;
+  static constexpr const char* ros =
+      "this is the form of ROS's camera_info (camera_calibration), which holds a lens and no pose. "
+      "Write its camera_matrix and distortion_coefficients by cv::FileStorage, with R and T";
+
+  // With the line of \p node.
+  [[noreturn]] void fail_in(const cv::FileNode& node, const std::string& what) const {
+    const std::string name = node.name();
+    for (const Line& line : lines_of(text_))
+      if (line.text.starts_with(name + ":") || line.text.starts_with("<" + name) ||
+          line.text.starts_with("\"" + name + "\""))
+        fail_at(path_, line.number, what);
+    fail(what);
+  }
+
+  // Its matrices are maps of YAML without cv::FileStorage's tag, or sections of an INI file.
+  bool is_ros() const {
+    bool tagged = false, matrix = false, other = false;
+    for (const Line& line : lines_of(text_)) {
+      tagged = tagged || line.text.find("opencv-matrix") != line.text.npos;
+      matrix = matrix || line.text == "camera_matrix:" || line.text == "camera matrix";
+      for (const char* name :
+           {"rectification_matrix:", "projection_matrix:", "distortion_model:", "[image]"})
+        other = other || line.text.starts_with(name);
+    }
+    return matrix && other && !tagged;
+  }
+
+  // By their exact names, else (but for single letters) as people spell them.
+  cv::FileNode node_of(Names names) const {
+    for (const char* name : names)
+      if (has(name)) return storage_[name];
+    for (const char* name : names)
+      for (const cv::FileNode& node : storage_.root())
+        if (name[1] != '\0' && plain_name(node.name()) == plain_name(name)) return node;
+    return {};
+  }
+
+  // Coefficients of other models stand under the same names.
+  void refuse_other_models() const {
+    const char* const what =
+        "{} is {}: its coefficients are those of another model than OpenCV's ordinary one (k1 k2 "
+        "p1 "
+        "p2 k3). Calibrate without the fisheye setting, or undistort the pictures first and "
+        "calibrate these";
+    const cv::FileNode flag = node_of(
+        {"fisheye_model", "fisheye", "use_fisheye", "is_fisheye", "Calibrate_UseFisheyeModel"});
+    std::string value;
+    if (flag.isInt() || flag.isReal()) value = fmt::format("{:g}", static_cast<double>(flag));
+    if (flag.isString()) value = static_cast<std::string>(flag);
+    if (!value.empty() && value != "0" && plain_name(value) != "false" && plain_name(value) != "no")
+      fail_in(flag, fmt::format(fmt::runtime(what), flag.name(), value));
+    const cv::FileNode model =
+        node_of({"distortion_model", "camera_model", "model_type", "model", "distortion_type"});
+    if (!model.isString()) return;
+    const std::string name = static_cast<std::string>(model);
+    for (const char* other : {"fisheye", "equidistant", "kannala", "omni", "mei", "fov", "eucm"})
+      if (plain_name(name).find(other) != std::string::npos)
+        fail_in(model, fmt::format(fmt::runtime(what), model.name(), name));
+  }
+
+  std::string path_, text_;
   cv::FileStorage storage_;
 };
 
@@ -102,16 +191,10 @@ Mat3 rotation(const cv::Mat& m) {
 }
 
 void set_size(Camera& camera, const File& file, const Options& options) {
-  camera.width = options.width > 0
-                     ? options.width
-                     : file.whole({"image_width", "imageWidth", "Image_Width", "width"});
-  camera.height = options.height > 0
-                      ? options.height
-                      : file.whole({"image_height", "imageHeight", "Image_Height", "height"});
+  camera.width = options.width > 0 ? options.width : file.whole({"image_width", "width"});
+  camera.height = options.height > 0 ? options.height : file.whole({"image_height", "height"});
   if (camera.width <= 0 || camera.height <= 0)
-    throw Error(Error::Kind::bad_input,
-                "{}: it does not say the pictures' size; give it with --size WIDTHxHEIGHT.",
-                file.path());
+    file.fail("it does not say the pictures' size; give it with --size WIDTHxHEIGHT");
 }
 
 void set_intrinsics(Camera& camera, const File& file, Names matrix_name, Names distortion_name) {
@@ -120,8 +203,12 @@ void set_intrinsics(Camera& camera, const File& file, Names matrix_name, Names d
   const double* values = distortion.ptr<double>();
   camera.distortion.assign(values, values + distortion.total());
   // The last two of OpenCV's 14 tilt the sensor; calibrations that do not use them hold zeros.
-  while (camera.distortion.size() > 12 && camera.distortion.back() == 0.0)
-    camera.distortion.pop_back();
+  if (camera.distortion.size() != 14) return;
+  if (camera.distortion[12] != 0.0 || camera.distortion[13] != 0.0)
+    file.fail(
+        "its last two of 14 distortion coefficients tilt the sensor, which a rig's lenses do not "
+        "do; calibrate without CALIB_TILTED_MODEL");
+  camera.distortion.resize(12);
 }
 
 Camera read_opencv_camera(const std::string& path, const Options& options) {
@@ -129,6 +216,7 @@ Camera read_opencv_camera(const std::string& path, const Options& options) {
   Camera camera;
   set_size(camera, file, options);
   set_intrinsics(camera, file, matrix_names, distortion_names);
+  if (file.find(rotation_names).empty()) file.refuse_board_poses();
   camera.R = rotation(file.need(rotation_names, {3, 9}, "rotation"));
   camera.t = vector(file.need(translation_names, {3}, "translation"));
   return camera;

@@ -2,66 +2,45 @@
 // Importers of formats that are lines of numbers.
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <filesystem>
-#include <fstream>
-#include <set>
-#include <sstream>
 
 #include "base/error.h"
 #include "base/picture.h"
-#include "rig/file_names.h"
 #include "rig/import.h"
+#include "rig/import_lines.h"
 #include "rig/projection_matrix.h"
+#include "text_file.h"
 
 namespace polyhull::import {
 namespace {
 
-struct Line {
-  std::size_t number;
-  std::vector<std::string> words;
-};
-
-std::vector<Line> read_lines(const std::string& file) {
-  std::ifstream in(file);
-  if (!in || std::filesystem::is_directory(file))
-    throw Error(Error::Kind::not_found,
-                "Cannot read '{}'; check that it exists, is a file and may be read.", file);
-  std::vector<Line> lines;
-  std::size_t number = 0;
-  for (std::string text; std::getline(in, text);) {
-    ++number;
-    std::istringstream words(text.substr(0, text.find('#')));
-    Line line{number, {}};
-    for (std::string word; words >> word;) line.words.push_back(word);
-    if (!line.words.empty()) lines.push_back(std::move(line));
-  }
-  return lines;
-}
-
-bool is_number(const std::string& word) {
-  char* end = nullptr;
-  std::strtod(word.c_str(), &end);
-  return end != word.c_str() && *end == '\0';
-}
-
 double number(const std::string& file, std::size_t line, const std::string& word) {
-  if (!is_number(word)) fail_at(file, line, fmt::format("'{}' is not a number", word));
-  const double value = std::strtod(word.c_str(), nullptr);
-  if (!std::isfinite(value)) fail_at(file, line, fmt::format("'{}' is not finite", word));
-  return value;
+  const std::optional<double> value = number_of(word);
+  if (!value) fail_at(file, line, fmt::format("'{}' is not a number", word));
+  if (!std::isfinite(*value)) fail_at(file, line, fmt::format("'{}' is not finite", word));
+  return *value;
 }
 
-std::vector<double> numbers(const std::string& file, const Line& line, std::size_t first,
-                            std::size_t count) {
-  if (line.words.size() != first + count)
-    fail_at(file, line.number,
-            fmt::format("expected {} numbers, found {}", count,
-                        line.words.size() - std::min(first, line.words.size())));
+// The last \p count words of \p row, which a name stands before, of any number of words.
+std::vector<double> numbers(const std::string& file, const Row& row, std::size_t count) {
+  if (row.words.size() <= count)
+    fail_at(file, row.number,
+            fmt::format("expected {} numbers, found {}", count, row.words.size() - 1));
   std::vector<double> result;
-  for (std::size_t i = first; i < line.words.size(); ++i)
-    result.push_back(number(file, line.number, line.words[i]));
+  for (std::size_t i = row.words.size() - count; i < row.words.size(); ++i)
+    result.push_back(number(file, row.number, row.words[i]));
   return result;
+}
+
+std::string name_before(const std::string& file, const Row& row, std::size_t count) {
+  const std::size_t words = row.words.size() - count;
+  if (words > 1 && number_of(row.words[0]))
+    fail_at(
+        file, row.number,
+        fmt::format("expected a name and {} numbers, found {} numbers", count, row.words.size()));
+  std::string name = row.words[0];
+  for (std::size_t i = 1; i < words; ++i) name += ' ' + row.words[i];
+  return name;
 }
 
 Mat3 matrix_at(const std::vector<double>& values, std::size_t first) {
@@ -108,17 +87,35 @@ std::string numbered(const Options& options, std::size_t index) {
   return options.name.substr(0, percent) + text + options.name.substr(end + 1);
 }
 
+// The lines of \p file without what Matlab and numpy write around numbers: P1 = [ … ];, array([[ …
+// ]]) and … at a line's end.
+std::vector<Row> matrix_rows(const std::string& file) {
+  std::string plain;
+  const std::string text = read_text(file);
+  for (const Line& line : lines_of(text)) {
+    std::string content(line.text);
+    if (!content.starts_with('#') && !content.starts_with('%'))
+      content.erase(0, content.find_last_of("=(") + 1);
+    for (const char bracket : {'[', ']', '{', '}', '(', ')'})
+      std::ranges::replace(content, bracket, ' ');
+    if (content.ends_with("...")) content.resize(content.size() - 3);
+    plain += content + '\n';
+  }
+  return rows_of(plain);
+}
+
+// CONTOUR, Camera 2, and the like.
+bool is_heading(const Row& row) {
+  return !number_of(row.words[0]) &&
+         std::ranges::count_if(row.words, [](const auto& word) { return !!number_of(word); }) < 3;
+}
+
 }  // namespace
 
 std::vector<std::string> names_of(const std::vector<std::string>& files) {
-  std::vector<std::string> stems, folders;
-  for (const std::string& file : files) {
-    const std::filesystem::path path = std::filesystem::absolute(file);
-    stems.push_back(name_of_file(path.stem().string()));
-    folders.push_back(path.parent_path().filename().string());
-  }
-  const bool all_same = std::set<std::string>(stems.begin(), stems.end()).size() == 1;
-  return all_same && files.size() > 1 ? folders : stems;
+  std::vector<std::string> paths;
+  for (const std::string& file : files) paths.push_back(std::filesystem::absolute(file).string());
+  return distinct_names(paths);
 }
 
 Mat3 rotation_of(const Vec3& v) {
@@ -130,25 +127,28 @@ Mat3 rotation_of(const Vec3& v) {
 }
 
 Rig middlebury(const std::string& file, const Options& options) {
-  const std::vector<Line> lines = read_lines(file);
-  if (lines.empty() || lines[0].words.size() != 1 || !is_number(lines[0].words[0]))
-    fail_at(file, 1, "a Middlebury file starts with the number of its cameras");
+  const std::vector<Row> rows = rows_of(read_text(file));
+  if (rows.empty() || rows[0].words.size() != 1 || !number_of(rows[0].words[0]))
+    fail_at(file, rows.empty() ? 1 : rows[0].number,
+            "a Middlebury file starts with the number of its cameras");
   Rig rig;
-  for (std::size_t i = 1; i < lines.size(); ++i) {
-    const std::vector<double> values = numbers(file, lines[i], 1, 21);
+  std::vector<std::string> pictures;
+  for (std::size_t i = 1; i < rows.size(); ++i) {
+    const std::vector<double> values = numbers(file, rows[i], 21);
     Camera& camera = rig.cameras.emplace_back();
-    const std::string& picture = lines[i].words[0];
-    camera.name = std::filesystem::path(picture).stem().string();
-    set_picture_size(camera, options, file, picture);
+    pictures.push_back(name_before(file, rows[i], 21));
+    set_picture_size(camera, options, file, pictures.back());
     camera.K = matrix_at(values, 0);
     camera.R = matrix_at(values, 9);
     camera.t = vector_at(values, 18);
   }
-  const double promised = number(file, lines[0].number, lines[0].words[0]);
+  const std::vector<std::string> names = distinct_names(pictures);
+  for (std::size_t i = 0; i < names.size(); ++i) rig.cameras[i].name = names[i];
+  const double promised = number(file, rows[0].number, rows[0].words[0]);
   if (promised != static_cast<double>(rig.cameras.size()))
     fail_at(
-        file, lines[0].number,
-        fmt::format("it promises {} cameras and holds {}", lines[0].words[0], rig.cameras.size()));
+        file, rows[0].number,
+        fmt::format("it promises {} cameras and holds {}", rows[0].words[0], rig.cameras.size()));
   return finish(std::move(rig), file);
 }
 
@@ -156,29 +156,42 @@ Rig projection_matrices(const std::vector<std::string>& files, const Options& op
   std::vector<ProjectionMatrix> matrices;
   std::vector<std::string> places;
   for (const std::string& file : files) {
-    std::vector<double> row;
-    for (const Line& line : read_lines(file)) {
-      if (!is_number(line.words[0])) continue;  // CONTOUR and the like
-      if (line.words.size() != 4 && line.words.size() != 12)
-        fail_at(file, line.number,
+    std::vector<double> values;
+    for (const Row& row : matrix_rows(file)) {
+      if (is_heading(row)) {
+        if (!values.empty())
+          fail_at(file, row.number, "a projection matrix is cut short before it");
+        continue;
+      }
+      std::vector<double> found;
+      for (const std::string& word : row.words) found.push_back(number(file, row.number, word));
+      // The last row of a 4x4 matrix.
+      if (values.empty() && found == std::vector<double>{0, 0, 0, 1}) continue;
+      if (found.size() != 4 && found.size() != 12)
+        fail_at(file, row.number,
                 fmt::format("a projection matrix has 12 numbers on one line or 4 on each of three "
                             "lines; found {}",
-                            line.words.size()));
-      if (row.empty()) places.push_back(file + ", line " + std::to_string(line.number));
-      for (const std::string& word : line.words) row.push_back(number(file, line.number, word));
-      if (row.size() > 12) fail_at(file, line.number, "a projection matrix is cut short before it");
-      if (row.size() < 12) continue;
+                            found.size()));
+      if (values.empty()) places.push_back(file + ", line " + std::to_string(row.number));
+      values.insert(values.end(), found.begin(), found.end());
+      if (values.size() > 12)
+        fail_at(file, row.number, "a projection matrix is cut short before it");
+      if (values.size() < 12) continue;
       ProjectionMatrix& P = matrices.emplace_back();
-      for (int i = 0; i < 12; ++i) P[i / 4][i % 4] = row[i];
-      row.clear();
+      for (int i = 0; i < 12; ++i) P[i / 4][i % 4] = values[i];
+      values.clear();
     }
-    if (!row.empty())
+    if (!values.empty())
       throw Error(
           Error::Kind::bad_input,
           "{}: the last projection matrix is not complete; a matrix has 12 numbers, three rows of "
           "four.",
           file);
   }
+  if (matrices.empty())
+    throw Error(Error::Kind::bad_input,
+                "{}: no line of it holds the 12 numbers of a projection matrix, or 4 of them.",
+                files.front());
   const std::optional<Vec3> focus = common_focus(matrices);
   const std::vector<std::string> names = names_of(files);
   Rig rig;
@@ -194,10 +207,10 @@ Rig projection_matrices(const std::vector<std::string>& files, const Options& op
 
 Rig text(const std::string& file, const Options& options) {
   Rig rig;
-  for (const Line& line : read_lines(file)) {
-    const std::vector<double> values = numbers(file, line, 1, 26);
+  for (const Row& row : rows_of(read_text(file))) {
+    const std::vector<double> values = numbers(file, row, 26);
     Camera& camera = rig.cameras.emplace_back();
-    camera.name = line.words[0];
+    camera.name = name_before(file, row, 26);
     set_picture_size(camera, options, file, "");
     camera.K = matrix_at(values, 0);
     camera.distortion.assign(values.begin() + 9, values.begin() + 14);
