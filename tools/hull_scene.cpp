@@ -10,6 +10,7 @@
 
 #include "base/error.h"
 #include "base/parse_json.h"
+#include "base/plain_text.h"
 
 namespace polyhull {
 namespace {
@@ -111,8 +112,8 @@ HullScene load_hull_scene(const std::string& path) {
   if (!file)
     throw Error(Error::Kind::not_found,
                 "{}: cannot open the scene file; check that it exists and may be read.", path);
-  const std::string text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
-  return parse_hull_scene(text, path);
+  std::string text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
+  return parse_hull_scene(plain_text(std::move(text), path), path);
 }
 
 std::string hull_scene_to_json(const HullScene& scene) {
