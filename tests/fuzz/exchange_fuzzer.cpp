@@ -1,18 +1,62 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// libFuzzer entry: polyhull-rig's readers of Kalibr's (first byte even) and OpenTrackIO's files.
+// libFuzzer entry: polyhull-rig's readers of other programs' files; the first byte says which. Those
+// that read files get one in the folder for temporary ones, of this process.
+#include <unistd.h>
+
 #include <cstdlib>
+#include <filesystem>
 #include <string>
 
 #include "base/error.h"
 #include "rig/import.h"
+#include "text_file.h"
+
+namespace {
+
+using namespace polyhull;
+
+const std::string& folder() {
+  static const std::string path = [] {
+    const auto made =
+        std::filesystem::temp_directory_path() / ("exchange_fuzzer_" + std::to_string(getpid()));
+    std::filesystem::create_directories(made);
+    write_text("1 PINHOLE 640 480 600 600 320 240\n2 RADIAL 640 480 600 320 240 0.1 0\n",
+               made / "cameras.txt");
+    return made.string();
+  }();
+  return path;
+}
+
+Rig read(int format, const std::string& text) {
+  if (format == 0) return import::parse_kalibr(text, "fuzz");
+  if (format == 1) return {{import::parse_opentrackio(text, "fuzz", {})}};
+  const std::string file = folder() + "/images.txt";
+  write_text(text, file);
+  import::Options options;
+  options.width = options.height = 100;
+  switch (format) {
+    case 2:
+      return import::middlebury(file, options);
+    case 3:
+      return import::projection_matrices({file}, options);
+    case 4:
+      return import::text(file, options);
+    case 5:
+      return import::opencv({file}, options);
+    case 6:
+      return import::bouguet({file}, options);
+    default:
+      return import::colmap(folder(), options);
+  }
+}
+
+}  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size == 0) return 0;
   const std::string text(reinterpret_cast<const char*>(data) + 1, size - 1);
   try {
-    if (data[0] % 2 == 0 && polyhull::import::parse_kalibr(text, "fuzz").cameras.empty())
-      std::abort();
-    if (data[0] % 2 == 1) polyhull::import::parse_opentrackio(text, "fuzz", {});
+    if (read(data[0] % 8, text).cameras.empty()) std::abort();
   } catch (const polyhull::Error&) {
   }
   return 0;

@@ -32,6 +32,21 @@ constexpr char opentrackio_sample[] = R"(1{
   "transforms": [{"translation": {"x": 1, "y": 2, "z": 3},
                   "rotation": {"pan": 90, "tilt": -30, "roll": 0}}]})";
 
+// Other programs' calibrations, behind the byte that says whose.
+constexpr const char* calibrations[] = {
+    "2 1\na.png 700 0 50 0 700 50 0 0 1 1 0 0 0 1 0 0 0 1 0 0 3\n",
+    "3P1 = [ 700 0 50 0 ; 0 700 50,5 0 ; ...\n 0 0 1 3D+00 ];\nCONTOUR\n",
+    "4cam 1 700 0 50 0 700 50 0 0 1 0 0 0 0 0 1 0 0 0 1 0 0 0 1 0 0 3\n",
+    "5%YAML:1.0\n---\nimage_Width: 640\nimage_height: 480\nfisheye_model: 0\ncamera_matrix: "
+    "!!opencv-matrix\n   rows: 3\n   cols: 3\n   dt: d\n   data: [ 700., 0., 50., 0., 700., 50., "
+    "0., "
+    "0., 1. ]\nrvec: !!opencv-matrix\n   rows: 3\n   cols: 1\n   dt: d\n   data: [ 0., 0., 1. "
+    "]\nT: !!opencv-matrix\n   rows: 3\n   cols: 1\n   dt: d\n   data: [ 0., 0., 3. ]\n",
+    "6fc = [ 700 ; 700 ];\ncc = [ 50 ; 50 ];\nnx = 100;\nny = 100;\nomc_1 = [ 0 ; NaN ; 1 ];\nTc_1 "
+    "= "
+    "[ 0 ; 0 ; 3 ];\n",
+    "71 0.5 0.5 0.5 0.5 0 0 3 1 cam 0/1.jpg\n1 2 -1\n2 1 0 0 0 0 0 3 2 cam1\\1.jpg\n\n"};
+
 using Packet = polyhull::track_examples::Packet;
 
 /// A view packed by \p coding.
@@ -92,6 +107,8 @@ int main(int count, char** arguments) {
       R"(,"timecode":"10:00:00;02","timecode_rate":[30000,1001],"stream_time_ns":0,"unix_time_ns":1,"depth_near":0.5})";
   write("announcement", timed);
   write("exchange", std::string(opentrackio_sample), "opentrackio");
+  for (const std::string calibration : calibrations)
+    write("exchange", calibration, calibration.substr(0, 1).c_str());
   // The first byte: 0 alone, 1 behind the same packed with loss, 3 without.
   for (const Packing packing : {Packing::exact, Packing::lossy}) {
     PacketPacker packer;

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <filesystem>
 #include <map>
-#include <ranges>
 
 #include "base/error.h"
 #include "rig/import.h"
@@ -35,7 +34,8 @@ struct Numbers {
 
   [[noreturn]] void fail() const {
     const auto has_comma = [](std::string_view word) { return word.find(',') != word.npos; };
-    const bool commas = std::ranges::any_of(words | std::views::take(9), has_comma);
+    const auto name = words.begin() + std::min<std::ptrdiff_t>(9, std::ssize(words));
+    const bool commas = std::any_of(words.begin(), name, has_comma);
     fail_at(file, line.number,
             fmt::format("expected: {}{}", expected,
                         commas ? ", with blanks between them and no commas" : ""));

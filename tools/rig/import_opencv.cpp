@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // OpenCV's FileStorage files, XML or YAML.
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <opencv2/core.hpp>
 
@@ -47,7 +48,15 @@ class File {
       storage_.open(packed ? path : text_,
                     cv::FileStorage::READ | (packed ? 0 : cv::FileStorage::MEMORY));
     } catch (const cv::Exception& error) {
-      fail(fmt::format("not an OpenCV XML or YAML file: {}", error.err));
+      // A parser's error has "FILE(LINE): what" for its function.
+      const std::string& place = error.func;
+      const std::size_t end = place.find("): "), open = place.rfind('(', end);
+      std::size_t line = 0;
+      if (end != place.npos && open != place.npos)
+        std::from_chars(place.data() + open + 1, place.data() + end, line);
+      if (line == 0) fail(fmt::format("not an OpenCV XML or YAML file: {}", error.err));
+      fail_at(path_, line,
+              fmt::format("not an OpenCV XML or YAML file: {}", place.substr(end + 3)));
     }
     if (!storage_.isOpened() || !storage_.root().isMap()) fail("not an OpenCV XML or YAML file");
     refuse_other_models();
@@ -63,12 +72,20 @@ class File {
   cv::Mat find(Names names) const {
     const cv::FileNode node = node_of(names);
     if (node.empty()) return {};
+    // OpenCV takes memory for all that a matrix says it has before it looks how much there is.
+    constexpr double most_numbers = 1000.0;
     cv::Mat raw, result;
     try {
+      if (!node.isMap() || !node["sizes"].empty() ||
+          static_cast<double>(node["rows"]) * static_cast<double>(node["cols"]) > most_numbers)
+        throw cv::Exception();
       node >> raw;
       raw.convertTo(result, CV_64F);
-    } catch (const cv::Exception& error) {
-      fail_in(node, fmt::format("{} is no matrix: {}", node.name(), error.err));
+    } catch (const cv::Exception&) {
+      fail_in(node,
+              fmt::format("{} is no matrix of cv::FileStorage (!!opencv-matrix with rows, cols, "
+                          "dt and data)",
+                          node.name()));
     }
     if (!cv::checkRange(result))
       fail_in(node, fmt::format("{} holds a number that is not finite (NaN); the calibration did "
@@ -150,25 +167,26 @@ class File {
 
   // Coefficients of other models stand under the same names.
   void refuse_other_models() const {
-    const char* const what =
-        "{} is {}: its coefficients are those of another model than OpenCV's ordinary one (k1 k2 "
-        "p1 "
-        "p2 k3). Calibrate without the fisheye setting, or undistort the pictures first and "
-        "calibrate these";
+    const auto refuse = [&](const cv::FileNode& node, const std::string& value) {
+      fail_in(node, fmt::format("{} is {}: its coefficients are those of another model than "
+                                "OpenCV's ordinary one (k1 k2 p1 p2 k3). Calibrate without the "
+                                "fisheye setting, or undistort the pictures first and calibrate "
+                                "these",
+                                node.name(), value));
+    };
     const cv::FileNode flag = node_of(
         {"fisheye_model", "fisheye", "use_fisheye", "is_fisheye", "Calibrate_UseFisheyeModel"});
-    std::string value;
-    if (flag.isInt() || flag.isReal()) value = fmt::format("{:g}", static_cast<double>(flag));
-    if (flag.isString()) value = static_cast<std::string>(flag);
-    if (!value.empty() && value != "0" && plain_name(value) != "false" && plain_name(value) != "no")
-      fail_in(flag, fmt::format(fmt::runtime(what), flag.name(), value));
+    std::string set;
+    if (flag.isInt() || flag.isReal()) set = fmt::format("{:g}", static_cast<double>(flag));
+    if (flag.isString()) set = static_cast<std::string>(flag);
+    if (!set.empty() && set != "0" && plain_name(set) != "false" && plain_name(set) != "no")
+      refuse(flag, set);
     const cv::FileNode model =
         node_of({"distortion_model", "camera_model", "model_type", "model", "distortion_type"});
     if (!model.isString()) return;
-    const std::string name = static_cast<std::string>(model);
+    const auto name = static_cast<std::string>(model);
     for (const char* other : {"fisheye", "equidistant", "kannala", "omni", "mei", "fov", "eucm"})
-      if (plain_name(name).find(other) != std::string::npos)
-        fail_in(model, fmt::format(fmt::runtime(what), model.name(), name));
+      if (plain_name(name).find(other) != std::string::npos) refuse(model, name);
   }
 
   std::string path_, text_;

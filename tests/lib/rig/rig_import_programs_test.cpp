@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // Other programs' calibrations in the forms that people have: by hand, in part, of other models.
+#include <algorithm>
 #include "lib/rig/import_support.h"
+
 #include "rig/check.h"
 #include "rig/export.h"
 
@@ -213,6 +215,12 @@ TEST(RigImportPrograms, OpenCvsFiles) {
       "camera_matrix holds a number that is not finite (NaN)");
   refuses([](const std::string& file) { return with(file, "%YAML:1.0", "# by hand"); },
           "begin with %YAML:1.0");
+  refuses([](const std::string& file) { return with(file, "   dt: d\n", ""); },
+          "line 5: camera_matrix is no matrix of cv::FileStorage");
+  refuses([](const std::string& file) { return with(file, "rows: 3", "rows: 1000000000"); },
+          "line 5: camera_matrix is no matrix of cv::FileStorage");
+  refuses([](const std::string& file) { return with(file, "image_height:", "image_height: ["); },
+          "cam0.yml, line 5: not an OpenCV XML or YAML file: ");
   const std::string ros =
       "image_width: 640\nimage_height: 480\ncamera_name: left\ncamera_matrix:\n  rows: 3\n"
       "  cols: 3\n  data: [600, 0, 320, 0, 600, 240, 0, 0, 1]\ndistortion_model: plumb_bob\n";
