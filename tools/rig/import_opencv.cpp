@@ -4,6 +4,7 @@
 #include <charconv>
 #include <cmath>
 #include <opencv2/core.hpp>
+#include <stdexcept>
 
 #include "base/error.h"
 #include "rig/import.h"
@@ -57,6 +58,8 @@ class File {
       if (line == 0) fail(fmt::format("not an OpenCV XML or YAML file: {}", error.err));
       fail_at(path_, line,
               fmt::format("not an OpenCV XML or YAML file: {}", place.substr(end + 3)));
+    } catch (const std::logic_error&) {  // of its strings, for texts that end too early
+      fail("not an OpenCV XML or YAML file");
     }
     if (!storage_.isOpened() || !storage_.root().isMap()) fail("not an OpenCV XML or YAML file");
     refuse_other_models();
