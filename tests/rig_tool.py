@@ -196,6 +196,23 @@ def check_colours(folder, rig, cameras):
     assert "are well exposed" in run(*arguments, "cam0", fails=True)
 
 
+def check_import_notes(folder):
+    """Two instants of each camera, saved on Windows: four cameras, and a note."""
+    model = os.path.join(folder, "colmap")
+    run("export", "--format", "colmap", "-o", model)
+    images = os.path.join(model, "images.txt")
+    with open(images) as file:
+        lines = file.read()
+    with open(images, "w", encoding="utf-8-sig", newline="\r\n") as file:
+        file.write(lines.replace(".png", " (1).png") + lines.replace(".png", " (2).png"))
+    result = subprocess.run([TOOL, "import", "colmap", model], capture_output=True, text=True)
+    assert result.returncode == 0, result
+    assert [camera["name"] for camera in json.loads(result.stdout)["cameras"]] == \
+        ["cam0 (1)", "cam1 (1)", "cam2 (1)", "cam3 (1)"], result
+    assert "note: several images are of one camera at one place" in result.stderr, result
+    assert "'cam0 (1).png', not 'cam0 (2).png'" in result.stderr, result
+
+
 def main():
     with tempfile.TemporaryDirectory() as folder:
         text = run("export")
@@ -231,6 +248,7 @@ def main():
 
         assert "no forecast: The stage is 0.0024" in note, note
         check_plan(folder)
+        check_import_notes(folder)
 
         # A box off the middle of the stage.
         cameras = json.loads(text)["cameras"]
