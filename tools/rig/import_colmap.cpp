@@ -140,28 +140,36 @@ Image read_image(const std::map<int, Camera>& cameras, const std::string& file, 
   return image;
 }
 
+// Triples x y point.
+bool holds_points(const Line& line) {
+  const std::vector<std::string_view> words = words_of(line.text);
+  return words.size() % 3 == 0 && std::ranges::all_of(words, [](std::string_view word) {
+           return number_of(word).has_value();
+         });
+}
+
 // Throws where \p line, which comes behind that of \p image, is none of points.
 void check_points(const Image& image, const std::string& file, const Line& line) {
-  if (empty_or_comment(line)) return;
-  const std::vector<std::string_view> words = words_of(line.text);
-  if (words.size() % 3 == 0 &&
-      std::ranges::all_of(words, [](auto word) { return number_of(word).has_value(); }))
-    return;
-  fail_at(file, line.number,
-          fmt::format("the second line of image '{}' must be empty or hold triples of numbers (x y "
-                      "point); each image has two lines, the second one empty where there are no "
-                      "points",
-                      image.path));
+  if (!empty_or_comment(line) && !holds_points(line))
+    fail_at(file, line.number,
+            fmt::format("the second line of image '{}' must be empty or hold triples of numbers (x "
+                        "y point); each image has two lines, the second one empty where there are "
+                        "no points",
+                        image.path));
 }
 
 std::vector<Image> read_images(const std::map<int, Camera>& cameras, const std::string& file) {
   const std::string text = read_model_text(file);
   std::vector<Image> images;
-  bool points_follow = false;
+  bool points_follow = false, empty_before = false;
   for (const Line& line : lines_of(text)) {
     if (points_follow) {
       check_points(images.back(), file, line);
       points_follow = false;
+      empty_before = line.text.empty();
+    } else if (empty_before && holds_points(line) && words_of(line.text).size() != 9) {
+      // Of a file with an empty line behind each line; nine numbers may be an image without a name.
+      empty_before = false;
     } else if (!empty_or_comment(line)) {
       images.push_back(read_image(cameras, file, line));
       points_follow = true;

@@ -117,6 +117,11 @@ TEST(RigImportPrograms, ColmapsFilesByHand) {
                       "\n1.5 2.5 -1 3 4 17\n\n2 ", "\n# no points\n2 ");
   while (model.images.back() != 'g') model.images.pop_back();
   expect_same(model.import(), truth);
+  // An empty line behind each line.
+  model.images = with(with(model.images, "# no points", "1.5 2.5 -1 3 4 17"), "\n", "\n\n");
+  model.cameras = with(model.cameras, "\n", "\n\n");
+  expect_same(model.import(), truth);
+  refuses([&](Model& m) { m.images = head + "\n2 1 0 0 0 0 0 3 1\n"; }, "line 3: expected: id qw");
 }
 
 TEST(RigImportPrograms, KalibrsChains) {
