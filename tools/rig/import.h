@@ -34,13 +34,13 @@ struct Options {
 };
 
 /// Middlebury multi-view *_par.txt: a count, then "picture.png K(9) R(9) t(3)" per line. Names are
-/// the pictures' (distinct_names() of import_lines.h); sizes are read from the pictures where they
+/// the pictures' (distinct_names() of import/lines.h); sizes are read from the pictures where they
 /// lie beside the file.
 Rig middlebury(const std::string& file, const Options& options);
 
 /// Plain 3x4 projection matrices, row by row: 12 numbers per line, or three lines of four, any
 /// number of matrices in a file; blanks, commas or semicolons between numbers, decimal commas and
-/// Matlab's brackets as in rows_of() (import_lines.h). Headings, which begin with a word and hold
+/// Matlab's brackets as in rows_of() (import/lines.h). Headings, which begin with a word and hold
 /// fewer than three numbers, are skipped, and so is a fourth row 0 0 0 1.
 Rig projection_matrices(const std::vector<std::string>& files, const Options& options);
 

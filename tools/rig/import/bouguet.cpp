@@ -12,7 +12,7 @@
 
 #include "base/error.h"
 #include "rig/import.h"
-#include "rig/import_lines.h"
+#include "rig/import/lines.h"
 #include "text_file.h"
 
 namespace polyhull::import {

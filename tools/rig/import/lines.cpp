@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "rig/import_lines.h"
+#include "rig/import/lines.h"
 
 #include <algorithm>
 #include <charconv>

@@ -7,7 +7,7 @@
 #include "base/error.h"
 #include "base/picture.h"
 #include "rig/import.h"
-#include "rig/import_lines.h"
+#include "rig/import/lines.h"
 #include "rig/projection_matrix.h"
 #include "text_file.h"
 
