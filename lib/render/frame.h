@@ -37,6 +37,13 @@ enum class MirrorMode {
   plain,    ///< mixed in with a constant share, as in the prototype
 };
 
+/// What the colours beside an alpha below 1 are, of backgrounds and of composites alike (fill.h).
+enum class AlphaCoding {
+  straight,       ///< those of the covered part, as in GStreamer's video/x-raw
+  premultiplied,  ///< those times alpha
+  ignored,        ///< alpha says nothing of a background: all of it counts as opaque
+};
+
 /// How composites are drawn.
 struct RenderSettings {
   ShadowQuality shadow = ShadowQuality::good;
@@ -46,6 +53,7 @@ struct RenderSettings {
   float reflection_alpha = 0.3f;  ///< of MirrorMode::plain, 0..1
   /// Samples per pixel at the subject's edges, 0 and 1: hard edges; the processor takes up to 8.
   int edge_samples = 4;
+  AlphaCoding alpha = AlphaCoding::straight;
   bool soft_edges = false;  ///< outlines as soft as the mattes (soft_edge.h), not polygons
   bool skip = true;         ///< leave out what changes nothing; the picture is the same to the bit
   bool operator==(const RenderSettings&) const = default;

@@ -57,7 +57,9 @@ void Renderer::render_yuv(const RenderFrame& frame, const RenderPlan& plan,
     std::memcpy(drawn_.data() + static_cast<std::ptrdiff_t>(y) * stride + 4 * left,
                 background + static_cast<std::ptrdiff_t>(y) * background_stride + 4 * left,
                 4 * static_cast<std::size_t>(part.x + part.width - left));
-  render(frame, plan, settings, background, background_stride, drawn_.data(), stride);
+  RenderSettings opaque = settings;
+  opaque.alpha = AlphaCoding::ignored;
+  render(frame, plan, opaque, background, background_stride, drawn_.data(), stride);
   write_yuv({drawn_.data(), stride, 0, 0}, part, target);
 }
 

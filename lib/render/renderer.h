@@ -10,6 +10,7 @@
 ///                                               subject's image in it, R what it showed there; of
 ///                                               metal that is all there was, L'
 ///   out = (1 - a) L" + a C                      C the subject's own picture, a its coverage
+/// Over a background that is not opaque this becomes a fill and its key (fill.h).
 #pragma once
 
 #include <cstdint>
@@ -70,7 +71,8 @@ class Renderer {
                       const RenderSettings& settings, const std::uint8_t* background,
                       int background_stride, std::uint8_t* target, int target_stride) = 0;
 
-  /// As render(), but the changed part is written as video: \p target, which is no memory of the
+  /// As render(), but the changed part is written as video, without alpha: the background's is
+  /// ignored (AlphaCoding). \p target, which is no memory of the
   /// background, holds that already as write_yuv() makes it.
   virtual void render_yuv(const RenderFrame& frame, const RenderPlan& plan,
                           const RenderSettings& settings, const std::uint8_t* background,

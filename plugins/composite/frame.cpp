@@ -14,6 +14,7 @@
 #include "plugins/common/memory/depth_meta.h"
 #include "plugins/common/memory/planes_meta.h"
 #include "plugins/common/memory/video_frame.h"
+#include "render/fill.h"
 #include "studio/room/room.h"
 
 namespace polyhull::element {
@@ -89,6 +90,7 @@ void FrameComposer::prepare(const CompositeSettings& settings, const GstVideoInf
                             GstBuffer* background, const std::vector<GstAggregatorPad*>& meshes,
                             bool on_gpu) {
   settings_ = render_settings(settings);
+  view_ = settings.view;
   frame_.width = GST_VIDEO_INFO_WIDTH(&info);
   frame_.height = GST_VIDEO_INFO_HEIGHT(&info);
   frame_.planes = attached_planes(background);
@@ -192,15 +194,22 @@ bool FrameComposer::draws_with_gl(Backend wanted, bool on_gpu) {
 
 std::optional<unsigned> FrameComposer::draw(const FrameBuffers& buffers, GstBuffer* output,
                                             bool later) {
-  if (lens_.active()) {
+  const bool key = view_ == CompositeView::key, video = is_video_output(*buffers.output);
+  if (lens_.active() || (key && video)) {
     draw_through_lens(buffers, output);
-  } else if (with_gl_ && buffers.background_on_gpu && buffers.output_on_gpu) {
+  } else if (with_gl_ && buffers.background_on_gpu && buffers.output_on_gpu && !key) {
     draw_on_gpu(buffers, output);
-  } else if (is_video_output(*buffers.output)) {
+  } else if (video) {
     draw_as_video(buffers, output);
   } else {
-    return draw_in_memory(buffers, output, later && !on_gpu_);
+    const std::optional<unsigned> place =
+        draw_in_memory(buffers, output, later && !on_gpu_ && !key);
+    if (!key) return place;
   }
+  if (!key || video) return std::nullopt;
+  const MappedFrame target(*buffers.info, output, GST_MAP_READWRITE);
+  show_key(target.data(), target.stride(), GST_VIDEO_INFO_WIDTH(buffers.info),
+           GST_VIDEO_INFO_HEIGHT(buffers.info));
   return std::nullopt;
 }
 

@@ -59,7 +59,9 @@ class FrameComposer {
                const std::vector<GstAggregatorPad*>& meshes, bool on_gpu);
 
   /// Whether the background is the result as it is.
-  bool untouched() const { return plan_.untouched() && !lens_.finishes(plan_); }
+  bool untouched() const {
+    return plan_.untouched() && !lens_.finishes(plan_) && view_ == CompositeView::composite;
+  }
 
   /// What becomes of the frame, for the log.
   const char* drawn_by() const {
@@ -76,7 +78,8 @@ class FrameComposer {
   /// Draws what prepare() found. \p output holds the background already where it is in system
   /// memory and not the same buffer. Where OpenGL fails, the processor draws this frame and all that
   /// follow until reset(), and a warning says so; but Error where a picture is in OpenGL's memory.
-  /// With \p later OpenGL is not waited for where both are in system memory and RGBA: then the
+  /// With \p later OpenGL is not waited for where both are in system memory and RGBA, but for a
+  /// key: then the
   /// place is returned to take() the picture from, before the second draw() after this one.
   /// Throws Error.
   std::optional<unsigned> draw(const FrameBuffers& buffers, GstBuffer* output, bool later);
@@ -99,6 +102,8 @@ class FrameComposer {
   void draw_through_lens(const FrameBuffers& buffers, GstBuffer* output);
   void finish_picture(const std::uint8_t* background, int background_stride, std::uint8_t* target,
                       int target_stride);
+  void finish_translucent(const std::uint8_t* background, int background_stride,
+                          std::uint8_t* target, int target_stride, int width, int height);
   void set_lens(const CompositeSettings& settings, const GstVideoInfo& info, GstBuffer* background);
   void with_renderer(const std::function<void(Renderer&)>& work);
   bool run_gl(const std::function<void(Compositor&)>& work);  // false: it failed, and is given up
@@ -128,6 +133,7 @@ class FrameComposer {
   RenderFrame frame_;
   RenderPlan plan_;
   RenderSettings settings_;
+  CompositeView view_ = CompositeView::composite;
   LensPicture lens_;
   std::optional<Camera> viewport_before_;  // the last frame's, and its time
   GstClockTime time_before_ = GST_CLOCK_TIME_NONE;

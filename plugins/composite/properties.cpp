@@ -63,6 +63,24 @@ GType enum_type<MirrorMode>() {
 }
 
 template <>
+GType enum_type<AlphaCoding>() {
+  return register_enum<AlphaCoding>(
+      "PolyhullAlphaCoding",
+      {{AlphaCoding::straight, "The covered part's own: what GStreamer's RGBA means", "straight"},
+       {AlphaCoding::premultiplied, "Those times alpha, as they are added over another picture",
+        "premultiplied"}});
+}
+
+template <>
+GType enum_type<CompositeView>() {
+  return register_enum<CompositeView>(
+      "PolyhullCompositeView",
+      {{CompositeView::composite, "The composite; of a background that is not opaque, the fill",
+        "composite"},
+       {CompositeView::key, "Its alpha as an opaque grey picture", "key"}});
+}
+
+template <>
 GType enum_type<BlurRange>() {
   return register_enum<BlurRange>(
       "PolyhullBlurRange",
@@ -107,6 +125,12 @@ std::span<const Property<CompositeSettings>> composite_properties() {
           "How the subject's image in the scene's largest planar mirror is drawn."),
       property<&S::reflection_alpha>("reflection-alpha", "Reflection alpha",
                                      "Share of the mirror image in mirror=plain (0 to 1).", 0, 1),
+      property<&S::alpha>("alpha", "Alpha",
+                          "What the colours beside an alpha below 1 are, of the background and of "
+                          "the output alike. "
+                          "NV12 and I420 have no alpha: the background counts as opaque then."),
+      property<&S::view>("view", "View",
+                         "What the output shows: a switcher gets fill and key from two outputs."),
       property<&S::edge_samples>("edge-samples", "Edge samples",
                                  "Samples per pixel at the subject's edges (0 to 16; the processor "
                                  "takes 8 at most): 0 and 1 "
@@ -190,6 +214,7 @@ RenderSettings render_settings(const CompositeSettings& settings) {
   out.shadow_map_size = settings.shadow_map_size;
   out.mirror = settings.mirror;
   out.reflection_alpha = static_cast<float>(settings.reflection_alpha);
+  out.alpha = settings.alpha;
   out.edge_samples = settings.edge_samples;
   out.soft_edges = settings.soft_edges;
   out.skip = settings.skip;

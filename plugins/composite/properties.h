@@ -30,6 +30,12 @@ enum class BlurRange {
   picture,  ///< all
 };
 
+/// What of the composite goes out.
+enum class CompositeView {
+  composite,  ///< the picture
+  key,        ///< its alpha, as an opaque grey
+};
+
 /// Times in ns.
 struct CompositeSettings : ViewportSettings {
   std::string scene;
@@ -41,6 +47,8 @@ struct CompositeSettings : ViewportSettings {
   int shadow_map_size = RenderSettings{}.shadow_map_size;
   MirrorMode mirror = RenderSettings{}.mirror;
   double reflection_alpha = RenderSettings{}.reflection_alpha;
+  AlphaCoding alpha = RenderSettings{}.alpha;
+  CompositeView view = CompositeView::composite;
   int edge_samples = RenderSettings{}.edge_samples;
   bool soft_edges = RenderSettings{}.soft_edges;
   BlurRange depth_of_field = BlurRange::off, motion_blur = BlurRange::off;

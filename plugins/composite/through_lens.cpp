@@ -6,6 +6,7 @@
 #include "base/stopwatch.h"
 #include "plugins/common/memory/video_frame.h"
 #include "plugins/composite/frame.h"
+#include "render/fill.h"
 
 namespace polyhull::element {
 
@@ -61,21 +62,71 @@ void FrameComposer::finish_picture(const std::uint8_t* background, int backgroun
              });
   if (drawn) report(*drawn);
   statistics_.set("lens-ms", watch.milliseconds() - inside);
-  statistics_.count("through-lens");
+  if (lens_.active()) statistics_.count("through-lens");
 }
 
-/// In system memory, whatever draws and wherever the pictures come from.
+/// The same where \p background is not opaque: over each of the greys that tell its fill and key
+/// (render/fill.h), since no blur or resampling may mix colours that nobody sees.
+void FrameComposer::finish_translucent(const std::uint8_t* background, int background_stride,
+                                       std::uint8_t* target, int target_stride, int width,
+                                       int height) {
+  const AlphaCoding alpha = std::exchange(settings_.alpha, AlphaCoding::ignored);
+  const int stride = 4 * width;
+  std::vector<std::uint32_t> over[3], drawn[3];
+  for (int k = 0; k < 3; ++k) {
+    over[k].resize(static_cast<std::size_t>(width) * height);
+    for (int y = 0; y < height; ++y) {
+      std::uint32_t* row = &over[k][static_cast<std::size_t>(y) * width];
+      std::memcpy(row, background + static_cast<std::ptrdiff_t>(y) * background_stride,
+                  static_cast<std::size_t>(stride));
+      std::transform(row, row + width, row,
+                     [&](std::uint32_t pixel) { return over_grey(pixel, fill_greys[k], alpha); });
+    }
+    drawn[k] = over[k];
+    finish_picture(reinterpret_cast<const std::uint8_t*>(over[k].data()), stride,
+                   reinterpret_cast<std::uint8_t*>(drawn[k].data()), stride);
+  }
+  settings_.alpha = alpha;
+  for (int y = 0; y < height; ++y) {
+    const std::uint8_t* from = background + static_cast<std::ptrdiff_t>(y) * background_stride;
+    std::uint8_t* to = target + static_cast<std::ptrdiff_t>(y) * target_stride;
+    for (int x = 0; x < width; ++x) {
+      const std::size_t at = static_cast<std::size_t>(y) * width + x;
+      FillPixel pixel;
+      std::memcpy(&pixel.background, from + 4 * x, 4);
+      for (int k = 0; k < 3; ++k) {
+        pixel.over[k] = over[k][at];
+        pixel.ground[k] = drawn[k][at];
+      }
+      pixel.whole = pixel.ground[1];
+      const std::uint32_t fill = fill_of(pixel, alpha);
+      std::memcpy(to + 4 * x, &fill, 4);
+    }
+  }
+}
+
+/// In system memory, whatever draws and wherever the pictures come from; keys that become video, too,
+/// whose lens may change nothing.
 void FrameComposer::draw_through_lens(const FrameBuffers& buffers, GstBuffer* output) {
+  const int width = GST_VIDEO_INFO_WIDTH(buffers.info),
+            height = GST_VIDEO_INFO_HEIGHT(buffers.info);
+  const auto finish = [&](const std::uint8_t* from, int from_stride, std::uint8_t* to,
+                          int to_stride) {
+    if (lens_.active() && settings_.alpha != AlphaCoding::ignored &&
+        any_translucent(from, from_stride, {0, 0, width, height}))
+      finish_translucent(from, from_stride, to, to_stride, width, height);
+    else
+      finish_picture(from, from_stride, to, to_stride);
+  };
   if (output == buffers.background) {
     const MappedFrame both(*buffers.info, output, GST_MAP_READWRITE);
     check_strides(both.stride(), both.stride());
-    finish_picture(both.data(), both.stride(), both.data(), both.stride());
+    finish(both.data(), both.stride(), both.data(), both.stride());
     return;
   }
-  const int width = GST_VIDEO_INFO_WIDTH(buffers.info),
-            height = GST_VIDEO_INFO_HEIGHT(buffers.info);
   const MappedFrame background(*buffers.info, buffers.background, GST_MAP_READ);
   const bool video = is_video_output(*buffers.output);
+  if (video && view_ == CompositeView::composite) settings_.alpha = AlphaCoding::ignored;
   const MappedFrame target(video ? *buffers.output : *buffers.info, output,
                            video ? GST_MAP_WRITE : GST_MAP_READWRITE);
   std::uint8_t* drawn = target.data();
@@ -90,7 +141,8 @@ void FrameComposer::draw_through_lens(const FrameBuffers& buffers, GstBuffer* ou
   for (int y = 0; y < height; ++y)
     std::memcpy(drawn + static_cast<std::ptrdiff_t>(y) * stride,
                 background.data() + static_cast<std::ptrdiff_t>(y) * background.stride(), row);
-  finish_picture(background.data(), background.stride(), drawn, stride);
+  finish(background.data(), background.stride(), drawn, stride);
+  if (video && view_ == CompositeView::key) show_key(drawn, stride, width, height);
   if (video) write_yuv(drawn, stride, yuv_picture(target.frame()));
 }
 

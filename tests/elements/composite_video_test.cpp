@@ -54,6 +54,16 @@ std::vector<Plane> converted(const Plane& rgba) {
   return out;
 }
 
+/// A plain frame that is opaque: video has no alpha, and knows no fill.
+GstBuffer* opaque_frame(GstClockTime time, int padding) {
+  GstBuffer* buffer = frame(time, padding);
+  GstMapInfo map;
+  fail_unless(gst_buffer_map(buffer, &map, GST_MAP_WRITE));
+  for (gsize i = 3; i < map.size; i += 4) map.data[i] = 255;
+  gst_buffer_unmap(buffer, &map);
+  return buffer;
+}
+
 /// What three frames look like in \p format; the subject comes with the second and moves.
 std::vector<std::vector<Plane>> frames_as(const std::string& format, const char* backend) {
   Bench bench;
@@ -64,8 +74,8 @@ std::vector<std::vector<Plane>> frames_as(const std::string& format, const char*
   gst_harness_push(bench.mesh, mesh_buffer(frame_time(1)));
   for (int i = 0; i < 3; ++i) {
     gst_child_proxy_set(GST_CHILD_PROXY(bench.element), "mesh_0::translate-x", 0.1 * i, nullptr);
-    GstBuffer* picture =
-        bench.step(frame(frame_time(i), 32 * i), i == 0 ? nullptr : mesh_buffer(frame_time(i + 1)));
+    GstBuffer* picture = bench.step(opaque_frame(frame_time(i), 32 * i),
+                                    i == 0 ? nullptr : mesh_buffer(frame_time(i + 1)));
     fail_unless_equals_uint64(GST_BUFFER_PTS(picture), frame_time(i));
     fail_unless_equals_uint64(GST_BUFFER_DURATION(picture), 40 * GST_MSECOND);
     out.push_back(components(bench.background, picture));

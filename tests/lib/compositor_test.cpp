@@ -65,18 +65,19 @@ TEST_P(CompositorTest, EveryShaderCompiles) {
   link("fullscreen.vert", "shadow_tiles.frag", {});
   link("tiles.vert", "shadow_touched.frag", {});
   link("fullscreen.vert", "depth_picture.frag", {});
-  link("scene.vert", "mirrored_scene.frag", {lights}, {"material.glsl"});
+  link("scene.vert", "mirrored_scene.frag", {lights}, {"material.glsl", "lamps.glsl"});
   for (const char* step : {"GRID_STEP 1", "GRID_STEP 2"})
     for (const char* layers : {"SHADOW", "MIRROR_SHADOW", "MIRROR", "SUBJECT"})
-      link("tiles.vert", "composite.frag", {step, layers});
+      for (const char* fill : {"OPAQUE", "FILL"})
+        link("tiles.vert", "composite.frag", {step, layers, fill, lights}, {"lamps.glsl"});
   // Whatever is in shaders/ is one of these.
   for (const ShaderSource& shader : shader_sources()) {
     const std::string_view known[] = {
-        "common.glsl",         "composite.frag",      "depth.frag",        "fullscreen.vert",
-        "hull.frag",           "hull.vert",           "hull_depth.vert",   "scene.vert",
-        "material.glsl",       "shadow.frag",         "shadow_tiles.frag", "shadow_blur.frag",
-        "mirrored_scene.frag", "tiles.vert",          "place.glsl",        "scene_layer.frag",
-        "reach.frag",          "shadow_touched.frag", "depth_picture.frag"};
+        "common.glsl",         "composite.frag",      "depth.frag",         "fullscreen.vert",
+        "hull.frag",           "hull.vert",           "hull_depth.vert",    "scene.vert",
+        "material.glsl",       "shadow.frag",         "shadow_tiles.frag",  "shadow_blur.frag",
+        "mirrored_scene.frag", "tiles.vert",          "place.glsl",         "scene_layer.frag",
+        "reach.frag",          "shadow_touched.frag", "depth_picture.frag", "lamps.glsl"};
     EXPECT_NE(std::find(std::begin(known), std::end(known), shader.name), std::end(known))
         << shader.name << " is not compiled by this test";
   }

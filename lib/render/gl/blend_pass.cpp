@@ -40,10 +40,6 @@ void set_mirror(const PassInput& in, gl::Program& blend) {
   const Mirror* m = mirror_of(in.frame, in.plan);
   const SceneMesh& mesh = in.frame.scene->meshes[static_cast<std::size_t>(m->mesh)];
   const Material& material = in.frame.scene->materials[static_cast<std::size_t>(mesh.material)];
-  const PixelRays rays(resized(in.frame.viewport, in.frame.width, in.frame.height));
-  blend.set("ray_x", rays.x);
-  blend.set("ray_y", rays.y);
-  blend.set("ray_0", rays.origin);
   blend.set("mirror_normal", m->normal);
   blend.set("mirror_f0", material.f0());
   blend.set("only_mirrors", material.only_mirrors());
@@ -55,14 +51,20 @@ void set_mirror(const PassInput& in, gl::Program& blend) {
 
 gl::Program& BlendPass::program(const Kind& kind, int step) {
   gl::Program& program =
-      programs_[kind.shadow][kind.mirror_shadow][kind.mirror][kind.subject][step - 1];
+      programs_[kind.shadow][kind.mirror_shadow][kind.mirror][kind.subject][kind.fill][step - 1];
   if (program.made()) return program;
   std::vector<std::string> defines{"GRID_STEP " + std::to_string(step)};
   if (kind.shadow) defines.emplace_back("SHADOW");
   if (kind.mirror_shadow) defines.emplace_back("MIRROR_SHADOW");
   if (kind.mirror) defines.emplace_back("MIRROR");
   if (kind.subject) defines.emplace_back("SUBJECT");
-  return program = gl::Program("tiles.vert", "composite.frag", defines);
+  std::vector<std::string> includes;
+  if (kind.fill) {
+    defines.emplace_back("FILL");
+    defines.push_back(lamps_define());
+    includes.emplace_back("lamps.glsl");
+  }
+  return program = gl::Program("tiles.vert", "composite.frag", defines, includes);
 }
 
 void BlendPass::set_layers(const PassInput& in, const BlendLayers& layers, const Kind& kind,
@@ -74,7 +76,7 @@ void BlendPass::set_layers(const PassInput& in, const BlendLayers& layers, const
   bind(0, "background", layers.background);
   if (kind.shadow || kind.mirror_shadow) {
     const Light& light = in.frame.lights[static_cast<std::size_t>(in.plan.light)];
-    blend.set("light_power", light_power(light) * in.frame.exposure);
+    blend.set("main_power", light_power(light) * in.frame.exposure);
     bind(1, "surface", layers.direct.albedo());
   }
   if (kind.shadow) bind(2, "taken", layers.shadow.taken());
@@ -88,6 +90,18 @@ void BlendPass::set_layers(const PassInput& in, const BlendLayers& layers, const
     bind(9, "mirrored_taken", layers.mirror_shadow.taken());
   }
   if (kind.mirror || kind.mirror_shadow) set_mirror(in, blend);
+  const bool lit = kind.fill && kind.shadow;
+  if (kind.mirror || kind.mirror_shadow || lit) {
+    const PixelRays rays(resized(in.frame.viewport, in.frame.width, in.frame.height));
+    blend.set("ray_x", rays.x);
+    blend.set("ray_y", rays.y);
+    blend.set("ray_0", rays.origin);
+  }
+  if (kind.fill) blend.set("premultiplied", in.settings.alpha == AlphaCoding::premultiplied);
+  if (!lit) return;
+  set_lamps(blend, in.frame);
+  blend.set("eye", glm::vec3(in.plan.eye));
+  bind(10, "normals", layers.direct.normals());
 }
 
 void BlendPass::draw(const PassInput& in, const BlendLayers& layers) {
@@ -105,7 +119,8 @@ void BlendPass::draw(const PassInput& in, const BlendLayers& layers) {
     for (const bool shaded : {true, false}) {
       if (shaded ? !has_shadow : !kind.mirror && !kind.subject) continue;
       if (!shaded && has_shadow && !may) continue;  // all tiles count as shaded
-      const Kind layered{shaded && seen, shaded && mirrored, kind.mirror, kind.subject};
+      const Kind layered{shaded && seen, shaded && mirrored, kind.mirror, kind.subject,
+                         in.translucent};
       gl::Program& blend = program(layered, shaded ? layers.direct.grid().step : 1);
       blend.use();
       set_layers(in, layers, layered, blend);

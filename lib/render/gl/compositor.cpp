@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "render/fill.h"
 #include "render/gl/background_texture.h"
 #include "render/gl/objects/pixel_query.h"
 #include "render/gl/objects/pixel_readings.h"
@@ -59,8 +60,7 @@ struct Compositor::State {
   void use_scene(const RenderFrame& frame);
   void upload_subjects(const RenderFrame& frame, const RenderPlan& plan,
                        const RenderSettings& settings);
-  void draw_layers(const RenderFrame& frame, const RenderPlan& plan, const RenderSettings& settings,
-                   GLuint background_texture);
+  void draw_layers(const PassInput& in, GLuint background_texture);
   bool draw_scene(const PassInput& in);
   void draw_shadows(const PassInput& in);
   void draw_front(const PassInput& in);
@@ -189,9 +189,9 @@ void Compositor::State::draw_shadows(const PassInput& in) {
     mirror_shadow.draw(in, maps, mirrored_layers, plan.mirror_shadow, asked);
 }
 
-void Compositor::State::draw_layers(const RenderFrame& frame, const RenderPlan& plan,
-                                    const RenderSettings& settings, GLuint background_texture) {
-  const PassInput in{frame, plan, settings, scene, subjects, timer};
+void Compositor::State::draw_layers(const PassInput& in, GLuint background_texture) {
+  const RenderFrame& frame = in.frame;
+  const RenderPlan& plan = in.plan;
   glDisable(GL_BLEND);
   glDisable(GL_DITHER);
   const bool shadows = !plan.shadow.empty() || !plan.mirror_shadow.empty();
@@ -235,7 +235,7 @@ void Compositor::State::finish(const RenderPlan& plan) {
   glPixelStorei(GL_PACK_ROW_LENGTH, 0);
   glPixelStorei(GL_UNPACK_ROW_LENGTH, 0);
   glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
-  for (int unit = 9; unit >= 0; --unit) {
+  for (int unit = 10; unit >= 0; --unit) {
     gl::bind_texture(unit, GL_TEXTURE_2D, 0);
     glBindTexture(GL_TEXTURE_2D_ARRAY, 0);
   }
@@ -279,10 +279,11 @@ void Compositor::render(const RenderFrame& frame, const RenderPlan& plan,
   s.use_scene(frame);
   s.upload_subjects(frame, plan, settings);
   s.timer.end();
-  s.draw_layers(frame, plan, settings, background);
+  const PassInput in{
+      frame, plan, settings, s.scene, s.subjects, s.timer, settings.alpha != AlphaCoding::ignored};
+  s.draw_layers(in, background);
   s.timer.begin(Pass::blend);
   s.copy(background, target, {0, 0, frame.width, frame.height});
-  const PassInput in{frame, plan, settings, s.scene, s.subjects, s.timer};
   s.draw_blend(in, background, target);
   s.timer.end();
   s.finish(plan);
@@ -307,8 +308,15 @@ void Compositor::draw(const RenderFrame& frame, const RenderPlan& plan,
   s.statistics.background_bytes_uploaded = bytes;
   s.statistics.bytes_uploaded += bytes;
   s.timer.end();
-  s.draw_layers(frame, plan, settings, s.background.get());
-  const PassInput in{frame, plan, settings, s.scene, s.subjects, s.timer};
+  const PassInput in{frame,
+                     plan,
+                     settings,
+                     s.scene,
+                     s.subjects,
+                     s.timer,
+                     settings.alpha != AlphaCoding::ignored &&
+                         any_translucent(background, background_stride, part)};
+  s.draw_layers(in, s.background.get());
   s.timer.begin(Pass::blend);
   s.copy(s.background.get(), s.output.get(), changed);
   blended.begin();

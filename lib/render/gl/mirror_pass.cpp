@@ -4,13 +4,14 @@
 #include "render/gl/passes.h"
 
 namespace polyhull {
-namespace {
 
-constexpr std::size_t max_lights = 8;
+std::string lamps_define() {
+  return "MAX_LIGHTS " + std::to_string(max_lamps);
+}
 
-void set_lights(gl::Program& program, const RenderFrame& frame) {
+void set_lamps(gl::Program& program, const RenderFrame& frame) {
   std::vector<glm::vec3> positions, normals, powers;
-  for (std::size_t i = 0; i < std::min(frame.lights.size(), max_lights); ++i) {
+  for (std::size_t i = 0; i < std::min(frame.lights.size(), max_lamps); ++i) {
     positions.push_back(frame.lights[i].centre);
     normals.push_back(light_normal(frame.lights[i]));
     powers.push_back(light_power(frame.lights[i]) * frame.exposure);
@@ -19,9 +20,8 @@ void set_lights(gl::Program& program, const RenderFrame& frame) {
   program.set("light_position", std::span<const glm::vec3>(positions));
   program.set("light_normal", std::span<const glm::vec3>(normals));
   program.set("light_power", std::span<const glm::vec3>(powers));
+  program.set("ambient", frame.ambient * frame.exposure);
 }
-
-}  // namespace
 
 void MirrorPass::draw(const PassInput& in, GLuint background, GLuint scene_depth) {
   const Mirror& mirror = *mirror_of(in.frame, in.plan);
@@ -32,8 +32,8 @@ void MirrorPass::draw(const PassInput& in, GLuint background, GLuint scene_depth
   if (!depth_.made()) {
     depth_ = gl::Program("scene.vert", "depth.frag");
     clipped_depth_ = gl::Program("scene.vert", "depth.frag", {"CLIPPED"});
-    scene_ = gl::Program("scene.vert", "mirrored_scene.frag",
-                         {"MAX_LIGHTS " + std::to_string(max_lights)}, {"material.glsl"});
+    scene_ = gl::Program("scene.vert", "mirrored_scene.frag", {lamps_define()},
+                         {"material.glsl", "lamps.glsl"});
   }
   const Rectangle part = whole_tiles(in.plan.mirror, in.frame.width, in.frame.height);
   image_.resize(in.frame.width, in.frame.height, in.settings.edge_samples);
@@ -85,9 +85,9 @@ void MirrorPass::draw(const PassInput& in, GLuint background, GLuint scene_depth
   scene_.set("clip_from_scene_direct", direct);
   scene_.set("plane", plane);
   scene_.set("eye", glm::vec3(in.plan.eye));
-  scene_.set("ambient", in.frame.ambient * in.frame.exposure);
   scene_.set("exposure", in.frame.exposure);
-  set_lights(scene_, in.frame);
+  scene_.set("translucent", in.translucent);
+  set_lamps(scene_, in.frame);
   gl::bind_texture(0, GL_TEXTURE_2D, background);
   gl::bind_texture(1, GL_TEXTURE_2D, scene_depth);
   glBindSampler(2, 0);

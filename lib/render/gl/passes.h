@@ -5,6 +5,7 @@
 
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "render/frame.h"
@@ -27,7 +28,15 @@ struct PassInput {
   const SceneBuffers& scene;
   std::vector<SubjectBuffers>& subjects;  ///< as RenderPlan::subjects
   gl::PassTimer& timer;
+  bool translucent = false;  ///< the background may have an alpha below 1 that counts
 };
+
+/// Lamps that shaders/lamps.glsl adds up; how many it knows is its define.
+inline constexpr std::size_t max_lamps = 8;
+std::string lamps_define();
+
+/// Sets the frame's lamps and even light for \p program, which includes lamps.glsl.
+void set_lamps(gl::Program& program, const RenderFrame& frame);
 
 /// The programs of shaders/hull.vert and hull.frag: subjects in the views' colours.
 class SkinPrograms {
@@ -175,13 +184,13 @@ class BlendPass {
 
  private:
   struct Kind {
-    bool shadow = false, mirror_shadow = false, mirror = false, subject = false;
+    bool shadow = false, mirror_shadow = false, mirror = false, subject = false, fill = false;
   };
   gl::Program& program(const Kind& kind, int step);
   void set_layers(const PassInput& in, const BlendLayers& layers, const Kind& kind,
                   gl::Program& blend);
 
-  gl::Program programs_[2][2][2][2][2];  // by the kind, in its order, and the grid's step - 1
+  gl::Program programs_[2][2][2][2][2][2];  // by the kind, in its order, and the grid's step - 1
   TileDrawing drawing_;
 };
 

@@ -57,6 +57,8 @@ class SceneLayers {
   GLuint depth() { return layer_.depth(); }
   /// Albedo / pi, 1/z; on LayerView::mirror_mesh -1/z. Only with surfaces.
   GLuint albedo() { return layer_.colour(0); }
+  /// Normals, 1/z. Only with surfaces.
+  GLuint normals() { return layer_.colour(1); }
   /// What of the picture is drawn.
   const Rectangle& part() const { return part_; }
   const ShadowGrid& grid() const { return key_->grid; }

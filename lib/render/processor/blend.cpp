@@ -127,8 +127,13 @@ void Blend::blend_piece(int x, int end, int y, const Span& over, const Span& mir
   progress.touched.left = std::min(progress.touched.left, x);
   progress.touched.right = std::max(progress.touched.right, end);
   std::uint32_t made[BlendPixels::count];
+  const bool opaque =
+      settings_.alpha == AlphaCoding::ignored ||
+      std::all_of(pixels.background + (x - first), pixels.background + (end - first),
+                  [](std::uint32_t pixel) { return pixel >> 24 == 255; });
   progress.changed += static_cast<std::uint64_t>(
-      loops().blend(pixels, power_, srgb_to_linear_table(), srgb_lines(), made));
+      opaque ? loops().blend(pixels, power_, srgb_to_linear_table(), srgb_lines(), made)
+             : blend_translucent(x, end, y, piece, made));
   progress.shaded += static_cast<std::uint64_t>(end - x);
   std::memcpy(out.at(x, y), made + (x - first), 4 * static_cast<std::size_t>(end - x));
 }

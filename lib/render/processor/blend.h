@@ -87,6 +87,8 @@ class Blend {
                  Progress& progress);
   void blend_piece(int x, int end, int y, const Span& over, const Span& mirrored,
                    const Missing& missing, const PixelRows& out, Piece& piece, Progress& progress);
+  int blend_translucent(int x, int end, int y, const Piece& piece, std::uint32_t* made) const;
+  float share_taken(int x, int y, float taken) const;
   void fill_ground(int x, int end, int y, const float* taken, BlendPixels& pixels);
   static void fill_subject(int x, int end, const Span& over, BlendPixels& pixels);
   void fill_mirror(int x, int end, int y, const Span& mirrored, const float* taken,

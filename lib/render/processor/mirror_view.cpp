@@ -9,13 +9,29 @@
 
 namespace polyhull::processor {
 
+Vec3f lamps_irradiance(const RenderFrame& frame, const Vec3f& point, const Vec3f& normal) {
+  Vec3f irradiance = frame.ambient * frame.exposure;
+  for (const Light& light : frame.lights) {
+    const Vec3f to = light.centre - point;
+    const float distance_2 = glm::dot(to, to);
+    const Vec3f direction = to / std::sqrt(distance_2);
+    const float exit =
+        light.is_area() ? std::max(-glm::dot(light_normal(light), direction), 0.0f) : 1.0f;
+    irradiance += light_power(light) * frame.exposure *
+                  (std::max(glm::dot(normal, direction), 0.0f) * exit / distance_2);
+  }
+  return irradiance;
+}
+
 MirrorView::MirrorView(const RenderFrame& frame, const RenderPlan& plan, const TracedScene& scene,
-                       const SceneLayer& mirrored, const std::uint8_t* background, int stride)
+                       const SceneLayer& mirrored, const std::uint8_t* background, int stride,
+                       AlphaCoding alpha)
     : frame_(frame),
       scene_(scene),
       mirrored_(mirrored),
       background_(background),
       stride_(stride),
+      alpha_(alpha),
       mirror_(*mirror_of(frame, plan)) {
   pixels_from_scene_ = pixels_from_clip(frame.width, frame.height) * plan.clip_from_scene;
   eye_ = Vec3f(plan.eye);
@@ -46,12 +62,17 @@ Vec3f MirrorView::looked_up(const Vec3f& point, bool& found) const {
   if (scene_.caster().occluded(ray)) return Vec3f(0.0f);
   const int x = std::min(static_cast<int>(u), std::max(frame_.width - 2, 0));
   const int y = std::min(static_cast<int>(v), std::max(frame_.height - 2, 0));
+  const auto there = [&](int i, int j) {
+    return background_ + static_cast<std::ptrdiff_t>(std::min(j, frame_.height - 1)) * stride_ +
+           4 * static_cast<std::ptrdiff_t>(std::min(i, frame_.width - 1));
+  };
+  if (alpha_ != AlphaCoding::ignored &&
+      (there(x, y)[3] & there(x + 1, y)[3] & there(x, y + 1)[3] & there(x + 1, y + 1)[3]) != 255)
+    return Vec3f(0.0f);
   found = true;
   const auto a = static_cast<float>(u - x), b = static_cast<float>(v - y);
   const auto pixel = [&](int i, int j) {
-    const std::uint8_t* p = background_ +
-                            static_cast<std::ptrdiff_t>(std::min(j, frame_.height - 1)) * stride_ +
-                            4 * static_cast<std::ptrdiff_t>(std::min(i, frame_.width - 1));
+    const std::uint8_t* p = there(i, j);
     return Vec3f(srgb_to_linear(p[0]), srgb_to_linear(p[1]), srgb_to_linear(p[2]));
   };
   return (1.0f - b) * ((1.0f - a) * pixel(x, y) + a * pixel(x + 1, y)) +
@@ -74,16 +95,7 @@ Vec3f MirrorView::shown(int x, int y) const {
   }
   Vec3f normal = surface.normal;
   if (glm::dot(normal, way) > 0.0f) normal = -normal;
-  Vec3f irradiance = frame_.ambient * frame_.exposure;
-  for (const Light& light : frame_.lights) {
-    const Vec3f to = light.centre - surface.point;
-    const float distance_2 = glm::dot(to, to);
-    const Vec3f direction = to / std::sqrt(distance_2);
-    const float exit =
-        light.is_area() ? std::max(-glm::dot(light_normal(light), direction), 0.0f) : 1.0f;
-    irradiance += light_power(light) * frame_.exposure *
-                  (std::max(glm::dot(normal, direction), 0.0f) * exit / distance_2);
-  }
+  const Vec3f irradiance = lamps_irradiance(frame_, surface.point, normal);
   Vec3f albedo = scene_.base_colour(hit);
   if (material.is_mirror()) {
     const float cosine = std::abs(glm::dot(normal, glm::normalize(way)));

@@ -10,12 +10,18 @@
 
 namespace polyhull::processor {
 
+/// The irradiance times exposure that the frame's lamps, taken for points, and its even light give
+/// where nothing stands before them.
+Vec3f lamps_irradiance(const RenderFrame& frame, const Vec3f& point, const Vec3f& normal);
+
 class MirrorView {
  public:
   /// \p mirrored is the scene as the mirror shows it, drawn wherever shown() is asked.
-  /// \p background: RGBA rows \p stride bytes apart. All must outlive this.
+  /// \p background: RGBA rows \p stride bytes apart, of which \p alpha says whether they may be not
+  /// opaque: nothing is looked up there. All must outlive this.
   MirrorView(const RenderFrame& frame, const RenderPlan& plan, const TracedScene& scene,
-             const SceneLayer& mirrored, const std::uint8_t* background, int stride);
+             const SceneLayer& mirrored, const std::uint8_t* background, int stride,
+             AlphaCoding alpha);
 
   /// The linear picture value that the mirror shows at pixel (x, y), before Fresnel's share.
   Vec3f shown(int x, int y) const;
@@ -37,6 +43,7 @@ class MirrorView {
   const SceneLayer& mirrored_;
   const std::uint8_t* background_;
   int stride_;
+  AlphaCoding alpha_;
   const Mirror& mirror_;
   Mat4 pixels_from_scene_;
   Vec3f eye_, mirrored_eye_, f0_;

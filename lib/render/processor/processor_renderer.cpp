@@ -226,7 +226,9 @@ void ProcessorRenderer::render(const RenderFrame& frame, const RenderPlan& plan,
 void ProcessorRenderer::render_yuv(const RenderFrame& frame, const RenderPlan& plan,
                                    const RenderSettings& settings, const std::uint8_t* background,
                                    int background_stride, const YuvPicture& target) {
-  draw(frame, plan, settings, background, background_stride, {nullptr, 0, &target});
+  RenderSettings opaque = settings;
+  opaque.alpha = AlphaCoding::ignored;
+  draw(frame, plan, opaque, background, background_stride, {nullptr, 0, &target});
 }
 
 void ProcessorRenderer::draw(const RenderFrame& frame, const RenderPlan& plan,
@@ -269,7 +271,7 @@ void ProcessorRenderer::draw(const RenderFrame& frame, const RenderPlan& plan,
       s.background_copy.assign(background, background + size);
       unchanged = s.background_copy.data();
     }
-    mirror.emplace(frame, plan, *s.scene, s.mirrored, unchanged, background_stride);
+    mirror.emplace(frame, plan, *s.scene, s.mirrored, unchanged, background_stride, settings.alpha);
   }
   Blend blend(s, frame, plan, settings, mirror ? &*mirror : nullptr, background, background_stride,
               target);
