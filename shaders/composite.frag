@@ -107,7 +107,8 @@ float share_taken(ivec2 pixel, vec3 lost) {
   float taken = dot(lost, vec3(1.0)) / max(dot(own.rgb * main_power, vec3(1.0)), 1e-30);
   // Of a grey surface: on a coloured one it is the same, and black alone has no colour to say more.
   const vec3 luminance = vec3(0.2126, 0.7152, 0.0722);
-  float all = dot(luminance, lamps_irradiance(eye + way, normal));
+  const float indirect = 0.25;  // where a lamp hardly shines, others' light is what there is
+  float all = dot(luminance, lamps_irradiance(eye + way, normal, indirect));
   return min(taken * dot(luminance, main_power) / max(all, 1e-30), 1.0);
 }
 #endif

@@ -6,14 +6,15 @@ uniform vec3 light_normal[MAX_LIGHTS];  // 0: a point light
 uniform vec3 light_power[MAX_LIGHTS];   // radiance * area, or intensity; times exposure
 uniform vec3 ambient;                   // irradiance times exposure
 
-vec3 lamps_irradiance(vec3 point, vec3 normal) {
+// Each falls on the surface with a cosine of least at least.
+vec3 lamps_irradiance(vec3 point, vec3 normal, float least) {
   vec3 sum = ambient;
   for (int i = 0; i < lights; ++i) {
     vec3 way = light_position[i] - point;
     float distance_2 = dot(way, way);
     vec3 direction = way * inversesqrt(distance_2);
     float exit = light_normal[i] == vec3(0.0) ? 1.0 : max(-dot(light_normal[i], direction), 0.0);
-    sum += light_power[i] * max(dot(normal, direction), 0.0) * exit / distance_2;
+    sum += light_power[i] * max(dot(normal, direction), least) * exit / distance_2;
   }
   return sum;
 }

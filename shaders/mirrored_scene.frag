@@ -33,6 +33,6 @@ void main() {
   vec3 normal = normalize(world_normal);
   vec3 mirrored_eye = eye - 2.0 * (dot(plane.xyz, eye) + plane.w) * plane.xyz;
   if (dot(normal, mirrored_eye - world) < 0.0) normal = -normal;
-  vec3 sum = lamps_irradiance(world, normal);
+  vec3 sum = lamps_irradiance(world, normal, 0.0);
   radiance = vec4(min(diffuse_albedo(uv, dot(normal, normalize(mirrored_eye - world))) / PI * sum + emission * exposure, 1.0), 1.0);
 }

@@ -39,9 +39,9 @@ enum class MirrorMode {
 
 /// What the colours beside an alpha below 1 are, of backgrounds and of composites alike (fill.h).
 enum class AlphaCoding {
+  ignored,        ///< alpha says nothing of a background: all of it counts as opaque
   straight,       ///< those of the covered part, as in GStreamer's video/x-raw
   premultiplied,  ///< those times alpha
-  ignored,        ///< alpha says nothing of a background: all of it counts as opaque
 };
 
 /// How composites are drawn.
@@ -53,7 +53,7 @@ struct RenderSettings {
   float reflection_alpha = 0.3f;  ///< of MirrorMode::plain, 0..1
   /// Samples per pixel at the subject's edges, 0 and 1: hard edges; the processor takes up to 8.
   int edge_samples = 4;
-  AlphaCoding alpha = AlphaCoding::straight;
+  AlphaCoding alpha = AlphaCoding::ignored;
   bool soft_edges = false;  ///< outlines as soft as the mattes (soft_edge.h), not polygons
   bool skip = true;         ///< leave out what changes nothing; the picture is the same to the bit
   bool operator==(const RenderSettings&) const = default;

@@ -100,10 +100,15 @@ class FrameComposer {
                                          bool later);
   void draw_as_video(const FrameBuffers& buffers, GstBuffer* output);
   void draw_through_lens(const FrameBuffers& buffers, GstBuffer* output);
-  void finish_picture(const std::uint8_t* background, int background_stride, std::uint8_t* target,
-                      int target_stride);
-  void finish_translucent(const std::uint8_t* background, int background_stride,
-                          std::uint8_t* target, int target_stride, int width, int height);
+  /// What of a frame through the lens is the renderer's.
+  struct LensWork {
+    double inside = 0.0;  ///< ms
+    std::optional<RenderStatistics> drawn;
+  };
+  void lens_over(const std::uint8_t* background, int background_stride, std::uint8_t* target,
+                 int target_stride, LensWork& work);
+  void lens_over_greys(const std::uint8_t* background, int background_stride, std::uint8_t* target,
+                       int target_stride, int width, int height, LensWork& work);
   void set_lens(const CompositeSettings& settings, const GstVideoInfo& info, GstBuffer* background);
   void with_renderer(const std::function<void(Renderer&)>& work);
   bool run_gl(const std::function<void(Compositor&)>& work);  // false: it failed, and is given up

@@ -47,7 +47,7 @@ struct CompositeSettings : ViewportSettings {
   int shadow_map_size = RenderSettings{}.shadow_map_size;
   MirrorMode mirror = RenderSettings{}.mirror;
   double reflection_alpha = RenderSettings{}.reflection_alpha;
-  AlphaCoding alpha = RenderSettings{}.alpha;
+  AlphaCoding alpha = AlphaCoding::straight;
   CompositeView view = CompositeView::composite;
   int edge_samples = RenderSettings{}.edge_samples;
   bool soft_edges = RenderSettings{}.soft_edges;

@@ -42,34 +42,28 @@ void FrameComposer::set_lens(const CompositeSettings& settings, const GstVideoIn
 }
 
 /// Brings the composite through the lens into \p target, which holds the background.
-void FrameComposer::finish_picture(const std::uint8_t* background, int background_stride,
-                                   std::uint8_t* target, int target_stride) {
-  double inside = 0.0;  // the renderer's own time
-  std::optional<RenderStatistics> drawn;
-  const Stopwatch watch;
+void FrameComposer::lens_over(const std::uint8_t* background, int background_stride,
+                              std::uint8_t* target, int target_stride, LensWork& work) {
   lens_.draw(frame_, plan_, number_, background, background_stride, target, target_stride,
              [&](const RenderPlan& plan, const std::uint8_t* from, int from_stride,
                  std::uint8_t* to, int to_stride) {
                const Stopwatch own;
                with_renderer([&](Renderer& renderer) {
                  renderer.render(frame_, plan, settings_, from, from_stride, to, to_stride);
-                 if (drawn)
-                   drawn->add(renderer.statistics());
+                 if (work.drawn)
+                   work.drawn->add(renderer.statistics());
                  else
-                   drawn = renderer.statistics();
+                   work.drawn = renderer.statistics();
                });
-               inside += own.milliseconds();
+               work.inside += own.milliseconds();
              });
-  if (drawn) report(*drawn);
-  statistics_.set("lens-ms", watch.milliseconds() - inside);
-  if (lens_.active()) statistics_.count("through-lens");
 }
 
 /// The same where \p background is not opaque: over each of the greys that tell its fill and key
 /// (render/fill.h), since no blur or resampling may mix colours that nobody sees.
-void FrameComposer::finish_translucent(const std::uint8_t* background, int background_stride,
-                                       std::uint8_t* target, int target_stride, int width,
-                                       int height) {
+void FrameComposer::lens_over_greys(const std::uint8_t* background, int background_stride,
+                                    std::uint8_t* target, int target_stride, int width, int height,
+                                    LensWork& work) {
   const AlphaCoding alpha = std::exchange(settings_.alpha, AlphaCoding::ignored);
   const int stride = 4 * width;
   std::vector<std::uint32_t> over[3], drawn[3];
@@ -83,8 +77,8 @@ void FrameComposer::finish_translucent(const std::uint8_t* background, int backg
                      [&](std::uint32_t pixel) { return over_grey(pixel, fill_greys[k], alpha); });
     }
     drawn[k] = over[k];
-    finish_picture(reinterpret_cast<const std::uint8_t*>(over[k].data()), stride,
-                   reinterpret_cast<std::uint8_t*>(drawn[k].data()), stride);
+    lens_over(reinterpret_cast<const std::uint8_t*>(over[k].data()), stride,
+              reinterpret_cast<std::uint8_t*>(drawn[k].data()), stride, work);
   }
   settings_.alpha = alpha;
   for (int y = 0; y < height; ++y) {
@@ -112,11 +106,16 @@ void FrameComposer::draw_through_lens(const FrameBuffers& buffers, GstBuffer* ou
             height = GST_VIDEO_INFO_HEIGHT(buffers.info);
   const auto finish = [&](const std::uint8_t* from, int from_stride, std::uint8_t* to,
                           int to_stride) {
+    LensWork work;
+    const Stopwatch watch;
     if (lens_.active() && settings_.alpha != AlphaCoding::ignored &&
         any_translucent(from, from_stride, {0, 0, width, height}))
-      finish_translucent(from, from_stride, to, to_stride, width, height);
+      lens_over_greys(from, from_stride, to, to_stride, width, height, work);
     else
-      finish_picture(from, from_stride, to, to_stride);
+      lens_over(from, from_stride, to, to_stride, work);
+    if (work.drawn) report(*work.drawn);
+    statistics_.set("lens-ms", watch.milliseconds() - work.inside);
+    if (lens_.active()) statistics_.count("through-lens");
   };
   if (output == buffers.background) {
     const MappedFrame both(*buffers.info, output, GST_MAP_READWRITE);

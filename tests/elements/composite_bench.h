@@ -47,7 +47,7 @@ inline GstBuffer* mesh_buffer(GstClockTime time, const Mesh& mesh = subject().me
 
 inline constexpr std::uint8_t grey = 90;
 
-/// A plain frame; \p padding more bytes per row than needed, told by a GstVideoMeta.
+/// A plain frame, alpha included; \p padding more bytes per row than needed, told by a GstVideoMeta.
 inline GstBuffer* frame(GstClockTime time, int padding = 0) {
   const gsize stride = 4 * width + static_cast<gsize>(padding);
   GstBuffer* buffer = gst_buffer_new_allocate(nullptr, stride * height, nullptr);
@@ -58,6 +58,16 @@ inline GstBuffer* frame(GstClockTime time, int padding = 0) {
                                  height, 1, offsets, strides);
   GST_BUFFER_PTS(buffer) = time;
   GST_BUFFER_DURATION(buffer) = 40 * GST_MSECOND;
+  return buffer;
+}
+
+/// The same, but opaque: nothing of it is a fill.
+inline GstBuffer* opaque_frame(GstClockTime time, int padding = 0) {
+  GstBuffer* buffer = frame(time, padding);
+  GstMapInfo map;
+  fail_unless(gst_buffer_map(buffer, &map, GST_MAP_WRITE));
+  for (gsize i = 3; i < map.size; i += 4) map.data[i] = 255;
+  gst_buffer_unmap(buffer, &map);
   return buffer;
 }
 

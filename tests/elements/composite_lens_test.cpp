@@ -38,7 +38,7 @@ Pixels pixels_of(GstBuffer* buffer) {
 /// The frame \p i with the subject, as \p bench is set.
 Pixels shown(Bench& bench, int i) {
   gst_harness_push(bench.mesh, mesh_buffer(frame_time(i)));
-  return pixels_of(bench.step(frame(frame_time(i), 16), mesh_buffer(frame_time(i + 1))));
+  return pixels_of(bench.step(opaque_frame(frame_time(i), 16), mesh_buffer(frame_time(i + 1))));
 }
 
 struct Box {
@@ -175,7 +175,9 @@ int changed(const Pixels& a, const Pixels& b) {
 
 /// How many are not the background's.
 int touched(const Pixels& pixels) {
-  return changed(pixels, Pixels(pixels.size(), std::uint8_t{grey}));
+  Pixels background(pixels.size(), std::uint8_t{grey});
+  for (std::size_t i = 3; i < background.size(); i += 4) background[i] = 255;
+  return changed(pixels, background);
 }
 
 // Out of focus the subject is wider than in focus, by its disk on both sides; where the lens is
@@ -236,7 +238,7 @@ GST_START_TEST(test_blur_makes_ready_and_counts_once) {
       gst_harness_push(bench.mesh, mesh);
       for (int i = 0; i < 4; ++i)
         gst_buffer_unref(
-            bench.step(frame(frame_time(i)), i == 0 ? mesh_buffer(frame_time(4)) : nullptr));
+            bench.step(opaque_frame(frame_time(i)), i == 0 ? mesh_buffer(frame_time(4)) : nullptr));
       std::vector<guint64> found;
       for (const char* name : counts) found.push_back(count_of(bench.element, name));
       return found;

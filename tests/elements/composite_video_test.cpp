@@ -54,16 +54,6 @@ std::vector<Plane> converted(const Plane& rgba) {
   return out;
 }
 
-/// A plain frame that is opaque: video has no alpha, and knows no fill.
-GstBuffer* opaque_frame(GstClockTime time, int padding) {
-  GstBuffer* buffer = frame(time, padding);
-  GstMapInfo map;
-  fail_unless(gst_buffer_map(buffer, &map, GST_MAP_WRITE));
-  for (gsize i = 3; i < map.size; i += 4) map.data[i] = 255;
-  gst_buffer_unmap(buffer, &map);
-  return buffer;
-}
-
 /// What three frames look like in \p format; the subject comes with the second and moves.
 std::vector<std::vector<Plane>> frames_as(const std::string& format, const char* backend) {
   Bench bench;

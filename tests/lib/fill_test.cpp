@@ -56,6 +56,12 @@ int worst(const Picture& fill, const Picture& direct, int grey, AlphaCoding alph
   return out;
 }
 
+RenderSettings all_layers() {
+  RenderSettings settings;
+  settings.alpha = AlphaCoding::straight;
+  return settings;
+}
+
 RenderSettings subject_alone(AlphaCoding alpha = AlphaCoding::straight) {
   RenderSettings settings;
   settings.shadow = ShadowQuality::off;
@@ -124,7 +130,7 @@ TEST_P(FillTest, OpaquePixelsAreAsEver) {
 // The shadow is black and takes as much as over the picture of the scene itself.
 TEST_P(FillTest, ShadowsAreInTheKey) {
   const auto renderer = make_renderer();
-  RenderSettings settings;
+  RenderSettings settings = all_layers();
   settings.mirror = MirrorMode::off;
   const Picture made = composite_over(*renderer, {0, 0, 0, 0}, settings);
   const Picture without = composite_over(*renderer, {0, 0, 0, 0}, subject_alone());
@@ -152,7 +158,7 @@ TEST_P(FillTest, ShadowsAreInTheKey) {
 // The subject's image in a mirror is there, and fades as it does over the scene's picture.
 TEST_P(FillTest, MirrorImagesAreInTheKey) {
   const auto renderer = make_renderer();
-  RenderSettings settings;
+  RenderSettings settings = all_layers();
   settings.shadow = ShadowQuality::off;
   for (const MirrorMode mode : {MirrorMode::fresnel, MirrorMode::plain}) {
     settings.mirror = mode;
@@ -181,8 +187,8 @@ TEST_P(FillTest, BackendsAgree) {
   if (processor()) GTEST_SKIP() << "the others are held against it";
   const auto own = make_renderer();
   ProcessorRenderer reference;
-  const Picture a = composite_over(*own, {0, 0, 0, 0}, {});
-  const Picture b = composite_over(reference, {0, 0, 0, 0}, {});
+  const Picture a = composite_over(*own, {0, 0, 0, 0}, all_layers());
+  const Picture b = composite_over(reference, {0, 0, 0, 0}, all_layers());
   double squares = 0.0;
   for (std::size_t i = 0; i < a.pixels.size(); ++i)
     if (i % 4 != 3)

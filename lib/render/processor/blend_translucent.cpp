@@ -19,8 +19,9 @@ float Blend::share_taken(int x, int y, float taken) const {
   ray.direction = Vec3f(0.0f);
   const Surface surface = layers_.scene->plain_surface(ray, hit);
   const bool away = glm::dot(surface.normal, surface.point - eye) > 0.0f;
+  constexpr float indirect = 0.25f;  // where a lamp hardly shines, others' light is what there is
   const Vec3f all =
-      lamps_irradiance(frame_, surface.point, away ? -surface.normal : surface.normal);
+      lamps_irradiance(frame_, surface.point, away ? -surface.normal : surface.normal, indirect);
   // Of a grey surface: on a coloured one it is the same, and black alone has no colour to say more.
   constexpr Vec3f luminance(0.2126f, 0.7152f, 0.0722f);
   const Vec3f gone = std::numbers::pi_v<float> * taken * Vec3f(power_[0], power_[1], power_[2]);

@@ -9,7 +9,8 @@
 
 namespace polyhull::processor {
 
-Vec3f lamps_irradiance(const RenderFrame& frame, const Vec3f& point, const Vec3f& normal) {
+Vec3f lamps_irradiance(const RenderFrame& frame, const Vec3f& point, const Vec3f& normal,
+                       float least) {
   Vec3f irradiance = frame.ambient * frame.exposure;
   for (const Light& light : frame.lights) {
     const Vec3f to = light.centre - point;
@@ -18,7 +19,7 @@ Vec3f lamps_irradiance(const RenderFrame& frame, const Vec3f& point, const Vec3f
     const float exit =
         light.is_area() ? std::max(-glm::dot(light_normal(light), direction), 0.0f) : 1.0f;
     irradiance += light_power(light) * frame.exposure *
-                  (std::max(glm::dot(normal, direction), 0.0f) * exit / distance_2);
+                  (std::max(glm::dot(normal, direction), least) * exit / distance_2);
   }
   return irradiance;
 }

@@ -11,8 +11,9 @@
 namespace polyhull::processor {
 
 /// The irradiance times exposure that the frame's lamps, taken for points, and its even light give
-/// where nothing stands before them.
-Vec3f lamps_irradiance(const RenderFrame& frame, const Vec3f& point, const Vec3f& normal);
+/// where nothing stands before them; each falls on the surface with a cosine of \p least at least.
+Vec3f lamps_irradiance(const RenderFrame& frame, const Vec3f& point, const Vec3f& normal,
+                       float least = 0.0f);
 
 class MirrorView {
  public:
