@@ -227,9 +227,8 @@ void LightCache::fill_lamp(const TracedScene& scene, const LightCacheOptions& op
         (*hidden)[i] = 1;
     });
   });
-  std::vector<char>& borders = borders_[back ? 1 : 0];
-  borders.resize(fine_.size(), 0);
   if (!options.borders) return;
+  std::vector<char>& borders = borders_[back ? 1 : 0];
   fine_.for_blocks(1, [&](const SurfaceGrid::Block& block) {
     if (contrast(shares, block) > sharp) borders[block.first] = 1;
   });
@@ -241,6 +240,7 @@ void LightCache::fill_direct(const TracedScene& scene, const LightCacheOptions& 
   direct_[side].assign(fine_.size(), Float4{});
   std::vector<Float4>& mirrored = all_.sides[side];
   mirrored.assign(fine_.size(), Float4{});
+  borders_[side].assign(fine_.size(), 0);
   std::vector<char> hidden(fine_.size(), 0);
   for (const Light& light : scene.scene().lights) {
     const LampShare lamp(scene, light, nullptr, options.first_samples, options.light_samples);
@@ -279,7 +279,10 @@ void LightCache::fill_bounced(const TracedScene& scene, const LightCacheOptions&
     Vec3f radiance(0.0f), throughput(1.0f);
     bool planar = true;
     for (int depth = 0;; ++depth) {
-      if (!hit.hit()) break;
+      if (!hit.hit()) {
+        radiance += throughput * scene.scene().sky;
+        break;
+      }
       const Surface surface = scene.plain_surface(ray, hit);
       if (surface.back && !double_sided_[hit.mesh]) {
         if (depth == 0) ++backs;

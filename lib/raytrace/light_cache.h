@@ -9,7 +9,7 @@
 /// at the node and its neighbours, no more are asked for; the lamps' light by way of planar mirrors
 /// likewise. Cells in which that light has a border are divided once more, so that a sharp shadow
 /// has no stairs (light_borders.cpp). What one diffuse bounce brings varies slowly and is kept on a
-/// coarser grid; the bounce reads the straight light where it lands. All nodes use the same ways: what error there is does not flicker from node to node.
+/// coarser grid, with the sky's light; the bounce reads the straight light where it lands. All nodes use the same ways: what error there is does not flicker from node to node.
 #pragma once
 
 #include <array>
@@ -89,7 +89,7 @@ class LightCache {
   /// all lights become brighter alike.
   void set_gain(const Vec3f& gain) { gain_ = gain; }
 
-  /// Mean bounced irradiance over the scene's surfaces.
+  /// Mean bounced irradiance, with the sky's, over the scene's surfaces.
   Vec3f mean_bounced() const { return gain_ * all_.mean_bounced; }
 
   std::size_t nodes() const { return fine_.size() + coarse_.size(); }

@@ -68,6 +68,7 @@ std::uint64_t key_of(const Scene& scene, const LightCacheOptions& options) {
     for (const Vec3f& v : {light.centre, light.u, light.v, light.radiance}) hash.add(v);
     hash.add(light.mesh);
   }
+  if (scene.sky != Vec3f(0.0f)) hash.add(scene.sky);
   return hash.value();
 }
 

@@ -43,7 +43,10 @@ class Tracer {
     Vec3f value(0.0f), throughput(1.0f);
     for (int depth = 0; depth <= options_.mirror_depth; ++depth) {
       const RayHit hit = scene_.caster().intersect(ray);
-      if (!hit.hit()) break;
+      if (!hit.hit()) {
+        value += throughput * glm::min(exposure_ * scene_.scene().sky, Vec3f(1.0f));
+        break;
+      }
       if (scene_.is_subject(hit)) {
         value += throughput * scene_.subject_colour(hit, glm::normalize(ray.direction));
         break;
@@ -129,7 +132,10 @@ class Tracer {
     bool planar = true;  // lights seen directly or in one planar mirror are sampled as lights
     for (int depth = 0; depth <= options_.mirror_depth; ++depth) {
       const RayHit hit = scene_.caster().intersect(ray);
-      if (!hit.hit()) break;
+      if (!hit.hit()) {
+        radiance += throughput * scene_.scene().sky;
+        break;
+      }
       if (scene_.is_subject(hit)) {
         radiance +=
             throughput / exposure_ * scene_.subject_colour(hit, glm::normalize(ray.direction));

@@ -64,6 +64,9 @@ class TracedScene {
   /// As the free set_light(), with the tree kept in step.
   void set_light(std::size_t index, const Light& light);
 
+  /// As Scene::sky.
+  void set_sky(const Vec3f& sky) { scene_.sky = sky; }
+
   /// As Scene::exposure.
   void set_exposure(float exposure) { scene_.exposure = exposure; }
 

@@ -134,7 +134,7 @@ int area(const Rectangle& r) {
 RenderPlan plan_frame(const RenderFrame& frame, const RenderSettings& settings,
                       const Bounds& scene_bounds) {
   check_viewport(frame.viewport);
-  check_light(frame.lights, frame.exposure, frame.ambient);
+  check_light(frame.lights, frame.exposure, frame.ambient, frame.sky);
   RenderPlan plan;
   plan.eye = frame.viewport.centre();
   Bounds everything = scene_bounds;

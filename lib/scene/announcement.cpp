@@ -148,6 +148,7 @@ std::string announcement_to_json(const Announcement& announcement) {
               {"lights", lights},
               {"exposure", announcement.exposure},
               {"ambient", numbers(announcement.ambient)}};
+  if (announcement.sky != Vec3f(0.0f)) out["sky"] = numbers(announcement.sky);
   if (announcement.aperture > 0.0) out["aperture"] = announcement.aperture;
   if (announcement.focus_distance > 0.0) out["focus-distance"] = announcement.focus_distance;
   if (announcement.depth_near > 0.0) out["depth_near"] = announcement.depth_near;
@@ -183,7 +184,8 @@ Announcement announcement_of(const json& root) {
     }
     announcement.exposure = static_cast<float>(finite_number(member(root, "exposure"), "exposure"));
     announcement.ambient = vector_of(root, "ambient");
-    check_light(announcement.lights, announcement.exposure, announcement.ambient);
+    if (root.contains("sky")) announcement.sky = vector_of(root, "sky");
+    check_light(announcement.lights, announcement.exposure, announcement.ambient, announcement.sky);
     announcement.aperture = length_of(root, "aperture");
     announcement.focus_distance = length_of(root, "focus-distance");
     if (root.contains("depth_near")) {

@@ -22,6 +22,7 @@ struct Announcement {
   std::vector<Light> lights;  ///< the lights as they are in this frame
   float exposure = 1.0f;      ///< as in Scene
   Vec3f ambient{0.0f};        ///< mean indirect irradiance over the scene's surfaces
+  Vec3f sky{0.0f};            ///< as in Scene
   /// As in ViewportLens, of the viewport's real lens where that is known; 0: it is not. The picture need
   /// not have it.
   double aperture = 0.0, focus_distance = 0.0;

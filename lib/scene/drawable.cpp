@@ -59,7 +59,8 @@ void check_projection(const Camera& camera) {
     throw Error(Error::Kind::bad_input, "The viewport's skew in 'K' is out of range.");
 }
 
-void check_light(const std::vector<Light>& lights, float exposure, const Vec3f& ambient) {
+void check_light(const std::vector<Light>& lights, float exposure, const Vec3f& ambient,
+                 const Vec3f& sky) {
   for (std::size_t i = 0; i < lights.size(); ++i) {
     const Light& light = lights[i];
     if (within_reach(light.centre) && within_reach(light.u) && within_reach(light.v) &&
@@ -71,10 +72,11 @@ void check_light(const std::vector<Light>& lights, float exposure, const Vec3f& 
                 "most {:g} m, its radiance finite and not below 0.",
                 i, most);
   }
-  if (!(exposure >= 0.0f && exposure <= most) || !within_reach(ambient) || !not_below_0(ambient))
+  if (!(exposure >= 0.0f && exposure <= most) || !within_reach(ambient) || !not_below_0(ambient) ||
+      !within_reach(sky) || !not_below_0(sky))
     throw Error(Error::Kind::bad_input,
-                "The scene's exposure ({:g}) and ambient light must be from 0 to {:g}.", exposure,
-                most);
+                "The scene's exposure ({:g}), ambient light and sky must be from 0 to {:g}.",
+                exposure, most);
 }
 
 }  // namespace polyhull

@@ -9,6 +9,7 @@
 #include <tuple>
 
 #include "base/error.h"
+#include "scene/assumed_light.h"
 
 namespace polyhull {
 namespace {
@@ -16,7 +17,6 @@ namespace {
 constexpr float pi = std::numbers::pi_v<float>;
 constexpr double default_spot_size = 0.2;  // metres
 constexpr double sun_angle = 0.53;         // degrees
-constexpr double far_away = 100.0;         // scene sizes
 constexpr std::size_t most_pieces = 256;   // of one emissive mesh; more are no lamps
 
 const tinygltf::Value* find(const tinygltf::Value* extras, const char* name) {
@@ -85,13 +85,8 @@ Light light_from_punctual(const PunctualLight& in, const Bounds& bounds, const s
     const tinygltf::Value* angle = find(&in.light->extras, "angle");
     if (!angle) angle = find(in.node_extras, "angle");
     const double degrees = angle && angle->IsNumber() ? angle->GetNumberAsDouble() : sun_angle;
-    const double distance = far_away * std::max(glm::length(bounds.max - bounds.min), 1e-3);
-    const double half = distance * std::tan(glm::radians(std::clamp(degrees, 0.01, 90.0)) / 2.0);
     // The light's -z points from the sun to the scene.
-    light.centre = Vec3f(0.5 * (bounds.min + bounds.max) + distance * z);
-    light.u = Vec3f(half * y);
-    light.v = Vec3f(half * x);
-    light.radiance = Vec3f(power * distance * distance / (4.0 * half * half));
+    set_sun(bounds, Mat3(x, y, z), power, std::clamp(degrees, 0.01, 90.0), light);
   } else if (size || in.light->type == "spot") {
     double width = default_spot_size, height = default_spot_size;
     if (size && size->IsArray() && size->ArrayLen() == 2) {
@@ -179,7 +174,7 @@ float automatic_exposure(const Scene& scene) {
       const float length = glm::length(cross);
       if (!(length > 0.0f)) continue;
       const Vec3f normal = cross / length, point = (p0 + p1 + p2) / 3.0f;
-      float sum = 0.0f;
+      float sum = pi * (scene.sky.x + scene.sky.y + scene.sky.z) / 3.0f;
       for (const Light& light : scene.lights) {
         const Vec3f to_light = light.centre - point;
         const float squared = std::max(glm::dot(to_light, to_light), 1e-6f);

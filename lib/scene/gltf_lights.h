@@ -40,7 +40,7 @@ void split_emitters(Scene& scene);
 void find_area_lights(Scene& scene);
 
 /// The exposure at which a white surface under the mean direct light (shadows left out) is shown at
-/// 0.6 of white; 1 for a scene without light.
+/// 0.6 of white; 1 for a scene without light. The sky's light counts.
 float automatic_exposure(const Scene& scene);
 
 }  // namespace polyhull

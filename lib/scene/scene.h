@@ -79,6 +79,7 @@ struct Scene {
   std::vector<Picture> textures;  ///< RGBA, sRGB
   std::vector<SceneMesh> meshes;
   std::vector<Light> lights;
+  Vec3f sky{0.0f};  ///< radiance from where nothing is, below the horizon too
   std::vector<Mirror> mirrors;
   std::vector<Camera> cameras;  ///< glTF cameras at 1280x720, in the pixel conventions of Camera
   float exposure = 1.0f;        ///< picture value (linear, 1 = white) per radiance

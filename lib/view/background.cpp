@@ -17,21 +17,29 @@ namespace {
 
 constexpr float view_weight = 32.0f;  // samples that the fast view counts as
 
-/// The factor by which all lights are brighter than the base, if that is the only difference.
-std::optional<Vec3f> common_factor(const std::vector<Light>& base, const std::vector<Light>& now) {
+/// The factor by which all lights and the sky are brighter than the base, if that is the only
+/// difference.
+std::optional<Vec3f> common_factor(const std::vector<Light>& base, const Vec3f& base_sky,
+                                   const std::vector<Light>& now, const Vec3f& sky) {
   std::optional<Vec3f> factor;
-  for (std::size_t i = 0; i < base.size(); ++i) {
-    if (base[i].centre != now[i].centre || base[i].u != now[i].u || base[i].v != now[i].v)
-      return {};
+  const auto fits = [&](const Vec3f& before, const Vec3f& after) {
     Vec3f ratio(1.0f);
     for (int k = 0; k < 3; ++k)
-      if (base[i].radiance[k] > 0.0f)
-        ratio[k] = now[i].radiance[k] / base[i].radiance[k];
-      else if (now[i].radiance[k] > 0.0f)
-        return {};
-    if (factor && glm::length(*factor - ratio) > 1e-5f * glm::length(ratio)) return {};
+      if (before[k] > 0.0f)
+        ratio[k] = after[k] / before[k];
+      else if (after[k] > 0.0f)
+        return false;
+    if (factor && glm::length(*factor - ratio) > 1e-5f * glm::length(ratio)) return false;
     if (!factor) factor = ratio;
+    return true;
+  };
+  for (std::size_t i = 0; i < base.size(); ++i) {
+    Light same = now[i];
+    same.radiance = base[i].radiance;
+    if (same != base[i] || !fits(base[i].radiance, now[i].radiance)) return {};
   }
+  if (base_sky != Vec3f(0.0f) || sky != Vec3f(0.0f))
+    if (!fits(base_sky, sky)) return {};
   return factor ? factor : Vec3f(1.0f);
 }
 
@@ -52,6 +60,7 @@ std::string keep(const LightCache& light, const TracedScene& scene,
 Background::Background(Scene scene, const BackgroundOptions& options)
     : options_(options), traced_(std::move(scene)) {
   const Scene& own = traced_.scene();
+  sky_ = own.sky;
   for (std::size_t m = 0; m < own.meshes.size(); ++m) {
     const bool is_light =
         std::any_of(own.lights.begin(), own.lights.end(),
@@ -62,22 +71,24 @@ Background::Background(Scene scene, const BackgroundOptions& options)
 
 Background::~Background() = default;
 
-bool Background::apply_lights(const std::vector<Light>& lights) {
+bool Background::apply_lights(const std::vector<Light>& lights, const Vec3f& sky) {
   if (lights.size() != traced_.scene().lights.size()) {
     throw Error(Error::Kind::bad_input,
                 "A background's scene has {} lights, but {} were given; give as many.",
                 traced_.scene().lights.size(), lights.size());
   }
-  bool changed = false;
+  bool changed = sky != traced_.scene().sky;
+  traced_.set_sky(sky);
   for (std::size_t i = 0; i < lights.size(); ++i) {
     if (lights[i] == traced_.scene().lights[i]) continue;
     traced_.set_light(i, lights[i]);
     changed = true;
   }
   if (light_ && !changed) return false;
-  const std::optional<Vec3f> factor = light_ && !other_emitters_
-                                          ? common_factor(base_lights_, traced_.scene().lights)
-                                          : std::nullopt;
+  const std::optional<Vec3f> factor =
+      light_ && !other_emitters_
+          ? common_factor(base_lights_, base_sky_, traced_.scene().lights, sky)
+          : std::nullopt;
   if (factor) {
     light_->set_gain(*factor);
     return false;
@@ -86,6 +97,7 @@ bool Background::apply_lights(const std::vector<Light>& lights) {
   geometry_ = geometry_key(traced_.scene());  // lamps may have moved
   raster_ = std::make_unique<RasterView>(traced_, *light_);
   base_lights_ = traced_.scene().lights;
+  base_sky_ = sky;
   return true;
 }
 
@@ -149,11 +161,11 @@ bool Background::advance_light() {
 }
 
 Background::Work Background::update(const Camera& camera, const std::vector<Light>& lights,
-                                    float exposure) {
+                                    float exposure, float sky) {
   const bool still = light_ && !advance_light() && camera_ == camera && exposure == exposure_ &&
-                     lights == traced_.scene().lights;
+                     lights == traced_.scene().lights && sky * sky_ == traced_.scene().sky;
   if (still) return Work::none;
-  const bool lit = apply_lights(lights);
+  const bool lit = apply_lights(lights, sky * sky_);
   traced_.set_exposure(exposure);
   exposure_ = exposure;
   camera_ = camera;
@@ -218,6 +230,7 @@ Announcement Background::announcement() const {
   out.scene = scene().name;
   out.lights = scene().lights;
   out.exposure = exposure_;
+  out.sky = scene().sky;
   if (light_) out.ambient = light_->mean_bounced();
   return out;
 }

@@ -63,10 +63,11 @@ class Background {
     lit,    ///< the light was computed, and the view drawn
   };
 
-  /// Makes the picture that of \p camera under \p lights (as many as the scene has) at \p exposure.
-  /// Throws Error for another number of lights. While the light is not yet exact it is brought a
+  /// Makes the picture that of \p camera under \p lights (as many as the scene has) at \p exposure,
+  /// the scene's sky \p sky times as bright. Throws Error for another number of lights. While the light is not yet exact it is brought a
   /// frame further first: call it for each frame.
-  Work update(const Camera& camera, const std::vector<Light>& lights, float exposure);
+  Work update(const Camera& camera, const std::vector<Light>& lights, float exposure,
+              float sky = 1.0f);
 
   /// ViewOptions::contrast; if it is another one, and rays draw, the next update() draws anew.
   void set_contrast(float contrast) {
@@ -116,7 +117,7 @@ class Background {
   std::size_t light_nodes() const { return light_ ? light_->nodes() : 0; }
 
  private:
-  bool apply_lights(const std::vector<Light>& lights);
+  bool apply_lights(const std::vector<Light>& lights, const Vec3f& sky);
   void light_scene();
   void light_scene_gradually(const std::filesystem::path& folder);
   bool advance_light();
@@ -124,7 +125,9 @@ class Background {
 
   BackgroundOptions options_;
   TracedScene traced_;
+  Vec3f sky_{0.0f};                 // the scene's own
   std::vector<Light> base_lights_;  // under which light_ was filled
+  Vec3f base_sky_{0.0f};            // as base_lights_
   bool other_emitters_ = false;     // glowing surfaces that are not lights
   std::unique_ptr<LightCache> light_;
   bool light_was_kept_ = false;

@@ -43,6 +43,7 @@ struct RasterView::Pass {
   std::uint8_t mirror_number = 0;
   bool by_rays = false;  ///< what the mirror shows is so little that it is traced
   Vec3f f0{0.0f};        ///< of the mirror
+  Vec3f sky{0.0f};       ///< picture value of where nothing is
 
   /// The rays through the middles of the pixels of \p span, where they meet \p of: what a mirror
   /// reflects changes too slowly for their places to count.
@@ -87,7 +88,8 @@ void RasterView::draw(const Camera& camera, const ViewOptions& options, std::spa
   screen->set(scene_.scene(), pixels_from_scene(pinhole), {}, camera.width, camera.height,
               options.threads);
   triangles_ = screen;
-  const Pass pass{pinhole, options, rays, picture, *screen, Vec3f(camera.centre())};
+  Pass pass{pinhole, options, rays, picture, *screen, Vec3f(camera.centre())};
+  pass.sky = glm::min(scene_.scene().exposure * scene_.scene().sky, Vec3f(1.0f));
   rays_ = edges_ = 0;
   for (auto& pixels : mirror_pixels_) pixels = 0;
   mirror_samples_.resize(picture.size());
@@ -105,6 +107,7 @@ void RasterView::draw_mirror(const Pass& direct, std::size_t number) {
   pass.mirror = &mirror;
   pass.mirror_number = static_cast<std::uint8_t>(number);
   pass.f0 = material_of(scene, mirror).f0();
+  pass.sky = direct.sky;
   const Mat4 reflected = reflection(Vec3(mirror.normal), mirror.offset);
   pass.eye = Vec3f(reflected * Vec4(Vec3(direct.eye), 1.0));
   // As many rays as triangles take longer than the triangles.
@@ -227,6 +230,7 @@ void RasterView::draw_row(const Pass& pass, Band& band, int x, int end, int y) {
     while (x < end && whole[x - begin] && *at(x) == number) ++x;
     if (x > first) {
       if (number != no_triangle) band.runs.add_whole(number, first, x - first);
+      for (int i = first; number == no_triangle && i < x; ++i) add_sky(pass, i, y, all_samples);
       continue;
     }
     // Each triangle once, at the middle of its samples.
@@ -239,11 +243,25 @@ void RasterView::draw_row(const Pass& pass, Band& band, int x, int end, int y) {
         samples |= static_cast<unsigned>(at(x)[s] == part) << s;
       samples &= left;
       left &= ~samples;
-      if (part != no_triangle) band.runs.add(part, x, samples);
+      if (part != no_triangle)
+        band.runs.add(part, x, samples);
+      else
+        add_sky(pass, x, y, samples);
     }
     ++x;
   }
   band.runs.finish_before(end + 1, finish);
+}
+
+/// Adds the sky to some samples of a pixel that show nothing else.
+void RasterView::add_sky(const Pass& pass, int x, int y, unsigned samples) {
+  if (pass.sky == Vec3f(0.0f)) return;
+  Vec3f sky = static_cast<float>(std::popcount(samples)) / packed_samples * pass.sky;
+  if (pass.mirror != nullptr) {
+    const Way way = pass.rays.way(static_cast<float>(x), static_cast<float>(y), 0);
+    sky *= fresnel(pass.f0, -glm::dot(pass.mirror->normal, glm::normalize(way.ray.direction)));
+  }
+  pass.picture[static_cast<std::size_t>(y) * pass.camera.width + x] += sky;
 }
 
 /// Adds a triangle's colour to the pixels of row \p y that show it.

@@ -44,6 +44,7 @@ class RasterView {
   void draw_band(const Pass& pass, Band& band);
   void draw_tile(const Pass& pass, Band& band, int left, int right);
   void draw_row(const Pass& pass, Band& band, int x, int end, int y);
+  void add_sky(const Pass& pass, int x, int y, unsigned samples);
   void shade(const Pass& pass, Band& band, PixelRun& run, int y);
   bool leave(const Pass& pass, Band& band, int mirror, PixelRun& run, int y);
   void send(const Pass& pass, Band& band, int x, int y, unsigned samples);

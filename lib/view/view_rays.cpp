@@ -77,7 +77,10 @@ std::uint64_t ViewRays::follow(RayWork& work, std::size_t count, int depth) cons
 
 /// Adds what a way sees to \p value; true if a mirror sends it on to \p next.
 bool ViewRays::shade(const Way& way, const RayHit& hit, Vec3f& value, Way& next) const {
-  if (!hit.hit()) return false;
+  if (!hit.hit()) {
+    value += way.throughput * glm::min(exposure_ * scene_.scene().sky, Vec3f(1.0f));
+    return false;
+  }
   if (scene_.is_subject(hit)) {
     value += way.throughput * scene_.subject_colour(hit, glm::normalize(way.ray.direction));
     return false;

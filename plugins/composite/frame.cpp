@@ -116,13 +116,14 @@ void FrameComposer::prepare(const CompositeSettings& settings, const GstVideoInf
     frame_.lights = announcement_->lights;
     frame_.exposure = announcement_->exposure;
     frame_.ambient = announcement_->ambient;
+    frame_.sky = announcement_->sky;
   } else {
     frame_.scene = settings.scene.empty() ? nullptr : open(settings.scene);
     frame_.lights = frame_.scene ? frame_.scene->lights : std::vector<Light>();
     frame_.exposure = settings.exposure > 0.0 ? static_cast<float>(settings.exposure)
                       : frame_.scene          ? frame_.scene->exposure
                                               : 1.0f;
-    frame_.ambient = Vec3f(0.0f);
+    frame_.ambient = frame_.sky = Vec3f(0.0f);
   }
   set_lens(settings, info, background);
   number_ = GST_BUFFER_PTS_IS_VALID(background) ? GST_BUFFER_PTS(background) : number_ + 1;

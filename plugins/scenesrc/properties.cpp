@@ -69,6 +69,10 @@ constexpr Property<S> table[] = {
         "light-intensity", "Light intensity",
         "Factor on the brightness of all lights, 0 to 100. A change costs one new picture.", 0.0,
         100.0),
+    property<&S::assumed_light>("assumed-light", "Assumed light",
+                                "Whether a scene without any light is lit by an assumed sky and "
+                                "sun, as viewers do, and not "
+                                "dark."),
     property<&S::light_x>("light-x", "Light x",
                           "How far the first light is moved along x, metres, -1000 to 1000. A "
                           "change has the scene's light computed anew.",
@@ -182,8 +186,13 @@ Camera scene_viewport(const SceneSettings& settings, const ViewportControl& cont
   return camera;
 }
 
-std::vector<Light> scene_lights(const SceneSettings& settings, std::vector<Light> lights) {
-  for (Light& light : lights) light.radiance *= static_cast<float>(settings.light_intensity);
+float light_factor(const SceneSettings& settings, bool assumed) {
+  return assumed && !settings.assumed_light ? 0.0f : static_cast<float>(settings.light_intensity);
+}
+
+std::vector<Light> scene_lights(const SceneSettings& settings, std::vector<Light> lights,
+                                bool assumed) {
+  for (Light& light : lights) light.radiance *= light_factor(settings, assumed);
   if (!lights.empty()) {
     lights[0].centre +=
         Vec3f(static_cast<float>(settings.light_x), static_cast<float>(settings.light_y),

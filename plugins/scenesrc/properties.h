@@ -26,6 +26,7 @@ struct SceneSettings : ViewportSettings {
   double orbit_radius = 2.7, orbit_height = 1.5, orbit_speed = 12.0, orbit_start = 0.0;
   double light_intensity = 1.0;
   double light_x = 0.0, light_y = 0.0, light_z = 0.0;
+  bool assumed_light = true;
   double exposure_compensation = 0.0;  // stops
   Refinement refinement = Refinement::automatic;
   std::uint32_t samples = 256;
@@ -57,7 +58,11 @@ Camera scene_viewport(const SceneSettings& settings, const ViewportControl& cont
                       const std::optional<TrackedPose>& tracked, const Scene& scene, double seconds,
                       int width, int height);
 
-/// \p lights, as the scene's file has them, brightened and the first one moved.
-std::vector<Light> scene_lights(const SceneSettings& settings, std::vector<Light> lights);
+/// \p lights, as the scene's file has them or as they are \p assumed, brightened and the first one
+/// moved.
+std::vector<Light> scene_lights(const SceneSettings& settings, std::vector<Light> lights,
+                                bool assumed);
+/// The factor on all lights' brightness, 0 for \p assumed ones that are not wanted.
+float light_factor(const SceneSettings& settings, bool assumed);
 
 }  // namespace polyhull::element

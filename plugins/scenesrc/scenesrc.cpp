@@ -129,6 +129,9 @@ GstFlowReturn create(GstPushSrc* push, GstBuffer** out) {
     const Stopwatch watch;
     const LoopWatch loops;
     const std::string said = stream.background().light_not_kept();
+    if (!stream.is_lit())
+      if (const std::string why = stream.without_light(snapshot(push, self.settings)); !why.empty())
+        statistics.warn(GST_ELEMENT(push), "warnings", why);
     bool lit = false;
     if (gst_base_src_is_live(source) && !stream.is_lit()) {
       // The light takes its time; which frame is due is known after that.

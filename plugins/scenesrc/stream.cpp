@@ -7,6 +7,7 @@
 #include "base/error.h"
 #include "plugins/common/live/live_pad.h"
 #include "plugins/common/memory/planes_meta.h"
+#include "scene/assumed_light.h"
 #include "studio/room/room.h"
 
 namespace polyhull::element {
@@ -24,6 +25,8 @@ void SceneStream::open(const SceneSettings& settings) {
       settings.light_cache ? std::filesystem::path(g_get_user_cache_dir()) / "polyhull" / "light"
                            : std::filesystem::path();
   Scene scene = open_scene(settings.scene, folder);
+  assumed_ = scene.lights.empty();
+  if (assumed_) assume_light(scene);
   lights_ = scene.lights;
   exposure_ = scene.exposure;
   BackgroundOptions options;
@@ -61,8 +64,24 @@ Background::Work SceneStream::draw(GstElement* element, Statistics& statistics,
   background_->set_method(settings.method);
   background_->set_contrast(static_cast<float>(settings.smoothing));
   return background_->update(
-      camera_, scene_lights(settings, lights_),
-      exposure_ * static_cast<float>(std::exp2(settings.exposure_compensation)));
+      camera_, scene_lights(settings, lights_, assumed_),
+      exposure_ * static_cast<float>(std::exp2(settings.exposure_compensation)),
+      light_factor(settings, assumed_));
+}
+
+std::string SceneStream::without_light(const SceneSettings& settings) const {
+  if (!assumed_) return {};
+  const std::string& name = background_->scene().name;
+  if (!settings.assumed_light)
+    return fmt::format(
+        "The scene '{}' holds no light, and none is assumed: it is dark. Give it a lamp, sun or "
+        "glowing plane, or set assumed-light=true.",
+        name);
+  return fmt::format(
+      "The scene '{}' holds no light: an even sky and a sun from the right above the front are "
+      "assumed, which do not reach into closed rooms. Give it a lamp, sun or glowing plane, or set "
+      "assumed-light=false to have it dark.",
+      name);
 }
 
 bool SceneStream::refine(GstBaseSrc* source, const SceneSettings& settings, GstClockTime due) {

@@ -41,6 +41,9 @@ class SceneStream {
   /// \p due; true when the picture has become better.
   bool refine(GstBaseSrc* source, const SceneSettings& settings, GstClockTime due);
 
+  /// What is to be said of a scene that has no light; empty: it has some.
+  std::string without_light(const SceneSettings& settings) const;
+
   /// A buffer with the background's picture; a picture that has not changed is the same memory
   /// again.
   GstBuffer* make_buffer(const GstVideoInfo& info, bool changed);
@@ -55,6 +58,7 @@ class SceneStream {
   std::unique_ptr<Background> background_;
   std::vector<Light> lights_;  // as in the scene's file
   float exposure_ = 1.0f;      // as in the scene's file
+  bool assumed_ = false;       // these two, and a sky: the file has no light
   // The last picture. Its memory is in two buffers wherever one of them is sent: nobody may write to it.
   BufferRef sent_;
   GstVideoFormat sent_format_ = GST_VIDEO_FORMAT_UNKNOWN;

@@ -379,6 +379,7 @@ TEST(Announcement, SurvivesJson) {
   EXPECT_EQ(read.lights, announcement.lights);
   EXPECT_EQ(read.exposure, announcement.exposure);
   EXPECT_EQ(read.ambient, announcement.ambient);
+  EXPECT_EQ(read.sky, announcement.sky);
   EXPECT_EQ(read.aperture, announcement.aperture);
   EXPECT_EQ(read.focus_distance, announcement.focus_distance);
   EXPECT_EQ(read.viewport.distortion, announcement.viewport.distortion);
@@ -434,6 +435,9 @@ TEST(Announcement, RefusesWhatIsNone) {
            {"/exposure", 1e10},
            {"/ambient/0", -1e-3},
            {"/ambient/2", 1e20},
+           {"/sky", {0, -1e-3, 0}},
+           {"/sky", {0, 0, 1e20}},
+           {"/sky", 1},
            {"/viewport/name", std::string(4097, 'x')},
            {"/scene", std::string(4097, 'x')},
            {"/scene", 7},

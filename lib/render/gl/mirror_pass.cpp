@@ -78,7 +78,8 @@ void MirrorPass::draw(const PassInput& in, GLuint background, GLuint scene_depth
   shown_.resize(in.frame.width, in.frame.height);
   shown_.bind();
   gl::scissor(part);
-  glClearColor(0.0f, 0.0f, 0.0f, 0.0f);
+  const Vec3f sky = glm::min(in.frame.sky * in.frame.exposure, Vec3f(1.0f));
+  glClearColor(sky.x, sky.y, sky.z, 0.0f);
   glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
   scene_.use();
   scene_.set("clip_from_scene", mirrored);

@@ -82,7 +82,7 @@ Vec3f MirrorView::looked_up(const Vec3f& point, bool& found) const {
 
 Vec3f MirrorView::shown(int x, int y) const {
   const RayHit hit = mirrored_.hit(x, y);
-  if (!hit.hit()) return Vec3f(0.0f);
+  if (!hit.hit()) return glm::min(frame_.sky * frame_.exposure, Vec3f(1.0f));
   Ray ray;
   ray.origin = mirrored_eye_;
   ray.direction = Vec3f(0.0f);
