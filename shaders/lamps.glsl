@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// The scene's lamps, taken for points that nothing hides, and its even light.
+// The scene's lamps, taken for points that nothing hides, and its even light. After light.glsl.
 uniform int lights;
 uniform vec3 light_position[MAX_LIGHTS];
 uniform vec3 light_normal[MAX_LIGHTS];  // 0: a point light
+uniform vec2 light_cone[MAX_LIGHTS];    // as light.glsl's
 uniform vec3 light_power[MAX_LIGHTS];   // radiance * area, or intensity; times exposure
 uniform vec3 ambient;                   // irradiance times exposure
 
@@ -13,7 +14,7 @@ vec3 lamps_irradiance(vec3 point, vec3 normal, float least) {
     vec3 way = light_position[i] - point;
     float distance_2 = dot(way, way);
     vec3 direction = way * inversesqrt(distance_2);
-    float exit = light_normal[i] == vec3(0.0) ? 1.0 : max(-dot(light_normal[i], direction), 0.0);
+    float exit = light_exit(light_normal[i], light_cone[i], direction);
     sum += light_power[i] * max(dot(normal, direction), least) * exit / distance_2;
   }
   return sum;

@@ -20,6 +20,7 @@ uniform vec2 inverse_from_depth[MAX_LIGHT_SAMPLES];  // scale, offset: subject m
 uniform vec4 kernel[MAX_LIGHT_SAMPLES];              // map offset per inverse depth along u and v
 uniform float nearest[MAX_LIGHT_SAMPLES];            // largest 1/z of the subject
 uniform vec3 light_normal;  // 0: a point light
+uniform vec2 light_cone;    // as light.glsl's
 uniform float share;        // of the light that a sample that is asked stands for
 uniform int stride;         // 4: interleaved, 1: every sample
 uniform float static_bias;  // scene units per unit of distance
@@ -79,7 +80,7 @@ void main() {
     float distance_2 = dot(way, way);
     vec3 direction = way * inversesqrt(distance_2);
     float incidence = dot(normal, direction);
-    float exit = light_normal == vec3(0.0) ? 1.0 : -dot(light_normal, direction);
+    float exit = light_exit(light_normal, light_cone, direction);
     if (incidence <= 0.0 || exit <= 0.0) continue;
     float blocked = blocked_by_subject(j, coordinate, 1.0 / map.w);
     if (blocked == 0.0) continue;

@@ -5,6 +5,8 @@
 #include <array>
 #include <cmath>
 
+#include "scene/spot_cone.h"
+
 namespace polyhull {
 
 float unoccluded_irradiance(const Light& light, const Vec3f& point, const Vec3f& normal) {
@@ -49,12 +51,22 @@ LightSample sample_light(const Light& light, const Vec2f& square, const Vec3f& p
   const float towards = glm::dot(normal, way);
   if (!(squared > 0.0f) || towards <= 0.0f) return sample;
   const float distance = std::sqrt(squared);
+  if (light.is_spot()) {
+    const Vec3f facing = glm::cross(light.u, light.v);
+    const float quarter = glm::length(facing);  // of the area
+    const float cosine = -glm::dot(facing, way) / (quarter * distance);
+    if (cosine <= 0.0f) return sample;
+    sample.whole = 4.0f * quarter * towards / (squared * distance);
+    sample.weight = sample.whole * cone_of(light).at(cosine);
+    return sample;
+  }
   if (area) {
     const float facing = -4.0f * glm::dot(glm::cross(light.u, light.v), way);  // area * cosine * r
     sample.weight = facing > 0.0f ? facing * towards / (squared * squared) : 0.0f;
   } else {
     sample.weight = towards / (squared * distance);
   }
+  sample.whole = sample.weight;
   return sample;
 }
 

@@ -10,6 +10,7 @@
 namespace polyhull {
 namespace {
 
+constexpr std::size_t spot_ways = 64;  // to a spot, whose light has no closed form
 constexpr std::uint32_t straight_seed = 0x3c6ef372U, mirrored_seed = 0x510e527fU,
                         inside_seed = 0xa54ff53aU;
 
@@ -51,19 +52,31 @@ LampShare::LampShare(const TracedScene& scene, const Light& light, const Mirrore
       first_(std::min(points_.size(), static_cast<std::size_t>(std::max(first, 1)))) {}
 
 float LampShare::unoccluded(const SurfaceGrid::Node& node) const {
-  return unoccluded_irradiance(light_, ray_start(scene_, node), node.normal);
+  const Vec3f origin = ray_start(scene_, node);
+  if (!light_.is_spot()) return unoccluded_irradiance(light_, origin, node.normal);
+  const std::size_t count = std::min(points_.size(), spot_ways);
+  float sum = 0.0f;
+  for (std::size_t i = 0; i < count; ++i)
+    sum += sample_light(light_, points_[i], origin, node.normal).whole;
+  return sum / static_cast<float>(count);
 }
 
 void LampShare::add(const SurfaceGrid::Node& node, std::span<const Vec2f> points, Sum& sum) const {
   std::array<Ray, 64> rays;
-  std::array<float, 64> weights;
+  std::array<float, 64> weights, wholes;
   std::array<std::uint8_t, 64> blocked;
   const Vec3f origin = ray_start(scene_, node);
   for (std::size_t first = 0; first < points.size(); first += rays.size()) {
     std::size_t count = 0;
     for (std::size_t i = first; i < std::min(first + rays.size(), points.size()); ++i) {
       const LightSample sample = sample_light(light_, points[i], origin, node.normal);
-      if (sample.weight <= 0.0f) continue;
+      if (sample.whole <= 0.0f) continue;
+      if (sample.weight <= 0.0f) {  // beyond a spot's cone
+        sum.whole += sample.whole;
+        sum.blocked = true;
+        continue;
+      }
+      wholes[count] = sample.whole;
       weights[count] = sample.weight;
       rays[count].origin = origin;
       rays[count].direction = sample.place - origin;
@@ -74,7 +87,7 @@ void LampShare::add(const SurfaceGrid::Node& node, std::span<const Vec2f> points
     }
     scene_.caster().occluded(std::span(rays).first(count), std::span(blocked).first(count));
     for (std::size_t i = 0; i < count; ++i) {
-      sum.whole += weights[i];
+      sum.whole += wholes[i];
       if (!blocked[i]) sum.visible += Float4{weights[i], weights[i], weights[i], 0.0f};
       (blocked[i] ? sum.blocked : sum.free) = true;
     }
@@ -85,11 +98,11 @@ void LampShare::add_mirrored(const SurfaceGrid::Node& node, std::span<const Vec2
                              Sum& sum) const {
   const Vec3f origin = ray_start(scene_, node);
   for (const Vec2f& point : points) {
-    const float weight = sample_light(light_, point, origin, node.normal).weight;
-    if (weight <= 0.0f) continue;
+    const LightSample sample = sample_light(light_, point, origin, node.normal);
+    if (sample.whole <= 0.0f) continue;
     const Vec3f share = mirrored_share(scene_, *mirrored_, point, origin, node.normal);
-    sum.whole += weight;
-    sum.visible += to_float4(weight * share);
+    sum.whole += sample.whole;
+    sum.visible += to_float4(sample.weight * share);
     (share == Vec3f(0.0f) ? sum.blocked : sum.free) = true;
   }
 }

@@ -20,11 +20,12 @@ class LampShare {
   LampShare(const TracedScene& scene, const Light& light, const MirroredLight* mirrored, int first,
             int samples);
 
-  /// E / L at a node that sees the whole lamp, the mirror taken as perfect.
+  /// E / L at a node that sees the whole lamp, the mirror taken as perfect and a spot without its
+  /// cone.
   float unoccluded(const SurfaceGrid::Node& node) const;
 
   /// By how much the light that comes is less, from 0 to 1 by colour (the fourth is 0), 1 where the
-  /// lamp's front is turned away. All ways are asked for where some of the first are blocked and
+  /// lamp's front is turned away. A spot's cone is like a shade: its border is one of shadow. All ways are asked for where some of the first are blocked and
   /// others not, or with \p thorough. Adds to \p rays.
   Float4 at(const SurfaceGrid::Node& node, bool thorough, std::uint64_t& rays) const;
 

@@ -67,6 +67,7 @@ std::uint64_t key_of(const Scene& scene, const LightCacheOptions& options) {
   for (const Light& light : scene.lights) {
     for (const Vec3f& v : {light.centre, light.u, light.v, light.radiance}) hash.add(v);
     hash.add(light.mesh);
+    if (light.is_spot()) hash.add(Vec2f(light.inner_cone, light.outer_cone));
   }
   if (scene.sky != Vec3f(0.0f)) hash.add(scene.sky);
   return hash.value();

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "scene/spot_cone.h"
+
 namespace polyhull {
 namespace {
 
@@ -119,8 +121,9 @@ int main_light(std::span<const Light> lights, const Vec3& point) {
     const Vec3 way = point - Vec3(lights[i].centre);
     const double distance_2 = std::max(glm::dot(way, way), 1e-6);
     const Vec3 normal(light_normal(lights[i]));
-    const double exit =
-        lights[i].is_area() ? std::max(0.0, glm::dot(normal, way) / std::sqrt(distance_2)) : 1.0;
+    const double cosine = glm::dot(normal, way) / std::sqrt(distance_2);
+    double exit = lights[i].is_area() ? std::max(0.0, cosine) : 1.0;
+    if (lights[i].is_spot()) exit = light_exit(lights[i], static_cast<float>(cosine));
     const Vec3f power = light_power(lights[i]);
     const double given = (power.x + power.y + power.z) * exit / distance_2;
     if (given > most) most = given, best = static_cast<int>(i);
@@ -135,6 +138,12 @@ Vec3f light_normal(const Light& light) {
 Vec3f light_power(const Light& light) {
   return light.is_area() ? light.radiance * (4.0f * glm::length(glm::cross(light.u, light.v)))
                          : light.radiance;
+}
+
+float light_exit(const Light& light, float cosine) {
+  if (!light.is_area()) return 1.0f;
+  cosine = std::max(cosine, 0.0f);
+  return light.is_spot() ? cone_of(light).at(cosine) : cosine;
 }
 
 }  // namespace polyhull

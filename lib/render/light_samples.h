@@ -50,4 +50,8 @@ Vec3f light_normal(const Light& light);
 /// Radiance times area, or a point light's intensity.
 Vec3f light_power(const Light& light);
 
+/// The share of light_power() that \p light sends, per solid angle, in a direction \p cosine of whose
+/// angle to light_normal() is given: Lambert's of an area light, a spot's cone, 1 for a point.
+float light_exit(const Light& light, float cosine);
+
 }  // namespace polyhull

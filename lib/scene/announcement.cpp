@@ -140,6 +140,7 @@ std::string announcement_to_json(const Announcement& announcement) {
                       {"v", numbers(light.v)},
                       {"radiance", numbers(light.radiance)},
                       {"mesh", light.mesh}});
+    if (light.outer_cone > 0.0f) lights.back()["cone"] = {light.inner_cone, light.outer_cone};
   }
   json out = {{"format", format},
               {"version", version},
@@ -180,6 +181,11 @@ Announcement announcement_of(const json& root) {
       light.v = vector_of(object, "v");
       light.radiance = vector_of(object, "radiance");
       light.mesh = mesh_of(object);
+      if (object.contains("cone")) {
+        const auto cone = array_of<2>(object, "cone");
+        light.inner_cone = static_cast<float>(cone[0]);
+        light.outer_cone = static_cast<float>(cone[1]);
+      }
       announcement.lights.push_back(std::move(light));
     }
     announcement.exposure = static_cast<float>(finite_number(member(root, "exposure"), "exposure"));

@@ -15,6 +15,14 @@ bool not_below_0(const Vec3f& v) {
   return v.x >= 0.0f && v.y >= 0.0f && v.z >= 0.0f;
 }
 
+/// A right angle and a little, as programs round it.
+constexpr float widest_cone = 1.5709f;
+
+bool is_cone(const Light& light) {
+  return light.inner_cone >= 0.0f && light.inner_cone <= light.outer_cone &&
+         light.outer_cone <= widest_cone;
+}
+
 /// A product of matrices may have rounded it.
 bool has_form(const Mat3& K) {
   constexpr double rounded = 1e-9;
@@ -64,12 +72,13 @@ void check_light(const std::vector<Light>& lights, float exposure, const Vec3f& 
   for (std::size_t i = 0; i < lights.size(); ++i) {
     const Light& light = lights[i];
     if (within_reach(light.centre) && within_reach(light.u) && within_reach(light.v) &&
-        not_below_0(light.radiance) &&
+        not_below_0(light.radiance) && is_cone(light) &&
         std::isfinite(light.radiance.x + light.radiance.y + light.radiance.z))
       continue;
     throw Error(Error::Kind::bad_input,
                 "Light {} of the scene cannot be used: its centre, u and v must be finite and at "
-                "most {:g} m, its radiance finite and not below 0.",
+                "most {:g} m, its radiance finite and not below 0, a spot's cone from 0 to a right "
+                "angle and the inner one not wider than the outer one.",
                 i, most);
   }
   if (!(exposure >= 0.0f && exposure <= most) || !within_reach(ambient) || !not_below_0(ambient) ||

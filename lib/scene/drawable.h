@@ -23,7 +23,7 @@ void check_viewport(const Camera& camera);
 void check_projection(const Camera& camera);
 
 /// Throws Error for light that is not finite or below 0, and for what of it is beyond 1e9 m or above
-/// 1e9: \p exposure, \p ambient and \p sky as in Announcement.
+/// 1e9, or a spot's cone that is none: \p exposure, \p ambient and \p sky as in Announcement.
 void check_light(const std::vector<Light>& lights, float exposure, const Vec3f& ambient,
                  const Vec3f& sky);
 

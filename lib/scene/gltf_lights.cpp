@@ -62,6 +62,23 @@ bool parallelogram(const SceneMesh& mesh, Vec3f& corner, Vec3f& a, Vec3f& b) {
   return false;
 }
 
+/// The cone of a spot. Angles are rounded by who writes them, and a cone without a soft border is
+/// common though the extension asks for inner < outer.
+void take_cone(const PunctualLight& in, const std::string& path, Light& light) {
+  constexpr double rounded = 1e-4;
+  const double inner = in.light->spot.innerConeAngle, outer = in.light->spot.outerConeAngle;
+  if (!(inner >= 0.0 && inner <= outer + rounded && outer > 0.0 &&
+        outer <= std::numbers::pi / 2.0 + rounded)) {
+    throw Error(
+        Error::Kind::bad_input,
+        "Scene '{}': the cone of light '{}' has innerConeAngle {:g} and outerConeAngle {:g}; "
+        "expected radians with 0 <= inner < outer <= pi/2.",
+        path, light.name, inner, outer);
+  }
+  light.outer_cone = static_cast<float>(std::min(outer, std::numbers::pi / 2.0));
+  light.inner_cone = std::min(static_cast<float>(inner), light.outer_cone);
+}
+
 }  // namespace
 
 Light light_from_punctual(const PunctualLight& in, const Bounds& bounds, const std::string& path) {
@@ -103,6 +120,7 @@ Light light_from_punctual(const PunctualLight& in, const Bounds& bounds, const s
     light.u = Vec3f(0.5 * height * y);  // cross(y, x) = -z
     light.v = Vec3f(0.5 * width * x);
     light.radiance = Vec3f(power / (width * height));
+    if (in.light->type == "spot") take_cone(in, path, light);
   } else {
     light.radiance = Vec3f(power);
   }

@@ -22,12 +22,13 @@ struct PunctualLight {
 /// One light of the scene:
 /// - point: a point light; with `size` [w, h] (metres; a number for a square) in the light's or the
 ///   node's extras an area light that shines along the node's -z with intensity/(w h) as radiance;
-/// - spot: the same, 0.2 m square where no size is given (its cone is Lambert's);
+/// - spot: the same, 0.2 m square where no size is given, with its cone and intensity/(w h) as
+///   radiance in all of it (spot_cone.h);
 /// - directional: the sun, an area light 100 scene sizes away, 0.53 degrees wide (`angle` in the
 ///   extras, degrees, for another softness).
 /// Photometric units are taken as they are (1 lx as 1 W/m2): only the exposure differs. \p bounds
-/// are the scene's, \p path names it in errors. Throws Error for a size that is not above 0 and for
-/// numbers that are not finite.
+/// are the scene's, \p path names it in errors. Throws Error for a size that is not above 0, for a
+/// cone that is none and for numbers that are not finite.
 Light light_from_punctual(const PunctualLight& light, const Bounds& bounds,
                           const std::string& path);
 
@@ -39,8 +40,9 @@ void split_emitters(Scene& scene);
 /// emissive meshes are seen, and light up what one bounce reaches, but are not sampled as lights.
 void find_area_lights(Scene& scene);
 
-/// The exposure at which a white surface under the mean direct light (shadows left out) is shown at
-/// 0.6 of white; 1 for a scene without light. The sky's light counts.
+/// The exposure at which a white surface under the mean direct light (shadows and spots' cones left
+/// out, so that what spots light is not burnt out by what they leave dark) is shown at 0.6 of white;
+/// 1 for a scene without light. The sky's light counts.
 float automatic_exposure(const Scene& scene);
 
 }  // namespace polyhull

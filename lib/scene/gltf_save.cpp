@@ -80,12 +80,14 @@ class Writer : GltfBuilder {
     add_node(std::move(node));
   }
 
-  /// A light that no mesh shows: a point, or a spot with its size in the extras.
+  /// A light that no mesh shows: a point, an area as a point with its size in the extras, or a spot.
   void add_light(const Light& in) {
     use("KHR_lights_punctual");
     tinygltf::Light out;
     out.name = in.name;
-    out.type = in.is_area() ? "spot" : "point";
+    out.type = in.is_spot() ? "spot" : "point";
+    out.spot.innerConeAngle = in.inner_cone;
+    out.spot.outerConeAngle = in.outer_cone;
     tinygltf::Node node;
     node.name = in.name;
     Vec3f power = in.radiance;

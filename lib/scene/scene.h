@@ -51,7 +51,8 @@ struct SceneMesh {
 
 /// A light. Area lights are parallelograms centre +- u +- v that shine to the side of cross(u, v)
 /// with constant radiance; point lights have u = v = 0 and intensity (W/sr) in `radiance`. The sun
-/// (a directional light) is an area light far away.
+/// (a directional light) is an area light far away. A spot is an area whose every part has the same
+/// intensity, `radiance` per area, in all directions within its cone (spot_cone.h).
 struct Light {
   std::string name;
   Vec3f centre{0.0f};
@@ -59,7 +60,10 @@ struct Light {
   Vec3f v{0.0f};
   Vec3f radiance{0.0f};
   int mesh = -1;  ///< the mesh of the scene that shows the light, -1: not to be seen
+  /// A spot's: radians from cross(u, v) up to which it shines fully, and from which not at all.
+  float inner_cone = 0.0f, outer_cone = 0.0f;  ///< 0: it is none
   bool is_area() const { return glm::dot(glm::cross(u, v), glm::cross(u, v)) > 0.0f; }
+  bool is_spot() const { return outer_cone > 0.0f && is_area(); }
   bool operator==(const Light&) const = default;
 };
 

@@ -77,7 +77,7 @@ def light(item):
     data, turn, centre = item.data, axes(item.matrix_world), place(item.matrix_world)
     scale = numpy.array(item.matrix_world.to_scale(), dtype=float)
     colour = data.energy * numpy.array(data.color, dtype=float)
-    half = numpy.zeros(2)
+    half, cone = numpy.zeros(2), {}
     if data.type == "AREA":
         half = 0.5 * data.size * numpy.abs(scale[:2])
         if data.shape in ("RECTANGLE", "ELLIPSE"):
@@ -85,7 +85,9 @@ def light(item):
         if data.shape in ("DISK", "ELLIPSE"):  # as a rectangle of the same area
             half *= math.sqrt(math.pi) / 2
         colour = colour / (16 * half[0] * half[1])
-    elif data.type == "SPOT":  # its cone is not announced
+    elif data.type == "SPOT":
+        outer = 0.5 * data.spot_size
+        cone = {"cone": [outer * (1 - data.spot_blend), outer]}
         half[:] = 0.5 * math.sqrt(math.pi) * max(data.shadow_soft_size, 1e-3)
         colour = colour / (4 * math.pi) / (4 * half[0] * half[1])
     elif data.type == "SUN":
@@ -96,7 +98,7 @@ def light(item):
         colour = colour / (4 * math.pi)
     # It shines along its -z: the side of u x v.
     return {"name": item.name, "centre": centre.tolist(), "u": (half[1] * turn[:, 1]).tolist(),
-            "v": (half[0] * turn[:, 0]).tolist(), "radiance": colour.tolist(), "mesh": -1}
+            "v": (half[0] * turn[:, 0]).tolist(), "radiance": colour.tolist(), "mesh": -1, **cone}
 
 
 def switched_on(layer):

@@ -16,6 +16,7 @@ namespace {
 constexpr int refined_rows = 4;         // between two looks at the clock
 constexpr int refined_share = 5;        // of the time until a live frame leaves, one part
 constexpr float bounce_spacing = 5.6f;  // of the spacing of the straight light
+constexpr int bounces_by_spots = 1024;  // what a spot lights is small, and found by few directions
 
 }  // namespace
 
@@ -32,6 +33,8 @@ void SceneStream::open(const SceneSettings& settings) {
   BackgroundOptions options;
   options.light.spacing = static_cast<float>(settings.light_spacing);
   options.light.bounce_spacing = bounce_spacing * options.light.spacing;
+  if (std::any_of(lights_.begin(), lights_.end(), [](const Light& l) { return l.is_spot(); }))
+    options.light.bounce_samples = bounces_by_spots;
   options.light_folder = folder;
   options.progressive = settings.live && settings.progressive;
   options.method = settings.method;

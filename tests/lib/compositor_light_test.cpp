@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "backend.h"
+#include "raytrace/path_tracer.h"
 #include "shot.h"
 #include "synthetic.h"
 
@@ -29,8 +30,10 @@ TEST_P(CompositorLightTest, TheShadowTakesWhatTheLampGave) {
   material.base_colour = {0.8f, 0.5f, 0.3f};
   const Mesh screen = plain_box({0.7f, 0.3f, -0.3f}, {0.75f, 0.9f, 0.3f}, 0.5f);
   const Vec3 centre(1.5, 1.2, 0.0);
-  for (const bool area : {false, true}) {
+  for (const std::string kind : {"point", "area", "spot"}) {
+    const bool area = kind != "point", spot = kind == "spot";
     Light lamp = point_lamp(Vec3f(centre), {10.0f, 9.0f, 8.0f});
+    if (spot) lamp.inner_cone = 0.6f, lamp.outer_cone = 1.2f;
     if (area) {
       lamp.u = {0.04f, 0, 0};
       lamp.v = {0, 0, 0.03f};
@@ -47,14 +50,17 @@ TEST_P(CompositorLightTest, TheShadowTakesWhatTheLampGave) {
            {Vec3(0, 0, 0), Vec3(-0.3, 0, 0.2), Vec3(-0.7, 0, -0.2), Vec3(0.15, 0, 0.1)}) {
         const Vec3 way = centre - point;
         const double cosine = way.y / glm::length(way), d2 = glm::dot(way, way);
-        const double irradiance = 0.5 * cosine * (area ? cosine : 1.0) / d2;
+        // KHR_lights_punctual's.
+        const double cone =
+            std::clamp((cosine - std::cos(1.2)) / (std::cos(0.6) - std::cos(1.2)), 0.0, 1.0);
+        const double irradiance = 0.5 * cosine * (spot ? cone * cone : area ? cosine : 1.0) / d2;
         const Vec3f found = shot.at(point);
         for (int c = 0; c < 3; ++c) {
           const double power = Vec3(10, 9, 8)[c];
           const double expected =
               0.5 - material.base_colour[c] / std::numbers::pi * power * irradiance;
           EXPECT_NEAR(found[c], expected, 0.006)
-              << "area " << area << " quality " << static_cast<int>(quality) << " x " << point.x;
+              << kind << " quality " << static_cast<int>(quality) << " x " << point.x;
         }
       }
       EXPECT_EQ(shot.pixel({0.0, 0, 1.0})[0], shot.pixel({-0.7, 0, 1.0})[0]);
@@ -213,28 +219,106 @@ TEST_P(CompositorLightTest, WhatTheMirrorShowedIsTakenOut) {
   scene.exposure = 0.7f;
   const Mesh box = plain_box({-0.5f, 0.0f, -0.2f}, {0.5f, 0.5f, 0.2f}, 0.9f);
   const Vec3 eye(0, 0.4, 1.7);
-  Shot shot(scene, box, synthetic::look_at(eye, {0, -0.15, 0.2}, 240, 240, 12.0));
-  shot.frame.ambient = Vec3f(0.4f, 0.3f, 0.2f);
-  shot.settings.shadow = ShadowQuality::off;
-  shot.draw(0.3f);
-  for (const double y : {0.05, 0.15}) {
-    const Vec3 image(0.01, -y, 0.2), way = image - eye;
-    // The wall's point on the way through the mirror.
-    Vec3 seen = eye + way * ((-1.0 - eye.z) / way.z);
-    seen.y = -seen.y;
-    const Vec3 light = lamp - seen;
-    const double lit = 2.0 * light.z / std::pow(glm::length(light), 3.0);
-    const double cosine = -glm::normalize(way).y;
-    const double fresnel = 0.04 + 0.96 * std::pow(1 - cosine, 5.0);
-    const Vec3f found = shot.at(image);
-    for (int c = 0; c < 3; ++c) {
-      const double shown =
-          0.7 * (plaster.base_colour[c] / std::numbers::pi * (shot.frame.ambient[c] + lit) +
-                 plaster.emission[c]);
-      EXPECT_NEAR(found[c], 0.3 + fresnel * (synthetic::to_linear(0.9f) - shown), 0.004)
-          << y << " channel " << c;
+  for (const bool spot : {false, true}) {
+    if (spot) {
+      Light& light = scene.lights[0];
+      light.u = {0, 0.01f, 0};  // towards the wall
+      light.v = {0.01f, 0, 0};
+      light.radiance /= 4e-4f;
+      light.inner_cone = 0.2f;
+      light.outer_cone = 1.2f;
+    }
+    Shot shot(scene, box, synthetic::look_at(eye, {0, -0.15, 0.2}, 240, 240, 12.0));
+    shot.frame.ambient = Vec3f(0.4f, 0.3f, 0.2f);
+    shot.settings.shadow = ShadowQuality::off;
+    shot.draw(0.3f);
+    for (const double y : {0.05, 0.15}) {
+      const Vec3 image(0.01, -y, 0.2), way = image - eye;
+      // The wall's point on the way through the mirror.
+      Vec3 seen = eye + way * ((-1.0 - eye.z) / way.z);
+      seen.y = -seen.y;
+      const Vec3 light = lamp - seen;
+      const double cone = std::clamp(
+          (light.z / glm::length(light) - std::cos(1.2)) / (std::cos(0.2) - std::cos(1.2)), 0.0,
+          1.0);
+      const double lit =
+          2.0 * light.z / std::pow(glm::length(light), 3.0) * (spot ? cone * cone : 1.0);
+      const double cosine = -glm::normalize(way).y;
+      const double fresnel = 0.04 + 0.96 * std::pow(1 - cosine, 5.0);
+      const Vec3f found = shot.at(image);
+      for (int c = 0; c < 3; ++c) {
+        const double shown =
+            0.7 * (plaster.base_colour[c] / std::numbers::pi * (shot.frame.ambient[c] + lit) +
+                   plaster.emission[c]);
+        EXPECT_NEAR(found[c], 0.3 + fresnel * (synthetic::to_linear(0.9f) - shown), 0.004)
+            << y << " channel " << c << " spot " << spot;
+      }
     }
   }
+}
+
+// So is the sky, where it showed that.
+TEST_P(CompositorLightTest, TheSkyInTheMirrorIsTakenOut) {
+  Material glass;
+  glass.roughness = 0.0f;
+  Scene scene = floor_scene(glass, point_lamp({0, 1.5f, 0.5f}, Vec3f(2.0f)));
+  scene.exposure = 0.5f;
+  const Mesh box = plain_box({-0.5f, 0.0f, -0.2f}, {0.5f, 0.5f, 0.2f}, 0.9f);
+  const Vec3 eye(0, 0.4, 1.7), image(0.01, -0.1, 0.2);
+  Shot shot(scene, box, synthetic::look_at(eye, {0, -0.15, 0.2}, 240, 240, 12.0));
+  shot.frame.sky = {0.4f, 0.8f, 3.0f};  // the last is shown as white
+  shot.settings.shadow = ShadowQuality::off;
+  shot.draw(0.5f);
+  const double fresnel = 0.04 + 0.96 * std::pow(1.0 + glm::normalize(image - eye).y, 5.0);
+  const Vec3f found = shot.at(image);
+  for (int c = 0; c < 3; ++c) {
+    const double shown = Vec3(0.2, 0.4, 1.0)[c];
+    EXPECT_NEAR(found[c], 0.5 + fresnel * (synthetic::to_linear(0.9f) - shown), 0.004) << c;
+  }
+}
+
+// The shadow in a spot's light: the picture after the composite is the path tracer's of the scene with
+// the subject, within the cone, at its soft border and beyond.
+TEST_P(CompositorLightTest, ASpotsShadowIsTheTraced) {
+  Material material;
+  material.base_colour = Vec3f(0.6f);
+  material.emission = Vec3f(0.2f);  // what is taken beyond the cone is missing there, too
+  Light lamp = point_lamp({0.2f, 2.2f, 0.1f}, Vec3f(12.0f / 0.16f));
+  lamp.u = {0.2f, 0, 0};
+  lamp.v = {0, 0, 0.2f};
+  lamp.inner_cone = 0.3f;
+  lamp.outer_cone = 0.5f;
+  const Scene scene = floor_scene(material, lamp);
+  // Black, so that its own light is none; half of its shadow lies beyond the cone.
+  const Mesh body = plain_box({0.4f, 0.9f, -0.25f}, {0.9f, 1.0f, 0.3f}, 0.0f);
+  const Camera viewport = synthetic::look_at({0.2, 2.6, 3.0}, {0.4, 0, 0}, 160, 120, 34.0);
+  TracedScene traced(scene);
+  const PathOptions paths{.light_samples = 16};
+  const Picture before = trace_picture(traced, viewport, 16, paths);
+  traced.set_subjects({{body.hull.vertices, body.hull.triangles,
+                        [](std::uint32_t, float, float, const Vec3f&) { return Vec3f(0.0f); }}});
+  const Picture truth = trace_picture(traced, viewport, 16, paths);
+  Shot shot(scene, body, viewport);
+  // Of the light that the subject takes, the share that is taken wrongly.
+  const auto wrong = [&](const Picture& picture) {
+    double off = 0.0, all = 0.0;
+    const auto light = [](std::uint8_t value) { return synthetic::to_linear(value / 255.0f); };
+    for (std::size_t i = 0; i < truth.pixels.size(); i += 4) {
+      off += std::abs(light(picture.pixels[i]) - light(truth.pixels[i]));
+      all += std::abs(light(before.pixels[i]) - light(truth.pixels[i]));
+    }
+    return off / all;
+  };
+  for (const ShadowQuality quality : {ShadowQuality::good, ShadowQuality::best}) {
+    shot.settings.shadow = quality;
+    shot.draw(before);
+    EXPECT_LT(wrong(shot.picture), 0.08);
+  }
+  Light wide = lamp;
+  wide.inner_cone = wide.outer_cone = 0.0f;
+  shot.frame.lights = {wide};
+  shot.draw(before);
+  EXPECT_GT(wrong(shot.picture), 0.2) << "the cone matters here";
 }
 
 // Where the picture holds what the mirror showed, it is taken out as the picture shows it.

@@ -57,7 +57,7 @@ TEST_P(CompositorTest, EveryShaderCompiles) {
   for (const char* taps : {"0", "4", "16"})
     link("tiles.vert", "shadow.frag",
          {samples, std::string("BLOCKER_TAPS ") + taps, std::string("FILTER_TAPS ") + taps},
-         {"place.glsl"});
+         {"place.glsl", "light.glsl"});
   link("tiles.vert", "shadow_blur.frag", {});
   link("scene.vert", "scene_layer.frag", {}, {"material.glsl"});
   link("scene.vert", "scene_layer.frag", {"CLIPPED"}, {"material.glsl"});
@@ -65,11 +65,13 @@ TEST_P(CompositorTest, EveryShaderCompiles) {
   link("fullscreen.vert", "shadow_tiles.frag", {});
   link("tiles.vert", "shadow_touched.frag", {});
   link("fullscreen.vert", "depth_picture.frag", {});
-  link("scene.vert", "mirrored_scene.frag", {lights}, {"material.glsl", "lamps.glsl"});
+  link("scene.vert", "mirrored_scene.frag", {lights},
+       {"material.glsl", "light.glsl", "lamps.glsl"});
   for (const char* step : {"GRID_STEP 1", "GRID_STEP 2"})
     for (const char* layers : {"SHADOW", "MIRROR_SHADOW", "MIRROR", "SUBJECT"})
       for (const char* fill : {"OPAQUE", "FILL"})
-        link("tiles.vert", "composite.frag", {step, layers, fill, lights}, {"lamps.glsl"});
+        link("tiles.vert", "composite.frag", {step, layers, fill, lights},
+             {"light.glsl", "lamps.glsl"});
   // Whatever is in shaders/ is one of these.
   for (const ShaderSource& shader : shader_sources()) {
     const std::string_view known[] = {
@@ -77,7 +79,8 @@ TEST_P(CompositorTest, EveryShaderCompiles) {
         "hull.frag",           "hull.vert",           "hull_depth.vert",    "scene.vert",
         "material.glsl",       "shadow.frag",         "shadow_tiles.frag",  "shadow_blur.frag",
         "mirrored_scene.frag", "tiles.vert",          "place.glsl",         "scene_layer.frag",
-        "reach.frag",          "shadow_touched.frag", "depth_picture.frag", "lamps.glsl"};
+        "reach.frag",          "shadow_touched.frag", "depth_picture.frag", "lamps.glsl",
+        "light.glsl"};
     EXPECT_NE(std::find(std::begin(known), std::end(known), shader.name), std::end(known))
         << shader.name << " is not compiled by this test";
   }

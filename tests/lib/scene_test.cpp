@@ -82,6 +82,11 @@ TEST_F(SceneFile, WhatIsSavedIsReadBack) {
   panel.v = glm::normalize(glm::cross(panel.u, Vec3f(1, 2, 3))) * 0.25f;
   panel.radiance = {7, 8, 9};
   room.lights.push_back(panel);
+  Light spot = panel;
+  spot.name = "spot";
+  spot.inner_cone = 0.25f;
+  spot.outer_cone = 0.5f;
+  room.lights.push_back(spot);
   const std::string path = (folder_ / "room.glb").string();
   save_scene(room, path);
   const Scene read = load_scene(path);
@@ -104,12 +109,14 @@ TEST_F(SceneFile, WhatIsSavedIsReadBack) {
                 room.textures[b.base_colour_texture].pixels);
     }
   }
-  ASSERT_EQ(read.lights.size(), 3u);
+  ASSERT_EQ(read.lights.size(), 4u);
   const auto same = [](const Light& a, const Light& b) {
     EXPECT_LT(glm::length(a.centre - b.centre), 1e-5f) << a.name;
     EXPECT_LT(glm::length(glm::cross(a.u, a.v) - glm::cross(b.u, b.v)), 1e-5f) << a.name;
     EXPECT_LT(glm::length(a.radiance - b.radiance), 1e-4f) << a.name;
     EXPECT_EQ(a.is_area(), b.is_area());
+    EXPECT_EQ(a.inner_cone, b.inner_cone) << a.name;
+    EXPECT_EQ(a.outer_cone, b.outer_cone) << a.name;
   };
   for (const Light& light : read.lights) {
     for (const Light& other : room.lights) {
@@ -153,15 +160,19 @@ TEST_F(SceneFile, LightsOfTheExtension) {
   root["extensions"]["KHR_lights_punctual"]["lights"] =
       json::array({{{"type", "point"}, {"intensity", 30.0}, {"color", {1, 0.5, 0}}},
                    {{"type", "point"}, {"intensity", 30.0}, {"extras", {{"size", {0.5, 2.0}}}}},
-                   {{"type", "directional"}, {"intensity", 4.0}}});
-  for (int i = 0; i < 3; ++i) {
+                   {{"type", "directional"}, {"intensity", 4.0}},
+                   {{"type", "spot"},
+                    {"intensity", 8.0},
+                    {"spot", {{"innerConeAngle", 0.3}, {"outerConeAngle", 0.5}}}},
+                   {{"type", "spot"}, {"spot", json::object()}}});
+  for (int i = 0; i < 5; ++i) {
     root["scenes"][0]["nodes"].push_back(i + 1);
     root["nodes"].push_back({{"translation", {0, 3, 0}},
                              {"rotation", {-std::sqrt(0.5), 0, 0, std::sqrt(0.5)}},  // -z to -y
                              {"extensions", {{"KHR_lights_punctual", {{"light", i}}}}}});
   }
   const Scene scene = load_scene(write(root));
-  ASSERT_EQ(scene.lights.size(), 3u);
+  ASSERT_EQ(scene.lights.size(), 5u);
   EXPECT_FALSE(scene.lights[0].is_area());
   EXPECT_FLOAT_EQ(scene.lights[0].radiance.y, 15.0f);
   EXPECT_TRUE(scene.lights[1].is_area());
@@ -174,6 +185,27 @@ TEST_F(SceneFile, LightsOfTheExtension) {
   const float distance = glm::length(sun.centre);
   const float area = 4.0f * glm::length(glm::cross(sun.u, sun.v));
   EXPECT_NEAR(sun.radiance.x * area / (distance * distance), 4.0f, 0.1f);
+  const Light& spot = scene.lights[3];
+  EXPECT_TRUE(spot.is_spot());
+  EXPECT_FLOAT_EQ(spot.radiance.x * 4.0f * glm::length(glm::cross(spot.u, spot.v)), 8.0f);
+  EXPECT_LT(glm::cross(spot.u, spot.v).y, 0.0f);
+  EXPECT_EQ(spot.inner_cone, 0.3f);
+  EXPECT_EQ(spot.outer_cone, 0.5f);
+  EXPECT_EQ(scene.lights[4].inner_cone, 0.0f);
+  EXPECT_FLOAT_EQ(scene.lights[4].outer_cone, static_cast<float>(std::numbers::pi / 4));
+  for (int i = 0; i < 3; ++i) EXPECT_FALSE(scene.lights[i].is_spot());
+  const auto cone = [&](double inner, double outer) {
+    json with = root;
+    json& light = with["extensions"]["KHR_lights_punctual"]["lights"][3];
+    light["spot"] = {{"innerConeAngle", inner}, {"outerConeAngle", outer}};
+    return write(with);
+  };
+  for (const auto& [inner, outer] :
+       {std::pair{-0.1, 0.5}, {0.6, 0.5}, {0.0, 0.0}, {0.0, 1.6}, {0.3, -0.5}, {0.0, 1e300}})
+    EXPECT_TRUE(contains(failure(cone(inner, outer)), "the cone of light"))
+        << inner << " " << outer;
+  EXPECT_EQ(load_scene(cone(0.5, 0.5)).lights[3].inner_cone, 0.5f) << "a hard border";
+  EXPECT_TRUE(load_scene(cone(0.0, 1.570796327)).lights[3].is_spot()) << "rounded up";
 }
 
 TEST_F(SceneFile, EmissiveQuadsBecomeLightsEachOfItsOwn) {
@@ -366,6 +398,12 @@ TEST(Announcement, SurvivesJson) {
   announcement.scene = "builtin:room";
   announcement.lights = room_scene().lights;
   announcement.exposure = 0.75f;
+  EXPECT_FALSE(contains(announcement_to_json(announcement), "cone")) << "as before there was one";
+  EXPECT_FALSE(contains(announcement_to_json(announcement), "sky"));
+  announcement.lights.push_back(announcement.lights[0]);
+  announcement.lights[1].inner_cone = 0.2f;
+  announcement.lights[1].outer_cone = 0.45f;
+  announcement.sky = {0.3f, 0.4f, 0.5f};
   announcement.ambient = {0.1f, 0.2f, 0.3f};
   announcement.aperture = 0.0175;
   announcement.focus_distance = 2.25;
@@ -455,6 +493,12 @@ TEST(Announcement, RefusesWhatIsNone) {
   root["lights"][0]["name"] = std::string(4097, 'x');
   EXPECT_THROW(parse_announcement(root.dump()), Error);
   root["lights"][0]["name"] = "lamp";
+  for (const json& cone : {json(0.5), json({0.5}), json({-0.1, 0.5}), json({0.6, 0.5}),
+                           json({0.0, 1.6}), json({0.0, "wide"})}) {
+    json wrong = root;
+    wrong["lights"][0]["cone"] = cone;
+    EXPECT_THROW(parse_announcement(wrong.dump()), Error) << cone;
+  }
   for (const auto& [pointer, value] :
        std::vector<std::pair<const char*, double>>{{"/lights/0/centre/0", -1e10},
                                                    {"/lights/0/u/1", 1e20},

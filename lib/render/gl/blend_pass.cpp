@@ -62,7 +62,7 @@ gl::Program& BlendPass::program(const Kind& kind, int step) {
   if (kind.fill) {
     defines.emplace_back("FILL");
     defines.push_back(lamps_define());
-    includes.emplace_back("lamps.glsl");
+    includes = {"light.glsl", "lamps.glsl"};
   }
   return program = gl::Program("tiles.vert", "composite.frag", defines, includes);
 }

@@ -11,14 +11,17 @@ std::string lamps_define() {
 
 void set_lamps(gl::Program& program, const RenderFrame& frame) {
   std::vector<glm::vec3> positions, normals, powers;
+  std::vector<glm::vec2> cones;
   for (std::size_t i = 0; i < std::min(frame.lights.size(), max_lamps); ++i) {
     positions.push_back(frame.lights[i].centre);
     normals.push_back(light_normal(frame.lights[i]));
+    cones.push_back(shader_cone(frame.lights[i]));
     powers.push_back(light_power(frame.lights[i]) * frame.exposure);
   }
   program.set("lights", static_cast<int>(positions.size()));
   program.set("light_position", std::span<const glm::vec3>(positions));
   program.set("light_normal", std::span<const glm::vec3>(normals));
+  program.set("light_cone", std::span<const glm::vec2>(cones));
   program.set("light_power", std::span<const glm::vec3>(powers));
   program.set("ambient", frame.ambient * frame.exposure);
 }
@@ -33,7 +36,7 @@ void MirrorPass::draw(const PassInput& in, GLuint background, GLuint scene_depth
     depth_ = gl::Program("scene.vert", "depth.frag");
     clipped_depth_ = gl::Program("scene.vert", "depth.frag", {"CLIPPED"});
     scene_ = gl::Program("scene.vert", "mirrored_scene.frag", {lamps_define()},
-                         {"material.glsl", "lamps.glsl"});
+                         {"material.glsl", "light.glsl", "lamps.glsl"});
   }
   const Rectangle part = whole_tiles(in.plan.mirror, in.frame.width, in.frame.height);
   image_.resize(in.frame.width, in.frame.height, in.settings.edge_samples);

@@ -17,6 +17,7 @@
 #include "render/gl/subject_buffers.h"
 #include "render/gl/tiles.h"
 #include "render/light_reach.h"
+#include "scene/spot_cone.h"
 
 namespace polyhull {
 
@@ -30,6 +31,12 @@ struct PassInput {
   gl::PassTimer& timer;
   bool translucent = false;  ///< the background may have an alpha below 1 that counts
 };
+
+/// As shaders/light.glsl takes it.
+inline glm::vec2 shader_cone(const Light& light) {
+  const SpotCone cone = cone_of(light);
+  return {cone.scale, cone.offset};
+}
 
 /// Lamps that shaders/lamps.glsl adds up; how many it knows is its define.
 inline constexpr std::size_t max_lamps = 8;

@@ -171,6 +171,7 @@ void ShadowMaps::set(gl::Program& program, const PassInput& in) {
   program.set("kernel", std::span<const glm::vec4>(kernels));
   program.set("nearest", std::span<const float>(nearest));
   program.set("light_normal", light_normal(light));
+  program.set("light_cone", shader_cone(light));
   // Two texels.
   const float static_texel =
       2.0f * half_width(static_views_[0]) / static_cast<float>(static_maps_.size());

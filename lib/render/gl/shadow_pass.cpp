@@ -24,7 +24,7 @@ gl::Program& ShadowPass::receiver(ShadowQuality quality) {
         gl::Program("tiles.vert", "shadow.frag",
                     {"MAX_LIGHT_SAMPLES " + std::to_string(max_light_samples),
                      "BLOCKER_TAPS " + std::to_string(taps), "FILTER_TAPS " + std::to_string(taps)},
-                    {"place.glsl"});
+                    {"place.glsl", "light.glsl"});
   }
   return program;
 }

@@ -9,6 +9,7 @@
 
 #include "base/thread_pool.h"
 #include "raytrace/sampling.h"
+#include "scene/spot_cone.h"
 
 namespace polyhull::processor {
 namespace {
@@ -113,14 +114,17 @@ struct AreaShadow::Packet {
 /// The rays of \p pixels to \p place, of those for which it shines.
 void AreaShadow::aim(std::span<const std::uint32_t> pixels, const Vec3f& place, const Vec3f& facing,
                      Packet& packet) const {
-  const bool area = facing != Vec3f(0.0f);
+  const bool area = facing != Vec3f(0.0f), spot = light_.is_spot();
+  const SpotCone cone = cone_of(light_);
   packet.count = 0;
   for (const std::uint32_t pixel : pixels) {
     const Receiver& at = receivers_[pixel];
     const Vec3f way = place - at.point;
     const float distance_2 = glm::dot(way, way);
     const float incidence = glm::dot(at.normal, way);
-    const float exit = area ? -glm::dot(facing, way) : std::sqrt(distance_2);
+    const float distance = std::sqrt(distance_2);
+    const float along = -glm::dot(facing, way);
+    const float exit = spot ? cone.at(along / distance) * distance : area ? along : distance;
     if (!(incidence > 0.0f) || !(exit > 0.0f)) continue;
     Ray& ray = packet.rays[packet.count];
     ray.origin = at.point;

@@ -16,8 +16,7 @@ Vec3f lamps_irradiance(const RenderFrame& frame, const Vec3f& point, const Vec3f
     const Vec3f to = light.centre - point;
     const float distance_2 = glm::dot(to, to);
     const Vec3f direction = to / std::sqrt(distance_2);
-    const float exit =
-        light.is_area() ? std::max(-glm::dot(light_normal(light), direction), 0.0f) : 1.0f;
+    const float exit = light_exit(light, -glm::dot(light_normal(light), direction));
     irradiance += light_power(light) * frame.exposure *
                   (std::max(glm::dot(normal, direction), least) * exit / distance_2);
   }
