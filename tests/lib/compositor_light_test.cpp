@@ -277,6 +277,42 @@ TEST_P(CompositorLightTest, TheSkyInTheMirrorIsTakenOut) {
   }
 }
 
+// The sun is a lamp far away: in the core of its shadow is missing what it gave, beside it nothing, and
+// where the scene itself shades nothing more.
+TEST_P(CompositorLightTest, TheSunThrowsAShadow) {
+  Material material;
+  const Vec3 to_sun = glm::normalize(Vec3(0.5, 1.0, 0.6));
+  const Vec3 x = glm::normalize(glm::cross(Vec3(0, 1, 0), to_sun));
+  const Mesh body = plain_box({-0.2f, 0.3f, -0.2f}, {0.2f, 1.2f, 0.2f}, 0.5f);
+  for (const double far : {60.0, 1000.0, 4000.0}) {
+    Light sun;
+    const double half = far * std::tan(0.02);
+    sun.centre = Vec3(far * to_sun);
+    sun.u = Vec3(half * glm::cross(to_sun, x));
+    sun.v = Vec3(half * x);
+    sun.radiance = Vec3f(static_cast<float>(1.5 * far * far / (4.0 * half * half)));
+    Scene scene = floor_scene(material, sun);
+    SceneMesh plate = scene.meshes[0];  // over the body's upper end
+    const Vec3 top = Vec3(0, 1.1, 0) + to_sun;
+    for (Vec3f& p : plate.positions) p = Vec3f(top) + p / 25.0f;
+    scene.meshes.push_back(plate);
+    for (const ShadowQuality quality : {ShadowQuality::hard, ShadowQuality::good}) {
+      Shot shot(scene, body,
+                synthetic::look_at({-2.6, 2.6, -2.2}, {-0.3, 0, -0.3}, 320, 240, 50.0));
+      shot.settings.shadow = quality;
+      shot.draw(0.7f);
+      const auto shadow_of = [&](double y) { return Vec3(0, y, 0) - to_sun * (y / to_sun.y); };
+      const double missing = 1.5 * to_sun.y / std::numbers::pi;
+      for (const double y : {0.5, 0.6, 0.7})
+        EXPECT_NEAR(shot.at(shadow_of(y)).x, 0.7 - missing, far == 1000.0 ? 0.006 : 0.025)
+            << far << " quality " << static_cast<int>(quality) << " y " << y;
+      for (const Vec3& lit : {shadow_of(1.1), shadow_of(2.0), Vec3(0.7, 0, -1.2)})
+        EXPECT_NEAR(shot.at(lit).x, 0.7, 0.004)
+            << far << " quality " << static_cast<int>(quality) << " x " << lit.x;
+    }
+  }
+}
+
 // The shadow in a spot's light: the picture after the composite is the path tracer's of the scene with
 // the subject, within the cone, at its soft border and beyond.
 TEST_P(CompositorLightTest, ASpotsShadowIsTheTraced) {

@@ -32,6 +32,10 @@ struct PassInput {
   bool translucent = false;  ///< the background may have an alpha below 1 that counts
 };
 
+/// By what the irradiance of the main light, per power, is multiplied in textures of half floats: the
+/// sun's would be too small for them. A power of two, and 1 for lamps, whose values stay as they are.
+float irradiance_scale(const PassInput& in);
+
 /// As shaders/light.glsl takes it.
 inline glm::vec2 shader_cone(const Light& light) {
   const SpotCone cone = cone_of(light);

@@ -59,7 +59,23 @@ GLuint make_sampler(gl::Sampler& sampler, bool compare) {
   return sampler.get();
 }
 
+/// Whether the light is so far from the scene that a wide map would show it in a few texels.
+bool is_sun(const Light& light, const Bounds& scene) {
+  constexpr double sizes = 4.0;
+  return glm::distance(Vec3(light.centre), 0.5 * (scene.min + scene.max)) >
+         sizes * glm::distance(scene.min, scene.max);
+}
+
 }  // namespace
+
+float irradiance_scale(const PassInput& in) {
+  constexpr double near = 32.0;  // metres
+  const Light& light = in.frame.lights[static_cast<std::size_t>(in.plan.light)];
+  const Bounds& scene = in.scene.bounds();
+  const double distance = glm::distance(Vec3(light.centre), 0.5 * (scene.min + scene.max));
+  return distance < near ? 1.0f
+                         : static_cast<float>(std::exp2(std::floor(2.0 * std::log2(distance))));
+}
 
 /// What the light's map shows of the subjects.
 void ShadowMaps::find_reach(const Light& light, const SubjectsShape& shape) {
@@ -102,6 +118,9 @@ void ShadowMaps::draw(const PassInput& in) {
   static_views_.clear();
   subject_maps_.resize(subject_map_size(in.settings), static_cast<int>(cells.size()));
   depth_of_hull_.use();
+  const bool sun = is_sun(light, in.scene.bounds());
+  const std::vector<Vec3> box = corners(in.scene.bounds());
+  const std::vector<Vec3f> whole(box.begin(), box.end());
   const Vec3 middle = 0.5 * (in.scene.bounds().min + in.scene.bounds().max);
   for (std::size_t i = 0; i < cells.size(); ++i) {
     const double far = farthest(cells[i], everything);
@@ -109,7 +128,11 @@ void ShadowMaps::draw(const PassInput& in) {
     // The scene's maps are of the scene alone: subjects move, and these maps stay. A hard shadow's is
     // as fine as the subjects' own, of what lies before and behind them.
     if (hard)
-      static_views_.push_back(view_of_points(casting, cells[i], side, points, far, 0.02));
+      static_views_.push_back(
+          view_of_points(casting, cells[i], side, points, far, sun ? far / 2.0 : 0.02));
+    else if (sun)
+      static_views_.push_back(
+          view_of_points(casting, cells[i], side, whole, farthest(cells[i], in.scene.bounds())));
     else
       static_views_.push_back(
           wide_view(light, cells[i], middle, farthest(cells[i], in.scene.bounds())));
@@ -163,7 +186,8 @@ void ShadowMaps::set(gl::Program& program, const PassInput& in) {
   }
   program.set("samples", count);
   program.set("stride", stride);
-  program.set("share", static_cast<float>(stride) / static_cast<float>(count));
+  const float share = static_cast<float>(stride) / static_cast<float>(count);
+  program.set("share", share * irradiance_scale(in));
   program.set("light_position", std::span<const glm::vec3>(positions));
   program.set("subject_from_scene", std::span<const glm::mat4>(to_float(views_)));
   program.set("static_from_scene", std::span<const glm::mat4>(to_float(static_views_)));

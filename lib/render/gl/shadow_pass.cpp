@@ -140,7 +140,7 @@ void ShadowPass::find_touched(const PassInput& in, const ShadowGrid& grid) {
   program.set("beyond", grid.step - 1);
   // Where composite.frag leaves the background as it is, whatever the albedo, which is at most 1.
   const Light& light = in.frame.lights[static_cast<std::size_t>(in.plan.light)];
-  const Vec3f power = light_power(light) * in.frame.exposure;
+  const Vec3f power = light_power(light) * (in.frame.exposure / irradiance_scale(in));
   const float most = std::max({power.x, power.y, power.z, 1e-30f}) / std::numbers::pi_v<float>;
   program.set("least", 0.99f * 4e-5f / most);
   drawing_.draw(program, shadowed_, tiles_along(in.frame.width, side),
