@@ -11,11 +11,11 @@ set -euo pipefail
 source "$(dirname "$0")/../pipelines/prepare.sh"
 polyhull_help "$@"
 
-quick=false
+quick=false long=false
 for argument in "$@"; do
   case $argument in
     --quick) quick=true ;;
-    --long) export POLYHULL_LONG=1 POLYHULL_STRESS=${POLYHULL_STRESS:-100} ;;
+    --long) long=true; export POLYHULL_LONG=1 POLYHULL_STRESS=${POLYHULL_STRESS:-100} ;;
     *) fail "unknown argument '$argument'; usage: tests/run.sh [--quick | --long]" ;;
   esac
 done
@@ -60,7 +60,9 @@ fi
 say "building $polyhull_build (nothing to do where nothing changed)"
 ninja -C "$polyhull_build"
 say "running the tests, $SECONDS s from the start"
+$long || export GTEST_FILTER=-$(grep -v '^#' "$polyhull_source/tests/long.txt" | paste -sd :)
 run_suite plain ""
+unset GTEST_FILTER  # sanitized.sh has its own
 
 sanitized=$polyhull_source/build-sanitize
 polyhull_configure "$sanitized" -Dtests=true -Dsanitize=true -Dcalibration=enabled -Dbuildtype=plain \

@@ -25,7 +25,7 @@ if [ -n "${POLYHULL_LONG:-}" ]; then
       export LSAN_OPTIONS=print_suppressions=0:suppressions=$(dirname "$0")/lsan.supp ;;
   esac
 else
-  left_out=$(grep -v '^#' "$(dirname "$0")/sanitized_long.txt" | paste -sd :)
+  left_out=$(grep -hv '^#' "$(dirname "$0")"/{long,sanitized_long}.txt | paste -sd :)
   export GTEST_FILTER=${GTEST_FILTER:--*/Embedded:$left_out}
 fi
 twin=$sanitized/${program#"$POLYHULL_BUILD"/}
