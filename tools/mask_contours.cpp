@@ -3,33 +3,29 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iostream>
 #include <utility>
 
 #include "base/error.h"
 #include "base/picture.h"
+#include "mask_picture.h"
 #include "rig/undistort.h"
 #include "silhouette/silhouette.h"
 
 namespace polyhull {
 namespace {
 
-Matte matte_of(const Picture& picture) {
-  const int channel = picture.channels == 2 || picture.channels == 4 ? picture.channels - 1 : 0;
-  Matte matte;
-  load_matte(picture.row(0) + channel, picture.channels * picture.width, picture.channels,
-             picture.width, picture.height, matte);
-  return matte;
-}
-
-Picture read(const std::string& path, const Camera& camera) {
-  Picture picture = load_picture(path);
+MaskPicture read(const std::string& path, const Camera& camera) {
+  MaskPicture mask = load_mask_picture(path);
+  const Picture& picture = mask.picture;
   if (picture.width != camera.width || picture.height != camera.height) {
     throw Error(Error::Kind::bad_input,
                 "{}: the picture is {}x{}, camera {} has {}x{}; pictures must cover the camera's "
                 "full frame.",
                 path, picture.width, picture.height, camera.name, camera.width, camera.height);
   }
-  return picture;
+  if (!mask.note.empty()) std::cerr << "note: " << path << ": " << mask.note << "\n";
+  return mask;
 }
 
 Rings trace(const Picture& picture, const MaskSettings& settings) {
@@ -38,22 +34,14 @@ Rings trace(const Picture& picture, const MaskSettings& settings) {
   blur_settings.sigma = settings.sigma;
   blur.set(blur_settings);
   Field field;
-  blur.apply(matte_of(picture), field);
+  Matte matte;
+  load_matte(picture.row(0), picture.width, 1, picture.width, picture.height, matte);
+  blur.apply(matte, field);
   ContourSettings contours;
   contours.trace.corrected_sigma = corrected_sigma(blur_settings, true);
   contours.approximate.tolerance = settings.tolerance;
   contours.approximate.keep_largest = settings.keep_largest;
   return Contourer().find(field, contours);
-}
-
-bool is_coloured(const Picture& picture) {
-  if (picture.channels != 3) return false;
-  std::size_t coloured = 0;
-  for (std::size_t i = 0; i < picture.pixels.size(); i += picture.channels) {
-    const std::uint8_t* p = picture.pixels.data() + i;
-    if (std::max({p[0], p[1], p[2]}) - std::min({p[0], p[1], p[2]}) >= 32) ++coloured;
-  }
-  return coloured * 100 > static_cast<std::size_t>(picture.width) * picture.height;
 }
 
 Rings key(const Picture& picture, const std::string& path, const MaskSettings& settings) {
@@ -83,24 +71,21 @@ Rings key(const Picture& picture, const std::string& path, const MaskSettings& s
   return rings;
 }
 
+Rings rings_of(const std::string& path, const Camera& camera, const MaskSettings& settings) {
+  const MaskPicture mask = read(path, camera);
+  return mask.to_key ? key(mask.picture, path, settings) : trace(mask.picture, settings);
+}
+
 }  // namespace
 
 Rings contours_of_mask(const std::string& path, const Camera& camera,
                        const MaskSettings& settings) {
-  return undistort_rings(camera, trace(read(path, camera), settings)).rings;
+  return undistort_rings(camera, rings_of(path, camera, settings)).rings;
 }
 
 Rings contours_of_picture(const std::string& path, const Camera& camera,
                           const MaskSettings& settings) {
-  Picture picture = read(path, camera);
-  // A mask whose alpha says nothing is in its colours.
-  const bool opaque = picture.channels == 4 && [&] {
-    for (std::size_t i = 3; i < picture.pixels.size(); i += 4)
-      if (picture.pixels[i] != 255) return false;
-    return true;
-  }();
-  if (opaque) picture = load_picture(path, 3);
-  const Rings all = is_coloured(picture) ? key(picture, path, settings) : trace(picture, settings);
+  const Rings all = rings_of(path, camera, settings);
   const auto area = [&](std::size_t i) {
     const std::span<const Vec2f> ring = all.ring(i);
     double sum = 0.0;

@@ -16,16 +16,15 @@ struct MaskSettings {
   int keep_largest = 0;    ///< only this many pieces, the largest, are kept; 0: all
 };
 
-/// Reads \p path (PNG or JPEG; its alpha where it has one, else its grey level: foreground bright),
-/// traces and approximates it, and takes \p camera's lens distortion out of them. Throws
-/// Error when the picture cannot be read or is not of the camera's size.
+/// The subject's contours in \p path: a mask, or a picture of the subject before a coloured screen
+/// (load_mask_picture() tells them apart), which is keyed (KeyColour::automatic). They are traced,
+/// approximated, and \p camera's lens distortion is taken out of them. How an unusual mask was
+/// understood is said on standard error. Throws Error when the picture cannot be read, is not of
+/// the camera's size, shows no screen, or is a mask that looks inverted.
 Rings contours_of_mask(const std::string& path, const Camera& camera, const MaskSettings& settings);
 
-/// The contours of the subject in a mask, as contours_of_mask() reads it, or in a picture of the
-/// subject before a coloured screen, which is keyed (KeyColour::automatic); in pixels of the
-/// picture, distortion and all. Pieces of less than a thousandth of the largest one's area are left
-/// out. Throws Error when the picture cannot be read, is not of the camera's size, shows no screen,
-/// or holds no subject.
+/// The same in pixels of the picture, distortion and all, without the pieces of less than a
+/// thousandth of the largest one's area. Throws Error, also when the picture holds no subject.
 Rings contours_of_picture(const std::string& path, const Camera& camera,
                           const MaskSettings& settings);
 

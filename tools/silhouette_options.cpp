@@ -199,9 +199,9 @@ SilhouetteSettings SilhouetteOptions::settings() const {
   if (!screen_.empty()) s.key.screen = colour_of(screen_, "--screen");
   if (!foreground_.empty()) s.key.foreground = colour_of(foreground_, "--foreground");
   if (!inside_mask_.empty())
-    s.key.inside_mask = std::make_shared<Picture>(load_picture(inside_mask_, 1));
+    s.key.inside_mask = std::make_shared<Picture>(load_grey_mask(inside_mask_));
   if (!outside_mask_.empty())
-    s.key.outside_mask = std::make_shared<Picture>(load_picture(outside_mask_, 1));
+    s.key.outside_mask = std::make_shared<Picture>(load_grey_mask(outside_mask_));
   s.correct_curvature = !uncorrected_;
   return s;
 }

@@ -98,6 +98,51 @@ Picture decode_picture(std::span<const std::uint8_t> bytes, int channels, const 
   return decode(bytes, channels, fmt::format("The {} is not a readable PNG or JPEG picture", name));
 }
 
+DeepPicture load_deep_picture(const std::string& path) {
+  DeepPicture deep;
+  if (!std::ifstream(path) || !stbi_is_16_bit(path.c_str())) {
+    const Picture picture = load_picture(path);
+    deep.width = picture.width;
+    deep.height = picture.height;
+    deep.channels = picture.channels;
+    deep.samples.assign(picture.pixels.begin(), picture.pixels.end());
+    return deep;
+  }
+  deep.full = 65535;
+  stbi_us* data = stbi_load_16(path.c_str(), &deep.width, &deep.height, &deep.channels, 0);
+  if (!data)
+    throw Error(Error::Kind::bad_input, "Picture '{}' is not a readable PNG file ({}).", path,
+                stbi_failure_reason());
+  deep.samples.assign(data,
+                      data + static_cast<std::size_t>(deep.width) * deep.height * deep.channels);
+  stbi_image_free(data);
+  return deep;
+}
+
+MaskLevels mask_levels(const DeepPicture& deep, int channel) {
+  MaskLevels levels{{deep.width, deep.height, 1, {}}};
+  const std::size_t pixels = static_cast<std::size_t>(deep.width) * deep.height;
+  const auto sample = [&](std::size_t i) { return int{deep.samples[i * deep.channels + channel]}; };
+  for (std::size_t i = 0; i < pixels; ++i) levels.largest = std::max(levels.largest, sample(i));
+  std::size_t lit = 0, bright = 0;
+  for (std::size_t i = 0; i < pixels; ++i) {
+    lit += sample(i) > 0;
+    bright += 10 * sample(i) >= 9 * std::max(1, levels.largest);
+  }
+  levels.by_own = lit > 0 && 10 * levels.largest < 9 * deep.full && 2 * bright > lit;
+  const int full = levels.by_own ? levels.largest : deep.full;
+  levels.picture.pixels.resize(pixels);
+  for (std::size_t i = 0; i < pixels; ++i)
+    levels.picture.pixels[i] = static_cast<std::uint8_t>(
+        full == 65535 ? sample(i) >> 8 : (sample(i) * 255 + full / 2) / full);
+  return levels;
+}
+
+Picture load_grey_mask(const std::string& path) {
+  const DeepPicture deep = load_deep_picture(path);
+  return deep.channels <= 2 ? mask_levels(deep, 0).picture : load_picture(path, 1);
+}
+
 std::vector<std::uint8_t> encode_png(const Picture& picture) {
   std::vector<std::uint8_t> bytes;
   if (!stbi_write_png_to_func(append, &bytes, picture.width, picture.height, picture.channels,

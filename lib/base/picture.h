@@ -28,6 +28,34 @@ struct Picture {
 /// Reads a PNG or JPEG file, converted to \p channels (0: as stored). Throws Error.
 Picture load_picture(const std::string& path, int channels = 0);
 
+/// Rows of samples as the file has them, without padding.
+struct DeepPicture {
+  int width = 0;
+  int height = 0;
+  int channels = 0;
+  int full = 255;  ///< what a sample can be at most: 255 or 65535
+  std::vector<std::uint16_t> samples;
+};
+
+/// Reads a PNG or JPEG file, its channels and its depth as stored (fewer than eight bits as eight).
+/// Throws Error.
+DeepPicture load_deep_picture(const std::string& path);
+
+/// A mask's levels: 255 the subject, 0 none of it.
+struct MaskLevels {
+  Picture picture;      ///< one channel
+  int largest = 0;      ///< of the samples
+  bool by_own = false;  ///< the largest sample stands for 255
+};
+
+/// One channel of \p deep as a mask, in eight bits. Where its largest sample is below nine tenths
+/// of what the depth allows, and most that is not black is as bright as it, that sample stands for
+/// 255: masks of 0 and 1, or of 0 to 255 in sixteen bits. Noise and soft shades stay as they are.
+MaskLevels mask_levels(const DeepPicture& deep, int channel);
+
+/// The mask in a file: mask_levels() of a grey one, the brightness of a coloured one. Throws Error.
+Picture load_grey_mask(const std::string& path);
+
 /// Decodes the bytes of a PNG or JPEG file, converted to \p channels (0: as stored); \p name says
 /// in errors what they are. Throws Error.
 Picture decode_picture(std::span<const std::uint8_t> bytes, int channels, const std::string& name);

@@ -28,6 +28,38 @@ TEST(Picture, PngComesBackAsWritten) {
   EXPECT_EQ(read.pixels, picture.pixels);
 }
 
+TEST(Picture, SixteenBitsAreKept) {
+  // 3x1 grey pixels of 0, 255 and 254 in sixteen bits.
+  constexpr unsigned char bytes[] = {
+      137, 80,  78,  71, 13, 10,  26,  10, 0,  0,  0,  13,  73,  72,  68,  82, 0,  0,
+      0,   3,   0,   0,  0,  1,   16,  0,  0,  0,  0,  110, 27,  151, 43,  0,  0,  0,
+      15,  73,  68,  65, 84, 120, 156, 99, 96, 96, 96, 248, 207, 240, 15,  0,  4,  2,
+      1,   254, 246, 47, 56, 134, 0,   0,  0,  0,  73, 69,  78,  68,  174, 66, 96, 130};
+  const std::string path = temporary("deep.png");
+  std::ofstream(path, std::ios::binary).write(reinterpret_cast<const char*>(bytes), sizeof bytes);
+  const DeepPicture deep = load_deep_picture(path);
+  EXPECT_EQ(deep.full, 65535);
+  EXPECT_EQ(deep.samples, (std::vector<std::uint16_t>{0, 255, 254}));
+  EXPECT_EQ(load_grey_mask(path).pixels, (std::vector<std::uint8_t>{0, 255, 254}));
+}
+
+TEST(Picture, AMaskIsTakenByItsOwnLargestValue) {
+  const auto levels = [](int full, std::vector<std::uint16_t> samples) {
+    return mask_levels({static_cast<int>(samples.size()), 1, 1, full, samples}, 0);
+  };
+  using Levels = std::vector<std::uint8_t>;
+  EXPECT_EQ(levels(255, {0, 1, 1}).picture.pixels, (Levels{0, 255, 255}));
+  EXPECT_EQ(levels(65535, {0, 1, 1}).picture.pixels, (Levels{0, 255, 255}));
+  EXPECT_EQ(levels(65535, {0, 255, 128}).picture.pixels, (Levels{0, 0, 0}));  // half is in shades
+  EXPECT_EQ(levels(65535, {0, 255, 255, 128}).picture.pixels, (Levels{0, 255, 255, 128}));
+  EXPECT_TRUE(levels(255, {0, 200, 200}).by_own);
+  // As they are: full masks, noise of a black one, black.
+  EXPECT_EQ(levels(255, {0, 240, 240, 100}).picture.pixels, (Levels{0, 240, 240, 100}));
+  EXPECT_EQ(levels(65535, {0, 65535, 32768}).picture.pixels, (Levels{0, 255, 128}));
+  EXPECT_EQ(levels(255, {0, 1, 1, 2, 3, 1}).picture.pixels, (Levels{0, 1, 1, 2, 3, 1}));
+  EXPECT_FALSE(levels(255, {0, 0}).by_own);
+}
+
 TEST(Picture, MissingFileIsNamed) {
   try {
     load_picture("/nowhere/missing.png");

@@ -26,7 +26,8 @@ std::shared_ptr<const Picture> read(const std::string& path, const char* propert
   if (path.empty()) return nullptr;
   std::shared_ptr<Picture> picture;
   try {
-    picture = std::make_shared<Picture>(load_picture(path, channels));
+    picture =
+        std::make_shared<Picture>(channels == 1 ? load_grey_mask(path) : load_picture(path, 3));
   } catch (const Error& error) {
     throw Error(error.kind(),
                 "{} Set {} to a PNG or JPEG file of the frames' size, or leave it empty.",

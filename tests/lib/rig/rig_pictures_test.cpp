@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdlib>
 #include <filesystem>
 
@@ -171,7 +172,8 @@ TEST(RigPictures, AMaskIsReadFromItsGreyItsAlphaOrItsColours) {
   }
   // Grey with a few coloured pixels of all hues is neither a mask nor a picture that can be keyed.
   Picture neither{1024, 768, 3, std::vector<std::uint8_t>(3 * 1024 * 768, 120)};
-  for (std::size_t i = 0; i < neither.pixels.size(); i += 200) neither.pixels[i] = 255;
+  for (std::size_t i = 0; i < neither.pixels.size(); ++i)
+    neither.pixels[i] = i % 200 == 0 ? 255 : static_cast<std::uint8_t>(105 + i / 3 * 7 % 30);
   save_picture(neither, path);
   try {
     contours_of_picture(path, rig.cameras[0], {});
@@ -180,6 +182,81 @@ TEST(RigPictures, AMaskIsReadFromItsGreyItsAlphaOrItsColours) {
     EXPECT_TRUE(names(error.what(), "kind.png: no coloured screen")) << error.what();
     EXPECT_TRUE(names(error.what(), "mask")) << error.what();
   }
+}
+
+// A mask of another convention as a file; \p write gives a pixel's samples for a level of the matte.
+template <typename Write>
+std::string mask_file(const Picture& matte, int channels, Write write) {
+  Picture picture{matte.width, matte.height, channels, {}};
+  for (const std::uint8_t level : matte.pixels)
+    for (int c = 0; c < channels; ++c)
+      picture.pixels.push_back(static_cast<std::uint8_t>(write(level, c)));
+  const std::string path =
+      (std::filesystem::temp_directory_path() / "polyhull_rig_pictures" / "other.png").string();
+  save_picture(picture, path);
+  return path;
+}
+
+TEST(RigPictures, MasksOfOtherConventionsAreTheSameMask) {
+  const Rig rig = default_rig();
+  const std::string plain = files_of(rig, 0.0, false)[0];
+  const Picture matte = load_picture(plain, 1);
+  Picture hard = matte;
+  for (std::uint8_t& v : hard.pixels) v = v >= 128 ? 255 : 0;
+  const auto rings = [&](const std::string& path) {
+    return contours_of_picture(path, rig.cameras[0], {});
+  };
+  const Rings soft = rings(plain);
+  const Rings sharp = rings(mask_file(hard, 1, [](int v, int) { return v; }));
+  for (const int one : {1, 2, 31, 200})
+    EXPECT_EQ(rings(mask_file(hard, 1, [&](int v, int) { return v ? one : 0; })), sharp) << one;
+  EXPECT_EQ(rings(mask_file(hard, 4, [](int v, int c) { return c == 3 ? v / 255 : 90; })), sharp);
+  EXPECT_EQ(rings(mask_file(hard, 3, [](int v, int c) { return c == 2 ? v / 255 : 0; })), sharp);
+  // Two parts of the subject of different colours are both of it.
+  const Rings parts = rings(mask_file(hard, 3, [n = 0](int v, int c) mutable {
+    const int row = n++ / 3 / 1024;
+    return v == 0 ? 0 : row % 64 < 32 ? (c == 0 ? 255 : 0) : (c == 2 ? 128 : 0);
+  }));
+  EXPECT_EQ(parts, sharp);
+  using Colour = std::array<int, 3>;
+  const std::pair<Colour, Colour> colours[] = {
+      {{255, 0, 0}, {0, 0, 0}}, {{0, 255, 0}, {0, 0, 0}},      {{0, 0, 255}, {255, 255, 255}},
+      {{0, 0, 0}, {255, 0, 0}}, {{253, 231, 37}, {68, 1, 84}}, {{255, 0, 255}, {128, 128, 128}},
+      {{128, 0, 0}, {0, 0, 0}}};
+  for (const auto& [subject, ground] : colours) {
+    const Rings got = rings(mask_file(matte, 3, [&, s = subject, g = ground](int v, int c) {
+      return (s[c] * v + g[c] * (255 - v) + 127) / 255;
+    }));
+    ASSERT_EQ(got.size(), soft.size()) << subject[0] << " on " << ground[0];
+    double most = 0.0;
+    for (const Vec2f& p : got.points) {
+      double nearest = 1e9;
+      for (std::size_t i = 0; i < soft.size(); ++i)
+        for (std::size_t k = 0; k < soft.ring(i).size(); ++k) {
+          const Vec2 a(soft.ring(i)[k]), b(soft.ring(i)[(k + 1) % soft.ring(i).size()]);
+          const double along = std::clamp(dot(Vec2(p) - a, b - a) / dot(b - a, b - a), 0.0, 1.0);
+          nearest = std::min(nearest, length(a + along * (b - a) - Vec2(p)));
+        }
+      most = std::max(most, nearest);
+    }
+    EXPECT_LT(most, 1.3) << subject[0] << " on " << ground[0];
+  }
+}
+
+TEST(RigPictures, InvertedMasksAreSaidToBe) {
+  const Rig rig = default_rig();
+  const Picture matte = load_picture(files_of(rig, 0.0, false)[0], 1);
+  const auto expect_inverted = [&](const std::string& path) {
+    for (const auto& contours : {contours_of_mask, contours_of_picture}) try {
+        contours(path, rig.cameras[0], {});
+        ADD_FAILURE() << "no error";
+      } catch (const Error& error) {
+        EXPECT_TRUE(names(error.what(), "looks inverted")) << error.what();
+      }
+  };
+  expect_inverted(mask_file(matte, 1, [](int v, int) { return 255 - v; }));
+  expect_inverted(mask_file(matte, 1, [](int v, int) { return v < 128 ? 1 : 0; }));
+  expect_inverted(mask_file(matte, 4, [](int v, int c) { return c == 3 ? 255 - v : 90; }));
 }
 
 TEST(RigPictures, TooFewAreRefused) {
