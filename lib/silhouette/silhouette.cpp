@@ -117,7 +117,7 @@ void ask_for(const FrameView& frame, const Rectangle& active, int y, silhouette:
     ahead.begin(begin + stride * active.x / columns,
                 begin + stride * (active.x + active.width) / columns);
   };
-  if (!is_yuv(frame.format) || is_422(frame.format)) return ask(0, y, frame.width);
+  if (!halved_down(frame) || frame.format == FrameFormat::described) return ask(0, y, frame.width);
   // Hardly more than the chroma is read: every second row needs one that no row before did.
   const silhouette::ChromaRows rows = silhouette::chroma_rows(frame, y);
   if (frame.format == FrameFormat::nv12 && rows.far_row > rows.near_row)

@@ -37,10 +37,11 @@ class Samples {
       const auto* bytes = reinterpret_cast<const std::uint8_t*>(words.data());
       for (int x = 0; x < width; ++x)
         for (int c = 0; c < 3; ++c) {
-          // The ten bits are the upper ones of sixteen, and so are their bounds.
+          // Ten or twelve bits are the upper ones of sixteen, and so are their bounds.
           const double stored = ten ? words[4 * x + 1 + c] : bytes[4 * x + 1 + c];
+          const int spare = 16 - static_cast<int>(GST_VIDEO_FORMAT_INFO_DEPTH(format, 0));
           const double full = info.colorimetry.range == GST_VIDEO_COLOR_RANGE_0_255 && ten
-                                  ? 1023.0 * 64.0
+                                  ? 65536.0 - (1 << spare)
                                   : scale[c];
           values_[c][y][x] = (stored - offset[c]) / full;
         }
@@ -53,6 +54,7 @@ class Samples {
   /// Unpacked, each pixel has the sample of its pair (and of its pair of rows).
   double chroma(int c, int x, int y) const {
     const GstVideoChromaSite site = info_.chroma_site;
+    if (GST_VIDEO_FORMAT_INFO_W_SUB(info_.finfo, 1) == 0) return values_[c][y][x];
     const bool rows = GST_VIDEO_FORMAT_INFO_H_SUB(info_.finfo, 1) != 0;
     const auto stored = [&](int i, int j) {
       const int column = std::clamp(2 * i, 0, width - 1);
@@ -126,7 +128,11 @@ constexpr const char* key = "chromamatte spill=0 screen-colour=0x1ebe3c foregrou
 }  // namespace
 
 GST_START_TEST(every_coding_becomes_its_colours) {
-  for (const char* format : {"I420", "NV12", "YUY2", "UYVY", "I420_10LE", "v210"}) {
+  for (const char* format :
+       {"I420",      "NV12",      "YUY2",      "UYVY",    "I420_10LE", "v210",      "NV21",
+        "YV12",      "Y42B",      "NV16",      "NV61",    "YVYU",      "Y444",      "NV24",
+        "v308",      "AYUV",      "VUYA",      "A420",    "P010_10LE", "I422_10LE", "Y444_10LE",
+        "A420_10LE", "A422_10LE", "A444_10LE", "P012_LE", "I420_12LE", "I422_12LE", "Y444_12LE"}) {
     // Range 1 is full and 2 limited; matrix 3 is BT.709, 4 BT.601, 6 BT.2020.
     for (const char* colorimetry : {"bt601", "bt709", "bt2020", "1:4:5:1", "1:3:5:1", "1:6:13:7"}) {
       for (const char* site : {"mpeg2", "jpeg", "cosited", "v-cosited"}) {

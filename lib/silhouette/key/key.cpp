@@ -127,7 +127,7 @@ void Keyer::prepare(const FrameView& frame) {
   const bool same_frame = frame.format == s.format && frame.width == s.width &&
                           frame.height == s.height && frame.matrix == s.matrix &&
                           frame.full_range == s.full_range && frame.site == s.site &&
-                          frame.bayer == s.bayer;
+                          frame.bayer == s.bayer && frame.samples == s.layout;
   if (frame.width != s.width || frame.height != s.height) {
     s.learned_plate.clear();
     s.sums.clear();
@@ -146,6 +146,7 @@ void Keyer::State::lay_out(const FrameView& frame) {
   full_range = frame.full_range;
   site = frame.site;
   bayer = frame.bayer;
+  layout = frame.samples;
   active = clipped(settings.roi, width, height);
 
   const bool any_hue =
@@ -169,7 +170,8 @@ void Keyer::State::lay_out(const FrameView& frame) {
     path = Path::converted;
   else if (four_bytes)
     path = Path::pixels;
-  else if (is_yuv(format) && !is_ten_bit(format) && method == KeyMethod::soft && signal.chroma_only)
+  else if (is_yuv(format) && !is_ten_bit(format) && format != FrameFormat::described &&
+           method == KeyMethod::soft && signal.chroma_only)
     path = Path::chroma;
   else
     path = Path::converted;

@@ -59,6 +59,7 @@ struct Keyer::State {
   bool full_range = false;
   ChromaSite site = ChromaSite::left;
   BayerOrder bayer = BayerOrder::bggr;
+  SampleLayout layout{};
 
   Path path = Path::pixels;
   Rectangle active;

@@ -22,16 +22,16 @@ inline bool between_columns(ChromaSite site) {
   return site == ChromaSite::centre || site == ChromaSite::top;
 }
 
-/// For luma row \p y; 4:2:2 formats have one chroma row per luma row.
+/// For luma row \p y; formats not halved down have one chroma row per luma row.
 ChromaRows chroma_rows(const FrameView& frame, int y);
 
 /// Number of chroma samples in a row.
 inline int chroma_width(const FrameView& frame) {
-  return (frame.width + 1) / 2;
+  return halved_across(frame) ? (frame.width + 1) / 2 : frame.width;
 }
 
 /// Coefficients of R, G, B in levels: channel = luma_gain * (Y - luma_zero) + cb[c] * (Cb - zero) +
-/// cr[c] * (Cr - zero), for samples as stored (8 or 10 bit).
+/// cr[c] * (Cr - zero), for samples as loaded (of 8 or 10 bits).
 struct ColourCoefficients {
   double luma_gain;
   double luma_zero;

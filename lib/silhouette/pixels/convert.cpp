@@ -12,7 +12,7 @@ namespace polyhull {
 namespace silhouette {
 
 ChromaRows chroma_rows(const FrameView& frame, int y) {
-  if (is_422(frame.format)) return {y, y, 4, 0};
+  if (!halved_down(frame)) return {y, y, 4, 0};
   const int last = (frame.height + 1) / 2 - 1;
   ChromaRows rows;
   rows.near_row = y / 2;
@@ -32,8 +32,8 @@ ColourCoefficients colour_coefficients(const FrameView& frame) {
   if (frame.matrix == ColourMatrix::bt709) kr = 0.2126, kb = 0.0722;
   if (frame.matrix == ColourMatrix::bt2020) kr = 0.2627, kb = 0.0593;
   const double kg = 1.0 - kr - kb;
-  const double unit = is_ten_bit(frame.format) ? 4.0 : 1.0;
-  const double largest = is_ten_bit(frame.format) ? 1023.0 : 255.0;
+  const double unit = is_deep(frame) ? 4.0 : 1.0;
+  const double largest = is_deep(frame) ? 1023.0 : 255.0;
   ColourCoefficients out{};
   out.luma_gain = frame.full_range ? 255.0 / largest : 255.0 / (219.0 * unit);
   out.luma_zero = frame.full_range ? 0.0 : 16.0 * unit;

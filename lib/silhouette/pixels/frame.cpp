@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <cstring>
+#include <limits>
 #include <string>
 
 #include "base/content_hash.h"
@@ -43,9 +44,17 @@ PlaneShape shape_of(FrameFormat format) {
     case FrameFormat::i420_10le:
       return {3, 2};
     case FrameFormat::v210:
+    case FrameFormat::described:
       break;  // no whole bytes per pixel: see row_bytes()
   }
   return {1, 4};
+}
+
+int planes_of(const FrameView& frame) {
+  if (frame.format != FrameFormat::described) return shape_of(frame.format).planes;
+  int last = 0;
+  for (const auto& each : frame.samples.components) last = std::max(last, each.plane);
+  return last + 1;
 }
 
 // The part of a plane's row that holds columns [x0, x1), in bytes.
@@ -53,7 +62,22 @@ struct Span {
   std::ptrdiff_t begin, end;
 };
 
-Span row_bytes(FrameFormat format, int plane, int x0, int x1) {
+Span described_row_bytes(const SampleLayout& samples, int plane, int x0, int x1) {
+  Span span{std::numeric_limits<std::ptrdiff_t>::max(), 0};
+  for (int c = 0; c < 3; ++c) {
+    const SampleLayout::Component& at = samples.components[c];
+    if (at.plane != plane) continue;
+    const bool halved = c > 0 && samples.halved_across;
+    const std::ptrdiff_t first = halved ? x0 / 2 : x0, last = (halved ? (x1 + 1) / 2 : x1) - 1;
+    span.begin = std::min(span.begin, at.offset + at.step * first);
+    span.end = std::max(span.end, at.offset + at.step * last + (samples.bits > 8 ? 2 : 1));
+  }
+  return span;
+}
+
+Span row_bytes(const FrameView& frame, int plane, int x0, int x1) {
+  const FrameFormat format = frame.format;
+  if (format == FrameFormat::described) return described_row_bytes(frame.samples, plane, x0, x1);
   const int c0 = x0 / 2, c1 = (x1 + 1) / 2;
   if (plane > 0) {
     if (format == FrameFormat::i420) return {c0, c1};
@@ -75,6 +99,7 @@ bool is_yuv(FrameFormat format) {
     case FrameFormat::uyvy:
     case FrameFormat::i420_10le:
     case FrameFormat::v210:
+    case FrameFormat::described:
       return true;
     default:
       return false;
@@ -87,6 +112,20 @@ bool is_422(FrameFormat format) {
 
 bool is_ten_bit(FrameFormat format) {
   return format == FrameFormat::i420_10le || format == FrameFormat::v210;
+}
+
+bool is_deep(const FrameView& frame) {
+  return frame.format == FrameFormat::described ? frame.samples.bits > 8 : is_ten_bit(frame.format);
+}
+
+bool halved_across(const FrameView& frame) {
+  return frame.format == FrameFormat::described ? frame.samples.halved_across
+                                                : is_yuv(frame.format);
+}
+
+bool halved_down(const FrameView& frame) {
+  return frame.format == FrameFormat::described ? frame.samples.halved_down
+                                                : is_yuv(frame.format) && !is_422(frame.format);
 }
 
 int bayer_bits(FrameFormat format) {
@@ -136,6 +175,8 @@ const char* name_of(FrameFormat format) {
       return "10-bit Bayer";
     case FrameFormat::bayer12le:
       return "12-bit Bayer";
+    case FrameFormat::described:
+      return "Y'CbCr";
   }
   return "unknown";
 }
@@ -147,9 +188,9 @@ void check_frame(const FrameView& frame) {
   };
   if (frame.width < 1 || frame.height < 1 || frame.width > 32767 || frame.height > 32767)
     fail("width and height must be from 1 to 32767");
-  for (int plane = 0; plane < shape_of(frame.format).planes; ++plane) {
+  for (int plane = 0; plane < planes_of(frame); ++plane) {
     if (!frame.planes[plane]) fail(fmt::format("plane {} is missing", plane));
-    const Span bytes = row_bytes(frame.format, plane, 0, frame.width);
+    const Span bytes = row_bytes(frame, plane, 0, frame.width);
     if (frame.height > 1 && std::abs(frame.strides[plane]) < bytes.end)
       fail(fmt::format("the stride of plane {} is {} bytes, a row needs {}", plane,
                        frame.strides[plane], bytes.end));
@@ -165,18 +206,18 @@ template <typename Body>
 bool each_row(const FrameView& frame, const Rectangle& region, const Body& body) {
   if (region.empty()) return true;
   const bool yuv = is_yuv(frame.format);
-  const bool halved = yuv && !is_422(frame.format);
+  const bool halved = halved_down(frame);
   const int mosaic = bayer_bits(frame.format) > 0 ? 1 : 0;
   const int x0 = std::max(region.x - (yuv ? 2 : mosaic), 0);
   const int x1 = std::min(region.x + region.width + (yuv ? 3 : mosaic), frame.width);
-  for (int plane = 0; plane < shape_of(frame.format).planes; ++plane) {
+  for (int plane = 0; plane < planes_of(frame); ++plane) {
     int y0 = std::max(region.y - mosaic, 0);
     int y1 = std::min(region.y + region.height + mosaic, frame.height);
     if (plane > 0 && halved) {
       y0 = std::max(y0 / 2 - 1, 0);
       y1 = std::min((y1 + 1) / 2 + 1, (frame.height + 1) / 2);
     }
-    const Span bytes = row_bytes(frame.format, plane, x0, x1);
+    const Span bytes = row_bytes(frame, plane, x0, x1);
     for (int y = y0; y < y1; ++y)
       if (!body(plane, y, bytes)) return false;
   }
@@ -188,7 +229,7 @@ bool each_row(const FrameView& frame, const Rectangle& region, const Body& body)
 bool same_layout(const FrameView& a, const FrameView& b) {
   return a.format == b.format && a.width == b.width && a.height == b.height &&
          a.matrix == b.matrix && a.full_range == b.full_range && a.site == b.site &&
-         a.bayer == b.bayer;
+         a.bayer == b.bayer && a.samples == b.samples;
 }
 
 bool same_pixels(const FrameView& a, const FrameView& b, const Rectangle& region) {
@@ -203,7 +244,7 @@ std::uint64_t hash_of_some_rows(const FrameView& frame, const Rectangle& region)
   ContentHash hash;
   if (region.empty()) return hash.value();
   constexpr int rows = 16;
-  const Span bytes = row_bytes(frame.format, 0, region.x, region.x + region.width);
+  const Span bytes = row_bytes(frame, 0, region.x, region.x + region.width);
   for (int i = 0; i < rows; ++i) {
     const std::uint8_t* row = frame.row(0, region.y + (2 * i + 1) * region.height / (2 * rows));
     // Whole words.
@@ -214,8 +255,8 @@ std::uint64_t hash_of_some_rows(const FrameView& frame, const Rectangle& region)
 
 void FrameCopy::assign(const FrameView& frame, const Rectangle& region) {
   view_ = frame;
-  for (int plane = 0; plane < shape_of(frame.format).planes; ++plane) {
-    view_.strides[plane] = row_bytes(frame.format, plane, 0, frame.width).end;
+  for (int plane = 0; plane < planes_of(frame); ++plane) {
+    view_.strides[plane] = row_bytes(frame, plane, 0, frame.width).end;
     planes_[plane].resize(static_cast<std::size_t>(view_.strides[plane]) * frame.height);
     view_.planes[plane] = planes_[plane].data();
   }

@@ -30,6 +30,23 @@ enum class FrameFormat : std::uint8_t {
   bayer8,     ///< a colour sensor's mosaic: one sample per pixel, as BayerOrder says
   bayer10le,  ///< the same with ten bits in the low bits of little-endian 16-bit words
   bayer12le,  ///< with twelve
+  described,  ///< any other layout of luma and chroma: FrameView::samples says where they lie
+};
+
+/// Where the samples of a described frame lie: those of one kind at equal distances in a row.
+struct SampleLayout {
+  struct Component {
+    int plane = 0;
+    int offset = 0;  ///< bytes from the row's begin to the first sample
+    int step = 1;    ///< bytes from one to the next
+    bool operator==(const Component&) const = default;
+  };
+  std::array<Component, 3> components{};  ///< Y', Cb, Cr
+  int bits = 8;                ///< of a sample; above eight they lie in little-endian 16-bit words,
+  int shift = 0;               ///< this many bits from the word's low end
+  bool halved_across = false;  ///< a chroma sample for two columns (4:2:2, 4:2:0)
+  bool halved_down = false;    ///< a chroma sample for two rows (4:2:0)
+  bool operator==(const SampleLayout&) const = default;
 };
 
 /// Colours of the first two pixels of the first two rows of a colour sensor's mosaic.
@@ -59,6 +76,7 @@ struct FrameView {
   bool full_range = false;  ///< 0..255 instead of 16..235 / 16..240; RGB is taken as it is
   ChromaSite site = ChromaSite::left;
   BayerOrder bayer = BayerOrder::bggr;  ///< of the formats that are a mosaic
+  SampleLayout samples{};               ///< of FrameFormat::described
 
   const std::uint8_t* row(int plane, int y) const { return planes[plane] + strides[plane] * y; }
 };
@@ -72,6 +90,12 @@ bool is_422(FrameFormat format);
 
 /// True for the formats whose samples have ten bits instead of eight.
 bool is_ten_bit(FrameFormat format);
+
+/// Whether a frame's samples have more than eight bits, and whether it has half as many chroma
+/// samples as pixels across and down, described or not.
+bool is_deep(const FrameView& frame);
+bool halved_across(const FrameView& frame);
+bool halved_down(const FrameView& frame);
 
 /// Bits of a sample of the formats that are a colour sensor's mosaic; 0 of all others.
 int bayer_bits(FrameFormat format);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "plugins/common/memory/video_frame.h"
 
+#include <algorithm>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -9,6 +10,23 @@
 
 namespace polyhull::element {
 namespace {
+
+/// Where the samples of luma and chroma lie that are bytes or little-endian words.
+SampleLayout samples_of(const GstVideoFormatInfo* info) {
+  SampleLayout samples;
+  samples.bits = static_cast<int>(GST_VIDEO_FORMAT_INFO_DEPTH(info, 0));
+  for (guint c = 0; c < 3; ++c) {
+    // P010's and P012's offsets count words: no word begins at an odd byte.
+    const int offset = static_cast<int>(GST_VIDEO_FORMAT_INFO_POFFSET(info, c));
+    samples.components[c] = {static_cast<int>(GST_VIDEO_FORMAT_INFO_PLANE(info, c)),
+                             samples.bits > 8 && offset % 2 != 0 ? 2 * offset : offset,
+                             GST_VIDEO_FORMAT_INFO_PSTRIDE(info, c)};
+  }
+  samples.shift = static_cast<int>(GST_VIDEO_FORMAT_INFO_SHIFT(info, 0));
+  samples.halved_across = GST_VIDEO_FORMAT_INFO_W_SUB(info, 1) != 0;
+  samples.halved_down = GST_VIDEO_FORMAT_INFO_H_SUB(info, 1) != 0;
+  return samples;
+}
 
 FrameFormat format_of(GstVideoFormat format) {
   constexpr std::pair<GstVideoFormat, FrameFormat> known[] = {
@@ -27,6 +45,13 @@ FrameFormat format_of(GstVideoFormat format) {
       {GST_VIDEO_FORMAT_v210, FrameFormat::v210}};
   for (const auto& [theirs, ours] : known)
     if (theirs == format) return ours;
+  const GstVideoFormatInfo* info = gst_video_format_get_info(format);
+  const bool readable =
+      GST_VIDEO_FORMAT_INFO_DEPTH(info, 0) <= 8 || GST_VIDEO_FORMAT_INFO_IS_LE(info);
+  if (GST_VIDEO_FORMAT_INFO_IS_YUV(info) && readable && !GST_VIDEO_FORMAT_INFO_IS_COMPLEX(info) &&
+      !GST_VIDEO_FORMAT_INFO_IS_TILED(info) && GST_VIDEO_FORMAT_INFO_W_SUB(info, 1) <= 1 &&
+      GST_VIDEO_FORMAT_INFO_H_SUB(info, 1) <= 1)
+    return FrameFormat::described;
   throw Error(Error::Kind::unsupported,
               "The video format {} cannot be keyed; put a videoconvert in front.",
               gst_video_format_to_string(format));
@@ -116,6 +141,7 @@ FrameView frame_template(const GstCaps* caps, const GstVideoInfo& info) {
   FrameView layout;
   const Mosaic mosaic = mosaic_of(caps);
   if (mosaic.bits == 0) layout.format = format_of(GST_VIDEO_INFO_FORMAT(&info));
+  if (layout.format == FrameFormat::described) layout.samples = samples_of(info.finfo);
   if (mosaic.bits == 8) layout.format = FrameFormat::bayer8;
   if (mosaic.bits == 10) layout.format = FrameFormat::bayer10le;
   if (mosaic.bits == 12) layout.format = FrameFormat::bayer12le;
@@ -130,7 +156,9 @@ FrameView frame_template(const GstCaps* caps, const GstVideoInfo& info) {
 
 FrameView frame_view(const FrameView& layout, const GstVideoFrame& frame) {
   FrameView view = layout;
-  for (guint plane = 0; plane < GST_VIDEO_FRAME_N_PLANES(&frame); ++plane) {
+  // A fourth plane is alpha, which the keyer ignores.
+  const guint planes = std::min<guint>(GST_VIDEO_FRAME_N_PLANES(&frame), view.planes.size());
+  for (guint plane = 0; plane < planes; ++plane) {
     view.planes[plane] =
         static_cast<const std::uint8_t*>(GST_VIDEO_FRAME_PLANE_DATA(&frame, plane));
     view.strides[plane] = GST_VIDEO_FRAME_PLANE_STRIDE(&frame, plane);
