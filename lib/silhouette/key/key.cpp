@@ -133,7 +133,7 @@ void Keyer::prepare(const FrameView& frame) {
     s.sums.clear();
     s.learned = 0;
   }
-  if (!same_frame) s.found = false;
+  if (!same_frame || s.light_came(frame)) s.found = false;
   if (!same_frame || s.fresh_settings || !s.found) s.lay_out(frame);
   if (s.learning > 0) s.learn(frame);
 }

@@ -206,8 +206,30 @@ double silhouette::quantile(std::vector<double>& v, double q) {
   return *at;
 }
 
+Keyer::State::Light Keyer::State::light_of(const FrameView& frame) const {
+  constexpr int columns = 16, rows = 9;
+  Light out;
+  for (int j = 0; j < rows; ++j)
+    for (int i = 0; i < columns; ++i) {
+      const int x = active.x + (2 * i + 1) * active.width / (2 * columns);
+      const int y = active.y + (2 * j + 1) * active.height / (2 * rows);
+      std::uint8_t p[4];
+      convert_row(frame, y, x, x + 1, p);
+      const double now = sampled_signal.of(p[0], p[1], p[2]);
+      out.screen += now > 0.5 * samples.screen_signal;
+      out.brighter += now > 1.25 * samples.screen_signal;
+    }
+  return out;
+}
+
+bool Keyer::State::light_came(const FrameView& frame) const {
+  if (!dark || active.empty()) return false;
+  return 2 * (light_of(frame).brighter - light.brighter) > std::max(light.screen, 4);
+}
+
 void Keyer::State::sample(const FrameView& frame) {
   if (found) return;
+  dark = false;
   hue = settings.colour;
   key = settings.key;
   const bool both_given = settings.screen && settings.foreground;
@@ -259,6 +281,12 @@ void Keyer::State::sample(const FrameView& frame) {
     spread_inside = foreground.spread_inside;
   }
   samples.valid = found = screen.has_value();
+  constexpr int well_lit = 128;  // levels of the screen's brightest channel
+  dark = screen && !settings.screen && std::ranges::max(screen->colour) < well_lit;
+  if (dark && !active.empty()) {
+    sampled_signal = s;
+    light = light_of(frame);
+  }
   // Without a screen in the picture the next one is sampled again.
 }
 

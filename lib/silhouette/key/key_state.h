@@ -52,6 +52,15 @@ struct Keyer::State {
   bool fresh_settings = true;                         // tables must be laid out again
   bool found = false;                                 // the picture has been sampled
 
+  // Where the screen was sampled in the dark, how it was lit, to see when the light comes.
+  struct Light {
+    int screen = 0;    // of a few points: those with at least half of the screen's signal,
+    int brighter = 0;  // and with clearly more than it
+  };
+  bool dark = false;
+  silhouette::KeySignal sampled_signal;
+  Light light;
+
   // The frame the tables are for.
   FrameFormat format = FrameFormat::rgba;
   int width = 0, height = 0;
@@ -88,6 +97,9 @@ struct Keyer::State {
   }
   void lay_out(const FrameView& frame);
   void sample(const FrameView& frame);
+  Light light_of(const FrameView& frame) const;
+  // Whether most of a screen that was sampled in the dark is clearly brighter now.
+  bool light_came(const FrameView& frame) const;
   void lay_out_screen(const FrameView& frame);
   void lay_out_plate();
   void lay_out_masks();

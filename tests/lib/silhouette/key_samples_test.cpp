@@ -151,6 +151,50 @@ TEST(KeySamples, FaintTintsAreNoScreen) {
       }
 }
 
+TEST(KeySamples, AScreenSampledInTheDarkIsSampledAgainWhenTheLightComes) {
+  const auto frame_in = [](FrameFormat format, double light, bool lamp = false) {
+    return test::make_frame(format, 160, 90, [=](int x, int y) {
+      const double cover = std::clamp(25.5 - std::hypot(x - 80.0, y - 45.0), 0.0, 1.0);
+      // A lamp lights a corner of the screen.
+      const double l = lamp && x < 40 && y < 30 ? 1.0 : light;
+      return mix({40 * l, 180 * l, 60 * l}, {150 * l, 120 * l, 100 * l}, cover);
+    });
+  };
+  const auto matte_of = [](Keyer& keyer, const test::Frame& frame) {
+    Matte matte;
+    keyer.key(frame.view, matte);
+    return matte.values;
+  };
+  for (const FrameFormat format : {FrameFormat::rgbx, FrameFormat::nv12, FrameFormat::i420_10le})
+    for (const KeyColour colour : {KeyColour::automatic, KeyColour::green}) {
+      KeySettings settings;
+      settings.key = colour;
+      Keyer late, fresh;
+      late.set(settings);
+      fresh.set(settings);
+      for (const double light : {0.2, 0.3, 0.5}) matte_of(late, frame_in(format, light));
+      const test::Frame lit = frame_in(format, 1.0);
+      EXPECT_EQ(matte_of(late, lit), matte_of(fresh, lit)) << name_of(format);
+      // One lamp, and light that goes, change no sample.
+      Keyer dim;
+      dim.set(settings);
+      matte_of(dim, frame_in(format, 0.5));
+      const KeyCalibration before = dim.calibration();
+      matte_of(dim, frame_in(format, 0.5, true));
+      EXPECT_EQ(dim.calibration().screen_signal, before.screen_signal);
+      matte_of(late, frame_in(format, 0.4));
+      EXPECT_EQ(late.calibration().screen_signal, fresh.calibration().screen_signal);
+    }
+  // A screen whose colour is given stays as given.
+  KeySettings given;
+  given.screen = Rgb{20, 90, 30};
+  Keyer keyer;
+  keyer.set(given);
+  matte_of(keyer, frame_in(FrameFormat::rgbx, 0.5));
+  matte_of(keyer, frame_in(FrameFormat::rgbx, 1.0));
+  EXPECT_EQ(keyer.calibration().screen, *given.screen);
+}
+
 TEST(KeySamples, UnevenScreen) {
   // Light falls off to a third across the picture.
   const auto light = [](int x) { return 1.0 - 0.65 * x / 320.0; };
