@@ -5,6 +5,7 @@
 #include <iostream>
 #include <opencv2/core.hpp>
 #include <optional>
+#include <sstream>
 
 #include "base/error.h"
 #include "calibrate/input.h"
@@ -104,7 +105,9 @@ int run(const Arguments& arguments) {
   std::optional<ScratchFolder> scratch;
   if (holds_videos(arguments.folder)) {
     scratch.emplace();
-    unpack_videos(arguments.folder, arguments.every, scratch->path(), progress);
+    std::istringstream notes(
+        unpack_videos(arguments.folder, arguments.every, scratch->path(), progress));
+    for (std::string note; std::getline(notes, note);) std::cout << "note: " << note << "\n";
   }
   const Pictures pictures = list_pictures(scratch ? scratch->path() : arguments.folder);
   check_arguments(arguments, pictures);

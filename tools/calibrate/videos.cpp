@@ -11,6 +11,7 @@
 #include <mutex>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/videoio.hpp>
+#include <optional>
 #include <vector>
 
 #include "base/error.h"
@@ -71,8 +72,46 @@ cv::VideoCapture opened(const fs::path& path) {
                 "'{}' cannot be read as a video. Convert it, with ffmpeg or gst-launch-1.0, to "
                 "H.264 or MJPEG in a Matroska file.",
                 path.string());
+  // decodebin does not turn pictures either, and the rig must be of what it gives.
+  video.set(cv::CAP_PROP_ORIENTATION_AUTO, 0.0);
   return video;
 }
+
+std::string turn_note(const fs::path& path) {
+  const long turn = std::lround(opened(path).get(cv::CAP_PROP_ORIENTATION_META)) % 360;
+  if (turn == 0) return "";
+  return fmt::format(
+      "'{}' has {} in its header, as phones write it. The pictures are taken as they are stored, "
+      "as decodebin gives them: put no videoflip into the pipeline.",
+      path.string(), std::abs(turn) == 180 ? "half a turn" : "a quarter turn");
+}
+
+// The numbers of a video's frames from 0, by their times, so that frames that were not recorded
+// are missed and not counted over; frames without a time follow the one before.
+class FrameNumbers {
+ public:
+  explicit FrameNumbers(double rate) : rate_(rate) {}
+  // Of the frame that was grabbed last; nothing where it has the number of the one before.
+  std::optional<long> next(const cv::VideoCapture& video) {
+    const double seconds = video.get(cv::CAP_PROP_POS_MSEC) / 1000.0;
+    const long by_time = std::lround(std::max(0.0, seconds) * rate_);
+    const bool timed = seconds > seconds_;
+    seconds_ = std::max(seconds, seconds_);
+    if (timed && by_time <= last_) return std::nullopt;
+    const long number = timed ? by_time : last_ + 1;
+    missing_ += number - last_ - 1;
+    last_ = number;
+    return number;
+  }
+  long missing() const { return missing_; }
+  long count() const { return last_ + 1; }
+
+ private:
+  double rate_;
+  double seconds_ = -1.0;
+  long last_ = -1;
+  long missing_ = 0;
+};
 
 }  // namespace
 
@@ -96,8 +135,8 @@ ScratchFolder::~ScratchFolder() {
   fs::remove_all(path_, ignored);
 }
 
-void unpack_videos(const std::string& folder, double seconds, const std::string& out,
-                   const calibration::Progress& progress) {
+std::string unpack_videos(const std::string& folder, double seconds, const std::string& out,
+                          const calibration::Progress& progress) {
   const std::map<std::string, fs::path> found = videos_in(folder);
   const std::vector<std::pair<std::string, fs::path>> videos(found.begin(), found.end());
   const double rate = opened(videos.front().second).get(cv::CAP_PROP_FPS);
@@ -106,10 +145,11 @@ void unpack_videos(const std::string& folder, double seconds, const std::string&
     if (std::abs(own - rate) > 1e-3 * rate)
       throw Error(Error::Kind::bad_input,
                   "'{}' has {:.3f} frames a second, '{}' {:.3f}. Frames of one number must be of "
-                  "one instant: record all cameras at one rate.",
+                  "one instant: record all cameras at one rate, without leaving frames out.",
                   path.string(), own, videos.front().second.string(), rate);
   }
   const long step = std::max(1L, std::lround(std::min(1e6, seconds) * rate));
+  std::vector<std::string> notes(videos.size());
   std::mutex telling;
   std::size_t done = 0;
   parallel_for(videos.size(), 1, 0, [&](std::size_t begin, std::size_t end) {
@@ -118,18 +158,27 @@ void unpack_videos(const std::string& folder, double seconds, const std::string&
       fs::create_directories(pictures);
       cv::VideoCapture video = opened(videos[v].second);
       cv::Mat frame;
-      long number = 0;
-      for (; video.grab(); ++number) {
-        if (number % step != 0 || !video.retrieve(frame) || frame.empty()) continue;
-        save_picture(grey_of(frame), (pictures / fmt::format("{:06}.png", number)).string());
+      FrameNumbers numbers(rate);
+      while (video.grab()) {
+        const std::optional<long> number = numbers.next(video);
+        if (!number || *number % step != 0 || !video.retrieve(frame) || frame.empty()) continue;
+        save_picture(grey_of(frame), (pictures / fmt::format("{:06}.png", *number)).string());
       }
-      if (number == 0)
+      if (numbers.count() == 0)
         throw Error(Error::Kind::bad_input, "'{}' has no frames.", videos[v].second.string());
+      notes[v] = turn_note(videos[v].second);
+      if (numbers.missing() > 0)
+        notes[v] += fmt::format("{}'{}' lacks {} of {} frames by their times, which count.",
+                                notes[v].empty() ? "" : "\n", videos[v].second.string(),
+                                numbers.missing(), numbers.count());
       const std::lock_guard lock(telling);
       progress(fmt::format("taking pictures from {} videos", videos.size()),
                static_cast<double>(++done) / static_cast<double>(videos.size()));
     }
   });
+  std::string all;
+  for (const std::string& note : notes) all += note.empty() ? "" : note + "\n";
+  return all;
 }
 
 }  // namespace polyhull::calibrate_tool

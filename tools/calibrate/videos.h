@@ -27,10 +27,12 @@ class ScratchFolder {
 };
 
 /// Writes each frame that begins another \p seconds of each video of \p folder as a grey picture
-/// into \p out: CAMERA/FRAME.png, where CAMERA is the video's name and FRAME its frame's number from
-/// 0. Frames of one number are of one instant. Throws Error, naming the video: it cannot be read, or
-/// has another frame rate than the others.
-void unpack_videos(const std::string& folder, double seconds, const std::string& out,
-                   const calibration::Progress& progress);
+/// into \p out: CAMERA/FRAME.png, where CAMERA is the video's name and FRAME its frame's number, its
+/// time in the file by the videos' rate. Frames of one number are of one instant. Pictures are as
+/// they are stored: a turn in the header, as phones write it, is not applied. Gives what the user
+/// should know (turns, missing frames), a line each. Throws Error, naming the video: it cannot be
+/// read, or has another frame rate than the others.
+std::string unpack_videos(const std::string& folder, double seconds, const std::string& out,
+                          const calibration::Progress& progress);
 
 }  // namespace polyhull::calibrate_tool

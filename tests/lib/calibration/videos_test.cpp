@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+// Videos as pictures for polyhull-calibrate: which frame has which number, and which side is up.
+#include "calibrate/videos.h"
+
+#include <fmt/format.h>
+#include <gst/gst.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <set>
+
+#include "base/picture.h"
+
+namespace polyhull::calibrate_tool {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Writes pictures at 10 frames a second as a video, but for those of the numbers \p without.
+void write_video(const std::string& pictures, const std::string& muxer, const fs::path& to,
+                 std::set<long> without) {
+  gst_init(nullptr, nullptr);
+  struct Gaps {
+    std::set<long> numbers;
+    long next = 0;
+  } gaps{std::move(without)};
+  GstElement* pipeline = gst_parse_launch(
+      fmt::format("multifilesrc location={}/%02d.png stop-index=39 caps=image/png,framerate=10/1 ! "
+                  "pngdec ! jpegenc quality=95 ! identity name=last ! {} ! filesink location={}",
+                  pictures, muxer, to.string())
+          .c_str(),
+      nullptr);
+  ASSERT_NE(pipeline, nullptr);
+  GstElement* last = gst_bin_get_by_name(GST_BIN(pipeline), "last");
+  GstPad* pad = gst_element_get_static_pad(last, "src");
+  gst_pad_add_probe(
+      pad, GST_PAD_PROBE_TYPE_BUFFER,
+      [](GstPad*, GstPadProbeInfo*, gpointer data) {
+        auto* g = static_cast<Gaps*>(data);
+        return g->numbers.contains(g->next++) ? GST_PAD_PROBE_DROP : GST_PAD_PROBE_OK;
+      },
+      &gaps, nullptr);
+  gst_element_set_state(pipeline, GST_STATE_PLAYING);
+  GstBus* bus = gst_element_get_bus(pipeline);
+  GstMessage* end = gst_bus_timed_pop_filtered(
+      bus, 30 * GST_SECOND, static_cast<GstMessageType>(GST_MESSAGE_EOS | GST_MESSAGE_ERROR));
+  EXPECT_TRUE(end != nullptr && GST_MESSAGE_TYPE(end) == GST_MESSAGE_EOS);
+  if (end) gst_message_unref(end);
+  gst_element_set_state(pipeline, GST_STATE_NULL);
+  gst_object_unref(bus);
+  gst_object_unref(pad);
+  gst_object_unref(last);
+  gst_object_unref(pipeline);
+}
+
+// Gives a QuickTime file half a turn, as a phone held upside down does: its first track's matrix.
+void turn_video(const fs::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  std::string bytes((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
+  const std::size_t at = bytes.find("tkhd") - 4 + 48;
+  for (const std::size_t entry : {0, 16}) bytes.replace(at + entry, 4, "\xff\xff\x00\x00", 4);
+  std::ofstream(path, std::ios::binary) << bytes;
+}
+
+}  // namespace
+
+TEST(CalibrateVideos, CountByTimeAndStayUnturned) {
+  const fs::path folder = fs::temp_directory_path() / "polyhull_calibrate_videos";
+  fs::remove_all(folder);
+  const fs::path pictures = folder / "pictures", videos = folder / "videos";
+  for (const fs::path& each : {pictures, videos}) fs::create_directories(each);
+  // Each frame tells its number by the upper half; the lower one is black.
+  for (int n = 0; n < 40; ++n) {
+    Picture picture{64, 48, 1, std::vector<std::uint8_t>(64 * 48, 16)};
+    std::fill_n(picture.pixels.begin(), 64 * 24, static_cast<std::uint8_t>(40 + 5 * n));
+    save_picture(picture, (pictures / fmt::format("{:02}.png", n)).string());
+  }
+  const std::set<long> gaps{1, 2, 3, 4, 11, 20, 21, 22, 35};
+  write_video(pictures.string(), "matroskamux", videos / "a.mkv", {});
+  write_video(pictures.string(), "matroskamux", videos / "b.mkv", gaps);
+  write_video(pictures.string(), "qtmux", videos / "c.mov", {});
+  turn_video(videos / "c.mov");
+  const fs::path out = folder / "out";
+  const std::string notes =
+      unpack_videos(videos.string(), 0.1, out.string(), [](const std::string&, double) {});
+  EXPECT_NE(notes.find("b.mkv' lacks 9 of 40 frames"), std::string::npos) << notes;
+  EXPECT_NE(notes.find("c.mov' has half a turn in its header"), std::string::npos) << notes;
+  EXPECT_EQ(std::ranges::count(notes, '\n'), 2) << notes;
+  for (const std::string camera : {"a", "b", "c"})
+    for (int n = 0; n < 40; ++n) {
+      const fs::path file = out / camera / fmt::format("{:06}.png", n);
+      ASSERT_EQ(fs::exists(file), camera != "b" || !gaps.contains(n)) << file;
+      if (!fs::exists(file)) continue;
+      const Picture picture = load_picture(file.string(), 1);
+      EXPECT_NEAR(picture.row(8)[32], 40 + 5 * n, 2) << file;
+      EXPECT_NEAR(picture.row(40)[32], 16, 2) << file;
+    }
+  fs::remove_all(folder);
+}
+
+}  // namespace polyhull::calibrate_tool
