@@ -225,6 +225,31 @@ GST_START_TEST(open_colorimetry_is_gstreamers) {
 }
 GST_END_TEST
 
+/// Every order of red, green and blue, packed and planar, is the same picture.
+GST_START_TEST(every_order_of_rgb_is_the_same) {
+  std::vector<std::uint8_t> before;
+  for (const char* format : {"RGBx", "xRGB", "xBGR", "ARGB", "ABGR", "RGB", "BGR", "GBR", "GBRA",
+                             "GBR_10LE", "GBR_12LE"}) {
+    GstHarness* h = gst_harness_new_parse(
+        (std::string("videoconvert dither=none ! video/x-raw,format=") + format + " ! " + key)
+            .c_str());
+    GstCaps* caps = video_caps("RGBx", width, height);
+    gst_harness_set_src_caps(h, gst_caps_ref(caps));
+    GstBuffer* out = gst_harness_push_and_pull(h, disk_frame(caps, {30, 7, 5}));
+    std::vector<std::uint8_t> bytes(gst_buffer_get_size(out));
+    gst_buffer_extract(out, 0, bytes.data(), bytes.size());
+    if (before.empty()) before = bytes;
+    fail_unless_equals_int(bytes.size(), before.size());
+    for (std::size_t i = 0; i < bytes.size(); ++i)
+      fail_unless(std::abs(bytes[i] - before[i]) <= 1, "%s: %d instead of %d at %d", format,
+                  bytes[i], before[i], static_cast<int>(i));
+    gst_buffer_unref(out);
+    gst_caps_unref(caps);
+    gst_harness_teardown(h);
+  }
+}
+GST_END_TEST
+
 /// RGB goes through as it is, so its range is announced as it came.
 GST_START_TEST(limited_range_rgb_stays_so) {
   for (const auto& [in, range] : {std::pair{"1:1:7:1", GST_VIDEO_COLOR_RANGE_0_255},
@@ -252,6 +277,7 @@ static Suite* colorimetry_suite() {
   suite_add_tcase(suite, tests);
   tcase_add_test(tests, every_coding_becomes_its_colours);
   tcase_add_test(tests, open_colorimetry_is_gstreamers);
+  tcase_add_test(tests, every_order_of_rgb_is_the_same);
   tcase_add_test(tests, limited_range_rgb_stays_so);
   return suite;
 }

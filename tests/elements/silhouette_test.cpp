@@ -147,7 +147,7 @@ GST_END_TEST
 GST_START_TEST(same_bytes_as_the_chain_in_every_format) {
   for (const char* format :
        {"RGBx", "BGRx", "RGBA", "BGRA", "RGB", "BGR", "I420", "NV12", "YUY2", "UYVY", "I420_10LE",
-        "v210", "Y42B", "I422_10LE", "Y444", "YVYU", "P010_10LE"}) {
+        "v210", "Y42B", "I422_10LE", "Y444", "YVYU", "P010_10LE", "xBGR", "GBR_10LE"}) {
     check_identical({}, format);
   }
 }

@@ -46,7 +46,9 @@ void composite_row(const FrameView& frame, int y, int x0, int x1,
       kernels.composite(out, x1 - x0, false, despill, alpha, out);
       return;
     default:
-      kernels.composite_yuv(frame, y, x0, x1, despill, alpha, out);
+      if (is_yuv(frame)) return kernels.composite_yuv(frame, y, x0, x1, despill, alpha, out);
+      convert_row(frame, y, x0, x1, out);
+      kernels.composite(out, x1 - x0, false, despill, alpha, out);
   }
 }
 

@@ -57,7 +57,32 @@ const ColourKernels& colour_kernels() {
 
 }  // namespace silhouette
 
+namespace {
+
+void convert_described_rgb(const FrameView& frame, int y, int x0, int x1, std::uint8_t* rgba) {
+  const SampleLayout& s = frame.samples;
+  for (int c = 0; c < 3; ++c) {
+    const auto [plane, offset, step] = s.components[c];
+    const std::uint8_t* from = frame.row(plane, y) + offset;
+    for (int x = x0; x < x1; ++x) {
+      const std::uint8_t* p = from + static_cast<std::ptrdiff_t>(x) * step;
+      std::uint8_t& out = rgba[4 * (x - x0) + c];
+      if (s.bits <= 8) {
+        out = p[0];
+        continue;
+      }
+      const int most = (1 << s.bits) - 1, sample = (p[0] | p[1] << 8) >> s.shift & most;
+      out = static_cast<std::uint8_t>((sample * 255 + most / 2) / most);
+    }
+  }
+  for (int x = 0; x < x1 - x0; ++x) rgba[4 * x + 3] = 255;
+}
+
+}  // namespace
+
 void convert_row(const FrameView& frame, int y, int x0, int x1, std::uint8_t* rgba) {
+  if (frame.format == FrameFormat::described && frame.samples.rgb)
+    return convert_described_rgb(frame, y, x0, x1, rgba);
   if (is_yuv(frame.format)) return silhouette::colour_kernels().convert_yuv(frame, y, x0, x1, rgba);
   if (bayer_bits(frame.format) > 0)
     return silhouette::colour_kernels().convert_bayer(frame, y, x0, x1, rgba);

@@ -114,6 +114,10 @@ bool is_ten_bit(FrameFormat format) {
   return format == FrameFormat::i420_10le || format == FrameFormat::v210;
 }
 
+bool is_yuv(const FrameView& frame) {
+  return is_yuv(frame.format) && !(frame.format == FrameFormat::described && frame.samples.rgb);
+}
+
 bool is_deep(const FrameView& frame) {
   return frame.format == FrameFormat::described ? frame.samples.bits > 8 : is_ten_bit(frame.format);
 }
@@ -176,7 +180,7 @@ const char* name_of(FrameFormat format) {
     case FrameFormat::bayer12le:
       return "12-bit Bayer";
     case FrameFormat::described:
-      return "Y'CbCr";
+      return "described";
   }
   return "unknown";
 }
@@ -205,7 +209,7 @@ namespace {
 template <typename Body>
 bool each_row(const FrameView& frame, const Rectangle& region, const Body& body) {
   if (region.empty()) return true;
-  const bool yuv = is_yuv(frame.format);
+  const bool yuv = is_yuv(frame);
   const bool halved = halved_down(frame);
   const int mosaic = bayer_bits(frame.format) > 0 ? 1 : 0;
   const int x0 = std::max(region.x - (yuv ? 2 : mosaic), 0);

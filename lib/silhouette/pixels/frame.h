@@ -30,7 +30,7 @@ enum class FrameFormat : std::uint8_t {
   bayer8,     ///< a colour sensor's mosaic: one sample per pixel, as BayerOrder says
   bayer10le,  ///< the same with ten bits in the low bits of little-endian 16-bit words
   bayer12le,  ///< with twelve
-  described,  ///< any other layout of luma and chroma: FrameView::samples says where they lie
+  described,  ///< any other layout of three components: FrameView::samples says where they lie
 };
 
 /// Where the samples of a described frame lie: those of one kind at equal distances in a row.
@@ -41,7 +41,8 @@ struct SampleLayout {
     int step = 1;    ///< bytes from one to the next
     bool operator==(const Component&) const = default;
   };
-  std::array<Component, 3> components{};  ///< Y', Cb, Cr
+  std::array<Component, 3> components{};  ///< Y', Cb, Cr; or R', G', B'
+  bool rgb = false;                       ///< which of the two
   int bits = 8;                ///< of a sample; above eight they lie in little-endian 16-bit words,
   int shift = 0;               ///< this many bits from the word's low end
   bool halved_across = false;  ///< a chroma sample for two columns (4:2:2, 4:2:0)
@@ -90,6 +91,9 @@ bool is_422(FrameFormat format);
 
 /// True for the formats whose samples have ten bits instead of eight.
 bool is_ten_bit(FrameFormat format);
+
+/// True where a frame carries luma and chroma, described or not.
+bool is_yuv(const FrameView& frame);
 
 /// Whether a frame's samples have more than eight bits, and whether it has half as many chroma
 /// samples as pixels across and down, described or not.

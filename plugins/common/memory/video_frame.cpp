@@ -11,7 +11,7 @@
 namespace polyhull::element {
 namespace {
 
-/// Where the samples of luma and chroma lie that are bytes or little-endian words.
+/// Where the samples of three components lie that are bytes or little-endian words.
 SampleLayout samples_of(const GstVideoFormatInfo* info) {
   SampleLayout samples;
   samples.bits = static_cast<int>(GST_VIDEO_FORMAT_INFO_DEPTH(info, 0));
@@ -23,6 +23,7 @@ SampleLayout samples_of(const GstVideoFormatInfo* info) {
                              GST_VIDEO_FORMAT_INFO_PSTRIDE(info, c)};
   }
   samples.shift = static_cast<int>(GST_VIDEO_FORMAT_INFO_SHIFT(info, 0));
+  samples.rgb = GST_VIDEO_FORMAT_INFO_IS_RGB(info);
   samples.halved_across = GST_VIDEO_FORMAT_INFO_W_SUB(info, 1) != 0;
   samples.halved_down = GST_VIDEO_FORMAT_INFO_H_SUB(info, 1) != 0;
   return samples;
@@ -48,9 +49,9 @@ FrameFormat format_of(GstVideoFormat format) {
   const GstVideoFormatInfo* info = gst_video_format_get_info(format);
   const bool readable =
       GST_VIDEO_FORMAT_INFO_DEPTH(info, 0) <= 8 || GST_VIDEO_FORMAT_INFO_IS_LE(info);
-  if (GST_VIDEO_FORMAT_INFO_IS_YUV(info) && readable && !GST_VIDEO_FORMAT_INFO_IS_COMPLEX(info) &&
-      !GST_VIDEO_FORMAT_INFO_IS_TILED(info) && GST_VIDEO_FORMAT_INFO_W_SUB(info, 1) <= 1 &&
-      GST_VIDEO_FORMAT_INFO_H_SUB(info, 1) <= 1)
+  if ((GST_VIDEO_FORMAT_INFO_IS_YUV(info) || GST_VIDEO_FORMAT_INFO_IS_RGB(info)) && readable &&
+      !GST_VIDEO_FORMAT_INFO_IS_COMPLEX(info) && !GST_VIDEO_FORMAT_INFO_IS_TILED(info) &&
+      GST_VIDEO_FORMAT_INFO_W_SUB(info, 1) <= 1 && GST_VIDEO_FORMAT_INFO_H_SUB(info, 1) <= 1)
     return FrameFormat::described;
   throw Error(Error::Kind::unsupported,
               "The video format {} cannot be keyed; put a videoconvert in front.",

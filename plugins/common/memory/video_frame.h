@@ -8,15 +8,16 @@
 #include "silhouette/pixels/frame.h"
 
 /// Caps that chromamatte and silhouette take; fastest first.
-#define POLYHULL_KEYABLE_CAPS                                                         \
-  GST_VIDEO_CAPS_MAKE(                                                                \
-      "{ NV12, I420, BGRx, RGBx, BGRA, RGBA, YUY2, UYVY, RGB, BGR, I420_10LE, v210, " \
-      "NV21, YV12, Y42B, NV16, NV61, YVYU, Y444, NV24, v308, AYUV, VUYA, A420, "      \
-      "P010_10LE, I422_10LE, Y444_10LE, A420_10LE, A422_10LE, A444_10LE, P012_LE, "   \
-      "I420_12LE, I422_12LE, Y444_12LE, GRAY8 }")                                     \
-  "; video/x-bayer, format=(string){ bggr, gbrg, grbg, rggb, bggr10le, gbrg10le, "    \
-  "grbg10le, rggb10le, bggr12le, gbrg12le, grbg12le, rggb12le }, "                    \
-  "width=" GST_VIDEO_SIZE_RANGE ", height=" GST_VIDEO_SIZE_RANGE                      \
+#define POLYHULL_KEYABLE_CAPS                                                                    \
+  GST_VIDEO_CAPS_MAKE(                                                                           \
+      "{ NV12, I420, BGRx, RGBx, BGRA, RGBA, YUY2, UYVY, RGB, BGR, I420_10LE, v210, "            \
+      "NV21, YV12, Y42B, NV16, NV61, YVYU, Y444, NV24, v308, AYUV, VUYA, A420, "                 \
+      "P010_10LE, I422_10LE, Y444_10LE, A420_10LE, A422_10LE, A444_10LE, P012_LE, "              \
+      "I420_12LE, I422_12LE, Y444_12LE, xRGB, xBGR, ARGB, ABGR, GBR, GBRA, GBR_10LE, GBR_12LE, " \
+      "GRAY8 }")                                                                                 \
+  "; video/x-bayer, format=(string){ bggr, gbrg, grbg, rggb, bggr10le, gbrg10le, "               \
+  "grbg10le, rggb10le, bggr12le, gbrg12le, grbg12le, rggb12le }, "                               \
+  "width=" GST_VIDEO_SIZE_RANGE ", height=" GST_VIDEO_SIZE_RANGE                                 \
   ", framerate=" GST_VIDEO_FPS_RANGE
 
 namespace polyhull::element {
