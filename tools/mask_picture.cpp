@@ -86,7 +86,7 @@ std::optional<Colour> background_of(const Picture& picture) {
 // picture. The nearest colour of many pixels counts as the subject's full level, so that the mixed
 // colours of soft outlines keep their share.
 std::optional<Picture> mask_of_flat_colours(const Picture& picture) {
-  constexpr int off = 24, same = 16;  // levels
+  constexpr int off = 24, same = 3;  // levels
   const std::optional<Colour> background = background_of(picture);
   if (!background) return std::nullopt;
   std::map<Colour, std::size_t> counts;
@@ -97,7 +97,7 @@ std::optional<Picture> mask_of_flat_colours(const Picture& picture) {
     const Colour colour = colour_at(picture, i);
     const int away = distance(colour, *background);
     if (away <= off) continue;
-    ++counts[{colour[0] / 8 * 8 + 4, colour[1] / 8 * 8 + 4, colour[2] / 8 * 8 + 4}];
+    ++counts[colour];
     ++distances[away];
     ++subject;
   }
@@ -109,7 +109,7 @@ std::optional<Picture> mask_of_flat_colours(const Picture& picture) {
     if (!near && flat.size() < 8) flat.push_back(colour);
     if (near || flat.back() == colour) in_flat += count;
   }
-  if (subject == 0 || 10 * in_flat < 8 * subject) return std::nullopt;
+  if (subject == 0 || 10 * in_flat < 7 * subject) return std::nullopt;
   int full = off + 1;
   for (int d = 255; d > off; --d) {
     std::size_t many = 0;
@@ -132,7 +132,7 @@ void refuse_inverted(const MaskPicture& mask, const std::string& path, const cha
   });
   const auto covered = static_cast<std::size_t>(
       std::ranges::count_if(p.pixels, [](std::uint8_t v) { return v >= 128; }));
-  if (4 * of_border < 3 * border || 2 * covered < p.pixels.size()) return;
+  if (4 * of_border < 3 * border || 4 * covered < p.pixels.size()) return;
   throw Error(Error::Kind::bad_input,
               "{}: the mask looks inverted: what its {} calls the subject covers {:.0f} % of the "
               "picture and {:.0f} % of its border. A mask shows the subject white (opaque) and the "

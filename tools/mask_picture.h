@@ -19,8 +19,8 @@ struct MaskPicture {
 /// its grey level, the subject bright, both by mask_levels(); else, in a picture of a few flat
 /// colours, whatever differs from the colour that most of its border has, unless that is a green or
 /// blue screen's. Any other coloured picture is to be keyed. Throws Error where it cannot be read,
-/// and for a mask that covers most of the picture and of its border: it shows the background, or
-/// nothing but the subject.
+/// and for a mask that covers three quarters of its border and a quarter of the picture: it shows the
+/// background, or nothing but the subject.
 MaskPicture load_mask_picture(const std::string& path);
 
 }  // namespace polyhull

@@ -12,6 +12,7 @@
 #include "base/picture.h"
 #include "camera_files.h"
 #include "mask_contours.h"
+#include "mask_picture.h"
 #include "rig/check_pictures.h"
 #include "rig/import.h"
 #include "studio/cameras/camera_picture.h"
@@ -241,6 +242,18 @@ TEST(RigPictures, MasksOfOtherConventionsAreTheSameMask) {
     }
     EXPECT_LT(most, 1.3) << subject[0] << " on " << ground[0];
   }
+}
+
+TEST(RigPictures, AShadedSubjectBeforeBlackIsNoMask) {
+  const Rig rig = default_rig();
+  const Picture matte = load_picture(files_of(rig, 0.0, false)[0], 1);
+  const std::string path = mask_file(matte, 3, [n = 0](int v, int c) mutable {
+    const int x = n++ / 3 % 1024;
+    return v * (c == 0 ? 120 + x % 100 : 60 + x % 80) / 255;
+  });
+  EXPECT_TRUE(load_mask_picture(path).to_key);
+  EXPECT_FALSE(
+      load_mask_picture(mask_file(matte, 3, [](int v, int c) { return c ? 0 : v; })).to_key);
 }
 
 TEST(RigPictures, InvertedMasksAreSaidToBe) {
