@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <random>
 #include <string>
 #include <tuple>
@@ -109,6 +110,59 @@ std::vector<const silhouette::ColourKernels*> variants() {
   if (silhouette::avx2_supported()) all.push_back(&silhouette::avx2_colour_kernels());
 #endif
   return all;
+}
+
+/// Planar 4:4:4, planar 4:2:2 of ten bits, packed 4:2:2 (YVYU), two planes of 4:2:0 with twelve bits
+/// high in their words, planar RGB.
+std::vector<Stored> described_frames(int width, int height) {
+  const SampleLayout layouts[] = {
+      {{{{0, 0, 1}, {1, 0, 1}, {2, 0, 1}}}},
+      {{{{0, 0, 2}, {1, 0, 2}, {2, 0, 2}}}, false, 10, 0, true},
+      {{{{0, 0, 2}, {0, 3, 4}, {0, 1, 4}}}, false, 8, 0, true},
+      {{{{0, 0, 2}, {1, 0, 4}, {1, 2, 4}}}, false, 12, 4, true, true},
+      {{{{2, 0, 1}, {0, 0, 1}, {1, 0, 1}}}, true},
+  };
+  std::vector<Stored> frames;
+  for (const SampleLayout& layout : layouts) {
+    Stored& s = frames.emplace_back();
+    s.view.format = FrameFormat::described;
+    s.view.samples = layout;
+    s.view.width = width;
+    s.view.height = height;
+    std::mt19937 random(static_cast<unsigned>(width));
+    for (int i = 0; i < 3; ++i) {
+      s.bytes[i].resize(static_cast<std::size_t>(4 * width + 4) * height);
+      for (std::uint8_t& b : s.bytes[i]) b = static_cast<std::uint8_t>(random());
+      s.view.planes[i] = s.bytes[i].data();
+      s.view.strides[i] = 4 * width + 4;
+    }
+  }
+  return frames;
+}
+
+TEST(Colour, DescribedFramesAreTheSameInPartsAndCopied) {
+  for (const int width : {1, 2, 5, 64, 517})
+    for (const Stored& s : described_frames(width, 6)) {
+      check_frame(s.view);
+      const int x0 = width / 3, x1 = width - width / 5, y0 = 1, y1 = 5;
+      FrameCopy copy;
+      copy.assign(s.view, {x0, y0, x1 - x0, y1 - y0});
+      EXPECT_TRUE(same_pixels(s.view, copy.view(), {x0, y0, x1 - x0, y1 - y0}));
+      for (int y = y0; y < y1; ++y) {
+        std::vector<std::uint8_t> whole(4u * width), part(4u * width), copied(4u * width);
+        convert_row(s.view, y, 0, width, whole.data());
+        convert_row(s.view, y, x0, x1, part.data());
+        convert_row(copy.view(), y, x0, x1, copied.data());
+        const std::size_t bytes = 4u * (x1 - x0);
+        EXPECT_EQ(std::memcmp(part.data(), &whole[4u * x0], bytes), 0) << width << " " << y;
+        EXPECT_EQ(std::memcmp(copied.data(), part.data(), bytes), 0) << width << " " << y;
+        if (s.view.samples.rgb) continue;
+        for (const silhouette::ColourKernels* kernels : variants()) {
+          kernels->convert_yuv(s.view, y, 0, width, part.data());
+          EXPECT_EQ(part, whole) << width << " " << y;
+        }
+      }
+    }
 }
 
 TEST(Colour, FramesBecomeRgbWithinALevelOfTheExactColour) {
