@@ -112,6 +112,10 @@ std::vector<Silhouette> HullStage::silhouettes() const {
   return silhouettes;
 }
 
+Hull HullStage::rebuilt(const HullOptions& options) const {
+  return HullBuilder().build(silhouettes(), options);
+}
+
 CameraDoubts HullStage::doubts(Unseen unseen, int points, std::uint32_t round) const {
   return find_doubts(silhouettes(), unseen, points, round);
 }

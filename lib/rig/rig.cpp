@@ -100,6 +100,18 @@ double Rig::metres_per_unit() const {
   return value;
 }
 
+std::string likely_unit(double units, double usual) {
+  std::string best = "m";
+  double least = INFINITY;
+  for (const char* unit : {"m", "cm", "mm"}) {
+    Rig rig;
+    rig.unit = unit;
+    const double off = std::abs(std::log(units * rig.metres_per_unit() / usual));
+    if (off < least) least = off, best = unit;
+  }
+  return best;
+}
+
 void validate_camera(const Camera& camera, const std::string& where) {
   validate_intrinsics(camera, where);
   validate_pose(camera, where);

@@ -26,6 +26,9 @@ struct Rig {
   double metres_per_unit() const;
 };
 
+/// Of m, cm and mm the unit in which \p units are the nearest to \p usual metres.
+std::string likely_unit(double units, double usual);
+
 /// Reads a rig file. Throws Error naming the file and what is wrong where: missing file, not JSON
 /// (line and column), wrong format or version, no camera, one named twice or not at all, pictures
 /// not of 1 to 32768 pixels a side, K not upper triangular or with focal lengths not above 0, a

@@ -49,10 +49,29 @@ void note_doubts(HullBuild& self, std::int64_t now) {
     if (self.tangencies.add(now, self.stage.cameras(), self.stage.tangencies()))
       tell_tangencies(self);
   }
-  Contradiction contradiction = self.doubts.contradiction();
+  Contradiction& contradiction = self.contradiction = self.doubts.contradiction();
   add_tangency(contradiction, self.tangencies);
   self.statistics.set("contradiction-percent", 100.0 * contradiction.share);
+  self.statistics.count("sets-contradicted", contradiction.rig);
   self.words.contradicted(GST_ELEMENT_CAST(self.element), now, contradiction);
+}
+
+void note_hull(HullBuild& self, std::int64_t now, std::size_t used) {
+  GstElement* element = GST_ELEMENT_CAST(self.element);
+  if (self.stage.all_see_foreground())
+    self.words.hull(element, now, used, self.stage.is_empty(), self.contradiction,
+                    [&] { return self.stage.elsewhere(); });
+  if (self.stage.is_empty()) return;
+  const Rig& rig = self.stage.rig();
+  self.statistics.count("sets-implausible", self.words.size(element, self.stage.size(), rig));
+  if (!rig.bounds) self.words.unbounded(element, rig);
+}
+
+void forget_contradictions(HullBuild& self) {
+  self.doubts.reset();
+  self.tangencies.reset();
+  self.contradiction = {};
+  self.words.new_rig();
 }
 
 }  // namespace polyhull::element

@@ -12,12 +12,18 @@
 
 namespace polyhull::element {
 
+/// Silhouettes of which so much is cut away contradict each other; sound ones come to a hundredth.
+inline constexpr double contradictory = 0.04;
+
 /// Cameras whose silhouettes contradict each other.
 struct Contradiction {
-  double share = 0.0;     ///< of the outlines that some other camera cuts away
-  double tangency = 0.0;  ///< epipolar tangency error of `camera` with the others, px, and
-  double others = 0.0;    ///< of the others among each other; 0: unknown
-  std::string camera;     ///< that has moved, or is keyed badly; empty: it cannot be told which
+  double share = 0.0;        ///< of the outlines that some other camera cuts away
+  double tangency = 0.0;     ///< epipolar tangency error of `camera` with the others, px, and
+  double others = 0.0;       ///< of the others among each other; 0: unknown
+  std::string camera;        ///< that has moved, or is keyed badly; empty: it cannot be told which
+  bool rig = false;          ///< most cameras contradict each other; `camera` is empty then
+  std::size_t agreeing = 0;  ///< so many of `cameras` do not, where `rig` is set
+  std::size_t cameras = 0;
 };
 
 /// Sums doubts (hull/repair/doubts.h) over a second. For one thread.

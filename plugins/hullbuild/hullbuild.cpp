@@ -38,8 +38,7 @@ gboolean start(GstAggregator* aggregator) {
     self.stage.set_rig(open_rig(settings.rig));
     self.statistics.reset();
     self.words.reset();
-    self.doubts.reset();
-    self.tangencies.reset();
+    forget_contradictions(self);
     self.times.reset();
     self.load.reset();
     forget_streams(self);
@@ -122,6 +121,8 @@ HullBuild::HullBuild(gpointer object)
                       "sets-refused",
                       "sets-overdue",
                       "sets-unwanted",
+                      "sets-contradicted",
+                      "sets-implausible",
                       "views-late",
                       "views-duplicate",
                       "views-early",
@@ -187,11 +188,15 @@ void HullBuild::class_init(gpointer klass) {
       "empty-meshes, lone-silhouettes (one camera sees a foreground), full-silhouettes "
       "(foreground fills the frame), holes-filled and pieces-dropped (by repair; of each camera "
       "holes-filled-NAME and pieces-dropped-NAME), contradiction-percent (of the outlines in the "
-      "last second's sets, what other cameras cut away), tangency-px-ONE-OTHER (by how many pixels "
+      "last second's sets, what other cameras cut away), sets-contradicted (most cameras "
+      "contradict "
+      "each other: a wrong rig), sets-implausible (by the rig's unit no subject is so large, or no "
+      "camera so near), tangency-px-ONE-OTHER (by how many pixels "
       "the outlines of two cameras lie beside each other where planes through both touch the "
       "subject, over .6 seconds) and tangency-px (the largest of these), hulls-reused, "
       "predicates and "
-      "exact-predicates; and of the last set cameras (with foreground), faces, vertices, "
+      "exact-predicates; and of the last set cameras (with foreground), subject-height-mm (along "
+      "the rig's up, by its unit), faces, vertices, "
       "triangles, the milliseconds each phase took and threads-used (how many threads took part "
       "in its parallel loops, "
       "on average), and coarser-px, by how much adaptive moves contours. Live: wait-ms and "

@@ -60,6 +60,7 @@ struct HullBuild : LiveAggregator {
   std::vector<std::int64_t> unexplained;  // dropped instants whose camera may only be silent
   DoubtWatch doubts;
   TangencyWatch tangencies;
+  Contradiction contradiction;  // of both
   HullWords words;
 };
 
@@ -80,6 +81,13 @@ void note_repairs(HullBuild& self, const Pads& pads, std::int64_t now);
 
 /// Says so where silhouettes have contradicted each other for a while.
 void note_doubts(HullBuild& self, std::int64_t now);
+
+/// Says so where the hull of a set at running time \p now (ns) of \p used cameras cannot be right:
+/// none although all see a foreground, of a size that no subject has, open below.
+void note_hull(HullBuild& self, std::int64_t now, std::size_t used);
+
+/// Sets by another rig follow.
+void forget_contradictions(HullBuild& self);
 
 // ---- fronts.cpp
 

@@ -31,9 +31,9 @@ SetBuilder::SetBuilder(Statistics& statistics)
   statistics_.declare({"sets", "cameras", "faces", "vertices", "triangles", "contour-vertices",
                        "predicates", "exact-predicates", "hulls-reused", "empty-meshes",
                        "lone-silhouettes", "full-silhouettes", "holes-filled", "pieces-dropped"});
-  for (const char* figure :
-       {"undistort-ms", "repair-ms", "check-ms", "prepare-ms", "scene-ms", "faces-ms",
-        "assemble-ms", "triangulate-ms", "pack-ms", "threads-used", "coarser-px"})
+  for (const char* figure : {"undistort-ms", "repair-ms", "check-ms", "prepare-ms", "scene-ms",
+                             "faces-ms", "assemble-ms", "triangulate-ms", "pack-ms", "threads-used",
+                             "coarser-px", "subject-height-mm"})
     statistics_.set(figure, 0.0);
 }
 
@@ -80,7 +80,7 @@ void SetBuilder::build_hull(GstElement* element, Mesh& mesh, const HullSettings&
     doubts_.reset();
     return;
   }
-  HullOptions options;
+  HullOptions& options = options_ = {};
   if (settings.use_bounds) options.bounds = rig_.bounds;
   options.unseen = settings.unseen;
   options.max_deviation = settings.max_deviation;
@@ -153,10 +153,34 @@ void SetBuilder::report(const Mesh& mesh, bool has_surface) {
   statistics_.set_count("vertices", mesh.hull.vertices.size());
   statistics_.set_count("triangles", mesh.hull.triangles.size() / 3);
   is_empty_ = mesh.hull.empty();
+  std::vector<Vec3> centres;
+  for (const MeshView& view : mesh.views) centres.push_back(view.calibration.centre());
+  size_ =
+      subject_size(mesh.hull, centres, mesh.up, mesh.metres_per_unit, options_.bounds.has_value());
+  if (size_.known) statistics_.set("subject-height-mm", 1e3 * size_.height);
   all_see_foreground_ =
       has_surface && mesh.views.size() >= 2 &&
       std::none_of(mesh.views.begin(), mesh.views.end(),
                    [](const MeshView& view) { return view.view.contours.empty(); });
+}
+
+std::optional<Bounds> SetBuilder::elsewhere() const {
+  if (!options_.bounds || !is_empty_) return std::nullopt;
+  HullOptions options = options_;
+  options.bounds.reset();
+  options.unseen = Unseen::carve;  // what keep needs is the bounds
+  try {
+    const Hull hull = stage_->rebuilt(options);
+    if (hull.empty()) return std::nullopt;
+    Bounds place{Vec3(hull.vertices[0]), Vec3(hull.vertices[0])};
+    for (const Vec3f& vertex : hull.vertices) {
+      place.min = glm::min(place.min, Vec3(vertex));
+      place.max = glm::max(place.max, Vec3(vertex));
+    }
+    return Bounds{place.min + hull.origin, place.max + hull.origin};
+  } catch (const Error&) {
+    return std::nullopt;
+  }
 }
 
 GstBuffer* SetBuilder::build(GstElement* element, std::vector<SetView> views,

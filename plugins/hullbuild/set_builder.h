@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "hull/stage.h"
+#include "hull/subject_size.h"
 #include "plugins/common/memory/payload_buffer.h"
 #include "plugins/common/statistics.h"
 #include "plugins/hullbuild/coarsening.h"
@@ -56,6 +57,12 @@ class SetBuilder {
   bool is_reused() const { return stage_->statistics().reused; }
   bool all_see_foreground() const { return all_see_foreground_; }
 
+  /// Of the last set: how large its hull is.
+  const SubjectSize& size() const { return size_; }
+  /// Of the last set, whose hull was built within bounds and is empty: where its silhouettes meet
+  /// without them, if they do, world units.
+  std::optional<Bounds> elsewhere() const;
+
   /// Of the last set: the cameras whose silhouettes were mended.
   const std::vector<CameraRepair>& repairs() const { return repairs_; }
 
@@ -79,7 +86,9 @@ class SetBuilder {
   Rig rig_;
   Coarsener coarsener_;
   std::unique_ptr<HullStage> stage_;
-  std::vector<CameraRepair> repairs_;                  // of the last set
+  HullOptions options_;                                // of the last hull
+  SubjectSize size_;                                   // of the last set
+  std::vector<CameraRepair> repairs_;                  // of it
   std::vector<std::string> cameras_;                   // of it
   std::optional<CameraDoubts> doubts_;                 // of it
   std::vector<Tangency> tangencies_;                   // of it

@@ -92,6 +92,7 @@ void load_changed_rig(HullBuild& self, const HullSettings& settings) {
   if (!self.rig_changed.exchange(false)) return;
   try {
     self.stage.set_rig(open_rig(settings.rig));
+    forget_contradictions(self);
   } catch (const Error& error) {
     self.statistics.warn(GST_ELEMENT_CAST(self.element), "rigs-refused",
                          fmt::format("The former rig stays in use: {}", error.what()));
@@ -243,7 +244,7 @@ Step build_set(HullBuild& self, const Pads& pads, const ViewDecision& set,
   self.words.built(element, set.time, used, absent);
   note_repairs(self, pads, set.time);
   note_doubts(self, set.time);
-  if (self.stage.all_see_foreground()) self.words.hull(element, used, self.stage.is_empty());
+  note_hull(self, set.time, used);
   note_times(self, pads, set);
   const std::int64_t interval = note_pace(self, pads, set, false);
   stamp(self, pads, set, buffer);

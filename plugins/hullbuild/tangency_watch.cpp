@@ -31,6 +31,16 @@ bool TangencyWatch::add(std::int64_t now, const std::vector<std::string>& camera
 }
 
 void add_tangency(Contradiction& contradiction, const TangencyWatch& tangencies) {
+  const std::size_t cameras = tangencies.cameras().size();
+  const std::size_t agreeing = agreeing_views(tangencies.pairs(), cameras);
+  if (cameras >= 3 && 2 * agreeing <= cameras &&
+      (cameras < 4 || contradiction.share >= contradictory)) {
+    contradiction.camera.clear();
+    contradiction.rig = true;
+    contradiction.agreeing = agreeing;
+    contradiction.cameras = cameras;
+    return;
+  }
   const int camera = tangencies.camera();
   if (camera < 0) return;
   const auto number = static_cast<std::size_t>(camera);

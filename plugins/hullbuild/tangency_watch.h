@@ -39,7 +39,9 @@ class TangencyWatch {
   std::int64_t looked_at_ = 0;  // running time of pairs_
 };
 
-/// Adds what \p tangencies say to \p contradiction: the camera, where that is not known yet.
+/// Adds what \p tangencies say to \p contradiction: the camera, where that is not known yet; or that
+/// it is the rig, where at most half of the cameras agree and, of four or more, enough of the outlines
+/// is cut away.
 void add_tangency(Contradiction& contradiction, const TangencyWatch& tangencies);
 
 }  // namespace polyhull::element

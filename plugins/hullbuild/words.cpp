@@ -6,12 +6,9 @@
 namespace polyhull::element {
 namespace {
 
-constexpr std::int64_t silence = second;          // that is worth a word
-constexpr std::int64_t lasting = 3 * second;      // a silhouette that is mended for so long
-constexpr std::int64_t moment = second;           // without it in between
-constexpr std::int64_t shortly = 2 * second / 5;  // for which silhouettes contradict each other
-constexpr double contradictory = 0.04;  // of their outlines; sound ones come to a hundredth
-constexpr int empty_in_a_row = 5;       // one may be a subject that has just left
+constexpr std::int64_t silence = second;      // that is worth a word
+constexpr std::int64_t lasting = 3 * second;  // a silhouette that is mended for so long
+constexpr std::int64_t moment = second;       // without it in between
 
 std::string milliseconds(std::int64_t time) {
   return fmt::format("{:.0f} ms", static_cast<double>(time) * 1e-6);
@@ -126,52 +123,6 @@ void HullWords::repaired(GstElement* element, std::int64_t now,
                      "screen makes pieces.",
                      repair.camera, seconds(time), repair.holes, repair.pieces));
   }
-}
-
-void HullWords::contradicted(GstElement* element, std::int64_t now,
-                             const Contradiction& contradiction) {
-  Contradicted& known = contradicted_;
-  if (contradiction.share < contradictory && contradiction.camera.empty()) {
-    known.since = -1;
-    return;
-  }
-  if (known.since < 0 || now < known.since) known.since = now;
-  const bool said = known.said_at >= 0 && now >= known.said_at && now - known.said_at < again_after;
-  const bool news = !contradiction.camera.empty() && contradiction.camera != known.camera;
-  if (now - known.since < shortly || (said && !news)) return;
-  known.said_at = now;
-  known.camera = contradiction.camera;
-  std::string who = contradiction.camera.empty()
-                        ? "Which camera is wrong cannot be told"
-                        : fmt::format("It is most likely camera {}", contradiction.camera);
-  // Planes through two cameras that touch the subject.
-  if (contradiction.tangency > 0.0)
-    who += fmt::format(
-        ", whose outlines lie {:.1f} px beside where the others have them ({:.1f} px "
-        "among each other)",
-        contradiction.tangency, contradiction.others);
-  warn(element,
-       fmt::format(
-           "The silhouettes contradict each other: {:.0f} % of their outlines are cut away "
-           "by other cameras, which makes the hull smaller than the subject. {}: it has been "
-           "moved, its calibration is another camera's, its frames are of another instant, "
-           "its matte is wrong, or the subject leaves its picture. `polyhull-rig check RIG "
-           "--pictures` looks closer.",
-           100.0 * contradiction.share, who));
-}
-
-void HullWords::hull(GstElement* element, std::size_t used, bool empty) {
-  if (!empty) {
-    empty_hulls_ = 0;
-    return;
-  }
-  if (++empty_hulls_ != empty_in_a_row) return;
-  warn(element,
-       fmt::format("All {} cameras see a foreground, but their silhouettes have no point of space "
-                   "in common: the hull is empty. Most likely the rig file is that of another "
-                   "set-up, its unit is wrong (millimetres read as metres), or two cameras are "
-                   "swapped. `polyhull-rig check RIG --pictures` finds which.",
-                   used));
 }
 
 }  // namespace polyhull::element

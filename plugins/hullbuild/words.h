@@ -7,13 +7,17 @@
 #include <gst/gst.h>
 
 #include <cstdint>
+#include <functional>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "base/nanoseconds.h"
+#include "hull/subject_size.h"
 #include "plugins/hullbuild/doubt_watch.h"
 #include "plugins/hullbuild/set_builder.h"
+#include "rig/rig.h"
 
 namespace polyhull::element {
 
@@ -67,11 +71,25 @@ class HullWords {
   void repaired(GstElement* element, std::int64_t now, const std::vector<CameraRepair>& repairs);
 
   /// In a set at running time \p now (ns) silhouettes contradict each other so: said once it has
-  /// lasted for four tenths of a second, with the camera's name where that is known.
+  /// lasted for four tenths of a second, with the camera's name where that is known,
+  /// or of the rig, and then of no camera until they agree again.
   void contradicted(GstElement* element, std::int64_t now, const Contradiction& contradiction);
 
-  /// All \p used cameras of a set see a foreground; \p empty: yet its hull is.
-  void hull(GstElement* element, std::size_t used, bool empty);
+  /// All \p used cameras of a set at running time \p now (ns) see a foreground; \p empty: yet its
+  /// hull is. \p contradiction says why, where contradicted() has not said it yet, or \p elsewhere:
+  /// where the silhouettes meet outside the bounds, if they do.
+  void hull(GstElement* element, std::int64_t now, std::size_t used, bool empty,
+            const Contradiction& contradiction,
+            const std::function<std::optional<Bounds>()>& elsewhere);
+
+  /// The hull of a set has \p size by \p rig. Said once of each rig; whether it is implausible.
+  bool size(GstElement* element, const SubjectSize& size, const Rig& rig);
+
+  /// The hull of a set was built by \p rig without bounds. Said once of each rig.
+  void unbounded(GstElement* element, const Rig& rig);
+
+  /// Sets by another rig follow, of which nothing has been said.
+  void new_rig();
 
  private:
   std::string absent_;           // the names last said to be missing
@@ -85,9 +103,11 @@ class HullWords {
   struct Contradicted {
     std::int64_t since = -1, said_at = -1;
     std::string camera;  // last said
+    bool rig = false;    // so it was said
   } contradicted_;
   std::int64_t late_at_ = -1, few_at_ = -1;
-  int empty_hulls_ = 0;
+  int empty_hulls_ = 0, odd_sizes_ = 0;              // in a row
+  bool size_said_ = false, unbounded_said_ = false;  // of this rig
 };
 
 }  // namespace polyhull::element

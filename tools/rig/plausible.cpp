@@ -7,28 +7,15 @@
 #include <cmath>
 
 #include "base/median.h"
+#include "hull/subject_size.h"
 
 namespace polyhull {
 namespace {
 
-constexpr double farthest = 100.0, nearest = 0.05;             // metres from the stage
 constexpr double farthest_pair = 200.0, nearest_pair = 0.001;  // metres between two cameras
 
 Vec3 middle_of(const Bounds& bounds) {
   return 0.5 * (bounds.min + bounds.max);
-}
-
-// The usual unit in which so many units are nearest to a usual length.
-const char* likely_unit(double units, double usual) {
-  const char* best = "m";
-  double least = INFINITY;
-  for (const char* unit : {"m", "cm", "mm"}) {
-    Rig rig;
-    rig.unit = unit;
-    const double off = std::abs(std::log(units * rig.metres_per_unit() / usual));
-    if (off < least) least = off, best = unit;
-  }
-  return best;
 }
 
 // What to do about a length that is usually so many metres.
@@ -49,11 +36,11 @@ void examine_distances(const Rig& rig, const std::vector<double>& distances,
   const double metres = rig.metres_per_unit();
   const auto [least, most] = std::minmax_element(distances.begin(), distances.end());
   const double typical = median(distances);
-  if (typical * metres > farthest || typical * metres < nearest)
+  if (typical * metres > farthest_stage || typical * metres < nearest_stage)
     notes.push_back(fmt::format("the cameras stand {:.4g} to {:.4g} m from the middle of the "
                                 "stage, which is too {} for a stage; ",
                                 *least * metres, *most * metres,
-                                typical * metres > farthest ? "far" : "near") +
+                                typical * metres > farthest_stage ? "far" : "near") +
                     unit_advice(rig, typical, 3.0));
   for (std::size_t i = 0; i < distances.size() && distances.size() > 2; ++i) {
     const double ratio = distances[i] / typical;
@@ -73,7 +60,7 @@ void examine_spacing(const Rig& rig, std::vector<std::string>& notes) {
   if (rig.cameras.size() > 1 && (metres > farthest_pair || metres < nearest_pair))
     notes.push_back(
         fmt::format("the cameras stand up to {:.4g} m apart, which is too {} for a stage; ", metres,
-                    metres > farthest ? "far" : "near") +
+                    metres > farthest_pair ? "far" : "near") +
         unit_advice(rig, most, 1.0));
 }
 

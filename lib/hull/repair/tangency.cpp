@@ -20,6 +20,7 @@ constexpr double widest = 2.75;
 
 /// A camera's error, px, of which sound silhouettes stay below a half.
 constexpr double noticed = 1.0;
+constexpr double apart = 3.0;  // px: cameras of one rig, had none been moved, are nearer
 
 /// The frame of a pair's planes.
 struct Pencil {
@@ -168,6 +169,19 @@ int camera_off(std::span<const PairTangency> pairs, std::size_t views) {
     largest = times;
   }
   return worst;
+}
+
+std::size_t agreeing_views(std::span<const PairTangency> pairs, std::size_t views) {
+  std::vector<bool> left_out(views);
+  for (std::size_t agreeing = views;; --agreeing) {
+    std::vector<std::size_t> against(views);
+    for (const PairTangency& pair : pairs)
+      if (pair.error >= apart && !left_out[pair.first] && !left_out[pair.second])
+        ++against[pair.first], ++against[pair.second];
+    const auto worst = std::max_element(against.begin(), against.end());
+    if (worst == against.end() || *worst == 0) return agreeing;
+    left_out[static_cast<std::size_t>(worst - against.begin())] = true;
+  }
 }
 
 }  // namespace polyhull

@@ -67,4 +67,8 @@ double error_without(std::span<const PairTangency> pairs, std::size_t view);
 /// told.
 int camera_off(std::span<const PairTangency> pairs, std::size_t views);
 
+/// So many of \p views agree with each other: of those that miss each other by 3 px or more the one
+/// with the most such pairs is left out until there are none. Two that \p pairs do not have agree.
+std::size_t agreeing_views(std::span<const PairTangency> pairs, std::size_t views);
+
 }  // namespace polyhull

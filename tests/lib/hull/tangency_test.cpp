@@ -161,4 +161,19 @@ TEST(Tangency, TheWorstCameraIsNamed) {
   }
 }
 
+// Cameras agree as long as none of them misses another by 3 px.
+TEST(Tangency, AgreeingViewsAreCounted) {
+  const auto agreeing = [](std::size_t views, std::size_t off) {
+    std::vector<PairTangency> pairs;
+    for (std::size_t a = 0; a < views; ++a)
+      for (std::size_t b = a + 1; b < views; ++b) pairs.push_back({a, b, a < off ? 3.5 : 2.5});
+    return agreeing_views(pairs, views);
+  };
+  EXPECT_EQ(agreeing(5, 0), 5u);
+  EXPECT_EQ(agreeing(5, 1), 4u);
+  EXPECT_EQ(agreeing(5, 2), 3u);
+  EXPECT_EQ(agreeing(5, 5), 1u);
+  EXPECT_EQ(agreeing_views({}, 3), 3u);  // nothing is known against them
+}
+
 }  // namespace
