@@ -3,15 +3,31 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <optional>
 
+#include "rig/floor.h"
 #include "rig/lens.h"
 #include "rig/plausible.h"
 
 namespace polyhull {
 namespace {
+
+constexpr double person = 1.75;  // metres
+
+// How large a person in the middle of the stage is in the pictures: what a wrong unit changes.
+std::string person_text(const Rig& rig, const Vec3& focus) {
+  double least = INFINITY, most = 0.0;
+  for (const Camera& camera : rig.cameras) {
+    const double pixels =
+        person / rig.metres_per_unit() / glm::length(focus - camera.centre()) * camera.K[1][1];
+    least = std::min(least, pixels);
+    most = std::max(most, pixels);
+  }
+  return fmt::format("a person of {:g} m there is {:.0f} to {:.0f} px high\n", person, least, most);
+}
 
 // The middle of the stage.
 std::optional<Vec3> focus_of(const Rig& rig) {
@@ -129,13 +145,19 @@ RigReport examine_rig(const Rig& rig) {
                                 rig.bounds->max.x, rig.bounds->max.y, rig.bounds->max.z);
   if (focus)
     report.table += fmt::format("middle of the stage ({:g}, {:g}, {:g}){}\n", focus->x, focus->y,
-                                focus->z, rig.bounds ? "" : ", where the optical axes meet best");
+                                focus->z, rig.bounds ? "" : ", where the optical axes meet best") +
+                    person_text(rig, *focus);
   report.table +=
       "name           picture          centre x         y         z       fx      fy   view in "
       "degrees   distance  middle's pixel   lens px\n";
   for (const Camera& camera : rig.cameras) examine_camera(rig, camera, focus, report);
   if (rig.cameras.size() < 2) report.warnings.push_back("a hull needs at least two cameras");
   examine_pairs(rig, focus, report);
+  if (!rig.bounds && looks_down(rig))
+    report.warnings.push_back(
+        "all cameras look down and the rig has no bounds: nothing says where the floor is, so that "
+        "hulls reach some centimetres below the soles; `polyhull-rig level` puts the floor and the "
+        "bounds into the rig file");
   for (std::string& note : implausible_sizes(rig)) report.warnings.push_back(std::move(note));
   return report;
 }

@@ -6,6 +6,8 @@
 #include <numeric>
 
 #include "base/error.h"
+#include "hull/stage.h"
+#include "hull/subject_size.h"
 #include "mask_contours.h"
 #include "rig/ray_cover.h"
 #include "rig/undistort.h"
@@ -76,6 +78,7 @@ class PictureCheck {
     return score_of(others, rig_.bounds);
   }
 
+  SubjectSize size() const;
   void try_bounds();
   void try_exchanges(const std::vector<std::size_t>& suspects);
   void try_turning(const std::vector<std::size_t>& suspects);
@@ -90,6 +93,22 @@ class PictureCheck {
   Score before_;
   std::vector<Explanation> found_;
 };
+
+// Of the hull of all pictures.
+SubjectSize PictureCheck::size() const {
+  HullStage stage;
+  HullOptions options;
+  options.bounds = rig_.bounds;
+  options.unseen = rig_.bounds ? Unseen::keep : Unseen::carve;
+  std::vector<CameraContours> contours;
+  std::vector<Vec3> centres;
+  for (std::size_t i = 0; i < pictures_.size(); ++i) {
+    contours.push_back({&camera(i), &pictures_[i].rings});
+    centres.push_back(camera(i).centre());
+  }
+  return subject_size(stage.build(contours, options, 0.0), centres, rig_.up, rig_.metres_per_unit(),
+                      rig_.bounds.has_value());
+}
 
 void PictureCheck::try_bounds() {
   if (!rig_.bounds) return;
@@ -153,6 +172,12 @@ RigReport PictureCheck::run() {
     before_.worst = std::max(before_.worst, shares[i]);
     before_.sum += shares[i];
   }
+  const SubjectSize size = this->size();
+  if (size.known)
+    report.table +=
+        fmt::format("the hull of all is {:.4g} m high, {:.4g} m away from the cameras\n",
+                    size.height, size.distance);
+  if (is_implausible(size)) report.warnings.push_back(about_size(size, rig_.unit));
   if (before_.worst <= tolerable) return report;
 
   // The cameras without which the rest agrees best are the ones to suspect; all of a few.

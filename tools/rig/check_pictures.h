@@ -23,8 +23,8 @@ struct CameraPictureRings {
 /// bounds that the subject is not in, one camera that contradicts the others. Throws Error for
 /// fewer than two pictures.
 ///
-/// A wrong unit of the whole rig cannot be seen in pictures (all lengths grow alike) except by the
-/// bounds; examine_rig() looks for it.
+/// A wrong unit of the whole rig makes no difference to the pictures (all lengths grow alike); the
+/// size of the hull of all of them tells (hull/subject_size.h).
 RigReport examine_pictures(const Rig& rig, const std::vector<CameraPictureRings>& pictures);
 
 }  // namespace polyhull

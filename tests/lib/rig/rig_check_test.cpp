@@ -135,5 +135,27 @@ TEST(RigCheck, NotesReachTheReport) {
   EXPECT_NE(report.warnings[0].find("--unit mm"), std::string::npos) << report.warnings[0];
 }
 
+TEST(RigCheck, AnOpenFloorIsNoted) {
+  Rig rig = default_rig();
+  EXPECT_TRUE(examine_rig(rig).warnings.empty());
+  rig.bounds.reset();
+  ASSERT_EQ(examine_rig(rig).warnings.size(), 1u);
+  EXPECT_NE(examine_rig(rig).warnings[0].find("polyhull-rig level"), std::string::npos);
+  // One camera that looks ahead is enough to see where the feet are.
+  Camera& camera = rig.cameras[3];
+  const Vec3 centre(0.0, 0.5, 3.0);
+  camera.R = Mat3(1, 0, 0, 0, -1, 0, 0, 0, -1);
+  camera.t = -(camera.R * centre);
+  EXPECT_TRUE(examine_rig(rig).warnings.empty());
+}
+
+TEST(RigCheck, APersonsHeightInPixelsIsTold) {
+  Rig rig = default_rig();
+  EXPECT_NE(examine_rig(rig).table.find("a person of 1.75 m there is 40"), std::string::npos)
+      << examine_rig(rig).table;
+  rig.unit = "10";
+  EXPECT_NE(examine_rig(rig).table.find("is 41 to 41 px high"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace polyhull

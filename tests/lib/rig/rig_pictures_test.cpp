@@ -295,5 +295,21 @@ TEST(RigPictures, ACameraWithAWrongUnitIsNamed) {
   }
 }
 
+// Silhouettes agree whatever the unit: the size of their hull tells.
+TEST(RigPictures, ASubjectOfNoPersonsSizeIsNamed) {
+  const auto pictures = rings_of(default_rig(), files_of(default_rig(), 0.0, false));
+  for (const bool bounds : {true, false}) {
+    Rig rig = default_rig();
+    const RigReport right = examine_pictures(rig, pictures);
+    EXPECT_TRUE(names(right.table, "the hull of all is 1.7")) << right.table;
+    rig.unit = "10";
+    if (!bounds) rig.bounds.reset();
+    const RigReport report = examine_pictures(rig, pictures);
+    EXPECT_TRUE(names(all_of(report.warnings), "The subject is 17.")) << all_of(report.warnings);
+    rig.unit = "cm";
+    EXPECT_TRUE(names(said(rig, pictures), "\"unit\": \"m\"")) << said(rig, pictures);
+  }
+}
+
 }  // namespace
 }  // namespace polyhull
