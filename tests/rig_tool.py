@@ -126,6 +126,38 @@ def check_refine(folder, cameras):
         assert words in note, (arguments, note)
 
 
+def check_level(folder, cameras, masks):
+    """The floor .25 m above the world's origin, by each way to say so."""
+    low, levelled = os.path.join(folder, "low.json"), os.path.join(folder, "level.json")
+    moved = [dict(c, t=[t - .25 * row[1] for t, row in zip(c["t"], c["R"])]) for c in cameras]
+    with open(low, "w") as file:
+        json.dump({"format": "polyhull-rig", "version": 1, "cameras": moved}, file)
+    assert "polyhull-rig level" in run("check", "--no-forecast", low)
+    marks = os.path.join(folder, "floor.txt")
+    with open(marks, "w") as file:
+        for name, point in (("a", (0, 0, 0)), ("b", (.5, 0, 0)), ("c", (0, 0, .5))):
+            for camera in cameras[:2]:
+                file.write("{} {} {} {}\n".format(name, camera["name"], *project(camera, point)))
+    pictures = ["--pictures", *(f"{name}={path}" for name, path in masks.items())]
+    for way, error in ((["--floor-points", marks], 1e-6), (["--floor", ".25", "--origin", "0", "0", "0"], 1e-6),
+                       (["--points", "0", ".25", "0", "-1", ".25", "0", "0", ".25", "2"], 1e-6),
+                       (pictures, .012)):
+        table = run("level", low, *way, "--stage", "2x3x2.2", "-o", levelled)
+        assert "bounds 2 x 3 x 2.2 m from the floor up" in table and "note:" not in table, table
+        assert abs(number_after(table, "cam0") - 1.4) < error + 1e-3, table
+        with open(levelled) as file:
+            found = json.load(file)
+        assert found["up"] == [0, 1, 0] and found["bounds"]["min"][1] == 0, found
+        heights = [-dot([row[1] for row in c["R"]], c["t"]) for c in found["cameras"]]
+        truth = [-dot([row[1] for row in c["R"]], c["t"]) for c in cameras]
+        assert all(abs(a - b) < error for a, b in zip(heights, truth)), (way, heights, truth)
+    for arguments, words in ((["--points", "1", "2"], "x y z of each point"), ([], "in one way"),
+                             (["--floor", "0", "--stage", "big"], "--stage is 'big'"),
+                             (["--floor", "0", "--unit", "ell"], "'ell'"), (["--floor", "nan"], "in one way")):
+        note = run("level", low, *arguments, "-o", levelled, fails=True)
+        assert words in note, (arguments, note)
+
+
 CHART = """735244 c29682 627a9d 576c43 8580b1 67bdaa d67e2c 505ba6 c15a63 5e3c6c 9dbc40 e0a32e
            383d96 469449 af363c e7c71f bb5695 0885a1 f3f3f2 c8c8c8 a0a0a0 7a7a79 555555 343434"""
 
@@ -265,6 +297,7 @@ def main():
         some = run("check", "--pictures", masks["cam2"], masks["cam0"], masks["cam3"])
         assert "nothing found wrong" in some and "cam1  " not in some.split("pictures:")[1], some
 
+        check_level(folder, cameras, masks)
         check_refine(folder, cameras)
         check_colours(folder, copy, cameras)
 

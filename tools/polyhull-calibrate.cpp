@@ -14,6 +14,7 @@
 #include "calibrate/videos.h"
 #include "calibrate/wand.h"
 #include "command_line.h"
+#include "floor_points.h"
 #include "progress.h"
 #include "text_file.h"
 

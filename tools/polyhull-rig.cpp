@@ -1,18 +1,22 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // polyhull-rig: where to put cameras, calibrations of other programs as rig files, what is wrong
 // with a rig and what to expect of it, and the built-in rig as a file.
+#include <cmath>
 #include <iostream>
+#include <optional>
 
 #include "base/error.h"
 #include "camera_files.h"
 #include "colours/match_colours.h"
 #include "colours/overlap_colours.h"
 #include "command_line.h"
+#include "floor_points.h"
 #include "mask_contours.h"
 #include "rig/check.h"
 #include "rig/check_pictures.h"
 #include "rig/export.h"
 #include "rig/import.h"
+#include "rig/level.h"
 #include "rig/plan.h"
 #include "rig/refine.h"
 #include "studio/cameras/default_rig.h"
@@ -122,6 +126,80 @@ int run_check(const std::string& file, const std::vector<std::string>& files,
   if (report.warnings.empty()) std::cout << "nothing found wrong\n";
   if (forecast && files.empty()) std::cout << std::flush << forecast_text(rig);
   return 0;
+}
+
+struct LevelArguments {
+  std::string file, floor_points, output;
+  std::vector<double> points, up, origin;
+  std::vector<std::string> pictures;
+  double height = NAN;
+  MaskSettings mask;
+  LevelRequest request;
+};
+
+int run_level(LevelArguments& arguments) {
+  const Rig rig = rig_of(arguments.file);
+  LevelRequest& request = arguments.request;
+  if (!arguments.floor_points.empty())
+    request.points = read_floor_points(arguments.floor_points, rig);
+  if (arguments.points.size() % 3 != 0)
+    throw Error(Error::Kind::bad_input,
+                "--points takes x y z of each point; {} numbers were given.",
+                arguments.points.size());
+  for (std::size_t i = 0; i < arguments.points.size(); i += 3)
+    request.points.emplace_back(arguments.points[i], arguments.points[i + 1],
+                                arguments.points[i + 2]);
+  if (!std::isnan(arguments.height)) request.height = arguments.height;
+  for (const auto& [camera, path] :
+       assign_files(arguments.pictures, rig, "--pictures", "polyhull-rig"))
+    request.standing.push_back(
+        {camera, contours_of_picture(path, rig.cameras[camera], arguments.mask)});
+  const auto vector = [](const std::vector<double>& v) {
+    return v.empty() ? std::nullopt : std::optional(Vec3(v[0], v[1], v[2]));
+  };
+  request.up = vector(arguments.up);
+  request.origin = vector(arguments.origin);
+  const LevelledRig levelled = level_rig(rig, request);
+  std::cout << levelled.text;
+  for (const std::string& warning : examine_rig(levelled.rig).warnings)
+    std::cout << "note: " << warning << "\n";
+  write(levelled.rig, arguments.output);
+  return 0;
+}
+
+void add_level_options(CommandLine& command, LevelArguments& arguments) {
+  command.option("file", &arguments.file, "The rig file").required();
+  command.option(
+      "--floor-points", &arguments.floor_points,
+      "A text file of three points on the floor or more, lines of POINT CAMERA U V (px), "
+      "each point in two cameras or more: the first becomes the origin, x points to the "
+      "second");
+  command.option("--points", &arguments.points,
+                 "X Y Z X Y Z X Y Z ...: the same points by their places in the rig's world");
+  command.option("--floor", &arguments.height, "The floor's height along up, in the rig's world");
+  command.option(
+      "--pictures", &arguments.pictures,
+      "CAMERA=FILE ...: somebody who stands on the floor, as for check; up must be right");
+  command.option("--keep-largest", &arguments.mask.keep_largest, "As of check")
+      .range(0, 1000)
+      .shown();
+  command
+      .option("--up", &arguments.up,
+              "Direction that points up in the rig's world: x y z (default: as the rig says; of "
+              "points, where the cameras are)")
+      .expected(3);
+  command
+      .option("--origin", &arguments.origin,
+              "x y z in the rig's world: the new origin is the floor's point below (default: the "
+              "first point, or below the middle of the stage)")
+      .expected(3);
+  command.option("--unit", &arguments.request.unit,
+                 "Unit of the rig's lengths, which stay as they are: m, cm, mm, in, ft or a number "
+                 "of metres (default: as the rig says)");
+  command.option("--stage", &arguments.request.stage,
+                 "The bounds, around the origin from the floor up: WIDTHxDEPTHxHEIGHT (x, z, y), "
+                 "metres (default: .7 of the cameras' distance to each side)");
+  command.option("-o,--output", &arguments.output, "The new rig file").required();
 }
 
 void add_plan_options(CommandLine& command, PlanArguments& arguments) {
@@ -240,6 +318,11 @@ int main(int count, char** values) {
       .shown();
   refine_command.option("-o,--output", &refine_output, "The new rig file").required();
 
+  LevelArguments level;
+  CommandLine level_command = command.subcommand(
+      "level", "Makes the world stand on the floor, y up, with bounds that begin there.");
+  add_level_options(level_command, level);
+
   std::string coloured, colours_output;
   bool overlaps = false;
   ColourArguments colours;
@@ -297,6 +380,7 @@ int main(int count, char** values) {
       if (!plan.output.empty()) write(rig, plan.output);
       return 0;
     }
+    if (level_command.given()) return run_level(level);
     if (refine_command.given()) {
       write(refine_rig(rig_of(refined), refine), refine_output);
       return 0;

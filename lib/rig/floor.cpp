@@ -36,17 +36,24 @@ Frame floor_frame(std::span<const Vec3> points, std::span<const Vec3> centres) {
   if (points.size() < 3)
     throw Error(Error::Kind::bad_input, "The floor needs 3 points; {} were given.", points.size());
   const Vec3 along = points[1] - points[0];
-  // The plane's normal by Newell's method; for three points their cross product.
-  Vec3 normal(0.0);
+  // The normals of all triangles with the first point, by their areas, whatever the points' order;
+  // for three points their cross product.
+  std::vector<Vec3> normals;
+  Vec3 largest(0.0);
   double reach = 0.0;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    normal += glm::cross(points[i] - points[0], points[(i + 1) % points.size()] - points[0]);
+  for (std::size_t i = 1; i < points.size(); ++i) {
     reach = std::max(reach, glm::length(points[i] - points[0]));
+    for (std::size_t k = i + 1; k < points.size(); ++k) {
+      normals.push_back(glm::cross(points[i] - points[0], points[k] - points[0]));
+      if (glm::length(normals.back()) > glm::length(largest)) largest = normals.back();
+    }
   }
-  if (!(glm::length(normal) > 1e-3 * reach * reach) || !(glm::length(along) > 0.0))
+  if (!(glm::length(largest) > 1e-3 * reach * reach) || !(glm::length(along) > 0.0))
     throw Error(Error::Kind::bad_input,
                 "The floor's points lie on a line; take three that span a triangle.");
-  Vec3 up = glm::normalize(normal);
+  Vec3 sum(0.0);
+  for (const Vec3& normal : normals) sum += glm::dot(normal, largest) < 0.0 ? -normal : normal;
+  Vec3 up = glm::normalize(sum);
   // Cameras stand above the floor.
   double height = 0.0;
   for (const Vec3& centre : centres) height += glm::dot(up, centre - points[0]);
@@ -56,14 +63,14 @@ Frame floor_frame(std::span<const Vec3> points, std::span<const Vec3> centres) {
   return {R, -(R * points[0])};
 }
 
-Rig moved_rig(const Rig& rig, const Frame& frame, double scale) {
+Rig moved_rig(const Rig& rig, const Frame& frame) {
   Rig moved = rig;
   moved.bounds.reset();
   moved.up = Vec3(0, 1, 0);
   for (Camera& camera : moved.cameras) {
-    // R (F^T (x' - f)) + t
+    // R F^T (x' - f) + t
     camera.R = camera.R * glm::transpose(frame.R);
-    camera.t = scale * (camera.t - camera.R * frame.t);
+    camera.t -= camera.R * frame.t;
   }
   return moved;
 }

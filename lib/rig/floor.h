@@ -27,12 +27,12 @@ struct Frame {
 };
 
 /// The frame in which \p points lie on the floor y = 0: the first is the origin, x points towards
-/// the second, y up, to where the cameras \p centres are in the mean. The floor is the plane through
-/// all points by Newell's method. Throws Error for fewer than three points, or points on a line.
+/// the second, y up, to where the cameras \p centres are in the mean. The floor lies through the
+/// first, its normal is the mean of those of all triangles with it, by area. Throws Error for fewer than three points, or points on a line.
 Frame floor_frame(std::span<const Vec3> points, std::span<const Vec3> centres);
 
-/// The cameras of \p rig in the frame \p frame of their world, times \p scale; `up` is y. Bounds,
-/// which are along the axes of the world that was, are left out.
-Rig moved_rig(const Rig& rig, const Frame& frame, double scale = 1.0);
+/// \p rig in the world of \p frame, whose y is up. Bounds, which are along the axes of the world that
+/// was, are left out.
+Rig moved_rig(const Rig& rig, const Frame& frame);
 
 }  // namespace polyhull

@@ -15,7 +15,7 @@ struct Floor {
   std::optional<std::size_t> view;
   double thickness = 0.0;  ///< the face's height above the floor, m
 
-  /// Else three points of the floor or more, in the first camera's frame (see triangulate()): the
+  /// Else three points of the floor or more, in the first camera's frame (see rig/floor.h): the
   /// first is the origin, x points to the second.
   std::vector<Vec3> points;
 };
@@ -67,9 +67,5 @@ CameraFit fit_of(const Take& take, const Adjusted& adjusted, std::size_t c);
 /// Moves the world to \p floor. Throws Error (bad_input) where no view of that instant took part,
 /// or where points lie on a line.
 void move_to_floor(Calibration& calibration, const Floor& floor);
-
-/// The point nearest (least squares) to the rays of pixels, one per camera of \p rig that \p seen
-/// names. Throws Error (bad_input) for fewer than two cameras or parallel rays.
-Vec3 triangulate(const Rig& rig, const std::vector<std::pair<std::size_t, Vec2>>& seen);
 
 }  // namespace polyhull::calibration

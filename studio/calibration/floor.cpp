@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "base/error.h"
+#include "rig/floor.h"
 #include "studio/calibration/calibrate.h"
 
 namespace polyhull::calibration {
@@ -28,26 +29,10 @@ Pose frame_of_board(const Calibration& c, std::size_t instant, double thickness)
 }
 
 Pose frame_of_points(const Calibration& c, const std::vector<Vec3>& points) {
-  if (points.size() < 3)
-    throw Error(Error::Kind::bad_input, "The floor needs 3 points; {} were given.", points.size());
-  const Vec3 along = points[1] - points[0];
-  // The plane's normal by Newell's method; for three points their cross product.
-  Vec3 normal(0.0);
-  double reach = 0.0;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    normal += glm::cross(points[i] - points[0], points[(i + 1) % points.size()] - points[0]);
-    reach = std::max(reach, glm::length(points[i] - points[0]));
-  }
-  if (!(glm::length(normal) > 1e-3 * reach * reach) || !(glm::length(along) > 0.0))
-    throw Error(Error::Kind::bad_input,
-                "The floor's points lie on a line; take three that span a triangle.");
-  Vec3 up = glm::normalize(normal);
-  // Cameras stand above the floor.
-  double height = 0.0;
-  for (const Camera& camera : c.rig.cameras) height += glm::dot(up, camera.centre() - points[0]);
-  if (height < 0.0) up = -up;
-  const Vec3 x = glm::normalize(along - glm::dot(along, up) * up);
-  return frame_of(x, up, points[0]);
+  std::vector<Vec3> centres;
+  for (const Camera& camera : c.rig.cameras) centres.push_back(camera.centre());
+  const Frame frame = floor_frame(points, centres);
+  return {frame.R, frame.t};
 }
 
 }  // namespace
@@ -69,22 +54,6 @@ void move_to_floor(Calibration& c, const Floor& floor) {
   for (Pose& board : c.adjusted.boards) board = move * board;
   c.rig.cameras = c.adjusted.cameras;
   c.rig.up = Vec3(0.0, 1.0, 0.0);
-}
-
-Vec3 triangulate(const Rig& rig, const std::vector<std::pair<std::size_t, Vec2>>& seen) {
-  Mat3 normal(0.0);
-  Vec3 right(0.0);
-  for (const auto& [c, pixel] : seen) {
-    const Camera& camera = rig.cameras.at(c);
-    const Vec3 d = glm::normalize(camera.ray(camera.undistort(pixel)));
-    const Mat3 across = Mat3(1.0) - glm::outerProduct(d, d);
-    normal += across;
-    right += across * camera.centre();
-  }
-  if (seen.size() < 2 || !(std::abs(glm::determinant(normal)) > 1e-9))
-    throw Error(Error::Kind::bad_input,
-                "A point on the floor must be seen by two cameras from different sides.");
-  return glm::inverse(normal) * right;
 }
 
 }  // namespace polyhull::calibration

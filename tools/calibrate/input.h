@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 /// \file
-/// What polyhull-calibrate reads: folders of pictures, known lenses, points of the floor.
+/// What polyhull-calibrate reads: folders of pictures, known lenses.
 #pragma once
 
 #include <functional>
@@ -33,10 +33,5 @@ calibration::Take find_views(const Pictures& pictures, const calibration::Target
 /// Gives cameras of \p take the lens of the camera of that name in \p rig. Throws Error, naming the
 /// camera, where the pictures are of another size, or no name fits.
 void use_lenses(calibration::Take& take, const Rig& rig);
-
-/// Points of the floor from a text file: lines of "POINT CAMERA U V" (a name for the point, the
-/// camera, the pixel), in the order of the points' first lines. '#' begins a comment. Throws Error
-/// naming the line.
-std::vector<Vec3> read_floor_points(const std::string& path, const Rig& rig);
 
 }  // namespace polyhull::calibrate_tool

@@ -9,6 +9,7 @@
 #include "calibrate/report.h"
 #include "calibrate/wand_input.h"
 #include "command_line.h"
+#include "floor_points.h"
 #include "progress.h"
 #include "text_file.h"
 

@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "base/error.h"
+#include "rig/floor.h"
 #include "support/calibration_takes.h"
 
 namespace polyhull::calibration {

@@ -17,6 +17,7 @@
 
 #include "base/error.h"
 #include "calibrate/input.h"
+#include "floor_points.h"
 #include "studio/cameras/default_rig.h"
 #include "support/calibration_takes.h"
 #include "support/run_kind.h"
@@ -358,7 +359,7 @@ TEST_F(CalibrateTool, FloorPointsNameWhatIsWrong) {
     const std::string path = (folder_ / "points.txt").string();
     std::ofstream(path) << text;
     try {
-      calibrate_tool::read_floor_points(path, rig);
+      read_floor_points(path, rig);
     } catch (const Error& error) {
       return error.what();
     }
