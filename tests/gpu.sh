@@ -35,8 +35,8 @@ GST_PLUGIN_PATH=$build/plugins GST_REGISTRY=$packed/registry.bin \
 rm -f "$packed/registry.bin"
 
 # The C library is the machine's own; the way to its driver, too, where it has one.
-LD_LIBRARY_PATH=$build/lib ldd "$packed"/picture_benchmark "$packed"/tests/* | awk '/=> \//{ print $3 }' | sort -u |
-  grep -vE '/(libc|libm|libdl|libpthread|librt|libresolv)\.so' | xargs cp -Lt "$packed/lib"
+LD_LIBRARY_PATH=$build/lib ldd "$packed"/picture_benchmark "$packed"/tests/* | sed -n 's#.*=> \(/.*\) (0x.*#\1#p' | sort -u |
+  grep -vE '/(libc|libm|libdl|libpthread|librt|libresolv)\.so' | xargs -d '\n' cp -Lt "$packed/lib"
 for library in libEGL.so.1 libGLESv2.so.2 libOpenGL.so.0 libGLdispatch.so.0; do
   path=$(ldconfig -p | awk -v name="$library" '$1 == name { print $NF; exit }')
   [ -z "$path" ] || cp -L "$path" "$packed/glvnd/"

@@ -16,7 +16,7 @@ import re
 import subprocess
 import sys
 
-import times
+import summary
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 
@@ -57,7 +57,8 @@ def sources_of_objects(build):
 def last_times(build):
     """Seconds of each test in its last run."""
     logs = sorted(build.glob("meson-logs/*.json"), key=lambda path: path.stat().st_mtime)
-    return {name: time for log in logs for name, time in times.seconds(log).items()}
+    return {summary.name_of(result): result["duration"] for log in logs for result in summary.results_of(log)
+            if result["result"] == "OK"}
 
 
 class Build:

@@ -25,27 +25,33 @@ polyhull_install "${polyhull_packages_build[@]}" "${polyhull_packages_run[@]}" \
 polyhull_configure "$polyhull_build" -Dbuildtype=release -Dtests=true -Dcalibration=enabled
 
 logs=$polyhull_build/meson-logs
+good=true
 # run_tests LOG-NAME MESON-TEST-ARGUMENT...
 run_tests() {
-  meson test -C "$polyhull_build" --print-errorlogs --logbase "$@" || true
+  meson test -C "$polyhull_build" --print-errorlogs --logbase "$@" || good=false
 }
 
 # run_suite LOG-NAME PATTERN MESON-TEST-ARGUMENT...: those of real time, whose names have PATTERN, come last and two at a
 # time: they need a machine that is not busy, and do little.
 run_suite() {
-  local name=$1 pattern=$2
+  local name=$1 pattern=$2 timed
   shift 2
   rm -f "$logs/$name"*
   run_tests "$name" --no-suite real-time "$@"
-  meson test -C "$polyhull_build" --no-rebuild --list --suite real-time | sed -n "s|.* / \\(.*$pattern.*\\)|\\1|p" |
-    xargs -P 2 -I{} meson test -C "$polyhull_build" --no-rebuild --print-errorlogs --logbase "$name-{}" "$@" {} || true
+  timed=$(meson test -C "$polyhull_build" --no-rebuild --list --suite real-time | sed -n "s|.* / \\(.*$pattern.*\\)|\\1|p")
+  [ -n "$timed" ] || fail "no test of real time is called '$pattern'"
+  xargs -P 2 -I{} meson test -C "$polyhull_build" --no-rebuild --print-errorlogs --logbase "$name-{}" "$@" {} <<<"$timed" ||
+    good=false
 }
 
 # finish LOG...: the summary, and the status.
 finish() {
   say "$((SECONDS / 60)) min $((SECONDS % 60)) s; logs: $logs"
-  "$polyhull_source/tests/summary.py" "$@"
+  $good || echo "meson test has failed: see above"  # with tests that failed, or before it ran them
+  "$polyhull_source/tests/summary.py" "$@" && $good
 }
+
+$long || export GTEST_FILTER=-$(grep -v '^#' "$polyhull_source/tests/long.txt" | paste -sd :)
 
 if $quick; then
   mapfile -t nearest < <("$polyhull_source/tests/nearest.py" "$polyhull_build")
@@ -60,7 +66,6 @@ fi
 say "building $polyhull_build (nothing to do where nothing changed)"
 ninja -C "$polyhull_build"
 say "running the tests, $SECONDS s from the start"
-$long || export GTEST_FILTER=-$(grep -v '^#' "$polyhull_source/tests/long.txt" | paste -sd :)
 run_suite plain ""
 unset GTEST_FILTER  # sanitized.sh has its own
 

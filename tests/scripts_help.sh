@@ -34,6 +34,7 @@ expect 1 "no fault is called" tests/mutants.sh no-such-fault
 expect 1 "usage" pipelines/room.sh
 expect 1 "usage" pipelines/turntable.sh
 expect 1 "usage" tests/gpu.sh
+expect 0 "element-gaussblur" tests/nearest.py "${POLYHULL_BUILD:?}" 1 plugins/gaussblur/gaussblur.cpp
 rig=$source_folder/pipelines/rigs/five.json
 for script in pipelines/cameras-{aravis,v4l2}.sh; do
   expect 1 "--rig FILE says" "$script"

@@ -33,8 +33,9 @@ for test in "$unpacked"/tests/*; do
 done
 for size in 1280x720 1920x1080 3840x2160; do
   echo "$size"
-  "$unpacked/picture_benchmark" --size $size --rounds 10 --output "$output" "$unpacked"/meshes/*.bin | tee "$output/picture-$size.txt"
+  "$unpacked/picture_benchmark" --size $size --rounds 10 --output "$output" "$unpacked"/meshes/*.bin | tee "$output/picture-$size.txt" ||
+    failed=$((failed + 1))
   mv "$output/picture.csv" "$output/picture-$size.csv"
 done
-echo "$failed test programs failed"
+echo "$failed programs failed"
 [ "$failed" -eq 0 ]
