@@ -14,7 +14,7 @@
 ///    of the foreground: linear in the mixing fraction of a pixel that shows both, so the half
 ///    level lies on the true edge. Both are sampled from the picture unless given, and again where
 ///    a dark screen (no channel above 127 levels) was sampled and most of it has a signal of 5/4 d_s
-///    or more in a later frame. With a clean plate (or `uneven`) d_s is the plate's (the learned
+///    or more in five frames one after the other. With a clean plate (or `uneven`) d_s is the plate's (the learned
 ///    map's) value at that pixel.
 ///  - KeyMethod::difference: no screen at all: alpha grows with the colour distance between the
 ///    pixel and the clean plate (or, without one, the key colour), where the plate may be darkened

@@ -222,14 +222,18 @@ Keyer::State::Light Keyer::State::light_of(const FrameView& frame) const {
   return out;
 }
 
-bool Keyer::State::light_came(const FrameView& frame) const {
+bool Keyer::State::light_came(const FrameView& frame) {
+  constexpr int lasting = 5;  // frames; a flash is shorter
   if (!dark || active.empty()) return false;
-  return 2 * (light_of(frame).brighter - light.brighter) > std::max(light.screen, 4);
+  const bool brighter = 2 * (light_of(frame).brighter - light.brighter) > std::max(light.screen, 4);
+  bright_frames = brighter ? bright_frames + 1 : 0;
+  return bright_frames >= lasting;
 }
 
 void Keyer::State::sample(const FrameView& frame) {
   if (found) return;
   dark = false;
+  bright_frames = 0;
   hue = settings.colour;
   key = settings.key;
   const bool both_given = settings.screen && settings.foreground;

@@ -58,6 +58,7 @@ struct Keyer::State {
     int brighter = 0;  // and with clearly more than it
   };
   bool dark = false;
+  int bright_frames = 0;  // in a row, since
   silhouette::KeySignal sampled_signal;
   Light light;
 
@@ -98,8 +99,9 @@ struct Keyer::State {
   void lay_out(const FrameView& frame);
   void sample(const FrameView& frame);
   Light light_of(const FrameView& frame) const;
-  // Whether most of a screen that was sampled in the dark is clearly brighter now.
-  bool light_came(const FrameView& frame) const;
+  // Whether most of a screen that was sampled in the dark is clearly brighter now, and has been for some
+  // frames. Asked once for each.
+  bool light_came(const FrameView& frame);
   void lay_out_screen(const FrameView& frame);
   void lay_out_plate();
   void lay_out_masks();

@@ -174,6 +174,7 @@ TEST(KeySamples, AScreenSampledInTheDarkIsSampledAgainWhenTheLightComes) {
       fresh.set(settings);
       for (const double light : {0.2, 0.3, 0.5}) matte_of(late, frame_in(format, light));
       const test::Frame lit = frame_in(format, 1.0);
+      for (int frame = 0; frame < 4; ++frame) matte_of(late, lit);
       EXPECT_EQ(matte_of(late, lit), matte_of(fresh, lit)) << name_of(format);
       // One lamp, and light that goes, change no sample.
       Keyer dim;
@@ -181,6 +182,11 @@ TEST(KeySamples, AScreenSampledInTheDarkIsSampledAgainWhenTheLightComes) {
       matte_of(dim, frame_in(format, 0.5));
       const KeyCalibration before = dim.calibration();
       matte_of(dim, frame_in(format, 0.5, true));
+      // Nor do flashes.
+      for (int flash = 0; flash < 5; ++flash) {
+        matte_of(dim, lit);
+        matte_of(dim, frame_in(format, 0.5));
+      }
       EXPECT_EQ(dim.calibration().screen_signal, before.screen_signal);
       matte_of(late, frame_in(format, 0.4));
       EXPECT_EQ(late.calibration().screen_signal, fresh.calibration().screen_signal);
