@@ -89,7 +89,12 @@ Picture load_picture(const std::string& path, int channels) {
   std::ifstream file(path, std::ios::binary);
   if (!file)
     throw Error(Error::Kind::not_found, "Picture '{}' cannot be opened for reading.", path);
-  const std::vector<char> bytes((std::istreambuf_iterator<char>(file)), {});
+  std::vector<char> bytes;
+  try {
+    bytes.assign(std::istreambuf_iterator<char>(file), {});
+  } catch (const std::ios_base::failure&) {  // a folder, or a disk that fails
+    throw Error(Error::Kind::io, "Picture '{}' cannot be read.", path);
+  }
   return decode({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()}, channels,
                 fmt::format("Picture '{}' is not a readable PNG or JPEG file", path));
 }

@@ -69,13 +69,18 @@ std::string plain_text(std::string bytes, const std::string& source) {
     bytes = from_utf16(view, view[0] == 0, source);
   else if (view.starts_with("\xEF\xBB\xBF"sv))
     bytes.erase(0, 3);
-  // A file that was turned to Windows' line ends twice has two \r before its \n.
   std::size_t end = 0;
-  for (std::size_t i = 0; i < bytes.size(); ++i) {
+  for (std::size_t i = 0; i < bytes.size();) {
+    if (bytes[i] != '\r') {
+      bytes[end++] = bytes[i++];
+      continue;
+    }
     std::size_t next = i;
     while (next < bytes.size() && bytes[next] == '\r') ++next;
-    if (next > i && next < bytes.size() && bytes[next] == '\n') i = next;
-    bytes[end++] = bytes[i] == '\r' ? '\n' : bytes[i];
+    // A file that was turned to Windows' line ends twice has two \r before its \n.
+    const bool windows = next < bytes.size() && bytes[next] == '\n';
+    for (std::size_t lines = windows ? 1 : next - i; lines > 0; --lines) bytes[end++] = '\n';
+    i = next + windows;
   }
   bytes.resize(end);
   return bytes;

@@ -70,6 +70,10 @@ TEST(Picture, MissingFileIsNamed) {
   }
 }
 
+TEST(Picture, AFolderIsRefused) {
+  EXPECT_THROW(load_picture("/tmp", 3), Error);
+}
+
 TEST(Picture, BrokenFileIsRefused) {
   const std::string path = temporary("broken.png");
   std::ofstream(path) << "not a picture";

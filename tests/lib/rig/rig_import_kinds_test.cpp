@@ -74,6 +74,8 @@ TEST(RigImportKinds, TextsOfOtherSystems) {
   EXPECT_EQ(plain_text("\xFF\xFE\xE4\0\xAC\x20\x3D\xD8\0\xDE"s, "x"), "ä€😀");
   EXPECT_EQ(plain_text("", "x"), "");
   EXPECT_EQ(plain_text("\r", "x"), "\n");
+  EXPECT_EQ(plain_text(std::string(1 << 20, '\r') + "a\r\r\nb", "x"),
+            std::string(1 << 20, '\n') + "a\nb");
   for (const std::string& broken :
        {"\xFF\xFE\x41"s, "\xFF\xFE\x3D\xD8"s, "\xFF\xFE\x3D\xD8\x41\0"s, "\xFF\xFE\0\xDE"s})
     expect_refused([&] { plain_text(broken, "x.txt"); }, "x.txt: its text is UTF-16 and broken");
