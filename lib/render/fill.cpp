@@ -29,6 +29,7 @@ float ground_key(const FillPixel& pixel) {
   bool as_it_was = true;
   for (int k = 0; k < 3; ++k) as_it_was = as_it_was && pixel.ground[k] == pixel.over[k];
   if (as_it_was) return channel(pixel.background, 3) / 255.0f;
+  if (pixel.ground[0] == pixel.ground[2]) return 1.0f;  // nothing of the picture below is seen
   float rise = 0.0f;
   for (int c = 0; c < 3; ++c) rise += channel(pixel.ground[2], c) - channel(pixel.ground[0], c);
   constexpr float range = 3.0f * (fill_greys[2] - fill_greys[0]);

@@ -114,17 +114,21 @@ TEST_P(FillTest, OpaquePixelsAreAsEver) {
   const auto renderer = make_renderer();
   RenderSettings settings;
   settings.mirror = MirrorMode::plain;  // which looks at no other pixel of the background
-  settings.alpha = AlphaCoding::ignored;
-  const Picture all = composite_over(*renderer, {90, 120, 60, 255}, settings);
-  settings.alpha = AlphaCoding::straight;
-  EXPECT_EQ(composite_over(*renderer, {90, 120, 60, 255}, settings).pixels, all.pixels);
-  Picture& striped = stage().background;
-  for (std::size_t i = 3; i < striped.pixels.size(); i += 12) striped.pixels[i] = 77;
-  const Picture mixed = stage().composite(*renderer, settings);
-  std::size_t others = 0;
-  for (std::size_t i = 0; i < all.pixels.size(); ++i)
-    others += i % 12 > 3 && mixed.pixels[i] != all.pixels[i];
-  EXPECT_EQ(others, 0u);
+  // White, from which shadows take little, and nearly black, too.
+  for (const std::array<int, 4>& background :
+       {std::array{90, 120, 60, 255}, {255, 255, 255, 255}, {1, 2, 3, 255}}) {
+    settings.alpha = AlphaCoding::ignored;
+    const Picture all = composite_over(*renderer, background, settings);
+    settings.alpha = AlphaCoding::straight;
+    EXPECT_EQ(composite_over(*renderer, background, settings).pixels, all.pixels);
+    Picture& striped = stage().background;
+    for (std::size_t i = 3; i < striped.pixels.size(); i += 12) striped.pixels[i] = 77;
+    const Picture mixed = stage().composite(*renderer, settings);
+    std::size_t others = 0;
+    for (std::size_t i = 0; i < all.pixels.size(); ++i)
+      others += i % 12 > 3 && mixed.pixels[i] != all.pixels[i];
+    EXPECT_EQ(others, 0u);
+  }
 }
 
 // The shadow is black and takes as much as over the picture of the scene itself.
