@@ -59,12 +59,14 @@ void HullWords::contradicted(GstElement* element, std::int64_t now,
   if (known.rig && !contradiction.rig) return;
   const bool said = known.said_at >= 0 && now >= known.said_at && now - known.said_at < again_after;
   const bool news = contradiction.rig
-                        ? !known.rig
+                        ? !known.rig_said
                         : !contradiction.camera.empty() && contradiction.camera != known.camera;
-  if (now - known.since < shortly || (said && !news)) return;
+  if (now - known.since < shortly) return;
+  known.rig = contradiction.rig;
+  if (said && !news) return;
   known.said_at = now;
   known.camera = contradiction.camera;
-  known.rig = contradiction.rig;
+  known.rig_said = known.rig_said || contradiction.rig;
   // Of fewer than four cameras nobody knows what is cut away.
   const std::string how =
       contradiction.share > 0.0

@@ -103,7 +103,8 @@ class HullWords {
   struct Contradicted {
     std::int64_t since = -1, said_at = -1;
     std::string camera;  // last said
-    bool rig = false;    // so it was said
+    bool rig = false;    // it is the rig's, for now: nothing is said of cameras
+    bool rig_said = false;
   } contradicted_;
   std::int64_t late_at_ = -1, few_at_ = -1;
   int empty_hulls_ = 0, odd_sizes_ = 0;              // in a row
