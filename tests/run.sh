@@ -26,9 +26,9 @@ polyhull_configure "$polyhull_build" -Dbuildtype=release -Dtests=true -Dcalibrat
 
 logs=$polyhull_build/meson-logs
 good=true
-# run_tests LOG-NAME MESON-TEST-ARGUMENT...
+# run_tests LOG-NAME MESON-TEST-ARGUMENT...: one more at once than there are processors, as some of them wait.
 run_tests() {
-  meson test -C "$polyhull_build" --print-errorlogs --logbase "$@" || good=false
+  meson test -C "$polyhull_build" --num-processes $(($(nproc) + 1)) --print-errorlogs --logbase "$@" || good=false
 }
 
 # run_suite LOG-NAME PATTERN MESON-TEST-ARGUMENT...: those of real time, whose names have PATTERN, come last and two at a
