@@ -15,7 +15,7 @@ Error broken_accessor(const GltfSource& source, const std::string& what, const s
 }
 
 /// Sparse accessors may have no data but what they replace: zeros whose number nothing bounds.
-constexpr std::size_t most_without_data = std::size_t{1} << 24;
+constexpr std::size_t most_without_data = std::size_t{1} << 20;
 
 /// 0: no type of glTF's.
 std::size_t component_bytes(int type) {

@@ -14,7 +14,8 @@ Mat4 transform(const Vec3& translation, const Vec4& q, const Vec3& scale) {
   Mat4 result(1.0);
   result[3] = Vec4(translation, 1.0);
   const glm::dquat rotation(q.w, q.x, q.y, q.z);
-  if (glm::length(rotation) > 0.0) result *= glm::mat4_cast(glm::normalize(rotation));
+  // NaN is no length 0: it is to be found below.
+  if (glm::length(rotation) != 0.0) result *= glm::mat4_cast(glm::normalize(rotation));
   for (int k = 0; k < 3; ++k) result[k] *= scale[k];
   return result;
 }

@@ -35,7 +35,7 @@ void assume_light(Scene& scene) {
           assumed_angle, sun);
   scene.lights.push_back(std::move(sun));
   scene.sky = Vec3f(std::numbers::inv_pi_v<float>);
-  scene.exposure = automatic_exposure(scene);
+  if (!scene.exposure_given) scene.exposure = automatic_exposure(scene);
 }
 
 }  // namespace polyhull

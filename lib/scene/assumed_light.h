@@ -15,8 +15,8 @@ void set_sun(const Bounds& bounds, const Mat3& axes, const Vec3& irradiance, dou
 
 /// Adds to \p scene what viewers light models by: an even white sky all around, which reaches into
 /// corners but not into closed rooms, and a soft sun, twice as bright where it falls straight on, from
-/// the right (+x) above the front (+z); and sets the exposure for them, as automatic_exposure() does.
-/// Throws Error for a scene without vertices.
+/// the right (+x) above the front (+z); and sets the exposure for them, as automatic_exposure() does,
+/// unless the file gave one. Throws Error for a scene without vertices.
 void assume_light(Scene& scene);
 
 }  // namespace polyhull

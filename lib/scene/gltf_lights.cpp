@@ -17,7 +17,8 @@ namespace {
 constexpr float pi = std::numbers::pi_v<float>;
 constexpr double default_spot_size = 0.2;  // metres
 constexpr double sun_angle = 0.53;         // degrees
-constexpr std::size_t most_pieces = 256;   // of one emissive mesh; more are no lamps
+constexpr std::size_t most_copies = 256;   // of one emissive mesh; more are no lamps
+constexpr std::size_t most_lamps = 1000;   // of emissive meshes; announcements hold 1024 lights
 
 const tinygltf::Value* find(const tinygltf::Value* extras, const char* name) {
   return extras && extras->IsObject() && extras->Has(name) ? &extras->Get(name) : nullptr;
@@ -139,11 +140,12 @@ Light light_from_punctual(const PunctualLight& in, const Bounds& bounds, const s
 void split_emitters(Scene& scene) {
   std::vector<SceneMesh> pieces_found;
   for (SceneMesh& mesh : scene.meshes) {
-    if (scene.materials[mesh.material].emission == Vec3f(0.0f)) continue;
+    if (scene.materials[mesh.material].emission == Vec3f(0.0f) || mesh.copies > most_copies)
+      continue;
     const std::vector<int> piece = pieces_of(mesh);
     const std::size_t count =
         piece.empty() ? 0 : *std::max_element(piece.begin(), piece.end()) + 1u;
-    if (count < 2 || count > most_pieces) continue;
+    if (count < 2 || count * mesh.copies > most_copies) continue;
     std::vector<SceneMesh> parts(count);
     for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
       SceneMesh& part = parts[piece[i / 3]];
@@ -156,6 +158,7 @@ void split_emitters(Scene& scene) {
     }
     for (std::size_t i = 0; i < count; ++i) {
       parts[i].material = mesh.material;
+      parts[i].copies = count * mesh.copies;
       parts[i].name = i ? fmt::format("{}.{}", mesh.name, i) : mesh.name;
     }
     mesh = std::move(parts[0]);
@@ -169,7 +172,9 @@ void find_area_lights(Scene& scene) {
     const SceneMesh& mesh = scene.meshes[m];
     const Vec3f emission = scene.materials[mesh.material].emission;
     Vec3f corner, a, b;
-    if (emission == Vec3f(0.0f) || !parallelogram(mesh, corner, a, b)) continue;
+    if (scene.lights.size() == most_lamps) break;
+    if (emission == Vec3f(0.0f) || mesh.copies > most_copies || !parallelogram(mesh, corner, a, b))
+      continue;
     Light light;
     light.name = mesh.name;
     light.centre = corner + 0.5f * (a + b);

@@ -32,12 +32,13 @@ struct PunctualLight {
 Light light_from_punctual(const PunctualLight& light, const Bounds& bounds,
                           const std::string& path);
 
-/// Cuts each emissive mesh into its connected pieces, one mesh each; one of more than 256 stays
-/// whole.
+/// Cuts each emissive mesh into its connected pieces, one mesh each; one that has more than 256 in
+/// all its instances stays whole.
 void split_emitters(Scene& scene);
 
-/// Adds an area light for each emissive mesh that is a parallelogram of two triangles. Other
-/// emissive meshes are seen, and light up what one bounce reaches, but are not sampled as lights.
+/// Adds an area light for each emissive mesh that is a parallelogram of two triangles, unless its
+/// node has more than 256 of it (SceneMesh::copies) or there are 1000 already. Other emissive meshes
+/// are seen, and light up what one bounce reaches, but are not sampled as lights.
 void find_area_lights(Scene& scene);
 
 /// The exposure at which a white surface under the mean direct light (shadows and spots' cones left

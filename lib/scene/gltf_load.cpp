@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <map>
+#include <set>
 
 #include "base/error.h"
 #include "gltf/accessor.h"
@@ -18,7 +20,10 @@ namespace {
 
 constexpr int deepest_node = 200;                   // a file whose nodes form a ring must end
 constexpr float largest_texture_coordinate = 1e6f;  // floats beyond have no fraction to speak of
-constexpr std::size_t most_instanced_triangles = 10'000'000;  // some 2 GB with what traces them
+// Of all meshes, vertices and triangles: some 3 GB with what traces them.
+constexpr std::size_t most_charged = 50'000'000;
+constexpr std::size_t charged_for_a_mesh = 64;  // what it takes itself, in vertices
+constexpr std::size_t characters_charged = 16;  // of its name, as one vertex
 constexpr int camera_width = 1280, camera_height = 720;
 
 class Loader {
@@ -99,7 +104,9 @@ class Loader {
         throw broken_scene(
             path_, fmt::format("has a mesh '{}' with a material that does not exist.", name));
       apply_texture_transform(primitive.material, out);
-      if (instances.size() > 1) count_instances(out, instances.size());
+      out.copies = instances.size();
+      charge(out, instances.size() * (charged_for_a_mesh + name.size() / characters_charged +
+                                      out.positions.size() + out.triangles.size() / 3));
       for (std::size_t i = 0; i < instances.size(); ++i) {
         SceneMesh instance = i + 1 < instances.size() ? out : std::move(out);
         place(to_world * instances[i], instance);
@@ -109,15 +116,17 @@ class Loader {
     }
   }
 
-  /// Instances are drawn as meshes, and a small file can ask for more of them than memory holds.
-  void count_instances(const SceneMesh& mesh, std::size_t instances) {
-    instanced_triangles_ += std::max(mesh.triangles.size(), mesh.positions.size()) / 3 * instances;
-    if (instanced_triangles_ > most_instanced_triangles) {
+  /// Nodes and instances are meshes each, and a small file can ask for more than memory holds.
+  void charge(const SceneMesh& mesh, std::size_t amount) {
+    charged_ += amount;
+    if (charged_ > most_charged) {
       throw Error(
           Error::Kind::unsupported,
-          "Scene '{}': with the {} instances of mesh '{}' ({} triangles each) all instances "
-          "have more than {} triangles. Export fewer, or a simpler mesh.",
-          path_, instances, mesh.name, mesh.triangles.size() / 3, most_instanced_triangles);
+          "Scene '{}' is too large: with the {} instances of mesh '{}' ({} triangles each) its "
+          "meshes have more than {} vertices and triangles in all (a mesh or instance counts as {} "
+          "more). Export fewer instances, or simpler meshes.",
+          path_, mesh.copies, mesh.name, mesh.triangles.size() / 3, most_charged,
+          charged_for_a_mesh);
     }
   }
 
@@ -175,7 +184,11 @@ class Loader {
         out.triangles.insert(out.triangles.end(), {odd ? b : a, odd ? a : b, indices[i]});
       }
     }
-    if (out.normals.empty()) make_flat(out);
+    if (out.normals.empty()) {
+      if (out.positions.size() > out.triangles.size())  // more are read than stay
+        charge(out, out.positions.size() - out.triangles.size());
+      make_flat(out);
+    }
     return out;
   }
 
@@ -299,12 +312,11 @@ class Loader {
   }
 
   /// \p name, or one that tells the number of a camera that has none; each once, to be chosen by it.
-  std::string camera_name(const std::string& name, int number) const {
+  std::string camera_name(const std::string& name, int number) {
     const std::string wanted = name.empty() ? fmt::format("camera {}", number) : name;
     std::string unique = wanted;
-    const auto taken = [&](const Camera& camera) { return camera.name == unique; };
-    for (int n = 2; std::any_of(scene_.cameras.begin(), scene_.cameras.end(), taken); ++n)
-      unique = fmt::format("{} ({})", wanted, n);
+    int& next = next_of_camera_.try_emplace(wanted, 2).first->second;
+    while (!camera_names_.insert(unique).second) unique = fmt::format("{} ({})", wanted, next++);
     return unique;
   }
 
@@ -322,6 +334,7 @@ class Loader {
       if (!std::isfinite(exposure) || exposure <= 0.0f)
         throw broken_scene(path_, "has an exposure in its extras that is not a number above 0.");
       scene_.exposure = exposure;
+      scene_.exposure_given = true;
     };
     const int wanted = std::max(model_.defaultScene, 0);
     if (static_cast<std::size_t>(wanted) < model_.scenes.size()) take(model_.scenes[wanted].extras);
@@ -334,7 +347,9 @@ class Loader {
   int default_material_ = 0;
   std::vector<int> roots_;
   std::size_t nodes_visited_ = 0;
-  std::size_t instanced_triangles_ = 0;
+  std::size_t charged_ = 0;
+  std::set<std::string> camera_names_;
+  std::map<std::string, int> next_of_camera_;  // the next number of a name
   std::vector<PunctualLight> lights_;
 };
 

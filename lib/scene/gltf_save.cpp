@@ -14,6 +14,8 @@ using tinygltf::Value;
 class Writer : GltfBuilder {
  public:
   explicit Writer(const Scene& scene) : scene_(scene) {
+    // Without lights what was not set says nothing, and would be kept where light is assumed.
+    if (!scene.exposure_given && scene.lights.empty() && scene.exposure == 1.0f) return;
     Value::Object extras;
     extras["exposure"] = Value(static_cast<double>(scene.exposure));
     model.scenes[0].extras = Value(extras);

@@ -47,6 +47,8 @@ struct SceneMesh {
   std::vector<Vec3f> normals;              ///< as many as positions
   std::vector<Vec2f> texture_coordinates;  ///< as many as positions, or none
   std::vector<std::uint32_t> triangles;
+  /// How many of it the file has at its node: instances, times pieces that an emitter was cut into.
+  std::size_t copies = 1;
 };
 
 /// A light. Area lights are parallelograms centre +- u +- v that shine to the side of cross(u, v)
@@ -87,6 +89,7 @@ struct Scene {
   std::vector<Mirror> mirrors;
   std::vector<Camera> cameras;  ///< glTF cameras at 1280x720, in the pixel conventions of Camera
   float exposure = 1.0f;        ///< picture value (linear, 1 = white) per radiance
+  bool exposure_given = false;  ///< by the file: other light does not change it
 };
 
 /// Reads a glTF 2.0 file (.glb or .gltf, told apart by their content): the default scene's triangle
@@ -96,7 +99,7 @@ struct Scene {
 /// parallelograms of an emissive material); `exposure` from the scene's extras, or such that a
 /// white surface under the mean direct light is shown a little below white (docs/scenes.md). Throws
 /// Error: missing file, broken content, numbers that are not finite, no geometry, a texture that
-/// cannot be read, a required extension that is not known, too many instances.
+/// cannot be read, a required extension that is not known, too many vertices, triangles or instances.
 Scene load_scene(const std::string& path);
 
 /// Writes \p scene as a GLB file that load_scene() reads back. Throws Error.

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "base/picture.h"
+#include "scene/assumed_light.h"
 #include "scene_file.h"
 
 namespace polyhull {
@@ -224,6 +225,8 @@ TEST_F(GltfFiles, InstancesAreDrawnEach) {
   EXPECT_TRUE(contains(failure(write(root)), "instances (TRANSLATION) of node 'thing'"));
   instances["TRANSLATION"] = add_values(root, std::vector<float>{1, 0, 0}, 5126, "VEC3", 3);
   EXPECT_TRUE(contains(failure(write(root)), "differ in length"));
+  instances = {{"ROTATION", add_values(root, std::vector<float>{0, NAN, 0, 1}, 5126, "VEC4", 4)}};
+  EXPECT_TRUE(contains(failure(write(root)), "transform that is not finite"));
 }
 
 TEST_F(GltfFiles, TooManyInstancesAreRefusedBeforeTheyFillTheMemory) {
@@ -236,8 +239,9 @@ TEST_F(GltfFiles, TooManyInstancesAreRefusedBeforeTheyFillTheMemory) {
   EXPECT_TRUE(contains(failure(write(root)), "100001 instances"));
   instances_of(50'000);
   root["meshes"][0]["primitives"][0]["indices"] =
-      add_values(root, std::vector<std::uint8_t>(3 * 201, 0), 5121, "SCALAR", 1);
-  EXPECT_TRUE(contains(failure(write(root)), "more than 10000000 triangles"));
+      add_values(root, std::vector<std::uint8_t>(3 * 250, 0), 5121, "SCALAR", 1);
+  EXPECT_TRUE(
+      contains(failure(write(root)), "50000 instances of mesh 'thing' (250 triangles each)"));
 }
 
 TEST_F(GltfFiles, TextureTransformChoosesTheCoordinates) {
@@ -496,6 +500,25 @@ TEST_F(GltfFiles, MembersOfOtherKindsNeverCrash) {
     root = whole;
     root["accessors"][0]["bufferView"] = value;
     failure(write(root));
+  }
+}
+
+TEST_F(GltfFiles, AGivenExposureStaysWithAnAssumedLight) {
+  json root = triangle_file();
+  const auto exposure = [](Scene scene) {
+    assume_light(scene);
+    return scene.exposure;
+  };
+  const float automatic = exposure(load_scene(write(root)));
+  EXPECT_NE(automatic, 1.0f);
+  const std::string saved = (folder_ / "saved.glb").string();
+  save_scene(load_scene(write(root)), saved);
+  EXPECT_FLOAT_EQ(exposure(load_scene(saved)), automatic);
+  for (const float given : {0.25f, 1.0f}) {
+    root["scenes"][0]["extras"]["exposure"] = given;
+    EXPECT_EQ(exposure(load_scene(write(root))), given);
+    save_scene(load_scene(write(root)), saved);
+    EXPECT_EQ(exposure(load_scene(saved)), given);
   }
 }
 
