@@ -187,6 +187,22 @@ TEST_P(FillTest, MirrorImagesAreInTheKey) {
   }
 }
 
+// The share that the shadow takes is of the light of the lamp that throws it, whichever it is.
+TEST_P(FillTest, TheMainLampCountsBehindOthers) {
+  const auto drawn = [&] {
+    const auto renderer = make_renderer();
+    return composite_over(*renderer, {0, 0, 0, 0}, all_layers());
+  };
+  const std::vector<Light> lights = stage().frame.lights;
+  const Picture alone = drawn();
+  Light dark = lights.at(0);
+  dark.radiance = Vec3f(0.0f);
+  stage().frame.lights.insert(stage().frame.lights.begin(), 8, dark);
+  const Picture behind = drawn();
+  stage().frame.lights = lights;
+  EXPECT_TRUE(behind.pixels == alone.pixels);
+}
+
 TEST_P(FillTest, BackendsAgree) {
   if (processor()) GTEST_SKIP() << "the others are held against it";
   const auto own = make_renderer();

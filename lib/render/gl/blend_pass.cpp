@@ -99,7 +99,7 @@ void BlendPass::set_layers(const PassInput& in, const BlendLayers& layers, const
   }
   if (kind.fill) blend.set("premultiplied", in.settings.alpha == AlphaCoding::premultiplied);
   if (!lit) return;
-  set_lamps(blend, in.frame);
+  set_lamps(blend, in);
   blend.set("eye", glm::vec3(in.plan.eye));
   bind(10, "normals", layers.direct.normals());
 }

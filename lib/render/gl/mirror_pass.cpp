@@ -9,14 +9,20 @@ std::string lamps_define() {
   return "MAX_LIGHTS " + std::to_string(max_lamps);
 }
 
-void set_lamps(gl::Program& program, const RenderFrame& frame) {
+void set_lamps(gl::Program& program, const PassInput& in) {
+  const RenderFrame& frame = in.frame;
+  std::vector<const Light*> lamps;
+  if (in.plan.light >= 0) lamps.push_back(&frame.lights[static_cast<std::size_t>(in.plan.light)]);
+  for (const Light& light : frame.lights)
+    if (lamps.empty() || &light != lamps[0]) lamps.push_back(&light);
+  lamps.resize(std::min(lamps.size(), max_lamps));
   std::vector<glm::vec3> positions, normals, powers;
   std::vector<glm::vec2> cones;
-  for (std::size_t i = 0; i < std::min(frame.lights.size(), max_lamps); ++i) {
-    positions.push_back(frame.lights[i].centre);
-    normals.push_back(light_normal(frame.lights[i]));
-    cones.push_back(shader_cone(frame.lights[i]));
-    powers.push_back(light_power(frame.lights[i]) * frame.exposure);
+  for (const Light* lamp : lamps) {
+    positions.push_back(lamp->centre);
+    normals.push_back(light_normal(*lamp));
+    cones.push_back(shader_cone(*lamp));
+    powers.push_back(light_power(*lamp) * frame.exposure);
   }
   program.set("lights", static_cast<int>(positions.size()));
   program.set("light_position", std::span<const glm::vec3>(positions));
@@ -91,7 +97,7 @@ void MirrorPass::draw(const PassInput& in, GLuint background, GLuint scene_depth
   scene_.set("eye", glm::vec3(in.plan.eye));
   scene_.set("exposure", in.frame.exposure);
   scene_.set("translucent", in.translucent);
-  set_lamps(scene_, in.frame);
+  set_lamps(scene_, in);
   gl::bind_texture(0, GL_TEXTURE_2D, background);
   gl::bind_texture(1, GL_TEXTURE_2D, scene_depth);
   glBindSampler(2, 0);

@@ -33,7 +33,8 @@ struct PassInput {
 };
 
 /// By what the irradiance of the main light, per power, is multiplied in textures of half floats: the
-/// sun's would be too small for them. A power of two, and 1 for lamps, whose values stay as they are.
+/// sun's would be too small for them. A power of two, at most the square of the distance to the scene's
+/// box, so that nothing there overflows, and 1 for lamps, whose values stay as they are.
 float irradiance_scale(const PassInput& in);
 
 /// As shaders/light.glsl takes it.
@@ -46,8 +47,9 @@ inline glm::vec2 shader_cone(const Light& light) {
 inline constexpr std::size_t max_lamps = 8;
 std::string lamps_define();
 
-/// Sets the frame's lamps and even light for \p program, which includes lamps.glsl.
-void set_lamps(gl::Program& program, const RenderFrame& frame);
+/// Sets the frame's lamps and even light for \p program, which includes lamps.glsl; the one that
+/// throws the shadow is always among them.
+void set_lamps(gl::Program& program, const PassInput& in);
 
 /// The programs of shaders/hull.vert and hull.frag: subjects in the views' colours.
 class SkinPrograms {
