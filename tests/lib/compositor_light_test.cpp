@@ -313,6 +313,28 @@ TEST_P(CompositorLightTest, TheSunThrowsAShadow) {
   }
 }
 
+// A lamp near what it lights throws its shadow however far the scene's middle is.
+TEST_P(CompositorLightTest, ALampFarFromTheScenesMiddleThrowsAShadow) {
+  Material material;
+  const Vec3 lamp(1.5, 1.2, 0.0);
+  Scene scene = floor_scene(material, point_lamp(Vec3f(lamp), Vec3f(5.0f)));
+  SceneMesh away = scene.meshes[0];
+  for (Vec3f& p : away.positions) p.x += 1800.0f;
+  scene.meshes.push_back(away);
+  const Mesh screen = plain_box({0.7f, 0.3f, -0.3f}, {0.75f, 0.9f, 0.3f}, 0.5f);
+  Shot shot(scene, screen, synthetic::look_at({0, 2.5, 2.5}, {-0.3, 0, 0.2}, 320, 240, 40.0));
+  for (const ShadowQuality quality : {ShadowQuality::hard, ShadowQuality::good}) {
+    shot.settings.shadow = quality;
+    shot.draw(0.5f);
+    for (const Vec3& point : {Vec3(-0.3, 0, 0.2), Vec3(-0.7, 0, -0.2), Vec3(0.15, 0, 0.1)}) {
+      const Vec3 way = lamp - point;
+      const double given = 5.0 / std::numbers::pi * way.y / std::pow(glm::length(way), 3.0);
+      EXPECT_NEAR(shot.at(point).x, 0.5 - given, 0.006)
+          << static_cast<int>(quality) << " x " << point.x;
+    }
+  }
+}
+
 // The shadow in a spot's light: the picture after the composite is the path tracer's of the scene with
 // the subject, within the cone, at its soft border and beyond.
 TEST_P(CompositorLightTest, ASpotsShadowIsTheTraced) {

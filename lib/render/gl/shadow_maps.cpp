@@ -72,7 +72,8 @@ float irradiance_scale(const PassInput& in) {
   constexpr double near = 32.0;  // metres
   const Light& light = in.frame.lights[static_cast<std::size_t>(in.plan.light)];
   const Bounds& scene = in.scene.bounds();
-  const double distance = glm::distance(Vec3(light.centre), 0.5 * (scene.min + scene.max));
+  const Vec3 centre(light.centre);
+  const double distance = glm::distance(centre, glm::clamp(centre, scene.min, scene.max));
   return distance < near ? 1.0f
                          : static_cast<float>(std::exp2(std::floor(2.0 * std::log2(distance))));
 }
