@@ -8,6 +8,7 @@
 
 #include "base/error.h"
 #include "base/picture.h"
+#include "base/whole_file.h"
 #include "command_line.h"
 #include "hull/measure.h"
 #include "report/coverage.h"
@@ -25,14 +26,14 @@ struct MeshFile {
 };
 
 MeshFile read_mesh_file(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file)
+  const std::optional<std::string> bytes = whole_file(path);
+  if (!bytes)
     throw Error(Error::Kind::not_found,
                 "Mesh file '{}' cannot be opened; give a file of application/x-polyhull-mesh bytes "
                 "that exists and may be read.",
                 path);
   MeshFile result;
-  result.bytes.assign(std::istreambuf_iterator<char>(file), {});
+  result.bytes.assign(bytes->begin(), bytes->end());
   result.mesh = read_mesh(result.bytes);
   return result;
 }

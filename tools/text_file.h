@@ -5,11 +5,13 @@
 
 #include <filesystem>
 #include <fstream>
+#include <optional>
 #include <string>
 #include <utility>
 
 #include "base/error.h"
 #include "base/plain_text.h"
+#include "base/whole_file.h"
 
 namespace polyhull {
 
@@ -24,18 +26,14 @@ inline void write_text(const std::string& text, const std::string& path) {
 /// The text of the file \p path, as plain_text() makes it. Throws Error (not_found) where there is
 /// none, which names it, and (bad_input) for more than \p most MiB: no file of settings has 16.
 inline std::string read_text(const std::string& path, std::size_t most = 16) {
-  std::ifstream in(path, std::ios::binary);
-  if (!in || std::filesystem::is_directory(path))
+  std::optional<std::string> text = whole_file(path, (most << 20) + 1);
+  if (!text)
     throw Error(Error::Kind::not_found,
                 "Cannot read '{}'; check that it exists, is a file and may be read.", path);
-  std::string text;
-  for (char part[65536]; in.read(part, sizeof part) || in.gcount() > 0;) {
-    text.append(part, static_cast<std::size_t>(in.gcount()));
-    if (text.size() > (most << 20))
-      throw Error(Error::Kind::bad_input, "'{}' has more than {} MiB; it is no such file.", path,
-                  most);
-  }
-  return plain_text(std::move(text), path);
+  if (text->size() > (most << 20))
+    throw Error(Error::Kind::bad_input, "'{}' has more than {} MiB; it is no such file.", path,
+                most);
+  return plain_text(*std::move(text), path);
 }
 
 /// Makes the folder \p path where it is missing. Throws Error (io), which names it.

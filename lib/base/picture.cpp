@@ -4,9 +4,10 @@
 #include <algorithm>
 #include <cctype>
 #include <fstream>
-#include <iterator>
+#include <optional>
 
 #include "base/error.h"
+#include "base/whole_file.h"
 
 // The implementation is compiled here, whichever other library carries its own.
 #define STB_IMAGE_STATIC
@@ -86,16 +87,10 @@ Picture decode(std::span<const std::uint8_t> bytes, int channels, const std::str
 }  // namespace
 
 Picture load_picture(const std::string& path, int channels) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file)
+  const std::optional<std::string> bytes = whole_file(path);
+  if (!bytes)
     throw Error(Error::Kind::not_found, "Picture '{}' cannot be opened for reading.", path);
-  std::vector<char> bytes;
-  try {
-    bytes.assign(std::istreambuf_iterator<char>(file), {});
-  } catch (const std::ios_base::failure&) {  // a folder, or a disk that fails
-    throw Error(Error::Kind::io, "Picture '{}' cannot be read.", path);
-  }
-  return decode({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()}, channels,
+  return decode({reinterpret_cast<const std::uint8_t*>(bytes->data()), bytes->size()}, channels,
                 fmt::format("Picture '{}' is not a readable PNG or JPEG file", path));
 }
 
@@ -105,7 +100,7 @@ Picture decode_picture(std::span<const std::uint8_t> bytes, int channels, const 
 
 DeepPicture load_deep_picture(const std::string& path) {
   DeepPicture deep;
-  if (!std::ifstream(path) || !stbi_is_16_bit(path.c_str())) {
+  if (!stbi_is_16_bit(path.c_str())) {
     const Picture picture = load_picture(path);
     deep.width = picture.width;
     deep.height = picture.height;

@@ -5,14 +5,13 @@
 #include <climits>
 #include <cstdint>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string_view>
 
 #include "base/error.h"
 #include "base/parse_json.h"
+#include "base/whole_file.h"
 #include "gltf/accessor.h"
 #include "gltf/data_uri.h"
 
@@ -30,13 +29,12 @@ Error unreadable_gltf(const std::string& path, const std::string& why) {
   return broken_scene(path, "is not a readable glTF 2.0 file: " + why);
 }
 
-std::string whole_file(const std::filesystem::path& path, const std::string& source) {
-  std::ifstream file(path, std::ios::binary);
-  std::string bytes((std::istreambuf_iterator<char>(file)), {});
-  if (!file || file.bad())
+std::string bytes_of(const std::filesystem::path& path, const std::string& source) {
+  std::optional<std::string> bytes = whole_file(path);
+  if (!bytes)
     throw Error(Error::Kind::io, "{}: '{}' cannot be read; check that you may read it.", source,
                 path.string());
-  return bytes;
+  return *std::move(bytes);
 }
 
 /// What a file's bytes hold; views of them.
@@ -207,7 +205,7 @@ tinygltf::Model read_model(Json& root, const std::string& path) {
 }  // namespace
 
 tinygltf::Model read_gltf(const std::string& path) {
-  const std::string bytes = whole_file(path, fmt::format("Scene '{}'", path));
+  const std::string bytes = bytes_of(path, fmt::format("Scene '{}'", path));
   const Contents contents = open_contents(bytes, path);
   Json root =
       parse_json(contents.json, fmt::format("Scene '{}' is not a readable glTF 2.0 file", path));
@@ -239,7 +237,7 @@ std::vector<unsigned char> read_address(const std::string& path, const std::stri
   for (const std::string& name : {unescape(uri), uri, slashes}) {
     std::error_code error;
     if (!std::filesystem::is_regular_file(folder / name, error)) continue;
-    const std::string bytes = whole_file(folder / name, source);
+    const std::string bytes = bytes_of(folder / name, source);
     return {bytes.begin(), bytes.end()};
   }
   return {};

@@ -2,10 +2,7 @@
 #include "track/lens/lens_table.h"
 
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
-#include <cstring>
-#include <fstream>
 #include <iterator>
 #include <limits>
 #include <map>
@@ -13,6 +10,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "base/whole_file.h"
 #include "track/lens/lens_table_text.h"
 #include "track/lens/monotone_cubic.h"
 
@@ -74,8 +72,7 @@ constexpr double least_step = 1e-6;
 constexpr char known_columns[] =
     "zoom, focus, focal_length_UNIT, hfov_deg, k1, k2, p1, p2, k3 to k6, projection_offset_x_UNIT, "
     "projection_offset_y_UNIT, focus_distance_UNIT and entrance_pupil_UNIT, where UNIT is mm, cm, "
-    "m, "
-    "in or ft";
+    "m, in or ft";
 
 /// A heading's column: an encoder (no quantity) or a quantity, and what its numbers are times.
 struct Named {
@@ -326,16 +323,12 @@ LensState LensTable::at(const LensEncoders& encoders) const {
 }
 
 LensTable load_lens_table(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file)
-    throw Error(Error::Kind::not_found, "Cannot read the lens file '{}': {}.", path,
-                std::strerror(errno));
-  std::string text(LensTable::largest_file + 1, '\0');
-  file.read(text.data(), static_cast<std::streamsize>(text.size()));
-  if (file.bad() || (file.gcount() == 0 && !file.eof()))
-    throw Error(Error::Kind::io, "Cannot read the lens file '{}'; is it a folder?", path);
-  text.resize(static_cast<std::size_t>(file.gcount()));
-  return LensTable(text, path);
+  const std::optional<std::string> text = whole_file(path, LensTable::largest_file + 1);
+  if (!text)
+    throw Error(Error::Kind::not_found,
+                "Cannot read the lens file '{}'; check that it exists, is a file and may be read.",
+                path);
+  return LensTable(*text, path);
 }
 
 }  // namespace polyhull

@@ -90,7 +90,7 @@ class LensTable {
   bool normalised_ = true;
 };
 
-/// The lens file \p path. Throws Error (not_found, io) where it cannot be read, and as LensTable does.
+/// The lens file \p path. Throws Error (not_found) where it cannot be read, and as LensTable does.
 LensTable load_lens_table(const std::string& path);
 
 }  // namespace polyhull
