@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
 #include <span>
@@ -11,20 +10,12 @@
 #include "base/error.h"
 #include "base/parse_json.h"
 #include "base/plain_text.h"
+#include "base/whole_file.h"
 
 namespace polyhull {
 namespace {
 
 using Json = nlohmann::json;
-
-bool inside(std::span<const Vec2f> ring, Vec2 p) {
-  bool in = false;
-  for (std::size_t i = 0; i < ring.size(); ++i) {
-    const Vec2 a(ring[i]), b(ring[i + 1 == ring.size() ? 0 : i + 1]);
-    if ((a.y > p.y) != (b.y > p.y) && p.x < a.x + (b.x - a.x) * (p.y - a.y) / (b.y - a.y)) in = !in;
-  }
-  return in;
-}
 
 Rings parse_rings(const Json& json, const std::string& where) {
   const auto fail = [&](const std::string& what) {
@@ -73,7 +64,7 @@ void orient_rings(Rings& rings) {
     }
     bool hole = false;
     for (std::size_t other = 0; other < rings.size(); ++other)
-      if (other != i && inside(rings.ring(other), Vec2(ring[0]))) hole = !hole;
+      if (other != i && is_inside(rings.ring(other), Vec2(ring[0]))) hole = !hole;
     if ((area > 0.0) != hole) {
       const std::size_t begin = i == 0 ? 0 : rings.ends[i - 1];
       std::reverse(rings.points.begin() + static_cast<std::ptrdiff_t>(begin),
@@ -108,12 +99,11 @@ HullScene parse_hull_scene(std::string_view text, const std::string& source) {
 }
 
 HullScene load_hull_scene(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file)
+  std::optional<std::string> text = whole_file(path);
+  if (!text)
     throw Error(Error::Kind::not_found,
                 "{}: cannot open the scene file; check that it exists and may be read.", path);
-  std::string text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
-  return parse_hull_scene(plain_text(std::move(text), path), path);
+  return parse_hull_scene(plain_text(*std::move(text), path), path);
 }
 
 std::string hull_scene_to_json(const HullScene& scene) {

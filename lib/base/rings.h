@@ -32,4 +32,21 @@ struct Rings {
   bool operator==(const Rings&) const = default;
 };
 
+/// Whether \p p lies inside of a closed polygon, by the even-odd rule.
+inline bool is_inside(std::span<const Vec2f> ring, const Vec2& p) {
+  bool in = false;
+  for (std::size_t i = 0, before = ring.size() - 1; i < ring.size(); before = i++) {
+    const Vec2 a(ring[before]), b(ring[i]);
+    if ((a.y > p.y) != (b.y > p.y) && p.x < a.x + (b.x - a.x) * (p.y - a.y) / (b.y - a.y)) in = !in;
+  }
+  return in;
+}
+
+/// Whether \p p lies in the region of \p rings.
+inline bool is_inside(const Rings& rings, const Vec2& p) {
+  bool in = false;
+  for (std::size_t r = 0; r < rings.size(); ++r) in ^= is_inside(rings.ring(r), p);
+  return in;
+}
+
 }  // namespace polyhull

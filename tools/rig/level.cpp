@@ -9,6 +9,7 @@
 
 #include "base/error.h"
 #include "base/median.h"
+#include "base/rings.h"
 #include "hull/repair/tangency.h"
 #include "rig/floor.h"
 #include "rig/plausible.h"
@@ -73,7 +74,6 @@ Bounds stage_of(const Rig& rig, const std::string& stage) {
 
 /// Whether \p p lies in \p rings or at most within_outline px outside.
 bool sees(const Rings& rings, const Vec2& p) {
-  bool in = false;
   for (std::size_t r = 0; r < rings.size(); ++r) {
     Vec2 a(rings.ring(r).back());
     for (const Vec2f& point : rings.ring(r)) {
@@ -81,11 +81,10 @@ bool sees(const Rings& rings, const Vec2& p) {
       const double length = glm::dot(along, along);
       const double at = length > 0.0 ? std::clamp(glm::dot(p - a, along) / length, 0.0, 1.0) : 0.0;
       if (glm::distance(p, a + at * along) <= within_outline) return true;
-      if ((a.y > p.y) != (b.y > p.y) && p.x < a.x + along.x * (p.y - a.y) / along.y) in = !in;
       a = b;
     }
   }
-  return in;
+  return is_inside(rings, p);
 }
 
 bool in_picture(const Camera& camera, const Vec2& p) {

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/rings.h"
+
 namespace polyhull {
 namespace {
 
@@ -15,21 +17,6 @@ using Intervals = std::vector<Interval>;
 struct Ray {
   Vec3 origin, direction;
 };
-
-bool inside(const Rings& rings, const Vec2& p) {
-  bool in = false;
-  for (std::size_t r = 0; r < rings.size(); ++r) {
-    const std::span<const Vec2f> ring = rings.ring(r);
-    Vec2 a(ring.back());
-    for (const Vec2f& point : ring) {
-      const Vec2 b(point);
-      if ((a.y > p.y) != (b.y > p.y) && p.x < a.x + (b.x - a.x) * (p.y - a.y) / (b.y - a.y))
-        in = !in;
-      a = b;
-    }
-  }
-  return in;
-}
 
 // A view as rays are held against it.
 struct Judge {
@@ -102,7 +89,7 @@ Intervals allowed(const Judge& judge, const Ray& ray) {
   }
   std::sort(crossings.begin(), crossings.end());
   // It comes from infinitely far outside, unless it begins in front of the camera.
-  bool in = from == 0.0 && start.z > 0.0 && inside(judge.rings, Vec2(start) / start.z);
+  bool in = from == 0.0 && start.z > 0.0 && is_inside(judge.rings, Vec2(start) / start.z);
   const auto add = [&](double begin, double end) {
     if (!(begin < end)) return;
     if (!result.empty() && result.back().to == begin)
@@ -154,9 +141,9 @@ std::vector<Vec2> points_inside(const SeenSubject& view, int samples) {
   for (double y = low.y + 0.5 * step; y < high.y; y += step)
     for (double x = low.x + 0.5 * step; x < high.x; x += step) {
       const Vec2 p(x, y);
-      if (inside(view.rings, p) && inside(view.rings, p - Vec2(margin, 0)) &&
-          inside(view.rings, p + Vec2(margin, 0)) && inside(view.rings, p - Vec2(0, margin)) &&
-          inside(view.rings, p + Vec2(0, margin)))
+      if (is_inside(view.rings, p) && is_inside(view.rings, p - Vec2(margin, 0)) &&
+          is_inside(view.rings, p + Vec2(margin, 0)) &&
+          is_inside(view.rings, p - Vec2(0, margin)) && is_inside(view.rings, p + Vec2(0, margin)))
         points.push_back(p);
     }
   return points;
