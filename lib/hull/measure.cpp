@@ -2,6 +2,7 @@
 #include "hull/measure.h"
 
 #include <algorithm>
+#include <numeric>
 #include <utility>
 
 namespace polyhull {
@@ -28,6 +29,26 @@ double enclosed_volume(const Hull& hull) {
     volume += glm::dot(a, glm::cross(b, c)) / 6.0;
   }
   return volume;
+}
+
+std::vector<std::uint32_t> connected_parts(const Hull& hull) {
+  std::vector<std::uint32_t> root(hull.vertices.size());
+  std::iota(root.begin(), root.end(), 0u);
+  const auto find = [&](std::uint32_t v) {
+    while (root[v] != v) v = root[v] = root[root[v]];
+    return v;
+  };
+  const auto join = [&](std::uint32_t a, std::uint32_t b) {
+    a = find(a);
+    b = find(b);
+    root[std::max(a, b)] = std::min(a, b);
+  };
+  for (std::size_t i = 0; i + 2 < hull.triangles.size(); i += 3) {
+    join(hull.triangles[i], hull.triangles[i + 1]);
+    join(hull.triangles[i], hull.triangles[i + 2]);
+  }
+  for (std::uint32_t v = 0; v < root.size(); ++v) root[v] = find(v);
+  return root;
 }
 
 double sliver_share(const Hull& hull) {

@@ -6,10 +6,10 @@
 #include <algorithm>
 #include <array>
 #include <limits>
-#include <numeric>
 #include <vector>
 
 #include "base/median.h"
+#include "hull/measure.h"
 #include "rig/rig.h"
 
 namespace polyhull {
@@ -43,23 +43,6 @@ std::string text_of(double metres) {
   return metres < 100.0 ? fmt::format("{:.3g} m", metres) : fmt::format("{:.0f} m", metres);
 }
 
-/// For each vertex the first one of its part.
-std::vector<std::uint32_t> parts_of(const Hull& hull) {
-  std::vector<std::uint32_t> first(hull.vertices.size());
-  std::iota(first.begin(), first.end(), 0u);
-  const auto find = [&](std::uint32_t v) {
-    while (first[v] != v) v = first[v] = first[first[v]];
-    return v;
-  };
-  for (std::size_t t = 0; t + 2 < hull.triangles.size(); t += 3)
-    for (int k = 1; k < 3; ++k) {
-      const std::uint32_t a = find(hull.triangles[t]), b = find(hull.triangles[t + k]);
-      first[std::max(a, b)] = std::min(a, b);
-    }
-  for (std::uint32_t v = 0; v < first.size(); ++v) first[v] = find(v);
-  return first;
-}
-
 }  // namespace
 
 SubjectSize subject_size(const Hull& hull, std::span<const Vec3> centres, const Vec3& up,
@@ -79,7 +62,7 @@ SubjectSize subject_size(const Hull& hull, std::span<const Vec3> centres, const 
     distances.push_back(metres_per_unit * glm::length(centre - hull.origin - all.middle()));
   size.distance = median(distances);
   if (size.height <= highest && size.extent <= longest) return size;
-  const std::vector<std::uint32_t> parts = parts_of(hull);
+  const std::vector<std::uint32_t> parts = connected_parts(hull);
   std::vector<Ranges> ranges(hull.vertices.size());
   size.part = size.extent = 0.0;
   for (std::size_t v = 0; v < parts.size(); ++v)

@@ -2,33 +2,12 @@
 #include "refine/frame.h"
 
 #include <cmath>
-#include <numeric>
 
 #include "base/error.h"
+#include "hull/measure.h"
 
 namespace polyhull::refine {
 namespace {
-
-/// Numbers of connected parts: the smallest vertex of each.
-std::vector<std::uint32_t> connected(const Hull& hull) {
-  std::vector<std::uint32_t> root(hull.vertices.size());
-  std::iota(root.begin(), root.end(), 0u);
-  const auto find = [&](std::uint32_t v) {
-    while (root[v] != v) v = root[v] = root[root[v]];
-    return v;
-  };
-  const auto join = [&](std::uint32_t a, std::uint32_t b) {
-    a = find(a);
-    b = find(b);
-    root[std::max(a, b)] = std::min(a, b);
-  };
-  for (std::size_t i = 0; i + 2 < hull.triangles.size(); i += 3) {
-    join(hull.triangles[i], hull.triangles[i + 1]);
-    join(hull.triangles[i], hull.triangles[i + 2]);
-  }
-  for (std::uint32_t v = 0; v < root.size(); ++v) root[v] = find(v);
-  return root;
-}
 
 bool near(const Box& a, const Box& b, float margin) {
   for (int k = 0; k < 3; ++k) {
@@ -84,7 +63,7 @@ OutlineView outline_in(const LocalFrame& frame, const Camera& camera, const Ring
 }
 
 std::vector<Box> boxes_of(const Hull& hull, const LocalFrame& frame, float margin) {
-  const std::vector<std::uint32_t> part = connected(hull);
+  const std::vector<std::uint32_t> part = connected_parts(hull);
   std::vector<std::int32_t> box_of(part.size(), -1);
   std::vector<Box> boxes;
   for (const std::uint32_t v : hull.triangles) {
