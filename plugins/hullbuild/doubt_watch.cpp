@@ -34,13 +34,10 @@ void DoubtWatch::add(std::int64_t now, const std::vector<std::string>& cameras,
 Contradiction DoubtWatch::contradiction() const {
   if (entries_.empty()) return {};
   const int camera = doubtful_camera(sum_);
-  return {sum_.share_unexplained(),
-          0.0,
-          0.0,
-          camera < 0 ? std::string() : cameras_[static_cast<std::size_t>(camera)],
-          false,
-          0,
-          0};
+  Contradiction contradiction;
+  contradiction.share = sum_.share_unexplained();
+  if (camera >= 0) contradiction.camera = cameras_[static_cast<std::size_t>(camera)];
+  return contradiction;
 }
 
 }  // namespace polyhull::element

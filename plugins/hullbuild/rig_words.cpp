@@ -20,8 +20,8 @@ std::string cause_of(const Contradiction& contradiction) {
   if (contradiction.rig)
     return fmt::format(
         "It is the rig, not one camera: of {} cameras {} agree. The rig file is that of another "
-        "stage "
-        "or of other cameras, cameras are swapped, the unit of some is wrong, several have been "
+        "stage or of other cameras, cameras are swapped, the unit of some is wrong, several have "
+        "been "
         "moved, or their frames are of different instants.",
         contradiction.cameras,
         contradiction.agreeing > 1 ? fmt::format("at most {}", contradiction.agreeing) : "no two");
@@ -99,6 +99,7 @@ void HullWords::hull(GstElement* element, std::int64_t now, std::size_t used, bo
     if (now != no_time) known.said_at = now;
     known.camera = camera ? contradiction.camera : "";
     known.rig = !camera;
+    known.rig_said = known.rig_said || known.rig;
   };
   if (contradiction.rig || camera) {
     said();

@@ -103,7 +103,7 @@ class HullWords {
   struct Contradicted {
     std::int64_t since = -1, said_at = -1;
     std::string camera;  // last said
-    bool rig = false;    // it is the rig's, for now: nothing is said of cameras
+    bool rig = false;    // that was the rig; cameras are blamed once the silhouettes agree again
     bool rig_said = false;
   } contradicted_;
   std::int64_t late_at_ = -1, few_at_ = -1;
