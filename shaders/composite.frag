@@ -148,7 +148,8 @@ vec4 fill(ivec2 pixel, vec4 coded, vec3 lost, float share, vec3 lost_in_mirror, 
   if (touched) {
     key = clamp(1.0 - mean(level[2] - level[0]) / (greys.z - greys.x), 0.0, 1.0);
     float least = least_key(rounded(level[1]));
-    if (least >= key - 2.5 / 255.0) key = least;
+    // Where nothing of the picture below is seen the key is 1.
+    if (least >= key - 2.5 / 255.0 && rounded(level[0]) != rounded(level[2])) key = least;
   }
   vec3 whole = level[1];
   if (front.a > 0.0) {
