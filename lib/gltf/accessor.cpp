@@ -86,8 +86,6 @@ float component(const unsigned char* p, int type, std::size_t k, bool normalised
   switch (type) {
     case TINYGLTF_COMPONENT_TYPE_FLOAT:
       return load<float>(p + 4 * k);
-    case TINYGLTF_COMPONENT_TYPE_DOUBLE:
-      return static_cast<float>(load<double>(p + 8 * k));
     case TINYGLTF_COMPONENT_TYPE_BYTE: {
       const float v = load<std::int8_t>(p + k);
       return normalised ? std::max(v / 127.0f, -1.0f) : v;

@@ -105,9 +105,8 @@ std::span<const Property<TrackInputSettings>> track_input_properties() {
       property<&S::lens_file>(
           "lens-file", "Lens file",
           "Path of a table that tells, for the encoders' values in packets, what of the lens they "
-          "do "
-          "not: focal length or field of view, distortion, focus distance, entrance pupil. Empty: "
-          "none.",
+          "do not: focal length or field of view, distortion, focus distance, entrance pupil. "
+          "Empty: none.",
           0, 0, Change::when_ready),
       property<&S::sensor_width>(
           "sensor-width", "Sensor width",
