@@ -10,9 +10,6 @@
 namespace polyhull::refine {
 namespace {
 
-/// How near to a node a vertex may come, in cells.
-constexpr float nearest = 0.01f;
-
 /// How many of a node's crossed edges come before that of an axis, by which are crossed.
 constexpr std::uint8_t crossed_before[8][3] = {{0, 0, 0}, {0, 1, 1}, {0, 0, 1}, {0, 1, 2},
                                                {0, 0, 0}, {0, 1, 1}, {0, 0, 1}, {0, 1, 2}};
@@ -21,11 +18,6 @@ constexpr std::uint8_t crossed_before[8][3] = {{0, 0, 0}, {0, 1, 1}, {0, 0, 1}, 
 template <typename Body>
 void each_bit(std::uint64_t bits, std::size_t word, const Body& body) {
   for (; bits != 0; bits &= bits - 1) body(static_cast<int>(64 * word) + std::countr_zero(bits));
-}
-
-/// Each bit's neighbour towards larger x in a row of \p words.
-std::uint64_t next_bits(const std::uint64_t* row, std::size_t word, std::size_t words) {
-  return row[word] >> 1 | (word + 1 < words ? row[word + 1] << 63 : 0);
 }
 
 /// Which nodes of a row of \p nx have a next one.
@@ -47,20 +39,29 @@ Vec3f gradient(const Grid& grid, const float* f, int x, int y, int z) {
 
 }  // namespace
 
-const std::uint64_t* CellMarcher::signs(const Grid& grid, int y, int z) const {
-  const int row = std::min(z, grid.nz - 1) * grid.ny + std::min(y, grid.ny - 1);
-  return signs_.data() + static_cast<std::size_t>(row) * words_;
+void Signs::find(const Level& fine, int threads) {
+  const Grid& grid = fine.grid;
+  words = (grid.row() + 63) / 64;
+  bits.assign(fine.rows.size() * words, 0);
+  parallel_for(fine.rows.size(), 256, threads, [&](std::size_t first, std::size_t last) {
+    for (std::size_t r = first; r < last; ++r) {
+      const Extent extent = fine.rows[r];
+      const int begin = extent.begin / 64 * 64, end = (extent.end + 7) / 8 * 8;
+      loops().signs(fine.values.data() + r * grid.row() + begin, end - begin,
+                    bits.data() + r * words + begin / 64);
+    }
+  });
 }
 
-void CellMarcher::find_signs(const Level& fine, int z) {
-  const Grid& grid = fine.grid;
-  for (int y = 0; y < grid.ny; ++y) {
-    const std::size_t r = static_cast<std::size_t>(z) * grid.ny + y;
-    const Extent extent = fine.rows[r];
-    const int begin = extent.begin / 64 * 64, end = (extent.end + 7) / 8 * 8;
-    loops().signs(fine.values.data() + grid.node(begin, y, z), end - begin,
-                  signs_.data() + r * words_ + begin / 64);
-  }
+Vec3f surface_normal(const Grid& grid, const float* f, int x, int y, int z, int axis, float along) {
+  const Vec3f here = gradient(grid, f, x, y, z);
+  const Vec3f there = gradient(grid, f, x + (axis == 0), y + (axis == 1), z + (axis == 2));
+  const Vec3f up = here + along * (there - here);
+  const float length = glm::length(up);
+  if (length > 1e-12f) return -up / length;
+  Vec3f normal(0.0f);
+  normal[axis] = f[grid.node(x, y, z)] > 0.0f ? 1.0f : -1.0f;
+  return normal;
 }
 
 void CellMarcher::add_vertex(const Level& fine, int x, int y, int z, int axis) {
@@ -70,20 +71,11 @@ void CellMarcher::add_vertex(const Level& fine, int x, int y, int z, int axis) {
   const std::size_t node = grid.node(x, y, z);
   const std::size_t step[3] = {1, grid.row(), grid.slab()};
   const float a = f[node], b = f[node + step[axis]];
-  const float t = std::clamp(a / (a - b), nearest, 1.0f - nearest);
+  const float t = std::clamp(a / (a - b), nearest_to_node, 1.0f - nearest_to_node);
   Vec3f point = grid.position(x, y, z);
   point[axis] += t * grid.cell;
-  const Vec3f here = gradient(grid, f, x, y, z);
-  const Vec3f there = gradient(grid, f, x + (axis == 0), y + (axis == 1), z + (axis == 2));
-  const Vec3f up = here + t * (there - here);
-  const float length = glm::length(up);
-  Vec3f normal(0.0f);
-  if (length > 1e-12f)
-    normal = -up / length;
-  else
-    normal[axis] = a > 0.0f ? 1.0f : -1.0f;
   slab.points.push_back(point);
-  slab.normals.push_back(normal);
+  slab.normals.push_back(surface_normal(grid, f, x, y, z, axis, t));
 }
 
 void CellMarcher::find_vertices(const Level& fine, int z) {
@@ -91,11 +83,11 @@ void CellMarcher::find_vertices(const Level& fine, int z) {
   slabs_[static_cast<std::size_t>(z)].points.clear();
   slabs_[static_cast<std::size_t>(z)].normals.clear();
   for (int y = 0; y < grid.ny; ++y) {
-    const std::uint64_t *own = signs(grid, y, z), *above = signs(grid, y + 1, z),
-                        *behind = signs(grid, y, z + 1);
-    for (std::size_t w = 0; w < words_; ++w) {
+    const std::uint64_t *own = signs_.row(grid, y, z), *above = signs_.row(grid, y + 1, z),
+                        *behind = signs_.row(grid, y, z + 1);
+    for (std::size_t w = 0; w < signs_.words; ++w) {
       const std::uint64_t crossed[3] = {
-          (own[w] ^ next_bits(own, w, words_)) & with_next(grid.nx, w), own[w] ^ above[w],
+          (own[w] ^ next_bits(own, w, signs_.words)) & with_next(grid.nx, w), own[w] ^ above[w],
           own[w] ^ behind[w]};
       each_bit(crossed[0] | crossed[1] | crossed[2], w, [&](int x) {
         unsigned axes = 0;
@@ -128,11 +120,11 @@ void CellMarcher::find_triangles(const Level& fine, int z) {
     }
   };
   for (int y = 0; y + 1 < grid.ny; ++y)
-    for (std::size_t w = 0; w < words_; ++w) {
+    for (std::size_t w = 0; w < signs_.words; ++w) {
       std::uint64_t corner[8], any = 0, every = ~std::uint64_t{0};
       for (int k = 0; k < 8; ++k) {
-        const std::uint64_t* row = signs(grid, y + (k >> 1 & 1), z + (k >> 2));
-        corner[k] = k & 1 ? next_bits(row, w, words_) : row[w];
+        const std::uint64_t* row = signs_.row(grid, y + (k >> 1 & 1), z + (k >> 2));
+        corner[k] = k & 1 ? next_bits(row, w, signs_.words) : row[w];
         any |= corner[k];
         every &= corner[k];
       }
@@ -154,9 +146,7 @@ void CellMarcher::march(const Level& fine, CellSurface& out, int threads) {
                    for (auto z = static_cast<int>(begin); z < static_cast<int>(end); ++z) body(z);
                  });
   };
-  words_ = (grid.row() + 63) / 64;
-  signs_.assign(fine.rows.size() * words_, 0);
-  each_slab([&](int z) { find_signs(fine, z); });
+  signs_.find(fine, threads);
   each_slab([&](int z) { find_vertices(fine, z); });
   auto next = static_cast<std::uint32_t>(out.points.size());
   for (int z = 0; z < grid.nz; ++z) {

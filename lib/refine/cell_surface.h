@@ -30,6 +30,31 @@ struct CellSurface {
   }
 };
 
+/// How near to a node a vertex may come, in cells.
+inline constexpr float nearest_to_node = 0.01f;
+
+/// Which nodes are inside: bit x % 64 of word x / 64 of a row.
+struct Signs {
+  std::size_t words = 0;  ///< of a row
+  std::vector<std::uint64_t> bits;
+
+  /// Of \p fine, whose rows are whole eights (grid_over()).
+  void find(const Level& fine, int threads);
+  /// Row (y, z); beyond the grid its last one.
+  const std::uint64_t* row(const Grid& grid, int y, int z) const {
+    const int at = std::min(z, grid.nz - 1) * grid.ny + std::min(y, grid.ny - 1);
+    return bits.data() + static_cast<std::size_t>(at) * words;
+  }
+};
+
+/// Each bit's neighbour towards larger x in a row of \p words.
+inline std::uint64_t next_bits(const std::uint64_t* row, std::size_t word, std::size_t words) {
+  return row[word] >> 1 | (word + 1 < words ? row[word + 1] << 63 : 0);
+}
+
+/// Unit, towards where \p f falls, at the vertex \p along the edge from node (x, y, z).
+Vec3f surface_normal(const Grid& grid, const float* f, int x, int y, int z, int axis, float along);
+
 /// Finds surfaces and keeps the memory.
 class CellMarcher {
  public:
@@ -43,19 +68,14 @@ class CellMarcher {
     std::vector<std::uint32_t> triangles;
     std::uint32_t first_vertex = 0;
   };
-  void find_signs(const Level& fine, int z);
   void gather(CellSurface& out, const Grid& grid, int threads);
   /// The vertex on the edge from node (x, y, z) along \p axis.
   void add_vertex(const Level& fine, int x, int y, int z, int axis);
   void find_vertices(const Level& fine, int z);
   void find_triangles(const Level& fine, int z);
 
-  /// A row's signs; beyond the grid those of its last one.
-  const std::uint64_t* signs(const Grid& grid, int y, int z) const;
-
   std::vector<Slab> slabs_;
-  std::size_t words_ = 0;             ///< of a row's signs
-  std::vector<std::uint64_t> signs_;  ///< which nodes are inside: bit x % 64 of word x / 64
+  Signs signs_;
   /// Of each node with a crossed edge: the number in its slab of its first edge's vertex, times
   /// eight, and which of its edges are crossed, one bit an axis.
   std::vector<std::uint32_t> vertices_of_node_;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "refine/cell_table.h"
 
+#include <algorithm>
+
 #include "base/vector.h"
 
 namespace polyhull::refine {
@@ -36,22 +38,27 @@ bool on_one_face(const EdgeNumbers& edges, int a, int b) {
   return false;
 }
 
-/// The loops of crossed edges. On each face the surface runs from the edge by which one leaves a run
-/// of inside corners to that by which one enters it.
-std::vector<Loop> loops_of(const EdgeNumbers& edges, unsigned corners) {
+/// The steps on a face: from the edge by which one enters a run of inside corners to that by which one
+/// leaves it. The faces' corners go around as seen from outside.
+std::vector<FaceStep> steps_of(const EdgeNumbers& edges, unsigned corners, const int (&face)[4]) {
+  std::vector<FaceStep> steps;
+  const auto inside = [&](int i) { return (corners >> face[i % 4] & 1) != 0; };
+  for (int i = 0; i < 4; ++i) {
+    if (!inside(i) || inside(i + 3)) continue;
+    int last = i;
+    while (inside(last + 1) && last < i + 3) ++last;
+    const int enters = edges.number[face[(i + 3) % 4]][face[i]];
+    const int leaves = edges.number[face[last % 4]][face[(last + 1) % 4]];
+    steps.push_back({static_cast<std::uint8_t>(enters), static_cast<std::uint8_t>(leaves)});
+  }
+  return steps;
+}
+
+/// The loops of crossed edges that \p steps make.
+std::vector<Loop> loops_of(std::span<const FaceStep> steps) {
   int next[12];
   for (int& e : next) e = -1;
-  for (const auto& face : faces) {
-    const auto inside = [&](int i) { return (corners >> face[i % 4] & 1) != 0; };
-    for (int i = 0; i < 4; ++i) {
-      if (!inside(i) || inside(i + 3)) continue;
-      int last = i;
-      while (inside(last + 1) && last < i + 3) ++last;
-      const int enters = edges.number[face[(i + 3) % 4]][face[i]];
-      const int leaves = edges.number[face[last % 4]][face[(last + 1) % 4]];
-      next[enters] = leaves;
-    }
-  }
+  for (const FaceStep& step : steps) next[step.from] = step.to;
   std::vector<Loop> loops;
   bool done[12] = {};
   for (int e = 0; e < 12; ++e) {
@@ -128,11 +135,20 @@ CellTable::CellTable() {
       if (!(k >> axis & 1))
         edges_[static_cast<std::size_t>(next++)] = {k & 1, k >> 1 & 1, k >> 2, axis};
   FlattestCut flattest(numbers, edges_);
-  for (unsigned corners = 0; corners < 256; ++corners)
-    for (const Loop& loop : loops_of(numbers, corners)) {
+  for (unsigned corners = 0; corners < 256; ++corners) {
+    std::vector<FaceStep> steps;
+    for (int face = 0; face < 6; ++face) {
+      const std::vector<FaceStep> here = steps_of(numbers, corners, faces[face]);
+      counts_[corners][face] = static_cast<std::uint8_t>(here.size());
+      std::copy(here.begin(), here.end(), steps_[corners][face].begin());
+      steps.insert(steps.end(), here.begin(), here.end());
+    }
+    for (const Loop& loop : loops_of(steps)) {
       const std::vector<std::uint8_t> cut = flattest.cut(loop);
       triangles_[corners].insert(triangles_[corners].end(), cut.begin(), cut.end());
+      ++loops_[corners];
     }
+  }
 }
 
 const CellTable& cell_table() {

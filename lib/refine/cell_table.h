@@ -16,10 +16,22 @@ struct CellEdge {
   int axis = 0;
 };
 
-/// The table of all 256 cases, made once. Corner k lies at (k & 1, k >> 1 & 1, k >> 2).
+/// The surface on a face of a cell: from one crossed edge to another, as it runs around the cell's loop.
+struct FaceStep {
+  std::uint8_t from = 0, to = 0;
+};
+
+/// The table of all 256 cases, made once. Corner k lies at (k & 1, k >> 1 & 1, k >> 2); faces are
+/// those of low x, high x, low y, high y, low z and high z.
 class CellTable {
  public:
   CellTable();
+  /// None, one or two.
+  std::span<const FaceStep> steps(unsigned corners, int face) const {
+    return {steps_[corners][face].data(), counts_[corners][face]};
+  }
+  /// Of how many pieces the surface in the cell is.
+  int loops(unsigned corners) const { return loops_[corners]; }
   /// Three edges to a triangle, outside seen counter-clockwise; bit k of \p corners: corner k is
   /// inside.
   std::span<const std::uint8_t> triangles(unsigned corners) const { return triangles_[corners]; }
@@ -27,6 +39,9 @@ class CellTable {
 
  private:
   std::array<CellEdge, 12> edges_{};
+  std::array<std::array<std::array<FaceStep, 2>, 6>, 256> steps_{};
+  std::array<std::array<std::uint8_t, 6>, 256> counts_{};
+  std::array<std::uint8_t, 256> loops_{};
   std::array<std::vector<std::uint8_t>, 256> triangles_;
 };
 

@@ -6,6 +6,7 @@
 #include <span>
 
 #include "refine/fine_field.h"
+#include "refine/merge/brick.h"
 #include "refine/plate.h"
 #include "refine/refine.h"
 
@@ -39,6 +40,7 @@ struct Recipe {
   int pulls = 2;           ///< to the rims, before the fine grid
   std::size_t stride = 2;  ///< of the rays, until the fine grid
   std::span<const RimFit> fits = all_fits;
+  Flatness flatness{.anywhere = 0.2f, .at_rims = 0.07f};  ///< of the triangles
 };
 
 inline Recipe recipe_of(const RefineSettings& settings) {
@@ -53,6 +55,7 @@ inline Recipe recipe_of(const RefineSettings& settings) {
     recipe.middle.steps = 8;
     recipe.pulls = 1;
     recipe.fits = fewer_fits;
+    recipe.flatness = {.anywhere = 0.25f, .at_rims = 0.09f};
   }
   if (settings.quality == RefineQuality::fine) recipe.cell = 0.016;
   if (settings.cell > 0.0) recipe.cell = settings.cell;

@@ -14,6 +14,7 @@
 #include "refine/flow.h"
 #include "refine/frame.h"
 #include "refine/input.h"
+#include "refine/merge/merged_cells.h"
 #include "refine/photo/photo.h"
 #include "refine/plate.h"
 #include "refine/recipe.h"
@@ -66,6 +67,7 @@ struct HullRefiner::State {
   PlateSolver solver;
   FitMemory fit_memory;
   CellMarcher marcher;
+  CellMerger merger;
   CellSurface cells;
   PhotoCarver carver;
 
@@ -343,7 +345,8 @@ void HullRefiner::State::refine(const Hull& hull, std::span<const CameraContours
   keep_thin();
   statistics.seconds_fine += watch.lap();
   cells.clear();
-  for (const Level& level : fine) marcher.march(level, cells, threads);
+  for (std::size_t p = 0; p < fine.size(); ++p)
+    merger.march(fine[p], rays, static_cast<std::uint32_t>(p), recipe.flatness, cells, threads);
   if (cells.triangles.empty())
     throw Error(
         Error::Kind::unsupported,

@@ -13,7 +13,7 @@
 ///   2. from there the same on the grid itself;
 ///   3. on a grid of half the cell f is fitted to the rims once more and cut at the exact hull
 ///      (fine_field.h);
-///   4. f = 0 as triangles (cell_surface.h).
+///   4. f = 0 as triangles, as large as its bends and the rims allow (merge/merged_cells.h).
 ///
 /// It depends on this instant's silhouettes only: nothing lags behind what moves.
 #pragma once
@@ -36,7 +36,8 @@ enum class RefineQuality {
 
 struct RefineSettings {
   RefineQuality quality = RefineQuality::good;
-  double cell = 0.0;   ///< metres from node to node, triangles are half as large; 0: by the quality
+  double cell =
+      0.0;  ///< metres from node to node; the least triangles are half as large; 0: by the quality
   int threads = 0;     ///< of the pool; 0: all
   bool photo = false;  ///< carves what the pictures contradict (photo.h), which takes its time
   bool reuse = true;   ///< false: works as if nothing were known from the last call

@@ -37,7 +37,8 @@ const Property<RefineSettings> table[] = {
         "it is."),
     property<&RefineSettings::cell>(
         "cell", "Cell",
-        "Metres between the nodes of the grid that the surface is found on (0 to 1): triangles are "
+        "Metres between the nodes of the grid that the surface is found on (0 to 1): the smallest "
+        "triangles are "
         "half as large, and what is thinner than a quarter of it may break up. 0: by the quality.",
         0, 1),
     property<&RefineSettings::photo>(

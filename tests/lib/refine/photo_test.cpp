@@ -31,7 +31,7 @@ TEST(Photo, CarvesHollowsAndKeepsSilhouettes) {
   EXPECT_LT(carved.mean, 0.37 * plain.mean);  // .33 measured
   EXPECT_LT(carved.hausdorff, 0.17 * plain.hausdorff);
   EXPECT_LT(carved.missing, 1.1 * plain.missing);
-  EXPECT_LT(carved.outside, plain.outside + 2e-5);
+  EXPECT_LT(carved.outside, plain.outside + 1e-4);
   std::printf("%.2f to %.2f mm, %.1f to %.1f mm, missing %.3f to %.3f %%\n", plain.mean,
               carved.mean, plain.hausdorff, carved.hausdorff, 100 * plain.missing,
               100 * carved.missing);
@@ -45,7 +45,7 @@ TEST(Photo, MakesTheFigureNoWorse) {
   EXPECT_LT(carved.mean, plain.mean);
   EXPECT_LT(carved.hausdorff, plain.hausdorff);
   EXPECT_LT(carved.missing, plain.missing + 1e-4);
-  EXPECT_LT(carved.outside, plain.outside + 1e-4);
+  EXPECT_LT(carved.outside, plain.outside + 4e-4);
 }
 
 TEST(Photo, IsOfThesePicturesAndTheSameForAnyNumberOfThreads) {
