@@ -100,7 +100,8 @@ if [ -e "$copy" ]; then
 else
   git -C "$polyhull_source" worktree add --quiet --detach "$copy" "$commit"
 fi
-[ -f "$build/build.ninja" ] || polyhull_configure "$build" --buildtype=release -Dtests=true
+[ -f "$build/build.ninja" ] ||
+  polyhull_source=$copy polyhull_configure "$build" -Dbuildtype=release -Dtests=true -Dcalibration=enabled
 trap 'git -C "$copy" checkout --quiet -- .' EXIT
 
 # run_tests TEST...: 0 where all pass, 125 where something does not build. Builds what these need.
@@ -109,6 +110,9 @@ run_tests() { meson test -C "$build" "$@" > "$build/mutant.log" 2>&1 < /dev/null
 # Without a fault they must pass, or they would notice everything.
 say "building, and running the tests without a fault"
 mapfile -t all < <(for i in "${picked[@]}"; do printf '%s\n' ${tests[i - 1]}; done | sort -u)
+grep -q "\"source\": \"$copy\"" "$build/meson-info/meson-info.json" || fail "$build is not of $copy; remove it"
+known=$(meson test -C "$build" --list 2> /dev/null | sed 's|.* / ||')
+for name in "${all[@]}"; do grep -qx -e "$name" <<< "$known" || fail "there is no test '$name'"; done
 run_tests "${all[@]}" || fail "the tests fail without a fault already; see $build/mutant.log"
 
 killed=0 survived=() unjudged=()
