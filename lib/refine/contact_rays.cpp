@@ -11,25 +11,6 @@ namespace {
 /// So far outside the hull, by H on a grid, a ray may still touch it, in the grid's cells.
 constexpr float slack = 0.6f;
 
-/// The depths between which \p ray is in \p grid's box.
-bool clip(const ContactRay& ray, const Grid& grid, float& from, float& to) {
-  from = 0.01f;
-  to = 1e9f;
-  if (!(glm::dot(ray.direction, ray.direction) < 1e30f)) return false;
-  const Vec3f high = grid.position(grid.nx - 1, grid.ny - 1, grid.nz - 1);
-  for (int k = 0; k < 3; ++k) {
-    if (std::abs(ray.direction[k]) < 1e-9f) {
-      if (ray.origin[k] < grid.low[k] || ray.origin[k] > high[k]) return false;
-      continue;
-    }
-    const float a = (grid.low[k] - ray.origin[k]) / ray.direction[k];
-    const float b = (high[k] - ray.origin[k]) / ray.direction[k];
-    from = std::max(from, std::min(a, b));
-    to = std::min(to, std::max(a, b));
-  }
-  return from < to;
-}
-
 /// A function of a part at \p count depths of a ray, \p step apart.
 void sample_ray(const Grid& grid, const std::vector<float>& values, const ContactRay& ray,
                 float from, float step, int count, float* out) {
@@ -190,6 +171,24 @@ void find_rim(ContactRay& ray, const ContactRays& rays, std::span<const Level> p
 }
 
 }  // namespace
+
+bool clip(const ContactRay& ray, const Grid& grid, float& from, float& to) {
+  from = 0.01f;
+  to = 1e9f;
+  if (!(glm::dot(ray.direction, ray.direction) < 1e30f)) return false;
+  const Vec3f high = grid.position(grid.nx - 1, grid.ny - 1, grid.nz - 1);
+  for (int k = 0; k < 3; ++k) {
+    if (std::abs(ray.direction[k]) < 1e-9f) {
+      if (ray.origin[k] < grid.low[k] || ray.origin[k] > high[k]) return false;
+      continue;
+    }
+    const float a = (grid.low[k] - ray.origin[k]) / ray.direction[k];
+    const float b = (high[k] - ray.origin[k]) / ray.direction[k];
+    from = std::max(from, std::min(a, b));
+    to = std::min(to, std::max(a, b));
+  }
+  return from < to;
+}
 
 void sample_row(const Grid& grid, const float* values, const Grid& at, int y, int z, Extent nodes,
                 std::vector<float>& mixed, float* out) {

@@ -47,6 +47,9 @@ struct ContactRay {
   Vec3f rim() const { return point(depth); }
 };
 
+/// The depths between which \p ray is in \p grid's box; false: none.
+bool clip(const ContactRay& ray, const Grid& grid, float& from, float& to);
+
 /// From depth \p begin to \p end the ray lies on the hull, or a little outside, in a part's grid.
 struct RayPiece {
   float begin = 0.0f, end = 0.0f;

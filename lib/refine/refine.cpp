@@ -16,6 +16,8 @@
 #include "refine/input.h"
 #include "refine/merge/merged_cells.h"
 #include "refine/photo/photo.h"
+#include "refine/pieces/components.h"
+#include "refine/pieces/handles.h"
 #include "refine/plate.h"
 #include "refine/recipe.h"
 #include "refine/thin_parts.h"
@@ -34,6 +36,11 @@ constexpr float least_hull = -3.3f;
 constexpr float thinnest = 0.45f;
 /// Rims that had this much before the last fit have not lost their contact.
 constexpr float doubtful = -0.05f;
+/// Handles that are less deep, and that no silhouette needs, are cut.
+constexpr float thin_handle = 0.05f;
+/// By how much outlines may contradict each other: cells, which is what the surface rounds, and
+/// pixels, which is what mattes and calibrations are wrong by.
+constexpr float unsure_cells = 0.5f, unsure_pixels = 4.0f;
 /// How often the pictures are asked.
 constexpr int photo_rounds = 3;
 
@@ -87,6 +94,7 @@ struct HullRefiner::State {
   void fit();
   void carve(std::span<const CameraContours> views, std::span<const ViewPixels> pictures);
   void keep_thin();
+  void tidy();
   void take();
 };
 
@@ -254,6 +262,26 @@ void HullRefiner::State::keep_thin() {
       static_cast<std::uint32_t>(keep_thin_parts(fine, rays, distance, thinnest, threads));
 }
 
+/// Takes away what contradictions make of the surface where fins of the hull stand off the body.
+void HullRefiner::State::tidy() {
+  float pixels = 0.0f;  // of a cell, the mean
+  for (const ContactView& view : distance.views)
+    pixels += pixels_of_a_cell(view) / static_cast<float>(distance.views.size());
+  const float unsure = unsure_cells + unsure_pixels / std::max(pixels, 2.0f);
+  std::vector<LevelRuns> runs;
+  for (const Level& level : fine) runs.push_back(find_runs(level, 0.0f));
+  for (std::size_t p = 0; p < fine.size(); ++p) {
+    if (runs[p].handles <= 0) continue;
+    const auto needed = [&](const Vec3f& node) {
+      return is_needed(node, fine, runs, rays, unsure);
+    };
+    if (cut_thin_handles(fine[p], runs[p], thin_handle, needed) > 0)
+      runs[p] = find_runs(fine[p], 0.0f);
+  }
+  statistics.pieces_dropped = static_cast<std::uint32_t>(
+      drop_unneeded_components(fine, std::move(runs), rays, unsure, threads));
+}
+
 /// Each round sees further into hollows. Rays that lost their contact get it back where they are
 /// nearest to one.
 void HullRefiner::State::carve(std::span<const CameraContours> views,
@@ -343,6 +371,7 @@ void HullRefiner::State::refine(const Hull& hull, std::span<const CameraContours
     statistics.seconds_photo = watch.lap();
   }
   keep_thin();
+  tidy();
   statistics.seconds_fine += watch.lap();
   cells.clear();
   for (std::size_t p = 0; p < fine.size(); ++p)

@@ -13,7 +13,9 @@
 ///   2. from there the same on the grid itself;
 ///   3. on a grid of half the cell f is fitted to the rims once more and cut at the exact hull
 ///      (fine_field.h);
-///   4. f = 0 as triangles, as large as its bends and the rims allow (merge/merged_cells.h).
+///   4. handles a hair thin are cut (pieces/handles.h), and pieces that no silhouette needs are
+///      left out (pieces/components.h);
+///   5. f = 0 as triangles, as large as its bends and the rims allow (merge/merged_cells.h).
 ///
 /// It depends on this instant's silhouettes only: nothing lags behind what moves.
 #pragma once
@@ -54,11 +56,12 @@ struct ViewPixels {
 
 /// Counts and times (seconds) of one call, for `stats`.
 struct RefineStatistics {
-  std::uint32_t parts = 0;      ///< of the hull that have a grid of their own
-  std::uint32_t rays = 0;       ///< that touch the body
-  std::uint32_t thin_rays = 0;  ///< where the hull is too thin for the grid, and was kept
-  std::uint64_t nodes = 0;      ///< of the grids
-  bool reused = false;          ///< nothing had changed
+  std::uint32_t parts = 0;           ///< of the hull that have a grid of their own
+  std::uint32_t rays = 0;            ///< that touch the body
+  std::uint32_t thin_rays = 0;       ///< where the hull is too thin for the grid, and was kept
+  std::uint32_t pieces_dropped = 0;  ///< of the surface, that no silhouette needs
+  std::uint64_t nodes = 0;           ///< of the grids
+  bool reused = false;               ///< nothing had changed
   /// Distances, rays, flow, plate, fine grid, triangles.
   double seconds_distances = 0, seconds_rays = 0, seconds_flow = 0, seconds_plate = 0,
          seconds_fine = 0, seconds_surface = 0;

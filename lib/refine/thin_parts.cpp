@@ -18,6 +18,7 @@ constexpr float step = 0.25f, inward_step = 0.08f;
 struct Middle {
   Vec3f point{0.0f};
   std::uint32_t part = 0;
+  float at = 0.0f;      ///< depth along the ray
   float depth = -1e3f;  ///< H there
 };
 
@@ -30,12 +31,13 @@ Middle middle_of_hull(const ContactRay& ray, const ContactRays& rays, const Hull
     const RayPiece& piece = rays.pieces[k];
     const int steps = static_cast<int>(std::min((piece.end - piece.begin) / step, 4096.0f));
     for (int i = 0; i <= steps; ++i) {
-      const Vec3f outline = ray.point(piece.begin + static_cast<float>(i) * step);
+      const float at = piece.begin + static_cast<float>(i) * step;
+      const Vec3f outline = ray.point(at);
       float last = -1e3f;
       for (float way = 0.0f; way <= 2.0f * half_thickness; way += inward_step) {
         const Vec3f point = outline - way * ray.normal;
         const float depth = hull.exact(point, -1.0f);
-        if (depth > best.depth) best = {point, piece.part, depth};
+        if (depth > best.depth) best = {point, piece.part, at, depth};
         if (depth > half_thickness) return best;  // as this one is
         if (depth < last) break;
         last = depth;
@@ -64,8 +66,8 @@ void put_inside(Level& level, const HullDistance& hull, const Vec3f& point) {
 
 }  // namespace
 
-std::size_t keep_thin_parts(std::span<Level> fine, const ContactRays& rays,
-                            const HullDistance& hull, float half_thickness, int threads) {
+std::size_t keep_thin_parts(std::span<Level> fine, ContactRays& rays, const HullDistance& hull,
+                            float half_thickness, int threads) {
   std::vector<std::uint32_t> outside_rays;
   for (std::size_t i = 0; i < rays.rays.size(); ++i)
     if (rays.rays[i].value <= lost) outside_rays.push_back(static_cast<std::uint32_t>(i));
@@ -75,9 +77,12 @@ std::size_t keep_thin_parts(std::span<Level> fine, const ContactRays& rays,
       middles[i] = middle_of_hull(rays.rays[outside_rays[i]], rays, hull, half_thickness);
   });
   std::size_t count = 0;
-  for (const Middle& middle : middles) {
+  for (std::size_t i = 0; i < middles.size(); ++i) {
+    const Middle& middle = middles[i];
     if (middle.depth <= 0.0f || middle.depth > half_thickness) continue;
     put_inside(fine[middle.part], hull, middle.point);
+    ContactRay& ray = rays.rays[outside_rays[i]];
+    ray.part = middle.part, ray.depth = middle.at, ray.value = 0.0f;
     ++count;
   }
   return count;

@@ -75,6 +75,7 @@ void report(HullRefine& self, const RefineStatistics& done) {
   self.statistics.set("parts", done.parts);
   self.statistics.set("rays", done.rays);
   self.statistics.set("thin-rays", done.thin_rays);
+  self.statistics.set("pieces-dropped", done.pieces_dropped);
   self.statistics.set("nodes", static_cast<double>(done.nodes));
   self.statistics.set("distances-ms", 1e3 * done.seconds_distances);
   self.statistics.set("rays-ms", 1e3 * done.seconds_rays);
@@ -141,7 +142,9 @@ void HullRefine::class_init(gpointer klass) {
       "(photo=true, but a view had no pixels), meshes-unrefined (hulls that passed as they were, "
       "with a warning), meshes-unusable; and of the last mesh parts (of the hull, with a grid "
       "each), rays (that touch the body), "
-      "thin-rays (where the hull is too thin for the grid and was kept), nodes (of the grids), the "
+      "thin-rays (where the hull is too thin for the grid and was kept), pieces-dropped (loose "
+      "ones "
+      "that no silhouette needs), nodes (of the grids), the "
       "milliseconds for distances, rays, flow, plate, the fine grid, colours and the surface, and "
       "threads-used (how many threads took part in its parallel loops, on average).");
   set_metadata(klass, "Visual hull refinement", "Filter/Video",

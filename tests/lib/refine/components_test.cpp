@@ -1,0 +1,214 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+// Pieces of the refined surface that no silhouette needs are dropped, all others stay; handles a hair
+// thin are cut. How many there would be: tests/benchmarks/loose_benchmark.cpp.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <set>
+
+#include "base/picture.h"
+#include "hull/measure.h"
+#include "refine/cell_surface.h"
+#include "refine/pieces/handles.h"
+#include "refine/refine.h"
+#include "rig/rig.h"
+#include "silhouette/blur/blur.h"
+#include "silhouette/contour/contourer.h"
+#include "support/camera_contours.h"
+#include "support/figure.h"
+#include "support/mesh_checks.h"
+#include "support/scenes.h"
+
+namespace polyhull::test {
+namespace {
+
+struct Made {
+  Hull surface;
+  RefineStatistics statistics;
+  std::size_t pieces = 0;
+};
+
+Made refined(const HullScene& scene, const RefineSettings& settings) {
+  const auto views = camera_contours(scene.rig.cameras, scene.silhouettes);
+  HullOptions options;
+  options.bounds = scene.rig.bounds;
+  HullStage stage;
+  HullRefiner refiner;
+  Made made;
+  made.surface = refiner.refine(stage.build(views, options, 0.0), views, 1.0, settings);
+  made.statistics = refiner.statistics();
+  const auto parts = connected_parts(made.surface);
+  made.pieces = std::set(parts.begin(), parts.end()).size();
+  return made;
+}
+
+HullScene seen(const std::vector<Capsule>& body, int cameras, double step) {
+  HullScene scene;
+  scene.rig = ring_of_cameras(cameras, 3.5);
+  for (const Camera& camera : scene.rig.cameras)
+    scene.silhouettes.push_back(silhouette_of(body, camera, step));
+  return scene;
+}
+
+/// Every outline somewhere else, by up to \p pixels, and wandering as much.
+HullScene contradicting(HullScene scene, double pixels, std::uint64_t seed) {
+  Dice dice(seed);
+  for (Rings& rings : scene.silhouettes) {
+    const Vec2f shift(dice.between(-pixels, pixels), dice.between(-pixels, pixels));
+    for (Vec2f& point : rings.points)
+      point += shift + 0.5f * Vec2f(dice.between(-pixels, pixels), dice.between(-pixels, pixels));
+  }
+  return scene;
+}
+
+TEST(Components, CrumbsWhereOutlinesContradictAreDropped) {
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    const HullScene scene =
+        contradicting(seen(walking_figure(0.4 * static_cast<double>(seed)), 8, 8.0), 2.0, seed);
+    RefineSettings settings{.quality = seed % 2 ? RefineQuality::fine : RefineQuality::good,
+                            .threads = 1};
+    const Made made = refined(scene, settings);
+    EXPECT_EQ(made.pieces, 1u) << seed;
+    EXPECT_GT(made.statistics.pieces_dropped, 0u) << seed;
+    EXPECT_TRUE(check_mesh(made.surface).sound()) << seed;
+    settings.threads = 3;
+    EXPECT_TRUE(same_bytes(refined(scene, settings).surface, made.surface)) << seed;
+  }
+}
+
+// A hand of which no camera sees the arm is such a ball as well.
+TEST(Components, WhatASilhouetteNeedsStays) {
+  struct Ball {
+    Vec3 middle;
+    double radius;
+  };
+  for (const Ball& ball : {Ball{{0.5, 0.4, 0.5}, 0.11}, Ball{{0.0, -0.5, 0.3}, 0.033},
+                           Ball{{-0.45, 0.0, -0.2}, 0.02}}) {
+    std::vector<Capsule> body = walking_figure(0.4);
+    body.push_back({ball.middle, ball.middle, ball.radius});
+    const HullScene scene = contradicting(seen(body, 8, 4.0), 1.0, 3);
+    for (const RefineQuality quality : {RefineQuality::good, RefineQuality::fine}) {
+      const Made made = refined(scene, {.quality = quality});
+      EXPECT_EQ(made.pieces, 2u) << ball.radius;
+      double nearest = 1.0;
+      for (const Vec3f& v : made.surface.vertices)
+        nearest = std::min(nearest, glm::length(made.surface.origin + Vec3(v) - ball.middle));
+      EXPECT_NEAR(nearest, ball.radius, 0.02) << ball.radius;
+    }
+  }
+}
+
+// A real person, eight cameras, whose outlines contradict each other by some pixels.
+TEST(Components, ARealPersonIsInOnePiece) {
+  const char* data = std::getenv("POLYHULL_DATA");
+  const std::string folder =
+      std::string(data ? data : "") + "/../cases/31-real-silhouettes-crumbs/";
+  if (!std::filesystem::exists(folder + "rig.json"))
+    GTEST_SKIP() << "needs cases/31-real-silhouettes-crumbs beside $POLYHULL_DATA";
+  const Rig rig = load_rig(folder + "rig.json");
+  HullScene scene;
+  scene.rig.cameras = rig.cameras;
+  scene.rig.bounds = *rig.bounds;
+  Blur blur;
+  for (const Camera& camera : rig.cameras) {
+    const Picture mask = load_picture(folder + camera.name + ".png", 1);
+    Matte matte;
+    load_matte(mask.pixels.data(), mask.width, 1, mask.width, mask.height, matte);
+    Field field;
+    blur.set({});
+    blur.apply(matte, field);
+    scene.silhouettes.push_back(Contourer().find(field, {}));
+  }
+  for (const RefineQuality quality : {RefineQuality::good, RefineQuality::fine}) {
+    const Made made = refined(scene, {.quality = quality});
+    EXPECT_EQ(made.pieces, 1u);
+    EXPECT_GE(made.statistics.pieces_dropped, 4u);
+  }
+}
+
+/// A grid on which all is outside.
+refine::Level empty_level(int nx, int ny, int nz) {
+  refine::Level level;
+  level.grid = {Vec3f(0.0f), 0.5f, nx, ny, nz};
+  level.values.assign(level.grid.size(), -1.0f);
+  level.rows.assign(static_cast<std::size_t>(ny) * nz, {0, nx});
+  return level;
+}
+
+/// A frame of three broad sides, and one of single nodes of depth \p thin.
+refine::Level ring(float thin) {
+  refine::Level level = empty_level(16, 12, 8);
+  for (int z = 3; z < 6; ++z)
+    for (int y = 2; y < 10; ++y)
+      for (int x = 2; x < 14; ++x)
+        if (x < 4 || x > 11 || y < 4) level.values[level.grid.node(x, y, z)] = 1.0f;
+  for (int x = 4; x < 12; ++x) level.values[level.grid.node(x, 8, 4)] = thin;
+  return level;
+}
+
+TEST(Handles, AreCutWhereTheyAreThinAndNotNeeded) {
+  for (const auto& [thin, needed] : {std::pair(0.03f, false), {0.03f, true}, {0.3f, false}}) {
+    const bool cut = thin < 0.05f && !needed;
+    refine::Level level = ring(thin);
+    const refine::LevelRuns before = refine::find_runs(level, 0.0f);
+    EXPECT_EQ(before.components, 1u);
+    EXPECT_EQ(before.handles, 1);
+    EXPECT_EQ(
+        refine::cut_thin_handles(level, before, 0.05f, [is = needed](const Vec3f&) { return is; }),
+        cut ? 1u : 0u);
+    const refine::LevelRuns after = refine::find_runs(level, 0.0f);
+    EXPECT_EQ(after.components, 1u);
+    EXPECT_EQ(after.handles, cut ? 0 : 1);
+  }
+}
+
+// What is thin but no handle is left as it is: a ring whose hole is filled less deep, and an end.
+TEST(Handles, WhatIsNoneStays) {
+  for (const bool open : {false, true}) {
+    refine::Level level = ring(0.04f);
+    for (int y = 4; y < 8; ++y)
+      for (int x = 4; x < 12; ++x) level.values[level.grid.node(x, y, 4)] = open ? -0.1f : 0.01f;
+    if (open) level.values[level.grid.node(7, 8, 4)] = -0.1f;
+    const std::vector<float> values = level.values;
+    const auto never = [](const Vec3f&) { return false; };
+    EXPECT_EQ(refine::cut_thin_handles(level, refine::find_runs(level, 0.0f), 0.05f, never), 0u);
+    EXPECT_EQ(level.values, values);
+  }
+}
+
+// Two posts on a beam, and from one to the other a stick of 16 mm on cells of 24.
+TEST(Handles, AStickBetweenTwoPostsIsWhole) {
+  const auto post = [](double x) { return Capsule{{x, 0.1, -0.3}, {x, 0.0, 0.35}, 0.07}; };
+  const HullScene scene = seen({post(-0.3),
+                                post(0.3),
+                                {{-0.3, 0.1, -0.3}, {0.3, 0.1, -0.3}, 0.07},
+                                {{-0.3, 0.0, 0.3}, {0.3, 0.02, 0.27}, 0.008}},
+                               6, 2.0);
+  const Made made = refined(scene, {});
+  EXPECT_EQ(made.pieces, 1u);
+  EXPECT_EQ(made.surface.vertices.size(), made.surface.triangles.size() / 6);  // one handle
+}
+
+TEST(Handles, AreCountedAsOnTheSurface) {
+  for (int round = 0; round < 8; ++round) {
+    refine::Level level = empty_level(48, 40, 40);
+    for (int z = 1; z < 39; ++z)
+      for (int y = 1; y < 39; ++y)
+        for (int x = 1; x < 47; ++x)
+          level.values[level.grid.node(x, y, z)] =
+              static_cast<float>(std::sin(0.5 * x) + std::sin(0.45 * y + 0.4 * round) +
+                                 std::sin(0.4 * z + 0.03 * x) - 0.3 * round + 0.7);
+    const refine::LevelRuns runs = refine::find_runs(level, 0.0f);
+    refine::CellSurface surface;
+    refine::CellMarcher().march(level, surface, 1);
+    const auto euler = static_cast<std::int64_t>(surface.points.size()) -
+                       static_cast<std::int64_t>(surface.triangles.size() / 6);
+    EXPECT_EQ(euler, 2 * (static_cast<std::int64_t>(runs.components) - runs.handles)) << round;
+  }
+}
+
+}  // namespace
+}  // namespace polyhull::test
