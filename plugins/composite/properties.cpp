@@ -10,7 +10,8 @@ GType enum_type<ShadowQuality>() {
   return register_enum<ShadowQuality>(
       "PolyhullShadowQuality",
       {{ShadowQuality::off, "No shadow", "off"},
-       {ShadowQuality::hard, "Of the light's middle alone", "hard"},
+       {ShadowQuality::hard,
+        "Of the light's middle alone: harder and darker than the scene's own shadows", "hard"},
        {ShadowQuality::fast,
         "3 rays a pixel; GL: percentage-closer soft shadows in every cell of the light", "fast"},
        {ShadowQuality::good, "Up to 12 rays a pixel; GL: one look-up in every cell of the light",
@@ -109,7 +110,8 @@ std::span<const Property<CompositeSettings>> composite_properties() {
           "As what subjects are drawn. image-based needs no hull (hullbuild surface=none) and no "
           "hulltexture, and is drawn by the processor."),
       property<&S::shadow>("shadow", "Shadow",
-                           "How the subject's shadow of the scene's main light is drawn."),
+                           "How exactly the subject's shadow of the scene's main light is drawn. "
+                           "How soft it is depends on the size of that light in the scene."),
       property<&S::light_samples>("light-samples", "Light samples",
                                   "Into how many equal cells GL cuts the main light for soft "
                                   "shadows (1, 4, 9 or 16; others "
