@@ -50,7 +50,7 @@ void note_doubts(HullBuild& self, std::int64_t now) {
       tell_tangencies(self);
   }
   Contradiction& contradiction = self.contradiction = self.doubts.contradiction();
-  add_tangency(contradiction, self.tangencies);
+  add_tangency(contradiction, self.doubts, self.tangencies);
   self.statistics.set("contradiction-percent", 100.0 * contradiction.share);
   self.statistics.count("sets-contradicted", contradiction.rig);
   self.words.contradicted(GST_ELEMENT_CAST(self.element), now, contradiction);

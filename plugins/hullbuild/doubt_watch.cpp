@@ -3,6 +3,7 @@
 
 #include <gst/gst.h>
 
+#include <algorithm>
 #include <utility>
 
 namespace polyhull::element {
@@ -37,7 +38,17 @@ Contradiction DoubtWatch::contradiction() const {
   Contradiction contradiction;
   contradiction.share = sum_.share_unexplained();
   if (camera >= 0) contradiction.camera = cameras_[static_cast<std::size_t>(camera)];
+  if (contradiction.share < contradictory) return contradiction;
+  for (const std::size_t view : views_with_background(sum_))
+    contradiction.background.push_back({cameras_[view], sum_.where[view]});
   return contradiction;
+}
+
+bool DoubtWatch::others_are_sound(const std::string& camera) const {
+  const auto found = std::find(cameras_.begin(), cameras_.end(), camera);
+  if (entries_.empty() || found == cameras_.end()) return false;
+  const std::size_t number[] = {static_cast<std::size_t>(found - cameras_.begin())};
+  return sum_.share_unexplained(number) <= sound_share;
 }
 
 }  // namespace polyhull::element

@@ -39,6 +39,16 @@ std::string cause_of(const Contradiction& contradiction) {
          "instant, its matte is wrong, or the subject leaves its picture.";
 }
 
+/// The cameras that see what no other does; empty: there are none, or more is wrong.
+std::string background_of(const Contradiction& contradiction) {
+  std::string who;
+  if (contradiction.rig || !contradiction.camera.empty()) return who;
+  for (const Background& background : contradiction.background)
+    who += fmt::format("{}{} near ({:.0f}, {:.0f})", who.empty() ? "" : ", ", background.camera,
+                       background.pixel.x, background.pixel.y);
+  return who;
+}
+
 std::string text_of(const Bounds& bounds) {
   return fmt::format("({:.3g}, {:.3g}, {:.3g}) to ({:.3g}, {:.3g}, {:.3g})", bounds.min.x,
                      bounds.min.y, bounds.min.z, bounds.max.x, bounds.max.y, bounds.max.z);
@@ -49,7 +59,9 @@ std::string text_of(const Bounds& bounds) {
 void HullWords::contradicted(GstElement* element, std::int64_t now,
                              const Contradiction& contradiction) {
   Contradicted& known = contradicted_;
-  if (contradiction.share < contradictory && contradiction.camera.empty() && !contradiction.rig) {
+  const std::string background = background_of(contradiction);
+  if (contradiction.share < contradictory && contradiction.camera.empty() && !contradiction.rig &&
+      background.empty()) {
     known.since = -1;
     known.rig = false;
     return;
@@ -67,6 +79,18 @@ void HullWords::contradicted(GstElement* element, std::int64_t now,
   known.said_at = now;
   known.camera = contradiction.camera;
   known.rig_said = known.rig_said || contradiction.rig;
+  if (!background.empty()) {
+    warn(
+        element,
+        fmt::format("The silhouette of camera {} (pixels) has something that no other camera sees. "
+                    "It is background that the key lets through, a shadow, or somebody outside of "
+                    "the other cameras' pictures, and no error of the calibration, for nothing of "
+                    "what the others see is cut away. Look at the matte (chromamatte view=split); "
+                    "roi-x to roi-height and outside-polygon rule places out, repair=both drops "
+                    "what does not touch the subject.",
+                    background));
+    return;
+  }
   // Of fewer than four cameras nobody knows what is cut away.
   const std::string how =
       contradiction.share > 0.0

@@ -3,6 +3,8 @@
 
 #include <gst/gst.h>
 
+#include <algorithm>
+#include <cmath>
 #include <utility>
 
 namespace polyhull::element {
@@ -10,6 +12,10 @@ namespace {
 
 // A median over the median_window changes after half of it.
 constexpr std::int64_t median_window = 600 * GST_MSECOND, look_again = 200 * GST_MSECOND;
+
+constexpr double gross = 10.0;  // px: a camera so far off cuts away what the others see
+constexpr double agreed = 1.0;  // px by which outlines miss each other, about
+constexpr double some = 0.33;   // of the planes
 
 }  // namespace
 
@@ -30,9 +36,38 @@ bool TangencyWatch::add(std::int64_t now, const std::vector<std::string>& camera
   return true;
 }
 
-void add_tangency(Contradiction& contradiction, const TangencyWatch& tangencies) {
-  const std::size_t cameras = tangencies.cameras().size();
-  const std::size_t agreeing = agreeing_views(tangencies.pairs(), cameras);
+TangencyWatch::Touches TangencyWatch::touches(std::size_t camera) const {
+  Touches touches;
+  if (entries_.empty()) return touches;
+  int count = 0, sound = 0;
+  double most = 0.0;
+  for (const Tangency& tangency : entries_.back().tangencies) {
+    if (tangency.first != camera && tangency.second != camera) continue;
+    const double error = std::abs(tangency.error);
+    ++count, sound += error < agreed;
+    if (error <= most) continue;
+    most = error;
+    touches.farthest = tangency.first == camera ? tangency.at_first : tangency.at_second;
+  }
+  if (count > 0) touches.sound = static_cast<double>(sound) / count;
+  return touches;
+}
+
+void add_tangency(Contradiction& contradiction, const DoubtWatch& doubts,
+                  const TangencyWatch& tangencies) {
+  const std::vector<std::string>& names = tangencies.cameras();
+  const std::size_t cameras = names.size();
+  std::erase_if(contradiction.background, [&](const Background& background) {
+    const auto found = std::find(names.begin(), names.end(), background.camera);
+    return tangencies.touches(static_cast<std::size_t>(found - names.begin())).sound < some;
+  });
+  // Planes touch the background, too.
+  std::vector<PairTangency> pairs = tangencies.pairs();
+  for (const Background& background : contradiction.background)
+    std::erase_if(pairs, [&](const PairTangency& pair) {
+      return names[pair.first] == background.camera || names[pair.second] == background.camera;
+    });
+  const std::size_t agreeing = agreeing_views(pairs, cameras);
   if (cameras >= 3 && 2 * agreeing <= cameras &&
       (cameras < 4 || contradiction.share >= contradictory)) {
     contradiction.camera.clear();
@@ -41,14 +76,19 @@ void add_tangency(Contradiction& contradiction, const TangencyWatch& tangencies)
     contradiction.cameras = cameras;
     return;
   }
-  const int camera = tangencies.camera();
+  const int camera = camera_off(pairs, cameras);
   if (camera < 0) return;
   const auto number = static_cast<std::size_t>(camera);
-  const std::string& name = tangencies.cameras()[number];
-  if (contradiction.camera.empty()) contradiction.camera = name;
-  if (contradiction.camera != name) return;
-  contradiction.tangency = error_with(tangencies.pairs(), number);
-  contradiction.others = error_without(tangencies.pairs(), number);
+  const double error = error_with(pairs, number);
+  const TangencyWatch::Touches touches = tangencies.touches(number);
+  if (error >= gross && touches.sound >= some && doubts.others_are_sound(names[number])) {
+    contradiction.background.push_back({names[number], touches.farthest});
+    return;
+  }
+  if (contradiction.camera.empty()) contradiction.camera = names[number];
+  if (contradiction.camera != names[number]) return;
+  contradiction.tangency = error;
+  contradiction.others = error_without(pairs, number);
 }
 
 }  // namespace polyhull::element

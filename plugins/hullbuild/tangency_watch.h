@@ -23,8 +23,12 @@ class TangencyWatch {
   /// Of the last .6 seconds, looked at anew every fifth of one; the views are numbers of cameras().
   const std::vector<PairTangency>& pairs() const { return pairs_; }
   const std::vector<std::string>& cameras() const { return cameras_; }
-  /// The number of the camera that they point at; -1: none.
-  int camera() const { return camera_off(pairs_, cameras_.size()); }
+  /// How the planes of the last set judge camera number \p camera.
+  struct Touches {
+    double sound = 0.0;  ///< the share of the planes that it agrees about with others
+    Vec2 farthest{0.0};  ///< where its outline misses another's by most, px
+  };
+  Touches touches(std::size_t camera) const;
 
   void reset() { *this = TangencyWatch(); }
 
@@ -39,9 +43,14 @@ class TangencyWatch {
   std::int64_t looked_at_ = 0;  // running time of pairs_
 };
 
-/// Adds what \p tangencies say to \p contradiction: the camera, where that is not known yet; or that
-/// it is the rig, where at most half of the cameras agree and, of four or more, enough of the outlines
-/// is cut away.
-void add_tangency(Contradiction& contradiction, const TangencyWatch& tangencies);
+/// Adds what \p tangencies say to \p contradiction, which \p doubts made: the camera, where that is
+/// not known yet; or that it is the rig, where at most half of the cameras agree and, of four or more,
+/// enough of the outlines is cut away.
+///
+/// Background stays where a camera agrees with the others about a third of the planes or more: one
+/// whose focal length or distance is wrong sees more than the others on all sides. Added is a camera
+/// that is off by so much that it would cut the others' outlines and does not.
+void add_tangency(Contradiction& contradiction, const DoubtWatch& doubts,
+                  const TangencyWatch& tangencies);
 
 }  // namespace polyhull::element

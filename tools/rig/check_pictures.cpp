@@ -6,6 +6,8 @@
 #include <numeric>
 
 #include "base/error.h"
+#include "hull/repair/repair.h"
+#include "hull/repair/ring_regions.h"
 #include "hull/stage.h"
 #include "hull/subject_size.h"
 #include "mask_contours.h"
@@ -17,6 +19,8 @@ namespace {
 
 // Up to this share of a silhouette may be unexplained: keying that lost an arm, a shadow kept.
 constexpr double tolerable = 0.04;
+// Up to this share nothing has been taken away.
+constexpr double explained = 0.01;
 // An explanation must leave at most this part of what was unexplained.
 constexpr double convincing = 0.4;
 
@@ -66,9 +70,9 @@ class PictureCheck {
   }
   Score score_of(const std::vector<SeenSubject>& views, const std::optional<Bounds>& bounds) const {
     Score score;
-    for (const double share : unexplained_shares(views, bounds, samples_)) {
-      score.worst = std::max(score.worst, share);
-      score.sum += share;
+    for (const Unexplained& part : find_unexplained(views, bounds, samples_)) {
+      score.worst = std::max(score.worst, part.share);
+      score.sum += part.share;
     }
     return score;
   }
@@ -79,6 +83,7 @@ class PictureCheck {
   }
 
   SubjectSize size() const;
+  void try_pieces(const std::vector<Unexplained>& parts);
   void try_bounds();
   void try_exchanges(const std::vector<std::size_t>& suspects);
   void try_turning(const std::vector<std::size_t>& suspects);
@@ -108,6 +113,47 @@ SubjectSize PictureCheck::size() const {
   }
   return subject_size(stage.build(contours, options, 0.0), centres, rig_.up, rig_.metres_per_unit(),
                       rig_.bounds.has_value());
+}
+
+// Without the pieces of silhouettes that the others do not explain.
+void PictureCheck::try_pieces(const std::vector<Unexplained>& parts) {
+  const std::vector<SeenSubject> given = as_given();
+  std::vector<SeenSubject> rest = given;
+  std::string where;
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    if (parts[i].share <= explained) continue;
+    const std::vector<hull::RingRegion> regions = hull::regions_of(given[i].rings);
+    std::vector<std::uint32_t> leave_out;
+    Vec2 low(0.0), high(0.0);  // of the largest
+    double largest = 0.0;
+    for (std::uint32_t piece = 0; piece < regions.size(); ++piece) {
+      if (regions[piece].area <= 0.0) continue;
+      std::vector<std::uint32_t> with_holes, others;
+      for (std::uint32_t r = 0; r < regions.size(); ++r)
+        (r == piece || regions[r].parent == static_cast<std::int32_t>(piece) ? with_holes : others)
+            .push_back(r);
+      std::vector<SeenSubject> alone = given;
+      alone[i].rings = without_rings(given[i].rings, others);
+      const Unexplained part = find_unexplained(alone, rig_.bounds, samples_)[i];
+      if (part.share < 0.5) continue;
+      leave_out.insert(leave_out.end(), with_holes.begin(), with_holes.end());
+      if (regions[piece].area <= largest) continue;
+      largest = regions[piece].area;
+      low = camera(i).distort(part.low), high = camera(i).distort(part.high);
+    }
+    if (leave_out.empty()) continue;
+    std::sort(leave_out.begin(), leave_out.end());
+    rest[i].rings = without_rings(given[i].rings, leave_out);
+    if (rest[i].rings.empty()) return;  // what would be left agrees with everything
+    where += fmt::format("{}{} (from {:.0f}, {:.0f} to {:.0f}, {:.0f} px)",
+                         where.empty() ? "" : ", ", name(i), low.x, low.y, high.x, high.y);
+  }
+  if (where.empty()) return;
+  keep(score_of(rest, rig_.bounds),
+       fmt::format("{} shows something beside the subject that no other picture has: background "
+                   "that the key or the mask let through, a shadow, or somebody who stands outside "
+                   "of the others. The calibration is not at fault: without it all agree",
+                   where));
 }
 
 void PictureCheck::try_bounds() {
@@ -163,14 +209,14 @@ void PictureCheck::try_leaving_out() {
 
 RigReport PictureCheck::run() {
   RigReport report;
-  const std::vector<double> shares = unexplained_shares(as_given(), rig_.bounds, samples_);
+  const std::vector<Unexplained> parts = find_unexplained(as_given(), rig_.bounds, samples_);
   report.table =
       "pictures: the part of each silhouette that the hull of the other cameras does not "
       "explain\n";
-  for (std::size_t i = 0; i < shares.size(); ++i) {
-    report.table += fmt::format("{:14} {:6.2f} %\n", name(i), 100.0 * shares[i]);
-    before_.worst = std::max(before_.worst, shares[i]);
-    before_.sum += shares[i];
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    report.table += fmt::format("{:14} {:6.2f} %\n", name(i), 100.0 * parts[i].share);
+    before_.worst = std::max(before_.worst, parts[i].share);
+    before_.sum += parts[i].share;
   }
   const SubjectSize size = this->size();
   if (size.known)
@@ -179,7 +225,6 @@ RigReport PictureCheck::run() {
                     size.height, size.distance);
   if (is_implausible(size)) report.warnings.push_back(about_size(size, rig_.unit));
   if (before_.worst <= tolerable) return report;
-
   // The cameras without which the rest agrees best are the ones to suspect; all of a few.
   constexpr std::size_t most = 8;
   std::vector<std::size_t> suspects(pictures_.size());
@@ -191,7 +236,8 @@ RigReport PictureCheck::run() {
                      [&](std::size_t a, std::size_t b) { return rest[a] < rest[b]; });
     suspects.resize(most);
   }
-  try_bounds();
+  try_pieces(parts);
+  if (found_.empty()) try_bounds();
   if (found_.empty()) {
     try_exchanges(suspects);
     try_turning(suspects);

@@ -151,27 +151,31 @@ std::vector<Vec2> points_inside(const SeenSubject& view, int samples) {
 
 }  // namespace
 
-std::vector<double> unexplained_shares(const std::vector<SeenSubject>& views,
-                                       const std::optional<Bounds>& bounds, int samples) {
+std::vector<Unexplained> find_unexplained(const std::vector<SeenSubject>& views,
+                                          const std::optional<Bounds>& bounds, int samples) {
   std::vector<Judge> judges;
   for (const SeenSubject& view : views) {
     judges.push_back({view.camera, view.rings, bounds.has_value()});
     if (bounds) add_frame(*view.camera, judges.back().rings);
   }
-  std::vector<double> shares;
+  std::vector<Unexplained> all;
   for (std::size_t i = 0; i < views.size(); ++i) {
     const std::vector<Vec2> points = points_inside(views[i], samples);
-    std::size_t unexplained = 0;
+    std::size_t count = 0;
+    Unexplained& found = all.emplace_back(Unexplained{0.0, Vec2(INFINITY), Vec2(-INFINITY)});
     for (const Vec2& point : points) {
       const Ray ray{views[i].camera->centre(), views[i].camera->ray(point)};
       Intervals left = bounds ? in_bounds(*bounds, ray) : Intervals{{0.0, INFINITY}};
       for (std::size_t k = 0; k < judges.size() && !left.empty(); ++k)
         if (k != i) left = overlap(left, allowed(judges[k], ray));
-      unexplained += left.empty();
+      if (!left.empty()) continue;
+      ++count;
+      found.low = glm::min(found.low, point);
+      found.high = glm::max(found.high, point);
     }
-    shares.push_back(points.empty() ? 0.0 : double(unexplained) / double(points.size()));
+    if (!points.empty()) found.share = double(count) / double(points.size());
   }
-  return shares;
+  return all;
 }
 
 }  // namespace polyhull

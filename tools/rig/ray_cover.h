@@ -23,13 +23,18 @@ struct SeenSubject {
   Rings rings;  ///< in pinhole pixels, without distortion
 };
 
-/// For each view, the share (0..1) of its silhouette that the hull of the others leaves
-/// unexplained, by \p samples rays or a few more or less; 0 where a silhouette is empty or so thin
-/// that it has no ray. Points nearer than a few pixels to the silhouette's outline are not asked.
+/// The part of a silhouette that the hull of the others leaves unexplained.
+struct Unexplained {
+  double share = 0.0;  ///< 0..1; 0 where a silhouette is empty or so thin that it has no ray
+  Vec2 low{}, high{};  ///< the box of it, pinhole pixels
+};
+
+/// For each view, by \p samples rays or a few more or less. Points nearer than a few pixels to the
+/// silhouette's outline are not asked.
 ///
 /// With \p bounds the hull is limited to them and what a camera does not see may be subject;
 /// without, what a camera does not see is none (hullbuild's unseen=keep and carve).
-std::vector<double> unexplained_shares(const std::vector<SeenSubject>& views,
-                                       const std::optional<Bounds>& bounds, int samples);
+std::vector<Unexplained> find_unexplained(const std::vector<SeenSubject>& views,
+                                          const std::optional<Bounds>& bounds, int samples);
 
 }  // namespace polyhull

@@ -13,6 +13,9 @@ namespace {
 /// So many points say something.
 constexpr std::uint32_t enough = 64;
 
+/// The share of a view's points that are unexplained from which on it has background.
+constexpr double background = 0.04;
+
 /// Calls visit(p) for points evenly along the outlines of \p rings, \p step apart, the first at
 /// \p at, each doubt_inset inside.
 template <class Visit>
@@ -42,8 +45,10 @@ double outline_length(const Rings& rings) {
 }  // namespace
 
 CameraDoubts& CameraDoubts::operator+=(const CameraDoubts& other) {
-  for (std::size_t i = 0; i < asked.size(); ++i)
+  for (std::size_t i = 0; i < asked.size(); ++i) {
     asked[i] += other.asked[i], unexplained[i] += other.unexplained[i];
+    if (other.unexplained[i] > 0) where[i] = other.where[i];
+  }
   for (std::size_t i = 0; i < against.size(); ++i) against[i] += other.against[i];
   return *this;
 }
@@ -59,6 +64,15 @@ double CameraDoubts::share_unexplained() const {
   const auto points = std::accumulate(asked.begin(), asked.end(), std::uint64_t{0});
   const auto of_them = std::accumulate(unexplained.begin(), unexplained.end(), std::uint64_t{0});
   return points >= enough ? static_cast<double>(of_them) / static_cast<double>(points) : 0.0;
+}
+
+double CameraDoubts::share_unexplained(std::span<const std::size_t> without) const {
+  std::uint64_t points = 0, of_them = 0;
+  for (std::size_t i = 0; i < asked.size(); ++i) {
+    if (std::find(without.begin(), without.end(), i) != without.end()) continue;
+    points += asked[i], of_them += unexplained[i];
+  }
+  return points >= enough ? static_cast<double>(of_them) / static_cast<double>(points) : 1.0;
 }
 
 double CameraDoubts::share_against(std::size_t view) const {
@@ -82,7 +96,7 @@ CameraDoubts find_doubts(std::span<const Silhouette> silhouettes, Unseen unseen,
                          std::uint32_t round) {
   const std::size_t views = silhouettes.size();
   CameraDoubts doubts{std::vector<std::uint32_t>(views), std::vector<std::uint32_t>(views),
-                      std::vector<std::uint32_t>(views * views)};
+                      std::vector<std::uint32_t>(views * views), std::vector<Vec2>(views)};
   if (views < 4 || views > 64 || points < 1) return doubts;
   const hull::Agreement agreement(silhouettes, unseen);
   hull::Agreement::Scratch scratch;
@@ -98,7 +112,7 @@ CameraDoubts find_doubts(std::span<const Silhouette> silhouettes, Unseen unseen,
       if (agreement.near_outline(k, pixel, doubt_inset - 0.5)) return;
       const int against = agreement.objector(k, pixel, scratch);
       ++doubts.asked[k];
-      if (against != hull::Agreement::nobody) ++doubts.unexplained[k];
+      if (against != hull::Agreement::nobody) ++doubts.unexplained[k], doubts.where[k] = pixel;
       if (against >= 0) ++doubts.against[k * views + static_cast<std::size_t>(against)];
     });
   }
@@ -114,6 +128,22 @@ int doubtful_camera(const CameraDoubts& doubts) {
     if (share > most) worst = static_cast<int>(k), most = share;
   }
   return most >= 0.012 && most >= 2.0 * next ? worst : -1;
+}
+
+std::vector<std::size_t> views_with_background(const CameraDoubts& doubts) {
+  std::vector<std::size_t> found;
+  const std::size_t views = doubts.asked.size();
+  for (std::size_t k = 0; k < views; ++k) {
+    // Two views that contradict each other say nothing of who is wrong.
+    const auto votes = doubts.against.begin() + static_cast<std::ptrdiff_t>(k * views);
+    const std::uint32_t most = *std::max_element(votes, votes + static_cast<std::ptrdiff_t>(views));
+    if (doubts.unexplained[k] - most > background * static_cast<double>(doubts.asked[k]))
+      found.push_back(k);
+  }
+  if (2 * found.size() > views || doubtful_camera(doubts) >= 0 ||
+      doubts.share_unexplained(found) > sound_share)
+    found.clear();
+  return found;
 }
 
 }  // namespace polyhull

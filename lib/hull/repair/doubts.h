@@ -24,6 +24,8 @@ struct CameraDoubts {
   std::vector<std::uint32_t> unexplained;  ///< of these
   std::vector<std::uint32_t> against;  ///< of these: those that view j alone leaves unexplained, at
                                        ///< [view * views + j]
+  /// By view: the last point that was unexplained, in pinhole pixels; of no meaning where none was.
+  std::vector<Vec2> where;
 
   /// Both of the same views.
   CameraDoubts& operator+=(const CameraDoubts& other);
@@ -33,7 +35,12 @@ struct CameraDoubts {
   double share_against(std::size_t view) const;
   /// The share of all points that is unexplained.
   double share_unexplained() const;
+  /// The same of the points of all views but \p without; 1 where they are too few to say.
+  double share_unexplained(std::span<const std::size_t> without) const;
 };
+
+/// The share of points that may be unexplained where silhouettes are sound.
+inline constexpr double sound_share = 0.02;
 
 /// So many pixels inside the outlines the points lie.
 inline constexpr double doubt_inset = 2.0;
@@ -47,5 +54,11 @@ CameraDoubts find_doubts(std::span<const Silhouette> silhouettes, Unseen unseen,
 /// The view that \p doubts point at: share_against() is at least 1.2 %, and twice any other's. -1:
 /// none. Silhouettes within a pixel of the truth come to .3 %.
 int doubtful_camera(const CameraDoubts& doubts);
+
+/// The views, at most half of them, whose silhouettes have what no other camera sees (more than 4 %
+/// of their points are unexplained, without those that one other view alone leaves so) while the
+/// others' points are explained (sound_share): background beside the subject, or grown together with
+/// it. A camera that is off takes away from the others, too.
+std::vector<std::size_t> views_with_background(const CameraDoubts& doubts);
 
 }  // namespace polyhull

@@ -93,6 +93,7 @@ TEST(Doubts, ACameraThatIsOffIsNamed) {
       const int found = doubtful_camera(doubts);
       EXPECT_TRUE(found == stage.off || found == -1) << how << " " << cameras << " " << seed;
       EXPECT_GT(doubts.share_unexplained(), 0.04) << how << " " << cameras << " " << seed;
+      EXPECT_TRUE(views_with_background(doubts).empty()) << how << " " << cameras << " " << seed;
       named += found == stage.off;
     }
     EXPECT_GE(named, at_least) << how << " " << cameras;
@@ -119,6 +120,24 @@ TEST(Doubts, ATornMatteIsNamed) {
     for (Vec2f& p : rings.points) p.y = std::min(p.y, 0.4f * top + 0.6f * bottom);
     EXPECT_EQ(doubtful_camera(stage.doubts()), stage.off) << seed;
   }
+}
+
+TEST(Doubts, BackgroundInOneViewIsNoCameraThatIsOff) {
+  for (const int cameras : {4, 5, 8})
+    for (int seed = 1; seed <= stages; ++seed) {
+      Stage stage = stage_of(cameras, seed);
+      EXPECT_TRUE(views_with_background(stage.doubts()).empty()) << cameras << " " << seed;
+      // A strip along the picture's left side.
+      Rings& rings = stage.rings[stage.off];
+      for (const Vec2f& p : {Vec2f(5, 5), Vec2f(5, 300), Vec2f(25, 300), Vec2f(25, 5)})
+        rings.points.push_back(p);
+      rings.ends.push_back(static_cast<std::uint32_t>(rings.points.size()));
+      const CameraDoubts doubts = stage.doubts();
+      EXPECT_EQ(doubtful_camera(doubts), -1) << cameras << " " << seed;
+      ASSERT_EQ(views_with_background(doubts), std::vector<std::size_t>(1, stage.off))
+          << cameras << " " << seed;
+      EXPECT_LT(doubts.where[stage.off].x, 25.0);
+    }
 }
 
 TEST(Doubts, ThreeCamerasCannotTell) {

@@ -133,6 +133,24 @@ TEST(RigPictures, MirroredAndTurnedPicturesAreNamed) {
   }
 }
 
+TEST(RigPictures, BackgroundInAPictureIsNoWrongCamera) {
+  for (const double seconds : instants) {
+    const Rig rig = default_rig();
+    auto pictures = rings_of(rig, files_of(rig, seconds, false));
+    Rings& rings = pictures[2].rings;
+    for (const Vec2f& p : {Vec2f(10, 10), Vec2f(10, 500), Vec2f(60, 500), Vec2f(60, 10)})
+      rings.points.push_back(p);
+    rings.ends.push_back(static_cast<std::uint32_t>(rings.points.size()));
+    const std::string text = said(rig, pictures);
+    EXPECT_TRUE(names(text, "cam2 (from 1") && names(text, "beside the subject")) << text;
+    EXPECT_TRUE(names(text, "The calibration is not at fault")) << text;
+    EXPECT_FALSE(names(text, "; or")) << text;
+    // Beside a wrong camera it is not all that is wrong.
+    std::swap(pictures[0].rings, pictures[1].rings);
+    EXPECT_FALSE(names(said(rig, pictures), "not at fault")) << said(rig, pictures);
+  }
+}
+
 TEST(RigPictures, RealPicturesAreNamedWhenSwappedOnly) {
   const char* data = std::getenv("POLYHULL_DATA");
   const std::string folder = std::string(data ? data : "") + "/oxford_dino/";
