@@ -187,11 +187,11 @@ void key_frame(ChromaMatte& self, const FrameView& frame, KeyView view, Matte& m
   }
   self.keyer.prepare(frame);
   matte.resize(frame.width, frame.height);
+  int keyed = 0;
   for (int top = 0; top < frame.height; top += band) {
     const int bottom = std::min(top + band, frame.height);
-    for (int y = top; y < bottom; ++y) {
-      self.keyer.key_row(frame, y, matte.row(y), matte.state_row(y));
-    }
+    for (; keyed < std::min(bottom + self.keyer.rows_below(), frame.height); ++keyed)
+      self.keyer.key_row(frame, keyed, matte.row(keyed), matte.state_row(keyed));
     self.keyer.write_rgba(frame, matte, {0, top, frame.width, bottom - top}, view,
                           pixels + stride * top, stride);
   }

@@ -136,6 +136,7 @@ void Keyer::prepare(const FrameView& frame) {
   if (!same_frame || s.light_came(frame)) s.found = false;
   if (!same_frame || s.fresh_settings || !s.found) s.lay_out(frame);
   if (s.learning > 0) s.learn(frame);
+  if (s.despills()) s.edges.begin(s.width, s.height);
 }
 
 void Keyer::State::lay_out(const FrameView& frame) {
@@ -229,6 +230,7 @@ void Keyer::key(const FrameView& frame, Matte& matte) {
     s.gaps.close(matte, s.settings.close);
   }
   if (s.settings.choke != 0.0) silhouette::grow(matte, -s.settings.choke, s.scratch);
+  if (s.despills()) s.edges.begin(s.width, s.height);
   // Growing must not leave the region of interest or the garbage mattes.
   for (int y = 0; y < frame.height; ++y) {
     std::uint8_t* row = matte.row(y);
@@ -240,6 +242,7 @@ void Keyer::key(const FrameView& frame, Matte& matte) {
                           : s.allowed.data() + s.row_length() * static_cast<std::size_t>(y);
     silhouette::limit_row(row, frame.width, x0, x1, allowed);
     find_states(row, frame.width, matte.state_row(y));
+    if (s.despills()) s.edges.add_row(y, row, matte.state_row(y));
   }
 }
 

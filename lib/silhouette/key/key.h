@@ -77,7 +77,9 @@ struct KeySettings {
   /// what shows a coloured plate there takes the colours around.
   double close = 0.0;
 
-  double spill = 1.0;  ///< fraction of the key colour's spill removed from the kept pixels, 0..1
+  /// Fraction of the key colour's spill that is removed, 0..1: all of it at the matte's edges and
+  /// outside, where the matte is solid only as much as the screen's light on a subject can be.
+  double spill = 1.0;
 
   std::shared_ptr<const Picture> plate;  ///< clean plate (RGB or RGBA), the frame's size
   /// Difference: distance in levels up to which a pixel is background.
@@ -115,8 +117,7 @@ struct KeyCalibration {
   int plate_frames_left = 0;       ///< frames still to be averaged into the clean plate
 };
 
-/// Keys the frames of one stream. Use from one thread at a time; key_row() is const and may run on
-/// several threads after prepare().
+/// Keys the frames of one stream. Use from one thread at a time.
 class Keyer {
  public:
   Keyer();
@@ -149,16 +150,20 @@ class Keyer {
   /// True when the matte of a row depends on its neighbours (choke, close): only key() will do.
   bool needs_plane() const;
 
-  /// Alpha and block states of the whole row \p y (frame.width values). Values are rounded up to
-  /// whole blocks: \p alpha must have room for blocks_across(width) * matte_block.
-  void key_row(const FrameView& frame, int y, std::uint8_t* alpha, BlockState* states) const;
+  /// Alpha and block states of the whole row \p y (frame.width values); rows come from top to
+  /// bottom, each once. Values are rounded up to whole blocks: \p alpha must have room for
+  /// blocks_across(width) * matte_block.
+  void key_row(const FrameView& frame, int y, std::uint8_t* alpha, BlockState* states);
 
   /// prepare() and all rows, then close and choke. Throws Error as prepare().
   void key(const FrameView& frame, Matte& matte);
 
-  /// Writes the region's pixels as RGBA, \p rgba pointing at its top-left pixel. Colours do not
-  /// depend on the matte, so that a matte blurred later finds despilled pixels beside the subject
-  /// too; but for a coloured plate in gaps that key() closed.
+  /// So many rows below a region must be keyed before it is written; holds from prepare() on.
+  int rows_below() const;
+
+  /// Writes the region's pixels as RGBA, \p rgba pointing at its top-left pixel. Colours depend on
+  /// the frame as it was keyed, not on \p matte, so that one blurred later finds despilled pixels
+  /// beside the subject too.
   void write_rgba(const FrameView& frame, const Matte& matte, const Rectangle& region, KeyView view,
                   std::uint8_t* rgba, std::ptrdiff_t stride) const;
 

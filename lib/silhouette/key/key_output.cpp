@@ -10,8 +10,16 @@
 namespace polyhull {
 namespace {
 
-silhouette::DespillForms despill_forms(const silhouette::KeySignal& signal, double amount) {
+// Of the screen's signal: what a solid subject may have of it and lose it as spill. More is its own
+// colour, as a face's before a yellow screen.
+constexpr double spill_inside = 0.1;
+
+/// \p inside: signal in levels up to which it is spill everywhere.
+silhouette::DespillForms despill_forms(const silhouette::KeySignal& signal, double amount,
+                                       double inside) {
   silhouette::DespillForms forms;
+  forms.everywhere =
+      static_cast<std::int16_t>(std::clamp(std::lround(inside * signal.unit), 0l, 32767l));
   for (int c = 0; c < 3; ++c) {
     forms.a[c] = static_cast<std::int16_t>(signal.a[c]);
     forms.b[c] = static_cast<std::int16_t>(signal.b[c]);
@@ -23,8 +31,8 @@ silhouette::DespillForms despill_forms(const silhouette::KeySignal& signal, doub
 
 /// RGBA of one row's stretch, despilled, with \p alpha.
 void composite_row(const FrameView& frame, int y, int x0, int x1,
-                   const silhouette::DespillForms& despill, const std::uint8_t* alpha,
-                   std::uint8_t* out) {
+                   const silhouette::DespillForms& despill, const std::int16_t* weights,
+                   const std::uint8_t* alpha, std::uint8_t* out) {
   const auto& kernels = silhouette::colour_kernels();
   switch (frame.format) {
     case FrameFormat::rgbx:
@@ -33,7 +41,7 @@ void composite_row(const FrameView& frame, int y, int x0, int x1,
     case FrameFormat::bgra: {
       const bool swap = frame.format == FrameFormat::bgrx || frame.format == FrameFormat::bgra;
       kernels.composite(frame.row(0, y) + 4 * static_cast<std::ptrdiff_t>(x0), x1 - x0, swap,
-                        despill, alpha, out);
+                        despill, weights, alpha, out);
       return;
     }
     case FrameFormat::rgb:
@@ -43,12 +51,13 @@ void composite_row(const FrameView& frame, int y, int x0, int x1,
     case FrameFormat::bayer10le:
     case FrameFormat::bayer12le:
       convert_row(frame, y, x0, x1, out);
-      kernels.composite(out, x1 - x0, false, despill, alpha, out);
+      kernels.composite(out, x1 - x0, false, despill, weights, alpha, out);
       return;
     default:
-      if (is_yuv(frame)) return kernels.composite_yuv(frame, y, x0, x1, despill, alpha, out);
+      if (is_yuv(frame))
+        return kernels.composite_yuv(frame, y, x0, x1, despill, weights, alpha, out);
       convert_row(frame, y, x0, x1, out);
-      kernels.composite(out, x1 - x0, false, despill, alpha, out);
+      kernels.composite(out, x1 - x0, false, despill, weights, alpha, out);
   }
 }
 
@@ -74,8 +83,9 @@ void take_around(const silhouette::ClosedGaps& gaps, const FrameView& frame, int
   for (const auto& other : gaps.around(x, y)) {
     if (other.distance == 0) continue;
     std::uint8_t colour[4];
+    constexpr std::int16_t none = 0;
     constexpr std::uint8_t whole = 255;
-    composite_row(frame, other.y, other.x, other.x + 1, despill, &whole, colour);
+    composite_row(frame, other.y, other.x, other.x + 1, despill, &none, &whole, colour);
     const float share = 1.0f / static_cast<float>(other.distance);
     for (int c = 0; c < 3; ++c) sum[c] += share * static_cast<float>(colour[c]);
     weight += share;
@@ -86,26 +96,39 @@ void take_around(const silhouette::ClosedGaps& gaps, const FrameView& frame, int
 
 }  // namespace
 
+int Keyer::rows_below() const {
+  return state_->despills() ? state_->edges.rows_below() : 0;
+}
+
 void Keyer::write_rgba(const FrameView& frame, const Matte& matte, const Rectangle& region,
                        KeyView view, std::uint8_t* rgba, std::ptrdiff_t stride) const {
   const State& s = *state_;
-  const bool despills = s.settings.spill > 0.0 && s.method != KeyMethod::difference;
-  // Gains belong to the decision, not to the colour.
-  const silhouette::DespillForms despill =
-      despills
-          ? despill_forms(silhouette::key_signal(s.settings.key, s.hue, 1.0, 1.0), s.settings.spill)
-          : silhouette::DespillForms{};
+  static thread_local std::vector<std::int16_t> weights;
+  weights.resize(static_cast<std::size_t>(frame.width));
+  silhouette::DespillForms despill;
+  if (s.despills()) {
+    // Gains belong to the decision, not to the colour.
+    const silhouette::KeySignal signal = silhouette::key_signal(s.settings.key, s.hue, 1.0, 1.0);
+    const Rgb& screen = s.samples.screen;
+    const double inside =
+        s.samples.valid ? spill_inside * signal.of(screen[0], screen[1], screen[2]) : 512.0;
+    despill = despill_forms(signal, s.settings.spill, inside);
+  }
   std::vector<std::uint8_t> before;
   for (int j = 0; j < region.height; ++j) {
-    const int y = region.y + j;
+    const int y = region.y + j, end = region.x + region.width;
     std::uint8_t* out = rgba + stride * j;
     const std::uint8_t* alpha = matte.row(y) + region.x;
+    const auto composite = [&] {
+      if (s.despills()) s.edges.weigh_row(y, region.x, end, weights.data());
+      composite_row(frame, y, region.x, end, despill, weights.data(), alpha, out);
+    };
     switch (view) {
       case KeyView::composite:
-        composite_row(frame, y, region.x, region.x + region.width, despill, alpha, out);
+        composite();
         if (s.method == KeyMethod::difference && !s.plate.empty() && s.gaps.in_row(y)) {
           const std::uint8_t* plate = &s.plate[4 * s.row_length() * static_cast<std::size_t>(y)];
-          for (int x = region.x; x < region.x + region.width; ++x) {
+          for (int x = region.x; x < end; ++x) {
             std::uint8_t* pixel = out + 4 * static_cast<std::ptrdiff_t>(x - region.x);
             if (s.gaps.at(x, y) &&
                 shows_coloured(pixel, plate + 4 * static_cast<std::ptrdiff_t>(x)))
@@ -115,8 +138,8 @@ void Keyer::write_rgba(const FrameView& frame, const Matte& matte, const Rectang
         break;
       case KeyView::spill:
         before.resize(static_cast<std::size_t>(region.width) * 4);
-        convert_row(frame, y, region.x, region.x + region.width, before.data());
-        composite_row(frame, y, region.x, region.x + region.width, despill, alpha, out);
+        convert_row(frame, y, region.x, end, before.data());
+        composite();
         for (int x = 0; x < region.width; ++x) {
           std::uint8_t* p = out + 4 * x;
           for (int c = 0; c < 3; ++c)

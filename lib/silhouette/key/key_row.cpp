@@ -175,8 +175,15 @@ void Keyer::State::alpha_row(const FrameView& frame, int y, std::uint8_t* alpha,
   }
 }
 
-void Keyer::key_row(const FrameView& frame, int y, std::uint8_t* alpha, BlockState* states) const {
-  const State& s = *state_;
+void Keyer::key_row(const FrameView& frame, int y, std::uint8_t* alpha, BlockState* states) {
+  State& s = *state_;
+  s.limited_row(frame, y, alpha, states);
+  if (s.despills()) s.edges.add_row(y, alpha, states);
+}
+
+void Keyer::State::limited_row(const FrameView& frame, int y, std::uint8_t* alpha,
+                               BlockState* states) const {
+  const State& s = *this;
   const int blocks = blocks_across(frame.width);
   const int x0 = s.active.x, x1 = s.active.x + s.active.width;
   if (s.active.empty() || y < s.active.y || y >= s.active.y + s.active.height) {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "silhouette/key/closed_gaps.h"
+#include "silhouette/key/edge_map.h"
 #include "silhouette/key/key_signal.h"
 
 namespace polyhull {
@@ -92,6 +93,7 @@ struct Keyer::State {
 
   Matte scratch;                // morphology
   silhouette::ClosedGaps gaps;  // of the last frame that key() did
+  silhouette::EdgeMap edges;    // of the last frame, where despills()
 
   std::size_t row_length() const {
     return static_cast<std::size_t>(blocks_across(width)) * matte_block;
@@ -107,9 +109,11 @@ struct Keyer::State {
   void lay_out_masks();
   void learn(const FrameView& frame);
   KeyLack lack() const;
+  bool despills() const { return settings.spill > 0.0 && method != KeyMethod::difference; }
   void pixel_alpha_row(const FrameView& frame, int y, int x0, int end, std::uint8_t* alpha,
                        BlockState* states) const;
   void alpha_row(const FrameView& frame, int y, std::uint8_t* alpha, BlockState* states) const;
+  void limited_row(const FrameView& frame, int y, std::uint8_t* alpha, BlockState* states) const;
 };
 
 namespace silhouette {

@@ -11,11 +11,13 @@
 namespace polyhull::silhouette {
 
 /// What despill takes away: with d = min(a . rgb, b . rgb), which must fit 16 bit, where d > 0
-/// channel c loses (d * take[c] + 2^14) >> 15, clamped to a byte. All take 0: nothing.
+/// channel c loses (s * take[c] + 2^14) >> 15, clamped to a byte; s is d up to `everywhere`, and of
+/// what exceeds that the pixel's weight, 0..32767 of 32768. All take 0: nothing.
 struct DespillForms {
   std::int16_t a[3] = {};
   std::int16_t b[3] = {};
   std::int16_t take[3] = {};
+  std::int16_t everywhere = 32767;
 };
 
 struct ColourKernels {
@@ -25,14 +27,14 @@ struct ColourKernels {
   /// The same of a colour sensor's mosaic.
   void (*convert_bayer)(const FrameView& frame, int y, int x0, int x1, std::uint8_t* rgba);
 
-  /// As convert_yuv, despilled, with alpha[x - x0] as alpha.
+  /// As convert_yuv, despilled with weights[x - x0], with alpha[x - x0] as alpha.
   void (*composite_yuv)(const FrameView& frame, int y, int x0, int x1, const DespillForms& despill,
-                        const std::uint8_t* alpha, std::uint8_t* rgba);
+                        const std::int16_t* weights, const std::uint8_t* alpha, std::uint8_t* rgba);
 
-  /// `count` four-byte pixels as R, G, B (bytes 0 and 2 exchanged with \p swap), despilled, with
-  /// alpha[i] as alpha. \p pixels and \p rgba may be the same.
+  /// `count` four-byte pixels as R, G, B (bytes 0 and 2 exchanged with \p swap), despilled with
+  /// weights[i], with alpha[i] as alpha. \p pixels and \p rgba may be the same.
   void (*composite)(const std::uint8_t* pixels, int count, bool swap, const DespillForms& despill,
-                    const std::uint8_t* alpha, std::uint8_t* rgba);
+                    const std::int16_t* weights, const std::uint8_t* alpha, std::uint8_t* rgba);
 };
 
 const ColourKernels& plain_colour_kernels();

@@ -126,8 +126,10 @@ constexpr std::array table{
         0.0, 32.0),
     property<&S::spill>(
         "spill", "Spill removal",
-        "Fraction from 0 to 1 of the key colour's spill that is taken out of the kept pixels.", 0.0,
-        1.0),
+        "Fraction from 0 to 1 of the key colour's spill that is taken out of the kept pixels: all "
+        "of it at the matte's edges; where the matte is solid only a tenth of the screen's hue, "
+        "for what has more is of that colour itself.",
+        0.0, 1.0),
     property<&S::clean_plate>("clean-plate", "Clean plate",
                               "Path of a picture (PNG or JPEG, the frame's size) of the stage "
                               "without the subject. Used by method=difference, and by method=soft "

@@ -228,16 +228,22 @@ TEST(Colour, CompositeTakesSpillAwayAndPutsAlphaIn) {
   std::vector<std::uint8_t> pixels(count * 4), alpha(count);
   for (std::uint8_t& b : pixels) b = static_cast<std::uint8_t>(random());
   for (std::uint8_t& b : alpha) b = static_cast<std::uint8_t>(random());
+  std::vector<std::int16_t> weights(count);  // those of edges and of solid parts, too
+  for (std::int16_t& w : weights)
+    w = static_cast<std::int16_t>(std::clamp(static_cast<int>(random() % 98304) - 32768, 0, 32767));
   for (const silhouette::ColourKernels* kernels : variants()) {
     for (const bool swap : {false, true}) {
       for (const std::int16_t take : {0, 350}) {  // of 512: a level of the signal has 64 units
-        const silhouette::DespillForms green{{-64, 64, 0}, {0, 64, -64}, {0, take, 0}};
+        const silhouette::DespillForms green{{-64, 64, 0}, {0, 64, -64}, {0, take, 0}, 20 * 64};
         std::vector<std::uint8_t> out(count * 4);
-        kernels->composite(pixels.data(), count, swap, green, alpha.data(), out.data());
+        kernels->composite(pixels.data(), count, swap, green, weights.data(), alpha.data(),
+                           out.data());
         for (int i = 0; i < count; ++i) {
           const int r = pixels[4 * i + (swap ? 2 : 0)], g = pixels[4 * i + 1];
           const int b = pixels[4 * i + (swap ? 0 : 2)];
-          const double spill = std::max(std::min(g - r, g - b), 0);
+          const double whole = std::max(std::min(g - r, g - b), 0);
+          const double spill =
+              std::min(whole, 20.0 + std::max(whole - 20.0, 0.0) * weights[i] / 32768.0);
           ASSERT_EQ(out[4 * i], r);
           ASSERT_NEAR(out[4 * i + 1], std::max(g - spill * take / 512.0, 0.0), 0.51);
           ASSERT_EQ(out[4 * i + 2], b);
@@ -245,7 +251,8 @@ TEST(Colour, CompositeTakesSpillAwayAndPutsAlphaIn) {
         }
         // In place.
         std::vector<std::uint8_t> same = pixels;
-        kernels->composite(same.data(), count, swap, green, alpha.data(), same.data());
+        kernels->composite(same.data(), count, swap, green, weights.data(), alpha.data(),
+                           same.data());
         ASSERT_EQ(same, out);
       }
     }

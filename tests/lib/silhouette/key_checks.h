@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cmath>
+#include <functional>
 
 #include "silhouette/key/key.h"
 #include "silhouette_checks.h"
@@ -40,6 +41,16 @@ inline double area_of(const Matte& m) {
   for (int y = 0; y < m.height; ++y)
     for (int x = 0; x < m.width; ++x) sum += m.row(y)[x] / 255.0;
   return sum;
+}
+
+inline Matte matte_of(int width, int height, const std::function<int(int, int)>& alpha) {
+  Matte matte;
+  matte.resize(width, height);
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) matte.row(y)[x] = static_cast<std::uint8_t>(alpha(x, y));
+    find_states(matte.row(y), width, matte.state_row(y));
+  }
+  return matte;
 }
 
 }  // namespace polyhull::test

@@ -86,7 +86,8 @@ TEST(Silhouette, OnePassEqualsTheStages) {
       // The pixels: the keyer's colours with the blurred matte.
       Keyer keyer;
       keyer.set(variants[i].key);
-      keyer.prepare(frame.view);
+      Matte keyed;
+      keyer.key(frame.view, keyed);
       const Rectangle box = bounding_rectangle(want, 211, 133);
       std::vector<std::uint8_t> a(4 * static_cast<std::size_t>(box.width) * box.height), b = a;
       keyer.write_rgba(frame.view, blurred, box, KeyView::composite, a.data(), 4 * box.width);
