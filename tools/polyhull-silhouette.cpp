@@ -12,6 +12,7 @@
 #include "base/picture.h"
 #include "base/stopwatch.h"
 #include "command_line.h"
+#include "silhouette/key/key_score.h"
 #include "silhouette/silhouette.h"
 #include "silhouette_options.h"
 #include "text_file.h"
@@ -96,11 +97,12 @@ struct Arguments {
     command.option("-o,--output", &output, "Writes the rings as JSON; '-': to standard output");
     command.option("--matte", &matte, "Writes the matte before the blur as a grey PNG");
     command.option("--view-file", &view_file, "Writes the picture that --view chooses as PNG");
-    command.choice("--view", &view, "For --view-file: composite, matte, status or spill",
+    command.choice("--view", &view, "For --view-file: composite, matte, status, spill or split",
                    {{"composite", KeyView::composite},
                     {"matte", KeyView::matte},
                     {"status", KeyView::status},
-                    {"spill", KeyView::spill}});
+                    {"spill", KeyView::spill},
+                    {"split", KeyView::split}});
     command.option("--format", &format, "Pixel format that the picture is given to the keyer in")
         .one_of({"RGBx", "BGRx", "RGB", "I420", "NV12", "YUY2", "UYVY"});
     command.option("--plate", &plates, "Clean plates; several are averaged, with their variation");
@@ -211,8 +213,26 @@ void write_view(const Keyer& keyer, const FrameView& frame, const Matte& matte,
   save_picture(shown, arguments.view_file);
 }
 
+// The colours that the key picked, and how clear its matte is.
+void print_key(const KeyCalibration& c, const KeyScore& score) {
+  const auto print_colour = [](const char* what, const Rgb& colour, double signal) {
+    std::printf("%s (%d, %d, %d) 0x%02x%02x%02x with a key signal of %.0f", what, colour[0],
+                colour[1], colour[2], colour[0], colour[1], colour[2], signal);
+  };
+  if (c.valid) {
+    print_colour("key: screen", c.screen, c.screen_signal);
+    print_colour(", foreground", c.foreground, c.foreground_signal);
+    std::printf("\n");
+  }
+  std::printf(
+      "matte: the subject is %.1f %% of the picture; doubtful are %.2f %% in it and %.2f %% "
+      "of the screen: score %.1f of 100\n",
+      100.0 * score.subject, 100.0 * score.doubtful_subject, 100.0 * score.doubtful_screen,
+      score.score());
+}
+
 Json report(const Work& work, const Arguments& arguments, double seconds, const KeyCalibration& c,
-            const Result& result) {
+            const KeyScore& score, const Result& result) {
   Stages s = result.stages;
   for (int i = 0; i < arguments.repeat; ++i) s.read.push_back(read_once(work.frame));
   time_stages(work.frame.view(), work.settings, arguments.repeat, s);
@@ -242,7 +262,12 @@ Json report(const Work& work, const Arguments& arguments, double seconds, const 
             {"screen", c.screen},
             {"foreground", c.foreground},
             {"screen_signal", c.screen_signal},
-            {"foreground_signal", c.foreground_signal}}}};
+            {"foreground_signal", c.foreground_signal}}},
+          {"matte",
+           {{"score", score.score()},
+            {"subject", score.subject},
+            {"doubtful_subject", score.doubtful_subject},
+            {"doubtful_screen", score.doubtful_screen}}}};
 }
 
 int run(const Arguments& arguments) {
@@ -261,17 +286,20 @@ int run(const Arguments& arguments) {
   keyer.set(work.settings.key);
   work.learn_plates(keyer);
   Matte matte;
-  if (!arguments.matte.empty() || !arguments.view_file.empty() || arguments.json)
-    keyer.key(work.frame.view(), matte);
+  keyer.key(work.frame.view(), matte);
   if (!arguments.matte.empty()) write_matte(matte, arguments.matte);
   if (!arguments.view_file.empty()) write_view(keyer, work.frame.view(), matte, arguments);
 
-  if (arguments.json)
-    std::cout << report(work, arguments, seconds, keyer.calibration(), result).dump(2) << "\n";
-  else if (arguments.output != "-")
+  const KeyScore score = score_of(matte, keyer.active());
+  if (arguments.json) {
+    std::cout << report(work, arguments, seconds, keyer.calibration(), score, result).dump(2)
+              << "\n";
+  } else if (arguments.output != "-") {
     std::printf("%s: %u rings, %u vertices (traced %u), %.2f ms\n", arguments.picture.c_str(),
                 result.counts.rings, result.counts.points, result.counts.traced_points,
                 median(result.stages.whole));
+    print_key(keyer.calibration(), score);
+  }
   return 0;
 }
 

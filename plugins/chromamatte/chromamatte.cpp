@@ -180,7 +180,7 @@ void configure(GstElement* element) {
 
 void key_frame(ChromaMatte& self, const FrameView& frame, KeyView view, Matte& matte,
                std::uint8_t* pixels, std::ptrdiff_t stride) {
-  if (self.keyer.needs_plane()) {
+  if (self.keyer.needs_plane() || view == KeyView::split) {
     self.keyer.key(frame, matte);
     self.keyer.write_rgba(frame, matte, {0, 0, frame.width, frame.height}, view, pixels, stride);
     return;
@@ -210,7 +210,10 @@ GstFlowReturn transform(GstBaseTransform* base, GstBuffer* in, GstBuffer* out) {
       MappedFrame to(GST_VIDEO_FILTER_CAST(base)->out_info, out, GST_MAP_WRITE);
       key_frame(self, frame, view, *matte, to.data(), to.stride());
     }
-    if (view == KeyView::composite) set_matte(out, {matte, nullptr, 0.0});
+    if (view == KeyView::composite)
+      set_matte(out, {matte, nullptr, 0.0});
+    else
+      report_score(score_of(*matte, self.keyer.active()), self.statistics);
     report_calibration(self.keyer.calibration(), element, self.statistics);
     self.statistics.count("frames");
     GST_LOG_OBJECT(base, "%s, %s: %" GST_PTR_FORMAT,
@@ -230,8 +233,10 @@ void ChromaMatte::class_init(gpointer klass) {
       "Counters since the element started: frames keyed, frames-unwanted (left out in a live "
       "stream because what follows cannot keep up), warnings, frames keyed without the "
       "screen or the clean plate that the method needs, the colours found for screen "
-      "and foreground (as 0xRRGGBB) with their key signal in levels, and how many frames the "
-      "clean plate is still learned from.");
+      "and foreground (as 0xRRGGBB) with their key signal in levels, how many frames the "
+      "clean plate is still learned from, and, of frames that were shown by another view than "
+      "composite, how clear their matte is: score, of 100, and what is doubtful of the subject "
+      "and of the screen, in percent of the picture.");
   set_metadata(klass, "Chroma matte", "Filter/Effect/Video",
                "Keys a subject out of a coloured screen or a known room; "
                "writes RGBA with the matte in alpha");

@@ -174,7 +174,7 @@ void SilhouetteElement::class_init(gpointer klass) {
   add_statistics<SilhouetteElement>(
       klass,
       "Counters since the element started, and figures of the last frame: all "
-      "that the stats of chromamatte and contourfind hold.");
+      "that the stats of chromamatte, but for its matte's score, and contourfind hold.");
   set_metadata(klass, "Silhouette", "Filter/Analyzer/Video",
                "Keys, blurs and traces a subject in one pass: video in, views with contours out");
   add_template(klass, "sink", GST_PAD_SINK, POLYHULL_KEYABLE_CAPS);

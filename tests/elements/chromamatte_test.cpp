@@ -164,6 +164,31 @@ GST_START_TEST(shows_the_operator_what_it_does) {
 }
 GST_END_TEST
 
+/// Four pictures in one of the same size, and how clear the matte is.
+GST_START_TEST(shows_all_views_in_one) {
+  GstHarness* h = gst_harness_new("chromamatte");
+  gst_util_set_object_arg(G_OBJECT(h->element), "view", "split");
+  gst_harness_set_src_caps(h, video_caps("RGBx", width, height));
+  GstBuffer* out = pushed(h, "RGBx", subject);
+  int black = 0, white = 0;
+  for_each_pixel(out, width, height, [&](int x, int y, const std::uint8_t* p) {
+    fail_unless_equals_int(p[3], 255);
+    if (x < width / 2 || y >= height / 2) return;  // the matte is above, to the right
+    black += p[0] == 0;
+    white += p[0] == 255;
+  });
+  fail_unless(std::abs(4.0 * white - disk_area) < 0.2 * disk_area, "%d white", white);
+  fail_unless(black + white > 0.9 * width * height / 4);
+  fail_unless(figure(h->element, "score") == 100.0);
+  fail_unless(
+      std::abs(figure(h->element, "subject-percent") - 100.0 * disk_area / (width * height)) < 1.0);
+  fail_unless(figure(h->element, "doubtful-screen-percent") == 0.0);
+  fail_unless(figure(h->element, "doubtful-subject-percent") == 0.0);
+  gst_buffer_unref(out);
+  gst_harness_teardown(h);
+}
+GST_END_TEST
+
 GST_START_TEST(frames_outlive_the_element) {
   GstHarness* h = harness_for("chromamatte");
   GstBuffer* out = pushed(h, "RGBx", subject);
@@ -247,6 +272,7 @@ static Suite* chromamatte_suite() {
   tcase_add_test(tests, changes_size_and_format_in_the_stream);
   tcase_add_test(tests, survives_flush_and_seek);
   tcase_add_test(tests, shows_the_operator_what_it_does);
+  tcase_add_test(tests, shows_all_views_in_one);
   tcase_add_test(tests, frames_outlive_the_element);
   tcase_add_test(tests, trigger_numbers_and_times_pass);
   tcase_add_test(tests, an_unknown_key_is_answered_with_the_known_ones);

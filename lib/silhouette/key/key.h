@@ -44,6 +44,7 @@ enum class KeyView : std::uint8_t {
   matte,      ///< the matte as opaque grey
   status,     ///< background black, foreground white, in between coloured by alpha
   spill,      ///< what despill takes away, opaque
+  split,  ///< four opaque pictures of half the size: the frame, matte; status, composite on grey
 };
 
 /// Red, green and blue as in the picture, 0..255.
@@ -163,13 +164,16 @@ class Keyer {
 
   /// Writes the region's pixels as RGBA, \p rgba pointing at its top-left pixel. Colours depend on
   /// the frame as it was keyed, not on \p matte, so that one blurred later finds despilled pixels
-  /// beside the subject too.
+  /// beside the subject too. KeyView::split: the region is the whole frame.
   void write_rgba(const FrameView& frame, const Matte& matte, const Rectangle& region, KeyView view,
                   std::uint8_t* rgba, std::ptrdiff_t stride) const;
 
   KeyCalibration calibration() const;
 
  private:
+  void write_split(const FrameView& frame, const Matte& matte, std::uint8_t* rgba,
+                   std::ptrdiff_t stride) const;
+
   struct State;
   std::unique_ptr<State> state_;
 };

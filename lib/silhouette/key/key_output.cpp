@@ -103,6 +103,7 @@ int Keyer::rows_below() const {
 void Keyer::write_rgba(const FrameView& frame, const Matte& matte, const Rectangle& region,
                        KeyView view, std::uint8_t* rgba, std::ptrdiff_t stride) const {
   const State& s = *state_;
+  if (view == KeyView::split) return write_split(frame, matte, rgba, stride);
   static thread_local std::vector<std::int16_t> weights;
   weights.resize(static_cast<std::size_t>(frame.width));
   silhouette::DespillForms despill;
@@ -165,6 +166,8 @@ void Keyer::write_rgba(const FrameView& frame, const Matte& matte, const Rectang
           p[3] = 255;
         }
         break;
+      case KeyView::split:
+        break;  // above
     }
   }
 }

@@ -40,7 +40,11 @@ GType enum_type<KeyView>() {
        {KeyView::matte, "The matte as an opaque grey picture", "matte"},
        {KeyView::status, "Background black, foreground white, everything in between coloured",
         "status"},
-       {KeyView::spill, "What the removal of spill takes away, opaque", "spill"}});
+       {KeyView::spill, "What the removal of spill takes away, opaque", "spill"},
+       {KeyView::split,
+        "Four opaque pictures of half the size: above the frame, with the colours found for screen "
+        "and foreground, and the matte; below status, and the composite on grey",
+        "split"}});
 }
 
 namespace {
@@ -234,6 +238,13 @@ void report_calibration(const KeyCalibration& calibration, GstElement* element,
   statistics.set("foreground-signal", calibration.foreground_signal);
   statistics.set_count("plate-frames-left",
                        static_cast<std::uint64_t>(calibration.plate_frames_left));
+}
+
+void report_score(const KeyScore& score, Statistics& statistics) {
+  statistics.set("score", score.score());
+  statistics.set("subject-percent", 100.0 * score.subject);
+  statistics.set("doubtful-subject-percent", 100.0 * score.doubtful_subject);
+  statistics.set("doubtful-screen-percent", 100.0 * score.doubtful_screen);
 }
 
 }  // namespace polyhull::element

@@ -9,6 +9,7 @@
 #include "plugins/common/property_table.h"
 #include "plugins/common/statistics.h"
 #include "silhouette/key/key_configuration.h"
+#include "silhouette/key/key_score.h"
 
 namespace polyhull::element {
 
@@ -35,5 +36,8 @@ void declare_key_statistics(Statistics& statistics);
 /// Writes what the keyer measured to `stats`, and warns on \p element of what it lacks.
 void report_calibration(const KeyCalibration& calibration, GstElement* element,
                         Statistics& statistics);
+
+/// Writes how clear a matte is to `stats`.
+void report_score(const KeyScore& score, Statistics& statistics);
 
 }  // namespace polyhull::element
