@@ -61,6 +61,12 @@ class Latency(unittest.TestCase):
         self.assertIn("latency from camera to out, 25 frames:", text)
         self.assertRegex(text, r"\nslow +\d+\.\d+ ms +\d+\.\d %\n")
 
+    def test_colours_are_printed_as_properties_take_them(self):
+        text, figures = run("videotestsrc num-buffers=1 pattern=ball background-color=0xff1ebe3c ! "
+                            "video/x-raw,format=RGBx ! chromamatte name=key ! fakesink")
+        self.assertIn(" screen-colour=0x1ebe3c ", text)
+        self.assertEqual(figures["stats"]["key"]["screen-colour"], 0x1ebe3c)
+
     def test_counted_at_an_element(self):
         _, figures = run("""videotestsrc name=camera is-live=true num-buffers=25 !
             video/x-raw,width=32,height=32,framerate=25/1 ! identity name=first sleep-time=5000 !

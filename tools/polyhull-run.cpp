@@ -253,6 +253,14 @@ std::string text_of(const nlohmann::json& json, int indent = -1) {
   return json.dump(indent, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
+// A figure of `stats` as a person reads it: colours as the properties take them.
+std::string printed(const std::string& name, const nlohmann::json& value) {
+  if (!name.ends_with("-colour") || !value.is_number_unsigned()) return text_of(value);
+  char text[16];
+  std::snprintf(text, sizeof text, "0x%06x", value.get<unsigned>());
+  return text;
+}
+
 void report(const Run& run, double wall, double cpu, const std::string& json_path) {
   const auto times = polyhull::profile();
   nlohmann::json json = {{"wall_seconds", wall}, {"cpu_seconds", cpu}};
@@ -296,7 +304,7 @@ void report(const Run& run, double wall, double cpu, const std::string& json_pat
       const char* name = gst_structure_nth_field_name(stats, i);
       const nlohmann::json value = value_to_json(gst_structure_get_value(stats, name));
       json["stats"][GST_OBJECT_NAME(element)][name] = value;
-      if (!run.brief) std::printf(" %s=%s", name, text_of(value).c_str());
+      if (!run.brief) std::printf(" %s=%s", name, printed(name, value).c_str());
     }
     if (!run.brief) std::printf("\n");
   }
