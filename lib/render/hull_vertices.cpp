@@ -144,13 +144,30 @@ void rank_views(const std::uint32_t* corner, const Vec3f& a, const Vec3f& cross,
   });
 }
 
+/// Whether the mesh has no texturing, or views of which none has a picture, as masks.
+bool is_uncoloured(const Mesh& mesh) {
+  return !mesh.texturing || (!mesh.views.empty() &&
+                             std::none_of(mesh.views.begin(), mesh.views.end(),
+                                          [](const MeshView& v) { return can_colour(v.view); }));
+}
+
+/// Takes from the fill what a surface of \p normal sends less than one that faces the eye, \p to_eye
+/// away: an even light is a quarter, the lamp beside the eye the rest. Neither need have length 1.
+void shade(HullVertex& vertex, const Vec3f& normal, const Vec3f& to_eye) {
+  constexpr float even = 0.25f;
+  const float lengths = glm::length(normal) * glm::length(to_eye);
+  const float facing = lengths > 0.0f ? std::max(glm::dot(normal, to_eye) / lengths, 0.0f) : 0.0f;
+  for (std::uint16_t& level : vertex.fill)
+    level = fixed((even + (1.0f - even) * facing) * static_cast<float>(level) / 65535.0f);
+}
+
 }  // namespace
 
 std::size_t add_hull_vertices(const Mesh& mesh, const MeshEye& eye, HullDrawing& drawing) {
   const Hull& hull = mesh.hull;
   const std::size_t views = mesh.views.size();
   drawing.slot_of_view.resize(views, -1);
-  const bool textured = usable(mesh);
+  const bool textured = usable(mesh), uncoloured = is_uncoloured(mesh);
   const VertexFill fill(mesh);
   const bool direct = textured && mesh.texturing->method == TextureMethod::direct;
   const ViewWeights weights = textured && !direct ? ViewWeights(mesh, eye) : ViewWeights();
@@ -176,6 +193,9 @@ std::size_t add_hull_vertices(const Mesh& mesh, const MeshEye& eye, HullDrawing&
     for (int i = 0; i < 3; ++i) {
       vertex[i].position = hull.vertices[corner[i]];
       vertex[i].fill = fill(corner[i]);
+      if (uncoloured)
+        shade(vertex[i], hull.normals.empty() ? cross : hull.normals[corner[i]],
+              from - vertex[i].position);
     }
     if (textured && !direct) {
       rank_views(corner, a, cross, centres, weights, ranked);

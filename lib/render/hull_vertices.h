@@ -73,7 +73,8 @@ int slot_of(HullDrawing& drawing, std::size_t view);
 /// Adds to \p drawing the triangles of \p mesh that face \p eye, with the weights of its
 /// texturing's method and metric (view_weights.h). Call once per eye with one
 /// drawing to give all of them the same slots; the new vertices follow the old. Without texturing,
-/// or where no view sees a triangle, the weights are 0. Views without RGBA pixels are not used.
+/// or where no view sees a triangle, the weights are 0. Views without RGBA pixels are not used. A
+/// mesh whose colours are in no picture is shaded, as by a lamp beside the eye: its fill shows form.
 /// Returns the number of the first vertex of a wide triangle: they come last.
 std::size_t add_hull_vertices(const Mesh& mesh, const MeshEye& eye, HullDrawing& drawing);
 

@@ -68,17 +68,17 @@ struct ImageBench : Bench {
   std::vector<std::string> warnings() { return warnings_on(bus); }
 };
 
-/// How many pixels are not the background's; and by how many levels two pictures differ in all.
+/// How many pixels are not the background's; and of how many one of two pictures says so alone.
 int changed(const std::vector<std::uint8_t>& bytes) {
   int count = 0;
   for (std::size_t i = 0; i < bytes.size(); i += 4) count += bytes[i] != grey;
   return count;
 }
 
-double apart(const std::vector<std::uint8_t>& a, const std::vector<std::uint8_t>& b) {
-  double sum = 0.0;
-  for (std::size_t i = 0; i < a.size(); i += 4) sum += std::abs(a[i] - b[i]);
-  return sum;
+int apart(const std::vector<std::uint8_t>& a, const std::vector<std::uint8_t>& b) {
+  int count = 0;
+  for (std::size_t i = 0; i < a.size(); i += 4) count += (a[i] != grey) != (b[i] != grey);
+  return count;
 }
 
 }  // namespace
@@ -88,9 +88,9 @@ GST_START_TEST(test_draws_what_the_mesh_shows) {
   ImageBench by_mesh("mesh"), by_image("image-based");
   const auto wanted = by_mesh.draw(whole, whole), drawn = by_image.draw(views, views);
   fail_unless(changed(wanted) > 500);
-  // Both are of one grey, so edges alone may differ.
-  fail_unless(apart(wanted, drawn) < 0.002 * 38.0 * changed(wanted), "%f of %d",
-              apart(wanted, drawn), changed(wanted));
+  // The mesh is shaded, the image-based subject of one grey: edges alone may differ in place.
+  fail_unless(100 * apart(wanted, drawn) <= changed(wanted), "%d of %d", apart(wanted, drawn),
+              changed(wanted));
   fail_unless_equals_uint64(statistic(by_image.element, "image-based"), 1);
   fail_unless_equals_uint64(statistic(by_mesh.element, "image-based"), 0);
   // The same mesh's triangles are not looked at.

@@ -351,6 +351,39 @@ TEST_P(CompositorSkinTest, WhatNoViewSeesIsFilled) {
   }
 }
 
+// A mesh straight from hullbuild or hullrefine, and one whose views have no pictures (masks), shows
+// its form: as bright as it faces the eye, by its own normals or its faces'.
+TEST_P(CompositorSkinTest, WithoutPicturesTheFormIsShaded) {
+  FourColours ball{{}};
+  Mesh& mesh = ball.photographed.mesh;
+  const Vec3 eye(0, 1, 3);
+  for (const bool smooth : {false, true}) {
+    mesh.hull.normals.clear();
+    for (const Vec3f& v : mesh.hull.vertices)
+      if (smooth)
+        mesh.hull.normals.push_back(glm::normalize(Vec3(v) + mesh.hull.origin - Vec3(0, 1, 0)));
+    for (const bool masks : {false, true}) {
+      Mesh plain = mesh;
+      if (masks)
+        for (MeshView& view : plain.views) view.view.format = PixelFormat::grey;
+      else
+        plain.texturing.reset();
+      Shot shot(floor_scene({}, point_lamp({0, 3, 0}, Vec3f(1.0f))), plain,
+                synthetic::look_at(eye, {0, 1, 0}, 160, 160, 20.0));
+      shot.settings.shadow = ShadowQuality::off;
+      shot.draw(0.0f);
+      for (const double turn : {-55.0, -30.0, 0.0, 20.0, 45.0}) {
+        const Vec3 normal(std::sin(glm::radians(turn)), 0.0, std::cos(glm::radians(turn)));
+        const Vec3 place = Vec3(0, 1, 0) + 0.395 * normal;
+        const auto facing = static_cast<float>(glm::dot(normal, glm::normalize(eye - place)));
+        const float expected = synthetic::to_linear(0.5f) * (0.25f + 0.75f * facing);
+        EXPECT_NEAR(shot.at(place).y, expected, smooth ? 0.006f : 0.025f)
+            << turn << " degrees, " << (masks ? "masks" : "no texturing");
+      }
+    }
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Api, CompositorSkinTest, ::testing::ValuesIn(testing::all_backends),
                          testing::backend_name);
 
