@@ -66,12 +66,12 @@ std::uint32_t HullStage::real_edge(const Used& view, std::uint32_t edge) {
 }
 
 const Hull& HullStage::build(std::span<const CameraContours> views, const HullOptions& options,
-                             double weld_distance, Repair repair, std::uint32_t min_agree) {
+                             double weld_distance, Repair repair) {
   Stopwatch watch;
   views_.clear();
   for (const CameraContours& view : views) views_.push_back(&undistorted(view));
   seconds_undistort_ = watch.lap();
-  find_repairs(views, {repair, min_agree, options.unseen, options.threads});
+  find_repairs(views, {repair, options.unseen, options.threads});
   seconds_repair_ = watch.lap();
   used_.clear();
   std::vector<Silhouette> silhouettes;

@@ -30,11 +30,10 @@ class HullStage {
   /// The hull of \p views, each of another camera name, which stands for the same calibration in
   /// all calls; HullFace::view indexes them, HullFace::edge the points of their contours(). Fewer
   /// than two views with a foreground have an empty hull: one cone never closes. \p weld_distance:
-  /// world units, see weld_vertices(). \p min_agree: see RepairOptions. Valid until the next call.
+  /// world units, see weld_vertices(). Valid until the next call.
   /// Throws Error as HullBuilder::build() does.
   const Hull& build(std::span<const CameraContours> views, const HullOptions& options,
-                    double weld_distance, Repair repair = Repair::off,
-                    std::uint32_t min_agree = RepairOptions{}.min_agree);
+                    double weld_distance, Repair repair = Repair::off);
 
   /// Of the last call: the contours that view number \p view went into the hull with, in real
   /// pixels (the caller's own where nothing was mended, so they must still be there), and what was

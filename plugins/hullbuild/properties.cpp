@@ -29,7 +29,7 @@ GType enum_type<Repair>() {
   return register_enum<Repair>(
       "PolyhullRepair",
       {{Repair::off, "Silhouettes are taken as they are", "off"},
-       {Repair::holes, "Holes that the other cameras contradict are filled", "holes"},
+       {Repair::holes, "Holes that the other cameras prove wrong are filled", "holes"},
        {Repair::both, "And pieces of background that no other camera confirms are dropped",
         "both"}});
 }
@@ -98,12 +98,6 @@ constexpr Property<S> table[] = {
     property<&S::repair>("repair", "Repair",
                          "What of silhouettes that contradict the other cameras' is mended before "
                          "the hull is built."),
-    property<&S::min_agree>(
-        "min-agree", "Fewest that agree",
-        "repair fills a hole behind which all other cameras see the subject if they are at least "
-        "this many (2 to 1024). With fewer it takes proof: another silhouette that the hull "
-        "leaves uncovered.",
-        2, 1024),
     property<&S::check_cameras>(
         "check-cameras", "Check the cameras",
         "Whether to look if silhouettes contradict each other, with four cameras or more: the "

@@ -38,7 +38,6 @@ struct HullSettings {
   double max_deviation = 0.0;
   Repair repair = Repair::off;
   HullSurface surface = HullSurface::polyhedral;
-  std::uint32_t min_agree = RepairOptions{}.min_agree;
   bool check_cameras = true;
   bool adaptive = false;
   std::uint32_t threads = 0;

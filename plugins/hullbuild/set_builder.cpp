@@ -86,8 +86,7 @@ void SetBuilder::build_hull(GstElement* element, Mesh& mesh, const HullSettings&
   options.max_deviation = settings.max_deviation;
   options.threads = settings.threads > 0 ? static_cast<int>(settings.threads) : pool_threads();
   const LoopWatch loops;
-  mesh.hull =
-      stage_->build(contours, options, settings.weld_distance, settings.repair, settings.min_agree);
+  mesh.hull = stage_->build(contours, options, settings.weld_distance, settings.repair);
   take_repairs(mesh);
   take_doubts(mesh, settings);
   statistics_.set("threads-used", loops.threads());

@@ -10,6 +10,27 @@ using namespace polyhull::test;
 
 namespace {
 
+/// The built-in rig, but cam3 looks at cam1, whose hole it can prove wrong.
+struct FacingBench : Bench {
+  explicit FacingBench(const std::string& properties = "")
+      : Bench("rig=" + file() + " " + properties) {
+    rig = facing();
+  }
+  static Rig facing() {
+    Rig rig = default_rig();
+    rig.cameras[3].R = rig.cameras[1].R * Mat3(-1, 0, 0, 0, 1, 0, 0, 0, -1);
+    rig.cameras[3].t = rig.cameras[1].t;
+    return rig;
+  }
+  static std::string file() {
+    const std::string path = folder("facing") + ".json";
+    std::ofstream(path) << rig_to_json(facing());
+    return path;
+  }
+};
+
+float hole_size = 25.0f;  // px
+
 /// A square of \p size px around \p middle, as a ring of foreground or of a hole.
 void add_square(Rings& rings, const Vec2f& middle, float size, bool hole) {
   std::vector<Vec2f> ring{middle + Vec2f(-size, -size), middle + Vec2f(-size, size),
@@ -26,14 +47,14 @@ void push_spoilt(Bench& bench, int frame, bool spoilt = true) {
     std::vector<std::uint8_t> pixels;
     View view = box_view(camera, {}, static_cast<std::uint64_t>(frame), pixels);
     const Vec2f middle(*camera.project(Box().centre));
-    if (spoilt && i == 1) add_square(view.contours, middle, 12.0f, true);
+    if (spoilt && i == 1) add_square(view.contours, middle, hole_size, true);
     if (spoilt && i == 2) add_square(view.contours, middle + Vec2f(300.0f, 0.0f), 8.0f, false);
     bench.push(i, view, static_cast<GstClockTime>(frame) * frame_time);
   }
 }
 
 double volume_of(const std::string& properties, bool spoilt = true) {
-  Bench bench(properties);
+  FacingBench bench(properties);
   push_spoilt(bench, 0, spoilt);
   return enclosed_volume(bench.pull()->hull);
 }
@@ -41,7 +62,7 @@ double volume_of(const std::string& properties, bool spoilt = true) {
 }  // namespace
 
 GST_START_TEST(test_off_by_default) {
-  Bench bench;
+  FacingBench bench;
   push_spoilt(bench, 0);
   const auto mesh = bench.pull();
   fail_unless_equals_int(mesh->views[1].view.contours.size(), 2);
@@ -52,7 +73,7 @@ GST_START_TEST(test_off_by_default) {
 GST_END_TEST
 
 GST_START_TEST(test_holes_are_filled) {
-  Bench bench("repair=holes min-agree=3");
+  FacingBench bench("repair=holes");
   push_spoilt(bench, 0);
   const auto mesh = bench.pull();
   // The faces' edges are those of the contours that the mesh carries.
@@ -68,7 +89,7 @@ GST_START_TEST(test_holes_are_filled) {
 GST_END_TEST
 
 GST_START_TEST(test_without_a_surface_nothing_is_built) {
-  Bench bench("surface=none repair=both min-agree=3");
+  FacingBench bench("surface=none repair=both");
   push_spoilt(bench, 0);
   const auto views = bench.pull();
   fail_unless(views->hull.empty() && views->hull.vertices.empty());
@@ -86,7 +107,7 @@ GST_START_TEST(test_without_a_surface_nothing_is_built) {
 GST_END_TEST
 
 GST_START_TEST(test_pieces_are_dropped) {
-  Bench bench("repair=both min-agree=3");
+  FacingBench bench("repair=both");
   push_spoilt(bench, 0);
   const auto mesh = bench.pull();
   for (int i = 0; i < 4; ++i)
@@ -96,19 +117,20 @@ GST_START_TEST(test_pieces_are_dropped) {
 }
 GST_END_TEST
 
-/// The hole is too small to leave any silhouette uncovered, and three others are fewer than five.
-GST_START_TEST(test_few_cameras_need_proof) {
+/// A hole so small that it leaves no silhouette uncovered may be a gap.
+GST_START_TEST(test_what_is_not_proven_stays) {
+  hole_size = 8.0f;
   const double torn = volume_of("");
   fail_unless(volume_of("repair=holes") == torn);
-  fail_unless(volume_of("repair=holes min-agree=4") == torn);
-  fail_unless(volume_of("repair=holes min-agree=3") > 1.01 * torn);
+  hole_size = 25.0f;
+  fail_unless(volume_of("repair=holes") > torn);
 }
 GST_END_TEST
 
 GST_START_TEST(test_bytes_of_sound_silhouettes_stay) {
   std::vector<std::uint8_t> bytes[2];
   for (const bool on : {false, true}) {
-    Bench bench(on ? "repair=both min-agree=2" : "");
+    FacingBench bench(on ? "repair=both" : "");
     push_spoilt(bench, 0, false);
     bench.pull();
     bytes[on] = bench.bytes;
@@ -118,7 +140,7 @@ GST_START_TEST(test_bytes_of_sound_silhouettes_stay) {
 GST_END_TEST
 
 GST_START_TEST(test_can_be_changed_while_playing) {
-  Bench bench("min-agree=3");
+  FacingBench bench("");
   int frame = 0;
   for (const char* value : {"off", "holes", "both", "off"}) {
     gst_util_set_object_arg(G_OBJECT(bench.element), "repair", value);
@@ -132,7 +154,7 @@ GST_START_TEST(test_can_be_changed_while_playing) {
 GST_END_TEST
 
 GST_START_TEST(test_what_lasts_is_said_once) {
-  Bench bench("repair=both min-agree=3");
+  FacingBench bench("repair=both");
   int frame = 0;
   // Two seconds, a pause of two seconds, two seconds: nothing lasts.
   for (int i = 0; i < 150; ++i) {
@@ -165,7 +187,7 @@ static Suite* hullbuild_repair_suite() {
   tcase_add_test(tests, test_holes_are_filled);
   tcase_add_test(tests, test_without_a_surface_nothing_is_built);
   tcase_add_test(tests, test_pieces_are_dropped);
-  tcase_add_test(tests, test_few_cameras_need_proof);
+  tcase_add_test(tests, test_what_is_not_proven_stays);
   tcase_add_test(tests, test_bytes_of_sound_silhouettes_stay);
   tcase_add_test(tests, test_can_be_changed_while_playing);
   tcase_add_test(tests, test_what_lasts_is_said_once);

@@ -2,8 +2,8 @@
 #include "hull/repair/agreement.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
+#include <cstdlib>
 #include <limits>
 
 namespace polyhull::hull {
@@ -189,40 +189,65 @@ Agreement::Stretch Agreement::longest(std::size_t view, const Vec2& pixel, std::
   return longest;
 }
 
-int Agreement::objector(std::size_t view, const Vec2& pixel, Scratch& scratch) const {
+/// Calls visit(missing, sum, across) for each part of the ray, from the camera on, until it returns
+/// false: how many of the others do not accept the part, the sum of their numbers (of one: which it
+/// is), and the part's length over the depth of its far end.
+template <class Visit>
+void Agreement::visit_parts(std::size_t view, const Vec2& pixel, Scratch& scratch,
+                            Visit visit) const {
   const View& from = views_[view];
   const Vec3 direction = from.camera->ray(pixel);
   scratch.ends.clear();
   const bool keep = unseen_ == Unseen::keep;
+  int missing = 0;
+  std::size_t sum = 0;
   for (std::size_t j = 0; j < views_.size(); ++j) {
+    if (j == view) continue;
     const View& seen = views_[j];
     const std::span<const Edges> edges(seen.edges.data(),
                                        keep ? seen.edges.size() : seen.silhouette_edges);
-    if (j != view) add_stretches(from, direction, seen, edges, static_cast<int>(j) + 1, scratch);
+    add_stretches(from, direction, seen, edges, static_cast<int>(j) + 1, scratch);
+    if (!keep) ++missing, sum += j;
   }
   std::sort(scratch.ends.begin(), scratch.ends.end(),
             [](const auto& p, const auto& q) { return p.s < q.s; });
-  // Who accepts what lies before the next end; under Unseen::keep stretches are what is rejected.
-  const std::uint64_t all =
-      (~std::uint64_t{0} >> (64 - views_.size())) & ~(std::uint64_t{1} << view);
-  std::uint64_t accept = keep ? all : 0;
-  double begin = 0.0, longest = 0.0;
-  int found = several;
   scratch.ends.push_back({infinite, 0});
+  double begin = 0.0;
   for (const Scratch::End& end : scratch.ends) {
-    const std::uint64_t missing = all & ~accept;
     if (begin < end.s) {
-      if (missing == 0) return nobody;
       const double across = std::isinf(end.s) ? 1.0 : (end.s - begin) / end.s;
-      if (std::has_single_bit(missing) && across > longest) {
-        longest = across;
-        found = std::countr_zero(missing);
-      }
+      if (!visit(missing, sum, across)) return;
     }
-    if (end.step != 0) accept ^= std::uint64_t{1} << (std::abs(end.step) - 1);
     begin = end.s;
+    if (end.step == 0) continue;
+    // Under Unseen::keep stretches are what is rejected.
+    const auto j = static_cast<std::size_t>(std::abs(end.step)) - 1;
+    if ((end.step > 0) == keep)
+      ++missing, sum += j;
+    else
+      --missing, sum -= j;
   }
+}
+
+int Agreement::objector(std::size_t view, const Vec2& pixel, Scratch& scratch) const {
+  double longest = 0.0;
+  int found = several;
+  visit_parts(view, pixel, scratch, [&](int missing, std::size_t sum, double across) {
+    if (missing == 0) found = nobody;
+    if (missing == 1 && across > longest) longest = across, found = static_cast<int>(sum);
+    return missing > 0;
+  });
   return found;
+}
+
+bool Agreement::is_only_objector(std::size_t view, const Vec2& pixel, std::size_t objector,
+                                 Scratch& scratch) const {
+  bool one = false, another = false;
+  visit_parts(view, pixel, scratch, [&](int missing, std::size_t sum, double) {
+    if (missing <= 1) (missing == 1 && sum == objector ? one : another) = true;
+    return !another;
+  });
+  return one && !another;
 }
 
 bool Agreement::near_outline(std::size_t view, const Vec2& pixel, double distance) const {

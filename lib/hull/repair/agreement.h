@@ -58,8 +58,13 @@ class Agreement {
   static constexpr int nobody = -1, several = -2;
   /// Which view alone keeps the others from having a stretch of the ray in common: `nobody` where
   /// they have one, `several` where leaving out one view does not help; of several views the one
-  /// without which the stretch is the longest. At most 64 views.
+  /// without which the stretch is the longest.
   int objector(std::size_t view, const Vec2& pixel, Scratch& scratch) const;
+
+  /// Whether the others have no stretch of the ray in common, but would have one without \p objector,
+  /// and without no other view.
+  bool is_only_objector(std::size_t view, const Vec2& pixel, std::size_t objector,
+                        Scratch& scratch) const;
 
   /// Whether an outline of \p view runs within \p distance pixels of \p pixel.
   bool near_outline(std::size_t view, const Vec2& pixel, double distance) const;
@@ -86,6 +91,8 @@ class Agreement {
   bool add_stretches(const View& from, const Vec3& direction, const View& seen,
                      std::span<const Edges> edges, int step, Scratch& scratch) const;
   static void add_ring(View& view, std::span<const Vec2f> ring);
+  template <class Visit>
+  void visit_parts(std::size_t view, const Vec2& pixel, Scratch& scratch, Visit visit) const;
 
   std::vector<View> views_;
   Unseen unseen_;

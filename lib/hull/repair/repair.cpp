@@ -18,15 +18,14 @@ using hull::RingRegion;
 
 /// Rays through a ring's region, about.
 constexpr int rays = 64;
-/// So many pixels across what all others see is body; less may be what they cannot exclude.
-constexpr double solid = 10.0;
 /// So many pixels across it is more than the contours' tolerance.
 constexpr double thin = 1.0;
 /// The share of a hole's rays that must meet the body.
 constexpr double whole = 0.98;
-/// The share of a hole's rays that must be proven wrong: undamaged silhouettes come to a twentieth,
-/// since their outlines are rounded.
-constexpr double proof_enough = 0.1;
+/// The share of a hole's rays that must be proven wrong.
+constexpr double proof_enough = 0.05;
+/// Pixels from a witness's outline on: nearer to it outlines and calibrations err.
+constexpr double well_inside = 4.0;
 /// The share of a piece's rays that must meet something.
 constexpr double piece_seen = 0.5;
 
@@ -70,8 +69,7 @@ class Search {
   void fill_holes();
   std::vector<std::size_t> witnesses_of(const Camera& camera) const;
   std::vector<Candidate> candidates(bool holes) const;
-  bool is_seen(const Candidate& candidate, double share, std::size_t fewest, double across,
-               Agreement::Scratch& scratch) const;
+  bool is_seen(const Candidate& candidate, double share, Agreement::Scratch& scratch) const;
   double share_proven(const Candidate& hole, Agreement::Scratch& scratch) const;
   bool proven(std::size_t view, const Vec2& pixel, Agreement::Scratch& scratch) const;
   void leave_out(const Candidate& candidate);
@@ -128,14 +126,12 @@ std::vector<Candidate> Search::candidates(bool holes) const {
   return found;
 }
 
-/// Whether \p share of the rays have something at least \p across pixels across behind them which
-/// none of the others rejects and \p fewest see.
-bool Search::is_seen(const Candidate& candidate, double share, std::size_t fewest, double across,
-                     Agreement::Scratch& scratch) const {
+/// Whether \p share of the rays have something behind them which none of the others rejects.
+bool Search::is_seen(const Candidate& candidate, double share, Agreement::Scratch& scratch) const {
   const auto count = static_cast<double>(candidate.points.size());
   double misses_left = std::floor((1.0 - share) * count);
   for (const Vec2& p : candidate.points)
-    if (agreement_.longest(candidate.view, p, fewest, scratch).across < across &&
+    if (agreement_.longest(candidate.view, p, least_others, scratch).across < thin &&
         --misses_left < 0.0)
       return false;
   return true;
@@ -160,7 +156,7 @@ void Search::drop_pieces() {
   std::vector<Candidate> pieces = candidates(false);
   for_each(pieces, [&](Candidate& piece, Agreement::Scratch& scratch) {
     piece.points = points_inside(*silhouettes_[piece.view].rings, piece.ring, piece.area, rays);
-    piece.seen = is_seen(piece, piece_seen, least_others, thin, scratch);
+    piece.seen = is_seen(piece, piece_seen, scratch);
   });
   for (const Candidate& piece : pieces) {
     const bool another = std::any_of(pieces.begin(), pieces.end(), [&](const Candidate& other) {
@@ -174,13 +170,9 @@ void Search::fill_holes() {
   std::vector<Candidate> holes = candidates(true);
   for_each(holes, [&](Candidate& hole, Agreement::Scratch& scratch) {
     hole.points = points_inside(*silhouettes_[hole.view].rings, hole.ring, hole.area, rays);
-    hole.seen = is_seen(hole, whole, options_.min_agree, solid, scratch);
+    hole.seen = is_seen(hole, whole, scratch);
   });
-  std::erase_if(holes, [&](const Candidate& hole) {
-    if (hole.points.empty()) return true;
-    if (hole.seen) leave_out(hole);
-    return hole.seen;
-  });
+  std::erase_if(holes, [](const Candidate& hole) { return !hole.seen || hole.points.empty(); });
   while (!holes.empty()) {
     for_each(holes, [&](Candidate& hole, Agreement::Scratch& scratch) {
       hole.proof = share_proven(hole, scratch);
@@ -196,8 +188,8 @@ void Search::fill_holes() {
   }
 }
 
-/// Whether the ray shows that the hole at \p pixel is none of the subject's: what the others see
-/// behind it lies, in one of them, where the hull leaves the silhouette uncovered.
+/// Whether the ray shows that the hole at \p pixel is none of the subject's: a witness sees what the
+/// others see behind it, which the hole alone takes away from all that the witness's ray could meet.
 bool Search::proven(std::size_t view, const Vec2& pixel, Agreement::Scratch& scratch) const {
   const Agreement::Stretch stretch = agreement_.longest(view, pixel, least_others, scratch);
   if (stretch.across < thin || !std::isfinite(stretch.depth)) return false;
@@ -205,7 +197,9 @@ bool Search::proven(std::size_t view, const Vec2& pixel, Agreement::Scratch& scr
   const Vec3 X = camera.centre() + stretch.depth * camera.ray(pixel);
   for (const std::size_t j : witnesses_[view]) {
     const auto at = agreement_.camera(j).project_ideal(X);
-    if (at && agreement_.longest(j, *at, 0, scratch).across == 0.0) return true;
+    if (at && !agreement_.near_outline(j, *at, well_inside) &&
+        agreement_.is_only_objector(j, *at, view, scratch))
+      return true;
   }
   return false;
 }

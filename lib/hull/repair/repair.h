@@ -4,19 +4,19 @@
 /// silhouette, and pieces of background in it.
 ///
 /// A true gap in the subject (a hand on the hip) and a hole in a matte look the same to one camera;
-/// the others tell them apart. With H_k the hull without camera k, ray by ray and exact
+/// the others can tell some of them apart. With H_k the hull without camera k, ray by ray and exact
 /// (agreement.h):
 ///
-///  1. A hole of k is filled where H_k lies behind all of it and is solid there. Behind a gap it
-///     does not: some camera looks through, or the little that none of them can exclude is thin.
-///     Few cameras cannot exclude much, so this takes min_agree of them.
-///  2. Where another camera's hole overlaps, H_k is torn, too, and few cameras are no judges. The
-///     hole is then filled if it is proven wrong: the part of H_k behind it holds points whose
-///     pixel in another camera j is inside j's silhouette, but not covered by the hull as it is.
-///     Silhouettes of one body leave nothing uncovered. The four cameras are asked that look most
-///     along k's axis or against it: there the hull lacks the most. One hole at a time is filled,
-///     the one with the most proof first, since what it covers proves nothing for the next.
-///  3. A piece, a ring of foreground, is dropped where most of it has no part of H_k behind it,
+///  1. A hole of k is filled where it is proven wrong. That H_k lies behind it is no proof: the hull
+///     of the others always holds the body and what few cameras cannot exclude, the gap between two
+///     legs. But a body leaves no silhouette uncovered. Where a pixel well inside another camera's
+///     silhouette has no part of the whole hull behind it, some silhouette is wrong; where leaving
+///     out k covers it, and leaving out no other camera does, the body is in k's hole. A twentieth of
+///     the hole's rays must meet such a place in one of the four cameras that look most along k's
+///     axis or against it, where the hull lacks the most; and H_k must lie behind all of the hole.
+///     One hole at a time is filled, the one with the most proof first, since what it covers proves
+///     nothing for the next.
+///  2. A piece, a ring of foreground, is dropped where most of it has no part of H_k behind it,
 ///     while another piece of that silhouette does. Background seen by one camera has none.
 ///
 /// What is filled or dropped goes by leaving out rings, so contours stay simple, and silhouettes
@@ -34,15 +34,12 @@ namespace polyhull {
 /// What of silhouettes is mended.
 enum class Repair : std::uint8_t {
   off,
-  holes,  ///< holes that the other cameras do not confirm are filled
+  holes,  ///< holes that the other cameras prove wrong are filled
   both,   ///< and pieces that they do not confirm are dropped
 };
 
 struct RepairOptions {
   Repair repair = Repair::off;
-  /// A hole is filled without proof where all other cameras see the body behind it; there must be
-  /// at least so many of them.
-  std::uint32_t min_agree = 5;
   Unseen unseen = Unseen::carve;  ///< as in HullOptions
   int threads = 1;                ///< of the pool; below 1 counts as 1
   bool operator==(const RepairOptions&) const = default;

