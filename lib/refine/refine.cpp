@@ -282,25 +282,23 @@ void HullRefiner::State::tidy() {
       drop_unneeded_components(fine, std::move(runs), rays, unsure, threads));
 }
 
-/// Each round sees further into hollows. Rays that lost their contact get it back where they are
-/// nearest to one.
+/// Each round sees further into hollows.
 void HullRefiner::State::carve(std::span<const CameraContours> views,
                                std::span<const ViewPixels> pictures) {
+  ContactRays held = rays;
+  find_rims(held, fine, 0.15f, RimSearch::near, 1, threads);
+  std::vector<Vec3f> rims;
+  for (const ContactRay& ray : held.rays)
+    if (ray.value >= doubtful) rims.push_back(ray.rim());
   carver.set_up(views, pictures, distance.views, threads);
   bool carved = false;
   for (int round = 0; round < photo_rounds; ++round)
     for (std::size_t p = 0; p < fine.size(); ++p) {
       cells.clear();
       marcher.march(fine[p], cells, threads);
-      carved |= carver.carve(fine[p], cells, {}, threads);
+      carved |= carver.carve(fine[p], cells, rims, {}, threads);
     }
-  if (!carved) return;
-  find_rims(rays, fine, 0.25f, RimSearch::everywhere, 1, threads);
-  for (const RimFit& fit : recipe.fits.subspan(1)) {
-    find_rims(rays, fine, 0.15f, RimSearch::near, fit.stride, threads);
-    for (std::size_t p = 0; p < fine.size(); ++p)
-      fit_to_rims(fine[p], rays, static_cast<std::uint32_t>(p), fit, fit_memory, threads);
-  }
+  if (carved) find_rims(rays, fine, 0.15f, RimSearch::near, 1, threads);
 }
 
 void HullRefiner::State::take() {

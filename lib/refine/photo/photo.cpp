@@ -11,16 +11,20 @@ namespace {
 
 /// Agreement where too few cameras see a vertex, or nothing is to be seen there.
 constexpr float unknown = -2.0f;
-/// How much an unknown vertex insists on staying, and one whose colours agree as it is.
-constexpr float indifferent = 0.1f, content = 1.0f;
+/// How much an unknown vertex insists on staying, one whose colours agree as it is, and one beside a
+/// rim.
+constexpr float indifferent = 0.1f, content = 1.0f, firm = 2.0f;
 
 /// Of the vertices around one that wants a depth, the share that must want one, too; and how far
 /// around, in averages over neighbours.
 constexpr float fewest = 0.5f;
 constexpr int widely = 10;
 
-/// How far beyond its new depth a vertex says by how much f is lowered, and in which steps.
+/// How far before its place and beyond its new depth a vertex says by how much f is lowered, and in
+/// which steps.
 constexpr float beyond = 1.0f, way_step = 0.25f;
+/// By how much that is smoothed, cells.
+constexpr float blurred = 0.5f;
 
 }  // namespace
 
@@ -123,6 +127,25 @@ void PhotoCarver::drop_lonely(int threads) {
     }
 }
 
+/// Next to a rim the surface is where the silhouette says.
+void PhotoCarver::hold(const Grid& grid, const CellSurface& surface, std::span<const Vec3f> rims) {
+  std::vector<bool> held(grid.size());
+  int x = 0, y = 0, z = 0;
+  const auto find_node = [&](const Vec3f& point) {
+    const Vec3f at = (point - grid.low) / grid.cell + 0.5f;
+    x = static_cast<int>(at.x), y = static_cast<int>(at.y), z = static_cast<int>(at.z);
+    return x > 0 && y > 0 && z > 0 && x + 1 < grid.nx && y + 1 < grid.ny && z + 1 < grid.nz;
+  };
+  for (const Vec3f& rim : rims)
+    for (int k = 0; k < 27 && find_node(rim); ++k)
+      held[grid.node(x + k % 3 - 1, y + k / 3 % 3 - 1, z + k / 9 - 1)] = true;
+  for (std::size_t v = 0; v < surface.points.size(); ++v)
+    if (find_node(surface.points[v]) && held[grid.node(x, y, z)]) {
+      wanted_[v] = 0.0f;
+      weight_[v] = firm;
+    }
+}
+
 /// Towards the least of sum w (d - wanted)^2 + 2 sum over edges (difference of d)^2, by Jacobi's
 /// steps.
 void PhotoCarver::smooth(int times, int threads) {
@@ -145,8 +168,8 @@ void PhotoCarver::smooth(int times, int threads) {
 }
 
 /// Every vertex says along its way by how much f is to be lowered: by f where its new place is. A
-/// node does the mean of what is said around it.
-void PhotoCarver::lower(Level& fine, const CellSurface& surface) const {
+/// node does the mean of what is said around it, smoothed.
+void PhotoCarver::lower(Level& fine, const CellSurface& surface, int threads) {
   const Grid& grid = fine.grid;
   std::vector<float> sums(grid.size()), weights(grid.size());
   const auto splat = [&](const Vec3f& point, float value) {
@@ -171,16 +194,18 @@ void PhotoCarver::lower(Level& fine, const CellSurface& surface) const {
         depth > 0.0f
             ? std::max(sample(grid, fine.values.data(), surface.points[v] - depth * normal), 0.0f)
             : 0.0f;
-    for (float way = 0.0f; way < depth + beyond; way += way_step)
+    for (float way = -beyond; way < depth + beyond; way += way_step)
       splat(surface.points[v] - way * normal, value);
   }
   for (std::size_t node = 0; node < grid.size(); ++node)
-    if (weights[node] > 0.0f && fine.values[node] > 0.0f)
-      fine.values[node] -= sums[node] / weights[node];
+    if (weights[node] > 0.0f) sums[node] /= weights[node];
+  blur(grid, sums, blurred, flow_memory_, threads);
+  for (std::size_t node = 0; node < grid.size(); ++node)
+    if (fine.values[node] > 0.0f) fine.values[node] -= sums[node];
 }
 
-bool PhotoCarver::carve(Level& fine, const CellSurface& surface, const PhotoSettings& settings,
-                        int threads) {
+bool PhotoCarver::carve(Level& fine, const CellSurface& surface, std::span<const Vec3f> rims,
+                        const PhotoSettings& settings, int threads) {
   if (surface.points.empty()) return false;
   parallel_for(looks_.size(), 1, threads, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) draw_depths(surface, looks_[k]);
@@ -196,10 +221,11 @@ bool PhotoCarver::carve(Level& fine, const CellSurface& surface, const PhotoSett
   average(depths, threads);
   choose(fine, surface, settings);
   drop_lonely(threads);
+  hold(fine.grid, surface, rims);
   if (std::all_of(wanted_.begin(), wanted_.end(), [](float depth) { return depth == 0.0f; }))
     return false;
   smooth(settings.smoothings, threads);
-  lower(fine, surface);
+  lower(fine, surface, threads);
   return true;
 }
 

@@ -10,8 +10,10 @@
 /// cameras that see the vertex; its agreement is the mean of the normalised cross correlations of
 /// all pairs of them. A depth is wanted where the agreement, averaged over neighbours, is clearly
 /// better than at the surface, and only where most around want one, too. The depths are then smoothed
-/// over the surface, 0 where nothing speaks for a step, and f is lowered so that it is 0 there.
-/// Nothing moves outwards, and what is plain stays.
+/// over the surface, 0 where nothing speaks for a step, and held near 0 beside rims, where the
+/// silhouettes say where the surface is. By how much f is lowered, so that it is 0 there, is smoothed
+/// as well: f keeps its own smoothness, and no crumb is left between two depths. Nothing moves
+/// outwards, and what is plain stays.
 #pragma once
 
 #include <cstdint>
@@ -20,6 +22,7 @@
 
 #include "refine/cell_surface.h"
 #include "refine/contact_rays.h"
+#include "refine/flow.h"
 #include "refine/hull_distance.h"
 #include "refine/refine.h"
 
@@ -46,8 +49,9 @@ class PhotoCarver {
               std::span<const ContactView> views, int threads);
 
   /// Lowers f of \p fine, whose surface is \p surface (CellMarcher), where the pictures contradict
-  /// it, and says whether it did anywhere. The same for any number of threads.
-  bool carve(Level& fine, const CellSurface& surface, const PhotoSettings& settings, int threads);
+  /// it, hardly beside \p rims, and says whether it did anywhere. The same for any number of threads.
+  bool carve(Level& fine, const CellSurface& surface, std::span<const Vec3f> rims,
+             const PhotoSettings& settings, int threads);
 
  private:
   /// A picture's luma, and where the surface is in it.
@@ -77,13 +81,15 @@ class PhotoCarver {
   void average(std::size_t depths, int threads);
   void choose(const Level& fine, const CellSurface& surface, const PhotoSettings& settings);
   void drop_lonely(int threads);
+  void hold(const Grid& grid, const CellSurface& surface, std::span<const Vec3f> rims);
   void smooth(int times, int threads);
-  void lower(Level& fine, const CellSurface& surface) const;
+  void lower(Level& fine, const CellSurface& surface, int threads);
 
   std::vector<Look> looks_;
   std::vector<float> agreement_, averaged_;  ///< per vertex and depth; `unknown` where none
   std::vector<std::uint32_t> first_neighbour_, neighbours_;
   std::vector<float> wanted_, weight_, depth_, smoothed_;  ///< per vertex
+  FlowMemory flow_memory_;
 };
 
 }  // namespace polyhull::refine
