@@ -12,6 +12,7 @@
 #include "base/picture.h"
 #include "base/stopwatch.h"
 #include "command_line.h"
+#include "silhouette/key/key_configuration.h"
 #include "silhouette/key/key_score.h"
 #include "silhouette/silhouette.h"
 #include "silhouette_options.h"
@@ -85,7 +86,7 @@ void time_stages(const FrameView& frame, const SilhouetteSettings& settings, int
 }
 
 struct Arguments {
-  std::string picture, output, matte, view_file, format = "RGBx";
+  std::string picture, output, matte, view_file, rig, camera, format = "RGBx";
   KeyView view = KeyView::composite;
   std::vector<std::string> plates;
   int repeat = 1, threads = 1;
@@ -106,6 +107,12 @@ struct Arguments {
     command.option("--format", &format, "Pixel format that the picture is given to the keyer in")
         .one_of({"RGBx", "BGRx", "RGB", "I420", "NV12", "YUY2", "UYVY"});
     command.option("--plate", &plates, "Clean plates; several are averaged, with their variation");
+    Option of_rig =
+        command.option("--rig", &rig, "Rig file: only what --camera sees of its bounds is keyed")
+            .existing_file();
+    Option name = command.option("--camera", &camera, "The picture's camera in the rig file");
+    of_rig.needs(name);
+    name.needs(of_rig);
     command.option("--repeat", &repeat, "Processes the picture this many times").range(1, 1000000);
     command.option("--threads", &threads, "This many streams at a time").range(1, 256);
     command.flag("--json", &json, "Prints times and counts as JSON");
@@ -127,6 +134,12 @@ struct Work {
     else
       for (const std::string& path : arguments.plates)
         plates.push_back(pack(load_picture(path, 3), arguments.format));
+    if (arguments.rig.empty()) return;
+    KeyValues values;
+    values.rig = arguments.rig;
+    KeyConfiguration().apply(
+        values, arguments.camera, frame.width, frame.height,
+        [&](const KeySettings& key) { settings.key.outside_polygon = key.outside_polygon; });
   }
 
   void learn_plates(Keyer& keyer) const {
