@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "plugins/common/element.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <array>
 
@@ -11,11 +13,11 @@ namespace {
 // stage, whose masks and polygons lie elsewhere in each picture, and a file or device of this machine
 // is not there on the next. (GStreamer 1.22 would bring polygons back with a backslash before each
 // comma, too.)
-constexpr std::array<std::string_view, 15> bound{"name",          "parent",          "camera",
-                                                 "device",        "location",        "rig",
-                                                 "record",        "scene",           "clean-plate",
-                                                 "inside-mask",   "inside-polygon",  "outside-mask",
-                                                 "mesh-location", "outside-polygon", "scene-file"};
+constexpr std::array<std::string_view, 16> bound{
+    "name",       "parent",         "camera",        "device",          "location",
+    "rig",        "record",         "scene",         "clean-plate",     "inside-mask",
+    "key-frames", "inside-polygon", "mesh-location", "outside-polygon", "outside-mask",
+    "scene-file"};
 bool left_out(GObjectClass* klass, const char* name) {
   GParamSpec* spec = g_object_class_find_property(klass, name);
   // An old name sets the same as the new one, with a warning.
@@ -67,16 +69,22 @@ GType detail::register_type(const char* name, GType base, GClassInitFunc class_i
   return type;
 }
 
-void detail::warn_not_a_number(gpointer object, const char* name, double minimum, double maximum) {
+void detail::warn_not_of_form(gpointer object, const char* name, const char* form, double minimum,
+                              double maximum) {
   // A pad's warning is its element's; a pad that has none yet has nobody to tell.
   g_autoptr(GstObject) element = GST_IS_PAD(object) ? gst_object_get_parent(GST_OBJECT(object))
                                                     : GST_OBJECT(gst_object_ref(object));
   if (element == nullptr) return;
-  GST_ELEMENT_WARNING(element, LIBRARY, SETTINGS,
-                      ("The property \"%s\" was set to something that is not a number; it keeps "
-                       "its value. Set it to a number from %g to %g.",
-                       name, minimum, maximum),
-                      (nullptr));
+  const std::string text = fmt::format(
+      "The property \"{0}\" was set to something that is not {1}; it keeps its value. Set it to "
+      "{1} "
+      "from {2:g} to {3:g}.",
+      name, form, minimum, maximum);
+  GST_ELEMENT_WARNING(element, LIBRARY, SETTINGS, ("%s", text.c_str()), (nullptr));
+  // Command lines set properties before there is a pipeline.
+  g_autoptr(GstBus) bus =
+      GST_IS_ELEMENT(element) ? gst_element_get_bus(GST_ELEMENT(element)) : nullptr;
+  if (!bus) g_warning("%s: %s", GST_OBJECT_NAME(element), text.c_str());
 }
 
 void set_metadata(gpointer klass, const char* long_name, const char* classification,

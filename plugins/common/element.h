@@ -72,8 +72,10 @@ GType register_type(const char* name, GType base, GClassInitFunc class_init,
 /// rules for what is one; other types stay as they are.
 void add_presets(GType type);
 
-/// Posts the warning that property \p name was set to what is no number and keeps its value.
-void warn_not_a_number(gpointer object, const char* name, double minimum, double maximum);
+/// Says that property \p name was set to what is not \p form and keeps its value: by a warning
+/// message, or on standard error while no pipeline could take that.
+void warn_not_of_form(gpointer object, const char* name, const char* form, double minimum,
+                      double maximum);
 
 }  // namespace detail
 
@@ -153,7 +155,7 @@ void add_property(gpointer klass, GParamSpec* spec, detail::Accessors accessors)
 }
 
 /// Adds the properties of \p table, which must last, over the settings \p member of State
-/// (or of what either derives from). A value that is not a number is refused with a warning and
+/// (or of what either derives from). A value that is not of its form is refused with a warning and
 /// changes nothing.
 template <class State, class Table, class Owner, class Settings>
 void add_properties(gpointer klass, const Table& table, Settings Owner::*member) {
@@ -164,7 +166,7 @@ void add_properties(gpointer klass, const Table& table, Settings Owner::*member)
         const ObjectLock lock(object);
         accepted = row.set(state_of<State>(object).*member, value);
       }
-      if (!accepted) detail::warn_not_a_number(object, row.name, row.minimum, row.maximum);
+      if (!accepted) detail::warn_not_of_form(object, row.name, row.form, row.minimum, row.maximum);
     };
     const auto get = [&row, member](gpointer object, GValue* value) {
       const ObjectLock lock(object);

@@ -45,8 +45,9 @@ struct Property {
   double maximum;
   Change change;
   GParamSpec* (*make)(const Property&);
-  bool (*set)(Settings&, const GValue*);  ///< false: the value is not a number
+  bool (*set)(Settings&, const GValue*);  ///< false: the value is not of the form
   void (*get)(const Settings&, GValue*);
+  const char* form = "a number";  ///< what set() takes, for people
 };
 
 namespace detail {

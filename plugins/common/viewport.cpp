@@ -1,9 +1,69 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "plugins/common/viewport.h"
 
+#include <fmt/core.h>
 #include <gst/video/navigation.h>
 
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <string_view>
+#include <system_error>
+
 namespace polyhull::element {
+namespace {
+
+using S = ViewportSettings;
+constexpr double far = 1e6;
+
+/// The numbers of "x,y,z", with blanks or without; none: it is no such text.
+std::optional<Vec3> three_numbers(std::string_view text) {
+  Vec3 result;
+  const auto skip_blanks = [&] {
+    text.remove_prefix(std::min(text.find_first_not_of(" \t"), text.size()));
+  };
+  for (int i = 0; i < 3; ++i) {
+    skip_blanks();
+    if (i > 0) {
+      if (!text.starts_with(',')) return std::nullopt;
+      text.remove_prefix(1);
+      skip_blanks();
+    }
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), result[i]);
+    if (error != std::errc() || !(std::abs(result[i]) <= far)) return std::nullopt;
+    text.remove_prefix(static_cast<std::size_t>(end - text.data()));
+  }
+  skip_blanks();
+  return text.empty() ? std::optional(result) : std::nullopt;
+}
+
+/// A short way to set three numbers at once, which are read where they are kept.
+template <auto X, auto Y, auto Z>
+constexpr Property<S> place_property(const char* name, const char* nick, const char* blurb) {
+  return {name,
+          nick,
+          blurb,
+          -far,
+          far,
+          Change::live,
+          [](const Property<S>& p) {
+            return g_param_spec_string(
+                p.name, p.nick, p.blurb, nullptr,
+                static_cast<GParamFlags>(G_PARAM_WRITABLE | G_PARAM_STATIC_STRINGS |
+                                         GST_PARAM_MUTABLE_PLAYING));
+          },
+          [](S& settings, const GValue* value) {
+            const gchar* text = g_value_get_string(value);
+            const std::optional<Vec3> place = three_numbers(text != nullptr ? text : "");
+            if (!place) return false;
+            settings.*X = place->x, settings.*Y = place->y, settings.*Z = place->z;
+            return true;
+          },
+          [](const S&, GValue*) {},
+          "three numbers with commas between, as in 1.15,1.5,2.75, each"};
+}
+
+}  // namespace
 
 std::vector<double> ViewportSettings::distortion() const {
   if (k1 == 0.0 && k2 == 0.0 && k3 == 0.0 && p1 == 0.0 && p2 == 0.0) return {};
@@ -11,9 +71,16 @@ std::vector<double> ViewportSettings::distortion() const {
 }
 
 std::span<const Property<ViewportSettings>> viewport_properties() {
-  using S = ViewportSettings;
-  constexpr double far = 1e6;
   static constexpr Property<S> table[] = {
+      place_property<&S::eye_x, &S::eye_y, &S::eye_z>(
+          "eye", "Eye",
+          "Place of the viewport's eye: eye-x, eye-y and eye-z at once, as in 1.15,1.5,2.75 "
+          "(metres, "
+          "-1e6 to 1e6)."),
+      place_property<&S::target_x, &S::target_y, &S::target_z>(
+          "target", "Target",
+          "Point in the middle of the picture: target-x, target-y and target-z at once, as in "
+          "0,0.98,0 (metres, -1e6 to 1e6)."),
       property<&S::eye_x>("eye-x", "Eye x",
                           "Place of the viewport's eye, x, in scene metres (-1e6 to 1e6).", -far,
                           far),
@@ -35,6 +102,11 @@ std::span<const Property<ViewportSettings>> viewport_properties() {
                                   "degrees (1 to 170). A lens that "
                                   "distorts moves these edges.",
                                   1, 170),
+      property<&S::key_frames>(
+          "key-frames", "Key frames",
+          "Path of a file of key frames (docs/viewport.md) by which the viewport moves with stream "
+          "time, in the place of eye, target and field of view. Read again when it is written "
+          "anew."),
       property<&S::k1>(
           "distortion-k1", "Distortion k1",
           "The lens's radial distortion: OpenCV's coefficient k1 (-10 to 10). Negative: "
@@ -53,6 +125,31 @@ std::span<const Property<ViewportSettings>> viewport_properties() {
 
 std::span<const Property<ViewportSettings>> distortion_properties() {
   return viewport_properties().last(5);
+}
+
+const KeyFrames* ViewportKeyFrames::of(const std::string& path) {
+  if (path.empty()) return nullptr;
+  std::error_code none;
+  const auto written = std::filesystem::last_write_time(path, none);
+  if (path != path_ || written != written_ || (!keys_ && !why_)) {
+    path_ = path;
+    written_ = written;
+    keys_.reset();
+    why_.reset();
+    try {
+      keys_ = load_key_frames(path);
+    } catch (const Error& error) {
+      why_ = error;
+    }
+  }
+  if (why_) throw *why_;
+  return &*keys_;
+}
+
+Camera viewport_camera(const KeyFrames::View& view, int width, int height) {
+  Camera camera = look_at(view.pose.eye, view.pose.target, view.field_of_view, width, height);
+  if (view.shot > 0) camera.name += fmt::format(" {}", view.shot + 1);
+  return camera;
 }
 
 bool navigate(GstEvent* event, ViewportControl& control, int height) {

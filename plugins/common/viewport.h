@@ -4,10 +4,16 @@
 /// sink sends back.
 #pragma once
 
+#include <filesystem>
+#include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
+#include "base/error.h"
 #include "plugins/common/property_table.h"
+#include "scene/key_frames.h"
+#include "scene/scene.h"
 #include "scene/viewport_control.h"
 
 namespace polyhull::element {
@@ -18,6 +24,7 @@ struct ViewportSettings {
   double eye_x = 1.15, eye_y = 1.5, eye_z = 2.75;
   double target_x = 0.0, target_y = 0.98, target_z = 0.0;
   double field_of_view = 52.0;
+  std::string key_frames;
   double k1 = 0.0, k2 = 0.0, k3 = 0.0, p1 = 0.0, p2 = 0.0;  // the lens's distortion
 
   /// As Camera::distortion; empty without any.
@@ -34,6 +41,24 @@ std::span<const Property<ViewportSettings>> viewport_properties();
 
 /// Those of the lens's distortion among them.
 std::span<const Property<ViewportSettings>> distortion_properties();
+
+/// The key frames of an element's viewport. For one thread.
+class ViewportKeyFrames {
+ public:
+  /// Those of the file \p path, which is read again when another one is named or it was written anew;
+  /// null: it is empty. Throws Error as load_key_frames() does, each time.
+  const KeyFrames* of(const std::string& path);
+
+ private:
+  std::string path_;
+  std::filesystem::file_time_type written_;
+  std::optional<KeyFrames> keys_;  // these two are what the file gave
+  std::optional<Error> why_;
+};
+
+/// The camera of \p view: each shot has a name of its own, for composite's motion blur. Throws Error as
+/// look_at().
+Camera viewport_camera(const KeyFrames::View& view, int width, int height);
 
 /// Takes a navigation event; true: the view changes. \p height: of the picture that the mouse is
 /// on, pixels. The caller holds the lock that protects \p control.

@@ -124,17 +124,18 @@ GstBuffer* acquire(GstAggregator* aggregator, const GstVideoInfo& info) {
   return gst_buffer_pool_acquire_buffer(pool, &buffer, nullptr) == GST_FLOW_OK ? buffer : nullptr;
 }
 
-/// The composite of \p frame, whose reference it takes; null: the pool is flushing. \p place is set
-/// where it is still to be taken from there.
-GstBuffer* compose(Composite& self, GstBuffer* frame, const std::vector<GstAggregatorPad*>& meshes,
-                   bool later, std::optional<unsigned>& place) {
+/// The composite of \p frame, whose reference it takes, of the stream time \p time; null: the pool is
+/// flushing. \p place is set where it is still to be taken from there.
+GstBuffer* compose(Composite& self, GstBuffer* frame, GstClockTime time,
+                   const std::vector<GstAggregatorPad*>& meshes, bool later,
+                   std::optional<unsigned>& place) {
   g_autoptr(GstBuffer) held = frame;
   const bool video = is_video_output(self.output_info);
   const bool same_memory = !video && self.background_on_gpu == self.output_on_gpu;
   const FrameBuffers buffers{frame, &self.background_info, &self.output_info,
                              self.background_on_gpu, self.output_on_gpu};
-  self.composer.prepare(snapshot(self.element, self.settings), self.background_info, frame, meshes,
-                        self.background_on_gpu || self.output_on_gpu);
+  self.composer.prepare(snapshot(self.element, self.settings), self.background_info, frame, time,
+                        meshes, self.background_on_gpu || self.output_on_gpu);
   if (meshes.empty()) self.statistics.count("no-mesh");
   if (self.composer.unusable() > 0)
     self.statistics.warn(GST_ELEMENT_CAST(self.element), "meshes-unusable",
@@ -258,7 +259,8 @@ Made make_frame(Composite& self, const CompositePads& pads, bool live, bool time
   const CompositeSettings settings = snapshot(self.element, self.settings);
   std::optional<unsigned> place;
   const std::vector<GstAggregatorPad*> meshes = shown(pads, frame.end, settings.max_mesh_age);
-  GstBuffer* out = compose(self, g_steal_pointer(&picture), meshes, settings.async_readback, place);
+  GstBuffer* out =
+      compose(self, g_steal_pointer(&picture), stream_time, meshes, settings.async_readback, place);
   if (!out) return {nullptr, GST_FLOW_FLUSHING};
   GST_LOG_OBJECT(self.element, "%zu of %zu meshes, %s%s, in %.1f ms: %" GST_PTR_FORMAT,
                  meshes.size(), pads.meshes.size(), self.composer.drawn_by(),

@@ -178,7 +178,8 @@ gboolean Composite::navigate(GstEvent* event) {
     bool moved = false;
     {
       const ObjectLock lock(element);
-      moved = settings.navigate && element::navigate(event, control, height);
+      moved = settings.navigate && settings.key_frames.empty() &&
+              element::navigate(event, control, height);
       if (moved) settings.set_pose(control.take(settings.pose()));
     }
     if (moved)
@@ -220,7 +221,9 @@ void Composite::class_init(gpointer klass) {
       "through-lens (frames that the lens changed; lens-ms: the time for it), motion-blurred "
       "(frames in which the viewport moved), lens-without-scene (frames blurred by a depth that "
       "nobody knows), "
-      "image-based (subjects drawn so), image-based-refused (that could not), announcements, "
+      "viewports-unusable (frames with an impossible viewport or broken key frames: the last one "
+      "stayed), image-based (subjects drawn so), image-based-refused (that could not), "
+      "announcements, "
       "announcements-unusable, …-skipped and …-reused "
       "(work left out), scene-planes-taken (new views whose triangles the background's source had "
       "brought to the screen), pictures-uploaded and -skipped, bytes-uploaded (to OpenGL), of "

@@ -58,6 +58,7 @@ FrameComposer::FrameComposer(CompositeGl& gl, Statistics& statistics)
                       "through-lens",
                       "motion-blurred",
                       "lens-without-scene",
+                      "viewports-unusable",
                       "pixels-shaded",
                       "pixels-changed"});
 }
@@ -87,8 +88,8 @@ void FrameComposer::announce(std::optional<Announcement> announcement) {
 }
 
 void FrameComposer::prepare(const CompositeSettings& settings, const GstVideoInfo& info,
-                            GstBuffer* background, const std::vector<GstAggregatorPad*>& meshes,
-                            bool on_gpu) {
+                            GstBuffer* background, GstClockTime time,
+                            const std::vector<GstAggregatorPad*>& meshes, bool on_gpu) {
   settings_ = render_settings(settings);
   view_ = settings.view;
   frame_.width = GST_VIDEO_INFO_WIDTH(&info);
@@ -103,14 +104,7 @@ void FrameComposer::prepare(const CompositeSettings& settings, const GstVideoInf
                      "OpenGL does not draw subject=image-based: the meshes' triangles are drawn "
                      "instead. Set backend=processor, with pictures in system memory.");
   for (GstAggregatorPad* pad : meshes) add_subject(pad, by_image);
-  if (announcement_) {
-    frame_.viewport = announcement_->viewport;
-  } else {
-    const ViewportPose pose = settings.pose();
-    frame_.viewport =
-        look_at(pose.eye, pose.target, settings.field_of_view, frame_.width, frame_.height);
-    frame_.viewport.distortion = settings.distortion();
-  }
+  set_viewport(settings, time);
   if (announcement_ && !announcement_->scene.empty()) {
     frame_.scene = open(announcement_->scene);
     frame_.lights = announcement_->lights;
@@ -143,6 +137,28 @@ void FrameComposer::prepare(const CompositeSettings& settings, const GstVideoInf
   } else {
     if (!processor_) processor_ = std::make_unique<ProcessorRenderer>();
     plan_ = processor_->plan(frame_, settings_);
+  }
+}
+
+/// The background's, else that of the properties. One that is impossible for a moment does not end the
+/// stream.
+void FrameComposer::set_viewport(const CompositeSettings& settings, GstClockTime time) {
+  if (announcement_) {
+    frame_.viewport = announcement_->viewport;
+    return;
+  }
+  try {
+    const KeyFrames* keys = key_frames_.of(settings.key_frames);
+    const double seconds =
+        GST_CLOCK_TIME_IS_VALID(time) ? static_cast<double>(time) / GST_SECOND : 0.0;
+    frame_.viewport = viewport_camera(
+        keys ? keys->at(seconds) : KeyFrames::View{settings.pose(), settings.field_of_view, 0},
+        frame_.width, frame_.height);
+    frame_.viewport.distortion = settings.distortion();
+  } catch (const Error& error) {
+    if (frame_.viewport.width != frame_.width || frame_.viewport.height != frame_.height) throw;
+    statistics_.warn(gl_.element(), "viewports-unusable",
+                     fmt::format("{} The last viewport stays.", error.what()));
   }
 }
 

@@ -52,11 +52,11 @@ class FrameComposer {
   bool announced() const { return announcement_.has_value(); }
 
   /// Gets the frame ready: what is to be drawn, and by what. \p meshes are the pads with a mesh to
-  /// show, \p background the frame that may have planes attached; \p on_gpu: a picture comes or
-  /// goes in OpenGL's memory. Throws Error where the scene cannot be opened, the viewport is none,
-  /// or OpenGL is asked for and not to be had.
+  /// show, \p background the frame that may have planes attached, \p time its stream time where it is
+  /// valid; \p on_gpu: a picture comes or goes in OpenGL's memory. Throws Error where the scene cannot
+  /// be opened, there has been no viewport and this is none, or OpenGL is asked for and not to be had.
   void prepare(const CompositeSettings& settings, const GstVideoInfo& info, GstBuffer* background,
-               const std::vector<GstAggregatorPad*>& meshes, bool on_gpu);
+               GstClockTime time, const std::vector<GstAggregatorPad*>& meshes, bool on_gpu);
 
   /// Whether the background is the result as it is.
   bool untouched() const {
@@ -109,6 +109,7 @@ class FrameComposer {
                  int target_stride, LensWork& work);
   void lens_over_greys(const std::uint8_t* background, int background_stride, std::uint8_t* target,
                        int target_stride, int width, int height, LensWork& work);
+  void set_viewport(const CompositeSettings& settings, GstClockTime time);
   void set_lens(const CompositeSettings& settings, const GstVideoInfo& info, GstBuffer* background);
   void with_renderer(const std::function<void(Renderer&)>& work);
   bool run_gl(const std::function<void(Compositor&)>& work);  // false: it failed, and is given up
@@ -127,6 +128,7 @@ class FrameComposer {
   BackgroundContent background_content_;
   BackgroundVideo background_video_;
   std::optional<Announcement> announcement_;
+  ViewportKeyFrames key_frames_;
   std::string scene_name_;
   std::shared_ptr<const Scene> scene_;
   struct FailedScene {

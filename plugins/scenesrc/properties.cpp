@@ -143,11 +143,18 @@ std::span<const Property<ViewportSettings>> old_viewport_properties() {
 }
 
 Camera scene_viewport(const SceneSettings& settings, const ViewportControl& control,
-                      const std::optional<TrackedPose>& tracked, const Scene& scene, double seconds,
-                      int width, int height) {
+                      const std::optional<TrackedPose>& tracked, const KeyFrames* keys,
+                      const Scene& scene, double seconds, int width, int height) {
   if (tracked) {
     Camera camera = camera_of(*tracked, width, height, settings.field_of_view);
     if (camera.distortion.empty()) camera.distortion = settings.distortion();
+    return camera;
+  }
+  if (keys) {
+    KeyFrames::View view = keys->at(seconds);
+    view.pose = control.apply(view.pose);
+    Camera camera = viewport_camera(view, width, height);
+    camera.distortion = settings.distortion();
     return camera;
   }
   double fov = settings.field_of_view;

@@ -52,11 +52,11 @@ std::span<const Property<SceneSettings>> scene_properties();
 std::span<const Property<ViewportSettings>> old_viewport_properties();
 
 /// The viewport at stream time \p seconds, for a picture of \p width x \p height square pixels: that of
-/// the tracked camera where \p tracked tells it. Throws Error when the settings or it make none (eye =
+/// the tracked camera where \p tracked tells it, else that of \p keys (null: none). Throws Error when the settings or it make none (eye =
 /// target, no such camera in the scene).
 Camera scene_viewport(const SceneSettings& settings, const ViewportControl& control,
-                      const std::optional<TrackedPose>& tracked, const Scene& scene, double seconds,
-                      int width, int height);
+                      const std::optional<TrackedPose>& tracked, const KeyFrames* keys,
+                      const Scene& scene, double seconds, int width, int height);
 
 /// \p lights, as the scene's file has them or as they are \p assumed, brightened and the first one
 /// moved.

@@ -55,8 +55,9 @@ Background::Work SceneStream::draw(GstElement* element, Statistics& statistics,
                                    const std::optional<TrackedPose>& tracked,
                                    const GstVideoInfo& info, GstClockTime pts) {
   try {
-    camera_ = scene_viewport(settings, control, tracked, background_->scene(),
-                             static_cast<double>(pts) / GST_SECOND, info.width, info.height);
+    camera_ = scene_viewport(settings, control, tracked, key_frames_.of(settings.key_frames),
+                             background_->scene(), static_cast<double>(pts) / GST_SECOND,
+                             info.width, info.height);
     aperture_ = tracked ? aperture_of(*tracked) : 0.0;
     focus_distance_ = tracked ? tracked->focus_distance_m.value_or(0.0) : 0.0;
   } catch (const Error& error) {

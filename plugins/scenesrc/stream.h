@@ -60,6 +60,7 @@ class SceneStream {
   float exposure_ = 1.0f;      // as in the scene's file
   bool assumed_ = false;       // these two, and a sky: the file has no light
   // The last picture. Its memory is in two buffers wherever one of them is sent: nobody may write to it.
+  ViewportKeyFrames key_frames_;
   BufferRef sent_;
   GstVideoFormat sent_format_ = GST_VIDEO_FORMAT_UNKNOWN;
   Camera camera_;                                 // the last good one; width 0: none yet

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
+#include <glib/gstdio.h>
 #include <gst/check/gstharness.h>
 #include <gst/gl/gl.h>
 #include <gst/video/navigation.h>
@@ -213,6 +214,45 @@ GST_START_TEST(announced_camera_without_scene_leaves_the_scene_to_properties) {
     gst_buffer_unref(out);
   }
   fail_unless(pictures[0] == pictures[1]);
+}
+GST_END_TEST
+
+// The viewport of key frames by stream time, as of properties; where they are broken the last one stays.
+GST_START_TEST(key_frames_place_the_viewport) {
+  g_autofree gchar* folder = g_dir_make_tmp("polyhull-key-frames-XXXXXX", nullptr);
+  const std::string path = std::string(folder) + "/move.json";
+  g_file_set_contents(path.c_str(),
+                      R"({"format": "polyhull-key-frames", "version": 1, "keys": [
+      {"time": 3, "eye": [0, 1.2, 4], "target": [0, 1, 0], "field-of-view": 60},
+      {"time": 5, "eye": [0, 1.2, 1], "field-of-view": 44, "easing": "linear"}]})",
+                      -1, nullptr);
+  std::vector<std::uint8_t> pictures[2];
+  for (const bool keyed : {false, true}) {
+    Bench bench;
+    if (keyed)
+      g_object_set(bench.element, "eye", "50,1,2", "key-frames", path.c_str(), nullptr);
+    else
+      g_object_set(bench.element, "eye", "0,1.2,2.5", nullptr);
+    GstSegment segment;
+    gst_segment_init(&segment, GST_FORMAT_TIME);
+    segment.start = segment.time = segment.position = 4 * GST_SECOND;
+    gst_harness_push_event(bench.background, gst_event_new_segment(&segment));
+    gst_harness_push(bench.mesh, mesh_buffer(0));
+    GstBuffer* out = bench.step(frame(4 * GST_SECOND), mesh_buffer(frame_time(1)));
+    fail_unless(changed_pixels(out) > 500);
+    pictures[keyed].resize(gst_buffer_get_size(out));
+    gst_buffer_extract(out, 0, pictures[keyed].data(), pictures[keyed].size());
+    gst_buffer_unref(out);
+    if (!keyed) continue;
+    g_object_set(bench.element, "key-frames", "/nowhere/move.json", nullptr);
+    out = bench.step(frame(4 * GST_SECOND + frame_time(1)), mesh_buffer(frame_time(2)));
+    fail_unless(changed_pixels(out) > 500);
+    gst_buffer_unref(out);
+    fail_unless_equals_uint64(test::statistic(bench.element, "viewports-unusable"), 1);
+  }
+  fail_unless(pictures[0] == pictures[1]);
+  g_remove(path.c_str());
+  g_rmdir(folder);
 }
 GST_END_TEST
 
@@ -440,6 +480,7 @@ static Suite* composite_suite() {
   tcase_add_test(fed, bad_payloads_do_not_stop_the_picture);
   tcase_add_test(fed, announced_camera_counts);
   tcase_add_test(fed, announced_camera_without_scene_leaves_the_scene_to_properties);
+  tcase_add_test(fed, key_frames_place_the_viewport);
   tcase_add_test(fed, navigation_moves_the_viewport);
   tcase_add_test(fed, eos_flush_and_lifetime);
   tcase_add_test(fed, live_without_a_background_frame_waits);

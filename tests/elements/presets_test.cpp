@@ -21,7 +21,7 @@ const std::string folder = [] {
 const std::set<std::string> own{"name",           "parent",          "camera",      "device",
                                 "location",       "mesh-location",   "record",      "rig",
                                 "scene",          "clean-plate",     "inside-mask", "outside-mask",
-                                "inside-polygon", "outside-polygon", "scene-file"};
+                                "inside-polygon", "outside-polygon", "scene-file",  "key-frames"};
 
 std::vector<std::string> element_names() {
   std::vector<std::string> names;

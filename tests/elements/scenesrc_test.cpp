@@ -410,6 +410,96 @@ GST_START_TEST(controllers_drive_the_viewport) {
 }
 GST_END_TEST;
 
+GST_START_TEST(key_frames_move_the_viewport) {
+  const std::string path = (folder / "move.json").string();
+  std::ofstream(path) << R"({"format": "polyhull-key-frames", "version": 1, "keys": [
+      {"time": 0, "eye": [1, 1.5, 2], "target": [0, 0.3, 0], "field-of-view": 40},
+      {"time": 0.08, "eye": [3, 1.5, 2], "easing": "linear"},
+      {"time": 0.12, "cut": true, "eye": [0, 1, 3], "field-of-view": 20}]})";
+  Log log;
+  run(line_of("num-buffers=5 path=orbit key-frames=" + path), log);
+  fail_unless_equals_int(log.announcements.size(), 4);  // the last one holds for two frames
+  const double xs[] = {1, 2, 3, 0};
+  for (std::size_t i = 0; i < 4; ++i) {
+    const Camera& viewport = log.announcements[i].viewport;
+    fail_unless(std::abs(viewport.centre().x - xs[i]) < 1e-9, "%g", viewport.centre().x);
+    const double degrees = 2.0 * glm::degrees(std::atan(24.0 / viewport.K[1][1]));
+    fail_unless(std::abs(degrees - (i < 3 ? 40 : 20)) < 1e-9, "%g", degrees);
+    // Who blurs motion knows by the name that a cut is none.
+    fail_unless((viewport.name == log.announcements[0].viewport.name) == (i < 3));
+  }
+  std::ofstream(path)
+      << R"({"format": "polyhull-key-frames", "version": 1, "keys": [{"time": -1}]})";
+  const std::string result = run_to_end(line_of("num-buffers=5 key-frames=" + path));
+  fail_unless(result.find("move.json: keys[0]") != std::string::npos, "%s", result.c_str());
+}
+GST_END_TEST;
+
+// While playing they are read when they are named, or written anew; broken ones leave the viewport.
+GST_START_TEST(key_frames_are_live) {
+  const std::string path = (folder / "live.json").string();
+  const auto write = [&](const std::string& key) {
+    std::ofstream(path + ".new") << R"({"format": "polyhull-key-frames", "version": 1, "keys": [)" +
+                                        key + "]}";
+    std::filesystem::rename(path + ".new", path);
+  };
+  const auto at = [](const char* x) {
+    return std::string(R"({"time": 0, "target": [0, 0.3, 0], "field-of-view": 40, "eye": [)") + x +
+           ", 1, 2]}";
+  };
+  Log log;
+  GstElement* pipeline = start(line_of("", "width=64,height=48,framerate=50/1"), log);
+  GstElement* sink = gst_bin_get_by_name(GST_BIN(pipeline), "sink");
+  g_object_set(sink, "sync", TRUE, nullptr);
+  GstElement* source = gst_bin_get_by_name(GST_BIN(pipeline), "src");
+  gst_element_set_state(pipeline, GST_STATE_PLAYING);
+  wait_for_frames(log, 1);
+  const auto expect_x = [&](double x) {
+    const gint64 end = g_get_monotonic_time() + 10 * G_TIME_SPAN_SECOND;
+    double found = NAN;
+    while (!(std::abs(found - x) < 1e-9)) {
+      fail_unless(g_get_monotonic_time() < end, "%g instead of %g", found, x);
+      g_usleep(10000);
+      g_mutex_lock(&log.mutex);
+      found = log.announcements.back().viewport.centre().x;
+      g_mutex_unlock(&log.mutex);
+    }
+  };
+  write(at("2"));
+  g_object_set(source, "key-frames", path.c_str(), nullptr);
+  expect_x(2);
+  write(at("3"));
+  expect_x(3);
+  write("{}");
+  for (int i = 0; i < 1000 && counter(pipeline, "warnings") == 0; ++i) g_usleep(10000);
+  fail_unless(counter(pipeline, "warnings") > 0);
+  expect_x(3);
+  write(at("4"));
+  expect_x(4);
+  // Three numbers at once, and what is none.
+  g_object_set(source, "key-frames", nullptr, "eye", "-1.5, 2,2.5e0", "target", "0,0.5,0", nullptr);
+  expect_x(-1.5);
+  gdouble y = 0.0, z = 0.0;
+  g_object_get(source, "eye-y", &y, "target-y", &z, nullptr);
+  fail_unless(y == 2.0 && z == 0.5);
+  for (const char* wrong : {"1,2", "1,2,3,4", "1;2;3", "1,2,x", "1,2,nan", "1,2,1e7", "", "1,,2"}) {
+    g_object_set(source, "eye", wrong, nullptr);
+    g_object_get(source, "eye-y", &y, nullptr);
+    fail_unless(y == 2.0, "%s", wrong);
+  }
+  GstBus* bus = gst_element_get_bus(pipeline);
+  expect_warning(bus, "\"eye\" was set to something that is not three numbers");
+  gst_object_unref(bus);
+  gst_object_unref(source);
+  gst_object_unref(sink);
+  stop(pipeline);
+  // Before there is a pipeline that could take a message.
+  GstElement* alone = gst_element_factory_make("scenesrc", nullptr);
+  ASSERT_WARNING(g_object_set(alone, "eye", "1 2 3", nullptr));
+  gst_object_unref(alone);
+}
+GST_END_TEST;
+
 GST_START_TEST(mouse_and_keys_move_the_viewport) {
   Log log;
   GstElement* pipeline = start(line_of("", "width=64,height=48,framerate=50/1"), log);
@@ -570,6 +660,8 @@ static Suite* scenesrc_suite() {
   tcase_add_test(tests, live_properties_act_on_the_next_frame);
   tcase_add_test(tests, old_names_are_accepted_with_a_warning);
   tcase_add_test(tests, controllers_drive_the_viewport);
+  tcase_add_test(tests, key_frames_move_the_viewport);
+  tcase_add_test(tests, key_frames_are_live);
   tcase_add_test(tests, mouse_and_keys_move_the_viewport);
   tcase_add_test(tests, a_still_view_is_refined_and_then_only_repeated);
   tcase_add_test(tests, live_frames_come_at_their_time_and_are_refined_between);

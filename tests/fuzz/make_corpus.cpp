@@ -149,6 +149,11 @@ int main(int count, char** arguments) {
         std::string("Zoom,hfov deg,K2,P1,K6,Projection offset x [mm]\r\n0,60,0,0,0,0.1\r\n"
                     "1,5,0.1,0,0,0\r\nFocus,Focus distance (ft)\r\n0,2\r\n1,inf\r\n"),
         "commas");
+  write("key_frames",
+        std::string(R"({"format":"polyhull-key-frames","version":1,"description":"a","keys":[
+{"time":0,"eye":[0,1,3],"target":[0,1,0],"field-of-view":40},
+{"time":1,"eye":[2,1,3],"easing":"ease-in-out"},{"time":1,"cut":true,"target":[0,1,1]},
+{"time":2.5,"easing":"linear"},{"time":3,"easing":"smooth"}]})"));
   write("opentrackio", text, "json");
   write("opentrackio", nlohmann::json::to_cbor(sample), "cbor");
   write("opentrackio", track_examples::segment(text, 1, 1, 0, text.size(), 255), "segment");
