@@ -40,7 +40,7 @@ struct SceneSrc : FrameSource {
     statistics.declare({"frames", "frames-drawn", "frames-refined", "frames-repeated",
                         "frames-skipped", "frames-unwanted", "light-fills", "light-points",
                         "light-loads", "light-exact", "light-rays", "rays", "pixels-smoothed",
-                        "samples", "warnings"});
+                        "samples", "warnings", "clipped"});
     gst_base_src_set_live(GST_BASE_SRC(object), settings.live);
     gst_pad_add_probe(GST_BASE_SRC_PAD(object), GST_PAD_PROBE_TYPE_BUFFER, announce, object,
                       nullptr);
@@ -174,6 +174,9 @@ GstFlowReturn create(GstPushSrc* push, GstBuffer** out) {
     const bool exact = stream.background().light_is_exact();
     const std::string& why = stream.background().light_not_kept();
     if (!why.empty() && (lit || why != said)) statistics.warn(GST_ELEMENT(push), "warnings", why);
+    if (work != Background::Work::none)
+      if (const std::string too_bright = stream.clipped(settings); !too_bright.empty())
+        statistics.warn(GST_ELEMENT(push), "clipped", too_bright);
     statistics.set_count("light-exact", exact);
     statistics.set_count("light-rays", stream.background().light_rays());
     statistics.set_count("samples", stream.background().samples());
@@ -242,7 +245,9 @@ void SceneSrc::class_init(gpointer klass) {
       "pixels-smoothed (of drawn frames: that show several triangles, or with rays are drawn with "
       "eight), samples (per pixel, in the picture now), light-fills (how often the light was "
       "computed), light-loads (found in a file), light-exact (1: it is not on its way there), "
-      "light-rays (of the light in the picture), light-points, warnings; of the pad track poses, "
+      "light-rays (of the light in the picture), light-points, warnings, clipped (1: most of a "
+      "picture was "
+      "white, as a warning said once); of the pad track poses, "
       "poses-unusable, frames-tracked, frames-untracked (before the first pose, or more than a "
       "second after the last), frames-ahead (tracked, but later than the last pose), track-losses; "
       "times in milliseconds: last-frame-ms, last-drawn-ms, light-ms; and threads-used (how many "

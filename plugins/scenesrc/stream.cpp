@@ -22,6 +22,7 @@ constexpr int bounces_by_spots = 1024;  // what a spot lights is small, and foun
 
 void SceneStream::open(const SceneSettings& settings) {
   close();
+  said_clipped_ = false;
   const std::filesystem::path folder =
       settings.light_cache ? std::filesystem::path(g_get_user_cache_dir()) / "polyhull" / "light"
                            : std::filesystem::path();
@@ -86,6 +87,32 @@ std::string SceneStream::without_light(const SceneSettings& settings) const {
       "assumed, which do not reach into closed rooms. Give it a lamp, sun or glowing plane, or set "
       "assumed-light=false to have it dark.",
       name);
+}
+
+std::string SceneStream::clipped(const SceneSettings& settings) {
+  constexpr std::size_t step = 31;  // pixels: a sample is enough, and costs nothing
+  constexpr float shown = 0.18f;    // of white: photographers' middle grey, for half of the pixels
+  if (said_clipped_) return {};
+  const std::vector<Vec3f>& picture = background_->picture();
+  std::vector<float> light;
+  for (std::size_t i = 0; i < picture.size(); i += step)
+    light.push_back(glm::dot(picture[i], Vec3f(0.2126f, 0.7152f, 0.0722f)));
+  const auto white = std::count_if(light.begin(), light.end(), [](float l) { return l >= 1.0f; });
+  if (2 * static_cast<std::size_t>(white) <= light.size()) return {};
+  said_clipped_ = true;
+  const auto middle = light.begin() + static_cast<std::ptrdiff_t>(light.size() / 2);
+  std::nth_element(light.begin(), middle, light.end());
+  const float factor = shown / *middle;
+  const double stops = std::log2(factor), compensation = settings.exposure_compensation + stops;
+  return fmt::format(
+      "Most of the picture is clipped to white ({:.0f} %): for the lights of '{}' it is exposed "
+      "{:.1f} stops too long. Set {}the scene's exposure to {:.3g}; of a file from Blender, look "
+      "at "
+      "the units of its lamps (\"Light units\" in docs/scenes.md).",
+      100.0 * static_cast<double>(white) / static_cast<double>(light.size()),
+      background_->scene().name, -stops,
+      compensation >= -10.0 ? fmt::format("exposure-compensation={:.1f}, or ", compensation) : "",
+      exposure_ * factor);
 }
 
 bool SceneStream::refine(GstBaseSrc* source, const SceneSettings& settings, GstClockTime due) {

@@ -44,6 +44,10 @@ class SceneStream {
   /// What is to be said of a scene that has no light; empty: it has some.
   std::string without_light(const SceneSettings& settings) const;
 
+  /// What is to be said, once, of a picture most of which is white for being exposed too long; empty:
+  /// it is not.
+  std::string clipped(const SceneSettings& settings);
+
   /// A buffer with the background's picture; a picture that has not changed is the same memory
   /// again.
   GstBuffer* make_buffer(const GstVideoInfo& info, bool changed);
@@ -56,11 +60,12 @@ class SceneStream {
 
  private:
   std::unique_ptr<Background> background_;
+  ViewportKeyFrames key_frames_;
   std::vector<Light> lights_;  // as in the scene's file
   float exposure_ = 1.0f;      // as in the scene's file
   bool assumed_ = false;       // these two, and a sky: the file has no light
+  bool said_clipped_ = false;
   // The last picture. Its memory is in two buffers wherever one of them is sent: nobody may write to it.
-  ViewportKeyFrames key_frames_;
   BufferRef sent_;
   GstVideoFormat sent_format_ = GST_VIDEO_FORMAT_UNKNOWN;
   Camera camera_;                                 // the last good one; width 0: none yet

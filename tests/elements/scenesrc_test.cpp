@@ -500,6 +500,25 @@ GST_START_TEST(key_frames_are_live) {
 }
 GST_END_TEST;
 
+GST_START_TEST(a_picture_that_is_mostly_white_is_said_once) {
+  for (const bool bright : {false, true}) {
+    GstElement* pipeline =
+        parse(line_of(std::string("num-buffers=4 eye=0,1.5,0.1 target=0,0,0 field-of-view=40 ") +
+                      (bright ? "exposure-compensation=5" : "")));
+    GstElement* source = gst_bin_get_by_name(GST_BIN(pipeline), "src");
+    control(source, "eye-x", 0.0, 0.1, 160 * GST_MSECOND);  // each frame is another view
+    gst_object_unref(source);
+    GstBus* bus = gst_element_get_bus(pipeline);
+    gst_element_set_state(pipeline, GST_STATE_PLAYING);
+    const std::string end = wait_for_end(pipeline);
+    fail_unless(end.empty(), "%s", end.c_str());
+    fail_unless_equals_int(counter(pipeline, "clipped"), bright);
+    stop(pipeline);
+    gst_object_unref(bus);
+  }
+}
+GST_END_TEST;
+
 GST_START_TEST(mouse_and_keys_move_the_viewport) {
   Log log;
   GstElement* pipeline = start(line_of("", "width=64,height=48,framerate=50/1"), log);
@@ -662,6 +681,7 @@ static Suite* scenesrc_suite() {
   tcase_add_test(tests, controllers_drive_the_viewport);
   tcase_add_test(tests, key_frames_move_the_viewport);
   tcase_add_test(tests, key_frames_are_live);
+  tcase_add_test(tests, a_picture_that_is_mostly_white_is_said_once);
   tcase_add_test(tests, mouse_and_keys_move_the_viewport);
   tcase_add_test(tests, a_still_view_is_refined_and_then_only_repeated);
   tcase_add_test(tests, live_frames_come_at_their_time_and_are_refined_between);
