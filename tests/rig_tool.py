@@ -62,7 +62,7 @@ def number_after(text, words):
 def check_plan(folder):
     small = ["--picture", "128x96", "--fov", "72", "--distance", "3", "--heights", "1.4"]
     planned, drawing = os.path.join(folder, "planned.json"), os.path.join(folder, "plan.svg")
-    text = run("plan", "--cameras", "3", *small, "--drawing", drawing, "-o", planned)
+    text = run("plan", "--cameras", "3", *small, "--room", "5x7", "--drawing", drawing, "-o", planned)
     assert "off facing" in text and "by more" in text, text
     with open(planned) as file:
         rig = json.load(file)
@@ -73,6 +73,14 @@ def check_plan(folder):
     circles = [node for node in svg.iter() if node.tag.endswith("circle")]
     assert svg.tag.endswith("svg") and len(circles) == 3, drawing
 
+    # Within walls that are nearer than the distance.
+    rows = [line.split() for line in text.splitlines() if line.startswith("cam")]
+    assert len(rows) == 3 and all(abs(float(row[4])) <= 2.2 for row in rows), text
+    assert text.count("counter-clockwise from above") == 1, text
+    for row in rows:
+        assert abs((float(row[1]) + 180) % 360 - float(row[10])) < .2 and float(row[11]) < 0, row
+    assert len([node for node in svg.iter() if node.tag.endswith("rect")]) == 3, drawing
+
     # The same forecast for the file, and what one more would bring.
     checked = run("check", planned)
     words = "refined surface"
@@ -82,7 +90,8 @@ def check_plan(folder):
     assert "one camera more" not in run("check", "--no-forecast", planned)
 
     for arguments, words in ((["--stage", "2x2"], "WIDTHxDEPTHxHEIGHT"), (["--stage", "1x.3x2.3"], "1.2 x 1.2 x 2 m"),
-                             (["--picture", "big"], "WIDTHxHEIGHT"), (["--cameras", "1"], "2 to 64"),
+                             (["--picture", "big"], "WIDTHxHEIGHT"), (["--room", "5"], "WIDTHxDEPTH"),
+                             (["--room", "2.5x9"], "more than 3 x 3 m"), (["--cameras", "1"], "2 to 64"),
                              (["--distance", "1.8", "--fov", "40"], "field of view of"),
                              (["--drawing", "/nowhere/plan.svg", *small], "/nowhere/plan.svg")):
         note = run("plan", *arguments, fails=True)

@@ -255,6 +255,10 @@ int main(int count, char** values) {
                         "Unit of the calibration: m, cm, mm, in, ft or a number of metres");
   import_command.option("--names", &arguments.options.name,
                         "Names for cameras without one (default cam%d)");
+  command.option(
+      "--room", &arguments.room,
+      "WIDTHxDEPTH (x, z) of the room around the stage, metres: cameras stand .3 m off its "
+      "walls, nearer than --distance where these are nearer");
   import_command.option("--first", &arguments.options.first,
                         "Number of the first such camera (default 0)");
   import_command.option("--board", &arguments.options.board,

@@ -214,7 +214,8 @@ std::string text_of(const Forecast& forecast, const std::vector<Camera>& cameras
 
 std::string table_of(const std::vector<Camera>& cameras, const Stage& stage) {
   std::string text =
-      "name       azimuth   distance    height   looks at height   px per m   off facing\n";
+      "name       azimuth   distance         x         z    height      pan     tilt   looks at "
+      "height   px per m   off facing\n";
   for (const Camera& camera : cameras) {
     const Vec3 centre = camera.centre(), axis = glm::transpose(camera.R) * Vec3(0, 0, 1);
     const double along = std::hypot(axis.x, axis.z);
@@ -222,12 +223,20 @@ std::string table_of(const std::vector<Camera>& cameras, const Stage& stage) {
     for (const Camera& other : cameras) {
       if (&other != &camera) off = std::min(off, off_facing(camera, other));
     }
-    text += fmt::format("{:10} {:7.1f}   {:6.2f} m  {:6.2f} m   {:13.2f} m   {:8.0f}   {:10.1f}\n",
-                        camera.name, azimuth_of(camera), distance_of(camera), centre.y,
-                        centre.y + axis.y / std::max(along, 1e-6) * distance_of(camera),
-                        camera.K[0][0] / camera.to_camera(stage.middle()).z, off);
+    const double pan = glm::degrees(std::atan2(axis.x, axis.z)),
+                 tilt = glm::degrees(std::atan2(axis.y, along));
+    text += fmt::format(
+        "{:10} {:7.1f}   {:6.2f} m  {:6.2f} m  {:6.2f} m  {:6.2f} m  {:7.1f}  {:7.1f}   "
+        "{:13.2f} m   {:8.0f}   {:10.1f}\n",
+        camera.name, azimuth_of(camera), distance_of(camera), centre.x, centre.z, centre.y,
+        pan < -0.05 ? pan + 360.0 : std::abs(pan), tilt,
+        centre.y + axis.y / std::max(along, 1e-6) * distance_of(camera),
+        camera.K[0][0] / camera.to_camera(stage.middle()).z, off);
   }
-  return text;
+  return text +
+         "azimuth: where it stands, pan: where it looks, degrees from +z towards +x, which is\n"
+         "counter-clockwise from above; tilt: degrees above the horizon; x, z from the stage's "
+         "middle\n";
 }
 
 }  // namespace polyhull

@@ -35,8 +35,8 @@ Forecast forecast_of(const std::vector<Camera>& cameras, const Stage& stage);
 /// The forecast in words, some lines.
 std::string text_of(const Forecast& forecast, const std::vector<Camera>& cameras);
 
-/// One line for each camera: where it stands, what it looks at, how sharp, and by how many degrees
-/// it fails to face the camera that it faces most.
+/// One line for each camera: where it stands, where it looks (pan and tilt), how sharp, and by how many
+/// degrees it fails to face the camera that it faces most; and one that says what angles count from.
 std::string table_of(const std::vector<Camera>& cameras, const Stage& stage);
 
 }  // namespace polyhull

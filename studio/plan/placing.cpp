@@ -21,6 +21,7 @@ constexpr std::size_t points_each = 800;  // on each body
 constexpr double furthest = 30.0;         // metres
 constexpr double widest = 150.0;          // degrees of a field of view
 constexpr double smallest = 30.0;         // px that a person is tall
+constexpr double off_wall = 0.3;          // metres for a camera's body and its plugs
 constexpr double border = 0.02;           // of the picture that stays free of the stage
 constexpr int finalists = 3;
 constexpr int judged_side = 512;  // px of the pictures by which places are judged
@@ -93,6 +94,15 @@ Bounds person_on(const Stage& stage) {
   return {Vec3(-0.5, 0.0, -0.5), Vec3(0.5, std::min(stage.height, 1.9), 0.5)};
 }
 
+/// How far from the stage's axis a camera may stand in that direction.
+double wall_distance(const PlanRequest& request, double azimuth) {
+  if (!request.room) return std::numeric_limits<double>::infinity();
+  const Vec3 way = glm::abs(place(azimuth, 1.0, 0.0));
+  const double wall = std::min((0.5 * request.room->x - off_wall) / std::max(way.x, 1e-9),
+                               (0.5 * request.room->y - off_wall) / std::max(way.z, 1e-9));
+  return std::floor(20.0 * wall + 1e-9) / 20.0;  // twentieths of a metre
+}
+
 /// At a distance that is given.
 Camera at_distance(const Camera& like, double azimuth, double distance, double height,
                    const Stage& stage) {
@@ -112,6 +122,37 @@ Camera at_distance(const Camera& like, double azimuth, double distance, double h
   return camera;
 }
 
+/// Nothing where the walls are too near.
+std::optional<Camera> candidate_at(const PlanRequest& request, const Camera& like, double azimuth,
+                                   double height) {
+  const double wall = wall_distance(request, azimuth);
+  if (!request.distance) {
+    const Camera camera = nearest_whole(like, azimuth, height, request.stage);
+    return distance_of(camera) <= wall ? std::optional(camera) : std::nullopt;
+  }
+  if (wall >= *request.distance)
+    return at_distance(like, azimuth, *request.distance, height, request.stage);
+  const Vec3 centre = place(azimuth, wall, height);
+  const Camera camera = best_aimed(like, centre, person_on(request.stage));
+  const bool on_stage = std::abs(centre.x) <= 0.5 * request.stage.width &&
+                        std::abs(centre.z) <= 0.5 * request.stage.depth;
+  return !on_stage && reach(camera, person_on(request.stage)) <= 1.0 ? std::optional(camera)
+                                                                     : std::nullopt;
+}
+
+[[noreturn]] void refuse_room(const PlanRequest& request, std::size_t places) {
+  throw Error(Error::Kind::bad_input,
+              "Within the room's walls there are {} places for cameras from which {} the picture, "
+              "fewer than {} cameras; a wider field of view, a smaller stage{} would do.",
+              places,
+              request.distance ? "a person in the middle of the stage fits into"
+                               : "the whole stage fits into",
+              request.cameras,
+              request.distance ? ""
+                               : ", or a distance (--distance), for which a person in the middle "
+                                 "is enough,");
+}
+
 void check(const PlanRequest& request) {
   const auto refuse = [](bool wrong, const std::string& message) {
     if (wrong) throw Error(Error::Kind::bad_input, "{}", message);
@@ -125,6 +166,14 @@ void check(const PlanRequest& request) {
   refuse(!(request.fov >= 10.0 && request.fov <= widest),
          fmt::format("The field of view is {:g} degrees; 10 to {:g} can be planned.", request.fov,
                      widest));
+  if (request.room) {
+    const Vec2 least(request.stage.width + 2.0 * off_wall, request.stage.depth + 2.0 * off_wall);
+    refuse(!(request.room->x > least.x && request.room->y > least.y && request.room->x <= 100.0 &&
+             request.room->y <= 100.0),
+           fmt::format("The room is {:g} x {:g} m (x, z); around this stage it must be more than "
+                       "{:g} x {:g} m, for cameras stand {:g} m off its walls, and at most 100 m.",
+                       request.room->x, request.room->y, least.x, least.y, off_wall));
+  }
   const double clear = 0.5 * std::hypot(request.stage.width, request.stage.depth);
   refuse(request.distance && !(*request.distance > clear && *request.distance <= furthest),
          fmt::format("The distance is {:g} m; it must be more than {:.2f} m, where the stage's "
@@ -211,11 +260,12 @@ std::vector<Camera> candidates_of(const PlanRequest& request) {
   std::vector<Camera> candidates;
   for (const double height : heights) {
     for (int azimuth = 0; azimuth < 360; azimuth += azimuth_step) {
-      candidates.push_back(
-          request.distance ? at_distance(like, azimuth, *request.distance, height, request.stage)
-                           : nearest_whole(like, azimuth, height, request.stage));
+      if (const auto camera = candidate_at(request, like, azimuth, height))
+        candidates.push_back(*camera);
     }
   }
+  if (candidates.size() < static_cast<std::size_t>(request.cameras))
+    refuse_room(request, candidates.size());
   const Camera& first = candidates.front();
   const double tall = first.K[0][0] * 1.75 / distance_of(first);
   if (tall < smallest) {
@@ -240,7 +290,11 @@ std::vector<Camera> plan_cameras(const PlanRequest& request,
       sights_of(coarse(candidates, judged_side), bodies, surface_points(bodies, points_each));
 
   // Beginnings all around on the lowest height: exchanges find the others.
-  constexpr std::size_t starts = 360 / azimuth_step / 2;
+  const double lowest = candidates.front().centre().y;
+  const auto around = std::find_if(candidates.begin(), candidates.end(), [&](const Camera& camera) {
+    return std::abs(camera.centre().y - lowest) > 1e-6;
+  });
+  const auto starts = static_cast<std::size_t>(around - candidates.begin() + 1) / 2;
   std::vector<End> ends(starts);
   say(fmt::format("choosing {} of them, from {} beginnings", request.cameras, starts));
   parallel_for(starts, 1, 0, [&](std::size_t begin, std::size_t end) {

@@ -27,13 +27,17 @@ struct PlanRequest {
   double fov = 60.0;  ///< degrees from the picture's left to its right edge, 10 to 150
   /// Metres from the stage's axis; none: as near as the whole stage stays in the picture.
   std::optional<double> distance;
+  /// Metres of the room around the stage's axis along x and z, within whose walls cameras stand: .3 m
+  /// off them, and nearer than `distance` where these are nearer.
+  std::optional<Vec2> room;
   /// Metres above the floor; none: three up to the stage's height.
   std::vector<double> heights;
 };
 
 /// All places that \p request allows, as cameras without a name. Throws Error (bad_input), with what
 /// would do, where from one of the heights a picture does not hold the stage from 30 m away, or a
-/// person from the distance that is given, and where a person is less than 30 px tall.
+/// person from the distance that is given, where a person is less than 30 px tall, and where a room
+/// has fewer places than cameras.
 std::vector<Camera> candidates_of(const PlanRequest& request);
 
 /// The planned cameras, named cam0, cam1, … by azimuth. Says what it does in \p progress, a line

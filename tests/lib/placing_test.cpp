@@ -49,6 +49,21 @@ PlanRequest small_request(int cameras) {
   return request;
 }
 
+/// How far the stage's corners reach from the picture's middle, 1 at its border.
+double reach_of(const Camera& camera, const Stage& stage) {
+  const Bounds box = stage.bounds();
+  double most = 0.0;
+  for (int corner = 0; corner < 8; ++corner) {
+    const auto pixel =
+        camera.project({corner & 1 ? box.max.x : box.min.x, corner & 2 ? box.max.y : box.min.y,
+                        corner & 4 ? box.max.z : box.min.z});
+    if (!pixel) return INFINITY;
+    most = std::max({most, std::abs(pixel->x - camera.K[2][0]) / (0.5 * camera.width),
+                     std::abs(pixel->y - camera.K[2][1]) / (0.5 * camera.height)});
+  }
+  return most;
+}
+
 std::string refusal(const PlanRequest& request) {
   try {
     candidates_of(request);
@@ -234,6 +249,49 @@ TEST(Candidates, HoldTheWholeStage) {
     }
     EXPECT_LT(distance_of(camera), 9.0);
   }
+}
+
+TEST(Candidates, StandWithinTheWalls) {
+  PlanRequest request = small_request(4);
+  request.stage = {2.0, 2.0, 2.2};
+  request.room = Vec2(7.0, 4.4);
+  std::size_t farther = 0;
+  const std::vector<Camera> found = candidates_of(request);
+  for (const Camera& camera : found) {
+    const Vec3 centre = camera.centre();
+    EXPECT_LE(std::abs(centre.x), 3.5 - 0.3 + 1e-9);
+    EXPECT_LE(std::abs(centre.z), 2.2 - 0.3 + 1e-9);
+    EXPECT_LE(distance_of(camera), 3.0 + 1e-9);
+    farther += distance_of(camera) > 2.99;
+  }
+  // As far as was asked for where the walls allow it, nearer elsewhere.
+  EXPECT_GT(farther, 10u);
+  EXPECT_GT(found.size(), farther + 10);
+  // Where the whole stage must be seen, from the ends of the room only.
+  request.distance.reset();
+  request.fov = 90.0;
+  const std::vector<Camera> whole = candidates_of(request);
+  EXPECT_GE(whole.size(), 4u);
+  EXPECT_LT(whole.size(), 72u);
+  for (const Camera& camera : whole) EXPECT_LT(reach_of(camera, request.stage), 1.0);
+  request.fov = 60.0;
+  EXPECT_TRUE(mentions(refusal(request), "--distance")) << refusal(request);
+  request.room = Vec2(2.5, 8.0);
+  EXPECT_TRUE(mentions(refusal(request), "more than 2.6 x 2.6 m")) << refusal(request);
+}
+
+// Where cameras stand and look.
+TEST(TableOf, TellsPanAndTilt) {
+  std::vector<Camera> cameras = cameras_at({30.0, 300.0, 180.0});
+  const std::string text = table_of(cameras, Stage());
+  // 1.4 m high, 3 m away, at what is .95 m high.
+  EXPECT_TRUE(mentions(
+      text, "cam0          30.0     3.00 m    1.50 m    2.60 m    1.40 m    210.0     -8.5"))
+      << text;
+  EXPECT_TRUE(mentions(
+      text, "cam1         300.0     3.00 m   -2.60 m    1.50 m    1.40 m    120.0     -8.5"))
+      << text;
+  EXPECT_TRUE(mentions(text, "   1.40 m      0.0     -8.5")) << text;
 }
 
 TEST(Candidates, RefusalsSayWhatWouldDo) {

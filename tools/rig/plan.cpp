@@ -31,6 +31,16 @@ void read_sizes(PlanArguments& arguments) {
                 "--picture is '{}'; expected WIDTHxHEIGHT in pixels, such as 1920x1080.",
                 arguments.picture);
   }
+  if (!arguments.room.empty()) {
+    Vec2 room;
+    if (std::sscanf(arguments.room.c_str(), "%lfx%lf%c", &room.x, &room.y, &rest) != 2 ||
+        !(room.x > 0.0 && room.y > 0.0)) {
+      throw Error(Error::Kind::bad_input,
+                  "--room is '{}'; expected WIDTHxDEPTH (x, z) in metres, such as 6x5.",
+                  arguments.room);
+    }
+    arguments.request.room = room;
+  }
   if (arguments.distance != 0.0) arguments.request.distance = arguments.distance;
 }
 
@@ -68,7 +78,7 @@ Rig run_plan(PlanArguments& arguments) {
   const std::string text = text_of(forecast, rig.cameras);
   std::cout << table_of(rig.cameras, stage) << text;
   if (!arguments.drawing.empty()) {
-    write_text(plan_drawing(rig.cameras, stage, text), arguments.drawing);
+    write_text(plan_drawing(rig.cameras, stage, arguments.request.room, text), arguments.drawing);
   }
   return rig;
 }

@@ -3,6 +3,7 @@
 /// polyhull-rig plan, and the forecast of polyhull-rig check.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,8 +14,8 @@ namespace polyhull {
 /// The command line of polyhull-rig plan.
 struct PlanArguments {
   PlanRequest request;
-  std::string stage = "2.4x2.4x2.3", picture = "1920x1080";
-  double distance = 0.0;  ///< 0: as near as may be
+  std::string stage = "2.4x2.4x2.3", picture = "1920x1080", room;  ///< room: empty, none
+  double distance = 0.0;                                           ///< 0: as near as may be
   std::string output, drawing;
 };
 
@@ -27,8 +28,9 @@ Rig run_plan(PlanArguments& arguments);
 /// said, a sentence that begins with "no forecast: ".
 std::string forecast_text(const Rig& rig);
 
-/// The plan from above as SVG: the stage, the cameras with their fields of view, \p text below.
+/// The plan from above as SVG: the stage, the walls of \p room (x, z) where there is one, the cameras
+/// with their fields of view, \p text below.
 std::string plan_drawing(const std::vector<Camera>& cameras, const Stage& stage,
-                         const std::string& text);
+                         const std::optional<Vec2>& room, const std::string& text);
 
 }  // namespace polyhull

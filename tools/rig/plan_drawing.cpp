@@ -18,8 +18,10 @@ struct Paper {
   double y(double metres) const { return 0.5 * size + scale * metres; }
 };
 
-Paper paper_for(const std::vector<Camera>& cameras, const Stage& stage) {
+Paper paper_for(const std::vector<Camera>& cameras, const Stage& stage,
+                const std::optional<Vec2>& room) {
   double most = 0.5 * std::max(stage.width, stage.depth);
+  if (room) most = 0.5 * std::max(room->x, room->y);
   for (const Camera& camera : cameras) most = std::max(most, distance_of(camera));
   return {(0.5 * size - margin) / most};
 }
@@ -54,6 +56,15 @@ std::string escaped(const std::string& text) {
   return out;
 }
 
+/// Around the middle, in metres.
+std::string rectangle(const Paper& paper, double width, double depth, const char* stroke) {
+  return fmt::format(
+      "<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\" fill=\"none\" "
+      "stroke=\"{}\" stroke-width=\"1.5\"/>\n",
+      paper.x(-0.5 * width), paper.y(-0.5 * depth), paper.scale * width, paper.scale * depth,
+      stroke);
+}
+
 std::string label_of(const Camera& camera, const Paper& paper, const char* colour) {
   const Vec3 centre = camera.centre();
   const double out = 16.0 / std::max(distance_of(camera), 1e-6);
@@ -70,10 +81,10 @@ std::string label_of(const Camera& camera, const Paper& paper, const char* colou
 }  // namespace
 
 std::string plan_drawing(const std::vector<Camera>& cameras, const Stage& stage,
-                         const std::string& text) {
+                         const std::optional<Vec2>& room, const std::string& text) {
   constexpr const char* colours[] = {"#1f77b4", "#d62728", "#2ca02c", "#ff7f0e",
                                      "#9467bd", "#8c564b", "#17becf", "#7f7f7f"};
-  const Paper paper = paper_for(cameras, stage);
+  const Paper paper = paper_for(cameras, stage, room);
   const auto lines = std::count(text.begin(), text.end(), '\n');
   const double height = size + line * (static_cast<double>(lines) + 2.0);
   std::string out = fmt::format(
@@ -84,14 +95,12 @@ std::string plan_drawing(const std::vector<Camera>& cameras, const Stage& stage,
   for (std::size_t k = 0; k < cameras.size(); ++k) {
     out += field_of(cameras[k], paper, colours[k % std::size(colours)]);
   }
+  if (room) out += rectangle(paper, room->x, room->y, "#999");
+  out += rectangle(paper, stage.width, stage.depth, "black");
   out += fmt::format(
-      "<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\" fill=\"none\" "
-      "stroke=\"black\" stroke-width=\"1.5\"/>\n"
       "<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"middle\">{:g} x {:g} x {:g} m</text>\n"
       "<text x=\"12\" y=\"20\" fill=\"#666\">from above; x to the right, z downwards</text>\n",
-      paper.x(-0.5 * stage.width), paper.y(-0.5 * stage.depth), paper.scale * stage.width,
-      paper.scale * stage.depth, paper.x(0.0), paper.y(0.0), stage.width, stage.depth,
-      stage.height);
+      paper.x(0.0), paper.y(0.0), stage.width, stage.depth, stage.height);
   for (std::size_t k = 0; k < cameras.size(); ++k) {
     out += label_of(cameras[k], paper, colours[k % std::size(colours)]);
   }
