@@ -135,6 +135,31 @@ def check_refine(folder, cameras):
         assert words in note, (arguments, note)
 
 
+def write_board(path, camera, columns, rows, square):
+    """A chessboard of so many inner corners on the floor, its middle at the origin, four samples a pixel."""
+    width, depth = (columns + 1) * square, (rows + 1) * square
+    margin = [project(camera, [x * (width / 2 + square), 0, z * (depth / 2 + square)])
+              for x in (-1, 1) for z in (-1, 1)]
+    left, right = (int(f(p[0] for p in margin)) for f in (min, max))
+    top, bottom = (int(f(p[1] for p in margin)) for f in (min, max))
+    k, r, t = camera["K"], camera["R"], camera["t"]
+    centre = [-sum(r[i][j] * t[i] for i in range(3)) for j in range(3)]
+
+    def dark(u, v):
+        ray = [sum(r[i][j] * c for i, c in enumerate(((u - k[0][2]) / k[0][0], (v - k[1][2]) / k[1][1], 1)))
+               for j in range(3)]
+        way = -centre[1] / ray[1]
+        x, z = (centre[i] + way * ray[i] for i in (0, 2))
+        return abs(x) < width / 2 and abs(z) < depth / 2 and \
+            (math.floor((x + width / 2) / square) + math.floor((z + depth / 2) / square)) % 2 == 0
+    steps = (-.25, .25)
+    lines = [bytearray(b"\xdc" * camera["width"]) for _ in range(camera["height"])]
+    for y in range(max(0, top), min(camera["height"], bottom)):
+        for x in range(max(0, left), min(camera["width"], right)):
+            lines[y][x] -= 45 * sum(dark(x + du, y + dv) for du in steps for dv in steps)
+    write_grey(path, camera["width"], camera["height"], [bytes(line) for line in lines])
+
+
 def check_level(folder, cameras, masks):
     """The floor .25 m above the world's origin, by each way to say so."""
     low, levelled = os.path.join(folder, "low.json"), os.path.join(folder, "level.json")
@@ -148,7 +173,15 @@ def check_level(folder, cameras, masks):
             for camera in cameras[:2]:
                 file.write("{} {} {} {}\n".format(name, camera["name"], *project(camera, point)))
     pictures = ["--pictures", *(f"{name}={path}" for name, path in masks.items())]
-    for way, error in ((["--floor-points", marks], 1e-6), (["--floor", ".25", "--origin", "0", "0", "0"], 1e-6),
+    boards = {camera["name"]: os.path.join(folder, "board_" + camera["name"] + ".png") for camera in cameras[:2]}
+    for camera in cameras[:2]:
+        write_board(boards[camera["name"]], camera, 6, 3, .12)
+    seen = [f"{name}={path}" for name, path in boards.items()]
+
+    def board(*seen, size="6x3", square="120"):
+        return ["--board", size, "--square", square, "--pictures", *seen]
+    for way, error in ((board(*seen), .002), (board(seen[0]), .01), (["--floor-points", marks], 1e-6),
+                       (["--floor", ".25", "--origin", "0", "0", "0"], 1e-6),
                        (["--points", "0", ".25", "0", "-1", ".25", "0", "0", ".25", "2"], 1e-6),
                        (pictures, .012)):
         table = run("level", low, *way, "--stage", "2x3x2.2", "-o", levelled)
@@ -162,7 +195,11 @@ def check_level(folder, cameras, masks):
         assert all(abs(a - b) < error for a, b in zip(heights, truth)), (way, heights, truth)
     for arguments, words in ((["--points", "1", "2"], "x y z of each point"), ([], "in one way"),
                              (["--floor", "0", "--stage", "big"], "--stage is 'big'"),
-                             (["--floor", "0", "--unit", "ell"], "'ell'"), (["--floor", "nan"], "in one way")):
+                             (["--floor", "0", "--unit", "ell"], "'ell'"), (["--floor", "nan"], "in one way"),
+                             (board()[:-1], "--board needs"),
+                             ([*board(*seen), "--floor", "0"], "in one way"),
+                             (board(*seen, size="9x6"), "none of the pictures"),
+                             (board(*seen, square="250"), "beside where the other cameras have it")):
         note = run("level", low, *arguments, "-o", levelled, fails=True)
         assert words in note, (arguments, note)
 

@@ -9,6 +9,7 @@
 
 #include "base/error.h"
 #include "calibrate/input.h"
+#include "board_target.h"
 #include "calibrate/live.h"
 #include "calibrate/report.h"
 #include "calibrate/videos.h"
@@ -25,9 +26,9 @@ using namespace polyhull::calibrate_tool;
 using calibration::Calibration;
 
 struct Arguments {
-  std::string folder, board = "9x6", charuco, output, report, floor_view, floor_points, lenses,
-                      drawn_board;
-  double square = 0.0, marker = 0.0, thickness = 0.0;  // mm
+  std::string folder, output, report, floor_view, floor_points, lenses, drawn_board;
+  BoardArguments board{"9x6", "", 0.0, 0.0};
+  double thickness = 0.0;  // mm
   std::vector<std::string> live;
   std::string show = "autovideosink";
   double every = 0.5;  // s
@@ -35,24 +36,6 @@ struct Arguments {
   bool quiet = false;
   calibration::Bar bar;
 };
-
-calibration::Target target_of(const Arguments& arguments) {
-  calibration::Target target;
-  char rest = 0;
-  if (std::sscanf(arguments.board.c_str(), "%dx%d%c", &target.board.columns, &target.board.rows,
-                  &rest) != 2)
-    throw Error(Error::Kind::bad_input,
-                "--board is '{}'; expected COLUMNSxROWS of inner corners, such as 9x6.",
-                arguments.board);
-  target.board.square = 1e-3 * arguments.square;
-  if (!arguments.charuco.empty()) {
-    target.board.named = true;
-    target.dictionary = arguments.charuco;
-    if (arguments.marker > 0.0) target.marker = arguments.marker / arguments.square;
-  }
-  calibration::check_board(target.board);
-  return target;
-}
 
 // Throws for what is wrong with the arguments but would be noticed only after minutes of work.
 void check_arguments(const Arguments& arguments, const Pictures& pictures) {
@@ -89,7 +72,7 @@ void find_floor(Calibration& calibration, const Arguments& arguments) {
 }
 
 int run(const Arguments& arguments) {
-  const calibration::Target target = target_of(arguments);
+  const calibration::Target target = target_of(arguments.board);
   if (!arguments.drawn_board.empty()) {
     save_picture(calibration::BoardFinder(target).draw(100), arguments.drawn_board);
     return 0;
@@ -163,13 +146,14 @@ void add_options(CommandLine& command, Arguments& arguments) {
       .range(0.0, 3600.0)
       .shown();
   command
-      .option("--board", &arguments.board,
+      .option("--board", &arguments.board.size,
               "The board's inner corners, COLUMNSxROWS: of 10x7 squares it is 9x6")
       .shown();
-  command.option("--square", &arguments.square, "Side of a square, mm; measure it").required();
-  command.option("--charuco", &arguments.charuco,
+  command.option("--square", &arguments.board.square, "Side of a square, mm; measure it")
+      .required();
+  command.option("--charuco", &arguments.board.charuco,
                  "The board is a ChArUco board with markers of this dictionary, such as 4X4_100");
-  command.option("--marker", &arguments.marker,
+  command.option("--marker", &arguments.board.marker,
                  "ChArUco: side of a marker, mm (default: 3/4 square)");
   command.option("-o,--output", &arguments.output, "Writes the rig file, in metres");
   command.option("--report", &arguments.report, "Writes a report, one HTML page");

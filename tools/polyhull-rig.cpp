@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "base/error.h"
+#include "board_target.h"
 #include "camera_files.h"
 #include "colours/match_colours.h"
 #include "colours/overlap_colours.h"
@@ -17,6 +18,7 @@
 #include "rig/export.h"
 #include "rig/import.h"
 #include "rig/level.h"
+#include "rig/level_board.h"
 #include "rig/plan.h"
 #include "rig/refine.h"
 #include "studio/cameras/default_rig.h"
@@ -132,10 +134,36 @@ struct LevelArguments {
   std::string file, floor_points, output;
   std::vector<double> points, up, origin;
   std::vector<std::string> pictures;
-  double height = NAN;
+  double height = NAN, thickness = 0.0;  // mm the latter
+  BoardArguments board;
   MaskSettings mask;
   LevelRequest request;
 };
+
+// Fills the request by the pictures: of a board on the floor, or of somebody who stands there.
+void read_level_pictures(const LevelArguments& arguments, Rig rig, LevelRequest& request,
+                         std::string& text) {
+  const auto pictures = assign_files(arguments.pictures, rig, "--pictures", "polyhull-rig");
+  if (arguments.board.size.empty()) {
+    for (const auto& [camera, path] : pictures)
+      request.standing.push_back(
+          {camera, contours_of_picture(path, rig.cameras[camera], arguments.mask)});
+    return;
+  }
+  if (pictures.empty() || !(arguments.board.square > 0.0))
+    throw Error(
+        Error::Kind::bad_input,
+        "--board needs --square, the side of a square in mm, and --pictures of the board on "
+        "the floor.");
+  if (!(arguments.thickness >= 0.0 && arguments.thickness <= 1000.0))
+    throw Error(Error::Kind::bad_input, "--thickness is {}; 0 to 1000 mm can be used.",
+                arguments.thickness);
+  if (!request.unit.empty()) rig.unit = request.unit;
+  const BoardFloor floor =
+      floor_by_board(rig, target_of(arguments.board), 1e-3 * arguments.thickness, pictures);
+  request.board = floor.frame;
+  text = floor.text;
+}
 
 int run_level(LevelArguments& arguments) {
   const Rig rig = rig_of(arguments.file);
@@ -150,17 +178,15 @@ int run_level(LevelArguments& arguments) {
     request.points.emplace_back(arguments.points[i], arguments.points[i + 1],
                                 arguments.points[i + 2]);
   if (!std::isnan(arguments.height)) request.height = arguments.height;
-  for (const auto& [camera, path] :
-       assign_files(arguments.pictures, rig, "--pictures", "polyhull-rig"))
-    request.standing.push_back(
-        {camera, contours_of_picture(path, rig.cameras[camera], arguments.mask)});
+  std::string found;
+  read_level_pictures(arguments, rig, request, found);
   const auto vector = [](const std::vector<double>& v) {
     return v.empty() ? std::nullopt : std::optional(Vec3(v[0], v[1], v[2]));
   };
   request.up = vector(arguments.up);
   request.origin = vector(arguments.origin);
   const LevelledRig levelled = level_rig(rig, request);
-  std::cout << levelled.text;
+  std::cout << found << levelled.text;
   for (const std::string& warning : examine_rig(levelled.rig).warnings)
     std::cout << "note: " << warning << "\n";
   write(levelled.rig, arguments.output);
@@ -179,7 +205,18 @@ void add_level_options(CommandLine& command, LevelArguments& arguments) {
   command.option("--floor", &arguments.height, "The floor's height along up, in the rig's world");
   command.option(
       "--pictures", &arguments.pictures,
-      "CAMERA=FILE ...: somebody who stands on the floor, as for check; up must be right");
+      "CAMERA=FILE ...: somebody who stands on the floor, as for check; up must be right. With "
+      "--board one or more pictures of the board");
+  command.option(
+      "--board", &arguments.board.size,
+      "The pictures show a board that lies on the floor, face up, with COLUMNSxROWS inner "
+      "corners: its middle becomes the origin, x points along its columns");
+  command.option("--square", &arguments.board.square, "Side of a square of the board, mm");
+  command.option("--charuco", &arguments.board.charuco,
+                 "The board is a ChArUco board with markers of this dictionary, such as 4X4_100");
+  command.option("--marker", &arguments.board.marker,
+                 "ChArUco: side of a marker, mm (default: 3/4 square)");
+  command.option("--thickness", &arguments.thickness, "Of the board, mm").shown();
   command.option("--keep-largest", &arguments.mask.keep_largest, "As of check")
       .range(0, 1000)
       .shown();
@@ -218,6 +255,10 @@ void add_plan_options(CommandLine& command, PlanArguments& arguments) {
   command.option("--distance", &arguments.distance,
                  "Metres from the stage's axis to each camera, where a person in the middle "
                  "must fit into the picture (default: as near as the whole stage fits)");
+  command.option(
+      "--room", &arguments.room,
+      "WIDTHxDEPTH (x, z) of the room around the stage, metres: cameras stand .3 m off its "
+      "walls, nearer than --distance where these are nearer");
   command.option("--heights", &request.heights,
                  "Heights at which cameras may stand, metres above the floor (default: 0.35, "
                  "0.65 and 1 times the stage's height)");
@@ -255,10 +296,6 @@ int main(int count, char** values) {
                         "Unit of the calibration: m, cm, mm, in, ft or a number of metres");
   import_command.option("--names", &arguments.options.name,
                         "Names for cameras without one (default cam%d)");
-  command.option(
-      "--room", &arguments.room,
-      "WIDTHxDEPTH (x, z) of the room around the stage, metres: cameras stand .3 m off its "
-      "walls, nearer than --distance where these are nearer");
   import_command.option("--first", &arguments.options.first,
                         "Number of the first such camera (default 0)");
   import_command.option("--board", &arguments.options.board,

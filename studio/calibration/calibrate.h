@@ -64,6 +64,10 @@ Calibration calibrate(Take take, const Settings& settings);
 /// What \p adjusted says of camera \p c of \p take.
 CameraFit fit_of(const Take& take, const Adjusted& adjusted, std::size_t c);
 
+/// To the world in which \p board, which stands at \p pose, lies face up on the floor y = 0, its face \p
+/// thickness above it: its middle is above the origin, x points along its columns.
+Pose floor_of_board(const Board& board, const Pose& pose, double thickness);
+
 /// Moves the world to \p floor. Throws Error (bad_input) where no view of that instant took part,
 /// or where points lie on a line.
 void move_to_floor(Calibration& calibration, const Floor& floor);

@@ -9,12 +9,6 @@
 namespace polyhull::calibration {
 namespace {
 
-// From the old world to one with these axes (unit vectors) and origin.
-Pose frame_of(const Vec3& x, const Vec3& y, const Vec3& origin) {
-  const Mat3 R = glm::transpose(Mat3(x, y, glm::cross(x, y)));
-  return {R, -(R * origin)};
-}
-
 Pose frame_of_board(const Calibration& c, std::size_t instant, double thickness) {
   const bool seen = std::ranges::any_of(c.take.views, [&](const View& view) {
     return view.instant == instant && c.adjusted.views[&view - c.take.views.data()].used;
@@ -23,9 +17,7 @@ Pose frame_of_board(const Calibration& c, std::size_t instant, double thickness)
     throw Error(Error::Kind::bad_input,
                 "The floor's view '{}' fits no camera's others, or no camera saw the board in it.",
                 c.take.instants.at(instant));
-  const Pose& board = c.adjusted.boards[instant];
-  const Vec3 up = -board.R[2];  // the board's z goes into the floor
-  return frame_of(board.R[0], up, board(c.take.board.middle()) - thickness * up);
+  return floor_of_board(c.take.board, c.adjusted.boards[instant], thickness);
 }
 
 Pose frame_of_points(const Calibration& c, const std::vector<Vec3>& points) {
@@ -36,6 +28,12 @@ Pose frame_of_points(const Calibration& c, const std::vector<Vec3>& points) {
 }
 
 }  // namespace
+
+Pose floor_of_board(const Board& board, const Pose& pose, double thickness) {
+  const Vec3 x = pose.R[0], up = -pose.R[2];  // the board's z goes into the floor
+  const Mat3 R = glm::transpose(Mat3(x, up, glm::cross(x, up)));
+  return {R, -(R * (pose(board.middle()) - thickness * up))};
+}
 
 void move_to_floor(Calibration& c, const Floor& floor) {
   const Pose move = floor.view ? frame_of_board(c, *floor.view, floor.thickness)

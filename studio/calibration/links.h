@@ -20,6 +20,14 @@ struct Placement {
   std::size_t first = 0;      ///< the camera whose frame the world is
 };
 
+/// view_error(), the lesser of both ways round where the board looks the same turned; \p turned
+/// says which.
+double either_error(const Board& board, const View& view, const Camera& camera, const Pose& pose,
+                    bool* turned);
+
+/// Distances above this, px, are no noise but a contradiction: 2 % of the picture's diagonal.
+double contradiction_limit(const Camera& camera);
+
 /// \p take: of a board that looks the same turned, the views' numbers are turned so that all cameras
 /// mean the same corners. \p starts: per camera, its poses in the order of the take's views of it.
 /// Throws Error (bad_input), naming the cameras: views that leave a camera unconnected, that

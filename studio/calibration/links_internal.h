@@ -7,7 +7,7 @@
 #include <optional>
 #include <utility>
 
-#include "studio/calibration/lens_start.h"
+#include "studio/calibration/links.h"
 
 namespace polyhull::calibration {
 
@@ -39,16 +39,8 @@ std::vector<SeenViews> gather_views(const Take& take, const std::vector<LensStar
 /// Turns a board on itself by half: corner i goes where the last but i was.
 Pose half_turn(const Board& board);
 
-/// view_error(), the lesser of both ways round where the board looks the same turned; \p turned
-/// says which.
-double either_error(const Board& board, const View& view, const Camera& camera, const Pose& pose,
-                    bool* turned);
-
 /// The motion from \p a to \p b by their shared instants.
 Link link_of(const Board& board, const SeenViews& a, const SeenViews& b);
-
-/// Distances above this, px, are no noise but a contradiction: 2 % of the picture's diagonal.
-double contradiction_limit(const Camera& camera);
 
 /// Which of the cameras of \p pair, whose views contradict each other, shows mirrored pictures:
 /// reflected ones agree with the other camera's. None where that does not mend it; the first of the

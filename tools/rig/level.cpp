@@ -141,12 +141,15 @@ double lowest_point(const Rig& rig, const std::vector<CameraPictureRings>& pictu
 }
 
 LevelledRig level_rig(const Rig& rig, const LevelRequest& request) {
-  const int ways = !request.points.empty() + request.height.has_value() + !request.standing.empty();
+  const int ways = !request.points.empty() + request.height.has_value() +
+                   request.board.has_value() + !request.standing.empty();
   if (ways != 1)
-    throw Error(Error::Kind::bad_input,
-                "Say where the floor is in one way, {} were given: --floor-points FILE, --points, "
-                "--floor HEIGHT, or --pictures of somebody who stands on it.",
-                ways);
+    throw Error(
+        Error::Kind::bad_input,
+        "Say where the floor is in one way, {} were given: --floor-points FILE, --points, "
+        "--floor HEIGHT, --board with --pictures of it on the floor, or --pictures of somebody "
+        "who stands on it.",
+        ways);
   Rig from = rig;
   if (!request.unit.empty()) from.unit = request.unit;
   const double metres = from.metres_per_unit();
@@ -164,15 +167,17 @@ LevelledRig level_rig(const Rig& rig, const LevelRequest& request) {
     result.text =
         fmt::format("the floor lies through {} points, up to {:.1f} mm beside them\n",
                     request.points.size(), 1e3 * metres * unevenness(request.points, frame));
-    if (request.origin) {
-      const Vec3 moved = frame.R * *request.origin + frame.t;
-      frame.t -= Vec3(moved.x, 0.0, moved.z);
-    }
+  } else if (request.board) {
+    frame = *request.board;
   } else {
     const double height = request.height ? *request.height : lowest_point(from, request.standing);
     result.text = fmt::format("the floor is at {:.6g} along the rig's up\n", height);
     frame = frame_at(glm::normalize(from.up), height,
                      request.origin ? *request.origin : middle_of_stage(from));
+  }
+  if (request.origin) {
+    const Vec3 moved = frame.R * *request.origin + frame.t;
+    frame.t -= Vec3(moved.x, 0.0, moved.z);
   }
   result.rig = moved_rig(from, frame);
   result.rig.bounds = stage_of(result.rig, request.stage);

@@ -8,12 +8,13 @@
 #include <vector>
 
 #include "rig/check_pictures.h"
+#include "rig/floor.h"
 #include "rig/rig.h"
 
 namespace polyhull {
 
-/// Where the floor is, by one of `points`, `height` and `standing`, and what else the rig is to say.
-/// Lengths without another unit are in the rig's, in the world that it has.
+/// Where the floor is, by one of `points`, `height`, `board` and `standing`, and what else the rig is
+/// to say. Lengths without another unit are in the rig's, in the world that it has.
 struct LevelRequest {
   std::vector<Vec3> points;      ///< of the floor, three or more; the first is the origin
   std::optional<double> height;  ///< of the floor along `up`
@@ -23,6 +24,7 @@ struct LevelRequest {
   std::string unit;            ///< the unit that the lengths are in; empty: as the rig says
   std::string stage;           ///< WIDTHxDEPTHxHEIGHT (x, z, y) around the origin, metres; empty:
                                ///< .7 of the cameras' distance to each side, and as high as that
+  std::optional<Frame> board;  ///< the floor's frame by a board on it (level_board.h)
 };
 
 struct LevelledRig {
