@@ -67,6 +67,7 @@ void find_floor(Calibration& calibration, const Arguments& arguments) {
     floor.points = read_floor_points(arguments.floor_points, calibration.rig);
   } else {
     return;
+    std::cout << no_floor_note(calibration.rig, "--floor-view or --floor-points");
   }
   move_to_floor(calibration, floor);
 }

@@ -16,6 +16,13 @@ bool looks_down(const Rig& rig) {
   });
 }
 
+const Camera* world_camera(const Rig& rig) {
+  const auto found = std::find_if(rig.cameras.begin(), rig.cameras.end(), [](const Camera& camera) {
+    return camera.R == Mat3(1.0) && camera.t == Vec3(0.0);
+  });
+  return found == rig.cameras.end() ? nullptr : &*found;
+}
+
 Vec3 triangulate(const Rig& rig, std::span<const std::pair<std::size_t, Vec2>> seen) {
   Mat3 normal(0.0);
   Vec3 right(0.0);

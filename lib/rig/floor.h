@@ -16,6 +16,10 @@ namespace polyhull {
 /// the feet of its subject.
 bool looks_down(const Rig& rig);
 
+/// The camera whose axes are the world's, as of a calibration that knows no floor: up is then only how
+/// that camera is held. Null: there is none.
+const Camera* world_camera(const Rig& rig);
+
 /// The point nearest to the rays of \p seen (cameras of \p rig by number, pixels of their pictures),
 /// in world units. Throws Error unless two cameras see it from different sides.
 Vec3 triangulate(const Rig& rig, std::span<const std::pair<std::size_t, Vec2>> seen);

@@ -7,6 +7,7 @@
 
 #include "calibrate/append.h"
 #include "calibrate/plots.h"
+#include "rig/floor.h"
 
 namespace polyhull::calibrate_tool {
 namespace {
@@ -133,6 +134,15 @@ std::string report_page(const Calibration& calibration, const Pictures& pictures
       out += view_picture(calibration, pictures, v);
   }
   return out + "</html>\n";
+}
+
+std::string no_floor_note(const Rig& rig, const std::string& options) {
+  const Camera* camera = world_camera(rig);
+  return fmt::format(
+      "note: without {} the floor and what is up are unknown: the world is that of {}, and up is "
+      "only "
+      "how that camera is held. `polyhull-rig level` puts both into the rig file.\n",
+      options, camera ? "'" + camera->name + "'" : "one camera");
 }
 
 std::string report_table(const Calibration& calibration) {

@@ -16,4 +16,7 @@ std::string report_page(const calibration::Calibration& calibration, const Pictu
 /// The table of the cameras as text.
 std::string report_table(const calibration::Calibration& calibration);
 
+/// What is to be said, a line, of a rig that knows no floor; \p options would have told it.
+std::string no_floor_note(const Rig& rig, const std::string& options);
+
 }  // namespace polyhull::calibrate_tool

@@ -151,8 +151,7 @@ int calibrate_by(const Arguments& arguments, bool length_given) {
   if (!arguments.report.empty())
     write_text(report_page(calibration, shown, faults), arguments.report);
   std::cout << report_table(calibration);
-  if (arguments.floor_points.empty())
-    std::cout << "the world is one camera's frame; --floor-points makes it the stage's\n";
+  if (arguments.floor_points.empty()) std::cout << no_floor_note(calibration.rig, "--floor-points");
   for (const std::string& fault : faults) std::cout << "not good: " << fault << "\n";
   std::cout << fmt::format("all points: {:.3f} px rms, a noise of {:.3f} px: {}\n",
                            calibration.adjusted.rms, calibration.adjusted.noise,

@@ -158,6 +158,13 @@ RigReport examine_rig(const Rig& rig) {
         "all cameras look down and the rig has no bounds: nothing says where the floor is, so that "
         "hulls reach some centimetres below the soles; `polyhull-rig level` puts the floor and the "
         "bounds into the rig file");
+  if (const Camera* camera = world_camera(rig))
+    report.warnings.push_back(fmt::format(
+        "the world is that of {}, as of a calibration that knows no floor: the floor and what is "
+        "up "
+        "are unknown, up is only how that camera is held; `polyhull-rig level` puts both into the "
+        "rig file",
+        camera->name));
   for (std::string& note : implausible_sizes(rig)) report.warnings.push_back(std::move(note));
   return report;
 }

@@ -7,6 +7,7 @@
 
 #include <functional>
 
+#include "rig/floor.h"
 #include "rig/plausible.h"
 #include "studio/cameras/default_rig.h"
 
@@ -48,6 +49,23 @@ TEST(RigCheck, GoodSizesAreNotNoted) {
   // A table-top and a football ground.
   EXPECT_EQ(noted([](Rig& r) { scale(r, 0.1); }), "");
   EXPECT_EQ(noted([](Rig& r) { scale(r, 20.0); }), "");
+}
+
+// As of a calibration that saw no floor.
+TEST(RigCheck, TheWorldOfOneCameraKnowsNoUp) {
+  const auto notes = [](const Rig& rig) {
+    std::string all;
+    for (const std::string& note : examine_rig(rig).warnings) all += note + "\n";
+    return all;
+  };
+  const Camera first = default_rig().cameras[0];
+  Rig rig = moved_rig(default_rig(), {first.R, first.t});
+  rig.cameras[0].R = Mat3(1.0);
+  rig.cameras[0].t = Vec3(0.0);
+  rig.up = Vec3(0, -1, 0);
+  EXPECT_NE(notes(rig).find("the world is that of cam0"), std::string::npos) << notes(rig);
+  EXPECT_NE(notes(rig).find("`polyhull-rig level`"), std::string::npos);
+  EXPECT_EQ(notes(default_rig()), "");
 }
 
 TEST(RigCheck, AForgottenUnitIsNoted) {
