@@ -3,13 +3,14 @@
 // result is good, 2 where it was written but is not good, 1 where there is none.
 #include <filesystem>
 #include <iostream>
+#include <memory>
 #include <opencv2/core.hpp>
 #include <optional>
 #include <sstream>
 
 #include "base/error.h"
-#include "calibrate/input.h"
 #include "board_target.h"
+#include "calibrate/input.h"
 #include "calibrate/live.h"
 #include "calibrate/report.h"
 #include "calibrate/videos.h"
@@ -66,10 +67,68 @@ void find_floor(Calibration& calibration, const Arguments& arguments) {
   } else if (!arguments.floor_points.empty()) {
     floor.points = read_floor_points(arguments.floor_points, calibration.rig);
   } else {
-    return;
     std::cout << no_floor_note(calibration.rig, "--floor-view or --floor-points");
+    return;
   }
   move_to_floor(calibration, floor);
+}
+
+struct Calibrated {
+  Calibration calibration;
+  Pictures pictures;
+  std::unique_ptr<ScratchFolder> scratch;  // in which they are, of videos
+};
+
+void say_notes(const std::string& text) {
+  std::istringstream notes(text);
+  for (std::string note; std::getline(notes, note);) std::cout << "note: " << note << "\n";
+}
+
+Calibrated calibrate_pictures(const Arguments& arguments, const calibration::Target& target,
+                              const ProgressLine& progress) {
+  std::optional<Rig> lenses;
+  if (!arguments.lenses.empty()) lenses = load_rig(arguments.lenses);
+  calibration::Settings settings;
+  settings.model = static_cast<calibration::LensModel>(arguments.distortion);
+  settings.progress = progress;
+  const auto calibrated = [&](Calibrated found) {
+    calibration::Take take =
+        find_views(found.pictures, target, arguments.floor_view, settings.progress);
+    if (lenses) use_lenses(take, *lenses);
+    found.calibration = calibrate(std::move(take), settings);
+    return found;
+  };
+  const auto listed = [&](const std::string& folder, std::unique_ptr<ScratchFolder> scratch) {
+    Calibrated found{{}, list_pictures(folder), std::move(scratch)};
+    check_arguments(arguments, found.pictures);
+    return found;
+  };
+  if (!holds_videos(arguments.folder)) return calibrated(listed(arguments.folder, nullptr));
+  const auto unpacked = [&](VideoStart start, UnpackedVideos& videos) {
+    auto scratch = std::make_unique<ScratchFolder>();
+    const std::string folder = scratch->path();
+    videos = unpack_videos(arguments.folder, arguments.every, folder, start, progress);
+    return listed(folder, std::move(scratch));
+  };
+  UnpackedVideos videos;
+  Calibrated begun = unpacked(VideoStart::first_frames, videos);
+  say_notes(videos.notes);
+  if (!videos.starts_differ) return calibrated(std::move(begun));
+  try {
+    return calibrated(std::move(begun));
+  } catch (const Error&) {
+    // Times in files of one recorder tell which first frames are missing; of several they mean nothing.
+    try {
+      Calibrated timed = calibrated(unpacked(VideoStart::file_times, videos));
+      say_notes(
+          "the videos do not begin with the same frame, as the board shows: their times in the "
+          "files count.");
+      say_notes(videos.notes);
+      return timed;
+    } catch (const Error&) {
+    }
+    throw;
+  }
 }
 
 int run(const Arguments& arguments) {
@@ -87,23 +146,7 @@ int run(const Arguments& arguments) {
     for (const std::string& source : arguments.live) take.sources.push_back(parse_source(source));
     take_live(take, target);
   }
-  std::optional<ScratchFolder> scratch;
-  if (holds_videos(arguments.folder)) {
-    scratch.emplace();
-    std::istringstream notes(
-        unpack_videos(arguments.folder, arguments.every, scratch->path(), progress));
-    for (std::string note; std::getline(notes, note);) std::cout << "note: " << note << "\n";
-  }
-  const Pictures pictures = list_pictures(scratch ? scratch->path() : arguments.folder);
-  check_arguments(arguments, pictures);
-  std::optional<Rig> lenses;
-  if (!arguments.lenses.empty()) lenses = load_rig(arguments.lenses);
-  calibration::Settings settings;
-  settings.model = static_cast<calibration::LensModel>(arguments.distortion);
-  settings.progress = progress;
-  calibration::Take take = find_views(pictures, target, arguments.floor_view, settings.progress);
-  if (lenses) use_lenses(take, *lenses);
-  Calibration calibration = calibrate(std::move(take), settings);
+  auto [calibration, pictures, scratch] = calibrate_pictures(arguments, target, progress);
   find_floor(calibration, arguments);
 
   const std::vector<std::string> faults = calibration.faults(arguments.bar);

@@ -111,7 +111,8 @@ class Linker {
         Error::Kind::bad_input,
         "Cameras '{}' and '{}' contradict each other: the board moves otherwise before the "
         "one than before the other ({:.0f} px in {} shared views). Are their pictures of the "
-        "same instants, unmirrored, of one board, and did both cameras stand still?",
+        "same instants (does a video lack its first frames?), unmirrored, of one board, and did "
+        "both cameras stand still?",
         take_.cameras[from].name, take_.cameras[to].name, links_[from][to].error, shared);
   }
 

@@ -2,6 +2,7 @@
 #include "calibrate/videos.h"
 
 #include <fmt/format.h>
+#include <gst/gst.h>
 
 #include <algorithm>
 #include <array>
@@ -22,11 +23,15 @@ namespace polyhull::calibrate_tool {
 namespace {
 
 namespace fs = std::filesystem;
-bool is_video(const fs::path& path) {
+std::string ending_of(const fs::path& path) {
   std::string ending = path.extension().string();
   std::ranges::transform(ending, ending.begin(), [](unsigned char c) { return std::tolower(c); });
+  return ending;
+}
+
+bool is_video(const fs::path& path) {
   constexpr std::array endings{".mkv", ".mp4", ".mov", ".avi", ".webm"};
-  return std::ranges::find(endings, ending) != endings.end();
+  return std::ranges::find(endings, ending_of(path)) != endings.end();
 }
 
 std::map<std::string, fs::path> videos_in(const std::string& folder) {
@@ -86,6 +91,47 @@ std::string turn_note(const fs::path& path) {
       path.string(), std::abs(turn) == 180 ? "half a turn" : "a quarter turn");
 }
 
+// When the first frame is shown by the file's own times, seconds; 0 where GStreamer cannot tell. (OpenCV
+// counts from that frame on.)
+double first_time(const fs::path& path) {
+  gst_init(nullptr, nullptr);
+  g_autoptr(GstElement) pipeline = gst_parse_launch(
+      "filesrc name=file ! decodebin ! video/x-raw(ANY) ! fakesink name=sink", nullptr);
+  if (!pipeline) return 0.0;
+  g_autoptr(GstElement) file = gst_bin_get_by_name(GST_BIN(pipeline), "file");
+  g_autoptr(GstElement) sink = gst_bin_get_by_name(GST_BIN(pipeline), "sink");
+  g_object_set(file, "location", path.c_str(), nullptr);
+  gst_element_set_state(pipeline, GST_STATE_PAUSED);
+  g_autoptr(GstBus) bus = gst_element_get_bus(pipeline);
+  g_autoptr(GstMessage) message = gst_bus_timed_pop_filtered(
+      bus, 20 * GST_SECOND,
+      static_cast<GstMessageType>(GST_MESSAGE_ASYNC_DONE | GST_MESSAGE_ERROR | GST_MESSAGE_EOS));
+  g_autoptr(GstSample) sample = nullptr;
+  if (message && GST_MESSAGE_TYPE(message) == GST_MESSAGE_ASYNC_DONE)
+    g_object_get(sink, "last-sample", &sample, nullptr);
+  guint64 time = GST_CLOCK_TIME_NONE;
+  if (sample) {
+    time = GST_BUFFER_PTS(gst_sample_get_buffer(sample));
+    // Matroska counts from the recording's begin, which GStreamer takes off; in MP4 what reordered frames
+    // need comes first, and an edit list tells the begin.
+    if (const std::string ending = ending_of(path); ending != ".mkv" && ending != ".webm")
+      time = gst_segment_to_running_time(gst_sample_get_segment(sample), GST_FORMAT_TIME, time);
+  }
+  gst_element_set_state(pipeline, GST_STATE_NULL);
+  return GST_CLOCK_TIME_IS_VALID(time) ? static_cast<double>(time) / GST_SECOND : 0.0;
+}
+
+// How many frames after the earliest one each video begins.
+std::vector<long> first_numbers(const std::vector<std::pair<std::string, fs::path>>& videos,
+                                double rate) {
+  std::vector<double> times;
+  for (const auto& [camera, path] : videos) times.push_back(first_time(path));
+  const double first = *std::ranges::min_element(times);
+  std::vector<long> numbers;
+  for (const double time : times) numbers.push_back(std::lround((time - first) * rate));
+  return numbers;
+}
+
 // The numbers of a video's frames from 0, by their times, so that frames that were not recorded
 // are missed and not counted over; frames without a time follow the one before.
 class FrameNumbers {
@@ -135,8 +181,8 @@ ScratchFolder::~ScratchFolder() {
   fs::remove_all(path_, ignored);
 }
 
-std::string unpack_videos(const std::string& folder, double seconds, const std::string& out,
-                          const calibration::Progress& progress) {
+UnpackedVideos unpack_videos(const std::string& folder, double seconds, const std::string& out,
+                             VideoStart start, const calibration::Progress& progress) {
   const std::map<std::string, fs::path> found = videos_in(folder);
   const std::vector<std::pair<std::string, fs::path>> videos(found.begin(), found.end());
   const double rate = opened(videos.front().second).get(cv::CAP_PROP_FPS);
@@ -149,6 +195,7 @@ std::string unpack_videos(const std::string& folder, double seconds, const std::
                   path.string(), own, videos.front().second.string(), rate);
   }
   const long step = std::max(1L, std::lround(std::min(1e6, seconds) * rate));
+  const std::vector<long> first = first_numbers(videos, rate);
   std::vector<std::string> notes(videos.size());
   std::mutex telling;
   std::size_t done = 0;
@@ -159,10 +206,13 @@ std::string unpack_videos(const std::string& folder, double seconds, const std::
       cv::VideoCapture video = opened(videos[v].second);
       cv::Mat frame;
       FrameNumbers numbers(rate);
+      const long before = start == VideoStart::file_times ? first[v] : 0;
       while (video.grab()) {
-        const std::optional<long> number = numbers.next(video);
-        if (!number || *number % step != 0 || !video.retrieve(frame) || frame.empty()) continue;
-        save_picture(grey_of(frame), (pictures / fmt::format("{:06}.png", *number)).string());
+        const std::optional<long> own = numbers.next(video);
+        if (!own) continue;
+        const long number = before + *own;
+        if (number % step != 0 || !video.retrieve(frame) || frame.empty()) continue;
+        save_picture(grey_of(frame), (pictures / fmt::format("{:06}.png", number)).string());
       }
       if (numbers.count() == 0)
         throw Error(Error::Kind::bad_input, "'{}' has no frames.", videos[v].second.string());
@@ -171,14 +221,18 @@ std::string unpack_videos(const std::string& folder, double seconds, const std::
         notes[v] += fmt::format("{}'{}' lacks {} of {} frames by their times, which count.",
                                 notes[v].empty() ? "" : "\n", videos[v].second.string(),
                                 numbers.missing(), numbers.count());
+      if (before > 0)
+        notes[v] += fmt::format("{}'{}' lacks its first {} frames by its times in the file.",
+                                notes[v].empty() ? "" : "\n", videos[v].second.string(), before);
       const std::lock_guard lock(telling);
       progress(fmt::format("taking pictures from {} videos", videos.size()),
                static_cast<double>(++done) / static_cast<double>(videos.size()));
     }
   });
-  std::string all;
-  for (const std::string& note : notes) all += note.empty() ? "" : note + "\n";
-  return all;
+  UnpackedVideos result;
+  for (const std::string& note : notes) result.notes += note.empty() ? "" : note + "\n";
+  result.starts_differ = std::ranges::any_of(first, [](long number) { return number != 0; });
+  return result;
 }
 
 }  // namespace polyhull::calibrate_tool

@@ -26,13 +26,23 @@ class ScratchFolder {
   std::filesystem::path path_;
 };
 
+/// Which frames of videos are of one instant.
+enum class VideoStart {
+  first_frames,  ///< all begin with one
+  file_times,    ///< those of one time in their files: the first frames of some are missing
+};
+
+struct UnpackedVideos {
+  std::string notes;           ///< what the user should know (turns, missing frames), a line each
+  bool starts_differ = false;  ///< by their files' times the videos do not begin with one frame
+};
+
 /// Writes each frame that begins another \p seconds of each video of \p folder as a grey picture
 /// into \p out: CAMERA/FRAME.png, where CAMERA is the video's name and FRAME its frame's number, its
-/// time in the file by the videos' rate. Frames of one number are of one instant. Pictures are as
-/// they are stored: a turn in the header, as phones write it, is not applied. Gives what the user
-/// should know (turns, missing frames), a line each. Throws Error, naming the video: it cannot be
-/// read, or has another frame rate than the others.
-std::string unpack_videos(const std::string& folder, double seconds, const std::string& out,
-                          const calibration::Progress& progress);
+/// time in the file by the videos' rate, from \p start on. Frames of one number are of one instant.
+/// Pictures are as they are stored: a turn in the header, as phones write it, is not applied. Throws
+/// Error, naming the video: it cannot be read, or has another frame rate than the others.
+UnpackedVideos unpack_videos(const std::string& folder, double seconds, const std::string& out,
+                             VideoStart start, const calibration::Progress& progress);
 
 }  // namespace polyhull::calibrate_tool

@@ -19,6 +19,21 @@ namespace {
 
 namespace fs = std::filesystem;
 
+// Forty frames at 10 a second, each of which tells its number by the upper half; the lower one is black.
+void write_pictures(const fs::path& folder) {
+  fs::create_directories(folder);
+  for (int n = 0; n < 40; ++n) {
+    Picture picture{64, 48, 1, std::vector<std::uint8_t>(64 * 48, 16)};
+    std::fill_n(picture.pixels.begin(), 64 * 24, static_cast<std::uint8_t>(40 + 5 * n));
+    save_picture(picture, (folder / fmt::format("{:02}.png", n)).string());
+  }
+}
+
+// Which frame a picture of such a video shows.
+double shown_in(const fs::path& file) {
+  return (load_picture(file.string(), 1).row(8)[32] - 40.0) / 5.0;
+}
+
 // Writes pictures at 10 frames a second as a video, but for those of the numbers \p without.
 void write_video(const std::string& pictures, const std::string& muxer, const fs::path& to,
                  std::set<long> without) {
@@ -71,21 +86,19 @@ TEST(CalibrateVideos, CountByTimeAndStayUnturned) {
   const fs::path folder = fs::temp_directory_path() / "polyhull_calibrate_videos";
   fs::remove_all(folder);
   const fs::path pictures = folder / "pictures", videos = folder / "videos";
-  for (const fs::path& each : {pictures, videos}) fs::create_directories(each);
-  // Each frame tells its number by the upper half; the lower one is black.
-  for (int n = 0; n < 40; ++n) {
-    Picture picture{64, 48, 1, std::vector<std::uint8_t>(64 * 48, 16)};
-    std::fill_n(picture.pixels.begin(), 64 * 24, static_cast<std::uint8_t>(40 + 5 * n));
-    save_picture(picture, (pictures / fmt::format("{:02}.png", n)).string());
-  }
+  fs::create_directories(videos);
+  write_pictures(pictures);
   const std::set<long> gaps{1, 2, 3, 4, 11, 20, 21, 22, 35};
   write_video(pictures.string(), "matroskamux", videos / "a.mkv", {});
   write_video(pictures.string(), "matroskamux", videos / "b.mkv", gaps);
   write_video(pictures.string(), "qtmux", videos / "c.mov", {});
   turn_video(videos / "c.mov");
   const fs::path out = folder / "out";
-  const std::string notes =
-      unpack_videos(videos.string(), 0.1, out.string(), [](const std::string&, double) {});
+  const UnpackedVideos unpacked =
+      unpack_videos(videos.string(), 0.1, out.string(), VideoStart::first_frames,
+                    [](const std::string&, double) {});
+  const std::string& notes = unpacked.notes;
+  EXPECT_FALSE(unpacked.starts_differ);
   EXPECT_NE(notes.find("b.mkv' lacks 9 of 40 frames"), std::string::npos) << notes;
   EXPECT_NE(notes.find("c.mov' has half a turn in its header"), std::string::npos) << notes;
   EXPECT_EQ(std::ranges::count(notes, '\n'), 2) << notes;
@@ -98,6 +111,36 @@ TEST(CalibrateVideos, CountByTimeAndStayUnturned) {
       EXPECT_NEAR(picture.row(8)[32], 40 + 5 * n, 2) << file;
       EXPECT_NEAR(picture.row(40)[32], 16, 2) << file;
     }
+  fs::remove_all(folder);
+}
+
+// What the files' times tell, where their recorder kept them.
+TEST(CalibrateVideos, FirstFramesThatAreMissing) {
+  const fs::path folder = fs::temp_directory_path() / "polyhull_calibrate_videos_begin";
+  fs::remove_all(folder);
+  const fs::path pictures = folder / "pictures", videos = folder / "videos";
+  fs::create_directories(videos);
+  write_pictures(pictures);
+  write_video(pictures.string(), "matroskamux", videos / "a.mkv", {});
+  write_video(pictures.string(), "matroskamux", videos / "b.mkv", {0, 1, 2, 7});
+  write_video(pictures.string(), "matroskamux", videos / "c.mkv", {0, 1, 2, 3, 4});
+  for (const VideoStart start : {VideoStart::first_frames, VideoStart::file_times}) {
+    const bool timed = start == VideoStart::file_times;
+    const fs::path out = folder / (timed ? "timed" : "begun");
+    const UnpackedVideos unpacked =
+        unpack_videos(videos.string(), 0.1, out.string(), start, [](const std::string&, double) {});
+    EXPECT_TRUE(unpacked.starts_differ);
+    EXPECT_EQ(unpacked.notes.find("b.mkv' lacks its first 3 frames") != std::string::npos, timed)
+        << unpacked.notes;
+    EXPECT_EQ(unpacked.notes.find("c.mkv' lacks its first 5 frames") != std::string::npos, timed)
+        << unpacked.notes;
+    for (const auto& [camera, missing] : {std::pair{"a", 0}, {"b", 3}, {"c", 5}})
+      for (const int n : {6, 20, 30}) {
+        const fs::path file = out / camera / fmt::format("{:06}.png", n);
+        ASSERT_TRUE(fs::exists(file)) << file;
+        EXPECT_NEAR(shown_in(file), timed ? n : n + missing, 0.5) << file;
+      }
+  }
   fs::remove_all(folder);
 }
 
