@@ -105,6 +105,7 @@ FreeDPacket parse_freed(std::span<const std::uint8_t> bytes, FreeDChecksum check
 
 std::optional<std::string> doubt_in_focal_length(double focal_length_mm, double sensor_width_mm) {
   constexpr double shortest = 2.0, longest = 150.0, least_degrees = 5.0;
+  constexpr double longest_made = 2000.0;  // a box lens of 107 times from 8.4 mm, its extender in
   const double seen = sensor_width_mm > 0.0 ? 360.0 / std::numbers::pi *
                                                   std::atan(0.5 * sensor_width_mm / focal_length_mm)
                                             : 0.0;
@@ -112,7 +113,10 @@ std::optional<std::string> doubt_in_focal_length(double focal_length_mm, double 
     return {};
   const std::string sees =
       seen > 0.0 ? fmt::format(" ({:.1f} degrees from side to side)", seen) : "";
-  return fmt::format("{} mm{}, which is hardly a lens's focal length", focal_length_mm, sees);
+  return fmt::format("{:g} mm{}, which {}", focal_length_mm, sees,
+                     focal_length_mm >= shortest && focal_length_mm <= longest_made
+                         ? "only long broadcast lenses reach"
+                         : "is no lens's focal length");
 }
 
 TrackedPose pose_of(const FreeDPacket& packet, const FreeDSettings& settings) {

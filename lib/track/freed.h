@@ -76,9 +76,10 @@ bool is_other_freed(std::span<const std::uint8_t> bytes);
 FreeDPacket parse_freed(std::span<const std::uint8_t> bytes,
                         FreeDChecksum checksum = FreeDChecksum::required);
 
-/// Why \p focal_length_mm before a sensor of \p sensor_width_mm (0: unknown) is hardly a focal length
-/// but an encoder's value; none where it may be one. One above 150 mm is doubted unless the sensor is
-/// so wide that 5 degrees are seen from side to side; one below 2 mm always.
+/// Why \p focal_length_mm before a sensor of \p sensor_width_mm (0: unknown) may be no focal length but
+/// an encoder's value; none where it is plainly one. One above 150 mm, as the longest broadcast lenses
+/// have, is doubted unless the sensor is so wide that 5 degrees are seen from side to side; one below
+/// 2 mm or above 2 m is none.
 std::optional<std::string> doubt_in_focal_length(double focal_length_mm, double sensor_width_mm);
 
 /// \p packet as a pose of the source "freed N". Throws Error (bad_input) for settings whose `axis` is

@@ -166,11 +166,13 @@ void TrackInput::doubt_lens(const TrackedPose& pose, const TrackInputSettings& s
   if (const auto why =
           by_zoom ? doubt_in_focal_length(*pose.focal_length_mm, pose.sensor_width_mm.value_or(0.0))
                   : std::nullopt)
-    doubt("lenses-doubtful", lens_doubts_.implausible,
-          fmt::format(
-              "With zoom-is-focal-length=true a packet's zoom is {}. Where it is an encoder's "
-              "value, set that to false and lens-file to what the lens does there.",
-              *why));
+    doubt(
+        "lenses-doubtful", lens_doubts_.implausible,
+        fmt::format(
+            "With zoom-is-focal-length=true a packet's zoom is {}. Where it is an encoder's "
+            "value, set that to false and lens-file to what the lens does there; where it is such "
+            "a lens, all is well.",
+            *why));
   if (!pose.sensor_width_mm && !pose.sensor_height_mm)
     doubt("lenses-doubtful", lens_doubts_.no_sensor,
           "The focal length is known but the sensor is not, so the field of view does not follow "

@@ -266,8 +266,9 @@ TEST(RigExchange, OpenTrackIoRefusesWhatItCannotSay) {
   refuses("{\"model\": \"Brown-Conrady U-D\"", "{\"model\": \"Fisheye\"", "D-U");
   refuses("[{\"radial\": [9.0]},\n                          {\"model\": \"Brown-Conrady U-D\"",
           "[{\"model\": \"Fisheye\"", "has no model \"Brown-Conrady U-D\"");
-  refuses("\"distortionOffset\": {\"x\": 0.0", "\"distortionOffset\": {\"x\": 0.1",
-          "distortionOffset");
+  refuses(
+      "\"distortionOffset\": {\"x\": 0.0", "\"distortionOffset\": {\"x\": 0.1",
+      "distortionOffset is not 0; OpenCV's lenses are centred on the principal point. Calibrate");
   refuses("\"num\": 1", "\"num\": 2", "anamorphicSqueeze");
   refuses("24.3", "0", "/lens/pinholeFocalLength must be above 0");
   refuses("24.3", "\"24.3\"", "/lens/pinholeFocalLength must be a number");

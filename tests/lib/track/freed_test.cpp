@@ -169,6 +169,12 @@ TEST(FreeD, AnEncodersValueIsHardlyAFocalLength) {
   EXPECT_TRUE(doubt_in_focal_length(289.0, 13.2));
   EXPECT_TRUE(doubt_in_focal_length(289.0, 0.0));
   EXPECT_TRUE(doubt_in_focal_length(0.5, 13.2));
+  // What only a box lens reaches is said as such.
+  const auto said = [](double mm) { return doubt_in_focal_length(mm, 9.6).value_or(""); };
+  EXPECT_EQ(said(800.0),
+            "800 mm (0.7 degrees from side to side), which only long broadcast lenses reach");
+  EXPECT_EQ(said(5000.0),
+            "5000 mm (0.1 degrees from side to side), which is no lens's focal length");
 }
 
 // Zoom and focus are encoders' values, of which a lens file makes a lens.

@@ -80,7 +80,15 @@ Camera camera_of(const Json& root, const Options& options) {
   camera.K = from_rows({f * x, 0, 0.5 * camera.width - 0.5 + x * offset.x, 0, f * y,
                         0.5 * camera.height - 0.5 + y * offset.y, 0, 0, 1});
   FittedDistortion nothing_yet;
-  camera.distortion = opencv_distortion(root, f, half + glm::abs(offset), nothing_yet);
+  try {
+    camera.distortion = opencv_distortion(root, f, half + glm::abs(offset), nothing_yet);
+  } catch (const Error& error) {
+    throw Error(
+        error.kind(),
+        "{} Calibrate the lens with a board (polyhull-calibrate), or, to import the camera as "
+        "if its lens did not distort, take lens.distortion out of the sample.",
+        error.what());
+  }
   const Placed pose = placed(root);
   camera.R = from_rows({1, 0, 0, 0, 0, -1, 0, 1, 0}) * glm::transpose(pose.axes);
   camera.t = -(camera.R * pose.place);
