@@ -210,6 +210,7 @@ Instants::Placed Instants::place(Key key, const ViewTimes& times, const ArrivalT
   const bool before_clock =
       !now.live && times.clock == CaptureClock::arrival && times.capture == times.running;
   const bool local = !before_clock && is_local(times);
+  camera.told = (times.capture != no_time && !before_clock && !local) || times.timecode != no_time;
   if (before_clock) {
     camera.clock = {};
   } else if (local) {

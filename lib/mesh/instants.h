@@ -77,6 +77,13 @@ class Instants {
   /// What the last view was placed by.
   TimeAxis axis() const { return axis_; }
 
+  /// Whether the last view of some camera told more of its instant than when it came by the running
+  /// time or base time of this pipeline.
+  bool any_told() const {
+    return std::any_of(cameras_.begin(), cameras_.end(),
+                       [](const auto& entry) { return entry.second.told; });
+  }
+
   /// \p camera starts anew.
   void forget(Key camera) {
     cameras_.erase(camera);
@@ -120,6 +127,7 @@ class Instants {
     std::int64_t time = no_time;              // where it was placed
     TimeAxis axis = TimeAxis::running;        // by what
     bool seen = false;
+    bool told = false;  // as any_told()
   };
   struct Offset {
     std::int64_t value = no_time;

@@ -91,9 +91,11 @@ void note_times(HullBuild& self, const Pads& pads, const ViewDecision& set) {
     if (state.head.time != no_time) views.push_back({state.name, state.head.time});
   }
   TimeAxis axis = TimeAxis::running;
+  bool of_files = false;
   {
     const std::scoped_lock lock(self.instants_mutex);
     axis = self.instants.axis();
+    of_files = !self.timing.live() && !self.instants.any_told();
   }
   const bool by_trigger = std::all_of(set.heads.begin(), set.heads.end(), [&](std::size_t i) {
     return state_of<HullPadState>(pads[i]).head.trigger != no_trigger;
@@ -104,8 +106,9 @@ void note_times(HullBuild& self, const Pads& pads, const ViewDecision& set) {
                                                      : "sets-by-capture-time");
   const HullSettings settings = snapshot(element, self.settings);
   const auto by = by_trigger                  ? SetTimes::By::trigger
-                  : axis == TimeAxis::running ? SetTimes::By::running_time
-                                              : SetTimes::By::capture_time;
+                  : axis != TimeAxis::running ? SetTimes::By::capture_time
+                  : of_files                  ? SetTimes::By::file_time
+                                              : SetTimes::By::running_time;
   self.times.note(element, views, by, static_cast<std::int64_t>(settings.sync_tolerance));
   if (!self.times.due()) return;
   GstStructure* told = self.statistics_of(element);

@@ -20,10 +20,15 @@ namespace polyhull::element {
 class SetTimes {
  public:
   /// By what a set's views were matched.
-  enum class By { trigger, capture_time, running_time };
+  enum class By {
+    trigger,
+    capture_time,
+    running_time,
+    file_time,  ///< running times of files that say no others: where they are in the file
+  };
 
-  /// Notes a set: its views' times, what they were matched by (by nothing better than running times:
-  /// which is said once), and how far apart they may be (ns). Names a camera that is steadily beside
+  /// Notes a set: its views' times, what they were matched by (running_time: which is said once), and
+  /// how far apart they may be (ns). Names a camera that is steadily beside
   /// the others, except of sets by trigger: their views may be any time apart.
   void note(GstElement* element, const std::vector<CameraTime>& set, By by, std::int64_t tolerance);
 
