@@ -10,8 +10,8 @@
 
 #include "base/thread_pool.h"
 #include "plugins/common/guard.h"
+#include "plugins/common/rig_event.h"
 #include "plugins/hullbuild/private.h"
-#include "studio/cameras/default_rig.h"
 
 GST_DEBUG_CATEGORY(hullbuild_debug);
 
@@ -30,13 +30,31 @@ GstClockTime get_next_time(GstAggregator* aggregator) {
   return deadline == no_time ? GST_CLOCK_TIME_NONE : self.timing.wake_at(deadline);
 }
 
+/// The rig that came with the views is from now on \p json; the first one that comes counts.
+void hear_rig(HullBuild& self, const std::string& json) {
+  const std::string before = snapshot(self.element, self.told_rig);
+  if (before == json) return;
+  if (!before.empty() && !json.empty()) {
+    if (snapshot(self.element, self.settings).rig.empty())
+      self.statistics.warn(
+          GST_ELEMENT_CAST(self.element), "rigs-refused",
+          "The views of two pads come with different rigs, as of two takes: the one that came "
+          "first stays in use. Set rig to a file with all their cameras.");
+    return;
+  }
+  const ObjectLock lock(self.element);
+  self.told_rig = json;
+  self.rig_changed = true;
+}
+
 gboolean start(GstAggregator* aggregator) {
   HullBuild& self = state_of<HullBuild>(aggregator);
   return guarded(GST_ELEMENT_CAST(aggregator), gboolean{FALSE}, [&]() -> gboolean {
     const HullSettings settings = snapshot(aggregator, self.settings);
-    self.rig_changed = false;
-    self.stage.set_rig(open_rig(settings.rig));
     self.statistics.reset();
+    hear_rig(self, {});
+    self.rig_changed = false;
+    use_rig(self, settings);
     self.words.reset();
     forget_contradictions(self);
     self.times.reset();
@@ -168,6 +186,7 @@ GstStructure* HullBuild::statistics_of(gpointer object) {
 
 bool HullBuild::hear(GstAggregatorPad* pad, GstEvent* event) {
   if (GST_EVENT_TYPE(event) == GST_EVENT_SEGMENT) new_segment = true;
+  if (const std::string json = rig_of_event(event); !json.empty()) hear_rig(*this, json);
   // At once, in the thread that brings the views: the next may come before the sets are looked at.
   if (GST_EVENT_TYPE(event) == GST_EVENT_FLUSH_STOP) {
     const std::scoped_lock lock(instants_mutex);

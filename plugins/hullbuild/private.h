@@ -43,6 +43,8 @@ struct HullBuild : LiveAggregator {
   /// Of each pair of cameras, by name: its tangency error. Under the object lock.
   std::vector<std::pair<std::string, double>> tangency_pixels;
 
+  std::string told_rig;  // the rig file's text that came with the views; under the object lock
+
   std::atomic<bool> rig_changed{false};
   std::atomic<bool> live{false};            // as of the last look at the inputs
   std::atomic<std::int64_t> start_wait{0};  // for cameras that have not sent anything yet
@@ -130,6 +132,10 @@ std::string waiting_text(const Pads& pads, const std::vector<ViewHead>& heads);
 
 /// Forgets all pads' views and the last set.
 void forget_streams(HullBuild& self);
+
+/// Takes up the rig that is to be used from now on: that of the property, else the one that came with
+/// the views, else the built-in one. Throws Error.
+void use_rig(HullBuild& self, const HullSettings& settings);
 
 /// Makes and sends the next mesh, if there is a set; \p deadline_passed, where the stream is not
 /// live: missing views are no longer waited for. Throws Error.

@@ -51,8 +51,9 @@ constexpr double longest = 60.0 * GST_SECOND;
 constexpr Property<S> table[] = {
     property<&S::rig>(
         "rig", "Rig file",
-        "Path of the rig file with the cameras' calibration. Unset: the built-in rig of four "
-        "cameras. A change while playing takes effect with the next set."),
+        "Path of the rig file with the cameras' calibration. Unset: the rig that the views bring, "
+        "as takesrc's do, else the built-in rig of four cameras. A change while playing takes "
+        "effect with the next set."),
     property<&S::sync_tolerance>(
         "sync-tolerance", "Sync tolerance",
         "How far the times of views of one set may differ, in nanoseconds (0 to 60 s), where views "

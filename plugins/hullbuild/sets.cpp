@@ -91,9 +91,10 @@ void stamp(HullBuild& self, const Pads& pads, const ViewDecision& set, GstBuffer
 void load_changed_rig(HullBuild& self, const HullSettings& settings) {
   if (!self.rig_changed.exchange(false)) return;
   try {
-    self.stage.set_rig(open_rig(settings.rig));
+    use_rig(self, settings);
     forget_contradictions(self);
   } catch (const Error& error) {
+    if (settings.rig.empty()) throw;  // the former one is not that of the views
     self.statistics.warn(GST_ELEMENT_CAST(self.element), "rigs-refused",
                          fmt::format("The former rig stays in use: {}", error.what()));
   }
@@ -356,6 +357,13 @@ void forget_streams(HullBuild& self) {
   self.first_time = self.last_time = no_time;
   self.interval = 0;
   self.unexplained.clear();
+}
+
+void use_rig(HullBuild& self, const HullSettings& settings) {
+  const std::string told = snapshot(self.element, self.told_rig);
+  self.stage.set_rig(settings.rig.empty() && !told.empty()
+                         ? parse_rig(told, "the rig that came with the views")
+                         : open_rig(settings.rig));
 }
 
 GstFlowReturn send_next_set(HullBuild& self, bool timeout) {

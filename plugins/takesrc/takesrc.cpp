@@ -17,6 +17,7 @@
 #include "plugins/common/element.h"
 #include "plugins/common/guard.h"
 #include "plugins/common/log.h"
+#include "plugins/common/rig_event.h"
 #include "plugins/takesrc/take_pads.h"
 #include "plugins/takesrc/take_stream.h"
 
@@ -52,6 +53,7 @@ struct TakeSrc {
   std::mutex seeking;  // one at a time; protects streams
   std::vector<std::unique_ptr<Stream>> streams;
   std::int64_t end = 0;
+  std::string rig;  // the text that the take keeps of it; empty: none
 
   std::mutex mutex;  // protects all below
   GstFlowCombiner* combiner = gst_flow_combiner_new();
@@ -88,6 +90,7 @@ void send_segment(TakeSrc& self, Stream& stream) {
     if (self.seqnum != GST_SEQNUM_INVALID) gst_event_set_seqnum(event, self.seqnum);
   }
   gst_pad_push_event(stream.pad, event);
+  if (!self.rig.empty()) gst_pad_push_event(stream.pad, make_rig_event(self.rig));
   stream.segment_due = false;
 }
 
@@ -315,6 +318,11 @@ bool open(GstElement* element) {
     }
     self.statistics.reset();
     self.end = content.end;
+    self.rig.clear();
+    for (const TakeNote& note : content.notes)
+      if (note.name == "rig" &&
+          g_utf8_validate(note.value.data(), static_cast<gssize>(note.value.size()), nullptr))
+        self.rig = note.value;
     {
       const std::scoped_lock lock(self.mutex);
       gst_segment_init(&self.segment, GST_FORMAT_TIME);

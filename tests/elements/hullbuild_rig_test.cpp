@@ -5,6 +5,7 @@
 #include <fstream>
 
 #include "hull_bench.h"
+#include "plugins/common/rig_event.h"
 
 using namespace polyhull;
 using namespace polyhull::test;
@@ -143,6 +144,39 @@ GST_START_TEST(test_a_rig_without_a_floor_is_said_once) {
 }
 GST_END_TEST
 
+/// Views may bring their rig, as takesrc's do: it stands in for the property, and one rig only.
+GST_START_TEST(test_views_bring_their_rig) {
+  const auto tell = [](Bench& bench, int pad, const std::string& json) {
+    gst_harness_push_event(bench.inputs[pad], element::make_rig_event(json));
+  };
+  const auto first_camera = [](Bench& bench, int frame) {
+    for (int i = 0; i < 4; ++i) bench.push_box(i, frame);
+    return bench.pull()->views[0].calibration.t;
+  };
+  Rig rig = default_rig();
+  for (Camera& camera : rig.cameras) camera.t.z += 0.25;
+  const std::string told = rig_to_json(rig);
+  Bench bench;
+  for (int i = 0; i < 4; ++i) tell(bench, i, told);
+  fail_unless(first_camera(bench, 0) == rig.cameras[0].t);
+  fail_unless(bench.warnings().empty());
+  // Another one is refused.
+  tell(bench, 2, rig_to_json(default_rig()));
+  fail_unless(first_camera(bench, 1) == rig.cameras[0].t);
+  expect_one(bench.warnings(), {"different rigs", "Set rig"});
+  // The property comes first.
+  g_object_set(bench.element, "rig", write_rig("own", scaled_rig(1.0, "m")).c_str(), nullptr);
+  fail_unless(first_camera(bench, 2) == default_rig().cameras[0].t);
+  g_object_set(bench.element, "rig", "", nullptr);
+  fail_unless(first_camera(bench, 3) == rig.cameras[0].t);
+
+  Bench broken;
+  tell(broken, 1, "{\"format\": \"polyhull-rig\"}");
+  for (int i = 0; i < 4; ++i) broken.push_box(i, 0);
+  expect_in(broken.error(), {"rig that came with the views", "version"});
+}
+GST_END_TEST
+
 static Suite* hullbuild_rig_suite() {
   Suite* suite = suite_create("hullbuild_rig");
   TCase* tests = tcase_create("general");
@@ -154,6 +188,7 @@ static Suite* hullbuild_rig_suite() {
   tcase_add_test(tests, test_bounds_elsewhere_are_said_with_the_place);
   tcase_add_test(tests, test_one_camera_far_off_with_an_empty_hull_is_one_warning);
   tcase_add_test(tests, test_a_rig_without_a_floor_is_said_once);
+  tcase_add_test(tests, test_views_bring_their_rig);
   return suite;
 }
 

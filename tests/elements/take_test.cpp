@@ -78,6 +78,20 @@ GST_START_TEST(test_hulls_are_the_same_to_the_byte) {
 }
 GST_END_TEST
 
+/// hullbuild behind takesrc takes the rig that the take keeps.
+GST_START_TEST(test_the_take_brings_its_rig) {
+  const Folder folder;
+  const std::string rig = std::string(g_getenv("POLYHULL_SOURCE")) + "/pipelines/rigs/five.json";
+  Played live(cameras(2, folder.file(), "hullbuild rig=" + rig + std::string(hull).substr(9),
+                      "rig=" + rig));
+  check_ended(live.run());
+  Played again("takesrc location=" + folder.file() + replay);
+  check_ended(again.run());
+  fail_unless_equals_int(again.of("out").size(), 2);
+  fail_unless(live.of("out") == again.of("out"));
+}
+GST_END_TEST
+
 GST_START_TEST(test_times_caps_and_bytes_stay) {
   const Folder folder;
   const std::string sources =
@@ -562,6 +576,7 @@ static Suite* take_suite() {
   suite_add_tcase(suite, general);
   tcase_add_test(general, test_documented);
   tcase_add_test(general, test_hulls_are_the_same_to_the_byte);
+  tcase_add_test(general, test_the_take_brings_its_rig);
   tcase_add_test(general, test_times_caps_and_bytes_stay);
   tcase_add_test(general, test_any_place_is_found);
   tcase_add_test(general, test_backwards_and_at_other_rates);
