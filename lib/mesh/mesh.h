@@ -26,6 +26,7 @@ struct Mesh {
   std::int64_t capture_time = no_time;  ///< of the set: its earliest view's, ns
   Vec3 up{0.0, 1.0, 0.0};               ///< the rig's up direction, for placing in a scene
   double metres_per_unit = 1.0;         ///< of the rig's world
+  float opacity = 1.0f;                 ///< of the subject as it is to be shown, 0..1: it fades out
   Hull hull;
   std::vector<MeshView> views;  ///< HullFace::view and Texturing index these
   std::optional<Texturing> texturing;

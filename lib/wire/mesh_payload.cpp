@@ -140,7 +140,8 @@ class MeshPacker {
     flatbuffers::Offset<wire::Texturing> texturing;
     if (mesh.texturing) texturing = pack_texturing(*mesh.texturing);
     builder_.Finish(wire::CreateMesh(builder_, mesh.trigger, mesh.capture_time, up,
-                                     mesh.metres_per_unit, hull, view_list, texturing));
+                                     mesh.metres_per_unit, hull, view_list, texturing,
+                                     mesh.opacity));
   }
 
   flatbuffers::FlatBufferBuilder builder_;
@@ -278,6 +279,7 @@ Mesh read_mesh(std::span<const Bytes> segments) {
   mesh.capture_time = table.capture_time();
   mesh.up = unpack_vector(table.up(), "up");
   mesh.metres_per_unit = table.metres_per_unit();
+  mesh.opacity = table.opacity();
   mesh.hull = unpack_hull(*table.hull());
   if (table.views()) {
     std::size_t unpacked = 0;

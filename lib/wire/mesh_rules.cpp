@@ -146,6 +146,7 @@ void validate_mesh(const Mesh& mesh) {
   if (!finite(mesh.up) || !(glm::length(mesh.up) > 0.0)) refuse_mesh("up is no direction");
   if (!std::isfinite(mesh.metres_per_unit) || !(mesh.metres_per_unit > 0.0))
     refuse_mesh("the length of its unit is not positive");
+  if (!(mesh.opacity >= 0.0f && mesh.opacity <= 1.0f)) refuse_mesh("its opacity is not 0 to 1");
   for (const MeshView& view : mesh.views) {
     if (view.calibration.name != view.view.camera || view.calibration.width != view.view.width ||
         view.calibration.height != view.view.height)

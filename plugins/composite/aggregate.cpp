@@ -96,6 +96,7 @@ bool catch_up(Composite& self, GstAggregatorPad* pad, const WaitingFrame& frame,
 
 /// Whether there is anything to draw of \p mesh: triangles, or a silhouette in each view.
 bool is_something(const Mesh& mesh) {
+  if (mesh.opacity <= 0.0f) return false;
   if (!mesh.hull.empty()) return true;
   return mesh.views.size() >= 2 &&
          std::none_of(mesh.views.begin(), mesh.views.end(),

@@ -3,6 +3,7 @@
 
 #include <gst/gl/gl.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
@@ -97,6 +98,7 @@ void FrameComposer::prepare(const CompositeSettings& settings, const GstVideoInf
   frame_.planes = attached_planes(background);
   frame_.depth = attached_depth(background);
   frame_.subjects.clear();
+  opacities_.clear();
   const bool image_based = settings.subject == SubjectShape::image_based;
   const bool by_image = image_based && !on_gpu && settings.backend != Backend::gl;
   if (image_based && !by_image && !meshes.empty())
@@ -104,6 +106,7 @@ void FrameComposer::prepare(const CompositeSettings& settings, const GstVideoInf
                      "OpenGL does not draw subject=image-based: the meshes' triangles are drawn "
                      "instead. Set backend=processor, with pictures in system memory.");
   for (GstAggregatorPad* pad : meshes) add_subject(pad, by_image);
+  fading_ = std::any_of(opacities_.begin(), opacities_.end(), [](float o) { return o < 1.0f; });
   set_viewport(settings, time);
   if (announcement_ && !announcement_->scene.empty()) {
     frame_.scene = open(announcement_->scene);
@@ -128,16 +131,19 @@ void FrameComposer::prepare(const CompositeSettings& settings, const GstVideoInf
   with_gl_ = !by_image && draws_with_gl(settings.backend, on_gpu);
   // The processor uploads nothing, and of pictures in OpenGL's memory nobody does.
   frame_.background_content = 0;
-  if (with_gl_ && !on_gpu && !lens_.active())
+  if (with_gl_ && !on_gpu && !lens_.active() && !fading_)
     frame_.background_content = background_content_.number_of(background);
   else
     background_content_.reset();
-  if (with_gl_) {
-    plan_ = gl_.plan(frame_, settings_);
-  } else {
-    if (!processor_) processor_ = std::make_unique<ProcessorRenderer>();
-    plan_ = processor_->plan(frame_, settings_);
-  }
+  plan_ = plan();
+}
+
+/// Of frame_; empty, and no renderer is asked, where that has no subject.
+RenderPlan FrameComposer::plan() {
+  if (frame_.subjects.empty()) return {};
+  if (with_gl_) return gl_.plan(frame_, settings_);
+  if (!processor_) processor_ = std::make_unique<ProcessorRenderer>();
+  return processor_->plan(frame_, settings_);
 }
 
 /// The background's, else that of the properties. One that is impossible for a moment does not end the
@@ -197,6 +203,7 @@ void FrameComposer::add_subject(GstAggregatorPad* pad, bool by_image) {
   }
   frame_.subjects.push_back(
       {&mesh, placement(snapshot(pad, state.placement)), state.content, image});
+  opacities_.push_back(mesh.opacity);
 }
 
 /// Has the context ready where OpenGL is chosen.
@@ -212,7 +219,7 @@ bool FrameComposer::draws_with_gl(Backend wanted, bool on_gpu) {
 std::optional<unsigned> FrameComposer::draw(const FrameBuffers& buffers, GstBuffer* output,
                                             bool later) {
   const bool key = view_ == CompositeView::key, video = is_video_output(*buffers.output);
-  if (lens_.active() || (key && video)) {
+  if (lens_.active() || fading_ || (key && video)) {
     draw_through_lens(buffers, output);
   } else if (with_gl_ && buffers.background_on_gpu && buffers.output_on_gpu && !key) {
     draw_on_gpu(buffers, output);

@@ -110,11 +110,16 @@ class FrameComposer {
   void lens_over_greys(const std::uint8_t* background, int background_stride, std::uint8_t* target,
                        int target_stride, int width, int height, LensWork& work);
   void set_viewport(const CompositeSettings& settings, GstClockTime time);
+  void draw_subjects(const std::uint8_t* background, int background_stride, std::uint8_t* target,
+                     int target_stride, int width, int height, LensWork& work);
+  void draw_fading(const std::uint8_t* background, int background_stride, std::uint8_t* target,
+                   int target_stride, int width, int height, LensWork& work);
   void set_lens(const CompositeSettings& settings, const GstVideoInfo& info, GstBuffer* background);
   void with_renderer(const std::function<void(Renderer&)>& work);
   bool run_gl(const std::function<void(Compositor&)>& work);  // false: it failed, and is given up
   void give_up_gl(const Error& why);
   bool draws_with_gl(Backend wanted, bool on_gpu);
+  RenderPlan plan();
   void add_subject(GstAggregatorPad* pad, bool by_image);
   std::shared_ptr<const ImageSubject> image_of(GstAggregatorPad* pad);
   void report(const RenderStatistics& statistics);
@@ -138,14 +143,17 @@ class FrameComposer {
   };
   std::optional<FailedScene> failed_scene_;
   RenderFrame frame_;
+  std::vector<float> opacities_;  // of its subjects
+  bool fading_ = false;           // any of them is below 1
   RenderPlan plan_;
   RenderSettings settings_;
   CompositeView view_ = CompositeView::composite;
   LensPicture lens_;
   std::optional<Camera> viewport_before_;  // the last frame's, and its time
   GstClockTime time_before_ = GST_CLOCK_TIME_NONE;
-  std::uint64_t number_ = 0;                // of the frame: what its grain is made of
-  std::vector<std::uint8_t> through_lens_;  // what becomes video
+  std::uint64_t number_ = 0;                  // of the frame: what its grain is made of
+  std::vector<std::uint8_t> through_lens_;    // what becomes video
+  std::vector<std::uint8_t> unfaded_, less_;  // the background, and a composite of fewer subjects
   /// By a pass's name those of its times, which statistics_ points to.
   std::map<std::string_view, std::pair<std::string, std::string>> pass_figures_;
 };

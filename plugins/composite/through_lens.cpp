@@ -6,6 +6,7 @@
 #include "base/stopwatch.h"
 #include "plugins/common/memory/video_frame.h"
 #include "plugins/composite/frame.h"
+#include "render/dissolve.h"
 #include "render/fill.h"
 
 namespace polyhull::element {
@@ -99,8 +100,51 @@ void FrameComposer::lens_over_greys(const std::uint8_t* background, int backgrou
   }
 }
 
+/// Either of these: brings the composite of the frame's subjects into \p target.
+void FrameComposer::draw_subjects(const std::uint8_t* background, int background_stride,
+                                  std::uint8_t* target, int target_stride, int width, int height,
+                                  LensWork& work) {
+  if (lens_.active() && settings_.alpha != AlphaCoding::ignored &&
+      any_translucent(background, background_stride, {0, 0, width, height}))
+    lens_over_greys(background, background_stride, target, target_stride, width, height, work);
+  else
+    lens_over(background, background_stride, target, target_stride, work);
+}
+
+/// The same where subjects fade: with the opacities o_1 > ... > o_n, the composites C_0, C_1 ... C_n of
+/// no subject, of those of opacity o_1 and so on, and o_0 = 1, o_(n+1) = 0 it is the sum of
+/// (o_k - o_(k+1)) C_k, all that a subject does being in its composites.
+void FrameComposer::draw_fading(const std::uint8_t* background, int background_stride,
+                                std::uint8_t* target, int target_stride, int width, int height,
+                                LensWork& work) {
+  // The target may be the same memory.
+  const int stride = 4 * width;
+  const auto row = static_cast<std::size_t>(stride);
+  unfaded_.resize(row * static_cast<std::size_t>(height));
+  for (int y = 0; y < height; ++y)
+    std::memcpy(&unfaded_[row * static_cast<std::size_t>(y)],
+                background + static_cast<std::ptrdiff_t>(y) * background_stride, row);
+  draw_subjects(unfaded_.data(), stride, target, target_stride, width, height, work);
+  while (!frame_.subjects.empty()) {
+    const float lowest = *std::min_element(opacities_.begin(), opacities_.end());
+    for (std::size_t i = opacities_.size(); i-- > 0;) {
+      if (opacities_[i] > lowest) continue;
+      opacities_.erase(opacities_.begin() + static_cast<std::ptrdiff_t>(i));
+      frame_.subjects.erase(frame_.subjects.begin() + static_cast<std::ptrdiff_t>(i));
+    }
+    const float next =
+        opacities_.empty() ? 1.0f : *std::min_element(opacities_.begin(), opacities_.end());
+    if (lowest == next) break;
+    plan_ = plan();
+    less_ = unfaded_;
+    draw_subjects(unfaded_.data(), stride, less_.data(), stride, width, height, work);
+    dissolve(target, target_stride, less_.data(), stride, width, height, lowest / next,
+             settings_.alpha);
+  }
+}
+
 /// In system memory, whatever draws and wherever the pictures come from; keys that become video, too,
-/// whose lens may change nothing.
+/// whose lens may change nothing, and subjects that fade.
 void FrameComposer::draw_through_lens(const FrameBuffers& buffers, GstBuffer* output) {
   const int width = GST_VIDEO_INFO_WIDTH(buffers.info),
             height = GST_VIDEO_INFO_HEIGHT(buffers.info);
@@ -108,11 +152,10 @@ void FrameComposer::draw_through_lens(const FrameBuffers& buffers, GstBuffer* ou
                           int to_stride) {
     LensWork work;
     const Stopwatch watch;
-    if (lens_.active() && settings_.alpha != AlphaCoding::ignored &&
-        any_translucent(from, from_stride, {0, 0, width, height}))
-      lens_over_greys(from, from_stride, to, to_stride, width, height, work);
+    if (fading_)
+      draw_fading(from, from_stride, to, to_stride, width, height, work);
     else
-      lens_over(from, from_stride, to, to_stride, work);
+      draw_subjects(from, from_stride, to, to_stride, width, height, work);
     if (work.drawn) report(*work.drawn);
     statistics_.set("lens-ms", watch.milliseconds() - work.inside);
     if (lens_.active()) statistics_.count("through-lens");

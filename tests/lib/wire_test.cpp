@@ -52,6 +52,7 @@ void expect_same(const Mesh& a, const Mesh& b) {
   EXPECT_EQ(a.capture_time, b.capture_time);
   EXPECT_EQ(a.up, b.up);
   EXPECT_EQ(a.metres_per_unit, b.metres_per_unit);
+  EXPECT_EQ(a.opacity, b.opacity);
   EXPECT_EQ(a.hull.origin, b.hull.origin);
   EXPECT_TRUE(same_bytes(a.hull.vertices, b.hull.vertices));
   EXPECT_TRUE(same_bytes(a.hull.triangles, b.hull.triangles));
@@ -114,6 +115,7 @@ TEST(MeshPayload, ComesBack) {
   expect_same(read_mesh(Bytes(write_mesh(mesh))), [&] { return mesh; }());
   mesh.texturing.reset();
   mesh.hull = Hull{};
+  mesh.opacity = 0.25f;
   const std::vector<std::uint8_t> bytes = write_mesh(mesh);
   expect_same(read_mesh(Bytes(bytes)), mesh);
 }
@@ -281,6 +283,9 @@ TEST(MeshPayload, FacesOfAFramesBorderAreKept) {
 }
 
 TEST(MeshPayload, RulesAreChecked) {
+  expect_mesh_refused([](Mesh& m) { m.opacity = NAN; }, "opacity");
+  expect_mesh_refused([](Mesh& m) { m.opacity = 1.01f; }, "opacity");
+  expect_mesh_refused([](Mesh& m) { m.opacity = -0.01f; }, "opacity");
   expect_mesh_refused([](Mesh& m) { m.hull.triangles[3] = 4; }, "triangle's index");
   expect_mesh_refused([](Mesh& m) { m.hull.triangles.pop_back(); }, "multiple of three");
   expect_mesh_refused([](Mesh& m) { m.hull.vertices[1].y = NAN; }, "not finite");
