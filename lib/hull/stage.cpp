@@ -112,8 +112,11 @@ std::vector<Silhouette> HullStage::silhouettes() const {
   return silhouettes;
 }
 
-Hull HullStage::rebuilt(const HullOptions& options) const {
-  return HullBuilder().build(silhouettes(), options);
+Hull HullStage::rebuilt(const HullOptions& options, std::span<const std::size_t> lost) const {
+  std::vector<Silhouette> left = silhouettes();
+  for (auto view = lost.rbegin(); view != lost.rend(); ++view)
+    left.erase(left.begin() + static_cast<std::ptrdiff_t>(*view));
+  return HullBuilder().build(left, options);
 }
 
 CameraDoubts HullStage::doubts(Unseen unseen, int points, std::uint32_t round) const {

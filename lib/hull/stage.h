@@ -41,9 +41,9 @@ class HullStage {
   const Rings& contours(std::size_t view) const { return *used_[view].real; }
   const ViewRepair& repair(std::size_t view) const { return repairs_[view]; }
 
-  /// The hull of the silhouettes of the last call, as they went into it, by other \p options; keeps
-  /// nothing. Throws Error as HullBuilder::build() does.
-  Hull rebuilt(const HullOptions& options) const;
+  /// The hull of the silhouettes of the last call, as they went into it, by other \p options and
+  /// without the views \p lost; keeps nothing. Throws Error as HullBuilder::build() does.
+  Hull rebuilt(const HullOptions& options, std::span<const std::size_t> lost = {}) const;
 
   /// What the silhouettes of the last call, as they went into the hull, say of each other: see
   /// find_doubts().

@@ -1,10 +1,20 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// Which cameras a set lacks, and whether it may be built without them.
+// Which cameras a set lacks, whether it may be built without them, and what is shown if not.
 #include <algorithm>
+#include <memory>
+#include <utility>
 
 #include "plugins/hullbuild/private.h"
 
 namespace polyhull::element {
+namespace {
+
+/// How many cameras have to be left, where so many are connected, and how many times as large they may
+/// make the hull: what is worse is no person's shape any more (docs/missing-camera.md).
+constexpr std::size_t automatic_fewest = 3;
+constexpr double most_growth = 2.5;
+
+}  // namespace
 
 std::vector<AbsentCamera> absent_cameras(HullBuild& self, const Pads& pads,
                                          const ViewDecision& set) {
@@ -41,6 +51,56 @@ bool must_be_whole(const std::vector<AbsentCamera>& absent, const HullSettings& 
     if (camera.ended || !camera.known) return false;
     return camera.missed <= hold || (camera.silent <= hold && camera.missed <= 10 * hold);
   });
+}
+
+std::string find_lack(HullBuild& self, std::size_t pads, const std::vector<SetView>& views,
+                      const HullSettings& settings) {
+  self.growth.reset();
+  const std::size_t fewest =
+      settings.min_cameras > 0 ? settings.min_cameras : std::min(automatic_fewest, pads);
+  if (views.size() < fewest) return fmt::format("{} views, {} are asked for", views.size(), fewest);
+  if (settings.min_cameras > 0) return {};
+  std::vector<std::string> cameras;
+  for (const SetView& view : views) cameras.push_back(view.camera);
+  // Once for all sets that lack the same.
+  if (std::exchange(self.judged_cameras, cameras) != cameras)
+    self.judged_growth = self.stage.growth(cameras);
+  if (!self.judged_growth) return {};  // nobody was there to be seen
+  self.growth = self.shown_growth * *self.judged_growth;
+  if (*self.growth <= most_growth) return {};
+  return fmt::format("the hull would be {:.1f} times as large", *self.growth);
+}
+
+void note_shown(HullBuild& self, const std::vector<SetView>& views, bool whole) {
+  self.fade.shown();
+  self.shown_views.clear();
+  for (const SetView& view : views)
+    self.shown_views.push_back({view.camera, BufferRef(gst_buffer_ref(view.view->buffer()))});
+  self.shown_growth = whole ? 1.0 : self.growth.value_or(1.0);
+  self.judged_cameras.clear();
+}
+
+void forget_shown(HullBuild& self) {
+  self.fade.reset();
+  self.shown_views.clear();
+  self.shown_growth = 1.0;
+  self.judged_cameras.clear();
+}
+
+GstBuffer* fading_set(HullBuild& self, const HullSettings& settings) {
+  const auto opacity = self.fade.hide(static_cast<std::int64_t>(settings.hold_time));
+  if (!opacity) return nullptr;
+  std::vector<std::unique_ptr<ViewBuffer>> last;
+  std::vector<SetView> views;
+  for (const ShownView& view : self.shown_views) {
+    last.push_back(std::make_unique<ViewBuffer>(view.buffer.get()));
+    views.push_back({view.camera, last.back().get()});
+  }
+  self.statistics.count("sets-fading");
+  GST_DEBUG_OBJECT(self.element, "the last set is shown instead, faded to %.0f %%",
+                   100.0 * static_cast<double>(*opacity));
+  return self.stage.build(GST_ELEMENT_CAST(self.element), std::move(views), settings, no_trigger,
+                          0.0, *opacity);
 }
 
 }  // namespace polyhull::element

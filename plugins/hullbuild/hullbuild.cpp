@@ -139,6 +139,7 @@ HullBuild::HullBuild(gpointer object)
   statistics.declare({"sets-incomplete",
                       "sets-dropped-incomplete",
                       "sets-dropped-few-cameras",
+                      "sets-fading",
                       "sets-refused",
                       "sets-overdue",
                       "sets-unwanted",
@@ -205,6 +206,7 @@ void HullBuild::class_init(gpointer klass) {
   add_statistics<HullBuild>(
       klass,
       "Counters since the start: sets (meshes sent), sets-incomplete, sets-dropped-…, "
+      "sets-fading (sent while the subject fades out or in), "
       "sets-overdue (came when nobody could use them), sets-unwanted (left out because not all "
       "can be done), views-…, "
       "empty-meshes, lone-silhouettes (one camera sees a foreground), full-silhouettes "

@@ -7,10 +7,12 @@
 
 #include <atomic>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "live/fade.h"
 #include "mesh/instants.h"
 #include "plugins/common/live/live_aggregator.h"
 #include "plugins/common/log.h"
@@ -27,6 +29,12 @@ GST_DEBUG_CATEGORY_EXTERN(hullbuild_debug);
 #define GST_CAT_DEFAULT hullbuild_debug
 
 namespace polyhull::element {
+
+/// A view that was shown.
+struct ShownView {
+  std::string camera;
+  BufferRef buffer;
+};
 
 /// The element's state.
 struct HullBuild : LiveAggregator {
@@ -56,6 +64,15 @@ struct HullBuild : LiveAggregator {
   SetTimes times;
   SetBuilder stage{statistics};  // this and the rest belong to the source pad's thread
   ViewSets sets;
+  Fade fade;
+  std::vector<ShownView> shown_views;  // of the last set
+  /// How many times as large as with all cameras the hull is: of the set that is looked at (none: not
+  /// known, or not asked for), and of the last one that was shown.
+  std::optional<double> growth;
+  double shown_growth = 1.0;
+  /// As SetBuilder::growth() has it for these cameras since the last set that was shown.
+  std::vector<std::string> judged_cameras;
+  std::optional<double> judged_growth;
   std::int64_t first_time = no_time;      // of the stream's first view
   std::int64_t last_time = no_time;       // of the last instant, and
   std::int64_t interval = 0;              // the least time between two, where views have no length
@@ -75,6 +92,19 @@ std::vector<AbsentCamera> absent_cameras(HullBuild& self, const Pads& pads,
 /// Whether an incomplete set must not be built, by missing-camera. A camera that sends, but too
 /// late or not everything, is waited for ten times as long as one that is silent.
 bool must_be_whole(const std::vector<AbsentCamera>& absent, const HullSettings& settings);
+
+/// Why \p views, of the cameras of \p pads, do not bound the subject well enough to be shown; empty: they
+/// do. Sets HullBuild::growth.
+std::string find_lack(HullBuild& self, std::size_t pads, const std::vector<SetView>& views,
+                      const HullSettings& settings);
+
+/// The last set that was shown, to be shown once more in the place of one that cannot be, as it fades
+/// out; null: nothing is to be sent.
+GstBuffer* fading_set(HullBuild& self, const HullSettings& settings);
+
+/// Notes that the set of \p views has been built, \p whole or not, and is shown.
+void note_shown(HullBuild& self, const std::vector<SetView>& views, bool whole);
+void forget_shown(HullBuild& self);
 
 // ---- contradictions.cpp
 

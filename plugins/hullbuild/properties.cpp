@@ -77,11 +77,13 @@ constexpr Property<S> table[] = {
     property<&S::hold_time>("hold-time", "Hold time",
                             "For how long missing-camera=freeze keeps the last whole set, and "
                             "missing-camera=hold a camera's last view, in nanoseconds (0 to 60 "
-                            "s); after that the hull is built without the camera.",
+                            "s); after that the hull is built without the camera, or, where "
+                            "the others are not enough, fades out.",
                             0, longest),
     property<&S::min_cameras>("min-cameras", "Fewest cameras",
-                              "Sets with fewer views than this (1 to 1024) are dropped. 0: "
-                              "three, or as many as are connected where those are fewer.",
+                              "Sets with fewer views than this (1 to 1024) are dropped, and the "
+                              "subject fades out. 0: three, or as many as are connected where "
+                              "those are fewer, which bound the subject.",
                               0, 1024),
     property<&S::weld_distance>(
         "weld-distance", "Weld distance",

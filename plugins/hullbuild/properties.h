@@ -30,7 +30,7 @@ struct HullSettings {
   std::uint64_t max_wait = LiveSettings{}.max_wait;
   std::uint64_t max_latency = LiveSettings{}.max_latency;
   MissingCamera missing_camera = MissingCamera::freeze;
-  std::uint64_t hold_time = 100 * GST_MSECOND;
+  std::uint64_t hold_time = 40 * GST_MSECOND;
   std::uint32_t min_cameras = 0;
   double weld_distance = 0.0;
   Unseen unseen = Unseen::carve;

@@ -2,10 +2,12 @@
 #include "plugins/hullbuild/set_builder.h"
 
 #include <algorithm>
+#include <limits>
 
 #include "base/error.h"
 #include "base/stopwatch.h"
 #include "base/thread_pool.h"
+#include "hull/measure.h"
 #include "silhouette/contour/trace.h"
 
 namespace polyhull::element {
@@ -44,6 +46,7 @@ void SetBuilder::set_rig(Rig rig) {
 
 void SetBuilder::reset() {
   round_ = 0;
+  cameras_.clear();
   stage_ = std::make_unique<HullStage>();
 }
 
@@ -128,10 +131,8 @@ void SetBuilder::take_repairs(Mesh& mesh) {
 void SetBuilder::take_doubts(const Mesh& mesh, const HullSettings& settings) {
   constexpr std::size_t points = 40, pairs = 64;
   const std::size_t views = mesh.views.size();
-  cameras_.clear();
   doubts_.reset();
   tangencies_.clear();
-  for (const MeshView& view : mesh.views) cameras_.push_back(view.view.camera);
   if (stage_->statistics().reused) return;
   doubts_.emplace();
   // Where hardly a camera sees anything the outlines are of noise, or of who is about to enter.
@@ -182,8 +183,24 @@ std::optional<Bounds> SetBuilder::elsewhere() const {
   }
 }
 
+std::optional<double> SetBuilder::growth(const std::vector<std::string>& left) const {
+  std::vector<std::size_t> lost;
+  for (std::size_t i = 0; i < cameras_.size(); ++i)
+    if (std::find(left.begin(), left.end(), cameras_[i]) == left.end()) lost.push_back(i);
+  if (cameras_.empty() || (is_empty_ && !lost.empty())) return std::nullopt;
+  if (lost.empty()) return 1.0;
+  if (lost.size() + 2 > cameras_.size()) return std::numeric_limits<double>::infinity();
+  try {
+    return enclosed_volume(stage_->rebuilt(options_, lost)) /
+           enclosed_volume(stage_->rebuilt(options_));
+  } catch (const Error&) {
+    return std::numeric_limits<double>::infinity();
+  }
+}
+
 GstBuffer* SetBuilder::build(GstElement* element, std::vector<SetView> views,
-                             const HullSettings& settings, std::uint64_t trigger, double coarser) {
+                             const HullSettings& settings, std::uint64_t trigger, double coarser,
+                             float opacity) {
   // The rig's order, so that the order of pads and arrival changes nothing.
   const auto place = [&](const SetView& view) {
     return rig_.find(view.camera) - rig_.cameras.data();
@@ -194,12 +211,15 @@ GstBuffer* SetBuilder::build(GstElement* element, std::vector<SetView> views,
   mesh.trigger = trigger;
   mesh.up = rig_.up;
   mesh.metres_per_unit = rig_.metres_per_unit();
+  mesh.opacity = opacity;
+  cameras_.clear();
   std::vector<PixelSource> pixels;
   for (const SetView& entry : views) {
     MeshView& view = mesh.views.emplace_back();
     view.calibration = *rig_.find(entry.camera);
     view.view = entry.view->view();
     view.view.camera = entry.camera;
+    cameras_.push_back(entry.camera);
     pixels.push_back(entry.view->pixels());
     const std::int64_t time = view.view.capture_time;
     if (time != no_time && (mesh.capture_time == no_time || time < mesh.capture_time))

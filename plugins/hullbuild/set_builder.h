@@ -46,9 +46,15 @@ class SetBuilder {
 
   /// A buffer with the mesh of \p views (any order; each camera once, each checked), without times.
   /// Fewer than two views with foreground give an empty hull. Warnings are posted on \p element.
-  /// Contours are coarsened by up to \p coarser, px. Throws Error as HullStage::build().
+  /// Contours are coarsened by up to \p coarser, px. \p opacity: Mesh::opacity. Throws Error as
+  /// HullStage::build().
   GstBuffer* build(GstElement* element, std::vector<SetView> views, const HullSettings& settings,
-                   std::uint64_t trigger, double coarser);
+                   std::uint64_t trigger, double coarser, float opacity);
+
+  /// How many times as large the last set's hull would be, by volume, had it no other views than those of
+  /// the cameras \p left: 1 where it has not, infinite where fewer than two were left. None where there
+  /// is no such hull.
+  std::optional<double> growth(const std::vector<std::string>& left) const;
 
   /// Of the last set: whether its hull is empty, and whether one was asked for and each of its views,
   /// two at least, has a foreground.
@@ -71,6 +77,7 @@ class SetBuilder {
   const std::optional<CameraDoubts>& doubts() const { return doubts_; }
   /// The frontier points that go with doubts().
   const std::vector<Tangency>& tangencies() const { return tangencies_; }
+  /// Of the last set.
   const std::vector<std::string>& cameras() const { return cameras_; }
 
   /// Forgets contours and hulls of former frames.

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
+#include <memory>
 #include <string>
+#include <utility>
 
 #include "base/error.h"
 #include "base/stopwatch.h"
@@ -13,9 +15,6 @@ namespace {
 /// A machine may be busy for a moment: what has piled up then is soon done, and better late than
 /// not.
 constexpr std::int64_t a_moment = 100 * GST_MSECOND;
-
-/// Two opposite cameras of four make a wall across the stage (docs/missing-camera.md).
-constexpr std::size_t automatic_fewest = 3;
 
 void post_dropped(HullBuild& self, const ViewDecision& set) {
   const GstClockTime time =
@@ -92,6 +91,7 @@ void load_changed_rig(HullBuild& self, const HullSettings& settings) {
   if (!self.rig_changed.exchange(false)) return;
   try {
     use_rig(self, settings);
+    forget_shown(self);
     forget_contradictions(self);
   } catch (const Error& error) {
     if (settings.rig.empty()) throw;  // the former one is not that of the views
@@ -174,6 +174,21 @@ bool any_ended(const Pads& pads) {
                      [](GstAggregatorPad* pad) { return state_of<HullPadState>(pad).ended; });
 }
 
+/// Hands over \p buffer for \p set, whose views are done with.
+Step finish(HullBuild& self, const Pads& pads, const ViewDecision& set,
+            const HullSettings& settings, GstBuffer* buffer, const Stopwatch& watch) {
+  const std::int64_t interval = note_pace(self, pads, set, false);
+  stamp(self, pads, set, buffer);
+  GST_LOG_OBJECT(self.element, "%s is built of %zu views in %.1f ms: %s%s: %" GST_PTR_FORMAT,
+                 instant_text(pads, set).c_str(), self.stage.cameras().size(), watch.milliseconds(),
+                 self.stage.is_empty() ? "an empty mesh" : "a mesh",
+                 self.stage.is_reused() ? " used again" : "", printed(buffer));
+  take_views(pads, set, settings);
+  self.timing.note_work(watch.seconds());
+  self.statistics.set("set-ms", watch.milliseconds());
+  return {Outcome::made, buffer, set.time, interval, watch};
+}
+
 Step build_set(HullBuild& self, const Pads& pads, const ViewDecision& set,
                const HullSettings& settings) {
   GstElement* element = GST_ELEMENT_CAST(self.element);
@@ -194,6 +209,7 @@ Step build_set(HullBuild& self, const Pads& pads, const ViewDecision& set,
       return drop_set(self, pads, set, settings, "sets-overdue");
     }
   }
+  self.fade.pass(set.time);
   const std::vector<AbsentCamera> absent = absent_cameras(self, pads, set);
   self.words.absent(element, absent);
   if (!absent.empty() && must_be_whole(absent, settings)) {
@@ -207,22 +223,23 @@ Step build_set(HullBuild& self, const Pads& pads, const ViewDecision& set,
   }
   std::vector<SetView> views = views_of(self, pads, set, settings);
   const std::size_t used = views.size();
-  const std::size_t fewest =
-      settings.min_cameras > 0 ? settings.min_cameras : std::min(automatic_fewest, pads.size());
-  if (used < fewest) {
-    GST_DEBUG_OBJECT(element, "%s is dropped by min-cameras: %zu views, %zu are asked for%s%s",
-                     instant_text(pads, set).c_str(), used, fewest,
+  if (const std::string lack = find_lack(self, pads.size(), views, settings); !lack.empty()) {
+    GST_DEBUG_OBJECT(element, "%s is dropped by min-cameras: %s%s%s",
+                     instant_text(pads, set).c_str(), lack.c_str(),
                      absent.empty() ? "" : "; it lacks ", list_of(absent, true).c_str());
-    take_views(pads, set, settings);
     self.statistics.count("sets-dropped-few-cameras");
-    self.words.too_few(element, set.time, used, fewest);
+    self.words.hidden(element, set.time, lack, absent);
     post_dropped(self, set);
+    if (GstBuffer* last = fading_set(self, settings))
+      return finish(self, pads, set, settings, last, watch);
+    take_views(pads, set, settings);
     return {Outcome::again};
   }
+  const float opacity = self.fade.opacity();
   GstBuffer* buffer = nullptr;
   try {
-    buffer = self.stage.build(element, std::move(views), settings, set.trigger,
-                              settings.adaptive ? self.load.tolerance() : 0.0);
+    buffer = self.stage.build(element, views, settings, set.trigger,
+                              settings.adaptive ? self.load.tolerance() : 0.0, opacity);
   } catch (const Error& error) {
     // One odd silhouette does not end the stream; what is wrong with the settings does.
     if (error.kind() != Error::Kind::unsupported) throw;
@@ -234,6 +251,8 @@ Step build_set(HullBuild& self, const Pads& pads, const ViewDecision& set,
     post_dropped(self, set);
     return {Outcome::again};
   }
+  note_shown(self, views, absent.empty());
+  self.statistics.count("sets-fading", opacity < 1.0f);
   // Who has been silent for this long is gone.
   if (!absent.empty()) {
     GST_DEBUG_OBJECT(element, "%s is built by missing-camera=%s without %s",
@@ -247,16 +266,7 @@ Step build_set(HullBuild& self, const Pads& pads, const ViewDecision& set,
   note_doubts(self, set.time);
   note_hull(self, set.time, used);
   note_times(self, pads, set);
-  const std::int64_t interval = note_pace(self, pads, set, false);
-  stamp(self, pads, set, buffer);
-  GST_LOG_OBJECT(element, "%s is built of %zu views in %.1f ms: %s%s: %" GST_PTR_FORMAT,
-                 instant_text(pads, set).c_str(), used, watch.milliseconds(),
-                 self.stage.is_empty() ? "an empty mesh" : "a mesh",
-                 self.stage.is_reused() ? " used again" : "", printed(buffer));
-  take_views(pads, set, settings);
-  self.timing.note_work(watch.seconds());
-  self.statistics.set("set-ms", watch.milliseconds());
-  return {Outcome::made, buffer, set.time, interval, watch};
+  return finish(self, pads, set, settings, buffer, watch);
 }
 
 /// Views that came after their set had gone.
@@ -334,6 +344,7 @@ void forget_stream(HullBuild& self, GstAggregatorPad* pad) {
   state.reset();
   state.delivered = delivered;  // it is still the camera that it was
   self.sets.reset();
+  forget_shown(self);
   self.first_time = self.last_time = no_time;
   self.new_segment = true;
 }
@@ -350,6 +361,7 @@ bool is_due(HullBuild& self, const Pads& pads) {
 void forget_streams(HullBuild& self) {
   for (GstAggregatorPad* pad : Pads(self.element)) state_of<HullPadState>(pad).reset();
   self.sets.reset();
+  forget_shown(self);
   {
     const std::scoped_lock lock(self.instants_mutex);
     self.instants.reset();

@@ -57,15 +57,14 @@ void HullWords::built(GstElement* element, std::int64_t now, std::size_t used,
                   used, list_of(absent, true)));
 }
 
-void HullWords::too_few(GstElement* element, std::int64_t now, std::size_t used,
-                        std::size_t fewest) {
+void HullWords::hidden(GstElement* element, std::int64_t now, const std::string& lack,
+                       const std::vector<AbsentCamera>& absent) {
   if (few_at_ >= 0 && now - few_at_ < again_after) return;
   few_at_ = now;
-  warn(element,
-       fmt::format(
-           "Sets are dropped, and the last picture stays: of the {} views that min-cameras asks "
-           "for they have {}. Connect more cameras, or look for what keeps their views away.",
-           fewest, used));
+  const std::string names = absent.empty() ? "more cameras" : list_of(absent, true);
+  warn(element, fmt::format("The subject is hidden until there are {}: {}. Look after these "
+                            "cameras; min-cameras sets how many are enough.",
+                            names, lack));
 }
 
 void HullWords::absent(GstElement* element, const std::vector<AbsentCamera>& cameras) {

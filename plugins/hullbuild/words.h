@@ -55,8 +55,9 @@ class HullWords {
   void built(GstElement* element, std::int64_t now, std::size_t used,
              const std::vector<AbsentCamera>& absent);
 
-  /// A set at running time \p now (ns) of \p used cameras was dropped, \p fewest being asked for.
-  void too_few(GstElement* element, std::int64_t now, std::size_t used, std::size_t fewest);
+  /// A set at running time \p now (ns) without \p absent was dropped for what it lacks, \p lack.
+  void hidden(GstElement* element, std::int64_t now, const std::string& lack,
+              const std::vector<AbsentCamera>& absent);
 
   /// Cameras that have ended, or sent nothing for a second, while others go on.
   void absent(GstElement* element, const std::vector<AbsentCamera>& cameras);

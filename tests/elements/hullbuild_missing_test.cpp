@@ -5,6 +5,7 @@
 
 #include "hull_bench.h"
 #include "render/projection.h"
+#include "scene/scene.h"
 
 using namespace polyhull;
 using namespace polyhull::test;
@@ -282,6 +283,80 @@ GST_START_TEST(test_fewer_than_three_of_many_are_no_set) {
 }
 GST_END_TEST
 
+/// Where too few cameras are left, the last set stands still for half a second, fades out over .3 s, and
+/// in again with the sets once the cameras are back.
+GST_START_TEST(test_a_subject_of_too_few_cameras_fades) {
+  Bench bench("missing-camera=freeze min-cameras=0 hold-time=80000000", 4);
+  const auto push = [&](int frame, std::initializer_list<int> cameras) {
+    for (const int i : cameras) bench.push_box(i, frame);
+  };
+  push(0, {0, 1, 2, 3});
+  const Hull whole = bench.pull()->hull;
+  constexpr int still = 12, gone = 24;  // frames
+  for (const int i : {1, 2})
+    gst_harness_push_event(bench.inputs[i], gst_event_new_gap(frame_time, gone * frame_time));
+  for (int frame = 1; frame <= gone; ++frame) push(frame, {0, 3});
+  for (int step = 1; step <= 8; ++step) {
+    const auto mesh = bench.pull();
+    fail_unless(std::abs(mesh->opacity - std::max(1.0 - step * 40.0 / 300.0, 0.0)) < 1e-5,
+                "%g at step %d", static_cast<double>(mesh->opacity), step);
+    fail_unless_equals_uint64(GST_BUFFER_PTS(bench.last.get()), (still + step) * frame_time);
+    fail_unless_equals_uint64(mesh->trigger, no_trigger);
+    fail_unless_equals_int(mesh->views.size(), 4);
+    fail_unless(mesh->hull.vertices == whole.vertices);
+  }
+  fail_unless(bench.nothing_more());
+  fail_unless_equals_uint64(bench.count("sets-dropped-incomplete"), 2);
+  fail_unless_equals_uint64(bench.count("sets-dropped-few-cameras"), gone - 2);
+  for (int step = 1; step <= 9; ++step) {
+    push(gone + step, {0, 1, 2, 3});
+    const auto mesh = bench.pull();
+    fail_unless(std::abs(mesh->opacity - std::min(step * 40.0 / 300.0, 1.0)) < 1e-5);
+    fail_unless_equals_uint64(mesh->trigger, gone + step);
+  }
+  fail_unless_equals_uint64(bench.count("sets-fading"), 15);
+  const std::vector<std::string> warnings = bench.warnings();
+  fail_unless_equals_int(warnings.size(), 1);
+  expect_in(warnings[0], {"hidden", "cam1", "cam2", "2 views, 3 are asked for", "min-cameras"});
+}
+GST_END_TEST
+
+/// Three cameras in a row do not bound anybody, whether the two beside it are lost at once or one by one.
+GST_START_TEST(test_a_subject_without_bounds_fades) {
+  Rig rig = default_rig();
+  rig.cameras.clear();
+  for (const double degrees : {0.0, 15.0, 180.0, 45.0, 90.0}) {
+    const double angle = glm::radians(degrees);
+    rig.cameras.push_back(look_at({3.0 * std::sin(angle), 1.4, 3.0 * std::cos(angle)},
+                                  {0.0, 0.95, 0.0}, 58.0, 1024, 768));
+    rig.cameras.back().name = "cam" + std::to_string(rig.cameras.size() - 1);
+  }
+  const std::string file = folder("row.json");
+  std::ofstream(file) << rig_to_json(rig);
+  for (const bool at_once : {true, false}) {
+    Bench bench("missing-camera=drop-camera min-cameras=0 rig=" + file, 5);
+    bench.rig = rig;
+    int frame = 0;
+    const auto show = [&](int cameras) {
+      for (int i = 0; i < cameras; ++i) bench.push_box(i, frame);
+      frame += 15;
+      return bench.pull();
+    };
+    fail_unless_equals_int(show(5)->views.size(), 5);
+    gst_harness_push_event(bench.inputs[4], gst_event_new_eos());
+    if (!at_once) {
+      const auto mesh = show(4);
+      fail_unless(mesh->views.size() == 4 && mesh->opacity == 1.0f);
+    }
+    gst_harness_push_event(bench.inputs[3], gst_event_new_eos());
+    fail_unless(show(3)->opacity < 1.0f);
+    const std::vector<std::string> warnings = bench.warnings();
+    fail_if(warnings.empty());
+    expect_in(warnings.back(), {"hidden", "cam4", "times as large", "min-cameras"});
+  }
+}
+GST_END_TEST
+
 GST_START_TEST(test_views_are_held_for_hold_time) {
   Bench bench("missing-camera=hold hold-time=100000000", 4);
   // Camera 3 leaves frames 1 to 4 out. A queue holds one view, so its next one goes first.
@@ -329,6 +404,8 @@ static Suite* hullbuild_missing_suite() {
   tcase_add_test(tests, test_freeze_does_not_wait_for_who_has_ended);
   tcase_add_test(tests, test_freeze_waits_longer_for_who_sends_late);
   tcase_add_test(tests, test_fewer_than_three_of_many_are_no_set);
+  tcase_add_test(tests, test_a_subject_of_too_few_cameras_fades);
+  tcase_add_test(tests, test_a_subject_without_bounds_fades);
   tcase_add_test(tests, test_views_are_held_for_hold_time);
   tcase_add_test(tests, test_views_of_another_size_are_not_held);
   return suite;
