@@ -13,6 +13,7 @@
 
 #include "base/thread_pool.h"
 #include "command_line.h"
+#include "lost_cameras.h"
 #include "measure.h"
 #include "outage.h"
 
@@ -50,8 +51,6 @@ std::vector<Policy> all_policies() {
     add("hold %g s", held, time, without);
     add("freeze %g s", frozen, time, without);
   }
-  add("hold %g s then drop-set", held, 0.1, frozen);
-  add("hold grown %g s", grown, 1.0, without);
   return all;
 }
 
@@ -101,7 +100,7 @@ Sums score(const Outage& outage, const Policy& policy, int length) {
   return sums;
 }
 
-void study(Table& table, const Rig& rig, const std::vector<Loss>& losses,
+void study(Table& table, const NamedRig& rig, bool refined, const std::vector<Loss>& losses,
            const std::string& sheets) {
   const std::vector<Policy> policies = all_policies();
   using Scores = std::map<std::tuple<const Loss*, const Policy*, int>, Sums>;
@@ -109,7 +108,7 @@ void study(Table& table, const Rig& rig, const std::vector<Loss>& losses,
   const auto work = [&](std::size_t s) {
     if (std::none_of(losses.begin(), losses.end(), [&](auto& loss) { return s % loss.every == 0; }))
       return;
-    Outage outage(rig, starts[s]);
+    Outage outage(rig.rig, starts[s], refined);
     for (const Loss& loss : losses) {
       if (s % loss.every != 0) continue;
       for (const std::vector<int>& missing : loss.sets) {
@@ -118,8 +117,9 @@ void study(Table& table, const Rig& rig, const std::vector<Loss>& losses,
           for (const int length : lengths)
             scores[s][{&loss, &policy, length}].add(score(outage, policy, length));
         if (!sheets.empty() && &missing == &loss.sets.front())
-          save_picture(outage.sheet(),
-                       sheets + "/" + loss.name + ", " + std::to_string(s) + ".png");
+          save_picture(outage.sheet(), sheets + "/" + loss.name + " of " + rig.name +
+                                           (refined ? ", refined, " : ", hull, ") +
+                                           std::to_string(s) + ".png");
       }
     }
   };
@@ -132,10 +132,11 @@ void study(Table& table, const Rig& rig, const std::vector<Loss>& losses,
         Sums sum;
         for (Scores& some : scores) sum.add(some[{&loss, &policy, length}]);
         const double part = 100.0 / sum.cases;
-        table.row("%s,%s,%d,%.1f,%.1f,%.1f,%.1f,%.1f,%.1f,%.1f,%.1f", loss.name,
-                  policy.name.c_str(), length, part * sum.error, part * sum.cut_off,
-                  part * (sum.error - sum.cut_off), part * sum.excess, part * sum.last,
-                  100.0 * sum.worst, part * sum.jump_in, part * sum.jump_out);
+        table.row("%s,%s,%s,%s,%d,%.1f,%.1f,%.1f,%.1f,%.1f,%.1f,%.1f,%.1f", rig.name.c_str(),
+                  refined ? "refined" : "hull", loss.name, policy.name.c_str(), length,
+                  part * sum.error, part * sum.cut_off, part * (sum.error - sum.cut_off),
+                  part * sum.excess, part * sum.last, 100.0 * sum.worst, part * sum.jump_in,
+                  part * sum.jump_out);
       }
     }
   }
@@ -148,20 +149,39 @@ int main(int argc, char** argv) {
   using namespace polyhull::benchmark;
   polyhull::CommandLine command(
       "missing_camera",
-      "Compares what to show while cameras are missing; writes missing_camera.csv.");
+      "Compares what to show while cameras are missing: missing_camera.csv. What cameras leave of "
+      "a "
+      "body when they are lost, and what colours: lost_cameras.csv, lost_colours.csv.");
   std::string output = ".", sheets;
-  command.option("folder", &output, "Folder for the table").existing_folder();
+  std::vector<std::string> names{"four", "five", "eight"};
+  std::vector<std::string> tables{"missing_camera", "lost_cameras", "lost_colours"};
+  command.option("folder", &output, "Folder for the tables").existing_folder();
   command.option("--sheets", &sheets, "Folder for pictures").existing_folder();
+  command.option("--rig", &names, "Only these of the rigs four, five and eight");
+  command.option("--table", &tables, "Only these of the tables");
   return command.run(argc, argv, [&] {
+    const auto has = [](const std::vector<std::string>& list, const std::string& name) {
+      return std::find(list.begin(), list.end(), name) != list.end();
+    };
+    std::vector<NamedRig> rigs = shipped_rigs();
+    std::erase_if(rigs, [&](const NamedRig& rig) { return !has(names, rig.name); });
+    if (has(tables, "lost_cameras")) {
+      Table table(output + "/lost_cameras.csv",
+                  "rig,lost,cameras,body,volume,hull_volume,hull_mm,hull_hausdorff_mm,hull_overlap,"
+                  "surface_volume,surface_mm,surface_hausdorff_mm,surface_overlap");
+      for (const NamedRig& rig : rigs) study_losses(table, rig, sheets);
+    }
+    if (has(tables, "lost_colours")) {
+      Table table(output + "/lost_colours.csv", "rig,seconds,shown,camera_or_frames,psnr");
+      for (const NamedRig& rig : rigs) study_colours(table, rig);
+    }
+    if (!has(tables, "missing_camera")) return 0;
     Table table(output + "/missing_camera.csv",
-                "missing,policy,frames,error,cut_off,added,excess,last_excess,worst,jump_in,"
-                "jump_out");
-    study(table, rig_of(4),
-          {{"1 of 4", {{0}, {1}, {2}, {3}}, 1},
-           {"2 neighbours of 4", {{0, 1}, {1, 2}, {2, 3}, {0, 3}}, 2},
-           {"2 opposite of 4", {{0, 2}, {1, 3}}, 2}},
-          sheets);
-    study(table, rig_of(8), {{"1 of 8", {{0}, {6}}, 3}, {"4 of 8", {{0, 1, 2, 3}}, 3}}, sheets);
+                "rig,surface,missing,policy,frames,error,cut_off,added,excess,last_excess,worst,"
+                "jump_in,jump_out");
+    for (const NamedRig& rig : rigs)
+      for (const bool refined : {false, true})
+        study(table, rig, refined, {{"1", {{0}, {1}, {2}, {3}}, 3}}, sheets);
     return 0;
   });
 }

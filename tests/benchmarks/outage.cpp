@@ -52,24 +52,6 @@ Rings contours(const Picture& picture) {
   return Contourer().find(field, {{TraceMethod::subpixel, corrected_sigma(settings, true)}, {}});
 }
 
-/// The picture with a disk of this radius in pixels around each white pixel.
-Picture widened(const Picture& picture, double radius) {
-  const int r = static_cast<int>(std::lround(radius)), w = picture.width, h = picture.height;
-  Picture wide = picture;
-  for (int y = 1; y < h - 1; ++y) {
-    for (int x = 1; x < w - 1; ++x) {
-      const std::uint8_t* here = picture.row(y) + x;
-      if (*here < 128 || std::min({here[-1], here[1], here[-w], here[w]}) > 127) continue;
-      for (int j = std::max(-r, -y); j <= std::min(r, h - 1 - y); ++j) {
-        const int half = static_cast<int>(std::sqrt(double(r * r - j * j)));
-        const int first = std::max(0, x - half), last = std::min(w - 1, x + half);
-        std::fill_n(wide.row(y + j) + first, last - first + 1, std::uint8_t{255});
-      }
-    }
-  }
-  return wide;
-}
-
 /// The mean of count(viewpoint) over the figure's area.
 template <class Count>
 double share(const Pictures& truth, const Count& count) {
@@ -96,16 +78,8 @@ int Bits::beyond(const Bits& other) const {
   return sum;
 }
 
-Rig rig_of(int cameras) {
-  Rig rig = default_rig();
-  for (int i = 4; i < cameras; ++i) {
-    rig.cameras.push_back(turned(rig.cameras[i - 4], 43.0 * std::numbers::pi / 180.0));
-    rig.cameras.back().name = "cam" + std::to_string(i);
-  }
-  return rig;
-}
-
-Outage::Outage(const Rig& rig, double start) : rig_(rig), views_(viewpoints_of(rig)) {
+Outage::Outage(const Rig& rig, double start, bool refined)
+    : rig_(rig), views_(viewpoints_of(rig)), refined_(refined) {
   for (int k = -1; k <= dense; ++k) instants_.push_back({k, k >= 0 && k < dense});
   for (int k = dense + 2; k < longest; k += 5) instants_.push_back({k, 5});
   options_.bounds = rig_.bounds;
@@ -121,7 +95,6 @@ Outage::Outage(const Rig& rig, double start) : rig_(rig), views_(viewpoints_of(r
       camera.set_time(start + frame_time * instant.frame);
       camera.matte(picture.pixels.data(), picture.width);
       rings.push_back(contours(picture));
-      if (instant.frame < 0) last_.push_back(std::move(picture));
     }
     const auto shown = subject->instant(start + frame_time * instant.frame);
     CoverageRaster::Mesh figure{shown->surface().positions, subject->triangles()};
@@ -132,29 +105,31 @@ Outage::Outage(const Rig& rig, double start) : rig_(rig), views_(viewpoints_of(r
 }
 
 void Outage::lose(const std::vector<int>& missing) {
-  for (const Source source : {without, held, grown}) shown_[source] = shown_[whole];
+  for (const Source source : {without, held}) shown_[source] = shown_[whole];
   for (std::size_t i = 1; i < instants_.size(); ++i) {
     std::vector<Rings> rings = rings_[i];
     shown_[without][i] = pictures(build(rings, missing));
     if (instants_[i].frame >= dense) continue;
     for (const int m : missing) rings[m] = rings_[0][m];
     shown_[held][i] = pictures(build(rings));
-    for (const int m : missing) {
-      const Camera& camera = rig_.cameras[m];
-      const double pixels_per_metre = camera.K[0][0] / glm::length(camera.centre());
-      const double age = frame_time * (instants_[i].frame + 1);
-      rings[m] = contours(widened(last_[m], growth * age * pixels_per_metre));
-    }
-    shown_[grown][i] = pictures(build(rings));
   }
 }
 
 const Hull& Outage::build(const std::vector<Rings>& rings, const std::vector<int>& missing) {
   std::vector<Silhouette> silhouettes;
-  for (std::size_t i = 0; i < rings.size(); ++i)
-    if (std::find(missing.begin(), missing.end(), static_cast<int>(i)) == missing.end())
-      silhouettes.push_back({&rig_.cameras[i], &rings[i]});
-  return builder_.build(silhouettes, options_);
+  std::vector<CameraContours> views;
+  for (std::size_t i = 0; i < rings.size(); ++i) {
+    if (std::find(missing.begin(), missing.end(), static_cast<int>(i)) != missing.end()) continue;
+    silhouettes.push_back({&rig_.cameras[i], &rings[i]});
+    views.push_back({&rig_.cameras[i], &rings[i]});
+  }
+  const Hull& hull = builder_.build(silhouettes, options_);
+  if (!refined_) return hull;
+  try {
+    return refiner_.refine(hull, views, 1.0, {.threads = 1});
+  } catch (const std::exception&) {
+    return hull;  // as the element does
+  }
 }
 
 Pictures Outage::pictures(const Hull& hull) {

@@ -9,6 +9,7 @@
 
 #include "base/picture.h"
 #include "hull/hull.h"
+#include "refine/refine.h"
 #include "rig/rig.h"
 #include "studio/cameras/coverage_raster.h"
 
@@ -27,11 +28,9 @@ enum Source {
   whole,    ///< all cameras, as if none were missing
   without,  ///< the cameras that are left
   held,     ///< those, and the last silhouettes of the missing ones
-  grown,    ///< the same, the last silhouettes widened by `growth` on all sides
   frozen,   ///< the last hull of all cameras
   source_count
 };
-constexpr double growth = 0.5;  // m/s
 
 /// A picture of 320 x 240 in black and white.
 struct Bits {
@@ -43,9 +42,6 @@ struct Bits {
 };
 using Pictures = std::vector<Bits>;  // one per viewpoint
 
-/// The built-in rig; with eight cameras the same four again, turned.
-Rig rig_of(int cameras);
-
 /// Outages that begin at one time of the figure's motion. Viewpoints: at the azimuth of each camera
 /// and half-way between neighbours.
 class Outage {
@@ -53,7 +49,8 @@ class Outage {
   static constexpr int dense = 25;    ///< every frame up to this one is looked at,
   static constexpr int longest = 75;  ///< and every fifth from there to here
 
-  Outage(const Rig& rig, double start);
+  /// \p refined: as hullrefine shows it, else the hull itself.
+  Outage(const Rig& rig, double start, bool refined);
 
   /// Makes the pictures of all sources with these cameras fallen out.
   void lose(const std::vector<int>& missing);
@@ -80,11 +77,12 @@ class Outage {
   Rig rig_;
   std::vector<Camera> views_;
   std::vector<Instant> instants_;
+  bool refined_;
   HullBuilder builder_;
+  HullRefiner refiner_;
   HullOptions options_;
   CoverageRaster raster_;
   std::vector<std::vector<Rings>> rings_;      // per instant and camera
-  std::vector<Picture> last_;                  // the last mattes, per camera
   std::vector<Pictures> truth_;                // per instant
   std::vector<Pictures> shown_[source_count];  // per instant
 };
