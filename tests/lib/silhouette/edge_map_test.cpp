@@ -96,8 +96,8 @@ TEST(EdgeMap, IsFullUpToACellInsideAnEdgeAndNothingFarther) {
     map.weigh_row(200, 0, 120, weights);
     for (int x = 0; x < 120; ++x) {
       const int inside = x - (60 + offset);
-      if (inside < 4) EXPECT_GE(weights[x], 32000) << offset << " " << x;
-      if (inside >= 10) EXPECT_EQ(weights[x], 0) << offset << " " << x;
+      EXPECT_TRUE(inside >= 4 || weights[x] >= 32000) << offset << " " << x;
+      EXPECT_TRUE(inside < 10 || weights[x] == 0) << offset << " " << x;
     }
   }
 }
