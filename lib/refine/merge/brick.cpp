@@ -91,10 +91,10 @@ void Brick::own(int b) {
   });
 }
 
-/// The box that just fills a region; -1: it has no surface, -2: neither.
+/// The box that just fills a region; -1: it has no surface and is in no box, -2: neither.
 int Brick::alive_at(const Triple& low, const Triple& size) const {
-  const std::uint64_t surface = active & cells_of(low, size);
-  if (surface == 0) return -1;
+  const std::uint64_t cells = cells_of(low, size), surface = active & cells;
+  if (surface == 0) return (covered & cells) == 0 ? -1 : -2;
   const int b = box_of[std::countr_zero(surface)];
   return ints(boxes[b].low) == low && ints(boxes[b].size) == size ? b : -2;
 }
@@ -188,6 +188,7 @@ void Brick::try_merge(const Rows& rows, const CellBox& from, int axis, const Fla
   std::copy_n(q, 6, box.squares);
   for (const int part : box.parts)
     if (part >= 0) boxes[part].alive = false;
+  covered |= cells_of(low, ints(box.size));
   boxes.push_back(box);
   own(static_cast<int>(boxes.size()) - 1);
 }
@@ -218,7 +219,8 @@ void Brick::merge(const Level& fine, const Flatness& flatness) {
       rows[1][a][b] = signs[b][a], rows[2][a][b] = signs[a][b];
     }
   boxes.clear();
-  boxes.reserve(128);  // all there can be: references stay
+  boxes.reserve(static_cast<std::size_t>(std::popcount(active)) + 63);  // references stay
+  covered = active;
   add_cells(crossings);
   for (int longest = 1; longest < cells; longest *= 2)
     for (int axis = 0; axis < 3; ++axis) {

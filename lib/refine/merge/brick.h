@@ -49,7 +49,8 @@ struct Brick {
   std::array<std::uint32_t, 8> above{},
       below{};                         ///< numbers of the bricks beside it: bit a: along axis a
   std::uint64_t active = 0, rims = 0;  ///< cells with surface, and with a rim: bit 16 z + 4 y + x
-  std::vector<CellBox> boxes;
+  std::uint64_t covered = 0;           ///< cells with surface, and those of merged boxes
+  std::vector<CellBox> boxes;          ///< each merge takes a box or empty cell away: 127 at most
   std::array<std::uint8_t, 64> box_of{};     ///< of each cell with surface: the box that it lies in
   std::array<float, 192> along{};            ///< own edges' vertices: where on it, 0 to 1
   std::array<std::uint8_t, 192> number{};    ///< among its vertices; `none`: left out

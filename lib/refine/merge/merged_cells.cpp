@@ -190,11 +190,12 @@ std::uint32_t CellMerger::vertex(const Brick& brick, const BrickEdge& edge) cons
   return 256 * owner + bricks_[owner].number[own];
 }
 
-/// Where a vertex() is, from a brick's first node.
-Vec3f CellMerger::point(const Brick& brick, std::uint32_t vertex) const {
+/// Where a vertex() is, from a brick's first node; \p points: before or after the slide.
+Vec3f CellMerger::point(const Brick& brick, std::vector<Vec3f> Brick::*points,
+                        std::uint32_t vertex) const {
   const Brick& owner = bricks_[vertex / 256];
   const Vec3f shift(owner.x - brick.x, owner.y - brick.y, owner.z - brick.z);
-  return owner.points[vertex % 256] + static_cast<float>(cells) * shift;
+  return (owner.*points)[vertex % 256] + static_cast<float>(cells) * shift;
 }
 
 /// The triangles of a brick's boxes, and how far the surface lies outside of them, by the middles of
@@ -215,8 +216,8 @@ bool CellMerger::cut(Brick& brick) const {
         const BrickEdge edge = Brick::edge_at(index);
         const std::uint32_t v = vertex(brick, edge);
         if (v % 256 != Brick::none)
-          corners.push_back(
-              {point(brick, v), bricks_[v / 256].normals[v % 256], box.faces_at(edge), v});
+          corners.push_back({point(brick, &Brick::points, v), bricks_[v / 256].normals[v % 256],
+                             box.faces_at(edge), v});
       }
       const std::size_t first = brick.triangles.size();
       if (cut_polygon(corners, glm::normalize(box.normal), brick.triangles)) {
@@ -243,7 +244,7 @@ float CellMerger::gap(const Brick& brick, const CellBox& box, std::size_t first)
   float area = 0.0f;
   for (std::size_t t = first; t < brick.triangles.size(); t += 3) {
     Vec3f p[3];
-    for (std::size_t c = 0; c < 3; ++c) p[c] = point(brick, brick.triangles[t + c]);
+    for (std::size_t c = 0; c < 3; ++c) p[c] = point(brick, &Brick::points, brick.triangles[t + c]);
     const float size = glm::length(glm::cross(p[1] - p[0], p[2] - p[0]));
     area += size, sum += size / 3.0f * (p[0] + p[1] + p[2]);
   }
@@ -282,7 +283,7 @@ bool CellMerger::keep_facing(Brick& brick) const {
     for (std::size_t t = i == 0 ? 0 : brick.triangle_ends[i - 1]; t < brick.triangle_ends[i];
          t += 3) {
       Vec3f p[3];
-      for (std::size_t c = 0; c < 3; ++c) p[c] = point(brick, brick.triangles[t + c]);
+      for (std::size_t c = 0; c < 3; ++c) p[c] = point(brick, &Brick::slid, brick.triangles[t + c]);
       if (faces(p[0], p[1], p[2], box.normal)) continue;
       brick.split(static_cast<int>(i));
       good = false;
@@ -322,8 +323,8 @@ void CellMerger::gather(const Level& fine, CellSurface& out, int threads) const 
     for (std::size_t b = begin; b < end; ++b) {
       const Brick& brick = bricks_[b];
       const Vec3f low = grid.position(cells * brick.x, cells * brick.y, cells * brick.z);
-      for (std::size_t i = 0; i < brick.points.size(); ++i)
-        out.points[first_point[b] + i] = low + grid.cell * brick.points[i];
+      for (std::size_t i = 0; i < brick.slid.size(); ++i)
+        out.points[first_point[b] + i] = low + grid.cell * brick.slid[i];
       std::copy(brick.normals.begin(), brick.normals.end(), out.normals.data() + first_point[b]);
       for (std::size_t i = 0; i < brick.triangles.size(); ++i)
         out.triangles[first_corner[b] + i] =
@@ -352,7 +353,6 @@ void CellMerger::march(const Level& fine, const ContactRays& rays, std::uint32_t
     each(beyond, [&](Brick& brick, std::uint32_t) { place_corners(fine, brick); });
     each(beyond, [&](Brick& brick, std::uint32_t b) { good[b] = cut(brick); });
     each(beyond, [&](Brick& brick, std::uint32_t) { slide(brick); });
-    each(beyond, [&](Brick& brick, std::uint32_t) { brick.points.swap(brick.slid); });
     each(beyond, [&](Brick& brick, std::uint32_t b) { good[b] &= keep_facing(brick); });
     Numbers failed;
     for (const std::uint32_t b : beyond)

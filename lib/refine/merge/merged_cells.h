@@ -37,7 +37,8 @@ namespace polyhull::refine {
 /// Finds surfaces and keeps the memory.
 class CellMerger {
  public:
-  /// Appends the surface of \p fine, whose rows are whole eights (grid_over()), to \p out. \p rays
+  /// Appends the surface of \p fine, whose rows are whole eights (grid_over()) and which is outside at
+  /// the grid's border, to \p out. \p rays
   /// of \p part have their rims (find_rims()). The order of vertices and triangles follows the grid.
   void march(const Level& fine, const ContactRays& rays, std::uint32_t part,
              const Flatness& flatness, CellSurface& out, int threads);
@@ -51,7 +52,7 @@ class CellMerger {
   void mark_rims(const Grid& grid, const ContactRays& rays, std::uint32_t part);
   std::int32_t brick_at(int x, int y, int z) const;
   std::uint32_t vertex(const Brick& brick, const BrickEdge& edge) const;
-  Vec3f point(const Brick& brick, std::uint32_t vertex) const;
+  Vec3f point(const Brick& brick, std::vector<Vec3f> Brick::*points, std::uint32_t vertex) const;
   /// A number for the box that cell (x, y, z) of \p brick lies in, -1 to 3 along each axis.
   std::uint32_t box_at(const Brick& brick, int x, int y, int z) const;
   void around(const Brick& brick, const BrickEdge& edge, std::uint32_t (&boxes)[4]) const;

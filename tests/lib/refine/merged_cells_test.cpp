@@ -66,7 +66,7 @@ Level waves(std::uint64_t seed) {
                    Vec3f(dice.between(-1, 1), dice.between(-1, 1), dice.between(-1, 1)));
     phases.push_back(static_cast<float>(dice.between(0, 6.3)));
   }
-  return level_of(24, 21, 23, [&](const Vec3f& p) {
+  return level_of(seed % 10 == 0 ? 72 : 24, 21, seed % 10 == 0 ? 7 : 23, [&](const Vec3f& p) {
     float sum = static_cast<float>(dice.between(-noise, noise));
     for (std::size_t i = 0; i < ways.size(); ++i) sum += std::sin(glm::dot(ways[i], p) + phases[i]);
     return sum;
@@ -89,20 +89,20 @@ bool pierces(const Vec3& p, const Vec3& q, const Vec3& a, const Vec3& b, const V
   return (u > 0.0 && v > 0.0 && w > 0.0) || (u < 0.0 && v < 0.0 && w < 0.0);
 }
 
-/// Calls body(bucket) for those of 8 x 8 x 8 buckets, three nodes wide, that a box reaches.
+/// Calls body(bucket) for those of 24 x 8 x 8 buckets, three nodes wide, that a box reaches.
 template <typename Body>
 void each_bucket(const Vec3f& low, const Vec3f& high, const Body& body) {
   const glm::ivec3 from(low / 3.0f), to(high / 3.0f);
   for (int z = from.z; z <= to.z; ++z)
     for (int y = from.y; y <= to.y; ++y)
-      for (int x = from.x; x <= to.x; ++x) body(static_cast<std::size_t>(64 * z + 8 * y + x));
+      for (int x = from.x; x <= to.x; ++x) body(static_cast<std::size_t>((8 * z + y) * 24 + x));
 }
 
 /// Whether an edge pierces a triangle that has none of its ends.
 bool crosses_itself(const Hull& hull) {
   const std::vector<std::uint32_t>& t = hull.triangles;
   const auto at = [&](std::size_t corner) { return hull.vertices[t[corner]]; };
-  std::vector<std::vector<std::size_t>> buckets(512);
+  std::vector<std::vector<std::size_t>> buckets(8 * 8 * 24);
   for (std::size_t k = 0; k < t.size(); k += 3)
     each_bucket(glm::min(at(k), glm::min(at(k + 1), at(k + 2))),
                 glm::max(at(k), glm::max(at(k + 1), at(k + 2))),
