@@ -150,22 +150,23 @@ RenderPlan FrameComposer::plan() {
 /// stream.
 void FrameComposer::set_viewport(const CompositeSettings& settings, GstClockTime time) {
   if (announcement_) {
-    frame_.viewport = announcement_->viewport;
-    return;
+    viewport_ = announcement_->viewport;
+  } else {
+    try {
+      const KeyFrames* keys = key_frames_.of(settings.key_frames);
+      const double seconds =
+          GST_CLOCK_TIME_IS_VALID(time) ? static_cast<double>(time) / GST_SECOND : 0.0;
+      viewport_ = viewport_camera(
+          keys ? keys->at(seconds) : KeyFrames::View{settings.pose(), settings.field_of_view, 0},
+          frame_.width, frame_.height);
+      viewport_.distortion = settings.distortion();
+    } catch (const Error& error) {
+      if (viewport_.width != frame_.width || viewport_.height != frame_.height) throw;
+      statistics_.warn(gl_.element(), "viewports-unusable",
+                       fmt::format("{} The last viewport stays.", error.what()));
+    }
   }
-  try {
-    const KeyFrames* keys = key_frames_.of(settings.key_frames);
-    const double seconds =
-        GST_CLOCK_TIME_IS_VALID(time) ? static_cast<double>(time) / GST_SECOND : 0.0;
-    frame_.viewport = viewport_camera(
-        keys ? keys->at(seconds) : KeyFrames::View{settings.pose(), settings.field_of_view, 0},
-        frame_.width, frame_.height);
-    frame_.viewport.distortion = settings.distortion();
-  } catch (const Error& error) {
-    if (frame_.viewport.width != frame_.width || frame_.viewport.height != frame_.height) throw;
-    statistics_.warn(gl_.element(), "viewports-unusable",
-                     fmt::format("{} The last viewport stays.", error.what()));
-  }
+  frame_.viewport = viewport_;
 }
 
 /// What is drawn of the pad's mesh by its silhouettes, made once; null where they are of no use.
@@ -387,6 +388,7 @@ void FrameComposer::reset() {
   failed_scene_.reset();
   frame_ = {};
   plan_ = {};
+  viewport_ = {};
   lens_ = {};
   through_lens_ = {};
   number_ = 0;

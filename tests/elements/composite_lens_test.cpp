@@ -128,6 +128,17 @@ GST_START_TEST(test_set_lens_distorts) {
 }
 GST_END_TEST;
 
+/// With a lens, too, a viewport that is none for a moment leaves the last one.
+GST_START_TEST(test_impossible_viewport_leaves_the_last_one) {
+  LensBench bench;
+  set_distortion(bench.element, bench_camera().distortion);
+  const Pixels before = shown(bench, 0);
+  g_object_set(bench.element, "eye", "1.4,0.7,0", nullptr);  // the target
+  for (int i = 1; i < 3; ++i) fail_unless(shown(bench, i) == before, "frame %d", i);
+  fail_unless(count_of(bench.element, "viewports-unusable") == 2);
+}
+GST_END_TEST;
+
 void announce(Bench& bench, const Announcement& announcement) {
   gst_harness_push_event(
       bench.background,
@@ -451,6 +462,7 @@ static Suite* composite_lens_suite(void) {
   TCase* tcase = tcase_create("general");
   tcase_set_timeout(tcase, 120);
   tcase_add_test(tcase, test_set_lens_distorts);
+  tcase_add_test(tcase, test_impossible_viewport_leaves_the_last_one);
   tcase_add_test(tcase, test_announced_lens_distorts);
   tcase_add_test(tcase, test_video_output_through_the_lens);
   tcase_add_test(tcase, test_depth_of_field);
