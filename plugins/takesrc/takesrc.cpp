@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "base/error.h"
+#include "base/plain_text.h"
 #include "plugins/common/element.h"
 #include "plugins/common/guard.h"
 #include "plugins/common/log.h"
@@ -43,7 +44,7 @@ struct TakeSrc {
 
   explicit TakeSrc(gpointer object) {
     GST_OBJECT_FLAG_SET(object, GST_ELEMENT_FLAG_SOURCE);
-    statistics.declare({"buffers", "bytes", "packets-damaged", "seeks"});
+    statistics.declare({"buffers", "bytes", "packets-damaged", "rigs-unusable", "seeks"});
   }
   ~TakeSrc() { gst_flow_combiner_free(combiner); }
 
@@ -301,6 +302,27 @@ gboolean query(GstPad* pad, GstObject* parent, GstQuery* query) {
   }
 }
 
+/// The text of the rig that the take keeps, as UTF-8; empty where it keeps none, or, with a warning,
+/// where that is no text.
+std::string kept_rig(GstElement* element, const TakeContent& content, const std::string& location) {
+  for (const TakeNote& note : content.notes) {
+    if (note.name != "rig") continue;
+    try {
+      const std::string text = plain_text(note.value, "The rig");
+      if (!g_utf8_validate(text.data(), static_cast<gssize>(text.size()), nullptr))
+        throw Error(Error::Kind::bad_input, "The rig: its text is neither UTF-8 nor UTF-16.");
+      return text;
+    } catch (const Error& error) {
+      state_of<TakeSrc>(element).statistics.warn(
+          element, "rigs-unusable",
+          fmt::format("The take '{}' plays without the rig that it keeps. {} Set hullbuild's rig "
+                      "to the file of these cameras.",
+                      location, error.what()));
+    }
+  }
+  return {};
+}
+
 bool open(GstElement* element) {
   TakeSrc& self = state_of<TakeSrc>(element);
   return guarded(element, false, [&] {
@@ -318,11 +340,7 @@ bool open(GstElement* element) {
     }
     self.statistics.reset();
     self.end = content.end;
-    self.rig.clear();
-    for (const TakeNote& note : content.notes)
-      if (note.name == "rig" &&
-          g_utf8_validate(note.value.data(), static_cast<gssize>(note.value.size()), nullptr))
-        self.rig = note.value;
+    self.rig = kept_rig(element, content, location);
     {
       const std::scoped_lock lock(self.mutex);
       gst_segment_init(&self.segment, GST_FORMAT_TIME);
@@ -381,7 +399,7 @@ void TakeSrc::class_init(gpointer klass) {
   add_properties<TakeSrc>(klass, properties(), &TakeSrc::settings);
   add_statistics<TakeSrc>(klass,
                           "Counters since the start: buffers and bytes (played), packets-damaged "
-                          "(left out), seeks.");
+                          "(left out), rigs-unusable (kept in the take, but no text), seeks.");
   set_metadata(klass, "Take player", "Source/File",
                "Plays the views, meshes and sound of a performance from one file");
   add_template(klass, "src_%u", GST_PAD_SRC, "ANY", G_TYPE_NONE, GST_PAD_SOMETIMES);

@@ -7,6 +7,7 @@
 #include <fstream>
 #include <vector>
 
+#include "plugins/common/rig_event.h"
 #include "take/take_reader.h"
 
 #include "played.h"
@@ -89,6 +90,42 @@ GST_START_TEST(test_the_take_brings_its_rig) {
   check_ended(again.run());
   fail_unless_equals_int(again.of("out").size(), 2);
   fail_unless(live.of("out") == again.of("out"));
+}
+GST_END_TEST
+
+/// As Windows' editors save it.
+GST_START_TEST(test_a_rig_in_utf16_is_brought_as_utf8) {
+  const Folder folder;
+  const std::string rig = std::string(g_getenv("POLYHULL_SOURCE")) + "/pipelines/rigs/five.json";
+  g_autofree char* utf8 = nullptr;
+  fail_unless(g_file_get_contents(rig.c_str(), &utf8, nullptr, nullptr));
+  gsize size = 0;
+  g_autofree char* utf16 = g_convert(utf8, -1, "UTF-16LE", "UTF-8", nullptr, &size, nullptr);
+  const auto brought = [&](const std::string& text) {
+    const std::string path = folder.file("rig.json");
+    fail_unless(
+        g_file_set_contents(path.c_str(), text.data(), static_cast<gssize>(text.size()), nullptr));
+    const std::string take = folder.file();
+    check_ended(run_to_end("videotestsrc num-buffers=1 ! takesink existing=replace rig=" + path +
+                           " location=" + take));
+    Played again("takesrc name=t location=" + take + " ! fakesink name=out");
+    check_ended(again.run());
+    g_autoptr(GstElement) sink = gst_bin_get_by_name(GST_BIN(again.pipeline), "out");
+    g_autoptr(GstPad) pad = gst_element_get_static_pad(sink, "sink");
+    std::string told;
+    for (guint i = 0;; ++i) {
+      g_autoptr(GstEvent) event =
+          gst_pad_get_sticky_event(pad, GST_EVENT_CUSTOM_DOWNSTREAM_STICKY, i);
+      if (event == nullptr) break;
+      told += polyhull::element::rig_of_event(event);
+    }
+    g_autoptr(GstElement) source = gst_bin_get_by_name(GST_BIN(again.pipeline), "t");
+    return std::pair(told, statistic(source, "rigs-unusable"));
+  };
+  fail_unless(brought("\xFF\xFE" + std::string(utf16, size)) ==
+              std::pair(std::string(utf8), guint64{0}));
+  // Latin 1: said.
+  fail_unless(brought("{\"name\": \"B\xFChne\"}") == std::pair(std::string(), guint64{1}));
 }
 GST_END_TEST
 
@@ -577,6 +614,7 @@ static Suite* take_suite() {
   tcase_add_test(general, test_documented);
   tcase_add_test(general, test_hulls_are_the_same_to_the_byte);
   tcase_add_test(general, test_the_take_brings_its_rig);
+  tcase_add_test(general, test_a_rig_in_utf16_is_brought_as_utf8);
   tcase_add_test(general, test_times_caps_and_bytes_stay);
   tcase_add_test(general, test_any_place_is_found);
   tcase_add_test(general, test_backwards_and_at_other_rates);
