@@ -30,21 +30,12 @@ GstClockTime get_next_time(GstAggregator* aggregator) {
   return deadline == no_time ? GST_CLOCK_TIME_NONE : self.timing.wake_at(deadline);
 }
 
-/// The rig that came with the views is from now on \p json; the first one that comes counts.
-void hear_rig(HullBuild& self, const std::string& json) {
-  const std::string before = snapshot(self.element, self.told_rig);
-  if (before == json) return;
-  if (!before.empty() && !json.empty()) {
-    if (snapshot(self.element, self.settings).rig.empty())
-      self.statistics.warn(
-          GST_ELEMENT_CAST(self.element), "rigs-refused",
-          "The views of two pads come with different rigs, as of two takes: the one that came "
-          "first stays in use. Set rig to a file with all their cameras.");
-    return;
-  }
-  const ObjectLock lock(self.element);
-  self.told_rig = json;
-  self.rig_changed = true;
+/// The stream of \p pad brings the rig \p json from now on; empty: none.
+void note_rig(HullBuild& self, GstAggregatorPad* pad, const std::string& json) {
+  HullPadState& state = state_of<HullPadState>(pad);
+  if (state.told_rig == json) return;
+  state.told_rig = json;
+  state.told_after = ++self.rigs_told;
 }
 
 gboolean start(GstAggregator* aggregator) {
@@ -52,8 +43,9 @@ gboolean start(GstAggregator* aggregator) {
   return guarded(GST_ELEMENT_CAST(aggregator), gboolean{FALSE}, [&]() -> gboolean {
     const HullSettings settings = snapshot(aggregator, self.settings);
     self.statistics.reset();
-    hear_rig(self, {});
-    self.rig_changed = false;
+    for (GstAggregatorPad* pad : Pads(aggregator)) note_rig(self, pad, {});
+    self.told_rig.clear();
+    self.rig_changed = self.rigs_differ = false;
     use_rig(self, settings);
     self.words.reset();
     forget_contradictions(self);
@@ -100,6 +92,29 @@ void tell_camera(GstStructure* stats, GstAggregatorPad* pad, const std::string& 
 }
 
 }  // namespace
+
+void note_told_rigs(HullBuild& self, const Pads& pads, const HullSettings& settings) {
+  const HullPadState* last = nullptr;
+  for (GstAggregatorPad* pad : pads) {
+    const HullPadState& state = state_of<HullPadState>(pad);
+    if (!state.told_rig.empty() && (last == nullptr || state.told_after > last->told_after))
+      last = &state;
+  }
+  const std::string told = last ? last->told_rig : std::string();
+  if (told != self.told_rig) {
+    self.told_rig = told;
+    if (settings.rig.empty()) self.rig_changed = true;
+  }
+  const bool differ = std::any_of(pads.begin(), pads.end(), [&](GstAggregatorPad* pad) {
+    const HullPadState& state = state_of<HullPadState>(pad);
+    return state.view && !state.told_rig.empty() && state.told_rig != told;
+  });
+  if (!std::exchange(self.rigs_differ, differ) && differ && settings.rig.empty())
+    self.statistics.warn(
+        GST_ELEMENT_CAST(self.element), "rigs-refused",
+        "The views of two pads come with different rigs, as of two takes: the one that came last "
+        "is used. Set rig to a file with all their cameras.");
+}
 
 void note_times(HullBuild& self, const Pads& pads, const ViewDecision& set) {
   GstElement* element = GST_ELEMENT_CAST(self.element);
@@ -187,7 +202,8 @@ GstStructure* HullBuild::statistics_of(gpointer object) {
 
 bool HullBuild::hear(GstAggregatorPad* pad, GstEvent* event) {
   if (GST_EVENT_TYPE(event) == GST_EVENT_SEGMENT) new_segment = true;
-  if (const std::string json = rig_of_event(event); !json.empty()) hear_rig(*this, json);
+  if (GST_EVENT_TYPE(event) == GST_EVENT_STREAM_START) note_rig(*this, pad, {});
+  if (const std::string json = rig_of_event(event); !json.empty()) note_rig(*this, pad, json);
   // At once, in the thread that brings the views: the next may come before the sets are looked at.
   if (GST_EVENT_TYPE(event) == GST_EVENT_FLUSH_STOP) {
     const std::scoped_lock lock(instants_mutex);
@@ -216,7 +232,8 @@ void HullBuild::class_init(gpointer klass) {
       "contradict each other: a wrong rig), sets-implausible (by the rig's unit no subject is so "
       "large, or no camera so near), tangency-px-ONE-OTHER (by how many pixels "
       "the outlines of two cameras lie beside each other where planes through both touch the "
-      "subject, over .6 seconds) and tangency-px (the largest of these), hulls-reused, "
+      "subject, over .6 seconds) and tangency-px (the largest of these), rigs-refused (that cannot "
+      "be used, or of one pad beside another's), hulls-reused, "
       "predicates and "
       "exact-predicates; and of the last set cameras (with foreground), subject-height-mm (along "
       "the rig's up, by its unit), faces, vertices, "

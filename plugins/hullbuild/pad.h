@@ -35,6 +35,9 @@ struct HullPadState {
   ViewHead head;
   bool ended = false;  ///< nothing will come
 
+  std::string told_rig;          ///< the rig file's text that its stream brings; empty: none
+  std::uint64_t told_after = 0;  ///< so many were told to the element before it
+
   std::unique_ptr<ViewBuffer> held;  ///< the last view used, for missing-camera=hold
   std::int64_t held_time = no_time;
   std::uint64_t last_trigger = no_trigger;  ///< of the last view that was in time

@@ -51,8 +51,6 @@ struct HullBuild : LiveAggregator {
   /// Of each pair of cameras, by name: its tangency error. Under the object lock.
   std::vector<std::pair<std::string, double>> tangency_pixels;
 
-  std::string told_rig;  // the rig file's text that came with the views; under the object lock
-
   std::atomic<bool> rig_changed{false};
   std::atomic<bool> live{false};            // as of the last look at the inputs
   std::atomic<std::int64_t> start_wait{0};  // for cameras that have not sent anything yet
@@ -63,6 +61,9 @@ struct HullBuild : LiveAggregator {
   LoadWatch load;  // this and the next have locks of their own
   SetTimes times;
   SetBuilder stage{statistics};  // this and the rest belong to the source pad's thread
+  std::string told_rig;          // the rig file's text that the views bring; empty: none
+  std::uint64_t rigs_told = 0;   // by all pads
+  bool rigs_differ = false;      // two pads bring different ones
   ViewSets sets;
   Fade fade;
   std::vector<ShownView> shown_views;  // of the last set
@@ -141,6 +142,10 @@ bool check_cameras(HullBuild& self, const Pads& pads);
 std::int64_t next_deadline(HullBuild& self, const Pads& pads);
 
 // ---- hullbuild.cpp
+
+/// Finds the rig that the views bring: of the pads' rigs the one that was told last, as the others'
+/// streams may not have come to it yet. Says so where views that wait bring different ones.
+void note_told_rigs(HullBuild& self, const Pads& pads, const HullSettings& settings);
 
 /// Notes the times of the views of \p set for `stats` and the message `polyhull-sets`, which has the
 /// same fields.

@@ -305,6 +305,7 @@ Step next_step(HullBuild& self, const Pads& pads, bool deadline_passed) {
   std::vector<ViewHead> heads;
   for (GstAggregatorPad* pad : pads) heads.push_back(look_at(self, pad));
   const HullSettings settings = snapshot(self.element, self.settings);
+  note_told_rigs(self, pads, settings);
   load_changed_rig(self, settings);
   if (!check_cameras(self, pads)) return {Outcome::again};
   const ViewDecision decision =
@@ -372,9 +373,8 @@ void forget_streams(HullBuild& self) {
 }
 
 void use_rig(HullBuild& self, const HullSettings& settings) {
-  const std::string told = snapshot(self.element, self.told_rig);
-  self.stage.set_rig(settings.rig.empty() && !told.empty()
-                         ? parse_rig(told, "the rig that came with the views")
+  self.stage.set_rig(settings.rig.empty() && !self.told_rig.empty()
+                         ? parse_rig(self.told_rig, "the rig that came with the views")
                          : open_rig(settings.rig));
 }
 

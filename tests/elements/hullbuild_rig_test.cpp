@@ -160,20 +160,65 @@ GST_START_TEST(test_views_bring_their_rig) {
   for (int i = 0; i < 4; ++i) tell(bench, i, told);
   fail_unless(first_camera(bench, 0) == rig.cameras[0].t);
   fail_unless(bench.warnings().empty());
-  // Another one is refused.
+  // Two at a time are said, once.
   tell(bench, 2, rig_to_json(default_rig()));
-  fail_unless(first_camera(bench, 1) == rig.cameras[0].t);
+  fail_unless(first_camera(bench, 1) == default_rig().cameras[0].t);
   expect_one(bench.warnings(), {"different rigs", "Set rig"});
+  tell(bench, 2, told);
+  fail_unless(first_camera(bench, 2) == rig.cameras[0].t);
+  fail_unless(bench.warnings().empty());
   // The property comes first.
   g_object_set(bench.element, "rig", write_rig("own", scaled_rig(1.0, "m")).c_str(), nullptr);
-  fail_unless(first_camera(bench, 2) == default_rig().cameras[0].t);
+  fail_unless(first_camera(bench, 3) == default_rig().cameras[0].t);
   g_object_set(bench.element, "rig", "", nullptr);
-  fail_unless(first_camera(bench, 3) == rig.cameras[0].t);
+  fail_unless(first_camera(bench, 4) == rig.cameras[0].t);
 
   Bench broken;
   tell(broken, 1, "{\"format\": \"polyhull-rig\"}");
   for (int i = 0; i < 4; ++i) broken.push_box(i, 0);
   expect_in(broken.error(), {"rig that came with the views", "version"});
+}
+GST_END_TEST
+
+/// One take behind another on the same pads (concat), in whatever order the pads come to it, and one
+/// that brings no rig; and one in the place of another, on pads of its own.
+GST_START_TEST(test_another_take_brings_its_own_rig) {
+  Bench bench;
+  int frame = 0;
+  const auto first_camera = [&] {
+    for (std::size_t i = 0; i < bench.inputs.size(); ++i)
+      bench.push_box(static_cast<int>(i), frame);
+    ++frame;
+    return bench.pull()->views[0].calibration.t;
+  };
+  const auto start = [&](const Rig* rig) {
+    for (std::size_t i = bench.inputs.size(); i-- > 0;) {
+      gst_harness_push_event(bench.inputs[i], gst_event_new_stream_start("another"));
+      GstSegment segment;
+      gst_segment_init(&segment, GST_FORMAT_TIME);
+      gst_harness_push_event(bench.inputs[i], gst_event_new_segment(&segment));
+      if (rig) gst_harness_push_event(bench.inputs[i], element::make_rig_event(rig_to_json(*rig)));
+    }
+  };
+  Rig near = default_rig(), far = default_rig();
+  for (Camera& camera : near.cameras) camera.t.z -= 0.25;
+  for (Camera& camera : far.cameras) camera.t.z += 0.25;
+  start(&near);
+  fail_unless(first_camera() == near.cameras[0].t);
+  start(&far);
+  fail_unless(first_camera() == far.cameras[0].t);
+  start(nullptr);
+  fail_unless(first_camera() == default_rig().cameras[0].t);
+  start(&near);
+  fail_unless(first_camera() == near.cameras[0].t);
+  for (GstHarness*& input : bench.inputs) {
+    gst_harness_teardown(input);
+    input = gst_harness_new_with_element(bench.element, "sink_%u", nullptr);
+    gst_harness_set_live(input, FALSE);
+    gst_harness_set_src_caps_str(input, "application/x-polyhull-view");
+  }
+  fail_unless(first_camera() == default_rig().cameras[0].t);
+  fail_unless(bench.warnings().empty());
 }
 GST_END_TEST
 
@@ -189,6 +234,7 @@ static Suite* hullbuild_rig_suite() {
   tcase_add_test(tests, test_one_camera_far_off_with_an_empty_hull_is_one_warning);
   tcase_add_test(tests, test_a_rig_without_a_floor_is_said_once);
   tcase_add_test(tests, test_views_bring_their_rig);
+  tcase_add_test(tests, test_another_take_brings_its_own_rig);
   return suite;
 }
 
