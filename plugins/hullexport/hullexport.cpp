@@ -60,7 +60,7 @@ struct HullExport {
   static void class_init(gpointer klass);
 
   explicit HullExport(gpointer object) {
-    statistics.declare({"files", "meshes-unusable"});
+    statistics.declare({"files", "meshes-fading", "meshes-unusable"});
     gst_base_sink_set_sync(GST_BASE_SINK(object), FALSE);
   }
   ~HullExport() { gst_clear_buffer(&last); }
@@ -157,7 +157,10 @@ GstFlowReturn render(GstBaseSink* base, GstBuffer* buffer) {
                            fmt::format("A buffer was not written: {}", error.what()));
       return GST_FLOW_OK;
     }
-    if (self.name->numbered()) {
+    if (mesh->mesh().opacity < 1.0f) {
+      GST_LOG_OBJECT(base, "left out, as the subject fades: %" GST_PTR_FORMAT, printed(buffer));
+      self.statistics.count("meshes-fading");
+    } else if (self.name->numbered()) {
       write_file(base, buffer, mesh->mesh());
     } else if (settings.keep == KeptMesh::last) {
       gst_buffer_replace(&self.last, buffer);
@@ -252,9 +255,11 @@ GstStateChangeReturn change_state(GstElement* element, GstStateChange transition
 void HullExport::class_init(gpointer klass) {
   GST_DEBUG_CATEGORY_INIT(hullexport_debug, "hullexport", 0, "meshes to files");
   add_properties<HullExport>(klass, properties(), &HullExport::settings);
-  add_statistics<HullExport>(klass,
-                             "Counters since the start: files (written), meshes-unusable (buffers "
-                             "that were no mesh); write-ms, the milliseconds the last file took.");
+  add_statistics<HullExport>(
+      klass,
+      "Counters since the start: files (written), meshes-fading (of a subject "
+      "that fades: left out), meshes-unusable (buffers that were no mesh); "
+      "write-ms, the milliseconds the last file took.");
   set_metadata(klass, "Hull exporter", "Sink/File",
                "Writes hulls as GLB (textured), PLY or OBJ files");
   add_template(klass, "sink", GST_PAD_SINK, mesh_caps);

@@ -148,6 +148,25 @@ GST_START_TEST(test_one_message_each) {
 }
 GST_END_TEST
 
+// Meshes of a subject that fades are the last whole one over again.
+GST_START_TEST(test_fading_meshes_are_left_out) {
+  const std::string out = folder("fading");
+  GstHarness* bench = gst_harness_new_parse(("hullexport location=" + out + "/%d.ply").c_str());
+  gst_harness_set_src_caps_str(bench, "application/x-polyhull-mesh");
+  for (const float opacity : {1.0f, 0.5f, 0.0f, 0.5f, 1.0f}) {
+    Mesh mesh;
+    mesh.opacity = opacity;
+    const std::vector<std::uint8_t> bytes = write_mesh(mesh);
+    gst_harness_push(bench, gst_buffer_new_memdup(bytes.data(), bytes.size()));
+  }
+  fail_unless(std::filesystem::exists(out + "/1.ply") && !std::filesystem::exists(out + "/2.ply"));
+  GstElement* element = gst_harness_find_element(bench, "hullexport");
+  fail_unless_equals_uint64(statistic(element, "meshes-fading"), 3);
+  gst_object_unref(element);
+  gst_harness_teardown(bench);
+}
+GST_END_TEST
+
 GST_START_TEST(test_first_and_last) {
   const std::string out = folder("one");
   check_ended(run_to_end(export_line("location=" + out + "/last.obj")));
@@ -304,6 +323,7 @@ static Suite* hullexport_suite() {
   tcase_add_test(tests, test_numbered_sequence);
   tcase_add_test(tests, test_nothing_to_write_is_told);
   tcase_add_test(tests, test_one_message_each);
+  tcase_add_test(tests, test_fading_meshes_are_left_out);
   tcase_add_test(tests, test_first_and_last);
   tcase_add_test(tests, test_last_is_written_without_end_of_stream);
   tcase_add_test(tests, test_files_are_announced);
