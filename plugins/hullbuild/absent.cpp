@@ -16,12 +16,20 @@ constexpr double most_growth = 2.5;
 
 }  // namespace
 
+std::int64_t length_of(const Pads& pads, const ViewDecision& set) {
+  if (set.time == no_time) return 0;
+  return state_of<HullPadState>(pads[set.heads.front()]).parsed.end() - set.time;
+}
+
+std::int64_t hold_time_of(const HullSettings& settings, std::int64_t length) {
+  const auto hold = static_cast<std::int64_t>(settings.hold_time);
+  return hold > 0 ? std::max(hold, length) : 0;
+}
+
 std::vector<AbsentCamera> absent_cameras(HullBuild& self, const Pads& pads,
                                          const ViewDecision& set) {
   const std::int64_t now = self.timing.live() ? self.timing.now() : no_time;
-  const std::int64_t interval =
-      set.time != no_time ? state_of<HullPadState>(pads[set.heads.front()]).parsed.end() - set.time
-                          : 0;
+  const std::int64_t interval = length_of(pads, set);
   std::vector<AbsentCamera> absent;
   for (std::size_t i = 0; i < pads.size(); ++i) {
     HullPadState& state = state_of<HullPadState>(pads[i]);
@@ -43,10 +51,11 @@ std::vector<AbsentCamera> absent_cameras(HullBuild& self, const Pads& pads,
   return absent;
 }
 
-bool must_be_whole(const std::vector<AbsentCamera>& absent, const HullSettings& settings) {
+bool must_be_whole(const std::vector<AbsentCamera>& absent, const HullSettings& settings,
+                   std::int64_t length) {
   if (settings.missing_camera == MissingCamera::drop_set) return true;
   if (settings.missing_camera != MissingCamera::freeze) return false;
-  const auto hold = static_cast<std::int64_t>(settings.hold_time);
+  const std::int64_t hold = hold_time_of(settings, length);
   return std::any_of(absent.begin(), absent.end(), [&](const AbsentCamera& camera) {
     if (camera.ended || !camera.known) return false;
     return camera.missed <= hold || (camera.silent <= hold && camera.missed <= 10 * hold);

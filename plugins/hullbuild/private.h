@@ -87,12 +87,20 @@ struct HullBuild : LiveAggregator {
 // ---- absent.cpp
 
 /// Notes which cameras the set has and lacks; returns those that it lacks.
+/// How long the views of \p set last, ns; 0 where they do not say.
+std::int64_t length_of(const Pads& pads, const ViewDecision& set);
+
+/// For how long what was there is held where a set whose views last \p length lacks a camera, ns: one
+/// frame at least, unless nothing is to be held.
+std::int64_t hold_time_of(const HullSettings& settings, std::int64_t length);
+
 std::vector<AbsentCamera> absent_cameras(HullBuild& self, const Pads& pads,
                                          const ViewDecision& set);
 
-/// Whether an incomplete set must not be built, by missing-camera. A camera that sends, but too
+/// Whether an incomplete set, whose views last \p length, must not be built, by missing-camera. A camera that sends, but too
 /// late or not everything, is waited for ten times as long as one that is silent.
-bool must_be_whole(const std::vector<AbsentCamera>& absent, const HullSettings& settings);
+bool must_be_whole(const std::vector<AbsentCamera>& absent, const HullSettings& settings,
+                   std::int64_t length);
 
 /// Why \p views, of the cameras of \p pads, do not bound the subject well enough to be shown; empty: they
 /// do. Sets HullBuild::growth.

@@ -38,14 +38,15 @@ std::vector<SetView> views_of(HullBuild& self, const Pads& pads, const ViewDecis
     views.push_back({name_of(pads[i], state_of<HullPadState>(pads[i]).view->view()),
                      state_of<HullPadState>(pads[i]).view.get()});
   if (settings.missing_camera != MissingCamera::hold) return views;
+  const std::int64_t hold = hold_time_of(settings, length_of(pads, set));
   for (std::size_t i = 0; i < pads.size(); ++i) {
     const HullPadState& state = state_of<HullPadState>(pads[i]);
     if (state.held == nullptr || std::binary_search(set.heads.begin(), set.heads.end(), i))
       continue;
     const View& held = state.held->view();
     const std::string name = name_of(pads[i], held);
-    const bool fresh = set.time == no_time || state.held_time == no_time ||
-                       set.time - state.held_time <= static_cast<std::int64_t>(settings.hold_time);
+    const bool fresh =
+        set.time == no_time || state.held_time == no_time || set.time - state.held_time <= hold;
     const Camera* camera = self.stage.rig().find(name);
     if (std::any_of(views.begin(), views.end(),
                     [&](const SetView& view) { return view.camera == name; }))
@@ -113,7 +114,7 @@ struct Step {
 /// they do not say how long, as the instants before. Returns that, ns.
 std::int64_t note_pace(HullBuild& self, const Pads& pads, const ViewDecision& set, bool lost) {
   if (set.time == no_time) return 0;
-  std::int64_t interval = state_of<HullPadState>(pads[set.heads.front()]).parsed.end() - set.time;
+  std::int64_t interval = length_of(pads, set);
   if (interval <= 0) {
     if (self.last_time != no_time && set.time > self.last_time &&
         (self.interval == 0 || set.time - self.last_time < self.interval))

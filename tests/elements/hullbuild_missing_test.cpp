@@ -45,7 +45,7 @@ GST_START_TEST(test_missing_views) {
     fail_unless_equals_uint64(bench.count("views-held"), 1);
   }
   {
-    Bench bench("missing-camera=hold hold-time=1000000");
+    Bench bench("missing-camera=hold hold-time=0");
     feed(bench);
     bench.pull();
     fail_unless_equals_int(bench.pull()->views.size(), 3);
@@ -225,6 +225,23 @@ GST_START_TEST(test_freeze_drops_for_a_moment_and_then_builds) {
   const std::vector<std::string> warnings = bench.warnings();
   fail_unless_equals_int(warnings.size(), 1);
   expect_in(warnings[0], {"from 3 cameras, without cam3", "missing-camera"});
+}
+GST_END_TEST
+
+/// A hold-time that is shorter than a frame holds one all the same: at 24/s the default is.
+GST_START_TEST(test_a_lost_frame_is_held_at_any_rate) {
+  for (const char* mode : {"freeze", "hold"}) {
+    Bench bench(std::string("hold-time=30000000 missing-camera=") + mode);
+    for (int i = 3; i >= 0; --i) bench.push_box(i, 0);
+    fail_unless_equals_int(bench.pull()->views.size(), 4);
+    bench.push_box(3, 3);
+    for (int frame = 1; frame <= 3; ++frame)
+      for (int i = 0; i < 3; ++i) bench.push_box(i, frame);
+    if (*mode == 'h') fail_unless_equals_int(bench.pull()->views.size(), 4);
+    const auto second = bench.pull();
+    fail_unless(second->views.size() == 3 && second->trigger == 2);
+    fail_unless_equals_int(bench.pull()->views.size(), 4);
+  }
 }
 GST_END_TEST
 
@@ -412,3 +429,4 @@ static Suite* hullbuild_missing_suite() {
 }
 
 GST_CHECK_MAIN(hullbuild_missing)
+  tcase_add_test(tests, test_a_lost_frame_is_held_at_any_rate);
