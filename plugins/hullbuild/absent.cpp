@@ -63,12 +63,19 @@ bool must_be_whole(const std::vector<AbsentCamera>& absent, const HullSettings& 
 }
 
 std::string find_lack(HullBuild& self, std::size_t pads, const std::vector<SetView>& views,
-                      const HullSettings& settings) {
+                      bool whole, const HullSettings& settings) {
   self.growth.reset();
   const std::size_t fewest =
       settings.min_cameras > 0 ? settings.min_cameras : std::min(automatic_fewest, pads);
   if (views.size() < fewest) return fmt::format("{} views, {} are asked for", views.size(), fewest);
-  if (settings.min_cameras > 0) return {};
+  // What all cameras make is what the growth is beyond; and what a camera that the last set lacked would
+  // have cut away is not known.
+  const auto was_shown = [&](const SetView& view) {
+    return std::any_of(self.shown_views.begin(), self.shown_views.end(),
+                       [&](const ShownView& shown) { return shown.camera == view.camera; });
+  };
+  if (settings.min_cameras > 0 || whole || !std::all_of(views.begin(), views.end(), was_shown))
+    return {};
   std::vector<std::string> cameras;
   for (const SetView& view : views) cameras.push_back(view.camera);
   // Once for all sets that lack the same.
@@ -80,12 +87,12 @@ std::string find_lack(HullBuild& self, std::size_t pads, const std::vector<SetVi
   return fmt::format("the hull would be {:.1f} times as large", *self.growth);
 }
 
-void note_shown(HullBuild& self, const std::vector<SetView>& views, bool whole) {
+void note_shown(HullBuild& self, const std::vector<SetView>& views) {
   self.fade.shown();
   self.shown_views.clear();
   for (const SetView& view : views)
     self.shown_views.push_back({view.camera, BufferRef(gst_buffer_ref(view.view->buffer()))});
-  self.shown_growth = whole ? 1.0 : self.growth.value_or(1.0);
+  self.shown_growth = self.growth.value_or(1.0);
   self.judged_cameras.clear();
 }
 

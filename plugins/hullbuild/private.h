@@ -68,7 +68,8 @@ struct HullBuild : LiveAggregator {
   Fade fade;
   std::vector<ShownView> shown_views;  // of the last set
   /// How many times as large as with all cameras the hull is: of the set that is looked at (none: not
-  /// known, or not asked for), and of the last one that was shown.
+  /// known, or not asked for), and of the last one that was shown. Where one has a camera that the one
+  /// before lacked, its cameras count as all.
   std::optional<double> growth;
   double shown_growth = 1.0;
   /// As SetBuilder::growth() has it for these cameras since the last set that was shown.
@@ -86,7 +87,6 @@ struct HullBuild : LiveAggregator {
 
 // ---- absent.cpp
 
-/// Notes which cameras the set has and lacks; returns those that it lacks.
 /// How long the views of \p set last, ns; 0 where they do not say.
 std::int64_t length_of(const Pads& pads, const ViewDecision& set);
 
@@ -94,6 +94,7 @@ std::int64_t length_of(const Pads& pads, const ViewDecision& set);
 /// frame at least, unless nothing is to be held.
 std::int64_t hold_time_of(const HullSettings& settings, std::int64_t length);
 
+/// Notes which cameras the set has and lacks; returns those that it lacks.
 std::vector<AbsentCamera> absent_cameras(HullBuild& self, const Pads& pads,
                                          const ViewDecision& set);
 
@@ -102,17 +103,17 @@ std::vector<AbsentCamera> absent_cameras(HullBuild& self, const Pads& pads,
 bool must_be_whole(const std::vector<AbsentCamera>& absent, const HullSettings& settings,
                    std::int64_t length);
 
-/// Why \p views, of the cameras of \p pads, do not bound the subject well enough to be shown; empty: they
-/// do. Sets HullBuild::growth.
+/// Why \p views, of the cameras of \p pads, \p whole if of all, do not bound the subject well enough to be
+/// shown; empty: they do. Sets HullBuild::growth.
 std::string find_lack(HullBuild& self, std::size_t pads, const std::vector<SetView>& views,
-                      const HullSettings& settings);
+                      bool whole, const HullSettings& settings);
 
 /// The last set that was shown, to be shown once more in the place of one that cannot be, as it fades
 /// out; null: nothing is to be sent.
 GstBuffer* fading_set(HullBuild& self, const HullSettings& settings);
 
-/// Notes that the set of \p views has been built, \p whole or not, and is shown.
-void note_shown(HullBuild& self, const std::vector<SetView>& views, bool whole);
+/// Notes that the set of \p views has been built and is shown.
+void note_shown(HullBuild& self, const std::vector<SetView>& views);
 void forget_shown(HullBuild& self);
 
 // ---- contradictions.cpp

@@ -213,7 +213,7 @@ Step build_set(HullBuild& self, const Pads& pads, const ViewDecision& set,
   self.fade.pass(set.time);
   const std::vector<AbsentCamera> absent = absent_cameras(self, pads, set);
   self.words.absent(element, absent);
-  if (!absent.empty() && must_be_whole(absent, settings)) {
+  if (!absent.empty() && must_be_whole(absent, settings, length_of(pads, set))) {
     GST_DEBUG_OBJECT(element, "%s is dropped by missing-camera=%s: it lacks %s",
                      instant_text(pads, set).c_str(), nick_of(settings.missing_camera),
                      list_of(absent, true).c_str());
@@ -224,7 +224,8 @@ Step build_set(HullBuild& self, const Pads& pads, const ViewDecision& set,
   }
   std::vector<SetView> views = views_of(self, pads, set, settings);
   const std::size_t used = views.size();
-  if (const std::string lack = find_lack(self, pads.size(), views, settings); !lack.empty()) {
+  if (const std::string lack = find_lack(self, pads.size(), views, absent.empty(), settings);
+      !lack.empty()) {
     GST_DEBUG_OBJECT(element, "%s is dropped by min-cameras: %s%s%s",
                      instant_text(pads, set).c_str(), lack.c_str(),
                      absent.empty() ? "" : "; it lacks ", list_of(absent, true).c_str());
@@ -252,7 +253,7 @@ Step build_set(HullBuild& self, const Pads& pads, const ViewDecision& set,
     post_dropped(self, set);
     return {Outcome::again};
   }
-  note_shown(self, views, absent.empty());
+  note_shown(self, views);
   self.statistics.count("sets-fading", opacity < 1.0f);
   // Who has been silent for this long is gone.
   if (!absent.empty()) {

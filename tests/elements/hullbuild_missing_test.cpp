@@ -374,6 +374,41 @@ GST_START_TEST(test_a_subject_without_bounds_fades) {
 }
 GST_END_TEST
 
+/// Cameras that lose frames in turn: what one cuts away is not lost anew with each.
+GST_START_TEST(test_growth_is_that_beyond_all_cameras) {
+  Bench bench("min-cameras=0");
+  for (int i = 0; i < 4; ++i) bench.push_box(i, 0);
+  bench.pull();
+  constexpr int frames = 16;
+  for (int frame = 1; frame <= frames; ++frame) {
+    for (int i = 0; i < 4; ++i) {
+      if (i == frame % 4)
+        gst_harness_push_event(bench.inputs[i], gst_event_new_gap(frame * frame_time, frame_time));
+      else
+        bench.push_box(i, frame);
+    }
+    const auto mesh = bench.pull();
+    fail_unless(mesh->views.size() == 3 && mesh->trigger == static_cast<std::uint64_t>(frame));
+  }
+  fail_unless_equals_uint64(bench.count("sets-dropped-few-cameras"), 0);
+}
+GST_END_TEST
+
+/// What is connected is all there is: cameras that are taken away do not hide the subject.
+GST_START_TEST(test_released_cameras_are_not_missed) {
+  Bench bench("min-cameras=0");
+  for (int i = 0; i < 4; ++i) bench.push_box(i, 0);
+  fail_unless_equals_int(bench.pull()->views.size(), 4);
+  for (int left = 3; left >= 1; --left) {
+    gst_harness_teardown(bench.inputs.back());
+    bench.inputs.pop_back();
+    for (int i = 0; i < left; ++i) bench.push_box(i, 4 - left);
+    fail_unless_equals_int(bench.pull()->views.size(), left);
+  }
+  fail_unless_equals_uint64(bench.count("sets-dropped-few-cameras"), 0);
+}
+GST_END_TEST
+
 GST_START_TEST(test_views_are_held_for_hold_time) {
   Bench bench("missing-camera=hold hold-time=100000000", 4);
   // Camera 3 leaves frames 1 to 4 out. A queue holds one view, so its next one goes first.
@@ -418,15 +453,17 @@ static Suite* hullbuild_missing_suite() {
   tcase_add_test(tests, test_silhouettes_without_a_common_point_are_said);
   tcase_add_test(tests, test_few_empty_hulls_are_not_said);
   tcase_add_test(tests, test_freeze_drops_for_a_moment_and_then_builds);
+  tcase_add_test(tests, test_a_lost_frame_is_held_at_any_rate);
   tcase_add_test(tests, test_freeze_does_not_wait_for_who_has_ended);
   tcase_add_test(tests, test_freeze_waits_longer_for_who_sends_late);
   tcase_add_test(tests, test_fewer_than_three_of_many_are_no_set);
   tcase_add_test(tests, test_a_subject_of_too_few_cameras_fades);
   tcase_add_test(tests, test_a_subject_without_bounds_fades);
+  tcase_add_test(tests, test_growth_is_that_beyond_all_cameras);
+  tcase_add_test(tests, test_released_cameras_are_not_missed);
   tcase_add_test(tests, test_views_are_held_for_hold_time);
   tcase_add_test(tests, test_views_of_another_size_are_not_held);
   return suite;
 }
 
 GST_CHECK_MAIN(hullbuild_missing)
-  tcase_add_test(tests, test_a_lost_frame_is_held_at_any_rate);
