@@ -115,8 +115,7 @@ GstBuffer* fading_set(HullBuild& self, const HullSettings& settings) {
   self.statistics.count("sets-fading");
   GST_DEBUG_OBJECT(self.element, "the last set is shown instead, faded to %.0f %%",
                    100.0 * static_cast<double>(*opacity));
-  return self.stage.build(GST_ELEMENT_CAST(self.element), std::move(views), settings, no_trigger,
-                          0.0, *opacity);
+  return build_views(self, std::move(views), settings, no_trigger, *opacity);
 }
 
 }  // namespace polyhull::element

@@ -186,3 +186,7 @@ void use_rig(HullBuild& self, const HullSettings& settings);
 GstFlowReturn send_next_set(HullBuild& self, bool deadline_passed);
 
 }  // namespace polyhull::element
+/// The mesh of \p views, as SetBuilder::build() has it; null, with a warning, where they cannot be built.
+GstBuffer* build_views(HullBuild& self, std::vector<SetView> views, const HullSettings& settings,
+                       std::uint64_t trigger, float opacity);
+

@@ -238,18 +238,11 @@ Step build_set(HullBuild& self, const Pads& pads, const ViewDecision& set,
     return {Outcome::again};
   }
   const float opacity = self.fade.opacity();
-  GstBuffer* buffer = nullptr;
-  try {
-    buffer = self.stage.build(element, views, settings, set.trigger,
-                              settings.adaptive ? self.load.tolerance() : 0.0, opacity);
-  } catch (const Error& error) {
-    // One odd silhouette does not end the stream; what is wrong with the settings does.
-    if (error.kind() != Error::Kind::unsupported) throw;
+  GstBuffer* buffer = build_views(self, views, settings, set.trigger, opacity);
+  if (buffer == nullptr) {
     GST_DEBUG_OBJECT(element, "%s is dropped, as it cannot be built",
                      instant_text(pads, set).c_str());
     take_views(pads, set, settings);
-    self.statistics.warn(element, "sets-refused",
-                         fmt::format("A set was dropped: {}", error.what()));
     post_dropped(self, set);
     return {Outcome::again};
   }
@@ -395,6 +388,21 @@ GstFlowReturn send_next_set(HullBuild& self, bool timeout) {
     }
     self.forget_flushed(pads, [&](GstAggregatorPad* pad) { forget_stream(self, pad); });
     step = next_step(self, pads, live ? is_due(self, pads) : timeout);
+GstBuffer* build_views(HullBuild& self, std::vector<SetView> views, const HullSettings& settings,
+                       std::uint64_t trigger, float opacity) {
+  GstElement* element = GST_ELEMENT_CAST(self.element);
+  try {
+    return self.stage.build(element, std::move(views), settings, trigger,
+                            settings.adaptive ? self.load.tolerance() : 0.0, opacity);
+  } catch (const Error& error) {
+    // One odd silhouette does not end the stream; what is wrong with the settings does.
+    if (error.kind() != Error::Kind::unsupported) throw;
+    self.statistics.warn(element, "sets-refused",
+                         fmt::format("A set was dropped: {}", error.what()));
+    return nullptr;
+  }
+}
+
     // A deadline is that of the earliest front: once fronts are dropped it says nothing.
     timeout = false;
   }

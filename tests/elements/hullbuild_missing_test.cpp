@@ -338,6 +338,45 @@ GST_START_TEST(test_a_subject_of_too_few_cameras_fades) {
 }
 GST_END_TEST
 
+/// What fades is built as what is shown: as coarse, and nothing odd in it ends the stream.
+GST_START_TEST(test_what_fades_is_built_like_the_rest) {
+  Rig wide = default_rig();
+  for (Camera& camera : wide.cameras) camera.K[0][0] = camera.K[1][1] = 1.0;
+  const std::string file = folder("wide_fade.json");
+  std::ofstream(file) << rig_to_json(wide);
+  Bench bench("adaptive=true surface=none min-cameras=0 rig=" + file);
+  bench.rig = wide;
+  std::vector<std::uint8_t> pixels;
+  View odd = box_view(wide.cameras[0], {}, 0, pixels);
+  odd.contours.points[0].x = 9e5f;
+  bench.push(0, odd, 0);
+  for (int i = 1; i < 4; ++i) bench.push_box(i, 0);
+  fail_unless(bench.pull()->opacity == 1.0f);
+  for (int i = 1; i <= 20; ++i)
+    gst_harness_push_upstream_event(
+        bench.output, gst_event_new_qos(GST_QOS_TYPE_OVERFLOW, 3.0, 0, i * 200 * GST_MSECOND));
+  for (const int i : {2, 3}) gst_harness_push_event(bench.inputs[i], gst_event_new_eos());
+  const auto push = [&](int frame) {
+    for (int i = 0; i < 2; ++i) bench.push_box(i, frame);
+  };
+  push(12);
+  push(13);
+  fail_unless(bench.pull()->opacity < 1.0f);
+  double coarser = 0.0;
+  GstStructure* stats = nullptr;
+  g_object_get(bench.element, "stats", &stats, nullptr);
+  gst_structure_get_double(stats, "coarser-px", &coarser);
+  gst_structure_free(stats);
+  fail_unless(coarser > 0.0);
+  g_object_set(bench.element, "adaptive", FALSE, nullptr);
+  gst_util_set_object_arg(G_OBJECT(bench.element), "surface", "polyhedral");
+  push(14);
+  fail_unless(bench.nothing_more());
+  fail_unless_equals_uint64(bench.count("sets-refused"), 1);
+  fail_unless_equals_int(bench.messages(GST_MESSAGE_ERROR), 0);
+}
+GST_END_TEST
+
 /// Three cameras in a row do not bound anybody, whether the two beside it are lost at once or one by one.
 GST_START_TEST(test_a_subject_without_bounds_fades) {
   Rig rig = default_rig();
@@ -458,6 +497,7 @@ static Suite* hullbuild_missing_suite() {
   tcase_add_test(tests, test_freeze_waits_longer_for_who_sends_late);
   tcase_add_test(tests, test_fewer_than_three_of_many_are_no_set);
   tcase_add_test(tests, test_a_subject_of_too_few_cameras_fades);
+  tcase_add_test(tests, test_what_fades_is_built_like_the_rest);
   tcase_add_test(tests, test_a_subject_without_bounds_fades);
   tcase_add_test(tests, test_growth_is_that_beyond_all_cameras);
   tcase_add_test(tests, test_released_cameras_are_not_missed);
