@@ -14,6 +14,20 @@ namespace {
 constexpr std::size_t automatic_fewest = 3;
 constexpr double most_growth = 2.5;
 
+/// The last set that was shown, with \p opacity.
+GstBuffer* build_again(HullBuild& self, const HullSettings& settings, float opacity) {
+  std::vector<std::unique_ptr<ViewBuffer>> last;
+  std::vector<SetView> views;
+  for (const ShownView& view : self.shown_views) {
+    last.push_back(std::make_unique<ViewBuffer>(view.buffer.get()));
+    views.push_back({view.camera, last.back().get()});
+  }
+  self.statistics.count("sets-fading");
+  GST_DEBUG_OBJECT(self.element, "the last set is shown again, with an opacity of %.0f %%",
+                   100.0 * static_cast<double>(opacity));
+  return build_views(self, std::move(views), settings, no_trigger, opacity);
+}
+
 }  // namespace
 
 std::int64_t length_of(const Pads& pads, const ViewDecision& set) {
@@ -97,25 +111,24 @@ void note_shown(HullBuild& self, const std::vector<SetView>& views) {
 }
 
 void forget_shown(HullBuild& self) {
-  self.fade.reset();
+  self.fade.lose_picture();
   self.shown_views.clear();
   self.shown_growth = 1.0;
   self.judged_cameras.clear();
 }
 
-GstBuffer* fading_set(HullBuild& self, const HullSettings& settings) {
+GstBuffer* fading_set(HullBuild& self, const std::vector<SetView>& views,
+                      const HullSettings& settings) {
   const auto opacity = self.fade.hide(static_cast<std::int64_t>(settings.hold_time));
   if (!opacity) return nullptr;
-  std::vector<std::unique_ptr<ViewBuffer>> last;
-  std::vector<SetView> views;
-  for (const ShownView& view : self.shown_views) {
-    last.push_back(std::make_unique<ViewBuffer>(view.buffer.get()));
-    views.push_back({view.camera, last.back().get()});
-  }
-  self.statistics.count("sets-fading");
-  GST_DEBUG_OBJECT(self.element, "the last set is shown instead, faded to %.0f %%",
-                   100.0 * static_cast<double>(*opacity));
-  return build_views(self, std::move(views), settings, no_trigger, *opacity);
+  if (!self.shown_views.empty()) return build_again(self, settings, *opacity);
+  return build_views(self, views, settings, no_trigger, *opacity);
+}
+
+GstBuffer* settled_set(HullBuild& self, const HullSettings& settings) {
+  const auto opacity = self.fade.settle();
+  if (!opacity || self.shown_views.empty()) return nullptr;
+  return build_again(self, settings, *opacity);
 }
 
 }  // namespace polyhull::element

@@ -165,7 +165,9 @@ std::int64_t next_deadline(HullBuild& self, const Pads& pads) {
   if (all) return 0;
   if (self.timing.now() == no_time) return no_time;
   const std::int64_t earliest = view != no_time ? view : gap;
-  if (earliest == no_time) return no_time;
+  // A fade does not stay half way for longer than a picture that stands still is right.
+  if (earliest == no_time)
+    return self.fade.half_way() ? self.fade.time() + Fade::still + self.timing.wait() : no_time;
   // In the first second cameras are still coming up, and nothing is known of them.
   const bool starting = new_camera && view != no_time &&
                         (self.first_time == no_time || earliest - self.first_time < start_time);

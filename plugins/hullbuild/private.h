@@ -108,12 +108,19 @@ bool must_be_whole(const std::vector<AbsentCamera>& absent, const HullSettings& 
 std::string find_lack(HullBuild& self, std::size_t pads, const std::vector<SetView>& views,
                       bool whole, const HullSettings& settings);
 
-/// The last set that was shown, to be shown once more in the place of one that cannot be, as it fades
-/// out; null: nothing is to be sent.
-GstBuffer* fading_set(HullBuild& self, const HullSettings& settings);
+/// The last set that was shown, to be shown once more in the place of that of \p views, which cannot be,
+/// as it fades out; where it is forgotten those themselves, with an opacity of 0. Null: nothing is to be
+/// sent.
+GstBuffer* fading_set(HullBuild& self, const std::vector<SetView>& views,
+                      const HullSettings& settings);
+
+/// The last set that was shown, to be shown once more as the end of a fade that no set goes on with; null:
+/// nothing is to be sent.
+GstBuffer* settled_set(HullBuild& self, const HullSettings& settings);
 
 /// Notes that the set of \p views has been built and is shown.
 void note_shown(HullBuild& self, const std::vector<SetView>& views);
+/// Another rig's sets follow: the last set cannot be shown again, though downstream still has it.
 void forget_shown(HullBuild& self);
 
 // ---- contradictions.cpp
@@ -181,12 +188,12 @@ void forget_streams(HullBuild& self);
 /// the views, else the built-in one. Throws Error.
 void use_rig(HullBuild& self, const HullSettings& settings);
 
+/// The mesh of \p views, as SetBuilder::build() has it; null, with a warning, where they cannot be built.
+GstBuffer* build_views(HullBuild& self, std::vector<SetView> views, const HullSettings& settings,
+                       std::uint64_t trigger, float opacity);
+
 /// Makes and sends the next mesh, if there is a set; \p deadline_passed, where the stream is not
 /// live: missing views are no longer waited for. Throws Error.
 GstFlowReturn send_next_set(HullBuild& self, bool deadline_passed);
 
 }  // namespace polyhull::element
-/// The mesh of \p views, as SetBuilder::build() has it; null, with a warning, where they cannot be built.
-GstBuffer* build_views(HullBuild& self, std::vector<SetView> views, const HullSettings& settings,
-                       std::uint64_t trigger, float opacity);
-

@@ -76,16 +76,18 @@ void take_views(const Pads& pads, const ViewDecision& set, const HullSettings& s
   drop_fronts(pads, set.heads);
 }
 
+void set_time(HullBuild& self, GstBuffer* buffer, std::int64_t time) {
+  GstSegment& segment = GST_AGGREGATOR_PAD(self.element->srcpad)->segment;
+  const GstClockTime position =
+      gst_segment_position_from_running_time(&segment, GST_FORMAT_TIME, clock_time(time));
+  GST_BUFFER_PTS(buffer) = GST_CLOCK_TIME_IS_VALID(position) ? position : clock_time(time);
+}
+
 void stamp(HullBuild& self, const Pads& pads, const ViewDecision& set, GstBuffer* buffer) {
   const Arrival& first = state_of<HullPadState>(pads[set.heads.front()]).parsed;
   self.follow(first.segment);
   GST_BUFFER_DURATION(buffer) = GST_BUFFER_DURATION(first.buffer);
-  if (set.time == no_time) return;
-  GstSegment& segment = GST_AGGREGATOR_PAD(self.element->srcpad)->segment;
-  const GstClockTime position =
-      gst_segment_position_from_running_time(&segment, GST_FORMAT_TIME, set.time);
-  GST_BUFFER_PTS(buffer) =
-      GST_CLOCK_TIME_IS_VALID(position) ? position : static_cast<GstClockTime>(set.time);
+  if (set.time != no_time) set_time(self, buffer, set.time);
 }
 
 void load_changed_rig(HullBuild& self, const HullSettings& settings) {
@@ -232,7 +234,7 @@ Step build_set(HullBuild& self, const Pads& pads, const ViewDecision& set,
     self.statistics.count("sets-dropped-few-cameras");
     self.words.hidden(element, set.time, lack, absent);
     post_dropped(self, set);
-    if (GstBuffer* last = fading_set(self, settings))
+    if (GstBuffer* last = fading_set(self, views, settings))
       return finish(self, pads, set, settings, last, watch);
     take_views(pads, set, settings);
     return {Outcome::again};
@@ -262,6 +264,18 @@ Step build_set(HullBuild& self, const Pads& pads, const ViewDecision& set,
   note_hull(self, set.time, used);
   note_times(self, pads, set);
   return finish(self, pads, set, settings, buffer, watch);
+}
+
+/// Ends a fade that no set goes on with, else does \p otherwise.
+Step settle(HullBuild& self, const HullSettings& settings, Outcome otherwise) {
+  GstBuffer* buffer = settled_set(self, settings);
+  if (buffer == nullptr) return {otherwise};
+  const GstClockTime length = GST_BUFFER_DURATION(self.shown_views.front().buffer.get());
+  GST_BUFFER_DURATION(buffer) = length;
+  set_time(
+      self, buffer,
+      self.fade.time() + (GST_CLOCK_TIME_IS_VALID(length) ? static_cast<std::int64_t>(length) : 0));
+  return {Outcome::made, buffer};
 }
 
 /// Views that came after their set had gone.
@@ -309,9 +323,10 @@ Step next_step(HullBuild& self, const Pads& pads, bool deadline_passed) {
   switch (decision.kind) {
     case Kind::wait:
       GST_LOG_OBJECT(self.element, "waits for %s", waiting_text(pads, heads).c_str());
-      return {Outcome::need_data};
+      return deadline_passed ? settle(self, settings, Outcome::need_data)
+                             : Step{Outcome::need_data};
     case Kind::end:
-      return {Outcome::ended};
+      return settle(self, settings, Outcome::ended);
     case Kind::set:
       sync_controlled_properties(self, pads[decision.heads.front()]);
       return build_set(self, pads, decision, snapshot(self.element, self.settings));
@@ -340,7 +355,6 @@ void forget_stream(HullBuild& self, GstAggregatorPad* pad) {
   state.reset();
   state.delivered = delivered;  // it is still the camera that it was
   self.sets.reset();
-  forget_shown(self);
   self.first_time = self.last_time = no_time;
   self.new_segment = true;
 }
@@ -358,6 +372,7 @@ void forget_streams(HullBuild& self) {
   for (GstAggregatorPad* pad : Pads(self.element)) state_of<HullPadState>(pad).reset();
   self.sets.reset();
   forget_shown(self);
+  self.fade.reset();
   {
     const std::scoped_lock lock(self.instants_mutex);
     self.instants.reset();
@@ -371,6 +386,21 @@ void use_rig(HullBuild& self, const HullSettings& settings) {
   self.stage.set_rig(settings.rig.empty() && !self.told_rig.empty()
                          ? parse_rig(self.told_rig, "the rig that came with the views")
                          : open_rig(settings.rig));
+}
+
+GstBuffer* build_views(HullBuild& self, std::vector<SetView> views, const HullSettings& settings,
+                       std::uint64_t trigger, float opacity) {
+  GstElement* element = GST_ELEMENT_CAST(self.element);
+  try {
+    return self.stage.build(element, std::move(views), settings, trigger,
+                            settings.adaptive ? self.load.tolerance() : 0.0, opacity);
+  } catch (const Error& error) {
+    // One odd silhouette does not end the stream; what is wrong with the settings does.
+    if (error.kind() != Error::Kind::unsupported) throw;
+    self.statistics.warn(element, "sets-refused",
+                         fmt::format("A set was dropped: {}", error.what()));
+    return nullptr;
+  }
 }
 
 GstFlowReturn send_next_set(HullBuild& self, bool timeout) {
@@ -388,21 +418,6 @@ GstFlowReturn send_next_set(HullBuild& self, bool timeout) {
     }
     self.forget_flushed(pads, [&](GstAggregatorPad* pad) { forget_stream(self, pad); });
     step = next_step(self, pads, live ? is_due(self, pads) : timeout);
-GstBuffer* build_views(HullBuild& self, std::vector<SetView> views, const HullSettings& settings,
-                       std::uint64_t trigger, float opacity) {
-  GstElement* element = GST_ELEMENT_CAST(self.element);
-  try {
-    return self.stage.build(element, std::move(views), settings, trigger,
-                            settings.adaptive ? self.load.tolerance() : 0.0, opacity);
-  } catch (const Error& error) {
-    // One odd silhouette does not end the stream; what is wrong with the settings does.
-    if (error.kind() != Error::Kind::unsupported) throw;
-    self.statistics.warn(element, "sets-refused",
-                         fmt::format("A set was dropped: {}", error.what()));
-    return nullptr;
-  }
-}
-
     // A deadline is that of the earliest front: once fronts are dropped it says nothing.
     timeout = false;
   }

@@ -338,6 +338,49 @@ GST_START_TEST(test_a_subject_of_too_few_cameras_fades) {
 }
 GST_END_TEST
 
+/// A flush of one camera, or another rig, does not leave the subject standing, nor bring it back at once.
+GST_START_TEST(test_a_subject_that_fades_is_not_forgotten) {
+  const std::string file = folder("same.json");
+  std::ofstream(file) << rig_to_json(default_rig());
+  for (const bool flush : {true, false}) {
+    Bench bench("min-cameras=0");
+    const auto opacity_of = [&](int frame, int cameras) {
+      for (int i = 0; i < cameras; ++i) bench.push_box(i, frame);
+      return bench.pull()->opacity;
+    };
+    const auto miss = [&](int input, int frame) {
+      gst_harness_push_event(bench.inputs[input],
+                             gst_event_new_gap(frame * frame_time, (30 - frame) * frame_time));
+    };
+    fail_unless(opacity_of(0, 4) == 1.0f);
+    for (const int i : {2, 3}) miss(i, 1);
+    for (int frame = 1; frame < 13; ++frame)
+      for (int i = 0; i < 2; ++i) bench.push_box(i, frame);
+    fail_unless(opacity_of(13, 2) < 1.0f);
+    if (flush) {
+      gst_harness_push_event(bench.inputs[3], gst_event_new_flush_start());
+      gst_harness_push_event(bench.inputs[3], gst_event_new_flush_stop(TRUE));
+      GstSegment segment;
+      gst_segment_init(&segment, GST_FORMAT_TIME);
+      gst_harness_push_event(bench.inputs[3], gst_event_new_segment(&segment));
+      miss(3, 14);
+      for (int frame = 14; frame < 20; ++frame) {
+        const float opacity = opacity_of(frame, 2);
+        fail_unless(opacity > 0.0f && opacity < 1.0f);
+      }
+    } else {
+      g_object_set(bench.element, "rig", file.c_str(), nullptr);
+    }
+    fail_unless(opacity_of(20, 2) == 0.0f);
+    for (int i = 0; i < 2; ++i) bench.push_box(i, 21);
+    fail_unless(bench.nothing_more());
+    for (int frame = 22; frame < 30; ++frame)
+      for (int i = 0; i < 2; ++i) bench.push_box(i, frame);
+    fail_unless(std::abs(opacity_of(30, 4) - 40.0f / 300.0f) < 1e-5f);
+  }
+}
+GST_END_TEST
+
 /// What fades is built as what is shown: as coarse, and nothing odd in it ends the stream.
 GST_START_TEST(test_what_fades_is_built_like_the_rest) {
   Rig wide = default_rig();
@@ -374,6 +417,51 @@ GST_START_TEST(test_what_fades_is_built_like_the_rest) {
   fail_unless(bench.nothing_more());
   fail_unless_equals_uint64(bench.count("sets-refused"), 1);
   fail_unless_equals_int(bench.messages(GST_MESSAGE_ERROR), 0);
+}
+GST_END_TEST
+
+/// A fade that the streams' end cuts short, or the silence of all cameras, leaves nothing translucent.
+GST_START_TEST(test_a_fade_is_never_left_half_way) {
+  for (const bool live : {false, true}) {
+    for (const bool in : {false, true}) {
+      Bench bench(live ? "min-cameras=0 max-wait=30000000" : "min-cameras=0", 4, live);
+      const auto push = [&](int frame, int cameras) {
+        for (int i = 0; i < cameras; ++i) bench.push_box(i, frame);
+      };
+      push(0, 4);
+      bench.pull();
+      for (const int i : {2, 3})
+        gst_harness_push_event(bench.inputs[i], gst_event_new_gap(frame_time, 13 * frame_time));
+      push(10, 2);
+      push(13, 2);
+      float opacity = bench.pull()->opacity;
+      if (in) {
+        push(14, 4);
+        push(15, 4);
+        bench.pull();
+        opacity = bench.pull()->opacity;
+      }
+      fail_unless(opacity > 0.0f && opacity < 1.0f);
+      fail_unless(bench.nothing_more());
+      if (live) {
+        GstTestClock* clock = gst_harness_get_testclock(bench.output);
+        while (bench.nothing_more()) {  // at the end of the gaps, and of what may stand still
+          GstClockID id = nullptr;
+          gst_test_clock_wait_for_next_pending_id(clock, &id);
+          gst_test_clock_set_time(clock, gst_clock_id_get_time(id));
+          gst_clock_id_unref(id);
+          id = gst_test_clock_process_next_clock_id(clock);
+          if (id != nullptr) gst_clock_id_unref(id);
+        }
+        gst_object_unref(clock);
+      } else {
+        for (GstHarness* input : bench.inputs) gst_harness_push_event(input, gst_event_new_eos());
+      }
+      fail_unless(bench.pull()->opacity == (in ? 1.0f : 0.0f));
+      fail_unless_equals_uint64(GST_BUFFER_PTS(bench.last.get()), (in ? 16 : 14) * frame_time);
+      fail_unless(bench.nothing_more());
+    }
+  }
 }
 GST_END_TEST
 
@@ -497,7 +585,9 @@ static Suite* hullbuild_missing_suite() {
   tcase_add_test(tests, test_freeze_waits_longer_for_who_sends_late);
   tcase_add_test(tests, test_fewer_than_three_of_many_are_no_set);
   tcase_add_test(tests, test_a_subject_of_too_few_cameras_fades);
+  tcase_add_test(tests, test_a_subject_that_fades_is_not_forgotten);
   tcase_add_test(tests, test_what_fades_is_built_like_the_rest);
+  tcase_add_test(tests, test_a_fade_is_never_left_half_way);
   tcase_add_test(tests, test_a_subject_without_bounds_fades);
   tcase_add_test(tests, test_growth_is_that_beyond_all_cameras);
   tcase_add_test(tests, test_released_cameras_are_not_missed);
