@@ -73,6 +73,7 @@ class Regrowth {
         }
       first_.push_back(static_cast<std::uint32_t>(pieces_.size()));
     }
+    unneeded_.resize(pieces_.size());
   }
 
   /// Returns how many nodes stay out, and puts them outside of the surface.
@@ -127,6 +128,11 @@ class Regrowth {
       }
     }
   }
+  bool is_needed(const Thin& node) {
+    if (unneeded_[node.piece]) return false;
+    unneeded_[node.piece] = !needed_(position(node));
+    return !unneeded_[node.piece];
+  }
   /// Whether \p node may go back, and went.
   bool try_node(const Thin& node) {
     static const AroundTables tables;
@@ -144,7 +150,7 @@ class Regrowth {
       joined[count++] = root(label[bit]);
     }
     std::sort(joined, joined + count);
-    if (std::adjacent_find(joined, joined + count) != joined + count && !needed_(position(node)))
+    if (std::adjacent_find(joined, joined + count) != joined + count && !is_needed(node))
       return false;
     if (count == 0) {
       joined[count++] = static_cast<std::uint32_t>(parent_.size());
@@ -178,6 +184,7 @@ class Regrowth {
   std::vector<std::uint32_t> first_;   ///< of each row's pieces, and one past the last
   std::vector<std::uint32_t> parent_;  ///< the forest of what hangs together
   std::vector<Thin> thin_, todo_;
+  std::vector<bool> unneeded_;  ///< of each piece: asked, since a node is tried again and again
 };
 
 }  // namespace

@@ -179,6 +179,23 @@ TEST(Handles, WhatIsNoneStays) {
   }
 }
 
+// A node that has to wait is tried again for each neighbour that goes back.
+TEST(Handles, ANodeIsAskedAboutOnce) {
+  refine::Level level = ring(0.04f);
+  for (int y = 4; y < 8; ++y)
+    for (int x = 4; x < 12; ++x)
+      level.values[level.grid.node(x, y, 4)] =
+          0.001f * static_cast<float>((x * 7 + y * 5) % 11 + 1);
+  std::vector<Vec3f> asked;
+  const auto never = [&](const Vec3f& node) {
+    EXPECT_EQ(std::ranges::count(asked, node), 0);
+    asked.push_back(node);
+    return false;
+  };
+  refine::cut_thin_handles(level, refine::find_runs(level, 0.0f), 0.05f, never);
+  EXPECT_GT(asked.size(), 1u);
+}
+
 // Two posts on a beam, and from one to the other a stick of 16 mm on cells of 24.
 TEST(Handles, AStickBetweenTwoPostsIsWhole) {
   const auto post = [](double x) { return Capsule{{x, 0.1, -0.3}, {x, 0.0, 0.35}, 0.07}; };
