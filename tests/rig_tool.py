@@ -197,6 +197,8 @@ def check_level(folder, cameras, masks):
                              (["--floor", "0", "--stage", "big"], "--stage is 'big'"),
                              (["--floor", "0", "--unit", "ell"], "'ell'"), (["--floor", "nan"], "in one way"),
                              (board()[:-1], "--board needs"),
+                             *((["--pictures", *seen, option, value], option + " requires --board") for option, value in
+                               (("--square", "120"), ("--charuco", "4X4_100"), ("--marker", "90"), ("--thickness", "5"))),
                              ([*board(*seen), "--floor", "0"], "in one way"),
                              (board(*seen, size="9x6"), "none of the pictures"),
                              (board(*seen, square="250"), "beside where the other cameras have it")):

@@ -207,16 +207,21 @@ void add_level_options(CommandLine& command, LevelArguments& arguments) {
       "--pictures", &arguments.pictures,
       "CAMERA=FILE ...: somebody who stands on the floor, as for check; up must be right. With "
       "--board one or more pictures of the board");
-  command.option(
+  const Option board = command.option(
       "--board", &arguments.board.size,
       "The pictures show a board that lies on the floor, face up, with COLUMNSxROWS inner "
       "corners: its middle becomes the origin, x points along its columns");
-  command.option("--square", &arguments.board.square, "Side of a square of the board, mm");
-  command.option("--charuco", &arguments.board.charuco,
-                 "The board is a ChArUco board with markers of this dictionary, such as 4X4_100");
-  command.option("--marker", &arguments.board.marker,
-                 "ChArUco: side of a marker, mm (default: 3/4 square)");
-  command.option("--thickness", &arguments.thickness, "Of the board, mm").shown();
+  command.option("--square", &arguments.board.square, "Side of a square of the board, mm")
+      .needs(board);
+  command
+      .option("--charuco", &arguments.board.charuco,
+              "The board is a ChArUco board with markers of this dictionary, such as 4X4_100")
+      .needs(board);
+  command
+      .option("--marker", &arguments.board.marker,
+              "ChArUco: side of a marker, mm (default: 3/4 square)")
+      .needs(board);
+  command.option("--thickness", &arguments.thickness, "Of the board, mm").shown().needs(board);
   command.option("--keep-largest", &arguments.mask.keep_largest, "As of check")
       .range(0, 1000)
       .shown();
