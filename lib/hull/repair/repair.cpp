@@ -188,6 +188,11 @@ void Search::fill_holes() {
   }
 }
 
+bool is_in_frame(const Camera& camera, const Vec2& pixel) {
+  return pixel.x > -0.5 && pixel.y > -0.5 && pixel.x < camera.width - 0.5 &&
+         pixel.y < camera.height - 0.5;
+}
+
 /// Whether the ray shows that the hole at \p pixel is none of the subject's: a witness sees what the
 /// others see behind it, which the hole alone takes away from all that the witness's ray could meet.
 bool Search::proven(std::size_t view, const Vec2& pixel, Agreement::Scratch& scratch) const {
@@ -196,8 +201,11 @@ bool Search::proven(std::size_t view, const Vec2& pixel, Agreement::Scratch& scr
   const Camera& camera = agreement_.camera(view);
   const Vec3 X = camera.centre() + stretch.depth * camera.ray(pixel);
   for (const std::size_t j : witnesses_[view]) {
+    // No witness rejects X, which so lies inside the silhouette or, under Unseen::keep, out of the frame,
+    // where the witness sees nothing.
     const auto at = agreement_.camera(j).project_ideal(X);
-    if (at && !agreement_.near_outline(j, *at, well_inside) &&
+    if (at && is_in_frame(agreement_.camera(j), *at) &&
+        !agreement_.near_outline(j, *at, well_inside) &&
         agreement_.is_only_objector(j, *at, view, scratch))
       return true;
   }
