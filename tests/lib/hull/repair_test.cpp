@@ -90,7 +90,7 @@ struct Outcome {
 };
 
 Outcome mend_stages(int cameras, int stages, Damage kind, int blobs, const RepairOptions& options) {
-  const std::vector<Vec3> points = points_around(100000);
+  const std::vector<Vec3> points = points_around(30000);
   Outcome outcome;
   for (int number = 0; number < stages; ++number) {
     Stage stage(cameras, number);
@@ -105,20 +105,20 @@ constexpr RepairOptions both{.repair = Repair::both};
 constexpr RepairOptions holes{.repair = Repair::holes};
 
 TEST(Repair, HolesInRandomMattesOfEightCamerasAreFilled) {
-  const Outcome outcome = mend_stages(8, 6, Damage::hole, 3, holes);
-  EXPECT_GT(outcome.before, 1000u);
+  const Outcome outcome = mend_stages(8, 3, Damage::hole, 3, holes);
+  EXPECT_GT(outcome.before, 100u);
   EXPECT_GT(outcome.undone(), 0.5)
       << outcome.before << " points lost, " << outcome.after << " left";
 }
 
 TEST(Repair, HolesInAllMattesOfEightCamerasAreFilled) {
-  const Outcome outcome = mend_stages(8, 6, Damage::hole, 8, holes);
+  const Outcome outcome = mend_stages(8, 3, Damage::hole, 8, holes);
   EXPECT_GT(outcome.undone(), 0.25)
       << outcome.before << " points lost, " << outcome.after << " left";
 }
 
 TEST(Repair, FewCamerasFillLittle) {
-  const Outcome outcome = mend_stages(4, 6, Damage::hole, 2, holes);
+  const Outcome outcome = mend_stages(4, 3, Damage::hole, 2, holes);
   EXPECT_GT(outcome.undone(), 0.1)
       << outcome.before << " points lost, " << outcome.after << " left";
 }
@@ -126,12 +126,12 @@ TEST(Repair, FewCamerasFillLittle) {
 TEST(Repair, UndamagedSilhouettesStayToTheByte) {
   std::size_t gaps = 0;
   for (const int cameras : {4, 8})
-    for (int number = 0; number < 9; ++number) {
+    for (int number = 0; number < 4; ++number) {
       const Stage stage(cameras, number);
       EXPECT_EQ(stage.mended(both), stage.truth) << cameras << " cameras, " << number;
       for (const Rings& rings : stage.truth) gaps += rings.size() - 1;
     }
-  EXPECT_GT(gaps, 50u);
+  EXPECT_GT(gaps, 30u);
 }
 
 /// What a bite takes of one camera's arm leaves others' arms uncovered, too, and a gap behind which
@@ -195,13 +195,18 @@ TEST(Repair, WhatSomeCamerasDoNotSeeIsNotProven) {
     return find_repairs(stage.views(stage.contours), {Repair::holes, unseen})[3].holes;
   };
   EXPECT_EQ(filled(Unseen::carve), 1u);
-  // Two cameras see the legs only.
-  for (const std::size_t i : {4u, 6u}) {
+  EXPECT_EQ(filled(Unseen::keep), 1u);
+  const auto show_legs_only = [&](std::size_t i) {
     Camera& camera = stage.rig.cameras[i];
     const double v = camera.project(Vec3(0.0, 0.8, 0.0))->y;
     camera.K[2][1] -= v;
     for (Vec2f& p : stage.contours[i].points) p.y = std::max(p.y - static_cast<float>(v), -0.5f);
-  }
+  };
+  // The one that looks against the hole: a ray above its picture is no witness.
+  show_legs_only(7);
+  EXPECT_EQ(filled(Unseen::keep), 0u);
+  stage = with_a_hole(8, 3, 18.0f);
+  for (const std::size_t i : {4u, 6u}) show_legs_only(i);
   EXPECT_EQ(filled(Unseen::carve), 0u);
   EXPECT_EQ(filled(Unseen::keep), 0u);
 }
@@ -311,7 +316,7 @@ hull::Agreement::Stretch by_points(std::span<const Silhouette> views, std::size_
 TEST(Agreement, IsThatOfPointsOnTheRay) {
   constexpr double step = 0.002;
   int met = 0, missed = 0;
-  for (std::uint64_t seed = 0; seed < 12; ++seed) {
+  for (std::uint64_t seed = 0; seed < 6; ++seed) {
     Stage stage(3 + static_cast<int>(seed % 4), 1);
     Dice dice(seed);
     // Behind other cameras, too, and with one that sees the half of it.
@@ -338,8 +343,8 @@ TEST(Agreement, IsThatOfPointsOnTheRay) {
       }
     }
   }
-  EXPECT_GT(met, 100);
-  EXPECT_GT(missed, 50);
+  EXPECT_GT(met, 50);
+  EXPECT_GT(missed, 25);
 }
 
 TEST(HullStage, FacesLieOnTheEdgesOfTheMendedContours) {
