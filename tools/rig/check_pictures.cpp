@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <functional>
 #include <numeric>
+#include <span>
 
 #include "base/error.h"
 #include "hull/repair/repair.h"
@@ -123,26 +124,26 @@ void PictureCheck::try_pieces(const std::vector<Unexplained>& parts) {
   for (std::size_t i = 0; i < parts.size(); ++i) {
     if (parts[i].share <= explained) continue;
     const std::vector<hull::RingRegion> regions = hull::regions_of(given[i].rings);
-    std::vector<std::uint32_t> leave_out;
-    Vec2 low(0.0), high(0.0);  // of the largest
-    double largest = 0.0;
-    for (std::uint32_t piece = 0; piece < regions.size(); ++piece) {
-      if (regions[piece].area <= 0.0) continue;
-      std::vector<std::uint32_t> with_holes, others;
-      for (std::uint32_t r = 0; r < regions.size(); ++r)
-        (r == piece || regions[r].parent == static_cast<std::int32_t>(piece) ? with_holes : others)
-            .push_back(r);
-      std::vector<SeenSubject> alone = given;
-      alone[i].rings = without_rings(given[i].rings, others);
-      const Unexplained part = find_unexplained(alone, rig_.bounds, samples_)[i];
-      if (part.share < 0.5) continue;
-      leave_out.insert(leave_out.end(), with_holes.begin(), with_holes.end());
-      if (regions[piece].area <= largest) continue;
-      largest = regions[piece].area;
-      low = camera(i).distort(part.low), high = camera(i).distort(part.high);
+    std::vector<std::size_t> piece_of(regions.size());  // of a hole the ring around it
+    std::vector<PicturePart> pieces(regions.size(), {i, {}});
+    for (std::size_t r = 0; r < regions.size(); ++r) {
+      piece_of[r] = regions[r].area < 0.0 && regions[r].parent >= 0
+                        ? static_cast<std::size_t>(regions[r].parent)
+                        : r;
+      Rings& piece = pieces[piece_of[r]].rings;
+      const std::span<const Vec2f> ring = given[i].rings.ring(r);
+      piece.points.insert(piece.points.end(), ring.begin(), ring.end());
+      piece.ends.push_back(static_cast<std::uint32_t>(piece.points.size()));
     }
+    const std::vector<Unexplained> found = find_unexplained(given, pieces, rig_.bounds, samples_);
+    std::vector<std::uint32_t> leave_out;
+    for (std::uint32_t r = 0; r < regions.size(); ++r)
+      if (found[piece_of[r]].share >= 0.5) leave_out.push_back(r);
     if (leave_out.empty()) continue;
-    std::sort(leave_out.begin(), leave_out.end());
+    const std::uint32_t largest =
+        *std::ranges::max_element(leave_out, {}, [&](std::uint32_t r) { return regions[r].area; });
+    const Vec2 low = camera(i).distort(found[largest].low),
+               high = camera(i).distort(found[largest].high);
     rest[i].rings = without_rings(given[i].rings, leave_out);
     if (rest[i].rings.empty()) return;  // what would be left agrees with everything
     where += fmt::format("{}{} (from {:.0f}, {:.0f} to {:.0f}, {:.0f} px)",

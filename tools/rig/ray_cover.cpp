@@ -120,13 +120,13 @@ Intervals in_bounds(const Bounds& bounds, const Ray& ray) {
   return from < to ? Intervals{{from, to}} : Intervals{};
 }
 
-// Points well inside the silhouette, on a grid of about as many.
-std::vector<Vec2> points_inside(const SeenSubject& view, int samples) {
+// Points well inside the rings, on a grid of about as many.
+std::vector<Vec2> points_inside(const Camera& camera, const Rings& rings, int samples) {
   double area = 0.0;
   Vec2 low(INFINITY), high(-INFINITY);
-  for (std::size_t r = 0; r < view.rings.size(); ++r) {
-    Vec2 a(view.rings.ring(r).back());
-    for (const Vec2f& point : view.rings.ring(r)) {
+  for (std::size_t r = 0; r < rings.size(); ++r) {
+    Vec2 a(rings.ring(r).back());
+    for (const Vec2f& point : rings.ring(r)) {
       const Vec2 b(point);
       area += 0.5 * cross(a, b);  // holes run the other way
       low = glm::min(low, b);
@@ -136,14 +136,14 @@ std::vector<Vec2> points_inside(const SeenSubject& view, int samples) {
   }
   std::vector<Vec2> points;
   if (area == 0.0) return points;
-  const double margin = std::max(2.0, 0.003 * view.camera->width);
+  const double margin = std::max(2.0, 0.003 * camera.width);
   const double step = std::max(1.0, std::sqrt(std::abs(area) / samples));
   for (double y = low.y + 0.5 * step; y < high.y; y += step)
     for (double x = low.x + 0.5 * step; x < high.x; x += step) {
       const Vec2 p(x, y);
-      if (is_inside(view.rings, p) && is_inside(view.rings, p - Vec2(margin, 0)) &&
-          is_inside(view.rings, p + Vec2(margin, 0)) &&
-          is_inside(view.rings, p - Vec2(0, margin)) && is_inside(view.rings, p + Vec2(0, margin)))
+      if (is_inside(rings, p) && is_inside(rings, p - Vec2(margin, 0)) &&
+          is_inside(rings, p + Vec2(margin, 0)) && is_inside(rings, p - Vec2(0, margin)) &&
+          is_inside(rings, p + Vec2(0, margin)))
         points.push_back(p);
     }
   return points;
@@ -152,6 +152,7 @@ std::vector<Vec2> points_inside(const SeenSubject& view, int samples) {
 }  // namespace
 
 std::vector<Unexplained> find_unexplained(const std::vector<SeenSubject>& views,
+                                          const std::vector<PicturePart>& parts,
                                           const std::optional<Bounds>& bounds, int samples) {
   std::vector<Judge> judges;
   for (const SeenSubject& view : views) {
@@ -159,15 +160,16 @@ std::vector<Unexplained> find_unexplained(const std::vector<SeenSubject>& views,
     if (bounds) add_frame(*view.camera, judges.back().rings);
   }
   std::vector<Unexplained> all;
-  for (std::size_t i = 0; i < views.size(); ++i) {
-    const std::vector<Vec2> points = points_inside(views[i], samples);
+  for (const PicturePart& part : parts) {
+    const Camera& camera = *views[part.view].camera;
+    const std::vector<Vec2> points = points_inside(camera, part.rings, samples);
     std::size_t count = 0;
     Unexplained& found = all.emplace_back(Unexplained{0.0, Vec2(INFINITY), Vec2(-INFINITY)});
     for (const Vec2& point : points) {
-      const Ray ray{views[i].camera->centre(), views[i].camera->ray(point)};
+      const Ray ray{camera.centre(), camera.ray(point)};
       Intervals left = bounds ? in_bounds(*bounds, ray) : Intervals{{0.0, INFINITY}};
       for (std::size_t k = 0; k < judges.size() && !left.empty(); ++k)
-        if (k != i) left = overlap(left, allowed(judges[k], ray));
+        if (k != part.view) left = overlap(left, allowed(judges[k], ray));
       if (!left.empty()) continue;
       ++count;
       found.low = glm::min(found.low, point);
@@ -176,6 +178,13 @@ std::vector<Unexplained> find_unexplained(const std::vector<SeenSubject>& views,
     if (!points.empty()) found.share = double(count) / double(points.size());
   }
   return all;
+}
+
+std::vector<Unexplained> find_unexplained(const std::vector<SeenSubject>& views,
+                                          const std::optional<Bounds>& bounds, int samples) {
+  std::vector<PicturePart> silhouettes;
+  for (std::size_t i = 0; i < views.size(); ++i) silhouettes.push_back({i, views[i].rings});
+  return find_unexplained(views, silhouettes, bounds, samples);
 }
 
 }  // namespace polyhull

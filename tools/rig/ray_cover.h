@@ -9,6 +9,7 @@
 /// visual hulls", SIGGRAPH 2000). No mesh is made, so views can be exchanged and left out cheaply.
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <vector>
 
@@ -23,17 +24,28 @@ struct SeenSubject {
   Rings rings;  ///< in pinhole pixels, without distortion
 };
 
-/// The part of a silhouette that the hull of the others leaves unexplained.
+/// How much of a silhouette, or of a part of it, the hull of the others leaves unexplained.
 struct Unexplained {
-  double share = 0.0;  ///< 0..1; 0 where a silhouette is empty or so thin that it has no ray
+  double share = 0.0;  ///< 0..1; 0 where it is empty or so thin that it has no ray
   Vec2 low{}, high{};  ///< the box of it, pinhole pixels
 };
 
-/// For each view, by \p samples rays or a few more or less. Points nearer than a few pixels to the
-/// silhouette's outline are not asked.
+/// Rings in the picture of one view, which need not be its silhouette.
+struct PicturePart {
+  std::size_t view = 0;
+  Rings rings;  ///< in pinhole pixels
+};
+
+/// For each part, by \p samples rays or a few more or less: what the hull of the other views leaves
+/// unexplained of it. Points nearer than a few pixels to its outline are not asked.
 ///
 /// With \p bounds the hull is limited to them and what a camera does not see may be subject;
 /// without, what a camera does not see is none (hullbuild's unseen=keep and carve).
+std::vector<Unexplained> find_unexplained(const std::vector<SeenSubject>& views,
+                                          const std::vector<PicturePart>& parts,
+                                          const std::optional<Bounds>& bounds, int samples);
+
+/// The same for each view's silhouette.
 std::vector<Unexplained> find_unexplained(const std::vector<SeenSubject>& views,
                                           const std::optional<Bounds>& bounds, int samples);
 

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdlib>
+#include <ctime>
 #include <filesystem>
 
 #include "base/error.h"
@@ -18,6 +19,7 @@
 #include "studio/cameras/camera_picture.h"
 #include "studio/cameras/default_rig.h"
 #include "studio/figure/figure.h"
+#include "support/run_kind.h"
 
 namespace polyhull {
 namespace {
@@ -148,6 +150,29 @@ TEST(RigPictures, BackgroundInAPictureIsNoWrongCamera) {
     // Beside a wrong camera it is not all that is wrong.
     std::swap(pictures[0].rings, pictures[1].rings);
     EXPECT_FALSE(names(said(rig, pictures), "not at fault")) << said(rig, pictures);
+  }
+}
+
+// Each piece is looked at alone, in a part of a second.
+TEST(RigPictures, ThousandsOfPiecesTakeNoMinutes) {
+  const Rig rig = default_rig();
+  auto pictures = rings_of(rig, files_of(rig, instants[0], false));
+  Rings& rings = pictures[2].rings;
+  int pieces = 0;
+  for (int y = 8; y < 750; y += 14)
+    for (int x = 8; x < 1010; x += 14) {
+      if (x > 300 && x < 724) continue;
+      for (const Vec2f& p : {Vec2f(0, 0), Vec2f(0, 10), Vec2f(10, 10), Vec2f(10, 0)})
+        rings.points.push_back(Vec2f(x, y) + p);
+      rings.ends.push_back(static_cast<std::uint32_t>(rings.points.size()));
+      ++pieces;
+    }
+  EXPECT_GT(pieces, 2000);
+  const std::clock_t begin = std::clock();
+  const std::string text = said(rig, pictures);
+  EXPECT_TRUE(names(text, "cam2 (from ") && names(text, "not at fault")) << text;
+  if (!test::sanitized()) {
+    EXPECT_LT(static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC, 3.0);
   }
 }
 
