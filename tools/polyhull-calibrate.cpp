@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // polyhull-calibrate: from pictures of a board to a rig file and a report. Exits with 0 where the
 // result is good, 2 where it was written but is not good, 1 where there is none.
+#include <exception>
 #include <filesystem>
 #include <iostream>
 #include <memory>
 #include <opencv2/core.hpp>
 #include <optional>
 #include <sstream>
+#include <utility>
 
 #include "base/error.h"
 #include "board_target.h"
@@ -114,21 +116,39 @@ Calibrated calibrate_pictures(const Arguments& arguments, const calibration::Tar
   Calibrated begun = unpacked(VideoStart::first_frames, videos);
   say_notes(videos.notes);
   if (!videos.starts_differ) return calibrated(std::move(begun));
+  // How far it is from good, to compare.
+  const auto badness = [&](const Calibrated& found) {
+    return std::pair(found.calibration.faults(arguments.bar).size(),
+                     found.calibration.adjusted.rms);
+  };
+  std::optional<Calibrated> untimed;
+  std::exception_ptr fault;
   try {
-    return calibrated(std::move(begun));
+    untimed = calibrated(std::move(begun));
   } catch (const Error&) {
+    fault = std::current_exception();
+  }
+  const bool good = untimed && badness(*untimed).first == 0;
+  if (!good) {
     // Times in files of one recorder tell which first frames are missing; of several they mean nothing.
     try {
       Calibrated timed = calibrated(unpacked(VideoStart::file_times, videos));
-      say_notes(
-          "the videos do not begin with the same frame, as the board shows: their times in the "
-          "files count.");
-      say_notes(videos.notes);
-      return timed;
+      if (!untimed || badness(timed) < badness(*untimed)) {
+        say_notes(
+            "the videos do not begin with the same frame, as the board shows: their times in the "
+            "files count.");
+        say_notes(videos.notes);
+        return timed;
+      }
     } catch (const Error&) {
     }
-    throw;
   }
+  if (!untimed) std::rethrow_exception(fault);
+  say_notes(
+      fmt::format("by their times in the files the videos do not begin with the same frame. {}",
+                  good ? "The board agrees with their first frames, so these count."
+                       : "The board contradicts these times no less, so the first frames count."));
+  return std::move(*untimed);
 }
 
 int run(const Arguments& arguments) {

@@ -3,6 +3,7 @@
 #include "studio/calibration/find_board.h"
 
 #include <fmt/format.h>
+#include <gst/gst.h>
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 
@@ -121,8 +122,10 @@ class CalibrateTool : public testing::Test {
   }
   void TearDown() override { fs::remove_all(folder_); }
 
-  // Pictures of two cameras beside each other; the truth.
-  std::vector<Camera> render(const Target& target, int count, bool mirror = false) {
+  // Pictures of two cameras beside each other; the truth. With a \p step the board is moved on by so
+  // many of the others' steps from one to the next.
+  std::vector<Camera> render(const Target& target, int count, bool mirror = false,
+                             double step = 0.0) {
     Camera left = small_camera(), right = small_camera();
     left.name = "left";
     right.name = "right";
@@ -132,9 +135,13 @@ class CalibrateTool : public testing::Test {
     for (const Camera& camera : {left, right}) {
       fs::create_directories(folder_ / "take" / camera.name);
       for (int i = 0; i < count; ++i) {
-        const Pose pose = turned(target.board, 0.55 * std::sin(1.9 * i), 0.5 * std::cos(2.7 * i),
-                                 0.2 * std::sin(i), 1.3 + 0.04 * (i % 5));
-        const Pose moved{pose.R, pose.t + Vec3(0.12 * (i % 3 - 1), 0.07 * (i % 4 - 1.5), 0.0)};
+        const double s = step > 0.0 ? step * i : i;
+        const Pose pose = turned(target.board, 0.55 * std::sin(1.9 * s), 0.5 * std::cos(2.7 * s),
+                                 0.2 * std::sin(s), 1.3 + (step > 0.0 ? 0.0 : 0.04 * (i % 5)));
+        const Vec3 beside = step > 0.0
+                                ? Vec3(0.14 * std::sin(2.3 * s), 0.1 * std::cos(3.1 * s), 0.0)
+                                : Vec3(0.12 * (i % 3 - 1), 0.07 * (i % 4 - 1.5), 0.0);
+        const Pose moved{pose.R, pose.t + beside};
         Picture picture = render_board(drawing, target.board, moved, camera);
         if (mirror && camera.name == "right")
           for (int y = 0; y < picture.height; ++y)
@@ -235,6 +242,46 @@ TEST_F(CalibrateTool, FromVideos) {
   std::ofstream(folder_ / "take" / "right.avi") << "no video";
   EXPECT_EQ(run("--board 7x6 --square 100"), 1);
   expect_said("right.avi' cannot be read as a video");
+}
+
+// What the board contradicts by too few pixels to be refused.
+TEST_F(CalibrateTool, FirstFramesThatAreMissing) {
+  const std::vector<Camera> truth = render(chessboard(7, 6), 12, false, 0.02);
+  fs::rename(folder_ / "take", folder_ / "boards");
+  fs::create_directories(folder_ / "take");
+  gst_init(nullptr, nullptr);
+  for (const auto& [name, missing] : {std::pair{"left", 0}, {"right", 2}}) {
+    GstElement* recorder = gst_parse_launch(
+        fmt::format("multifilesrc location={}/%02d.png start-index={} stop-index=11 "
+                    "caps=image/png,framerate=10/1 ! pngdec ! jpegenc quality=95 ! "
+                    "identity name=last ! matroskamux ! filesink location={}.mkv",
+                    (folder_ / "boards" / name).string(), missing,
+                    (folder_ / "take" / name).string())
+            .c_str(),
+        nullptr);
+    ASSERT_NE(recorder, nullptr);
+    GstElement* last = gst_bin_get_by_name(GST_BIN(recorder), "last");
+    GstPad* pad = gst_element_get_static_pad(last, "src");
+    gst_pad_set_offset(pad, missing * GST_SECOND / 10);
+    gst_element_set_state(recorder, GST_STATE_PLAYING);
+    GstBus* bus = gst_element_get_bus(recorder);
+    GstMessage* end = gst_bus_timed_pop_filtered(
+        bus, 30 * GST_SECOND, static_cast<GstMessageType>(GST_MESSAGE_EOS | GST_MESSAGE_ERROR));
+    EXPECT_TRUE(end != nullptr && GST_MESSAGE_TYPE(end) == GST_MESSAGE_EOS);
+    if (end) gst_message_unref(end);
+    gst_element_set_state(recorder, GST_STATE_NULL);
+    gst_object_unref(bus);
+    gst_object_unref(pad);
+    gst_object_unref(last);
+    gst_object_unref(recorder);
+  }
+  const std::string rig = (folder_ / "rig.json").string();
+  EXPECT_EQ(run("--quiet --every 0.1 --board 7x6 --square 100 -o '" + rig + "'"), 0) << text_;
+  expect_said("right.mkv' lacks its first 2 frames");
+  const Rig found = load_rig(rig);
+  ASSERT_EQ(found.cameras.size(), 2u);
+  const double apart = glm::length(found.cameras[0].centre() - found.cameras[1].centre());
+  EXPECT_NEAR(apart, glm::length(truth[0].centre() - truth[1].centre()), 2e-3);
 }
 
 TEST_F(CalibrateTool, FromLiveCameras) {
