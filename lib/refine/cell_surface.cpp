@@ -70,8 +70,7 @@ void CellMarcher::add_vertex(const Level& fine, int x, int y, int z, int axis) {
   Slab& slab = slabs_[static_cast<std::size_t>(z)];
   const std::size_t node = grid.node(x, y, z);
   const std::size_t step[3] = {1, grid.row(), grid.slab()};
-  const float a = f[node], b = f[node + step[axis]];
-  const float t = std::clamp(a / (a - b), nearest_to_node, 1.0f - nearest_to_node);
+  const float t = crossing(f[node], f[node + step[axis]]);
   Vec3f point = grid.position(x, y, z);
   point[axis] += t * grid.cell;
   slab.points.push_back(point);

@@ -11,6 +11,7 @@
 /// so none cross.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
@@ -32,6 +33,11 @@ struct CellSurface {
 
 /// How near to a node a vertex may come, in cells.
 inline constexpr float nearest_to_node = 0.01f;
+
+/// Where on an edge, 0 to 1, the surface crosses it, by the function at its ends.
+inline float crossing(float begin, float end) {
+  return std::clamp(begin / (begin - end), nearest_to_node, 1.0f - nearest_to_node);
+}
 
 /// Which nodes are inside: bit x % 64 of word x / 64 of a row.
 struct Signs {

@@ -206,8 +206,7 @@ void Brick::merge(const Level& fine, const Flatness& flatness) {
         for (unsigned bits = crossed[axis]; bits != 0; bits &= bits - 1) {
           const int i = std::countr_zero(bits);
           const std::size_t node = grid.node(cells * x + i, cells * y + j, cells * z + k);
-          const float a = fine.values[node], b = fine.values[node + step[axis]];
-          const float at = std::clamp(a / (a - b), nearest_to_node, 1.0f - nearest_to_node);
+          const float at = crossing(fine.values[node], fine.values[node + step[axis]]);
           crossings[edge_index({i, j, k, axis})] = at;
           if (i < cells && j < cells && k < cells) along[own_edge({i, j, k, axis})] = at;
         }

@@ -81,7 +81,7 @@ struct Brick {
   void merge(const Level& fine, const Flatness& flatness);
   /// Takes box \p b apart again.
   void split(int b);
-  /// The edges around the disc of box \p b, in their order, as edge_index().
+  /// The edges around the disc of \p box, in their order, as edge_index().
   void outline(const CellBox& box, std::vector<std::uint16_t>& edges) const;
 
  private:
