@@ -45,6 +45,16 @@ inline GstBuffer* mesh_buffer(GstClockTime time, const Mesh& mesh = subject().me
   return buffer;
 }
 
+/// The bytes of \p buffer, which is given up.
+inline std::vector<std::uint8_t> bytes_taken(GstBuffer* buffer) {
+  GstMapInfo map;
+  fail_unless(gst_buffer_map(buffer, &map, GST_MAP_READ));
+  std::vector<std::uint8_t> out(map.data, map.data + map.size);
+  gst_buffer_unmap(buffer, &map);
+  gst_buffer_unref(buffer);
+  return out;
+}
+
 inline constexpr std::uint8_t grey = 90;
 
 /// A plain frame, alpha included; \p padding more bytes per row than needed, told by a GstVideoMeta.

@@ -15,15 +15,6 @@ namespace {
 
 using Pixels = std::vector<std::uint8_t>;
 
-Pixels pixels_of(GstBuffer* buffer) {
-  GstMapInfo map;
-  fail_unless(gst_buffer_map(buffer, &map, GST_MAP_READ));
-  Pixels out(map.data, map.data + map.size);
-  gst_buffer_unmap(buffer, &map);
-  gst_buffer_unref(buffer);
-  return out;
-}
-
 GstBuffer* faded(float opacity, GstClockTime time) {
   Mesh mesh = subject().mesh;
   mesh.opacity = opacity;
@@ -59,7 +50,7 @@ Pixels shown(const Shot& shot, float first, float second = -1.0f) {
   if (first >= 0.0f) gst_harness_push(bench.mesh, faded(first, 0));
   gst_harness_push_event(bench.mesh, gst_event_new_eos());
   gst_harness_push(bench.background, shot.opaque ? opaque_frame(0) : frame(0));
-  Pixels out = pixels_of(bench.pull());
+  Pixels out = bytes_taken(bench.pull());
   if (other) gst_harness_teardown(other);
   return out;
 }
@@ -87,7 +78,8 @@ GST_START_TEST(a_fading_picture_is_a_mix) {
   for (const char* backend : {"processor", "gl"}) {
     const Shot shot{backend, "RGBA", true, backend == std::string("processor")};
     const Pixels none = shown(shot, 0.0f), all = shown(shot, 1.0f);
-    fail_unless(none == pixels_of(opaque_frame(0)), "%s: a subject of opacity 0 is seen", backend);
+    fail_unless(none == bytes_taken(opaque_frame(0)), "%s: a subject of opacity 0 is seen",
+                backend);
     fail_unless(different(all, none) > 3000, "%s: %d", backend, different(all, none));
     for (const float opacity : {0.004f, 0.3f}) {
       const int levels = off(shown(shot, opacity), {{opacity, &all}, {1.0 - opacity, &none}});
@@ -103,7 +95,7 @@ GST_START_TEST(one_of_two_fades) {
   for (const char* backend : {"processor", "gl"}) {
     const Shot shot{backend, "RGBA", true, false};
     const Pixels both = shown(shot, 1.0f, 1.0f), second = shown(shot, -1.0f, 1.0f);
-    const Pixels none = pixels_of(opaque_frame(0));
+    const Pixels none = bytes_taken(opaque_frame(0));
     int levels = off(shown(shot, 0.25f, 1.0f), {{0.25, &both}, {0.75, &second}});
     fail_unless(levels <= 1, "%s: %d levels", backend, levels);
     levels = off(shown(shot, 0.25f, 0.5f), {{0.25, &both}, {0.25, &second}, {0.5, &none}});

@@ -35,15 +35,6 @@ GstBuffer* buffer_of(const Pixels& pixels, GstClockTime time = 0) {
   return buffer;
 }
 
-Pixels pixels_of(GstBuffer* buffer) {
-  GstMapInfo map;
-  fail_unless(gst_buffer_map(buffer, &map, GST_MAP_READ));
-  Pixels out(map.data, map.data + map.size);
-  gst_buffer_unmap(buffer, &map);
-  gst_buffer_unref(buffer);
-  return out;
-}
-
 /// The subject over that.
 Pixels composite_over(const Pixels& background, const Setter& set, const char* format = "RGBA") {
   Bench bench;
@@ -52,7 +43,7 @@ Pixels composite_over(const Pixels& background, const Setter& set, const char* f
   gst_harness_set_sink_caps_str(bench.background,
                                 (std::string("video/x-raw,format=") + format).c_str());
   gst_harness_push(bench.mesh, mesh_buffer(0));
-  return pixels_of(bench.step(buffer_of(background), mesh_buffer(frame_time(1))));
+  return bytes_taken(bench.step(buffer_of(background), mesh_buffer(frame_time(1))));
 }
 
 /// What GStreamer's compositor makes of \p fill over \p below.
@@ -67,7 +58,7 @@ Pixels keyed(const Pixels& fill, const Pixels& below) {
   gst_harness_push(lower, buffer_of(below));
   gst_harness_push(upper, buffer_of(fill));
   for (GstHarness* h : {lower, upper}) gst_harness_push_event(h, gst_event_new_eos());
-  const Pixels out = pixels_of(gst_harness_pull(lower));
+  const Pixels out = bytes_taken(gst_harness_pull(lower));
   gst_harness_teardown(upper);
   gst_harness_teardown(lower);
   gst_object_unref(mixer);
@@ -183,7 +174,7 @@ GST_START_TEST(a_branch_without_subject_shows_the_key) {
   Bench bench(false);
   const auto step = [&](int i) {
     gst_harness_push(bench.background, buffer_of(fill, frame_time(i)));
-    return pixels_of(bench.pull());
+    return bytes_taken(bench.pull());
   };
   fail_unless(step(0) == fill);
   with("processor", "straight", "key")(bench.element);

@@ -255,6 +255,15 @@ PlaneReport check_planes(const Hull& hull, std::span<const Silhouette> silhouett
   return report;
 }
 
+bool pierces(const Vec3& p, const Vec3& q, const Vec3& a, const Vec3& b, const Vec3& c) {
+  const auto volume = [](const Vec3& s, const Vec3& t, const Vec3& u, const Vec3& v) {
+    return glm::dot(glm::cross(t - s, u - s), v - s);
+  };
+  if (volume(a, b, c, p) * volume(a, b, c, q) >= 0.0) return false;
+  const double u = volume(p, q, a, b), v = volume(p, q, b, c), w = volume(p, q, c, a);
+  return (u > 0.0 && v > 0.0 && w > 0.0) || (u < 0.0 && v < 0.0 && w < 0.0);
+}
+
 bool same_bytes(const Hull& a, const Hull& b) {
   return std::memcmp(&a.origin, &b.origin, sizeof a.origin) == 0 &&
          equal_bytes(a.vertices, b.vertices) && equal_bytes(a.triangles, b.triangles) &&

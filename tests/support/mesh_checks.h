@@ -59,6 +59,10 @@ PlaneReport check_planes(const Hull& hull, std::span<const Silhouette> silhouett
 /// The same bytes: every array of \p a equals that of \p b bit for bit.
 bool same_bytes(const Hull& a, const Hull& b);
 
+/// Whether the edge from \p p to \p q goes through the triangle \p a, \p b, \p c; not where it only
+/// touches it.
+bool pierces(const Vec3& p, const Vec3& q, const Vec3& a, const Vec3& b, const Vec3& c);
+
 /// A 64-bit fingerprint of all arrays, to compare many hulls without keeping them.
 std::uint64_t fingerprint(const Hull& hull);
 

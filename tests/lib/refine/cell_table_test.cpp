@@ -8,20 +8,11 @@
 #include <map>
 
 #include "base/vector.h"
+#include "support/mesh_checks.h"
 #include "support/scenes.h"
 
 namespace polyhull::refine {
 namespace {
-
-double volume(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
-  return glm::dot(glm::cross(b - a, c - a), d - a);
-}
-
-bool pierces(const Vec3& p, const Vec3& q, const Vec3& a, const Vec3& b, const Vec3& c) {
-  if (volume(a, b, c, p) * volume(a, b, c, q) >= 0.0) return false;
-  const double u = volume(p, q, a, b), v = volume(p, q, b, c), w = volume(p, q, c, a);
-  return (u > 0.0 && v > 0.0 && w > 0.0) || (u < 0.0 && v < 0.0 && w < 0.0);
-}
 
 int crossings(std::span<const std::uint8_t> corners, const Vec3 (&points)[12]) {
   int count = 0;
@@ -30,8 +21,8 @@ int crossings(std::span<const std::uint8_t> corners, const Vec3 (&points)[12]) {
     for (std::size_t t = 0; t < corners.size(); t += 3) {
       bool shared = false;
       for (std::size_t k = t; k < t + 3; ++k) shared |= corners[k] == a || corners[k] == b;
-      count += !shared && pierces(points[a], points[b], points[corners[t]], points[corners[t + 1]],
-                                  points[corners[t + 2]]);
+      count += !shared && test::pierces(points[a], points[b], points[corners[t]],
+                                        points[corners[t + 1]], points[corners[t + 2]]);
     }
   }
   return count;

@@ -79,16 +79,6 @@ Level ball(float radius) {
   });
 }
 
-double volume(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
-  return glm::dot(glm::cross(b - a, c - a), d - a);
-}
-
-bool pierces(const Vec3& p, const Vec3& q, const Vec3& a, const Vec3& b, const Vec3& c) {
-  if (volume(a, b, c, p) * volume(a, b, c, q) >= 0.0) return false;
-  const double u = volume(p, q, a, b), v = volume(p, q, b, c), w = volume(p, q, c, a);
-  return (u > 0.0 && v > 0.0 && w > 0.0) || (u < 0.0 && v < 0.0 && w < 0.0);
-}
-
 /// Calls body(bucket) for those of 24 x 8 x 8 buckets, three nodes wide, that a box reaches.
 template <typename Body>
 void each_bucket(const Vec3f& low, const Vec3f& high, const Body& body) {
@@ -115,8 +105,8 @@ bool crosses_itself(const Hull& hull) {
       for (const std::size_t k : buckets[bucket]) {
         bool shared = false;
         for (std::size_t c = k; c < k + 3; ++c) shared |= t[c] == t[i] || t[c] == t[next];
-        found |= !shared && pierces(Vec3(at(i)), Vec3(at(next)), Vec3(at(k)), Vec3(at(k + 1)),
-                                    Vec3(at(k + 2)));
+        found |= !shared && test::pierces(Vec3(at(i)), Vec3(at(next)), Vec3(at(k)), Vec3(at(k + 1)),
+                                          Vec3(at(k + 2)));
       }
     });
   }
