@@ -38,10 +38,11 @@ bool on_one_face(const EdgeNumbers& edges, int a, int b) {
   return false;
 }
 
-/// The steps on a face: from the edge by which one enters a run of inside corners to that by which one
+/// Appends the steps on face \p number: from the edge by which one enters a run of inside corners to that by which one
 /// leaves it. The faces' corners go around as seen from outside.
-std::vector<FaceStep> steps_of(const EdgeNumbers& edges, unsigned corners, const int (&face)[4]) {
-  std::vector<FaceStep> steps;
+void add_steps(const EdgeNumbers& edges, unsigned corners, int number,
+               std::vector<FaceStep>& steps) {
+  const auto& face = faces[number];
   const auto inside = [&](int i) { return (corners >> face[i % 4] & 1) != 0; };
   for (int i = 0; i < 4; ++i) {
     if (!inside(i) || inside(i + 3)) continue;
@@ -49,9 +50,9 @@ std::vector<FaceStep> steps_of(const EdgeNumbers& edges, unsigned corners, const
     while (inside(last + 1) && last < i + 3) ++last;
     const int enters = edges.number[face[(i + 3) % 4]][face[i]];
     const int leaves = edges.number[face[last % 4]][face[(last + 1) % 4]];
-    steps.push_back({static_cast<std::uint8_t>(enters), static_cast<std::uint8_t>(leaves)});
+    steps.push_back({static_cast<std::uint8_t>(enters), static_cast<std::uint8_t>(leaves),
+                     static_cast<std::uint8_t>(number)});
   }
-  return steps;
 }
 
 /// The loops of crossed edges that \p steps make.
@@ -137,13 +138,11 @@ CellTable::CellTable() {
   FlattestCut flattest(numbers, edges_);
   for (unsigned corners = 0; corners < 256; ++corners) {
     std::vector<FaceStep> steps;
-    for (int face = 0; face < 6; ++face) {
-      const std::vector<FaceStep> here = steps_of(numbers, corners, faces[face]);
-      counts_[corners][face] = static_cast<std::uint8_t>(here.size());
-      std::copy(here.begin(), here.end(), steps_[corners][face].begin());
-      steps.insert(steps.end(), here.begin(), here.end());
-    }
+    for (int face = 0; face < 6; ++face) add_steps(numbers, corners, face, steps);
     for (const Loop& loop : loops_of(steps)) {
+      for (const std::uint8_t edge : loop)
+        steps_[corners].push_back(*std::find_if(
+            steps.begin(), steps.end(), [&](const FaceStep& step) { return step.from == edge; }));
       const std::vector<std::uint8_t> cut = flattest.cut(loop);
       triangles_[corners].insert(triangles_[corners].end(), cut.begin(), cut.end());
       ++loops_[corners];

@@ -19,6 +19,7 @@ struct CellEdge {
 /// The surface on a face of a cell: from one crossed edge to another, as it runs around the cell's loop.
 struct FaceStep {
   std::uint8_t from = 0, to = 0;
+  std::uint8_t face = 0;
 };
 
 /// The table of all 256 cases, made once. Corner k lies at (k & 1, k >> 1 & 1, k >> 2); faces are
@@ -26,10 +27,8 @@ struct FaceStep {
 class CellTable {
  public:
   CellTable();
-  /// None, one or two.
-  std::span<const FaceStep> steps(unsigned corners, int face) const {
-    return {steps_[corners][face].data(), counts_[corners][face]};
-  }
+  /// Around each piece of the surface, one after the other.
+  std::span<const FaceStep> steps(unsigned corners) const { return steps_[corners]; }
   /// Of how many pieces the surface in the cell is.
   int loops(unsigned corners) const { return loops_[corners]; }
   /// Three edges to a triangle, outside seen counter-clockwise; bit k of \p corners: corner k is
@@ -39,8 +38,7 @@ class CellTable {
 
  private:
   std::array<CellEdge, 12> edges_{};
-  std::array<std::array<std::array<FaceStep, 2>, 6>, 256> steps_{};
-  std::array<std::array<std::uint8_t, 6>, 256> counts_{};
+  std::array<std::vector<FaceStep>, 256> steps_;
   std::array<std::uint8_t, 256> loops_{};
   std::array<std::vector<std::uint8_t>, 256> triangles_;
 };

@@ -8,6 +8,7 @@
 
 #include "base/thread_pool.h"
 #include "refine/cell_table.h"
+#include "refine/merge/brick_merger.h"
 #include "refine/merge/polygon.h"
 
 namespace polyhull::refine {
@@ -68,6 +69,15 @@ std::uint32_t CellMerger::box_at(const Brick& brick, int x, int y, int z) const 
 void CellMerger::around(const Brick& brick, const BrickEdge& edge,
                         std::uint32_t (&boxes)[4]) const {
   const int u = (edge.axis + 1) % 3, v = (edge.axis + 2) % 3;
+  const int place[3] = {edge.x, edge.y, edge.z};
+  if (place[u] > 0 && place[v] > 0) {
+    constexpr int step[3] = {1, cells, cells * cells};
+    const std::uint32_t own = 128 * brick.below[0];
+    const std::uint8_t* box = &brick.box_of[Brick::cell_index(edge.x, edge.y, edge.z)];
+    boxes[0] = own + box[0], boxes[1] = own + box[-step[u]];
+    boxes[2] = own + box[-step[u] - step[v]], boxes[3] = own + box[-step[v]];
+    return;
+  }
   const BrickEdge at[4] = {edge, moved(edge, u, -1), moved(moved(edge, u, -1), v, -1),
                            moved(edge, v, -1)};
   for (int i = 0; i < 4; ++i) boxes[i] = box_at(brick, at[i].x, at[i].y, at[i].z);
@@ -109,6 +119,7 @@ void CellMerger::fill(const Grid& grid, Brick& brick) const {
     brick.below[side] = static_cast<std::uint32_t>(brick_at(brick.x - x, brick.y - y, brick.z - z));
   }
   brick.active = brick.rims = 0;
+  brick.refused.clear();
   for (int k = 0; k < cells; ++k)
     for (int j = 0; j < cells; ++j) {
       const unsigned a = brick.signs[k][j], b = brick.signs[k][j + 1], c = brick.signs[k + 1][j],
@@ -158,13 +169,17 @@ void CellMerger::mark_rims(const Grid& grid, const ContactRays& rays, std::uint3
 
 /// Of a brick's own vertices those around which three boxes meet.
 void CellMerger::find_corners(Brick& brick) const {
-  std::uint8_t next = 0;
+  brick.corners.clear();
   each_own_edge(brick, [&](const BrickEdge& edge) {
     std::uint32_t boxes[4];
     around(brick, edge, boxes);
     int meet = 0;  // they are convex, so each has neighbouring cells of the four
     for (int i = 0; i < 4; ++i) meet += boxes[i] != boxes[(i + 1) % 4];
-    brick.number[Brick::own_edge(edge)] = meet >= 3 ? next++ : Brick::none;
+    std::uint8_t& number = brick.number[Brick::own_edge(edge)];
+    number = Brick::none;
+    if (meet < 3) return;
+    number = static_cast<std::uint8_t>(brick.corners.size());
+    brick.corners.push_back(edge);
   });
 }
 
@@ -172,21 +187,20 @@ void CellMerger::find_corners(Brick& brick) const {
 void CellMerger::place_corners(const Level& fine, Brick& brick) const {
   brick.points.clear();
   brick.normals.clear();
-  each_own_edge(brick, [&](const BrickEdge& edge) {
-    const int own = Brick::own_edge(edge);
-    if (brick.number[own] == Brick::none) return;
-    brick.points.push_back(point_of(edge, brick.along[own]));
+  for (const BrickEdge& edge : brick.corners) {
+    const float along = brick.along[Brick::own_edge(edge)];
+    brick.points.push_back(point_of(edge, along));
     brick.normals.push_back(surface_normal(fine.grid, fine.values.data(), cells * brick.x + edge.x,
                                            cells * brick.y + edge.y, cells * brick.z + edge.z,
-                                           edge.axis, brick.along[own]));
-  });
+                                           edge.axis, along));
+  }
 }
 
 /// The vertex on an edge of a brick: its number there times 256 and its own.
 std::uint32_t CellMerger::vertex(const Brick& brick, const BrickEdge& edge) const {
-  const int side = edge.x / cells | edge.y / cells << 1 | edge.z / cells << 2;
-  const std::uint32_t owner = brick.above[side];
-  const int own = Brick::own_edge({edge.x % cells, edge.y % cells, edge.z % cells, edge.axis});
+  static_assert(cells == 4);
+  const std::uint32_t owner = brick.above[edge.x >> 2 | edge.y >> 2 << 1 | edge.z >> 2 << 2];
+  const int own = Brick::own_edge({edge.x & 3, edge.y & 3, edge.z & 3, edge.axis});
   return 256 * owner + bricks_[owner].number[own];
 }
 
@@ -199,35 +213,33 @@ Vec3f CellMerger::point(const Brick& brick, std::vector<Vec3f> Brick::*points,
 }
 
 /// The triangles of a brick's boxes, and how far the surface lies outside of them, by the middles of
-/// both. False where a polygon cannot be cut; its box is split.
+/// both. False where a polygon cannot be cut; its box is refused.
 bool CellMerger::cut(Brick& brick) const {
   const CellTable& table = cell_table();
   brick.triangles.clear();
   brick.triangle_ends.clear();
-  std::vector<std::uint16_t> edges;
   std::vector<PolygonCorner> corners;
   bool good = true;
   for (std::size_t i = 0; i < brick.boxes.size(); ++i) {
     CellBox& box = brick.boxes[i];
-    if (box.alive && box.merged) {
-      brick.outline(box, edges);
+    if (!box.region.is_cell()) {
       corners.clear();
-      for (const std::uint16_t index : edges) {
-        const BrickEdge edge = Brick::edge_at(index);
+      for (const std::uint16_t index : brick.outline(i)) {
+        const BrickEdge& edge = Brick::edge_at(index);
         const std::uint32_t v = vertex(brick, edge);
         if (v % 256 != Brick::none)
           corners.push_back({point(brick, &Brick::points, v), bricks_[v / 256].normals[v % 256],
-                             box.faces_at(edge), v});
+                             box.region.faces_at(edge), v});
       }
       const std::size_t first = brick.triangles.size();
-      if (cut_polygon(corners, glm::normalize(box.normal), brick.triangles)) {
+      if (cut_polygon(corners, glm::normalize(box.surface.normal), brick.triangles)) {
         box.gap = gap(brick, box, first);
       } else {
-        brick.split(static_cast<int>(i));
+        brick.refused.push_back(box.region);
         good = false;
       }
-    } else if (box.alive) {
-      const int x = box.low[0], y = box.low[1], z = box.low[2];
+    } else {
+      const auto [x, y, z] = box.region.low;
       for (const std::uint8_t index : table.triangles(brick.pattern(x, y, z))) {
         const CellEdge& e = table.edge(index);
         brick.triangles.push_back(vertex(brick, {x + e.x, y + e.y, z + e.z, e.axis}));
@@ -248,15 +260,15 @@ float CellMerger::gap(const Brick& brick, const CellBox& box, std::size_t first)
     const float size = glm::length(glm::cross(p[1] - p[0], p[2] - p[0]));
     area += size, sum += size / 3.0f * (p[0] + p[1] + p[2]);
   }
-  return glm::dot(box.normal, box.sum / box.area - sum / area) / glm::length(box.normal);
+  const Moments& surface = box.surface;
+  return glm::dot(surface.normal, surface.sum / surface.area - sum / area) /
+         glm::length(surface.normal);
 }
 
 /// Slides a brick's own corners.
 void CellMerger::slide(Brick& brick) const {
   brick.slid.clear();
-  each_own_edge(brick, [&](const BrickEdge& edge) {
-    const int own = Brick::own_edge(edge);
-    if (brick.number[own] == Brick::none) return;
+  for (const BrickEdge& edge : brick.corners) {
     std::uint32_t boxes[4];
     around(brick, edge, boxes);
     Vec3f normal(0.0f);
@@ -264,28 +276,29 @@ void CellMerger::slide(Brick& brick) const {
     for (int i = 0; i < 4; ++i) {
       if (boxes[i] == boxes[(i + 1) % 4]) continue;
       const CellBox& box = bricks_[boxes[i] / 128].boxes[boxes[i] % 128];
-      normal += box.normal, area += box.area, gaps += box.area * box.gap;
+      normal += box.surface.normal, area += box.surface.area;
+      gaps += box.surface.area * box.gap;
     }
     const float slope = normal[edge.axis] / std::max(glm::length(normal), 1e-12f);
     const float by = gaps / std::max(area, 1e-12f) /
                      std::copysign(std::max(std::abs(slope), least_along), slope);
-    brick.slid.push_back(
-        point_of(edge, std::clamp(brick.along[own] + by, nearest_to_node, 1.0f - nearest_to_node)));
-  });
+    brick.slid.push_back(point_of(edge, std::clamp(brick.along[Brick::own_edge(edge)] + by,
+                                                   nearest_to_node, 1.0f - nearest_to_node)));
+  }
 }
 
-/// Whether all triangles of merged boxes still face as they should; boxes of others are split.
+/// Whether all triangles of merged boxes still face as they should; boxes of others are refused.
 bool CellMerger::keep_facing(Brick& brick) const {
   bool good = true;
   for (std::size_t i = 0; i < brick.triangle_ends.size(); ++i) {
     const CellBox& box = brick.boxes[i];
-    if (!box.alive || !box.merged) continue;
+    if (box.region.is_cell()) continue;
     for (std::size_t t = i == 0 ? 0 : brick.triangle_ends[i - 1]; t < brick.triangle_ends[i];
          t += 3) {
       Vec3f p[3];
       for (std::size_t c = 0; c < 3; ++c) p[c] = point(brick, &Brick::slid, brick.triangles[t + c]);
-      if (faces(p[0], p[1], p[2], box.normal)) continue;
-      brick.split(static_cast<int>(i));
+      if (faces(p[0], p[1], p[2], box.surface.normal)) continue;
+      brick.refused.push_back(box.region);
       good = false;
       break;
     }
@@ -345,16 +358,19 @@ void CellMerger::march(const Level& fine, const ContactRays& rays, std::uint32_t
   };
   each(all, [&](Brick& brick, std::uint32_t) { fill(fine.grid, brick); });
   mark_rims(fine.grid, rays, part);
-  each(all, [&](Brick& brick, std::uint32_t) { brick.merge(fine, flatness); });
-  // What was split changes the corners of its neighbours, and what these touch.
+  // What is merged anew changes the corners of its neighbours, and what these touch.
   std::vector<std::uint8_t> good(count_);
-  for (Numbers beside = all, beyond = all; !beside.empty();) {
+  for (Numbers failed = all, beside = all, beyond = all; !failed.empty();) {
+    parallel_for(failed.size(), 32, threads, [&](std::size_t begin, std::size_t end) {
+      BrickMerger merger;
+      for (std::size_t i = begin; i < end; ++i) merger.merge(bricks_[failed[i]], fine, flatness);
+    });
     each(beside, [&](Brick& brick, std::uint32_t) { find_corners(brick); });
     each(beyond, [&](Brick& brick, std::uint32_t) { place_corners(fine, brick); });
     each(beyond, [&](Brick& brick, std::uint32_t b) { good[b] = cut(brick); });
     each(beyond, [&](Brick& brick, std::uint32_t) { slide(brick); });
     each(beyond, [&](Brick& brick, std::uint32_t b) { good[b] &= keep_facing(brick); });
-    Numbers failed;
+    failed.clear();
     for (const std::uint32_t b : beyond)
       if (!good[b]) failed.push_back(b);
     beside = near(failed, 1), beyond = near(failed, 2);

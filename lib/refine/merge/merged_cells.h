@@ -3,12 +3,17 @@
 /// The surface where a function on a grid is 0, with triangles as large as its bends allow: marching
 /// cubes whose cells are merged into boxes, as long as the surface in a box is one almost flat disc.
 ///
-/// Marching cubes cuts the surface into a loop of crossed edges for each cell (cell_surface.h). Two
-/// boxes side by side, of one size, are merged when the surface of each is a disc and
+/// Marching cubes cuts the surface into a loop of crossed edges for each cell (cell_surface.h). A cube of
+/// four cells a side, and where that fails one of two, becomes a box when
 ///
-///   1. on the rectangle between them it is one arc: so both together are a disc again;
-///   2. no edge of the new box is crossed twice, and some are crossed;
+///   1. the surface in it is a disc: each cell's is one, the faces of the cube have one outline, no line
+///      of nodes along the surface's main axis is crossed twice, so no part of it is closed, and
+///      vertices - edges + faces = 1;
+///   2. no edge of the cube is crossed twice, and some are crossed;
 ///   3. it leaves its mean plane by little (Flatness).
+///
+/// Then boxes side by side, of one size, are merged when the surface of each is a disc, that on the
+/// rectangle between them is one arc, so both together are a disc again, and 2 and 3 hold.
 ///
 /// Each box becomes one polygon. Its corners are the vertices of marching cubes around which three
 /// boxes meet at least; all others are left out, and what ran through them on a face of the box runs
@@ -30,7 +35,7 @@
 #include <vector>
 
 #include "refine/cell_surface.h"
-#include "refine/merge/brick.h"
+#include "refine/merge/brick_merger.h"
 
 namespace polyhull::refine {
 

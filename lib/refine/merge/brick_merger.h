@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// Merges the cells of a brick into boxes: see merged_cells.h.
+#pragma once
+
+#include <memory>
+
+#include "refine/cell_surface.h"
+#include "refine/merge/brick.h"
+
+namespace polyhull::refine {
+
+/// By how much the surface in a box may leave its plane, in cells, root mean square.
+struct Flatness {
+  float anywhere = 0.3f;
+  float at_rims = 0.1f;  ///< where an outline is made
+};
+
+/// Merges the cells of bricks and keeps the memory. One object per thread.
+class BrickMerger {
+ public:
+  BrickMerger();
+  ~BrickMerger();
+
+  /// Finds where the surface crosses the edges of \p brick, and its boxes; `signs`, `active`, `rims` and
+  /// `refused` are set.
+  void merge(Brick& brick, const Level& fine, const Flatness& flatness);
+
+ private:
+  struct Work;
+  std::unique_ptr<Work> work_;
+};
+
+}  // namespace polyhull::refine
