@@ -28,23 +28,76 @@ void meet_runs(std::span<const Run> a, std::span<const Run> b, const Meet& meet)
   }
 }
 
+/// Runs joined to sets, each of which is named by its first.
+class Sets {
+ public:
+  explicit Sets(std::size_t count) : root_(count) { std::iota(root_.begin(), root_.end(), 0u); }
+  std::uint32_t find(std::uint32_t i) {
+    while (root_[i] != i) i = root_[i] = root_[root_[i]];
+    return i;
+  }
+  void join(std::uint32_t a, std::uint32_t b) {
+    a = find(a);
+    b = find(b);
+    root_[std::max(a, b)] = std::min(a, b);
+  }
+
+ private:
+  std::vector<std::uint32_t> root_;
+};
+
+/// The parts of the outside that do not reach the grid's border. Outside are in each row the gaps behind
+/// runs, and all beside them, which reaches the border.
+std::int64_t count_hollows(const LevelRuns& level, const Grid& grid) {
+  constexpr std::uint32_t border = 0;  // else a gap's number is that of the run before it, plus 1
+  Sets sets(level.runs.size() + 1);
+  const auto gap_before = [&](std::size_t r, std::size_t i) {
+    const std::span<const Run> row = level.row(r);
+    Run gap{-1, grid.nx + 1, border};
+    if (i > 0) gap.begin = row[i - 1].end;
+    if (i < row.size()) gap.end = row[i].begin;
+    if (i > 0 && i < row.size()) gap.component = level.first[r] + static_cast<std::uint32_t>(i);
+    return gap;
+  };
+  const auto join_rows = [&](std::size_t r, std::size_t other) {
+    const std::size_t count = level.row(r).size(), others = level.row(other).size();
+    if (count < 2 && others < 2) return;
+    for (std::size_t i = 0, k = 0; i <= count && k <= others;) {
+      const Run a = gap_before(r, i), b = gap_before(other, k);
+      if (std::max(a.begin, b.begin) <= std::min(a.end, b.end)) sets.join(a.component, b.component);
+      ++(a.end < b.end ? i : k);
+    }
+  };
+  const auto ny = static_cast<std::size_t>(grid.ny), nz = static_cast<std::size_t>(grid.nz);
+  const auto each_gap = [&](std::size_t r, const auto& body) {
+    for (std::size_t i = 1; i < level.row(r).size(); ++i) body(gap_before(r, i).component);
+  };
+  for (std::size_t z = 0, r = 0; z < nz; ++z)
+    for (std::size_t y = 0; y < ny; ++y, ++r) {
+      if (y == 0 || z == 0 || y + 1 == ny || z + 1 == nz)
+        each_gap(r, [&](std::uint32_t gap) { sets.join(gap, border); });
+      if (y > 0) join_rows(r, r - 1);
+      if (z > 0) join_rows(r, r - ny);
+      if (z > 0 && y > 0) join_rows(r, r - ny - 1);
+      if (z > 0 && y + 1 < ny) join_rows(r, r - ny + 1);
+    }
+  std::int64_t hollows = 0;
+  for (std::size_t r = 0; r < ny * nz; ++r)
+    each_gap(r, [&](std::uint32_t gap) { hollows += sets.find(gap) == gap; });
+  return hollows;
+}
+
 /// Numbers components, and counts handles by Euler's formula: a run is a point, as far as topology
 /// goes, runs that meet an edge, and what is common to the four rows of a square fills one.
 void join(LevelRuns& level, const Grid& grid) {
-  std::vector<std::uint32_t> root(level.runs.size());
-  std::iota(root.begin(), root.end(), 0u);
-  const auto find = [&](std::uint32_t run) {
-    while (root[run] != run) run = root[run] = root[root[run]];
-    return run;
-  };
+  Sets sets(level.runs.size());
   auto euler = static_cast<std::int64_t>(level.runs.size());
   std::vector<Run> below,
       above;  // common to a row and its neighbour along z, for y before and here
   const auto join_rows = [&](std::size_t r, std::size_t other, std::vector<Run>* common) {
     meet_runs(level.row(r), level.row(other), [&](std::size_t i, std::size_t k, const Run& both) {
-      const std::uint32_t p = find(level.first[r] + static_cast<std::uint32_t>(i)),
-                          q = find(level.first[other] + static_cast<std::uint32_t>(k));
-      root[std::max(p, q)] = std::min(p, q);
+      sets.join(level.first[r] + static_cast<std::uint32_t>(i),
+                level.first[other] + static_cast<std::uint32_t>(k));
       --euler;
       if (common) common->push_back(both);
     });
@@ -59,10 +112,12 @@ void join(LevelRuns& level, const Grid& grid) {
     }
     std::swap(below, above);
   }
-  for (std::uint32_t i = 0; i < level.runs.size();
-       ++i)  // roots come before the runs that they have
-    level.runs[i].component = root[i] == i ? level.components++ : level.runs[find(i)].component;
-  level.handles = level.components - euler;
+  for (std::uint32_t i = 0; i < level.runs.size(); ++i) {
+    const std::uint32_t first = sets.find(i);
+    level.runs[i].component = first == i ? level.components++ : level.runs[first].component;
+  }
+  level.hollows = count_hollows(level, grid);
+  level.handles = level.components - euler + level.hollows;
 }
 
 }  // namespace

@@ -2,7 +2,7 @@
 /// \file
 /// The solid f > a level as runs of nodes, row by row, its connected components and its handles.
 /// Nodes hang together where they are side by side along an axis, as in marching cubes
-/// (cell_surface.h).
+/// (cell_surface.h); those outside over edges and corners, too.
 #pragma once
 
 #include <cstdint>
@@ -23,7 +23,8 @@ struct LevelRuns {
   std::vector<Run> runs;
   std::vector<std::uint32_t> first;  ///< of each row, and one past the last
   std::uint32_t components = 0;      ///< numbered from 0 on in the order of their first nodes
-  std::int64_t handles = 0;          ///< less the hollows within
+  std::int64_t handles = 0;          ///< holes through it
+  std::int64_t hollows = 0;          ///< parts of the outside that it encloses
 
   std::span<const Run> row(std::size_t r) const {
     return {runs.data() + first[r], first[r + 1] - first[r]};

@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <set>
+#include <tuple>
 
 #include "base/picture.h"
 #include "hull/measure.h"
@@ -165,6 +166,28 @@ TEST(Handles, AreCutWhereTheyAreThinAndNotNeeded) {
   }
 }
 
+// A hollow within a body takes nothing from its handles. The outside hangs together over corners, too:
+// what one opens is no hollow.
+TEST(Handles, AreCutBesideAHollow) {
+  refine::Level level = ring(0.03f);
+  for (int z = 2; z < 7; ++z)
+    for (int x = 9; x < 14; ++x)
+      for (int y = 2; y < 7; ++y) level.values[level.grid.node(x, y, z)] = 1.0f;
+  for (const auto& [x, y] : {std::pair(11, 4), {11, 5}})
+    level.values[level.grid.node(x, y, 4)] = -0.5f;
+  const refine::LevelRuns before = refine::find_runs(level, 0.0f);
+  EXPECT_EQ(before.handles, 1);
+  EXPECT_EQ(before.hollows, 1);
+  const auto never = [](const Vec3f&) { return false; };
+  EXPECT_EQ(refine::cut_thin_handles(level, before, 0.05f, never), 1u);
+  const refine::LevelRuns after = refine::find_runs(level, 0.0f);
+  EXPECT_EQ(after.handles, 0);
+  EXPECT_EQ(after.hollows, 1);
+  for (const auto& [x, y, z] : {std::tuple(10, 3, 3), {9, 2, 2}})
+    level.values[level.grid.node(x, y, z)] = -0.5f;
+  EXPECT_EQ(refine::find_runs(level, 0.0f).hollows, 0);
+}
+
 // What is thin but no handle is left as it is: a ring whose hole is filled less deep, and an end.
 TEST(Handles, WhatIsNoneStays) {
   for (const bool open : {false, true}) {
@@ -223,7 +246,7 @@ TEST(Handles, AreCountedAsOnTheSurface) {
     refine::CellMarcher().march(level, surface, 1);
     const auto euler = static_cast<std::int64_t>(surface.points.size()) -
                        static_cast<std::int64_t>(surface.triangles.size() / 6);
-    EXPECT_EQ(euler, 2 * (static_cast<std::int64_t>(runs.components) - runs.handles)) << round;
+    EXPECT_EQ(euler, 2 * (runs.components - runs.handles + runs.hollows)) << round;
   }
 }
 
