@@ -24,7 +24,7 @@ float left_out_of_four(const float* w, int best) {
 float left_out_of(const float* w, std::size_t count, int best) {
   const auto rank = static_cast<std::size_t>(best);
   if (rank >= count) return 0.0f;
-  std::array<float, most_candidates> sorted;
+  std::array<float, most_candidates> sorted{};
   std::copy_n(w, count, sorted.begin());
   const auto nth = sorted.begin() + static_cast<std::ptrdiff_t>(rank);
   std::nth_element(sorted.begin(), nth, sorted.begin() + static_cast<std::ptrdiff_t>(count),
