@@ -151,17 +151,20 @@ bool is_uncoloured(const Mesh& mesh) {
                                           [](const MeshView& v) { return can_colour(v.view); }));
 }
 
-/// Takes from the fill what a surface of \p normal sends less than one that faces the eye, \p to_eye
-/// away: an even light is a quarter, the lamp beside the eye the rest. Neither need have length 1.
 void shade(HullVertex& vertex, const Vec3f& normal, const Vec3f& to_eye) {
-  constexpr float even = 0.25f;
-  const float lengths = glm::length(normal) * glm::length(to_eye);
-  const float facing = lengths > 0.0f ? std::max(glm::dot(normal, to_eye) / lengths, 0.0f) : 0.0f;
+  const float share = shaded_share(normal, to_eye);
   for (std::uint16_t& level : vertex.fill)
-    level = fixed((even + (1.0f - even) * facing) * static_cast<float>(level) / 65535.0f);
+    level = fixed(share * static_cast<float>(level) / 65535.0f);
 }
 
 }  // namespace
+
+float shaded_share(const Vec3f& normal, const Vec3f& to_eye) {
+  constexpr float even = 0.25f;
+  const float lengths = glm::length(normal) * glm::length(to_eye);
+  const float facing = lengths > 0.0f ? std::max(glm::dot(normal, to_eye) / lengths, 0.0f) : 0.0f;
+  return even + (1.0f - even) * facing;
+}
 
 std::size_t add_hull_vertices(const Mesh& mesh, const MeshEye& eye, HullDrawing& drawing) {
   const Hull& hull = mesh.hull;

@@ -70,6 +70,11 @@ float fill_range(const Mesh& mesh);
 /// The slot of view \p view, a new one where it has none.
 int slot_of(HullDrawing& drawing, std::size_t view);
 
+/// What a surface of \p normal whose colours are in no picture sends of what it would if it faced the eye,
+/// \p to_eye away: an even light is a quarter, a lamp beside the eye the rest. Neither need have length
+/// 1.
+float shaded_share(const Vec3f& normal, const Vec3f& to_eye);
+
 /// Adds to \p drawing the triangles of \p mesh that face \p eye, with the weights of its
 /// texturing's method and metric (view_weights.h). Call once per eye with one
 /// drawing to give all of them the same slots; the new vertices follow the old. Without texturing,

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // composite subject=image-based: silhouettes drawn without a mesh's triangles.
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "box_views.h"
@@ -81,6 +83,26 @@ int apart(const std::vector<std::uint8_t>& a, const std::vector<std::uint8_t>& b
   return count;
 }
 
+/// The least and the most level of what is not the background's.
+std::pair<int, int> levels_of(const std::vector<std::uint8_t>& bytes) {
+  std::pair<int, int> levels(255, 0);
+  for (std::size_t i = 0; i < bytes.size(); i += 4)
+    if (bytes[i] != grey)
+      levels = {std::min<int>(levels.first, bytes[i]), std::max<int>(levels.second, bytes[i])};
+  return levels;
+}
+
+/// By how many levels they differ where both show the subject, in the mean.
+double levels_apart(const std::vector<std::uint8_t>& a, const std::vector<std::uint8_t>& b) {
+  double sum = 0.0, count = 0.0;
+  for (std::size_t i = 0; i < a.size(); i += 4)
+    if (a[i] != grey && b[i] != grey) {
+      sum += std::abs(a[i] - b[i]);
+      ++count;
+    }
+  return sum / count;
+}
+
 }  // namespace
 
 GST_START_TEST(test_draws_what_the_mesh_shows) {
@@ -88,9 +110,12 @@ GST_START_TEST(test_draws_what_the_mesh_shows) {
   ImageBench by_mesh("mesh"), by_image("image-based");
   const auto wanted = by_mesh.draw(whole, whole), drawn = by_image.draw(views, views);
   fail_unless(changed(wanted) > 500);
-  // The mesh is shaded, the image-based subject of one grey: edges alone may differ in place.
   fail_unless(100 * apart(wanted, drawn) <= changed(wanted), "%d of %d", apart(wanted, drawn),
               changed(wanted));
+  // Neither has pictures: both are shaded, as bright as they face the viewport.
+  const auto [least, most] = levels_of(wanted);
+  fail_unless(most - least > 20, "%d to %d", least, most);
+  fail_unless(levels_apart(wanted, drawn) < 2.0, "%g levels", levels_apart(wanted, drawn));
   fail_unless_equals_uint64(statistic(by_image.element, "image-based"), 1);
   fail_unless_equals_uint64(statistic(by_mesh.element, "image-based"), 0);
   // The same mesh's triangles are not looked at.

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "base/srgb.h"
+#include "render/hull_vertices.h"
 #include "render/projection.h"
 
 namespace polyhull::processor {
@@ -264,8 +265,8 @@ void ImageLayer::add_item(const ReadySubject& subject, const Sight& sight, float
   const float depth = 1.0f / inverse;
   const Vec3f way = sight.way(column, row);
   const Vec3f point = sight.place + depth * way;
-  const Ranked ranked = rank(sight.centres, texturing.metric, point, -glm::normalize(way),
-                             subject.image->hull.across(face));
+  const Vec3f& across = subject.image->hull.across(face);
+  const Ranked ranked = rank(sight.centres, texturing.metric, point, -glm::normalize(way), across);
   items.x.push_back(point.x);
   items.y.push_back(point.y);
   items.z.push_back(point.z);
@@ -277,7 +278,11 @@ void ImageLayer::add_item(const ReadySubject& subject, const Sight& sight, float
     slots |= ranked.slots[k] << (8 * k);
   }
   items.slots.push_back(slots);
-  items.fill.push_back(srgb_decoded(texturing.untextured));
+  // Where no view has a picture, the form is shaded as that of triangles.
+  const float light = sight.centres.empty()
+                          ? shaded_share(glm::dot(across, way) < 0.0f ? across : -across, -way)
+                          : 1.0f;
+  items.fill.push_back(light * srgb_decoded(texturing.untextured));
   items.share.push_back(share);
   items.parts.push_back(1);
   items.pixel.push_back(pixel);
