@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // Other programs' calibrations in the forms that people have: by hand, in part, of other models.
 #include <algorithm>
+#include <cmath>
 #include "lib/rig/import_support.h"
 
 #include "rig/check.h"
@@ -78,6 +79,25 @@ TEST(RigImportPrograms, ColmapsInstantsAreOneCamera) {
     ASSERT_EQ(both.notes.size(), 1u);
     EXPECT_NE(both.notes[0].find("2.jpg"), std::string::npos) << both.notes[0];
   }
+  // Of one whose instants are found farther apart each is a camera, which is said.
+  later.cameras[1].t.x += 0.15;
+  Model apart(truth);
+  apart.images = renamed(model.images, "cam%d/1.jpg") + renamed(Model(later).images, "cam%d/2.jpg");
+  const Rig rig = apart.import();
+  EXPECT_EQ(rig.cameras.size(), 5u);
+  Vec3 low(HUGE_VAL), high(-HUGE_VAL);
+  for (const Camera& camera : rig.cameras) {
+    low = glm::min(low, camera.centre());
+    high = glm::max(high, camera.centre());
+  }
+  const double moved = glm::length(later.cameras[1].centre() - truth.cameras[1].centre());
+  ASSERT_EQ(apart.notes.size(), 2u);
+  EXPECT_NE(apart.notes[1].find(fmt::format(
+                "camera 2 becomes 2 cameras ('cam2/1.jpg', 'cam2/2.jpg', and so on): these images "
+                "stand up to {:.1f} % of the rig's size and 0.0 degrees apart",
+                100.0 * moved / glm::length(high - low))),
+            std::string::npos)
+      << apart.notes[1];
   // A turntable before one camera is of many cameras.
   Model table(with_lenses());
   for (const char* id : {" 2 cam", " 3 cam", " 4 cam"})

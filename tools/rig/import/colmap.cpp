@@ -190,16 +190,42 @@ std::string folder_of(std::string path) {
   return std::filesystem::path(path).parent_path().string();
 }
 
-// Of images of one camera in one folder that stand at the same place, the first: a still camera's
-// pictures of several instants, whose poses COLMAP finds apart.
-std::vector<Image> first_instants(std::vector<Image> images, const Options& options) {
-  constexpr double same_place = 0.005, same_direction = 0.01;  // of the rig's size; radians
+// The diagonal of the box around where they stand.
+double size_of(const std::vector<Image>& images) {
   Vec3 low(HUGE_VAL), high(-HUGE_VAL);
   for (const Image& image : images) {
     low = glm::min(low, image.camera.centre());
     high = glm::max(high, image.camera.centre());
   }
-  const double near = same_place * glm::length(high - low);
+  return glm::length(high - low);
+}
+
+// Notes images of one camera in one folder that stand too far apart to be taken for one, yet so near
+// that they may be: COLMAP's poses of a still camera's instants differ where few points are found.
+void note_spread(const std::vector<Image>& images, const Options& options) {
+  constexpr double likely_still = 0.1;  // of the rig's size
+  std::map<std::pair<int, std::string>, std::vector<Image>> groups;
+  for (const Image& image : images)
+    groups[{image.camera_id, folder_of(image.path)}].push_back(image);
+  for (const auto& [key, group] : groups) {
+    const double share = size_of(group) / size_of(images);
+    if (group.size() < 2 || !(share <= likely_still)) continue;
+    double angle = 0.0;
+    for (const Image& image : group)
+      angle = std::max(angle, turned(group.front().camera.R, image.camera.R));
+    options.note(fmt::format(
+        "COLMAP's camera {} becomes {} cameras ('{}', '{}', and so on): these images stand up to "
+        "{:.1f} % of the rig's size and {:.1f} degrees apart. If they are instants of one still "
+        "camera, leave one of them in images.txt, or give COLMAP the pictures of one instant",
+        key.first, group.size(), group[0].path, group[1].path, 100.0 * share, glm::degrees(angle)));
+  }
+}
+
+// Of images of one camera in one folder that stand at the same place, the first: a still camera's
+// pictures of several instants, whose poses COLMAP finds apart.
+std::vector<Image> first_instants(std::vector<Image> images, const Options& options) {
+  constexpr double same_place = 0.005, same_direction = 0.01;  // of the rig's size; radians
+  const double near = same_place * size_of(images);
   std::vector<Image> kept;
   std::size_t left_out = 0;
   for (Image& image : images) {
@@ -217,6 +243,7 @@ std::vector<Image> first_instants(std::vector<Image> images, const Options& opti
           first->path, image.path));
     }
   }
+  note_spread(kept, options);
   return kept;
 }
 
