@@ -200,7 +200,7 @@ def check_level(folder, cameras, masks):
                              *((["--pictures", *seen, option, value], option + " requires --board") for option, value in
                                (("--square", "120"), ("--charuco", "4X4_100"), ("--marker", "90"), ("--thickness", "5"))),
                              ([*board(*seen), "--floor", "0"], "in one way"),
-                             (board(*seen, size="9x6"), "none of the pictures"),
+                             (board(*seen, size="9x6"), "none of the 2 pictures"),
                              (board(*seen, square="250"), "beside where the other cameras have it")):
         note = run("level", low, *arguments, "-o", levelled, fails=True)
         assert words in note, (arguments, note)

@@ -91,23 +91,49 @@ double brightness_of_dark(const cv::Mat& grey, const std::vector<cv::Point2f>& c
   return sum[0] / count[0] - sum[1] / count[1];
 }
 
-bool find_corners(const cv::Mat& grey, const Board& board, std::vector<cv::Point2f>& corners) {
-  const cv::Size size(board.columns, board.rows);
-  // By growing a lattice (A. Duda and U. Frese, "Accurate detection and localization of checkerboard
-  // corners for calibration", BMVC 2018); where that fails, by quadrangles.
-  if (cv::findChessboardCornersSB(grey, size, corners, 0)) return true;
+// The picture made sx and sy times as large, or less, so that it has at most so many pixels: what looking
+// for a board that is not there takes grows with them, and in noise faster.
+cv::Mat resized(const cv::Mat& grey, double sx, double sy, double most_pixels) {
+  const double less =
+      std::min(1.0, std::sqrt(most_pixels / (sx * sy * static_cast<double>(grey.total()))));
+  const cv::Size size(std::max(cvRound(less * sx * grey.cols), 1),
+                      std::max(cvRound(less * sy * grey.rows), 1));
+  cv::Mat out;
+  cv::resize(grey, out, size, 0.0, 0.0, less * sy < 1.0 ? cv::INTER_AREA : cv::INTER_CUBIC);
+  return out;
+}
+
+// Brings corners found in \p from to where they are in \p to, another size of it.
+void take_over(std::vector<cv::Point2f>& corners, const cv::Mat& from, const cv::Mat& to) {
+  const float sx = static_cast<float>(from.cols) / static_cast<float>(to.cols);
+  const float sy = static_cast<float>(from.rows) / static_cast<float>(to.rows);
+  for (cv::Point2f& p : corners) p = {(p.x + 0.5f) / sx - 0.5f, (p.y + 0.5f) / sy - 0.5f};
+}
+
+// By growing a lattice: A. Duda and U. Frese, "Accurate detection and localization of checkerboard
+// corners for calibration", BMVC 2018.
+bool find_lattice(const cv::Mat& grey, const Board& board, std::vector<cv::Point2f>& corners) {
+  return cv::findChessboardCornersSB(grey, {board.columns, board.rows}, corners, 0);
+}
+
+// By quadrangles, of which noise makes thousands: in a small picture.
+bool find_quadrangles(const cv::Mat& grey, const Board& board, std::vector<cv::Point2f>& corners) {
+  constexpr double most_pixels = 640.0 * 480.0;
   const int flags =
       cv::CALIB_CB_ADAPTIVE_THRESH | cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_FAST_CHECK;
-  return cv::findChessboardCorners(grey, size, corners, flags);
+  const cv::Mat small = resized(grey, 1.0, 1.0, most_pixels);
+  if (!cv::findChessboardCorners(small, {board.columns, board.rows}, corners, flags)) return false;
+  take_over(corners, small, grey);
+  return true;
 }
 
 // In the picture stretched upwards, so that squares of a board on the floor look like squares.
 bool find_flat_corners(const cv::Mat& grey, const Board& board, std::vector<cv::Point2f>& corners) {
-  for (const auto& [sx, sy] : {std::pair{1.0f, 3.0f}, {2.0f, 3.0f}, {2.0f, 5.0f}, {3.0f, 5.0f}}) {
-    cv::Mat stretched;
-    cv::resize(grey, stretched, {}, sx, sy, cv::INTER_CUBIC);
-    if (!find_corners(stretched, board, corners)) continue;
-    for (cv::Point2f& p : corners) p = {(p.x + 0.5f) / sx - 0.5f, (p.y + 0.5f) / sy - 0.5f};
+  constexpr double most_pixels = 12e6;
+  for (const auto& [sx, sy] : {std::pair{1.0, 3.0}, {2.0, 3.0}, {2.0, 5.0}, {3.0, 5.0}}) {
+    const cv::Mat stretched = resized(grey, sx, sy, most_pixels);
+    if (!find_lattice(stretched, board, corners)) continue;
+    take_over(corners, stretched, grey);
     return true;
   }
   return false;
@@ -115,7 +141,8 @@ bool find_flat_corners(const cv::Mat& grey, const Board& board, std::vector<cv::
 
 std::optional<View> find_chessboard(const cv::Mat& grey, const Board& board, bool flat) {
   std::vector<cv::Point2f> corners;
-  if (!find_corners(grey, board, corners) && !(flat && find_flat_corners(grey, board, corners)))
+  if (!find_lattice(grey, board, corners) && !find_quadrangles(grey, board, corners) &&
+      !(flat && find_flat_corners(grey, board, corners)))
     return {};
   turn_to_front(corners, board);
   if (!board.looks_same_turned() && brightness_of_dark(grey, corners, board) > 0.0)

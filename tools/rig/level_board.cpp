@@ -145,11 +145,13 @@ BoardFloor floor_by_board(const Rig& rig, const Target& target, double thickness
     views.push_back(std::move(*view));
   }
   if (views.empty())
-    throw Error(Error::Kind::bad_input,
-                "The board is in none of the pictures. Has it {}x{} inner corners{}? A chessboard "
-                "must be seen whole, sharp, with a white margin.",
-                target.board.columns, target.board.rows,
-                target.board.named ? " and markers of " + target.dictionary : "");
+    throw Error(
+        Error::Kind::bad_input,
+        "The board is in none of the {} pictures. Has it {}x{} inner corners{}? A chessboard "
+        "must be seen whole, sharp, in light enough that noise does not drown its squares, "
+        "with a white margin.",
+        pictures.size(), target.board.columns, target.board.rows,
+        target.board.named ? " and markers of " + target.dictionary : "");
   Board board = target.board;
   board.square /= rig.metres_per_unit();
   const PlacedBoard placed = place_board(board, views, rig.cameras);
