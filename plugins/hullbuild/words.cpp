@@ -3,6 +3,8 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
+
 namespace polyhull::element {
 namespace {
 
@@ -24,6 +26,15 @@ std::string reason(const AbsentCamera& camera) {
   if (camera.silent < camera.missed / 2)
     return "has sent nothing in time for " + seconds(camera.missed);
   return "has sent nothing for " + seconds(camera.silent);
+}
+
+/// What to do where \p cameras are absent: an end of stream was sent, so no cable is loose.
+std::string advice(const std::vector<AbsentCamera>& cameras) {
+  const auto ended = [](const AbsentCamera& camera) { return camera.ended; };
+  return !cameras.empty() && std::all_of(cameras.begin(), cameras.end(), ended)
+             ? "They have sent the end of their stream, so no camera is lost: where it comes too "
+               "early, look at num-buffers or the length of the file."
+             : "Look after these cameras.";
 }
 
 }  // namespace
@@ -49,12 +60,11 @@ void HullWords::built(GstElement* element, std::int64_t now, std::size_t used,
   absent_ = names;
   absent_at_ = now;
   for (const AbsentCamera& camera : absent) gone_[camera.name] = true;
-  warn(
-      element,
-      fmt::format("The hull is built from {} cameras, without {}: it is larger than the subject "
-                  "where they would have cut it. Look after these cameras. missing-camera=drop-set "
-                  "keeps the last whole hull instead, min-cameras says how many are too few.",
-                  used, list_of(absent, true)));
+  warn(element,
+       fmt::format("The hull is built from {} cameras, without {}: it is larger than the subject "
+                   "where they would have cut it. {} missing-camera=drop-set keeps the last whole "
+                   "hull instead, min-cameras says how many are too few.",
+                   used, list_of(absent, true), advice(absent)));
 }
 
 void HullWords::hidden(GstElement* element, std::int64_t now, const std::string& lack,
@@ -62,9 +72,9 @@ void HullWords::hidden(GstElement* element, std::int64_t now, const std::string&
   if (few_at_ >= 0 && now - few_at_ < again_after) return;
   few_at_ = now;
   const std::string names = absent.empty() ? "more cameras" : list_of(absent, true);
-  warn(element, fmt::format("The subject is hidden until there are {}: {}. Look after these "
-                            "cameras; min-cameras sets how many are enough.",
-                            names, lack));
+  warn(element, fmt::format("The subject is hidden until there are {}: {}. {} min-cameras sets how "
+                            "many are enough.",
+                            names, lack, advice(absent)));
 }
 
 void HullWords::absent(GstElement* element, const std::vector<AbsentCamera>& cameras) {
@@ -72,9 +82,14 @@ void HullWords::absent(GstElement* element, const std::vector<AbsentCamera>& cam
     bool& said = gone_[camera.name];
     const bool gone = camera.ended || (camera.known && camera.silent > silence);
     if (gone && !said)
-      warn(element, fmt::format("Camera {} {} while the others go on. Look for its cable, its "
-                                "trigger, and what stands between it and hullbuild.",
-                                camera.name, reason(camera)));
+      warn(element,
+           fmt::format("Camera {} {} while the others go on. {}", camera.name, reason(camera),
+                       camera.ended
+                           ? "Its source has sent the end of its stream (num-buffers, a shorter "
+                             "file, a program that was closed), so it is not lost. Cameras of the "
+                             "same num-buffers end apart where the machine is busy."
+                           : "Look for its cable, its trigger, and what stands between it and "
+                             "hullbuild."));
     said = gone || (said && camera.missed > silence);
   }
 }
