@@ -6,21 +6,22 @@
 
 #include <gst/gst.h>
 
+#include <optional>
 #include <string>
 
 namespace polyhull::element {
 
 inline constexpr char rig_event_name[] = "polyhull-rig";
 
-/// \p json: the text of a rig file, valid UTF-8.
+/// \p json: the text of a rig file, valid UTF-8; empty: nobody kept one.
 inline GstEvent* make_rig_event(const std::string& json) {
   return gst_event_new_custom(
       GST_EVENT_CUSTOM_DOWNSTREAM_STICKY,
       gst_structure_new(rig_event_name, "json", G_TYPE_STRING, json.c_str(), nullptr));
 }
 
-/// The rig file's text; empty for other events.
-inline std::string rig_of_event(GstEvent* event) {
+/// As make_rig_event() took it; nothing for other events.
+inline std::optional<std::string> rig_of_event(GstEvent* event) {
   if (!gst_event_has_name(event, rig_event_name)) return {};
   const char* json = gst_structure_get_string(gst_event_get_structure(event), "json");
   return json ? json : "";

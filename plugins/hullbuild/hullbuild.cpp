@@ -30,9 +30,10 @@ GstClockTime get_next_time(GstAggregator* aggregator) {
   return deadline == no_time ? GST_CLOCK_TIME_NONE : self.timing.wake_at(deadline);
 }
 
-/// The stream of \p pad brings the rig \p json from now on; empty: none.
-void note_rig(HullBuild& self, GstAggregatorPad* pad, const std::string& json) {
+/// The stream of \p pad brings the rig \p json from now on; empty: none, though it was \p recorded.
+void note_rig(HullBuild& self, GstAggregatorPad* pad, const std::string& json, bool recorded) {
   HullPadState& state = state_of<HullPadState>(pad);
+  state.kept_no_rig = recorded && json.empty();
   if (state.told_rig == json) return;
   state.told_rig = json;
   state.told_after = ++self.rigs_told;
@@ -43,9 +44,9 @@ gboolean start(GstAggregator* aggregator) {
   return guarded(GST_ELEMENT_CAST(aggregator), gboolean{FALSE}, [&]() -> gboolean {
     const HullSettings settings = snapshot(aggregator, self.settings);
     self.statistics.reset();
-    for (GstAggregatorPad* pad : Pads(aggregator)) note_rig(self, pad, {});
+    for (GstAggregatorPad* pad : Pads(aggregator)) note_rig(self, pad, {}, false);
     self.told_rig.clear();
-    self.rig_changed = self.rigs_differ = false;
+    self.rig_changed = self.rigs_differ = self.rig_assumed = false;
     use_rig(self, settings);
     self.words.reset();
     forget_contradictions(self);
@@ -114,6 +115,17 @@ void note_told_rigs(HullBuild& self, const Pads& pads, const HullSettings& setti
         GST_ELEMENT_CAST(self.element), "rigs-refused",
         "The views of two pads come with different rigs, as of two takes: the one that came last "
         "is used. Set rig to a file with all their cameras.");
+  const bool assumed = told.empty() && settings.rig.empty() &&
+                       std::any_of(pads.begin(), pads.end(), [&](GstAggregatorPad* pad) {
+                         const HullPadState& state = state_of<HullPadState>(pad);
+                         return state.view && state.kept_no_rig;
+                       });
+  if (!std::exchange(self.rig_assumed, assumed) && assumed)
+    warn(
+        GST_ELEMENT_CAST(self.element),
+        "The take keeps no rig, so its cameras are taken for those of the built-in rig, which only "
+        "rigtestsrc has. Set hullbuild's rig to the file of the cameras that it was recorded with; "
+        "takesink rig=FILE keeps it in the next one.");
 }
 
 void note_times(HullBuild& self, const Pads& pads, const ViewDecision& set) {
@@ -202,8 +214,8 @@ GstStructure* HullBuild::statistics_of(gpointer object) {
 
 bool HullBuild::hear(GstAggregatorPad* pad, GstEvent* event) {
   if (GST_EVENT_TYPE(event) == GST_EVENT_SEGMENT) new_segment = true;
-  if (GST_EVENT_TYPE(event) == GST_EVENT_STREAM_START) note_rig(*this, pad, {});
-  if (const std::string json = rig_of_event(event); !json.empty()) note_rig(*this, pad, json);
+  if (GST_EVENT_TYPE(event) == GST_EVENT_STREAM_START) note_rig(*this, pad, {}, false);
+  if (const auto json = rig_of_event(event)) note_rig(*this, pad, *json, true);
   // At once, in the thread that brings the views: the next may come before the sets are looked at.
   if (GST_EVENT_TYPE(event) == GST_EVENT_FLUSH_STOP) {
     const std::scoped_lock lock(instants_mutex);

@@ -36,6 +36,7 @@ struct HullPadState {
   bool ended = false;  ///< nothing will come
 
   std::string told_rig;          ///< the rig file's text that its stream brings; empty: none
+  bool kept_no_rig = false;      ///< it was recorded without one
   std::uint64_t told_after = 0;  ///< so many were told to the element before it
 
   std::unique_ptr<ViewBuffer> held;  ///< the last view used, for missing-camera=hold

@@ -64,6 +64,7 @@ struct HullBuild : LiveAggregator {
   std::string told_rig;          // the rig file's text that the views bring; empty: none
   std::uint64_t rigs_told = 0;   // by all pads
   bool rigs_differ = false;      // two pads bring different ones
+  bool rig_assumed = false;      // none is set, nor kept with recorded views
   ViewSets sets;
   Fade fade;
   std::vector<ShownView> shown_views;  // of the last set

@@ -39,8 +39,9 @@ SetBuilder::SetBuilder(Statistics& statistics)
     statistics_.set(figure, 0.0);
 }
 
-void SetBuilder::set_rig(Rig rig) {
+void SetBuilder::set_rig(Rig rig, bool built_in) {
   rig_ = std::move(rig);
+  built_in_ = built_in;
   reset();
 }
 
@@ -53,16 +54,20 @@ void SetBuilder::reset() {
 void SetBuilder::check(const std::string& where, const std::string& name, int width,
                        int height) const {
   const Camera* camera = rig_.find(name);
+  const std::string rig =
+      built_in_ ? "the built-in rig, which is used as long as no rig is set," : "the rig";
   if (camera == nullptr)
     throw Error(Error::Kind::bad_input,
-                "{} brings views of camera '{}', which the rig does not have; its cameras are {}. "
-                "Set the pad's property camera to one of them.",
-                where, name, names_of(rig_));
+                "{} brings views of camera '{}', which {} does not have; its cameras are {}. {}",
+                where, name, rig, names_of(rig_),
+                built_in_ ? "Set rig to the file of your cameras."
+                          : "Set the pad's property camera to one of them.");
   if (camera->width != width || camera->height != height)
     throw Error(Error::Kind::bad_input,
-                "{}: camera '{}' delivers pictures of {}x{}, but the rig was calibrated at {}x{}. "
-                "Set the camera to that size or calibrate it again.",
-                where, name, width, height, camera->width, camera->height);
+                "{}: camera '{}' delivers pictures of {}x{}, but {} was calibrated at {}x{}. {}",
+                where, name, width, height, rig, camera->width, camera->height,
+                built_in_ ? "Set rig to the file of your cameras."
+                          : "Set the camera to that size or calibrate it again.");
 }
 
 void SetBuilder::build_hull(GstElement* element, Mesh& mesh, const HullSettings& settings) {

@@ -36,8 +36,8 @@ class SetBuilder {
  public:
   explicit SetBuilder(Statistics& statistics);
 
-  /// The rig of the sets to come; as reset().
-  void set_rig(Rig rig);
+  /// The rig of the sets to come; as reset(). \p built_in: nobody has set one.
+  void set_rig(Rig rig, bool built_in);
   const Rig& rig() const { return rig_; }
 
   /// Throws Error if the rig has no camera \p camera or its size is not width x height; \p where
@@ -91,6 +91,7 @@ class SetBuilder {
 
   Statistics& statistics_;
   Rig rig_;
+  bool built_in_ = false;
   Coarsener coarsener_;
   std::unique_ptr<HullStage> stage_;
   HullOptions options_;                                // of the last hull

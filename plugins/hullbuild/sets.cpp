@@ -383,9 +383,10 @@ void forget_streams(HullBuild& self) {
 }
 
 void use_rig(HullBuild& self, const HullSettings& settings) {
-  self.stage.set_rig(settings.rig.empty() && !self.told_rig.empty()
-                         ? parse_rig(self.told_rig, "the rig that came with the views")
-                         : open_rig(settings.rig));
+  const bool told = settings.rig.empty() && !self.told_rig.empty();
+  Rig rig =
+      told ? parse_rig(self.told_rig, "the rig that came with the views") : open_rig(settings.rig);
+  self.stage.set_rig(std::move(rig), !told && settings.rig.empty());
 }
 
 GstBuffer* build_views(HullBuild& self, std::vector<SetView> views, const HullSettings& settings,

@@ -91,7 +91,7 @@ void send_segment(TakeSrc& self, Stream& stream) {
     if (self.seqnum != GST_SEQNUM_INVALID) gst_event_set_seqnum(event, self.seqnum);
   }
   gst_pad_push_event(stream.pad, event);
-  if (!self.rig.empty()) gst_pad_push_event(stream.pad, make_rig_event(self.rig));
+  gst_pad_push_event(stream.pad, make_rig_event(self.rig));
   stream.segment_due = false;
 }
 

@@ -173,6 +173,20 @@ GST_START_TEST(test_views_bring_their_rig) {
   g_object_set(bench.element, "rig", "", nullptr);
   fail_unless(first_camera(bench, 4) == rig.cameras[0].t);
 
+  // One that keeps none is said, once, and not where the property names one.
+  tell(bench, 1, "");
+  fail_unless(first_camera(bench, 5) == rig.cameras[0].t);
+  fail_unless(bench.warnings().empty());
+  for (const bool named : {false, true}) {
+    Bench without(named ? "rig=" + write_rig("own", rig) : "");
+    for (int i = 0; i < 4; ++i) tell(without, i, "");
+    for (int frame = 0; frame < 3; ++frame) first_camera(without, frame);
+    if (named)
+      fail_unless(without.warnings().empty());
+    else
+      expect_one(without.warnings(), {"keeps no rig", "built-in rig", "Set hullbuild's rig"});
+  }
+
   Bench broken;
   tell(broken, 1, "{\"format\": \"polyhull-rig\"}");
   for (int i = 0; i < 4; ++i) broken.push_box(i, 0);

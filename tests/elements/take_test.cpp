@@ -117,7 +117,7 @@ GST_START_TEST(test_a_rig_in_utf16_is_brought_as_utf8) {
       g_autoptr(GstEvent) event =
           gst_pad_get_sticky_event(pad, GST_EVENT_CUSTOM_DOWNSTREAM_STICKY, i);
       if (event == nullptr) break;
-      told += polyhull::element::rig_of_event(event);
+      told += polyhull::element::rig_of_event(event).value_or("");
     }
     g_autoptr(GstElement) source = gst_bin_get_by_name(GST_BIN(again.pipeline), "t");
     return std::pair(told, statistic(source, "rigs-unusable"));
