@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // polyhull-rig: where to put cameras, calibrations of other programs as rig files, what is wrong
 // with a rig and what to expect of it, and the built-in rig as a file.
+#include <algorithm>
 #include <cmath>
 #include <iostream>
 #include <optional>
@@ -17,6 +18,7 @@
 #include "rig/check_pictures.h"
 #include "rig/export.h"
 #include "rig/import.h"
+#include "rig/lens.h"
 #include "rig/level.h"
 #include "rig/level_board.h"
 #include "rig/plan.h"
@@ -126,7 +128,11 @@ int run_check(const std::string& file, const std::vector<std::string>& files,
   std::cout << report.table;
   for (const std::string& warning : report.warnings) std::cout << "note: " << warning << "\n";
   if (report.warnings.empty()) std::cout << "nothing found wrong\n";
-  if (forecast && files.empty()) std::cout << std::flush << forecast_text(rig);
+  const bool lenses = std::ranges::none_of(
+      rig.cameras, [](const Camera& camera) { return lost_share(camera) > most_lost; });
+  if (forecast && files.empty())
+    std::cout << std::flush
+              << (lenses ? forecast_text(rig) : "no forecast for lenses that cannot be inverted\n");
   return 0;
 }
 

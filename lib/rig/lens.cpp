@@ -203,4 +203,16 @@ Vec2 Lens::undistort(const Vec2& real) const {
   return pixel(newton(target, p) ? p : nearest_on_rim(target));
 }
 
+double lost_share(const Camera& camera, int steps) {
+  const Lens lens(camera);
+  if (!lens.active()) return 0.0;
+  int lost = 0;
+  for (int i = 0; i <= steps; ++i)
+    for (int j = 0; j <= steps; ++j) {
+      const Vec2 real((camera.width - 1.0) * i / steps, (camera.height - 1.0) * j / steps);
+      lost += !(glm::length(lens.distort(lens.undistort(real)) - real) <= 0.01);
+    }
+  return lost / static_cast<double>((steps + 1) * (steps + 1));
+}
+
 }  // namespace polyhull

@@ -65,4 +65,11 @@ class Lens : public Distortion {
   double rim_image_ = 0.0;  // radial(invertible_radius_)
 };
 
+/// The share of \p camera's picture, by a grid of \p steps cells each way, that has no original inside
+/// the invertible disk: 0 without distortion. Milliseconds, where most has none.
+double lost_share(const Camera& camera, int steps = 16);
+
+/// More than this is no lens: calibrations of wide ones lose the corners.
+inline constexpr double most_lost = 0.1;
+
 }  // namespace polyhull

@@ -9,6 +9,9 @@
 #include <cmath>
 #include <string_view>
 #include <system_error>
+#include <utility>
+
+#include "rig/lens.h"
 
 namespace polyhull::element {
 namespace {
@@ -144,6 +147,22 @@ const KeyFrames* ViewportKeyFrames::of(const std::string& path) {
   }
   if (why_) throw *why_;
   return &*keys_;
+}
+
+std::string LensWatch::look(const Camera& viewport) {
+  const bool same = viewport.distortion == last_.distortion && viewport.K == last_.K &&
+                    viewport.width == last_.width && viewport.height == last_.height;
+  if (same) return {};
+  last_ = viewport;
+  const double share = lost_share(viewport);
+  if (std::exchange(lost_, share > most_lost) || !lost_) return {};
+  return fmt::format(
+      "The viewport's distortion is no lens's: it turns back within the picture, {:.0f} % of which "
+      "it has no place for. There a background is left as it is, and scenesrc shows what it does "
+      "at "
+      "the rim of the rest. Look at distortion-k1 and on, or at what the background or its tracker "
+      "announces.",
+      100.0 * share);
 }
 
 Camera viewport_camera(const KeyFrames::View& view, int width, int height) {

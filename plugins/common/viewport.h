@@ -56,6 +56,18 @@ class ViewportKeyFrames {
   std::optional<Error> why_;
 };
 
+/// Looks at lenses that no camera can have. For one thread.
+class LensWatch {
+ public:
+  /// What is to be said of the distortion of \p viewport, whose model turns back within the picture:
+  /// once, until there is a lens again; else empty.
+  std::string look(const Camera& viewport);
+
+ private:
+  Camera last_;
+  bool lost_ = false;
+};
+
 /// The camera of \p view: each shot has a name of its own, for composite's motion blur. Throws Error as
 /// look_at().
 Camera viewport_camera(const KeyFrames::View& view, int width, int height);

@@ -390,6 +390,7 @@ void FrameComposer::reset() {
   plan_ = {};
   viewport_ = {};
   lens_ = {};
+  lens_watch_ = {};
   through_lens_ = {};
   number_ = 0;
   forget_motion();

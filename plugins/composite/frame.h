@@ -149,6 +149,7 @@ class FrameComposer {
   RenderSettings settings_;
   CompositeView view_ = CompositeView::composite;
   Camera viewport_;  // of the last frame that had one, as the lens has not changed it
+  LensWatch lens_watch_;
   LensPicture lens_;
   std::optional<Camera> viewport_before_;  // the last frame's, and its time
   GstClockTime time_before_ = GST_CLOCK_TIME_NONE;

@@ -16,6 +16,8 @@ void FrameComposer::set_lens(const CompositeSettings& settings, const GstVideoIn
                              GstBuffer* background) {
   constexpr GstClockTime longest = GST_SECOND;  // who stood still for that long was not moving
   ViewportLens lens = lens_settings(settings, announcement_ ? &*announcement_ : nullptr);
+  if (const std::string why = lens_watch_.look(viewport_); !why.empty())
+    statistics_.warn(gl_.element(), "viewports-unusable", why);
   const GstClockTime time = GST_BUFFER_PTS(background);
   // Of another name, it is another camera.
   bool known = viewport_before_ && viewport_before_->name == frame_.viewport.name &&

@@ -4,6 +4,7 @@
 
 #include "plugins/hullbuild/words.h"
 #include "rig/floor.h"
+#include "rig/lens.h"
 
 namespace polyhull::element {
 namespace {
@@ -55,6 +56,23 @@ std::string text_of(const Bounds& bounds) {
 }
 
 }  // namespace
+
+void take_out_lost_lenses(GstElement* element, Rig& rig) {
+  std::string cameras;
+  for (Camera& camera : rig.cameras)
+    if (const double share = lost_share(camera); share > most_lost) {
+      cameras += fmt::format("{}{} ({:.0f} % of its picture)", cameras.empty() ? "" : ", ",
+                             camera.name, 100.0 * share);
+      camera.distortion.clear();
+    }
+  if (!cameras.empty())
+    warn(element,
+         fmt::format(
+             "The rig's distortion is no lens's, as it turns back within the picture, of {}: "
+             "they are taken for cameras without distortion. Calibrate them again, or look "
+             "at the order of the coefficients (k1 k2 p1 p2 k3 …).",
+             cameras));
+}
 
 void HullWords::contradicted(GstElement* element, std::int64_t now,
                              const Contradiction& contradiction) {

@@ -386,6 +386,7 @@ void use_rig(HullBuild& self, const HullSettings& settings) {
   const bool told = settings.rig.empty() && !self.told_rig.empty();
   Rig rig =
       told ? parse_rig(self.told_rig, "the rig that came with the views") : open_rig(settings.rig);
+  take_out_lost_lenses(GST_ELEMENT_CAST(self.element), rig);
   self.stage.set_rig(std::move(rig), !told && settings.rig.empty());
 }
 

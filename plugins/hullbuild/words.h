@@ -35,6 +35,10 @@ struct AbsentCamera {
   std::int64_t silent = 0;  ///< ns since something came from it
 };
 
+/// Takes from cameras of \p rig a distortion that turns back within the picture, as no lens's does, and
+/// warns of it: outlines would be tangled beyond use.
+void take_out_lost_lenses(GstElement* element, Rig& rig);
+
 /// Their names, with commas between them, and \p with_reasons why they are absent.
 std::string list_of(const std::vector<AbsentCamera>& cameras, bool with_reasons);
 

@@ -9,6 +9,8 @@
 /// `shadow`, `spill` and `noise` spoil the picture as a real studio does; chroma subsampling comes
 /// with the negotiated format. The truth is there to compare with: `output=matte`, `output=depth`
 /// and `mesh-location`.
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <memory>
 #include <vector>
@@ -20,6 +22,7 @@
 #include "plugins/common/memory/video_frame.h"
 #include "plugins/common/trigger.h"
 #include "plugins/rigtestsrc/private.h"
+#include "rig/lens.h"
 #include "studio/cameras/default_rig.h"
 
 GST_DEBUG_CATEGORY_STATIC(rigtestsrc_debug);
@@ -106,6 +109,8 @@ void RigTestSrc::open(GstElement* element) {
   RigTestStream opened;
   opened.rig = open_rig(now.rig);
   const int camera = find_camera(opened.rig, now);
+  const double lost = lost_share(opened.rig.cameras[static_cast<std::size_t>(camera)]);
+  if (lost > most_lost) opened.rig.cameras[static_cast<std::size_t>(camera)].distortion.clear();
   opened.subject = open_subject(now.subject, now.subject_height);
   opened.output = now.output;
   opened.drawing.metres_per_unit = opened.rig.metres_per_unit();
@@ -120,6 +125,13 @@ void RigTestSrc::open(GstElement* element) {
   statistics.reset();
   if (!opened.subject->warning().empty())
     statistics.warn(element, "warnings", opened.subject->warning());
+  if (lost > most_lost)
+    statistics.warn(
+        element, "warnings",
+        fmt::format("The distortion of camera '{}' is no lens's: it turns back within the picture, "
+                    "{:.0f} % of which it has no place for. The picture is drawn without it. Look "
+                    "at the rig's coefficients and their order (k1 k2 p1 p2 k3 …).",
+                    opened.rig.cameras[static_cast<std::size_t>(camera)].name, 100.0 * lost));
   const ObjectLock lock(element);
   stream = std::move(opened);
 }

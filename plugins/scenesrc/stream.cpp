@@ -48,6 +48,7 @@ void SceneStream::close() {
   sent_.reset();
   background_.reset();
   camera_ = Camera{};
+  lens_watch_ = {};
   announced_.clear();
 }
 
@@ -61,6 +62,8 @@ Background::Work SceneStream::draw(GstElement* element, Statistics& statistics,
                              info.width, info.height);
     aperture_ = tracked ? aperture_of(*tracked) : 0.0;
     focus_distance_ = tracked ? tracked->focus_distance_m.value_or(0.0) : 0.0;
+    if (const std::string why = lens_watch_.look(camera_); !why.empty())
+      statistics.warn(element, "warnings", why);
   } catch (const Error& error) {
     // A viewport that is impossible for a moment does not end the stream.
     if (camera_.width != info.width || camera_.height != info.height) throw;

@@ -68,6 +68,7 @@ class SceneStream {
   // The last picture. Its memory is in two buffers wherever one of them is sent: nobody may write to it.
   BufferRef sent_;
   GstVideoFormat sent_format_ = GST_VIDEO_FORMAT_UNKNOWN;
+  LensWatch lens_watch_;
   Camera camera_;                                 // the last good one; width 0: none yet
   double aperture_ = 0.0, focus_distance_ = 0.0;  // of its lens, where that is tracked
   std::string announced_;                         // what downstream was last told

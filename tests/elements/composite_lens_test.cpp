@@ -139,6 +139,26 @@ GST_START_TEST(test_impossible_viewport_leaves_the_last_one) {
 }
 GST_END_TEST;
 
+/// A distortion that no lens has is said, once, and the stream goes on: what it has no place for stays
+/// the background's.
+GST_START_TEST(test_no_lens_is_said) {
+  LensBench bench;
+  const Pixels plain = shown(bench, 0);
+  int frame = 0;
+  for (const std::vector<double>& k :
+       {std::vector<double>{-10, 0, 0, 0, 0}, {-10, 10, 10, -10, -10}, {0, 0, 10, 10, 0}}) {
+    set_distortion(bench.element, k);
+    shown(bench, ++frame);
+    fail_unless_equals_uint64(count_of(bench.element, "viewports-unusable"), 1);
+  }
+  set_distortion(bench.element, {0, 0, 0, 0, 0});
+  fail_unless(shown(bench, ++frame) == plain);
+  set_distortion(bench.element, bench_camera().distortion);
+  check_distorted(shown(bench, ++frame));
+  fail_unless_equals_uint64(count_of(bench.element, "viewports-unusable"), 1);
+}
+GST_END_TEST;
+
 void announce(Bench& bench, const Announcement& announcement) {
   gst_harness_push_event(
       bench.background,
@@ -463,6 +483,7 @@ static Suite* composite_lens_suite(void) {
   tcase_set_timeout(tcase, 120);
   tcase_add_test(tcase, test_set_lens_distorts);
   tcase_add_test(tcase, test_impossible_viewport_leaves_the_last_one);
+  tcase_add_test(tcase, test_no_lens_is_said);
   tcase_add_test(tcase, test_announced_lens_distorts);
   tcase_add_test(tcase, test_video_output_through_the_lens);
   tcase_add_test(tcase, test_depth_of_field);

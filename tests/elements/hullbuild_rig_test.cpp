@@ -144,6 +144,23 @@ GST_START_TEST(test_a_rig_without_a_floor_is_said_once) {
 }
 GST_END_TEST
 
+GST_START_TEST(test_a_distortion_that_no_lens_has_is_said) {
+  Rig rig = default_rig();
+  rig.cameras[0].distortion = {-0.3, 0.1, 0.001, 0.001, -0.01};
+  rig.cameras[1].distortion = {-2.0, 0.0, 0.0, 0.0, 0.0};
+  Bench bench("rig=" + write_rig("no_lens", rig));
+  expect_one(bench.warnings(), {"no lens's", "of cam1 (", "% of its picture", "Calibrate"});
+  bench.rig = rig;
+  bench.rig.cameras[1].distortion.clear();
+  for (int i = 0; i < 4; ++i) bench.push_box(i, 0);
+  const auto mesh = bench.pull();
+  fail_unless(!mesh->hull.empty());
+  fail_unless(mesh->views[0].calibration.has_distortion());
+  fail_unless(!mesh->views[1].calibration.has_distortion());
+  fail_unless(bench.warnings().empty());
+}
+GST_END_TEST
+
 /// Views may bring their rig, as takesrc's do: it stands in for the property, and one rig only.
 GST_START_TEST(test_views_bring_their_rig) {
   const auto tell = [](Bench& bench, int pad, const std::string& json) {
@@ -247,6 +264,7 @@ static Suite* hullbuild_rig_suite() {
   tcase_add_test(tests, test_bounds_elsewhere_are_said_with_the_place);
   tcase_add_test(tests, test_one_camera_far_off_with_an_empty_hull_is_one_warning);
   tcase_add_test(tests, test_a_rig_without_a_floor_is_said_once);
+  tcase_add_test(tests, test_a_distortion_that_no_lens_has_is_said);
   tcase_add_test(tests, test_views_bring_their_rig);
   tcase_add_test(tests, test_another_take_brings_its_own_rig);
   return suite;

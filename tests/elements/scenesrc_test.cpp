@@ -366,6 +366,12 @@ GST_START_TEST(live_properties_act_on_the_next_frame) {
   const std::size_t said = log.announcements.size();
   after("field-of-view", 20.0);
   fail_unless(log.announcements.size() == said + 1);
+  // A distortion that no lens has is said, once.
+  const guint64 warned = counter(pipeline, "warnings");
+  after("distortion-k1", -10.0);
+  after("light-intensity", 0.9);
+  fail_unless_equals_int(counter(pipeline, "warnings"), warned + 1);
+  after("distortion-k1", 0.0);
   // A camera of the scene, then one that it does not have: the last view stays, with a warning.
   g_object_set(source, "camera", "above", nullptr);
   after("smoothing", 0.045);

@@ -46,20 +46,16 @@ LensReport examine_lens(const Camera& camera) {
   LensReport report;
   const Lens lens(camera);
   if (!lens.active()) return report;
-  int outside = 0;
   for (int i = 0; i <= steps; ++i)
     for (int j = 0; j <= steps; ++j) {
       const Vec2 real((camera.width - 1.0) * i / steps, (camera.height - 1.0) * j / steps);
       const Vec2 ideal = lens.undistort(real);
       const double error = glm::length(lens.distort(ideal) - real);
-      if (error > 0.01) {
-        ++outside;
-        continue;
-      }
+      if (error > 0.01) continue;
       report.largest_error = std::max(report.largest_error, error);
       report.largest_shift = std::max(report.largest_shift, glm::length(ideal - real));
     }
-  report.outside_share = outside / double((steps + 1) * (steps + 1));
+  report.outside_share = lost_share(camera, steps);
   return report;
 }
 
