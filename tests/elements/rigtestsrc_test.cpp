@@ -404,6 +404,18 @@ GST_START_TEST(test_rig_file_in_other_units) {
 }
 GST_END_TEST
 
+/// Before, its triangles were split for minutes.
+GST_START_TEST(test_a_distortion_that_no_lens_has_is_left_out) {
+  Rig rig = default_rig();
+  rig.cameras[2].distortion = {0.0, 688564.6, 980472.6, 600565.4};
+  const std::string path = write_file("rigtestsrc_lens.json", rig_to_json(rig));
+  const auto own = shoot("num-buffers=1 camera=cam2 output=matte", "video/x-raw");
+  const auto file = shoot("num-buffers=1 camera=cam2 output=matte rig=" + path, "video/x-raw");
+  fail_unless(own[0].bytes == file[0].bytes);
+  std::filesystem::remove(path);
+}
+GST_END_TEST
+
 static Suite* rigtestsrc_suite() {
   Suite* suite = suite_create("rigtestsrc");
   TCase* tests = tcase_create("general");
@@ -423,6 +435,7 @@ static Suite* rigtestsrc_suite() {
   tcase_add_test(tests, test_sample_outlives_the_element);
   tcase_add_test(tests, test_bad_input);
   tcase_add_test(tests, test_rig_file_in_other_units);
+  tcase_add_test(tests, test_a_distortion_that_no_lens_has_is_left_out);
   return suite;
 }
 GST_CHECK_MAIN(rigtestsrc)
