@@ -6,6 +6,8 @@
 
 #include <gst/gst.h>
 
+#include <tuple>
+
 namespace polyhull::element {
 
 /// Holds the object lock of one GstObject.
@@ -25,6 +27,13 @@ template <class T>
 T snapshot(gpointer object, const T& value) {
   const ObjectLock lock(object);
   return value;
+}
+
+/// Copies of \p values of one moment.
+template <class... T>
+std::tuple<T...> snapshots(gpointer object, const T&... values) {
+  const ObjectLock lock(object);
+  return {values...};
 }
 
 }  // namespace polyhull::element

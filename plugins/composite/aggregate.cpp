@@ -127,16 +127,16 @@ GstBuffer* acquire(GstAggregator* aggregator, const GstVideoInfo& info) {
 
 /// The composite of \p frame, whose reference it takes, of the stream time \p time; null: the pool is
 /// flushing. \p place is set where it is still to be taken from there.
-GstBuffer* compose(Composite& self, GstBuffer* frame, GstClockTime time,
-                   const std::vector<GstAggregatorPad*>& meshes, bool later,
+GstBuffer* compose(Composite& self, const CompositeSettings& settings, GstBuffer* frame,
+                   GstClockTime time, const std::vector<GstAggregatorPad*>& meshes,
                    std::optional<unsigned>& place) {
   g_autoptr(GstBuffer) held = frame;
   const bool video = is_video_output(self.output_info);
   const bool same_memory = !video && self.background_on_gpu == self.output_on_gpu;
   const FrameBuffers buffers{frame, &self.background_info, &self.output_info,
                              self.background_on_gpu, self.output_on_gpu};
-  self.composer.prepare(snapshot(self.element, self.settings), self.background_info, frame, time,
-                        meshes, self.background_on_gpu || self.output_on_gpu);
+  self.composer.prepare(settings, self.background_info, frame, time, meshes,
+                        self.background_on_gpu || self.output_on_gpu);
   if (meshes.empty()) self.statistics.count("no-mesh");
   if (self.composer.unusable() > 0)
     self.statistics.warn(GST_ELEMENT_CAST(self.element), "meshes-unusable",
@@ -164,7 +164,7 @@ GstBuffer* compose(Composite& self, GstBuffer* frame, GstClockTime time,
     if (!output) return nullptr;
     copy_times(output);
   }
-  place = self.composer.draw(buffers, output, later);
+  place = self.composer.draw(buffers, output, settings.async_readback);
   return g_steal_pointer(&output);
 }
 
@@ -260,8 +260,7 @@ Made make_frame(Composite& self, const CompositePads& pads, bool live, bool time
   const CompositeSettings settings = snapshot(self.element, self.settings);
   std::optional<unsigned> place;
   const std::vector<GstAggregatorPad*> meshes = shown(pads, frame.end, settings.max_mesh_age);
-  GstBuffer* out =
-      compose(self, g_steal_pointer(&picture), stream_time, meshes, settings.async_readback, place);
+  GstBuffer* out = compose(self, settings, g_steal_pointer(&picture), stream_time, meshes, place);
   if (!out) return {nullptr, GST_FLOW_FLUSHING};
   GST_LOG_OBJECT(self.element, "%zu of %zu meshes, %s%s, in %.1f ms: %" GST_PTR_FORMAT,
                  meshes.size(), pads.meshes.size(), self.composer.drawn_by(),

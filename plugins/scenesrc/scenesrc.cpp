@@ -143,8 +143,7 @@ GstFlowReturn create(GstPushSrc* push, GstBuffer** out) {
     gst_object_sync_values(GST_OBJECT(push), pts);
     const std::optional<TrackedPose> tracked = tracked_at(self, source, pts);
     if (self.track.unlocked()) return GST_FLOW_FLUSHING;
-    const SceneSettings settings = snapshot(push, self.settings);
-    const ViewportControl control = snapshot(push, self.control);
+    const auto [settings, control] = snapshots(push, self.settings, self.control);
 
     const Background::Work work =
         stream.draw(GST_ELEMENT(push), statistics, settings, control, tracked, info, pts);

@@ -40,7 +40,8 @@ struct SilhouetteElement : ViewElement {
     declare_key_statistics(statistics);
     statistics.declare({"frames-unwanted"});
   }
-  bool configure(GstElement* element, const ContourValues& contour, double tolerance);
+  bool configure(GstElement* element, const KeyValues& key_now, const BlurSettings& blur_now,
+                 const ContourValues& contour_now, double tolerance);
   GstBuffer* make_view(GstBaseTransform* base, const GstVideoFrame& video);
 
   KeyValues key;  // these two: under the object lock
@@ -81,19 +82,20 @@ gboolean set_caps(GstBaseTransform* base, GstCaps* in, GstCaps*) {
 }
 
 /// Takes over what has changed since the last frame; returns whether anything did.
-bool SilhouetteElement::configure(GstElement* element, const ContourValues& contour,
+bool SilhouetteElement::configure(GstElement* element, const KeyValues& key_now,
+                                  const BlurSettings& blur_now, const ContourValues& contour_now,
                                   double tolerance) {
-  const KeyValues key_now = snapshot(element, key);
-  const std::string camera = contour.camera.empty() ? GST_OBJECT_NAME(element) : contour.camera;
+  const std::string camera =
+      contour_now.camera.empty() ? GST_OBJECT_NAME(element) : contour_now.camera;
   bool changed = false;
 
   SilhouetteSettings wanted = settings;
-  wanted.blur = snapshot(element, blur);
-  wanted.method = contour.method;
-  wanted.correct_curvature = contour.correct_curvature;
-  wanted.approximate = contour.approximation(tolerance);
-  wanted.steadiness = contour.steadiness;
-  wanted.reuse = contour.reuse;
+  wanted.blur = blur_now;
+  wanted.method = contour_now.method;
+  wanted.correct_curvature = contour_now.correct_curvature;
+  wanted.approximate = contour_now.approximation(tolerance);
+  wanted.steadiness = contour_now.steadiness;
+  wanted.reuse = contour_now.reuse;
   if (!configured || wanted != settings) {
     if (configured) silhouetter.set(wanted);
     settings = wanted;
@@ -112,9 +114,9 @@ bool SilhouetteElement::configure(GstElement* element, const ContourValues& cont
 }
 
 GstBuffer* SilhouetteElement::make_view(GstBaseTransform* base, const GstVideoFrame& video) {
-  const ContourValues values = snapshot(base, contour);
+  const auto [key_now, blur_now, values] = snapshots(base, key, blur, contour);
   const double tolerance = tolerance_of(values);
-  const bool changed = configure(GST_ELEMENT_CAST(base), values, tolerance);
+  const bool changed = configure(GST_ELEMENT_CAST(base), key_now, blur_now, values, tolerance);
   const FrameView frame = frame_view(layout, video);
   begin_view(base, values, video);
   view.contours = silhouetter.process(frame);
