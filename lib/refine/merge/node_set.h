@@ -13,7 +13,7 @@ namespace polyhull::refine {
 /// A set of the brick's nodes: bit 25 z + 5 y + x.
 __extension__ using NodeSet = unsigned __int128;
 
-inline constexpr int node_step[3] = {1, Brick::nodes, Brick::nodes * Brick::nodes};
+inline constexpr int node_step[3] = {1, Brick::nodes, Brick::nodes* Brick::nodes};
 
 inline int count_of(NodeSet set) {
   return std::popcount(static_cast<std::uint64_t>(set)) +
