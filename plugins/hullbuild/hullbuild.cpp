@@ -128,7 +128,8 @@ void note_told_rigs(HullBuild& self, const Pads& pads, const HullSettings& setti
         "takesink rig=FILE keeps it in the next one.");
 }
 
-void note_times(HullBuild& self, const Pads& pads, const ViewDecision& set) {
+void note_times(HullBuild& self, const Pads& pads, const ViewDecision& set,
+                const HullSettings& settings) {
   GstElement* element = GST_ELEMENT_CAST(self.element);
   std::vector<CameraTime> views;
   for (const std::size_t i : set.heads) {
@@ -149,7 +150,6 @@ void note_times(HullBuild& self, const Pads& pads, const ViewDecision& set) {
                         : axis == TimeAxis::timecode ? "sets-by-timecode"
                         : axis == TimeAxis::running  ? "sets-by-running-time"
                                                      : "sets-by-capture-time");
-  const HullSettings settings = snapshot(element, self.settings);
   const auto by = by_trigger                  ? SetTimes::By::trigger
                   : axis != TimeAxis::running ? SetTimes::By::capture_time
                   : of_files                  ? SetTimes::By::file_time

@@ -166,7 +166,8 @@ void note_told_rigs(HullBuild& self, const Pads& pads, const HullSettings& setti
 
 /// Notes the times of the views of \p set for `stats` and the message `polyhull-sets`, which has the
 /// same fields.
-void note_times(HullBuild& self, const Pads& pads, const ViewDecision& set);
+void note_times(HullBuild& self, const Pads& pads, const ViewDecision& set,
+                const HullSettings& settings);
 
 // ---- instant_text.cpp: for the log
 

@@ -262,7 +262,7 @@ Step build_set(HullBuild& self, const Pads& pads, const ViewDecision& set,
   note_repairs(self, pads, set.time);
   note_doubts(self, set.time);
   note_hull(self, set.time, used);
-  note_times(self, pads, set);
+  note_times(self, pads, set, settings);
   return finish(self, pads, set, settings, buffer, watch);
 }
 
