@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // What the viewport's lens costs beside the composite that goes through it: wall time and the
 // processor time of all threads, medians over frames of a figure in the built-in room, drawn by the
-// processor. The background is that of the pinhole in all rows: the time does not hang on it.
+// processor. The background is that of the pinhole in all rows: the time does not hang on it. Where it
+// moves, each frame has another one.
 
 #include <cstdio>
 #include <functional>
@@ -24,15 +25,18 @@ namespace {
 using namespace polyhull;
 using benchmark::median, benchmark::now;
 
-Camera viewport(double degrees, int width, int height) {
+Camera viewport(double degrees, double field_of_view, int width, int height) {
   const double a = degrees * std::numbers::pi / 180.0;
-  return look_at({2.7 * std::sin(a), 1.5, 2.7 * std::cos(a)}, {0.0, 0.9, 0.0}, 50.0, width, height);
+  return look_at({2.7 * std::sin(a), 1.5, 2.7 * std::cos(a)}, {0.0, 0.9, 0.0}, field_of_view, width,
+                 height);
 }
 
 struct Row {
   const char* name;
   double turn;  // of the viewport from frame to frame, degrees
   std::function<void(ViewportLens&, Camera&)> set;
+  double zoom = 0.0;         // from frame to frame, degrees
+  bool moves = turn != 0.0;  // the background
 };
 
 const std::vector<Row>& rows() {
@@ -57,6 +61,11 @@ const std::vector<Row>& rows() {
   static const std::vector<Row> made{
       {"none", 0.0, [](ViewportLens&, Camera&) {}},
       {"distortion", 0.0, distort},
+      {"none, background moves", 0.0, [](ViewportLens&, Camera&) {}, 0.0, true},
+      {"distortion, background moves", 0.0, distort, 0.0, true},
+      {"distortion, travels", 1.0, distort},
+      {"none, zooms", 0.0, [](ViewportLens&, Camera&) {}, 0.1, true},
+      {"distortion, zooms", 0.0, distort, 0.1, true},
       {"fall-off", 0.0, falloff},
       {"grain", 0.0, grain},
       {"depth of field, 18 mm", 0.0, focus(0.018, false)},
@@ -83,10 +92,11 @@ const std::vector<Row>& rows() {
 
 int main(int argc, char** argv) {
   CommandLine command("lens_benchmark", "What the viewport's lens costs");
-  std::string size = "1280x720", output = ".", keep;
+  std::string size = "1280x720", output = ".", keep, only;
   int frames = 9;
   command.option("--size", &size, "WIDTHxHEIGHT");
   command.option("--frames", &frames, "frames of each row, and one before them");
+  command.option("--only", &only, "rows with this in their names");
   command.option("--output", &output, "folder for lens.csv");
   command.option("--keep", &keep, "folder for the last picture of each row");
   if (const auto status = command.parse(argc, argv)) return *status;
@@ -105,20 +115,24 @@ int main(int argc, char** argv) {
   Picture before{width, height, 4,
                  std::vector<std::uint8_t>(static_cast<std::size_t>(width) * height * 4)};
   Background background(*scene);
-  background.update(viewport(30.0, width, height), scene->lights, scene->exposure);
+  background.update(viewport(30.0, 50.0, width, height), scene->lights, scene->exposure);
   background.write(before.pixels.data(), 4 * static_cast<std::size_t>(width), 0);
+  Picture other = before;
+  for (std::uint8_t& code : other.pixels) code ^= code < 255 ? 1 : 0;
 
   benchmark::Table table(output + "/lens.csv", "lens,width,height,wall_ms,processor_ms");
   const RenderSettings settings;
   for (std::size_t i = 0; i < rows().size(); ++i) {
     const Row& row = rows()[i];
+    if (std::string(row.name).find(only) == std::string::npos) continue;
     ProcessorRenderer renderer;
     LensPicture picture;
     std::vector<double> wall, processor;
     Picture out = before;
     for (int frame_number = 0; frame_number <= frames; ++frame_number) {
       const auto camera_at = [&](int frame_at) {
-        return viewport(30.0 + row.turn * (frame_at - frames), width, height);
+        return viewport(30.0 + row.turn * (frame_at - frames),
+                        50.0 + row.zoom * (frame_at - frames), width, height);
       };
       RenderFrame frame;
       frame.width = width;
@@ -132,11 +146,12 @@ int main(int argc, char** argv) {
       row.set(lens, frame.viewport);
       Camera last = camera_at(frame_number - 1);
       last.distortion = frame.viewport.distortion;
-      out.pixels = before.pixels;
+      const Picture& shown = row.moves && frame_number % 2 == 0 ? other : before;
+      out.pixels = shown.pixels;
       const double begin = now(CLOCK_MONOTONIC), busy = now(CLOCK_PROCESS_CPUTIME_ID);
       picture.set(frame, lens, &last);
       const RenderPlan plan = renderer.plan(frame, settings);
-      picture.draw(frame, plan, static_cast<std::uint64_t>(frame_number), before.pixels.data(),
+      picture.draw(frame, plan, static_cast<std::uint64_t>(frame_number), shown.pixels.data(),
                    4 * width, out.pixels.data(), 4 * width,
                    [&](const RenderPlan& part, const std::uint8_t* from, int from_stride,
                        std::uint8_t* to, int to_stride) {

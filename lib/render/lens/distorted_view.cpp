@@ -7,9 +7,9 @@
 #include <cstring>
 
 #include "base/error.h"
-#include "base/instruction_set.h"
 #include "base/thread_pool.h"
-#include "render/lens/resample_loops.h"
+#include "render/lens/loops/resample_loops.h"
+#include "render/projection.h"
 #include "rig/lens.h"
 
 namespace polyhull {
@@ -17,16 +17,6 @@ namespace {
 
 constexpr double margin = 3.0;      // pixels beyond the outermost place, for the cubics
 constexpr double widest = 20000.0;  // pixels of the overscan, before it is made coarser
-
-const lens::ResampleLoops& loops() {
-#if defined(__x86_64__)
-  static const lens::ResampleLoops& chosen =
-      may_use_avx2() ? lens::avx2_loops() : lens::baseline_loops();
-  return chosen;
-#else
-  return lens::baseline_loops();
-#endif
-}
 
 void check_viewport(const Camera& camera) {
   bool usable = camera.width > 0 && camera.height > 0;
@@ -133,6 +123,7 @@ bool DistortedView::set(const Camera& viewport) {
                     viewport.distortion == viewport_.distortion;
   if (!same) {
     make_alike();  // and so they stay, whatever size they get
+    held_ = {};
     lay_out(viewport);
   }
   viewport_ = viewport;
@@ -155,13 +146,15 @@ Vec2 on_cubic(const std::array<Vec2, 4>& c, double t) {
 
 }  // namespace
 
-/// Calls \p work for the runs of \p part, which is of the picture that \p grid's nodes are of.
-template <typename Work>
-void DistortedView::for_runs(const Grid& grid, const Rectangle& part, const Work& work) {
+/// Calls \p work for the runs of \p part, which is of the picture that \p grid's nodes are of, in
+/// the cells that are \p wanted.
+template <typename Wanted, typename Work>
+void DistortedView::for_runs(const Grid& grid, const Rectangle& part, const Wanted& wanted,
+                             const Work& work) {
   if (part.empty()) return;
   const int right = part.x + part.width, first = part.x / cell, last = (right - 1) / cell;
   parallel_for(
-      static_cast<std::size_t>(part.height), 8, 0, [&](std::size_t begin, std::size_t end) {
+      static_cast<std::size_t>(part.height), cell, 0, [&](std::size_t begin, std::size_t end) {
         std::vector<Vec2> row(static_cast<std::size_t>(last - first) +
                               4);  // of nodes, from first - 1 on
         for (int y = part.y + static_cast<int>(begin); y < part.y + static_cast<int>(end); ++y) {
@@ -172,6 +165,7 @@ void DistortedView::for_runs(const Grid& grid, const Rectangle& part, const Work
                                        grid.at(i, j + 2)),
                          static_cast<double>(y % cell) / cell);
           for (int i = first; i <= last; ++i) {
+            if (!wanted(i, j)) continue;
             const Vec2* node = &row[static_cast<std::size_t>(i - first)];
             const std::array<Vec2, 4> curve = cubic_through(node[0], node[1], node[2], node[3]);
             const int x = std::max(cell * i, part.x), next = std::min(cell * (i + 1), right);
@@ -180,11 +174,17 @@ void DistortedView::for_runs(const Grid& grid, const Rectangle& part, const Work
               run.x[k] = static_cast<float>(curve[k].x);
               run.y[k] = static_cast<float>(curve[k].y);
             }
-            work(x, y, i, j, run);
+            work(x, y, run);
           }
         }
       });
 }
+
+namespace {
+
+constexpr auto all_cells = [](int, int) { return true; };
+
+}  // namespace
 
 /// \p part and what a pixel that shows some of it is computed from, within the overscan.
 Rectangle DistortedView::grown(const Rectangle& part) const {
@@ -206,18 +206,46 @@ void DistortedView::make_alike() {
   written_ = {};
 }
 
-void DistortedView::take(const std::uint8_t* picture, int stride, const Rectangle& part) {
-  make_alike();
-  const std::size_t row = static_cast<std::size_t>(this->stride());
-  before_.resize(row * static_cast<std::size_t>(pinhole_.height));
-  drawn_.resize(before_.size());
-  const lens::PictureSource from{picture, stride, viewport_.width, viewport_.height};
-  written_ = part;
-  for_runs(to_picture_, grown(part), [&](int x, int y, int, int, const lens::PlaceRun& run) {
+/// Whether \p picture is the one that was taken last; from now on it is.
+bool DistortedView::remember(const std::uint8_t* picture, int stride) {
+  const std::size_t row = 4 * static_cast<std::size_t>(viewport_.width);
+  const auto rows = static_cast<std::size_t>(viewport_.height);
+  bool same = picture_.size() == row * rows;
+  picture_.resize(row * rows);
+  for (std::size_t y = 0; y < rows; ++y) {
+    const std::uint8_t* from =
+        picture + static_cast<std::ptrdiff_t>(y) * static_cast<std::ptrdiff_t>(stride);
+    same = same && std::memcmp(&picture_[row * y], from, row) == 0;
+    if (!same) std::memcpy(&picture_[row * y], from, row);
+  }
+  return same;
+}
+
+void DistortedView::resample(const Rectangle& part) {
+  const std::size_t row = static_cast<std::size_t>(stride());
+  const lens::PictureSource from{picture_.data(), 4 * static_cast<std::ptrdiff_t>(viewport_.width),
+                                 viewport_.width, viewport_.height};
+  for_runs(to_picture_, part, all_cells, [&](int x, int y, const lens::PlaceRun& run) {
     const std::size_t at = row * static_cast<std::size_t>(y) + 4 * static_cast<std::size_t>(x);
-    loops().resample(from, run, &before_[at]);
+    lens::resample_loops().resample(from, run, &before_[at]);
     std::memcpy(&drawn_[at], &before_[at], 4 * static_cast<std::size_t>(run.count));
   });
+}
+
+void DistortedView::take(const std::uint8_t* picture, int stride, const Rectangle& part) {
+  make_alike();
+  before_.resize(static_cast<std::size_t>(this->stride()) *
+                 static_cast<std::size_t>(pinhole_.height));
+  drawn_.resize(before_.size());
+  written_ = part;
+  Rectangle wanted = grown(part);
+  if (!remember(picture, stride))
+    held_ = {};
+  else if (intersection(held_, wanted) != wanted)
+    wanted = {0, 0, pinhole_.width, pinhole_.height};
+  if (intersection(held_, wanted) == wanted) return;
+  resample(wanted);
+  held_ = wanted;
 }
 
 std::shared_ptr<const DepthPicture> DistortedView::take(const DepthPicture& depth) const {
@@ -229,8 +257,8 @@ std::shared_ptr<const DepthPicture> DistortedView::take(const DepthPicture& dept
              bottom = static_cast<float>(viewport_.height - 1);
   taken->inverse.assign(columns * static_cast<std::size_t>(pinhole_.height), 0.0f);
   for_runs(
-      to_picture_, {0, 0, pinhole_.width, pinhole_.height},
-      [&](int x, int y, int, int, const lens::PlaceRun& run) {
+      to_picture_, {0, 0, pinhole_.width, pinhole_.height}, all_cells,
+      [&](int x, int y, const lens::PlaceRun& run) {
         float* to =
             &taken->inverse[columns * static_cast<std::size_t>(y) + static_cast<std::size_t>(x)];
         for (int i = 0; i < run.count; ++i) {
@@ -248,16 +276,19 @@ std::shared_ptr<const DepthPicture> DistortedView::take(const DepthPicture& dept
   return taken;
 }
 
-/// Whether any pixel of the cell shows something of \p part.
-bool DistortedView::touches(const Rectangle& part, int i, int j) const {
-  if (lost_[static_cast<std::size_t>(j * to_pinhole_.columns + i)]) return false;
+/// The pinhole's pixels that those of the picture's cell (i, j) are computed from, and some more;
+/// empty where the cell is lost.
+Rectangle DistortedView::seen(int i, int j) const {
+  if (lost_[static_cast<std::size_t>(j * to_pinhole_.columns + i)]) return {};
   const Vec2 a = to_pinhole_.at(i, j), b = to_pinhole_.at(i + 1, j), c = to_pinhole_.at(i, j + 1),
              d = to_pinhole_.at(i + 1, j + 1);
   // Two pixels for the cubics, and what a side can be bent.
-  const Vec2 low = glm::min(glm::min(a, b), glm::min(c, d)) - 4.0;
-  const Vec2 high = glm::max(glm::max(a, b), glm::max(c, d)) + 4.0;
-  return low.x < part.x + part.width && high.x > part.x - 1 && low.y < part.y + part.height &&
-         high.y > part.y - 1;
+  const Vec2 end(pinhole_.width, pinhole_.height);
+  const Vec2 low = glm::clamp(glm::min(glm::min(a, b), glm::min(c, d)) - 4.0, Vec2(0.0), end);
+  const Vec2 high = glm::clamp(glm::max(glm::max(a, b), glm::max(c, d)) + 5.0, Vec2(0.0), end);
+  const int left = static_cast<int>(low.x), top = static_cast<int>(low.y);
+  return {left, top, static_cast<int>(std::ceil(high.x)) - left,
+          static_cast<int>(std::ceil(high.y)) - top};
 }
 
 Rectangle DistortedView::reach(const Rectangle& part) const {
@@ -265,7 +296,7 @@ Rectangle DistortedView::reach(const Rectangle& part) const {
   int left = viewport_.width, top = viewport_.height, right = 0, bottom = 0;
   for (int j = 0; j < to_pinhole_.rows; ++j)
     for (int i = 0; i < to_pinhole_.columns; ++i) {
-      if (!touches(part, i, j)) continue;
+      if (intersection(seen(i, j), part).empty()) continue;
       left = std::min(left, cell * i);
       right = std::max(right, std::min(cell * (i + 1), viewport_.width));
       top = std::min(top, cell * j);
@@ -274,19 +305,60 @@ Rectangle DistortedView::reach(const Rectangle& part) const {
   return right > left ? Rectangle{left, top, right - left, bottom - top} : Rectangle{};
 }
 
+/// By cell of the picture: whether its pixels may show something that differs from before().
+std::vector<char> DistortedView::cells_changed(const Rectangle& changed) const {
+  // Sums over the pinhole's cells that differ, above and to the left of each.
+  const int columns = to_picture_.columns, rows = to_picture_.rows;
+  const auto across = static_cast<std::size_t>(columns) + 1;
+  std::vector<int> sums(across * (static_cast<std::size_t>(rows) + 1), 0);
+  const auto sum = [&](int i, int j) -> int& {
+    return sums[across * static_cast<std::size_t>(j) + static_cast<std::size_t>(i)];
+  };
+  const int right = changed.x + changed.width, bottom = changed.y + changed.height;
+  parallel_for(static_cast<std::size_t>(rows), 4, 0, [&](std::size_t begin, std::size_t end) {
+    for (int j = static_cast<int>(begin); j < static_cast<int>(end); ++j)
+      for (int y = std::max(cell * j, changed.y); y < std::min(cell * (j + 1), bottom); ++y)
+        for (int i = changed.x / cell; cell * i < right; ++i) {
+          const int x = std::max(cell * i, changed.x), next = std::min(cell * (i + 1), right);
+          const std::size_t at = static_cast<std::size_t>(stride()) * static_cast<std::size_t>(y) +
+                                 4 * static_cast<std::size_t>(x);
+          if (std::memcmp(&before_[at], &drawn_[at], 4 * static_cast<std::size_t>(next - x)) != 0)
+            sum(i + 1, j + 1) = 1;
+        }
+  });
+  for (int j = 1; j <= rows; ++j)
+    for (int i = 1; i <= columns; ++i)
+      sum(i, j) += sum(i - 1, j) + sum(i, j - 1) - sum(i - 1, j - 1);
+  std::vector<char> found;
+  for (int j = 0; j < to_pinhole_.rows; ++j)
+    for (int i = 0; i < to_pinhole_.columns; ++i) {
+      const Rectangle part = seen(i, j);
+      const int left = part.x / cell, top = part.y / cell;
+      const int end = (part.x + part.width + cell - 1) / cell,
+                low = (part.y + part.height + cell - 1) / cell;
+      found.push_back(!part.empty() &&
+                      sum(end, low) - sum(left, low) - sum(end, top) + sum(left, top) > 0);
+    }
+  return found;
+}
+
 void DistortedView::give(const Rectangle& changed, std::uint8_t* target, int stride) const {
+  if (changed.empty()) return;
   const lens::PictureSource from{drawn_.data(), this->stride(), pinhole_.width, pinhole_.height};
-  for_runs(to_pinhole_, reach(changed), [&](int x, int y, int i, int j, const lens::PlaceRun& run) {
-    if (touches(changed, i, j))
-      loops().resample_changed(
-          from, before_.data(), run,
-          target + static_cast<std::ptrdiff_t>(y) * stride + 4 * std::ptrdiff_t{x});
+  const std::vector<char> shows = cells_changed(changed);
+  const auto wanted = [&](int i, int j) {
+    return shows[static_cast<std::size_t>(j * to_pinhole_.columns + i)] != 0;
+  };
+  for_runs(to_pinhole_, reach(changed), wanted, [&](int x, int y, const lens::PlaceRun& run) {
+    lens::resample_loops().resample_changed(
+        from, before_.data(), run,
+        target + static_cast<std::ptrdiff_t>(y) * stride + 4 * std::ptrdiff_t{x});
   });
 }
 
 Vec2 DistortedView::place(int x, int y) const {
   Vec2 found(0.0);
-  for_runs(to_pinhole_, {x, y, 1, 1}, [&](int, int, int, int, const lens::PlaceRun& run) {
+  for_runs(to_pinhole_, {x, y, 1, 1}, all_cells, [&](int, int, const lens::PlaceRun& run) {
     const double t = static_cast<double>(run.first) / cell;
     for (std::size_t k = 4; k-- > 0;) found = found * t + Vec2(run.x[k], run.y[k]);
   });

@@ -46,7 +46,8 @@ class DistortedView {
 
   /// Takes what \p part (pinhole pixels) shows of \p picture, RGBA rows \p stride bytes apart, into
   /// before() and drawn(), with what the cubics reach beside it. Beyond that both are alike, of frames
-  /// before. Until the next time drawn() may be written within \p part alone.
+  /// before. What is there of the same picture is kept; of one that comes again, all is taken. Until
+  /// the next time drawn() may be written within \p part alone.
   void take(const std::uint8_t* picture, int stride, const Rectangle& part);
 
   /// What the pinhole's picture shows of \p depth, which is of the picture, of its size or another: to
@@ -90,16 +91,22 @@ class DistortedView {
   template <typename Map>
   void find_lost(const Map& real_of);
   void make_alike();
+  bool remember(const std::uint8_t* picture, int stride);
+  void resample(const Rectangle& part);
   Rectangle grown(const Rectangle& part) const;
-  bool touches(const Rectangle& part, int i, int j) const;
-  template <typename Work>
-  static void for_runs(const Grid& grid, const Rectangle& part, const Work& work);
+  Rectangle seen(int i, int j) const;
+  std::vector<char> cells_changed(const Rectangle& changed) const;
+  template <typename Wanted, typename Work>
+  static void for_runs(const Grid& grid, const Rectangle& part, const Wanted& wanted,
+                       const Work& work);
 
   bool active_ = false;
   Camera viewport_, pinhole_;
   Grid to_pinhole_, to_picture_;
   std::vector<char> lost_;  // cells of to_pinhole_, row by row, with a corner that has no place
-  Rectangle written_;       // where drawn_ need not be as before_
+  std::vector<std::uint8_t> picture_;  // the last that was taken, rows without gaps
+  Rectangle held_;                     // of what of it before_ is
+  Rectangle written_;                  // where drawn_ need not be as before_
   std::vector<std::uint8_t> before_, drawn_;
 };
 

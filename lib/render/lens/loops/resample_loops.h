@@ -20,22 +20,25 @@ struct PictureSource {
 /// ((c3 t + c2) t + c1) t + c0 with t = (first + i) / 8. Pixel centres are whole numbers.
 struct PlaceRun {
   float x[4], y[4];
-  int first, count;
+  int first, count;  ///< together 8 at most
 };
 
 struct ResampleLoops {
-  /// Writes the picture's values at \p places, as codes, by Catmull and Rom's cubics; beyond its
+  /// Writes the picture's values at the places of \p run, as codes, by Catmull and Rom's cubics; beyond its
   /// borders it goes on as its last pixels.
-  void (*resample)(const PictureSource& picture, const PlaceRun& places, std::uint8_t* out);
+  void (*resample)(const PictureSource& picture, const PlaceRun& run, std::uint8_t* out);
   /// The same, but only where one of the 16 pixels that count differs from that of \p before, which
   /// has the same size and stride; the rest of \p out stays.
   void (*resample_changed)(const PictureSource& picture, const std::uint8_t* before,
-                           const PlaceRun& places, std::uint8_t* out);
+                           const PlaceRun& run, std::uint8_t* out);
 };
 
-const ResampleLoops& baseline_loops();
+/// The best of this machine, or what POLYHULL_ISA allows.
+const ResampleLoops& resample_loops();
+
+const ResampleLoops& baseline_resample_loops();
 #if defined(__x86_64__)
-const ResampleLoops& avx2_loops();
+const ResampleLoops& avx2_resample_loops();
 #endif
 
 }  // namespace polyhull::lens
