@@ -39,24 +39,36 @@ void DepthLayers::set(const RenderFrame& frame, const RenderPlan& plan) {
 }
 
 void DepthLayers::draw_scene(const RenderFrame& frame, const Mat4& pixels) {
+  if (frame.scene != scene_held_) geometry_.reset();
   scene_held_ = frame.scene;
   pixels_ = pixels;
   const auto columns = static_cast<std::size_t>(width_);
   scene_.assign(columns * static_cast<std::size_t>(height_), 0.0f);
   if (!frame.scene) return;
-  SceneOnScreen screen;
-  screen.set(*frame.scene, pixels, {}, width_, height_, 0);
+  std::shared_ptr<const SceneOnScreen> screen;
+  if (frame.planes) {
+    if (!geometry_) geometry_ = geometry_key(*frame.scene);
+    if (frame.planes->are_of(*geometry_, pixels, width_, height_)) screen = frame.planes->triangles;
+  }
+  if (!screen) {
+    const auto made = std::make_shared<SceneOnScreen>();
+    made->set(*frame.scene, pixels, {}, width_, height_, 0);
+    screen = made;
+  }
   for_bands(height_, [&](int band, int top, int bottom) {
     thread_local std::vector<std::uint32_t> ids;
     thread_local std::vector<float> inverse;
     const std::size_t pixels_drawn = columns * static_cast<std::size_t>(bottom - top);
-    ids.assign(samples * pixels_drawn, no_triangle);
+    ids.resize(samples * pixels_drawn);  // which nobody reads
     inverse.assign(samples * pixels_drawn, 0.0f);
-    screen.draw(band, {0, width_, top, bottom, samples, sample_places(samples), inverse.data(),
-                       ids.data()});
+    screen->draw(band, {0, width_, top, bottom, samples, sample_places(samples), inverse.data(),
+                        ids.data()});
     float* nearest = &scene_[columns * static_cast<std::size_t>(top)];
-    for (std::size_t i = 0; i < samples * pixels_drawn; ++i)
-      nearest[i % pixels_drawn] = std::max(nearest[i % pixels_drawn], inverse[i]);
+    for (std::size_t s = 0; s < samples; ++s) {
+      const float* sample = &inverse[s * pixels_drawn];
+      for (std::size_t i = 0; i < pixels_drawn; ++i)
+        nearest[i] = nearest[i] < sample[i] ? sample[i] : nearest[i];
+    }
   });
 }
 
@@ -76,10 +88,12 @@ void DepthLayers::draw_subjects(const RenderPlan& plan, const Mat4& pixels) {
   const auto columns = static_cast<std::size_t>(width_);
   subject_.assign(scene_.size(), 0.0f);
   coverage_.assign(scene_.size(), 0.0f);
+  part_ = plan.subject;
   if (plan.subject.empty()) return;
   ScreenTriangles triangles;
   triangles.begin(width_, height_);
   std::vector<processor::ReadySubject> by_image;
+  std::vector<Corner> corners;
   for (const PlacedSubject& subject : plan.subjects) {
     if (subject.image) {
       processor::ReadySubject& ready = by_image.emplace_back();
@@ -87,12 +101,12 @@ void DepthLayers::draw_subjects(const RenderPlan& plan, const Mat4& pixels) {
       ready.local_to_scene = subject.local_to_scene;
       continue;
     }
-    const auto corner = [&](std::uint32_t i) {
-      return Corner{Vec3(pixels * Vec4(Vec3(subject.points[i]), 1.0)), 1.0};
-    };
+    corners.clear();
+    for (const Vec3f& point : subject.points)
+      corners.push_back({Vec3(pixels * Vec4(Vec3(point), 1.0)), 1.0});
     const std::vector<std::uint32_t>& t = subject.mesh->hull.triangles;
     for (std::size_t i = 0; i + 2 < t.size(); i += 3)
-      triangles.add({corner(t[i]), corner(t[i + 1]), corner(t[i + 2])}, 0, Facing::both);
+      triangles.add({corners[t[i]], corners[t[i + 1]], corners[t[i + 2]]}, 0, Facing::both);
   }
   processor::ImageLayer images;
   images.fill(by_image, {0, pixels, Facing::clockwise, std::nullopt}, width_, height_);

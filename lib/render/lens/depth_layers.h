@@ -4,7 +4,9 @@
 /// pictures.
 #pragma once
 
+#include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "render/frame.h"
@@ -15,7 +17,7 @@ namespace polyhull {
 class DepthLayers {
  public:
   /// Of \p frame, whose viewport is taken for a pinhole, and its plan. The scene's are kept as long
-  /// as scene and viewport stay.
+  /// as scene and viewport stay, and of a new view RenderFrame::planes are taken.
   void set(const RenderFrame& frame, const RenderPlan& plan);
 
   /// Whether the last set() found the scene's as they were.
@@ -35,6 +37,9 @@ class DepthLayers {
   const std::vector<float>& subject() const { return subject_; }
   const std::vector<float>& coverage() const { return coverage_; }
 
+  /// Beyond it there is no subject.
+  const Rectangle& part() const { return part_; }
+
  private:
   void draw_scene(const RenderFrame& frame, const Mat4& pixels);
   void add_depth(const RenderFrame& frame);
@@ -42,9 +47,11 @@ class DepthLayers {
 
   int width_ = 0, height_ = 0;
   std::shared_ptr<const Scene> scene_held_;
-  Mat4 pixels_{0.0};  // of what scene_ is
+  std::optional<std::uint64_t> geometry_;  // geometry_key() of the scene, once it is asked for
+  Mat4 pixels_{0.0};                       // of what scene_ is
   bool scene_reused_ = false;
   std::vector<float> scene_, subject_, coverage_;
+  Rectangle part_;
   std::vector<float> depth_;  // scene_ with the frame's depth picture; empty where that has none
 };
 

@@ -2,13 +2,13 @@
 #include "render/lens/depth_of_field.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
-#include <cstring>
 #include <numbers>
 
-#include "base/srgb.h"
 #include "base/thread_pool.h"
+#include "render/projection.h"
 
 namespace polyhull {
 namespace {
@@ -16,30 +16,14 @@ namespace {
 constexpr float sharp_radius = 0.5f;  // a disk of this one, as it is drawn, is a pixel
 constexpr float exact_radius = 4.5f;  // up to here all pixels are looked at
 constexpr int ring_offsets = 48;
-constexpr float least = 1e-4f;
-
 float within(float value) {
   return std::clamp(value, 0.0f, 1.0f);
 }
 
-/// The share to which circle \p c lies before \p other.
-float before(float c, float other) {
-  const float width = std::max(1.0f, 0.25f * std::max(std::abs(c), std::abs(other)));
-  return within((c - other) / width - 0.5f);
+/// Whether circle \p c lies before \p other by so little that it is the same surface.
+bool alike(float c, float other) {
+  return c - other <= 0.5f * std::max(1.0f, 0.25f * std::max(std::abs(c), std::abs(other)));
 }
-
-/// A sum of light and of the weights that it came with.
-struct Sum {
-  Float4 light{};
-  float weight = 0.0f;
-  void add(float w, const Float4& value) {
-    light += w * value;
-    weight += w;
-  }
-  /// Its light as that of a layer of coverage 0 to 1.
-  Float4 layer() const { return weight > 1.0f ? light * (1.0f / weight) : light; }
-  float coverage() const { return std::min(weight, 1.0f); }
-};
 
 }  // namespace
 
@@ -53,7 +37,7 @@ void DepthOfField::set_pixels(double fx, double fy) {
   wide_ = wide;
   high_ = high;
   find_offsets();
-  find_disks();
+  find_tables();
 }
 
 void DepthOfField::find_offsets() {
@@ -89,7 +73,7 @@ void DepthOfField::find_offsets() {
 
 /// The areas, so that an even surface stays as it is; and the radii that are drawn: pixels are as wide
 /// as small disks, so that what is drawn has the true disk's variance, radius^2 / 4.
-void DepthOfField::find_disks() {
+void DepthOfField::find_tables() {
   inverse_area_.clear();
   drawn_radius_.clear();
   std::vector<double> variances;
@@ -133,50 +117,72 @@ float DepthOfField::inverse_area(float radius) const {
   return inverse_area_[i] + share * (inverse_area_[i + 1] - inverse_area_[i]);
 }
 
-/// Of a disk at \p distance from its middle.
-float DepthOfField::weight(const Disk& disk, float distance) {
-  return within(disk.radius - distance + 0.5f) * disk.inverse_area;
+void DepthOfField::Disks::resize(std::size_t count) {
+  for (std::vector<float>* plane : {&circle, &radius, &inverse_area}) plane->resize(count);
 }
 
-void DepthOfField::find_circles(const ViewportLens& lens, float scale, const DepthLayers& depths) {
-  const std::size_t count = layers_.scene.size();
+/// Makes the disks, and each tile's largest.
+void DepthOfField::find_disks(const ViewportLens& lens, float scale, const DepthLayers& depths,
+                              const LightLayers& sharp) {
+  const std::size_t count = sharp.scene[0].size();
   scene_disks_.resize(count);
   subject_disks_.resize(count);
+  for (std::vector<float>* of : {&radius_, &subject_radius_, &nearest_, &farthest_})
+    of->resize(static_cast<std::size_t>(columns_ * rows_));
   const float focus = static_cast<float>(1.0 / lens.focus_distance);
-  const auto disk = [&](float inverse, bool pixel) {
-    const float circle = scale * (inverse - focus);
-    const float radius = pixel ? sharp_radius : radius_of(circle);
-    return Disk{circle, radius, inverse_area(radius)};
+  const auto make = [&](const std::vector<float>& inverse, std::size_t at, int pixels, Disks& to) {
+    lens::focus_loops().disks(tables(), scale, focus, &inverse[at], pixels, &to.circle[at],
+                              &to.radius[at], &to.inverse_area[at]);
   };
-  parallel_for(count, 4096, 0, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      scene_disks_[i] = disk(depths.scene()[i], subject_only_);
-      if (layers_.subject[i][3] > 0.0f) subject_disks_[i] = disk(layers_.subject_inverse[i], false);
+  const auto pixel_area = inverse_area_[static_cast<std::size_t>(sharp_radius * radius_steps)];
+  const auto row_of_tiles = [&](int row) {
+    const int bottom = std::min((row + 1) * tile, height_);
+    for (int y = row * tile; y < bottom; ++y) {
+      const std::size_t at = sharp.pixel(0, y);
+      make(depths.scene(), at, width_, scene_disks_);
+      if (subject_only_) {
+        std::fill_n(&scene_disks_.radius[at], width_, sharp_radius);
+        std::fill_n(&scene_disks_.inverse_area[at], width_, pixel_area);
+      }
+      if (y >= sharp.part.y && y < sharp.part.y + sharp.part.height)
+        make(depths.subject(), sharp.pixel(sharp.part.x, y), sharp.part.width, subject_disks_);
     }
+    for (int column = 0; column < columns_; ++column) {
+      const int left = column * tile, right = std::min(left + tile, width_);
+      float radius = 0.0f, subject = -1.0f, nearest = -1e9f, farthest = 1e9f;
+      for (int y = row * tile; y < bottom; ++y)
+        for (std::size_t i = sharp.pixel(left, y); i <= sharp.pixel(right - 1, y); ++i) {
+          radius = std::max(radius, scene_disks_.radius[i]);
+          nearest = std::max(nearest, scene_disks_.circle[i]);
+          farthest = std::min(farthest, scene_disks_.circle[i]);
+        }
+      const Rectangle own =
+          intersection(sharp.part, {left, row * tile, right - left, bottom - row * tile});
+      for (int y = own.y; y < own.y + own.height; ++y)
+        for (int x = own.x; x < own.x + own.width; ++x)
+          if (sharp.subject[3][sharp.pixel(x, y)] > 0.0f)
+            subject = std::max(subject, subject_disks_.radius[sharp.pixel(x, y)]);
+      const auto t = static_cast<std::size_t>(row * columns_ + column);
+      radius_[t] = radius;
+      subject_radius_[t] = subject;
+      nearest_[t] = nearest;
+      farthest_[t] = farthest;
+    }
+  };
+  parallel_for(static_cast<std::size_t>(rows_), 1, 0, [&](std::size_t begin, std::size_t end) {
+    for (int row = static_cast<int>(begin); row < static_cast<int>(end); ++row) row_of_tiles(row);
   });
 }
 
 /// How far disks reach, tile by tile.
-void DepthOfField::find_reach(int width, int height) {
-  columns_ = (width + tile - 1) / tile;
-  rows_ = (height + tile - 1) / tile;
+void DepthOfField::find_reach() {
   const auto tiles = static_cast<std::size_t>(columns_ * rows_);
-  std::vector<float> scene(tiles, 0.0f), subject(tiles, -1.0f);     // the largest radius in each
-  std::vector<float> nearest(tiles, -1e9f), farthest(tiles, 1e9f);  // of the scene's circles
-  for (int y = 0; y < height; ++y)
-    for (int x = 0; x < width; ++x) {
-      const std::size_t i = layers_.pixel(x, y),
-                        t = static_cast<std::size_t>(y / tile * columns_ + x / tile);
-      const Disk& disk = scene_disks_[i];
-      scene[t] = std::max(scene[t], disk.radius);
-      nearest[t] = std::max(nearest[t], disk.circle);
-      farthest[t] = std::min(farthest[t], disk.circle);
-      if (layers_.subject[i][3] > 0.0f) subject[t] = std::max(subject[t], subject_disks_[i].radius);
-    }
   reach_.assign(tiles, 0.0f);
   near_subject_.assign(tiles, 0);
   even_.assign(tiles, 0);
-  constexpr int most = static_cast<int>(most_radius) / tile + 1;
+  const float largest = std::max(*std::max_element(radius_.begin(), radius_.end()),
+                                 *std::max_element(subject_radius_.begin(), subject_radius_.end()));
+  const int most = static_cast<int>(largest + 1.0f) / tile + 1;
   for (int row = 0; row < rows_; ++row)
     for (int column = 0; column < columns_; ++column) {
       const auto t = static_cast<std::size_t>(row * columns_ + column);
@@ -184,9 +190,9 @@ void DepthOfField::find_reach(int width, int height) {
         for (int i = std::max(column - most, 0); i <= std::min(column + most, columns_ - 1); ++i) {
           const auto other = static_cast<std::size_t>(j * columns_ + i);
           const int apart = std::max({std::abs(i - column) - 1, std::abs(j - row) - 1, 0}) * tile;
-          for (const float radius : {scene[other], subject[other]})
+          for (const float radius : {radius_[other], subject_radius_[other]})
             if (radius + 1.0f > static_cast<float>(apart)) reach_[t] = std::max(reach_[t], radius);
-          if (subject[other] + 1.0f > static_cast<float>(apart)) near_subject_[t] = 1;
+          if (subject_radius_[other] + 1.0f > static_cast<float>(apart)) near_subject_[t] = 1;
         }
       const int around = static_cast<int>(reach_[t] + 1.0f) / tile + 1;
       float most_near = -1e9f, most_far = 1e9f;
@@ -194,128 +200,133 @@ void DepthOfField::find_reach(int width, int height) {
         for (int i = std::max(column - around, 0); i <= std::min(column + around, columns_ - 1);
              ++i) {
           const auto other = static_cast<std::size_t>(j * columns_ + i);
-          most_near = std::max(most_near, nearest[other]);
-          most_far = std::min(most_far, farthest[other]);
+          most_near = std::max(most_near, nearest_[other]);
+          most_far = std::min(most_far, farthest_[other]);
         }
-      even_[t] = !near_subject_[t] && before(most_near, most_far) == 0.0f;
+      even_[t] = !near_subject_[t] && alike(most_near, most_far);
     }
 }
 
-/// The subject's light at a pixel and, last, its coverage there; \p circle gets its c.
-Float4 DepthOfField::gather_subject(int x, int y, std::size_t count, float& circle) const {
-  Float4 light{};
-  float circles = 0.0f;
-  for (std::size_t k = 0; k < count; ++k) {
-    const Offset& o = offsets_[k];
-    const std::size_t q = layers_.pixel(x + o.x, y + o.y);
-    if (layers_.subject[q][3] == 0.0f) continue;
-    const float w = o.share * weight(subject_disks_[q], o.distance);
-    light += w * layers_.subject[q];
-    circles += w * layers_.subject[q][3] * subject_disks_[q].circle;
-  }
-  if (light[3] < least) return Float4{};
-  circle = circles / light[3];
-  // The subject as if it were even here, so that its coverage is that of its outline.
-  const float radius = radius_of(circle);
-  const Disk mean{circle, radius, inverse_area(radius)};
-  float coverage = 0.0f;
-  for (std::size_t k = 0; k < count && offsets_[k].distance < radius + 0.5f; ++k) {
-    const Offset& o = offsets_[k];
-    coverage +=
-        o.share * weight(mean, o.distance) * layers_.subject[layers_.pixel(x + o.x, y + o.y)][3];
-  }
-  return light * (within(coverage) / light[3]);
-}
+/// A tile's pixels and those within reach, where they lie, or copies where they reach beyond the
+/// border, where the last goes on.
+struct DepthOfField::Around {
+  int left = 0, top = 0;
+  std::ptrdiff_t stride = 0;
+  std::array<const float*, 7> planes{};  // of that pixel, in the order of lens::DiskPlanes
+  std::vector<float> copies;
 
-/// A pixel's light where circles are alike around it.
-Float4 DepthOfField::gather_even(int x, int y, std::size_t count) const {
-  Float4 light{};
-  float sum = 0.0f;
-  for (std::size_t k = 0; k < count; ++k) {
-    const Offset& o = offsets_[k];
-    const std::size_t q = layers_.pixel(x + o.x, y + o.y);
-    const float w = o.share * weight(scene_disks_[q], o.distance);
-    light += w * layers_.scene[q];
-    sum += w;
+  void take(const LightLayers& layers, const std::vector<float>* light, const Disks& disks,
+            const Rectangle& part) {
+    left = part.x;
+    top = part.y;
+    const bool subject = light == layers.subject;  // the scene's covers all
+    const std::vector<float>* from[] = {
+        &light[0],     &light[1],     &light[2],          &light[subject ? 3 : 0],
+        &disks.circle, &disks.radius, &disks.inverse_area};
+    if (intersection(part, {0, 0, layers.width, layers.height}) == part) {
+      stride = layers.width;
+      for (std::size_t p = 0; p < 7; ++p) planes[p] = from[p]->data() + layers.pixel(left, top);
+      return;
+    }
+    stride = part.width;
+    const auto size = static_cast<std::size_t>(part.width) * static_cast<std::size_t>(part.height);
+    copies.resize(7 * size);
+    float* to = copies.data();
+    for (std::size_t p = 0; p < 7; ++p) {
+      planes[p] = to;
+      for (int y = top; y < top + part.height; ++y)
+        for (int x = left; x < left + part.width; ++x) *to++ = (*from[p])[layers.pixel(x, y)];
+    }
   }
-  return sum > least ? light * (1.0f / sum) : layers_.scene[layers_.pixel(x, y)];
-}
+  /// From pixel (x, y) of the picture on.
+  lens::DiskPlanes at(int x, int y) const {
+    const std::ptrdiff_t i = (y - top) * stride + (x - left);
+    return {{planes[0] + i, planes[1] + i, planes[2] + i, planes[3] + i},
+            planes[4] + i,
+            planes[5] + i,
+            planes[6] + i};
+  }
+};
 
-/// A pixel's light.
-Float4 DepthOfField::gather(int x, int y, std::size_t count, bool subject) const {
-  float subject_circle = 0.0f;
-  Float4 body{};
-  if (subject) body = gather_subject(x, y, count, subject_circle);
-  const std::size_t p = layers_.pixel(x, y);
-  const Disk& disk = scene_disks_[p];
-  const float own = disk.circle;
-  Sum nearest, front, middle, behind;
-  for (std::size_t k = 0; k < count; ++k) {
-    const Offset& o = offsets_[k];
-    const std::size_t q = layers_.pixel(x + o.x, y + o.y);
-    const Disk& other = scene_disks_[q];
-    const float c = other.circle;
-    const float back = o.distance < disk.radius + 0.5f ? before(own, c) : 0.0f;
-    const float over = body[3] > 0.0f ? before(c, subject_circle) : 0.0f;
-    if (back > 0.0f)
-      behind.add((1.0f - over) * back * o.share * weight(disk, o.distance), layers_.scene[q]);
-    if (other.radius + 0.5f <= o.distance) continue;
-    const float w = o.share * weight(other, o.distance);
-    const float ahead = before(c, own);
-    nearest.add(over * w, layers_.scene[q]);
-    front.add((1.0f - over) * ahead * w, layers_.scene[q]);
-    middle.add((1.0f - over) * (1.0f - ahead - before(own, c)) * w, layers_.scene[q]);
-  }
-  Float4 scene = middle.layer();
-  const float left = 1.0f - middle.coverage();
-  if (behind.weight > least) {
-    scene += (left / behind.weight) * behind.light;
-  } else if (middle.weight > least) {
-    scene = middle.light * (1.0f / middle.weight);
-  } else {
-    scene = layers_.scene[p];
-  }
-  scene = front.layer() + (1.0f - front.coverage()) * scene;
-  if (body[3] == 0.0f) return scene;
-  return nearest.layer() + (1.0f - nearest.coverage()) * (body + (1.0f - body[3]) * scene);
-}
-
-void DepthOfField::blur_tile(int column, int row, const SharpPictures& sharp, std::uint8_t* target,
-                             int target_stride) const {
+void DepthOfField::blur_tile(int column, int row, const LightLayers& sharp, bool layered,
+                             LightLayers& focused) const {
   const auto t = static_cast<std::size_t>(row * columns_ + column);
-  const int right = std::min((column + 1) * tile, width_);
-  const bool same = reach_[t] <= sharp_radius + 0.02f;  // which no code shows
-  std::size_t count = 0;
-  while (count < offsets_.size() && offsets_[count].distance < reach_[t] + 0.5f) ++count;
-  const std::uint8_t* codes = linear_to_srgb_table();
-  for (int y = row * tile; y < std::min((row + 1) * tile, height_); ++y)
-    for (int x = column * tile; x < right; ++x) {
-      const std::uint8_t* from =
-          sharp.full + static_cast<std::ptrdiff_t>(y) * sharp.stride + 4 * std::ptrdiff_t{x};
-      std::uint8_t* to =
-          target + static_cast<std::ptrdiff_t>(y) * target_stride + 4 * std::ptrdiff_t{x};
-      std::memcpy(to, from, 4);
-      if (same) continue;
-      const Float4 light =
-          even_[t] ? gather_even(x, y, count) : gather(x, y, count, near_subject_[t] != 0);
-      for (int c = 0; c < 3; ++c) to[c] = linear_to_srgb(light[c], codes);
+  const int left = column * tile, right = std::min(left + tile, width_);
+  const int top = row * tile, bottom = std::min(top + tile, height_);
+  const bool subject = near_subject_[t] != 0;
+  thread_local Around scene, bodies;
+  thread_local std::vector<lens::DiskOffset> offsets;
+  offsets.clear();
+  if (reach_[t] > sharp_radius + 0.02f) {  // else no code shows it
+    int wide = 0, high = 0;
+    std::size_t count = 0;
+    for (; count < offsets_.size() && offsets_[count].distance < reach_[t] + 0.5f; ++count) {
+      wide = std::max(wide, std::abs(offsets_[count].x));
+      high = std::max(high, std::abs(offsets_[count].y));
     }
+    const Rectangle part{left - wide, top - high, tile + 2 * wide, bottom - top + 2 * high};
+    scene.take(sharp, sharp.scene, scene_disks_, part);
+    if (subject) bodies.take(sharp, sharp.subject, subject_disks_, part);
+    for (std::size_t k = 0; k < count; ++k) {
+      const Offset& o = offsets_[k];
+      offsets.push_back({static_cast<int>(o.y * scene.stride) + o.x, o.distance, o.share});
+    }
+  }
+  const int count = static_cast<int>(offsets.size());
+  const lens::FocusLoops& loops = lens::focus_loops();
+  float light[3][tile], behind[3][tile], body[4][tile], circle[tile], radius[tile], area[tile];
+  for (int y = top; y < bottom; ++y) {
+    if (count > 0 && even_[t]) loops.even(scene.at(left, y), offsets.data(), count, light);
+    if (count > 0 && !even_[t]) {
+      if (subject) {
+        const lens::DiskPlanes there = bodies.at(left, y);
+        loops.subject(there, offsets.data(), count, body, circle);
+        for (int i = 0; i < tile; ++i) {
+          radius[i] = radius_of(circle[i]);
+          area[i] = inverse_area(radius[i]);
+        }
+        loops.cover(there, offsets.data(), count, radius, area, body);
+      }
+      loops.scene(scene.at(left, y), offsets.data(), count, subject ? body : nullptr, circle,
+                  light);
+      if (subject && layered)
+        loops.scene(scene.at(left, y), offsets.data(), count, nullptr, nullptr, behind);
+    }
+    const std::size_t first = sharp.pixel(left, y);
+    const int pixels = right - left;
+    for (std::size_t c = 0; c < 3; ++c) {
+      float* to = &focused.scene[c][first];
+      if (count == 0) sharp.picture(c, first, pixels, light[c]);
+      std::copy_n(light[c], pixels, to);
+      if (!layered || !subject) continue;
+      for (int x = 0; x < pixels; ++x) {
+        const std::size_t i = first + static_cast<std::size_t>(x);
+        const float coverage = sharp.subject[3][i];
+        if (coverage == 0.0f) continue;
+        to[x] = count > 0 ? behind[c][x] : sharp.scene[c][i];
+        focused.subject[c][i] = light[c][x] - (1.0f - coverage) * to[x];
+        focused.subject[3][i] = coverage;
+      }
+    }
+  }
 }
 
 void DepthOfField::apply(const Camera& camera, const ViewportLens& lens, const DepthLayers& depths,
-                         const SharpPictures& sharp, std::uint8_t* target, int target_stride) {
-  width_ = depths.width();
-  height_ = depths.height();
+                         const LightLayers& sharp, bool layered, LightLayers& focused) {
+  width_ = sharp.width;
+  height_ = sharp.height;
+  columns_ = (width_ + tile - 1) / tile;
+  rows_ = (height_ + tile - 1) / tile;
   subject_only_ = lens.subject_only;
   const double focal = std::max(camera.K[0][0], camera.K[1][1]);
   set_pixels(camera.K[0][0], camera.K[1][1]);
-  layers_.read(depths, sharp);
-  find_circles(lens, static_cast<float>(std::min(0.5 * lens.aperture * focal, 1e6)), depths);
-  find_reach(width_, height_);
+  find_disks(lens, static_cast<float>(std::min(0.5 * lens.aperture * focal, 1e6)), depths, sharp);
+  find_reach();
+  focused.resize(width_, height_, layered ? sharp.part : Rectangle{});
   parallel_for(static_cast<std::size_t>(columns_ * rows_), 4, 0,
                [&](std::size_t begin, std::size_t end) {
                  for (int i = static_cast<int>(begin); i < static_cast<int>(end); ++i)
-                   blur_tile(i % columns_, i / columns_, sharp, target, target_stride);
+                   blur_tile(i % columns_, i / columns_, sharp, layered, focused);
                });
 }
 

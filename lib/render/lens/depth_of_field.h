@@ -38,6 +38,7 @@
 #include <vector>
 
 #include "render/lens/light_layers.h"
+#include "render/lens/loops/focus_loops.h"
 #include "rig/camera.h"
 #include "scene/viewport_lens.h"
 
@@ -50,40 +51,39 @@ class DepthOfField {
   /// Whether \p lens asks for anything of this.
   static bool wanted(const ViewportLens& lens) { return lens.aperture > 0.0; }
 
-  /// Writes what \p lens makes of \p sharp into \p target, RGBA rows \p target_stride bytes apart, none
-  /// of the same memory; alpha as in SharpPictures::full. Light is added up linearly. \p camera is the
-  /// pinhole's, of the size of \p depths.
+  /// Makes of \p sharp what \p lens makes of it. \p camera is the pinhole's, of the size of \p depths.
+  /// The subject's layer of \p focused is what it adds to the scene's there, so that both may be moved
+  /// apart; where not \p layered, the scene's is the picture.
   void apply(const Camera& camera, const ViewportLens& lens, const DepthLayers& depths,
-             const SharpPictures& sharp, std::uint8_t* target, int target_stride);
+             const LightLayers& sharp, bool layered, LightLayers& focused);
 
  private:
-  static constexpr int tile = 16;          // pixels
-  static constexpr int radius_steps = 16;  // to a pixel, of areas
+  static constexpr int tile = lens::focus_row;  // pixels
+  static constexpr int radius_steps = 16;       // to a pixel, of areas
 
   struct Offset {
     int x, y;
     float distance, share;  // share: of how many pixels it stands for
   };
+  /// What pixels become (focus_loops.h).
+  struct Disks {
+    std::vector<float> circle, radius, inverse_area;
+    void resize(std::size_t count);
+  };
+  struct Around;
   void set_pixels(double fx, double fy);
   void find_offsets();
-  void find_disks();
-  void find_circles(const ViewportLens& lens, float scale, const DepthLayers& depths);
-  void find_reach(int width, int height);
-  void blur_tile(int column, int row, const SharpPictures& sharp, std::uint8_t* target,
-                 int target_stride) const;
-  Float4 gather(int x, int y, std::size_t count, bool subject) const;
-  Float4 gather_subject(int x, int y, std::size_t count, float& circle) const;
-  Float4 gather_even(int x, int y, std::size_t count) const;
+  void find_tables();
+  void find_disks(const ViewportLens& lens, float scale, const DepthLayers& depths,
+                  const LightLayers& sharp);
+  void find_reach();
+  void blur_tile(int column, int row, const LightLayers& sharp, bool layered,
+                 LightLayers& focused) const;
   float inverse_area(float radius) const;
   float radius_of(float circle) const;
-
-  /// What a pixel becomes.
-  struct Disk {
-    float circle;        // c
-    float radius;        // as it is drawn
-    float inverse_area;  // of that
-  };
-  static float weight(const Disk& disk, float distance);
+  lens::DiskTables tables() const {
+    return {drawn_radius_.data(), inverse_area_.data(), radius_steps, most_radius};
+  }
 
   float wide_ = 0.0f, high_ = 0.0f;  // a pixel, in the unit of radii: 1 or more; 0: none made yet
   std::vector<Offset> offsets_;      // by distance
@@ -91,8 +91,9 @@ class DepthOfField {
   std::vector<float> drawn_radius_;  // by the true one
   int width_ = 0, height_ = 0, columns_ = 0, rows_ = 0;
   bool subject_only_ = false;
-  LightLayers layers_;
-  std::vector<Disk> scene_disks_, subject_disks_;
+  Disks scene_disks_, subject_disks_;
+  // By tile: its largest radius, of the subject -1 where it has none, and the scene's circles.
+  std::vector<float> radius_, subject_radius_, nearest_, farthest_;
   // By tile: the largest radius that gets there, whether any of the subject does, and whether the
   // scene's circles are alike as far as that.
   std::vector<float> reach_;

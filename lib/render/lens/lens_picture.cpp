@@ -57,50 +57,40 @@ void LensPicture::blur(const RenderFrame& frame, const RenderPlan& plan,
                        const std::uint8_t* background, int background_stride, std::uint8_t* target,
                        int target_stride, const Compose& compose) {
   const int stride = 4 * frame.width;
-  scene_.resize(static_cast<std::size_t>(stride) * static_cast<std::size_t>(frame.height));
-  for (int y = 0; y < frame.height; ++y)
-    std::memcpy(&scene_[static_cast<std::size_t>(y) * static_cast<std::size_t>(stride)],
-                background + static_cast<std::ptrdiff_t>(y) * background_stride,
-                static_cast<std::size_t>(stride));
+  const std::size_t row = 4 * static_cast<std::size_t>(frame.width);
+  // What a renderer writes of a picture is to hold all of it.
+  const auto copy = [&](const std::uint8_t* from, int from_stride, std::vector<std::uint8_t>& to) {
+    to.resize(row * static_cast<std::size_t>(frame.height));
+    for (int y = 0; y < frame.height; ++y)
+      std::memcpy(&to[static_cast<std::size_t>(y) * row],
+                  from + static_cast<std::ptrdiff_t>(y) * from_stride, row);
+  };
   RenderPlan around = plan, subject = plan;
   around.subject = {};
   subject.shadow = subject.mirror = subject.mirror_shadow = {};
   subject.light = -1;  // the mirror's eye stays: what is made ready for it serves both
-  if (!around.untouched()) {
-    full_ = scene_;  // what is read while the other is written
-    compose(around, full_.data(), stride, scene_.data(), stride);
-  }
+  copy(background, background_stride, scene_);
+  if (!around.untouched()) compose(around, background, background_stride, scene_.data(), stride);
   const std::uint8_t* full = scene_.data();
   if (!subject.untouched()) {
-    full_ = scene_;
-    compose(subject, scene_.data(), stride, full_.data(), stride);
+    copy(full, stride, full_);
+    compose(subject, full, stride, full_.data(), stride);
     full = full_.data();
   }
   depths_.set(frame, plan);
   const Camera camera = resized(frame.viewport, frame.width, frame.height);
-  SharpPictures sharp{scene_.data(), full, stride};
+  sharp_.read(depths_, {scene_.data(), full, stride});
+  const LightLayers* light = &sharp_;
   const bool moving = moves(plan);
   if (focuses(plan)) {
-    std::uint8_t* focused = target;
-    int focused_stride = target_stride;
-    if (moving) {
-      focused_.resize(scene_.size());
-      focused = focused_.data();
-      focused_stride = stride;
-    }
-    depth_of_field_.apply(camera, lens_, depths_, sharp, focused, focused_stride);
-    if (!moving) return;
-    // What the subject hides comes out from behind it.
-    const std::uint8_t* behind = focused;
-    if (full != scene_.data()) {
-      focused_scene_.resize(scene_.size());
-      depth_of_field_.apply(camera, lens_, depths_, {scene_.data(), scene_.data(), stride},
-                            focused_scene_.data(), stride);
-      behind = focused_scene_.data();
-    }
-    sharp = {behind, focused, stride};
+    depth_of_field_.apply(camera, lens_, depths_, sharp_, moving, focused_);
+    light = &focused_;
   }
-  motion_blur_.apply(camera, shutter_, depths_, sharp, target, target_stride);
+  if (moving) {
+    motion_blur_.apply(camera, shutter_, depths_, *light, moved_);
+    light = &moved_;
+  }
+  light->write(full, stride, target, target_stride);
 }
 
 void LensPicture::draw(const RenderFrame& frame, const RenderPlan& plan, std::uint64_t number,

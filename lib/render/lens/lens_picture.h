@@ -78,7 +78,7 @@ class LensPicture {
   MotionBlur::Shutter shutter_;
   bool moves_ = false;
   std::vector<std::uint8_t> scene_, full_;  // sharp: without the subject before it, and with it
-  std::vector<std::uint8_t> focused_scene_, focused_;  // the same with depth of field, to be moved
+  LightLayers sharp_, focused_, moved_;     // their light, and what becomes of it
   Sensor sensor_;
 };
 

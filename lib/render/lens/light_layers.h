@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 /// \file
-/// A sharp picture's light in two layers, the scene and the subjects before it: what is blurred apart,
-/// since what a subject hides is known, so that its blurred border is transparent.
+/// A picture's light in two layers, the scene and the subjects before it: what is blurred apart, since
+/// what a subject hides is known, so that its blurred border is transparent. Codes become light once,
+/// each blur makes layers of layers, and what comes out becomes codes once.
 #pragma once
 
 #include <cstdint>
 #include <vector>
 
-#include "raytrace/float4.h"
 #include "render/lens/depth_layers.h"
 
 namespace polyhull {
@@ -22,13 +22,23 @@ struct SharpPictures {
 
 struct LightLayers {
   int width = 0, height = 0;
-  std::vector<Float4> scene;  ///< linear, row by row; the last is 0
-  /// Linear, times the coverage, which is last. Light of which no depth is known is the scene's.
-  std::vector<Float4> subject;
-  std::vector<float> subject_inverse;  ///< 1/z, metres; 0 where there is none
+  std::vector<float> scene[3];  ///< red, green and blue, linear, row by row
+  /// What the subject adds to the scene's, which shows as far as the coverage, which is last, leaves
+  /// it. Light of which no depth is known is the scene's.
+  std::vector<float> subject[4];
+  Rectangle part;  ///< beyond it there is no subject
+
+  /// Writes channel \p c of both layers together, of \p count pixels from \p first on.
+  void picture(std::size_t c, std::size_t first, int count, float* to) const;
+
+  /// Takes this size, and no subject but in \p subjects; what is in it is to be written.
+  void resize(int columns, int rows, const Rectangle& subjects);
 
   /// Reads \p sharp, which has the size of \p depths.
   void read(const DepthLayers& depths, const SharpPictures& sharp);
+
+  /// Writes them into \p target, rows \p target_stride bytes apart, with the alpha of \p full.
+  void write(const std::uint8_t* full, int stride, std::uint8_t* target, int target_stride) const;
 
   /// The pixel there, or the picture's nearest.
   std::size_t pixel(int x, int y) const {

@@ -4,34 +4,28 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <cstring>
 
-#include "base/srgb.h"
 #include "base/thread_pool.h"
+#include "render/projection.h"
 
 namespace polyhull {
 namespace {
 
 constexpr float least_motion = 0.1f;    // pixels: less is not seen
-constexpr float arrived = 0.5f;         // pixels from where a source was to lead
 constexpr float least_parallax = 1.0f;  // pixels: less is found from anywhere
-constexpr int iterations = 3;
+constexpr float least_tear = 0.15f;     // pixels by which neighbours' motions differ
 constexpr int most_steps = 64;
 // From a frame to the next; more is a cut.
 const double most_turn = glm::radians(15.0);
 constexpr double most_shift = 0.5;   // of the picture's width
 constexpr double most_frames = 2.0;  // by which they grow where frames lie between
 
-/// Between four pixels.
-Float4 between(const std::vector<Float4>& layer, const LightLayers& layers, float x, float y) {
-  const float left = std::floor(x), top = std::floor(y);
-  const float across = x - left, down = y - top;
-  const int i = static_cast<int>(left), j = static_cast<int>(top);
-  const Float4 above =
-      (1.0f - across) * layer[layers.pixel(i, j)] + across * layer[layers.pixel(i + 1, j)];
-  const Float4 below =
-      (1.0f - across) * layer[layers.pixel(i, j + 1)] + across * layer[layers.pixel(i + 1, j + 1)];
-  return (1.0f - down) * above + down * below;
+/// Calls \p work for each of \p count rows of something, on all threads.
+template <typename Work>
+void for_rows(int count, const Work& work) {
+  parallel_for(static_cast<std::size_t>(count), 1, 0, [&](std::size_t begin, std::size_t end) {
+    for (int row = static_cast<int>(begin); row < static_cast<int>(end); ++row) work(row);
+  });
 }
 
 /// A and b of motion_blur.h.
@@ -76,109 +70,48 @@ bool MotionBlur::moves(const Camera& camera, const Shutter& shutter) {
 }
 
 /// How far what is at \p u moves while the shutter is open.
-MotionBlur::Point MotionBlur::motion_at(Point u, float inverse) const {
-  const Vec3f at(u.x, u.y, 1.0f);
-  const float z = glm::dot(rows_[2], at) + inverse * shift_.z;
-  if (!(z > 1e-3f)) return {0.0f, 0.0f};  // it was behind the eye
-  Point motion{u.x - (glm::dot(rows_[0], at) + inverse * shift_.x) / z,
-               u.y - (glm::dot(rows_[1], at) + inverse * shift_.y) / z};
-  const float length = share_ * std::hypot(motion.x, motion.y);
-  const float scale = length > most_motion ? share_ * most_motion / length : share_;
-  return {scale * motion.x, scale * motion.y};
+Vec2f MotionBlur::motion_at(const Vec2f& u, float inverse) const {
+  float motion[2];
+  // Of one pixel, whose place is whole.
+  lens::motion_loops().motions(map_, static_cast<int>(u.x), static_cast<int>(u.y), &inverse, 1,
+                               motion, motion + 1);
+  return {motion[0], motion[1]};
 }
 
-/// Where lies what is at \p p at \p time (-1/2..1/2 of the shutter's); \p begin is the 1/z that is
-/// tried first, \p error by how much it misses \p p.
-MotionBlur::Point MotionBlur::source(const std::vector<float>& inverses, Point p, float time,
-                                     float begin, float& error) const {
-  Point motion = motion_at(p, begin), q{};
-  for (int i = 0; i < iterations; ++i) {
-    q = {p.x - time * motion.x, p.y - time * motion.y};
-    const std::size_t at =
-        layers_.pixel(static_cast<int>(std::lround(q.x)), static_cast<int>(std::lround(q.y)));
-    motion = motion_at(q, inverses[at]);
-    error = std::hypot(q.x + time * motion.x - p.x, q.y + time * motion.y - p.y);
-    if (error < 0.05f) break;
+void MotionBlur::find_motions() {
+  const auto size = static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_);
+  for (Motions* of : {&scene_motions_, &subject_motions_}) {
+    of->x.resize(size);
+    of->y.resize(size);
   }
-  return q;
-}
-
-MotionBlur::Point MotionBlur::scene_source(Point p, float time, const Reach& reach) const {
-  if (subject_only_) return p;
-  const std::vector<float>& inverses = *scene_inverse_;
-  const std::size_t own =
-      layers_.pixel(static_cast<int>(std::lround(p.x)), static_cast<int>(std::lround(p.y)));
-  Point best = p;
-  float least_error = 1e9f, nearest = -1.0f;
-  for (const float begin : {inverses[own], reach.nearest, reach.farthest}) {
-    float error = 0.0f;
-    const Point q = source(inverses, p, time, begin, error);
-    const float depth = inverses[layers_.pixel(static_cast<int>(std::lround(q.x)),
-                                               static_cast<int>(std::lround(q.y)))];
-    const bool arrives = error < arrived, better = nearest >= 0.0f ? arrives && depth > nearest
-                                                                   : arrives || error < least_error;
-    if (!better) continue;
-    best = q;
-    least_error = error;
-    if (arrives) nearest = depth;
-    if (reach.parallax < least_parallax) break;
-  }
-  return best;
-}
-
-/// The light at \p p at \p time.
-Float4 MotionBlur::seen(Point p, float time, const Reach& reach) const {
-  const Point s = scene_source(p, time, reach);
-  const Float4 scene = between(layers_.scene, layers_, s.x, s.y);
-  if (!reach.subject) return scene;
-  float error = 0.0f;
-  const std::size_t own =
-      layers_.pixel(static_cast<int>(std::lround(p.x)), static_cast<int>(std::lround(p.y)));
-  const Point q = source(subject_inverse_, p, time, subject_inverse_[own], error);
-  const Float4 subject = between(layers_.subject, layers_, q.x, q.y);
-  if (subject[3] == 0.0f) return scene;
-  // What stands before the subject stays before it.
-  const auto depth_at = [&](const std::vector<float>& inverses, Point at) {
-    return inverses[layers_.pixel(static_cast<int>(std::lround(at.x)),
-                                  static_cast<int>(std::lround(at.y)))];
-  };
-  if (depth_at(*scene_inverse_, s) > depth_at(subject_inverse_, q)) return scene;
-  return subject + (1.0f - subject[3]) * scene;
-}
-
-void MotionBlur::blur_tile(int column, int row, const SharpPictures& sharp, std::uint8_t* target,
-                           int target_stride) const {
-  const Reach& reach = reach_[static_cast<std::size_t>(row * columns_ + column)];
-  const int right = std::min((column + 1) * tile, layers_.width);
-  const int steps = std::clamp(static_cast<int>(std::ceil(reach.motion)) + 1, 2, most_steps);
-  const float share = 1.0f / static_cast<float>(steps);
-  const std::uint8_t* codes = linear_to_srgb_table();
-  for (int y = row * tile; y < std::min((row + 1) * tile, layers_.height); ++y)
-    for (int x = column * tile; x < right; ++x) {
-      const std::uint8_t* from =
-          sharp.full + static_cast<std::ptrdiff_t>(y) * sharp.stride + 4 * std::ptrdiff_t{x};
-      std::uint8_t* to =
-          target + static_cast<std::ptrdiff_t>(y) * target_stride + 4 * std::ptrdiff_t{x};
-      std::memcpy(to, from, 4);
-      if (reach.motion < least_motion) continue;
-      Float4 light{};
-      for (int i = 0; i < steps; ++i)
-        light += seen({static_cast<float>(x), static_cast<float>(y)},
-                      (static_cast<float>(i) + 0.5f) * share - 0.5f, reach);
-      for (int c = 0; c < 3; ++c) to[c] = linear_to_srgb(share * light[c], codes);
-    }
+  for_rows(height_, [&](int y) {
+    const auto first = static_cast<std::size_t>(y) * static_cast<std::size_t>(width_);
+    if (!subject_only_)
+      lens::motion_loops().motions(map_, 0, y, scene_inverse_ + first, width_,
+                                   &scene_motions_.x[first], &scene_motions_.y[first]);
+    if (y < part_.y || y >= part_.y + part_.height) return;
+    const std::size_t at = first + static_cast<std::size_t>(part_.x);
+    lens::motion_loops().motions(map_, part_.x, y, &subject_inverse_[at], part_.width,
+                                 &subject_motions_.x[at], &subject_motions_.y[at]);
+  });
 }
 
 /// Brings the subject's depth to the pixels around it, first along rows, then along columns.
-void MotionBlur::spread_subject() {
-  subject_inverse_ = layers_.subject_inverse;
+void MotionBlur::spread_subject(const LightLayers& sharp) {
   constexpr int most = static_cast<int>(0.5f * most_motion) + 2;
+  part_ = {};
+  if (sharp.part.empty()) return;
+  // As far as sources are looked for.
+  constexpr int reach = static_cast<int>(most_motion) + 2 * tile + 2;
+  const Rectangle& own = sharp.part;
+  part_ = intersection({0, 0, width_, height_}, {own.x - reach, own.y - reach,
+                                                 own.width + 2 * reach, own.height + 2 * reach});
   std::vector<int> ages;  // how far the pixel is away that depth was taken from
-  const auto spread = [&](std::size_t from, std::size_t step, std::size_t count) {
-    ages.resize(count);
+  const auto spread = [&](std::size_t from, std::size_t step, int count) {
+    ages.resize(static_cast<std::size_t>(count));
     int age = most;
     float last = 0.0f;
-    for (std::size_t i = 0; i < count; ++i) {
+    for (std::size_t i = 0; i < ages.size(); ++i) {
       float& here = subject_inverse_[from + i * step];
       if (here > 0.0f) {
         last = here;
@@ -189,7 +122,7 @@ void MotionBlur::spread_subject() {
       ages[i] = age;
     }
     age = most;
-    for (std::size_t i = count; i-- > 0;) {
+    for (std::size_t i = ages.size(); i-- > 0;) {
       float& here = subject_inverse_[from + i * step];
       if (ages[i] == 0) {
         last = here;
@@ -199,56 +132,87 @@ void MotionBlur::spread_subject() {
       }
     }
   };
-  const auto columns = static_cast<std::size_t>(layers_.width),
-             rows = static_cast<std::size_t>(layers_.height);
-  for (std::size_t y = 0; y < rows; ++y) {
-    const auto row = subject_inverse_.begin() + static_cast<std::ptrdiff_t>(y * columns);
-    if (std::any_of(row, row + layers_.width, [](float w) { return w > 0.0f; }))
-      spread(y * columns, 1, columns);
-  }
-  for (std::size_t x = 0; x < columns; ++x) spread(x, columns, rows);
+  for (int y = own.y; y < own.y + own.height; ++y) spread(sharp.pixel(part_.x, y), 1, part_.width);
+  for (int x = part_.x; x < part_.x + part_.width; ++x)
+    spread(sharp.pixel(x, part_.y), static_cast<std::size_t>(width_), part_.height);
+}
+
+/// Cells in which, or at whose border to the next, motions differ.
+void MotionBlur::find_torn() {
+  const int columns = 2 * columns_;
+  torn_.assign(static_cast<std::size_t>(columns * 2 * rows_of_tiles_), 0);
+  for_rows(2 * rows_of_tiles_, [&](int row) {
+    for (int y = cell * row; y < std::min(cell * (row + 1), height_); ++y)
+      for (const float* plane : {scene_motions_.x.data(), scene_motions_.y.data()}) {
+        const float* here = plane + static_cast<std::ptrdiff_t>(y) * width_;
+        const float* next = y + 1 < height_ ? here + width_ : here;
+        for (int column = 0; cell * column < width_; ++column) {
+          const int x = cell * column, end = std::min(x + cell, width_ - 1);
+          float most = 0.0f;
+          for (int i = x; i < end; ++i) {
+            const float right = std::abs(here[i + 1] - here[i]), down = std::abs(next[i] - here[i]);
+            most = std::max(most, std::max(right, down));
+          }
+          if (most > least_tear) torn_[static_cast<std::size_t>(row * columns + column)] = 1;
+        }
+      }
+  });
+}
+
+/// Whether nothing in cell (column, row), and of what comes there from \p motion away, is torn.
+bool MotionBlur::smooth(int column, int row, float motion) const {
+  const int around = static_cast<int>(0.5f * motion + 1.0f) / cell + 1;
+  const int columns = 2 * columns_, rows = 2 * rows_of_tiles_;
+  for (int j = std::max(row - around, 0); j <= std::min(row + around, rows - 1); ++j)
+    for (int i = std::max(column - around, 0); i <= std::min(column + around, columns - 1); ++i)
+      if (torn_[static_cast<std::size_t>(j * columns + i)]) return false;
+  return true;
+}
+
+/// What moves in a tile.
+void MotionBlur::find_own(int column, int row, const LightLayers& sharp) {
+  Reach reach;
+  const Rectangle part =
+      intersection({0, 0, width_, height_}, {column * tile, row * tile, tile, tile});
+  for (int y = part.y; y < part.y + part.height; ++y)
+    for (std::size_t i = sharp.pixel(part.x, y); i <= sharp.pixel(part.x + part.width - 1, y);
+         ++i) {
+      reach.nearest = std::max(reach.nearest, scene_inverse_[i]);
+      reach.farthest = std::min(reach.farthest, scene_inverse_[i]);
+    }
+  const Rectangle bodies = intersection(part, sharp.part);
+  float longest = 0.0f;
+  for (int y = bodies.y; y < bodies.y + bodies.height; ++y)
+    for (int x = bodies.x; x < bodies.x + bodies.width; ++x) {
+      const std::size_t i = sharp.pixel(x, y);
+      if (sharp.subject[3][i] == 0.0f) continue;
+      reach.subject = true;
+      const float across = subject_motions_.x[i], down = subject_motions_.y[i];
+      longest = std::max(longest, across * across + down * down);
+    }
+  reach.motion = std::sqrt(longest);
+  if (!subject_only_)
+    for (const int x : {0, tile})
+      for (const int y : {0, tile})
+        for (const float inverse : {reach.nearest, reach.farthest})
+          reach.motion =
+              std::max(reach.motion,
+                       glm::length(motion_at(Vec2f(column * tile + x, row * tile + y), inverse)));
+  own_[static_cast<std::size_t>(row * columns_ + column)] = reach;
 }
 
 /// What can come to each tile, from the tiles around.
 void MotionBlur::find_reach() {
-  columns_ = (layers_.width + tile - 1) / tile;
-  rows_of_tiles_ = (layers_.height + tile - 1) / tile;
-  std::vector<Reach> own(static_cast<std::size_t>(columns_ * rows_of_tiles_));
-  for (Reach& reach : own) reach.farthest = 1e9f;
-  const auto length = [](Point motion) { return std::hypot(motion.x, motion.y); };
-  for (int y = 0; y < layers_.height; ++y)
-    for (int x = 0; x < layers_.width; ++x) {
-      Reach& reach = own[static_cast<std::size_t>(y / tile * columns_ + x / tile)];
-      const std::size_t i = layers_.pixel(x, y);
-      const Point at{static_cast<float>(x), static_cast<float>(y)};
-      const float inverse = (*scene_inverse_)[i];
-      reach.nearest = std::max(reach.nearest, inverse);
-      reach.farthest = std::min(reach.farthest, inverse);
-      if (layers_.subject[i][3] > 0.0f) {
-        reach.subject = true;
-        reach.motion = std::max(reach.motion, length(motion_at(at, subject_inverse_[i])));
-      }
-    }
-  for (int row = 0; row < rows_of_tiles_; ++row)
-    for (int column = 0; column < columns_; ++column) {
-      Reach& reach = own[static_cast<std::size_t>(row * columns_ + column)];
-      if (subject_only_) continue;
-      for (const float x : {0.0f, static_cast<float>(tile)})
-        for (const float y : {0.0f, static_cast<float>(tile)})
-          for (const float inverse : {reach.nearest, reach.farthest})
-            reach.motion =
-                std::max(reach.motion, length(motion_at({static_cast<float>(column * tile) + x,
-                                                         static_cast<float>(row * tile) + y},
-                                                        inverse)));
-    }
-  reach_ = own;
-  constexpr int most = static_cast<int>(0.5f * most_motion) / tile + 1;
-  for (int row = 0; row < rows_of_tiles_; ++row)
+  reach_ = own_;
+  float longest = 0.0f;
+  for (const Reach& reach : own_) longest = std::max(longest, reach.motion);
+  const int most = static_cast<int>(0.5f * longest + 1.0f) / tile + 1;
+  for_rows(rows_of_tiles_, [&](int row) {
     for (int column = 0; column < columns_; ++column) {
       Reach& reach = reach_[static_cast<std::size_t>(row * columns_ + column)];
       for (int j = std::max(row - most, 0); j <= std::min(row + most, rows_of_tiles_ - 1); ++j)
         for (int i = std::max(column - most, 0); i <= std::min(column + most, columns_ - 1); ++i) {
-          const Reach& other = own[static_cast<std::size_t>(j * columns_ + i)];
+          const Reach& other = own_[static_cast<std::size_t>(j * columns_ + i)];
           const int apart = std::max({std::abs(i - column) - 1, std::abs(j - row) - 1, 0}) * tile;
           if (0.5f * other.motion + 1.0f < static_cast<float>(apart)) continue;
           reach.motion = std::max(reach.motion, other.motion);
@@ -256,30 +220,87 @@ void MotionBlur::find_reach() {
           reach.farthest = std::min(reach.farthest, other.farthest);
           reach.subject |= other.subject;
         }
-      const Point middle{(static_cast<float>(column) + 0.5f) * tile,
-                         (static_cast<float>(row) + 0.5f) * tile};
-      const Point near = motion_at(middle, reach.nearest), far = motion_at(middle, reach.farthest);
-      reach.parallax = length({near.x - far.x, near.y - far.y});
+      const Vec2f middle(column * tile + tile / 2, row * tile + tile / 2);
+      reach.parallax =
+          glm::length(motion_at(middle, reach.nearest) - motion_at(middle, reach.farthest));
+    }
+  });
+}
+
+void MotionBlur::blur_tile(int column, int row, const LightLayers& sharp,
+                           LightLayers& moved) const {
+  const Reach& reach = reach_[static_cast<std::size_t>(row * columns_ + column)];
+  const int right = std::min((column + 1) * tile, width_),
+            bottom = std::min((row + 1) * tile, height_);
+  if (reach.motion < least_motion) {
+    for (int y = row * tile; y < bottom; ++y)
+      for (std::size_t c = 0; c < 3; ++c)
+        sharp.picture(c, sharp.pixel(column * tile, y), right - column * tile,
+                      &moved.scene[c][sharp.pixel(column * tile, y)]);
+    return;
+  }
+  const auto layer = [&](const std::vector<float>* light, const float* coverage,
+                         const float* inverse, const Motions& motions) {
+    return lens::MovingLayer{{light[0].data(), light[1].data(), light[2].data(), coverage},
+                             inverse,
+                             motions.x.data(),
+                             motions.y.data(),
+                             width_,
+                             height_};
+  };
+  const lens::MovingLayer scene = layer(sharp.scene, nullptr, scene_inverse_, scene_motions_),
+                          subject = layer(sharp.subject, sharp.subject[3].data(),
+                                          subject_inverse_.data(), subject_motions_);
+  lens::MotionSpan span{};
+  span.steps = std::clamp(static_cast<int>(std::ceil(reach.motion)) + 1, 2, most_steps);
+  span.still = subject_only_;
+  span.parallax = reach.parallax >= least_parallax;
+  span.nearest = reach.nearest;
+  span.farthest = reach.farthest;
+  for (int top = row * tile; top < bottom; top += cell)
+    for (span.x = column * tile; span.x < right; span.x += cell) {
+      span.smooth = !subject_only_ && smooth(span.x / cell, top / cell, reach.motion);
+      for (span.y = top; span.y < std::min(top + cell, bottom); ++span.y) {
+        float light[3][lens::motion_row];
+        lens::motion_loops().blur(map_, scene, reach.subject ? &subject : nullptr, span, light);
+        const std::size_t at = sharp.pixel(span.x, span.y);
+        for (std::size_t c = 0; c < 3; ++c)
+          std::copy_n(light[c], std::min(cell, right - span.x), &moved.scene[c][at]);
+      }
     }
 }
 
 void MotionBlur::apply(const Camera& camera, const Shutter& shutter, const DepthLayers& depths,
-                       const SharpPictures& sharp, std::uint8_t* target, int target_stride) {
+                       const LightLayers& sharp, LightLayers& moved) {
   Mat3 a;
   Vec3 b;
   find_map(camera, shutter.before, a, b);
-  for (int i = 0; i < 3; ++i) rows_[i] = Vec3f(glm::transpose(a)[i]);
-  shift_ = Vec3f(b);
-  share_ = static_cast<float>(shutter.share);
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) map_.a[i][j] = static_cast<float>(a[j][i]);
+    map_.b[i] = static_cast<float>(b[i]);
+  }
+  map_.share = static_cast<float>(shutter.share);
+  map_.most = most_motion;
   subject_only_ = shutter.subject_only;
-  layers_.read(depths, sharp);
-  scene_inverse_ = &depths.scene();
-  spread_subject();
+  width_ = sharp.width;
+  height_ = sharp.height;
+  columns_ = (width_ + tile - 1) / tile;
+  rows_of_tiles_ = (height_ + tile - 1) / tile;
+  scene_inverse_ = depths.scene().data();
+  subject_inverse_ = depths.subject();
+  spread_subject(sharp);
+  find_motions();
+  if (!subject_only_) find_torn();
+  own_.resize(static_cast<std::size_t>(columns_ * rows_of_tiles_));
+  for_rows(rows_of_tiles_, [&](int row) {
+    for (int column = 0; column < columns_; ++column) find_own(column, row, sharp);
+  });
   find_reach();
+  moved.resize(width_, height_, {});
   parallel_for(static_cast<std::size_t>(columns_ * rows_of_tiles_), 4, 0,
                [&](std::size_t begin, std::size_t end) {
                  for (int i = static_cast<int>(begin); i < static_cast<int>(end); ++i)
-                   blur_tile(i % columns_, i / columns_, sharp, target, target_stride);
+                   blur_tile(i % columns_, i / columns_, sharp, moved);
                });
 }
 

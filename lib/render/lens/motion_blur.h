@@ -12,7 +12,9 @@
 /// at pixel p is at q with q + tau v(q, w(q)) = p, which is looked for by fixed-point
 /// iteration from the depth at p and, where their motions differ by a pixel, from the nearest and
 /// the farthest around; of those that arrive, the nearest is what is seen. Where none does, a thing
-/// has uncovered what the picture does not show, and what lies beside it stands for it.
+/// has uncovered what the picture does not show, and what lies beside it stands for it. Where motions
+/// of neighbours are alike, there is but one q, and it is found for tau = -s/2 and s/2 alone: in
+/// between it lies on the parabola through both and p.
 ///
 /// Motion is a straight line at even speed, and the scene and its subjects stand still in it: a person's
 /// own motion is blurred in the pictures of the cameras that saw it.
@@ -22,6 +24,7 @@
 #include <vector>
 
 #include "render/lens/light_layers.h"
+#include "render/lens/loops/motion_loops.h"
 #include "rig/camera.h"
 
 namespace polyhull {
@@ -46,44 +49,46 @@ class MotionBlur {
   /// Whether \p camera moves with \p shutter so that it can be seen. A cut is to be kept from here.
   static bool moves(const Camera& camera, const Shutter& shutter);
 
-  /// Writes what the open shutter makes of \p sharp into \p target, RGBA rows \p target_stride bytes
-  /// apart, of other memory; alpha as in SharpPictures::full. Light is added up linearly. \p camera is
-  /// the pinhole's, of the size of \p depths.
+  /// Makes of \p sharp what the open shutter makes of it: one layer, the scene's. \p camera is the
+  /// pinhole's, of the size of \p depths.
   void apply(const Camera& camera, const Shutter& shutter, const DepthLayers& depths,
-             const SharpPictures& sharp, std::uint8_t* target, int target_stride);
+             const LightLayers& sharp, LightLayers& moved);
 
  private:
-  static constexpr int tile = 16;  // pixels
+  static constexpr int tile = 16;                // pixels
+  static constexpr int cell = lens::motion_row;  // pixels
 
-  struct Point {
-    float x, y;
-  };
   /// What moves how, near a tile.
   struct Reach {
     float motion = 0.0f;                    // the longest, in pixels, of the shutter's time
-    float nearest = 0.0f, farthest = 0.0f;  // 1/z of the scene
+    float nearest = 0.0f, farthest = 1e9f;  // 1/z of the scene
     float parallax = 0.0f;                  // how much their motion differs, in pixels
     bool subject = false;
   };
-  void spread_subject();
+  struct Motions {
+    std::vector<float> x, y;
+  };
+  void find_motions();
+  void spread_subject(const LightLayers& sharp);
+  void find_torn();
+  void find_own(int column, int row, const LightLayers& sharp);
   void find_reach();
-  Point motion_at(Point u, float inverse) const;
-  Point source(const std::vector<float>& inverses, Point p, float time, float begin,
-               float& error) const;
-  Point scene_source(Point p, float time, const Reach& reach) const;
-  Float4 seen(Point p, float time, const Reach& reach) const;
-  void blur_tile(int column, int row, const SharpPictures& sharp, std::uint8_t* target,
-                 int target_stride) const;
+  Vec2f motion_at(const Vec2f& u, float inverse) const;
+  bool smooth(int column, int row, float motion) const;
+  void blur_tile(int column, int row, const LightLayers& sharp, LightLayers& moved) const;
 
-  Vec3f rows_[3], shift_{0.0f};  // A and b
-  float share_ = 0.0f;
+  lens::MotionMap map_{};
   bool subject_only_ = false;
-  LightLayers layers_;
-  const std::vector<float>* scene_inverse_ = nullptr;
-  // 1/z, beyond the outline that of the nearest pixel in it along the row, else along the column.
+  int width_ = 0, height_ = 0;
+  const float* scene_inverse_ = nullptr;
+  Motions scene_motions_, subject_motions_;
+  // 1/z, beyond the outline that of the nearest pixel in it along the row, else along the column; where
+  // the subject may come to.
   std::vector<float> subject_inverse_;
+  Rectangle part_;
+  std::vector<char> torn_;  // by cell: neighbours in the scene move otherwise
   int columns_ = 0, rows_of_tiles_ = 0;
-  std::vector<Reach> reach_;
+  std::vector<Reach> own_, reach_;
 };
 
 }  // namespace polyhull

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/thread_pool.h"
 #include "glowing_stage.h"
 #include "support/run_kind.h"
 
@@ -21,8 +22,8 @@ const int paths_per_pixel = at_length() ? 128 : 24;
 const double noise = at_length() ? 0.0 : 4.0;  // dB, of the truth
 
 Picture drawn(const Stage& stage, const ViewportLens& lens) {
-  return stage.drawn([&](const SharpPictures& sharp, Picture& out) {
-    DepthOfField().apply(stage.camera, lens, stage.depths, sharp, out.pixels.data(), 4 * width);
+  return stage.drawn([&](const LightLayers& sharp, LightLayers& focused) {
+    DepthOfField().apply(stage.camera, lens, stage.depths, sharp, false, focused);
   });
 }
 
@@ -67,6 +68,33 @@ TEST(DepthOfField, IsSharpWhereTheLensIsClosed) {
   const Picture drawn = test::drawn(stage(), lens_of(1e-6, 4.2));
   // Through linear light and back codes stay.
   EXPECT_EQ(drawn.pixels, stage().with.pixels);
+}
+
+// What was blurred before, and on how many threads, changes nothing.
+TEST(DepthOfField, RemembersNothing) {
+  DepthOfField blur;
+  LightLayers focused;
+  std::vector<float> alone;
+  for (const int threads : {0, 1, 0}) {
+    set_pool_threads(threads);
+    for (const double focus : {2.5, 8.2}) {
+      ViewportLens lens = lens_of(0.1, focus);
+      lens.subject_only = threads == 1 && focus < 3.0;
+      stage().drawn([&](const LightLayers& sharp, LightLayers& drawn) {
+        blur.apply(stage().camera, lens, stage().depths, sharp, focus < 3.0, focused);
+        DepthOfField().apply(stage().camera, lens, stage().depths, sharp, focus < 3.0, drawn);
+        for (std::size_t c = 0; c < 4; ++c) {
+          EXPECT_EQ(focused.subject[c], drawn.subject[c]);
+          if (c < 3) {
+            EXPECT_EQ(focused.scene[c], drawn.scene[c]);
+          }
+        }
+      });
+    }
+    if (alone.empty()) alone = focused.scene[0];
+    EXPECT_EQ(focused.scene[0], alone);
+  }
+  set_pool_threads(0);
 }
 
 TEST(DepthOfField, EvenSurfacesStayEven) {

@@ -110,11 +110,14 @@ struct Stage {
     plan = renderer.plan(frame, {});
     depths.set(frame, plan);
   }
-  /// Writes what \p draw makes of the layers' sharp pictures.
-  template <typename Draw>
-  Picture drawn(const Draw& draw) const {
+  /// What \p blur makes of the sharp pictures' light.
+  template <typename Blur>
+  Picture drawn(const Blur& blur) const {
     Picture out{width, height, 4, std::vector<std::uint8_t>(with.pixels.size())};
-    draw(SharpPictures{without.pixels.data(), with.pixels.data(), 4 * width}, out);
+    LightLayers sharp, blurred;
+    sharp.read(depths, {without.pixels.data(), with.pixels.data(), 4 * width});
+    blur(sharp, blurred);
+    blurred.write(with.pixels.data(), 4 * width, out.pixels.data(), 4 * width);
     return out;
   }
 };

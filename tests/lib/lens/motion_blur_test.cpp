@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "base/error.h"
+#include "base/thread_pool.h"
 #include "glowing_stage.h"
 #include "render/lens/lens_picture.h"
 #include "support/run_kind.h"
@@ -53,8 +54,8 @@ Picture truth(const TracedScene& scene, const Move& move, const PathOptions& pat
 }
 
 Picture drawn(const Stage& stage, const MotionBlur::Shutter& shutter) {
-  return stage.drawn([&](const SharpPictures& sharp, Picture& out) {
-    MotionBlur().apply(stage.camera, shutter, stage.depths, sharp, out.pixels.data(), 4 * width);
+  return stage.drawn([&](const LightLayers& sharp, LightLayers& moved) {
+    MotionBlur().apply(stage.camera, shutter, stage.depths, sharp, moved);
   });
 }
 
@@ -144,6 +145,28 @@ TEST(MotionBlur, MovesOnlyWhereTheViewportDoes) {
   EXPECT_TRUE(MotionBlur::moves(still, shutter));
   shutter.share = 0.0;
   EXPECT_FALSE(MotionBlur::moves(still, shutter));
+}
+
+// What was blurred before, and on how many threads, changes nothing.
+TEST(MotionBlur, RemembersNothing) {
+  MotionBlur blur;
+  LightLayers moved;
+  std::vector<float> alone;
+  for (const int threads : {0, 1, 0}) {
+    set_pool_threads(threads);
+    for (const Move& move : {moves[2], moves[0]}) {
+      MotionBlur::Shutter shutter = shutter_of(move);
+      shutter.subject_only = threads == 1 && move.share == 1.0;
+      stage().drawn([&](const LightLayers& sharp, LightLayers& drawn) {
+        blur.apply(stage().camera, shutter, stage().depths, sharp, moved);
+        MotionBlur().apply(stage().camera, shutter, stage().depths, sharp, drawn);
+        for (std::size_t c = 0; c < 3; ++c) EXPECT_EQ(moved.scene[c], drawn.scene[c]);
+      });
+    }
+    if (alone.empty()) alone = moved.scene[0];
+    EXPECT_EQ(moved.scene[0], alone);
+  }
+  set_pool_threads(0);
 }
 
 // Another camera is no motion.
