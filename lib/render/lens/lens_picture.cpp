@@ -26,6 +26,15 @@ void check(const ViewportLens& lens) {
               lens.aperture, lens.focus_distance, lens.shutter, lens.grain);
 }
 
+/// Whether the plan's mirror shows what may lie anywhere in the picture: metal gives all light, so that
+/// nobody asks what it showed.
+bool looks_elsewhere(const RenderFrame& frame, const RenderPlan& plan) {
+  if (plan.mirror.empty()) return false;
+  const SceneMesh& mesh =
+      frame.scene->meshes[static_cast<std::size_t>(mirror_of(frame, plan)->mesh)];
+  return !frame.scene->materials[static_cast<std::size_t>(mesh.material)].only_mirrors();
+}
+
 }  // namespace
 
 void LensPicture::set(RenderFrame& frame, const ViewportLens& lens, const Camera* before) {
@@ -103,11 +112,10 @@ void LensPicture::draw(const RenderFrame& frame, const RenderPlan& plan, std::ui
     else if (!plan.untouched())
       compose(plan, background, background_stride, target, target_stride);
   } else if (blurred || !plan.untouched()) {
-    // A mirror shows what may lie anywhere in the picture.
     const Camera& pinhole = distorted_.pinhole();
     const Rectangle all{0, 0, pinhole.width, pinhole.height};
     const Rectangle changed = blurred ? all : plan.changed();
-    distorted_.take(background, background_stride, plan.mirror_index >= 0 ? all : changed);
+    distorted_.take(background, background_stride, looks_elsewhere(frame, plan) ? all : changed);
     const std::uint8_t* before = distorted_.before();
     std::uint8_t* drawn = distorted_.drawn();
     const int stride = distorted_.stride();
