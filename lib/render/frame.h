@@ -25,8 +25,8 @@ struct ScenePlanes;   // view/scene_planes.h
 enum class ShadowQuality {
   off,
   hard,  ///< of the light's middle alone
-  fast,  ///< processor: 3 rays a pixel; GL: one look-up in every light cell
-  good,  ///< processor: up to 12 rays; GL: percentage-closer soft shadows of 4 looks in every cell
+  fast,  ///< processor: 4 rays a pixel; GL: one look-up in every light cell
+  good,  ///< processor: 12 rays; GL: percentage-closer soft shadows of 4 looks in every cell
   best,  ///< processor: up to 64 rays; GL: of 16 looks, with 16 cells whatever light_samples says
 };
 

@@ -13,14 +13,17 @@ namespace {
 constexpr int texels = LightReach::texels;
 constexpr float least_depth = 1e-3f;
 
-/// Fills what a triangle touches, row by row: its edges' extents between two rows are its own.
+/// Fills what a triangle touches, row by row: its edges' extents between two rows are its own. Of one
+/// that lies in two rows or fewer the whole box.
 void fill(const Vec2f (&p)[3], std::vector<int>& filled) {
   const float top = std::min({p[0].y, p[1].y, p[2].y}), bottom = std::max({p[0].y, p[1].y, p[2].y});
-  const int first = std::clamp(static_cast<int>(std::floor(top)), 0, texels - 1);
-  const int last = std::clamp(static_cast<int>(std::floor(bottom)), 0, texels - 1);
+  const int first = std::clamp(static_cast<int>(top), 0, texels - 1);
+  const int last = std::clamp(static_cast<int>(bottom), 0, texels - 1);
+  const bool small = last - first < 2;
   for (int row = first; row <= last; ++row) {
-    float left = texels, right = 0.0f;
-    for (int i = 0; i < 3; ++i) {
+    float left = small ? std::min({p[0].x, p[1].x, p[2].x}) : texels;
+    float right = small ? std::max({p[0].x, p[1].x, p[2].x}) : 0.0f;
+    for (int i = 0; !small && i < 3; ++i) {
       const Vec2f &a = p[i], &b = p[(i + 1) % 3];
       const auto y0 = static_cast<float>(row), y1 = static_cast<float>(row + 1);
       if (std::max(a.y, b.y) < y0 || std::min(a.y, b.y) > y1) continue;
@@ -36,8 +39,8 @@ void fill(const Vec2f (&p)[3], std::vector<int>& filled) {
       right = std::max({right, xs, xt});
     }
     // A hundredth of a texel more than rounding could take away.
-    const int from = std::clamp(static_cast<int>(std::floor(left - 0.01f)), 0, texels - 1);
-    const int to = std::clamp(static_cast<int>(std::floor(right + 0.01f)), 0, texels - 1);
+    const int from = std::clamp(static_cast<int>(left - 0.01f), 0, texels - 1);
+    const int to = std::clamp(static_cast<int>(right + 0.01f), 0, texels - 1);
     for (int x = from; x <= to; ++x) filled[static_cast<std::size_t>(row) * texels + x] = 1;
   }
 }

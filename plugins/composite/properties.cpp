@@ -13,9 +13,8 @@ GType enum_type<ShadowQuality>() {
        {ShadowQuality::hard,
         "Of the light's middle alone: harder and darker than the scene's own shadows", "hard"},
        {ShadowQuality::fast,
-        "3 rays a pixel; GL: percentage-closer soft shadows in every cell of the light", "fast"},
-       {ShadowQuality::good, "Up to 12 rays a pixel; GL: one look-up in every cell of the light",
-        "good"},
+        "4 rays a pixel; GL: percentage-closer soft shadows in every cell of the light", "fast"},
+       {ShadowQuality::good, "12 rays a pixel; GL: one look-up in every cell of the light", "good"},
        {ShadowQuality::best, "Up to 64 rays a pixel; GL: one look-up in each of 16 cells", "best"},
        {ShadowQuality::fast, "Old name of fast", "pcss"},
        {ShadowQuality::good, "Old name of good", "area"}});

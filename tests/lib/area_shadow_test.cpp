@@ -81,7 +81,7 @@ struct Errors {
 /// Over the pixels that either says are shaded.
 Errors errors(Stage& stage, ShadowQuality quality, const std::vector<float>& expected) {
   ShadowCasters casters;
-  casters.set(stage.plan, stage.light(), false);
+  casters.set(stage.plan, stage.light(), quality, false);
   AreaShadow shadow;
   const ShadowView view{stage.layer, Vec3f(stage.plan.eye), PixelRays(stage.frame.viewport)};
   shadow.begin(casters, view, stage.light(), quality,
@@ -134,6 +134,100 @@ TEST(AreaShadow, ConvergesToTheLampsShadow) {
     EXPECT_LT(found.rms, bar.rms) << bar.name;
     EXPECT_LT(std::abs(found.bias), 0.002) << bar.name;
     EXPECT_LT(found.p99, bar.p99) << bar.name;
+  }
+}
+
+/// A lamp above the middle of the floor that shines down.
+Light lamp() {
+  Light light;
+  light.centre = {0.3f, 2.6f, -0.2f};
+  light.u = {0.4f, 0.0f, 0.0f};
+  light.v = {0.0f, 0.0f, 0.3f};
+  return light;
+}
+
+/// Of how many of \p receivers each of \p places is hidden by masks of the triangles.
+struct Masked {
+  LightReach reach;
+  LightMasks masks;
+  bool ready = false;
+
+  Masked(const Light& light, std::span<const Vec3f> points,
+         std::span<const std::uint32_t> triangles) {
+    reach.build(light, points, triangles);
+    ready = masks.set(reach, points, triangles);
+  }
+  /// A bit for each of \p places, of which there are at most 32.
+  std::uint32_t hidden(std::span<const Vec3f> places, const Vec3f& receiver) {
+    const LightReach::Place at = reach.place(receiver);
+    std::uint32_t found = 0;
+    masks.find_hidden(0, static_cast<int>(places.size()),
+                      {1, &at.tangents.x, &at.tangents.y, &at.inverse}, &found);
+    return found;
+  }
+};
+
+TEST(LightMasks, HideWhatRaysFindBlocked) {
+  const Hull figure = synthetic::figure(20);
+  const Light light = lamp();
+  Masked masked(light, figure.vertices, figure.triangles);
+  ASSERT_TRUE(masked.ready);
+  RayCaster caster;
+  caster.add_mesh(figure.vertices, figure.triangles);
+  caster.commit();
+  std::mt19937 random(1);
+  std::uniform_real_distribution<float> any(-1.0f, 1.0f);
+  std::vector<Vec3f> places;
+  for (int i = 0; i < 32; ++i)
+    places.push_back(light.centre + any(random) * light.u + any(random) * light.v);
+  masked.masks.aim(places);
+  int blocked = 0, wrong = 0, more = 0;
+  for (int i = 0; i < 20000; ++i) {
+    // On the floor, and between the floor and the lamp, before and behind the figure and in it.
+    const Vec3f place(any(random), i % 2 ? -0.001f : 1.2f + 1.2f * any(random), any(random));
+    const std::uint32_t hidden = masked.hidden(places, place);
+    for (std::size_t k = 0; k < places.size(); ++k) {
+      const bool found = hidden >> k & 1,
+                 truth = caster.occluded({place, 0.0f, places[k] - place, 1.0f});
+      blocked += truth;
+      wrong += found != truth;
+      more += found - truth;
+    }
+  }
+  EXPECT_GT(blocked, 40000);
+  EXPECT_LT(wrong, blocked / 25) << "more than along the outline";
+  EXPECT_LT(std::abs(more), blocked / 100) << "the outline is too wide or too narrow";
+}
+
+// A sheet has no inside, and is thinner than what lies between two sections.
+TEST(LightMasks, SheetsHideWhatLiesBehindThem) {
+  const std::vector<Vec3f> corners{
+      {-0.3f, 0.9f, -0.3f}, {0.3f, 0.9f, -0.3f}, {0.3f, 1.1f, 0.3f}, {-0.3f, 1.1f, 0.3f}};
+  for (const bool closed : {false, true}) {
+    std::vector<std::uint32_t> triangles{0, 1, 2, 0, 2, 3};
+    if (closed) triangles.insert(triangles.end(), {0, 2, 1, 0, 3, 2});
+    Masked masked(lamp(), corners, triangles);
+    ASSERT_TRUE(masked.ready);
+    const std::vector<Vec3f> places{lamp().centre, lamp().centre + lamp().u,
+                                    lamp().centre - lamp().v};
+    masked.masks.aim(places);
+    for (int x = -5; x <= 5; ++x) {
+      for (int z = -5; z <= 5; ++z) {
+        const Vec3f on(0.05f * static_cast<float>(x), 1.0f + 0.1f * static_cast<float>(z) / 6.0f,
+                       0.05f * static_cast<float>(z));
+        for (std::size_t k = 0; k < places.size(); ++k) {
+          EXPECT_TRUE(masked.hidden(places, places[k] + 1.5f * (on - places[k])) >> k & 1);
+          EXPECT_FALSE(masked.hidden(places, places[k] + 0.8f * (on - places[k])) >> k & 1);
+        }
+      }
+    }
+  }
+}
+
+TEST(LightMasks, LeaveToRaysWhatComesNearTheLight) {
+  for (const float top : {2.55f, 2.61f}) {
+    const std::vector<Vec3f> corners{{0.0f, 0.0f, 0.0f}, {0.1f, 0.0f, 0.0f}, {0.0f, top, 0.0f}};
+    EXPECT_FALSE(Masked(lamp(), corners, std::vector<std::uint32_t>{0, 1, 2}).ready);
   }
 }
 

@@ -2,29 +2,18 @@
 #include "render/processor/area_shadow.h"
 
 #include <algorithm>
-#include <array>
 #include <atomic>
-#include <cmath>
 #include <utility>
 
 #include "base/thread_pool.h"
 #include "raytrace/sampling.h"
-#include "scene/spot_cone.h"
 
 namespace polyhull::processor {
 namespace {
 
-/// Which block of the sequence a pixel of the grid asks for: those of each 2 x 2 are consecutive.
-std::size_t neighbour(int x, int y) {
-  return static_cast<std::size_t>((x & 1) | (y & 1) << 1 | (x & 2) << 1 | (y & 2) << 2);
-}
-
-constexpr std::size_t neighbours = 16;
-
-/// The points of the light that 4 x 4 pixels ask for, by neighbour().
-std::vector<Vec3f> light_places(const Light& light, int rays, int first) {
+/// The points of the light that \p all rays of neighbours ask for, \p rays of each.
+std::vector<Vec3f> light_places(const Light& light, int all, int rays, int first) {
   std::vector<Vec3f> places;
-  const int all = static_cast<int>(neighbours) * rays;
   for (int i = 0; i < all; ++i) {
     Vec2f square(0.5f);
     if (rays > 1) {
@@ -47,7 +36,7 @@ std::vector<Vec3f> light_places(const Light& light, int rays, int first) {
 
 AreaShadow::Effort AreaShadow::effort(ShadowQuality quality, const Light& light) {
   if (!light.is_area() || quality == ShadowQuality::hard) return {1, 1};
-  if (quality == ShadowQuality::fast) return {3, 3};
+  if (quality == ShadowQuality::fast) return {4, 4};
   if (quality == ShadowQuality::good) return {12, 4};
   return {64, 16};
 }
@@ -86,107 +75,6 @@ void AreaShadow::find_mixed(std::size_t number, int first) {
         other = state(static_cast<std::size_t>(j) * columns_ + i) != own;
     if (other) candidate_[pixel] = 2;
   });
-}
-
-/// Rays from pixels to one point of the light, in a packet, with what each pixel's point would get.
-struct AreaShadow::Packet {
-  static constexpr std::size_t most = block * block / neighbours;  // pixels that ask for the same
-  static_assert(most <= ImageHull::lanes, "ShadowCasters asks for as many at once");
-  std::array<Ray, most> rays;
-  std::array<std::uint8_t, most> hidden;
-  std::array<std::uint32_t, most> pixels;
-  std::array<float, most> weights;
-  std::size_t count = 0;
-
-  /// Asks \p caster which rays are blocked; returns how many were asked.
-  std::size_t ask(const RayCaster& caster) {
-    caster.occluded(std::span(rays).first(count), std::span(hidden).first(count));
-    return count;
-  }
-  /// Ray \p i becomes the last one of those that stay.
-  void keep(std::size_t i, std::size_t& kept) {
-    rays[kept] = rays[i];
-    pixels[kept] = pixels[i];
-    weights[kept++] = weights[i];
-  }
-};
-
-/// The rays of \p pixels to \p place, of those for which it shines.
-void AreaShadow::aim(std::span<const std::uint32_t> pixels, const Vec3f& place, const Vec3f& facing,
-                     Packet& packet) const {
-  const bool area = facing != Vec3f(0.0f), spot = light_.is_spot();
-  const SpotCone cone = cone_of(light_);
-  packet.count = 0;
-  for (const std::uint32_t pixel : pixels) {
-    const Receiver& at = receivers_[pixel];
-    const Vec3f way = place - at.point;
-    const float distance_2 = glm::dot(way, way);
-    const float incidence = glm::dot(at.normal, way);
-    const float distance = std::sqrt(distance_2);
-    const float along = -glm::dot(facing, way);
-    const float exit = spot ? cone.at(along / distance) * distance : area ? along : distance;
-    if (!(incidence > 0.0f) || !(exit > 0.0f)) continue;
-    Ray& ray = packet.rays[packet.count];
-    ray.origin = at.point;
-    ray.near = 0.0f;
-    ray.direction = way;
-    ray.far = 1.0f - 1e-4f;
-    packet.pixels[packet.count] = pixel;
-    packet.weights[packet.count++] = incidence * exit / (distance_2 * distance_2);
-  }
-}
-
-/// Samples first .. last - 1 of the block's candidates, of all for first = 0 and of mixed ones
-/// after.
-std::uint64_t AreaShadow::trace(const ShadowCasters& subjects, const TracedScene& scene,
-                                const Light& light, std::size_t number, int first, int last) {
-  std::array<std::uint32_t, Packet::most> pixels[neighbours];
-  std::size_t counts[neighbours] = {};
-  std::uint64_t traced = 0;
-  const std::uint8_t least = first == 0 ? 1 : 2;
-  for_pixels(number, [&](std::size_t pixel, int x, int y) {
-    if (candidate_[pixel] < least) return;
-    const std::size_t same = neighbour(x, y);
-    pixels[same][counts[same]++] = static_cast<std::uint32_t>(pixel);
-  });
-  const Vec3f facing = light_normal(light);
-  Packet packet;
-  // Many pixels' rays to one point of the light are a coherent packet.
-  for (int sample = first; sample < last; ++sample) {
-    const std::uint64_t bit = std::uint64_t{1} << sample;
-    for (std::size_t same = 0; same < neighbours; ++same) {
-      const std::size_t place = same * static_cast<std::size_t>(per_pixel_) + sample;
-      aim(std::span(pixels[same]).first(counts[same]), places_[place], facing, packet);
-      if (packet.count == 0) continue;
-      subjects.occluded(std::span(packet.rays).first(packet.count), places_[place], place, aim_,
-                        packet.hidden);
-      traced += packet.count;
-      std::size_t behind = 0;  // those whose way through the scene is not known yet
-      for (std::size_t i = 0; i < packet.count; ++i) {
-        if (!packet.hidden[i]) continue;
-        const std::uint32_t pixel = packet.pixels[i];
-        ++blocked_[pixel];
-        if (!(open_known_[pixel] & bit))
-          packet.keep(i, behind);
-        else if (open_[pixel] & bit)
-          sum_[pixel] += packet.weights[i];
-      }
-      packet.count = behind;
-      if (behind == 0) continue;
-      traced += packet.ask(scene.caster());
-      for (std::size_t i = 0; i < behind; ++i) {
-        const std::uint32_t pixel = packet.pixels[i];
-        open_known_[pixel] |= bit;
-        if (packet.hidden[i]) continue;
-        open_[pixel] |= bit;
-        sum_[pixel] += packet.weights[i];
-      }
-    }
-  }
-  for (std::size_t same = 0; same < neighbours; ++same)
-    for (std::size_t i = 0; i < counts[same]; ++i)
-      mean_[pixels[same][i]] = sum_[pixels[same][i]] / static_cast<float>(last);
-  return traced;
 }
 
 /// Copies the block and its surroundings. Returns whether any light is taken there.
@@ -275,6 +163,7 @@ bool AreaShadow::lay_out(const ShadowView& view, bool other_map, const Light& li
     receivers_.resize(count);
     in_light_.resize(count);
     for (auto* bits : {&open_known_, &open_}) bits->resize(count);
+    hidden_.resize(count);
     known_.assign(count, 0);
   }
   const auto blocks = static_cast<std::size_t>(block_columns_) * block_rows_;
@@ -327,8 +216,9 @@ bool AreaShadow::begin(const ShadowCasters& subjects, const ShadowView& view, co
   rays_of_pixels_ = view.rays;
   const bool kept =
       lay_out(view, std::exchange(map_, subjects.map()) != subjects.map(), light, work_.rays);
-  if (!kept) places_ = light_places(light, work_.rays, work_.first);
-  const int span = step_ * block;  // pixels of the picture
+  if (!kept) places_ = light_places(light, neighbours * work_.rays, work_.rays, work_.first);
+  if (subjects.masked()) work_.first = work_.rays;  // to ask is cheaper than to know where
+  const int span = step_ * block;                   // pixels of the picture
   blocks_ = {part.x / span, part.y / span, 0, 0};
   blocks_.width = (part.x + part.width - 1) / span + 1 - blocks_.x;
   blocks_.height = (part.y + part.height - 1) / span + 1 - blocks_.y;
@@ -351,13 +241,21 @@ std::vector<Rectangle> AreaShadow::reached(const LayerView& view) const {
   return rows;
 }
 
-void AreaShadow::draw(const ShadowCasters& subjects, const TracedScene& scene,
-                      const ShadowView& view, const Light& light) {
+void AreaShadow::draw(ShadowCasters& subjects, const TracedScene& scene, const ShadowView& view,
+                      const Light& light) {
   std::atomic<std::uint64_t> rays = 0;
-  aim_ = subjects.aim(places_);
+  subjects.aim(places_);
   in_blocks(0, [&](std::size_t number) {
     block_state_[number] = find_candidates(subjects.reach(), scene, view, number) > 0;
-    if (block_state_[number] > 0) rays += trace(subjects, scene, light, number, 0, work_.first);
+  });
+  if (subjects.masked())
+    parallel_for(static_cast<std::size_t>(blocks_.height), 1, 0,
+                 [&](std::size_t begin, std::size_t end) {
+                   for (std::size_t row = begin; row < end; ++row)
+                     look_up(subjects, blocks_.y + static_cast<int>(row));
+                 });
+  in_blocks(1, [&](std::size_t number) {
+    rays += trace(subjects, scene, light, number, 0, work_.first);
   });
   if (work_.rays > work_.first) {
     in_blocks(1, [&](std::size_t number) { find_mixed(number, work_.first); });

@@ -8,8 +8,9 @@
 /// neighbouring pixels together are one stratified set, as are those of each 2 x 2 of them and of
 /// each pixel (a block of Sobol's (0, 2)-sequence, which is stratified in every elementary
 /// interval), and a filter that gives each of the sixteen the same weight gathers them where they
-/// lie on one surface (interleaved sampling: Keller and Heidrich 2001). Where a first few rays all
-/// say the same, there and around, no more are traced. Where one ray tells all, of a hard shadow and a
+/// lie on one surface (interleaved sampling: Keller and Heidrich 2001). What subjects hide is looked up in
+/// images (light_masks.h), or traced: where a first few rays all say the same, there and around, no
+/// more are. Where one ray tells all, of a hard shadow and a
 /// point light's, every pixel of every row has its own.
 #pragma once
 
@@ -52,7 +53,7 @@ class AreaShadow {
 
   /// Computes E there; to be called once after begin(), with the same. The samples of the view's
   /// mirror are drawn where it is reached().
-  void draw(const ShadowCasters& subjects, const TracedScene& scene, const ShadowView& view,
+  void draw(ShadowCasters& subjects, const TracedScene& scene, const ShadowView& view,
             const Light& light);
 
   /// False where E is surely 0, for any pixel of the picture.
@@ -76,6 +77,7 @@ class AreaShadow {
   };
   static Effort effort(ShadowQuality quality, const Light& light);
   static constexpr int block = ShadowTile::side;  // pixels of the grid on a side
+  static constexpr int neighbours = 16;           // pixels that ask for different places
   static constexpr int margin = 4;                // pixels of the picture
 
   struct Packet;
@@ -92,6 +94,9 @@ class AreaShadow {
   void find_mixed(std::size_t number, int first);
   void aim(std::span<const std::uint32_t> pixels, const Vec3f& place, const Vec3f& facing,
            Packet& packet) const;
+  void hide(const ShadowCasters& subjects, std::span<const std::uint32_t> pixels,
+            std::size_t number, int sample, const Vec3f& facing, Packet& packet) const;
+  void look_up(const ShadowCasters& subjects, int block_row);
   std::uint64_t trace(const ShadowCasters& subjects, const TracedScene& scene, const Light& light,
                       std::size_t number, int first, int last);
   bool fill(std::size_t number, ShadowTile& tile) const;
@@ -130,12 +135,12 @@ class AreaShadow {
   int per_pixel_ = 0;
   Effort work_;
   std::vector<Vec3f> places_;              // on the light: per_pixel_ for each of 4 x 4 neighbours
-  ShadowCasters::Aim aim_;                 // of these
   std::vector<std::uint64_t> open_known_;  // by sample: whether the scene's part in b is known
   std::vector<std::uint64_t> open_;        // and lets the ray through
   // Of this frame.
   std::vector<std::uint8_t> candidate_;  // 1: a subject may shade it, 2: some of its rays differ
   std::vector<std::uint8_t> blocked_;    // of a pixel's rays, by subjects
+  std::vector<std::uint32_t> hidden_;    // the same by masks, a bit for each
   std::vector<float> sum_, mean_, gathered_;
   std::vector<std::uint8_t> blank_;  // by block: nothing was found last time, all is 0
   // 1: may be shaded, and from draw() on has candidates; 2: E is not 0 somewhere.

@@ -4,6 +4,8 @@
 #pragma once
 
 #include <atomic>
+#include <climits>
+#include <cstdint>
 #include <optional>
 #include <vector>
 
@@ -12,7 +14,7 @@
 #include "render/processor/scene/albedo_layer.h"
 #include "render/processor/scene/scene_layer.h"
 #include "render/processor/subject_layer.h"
-#include "render/processor/video_rows.h"
+#include "render/yuv/yuv_picture.h"
 
 namespace polyhull::processor {
 
@@ -24,6 +26,26 @@ struct Layers {
   AreaShadow shadow, mirror_shadow;   ///< on these
   std::vector<ReadySubject> subjects;
   SubjectLayer front, image;  ///< the subjects before the viewport and in the mirror
+};
+
+/// Where a picture goes: RGBA pixels, or video.
+struct PictureTarget {
+  std::uint8_t* pixels = nullptr;
+  std::ptrdiff_t stride = 0;
+  const YuvPicture* video = nullptr;  ///< pixels is null then
+};
+
+/// RGBA pixels to draw into, from column left and row top on.
+struct PixelRows {
+  std::uint8_t* pixels = nullptr;
+  std::ptrdiff_t stride = 0;
+  int left = 0, top = 0;
+  std::uint8_t* at(int x, int y) const { return pixels + (y - top) * stride + 4 * (x - left); }
+};
+
+/// The columns left .. right - 1 that drawing has reached.
+struct Touched {
+  int left = INT_MAX, right = 0;
 };
 
 class Blend {

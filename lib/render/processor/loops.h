@@ -64,6 +64,22 @@ struct ShadowRows {
   float inverse[2][9], taken[2][9];
 };
 
+/// An image of bits, with a column and a row of zeros all around (light_masks.h).
+struct MaskImage {
+  const std::uint32_t* bits = nullptr;  ///< from each word's lowest on
+  int stride = 0;                       ///< words
+  int width = 0, height = 0;
+  float scale[2], origin[2], per_w[2];  ///< texel = m * scale + origin + w * per_w
+};
+
+/// Points in a light's map, in arrays of \p count.
+struct MaskPoints {
+  int count = 0;
+  const float* x = nullptr;  ///< the tangents m
+  const float* y = nullptr;
+  const float* w = nullptr;  ///< 1/z
+};
+
 /// From linear light to the nearest byte of sRGB, by a straight line in each sixteenth of an octave:
 /// byte = bias + slope * light, cut off.
 struct SrgbLines {
@@ -103,6 +119,12 @@ struct Loops {
   /// What 16 pixels of a picture's row take, from the grid's pixels around them (every second one
   /// of every second row) that lie as deep; \p inverse 1/z at theirs.
   void (*take)(const ShadowRows& rows, const float* inverse, float* taken);
+  /// Sets in \p to the bits of the \p count words \p from, moved up by \p bits, 0 to 31, from word to
+  /// word; the word before the first is read, too.
+  void (*shift_onto)(const std::uint32_t* from, int count, int bits, std::uint32_t* to);
+  /// Sets \p bit of the words \p found of those points that fall on a bit of \p image.
+  void (*look_up)(const MaskImage& image, const MaskPoints& points, std::uint32_t bit,
+                  std::uint32_t* found);
   /// Puts the pixels together into \p out, RGBA bytes; returns how many are not the background's any
   /// more. \p power of the lamp: by how much a
   /// background of albedo 1 falls for taken = 1; \p decode as for fetch().

@@ -28,6 +28,7 @@ struct ProcessorRenderer::State : Layers {
   std::optional<std::uint64_t> geometry;  // geometry_key() of the scene, once it is asked for
   ShadowCasters casters;
   std::optional<Light> shadow_light;  // for which casters has the subjects
+  ShadowQuality shadow_quality{};     // the same
   std::vector<std::uint8_t> background_copy;
 
   bool still(const RenderPlan& plan) const;
@@ -117,8 +118,10 @@ void ProcessorRenderer::State::prepare(const RenderFrame& frame, const RenderPla
         bring_to_screen(frame, plan);
       } else {
         const Light& light = frame.lights[static_cast<std::size_t>(plan.light)];
-        casters.set(plan, light, same && shadow_light == light);
+        casters.set(plan, light, settings.shadow,
+                    same && shadow_light == light && shadow_quality == settings.shadow);
         shadow_light = light;
+        shadow_quality = settings.shadow;
       }
       prepared[task] = own.lap();
     }

@@ -53,13 +53,15 @@ void gather_around(const ImageHull& hull, const ImageHull::Origin& origin,
 
 }  // namespace
 
-void ShadowCasters::set(const RenderPlan& plan, const Light& light, bool same) {
+void ShadowCasters::set(const RenderPlan& plan, const Light& light, ShadowQuality quality,
+                        bool same) {
   if (same) return;
+  places_.clear();
   if (mesh_) caster_.remove_mesh(*mesh_);
+  mesh_.reset();
   SubjectsShape shape = shape_of(plan);
-  mesh_ = caster_.add_mesh(shape.points, shape.triangles);
-  caster_.commit();
   any_triangles_ = !shape.triangles.empty();
+  const SubjectsShape solid = shape;
   images_.clear();
   for (const PlacedSubject& subject : plan.subjects) {
     if (!subject.image) continue;
@@ -67,18 +69,34 @@ void ShadowCasters::set(const RenderPlan& plan, const Light& light, bool same) {
     add_convex(subject.points, shape);
   }
   if (reach_.build(light, shape.points, shape.triangles)) ++map_;
+  // As exact as the number of rays of these asks for.
+  masked_ = images_.empty() && (quality == ShadowQuality::fast || quality == ShadowQuality::good);
+  masks_.resize(plan.subjects.size());
+  for (std::size_t i = 0; masked_ && i < masks_.size(); ++i)
+    masked_ = masks_[i].set(reach_, plan.subjects[i].points, plan.subjects[i].mesh->hull.triangles);
+  if (masked_) return;
+  mesh_ = caster_.add_mesh(solid.points, solid.triangles);
+  caster_.commit();
 }
 
-ShadowCasters::Aim ShadowCasters::aim(std::span<const Vec3f> places) const {
-  Aim aim;
+void ShadowCasters::aim(std::span<const Vec3f> places) {
+  if (std::equal(places.begin(), places.end(), places_.begin(), places_.end())) return;
+  places_.assign(places.begin(), places.end());
+  for (LightMasks& masks : masks_)
+    if (masked_) masks.aim(places);
+  origins_.clear();
   for (const Image& image : images_)
     for (const Vec3f& place : places)
-      aim.push_back(image.subject->hull.from(Vec3(image.from_scene * Vec4(Vec3(place), 1.0))));
-  return aim;
+      origins_.push_back(image.subject->hull.from(Vec3(image.from_scene * Vec4(Vec3(place), 1.0))));
 }
 
-void ShadowCasters::occluded(std::span<const Ray> rays, const Vec3f& place, std::size_t number,
-                             const Aim& aim, std::span<std::uint8_t> blocked) const {
+void ShadowCasters::find_hidden(std::size_t first, int count, const MaskPoints& receivers,
+                                std::uint32_t* hidden) const {
+  for (const LightMasks& masks : masks_) masks.find_hidden(first, count, receivers, hidden);
+}
+
+void ShadowCasters::occluded(std::span<const Ray> rays, std::size_t number,
+                             std::span<std::uint8_t> blocked) const {
   if (any_triangles_)
     caster_.occluded(rays, blocked.first(rays.size()));
   else
@@ -88,12 +106,12 @@ void ShadowCasters::occluded(std::span<const Ray> rays, const Vec3f& place, std:
   for (std::size_t i = 0; i < images_.size(); ++i) {
     const ImageHull& hull = images_[i].subject->hull;
     const glm::mat3 turn(Mat3(images_[i].from_scene));
-    const ImageHull::Origin& origin = aim[i * (aim.size() / images_.size()) + number];
+    const ImageHull::Origin& origin = origins_[i * places_.size() + number];
     // From the light, whose points are few: s = 1 is where the ray begins.
     ImageHull::Directions ways;
     float near[ImageHull::lanes];
     for (std::size_t k = 0; k < ImageHull::lanes; ++k) {
-      const Vec3f way = turn * (rays[std::min(k, rays.size() - 1)].origin - place);
+      const Vec3f way = turn * (rays[std::min(k, rays.size() - 1)].origin - places_[number]);
       ways.x[k] = way.x;
       ways.y[k] = way.y;
       ways.z[k] = way.z;

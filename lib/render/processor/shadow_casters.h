@@ -12,23 +12,28 @@
 #include "raytrace/ray_caster.h"
 #include "render/frame.h"
 #include "render/light_reach.h"
+#include "render/processor/light_masks.h"
 
 namespace polyhull::processor {
 
 class ShadowCasters {
  public:
-  /// The subjects that block \p light now, in scene coordinates. \p same: they, and the light, are
-  /// those of the last call.
-  void set(const RenderPlan& plan, const Light& light, bool same);
+  /// The subjects that block \p light now, in scene coordinates, for shadows of \p quality. \p same: they,
+  /// the light and the quality are those of the last call.
+  void set(const RenderPlan& plan, const Light& light, ShadowQuality quality, bool same);
 
-  /// Image-based subjects as points of the light see them.
-  using Aim = std::vector<ImageHull::Origin>;  // by subject and place
-  /// Makes \p places on the light (scene coordinates) ready for occluded().
-  Aim aim(std::span<const Vec3f> places) const;
+  /// Makes \p places on the light (scene coordinates) ready to be asked for.
+  void aim(std::span<const Vec3f> places);
 
-  /// Which rays from a few near places to \p place, which is number \p number of the \p aim, are blocked
-  /// (one byte per ray, 0 or 1); at most ImageHull::lanes rays, each as long as its direction.
-  void occluded(std::span<const Ray> rays, const Vec3f& place, std::size_t number, const Aim& aim,
+  /// Whether find_hidden() is to be asked, and not occluded().
+  bool masked() const { return masked_; }
+  /// Sets bit i of \p hidden (one of 0 for each of \p receivers) where subjects hide place \p first + i
+  /// of the last aim(), i below \p count.
+  void find_hidden(std::size_t first, int count, const MaskPoints& receivers,
+                   std::uint32_t* hidden) const;
+  /// Which rays from a few near receivers to place \p number are blocked (one byte per ray, 0 or 1); at
+  /// most ImageHull::lanes rays, each as long as its direction.
+  void occluded(std::span<const Ray> rays, std::size_t number,
                 std::span<std::uint8_t> blocked) const;
   /// Where none of them can be blocked.
   const LightReach& reach() const { return reach_; }
@@ -44,7 +49,10 @@ class ShadowCasters {
     Mat4 from_scene{1.0};
   };
   std::vector<Image> images_;
-  bool any_triangles_ = false;
+  std::vector<LightMasks> masks_;  // by subject
+  bool masked_ = false, any_triangles_ = false;
+  std::vector<Vec3f> places_;               // of the last aim(), until the next set()
+  std::vector<ImageHull::Origin> origins_;  // by image-based subject and place
   std::uint64_t map_ = 1;
 };
 

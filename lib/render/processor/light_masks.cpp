@@ -1,0 +1,218 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "render/processor/light_masks.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+
+#include "base/thread_pool.h"
+
+namespace polyhull::processor {
+namespace {
+
+constexpr int texels = LightMasks::texels, sections = LightMasks::sections;
+constexpr std::uint64_t open = std::uint64_t{1} << sections;  // an odd number of surfaces
+
+/// Rows become columns.
+void transpose(std::array<std::uint64_t, 64>& rows) {
+  std::uint64_t mask = 0xffffffffu;
+  for (unsigned half = 32; half != 0; half >>= 1, mask ^= mask << half) {
+    for (unsigned k = 0; k < 64; k = ((k | half) + 1) & ~half) {
+      const std::uint64_t swapped = ((rows[k] >> half) ^ rows[k | half]) & mask;
+      rows[k] ^= swapped << half;
+      rows[k | half] ^= swapped;
+    }
+  }
+}
+
+}  // namespace
+
+bool LightMasks::set(const LightReach& reach, std::span<const Vec3f> points,
+                     std::span<const std::uint32_t> triangles) {
+  map_ = reach.map();
+  if (map_.point || map_.everywhere || points.empty()) return false;
+  corners_.clear();
+  Vec2f high(-1e30f);
+  float nearest = 0.0f;
+  low_ = Vec2f(1e30f);
+  deepest_ = 1e30f;
+  for (const Vec3f& point : points) {
+    const LightReach::Place at = reach.place(point);
+    corners_.emplace_back(at.tangents, at.inverse);
+    low_ = glm::min(low_, at.tangents);
+    high = glm::max(high, at.tangents);
+    deepest_ = std::min(deepest_, at.inverse);
+    nearest = std::max(nearest, at.inverse);
+  }
+  const float range = std::max(nearest - deepest_, 1e-6f * nearest);
+  per_section_ = sections / range;
+  constexpr float most_range = 8.0f;  // else sections are too few for what lies deepest
+  if (!(range < most_range * deepest_)) return false;
+  // As fine as the subject's size asks for, but no finer than sections lie apart.
+  constexpr float most_moved = 2.0f * sections;
+  const Vec2f moved = map_.extent * range;
+  scale_ = glm::min(static_cast<float>(texels) / glm::max(high - low_, Vec2f(1e-6f)),
+                    most_moved / moved);
+  width_ = texels + static_cast<int>(moved.x * scale_.x) + 4;
+  height_ = texels + static_cast<int>(moved.y * scale_.y) + 4;
+  stride_ = static_cast<std::size_t>(width_) / 32 + 1;
+  for (Vec3f& corner : corners_)
+    corner = Vec3f((Vec2f(corner) - low_) * scale_, (corner.z - deepest_) * per_section_);
+  cut(triangles);
+  part();
+  return true;
+}
+
+/// Finds which sections lie inside, in the middle of each texel: below each surface there all turn over.
+void LightMasks::cut(std::span<const std::uint32_t> triangles) {
+  for (auto* bits : {&inside_, &surface_}) bits->assign(std::size_t{texels} * texels, 0);
+  for (std::size_t i = 0; i + 2 < triangles.size(); i += 3) {
+    const Vec3f* p[3] = {&corners_[triangles[i]], &corners_[triangles[i + 1]],
+                         &corners_[triangles[i + 2]]};
+    std::sort(p, p + 3, [](const Vec3f* a, const Vec3f* b) {
+      return a->y < b->y || (a->y == b->y && a->x < b->x);
+    });
+    const Vec3f &a = *p[0], &b = *p[1], &c = *p[2];
+    const int first = std::max(static_cast<int>(std::ceil(a.y - 0.5f)), 0);
+    const int end = std::min(static_cast<int>(std::ceil(c.y - 0.5f)), texels);
+    if (first >= end) continue;
+    const float area = (b.x - a.x) * (c.y - a.y) - (c.x - a.x) * (b.y - a.y);
+    if (area == 0.0f) continue;
+    const float per_x = ((b.z - a.z) * (c.y - a.y) - (c.z - a.z) * (b.y - a.y)) / area;
+    const float per_y = ((c.z - a.z) * (b.x - a.x) - (b.z - a.z) * (c.x - a.x)) / area;
+    const float lowest = std::min({a.z, b.z, c.z}), highest = std::max({a.z, b.z, c.z});
+    for (int row = first; row < end; ++row) {
+      const float y = static_cast<float>(row) + 0.5f;
+      // Both triangles at an edge compute the same.
+      const auto cross = [y](const Vec3f& from, const Vec3f& to) {
+        return from.x + (y - from.y) * ((to.x - from.x) / (to.y - from.y));
+      };
+      const float whole = cross(a, c), part = y < b.y ? cross(a, b) : cross(b, c);
+      const float left = std::min(whole, part), right = std::max(whole, part);
+      const int begin = std::max(static_cast<int>(std::ceil(left - 0.5f)), 0);
+      const int stop = std::min(static_cast<int>(std::ceil(right - 0.5f)), texels);
+      for (int x = begin; x < stop; ++x) {
+        const float at = a.z + (static_cast<float>(x) + 0.5f - a.x) * per_x + (y - a.y) * per_y;
+        const float w = std::clamp(at, lowest, highest);
+        const std::size_t texel = static_cast<std::size_t>(row) * texels + x;
+        inside_[texel] ^= open | ((std::uint64_t{1} << static_cast<int>(w + 0.5f)) - 1);
+        surface_[texel] |= std::uint64_t{1} << std::min(static_cast<int>(w), sections - 1);
+      }
+    }
+  }
+}
+
+/// From texels to sections. What is thinner than a section lies in one; where a surface is open, there is
+/// the surface alone.
+void LightMasks::part() {
+  const std::size_t section = static_cast<std::size_t>(texels) * stride_;
+  sections_.assign(1 + sections * section, 0);
+  std::fill_n(first_row_, sections, texels);
+  std::fill_n(end_row_, sections, 0);
+  std::array<std::uint64_t, 64> bits;
+  for (int row = 0; row < texels; ++row) {
+    for (int word = 0; word < texels / 64; ++word) {
+      std::uint64_t any = 0;
+      for (std::size_t i = 0; i < 64; ++i) {
+        const std::size_t texel = static_cast<std::size_t>(row) * texels + 64 * word + i;
+        const std::uint64_t solid = inside_[texel];
+        const std::uint64_t surface = surface_[texel];
+        bits[i] = solid & open ? surface : solid == 0 ? surface & -surface : solid;
+        any |= bits[i];
+      }
+      if (any == 0) continue;
+      transpose(bits);
+      for (; any != 0; any &= any - 1) {
+        const int k = std::countr_zero(any);
+        std::uint32_t* to = &sections_[1 + k * section + row * stride_ + 2 * word];
+        to[0] = static_cast<std::uint32_t>(bits[k]);
+        to[1] = static_cast<std::uint32_t>(bits[k] >> 32);
+        first_row_[k] = std::min(first_row_[k], row);
+        end_row_[k] = row + 1;
+      }
+    }
+  }
+}
+
+void LightMasks::aim(std::span<const Vec3f> places) {
+  shifts_.resize(places.size());
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const Vec3f way = places[i] - map_.centre;
+    const Vec2f aside = Vec2f(glm::dot(way, map_.right), glm::dot(way, map_.down)) * scale_;
+    // From the first texel but one on, whichever way the sections move.
+    const Vec2f range = aside * (sections / per_section_);
+    const Vec2f margin = 1.0f + glm::max(range, Vec2f(0.0f));
+    Shift& shift = shifts_[i];
+    shift.per_inverse = -aside;
+    shift.origin = margin + deepest_ * aside - low_ * scale_;
+    for (int k = 0; k < sections; ++k) {
+      const Vec2f moved = margin - aside * ((static_cast<float>(k) + 0.5f) / per_section_);
+      shift.x[k] = static_cast<int>(moved.x + 0.5f);
+      shift.y[k] = static_cast<int>(moved.y + 0.5f);
+    }
+  }
+  images_.resize(places.size() * static_cast<std::size_t>(height_) * stride_);
+  parallel_for(places.size(), 8, 0, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) draw(i);
+  });
+}
+
+void LightMasks::draw(std::size_t number) {
+  const std::size_t size = static_cast<std::size_t>(height_) * stride_;
+  std::uint32_t* image = images_.data() + number * size;
+  std::fill_n(image, size, 0);
+  const Shift& shift = shifts_[number];
+  for (int k = 0; k < sections; ++k) {
+    if (first_row_[k] >= end_row_[k]) continue;
+    const std::size_t first = static_cast<std::size_t>(first_row_[k]) * stride_;
+    const std::size_t count = static_cast<std::size_t>(end_row_[k]) * stride_ - first;
+    loops().shift_onto(
+        sections_.data() + 1 + k * static_cast<std::size_t>(texels) * stride_ + first,
+        static_cast<int>(count), shift.x[k] % 32,
+        image + first + static_cast<std::size_t>(shift.y[k]) * stride_ + shift.x[k] / 32);
+  }
+}
+
+MaskImage LightMasks::image(std::size_t number) const {
+  const Shift& shift = shifts_[number];
+  return {images_.data() + number * static_cast<std::size_t>(height_) * stride_,
+          static_cast<int>(stride_),
+          width_,
+          height_,
+          {scale_.x, scale_.y},
+          {shift.origin.x, shift.origin.y},
+          {shift.per_inverse.x, shift.per_inverse.y}};
+}
+
+/// Whether what is nearer to the light than the receiver hides the place from it.
+bool LightMasks::is_hidden(std::size_t number, const Vec3f& at) const {
+  const Shift& shift = shifts_[number];
+  const float nearer = std::min((at.z - deepest_) * per_section_, float{sections});
+  for (int k = std::max(static_cast<int>(nearer), 0); k < sections; ++k) {
+    const Vec2f texel = Vec2f(at) * scale_ + shift.origin + at.z * shift.per_inverse -
+                        Vec2f(shift.x[k], shift.y[k]);
+    if (!(texel.x >= 0.0f && texel.y >= 0.0f && texel.x < texels && texel.y < texels)) continue;
+    const auto x = static_cast<std::size_t>(texel.x), y = static_cast<std::size_t>(texel.y);
+    const std::uint32_t word = sections_[1 + (k * std::size_t{texels} + y) * stride_ + x / 32];
+    if (word >> (x % 32) & 1) return true;
+  }
+  return false;
+}
+
+void LightMasks::find_hidden(std::size_t first, int count, const MaskPoints& receivers,
+                             std::uint32_t* hidden) const {
+  for (int i = 0; i < count; ++i)
+    loops().look_up(image(first + i), receivers, std::uint32_t{1} << i, hidden);
+  for (int k = 0; k < receivers.count; ++k) {
+    // In the last section all of the others are nearer.
+    if (hidden[k] == 0 || (receivers.w[k] - deepest_) * per_section_ < 1.0f) continue;
+    const Vec3f at(receivers.x[k], receivers.y[k], receivers.w[k]);
+    for (std::uint32_t asked = hidden[k]; asked != 0; asked &= asked - 1) {
+      const int i = std::countr_zero(asked);
+      if (!is_hidden(first + i, at)) hidden[k] &= ~(std::uint32_t{1} << i);
+    }
+  }
+}
+
+}  // namespace polyhull::processor

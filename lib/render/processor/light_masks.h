@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+/// \file
+/// What a subject hides of an area light: a bit image for each point of the light that pixels ask.
+///
+/// In the light's map (light_reach.h) a point at tangents m and depth z, w = 1/z, lies on one ray to
+/// the light's point c + d with all points that have the same
+///   q = m - d w.
+/// So rays to one point of the light are parallel in (m, w), and what they meet is an image over q: the
+/// subject's cross-sections at several w, each moved by -d w, one over the other. There are 63 of them,
+/// bit images of up to 256 x 256 texels around the subject. A ray asks for one bit instead of a tree; it may
+/// be wrong within half a texel of the subject's outline, and within what a section moves half the way
+/// to the next one.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "render/light_reach.h"
+#include "render/processor/loops.h"
+
+namespace polyhull::processor {
+
+class LightMasks {
+ public:
+  static constexpr int sections = 63, texels = 256;
+
+  /// Cuts the triangles (three points each, scene coordinates) into sections for the area light of
+  /// \p reach. Returns false, and is not to be asked, where they come so near to the light's plane that
+  /// the sections lie too far from each other.
+  bool set(const LightReach& reach, std::span<const Vec3f> points,
+           std::span<const std::uint32_t> triangles);
+
+  /// Makes the images for \p places on the light (scene coordinates).
+  void aim(std::span<const Vec3f> places);
+
+  /// Sets bit i of \p hidden for each of \p receivers from which the subject hides place \p first + i, i
+  /// below \p count, at most 32.
+  void find_hidden(std::size_t first, int count, const MaskPoints& receivers,
+                   std::uint32_t* hidden) const;
+
+ private:
+  /// Where sections lie in an image: texel = m * scale + origin + w * per_inverse.
+  struct Shift {
+    Vec2f origin{0.0f}, per_inverse{0.0f};
+    int x[sections], y[sections];  // of the sections' texels
+  };
+  void cut(std::span<const std::uint32_t> triangles);
+  void part();
+  void draw(std::size_t number);
+  bool is_hidden(std::size_t number, const Vec3f& at) const;
+  MaskImage image(std::size_t number) const;
+
+  LightReach::Map map_;
+  Vec2f low_{0.0f}, scale_{0.0f};  // of the sections: texel = (m - low) * scale
+  float deepest_ = 0.0f;           // the subject's smallest w
+  float per_section_ = 0.0f;       // sections to a unit of w
+  int width_ = 0, height_ = 0;     // of an image, with an empty texel all around
+  std::size_t stride_ = 0;         // words of a row
+  std::vector<Vec3f> corners_;     // of the subject: texel and section
+  // By texel: a bit for each section that lies inside, and the last for an open surface; the sections of
+  // the surface.
+  std::vector<std::uint64_t> inside_, surface_;
+  std::vector<std::uint32_t> sections_;          // by section, row and word, and a word before them
+  int first_row_[sections], end_row_[sections];  // of what a section has
+  std::vector<Shift> shifts_;                    // by place
+  std::vector<std::uint32_t> images_;            // by place, row and word
+};
+
+}  // namespace polyhull::processor
