@@ -10,7 +10,7 @@ namespace polyhull {
 namespace {
 
 std::uint16_t fixed(float weight) {
-  return static_cast<std::uint16_t>(std::lround(65535.0f * std::clamp(weight, 0.0f, 1.0f)));
+  return static_cast<std::uint16_t>(65535.0f * std::clamp(weight, 0.0f, 1.0f) + 0.5f);
 }
 
 bool usable(const Mesh& mesh) {

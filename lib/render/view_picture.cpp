@@ -34,9 +34,9 @@ bool mean_of_neighbours(const std::vector<std::uint32_t>& pixels, std::size_t p,
     ++count;
   }
   if (count == 0) return false;
-  const std::uint32_t half = count / 2;
-  mean = 0xff000000u | ((blue + half) / count) << 16 | ((green + half) / count) << 8 |
-         (red + half) / count;
+  const std::uint32_t half = count / 2, inverse = 65536 / count + 1;  // exact for so small sums
+  mean = 0xff000000u | ((blue + half) * inverse >> 16) << 16 |
+         ((green + half) * inverse >> 16) << 8 | (red + half) * inverse >> 16;
   return true;
 }
 
@@ -114,14 +114,22 @@ void prepare_view_picture(const View& view, int reach, std::vector<std::uint32_t
       if (screen) pixels[p] = without(*screen, pixels[p]);
     }
   }
+  // A row's pixels that are next to the matte, found without branches, are few.
+  std::vector<std::uint8_t> flags((stride + 7) / 8 * 8, 0);
+  std::uint8_t* const __restrict beside = flags.data();
   for (std::size_t y = 1; y <= height; ++y) {
     const std::uint32_t* row = pixels.data() + y * stride;
+    const std::uint32_t *above = row - stride, *below = row + stride;
     for (std::size_t x = 1; x <= width; ++x) {
-      if (alpha(row[x]) >= covered) continue;
-      const bool beside = alpha(row[x - 1]) >= covered || alpha(row[x + 1]) >= covered ||
-                          alpha(*(row + x - stride)) >= covered ||
-                          alpha(*(row + x + stride)) >= covered;
-      if (beside) ring.push_back(y * stride + x);
+      const std::uint32_t sides = std::max(row[x - 1], row[x + 1]);
+      const std::uint32_t ends = std::max(above[x], below[x]);
+      beside[x] = alpha(row[x]) < covered && alpha(std::max(sides, ends)) >= covered;
+    }
+    for (std::size_t x = 0; x <= width; x += 8) {
+      std::uint64_t any;
+      std::memcpy(&any, &beside[x], sizeof any);
+      for (; any != 0; any &= any - 1)
+        ring.push_back(y * stride + x + static_cast<std::size_t>(std::countr_zero(any)) / 8);
     }
   }
   for (int round = 0; round < reach && !ring.empty(); ++round) {
@@ -157,6 +165,7 @@ SmallerPicture halved(std::span<const std::uint32_t> pixels, int width, int heig
   out.height = (height + 1) / 2 + 1;
   out.pixels.resize(static_cast<std::size_t>(out.width) * out.height);
   const float* const decode = srgb_to_linear_table();
+  const std::uint8_t* const encode = linear_to_srgb_table();
   std::uint32_t* to = out.pixels.data();
   for (int y = 0; y < out.height; ++y) {
     const int top = std::min(2 * y, height - 1), bottom = std::min(2 * y + 1, height - 1);
@@ -179,9 +188,10 @@ SmallerPicture halved(std::span<const std::uint32_t> pixels, int width, int heig
         count += share;
         matte += alpha(p);
       }
-      *to++ = static_cast<std::uint32_t>(linear_to_srgb(red / count)) |
-              static_cast<std::uint32_t>(linear_to_srgb(green / count)) << 8 |
-              static_cast<std::uint32_t>(linear_to_srgb(blue / count)) << 16 | matte / 4 << 24;
+      *to++ = static_cast<std::uint32_t>(linear_to_srgb(red / count, encode)) |
+              static_cast<std::uint32_t>(linear_to_srgb(green / count, encode)) << 8 |
+              static_cast<std::uint32_t>(linear_to_srgb(blue / count, encode)) << 16 |
+              matte / 4 << 24;
     }
   }
   return out;

@@ -40,6 +40,12 @@ void write_rows(const PixelRows& rows, int y, const Touched& touched, const YuvP
 
 }  // namespace
 
+// Not inlined: the compiler would find the thread's own memory anew for each use, deep in the loops.
+[[gnu::noinline]] Blend::Workspace& Blend::workspace() {
+  thread_local Workspace own;
+  return own;
+}
+
 Blend::Blend(Layers& layers, const RenderFrame& frame, const RenderPlan& plan,
              const RenderSettings& settings, const MirrorView* mirror,
              const std::uint8_t* background, int background_stride, const PictureTarget& target)
@@ -61,8 +67,7 @@ Blend::Blend(Layers& layers, const RenderFrame& frame, const RenderPlan& plan,
 }
 
 void Blend::draw(int band) {
-  thread_local SubjectLayer::Scratch scratch;
-  thread_local Painted front, image;
+  auto& [scratch, front, image] = workspace();
   const int top = std::max(changed_.y, band * band_rows);
   const int bottom = std::min(changed_.y + changed_.height, (band + 1) * band_rows);
   const bool scene = layers_.scene.has_value();

@@ -74,6 +74,13 @@ class Blend {
     std::vector<glm::vec4> colours;  // of its rows
   };
 
+  /// A thread's working memory.
+  struct Workspace {
+    SubjectLayer::Scratch scratch;
+    Painted front, image;
+  };
+  static Workspace& workspace();
+
   /// A row of it.
   struct Span {
     int left = 0, right = 0;

@@ -267,25 +267,20 @@ void ImageLayer::add_item(const ReadySubject& subject, const Sight& sight, float
   const Vec3f point = sight.place + depth * way;
   const Vec3f& across = subject.image->hull.across(face);
   const Ranked ranked = rank(sight.centres, texturing.metric, point, -glm::normalize(way), across);
-  items.x.push_back(point.x);
-  items.y.push_back(point.y);
-  items.z.push_back(point.z);
-  items.depth.push_back(depth / static_cast<float>(subject.scale));
-  std::array<float, 4>& weights = items.weights.emplace_back();
-  std::uint32_t slots = 0;
+  SkinItem& item = items.emplace_back();
+  item.place = point;
+  item.depth = depth / static_cast<float>(subject.scale);
   for (std::size_t k = 0; k < most; ++k) {
-    weights[k] = ranked.weights[k];
-    slots |= ranked.slots[k] << (8 * k);
+    item.weights[k] = ranked.weights[k];
+    item.slots |= ranked.slots[k] << (8 * k);
   }
-  items.slots.push_back(slots);
   // Where no view has a picture, the form is shaded as that of triangles.
   const float light = sight.centres.empty()
                           ? shaded_share(glm::dot(across, way) < 0.0f ? across : -across, -way)
                           : 1.0f;
-  items.fill.push_back(light * srgb_decoded(texturing.untextured));
-  items.share.push_back(share);
-  items.parts.push_back(1);
-  items.pixel.push_back(pixel);
+  item.fill = light * srgb_decoded(texturing.untextured);
+  item.share = share;
+  item.pixel = pixel;
 }
 
 void ImageLayer::find_items(const std::vector<ReadySubject>& subjects, const SampleRows& rows,

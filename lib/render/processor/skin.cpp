@@ -22,16 +22,6 @@ float own_alpha(float near, float matte) {
 
 }  // namespace
 
-void SkinItems::clear() {
-  parts.clear();
-  for (auto* numbers : {&x, &y, &z, &depth, &share}) numbers->clear();
-  weights.clear();
-  slots.clear();
-  fill.clear();
-  pixel.clear();
-  nearest_where_unseen = false;
-}
-
 SkinCounts Skin::prepare(const Mesh& mesh, const std::vector<Vec3>& eyes, double pixel_size,
                          bool same, bool all_views, bool soft, std::span<const int> others) {
   SkinCounts counts;
@@ -225,8 +215,9 @@ void Skin::find_levels(std::size_t slot, const SkinItems& items, SkinScratch& s)
   s.levels.resize(std::max(s.levels.size(), s.chosen.size()));
   for (std::size_t j = 0; j < s.chosen.size(); ++j) {
     const std::size_t i = s.chosen[j] / 4;
-    const float depth = row[0] * items.x[i] + row[1] * items.y[i] + row[2] * items.z[i] + row[3];
-    const float spans = std::max(1.0f, factor * items.depth[i] / depth);  // 1 for no number
+    const Vec3f& place = items[i].place;
+    const float depth = row[0] * place.x + row[1] * place.y + row[2] * place.z + row[3];
+    const float spans = std::max(1.0f, factor * items[i].depth / depth);  // 1 for no number
     const int whole = std::ilogb(spans);
     s.levels[j] = std::min(static_cast<float>(whole - 1) + std::ldexp(spans, -whole), most);
   }
@@ -283,7 +274,7 @@ void Skin::fetch(std::size_t slot, const SkinItems& items, SkinScratch& s) const
 // The ribbons' coverage: by the view that knows best where the subject ends (soft_edge.h).
 void Skin::soften(const SkinItems& items, SkinScratch& s) const {
   for (std::size_t i = items.first_of_ribbon; i < items.size(); ++i) {
-    const std::array<float, 4>& weights = items.weights[i];
+    const std::array<float, 4>& weights = items[i].weights;
     const float largest = std::max({weights[0], weights[1], weights[2], weights[3]});
     float alpha = 1.0f;
     for (std::size_t c = 0; c < 4; ++c)
@@ -306,9 +297,9 @@ void Skin::paint(const SkinItems& items, SkinScratch& s, glm::vec4* pixels) cons
   for (auto& list : s.entries) list.clear();
   for (std::size_t i = 0; i < count; ++i) {
     for (std::size_t c = 0; c < 4; ++c) {
-      s.weights[4 * i + c] = items.weights[i][c];
-      if (items.weights[i][c] > 0.0f)
-        s.entries[items.slots[i] >> (8 * c) & 255u].push_back(
+      s.weights[4 * i + c] = items[i].weights[c];
+      if (items[i].weights[c] > 0.0f)
+        s.entries[items[i].slots >> (8 * c) & 255u].push_back(
             static_cast<std::uint32_t>(4 * i + c));
     }
   }
@@ -323,9 +314,9 @@ void Skin::paint(const SkinItems& items, SkinScratch& s, glm::vec4* pixels) cons
     room(n, &s.x, &s.y, &s.z, &s.u, &s.v, &s.weight);
     for (std::size_t j = 0; j < n; ++j) {
       const std::uint32_t i = list[j] / 4;
-      s.x[j] = items.x[i];
-      s.y[j] = items.y[i];
-      s.z[j] = items.z[i];
+      s.x[j] = items[i].place.x;
+      s.y[j] = items[i].place.y;
+      s.z[j] = items[i].place.z;
       s.weight[j] = s.weights[list[j]];
     }
     best.look(views_[slot], {static_cast<int>(n), s.x.data(), s.y.data(), s.z.data()}, s.u.data(),
@@ -335,18 +326,18 @@ void Skin::paint(const SkinItems& items, SkinScratch& s, glm::vec4* pixels) cons
       const std::uint32_t i = list[j] / 4;
       const bool ribbon = i >= items.first_of_ribbon;
       const float least = ribbon ? 1e-3f : items.nearest_where_unseen ? 1e-4f : 0.0f;
-      s.weights[list[j]] = s.weight[j] + least * items.weights[i][list[j] % 4];
+      s.weights[list[j]] = s.weight[j] + least * items[i].weights[list[j] % 4];
       s.all_u[list[j]] = s.u[j];
       s.all_v[list[j]] = s.v[j];
     }
   }
   for (std::size_t i = 0; i < count; ++i) {
-    if (items.parts[i] == 0) {  // of the point before
+    if (items[i].parts == 0) {  // of the point before
       s.sums[i] = glm::vec4(0.0f);
       continue;
     }
     float* w = &s.weights[4 * i];
-    const std::size_t candidates = 4 * std::size_t(items.parts[i]);
+    const std::size_t candidates = 4 * std::size_t(items[i].parts);
     const auto sum = [=] {
       float of = w[0] + w[1] + w[2] + w[3];
       for (std::size_t c = 4; c < candidates; ++c) of += w[c];
@@ -361,7 +352,7 @@ void Skin::paint(const SkinItems& items, SkinScratch& s, glm::vec4* pixels) cons
     const float sure = total > 0.0f ? t * t * (3.0f - 2.0f * t) : 0.0f;
     const float scale = sure > 0.0f ? sure / total : 0.0f;
     for (std::size_t c = 0; c < candidates; ++c) w[c] *= scale;
-    s.sums[i] = glm::vec4((1.0f - sure) * items.fill[i], 1.0f);
+    s.sums[i] = glm::vec4((1.0f - sure) * items[i].fill, 1.0f);
   }
   for (std::size_t slot = 0; slot < views_.size(); ++slot) {
     const std::vector<std::uint32_t>& list = s.entries[slot];
@@ -377,7 +368,7 @@ void Skin::paint(const SkinItems& items, SkinScratch& s, glm::vec4* pixels) cons
     fetch(slot, items, s);
   }
   if (items.first_of_ribbon < count) soften(items, s);
-  for (std::size_t i = 0; i < count; ++i) pixels[items.pixel[i]] += items.share[i] * s.sums[i];
+  for (std::size_t i = 0; i < count; ++i) pixels[items[i].pixel] += items[i].share * s.sums[i];
 }
 
 }  // namespace polyhull::processor

@@ -23,23 +23,25 @@ struct SkinCounts {
   std::uint64_t pixels = 0;
 };
 
-/// Points of one subject to be coloured, in arrays. A point of a wide triangle (hull_vertices.h)
-/// takes several items, one after the other, that have four of its views each.
-struct SkinItems {
-  std::vector<float> x, y, z;                 ///< local coordinates
-  std::vector<float> depth;                   ///< before the viewport, mesh units
-  std::vector<std::array<float, 4>> weights;  ///< of the candidates
-  std::vector<std::uint32_t> slots;           ///< the candidates, one byte each
-  std::vector<Vec3f> fill;                    ///< the colour where no view counts, linear
-  std::vector<float> share;                   ///< how much of its pixel a point is
-  std::vector<std::uint32_t> pixel;           ///< where its colour goes
-  std::vector<std::uint8_t> parts;            ///< items of the point that begins here; 0: none does
+/// A point of a subject to be coloured. One of a wide triangle (hull_vertices.h) takes several items, one
+/// after the other, that have four of its views each.
+struct SkinItem {
+  Vec3f place{0.0f};               ///< local coordinates
+  float depth = 0.0f;              ///< before the viewport, mesh units
+  std::array<float, 4> weights{};  ///< of the candidates
+  std::uint32_t slots = 0;         ///< the candidates, one byte each
+  Vec3f fill{0.0f};                ///< the colour where no view counts, linear
+  float share = 0.0f;              ///< how much of its pixel a point is
+  std::uint32_t pixel = 0;         ///< where its colour goes
+  std::uint8_t parts = 1;          ///< items of the point that begins here; 0: none does
+};
+
+/// Points of one subject.
+struct SkinItems : std::vector<SkinItem> {
   std::size_t first_of_ribbon = 0;  ///< from here on they are points of ribbons (soft_edge.h)
   /// Whether what no view sees takes the colours that the views have there all the same, so that the
   /// fill is only for what no view has a picture of.
   bool nearest_where_unseen = false;
-  std::size_t size() const { return x.size(); }
-  void clear();
 };
 
 /// A thread's working memory.
@@ -75,6 +77,14 @@ class Skin {
   std::size_t last_of_ribbon() const { return drawing_.vertices.size(); }
   /// Vertex \p index; a triangle's three follow each other in memory.
   const HullVertex& vertex(std::size_t index) const { return drawing_.vertices[index]; }
+  /// Whether the triangles at two vertices have a corner in common; those of ribbons have none.
+  bool joined(std::size_t first, std::size_t other) const {
+    if (first >= drawing_.corner.size() || other >= drawing_.corner.size()) return false;
+    const std::uint32_t *a = &drawing_.corner[first], *b = &drawing_.corner[other];
+    bool any = false;
+    for (int i = 0; i < 3; ++i) any = any || a[i] == b[0] || a[i] == b[1] || a[i] == b[2];
+    return any;
+  }
   /// Whether the triangle at vertex \p index, of an eye's, is wide.
   bool wide(std::size_t index) const;
   /// The views of a wide triangle, of which \p vertex is one.

@@ -10,56 +10,50 @@ namespace {
 
 constexpr std::uint32_t number_bits = 0x0fffffffu;  // below the sample's number
 
-/// The point of a triangle's surface at \p at, seen in \p share of the pixel.
-void add_point(SkinItems& items, const HullVertex* corner, const Foot& at, float depth, float share,
-               std::uint32_t pixel) {
+/// The number that more than half of \p seen have, or the first one's, and whether so many have it.
+std::pair<std::uint32_t, bool> leading(const std::uint32_t* seen, int count) {
+  for (int i = 0; 2 * i < count; ++i) {
+    int same = 0;
+    for (int j = i; j < count; ++j) same += ((seen[i] ^ seen[j]) & number_bits) == 0;
+    if (2 * same > count) return {seen[i] & number_bits, true};
+  }
+  return {seen[0] & number_bits, false};
+}
+
+/// The point of a triangle's surface at \p at.
+SkinItem point_at(const HullVertex* corner, const Foot& at) {
   const HullVertex &a = corner[0], &b = corner[1], &c = corner[2];
   const float first = 1.0f - at.second - at.third;
-  const Vec3f p = first * a.position + at.second * b.position + at.third * c.position;
-  items.x.push_back(p.x);
-  items.y.push_back(p.y);
-  items.z.push_back(p.z);
-  items.depth.push_back(depth);
+  SkinItem item;
+  item.place = first * a.position + at.second * b.position + at.third * c.position;
   const auto fill = [](const HullVertex& v) { return Vec3f(v.fill[0], v.fill[1], v.fill[2]); };
-  items.fill.push_back((first * fill(a) + at.second * fill(b) + at.third * fill(c)) *
-                       (1.0f / 65535.0f));
-  items.share.push_back(share);
-  items.pixel.push_back(pixel);
+  item.fill = (first * fill(a) + at.second * fill(b) + at.third * fill(c)) * (1.0f / 65535.0f);
+  return item;
 }
 
-/// The views of the point last added, of a narrow triangle.
-void add_views(SkinItems& items, const HullVertex* corner, const Foot& at) {
+/// The views of a point of a narrow triangle.
+void set_views(SkinItem& item, const HullVertex* corner, const Foot& at) {
   const HullVertex &a = corner[0], &b = corner[1], &c = corner[2];
   const float first = 1.0f - at.second - at.third;
-  std::array<float, 4>& weights = items.weights.emplace_back();
   for (std::size_t k = 0; k < 4; ++k)
-    weights[k] = (first * a.weights[k] + at.second * b.weights[k] + at.third * c.weights[k]) *
-                 (1.0f / 65535.0f);
-  items.slots.push_back(a.slots[0] | a.slots[1] << 8 | a.slots[2] << 16 |
-                        static_cast<std::uint32_t>(a.slots[3]) << 24);
-  items.parts.push_back(1);
+    item.weights[k] = (first * a.weights[k] + at.second * b.weights[k] + at.third * c.weights[k]) *
+                      (1.0f / 65535.0f);
+  item.slots = a.slots[0] | a.slots[1] << 8 | a.slots[2] << 16 |
+               static_cast<std::uint32_t>(a.slots[3]) << 24;
 }
 
-/// The views of the point last added, of a wide triangle; items for all but the first four.
-void add_views(SkinItems& items, std::span<const std::array<std::uint16_t, 4>> list,
-               const Foot& at) {
+/// Adds a point of a wide triangle, with items for all of its views.
+void add_wide(SkinItems& items, const SkinItem& point,
+              std::span<const std::array<std::uint16_t, 4>> list, const Foot& at) {
   const float first = 1.0f - at.second - at.third;
   for (std::size_t begin = 0; begin < list.size(); begin += 4) {
-    if (begin > 0) {
-      for (auto* numbers : {&items.x, &items.y, &items.z, &items.depth, &items.share})
-        numbers->push_back(numbers->back());
-      items.fill.push_back(items.fill.back());
-      items.pixel.push_back(items.pixel.back());
-    }
-    std::array<float, 4>& weights = items.weights.emplace_back();
-    std::uint32_t slots = 0;
+    SkinItem& item = items.emplace_back(point);
     for (std::size_t i = 0; i < 4 && begin + i < list.size(); ++i) {
       const auto& [a, b, c, slot] = list[begin + i];
-      weights[i] = (first * a + at.second * b + at.third * c) * (1.0f / 65535.0f);
-      slots |= static_cast<std::uint32_t>(slot) << (8 * i);
+      item.weights[i] = (first * a + at.second * b + at.third * c) * (1.0f / 65535.0f);
+      item.slots |= static_cast<std::uint32_t>(slot) << (8 * i);
     }
-    items.slots.push_back(slots);
-    items.parts.push_back(begin == 0 ? static_cast<std::uint8_t>((list.size() + 3) / 4) : 0);
+    item.parts = begin == 0 ? static_cast<std::uint8_t>((list.size() + 3) / 4) : 0;
   }
 }
 
@@ -81,6 +75,13 @@ void SubjectLayer::Drawn::add(const std::vector<ReadySubject>& subjects, std::si
     triangles.add(corners, static_cast<std::uint32_t>(vertex_of.size()), facing);
     vertex_of.emplace_back(static_cast<std::uint32_t>(subject), static_cast<std::uint32_t>(v));
   }
+}
+
+bool SubjectLayer::Drawn::joined(const std::vector<ReadySubject>& subjects, std::uint32_t a,
+                                 std::uint32_t b) const {
+  const auto [subject, first] = vertex_of[a];
+  const auto [other_subject, other] = vertex_of[b];
+  return subject == other_subject && subjects[subject].skin.joined(first, other);
 }
 
 void SubjectLayer::fill(const std::vector<ReadySubject>& subjects, const SubjectEye& eye, int width,
@@ -134,7 +135,8 @@ void SubjectLayer::hide(const Rectangle& rows, const LayerView& view, const Dept
   }
 }
 
-/// Each triangle in a pixel is coloured once, in the middle of its samples.
+/// Each triangle in a pixel is coloured once, in the middle of its samples; one that has more than half of
+/// them also for those with which it has a corner in common.
 void SubjectLayer::find_items(const std::vector<ReadySubject>& subjects, const Rectangle& rows,
                               int samples, const Drawn& drawn,
                               const std::vector<std::uint32_t>& ids, Scratch& scratch) const {
@@ -149,11 +151,16 @@ void SubjectLayer::find_items(const std::vector<ReadySubject>& subjects, const R
       if (number != no_triangle) seen[count++] = number | static_cast<std::uint32_t>(s) << 28;
     }
     while (count > 0) {
-      const std::uint32_t number = seen[0] & number_bits;
+      const auto [number, leads] = leading(seen, count);
       float sx = 0.0f, sy = 0.0f;
+      const ScreenTriangle& piece = drawn.triangles.piece(number);
+      const auto [subject, first] = drawn.vertex_of[piece.id];
+      const Skin& skin = subjects[subject].skin;
       int own = 0, left = 0;
       for (int i = 0; i < count; ++i) {
-        if ((seen[i] & number_bits) == number) {
+        const std::uint32_t other = seen[i] & number_bits;
+        if (other == number ||
+            (leads && drawn.joined(subjects, piece.id, drawn.triangles.piece(other).id))) {
           sx += places[seen[i] >> 28][0];
           sy += places[seen[i] >> 28][1];
           ++own;
@@ -162,21 +169,22 @@ void SubjectLayer::find_items(const std::vector<ReadySubject>& subjects, const R
         }
       }
       count = left;
-      const ScreenTriangle& piece = drawn.triangles.piece(number);
       const double x = rows.x + static_cast<double>(pixel % static_cast<std::size_t>(rows.width));
       const double y = rows.y + static_cast<double>(pixel / static_cast<std::size_t>(rows.width));
       const Foot at =
           foot(piece, x + sx / static_cast<float>(own), y + sy / static_cast<float>(own));
-      const auto [subject, first] = drawn.vertex_of[piece.id];
-      const Skin& skin = subjects[subject].skin;
       SkinItems& items = scratch.items[subject];
       const HullVertex* corner = &skin.vertex(first);
-      add_point(items, corner, at, at.depth / static_cast<float>(subjects[subject].scale),
-                static_cast<float>(own) * each, static_cast<std::uint32_t>(pixel));
-      if (skin.wide(first))
-        add_views(items, skin.list(*corner), at);
-      else
-        add_views(items, corner, at);
+      SkinItem item = point_at(corner, at);
+      item.depth = at.depth / static_cast<float>(subjects[subject].scale);
+      item.share = static_cast<float>(own) * each;
+      item.pixel = static_cast<std::uint32_t>(pixel);
+      if (skin.wide(first)) {
+        add_wide(items, item, skin.list(*corner), at);
+      } else {
+        set_views(item, corner, at);
+        items.push_back(item);
+      }
     }
   }
 }
@@ -227,7 +235,10 @@ Rectangle SubjectLayer::paint(const std::vector<ReadySubject>& subjects, int ban
                                scratch.ids.data()};
   hulls_.triangles.draw(band, sample_rows);
   scratch.items.resize(subjects.size());
-  for (SkinItems& items : scratch.items) items.clear();
+  for (SkinItems& items : scratch.items) {
+    items.clear();
+    items.nearest_where_unseen = false;
+  }
   images_.draw(subjects, sample_rows, scratch.images);
   find_items(subjects, rows, samples, hulls_, scratch.ids, scratch);
   images_.find_items(subjects, sample_rows, scratch.images, scratch.items);

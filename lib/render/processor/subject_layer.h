@@ -52,6 +52,8 @@ class SubjectLayer {
     std::vector<std::pair<std::uint32_t, std::uint32_t>> vertex_of;
     void add(const std::vector<ReadySubject>& subjects, std::size_t subject, const SubjectEye& eye,
              std::size_t first, std::size_t last, Facing facing);
+    /// Whether the triangles of two ids are of one surface.
+    bool joined(const std::vector<ReadySubject>& subjects, std::uint32_t a, std::uint32_t b) const;
   };
   void find_items(const std::vector<ReadySubject>& subjects, const Rectangle& rows, int samples,
                   const Drawn& drawn, const std::vector<std::uint32_t>& ids,

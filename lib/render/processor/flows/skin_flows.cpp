@@ -16,8 +16,8 @@ struct Blend {
 };
 
 Blend blend_of(const SkinItems& items, const std::vector<float>& weights, std::uint32_t item) {
-  while (items.parts[item] == 0) --item;
-  Blend out{4 * item, 4u * items.parts[item], 0.0f};
+  while (items[item].parts == 0) --item;
+  Blend out{4 * item, 4u * items[item].parts, 0.0f};
   for (std::uint32_t c = 0; c < out.count; ++c) out.sum += weights[out.first + c];
   return out;
 }
@@ -54,7 +54,7 @@ void Skin::displace(std::size_t slot, const SkinItems& items, SkinScratch& s) co
       const Blend blend = blend_of(items, s.weights, entry / 4);
       const float others = blend.sum - s.weights[entry];
       for (std::uint32_t e = blend.first; others > 0.0f && e < blend.first + blend.count; ++e) {
-        if (!(s.weights[e] > 0.0f) || (items.slots[e / 4] >> (8 * (e % 4)) & 255u) != flow.other)
+        if (!(s.weights[e] > 0.0f) || (items[e / 4].slots >> (8 * (e % 4)) & 255u) != flow.other)
           continue;
         s.moved.push_back(static_cast<std::uint32_t>(j));
         s.moved_share.push_back(s.weights[e] * flow.towards / std::max(others, 0.25f * blend.sum));
