@@ -20,15 +20,13 @@ std::pair<std::uint32_t, bool> leading(const std::uint32_t* seen, int count) {
   return {seen[0] & number_bits, false};
 }
 
-/// The point of a triangle's surface at \p at.
-SkinItem point_at(const HullVertex* corner, const Foot& at) {
+/// Sets the point of a triangle's surface at \p at.
+void set_point(SkinItem& item, const HullVertex* corner, const Foot& at) {
   const HullVertex &a = corner[0], &b = corner[1], &c = corner[2];
   const float first = 1.0f - at.second - at.third;
-  SkinItem item;
   item.place = first * a.position + at.second * b.position + at.third * c.position;
   const auto fill = [](const HullVertex& v) { return Vec3f(v.fill[0], v.fill[1], v.fill[2]); };
   item.fill = (first * fill(a) + at.second * fill(b) + at.third * fill(c)) * (1.0f / 65535.0f);
-  return item;
 }
 
 /// The views of a point of a narrow triangle.
@@ -42,9 +40,11 @@ void set_views(SkinItem& item, const HullVertex* corner, const Foot& at) {
                static_cast<std::uint32_t>(a.slots[3]) << 24;
 }
 
-/// Adds a point of a wide triangle, with items for all of its views.
-void add_wide(SkinItems& items, const SkinItem& point,
-              std::span<const std::array<std::uint16_t, 4>> list, const Foot& at) {
+/// The views of the last of \p items, a point of a wide triangle: items for all of them.
+void set_views(SkinItems& items, std::span<const std::array<std::uint16_t, 4>> list,
+               const Foot& at) {
+  const SkinItem point = items.back();
+  items.pop_back();
   const float first = 1.0f - at.second - at.third;
   for (std::size_t begin = 0; begin < list.size(); begin += 4) {
     SkinItem& item = items.emplace_back(point);
@@ -175,16 +175,15 @@ void SubjectLayer::find_items(const std::vector<ReadySubject>& subjects, const R
           foot(piece, x + sx / static_cast<float>(own), y + sy / static_cast<float>(own));
       SkinItems& items = scratch.items[subject];
       const HullVertex* corner = &skin.vertex(first);
-      SkinItem item = point_at(corner, at);
+      SkinItem& item = items.emplace_back();
+      set_point(item, corner, at);
       item.depth = at.depth / static_cast<float>(subjects[subject].scale);
       item.share = static_cast<float>(own) * each;
       item.pixel = static_cast<std::uint32_t>(pixel);
-      if (skin.wide(first)) {
-        add_wide(items, item, skin.list(*corner), at);
-      } else {
+      if (skin.wide(first))
+        set_views(items, skin.list(*corner), at);
+      else
         set_views(item, corner, at);
-        items.push_back(item);
-      }
     }
   }
 }
@@ -221,9 +220,12 @@ Rectangle SubjectLayer::paint(const std::vector<ReadySubject>& subjects, int ban
   const auto pixels = static_cast<std::size_t>(rows.width) * static_cast<std::size_t>(rows.height);
   const int samples = scene.view().samples;
   into.assign(pixels, glm::vec4(0.0f));
-  scratch.inverse.assign(static_cast<std::size_t>(samples) * pixels, 0.0f);
+  scratch.inverse.resize(static_cast<std::size_t>(samples) * pixels);
   scratch.ids.assign(static_cast<std::size_t>(samples) * pixels, no_triangle);
-  if (drawn) hide(rows, scene, frame, scratch);
+  if (drawn)
+    hide(rows, scene, frame, scratch);
+  else
+    std::fill(scratch.inverse.begin(), scratch.inverse.end(), 0.0f);
   if (depth != nullptr) hide(rows, scene.view(), *depth, scratch);
   const SampleRows sample_rows{rows.x,
                                rows.x + rows.width,
