@@ -224,6 +224,62 @@ TEST(LightMasks, SheetsHideWhatLiesBehindThem) {
   }
 }
 
+// A brim above shoulders: what is thin keeps its shadow between it and the solid below.
+TEST(LightMasks, WhatIsThinHidesAboveWhatIsSolid) {
+  std::vector<Vec3f> corners;
+  std::vector<std::uint32_t> triangles;
+  const auto add_box = [&](float half, float low, float high) {
+    const auto first = static_cast<std::uint32_t>(corners.size());
+    for (int k = 0; k < 8; ++k)
+      corners.emplace_back(k & 1 ? half : -half, k & 4 ? high : low, k & 2 ? half : -half);
+    for (const std::uint32_t corner :
+         {0u, 1u, 2u, 1u, 3u, 2u, 4u, 6u, 5u, 5u, 6u, 7u, 0u, 4u, 1u, 1u, 4u, 5u,
+          2u, 3u, 6u, 3u, 7u, 6u, 0u, 2u, 4u, 2u, 6u, 4u, 1u, 5u, 3u, 3u, 5u, 7u})
+      triangles.push_back(first + corner);
+  };
+  add_box(0.3f, 0.2f, 0.6f);
+  add_box(0.3f, 1.2f, 1.201f);
+  Masked masked(lamp(), corners, triangles);
+  ASSERT_TRUE(masked.ready);
+  const std::vector<Vec3f> places{lamp().centre};
+  masked.masks.aim(places);
+  for (const float x : {-0.15f, 0.0f, 0.1f}) {
+    EXPECT_EQ(masked.hidden(places, {x, 0.9f, 0.0f}), 1u) << x;
+    EXPECT_EQ(masked.hidden(places, {x, 1.4f, 0.0f}), 0u) << x;
+  }
+}
+
+// What another subject hides stays hidden.
+TEST(LightMasks, AddToWhatIsHidden) {
+  const std::vector<Vec3f> corners{
+      {-0.3f, 0.9f, -0.3f}, {0.3f, 0.9f, -0.3f}, {0.3f, 1.1f, 0.3f}, {-0.3f, 1.1f, 0.3f}};
+  Masked masked(lamp(), corners, std::vector<std::uint32_t>{0, 1, 2, 0, 2, 3});
+  ASSERT_TRUE(masked.ready);
+  const std::vector<Vec3f> places{lamp().centre};
+  masked.masks.aim(places);
+  for (const float y : {0.0f, 1.5f}) {  // behind it and before it
+    const LightReach::Place at = masked.reach.place({0.0f, y, 0.0f});
+    std::uint32_t hidden = 3;
+    masked.masks.find_hidden(0, 1, {1, &at.tangents.x, &at.tangents.y, &at.inverse}, &hidden);
+    EXPECT_EQ(hidden, 3u) << y;
+  }
+}
+
+// Far from the origin places lie where single floats put them: nothing is drawn beside the images.
+TEST(LightMasks, KeepToTheirImagesFarAway) {
+  for (const float far : {2e5f, 5e6f}) {
+    Light light = lamp();
+    const Vec3f shift(far, 0.0f, far);
+    light.centre += shift;
+    std::vector<Vec3f> corners{{-0.3f, 0.9f, -0.3f}, {0.3f, 0.9f, -0.3f}, {0.3f, 1.1f, 0.3f}};
+    for (Vec3f& corner : corners) corner += shift;
+    Masked masked(light, corners, std::vector<std::uint32_t>{0, 1, 2});
+    if (!masked.ready) continue;
+    masked.masks.aim(std::vector<Vec3f>{light.centre + light.u + light.v, light.centre - light.u,
+                                        light.centre - light.v});
+  }
+}
+
 TEST(LightMasks, LeaveToRaysWhatComesNearTheLight) {
   for (const float top : {2.55f, 2.61f}) {
     const std::vector<Vec3f> corners{{0.0f, 0.0f, 0.0f}, {0.1f, 0.0f, 0.0f}, {0.0f, top, 0.0f}};

@@ -101,6 +101,26 @@ TEST_F(RenderLoops, BlendGivesTheSameBytes) {
   }
 }
 
+TEST_F(RenderLoops, MasksGiveTheSameBits) {
+  for (int round = 0; round < 40; ++round) {
+    std::uint32_t bits[1 + 8 * 40], shifted[2][16 * 40] = {};
+    for (std::uint32_t& word : bits) word = static_cast<std::uint32_t>(random());
+    const int count = 8 * 40 - round, moved = round % 32;
+    baseline_loops().shift_onto(bits + 1, count, moved, shifted[0]);
+    avx2_loops().shift_onto(bits + 1, count, moved, shifted[1]);
+    EXPECT_EQ(std::memcmp(shifted[0], shifted[1], sizeof shifted[0]), 0) << round;
+    float x[101], y[101], w[101];
+    fill(x, -2.0f, 2.0f);
+    fill(y, -2.0f, 2.0f);
+    fill(w, 0.0f, 1.0f);
+    const MaskImage image{bits, 8, 250, 40, {60.0f, 12.0f}, {120.0f, 20.0f}, {-9.0f, 5.0f}};
+    std::uint32_t found[2][101] = {};
+    baseline_loops().look_up(image, {101, x, y, w}, 4, found[0]);
+    avx2_loops().look_up(image, {101, x, y, w}, 4, found[1]);
+    EXPECT_EQ(std::memcmp(found[0], found[1], sizeof found[0]), 0) << round;
+  }
+}
+
 #endif
 
 // The lines through the curve give the nearest byte, or that beside it where it is as good as half way.

@@ -91,6 +91,7 @@ void DepthOfField::find_tables() {
     inverse_area_.push_back(static_cast<float>(1.0 / std::max(area, 1e-3)));
     variances.push_back(spread / std::max(area, 1e-3));
   }
+  inverse_area_.push_back(inverse_area_.back());  // read beside the last
   std::size_t k = static_cast<std::size_t>(sharp_radius * radius_steps);
   for (std::size_t i = 0; i < variances.size(); ++i) {
     const double radius = static_cast<double>(i) / radius_steps;

@@ -94,8 +94,8 @@ class AreaShadow {
   void find_mixed(std::size_t number, int first);
   void aim(std::span<const std::uint32_t> pixels, const Vec3f& place, const Vec3f& facing,
            Packet& packet) const;
-  void hide(const ShadowCasters& subjects, std::span<const std::uint32_t> pixels,
-            std::size_t number, int sample, const Vec3f& facing, Packet& packet) const;
+  std::size_t hide(const ShadowCasters& subjects, std::span<const std::uint32_t> pixels,
+                   std::size_t number, int sample, const Vec3f& facing, Packet& packet) const;
   void look_up(const ShadowCasters& subjects, int block_row);
   std::uint64_t trace(const ShadowCasters& subjects, const TracedScene& scene, const Light& light,
                       std::size_t number, int first, int last);

@@ -170,24 +170,27 @@ void AreaShadow::aim(std::span<const std::uint32_t> pixels, const Vec3f& place, 
 }
 
 /// The rays to place \p number, which is \p sample of each of \p pixels, of those from which subjects
-/// hide it.
-void AreaShadow::hide(const ShadowCasters& subjects, std::span<const std::uint32_t> pixels,
-                      std::size_t number, int sample, const Vec3f& facing, Packet& packet) const {
+/// hide it. Returns how many were traced.
+std::size_t AreaShadow::hide(const ShadowCasters& subjects, std::span<const std::uint32_t> pixels,
+                             std::size_t number, int sample, const Vec3f& facing,
+                             Packet& packet) const {
   if (!subjects.masked()) {
     aim(pixels, places_[number], facing, packet);
-    if (packet.count == 0) return;
+    if (packet.count == 0) return 0;
+    const std::size_t traced = packet.count;
     subjects.occluded(std::span(packet.rays).first(packet.count), number, packet.hidden);
     std::size_t kept = 0;
     for (std::size_t i = 0; i < packet.count; ++i)
       if (packet.hidden[i]) packet.keep(i, kept);
     packet.count = kept;
-    return;
+    return traced;
   }
   std::array<std::uint32_t, Packet::most> hidden;
   std::size_t count = 0;
   for (const std::uint32_t pixel : pixels)
     if (hidden_[pixel] >> sample & 1) hidden[count++] = pixel;
   aim(std::span(hidden).first(count), places_[number], facing, packet);
+  return 0;
 }
 
 /// Asks the masks for all rays of a row of blocks, those to one place of the light together.
@@ -241,8 +244,8 @@ std::uint64_t AreaShadow::trace(const ShadowCasters& subjects, const TracedScene
     const std::uint64_t bit = std::uint64_t{1} << sample;
     for (std::size_t same = 0; same < neighbours; ++same) {
       const std::size_t place = same * static_cast<std::size_t>(per_pixel_) + sample;
-      hide(subjects, std::span(pixels[same]).first(counts[same]), place, sample, facing, packet);
-      traced += counts[same];
+      traced += hide(subjects, std::span(pixels[same]).first(counts[same]), place, sample, facing,
+                     packet);
       std::size_t behind = 0;  // those whose way through the scene is not known yet
       for (std::size_t i = 0; i < packet.count; ++i) {
         const std::uint32_t pixel = packet.pixels[i];

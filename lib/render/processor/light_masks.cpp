@@ -103,8 +103,8 @@ void LightMasks::cut(std::span<const std::uint32_t> triangles) {
   }
 }
 
-/// From texels to sections. What is thinner than a section lies in one; where a surface is open, there is
-/// the surface alone.
+/// From texels to sections. What is thinner than a section lies in one; where a surface is open, there
+/// is the surface alone.
 void LightMasks::part() {
   const std::size_t section = static_cast<std::size_t>(texels) * stride_;
   sections_.assign(1 + sections * section, 0);
@@ -118,7 +118,9 @@ void LightMasks::part() {
         const std::size_t texel = static_cast<std::size_t>(row) * texels + 64 * word + i;
         const std::uint64_t solid = inside_[texel];
         const std::uint64_t surface = surface_[texel];
-        bits[i] = solid & open ? surface : solid == 0 ? surface & -surface : solid;
+        // Beside what is solid a surface is its own; of neighbouring sections one has what is thin.
+        const std::uint64_t thin = surface & ~(solid | solid << 1 | solid >> 1);
+        bits[i] = solid & open ? surface : solid | (thin & ~(thin << 1));
         any |= bits[i];
       }
       if (any == 0) continue;
@@ -139,7 +141,10 @@ void LightMasks::aim(std::span<const Vec3f> places) {
   shifts_.resize(places.size());
   for (std::size_t i = 0; i < places.size(); ++i) {
     const Vec3f way = places[i] - map_.centre;
-    const Vec2f aside = Vec2f(glm::dot(way, map_.right), glm::dot(way, map_.down)) * scale_;
+    // What the images have room for, however coarse coordinates are far from the origin.
+    const Vec2f aside = glm::clamp(Vec2f(glm::dot(way, map_.right), glm::dot(way, map_.down)),
+                                   -map_.extent, map_.extent) *
+                        scale_;
     // From the first texel but one on, whichever way the sections move.
     const Vec2f range = aside * (sections / per_section_);
     const Vec2f margin = 1.0f + glm::max(range, Vec2f(0.0f));
@@ -202,16 +207,19 @@ bool LightMasks::is_hidden(std::size_t number, const Vec3f& at) const {
 
 void LightMasks::find_hidden(std::size_t first, int count, const MaskPoints& receivers,
                              std::uint32_t* hidden) const {
+  thread_local std::vector<std::uint32_t> found;  // by this subject
+  found.assign(static_cast<std::size_t>(receivers.count), 0);
   for (int i = 0; i < count; ++i)
-    loops().look_up(image(first + i), receivers, std::uint32_t{1} << i, hidden);
+    loops().look_up(image(first + i), receivers, std::uint32_t{1} << i, found.data());
   for (int k = 0; k < receivers.count; ++k) {
-    // In the last section all of the others are nearer.
-    if (hidden[k] == 0 || (receivers.w[k] - deepest_) * per_section_ < 1.0f) continue;
     const Vec3f at(receivers.x[k], receivers.y[k], receivers.w[k]);
-    for (std::uint32_t asked = hidden[k]; asked != 0; asked &= asked - 1) {
+    // In the last section all of the others are nearer.
+    const bool behind = (at.z - deepest_) * per_section_ < 1.0f;
+    for (std::uint32_t asked = behind ? 0 : found[k]; asked != 0; asked &= asked - 1) {
       const int i = std::countr_zero(asked);
-      if (!is_hidden(first + i, at)) hidden[k] &= ~(std::uint32_t{1} << i);
+      if (!is_hidden(first + i, at)) found[k] &= ~(std::uint32_t{1} << i);
     }
+    hidden[k] |= found[k];
   }
 }
 

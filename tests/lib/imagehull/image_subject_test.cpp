@@ -104,14 +104,16 @@ double differing(const Picture& a, const Picture& b, const Picture& background, 
 TEST(ImageSubjectTest, BodyShadowAndMirrorImageAreTheMeshs) {
   Stage stage(4);
   // Of one colour: what differs is where something is seen.
-  for (MeshView& view : stage.mesh.views) {
-    view.view.format = PixelFormat::none;
-    view.view.pixels = {};
-  }
+  std::vector<std::uint8_t> colour;
+  for (const MeshView& view : stage.mesh.views)
+    colour.resize(std::max(colour.size(), view.view.pixels.size()));
+  for (std::size_t i = 0; i < colour.size(); ++i)
+    colour[i] = std::array<std::uint8_t, 4>{230, 153, 26, 255}[i % 4];
+  for (MeshView& view : stage.mesh.views)
+    view.view.pixels = std::span(colour).first(view.view.pixels.size());
   stage.mesh.texturing->fill.clear();
-  stage.mesh.texturing->untextured = Vec3f(0.9f, 0.6f, 0.1f);
+  stage.mesh.texturing->untextured = Vec3f(230.0f, 153.0f, 26.0f) / 255.0f;
   stage.image = std::make_shared<const ImageSubject>(image_subject(stage.mesh));
-  stage.mesh.views.clear();  // with views, but no pictures, a mesh is shaded
   for (const Vec3& eye : {Vec3(1.2, 1.6, 3.4), Vec3(-2.2, 0.7, 1.5)}) {
     stage.look_from(eye);
     const Picture mesh = stage.draw(false);
