@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 /// \file
-/// The sticky event by which a stream of recorded views brings the rig that they were taken with
+/// The event by which a stream of recorded views brings the rig that they were taken with
 /// (docs/formats.md, "Rigs beside views").
 #pragma once
 
@@ -13,10 +13,11 @@ namespace polyhull::element {
 
 inline constexpr char rig_event_name[] = "polyhull-rig";
 
-/// \p json: the text of a rig file, valid UTF-8; empty: nobody kept one.
+/// \p json: the text of a rig file, valid UTF-8; empty: nobody kept one, which pads need not remember:
+/// behind gdpdepay, where caps come after it, a sticky event would be out of order.
 inline GstEvent* make_rig_event(const std::string& json) {
   return gst_event_new_custom(
-      GST_EVENT_CUSTOM_DOWNSTREAM_STICKY,
+      json.empty() ? GST_EVENT_CUSTOM_DOWNSTREAM : GST_EVENT_CUSTOM_DOWNSTREAM_STICKY,
       gst_structure_new(rig_event_name, "json", G_TYPE_STRING, json.c_str(), nullptr));
 }
 
