@@ -6,7 +6,7 @@
 #include <span>
 
 #include "refine/fine_field.h"
-#include "refine/merge/brick.h"
+#include "refine/merge/moments.h"
 #include "refine/plate.h"
 #include "refine/refine.h"
 

@@ -10,12 +10,6 @@
 
 namespace polyhull::refine {
 
-/// By how much the surface in a box may leave its plane, in cells, root mean square.
-struct Flatness {
-  float anywhere = 0.3f;
-  float at_rims = 0.1f;  ///< where an outline is made
-};
-
 /// Merges the cells of bricks and keeps the memory. One object per thread.
 class BrickMerger {
  public:

@@ -7,6 +7,12 @@
 
 namespace polyhull::refine {
 
+/// By how much the surface in a box may leave its plane, in cells, root mean square.
+struct Flatness {
+  float anywhere = 0.3f;
+  float at_rims = 0.1f;  ///< where an outline is made
+};
+
 /// Integrals over a piece of surface, by its loops of crossed edges.
 struct Moments {
   float area = 0.0f;
