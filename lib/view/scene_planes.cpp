@@ -14,4 +14,13 @@ std::uint64_t geometry_key(const Scene& scene) {
   return hash.value();
 }
 
+std::shared_ptr<const SceneOnScreen> ready_triangles(const ScenePlanes* planes, const Scene& scene,
+                                                     std::optional<std::uint64_t>& key,
+                                                     const Mat4& pixels_from_scene, int width,
+                                                     int height) {
+  if (!planes) return nullptr;
+  if (!key) key = geometry_key(scene);
+  return planes->are_of(*key, pixels_from_scene, width, height) ? planes->triangles : nullptr;
+}
+
 }  // namespace polyhull

@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 
 #include "view/scene_on_screen.h"
 
@@ -26,5 +27,12 @@ struct ScenePlanes {
 
 /// A number for the triangles of a scene's meshes: where they are, and in which order.
 std::uint64_t geometry_key(const Scene& scene);
+
+/// The triangles of \p planes (may be null) where they are of this view of \p scene, else null. \p key:
+/// geometry_key() of it, found here once it is needed; to be reset with another scene.
+std::shared_ptr<const SceneOnScreen> ready_triangles(const ScenePlanes* planes, const Scene& scene,
+                                                     std::optional<std::uint64_t>& key,
+                                                     const Mat4& pixels_from_scene, int width,
+                                                     int height);
 
 }  // namespace polyhull

@@ -15,8 +15,6 @@ namespace polyhull::refine {
 /// An edge of the grid from the node (x, y, z), counted from the brick's first: 0 to 4.
 struct BrickEdge {
   int x = 0, y = 0, z = 0, axis = 0;
-
-  bool operator==(const BrickEdge&) const = default;
 };
 
 /// A region of cells: lengths are in cells, from the brick's first node.

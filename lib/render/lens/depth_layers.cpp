@@ -45,11 +45,8 @@ void DepthLayers::draw_scene(const RenderFrame& frame, const Mat4& pixels) {
   const auto columns = static_cast<std::size_t>(width_);
   scene_.assign(columns * static_cast<std::size_t>(height_), 0.0f);
   if (!frame.scene) return;
-  std::shared_ptr<const SceneOnScreen> screen;
-  if (frame.planes) {
-    if (!geometry_) geometry_ = geometry_key(*frame.scene);
-    if (frame.planes->are_of(*geometry_, pixels, width_, height_)) screen = frame.planes->triangles;
-  }
+  std::shared_ptr<const SceneOnScreen> screen =
+      ready_triangles(frame.planes.get(), *frame.scene, geometry_, pixels, width_, height_);
   if (!screen) {
     const auto made = std::make_shared<SceneOnScreen>();
     made->set(*frame.scene, pixels, {}, width_, height_, 0);

@@ -37,8 +37,6 @@ struct ProcessorRenderer::State : Layers {
   void bring_to_screen(const RenderFrame& frame, const RenderPlan& plan);
   void prepare(const RenderFrame& frame, const RenderPlan& plan, const RenderSettings& settings,
                RenderStatistics& statistics);
-  std::shared_ptr<const SceneOnScreen> ready_triangles(const RenderFrame& frame,
-                                                       const LayerView& view);
   void draw_scene(const RenderFrame& frame, const RenderPlan& plan, const RenderSettings& settings,
                   RenderStatistics& statistics);
   ShadowView view_in_mirror(const RenderFrame& frame, const RenderPlan& plan) const;
@@ -131,16 +129,6 @@ void ProcessorRenderer::State::prepare(const RenderFrame& frame, const RenderPla
   if (shadowed) statistics.passes.push_back({"shadow-maps", 1e3 * prepared[1], -1.0});
 }
 
-/// The frame's planes, where they are of this view of the scene.
-std::shared_ptr<const SceneOnScreen> ProcessorRenderer::State::ready_triangles(
-    const RenderFrame& frame, const LayerView& view) {
-  if (!scene || !frame.planes) return nullptr;
-  if (!geometry) geometry = geometry_key(scene->scene());
-  return frame.planes->are_of(*geometry, view.pixels_from_scene, view.width, view.height)
-             ? frame.planes->triangles
-             : nullptr;
-}
-
 /// Draws what is missing of the scene as the viewport and the mirror see it.
 void ProcessorRenderer::State::draw_scene(const RenderFrame& frame, const RenderPlan& plan,
                                           const RenderSettings& settings,
@@ -157,7 +145,10 @@ void ProcessorRenderer::State::draw_scene(const RenderFrame& frame, const Render
   if (mirror) view.mirror_mesh = mirror->mesh;
   if (!settings.skip)
     for (SceneLayer* layer : {&direct, &mirrored}) layer->forget();
-  const std::shared_ptr<const SceneOnScreen> ready = ready_triangles(frame, view);
+  const std::shared_ptr<const SceneOnScreen> ready =
+      traced ? ready_triangles(frame.planes.get(), traced->scene(), geometry,
+                               view.pixels_from_scene, view.width, view.height)
+             : nullptr;
   const bool fresh = direct.set(traced, view, ready);
   statistics.scene_planes_taken = fresh && ready;
   if (fresh) albedo.reset(direct, Vec3f(plan.eye), rays);
