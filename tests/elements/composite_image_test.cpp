@@ -59,12 +59,7 @@ struct ImageBench : Bench {
     if (frames == 0) gst_harness_push(mesh, mesh_buffer(0, shown));
     GstBuffer* out = step(frame(frame_time(frames)), mesh_buffer(frame_time(frames + 1), next));
     ++frames;
-    GstMapInfo map;
-    fail_unless(gst_buffer_map(out, &map, GST_MAP_READ));
-    std::vector<std::uint8_t> bytes(map.data, map.data + map.size);
-    gst_buffer_unmap(out, &map);
-    gst_buffer_unref(out);
-    return bytes;
+    return bytes_taken(out);
   }
   /// The texts of the warnings since the last call.
   std::vector<std::string> warnings() { return warnings_on(bus); }

@@ -16,15 +16,6 @@ using polyhull::testing::SayGlError;
 
 namespace {
 
-std::vector<std::uint8_t> bytes(GstBuffer* buffer) {
-  GstMapInfo map;
-  fail_unless(gst_buffer_map(buffer, &map, GST_MAP_READ));
-  std::vector<std::uint8_t> out(map.data, map.data + map.size);
-  gst_buffer_unmap(buffer, &map);
-  gst_buffer_unref(buffer);
-  return out;
-}
-
 /// A Bench that draws with \p backend, and hears what composite says.
 struct LossBench : Bench {
   explicit LossBench(const char* backend) : bus(gst_bus_new()) {
@@ -38,7 +29,7 @@ struct LossBench : Bench {
     gst_object_unref(bus);
   }
   std::vector<std::uint8_t> picture(int i) {
-    return bytes(step(frame(frame_time(i)), mesh_buffer(frame_time(i + 1))));
+    return bytes_taken(step(frame(frame_time(i)), mesh_buffer(frame_time(i + 1))));
   }
   /// The next warning's sentence; "" where there is none.
   std::string warning() {
