@@ -11,13 +11,14 @@
 // seen from its centre. Within a cell, penumbrae follow from percentage-closer soft shadows (Fernando
 // 2005): the mean depth of blockers gives the width of the filter. All depths are compared as inverse
 // distances, which are linear in the depth buffer and in which the filter's width is
-// cell * (1/z_blocker - 1/z_receiver).
+// cell * (1/z_blocker - 1/z_receiver), as the cell is seen from the receiver.
 uniform int samples;
 uniform vec3 light_position[MAX_LIGHT_SAMPLES];
 uniform mat4 subject_from_scene[MAX_LIGHT_SAMPLES];  // to map coordinates and depth, 0..1
 uniform mat4 static_from_scene[MAX_LIGHT_SAMPLES];
 uniform vec2 inverse_from_depth[MAX_LIGHT_SAMPLES];  // scale, offset: subject map depth to 1/z
-uniform vec4 kernel[MAX_LIGHT_SAMPLES];              // map offset per inverse depth along u and v
+uniform vec4 kernel[MAX_LIGHT_SAMPLES];              // half cells u, v in map coordinates times depth,
+uniform vec4 ahead[MAX_LIGHT_SAMPLES];               // and their depths (zw), from map coordinates (xy)
 uniform float nearest[MAX_LIGHT_SAMPLES];            // largest 1/z of the subject
 uniform vec3 light_normal;  // 0: a point light
 uniform vec2 light_cone;    // as light.glsl's
@@ -39,11 +40,13 @@ vec2 tap(int i, float start) {
 float blocked_by_subject(int j, vec3 coordinate, float inverse_receiver) {
   float layer = float(j);
 #if BLOCKER_TAPS > 0
+  vec2 across = coordinate.xy - ahead[j].xy;
+  vec2 u = kernel[j].xy - across * ahead[j].z, v = kernel[j].zw - across * ahead[j].w;
   float widest = max(nearest[j] - inverse_receiver, 0.0);
   float sum = 0.0, count = 0.0;
   for (int i = 0; i < BLOCKER_TAPS; ++i) {
     vec2 t = tap(i, 0.5);
-    vec2 offset = (kernel[j].xy * t.x + kernel[j].zw * t.y) * widest;
+    vec2 offset = (u * t.x + v * t.y) * widest;
     float depth = texture(subject_depth, vec3(coordinate.xy + offset, layer)).r;
     float hit = step(depth, coordinate.z);
     sum += hit * depth;
@@ -55,7 +58,7 @@ float blocked_by_subject(int j, vec3 coordinate, float inverse_receiver) {
   float lit = 0.0;
   for (int i = 0; i < FILTER_TAPS; ++i) {
     vec2 t = tap(i, 0.25);
-    vec2 offset = (kernel[j].xy * t.x + kernel[j].zw * t.y) * width;
+    vec2 offset = (u * t.x + v * t.y) * width;
     lit += texture(subject_test, vec4(coordinate.xy + offset, layer, coordinate.z));
   }
   return 1.0 - lit / float(FILTER_TAPS);

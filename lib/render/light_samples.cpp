@@ -87,18 +87,23 @@ LightView view_of_points(const Light& light, const Vec3& position, int cells_per
   high = glm::min(high, Vec2(widest));
   near = std::max(std::min(0.99 * near, nearest), 1e-2);
   far = std::max(far, 2.0 * near);
-  // An offset d on the light moves the shadow ray by d (1/z_blocker - 1/z_receiver) in tangents.
+  // An offset d on the light, d_z of it forward, moves the shadow ray at the tangent t by
+  // (d - t d_z) (1/z_blocker - 1/z_receiver) in tangents.
   const Vec3 u = Vec3(light.u) / static_cast<double>(cells_per_side);
   const Vec3 v = Vec3(light.v) / static_cast<double>(cells_per_side);
+  const Vec2 forwards(glm::dot(u, axes.forward), glm::dot(v, axes.forward));
+  const Vec2 farthest = glm::max(glm::abs(low), glm::abs(high));
   const Vec2 reach = (1.0 / near - 1.0 / far) *
-                     Vec2(std::abs(glm::dot(u, axes.right)) + std::abs(glm::dot(v, axes.right)),
-                          std::abs(glm::dot(u, axes.down)) + std::abs(glm::dot(v, axes.down)));
+                     (Vec2(std::abs(glm::dot(u, axes.right)) + std::abs(glm::dot(v, axes.right)),
+                           std::abs(glm::dot(u, axes.down)) + std::abs(glm::dot(v, axes.down))) +
+                      farthest * (std::abs(forwards.x) + std::abs(forwards.y)));
   // Empty texels around the subject, as far out as its penumbra reaches.
   const Vec2 border = 0.01 * (high - low) + 1e-4 + glm::min(reach, high - low);
   LightView view = make_view(position, axes, low - border, high + border, near, far);
   const Vec2 scale = 1.0 / (high - low + 2.0 * border);
   view.kernel = {glm::dot(u, axes.right) * scale.x, glm::dot(u, axes.down) * scale.y,
                  glm::dot(v, axes.right) * scale.x, glm::dot(v, axes.down) * scale.y};
+  view.ahead = Vec4((border - low) * scale, forwards);
   return view;
 }
 

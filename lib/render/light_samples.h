@@ -22,8 +22,12 @@ struct LightView {
   Mat4 clip_from_scene{1.0};
   Mat4 map_from_scene{1.0};  ///< to map coordinates and depth, 0..1, after division; w is z
   Vec2 inverse_from_depth{0.0};
-  /// Map offset per unit of inverse depth along half a cell of u (x, y) and v (z, w).
+  /// Half a cell of the light along u (x, y) and v (z, w), in map coordinates times depth: seen from
+  /// there, what lies at inverse depth a moves over what lies at b by (a - b) times that, less the
+  /// half cell's depth times the map's distance from what is straight ahead (see `ahead`).
   Vec4 kernel{0.0};
+  Vec4 ahead{
+      0.0};  ///< map coordinates of straight ahead (x, y); depths of half a cell of u (z), v (w)
 };
 
 /// The centres of n x n equal cells of an area light (n * n = \p samples, at least 1); a point

@@ -69,6 +69,34 @@ TEST_P(CompositorLightTest, TheShadowTakesWhatTheLampGave) {
   }
 }
 
+// A plate half way between a square lamp and the floor, its edge below the lamp's middle: on the floor
+// the shadow's edge is as wide as the lamp. From one sample, which four looks widen, it has steps.
+TEST_P(CompositorLightTest, ThePenumbraIsAsWideAsTheLampMakesIt) {
+  constexpr double half = 0.25, height = 2.0, step = 0.02;
+  Light lamp = point_lamp({0, height, 0}, {10.0f, 9.0f, 8.0f});
+  lamp.u = {half, 0, 0};
+  lamp.v = {0, 0, half};
+  lamp.radiance /= 4.0f * half * half;
+  Scene scene = floor_scene({}, lamp);
+  scene.exposure = 0.5f;
+  const Mesh plate = plain_box({-2.0f, 0.98f, -2.0f}, {0.0f, 1.0f, 2.0f}, 0.5f);
+  Shot shot(scene, plate, synthetic::look_at({1.6, 0.5, 0}, {0, 0, 0}, 320, 240, 40.0));
+  shot.settings.shadow = ShadowQuality::good;
+  for (const int samples : {1, 16}) {
+    shot.settings.light_samples = samples;
+    shot.draw(0.5f);
+    const double lit = shot.at({0.4, 0, 0.1}).x, shaded = shot.at({-0.4, 0, 0.1}).x;
+    double middle = 0.0, width = 0.0;
+    for (double x = -0.4; x < 0.4; x += step) {
+      const double part = (shot.at({x, 0, 0.1}).x - shaded) / (lit - shaded);
+      middle += step * (0.5 - part);
+      if (part > 0.05 && part < 0.95) width += step;
+    }
+    EXPECT_NEAR(middle, 0.0, samples == 1 ? 0.1 : 0.06);  // the looks are not even
+    EXPECT_NEAR(width, 0.9 * 2.0 * half, samples == 1 ? 0.12 : 0.07) << samples << " samples";
+  }
+}
+
 // What the scene's own wall shades already is not darkened again, but for a strip at the shadow's end
 // that two texels of the lamp's map make.
 TEST_P(CompositorLightTest, TheScenesOwnShadowIsNotDarkenedTwice) {

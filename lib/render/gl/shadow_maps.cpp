@@ -177,12 +177,13 @@ void ShadowMaps::set(gl::Program& program, const PassInput& in) {
   const int stride = count % 4 == 0 ? 4 : 1;
   std::vector<glm::vec3> positions;
   std::vector<glm::vec2> inverse;
-  std::vector<glm::vec4> kernels;
+  std::vector<glm::vec4> kernels, ahead;
   std::vector<float> nearest;
   for (const LightView& view : views_) {
     positions.emplace_back(view.position);
     inverse.emplace_back(view.inverse_from_depth);
     kernels.emplace_back(view.kernel);
+    ahead.emplace_back(view.ahead);
     nearest.push_back(static_cast<float>(view.inverse_from_depth.y));  // depth 0: the near plane
   }
   program.set("samples", count);
@@ -194,6 +195,7 @@ void ShadowMaps::set(gl::Program& program, const PassInput& in) {
   program.set("static_from_scene", std::span<const glm::mat4>(to_float(static_views_)));
   program.set("inverse_from_depth", std::span<const glm::vec2>(inverse));
   program.set("kernel", std::span<const glm::vec4>(kernels));
+  program.set("ahead", std::span<const glm::vec4>(ahead));
   program.set("nearest", std::span<const float>(nearest));
   program.set("light_normal", light_normal(light));
   program.set("light_cone", shader_cone(light));
