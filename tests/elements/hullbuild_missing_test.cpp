@@ -372,8 +372,10 @@ GST_START_TEST(test_a_subject_that_fades_is_not_forgotten) {
     } else {
       g_object_set(bench.element, "rig", file.c_str(), nullptr);
     }
-    fail_unless(opacity_of(20, 2) == 0.0f);
-    for (int i = 0; i < 2; ++i) bench.push_box(i, 21);
+    // With another rig the last picture cannot be made any more, so that it goes at once.
+    const int gone = flush ? 20 : 14;
+    fail_unless(opacity_of(gone, 2) == 0.0f);
+    for (int i = 0; i < 2; ++i) bench.push_box(i, gone + 1);
     fail_unless(bench.nothing_more());
     for (int frame = 22; frame < 30; ++frame)
       for (int i = 0; i < 2; ++i) bench.push_box(i, frame);

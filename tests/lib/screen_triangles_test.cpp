@@ -65,6 +65,35 @@ TEST(ScreenTriangles, OneSideIsDrawn) {
   }
 }
 
+// Outside of a band's columns nothing is drawn, and they are no wider than what may be.
+TEST(ScreenTriangles, ColumnsHoldAllThatIsDrawn) {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> x(-8.0, width + 8.0), y(-8.0, height + 8.0);
+  bool first = false, last = false;
+  for (int trial = 0; trial < 400; ++trial) {
+    const Vec3 a(x(random), y(random), 2), b(x(random), y(random), 2), c(x(random), y(random), 2);
+    ScreenTriangles triangles;
+    triangles.begin(width, height);
+    triangles.add(corners(a, b, c), 7, Facing::both);
+    const std::vector<std::uint32_t> ids = drawn(triangles);
+    for (int band = 0; band < height / band_rows; ++band) {
+      const auto columns = triangles.columns(band);
+      for (std::size_t i = 0; i < ids.size(); ++i) {
+        const int at = static_cast<int>(i % width), row = static_cast<int>(i / width % height);
+        if (ids[i] == no_triangle || row / band_rows != band) continue;
+        ASSERT_GE(at, columns.first);
+        ASSERT_LT(at, columns.end);
+        first |= at == columns.first;
+        last |= at == columns.end - 1;
+      }
+      if (columns.first >= columns.end) continue;
+      EXPECT_GE(columns.first, 0);
+      EXPECT_LE(columns.end, width);
+    }
+  }
+  EXPECT_TRUE(first && last);
+}
+
 // A fan of slivers over the whole picture: every sample shows exactly the triangle that holds it.
 TEST(ScreenTriangles, NeighboursShareNoSampleAndLeaveNone) {
   std::mt19937 random(3);
