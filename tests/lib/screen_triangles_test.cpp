@@ -187,6 +187,20 @@ TEST(ScreenTriangles, PackedRowsShowTheSame) {
 }
 
 // Triangles around a point, drawn packed one by one: no sample twice, and none left out.
+// Level edges: above the first and below the last line nothing is drawn.
+TEST(ScreenTriangles, PackedRectanglesShowTheSame) {
+  for (const double end : {20.05, 20.3, 20.55, 20.8}) {
+    ScreenTriangles triangles;
+    triangles.begin(width, height);
+    const Vec3 a(3.3, end - 16.0, 2), b(30.3, end - 16.0, 2), c(3.3, end, 2), d(30.3, end, 2);
+    triangles.add(corners(a, b, c), 1, Facing::both);
+    triangles.add(corners(b, d, c), 2, Facing::both);
+    const auto packed = eight(triangles, true);
+    EXPECT_GT(covered(packed), 16u * 26u * packed_samples);
+    EXPECT_EQ(packed, eight(triangles, false)) << end;
+  }
+}
+
 TEST(ScreenTriangles, PackedNeighboursShareNoSampleAndLeaveNone) {
   std::mt19937 random(5);
   std::uniform_real_distribution<double> place(0.0, 1.0);
