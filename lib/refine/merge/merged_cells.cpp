@@ -306,12 +306,12 @@ bool CellMerger::keep_facing(Brick& brick) const {
   return good;
 }
 
-CellMerger::Numbers CellMerger::near(const Numbers& some, int reach) const {
+CellMerger::Numbers CellMerger::near(const Numbers& some, int first, int last) const {
   Numbers found;
   for (const std::uint32_t b : some)
-    for (int z = -reach; z <= reach; ++z)
-      for (int y = -reach; y <= reach; ++y)
-        for (int x = -reach; x <= reach; ++x) {
+    for (int z = first; z <= last; ++z)
+      for (int y = first; y <= last; ++y)
+        for (int x = first; x <= last; ++x) {
           const Brick& brick = bricks_[b];
           const std::int32_t other = brick_at(brick.x + x, brick.y + y, brick.z + z);
           if (other >= 0) found.push_back(static_cast<std::uint32_t>(other));
@@ -358,22 +358,25 @@ void CellMerger::march(const Level& fine, const ContactRays& rays, std::uint32_t
   };
   each(all, [&](Brick& brick, std::uint32_t) { fill(fine.grid, brick); });
   mark_rims(fine.grid, rays, part);
-  // What is merged anew changes the corners of its neighbours, and what these touch.
+  // A brick's own corners depend on its boxes and on those of the bricks below, its triangles on the
+  // corners of the bricks above: so far reaches what is merged anew.
   std::vector<std::uint8_t> good(count_);
-  for (Numbers failed = all, beside = all, beyond = all; !failed.empty();) {
+  Numbers failed = all, own = all, cut_again = all, slid = all, beyond = all;
+  while (!failed.empty()) {
     parallel_for(failed.size(), 32, threads, [&](std::size_t begin, std::size_t end) {
       BrickMerger merger;
       for (std::size_t i = begin; i < end; ++i) merger.merge(bricks_[failed[i]], fine, flatness);
     });
-    each(beside, [&](Brick& brick, std::uint32_t) { find_corners(brick); });
-    each(beyond, [&](Brick& brick, std::uint32_t) { place_corners(fine, brick); });
-    each(beyond, [&](Brick& brick, std::uint32_t b) { good[b] = cut(brick); });
-    each(beyond, [&](Brick& brick, std::uint32_t) { slide(brick); });
+    each(own, [&](Brick& brick, std::uint32_t) { find_corners(brick); });
+    each(own, [&](Brick& brick, std::uint32_t) { place_corners(fine, brick); });
+    each(cut_again, [&](Brick& brick, std::uint32_t b) { good[b] = cut(brick); });
+    each(slid, [&](Brick& brick, std::uint32_t) { slide(brick); });
     each(beyond, [&](Brick& brick, std::uint32_t b) { good[b] &= keep_facing(brick); });
     failed.clear();
     for (const std::uint32_t b : beyond)
       if (!good[b]) failed.push_back(b);
-    beside = near(failed, 1), beyond = near(failed, 2);
+    own = near(failed, 0, 1), cut_again = near(failed, -1, 1);
+    slid = near(failed, -1, 2), beyond = near(failed, -2, 2);
   }
   gather(fine, out, threads);
 }

@@ -68,8 +68,8 @@ class CellMerger {
   float gap(const Brick& brick, const CellBox& box, std::size_t first) const;
   void slide(Brick& brick) const;
   bool keep_facing(Brick& brick) const;
-  /// The bricks that are at most \p reach from those of \p some.
-  Numbers near(const Numbers& some, int reach) const;
+  /// The bricks that are \p first to \p last bricks from those of \p some, along each axis.
+  Numbers near(const Numbers& some, int first, int last) const;
   void gather(const Level& fine, CellSurface& out, int threads) const;
 
   int nx_ = 0, ny_ = 0, nz_ = 0;    ///< bricks
