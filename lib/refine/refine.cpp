@@ -73,6 +73,7 @@ struct HullRefiner::State {
   FlowMemory flow_memory;
   PlateSolver solver;
   FitMemory fit_memory;
+  std::vector<std::uint32_t> labels;  ///< of cut_thin_handles()
   CellMarcher marcher;
   CellMerger merger;
   CellSurface cells;
@@ -275,7 +276,7 @@ void HullRefiner::State::tidy() {
     const auto needed = [&](const Vec3f& node) {
       return is_needed(node, fine, runs, rays, unsure);
     };
-    if (cut_thin_handles(fine[p], runs[p], thin_handle, needed) > 0)
+    if (cut_thin_handles(fine[p], runs[p], thin_handle, needed, labels) > 0)
       runs[p] = find_runs(fine[p], 0.0f);
   }
   statistics.pieces_dropped = static_cast<std::uint32_t>(

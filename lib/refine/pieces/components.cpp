@@ -101,11 +101,14 @@ std::uint32_t component_at_rim(const ContactRay& ray, std::span<const Level> fin
   return found.empty() ? 0 : *std::min_element(found.begin(), found.end());
 }
 
+/// How many components are asked for.
+enum class Wanted { any, all };
+
 /// The components within \p unsure of \p ray, anywhere along it but nearer than \p apart to its rim:
 /// where silhouettes contradict each other it need not pass the body within the hull.
 std::vector<std::uint32_t> components_near(const ContactRay& ray, std::span<const Level> fine,
                                            std::span<const LevelRuns> runs, float unsure,
-                                           float apart = 0.0f) {
+                                           Wanted wanted, float apart = 0.0f) {
   std::vector<std::uint32_t> found;
   const float length = glm::length(ray.direction);
   for (std::size_t p = 0; p < fine.size(); ++p) {
@@ -118,6 +121,7 @@ std::vector<std::uint32_t> components_near(const ContactRay& ray, std::span<cons
       const float at = from + step * static_cast<float>(i);
       if (std::abs(at - ray.depth) * length < apart) continue;
       look_around(runs[p], grid, (ray.point(at) - grid.low) / grid.cell, unsure / grid.cell, found);
+      if (wanted == Wanted::any && !found.empty()) return found;
     }
   }
   return found;
@@ -136,7 +140,8 @@ std::size_t drop_unneeded_components(std::span<Level> fine, std::vector<LevelRun
     for (std::size_t i = begin; i < end; ++i) {
       touched[i].at_rim = component_at_rim(rays.rays[i], fine, components);
       if (touched[i].at_rim > 0)
-        touched[i].nearby = components_near(rays.rays[i], fine, components.levels, unsure);
+        touched[i].nearby =
+            components_near(rays.rays[i], fine, components.levels, unsure, Wanted::all);
     }
   });
   std::vector<bool> needed(count, false);
@@ -161,7 +166,7 @@ bool is_needed(const Vec3f& point, std::span<const Level> fine, std::span<const 
   return std::any_of(rays.rays.begin(), rays.rays.end(), [&](const ContactRay& ray) {
     const Vec3f way = ray.rim() - point;
     return glm::dot(way, way) < touching * touching &&
-           components_near(ray, fine, runs, unsure, 2.0f * unsure).empty();
+           components_near(ray, fine, runs, unsure, Wanted::any, 2.0f * unsure).empty();
   });
 }
 

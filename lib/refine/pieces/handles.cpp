@@ -50,98 +50,89 @@ Around flood(int from, Around among, const std::array<Around, 27>& next) {
 class Regrowth {
  public:
   Regrowth(Level& level, const LevelRuns& runs, float hair,
-           const std::function<bool(const Vec3f&)>& needed)
-      : level_(level), grid_(level.grid), needed_(needed) {
+           const std::function<bool(const Vec3f&)>& needed, std::vector<std::uint32_t>& labels)
+      : level_(level), grid_(level.grid), runs_(runs), needed_(needed), labels_(labels) {
+    labels_.resize(std::max(labels_.size(), grid_.size()), outside_label);
+    each_run(runs, [&](std::size_t first, const Run& run) {
+      for (std::size_t i = first, end = first + length(run); i < end; ++i)
+        if (level.values[i] <= hair) labels_[i] = absent, thin_.push_back(i);
+    });
     const LevelRuns core = find_runs(level, hair);
+    each_run(core, [&](std::size_t first, const Run& run) {
+      std::fill_n(labels_.begin() + static_cast<std::ptrdiff_t>(first), length(run), run.component);
+    });
     parent_.resize(core.components);
     std::iota(parent_.begin(), parent_.end(), 0u);
-    first_.push_back(0);
-    for (std::size_t r = 0; r < level.rows.size(); ++r) {
-      const std::span<const Run> deep = core.row(r);
-      std::size_t next = 0;
-      for (const Run& run : runs.row(r))
-        for (int x = run.begin; x < run.end;) {
-          while (next < deep.size() && deep[next].end <= x) ++next;
-          if (next < deep.size() && deep[next].begin <= x) {
-            pieces_.push_back(deep[next]);
-            x = deep[next].end;
-          } else {
-            thin_.push_back({static_cast<std::uint32_t>(pieces_.size()), r});
-            pieces_.push_back({x, x + 1, absent});
-            ++x;
-          }
-        }
-      first_.push_back(static_cast<std::uint32_t>(pieces_.size()));
-    }
-    unneeded_.resize(pieces_.size());
+    for (int k = 0; k < 27; ++k)
+      step_[k] = (k / 9 - 1) * static_cast<std::ptrdiff_t>(grid_.slab()) +
+                 (k / 3 % 3 - 1) * static_cast<std::ptrdiff_t>(grid_.row()) + k % 3 - 1;
   }
+  ~Regrowth() {
+    each_run(runs_, [&](std::size_t first, const Run& run) {
+      std::fill_n(labels_.begin() + static_cast<std::ptrdiff_t>(first), length(run), outside_label);
+    });
+  }
+  Regrowth(const Regrowth&) = delete;
+  Regrowth& operator=(const Regrowth&) = delete;
 
   /// Returns how many nodes stay out, and puts them outside of the surface.
   std::size_t run() {
-    std::vector<Thin> order = thin_;
-    std::stable_sort(order.begin(), order.end(),
-                     [&](const Thin& a, const Thin& b) { return value(a) > value(b); });
-    for (const Thin& node : order) put_back(node);
+    std::vector<std::size_t> order = thin_;
+    std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+      return level_.values[a] > level_.values[b];
+    });
+    for (const std::size_t node : order) put_back(node);
     std::size_t count = 0;
-    for (const Thin& node : thin_) {
-      if (pieces_[node.piece].component != waiting) continue;
-      value(node) = -value(node);
+    for (const std::size_t node : thin_) {
+      if (labels_[node] < waiting) continue;
+      level_.values[node] = -level_.values[node];
       ++count;
     }
     return count;
   }
 
  private:
-  static constexpr std::uint32_t absent = 0xffffffff, waiting = 0xfffffffe;
-  /// A node that is less than a hair deep: a piece of its own.
-  struct Thin {
-    std::uint32_t piece = 0;
-    std::size_t row = 0;
-  };
+  /// Of nodes inside that are no part of the forest, tried or not, one that no ray needs, and of nodes
+  /// outside; lower labels are of the forest.
+  static constexpr std::uint32_t waiting = 0xfffffffc, unneeded = 0xfffffffd, absent = 0xfffffffe,
+                                 outside_label = 0xffffffff;
 
-  float& value(const Thin& node) {
-    return level_
-        .values[node.row * grid_.row() + static_cast<std::size_t>(pieces_[node.piece].begin)];
+  static std::size_t length(const Run& run) {
+    return static_cast<std::size_t>(run.end - run.begin);
   }
-  Vec3f position(const Thin& node) const {
-    const int y = static_cast<int>(node.row) % grid_.ny, z = static_cast<int>(node.row) / grid_.ny;
-    return grid_.position(pieces_[node.piece].begin, y, z);
+  /// Calls body(first node, run) for each run of \p some.
+  template <typename Body>
+  void each_run(const LevelRuns& some, const Body& body) const {
+    for (std::size_t r = 0; r + 1 < some.first.size(); ++r)
+      for (const Run& run : some.row(r))
+        body(r * grid_.row() + static_cast<std::size_t>(run.begin), run);
+  }
+  std::size_t beside(std::size_t node, int bit) const {
+    return static_cast<std::size_t>(static_cast<std::ptrdiff_t>(node) + step_[bit]);
   }
   std::uint32_t root(std::uint32_t label) {
     while (parent_[label] != label) label = parent_[label] = parent_[parent_[label]];
     return label;
   }
-  /// Calls body(bit, number of the piece, row) for each neighbour of \p node in a piece. Nodes at the
-  /// grid's border are outside.
-  template <typename Body>
-  void each_neighbour(const Thin& node, const Body& body) const {
-    const int x = pieces_[node.piece].begin;
-    for (int k = 0; k < 9; ++k) {
-      const std::size_t row = node.row + static_cast<std::size_t>(k / 3) * grid_.ny + k % 3 -
-                              static_cast<std::size_t>(grid_.ny) - 1;
-      const auto begin = pieces_.begin() + first_[row], end = pieces_.begin() + first_[row + 1];
-      auto piece = std::partition_point(begin, end, [&](const Run& run) { return run.end < x; });
-      for (; piece != end && piece->begin <= x + 1; ++piece) {
-        const auto p = static_cast<std::uint32_t>(piece - pieces_.begin());
-        for (int dx = std::max(-1, piece->begin - x); dx <= std::min(1, piece->end - 1 - x); ++dx)
-          if (3 * k + dx + 1 != own) body(3 * k + dx + 1, p, row);
-      }
-    }
+  /// Asked once, since a node is tried again and again.
+  bool is_needed(std::size_t node) {
+    if (labels_[node] == unneeded) return false;
+    const std::size_t row = node / grid_.row();
+    const bool needed =
+        needed_(grid_.position(static_cast<int>(node % grid_.row()),
+                               static_cast<int>(row) % grid_.ny, static_cast<int>(row) / grid_.ny));
+    if (!needed) labels_[node] = unneeded;
+    return needed;
   }
-  bool is_needed(const Thin& node) {
-    if (unneeded_[node.piece]) return false;
-    unneeded_[node.piece] = !needed_(position(node));
-    return !unneeded_[node.piece];
-  }
-  /// Whether \p node may go back, and went.
-  bool try_node(const Thin& node) {
+  /// Whether \p node, which is at no border of the grid, may go back, and went.
+  bool try_node(std::size_t node) {
     static const AroundTables tables;
     Around inside = 0;
-    std::uint32_t label[27] = {};
-    each_neighbour(node, [&](int bit, std::uint32_t piece, std::size_t) {
-      label[bit] = pieces_[piece].component;
-      if (label[bit] < waiting) inside |= 1u << bit;
-    });
+    std::uint32_t label[27];
+    for (int bit = 0; bit < 27; ++bit) {
+      label[bit] = labels_[beside(node, bit)];
+      inside |= static_cast<Around>(label[bit] < waiting) << bit;
+    }
     std::uint32_t joined[6];
     int count = 0;
     for (Around left = inside & tables.sides; left != 0;) {
@@ -157,41 +148,43 @@ class Regrowth {
       parent_.push_back(joined[0]);
     }
     for (int i = 1; i < count; ++i) parent_[joined[i]] = joined[0];
-    pieces_[node.piece].component = joined[0];
+    labels_[node] = joined[0];
     return true;
   }
   /// Of \p node, and of those that waited for it.
-  void put_back(const Thin& node) {
+  void put_back(std::size_t node) {
     todo_.assign(1, node);
     while (!todo_.empty()) {
-      const Thin next = todo_.back();
+      const std::size_t next = todo_.back();
       todo_.pop_back();
-      if (pieces_[next.piece].component < waiting) continue;
+      if (labels_[next] < waiting) continue;
       if (!try_node(next)) {
-        pieces_[next.piece].component = waiting;
+        if (labels_[next] == absent) labels_[next] = waiting;
         continue;
       }
-      each_neighbour(next, [&](int, std::uint32_t piece, std::size_t row) {
-        if (pieces_[piece].component == waiting) todo_.push_back({piece, row});
-      });
+      for (int bit = 0; bit < 27; ++bit) {
+        const std::uint32_t label = labels_[beside(next, bit)];
+        if (label == waiting || label == unneeded) todo_.push_back(beside(next, bit));
+      }
     }
   }
 
   Level& level_;
   const Grid& grid_;
+  const LevelRuns& runs_;
   const std::function<bool(const Vec3f&)>& needed_;
-  std::vector<Run> pieces_;  ///< runs of the core, and thin nodes: of the forest, or none yet
-  std::vector<std::uint32_t> first_;   ///< of each row's pieces, and one past the last
-  std::vector<std::uint32_t> parent_;  ///< the forest of what hangs together
-  std::vector<Thin> thin_, todo_;
-  std::vector<bool> unneeded_;  ///< of each piece: asked, since a node is tried again and again
+  std::vector<std::uint32_t>& labels_;  ///< of nodes: of the forest, or none
+  std::ptrdiff_t step_[27];             ///< to the neighbours, by bit
+  std::vector<std::uint32_t> parent_;   ///< the forest of what hangs together
+  std::vector<std::size_t> thin_, todo_;
 };
 
 }  // namespace
 
 std::size_t cut_thin_handles(Level& level, const LevelRuns& runs, float hair,
-                             const std::function<bool(const Vec3f& node)>& needed) {
-  return Regrowth(level, runs, hair, needed).run();
+                             const std::function<bool(const Vec3f& node)>& needed,
+                             std::vector<std::uint32_t>& labels) {
+  return Regrowth(level, runs, hair, needed, labels).run();
 }
 
 }  // namespace polyhull::refine

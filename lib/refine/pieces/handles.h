@@ -10,7 +10,9 @@
 /// together already. Once its neighbours have filled the hole, such a node comes back, too.
 #pragma once
 
+#include <cstdint>
 #include <functional>
+#include <vector>
 
 #include "refine/pieces/runs.h"
 
@@ -18,8 +20,9 @@ namespace polyhull::refine {
 
 /// Cuts the handles of the solid f > 0 where they are less than \p hair deep and not \p needed, which
 /// is asked about nodes. \p runs of \p level at 0, whose grid's border is outside (cut_at_hull()).
-/// Returns how many nodes that took.
+/// Returns how many nodes that took. \p labels is worked with: empty at first, then the last call's.
 std::size_t cut_thin_handles(Level& level, const LevelRuns& runs, float hair,
-                             const std::function<bool(const Vec3f& node)>& needed);
+                             const std::function<bool(const Vec3f& node)>& needed,
+                             std::vector<std::uint32_t>& labels);
 
 }  // namespace polyhull::refine

@@ -151,15 +151,16 @@ refine::Level ring(float thin) {
 }
 
 TEST(Handles, AreCutWhereTheyAreThinAndNotNeeded) {
+  std::vector<std::uint32_t> labels;
   for (const auto& [thin, needed] : {std::pair(0.03f, false), {0.03f, true}, {0.3f, false}}) {
     const bool cut = thin < 0.05f && !needed;
     refine::Level level = ring(thin);
     const refine::LevelRuns before = refine::find_runs(level, 0.0f);
     EXPECT_EQ(before.components, 1u);
     EXPECT_EQ(before.handles, 1);
-    EXPECT_EQ(
-        refine::cut_thin_handles(level, before, 0.05f, [is = needed](const Vec3f&) { return is; }),
-        cut ? 1u : 0u);
+    EXPECT_EQ(refine::cut_thin_handles(
+                  level, before, 0.05f, [is = needed](const Vec3f&) { return is; }, labels),
+              cut ? 1u : 0u);
     const refine::LevelRuns after = refine::find_runs(level, 0.0f);
     EXPECT_EQ(after.components, 1u);
     EXPECT_EQ(after.handles, cut ? 0 : 1);
@@ -169,6 +170,7 @@ TEST(Handles, AreCutWhereTheyAreThinAndNotNeeded) {
 // A hollow within a body takes nothing from its handles. The outside hangs together over corners, too:
 // what one opens is no hollow.
 TEST(Handles, AreCutBesideAHollow) {
+  std::vector<std::uint32_t> labels;
   refine::Level level = ring(0.03f);
   for (int z = 2; z < 7; ++z)
     for (int x = 9; x < 14; ++x)
@@ -179,7 +181,7 @@ TEST(Handles, AreCutBesideAHollow) {
   EXPECT_EQ(before.handles, 1);
   EXPECT_EQ(before.hollows, 1);
   const auto never = [](const Vec3f&) { return false; };
-  EXPECT_EQ(refine::cut_thin_handles(level, before, 0.05f, never), 1u);
+  EXPECT_EQ(refine::cut_thin_handles(level, before, 0.05f, never, labels), 1u);
   const refine::LevelRuns after = refine::find_runs(level, 0.0f);
   EXPECT_EQ(after.handles, 0);
   EXPECT_EQ(after.hollows, 1);
@@ -190,6 +192,7 @@ TEST(Handles, AreCutBesideAHollow) {
 
 // What is thin but no handle is left as it is: a ring whose hole is filled less deep, and an end.
 TEST(Handles, WhatIsNoneStays) {
+  std::vector<std::uint32_t> labels;
   for (const bool open : {false, true}) {
     refine::Level level = ring(0.04f);
     for (int y = 4; y < 8; ++y)
@@ -197,13 +200,15 @@ TEST(Handles, WhatIsNoneStays) {
     if (open) level.values[level.grid.node(7, 8, 4)] = -0.1f;
     const std::vector<float> values = level.values;
     const auto never = [](const Vec3f&) { return false; };
-    EXPECT_EQ(refine::cut_thin_handles(level, refine::find_runs(level, 0.0f), 0.05f, never), 0u);
+    EXPECT_EQ(refine::cut_thin_handles(level, refine::find_runs(level, 0.0f), 0.05f, never, labels),
+              0u);
     EXPECT_EQ(level.values, values);
   }
 }
 
 // A node that has to wait is tried again for each neighbour that goes back.
 TEST(Handles, ANodeIsAskedAboutOnce) {
+  std::vector<std::uint32_t> labels;
   refine::Level level = ring(0.04f);
   for (int y = 4; y < 8; ++y)
     for (int x = 4; x < 12; ++x)
@@ -215,7 +220,7 @@ TEST(Handles, ANodeIsAskedAboutOnce) {
     asked.push_back(node);
     return false;
   };
-  refine::cut_thin_handles(level, refine::find_runs(level, 0.0f), 0.05f, never);
+  refine::cut_thin_handles(level, refine::find_runs(level, 0.0f), 0.05f, never, labels);
   EXPECT_GT(asked.size(), 1u);
 }
 
