@@ -13,8 +13,8 @@ namespace {
 constexpr float near_cells = 1.1f;
 /// By how much the coarse H may be wrong near the hull, and fits may raise f.
 constexpr float hull_near = 0.6f;
-/// Where the coarse H is lower, nothing else needs to be known.
-constexpr float surely_outside = -2.0f;
+/// Where the coarse H is lower, no node beside it is inside, and nothing else needs to be known.
+constexpr float surely_outside = -1.1f;
 /// No fit lifts f from below this to above 0.
 constexpr float never_inside = -1.2f;
 
@@ -130,9 +130,13 @@ void find_hull(const Level& coarse, const HullRows& hull, Level& fine, int y, in
     const float below = f[x] < 0.0f ? f[x] + hull_near : hull_near;
     out[x] = (f[x] >= never_inside) & (rough[x] < below) ? rough[x] : 1e6f;
   }
-  memory.x.clear();
-  for (int x = extent.begin; x < extent.end; ++x)
-    if (out[x] > surely_outside && out[x] < 1e5f) memory.x.push_back(static_cast<float>(x));
+  memory.x.resize(grid.row());
+  std::size_t count = 0;
+  for (int x = extent.begin; x < extent.end; ++x) {
+    memory.x[count] = static_cast<float>(x);
+    count += (out[x] > surely_outside) & (out[x] < 1e5f);
+  }
+  memory.x.resize(count);
   memory.exact.resize(memory.x.size());
   hull.find(grid, static_cast<float>(y), static_cast<float>(z), memory.x, memory.exact.data());
   for (std::size_t i = 0; i < memory.x.size(); ++i)
@@ -188,7 +192,7 @@ void do_as_asked(Level& fine, std::size_t r, FitMemory& memory) {
       const float moved = std::min(values[x + k] + asks[k] / (asks[8 + k] + 1e-3f), hull[x + k]);
       values[x + k] = asks[8 + k] > 0.0f ? moved : values[x + k];
     }
-    std::fill_n(asks, 16, 0.0f);
+    for (int k = 0; k < 16; ++k) asks[k] = 0.0f;
   }
 }
 
@@ -200,15 +204,21 @@ void fit_to_rims(Level& fine, const ContactRays& rays, std::uint32_t part, const
   memory.asks.resize(std::max(memory.asks.size(), 2 * grid.size()));
   memory.asked.assign(fine.rows.size(), {});
   const auto slabs = static_cast<std::size_t>(grid.nz);
-  memory.rays_of_slab.resize(std::max(memory.rays_of_slab.size(), slabs));
-  for (auto& some : memory.rays_of_slab) some.clear();
+  const float nodes = fit.radius / grid.cell;
+  memory.rims_of_slab.resize(std::max(memory.rims_of_slab.size(), slabs));
+  for (auto& some : memory.rims_of_slab) some.clear();
   for (std::size_t i = 0; i < rays.rays.size(); i += fit.stride) {
     const ContactRay& ray = rays.rays[i];
     if (ray.part != part || ray.value <= outside + 0.4f) continue;
-    const auto z = static_cast<int>((ray.rim().z - grid.low.z) / grid.cell);
-    if (z >= 0 && z < grid.nz) memory.rays_of_slab[z].push_back(static_cast<std::uint32_t>(i));
+    const Vec3f at = (ray.rim() - grid.low) / grid.cell;
+    const auto z = static_cast<int>(at.z);
+    if (z >= 0 && z < grid.nz)
+      memory.rims_of_slab[z].push_back({{at.x, at.y, at.z},
+                                        {ray.normal.x, ray.normal.y, ray.normal.z},
+                                        std::clamp(fit.target - ray.value, -0.8f, 1.25f),
+                                        nodes,
+                                        least_along});
   }
-  const float nodes = fit.radius / grid.cell;
   const int reach = static_cast<int>(nodes) + 1;
   parallel_for(slabs, 2, threads, [&](std::size_t begin, std::size_t end) {
     for (auto z = static_cast<int>(begin); z < static_cast<int>(end); ++z) {
@@ -222,16 +232,7 @@ void fit_to_rims(Level& fine, const ContactRays& rays, std::uint32_t part, const
                            memory.asked.data() + row,
                            memory.asks.data() + 2 * node};
       for (int k = std::max(0, z - reach); k <= std::min(grid.nz - 1, z + reach); ++k)
-        for (const std::uint32_t i : memory.rays_of_slab[k]) {
-          const ContactRay& ray = rays.rays[i];
-          const Vec3f at = (ray.rim() - grid.low) / grid.cell;
-          loops().ask({{at.x, at.y, at.z},
-                       {ray.normal.x, ray.normal.y, ray.normal.z},
-                       std::clamp(fit.target - ray.value, -0.8f, 1.25f),
-                       nodes,
-                       least_along},
-                      slab);
-        }
+        for (const AskingRim& rim : memory.rims_of_slab[k]) loops().ask(rim, slab);
     }
   });
   parallel_for(fine.rows.size(), 256, threads, [&](std::size_t begin, std::size_t end) {

@@ -23,7 +23,7 @@ void cut_at_hull(Level& fine, int threads);
 struct FitMemory {
   std::vector<float> asks;    ///< of nodes (AskedSlab); 0 between calls
   std::vector<Extent> asked;  ///< which nodes of each row
-  std::vector<std::vector<std::uint32_t>> rays_of_slab;
+  std::vector<std::vector<AskingRim>> rims_of_slab;
 };
 
 /// How rims ask.

@@ -109,8 +109,8 @@ struct Loops {
                float* more, float* solution, float* residual, float* sums);
   /// f = residual + keep * f.
   void (*turn)(int count, const float* residual, float keep, float* f);
-  /// Bit i % 64 of word i / 64 becomes 1 where f[i] > 0; \p count whole eights, the words 0 before.
-  void (*signs)(const float* f, int count, std::uint64_t* words);
+  /// Bit i % 64 of word i / 64 becomes 1 where f[i] > above; \p count whole eights, the words 0 before.
+  void (*signs)(const float* f, float above, int count, std::uint64_t* words);
 };
 
 const Loops& baseline_loops();

@@ -124,19 +124,14 @@ void join(LevelRuns& level, const Grid& grid) {
 
 LevelRuns find_runs(const Level& level, float above) {
   LevelRuns out;
-  std::vector<float> row;
   std::vector<std::uint64_t> words;
   out.first.push_back(0);
   for (std::size_t r = 0; r < level.rows.size(); ++r) {
     const Extent extent = level.rows[r];
     const int begin = extent.begin / 8 * 8;
     const int nodes = extent.begin == extent.end ? 0 : (extent.end - begin + 7) / 8 * 8;
-    const float* values = level.values.data() + r * level.grid.row() + begin;
-    row.resize(static_cast<std::size_t>(nodes));
-    float* __restrict over = row.data();
-    for (int x = 0; x < nodes; ++x) over[x] = values[x] - above;
     words.assign(static_cast<std::size_t>(nodes + 63) / 64, 0);
-    loops().signs(over, nodes, words.data());
+    loops().signs(level.values.data() + r * level.grid.row() + begin, above, nodes, words.data());
     for (int x = next_bit(words, 0, nodes, true); x < nodes;) {
       const int end = next_bit(words, x, nodes, false);
       out.runs.push_back({begin + x, begin + end});

@@ -203,18 +203,19 @@ TEST_F(RefineLoops, RimsAskNodesByTheFormula) {
   }
 }
 
-TEST_F(RefineLoops, SignsAreOneWhereInside) {
-  for (const int count : {8, 64, 72, 176}) {
+TEST_F(RefineLoops, SignsAreOneWhereAbove) {
+  for (const int count : {8, 64, 72, 104, 176}) {
     std::vector<float> f = numbers(static_cast<std::size_t>(count), -1.0f, 1.0f);
-    f[3] = 0.0f;
-    for (const Loops* loops : all()) {
-      std::vector<std::uint64_t> words(static_cast<std::size_t>(count + 63) / 64);
-      loops->signs(f.data(), count, words.data());
-      for (int i = 0; i < 64 * static_cast<int>(words.size()); ++i)
-        EXPECT_EQ(words[static_cast<std::size_t>(i / 64)] >> i % 64 & 1,
-                  i < count && f[static_cast<std::size_t>(i)] > 0.0f)
-            << loops->name << ' ' << i;
-    }
+    f[3] = 0.0f, f[5] = 0.25f;
+    for (const float above : {0.0f, 0.25f})
+      for (const Loops* loops : all()) {
+        std::vector<std::uint64_t> words(static_cast<std::size_t>(count + 63) / 64);
+        loops->signs(f.data(), above, count, words.data());
+        for (int i = 0; i < 64 * static_cast<int>(words.size()); ++i)
+          EXPECT_EQ(words[static_cast<std::size_t>(i / 64)] >> i % 64 & 1,
+                    i < count && f[static_cast<std::size_t>(i)] > above)
+              << loops->name << ' ' << i;
+      }
   }
 }
 
