@@ -28,6 +28,26 @@ struct Level {
   std::vector<Extent> rows;   ///< of row (y, z) at z * ny + y: f is `outside` beyond
 };
 
+/// Calls body(nodes) for the stretches of row \p r of \p level, whole eights, that may have nodes
+/// where H > \p above.
+template <typename Body>
+void each_stretch(const Level& level, std::size_t r, float above, const Body& body) {
+  const float* hull = level.hull.data() + r * level.grid.row();
+  const Extent row = level.rows[r];
+  Extent stretch;
+  for (int x = row.begin / 8 * 8; x < row.end; x += 8) {
+    bool any = false;
+    for (int k = 0; k < 8; ++k) any |= hull[x + k] > above;
+    if (any) {
+      stretch.include({x, x + 8});
+    } else if (stretch.begin < stretch.end) {
+      body(stretch);
+      stretch = {};
+    }
+  }
+  if (stretch.begin < stretch.end) body(stretch);
+}
+
 /// sample() of \p values on \p grid at some nodes of row (y, z) of the grid \p at; \p mixed is worked
 /// with.
 void sample_row(const Grid& grid, const float* values, const Grid& at, int y, int z, Extent nodes,

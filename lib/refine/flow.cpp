@@ -225,10 +225,11 @@ void spread_gaps(const Grid& coarse, const ContactRays& rays, std::uint32_t part
 void pull_to_rims(Level& level, const ContactRays& rays, std::uint32_t part, const Pull& pull,
                   FlowMemory& memory, int threads) {
   const Grid& grid = level.grid;
-  // The coarser grid's nodes need not be the fine one's.
-  const float cell = std::max(grid.cell, pull.sigma);
+  const bool same = grid.cell >= pull.sigma;  // else the coarser grid's nodes need not be these
   const Grid coarse =
-      grid_over(grid.low, grid.position(grid.nx - 1, grid.ny - 1, grid.nz - 1), cell, 1);
+      same ? grid
+           : grid_over(grid.low, grid.position(grid.nx - 1, grid.ny - 1, grid.nz - 1), pull.sigma,
+                       1);
   spread_gaps(coarse, rays, part, pull, memory);
   SparseBlur blur(coarse, pull.sigma, memory.held, memory);
   blur.apply(memory.gaps, threads);
@@ -239,20 +240,23 @@ void pull_to_rims(Level& level, const ContactRays& rays, std::uint32_t part, con
       memory.gaps[node] =
           std::clamp(memory.gaps[node] / (memory.weights[node] + 0.002f), -1.25f, 1.7f);
     }
-  parallel_for(
-      static_cast<std::size_t>(grid.nz), slabs_of_a_piece(grid), threads,
-      [&](std::size_t begin, std::size_t end) {
-        std::vector<float> corrections(grid.row()), mixed;
-        for (auto z = static_cast<int>(begin); z < static_cast<int>(end); ++z)
-          for (int y = 0; y < grid.ny; ++y) {
-            const std::size_t row = grid.node(0, y, z);
-            const Extent extent = level.rows[row / grid.row()];
-            if (extent.begin == extent.end) continue;
-            sample_row(coarse, memory.gaps.data(), grid, y, z, extent, mixed, corrections.data());
-            correct_row(level.hull.data() + row + extent.begin, corrections.data() + extent.begin,
-                        extent.end - extent.begin, level.values.data() + row + extent.begin);
-          }
-      });
+  parallel_for(static_cast<std::size_t>(grid.nz), slabs_of_a_piece(grid), threads,
+               [&](std::size_t begin, std::size_t end) {
+                 std::vector<float> corrections(grid.row()), mixed;
+                 for (auto z = static_cast<int>(begin); z < static_cast<int>(end); ++z)
+                   for (int y = 0; y < grid.ny; ++y) {
+                     const std::size_t row = grid.node(0, y, z);
+                     each_stretch(level, row / grid.row(), least_hull, [&](Extent nodes) {
+                       const float* by = same ? memory.gaps.data() + row : corrections.data();
+                       if (!same)
+                         sample_row(coarse, memory.gaps.data(), grid, y, z, nodes, mixed,
+                                    corrections.data());
+                       correct_row(level.hull.data() + row + nodes.begin, by + nodes.begin,
+                                   nodes.end - nodes.begin,
+                                   level.values.data() + row + nodes.begin);
+                     });
+                   }
+               });
 }
 
 }  // namespace polyhull::refine

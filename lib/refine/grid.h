@@ -47,6 +47,9 @@ inline Grid grid_over(const Vec3f& low, const Vec3f& high, float cell, int margi
 /// What functions are far outside the surface, and no less anywhere in the flow.
 inline constexpr float outside = -2.0f;
 
+/// How far outside the hull H is told apart; beyond f is `outside`.
+inline constexpr float least_hull = -3.3f;
+
 /// What functions are at most.
 inline constexpr float deepest = 8.0f;
 

@@ -84,42 +84,78 @@ void HullRows::find(const Grid& grid, float y, float z, std::span<const float> x
   for (const MapView& view : views_) loops().inside(view, points, out);
 }
 
+namespace {
+
+/// The first nodes, along x, of blocks of a line of them, and what they are looked at with.
+struct NearBlocks {
+  std::vector<int> first;
+  std::vector<float> places, found;
+
+  /// Keeps of blocks of \p size nodes a side, from row (y, z) on, those that may have a node with at
+  /// least \p least.
+  void keep_near(const HullRows& hull, const Grid& grid, int size, int y, int z, float least) {
+    const float half = 0.5f * static_cast<float>(size - 1);
+    // Far away a map's distance over the depth changes faster than the place: some slack.
+    const float far = least - 1.2f * grid.cell * half * 1.7321f;
+    look(hull, grid, static_cast<float>(y) + half, static_cast<float>(z) + half, half);
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < first.size(); ++i)
+      if (found[i] >= far) first[kept++] = first[i];
+    first.resize(kept);
+  }
+  /// Finds H at the nodes, \p shift further along x, of row (y, z).
+  void look(const HullRows& hull, const Grid& grid, float y, float z, float shift) {
+    places.clear();
+    for (const int x : first) places.push_back(static_cast<float>(x) + shift);
+    found.resize(places.size());
+    hull.find(grid, y, z, places, found.data());
+  }
+  /// Blocks of half the \p size of \p blocks.
+  void halve(const NearBlocks& blocks, int size, int nx) {
+    first.clear();
+    for (const int from : blocks.first)
+      for (int x = from; x < std::min(nx, from + size); x += size / 2) first.push_back(x);
+  }
+};
+
+}  // namespace
+
 void HullDistance::fill(const Grid& grid, float least, std::vector<float>& values,
                         std::vector<Extent>& rows, int threads) const {
   constexpr int block = 4;
-  constexpr float half = 0.5f * static_cast<float>(block - 1);
   values.resize(grid.size());
   rows.resize(static_cast<std::size_t>(grid.ny) * grid.nz);
-  // Far away a map's distance over the depth changes faster than the place: some slack.
-  const float far = least - 1.2f * grid.cell * half * 1.7321f;
-  const int blocks = (grid.nx + block - 1) / block, lines = (grid.ny + block - 1) / block;
   const HullRows hull(*this, HullRows::By::rough);
-  const auto fill_line = [&](int y0, int z0) {
-    // Of a line of blocks along x: first what the middles say, then the nodes of those near enough.
-    std::vector<float> x(static_cast<std::size_t>(blocks)), found(grid.row());
-    for (int b = 0; b < blocks; ++b) x[b] = static_cast<float>(block * b) + half;
-    hull.find(grid, static_cast<float>(y0) + half, static_cast<float>(z0) + half, x, found.data());
-    x.clear();
-    for (int b = 0; b < blocks; ++b)
-      for (int i = block * b; found[b] >= far && i < std::min(grid.nx, block * (b + 1)); ++i)
-        x.push_back(static_cast<float>(i));
-    for (int z = z0; z < std::min(z0 + block, grid.nz); ++z)
-      for (int y = y0; y < std::min(y0 + block, grid.ny); ++y) {
-        float* row = values.data() + grid.node(0, y, z);
-        std::fill_n(row, grid.nx, least);
-        Extent& extent = rows[static_cast<std::size_t>(z) * grid.ny + y];
-        extent = {};
-        if (x.empty()) continue;
-        extent = {static_cast<int>(x.front()), static_cast<int>(x.back()) + 1};
-        hull.find(grid, static_cast<float>(y), static_cast<float>(z), x, found.data());
-        for (std::size_t i = 0; i < x.size(); ++i)
-          row[static_cast<int>(x[i])] = std::clamp(found[i], least, deepest);
+  const auto fill_row = [&](int y, int z, NearBlocks& nodes) {
+    float* row = values.data() + grid.node(0, y, z);
+    std::fill_n(row, grid.nx, least);
+    Extent& extent = rows[static_cast<std::size_t>(z) * grid.ny + y];
+    extent = {};
+    if (nodes.first.empty()) return;
+    extent = {nodes.first.front(), nodes.first.back() + 1};
+    nodes.look(hull, grid, static_cast<float>(y), static_cast<float>(z), 0.0f);
+    for (std::size_t i = 0; i < nodes.first.size(); ++i)
+      row[nodes.first[i]] = std::clamp(nodes.found[i], least, deepest);
+  };
+  const auto fill_line = [&](int y0, int z0, NearBlocks(&of)[3]) {
+    of[0].first.clear();
+    for (int x = 0; x < grid.nx; x += block) of[0].first.push_back(x);
+    of[0].keep_near(hull, grid, block, y0, z0, least);
+    for (int z1 = z0; z1 < std::min(z0 + block, grid.nz); z1 += 2)
+      for (int y1 = y0; y1 < std::min(y0 + block, grid.ny); y1 += 2) {
+        of[1].halve(of[0], block, grid.nx);
+        of[1].keep_near(hull, grid, block / 2, y1, z1, least);
+        of[2].halve(of[1], block / 2, grid.nx);
+        for (int z = z1; z < std::min(z1 + 2, grid.nz); ++z)
+          for (int y = y1; y < std::min(y1 + 2, grid.ny); ++y) fill_row(y, z, of[2]);
       }
   };
+  const int lines = (grid.ny + block - 1) / block;
   const auto count = static_cast<std::size_t>(lines) * ((grid.nz + block - 1) / block);
   parallel_for(count, 8, threads, [&](std::size_t begin, std::size_t end) {
+    NearBlocks of[3];  // of four nodes a side, of two, and nodes
     for (std::size_t l = begin; l < end; ++l)
-      fill_line(static_cast<int>(l) % lines * block, static_cast<int>(l) / lines * block);
+      fill_line(static_cast<int>(l) % lines * block, static_cast<int>(l) / lines * block, of);
   });
 }
 

@@ -30,8 +30,6 @@ using namespace refine;
 
 /// Cells around a part's box: for the plate's band and the blurs.
 constexpr int margin = 4, coarse_margin = 3;
-/// How far outside the hull H is told apart.
-constexpr float least_hull = -3.3f;
 /// What is thinner than twice this has no node of the fine grid for certain.
 constexpr float thinnest = 0.45f;
 /// Rims that had this much before the last fit have not lost their contact.
@@ -225,23 +223,23 @@ void HullRefiner::State::start_middle() {
     Level& level = middle[p];
     const Grid& grid = level.grid;
     level.values.resize(grid.size());
-    parallel_for(static_cast<std::size_t>(grid.nz), 4, threads,
-                 [&](std::size_t begin, std::size_t end) {
-                   std::vector<float> mixed;
-                   for (auto z = static_cast<int>(begin); z < static_cast<int>(end); ++z)
-                     for (int y = 0; y < grid.ny; ++y) {
-                       const std::size_t row = grid.node(0, y, z);
-                       float* values = level.values.data() + row;
-                       const float* hull = level.hull.data() + row;
-                       const Extent extent = level.rows[row / grid.row()];
-                       std::fill_n(values, grid.nx, outside);
-                       if (extent.begin == extent.end) continue;
-                       sample_row(coarse[p].grid, coarse[p].values.data(), grid, y, z, extent,
-                                  mixed, values);
-                       for (int x = extent.begin; x < extent.end; ++x)
-                         values[x] = hull[x] <= least_hull ? outside : std::max(outside, values[x]);
-                     }
-                 });
+    parallel_for(
+        static_cast<std::size_t>(grid.nz), 4, threads, [&](std::size_t begin, std::size_t end) {
+          std::vector<float> mixed;
+          for (auto z = static_cast<int>(begin); z < static_cast<int>(end); ++z)
+            for (int y = 0; y < grid.ny; ++y) {
+              const std::size_t row = grid.node(0, y, z);
+              float* values = level.values.data() + row;
+              const float* hull = level.hull.data() + row;
+              std::fill_n(values, grid.nx, outside);
+              each_stretch(level, row / grid.row(), least_hull, [&](Extent nodes) {
+                sample_row(coarse[p].grid, coarse[p].values.data(), grid, y, z, nodes, mixed,
+                           values);
+                for (int x = nodes.begin; x < nodes.end; ++x)
+                  values[x] = hull[x] <= least_hull ? outside : std::max(outside, values[x]);
+              });
+            }
+        });
   }
 }
 
