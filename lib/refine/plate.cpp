@@ -12,7 +12,7 @@ namespace {
 /// Nodes at the border whose Laplacian of the Laplacian would reach out of the grid.
 constexpr int border = 2;
 /// Rims that lie further outside the surface pull, but say nothing of the normal.
-constexpr float far_outside = -1.0f;
+constexpr float lost_rim = -1.0f;
 /// Rows handled as one piece of work.
 constexpr std::size_t rows_per_piece = 128;
 
@@ -64,7 +64,7 @@ void PlateSolver::gather(const Level& level, const ContactRays& rays, std::uint3
   const Grid& grid = level.grid;
   const auto place = [&](const ContactRay& ray) { return (ray.rim() - grid.low) / grid.cell; };
   const auto counts = [&](const ContactRay& ray) {
-    if (ray.part != part || !(ray.value >= far_outside)) return false;
+    if (ray.part != part || !(ray.value >= lost_rim)) return false;
     const Vec3f at = place(ray);
     const auto within = [](float x, int count) {
       return x >= static_cast<float>(border) && x < static_cast<float>(count - border - 1);
@@ -107,23 +107,29 @@ void PlateSolver::gather(const Level& level, const ContactRays& rays, std::uint3
 }
 
 void PlateSolver::start(const Level& level, const ContactRays& rays, float tie) {
-  for (const Row& row : rows_)
-    for (std::size_t i = row.node; i < row.node + static_cast<std::size_t>(row.count); ++i) {
-      const float hull = level.hull[i], f = level.values[i];
-      residual_[i] = mask_[i] * tie * (hull < 0.0f ? std::min(f, hull) : f);
-      solution_[i] = 0.0f;
-    }
+  for (const Row& row : rows_) {
+    const float* __restrict hull = level.hull.data() + row.node;
+    const float* __restrict f = level.values.data() + row.node;
+    const float* __restrict mask = mask_.data() + row.node;
+    float* __restrict residual = residual_.data() + row.node;
+    for (int i = 0; i < row.count; ++i)
+      residual[i] = mask[i] * tie * (hull[i] < 0.0f ? std::min(f[i], hull[i]) : f[i]);
+    std::fill_n(solution_.data() + row.node, row.count, 0.0f);
+  }
   const Grid& grid = level.grid;
+  const std::size_t row = grid.row(), slab = grid.slab();
   for (std::size_t r = 0; r < sorted_.size(); ++r) {
     const Vec3f wanted = -rims_.normal * grid.cell * rays.rays[sorted_[r]].normal;
     const float a = rim_x_[r], b = rim_y_[r], c = rim_z_[r];
+    const float along_x[2] = {1 - a, a}, along_y[2] = {1 - b, b}, along_z[2] = {1 - c, c};
     for (int k = 0; k < 8; ++k) {
-      const float p = k & 1 ? a : 1 - a, q = k & 2 ? b : 1 - b, s = k & 4 ? c : 1 - c;
-      const std::size_t node = static_cast<std::size_t>(rim_node_[r]) + (k & 1) +
-                               (k & 2 ? grid.row() : 0) + (k & 4 ? grid.slab() : 0);
-      residual_[node] +=
-          mask_[node] * ((k & 1 ? q * s : -q * s) * wanted.x + (k & 2 ? p * s : -p * s) * wanted.y +
-                         (k & 4 ? p * q : -p * q) * wanted.z);
+      const int i = k & 1, j = k >> 1 & 1, l = k >> 2;
+      const float p = along_x[i], q = along_y[j], s = along_z[l];
+      const std::size_t node = static_cast<std::size_t>(rim_node_[r]) +
+                               static_cast<std::size_t>(i) + static_cast<std::size_t>(j) * row +
+                               static_cast<std::size_t>(l) * slab;
+      const float x = q * s * wanted.x, y = p * s * wanted.y, z = p * q * wanted.z;
+      residual_[node] += mask_[node] * ((i == 1 ? x : -x) + (j == 1 ? y : -y) + (l == 1 ? z : -z));
     }
   }
 }

@@ -19,7 +19,7 @@ float square_distance(const SilhouetteMapper::Segment& segment, float u, float v
 
 /// Exact distances on the texels within reach of each segment: row by row, since a long slanted
 /// segment's box is mostly far from it.
-void SilhouetteMapper::seed(const SilhouetteMap& map, int reach) {
+void SilhouetteMapper::seed(const SilhouetteMap& map, int reach, bool with_nearest) {
   const float by_texel = 1.0f / map.texel;
   const auto near = static_cast<float>(reach);
   for (std::size_t k = 0; k < segments.size(); ++k) {
@@ -41,6 +41,13 @@ void SilhouetteMapper::seed(const SilhouetteMap& map, int reach) {
           std::min(map.width - 1, static_cast<int>(std::ceil(std::max(p, q))) + reach - 1);
       const float v = map.top + static_cast<float>(y) * map.texel;
       const std::size_t row = static_cast<std::size_t>(y) * map.width;
+      if (!with_nearest) {
+        float* __restrict squares = square.data() + row;
+        for (int x = left; x <= right; ++x)
+          squares[x] = std::min(
+              squares[x], square_distance(s, map.left + static_cast<float>(x) * map.texel, v));
+        continue;
+      }
       for (int x = left; x <= right; ++x) {
         const float d = square_distance(s, map.left + static_cast<float>(x) * map.texel, v);
         if (d < square[row + x]) {
@@ -103,12 +110,14 @@ void SilhouetteMapper::finish(SilhouetteMap& map, float most) {
     std::vector<float>& crossed = crossings[y];
     std::sort(crossed.begin(), crossed.end());
     const std::size_t row = static_cast<std::size_t>(y) * map.width;
+    const float* __restrict squares = square.data() + row;
+    float* __restrict out = map.distance.data() + row;
+    for (int x = 0; x < map.width; ++x) out[x] = -std::min(most, std::sqrt(squares[x]));
     std::size_t passed = 0;
-    for (int x = 0; x < map.width; ++x) {
+    for (int x = 0; x < map.width && passed < crossed.size(); ++x) {
       const float u = map.left + static_cast<float>(x) * map.texel;
       while (passed < crossed.size() && crossed[passed] < u) ++passed;
-      const float d = std::min(most, std::sqrt(square[row + x]));
-      map.distance[row + x] = passed % 2 == 1 ? d : -d;
+      if (passed % 2 == 1) out[x] = -out[x];
     }
   }
 }
@@ -139,10 +148,10 @@ void SilhouetteMapper::draw(SilhouetteMap& map, const Rings& rings, const MapDra
   map.width = static_cast<int>(std::ceil((high.x - map.left) / map.texel)) + 2;
   map.height = static_cast<int>(std::ceil((high.y - map.top) / map.texel)) + 2;
   const std::size_t texels = static_cast<std::size_t>(map.width) * map.height;
-  nearest.assign(texels, -1);
+  if (how.everywhere) nearest.assign(texels, -1);
   square.assign(texels, 1e12f);
   map.distance.resize(texels);
-  seed(map, how.reach);
+  seed(map, how.reach, how.everywhere);
   if (how.everywhere) sweep(map);
   finish(map, how.everywhere ? 1e6f : static_cast<float>(how.reach) * map.texel);
 }

@@ -63,7 +63,7 @@ struct SilhouetteMapper {
             const PictureBox& within);
 
  private:
-  void seed(const SilhouetteMap& map, int reach);
+  void seed(const SilhouetteMap& map, int reach, bool with_nearest);
   void sweep(const SilhouetteMap& map);
   void finish(SilhouetteMap& map, float most);
 };

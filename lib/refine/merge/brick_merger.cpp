@@ -15,6 +15,17 @@ constexpr int nodes = Brick::nodes;
 
 using Triple = std::array<int, 3>;
 
+/// A point, in one register; the fourth number is 0.
+using Place = float __attribute__((vector_size(16)));
+
+inline Place yzx(Place a) {
+  return __builtin_shufflevector(a, a, 1, 2, 0, 3);
+}
+
+inline Vec3f vector_of(Place a) {
+  return {a[0], a[1], a[2]};
+}
+
 Triple ints(const std::array<std::uint8_t, 3>& from) {
   return {from[0], from[1], from[2]};
 }
@@ -88,8 +99,9 @@ struct BrickMerger::Work {
   struct Made {
     CellRegion region;
     Moments surface;
-    bool disc = true;   ///< its surface is one disc
-    bool alive = true;  ///< not a part of another
+    bool disc = true;                            ///< its surface is one disc
+    bool alive = true;                           ///< not a part of another
+    std::uint16_t outline = 0, outline_end = 0;  ///< of outlines, where it is known
   };
   /// Rows of nodes (a, b) for each axis: bit i: inside; the first along y of (x, z), then x of (y, z),
   /// then x of (z, y).
@@ -120,7 +132,7 @@ struct BrickMerger::Work {
   Brick* brick = nullptr;
   Flatness flatness;
   NodeSet inside = 0;
-  std::array<Vec3f, 375> points;    // on crossed edges, by edge_index()
+  std::array<Place, 375> points;    // on crossed edges, by edge_index()
   std::array<Moments, 64> surface;  // of the active cells
   std::uint64_t discs = 0;          // whose surface is one disc
   std::uint64_t covered = 0;        // cells with surface, and those of merged boxes
@@ -129,6 +141,7 @@ struct BrickMerger::Work {
   std::array<std::uint8_t, 64> made_of{};  // of each active cell: the one it lies in
   std::array<std::uint16_t, 375> next{};   // around a box, of outline()
   std::vector<std::uint16_t> around;       // it
+  std::vector<std::uint16_t> outlines;     // of cubes
 };
 
 void BrickMerger::Work::find_crossings(const Level& fine) {
@@ -147,8 +160,8 @@ void BrickMerger::Work::find_crossings(const Level& fine) {
           const int i = std::countr_zero(bits);
           const float* value = fine.values.data() + row + i;
           const float at = crossing(value[0], value[step[axis]]);
-          Vec3f& point = points[Brick::edge_index({i, j, k, axis})];
-          point = Vec3f(i, j, k);
+          Place& point = points[Brick::edge_index({i, j, k, axis})];
+          point = Place{static_cast<float>(i), static_cast<float>(j), static_cast<float>(k), 0.0f};
           point[axis] += at;
           if (i < cells && j < cells && k < cells)
             brick->along[Brick::own_edge({i, j, k, axis})] = at;
@@ -180,26 +193,28 @@ void BrickMerger::Work::find_cells() {
     const int cell = Brick::cell_index(i, j, k);
     if (table.loops(corners) == 1) discs |= std::uint64_t{1} << cell;
     const std::span<const FaceStep> steps = table.steps(corners);
-    const Vec3f* const first = &points[Brick::edge_index({i, j, k, 0})];
+    const Place* const first = &points[Brick::edge_index({i, j, k, 0})];
     const auto point = [&](std::uint8_t edge) { return first[offsets[edge]]; };
-    Vec3f from = point(steps.front().from), sum(0.0f), normal(0.0f), squares(0.0f), mixed(0.0f);
+    Place from = point(steps.front().from), sum{}, twice{}, square{}, mixed{};
+    Place from_yzx = yzx(from);
     for (const FaceStep& step : steps) {
-      if (&step != steps.data() && step.from != (&step)[-1].to) from = point(step.from);
-      const Vec3f to = point(step.to);
-      normal += glm::cross(from, to);
-      sum += from, squares += from * from, mixed += from * Vec3f(from.y, from.z, from.x);
-      from = to;
+      if (&step != steps.data() && step.from != (&step)[-1].to)
+        from = point(step.from), from_yzx = yzx(from);
+      const Place to = point(step.to), to_yzx = yzx(to);
+      twice += from_yzx * yzx(to_yzx) - to_yzx * yzx(from_yzx);  // a cross product
+      sum += from, square += from * from, mixed += from * from_yzx;
+      from = to, from_yzx = to_yzx;
     }
     Moments& own = surface[static_cast<std::size_t>(cell)];
-    own.normal = 0.5f * normal;
+    own.normal = 0.5f * vector_of(twice);
     own.area = glm::length(own.normal);
     const float count = static_cast<float>(steps.size()), share = own.area / (3.0f * count);
-    const Vec3f middle = sum / count;
-    own.sum = own.area * middle;
-    squares = share * (squares + 2.0f * middle * sum);
-    mixed = share * (mixed + 2.0f * Vec3f(middle.y, middle.z, middle.x) * sum);
+    const Place middle = sum / count;
+    own.sum = own.area * vector_of(middle);
+    square = share * (square + 2.0f * middle * sum);
+    mixed = share * (mixed + 2.0f * yzx(middle) * sum);
     for (int axis = 0; axis < 3; ++axis)
-      own.squares[axis] = squares[axis], own.squares[3 + axis] = mixed[axis];
+      own.squares[axis] = square[axis], own.squares[3 + axis] = mixed[axis];
   });
 }
 
@@ -282,6 +297,9 @@ bool BrickMerger::Work::try_cube(const Triple& low, int side) {
                                          : 2;
   if (!is_disc(low, size, axis)) return false;
   add(region, sum, true);
+  made.back().outline = static_cast<std::uint16_t>(outlines.size());
+  outlines.insert(outlines.end(), around.begin(), around.end());
+  made.back().outline_end = static_cast<std::uint16_t>(outlines.size());
   return true;
 }
 
@@ -356,6 +374,7 @@ void BrickMerger::Work::try_pair(std::size_t b, int axis) {
 void BrickMerger::Work::merge() {
   brick->boxes.clear();
   brick->outlines.clear();
+  outlines.clear();
   made.clear();
   covered = brick->active;
   if (!try_cube({0, 0, 0}, cells)) {
@@ -385,8 +404,11 @@ void BrickMerger::Work::finish() {
     if (!box.alive) continue;
     const Triple low = ints(box.region.low), size = ints(box.region.size);
     const std::uint64_t some = brick->active & cells_of(low, size);
-    int steps = 0;
-    if (!box.region.is_cell()) {
+    if (box.outline < box.outline_end) {
+      brick->outlines.insert(brick->outlines.end(), outlines.begin() + box.outline,
+                             outlines.begin() + box.outline_end);
+    } else if (!box.region.is_cell()) {
+      int steps = 0;
       outline(low, size, steps);
       brick->outlines.insert(brick->outlines.end(), around.begin(), around.end());
     }
