@@ -13,34 +13,54 @@ namespace {
 constexpr int texels = LightReach::texels;
 constexpr float least_depth = 1e-3f;
 
+int row_of(float y) {
+  return std::clamp(static_cast<int>(y), 0, texels - 1);
+}
+
+/// What a triangle touches of a row of texels.
+struct Columns {
+  float left = texels, right = 0.0f;
+  void add(float a, float b) {
+    left = std::min(left, std::min(a, b));
+    right = std::max(right, std::max(a, b));
+  }
+};
+
+/// Adds what an edge touches of each row.
+void add_edge(const Vec2f& a, const Vec2f& b, Columns (&rows)[texels]) {
+  const Vec2f &upper = a.y < b.y ? a : b, &lower = a.y < b.y ? b : a;
+  const int first = row_of(upper.y), last = row_of(lower.y);
+  const float slope = (lower.x - upper.x) / std::max(lower.y - upper.y, 1e-30f);
+  float x = upper.x;
+  for (int row = first; row < last; ++row) {
+    const float next = upper.x + (static_cast<float>(row + 1) - upper.y) * slope;
+    rows[row].add(x, next);
+    x = next;
+  }
+  rows[last].add(x, lower.x);
+}
+
 /// Fills what a triangle touches, row by row: its edges' extents between two rows are its own. Of one
 /// that lies in two rows or fewer the whole box.
-void fill(const Vec2f (&p)[3], std::vector<int>& filled) {
-  const float top = std::min({p[0].y, p[1].y, p[2].y}), bottom = std::max({p[0].y, p[1].y, p[2].y});
-  const int first = std::clamp(static_cast<int>(top), 0, texels - 1);
-  const int last = std::clamp(static_cast<int>(bottom), 0, texels - 1);
+void fill(const Vec2f& a, const Vec2f& b, const Vec2f& c, Columns (&rows)[texels],
+          std::vector<int>& filled) {
+  const int first = row_of(std::min({a.y, b.y, c.y})), last = row_of(std::max({a.y, b.y, c.y}));
   const bool small = last - first < 2;
+  Columns box;
+  if (small) {
+    box.add(a.x, b.x);
+    box.add(c.x, c.x);
+  } else {
+    std::fill(rows + first, rows + last + 1, Columns{});
+    add_edge(a, b, rows);
+    add_edge(b, c, rows);
+    add_edge(c, a, rows);
+  }
   for (int row = first; row <= last; ++row) {
-    float left = small ? std::min({p[0].x, p[1].x, p[2].x}) : texels;
-    float right = small ? std::max({p[0].x, p[1].x, p[2].x}) : 0.0f;
-    for (int i = 0; !small && i < 3; ++i) {
-      const Vec2f &a = p[i], &b = p[(i + 1) % 3];
-      const auto y0 = static_cast<float>(row), y1 = static_cast<float>(row + 1);
-      if (std::max(a.y, b.y) < y0 || std::min(a.y, b.y) > y1) continue;
-      const float rise = b.y - a.y;
-      float s = 0.0f, t = 1.0f;
-      if (rise != 0.0f) {
-        const float enter = (y0 - a.y) / rise, leave = (y1 - a.y) / rise;
-        s = std::clamp(std::min(enter, leave), 0.0f, 1.0f);
-        t = std::clamp(std::max(enter, leave), 0.0f, 1.0f);
-      }
-      const float xs = a.x + s * (b.x - a.x), xt = a.x + t * (b.x - a.x);
-      left = std::min({left, xs, xt});
-      right = std::max({right, xs, xt});
-    }
+    const Columns& columns = small ? box : rows[row];
     // A hundredth of a texel more than rounding could take away.
-    const int from = std::clamp(static_cast<int>(left - 0.01f), 0, texels - 1);
-    const int to = std::clamp(static_cast<int>(right + 0.01f), 0, texels - 1);
+    const int from = std::clamp(static_cast<int>(columns.left - 0.01f), 0, texels - 1);
+    const int to = std::clamp(static_cast<int>(columns.right + 0.01f), 0, texels - 1);
     for (int x = from; x <= to; ++x) filled[static_cast<std::size_t>(row) * texels + x] = 1;
   }
 }
@@ -86,11 +106,10 @@ bool LightReach::build(const Light& light, std::span<const Vec3f> points,
   }
   map_.scale = static_cast<float>(texels) / glm::max(high - map_.low, Vec2f(1e-6f));
   std::vector<int> filled(static_cast<std::size_t>(texels) * texels, 0);
-  for (std::size_t i = 0; i + 2 < triangles.size(); i += 3) {
-    Vec2f p[3];
-    for (std::size_t k = 0; k < 3; ++k) p[k] = (map[triangles[i + k]] - map_.low) * map_.scale;
-    fill(p, filled);
-  }
+  for (Vec2f& place : map) place = (place - map_.low) * map_.scale;
+  Columns rows[texels];
+  for (std::size_t i = 0; i + 2 < triangles.size(); i += 3)
+    fill(map[triangles[i]], map[triangles[i + 1]], map[triangles[i + 2]], rows, filled);
   constexpr std::size_t stride = texels + 1;
   sums_.assign(stride * stride, 0);
   for (std::size_t y = 0; y < texels; ++y) {
@@ -116,6 +135,7 @@ void LightReach::Extent::add(const Place& place) {
   low = glm::min(low, place.tangents);
   high = glm::max(high, place.tangents);
   least = std::min(least, place.inverse);
+  most = std::max(most, place.inverse);
 }
 
 bool LightReach::may_shade(const Extent& places) const {
@@ -129,14 +149,22 @@ bool LightReach::may_shade(const Place& place) const {
          (map_.everywhere || any_between(place.tangents, place.tangents, place.inverse));
 }
 
-bool LightReach::any_between(const Vec2f& low, const Vec2f& high, float least) const {
-  const float reach = map_.nearest - least;
+bool LightReach::must_shade(const Extent& places) const {
+  // What lies around each of them, if only as far as around the one nearest to the light.
+  return !map_.everywhere && !places.empty() && any_between(places.high, places.low, places.most);
+}
+
+/// Whether any texel is filled from what lies around \p low up to what lies around \p high, as far as
+/// depth 1 / \p inverse asks for.
+bool LightReach::any_between(const Vec2f& low, const Vec2f& high, float inverse) const {
+  const float reach = map_.nearest - inverse;
   if (!(reach > 0.0f)) return false;  // nearer to the light than all subjects
   const Vec2f around = map_.extent * reach;
   // A texel more: places are known as well as depth is, and rays start a little beside them.
   const Vec2f first = (low - around - map_.low) * map_.scale - 1.0f;
   const Vec2f last = (high + around - map_.low) * map_.scale + 1.0f;
   if (!(last.x >= 0.0f && last.y >= 0.0f && first.x <= texels && first.y <= texels)) return false;
+  if (first.x > last.x || first.y > last.y) return false;
   const auto whole = [](float value) {
     return static_cast<int>(std::clamp(value, 0.0f, static_cast<float>(texels)));
   };

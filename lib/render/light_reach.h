@@ -37,7 +37,7 @@ class LightReach {
   /// Where several lie, those before the light.
   struct Extent {
     Vec2f low{1e30f}, high{-1e30f};
-    float least = 1e30f;
+    float least = 1e30f, most = 0.0f;  ///< 1/z
     bool empty() const { return low.x > high.x; }
     void add(const Place& place);
   };
@@ -45,6 +45,8 @@ class LightReach {
   /// False where nothing that was built lies between the places and any part of the light.
   bool may_shade(const Extent& places) const;
   bool may_shade(const Place& place) const;
+  /// True only where may_shade() is for each of the places before the light.
+  bool must_shade(const Extent& places) const;
 
   /// The map, for those who ask it elsewhere (shaders/reach.frag, shadow_tiles.frag).
   static constexpr int texels = 128;  ///< of the map on a side
@@ -63,7 +65,7 @@ class LightReach {
 
  private:
   Map map_;
-  bool any_between(const Vec2f& low, const Vec2f& high, float least) const;
+  bool any_between(const Vec2f& low, const Vec2f& high, float inverse) const;
   std::vector<int> sums_;
 };
 

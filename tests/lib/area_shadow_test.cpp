@@ -292,7 +292,7 @@ TEST(LightReach, NeverLeavesOutAShadedPlace) {
   std::mt19937 random(1);
   std::uniform_real_distribution<float> any(-1.0f, 1.0f);
   const Hull figure = synthetic::figure(12);
-  int yes = 0, no = 0, shaded = 0;
+  int yes = 0, no = 0, shaded = 0, sure = 0;
   for (int round = 0; round < 40; ++round) {
     Light light;
     light.centre = {2.0f * any(random), 2.6f + 0.5f * any(random), 2.0f * any(random)};
@@ -316,6 +316,12 @@ TEST(LightReach, NeverLeavesOutAShadedPlace) {
       LightReach::Extent extent;
       extent.add(in_light);
       EXPECT_EQ(reach.may_shade(extent), may);
+      const LightReach::Place beside = reach.place(place + Vec3f(0.1f, 0.0f, 0.05f));
+      extent.add(beside);
+      if (in_light.inverse > 0.0f && beside.inverse > 0.0f && reach.must_shade(extent)) {
+        ++sure;
+        EXPECT_TRUE(may && reach.may_shade(beside)) << "what it says of all it says of each";
+      }
       (may ? yes : no)++;
       bool blocked = false;
       for (int k = 0; k < 16; ++k) {
@@ -331,6 +337,7 @@ TEST(LightReach, NeverLeavesOutAShadedPlace) {
   }
   EXPECT_GT(shaded, 1000);
   EXPECT_GT(no, yes / 4) << "of use only where it says no";
+  EXPECT_GT(sure, yes / 4);
 }
 
 }  // namespace

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 // The renderer's inner loops give the same bits for every instruction set.
-#include "render/processor/loops.h"
+#include "render/processor/loops/loops.h"
 
 #include <gtest/gtest.h>
 
@@ -52,13 +52,51 @@ TEST_F(RenderLoops, GatherGivesTheSameBits) {
   }
 }
 
+TEST_F(RenderLoops, GatherTakesAllOfAPlane) {
+  // On a plane the shortcut gives what the long way does, which a hole in the corner asks for.
+  constexpr int side = ShadowTile::side, reach = ShadowTile::reach, stride = ShadowTile::stride;
+  for (int round = 0; round < 40; ++round) {
+    ShadowTile tile{};
+    fill(tile.mean, 0.0f, 2.0f);
+    const float x = number(-0.3f, 0.3f), y = 1.0f, z = number(-0.3f, 0.3f), apart = 0.004f;
+    tile.ray[0] = number(-0.5f, 0.5f), tile.ray[1] = -1.0f, tile.ray[2] = number(-0.5f, 0.5f);
+    tile.ray_x[0] = apart, tile.ray_y[2] = apart;
+    for (int j = 0; j < stride; ++j) {
+      for (int i = 0; i < stride; ++i) {
+        const int at = j * stride + i;
+        const auto right = static_cast<float>(i - reach), down = static_cast<float>(j - reach);
+        tile.inverse[at] = -0.3f * (x * (tile.ray[0] + right * apart) + y * tile.ray[1] +
+                                    z * (tile.ray[2] + down * apart));
+        tile.any_normal[at] = random() % 8 == 0 ? 1.0f : 0.0f;
+        const float asked = 1.0f - tile.any_normal[at], length = std::sqrt(x * x + y * y + z * z);
+        tile.normal_x[at] = asked * x / length;
+        tile.normal_y[at] = asked * y / length;
+        tile.normal_z[at] = asked * z / length;
+      }
+    }
+    float flat[2][side * side], other[side * side];
+    baseline_loops().gather(tile, flat[0]);
+    avx2_loops().gather(tile, flat[1]);
+    EXPECT_EQ(std::memcmp(flat[0], flat[1], sizeof flat[0]), 0) << round;
+    tile.inverse[0] = 0.0f;
+    baseline_loops().gather(tile, other);
+    for (int j = 0; j < side; ++j) {
+      for (int i = 0; i < side; ++i) {
+        if (i + j == 0 || tile.any_normal[(j + reach) * stride + i + reach] != 0.0f) continue;
+        ASSERT_EQ(flat[0][j * side + i], other[j * side + i]) << i << " " << j;
+      }
+    }
+  }
+}
+
 TEST_F(RenderLoops, TakeGivesTheSameBits) {
   for (int round = 0; round < 100; ++round) {
-    ShadowRows rows;
+    float grid[2][9], of_grid[2][9];
     for (int row = 0; row < 2; ++row) {
-      fill(rows.inverse[row], 0.3f, 0.32f);
-      fill(rows.taken[row], 0.0f, 1.0f);
+      fill(grid[row], 0.3f, 0.32f);
+      fill(of_grid[row], 0.0f, 1.0f);
     }
+    const ShadowRows rows{{grid[0], grid[1]}, {of_grid[0], of_grid[1]}};
     float inverse[16], baseline[16], avx2[16];
     fill(inverse, 0.29f, 0.33f);
     inverse[round % 16] = 0.0f;
@@ -66,6 +104,18 @@ TEST_F(RenderLoops, TakeGivesTheSameBits) {
     avx2_loops().take(rows, inverse, avx2);
     EXPECT_EQ(std::memcmp(baseline, avx2, sizeof baseline), 0) << round;
     EXPECT_EQ(baseline[round % 16], 0.0f) << "nothing is there";
+    // Where all is of one surface it needs no weights: the others' columns are the same to the bit.
+    for (float* depths : {grid[0], grid[1]})
+      for (int k = 0; k < 9; ++k) depths[k] = 0.3f + 0.02f * (depths[k] - 0.3f);
+    for (float& depth : inverse) depth = number(0.3f, 0.3003f);
+    float alike[2][16];
+    baseline_loops().take(rows, inverse, alike[0]);
+    avx2_loops().take(rows, inverse, alike[1]);
+    EXPECT_EQ(std::memcmp(alike[0], alike[1], sizeof alike[0]), 0) << round;
+    inverse[round % 16] = 0.0f;
+    baseline_loops().take(rows, inverse, baseline);
+    alike[0][round % 16] = 0.0f;
+    EXPECT_EQ(std::memcmp(alike[0], baseline, sizeof baseline), 0) << round;
   }
 }
 
@@ -98,26 +148,66 @@ TEST_F(RenderLoops, BlendGivesTheSameBytes) {
     for (int i = 0; i < BlendPixels::count; ++i) others += baseline[i] != pixels.background[i];
     EXPECT_EQ(changed, others) << round;
     EXPECT_EQ(std::memcmp(baseline, avx2, sizeof baseline), 0) << round;
+    // What has neither subject nor mirror needs nothing of theirs.
+    for (int i = 0; i < BlendPixels::count; ++i) {
+      pixels.keep[i] = 1.0f;
+      pixels.covered[i] = pixels.alpha[i] = pixels.red[i] = pixels.green[i] = pixels.blue[i] = 0.0f;
+      for (auto* values : {pixels.dimmed, pixels.gone, pixels.more})
+        for (int c = 0; c < 3; ++c) values[c][i] = 0.0f;
+    }
+    baseline_loops().blend(pixels, power, srgb_to_linear_table(), srgb_lines(), baseline);
+    pixels.layered = false;
+    for (const Loops* loops : {&baseline_loops(), &avx2_loops()}) {
+      std::uint32_t dimmed[BlendPixels::count];
+      loops->blend(pixels, power, srgb_to_linear_table(), srgb_lines(), dimmed);
+      EXPECT_EQ(std::memcmp(baseline, dimmed, sizeof baseline), 0) << round;
+    }
   }
 }
 
 TEST_F(RenderLoops, MasksGiveTheSameBits) {
   for (int round = 0; round < 40; ++round) {
-    std::uint32_t bits[1 + 8 * 40], shifted[2][16 * 40] = {};
+    std::uint32_t bits[8 * 40], moved[2][2][8 * 40] = {};
     for (std::uint32_t& word : bits) word = static_cast<std::uint32_t>(random());
-    const int count = 8 * 40 - round, moved = round % 32;
-    baseline_loops().shift_onto(bits + 1, count, moved, shifted[0]);
-    avx2_loops().shift_onto(bits + 1, count, moved, shifted[1]);
-    EXPECT_EQ(std::memcmp(shifted[0], shifted[1], sizeof shifted[0]), 0) << round;
+    const int eights = 40 - round, by = round % 32;
+    baseline_loops().shift_onto(bits, eights, by, moved[0][0], moved[0][1]);
+    avx2_loops().shift_onto(bits, eights, by, moved[1][0], moved[1][1]);
+    EXPECT_EQ(std::memcmp(moved[0], moved[1], sizeof moved[0]), 0) << round;
+    for (int i = 0; i < 8 * eights; ++i)
+      ASSERT_EQ(std::uint64_t{moved[0][1][i]} << 32 | moved[0][0][i], std::uint64_t{bits[i]} << by);
     float x[101], y[101], w[101];
     fill(x, -2.0f, 2.0f);
     fill(y, -2.0f, 2.0f);
     fill(w, 0.0f, 1.0f);
-    const MaskImage image{bits, 8, 250, 40, {60.0f, 12.0f}, {120.0f, 20.0f}, {-9.0f, 5.0f}};
+    const MaskImage image{bits, 250, 40, {60.0f, 12.0f}, {120.0f, 20.0f}, {-9.0f, 5.0f}};
     std::uint32_t found[2][101] = {};
     baseline_loops().look_up(image, {101, x, y, w}, 4, found[0]);
     avx2_loops().look_up(image, {101, x, y, w}, 4, found[1]);
     EXPECT_EQ(std::memcmp(found[0], found[1], sizeof found[0]), 0) << round;
+  }
+}
+
+TEST_F(RenderLoops, LampGivesTheSameBits) {
+  for (int round = 0; round < 40; ++round) {
+    LampPlaces places;
+    fill(places.x, -1.0f, 1.0f);
+    fill(places.y, 2.0f, 2.1f);
+    fill(places.z, -1.0f, 1.0f);
+    places.facing[0] = places.facing[2] = 0.0f, places.facing[1] = -1.0f;
+    float at[3], normal[3];
+    fill(at, -1.0f, 1.9f);
+    fill(normal, -0.6f, 0.6f);
+    const auto which = static_cast<std::uint32_t>(random()) & 0xffffu;
+    float sum = 0.0f;
+    for (int i = 0; i < LampPlaces::most; ++i) {
+      const float x = places.x[i] - at[0], y = places.y[i] - at[1], z = places.z[i] - at[2];
+      const float cosines = std::max(normal[0] * x + normal[1] * y + normal[2] * z, 0.0f) * y;
+      const float distance_2 = x * x + y * y + z * z;
+      if (which >> i & 1) sum += cosines / (distance_2 * distance_2);
+    }
+    const float given = baseline_loops().given(places, at, normal, which);
+    EXPECT_NEAR(given, sum, 1e-5f * (1.0f + sum)) << round;
+    EXPECT_EQ(given, avx2_loops().given(places, at, normal, which)) << round;
   }
 }
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <bit>
 #include <utility>
 
 #include "base/thread_pool.h"
@@ -90,26 +91,36 @@ bool AreaShadow::fill(std::size_t number, ShadowTile& tile) const {
     tile.ray_x[k] = static_cast<float>(step_) * rays.x[k];
     tile.ray_y[k] = static_cast<float>(step_) * rays.y[k];
   }
+  // What of it is drawn.
+  const int x0 = std::max(left - reach, grid.x), y0 = std::max(top - reach, grid.y);
+  const int x1 = std::min(left - reach + ShadowTile::stride, grid.x + grid.width);
+  const int y1 = std::min(top - reach + ShadowTile::stride, grid.y + grid.height);
   bool any = false;
-  for (int y = 0; y < ShadowTile::stride; ++y) {
-    for (int x = 0; x < ShadowTile::stride; ++x) {
-      const int i = left + x - reach, j = top + y - reach;
-      const int to = y * ShadowTile::stride + x;
-      const bool inside =
-          i >= grid.x && j >= grid.y && i < grid.x + grid.width && j < grid.y + grid.height;
-      const std::size_t at = inside ? static_cast<std::size_t>(j) * columns_ + i : 0;
-      const bool asked = inside && candidate_[at];
-      const Vec3f normal = asked ? receivers_[at].normal : Vec3f(0.0f);
-      tile.inverse[to] = inside ? inverse_[at] : 0.0f;
-      tile.mean[to] = inside ? mean_[at] : 0.0f;
-      tile.normal_x[to] = normal.x;
-      tile.normal_y[to] = normal.y;
-      tile.normal_z[to] = normal.z;
-      tile.any_normal[to] = asked ? 0.0f : 1.0f;
-      any = any || tile.mean[to] > 0.0f;
+  for (int y = y0; !any && y < y1; ++y) {
+    const float* row = &mean_[static_cast<std::size_t>(y) * columns_];
+    any = std::any_of(row + x0, row + x1, [](float mean) { return mean > 0.0f; });
+  }
+  if (!any) return false;
+  if (x1 - x0 < ShadowTile::stride || y1 - y0 < ShadowTile::stride) {
+    for (auto* values : {tile.inverse, tile.mean, tile.normal_x, tile.normal_y, tile.normal_z})
+      std::fill_n(values, ShadowTile::size, 0.0f);
+    std::fill_n(tile.any_normal, ShadowTile::size, 1.0f);
+  }
+  for (int y = y0; y < y1; ++y) {
+    const std::size_t from = static_cast<std::size_t>(y) * columns_ + x0;
+    const int to = (y - top + reach) * ShadowTile::stride + x0 - left + reach;
+    std::copy_n(&inverse_[from], x1 - x0, tile.inverse + to);
+    std::copy_n(&mean_[from], x1 - x0, tile.mean + to);
+    for (int x = 0; x < x1 - x0; ++x) {
+      const bool asked = candidate_[from + x];
+      const Vec3f normal = asked ? receivers_[from + x].normal : Vec3f(0.0f);
+      tile.normal_x[to + x] = normal.x;
+      tile.normal_y[to + x] = normal.y;
+      tile.normal_z[to + x] = normal.z;
+      tile.any_normal[to + x] = asked ? 0.0f : 1.0f;
     }
   }
-  return any;
+  return true;
 }
 
 void AreaShadow::gather(std::size_t number) {
@@ -163,7 +174,6 @@ bool AreaShadow::lay_out(const ShadowView& view, bool other_map, const Light& li
     receivers_.resize(count);
     in_light_.resize(count);
     for (auto* bits : {&open_known_, &open_}) bits->resize(count);
-    hidden_.resize(count);
     known_.assign(count, 0);
   }
   const auto blocks = static_cast<std::size_t>(block_columns_) * block_rows_;
@@ -217,8 +227,7 @@ bool AreaShadow::begin(const ShadowCasters& subjects, const ShadowView& view, co
   const bool kept =
       lay_out(view, std::exchange(map_, subjects.map()) != subjects.map(), light, work_.rays);
   if (!kept) places_ = light_places(light, neighbours * work_.rays, work_.rays, work_.first);
-  if (subjects.masked()) work_.first = work_.rays;  // to ask is cheaper than to know where
-  const int span = step_ * block;                   // pixels of the picture
+  const int span = step_ * block;  // pixels of the picture
   blocks_ = {part.x / span, part.y / span, 0, 0};
   blocks_.width = (part.x + part.width - 1) / span + 1 - blocks_.x;
   blocks_.height = (part.y + part.height - 1) / span + 1 - blocks_.y;
@@ -248,20 +257,21 @@ void AreaShadow::draw(ShadowCasters& subjects, const TracedScene& scene, const S
   in_blocks(0, [&](std::size_t number) {
     block_state_[number] = find_candidates(subjects.reach(), scene, view, number) > 0;
   });
-  if (subjects.masked())
-    parallel_for(static_cast<std::size_t>(blocks_.height), 1, 0,
-                 [&](std::size_t begin, std::size_t end) {
-                   for (std::size_t row = begin; row < end; ++row)
-                     look_up(subjects, blocks_.y + static_cast<int>(row));
-                 });
-  in_blocks(1, [&](std::size_t number) {
-    rays += trace(subjects, scene, light, number, 0, work_.first);
-  });
-  if (work_.rays > work_.first) {
-    in_blocks(1, [&](std::size_t number) { find_mixed(number, work_.first); });
-    in_blocks(1, [&](std::size_t number) {
-      rays += trace(subjects, scene, light, number, work_.first, work_.rays);
+  if (subjects.masked()) {
+    parallel_for(neighbours, 1, 0, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t same = begin; same < end; ++same)
+        rays += look_up(subjects, scene, light, static_cast<int>(same));
     });
+  } else {
+    in_blocks(1, [&](std::size_t number) {
+      rays += trace(subjects, scene, light, number, 0, work_.first);
+    });
+    if (work_.rays > work_.first) {
+      in_blocks(1, [&](std::size_t number) { find_mixed(number, work_.first); });
+      in_blocks(1, [&](std::size_t number) {
+        rays += trace(subjects, scene, light, number, work_.first, work_.rays);
+      });
+    }
   }
   in_blocks(1, [&](std::size_t number) { gather(number); });
   mark_shaded();
@@ -277,19 +287,31 @@ bool AreaShadow::taken(const SceneLayer& layer, int x, int y, float* taken) cons
     return std::any_of(taken, taken + 16, [](float value) { return value != 0.0f; });
   }
   ShadowRows rows;
-  bool any = false;
+  float edge[4][9];  // where the grid ends
   for (int row = 0; row < 2; ++row) {
     const auto line = static_cast<std::size_t>(std::min((y + row) / 2, last_y)) * columns_;
+    rows.inverse[row] = &inverse_[line + x / 2];
+    rows.taken[row] = &gathered_[line + x / 2];
+    if (x / 2 + 8 <= last_x) continue;
     for (int k = 0; k < 9; ++k) {
       const std::size_t at = line + std::min(x / 2 + k, last_x);
-      rows.inverse[row][k] = inverse_[at];
-      rows.taken[row][k] = gathered_[at];
-      any = any || rows.taken[row][k] != 0.0f;
+      edge[row][k] = inverse_[at];
+      edge[2 + row][k] = gathered_[at];
     }
+    rows.inverse[row] = edge[row];
+    rows.taken[row] = edge[2 + row];
   }
-  if (!any) return false;
-  float inverse[16] = {};
-  std::copy_n(layer.middle_inverse(x, y), std::min(16, layer.view().width - x), inverse);
+  std::uint32_t any = 0;
+  for (int k = 0; k < 9; ++k)
+    any |= std::bit_cast<std::uint32_t>(rows.taken[0][k]) |
+           std::bit_cast<std::uint32_t>(rows.taken[1][k]);
+  if (any == 0) return false;
+  const float* inverse = layer.middle_inverse(x, y);
+  float rest[16] = {};
+  if (const int left = layer.view().width - x; left < 16) {
+    std::copy_n(inverse, left, rest);
+    inverse = rest;
+  }
   loops().take(rows, inverse, taken);
   return true;
 }

@@ -17,7 +17,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "render/processor/loops.h"
+#include "render/processor/loops/loops.h"
 #include "render/processor/scene/receivers.h"
 #include "render/processor/scene/scene_layer.h"
 #include "render/processor/shadow_casters.h"
@@ -58,8 +58,10 @@ class AreaShadow {
 
   /// False where E is surely 0, for any pixel of the picture.
   bool reaches(int x, int y) const {
-    const int span = step_ * block;
-    return shaded_[static_cast<std::size_t>(y / span) * block_columns_ + x / span] != 0;
+    const auto of_block = [this](int at) {
+      return static_cast<std::size_t>(at) / block >> (step_ - 1);
+    };
+    return shaded_[of_block(y) * static_cast<std::size_t>(block_columns_) + of_block(x)] != 0;
   }
 
   /// E at the middles of the 16 pixels from (x, y) on, which is of the last draw()'s part, and x a
@@ -92,11 +94,9 @@ class AreaShadow {
   int find_candidates(const LightReach& reach, const TracedScene& scene, const ShadowView& view,
                       std::size_t number);
   void find_mixed(std::size_t number, int first);
-  void aim(std::span<const std::uint32_t> pixels, const Vec3f& place, const Vec3f& facing,
-           Packet& packet) const;
-  std::size_t hide(const ShadowCasters& subjects, std::span<const std::uint32_t> pixels,
-                   std::size_t number, int sample, const Vec3f& facing, Packet& packet) const;
-  void look_up(const ShadowCasters& subjects, int block_row);
+  std::size_t find_open(const TracedScene& scene, int sample, Packet& packet);
+  std::uint64_t look_up(const ShadowCasters& subjects, const TracedScene& scene, const Light& light,
+                        int same);
   std::uint64_t trace(const ShadowCasters& subjects, const TracedScene& scene, const Light& light,
                       std::size_t number, int first, int last);
   bool fill(std::size_t number, ShadowTile& tile) const;
@@ -140,7 +140,6 @@ class AreaShadow {
   // Of this frame.
   std::vector<std::uint8_t> candidate_;  // 1: a subject may shade it, 2: some of its rays differ
   std::vector<std::uint8_t> blocked_;    // of a pixel's rays, by subjects
-  std::vector<std::uint32_t> hidden_;    // the same by masks, a bit for each
   std::vector<float> sum_, mean_, gathered_;
   std::vector<std::uint8_t> blank_;  // by block: nothing was found last time, all is 0
   // 1: may be shaded, and from draw() on has candidates; 2: E is not 0 somewhere.

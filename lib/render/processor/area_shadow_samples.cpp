@@ -3,6 +3,7 @@
 // or by masks of what hides those.
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 
 #include "render/processor/area_shadow.h"
@@ -16,6 +17,32 @@ LightReach::Place place_of(const LightReach& reach, const ShadowView& view, int 
                            float inverse) {
   return reach.place(view.eye + view.rays.at(x, y) / inverse);
 }
+
+/// What an area light, a spot or a point sends.
+struct Lamp {
+  explicit Lamp(const Light& light)
+      : facing(light_normal(light)),
+        area(facing != Vec3f(0.0f)),
+        spot(light.is_spot()),
+        cone(cone_of(light)) {}
+  /// To a receiver from one of its places, if nothing is in between; 0: nothing.
+  float given(const Receiver& at, const Vec3f& place) const {
+    const Vec3f way = place - at.point;
+    const float distance_2 = glm::dot(way, way);
+    const float incidence = glm::dot(at.normal, way);
+    float exit = -glm::dot(facing, way);  // the cosine there times the distance
+    if (!area || spot) {
+      const float distance = std::sqrt(distance_2);
+      exit = spot ? cone.at(exit / distance) * distance : distance;
+    }
+    if (!(incidence > 0.0f) || !(exit > 0.0f)) return 0.0f;
+    return incidence * exit / (distance_2 * distance_2);
+  }
+
+  Vec3f facing;
+  bool area, spot;
+  SpotCone cone;
+};
 
 /// Which block of the sequence a pixel of the grid asks for: those of each 2 x 2 are consecutive.
 std::size_t neighbour(int x, int y) {
@@ -102,20 +129,33 @@ int AreaShadow::find_candidates(const LightReach& reach, const TracedScene& scen
   if (!any && blank_[number]) return 0;
   blank_[number] = !any;
   if (any && block_known_[number] < 3) find_places(reach, view, number);
+  // Mostly all of the block's are alike.
+  const bool all = any && reach.must_shade(extents_[number]);
   int count = 0;
   ReceiverFinder receivers(scene, view.layer, view.eye);
-  for_pixels(number, [&](std::size_t pixel, int x, int y) {
-    candidate_[pixel] = blocked_[pixel] = 0;
-    sum_[pixel] = mean_[pixel] = gathered_[pixel] = 0.0f;
-    if (!any || !(inverse_[pixel] > 0.0f) || !reach.may_shade(in_light_[pixel])) return;
-    if (!known_[pixel]) {
-      known_[pixel] = 1;
-      receivers_[pixel] = receivers.at(step_ * x, step_ * y, view.rays.at(step_ * x, step_ * y));
-      open_known_[pixel] = open_[pixel] = 0;
+  const Rectangle part = pixels_of(number);
+  for (int y = part.y; y < part.y + part.height; ++y) {
+    const std::size_t row = static_cast<std::size_t>(y) * columns_ + part.x;
+    for (auto* bytes : {&candidate_, &blocked_})
+      std::fill_n(&(*bytes)[row], part.width, std::uint8_t{0});
+    for (auto* numbers : {&sum_, &mean_, &gathered_})
+      std::fill_n(&(*numbers)[row], part.width, 0.0f);
+    if (!any) continue;
+    std::uint8_t *const candidate = &candidate_[row], *const known = &known_[row];
+    const float* const inverse = &inverse_[row];
+    const LightReach::Place* const in_light = &in_light_[row];
+    for (int i = 0; i < part.width; ++i) {
+      if (!(inverse[i] > 0.0f)) continue;
+      if (all ? in_light[i].inverse == 0.0f : !reach.may_shade(in_light[i])) continue;
+      candidate[i] = 1;
+      ++count;
+      if (known[i]) continue;
+      known[i] = 1;
+      const int x = step_ * (part.x + i);
+      receivers_[row + i] = receivers.at(x, step_ * y, view.rays.at(x, step_ * y));
+      open_known_[row + i] = open_[row + i] = 0;
     }
-    candidate_[pixel] = 1;
-    ++count;
-  });
+  }
   return count;
 }
 
@@ -129,102 +169,143 @@ struct AreaShadow::Packet {
   std::array<float, most> weights;
   std::size_t count = 0;
 
-  /// Asks \p caster which rays are blocked; returns how many were asked.
-  std::size_t ask(const RayCaster& caster) {
-    caster.occluded(std::span(rays).first(count), std::span(hidden).first(count));
-    return count;
+  void add(std::uint32_t pixel, const Receiver& at, const Vec3f& place, float weight) {
+    rays[count] = {at.point, 0.0f, place - at.point, 1.0f - 1e-4f};
+    pixels[count] = pixel;
+    weights[count++] = weight;
   }
-  /// Ray \p i becomes the last one of those that stay.
-  void keep(std::size_t i, std::size_t& kept) {
-    rays[kept] = rays[i];
-    pixels[kept] = pixels[i];
-    weights[kept++] = weights[i];
+  /// Leaves those that are hidden.
+  void keep_hidden() {
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      if (!hidden[i]) continue;
+      rays[kept] = rays[i];
+      pixels[kept] = pixels[i];
+      weights[kept++] = weights[i];
+    }
+    count = kept;
   }
 };
 
-/// The rays of \p pixels to \p place, of those for which it shines.
-void AreaShadow::aim(std::span<const std::uint32_t> pixels, const Vec3f& place, const Vec3f& facing,
-                     Packet& packet) const {
-  const bool area = facing != Vec3f(0.0f), spot = light_.is_spot();
-  const SpotCone cone = cone_of(light_);
-  packet.count = 0;
-  for (const std::uint32_t pixel : pixels) {
-    const Receiver& at = receivers_[pixel];
-    const Vec3f way = place - at.point;
-    const float distance_2 = glm::dot(way, way);
-    const float incidence = glm::dot(at.normal, way);
-    float exit = -glm::dot(facing, way);  // the cosine there times the distance
-    if (!area || spot) {
-      const float distance = std::sqrt(distance_2);
-      exit = spot ? cone.at(exit / distance) * distance : distance;
-    }
-    if (!(incidence > 0.0f) || !(exit > 0.0f)) continue;
-    Ray& ray = packet.rays[packet.count];
-    ray.origin = at.point;
-    ray.near = 0.0f;
-    ray.direction = way;
-    ray.far = 1.0f - 1e-4f;
-    packet.pixels[packet.count] = pixel;
-    packet.weights[packet.count++] = incidence * exit / (distance_2 * distance_2);
+/// Whether the scene lets the rays of \p packet through, which are those of \p sample, if that is not
+/// known. Returns how many were traced.
+std::size_t AreaShadow::find_open(const TracedScene& scene, int sample, Packet& packet) {
+  const std::uint64_t bit = std::uint64_t{1} << sample;
+  std::array<Ray, Packet::most> rays;
+  std::array<std::uint32_t, Packet::most> pixels;
+  std::size_t asked = 0;
+  for (std::size_t i = 0; i < packet.count; ++i) {
+    if (open_known_[packet.pixels[i]] & bit) continue;
+    rays[asked] = packet.rays[i];
+    pixels[asked++] = packet.pixels[i];
   }
+  if (asked == 0) return 0;
+  scene.caster().occluded(std::span(rays).first(asked), std::span(packet.hidden).first(asked));
+  for (std::size_t i = 0; i < asked; ++i) {
+    open_known_[pixels[i]] |= bit;
+    if (!packet.hidden[i]) open_[pixels[i]] |= bit;
+  }
+  return asked;
 }
 
-/// The rays to place \p number, which is \p sample of each of \p pixels, of those from which subjects
-/// hide it. Returns how many were traced.
-std::size_t AreaShadow::hide(const ShadowCasters& subjects, std::span<const std::uint32_t> pixels,
-                             std::size_t number, int sample, const Vec3f& facing,
-                             Packet& packet) const {
-  if (!subjects.masked()) {
-    aim(pixels, places_[number], facing, packet);
-    if (packet.count == 0) return 0;
-    const std::size_t traced = packet.count;
-    subjects.occluded(std::span(packet.rays).first(packet.count), number, packet.hidden);
-    std::size_t kept = 0;
-    for (std::size_t i = 0; i < packet.count; ++i)
-      if (packet.hidden[i]) packet.keep(i, kept);
-    packet.count = kept;
-    return traced;
-  }
-  std::array<std::uint32_t, Packet::most> hidden;
-  std::size_t count = 0;
-  for (const std::uint32_t pixel : pixels)
-    if (hidden_[pixel] >> sample & 1) hidden[count++] = pixel;
-  aim(std::span(hidden).first(count), places_[number], facing, packet);
-  return 0;
-}
-
-/// Asks the masks for all rays of a row of blocks, those to one place of the light together.
-void AreaShadow::look_up(const ShadowCasters& subjects, int block_row) {
+/// Asks the masks for all rays of one of the neighbours, those to one place of the light together, so
+/// that its image is at hand, and sums up what subjects take. Returns how many rays were traced through
+/// the scene.
+std::uint64_t AreaShadow::look_up(const ShadowCasters& subjects, const TracedScene& scene,
+                                  const Light& light, int same) {
   struct Scratch {
-    std::vector<std::uint32_t> pixels, hidden;
+    std::vector<std::uint32_t> pixels, hidden, asking;
     std::vector<float> x, y, w;
   };
   thread_local Scratch s;
-  const Rectangle grid = drawn();
-  const int top = block_row * block, bottom = std::min(top + block, grid.y + grid.height);
-  for (int same = 0; same < neighbours; ++same) {
-    s.pixels.clear();
-    for (auto* numbers : {&s.x, &s.y, &s.w}) numbers->clear();
-    const int right = (same & 1) | (same >> 1 & 2), down = (same >> 1 & 1) | (same >> 2 & 2);
-    for (int y = top + down; y < bottom; y += 4) {
-      for (int x = grid.x + right; x < grid.x + grid.width; x += 4) {
-        const std::size_t pixel = static_cast<std::size_t>(y) * columns_ + x;
-        if (!candidate_[pixel]) continue;
-        s.pixels.push_back(static_cast<std::uint32_t>(pixel));
-        s.x.push_back(in_light_[pixel].tangents.x);
-        s.y.push_back(in_light_[pixel].tangents.y);
-        s.w.push_back(in_light_[pixel].inverse);
+  const std::size_t most =
+      static_cast<std::size_t>(blocks_.width) * blocks_.height * Packet::most + 1;
+  for (auto* numbers : {&s.pixels, &s.hidden, &s.asking}) numbers->resize(most);
+  for (auto* numbers : {&s.x, &s.y, &s.w}) numbers->resize(most);
+  std::uint32_t *const pixels = s.pixels.data(), *const hidden = s.hidden.data();
+  float *const in_x = s.x.data(), *const in_y = s.y.data(), *const in_w = s.w.data();
+  // The compiler cannot know that what is written is not what leads to these.
+  const std::uint8_t* const candidate = candidate_.data();
+  const LightReach::Place* const in_light = in_light_.data();
+  const std::uint64_t *const open_known = open_known_.data(), *const open = open_.data();
+
+  const int right = (same & 1) | (same >> 1 & 2), down = (same >> 1 & 1) | (same >> 2 & 2);
+  std::size_t count = 0;
+  for (int j = blocks_.y; j < blocks_.y + blocks_.height; ++j) {
+    for (int i = blocks_.x; i < blocks_.x + blocks_.width; ++i) {
+      const std::size_t number = static_cast<std::size_t>(j) * block_columns_ + i;
+      if (block_state_[number] == 0) continue;
+      const Rectangle part = pixels_of(number);
+      for (int y = part.y + down; y < part.y + part.height; y += 4) {
+        const std::size_t row = static_cast<std::size_t>(y) * columns_;
+        const std::size_t end = row + part.x + part.width;
+        for (std::size_t pixel = row + part.x + right; pixel < end; pixel += 4) {
+          const LightReach::Place& at = in_light[pixel];
+          pixels[count] = static_cast<std::uint32_t>(pixel);
+          in_x[count] = at.tangents.x;
+          in_y[count] = at.tangents.y;
+          in_w[count] = at.inverse;
+          count += candidate[pixel];
+        }
       }
     }
-    s.hidden.assign(s.pixels.size(), 0);
-    subjects.find_hidden(same * static_cast<std::size_t>(per_pixel_), per_pixel_,
-                         {static_cast<int>(s.pixels.size()), s.x.data(), s.y.data(), s.w.data()},
-                         s.hidden.data());
-    for (std::size_t i = 0; i < s.pixels.size(); ++i) hidden_[s.pixels[i]] = s.hidden[i];
   }
+  std::fill_n(hidden, count, 0);
+  const std::size_t first = same * static_cast<std::size_t>(per_pixel_);
+  subjects.find_hidden(first, per_pixel_, {static_cast<int>(count), in_x, in_y, in_w}, hidden);
+
+  const Lamp lamp(light);
+  const Vec3f* const places = &places_[first];
+  std::uint64_t traced = 0;
+  std::uint32_t unknown = 0;  // of any pixel
+  std::uint32_t* const asking = s.asking.data();
+  std::size_t asking_count = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::uint32_t own = hidden[i] & ~static_cast<std::uint32_t>(open_known[pixels[i]]);
+    asking[asking_count] = static_cast<std::uint32_t>(i);
+    asking_count += own != 0;
+    unknown |= own;
+  }
+  for (; unknown != 0; unknown &= unknown - 1) {
+    const int sample = std::countr_zero(unknown);
+    Packet packet;
+    for (std::size_t k = 0; k < asking_count; ++k) {
+      const std::uint32_t i = asking[k], pixel = pixels[i];
+      if (!((hidden[i] & ~open_known[pixel]) >> sample & 1)) continue;
+      const float weight = lamp.given(receivers_[pixel], places[sample]);
+      if (weight > 0.0f)
+        packet.add(pixel, receivers_[pixel], places[sample], weight);
+      else
+        open_known_[pixel] |= std::uint64_t{1} << sample;  // nothing comes from there
+      if (packet.count < Packet::most) continue;
+      traced += find_open(scene, sample, packet);
+      packet.count = 0;
+    }
+    traced += find_open(scene, sample, packet);
+  }
+
+  LampPlaces known;
+  for (int c = 0; c < 3; ++c) known.facing[c] = lamp.facing[c];
+  for (int i = 0; i < per_pixel_; ++i) {
+    known.x[i] = places[i].x;
+    known.y[i] = places[i].y;
+    known.z[i] = places[i].z;
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    std::uint64_t bits = hidden[i] & open[pixels[i]];
+    if (bits == 0) continue;  // the mean is 0
+    const Receiver& at = receivers_[pixels[i]];
+    float sum = 0.0f;
+    if (!lamp.spot)
+      sum = loops().given(known, &at.point.x, &at.normal.x, static_cast<std::uint32_t>(bits));
+    for (; lamp.spot && bits != 0; bits &= bits - 1)
+      sum += lamp.given(at, places[std::countr_zero(bits)]);
+    mean_[pixels[i]] = sum / static_cast<float>(per_pixel_);
+  }
+  return traced;
 }
 
-/// Samples first .. last - 1 of the block's candidates, of all for first = 0 and of mixed ones
+/// Samples first .. last - 1 of the block's candidates by rays, of all for first = 0 and of mixed ones
 /// after.
 std::uint64_t AreaShadow::trace(const ShadowCasters& subjects, const TracedScene& scene,
                                 const Light& light, std::size_t number, int first, int last) {
@@ -237,33 +318,28 @@ std::uint64_t AreaShadow::trace(const ShadowCasters& subjects, const TracedScene
     const std::size_t same = neighbour(x, y);
     pixels[same][counts[same]++] = static_cast<std::uint32_t>(pixel);
   });
-  const Vec3f facing = light_normal(light);
+  const Lamp lamp(light);
   Packet packet;
   // Many pixels' rays to one point of the light are a coherent packet.
   for (int sample = first; sample < last; ++sample) {
     const std::uint64_t bit = std::uint64_t{1} << sample;
     for (std::size_t same = 0; same < neighbours; ++same) {
       const std::size_t place = same * static_cast<std::size_t>(per_pixel_) + sample;
-      traced += hide(subjects, std::span(pixels[same]).first(counts[same]), place, sample, facing,
-                     packet);
-      std::size_t behind = 0;  // those whose way through the scene is not known yet
+      packet.count = 0;
+      for (std::size_t i = 0; i < counts[same]; ++i) {
+        const std::uint32_t pixel = pixels[same][i];
+        const float weight = lamp.given(receivers_[pixel], places_[place]);
+        if (weight > 0.0f) packet.add(pixel, receivers_[pixel], places_[place], weight);
+      }
+      if (packet.count == 0) continue;
+      traced += packet.count;
+      subjects.occluded(std::span(packet.rays).first(packet.count), place, packet.hidden);
+      packet.keep_hidden();
+      traced += find_open(scene, sample, packet);
       for (std::size_t i = 0; i < packet.count; ++i) {
         const std::uint32_t pixel = packet.pixels[i];
         ++blocked_[pixel];
-        if (!(open_known_[pixel] & bit))
-          packet.keep(i, behind);
-        else if (open_[pixel] & bit)
-          sum_[pixel] += packet.weights[i];
-      }
-      packet.count = behind;
-      if (behind == 0) continue;
-      traced += packet.ask(scene.caster());
-      for (std::size_t i = 0; i < behind; ++i) {
-        const std::uint32_t pixel = packet.pixels[i];
-        open_known_[pixel] |= bit;
-        if (packet.hidden[i]) continue;
-        open_[pixel] |= bit;
-        sum_[pixel] += packet.weights[i];
+        if (open_[pixel] & bit) sum_[pixel] += packet.weights[i];
       }
     }
   }

@@ -10,7 +10,7 @@
 #include "base/srgb.h"
 #include "base/stopwatch.h"
 #include "render/fill.h"
-#include "render/processor/loops.h"
+#include "render/processor/loops/loops.h"
 
 namespace polyhull::processor {
 namespace {
@@ -126,6 +126,9 @@ void Blend::blend_row(int y, const Span& over, const Span& mirrored, const Pixel
   const int right = changed_.x + changed_.width;
   for (int group = changed_.x & ~15; group < right; group += 16) {
     find_missing(group, y, missing);
+    if (!missing.seen && !missing.shown && !over.reaches(group, group + 16) &&
+        !mirrored.reaches(group, group + 16))
+      continue;
     for (int first = group; first < group + 16; first += BlendPixels::count) {
       const int x = std::max(first, changed_.x), end = std::min(first + BlendPixels::count, right);
       if (x < end) blend_piece(x, end, y, over, mirrored, missing, out, piece, progress);
@@ -157,6 +160,7 @@ void Blend::blend_piece(int x, int end, int y, const Span& over, const Span& mir
   if (shown || reflected || piece.has_mirror)
     fill_mirror(x, end, y, mirrored, shown ? in_mirror : nullptr, pixels);
   piece.has_mirror = shown || reflected;
+  pixels.layered = others;
   progress.touched.left = std::min(progress.touched.left, x);
   progress.touched.right = std::max(progress.touched.right, end);
   std::uint32_t made[BlendPixels::count];
@@ -202,6 +206,7 @@ int Blend::blend_translucent(int x, int end, int y, const Piece& piece, std::uin
   // What the shadow takes of the transparent share of each.
   float transparent[count];
   BlendPixels over = pixels;
+  over.layered = true;
   for (int i = 0; i < count; ++i) {
     transparent[i] = 0.0f;
     const float alpha = static_cast<float>(pixels.background[i] >> 24) / 255.0f;
@@ -263,7 +268,7 @@ void Blend::fill_ground(int x, int end, int y, const float* taken, BlendPixels& 
     pixels.taken[i] = first + i < x || first + i >= end ? 0.0f : taken[i];
   const std::uint64_t* albedo =
       layers_.albedo.at(*layers_.scene, layers_.direct, first & ~15, y) + (first & 15);
-  for (int i = 0; i < count; ++i) pixels.albedo[i] = pixels.taken[i] > 0.0f ? albedo[i] : 0;
+  std::copy_n(albedo, count, pixels.albedo);
 }
 
 void Blend::fill_subject(int x, int end, const Span& over, BlendPixels& pixels) {

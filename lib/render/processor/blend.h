@@ -88,6 +88,7 @@ class Blend {
     glm::vec4 at(int x) const {
       return x >= left && x < right ? colours[x - left] : glm::vec4(0.0f);
     }
+    bool reaches(int begin, int end) const { return begin < right && end > left; }
     bool any(int begin, int end) const;
   };
   static Span row_of(const Painted& painted, int y);

@@ -56,7 +56,7 @@ bool LightMasks::set(const LightReach& reach, std::span<const Vec3f> points,
                     most_moved / moved);
   width_ = texels + static_cast<int>(moved.x * scale_.x) + 4;
   height_ = texels + static_cast<int>(moved.y * scale_.y) + 4;
-  stride_ = static_cast<std::size_t>(width_) / 32 + 1;
+  columns_ = static_cast<std::size_t>(width_) / 32 + 1;
   for (Vec3f& corner : corners_)
     corner = Vec3f((Vec2f(corner) - low_) * scale_, (corner.z - deepest_) * per_section_);
   cut(triangles);
@@ -106,10 +106,8 @@ void LightMasks::cut(std::span<const std::uint32_t> triangles) {
 /// From texels to sections. What is thinner than a section lies in one; where a surface is open, there
 /// is the surface alone.
 void LightMasks::part() {
-  const std::size_t section = static_cast<std::size_t>(texels) * stride_;
-  sections_.assign(1 + sections * section, 0);
-  std::fill_n(first_row_, sections, texels);
-  std::fill_n(end_row_, sections, 0);
+  sections_.assign(std::size_t{sections} * across * texels, 0);
+  for (auto& columns : rows_) std::fill(std::begin(columns), std::end(columns), Rows{});
   std::array<std::uint64_t, 64> bits;
   for (int row = 0; row < texels; ++row) {
     for (int word = 0; word < texels / 64; ++word) {
@@ -127,11 +125,15 @@ void LightMasks::part() {
       transpose(bits);
       for (; any != 0; any &= any - 1) {
         const int k = std::countr_zero(any);
-        std::uint32_t* to = &sections_[1 + k * section + row * stride_ + 2 * word];
-        to[0] = static_cast<std::uint32_t>(bits[k]);
-        to[1] = static_cast<std::uint32_t>(bits[k] >> 32);
-        first_row_[k] = std::min(first_row_[k], row);
-        end_row_[k] = row + 1;
+        for (int half = 0; half < 2; ++half) {
+          const auto own = static_cast<std::uint32_t>(bits[k] >> (32 * half));
+          if (own == 0) continue;
+          const int column = 2 * word + half;
+          sections_[section_word(k, column, row)] = own;
+          Rows& rows = rows_[k][column];
+          rows.first = std::min(rows.first, row / 8 * 8);
+          rows.end = row / 8 * 8 + 8;
+        }
       }
     }
   }
@@ -157,32 +159,31 @@ void LightMasks::aim(std::span<const Vec3f> places) {
       shift.y[k] = static_cast<int>(moved.y + 0.5f);
     }
   }
-  images_.resize(places.size() * static_cast<std::size_t>(height_) * stride_);
+  images_.resize(places.size() * image_size());
   parallel_for(places.size(), 8, 0, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) draw(i);
   });
 }
 
 void LightMasks::draw(std::size_t number) {
-  const std::size_t size = static_cast<std::size_t>(height_) * stride_;
-  std::uint32_t* image = images_.data() + number * size;
-  std::fill_n(image, size, 0);
+  std::uint32_t* image = images_.data() + number * image_size();
+  std::fill_n(image, image_size(), 0);
   const Shift& shift = shifts_[number];
   for (int k = 0; k < sections; ++k) {
-    if (first_row_[k] >= end_row_[k]) continue;
-    const std::size_t first = static_cast<std::size_t>(first_row_[k]) * stride_;
-    const std::size_t count = static_cast<std::size_t>(end_row_[k]) * stride_ - first;
-    loops().shift_onto(
-        sections_.data() + 1 + k * static_cast<std::size_t>(texels) * stride_ + first,
-        static_cast<int>(count), shift.x[k] % 32,
-        image + first + static_cast<std::size_t>(shift.y[k]) * stride_ + shift.x[k] / 32);
+    for (int column = 0; column < across; ++column) {
+      const auto [first, end] = rows_[k][column];
+      if (first >= end) continue;
+      std::uint32_t* to = image + (shift.x[k] / 32 + column) * static_cast<std::size_t>(height_) +
+                          shift.y[k] + first;
+      loops().shift_onto(&sections_[section_word(k, column, first)], (end - first) / 8,
+                         shift.x[k] % 32, to, to + height_);
+    }
   }
 }
 
 MaskImage LightMasks::image(std::size_t number) const {
   const Shift& shift = shifts_[number];
-  return {images_.data() + number * static_cast<std::size_t>(height_) * stride_,
-          static_cast<int>(stride_),
+  return {images_.data() + number * image_size(),
           width_,
           height_,
           {scale_.x, scale_.y},
@@ -198,19 +199,19 @@ bool LightMasks::is_hidden(std::size_t number, const Vec3f& at) const {
     const Vec2f texel = Vec2f(at) * scale_ + shift.origin + at.z * shift.per_inverse -
                         Vec2f(shift.x[k], shift.y[k]);
     if (!(texel.x >= 0.0f && texel.y >= 0.0f && texel.x < texels && texel.y < texels)) continue;
-    const auto x = static_cast<std::size_t>(texel.x), y = static_cast<std::size_t>(texel.y);
-    const std::uint32_t word = sections_[1 + (k * std::size_t{texels} + y) * stride_ + x / 32];
-    if (word >> (x % 32) & 1) return true;
+    const int x = static_cast<int>(texel.x), y = static_cast<int>(texel.y);
+    if (sections_[section_word(k, x / 32, y)] >> (x % 32) & 1) return true;
   }
   return false;
 }
 
 void LightMasks::find_hidden(std::size_t first, int count, const MaskPoints& receivers,
                              std::uint32_t* hidden) const {
-  thread_local std::vector<std::uint32_t> found;  // by this subject
-  found.assign(static_cast<std::size_t>(receivers.count), 0);
+  thread_local std::vector<std::uint32_t> own;
+  own.assign(static_cast<std::size_t>(receivers.count), 0);
+  std::uint32_t* const found = own.data();  // by this subject
   for (int i = 0; i < count; ++i)
-    loops().look_up(image(first + i), receivers, std::uint32_t{1} << i, found.data());
+    loops().look_up(image(first + i), receivers, std::uint32_t{1} << i, found);
   for (int k = 0; k < receivers.count; ++k) {
     const Vec3f at(receivers.x[k], receivers.y[k], receivers.w[k]);
     // In the last section all of the others are nearer.

@@ -17,7 +17,7 @@
 #include <vector>
 
 #include "render/light_reach.h"
-#include "render/processor/loops.h"
+#include "render/processor/loops/loops.h"
 
 namespace polyhull::processor {
 
@@ -48,6 +48,7 @@ class LightMasks {
   void cut(std::span<const std::uint32_t> triangles);
   void part();
   void draw(std::size_t number);
+  std::size_t image_size() const { return columns_ * static_cast<std::size_t>(height_); }
   bool is_hidden(std::size_t number, const Vec3f& at) const;
   MaskImage image(std::size_t number) const;
 
@@ -56,15 +57,22 @@ class LightMasks {
   float deepest_ = 0.0f;           // the subject's smallest w
   float per_section_ = 0.0f;       // sections to a unit of w
   int width_ = 0, height_ = 0;     // of an image, with an empty texel all around
-  std::size_t stride_ = 0;         // words of a row
+  std::size_t columns_ = 0;        // of an image, a word wide
   std::vector<Vec3f> corners_;     // of the subject: texel and section
   // By texel: a bit for each section that lies inside, and the last for an open surface; the sections of
   // the surface.
   std::vector<std::uint64_t> inside_, surface_;
-  std::vector<std::uint32_t> sections_;          // by section, row and word, and a word before them
-  int first_row_[sections], end_row_[sections];  // of what a section has
-  std::vector<Shift> shifts_;                    // by place
-  std::vector<std::uint32_t> images_;            // by place, row and word
+  static constexpr int across = texels / 32;  // columns of a section, a word wide
+  static std::size_t section_word(int section, int column, int row) {
+    return (static_cast<std::size_t>(section) * across + column) * texels + row;
+  }
+  std::vector<std::uint32_t> sections_;  // by section, column and row
+  struct Rows {
+    int first = texels, end = 0;
+  };
+  Rows rows_[sections][across];        // of what a section has in a column, whole eights
+  std::vector<Shift> shifts_;          // by place
+  std::vector<std::uint32_t> images_;  // by place, column and row
 };
 
 }  // namespace polyhull::processor

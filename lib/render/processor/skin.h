@@ -11,7 +11,7 @@
 
 #include "mesh/mesh.h"
 #include "render/hull_vertices.h"
-#include "render/processor/loops.h"
+#include "render/processor/loops/loops.h"
 #include "render/view_picture.h"
 
 namespace polyhull::processor {

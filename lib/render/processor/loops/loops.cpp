@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "render/processor/loops.h"
+#include "render/processor/loops/loops.h"
 
 #include <cmath>
 

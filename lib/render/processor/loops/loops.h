@@ -61,13 +61,13 @@ struct ShadowTile {
 
 /// What the shadow's grid says of eight pixels of it in two rows, and of the one after them.
 struct ShadowRows {
-  float inverse[2][9], taken[2][9];
+  const float *inverse[2], *taken[2];
 };
 
-/// An image of bits, with a column and a row of zeros all around (light_masks.h).
+/// An image of bits, with a column and a row of zeros all around (light_masks.h): word
+/// x / 32 * height + y has the bits of columns x / 32 * 32 and on of row y, from the lowest on.
 struct MaskImage {
-  const std::uint32_t* bits = nullptr;  ///< from each word's lowest on
-  int stride = 0;                       ///< words
+  const std::uint32_t* bits = nullptr;
   int width = 0, height = 0;
   float scale[2], origin[2], per_w[2];  ///< texel = m * scale + origin + w * per_w
 };
@@ -78,6 +78,13 @@ struct MaskPoints {
   const float* x = nullptr;  ///< the tangents m
   const float* y = nullptr;
   const float* w = nullptr;  ///< 1/z
+};
+
+/// Places on a lamp that shines to one side.
+struct LampPlaces {
+  static constexpr int most = 16;
+  float x[most] = {}, y[most] = {}, z[most] = {};
+  float facing[3];  ///< unit length
 };
 
 /// From linear light to the nearest byte of sRGB, by a straight line in each sixteenth of an octave:
@@ -92,6 +99,7 @@ struct BlendPixels {
   static constexpr int count = 8;
   /// Less than a sixth of the smallest step of the darkest values is no change.
   static constexpr float least_missing = 4e-5f;
+  bool layered = true;              ///< else only background, albedo and taken have an effect
   std::uint32_t background[count];  ///< RGBA bytes, a little-endian word
   std::uint64_t albedo[count];      ///< 16 bits a channel
   float taken[count];               ///< the lamp's light that is missing
@@ -119,12 +127,17 @@ struct Loops {
   /// What 16 pixels of a picture's row take, from the grid's pixels around them (every second one
   /// of every second row) that lie as deep; \p inverse 1/z at theirs.
   void (*take)(const ShadowRows& rows, const float* inverse, float* taken);
-  /// Sets in \p to the bits of the \p count words \p from, moved up by \p bits, 0 to 31, from word to
-  /// word; the word before the first is read, too.
-  void (*shift_onto)(const std::uint32_t* from, int count, int bits, std::uint32_t* to);
+  /// Sets in \p to and \p next the bits of the 8 * \p eights words \p from, moved up by \p bits, 0 to
+  /// 31: those that leave a word of \p to come into that of \p next.
+  void (*shift_onto)(const std::uint32_t* from, int eights, int bits, std::uint32_t* to,
+                     std::uint32_t* next);
   /// Sets \p bit of the words \p found of those points that fall on a bit of \p image.
   void (*look_up)(const MaskImage& image, const MaskPoints& points, std::uint32_t bit,
                   std::uint32_t* found);
+  /// What a surface at \p at of unit \p normal gets from those of the places of which \p which has a
+  /// bit, if nothing is in between: the sum of the cosines there and here over the distance's square.
+  float (*given)(const LampPlaces& places, const float* at, const float* normal,
+                 std::uint32_t which);
   /// Puts the pixels together into \p out, RGBA bytes; returns how many are not the background's any
   /// more. \p power of the lamp: by how much a
   /// background of albedo 1 falls for taken = 1; \p decode as for fetch().
