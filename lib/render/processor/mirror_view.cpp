@@ -24,11 +24,12 @@ Vec3f lamps_irradiance(const RenderFrame& frame, const Vec3f& point, const Vec3f
 }
 
 MirrorView::MirrorView(const RenderFrame& frame, const RenderPlan& plan, const TracedScene& scene,
-                       const SceneLayer& mirrored, const std::uint8_t* background, int stride,
-                       AlphaCoding alpha)
+                       const SceneLayer& mirrored, std::vector<std::uint8_t>& ways,
+                       const std::uint8_t* background, int stride, AlphaCoding alpha)
     : frame_(frame),
       scene_(scene),
       mirrored_(mirrored),
+      ways_(ways),
       background_(background),
       stride_(stride),
       alpha_(alpha),
@@ -47,7 +48,9 @@ Vec3f MirrorView::share(int x, int y) const {
   return fresnel(f0_, -glm::dot(glm::normalize(rays_.at(x, y)), mirror_.normal));
 }
 
-Vec3f MirrorView::looked_up(const Vec3f& point, bool& found) const {
+/// What the background has at \p point. \p way to it: whether that is known, and something stands in it.
+Vec3f MirrorView::looked_up(const Vec3f& point, std::uint8_t& way, bool& found) const {
+  constexpr std::uint8_t open = 1, blocked = 2;
   found = false;
   const Vec4 at = pixels_from_scene_ * Vec4(Vec3(point), 1.0);
   if (!(at.z > 0.0)) return Vec3f(0.0f);
@@ -55,11 +58,14 @@ Vec3f MirrorView::looked_up(const Vec3f& point, bool& found) const {
   if (!(u >= 0.0 && v >= 0.0 && u <= frame_.width - 1 && v <= frame_.height - 1))
     return Vec3f(0.0f);
   // What stands before the point is another thing; up to half a percent of the way may be itself.
-  Ray ray;
-  ray.origin = eye_;
-  ray.direction = point - eye_;
-  ray.far = 0.995f;
-  if (scene_.caster().occluded(ray)) return Vec3f(0.0f);
+  if (way == 0) {
+    Ray ray;
+    ray.origin = eye_;
+    ray.direction = point - eye_;
+    ray.far = 0.995f;
+    way = scene_.caster().occluded(ray) ? blocked : open;
+  }
+  if (way == blocked) return Vec3f(0.0f);
   const int x = std::min(static_cast<int>(u), std::max(frame_.width - 2, 0));
   const int y = std::min(static_cast<int>(v), std::max(frame_.height - 2, 0));
   const auto there = [&](int i, int j) {
@@ -90,7 +96,8 @@ Vec3f MirrorView::shown(int x, int y) const {
   const Material& material = *surface.material;
   if (!material.is_mirror()) {  // these look different from elsewhere
     bool found = false;
-    const Vec3f value = looked_up(surface.point, found);
+    const std::size_t pixel = static_cast<std::size_t>(y) * frame_.width + x;
+    const Vec3f value = looked_up(surface.point, ways_[pixel], found);
     if (found) return value;
   }
   Vec3f normal = surface.normal;

@@ -19,12 +19,14 @@ class MirrorView {
  public:
   /// \p mirrored is the scene as the mirror shows it, drawn wherever shown() is asked.
   /// \p background: RGBA rows \p stride bytes apart, of which \p alpha says whether they may be not
-  /// opaque: nothing is looked up there. All must outlive this.
+  /// opaque: nothing is looked up there. \p ways: a byte for each pixel, which stays as long as
+  /// \p mirrored does, at first 0. All must outlive this.
   MirrorView(const RenderFrame& frame, const RenderPlan& plan, const TracedScene& scene,
-             const SceneLayer& mirrored, const std::uint8_t* background, int stride,
-             AlphaCoding alpha);
+             const SceneLayer& mirrored, std::vector<std::uint8_t>& ways,
+             const std::uint8_t* background, int stride, AlphaCoding alpha);
 
-  /// The linear picture value that the mirror shows at pixel (x, y), before Fresnel's share.
+  /// The linear picture value that the mirror shows at pixel (x, y), before Fresnel's share. Not for
+  /// one pixel by two threads at once.
   Vec3f shown(int x, int y) const;
 
   /// The share of the subject's image in the mirror at pixel (x, y): Schlick's Fresnel term.
@@ -37,11 +39,12 @@ class MirrorView {
   bool only_mirrors() const { return only_mirrors_; }
 
  private:
-  Vec3f looked_up(const Vec3f& point, bool& found) const;
+  Vec3f looked_up(const Vec3f& point, std::uint8_t& way, bool& found) const;
 
   const RenderFrame& frame_;
   const TracedScene& scene_;
   const SceneLayer& mirrored_;
+  std::vector<std::uint8_t>& ways_;
   const std::uint8_t* background_;
   int stride_;
   AlphaCoding alpha_;

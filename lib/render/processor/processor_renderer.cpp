@@ -27,8 +27,9 @@ struct ProcessorRenderer::State : Layers {
   std::shared_ptr<const Scene> scene_held;
   std::optional<std::uint64_t> geometry;  // geometry_key() of the scene, once it is asked for
   ShadowCasters casters;
-  std::optional<Light> shadow_light;  // for which casters has the subjects
-  ShadowQuality shadow_quality{};     // the same
+  std::optional<Light> shadow_light;      // for which casters has the subjects
+  ShadowQuality shadow_quality{};         // the same
+  std::vector<std::uint8_t> mirror_ways;  // MirrorView's
   std::vector<std::uint8_t> background_copy;
 
   bool still(const RenderPlan& plan) const;
@@ -164,6 +165,7 @@ void ProcessorRenderer::State::draw_scene(const RenderFrame& frame, const Render
     if (mirrored.set(traced, behind)) {
       const ShadowView seen = view_in_mirror(frame, plan);
       mirror_albedo.reset(mirrored, seen.eye, seen.rays);
+      mirror_ways.assign(static_cast<std::size_t>(view.width) * view.height, 0);
     }
     drawn = mirrored.ensure_samples({&plan.mirror, 1}) || drawn;
     drawn = mirrored.ensure_middles(
@@ -265,7 +267,8 @@ void ProcessorRenderer::draw(const RenderFrame& frame, const RenderPlan& plan,
       s.background_copy.assign(background, background + size);
       unchanged = s.background_copy.data();
     }
-    mirror.emplace(frame, plan, *s.scene, s.mirrored, unchanged, background_stride, settings.alpha);
+    mirror.emplace(frame, plan, *s.scene, s.mirrored, s.mirror_ways, unchanged, background_stride,
+                   settings.alpha);
   }
   Blend blend(s, frame, plan, settings, mirror ? &*mirror : nullptr, background, background_stride,
               target);
